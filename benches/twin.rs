@@ -1,0 +1,117 @@
+//! Nanoseconds a step of the motor, in the situations that a twin meets.
+//!
+//! Each measurement steps a copy of a prepared state, so that every batch sees the same motion. Throughput counts steps: the
+//! time of an element is that of one step.
+
+use std::hint::black_box;
+use std::time::Duration;
+
+use criterion::measurement::WallTime;
+use criterion::{BatchSize, BenchmarkGroup, Criterion, Throughput, criterion_group, criterion_main};
+use motor_model::{
+    DriveCommand, DriveMode, EnergyLedger, Motor, MotorParams, MotorSetup, MotorState, Phase, Real,
+};
+
+/// Step of all measurements but those in steady motion; the cost does not depend on it.
+const STEP_S: f64 = 1e-6;
+/// Steps a batch.
+const STEPS: u16 = 10_000;
+
+fn motor<T: Real>(step_s: f64) -> Motor<T> {
+    Motor::try_new(&MotorParams::nominal(), &MotorSetup::with_step(step_s))
+        .expect("the nominal motor is valid")
+}
+
+/// The rotor a metre above the teeth: it cannot land within a batch.
+fn aloft<T: Real>() -> MotorState<T> {
+    let mut state = MotorState::default();
+    state.rotor.height_m = T::from_f64(1.0);
+    state
+}
+
+/// After half a second under `command`.
+fn settled<T: Real>(motor: &Motor<T>, command: DriveCommand) -> MotorState<T> {
+    let mut state = MotorState::default();
+    let mut time_s = 0.0;
+    while time_s < 0.5 {
+        motor.step(&mut state, command);
+        time_s += motor.step_s();
+    }
+    state
+}
+
+/// Steps `state` through a batch under one command and counts the impacts: the loop of a simulation, compiled on its own.
+#[inline(never)]
+fn run<T: Real>(motor: &Motor<T>, state: &mut MotorState<T>, command: DriveCommand) -> usize {
+    (0..STEPS).map(|_| motor.step(state, black_box(command)).len()).sum()
+}
+
+/// Times a batch from a copy of `start`.
+fn time_batch<T: Real>(
+    group: &mut BenchmarkGroup<'_, WallTime>,
+    name: &str,
+    start: MotorState<T>,
+    mut batch: impl FnMut(&mut MotorState<T>) -> usize,
+) {
+    group.bench_function(name, |bencher| {
+        bencher.iter_batched_ref(|| start, &mut batch, BatchSize::SmallInput);
+    });
+}
+
+fn steps_in<T: Real>(group: &mut BenchmarkGroup<'_, WallTime>, precision: &str) {
+    let motor = motor::<T>(STEP_S);
+    let (b, c) = (DriveCommand::full(DriveMode::B), DriveCommand::full(DriveMode::C));
+
+    assert_eq!(run(&motor, &mut aloft(), b), 0, "aloft means without impacts");
+    for (name, command) in [("driven, no impact", b), ("off, no impact", DriveCommand::OFF)] {
+        time_batch(group, &format!("{name}/{precision}"), aloft(), |state| run(&motor, state, command));
+    }
+    time_batch(group, &format!("command changes every step/{precision}"), aloft(), |state| {
+        (0..STEPS).map(|index| motor.step(state, black_box(if index % 2 == 0 { b } else { c })).len()).sum()
+    });
+    for (name, command) in [("mode B", b), ("mode C", c)] {
+        for (label, step_s) in [("1 us", 1e-6), ("10 us", 10e-6)] {
+            let motor = self::motor::<T>(step_s);
+            let start = settled(&motor, command);
+            time_batch(group, &format!("steady {name}, {label}/{precision}"), start, |state| {
+                run(&motor, state, command)
+            });
+        }
+    }
+    let resting = settled(&motor, DriveCommand::OFF);
+    time_batch(group, &format!("at rest/{precision}"), resting, |state| {
+        run(&motor, state, DriveCommand::OFF)
+    });
+    let mut ledger = EnergyLedger::try_new(&MotorParams::nominal(), &MotorSetup::with_step(STEP_S))
+        .expect("the nominal motor is valid");
+    time_batch(group, &format!("driven, with energy ledger/{precision}"), aloft(), |state| {
+        (0..STEPS).map(|_| motor.step_with(state, black_box(b), &mut ledger).len()).sum()
+    });
+
+    group.bench_function(format!("sine and cosine of a phase/{precision}"), |bencher| {
+        let increment = Phase::from_turns(0.006_3);
+        bencher.iter(|| {
+            let mut phase = Phase::ZERO;
+            for _ in 0..STEPS {
+                phase = phase.advanced(increment);
+                black_box(phase.sin_cos::<T>());
+            }
+        });
+    });
+}
+
+fn steps(criterion: &mut Criterion) {
+    let mut group = criterion.benchmark_group("step");
+    group
+        .throughput(Throughput::Elements(u64::from(STEPS)))
+        .sample_size(20)
+        .nresamples(10_000)
+        .warm_up_time(Duration::from_millis(100))
+        .measurement_time(Duration::from_millis(500));
+    steps_in::<f64>(&mut group, "f64");
+    steps_in::<f32>(&mut group, "f32");
+    group.finish();
+}
+
+criterion_group!(benches, steps);
+criterion_main!(benches);

@@ -1,0 +1,53 @@
+//! The record that every measurement leaves.
+
+use motor_model::{Real, Time};
+
+/// Which instrument a measurement came from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Source {
+    /// Camera: angle.
+    Camera,
+}
+
+/// Why a measurement was not used.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Rejection {
+    /// Taken no later than the last one used.
+    NotNewer,
+    /// Too far from its prediction to be believed.
+    Gate,
+}
+
+/// What became of a measurement.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Verdict {
+    /// It corrected the estimate.
+    Used,
+    /// It began the estimate, or began it anew after too many rejections in a row.
+    Restarted,
+    /// It changed nothing.
+    Rejected(Rejection),
+}
+
+/// A measurement as the filter saw it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Innovation<T> {
+    /// Where it came from.
+    pub source: Source,
+    /// When it was taken.
+    pub taken_at: Time,
+    /// Measurement less prediction, in rad; 0 when nothing was predicted.
+    pub innovation_rad: T,
+    /// Variance predicted for the innovation, in rad^2; 0 when nothing was predicted.
+    pub variance_rad2: T,
+    /// What became of it.
+    pub verdict: Verdict,
+}
+
+impl<T: Real> Innovation<T> {
+    /// Normalised innovation squared, whose mean is 1 in a consistent filter; `None` when nothing was predicted.
+    pub fn normalised_squared(&self) -> Option<T> {
+        (self.variance_rad2 > T::zero())
+            .then(|| self.innovation_rad * self.innovation_rad / self.variance_rad2)
+    }
+}

@@ -1,0 +1,21 @@
+//! What the instruments deliver.
+
+use motor_model::{Angle, Time};
+
+/// One camera frame, reduced to the angle of the tracked feature.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct CameraFrame {
+    /// When the frame was exposed; it arrives later.
+    pub exposed_at: Time,
+    /// Angle within the turn; whole turns are not seen.
+    pub angle: Angle,
+}
+
+/// One sample of the laser-Doppler vibrometer.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LdvSample {
+    /// When the sample was taken.
+    pub taken_at: Time,
+    /// The rotor's vertical velocity, upwards positive.
+    pub velocity_m_s: f32,
+}

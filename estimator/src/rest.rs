@@ -1,0 +1,133 @@
+//! Whether the rotor is still being struck: the mean square of its vertical velocity, as the LDV sees it.
+//!
+//! ```text
+//! s+ = s + (v^2 - s) / n       quiet when s < limit, for as long as it stays so
+//! ```
+//!
+//! A rotor that lies quietly may still slide: friction stops it within `rate J / (mu m_r g R_t)`, 25 ms from the highest rates. Rest is
+//! therefore concluded by the filter, which knows the rate; this only tells quiet from not.
+
+use motor_model::{Real, Time};
+
+use crate::measurement::LdvSample;
+
+/// How the detector decides.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RestTuning<T> {
+    /// Samples over which the mean square is taken.
+    pub window_samples: T,
+    /// Root mean square vertical velocity below which the rotor counts as quiet, in m/s: above the LDV's noise, below the ringing of
+    /// the stator that still pushes the rotor.
+    pub quiet_m_s: T,
+    /// Samples faster than this are no measurements, in m/s: no real rotor is half as fast.
+    pub limit_m_s: T,
+}
+
+impl<T: Real> Default for RestTuning<T> {
+    /// 1 ms of a 200 kHz LDV; 0.6 mm/s, three times the default LDV's noise and a thousandth of a tooth's speed in mode B.
+    fn default() -> Self {
+        Self { window_samples: T::from_f64(200.0), quiet_m_s: T::from_f64(6e-4), limit_m_s: T::from_f64(2.0) }
+    }
+}
+
+/// Tells a quiet rotor from one that is being struck.
+#[derive(Clone, Copy, Debug)]
+pub struct RestDetector<T> {
+    weight: T,
+    quiet_m2_s2: T,
+    limit_m_s: T,
+    mean_square_m2_s2: T,
+    newest: Option<Time>,
+    quiet_since: Option<Time>,
+}
+
+impl<T: Real> RestDetector<T> {
+    /// A detector that knows nothing yet, and so calls nothing quiet.
+    pub fn new(tuning: &RestTuning<T>) -> Self {
+        Self {
+            weight: T::one() / tuning.window_samples,
+            quiet_m2_s2: tuning.quiet_m_s * tuning.quiet_m_s,
+            limit_m_s: tuning.limit_m_s,
+            // The first second of quiet has to be earned from well above the limit.
+            mean_square_m2_s2: T::from_f64(100.0) * tuning.quiet_m_s * tuning.quiet_m_s,
+            newest: None,
+            quiet_since: None,
+        }
+    }
+
+    /// Takes a sample in. One that is not finite, absurdly fast, or no newer than the last is dropped; returns whether it was used.
+    #[inline]
+    pub fn observe(&mut self, sample: &LdvSample) -> bool {
+        let velocity = T::from_f32(sample.velocity_m_s);
+        // Written so that NaN is refused too.
+        let believable = velocity.abs() < self.limit_m_s;
+        if !believable || self.newest.is_some_and(|newest| sample.taken_at <= newest) {
+            return false;
+        }
+        self.newest = Some(sample.taken_at);
+        self.mean_square_m2_s2 += self.weight * (velocity * velocity - self.mean_square_m2_s2);
+        if self.mean_square_m2_s2 < self.quiet_m2_s2 {
+            self.quiet_since = self.quiet_since.or(Some(sample.taken_at));
+        } else {
+            self.quiet_since = None;
+        }
+        true
+    }
+
+    /// Since when the rotor has been quiet; `None` while it is not, or when no sample has come for 1 ms before `now`.
+    #[inline]
+    pub fn quiet_since(&self, now: Time) -> Option<Time> {
+        const SILENCE_NANOS: u64 = 1_000_000;
+        self.newest.filter(|&newest| now.nanos_since(newest) <= SILENCE_NANOS).and(self.quiet_since)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn sample(n: u64, velocity_m_s: f32) -> LdvSample {
+        LdvSample { taken_at: Time::from_micros(5 * n), velocity_m_s }
+    }
+
+    /// A mean square that starts at s0 falls as s0 (1 - 1/n)^k, so the instant of quiet is known.
+    #[test]
+    fn exact_quiet_comes_when_the_exponential_has_fallen() {
+        let mut detector = RestDetector::<f64>::new(&RestTuning::default());
+        let mut quiet_at = None;
+        for n in 1..3000 {
+            detector.observe(&sample(n, 0.0));
+            if quiet_at.is_none() && detector.quiet_since(Time::from_micros(5 * n)).is_some() {
+                quiet_at = Some(n);
+            }
+        }
+        let expected = 100_f64.ln() / -(1.0 - 1.0 / 200.0_f64).ln();
+        assert_eq!(quiet_at, Some(expected.ceil() as u64));
+    }
+
+    #[test]
+    fn law_a_strike_ends_quiet_and_silence_ends_it_too() {
+        let mut detector = RestDetector::<f32>::new(&RestTuning::default());
+        for n in 1..3000 {
+            detector.observe(&sample(n, 1e-4));
+        }
+        let now = Time::from_micros(5 * 3000);
+        assert!(detector.quiet_since(now).is_some());
+        assert!(detector.quiet_since(now.plus_nanos(2_000_000)).is_none());
+        detector.observe(&sample(3000, 0.1));
+        assert!(detector.quiet_since(now).is_none());
+    }
+
+    #[test]
+    fn law_bad_samples_change_nothing() {
+        let mut detector = RestDetector::<f32>::new(&RestTuning::default());
+        assert!(detector.observe(&sample(10, 1e-4)));
+        let before = detector.mean_square_m2_s2;
+        for bad in [f32::NAN, f32::INFINITY, -f32::INFINITY, 3.0, -1e30] {
+            assert!(!detector.observe(&sample(11, bad)));
+        }
+        assert!(!detector.observe(&sample(10, 0.5)), "a duplicate");
+        assert!(!detector.observe(&sample(9, 0.5)), "out of order");
+        assert!((detector.mean_square_m2_s2 - before).abs() < f32::EPSILON * before);
+    }
+}

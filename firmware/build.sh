@@ -1,0 +1,91 @@
+#!/usr/bin/env bash
+# Builds the microcontroller's programs; the last line on standard output is the path of the ELF.
+#
+#   firmware/build.sh
+#
+# A Rust that can build for the target is sought in this order, each attempt of bounded time:
+#
+#   installed  the rustup toolchain has the target
+#   rustup     rustup adds it
+#   debian     Debian's rustc-web, cargo-web and rust-web-src, which build `core` from source
+#
+# FIRMWARE_TOOLCHAIN set to one of these allows that one only.
+set -euo pipefail
+cd "$(dirname "$0")/.."
+
+target=thumbv7em-none-eabihf
+program=parity
+wanted=${FIRMWARE_TOOLCHAIN:-any}
+target_dir=$(cargo metadata --no-deps --format-version 1 | sed -n 's/.*"target_directory":"\([^"]*\)".*/\1/p')
+
+say() { echo "firmware/build.sh: $*" >&2; }
+allowed() { [[ $wanted == any || $wanted == "$1" ]]; }
+as_root() { if ((EUID == 0)); then "$@"; else sudo "$@"; fi; }
+
+target_installed() {
+    [[ -d $(rustc --print sysroot)/lib/rustlib/$target/lib ]]
+}
+
+add_target() {
+    command -v rustup >/dev/null && timeout 180 rustup target add "$target" >&2
+}
+
+debian_installed() {
+    [[ -x /usr/bin/cargo && -x /usr/bin/rustc && -d /usr/lib/rustlib/src/rust/library/core ]]
+}
+
+add_debian() {
+    debian_installed && return
+    command -v apt-get >/dev/null || return 1
+    as_root timeout 120 apt-get -qq update >&2 || return 1
+    as_root env DEBIAN_FRONTEND=noninteractive timeout 300 \
+        apt-get -qq install -y --no-install-recommends rustc-web cargo-web rust-web-src >&2 || return 1
+    debian_installed
+}
+
+# Each library by itself first: none may lean on another's features to do without std.
+build_all() {
+    local package
+    for package in motor-model estimator controller firmware; do
+        timeout 900 "$@" build --release --target "$target" -p "$package" >&2
+    done
+}
+
+build_with_rustup() {
+    build_all cargo
+}
+
+build_with_debian() {
+    # Debian brings no linker for the target: the rustup toolchain's serves.
+    local linker
+    linker=$(rustc --print sysroot)/lib/rustlib/$(rustc -vV | sed -n 's/^host: //p')/bin/rust-lld
+    # A folder of its own, since artefacts of two compilers do not mix. The variables of an outer cargo would lead back to rustup.
+    target_dir=$target_dir/debian
+    build_all env -u CARGO -u LD_LIBRARY_PATH -u RUSTUP_TOOLCHAIN -u RUSTC_WRAPPER \
+        PATH="/usr/bin:$PATH" RUSTC=/usr/bin/rustc RUSTC_BOOTSTRAP=1 CARGO_UNSTABLE_BUILD_STD=core \
+        CARGO_TARGET_DIR="$target_dir" CARGO_TARGET_THUMBV7EM_NONE_EABIHF_LINKER="$linker" /usr/bin/cargo
+}
+
+case $wanted in
+any | installed | rustup | debian) ;;
+*)
+    say "FIRMWARE_TOOLCHAIN=$wanted: expected installed, rustup or debian"
+    exit 2
+    ;;
+esac
+
+if allowed installed && target_installed; then
+    say "toolchain: installed ($(rustc --version))"
+    build_with_rustup
+elif allowed rustup && add_target; then
+    say "toolchain: rustup ($(rustc --version))"
+    build_with_rustup
+elif allowed debian && add_debian; then
+    say "toolchain: debian ($(/usr/bin/rustc --version))"
+    build_with_debian
+else
+    say "no Rust for $target: not installed, and neither rustup nor Debian's packages could supply it (allowed: $wanted)"
+    exit 1
+fi
+
+echo "$target_dir/$target/release/$program"

@@ -1,0 +1,14 @@
+#!/usr/bin/env bash
+# Runs an ELF on an emulated Cortex-M4F; its exit code is the program's.
+#
+#   firmware/qemu.sh ELF
+#
+# With -icount shift=0 a run is deterministic and one instruction is one nanosecond of virtual time.
+set -euo pipefail
+
+if ! command -v qemu-system-arm >/dev/null; then
+    echo "firmware/qemu.sh: qemu-system-arm is not installed; tests/run.sh installs it" >&2
+    exit 127
+fi
+exec qemu-system-arm -M mps2-an386 -display none -monitor none -icount shift=0 \
+    -semihosting-config enable=on,target=native -kernel "$1"

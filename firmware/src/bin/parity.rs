@@ -1,0 +1,57 @@
+//! Prints the digests of the runs: by semihosting on the microcontroller, by standard output on the host.
+
+#![cfg_attr(target_os = "none", no_std, no_main)]
+
+#[cfg(not(target_os = "none"))]
+fn main() -> Result<(), motor_model::OutOfBounds> {
+    use firmware::parity::{LoopRun, TwinRun};
+
+    println!("{}", TwinRun::compute()?);
+    println!("{}", LoopRun::compute()?);
+    Ok(())
+}
+
+#[cfg(target_os = "none")]
+mod board {
+    use core::panic::PanicInfo;
+
+    // Supplies the critical section that semihosting needs.
+    use cortex_m as _;
+    use cortex_m_rt::entry;
+    use cortex_m_semihosting::{debug, heprintln, hprintln};
+    use firmware::parity::{LoopRun, TwinRun};
+    use motor_model::OutOfBounds;
+
+    #[entry]
+    fn main() -> ! {
+        let outcome = match print() {
+            Ok(()) => debug::EXIT_SUCCESS,
+            Err(error) => {
+                // The key alone: printing its numbers would link decimal conversion of f64.
+                heprintln!("{} is out of bounds", error.key);
+                debug::EXIT_FAILURE
+            }
+        };
+        end(outcome)
+    }
+
+    fn print() -> Result<(), OutOfBounds> {
+        hprintln!("{}", TwinRun::compute()?);
+        hprintln!("{}", LoopRun::compute()?);
+        Ok(())
+    }
+
+    #[panic_handler]
+    fn panic(info: &PanicInfo) -> ! {
+        heprintln!("{}", info);
+        end(debug::EXIT_FAILURE)
+    }
+
+    /// Ends the emulation; where no emulator or debugger listens, stands still.
+    fn end(outcome: debug::ExitStatus) -> ! {
+        debug::exit(outcome);
+        loop {
+            cortex_m::asm::wfi();
+        }
+    }
+}

@@ -1,0 +1,21 @@
+//! The microcontroller's program, as far as it does not depend on a board: the same code runs on the host, where tests call it.
+//!
+//! - [`parity`]: fixed runs of the `f32` twin and of the whole loop, and the digests of their bits, equal on every machine.
+//!
+//! The programs are in `src/bin`. Each also builds for the host and prints the same lines there, so `cargo run -p firmware` shows what
+//! `cargo run -p firmware --release --target thumbv7em-none-eabihf` must print from QEMU.
+
+#![no_std]
+#![warn(clippy::unwrap_used, clippy::expect_used, clippy::panic, clippy::indexing_slicing)]
+#![cfg_attr(
+    test,
+    allow(
+        clippy::unwrap_used,
+        clippy::expect_used,
+        clippy::panic,
+        clippy::indexing_slicing,
+        reason = "a test fails by panicking"
+    )
+)]
+
+pub mod parity;

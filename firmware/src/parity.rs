@@ -1,0 +1,13 @@
+//! Fixed runs in `f32`, and a digest of every bit of each: the proof that host and microcontroller compute the same.
+//!
+//! - [`TwinRun`]: the twin alone, 10,000 steps.
+//! - [`LoopRun`]: the loop that flies, [`controller::tick`], positioning the twin.
+//!
+//! Construction, in `f64`, is part of both. The programs print both runs, one `key value` a line.
+
+mod digest;
+mod position;
+mod twin;
+
+pub use position::LoopRun;
+pub use twin::TwinRun;

@@ -1,0 +1,179 @@
+//! The loop that flies, [`controller::tick`], positioning the twin: first clockwise, then counter-clockwise.
+//!
+//! The twin stands in for the motor as well: this run compares machines, it does not judge the loop. Its camera quantises, delivers one
+//! frame late, and now and then sends a frame twice or one that is far off, so that refusals are part of the run.
+
+use core::fmt;
+
+use controller::{Drive, PositionLoop, PositioningTuning, Report, Sense, Target, tick};
+use estimator::{CameraFrame, LdvSample};
+use motor_model::{Angle, DriveCommand, Motor, MotorParams, MotorSetup, MotorState, OutOfBounds, Time};
+
+use super::digest::Digest;
+
+/// Ticks towards each target.
+const TICKS_PER_TARGET: u64 = 15_000;
+
+/// Targets in degrees, one after the other.
+const TARGETS_DEG: [f64; 2] = [3.0, 2.6];
+
+/// Distance from a target that counts as reached, in degrees.
+const TOLERANCE_DEG: f64 = 0.1;
+
+/// 10,000 frames a second.
+const TICKS_PER_FRAME: u64 = 10;
+
+/// The camera's resolution, 2 um at 3.9 mm, in units of 2^-32 turn.
+const PIXEL_UNITS: i64 = 350_546;
+
+/// Every so many frames one is far off, and one comes twice.
+const FRAMES_PER_OUTLIER: u64 = 97;
+const FRAMES_PER_REPEAT: u64 = 61;
+
+/// An outlier's error: 5 degrees.
+const OUTLIER: Angle = Angle::from_units(59_652_324);
+
+/// What the run leaves behind. Its text is what the programs print: one `key value` a line.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct LoopRun {
+    /// FNV-1a, 64 bits, over the bits of all reports and of the twin's states.
+    pub digest: u64,
+    /// Ticks made.
+    pub ticks: u64,
+    /// The rotor's angle at the end, in units of 2^-32 turn.
+    pub angle_units: i64,
+}
+
+impl LoopRun {
+    /// Runs the loop and digests it.
+    ///
+    /// # Errors
+    /// When the model refuses the nominal motor or the controller a target: never, unless their bounds are changed.
+    pub fn compute() -> Result<Self, OutOfBounds> {
+        let mut digest = Digest::default();
+        let mut ticks = 0;
+        let end = follow(|report, state| {
+            digest.report(report);
+            digest.state(state);
+            ticks += 1;
+        })?;
+        Ok(Self { digest: digest.value(), ticks, angle_units: end.rotor.angle.angle().units() })
+    }
+}
+
+impl fmt::Display for LoopRun {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { digest, ticks, angle_units } = self;
+        writeln!(f, "loop_digest {digest:#018x}")?;
+        writeln!(f, "loop_ticks {ticks}")?;
+        write!(f, "loop_angle_units {angle_units}")
+    }
+}
+
+/// Positions the twin, shows `observe` each report and the state that it was made from, and returns the last state.
+fn follow(mut observe: impl FnMut(&Report, &MotorState<f32>)) -> Result<MotorState<f32>, OutOfBounds> {
+    #[expect(clippy::cast_precision_loss, reason = "10,000 is exact")]
+    let step_s = PositionLoop::TICK_NANOS as f64 * 1e-9;
+    let motor = Motor::<f32>::try_new(&MotorParams::nominal(), &MotorSetup::with_step(step_s))?;
+    let mut state = MotorState::default();
+    let mut instruments = Instruments::default();
+    let mut ticks = 0;
+    for target_deg in TARGETS_DEG {
+        let target = Target::try_new(target_deg, TOLERANCE_DEG)?;
+        let now = Time::from_nanos(ticks * PositionLoop::TICK_NANOS);
+        let mut position_loop = PositionLoop::new(target, PositioningTuning::default(), now);
+        for _ in 0..TICKS_PER_TARGET {
+            let now = Time::from_nanos(ticks * PositionLoop::TICK_NANOS);
+            instruments.look(&state, ticks, now);
+            let report = tick(&mut position_loop, now, &mut instruments);
+            observe(&report, &state);
+            motor.step(&mut state, report.applied);
+            ticks += 1;
+        }
+    }
+    Ok(state)
+}
+
+/// Camera and vibrometer on the twin, and an amplifier that does as it is told.
+#[derive(Default)]
+struct Instruments {
+    /// The newest frame, still on its way.
+    exposed: Option<CameraFrame>,
+    /// The frame before it, arrived and not yet taken.
+    arrived: Option<CameraFrame>,
+    ldv: Option<LdvSample>,
+}
+
+impl Instruments {
+    /// Sees the twin as it is at `now`.
+    fn look(&mut self, state: &MotorState<f32>, ticks: u64, now: Time) {
+        self.ldv = Some(LdvSample { taken_at: now, velocity_m_s: state.rotor.velocity_m_s });
+        if !ticks.is_multiple_of(TICKS_PER_FRAME) {
+            return;
+        }
+        let frame = ticks / TICKS_PER_FRAME;
+        let pixels = state.rotor.angle.angle().units().div_euclid(PIXEL_UNITS);
+        let mut angle = Angle::from_units(pixels * PIXEL_UNITS).wrapped();
+        if frame % FRAMES_PER_OUTLIER == 1 {
+            angle = angle.plus(OUTLIER).wrapped();
+        }
+        self.arrived = self.exposed;
+        if frame % FRAMES_PER_REPEAT != 1 {
+            self.exposed = Some(CameraFrame { exposed_at: now, angle });
+        }
+    }
+}
+
+impl Sense for Instruments {
+    fn camera_frame(&mut self) -> Option<CameraFrame> {
+        self.arrived.take()
+    }
+
+    fn ldv_sample(&mut self) -> Option<LdvSample> {
+        self.ldv.take()
+    }
+}
+
+impl Drive for Instruments {
+    fn drive(&mut self, command: DriveCommand) -> DriveCommand {
+        command
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use controller::Phase;
+    use estimator::{Rejection, Verdict};
+    use motor_model::DriveMode;
+
+    /// Equal digests say little of code that the run never enters.
+    #[test]
+    fn law_the_run_reaches_what_the_loop_can_do() {
+        let (mut modes, mut phases, mut verdicts) = ([0; 2], [0; 3], [0; 4]);
+        follow(|report, _| {
+            match report.applied.mode() {
+                Some(DriveMode::B) => modes[0] += 1,
+                Some(DriveMode::C) => modes[1] += 1,
+                None => (),
+            }
+            match report.phase {
+                Phase::Approach { .. } => phases[0] += 1,
+                Phase::Settling => phases[1] += 1,
+                Phase::Holding => phases[2] += 1,
+                Phase::TimedOut => panic!("the deadline is longer than the run"),
+            }
+            match report.camera.map(|innovation| innovation.verdict) {
+                Some(Verdict::Used) => verdicts[0] += 1,
+                Some(Verdict::Restarted) => verdicts[1] += 1,
+                Some(Verdict::Rejected(Rejection::Gate)) => verdicts[2] += 1,
+                Some(Verdict::Rejected(Rejection::NotNewer)) => verdicts[3] += 1,
+                None => (),
+            }
+        })
+        .unwrap();
+        let mut all = modes.iter().chain(&phases).chain(&verdicts);
+        assert!(all.all(|&n| n > 0), "{modes:?} {phases:?} {verdicts:?}");
+        assert!(verdicts[0] > 1000, "{verdicts:?}");
+    }
+}

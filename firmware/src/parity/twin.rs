@@ -1,0 +1,157 @@
+//! The twin by itself, through all that it can do: both modes, full and partial drive, frequency offsets, changes under way, the
+//! drive off until the rotor lies still, and both friction laws.
+
+use core::fmt;
+
+use motor_model::{
+    DriveCommand, DriveMode, FrictionLaw, Impacts, Motor, MotorParams, MotorSetup, MotorState, OutOfBounds,
+};
+
+use super::digest::Digest;
+
+/// The twin's step in s.
+const STEP_S: f64 = 10e-6;
+
+/// What the run leaves behind. Its text is what the programs print: one `key value` a line.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct TwinRun {
+    /// FNV-1a, 64 bits, over the bits of all states and impacts.
+    pub digest: u64,
+    /// Steps taken.
+    pub steps: u64,
+    /// Impacts met.
+    pub impacts: u32,
+    /// The rotor's angle at the end, in units of 2^-32 turn.
+    pub angle_units: i64,
+}
+
+impl fmt::Display for TwinRun {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { digest, steps, impacts, angle_units } = self;
+        writeln!(f, "twin_digest {digest:#018x}")?;
+        writeln!(f, "twin_steps {steps}")?;
+        writeln!(f, "twin_impacts {impacts}")?;
+        write!(f, "twin_angle_units {angle_units}")
+    }
+}
+
+impl TwinRun {
+    /// Steps of the run.
+    pub const STEPS: u32 = 10_000;
+
+    /// Runs the twin and digests it.
+    ///
+    /// # Errors
+    /// When the model refuses the nominal motor or a command of the schedule: never, unless their bounds are changed.
+    pub fn compute() -> Result<Self, OutOfBounds> {
+        let mut digest = Digest::default();
+        let mut impacts_met = 0;
+        let end = follow(|state, impacts| {
+            digest.state(state);
+            for impact in impacts {
+                digest.impact(impact);
+                impacts_met += 1;
+            }
+        })?;
+        Ok(Self {
+            digest: digest.value(),
+            steps: end.steps,
+            impacts: impacts_met,
+            angle_units: end.rotor.angle.angle().units(),
+        })
+    }
+}
+
+/// A stretch of the schedule.
+struct Stretch {
+    steps: u32,
+    command: DriveCommand,
+    friction_law: FrictionLaw,
+}
+
+/// Drives the twin through the schedule, shows `observe` each state and the impacts of its step, and returns the last state.
+fn follow(mut observe: impl FnMut(&MotorState<f32>, &Impacts<f32>)) -> Result<MotorState<f32>, OutOfBounds> {
+    let params = MotorParams::nominal();
+    let coulomb = MotorSetup::with_step(STEP_S);
+    let paper = MotorSetup { friction_law: FrictionLaw::Paper, ..coulomb };
+    let coulomb = Motor::<f32>::try_new(&params, &coulomb)?;
+    let paper = Motor::<f32>::try_new(&params, &paper)?;
+
+    let mut state = MotorState::default();
+    for stretch in schedule()? {
+        let motor = match stretch.friction_law {
+            FrictionLaw::Coulomb => &coulomb,
+            FrictionLaw::Paper => &paper,
+        };
+        for _ in 0..stretch.steps {
+            let impacts = motor.step(&mut state, stretch.command);
+            observe(&state, &impacts);
+        }
+    }
+    Ok(state)
+}
+
+/// What drives the run, [`TwinRun::STEPS`] in all.
+fn schedule() -> Result<[Stretch; 8], OutOfBounds> {
+    use DriveMode::{B, C};
+    use FrictionLaw::{Coulomb, Paper};
+
+    let stretch = |steps, command, friction_law| Stretch { steps, command, friction_law };
+    let off = DriveCommand::OFF;
+    Ok([
+        stretch(2500, DriveCommand::full(B), Coulomb),
+        stretch(2000, off, Coulomb),
+        stretch(1500, DriveCommand::try_new(C, 0.3)?.with_frequency_offset(7.5)?, Coulomb),
+        stretch(500, DriveCommand::full(C), Coulomb),
+        stretch(1000, DriveCommand::try_new(B, 0.55)?.with_frequency_offset(-31.25)?, Paper),
+        stretch(1000, DriveCommand::full(C), Paper),
+        stretch(1000, off, Paper),
+        stretch(500, DriveCommand::try_new(B, 0.9)?, Coulomb),
+    ])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use motor_model::Parameter;
+
+    #[test]
+    fn exact_the_schedule_has_the_steps_it_says() {
+        let stretches = schedule().unwrap();
+        assert_eq!(stretches.iter().map(|stretch| stretch.steps).sum::<u32>(), TwinRun::STEPS);
+        assert_eq!(TwinRun::compute().unwrap().steps, u64::from(TwinRun::STEPS));
+    }
+
+    /// Equal digests say little of code that the run never enters.
+    #[test]
+    #[expect(clippy::cast_possible_truncation, reason = "rounded as the model rounds it")]
+    fn law_the_run_reaches_all_that_the_twin_can_do() {
+        let friction = MotorParams::nominal().get(Parameter::Friction) as f32;
+        let mut impacts_of_pair = [0; 2];
+        let (mut slid, mut stuck, mut double) = (0, 0, 0);
+        let (mut fastest, mut slowest) = (0.0_f32, 0.0_f32);
+        let mut resting = [0; 2];
+        follow(|state, impacts| {
+            for impact in impacts {
+                impacts_of_pair[usize::from(impact.pair)] += 1;
+                if impact.tangential_impulse_n_s.abs() < 0.999 * friction * impact.normal_impulse_n_s {
+                    stuck += 1;
+                } else {
+                    slid += 1;
+                }
+            }
+            double += usize::from(impacts.len() == 2);
+            fastest = fastest.max(state.rotor.rate_rad_s);
+            slowest = slowest.min(state.rotor.rate_rad_s);
+            let still = state.rotor.height_m.abs() < 1e-6 && state.rotor.velocity_m_s.abs() < 1e-3;
+            if still && state.forcing.command() == DriveCommand::OFF {
+                resting[usize::from(state.steps > 5000)] += 1;
+            }
+        })
+        .unwrap();
+        assert!(impacts_of_pair.iter().all(|&n| n > 100), "{impacts_of_pair:?}");
+        assert!(slid > 100 && stuck > 100 && double > 20, "{slid} {stuck} {double}");
+        assert!(fastest > 5.0 && slowest < -1.0, "{fastest} {slowest}");
+        assert!(resting.iter().all(|&steps| steps > 200), "{resting:?}");
+    }
+}

@@ -1,0 +1,298 @@
+//! Pictures: panels one under the other that share a look, as SVG.
+//!
+//! A [`Figure`] is made of [`Panel`]s, a panel of [`Series`] over two [`Axis`]. Series of any length may be given: lines are thinned
+//! to the lowest and highest point of each pixel column, which leaves the picture as it was.
+//!
+//! ```
+//! use host_sim::chart::{Axis, Colour, Figure, Panel, Series};
+//!
+//! let rate = vec![(0.0, 0.0), (0.1, -1.2), (0.2, -1.5)];
+//! let svg = Figure::new("Spin-up")
+//!     .panel(
+//!         Panel::new("Mode C", Axis::new("time (s)"), Axis::new("rate (rad/s)"))
+//!             .series(Series::line(rate).colour(Colour::Blue).label("simulated")),
+//!     )
+//!     .svg()?;
+//! assert!(svg.starts_with("<svg"));
+//! # Ok::<(), host_sim::CommandError>(())
+//! ```
+
+mod axis;
+mod draw;
+mod thinning;
+
+use std::ops::Range;
+
+use crate::error::CommandError;
+
+/// A picture: a title and panels from top to bottom.
+#[derive(Clone, Debug)]
+pub struct Figure {
+    title: String,
+    caption: Option<String>,
+    panels: Vec<Panel>,
+}
+
+/// One pair of axes and what is drawn on them.
+#[derive(Clone, Debug)]
+pub struct Panel {
+    title: String,
+    x: Axis,
+    y: Axis,
+    series: Vec<Series>,
+    height: u32,
+}
+
+/// An axis: its label with the unit, what it spans, and how.
+#[derive(Clone, Debug)]
+pub struct Axis {
+    label: String,
+    range: Option<Range<f64>>,
+    logarithmic: bool,
+}
+
+/// Something drawn on a panel.
+#[derive(Clone, Debug)]
+pub struct Series {
+    label: Option<String>,
+    colour: Colour,
+    opacity: f64,
+    width: f64,
+    mark: Mark,
+}
+
+#[derive(Clone, Debug)]
+enum Mark {
+    Line(Vec<(f64, f64)>),
+    Dashes(Vec<(f64, f64)>),
+    Steps(Vec<(f64, f64)>),
+    Points(Vec<(f64, f64)>),
+    /// x, middle, half length.
+    ErrorBars(Vec<(f64, f64, f64)>),
+    /// x, lower, upper.
+    Band(Vec<(f64, f64, f64)>),
+    /// Full height, from x to x.
+    Spans(Vec<(f64, f64)>),
+}
+
+/// Colours that stay apart for every kind of colour vision (Okabe and Ito), and in print.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Colour {
+    /// For the first thing on a panel.
+    Blue,
+    /// For what is set against it.
+    Vermilion,
+    /// For a third thing.
+    Green,
+    /// For a fourth.
+    Purple,
+    /// For a fifth.
+    Orange,
+    /// For targets and published figures.
+    Black,
+    /// For what stands back.
+    Grey,
+}
+
+impl Figure {
+    /// A picture with nothing on it.
+    pub fn new(title: impl Into<String>) -> Self {
+        Self { title: title.into(), caption: None, panels: Vec::new() }
+    }
+
+    /// One line under the title.
+    #[must_use]
+    pub fn caption(mut self, caption: impl Into<String>) -> Self {
+        self.caption = Some(caption.into());
+        self
+    }
+
+    /// Adds a panel below the others.
+    #[must_use]
+    pub fn panel(mut self, panel: Panel) -> Self {
+        self.panels.push(panel);
+        self
+    }
+
+    /// The picture as a complete SVG document.
+    ///
+    /// # Errors
+    /// When the backend cannot lay it out.
+    pub fn svg(&self) -> Result<String, CommandError> {
+        draw::svg(self)
+    }
+}
+
+impl Panel {
+    /// An empty panel of the usual height.
+    pub fn new(title: impl Into<String>, x: Axis, y: Axis) -> Self {
+        Self { title: title.into(), x, y, series: Vec::new(), height: 230 }
+    }
+
+    /// Draws `series` over what is there already.
+    #[must_use]
+    pub fn series(mut self, series: Series) -> Self {
+        self.series.push(series);
+        self
+    }
+
+    /// The panel's height in pixels, axes and title included.
+    #[must_use]
+    pub fn height(mut self, height: u32) -> Self {
+        self.height = height;
+        self
+    }
+}
+
+impl Axis {
+    /// A linear axis that spans whatever is drawn.
+    pub fn new(label: impl Into<String>) -> Self {
+        Self { label: label.into(), range: None, logarithmic: false }
+    }
+
+    /// Spans exactly `range`; what lies outside is cut off.
+    #[must_use]
+    pub fn within(mut self, range: Range<f64>) -> Self {
+        self.range = Some(range);
+        self
+    }
+
+    /// Equal ratios take equal lengths; what is not positive is left out.
+    #[must_use]
+    pub fn logarithmic(mut self) -> Self {
+        self.logarithmic = true;
+        self
+    }
+}
+
+impl Series {
+    fn of(mark: Mark, opacity: f64) -> Self {
+        Self { label: None, colour: Colour::Blue, opacity, width: 1.3, mark }
+    }
+
+    /// Straight from point to point, in order of x.
+    pub fn line(points: Vec<(f64, f64)>) -> Self {
+        Self::of(Mark::Line(points), 1.0)
+    }
+
+    /// Dashes from point to point.
+    pub fn dashes(points: Vec<(f64, f64)>) -> Self {
+        Self::of(Mark::Dashes(points), 1.0)
+    }
+
+    /// Level from each point to the next, then a step.
+    pub fn steps(points: Vec<(f64, f64)>) -> Self {
+        Self::of(Mark::Steps(points), 1.0)
+    }
+
+    /// Dots.
+    pub fn points(points: Vec<(f64, f64)>) -> Self {
+        Self::of(Mark::Points(points), 1.0)
+    }
+
+    /// Bars from `mean - sd` to `mean + sd` with a dot at the mean, from `(x, mean, sd)`.
+    pub fn error_bars(points: Vec<(f64, f64, f64)>) -> Self {
+        Self::of(Mark::ErrorBars(points), 1.0)
+    }
+
+    /// The area between `(x, lower, upper)`.
+    pub fn band(points: Vec<(f64, f64, f64)>) -> Self {
+        Self::of(Mark::Band(points), 0.18)
+    }
+
+    /// The full height of the panel between pairs of x.
+    pub fn spans(spans: Vec<(f64, f64)>) -> Self {
+        Self::of(Mark::Spans(spans), 0.13)
+    }
+
+    /// Its entry in the legend; without one it has none.
+    #[must_use]
+    pub fn label(mut self, label: impl Into<String>) -> Self {
+        self.label = Some(label.into());
+        self
+    }
+
+    /// Its colour.
+    #[must_use]
+    pub fn colour(mut self, colour: Colour) -> Self {
+        self.colour = colour;
+        self
+    }
+
+    /// From 0, invisible, to 1, solid.
+    #[must_use]
+    pub fn opacity(mut self, opacity: f64) -> Self {
+        self.opacity = opacity;
+        self
+    }
+
+    /// Width of its lines in pixels.
+    #[must_use]
+    pub fn width(mut self, width: f64) -> Self {
+        self.width = width;
+        self
+    }
+
+    /// The corners of the box that it fills, where it has any; spans leave y to the others.
+    fn extent(&self) -> Vec<(f64, Option<f64>)> {
+        match &self.mark {
+            Mark::Line(points) | Mark::Dashes(points) | Mark::Steps(points) | Mark::Points(points) => {
+                points.iter().map(|&(x, y)| (x, Some(y))).collect()
+            }
+            Mark::ErrorBars(bars) => {
+                bars.iter().flat_map(|&(x, y, half)| [(x, Some(y - half)), (x, Some(y + half))]).collect()
+            }
+            Mark::Band(edges) => {
+                edges.iter().flat_map(|&(x, low, high)| [(x, Some(low)), (x, Some(high))]).collect()
+            }
+            Mark::Spans(spans) => spans.iter().flat_map(|&(from, to)| [(from, None), (to, None)]).collect(),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn picture(points: Vec<(f64, f64)>) -> String {
+        let panel = Panel::new("a < b", Axis::new("time (s)"), Axis::new("height (um)"));
+        Figure::new("title & more").panel(panel.series(Series::line(points).label("line"))).svg().unwrap()
+    }
+
+    #[test]
+    fn exact_nothing_one_point_and_wild_points_are_drawn() {
+        for points in [
+            vec![],
+            vec![(1.0, 1.0)],
+            vec![(f64::NAN, 0.0), (0.0, f64::INFINITY), (1.0, 2.0)],
+            vec![(-1e300, 1e300), (1e300, -1e300)],
+        ] {
+            let svg = picture(points);
+            assert!(svg.starts_with("<svg") && svg.trim_end().ends_with("</svg>"));
+            assert!(!svg.contains("NaN") && !svg.contains("inf"));
+        }
+    }
+
+    #[test]
+    fn exact_text_is_escaped() {
+        let svg = picture(vec![(0.0, 0.0), (1.0, 1.0)]);
+        assert!(svg.contains("a &lt; b") && svg.contains("title &amp; more"));
+    }
+
+    #[test]
+    fn law_a_million_points_make_a_small_picture() {
+        let points = (0..1_000_000_u32).map(|i| (f64::from(i), f64::from(i % 977))).collect();
+        let svg = picture(points);
+        assert!(svg.len() < 200_000, "{}", svg.len());
+    }
+
+    #[test]
+    fn exact_what_is_not_positive_is_left_out_of_a_logarithmic_axis() {
+        let panel = Panel::new("", Axis::new("step (us)").logarithmic(), Axis::new("rate (rad/s)"));
+        let svg = Figure::new("")
+            .panel(panel.series(Series::points(vec![(0.0, 5.0), (-1.0, 3.0), (0.1, 1.0), (10.0, 2.0)])))
+            .svg()
+            .unwrap();
+        assert_eq!(svg.matches("<circle").count(), 2);
+    }
+}

@@ -1,0 +1,158 @@
+//! From values to places on an axis, and where its ticks stand.
+
+use std::ops::Range;
+
+use plotters::coord::ranged1d::{KeyPointHint, NoDefaultFormatting, Ranged, ValueFormatter};
+
+use super::Axis;
+
+/// An axis with its span decided, in its own coordinate (the value, or its decadic logarithm).
+#[derive(Clone)]
+pub(super) struct Scale {
+    pub(super) span: Range<f64>,
+    ticks: Vec<f64>,
+    logarithmic: bool,
+    decimals: usize,
+}
+
+impl Scale {
+    /// The scale of `axis` for what is drawn at `values`, with `margin` of the span left free at both ends and about `count` ticks.
+    pub(super) fn new(axis: &Axis, values: impl Iterator<Item = f64>, margin: f64, count: f64) -> Self {
+        let logarithmic = axis.logarithmic;
+        let place = |value: f64| if logarithmic { value.log10() } else { value };
+        let span = if let Some(range) = &axis.range {
+            place(range.start)..place(range.end)
+        } else {
+            // Beyond 1e150 a span is no longer finite.
+            let drawn = values.map(place).filter(|value| value.abs() < 1e150);
+            let (low, high) = drawn.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| {
+                (low.min(value), high.max(value))
+            });
+            let free = margin * (high - low);
+            low - free..high + free
+        };
+        let span = if span.start < span.end && span.start.is_finite() && span.end.is_finite() {
+            span
+        } else if span.start.is_finite() && span.start.to_bits() == span.end.to_bits() {
+            let free = 0.5 * span.start.abs().max(1.0);
+            span.start - free..span.end + free
+        } else {
+            0.0..1.0
+        };
+        let (ticks, decimals) = if logarithmic { decades(&span) } else { round_numbers(&span, count) };
+        Self { span, ticks, logarithmic, decimals }
+    }
+
+    /// Where `value` stands; `None` where it cannot.
+    pub(super) fn place(&self, value: f64) -> Option<f64> {
+        let place = if self.logarithmic { value.log10() } else { value };
+        place.is_finite().then_some(place)
+    }
+
+    /// Where `value` stands, brought inside the span.
+    pub(super) fn place_inside(&self, value: f64) -> Option<f64> {
+        self.place(value).map(|place| place.clamp(self.span.start, self.span.end))
+    }
+
+    /// What is written at a tick.
+    fn tick_text(&self, tick: f64) -> String {
+        if self.logarithmic {
+            let value = power_of_ten(tick);
+            // One significant digit, by construction of the ticks.
+            return format!("{}", format!("{value:.0e}").parse::<f64>().unwrap_or(value));
+        }
+        let text = format!("{tick:.*}", self.decimals);
+        let is_zero = text.chars().all(|c| matches!(c, '-' | '0' | '.'));
+        if is_zero { text.trim_start_matches('-').to_owned() } else { text.replace('-', "\u{2212}") }
+    }
+}
+
+/// The axis as `plotters` sees it.
+impl Ranged for Scale {
+    type FormatOption = NoDefaultFormatting;
+    type ValueType = f64;
+
+    fn map(&self, place: &f64, (first, last): (i32, i32)) -> i32 {
+        let part = (place - self.span.start) / (self.span.end - self.span.start);
+        #[expect(clippy::cast_possible_truncation, reason = "what is drawn lies on the canvas")]
+        let offset = (part.clamp(0.0, 1.0) * f64::from(last - first)).round() as i32;
+        first + offset
+    }
+
+    fn key_points<Hint: KeyPointHint>(&self, _: Hint) -> Vec<f64> {
+        self.ticks.clone()
+    }
+
+    fn range(&self) -> Range<f64> {
+        self.span.clone()
+    }
+}
+
+impl ValueFormatter<f64> for Scale {
+    fn format_ext(&self, tick: &f64) -> String {
+        self.tick_text(*tick)
+    }
+}
+
+fn power_of_ten(exponent: f64) -> f64 {
+    motor_model::math::exp(exponent * core::f64::consts::LN_10)
+}
+
+/// Multiples of 1, 2 or 5 times a power of ten, about `count` of them, and the decimals that tell them apart.
+#[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a few ticks, a few decimals")]
+fn round_numbers(span: &Range<f64>, count: f64) -> (Vec<f64>, usize) {
+    let rough = (span.end - span.start) / count;
+    let decade = power_of_ten(rough.log10().floor());
+    let step =
+        [1.0, 2.0, 5.0, 10.0].map(|digit| digit * decade).into_iter().find(|step| *step >= rough * 0.999);
+    let step = step.unwrap_or(rough);
+    let first = (span.start / step - 1e-9).ceil();
+    let ticks = (0..64_u8).map(|index| (first + f64::from(index)) * step);
+    let ticks = ticks.take_while(|tick| *tick <= span.end + 1e-9 * step).collect();
+    (ticks, (-(step * 1.001).log10().floor()).clamp(0.0, 12.0) as usize)
+}
+
+/// 1, 2 and 5 times each power of ten.
+fn decades(span: &Range<f64>) -> (Vec<f64>, usize) {
+    let first = span.start.floor();
+    let digits = [1.0_f64, 2.0, 5.0].map(f64::log10);
+    let ticks = (0..40_u8).flat_map(|decade| digits.map(|digit| first + f64::from(decade) + digit));
+    let inside = |tick: &f64| *tick >= span.start - 1e-9 && *tick <= span.end + 1e-9;
+    (ticks.filter(inside).collect(), 0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn texts(axis: &Axis, values: &[f64]) -> Vec<String> {
+        let scale = Scale::new(axis, values.iter().copied(), 0.0, 5.0);
+        scale.ticks.iter().map(|tick| scale.tick_text(*tick)).collect()
+    }
+
+    #[test]
+    fn exact_ticks_are_round_numbers() {
+        assert_eq!(texts(&Axis::new(""), &[-1.0, 1.0]), ["\u{2212}1.0", "\u{2212}0.5", "0.0", "0.5", "1.0"]);
+        assert_eq!(
+            texts(&Axis::new("").within(0.0..0.02), &[]),
+            ["0.000", "0.005", "0.010", "0.015", "0.020"]
+        );
+        assert_eq!(texts(&Axis::new(""), &[0.0, 1000.0]), ["0", "200", "400", "600", "800", "1000"]);
+    }
+
+    #[test]
+    fn exact_logarithmic_ticks() {
+        assert_eq!(
+            texts(&Axis::new("").logarithmic(), &[0.1, 10.0]),
+            ["0.1", "0.2", "0.5", "1", "2", "5", "10"]
+        );
+    }
+
+    #[test]
+    fn exact_a_span_for_one_value_and_for_none() {
+        let span = |values: &[f64]| Scale::new(&Axis::new(""), values.iter().copied(), 0.05, 5.0).span;
+        assert_eq!(span(&[4.0]), 2.0..6.0);
+        assert_eq!(span(&[]), 0.0..1.0);
+        assert_eq!(span(&[f64::NAN, f64::INFINITY]), 0.0..1.0);
+    }
+}

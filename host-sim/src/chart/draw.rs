@@ -1,0 +1,232 @@
+//! Drawing a figure through `plotters`.
+//!
+//! The backend rounds to whole pixels, which would show as staircases: the canvas is [`FINE`] times the size at
+//! which the picture is shown.
+
+use plotters::coord::Shift;
+use plotters::prelude::*;
+use plotters::style::text_anchor::{HPos, Pos, VPos};
+
+use super::axis::Scale;
+use super::thinning::thinned;
+use super::{Colour, Figure, Mark, Panel, Series};
+use crate::error::CommandError;
+
+/// Canvas pixels per pixel shown.
+const FINE: i32 = 3;
+/// Width shown.
+const WIDTH: u32 = 860;
+/// Room for the title of the figure, and for its caption.
+const TITLE_HEIGHT: u32 = 34;
+const CAPTION_HEIGHT: u32 = 20;
+/// Room for the title and the legend of a panel.
+const PANEL_TITLE_HEIGHT: u32 = 26;
+/// Room for tick labels and axis labels.
+const LEFT: i32 = 60;
+const BOTTOM: i32 = 36;
+const RIGHT: i32 = 18;
+/// Kept free at the left and below, where `plotters` sets labels flush with the edge.
+const MARGIN: i32 = 10;
+const FONT: &str = "Helvetica, Arial, 'DejaVu Sans', sans-serif";
+/// Mean width of a character in that font, as a part of its size as `plotters` counts it.
+const CHARACTER_WIDTH: f64 = 0.45;
+
+const INK: RGBColor = RGBColor(34, 34, 34);
+const FAINT: RGBColor = RGBColor(228, 228, 228);
+
+type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
+type Coordinate = Cartesian2d<Scale, Scale>;
+type Chart<'a, 'b> = ChartContext<'a, SVGBackend<'b>, Coordinate>;
+type Drawn<T = ()> = Result<T, DrawingAreaErrorKind<<SVGBackend<'static> as DrawingBackend>::ErrorType>>;
+
+/// The picture as a complete SVG document.
+pub(super) fn svg(figure: &Figure) -> Result<String, CommandError> {
+    let caption_height = if figure.caption.is_some() { CAPTION_HEIGHT } else { 0 };
+    let height = TITLE_HEIGHT + caption_height + figure.panels.iter().map(|panel| panel.height).sum::<u32>();
+    let (fine_width, fine_height) = (WIDTH * FINE.unsigned_abs(), height * FINE.unsigned_abs());
+    let mut text = String::new();
+    {
+        let root = SVGBackend::with_string(&mut text, (fine_width, fine_height)).into_drawing_area();
+        draw_figure(figure, &root, caption_height)
+            .map_err(|error| CommandError::Drawing(error.to_string()))?;
+    }
+    // Shown at its size, drawn on the fine canvas that the viewBox keeps.
+    let canvas = format!("width=\"{fine_width}\" height=\"{fine_height}\"");
+    let shown = format!("width=\"{WIDTH}\" height=\"{height}\"");
+    Ok(text.replacen(&canvas, &shown, 1).replace("<polyline ", "<polyline stroke-linejoin=\"round\" "))
+}
+
+fn draw_figure(figure: &Figure, root: &Area<'_>, caption_height: u32) -> Drawn {
+    root.fill(&WHITE)?;
+    let bold = TextStyle::from((FONT, fine(19.0), FontStyle::Bold)).color(&INK);
+    root.draw(&Text::new(figure.title.clone(), (fine(14.0), fine(10.0)), bold))?;
+    if let Some(caption) = &figure.caption {
+        let soft = INK.mix(0.75);
+        let style = TextStyle::from((FONT, fine(14.0))).color(&soft);
+        root.draw(&Text::new(caption.clone(), (fine(14.0), fine(34.0)), style))?;
+    }
+    let (_, mut rest) = root.split_vertically((TITLE_HEIGHT + caption_height) * FINE.unsigned_abs());
+    for panel in &figure.panels {
+        let (area, below) = rest.split_vertically(panel.height * FINE.unsigned_abs());
+        draw_panel(panel, &area)?;
+        rest = below;
+    }
+    root.present()
+}
+
+fn draw_panel(panel: &Panel, area: &Area<'_>) -> Drawn {
+    let extent: Vec<(f64, Option<f64>)> = panel.series.iter().flat_map(Series::extent).collect();
+    let x = Scale::new(&panel.x, extent.iter().map(|point| point.0), 0.02, 9.0);
+    let y = Scale::new(&panel.y, extent.iter().filter_map(|point| point.1), 0.06, 5.0);
+
+    let title = TextStyle::from((FONT, fine(15.0), FontStyle::Bold)).color(&INK);
+    area.draw(&Text::new(panel.title.clone(), (fine(f64::from(LEFT + MARGIN)), fine(6.0)), title))?;
+    draw_legend(panel, area)?;
+
+    let (_, plot) = area.split_vertically(PANEL_TITLE_HEIGHT * FINE.unsigned_abs());
+    let mut chart = ChartBuilder::on(&plot)
+        .margin_left(MARGIN * FINE)
+        .margin_right(RIGHT * FINE)
+        .margin_bottom(MARGIN * FINE)
+        .set_label_area_size(LabelAreaPosition::Left, LEFT * FINE)
+        .set_label_area_size(LabelAreaPosition::Bottom, BOTTOM * FINE)
+        .build_cartesian_2d(x.clone(), y.clone())?;
+    let small = TextStyle::from((FONT, fine(13.0))).color(&INK);
+    let label = TextStyle::from((FONT, fine(14.0))).color(&INK);
+    let thin = ShapeStyle::from(&FAINT).stroke_width(FINE.unsigned_abs());
+    chart
+        .configure_mesh()
+        .bold_line_style(thin)
+        .light_line_style(TRANSPARENT)
+        .axis_style(ShapeStyle::from(&INK).stroke_width(FINE.unsigned_abs()))
+        .set_all_tick_mark_size(4 * FINE)
+        .label_style(small)
+        .axis_desc_style(label)
+        .x_desc(panel.x.label.clone())
+        .y_desc(panel.y.label.clone())
+        .draw()?;
+    panel.series.iter().try_for_each(|series| draw_series(series, &mut chart, &x, &y))
+}
+
+fn draw_series(series: &Series, chart: &mut Chart<'_, '_>, x: &Scale, y: &Scale) -> Drawn {
+    let colour = series.colour.rgb().mix(series.opacity);
+    let stroke = colour.stroke_width(fine(series.width).unsigned_abs().max(1));
+    let shown = |points: &[(f64, f64)]| {
+        let placed: Vec<_> =
+            points.iter().filter_map(|&(a, b)| Some((x.place(a)?, y.place_inside(b)?))).collect();
+        let within = |point: (f64, f64)| (point.0.clamp(x.span.start, x.span.end), point.1);
+        thinned(&placed, &x.span, WIDTH).into_iter().map(within).collect::<Vec<_>>()
+    };
+    match &series.mark {
+        Mark::Line(points) => chart.draw_series(LineSeries::new(shown(points), stroke)).map(drop),
+        Mark::Dashes(points) => {
+            let dashes = DashedLineSeries::new(shown(points), fine(6.0), fine(4.0), stroke);
+            chart.draw_series(dashes).map(drop)
+        }
+        Mark::Steps(points) => {
+            chart.draw_series(LineSeries::new(shown(&staircase(points)), stroke)).map(drop)
+        }
+        Mark::Points(points) => {
+            let dots = shown(points).into_iter().map(|point| Circle::new(point, fine(2.6), colour.filled()));
+            chart.draw_series(dots).map(drop)
+        }
+        Mark::ErrorBars(bars) => {
+            let bar = |&(a, middle, half): &(f64, f64, f64)| {
+                let (low, high) = (y.place_inside(middle - half)?, y.place_inside(middle + half)?);
+                let width = fine(7.0).unsigned_abs();
+                Some(ErrorBar::new_vertical(
+                    x.place_inside(a)?,
+                    low,
+                    y.place_inside(middle)?,
+                    high,
+                    stroke,
+                    width,
+                ))
+            };
+            chart.draw_series(bars.iter().filter_map(bar))?;
+            let dots =
+                bars.iter().filter_map(|&(a, middle, _)| Some((x.place_inside(a)?, y.place_inside(middle)?)));
+            chart.draw_series(dots.map(|point| Circle::new(point, fine(3.2), colour.filled()))).map(drop)
+        }
+        Mark::Band(edges) => {
+            let lower =
+                edges.iter().filter_map(|&(a, low, _)| Some((x.place_inside(a)?, y.place_inside(low)?)));
+            let upper = edges
+                .iter()
+                .rev()
+                .filter_map(|&(a, _, high)| Some((x.place_inside(a)?, y.place_inside(high)?)));
+            let outline: Vec<_> = lower.chain(upper).collect();
+            chart.draw_series(std::iter::once(Polygon::new(outline, colour))).map(drop)
+        }
+        Mark::Spans(spans) => {
+            let span = |&(from, to): &(f64, f64)| {
+                let corners = [(x.place_inside(from)?, y.span.start), (x.place_inside(to)?, y.span.end)];
+                Some(Rectangle::new(corners, colour.filled()))
+            };
+            chart.draw_series(spans.iter().filter_map(span)).map(drop)
+        }
+    }
+}
+
+/// The legend, on the line of the panel's title, from the right.
+fn draw_legend(panel: &Panel, area: &Area<'_>) -> Drawn {
+    let size = 13.5;
+    let style = TextStyle::from((FONT, fine(size))).color(&INK).pos(Pos::new(HPos::Left, VPos::Center));
+    let middle = fine(14.0);
+    let mut right = f64::from(WIDTH) - f64::from(RIGHT);
+    for series in panel.series.iter().rev() {
+        let Some(label) = &series.label else { continue };
+        let characters = u32::try_from(label.chars().count()).unwrap_or(u32::MAX);
+        let text_left = right - CHARACTER_WIDTH * size * f64::from(characters);
+        area.draw(&Text::new(label.clone(), (fine(text_left), middle), style.clone()))?;
+        let swatch_right = text_left - 7.0;
+        let (from, to) = (fine(swatch_right - 20.0), fine(swatch_right));
+        let colour = series.colour.rgb().mix(series.opacity.max(0.3));
+        let stroke = colour.stroke_width(fine(series.width.max(1.6)).unsigned_abs());
+        match series.mark {
+            Mark::Line(_) | Mark::Steps(_) => {
+                area.draw(&PathElement::new([(from, middle), (to, middle)], stroke))?;
+            }
+            Mark::Dashes(_) => {
+                let third = (to - from) / 5;
+                area.draw(&PathElement::new([(from, middle), (from + 2 * third, middle)], stroke))?;
+                area.draw(&PathElement::new([(to - 2 * third, middle), (to, middle)], stroke))?;
+            }
+            Mark::Points(_) | Mark::ErrorBars(_) => {
+                area.draw(&Circle::new((i32::midpoint(from, to), middle), fine(3.2), colour.filled()))?;
+            }
+            Mark::Band(_) | Mark::Spans(_) => {
+                let corners = [(from, middle - fine(5.0)), (to, middle + fine(5.0))];
+                area.draw(&Rectangle::new(corners, colour.filled()))?;
+            }
+        }
+        right = swatch_right - 20.0 - 18.0;
+    }
+    Ok(())
+}
+
+/// The corners of a line that is level from each point to the next.
+fn staircase(points: &[(f64, f64)]) -> Vec<(f64, f64)> {
+    let corners = points.windows(2).flat_map(|pair| [pair[0], (pair[1].0, pair[0].1)]);
+    corners.chain(points.last().copied()).collect()
+}
+
+/// Pixels shown to canvas pixels.
+#[expect(clippy::cast_possible_truncation, reason = "a picture is far smaller than 2^31 pixels")]
+fn fine(pixels: f64) -> i32 {
+    (pixels * f64::from(FINE)).round() as i32
+}
+
+impl Colour {
+    fn rgb(self) -> RGBColor {
+        match self {
+            Self::Blue => RGBColor(0, 114, 178),
+            Self::Vermilion => RGBColor(213, 94, 0),
+            Self::Green => RGBColor(0, 158, 115),
+            Self::Purple => RGBColor(170, 80, 140),
+            Self::Orange => RGBColor(230, 159, 0),
+            Self::Black => RGBColor(20, 20, 20),
+            Self::Grey => RGBColor(140, 140, 140),
+        }
+    }
+}

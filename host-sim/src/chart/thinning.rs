@@ -1,0 +1,69 @@
+//! Thinning a line to what a pixel column can show.
+
+use std::ops::Range;
+
+/// The part of `points` within `span` (with one neighbour at each side), at most a first, lowest, highest and last point per
+/// column.
+pub(super) fn thinned(points: &[(f64, f64)], span: &Range<f64>, columns: u32) -> Vec<(f64, f64)> {
+    let column_width = (span.end - span.start) / f64::from(columns);
+    let column = |x: f64| ((x - span.start) / column_width).floor();
+    let mut kept: Vec<(f64, f64)> = Vec::new();
+    let mut rest = inside(points, span);
+    while let Some(&(x, _)) = rest.first() {
+        let here = column(x);
+        let length = rest.iter().take_while(|point| column(point.0).total_cmp(&here).is_eq()).count().max(1);
+        let (run, others) = rest.split_at(length);
+        rest = others;
+        let by_y = |a: &usize, b: &usize| run[*a].1.total_cmp(&run[*b].1);
+        let lowest = (0..length).min_by(by_y).unwrap_or(0);
+        let highest = (0..length).max_by(by_y).unwrap_or(0);
+        let mut indices = [0, lowest.min(highest), lowest.max(highest), length - 1];
+        indices.sort_unstable();
+        let mut last = None;
+        for index in indices {
+            if last != Some(index) {
+                kept.push(run[index]);
+            }
+            last = Some(index);
+        }
+    }
+    kept
+}
+
+/// The points, in order of x, that a window on `span` shows or is cut by.
+fn inside<'a>(points: &'a [(f64, f64)], span: &Range<f64>) -> &'a [(f64, f64)] {
+    let first = points.partition_point(|point| point.0 < span.start).saturating_sub(1);
+    let last = (points.partition_point(|point| point.0 <= span.end) + 1).min(points.len());
+    points.get(first..last).unwrap_or(points)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn exact_extremes_survive() {
+        let mut points: Vec<(f64, f64)> = (0..100_000_u32).map(|i| (f64::from(i), 0.0)).collect();
+        points[31_415].1 = 7.0;
+        points[92_653].1 = -8.0;
+        let kept = thinned(&points, &(0.0..100_000.0), 500);
+        assert!(kept.len() <= 2000);
+        assert!(kept.contains(&(31_415.0, 7.0)) && kept.contains(&(92_653.0, -8.0)));
+        assert_eq!((kept.first(), kept.last()), (points.first(), points.last()));
+        assert!(kept.is_sorted_by(|a, b| a.0 < b.0));
+    }
+
+    #[test]
+    fn exact_a_few_points_stay_as_they_are() {
+        let points = [(0.0, 1.0), (0.5, 3.0), (1.0, 2.0)];
+        assert_eq!(thinned(&points, &(0.0..1.0), 800), points);
+        assert_eq!(thinned(&[], &(0.0..1.0), 800), []);
+    }
+
+    #[test]
+    fn exact_a_window_keeps_one_neighbour_at_each_side() {
+        let points: Vec<(f64, f64)> = (0..10_u32).map(|i| (f64::from(i), 0.0)).collect();
+        let kept = thinned(&points, &(3.5..5.5), 800);
+        assert_eq!(kept.iter().map(|point| point.0).collect::<Vec<_>>(), [3.0, 4.0, 5.0, 6.0]);
+    }
+}

@@ -1,0 +1,289 @@
+//! The command line: one struct a subcommand, each a thin layer over a scene.
+//!
+//! A flag of its own is only a shorter name for a key, so it is checked, refused and hinted at like one. Errors of any kind
+//! are one line on standard error and exit code 2.
+
+use std::io::Write as _;
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+use std::time::Instant;
+
+use clap::{Args, Parser, Subcommand, ValueEnum};
+use indicatif::{ProgressBar, ProgressStyle};
+
+use crate::error::CommandError;
+use crate::export::OutputFolder;
+use crate::position;
+use crate::record::Record;
+use crate::scene::Scene;
+use crate::simulate::{Report, Run, simulate};
+use crate::{export, keys, reproduce};
+
+/// A rotary micro-motor in simulation: open loop, published figures, closed loop.
+#[derive(Debug, Parser)]
+#[command(name = "host-sim", version, about)]
+struct Cli {
+    /// What to do; without it, the default scene's move in closed loop.
+    #[command(subcommand)]
+    command: Option<Command>,
+}
+
+#[derive(Debug, Subcommand)]
+enum Command {
+    /// Run the motor under a constant drive and say how fast it turns.
+    Simulate(SimulateArgs),
+    /// Move the rotor to an angle in closed loop, and draw what happened.
+    Position(PositionArgs),
+    /// Simulate the published tables and figures again and set them side by side
+    Reproduce(ReproduceArgs),
+    /// List every key that --set and scene files take.
+    Keys,
+}
+
+/// How results are written to standard output.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub enum Format {
+    /// For people.
+    #[default]
+    Text,
+    /// For programs: one object.
+    Json,
+}
+
+/// Where the settings of a command come from.
+#[derive(Debug, Default, Args)]
+struct SceneArgs {
+    /// Scene file in TOML
+    #[arg(long, value_name = "FILE.toml")]
+    scene: Option<PathBuf>,
+    /// Set one key, over the scene file; repeatable. `host-sim keys` lists them
+    #[arg(long, value_name = "KEY=VALUE")]
+    set: Vec<String>,
+    /// Names the random numbers of the run
+    #[arg(long, value_name = "N", allow_negative_numbers = true)]
+    seed: Option<String>,
+}
+
+impl SceneArgs {
+    /// The scene, with `flags` (key and value, if given) over everything else.
+    fn load(&self, flags: &[(&str, &Option<String>)]) -> Result<Scene, CommandError> {
+        let mut scene = Scene::load(self.scene.as_deref(), &self.set)?;
+        for (key, value) in flags.iter().chain(&[("seed", &self.seed)]) {
+            if let Some(value) = value {
+                scene.set(key, value)?;
+            }
+        }
+        Ok(scene)
+    }
+}
+
+#[derive(Debug, Args)]
+struct SimulateArgs {
+    /// Mode to drive: b, c or off
+    #[arg(long)]
+    drive: Option<String>,
+    /// Drive amplitude, 0 to 1
+    #[arg(long, allow_negative_numbers = true)]
+    amplitude: Option<String>,
+    /// Simulated time in s
+    #[arg(long, value_name = "S", allow_negative_numbers = true)]
+    duration: Option<String>,
+    /// Time left out of the statistics in s
+    #[arg(long, value_name = "S", allow_negative_numbers = true)]
+    settle: Option<String>,
+    /// Length of a step in s
+    #[arg(long, value_name = "S", allow_negative_numbers = true)]
+    step: Option<String>,
+    /// Law of friction: paper or coulomb
+    #[arg(long)]
+    friction: Option<String>,
+    /// Arithmetic of the motor: f32 or f64
+    #[arg(long)]
+    precision: Option<String>,
+    /// Write the motion as CSV, a row every 50 us
+    #[arg(long, value_name = "FILE.csv")]
+    out: Option<PathBuf>,
+    /// How to print the result
+    #[arg(long, value_enum, default_value = "text")]
+    format: Format,
+    #[command(flatten)]
+    scene: SceneArgs,
+}
+
+impl SimulateArgs {
+    fn execute(&self) -> Result<(), CommandError> {
+        let scene = self.scene.load(&[
+            ("simulate.drive", &self.drive),
+            ("simulate.amplitude", &self.amplitude),
+            ("simulate.duration_s", &self.duration),
+            ("simulate.settle_s", &self.settle),
+            ("simulate.step_s", &self.step),
+            ("simulate.friction", &self.friction),
+            ("simulate.precision", &self.precision),
+        ])?;
+        let run = Run::from_scene(&scene)?;
+        run.schedule()?;
+        let mut record = self.out.as_deref().map(Record::create).transpose()?;
+        let start = Instant::now();
+        let summary = simulate(&run, &mut record)?;
+        let report = Report::new(&run, &summary, start.elapsed().as_secs_f64());
+        record.map_or(Ok(()), Record::publish)?;
+        export::print(&match self.format {
+            Format::Text => report.to_string(),
+            Format::Json => report.json(),
+        })
+    }
+}
+
+#[derive(Debug, Default, Args)]
+struct PositionArgs {
+    /// Target angle, clockwise positive
+    #[arg(long, value_name = "DEG", allow_negative_numbers = true)]
+    to: Option<String>,
+    /// Distance from the target that counts as reached
+    #[arg(long, value_name = "DEG", allow_negative_numbers = true)]
+    tolerance: Option<String>,
+    /// Where to draw the move
+    #[arg(long, value_name = "FILE.svg")]
+    out: Option<PathBuf>,
+    /// How to print the result
+    #[arg(long, value_enum, default_value = "text")]
+    format: Format,
+    #[command(flatten)]
+    scene: SceneArgs,
+}
+
+impl PositionArgs {
+    fn execute(&self) -> Result<(), CommandError> {
+        let scene =
+            self.scene.load(&[("position.to_deg", &self.to), ("position.tolerance_deg", &self.tolerance)])?;
+        let path = self.out.clone().unwrap_or_else(|| PathBuf::from("out/position.svg"));
+        if self.out.is_none() {
+            OutputFolder::create(Path::new("out"))?;
+        }
+        let mut picture = export::Output::create(&path)?;
+        let mut trace = position::Trace::default();
+        let outcome = position::run(&scene, |moment| trace.take(moment))?;
+        let svg = position::svg(&outcome, &trace)?;
+        picture.write_all(svg.as_bytes()).map_err(|source| picture.unwritable(source))?;
+        picture.publish()?;
+        export::print(&match self.format {
+            Format::Text => format!("{outcome}picture            {}\n", path.display()),
+            Format::Json => outcome.json(),
+        })
+    }
+}
+
+#[derive(Debug, Args)]
+struct ReproduceArgs {
+    /// Folder for reproduce.md and its pictures
+    #[arg(long, value_name = "DIR", default_value = "out/reproduce")]
+    out: PathBuf,
+    /// Runs of each motor, 2 to 1000; the paper made five
+    #[arg(long, value_name = "N", default_value = "5", allow_negative_numbers = true)]
+    seeds: String,
+    /// How to print the result
+    #[arg(long, value_enum, default_value = "text")]
+    format: Format,
+}
+
+impl ReproduceArgs {
+    fn execute(&self) -> Result<(), CommandError> {
+        let seeds = reproduce::SEEDS.integer(&self.seeds)?;
+        let folder = OutputFolder::create(&self.out)?;
+        let plan = reproduce::Plan::new(seeds)?;
+        // On standard error, and only if that is a terminal.
+        let bar = ProgressBar::new(plan.steps()).with_style(progress_style());
+        let reproduction = plan.run(&|steps| bar.inc(steps))?;
+        bar.finish_and_clear();
+        let document = reproduction.document();
+        let mut files = reproduction.pictures()?;
+        files.push(("reproduce.md".to_owned(), document.markdown()));
+        folder.publish(&files)?;
+        export::print(&match self.format {
+            Format::Text => format!("{}Written to {}\n", document.text(), self.out.display()),
+            Format::Json => reproduction.json(),
+        })
+    }
+}
+
+fn progress_style() -> ProgressStyle {
+    let template = "{bar:40} {percent:>3} %, {eta} to go";
+    ProgressStyle::with_template(template).unwrap_or_else(|_| ProgressStyle::default_bar())
+}
+
+impl Command {
+    fn execute(&self) -> Result<(), CommandError> {
+        match self {
+            Self::Simulate(args) => args.execute(),
+            Self::Position(args) => args.execute(),
+            Self::Reproduce(args) => args.execute(),
+            Self::Keys => export::print(&keys::table()),
+        }
+    }
+}
+
+/// Runs the command of this process: 0 when it did what was asked, 2 when it could not.
+pub fn main() -> ExitCode {
+    let cli = match Cli::try_parse() {
+        Ok(cli) => cli,
+        // Help and version are no errors.
+        Err(answer) if !answer.use_stderr() => answer.exit(),
+        Err(error) => {
+            eprintln!("{}", usage_error(&error.render().to_string()));
+            return ExitCode::from(2);
+        }
+    };
+    match cli.command.unwrap_or_else(|| Command::Position(PositionArgs::default())).execute() {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) if error.is_broken_pipe() => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("{}", error.one_line());
+            ExitCode::from(2)
+        }
+    }
+}
+
+/// A usage error on one line: what is wrong, and the parser's tip or where to read on.
+fn usage_error(report: &str) -> String {
+    let mut paragraphs = report.split("\n\n").map(|paragraph| {
+        let lines: Vec<&str> = paragraph.lines().map(str::trim).collect();
+        lines.join(" ")
+    });
+    let what = paragraphs.next().unwrap_or_default();
+    let tip = paragraphs.find_map(|paragraph| paragraph.strip_prefix("tip: ").map(str::to_owned));
+    format!(
+        "{what}; hint: {}",
+        tip.unwrap_or_else(|| "`host-sim --help` lists commands and flags".to_owned())
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use clap::CommandFactory as _;
+
+    #[test]
+    fn exact_usage_errors_are_one_line_with_a_hint() {
+        for (arguments, expected) in [
+            (
+                vec!["host-sim", "simulate", "--drve", "b"],
+                "error: unexpected argument '--drve' found; hint: a similar argument exists: '--drive'",
+            ),
+            (
+                vec!["host-sim", "simulate", "--format", "xml"],
+                "error: invalid value 'xml' for '--format <FORMAT>'",
+            ),
+            (vec!["host-sim", "fly"], "error: unrecognized subcommand 'fly'; hint: `host-sim --help`"),
+        ] {
+            let report = Cli::try_parse_from(arguments).unwrap_err().render().to_string();
+            let line = usage_error(&report);
+            assert!(line.starts_with(expected) && line.lines().count() == 1, "{line}");
+        }
+    }
+
+    #[test]
+    fn exact_the_command_line_is_well_formed() {
+        Cli::command().debug_assert();
+    }
+}

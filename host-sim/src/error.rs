@@ -1,0 +1,187 @@
+//! Everything that can go wrong in the command, each as one line that names the culprit and the way out.
+
+use std::io;
+use std::path::PathBuf;
+
+use motor_model::OutOfBounds;
+
+/// Why a command stopped.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum CommandError {
+    /// No setting has this key.
+    #[error("unknown key {key}")]
+    UnknownKey {
+        /// The key as given.
+        key: String,
+        /// The key that looks most like it.
+        nearest: Option<&'static str>,
+    },
+    /// A value outside the bounds of its key.
+    #[error("{key} = {value} is outside its bounds {bounds}{}{unit}", if unit.is_empty() { "" } else { " " })]
+    OutOfBounds {
+        /// Key of the setting.
+        key: String,
+        /// The value as given.
+        value: String,
+        /// Smallest and largest value allowed.
+        bounds: String,
+        /// Unit of value and bounds; empty for a pure number.
+        unit: &'static str,
+    },
+    /// A value that should be a number and is not.
+    #[error("{key} = {value} is not a {wanted}, bounds {bounds}{}{unit}", if unit.is_empty() { "" } else { " " })]
+    NotANumber {
+        /// Key of the setting.
+        key: String,
+        /// The value as given.
+        value: String,
+        /// "number" or "whole number".
+        wanted: &'static str,
+        /// Smallest and largest value allowed.
+        bounds: String,
+        /// Unit of the bounds; empty for a pure number.
+        unit: &'static str,
+    },
+    /// A value that is none of the words its key accepts.
+    #[error("{key} = {value} is none of {}", of.join(", "))]
+    NotAChoice {
+        /// Key of the setting.
+        key: String,
+        /// The value as given.
+        value: String,
+        /// The words accepted.
+        of: &'static [&'static str],
+    },
+    /// `--set` without a key and a value.
+    #[error("--set {text} is not of the form key=value")]
+    NotAnAssignment {
+        /// The argument as given.
+        text: String,
+    },
+    /// Two settings that do not go together.
+    #[error("{conflict}")]
+    Conflict {
+        /// Both settings, their values and why they clash.
+        conflict: String,
+        /// Values that would work.
+        hint: String,
+    },
+    /// A file that cannot be read.
+    #[error("cannot read {}: {source}", path.display())]
+    Unreadable {
+        /// The file.
+        path: PathBuf,
+        /// What the system said.
+        source: io::Error,
+    },
+    /// A scene file that is not TOML, or holds something that is no setting.
+    #[error("{}:{line}:{column}: {message}", path.display())]
+    Malformed {
+        /// The file.
+        path: PathBuf,
+        /// Line, from 1.
+        line: usize,
+        /// Column, from 1.
+        column: usize,
+        /// What is wrong there.
+        message: String,
+    },
+    /// A setting refused, and where in the scene file it stands.
+    #[error("{}:{line}:{column}: {source}", path.display())]
+    InFile {
+        /// The file.
+        path: PathBuf,
+        /// Line, from 1.
+        line: usize,
+        /// Column, from 1.
+        column: usize,
+        /// Why it was refused.
+        source: Box<CommandError>,
+    },
+    /// A result that cannot be written.
+    #[error("cannot write {}: {source}", path.display())]
+    Unwritable {
+        /// The file or folder.
+        path: PathBuf,
+        /// What the system said.
+        source: io::Error,
+    },
+    /// Standard output refused the result.
+    #[error("cannot write to standard output: {0}")]
+    StandardOutput(#[source] io::Error),
+    /// A picture that could not be laid out.
+    #[error("cannot draw the picture: {0}")]
+    Drawing(String),
+    /// A run whose numbers grew beyond all bounds.
+    #[error("the run diverged: {quantity} is no longer finite after {time_s} s")]
+    Diverged {
+        /// What is not finite.
+        quantity: &'static str,
+        /// Simulated time.
+        time_s: f64,
+    },
+}
+
+impl CommandError {
+    /// What to try instead, where there is something to say.
+    pub fn hint(&self) -> Option<String> {
+        match self {
+            Self::UnknownKey { nearest: Some(nearest), .. } => Some(format!("did you mean {nearest}?")),
+            Self::UnknownKey { nearest: None, .. } => Some("`host-sim keys` lists every key".to_owned()),
+            Self::NotAnAssignment { .. } => Some("for example --set motor.stator_mass_kg=9.7e-6".to_owned()),
+            Self::Conflict { hint, .. } => Some(hint.clone()),
+            Self::InFile { source, .. } => source.hint(),
+            Self::Diverged { .. } => {
+                Some("a smaller simulate.step_s, or parameters nearer to nominal".to_owned())
+            }
+            _ => None,
+        }
+    }
+
+    /// Whether the reader of standard output went away, which is no error of ours.
+    pub fn is_broken_pipe(&self) -> bool {
+        matches!(self, Self::StandardOutput(error) if error.kind() == io::ErrorKind::BrokenPipe)
+    }
+
+    /// The whole report, on one line.
+    pub fn one_line(&self) -> String {
+        let text = match self.hint() {
+            Some(hint) => format!("error: {self}; hint: {hint}"),
+            None => format!("error: {self}"),
+        };
+        // Values come from the user and may hold line breaks or terminal codes.
+        text.chars().map(|c| if c.is_control() { ' ' } else { c }).collect()
+    }
+}
+
+impl From<OutOfBounds> for CommandError {
+    fn from(OutOfBounds { key, value, min, max, unit }: OutOfBounds) -> Self {
+        let bounds = format!("{} to {}", plain(min), plain(max));
+        Self::OutOfBounds { key: key.to_owned(), value: plain(value), bounds, unit }
+    }
+}
+
+/// A number as a person would write it: with an exponent where zeros would have to be counted.
+pub fn plain(x: f64) -> String {
+    if x != 0.0 && (x.abs() < 1e-3 || x.abs() >= 1e6) { format!("{x:e}") } else { format!("{x}") }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn exact_one_line_even_for_values_with_line_breaks() {
+        let error =
+            CommandError::UnknownKey { key: "a\nb\u{1b}[31m".to_owned(), nearest: Some("motor.friction") };
+        assert_eq!(error.one_line(), "error: unknown key a b [31m; hint: did you mean motor.friction?");
+    }
+
+    #[test]
+    fn exact_out_of_bounds_names_key_value_bounds_and_unit() {
+        let refused = OutOfBounds { key: "step_s", value: f64::NAN, min: 1e-9, max: 1e-3, unit: "s" };
+        let error = CommandError::from(refused);
+        assert_eq!(error.to_string(), "step_s = NaN is outside its bounds 1e-9 to 0.001 s");
+    }
+}

@@ -1,0 +1,165 @@
+//! Files that appear whole or not at all.
+//!
+//! A result is written to a temporary file beside its destination, which is opened before the run starts, and renamed over the
+//! destination when everything is in it. A failed run leaves what was there before.
+
+use std::io::{self, BufWriter, Write};
+use std::path::{Path, PathBuf};
+
+use tempfile::NamedTempFile;
+
+use crate::error::CommandError;
+
+/// A file under way.
+#[derive(Debug)]
+pub struct Output {
+    path: PathBuf,
+    writer: BufWriter<NamedTempFile>,
+}
+
+impl Output {
+    /// Opens a file that will be at `path` after [`Self::publish`].
+    ///
+    /// # Errors
+    /// When `path` is a folder, or nothing can be written beside it.
+    pub fn create(path: &Path) -> Result<Self, CommandError> {
+        let unwritable = |source| CommandError::Unwritable { path: path.to_owned(), source };
+        if path.is_dir() {
+            return Err(unwritable(io::ErrorKind::IsADirectory.into()));
+        }
+        let has_name = path.file_name().is_some() && !path.as_os_str().to_string_lossy().ends_with('/');
+        if !has_name {
+            return Err(unwritable(io::Error::new(io::ErrorKind::InvalidInput, "it names no file")));
+        }
+        if path.exists() && !path.is_file() {
+            return Err(unwritable(io::Error::new(io::ErrorKind::InvalidInput, "it is no ordinary file")));
+        }
+        let folder = match path.parent() {
+            Some(parent) if !parent.as_os_str().is_empty() => parent,
+            _ => Path::new("."),
+        };
+        if !folder.is_dir() {
+            let source = io::Error::new(io::ErrorKind::NotFound, "its folder does not exist");
+            return Err(unwritable(source));
+        }
+        let mut builder = tempfile::Builder::new();
+        builder.prefix(".host-sim-");
+        // A temporary file is private by default, a result is an ordinary file; the umask still applies.
+        #[cfg(unix)]
+        builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
+        // Only the kind: the text would name the temporary file.
+        let file = builder.tempfile_in(folder).map_err(|error| unwritable(error.kind().into()))?;
+        Ok(Self { path: path.to_owned(), writer: BufWriter::new(file) })
+    }
+
+    /// Puts the file in its place, over what was there.
+    ///
+    /// # Errors
+    /// When the rest cannot be written or the file not be renamed; the destination is then as it was.
+    pub fn publish(self) -> Result<(), CommandError> {
+        let Self { path, writer } = self;
+        let written = writer.into_inner().map_err(io::IntoInnerError::into_error);
+        written
+            .and_then(|file| file.persist(&path).map_err(|error| error.error))
+            .map(|_| ())
+            .map_err(|source| CommandError::Unwritable { path, source })
+    }
+
+    /// The error that says that this file could not be written.
+    pub fn unwritable(&self, source: io::Error) -> CommandError {
+        CommandError::Unwritable { path: self.path.clone(), source }
+    }
+}
+
+impl Write for Output {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        self.writer.write(bytes)
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        self.writer.flush()
+    }
+}
+
+/// A set of text files for one folder, published together at the end.
+#[derive(Debug)]
+pub struct OutputFolder {
+    folder: PathBuf,
+}
+
+impl OutputFolder {
+    /// Makes the folder if need be and checks that files can be written there.
+    ///
+    /// # Errors
+    /// When they cannot.
+    pub fn create(folder: &Path) -> Result<Self, CommandError> {
+        std::fs::create_dir_all(folder)
+            .map_err(|source| CommandError::Unwritable { path: folder.to_owned(), source })?;
+        // Opened and dropped: the temporary file goes with it.
+        Output::create(&folder.join("probe"))?;
+        Ok(Self { folder: folder.to_owned() })
+    }
+
+    /// Writes every file, name and text, before the first of them is put in its place.
+    ///
+    /// # Errors
+    /// When one cannot be written.
+    pub fn publish(&self, files: &[(String, String)]) -> Result<(), CommandError> {
+        let mut outputs = Vec::with_capacity(files.len());
+        for (name, text) in files {
+            let mut output = Output::create(&self.folder.join(name))?;
+            output.write_all(text.as_bytes()).map_err(|source| output.unwritable(source))?;
+            outputs.push(output);
+        }
+        outputs.into_iter().try_for_each(Output::publish)
+    }
+}
+
+/// Writes `text` to standard output.
+///
+/// # Errors
+/// When standard output is closed or full.
+pub fn print(text: &str) -> Result<(), CommandError> {
+    let mut stdout = io::stdout().lock();
+    stdout.write_all(text.as_bytes()).and_then(|()| stdout.flush()).map_err(CommandError::StandardOutput)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::fs;
+
+    #[test]
+    fn exact_the_old_file_stays_until_the_new_one_is_whole() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("result.csv");
+        fs::write(&path, "old").unwrap();
+
+        let mut abandoned = Output::create(&path).unwrap();
+        abandoned.write_all(b"half").unwrap();
+        abandoned.flush().unwrap();
+        drop(abandoned);
+        assert_eq!(fs::read_to_string(&path).unwrap(), "old");
+
+        let mut output = Output::create(&path).unwrap();
+        output.write_all(b"new").unwrap();
+        assert_eq!(fs::read_to_string(&path).unwrap(), "old");
+        output.publish().unwrap();
+        assert_eq!(fs::read_to_string(&path).unwrap(), "new");
+        assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1, "no temporary file is left");
+    }
+
+    #[test]
+    fn exact_unwritable_places_are_refused_at_once() {
+        let folder = tempfile::tempdir().unwrap();
+        let nowhere = folder.path().join("missing/result.csv");
+        for path in [nowhere.as_path(), folder.path(), Path::new("/dev/null"), Path::new("")] {
+            assert!(
+                matches!(Output::create(path), Err(CommandError::Unwritable { .. })),
+                "{}",
+                path.display()
+            );
+        }
+        assert!(OutputFolder::create(Path::new("/dev/null/x")).is_err());
+    }
+}

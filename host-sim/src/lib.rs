@@ -1,0 +1,37 @@
+//! The motor on a desk: plant, scenes, runs, reports and the `host-sim` command.
+//!
+//! In the order of the data:
+//!
+//! | module | what it is |
+//! |---|---|
+//! | [`scene`] | every setting by its key: defaults, then a TOML file, then `--set`, then flags |
+//! | [`chance`] | one seeded stream of random numbers per source of noise |
+//! | [`simulate`] | one run of the open loop: motor, constant drive, observers, summary |
+//! | [`statistics`], [`spectrum`] | what is said of a run: mean and spread, the largest spectral line |
+//! | [`record`] | a run written down, one row every 50 us |
+//! | [`reproduce`] | the published tables and figures beside ours, with verdicts |
+//! | [`chart`] | pictures as SVG |
+//! | [`export`] | files that appear whole or not at all |
+//! | [`keys`], [`cli`], [`error`] | the command itself |
+//!
+//! Clockwise and upward are positive; every name carries its unit.
+
+pub mod chance;
+pub mod chart;
+pub mod cli;
+pub mod closed_loop;
+pub mod error;
+pub mod export;
+pub mod instruments;
+pub mod keys;
+pub mod plant;
+pub mod position;
+pub mod record;
+pub mod reproduce;
+pub mod scene;
+pub mod simulate;
+pub mod spectrum;
+pub mod statistics;
+
+pub use error::CommandError;
+pub use scene::{Kind, Scene, Setting};

@@ -1,0 +1,108 @@
+//! The plant: the motor to be controlled, which nobody in the loop knows.
+//!
+//! The same physics as the twin, but in `f64`, at a finer step and with parameters drawn within Table 1's tolerances: an estimator
+//! tested on its own model looks better than it is. The generator drives it at the *nominal* resonances, wherever its own are.
+
+use motor_model::params::Parameter;
+use motor_model::{
+    AmplitudeVariation, DriveCommand, DriveTuning, FrictionLaw, Motor, MotorParams, MotorSetup, MotorState,
+    Time,
+};
+
+use crate::chance::{self, Source};
+use crate::error::CommandError;
+use crate::scene::{Kind, Scene, Setting};
+
+/// The plant's settings.
+pub const SETTINGS: &[Setting] = &[
+    Setting {
+        key: "plant.step_s",
+        unit: "s",
+        kind: Kind::Number { default: 1e-6, min: 1e-8, max: 1e-5 },
+        meaning: "step of the plant; must divide the loop's 10 us and the instruments' periods",
+    },
+    Setting {
+        key: "plant.parameters",
+        unit: "",
+        kind: Kind::Choice { default: "drawn", of: &["drawn", "nominal"] },
+        meaning: "drawn within Table 1's tolerances by the seed (what a scene sets is kept), or as they stand",
+    },
+    Setting {
+        key: "plant.friction",
+        unit: "",
+        kind: Kind::Choice { default: "coulomb", of: &["coulomb", "paper"] },
+        meaning: "friction law",
+    },
+];
+
+/// The motor under control, and where it is.
+#[derive(Clone, Debug)]
+pub struct Plant {
+    motor: Motor<f64>,
+    state: MotorState<f64>,
+    params: MotorParams,
+    step_nanos_num: f64,
+}
+
+impl Plant {
+    /// The plant that the scene's seed names, at rest at angle 0.
+    ///
+    /// # Errors
+    /// When the model refuses the scene's parameters.
+    pub fn draw(scene: &Scene) -> Result<Self, CommandError> {
+        let params = match scene.choice("plant.parameters") {
+            "drawn" => {
+                let drawn = scene.motor_params().draw(&mut chance::stream(scene.seed(), Source::PlantDraw));
+                // What the scene sets, it means: only the rest is drawn.
+                scene
+                    .motor_overrides()
+                    .try_fold(drawn, |params, (parameter, value)| params.with(parameter, value))?
+            }
+            _ => scene.motor_params(),
+        };
+        let nominal = MotorParams::nominal();
+        let mut variation = chance::stream(scene.seed(), Source::AmplitudeVariation);
+        let step_s = scene.number("plant.step_s");
+        let setup = MotorSetup {
+            friction_law: if scene.choice("plant.friction") == "paper" {
+                FrictionLaw::Paper
+            } else {
+                FrictionLaw::Coulomb
+            },
+            tuning: DriveTuning::Fixed {
+                b_hz: nominal.get(Parameter::ModeBFrequency),
+                c_hz: nominal.get(Parameter::ModeCFrequency),
+            },
+            variation: AmplitudeVariation::draw(&params, &mut variation),
+            ..MotorSetup::with_step(step_s)
+        };
+        let motor = Motor::try_new(&params, &setup)?;
+        Ok(Self { motor, state: MotorState::default(), params, step_nanos_num: step_s * 1e9 })
+    }
+
+    /// The parameters drawn.
+    pub fn params(&self) -> &MotorParams {
+        &self.params
+    }
+
+    /// Where the motor is.
+    pub fn state(&self) -> &MotorState<f64> {
+        &self.state
+    }
+
+    /// One step under `command`.
+    pub fn step(&mut self, command: DriveCommand) {
+        self.motor.step(&mut self.state, command);
+    }
+
+    /// The present, rounded to the nanosecond.
+    #[expect(
+        clippy::cast_precision_loss,
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss,
+        reason = "2^53 steps are years"
+    )]
+    pub fn now(&self) -> Time {
+        Time::from_nanos((self.state.steps as f64 * self.step_nanos_num).round() as u64)
+    }
+}

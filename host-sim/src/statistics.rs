@@ -1,0 +1,111 @@
+//! Mean and spread, in one pass and constant memory.
+
+use average::{Estimate, Variance};
+use motor_model::math;
+use serde::Serialize;
+
+/// Mean and sample standard deviation of a quantity.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+pub struct Spread {
+    /// Mean.
+    pub mean: f64,
+    /// Sample standard deviation; 0 for fewer than two values.
+    pub sd: f64,
+}
+
+/// Mean and spread of a stream of values.
+#[derive(Clone, Debug, Default)]
+pub struct Accumulator {
+    variance: Variance,
+}
+
+impl Accumulator {
+    /// Takes a value into account.
+    pub fn add(&mut self, value: f64) {
+        self.variance.add(value);
+    }
+
+    /// Mean and spread so far; zero for no value.
+    pub fn spread(&self) -> Spread {
+        match self.variance.len() {
+            0 => Spread::default(),
+            1 => Spread { mean: self.variance.mean(), sd: 0.0 },
+            _ => Spread { mean: self.variance.mean(), sd: math::sqrt(self.variance.sample_variance()) },
+        }
+    }
+}
+
+impl FromIterator<f64> for Spread {
+    fn from_iter<I: IntoIterator<Item = f64>>(values: I) -> Self {
+        let mut accumulator = Accumulator::default();
+        values.into_iter().for_each(|value| accumulator.add(value));
+        accumulator.spread()
+    }
+}
+
+/// A straight line through points, and how well they lie on it.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Line {
+    /// Rise of y per x.
+    pub slope: f64,
+    /// y at x = 0.
+    pub intercept: f64,
+    /// Pearson's linear correlation of x and y, -1 to 1; 0 where y does not vary.
+    pub correlation: f64,
+}
+
+impl Line {
+    /// Least squares through `points`; `None` unless x takes two values.
+    pub fn through(points: &[(f64, f64)]) -> Option<Self> {
+        let x: Spread = points.iter().map(|point| point.0).collect();
+        let y: Spread = points.iter().map(|point| point.1).collect();
+        let products = points.iter().map(|point| (point.0 - x.mean) * (point.1 - y.mean));
+        let degrees_of_freedom = u32::try_from(points.len()).ok()?.checked_sub(1)?;
+        if x.sd <= 0.0 {
+            return None;
+        }
+        let covariance = products.sum::<f64>() / f64::from(degrees_of_freedom);
+        let slope = covariance / (x.sd * x.sd);
+        let correlation = if y.sd > 0.0 { covariance / (x.sd * y.sd) } else { 0.0 };
+        Some(Self { slope, intercept: y.mean - slope * x.mean, correlation })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// 2, 4, 4, 4, 5, 5, 7, 9: mean 5, sum of squares 32, so the sample variance is 32 / 7.
+    #[test]
+    fn exact_mean_and_sample_deviation() {
+        let spread: Spread = [2.0, 4.0, 4.0, 4.0, 5.0, 5.0, 7.0, 9.0].into_iter().collect();
+        assert!((spread.mean - 5.0).abs() < 1e-15);
+        assert!((spread.sd * spread.sd - 32.0 / 7.0).abs() < 1e-14);
+    }
+
+    #[test]
+    fn exact_none_and_one_value() {
+        assert_eq!([].into_iter().collect::<Spread>(), Spread { mean: 0.0, sd: 0.0 });
+        assert_eq!([3.0].into_iter().collect::<Spread>(), Spread { mean: 3.0, sd: 0.0 });
+    }
+
+    /// Large offset, small spread: the sum of squares would lose every digit.
+    #[test]
+    fn law_shift_leaves_the_spread() {
+        let spread: Spread = [1e9 + 1.0, 1e9 + 2.0, 1e9 + 3.0].into_iter().collect();
+        assert!((spread.sd - 1.0).abs() < 1e-12);
+    }
+
+    /// Anscombe's first set: slope 0.5001, intercept 3.0001, r = 0.81642 (Anscombe 1973).
+    #[test]
+    fn tool_anscombe() {
+        let x = [10.0, 8.0, 13.0, 9.0, 11.0, 14.0, 6.0, 4.0, 12.0, 7.0, 5.0];
+        let y = [8.04, 6.95, 7.58, 8.81, 8.33, 9.96, 7.24, 4.26, 10.84, 4.82, 5.68];
+        let points: Vec<_> = x.into_iter().zip(y).collect();
+        let line = Line::through(&points).unwrap();
+        assert!((line.slope - 0.500_09).abs() < 1e-5);
+        assert!((line.intercept - 3.000_09).abs() < 1e-5);
+        assert!((line.correlation - 0.816_42).abs() < 1e-5);
+        assert_eq!(Line::through(&points[..1]), None);
+    }
+}

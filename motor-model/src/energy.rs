@@ -1,0 +1,340 @@
+//! Where the energy goes: an account of every joule, kept beside a run and closed by tests.
+//!
+//! ```text
+//! stored = sum 1/2 M_n (g_n'^2 + w_n^2 g_n^2) + 1/2 m_r v_z^2 + m_r g z + 1/2 J rate^2,   M_A = m_s, M_B = M_C = m_s / 2
+//!
+//! d(stored) = supplied + reaction left out + lift
+//!           - modal damping - squeeze film - drag - normal loss - friction loss
+//! ```
+//!
+//! Each term comes from its own law, none from the balance:
+//!
+//! ```text
+//! supplied        integral M_n a_n(t) g_n' dt          modal damping  integral M_n 2 zeta_n w_n g_n'^2 dt
+//! squeeze film    integral b_z v_z^2 dt                drag           integral b_th R_t^2 rate^2 dt
+//! normal loss     1/2 (1 - e^2) (u' - v_z)^2 / (1/m_r + sum phi_n^2 / M_n)    a collision of two free bodies
+//! friction loss   I_t (slip before + slip after) / 2   reaction left out  I_t s'
+//! lift            m_r g (-gap)
+//! ```
+//!
+//! The *reaction left out* is the work that the teeth would do if they felt the tangential impulse `I_t`: the PMM lets them push the
+//! rotor for nothing. The *lift* is what the end-of-step rule creates when it puts the rotor back on a tooth. The
+//! integrals are five-point Gauss-Legendre sums over each step of the exact motion, which is off by less than 1e-12 of the term at
+//! 10 us.
+
+use crate::error::OutOfBounds;
+use crate::impact::Impact;
+use crate::math::{self, Real};
+use crate::modes::{DriveTuning, Mode};
+use crate::motor::{MotorSetup, MotorState};
+use crate::params::{MotorParams, Parameter};
+use crate::phase::Phase;
+use crate::rotor::tangential_damping_per_s;
+use crate::teeth::ToothPair;
+
+/// What a step tells of itself to whoever keeps the account.
+pub trait Ledger<T: Real> {
+    /// A step of `step_s` without contact is about to start from `state`, with the drive in force.
+    fn free_motion(&mut self, state: &MotorState<T>, step_s: f64);
+    /// An impact took `before` to `after`.
+    fn impact(&mut self, before: &MotorState<T>, after: &MotorState<T>, impact: &Impact<T>);
+    /// The rotor was raised by `height_m`.
+    fn lift(&mut self, height_m: T);
+}
+
+/// Keeps no account, at no cost.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct NoLedger;
+
+impl<T: Real> Ledger<T> for NoLedger {
+    #[inline]
+    fn free_motion(&mut self, _: &MotorState<T>, _: f64) {}
+    #[inline]
+    fn impact(&mut self, _: &MotorState<T>, _: &MotorState<T>, _: &Impact<T>) {}
+    #[inline]
+    fn lift(&mut self, _: T) {}
+}
+
+/// Energies in J since the account was opened, each positive as its name says.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct EnergyFlows {
+    /// Work of the coil's field on the modes.
+    pub supplied_j: f64,
+    /// Work of the teeth on the rotor for which the PMM asks no reaction of them.
+    pub reaction_left_out_j: f64,
+    /// Potential energy created by lifting a rotor found inside a tooth.
+    pub lift_j: f64,
+    /// Lost to the damping of modes A, B and C.
+    pub modal_damping_j: f64,
+    /// Lost to the squeeze film under the rotor.
+    pub squeeze_film_j: f64,
+    /// Lost to the drag on the rotation.
+    pub drag_j: f64,
+    /// Lost to restitution at impacts.
+    pub normal_loss_j: f64,
+    /// Lost to slip at impacts.
+    pub friction_loss_j: f64,
+}
+
+impl EnergyFlows {
+    /// What should have been added to the stored energy.
+    pub fn net_j(&self) -> f64 {
+        self.supplied_j + self.reaction_left_out_j + self.lift_j
+            - (self.modal_damping_j
+                + self.squeeze_film_j
+                + self.drag_j
+                + self.normal_loss_j
+                + self.friction_loss_j)
+    }
+
+    /// Sum of the magnitudes: what an imbalance is to be compared with.
+    pub fn turnover_j(&self) -> f64 {
+        [
+            self.supplied_j,
+            self.reaction_left_out_j,
+            self.lift_j,
+            self.modal_damping_j,
+            self.squeeze_film_j,
+            self.drag_j,
+            self.normal_loss_j,
+            self.friction_loss_j,
+        ]
+        .iter()
+        .map(|flow| flow.abs())
+        .sum()
+    }
+}
+
+/// Nodes of the Gauss-Legendre rule on 0..1.
+const NODES: usize = 5;
+/// Nodes and weights of order 10 on 0..1: `(1 +- sqrt(5 +- 2 sqrt(10/7)) / 3) / 2`, with `128/450` and
+/// `(322 +- 13 sqrt 70) / 1800`.
+const GAUSS_LEGENDRE: [(f64, f64); NODES] = [
+    (0.046_910_077_030_668_004, 0.118_463_442_528_094_54),
+    (0.230_765_344_947_158_45, 0.239_314_335_249_683_23),
+    (0.5, 0.284_444_444_444_444_44),
+    (0.769_234_655_052_841_5, 0.239_314_335_249_683_23),
+    (0.953_089_922_969_332, 0.118_463_442_528_094_54),
+];
+
+/// An account of the energy of one motor, in `f64` whatever the motor's precision.
+///
+/// ```
+/// use motor_model::{DriveCommand, DriveMode, EnergyLedger, Motor, MotorParams, MotorSetup, MotorState};
+///
+/// let (params, setup) = (MotorParams::nominal(), MotorSetup::with_step(1e-6));
+/// let motor = Motor::<f64>::try_new(&params, &setup)?;
+/// let mut ledger = EnergyLedger::try_new(&params, &setup)?;
+/// let mut state = MotorState::default();
+/// for _ in 0..20_000 {
+///     motor.step_with(&mut state, DriveCommand::full(DriveMode::B), &mut ledger);
+/// }
+/// let flows = ledger.flows();
+/// assert!((ledger.stored_j(&state) - flows.net_j()).abs() < 1e-9 * flows.turnover_j());
+/// # Ok::<(), motor_model::OutOfBounds>(())
+/// ```
+#[derive(Clone, Debug)]
+pub struct EnergyLedger {
+    params: MotorParams,
+    modes: [Mode; 3],
+    teeth: [ToothPair<f64>; 2],
+    tuning: DriveTuning,
+    /// Rows for `g'` of `exp(A h x)` at the nodes `x`, for each mode.
+    velocity_rows: [[[f64; 2]; 3]; NODES],
+    flows: EnergyFlows,
+}
+
+impl EnergyLedger {
+    /// An account for the motor of these parameters and this set-up.
+    ///
+    /// # Errors
+    /// When mode A is damped beyond 0.99 of critical.
+    pub fn try_new(params: &MotorParams, setup: &MotorSetup) -> Result<Self, OutOfBounds> {
+        let modes = Mode::all(params)?;
+        let velocity_rows = GAUSS_LEGENDRE.map(|(node, _)| {
+            modes.map(|mode| {
+                let [_, [vg, vv]] = mode.propagator_minus_identity(setup.step_s * node);
+                [vg, 1.0 + vv]
+            })
+        });
+        Ok(Self {
+            params: *params,
+            modes,
+            teeth: ToothPair::both(params, &setup.variation),
+            tuning: setup.tuning,
+            velocity_rows,
+            flows: EnergyFlows::default(),
+        })
+    }
+
+    /// The flows so far.
+    pub fn flows(&self) -> EnergyFlows {
+        self.flows
+    }
+
+    /// Energy stored in modes and rotor, from zero at rest at height zero.
+    pub fn stored_j<T: Real>(&self, state: &MotorState<T>) -> f64 {
+        let modal: f64 = (self.modes.iter())
+            .zip(&state.modes.displacement_m)
+            .zip(&state.modes.velocity_m_s)
+            .map(|((mode, g), v)| {
+                let (wg, v) = (mode.natural_rad_s * g.to_f64(), v.to_f64());
+                0.5 * mode.mass_kg * (v * v + wg * wg)
+            })
+            .sum();
+        let rotor = &state.rotor;
+        let (z, v, rate) = (rotor.height_m.to_f64(), rotor.velocity_m_s.to_f64(), rotor.rate_rad_s.to_f64());
+        let mass = self.params.get(Parameter::RotorMass);
+        modal
+            + mass * (0.5 * v * v + self.params.get(Parameter::Gravity) * z)
+            + 0.5 * self.params.get(Parameter::RotorInertia) * rate * rate
+    }
+
+    /// Damping loss of each mode and work of the drive over a step.
+    fn modal_flows<T: Real>(&mut self, state: &MotorState<T>, step_s: f64) {
+        let g = state.modes.displacement_m.map(Real::to_f64);
+        let v = state.modes.velocity_m_s.map(Real::to_f64);
+        let drive = SteadyDrive::of(&self.modes, self.tuning, state);
+        // What is left when the driven mode's steady motion is taken out moves freely.
+        let (g_steady, v_steady) = drive.as_ref().map_or((0.0, 0.0), |drive| drive.motion(0.0));
+        let [mode_a, mode_b, mode_c] = self.modes;
+        for (rows, (node, weight)) in self.velocity_rows.iter().zip(GAUSS_LEGENDRE) {
+            let dt = weight * step_s;
+            let [row_a, row_b, row_c] = rows;
+            for (index, mode, [vg, vv], g, v) in
+                [(0, mode_a, row_a, g.x, v.x), (1, mode_b, row_b, g.y, v.y), (2, mode_c, row_c, g.z, v.z)]
+            {
+                let mut velocity = vg * g + vv * v;
+                if let Some(drive) = drive.as_ref().filter(|drive| drive.mode_index == index) {
+                    velocity += drive.motion(node).1 - (vg * g_steady + vv * v_steady);
+                    self.flows.supplied_j += mode.mass_kg * drive.acceleration(node) * velocity * dt;
+                }
+                let damping = 2.0 * mode.damping_ratio * mode.natural_rad_s * mode.mass_kg;
+                self.flows.modal_damping_j += damping * velocity * velocity * dt;
+            }
+        }
+    }
+
+    /// Losses of the rotor in flight over a step.
+    fn rotor_flows<T: Real>(&mut self, state: &MotorState<T>, step_s: f64) {
+        let v = state.rotor.velocity_m_s.to_f64();
+        let rate = state.rotor.rate_rad_s.to_f64();
+        let damping = self.params.get(Parameter::VerticalDamping);
+        let k = damping / self.params.get(Parameter::RotorMass);
+        let gravity = self.params.get(Parameter::Gravity);
+        for (node, weight) in GAUSS_LEGENDRE {
+            let t = step_s * node;
+            let velocity = v + math::exp_m1(-k * t) * v - gravity * t * math::decay_mean(k * t);
+            self.flows.squeeze_film_j += damping * velocity * velocity * weight * step_s;
+        }
+        // b_th R_t^2 times the integral of rate^2, which decays at twice the rate's own.
+        let k = tangential_damping_per_s(&self.params);
+        self.flows.drag_j += self.params.get(Parameter::RotorInertia)
+            * k
+            * rate
+            * rate
+            * step_s
+            * math::decay_mean(2.0 * k * step_s);
+    }
+}
+
+impl<T: Real> Ledger<T> for EnergyLedger {
+    fn free_motion(&mut self, state: &MotorState<T>, step_s: f64) {
+        self.modal_flows(state, step_s);
+        self.rotor_flows(state, step_s);
+    }
+
+    fn impact(&mut self, before: &MotorState<T>, after: &MotorState<T>, impact: &Impact<T>) {
+        let [first, second] = &self.teeth;
+        let tooth = if impact.pair == 0 { first } else { second };
+        let approach = impact.approach_m_s.to_f64();
+        let restitution = self.params.get(Parameter::Restitution);
+        // 1/m_r + sum phi_n^2 / M_n: how easily the contact gives way.
+        let compliance = 1.0 / self.params.get(Parameter::RotorMass)
+            + (self.modes.iter().zip(&tooth.shape)).map(|(mode, phi)| phi * phi / mode.mass_kg).sum::<f64>();
+        self.flows.normal_loss_j +=
+            0.5 * (1.0 - restitution * restitution) * approach * approach / compliance;
+
+        let impulse = impact.tangential_impulse_n_s.to_f64();
+        let radius = self.params.get(Parameter::ToothRadius);
+        let turned = radius * (after.rotor.rate_rad_s.to_f64() - before.rotor.rate_rad_s.to_f64());
+        let tooth_speed = tooth.lever.dot(&before.modes.velocity_m_s.map(Real::to_f64));
+        let slip = tooth_speed - radius * before.rotor.rate_rad_s.to_f64();
+        self.flows.friction_loss_j += impulse * (slip - 0.5 * turned);
+        self.flows.reaction_left_out_j += impulse * tooth_speed;
+    }
+
+    fn lift(&mut self, height_m: T) {
+        self.flows.lift_j +=
+            self.params.get(Parameter::RotorMass) * self.params.get(Parameter::Gravity) * height_m.to_f64();
+    }
+}
+
+/// The steady motion under the drive in force, through a step.
+struct SteadyDrive {
+    mode_index: usize,
+    phase: Phase,
+    increment: Phase,
+    acceleration_m_s2: f64,
+    drive_rad_s: f64,
+    /// Steady displacement per unit of sine and cosine of the phase.
+    in_phase_m: f64,
+    quadrature_m: f64,
+}
+
+impl SteadyDrive {
+    fn of<T: Real>(modes: &[Mode; 3], tuning: DriveTuning, state: &MotorState<T>) -> Option<Self> {
+        use crate::drive::DriveMode;
+        use core::f64::consts::TAU;
+        let command = state.forcing.command();
+        let [_, b, c] = modes;
+        let (mode_index, mode, fixed_hz) = match (command.mode()?, tuning) {
+            (DriveMode::B, DriveTuning::Resonant) => (1, b, None),
+            (DriveMode::C, DriveTuning::Resonant) => (2, c, None),
+            (DriveMode::B, DriveTuning::Fixed { b_hz, .. }) => (1, b, Some(b_hz)),
+            (DriveMode::C, DriveTuning::Fixed { c_hz, .. }) => (2, c, Some(c_hz)),
+        };
+        let w = fixed_hz.map_or(mode.natural_rad_s, |hz| TAU * hz)
+            + TAU * f64::from(command.frequency_offset_hz());
+        let acceleration_m_s2 = f64::from(command.amplitude()) * mode.drive_acceleration_m_s2();
+        let stiffness = (mode.natural_rad_s - w) * (mode.natural_rad_s + w);
+        let resistance = 2.0 * mode.damping_ratio * mode.natural_rad_s * w;
+        let square = stiffness * stiffness + resistance * resistance;
+        // Undamped and on resonance there is no steady motion, but then the drive, which carries zeta, is nothing too.
+        let per_square = if acceleration_m_s2 == 0.0 { 0.0 } else { acceleration_m_s2 / square };
+        Some(Self {
+            mode_index,
+            phase: state.phase,
+            increment: state.forcing.increment(),
+            acceleration_m_s2,
+            drive_rad_s: w,
+            in_phase_m: per_square * stiffness,
+            quadrature_m: -per_square * resistance,
+        })
+    }
+
+    /// Sine and cosine of the drive's phase at a fraction `x` of the step.
+    fn sin_cos(&self, x: f64) -> (f64, f64) {
+        #[expect(
+            clippy::cast_precision_loss,
+            clippy::cast_possible_truncation,
+            reason = "2^-53 of an increment is below the quadrature's error"
+        )]
+        let part = (self.increment.units().cast_signed() as f64 * x) as i64;
+        self.phase.advanced(Phase::from_units(part.cast_unsigned())).sin_cos()
+    }
+
+    /// Steady displacement and velocity at a fraction `x` of the step.
+    fn motion(&self, x: f64) -> (f64, f64) {
+        let (sin, cos) = self.sin_cos(x);
+        (
+            self.in_phase_m * sin + self.quadrature_m * cos,
+            self.drive_rad_s * (self.in_phase_m * cos - self.quadrature_m * sin),
+        )
+    }
+
+    /// Acceleration by the drive at a fraction `x` of the step.
+    fn acceleration(&self, x: f64) -> f64 {
+        self.acceleration_m_s2 * self.sin_cos(x).0
+    }
+}

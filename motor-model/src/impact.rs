@@ -1,0 +1,139 @@
+//! What happens at an impact: restitution across the contact, momentum shared with the three modes, friction.
+//!
+//! A tooth at height `u` strikes the rotor from below when their gap closes and `u' > v_z`. Newton's restitution
+//!
+//! ```text
+//! v_z+ - u'+ = e (u' - v_z)                                                              (10)
+//! ```
+//!
+//! and the exchange of momentum `m_r dv` with the modes, whose tooth jumps by `-r dv`, `r = 3 m_r / m_s` (8b, 12a), give
+//! (13a, 13b in one line)
+//!
+//! ```text
+//! dv = v_z+ - v_z = (1 + e) (u' - v_z) / (1 + r)
+//! g_A' -= (m_r/m_s) dv,   g_B' -= 2 (m_r/m_s) dv phi_B,   g_C' -= 2 (m_r/m_s) dv phi_C   (7a-c)
+//! ```
+//!
+//! The printed (12b), with `m_r/m_s` for `r`, breaks momentum conservation and does not reproduce the paper's tables.
+//!
+//! Friction acts on the slip `s' - v_th`, with `v_th = R_t rate`, and at most stops it: it cannot throw the rotor past the tooth.
+//!
+//! ```text
+//! v_th += clamp(s' - v_th, -lim, +lim),   lim = c dv m_r R_t^2 / J                       (11, 13c)
+//! c = min(mu, |s / u|)   the paper's law: its angle of contact, tan(alpha) = |s / u|
+//! c = mu                 Coulomb's
+//! ```
+
+use crate::math::Real;
+use crate::modes::ModalState;
+use crate::params::{MotorParams, Parameter};
+use crate::rotor::RotorState;
+use crate::teeth::ToothPair;
+
+/// What limits the tangential impulse.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum FrictionLaw {
+    /// `mu` times the normal impulse: the default of twin and plant.
+    #[default]
+    Coulomb,
+    /// `min(mu, |s / u|)` times the normal impulse: the paper's (11).
+    Paper,
+}
+
+/// The record of one impact.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Impact<T> {
+    /// Which pair of teeth struck, 0 or 1.
+    pub pair: u8,
+    /// Time from the impact to the end of its step, in s.
+    pub before_end_s: T,
+    /// Speed at which tooth and rotor approached, `u' - v_z > 0`, in m/s.
+    pub approach_m_s: T,
+    /// Normal impulse on the rotor, `m_r dv > 0`, in N s.
+    pub normal_impulse_n_s: T,
+    /// Slip before the impact, `s' - v_th`, in m/s.
+    pub slip_m_s: T,
+    /// Tangential impulse on the rotor, of the slip's sign, in N s.
+    pub tangential_impulse_n_s: T,
+    /// Height of the rotor over the tooth when the impact was applied, in m: at most 0, how far an impact found at the
+    /// end of a step came too late.
+    pub gap_m: T,
+}
+
+/// The law of impact of one motor.
+#[derive(Clone, Debug)]
+pub struct ImpactLaw<T> {
+    one_plus_restitution: T,
+    rotor_mass_kg: T,
+    /// `R_t`.
+    radius_m: T,
+    per_radius: T,
+    /// `J / R_t^2`: what the rotor weighs to a tangential push.
+    tangential_mass_kg: T,
+    per_tangential_mass: T,
+    friction: T,
+    friction_law: FrictionLaw,
+}
+
+impl<T: Real> ImpactLaw<T> {
+    /// The law of `params`' motor.
+    pub fn new(params: &MotorParams, friction_law: FrictionLaw) -> Self {
+        let radius = params.get(Parameter::ToothRadius);
+        let tangential_mass = params.get(Parameter::RotorInertia) / (radius * radius);
+        Self {
+            one_plus_restitution: T::from_f64(1.0 + params.get(Parameter::Restitution)),
+            rotor_mass_kg: T::from_f64(params.get(Parameter::RotorMass)),
+            radius_m: T::from_f64(radius),
+            per_radius: T::from_f64(1.0 / radius),
+            tangential_mass_kg: T::from_f64(tangential_mass),
+            per_tangential_mass: T::from_f64(1.0 / tangential_mass),
+            friction: T::from_f64(params.get(Parameter::Friction)),
+            friction_law,
+        }
+    }
+
+    /// Applies an impact of `tooth` that approaches at `approach_m_s > 0`, and returns its impulses and slip.
+    #[inline]
+    pub fn strike(
+        &self,
+        tooth: &ToothPair<T>,
+        approach_m_s: T,
+        modes: &mut ModalState<T>,
+        rotor: &mut RotorState<T>,
+    ) -> Impulse<T> {
+        let slip_m_s = tooth.tangential_velocity(modes) - self.radius_m * rotor.rate_rad_s;
+        let dv = self.one_plus_restitution * approach_m_s * tooth.share;
+        let normal_n_s = self.rotor_mass_kg * dv;
+        let limit_m_s = self.friction_coefficient(tooth, modes) * normal_n_s * self.per_tangential_mass;
+        let push_m_s = slip_m_s.clamp_magnitude(limit_m_s);
+        rotor.velocity_m_s += dv;
+        rotor.rate_rad_s += push_m_s * self.per_radius;
+        modes.velocity_m_s -= tooth.recoil * dv;
+        Impulse { normal_n_s, tangential_n_s: self.tangential_mass_kg * push_m_s, slip_m_s }
+    }
+
+    /// `c` of the law in force.
+    #[inline]
+    fn friction_coefficient(&self, tooth: &ToothPair<T>, modes: &ModalState<T>) -> T {
+        match self.friction_law {
+            FrictionLaw::Coulomb => self.friction,
+            FrictionLaw::Paper => {
+                let across = tooth.tangential_displacement(modes).abs();
+                let up = tooth.height(modes).abs();
+                // Compared before dividing: at u = 0 the angle is a right one and mu limits.
+                if across < self.friction * up { across / up } else { self.friction }
+            }
+        }
+    }
+}
+
+/// The impulses of an impact on the rotor, and the slip that it met.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Impulse<T> {
+    /// Normal impulse, `m_r dv`, in N s.
+    pub normal_n_s: T,
+    /// Tangential impulse in N s.
+    pub tangential_n_s: T,
+    /// Slip before the impact, `s' - v_th`, in m/s.
+    pub slip_m_s: T,
+}

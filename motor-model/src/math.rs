@@ -1,0 +1,243 @@
+//! The one door to every transcendental function, and the scalar the model is generic over.
+//!
+//! `libm` is called directly, on the host as on the microcontroller, so that both get the same bits whatever
+//! features another crate in the same build turns on. The functions below serve *construction* only: a step of
+//! the model calls none of them.
+
+use core::fmt::{Debug, Display};
+use core::ops::Neg;
+
+use crate::phase::PhaseTable;
+
+mod sealed {
+    pub trait Sealed {}
+    impl Sealed for f32 {}
+    impl Sealed for f64 {}
+}
+
+/// The scalar of a model: `f32` on the microcontroller, `f64` for the plant and as the yardstick.
+///
+/// The bounds are those that `nalgebra` needs for sums and products of fixed-size vectors. There is deliberately
+/// no `sin`, `exp` or `sqrt` here.
+pub trait Real:
+    sealed::Sealed
+    + PhaseTable
+    + nalgebra::Scalar
+    + num_traits::NumAssign
+    + Neg<Output = Self>
+    + Copy
+    + Default
+    + PartialOrd
+    + Debug
+    + Display
+{
+    /// Rounds `x` to this precision.
+    fn from_f64(x: f64) -> Self;
+    /// Rounds `x` to this precision.
+    fn from_f32(x: f32) -> Self;
+    /// The nearest representable value of an integer.
+    fn from_i32(x: i32) -> Self;
+    /// The nearest representable value of an integer.
+    fn from_i64(x: i64) -> Self;
+    /// The same value in `f64`, exactly.
+    fn to_f64(self) -> f64;
+    /// The value rounded to `f32`.
+    fn to_f32(self) -> f32;
+    /// The whole part, rounded towards zero; saturates at the ends of `i32`, and NaN gives 0.
+    fn whole(self) -> i32;
+    /// The bit pattern, widened to 64 bits (for digests).
+    fn bits(self) -> u64;
+    /// Magnitude.
+    #[must_use]
+    fn abs(self) -> Self;
+    /// `self` limited to `-limit..=limit`; `limit` is not negative.
+    #[must_use]
+    #[inline]
+    fn clamp_magnitude(self, limit: Self) -> Self {
+        if self > limit {
+            limit
+        } else if self < -limit {
+            -limit
+        } else {
+            self
+        }
+    }
+}
+
+#[expect(
+    clippy::cast_possible_truncation,
+    clippy::cast_precision_loss,
+    reason = "rounding is what these say"
+)]
+impl Real for f32 {
+    #[inline]
+    fn from_f64(x: f64) -> Self {
+        x as f32
+    }
+    #[inline]
+    fn from_f32(x: f32) -> Self {
+        x
+    }
+    #[inline]
+    fn from_i32(x: i32) -> Self {
+        x as f32
+    }
+    #[inline]
+    fn from_i64(x: i64) -> Self {
+        x as f32
+    }
+    #[inline]
+    fn to_f64(self) -> f64 {
+        f64::from(self)
+    }
+    #[inline]
+    fn to_f32(self) -> f32 {
+        self
+    }
+    #[inline]
+    fn whole(self) -> i32 {
+        self as i32
+    }
+    #[inline]
+    fn bits(self) -> u64 {
+        u64::from(self.to_bits())
+    }
+    #[inline]
+    fn abs(self) -> Self {
+        f32::abs(self)
+    }
+}
+
+#[expect(
+    clippy::cast_possible_truncation,
+    clippy::cast_precision_loss,
+    reason = "rounding is what these say"
+)]
+impl Real for f64 {
+    #[inline]
+    fn from_f64(x: f64) -> Self {
+        x
+    }
+    #[inline]
+    fn from_f32(x: f32) -> Self {
+        f64::from(x)
+    }
+    #[inline]
+    fn from_i32(x: i32) -> Self {
+        f64::from(x)
+    }
+    #[inline]
+    fn from_i64(x: i64) -> Self {
+        x as f64
+    }
+    #[inline]
+    fn to_f64(self) -> f64 {
+        self
+    }
+    #[inline]
+    fn to_f32(self) -> f32 {
+        self as f32
+    }
+    #[inline]
+    fn whole(self) -> i32 {
+        self as i32
+    }
+    #[inline]
+    fn bits(self) -> u64 {
+        self.to_bits()
+    }
+    #[inline]
+    fn abs(self) -> Self {
+        f64::abs(self)
+    }
+}
+
+/// Sine and cosine of `x` radians.
+pub fn sin_cos(x: f64) -> (f64, f64) {
+    libm::sincos(x)
+}
+
+/// `exp(x)`.
+pub fn exp(x: f64) -> f64 {
+    libm::exp(x)
+}
+
+/// `exp(x) - 1`, without cancellation near zero.
+pub fn exp_m1(x: f64) -> f64 {
+    libm::expm1(x)
+}
+
+/// Square root.
+pub fn sqrt(x: f64) -> f64 {
+    libm::sqrt(x)
+}
+
+/// `(1 - exp(-x)) / x`, which is 1 at `x = 0`: the mean over a step of a decay that starts at 1.
+///
+/// Smooth through zero and without overflow for large `x >= 0`.
+pub fn decay_mean(x: f64) -> f64 {
+    if x.abs() < 1e-300 { 1.0 } else { -exp_m1(-x) / x }
+}
+
+/// `(x - 1 + exp(-x)) / x^2`, which is 1/2 at `x = 0`: the mean over a step, per unit step, of the integral of
+/// [`decay_mean`]'s decay.
+///
+/// Below `x = 0.5` the Taylor series `1/2! - x/3! + x^2/4! - ...` replaces the formula, whose numerator cancels.
+pub fn decay_second_mean(x: f64) -> f64 {
+    if x.abs() >= 0.5 {
+        return (x + exp_m1(-x)) / (x * x);
+    }
+    // The first term left out is 0.5^16 / 18! = 2e-21.
+    let mut sum = 0.0;
+    let mut term = 0.5;
+    for k in 3..19_u8 {
+        sum += term;
+        term *= -x / f64::from(k);
+    }
+    sum
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Both decay means against their integrals by composite Simpson, across the change of formula.
+    #[test]
+    fn dual_decay_means_are_the_integrals_they_name() {
+        for x in [0.0, 1e-12, 1e-3, 0.4, 0.499_999, 0.5, 0.6, 3.0, 40.0] {
+            let n = 4000_u32;
+            let mut first = 0.0;
+            let mut second = 0.0;
+            for i in 0..=n {
+                let t = f64::from(i) / f64::from(n);
+                let weight = if i == 0 || i == n {
+                    1.0
+                } else if i % 2 == 1 {
+                    4.0
+                } else {
+                    2.0
+                };
+                first += weight * exp(-x * t);
+                // integral from 0 to 1 of (1 - t) exp(-x t) is the second mean
+                second += weight * (1.0 - t) * exp(-x * t);
+            }
+            let simpson = 3.0 * f64::from(n);
+            assert!((decay_mean(x) - first / simpson).abs() < 1e-9, "{x}");
+            assert!((decay_second_mean(x) - second / simpson).abs() < 1e-9, "{x}");
+        }
+    }
+
+    #[test]
+    fn law_decay_means_stay_finite_for_huge_damping() {
+        assert!((decay_mean(1e8) - 1e-8).abs() < 1e-20);
+        assert!((decay_second_mean(1e8) - 1e-8).abs() < 1e-15);
+    }
+
+    #[test]
+    fn exact_whole_truncates_saturates_and_swallows_nan() {
+        assert_eq!(1.9_f32.whole(), 1);
+        assert_eq!((-1.9_f64).whole(), -1);
+        assert_eq!(1e30_f32.whole(), i32::MAX);
+        assert_eq!(f64::NAN.whole(), 0);
+    }
+}

@@ -1,0 +1,116 @@
+//! Parameters of the motor: Table 1 of the paper as data.
+//!
+//! [`Parameter`] names each one, [`Parameter::spec`] gives its key, unit, nominal value, tolerance, origin and the
+//! bounds within which the model is valid, and [`MotorParams`] holds a checked set of values.
+
+mod table;
+
+use crate::error::OutOfBounds;
+pub use table::{COUNT, Parameter};
+
+/// How a parameter scatters from one motor to the next.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Tolerance {
+    /// The same in every motor.
+    Exact,
+    /// Normal about the nominal with half of this as standard deviation, cut off at this.
+    Normal(f64),
+    /// Uniform between two values.
+    Uniform(f64, f64),
+}
+
+/// Where a nominal value comes from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Origin {
+    /// Measured on the device (Table 1, "M").
+    Measured,
+    /// Finite-element model of the paper.
+    FiniteElement,
+    /// Calculated in the paper.
+    Calculated,
+    /// Range in the literature that the paper cites.
+    Literature,
+    /// Tuned in the paper within a physical range.
+    Tuned,
+    /// Not in the paper: derived or chosen here.
+    Assumed,
+}
+
+/// What is known of one parameter.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ParameterSpec {
+    /// Key in scene files and on the command line.
+    pub key: &'static str,
+    /// Unit; empty for a pure number.
+    pub unit: &'static str,
+    /// Value of Table 1.
+    pub nominal: f64,
+    /// Scatter between motors.
+    pub tolerance: Tolerance,
+    /// Smallest value the model accepts.
+    pub min: f64,
+    /// Largest value the model accepts.
+    pub max: f64,
+    /// Where the nominal comes from.
+    pub origin: Origin,
+    /// What it is, in one line.
+    pub meaning: &'static str,
+}
+
+/// A set of parameter values, each finite and within its bounds.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct MotorParams {
+    values: [f64; COUNT],
+}
+
+impl Default for MotorParams {
+    fn default() -> Self {
+        Self::nominal()
+    }
+}
+
+impl MotorParams {
+    /// Table 1's nominal values (with Table 3's mode shift).
+    pub fn nominal() -> Self {
+        Self { values: Parameter::ALL.map(|parameter| parameter.spec().nominal) }
+    }
+
+    /// The value of `parameter`, in the unit of its spec.
+    pub fn get(&self, parameter: Parameter) -> f64 {
+        #[expect(clippy::indexing_slicing, reason = "the discriminants are 0..COUNT, tested in table.rs")]
+        self.values[parameter as usize]
+    }
+
+    /// The same set with `parameter` at `value`.
+    ///
+    /// # Errors
+    /// When `value` is outside the parameter's bounds or NaN.
+    pub fn with(mut self, parameter: Parameter, value: f64) -> Result<Self, OutOfBounds> {
+        let spec = parameter.spec();
+        OutOfBounds::check(spec.key, value, spec.min, spec.max, spec.unit)?;
+        #[expect(clippy::indexing_slicing, reason = "the discriminants are 0..COUNT, tested in table.rs")]
+        {
+            self.values[parameter as usize] = value;
+        }
+        Ok(self)
+    }
+
+    /// Effective tooth angle `th = 90 - (theta_t + theta_m)` in degrees.
+    ///
+    /// With the nominal values it is 30: the paper calls `theta_t + theta_m` "the sum ... 30 deg" although it is 60; taking 60 gives
+    /// the same magnitudes with the sense of rotation reversed.
+    pub fn effective_tooth_angle_deg(&self) -> f64 {
+        90.0 - (self.get(Parameter::ToothAngle) + self.get(Parameter::ModeShift))
+    }
+
+    /// Lever from stator slope to tangential tooth displacement, `L = (t_s + 2 h_t) / R_t` (9a).
+    pub fn lever(&self) -> f64 {
+        (self.get(Parameter::StatorThickness) + 2.0 * self.get(Parameter::ToothHeight))
+            / self.get(Parameter::ToothRadius)
+    }
+
+    /// Ratio of the rotor's mass to the stator's, `m_r / m_s`.
+    pub fn mass_ratio(&self) -> f64 {
+        self.get(Parameter::RotorMass) / self.get(Parameter::StatorMass)
+    }
+}

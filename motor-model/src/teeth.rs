@@ -1,0 +1,135 @@
+//! The teeth: where two opposite pairs stand in the modes.
+//!
+//! The pairs are 90 degrees apart and see modes B and C with opposite signs. With `th_p = th + 90 p`, `p` in {0, 1}:
+//!
+//! ```text
+//! shape   phi_A = 1,  phi_B = sin 2 th_p,    phi_C = cos 2 th_p                       (4)
+//! lever   psi_A = 0,  psi_B = L cos 2 th_p,  psi_C = -L sin 2 th_p                    (9a)
+//! height  u_p = sum phi_n g_n        tangential  s_p = sum psi_n g_n   (clockwise positive)
+//! recoil  of g_n' per rise of the rotor's velocity: (m_r/m_s) phi_A, 2 (m_r/m_s) phi_B, 2 (m_r/m_s) phi_C   (7a-c, 8b)
+//! ```
+//!
+//! A pair's amplitude varies by half a percent from pair to pair and run to run. The variation scales `phi` and `psi` of B and
+//! C alike, so the pair's height, its push and its recoil stay one consistent shape: momentum and energy balance for any variation.
+
+use nalgebra::Vector3;
+use rand_core::Rng;
+use rand_distr::{Distribution, StandardNormal};
+
+use crate::math::{self, Real};
+use crate::modes::ModalState;
+use crate::params::{MotorParams, Parameter};
+
+/// Relative deviation of each pair's amplitude in modes B and C.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct AmplitudeVariation {
+    /// One value a pair; 0 is nominal.
+    pub pairs: [f64; 2],
+}
+
+impl AmplitudeVariation {
+    /// Draws a run's variation: normal, with standard deviation [`Parameter::AmplitudeVariation`].
+    pub fn draw<R: Rng + ?Sized>(params: &MotorParams, rng: &mut R) -> Self {
+        let sigma = params.get(Parameter::AmplitudeVariation);
+        let mut one = || {
+            let standard: f64 = StandardNormal.sample(rng);
+            // Six sigmas of the widest variation allowed: a pair never loses its motion, nor turns it round.
+            sigma * standard.clamp(-6.0, 6.0)
+        };
+        Self { pairs: [one(), one()] }
+    }
+}
+
+/// One pair of opposite teeth.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ToothPair<T> {
+    /// `phi`: height per modal displacement.
+    pub shape: Vector3<T>,
+    /// `psi`: tangential displacement per modal displacement.
+    pub lever: Vector3<T>,
+    /// Drop of each modal velocity per rise of the rotor's vertical velocity.
+    pub recoil: Vector3<T>,
+    /// `1 / (1 + r)`, where `r = shape . recoil` (`3 m_r / m_s` without variation).
+    pub(crate) share: T,
+}
+
+impl<T: Real> ToothPair<T> {
+    /// Pairs 0 and 1 of a motor.
+    pub fn both(params: &MotorParams, variation: &AmplitudeVariation) -> [Self; 2] {
+        let [first, second] = variation.pairs;
+        [Self::new(params, 0.0, 1.0 + first), Self::new(params, 90.0, 1.0 + second)]
+    }
+
+    fn new(params: &MotorParams, offset_deg: f64, scale: f64) -> Self {
+        let angle_rad = (params.effective_tooth_angle_deg() + offset_deg).to_radians();
+        let (sin, cos) = math::sin_cos(2.0 * angle_rad);
+        let (phi_b, phi_c) = (scale * sin, scale * cos);
+        let lever = params.lever();
+        let ratio = params.mass_ratio();
+        let vector = |a: f64, b: f64, c: f64| Vector3::new(T::from_f64(a), T::from_f64(b), T::from_f64(c));
+        let r = ratio * (1.0 + 2.0 * (phi_b * phi_b + phi_c * phi_c));
+        Self {
+            shape: vector(1.0, phi_b, phi_c),
+            lever: vector(0.0, lever * phi_c, -lever * phi_b),
+            recoil: vector(ratio, 2.0 * ratio * phi_b, 2.0 * ratio * phi_c),
+            share: T::from_f64(1.0 / (1.0 + r)),
+        }
+    }
+
+    /// Height `u_p` in m.
+    #[inline]
+    pub fn height(&self, modes: &ModalState<T>) -> T {
+        self.shape.dot(&modes.displacement_m)
+    }
+
+    /// Vertical velocity `u_p'` in m/s.
+    #[inline]
+    pub fn vertical_velocity(&self, modes: &ModalState<T>) -> T {
+        self.shape.dot(&modes.velocity_m_s)
+    }
+
+    /// Tangential displacement `s_p` in m.
+    #[inline]
+    pub fn tangential_displacement(&self, modes: &ModalState<T>) -> T {
+        self.lever.dot(&modes.displacement_m)
+    }
+
+    /// Tangential velocity `s_p'` in m/s.
+    #[inline]
+    pub fn tangential_velocity(&self, modes: &ModalState<T>) -> T {
+        self.lever.dot(&modes.velocity_m_s)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// 1 + 2 sin^2 + 2 cos^2 = 3: the tooth's jump is `3 (m_r/m_s) dv` (8b, 12a).
+    #[test]
+    fn law_effective_mass_of_a_nominal_tooth_is_a_third_of_the_stator() {
+        let params = MotorParams::nominal();
+        for pair in ToothPair::<f64>::both(&params, &AmplitudeVariation::default()) {
+            let r = pair.shape.dot(&pair.recoil);
+            assert!((r - 3.0 * params.mass_ratio()).abs() < 1e-14, "{r}");
+            assert!((pair.share - 1.0 / (1.0 + r)).abs() < 1e-15);
+        }
+    }
+
+    #[test]
+    fn law_pairs_move_in_antiphase_in_b_and_c_and_together_in_a() {
+        let [p, q] = ToothPair::<f64>::both(&MotorParams::nominal(), &AmplitudeVariation::default());
+        assert!((p.shape.x - q.shape.x).abs() < 1e-15);
+        assert!((p.shape.y + q.shape.y).abs() < 1e-15 && (p.shape.z + q.shape.z).abs() < 1e-15);
+        assert!((p.lever.y + q.lever.y).abs() < 1e-15 && (p.lever.z + q.lever.z).abs() < 1e-15);
+    }
+
+    /// (9b) at the tooth's own angle: a vertical blow does not move the tooth sideways.
+    #[test]
+    fn law_normal_impulse_leaves_the_tangential_velocity() {
+        let variation = AmplitudeVariation { pairs: [0.03, -0.02] };
+        for pair in ToothPair::<f64>::both(&MotorParams::nominal(), &variation) {
+            assert!(pair.lever.dot(&pair.recoil).abs() < 1e-15);
+        }
+    }
+}

@@ -1,0 +1,63 @@
+//! Time as an integer count of nanoseconds, from whatever instant a run calls zero.
+
+use crate::math::Real;
+
+/// An instant; 584 years fit.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
+pub struct Time(u64);
+
+impl Time {
+    /// The start.
+    pub const ZERO: Self = Self(0);
+
+    /// From nanoseconds.
+    pub const fn from_nanos(nanos: u64) -> Self {
+        Self(nanos)
+    }
+
+    /// From whole microseconds.
+    pub const fn from_micros(micros: u64) -> Self {
+        Self(micros.saturating_mul(1000))
+    }
+
+    /// In nanoseconds.
+    pub const fn nanos(self) -> u64 {
+        self.0
+    }
+
+    /// This instant `nanos` later; stands still at the end of time.
+    #[inline]
+    #[must_use]
+    pub const fn plus_nanos(self, nanos: u64) -> Self {
+        Self(self.0.saturating_add(nanos))
+    }
+
+    /// Nanoseconds from `earlier` to this instant; 0 if it is not earlier.
+    #[inline]
+    pub const fn nanos_since(self, earlier: Self) -> u64 {
+        self.0.saturating_sub(earlier.0)
+    }
+
+    /// Seconds from `earlier` to this instant, 0 if it is not earlier: exact until the rounding to `T`.
+    #[inline]
+    pub fn seconds_since<T: Real>(self, earlier: Self) -> T {
+        T::from_i64(self.nanos_since(earlier).cast_signed()) * T::from_f64(1e-9)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn exact_differences_after_a_day_in_f32() {
+        let day = Time::from_micros(86_400_000_000);
+        let dt: f32 = day.plus_nanos(10_000).seconds_since(day);
+        assert!((dt - 1e-5).abs() < 1e-12);
+    }
+
+    #[test]
+    fn exact_backwards_is_zero() {
+        assert_eq!(Time::from_micros(1).nanos_since(Time::from_micros(2)), 0);
+    }
+}

@@ -1,0 +1,48 @@
+//! The microcontroller's program, built for it and run on an emulated one, against the same code on the host.
+
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+use firmware::parity::{LoopRun, TwinRun};
+
+/// Long enough for a build of everything from clean on a slow machine.
+const BUILD_LIMIT_S: &str = "1500";
+
+/// A run takes about a second.
+const RUN_LIMIT_S: &str = "120";
+
+/// What `timeout` and a shell say of a program that is not there.
+const NOT_FOUND: i32 = 127;
+
+fn repository() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("..")
+}
+
+/// Output of a script of the firmware's within `limit_s`; fails with all that it printed unless it succeeds.
+fn script(name: &str, limit_s: &str, arguments: &[&str]) -> String {
+    let Output { status, stdout, stderr } = Command::new("timeout")
+        .arg(limit_s)
+        .arg(repository().join("firmware").join(name))
+        .args(arguments)
+        .output()
+        .expect("timeout (coreutils) starts");
+    let (stdout, stderr) = (String::from_utf8_lossy(&stdout).into_owned(), String::from_utf8_lossy(&stderr));
+    assert!(status.code() != Some(NOT_FOUND), "a tool is missing, tests/run.sh installs it\n{stderr}");
+    assert!(
+        status.success(),
+        "firmware/{name} {arguments:?}: {status} (124: more than {limit_s} s)\n{stdout}{stderr}"
+    );
+    stdout
+}
+
+#[test]
+fn tool_emulated_cortex_m4f_computes_the_bits_of_the_host() {
+    let built = script("build.sh", BUILD_LIMIT_S, &[]);
+    let elf = built.lines().last().expect("build.sh names the ELF");
+    let target = script("qemu.sh", RUN_LIMIT_S, &[elf]);
+    let twin = TwinRun::compute().expect("the nominal motor is within bounds");
+    let whole_loop = LoopRun::compute().expect("the targets are within bounds");
+    let host = format!("{twin}\n{whole_loop}\n");
+    assert!(host.contains("twin_digest 0x") && host.contains("loop_digest 0x"), "{host}");
+    assert_eq!(target, host, "left: target, right: host");
+}

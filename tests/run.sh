@@ -1,0 +1,62 @@
+#!/usr/bin/env bash
+# The one test command: installs what a bare Debian or Ubuntu machine with rustup's Rust lacks, then checks everything and stops at
+# the first failure.
+#
+#   tests/run.sh
+set -euo pipefail
+cd "$(dirname "$0")/.."
+
+heading() { printf '\n== %s (%d s)\n' "$*" "$SECONDS"; }
+as_root() { if ((EUID == 0)); then "$@"; else sudo "$@"; fi; }
+
+packages=()
+needs() { command -v "$1" >/dev/null || packages+=("$2"); }
+
+component() {
+    cargo "$1" --version >/dev/null 2>&1 || timeout 180 rustup component add "$2"
+}
+
+heading "tools"
+if ! command -v cargo >/dev/null && [[ -r $HOME/.cargo/env ]]; then
+    # shellcheck source=/dev/null
+    . "$HOME/.cargo/env"
+fi
+if ! command -v cargo >/dev/null; then
+    echo "tests/run.sh: no cargo; install Rust from https://rustup.rs" >&2
+    exit 1
+fi
+needs cc build-essential
+needs qemu-system-arm qemu-system-arm
+if ((${#packages[@]})); then
+    echo "installing ${packages[*]}"
+    as_root timeout 180 apt-get -qq update
+    as_root env DEBIAN_FRONTEND=noninteractive timeout 600 \
+        apt-get -qq install -y --no-install-recommends "${packages[@]}" >/dev/null
+fi
+component fmt rustfmt
+component clippy clippy
+rustc --version
+qemu-system-arm --version | sed -n 1p
+
+heading "format"
+cargo fmt --all --check
+
+heading "firmware builds for the microcontroller, and so does each no_std crate by itself"
+elf=$(firmware/build.sh | tail -n 1)
+echo "$elf"
+
+heading "lints"
+cargo clippy --workspace --all-targets -- -D warnings
+target=thumbv7em-none-eabihf
+if [[ -d $(rustc --print sysroot)/lib/rustlib/$target/lib ]]; then
+    cargo clippy --package firmware --lib --bins --target "$target" -- -D warnings
+else
+    echo "firmware not linted as built for $target: only Debian's toolchain has the target here"
+fi
+
+heading "documentation"
+RUSTDOCFLAGS="-D warnings" cargo doc --workspace --no-deps --document-private-items
+
+# On the host and, through tests/qemu, on the emulated microcontroller.
+heading "tests"
+cargo test --workspace

@@ -1,0 +1,29 @@
+//! One binary of system tests.
+//!
+//! Helpers first, then the tests in the order of the data: stator, rotor, contact, account, whole motor, command line, closed loop.
+
+mod closeness;
+mod command;
+mod oscillator;
+mod scene;
+mod tooth;
+
+mod exact_drive_phase;
+mod exact_resonance;
+mod exact_switching;
+
+mod exact_flight;
+
+mod law_impact;
+mod law_rebound;
+mod law_rest;
+
+mod law_energy;
+
+mod dual_precision;
+mod law_any_motor;
+mod law_rotation_sense;
+mod tool_steady_rates;
+
+mod tool_command_line;
+mod tool_positioning;
