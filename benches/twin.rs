@@ -9,7 +9,8 @@ use std::time::Duration;
 use criterion::measurement::WallTime;
 use criterion::{BatchSize, BenchmarkGroup, Criterion, Throughput, criterion_group, criterion_main};
 use motor_model::{
-    DriveCommand, DriveMode, EnergyLedger, Motor, MotorParams, MotorSetup, MotorState, Phase, Real,
+    DriveCommand, DriveMode, EnergyLedger, ImpactRule, Motor, MotorParams, MotorSetup, MotorState, Phase,
+    Real,
 };
 
 /// Step of all measurements but those in steady motion; the cost does not depend on it.
@@ -17,9 +18,12 @@ const STEP_S: f64 = 1e-6;
 /// Steps a batch.
 const STEPS: u16 = 10_000;
 
-fn motor<T: Real>(step_s: f64) -> Motor<T> {
-    Motor::try_new(&MotorParams::nominal(), &MotorSetup::with_step(step_s))
-        .expect("the nominal motor is valid")
+/// Both rules, and how their measurements are called.
+const RULES: [(&str, ImpactRule); 2] = [("", ImpactRule::EndOfStep), ("located ", ImpactRule::Located)];
+
+fn motor<T: Real>(impact_rule: ImpactRule, step_s: f64) -> Motor<T> {
+    let setup = MotorSetup { impact_rule, ..MotorSetup::with_step(step_s) };
+    Motor::try_new(&MotorParams::nominal(), &setup).expect("the nominal motor is valid")
 }
 
 /// The rotor a metre above the teeth: it cannot land within a batch.
@@ -59,28 +63,13 @@ fn time_batch<T: Real>(
 }
 
 fn steps_in<T: Real>(group: &mut BenchmarkGroup<'_, WallTime>, precision: &str) {
-    let motor = motor::<T>(STEP_S);
-    let (b, c) = (DriveCommand::full(DriveMode::B), DriveCommand::full(DriveMode::C));
-
-    assert_eq!(run(&motor, &mut aloft(), b), 0, "aloft means without impacts");
-    for (name, command) in [("driven, no impact", b), ("off, no impact", DriveCommand::OFF)] {
-        time_batch(group, &format!("{name}/{precision}"), aloft(), |state| run(&motor, state, command));
+    for (rule_name, rule) in RULES {
+        steps_under::<T>(group, rule_name, rule, precision);
     }
+    let motor = motor::<T>(ImpactRule::EndOfStep, STEP_S);
+    let (b, c) = (DriveCommand::full(DriveMode::B), DriveCommand::full(DriveMode::C));
     time_batch(group, &format!("command changes every step/{precision}"), aloft(), |state| {
         (0..STEPS).map(|index| motor.step(state, black_box(if index % 2 == 0 { b } else { c })).len()).sum()
-    });
-    for (name, command) in [("mode B", b), ("mode C", c)] {
-        for (label, step_s) in [("1 us", 1e-6), ("10 us", 10e-6)] {
-            let motor = self::motor::<T>(step_s);
-            let start = settled(&motor, command);
-            time_batch(group, &format!("steady {name}, {label}/{precision}"), start, |state| {
-                run(&motor, state, command)
-            });
-        }
-    }
-    let resting = settled(&motor, DriveCommand::OFF);
-    time_batch(group, &format!("at rest/{precision}"), resting, |state| {
-        run(&motor, state, DriveCommand::OFF)
     });
     let mut ledger = EnergyLedger::try_new(&MotorParams::nominal(), &MotorSetup::with_step(STEP_S))
         .expect("the nominal motor is valid");
@@ -98,6 +87,36 @@ fn steps_in<T: Real>(group: &mut BenchmarkGroup<'_, WallTime>, precision: &str) 
             }
         });
     });
+}
+
+/// Flight, steady motion and rest under one rule.
+fn steps_under<T: Real>(
+    group: &mut BenchmarkGroup<'_, WallTime>,
+    rule_name: &str,
+    rule: ImpactRule,
+    precision: &str,
+) {
+    let motor = motor::<T>(rule, STEP_S);
+    let (b, c) = (DriveCommand::full(DriveMode::B), DriveCommand::full(DriveMode::C));
+    assert_eq!(run(&motor, &mut aloft(), b), 0, "aloft means without impacts");
+    for (name, command) in [("driven, no impact", b), ("off, no impact", DriveCommand::OFF)] {
+        time_batch(group, &format!("{rule_name}{name}/{precision}"), aloft(), |state| {
+            run(&motor, state, command)
+        });
+    }
+    // Mode C at 0.3 walks without ever leaving the teeth.
+    let walk = DriveCommand::saturating(DriveMode::C, 0.3);
+    for (name, command) in
+        [("steady mode B", b), ("steady mode C", c), ("mode C at 0.3", walk), ("at rest", DriveCommand::OFF)]
+    {
+        for (label, step_s) in [("1 us", 1e-6), ("10 us", 10e-6)] {
+            let motor = self::motor::<T>(rule, step_s);
+            let start = settled(&motor, command);
+            time_batch(group, &format!("{rule_name}{name}, {label}/{precision}"), start, |state| {
+                run(&motor, state, command)
+            });
+        }
+    }
 }
 
 fn steps(criterion: &mut Criterion) {

@@ -1,6 +1,6 @@
 //! Fixed runs in `f32`, and a digest of every bit of each: the proof that host and microcontroller compute the same.
 //!
-//! - [`TwinRun`]: the twin alone, 10,000 steps.
+//! - [`TwinRun`]: the twin alone, 10,000 steps, with impacts at the end of the step and located inside it.
 //! - [`LoopRun`]: the loop that flies, [`controller::tick`], positioning the twin.
 //!
 //! Construction, in `f64`, is part of both. The programs print both runs, one `key value` a line.

@@ -79,7 +79,7 @@ impl Angle {
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct AngleAccumulator<T> {
     angle: Angle,
-    /// In units of 2^-32 turn; magnitude below 1 between steps.
+    /// In units of 2^-32 turn; magnitude at most 1 between steps.
     residual_units: T,
 }
 
@@ -115,9 +115,8 @@ impl<T: Real> AngleAccumulator<T> {
     /// An increment beyond half a turn is not lost: what saturates stays in the residual and follows in later steps.
     #[inline]
     pub(crate) fn advance(&mut self, increment: T) {
-        self.residual_units += increment;
-        let whole = self.residual_units.whole();
-        self.residual_units -= T::from_i32(whole);
+        let (whole, rest) = (self.residual_units + increment).split();
+        self.residual_units = rest;
         self.angle = self.angle.plus(Angle(i64::from(whole)));
     }
 }

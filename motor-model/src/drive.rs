@@ -22,12 +22,24 @@ pub enum DriveMode {
 }
 
 /// A valid drive command. Off by default.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug)]
 pub struct DriveCommand {
     mode: Option<DriveMode>,
     amplitude: f32,
     frequency_offset_hz: f32,
 }
+
+/// Bit by bit, which is all that a step needs to see whether the command is a new one, and cheaper than comparing floats.
+impl PartialEq for DriveCommand {
+    #[inline]
+    fn eq(&self, other: &Self) -> bool {
+        self.mode == other.mode
+            && self.amplitude.to_bits() == other.amplitude.to_bits()
+            && self.frequency_offset_hz.to_bits() == other.frequency_offset_hz.to_bits()
+    }
+}
+
+impl Eq for DriveCommand {}
 
 impl Default for DriveCommand {
     fn default() -> Self {

@@ -4,7 +4,7 @@
 //! stored = sum 1/2 M_n (g_n'^2 + w_n^2 g_n^2) + 1/2 m_r v_z^2 + m_r g z + 1/2 J rate^2,   M_A = m_s, M_B = M_C = m_s / 2
 //!
 //! d(stored) = supplied + reaction left out + lift
-//!           - modal damping - squeeze film - drag - normal loss - friction loss
+//!           - modal damping - squeeze film - drag - normal loss - friction loss - pressing loss
 //! ```
 //!
 //! Each term comes from its own law, none from the balance:
@@ -15,13 +15,16 @@
 //! normal loss     1/2 (1 - e^2) (u' - v_z)^2 / (1/m_r + sum phi_n^2 / M_n)    a collision of two free bodies
 //! friction loss   I_t (slip before + slip after) / 2   reaction left out  I_t s'
 //! lift            m_r g (-gap)
+//! pressing loss   -m_r a_p (gap after - gap before)   of a contact that pushes with the constant acceleration a_p
 //! ```
 //!
 //! The *reaction left out* is the work that the teeth would do if they felt the tangential impulse `I_t`: the PMM lets them push the
-//! rotor for nothing. The *lift* is what the end-of-step rule creates when it puts the rotor back on a tooth. The
+//! rotor for nothing. The *lift* is what the end-of-step rule creates when it puts the rotor back on a tooth, the *pressing loss* what a constant
+//! force makes of a gap that is not quite constant: both vanish with the step. The
 //! integrals are five-point Gauss-Legendre sums over each step of the exact motion, which is off by less than 1e-12 of the term at
 //! 10 us.
 
+use crate::drag::Dragged;
 use crate::error::OutOfBounds;
 use crate::impact::Impact;
 use crate::math::{self, Real};
@@ -34,12 +37,15 @@ use crate::teeth::ToothPair;
 
 /// What a step tells of itself to whoever keeps the account.
 pub trait Ledger<T: Real> {
-    /// A step of `step_s` without contact is about to start from `state`, with the drive in force.
-    fn free_motion(&mut self, state: &MotorState<T>, step_s: f64);
+    /// The fraction `part` of a step passes from `state` on, with the drive in force and no impact, while the pairs of teeth push the rotor up with
+    /// the constant accelerations `push_m_s2`.
+    fn motion(&mut self, state: &MotorState<T>, part: T, push_m_s2: [T; 2]);
     /// An impact took `before` to `after`.
     fn impact(&mut self, before: &MotorState<T>, after: &MotorState<T>, impact: &Impact<T>);
     /// The rotor was raised by `height_m`.
     fn lift(&mut self, height_m: T);
+    /// Teeth pressed on the rotor pushed it with `push_m_s2` and dragged it round, while the gaps went from `before_m` to `after_m`.
+    fn pressed(&mut self, before_m: [T; 2], after_m: [T; 2], push_m_s2: [T; 2], dragged: &[Dragged<T>; 2]);
 }
 
 /// Keeps no account, at no cost.
@@ -48,11 +54,13 @@ pub struct NoLedger;
 
 impl<T: Real> Ledger<T> for NoLedger {
     #[inline]
-    fn free_motion(&mut self, _: &MotorState<T>, _: f64) {}
+    fn motion(&mut self, _: &MotorState<T>, _: T, _: [T; 2]) {}
     #[inline]
     fn impact(&mut self, _: &MotorState<T>, _: &MotorState<T>, _: &Impact<T>) {}
     #[inline]
     fn lift(&mut self, _: T) {}
+    #[inline]
+    fn pressed(&mut self, _: [T; 2], _: [T; 2], _: [T; 2], _: &[Dragged<T>; 2]) {}
 }
 
 /// Energies in J since the account was opened, each positive as its name says.
@@ -72,8 +80,10 @@ pub struct EnergyFlows {
     pub drag_j: f64,
     /// Lost to restitution at impacts.
     pub normal_loss_j: f64,
-    /// Lost to slip at impacts.
+    /// Lost to slip, at impacts and under pressed teeth.
     pub friction_loss_j: f64,
+    /// Lost to pressed contacts whose gap was not quite constant.
+    pub pressing_loss_j: f64,
 }
 
 impl EnergyFlows {
@@ -84,7 +94,8 @@ impl EnergyFlows {
                 + self.squeeze_film_j
                 + self.drag_j
                 + self.normal_loss_j
-                + self.friction_loss_j)
+                + self.friction_loss_j
+                + self.pressing_loss_j)
     }
 
     /// Sum of the magnitudes: what an imbalance is to be compared with.
@@ -98,12 +109,16 @@ impl EnergyFlows {
             self.drag_j,
             self.normal_loss_j,
             self.friction_loss_j,
+            self.pressing_loss_j,
         ]
         .iter()
         .map(|flow| flow.abs())
         .sum()
     }
 }
+
+/// Rows for `g'` of `exp(A t)` at the nodes of a span, for each mode.
+type VelocityRows = [[[f64; 2]; 3]; NODES];
 
 /// Nodes of the Gauss-Legendre rule on 0..1.
 const NODES: usize = 5;
@@ -139,8 +154,9 @@ pub struct EnergyLedger {
     modes: [Mode; 3],
     teeth: [ToothPair<f64>; 2],
     tuning: DriveTuning,
-    /// Rows for `g'` of `exp(A h x)` at the nodes `x`, for each mode.
-    velocity_rows: [[[f64; 2]; 3]; NODES],
+    step_s: f64,
+    /// Of a whole step.
+    velocity_rows: VelocityRows,
     flows: EnergyFlows,
 }
 
@@ -151,18 +167,13 @@ impl EnergyLedger {
     /// When mode A is damped beyond 0.99 of critical.
     pub fn try_new(params: &MotorParams, setup: &MotorSetup) -> Result<Self, OutOfBounds> {
         let modes = Mode::all(params)?;
-        let velocity_rows = GAUSS_LEGENDRE.map(|(node, _)| {
-            modes.map(|mode| {
-                let [_, [vg, vv]] = mode.propagator_minus_identity(setup.step_s * node);
-                [vg, 1.0 + vv]
-            })
-        });
         Ok(Self {
             params: *params,
             modes,
             teeth: ToothPair::both(params, &setup.variation),
             tuning: setup.tuning,
-            velocity_rows,
+            step_s: setup.step_s,
+            velocity_rows: velocity_rows(&modes, setup.step_s),
             flows: EnergyFlows::default(),
         })
     }
@@ -190,23 +201,29 @@ impl EnergyLedger {
             + 0.5 * self.params.get(Parameter::RotorInertia) * rate * rate
     }
 
-    /// Damping loss of each mode and work of the drive over a step.
-    fn modal_flows<T: Real>(&mut self, state: &MotorState<T>, step_s: f64) {
+    /// Damping loss of each mode and work of the drive over the fraction `part` of a step.
+    fn modal_flows<T: Real>(&mut self, state: &MotorState<T>, part: f64, push_m_s2: [f64; 2]) {
         let g = state.modes.displacement_m.map(Real::to_f64);
         let v = state.modes.velocity_m_s.map(Real::to_f64);
-        let drive = SteadyDrive::of(&self.modes, self.tuning, state);
-        // What is left when the driven mode's steady motion is taken out moves freely.
-        let (g_steady, v_steady) = drive.as_ref().map_or((0.0, 0.0), |drive| drive.motion(0.0));
-        let [mode_a, mode_b, mode_c] = self.modes;
-        for (rows, (node, weight)) in self.velocity_rows.iter().zip(GAUSS_LEGENDRE) {
-            let dt = weight * step_s;
-            let [row_a, row_b, row_c] = rows;
-            for (index, mode, [vg, vv], g, v) in
-                [(0, mode_a, row_a, g.x, v.x), (1, mode_b, row_b, g.y, v.y), (2, mode_c, row_c, g.z, v.z)]
-            {
-                let mut velocity = vg * g + vv * v;
-                if let Some(drive) = drive.as_ref().filter(|drive| drive.mode_index == index) {
-                    velocity += drive.motion(node).1 - (vg * g_steady + vv * v_steady);
+        let drive = SteadyDrive::of(&self.modes, self.tuning, state, part);
+        let rows =
+            if part < 1.0 { velocity_rows(&self.modes, part * self.step_s) } else { self.velocity_rows };
+        let ([first, second], [push_0, push_1]) = (&self.teeth, push_m_s2);
+        let recoil = first.recoil * push_0 + second.recoil * push_1;
+        let modes = self.modes;
+        let states = g.iter().zip(&v).zip(&recoil);
+        for (index, (mode, ((g, v), recoil))) in modes.iter().zip(states).enumerate() {
+            let driven = drive.as_ref().filter(|drive| drive.mode_index == index);
+            // Free motion is about the equilibrium that constant pushes displace, less the steady motion under the drive.
+            let equilibrium = -recoil / (mode.natural_rad_s * mode.natural_rad_s);
+            let (g_steady, v_steady) = driven.map_or((0.0, 0.0), |drive| drive.motion(0.0));
+            let (g_free, v_free) = (g - equilibrium - g_steady, v - v_steady);
+            for (rows, (node, weight)) in rows.iter().zip(GAUSS_LEGENDRE) {
+                let dt = weight * part * self.step_s;
+                let Some([vg, vv]) = rows.get(index) else { continue };
+                let mut velocity = vg * g_free + vv * v_free;
+                if let Some(drive) = driven {
+                    velocity += drive.motion(node).1;
                     self.flows.supplied_j += mode.mass_kg * drive.acceleration(node) * velocity * dt;
                 }
                 let damping = 2.0 * mode.damping_ratio * mode.natural_rad_s * mode.mass_kg;
@@ -215,33 +232,53 @@ impl EnergyLedger {
         }
     }
 
-    /// Losses of the rotor in flight over a step.
-    fn rotor_flows<T: Real>(&mut self, state: &MotorState<T>, step_s: f64) {
+    /// Losses of the rotor in flight over the fraction `part` of a step, pushed up with the constant acceleration `push_m_s2`.
+    fn rotor_flows<T: Real>(&mut self, state: &MotorState<T>, part: f64, push_m_s2: f64) {
         let v = state.rotor.velocity_m_s.to_f64();
         let rate = state.rotor.rate_rad_s.to_f64();
         let damping = self.params.get(Parameter::VerticalDamping);
         let k = damping / self.params.get(Parameter::RotorMass);
-        let gravity = self.params.get(Parameter::Gravity);
+        let downward = self.params.get(Parameter::Gravity) - push_m_s2;
+        let span_s = part * self.step_s;
         for (node, weight) in GAUSS_LEGENDRE {
-            let t = step_s * node;
-            let velocity = v + math::exp_m1(-k * t) * v - gravity * t * math::decay_mean(k * t);
-            self.flows.squeeze_film_j += damping * velocity * velocity * weight * step_s;
+            let t = span_s * node;
+            let velocity = v + math::exp_m1(-k * t) * v - downward * t * math::decay_mean(k * t);
+            self.flows.squeeze_film_j += damping * velocity * velocity * weight * span_s;
         }
         // b_th R_t^2 times the integral of rate^2, which decays at twice the rate's own.
         let k = tangential_damping_per_s(&self.params);
-        self.flows.drag_j += self.params.get(Parameter::RotorInertia)
-            * k
-            * rate
-            * rate
-            * step_s
-            * math::decay_mean(2.0 * k * step_s);
+        let inertia = self.params.get(Parameter::RotorInertia);
+        self.flows.drag_j += inertia * k * rate * rate * span_s * math::decay_mean(2.0 * k * span_s);
     }
 }
 
+fn velocity_rows(modes: &[Mode; 3], span_s: f64) -> VelocityRows {
+    GAUSS_LEGENDRE.map(|(node, _)| {
+        modes.map(|mode| {
+            let [_, [vg, vv]] = mode.propagator_minus_identity(span_s * node);
+            [vg, 1.0 + vv]
+        })
+    })
+}
+
 impl<T: Real> Ledger<T> for EnergyLedger {
-    fn free_motion(&mut self, state: &MotorState<T>, step_s: f64) {
-        self.modal_flows(state, step_s);
-        self.rotor_flows(state, step_s);
+    fn motion(&mut self, state: &MotorState<T>, part: T, push_m_s2: [T; 2]) {
+        let (part, [push_0, push_1]) = (part.to_f64(), push_m_s2.map(Real::to_f64));
+        self.modal_flows(state, part, [push_0, push_1]);
+        self.rotor_flows(state, part, push_0 + push_1);
+    }
+
+    fn pressed(&mut self, before_m: [T; 2], after_m: [T; 2], push_m_s2: [T; 2], dragged: &[Dragged<T>; 2]) {
+        for ((before, after), push) in before_m.into_iter().zip(after_m).zip(push_m_s2) {
+            let opened_m = after.to_f64() - before.to_f64();
+            self.flows.pressing_loss_j -= self.params.get(Parameter::RotorMass) * push.to_f64() * opened_m;
+        }
+        let radius = self.params.get(Parameter::ToothRadius);
+        let tangential_mass = self.params.get(Parameter::RotorInertia) / (radius * radius);
+        for dragged in dragged {
+            self.flows.reaction_left_out_j += tangential_mass * dragged.work_m2_s2.to_f64();
+            self.flows.friction_loss_j += tangential_mass * dragged.heat_m2_s2.to_f64();
+        }
     }
 
     fn impact(&mut self, before: &MotorState<T>, after: &MotorState<T>, impact: &Impact<T>) {
@@ -270,7 +307,7 @@ impl<T: Real> Ledger<T> for EnergyLedger {
     }
 }
 
-/// The steady motion under the drive in force, through a step.
+/// The steady motion under the drive in force, through a span.
 struct SteadyDrive {
     mode_index: usize,
     phase: Phase,
@@ -283,7 +320,7 @@ struct SteadyDrive {
 }
 
 impl SteadyDrive {
-    fn of<T: Real>(modes: &[Mode; 3], tuning: DriveTuning, state: &MotorState<T>) -> Option<Self> {
+    fn of<T: Real>(modes: &[Mode; 3], tuning: DriveTuning, state: &MotorState<T>, part: f64) -> Option<Self> {
         use crate::drive::DriveMode;
         use core::f64::consts::TAU;
         let command = state.forcing.command();
@@ -305,7 +342,7 @@ impl SteadyDrive {
         Some(Self {
             mode_index,
             phase: state.phase,
-            increment: state.forcing.increment(),
+            increment: part_of(state.forcing.increment(), part),
             acceleration_m_s2,
             drive_rad_s: w,
             in_phase_m: per_square * stiffness,
@@ -313,18 +350,12 @@ impl SteadyDrive {
         })
     }
 
-    /// Sine and cosine of the drive's phase at a fraction `x` of the step.
+    /// Sine and cosine of the drive's phase at a fraction `x` of the span.
     fn sin_cos(&self, x: f64) -> (f64, f64) {
-        #[expect(
-            clippy::cast_precision_loss,
-            clippy::cast_possible_truncation,
-            reason = "2^-53 of an increment is below the quadrature's error"
-        )]
-        let part = (self.increment.units().cast_signed() as f64 * x) as i64;
-        self.phase.advanced(Phase::from_units(part.cast_unsigned())).sin_cos()
+        self.phase.advanced(part_of(self.increment, x)).sin_cos()
     }
 
-    /// Steady displacement and velocity at a fraction `x` of the step.
+    /// Steady displacement and velocity at a fraction `x` of the span.
     fn motion(&self, x: f64) -> (f64, f64) {
         let (sin, cos) = self.sin_cos(x);
         (
@@ -333,8 +364,18 @@ impl SteadyDrive {
         )
     }
 
-    /// Acceleration by the drive at a fraction `x` of the step.
+    /// Acceleration by the drive at a fraction `x` of the span.
     fn acceleration(&self, x: f64) -> f64 {
         self.acceleration_m_s2 * self.sin_cos(x).0
     }
+}
+
+/// The fraction `x` of a phase increment of less than half a turn either way.
+#[expect(
+    clippy::cast_precision_loss,
+    clippy::cast_possible_truncation,
+    reason = "2^-53 of an increment is below the quadrature's error"
+)]
+fn part_of(increment: Phase, x: f64) -> Phase {
+    Phase::from_units(((increment.units().cast_signed() as f64 * x) as i64).cast_unsigned())
 }

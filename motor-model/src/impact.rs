@@ -24,6 +24,7 @@
 //! c = mu                 Coulomb's
 //! ```
 
+use crate::drag::{Contact, Dragged, drag};
 use crate::math::Real;
 use crate::modes::ModalState;
 use crate::params::{MotorParams, Parameter};
@@ -55,8 +56,8 @@ pub struct Impact<T> {
     pub slip_m_s: T,
     /// Tangential impulse on the rotor, of the slip's sign, in N s.
     pub tangential_impulse_n_s: T,
-    /// Height of the rotor over the tooth when the impact was applied, in m: at most 0, how far an impact found at the
-    /// end of a step came too late.
+    /// Height of the rotor over the tooth when the impact was applied, in m. Below 0 it is how far an impact found at the end of a step
+    /// came too late; for an impact located inside the step, what its location is off.
     pub gap_m: T,
 }
 
@@ -92,6 +93,12 @@ impl<T: Real> ImpactLaw<T> {
         }
     }
 
+    /// `e`.
+    #[inline]
+    pub(crate) fn restitution(&self) -> T {
+        self.one_plus_restitution - T::one()
+    }
+
     /// Applies an impact of `tooth` that approaches at `approach_m_s > 0`, and returns its impulses and slip.
     #[inline]
     pub fn strike(
@@ -110,6 +117,34 @@ impl<T: Real> ImpactLaw<T> {
         rotor.rate_rad_s += push_m_s * self.per_radius;
         modes.velocity_m_s -= tooth.recoil * dv;
         Impulse { normal_n_s, tangential_n_s: self.tangential_mass_kg * push_m_s, slip_m_s }
+    }
+
+    /// Drags the rotor round by `teeth` that push it up with the velocities `dv_m_s` over a span of time, in which their tangential
+    /// velocities go from `from_m_s` to what they are in `modes`.
+    pub(crate) fn drag(
+        &self,
+        teeth: &[ToothPair<T>; 2],
+        dv_m_s: [T; 2],
+        from_m_s: [T; 2],
+        modes: &ModalState<T>,
+        rotor: &mut RotorState<T>,
+    ) -> [Dragged<T>; 2] {
+        let contact = |tooth: &ToothPair<T>, dv: T, from: T| Contact {
+            from,
+            to: tooth.tangential_velocity(modes),
+            limit: self.friction_coefficient(tooth, modes)
+                * self.rotor_mass_kg
+                * dv
+                * self.per_tangential_mass,
+        };
+        let ([first, second], [dv_0, dv_1], [from_0, from_1]) = (teeth, dv_m_s, from_m_s);
+        let dragged = drag(
+            [contact(first, dv_0, from_0), contact(second, dv_1, from_1)],
+            self.radius_m * rotor.rate_rad_s,
+        );
+        let [push_0, push_1] = dragged.map(|dragged| dragged.push_m_s);
+        rotor.rate_rad_s += (push_0 + push_1) * self.per_radius;
+        dragged
     }
 
     /// `c` of the law in force.

@@ -23,8 +23,12 @@
 //! # Exact and not
 //!
 //! The linear parts - stator with its sinusoidal drive, rotor in flight - are exact for any step, drive frequency and
-//! instant of switching. The one error of the step is the *time of an impact*: it is noticed at the end of the step in which it
-//! happens, as in the paper's program, so rates of rotation and of impacts converge with the first order of the step.
+//! instant of switching. What a step gets wrong is *when an impact happens*, by one of two rules:
+//!
+//! - [`ImpactRule::EndOfStep`]: it is noticed at the end of its step, as in the paper's program. Rates of rotation and of impacts converge with the
+//!   first order of the step; mode B needs steps below 1 us.
+//! - [`ImpactRule::Located`]: it happens where the gap closes, within 1e-10 m at 20 us; the state there is exact. Teeth that would strike again at
+//!   once stay *pressed* on the rotor, with a normal force and friction, so a rotor comes to rest and walks on weakly driven teeth.
 //!
 //! # Promises
 //!
@@ -44,6 +48,7 @@
 //! | recoil | drop of the modal velocities under an impact |
 //! | forcing | what a drive command means for one motor and step |
 //! | lift | putting a rotor found inside a tooth back on it |
+//! | pressed | of a pair of teeth: in lasting contact with the rotor, pushing instead of striking |
 
 #![no_std]
 #![forbid(unsafe_code)]
@@ -64,6 +69,9 @@
 )]
 
 mod angle;
+mod contact;
+mod decay;
+mod drag;
 mod drive;
 mod energy;
 mod error;
@@ -79,13 +87,14 @@ mod teeth;
 mod time;
 
 pub use angle::{Angle, AngleAccumulator};
+pub use drag::Dragged;
 pub use drive::{DriveCommand, DriveMode};
 pub use energy::{EnergyFlows, EnergyLedger, Ledger, NoLedger};
 pub use error::OutOfBounds;
 pub use impact::{FrictionLaw, Impact, ImpactLaw, Impulse};
 pub use math::Real;
 pub use modes::{DriveTuning, Forcing, ModalBank, ModalState, Mode};
-pub use motor::{IMPACTS_PER_STEP_MAX, Impacts, Motor, MotorSetup, MotorState};
+pub use motor::{IMPACTS_PER_STEP_MAX, ImpactRule, Impacts, Motor, MotorSetup, MotorState};
 pub use params::{MotorParams, Parameter};
 pub use phase::{Phase, PhaseTable};
 pub use rotor::{Flight, RotorState};

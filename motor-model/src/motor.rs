@@ -1,5 +1,8 @@
 //! The whole motor: one step of stator, rotor and impacts.
 
+mod press;
+mod strike;
+
 use heapless::Vec;
 
 use crate::drive::DriveCommand;
@@ -12,6 +15,7 @@ use crate::params::MotorParams;
 use crate::phase::Phase;
 use crate::rotor::{Flight, RotorState};
 use crate::teeth::{AmplitudeVariation, ToothPair};
+use press::Press;
 
 /// Most impacts that one step can hold.
 pub const IMPACTS_PER_STEP_MAX: usize = 4;
@@ -19,11 +23,23 @@ pub const IMPACTS_PER_STEP_MAX: usize = 4;
 /// The impacts of one step, in the order in which they happened.
 pub type Impacts<T> = Vec<Impact<T>, IMPACTS_PER_STEP_MAX>;
 
+/// How a step finds the impacts that happen in it.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum ImpactRule {
+    /// At its end, as the paper's program did: each comes up to a step too late.
+    #[default]
+    EndOfStep,
+    /// Where they happen, and teeth that stay on the rotor are pressed contacts.
+    Located,
+}
+
 /// What a run chooses besides the motor's parameters.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MotorSetup {
     /// Length of a step in s, within 1e-9 to 1e-3.
     pub step_s: f64,
+    /// How impacts are found.
+    pub impact_rule: ImpactRule,
     /// What limits the tangential impulse.
     pub friction_law: FrictionLaw,
     /// Where the generator's frequencies stand.
@@ -33,10 +49,11 @@ pub struct MotorSetup {
 }
 
 impl MotorSetup {
-    /// Coulomb friction, driven at resonance, no variation between the pairs.
+    /// Impacts at the end of the step, Coulomb friction, driven at resonance, no variation between the pairs.
     pub fn with_step(step_s: f64) -> Self {
         Self {
             step_s,
+            impact_rule: ImpactRule::default(),
             friction_law: FrictionLaw::default(),
             tuning: DriveTuning::default(),
             variation: AmplitudeVariation::default(),
@@ -57,6 +74,17 @@ pub struct MotorState<T: Real> {
     pub rotor: RotorState<T>,
     /// The drive now in force.
     pub forcing: Forcing<T>,
+    /// Which pairs of teeth lie pressed on the rotor; only located impacts know of pressed contacts.
+    pub pressed: [bool; 2],
+}
+
+impl<T: Real> MotorState<T> {
+    /// The end of a step.
+    #[inline]
+    fn move_to(&mut self, phase: Phase, modes: ModalState<T>, rotor: RotorState<T>) {
+        self.steps += 1;
+        (self.phase, self.modes, self.rotor) = (phase, modes, rotor);
+    }
 }
 
 /// A motor ready to step: immutable, one for any number of states.
@@ -78,6 +106,13 @@ pub struct Motor<T> {
     teeth: [ToothPair<T>; 2],
     flight: Flight<T>,
     impact_law: ImpactLaw<T>,
+    impact_rule: ImpactRule,
+    press: Press<T>,
+    step: T,
+    /// How far the cubic through both ends of a step may miss a gap, per change of the gap's rate.
+    curve_margin_s: T,
+    /// The wider pair's swing per first pair's, at least 1.
+    widest_swing: T,
     step_s: f64,
 }
 
@@ -93,11 +128,20 @@ impl<T: Real> Motor<T> {
             OutOfBounds::check("drive.frequency_b_hz", b_hz, 1.0, 1e6, "Hz")?;
             OutOfBounds::check("drive.frequency_c_hz", c_hz, 1.0, 1e6, "Hz")?;
         }
+        let modes = Mode::all(params)?;
+        let (bank, flight) = (ModalBank::new(&modes, setup.tuning, step_s), Flight::new(params, step_s));
+        let teeth = ToothPair::both(params, &setup.variation);
+        let fastest_rad = modes.iter().map(|mode| mode.natural_rad_s * step_s).fold(0.0, f64::max);
         Ok(Self {
-            modes: ModalBank::new(&Mode::all(params)?, setup.tuning, step_s),
-            teeth: ToothPair::both(params, &setup.variation),
-            flight: Flight::new(params, step_s),
+            press: Press::new(&bank, &flight, &teeth, fastest_rad, step_s),
+            modes: bank,
+            teeth,
+            flight,
             impact_law: ImpactLaw::new(params, setup.friction_law),
+            impact_rule: setup.impact_rule,
+            step: T::from_f64(step_s),
+            curve_margin_s: T::from_f64(strike::cubic_margin(fastest_rad) * step_s),
+            widest_swing: T::from_f64(setup.variation.widest_per_first()),
             step_s,
         })
     }
@@ -119,7 +163,7 @@ impl<T: Real> Motor<T> {
 
     /// Height of the rotor above the higher pair of teeth, in m.
     pub fn gap_m(&self, state: &MotorState<T>) -> T {
-        let [first, second] = self.gaps_m(state);
+        let [first, second] = self.gaps_m(&state.modes, &state.rotor);
         if second < first { second } else { first }
     }
 
@@ -143,68 +187,53 @@ impl<T: Real> Motor<T> {
         if state.forcing.command() != command {
             state.forcing = self.modes.forcing(command);
         }
-        ledger.free_motion(state, self.step_s);
-        self.modes.advance(&mut state.modes, &state.forcing, state.phase);
-        self.flight.advance(&mut state.rotor);
-        state.phase = state.phase.advanced(state.forcing.increment());
-        state.steps += 1;
-
-        let gaps_m = self.gaps_m(state);
-        let [first, second] = gaps_m;
-        if first > T::zero() && second > T::zero() {
-            Impacts::new()
-        } else {
-            self.strike_at_end(state, gaps_m, ledger)
+        if state.pressed != [false; 2] {
+            return aside(state, |state| self.press_through(state, ledger));
         }
+        let (mut modes, mut rotor) = (state.modes, state.rotor);
+        self.modes.advance(&mut modes, &state.forcing, state.phase);
+        self.flight.advance(&mut rotor);
+        let phase = state.phase.advanced(state.forcing.increment());
+        match self.impact_rule {
+            ImpactRule::Located => {
+                let start = self.clearance(&state.modes, &state.rotor);
+                if !self.surely_clear(&start, &self.clearance(&modes, &rotor)) {
+                    let before = *state;
+                    state.move_to(phase, modes, rotor);
+                    return aside(state, |state| self.strike_inside(&before, state, ledger));
+                }
+                ledger.motion(state, T::one(), [T::zero(); 2]);
+            }
+            ImpactRule::EndOfStep => {
+                ledger.motion(state, T::one(), [T::zero(); 2]);
+                let gaps_m = self.gaps_m(&modes, &rotor);
+                let [first, second] = gaps_m;
+                if first <= T::zero() || second <= T::zero() {
+                    state.move_to(phase, modes, rotor);
+                    return self.strike_at_end(state, gaps_m, ledger);
+                }
+            }
+        }
+        state.move_to(phase, modes, rotor);
+        Impacts::new()
     }
 
     /// Heights of the rotor above both pairs.
     #[inline]
-    fn gaps_m(&self, state: &MotorState<T>) -> [T; 2] {
+    fn gaps_m(&self, modes: &ModalState<T>, rotor: &RotorState<T>) -> [T; 2] {
         let [first, second] = &self.teeth;
-        [
-            state.rotor.height_m - first.height(&state.modes),
-            state.rotor.height_m - second.height(&state.modes),
-        ]
+        [rotor.height_m - first.height(modes), rotor.height_m - second.height(modes)]
     }
+}
 
-    /// The paper's rule: a contact is noticed at the end of the step, the deeper pair first.
-    ///
-    /// The rotor is then lifted out of the tooth: without that it would sink, step by step, into teeth that it rests on. The
-    /// lift's energy has its own line in the ledger.
-    fn strike_at_end<L: Ledger<T>>(
-        &self,
-        state: &mut MotorState<T>,
-        [first, second]: [T; 2],
-        ledger: &mut L,
-    ) -> Impacts<T> {
-        let mut impacts = Impacts::new();
-        let [tooth_0, tooth_1] = &self.teeth;
-        let (zero, one) = ((0, tooth_0, first), (1, tooth_1, second));
-        let order = if second < first { [one, zero] } else { [zero, one] };
-        let deepest_m = order[0].2;
-        for (pair, tooth, gap_m) in order {
-            let approach_m_s = tooth.vertical_velocity(&state.modes) - state.rotor.velocity_m_s;
-            if gap_m > T::zero() || approach_m_s <= T::zero() {
-                continue;
-            }
-            let before = *state;
-            let impulse = self.impact_law.strike(tooth, approach_m_s, &mut state.modes, &mut state.rotor);
-            let impact = Impact {
-                pair,
-                before_end_s: T::zero(),
-                approach_m_s,
-                normal_impulse_n_s: impulse.normal_n_s,
-                slip_m_s: impulse.slip_m_s,
-                tangential_impulse_n_s: impulse.tangential_n_s,
-                gap_m,
-            };
-            ledger.impact(&before, state, &impact);
-            // Two pairs, each at most once: always fits.
-            let _ = impacts.push(impact);
-        }
-        state.rotor.height_m -= deepest_m;
-        ledger.lift(-deepest_m);
-        impacts
-    }
+/// Runs a rare path on a copy of the state: a state whose address goes nowhere lives in registers from step to step.
+#[inline]
+fn aside<T: Real>(
+    state: &mut MotorState<T>,
+    path: impl FnOnce(&mut MotorState<T>) -> Impacts<T>,
+) -> Impacts<T> {
+    let mut copy = *state;
+    let impacts = path(&mut copy);
+    *state = copy;
+    impacts
 }

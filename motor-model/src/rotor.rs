@@ -15,6 +15,7 @@
 //! (terminal speed).
 
 use crate::angle::AngleAccumulator;
+use crate::decay::decay_means;
 use crate::math::{self, Real};
 use crate::params::{MotorParams, Parameter};
 
@@ -31,45 +32,95 @@ pub struct RotorState<T> {
     pub rate_rad_s: T,
 }
 
-/// Exact flight over one step.
+/// Exact flight over one step, and over parts of it.
 #[derive(Clone, Debug)]
 pub struct Flight<T> {
+    step: FlightSpan<T>,
+    /// `x` of a step.
+    decay: T,
+    /// The same for the rate.
+    rate_decay: T,
+    damping_per_s: T,
+    gravity_m_s2: T,
+    step_s: T,
+}
+
+/// Exact flight over some time.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct FlightSpan<T> {
     /// `exp(-x) - 1`.
     velocity_loss: T,
-    velocity_drop_m_s: T,
-    rise_s: T,
-    fall_m: T,
+    gravity_m_s2: T,
+    /// `h m1`: velocity gained per acceleration, height per velocity.
+    pub(crate) rise_s: T,
+    /// `h^2 m2`: height gained per acceleration.
+    pub(crate) sweep_s2: T,
     rate_loss: T,
     /// Angle gained per rate, in units of 2^-32 turn.
     turn_units_per_rad_s: T,
 }
 
+impl<T: Real> FlightSpan<T> {
+    /// Advances the rotor without contact.
+    #[inline]
+    pub(crate) fn advance(&self, rotor: &mut RotorState<T>) {
+        let (v, rate) = (rotor.velocity_m_s, rotor.rate_rad_s);
+        rotor.height_m += self.rise_s * v - self.sweep_s2 * self.gravity_m_s2;
+        rotor.velocity_m_s += self.velocity_loss * v - self.rise_s * self.gravity_m_s2;
+        rotor.angle.advance(self.turn_units_per_rad_s * rate);
+        rotor.rate_rad_s += self.rate_loss * rate;
+    }
+}
+
 impl<T: Real> Flight<T> {
     /// Flight of `params`' rotor over `step_s`.
     pub fn new(params: &MotorParams, step_s: f64) -> Self {
-        let gravity = params.get(Parameter::Gravity);
-        let x = params.get(Parameter::VerticalDamping) / params.get(Parameter::RotorMass) * step_s;
-        let y = tangential_damping_per_s(params) * step_s;
+        let damping_per_s = params.get(Parameter::VerticalDamping) / params.get(Parameter::RotorMass);
+        let gravity_m_s2 = T::from_f64(params.get(Parameter::Gravity));
+        let (x, y) = (damping_per_s * step_s, tangential_damping_per_s(params) * step_s);
+        let turning_s = step_s * math::decay_mean(y);
         Self {
-            velocity_loss: T::from_f64(math::exp_m1(-x)),
-            velocity_drop_m_s: T::from_f64(gravity * step_s * math::decay_mean(x)),
-            rise_s: T::from_f64(step_s * math::decay_mean(x)),
-            fall_m: T::from_f64(gravity * step_s * step_s * math::decay_second_mean(x)),
-            rate_loss: T::from_f64(math::exp_m1(-y)),
-            turn_units_per_rad_s: T::from_f64(
-                step_s * math::decay_mean(y) * AngleAccumulator::<f64>::UNITS_PER_RADIAN,
-            ),
+            step: FlightSpan {
+                velocity_loss: T::from_f64(math::exp_m1(-x)),
+                gravity_m_s2,
+                rise_s: T::from_f64(step_s * math::decay_mean(x)),
+                sweep_s2: T::from_f64(step_s * step_s * math::decay_second_mean(x)),
+                rate_loss: T::from_f64(math::exp_m1(-y)),
+                turn_units_per_rad_s: T::from_f64(turning_s * AngleAccumulator::<f64>::UNITS_PER_RADIAN),
+            },
+            decay: T::from_f64(x),
+            rate_decay: T::from_f64(y),
+            damping_per_s: T::from_f64(damping_per_s),
+            gravity_m_s2,
+            step_s: T::from_f64(step_s),
         }
     }
 
     /// Advances the rotor by one step without contact.
     #[inline]
     pub fn advance(&self, rotor: &mut RotorState<T>) {
-        let (v, rate) = (rotor.velocity_m_s, rotor.rate_rad_s);
-        rotor.height_m += self.rise_s * v - self.fall_m;
-        rotor.velocity_m_s += self.velocity_loss * v - self.velocity_drop_m_s;
-        rotor.angle.advance(self.turn_units_per_rad_s * rate);
-        rotor.rate_rad_s += self.rate_loss * rate;
+        self.step.advance(rotor);
+    }
+
+    /// Flight over the fraction `part` of a step; no transcendental call.
+    pub(crate) fn part(&self, part: T) -> FlightSpan<T> {
+        let span_s = self.step_s * part;
+        let (velocity_loss, m1, m2) = decay_means(self.decay * part);
+        let (rate_loss, turning, _) = decay_means(self.rate_decay * part);
+        FlightSpan {
+            velocity_loss,
+            gravity_m_s2: self.gravity_m_s2,
+            rise_s: span_s * m1,
+            sweep_s2: span_s * span_s * m2,
+            rate_loss,
+            turn_units_per_rad_s: span_s * turning * T::from_f64(AngleAccumulator::<f64>::UNITS_PER_RADIAN),
+        }
+    }
+
+    /// Vertical acceleration in flight, in m/s^2.
+    #[inline]
+    pub(crate) fn acceleration(&self, rotor: &RotorState<T>) -> T {
+        -self.gravity_m_s2 - self.damping_per_s * rotor.velocity_m_s
     }
 }
 

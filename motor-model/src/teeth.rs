@@ -38,6 +38,12 @@ impl AmplitudeVariation {
         };
         Self { pairs: [one(), one()] }
     }
+
+    /// Amplitude of the wider pair per that of the first, with a little to spare for rounding.
+    pub(crate) fn widest_per_first(&self) -> f64 {
+        let [first, second] = self.pairs;
+        (((1.0 + second) / (1.0 + first)).abs()).max(1.0) * (1.0 + 1e-6)
+    }
 }
 
 /// One pair of opposite teeth.
@@ -79,13 +85,19 @@ impl<T: Real> ToothPair<T> {
     /// Height `u_p` in m.
     #[inline]
     pub fn height(&self, modes: &ModalState<T>) -> T {
-        self.shape.dot(&modes.displacement_m)
+        self.over(&modes.displacement_m)
     }
 
     /// Vertical velocity `u_p'` in m/s.
     #[inline]
     pub fn vertical_velocity(&self, modes: &ModalState<T>) -> T {
-        self.shape.dot(&modes.velocity_m_s)
+        self.over(&modes.velocity_m_s)
+    }
+
+    /// `phi . x`, knowing that `phi_A` is 1.
+    #[inline]
+    fn over(&self, x: &Vector3<T>) -> T {
+        x.x + (self.shape.y * x.y + self.shape.z * x.z)
     }
 
     /// Tangential displacement `s_p` in m.

@@ -6,29 +6,15 @@
 //! a constant known beforehand.
 #![expect(clippy::disallowed_methods, reason = "an independent yardstick")]
 
-use std::f64::consts::TAU;
-
 use motor_model::{DriveCommand, DriveMode, MotorParams, MotorSetup, Parameter};
 
 use crate::closeness::{Within, assert_between, assert_close};
-use crate::oscillator::{Force, Oscillator};
+use crate::live_teeth::{GRAVITY_M_S2, LiveTeeth, on_rigid_floor};
 use crate::scene::{Bench, changed};
-use crate::tooth::Tooth;
 
-const GRAVITY_M_S2: f64 = 9.81;
 const STEPS_S: [f64; 4] = [8e-6, 4e-6, 2e-6, 1e-6];
 /// Teeth in mode C turn by 0.1 rad in the coarsest of these: fine enough for the leading term to lead.
 const STEPS_ON_LIVE_TEETH_S: [f64; 4] = [2e-6, 1e-6, 0.5e-6, 0.25e-6];
-
-/// A rotor of a microgram on a stator of a kilogram: the recoil is 3e-9 of the blow.
-fn on_rigid_floor(restitution: f64) -> MotorParams {
-    changed(&[
-        (Parameter::RotorMass, 1e-9),
-        (Parameter::StatorMass, 1.0),
-        (Parameter::VerticalDamping, 0.0),
-        (Parameter::Restitution, restitution),
-    ])
-}
 
 /// Highest point after the first impact.
 fn rebound_m(params: &MotorParams, drop_m: f64, step_s: f64) -> f64 {
@@ -92,71 +78,25 @@ fn law_rebound_error_is_first_order_with_the_predicted_constant() {
     assert_between(order(&STEPS_S, &errors), 0.95, 1.05, "order of the rebound height");
 }
 
-/// Instant at which a rotor falling at constant speed meets the higher tooth in steady vibration, by bisection of the closed
-/// form, and the tooth's velocity there.
-struct SteadyContact {
-    oscillator: Oscillator,
-    force: Force,
-    shape: f64,
-    start: (f64, f64),
-}
-
-impl SteadyContact {
-    fn tooth(&self, time_s: f64) -> (f64, f64) {
-        let (g, v) = self.oscillator.closed_form(self.start, self.force, time_s);
-        (self.shape * g, self.shape * v)
-    }
-
-    fn meets(&self, height_m: f64, velocity_m_s: f64, until_s: f64) -> f64 {
-        let gap = |t: f64| height_m + velocity_m_s * t - self.tooth(t).0;
-        let (mut early, mut late) = (0.0, until_s);
-        assert!(gap(early) > 0.0 && gap(late) < 0.0);
-        for _ in 0..80 {
-            let middle = 0.5 * (early + late);
-            if gap(middle) > 0.0 { early = middle } else { late = middle }
-        }
-        0.5 * (early + late)
-    }
-}
-
 /// A rotor thrown down at 1.5 m/s on teeth in full mode C motion, 0.17 m/s at most: one crossing, no grazing. Instant and
 /// velocity after the first impact against the closed form, over 64 phases of the drive: first order in the step.
 #[test]
 fn law_first_impact_on_live_teeth_is_first_order_in_time_and_velocity() {
     let params = changed(&[(Parameter::VerticalDamping, 0.0), (Parameter::Gravity, 0.0)]);
     let mode = DriveMode::C;
-    let oscillator = Oscillator::of(&params, mode);
-    let (down, restitution) = (-1.5, params.get(Parameter::Restitution));
-    let shape = Tooth::of(&params, 0, 0.0).shape()[2];
+    let restitution = params.get(Parameter::Restitution);
     let mass_ratio = params.get(Parameter::RotorMass) / params.get(Parameter::StatorMass);
     let mut time_errors = [0.0; 4];
     let mut velocity_errors = [0.0; 4];
     for k in 0..64 {
-        let phase_turns = (f64::from(k) + 0.37) / 64.0;
-        // Let go 20 to 30 us before the blow, at 64 phases that are no multiple of any step.
-        let height_m = 45e-6 + 12e-6 * (f64::from(k) * 0.618).fract();
-        let force = Force { amplitude: 1.0, rad_s: oscillator.natural_rad_s, phase_rad: TAU * phase_turns };
-        let start = {
-            let (sin, cos) = force.phase_rad.sin_cos();
-            (-oscillator.antinode_m * cos, oscillator.antinode_m * oscillator.natural_rad_s * sin)
-        };
-        // The pairs move in antiphase; the one that is met first counts.
-        let pairs = [shape, -shape].map(|shape| {
-            let contact = SteadyContact { oscillator, force, shape, start };
-            let time_s = contact.meets(height_m, down, 1e-4);
-            (time_s, contact.tooth(time_s).1)
-        });
-        let (time_s, tooth_velocity) = if pairs[0].0 < pairs[1].0 { pairs[0] } else { pairs[1] };
-        let rise = (1.0 + restitution) * (tooth_velocity - down) / (1.0 + 3.0 * mass_ratio);
+        let scene = LiveTeeth::thrown_at(&params, mode, k, 64);
+        let (contact, down) = (scene.first_contact(), scene.down_m_s());
+        let rise = (1.0 + restitution) * (contact.tooth_velocity_m_s - down) / (1.0 + 3.0 * mass_ratio);
         for (index, step_s) in STEPS_ON_LIVE_TEETH_S.into_iter().enumerate() {
             let mut bench = Bench::<f64>::new(&params, &MotorSetup::with_step(step_s));
-            bench.state.phase = motor_model::Phase::from_turns(phase_turns);
-            bench.state.modes.displacement_m.z = start.0;
-            bench.state.modes.velocity_m_s.z = start.1;
-            bench.state.rotor.height_m = height_m;
-            bench.state.rotor.velocity_m_s = down;
+            scene.set(&mut bench.state);
             let (steps, _) = bench.until_impact(DriveCommand::full(mode), 1000);
-            let lateness = f64::from(steps) * step_s - time_s;
+            let lateness = f64::from(steps) * step_s - contact.time_s;
             assert_between(lateness, -1e-12, step_s * (1.0 + 1e-9), "lateness of the impact");
             time_errors[index] += lateness / 64.0;
             velocity_errors[index] += (bench.state.rotor.velocity_m_s - (down + rise)).abs() / 64.0;

@@ -4,6 +4,7 @@
 
 mod closeness;
 mod command;
+mod live_teeth;
 mod oscillator;
 mod scene;
 mod tooth;
@@ -14,14 +15,18 @@ mod exact_switching;
 
 mod exact_flight;
 
+mod exact_located_impacts;
 mod law_impact;
+mod law_pressed;
 mod law_rebound;
 mod law_rest;
 
 mod law_energy;
 
 mod dual_precision;
+mod dual_step_convergence;
 mod law_any_motor;
+mod law_hard_cases;
 mod law_rotation_sense;
 mod tool_steady_rates;
 

@@ -1,7 +1,7 @@
 //! Motors and runs that several tests share.
 
 use motor_model::{
-    DriveCommand, Flight, Impacts, Motor, MotorParams, MotorSetup, MotorState, Parameter, Real,
+    DriveCommand, Flight, ImpactRule, Impacts, Motor, MotorParams, MotorSetup, MotorState, Parameter, Real,
 };
 
 /// Table 1's motor with some parameters changed.
@@ -16,6 +16,11 @@ pub fn changed(changes: &[(Parameter, f64)]) -> MotorParams {
 #[track_caller]
 pub fn motor<T: Real>(params: &MotorParams, setup: &MotorSetup) -> Motor<T> {
     Motor::try_new(params, setup).expect("a valid motor")
+}
+
+/// Impacts located inside the step, and everything else as usual.
+pub fn located(step_s: f64) -> MotorSetup {
+    MotorSetup { impact_rule: ImpactRule::Located, ..MotorSetup::with_step(step_s) }
 }
 
 /// Distance from 1 to the next number of this precision.

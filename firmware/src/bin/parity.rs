@@ -5,8 +5,10 @@
 #[cfg(not(target_os = "none"))]
 fn main() -> Result<(), motor_model::OutOfBounds> {
     use firmware::parity::{LoopRun, TwinRun};
+    use motor_model::ImpactRule;
 
-    println!("{}", TwinRun::compute()?);
+    println!("{}", TwinRun::compute(ImpactRule::EndOfStep)?);
+    println!("{}", TwinRun::compute(ImpactRule::Located)?);
     println!("{}", LoopRun::compute()?);
     Ok(())
 }
@@ -20,7 +22,7 @@ mod board {
     use cortex_m_rt::entry;
     use cortex_m_semihosting::{debug, heprintln, hprintln};
     use firmware::parity::{LoopRun, TwinRun};
-    use motor_model::OutOfBounds;
+    use motor_model::{ImpactRule, OutOfBounds};
 
     #[entry]
     fn main() -> ! {
@@ -36,7 +38,8 @@ mod board {
     }
 
     fn print() -> Result<(), OutOfBounds> {
-        hprintln!("{}", TwinRun::compute()?);
+        hprintln!("{}", TwinRun::compute(ImpactRule::EndOfStep)?);
+        hprintln!("{}", TwinRun::compute(ImpactRule::Located)?);
         hprintln!("{}", LoopRun::compute()?);
         Ok(())
     }

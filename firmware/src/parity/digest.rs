@@ -27,7 +27,7 @@ impl Digest {
     }
 
     pub(super) fn state(&mut self, state: &MotorState<f32>) {
-        let MotorState { steps, phase, modes, rotor, forcing } = state;
+        let MotorState { steps, phase, modes, rotor, forcing, pressed } = state;
         self.word(*steps);
         self.word(phase.units());
         self.modes(modes);
@@ -35,6 +35,7 @@ impl Digest {
         // Its gains are private; they show in the modes.
         self.word(forcing.increment().units());
         self.command(forcing.command());
+        self.word(u64::from(pressed[0]) | u64::from(pressed[1]) << 1);
     }
 
     pub(super) fn report(&mut self, report: &Report) {
@@ -160,7 +161,9 @@ mod tests {
         let same = of_state(&|_| ());
         let other_drive = |command| motor.modes().forcing(command);
         let b = DriveMode::B;
-        let changes: [&Change<'_, MotorState<f32>>; 15] = [
+        let changes: [&Change<'_, MotorState<f32>>; 17] = [
+            &|s| s.pressed[0] = !s.pressed[0],
+            &|s| s.pressed[1] = !s.pressed[1],
             &|s| s.steps += 1,
             &|s| s.phase = s.phase.advanced(Phase::from_units(1)),
             &|s| up(&mut s.modes.displacement_m.x),

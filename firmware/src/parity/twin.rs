@@ -4,7 +4,8 @@
 use core::fmt;
 
 use motor_model::{
-    DriveCommand, DriveMode, FrictionLaw, Impacts, Motor, MotorParams, MotorSetup, MotorState, OutOfBounds,
+    DriveCommand, DriveMode, FrictionLaw, ImpactRule, Impacts, Motor, MotorParams, MotorSetup, MotorState,
+    OutOfBounds,
 };
 
 use super::digest::Digest;
@@ -15,6 +16,8 @@ const STEP_S: f64 = 10e-6;
 /// What the run leaves behind. Its text is what the programs print: one `key value` a line.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct TwinRun {
+    /// How the run found its impacts.
+    pub rule: ImpactRule,
     /// FNV-1a, 64 bits, over the bits of all states and impacts.
     pub digest: u64,
     /// Steps taken.
@@ -27,11 +30,15 @@ pub struct TwinRun {
 
 impl fmt::Display for TwinRun {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { digest, steps, impacts, angle_units } = self;
-        writeln!(f, "twin_digest {digest:#018x}")?;
-        writeln!(f, "twin_steps {steps}")?;
-        writeln!(f, "twin_impacts {impacts}")?;
-        write!(f, "twin_angle_units {angle_units}")
+        let Self { rule, digest, steps, impacts, angle_units } = self;
+        let name = match rule {
+            ImpactRule::EndOfStep => "twin",
+            ImpactRule::Located => "located_twin",
+        };
+        writeln!(f, "{name}_digest {digest:#018x}")?;
+        writeln!(f, "{name}_steps {steps}")?;
+        writeln!(f, "{name}_impacts {impacts}")?;
+        write!(f, "{name}_angle_units {angle_units}")
     }
 }
 
@@ -39,14 +46,14 @@ impl TwinRun {
     /// Steps of the run.
     pub const STEPS: u32 = 10_000;
 
-    /// Runs the twin and digests it.
+    /// Runs the twin under one rule and digests it.
     ///
     /// # Errors
     /// When the model refuses the nominal motor or a command of the schedule: never, unless their bounds are changed.
-    pub fn compute() -> Result<Self, OutOfBounds> {
+    pub fn compute(rule: ImpactRule) -> Result<Self, OutOfBounds> {
         let mut digest = Digest::default();
         let mut impacts_met = 0;
-        let end = follow(|state, impacts| {
+        let end = follow(rule, |state, impacts| {
             digest.state(state);
             for impact in impacts {
                 digest.impact(impact);
@@ -54,6 +61,7 @@ impl TwinRun {
             }
         })?;
         Ok(Self {
+            rule,
             digest: digest.value(),
             steps: end.steps,
             impacts: impacts_met,
@@ -70,9 +78,12 @@ struct Stretch {
 }
 
 /// Drives the twin through the schedule, shows `observe` each state and the impacts of its step, and returns the last state.
-fn follow(mut observe: impl FnMut(&MotorState<f32>, &Impacts<f32>)) -> Result<MotorState<f32>, OutOfBounds> {
+fn follow(
+    rule: ImpactRule,
+    mut observe: impl FnMut(&MotorState<f32>, &Impacts<f32>),
+) -> Result<MotorState<f32>, OutOfBounds> {
     let params = MotorParams::nominal();
-    let coulomb = MotorSetup::with_step(STEP_S);
+    let coulomb = MotorSetup { impact_rule: rule, ..MotorSetup::with_step(STEP_S) };
     let paper = MotorSetup { friction_law: FrictionLaw::Paper, ..coulomb };
     let coulomb = Motor::<f32>::try_new(&params, &coulomb)?;
     let paper = Motor::<f32>::try_new(&params, &paper)?;
@@ -119,7 +130,9 @@ mod tests {
     fn exact_the_schedule_has_the_steps_it_says() {
         let stretches = schedule().unwrap();
         assert_eq!(stretches.iter().map(|stretch| stretch.steps).sum::<u32>(), TwinRun::STEPS);
-        assert_eq!(TwinRun::compute().unwrap().steps, u64::from(TwinRun::STEPS));
+        for rule in [ImpactRule::EndOfStep, ImpactRule::Located] {
+            assert_eq!(TwinRun::compute(rule).unwrap().steps, u64::from(TwinRun::STEPS));
+        }
     }
 
     /// Equal digests say little of code that the run never enters.
@@ -131,7 +144,7 @@ mod tests {
         let (mut slid, mut stuck, mut double) = (0, 0, 0);
         let (mut fastest, mut slowest) = (0.0_f32, 0.0_f32);
         let mut resting = [0; 2];
-        follow(|state, impacts| {
+        follow(ImpactRule::EndOfStep, |state, impacts| {
             for impact in impacts {
                 impacts_of_pair[usize::from(impact.pair)] += 1;
                 if impact.tangential_impulse_n_s.abs() < 0.999 * friction * impact.normal_impulse_n_s {
@@ -153,5 +166,24 @@ mod tests {
         assert!(slid > 100 && stuck > 100 && double > 20, "{slid} {stuck} {double}");
         assert!(fastest > 5.0 && slowest < -1.0, "{fastest} {slowest}");
         assert!(resting.iter().all(|&steps| steps > 200), "{resting:?}");
+    }
+
+    /// Impacts inside the step, several in one, and teeth pressed one by one and both.
+    #[test]
+    fn law_the_located_run_reaches_all_that_it_can_do() {
+        let (mut inside, mut several) = (0, 0);
+        let (mut one_pressed, mut both_pressed) = (0, 0);
+        follow(ImpactRule::Located, |state, impacts| {
+            inside += impacts.iter().filter(|impact| impact.before_end_s > 0.0).count();
+            several += usize::from(impacts.len() > 1);
+            match state.pressed {
+                [true, true] => both_pressed += 1,
+                [false, false] => {}
+                _ => one_pressed += 1,
+            }
+        })
+        .unwrap();
+        assert!(inside > 100 && several > 10, "{inside} {several}");
+        assert!(one_pressed > 20 && both_pressed > 200, "{one_pressed} {both_pressed}");
     }
 }
