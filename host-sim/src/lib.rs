@@ -7,6 +7,7 @@
 //! | [`scene`] | every setting by its key: defaults, then a TOML file, then `--set`, then flags |
 //! | [`chance`] | one seeded stream of random numbers per source of noise |
 //! | [`simulate`] | one run of the open loop: motor, constant drive, observers, summary |
+//! | [`mod@reference`] | a second integrator of the motor, event-driven, to judge the fixed step by |
 //! | [`statistics`], [`spectrum`] | what is said of a run: mean and spread, the largest spectral line |
 //! | [`record`] | a run written down, one row every 50 us |
 //! | [`reproduce`] | the published tables and figures beside ours, with verdicts |
@@ -27,6 +28,7 @@ pub mod keys;
 pub mod plant;
 pub mod position;
 pub mod record;
+pub mod reference;
 pub mod reproduce;
 pub mod scene;
 pub mod simulate;

@@ -1,0 +1,324 @@
+//! The rotor's turning: free, dragged by sliding teeth, or held by a tooth that does not slip.
+//!
+//! ```text
+//! m_t (v' + k v) = sum_p F_p,     v = R_t rate,   m_t = J / R_t^2,   k = b_th R_t^2 / J                  (14b)
+//! F_p in L_p Sgn(s_p' - v),       L_p = c N_p,    c = mu or min(mu, |s_p / u_p|): the law of the impacts, per unit of time
+//! ```
+//!
+//! `Sgn` is the sign, and at zero anything between -1 and 1. In the PMM the teeth feel no tangential force, so the
+//! vertical motion
+//! comes first and this follows from its series. Between two switchings - a slip that reaches zero, a holding force
+//! that reaches its limit, `|s|` passing `mu |u|` - every term is a power series, and so is `v`. `F` falls as `v` grows,
+//! so what
+//! follows a switching is unique: it is the one choice whose slips, or their first derivatives, have the signs of its forces.
+
+use motor_model::FrictionLaw;
+
+use super::patience::{Patience, Stalled};
+use super::series::{ORDER, Series};
+use super::system::{Segment, System};
+
+/// Slips below this are zero.
+const SLIP_TOLERANCE_M_S: f64 = 1e-13;
+/// Teeth and rotor that all move slower than this are at rest.
+const REST_M_S: f64 = 1e-12;
+/// A ratio `s / u` is expanded over at most this part of the radius in which `u` has no root: `6^-21 = 5e-17`.
+const PART_OF_RADIUS: f64 = 1.0 / 6.0;
+/// Shortest part of a segment over which `s / u` is expanded.
+const PART_MIN: f64 = 1e-9;
+
+/// The constants of the rotor's turning.
+#[derive(Clone, Copy, Debug)]
+pub struct Turning {
+    /// `R_t`.
+    pub radius_m: f64,
+    /// `m_t`.
+    pub tangential_mass_kg: f64,
+    /// `k`.
+    pub damping_per_s: f64,
+    /// `mu`.
+    pub friction: f64,
+    /// What limits the tangential force.
+    pub law: FrictionLaw,
+}
+
+/// How a pair of teeth acts on the turning.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Grip {
+    /// Not in contact.
+    None,
+    /// Slips; the slip has this sign.
+    Slides(f64),
+    /// Slips, and started from no slip: its series has a root of this multiplicity at the start.
+    Starts(f64, usize),
+    /// Holds the rotor.
+    Sticks,
+}
+
+impl Grip {
+    fn sign(self) -> f64 {
+        match self {
+            Self::Slides(sign) | Self::Starts(sign, _) => sign,
+            Self::None | Self::Sticks => 0.0,
+        }
+    }
+}
+
+/// Series of one pair about the start of a part of a segment.
+#[derive(Clone, Copy, Debug)]
+struct Tooth {
+    /// `s'`.
+    velocity: Series,
+    /// `L / m_t`.
+    limit: Series,
+}
+
+/// A part of a segment in which the coefficient of friction follows one branch of its law.
+#[derive(Clone, Copy, Debug)]
+struct Part {
+    start: f64,
+    end: f64,
+    /// Sign of `s / u` where that ratio limits; `None` where `mu` does.
+    ratio_limits: [Option<f64>; 2],
+}
+
+impl Turning {
+    /// `c` at an instant.
+    pub fn coefficient(&self, across_m: f64, up_m: f64) -> f64 {
+        match self.law {
+            FrictionLaw::Coulomb => self.friction,
+            FrictionLaw::Paper => {
+                let (across, up) = (across_m.abs(), up_m.abs());
+                if across < self.friction * up { across / up } else { self.friction }
+            }
+        }
+    }
+
+    /// The rotor's tangential speed at `tau = end` of `segment` from `v` at its start, and the arc it made.
+    ///
+    /// # Errors
+    /// When switchings follow each other without end at one instant.
+    pub fn over(&self, system: &System, segment: &Segment, end: f64, v: f64) -> Result<(f64, f64), Stalled> {
+        let (mut v, mut arc) = (v, 0.0);
+        if at_rest(system, segment, v) {
+            return Ok((0.0, 0.0));
+        }
+        for part in self.parts(system, segment, end) {
+            let (mut start, mut known, mut patience) = (part.start, None, Patience::default());
+            while start < part.end {
+                let ignored = patience.ignored();
+                let piece = self.piece(system, segment, &part, (start, ignored), known, v);
+                patience.take(piece.width)?;
+                v = piece.speed.at(piece.width);
+                arc += segment.duration_s * piece.speed.integral_to(piece.width);
+                start = if piece.whole { part.end } else { start + piece.width };
+                known = piece.slips;
+            }
+        }
+        Ok((v, arc))
+    }
+
+    /// Cuts a segment where the law of friction changes its branch.
+    fn parts(&self, system: &System, segment: &Segment, end: f64) -> Vec<Part> {
+        let whole = Part { start: 0.0, end, ratio_limits: [None; 2] };
+        if self.law == FrictionLaw::Coulomb || segment.contact == [false, false] {
+            return vec![whole];
+        }
+        let paths = [0, 1].map(|p| across_and_up(system, segment, p));
+        let mut cuts = vec![0.0, end];
+        for (across, up) in (0..2).filter(|&p| segment.contact[p]).map(|p| &paths[p]) {
+            for sign in [-1.0, 1.0] {
+                cuts.extend(across.plus(sign * self.friction, up).sign_changes_within(end));
+            }
+        }
+        cuts.sort_by(f64::total_cmp);
+        let branch = |middle: f64, p: usize| {
+            let (across, up) = (paths[p].0.at(middle), paths[p].1.at(middle));
+            let limits = segment.contact[p] && across.abs() < self.friction * up.abs();
+            limits.then_some(if (across < 0.0) == (up < 0.0) { 1.0 } else { -1.0 })
+        };
+        // |s / u| has a kink where s changes its sign: cut there too, by the sign at the middle of each part.
+        for (across, _) in (0..2).filter(|&p| segment.contact[p]).map(|p| &paths[p]) {
+            cuts.extend(across.sign_changes_within(end));
+        }
+        cuts.sort_by(f64::total_cmp);
+        let between = cuts.windows(2).filter(|pair| pair[1] > pair[0]);
+        between
+            .map(|pair| {
+                let middle = 0.5 * (pair[0] + pair[1]);
+                Part { start: pair[0], end: pair[1], ratio_limits: [branch(middle, 0), branch(middle, 1)] }
+            })
+            .collect()
+    }
+
+    /// The motion from `start` until something switches, or for as long as switchings are to be ignored.
+    fn piece(
+        &self,
+        system: &System,
+        segment: &Segment,
+        part: &Part,
+        (start, ignored): (f64, Option<f64>),
+        known: Option<(usize, f64)>,
+        v: f64,
+    ) -> Piece {
+        let mut width = part.end - start;
+        let teeth = [0, 1].map(|p| self.tooth(system, segment, part, start, p, &mut width));
+        width = width.min(ignored.unwrap_or(width));
+        let cut_short = width < part.end - start;
+        let grips = self.grips(segment, &teeth, known, v);
+        let h = segment.duration_s;
+
+        let sticking = (0..2).find(|&p| grips[p] == Grip::Sticks);
+        let pulls = (0..2).fold(Series::ZERO, |sum, p| sum.plus(grips[p].sign(), &teeth[p].limit));
+        let speed = match sticking {
+            Some(p) => teeth[p].velocity,
+            None => self.sliding(&pulls, h, v),
+        };
+        let mut next = Piece { speed, width, whole: !cut_short, slips: None };
+        let mut switch = |tau: Option<f64>, slips| {
+            if let Some(tau) = tau.filter(|&tau| tau < next.width && ignored.is_none()) {
+                next.width = tau;
+                next.whole = false;
+                next.slips = slips;
+            }
+        };
+        for (p, grip) in grips.into_iter().enumerate() {
+            let slip = |sign: f64| teeth[p].velocity.times(sign).plus(-sign, &speed);
+            match grip {
+                Grip::None => {}
+                Grip::Slides(sign) => switch(slip(sign).first_descent(width), None),
+                Grip::Starts(sign, roots) => {
+                    switch(slip(sign).without_root_at_start(roots).first_descent(width), None);
+                }
+                Grip::Sticks => {
+                    let needed = self.needed(&teeth[p].velocity, h).plus(-1.0, &pulls);
+                    for sign in [-1.0, 1.0] {
+                        let spare = teeth[p].limit.plus(-sign, &needed);
+                        switch(spare.first_descent(width), Some((p, sign)));
+                    }
+                }
+            }
+        }
+        next
+    }
+
+    /// `v' + k v` of a rotor that moves with `velocity`.
+    fn needed(&self, velocity: &Series, duration_s: f64) -> Series {
+        velocity.derivative().times(1.0 / duration_s).plus(self.damping_per_s, velocity)
+    }
+
+    /// Speed under the sum of sliding forces per mass.
+    fn sliding(&self, pulls: &Series, duration_s: f64, v: f64) -> Series {
+        let mut speed = Series::ZERO;
+        speed.0[0] = v;
+        let mut power = 0.0;
+        for k in 0..ORDER {
+            power += 1.0;
+            speed.0[k + 1] = duration_s / power * (pulls.0[k] - self.damping_per_s * speed.0[k]);
+        }
+        speed
+    }
+
+    /// Series of pair `p` about `start`; `width` shrinks to where they hold.
+    fn tooth(
+        &self,
+        system: &System,
+        segment: &Segment,
+        part: &Part,
+        start: f64,
+        p: usize,
+        width: &mut f64,
+    ) -> Tooth {
+        if !segment.contact[p] {
+            return Tooth { velocity: Series::ZERO, limit: Series::ZERO };
+        }
+        let normal = segment.push_m_s2[p].times(system.rotor_mass_kg / self.tangential_mass_kg).about(start);
+        let limit = match part.ratio_limits[p] {
+            None => normal.times(self.friction),
+            Some(sign) => {
+                let (across, up) = across_and_up(system, segment, p);
+                let (across, up) = (across.about(start), up.about(start));
+                let safe = PART_OF_RADIUS * up.zero_free_radius(*width / PART_OF_RADIUS);
+                if safe > PART_MIN {
+                    *width = width.min(safe);
+                    normal.product(&across.quotient(&up)).times(sign)
+                } else {
+                    // Tooth and path pass zero together: the ratio is taken as constant over an instant.
+                    *width = width.min(PART_MIN);
+                    let middle = 0.5 * *width;
+                    normal.times(self.coefficient(across.at(middle), up.at(middle)))
+                }
+            }
+        };
+        let velocity = Segment::combine(&segment.velocity_m_s, system.teeth[p].lever.as_slice());
+        Tooth { velocity: velocity.about(start), limit }
+    }
+
+    /// What each pair does from now on. `known`: a pair that has just begun to slip, and which way.
+    fn grips(&self, segment: &Segment, teeth: &[Tooth; 2], known: Option<(usize, f64)>, v: f64) -> [Grip; 2] {
+        let mut grips = [Grip::None; 2];
+        let mut undecided = [false; 2];
+        for p in (0..2).filter(|&p| segment.contact[p]) {
+            let slip = teeth[p].velocity.0[0] - v;
+            match known {
+                Some((slipping, sign)) if slipping == p => grips[p] = Grip::Starts(sign, 2),
+                _ if slip.abs() <= SLIP_TOLERANCE_M_S => undecided[p] = true,
+                _ => grips[p] = Grip::Slides(slip.signum()),
+            }
+        }
+        let acceleration = |p: usize| teeth[p].velocity.0[1] / segment.duration_s;
+        let limit = |p: usize| teeth[p].limit.0[0];
+        let decided: f64 = (0..2).map(|p| grips[p].sign() * limit(p)).sum();
+        // Held by p: the other pair, if undecided, slips as the teeth part.
+        for p in (0..2).filter(|&p| undecided[p]) {
+            let other = 1 - p;
+            let parting =
+                if undecided[other] { (acceleration(other) - acceleration(p)).signum() } else { 0.0 };
+            let needed = acceleration(p) + self.damping_per_s * v - decided - parting * limit(other);
+            if needed.abs() <= limit(p) {
+                if undecided[other] {
+                    grips[other] = Grip::Starts(parting, 1);
+                }
+                grips[p] = Grip::Sticks;
+                return grips;
+            }
+        }
+        // Held by none: each slips the way in which its tooth accelerates away from the rotor.
+        let choices = [[-1.0, -1.0], [-1.0, 1.0], [1.0, -1.0], [1.0, 1.0]];
+        let consistent = |signs: &[f64; 2]| {
+            let pull: f64 = (0..2).filter(|&p| undecided[p]).map(|p| signs[p] * limit(p)).sum();
+            let rotor = decided + pull - self.damping_per_s * v;
+            (0..2).all(|p| !undecided[p] || (acceleration(p) - rotor) * signs[p] >= 0.0)
+        };
+        let signs = choices.into_iter().find(consistent).unwrap_or([1.0, 1.0]);
+        for p in (0..2).filter(|&p| undecided[p]) {
+            grips[p] = Grip::Starts(signs[p], 1);
+        }
+        grips
+    }
+}
+
+/// Motion between two switchings.
+struct Piece {
+    speed: Series,
+    width: f64,
+    /// Whether it reaches the end of its part.
+    whole: bool,
+    /// Pair that begins to slip at the end, and the sign of its slip.
+    slips: Option<(usize, f64)>,
+}
+
+/// `s_p` and `u_p`.
+fn across_and_up(system: &System, segment: &Segment, p: usize) -> (Series, Series) {
+    let along = |weights: &[f64]| Segment::combine(&segment.displacement_m, weights);
+    (along(system.teeth[p].lever.as_slice()), along(system.teeth[p].shape.as_slice()))
+}
+
+/// Whether teeth and rotor rest on each other.
+fn at_rest(system: &System, segment: &Segment, v: f64) -> bool {
+    let quiet = |p: usize| {
+        !segment.contact[p]
+            || Segment::combine(&segment.velocity_m_s, system.teeth[p].lever.as_slice()).bound() < REST_M_S
+    };
+    v.abs() < REST_M_S && segment.contact != [false, false] && quiet(0) && quiet(1)
+}

@@ -1,0 +1,60 @@
+//! The reference against closed forms, conservation laws, a brute-force integration and the fixed step.
+
+mod bouncing;
+mod resting;
+mod turning;
+mod twin;
+
+use motor_model::params::Parameter;
+use motor_model::{AmplitudeVariation, DriveTuning, FrictionLaw, MotorParams};
+
+use super::{Event, EventKind, Observer, Reference};
+
+/// Nominal parameters with changes.
+fn params(changes: &[(Parameter, f64)]) -> MotorParams {
+    changes
+        .iter()
+        .fold(MotorParams::nominal(), |params, &(parameter, value)| params.with(parameter, value).unwrap())
+}
+
+/// A motor without variation, driven at resonance.
+fn reference(params: &MotorParams, law: FrictionLaw) -> Reference {
+    Reference::try_new(params, &AmplitudeVariation::default(), law, DriveTuning::Resonant).unwrap()
+}
+
+/// A rotor of 1 ug on a stator of 1 kg: rigid to 3e-9. No squeeze film.
+fn rigid(changes: &[(Parameter, f64)]) -> MotorParams {
+    let mut params = params(changes);
+    let rigid =
+        [(Parameter::StatorMass, 1.0), (Parameter::RotorMass, 1e-9), (Parameter::VerticalDamping, 0.0)];
+    for (parameter, value) in rigid {
+        params = params.with(parameter, value).unwrap();
+    }
+    params
+}
+
+/// Keeps every event.
+#[derive(Default)]
+struct Events(Vec<Event>);
+
+impl Observer for Events {
+    fn event(&mut self, event: &Event) {
+        self.0.push(*event);
+    }
+}
+
+impl Events {
+    /// Times and speeds of approach of the impacts.
+    fn impacts(&self) -> Vec<(f64, f64)> {
+        let impacts = self.0.iter().filter_map(|event| match event.kind {
+            EventKind::Impact { approach_m_s, .. } => Some((event.time_s, approach_m_s)),
+            _ => None,
+        });
+        impacts.collect()
+    }
+
+    /// When a kind of event first happened.
+    fn first(&self, kind: EventKind) -> Option<f64> {
+        self.0.iter().find(|event| event.kind == kind).map(|event| event.time_s)
+    }
+}
