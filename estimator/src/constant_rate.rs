@@ -34,16 +34,22 @@ pub struct ConstantRateTuning<T> {
     pub struck_b_rad2_s3: T,
     /// Process noise under mode C in rad^2/s^3.
     pub struck_c_rad2_s3: T,
-    /// Process noise of a rotor that slides to a stop in rad^2/s^3: friction changes the rate by up to 1 rad/s in a millisecond.
+    /// Process noise of a rotor that slides to a stop in rad^2/s^3: friction changes the rate by 0.6 to 1.8 rad/s in a millisecond.
     pub sliding_rad2_s3: T,
     /// Process noise at rest in rad^2/s^3.
     pub resting_rad2_s3: T,
     /// Variance of the zero-rate update in rad^2/s^2, one a frame.
     pub zero_rate_rad2_s2: T,
-    /// A quiet rotor whose rate is within this of zero is at rest, in rad/s: friction stops it within 1 ms.
+    /// A quiet rotor is at rest once its rate has stayed within this of zero, in rad/s, for [`Self::resting_frames`]: twice the standard error of
+    /// the rate, and friction stops it from there within 4 ms.
     pub resting_rate_rad_s: T,
+    /// How many frames that takes.
+    pub resting_frames: u8,
     /// A frame is refused when its innovation squared exceeds this many times its variance.
     pub gate: T,
+    /// Variance added to the rate, once, when a struck rotor's frame is refused, in rad^2/s^2: as a rule it was no bad frame, but a burst of impacts
+    /// as the rotor lands, which changes the rate by more than ten rad/s in a fraction of a millisecond.
+    pub kick_rad2_s2: T,
     /// After this many refusals in a row the estimate begins anew.
     pub refusals_max: u8,
 }
@@ -55,11 +61,13 @@ impl<T: Real> Default for ConstantRateTuning<T> {
             camera_rad2: T::from_f64(8.8e-8),
             struck_b_rad2_s3: T::from_f64(3000.0),
             struck_c_rad2_s3: T::from_f64(300.0),
-            sliding_rad2_s3: T::from_f64(300.0),
+            sliding_rad2_s3: T::from_f64(3000.0),
             resting_rad2_s3: T::from_f64(1e-6),
             zero_rate_rad2_s2: T::from_f64(1e-4),
-            resting_rate_rad_s: T::from_f64(0.6),
+            resting_rate_rad_s: T::from_f64(2.0),
+            resting_frames: 20,
             gate: T::from_f64(36.0),
+            kick_rad2_s2: T::from_f64(200.0),
             refusals_max: 20,
         }
     }
@@ -97,6 +105,8 @@ struct Track<T> {
     angle: AngleAccumulator<T>,
     rate_rad_s: T,
     covariance: AngleRateCovariance<T>,
+    /// Frames for which the rotor has been quiet and slow, without a break.
+    still_frames: u8,
     resting: bool,
 }
 
@@ -131,6 +141,9 @@ impl<T: Real> ConstantRate<T> {
         let variance_rad2 = predicted.covariance.angle_innovation_rad2(self.tuning.camera_rad2);
         if innovation_rad * innovation_rad > self.tuning.gate * variance_rad2 {
             self.refusals = self.refusals.saturating_add(1);
+            if self.refusals == 1 && matches!(motion, Motion::Struck(_)) {
+                track.covariance.widen_rate(self.tuning.kick_rad2_s2);
+            }
             if self.refusals < self.tuning.refusals_max {
                 return refused(frame, innovation_rad, variance_rad2, Rejection::Gate);
             }
@@ -170,6 +183,7 @@ impl<T: Real> ConstantRate<T> {
             angle: AngleAccumulator::at(near.plus(frame.angle.minus(near).wrapped())),
             rate_rad_s: T::zero(),
             covariance: AngleRateCovariance::diagonal(self.tuning.camera_rad2, rate * rate),
+            still_frames: 0,
             resting: false,
         });
         self.refusals = 0;
@@ -210,7 +224,9 @@ impl<T: Real> Track<T> {
         let gain = self.covariance.update_angle(tuning.camera_rad2);
         self.angle.turn_by_radians(gain.angle * innovation_rad);
         self.rate_rad_s += gain.rate * innovation_rad;
-        self.resting = motion == Motion::Quiet && self.rate_rad_s.abs() < tuning.resting_rate_rad_s;
+        let still = motion == Motion::Quiet && self.rate_rad_s.abs() < tuning.resting_rate_rad_s;
+        self.still_frames = if still { self.still_frames.saturating_add(1) } else { 0 };
+        self.resting = self.still_frames >= tuning.resting_frames;
         if self.resting {
             let surplus = -self.rate_rad_s;
             let gain = self.covariance.update_rate(tuning.zero_rate_rad2_s2);
@@ -341,6 +357,25 @@ mod tests {
         assert_eq!(innovation.verdict, Verdict::Rejected(Rejection::Gate));
         assert!((innovation.innovation_rad - 0.1).abs() < 1e-3);
         assert!(unchanged(&filter));
+    }
+
+    /// The rate drops from 18 to 1 rad/s between two frames, as when a rotor lands: one frame is refused, the next ones are used.
+    #[test]
+    fn law_a_kick_is_believed_at_the_second_frame() {
+        let mut filter = ConstantRate::<f32>::new(ConstantRateTuning::default());
+        let truth =
+            |n: u64| if n < 300 { 18e-4 * n as f64 } else { 18e-4 * 300.0 + 1e-4 * (n as f64 - 300.0) };
+        let mut refused = 0;
+        for n in 1..400 {
+            let innovation = filter.update_camera(&frame(n, truth(n)), STRUCK);
+            refused += u32::from(innovation.verdict == Verdict::Rejected(Rejection::Gate));
+            if n > 310 {
+                let error =
+                    filter.track.unwrap().angle.angle().minus(Angle::from_degrees(truth(n).to_degrees()));
+                assert!(error.degrees().abs() < 0.06, "{n} {}", error.degrees());
+            }
+        }
+        assert!(refused <= 2, "{refused}");
     }
 
     /// A rotor that really went elsewhere is believed after twenty frames, in the turn nearest to where it was.

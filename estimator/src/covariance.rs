@@ -75,6 +75,18 @@ impl<T: Real> AngleRateCovariance<T> {
         self.d2 = sum;
     }
 
+    /// Makes the rate less certain by `variance_rad2_s2`, not negative: a kick of unknown size.
+    #[inline]
+    pub fn widen_rate(&mut self, variance_rad2_s2: T) {
+        let sum = self.d2 + variance_rad2_s2;
+        if sum > T::zero() {
+            let kept = self.d2 / sum;
+            self.d1 += self.u * self.u * variance_rad2_s2 * kept;
+            self.u *= kept;
+        }
+        self.d2 = sum;
+    }
+
     /// Variance of the innovation of an angle measured with variance `noise_rad2`.
     #[inline]
     pub fn angle_innovation_rad2(&self, noise_rad2: T) -> T {
@@ -129,7 +141,8 @@ mod tests {
         #[test]
         fn dual_factors_equal_the_matrix_equations(
             p1 in 1e-6..1e3_f64, p2 in 1e-6..1e3_f64,
-            steps in prop::collection::vec((1e-4..1.0_f64, 0.0..10.0_f64, 1e-4..1e2_f64, any::<bool>()), 1..30)
+            steps in prop::collection::vec((1e-4..1.0_f64, 0.0..10.0_f64, 1e-4..1e2_f64, any::<bool>()), 1..30),
+            kick in 0.0..1e3_f64
         ) {
             let mut factored = AngleRateCovariance::diagonal(p1, p2);
             let mut p = Matrix2::new(p1, 0.0, 0.0, p2);
@@ -138,6 +151,9 @@ mod tests {
                 let f = Matrix2::new(1.0, dt, 0.0, 1.0);
                 let noise = Matrix2::new(dt * dt * dt / 3.0, dt * dt / 2.0, dt * dt / 2.0, dt) * q;
                 p = f * p * f.transpose() + noise;
+                prop_assert!(close(&dense(&factored), &p));
+                factored.widen_rate(kick);
+                p[(1, 1)] += kick;
                 prop_assert!(close(&dense(&factored), &p));
                 let h = if of_angle { RowVector2::new(1.0, 0.0) } else { RowVector2::new(0.0, 1.0) };
                 let k: Vector2<f64> = p * h.transpose() / ((h * p * h.transpose())[0] + r);

@@ -97,6 +97,9 @@ struct SimulateArgs {
     /// Law of friction: paper or coulomb
     #[arg(long)]
     friction: Option<String>,
+    /// When an impact is applied: at the `end_of_step`, or where it is `located`
+    #[arg(long, value_name = "RULE")]
+    impacts: Option<String>,
     /// Arithmetic of the motor: f32 or f64
     #[arg(long)]
     precision: Option<String>,
@@ -119,6 +122,7 @@ impl SimulateArgs {
             ("simulate.settle_s", &self.settle),
             ("simulate.step_s", &self.step),
             ("simulate.friction", &self.friction),
+            ("simulate.impacts", &self.impacts),
             ("simulate.precision", &self.precision),
         ])?;
         let run = Run::from_scene(&scene)?;

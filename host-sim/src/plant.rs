@@ -12,6 +12,7 @@ use motor_model::{
 use crate::chance::{self, Source};
 use crate::error::CommandError;
 use crate::scene::{Kind, Scene, Setting};
+use crate::simulate::impact_rule;
 
 /// The plant's settings.
 pub const SETTINGS: &[Setting] = &[
@@ -26,6 +27,12 @@ pub const SETTINGS: &[Setting] = &[
         unit: "",
         kind: Kind::Choice { default: "drawn", of: &["drawn", "nominal"] },
         meaning: "drawn within Table 1's tolerances by the seed (what a scene sets is kept), or as they stand",
+    },
+    Setting {
+        key: "plant.impacts",
+        unit: "",
+        kind: Kind::Choice { default: "located", of: &["end_of_step", "located"] },
+        meaning: "when an impact is applied; only with located impacts does a rotor come to full rest",
     },
     Setting {
         key: "plant.friction",
@@ -64,6 +71,7 @@ impl Plant {
         let mut variation = chance::stream(scene.seed(), Source::AmplitudeVariation);
         let step_s = scene.number("plant.step_s");
         let setup = MotorSetup {
+            impact_rule: impact_rule(scene.choice("plant.impacts")),
             friction_law: if scene.choice("plant.friction") == "paper" {
                 FrictionLaw::Paper
             } else {

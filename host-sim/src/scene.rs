@@ -115,6 +115,14 @@ impl Scene {
         Ok(scene)
     }
 
+    /// Sets everything that `toml`, the text of the scene file at `path`, sets.
+    ///
+    /// # Errors
+    /// When it is malformed, or a key or value is refused; what stands before the place named is then set.
+    pub fn set_all(&mut self, toml: &str, path: &Path) -> Result<(), CommandError> {
+        file::parse_into(self, toml, path)
+    }
+
     /// Sets one key from text.
     ///
     /// # Errors

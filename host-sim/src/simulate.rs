@@ -3,7 +3,7 @@
 mod report;
 mod run;
 
-use motor_model::{DriveCommand, DriveMode, FrictionLaw, MotorParams, MotorSetup};
+use motor_model::{DriveCommand, DriveMode, FrictionLaw, ImpactRule, MotorParams, MotorSetup};
 
 use crate::error::{CommandError, plain};
 use crate::scene::{Kind, Scene, Setting};
@@ -51,6 +51,12 @@ pub const SETTINGS: &[Setting] = &[
         meaning: "law of friction: paper limits it by the angle of contact as well",
     },
     Setting {
+        key: "simulate.impacts",
+        unit: "",
+        kind: Kind::Choice { default: "end_of_step", of: &["end_of_step", "located"] },
+        meaning: "when an impact is applied: at the end of its step, as in the paper's program, or where it happens",
+    },
+    Setting {
         key: "simulate.precision",
         unit: "",
         kind: Kind::Choice { default: "f64", of: &["f32", "f64"] },
@@ -83,6 +89,8 @@ pub struct Run {
     pub settle_s: f64,
     /// Length of a step.
     pub step_s: f64,
+    /// How impacts are found.
+    pub impact_rule: ImpactRule,
     /// What limits the tangential impulse.
     pub friction_law: FrictionLaw,
     /// Arithmetic of the motor.
@@ -124,6 +132,7 @@ impl Run {
             duration_s: scene.number("simulate.duration_s"),
             settle_s: scene.number("simulate.settle_s"),
             step_s: scene.number("simulate.step_s"),
+            impact_rule: impact_rule(scene.choice("simulate.impacts")),
             friction_law: match scene.choice("simulate.friction") {
                 "paper" => FrictionLaw::Paper,
                 _ => FrictionLaw::Coulomb,
@@ -195,8 +204,18 @@ impl Run {
             &self.params,
             &mut stream(self.seed, Source::AmplitudeVariation),
         );
-        MotorSetup { friction_law: self.friction_law, variation, ..MotorSetup::with_step(self.step_s) }
+        MotorSetup {
+            impact_rule: self.impact_rule,
+            friction_law: self.friction_law,
+            variation,
+            ..MotorSetup::with_step(self.step_s)
+        }
     }
+}
+
+/// The rule that a scene calls `word`.
+pub fn impact_rule(word: &str) -> ImpactRule {
+    if word == "located" { ImpactRule::Located } else { ImpactRule::EndOfStep }
 }
 
 /// The nearest whole number of steps in a time.

@@ -1,6 +1,6 @@
 //! Many runs at once: the same bytes on any number of threads.
 
-use motor_model::{DriveCommand, DriveMode, FrictionLaw, MotorParams, Parameter};
+use motor_model::{DriveCommand, DriveMode, FrictionLaw, ImpactRule, MotorParams, Parameter};
 use rayon::prelude::*;
 
 use super::published::Quantity;
@@ -8,7 +8,7 @@ use crate::error::CommandError;
 use crate::simulate::{Precision, Run, RunSummary, simulate};
 use crate::statistics::Spread;
 
-/// The paper's runs: its friction law, full drive, 2 s with 0.5 s to settle.
+/// The paper's runs: its friction law, impacts at the end of the step, full drive, 2 s with 0.5 s to settle.
 ///
 /// # Errors
 /// When a change is out of bounds.
@@ -27,6 +27,7 @@ pub fn paper_run(
         duration_s: 2.0,
         settle_s: 0.5,
         step_s,
+        impact_rule: ImpactRule::EndOfStep,
         friction_law: FrictionLaw::Paper,
         precision: Precision::F64,
         seed,

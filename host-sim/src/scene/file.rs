@@ -16,8 +16,13 @@ const LENGTH_MAX_BYTES: u64 = 1 << 20;
 /// Sets in `scene` everything that the file at `path` sets.
 pub(super) fn read_into(scene: &mut Scene, path: &Path) -> Result<(), CommandError> {
     let text = read(path).map_err(|source| CommandError::Unreadable { path: path.to_owned(), source })?;
-    let place = Place { path, text: &text };
-    let table = DeTable::parse(&text).map_err(|error| place.malformed(error.span(), error.message()))?;
+    parse_into(scene, &text, path)
+}
+
+/// Sets in `scene` everything that `text` sets; `path` is for messages.
+pub(super) fn parse_into(scene: &mut Scene, text: &str, path: &Path) -> Result<(), CommandError> {
+    let place = Place { path, text };
+    let table = DeTable::parse(text).map_err(|error| place.malformed(error.span(), error.message()))?;
     place.set_table(scene, "", table.get_ref())
 }
 

@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use motor_model::{DriveMode, FrictionLaw};
+use motor_model::{DriveMode, FrictionLaw, ImpactRule};
 use serde::Serialize;
 
 use super::{Precision, Run, RunSummary};
@@ -22,6 +22,8 @@ pub struct Report {
     pub step_s: f64,
     /// Seed.
     pub seed: u64,
+    /// `end_of_step` or `located`.
+    pub impacts: &'static str,
     /// `paper` or `coulomb`.
     pub friction: &'static str,
     /// `f32` or `f64`.
@@ -62,6 +64,10 @@ impl Report {
             settle_s: run.settle_s,
             step_s: run.step_s,
             seed: run.seed,
+            impacts: match run.impact_rule {
+                ImpactRule::EndOfStep => "end_of_step",
+                ImpactRule::Located => "located",
+            },
             friction: match run.friction_law {
                 FrictionLaw::Paper => "paper",
                 FrictionLaw::Coulomb => "coulomb",
@@ -95,7 +101,13 @@ impl fmt::Display for Report {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { drive, amplitude, duration_s, settle_s, step_s, seed, friction, precision, .. } = self;
         writeln!(f, "drive {drive}, amplitude {amplitude}, {friction} friction, {precision}, seed {seed}")?;
-        writeln!(f, "{duration_s} s in steps of {:.4} us, {settle_s} s to settle", 1e6 * step_s)?;
+        let impacts =
+            if self.impacts == "located" { "where they happen" } else { "at the end of their step" };
+        writeln!(
+            f,
+            "{duration_s} s in steps of {:.4} us, {settle_s} s to settle; impacts {impacts}",
+            1e6 * step_s
+        )?;
         writeln!(f)?;
         let (rate, sd) = (self.rotor_rate_mean_rad_s, self.rotor_rate_sd_rad_s);
         writeln!(f, "rotor rate            {rate:+.4} +- {sd:.4} rad/s, clockwise positive")?;
