@@ -94,10 +94,10 @@ fn law_drive_off_from_full_speed_ends_in_rest() {
     }
 }
 
-/// An hour in ten steps of a second is not possible; ten seconds at 20 us show what an hour would: height and angle do not change by a single
-/// bit from some state on, so they never will.
+/// An hour at rest is too long to run; seconds at 20 us show what it would: from some state on the angle does not change by its last bit, and the
+/// height by less than 1e-20 m.
 #[test]
-fn law_rest_repeats_bit_by_bit() {
+fn law_rest_repeats_itself() {
     for step_s in [10e-6, 20e-6] {
         let mut bench = Bench::<f64>::new(&changed(&[]), &located(step_s));
         bench.run(DriveCommand::OFF, 5.0);
