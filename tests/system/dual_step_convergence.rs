@@ -8,21 +8,17 @@
 //!
 //! over 320 s of model time in B at full amplitude, 64 s in the others. Impacts are those that approach faster than 1 mm/s.
 
-use motor_model::{AmplitudeVariation, DriveCommand, DriveMode, MotorParams, MotorSetup, Real};
-use rand_core::SeedableRng;
-use rand_pcg::Pcg64;
+use motor_model::{DriveCommand, DriveMode, MotorParams, MotorSetup, Real};
 
 use crate::closeness::{Within, assert_close};
-use crate::scene::{Bench, located, steps_in};
-use crate::tool_steady_rates::Steady;
+use crate::scene::{Bench, located};
+use crate::steady::{Steady, varied};
 
 /// Largest deviation allowed at a step: 2 % at 10 us, 5 % at 20 us.
 const BANDS: [(f64, f64); 2] = [(10e-6, 0.02), (20e-6, 0.05)];
 
 fn setup(step_s: f64, seed: u8) -> MotorSetup {
-    let mut rng = Pcg64::seed_from_u64(u64::from(seed));
-    let variation = AmplitudeVariation::draw(&MotorParams::nominal(), &mut rng);
-    MotorSetup { variation, ..located(step_s) }
+    varied(&MotorParams::nominal(), &located(step_s), seed)
 }
 
 fn command(mode: DriveMode, amplitude: f32) -> DriveCommand {
@@ -31,22 +27,7 @@ fn command(mode: DriveMode, amplitude: f32) -> DriveCommand {
 
 /// Averages over `seeds` runs of 4 s after 0.3 s.
 fn steady<T: Real>(command: DriveCommand, step_s: f64, seeds: u8) -> Steady {
-    let time_s = 4.0;
-    let mut average = Steady::default();
-    for seed in 0..seeds {
-        let mut bench = Bench::<T>::new(&MotorParams::nominal(), &setup(step_s, seed));
-        bench.run(command, 0.3);
-        let origin = bench.angle_rad();
-        let mut count = 0_u32;
-        for _ in 0..steps_in(time_s, step_s) {
-            for impact in &bench.motor.step(&mut bench.state, command) {
-                count += u32::from(impact.approach_m_s.to_f64() > 1e-3);
-            }
-        }
-        average.rate_rad_s += (bench.angle_rad() - origin) / time_s / f64::from(seeds);
-        average.impacts_per_s += f64::from(count) / time_s / f64::from(seeds);
-    }
-    average
+    Steady::over::<T>(&MotorParams::nominal(), &located(step_s), command, seeds, (0.3, 4.0))
 }
 
 fn check_steady<T: Real>(mode: DriveMode, amplitude: f32, seeds: u8, rate_rad_s: f64, impacts_per_s: f64) {

@@ -7,6 +7,7 @@ mod command;
 mod live_teeth;
 mod oscillator;
 mod scene;
+mod steady;
 mod tooth;
 
 mod exact_drive_phase;

@@ -4,23 +4,11 @@
 //! mode B, 1.53 +- 0.01 rad/s and 2,300 impacts/s in mode C. A coarse step distorts: at 10 us mode C comes out 10 % too
 //! fast and mode B, with the paper's law, 35 % too slow. With the paper's law at 1 us it gave 13.1 +- 0.3 in B and 1.71 +- 0.03 in C.
 
-use motor_model::{
-    AmplitudeVariation, DriveCommand, DriveMode, FrictionLaw, MotorParams, MotorSetup, Parameter, Real,
-};
-use rand_core::SeedableRng;
-use rand_pcg::Pcg64;
+use motor_model::{DriveCommand, DriveMode, FrictionLaw, MotorParams, MotorSetup, Parameter, Real};
 
 use crate::closeness::assert_between;
-use crate::scene::{Bench, changed, steps_in};
-
-/// Averages over seeds.
-#[derive(Clone, Copy, Debug, Default)]
-pub struct Steady {
-    /// Mean rate; clockwise is positive.
-    pub rate_rad_s: f64,
-    /// Impacts that approach faster than 1 mm/s: slower ones, of chattering, depend on the step.
-    pub impacts_per_s: f64,
-}
+use crate::scene::changed;
+use crate::steady::Steady;
 
 /// Averages over `seeds` runs of 2 s, the first half second left out.
 pub fn steady<T: Real>(mode: DriveMode, step_s: f64, seeds: u8) -> Steady {
@@ -34,26 +22,8 @@ fn steady_of<T: Real>(
     step_s: f64,
     seeds: u8,
 ) -> Steady {
-    let (settle_s, time_s) = (0.5, 1.5);
-    let mut average = Steady::default();
-    for seed in 0..seeds {
-        let mut rng = Pcg64::seed_from_u64(u64::from(seed));
-        let variation = AmplitudeVariation::draw(params, &mut rng);
-        let setup = MotorSetup { friction_law, variation, ..MotorSetup::with_step(step_s) };
-        let mut bench = Bench::<T>::new(params, &setup);
-        let command = DriveCommand::full(mode);
-        bench.run(command, settle_s);
-        let origin = bench.angle_rad();
-        let mut count = 0_u32;
-        for _ in 0..steps_in(time_s, step_s) {
-            for impact in &bench.motor.step(&mut bench.state, command) {
-                count += u32::from(impact.approach_m_s.to_f64() > 1e-3);
-            }
-        }
-        average.rate_rad_s += (bench.angle_rad() - origin) / time_s / f64::from(seeds);
-        average.impacts_per_s += f64::from(count) / time_s / f64::from(seeds);
-    }
-    average
+    let setup = MotorSetup { friction_law, ..MotorSetup::with_step(step_s) };
+    Steady::over::<T>(params, &setup, DriveCommand::full(mode), seeds, (0.5, 1.5))
 }
 
 /// 0.25 us, ten seeds. Single runs of 1.5 s scatter by 0.5 rad/s and 8 impacts/s in B, by 0.02 rad/s and 30 impacts/s in C; the bands
