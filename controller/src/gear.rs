@@ -1,19 +1,19 @@
 //! The strengths of drive that positioning picks from.
 //!
-//! Each gear says from what distance it is used, how long the rotor coasts after it, and how long it may stay on. The numbers come from the
-//! model with Coulomb friction at a 1 us step, 40 motors drawn within Table 1's tolerances, driven at the nominal frequencies and then cut off
-//! (mean +- standard deviation over the motors):
+//! Each gear says from what distance it is used, how long the rotor coasts after it, and how long it may stay on. What they do in the model, with
+//! Coulomb friction and located impacts at a 1 us step, in 40 motors drawn within Table 1's tolerances and driven at the nominal frequencies (mean
+//! +- standard deviation over the motors, printed by `cargo run --release -p host-sim --example coast`):
 //!
-//! | drive | after | rate deg/s | coast mdeg |
-//! |---|---|---|---|
-//! | B, 1.0 | 150 ms | 805 +- 223 | 8430 +- 4360 |
-//! | B, 0.4 | 150 ms | 178 +- 85 | 790 +- 390 |
-//! | B, 0.3 | 10 ms | 50 +- 49 | 166 +- 188 (having turned 330 +- 280) |
-//! | B, 0.3 | 3 ms | 23 +- 22 | 56 +- 69 (42 +- 25) |
-//! | B, 0.2 | 3 ms | 3 +- 4 | 1 +- 2 (15 +- 6) |
-//! | C, 1.0 | 150 ms | -77 +- 39 | -155 +- 99 |
-//! | C, 0.6 | 150 ms | -16 +- 16 | -17 +- 16 |
-//! | C, 0.3 | 150 ms | -1.7 +- 0.5 | -1.9 +- 0.5 |
+//! | drive | on for | turned deg | rate deg/s | coast mdeg |
+//! |---|---|---|---|---|
+//! | B, 1 | 150 ms | 120 +- 14 | 931 +- 250 | 8650 +- 3970 |
+//! | B, 0.5 | 150 ms | 45.6 +- 8.3 | 312 +- 141 | 1640 +- 600 |
+//! | B, 0.3 | 10 ms | 0.26 +- 0.26 | 43 +- 48 | 126 +- 190 |
+//! | B, 0.3 | 3 ms | 0.040 +- 0.024 | 16 +- 19 | 43 +- 63 |
+//! | B, 0.2 | 3 ms | 0.013 +- 0.005 | 1.6 +- 2.9 | 0.0 +- 1.7 |
+//! | C, 1 | 150 ms | -12.8 +- 2.9 | -80 +- 39 | -168 +- 107 |
+//! | C, 0.6 | 150 ms | -2.4 +- 1.5 | -16 +- 16 | -17 +- 15 |
+//! | C, 0.3 | 150 ms | -0.231 +- 0.063 | -1.9 +- 0.5 | -2.3 +- 0.4 |
 //!
 //! Clockwise needs mode B, whose throws are long and uncertain, so the last step clockwise is a burst of a fixed few milliseconds; counter-clockwise
 //! the rotor walks under weak mode C and can be stopped almost at will. An overshoot clockwise is therefore cheap to mend.
