@@ -3,6 +3,16 @@
 //! The gap `z - u_p`, its rate and its acceleration are known exactly at both ends of the span; the quintic polynomial that
 //! shares these six values stands for it in between. Its error is below `(w h)^6 A / 46080` for an oscillation of amplitude `A`: 2e-12 m
 //! at 10 us, 1e-10 m at 20 us, in mode B at full amplitude.
+//!
+//! In Bernstein's form, `gap(x) = sum C(5,i) x^i (1-x)^(5-i) b_i`, the quintic needs no fit: with `g, r, a` at the start and `G, R, A` at the end,
+//!
+//! ```text
+//! b_0 = g    b_1 = g + r h/5    b_2 = g + 2 r h/5 + a h^2/20      b_3 = G - 2 R h/5 + A h^2/20    b_4 = G - R h/5    b_5 = G
+//! ```
+//!
+//! It has no more roots in the span than its coefficients change sign (Descartes' rule, in Bernstein's form): none if all are positive, exactly one
+//! if they change sign once. Else the span is halved (de Casteljau) and each half asked again, the earlier first; a piece of 1/16 in which the curve
+//! may still dip below zero and come back is asked for its lowest point. So no root is passed over, however close two lie together.
 
 use crate::math::Real;
 
@@ -14,35 +24,34 @@ pub(crate) struct GapState<T> {
     pub(crate) acceleration_m_s2: T,
 }
 
-/// The gap as a polynomial in the fraction `x` of a span, `c0 + c1 x + ... + c5 x^5`.
+/// The gap through a span, as Bernstein coefficients of its quintic in the fraction `x` of the span.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct GapCurve<T> {
-    c: [T; 6],
+    b: [T; 6],
 }
 
-/// Equal pieces in which a descent is sought; within one the curve turns once at most.
-const PIECES: i32 = 4;
-/// Most evaluations that refine a root.
-const REFINEMENTS: usize = 10;
+/// Times that a span is halved at most.
+const HALVINGS: u8 = 4;
+/// Most evaluations that refine a root or a lowest point.
+const REFINEMENTS: u8 = 10;
+/// A correction of the root below this, of third order, leaves an error of its cube.
+const LAST_CORRECTION: f64 = 1.0 / 262_144.0;
 
 impl<T: Real> GapCurve<T> {
     /// The quintic through both ends of a span of `span_s`.
     #[inline]
     pub(crate) fn new(start: &GapState<T>, end: &GapState<T>, span_s: T) -> Self {
-        let half_square = T::from_f64(0.5) * span_s * span_s;
-        let (c0, c1, c2) = (start.gap_m, start.rate_m_s * span_s, start.acceleration_m_s2 * half_square);
-        let position = end.gap_m - (c0 + c1 + c2);
-        let velocity = end.rate_m_s * span_s - (c1 + c2 + c2);
-        let acceleration = end.acceleration_m_s2 * half_square - c2;
-        let n = T::from_f64;
+        let (fifth_s, twentieth_s2) = (T::from_f64(0.2) * span_s, T::from_f64(0.05) * span_s * span_s);
+        let (onward, back) = (start.rate_m_s * fifth_s, end.rate_m_s * fifth_s);
+        let (b1, b4) = (start.gap_m + onward, end.gap_m - back);
         Self {
-            c: [
-                c0,
-                c1,
-                c2,
-                n(10.0) * position - n(4.0) * velocity + acceleration,
-                n(-15.0) * position + n(7.0) * velocity - n(2.0) * acceleration,
-                n(6.0) * position - n(3.0) * velocity + acceleration,
+            b: [
+                start.gap_m,
+                b1,
+                b1 + onward + start.acceleration_m_s2 * twentieth_s2,
+                b4 - back + end.acceleration_m_s2 * twentieth_s2,
+                b4,
+                end.gap_m,
             ],
         }
     }
@@ -51,103 +60,186 @@ impl<T: Real> GapCurve<T> {
     ///
     /// A curve that starts at or below zero and falls gives 0. One that starts there and rises (a tooth that has just struck) is taken to
     /// start at zero, and that root is divided out.
+    #[inline]
     pub(crate) fn first_descent(&self) -> Option<T> {
-        let [c0, c1, c2, c3, c4, c5] = self.c;
+        let [b0, b1, b2, b3, b4, b5] = self.b;
         let zero = T::zero();
-        if c0 > zero {
-            Descent { c: self.c }.first()
-        } else if c1 < zero {
-            Some(zero)
-        } else {
-            Descent { c: [c1, c2, c3, c4, c5, zero] }.first()
+        if b0 > zero {
+            if b1 > zero && b2 > zero && b3 > zero && b4 > zero && b5 > zero {
+                return None;
+            }
+            return self.first_root(HALVINGS);
         }
+        if b1 < b0 {
+            return Some(zero);
+        }
+        if b1 > zero && b2 > zero && b3 > zero && b4 > zero && b5 > zero {
+            return None;
+        }
+        self.without_root_at_start().first_root(HALVINGS)
+    }
+
+    /// The curve divided by `x`, its value at 0 taken for zero.
+    fn without_root_at_start(&self) -> Self {
+        let [_, b1, b2, b3, b4, b5] = self.b;
+        let n = T::from_f64;
+        // Of the fourth degree, b_i 5 / i, and raised to the fifth: ((5 - i) q_i + i q_(i-1)) / 5.
+        let (q0, q1, q2, q3) = (n(5.0) * b1, n(2.5) * b2, n(5.0 / 3.0) * b3, n(1.25) * b4);
+        let mix = |q: T, weight: f64, before: T| n(weight) * q + n(1.0 - weight) * before;
+        Self { b: [q0, mix(q1, 0.8, q0), mix(q2, 0.6, q1), mix(q3, 0.4, q2), mix(b5, 0.2, q3), b5] }
+    }
+
+    /// The first root of a curve that starts above zero.
+    fn first_root(&self, halvings: u8) -> Option<T> {
+        match self.sign_changes() {
+            0 => None,
+            1 => Some(Polynomial::of(self).root(self.polygon_root())),
+            _ if halvings == 0 => self.dip(),
+            _ => {
+                let (early, late) = self.halves();
+                let half = T::from_f64(0.5);
+                match early.first_root(halvings - 1) {
+                    Some(x) => Some(half * x),
+                    None => late.first_root(halvings - 1).map(|x| half + half * x),
+                }
+            }
+        }
+    }
+
+    /// How often the coefficients change sign, zero counted as below.
+    fn sign_changes(&self) -> u8 {
+        let above = self.b.map(|b| b > T::zero());
+        above.iter().zip(above.iter().skip(1)).map(|(left, right)| u8::from(left != right)).sum()
+    }
+
+    /// Where the polygon of the coefficients first comes down to zero: close to the curve's root.
+    fn polygon_root(&self) -> T {
+        let fifth = T::from_f64(0.2);
+        let mut left = T::zero();
+        for (&from, &to) in self.b.iter().zip(self.b.iter().skip(1)) {
+            if to <= T::zero() {
+                return left + fifth * from / (from - to);
+            }
+            left += fifth;
+        }
+        T::one()
+    }
+
+    /// Both halves of the curve.
+    fn halves(&self) -> (Self, Self) {
+        let mean = |a: T, b: T| T::from_f64(0.5) * (a + b);
+        let [a0, a1, a2, a3, a4, a5] = self.b;
+        let [b0, b1, b2, b3, b4] = [mean(a0, a1), mean(a1, a2), mean(a2, a3), mean(a3, a4), mean(a4, a5)];
+        let [c0, c1, c2, c3] = [mean(b0, b1), mean(b1, b2), mean(b2, b3), mean(b3, b4)];
+        let [d0, d1, d2] = [mean(c0, c1), mean(c1, c2), mean(c2, c3)];
+        let (e0, e1) = (mean(d0, d1), mean(d1, d2));
+        let middle = mean(e0, e1);
+        (Self { b: [a0, b0, c0, d0, e0, middle] }, Self { b: [middle, e1, d2, c3, b4, a5] })
+    }
+
+    /// The first root of a piece so short that the curve turns once in it at most.
+    fn dip(&self) -> Option<T> {
+        let curve = Polynomial::of(self);
+        let lowest = curve.lowest();
+        let bottom = curve.value(lowest);
+        if bottom > T::zero() {
+            return None;
+        }
+        let start = self.b.first().copied().unwrap_or_default();
+        // The chord down to the lowest point.
+        Some(curve.root_before(lowest * start / (start - bottom), lowest))
     }
 }
 
-/// A polynomial that is positive at 0.
-struct Descent<T> {
+/// The same curve in powers of `x`.
+struct Polynomial<T> {
     c: [T; 6],
 }
 
-impl<T: Real> Descent<T> {
+impl<T: Real> Polynomial<T> {
+    /// `c_k = C(5,k) D^k b_0`, `D` the forward difference.
+    fn of(curve: &GapCurve<T>) -> Self {
+        let [b0, b1, b2, b3, b4, b5] = curve.b;
+        let [p0, p1, p2, p3, p4] = [b1 - b0, b2 - b1, b3 - b2, b4 - b3, b5 - b4];
+        let [q0, q1, q2, q3] = [p1 - p0, p2 - p1, p3 - p2, p4 - p3];
+        let [r0, r1, r2] = [q1 - q0, q2 - q1, q3 - q2];
+        let (s0, s1) = (r1 - r0, r2 - r1);
+        let (five, ten) = (T::from_f64(5.0), T::from_f64(10.0));
+        Self { c: [b0, five * p0, ten * q0, ten * r0, five * s0, s1 - s0] }
+    }
+
     #[inline]
     fn value(&self, x: T) -> T {
         let [c0, c1, c2, c3, c4, c5] = self.c;
-        c0 + x * (c1 + x * (c2 + x * (c3 + x * (c4 + x * c5))))
+        let x2 = x * x;
+        (c0 + c1 * x) + x2 * ((c2 + c3 * x) + x2 * (c4 + c5 * x))
     }
 
     #[inline]
     fn slope(&self, x: T) -> T {
         let [_, c1, c2, c3, c4, c5] = self.c;
         let n = T::from_f64;
-        c1 + x * (n(2.0) * c2 + x * (n(3.0) * c3 + x * (n(4.0) * c4 + x * (n(5.0) * c5))))
+        let x2 = x * x;
+        (c1 + n(2.0) * c2 * x) + x2 * ((n(3.0) * c3 + n(4.0) * c4 * x) + x2 * (n(5.0) * c5))
     }
 
-    /// Whether the terms that fall, all at their largest, leave the value positive: no root then, and most curves are of this kind.
-    fn stays_positive(&self) -> bool {
-        let [c0, rest @ ..] = self.c;
-        rest.iter().fold(c0, |low, &c| if c < T::zero() { low + c } else { low }) > T::zero()
+    /// Half the second derivative.
+    #[inline]
+    fn half_curvature(&self, x: T) -> T {
+        let [_, _, c2, c3, c4, c5] = self.c;
+        let n = T::from_f64;
+        (c2 + n(3.0) * c3 * x) + x * x * (n(6.0) * c4 + n(10.0) * c5 * x)
     }
 
-    /// Piece by piece: a root lies where the value changes sign, or where the slope does below zero.
-    fn first(&self) -> Option<T> {
-        if self.stays_positive() {
-            return None;
-        }
-        let piece = T::from_f64(1.0 / f64::from(PIECES));
-        let (mut left, mut slope_left) = (T::zero(), self.slope(T::zero()));
-        for index in 1..=PIECES {
-            let right = if index == PIECES { T::one() } else { T::from_i32(index) * piece };
-            let slope_right = self.slope(right);
-            if self.value(right) <= T::zero() {
-                return Some(self.refine(left, right));
-            }
-            if slope_left < T::zero() && slope_right > T::zero() {
-                let lowest = self.lowest(left, right);
-                if self.value(lowest) <= T::zero() {
-                    return Some(self.refine(left, lowest));
-                }
-            }
-            (left, slope_left) = (right, slope_right);
-        }
-        None
+    /// The only root in `0..=1`, from `x` on.
+    fn root(&self, x: T) -> T {
+        self.root_before(x, T::one())
     }
 
-    /// The root between `left`, where the value is positive, and `right`, where it is not: Newton's method, kept in the bracket by
-    /// bisection. Returns the side that is not positive.
-    fn refine(&self, mut left: T, mut right: T) -> T {
-        let mut x = right;
+    /// The root between 0, where the curve is positive, and `right`, where it is not: Halley's method, kept in the bracket by bisection.
+    fn root_before(&self, mut x: T, mut right: T) -> T {
+        let mut left = T::zero();
         for _ in 0..REFINEMENTS {
-            let value = self.value(x);
-            if value <= T::zero() {
-                right = x;
-            } else {
+            let (value, slope) = (self.value(x), self.slope(x));
+            if value > T::zero() {
                 left = x;
+            } else {
+                right = x;
             }
-            let next = x - value / self.slope(x);
-            let inside = next > left && next < right;
-            let next = if inside { next } else { T::from_f64(0.5) * (left + right) };
-            if next == x {
-                break;
+            let correction = value * slope / (slope * slope - value * self.half_curvature(x));
+            let next = x - correction;
+            let inside = next >= left && next <= right;
+            if inside && correction.abs() < T::from_f64(LAST_CORRECTION) {
+                return next;
             }
-            x = next;
+            x = if inside { next } else { T::from_f64(0.5) * (left + right) };
         }
-        if self.value(x) <= T::zero() { x } else { right }
+        right
     }
 
-    /// Where the slope, negative at `left` and positive at `right`, vanishes: false position, to where the value no longer shows it.
-    fn lowest(&self, mut left: T, mut right: T) -> T {
-        let (mut slope_left, mut slope_right) = (self.slope(left), self.slope(right));
-        let mut x = left;
-        for _ in 0..REFINEMENTS / 2 {
-            x = left + (right - left) * slope_left / (slope_left - slope_right);
-            let slope = self.slope(x);
+    /// Where a curve that falls at 0 and rises at 1 turns: Newton's method on the slope, kept in the bracket; else the lower end.
+    fn lowest(&self) -> T {
+        let (mut left, mut right) = (T::zero(), T::one());
+        if self.slope(left) >= T::zero() {
+            return left;
+        }
+        if self.slope(right) <= T::zero() {
+            return right;
+        }
+        let mut x = T::from_f64(0.5);
+        for _ in 0..REFINEMENTS {
+            let (slope, half_curvature) = (self.slope(x), self.half_curvature(x));
             if slope < T::zero() {
-                (left, slope_left) = (x, slope);
-                slope_right *= T::from_f64(0.5);
+                left = x;
             } else {
-                (right, slope_right) = (x, slope);
-                slope_left *= T::from_f64(0.5);
+                right = x;
+            }
+            let correction = slope / (half_curvature + half_curvature);
+            let next = x - correction;
+            let inside = next >= left && next <= right;
+            x = if inside { next } else { T::from_f64(0.5) * (left + right) };
+            if inside && correction.abs() < T::from_f64(LAST_CORRECTION) {
+                break;
             }
         }
         x

@@ -28,7 +28,7 @@ use crate::drag::{Contact, Dragged, drag};
 use crate::math::Real;
 use crate::modes::ModalState;
 use crate::params::{MotorParams, Parameter};
-use crate::rotor::RotorState;
+use crate::rotor::{RotorJump, RotorState};
 use crate::teeth::ToothPair;
 
 /// What limits the tangential impulse.
@@ -113,10 +113,12 @@ impl<T: Real> ImpactLaw<T> {
         let normal_n_s = self.rotor_mass_kg * dv;
         let limit_m_s = self.friction_coefficient(tooth, modes) * normal_n_s * self.per_tangential_mass;
         let push_m_s = slip_m_s.clamp_magnitude(limit_m_s);
-        rotor.velocity_m_s += dv;
-        rotor.rate_rad_s += push_m_s * self.per_radius;
+        let jump =
+            RotorJump { height_m: T::zero(), velocity_m_s: dv, rate_rad_s: push_m_s * self.per_radius };
+        rotor.velocity_m_s += jump.velocity_m_s;
+        rotor.rate_rad_s += jump.rate_rad_s;
         modes.velocity_m_s -= tooth.recoil * dv;
-        Impulse { normal_n_s, tangential_n_s: self.tangential_mass_kg * push_m_s, slip_m_s }
+        Impulse { normal_n_s, tangential_n_s: self.tangential_mass_kg * push_m_s, slip_m_s, jump }
     }
 
     /// Drags the rotor round by `teeth` that push it up with the velocities `dv_m_s` over a span of time, in which their tangential
@@ -171,4 +173,6 @@ pub struct Impulse<T> {
     pub tangential_n_s: T,
     /// Slip before the impact, `s' - v_th`, in m/s.
     pub slip_m_s: T,
+    /// What the impulses made of the rotor's motion.
+    pub jump: RotorJump<T>,
 }

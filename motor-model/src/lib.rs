@@ -97,6 +97,6 @@ pub use modes::{DriveTuning, Forcing, ModalBank, ModalState, Mode};
 pub use motor::{IMPACTS_PER_STEP_MAX, ImpactRule, Impacts, Motor, MotorSetup, MotorState};
 pub use params::{MotorParams, Parameter};
 pub use phase::{Phase, PhaseTable};
-pub use rotor::{Flight, RotorState};
+pub use rotor::{Flight, RotorJump, RotorState};
 pub use teeth::{AmplitudeVariation, ToothPair};
 pub use time::Time;

@@ -34,6 +34,7 @@ use crate::math::{self, Real};
 use crate::params::{MotorParams, Parameter};
 use crate::phase::Phase;
 use forcing::DrivenMode;
+pub(crate) use forcing::Phasor;
 pub use forcing::{DriveTuning, Forcing};
 use part::FreeMode;
 pub(crate) use part::ModalPush;

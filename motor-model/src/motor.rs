@@ -1,5 +1,7 @@
 //! The whole motor: one step of stator, rotor and impacts.
 
+mod clearance;
+mod located;
 mod press;
 mod strike;
 
@@ -140,7 +142,7 @@ impl<T: Real> Motor<T> {
             impact_law: ImpactLaw::new(params, setup.friction_law),
             impact_rule: setup.impact_rule,
             step: T::from_f64(step_s),
-            curve_margin_s: T::from_f64(strike::cubic_margin(fastest_rad) * step_s),
+            curve_margin_s: T::from_f64(clearance::cubic_margin(fastest_rad) * step_s),
             widest_swing: T::from_f64(setup.variation.widest_per_first()),
             step_s,
         })
@@ -187,8 +189,10 @@ impl<T: Real> Motor<T> {
         if state.forcing.command() != command {
             state.forcing = self.modes.forcing(command);
         }
+        let mut impacts = Impacts::new();
         if state.pressed != [false; 2] {
-            return aside(state, |state| self.press_through(state, ledger));
+            aside(state, |state| self.press_through(state, &mut impacts, ledger));
+            return impacts;
         }
         let (mut modes, mut rotor) = (state.modes, state.rotor);
         self.modes.advance(&mut modes, &state.forcing, state.phase);
@@ -200,7 +204,8 @@ impl<T: Real> Motor<T> {
                 if !self.surely_clear(&start, &self.clearance(&modes, &rotor)) {
                     let before = *state;
                     state.move_to(phase, modes, rotor);
-                    return aside(state, |state| self.strike_inside(&before, state, ledger));
+                    aside(state, |state| self.strike_inside(&before, state, &mut impacts, ledger));
+                    return impacts;
                 }
                 ledger.motion(state, T::one(), [T::zero(); 2]);
             }
@@ -210,12 +215,13 @@ impl<T: Real> Motor<T> {
                 let [first, second] = gaps_m;
                 if first <= T::zero() || second <= T::zero() {
                     state.move_to(phase, modes, rotor);
-                    return self.strike_at_end(state, gaps_m, ledger);
+                    self.strike_at_end(state, gaps_m, &mut impacts, ledger);
+                    return impacts;
                 }
             }
         }
         state.move_to(phase, modes, rotor);
-        Impacts::new()
+        impacts
     }
 
     /// Heights of the rotor above both pairs.
@@ -228,12 +234,8 @@ impl<T: Real> Motor<T> {
 
 /// Runs a rare path on a copy of the state: a state whose address goes nowhere lives in registers from step to step.
 #[inline]
-fn aside<T: Real>(
-    state: &mut MotorState<T>,
-    path: impl FnOnce(&mut MotorState<T>) -> Impacts<T>,
-) -> Impacts<T> {
+fn aside<T: Real>(state: &mut MotorState<T>, path: impl FnOnce(&mut MotorState<T>)) {
     let mut copy = *state;
-    let impacts = path(&mut copy);
+    path(&mut copy);
     *state = copy;
-    impacts
 }

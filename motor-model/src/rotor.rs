@@ -32,6 +32,17 @@ pub struct RotorState<T> {
     pub rate_rad_s: T,
 }
 
+/// A sudden change of the rotor's motion.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RotorJump<T> {
+    /// Of the height, in m: 0, but for a rotor that is put back on a tooth.
+    pub height_m: T,
+    /// Of the vertical velocity, in m/s.
+    pub velocity_m_s: T,
+    /// Of the angular rate, in rad/s.
+    pub rate_rad_s: T,
+}
+
 /// Exact flight over one step, and over parts of it.
 #[derive(Clone, Debug)]
 pub struct Flight<T> {
@@ -69,6 +80,15 @@ impl<T: Real> FlightSpan<T> {
         rotor.velocity_m_s += self.velocity_loss * v - self.rise_s * self.gravity_m_s2;
         rotor.angle.advance(self.turn_units_per_rad_s * rate);
         rotor.rate_rad_s += self.rate_loss * rate;
+    }
+
+    /// Adds what a jump at the start of this time has become at its end.
+    #[inline]
+    pub(crate) fn add_jump(&self, rotor: &mut RotorState<T>, jump: &RotorJump<T>) {
+        rotor.height_m += jump.height_m + self.rise_s * jump.velocity_m_s;
+        rotor.velocity_m_s += jump.velocity_m_s + self.velocity_loss * jump.velocity_m_s;
+        rotor.angle.advance(self.turn_units_per_rad_s * jump.rate_rad_s);
+        rotor.rate_rad_s += jump.rate_rad_s + self.rate_loss * jump.rate_rad_s;
     }
 }
 

@@ -96,7 +96,7 @@ impl<T: Real> ToothPair<T> {
 
     /// `phi . x`, knowing that `phi_A` is 1.
     #[inline]
-    fn over(&self, x: &Vector3<T>) -> T {
+    pub(crate) fn over(&self, x: &Vector3<T>) -> T {
         x.x + (self.shape.y * x.y + self.shape.z * x.z)
     }
 

@@ -2,6 +2,8 @@
 
 use core::f64::consts::TAU;
 
+use nalgebra::Vector2;
+
 use super::{ModalBank, ModalState, Mode};
 use crate::drive::{DriveCommand, DriveMode};
 use crate::math::Real;
@@ -44,11 +46,11 @@ pub struct Forcing<T> {
     command: DriveCommand,
     increment: Phase,
     /// `G`: what sine and cosine of the phase add to `g` and `g'` over a step.
-    gain: [[T; 2]; 2],
+    gain: PerPhasor<T>,
     /// `M`: steady `g` and `g'` per sine and cosine of the phase.
-    steady: [[T; 2]; 2],
-    /// Amplitude of the drive's acceleration, `k F`.
-    acceleration_m_s2: T,
+    steady: PerPhasor<T>,
+    /// Amplitude of the drive's acceleration of modes B and C, `k F`.
+    acceleration_m_s2: Vector2<T>,
     /// Turns of the phase in a step.
     turns: T,
 }
@@ -59,9 +61,9 @@ impl<T: Real> Default for Forcing<T> {
         Self {
             command: DriveCommand::OFF,
             increment: Phase::ZERO,
-            gain: [[zero; 2]; 2],
-            steady: [[zero; 2]; 2],
-            acceleration_m_s2: zero,
+            gain: PerPhasor::default(),
+            steady: PerPhasor::default(),
+            acceleration_m_s2: Vector2::zeros(),
             turns: zero,
         }
     }
@@ -82,37 +84,36 @@ impl<T> Forcing<T> {
 }
 
 impl<T: Real> Forcing<T> {
+    /// The drive at `phase`; zero when off.
+    #[inline]
+    pub(crate) fn phasor(&self, phase: Phase) -> Phasor<T> {
+        if self.command.mode().is_some() {
+            let (sin, cos) = phase.sin_cos();
+            Phasor { sin, cos }
+        } else {
+            Phasor { sin: T::zero(), cos: T::zero() }
+        }
+    }
+
     /// What the drive adds to `state` over a step that starts at `phase`.
     #[inline]
     pub(super) fn add_to(&self, state: &mut ModalState<T>, phase: Phase) {
         if self.command.mode().is_some() {
-            let [g, v] = per_sine_and_cosine(&self.gain, phase);
-            self.driven(state, |displacement_m, velocity_m_s| {
-                *displacement_m += g;
-                *velocity_m_s += v;
-            });
+            let (sin, cos) = phase.sin_cos();
+            self.gain.add_to(state, &Phasor { sin, cos });
         }
     }
 
-    /// Steady displacement and velocity of the driven mode at `phase`; zero when off.
+    /// Adds the change of the steady motion from one instant of the drive to another, or all of it from rest.
     #[inline]
-    pub(super) fn steady(&self, phase: Phase) -> ModalState<T> {
-        let mut state = ModalState::default();
-        if self.command.mode().is_some() {
-            let [g, v] = per_sine_and_cosine(&self.steady, phase);
-            self.driven(&mut state, |displacement_m, velocity_m_s| (*displacement_m, *velocity_m_s) = (g, v));
-        }
-        state
+    pub(super) fn add_steady(&self, state: &mut ModalState<T>, phasor: &Phasor<T>) {
+        self.steady.add_to(state, phasor);
     }
 
-    /// Acceleration that the drive gives its mode at `phase`; zero when off.
+    /// Acceleration that the drive gives modes B and C.
     #[inline]
-    pub(super) fn acceleration_m_s2(&self, phase: Phase) -> T {
-        if self.command.mode().is_some() {
-            self.acceleration_m_s2 * phase.sin_cos::<T>().0
-        } else {
-            T::zero()
-        }
+    pub(super) fn acceleration_m_s2(&self, phasor: &Phasor<T>) -> Vector2<T> {
+        self.acceleration_m_s2 * phasor.sin
     }
 
     /// The drive's phase at the fraction `part` of a step that starts at `phase`.
@@ -120,34 +121,79 @@ impl<T: Real> Forcing<T> {
     pub(crate) fn phase_at(&self, phase: Phase, part: T) -> Phase {
         phase.advanced(turns_as_phase(self.turns * part))
     }
+}
 
-    /// Shows the driven mode's displacement and velocity to `change`.
+/// Sine and cosine of the drive's phase.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Phasor<T> {
+    sin: T,
+    cos: T,
+}
+
+impl<T: Real> Phasor<T> {
+    /// What has to be added to this one to make it `later`.
     #[inline]
-    fn driven(&self, state: &mut ModalState<T>, change: impl FnOnce(&mut T, &mut T)) {
-        match self.command.mode() {
-            None => {}
-            Some(DriveMode::B) => change(&mut state.displacement_m.y, &mut state.velocity_m_s.y),
-            Some(DriveMode::C) => change(&mut state.displacement_m.z, &mut state.velocity_m_s.z),
+    pub(super) fn until(&self, later: &Self) -> Self {
+        Self { sin: later.sin - self.sin, cos: later.cos - self.cos }
+    }
+
+    #[inline]
+    pub(super) fn reversed(&self) -> Self {
+        Self { sin: -self.sin, cos: -self.cos }
+    }
+}
+
+/// Displacement and velocity of modes B and C per sine and cosine of the drive's phase; zero for the mode that is not driven.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct PerPhasor<T> {
+    g_sin: Vector2<T>,
+    g_cos: Vector2<T>,
+    v_sin: Vector2<T>,
+    v_cos: Vector2<T>,
+}
+
+impl<T: Real> Default for PerPhasor<T> {
+    fn default() -> Self {
+        Self {
+            g_sin: Vector2::zeros(),
+            g_cos: Vector2::zeros(),
+            v_sin: Vector2::zeros(),
+            v_cos: Vector2::zeros(),
         }
     }
 }
 
-#[inline]
-fn per_sine_and_cosine<T: Real>([[g_sin, g_cos], [v_sin, v_cos]]: &[[T; 2]; 2], phase: Phase) -> [T; 2] {
-    let (sin, cos) = phase.sin_cos::<T>();
-    [*g_sin * sin + *g_cos * cos, *v_sin * sin + *v_cos * cos]
+impl<T: Real> PerPhasor<T> {
+    /// Rows `g` and `g'`, columns sine and cosine, of the mode that `select` picks out.
+    fn new([[g_sin, g_cos], [v_sin, v_cos]]: [[T; 2]; 2], select: impl Fn(T) -> Vector2<T>) -> Self {
+        Self { g_sin: select(g_sin), g_cos: select(g_cos), v_sin: select(v_sin), v_cos: select(v_cos) }
+    }
+
+    #[inline]
+    fn add_to(&self, state: &mut ModalState<T>, phasor: &Phasor<T>) {
+        let g = self.g_sin * phasor.sin + self.g_cos * phasor.cos;
+        let v = self.v_sin * phasor.sin + self.v_cos * phasor.cos;
+        state.displacement_m.y += g.x;
+        state.displacement_m.z += g.y;
+        state.velocity_m_s.y += v.x;
+        state.velocity_m_s.z += v.y;
+    }
 }
 
 impl<T: Real> ModalBank<T> {
     /// What `command` means for this motor and step. No transcendental call: some 60 operations.
     #[inline(never)]
     pub fn forcing(&self, command: DriveCommand) -> Forcing<T> {
-        let driven = match command.mode() {
-            None => {
-                return Forcing { command, ..Forcing::default() };
-            }
-            Some(DriveMode::B) => &self.b,
-            Some(DriveMode::C) => &self.c,
+        let Some(mode) = command.mode() else {
+            return Forcing { command, ..Forcing::default() };
+        };
+        let driven = match mode {
+            DriveMode::B => &self.b,
+            DriveMode::C => &self.c,
+        };
+        let select = |value| match mode {
+            DriveMode::B => Vector2::new(value, T::zero()),
+            DriveMode::C => Vector2::new(T::zero(), value),
         };
         let offset_hz = T::from_f32(command.frequency_offset_hz());
         let increment = driven.increment.advanced(turns_as_phase(offset_hz * self.step_s));
@@ -157,9 +203,9 @@ impl<T: Real> ModalBank<T> {
         Forcing {
             command,
             increment,
-            gain,
-            steady,
-            acceleration_m_s2,
+            gain: PerPhasor::new(gain, select),
+            steady: PerPhasor::new(steady, select),
+            acceleration_m_s2: select(acceleration_m_s2),
             turns: driven.turns + offset_hz * self.step_s,
         }
     }
@@ -212,7 +258,7 @@ impl<T: Real> DrivenMode<T> {
 }
 
 /// `turns` as a phase, to the last bit of `T`; whole turns are dropped.
-pub(super) fn turns_as_phase<T: Real>(turns: T) -> Phase {
+fn turns_as_phase<T: Real>(turns: T) -> Phase {
     const TWO_POW_28: f64 = 268_435_456.0;
     let scaled = (turns - T::from_i32(turns.whole())) * T::from_f64(TWO_POW_28);
     let upper = scaled.whole();

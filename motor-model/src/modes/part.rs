@@ -4,24 +4,23 @@
 //! exp(A t) - I = [ E cos - 1 + zeta w S    S ; -w^2 S    E cos - 1 - zeta w S ],   S = E sin(wd t) / wd,  E = exp(-zeta w t)
 //! ```
 //!
-//! Sine and cosine come from the integer phase of the free oscillation, `E` from its own short series.
+//! Sine and cosine come from the table of [`crate::phase`], `E` from its own short series.
 
 use core::f64::consts::TAU;
 
 use nalgebra::Vector3;
 
-use super::forcing::turns_as_phase;
+use super::forcing::Phasor;
 use super::{Forcing, ModalBank, ModalState, Mode, Propagator};
 use crate::decay::decay_loss;
-use crate::drive::DriveMode;
 use crate::math::{self, Real};
-use crate::phase::Phase;
+use crate::phase::sin_cos_of_turns;
 
 /// What part of a step needs of a mode.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct FreeMode<T> {
-    /// Turns of the free oscillation in a step.
-    turns: T,
+    /// Half the turns of the free oscillation in a step.
+    half_turns: T,
     /// `zeta w h`: decay in a step.
     decay: T,
     /// `zeta w`.
@@ -38,7 +37,7 @@ impl<T: Real> FreeMode<T> {
         let (w, zeta) = (mode.natural_rad_s, mode.damping_ratio);
         let wd = w * math::sqrt((1.0 - zeta) * (1.0 + zeta));
         Self {
-            turns: T::from_f64(wd / TAU * step_s),
+            half_turns: T::from_f64(0.5 * wd / TAU * step_s),
             decay: T::from_f64(zeta * w * step_s),
             decay_per_s: T::from_f64(zeta * w),
             per_damped_rad_s: T::from_f64(1.0 / wd),
@@ -51,7 +50,7 @@ impl<T: Real> FreeMode<T> {
     #[inline]
     fn propagator(&self, part: T) -> [[T; 2]; 2] {
         // From half the angle: sin = 2 sin cos, cos - 1 = -2 sin^2, the latter without cancellation.
-        let (half_sin, half_cos) = turns_as_phase(self.turns * part).halved().sin_cos::<T>();
+        let (half_sin, half_cos) = sin_cos_of_turns(self.half_turns * part);
         let twice_half_sin = half_sin + half_sin;
         let (sin, cos_minus_1) = (twice_half_sin * half_cos, -twice_half_sin * half_sin);
         let loss = decay_loss(self.decay * part);
@@ -75,25 +74,21 @@ impl<T: Real> ModalBank<T> {
         Propagator::new(self.free.map(|mode| mode.propagator(part)))
     }
 
-    /// Accelerations `g_n''` in m/s^2 at a phase of the drive.
+    /// Accelerations `g_n''` in m/s^2 at an instant of the drive.
     #[inline]
     pub(crate) fn acceleration(
         &self,
         state: &ModalState<T>,
         forcing: &Forcing<T>,
-        phase: Phase,
+        phasor: &Phasor<T>,
     ) -> Vector3<T> {
         let [a, b, c] = &self.free;
         let resistance = Vector3::new(a.decay_per_s, b.decay_per_s, c.decay_per_s);
         let stiffness = Vector3::new(a.stiffness_per_s2, b.stiffness_per_s2, c.stiffness_per_s2);
         let damped = resistance.component_mul(&state.velocity_m_s);
-        let mut acceleration = -(damped + damped + stiffness.component_mul(&state.displacement_m));
-        match forcing.command().mode() {
-            None => {}
-            Some(DriveMode::B) => acceleration.y += forcing.acceleration_m_s2(phase),
-            Some(DriveMode::C) => acceleration.z += forcing.acceleration_m_s2(phase),
-        }
-        acceleration
+        let drive = forcing.acceleration_m_s2(phasor);
+        Vector3::new(T::zero(), drive.x, drive.y)
+            - (damped + damped + stiffness.component_mul(&state.displacement_m))
     }
 
     /// What constant accelerations do over the time of `propagator`.
@@ -109,20 +104,26 @@ impl<T: Real> ModalBank<T> {
 }
 
 impl<T: Real> Propagator<T> {
-    /// Advances `state` over this propagator's time, in which the drive's phase goes from one value to another.
+    /// Advances `state` over this propagator's time, in which the drive goes from one phasor to another.
+    #[inline]
     pub(crate) fn advance(
         &self,
         state: &mut ModalState<T>,
         forcing: &Forcing<T>,
-        (from, to): (Phase, Phase),
+        [from, to]: [&Phasor<T>; 2],
     ) {
         // The driven mode less its steady motion moves freely.
-        let (before, after) = (forcing.steady(from), forcing.steady(to));
-        let free_g = state.displacement_m - before.displacement_m;
-        let free_v = state.velocity_m_s - before.velocity_m_s;
-        self.add_to(state, &free_g, &free_v);
-        state.displacement_m += after.displacement_m - before.displacement_m;
-        state.velocity_m_s += after.velocity_m_s - before.velocity_m_s;
+        let mut free = *state;
+        forcing.add_steady(&mut free, &from.reversed());
+        self.add_to(state, &free.displacement_m, &free.velocity_m_s);
+        forcing.add_steady(state, &from.until(to));
+    }
+
+    /// Adds what a jump of the velocities at the start of this propagator's time has become at its end.
+    #[inline]
+    pub(crate) fn add_jump(&self, state: &mut ModalState<T>, jump_m_s: &Vector3<T>) {
+        state.displacement_m += self.gv.component_mul(jump_m_s);
+        state.velocity_m_s += jump_m_s + self.vv.component_mul(jump_m_s);
     }
 }
 
@@ -130,7 +131,8 @@ impl<T: Real> Propagator<T> {
 mod tests {
     use super::*;
     use crate::modes::DriveTuning;
-    use crate::{DriveCommand, MotorParams};
+    use crate::phase::Phase;
+    use crate::{DriveCommand, DriveMode, MotorParams};
 
     /// Two parts of a step are the step, wherever it is cut and at any phase of the drive.
     #[test]
@@ -151,8 +153,16 @@ mod tests {
             for cut in [1e-6, 0.1, 0.5, 0.77, 0.999] {
                 let middle = forcing.phase_at(phase, cut);
                 let mut parts = start;
-                bank.part(cut).advance(&mut parts, &forcing, (phase, middle));
-                bank.part(1.0 - cut).advance(&mut parts, &forcing, (middle, end));
+                bank.part(cut).advance(
+                    &mut parts,
+                    &forcing,
+                    [&forcing.phasor(phase), &forcing.phasor(middle)],
+                );
+                bank.part(1.0 - cut).advance(
+                    &mut parts,
+                    &forcing,
+                    [&forcing.phasor(middle), &forcing.phasor(end)],
+                );
                 let displacement_error = (parts.displacement_m - whole.displacement_m).amax();
                 let velocity_error = (parts.velocity_m_s - whole.velocity_m_s).amax();
                 assert!(displacement_error < 1e-18, "{step_s} {cut} {displacement_error:e}");

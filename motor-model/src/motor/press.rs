@@ -126,45 +126,34 @@ impl<T: Real> Motor<T> {
     pub(super) fn press_through<L: Ledger<T>>(
         &self,
         state: &mut MotorState<T>,
+        impacts: &mut Impacts<T>,
         ledger: &mut L,
-    ) -> Impacts<T> {
-        let mut impacts = Impacts::new();
+    ) {
         let (start, end_phase) = (state.phase, state.phase.advanced(state.forcing.increment()));
         for index in 1..=self.press.spans {
             let last = index == self.press.spans;
             let here = *state;
             let done = T::from_i32(i32::from(index)) * self.press.span.part;
             state.phase = if last { end_phase } else { state.forcing.phase_at(start, done) };
-            self.press_span(
-                &self.press.span,
-                &here,
-                state,
-                (T::one() - done) * self.step,
-                &mut impacts,
-                ledger,
-            );
+            self.press_span(&self.press.span, &here, state, (T::one() - done) * self.step, impacts, ledger);
         }
         state.steps += 1;
-        impacts
     }
 
-    /// The rest of a step, from `here`, the fraction `done` of a step after its start, after a tooth has come to stay; `state` is the end
-    /// of the step as far as time and phase go.
+    /// The rest of a step from `here` on, the fraction `left` of it, after a tooth has come to stay; `state` is the end of the step as far as
+    /// time and phase go.
     pub(super) fn press_rest<L: Ledger<T>>(
         &self,
-        here: MotorState<T>,
-        done: T,
+        here: &MotorState<T>,
+        left: T,
         state: &mut MotorState<T>,
         impacts: &mut Impacts<T>,
         ledger: &mut L,
     ) {
-        let (phase, steps) = (state.phase, state.steps);
-        *state = here;
-        (state.phase, state.steps) = (phase, steps);
-        let part = T::one() - done;
-        if part > T::zero() {
-            let span = PressSpan::new(&self.modes, &self.flight, &self.teeth, part, self.step);
-            self.press_span(&span, &here, state, T::zero(), impacts, ledger);
+        (state.modes, state.rotor, state.pressed) = (here.modes, here.rotor, here.pressed);
+        if left > T::zero() {
+            let span = PressSpan::new(&self.modes, &self.flight, &self.teeth, left, self.step);
+            self.press_span(&span, here, state, T::zero(), impacts, ledger);
         }
     }
 
@@ -180,7 +169,8 @@ impl<T: Real> Motor<T> {
     ) {
         let [first, second] = &self.teeth;
         let from_m_s = [first, second].map(|tooth| tooth.tangential_velocity(&here.modes));
-        span.modes.advance(&mut state.modes, &state.forcing, (here.phase, state.phase));
+        let phasors = [&here.forcing.phasor(here.phase), &here.forcing.phasor(state.phase)];
+        span.modes.advance(&mut state.modes, &state.forcing, phasors);
         span.flight.advance(&mut state.rotor);
 
         let take_back_per_s = T::from_f64(RETURN) / span.span_s;
@@ -224,7 +214,8 @@ impl<T: Real> Motor<T> {
     ) {
         let ([first, second], [push_0, push_1]) = (&self.teeth, push_m_s2);
         let pushed = first.recoil * push_0 + second.recoil * push_1;
-        let [gap_0, gap_1] = self.gap_states(state);
+        let phasor = state.forcing.phasor(state.phase);
+        let [gap_0, gap_1] = self.gap_states(state, &phasor);
         for (pair, tooth, gap) in [(0, first, gap_0), (1, second, gap_1)] {
             let lies = Self::lies(pair, state);
             let meets = gap.gap_m <= T::zero() && gap.rate_m_s < T::zero();

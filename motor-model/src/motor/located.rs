@@ -1,0 +1,135 @@
+//! Impacts where they happen inside a step.
+//!
+//! The free motion of the whole step is known before any impact is sought: `start` and `end` of the step. An impact at `t` makes the
+//! velocities jump, and because the motion is linear the end of the step moves by what becomes of the jump in the time that is left:
+//!
+//! ```text
+//! x(t) = P(t) x(0) + drive        exact, at the instant that the gap's curve gives
+//! x(h) <- x(h) + P(h - t) jump    instead of a second flight with the drive
+//! ```
+//!
+//! and so on from impact to impact. A tooth that would be back at once stays (see [`super::press`]).
+
+use super::press::REST_FLIGHT;
+use super::{Impacts, Motor, MotorState};
+use crate::contact::{GapCurve, GapState};
+use crate::energy::Ledger;
+use crate::math::Real;
+use crate::modes::Phasor;
+use crate::rotor::RotorJump;
+use crate::teeth::ToothPair;
+
+/// A pair of teeth that meets the rotor, and where.
+struct Meeting<'a, T> {
+    pair: u8,
+    tooth: &'a ToothPair<T>,
+    /// Fraction of the span searched.
+    at: T,
+}
+
+impl<T: Real> Motor<T> {
+    /// Impacts where they happen: `here` moves from one to the next, `end` is the end of the step as seen from there.
+    #[inline(never)]
+    pub(super) fn strike_inside<L: Ledger<T>>(
+        &self,
+        start: &MotorState<T>,
+        end: &mut MotorState<T>,
+        impacts: &mut Impacts<T>,
+        ledger: &mut L,
+    ) {
+        let mut done = T::zero();
+        let mut here = *start;
+        let mut phasor = start.forcing.phasor(start.phase);
+        let end_phasor = start.forcing.phasor(end.phase);
+        let mut from = self.gap_states(start, &phasor);
+        loop {
+            let to = self.gap_states(end, &end_phasor);
+            let Some(Meeting { pair, tooth, at }) = self.first_meeting(&from, &to, T::one() - done) else {
+                break;
+            };
+            let part = at * (T::one() - done);
+            if part > T::zero() {
+                ledger.motion(&here, part, [T::zero(); 2]);
+                done += part;
+                here.phase = start.forcing.phase_at(start.phase, done);
+                let there = start.forcing.phasor(here.phase);
+                self.modes.part(part).advance(&mut here.modes, &start.forcing, [&phasor, &there]);
+                self.flight.part(part).advance(&mut here.rotor);
+                phasor = there;
+            }
+            let left = T::one() - done;
+            let gap_m = here.rotor.height_m - tooth.height(&here.modes);
+            let struck = self.strike(pair, tooth, gap_m, left * self.step, &mut here, impacts, ledger);
+            let Some(mut jump) = struck else {
+                // A graze: what is left of it at the end of the step is caught there.
+                break;
+            };
+            if gap_m < T::zero() {
+                here.rotor.height_m -= gap_m;
+                jump.height_m = -gap_m;
+                ledger.lift(-gap_m);
+            }
+            from = self.gap_states(&here, &phasor);
+            if self.stays(pair, &from) || impacts.is_full() {
+                Self::lay(pair, &mut here);
+                self.press_rest(&here, left, end, impacts, ledger);
+                return;
+            }
+            self.carry_to_end(left, tooth, &jump, end);
+        }
+        if done < T::one() {
+            ledger.motion(&here, T::one() - done, [T::zero(); 2]);
+        }
+        self.catch_at_end(end, impacts, ledger);
+    }
+
+    /// Adds what a blow of `tooth`, the fraction `left` of a step before `end`, has become there.
+    fn carry_to_end(&self, left: T, tooth: &ToothPair<T>, jump: &RotorJump<T>, end: &mut MotorState<T>) {
+        self.modes.part(left).add_jump(&mut end.modes, &(tooth.recoil * -jump.velocity_m_s));
+        self.flight.part(left).add_jump(&mut end.rotor, jump);
+    }
+
+    /// The first meeting of either pair with the rotor between two instants the fraction `part` of a step apart.
+    fn first_meeting(
+        &self,
+        from: &[GapState<T>; 2],
+        to: &[GapState<T>; 2],
+        part: T,
+    ) -> Option<Meeting<'_, T>> {
+        let span_s = part * self.step;
+        let ([from_0, from_1], [to_0, to_1], [tooth_0, tooth_1]) = (from, to, &self.teeth);
+        let first = GapCurve::new(from_0, to_0, span_s).first_descent();
+        let second = GapCurve::new(from_1, to_1, span_s).first_descent();
+        match (first, second) {
+            (None, None) => None,
+            (Some(at), None) => Some(Meeting { pair: 0, tooth: tooth_0, at }),
+            (Some(x), Some(y)) if x <= y => Some(Meeting { pair: 0, tooth: tooth_0, at: x }),
+            (_, Some(at)) => Some(Meeting { pair: 1, tooth: tooth_1, at }),
+        }
+    }
+
+    /// Whether the tooth that has just struck will be back at once.
+    fn stays(&self, pair: u8, [first, second]: &[GapState<T>; 2]) -> bool {
+        let gap = if pair == 0 { first } else { second };
+        self.is_brief(gap.rate_m_s, gap.acceleration_m_s2, T::from_f64(REST_FLIGHT))
+    }
+
+    /// Rates at which the gaps open.
+    #[inline]
+    pub(super) fn gap_rates_m_s(&self, state: &MotorState<T>) -> [T; 2] {
+        let [first, second] = &self.teeth;
+        [first, second].map(|tooth| state.rotor.velocity_m_s - tooth.vertical_velocity(&state.modes))
+    }
+
+    /// Both gaps, their rates and accelerations.
+    #[inline]
+    pub(super) fn gap_states(&self, state: &MotorState<T>, phasor: &Phasor<T>) -> [GapState<T>; 2] {
+        let modal = self.modes.acceleration(&state.modes, &state.forcing, phasor);
+        let fall_m_s2 = self.flight.acceleration(&state.rotor);
+        self.teeth.each_ref().map(|tooth| GapState {
+            gap_m: state.rotor.height_m - tooth.height(&state.modes),
+            rate_m_s: state.rotor.velocity_m_s - tooth.vertical_velocity(&state.modes),
+            acceleration_m_s2: fall_m_s2 - tooth.over(&modal),
+        })
+    }
+}
