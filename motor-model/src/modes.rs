@@ -128,6 +128,15 @@ impl<T: Real> Default for ModalState<T> {
     }
 }
 
+impl<T: Real> ModalState<T> {
+    /// Rounds to what can be told apart beside `floor`.
+    #[inline]
+    pub(crate) fn drop_below(&mut self, floor: T) {
+        self.displacement_m = self.displacement_m.add_scalar(floor).add_scalar(-floor);
+        self.velocity_m_s = self.velocity_m_s.add_scalar(floor).add_scalar(-floor);
+    }
+}
+
 /// `P - I` of the three modes over some time, entry by entry.
 #[derive(Clone, Debug)]
 pub(crate) struct Propagator<T> {

@@ -80,7 +80,29 @@ pub struct MotorState<T: Real> {
     pub pressed: [bool; 2],
 }
 
+/// What moves, as the rarer paths of a step pass it on: the state less the drive in force, which is as large and stays.
+#[derive(Clone, Copy, Debug)]
+struct Motion<T> {
+    phase: Phase,
+    modes: ModalState<T>,
+    rotor: RotorState<T>,
+    pressed: [bool; 2],
+}
+
+impl<T: Real> Motion<T> {
+    /// The whole state, for the ledger.
+    fn under(&self, forcing: &Forcing<T>) -> MotorState<T> {
+        let Self { phase, modes, rotor, pressed } = *self;
+        MotorState { steps: 0, phase, modes, rotor, forcing: *forcing, pressed }
+    }
+}
+
 impl<T: Real> MotorState<T> {
+    fn motion(&self) -> Motion<T> {
+        let Self { phase, modes, rotor, pressed, .. } = *self;
+        Motion { phase, modes, rotor, pressed }
+    }
+
     /// The end of a step.
     #[inline]
     fn move_to(&mut self, phase: Phase, modes: ModalState<T>, rotor: RotorState<T>) {
@@ -191,7 +213,8 @@ impl<T: Real> Motor<T> {
         }
         let mut impacts = Impacts::new();
         if state.pressed != [false; 2] {
-            aside(state, |state| self.press_through(state, &mut impacts, ledger));
+            aside(state, |forcing, motion| self.press_through(forcing, motion, &mut impacts, ledger));
+            state.steps += 1;
             return impacts;
         }
         let (mut modes, mut rotor) = (state.modes, state.rotor);
@@ -202,9 +225,11 @@ impl<T: Real> Motor<T> {
             ImpactRule::Located => {
                 let start = self.clearance(&state.modes, &state.rotor);
                 if !self.surely_clear(&start, &self.clearance(&modes, &rotor)) {
-                    let before = *state;
+                    let start = state.motion();
                     state.move_to(phase, modes, rotor);
-                    aside(state, |state| self.strike_inside(&before, state, &mut impacts, ledger));
+                    aside(state, |forcing, end| {
+                        self.strike_inside(forcing, &start, end, &mut impacts, ledger);
+                    });
                     return impacts;
                 }
                 ledger.motion(state, T::one(), [T::zero(); 2]);
@@ -215,7 +240,9 @@ impl<T: Real> Motor<T> {
                 let [first, second] = gaps_m;
                 if first <= T::zero() || second <= T::zero() {
                     state.move_to(phase, modes, rotor);
-                    self.strike_at_end(state, gaps_m, &mut impacts, ledger);
+                    aside(state, |forcing, end| {
+                        self.strike_at_end(forcing, end, gaps_m, &mut impacts, ledger);
+                    });
                     return impacts;
                 }
             }
@@ -232,10 +259,11 @@ impl<T: Real> Motor<T> {
     }
 }
 
-/// Runs a rare path on a copy of the state: a state whose address goes nowhere lives in registers from step to step.
+/// Runs a rare path on copies: a state whose address goes nowhere lives in registers from step to step.
 #[inline]
-fn aside<T: Real>(state: &mut MotorState<T>, path: impl FnOnce(&mut MotorState<T>)) {
-    let mut copy = *state;
-    path(&mut copy);
-    *state = copy;
+fn aside<T: Real>(state: &mut MotorState<T>, path: impl FnOnce(&Forcing<T>, &mut Motion<T>)) {
+    let (forcing, mut motion) = (state.forcing, state.motion());
+    path(&forcing, &mut motion);
+    let Motion { phase, modes, rotor, pressed } = motion;
+    (state.phase, state.modes, state.rotor, state.pressed) = (phase, modes, rotor, pressed);
 }

@@ -61,6 +61,18 @@ impl<T: Real> FreeMode<T> {
     }
 }
 
+impl<T: Real> FreeMode<T> {
+    /// Displacement and velocity per jump of the velocity, the fraction `part` of a step after it (8b).
+    #[inline]
+    fn impulse_response(&self, part: T) -> [T; 2] {
+        let turns = self.half_turns + self.half_turns;
+        let (sin, cos) = sin_cos_of_turns(turns * part);
+        let left = T::one() + decay_loss(self.decay * part);
+        let displacement_s = left * sin * self.per_damped_rad_s;
+        [displacement_s, left * cos - self.decay_per_s * displacement_s]
+    }
+}
+
 /// What a constant unit acceleration of each mode adds to its displacement and velocity over some time.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct ModalPush<T> {
@@ -68,10 +80,28 @@ pub(crate) struct ModalPush<T> {
     pub(crate) velocity_s: Vector3<T>,
 }
 
+impl<T: Real> ModalPush<T> {
+    /// The same for the accelerations `-recoil`.
+    pub(crate) fn times(&self, recoil: &Vector3<T>) -> Self {
+        Self {
+            displacement_s2: -self.displacement_s2.component_mul(recoil),
+            velocity_s: -self.velocity_s.component_mul(recoil),
+        }
+    }
+}
+
 impl<T: Real> ModalBank<T> {
     /// Propagation over the fraction `part` of a step.
     pub(crate) fn part(&self, part: T) -> Propagator<T> {
         Propagator::new(self.free.map(|mode| mode.propagator(part)))
+    }
+
+    /// Adds what a jump of the velocities has become the fraction `part` of a step after it.
+    pub(crate) fn add_jump(&self, state: &mut ModalState<T>, jump_m_s: &Vector3<T>, part: T) {
+        let [[a_g, a_v], [b_g, b_v], [c_g, c_v]] =
+            self.free.each_ref().map(|mode| mode.impulse_response(part));
+        state.displacement_m += Vector3::new(a_g, b_g, c_g).component_mul(jump_m_s);
+        state.velocity_m_s += Vector3::new(a_v, b_v, c_v).component_mul(jump_m_s);
     }
 
     /// Accelerations `g_n''` in m/s^2 at an instant of the drive.
@@ -117,13 +147,6 @@ impl<T: Real> Propagator<T> {
         forcing.add_steady(&mut free, &from.reversed());
         self.add_to(state, &free.displacement_m, &free.velocity_m_s);
         forcing.add_steady(state, &from.until(to));
-    }
-
-    /// Adds what a jump of the velocities at the start of this propagator's time has become at its end.
-    #[inline]
-    pub(crate) fn add_jump(&self, state: &mut ModalState<T>, jump_m_s: &Vector3<T>) {
-        state.displacement_m += self.gv.component_mul(jump_m_s);
-        state.velocity_m_s += jump_m_s + self.vv.component_mul(jump_m_s);
     }
 }
 

@@ -11,11 +11,11 @@
 //! and so on from impact to impact. A tooth that would be back at once stays (see [`super::press`]).
 
 use super::press::REST_FLIGHT;
-use super::{Impacts, Motor, MotorState};
+use super::{Impacts, Motion, Motor};
 use crate::contact::{GapCurve, GapState};
 use crate::energy::Ledger;
 use crate::math::Real;
-use crate::modes::Phasor;
+use crate::modes::{Forcing, Phasor};
 use crate::rotor::RotorJump;
 use crate::teeth::ToothPair;
 
@@ -32,34 +32,34 @@ impl<T: Real> Motor<T> {
     #[inline(never)]
     pub(super) fn strike_inside<L: Ledger<T>>(
         &self,
-        start: &MotorState<T>,
-        end: &mut MotorState<T>,
+        forcing: &Forcing<T>,
+        start: &Motion<T>,
+        end: &mut Motion<T>,
         impacts: &mut Impacts<T>,
         ledger: &mut L,
     ) {
-        let mut done = T::zero();
-        let mut here = *start;
-        let mut phasor = start.forcing.phasor(start.phase);
-        let end_phasor = start.forcing.phasor(end.phase);
-        let mut from = self.gap_states(start, &phasor);
+        let (mut here, mut done) = (*start, T::zero());
+        let (mut phasor, end_phasor) = (forcing.phasor(start.phase), forcing.phasor(end.phase));
+        let mut from = self.gap_states(&here, forcing, &phasor);
         loop {
-            let to = self.gap_states(end, &end_phasor);
+            let to = self.gap_states(end, forcing, &end_phasor);
             let Some(Meeting { pair, tooth, at }) = self.first_meeting(&from, &to, T::one() - done) else {
                 break;
             };
             let part = at * (T::one() - done);
             if part > T::zero() {
-                ledger.motion(&here, part, [T::zero(); 2]);
+                ledger.motion(&here.under(forcing), part, [T::zero(); 2]);
                 done += part;
-                here.phase = start.forcing.phase_at(start.phase, done);
-                let there = start.forcing.phasor(here.phase);
-                self.modes.part(part).advance(&mut here.modes, &start.forcing, [&phasor, &there]);
+                here.phase = forcing.phase_at(start.phase, done);
+                let there = forcing.phasor(here.phase);
+                self.modes.part(part).advance(&mut here.modes, forcing, [&phasor, &there]);
                 self.flight.part(part).advance(&mut here.rotor);
                 phasor = there;
             }
             let left = T::one() - done;
             let gap_m = here.rotor.height_m - tooth.height(&here.modes);
-            let struck = self.strike(pair, tooth, gap_m, left * self.step, &mut here, impacts, ledger);
+            let before_end_s = left * self.step;
+            let struck = self.strike(pair, tooth, gap_m, before_end_s, forcing, &mut here, impacts, ledger);
             let Some(mut jump) = struck else {
                 // A graze: what is left of it at the end of the step is caught there.
                 break;
@@ -69,23 +69,23 @@ impl<T: Real> Motor<T> {
                 jump.height_m = -gap_m;
                 ledger.lift(-gap_m);
             }
-            from = self.gap_states(&here, &phasor);
+            from = self.gap_states(&here, forcing, &phasor);
             if self.stays(pair, &from) || impacts.is_full() {
-                Self::lay(pair, &mut here);
-                self.press_rest(&here, left, end, impacts, ledger);
+                here.lay(pair);
+                self.press_rest(forcing, here, &phasor, left, end, impacts, ledger);
                 return;
             }
             self.carry_to_end(left, tooth, &jump, end);
         }
         if done < T::one() {
-            ledger.motion(&here, T::one() - done, [T::zero(); 2]);
+            ledger.motion(&here.under(forcing), T::one() - done, [T::zero(); 2]);
         }
-        self.catch_at_end(end, impacts, ledger);
+        self.catch_at_end(forcing, end, impacts, ledger);
     }
 
     /// Adds what a blow of `tooth`, the fraction `left` of a step before `end`, has become there.
-    fn carry_to_end(&self, left: T, tooth: &ToothPair<T>, jump: &RotorJump<T>, end: &mut MotorState<T>) {
-        self.modes.part(left).add_jump(&mut end.modes, &(tooth.recoil * -jump.velocity_m_s));
+    fn carry_to_end(&self, left: T, tooth: &ToothPair<T>, jump: &RotorJump<T>, end: &mut Motion<T>) {
+        self.modes.add_jump(&mut end.modes, &(tooth.recoil * -jump.velocity_m_s), left);
         self.flight.part(left).add_jump(&mut end.rotor, jump);
     }
 
@@ -114,22 +114,30 @@ impl<T: Real> Motor<T> {
         self.is_brief(gap.rate_m_s, gap.acceleration_m_s2, T::from_f64(REST_FLIGHT))
     }
 
-    /// Rates at which the gaps open.
-    #[inline]
-    pub(super) fn gap_rates_m_s(&self, state: &MotorState<T>) -> [T; 2] {
-        let [first, second] = &self.teeth;
-        [first, second].map(|tooth| state.rotor.velocity_m_s - tooth.vertical_velocity(&state.modes))
-    }
-
     /// Both gaps, their rates and accelerations.
     #[inline]
-    pub(super) fn gap_states(&self, state: &MotorState<T>, phasor: &Phasor<T>) -> [GapState<T>; 2] {
-        let modal = self.modes.acceleration(&state.modes, &state.forcing, phasor);
-        let fall_m_s2 = self.flight.acceleration(&state.rotor);
-        self.teeth.each_ref().map(|tooth| GapState {
-            gap_m: state.rotor.height_m - tooth.height(&state.modes),
-            rate_m_s: state.rotor.velocity_m_s - tooth.vertical_velocity(&state.modes),
+    pub(super) fn gap_states(
+        &self,
+        motion: &Motion<T>,
+        forcing: &Forcing<T>,
+        phasor: &Phasor<T>,
+    ) -> [GapState<T>; 2] {
+        let modal = self.modes.acceleration(&motion.modes, forcing, phasor);
+        let fall_m_s2 = self.flight.acceleration(&motion.rotor);
+        let ([gap_0, gap_1], [rate_0, rate_1]) =
+            (self.gaps_m(&motion.modes, &motion.rotor), self.gap_rates_m_s(motion));
+        let [first, second] = &self.teeth;
+        [(first, gap_0, rate_0), (second, gap_1, rate_1)].map(|(tooth, gap_m, rate_m_s)| GapState {
+            gap_m,
+            rate_m_s,
             acceleration_m_s2: fall_m_s2 - tooth.over(&modal),
         })
+    }
+
+    /// Rates at which the gaps open.
+    #[inline]
+    pub(super) fn gap_rates_m_s(&self, motion: &Motion<T>) -> [T; 2] {
+        let [first, second] = &self.teeth;
+        [first, second].map(|tooth| motion.rotor.velocity_m_s - tooth.vertical_velocity(&motion.modes))
     }
 }

@@ -12,10 +12,11 @@
 //! constraint, stabilised). A pair with `a_p = 0` lets go. Friction drags the rotor round all the while (see [`crate::drag`]). A step
 //! is cut into spans of at most [`SPAN_RAD`] of the fastest mode. The error is of second order in the span.
 
-use super::{Impacts, Motor, MotorState};
+use super::{Impacts, Motion, Motor};
 use crate::energy::Ledger;
 use crate::math::Real;
-use crate::modes::{ModalBank, ModalPush, Propagator};
+use crate::modes::{Forcing, ModalBank, ModalPush, Phasor, Propagator};
+use crate::phase::Phase;
 use crate::rotor::{Flight, FlightSpan};
 use crate::teeth::ToothPair;
 
@@ -33,40 +34,87 @@ const JOIN_SPANS: f64 = 4.0;
 /// ... nor below this part of a step.
 const JOIN_FLIGHT: f64 = 1.0;
 
+/// In a long rest the modes die away; what is below a ten-millionth of this (in m and m/s) is dropped, before it becomes a subnormal number, with which
+/// some processors take ten times as long.
+const UNFELT: f64 = 1e-20;
+
 /// Everything that a span of pressed contact needs, for one length of it.
 #[derive(Clone, Debug)]
 pub(super) struct PressSpan<T> {
     part: T,
     span_s: T,
+    take_back_per_s: T,
     modes: Propagator<T>,
     flight: FlightSpan<T>,
-    push: ModalPush<T>,
-    /// `R`.
-    response: [[T; 2]; 2],
+    /// What a unit push of each pair makes of the modes.
+    recoil: [ModalPush<T>; 2],
+    response: Response<T>,
 }
 
 impl<T: Real> PressSpan<T> {
     fn new(modes: &ModalBank<T>, flight: &Flight<T>, teeth: &[ToothPair<T>; 2], part: T, step: T) -> Self {
         let (propagator, flown) = (modes.part(part), flight.part(part));
         let push = modes.push(&propagator);
+        let recoil = teeth.each_ref().map(|tooth| push.times(&tooth.recoil));
         let span_s = part * step;
         let take_back_per_s = T::from_f64(RETURN) / span_s;
-        let response = |tooth: &ToothPair<T>, by: &ToothPair<T>| {
-            let opening_s = flown.rise_s + tooth.shape.dot(&by.recoil.component_mul(&push.velocity_s));
-            let opened_s2 = flown.sweep_s2 + tooth.shape.dot(&by.recoil.component_mul(&push.displacement_s2));
-            opening_s + take_back_per_s * opened_s2
+        let response = |tooth: &ToothPair<T>, by: &ModalPush<T>| {
+            let opening_s = flown.rise_s - tooth.over(&by.velocity_s);
+            opening_s + take_back_per_s * (flown.sweep_s2 - tooth.over(&by.displacement_s2))
         };
-        let [first, second] = teeth;
+        let ([first, second], [by_first, by_second]) = (teeth, &recoil);
         Self {
             part,
             span_s,
-            response: [
-                [response(first, first), response(first, second)],
-                [response(second, first), response(second, second)],
-            ],
+            take_back_per_s,
+            response: Response::new([
+                [response(first, by_first), response(first, by_second)],
+                [response(second, by_first), response(second, by_second)],
+            ]),
             modes: propagator,
             flight: flown,
-            push,
+            recoil,
+        }
+    }
+}
+
+/// `R`, and what its complementarity problem divides by.
+#[derive(Clone, Debug)]
+struct Response<T> {
+    r: [[T; 2]; 2],
+    /// `-1 / R_pp`.
+    alone: [T; 2],
+    per_determinant: T,
+}
+
+impl<T: Real> Response<T> {
+    fn new(r: [[T; 2]; 2]) -> Self {
+        let [[r_00, r_01], [r_10, r_11]] = r;
+        Self {
+            r,
+            alone: [-T::one() / r_00, -T::one() / r_11],
+            per_determinant: T::one() / (r_00 * r_11 - r_01 * r_10),
+        }
+    }
+
+    /// The pushes of both pairs: `a >= 0`, `c + R a >= 0`, and one of them zero, for each pair that takes part.
+    fn pushes(&self, [c_0, c_1]: [T; 2], [in_0, in_1]: [bool; 2]) -> [T; 2] {
+        let zero = T::zero();
+        let ([[r_00, r_01], [r_10, r_11]], [alone_0, alone_1]) = (self.r, self.alone);
+        let (closes_0, closes_1) = (in_0 && c_0 < zero, in_1 && c_1 < zero);
+        let (alone_0, alone_1) = (alone_0 * c_0, alone_1 * c_1);
+        if !closes_0 && !closes_1 {
+            [zero, zero]
+        } else if closes_0 && (!in_1 || c_1 + r_10 * alone_0 >= zero) {
+            [alone_0, zero]
+        } else if closes_1 && (!in_0 || c_0 + r_01 * alone_1 >= zero) {
+            [zero, alone_1]
+        } else {
+            let positive = |a: T| if a > zero { a } else { zero };
+            [
+                positive((r_01 * c_1 - r_11 * c_0) * self.per_determinant),
+                positive((r_10 * c_0 - r_00 * c_1) * self.per_determinant),
+            ]
         }
     }
 }
@@ -98,25 +146,16 @@ impl<T: Real> Press<T> {
     }
 }
 
-/// The pushes of both pairs: `a >= 0`, `c + R a >= 0`, and one of them zero, for each pair that takes part.
-fn pushes<T: Real>(
-    [c_0, c_1]: [T; 2],
-    [[r_00, r_01], [r_10, r_11]]: [[T; 2]; 2],
-    [in_0, in_1]: [bool; 2],
-) -> [T; 2] {
-    let zero = T::zero();
-    let (closes_0, closes_1) = (in_0 && c_0 < zero, in_1 && c_1 < zero);
-    let (alone_0, alone_1) = (-c_0 / r_00, -c_1 / r_11);
-    if !closes_0 && !closes_1 {
-        [zero, zero]
-    } else if closes_0 && (!in_1 || c_1 + r_10 * alone_0 >= zero) {
-        [alone_0, zero]
-    } else if closes_1 && (!in_0 || c_0 + r_01 * alone_1 >= zero) {
-        [zero, alone_1]
-    } else {
-        let determinant = r_00 * r_11 - r_01 * r_10;
-        let positive = |a: T| if a > zero { a } else { zero };
-        [positive((r_01 * c_1 - r_11 * c_0) / determinant), positive((r_10 * c_0 - r_00 * c_1) / determinant)]
+impl<T> Motion<T> {
+    fn lies(&self, pair: u8) -> bool {
+        let [first, second] = self.pressed;
+        if pair == 0 { first } else { second }
+    }
+
+    /// From now on `pair` lies pressed.
+    pub(super) fn lay(&mut self, pair: u8) {
+        let [first, second] = &mut self.pressed;
+        *(if pair == 0 { first } else { second }) = true;
     }
 }
 
@@ -125,129 +164,134 @@ impl<T: Real> Motor<T> {
     #[inline(never)]
     pub(super) fn press_through<L: Ledger<T>>(
         &self,
-        state: &mut MotorState<T>,
+        forcing: &Forcing<T>,
+        motion: &mut Motion<T>,
         impacts: &mut Impacts<T>,
         ledger: &mut L,
     ) {
-        let (start, end_phase) = (state.phase, state.phase.advanced(state.forcing.increment()));
+        let (start, end) = (motion.phase, motion.phase.advanced(forcing.increment()));
+        let mut phasor = forcing.phasor(start);
         for index in 1..=self.press.spans {
-            let last = index == self.press.spans;
-            let here = *state;
             let done = T::from_i32(i32::from(index)) * self.press.span.part;
-            state.phase = if last { end_phase } else { state.forcing.phase_at(start, done) };
-            self.press_span(&self.press.span, &here, state, (T::one() - done) * self.step, impacts, ledger);
+            let last = index == self.press.spans;
+            let to = if last { end } else { forcing.phase_at(start, done) };
+            let before_end_s = (T::one() - done) * self.step;
+            let span = &self.press.span;
+            phasor = self.press_span(span, forcing, &phasor, to, motion, before_end_s, impacts, ledger);
         }
-        state.steps += 1;
     }
 
-    /// The rest of a step from `here` on, the fraction `left` of it, after a tooth has come to stay; `state` is the end of the step as far as
-    /// time and phase go.
+    /// The rest of a step, the fraction `left` of it, from `here` on, where a tooth has come to stay; `end` is the end of the step as far as the
+    /// phase goes.
+    #[expect(clippy::too_many_arguments, reason = "an instant inside a step, and its end")]
     pub(super) fn press_rest<L: Ledger<T>>(
         &self,
-        here: &MotorState<T>,
+        forcing: &Forcing<T>,
+        here: Motion<T>,
+        phasor: &Phasor<T>,
         left: T,
-        state: &mut MotorState<T>,
+        end: &mut Motion<T>,
         impacts: &mut Impacts<T>,
         ledger: &mut L,
     ) {
-        (state.modes, state.rotor, state.pressed) = (here.modes, here.rotor, here.pressed);
+        let to = end.phase;
+        *end = here;
         if left > T::zero() {
             let span = PressSpan::new(&self.modes, &self.flight, &self.teeth, left, self.step);
-            self.press_span(&span, here, state, T::zero(), impacts, ledger);
+            self.press_span(&span, forcing, phasor, to, end, T::zero(), impacts, ledger);
         }
+        end.phase = to;
     }
 
-    /// One span from `here`; `state` comes with the phase of its end.
+    /// Takes `motion` through one span, to the drive's phase `to`; returns the phasor there.
+    #[expect(clippy::too_many_arguments, reason = "a span, what goes through it and who watches")]
     fn press_span<L: Ledger<T>>(
         &self,
         span: &PressSpan<T>,
-        here: &MotorState<T>,
-        state: &mut MotorState<T>,
+        forcing: &Forcing<T>,
+        from: &Phasor<T>,
+        to: Phase,
+        motion: &mut Motion<T>,
         before_end_s: T,
         impacts: &mut Impacts<T>,
         ledger: &mut L,
-    ) {
-        let [first, second] = &self.teeth;
-        let from_m_s = [first, second].map(|tooth| tooth.tangential_velocity(&here.modes));
-        let phasors = [&here.forcing.phasor(here.phase), &here.forcing.phasor(state.phase)];
-        span.modes.advance(&mut state.modes, &state.forcing, phasors);
-        span.flight.advance(&mut state.rotor);
+    ) -> Phasor<T> {
+        let before = *motion;
+        let from_m_s = self.teeth.each_ref().map(|tooth| tooth.tangential_velocity(&motion.modes));
+        motion.phase = to;
+        let to = forcing.phasor(to);
+        span.modes.advance(&mut motion.modes, forcing, [from, &to]);
+        motion.modes.drop_below(T::from_f64(UNFELT));
+        span.flight.advance(&mut motion.rotor);
 
-        let take_back_per_s = T::from_f64(RETURN) / span.span_s;
         let ([gap_0, gap_1], [rate_0, rate_1]) =
-            (self.gaps_m(&state.modes, &state.rotor), self.gap_rates_m_s(state));
-        let closing = [rate_0 + take_back_per_s * gap_0, rate_1 + take_back_per_s * gap_1];
-        let push_m_s2 = pushes(closing, span.response, here.pressed);
-        let [push_0, push_1] = push_m_s2;
-        for (tooth, push) in [(first, push_0), (second, push_1)] {
-            state.modes.displacement_m -= tooth.recoil.component_mul(&span.push.displacement_s2) * push;
-            state.modes.velocity_m_s -= tooth.recoil.component_mul(&span.push.velocity_s) * push;
-        }
-        state.rotor.height_m += span.flight.sweep_s2 * (push_0 + push_1);
-        state.rotor.velocity_m_s += span.flight.rise_s * (push_0 + push_1);
+            (self.gaps_m(&motion.modes, &motion.rotor), self.gap_rates_m_s(motion));
+        let closing = [rate_0 + span.take_back_per_s * gap_0, rate_1 + span.take_back_per_s * gap_1];
+        let push_m_s2 = span.response.pushes(closing, before.pressed);
+        let ([push_0, push_1], [by_0, by_1]) = (push_m_s2, &span.recoil);
+        motion.modes.displacement_m += by_0.displacement_s2 * push_0 + by_1.displacement_s2 * push_1;
+        motion.modes.velocity_m_s += by_0.velocity_s * push_0 + by_1.velocity_s * push_1;
+        motion.rotor.height_m += span.flight.sweep_s2 * (push_0 + push_1);
+        motion.rotor.velocity_m_s += span.flight.rise_s * (push_0 + push_1);
 
-        let rate = state.rotor.rate_rad_s;
+        let rate = motion.rotor.rate_rad_s;
         let dv_m_s = push_m_s2.map(|push| push * span.span_s);
-        let dragged = self.impact_law.drag(&self.teeth, dv_m_s, from_m_s, &state.modes, &mut state.rotor);
+        let dragged = self.impact_law.drag(&self.teeth, dv_m_s, from_m_s, &motion.modes, &mut motion.rotor);
         // The change of rate comes evenly over the span.
         let half_span_s = T::from_f64(0.5) * span.span_s;
-        state.rotor.angle.turn_by_radians(half_span_s * (state.rotor.rate_rad_s - rate));
-        state.pressed = push_m_s2.map(|push| push > T::zero());
-        ledger.motion(here, span.part, push_m_s2);
+        motion.rotor.angle.turn_by_radians(half_span_s * (motion.rotor.rate_rad_s - rate));
+        motion.pressed = push_m_s2.map(|push| push > T::zero());
+        ledger.motion(&before.under(forcing), span.part, push_m_s2);
         ledger.pressed(
-            self.gaps_m(&here.modes, &here.rotor),
-            self.gaps_m(&state.modes, &state.rotor),
+            self.gaps_m(&before.modes, &before.rotor),
+            self.gaps_m(&motion.modes, &motion.rotor),
             push_m_s2,
             &dragged,
         );
-        self.join(state, push_m_s2, before_end_s, impacts, ledger);
+        if motion.pressed != [true; 2] {
+            self.join(forcing, &to, motion, push_m_s2, before_end_s, impacts, ledger);
+        }
+        to
     }
 
     /// A pair that has come up while the other lies pressed stays if it would be back at once; otherwise it strikes, and both let go.
+    #[expect(clippy::too_many_arguments, reason = "what an impact is made of, and who watches")]
     fn join<L: Ledger<T>>(
         &self,
-        state: &mut MotorState<T>,
+        forcing: &Forcing<T>,
+        phasor: &Phasor<T>,
+        motion: &mut Motion<T>,
         push_m_s2: [T; 2],
         before_end_s: T,
         impacts: &mut Impacts<T>,
         ledger: &mut L,
     ) {
         let ([first, second], [push_0, push_1]) = (&self.teeth, push_m_s2);
-        let pushed = first.recoil * push_0 + second.recoil * push_1;
-        let phasor = state.forcing.phasor(state.phase);
-        let [gap_0, gap_1] = self.gap_states(state, &phasor);
-        for (pair, tooth, gap) in [(0, first, gap_0), (1, second, gap_1)] {
-            let lies = Self::lies(pair, state);
-            let meets = gap.gap_m <= T::zero() && gap.rate_m_s < T::zero();
-            if lies || !meets || impacts.is_full() {
+        let ([gap_0, gap_1], [rate_0, rate_1]) =
+            (self.gaps_m(&motion.modes, &motion.rotor), self.gap_rates_m_s(motion));
+        for (pair, tooth, gap_m, rate_m_s) in [(0, first, gap_0, rate_0), (1, second, gap_1, rate_1)] {
+            let meets = gap_m <= T::zero() && rate_m_s < T::zero();
+            if motion.lies(pair) || !meets || impacts.is_full() {
                 continue;
             }
-            let rebound_m_s = -gap.rate_m_s * self.impact_law.restitution();
-            let acceleration_m_s2 = gap.acceleration_m_s2 + push_0 + push_1 + tooth.shape.dot(&pushed);
+            let rebound_m_s = -rate_m_s * self.impact_law.restitution();
+            let [free_0, free_1] = self.gap_states(motion, forcing, phasor);
+            let free_m_s2 = (if pair == 0 { free_0 } else { free_1 }).acceleration_m_s2;
+            let pushed = first.recoil * push_0 + second.recoil * push_1;
+            let pushed_m_s2 = free_m_s2 + push_0 + push_1 + tooth.over(&pushed);
             // Under the push of the pair that lies, or once that has let go.
             let brief =
                 |acceleration_m_s2| self.is_brief(rebound_m_s, acceleration_m_s2, self.press.join_flight);
-            if brief(acceleration_m_s2) || brief(gap.acceleration_m_s2) {
-                Self::lay(pair, state);
+            if brief(pushed_m_s2) || brief(free_m_s2) {
+                motion.lay(pair);
             } else {
-                self.strike(pair, tooth, gap.gap_m, before_end_s, state, impacts, ledger);
-                state.pressed = [false; 2];
-                state.rotor.height_m -= gap.gap_m;
-                ledger.lift(-gap.gap_m);
+                self.strike(pair, tooth, gap_m, before_end_s, forcing, motion, impacts, ledger);
+                motion.pressed = [false; 2];
+                motion.rotor.height_m -= gap_m;
+                ledger.lift(-gap_m);
                 return;
             }
         }
-    }
-
-    fn lies(pair: u8, state: &MotorState<T>) -> bool {
-        let [first, second] = state.pressed;
-        if pair == 0 { first } else { second }
-    }
-
-    /// From now on `pair` lies pressed.
-    pub(super) fn lay(pair: u8, state: &mut MotorState<T>) {
-        let [first, second] = &mut state.pressed;
-        *(if pair == 0 { first } else { second }) = true;
     }
 
     /// Whether a flight that begins with `rate_m_s` under `acceleration_m_s2` is over within the fraction `part` of a step.
@@ -272,7 +316,7 @@ mod tests {
             takes_part in prop::array::uniform2(any::<bool>())
         ) {
             let response = [[diagonal[0], cross], [cross, diagonal[1]]];
-            let a = pushes(c, response, takes_part);
+            let a = Response::new(response).pushes(c, takes_part);
             for p in 0..2 {
                 let left = c[p] + response[p][0] * a[0] + response[p][1] * a[1];
                 prop_assert!(a[p] >= 0.0);

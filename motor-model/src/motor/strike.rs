@@ -1,9 +1,10 @@
 //! One impact, and the rule that notices impacts at the end of the step.
 
-use super::{IMPACTS_PER_STEP_MAX, Impacts, Motor, MotorState};
+use super::{IMPACTS_PER_STEP_MAX, Impacts, Motion, Motor};
 use crate::energy::Ledger;
 use crate::impact::Impact;
 use crate::math::Real;
+use crate::modes::Forcing;
 use crate::rotor::RotorJump;
 use crate::teeth::ToothPair;
 
@@ -14,7 +15,8 @@ impl<T: Real> Motor<T> {
     /// lift's energy has its own line in the ledger.
     pub(super) fn strike_at_end<L: Ledger<T>>(
         &self,
-        state: &mut MotorState<T>,
+        forcing: &Forcing<T>,
+        motion: &mut Motion<T>,
         [first, second]: [T; 2],
         impacts: &mut Impacts<T>,
         ledger: &mut L,
@@ -24,11 +26,11 @@ impl<T: Real> Motor<T> {
         let [deeper, other] = if second < first { [one, zero] } else { [zero, one] };
         for (pair, tooth, gap_m) in [deeper, other] {
             if gap_m <= T::zero() {
-                self.strike(pair, tooth, gap_m, T::zero(), state, impacts, ledger);
+                self.strike(pair, tooth, gap_m, T::zero(), forcing, motion, impacts, ledger);
             }
         }
         let (_, _, deepest_m) = deeper;
-        state.rotor.height_m -= deepest_m;
+        motion.rotor.height_m -= deepest_m;
         ledger.lift(-deepest_m);
     }
 
@@ -40,16 +42,17 @@ impl<T: Real> Motor<T> {
         tooth: &ToothPair<T>,
         gap_m: T,
         before_end_s: T,
-        state: &mut MotorState<T>,
+        forcing: &Forcing<T>,
+        motion: &mut Motion<T>,
         impacts: &mut Impacts<T>,
         ledger: &mut L,
     ) -> Option<RotorJump<T>> {
-        let approach_m_s = tooth.vertical_velocity(&state.modes) - state.rotor.velocity_m_s;
+        let approach_m_s = tooth.vertical_velocity(&motion.modes) - motion.rotor.velocity_m_s;
         if approach_m_s <= T::zero() {
             return None;
         }
-        let before = *state;
-        let impulse = self.impact_law.strike(tooth, approach_m_s, &mut state.modes, &mut state.rotor);
+        let before = *motion;
+        let impulse = self.impact_law.strike(tooth, approach_m_s, &mut motion.modes, &mut motion.rotor);
         let impact = Impact {
             pair,
             before_end_s,
@@ -59,7 +62,7 @@ impl<T: Real> Motor<T> {
             tangential_impulse_n_s: impulse.tangential_n_s,
             gap_m,
         };
-        ledger.impact(&before, state, &impact);
+        ledger.impact(&before.under(forcing), &motion.under(forcing), &impact);
         // The callers make at most as many impacts as fit.
         let _ = impacts.push(impact);
         Some(impulse.jump)
@@ -68,14 +71,15 @@ impl<T: Real> Motor<T> {
     /// What the search missed by rounding is caught by the end-of-step rule, as far as there is room for its record.
     pub(super) fn catch_at_end<L: Ledger<T>>(
         &self,
-        state: &mut MotorState<T>,
+        forcing: &Forcing<T>,
+        motion: &mut Motion<T>,
         impacts: &mut Impacts<T>,
         ledger: &mut L,
     ) {
-        let gaps_m = self.gaps_m(&state.modes, &state.rotor);
+        let gaps_m = self.gaps_m(&motion.modes, &motion.rotor);
         let [first, second] = gaps_m;
         if (first < T::zero() || second < T::zero()) && impacts.len() + 2 <= IMPACTS_PER_STEP_MAX {
-            self.strike_at_end(state, gaps_m, impacts, ledger);
+            self.strike_at_end(forcing, motion, gaps_m, impacts, ledger);
         }
     }
 }
