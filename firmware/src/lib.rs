@@ -1,6 +1,7 @@
 //! The microcontroller's program, as far as it does not depend on a board: the same code runs on the host, where tests call it.
 //!
 //! - [`parity`]: fixed runs of the `f32` twin and of the whole loop, and the digests of their bits, equal on every machine.
+//! - [`instructions`]: what each operation of the twin, the filter and the loop takes, in instructions.
 //!
 //! The programs are in `src/bin`. Each also builds for the host and prints the same lines there, so `cargo run -p firmware` shows what
 //! `cargo run -p firmware --release --target thumbv7em-none-eabihf` must print from QEMU.
@@ -18,4 +19,5 @@
     )
 )]
 
+pub mod instructions;
 pub mod parity;

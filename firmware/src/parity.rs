@@ -10,4 +10,5 @@ mod position;
 mod twin;
 
 pub use position::LoopRun;
+pub(crate) use position::{Instruments, follow_loop};
 pub use twin::TwinRun;

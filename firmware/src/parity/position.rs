@@ -54,7 +54,7 @@ impl LoopRun {
     pub fn compute() -> Result<Self, OutOfBounds> {
         let mut digest = Digest::default();
         let mut ticks = 0;
-        let end = follow(|report, state| {
+        let end = follow_loop(tick, |report, state| {
             digest.report(report);
             digest.state(state);
             ticks += 1;
@@ -72,8 +72,12 @@ impl fmt::Display for LoopRun {
     }
 }
 
-/// Positions the twin, shows `observe` each report and the state that it was made from, and returns the last state.
-fn follow(mut observe: impl FnMut(&Report, &MotorState<f32>)) -> Result<MotorState<f32>, OutOfBounds> {
+/// Positions the twin, each time by `tick_once`, shows `observe` each report and the state that it was made from, and returns the last
+/// state.
+pub(crate) fn follow_loop(
+    mut tick_once: impl FnMut(&mut PositionLoop, Time, &mut Instruments) -> Report,
+    mut observe: impl FnMut(&Report, &MotorState<f32>),
+) -> Result<MotorState<f32>, OutOfBounds> {
     #[expect(clippy::cast_precision_loss, reason = "10,000 is exact")]
     let step_s = PositionLoop::TICK_NANOS as f64 * 1e-9;
     // Only with located impacts does the rotor come to rest at this step.
@@ -89,7 +93,7 @@ fn follow(mut observe: impl FnMut(&Report, &MotorState<f32>)) -> Result<MotorSta
         for _ in 0..TICKS_PER_TARGET {
             let now = Time::from_nanos(ticks * PositionLoop::TICK_NANOS);
             instruments.look(&state, ticks, now);
-            let report = tick(&mut position_loop, now, &mut instruments);
+            let report = tick_once(&mut position_loop, now, &mut instruments);
             observe(&report, &state);
             motor.step(&mut state, report.applied);
             ticks += 1;
@@ -100,7 +104,7 @@ fn follow(mut observe: impl FnMut(&Report, &MotorState<f32>)) -> Result<MotorSta
 
 /// Camera and vibrometer on the twin, and an amplifier that does as it is told.
 #[derive(Default)]
-struct Instruments {
+pub(crate) struct Instruments {
     /// The newest frame, still on its way.
     exposed: Option<CameraFrame>,
     /// The frame before it, arrived and not yet taken.
@@ -155,7 +159,7 @@ mod tests {
     #[test]
     fn law_the_run_reaches_what_the_loop_can_do() {
         let (mut modes, mut phases, mut verdicts) = ([0; 2], [0; 3], [0; 4]);
-        follow(|report, _| {
+        follow_loop(tick, |report, _| {
             match report.applied.mode() {
                 Some(DriveMode::B) => modes[0] += 1,
                 Some(DriveMode::C) => modes[1] += 1,

@@ -1,0 +1,127 @@
+//! What the filter and the rest detector do with a measurement.
+
+use core::hint::black_box;
+
+use estimator::{
+    CameraFrame, ConstantRate, ConstantRateTuning, Estimate, Innovation, LdvSample, Motion, RestDetector,
+    RestTuning,
+};
+use motor_model::{Angle, DriveMode, Time};
+
+use super::{Count, InstructionTimer, Meter};
+
+/// Time between frames: 10,000 a second.
+const FRAME_NANOS: u64 = 100_000;
+
+/// Age of a frame when it is used.
+const LATENCY_NANOS: u64 = 100_000;
+
+/// Frames of a run.
+const FRAMES: u16 = 10_000;
+
+/// Frames after which the filter has settled.
+const SETTLING_FRAMES: u16 = 100;
+
+/// What a rotor at 10 rad/s turns from frame to frame, in units of 2^-32 turn.
+const TURNED_UNITS: i64 = 683_565;
+
+/// Twenty degrees: further off than any gate lets pass.
+const OUTLIER: Angle = Angle::from_units(238_609_294);
+
+/// Samples of the vibrometer, 200,000 a second.
+const LDV_SAMPLES: u16 = 10_000;
+const LDV_NANOS: u64 = 5_000;
+
+pub(super) fn count(meter: &Meter<'_, impl InstructionTimer>, report: &mut impl FnMut(Count)) {
+    turning(meter, report);
+    report(at_rest(meter));
+    report(vibrometer(meter));
+}
+
+#[inline(never)]
+fn predict(filter: &ConstantRate<f32>, now: Time, motion: Motion) -> Option<Estimate<f32>> {
+    filter.estimate(now, motion)
+}
+
+#[inline(never)]
+fn update(filter: &mut ConstantRate<f32>, frame: &CameraFrame, motion: Motion) -> Innovation<f32> {
+    filter.update_camera(frame, motion)
+}
+
+#[inline(never)]
+fn update_and_predict(
+    filter: &mut ConstantRate<f32>,
+    frame: &CameraFrame,
+    now: Time,
+    motion: Motion,
+) -> Option<Estimate<f32>> {
+    filter.update_camera(frame, motion);
+    filter.estimate(now, motion)
+}
+
+#[inline(never)]
+fn observe(detector: &mut RestDetector<f32>, sample: &LdvSample) -> bool {
+    detector.observe(sample)
+}
+
+/// A driven rotor at constant rate: each frame is used, refused, and used again, on copies of the filter.
+fn turning(meter: &Meter<'_, impl InstructionTimer>, report: &mut impl FnMut(Count)) {
+    let motion = Motion::Struck(DriveMode::B);
+    let mut filter = ConstantRate::new(ConstantRateTuning::default());
+    let mut used = Count::of("camera_frame_used");
+    let mut refused = Count::of("camera_frame_refused");
+    let mut repeated = Count::of("camera_frame_repeated");
+    let mut predicted = Count::of("prediction");
+    let mut both = Count::of("camera_frame_used_and_prediction");
+    for n in 1..=FRAMES {
+        let exposed_at = Time::from_nanos(u64::from(n) * FRAME_NANOS);
+        let now = black_box(exposed_at.plus_nanos(LATENCY_NANOS));
+        let angle = Angle::from_units(i64::from(n) * TURNED_UNITS).wrapped();
+        let frame = black_box(CameraFrame { exposed_at, angle });
+        let outlier = black_box(CameraFrame { exposed_at, angle: angle.plus(OUTLIER).wrapped() });
+        let motion = black_box(motion);
+        if n <= SETTLING_FRAMES {
+            black_box(update(&mut filter, &frame, motion));
+            continue;
+        }
+        let mut copy = black_box(filter);
+        black_box(refused.sample(meter, || update(&mut copy, &outlier, motion)));
+        let mut copy = black_box(filter);
+        black_box(both.sample(meter, || update_and_predict(&mut copy, &frame, now, motion)));
+        black_box(used.sample(meter, || update(&mut filter, &frame, motion)));
+        black_box(predicted.sample(meter, || predict(&filter, now, motion)));
+        let mut copy = black_box(filter);
+        black_box(repeated.sample(meter, || update(&mut copy, &frame, motion)));
+    }
+    [used, refused, repeated, predicted, both].into_iter().for_each(report);
+}
+
+/// A rotor that lies still: the update of its rate comes on top.
+fn at_rest(meter: &Meter<'_, impl InstructionTimer>) -> Count {
+    let mut filter = ConstantRate::new(ConstantRateTuning::default());
+    let mut count = Count::of("camera_frame_used_at_rest");
+    for n in 1..=FRAMES {
+        let exposed_at = Time::from_nanos(u64::from(n) * FRAME_NANOS);
+        let frame = black_box(CameraFrame { exposed_at, angle: Angle::from_units(TURNED_UNITS) });
+        let motion = black_box(Motion::Quiet);
+        if n <= SETTLING_FRAMES {
+            black_box(update(&mut filter, &frame, motion));
+        } else {
+            black_box(count.sample(meter, || update(&mut filter, &frame, motion)));
+        }
+    }
+    count
+}
+
+/// A rotor that falls quiet half way.
+fn vibrometer(meter: &Meter<'_, impl InstructionTimer>) -> Count {
+    let mut detector = RestDetector::new(&RestTuning::default());
+    let mut count = Count::of("vibrometer_sample");
+    for n in 1..=LDV_SAMPLES {
+        let taken_at = Time::from_nanos(u64::from(n) * LDV_NANOS);
+        let sample =
+            black_box(LdvSample { taken_at, velocity_m_s: if n < LDV_SAMPLES / 2 { 0.1 } else { 1e-5 } });
+        black_box(count.sample(meter, || observe(&mut detector, &sample)));
+    }
+    count
+}

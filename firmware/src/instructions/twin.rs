@@ -1,0 +1,107 @@
+//! A step of the twin, in every situation that it meets.
+
+use core::hint::black_box;
+
+use motor_model::{
+    DriveCommand, DriveMode, ImpactRule, Impacts, Motor, MotorParams, MotorSetup, MotorState, OutOfBounds,
+};
+
+use super::{Count, InstructionTimer, Meter};
+
+/// The twin's step in s.
+const STEP_S: f64 = 10e-6;
+
+/// 0.3 s: the resonances and the rotor have settled.
+const SETTLING_STEPS: u32 = 30_000;
+
+/// 1 s of steady motion.
+const STEPS: u32 = 100_000;
+
+/// 0.1 s of flight.
+const STEPS_ALOFT: u32 = 10_000;
+
+/// Far above the teeth: a rotor falls 5 cm in 0.1 s.
+const ALOFT_M: f32 = 1.0;
+
+pub(super) fn count(
+    meter: &Meter<'_, impl InstructionTimer>,
+    report: &mut impl FnMut(Count),
+) -> Result<(), OutOfBounds> {
+    let (b, c) = (DriveCommand::full(DriveMode::B), DriveCommand::full(DriveMode::C));
+    let walk = |mode| DriveCommand::try_new(mode, 0.3);
+
+    let located = motor(ImpactRule::Located)?;
+    report(aloft(meter, "located_step_aloft", &located, [c; 2]));
+    report(aloft(meter, "located_step_new_command_aloft", &located, [b, c]));
+    report(steady(meter, "located_step_b", &located, b));
+    report(steady(meter, "located_step_c", &located, c));
+    report(steady(meter, "located_step_b_0.3", &located, walk(DriveMode::B)?));
+    report(steady(meter, "located_step_c_0.3", &located, walk(DriveMode::C)?));
+    report(steady(meter, "located_step_at_rest", &located, DriveCommand::OFF));
+
+    let at_end = motor(ImpactRule::EndOfStep)?;
+    report(aloft(meter, "end_of_step_aloft", &at_end, [c; 2]));
+    report(steady(meter, "end_of_step_b", &at_end, b));
+    report(steady(meter, "end_of_step_c", &at_end, c));
+    Ok(())
+}
+
+fn motor(impact_rule: ImpactRule) -> Result<Motor<f32>, OutOfBounds> {
+    let setup = MotorSetup { impact_rule, ..MotorSetup::with_step(STEP_S) };
+    Motor::try_new(&MotorParams::nominal(), &setup)
+}
+
+/// What is counted: one step, compiled once for all situations.
+#[inline(never)]
+fn step(motor: &Motor<f32>, state: &mut MotorState<f32>, command: DriveCommand) -> Impacts<f32> {
+    motor.step(state, command)
+}
+
+/// Steps without impact, under two commands in turn.
+fn aloft(
+    meter: &Meter<'_, impl InstructionTimer>,
+    operation: &'static str,
+    motor: &Motor<f32>,
+    commands: [DriveCommand; 2],
+) -> Count {
+    let mut state = MotorState::default();
+    state.rotor.height_m = ALOFT_M;
+    let [first, second] = commands;
+    step(motor, &mut state, black_box(first));
+    let mut count = Count::of(operation);
+    for _ in 0..STEPS_ALOFT / 2 {
+        for command in [second, first] {
+            sample(meter, &mut count, motor, &mut state, command);
+        }
+    }
+    count
+}
+
+/// Steps of steady motion under one command.
+fn steady(
+    meter: &Meter<'_, impl InstructionTimer>,
+    operation: &'static str,
+    motor: &Motor<f32>,
+    command: DriveCommand,
+) -> Count {
+    let mut state = MotorState::default();
+    for _ in 0..SETTLING_STEPS {
+        black_box(step(motor, &mut state, black_box(command)));
+    }
+    let mut count = Count::of(operation);
+    for _ in 0..STEPS {
+        sample(meter, &mut count, motor, &mut state, command);
+    }
+    count
+}
+
+fn sample(
+    meter: &Meter<'_, impl InstructionTimer>,
+    count: &mut Count,
+    motor: &Motor<f32>,
+    state: &mut MotorState<f32>,
+    command: DriveCommand,
+) {
+    let (motor, command) = (black_box(motor), black_box(command));
+    black_box(count.sample(meter, || step(motor, state, command)));
+}
