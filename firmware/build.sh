@@ -1,7 +1,9 @@
 #!/usr/bin/env bash
 # Builds the microcontroller's programs; the last line on standard output is the path of the ELF.
 #
-#   firmware/build.sh
+#   firmware/build.sh [PROGRAM]
+#
+# PROGRAM is the one whose ELF is named: parity, if none is given, or instructions.
 #
 # A Rust that can build for the target is sought in this order, each attempt of bounded time:
 #
@@ -14,7 +16,7 @@ set -euo pipefail
 cd "$(dirname "$0")/.."
 
 target=thumbv7em-none-eabihf
-program=parity
+program=${1:-parity}
 wanted=${FIRMWARE_TOOLCHAIN:-any}
 target_dir=$(cargo metadata --no-deps --format-version 1 | sed -n 's/.*"target_directory":"\([^"]*\)".*/\1/p')
 
@@ -65,6 +67,11 @@ build_with_debian() {
         PATH="/usr/bin:$PATH" RUSTC=/usr/bin/rustc RUSTC_BOOTSTRAP=1 CARGO_UNSTABLE_BUILD_STD=core \
         CARGO_TARGET_DIR="$target_dir" CARGO_TARGET_THUMBV7EM_NONE_EABIHF_LINKER="$linker" /usr/bin/cargo
 }
+
+if [[ ! -f firmware/src/bin/$program.rs ]]; then
+    say "$program: no such program in firmware/src/bin"
+    exit 2
+fi
 
 case $wanted in
 any | installed | rustup | debian) ;;

@@ -66,14 +66,10 @@ impl Count {
         Self { operation, samples: 0, total: 0, max: 0 }
     }
 
-    /// Runs `operation` once more and counts it.
-    #[inline]
-    fn sample<R>(&mut self, meter: &Meter<'_, impl InstructionTimer>, operation: impl FnOnce() -> R) -> R {
-        let (result, instructions) = meter.instructions(operation);
+    fn add(&mut self, instructions: u32) {
         self.samples += 1;
         self.total += u64::from(instructions);
         self.max = self.max.max(instructions);
-        result
     }
 }
 
@@ -90,6 +86,7 @@ impl<'a, C: InstructionTimer> Meter<'a, C> {
         Self { timer, reading }
     }
 
+    /// Runs `operation` once: what it returned, and its instructions.
     #[inline]
     fn instructions<R>(&self, operation: impl FnOnce() -> R) -> (R, u32) {
         let start = self.timer.ticks();
@@ -115,4 +112,94 @@ pub fn count_all(timer: &impl InstructionTimer, mut report: impl FnMut(Count)) -
     twin::count(&meter, &mut report)?;
     estimation::count(&meter, &mut report);
     position::count(&meter, &mut report)
+}
+
+#[cfg(test)]
+mod tests {
+    extern crate std;
+
+    use core::cell::Cell;
+    use std::vec::Vec;
+
+    use super::*;
+
+    /// Virtual time in ns, which a reading and a loop pass.
+    struct Virtual(Cell<u64>);
+
+    impl Virtual {
+        fn execute(&self, instructions: u32) {
+            self.0.set(self.0.get() + u64::from(instructions * INSTRUCTION_NANOS));
+        }
+    }
+
+    impl InstructionTimer for Virtual {
+        #[expect(clippy::cast_possible_truncation, reason = "24 bits are kept")]
+        fn ticks(&self) -> u32 {
+            self.execute(6);
+            0_u32.wrapping_sub((self.0.get() / u64::from(TICK_NANOS)) as u32) & TICKS_MASK
+        }
+
+        fn turn(&self, turns: u32) {
+            self.execute(2 * turns + 7);
+        }
+    }
+
+    /// Whatever the fraction of a tick and wherever the timer starts again.
+    #[test]
+    fn exact_instructions_from_any_instant() {
+        for start in (0..3).chain([671_088_600, 671_088_639]) {
+            let timer = Virtual(Cell::new(start));
+            let meter = Meter::new(&timer);
+            assert_eq!(meter.reading, 6);
+            for turns in [1, 2, 10, 1000, 100_000, 300_000] {
+                let ((), instructions) = meter.instructions(|| timer.turn(turns));
+                assert_eq!(instructions, 2 * turns + 7);
+            }
+        }
+    }
+
+    #[test]
+    fn exact_sums() {
+        let mut count = Count::of("a");
+        for instructions in [7, 9, 8] {
+            count.add(instructions);
+        }
+        assert_eq!(count, Count { operation: "a", samples: 3, total: 24, max: 9 });
+        assert_eq!(std::format!("{count}"), "a 3 24 9");
+    }
+
+    /// Each operation is what it is called - aloft without impact, refused, at rest - as often as it was meant to be.
+    #[test]
+    fn law_every_operation_is_reached_and_only_loops_take_this_timers_time() {
+        let mut counts = Vec::new();
+        count_all(&Virtual(Cell::new(0)), |count| counts.push(count)).unwrap();
+        let samples = |operation: &str| {
+            counts.iter().filter(|count| count.operation == operation).map(|count| count.samples).sum::<u32>()
+        };
+        for (operation, expected) in [
+            ("located_step_aloft", 10_000),
+            ("located_step_aloft_new_command", 10_000),
+            ("end_of_step_aloft", 10_000),
+            ("located_step_at_rest", 100_000),
+            ("located_step_c", 100_000),
+            ("camera_frame_used", 9900),
+            ("camera_frame_refused", 9900),
+            ("camera_frame_repeated", 9900),
+            ("prediction", 9900),
+            ("vibrometer_sample", 10_000),
+            ("loop_tick", 30_000),
+        ] {
+            assert_eq!(samples(operation), expected, "{operation}");
+        }
+        // 20 frames make a rest.
+        assert!(samples("camera_frame_used_at_rest") > 9000);
+        for Count { operation, samples, total, max } in counts {
+            let expected = match operation {
+                "loop_of_1000_turns" => 2007,
+                "loop_of_10000_turns" => 20_007,
+                _ => 0,
+            };
+            assert_eq!((max, total), (expected, u64::from(samples * expected)), "{operation}");
+        }
+    }
 }

@@ -13,6 +13,7 @@ use indicatif::{ProgressBar, ProgressStyle};
 
 use crate::error::CommandError;
 use crate::export::OutputFolder;
+use crate::instructions::{self, Board, Listing};
 use crate::position;
 use crate::record::Record;
 use crate::scene::Scene;
@@ -36,6 +37,8 @@ enum Command {
     Position(PositionArgs),
     /// Simulate the published tables and figures again and set them side by side
     Reproduce(ReproduceArgs),
+    /// Count the instructions of each operation on an emulated microcontroller.
+    Instructions(InstructionsArgs),
     /// List every key that --set and scene files take.
     Keys,
 }
@@ -211,6 +214,40 @@ impl ReproduceArgs {
     }
 }
 
+#[derive(Debug, Args)]
+struct InstructionsArgs {
+    /// Board to emulate
+    #[arg(long, value_enum, default_value_t)]
+    board: Board,
+    /// Program to run, instead of building it
+    #[arg(long, value_name = "FILE")]
+    elf: Option<PathBuf>,
+    /// Write the counts as JSON, as tests/qemu keeps them
+    #[arg(long, value_name = "FILE.json")]
+    out: Option<PathBuf>,
+    /// How to print the result
+    #[arg(long, value_enum, default_value = "text")]
+    format: Format,
+}
+
+impl InstructionsArgs {
+    fn execute(&self) -> Result<(), CommandError> {
+        let file = self.out.as_deref().map(export::Output::create).transpose()?;
+        instructions::emulator::check()?;
+        let elf = self.elf.clone().map_or_else(instructions::program::build, Ok)?;
+        let listing = Listing::parse(&instructions::emulator::run(&elf, self.board)?)?;
+        let report = instructions::Report::new(self.board, listing)?;
+        if let Some(mut file) = file {
+            file.write_all(report.json().as_bytes()).map_err(|source| file.unwritable(source))?;
+            file.publish()?;
+        }
+        export::print(&match self.format {
+            Format::Text => report.to_string(),
+            Format::Json => report.json(),
+        })
+    }
+}
+
 fn progress_style() -> ProgressStyle {
     let template = "{bar:40} {percent:>3} %, {eta} to go";
     ProgressStyle::with_template(template).unwrap_or_else(|_| ProgressStyle::default_bar())
@@ -222,6 +259,7 @@ impl Command {
             Self::Simulate(args) => args.execute(),
             Self::Position(args) => args.execute(),
             Self::Reproduce(args) => args.execute(),
+            Self::Instructions(args) => args.execute(),
             Self::Keys => export::print(&keys::table()),
         }
     }

@@ -5,6 +5,8 @@ use std::path::PathBuf;
 
 use motor_model::OutOfBounds;
 
+use crate::instructions::ListingError;
+
 /// Why a command stopped.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
@@ -121,6 +123,33 @@ pub enum CommandError {
         /// Simulated time.
         time_s: f64,
     },
+    /// A program that this command needs and that cannot be started.
+    #[error("cannot run {tool}: {source}")]
+    NoTool {
+        /// The program.
+        tool: &'static str,
+        /// What the system said.
+        source: io::Error,
+    },
+    /// A program that ended in failure.
+    #[error("{tool} failed, {complaint}")]
+    ToolFailed {
+        /// The program.
+        tool: &'static str,
+        /// Its status, and the last thing that it said.
+        complaint: String,
+    },
+    /// A program that did not end, and was killed.
+    #[error("{tool} did not end within {limit_s} s")]
+    ToolTooSlow {
+        /// The program.
+        tool: &'static str,
+        /// Time that it had.
+        limit_s: f64,
+    },
+    /// Instruction counts that are none.
+    #[error("the emulated program printed no instruction counts: {0}")]
+    Listing(#[from] ListingError),
 }
 
 impl CommandError {
@@ -134,6 +163,13 @@ impl CommandError {
             Self::InFile { source, .. } => source.hint(),
             Self::Diverged { .. } => {
                 Some("a smaller simulate.step_s, or parameters nearer to nominal".to_owned())
+            }
+            Self::NoTool { tool: "firmware/build.sh", .. } => {
+                Some("--elf FILE names a program that is built already".to_owned())
+            }
+            Self::NoTool { .. } => Some("tests/run.sh installs it".to_owned()),
+            Self::Listing(_) => {
+                Some("`firmware/build.sh instructions` builds the program that prints them".to_owned())
             }
             _ => None,
         }

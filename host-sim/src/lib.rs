@@ -11,6 +11,7 @@
 //! | [`statistics`], [`spectrum`] | what is said of a run: mean and spread, the largest spectral line |
 //! | [`record`] | a run written down, one row every 50 us |
 //! | [`reproduce`] | the published tables and figures beside ours, with verdicts |
+//! | [`instructions`] | what the operations of the firmware take, counted on an emulated microcontroller |
 //! | [`chart`] | pictures as SVG |
 //! | [`export`] | files that appear whole or not at all |
 //! | [`keys`], [`cli`], [`error`] | the command itself |
@@ -23,6 +24,7 @@ pub mod cli;
 pub mod closed_loop;
 pub mod error;
 pub mod export;
+pub mod instructions;
 pub mod instruments;
 pub mod keys;
 pub mod plant;

@@ -1,4 +1,7 @@
-//! The microcontroller's program, built for it and run on an emulated one, against the same code on the host.
+//! The microcontroller's programs, built for it and run on an emulated one: the bits against the same code on the host, the instructions
+//! against counts that were reviewed.
+
+mod instructions;
 
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};

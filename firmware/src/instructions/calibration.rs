@@ -11,13 +11,15 @@ const SAMPLES: u32 = 100;
 pub(super) fn count(meter: &Meter<'_, impl InstructionTimer>, report: &mut impl FnMut(Count)) {
     let mut nothing = Count::of("nothing");
     for _ in 0..SAMPLES {
-        nothing.sample(meter, || ());
+        let ((), instructions) = meter.instructions(|| ());
+        nothing.add(instructions);
     }
     report(nothing);
     for (operation, turns) in TURNS {
         let mut count = Count::of(operation);
         for _ in 0..SAMPLES {
-            count.sample(meter, || meter.timer.turn(turns));
+            let ((), instructions) = meter.instructions(|| meter.timer.turn(turns));
+            count.add(instructions);
         }
         report(count);
     }

@@ -3,8 +3,8 @@
 use core::hint::black_box;
 
 use estimator::{
-    CameraFrame, ConstantRate, ConstantRateTuning, Estimate, Innovation, LdvSample, Motion, RestDetector,
-    RestTuning,
+    CameraFrame, ConstantRate, ConstantRateTuning, Estimate, Innovation, LdvSample, Motion, Rejection,
+    RestDetector, RestTuning, Verdict,
 };
 use motor_model::{Angle, DriveMode, Time};
 
@@ -64,9 +64,9 @@ fn observe(detector: &mut RestDetector<f32>, sample: &LdvSample) -> bool {
     detector.observe(sample)
 }
 
-/// A driven rotor at constant rate: each frame is used, refused, and used again, on copies of the filter.
+/// A driven rotor at constant rate. Each frame comes three times, first spoilt, then as it is, then once more, and is counted by what the
+/// filter made of it.
 fn turning(meter: &Meter<'_, impl InstructionTimer>, report: &mut impl FnMut(Count)) {
-    let motion = Motion::Struck(DriveMode::B);
     let mut filter = ConstantRate::new(ConstantRateTuning::default());
     let mut used = Count::of("camera_frame_used");
     let mut refused = Count::of("camera_frame_refused");
@@ -79,19 +79,34 @@ fn turning(meter: &Meter<'_, impl InstructionTimer>, report: &mut impl FnMut(Cou
         let angle = Angle::from_units(i64::from(n) * TURNED_UNITS).wrapped();
         let frame = black_box(CameraFrame { exposed_at, angle });
         let outlier = black_box(CameraFrame { exposed_at, angle: angle.plus(OUTLIER).wrapped() });
-        let motion = black_box(motion);
+        let motion = black_box(Motion::Struck(DriveMode::B));
         if n <= SETTLING_FRAMES {
             black_box(update(&mut filter, &frame, motion));
             continue;
         }
         let mut copy = black_box(filter);
-        black_box(refused.sample(meter, || update(&mut copy, &outlier, motion)));
+        let (estimate, instructions) =
+            meter.instructions(|| update_and_predict(&mut copy, &frame, now, motion));
+        if black_box(estimate).is_some() {
+            both.add(instructions);
+        }
+        // A refusal widens the variance: on a copy.
         let mut copy = black_box(filter);
-        black_box(both.sample(meter, || update_and_predict(&mut copy, &frame, now, motion)));
-        black_box(used.sample(meter, || update(&mut filter, &frame, motion)));
-        black_box(predicted.sample(meter, || predict(&filter, now, motion)));
-        let mut copy = black_box(filter);
-        black_box(repeated.sample(meter, || update(&mut copy, &frame, motion)));
+        let spoilt = meter.instructions(|| update(&mut copy, &outlier, motion));
+        let whole = meter.instructions(|| update(&mut filter, &frame, motion));
+        let again = meter.instructions(|| update(&mut filter, &frame, motion));
+        for (innovation, instructions) in black_box([spoilt, whole, again]) {
+            match innovation.verdict {
+                Verdict::Used => used.add(instructions),
+                Verdict::Rejected(Rejection::Gate) => refused.add(instructions),
+                Verdict::Rejected(Rejection::NotNewer) => repeated.add(instructions),
+                Verdict::Restarted => (),
+            }
+        }
+        let (estimate, instructions) = meter.instructions(|| predict(&filter, now, motion));
+        if black_box(estimate).is_some() {
+            predicted.add(instructions);
+        }
     }
     [used, refused, repeated, predicted, both].into_iter().for_each(report);
 }
@@ -104,10 +119,9 @@ fn at_rest(meter: &Meter<'_, impl InstructionTimer>) -> Count {
         let exposed_at = Time::from_nanos(u64::from(n) * FRAME_NANOS);
         let frame = black_box(CameraFrame { exposed_at, angle: Angle::from_units(TURNED_UNITS) });
         let motion = black_box(Motion::Quiet);
-        if n <= SETTLING_FRAMES {
-            black_box(update(&mut filter, &frame, motion));
-        } else {
-            black_box(count.sample(meter, || update(&mut filter, &frame, motion)));
+        let (_, instructions) = black_box(meter.instructions(|| update(&mut filter, &frame, motion)));
+        if filter.estimate(exposed_at, motion).is_some_and(|estimate| estimate.resting) {
+            count.add(instructions);
         }
     }
     count
@@ -121,7 +135,10 @@ fn vibrometer(meter: &Meter<'_, impl InstructionTimer>) -> Count {
         let taken_at = Time::from_nanos(u64::from(n) * LDV_NANOS);
         let sample =
             black_box(LdvSample { taken_at, velocity_m_s: if n < LDV_SAMPLES / 2 { 0.1 } else { 1e-5 } });
-        black_box(count.sample(meter, || observe(&mut detector, &sample)));
+        let (used, instructions) = meter.instructions(|| observe(&mut detector, &sample));
+        if black_box(used) {
+            count.add(instructions);
+        }
     }
     count
 }

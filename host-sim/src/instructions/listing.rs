@@ -1,0 +1,258 @@
+//! What the emulated program printed: `compiler` and the compiler's name, then `operation samples total max` a line.
+
+use std::collections::HashSet;
+
+/// What an operation took.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Count {
+    /// Name of the operation: small letters, digits, `_` and `.`.
+    pub operation: String,
+    /// How many times it was counted, at least once.
+    pub samples: u32,
+    /// Instructions of all samples.
+    pub total: u64,
+    /// Instructions of the longest.
+    pub max: u32,
+}
+
+impl Count {
+    /// Mean of the samples.
+    #[expect(clippy::cast_precision_loss, reason = "totals stay below 2^53")]
+    pub fn mean(&self) -> f64 {
+        self.total as f64 / f64::from(self.samples)
+    }
+}
+
+/// A whole listing.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Listing {
+    /// The compiler that built the program, as `rustc --version` names it.
+    pub compiler: String,
+    /// The counts, each operation once.
+    pub counts: Vec<Count>,
+}
+
+/// Why a listing is not believed.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum ListingError {
+    /// The first line does not name the compiler.
+    #[error("line 1 does not name the compiler")]
+    NoCompiler,
+    /// A line is not of the form `operation samples total max`.
+    #[error("line {line} is not `operation samples total max`")]
+    Malformed {
+        /// Line, from 1.
+        line: usize,
+    },
+    /// A line whose numbers contradict each other: no samples, a longest sample above the total or below the mean.
+    #[error(
+        "line {line}: {operation} cannot have taken {total} in {samples} samples and {max} in the longest"
+    )]
+    Contradiction {
+        /// Line, from 1.
+        line: usize,
+        /// Its operation.
+        operation: String,
+        /// Its samples.
+        samples: u32,
+        /// Its total.
+        total: u64,
+        /// Its longest.
+        max: u32,
+    },
+    /// An operation comes twice.
+    #[error("line {line}: {operation} comes twice")]
+    Repeated {
+        /// Line, from 1.
+        line: usize,
+        /// The operation.
+        operation: String,
+    },
+    /// An operation that is needed does not come.
+    #[error("{operation} is missing")]
+    Missing {
+        /// The operation.
+        operation: &'static str,
+    },
+    /// Loops whose lengths are known were counted wrongly.
+    #[error("9000 turns of a loop of two instructions were counted as {counted} instead of 18000")]
+    Miscounted {
+        /// The difference of both loops.
+        counted: i64,
+    },
+}
+
+impl Listing {
+    /// Reads `text`.
+    ///
+    /// # Errors
+    /// At the first line that is not as it should be.
+    pub fn parse(text: &str) -> Result<Self, ListingError> {
+        let mut lines = text.lines().enumerate();
+        let compiler = lines
+            .next()
+            .and_then(|(_, line)| line.strip_prefix("compiler "))
+            .filter(|compiler| !compiler.trim().is_empty() && !compiler.contains(char::is_control))
+            .ok_or(ListingError::NoCompiler)?;
+        let mut seen = HashSet::new();
+        let counts = lines
+            .map(|(index, line)| {
+                let line_number = index + 1;
+                let count = count(line, line_number)?;
+                if seen.insert(count.operation.clone()) {
+                    Ok(count)
+                } else {
+                    Err(ListingError::Repeated { line: line_number, operation: count.operation })
+                }
+            })
+            .collect::<Result<_, _>>()?;
+        Ok(Self { compiler: compiler.to_owned(), counts })
+    }
+
+    /// The count of one operation.
+    ///
+    /// # Errors
+    /// When there is none.
+    pub fn count(&self, operation: &'static str) -> Result<&Count, ListingError> {
+        self.counts
+            .iter()
+            .find(|count| count.operation == operation)
+            .ok_or(ListingError::Missing { operation })
+    }
+
+    /// Holds the counter to loops of known length: 9,000 turns more are 18,000 instructions more, in every sample.
+    ///
+    /// # Errors
+    /// When that is not what was counted.
+    pub fn prove(&self) -> Result<(), ListingError> {
+        let (short, long) = (self.count("loop_of_1000_turns")?, self.count("loop_of_10000_turns")?);
+        let alike = |count: &Count| u64::from(count.samples) * u64::from(count.max) == count.total;
+        let counted = i64::from(long.max) - i64::from(short.max);
+        if counted == 18_000 && alike(short) && alike(long) {
+            Ok(())
+        } else {
+            Err(ListingError::Miscounted { counted })
+        }
+    }
+}
+
+fn count(text: &str, line: usize) -> Result<Count, ListingError> {
+    let malformed = || ListingError::Malformed { line };
+    let fields: Vec<&str> = text.split(' ').collect();
+    let &[operation, samples, total, max] = fields.as_slice() else { return Err(malformed()) };
+    let of_name = |c: char| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '_' || c == '.';
+    if operation.is_empty() || !operation.chars().all(of_name) {
+        return Err(malformed());
+    }
+    let samples: u32 = samples.parse().map_err(|_| malformed())?;
+    let total: u64 = total.parse().map_err(|_| malformed())?;
+    let max: u32 = max.parse().map_err(|_| malformed())?;
+    let operation = operation.to_owned();
+    let possible = samples > 0 && u64::from(max) <= total && total <= u64::from(samples) * u64::from(max);
+    if possible {
+        Ok(Count { operation, samples, total, max })
+    } else {
+        Err(ListingError::Contradiction { line, operation, samples, total, max })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    const LOOPS: &str =
+        "compiler rustc 1.95.0\nloop_of_1000_turns 2 4014 2007\nloop_of_10000_turns 2 40014 20007\n";
+
+    #[test]
+    fn exact_a_listing() {
+        let listing = Listing::parse(LOOPS).unwrap();
+        assert_eq!(listing.compiler, "rustc 1.95.0");
+        let count = listing.count("loop_of_1000_turns").unwrap();
+        assert_eq!((count.samples, count.total, count.max), (2, 4014, 2007));
+        assert!((count.mean() - 2007.0).abs() < 1e-9);
+        assert_eq!(listing.count("tick"), Err(ListingError::Missing { operation: "tick" }));
+    }
+
+    #[test]
+    fn exact_refusals() {
+        use ListingError::{Contradiction, Malformed, NoCompiler, Repeated};
+        let impossible =
+            |samples, total, max| Contradiction { line: 2, operation: "a".to_owned(), samples, total, max };
+        for (text, expected) in [
+            ("", NoCompiler),
+            ("twin_digest 0x12\n", NoCompiler),
+            ("compiler \n", NoCompiler),
+            ("compiler r\n\n", Malformed { line: 2 }),
+            ("compiler r\na 1 2\n", Malformed { line: 2 }),
+            ("compiler r\na 1 2 2 2\n", Malformed { line: 2 }),
+            ("compiler r\na 1  2\n", Malformed { line: 2 }),
+            ("compiler r\na 1 2 -2\n", Malformed { line: 2 }),
+            ("compiler r\nA 1 2 2\n", Malformed { line: 2 }),
+            ("compiler r\na 1 2 4294967296\n", Malformed { line: 2 }),
+            ("compiler r\na 0 0 0\n", impossible(0, 0, 0)),
+            ("compiler r\na 2 3 4\n", impossible(2, 3, 4)),
+            ("compiler r\na 2 9 4\n", impossible(2, 9, 4)),
+            ("compiler r\na 1 2 2\na 1 2 2\n", Repeated { line: 3, operation: "a".to_owned() }),
+        ] {
+            assert_eq!(Listing::parse(text), Err(expected), "{text:?}");
+        }
+    }
+
+    /// A timer that does not count instructions is found out.
+    #[test]
+    fn exact_proof_by_loops_of_known_length() {
+        let of = |short: &str, long: &str| {
+            let text = format!("compiler r\nloop_of_1000_turns {short}\nloop_of_10000_turns {long}\n");
+            Listing::parse(&text).unwrap().prove()
+        };
+        assert_eq!(Listing::parse(LOOPS).unwrap().prove(), Ok(()));
+        assert_eq!(of("1 2007 2007", "1 20006 20006"), Err(ListingError::Miscounted { counted: 17_999 }));
+        // Right at its longest, wrong now and then.
+        assert_eq!(of("2 4013 2007", "2 40014 20007"), Err(ListingError::Miscounted { counted: 18_000 }));
+        assert_eq!(
+            Listing::parse("compiler r\n").unwrap().prove(),
+            Err(ListingError::Missing { operation: "loop_of_1000_turns" })
+        );
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::default() })]
+
+        /// What the firmware prints is read back as it was, whatever the samples were.
+        #[test]
+        fn law_written_counts_are_read_back(
+            samples in prop::collection::btree_map("[a-z0-9_.]{1,30}", prop::collection::vec(any::<u32>(), 1..9), 0..9)
+        ) {
+            let counts: Vec<Count> = samples
+                .into_iter()
+                .map(|(operation, samples)| Count {
+                    operation,
+                    samples: u32::try_from(samples.len()).unwrap(),
+                    total: samples.iter().map(|&sample| u64::from(sample)).sum(),
+                    max: samples.iter().copied().max().unwrap(),
+                })
+                .collect();
+            let lines: Vec<String> = counts
+                .iter()
+                .map(|Count { operation, samples, total, max }| format!("{operation} {samples} {total} {max}\n"))
+                .collect();
+            let text = format!("compiler rustc 1.95.0\n{}", lines.concat());
+            prop_assert_eq!(Listing::parse(&text).unwrap().counts, counts);
+        }
+
+        /// Whatever comes, it is refused or makes sense.
+        #[test]
+        fn law_nothing_senseless_is_accepted(
+            lines in prop::collection::vec("[a-c_ .\\PC]{0,3}( ?[0-9]{1,11}| ?\\PC{0,2}){0,5}", 0..6), named in any::<bool>()
+        ) {
+            let head = if named { "compiler r\n" } else { "" };
+            if let Ok(listing) = Listing::parse(&format!("{head}{}", lines.join("\n"))) {
+                for count in &listing.counts {
+                    prop_assert!(count.samples > 0 && count.mean() <= f64::from(count.max));
+                    prop_assert_eq!(listing.counts.iter().filter(|c| c.operation == count.operation).count(), 1);
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,27 @@
+//! The program that counts, built from the checkout that this command was built from.
+
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+
+use crate::error::CommandError;
+
+/// Builds it and returns its ELF. How the build comes along is shown on standard error.
+///
+/// # Errors
+/// When the checkout has gone, or no toolchain for the microcontroller can be had.
+pub fn build() -> Result<PathBuf, CommandError> {
+    let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("../firmware/build.sh");
+    let tool = "firmware/build.sh";
+    let output = Command::new(script)
+        .arg("instructions")
+        .stdin(Stdio::null())
+        .stderr(Stdio::inherit())
+        .output()
+        .map_err(|source| CommandError::NoTool { tool, source })?;
+    if !output.status.success() {
+        return Err(CommandError::ToolFailed { tool, complaint: output.status.to_string() });
+    }
+    let said = String::from_utf8_lossy(&output.stdout);
+    let elf = said.lines().next_back().unwrap_or_default();
+    Ok(PathBuf::from(elf))
+}

@@ -1,0 +1,136 @@
+//! Counts beside their targets, as a table or as JSON.
+
+use std::fmt;
+
+use serde::Serialize;
+
+use super::emulator::Board;
+use super::listing::{Count, Listing, ListingError};
+use super::targets::TARGETS;
+
+/// A believable listing of a board.
+#[derive(Clone, Debug)]
+pub struct Report {
+    board: Board,
+    listing: Listing,
+}
+
+/// One operation, in JSON by its field names.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Record<'a> {
+    /// `m4` or `m7`.
+    pub board: &'static str,
+    /// The compiler that built the program.
+    pub rustc: &'a str,
+    /// Name of the operation.
+    pub operation: &'a str,
+    /// How many times it was counted.
+    pub count: u32,
+    /// Instructions on average, to a hundredth.
+    pub mean: f64,
+    /// Instructions of the longest.
+    pub max: u32,
+}
+
+impl Report {
+    /// The report of what was printed on `board`.
+    ///
+    /// # Errors
+    /// When the listing does not hold the loops of known length, or an operation that has a target.
+    pub fn new(board: Board, listing: Listing) -> Result<Self, ListingError> {
+        listing.prove()?;
+        for target in TARGETS {
+            listing.count(target.operation)?;
+        }
+        Ok(Self { board, listing })
+    }
+
+    /// The records, in the order in which they were counted.
+    pub fn records(&self) -> impl Iterator<Item = Record<'_>> {
+        let Self { board, listing } = self;
+        listing.counts.iter().map(|count| Record {
+            board: board.key(),
+            rustc: &listing.compiler,
+            operation: &count.operation,
+            count: count.samples,
+            mean: (100.0 * count.mean()).round() / 100.0,
+            max: count.max,
+        })
+    }
+
+    /// An array of [`Record`]s, one a line.
+    pub fn json(&self) -> String {
+        let records: Vec<String> =
+            self.records().map(|record| serde_json::to_string(&record).unwrap_or_default()).collect();
+        format!("[\n{}\n]\n", records.join(",\n"))
+    }
+}
+
+/// The targets of an operation and whether it meets them.
+fn judged(count: &Count) -> String {
+    let judged: Vec<String> = TARGETS
+        .iter()
+        .filter(|target| target.operation == count.operation)
+        .map(|target| format!("{target} {}", if target.is_met(count) { "met" } else { "missed" }))
+        .collect();
+    judged.join(", ")
+}
+
+impl fmt::Display for Report {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { board, listing } = self;
+        writeln!(f, "{} (QEMU {}), {}", board.processor(), board.machine(), listing.compiler)?;
+        writeln!(f, "instructions of an operation, its call included\n")?;
+        let width = listing.counts.iter().map(|count| count.operation.len()).max().unwrap_or(0);
+        writeln!(f, "{:width$} {:>8} {:>10} {:>7}  target", "operation", "samples", "mean", "max")?;
+        for count in &listing.counts {
+            let Count { operation, samples, total: _, max } = count;
+            let row =
+                format!("{operation:width$} {samples:>8} {:>10.2} {max:>7}  {}", count.mean(), judged(count));
+            writeln!(f, "{}", row.trim_end())?;
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Every operation with a target, and the loops.
+    fn listing() -> Listing {
+        let loops = "loop_of_1000_turns 1 2007 2007\nloop_of_10000_turns 1 20007 20007\n";
+        let mut operations: Vec<&str> = TARGETS.iter().map(|target| target.operation).collect();
+        operations.dedup();
+        let lines: Vec<String> =
+            operations.iter().map(|operation| format!("{operation} 3 901 500\n")).collect();
+        let text = format!("compiler rustc 1.95.0\n{loops}{}", lines.concat());
+        Listing::parse(&text).unwrap()
+    }
+
+    #[test]
+    fn exact_table_and_json() {
+        let report = Report::new(Board::M7, listing()).unwrap();
+        let table = report.to_string();
+        assert!(table.starts_with("Cortex-M7 (QEMU mps2-an500), rustc 1.95.0\n"), "{table}");
+        let row = "located_step_b              3     300.33     500  mean <= 300 missed, max <= 2000 met\n";
+        assert!(table.contains(row), "{table}");
+        let json: serde_json::Value = serde_json::from_str(&report.json()).unwrap();
+        let record = json.as_array().unwrap().iter().find(|r| r["operation"] == "located_step_b").unwrap();
+        let expected = serde_json::json!(
+            { "board": "m7", "rustc": "rustc 1.95.0", "operation": "located_step_b", "count": 3, "mean": 300.33, "max": 500 }
+        );
+        assert_eq!(*record, expected);
+    }
+
+    /// A target nobody counts would never be missed.
+    #[test]
+    fn exact_every_target_needs_its_count() {
+        for target in TARGETS {
+            let mut listing = listing();
+            listing.counts.retain(|count| count.operation != target.operation);
+            let operation = target.operation;
+            assert_eq!(Report::new(Board::M4, listing).err(), Some(ListingError::Missing { operation }));
+        }
+    }
+}

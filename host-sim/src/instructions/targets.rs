@@ -1,0 +1,82 @@
+//! What the project wants the operations to take.
+//!
+//! A driven step without impact has one way through, and its longest counts; a camera frame that is used is one prediction and one
+//! correction.
+
+use std::fmt;
+
+use super::listing::Count;
+
+/// Which figure of a count is held to a limit.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Statistic {
+    /// The average.
+    Mean,
+    /// The longest.
+    Max,
+}
+
+/// A limit on an operation.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Target {
+    /// The operation.
+    pub operation: &'static str,
+    /// Which of its figures.
+    pub statistic: Statistic,
+    /// At most so many instructions.
+    pub limit: u32,
+}
+
+/// All of them.
+pub const TARGETS: [Target; 10] = {
+    use Statistic::{Max, Mean};
+    const fn target(operation: &'static str, statistic: Statistic, limit: u32) -> Target {
+        Target { operation, statistic, limit }
+    }
+    [
+        target("located_step_aloft", Max, 180),
+        target("end_of_step_aloft", Max, 180),
+        target("located_step_b", Mean, 300),
+        target("located_step_b", Max, 2000),
+        target("located_step_c", Mean, 300),
+        target("located_step_c", Max, 2000),
+        target("located_step_b_0.3", Max, 2000),
+        target("located_step_c_0.3", Max, 2000),
+        target("located_step_at_rest", Max, 2000),
+        target("camera_frame_used", Max, 60),
+    ]
+};
+
+impl Target {
+    /// Whether `count`, which is this target's operation's, meets it.
+    pub fn is_met(&self, count: &Count) -> bool {
+        let figure = match self.statistic {
+            Statistic::Mean => count.mean(),
+            Statistic::Max => f64::from(count.max),
+        };
+        figure <= f64::from(self.limit)
+    }
+}
+
+impl fmt::Display for Target {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let statistic = match self.statistic {
+            Statistic::Mean => "mean",
+            Statistic::Max => "max",
+        };
+        write!(f, "{statistic} <= {}", self.limit)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn exact_a_target_is_met_up_to_its_limit() {
+        let count = Count { operation: "a".to_owned(), samples: 2, total: 300, max: 200 };
+        let met = |statistic, limit| Target { operation: "a", statistic, limit }.is_met(&count);
+        assert!(met(Statistic::Mean, 150) && !met(Statistic::Mean, 149));
+        assert!(met(Statistic::Max, 200) && !met(Statistic::Max, 199));
+    }
+}

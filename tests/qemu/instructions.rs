@@ -1,0 +1,152 @@
+//! `host-sim instructions` against the counts that were reviewed, `instructions.m4.json` and `instructions.m7.json`.
+//!
+//! The emulator counts exactly, so with the compiler that the reviewed counts name they may differ by [`MARGIN`] only, which is what the
+//! counting program's own layout moves. Another compiler makes other instructions of the same source: then by [`OTHER_COMPILER_MARGIN`].
+
+use std::path::Path;
+use std::process::{Command, Output};
+
+use escargot::CargoBuild;
+use serde_json::Value;
+
+/// Instructions.
+const MARGIN: f64 = 3.0;
+
+/// Share of the reviewed count.
+const OTHER_COMPILER_MARGIN: f64 = 0.1;
+
+fn host_sim() -> Command {
+    CargoBuild::new()
+        .manifest_path(Path::new(env!("CARGO_MANIFEST_DIR")).join("../Cargo.toml"))
+        .package("host-sim")
+        .bin("host-sim")
+        .run()
+        .expect("host-sim builds")
+        .command()
+}
+
+/// An array of records, each of an operation of its own.
+fn records(text: &str) -> Vec<Value> {
+    let Value::Array(records) = serde_json::from_str(text).expect("JSON and nothing else") else {
+        panic!("no array: {text}")
+    };
+    for record in &records {
+        let alike = |other: &&Value| other["operation"] == record["operation"];
+        assert_eq!(records.iter().filter(alike).count(), 1, "{record}");
+    }
+    records
+}
+
+fn number(record: &Value, field: &str) -> f64 {
+    record[field].as_f64().unwrap_or_else(|| panic!("{field} is a number in {record}"))
+}
+
+/// In which fields `counted` is too far from `reviewed`.
+fn differences(counted: &Value, reviewed: &Value) -> Vec<String> {
+    let same_compiler = counted["rustc"] == reviewed["rustc"];
+    let count = (number(counted, "count") - number(reviewed, "count")).abs();
+    let mut differences = Vec::new();
+    if count > 0.0 {
+        differences.push(format!("{counted} against {reviewed}: another number of samples"));
+    }
+    for field in ["mean", "max"] {
+        let (now, before) = (number(counted, field), number(reviewed, field));
+        let margin = if same_compiler { MARGIN } else { MARGIN.max(OTHER_COMPILER_MARGIN * before) };
+        // Asked this way round, so that NaN is a difference.
+        let close = (now - before).abs() <= margin;
+        if !close {
+            let operation = &reviewed["operation"];
+            differences.push(format!("{operation}: {field} {now}, reviewed {before}, margin {margin:.2}"));
+        }
+    }
+    differences
+}
+
+fn assert_reviewed(board: &str, reviewed: &str) {
+    let arguments = ["instructions", "--board", board, "--format", "json"];
+    let Output { status, stdout, stderr } = host_sim().args(arguments).output().expect("host-sim starts");
+    assert!(status.success(), "{arguments:?}: {status}\n{}", String::from_utf8_lossy(&stderr));
+    let counted = records(&String::from_utf8(stdout).expect("text"));
+    let reviewed = records(reviewed);
+
+    let operations = |records: &[Value]| -> Vec<Value> {
+        records.iter().map(|record| record["operation"].clone()).collect()
+    };
+    let accept = format!(
+        "to accept what is counted now: cargo run -- instructions --board {board} --out tests/qemu/instructions.{board}.json"
+    );
+    assert_eq!(operations(&counted), operations(&reviewed), "left: counted, right: reviewed; {accept}");
+    let mut all = Vec::new();
+    for (counted, reviewed) in counted.iter().zip(&reviewed) {
+        assert_eq!((&counted["board"], &reviewed["board"]), (&Value::from(board), &Value::from(board)));
+        all.extend(differences(counted, reviewed));
+    }
+    let compilers = (&counted[0]["rustc"], &reviewed[0]["rustc"]);
+    assert!(
+        all.is_empty(),
+        "{}\ncompiled by {}, reviewed with {}: {MARGIN} instructions are allowed with the same compiler, {} % with another\n{accept}",
+        all.join("\n"),
+        compilers.0,
+        compilers.1,
+        100.0 * OTHER_COMPILER_MARGIN
+    );
+}
+
+#[test]
+fn tool_instructions_on_a_cortex_m4f_are_those_reviewed() {
+    assert_reviewed("m4", include_str!("instructions.m4.json"));
+}
+
+#[test]
+fn tool_instructions_on_a_cortex_m7_are_those_reviewed() {
+    assert_reviewed("m7", include_str!("instructions.m7.json"));
+}
+
+/// The margins themselves: what they let pass and what they do not.
+#[test]
+fn exact_margins() {
+    let record = |rustc: &str, mean: f64, max: u32| serde_json::json!({ "operation": "a", "rustc": rustc, "count": 7, "mean": mean, "max": max });
+    let reviewed = record("1", 100.5, 1000);
+    let differs = |counted: Value| differences(&counted, &reviewed).len();
+    assert_eq!(differs(record("1", 103.5, 997)), 0);
+    assert_eq!(differs(record("1", 103.51, 996)), 2);
+    assert_eq!(differs(record("2", 110.5, 900)), 0);
+    assert_eq!(differs(record("2", 110.6, 899)), 2);
+    let mut fewer = reviewed.clone();
+    fewer["count"] = 6.into();
+    assert_eq!(differs(fewer), 1);
+}
+
+/// Without an emulator, with a program that prints something else, and with a file that is no program: one line and exit code 2.
+#[test]
+fn tool_instructions_that_cannot_be_counted_are_refused_in_one_line() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let no_program = folder.path().join("text.elf");
+    std::fs::write(&no_program, "no program").expect("a file");
+    let old = folder.path().join("counts.json");
+    std::fs::write(&old, "old").expect("a file");
+    let refusal = |path: Option<&str>, elf: &Path| {
+        let mut command = host_sim();
+        if let Some(path) = path {
+            command.env("PATH", path);
+        }
+        command.args(["instructions", "--elf"]).arg(elf).arg("--out").arg(&old);
+        let Output { status, stdout, stderr } = command.output().expect("host-sim starts");
+        let complaint = String::from_utf8(stderr).expect("text");
+        assert_eq!(status.code(), Some(2), "{complaint}");
+        assert!(stdout.is_empty() && complaint.lines().count() == 1, "{complaint}");
+        complaint
+    };
+    let no_emulator = refusal(Some("/nowhere"), &no_program);
+    assert!(
+        no_emulator.contains("cannot run qemu-system-arm") && no_emulator.contains("hint"),
+        "{no_emulator}"
+    );
+    assert!(refusal(None, &folder.path().join("missing.elf")).contains("cannot read"));
+    assert!(refusal(None, &no_program).contains("qemu-system-arm failed"));
+    let parity = crate::script("build.sh", crate::BUILD_LIMIT_S, &[]);
+    let parity = parity.lines().last().expect("build.sh names the ELF");
+    let complaint = refusal(None, Path::new(parity));
+    assert!(complaint.contains("line 1 does not name the compiler"), "{complaint}");
+    assert_eq!(std::fs::read_to_string(&old).expect("still there"), "old");
+}
