@@ -3,8 +3,8 @@
 //! - [`parity`]: fixed runs of the `f32` twin and of the whole loop, and the digests of their bits, equal on every machine.
 //! - [`instructions`]: what each operation of the twin, the filter and the loop takes, in instructions.
 //!
-//! The programs are in `src/bin`. Each also builds for the host and prints the same lines there, so `cargo run -p firmware` shows what
-//! `cargo run -p firmware --release --target thumbv7em-none-eabihf` must print from QEMU.
+//! The programs are in `src/bin`. `parity` prints the same lines on the host, so `cargo run -p firmware` shows what
+//! `cargo run -p firmware --release --target thumbv7em-none-eabihf` must print from QEMU; `instructions` counts on the microcontroller only.
 
 #![no_std]
 #![warn(clippy::unwrap_used, clippy::expect_used, clippy::panic, clippy::indexing_slicing)]
