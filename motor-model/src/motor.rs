@@ -211,9 +211,10 @@ impl<T: Real> Motor<T> {
         if state.forcing.command() != command {
             state.forcing = self.modes.forcing(command);
         }
-        let mut impacts = Impacts::new();
         if state.pressed != [false; 2] {
-            aside(state, |forcing, motion| self.press_through(forcing, motion, &mut impacts, ledger));
+            let impacts = aside(state, |forcing, motion, impacts| {
+                self.press_through(forcing, motion, impacts, ledger);
+            });
             state.steps += 1;
             return impacts;
         }
@@ -227,10 +228,9 @@ impl<T: Real> Motor<T> {
                 if !self.surely_clear(&start, &self.clearance(&modes, &rotor)) {
                     let start = state.motion();
                     state.move_to(phase, modes, rotor);
-                    aside(state, |forcing, end| {
-                        self.strike_inside(forcing, &start, end, &mut impacts, ledger);
+                    return aside(state, |forcing, end, impacts| {
+                        self.strike_inside(forcing, &start, end, impacts, ledger);
                     });
-                    return impacts;
                 }
                 ledger.motion(state, T::one(), [T::zero(); 2]);
             }
@@ -240,15 +240,14 @@ impl<T: Real> Motor<T> {
                 let [first, second] = gaps_m;
                 if first <= T::zero() || second <= T::zero() {
                     state.move_to(phase, modes, rotor);
-                    aside(state, |forcing, end| {
-                        self.strike_at_end(forcing, end, gaps_m, &mut impacts, ledger);
+                    return aside(state, |forcing, end, impacts| {
+                        self.strike_at_end(forcing, end, gaps_m, impacts, ledger);
                     });
-                    return impacts;
                 }
             }
         }
         state.move_to(phase, modes, rotor);
-        impacts
+        Impacts::new()
     }
 
     /// Heights of the rotor above both pairs.
@@ -261,9 +260,13 @@ impl<T: Real> Motor<T> {
 
 /// Runs a rare path on copies: a state whose address goes nowhere lives in registers from step to step.
 #[inline]
-fn aside<T: Real>(state: &mut MotorState<T>, path: impl FnOnce(&Forcing<T>, &mut Motion<T>)) {
-    let (forcing, mut motion) = (state.forcing, state.motion());
-    path(&forcing, &mut motion);
+fn aside<T: Real>(
+    state: &mut MotorState<T>,
+    path: impl FnOnce(&Forcing<T>, &mut Motion<T>, &mut Impacts<T>),
+) -> Impacts<T> {
+    let (forcing, mut motion, mut impacts) = (state.forcing, state.motion(), Impacts::new());
+    path(&forcing, &mut motion, &mut impacts);
     let Motion { phase, modes, rotor, pressed } = motion;
     (state.phase, state.modes, state.rotor, state.pressed) = (phase, modes, rotor, pressed);
+    impacts
 }
