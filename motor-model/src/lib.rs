@@ -83,6 +83,8 @@ pub mod params;
 mod phase;
 mod rotor;
 mod scatter;
+mod scope;
+mod stator;
 mod teeth;
 mod time;
 
@@ -98,5 +100,7 @@ pub use motor::{IMPACTS_PER_STEP_MAX, ImpactRule, Impacts, Motor, MotorSetup, Mo
 pub use params::{MotorParams, Parameter};
 pub use phase::{Phase, PhaseTable};
 pub use rotor::{Flight, RotorJump, RotorState};
+pub use scope::{Bouncer, HeightOnly, OnePair, Scope, WholeMotor, WithoutModeA};
+pub use stator::{Stator, StatorState};
 pub use teeth::{AmplitudeVariation, ToothPair};
 pub use time::Time;

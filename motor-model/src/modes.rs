@@ -33,6 +33,7 @@ use crate::error::OutOfBounds;
 use crate::math::{self, Real};
 use crate::params::{MotorParams, Parameter};
 use crate::phase::Phase;
+use crate::scope::{Scope, WholeMotor};
 use forcing::DrivenMode;
 pub(crate) use forcing::Phasor;
 pub use forcing::{DriveTuning, Forcing};
@@ -159,9 +160,25 @@ impl<T: Real> Propagator<T> {
         }
     }
 
-    /// What free motion from `(g, v)` adds to `state`.
+    /// What free motion from `(g, v)` adds to `state`, in the modes that move.
     #[inline]
-    fn add_to(&self, state: &mut ModalState<T>, g: &Vector3<T>, v: &Vector3<T>) {
+    fn add_to<S: Scope>(&self, state: &mut ModalState<T>, g: &Vector3<T>, v: &Vector3<T>) {
+        let [moves_a, moves_b, moves_c] = S::MODES;
+        if !(moves_a && moves_b && moves_c) {
+            if moves_a {
+                state.displacement_m.x += self.gg.x * g.x + self.gv.x * v.x;
+                state.velocity_m_s.x += self.vg.x * g.x + self.vv.x * v.x;
+            }
+            if moves_b {
+                state.displacement_m.y += self.gg.y * g.y + self.gv.y * v.y;
+                state.velocity_m_s.y += self.vg.y * g.y + self.vv.y * v.y;
+            }
+            if moves_c {
+                state.displacement_m.z += self.gg.z * g.z + self.gv.z * v.z;
+                state.velocity_m_s.z += self.vg.z * g.z + self.vv.z * v.z;
+            }
+            return;
+        }
         state.displacement_m += self.gg.component_mul(g) + self.gv.component_mul(v);
         state.velocity_m_s += self.vg.component_mul(g) + self.vv.component_mul(v);
     }
@@ -199,8 +216,14 @@ impl<T: Real> ModalBank<T> {
     /// Advances the modes by one step that starts at `phase` of the drive.
     #[inline]
     pub fn advance(&self, state: &mut ModalState<T>, forcing: &Forcing<T>, phase: Phase) {
+        self.advance_in::<WholeMotor>(state, forcing, phase);
+    }
+
+    /// The same where only some of the modes move.
+    #[inline]
+    pub(crate) fn advance_in<S: Scope>(&self, state: &mut ModalState<T>, forcing: &Forcing<T>, phase: Phase) {
         let (g, v) = (state.displacement_m, state.velocity_m_s);
-        self.step.add_to(state, &g, &v);
-        forcing.add_to(state, phase);
+        self.step.add_to::<S>(state, &g, &v);
+        forcing.add_to::<S>(state, phase);
     }
 }

@@ -5,6 +5,8 @@ mod located;
 mod press;
 mod strike;
 
+use core::marker::PhantomData;
+
 use heapless::Vec;
 
 use crate::drive::DriveCommand;
@@ -12,10 +14,11 @@ use crate::energy::{Ledger, NoLedger};
 use crate::error::OutOfBounds;
 use crate::impact::{FrictionLaw, Impact, ImpactLaw};
 use crate::math::Real;
-use crate::modes::{DriveTuning, Forcing, ModalBank, ModalState, Mode};
+use crate::modes::{DriveTuning, Forcing, ModalBank, ModalState};
 use crate::params::MotorParams;
 use crate::phase::Phase;
 use crate::rotor::{Flight, RotorState};
+use crate::scope::{self, Scope, WholeMotor};
 use crate::teeth::{AmplitudeVariation, ToothPair};
 use press::Press;
 
@@ -125,7 +128,7 @@ impl<T: Real> MotorState<T> {
 /// # Ok::<(), motor_model::OutOfBounds>(())
 /// ```
 #[derive(Clone, Debug)]
-pub struct Motor<T> {
+pub struct Motor<T, S = WholeMotor> {
     modes: ModalBank<T>,
     teeth: [ToothPair<T>; 2],
     flight: Flight<T>,
@@ -138,9 +141,10 @@ pub struct Motor<T> {
     /// The wider pair's swing per first pair's, at least 1.
     widest_swing: T,
     step_s: f64,
+    scope: PhantomData<S>,
 }
 
-impl<T: Real> Motor<T> {
+impl<T: Real, S: Scope> Motor<T, S> {
     /// A motor of these parameters and this step.
     ///
     /// # Errors
@@ -148,13 +152,10 @@ impl<T: Real> Motor<T> {
     /// beyond 0.99 of critical.
     pub fn try_new(params: &MotorParams, setup: &MotorSetup) -> Result<Self, OutOfBounds> {
         let step_s = OutOfBounds::check("step_s", setup.step_s, 1e-9, 1e-3, "s")?;
-        if let DriveTuning::Fixed { b_hz, c_hz } = setup.tuning {
-            OutOfBounds::check("drive.frequency_b_hz", b_hz, 1.0, 1e6, "Hz")?;
-            OutOfBounds::check("drive.frequency_c_hz", c_hz, 1.0, 1e6, "Hz")?;
-        }
-        let modes = Mode::all(params)?;
+        setup.tuning.check()?;
+        let modes = scope::modes::<S>(params)?;
         let (bank, flight) = (ModalBank::new(&modes, setup.tuning, step_s), Flight::new(params, step_s));
-        let teeth = ToothPair::both(params, &setup.variation);
+        let teeth = scope::teeth::<T, S>(params, &setup.variation);
         let fastest_rad = modes.iter().map(|mode| mode.natural_rad_s * step_s).fold(0.0, f64::max);
         Ok(Self {
             press: Press::new(&bank, &flight, &teeth, fastest_rad, step_s),
@@ -167,6 +168,7 @@ impl<T: Real> Motor<T> {
             curve_margin_s: T::from_f64(clearance::cubic_margin(fastest_rad) * step_s),
             widest_swing: T::from_f64(setup.variation.widest_per_first()),
             step_s,
+            scope: PhantomData,
         })
     }
 
@@ -188,7 +190,7 @@ impl<T: Real> Motor<T> {
     /// Height of the rotor above the higher pair of teeth, in m.
     pub fn gap_m(&self, state: &MotorState<T>) -> T {
         let [first, second] = self.gaps_m(&state.modes, &state.rotor);
-        if second < first { second } else { first }
+        if S::SECOND_PAIR && second < first { second } else { first }
     }
 
     /// Advances `state` by one step under `command` and returns the impacts of that step.
@@ -219,8 +221,8 @@ impl<T: Real> Motor<T> {
             return impacts;
         }
         let (mut modes, mut rotor) = (state.modes, state.rotor);
-        self.modes.advance(&mut modes, &state.forcing, state.phase);
-        self.flight.advance(&mut rotor);
+        self.modes.advance_in::<S>(&mut modes, &state.forcing, state.phase);
+        self.flight.advance_in::<S>(&mut rotor);
         let phase = state.phase.advanced(state.forcing.increment());
         match self.impact_rule {
             ImpactRule::Located => {
@@ -238,7 +240,7 @@ impl<T: Real> Motor<T> {
                 ledger.motion(state, T::one(), [T::zero(); 2]);
                 let gaps_m = self.gaps_m(&modes, &rotor);
                 let [first, second] = gaps_m;
-                if first <= T::zero() || second <= T::zero() {
+                if first <= T::zero() || S::SECOND_PAIR && second <= T::zero() {
                     state.move_to(phase, modes, rotor);
                     return aside(state, |forcing, end, impacts| {
                         self.strike_at_end(forcing, end, gaps_m, impacts, ledger);

@@ -18,6 +18,7 @@ use crate::angle::AngleAccumulator;
 use crate::decay::decay_means;
 use crate::math::{self, Real};
 use crate::params::{MotorParams, Parameter};
+use crate::scope::{Scope, WholeMotor};
 
 /// The rotor's motion. Upward and clockwise are positive.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -74,21 +75,25 @@ pub(crate) struct FlightSpan<T> {
 impl<T: Real> FlightSpan<T> {
     /// Advances the rotor without contact.
     #[inline]
-    pub(crate) fn advance(&self, rotor: &mut RotorState<T>) {
+    pub(crate) fn advance<S: Scope>(&self, rotor: &mut RotorState<T>) {
         let (v, rate) = (rotor.velocity_m_s, rotor.rate_rad_s);
         rotor.height_m += self.rise_s * v - self.sweep_s2 * self.gravity_m_s2;
         rotor.velocity_m_s += self.velocity_loss * v - self.rise_s * self.gravity_m_s2;
-        rotor.angle.advance(self.turn_units_per_rad_s * rate);
-        rotor.rate_rad_s += self.rate_loss * rate;
+        if S::ROTATION {
+            rotor.angle.advance(self.turn_units_per_rad_s * rate);
+            rotor.rate_rad_s += self.rate_loss * rate;
+        }
     }
 
     /// Adds what a jump at the start of this time has become at its end.
     #[inline]
-    pub(crate) fn add_jump(&self, rotor: &mut RotorState<T>, jump: &RotorJump<T>) {
+    pub(crate) fn add_jump<S: Scope>(&self, rotor: &mut RotorState<T>, jump: &RotorJump<T>) {
         rotor.height_m += jump.height_m + self.rise_s * jump.velocity_m_s;
         rotor.velocity_m_s += jump.velocity_m_s + self.velocity_loss * jump.velocity_m_s;
-        rotor.angle.advance(self.turn_units_per_rad_s * jump.rate_rad_s);
-        rotor.rate_rad_s += jump.rate_rad_s + self.rate_loss * jump.rate_rad_s;
+        if S::ROTATION {
+            rotor.angle.advance(self.turn_units_per_rad_s * jump.rate_rad_s);
+            rotor.rate_rad_s += jump.rate_rad_s + self.rate_loss * jump.rate_rad_s;
+        }
     }
 }
 
@@ -119,7 +124,13 @@ impl<T: Real> Flight<T> {
     /// Advances the rotor by one step without contact.
     #[inline]
     pub fn advance(&self, rotor: &mut RotorState<T>) {
-        self.step.advance(rotor);
+        self.advance_in::<WholeMotor>(rotor);
+    }
+
+    /// The same in a model that may leave the rotation out.
+    #[inline]
+    pub(crate) fn advance_in<S: Scope>(&self, rotor: &mut RotorState<T>) {
+        self.step.advance::<S>(rotor);
     }
 
     /// Flight over the fraction `part` of a step; no transcendental call.

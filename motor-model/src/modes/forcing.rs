@@ -6,8 +6,10 @@ use nalgebra::Vector2;
 
 use super::{ModalBank, ModalState, Mode};
 use crate::drive::{DriveCommand, DriveMode};
+use crate::error::OutOfBounds;
 use crate::math::Real;
 use crate::phase::Phase;
+use crate::scope::{Scope, WholeMotor};
 
 /// The frequency at which the generator drives each mode when the command's offset is zero.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -22,6 +24,17 @@ pub enum DriveTuning {
         /// Frequency for mode C.
         c_hz: f64,
     },
+}
+
+impl DriveTuning {
+    /// Refuses fixed frequencies outside 1 Hz to 1 MHz.
+    pub(crate) fn check(self) -> Result<(), OutOfBounds> {
+        if let Self::Fixed { b_hz, c_hz } = self {
+            OutOfBounds::check("drive.frequency_b_hz", b_hz, 1.0, 1e6, "Hz")?;
+            OutOfBounds::check("drive.frequency_c_hz", c_hz, 1.0, 1e6, "Hz")?;
+        }
+        Ok(())
+    }
 }
 
 /// A driven mode as the generator sees it.
@@ -97,17 +110,17 @@ impl<T: Real> Forcing<T> {
 
     /// What the drive adds to `state` over a step that starts at `phase`.
     #[inline]
-    pub(super) fn add_to(&self, state: &mut ModalState<T>, phase: Phase) {
+    pub(super) fn add_to<S: Scope>(&self, state: &mut ModalState<T>, phase: Phase) {
         if self.command.mode().is_some() {
             let (sin, cos) = phase.sin_cos();
-            self.gain.add_to(state, &Phasor { sin, cos });
+            self.gain.add_to::<S>(state, &Phasor { sin, cos });
         }
     }
 
     /// Adds the change of the steady motion from one instant of the drive to another, or all of it from rest.
     #[inline]
     pub(super) fn add_steady(&self, state: &mut ModalState<T>, phasor: &Phasor<T>) {
-        self.steady.add_to(state, phasor);
+        self.steady.add_to::<WholeMotor>(state, phasor);
     }
 
     /// Acceleration that the drive gives modes B and C.
@@ -170,13 +183,18 @@ impl<T: Real> PerPhasor<T> {
     }
 
     #[inline]
-    fn add_to(&self, state: &mut ModalState<T>, phasor: &Phasor<T>) {
+    fn add_to<S: Scope>(&self, state: &mut ModalState<T>, phasor: &Phasor<T>) {
         let g = self.g_sin * phasor.sin + self.g_cos * phasor.cos;
         let v = self.v_sin * phasor.sin + self.v_cos * phasor.cos;
-        state.displacement_m.y += g.x;
-        state.displacement_m.z += g.y;
-        state.velocity_m_s.y += v.x;
-        state.velocity_m_s.z += v.y;
+        let [_, moves_b, moves_c] = S::MODES;
+        if moves_b {
+            state.displacement_m.y += g.x;
+            state.velocity_m_s.y += v.x;
+        }
+        if moves_c {
+            state.displacement_m.z += g.y;
+            state.velocity_m_s.z += v.y;
+        }
     }
 }
 
