@@ -11,36 +11,28 @@
 use std::f64::consts::TAU;
 
 use motor_model::{
-    DriveCommand, DriveMode, DriveTuning, ModalBank, ModalState, Mode, MotorParams, Parameter, Phase, Real,
+    DriveCommand, DriveMode, DriveTuning, MotorParams, Parameter, Phase, Real, Stator, StatorState,
 };
 
 use crate::closeness::{Within, assert_close};
 use crate::oscillator::{Force, Oscillator, assert_motion_close, motion_of};
 use crate::scene::{changed, epsilon, steps_in};
 
-/// The stator alone.
-struct Stator<T: Real> {
-    bank: ModalBank<T>,
-    modes: ModalState<T>,
-    phase: Phase,
+/// A stator and where it is.
+struct Swept<T: Real> {
+    stator: Stator<T>,
+    state: StatorState<T>,
     step_s: f64,
 }
 
-impl<T: Real> Stator<T> {
+impl<T: Real> Swept<T> {
     fn at_rest(params: &MotorParams, step_s: f64) -> Self {
-        let modes = Mode::all(params).expect("valid modes");
-        Self {
-            bank: ModalBank::new(&modes, DriveTuning::Resonant, step_s),
-            modes: ModalState::default(),
-            phase: Phase::ZERO,
-            step_s,
-        }
+        let stator = Stator::try_new(params, DriveTuning::Resonant, step_s).expect("a valid stator");
+        Self { stator, state: StatorState::default(), step_s }
     }
 
     fn step(&mut self, command: DriveCommand) {
-        let forcing = self.bank.forcing(command);
-        self.bank.advance(&mut self.modes, &forcing, self.phase);
-        self.phase = self.phase.advanced(forcing.increment());
+        self.stator.step(&mut self.state, command);
     }
 
     fn run(&mut self, command: DriveCommand, time_s: f64) {
@@ -51,8 +43,8 @@ impl<T: Real> Stator<T> {
 
     /// `X`, if the motion is steady at `rad_s`.
     fn complex_amplitude(&self, mode: DriveMode, rad_s: f64) -> (f64, f64) {
-        let (g, v) = motion_of(&self.modes, mode);
-        let (sin, cos) = radians(self.phase).sin_cos();
+        let (g, v) = motion_of(&self.state.modes, mode);
+        let (sin, cos) = radians(self.state.phase).sin_cos();
         (v / rad_s * cos + g * sin, g * cos - v / rad_s * sin)
     }
 }
@@ -83,12 +75,12 @@ fn check_antinode_amplitude<T: Real>(mode: DriveMode, share: f32) {
     let oscillator = Oscillator::of(&params, mode);
     let command = DriveCommand::try_new(mode, share).expect("a valid share");
     for step_s in step_lengths_s(&oscillator) {
-        let mut stator = Stator::<T>::at_rest(&params, step_s);
+        let mut stator = Swept::<T>::at_rest(&params, step_s);
         stator.run(command, until_steady_s(&oscillator));
         let expected = f64::from(share) * oscillator.antinode_m;
         for _ in 0..20 {
             stator.step(command);
-            let (g, v) = motion_of(&stator.modes, mode);
+            let (g, v) = motion_of(&stator.state.modes, mode);
             let amplitude = g.hypot(v / oscillator.natural_rad_s);
             let within = Within::relative(rounding::<T>(&oscillator, step_s));
             assert_close(amplitude, expected, within, format_args!("{mode:?} at {step_s:e} s"));
@@ -114,12 +106,12 @@ fn exact_fine_steps_keep_the_resonance_in_f32() {
     for mode in [DriveMode::B, DriveMode::C] {
         let oscillator = Oscillator::of(&params, mode);
         for step_s in [0.1e-6, 0.25e-6, 1e-6] {
-            let mut stator = Stator::<f32>::at_rest(&params, step_s);
+            let mut stator = Swept::<f32>::at_rest(&params, step_s);
             stator.run(DriveCommand::full(mode), until_steady_s(&oscillator));
             let share = epsilon::<f32>() * (16.0 + 2.0 / (oscillator.decay_per_s() * step_s).sqrt());
             for _ in 0..1000 {
                 stator.step(DriveCommand::full(mode));
-                let (g, v) = motion_of(&stator.modes, mode);
+                let (g, v) = motion_of(&stator.state.modes, mode);
                 let amplitude = g.hypot(v / oscillator.natural_rad_s);
                 let what = format!("{mode:?} at {step_s:e} s");
                 assert_close(amplitude, oscillator.antinode_m, Within::relative(share), what);
@@ -134,11 +126,11 @@ fn exact_tooth_amplitudes_are_those_of_table_1() {
     let params = changed(&[(Parameter::ModeShift, 0.0)]);
     for (mode, tooth_amplitude_m) in [(DriveMode::B, 20.72e-6), (DriveMode::C, 1.81e-6)] {
         let oscillator = Oscillator::of(&params, mode);
-        let mut stator = Stator::<f64>::at_rest(&params, 1e-6);
+        let mut stator = Swept::<f64>::at_rest(&params, 1e-6);
         stator.run(DriveCommand::full(mode), until_steady_s(&oscillator));
         let tooth = crate::tooth::Tooth::of(&params, 0, 0.0);
-        let u = tooth.height_m(&stator.modes);
-        let v = tooth.vertical_velocity_m_s(&stator.modes) / oscillator.natural_rad_s;
+        let u = tooth.height_m(&stator.state.modes);
+        let v = tooth.vertical_velocity_m_s(&stator.state.modes) / oscillator.natural_rad_s;
         assert_close(u.hypot(v), tooth_amplitude_m, Within::relative(1e-10), format_args!("{mode:?}"));
     }
 }
@@ -150,7 +142,7 @@ fn check_response<T: Real>(mode: DriveMode, step_s: f64) {
         let command = DriveCommand::full(mode).with_frequency_offset(offset_hz).expect("a valid offset");
         let rad_s = oscillator.natural_rad_s + TAU * f64::from(offset_hz);
         let (re, im) = oscillator.response(rad_s);
-        let mut stator = Stator::<T>::at_rest(&params, step_s);
+        let mut stator = Swept::<T>::at_rest(&params, step_s);
         stator.run(command, until_steady_s(&oscillator));
         for _ in 0..5 {
             stator.step(command);
@@ -197,7 +189,7 @@ fn exact_phase_passes_a_quarter_turn_at_resonance() {
             #[expect(clippy::cast_possible_truncation, reason = "the command takes f32")]
             let offset_hz = ((rad_s - w) / TAU) as f32;
             let command = DriveCommand::full(mode).with_frequency_offset(offset_hz).expect("a valid offset");
-            let mut stator = Stator::<f64>::at_rest(&params, 5e-6);
+            let mut stator = Swept::<f64>::at_rest(&params, 5e-6);
             stator.run(command, until_steady_s(&oscillator));
             let (re, im) = stator.complex_amplitude(mode, rad_s);
             // The offset of 40 Hz is rounded to 4e-6 Hz, a ten-millionth of the half width.
@@ -216,21 +208,21 @@ fn check_ring_up_and_down<T: Real>(mode: DriveMode, step_s: f64, offset_hz: f32)
     let oscillator = Oscillator::of(&params, mode);
     let command = DriveCommand::full(mode).with_frequency_offset(offset_hz).expect("a valid offset");
     let rad_s = oscillator.natural_rad_s + TAU * f64::from(offset_hz);
-    let mut stator = Stator::<T>::at_rest(&params, step_s);
+    let mut stator = Swept::<T>::at_rest(&params, step_s);
     let share = rounding::<T>(&oscillator, step_s);
     let steps = steps_in(0.02, step_s);
     let force = Force { amplitude: 1.0, rad_s, phase_rad: 0.0 };
     for step in 1..=steps {
         stator.step(command);
         let expected = oscillator.closed_form((0.0, 0.0), force, f64::from(step) * step_s);
-        assert_motion_close(motion_of(&stator.modes, mode), expected, &oscillator, share, "ring-up");
+        assert_motion_close(motion_of(&stator.state.modes, mode), expected, &oscillator, share, "ring-up");
     }
-    let start = motion_of(&stator.modes, mode);
+    let start = motion_of(&stator.state.modes, mode);
     let silent = Force { amplitude: 0.0, ..force };
     for step in 1..=steps {
         stator.step(DriveCommand::OFF);
         let expected = oscillator.closed_form(start, silent, f64::from(step) * step_s);
-        assert_motion_close(motion_of(&stator.modes, mode), expected, &oscillator, share, "ring-down");
+        assert_motion_close(motion_of(&stator.state.modes, mode), expected, &oscillator, share, "ring-down");
     }
 }
 
@@ -253,11 +245,11 @@ fn exact_envelope_has_the_time_constant_of_the_mode() {
     let params = MotorParams::nominal();
     for (mode, time_constant_s) in [(DriveMode::B, 4.010e-3), (DriveMode::C, 2.845e-3)] {
         let oscillator = Oscillator::of(&params, mode);
-        let amplitude = |stator: &Stator<f64>| {
-            let (g, v) = motion_of(&stator.modes, mode);
+        let amplitude = |stator: &Swept<f64>| {
+            let (g, v) = motion_of(&stator.state.modes, mode);
             g.hypot(v / oscillator.natural_rad_s) / oscillator.antinode_m
         };
-        let mut stator = Stator::<f64>::at_rest(&params, 1e-6);
+        let mut stator = Swept::<f64>::at_rest(&params, 1e-6);
         stator.run(DriveCommand::full(mode), time_constant_s);
         let risen = 1.0 - (-1.0_f64).exp();
         assert_close(amplitude(&stator), risen, Within::absolute(2.0 * oscillator.damping_ratio), "risen");

@@ -1,6 +1,6 @@
 //! One binary of system tests.
 //!
-//! Helpers first, then the tests in the order of the data: stator, rotor, contact, account, whole motor, command line, closed loop.
+//! Helpers first, then the tests in the order of the data: stator, rotor, contact, account, reduced models, whole motor, command line, closed loop.
 
 mod closeness;
 mod command;
@@ -23,6 +23,8 @@ mod law_rebound;
 mod law_rest;
 
 mod law_energy;
+
+mod exact_reduced_models;
 
 mod dual_precision;
 mod dual_step_convergence;
