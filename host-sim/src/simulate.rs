@@ -53,8 +53,8 @@ pub const SETTINGS: &[Setting] = &[
     Setting {
         key: "simulate.impacts",
         unit: "",
-        kind: Kind::Choice { default: "end_of_step", of: &["end_of_step", "located"] },
-        meaning: "when an impact is applied: at the end of its step, as in the paper's program, or where it happens",
+        kind: Kind::Choice { default: "located", of: &["end_of_step", "located"] },
+        meaning: "when an impact is applied: where it happens, or at the end of its step, as in the paper's program",
     },
     Setting {
         key: "simulate.precision",

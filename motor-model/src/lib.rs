@@ -18,6 +18,7 @@
 //! - [`ImpactLaw`]: restitution, recoil of the modes, friction (7a-c, 10-13c).
 //! - [`Flight`]: the rotor between impacts, exact (14a, b). [`Angle`]: its angle as an integer.
 //! - [`Motor`]: the whole, one [`Motor::step`] at a time, on a plain [`MotorState`].
+//! - [`Scope`]: how much of the motor a model keeps, by type; [`Stator`], the stator without a rotor.
 //! - [`EnergyLedger`]: where every joule went, for those who ask.
 //!
 //! # Exact and not
@@ -25,10 +26,10 @@
 //! The linear parts - stator with its sinusoidal drive, rotor in flight - are exact for any step, drive frequency and
 //! instant of switching. What a step gets wrong is *when an impact happens*, by one of two rules:
 //!
-//! - [`ImpactRule::EndOfStep`]: it is noticed at the end of its step, as in the paper's program. Rates of rotation and of impacts converge with the
-//!   first order of the step; mode B needs steps below 1 us.
 //! - [`ImpactRule::Located`]: it happens where the gap closes, within 1e-10 m at 20 us; the state there is exact. Teeth that would strike again at
 //!   once stay *pressed* on the rotor, with a normal force and friction, so a rotor comes to rest and walks on weakly driven teeth.
+//! - [`ImpactRule::EndOfStep`], for comparison: it is noticed at the end of its step, as in the paper's program. Rates of rotation and of impacts
+//!   converge with the first order of the step; mode B needs steps below 1 us.
 //!
 //! # Promises
 //!

@@ -31,10 +31,10 @@ pub type Impacts<T> = Vec<Impact<T>, IMPACTS_PER_STEP_MAX>;
 /// How a step finds the impacts that happen in it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum ImpactRule {
-    /// At its end, as the paper's program did: each comes up to a step too late.
-    #[default]
+    /// At its end, as the paper's program did: each comes up to a step too late. For comparison.
     EndOfStep,
     /// Where they happen, and teeth that stay on the rotor are pressed contacts.
+    #[default]
     Located,
 }
 
@@ -54,7 +54,7 @@ pub struct MotorSetup {
 }
 
 impl MotorSetup {
-    /// Impacts at the end of the step, Coulomb friction, driven at resonance, no variation between the pairs.
+    /// Located impacts, Coulomb friction, driven at resonance, no variation between the pairs.
     pub fn with_step(step_s: f64) -> Self {
         Self {
             step_s,

@@ -14,7 +14,7 @@ use motor_model::{
 
 use crate::closeness::{Within, assert_between, assert_close};
 use crate::oscillator::Oscillator;
-use crate::scene::{changed, epsilon, motor, steps_in};
+use crate::scene::{at_end_of_step, changed, epsilon, motor, steps_in};
 
 /// A motor whose energy is accounted for from a given state on.
 pub struct Accounted<T: Real> {
@@ -77,7 +77,7 @@ fn schedule() -> Vec<(DriveCommand, f64)> {
 }
 
 fn setup(step_s: f64) -> MotorSetup {
-    MotorSetup { variation: AmplitudeVariation { pairs: [0.01, -0.015] }, ..MotorSetup::with_step(step_s) }
+    MotorSetup { variation: AmplitudeVariation { pairs: [0.01, -0.015] }, ..at_end_of_step(step_s) }
 }
 
 fn check_books<T: Real>(params: &MotorParams, setup: &MotorSetup, share: f64, what: &str) {
@@ -259,7 +259,7 @@ fn exact_losses_of_a_drop_on_still_teeth() {
         (Parameter::VerticalDamping, 0.0),
         (Parameter::TangentialDrag, 0.0),
     ]);
-    let setup = MotorSetup::with_step(1e-6);
+    let setup = at_end_of_step(1e-6);
     let mut start = MotorState::<f64>::default();
     start.rotor.height_m = 100e-6;
     start.rotor.rate_rad_s = 30.0;

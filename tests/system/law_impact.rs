@@ -14,7 +14,7 @@ use motor_model::{
 };
 
 use crate::closeness::{Within, assert_close};
-use crate::scene::{Bench, changed, epsilon, steps_in};
+use crate::scene::{Bench, at_end_of_step, changed, epsilon, steps_in};
 use crate::tooth::{Tooth, velocities};
 
 /// What a run of impacts contained.
@@ -220,7 +220,7 @@ fn check_everywhere<T: Real>() {
             let setup = MotorSetup {
                 friction_law,
                 variation: AmplitudeVariation { pairs: [0.013, -0.02] },
-                ..MotorSetup::with_step(2e-6)
+                ..at_end_of_step(2e-6)
             };
             let tally = check_run::<T>(&MotorParams::nominal(), &setup, mode, time_s);
             assert!(tally.impacts > 900, "{mode:?} {friction_law:?}: {tally:?}");
@@ -243,7 +243,7 @@ fn law_momentum_restitution_and_friction_at_each_impact_in_f32() {
 #[test]
 fn law_both_pairs_strike_in_one_step() {
     let params = MotorParams::nominal();
-    let mut bench = Bench::<f64>::new(&params, &MotorSetup::with_step(1e-6));
+    let mut bench = Bench::<f64>::new(&params, &at_end_of_step(1e-6));
     bench.state.rotor.height_m = 100e-6;
     let (_, impacts) = bench.until_impact(DriveCommand::OFF, 100_000);
     let [first, second] = impacts.as_slice() else { panic!("{impacts:?}") };
@@ -272,11 +272,11 @@ fn law_impacts_at_extreme_parameters() {
         for mode in [DriveMode::B, DriveMode::C] {
             for step_s in [0.9e-6, 3.3e-6, 13e-6] {
                 let variation = AmplitudeVariation { pairs: [-0.03, 0.03] };
-                let setup = MotorSetup { variation, ..MotorSetup::with_step(step_s) };
+                let setup = MotorSetup { variation, ..at_end_of_step(step_s) };
                 check_run::<f64>(&params, &setup, mode, 0.1);
                 check_run::<f32>(&params, &setup, mode, 0.1);
             }
-            let tally = check_run::<f64>(&params, &MotorSetup::with_step(2e-6), mode, 0.3);
+            let tally = check_run::<f64>(&params, &at_end_of_step(2e-6), mode, 0.3);
             assert!(tally.impacts > 10, "{changes:?} {mode:?} {tally:?}");
             match sticks {
                 Some(true) => assert_eq!(tally.sliding, 0, "{changes:?} {mode:?}"),

@@ -6,11 +6,11 @@
 //! a constant known beforehand.
 #![expect(clippy::disallowed_methods, reason = "an independent yardstick")]
 
-use motor_model::{DriveCommand, DriveMode, MotorParams, MotorSetup, Parameter};
+use motor_model::{DriveCommand, DriveMode, MotorParams, Parameter};
 
 use crate::closeness::{Within, assert_between, assert_close};
 use crate::live_teeth::{GRAVITY_M_S2, LiveTeeth, on_rigid_floor};
-use crate::scene::{Bench, changed};
+use crate::scene::{Bench, at_end_of_step, changed};
 
 const STEPS_S: [f64; 4] = [8e-6, 4e-6, 2e-6, 1e-6];
 /// Teeth in mode C turn by 0.1 rad in the coarsest of these: fine enough for the leading term to lead.
@@ -18,7 +18,7 @@ const STEPS_ON_LIVE_TEETH_S: [f64; 4] = [2e-6, 1e-6, 0.5e-6, 0.25e-6];
 
 /// Highest point after the first impact.
 fn rebound_m(params: &MotorParams, drop_m: f64, step_s: f64) -> f64 {
-    let mut bench = Bench::<f64>::new(params, &MotorSetup::with_step(step_s));
+    let mut bench = Bench::<f64>::new(params, &at_end_of_step(step_s));
     bench.state.rotor.height_m = drop_m;
     bench.until_impact(DriveCommand::OFF, 1_000_000);
     // The apex by its own closed form, so that sampling it adds nothing.
@@ -93,7 +93,7 @@ fn law_first_impact_on_live_teeth_is_first_order_in_time_and_velocity() {
         let (contact, down) = (scene.first_contact(), scene.down_m_s());
         let rise = (1.0 + restitution) * (contact.tooth_velocity_m_s - down) / (1.0 + 3.0 * mass_ratio);
         for (index, step_s) in STEPS_ON_LIVE_TEETH_S.into_iter().enumerate() {
-            let mut bench = Bench::<f64>::new(&params, &MotorSetup::with_step(step_s));
+            let mut bench = Bench::<f64>::new(&params, &at_end_of_step(step_s));
             scene.set(&mut bench.state);
             let (steps, _) = bench.until_impact(DriveCommand::full(mode), 1000);
             let lateness = f64::from(steps) * step_s - contact.time_s;

@@ -3,7 +3,7 @@
 use motor_model::{DriveCommand, DriveMode, FrictionLaw, MotorSetup, Parameter, Phase, Real};
 
 use crate::closeness::{Within, assert_between, assert_close};
-use crate::scene::{Bench, changed, steps_in};
+use crate::scene::{Bench, at_end_of_step, changed, steps_in};
 
 /// Extremes of a quantity over a run.
 struct Range {
@@ -40,7 +40,7 @@ fn creep_rad_s(step_s: f64) -> f64 {
 }
 
 fn check_rest<T: Real>(step_s: f64, time_s: f64) {
-    let mut bench = Bench::<T>::new(&changed(&[]), &MotorSetup::with_step(step_s));
+    let mut bench = Bench::<T>::new(&changed(&[]), &at_end_of_step(step_s));
     bench.state.rotor.height_m = T::from_f64(50e-6);
     bench.state.rotor.rate_rad_s = T::from_f64(1.0);
     bench.run(DriveCommand::OFF, 0.2);
@@ -86,7 +86,7 @@ fn exact_spin_down_on_still_teeth() {
     let stop_s = rate * 4.59e-10 / torque;
     for step_s in [0.5e-6, 2e-6] {
         for sense in [1.0, -1.0] {
-            let mut bench = Bench::<f64>::new(&changed(&[]), &MotorSetup::with_step(step_s));
+            let mut bench = Bench::<f64>::new(&changed(&[]), &at_end_of_step(step_s));
             bench.run(DriveCommand::OFF, 0.1);
             bench.state.rotor.rate_rad_s = sense * rate;
             let origin = bench.angle_rad();
@@ -106,7 +106,7 @@ fn exact_spin_down_on_still_teeth() {
 }
 
 fn check_drive_off<T: Real>(mode: DriveMode, step_s: f64) {
-    let setup = MotorSetup::with_step(step_s);
+    let setup = at_end_of_step(step_s);
     let mut running = Bench::<T>::new(&changed(&[]), &setup);
     running.run(DriveCommand::full(mode), 0.3);
     let origin = running.angle_rad();
@@ -153,7 +153,7 @@ fn law_extreme_restitution_stays_finite() {
     for restitution in [0.0, 0.999_999, 1.0] {
         for friction_law in [FrictionLaw::Coulomb, FrictionLaw::Paper] {
             for mode in [DriveMode::B, DriveMode::C] {
-                let setup = MotorSetup { friction_law, ..MotorSetup::with_step(2e-6) };
+                let setup = MotorSetup { friction_law, ..at_end_of_step(2e-6) };
                 let params = changed(&[(Parameter::Restitution, restitution)]);
                 let mut bench = Bench::<f64>::new(&params, &setup);
                 bench.state.phase = Phase::from_turns(0.3);
@@ -173,7 +173,7 @@ fn law_extreme_restitution_stays_finite() {
 #[test]
 fn law_plastic_landing_does_not_bounce() {
     let params = changed(&[(Parameter::Restitution, 0.0), (Parameter::VerticalDamping, 0.0)]);
-    let mut bench = Bench::<f64>::new(&params, &MotorSetup::with_step(1e-6));
+    let mut bench = Bench::<f64>::new(&params, &at_end_of_step(1e-6));
     let drop = 20e-6;
     bench.state.rotor.height_m = drop;
     bench.until_impact(DriveCommand::OFF, 1_000_000);

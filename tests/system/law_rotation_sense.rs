@@ -6,10 +6,10 @@
 //! with the sign of `cos 2 th` and with that of `sin 2 th`, and is back when both have turned: B is driven through `sin` and pushes through
 //! `cos`, C the other way about. The nominal angle is 30 degrees, both positive: B clockwise, C counter-clockwise.
 
-use motor_model::{DriveCommand, DriveMode, MotorParams, MotorSetup, Parameter};
+use motor_model::{DriveCommand, DriveMode, MotorParams, Parameter};
 
 use crate::closeness::{Within, assert_between, assert_close};
-use crate::scene::{Bench, changed};
+use crate::scene::{Bench, at_end_of_step, changed};
 
 /// The motor with its effective tooth angle at `angle_deg`.
 fn with_angle(angle_deg: f64) -> MotorParams {
@@ -18,7 +18,7 @@ fn with_angle(angle_deg: f64) -> MotorParams {
 
 /// Angle turned in the last 0.2 of 0.4 s.
 fn turned_rad(params: &MotorParams, mode: DriveMode, step_s: f64) -> f64 {
-    let mut bench = Bench::<f64>::new(params, &MotorSetup::with_step(step_s));
+    let mut bench = Bench::<f64>::new(params, &at_end_of_step(step_s));
     bench.run(DriveCommand::full(mode), 0.2);
     let start = bench.angle_rad();
     bench.run(DriveCommand::full(mode), 0.2);
@@ -50,8 +50,8 @@ fn law_sense_follows_the_signs_of_sine_and_cosine() {
 #[test]
 fn law_mirrored_teeth_turn_the_rotor_the_other_way() {
     for mode in [DriveMode::B, DriveMode::C] {
-        let mut motor = Bench::<f64>::new(&with_angle(30.0), &MotorSetup::with_step(1e-6));
-        let mut mirror = Bench::<f64>::new(&with_angle(60.0), &MotorSetup::with_step(1e-6));
+        let mut motor = Bench::<f64>::new(&with_angle(30.0), &at_end_of_step(1e-6));
+        let mut mirror = Bench::<f64>::new(&with_angle(60.0), &at_end_of_step(1e-6));
         let mut blows = 0;
         while blows < 5 {
             let (_, impacts) = motor.step(DriveCommand::full(mode));

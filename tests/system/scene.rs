@@ -18,6 +18,11 @@ pub fn motor<T: Real>(params: &MotorParams, setup: &MotorSetup) -> Motor<T> {
     Motor::try_new(params, setup).expect("a valid motor")
 }
 
+/// Impacts at the end of the step, and everything else as usual.
+pub fn at_end_of_step(step_s: f64) -> MotorSetup {
+    MotorSetup { impact_rule: ImpactRule::EndOfStep, ..MotorSetup::with_step(step_s) }
+}
+
 /// Impacts located inside the step, and everything else as usual.
 pub fn located(step_s: f64) -> MotorSetup {
     MotorSetup { impact_rule: ImpactRule::Located, ..MotorSetup::with_step(step_s) }

@@ -7,7 +7,7 @@
 use motor_model::{DriveCommand, DriveMode, FrictionLaw, MotorParams, MotorSetup, Parameter, Real};
 
 use crate::closeness::assert_between;
-use crate::scene::changed;
+use crate::scene::{at_end_of_step, changed};
 use crate::steady::Steady;
 
 /// Averages over `seeds` runs of 2 s, the first half second left out.
@@ -22,7 +22,7 @@ fn steady_of<T: Real>(
     step_s: f64,
     seeds: u8,
 ) -> Steady {
-    let setup = MotorSetup { friction_law, ..MotorSetup::with_step(step_s) };
+    let setup = MotorSetup { friction_law, ..at_end_of_step(step_s) };
     Steady::over::<T>(params, &setup, DriveCommand::full(mode), seeds, (0.5, 1.5))
 }
 

@@ -7,9 +7,7 @@ use core::fmt;
 
 use controller::{Drive, PositionLoop, PositioningTuning, Report, Sense, Target, tick};
 use estimator::{CameraFrame, LdvSample};
-use motor_model::{
-    Angle, DriveCommand, ImpactRule, Motor, MotorParams, MotorSetup, MotorState, OutOfBounds, Time,
-};
+use motor_model::{Angle, DriveCommand, Motor, MotorParams, MotorSetup, MotorState, OutOfBounds, Time};
 
 use super::digest::Digest;
 
@@ -80,8 +78,7 @@ pub(crate) fn follow_loop(
 ) -> Result<MotorState<f32>, OutOfBounds> {
     #[expect(clippy::cast_precision_loss, reason = "10,000 is exact")]
     let step_s = PositionLoop::TICK_NANOS as f64 * 1e-9;
-    // Only with located impacts does the rotor come to rest at this step.
-    let setup = MotorSetup { impact_rule: ImpactRule::Located, ..MotorSetup::with_step(step_s) };
+    let setup = MotorSetup::with_step(step_s);
     let motor = Motor::<f32>::try_new(&MotorParams::nominal(), &setup)?;
     let mut state = MotorState::default();
     let mut instruments = Instruments::default();
