@@ -101,6 +101,12 @@ impl<T: Real> AngleAccumulator<T> {
         self.residual_units
     }
 
+    /// Turns it by a whole number of units, however many turns.
+    #[inline]
+    pub fn turn(&mut self, by: Angle) {
+        self.angle = self.angle.plus(by);
+    }
+
     /// Turns it by `radians`, to the last bit of `T` however many turns it has made.
     #[inline]
     pub fn turn_by_radians(&mut self, radians: T) {

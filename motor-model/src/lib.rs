@@ -70,6 +70,7 @@
 )]
 
 mod angle;
+mod averaged;
 mod contact;
 mod decay;
 mod drag;
@@ -90,6 +91,7 @@ mod teeth;
 mod time;
 
 pub use angle::{Angle, AngleAccumulator};
+pub use averaged::{AveragedMotor, AveragedState, MeanMotion};
 pub use drag::Dragged;
 pub use drive::{DriveCommand, DriveMode};
 pub use energy::{EnergyFlows, EnergyLedger, Ledger, NoLedger};
