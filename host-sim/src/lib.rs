@@ -8,6 +8,7 @@
 //! | [`chance`] | one seeded stream of random numbers per source of noise |
 //! | [`simulate`] | one run of the open loop: motor, constant drive, observers, summary |
 //! | [`mod@reference`] | a second integrator of the motor, event-driven, to judge the fixed step by |
+//! | [`averaged`] | what a drive does on average, identified from such runs |
 //! | [`statistics`], [`spectrum`] | what is said of a run: mean and spread, the largest spectral line |
 //! | [`record`] | a run written down, one row every 50 us |
 //! | [`reproduce`] | the published tables and figures beside ours, with verdicts |
@@ -18,6 +19,7 @@
 //!
 //! Clockwise and upward are positive; every name carries its unit.
 
+pub mod averaged;
 pub mod chance;
 pub mod chart;
 pub mod cli;

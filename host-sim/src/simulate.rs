@@ -224,7 +224,7 @@ pub fn impact_rule(word: &str) -> ImpactRule {
     clippy::cast_sign_loss,
     reason = "times are positive and bounded; a cast saturates"
 )]
-fn steps_in(time_s: f64, step_s: f64) -> u64 {
+pub(crate) fn steps_in(time_s: f64, step_s: f64) -> u64 {
     (time_s / step_s).round() as u64
 }
 
