@@ -14,6 +14,8 @@ pub enum Source {
     Camera = 2,
     /// The vibrometer's noise.
     Ldv = 3,
+    /// The instants of steady motion at which comparisons of integrators start.
+    StartStates = 4,
 }
 
 /// The stream of `source` in the run that `seed` names.
@@ -37,7 +39,8 @@ mod tests {
 
     #[test]
     fn exact_streams_differ_and_repeat() {
-        let sources = [Source::AmplitudeVariation, Source::PlantDraw, Source::Camera, Source::Ldv];
+        let sources =
+            [Source::AmplitudeVariation, Source::PlantDraw, Source::Camera, Source::Ldv, Source::StartStates];
         let draw = |seed, source| stream(seed, source).next_u64();
         let all: Vec<u64> =
             [1, 2].iter().flat_map(|&seed| sources.map(|source| draw(seed, source))).collect();
@@ -45,6 +48,6 @@ mod tests {
         distinct.sort_unstable();
         distinct.dedup();
         assert_eq!(distinct.len(), all.len());
-        assert_eq!(draw(2, Source::Ldv), all[7]);
+        assert_eq!(draw(2, Source::Ldv), all[8]);
     }
 }

@@ -5,6 +5,8 @@ use std::path::PathBuf;
 
 use motor_model::OutOfBounds;
 
+use crate::reference::patience::Stalled;
+
 /// Why a command stopped.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
@@ -113,6 +115,9 @@ pub enum CommandError {
     /// A picture that could not be laid out.
     #[error("cannot draw the picture: {0}")]
     Drawing(String),
+    /// The reference integrator gave up.
+    #[error(transparent)]
+    Stalled(#[from] Stalled),
     /// A run whose numbers grew beyond all bounds.
     #[error("the run diverged: {quantity} is no longer finite after {time_s} s")]
     Diverged {
