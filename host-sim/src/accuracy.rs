@@ -15,6 +15,8 @@
 pub mod bursts;
 pub mod contestant;
 pub mod flights;
+pub mod peers;
+pub mod plate;
 pub mod steady;
 pub mod timing;
 

@@ -107,12 +107,24 @@ impl Contestant {
         variation: AmplitudeVariation,
         question: &Q,
     ) -> Result<Q::Answer, OutOfBounds> {
-        let params = MotorParams::nominal();
+        self.examine_motor(&MotorParams::nominal(), variation, question)
+    }
+
+    /// Asks `question` of any motor.
+    ///
+    /// # Errors
+    /// When step or parameters are out of the model's bounds.
+    pub fn examine_motor<Q: Question>(
+        &self,
+        params: &MotorParams,
+        variation: AmplitudeVariation,
+        question: &Q,
+    ) -> Result<Q::Answer, OutOfBounds> {
         let setup =
             MotorSetup { impact_rule: self.impact_rule, variation, ..MotorSetup::with_step(self.step_s) };
         Ok(match (self.model, self.precision) {
-            (Model::Whole, Precision::F32) => question.ask(&Motor::<f32>::try_new(&params, &setup)?),
-            (Model::Whole, Precision::F64) => question.ask(&Motor::<f64>::try_new(&params, &setup)?),
+            (Model::Whole, Precision::F32) => question.ask(&Motor::<f32>::try_new(params, &setup)?),
+            (Model::Whole, Precision::F64) => question.ask(&Motor::<f64>::try_new(params, &setup)?),
         })
     }
 

@@ -1,0 +1,180 @@
+//! What a user would pick instead: integrators of other crates, and SciPy's, on the ball on the plate.
+//!
+//! Each takes the same problem with the same tolerances, and a largest step small enough not to step over an impact. Those of Rust come with the
+//! feature `peers`; SciPy's are run by a Python that has it.
+
+#[cfg(feature = "peers")]
+mod differential_equations;
+#[cfg(feature = "peers")]
+mod diffsol;
+#[cfg(feature = "peers")]
+mod ode_solvers;
+mod scipy;
+mod twin;
+
+use serde::Serialize;
+
+use super::contestant::{Contestant, STEPS_S};
+use super::flights::root_mean_square;
+use super::plate::{FIRST_BEFORE_S, Plate, START_M, TIME_S, starts_m};
+use super::timing::{Cost, least_s};
+use crate::error::CommandError;
+
+/// Largest step of the peers.
+pub const PEER_STEP_S: f64 = 5e-6;
+
+/// Says how to get the Rust peers.
+pub const WITHOUT_PEERS: &str =
+    "not measured: built without the feature `peers` (cargo run --release --features peers)";
+
+/// An integrator on the ball on the plate.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct PeerRow {
+    /// Who.
+    pub name: String,
+    /// Largest step.
+    pub step_s: f64,
+    /// What it costs, if it was measured.
+    pub cost: Option<Cost>,
+    /// Error of the time of the first impact, root mean square over the heights of [`starts_m`].
+    pub first_impact_rms_s: Option<f64>,
+    /// Impacts in [`TIME_S`].
+    pub impacts: Option<usize>,
+    /// Whether it is a crate's, which ours is compared with.
+    pub is_crate: bool,
+    /// Whether it is ours.
+    pub is_twin: bool,
+    /// Why it was not measured.
+    pub note: Option<String>,
+}
+
+/// An integrator: the times of the impacts of a ball that falls from rest at `start_m`, up to `until_s`.
+type Integrator = fn(&Plate, start_m: f64, until_s: f64) -> Result<Vec<f64>, String>;
+
+/// The Rust peers, by name.
+#[cfg(feature = "peers")]
+const RUST: &[(&str, Integrator)] = &[
+    ("diffsol 0.18 tsit45", diffsol::impacts),
+    ("differential-equations 0.7 dopri5", differential_equations::impacts),
+    ("ode_solvers 0.6 dopri5", ode_solvers::impacts),
+];
+#[cfg(not(feature = "peers"))]
+const RUST: &[(&str, Integrator)] = &[];
+
+/// Everyone on the ball on the plate, ours first.
+///
+/// # Errors
+/// When the plate's parameters are refused by the model.
+pub fn peers(rounds: u32) -> Result<Vec<PeerRow>, CommandError> {
+    let plate = Plate::nominal()?;
+    let mut rows = twins(&plate, rounds)?;
+    rows.extend(crates(&plate, rounds));
+    rows.extend(scipy::rows(&plate));
+    Ok(rows)
+}
+
+/// The twin at every step, by either rule, in either precision.
+fn twins(plate: &Plate, rounds: u32) -> Result<Vec<PeerRow>, CommandError> {
+    let contestants = super::contestant::contestants();
+    let least = least_s(contestants.len(), rounds, |index| twin::time_s(&contestants[index], plate))?;
+    let row = |(contestant, &taken_s): (&Contestant, &f64)| {
+        let step_s = contestant.step_s;
+        let errors: Result<Vec<f64>, CommandError> = starts_m()
+            .map(|start_m| {
+                Ok(twin::impacts(contestant, plate, start_m, FIRST_BEFORE_S)?.first_error_s(plate, start_m))
+            })
+            .collect();
+        Ok(PeerRow {
+            name: format!("twin {} {}", contestant.impacts(), contestant.precision_word()),
+            step_s,
+            cost: Some(Cost::new(step_s, TIME_S, taken_s)),
+            first_impact_rms_s: Some(root_mean_square(&errors?)),
+            impacts: Some(twin::impacts(contestant, plate, START_M, TIME_S)?.len()),
+            is_crate: false,
+            is_twin: true,
+            note: None,
+        })
+    };
+    debug_assert!(STEPS_S.contains(&PEER_STEP_S));
+    contestants.iter().zip(&least).map(row).collect()
+}
+
+/// How far the first of these impacts is from that of the ball from `start_m`.
+trait FirstError {
+    fn first_error_s(&self, plate: &Plate, start_m: f64) -> f64;
+}
+
+impl FirstError for Vec<f64> {
+    fn first_error_s(&self, plate: &Plate, start_m: f64) -> f64 {
+        self.first().map_or(f64::INFINITY, |time_s| (time_s - plate.first_impact_s(start_m)).abs())
+    }
+}
+
+/// The Rust crates at [`PEER_STEP_S`].
+fn crates(plate: &Plate, rounds: u32) -> Vec<PeerRow> {
+    if RUST.is_empty() {
+        return vec![PeerRow::unmeasured("diffsol, differential-equations, ode_solvers", WITHOUT_PEERS)];
+    }
+    let row = |&(name, integrator): &(&str, Integrator)| {
+        let timed = least_s(1, rounds, |_| {
+            let start = std::time::Instant::now();
+            integrator(plate, START_M, TIME_S).map(|_| start.elapsed().as_secs_f64())
+        });
+        let errors: Result<Vec<f64>, String> = starts_m()
+            .map(|start_m| Ok(integrator(plate, start_m, FIRST_BEFORE_S)?.first_error_s(plate, start_m)))
+            .collect();
+        match (timed, errors, integrator(plate, START_M, TIME_S)) {
+            (Ok(taken_s), Ok(errors), Ok(impacts)) => PeerRow {
+                name: name.to_owned(),
+                step_s: PEER_STEP_S,
+                cost: Some(Cost::new(PEER_STEP_S, TIME_S, taken_s[0])),
+                first_impact_rms_s: Some(root_mean_square(&errors)),
+                impacts: Some(impacts.len()),
+                is_crate: true,
+                is_twin: false,
+                note: None,
+            },
+            (Err(why), ..) | (_, Err(why), _) | (.., Err(why)) => {
+                PeerRow::unmeasured(name, &format!("not measured: {why}"))
+            }
+        }
+    };
+    RUST.iter().map(row).collect()
+}
+
+impl PeerRow {
+    fn unmeasured(name: &str, note: &str) -> Self {
+        Self {
+            name: name.to_owned(),
+            step_s: PEER_STEP_S,
+            cost: None,
+            first_impact_rms_s: None,
+            impacts: None,
+            is_crate: false,
+            is_twin: false,
+            note: Some(note.to_owned()),
+        }
+    }
+}
+
+/// The root of `gap` between `low`, where it is positive, and `high`, where it is not: regula falsi, Illinois variant.
+#[cfg(feature = "peers")]
+fn descent(mut low: f64, mut high: f64, gap: impl Fn(f64) -> f64) -> f64 {
+    let (mut at_low, mut at_high) = (gap(low), gap(high));
+    if at_low <= 0.0 {
+        return low;
+    }
+    for _ in 0..60 {
+        let middle = high - at_high * (high - low) / (at_high - at_low);
+        let at_middle = gap(middle);
+        if at_middle > 0.0 {
+            (low, at_low, at_high) = (middle, at_middle, 0.5 * at_high);
+        } else {
+            (high, at_high, at_low) = (middle, at_middle, 0.5 * at_low);
+        }
+        if high - low < 1e-17 || at_middle == 0.0 {
+            break;
+        }
+    }
+    high
+}
