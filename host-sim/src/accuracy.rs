@@ -11,14 +11,21 @@
 //! | [`steady`] | mean rate, impacts per second and collision frequency of steady motion |
 //! | [`bursts`] | net displacement of a few cycles from rest |
 //! | [`timing`] | ns a step and a simulated millisecond |
+//! | [`plate`], [`peers`] | a ball on a plate, for other crates' integrators and SciPy's beside ours |
+//! | [`verdict`] | what the twin is held to |
+//! | [`tables`], [`picture`], [`readme`] | all of it in words and in a picture |
 
 pub mod bursts;
 pub mod contestant;
 pub mod flights;
 pub mod peers;
+mod picture;
 pub mod plate;
+pub mod readme;
 pub mod steady;
+pub mod tables;
 pub mod timing;
+pub mod verdict;
 
 use motor_model::DriveMode;
 use rayon::prelude::*;
@@ -26,15 +33,18 @@ use serde::Serialize;
 
 use crate::error::CommandError;
 use bursts::{BURSTS, BurstError};
-use contestant::{Contestant, contestants};
+use contestant::{Contestant, STEPS_S, contestants};
 use flights::{FlightErrors, Flights, Fly};
 use motor_model::AmplitudeVariation;
+use peers::PeerRow;
 use steady::{Batch, Batches, CONDITIONS, SteadyErrors};
 use timing::{Cost, Effort};
 
 /// How much is simulated.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Plan {
+    /// Steps judged, from fine to coarse.
+    pub steps_s: &'static [f64],
     /// Flights of each mode.
     pub flights: usize,
     /// Runs of each condition.
@@ -47,18 +57,20 @@ impl Plan {
     /// A few minutes of computing on two cores.
     pub fn full() -> Self {
         Self {
+            steps_s: &STEPS_S,
             flights: 400,
-            batches: Batches { seeds: 160, seeds_min: 8, steps_max: 1e8, settle_s: 0.4, time_s: 1.6384 },
-            effort: Effort { rounds: 7, settle_s: 0.2, time_s: 0.4 },
+            batches: Batches { seeds: 160, seeds_min: 8, steps_max: 6e7, settle_s: 0.4, time_s: 1.6384 },
+            effort: Effort { rounds: 7, settle_s: 0.2, time_s: 0.4, plate_s: 0.1 },
         }
     }
 
     /// A few seconds of computing: every figure, none of them sharp.
     pub fn quick() -> Self {
         Self {
+            steps_s: &STEPS_S[2..],
             flights: 40,
             batches: Batches { seeds: 4, seeds_min: 2, steps_max: 1e6, settle_s: 0.1, time_s: 0.2 },
-            effort: Effort { rounds: 2, settle_s: 0.02, time_s: 0.02 },
+            effort: Effort { rounds: 2, settle_s: 0.02, time_s: 0.02, plate_s: 0.01 },
         }
     }
 }
@@ -79,6 +91,28 @@ pub struct Row {
     pub bursts: [BurstError; 4],
 }
 
+impl Row {
+    /// Cost at full drive of `mode`.
+    pub fn cost_of(&self, mode: DriveMode) -> Cost {
+        let [b, c] = self.cost;
+        match mode {
+            DriveMode::B => b,
+            DriveMode::C => c,
+        }
+    }
+
+    /// Largest relative error of the displacement of any burst.
+    pub fn worst_burst(&self) -> f64 {
+        self.bursts.iter().map(|burst| burst.relative.abs()).fold(0.0, f64::max)
+    }
+
+    /// Largest relative error of the displacement of a burst of `mode`.
+    pub fn worst_burst_of(&self, mode: DriveMode) -> f64 {
+        let bursts = BURSTS.iter().zip(&self.bursts).filter(|(burst, _)| burst.mode == mode);
+        bursts.map(|(_, error)| error.relative.abs()).fold(0.0, f64::max)
+    }
+}
+
 /// Everything that can be said without a clock.
 struct Errors {
     flights: [FlightErrors; 2],
@@ -91,6 +125,8 @@ struct Errors {
 pub struct Accuracy {
     /// One row a contestant.
     pub rows: Vec<Row>,
+    /// Ours and others' integrators on the ball on the plate.
+    pub peers: Vec<PeerRow>,
 }
 
 impl Plan {
@@ -99,7 +135,7 @@ impl Plan {
     /// # Errors
     /// When the reference stalls.
     pub fn run(&self) -> Result<Accuracy, CommandError> {
-        let contestants = contestants();
+        let contestants = contestants(self.steps_s);
         let errors = self.errors(&contestants)?;
         let costs = timing::costs(&contestants, self.effort)?;
         let rows = contestants.into_iter().zip(errors).zip(costs).map(|((who, errors), cost)| Row {
@@ -109,7 +145,7 @@ impl Plan {
             steady: errors.steady,
             bursts: errors.bursts,
         });
-        Ok(Accuracy { rows: rows.collect() })
+        Ok(Accuracy { rows: rows.collect(), peers: peers::peers(self.steps_s, self.effort)? })
     }
 
     fn errors(&self, contestants: &[Contestant]) -> Result<Vec<Errors>, CommandError> {

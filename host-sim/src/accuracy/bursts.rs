@@ -52,6 +52,11 @@ impl Burst {
         DriveCommand::saturating(self.mode, AMPLITUDE)
     }
 
+    /// Such as `C 0.3, 5 cycles`.
+    pub fn name(self) -> String {
+        format!("{:?} {AMPLITUDE}, {} cycles", self.mode, self.cycles)
+    }
+
     /// Time of whole cycles.
     pub fn whole_cycles_s(self) -> f64 {
         let frequency = match self.mode {

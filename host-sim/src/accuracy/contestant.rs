@@ -35,13 +35,13 @@ pub struct Contestant {
     pub step_s: f64,
 }
 
-/// Everyone, the curves one after the other, each from the fine to the coarse step.
-pub fn contestants() -> Vec<Contestant> {
+/// Everyone at `steps_s`, the curves one after the other, each from the fine to the coarse step.
+pub fn contestants(steps_s: &[f64]) -> Vec<Contestant> {
     let mut all = Vec::new();
     for impact_rule in [ImpactRule::EndOfStep, ImpactRule::Located] {
         for precision in [Precision::F64, Precision::F32] {
             let row = |&step_s| Contestant { model: Model::Whole, impact_rule, precision, step_s };
-            all.extend(STEPS_S.iter().map(row));
+            all.extend(steps_s.iter().map(row));
         }
     }
     all
@@ -126,6 +126,21 @@ impl Contestant {
             (Model::Whole, Precision::F32) => question.ask(&Motor::<f32>::try_new(params, &setup)?),
             (Model::Whole, Precision::F64) => question.ask(&Motor::<f64>::try_new(params, &setup)?),
         })
+    }
+
+    /// Such as `end of step, f64`.
+    pub fn name(&self) -> String {
+        format!("{}, {}", self.impacts().replace('_', " "), self.precision_word())
+    }
+
+    /// Whether this is the whole motor with these.
+    pub fn is_whole(&self, impact_rule: ImpactRule, precision: Precision) -> bool {
+        (self.model, self.impact_rule, self.precision) == (Model::Whole, impact_rule, precision)
+    }
+
+    /// Whether its step is `step_s`.
+    pub fn steps_by(&self, step_s: f64) -> bool {
+        (self.step_s / step_s - 1.0).abs() < 1e-9
     }
 
     /// `located` or `end_of_step`.

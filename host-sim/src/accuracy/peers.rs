@@ -14,10 +14,10 @@ mod twin;
 
 use serde::Serialize;
 
-use super::contestant::{Contestant, STEPS_S};
+use super::contestant::{Contestant, contestants};
 use super::flights::root_mean_square;
-use super::plate::{FIRST_BEFORE_S, Plate, START_M, TIME_S, starts_m};
-use super::timing::{Cost, least_s};
+use super::plate::{FIRST_BEFORE_S, Plate, START_M, starts_m};
+use super::timing::{Cost, Effort, least_s};
 use crate::error::CommandError;
 
 /// Largest step of the peers.
@@ -38,12 +38,12 @@ pub struct PeerRow {
     pub cost: Option<Cost>,
     /// Error of the time of the first impact, root mean square over the heights of [`starts_m`].
     pub first_impact_rms_s: Option<f64>,
-    /// Impacts in [`TIME_S`].
+    /// Impacts in the time that is timed.
     pub impacts: Option<usize>,
     /// Whether it is a crate's, which ours is compared with.
     pub is_crate: bool,
-    /// Whether it is ours.
-    pub is_twin: bool,
+    /// Which of ours it is, if it is.
+    pub twin: Option<Contestant>,
     /// Why it was not measured.
     pub note: Option<String>,
 }
@@ -61,22 +61,24 @@ const RUST: &[(&str, Integrator)] = &[
 #[cfg(not(feature = "peers"))]
 const RUST: &[(&str, Integrator)] = &[];
 
-/// Everyone on the ball on the plate, ours first.
+/// Everyone on the ball on the plate, ours first, at `steps_s`.
 ///
 /// # Errors
 /// When the plate's parameters are refused by the model.
-pub fn peers(rounds: u32) -> Result<Vec<PeerRow>, CommandError> {
+pub fn peers(steps_s: &[f64], effort: Effort) -> Result<Vec<PeerRow>, CommandError> {
     let plate = Plate::nominal()?;
-    let mut rows = twins(&plate, rounds)?;
-    rows.extend(crates(&plate, rounds));
-    rows.extend(scipy::rows(&plate));
+    let mut rows = twins(&plate, steps_s, effort)?;
+    rows.extend(crates(&plate, effort));
+    rows.extend(scipy::rows(&plate, effort.plate_s));
     Ok(rows)
 }
 
 /// The twin at every step, by either rule, in either precision.
-fn twins(plate: &Plate, rounds: u32) -> Result<Vec<PeerRow>, CommandError> {
-    let contestants = super::contestant::contestants();
-    let least = least_s(contestants.len(), rounds, |index| twin::time_s(&contestants[index], plate))?;
+fn twins(plate: &Plate, steps_s: &[f64], effort: Effort) -> Result<Vec<PeerRow>, CommandError> {
+    let contestants = contestants(steps_s);
+    let least = least_s(contestants.len(), effort.rounds, |index| {
+        twin::taken_s(&contestants[index], plate, effort.plate_s)
+    })?;
     let row = |(contestant, &taken_s): (&Contestant, &f64)| {
         let step_s = contestant.step_s;
         let errors: Result<Vec<f64>, CommandError> = starts_m()
@@ -85,17 +87,16 @@ fn twins(plate: &Plate, rounds: u32) -> Result<Vec<PeerRow>, CommandError> {
             })
             .collect();
         Ok(PeerRow {
-            name: format!("twin {} {}", contestant.impacts(), contestant.precision_word()),
+            name: format!("twin {}", contestant.name()),
             step_s,
-            cost: Some(Cost::new(step_s, TIME_S, taken_s)),
+            cost: Some(Cost::new(step_s, effort.plate_s, taken_s)),
             first_impact_rms_s: Some(root_mean_square(&errors?)),
-            impacts: Some(twin::impacts(contestant, plate, START_M, TIME_S)?.len()),
+            impacts: Some(twin::impacts(contestant, plate, START_M, effort.plate_s)?.len()),
             is_crate: false,
-            is_twin: true,
+            twin: Some(*contestant),
             note: None,
         })
     };
-    debug_assert!(STEPS_S.contains(&PEER_STEP_S));
     contestants.iter().zip(&least).map(row).collect()
 }
 
@@ -111,27 +112,27 @@ impl FirstError for Vec<f64> {
 }
 
 /// The Rust crates at [`PEER_STEP_S`].
-fn crates(plate: &Plate, rounds: u32) -> Vec<PeerRow> {
+fn crates(plate: &Plate, effort: Effort) -> Vec<PeerRow> {
     if RUST.is_empty() {
         return vec![PeerRow::unmeasured("diffsol, differential-equations, ode_solvers", WITHOUT_PEERS)];
     }
     let row = |&(name, integrator): &(&str, Integrator)| {
-        let timed = least_s(1, rounds, |_| {
+        let timed = least_s(1, effort.rounds, |_| {
             let start = std::time::Instant::now();
-            integrator(plate, START_M, TIME_S).map(|_| start.elapsed().as_secs_f64())
+            integrator(plate, START_M, effort.plate_s).map(|_| start.elapsed().as_secs_f64())
         });
         let errors: Result<Vec<f64>, String> = starts_m()
             .map(|start_m| Ok(integrator(plate, start_m, FIRST_BEFORE_S)?.first_error_s(plate, start_m)))
             .collect();
-        match (timed, errors, integrator(plate, START_M, TIME_S)) {
+        match (timed, errors, integrator(plate, START_M, effort.plate_s)) {
             (Ok(taken_s), Ok(errors), Ok(impacts)) => PeerRow {
                 name: name.to_owned(),
                 step_s: PEER_STEP_S,
-                cost: Some(Cost::new(PEER_STEP_S, TIME_S, taken_s[0])),
+                cost: Some(Cost::new(PEER_STEP_S, effort.plate_s, taken_s[0])),
                 first_impact_rms_s: Some(root_mean_square(&errors)),
                 impacts: Some(impacts.len()),
                 is_crate: true,
-                is_twin: false,
+                twin: None,
                 note: None,
             },
             (Err(why), ..) | (_, Err(why), _) | (.., Err(why)) => {
@@ -151,7 +152,7 @@ impl PeerRow {
             first_impact_rms_s: None,
             impacts: None,
             is_crate: false,
-            is_twin: false,
+            twin: None,
             note: Some(note.to_owned()),
         }
     }

@@ -16,8 +16,6 @@ use serde::Serialize;
 
 use crate::error::CommandError;
 
-/// Simulated time that is timed.
-pub const TIME_S: f64 = 0.1;
 /// Height of the start that is timed.
 pub const START_M: f64 = 10e-6;
 /// Heights from which the first impact is judged: this many, [`APART_M`] apart.

@@ -22,6 +22,8 @@ pub struct Effort {
     pub settle_s: f64,
     /// Simulated time of a batch.
     pub time_s: f64,
+    /// Simulated time of a batch of the ball on the plate.
+    pub plate_s: f64,
 }
 
 /// What simulating costs.

@@ -7,8 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use super::super::flights::root_mean_square;
 use super::super::plate::{
-    ABSOLUTE_TOLERANCE, CLEAR_M, FIRST_BEFORE_S, Plate, RELATIVE_TOLERANCE, START_M, STICK_M_S, TIME_S,
-    starts_m,
+    ABSOLUTE_TOLERANCE, CLEAR_M, FIRST_BEFORE_S, Plate, RELATIVE_TOLERANCE, START_M, STICK_M_S, starts_m,
 };
 use super::super::timing::Cost;
 use super::{PEER_STEP_S, PeerRow};
@@ -45,7 +44,7 @@ struct Answer {
 }
 
 /// One row a method, or one that says what is missing.
-pub fn rows(plate: &Plate) -> Vec<PeerRow> {
+pub fn rows(plate: &Plate, time_s: f64) -> Vec<PeerRow> {
     let problem = Problem {
         plate,
         methods: METHODS,
@@ -55,7 +54,7 @@ pub fn rows(plate: &Plate) -> Vec<PeerRow> {
         stick_m_s: STICK_M_S,
         clear_m: CLEAR_M,
         start_m: START_M,
-        time_s: TIME_S,
+        time_s,
         starts_m: starts_m().collect(),
         first_before_s: FIRST_BEFORE_S,
     };
@@ -63,7 +62,7 @@ pub fn rows(plate: &Plate) -> Vec<PeerRow> {
         return vec![PeerRow::unmeasured("SciPy solve_ivp", MISSING)];
     };
     match answers(python, &problem) {
-        Ok(answers) => answers.iter().map(|answer| row(plate, answer)).collect(),
+        Ok(answers) => answers.iter().map(|answer| row(plate, time_s, answer)).collect(),
         Err(why) => vec![PeerRow::unmeasured("SciPy solve_ivp", &format!("not measured: {why}"))],
     }
 }
@@ -94,17 +93,17 @@ fn answers(python: &str, problem: &Problem<'_>) -> Result<Vec<Answer>, String> {
     serde_json::from_slice(&output.stdout).map_err(|error| error.to_string())
 }
 
-fn row(plate: &Plate, answer: &Answer) -> PeerRow {
+fn row(plate: &Plate, simulated_s: f64, answer: &Answer) -> PeerRow {
     let firsts = answer.first_impacts_s.iter().zip(starts_m());
     let errors: Vec<f64> = firsts.map(|(time_s, start_m)| time_s - plate.first_impact_s(start_m)).collect();
     PeerRow {
         name: format!("SciPy solve_ivp {}", answer.method),
         step_s: PEER_STEP_S,
-        cost: Some(Cost::new(PEER_STEP_S, TIME_S, answer.taken_s)),
+        cost: Some(Cost::new(PEER_STEP_S, simulated_s, answer.taken_s)),
         first_impact_rms_s: Some(root_mean_square(&errors)),
         impacts: Some(answer.impacts),
         is_crate: false,
-        is_twin: false,
+        twin: None,
         note: None,
     }
 }

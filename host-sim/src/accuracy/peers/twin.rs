@@ -10,7 +10,7 @@ use std::time::Instant;
 use motor_model::{AmplitudeVariation, DriveCommand, DriveMode, Mode, MotorParams, Parameter};
 
 use super::super::contestant::{Contestant, Question, Twin};
-use super::super::plate::{Plate, START_M, TIME_S};
+use super::super::plate::{Plate, START_M};
 use crate::error::CommandError;
 use crate::reference::ReferenceState;
 
@@ -55,9 +55,9 @@ pub fn impacts(
     Ok(contestant.examine_motor(&motor(plate)?, BOTH_PAIRS_ALIKE, &question)?)
 }
 
-/// Time that [`TIME_S`] takes, in s.
-pub fn time_s(contestant: &Contestant, plate: &Plate) -> Result<f64, CommandError> {
-    let question = Timed(Impacts { start: start(START_M)?, until_s: TIME_S, step_s: contestant.step_s });
+/// Time that it takes to simulate `plate_s`, in s.
+pub fn taken_s(contestant: &Contestant, plate: &Plate, plate_s: f64) -> Result<f64, CommandError> {
+    let question = Timed(Impacts { start: start(START_M)?, until_s: plate_s, step_s: contestant.step_s });
     Ok(contestant.examine_motor(&motor(plate)?, BOTH_PAIRS_ALIKE, &question)?)
 }
 
