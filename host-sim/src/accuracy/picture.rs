@@ -32,10 +32,12 @@ impl Accuracy {
     /// # Errors
     /// When it cannot be laid out.
     pub fn picture(&self) -> Result<String, CommandError> {
+        let finest_s = self.rows.first().map_or(0.0, |row| row.who.step_s);
         Figure::new("What a simulated millisecond costs, and how far off it is")
-            .caption(
-                "Points: steps from 50 us (left) to 0.25 us (right). Grey: errors that these runs are too short to tell from chance.",
-            )
+            .caption(format!(
+                "Points: steps from 50 us (left) to {} us (right). Grey: errors that these runs are too short to tell from chance.",
+                1e6 * finest_s
+            ))
             .panel(self.plate_panel())
             .panel(self.rate_panel("Mode B: mean rate in steady motion", 0))
             .panel(self.rate_panel("Mode C: mean rate in steady motion", 1))
@@ -46,16 +48,16 @@ impl Accuracy {
     fn rate_panel(&self, title: &str, index: usize) -> Panel {
         let y = Axis::new("error (%)").logarithmic().within(LOWEST..150.0);
         let rate = |row: &Row| (row.cost[index].ns_per_ms, row.steady[index].rate);
-        let panel = curves(Panel::new(title, Axis::new(COST).logarithmic(), y), |rule, precision| {
+        let chance = self.curve(ImpactRule::Located, Precision::F64).map(rate);
+        let chance = chance.map(|(cost, rate)| (cost, LOWEST, 100.0 * rate.half_width)).collect();
+        let panel = Panel::new(title, Axis::new(COST).logarithmic(), y).height(250);
+        curves(panel.series(Series::band(chance).colour(Colour::Grey).opacity(0.3)), |rule, precision| {
             let point = |row: &Row| {
                 let (cost, rate) = rate(row);
                 (row.who.step_s, cost, 100.0 * rate.resolved())
             };
             self.curve(rule, precision).map(point).collect()
-        });
-        let chance = self.curve(ImpactRule::Located, Precision::F64).map(rate);
-        let chance = chance.map(|(cost, rate)| (cost, LOWEST, 100.0 * rate.half_width)).collect();
-        panel.height(250).series(Series::band(chance).colour(Colour::Grey).opacity(0.35))
+        })
     }
 
     fn burst_panel(&self) -> Panel {
