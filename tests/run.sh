@@ -63,3 +63,8 @@ RUSTDOCFLAGS="-D warnings" cargo doc --workspace --no-deps --document-private-it
 # On the host and, through tests/qemu, on the emulated microcontroller.
 heading "tests"
 cargo test --workspace
+
+# Optional, so that a build from nothing stays short.
+heading "integrators of other crates"
+cargo clippy --package host-sim --features peers --all-targets -- -D warnings
+cargo test --package host-sim --features peers --lib accuracy

@@ -7,7 +7,7 @@ use std::path::Path;
 use motor_model::ImpactRule;
 
 use super::peers::PeerRow;
-use super::verdict::{JUDGED_STEP_S, Verdict};
+use super::verdict::Verdict;
 use super::{Accuracy, Row};
 use crate::document::{Block, Document, Table};
 use crate::error::CommandError;
@@ -29,6 +29,9 @@ const SHOWN: [(ImpactRule, Precision, f64); 7] = [
     (ImpactRule::Located, Precision::F32, 10e-6),
     (ImpactRule::Located, Precision::F64, 20e-6),
 ];
+
+const ERRORS: &str = "Errors are those against the event-driven reference: of the time of the next impact, root mean square over flights from the same \
+    states; of the mean rate, +- two standard errors; of the net displacement of bursts of 2 to 10 cycles, the worst.";
 
 /// Reads a file that has the section's markers.
 ///
@@ -82,6 +85,7 @@ impl Accuracy {
         }
         let document = Document { blocks: vec![Block::Table(table)] };
         let mut text = document.markdown();
+        let _ = writeln!(text, "{ERRORS}\n");
         let verdicts = self.verdicts();
         let met = verdicts.iter().filter(|verdict| verdict.met).count();
         let _ = writeln!(text, "Of {} targets {met} are met.{}", verdicts.len(), missed(&verdicts));
@@ -123,11 +127,10 @@ fn cells(row: &Row) -> Vec<String> {
         let rate = &row.steady[index].rate;
         format!("{:+.1} +- {:.1} %", 100.0 * rate.relative, 100.0 * rate.half_width)
     };
-    let is_judged = row.who.steps_by(JUDGED_STEP_S) && row.who.impact_rule == ImpactRule::Located;
     let step = format!("{} us", (1e9 * row.who.step_s).round() / 1e3);
     vec![
         row.who.name(),
-        if is_judged { format!("**{step}**") } else { step },
+        step,
         format!("{:.1} / {:.1}", b.ns_per_step, c.ns_per_step),
         format!("{:.0} / {:.0}", b.times_real_time, c.times_real_time),
         duration(row.flights[0].first_impact_rms_s.max(row.flights[1].first_impact_rms_s)),
@@ -140,8 +143,8 @@ fn cells(row: &Row) -> Vec<String> {
 /// A short time with the unit that suits it.
 fn duration(time_s: f64) -> String {
     let units = [(1e-6, "us"), (1e-9, "ns"), (1e-12, "ps")];
-    let (unit_s, unit) = units.into_iter().find(|(unit_s, _)| time_s >= *unit_s).unwrap_or((1e-15, "fs"));
-    format!("{:.1} {unit}", time_s / unit_s)
+    let suitable = units.into_iter().find(|(unit_s, _)| time_s >= *unit_s);
+    suitable.map_or_else(|| "< 1 ps".to_owned(), |(unit_s, unit)| format!("{:.1} {unit}", time_s / unit_s))
 }
 
 #[cfg(test)]
@@ -170,6 +173,6 @@ mod tests {
     #[test]
     fn exact_durations() {
         let durations = [2.5e-6, 4e-12, 3e-17].map(duration);
-        assert_eq!(durations, ["2.5 us", "4.0 ps", "0.0 fs"]);
+        assert_eq!(durations, ["2.5 us", "4.0 ps", "< 1 ps"]);
     }
 }

@@ -129,12 +129,9 @@ impl Accuracy {
             ),
             found: least.map_or_else(String::new, |least| {
                 let bound = if least.at_least { "at least " } else { "" };
-                format!(
-                    "{bound}{:.1} times for the {}, more for the other {}",
-                    least.times,
-                    least.error,
-                    all.len() - 1
-                )
+                let kept = all.iter().filter(|one| one.times >= CHEAPER).count();
+                let (times, error, count) = (least.times, &least.error, all.len());
+                format!("{kept} of {count} kinds of error; {bound}{times:.1} times for the {error}")
             }),
             met: least.is_some_and(|least| least.times >= CHEAPER),
         }
