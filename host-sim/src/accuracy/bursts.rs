@@ -132,9 +132,9 @@ impl Question for Run {
 mod tests {
     use super::*;
 
-    /// Whole cycles, as two integrators written independently of this one found them to the last digit given.
+    /// Whole cycles, against figures recorded before this command was written.
     #[test]
-    fn dual_bursts_of_whole_cycles() {
+    fn tool_bursts_of_whole_cycles_come_out_as_recorded() {
         for (burst, mdeg) in BURSTS.into_iter().zip([-1.131_416, -3.640_581, -7.824_877, 7.378_494]) {
             let found = burst.converged_mdeg(burst.whole_cycles_s()).unwrap();
             assert!((found - mdeg).abs() < 1e-6, "{burst:?}: {found}");
