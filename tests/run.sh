@@ -27,6 +27,9 @@ if ! command -v cargo >/dev/null; then
 fi
 needs cc build-essential
 needs qemu-system-arm qemu-system-arm
+# One of the integrators that `host-sim accuracy` sets beside the twin.
+has_scipy() { "$1" -c 'import scipy.integrate' 2>/dev/null; }
+has_scipy python3 || has_scipy /usr/bin/python3 || packages+=(python3-scipy)
 if ((${#packages[@]})); then
     echo "installing ${packages[*]}"
     as_root timeout 180 apt-get -qq update
@@ -60,3 +63,8 @@ RUSTDOCFLAGS="-D warnings" cargo doc --workspace --no-deps --document-private-it
 # On the host and, through tests/qemu, on the emulated microcontroller.
 heading "tests"
 cargo test --workspace
+
+# Optional, so that a build from nothing stays short.
+heading "integrators of other crates"
+cargo clippy --package host-sim --features peers --all-targets -- -D warnings
+cargo test --package host-sim --features peers --lib accuracy

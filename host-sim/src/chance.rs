@@ -16,6 +16,8 @@ pub enum Source {
     Ldv = 3,
     /// The drive's phase at the start of a run.
     StartPhase = 5,
+    /// The instants of steady motion at which comparisons of integrators start.
+    StartStates = 4,
 }
 
 /// The stream of `source` in the run that `seed` names.
@@ -39,8 +41,14 @@ mod tests {
 
     #[test]
     fn exact_streams_differ_and_repeat() {
-        let sources =
-            [Source::AmplitudeVariation, Source::PlantDraw, Source::Camera, Source::Ldv, Source::StartPhase];
+        let sources = [
+            Source::AmplitudeVariation,
+            Source::PlantDraw,
+            Source::Camera,
+            Source::Ldv,
+            Source::StartStates,
+            Source::StartPhase,
+        ];
         let draw = |seed, source| stream(seed, source).next_u64();
         let all: Vec<u64> =
             [1, 2].iter().flat_map(|&seed| sources.map(|source| draw(seed, source))).collect();
@@ -48,6 +56,6 @@ mod tests {
         distinct.sort_unstable();
         distinct.dedup();
         assert_eq!(distinct.len(), all.len());
-        assert_eq!(draw(2, Source::Ldv), all[8]);
+        assert_eq!(draw(2, Source::Ldv), all[9]);
     }
 }

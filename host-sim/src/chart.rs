@@ -71,6 +71,8 @@ enum Mark {
     ErrorBars(Vec<(f64, f64, f64)>),
     /// x, lower, upper.
     Band(Vec<(f64, f64, f64)>),
+    /// x, y, what is written beside it.
+    Names(Vec<(f64, f64, String)>),
     /// Full height, from x to x.
     Spans(Vec<(f64, f64)>),
 }
@@ -200,6 +202,11 @@ impl Series {
         Self::of(Mark::Band(points), 0.18)
     }
 
+    /// Words above and to the right of `(x, y, words)`.
+    pub fn names(names: Vec<(f64, f64, String)>) -> Self {
+        Self::of(Mark::Names(names), 1.0)
+    }
+
     /// The full height of the panel between pairs of x.
     pub fn spans(spans: Vec<(f64, f64)>) -> Self {
         Self::of(Mark::Spans(spans), 0.13)
@@ -245,6 +252,7 @@ impl Series {
             Mark::Band(edges) => {
                 edges.iter().flat_map(|&(x, low, high)| [(x, Some(low)), (x, Some(high))]).collect()
             }
+            Mark::Names(names) => names.iter().map(|&(x, y, _)| (x, Some(y))).collect(),
             Mark::Spans(spans) => spans.iter().flat_map(|&(from, to)| [(from, None), (to, None)]).collect(),
         }
     }

@@ -18,7 +18,7 @@ use crate::position;
 use crate::record::Record;
 use crate::scene::Scene;
 use crate::simulate::{Report, Run, simulate};
-use crate::{export, keys, reproduce};
+use crate::{accuracy, export, keys, reproduce};
 
 /// A rotary micro-motor in simulation: open loop, published figures, closed loop.
 #[derive(Debug, Parser)]
@@ -39,6 +39,8 @@ enum Command {
     Reproduce(ReproduceArgs),
     /// Count the instructions of each operation on an emulated microcontroller.
     Instructions(InstructionsArgs),
+    /// Set the twin's speed against its error, beside other integrators
+    Accuracy(AccuracyArgs),
     /// List every key that --set and scene files take.
     Keys,
 }
@@ -230,6 +232,22 @@ struct InstructionsArgs {
     format: Format,
 }
 
+#[derive(Debug, Args)]
+struct AccuracyArgs {
+    /// Folder for accuracy.svg and table.csv
+    #[arg(long, value_name = "DIR", default_value = "out/accuracy")]
+    out: PathBuf,
+    /// Seconds instead of minutes: every figure, none of them sharp
+    #[arg(long)]
+    quick: bool,
+    /// Replace the section between `<!-- accuracy:begin -->` and `<!-- accuracy:end -->` in this file
+    #[arg(long, value_name = "FILE")]
+    readme: Option<PathBuf>,
+    /// How to print the result
+    #[arg(long, value_enum, default_value = "text")]
+    format: Format,
+}
+
 impl InstructionsArgs {
     fn execute(&self) -> Result<(), CommandError> {
         let file = self.out.as_deref().map(export::Output::create).transpose()?;
@@ -248,6 +266,29 @@ impl InstructionsArgs {
     }
 }
 
+impl AccuracyArgs {
+    fn execute(&self) -> Result<(), CommandError> {
+        // What cannot be written is refused before the computing.
+        if let Some(path) = &self.readme {
+            accuracy::readme::read(path)?;
+        }
+        let folder = OutputFolder::create(&self.out)?;
+        let plan = if self.quick { accuracy::Plan::quick() } else { accuracy::Plan::full() };
+        let accuracy = plan.run()?;
+        folder.publish(&[
+            ("accuracy.svg".to_owned(), accuracy.picture()?),
+            ("table.csv".to_owned(), accuracy.csv()?),
+        ])?;
+        if let Some(path) = &self.readme {
+            accuracy::readme::write(path, &accuracy.readme_section())?;
+        }
+        export::print(&match self.format {
+            Format::Text => format!("{}Written to {}\n", accuracy.document().text(), self.out.display()),
+            Format::Json => accuracy.json(),
+        })
+    }
+}
+
 fn progress_style() -> ProgressStyle {
     let template = "{bar:40} {percent:>3} %, {eta} to go";
     ProgressStyle::with_template(template).unwrap_or_else(|_| ProgressStyle::default_bar())
@@ -260,6 +301,7 @@ impl Command {
             Self::Position(args) => args.execute(),
             Self::Reproduce(args) => args.execute(),
             Self::Instructions(args) => args.execute(),
+            Self::Accuracy(args) => args.execute(),
             Self::Keys => export::print(&keys::table()),
         }
     }

@@ -6,6 +6,7 @@ use std::path::PathBuf;
 use motor_model::OutOfBounds;
 
 use crate::instructions::ListingError;
+use crate::reference::patience::Stalled;
 
 /// Why a command stopped.
 #[derive(Debug, thiserror::Error)]
@@ -115,6 +116,20 @@ pub enum CommandError {
     /// A picture that could not be laid out.
     #[error("cannot draw the picture: {0}")]
     Drawing(String),
+    /// A table that could not be written.
+    #[error("cannot write the table: {0}")]
+    Table(String),
+    /// A file in which a section is to be replaced, without the section's markers.
+    #[error("{} has not the lines {} and {}, each once and in this order", path.display(), markers[0], markers[1])]
+    NoMarkers {
+        /// The file.
+        path: PathBuf,
+        /// The first and the last line of the section.
+        markers: [&'static str; 2],
+    },
+    /// The reference integrator gave up.
+    #[error(transparent)]
+    Stalled(#[from] Stalled),
     /// A run whose numbers grew beyond all bounds.
     #[error("the run diverged: {quantity} is no longer finite after {time_s} s")]
     Diverged {
@@ -160,6 +175,7 @@ impl CommandError {
             Self::UnknownKey { nearest: None, .. } => Some("`host-sim keys` lists every key".to_owned()),
             Self::NotAnAssignment { .. } => Some("for example --set motor.stator_mass_kg=9.7e-6".to_owned()),
             Self::Conflict { hint, .. } => Some(hint.clone()),
+            Self::NoMarkers { .. } => Some("add both where the section shall stand".to_owned()),
             Self::InFile { source, .. } => source.hint(),
             Self::Diverged { .. } => {
                 Some("a smaller simulate.step_s, or parameters nearer to nominal".to_owned())

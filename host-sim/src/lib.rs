@@ -13,17 +13,20 @@
 //! | [`record`] | a run written down, one row every 50 us |
 //! | [`reproduce`] | the published tables and figures beside ours, with verdicts |
 //! | [`instructions`] | what the operations of the firmware take, counted on an emulated microcontroller |
+//! | [`accuracy`] | speed against error of the fixed step, beside other crates' integrators |
 //! | [`chart`] | pictures as SVG |
 //! | [`export`] | files that appear whole or not at all |
 //! | [`keys`], [`cli`], [`error`] | the command itself |
 //!
 //! Clockwise and upward are positive; every name carries its unit.
 
+pub mod accuracy;
 pub mod averaged;
 pub mod chance;
 pub mod chart;
 pub mod cli;
 pub mod closed_loop;
+mod document;
 pub mod error;
 pub mod export;
 pub mod instructions;

@@ -28,6 +28,14 @@ pub fn run(folder: &Path, arguments: &[&str]) -> Output {
     command().args(arguments).current_dir(folder).output().expect("the command starts")
 }
 
+/// Runs the command on so many threads.
+#[track_caller]
+pub fn run_on(threads: u32, folder: &Path, arguments: &[&str]) -> Output {
+    let mut command = command();
+    command.env("RAYON_NUM_THREADS", threads.to_string());
+    command.args(arguments).current_dir(folder).output().expect("the command starts")
+}
+
 pub fn folder() -> tempfile::TempDir {
     tempfile::tempdir().expect("a temporary folder")
 }

@@ -33,5 +33,6 @@ mod law_hard_cases;
 mod law_rotation_sense;
 mod tool_steady_rates;
 
+mod tool_accuracy;
 mod tool_command_line;
 mod tool_positioning;

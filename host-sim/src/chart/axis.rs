@@ -5,6 +5,7 @@ use std::ops::Range;
 use plotters::coord::ranged1d::{KeyPointHint, NoDefaultFormatting, Ranged, ValueFormatter};
 
 use super::Axis;
+use crate::error::plain;
 
 /// An axis with its span decided, in its own coordinate (the value, or its decadic logarithm).
 #[derive(Clone)]
@@ -59,7 +60,8 @@ impl Scale {
         if self.logarithmic {
             let value = power_of_ten(tick);
             // One significant digit, by construction of the ticks.
-            return format!("{}", format!("{value:.0e}").parse::<f64>().unwrap_or(value));
+            let text = format!("{value:.0e}");
+            return text.parse().map_or(text, plain);
         }
         let text = format!("{tick:.*}", self.decimals);
         let is_zero = text.chars().all(|c| matches!(c, '-' | '0' | '.'));
@@ -112,11 +114,17 @@ fn round_numbers(span: &Range<f64>, count: f64) -> (Vec<f64>, usize) {
     (ticks, (-(step * 1.001).log10().floor()).clamp(0.0, 12.0) as usize)
 }
 
-/// 1, 2 and 5 times each power of ten.
+/// 1, 2 and 5 times each power of ten; of many powers only themselves, and of very many every third.
 fn decades(span: &Range<f64>) -> (Vec<f64>, usize) {
-    let first = span.start.floor();
-    let digits = [1.0_f64, 2.0, 5.0].map(f64::log10);
-    let ticks = (0..40_u8).flat_map(|decade| digits.map(|digit| first + f64::from(decade) + digit));
+    let wide = span.end - span.start;
+    let (apart, digits): (f64, &[f64]) = match wide {
+        _ if wide > 8.0 => (3.0, &[1.0]),
+        _ if wide > 3.5 => (1.0, &[1.0]),
+        _ => (1.0, &[1.0, 2.0, 5.0]),
+    };
+    let first = (span.start / apart).floor() * apart;
+    let ticks = (0..40_u8)
+        .flat_map(|index| digits.iter().map(move |digit| first + apart * f64::from(index) + digit.log10()));
     let inside = |tick: &f64| *tick >= span.start - 1e-9 && *tick <= span.end + 1e-9;
     (ticks.filter(inside).collect(), 0)
 }

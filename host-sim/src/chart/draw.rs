@@ -158,6 +158,16 @@ fn draw_series(series: &Series, chart: &mut Chart<'_, '_>, x: &Scale, y: &Scale)
             let outline: Vec<_> = lower.chain(upper).collect();
             chart.draw_series(std::iter::once(Polygon::new(outline, colour))).map(drop)
         }
+        Mark::Names(names) => {
+            let beside = Pos::new(HPos::Left, VPos::Center);
+            let style = TextStyle::from((FONT, fine(12.0))).color(&colour).pos(beside);
+            let name = |(a, b, words): &(f64, f64, String)| {
+                let place = (x.place_inside(*a)?, y.place_inside(*b)?);
+                let text = Text::new(words.clone(), (fine(3.0), fine(-9.0)), style.clone());
+                Some(EmptyElement::at(place) + text)
+            };
+            chart.draw_series(names.iter().filter_map(name)).map(drop)
+        }
         Mark::Spans(spans) => {
             let span = |&(from, to): &(f64, f64)| {
                 let corners = [(x.place_inside(from)?, y.span.start), (x.place_inside(to)?, y.span.end)];
@@ -192,7 +202,7 @@ fn draw_legend(panel: &Panel, area: &Area<'_>) -> Drawn {
                 area.draw(&PathElement::new([(from, middle), (from + 2 * third, middle)], stroke))?;
                 area.draw(&PathElement::new([(to - 2 * third, middle), (to, middle)], stroke))?;
             }
-            Mark::Points(_) | Mark::ErrorBars(_) => {
+            Mark::Points(_) | Mark::ErrorBars(_) | Mark::Names(_) => {
                 area.draw(&Circle::new((i32::midpoint(from, to), middle), fine(3.2), colour.filled()))?;
             }
             Mark::Band(_) | Mark::Spans(_) => {

@@ -1,15 +1,13 @@
 //! The reproduction in words: one document, as text for the terminal and as Markdown for keeping.
 
-mod document;
-
 use super::published::Place;
 use super::trend::LINEAR_CORRELATION;
 use super::verdict::Comparison;
 use super::{Reproduction, Row, StepRow, TrendResult};
+use crate::document::{Block, Table};
 use crate::statistics::Spread;
-use document::{Block, Table};
 
-pub use document::Document;
+pub use crate::document::Document;
 
 impl Reproduction {
     /// The whole report.

@@ -5,11 +5,11 @@ use std::fmt::Write as _;
 /// A report, ready to be written either way.
 #[derive(Clone, Debug)]
 pub struct Document {
-    pub(super) blocks: Vec<Block>,
+    pub(crate) blocks: Vec<Block>,
 }
 
 #[derive(Clone, Debug)]
-pub(super) enum Block {
+pub(crate) enum Block {
     Heading(String),
     Paragraph(String),
     Table(Table),
@@ -19,7 +19,7 @@ pub(super) enum Block {
 
 /// A table of text.
 #[derive(Clone, Debug)]
-pub(super) struct Table {
+pub(crate) struct Table {
     header: Vec<String>,
     rows: Vec<Vec<String>>,
 }
@@ -28,12 +28,12 @@ pub(super) struct Table {
 const LINE_WIDTH: usize = 110;
 
 impl Table {
-    pub(super) fn new(header: &[&str]) -> Self {
+    pub(crate) fn new(header: &[&str]) -> Self {
         Self { header: header.iter().map(|&cell| cell.to_owned()).collect(), rows: Vec::new() }
     }
 
     /// Adds a row of as many cells as the header has.
-    pub(super) fn push(&mut self, row: Vec<String>) {
+    pub(crate) fn push(&mut self, row: Vec<String>) {
         self.rows.push(row);
     }
 

@@ -1,0 +1,200 @@
+//! What a user would pick instead: integrators of other crates, and SciPy's, on the ball on the plate.
+//!
+//! Each takes the same problem with the same tolerances, and a largest step small enough not to step over an impact. Those of Rust come with the
+//! feature `peers`; SciPy's are run by a Python that has it.
+
+#[cfg(feature = "peers")]
+mod differential_equations;
+#[cfg(feature = "peers")]
+mod diffsol;
+#[cfg(feature = "peers")]
+mod ode_solvers;
+mod scipy;
+mod twin;
+
+use serde::Serialize;
+
+use super::contestant::{Contestant, contestants};
+use super::flights::root_mean_square;
+use super::plate::{FIRST_BEFORE_S, Plate, START_M, starts_m};
+use super::timing::{Cost, Effort, least_s};
+use crate::error::CommandError;
+
+/// Largest step of the peers.
+pub const PEER_STEP_S: f64 = 5e-6;
+
+/// Says how to get the Rust peers.
+pub const WITHOUT_PEERS: &str =
+    "not measured: built without them (cargo run --release --features peers -- accuracy)";
+
+/// An integrator on the ball on the plate.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct PeerRow {
+    /// Who.
+    pub name: String,
+    /// Largest step.
+    pub step_s: f64,
+    /// What it costs, if it was measured.
+    pub cost: Option<Cost>,
+    /// Error of the time of the first impact, root mean square over the heights of [`starts_m`].
+    pub first_impact_rms_s: Option<f64>,
+    /// Impacts in the time that is timed.
+    pub impacts: Option<usize>,
+    /// Whether it is a crate's, which ours is compared with.
+    pub is_crate: bool,
+    /// Which of ours it is, if it is.
+    pub twin: Option<Contestant>,
+    /// Why it was not measured.
+    pub note: Option<String>,
+}
+
+/// An integrator: the times of the impacts of a ball that falls from rest at `start_m`, up to `until_s`.
+type Integrator = fn(&Plate, start_m: f64, until_s: f64) -> Result<Vec<f64>, String>;
+
+/// The Rust peers, by name.
+#[cfg(feature = "peers")]
+const RUST: [(&str, Integrator); 3] = [
+    ("diffsol 0.18 tsit45", diffsol::impacts),
+    ("differential-equations 0.7 dopri5", differential_equations::impacts),
+    ("ode_solvers 0.6 dopri5", ode_solvers::impacts),
+];
+#[cfg(not(feature = "peers"))]
+const RUST: [(&str, Integrator); 0] = [];
+
+/// Everyone on the ball on the plate, ours first, at `steps_s`.
+///
+/// # Errors
+/// When the plate's parameters are refused by the model.
+pub fn peers(steps_s: &[f64], effort: Effort) -> Result<Vec<PeerRow>, CommandError> {
+    let plate = Plate::nominal()?;
+    let mut rows = twins(&plate, steps_s, effort)?;
+    rows.extend(crates(&plate, effort));
+    rows.extend(scipy::rows(&plate, effort.plate_s));
+    Ok(rows)
+}
+
+/// The twin at every step, by either rule, in either precision.
+fn twins(plate: &Plate, steps_s: &[f64], effort: Effort) -> Result<Vec<PeerRow>, CommandError> {
+    let contestants = contestants(steps_s);
+    let least = least_s(contestants.len(), effort.rounds, |index| {
+        twin::taken_s(&contestants[index], plate, effort.plate_s)
+    })?;
+    let row = |(contestant, &taken_s): (&Contestant, &f64)| {
+        let step_s = contestant.step_s;
+        let errors: Result<Vec<f64>, CommandError> = starts_m()
+            .map(|start_m| {
+                Ok(twin::impacts(contestant, plate, start_m, FIRST_BEFORE_S)?.first_error_s(plate, start_m))
+            })
+            .collect();
+        Ok(PeerRow {
+            name: format!("twin {}", contestant.name()),
+            step_s,
+            cost: Some(Cost::new(step_s, effort.plate_s, taken_s)),
+            first_impact_rms_s: Some(root_mean_square(&errors?)),
+            impacts: Some(twin::impacts(contestant, plate, START_M, effort.plate_s)?.len()),
+            is_crate: false,
+            twin: Some(*contestant),
+            note: None,
+        })
+    };
+    contestants.iter().zip(&least).map(row).collect()
+}
+
+/// How far the first of these impacts is from that of the ball from `start_m`.
+trait FirstError {
+    fn first_error_s(&self, plate: &Plate, start_m: f64) -> f64;
+}
+
+impl FirstError for Vec<f64> {
+    fn first_error_s(&self, plate: &Plate, start_m: f64) -> f64 {
+        self.first().map_or(f64::INFINITY, |time_s| (time_s - plate.first_impact_s(start_m)).abs())
+    }
+}
+
+/// The Rust crates at [`PEER_STEP_S`].
+fn crates(plate: &Plate, effort: Effort) -> Vec<PeerRow> {
+    if RUST.is_empty() {
+        return vec![PeerRow::unmeasured("diffsol, differential-equations, ode_solvers", WITHOUT_PEERS)];
+    }
+    let row = |&(name, integrator): &(&str, Integrator)| {
+        let timed = least_s(1, effort.rounds, |_| {
+            let start = std::time::Instant::now();
+            integrator(plate, START_M, effort.plate_s).map(|_| start.elapsed().as_secs_f64())
+        });
+        let errors: Result<Vec<f64>, String> = starts_m()
+            .map(|start_m| Ok(integrator(plate, start_m, FIRST_BEFORE_S)?.first_error_s(plate, start_m)))
+            .collect();
+        match (timed, errors, integrator(plate, START_M, effort.plate_s)) {
+            (Ok(taken_s), Ok(errors), Ok(impacts)) => PeerRow {
+                name: name.to_owned(),
+                step_s: PEER_STEP_S,
+                cost: Some(Cost::new(PEER_STEP_S, effort.plate_s, taken_s[0])),
+                first_impact_rms_s: Some(root_mean_square(&errors)),
+                impacts: Some(impacts.len()),
+                is_crate: true,
+                twin: None,
+                note: None,
+            },
+            (Err(why), ..) | (_, Err(why), _) | (.., Err(why)) => {
+                PeerRow::unmeasured(name, &format!("not measured: {why}"))
+            }
+        }
+    };
+    RUST.iter().map(row).collect()
+}
+
+impl PeerRow {
+    fn unmeasured(name: &str, note: &str) -> Self {
+        Self {
+            name: name.to_owned(),
+            step_s: PEER_STEP_S,
+            cost: None,
+            first_impact_rms_s: None,
+            impacts: None,
+            is_crate: false,
+            twin: None,
+            note: Some(note.to_owned()),
+        }
+    }
+}
+
+/// The root of `gap` between `low`, where it is positive, and `high`, where it is not: regula falsi, Illinois variant.
+#[cfg(feature = "peers")]
+fn descent(mut low: f64, mut high: f64, gap: impl Fn(f64) -> f64) -> f64 {
+    let (mut at_low, mut at_high) = (gap(low), gap(high));
+    if at_low <= 0.0 {
+        return low;
+    }
+    for _ in 0..60 {
+        let middle = high - at_high * (high - low) / (at_high - at_low);
+        let at_middle = gap(middle);
+        if at_middle > 0.0 {
+            (low, at_low, at_high) = (middle, at_middle, 0.5 * at_high);
+        } else {
+            (high, at_high, at_low) = (middle, at_middle, 0.5 * at_low);
+        }
+        if high - low < 1e-17 || at_middle == 0.0 {
+            break;
+        }
+    }
+    high
+}
+
+#[cfg(all(test, feature = "peers"))]
+mod tests {
+    use super::*;
+
+    /// Three crates, two methods, one ball: every impact of 50 ms at the same instant. The motion is chaotic: 1e-9 of tolerance grows to some
+    /// nanoseconds by the fourth impact.
+    #[test]
+    fn dual_crates_agree_on_every_impact() {
+        let plate = Plate::nominal().unwrap();
+        let all = RUST.map(|(_, integrator)| integrator(&plate, START_M, 0.05).unwrap());
+        assert!(all[0].len() >= 3, "{all:?}");
+        for times_s in &all {
+            assert_eq!(times_s.len(), all[0].len(), "{all:?}");
+            assert!((times_s[0] - plate.first_impact_s(START_M)).abs() < 1e-15, "{all:?}");
+            assert!(times_s.iter().zip(&all[0]).all(|(a, b)| (a - b).abs() < 1e-9), "{all:?}");
+        }
+    }
+}
