@@ -10,11 +10,13 @@
 //! | [`flights`] | time of the first impact, and the map to the next, from the same states |
 //! | [`steady`] | mean rate, impacts per second and collision frequency of steady motion |
 //! | [`bursts`] | net displacement of a few cycles from rest |
+//! | [`averaged`] | the averaged motor on long moves |
 //! | [`timing`] | ns a step and a simulated millisecond |
 //! | [`plate`], [`peers`] | a ball on a plate, for other crates' integrators and SciPy's beside ours |
 //! | [`verdict`] | what the twin is held to |
 //! | [`tables`], [`picture`], [`readme`] | all of it in words and in a picture |
 
+pub mod averaged;
 pub mod bursts;
 pub mod contestant;
 pub mod flights;
@@ -31,7 +33,9 @@ use motor_model::DriveMode;
 use rayon::prelude::*;
 use serde::Serialize;
 
+use crate::averaged::Campaign;
 use crate::error::CommandError;
+use averaged::AveragedRow;
 use bursts::{BURSTS, BurstError};
 use contestant::{Contestant, STEPS_S, contestants};
 use flights::{FlightErrors, Flights, Fly};
@@ -49,6 +53,8 @@ pub struct Plan {
     pub flights: usize,
     /// Runs of each condition.
     pub batches: Batches,
+    /// Runs from which the averaged motor is identified.
+    pub identification: Campaign,
     /// Timed work.
     pub effort: Effort,
 }
@@ -60,6 +66,7 @@ impl Plan {
             steps_s: &STEPS_S,
             flights: 400,
             batches: Batches { seeds: 160, seeds_min: 8, steps_max: 6e7, settle_s: 0.4, time_s: 1.6384 },
+            identification: Campaign::default(),
             effort: Effort { rounds: 7, settle_s: 0.2, time_s: 0.4, plate_s: 0.1 },
         }
     }
@@ -70,6 +77,7 @@ impl Plan {
             steps_s: &STEPS_S[2..],
             flights: 40,
             batches: Batches { seeds: 4, seeds_min: 2, steps_max: 1e6, settle_s: 0.1, time_s: 0.2 },
+            identification: Campaign { runs: 4, blocks: 4, ..Campaign::default() },
             effort: Effort { rounds: 2, settle_s: 0.02, time_s: 0.02, plate_s: 0.01 },
         }
     }
@@ -125,6 +133,8 @@ struct Errors {
 pub struct Accuracy {
     /// One row a contestant.
     pub rows: Vec<Row>,
+    /// The averaged motor under each of [`CONDITIONS`].
+    pub averaged: Vec<AveragedRow>,
     /// Ours and others' integrators on the ball on the plate.
     pub peers: Vec<PeerRow>,
 }
@@ -145,7 +155,11 @@ impl Plan {
             steady: errors.steady,
             bursts: errors.bursts,
         });
-        Ok(Accuracy { rows: rows.collect(), peers: peers::peers(self.steps_s, self.effort)? })
+        Ok(Accuracy {
+            rows: rows.collect(),
+            averaged: averaged::rows(&self.identification, self.effort.rounds)?,
+            peers: peers::peers(self.steps_s, self.effort)?,
+        })
     }
 
     fn errors(&self, contestants: &[Contestant]) -> Result<Vec<Errors>, CommandError> {

@@ -57,10 +57,10 @@ pub struct Identified {
 }
 
 impl Identified {
-    /// For [`motor_model::AveragedMotor`].
+    /// For [`motor_model::AveragedMotor`]. A lag that noise has made negative is none.
     pub fn motion(&self) -> MeanMotion {
         let Self { rate_rad_s, time_constant_s, diffusion_rad2_s, .. } = *self;
-        MeanMotion { rate_rad_s, time_constant_s, diffusion_rad2_s }
+        MeanMotion { rate_rad_s, time_constant_s: time_constant_s.max(1e-6), diffusion_rad2_s }
     }
 }
 
@@ -82,10 +82,33 @@ impl Campaign {
         command: DriveCommand,
         seed: u64,
     ) -> Result<Identified, OutOfBounds> {
+        Ok(self.summary(&self.spin_ups(params, setup, command, seed)?))
+    }
+
+    /// Mean and spread of the angle turned in the settling time, in rad.
+    ///
+    /// # Errors
+    /// As [`Self::identify`].
+    pub fn settled_rad(
+        &self,
+        params: &MotorParams,
+        setup: &MotorSetup,
+        command: DriveCommand,
+        seed: u64,
+    ) -> Result<Spread, OutOfBounds> {
+        Ok(self.spin_ups(params, setup, command, seed)?.iter().map(|up| up.settled_rad).collect())
+    }
+
+    fn spin_ups(
+        &self,
+        params: &MotorParams,
+        setup: &MotorSetup,
+        command: DriveCommand,
+        seed: u64,
+    ) -> Result<Vec<SpinUp>, OutOfBounds> {
         let motor = Motor::<f64>::try_new(params, setup)?;
         let run = |run: u32| self.spin_up(&motor, command, seed.wrapping_add(u64::from(run)));
-        let spin_ups: Vec<SpinUp> = (0..self.runs).into_par_iter().map(run).collect();
-        Ok(self.summary(&spin_ups))
+        Ok((0..self.runs).into_par_iter().map(run).collect())
     }
 
     fn spin_up(&self, motor: &Motor<f64>, command: DriveCommand, seed: u64) -> SpinUp {
@@ -169,14 +192,8 @@ mod tests {
             let command = DriveCommand::full(mode);
             let found = Campaign::default().identify(&params, &setup, command, 1).unwrap();
             // Seeds that the identification has not seen, a second from rest.
-            let check = Campaign { runs: 64, settle_s: 1.0, block_s: 0.1, blocks: 2 };
-            let motor = Motor::<f64>::try_new(&params, &setup).unwrap();
-            let full: Spread = (0..check.runs)
-                .into_par_iter()
-                .map(|run| check.spin_up(&motor, command, 1000 + u64::from(run)).settled_rad)
-                .collect::<Vec<_>>()
-                .into_iter()
-                .collect();
+            let check = Campaign { runs: 64, settle_s: 1.0, block_s: 0.1, blocks: 0 };
+            let full = check.settled_rad(&params, &setup, command, 1000).unwrap();
             let expected = found.rate_rad_s * (1.0 - found.time_constant_s);
             let sd = math::sqrt(2.0 * found.diffusion_rad2_s);
             assert!(

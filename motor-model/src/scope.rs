@@ -3,9 +3,9 @@
 //! | scope | keeps | leaves out | error of leaving it out |
 //! |---|---|---|---|
 //! | [`WholeMotor`] | all | | |
-//! | [`WithoutModeA`] | modes B and C | the stator's bending under each blow | impacts meet a stiffer stator |
+//! | [`WithoutModeA`] | modes B and C | the stator giving way as a whole under each blow | mode B turns half as fast, mode C the other way: mode A matters |
 //! | [`HeightOnly`] | rotor and teeth going up and down | friction, rate and angle | none in what it keeps: nothing tangential acts on the heights |
-//! | [`OnePair`] | one pair of teeth | the other | half of the impacts; for a bench, not for this motor |
+//! | [`OnePair`] | one pair of teeth | the other | a third to a half of the rate; for a bench, not for this motor |
 //! | [`Bouncer`] | a mass over a plate that mode C shakes | the rest | none, for a bouncing ball |
 //!
 //! The stator without a rotor is [`crate::Stator`]. What each costs and errs is measured by `host-sim accuracy`. A scope of one's own is a type with five constants:

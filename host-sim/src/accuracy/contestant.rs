@@ -1,14 +1,16 @@
 //! Who is judged: a model, a rule of impacts, a precision and a step.
 //!
-//! A model that steps is a [`Twin`]. To add one: a variant of [`Model`], its `impl Twin`, its arm in [`Contestant::examine`] and its rows in
+//! A model that steps is a [`Twin`]. To add one: a variant of [`Model`], its `impl Twin`, its arm in [`Contestant::examine_motor`] and its rows in
 //! [`contestants`].
 
 use motor_model::{
-    AmplitudeVariation, Angle, Dragged, DriveCommand, Impact, ImpactRule, Ledger, ModalState, Motor,
-    MotorParams, MotorSetup, MotorState, OutOfBounds, Phase, Real, RotorState,
+    AmplitudeVariation, Angle, Bouncer, Dragged, DriveCommand, HeightOnly, Impact, ImpactRule, Ledger,
+    ModalState, Motor, MotorParams, MotorSetup, MotorState, OnePair, OutOfBounds, Phase, Real, RotorState,
+    Scope, WholeMotor, WithoutModeA,
 };
 use serde::ser::{Serialize, SerializeStruct as _, Serializer};
 
+use super::verdict::JUDGED_STEP_S;
 use crate::reference::ReferenceState;
 use crate::simulate::{FAST_APPROACH_M_S, Precision};
 
@@ -20,6 +22,14 @@ pub const STEPS_S: [f64; 8] = [0.25e-6, 0.5e-6, 1e-6, 2e-6, 5e-6, 10e-6, 20e-6, 
 pub enum Model {
     /// Three modes, two pairs of teeth, rotation.
     Whole,
+    /// Mode A left out.
+    WithoutModeA,
+    /// The rotation left out.
+    HeightOnly,
+    /// The second pair of teeth left out.
+    OnePair,
+    /// A ball on a plate: mode C, one pair, no rotation.
+    Bouncer,
 }
 
 /// One row of the table.
@@ -35,13 +45,23 @@ pub struct Contestant {
     pub step_s: f64,
 }
 
-/// Everyone at `steps_s`, the curves one after the other, each from the fine to the coarse step.
+/// Everyone at `steps_s`, the curves one after the other, each from the fine to the coarse step; then the reduced models at the judged step.
 pub fn contestants(steps_s: &[f64]) -> Vec<Contestant> {
     let mut all = Vec::new();
     for impact_rule in [ImpactRule::EndOfStep, ImpactRule::Located] {
         for precision in [Precision::F64, Precision::F32] {
             let row = |&step_s| Contestant { model: Model::Whole, impact_rule, precision, step_s };
             all.extend(steps_s.iter().map(row));
+        }
+    }
+    for model in [Model::WithoutModeA, Model::HeightOnly, Model::OnePair] {
+        for precision in [Precision::F64, Precision::F32] {
+            all.push(Contestant {
+                model,
+                impact_rule: ImpactRule::Located,
+                precision,
+                step_s: JUDGED_STEP_S,
+            });
         }
     }
     all
@@ -122,9 +142,24 @@ impl Contestant {
     ) -> Result<Q::Answer, OutOfBounds> {
         let setup =
             MotorSetup { impact_rule: self.impact_rule, variation, ..MotorSetup::with_step(self.step_s) };
-        Ok(match (self.model, self.precision) {
-            (Model::Whole, Precision::F32) => question.ask(&Motor::<f32>::try_new(params, &setup)?),
-            (Model::Whole, Precision::F64) => question.ask(&Motor::<f64>::try_new(params, &setup)?),
+        match self.model {
+            Model::Whole => self.ask::<WholeMotor, Q>(params, &setup, question),
+            Model::WithoutModeA => self.ask::<WithoutModeA, Q>(params, &setup, question),
+            Model::HeightOnly => self.ask::<HeightOnly, Q>(params, &setup, question),
+            Model::OnePair => self.ask::<OnePair, Q>(params, &setup, question),
+            Model::Bouncer => self.ask::<Bouncer, Q>(params, &setup, question),
+        }
+    }
+
+    fn ask<S: Scope, Q: Question>(
+        &self,
+        params: &MotorParams,
+        setup: &MotorSetup,
+        question: &Q,
+    ) -> Result<Q::Answer, OutOfBounds> {
+        Ok(match self.precision {
+            Precision::F32 => question.ask(&Motor::<f32, S>::try_new(params, setup)?),
+            Precision::F64 => question.ask(&Motor::<f64, S>::try_new(params, setup)?),
         })
     }
 
@@ -135,7 +170,12 @@ impl Contestant {
 
     /// Whether this is the whole motor with these.
     pub fn is_whole(&self, impact_rule: ImpactRule, precision: Precision) -> bool {
-        (self.model, self.impact_rule, self.precision) == (Model::Whole, impact_rule, precision)
+        self.is(Model::Whole, impact_rule, precision)
+    }
+
+    /// Whether this is `model` with these.
+    pub fn is(&self, model: Model, impact_rule: ImpactRule, precision: Precision) -> bool {
+        (self.model, self.impact_rule, self.precision) == (model, impact_rule, precision)
     }
 
     /// Whether its step is `step_s`.
@@ -163,6 +203,10 @@ impl Contestant {
     pub fn model_word(&self) -> &'static str {
         match self.model {
             Model::Whole => "whole",
+            Model::WithoutModeA => "without mode A",
+            Model::HeightOnly => "height only",
+            Model::OnePair => "one pair",
+            Model::Bouncer => "bouncer",
         }
     }
 }
@@ -179,7 +223,7 @@ impl Serialize for Contestant {
     }
 }
 
-impl<T: Real> Twin for Motor<T> {
+impl<T: Real, S: Scope> Twin for Motor<T, S> {
     type State = MotorState<T>;
 
     fn state(&self, of: &ReferenceState) -> MotorState<T> {

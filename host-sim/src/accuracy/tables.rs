@@ -3,11 +3,13 @@
 use motor_model::DriveMode;
 use serde::Serialize;
 
+use super::averaged::AveragedRow;
 use super::bursts::BURSTS;
 use super::peers::PeerRow;
 use super::steady::{CONDITIONS, Deviation};
 use super::verdict::{Cheaper, Verdict};
 use super::{Accuracy, Row};
+use crate::averaged::Identified;
 use crate::document::{Block, Document, Table};
 use crate::error::CommandError;
 
@@ -16,6 +18,9 @@ const ABOUT: &str = "Twin: motor_model::Motor, the nominal motor, Coulomb fricti
     states of steady motion, root mean square of the error. Mean rate, impacts per second (faster than 1 mm/s) and collision frequency (largest line \
     below 5 kHz): error of steady motion in per cent, +- two standard errors over independent runs. Bursts: largest error of the net \
     displacement of a mode's bursts of 2 to 10 cycles at 0.3. Costs: least of several batches, at full drive.";
+const ABOUT_AVERAGED: &str = "Averaged motor, identified from the full one at 10 us: mean rate, time constant, diffusion of the angle, +- two standard \
+    errors. Cost of a step of 0.1 s. Error of the mean of moves of 1 s from rest against runs that the identification has not seen; standard deviation of such \
+    moves per theirs. Of single blows and bursts it knows nothing.";
 const ABOUT_PLATE: &str = "A ball on a vibrating plate (the rotor, and a tooth in mode C at full drive, infinitely heavy), 0.1 s: a problem that every \
     integrator with events can take. Error: time of the first impact against the closed form, root mean square over 16 heights.";
 
@@ -25,6 +30,7 @@ struct Report<'a> {
     rows: &'a [Row],
     conditions: Vec<String>,
     bursts: Vec<String>,
+    averaged: &'a [AveragedRow],
     peers: &'a [PeerRow],
     cheaper: Vec<Cheaper>,
     verdicts: Vec<Verdict>,
@@ -100,6 +106,7 @@ impl Line {
             _ => "none".to_owned(),
         };
         vec![
+            self.model.to_owned(),
             self.impacts.replace('_', " "),
             self.precision.to_owned(),
             format!("{}", (1e3 * self.step_us).round() / 1e3),
@@ -120,7 +127,8 @@ impl Line {
     }
 }
 
-const HEADER: [&str; 16] = [
+const HEADER: [&str; 17] = [
+    "model",
     "impacts",
     "",
     "us",
@@ -165,6 +173,8 @@ impl Accuracy {
                 Block::Paragraph(ABOUT.to_owned()),
                 Block::Paragraph(self.converged()),
                 Block::Table(rows),
+                Block::Paragraph(ABOUT_AVERAGED.to_owned()),
+                Block::Table(self.averaged_table()),
                 Block::Paragraph(ABOUT_PLATE.to_owned()),
                 Block::Table(self.plate_table()),
                 Block::Table(cheaper),
@@ -188,6 +198,40 @@ impl Accuracy {
             bursts.map(|(burst, error)| format!("{} {:+.4} mdeg", burst.name(), error.converged_mdeg));
         let all: Vec<String> = steady.chain(bursts).collect();
         format!("Converged: {}.", all.join("; "))
+    }
+
+    fn averaged_table(&self) -> Table {
+        let mut table = Table::new(&[
+            "averaged",
+            "rad/s",
+            "time constant ms",
+            "diffusion mrad^2/s",
+            "ns/step",
+            "x real",
+            "1 s move %",
+            "its spread",
+        ]);
+        for row in &self.averaged {
+            let Identified {
+                rate_rad_s,
+                rate_error_rad_s,
+                time_constant_s,
+                time_constant_error_s,
+                diffusion_rad2_s,
+                diffusion_error_rad2_s,
+            } = row.identified;
+            table.push(vec![
+                row.condition.clone(),
+                format!("{rate_rad_s:+.4} +- {:.4}", 2.0 * rate_error_rad_s),
+                format!("{:.2} +- {:.2}", 1e3 * time_constant_s, 2e3 * time_constant_error_s),
+                format!("{:.3} +- {:.3}", 1e6 * diffusion_rad2_s, 2e6 * diffusion_error_rad2_s),
+                format!("{:.1}", row.cost.ns_per_step),
+                format!("{:.1e}", row.cost.times_real_time),
+                format!("{:+.2} +- {:.2}", 100.0 * row.move_relative, 100.0 * row.move_half_width),
+                format!("{:.2}", row.spread_ratio),
+            ]);
+        }
+        table
     }
 
     fn plate_table(&self) -> Table {
@@ -240,6 +284,7 @@ impl Accuracy {
             rows: &self.rows,
             conditions: CONDITIONS.iter().map(super::steady::Condition::name).collect(),
             bursts: BURSTS.iter().map(|burst| burst.name()).collect(),
+            averaged: &self.averaged,
             peers: &self.peers,
             cheaper: self.cheaper(),
             verdicts: self.verdicts(),

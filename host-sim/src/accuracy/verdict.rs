@@ -8,6 +8,7 @@ use motor_model::{ImpactRule, math};
 use serde::Serialize;
 
 use super::bursts::BURSTS;
+use super::contestant::Model;
 use super::peers::{PEER_STEP_S, PeerRow};
 use super::steady::{CONDITIONS, Deviation};
 use super::{Accuracy, Row};
@@ -70,7 +71,7 @@ impl Accuracy {
     ) -> impl Iterator<Item = &PeerRow> {
         self.peers
             .iter()
-            .filter(move |row| row.twin.is_some_and(|twin| twin.is_whole(impact_rule, precision)))
+            .filter(move |row| row.twin.is_some_and(|twin| twin.is(Model::Bouncer, impact_rule, precision)))
     }
 
     /// How many times faster than real time the twin with located impacts takes the ball on the plate, in `f64` at the peers' step.
