@@ -166,7 +166,7 @@ fn tool_files_are_written_and_only_the_section_of_the_page_changes() {
     let (folder, _) = quick();
     let read = |name: &str| std::fs::read_to_string(folder.path().join(name)).expect(name);
     assert!(read("result/accuracy.svg").starts_with("<svg"));
-    assert_eq!(read("result/table.csv").lines().count(), 1 + 2 * 24);
+    assert_eq!(read("result/table.csv").lines().count(), 1 + 2 * (24 + 6));
     let written = read("page.md");
     let (before, rest) = written.split_once(BEGIN).expect("the first marker");
     let (section, after) = rest.split_once(END).expect("the second marker");
