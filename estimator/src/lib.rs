@@ -42,12 +42,16 @@
 
 mod constant_rate;
 mod covariance;
+mod factors;
 mod innovation;
 mod measurement;
 mod rest;
+mod transition;
 
 pub use constant_rate::{ConstantRate, ConstantRateTuning, Estimate, Motion};
 pub use covariance::AngleRateCovariance;
+pub use factors::{Correction, NoiseSource, NotPositiveDefinite, Refusal, UdCovariance};
 pub use innovation::{Innovation, Rejection, Source, Verdict};
 pub use measurement::{CameraFrame, LdvSample};
 pub use rest::{RestDetector, RestTuning};
+pub use transition::{Blocks2, Dense, Transition, UpperTriangular};
