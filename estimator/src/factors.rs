@@ -172,16 +172,28 @@ pub(crate) fn identity<T: Real, const N: usize>() -> Columns<T, N> {
     SMatrix::<T, N, N>::identity().data.0
 }
 
-/// Whether a loop over a column stops above the diagonal, where all is known, or runs through the ones and zeros.
+/// Runs `body` for every column `j < n`, from the first up or from the last down, as straight-line code for up to twelve states.
 ///
-/// A short column is unrolled, and skipping saves latency. In a long one a fixed length compiles to straight vector code, which costs less than a
-/// variable one, and no element is written by itself just before the vector that contains it is read, which stalls.
-pub(crate) const fn stops_at_diagonal<const N: usize>() -> bool {
-    N <= 4
+/// In straight-line code `j` is a constant where `body` calls an always-inlined function: its loops over the rows above the diagonal have fixed lengths and
+/// are unrolled, which halves the work against running through the zeros and saves a third against a variable length.
+macro_rules! for_columns {
+    (up to $n:expr, |$j:ident| $body:expr) => {
+        for_columns!(@ $n, $j, $body, 0 1 2 3 4 5 6 7 8 9 10 11);
+        for $j in 12..$n {
+            $body;
+        }
+    };
+    (down from $n:expr, |$j:ident| $body:expr) => {
+        for $j in (12..$n).rev() {
+            $body;
+        }
+        for_columns!(@ $n, $j, $body, 11 10 9 8 7 6 5 4 3 2 1 0);
+    };
+    (@ $n:expr, $j:ident, $body:expr, $($k:literal)*) => {
+        $(if $k < $n {
+            let $j = $k;
+            $body;
+        })*
+    };
 }
-
-/// How many rows of column `j` a loop passes.
-#[inline]
-pub(crate) const fn reach<const N: usize>(j: usize) -> usize {
-    if stops_at_diagonal::<N>() { j } else { N }
-}
+pub(crate) use for_columns;

@@ -3,7 +3,7 @@
 use motor_model::Real;
 use nalgebra::SVector;
 
-use super::{UdCovariance, is_finite, reach, reciprocal, stops_at_diagonal};
+use super::{UdCovariance, for_columns, is_finite, reciprocal};
 
 /// What a measurement did.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -72,47 +72,59 @@ impl<T: Real, const N: usize> UdCovariance<T, N> {
         let mut p =
             Projection { f: [T::zero(); N], g: [T::zero(); N], sums: [T::zero(); N], per_sum: [None; N] };
         let mut sum = noise;
-        let sums = p.f.iter_mut().zip(&mut p.g).zip(&mut p.sums);
-        for ((j, column), ((&weight, &h_j), ((f, g), a))) in
-            self.unit.iter().enumerate().zip(self.weights.iter().zip(row).zip(sums))
-        {
-            *f = if stops_at_diagonal::<N>() { h_j } else { T::zero() };
-            for (&u, &h) in column.iter().zip(row).take(reach::<N>(j)) {
-                *f += u * h;
-            }
-            *g = weight * *f;
-            sum += *f * *g;
-            *a = sum;
-        }
+        for_columns!(up to N, |j| self.project_on_column(j, row, &mut p, &mut sum));
         for (per, &a) in p.per_sum.iter_mut().zip(&p.sums) {
             *per = reciprocal(a);
         }
         p
     }
 
+    #[expect(clippy::inline_always, reason = "j is to be a constant in it")]
+    #[inline(always)]
+    fn project_on_column(&self, j: usize, row: &[T; N], p: &mut Projection<T, N>, sum: &mut T) {
+        let (Some(column), Some(&weight), Some(&h)) = (self.unit.get(j), self.weights.get(j), row.get(j)) else {
+            return;
+        };
+        let (Some(f), Some(g), Some(a)) = (p.f.get_mut(j), p.g.get_mut(j), p.sums.get_mut(j)) else { return };
+        *f = h;
+        for (&u, &h) in column.iter().zip(row).take(j) {
+            *f += u * h;
+        }
+        *g = weight * *f;
+        *sum += *f * *g;
+        *a = *sum;
+    }
+
     /// The factors after the measurement; returns `b = P h`.
     #[inline]
     fn sweep(&mut self, p: &Projection<T, N>, noise: T) -> SVector<T, N> {
         let mut b = [T::zero(); N];
-        let (mut before, mut per_before) = (noise, None);
-        let entries = p.f.iter().zip(&p.g).zip(p.sums.iter().zip(&p.per_sum));
-        for ((j, (column, weight)), ((&f, &g), (&sum, &per_sum))) in
-            self.unit.iter_mut().zip(&mut self.weights).enumerate().zip(entries)
-        {
-            // While the sum is zero so is b, and nothing is learnt.
-            let slope = per_before.map_or(T::zero(), |per: T| f * per);
-            *weight *= per_sum.map_or(T::one(), |per| before * per);
-            for (u, b) in column.iter_mut().zip(&mut b).take(reach::<N>(j)) {
-                let old = *u;
-                *u -= slope * *b;
-                *b += g * old;
-            }
-            if stops_at_diagonal::<N>() && let Some(b_j) = b.get_mut(j) {
-                *b_j = g;
-            }
-            (before, per_before) = (sum, per_sum);
-        }
+        let mut before = (noise, None);
+        for_columns!(up to N, |j| self.sweep_column(j, p, &mut b, &mut before));
         b.into()
+    }
+
+    #[expect(clippy::inline_always, reason = "j is to be a constant in it")]
+    #[inline(always)]
+    fn sweep_column(&mut self, j: usize, p: &Projection<T, N>, b: &mut [T; N], before: &mut (T, Option<T>)) {
+        let (Some(column), Some(weight)) = (self.unit.get_mut(j), self.weights.get_mut(j)) else { return };
+        let (Some(&f), Some(&g), Some(&sum), Some(&per_sum)) =
+            (p.f.get(j), p.g.get(j), p.sums.get(j), p.per_sum.get(j))
+        else {
+            return;
+        };
+        // While the sum is zero so is b, and nothing is learnt.
+        let slope = before.1.map_or(T::zero(), |per| f * per);
+        *weight *= per_sum.map_or(T::one(), |per| before.0 * per);
+        for (u, b) in column.iter_mut().zip(b.iter_mut()).take(j) {
+            let old = *u;
+            *u -= slope * *b;
+            *b += g * old;
+        }
+        if let Some(b_j) = b.get_mut(j) {
+            *b_j = g;
+        }
+        *before = (sum, per_sum);
     }
 }
 
