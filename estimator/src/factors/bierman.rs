@@ -29,19 +29,26 @@ pub enum Refusal {
     Innovation,
 }
 
-/// `f = U'h`, `g = D f` and the sums `a_j = R + f_1 g_1 + ... + f_j g_j` with their reciprocals.
+/// `f = U'h`, `g = D f` and the sums `a_j = R + f_1 g_1 + ... + f_j g_j`.
 struct Projection<T, const N: usize> {
+    noise: T,
     f: [T; N],
     g: [T; N],
     sums: [T; N],
-    per_sum: [Option<T>; N],
+}
+
+/// What the columns before have left: `a_(j-1)` and its reciprocal, and `b`.
+struct Sweep<T, const N: usize> {
+    sum: T,
+    per_sum: Option<T>,
+    b: [T; N],
 }
 
 impl<T: Real, const N: usize> UdCovariance<T, N> {
     /// Variance of the innovation of `z = h'x + noise`, `h'P h + R`.
     #[inline]
     pub fn innovation_variance(&self, row: &SVector<T, N>, noise: T) -> T {
-        self.project(row, noise).variance(noise)
+        self.project(row, noise).variance()
     }
 
     /// Takes in a scalar measurement `z = h'x + noise` of variance `noise`, zero or more, whose innovation is `z - h'x`.
@@ -59,95 +66,141 @@ impl<T: Real, const N: usize> UdCovariance<T, N> {
         state: &mut SVector<T, N>,
     ) -> Result<Correction<T, N>, Refusal> {
         let projection = self.project(row, noise);
-        let correction = projection.judge(noise, innovation)?;
-        let (per_variance, normalised_squared) = correction;
-        let gain = self.sweep(&projection, noise) * per_variance;
-        *state += gain * innovation;
-        Ok(Correction { variance: projection.variance(noise), gain, normalised_squared })
+        let judged = projection.judge(innovation)?;
+        let b = self.sweep(&projection, None);
+        Ok(judged.correct(b, innovation, state))
+    }
+
+    /// [`Self::update`] by a measurement of state `I` itself, `z = x_I + noise`.
+    ///
+    /// Row I of U is then only scaled, `U_Ij <- U_Ij R / a_(j-1)`, without a subtraction.
+    ///
+    /// # Errors
+    /// As of [`Self::update`].
+    #[inline]
+    pub fn update_state<const I: usize>(
+        &mut self,
+        noise: T,
+        innovation: T,
+        state: &mut SVector<T, N>,
+    ) -> Result<Correction<T, N>, Refusal> {
+        const { assert!(I < N, "no such state") };
+        let projection = self.project_state(I, noise);
+        let judged = projection.judge(innovation)?;
+        let b = self.sweep(&projection, Some(I));
+        Ok(judged.correct(b, innovation, state))
     }
 
     #[inline]
     fn project(&self, row: &SVector<T, N>, noise: T) -> Projection<T, N> {
         let [row] = &row.data.0;
-        let mut p =
-            Projection { f: [T::zero(); N], g: [T::zero(); N], sums: [T::zero(); N], per_sum: [None; N] };
-        let mut sum = noise;
-        for_columns!(up to N, |j| self.project_on_column(j, row, &mut p, &mut sum));
-        for (per, &a) in p.per_sum.iter_mut().zip(&p.sums) {
-            *per = reciprocal(a);
-        }
+        let mut p = Projection { noise, f: *row, g: [T::zero(); N], sums: [noise; N] };
+        for_columns!(up to N, |j| self.project_on_column(j, row, &mut p.f));
+        p.sum_up(&self.weights);
         p
     }
 
     #[expect(clippy::inline_always, reason = "j is to be a constant in it")]
     #[inline(always)]
-    fn project_on_column(&self, j: usize, row: &[T; N], p: &mut Projection<T, N>, sum: &mut T) {
-        let (Some(column), Some(&weight), Some(&h)) = (self.unit.get(j), self.weights.get(j), row.get(j)) else {
-            return;
-        };
-        let (Some(f), Some(g), Some(a)) = (p.f.get_mut(j), p.g.get_mut(j), p.sums.get_mut(j)) else { return };
-        *f = h;
+    fn project_on_column(&self, j: usize, row: &[T; N], f: &mut [T; N]) {
+        let (Some(column), Some(f)) = (self.unit.get(j), f.get_mut(j)) else { return };
         for (&u, &h) in column.iter().zip(row).take(j) {
             *f += u * h;
         }
-        *g = weight * *f;
-        *sum += *f * *g;
-        *a = *sum;
     }
 
-    /// The factors after the measurement; returns `b = P h`.
     #[inline]
-    fn sweep(&mut self, p: &Projection<T, N>, noise: T) -> SVector<T, N> {
-        let mut b = [T::zero(); N];
-        let mut before = (noise, None);
-        for_columns!(up to N, |j| self.sweep_column(j, p, &mut b, &mut before));
-        b.into()
+    fn project_state(&self, state: usize, noise: T) -> Projection<T, N> {
+        let mut p = Projection { noise, f: [T::zero(); N], g: [T::zero(); N], sums: [noise; N] };
+        for (f, column) in p.f.iter_mut().zip(&self.unit) {
+            *f = column.get(state).copied().unwrap_or_default();
+        }
+        p.sum_up(&self.weights);
+        p
+    }
+
+    /// The factors after the measurement, of `state` alone or of a combination; returns `b = P h`.
+    #[inline]
+    fn sweep(&mut self, p: &Projection<T, N>, state: Option<usize>) -> [T; N] {
+        let mut sweep = Sweep { sum: p.noise, per_sum: None, b: [T::zero(); N] };
+        for_columns!(up to N, |j| self.sweep_column(j, p, state, &mut sweep));
+        sweep.b
     }
 
     #[expect(clippy::inline_always, reason = "j is to be a constant in it")]
     #[inline(always)]
-    fn sweep_column(&mut self, j: usize, p: &Projection<T, N>, b: &mut [T; N], before: &mut (T, Option<T>)) {
-        let (Some(column), Some(weight)) = (self.unit.get_mut(j), self.weights.get_mut(j)) else { return };
-        let (Some(&f), Some(&g), Some(&sum), Some(&per_sum)) =
-            (p.f.get(j), p.g.get(j), p.sums.get(j), p.per_sum.get(j))
-        else {
+    fn sweep_column(&mut self, j: usize, p: &Projection<T, N>, state: Option<usize>, sweep: &mut Sweep<T, N>) {
+        if state.is_some_and(|state| j < state) {
             return;
-        };
+        }
+        let (Some(column), Some(weight)) = (self.unit.get_mut(j), self.weights.get_mut(j)) else { return };
+        let (Some(&f), Some(&g), Some(&sum)) = (p.f.get(j), p.g.get(j), p.sums.get(j)) else { return };
         // While the sum is zero so is b, and nothing is learnt.
-        let slope = before.1.map_or(T::zero(), |per| f * per);
-        *weight *= per_sum.map_or(T::one(), |per| before.0 * per);
-        for (u, b) in column.iter_mut().zip(b.iter_mut()).take(j) {
+        let slope = sweep.per_sum.map_or(T::zero(), |per| f * per);
+        let per_sum = reciprocal(sum);
+        *weight *= per_sum.map_or(T::one(), |per| sweep.sum * per);
+        for (u, b) in column.iter_mut().zip(&mut sweep.b).take(j) {
             let old = *u;
             *u -= slope * *b;
             *b += g * old;
         }
-        if let Some(b_j) = b.get_mut(j) {
-            *b_j = g;
+        if let Some(u) = state.filter(|&state| state < j).and_then(|state| column.get_mut(state)) {
+            *u = sweep.per_sum.map_or(f, |per| f * (p.noise * per));
         }
-        *before = (sum, per_sum);
+        if let Some(b) = sweep.b.get_mut(j) {
+            *b = g;
+        }
+        (sweep.sum, sweep.per_sum) = (sum, per_sum);
     }
+}
+
+/// A measurement found usable.
+struct Judged<T> {
+    variance: T,
+    per_variance: T,
+    normalised_squared: T,
 }
 
 impl<T: Real, const N: usize> Projection<T, N> {
     #[inline]
-    fn variance(&self, noise: T) -> T {
-        self.sums.last().copied().unwrap_or(noise)
+    fn sum_up(&mut self, weights: &[T; N]) {
+        let mut sum = self.noise;
+        for (((&f, g), a), &weight) in self.f.iter().zip(&mut self.g).zip(&mut self.sums).zip(weights) {
+            *g = weight * f;
+            sum += f * *g;
+            *a = sum;
+        }
     }
 
-    /// Reciprocal of the innovation variance, and the normalised innovation squared.
-    ///
-    /// A finite one bounds the correction too: `(K_i innovation)^2 <= P_ii NIS`.
     #[inline]
-    fn judge(&self, noise: T, innovation: T) -> Result<(T, T), Refusal> {
-        if !(noise >= T::zero()) {
+    fn variance(&self) -> T {
+        self.sums.last().copied().unwrap_or(self.noise)
+    }
+
+    /// A finite normalised square bounds the correction too: `(K_i innovation)^2 <= P_ii NIS`.
+    #[inline]
+    fn judge(&self, innovation: T) -> Result<Judged<T>, Refusal> {
+        if !(self.noise >= T::zero()) {
             return Err(Refusal::Noise);
         }
-        let variance = self.variance(noise);
+        let variance = self.variance();
         if !is_finite(variance) {
             return Err(Refusal::Uncertain);
         }
         let per_variance = reciprocal(variance).ok_or(Refusal::Certain)?;
         let normalised_squared = innovation * per_variance * innovation;
-        if is_finite(normalised_squared) { Ok((per_variance, normalised_squared)) } else { Err(Refusal::Innovation) }
+        if !is_finite(normalised_squared) {
+            return Err(Refusal::Innovation);
+        }
+        Ok(Judged { variance, per_variance, normalised_squared })
+    }
+}
+
+impl<T: Real> Judged<T> {
+    #[inline]
+    fn correct<const N: usize>(self, b: [T; N], innovation: T, state: &mut SVector<T, N>) -> Correction<T, N> {
+        let gain = SVector::from(b) * self.per_variance;
+        *state += gain * innovation;
+        Correction { variance: self.variance, gain, normalised_squared: self.normalised_squared }
     }
 }

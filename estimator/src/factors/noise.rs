@@ -7,12 +7,13 @@
 //! s <- s + c a_j^2 / D_j,   s = 1 at the last column,   and what is left of the variance is c / s
 //! ```
 //!
-//! which leaves only an addition to wait for.
+//! which leaves only an addition to wait for. The published form stays for a few states, where one division after the other is what counts, and for
+//! a state known exactly (`D_j = 0`, or so small that `s` overflows), which takes all that is left.
 
 use motor_model::Real;
 use nalgebra::SVector;
 
-use super::{UdCovariance, for_columns, is_finite, reciprocal};
+use super::{UdCovariance, for_columns, is_finite};
 
 /// A source of process noise: `variance * gain gain'` is what it adds to the covariance in a step.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -22,6 +23,9 @@ pub struct NoiseSource<T, const N: usize> {
     /// Its variance over the step. One that is not positive adds nothing.
     pub variance: T,
 }
+
+/// Up to so many states the published form is the faster one.
+const FEW: usize = 3;
 
 /// A source on its way from the last column to the first.
 #[derive(Clone, Copy)]
@@ -63,20 +67,18 @@ impl<T: Real, const N: usize> UdCovariance<T, N> {
     #[inline(always)]
     fn add_to_column<const M: usize>(&mut self, j: usize, arriving: &mut [Arriving<T, N>; M]) {
         let (Some(column), Some(d)) = (self.unit.get_mut(j), self.weights.get_mut(j)) else { return };
-        let (mut unit, mut weight, mut per_weight) = (*column, *d, T::one() / *d);
-        for source in arriving {
-            let Some(&entry) = source.gain.get(j) else { continue };
-            if entry == T::zero() {
-                continue;
+        if j == 0 {
+            for source in arriving {
+                *d += source.left_at_first();
             }
-            let Some(meeting) = source.meet(entry, weight, per_weight) else { continue };
-            (weight, per_weight) = (meeting.weight, meeting.per_weight);
-            (source.spent, source.per_spent) = (meeting.spent, meeting.per_spent);
-            for (u, a) in unit.iter_mut().zip(&mut source.gain).take(j) {
-                *a -= entry * *u;
-                *u += meeting.slope * *a;
-            }
+            return;
         }
+        let (mut unit, mut weight, mut per_weight) = (*column, *d, T::one() / *d);
+        for_columns!(up to M, |m| {
+            if let Some(source) = arriving.get_mut(m) {
+                source.add_to_column(j, &mut unit, &mut weight, &mut per_weight);
+            }
+        });
         (*column, *d) = (unit, weight);
     }
 }
@@ -89,26 +91,43 @@ impl<T: Real, const N: usize> Arriving<T, N> {
         Self { gain, variance, spent: T::one(), per_spent: T::one() }
     }
 
-    /// `None` when nothing is left of the source, to this precision.
+    #[expect(clippy::inline_always, reason = "j is to be a constant in it")]
+    #[inline(always)]
+    fn add_to_column(&mut self, j: usize, unit: &mut [T; N], weight: &mut T, per_weight: &mut T) {
+        let Some(&entry) = self.gain.get(j) else { return };
+        if entry == T::zero() {
+            return;
+        }
+        let Some(meeting) = self.meet(entry, *weight, *per_weight) else { return };
+        (*weight, *per_weight) = (meeting.weight, meeting.per_weight);
+        (self.spent, self.per_spent) = (meeting.spent, meeting.per_spent);
+        for (u, a) in unit.iter_mut().zip(&mut self.gain).take(j) {
+            *a -= entry * *u;
+            *u += meeting.slope * *a;
+        }
+    }
+
+    /// What it brings to the first column, where it ends.
+    #[inline]
+    fn left_at_first(&self) -> T {
+        self.gain.first().map_or(T::zero(), |&entry| self.variance * entry * entry * self.per_spent)
+    }
+
+    /// `None` when the source has nothing for this column, to this precision.
     #[inline]
     fn meet(&self, entry: T, weight: T, per_weight: T) -> Option<Meeting<T>> {
         let pull = self.variance * entry;
         let push = pull * entry;
-        let spent = self.spent + push * per_weight;
         let sum = weight + push * self.per_spent;
-        if is_finite(spent) {
+        let spent = self.spent + push * per_weight;
+        if N > FEW && is_finite(spent) {
             let per_spent = T::one() / spent;
             let share = per_weight * per_spent;
             return Some(Meeting { spent, per_spent, weight: sum, per_weight: share * self.spent, slope: pull * share });
         }
-        // The state was known exactly, or as good as: all that is left of the source goes here.
-        let per_weight = reciprocal(sum)?;
-        Some(Meeting {
-            spent,
-            per_spent: T::zero(),
-            weight: sum,
-            per_weight,
-            slope: pull * self.per_spent * per_weight,
-        })
+        let per_weight = T::one() / sum;
+        let slope = pull * self.per_spent * per_weight;
+        let per_spent = self.per_spent * (weight * per_weight);
+        is_finite(slope).then_some(Meeting { spent, per_spent, weight: sum, per_weight, slope })
     }
 }

@@ -16,7 +16,7 @@ use motor_model::Real;
 use nalgebra::{Matrix2, SMatrix, SVector};
 
 use super::{Dense, Sealed, Transition};
-use crate::factors::{UdCovariance, reciprocal};
+use crate::factors::{UdCovariance, for_columns, reciprocal};
 
 /// A block-diagonal F of B blocks of 2 x 2, for `N = 2 B` states.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -62,24 +62,36 @@ impl<T: Real, const B: usize, const N: usize> Transition<T, N> for Blocks2<T, B>
         if pairings.iter().any(Option::is_none) {
             return Dense(self.matrix()).carry_factors(covariance);
         }
-        for (b, (([a, c], d), pairing)) in columns.iter_mut().zip(weights).zip(&pairings).enumerate() {
-            let Some(pairing) = pairing else { continue };
-            *d = pairing.weights;
-            let rows = a.as_chunks_mut::<2>().0.iter_mut().zip(c.as_chunks_mut::<2>().0);
-            for ((i, (a, c)), f) in rows.enumerate().zip(&self.0).take(b + 1) {
-                if i == b {
-                    *c = [pairing.above, T::one()];
-                } else {
-                    let ([a0, a1], [c0, c1]) = (times(f, *a), times(f, *c));
-                    *a = [pairing.aa * a0 + pairing.ab * c0, pairing.aa * a1 + pairing.ab * c1];
-                    *c = [pairing.ba * a0 + pairing.bb * c0, pairing.ba * a1 + pairing.bb * c1];
-                }
-            }
-        }
+        for_columns!(up to B, |b| self.carry_pair(b, columns, weights, &pairings));
     }
 }
 
 impl<T: Real, const B: usize> Blocks2<T, B> {
+    #[expect(clippy::inline_always, reason = "b is to be a constant in it")]
+    #[inline(always)]
+    fn carry_pair<const N: usize>(
+        &self,
+        b: usize,
+        columns: &mut [[[T; N]; 2]],
+        weights: &mut [[T; 2]],
+        pairings: &[Option<Pairing<T>>; B],
+    ) {
+        let (Some([a, c]), Some(d), Some(&Some(pairing))) = (columns.get_mut(b), weights.get_mut(b), pairings.get(b))
+        else {
+            return;
+        };
+        *d = pairing.weights;
+        let rows = a.as_chunks_mut::<2>().0.iter_mut().zip(c.as_chunks_mut::<2>().0);
+        for ((a, c), f) in rows.zip(&self.0).take(b) {
+            let ([a0, a1], [c0, c1]) = (times(f, *a), times(f, *c));
+            *a = [pairing.aa * a0 + pairing.ab * c0, pairing.aa * a1 + pairing.ab * c1];
+            *c = [pairing.ba * a0 + pairing.bb * c0, pairing.ba * a1 + pairing.bb * c1];
+        }
+        if let Some(row) = c.as_chunks_mut::<2>().0.get_mut(b) {
+            *row = [pairing.above, T::one()];
+        }
+    }
+
     /// F in full.
     pub fn matrix<const N: usize>(&self) -> SMatrix<T, N, N> {
         const { assert!(B==0 || N == 2 * B, "two states a block") };

@@ -4,7 +4,7 @@ use motor_model::Real;
 use nalgebra::{SMatrix, SVector};
 
 use super::{Dense, Sealed, Transition};
-use crate::factors::{UdCovariance, reciprocal};
+use crate::factors::{UdCovariance, for_columns, reciprocal};
 
 /// An upper triangular F, of which what lies below the diagonal is not read: position, rate, acceleration.
 ///
@@ -17,13 +17,9 @@ impl<T, const N: usize> Sealed for UpperTriangular<T, N> {}
 impl<T: Real, const N: usize> Transition<T, N> for UpperTriangular<T, N> {
     #[inline]
     fn carry(&self, state: &SVector<T, N>) -> SVector<T, N> {
-        let mut carried = SVector::<T, N>::zeros();
-        for (j, (f, &x)) in self.0.data.0.iter().zip(state.iter()).enumerate() {
-            for (entry, &f) in carried.iter_mut().zip(f).take(j + 1) {
-                *entry += f * x;
-            }
-        }
-        carried
+        let ([state], mut carried) = (&state.data.0, [T::zero(); N]);
+        for_columns!(up to N, |j| self.carry_state(j, state, &mut carried));
+        carried.into()
     }
 
     #[inline]
@@ -32,25 +28,42 @@ impl<T: Real, const N: usize> Transition<T, N> for UpperTriangular<T, N> {
         for (i, (scale, f)) in scales.iter_mut().zip(&self.0.data.0).enumerate() {
             *scale = f.get(i).copied().unwrap_or_default();
         }
-        if scales.iter().any(|&scale| reciprocal(scale).is_none()) {
+        if scales.iter().any(|&scale| scale != T::one() && reciprocal(scale).is_none()) {
             return Dense(self.0.upper_triangle()).carry_factors(covariance);
         }
-        let columns = covariance.unit.iter_mut().zip(&mut covariance.weights).zip(&self.0.data.0).zip(scales).enumerate();
-        for (j, (((column, weight), f_j), scale)) in columns {
-            let old = *column;
-            for (i, (entry, f_i)) in column.iter_mut().zip(&scales).enumerate().take(j) {
-                *entry *= *f_i;
-                for (f, &u) in self.0.data.0.iter().zip(&old).take(j).skip(i + 1) {
-                    *entry += f.get(i).copied().unwrap_or_default() * u;
-                }
-                *entry += f_j.get(i).copied().unwrap_or_default();
+        for_columns!(up to N, |j| self.carry_column(j, &scales, covariance));
+    }
+}
+
+impl<T: Real, const N: usize> UpperTriangular<T, N> {
+    #[expect(clippy::inline_always, reason = "j is to be a constant in it")]
+    #[inline(always)]
+    fn carry_state(&self, j: usize, state: &[T; N], carried: &mut [T; N]) {
+        let (Some(f), Some(&x)) = (self.0.data.0.get(j), state.get(j)) else { return };
+        for (entry, &f) in carried.iter_mut().zip(f).take(j + 1) {
+            *entry += f * x;
+        }
+    }
+
+    #[expect(clippy::inline_always, reason = "j is to be a constant in it")]
+    #[inline(always)]
+    fn carry_column(&self, j: usize, scales: &[T; N], covariance: &mut UdCovariance<T, N>) {
+        let (Some(column), Some(weight)) = (covariance.unit.get_mut(j), covariance.weights.get_mut(j)) else {
+            return;
+        };
+        let (Some(f_j), Some(&scale)) = (self.0.data.0.get(j), scales.get(j)) else { return };
+        let old = *column;
+        for (i, ((entry, &f_ij), &f_ii)) in column.iter_mut().zip(f_j).zip(scales).enumerate().take(j) {
+            *entry = *entry * f_ii + f_ij;
+            for (f, &u) in self.0.data.0.iter().zip(&old).take(j).skip(i + 1) {
+                *entry += f.get(i).copied().unwrap_or_default() * u;
             }
-            if scale != T::one() {
-                *weight *= scale * scale;
-                let per_scale = T::one() / scale;
-                for entry in column.iter_mut().take(j) {
-                    *entry *= per_scale;
-                }
+        }
+        if scale != T::one() {
+            *weight *= scale * scale;
+            let per_scale = T::one() / scale;
+            for entry in column.iter_mut().take(j) {
+                *entry *= per_scale;
             }
         }
     }
