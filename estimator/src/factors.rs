@@ -83,7 +83,8 @@ impl<T: Real, const N: usize> UdCovariance<T, N> {
         let mut rest = covariance.data.0;
         let places = factors.unit.iter_mut().zip(&mut factors.weights).enumerate().rev();
         for (state, (column, weight)) in places {
-            let (Some(source), Some(&pivot)) = (rest.get(state).copied(), rest.get(state).and_then(|c| c.get(state)))
+            let (Some(source), Some(&pivot)) =
+                (rest.get(state).copied(), rest.get(state).and_then(|c| c.get(state)))
             else {
                 continue;
             };
@@ -131,6 +132,19 @@ impl<T: Real, const N: usize> UdCovariance<T, N> {
         sum.into()
     }
 
+    /// The variance of state `I`.
+    #[inline]
+    pub fn variance<const I: usize>(&self) -> T {
+        const { assert!(I < N, "no such state") };
+        let mut sum = self.weights.get(I).copied().unwrap_or_default();
+        for (column, &weight) in self.unit.iter().zip(&self.weights).skip(I + 1) {
+            if let Some(&u) = column.get(I) {
+                sum += weight * (u * u);
+            }
+        }
+        sum
+    }
+
     /// The unit upper triangular factor U.
     pub fn unit_factor(&self) -> SMatrix<T, N, N> {
         self.unit.into()
@@ -143,7 +157,11 @@ impl<T: Real, const N: usize> UdCovariance<T, N> {
 
     /// Time passes: `P <- F P F' + sum c a a'` over the noise sources.
     #[inline]
-    pub fn predict<F: Transition<T, N>, const M: usize>(&mut self, transition: &F, noise: &[NoiseSource<T, N>; M]) {
+    pub fn predict<F: Transition<T, N>, const M: usize>(
+        &mut self,
+        transition: &F,
+        noise: &[NoiseSource<T, N>; M],
+    ) {
         transition.carry_factors(self);
         self.add_noise(noise);
     }
@@ -157,7 +175,7 @@ impl<T: Real, const N: usize> UdCovariance<T, N> {
 /// Whether `x` is neither infinite nor NaN.
 #[inline]
 pub(crate) fn is_finite<T: Real>(x: T) -> bool {
-    x - x == T::zero()
+    x * T::zero() == T::zero()
 }
 
 /// `1 / x`, unless this is too large for the precision.

@@ -40,6 +40,7 @@
     )
 )]
 
+pub mod comparison;
 mod constant_rate;
 mod covariance;
 mod factors;

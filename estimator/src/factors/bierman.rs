@@ -112,8 +112,8 @@ impl<T: Real, const N: usize> UdCovariance<T, N> {
     #[inline]
     fn project_state(&self, state: usize, noise: T) -> Projection<T, N> {
         let mut p = Projection { noise, f: [T::zero(); N], g: [T::zero(); N], sums: [noise; N] };
-        for (f, column) in p.f.iter_mut().zip(&self.unit) {
-            *f = column.get(state).copied().unwrap_or_default();
+        for (j, (f, column)) in p.f.iter_mut().zip(&self.unit).enumerate().skip(state) {
+            *f = if j == state { T::one() } else { column.get(state).copied().unwrap_or_default() };
         }
         p.sum_up(&self.weights);
         p
@@ -129,7 +129,13 @@ impl<T: Real, const N: usize> UdCovariance<T, N> {
 
     #[expect(clippy::inline_always, reason = "j is to be a constant in it")]
     #[inline(always)]
-    fn sweep_column(&mut self, j: usize, p: &Projection<T, N>, state: Option<usize>, sweep: &mut Sweep<T, N>) {
+    fn sweep_column(
+        &mut self,
+        j: usize,
+        p: &Projection<T, N>,
+        state: Option<usize>,
+        sweep: &mut Sweep<T, N>,
+    ) {
         if state.is_some_and(|state| j < state) {
             return;
         }
@@ -180,7 +186,9 @@ impl<T: Real, const N: usize> Projection<T, N> {
     /// A finite normalised square bounds the correction too: `(K_i innovation)^2 <= P_ii NIS`.
     #[inline]
     fn judge(&self, innovation: T) -> Result<Judged<T>, Refusal> {
-        if !(self.noise >= T::zero()) {
+        // Asked this way round, so that NaN is refused too.
+        let noise_known = self.noise >= T::zero();
+        if !noise_known {
             return Err(Refusal::Noise);
         }
         let variance = self.variance();
@@ -198,7 +206,12 @@ impl<T: Real, const N: usize> Projection<T, N> {
 
 impl<T: Real> Judged<T> {
     #[inline]
-    fn correct<const N: usize>(self, b: [T; N], innovation: T, state: &mut SVector<T, N>) -> Correction<T, N> {
+    fn correct<const N: usize>(
+        self,
+        b: [T; N],
+        innovation: T,
+        state: &mut SVector<T, N>,
+    ) -> Correction<T, N> {
         let gain = SVector::from(b) * self.per_variance;
         *state += gain * innovation;
         Correction { variance: self.variance, gain, normalised_squared: self.normalised_squared }

@@ -123,11 +123,17 @@ impl<T: Real, const N: usize> Arriving<T, N> {
         if N > FEW && is_finite(spent) {
             let per_spent = T::one() / spent;
             let share = per_weight * per_spent;
-            return Some(Meeting { spent, per_spent, weight: sum, per_weight: share * self.spent, slope: pull * share });
+            return Some(Meeting {
+                spent,
+                per_spent,
+                weight: sum,
+                per_weight: share * self.spent,
+                slope: pull * share,
+            });
         }
         let per_weight = T::one() / sum;
-        let slope = pull * self.per_spent * per_weight;
-        let per_spent = self.per_spent * (weight * per_weight);
+        let slope = pull * self.per_spent / sum;
+        let per_spent = self.per_spent * (weight / sum);
         is_finite(slope).then_some(Meeting { spent, per_spent, weight: sum, per_weight, slope })
     }
 }

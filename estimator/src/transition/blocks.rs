@@ -38,7 +38,7 @@ struct Pairing<T> {
 impl<T: Real, const B: usize, const N: usize> Transition<T, N> for Blocks2<T, B> {
     #[inline]
     fn carry(&self, state: &SVector<T, N>) -> SVector<T, N> {
-        const { assert!(B==0 || N == 2 * B, "two states a block") };
+        const { assert!(N == 2 * B, "two states a block") };
         let mut carried = *state;
         let [entries] = &mut carried.data.0;
         for (pair, f) in entries.as_chunks_mut::<2>().0.iter_mut().zip(&self.0) {
@@ -49,7 +49,7 @@ impl<T: Real, const B: usize, const N: usize> Transition<T, N> for Blocks2<T, B>
 
     #[inline]
     fn carry_factors(&self, covariance: &mut UdCovariance<T, N>) {
-        const { assert!(B==0 || N == 2 * B, "two states a block") };
+        const { assert!(N == 2 * B, "two states a block") };
         let mut pairings = [None; B];
         let columns = covariance.unit.as_chunks_mut::<2>().0;
         let weights = covariance.weights.as_chunks_mut::<2>().0;
@@ -76,7 +76,8 @@ impl<T: Real, const B: usize> Blocks2<T, B> {
         weights: &mut [[T; 2]],
         pairings: &[Option<Pairing<T>>; B],
     ) {
-        let (Some([a, c]), Some(d), Some(&Some(pairing))) = (columns.get_mut(b), weights.get_mut(b), pairings.get(b))
+        let (Some([a, c]), Some(d), Some(&Some(pairing))) =
+            (columns.get_mut(b), weights.get_mut(b), pairings.get(b))
         else {
             return;
         };
@@ -94,7 +95,7 @@ impl<T: Real, const B: usize> Blocks2<T, B> {
 
     /// F in full.
     pub fn matrix<const N: usize>(&self) -> SMatrix<T, N, N> {
-        const { assert!(B==0 || N == 2 * B, "two states a block") };
+        const { assert!(N == 2 * B, "two states a block") };
         let mut full = SMatrix::<T, N, N>::zeros();
         for (b, (f, columns)) in self.0.iter().zip(full.data.0.as_chunks_mut::<2>().0).enumerate() {
             for (from, to) in f.data.0.iter().zip(columns) {
