@@ -136,14 +136,14 @@ fn predicted<T: Real, const N: usize, F: Transition<T, N>, const M: usize>(
     transition: &F,
     noise: &[NoiseSource<T, N>; M],
 ) -> SMatrix<T, N, N> {
-    let carried = |matrix: &SMatrix<T, N, N>| {
+    let carried = |matrix: &SMatrix<T, N, N>| -> SMatrix<T, N, N> {
         let columns = matrix.data.0.map(|column| {
             let [carried] = transition.carry(&column.into()).data.0;
             carried
         });
         SMatrix::from(columns)
     };
-    let mut sum = carried(&carried(covariance).transpose()).transpose();
+    let mut sum: SMatrix<T, N, N> = carried(&carried(covariance).transpose()).transpose();
     for source in noise {
         sum += source.gain * source.gain.transpose() * source.variance;
     }
