@@ -95,8 +95,8 @@ pub struct Minikalman<T, const N: usize, const M: usize> {
     measurement: KalmanFilterObservationType<N, M, T>,
 }
 
-impl<T: Real + num_traits::Float + minikalman::matrix::MatrixDataType, const N: usize, const M: usize>
-    Filter<T, N, M> for Minikalman<T, N, M>
+impl<T: Real + num_traits::Float + MatrixDataType, const N: usize, const M: usize> Filter<T, N, M>
+    for Minikalman<T, N, M>
 {
     fn new(problem: &Problem<T, N, M>) -> Self {
         let builder = KalmanFilterBuilder::<N, T>::default();

@@ -52,6 +52,21 @@ impl<const N: usize> PreciseFilter<N> {
         }
     }
 
+    /// 2^`doublings` predictions by `f` without noise, in one: `f` squared so many times.
+    ///
+    /// Returns the map that this makes, rounded.
+    pub fn predict_power_of_two(&mut self, f: &SMatrix<f64, N, N>, doublings: u32) -> SMatrix<f64, N, N> {
+        let mut map: Vec<Vec<Precise>> =
+            (0..N).map(|i| (0..N).map(|j| precise(f[(i, j)])).collect()).collect();
+        for _ in 0..doublings {
+            map = multiply(&map, &map);
+        }
+        let transposed: Vec<Vec<Precise>> =
+            (0..N).map(|i| (0..N).map(|j| map[j][i].clone()).collect()).collect();
+        self.covariance = multiply(&multiply(&map, &self.covariance), &transposed);
+        SMatrix::from_fn(|i, j| to_f64(&map[i][j]))
+    }
+
     /// Takes in `z = h'x + noise`; returns the gain and the innovation's variance.
     pub fn update<T: Real>(&mut self, row: &SVector<T, N>, noise: T, measured: T) -> (SVector<f64, N>, f64) {
         let row = row.map(Real::to_f64);
@@ -98,4 +113,11 @@ fn product<const N: usize>(f: &SMatrix<f64, N, N>, x: &[Precise]) -> Vec<Precise
             (0..N).filter(|&k| f[(i, k)] != 0.0).fold(precise(0.0), |sum, k| sum + precise(f[(i, k)]) * &x[k])
         })
         .collect()
+}
+
+fn multiply(a: &[Vec<Precise>], b: &[Vec<Precise>]) -> Vec<Vec<Precise>> {
+    let entry = |row: &[Precise], j: usize| {
+        row.iter().zip(b).fold(precise(0.0), |sum, (x, other)| sum + x * &other[j])
+    };
+    a.iter().map(|row| (0..b.len()).map(|j| entry(row, j)).collect()).collect()
 }

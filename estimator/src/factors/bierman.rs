@@ -29,6 +29,19 @@ pub enum Refusal {
     Innovation,
 }
 
+impl core::fmt::Display for Refusal {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        f.write_str(match self {
+            Self::Noise => "the noise variance is negative or NaN",
+            Self::Certain => "the prediction was exact, and so is the measurement",
+            Self::Uncertain => "the innovation variance is infinite or NaN",
+            Self::Innovation => "the innovation is no number of usable size",
+        })
+    }
+}
+
+impl core::error::Error for Refusal {}
+
 /// `f = U'h`, `g = D f` and the sums `a_j = R + f_1 g_1 + ... + f_j g_j`.
 struct Projection<T, const N: usize> {
     noise: T,
