@@ -1,7 +1,7 @@
 //! What a step of a Kalman filter costs, prediction and measurements: ours, with and without what it knows of the model's structure, beside
 //! other crates' on the same numbers.
 //!
-//! Each filter must first end in the same state as the others, to rounding. Each step's measurement is opaque to the compiler, and so was the model.
+//! Each filter must first end in the same state as the others, to rounding. Model and measurements are opaque to the compiler.
 //! A step waits for the one before, as in a filter that runs: this is latency.
 
 mod ours;
@@ -17,7 +17,7 @@ use estimator::{Blocks2, Dense, UdCovariance, UpperTriangular};
 use motor_model::Real;
 
 use ours::{MeasuredState, Ours};
-use problem::{Filter, Problem};
+use problem::{Filter, Problem, measurements};
 
 /// Steps of a batch.
 const STEPS: u32 = 200;
@@ -32,9 +32,11 @@ fn time<F: Filter<T, N, M>, T: Real, const N: usize, const M: usize>(
     name: &str,
 ) {
     let problem = black_box(problem);
-    let measured = problem.measurements(COMPARED);
+    let measured = measurements::<T, M>(COMPARED);
     let mut filter = F::new(problem);
-    measured.iter().for_each(|z| filter.step(z));
+    for z in &measured {
+        filter.step(z);
+    }
     let expected = problem.reference(&measured);
     let error = filter.state().iter().zip(&expected).map(|(x, y)| (x.to_f64() - y).abs()).fold(0.0, f64::max);
     let scale = expected.iter().fold(0.0, |scale: f64, x| scale.max(x.abs()));
@@ -46,8 +48,8 @@ fn time<F: Filter<T, N, M>, T: Real, const N: usize, const M: usize>(
         bencher.iter_batched(
             || F::new(problem),
             |mut filter| {
-                for z in batch {
-                    filter.step(black_box(z));
+                for z in black_box(batch) {
+                    filter.step(z);
                 }
                 filter
             },
@@ -75,10 +77,10 @@ macro_rules! peers_of {
 
 macro_rules! modal {
     ($criterion:expr, $t:ty, $n:literal, $b:literal, $m:literal) => {{
+        type Structured<C> = Ours<$t, C, Blocks2<$t, $b>, $n, $b, $m>;
         let mut group = $criterion.benchmark_group(format!("n = {}, m = {}, {}", $n, $m, stringify!($t)));
         group.throughput(Throughput::Elements(u64::from(STEPS)));
         let problem = Problem::<$t, $n, $m>::modal();
-        type Structured<C> = Ours<$t, C, Blocks2<$t, $b>, $n, $b, $m>;
         time::<Structured<UdCovariance<$t, $n>>, _, $n, $m>(&mut group, &problem, "ours, UD, 2 x 2 blocks");
         time::<Ours<$t, UdCovariance<$t, $n>, Dense<$t, $n>, $n, $b, $m>, _, $n, $m>(
             &mut group,
@@ -98,10 +100,10 @@ macro_rules! modal {
 
 macro_rules! constant_rate {
     ($criterion:expr, $t:ty) => {{
+        type Structured<C> = Ours<$t, C, UpperTriangular<$t, 2>, 2, 2, 1>;
         let mut group = $criterion.benchmark_group(format!("n = 2, m = 1, {}", stringify!($t)));
         group.throughput(Throughput::Elements(u64::from(STEPS)));
         let problem = Problem::<$t, 2, 1>::constant_rate();
-        type Structured<C> = Ours<$t, C, UpperTriangular<$t, 2>, 2, 2, 1>;
         time::<MeasuredState<$t>, _, 2, 1>(&mut group, &problem, "ours, UD, triangular, state measured");
         time::<Structured<UdCovariance<$t, 2>>, _, 2, 1>(&mut group, &problem, "ours, UD, triangular");
         time::<Ours<$t, UdCovariance<$t, 2>, Dense<$t, 2>, 2, 2, 1>, _, 2, 1>(

@@ -174,12 +174,15 @@ where
 {
     fn new(problem: &Problem<T, N, M>) -> Self {
         let [transition, noise, start] = matrices(problem).map(na33::SMatrix::from);
-        let mut filter = kalmanfilt::kalman::kalman_filter::KalmanFilter::default();
-        filter.x = na33::SVector::zeros();
-        (filter.F, filter.Q, filter.P) = (transition, noise, start);
-        filter.H = problem.rows.data.0.into();
-        filter.R = na33::SMatrix::identity();
-        Self(filter)
+        Self(kalmanfilt::kalman::kalman_filter::KalmanFilter {
+            x: na33::SVector::zeros(),
+            F: transition,
+            Q: noise,
+            P: start,
+            H: problem.rows.data.0.into(),
+            R: na33::SMatrix::identity(),
+            ..Default::default()
+        })
     }
 
     #[inline]
@@ -193,7 +196,7 @@ where
     }
 }
 
-/// kalman_filters: the covariance as a matrix, conventionally, then made symmetric.
+/// `kalman_filters`: the covariance as a matrix, conventionally, then made symmetric.
 pub struct KalmanFilters<T, const N: usize, const M: usize>(
     kalman_filters::filter::StaticKalmanFilter<T, M, N>,
 )
@@ -227,7 +230,7 @@ where
     }
 }
 
-/// bayes_estimate: the covariance as a matrix, conventionally.
+/// `bayes_estimate`: the covariance as a matrix, conventionally.
 pub struct BayesMatrix<T: RealField, const N: usize, const M: usize> {
     f: SMatrix<T, N, N>,
     q: CorrelatedNoise<T, Const<N>>,
@@ -260,7 +263,7 @@ impl<T: Real + RealField, const N: usize, const M: usize> Filter<T, N, M> for Ba
     }
 }
 
-/// bayes_estimate: factors U D U', S noise sources. One measurement at a time: given several, it applies innovations that are out of date.
+/// `bayes_estimate`: factors U D U', S noise sources. One measurement at a time: given several, it applies innovations that are out of date.
 pub struct BayesFactors<T: RealField, const N: usize, const S: usize, const M: usize> {
     f: SMatrix<T, N, N>,
     q: CoupledNoise<T, Const<N>, Const<S>>,

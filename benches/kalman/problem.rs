@@ -94,16 +94,6 @@ impl<T: Real, const N: usize, const M: usize> Problem<T, N, M> {
         self.noise_gain * SMatrix::from_diagonal(&self.noise_variance) * self.noise_gain.transpose()
     }
 
-    /// A sum of two beats, so that no mode is left in peace.
-    pub fn measurements(&self, steps: u32) -> Vec<[T; M]> {
-        let beat = |step: u32, m: usize| {
-            let (slow, _) = math::sin_cos(0.011 * f64::from(step) + if m == 0 { 0.0 } else { 1.0 });
-            let (fast, _) = math::sin_cos(0.37 * f64::from(step));
-            T::from_f64(slow + 0.5 * fast)
-        };
-        (0..steps).map(|step| std::array::from_fn(|m| beat(step, m))).collect()
-    }
-
     /// Final state by Joseph's form in `f64`.
     pub fn reference(&self, measured: &[[T; M]]) -> SVector<f64, N> {
         let transition = Dense(self.transition.map(Real::to_f64));
@@ -124,4 +114,14 @@ impl<T: Real, const N: usize, const M: usize> Problem<T, N, M> {
         }
         state
     }
+}
+
+/// A sum of two beats, so that no mode is left in peace.
+pub fn measurements<T: Real, const M: usize>(steps: u32) -> Vec<[T; M]> {
+    let beat = |step: u32, m: usize| {
+        let (slow, _) = math::sin_cos(0.011 * f64::from(step) + if m == 0 { 0.0 } else { 1.0 });
+        let (fast, _) = math::sin_cos(0.37 * f64::from(step));
+        T::from_f64(slow + 0.5 * fast)
+    };
+    (0..steps).map(|step| std::array::from_fn(|m| beat(step, m))).collect()
 }
