@@ -108,8 +108,11 @@ impl<T: Real, const N: usize> UdCovariance<T, N> {
     fn project(&self, row: &SVector<T, N>, noise: T) -> Projection<T, N> {
         let [row] = &row.data.0;
         let mut p = Projection { noise, f: *row, g: [T::zero(); N], sums: [noise; N] };
-        for_columns!(up to N, |j| self.project_on_column(j, row, &mut p.f));
-        p.sum_up(&self.weights);
+        let mut sum = noise;
+        for_columns!(up to N, |j| {
+            self.project_on_column(j, row, &mut p.f);
+            self.sum_column(j, &mut p, &mut sum);
+        });
         p
     }
 
@@ -122,14 +125,29 @@ impl<T: Real, const N: usize> UdCovariance<T, N> {
         }
     }
 
+    /// [`Self::project`] on a row that is 1 at `state` and 0 elsewhere.
     #[inline]
     fn project_state(&self, state: usize, noise: T) -> Projection<T, N> {
         let mut p = Projection { noise, f: [T::zero(); N], g: [T::zero(); N], sums: [noise; N] };
-        for (j, (f, column)) in p.f.iter_mut().zip(&self.unit).enumerate().skip(state) {
-            *f = if j == state { T::one() } else { column.get(state).copied().unwrap_or_default() };
-        }
-        p.sum_up(&self.weights);
+        let mut sum = noise;
+        for_columns!(up to N, |j| {
+            if j >= state {
+                if let (Some(column), Some(f)) = (self.unit.get(j), p.f.get_mut(j)) {
+                    *f = if j == state { T::one() } else { column.get(state).copied().unwrap_or_default() };
+                }
+                self.sum_column(j, &mut p, &mut sum);
+            }
+        });
         p
+    }
+
+    #[expect(clippy::inline_always, reason = "j is to be a constant in it")]
+    #[inline(always)]
+    fn sum_column(&self, j: usize, p: &mut Projection<T, N>, sum: &mut T) {
+        let (Some(&f), Some(g), Some(a)) = (p.f.get(j), p.g.get_mut(j), p.sums.get_mut(j)) else { return };
+        *g = self.weights.get(j).copied().unwrap_or_default() * f;
+        *sum += f * *g;
+        *a = *sum;
     }
 
     /// The factors after the measurement, of `state` alone or of a combination; returns `b = P h`.
@@ -181,16 +199,6 @@ struct Judged<T> {
 }
 
 impl<T: Real, const N: usize> Projection<T, N> {
-    #[inline]
-    fn sum_up(&mut self, weights: &[T; N]) {
-        let mut sum = self.noise;
-        for (((&f, g), a), &weight) in self.f.iter().zip(&mut self.g).zip(&mut self.sums).zip(weights) {
-            *g = weight * f;
-            sum += f * *g;
-            *a = sum;
-        }
-    }
-
     #[inline]
     fn variance(&self) -> T {
         self.sums.last().copied().unwrap_or(self.noise)
