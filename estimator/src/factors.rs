@@ -16,7 +16,8 @@
 //! Time updates cost `O(n^2)` a noise source and, for structured transitions, `O(n^2)` in all: see [`crate::Transition`].
 //!
 //! Nothing here compares with an absolute threshold. A vanishing `D_j` (a combination of states known exactly) stays what it is until noise or
-//! a transition reaches it; `R = 0` makes such a combination of `h'x`.
+//! a transition reaches it; `R = 0` makes such a combination of `h'x`. The one limit is the number format's: what is too small for its reciprocal
+//! counts as zero.
 //!
 //! Sources: Bierman, "Factorization Methods for Discrete Sequential Estimation" (1977), chapters III and V; Thornton, "Triangular
 //! covariance factorizations for Kalman filtering", thesis, UCLA (1976); Agee and Turner, White Sands technical report 38 (1972); Grewal and Andrews,
@@ -193,7 +194,8 @@ pub(crate) fn identity<T: Real, const N: usize>() -> Columns<T, N> {
 /// Runs `body` for every column `j < n`, from the first up or from the last down, as straight-line code for up to twelve states.
 ///
 /// In straight-line code `j` is a constant where `body` calls an always-inlined function: its loops over the rows above the diagonal have fixed lengths and
-/// are unrolled, which halves the work against running through the zeros and saves a third against a variable length.
+/// are unrolled, which halves the work against running through the zeros. It is paid for in code: on a Cortex-M4 a prediction by blocks takes 0.5 kB at
+/// two states, 4 kB at six and 15 kB at ten.
 macro_rules! for_columns {
     (up to $n:expr, |$j:ident| $body:expr) => {
         for_columns!(@ $n, $j, $body, 0 1 2 3 4 5 6 7 8 9 10 11);
