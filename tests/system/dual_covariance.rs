@@ -316,6 +316,7 @@ fn exact_perfect_measurements_leave_a_semidefinite_covariance() {
     // Nothing is left to carry, whatever the shape of the map.
     let f = Matrix2::new(0.8, 0.6, -0.6, 0.8);
     p.predict(&Blocks2([f]), &[]);
+    assert_eq!(p.covariance(), Matrix2::zeros());
     p.predict(&Dense(f), &[]);
     assert_eq!(p.covariance(), Matrix2::zeros());
     p.predict(
