@@ -6,7 +6,8 @@
 //!
 //! In `f32` a covariance updated as a matrix loses its definiteness as soon as a measurement is much better than the
 //! prediction; the factors `d1`, `d2` are products and sums of positive numbers, so `P` is positive definite by construction.
-//! Straight-line code: no loop, two divisions an update, one a prediction.
+//! Straight-line code: no loop, two divisions an update, one a prediction. [`crate::UdCovariance`] is the same for any number of states; a test holds
+//! the two against each other.
 //!
 //! Sources: Bierman, "Factorization Methods for Discrete Sequential Estimation" (1977), chapter V (update); Thornton's modified weighted
 //! Gram-Schmidt prediction, written out for two states.
@@ -121,6 +122,7 @@ impl<T: Real> AngleRateCovariance<T> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::{NoiseSource, UdCovariance, UpperTriangular};
     use nalgebra::{Matrix2, RowVector2, Vector2};
     use proptest::prelude::*;
 
@@ -180,6 +182,30 @@ mod tests {
                 prop_assert!(p.d1 > 0.0 && p.d2 > 0.0 && p.u.is_finite());
                 prop_assert!(p.angle_rad2() <= before * 1.000_01 && p.angle_rad2() <= r * 1.000_01);
             }
+        }
+    }
+
+    /// The general core on the same two states.
+    #[test]
+    fn dual_factors_equal_the_general_core() {
+        let mut by_hand = AngleRateCovariance::<f64>::diagonal(1e-6, 400.0);
+        let mut general = UdCovariance::<f64, 2>::from_diagonal(&Vector2::new(1e-6, 400.0));
+        for n in 0..100 {
+            let (dt, q) = (1e-4 * f64::from(1 + n % 3), 3000.0);
+            by_hand.predict(dt, q);
+            let kick = NoiseSource { gain: Vector2::new(0.5 * dt, 1.0), variance: q * dt };
+            let timing = NoiseSource { gain: Vector2::new(1.0, 0.0), variance: q * dt * dt * dt / 12.0 };
+            general.predict(&UpperTriangular(Matrix2::new(1.0, dt, 0.0, 1.0)), &[timing, kick]);
+            if n % 10 == 0 {
+                by_hand.widen_rate(200.0);
+                general.add_rank_one(&Vector2::new(0.0, 1.0), 200.0);
+            }
+            let gain = by_hand.update_angle(8.8e-8);
+            let by_core = general.update_state::<0>(8.8e-8, 0.0, &mut Vector2::zeros()).unwrap().gain;
+            assert!(
+                (gain.angle / by_core.x - 1.0).abs() < 1e-12 && (gain.rate / by_core.y - 1.0).abs() < 1e-12
+            );
+            assert!(close(&dense(&by_hand), &general.covariance()));
         }
     }
 

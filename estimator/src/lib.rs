@@ -5,8 +5,40 @@
 //! - [`CameraFrame`], [`LdvSample`]: measurements, each with the time at which it was taken.
 //! - [`RestDetector`]: from the rotor's vertical velocity, whether it is still being struck.
 //! - [`ConstantRate`]: a two-state Kalman filter, angle and rate; its covariance is kept factorised in [`AngleRateCovariance`].
+//! - [`UdCovariance`]: the numerical core, for any small number of states (below).
 //! - [`Innovation`]: what became of a measurement, used or not, and why.
 //! - [`Estimate`]: angle and rate at an instant, with their variances.
+//!
+//! # The core
+//!
+//! [`UdCovariance`] keeps the covariance of N states as `P = U D U'`, so that it is symmetric and not negative by construction, in `f32` as in
+//! `f64`. It is predicted through a [`Transition`] whose shape is known by its type - [`UpperTriangular`] for chains of integrators, [`Blocks2`] for
+//! lightly damped modes, [`Dense`] for the rest - and a list of [`NoiseSource`]s; takes scalar measurements in one by one, refusing what is no number
+//! with a reason ([`Refusal`]); and passes through any linear map, such as an impact's saltation matrix ([`UdCovariance::transform`]). The
+//! filter's state is a vector of the caller's: [`Transition::carry`] moves it, [`UdCovariance::update`] corrects it.
+//!
+//! ```
+//! use estimator::{Blocks2, NoiseSource, Transition, UdCovariance};
+//! use nalgebra::{Matrix2, Vector2};
+//!
+//! // A mode (displacement, velocity over natural frequency), 0.1 rad a step, whose displacement is measured.
+//! let transition = Blocks2([Matrix2::new(0.995, 0.0998, -0.0998, 0.995)]);
+//! let noise = [NoiseSource { gain: Vector2::new(0.0, 1.0), variance: 1e-6 }];
+//! let mut covariance = UdCovariance::from_diagonal(&Vector2::new(1.0_f32, 1.0));
+//! let mut state = Vector2::new(0.0_f32, 0.0);
+//! for measured in [0.10, 0.19, 0.29] {
+//!     state = transition.carry(&state);
+//!     covariance.predict(&transition, &noise);
+//!     let innovation = measured - state.x;
+//!     let correction = covariance.update(&Vector2::new(1.0, 0.0), 1e-4, innovation, &mut state)?;
+//!     assert!(correction.normalised_squared < 9.0);
+//! }
+//! assert!((state.x - 0.29).abs() < 0.01 && covariance.variance::<0>() < 1e-4);
+//! # Ok::<(), estimator::Refusal>(())
+//! ```
+//!
+//! [`comparison`] holds the forms that the core replaces, for tests and benchmarks. [`ConstantRate`]'s two states have their factors written out by hand in
+//! [`AngleRateCovariance`]: the zeros and ones of its model save a tenth of the time there.
 //!
 //! # Promises
 //!
@@ -19,6 +51,8 @@
 //! |---|---|
 //! | innovation | measurement less its prediction |
 //! | test ratio | innovation squared over the gate's limit of its variance: above 1 is refused |
+//! | gain | correction of each state per innovation |
+//! | noise source | a random input of known variance and its effect on each state |
 //! | process noise | how much the rate may wander in a second, in rad^2/s^3 |
 //! | zero-rate update | telling the filter that a rotor at rest does not turn |
 
@@ -40,14 +74,19 @@
     )
 )]
 
+pub mod comparison;
 mod constant_rate;
 mod covariance;
+mod factors;
 mod innovation;
 mod measurement;
 mod rest;
+mod transition;
 
 pub use constant_rate::{ConstantRate, ConstantRateTuning, Estimate, Motion};
 pub use covariance::AngleRateCovariance;
+pub use factors::{Correction, NoiseSource, NotPositiveDefinite, Refusal, UdCovariance};
 pub use innovation::{Innovation, Rejection, Source, Verdict};
 pub use measurement::{CameraFrame, LdvSample};
 pub use rest::{RestDetector, RestTuning};
+pub use transition::{Blocks2, Dense, Transition, UpperTriangular};

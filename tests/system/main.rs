@@ -1,11 +1,13 @@
 //! One binary of system tests.
 //!
-//! Helpers first, then the tests in the order of the data: stator, rotor, contact, account, reduced models, whole motor, command line, closed loop.
+//! Helpers first, then the tests in the order of the data: stator, rotor, contact, account, reduced models, whole motor, estimator's core, command
+//! line, closed loop.
 
 mod closeness;
 mod command;
 mod live_teeth;
 mod oscillator;
+mod precise_filter;
 mod scene;
 mod steady;
 mod tooth;
@@ -32,6 +34,9 @@ mod law_any_motor;
 mod law_hard_cases;
 mod law_rotation_sense;
 mod tool_steady_rates;
+
+mod dual_covariance;
+mod law_covariance_endurance;
 
 mod tool_accuracy;
 mod tool_command_line;

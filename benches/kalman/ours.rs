@@ -1,0 +1,105 @@
+//! The estimator's core under the clock.
+
+use std::hint::black_box;
+
+use estimator::comparison::CovarianceForm;
+use estimator::{Blocks2, Dense, NoiseSource, Transition, UdCovariance, UpperTriangular};
+use motor_model::Real;
+use nalgebra::SVector;
+
+use crate::problem::{Filter, Problem};
+
+/// A covariance in the form C, a transition of the shape F, S noise sources.
+pub struct Ours<T, C, F, const N: usize, const S: usize, const M: usize> {
+    transition: F,
+    noise: [NoiseSource<T, N>; S],
+    rows: [SVector<T, N>; M],
+    measured_variance: T,
+    covariance: C,
+    state: SVector<T, N>,
+}
+
+/// What a transition is made of.
+pub trait FromProblem<T, const N: usize, const M: usize> {
+    /// The problem's F in this shape.
+    fn of(problem: &Problem<T, N, M>) -> Self;
+}
+
+impl<T: Real, const N: usize, const M: usize> FromProblem<T, N, M> for Dense<T, N> {
+    fn of(problem: &Problem<T, N, M>) -> Self {
+        Self(problem.transition)
+    }
+}
+
+impl<T: Real, const N: usize, const M: usize> FromProblem<T, N, M> for UpperTriangular<T, N> {
+    fn of(problem: &Problem<T, N, M>) -> Self {
+        Self(problem.transition)
+    }
+}
+
+impl<T: Real, const N: usize, const B: usize, const M: usize> FromProblem<T, N, M> for Blocks2<T, B> {
+    fn of(problem: &Problem<T, N, M>) -> Self {
+        Self(std::array::from_fn(|b| problem.transition.fixed_view::<2, 2>(2 * b, 2 * b).into_owned()))
+    }
+}
+
+impl<T, C, F, const N: usize, const S: usize, const M: usize> Filter<T, N, M> for Ours<T, C, F, N, S, M>
+where
+    T: Real,
+    C: CovarianceForm<T, N>,
+    F: Transition<T, N> + FromProblem<T, N, M>,
+{
+    fn new(problem: &Problem<T, N, M>) -> Self {
+        Self {
+            transition: F::of(problem),
+            noise: problem.sources(),
+            rows: std::array::from_fn(|m| problem.rows.row(m).transpose()),
+            measured_variance: black_box(T::one()),
+            covariance: C::from_diagonal(&SVector::repeat(problem.start_variance)),
+            state: SVector::zeros(),
+        }
+    }
+
+    #[inline]
+    fn step(&mut self, measured: &[T; M]) {
+        self.state = self.transition.carry(&self.state);
+        self.covariance.predict(&self.transition, &self.noise);
+        for (row, &z) in self.rows.iter().zip(measured) {
+            let innovation = z - row.dot(&self.state);
+            self.covariance
+                .update(row, self.measured_variance, innovation, &mut self.state)
+                .expect("a plain measurement");
+        }
+    }
+
+    fn state(&self) -> [T; N] {
+        let [state] = self.state.data.0;
+        state
+    }
+}
+
+/// Two states of which the first is measured itself.
+pub struct MeasuredState<T>(Ours<T, UdCovariance<T, 2>, UpperTriangular<T, 2>, 2, 2, 1>);
+
+impl<T: Real> Filter<T, 2, 1> for MeasuredState<T> {
+    fn new(problem: &Problem<T, 2, 1>) -> Self {
+        Self(Ours::new(problem))
+    }
+
+    #[inline]
+    fn step(&mut self, &[z]: &[T; 1]) {
+        let filter = &mut self.0;
+        filter.state = filter.transition.carry(&filter.state);
+        filter.covariance.predict(&filter.transition, &filter.noise);
+        let innovation = z - filter.state.x;
+        let variance = filter.measured_variance;
+        filter
+            .covariance
+            .update_state::<0>(variance, innovation, &mut filter.state)
+            .expect("a plain measurement");
+    }
+
+    fn state(&self) -> [T; 2] {
+        self.0.state.into()
+    }
+}

@@ -1,0 +1,240 @@
+//! One scalar measurement taken in (Bierman's update).
+
+use motor_model::Real;
+use nalgebra::SVector;
+
+use super::{UdCovariance, for_columns, is_finite, reciprocal};
+
+/// What a measurement did.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Correction<T, const N: usize> {
+    /// Variance predicted for the innovation, `h'P h + R`.
+    pub variance: T,
+    /// Kalman gain: correction of each state per innovation.
+    pub gain: SVector<T, N>,
+    /// Innovation squared over its variance (NIS): 1 on average in a consistent filter.
+    pub normalised_squared: T,
+}
+
+/// Why a measurement was refused. State and covariance are then as they were.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Refusal {
+    /// The noise variance is negative or NaN.
+    Noise,
+    /// The innovation variance is zero or too small for its reciprocal: the measurement is exact, and so was the prediction.
+    Certain,
+    /// The innovation variance is infinite or NaN.
+    Uncertain,
+    /// The innovation is infinite, NaN, or so large that its normalised square overflows.
+    Innovation,
+}
+
+impl core::fmt::Display for Refusal {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        f.write_str(match self {
+            Self::Noise => "the noise variance is negative or NaN",
+            Self::Certain => "the prediction was exact, and so is the measurement",
+            Self::Uncertain => "the innovation variance is infinite or NaN",
+            Self::Innovation => "the innovation is no number of usable size",
+        })
+    }
+}
+
+impl core::error::Error for Refusal {}
+
+/// `f = U'h`, `g = D f` and the sums `a_j = R + f_1 g_1 + ... + f_j g_j`.
+struct Projection<T, const N: usize> {
+    noise: T,
+    f: [T; N],
+    g: [T; N],
+    sums: [T; N],
+}
+
+/// What the columns before have left: `a_(j-1)` and its reciprocal, and `b`.
+struct Sweep<T, const N: usize> {
+    sum: T,
+    per_sum: Option<T>,
+    b: [T; N],
+}
+
+impl<T: Real, const N: usize> UdCovariance<T, N> {
+    /// Variance of the innovation of `z = h'x + noise`, `h'P h + R`.
+    #[inline]
+    pub fn innovation_variance(&self, row: &SVector<T, N>, noise: T) -> T {
+        self.project(row, noise).variance()
+    }
+
+    /// Takes in a scalar measurement `z = h'x + noise` of variance `noise`, zero or more, whose innovation is `z - h'x`.
+    ///
+    /// Measurements with independent noises are taken in one after the other, each innovation against the state that the one before has left.
+    ///
+    /// # Errors
+    /// When the measurement cannot be used; nothing has changed then.
+    #[inline]
+    pub fn update(
+        &mut self,
+        row: &SVector<T, N>,
+        noise: T,
+        innovation: T,
+        state: &mut SVector<T, N>,
+    ) -> Result<Correction<T, N>, Refusal> {
+        let projection = self.project(row, noise);
+        let judged = projection.judge(innovation)?;
+        let b = self.sweep(&projection, None);
+        Ok(judged.correct(b, innovation, state))
+    }
+
+    /// [`Self::update`] by a measurement of state `I` itself, `z = x_I + noise`.
+    ///
+    /// Row I of U is then only scaled, `U_Ij <- U_Ij R / a_(j-1)`, without a subtraction.
+    ///
+    /// # Errors
+    /// As of [`Self::update`].
+    #[inline]
+    pub fn update_state<const I: usize>(
+        &mut self,
+        noise: T,
+        innovation: T,
+        state: &mut SVector<T, N>,
+    ) -> Result<Correction<T, N>, Refusal> {
+        const { assert!(I < N, "no such state") };
+        let projection = self.project_state(I, noise);
+        let judged = projection.judge(innovation)?;
+        let b = self.sweep(&projection, Some(I));
+        Ok(judged.correct(b, innovation, state))
+    }
+
+    #[inline]
+    fn project(&self, row: &SVector<T, N>, noise: T) -> Projection<T, N> {
+        let [row] = &row.data.0;
+        let mut p = Projection { noise, f: *row, g: [T::zero(); N], sums: [noise; N] };
+        let mut sum = noise;
+        for_columns!(up to N, |j| {
+            self.project_on_column(j, row, &mut p.f);
+            self.sum_column(j, &mut p, &mut sum);
+        });
+        p
+    }
+
+    #[expect(clippy::inline_always, reason = "j is to be a constant in it")]
+    #[inline(always)]
+    fn project_on_column(&self, j: usize, row: &[T; N], f: &mut [T; N]) {
+        let (Some(column), Some(f)) = (self.unit.get(j), f.get_mut(j)) else { return };
+        for (&u, &h) in column.iter().zip(row).take(j) {
+            *f += u * h;
+        }
+    }
+
+    /// [`Self::project`] on a row that is 1 at `state` and 0 elsewhere.
+    #[inline]
+    fn project_state(&self, state: usize, noise: T) -> Projection<T, N> {
+        let mut p = Projection { noise, f: [T::zero(); N], g: [T::zero(); N], sums: [noise; N] };
+        let mut sum = noise;
+        for_columns!(up to N, |j| {
+            if j >= state {
+                if let (Some(column), Some(f)) = (self.unit.get(j), p.f.get_mut(j)) {
+                    *f = if j == state { T::one() } else { column.get(state).copied().unwrap_or_default() };
+                }
+                self.sum_column(j, &mut p, &mut sum);
+            }
+        });
+        p
+    }
+
+    #[expect(clippy::inline_always, reason = "j is to be a constant in it")]
+    #[inline(always)]
+    fn sum_column(&self, j: usize, p: &mut Projection<T, N>, sum: &mut T) {
+        let (Some(&f), Some(g), Some(a)) = (p.f.get(j), p.g.get_mut(j), p.sums.get_mut(j)) else { return };
+        *g = self.weights.get(j).copied().unwrap_or_default() * f;
+        *sum += f * *g;
+        *a = *sum;
+    }
+
+    /// The factors after the measurement, of `state` alone or of a combination; returns `b = P h`.
+    #[inline]
+    fn sweep(&mut self, p: &Projection<T, N>, state: Option<usize>) -> [T; N] {
+        let mut sweep = Sweep { sum: p.noise, per_sum: None, b: [T::zero(); N] };
+        for_columns!(up to N, |j| self.sweep_column(j, p, state, &mut sweep));
+        sweep.b
+    }
+
+    #[expect(clippy::inline_always, reason = "j is to be a constant in it")]
+    #[inline(always)]
+    fn sweep_column(
+        &mut self,
+        j: usize,
+        p: &Projection<T, N>,
+        state: Option<usize>,
+        sweep: &mut Sweep<T, N>,
+    ) {
+        if state.is_some_and(|state| j < state) {
+            return;
+        }
+        let (Some(column), Some(weight)) = (self.unit.get_mut(j), self.weights.get_mut(j)) else { return };
+        let (Some(&f), Some(&g), Some(&sum)) = (p.f.get(j), p.g.get(j), p.sums.get(j)) else { return };
+        // While the sum is zero so is b, and nothing is learnt.
+        let slope = sweep.per_sum.map_or(T::zero(), |per| f * per);
+        let per_sum = reciprocal(sum);
+        *weight *= per_sum.map_or(T::one(), |per| sweep.sum * per);
+        for (u, b) in column.iter_mut().zip(&mut sweep.b).take(j) {
+            let old = *u;
+            *u -= slope * *b;
+            *b += g * old;
+        }
+        if let Some(u) = state.filter(|&state| state < j).and_then(|state| column.get_mut(state)) {
+            *u = sweep.per_sum.map_or(f, |per| f * (p.noise * per));
+        }
+        if let Some(b) = sweep.b.get_mut(j) {
+            *b = g;
+        }
+        (sweep.sum, sweep.per_sum) = (sum, per_sum);
+    }
+}
+
+/// A measurement found usable.
+struct Judged<T> {
+    variance: T,
+    per_variance: T,
+    normalised_squared: T,
+}
+
+impl<T: Real, const N: usize> Projection<T, N> {
+    #[inline]
+    fn variance(&self) -> T {
+        self.sums.last().copied().unwrap_or(self.noise)
+    }
+
+    /// A finite normalised square bounds the correction too: `(K_i innovation)^2 <= P_ii NIS`.
+    #[inline]
+    fn judge(&self, innovation: T) -> Result<Judged<T>, Refusal> {
+        // Asked this way round, so that NaN is refused too.
+        let noise_known = self.noise >= T::zero();
+        if !noise_known {
+            return Err(Refusal::Noise);
+        }
+        let variance = self.variance();
+        if !is_finite(variance) {
+            return Err(Refusal::Uncertain);
+        }
+        let per_variance = reciprocal(variance).ok_or(Refusal::Certain)?;
+        let normalised_squared = innovation * per_variance * innovation;
+        if !is_finite(normalised_squared) {
+            return Err(Refusal::Innovation);
+        }
+        Ok(Judged { variance, per_variance, normalised_squared })
+    }
+}
+
+impl<T: Real> Judged<T> {
+    #[inline]
+    fn correct<const N: usize>(
+        self,
+        b: [T; N],
+        innovation: T,
+        state: &mut SVector<T, N>,
+    ) -> Correction<T, N> {
+        let gain = SVector::from(b) * self.per_variance;
+        *state += gain * innovation;
+        Correction { variance: self.variance, gain, normalised_squared: self.normalised_squared }
+    }
+}

@@ -1,0 +1,139 @@
+//! Noise added in factorised form, one source after the other (Agee-Turner).
+//!
+//! As published, the source's variance runs down with the columns, `c <- c D_j / (D_j + c a_j^2)`: four products and a division, one waiting for the
+//! other, a column. Its reciprocal is a sum instead (Gill, Golub, Murray and Saunders, Math. Comp. 28 (1974) 505-535, method C1),
+//!
+//! ```text
+//! s <- s + c a_j^2 / D_j,   s = 1 at the last column,   and what is left of the variance is c / s
+//! ```
+//!
+//! which leaves only an addition to wait for. The published form stays for a few states, where one division after the other is what counts, and for
+//! a state known exactly (`D_j = 0`, or so small that `s` overflows), which takes all that is left.
+
+use motor_model::Real;
+use nalgebra::SVector;
+
+use super::{UdCovariance, for_columns, is_finite};
+
+/// A source of process noise: `variance * gain gain'` is what it adds to the covariance in a step.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct NoiseSource<T, const N: usize> {
+    /// How each state answers it. Zeros after the last state that does cost nothing.
+    pub gain: SVector<T, N>,
+    /// Its variance over the step. One that is not positive adds nothing.
+    pub variance: T,
+}
+
+/// Up to so many states the published form is the faster one.
+const FEW: usize = 3;
+
+/// A source on its way from the last column to the first.
+#[derive(Clone, Copy)]
+struct Arriving<T, const N: usize> {
+    /// `a`, less what the columns passed have taken.
+    gain: [T; N],
+    variance: T,
+    /// `s`, infinite once nothing is left.
+    spent: T,
+    per_spent: T,
+}
+
+/// What one source does to one column.
+struct Meeting<T> {
+    spent: T,
+    per_spent: T,
+    weight: T,
+    per_weight: T,
+    slope: T,
+}
+
+impl<T: Real, const N: usize> UdCovariance<T, N> {
+    /// `P <- P + variance * direction direction'`, for a variance that is not negative; another one adds nothing.
+    ///
+    /// There is no counterpart that subtracts: what remained could be no covariance. A measurement subtracts, with [`Self::update`].
+    #[inline]
+    pub fn add_rank_one(&mut self, direction: &SVector<T, N>, variance: T) {
+        self.add_noise(&[NoiseSource { gain: *direction, variance }]);
+    }
+
+    /// All sources pass column by column, so that a column is fetched once and one source's division overlaps another's.
+    #[inline]
+    pub(super) fn add_noise<const M: usize>(&mut self, sources: &[NoiseSource<T, N>; M]) {
+        let mut arriving = sources.map(Arriving::new);
+        for_columns!(down from N, |j| self.add_to_column(j, &mut arriving));
+    }
+
+    #[expect(clippy::inline_always, reason = "j is to be a constant in it")]
+    #[inline(always)]
+    fn add_to_column<const M: usize>(&mut self, j: usize, arriving: &mut [Arriving<T, N>; M]) {
+        let (Some(column), Some(d)) = (self.unit.get_mut(j), self.weights.get_mut(j)) else { return };
+        if j == 0 {
+            for source in arriving {
+                *d += source.left_at_first();
+            }
+            return;
+        }
+        let (mut unit, mut weight, mut per_weight) = (*column, *d, T::one() / *d);
+        for_columns!(up to M, |m| {
+            if let Some(source) = arriving.get_mut(m) {
+                source.add_to_column(j, &mut unit, &mut weight, &mut per_weight);
+            }
+        });
+        (*column, *d) = (unit, weight);
+    }
+}
+
+impl<T: Real, const N: usize> Arriving<T, N> {
+    #[inline]
+    fn new(source: NoiseSource<T, N>) -> Self {
+        let [gain] = source.gain.data.0;
+        let variance = if source.variance > T::zero() { source.variance } else { T::zero() };
+        Self { gain, variance, spent: T::one(), per_spent: T::one() }
+    }
+
+    #[expect(clippy::inline_always, reason = "j is to be a constant in it")]
+    #[inline(always)]
+    fn add_to_column(&mut self, j: usize, unit: &mut [T; N], weight: &mut T, per_weight: &mut T) {
+        let Some(&entry) = self.gain.get(j) else { return };
+        if entry == T::zero() {
+            return;
+        }
+        let Some(meeting) = self.meet(entry, *weight, *per_weight) else { return };
+        (*weight, *per_weight) = (meeting.weight, meeting.per_weight);
+        (self.spent, self.per_spent) = (meeting.spent, meeting.per_spent);
+        for (u, a) in unit.iter_mut().zip(&mut self.gain).take(j) {
+            *a -= entry * *u;
+            *u += meeting.slope * *a;
+        }
+    }
+
+    /// What it brings to the first column, where it ends.
+    #[inline]
+    fn left_at_first(&self) -> T {
+        self.gain.first().map_or(T::zero(), |&entry| self.variance * entry * entry * self.per_spent)
+    }
+
+    /// `None` when the source has nothing for this column, to this precision.
+    #[inline]
+    fn meet(&self, entry: T, weight: T, per_weight: T) -> Option<Meeting<T>> {
+        let pull = self.variance * entry;
+        let push = pull * entry;
+        let sum = weight + push * self.per_spent;
+        let spent = self.spent + push * per_weight;
+        if N > FEW && is_finite(spent) {
+            let per_spent = T::one() / spent;
+            let share = per_weight * per_spent;
+            return Some(Meeting {
+                spent,
+                per_spent,
+                weight: sum,
+                per_weight: share * self.spent,
+                slope: pull * share,
+            });
+        }
+        let per_weight = T::one() / sum;
+        let slope = pull * self.per_spent / sum;
+        let per_spent = self.per_spent * (weight / sum);
+        is_finite(slope).then_some(Meeting { spent, per_spent, weight: sum, per_weight, slope })
+    }
+}

@@ -1,0 +1,139 @@
+//! Independent pairs of states, such as lightly damped modes.
+//!
+//! With `F = diag(F_1 .. F_m)`, the 2 x 2 blocks of U transform one by one, `U_ij <- F_i U_ij T_j`, where `T_j` restores the form of the diagonal
+//! block: of the two columns `w_a`, `w_b` of `F U` with the elements `alpha`, `beta` in the block's lower row,
+//!
+//! ```text
+//! D_b' = alpha^2 D_a + beta^2 D_b         w_b' = (alpha D_a w_a + beta D_b w_b) / D_b'
+//! D_a' = det^2 D_a D_b / D_b'             w_a' = (beta w_a - alpha w_b) / det          det = det F_j
+//! ```
+//!
+//! This is Thornton's weighted Gram-Schmidt on the only two columns that reach the block's lower row: a fast Givens rotation (Gentleman,
+//! J. Inst. Maths Applics 12 (1973) 329-336) whose scale is put back. Its own diagonal comes out as `det / det`, without computing it.
+//! 2 x 2 products only, so `2 n^2` multiply-adds instead of Thornton's `1.5 n^3`.
+
+use motor_model::Real;
+use nalgebra::{Matrix2, SMatrix, SVector};
+
+use super::{Dense, Sealed, Transition};
+use crate::factors::{UdCovariance, for_columns, reciprocal};
+
+/// A block-diagonal F of B blocks of 2 x 2, for `N = 2 B` states.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Blocks2<T, const B: usize>(pub [Matrix2<T>; B]);
+
+impl<T, const B: usize> Sealed for Blocks2<T, B> {}
+
+/// How a pair of columns combines: `a' = aa a + ab b`, `b' = ba a + bb b`.
+#[derive(Clone, Copy)]
+struct Pairing<T> {
+    weights: [T; 2],
+    above: T,
+    aa: T,
+    ab: T,
+    ba: T,
+    bb: T,
+}
+
+impl<T: Real, const B: usize, const N: usize> Transition<T, N> for Blocks2<T, B> {
+    #[inline]
+    fn carry(&self, state: &SVector<T, N>) -> SVector<T, N> {
+        const { assert!(N == 2 * B, "two states a block") };
+        let mut carried = *state;
+        let [entries] = &mut carried.data.0;
+        for (pair, f) in entries.as_chunks_mut::<2>().0.iter_mut().zip(&self.0) {
+            *pair = times(f, *pair);
+        }
+        carried
+    }
+
+    #[inline]
+    fn carry_factors(&self, covariance: &mut UdCovariance<T, N>) {
+        const { assert!(N == 2 * B, "two states a block") };
+        let mut pairings = [None; B];
+        let columns = covariance.unit.as_chunks_mut::<2>().0;
+        let weights = covariance.weights.as_chunks_mut::<2>().0;
+        for (b, (((pairing, f), [_, column]), &d)) in
+            pairings.iter_mut().zip(&self.0).zip(columns.iter()).zip(weights.iter()).enumerate()
+        {
+            let above = column.as_chunks::<2>().0.get(b).map_or(T::zero(), |[u, _]| *u);
+            *pairing = Pairing::new(f, above, d);
+        }
+        if pairings.iter().any(Option::is_none) {
+            return Dense(self.matrix()).carry_factors(covariance);
+        }
+        for_columns!(up to B, |b| self.carry_pair(b, columns, weights, &pairings));
+    }
+}
+
+impl<T: Real, const B: usize> Blocks2<T, B> {
+    #[expect(clippy::inline_always, reason = "b is to be a constant in it")]
+    #[inline(always)]
+    fn carry_pair<const N: usize>(
+        &self,
+        b: usize,
+        columns: &mut [[[T; N]; 2]],
+        weights: &mut [[T; 2]],
+        pairings: &[Option<Pairing<T>>; B],
+    ) {
+        let (Some([a, c]), Some(d), Some(&Some(pairing))) =
+            (columns.get_mut(b), weights.get_mut(b), pairings.get(b))
+        else {
+            return;
+        };
+        *d = pairing.weights;
+        let rows = a.as_chunks_mut::<2>().0.iter_mut().zip(c.as_chunks_mut::<2>().0);
+        for ((a, c), f) in rows.zip(&self.0).take(b) {
+            let ([a0, a1], [c0, c1]) = (times(f, *a), times(f, *c));
+            *a = [pairing.aa * a0 + pairing.ab * c0, pairing.aa * a1 + pairing.ab * c1];
+            *c = [pairing.ba * a0 + pairing.bb * c0, pairing.ba * a1 + pairing.bb * c1];
+        }
+        if let Some(row) = c.as_chunks_mut::<2>().0.get_mut(b) {
+            *row = [pairing.above, T::one()];
+        }
+    }
+
+    /// F in full.
+    pub fn matrix<const N: usize>(&self) -> SMatrix<T, N, N> {
+        const { assert!(N == 2 * B, "two states a block") };
+        let mut full = SMatrix::<T, N, N>::zeros();
+        for (b, (f, columns)) in self.0.iter().zip(full.data.0.as_chunks_mut::<2>().0).enumerate() {
+            for (from, to) in f.data.0.iter().zip(columns) {
+                if let Some(rows) = to.as_chunks_mut::<2>().0.get_mut(b) {
+                    *rows = *from;
+                }
+            }
+        }
+        full
+    }
+}
+
+impl<T: Real> Pairing<T> {
+    /// For a block F whose columns of U read (1, 0) and (`u`, 1); `None` when F is singular or both states are known exactly.
+    #[inline]
+    fn new(f: &Matrix2<T>, u: T, [da, db]: [T; 2]) -> Option<Self> {
+        let [[f00, f10], [f01, f11]] = f.data.0;
+        let det = f00 * f11 - f01 * f10;
+        let per_det = reciprocal(det)?;
+        let (alpha, beta) = (f10, f10 * u + f11);
+        let upper = f00 * u + f01;
+        let (pull_a, pull_b) = (alpha * da, beta * db);
+        let sum = alpha * pull_a + beta * pull_b;
+        let per_sum = reciprocal(sum)?;
+        let (ba, bb) = (pull_a * per_sum, pull_b * per_sum);
+        Some(Self {
+            weights: [det * da * (det * (db * per_sum)), sum],
+            above: ba * f00 + bb * upper,
+            aa: beta * per_det,
+            ab: -(alpha * per_det),
+            ba,
+            bb,
+        })
+    }
+}
+
+#[inline]
+fn times<T: Real>(f: &Matrix2<T>, [x, y]: [T; 2]) -> [T; 2] {
+    let [[f00, f10], [f01, f11]] = f.data.0;
+    [f00 * x + f01 * y, f10 * x + f11 * y]
+}
