@@ -23,13 +23,6 @@ fn rotor_is_finite<T: Real>(state: &MotorState<T>) -> bool {
         && state.modes.displacement_m.iter().chain(&state.modes.velocity_m_s).all(|x| x.to_f64().is_finite())
 }
 
-/// What the ledger's quadrature misses of a squeeze film that stops the rotor within a step (`x = b_z h / m_r` above 1: 22 to 430 here):
-/// 1 to 4 % of the turnover measured.
-fn film_share(params: &MotorParams, setup: &MotorSetup) -> f64 {
-    let x = params.get(Parameter::VerticalDamping) * setup.step_s / params.get(Parameter::RotorMass);
-    if x > 1.0 { 0.1 } else { 0.0 }
-}
-
 /// Runs `commands`, step by step, from a drop of 5 um with some spin.
 fn check<T: Real>(
     params: &MotorParams,
@@ -50,9 +43,8 @@ fn check<T: Real>(
     }
     // In f32 at most the rounding of each step, all one way.
     let rounding = if size_of::<T>() == 4 { f64::from(steps) * epsilon::<T>() } else { 1e-9 };
-    let share = rounding + film_share(params, setup);
     let what = format!("{what}, {setup:?}, {} bytes, {:?}", size_of::<T>(), accounted.flows());
-    assert_close(accounted.imbalance(), 0.0, Within::absolute(share), &what);
+    assert_close(accounted.imbalance(), 0.0, Within::absolute(rounding), &what);
     assert_between(accounted.state.rotor.height_m.to_f64(), -1e-3, 1.0, &what);
 }
 
