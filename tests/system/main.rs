@@ -27,6 +27,7 @@ mod law_energy;
 mod dual_precision;
 mod dual_step_convergence;
 mod law_any_motor;
+mod law_every_phase;
 mod law_hard_cases;
 mod law_rotation_sense;
 mod tool_steady_rates;
