@@ -81,7 +81,7 @@ fn check_burst(mode: DriveMode, amplitude: f32, on_s: f64, precision: f64, (low,
 #[test]
 fn law_weak_burst_from_rest_at_every_phase() {
     check_burst(DriveMode::C, 0.3, 680e-6, 1e-3, (-3.66, -3.59));
-    check_burst(DriveMode::B, 0.3, 320e-6, 0.03, (3.0, 27.0));
+    check_burst(DriveMode::B, 0.3, 320e-6, 0.1, (3.0, 27.0));
 }
 
 /// Two cycles of B at full drive throw the rotor so that it lands on teeth nearly at rest.
