@@ -129,7 +129,7 @@ fn rounded<T: Real>(state: &MotorState<f64>) -> MotorState<T> {
 fn full_speed_at_every_phase(mode: DriveMode) -> Vec<MotorState<f64>> {
     let mut bench = Bench::<f64>::new(&MotorParams::nominal(), &located(STEP_S));
     bench.run(DriveCommand::full(mode), 0.3);
-    let mut at_phase = [None; PHASES];
+    let mut at_phase = vec![None; PHASES];
     for _ in 0..10_000 {
         bench.run(DriveCommand::full(mode), STEP_S);
         let bin = usize::try_from(bench.state.phase.units() >> 58).expect("six bits");
