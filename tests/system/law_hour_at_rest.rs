@@ -89,7 +89,7 @@ fn law_an_hour_at_rest_with_impacts_at_the_end_of_the_step() {
     }
 }
 
-/// A rotor of a thousandth to a thousand stators lies on both pairs and neither hops from one to the other nor turns.
+/// A rotor of a hundredth to a thousand stators lies on both pairs and neither hops from one to the other nor turns.
 fn check_any_weight<T: Real>(ratio: f64, step_s: f64) {
     let mass = ratio * 10.7e-6;
     let params = changed(&[(Parameter::RotorMass, mass), (Parameter::RotorInertia, 4.59e-10 * mass / 46e-6)]);
