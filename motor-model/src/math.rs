@@ -215,17 +215,39 @@ pub fn decay_second_mean(x: f64) -> f64 {
     sum
 }
 
+/// `(x - 2 (1 - exp(-x)) + (1 - exp(-2x)) / 2) / x^3`, which is 1/3 at `x = 0`: the mean over a step, per square of the step, of the
+/// square of the integral of [`decay_mean`]'s decay.
+///
+/// Below `x = 0.5` the Taylor series `sum over n >= 3 of (2^(n-1) - 2) (-x)^(n-3) / n!` replaces the formula, whose numerator cancels.
+pub fn decay_square_mean(x: f64) -> f64 {
+    if x.abs() >= 0.5 {
+        // With u = 1 - exp(-x) the numerator is x - u - u^2 / 2.
+        let first = decay_mean(x);
+        return (decay_second_mean(x) - 0.5 * first * first) / x;
+    }
+    // Terms 2^(n-1) (-x)^(n-3) / n! and 2 (-x)^(n-3) / n!; the first left out is 2^18 0.5^16 / 19! = 3e-17.
+    let mut sum = 0.0;
+    let (mut double, mut single) = (4.0 / 6.0, 2.0 / 6.0);
+    for n in 4..20_u8 {
+        sum += double - single;
+        double *= -2.0 * x / f64::from(n);
+        single *= -x / f64::from(n);
+    }
+    sum
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    /// Both decay means against their integrals by composite Simpson, across the change of formula.
+    /// The decay means against their integrals by composite Simpson, across the change of formula.
     #[test]
     fn dual_decay_means_are_the_integrals_they_name() {
         for x in [0.0, 1e-12, 1e-3, 0.4, 0.499_999, 0.5, 0.6, 3.0, 40.0] {
             let n = 4000_u32;
             let mut first = 0.0;
             let mut second = 0.0;
+            let mut square = 0.0;
             for i in 0..=n {
                 let t = f64::from(i) / f64::from(n);
                 let weight = if i == 0 || i == n {
@@ -238,10 +260,12 @@ mod tests {
                 first += weight * exp(-x * t);
                 // integral from 0 to 1 of (1 - t) exp(-x t) is the second mean
                 second += weight * (1.0 - t) * exp(-x * t);
+                square += weight * t * t * decay_mean(x * t) * decay_mean(x * t);
             }
             let simpson = 3.0 * f64::from(n);
             assert!((decay_mean(x) - first / simpson).abs() < 1e-9, "{x}");
             assert!((decay_second_mean(x) - second / simpson).abs() < 1e-9, "{x}");
+            assert!((decay_square_mean(x) - square / simpson).abs() < 1e-9, "{x}");
         }
     }
 
@@ -249,6 +273,15 @@ mod tests {
     fn law_decay_means_stay_finite_for_huge_damping() {
         assert!((decay_mean(1e8) - 1e-8).abs() < 1e-20);
         assert!((decay_second_mean(1e8) - 1e-8).abs() < 1e-15);
+        assert!((decay_square_mean(1e8) - 1e-16).abs() < 1e-23);
+    }
+
+    /// Series and formula of the square's mean at the same place, to rounding: the formula's numerator cancels to 1/12 there.
+    #[test]
+    fn dual_square_mean_is_continuous_where_the_formula_changes() {
+        let (below, above) = (decay_square_mean(0.5 - 1e-15), decay_square_mean(0.5));
+        assert!((below - above).abs() < 1e-14, "{below} {above}");
+        assert!((decay_square_mean(0.0) - 1.0 / 3.0).abs() < 1e-16);
     }
 
     #[test]

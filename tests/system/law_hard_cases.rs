@@ -23,13 +23,6 @@ fn rotor_is_finite<T: Real>(state: &MotorState<T>) -> bool {
         && state.modes.displacement_m.iter().chain(&state.modes.velocity_m_s).all(|x| x.to_f64().is_finite())
 }
 
-/// What the ledger's quadrature misses of a squeeze film that stops the rotor within a step (`x = b_z h / m_r` above 1: 22 to 430 here):
-/// 1 to 4 % of the turnover measured.
-fn film_share(params: &MotorParams, setup: &MotorSetup) -> f64 {
-    let x = params.get(Parameter::VerticalDamping) * setup.step_s / params.get(Parameter::RotorMass);
-    if x > 1.0 { 0.1 } else { 0.0 }
-}
-
 /// Runs `commands`, step by step, from a drop of 5 um with some spin.
 fn check<T: Real>(
     params: &MotorParams,
@@ -40,6 +33,17 @@ fn check<T: Real>(
     let mut start = MotorState::<T>::default();
     start.rotor.height_m = T::from_f64(5e-6);
     start.rotor.rate_rad_s = T::from_f64(2.0);
+    check_from(start, params, setup, commands, what);
+}
+
+/// Runs `commands`, step by step, from `start`.
+fn check_from<T: Real>(
+    start: MotorState<T>,
+    params: &MotorParams,
+    setup: &MotorSetup,
+    commands: impl Iterator<Item = DriveCommand>,
+    what: &str,
+) {
     let mut accounted = Accounted::from(params, setup, start);
     let mut steps = 0;
     for command in commands {
@@ -50,9 +54,8 @@ fn check<T: Real>(
     }
     // In f32 at most the rounding of each step, all one way.
     let rounding = if size_of::<T>() == 4 { f64::from(steps) * epsilon::<T>() } else { 1e-9 };
-    let share = rounding + film_share(params, setup);
     let what = format!("{what}, {setup:?}, {} bytes, {:?}", size_of::<T>(), accounted.flows());
-    assert_close(accounted.imbalance(), 0.0, Within::absolute(share), &what);
+    assert_close(accounted.imbalance(), 0.0, Within::absolute(rounding), &what);
     assert_between(accounted.state.rotor.height_m.to_f64(), -1e-3, 1.0, &what);
 }
 
@@ -151,56 +154,87 @@ fn law_drive_switched_every_step() {
     }
 }
 
-/// Driven 20 % off resonance either way, and beating 40 Hz beside it.
+/// Driven 20 % off resonance either way, and beating 40 Hz beside it: at the damping of Table 1 the beat dies within its first period, at a
+/// sixtieth of it it goes on.
 #[test]
 fn law_detuned_drive() {
-    for (mode, hz) in [(DriveMode::B, 6300.0), (DriveMode::C, 7460.0)] {
-        for offset_hz in [-0.2 * hz, 0.2 * hz, 40.0] {
-            let command = DriveCommand::full(mode).with_frequency_offset(offset_hz).expect("within 2 kHz");
-            for setup in setups() {
-                let steps = crate::scene::steps_in(0.06, setup.step_s) as usize;
-                check::<f64>(&changed(&[]), &setup, std::iter::repeat_n(command, steps), "detuned");
-                check::<f32>(&changed(&[]), &setup, std::iter::repeat_n(command, steps), "detuned");
+    let light = [Parameter::ModeBDampingRatio, Parameter::ModeCDampingRatio].map(|zeta| (zeta, 1e-4));
+    for params in [changed(&[]), changed(&light)] {
+        for (mode, hz) in [(DriveMode::B, 6300.0), (DriveMode::C, 7460.0)] {
+            for offset_hz in [-0.2 * hz, 0.2 * hz, 40.0] {
+                let command =
+                    DriveCommand::full(mode).with_frequency_offset(offset_hz).expect("within 2 kHz");
+                for setup in setups() {
+                    let steps = crate::scene::steps_in(0.06, setup.step_s) as usize;
+                    check::<f64>(&params, &setup, std::iter::repeat_n(command, steps), "detuned");
+                    check::<f32>(&params, &setup, std::iter::repeat_n(command, steps), "detuned");
+                }
             }
         }
     }
 }
 
-/// Steps that divide the drive's period exactly, and steps near half of it.
+/// Steps that divide the drive's period exactly, and steps near half of it and of a whole.
 #[test]
 fn law_steps_in_tune_with_the_drive() {
     for (mode, hz) in [(DriveMode::B, 6300.0), (DriveMode::C, 7460.0)] {
-        for per_period in [2.0, 2.001, 1.999, 4.0, 16.0, 1.0] {
+        for per_period in [1.0, 1.999, 2.0, 2.001, 4.0, 16.0] {
             for impact_rule in RULES {
                 let setup = MotorSetup { impact_rule, ..MotorSetup::with_step(1.0 / (hz * per_period)) };
-                let motor = Motor::<f64>::try_new(&changed(&[]), &setup).expect("a valid motor");
-                let mut state = MotorState::default();
-                for _ in 0..4000 {
-                    motor.step(&mut state, DriveCommand::full(mode));
-                    assert!(rotor_is_finite(&state), "{mode:?}, {per_period} steps a period");
-                }
-                assert_between(state.rotor.height_m, -1e-3, 0.1, format_args!("{mode:?}, {per_period}"));
-                assert_between(state.rotor.rate_rad_s, -100.0, 100.0, format_args!("{mode:?}, {per_period}"));
+                let commands = || std::iter::repeat_n(DriveCommand::full(mode), 2000);
+                let what = format!("{mode:?}, {per_period} steps a period");
+                check::<f64>(&changed(&[]), &setup, commands(), &what);
+                check::<f32>(&changed(&[]), &setup, commands(), &what);
             }
         }
     }
 }
 
-/// Denormal heights, speeds and amplitudes.
+/// Heights, speeds and amplitudes that are subnormal numbers.
+fn check_denormals<T: Real>(setup: &MotorSetup, small: f64) {
+    let mut start = MotorState::<T>::default();
+    start.rotor.height_m = T::from_f64(small);
+    start.rotor.velocity_m_s = T::from_f64(-0.1 * small);
+    start.rotor.rate_rad_s = T::from_f64(0.01 * small);
+    start.modes.displacement_m.fill(T::from_f64(10.0 * small));
+    start.modes.velocity_m_s.fill(T::from_f64(-100.0 * small));
+    assert!(start.rotor.rate_rad_s > T::zero(), "the scene is meant to be subnormal, not zero");
+    // An amplitude is an f32 in either precision.
+    let faint = DriveCommand::saturating(DriveMode::B, 1e-40);
+    check_from(start, &changed(&[]), setup, std::iter::repeat_n(faint, 5000), "denormals");
+    // Weightless, nothing larger comes in.
+    let weightless = changed(&[(Parameter::Gravity, 0.0)]);
+    let mut accounted = Accounted::from(&weightless, setup, start);
+    for _ in 0..5000 {
+        accounted.run(DriveCommand::OFF, setup.step_s);
+        assert!(rotor_is_finite(&accounted.state), "{setup:?}");
+    }
+    assert_close(accounted.state.rotor.height_m.to_f64(), 0.0, Within::absolute(1e4 * small), "weightless");
+}
+
 #[test]
 fn law_denormals() {
     for setup in setups() {
-        let motor = Motor::<f32>::try_new(&changed(&[]), &setup).expect("a valid motor");
-        let mut state = MotorState::<f32>::default();
-        state.rotor.height_m = 1e-42;
-        state.rotor.velocity_m_s = -1e-43;
-        state.rotor.rate_rad_s = 1e-44;
-        state.modes.displacement_m.fill(1e-41);
-        state.modes.velocity_m_s.fill(-1e-40);
-        for _ in 0..5000 {
-            motor.step(&mut state, DriveCommand::saturating(DriveMode::B, 1e-40));
-            assert!(rotor_is_finite(&state), "{setup:?}");
-        }
-        assert_between(f64::from(state.rotor.height_m), -1e-6, 1e-6, "height");
+        check_denormals::<f32>(&setup, 1e-42);
+        check_denormals::<f64>(&setup, 1e-320);
     }
+}
+
+/// A rotor that begins inside the teeth, driven or not.
+#[test]
+fn law_initial_penetration() {
+    for setup in setups() {
+        for (depth_m, velocity_m_s) in [(1e-9, 0.0), (5e-6, -0.05), (5e-6, 0.3), (1e-3, 0.0)] {
+            check_inside::<f64>(&setup, depth_m, velocity_m_s);
+            check_inside::<f32>(&setup, depth_m, velocity_m_s);
+        }
+    }
+}
+
+fn check_inside<T: Real>(setup: &MotorSetup, depth_m: f64, velocity_m_s: f64) {
+    let mut start = MotorState::<T>::default();
+    start.rotor.height_m = T::from_f64(-depth_m);
+    start.rotor.velocity_m_s = T::from_f64(velocity_m_s);
+    let what = format!("{depth_m:e} m deep, {velocity_m_s} m/s");
+    check_from(start, &changed(&[]), setup, schedule(setup.step_s, 0.04), &what);
 }

@@ -35,7 +35,7 @@ fn sag_m() -> f64 {
 /// Rate at which a rotor at rest may creep: the end-of-step rule locks into a rhythm of blows, one in two or three steps, that
 /// tilts a little to one side. Measured 0.5e-6 to 1.1e-6 rad/s at 1 us, 4e-6 at 2 us, up to 130e-6 at 5 us, the same in either precision;
 /// twice that is allowed. At 10 us there are rhythms of seven steps too, which turn the rotor by up to 0.1 rad/s: no rest at all.
-fn creep_rad_s(step_s: f64) -> f64 {
+pub fn creep_rad_s(step_s: f64) -> f64 {
     if step_s > 5e-6 { 0.2 } else { 2.2e-6 * (step_s / 1e-6) * (step_s / 1e-6) * (step_s / 1e-6) }
 }
 

@@ -12,11 +12,13 @@ mod scene;
 mod steady;
 mod tooth;
 
+mod exact_beating;
 mod exact_drive_phase;
 mod exact_resonance;
 mod exact_switching;
 
 mod exact_flight;
+mod exact_long_runs;
 
 mod exact_located_impacts;
 mod law_impact;
@@ -31,7 +33,9 @@ mod exact_reduced_models;
 mod dual_precision;
 mod dual_step_convergence;
 mod law_any_motor;
+mod law_every_phase;
 mod law_hard_cases;
+mod law_hour_at_rest;
 mod law_rotation_sense;
 mod tool_steady_rates;
 

@@ -25,8 +25,9 @@ use crate::teeth::ToothPair;
 const SPAN_RAD: f64 = 0.25;
 /// Most spans of a step.
 const SPANS_MAX: u8 = 16;
-/// `k`: part of a gap that a pressed contact takes back in a span.
-const RETURN: f64 = 0.3;
+/// `k`: part of a gap that a pressed contact takes back in a span. Little: taking back is pushing, and pushed twice as hard a rotor of a hundredth
+/// of the stator goes on for ever from pair to pair.
+const RETURN: f64 = 0.05;
 /// A rebound whose flight would last less than this part of a step is none: the tooth stays on the rotor.
 pub(super) const REST_FLIGHT: f64 = 0.125;
 /// The same for a pair that comes up while the other lies pressed, whose blow is noticed at the end of a span only: what it has gathered

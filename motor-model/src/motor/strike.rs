@@ -1,6 +1,6 @@
 //! One impact, and the rule that notices impacts at the end of the step.
 
-use super::{IMPACTS_PER_STEP_MAX, Impacts, Motion, Motor};
+use super::{Impacts, Motion, Motor};
 use crate::energy::Ledger;
 use crate::impact::Impact;
 use crate::math::Real;
@@ -80,9 +80,7 @@ impl<T: Real, S: Scope> Motor<T, S> {
     ) {
         let gaps_m = self.gaps_m(&motion.modes, &motion.rotor);
         let [first, second] = gaps_m;
-        if (first < T::zero() || S::SECOND_PAIR && second < T::zero())
-            && impacts.len() + 2 <= IMPACTS_PER_STEP_MAX
-        {
+        if (first < T::zero() || S::SECOND_PAIR && second < T::zero()) && impacts.is_empty() {
             self.strike_at_end(forcing, motion, gaps_m, impacts, ledger);
         }
     }
