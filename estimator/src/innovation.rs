@@ -16,6 +16,8 @@ pub enum Rejection {
     NotNewer,
     /// Too far from its prediction to be believed.
     Gate,
+    /// At rest, the same code again without a sign of dither: it tells no more than quantisation lets it.
+    Repeated,
 }
 
 /// What became of a measurement.

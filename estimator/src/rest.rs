@@ -74,11 +74,17 @@ impl<T: Real> RestDetector<T> {
         true
     }
 
-    /// Since when the rotor has been quiet; `None` while it is not, or when no sample has come for 1 ms before `now`.
+    /// Since when the rotor has been quiet; `None` while it is not, or when the vibrometer is silent.
     #[inline]
     pub fn quiet_since(&self, now: Time) -> Option<Time> {
+        if self.silent(now) { None } else { self.quiet_since }
+    }
+
+    /// Whether no sample has come for 1 ms before `now`.
+    #[inline]
+    pub fn silent(&self, now: Time) -> bool {
         const SILENCE_NANOS: u64 = 1_000_000;
-        self.newest.filter(|&newest| now.nanos_since(newest) <= SILENCE_NANOS).and(self.quiet_since)
+        self.newest.is_none_or(|newest| now.nanos_since(newest) > SILENCE_NANOS)
     }
 }
 

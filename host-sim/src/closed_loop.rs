@@ -10,6 +10,7 @@ use estimator::{CameraFrame, LdvSample};
 use motor_model::{Angle, DriveCommand, Time};
 
 use crate::error::CommandError;
+use crate::filter::AnyFilter;
 use crate::instruments::{Camera, Ldv};
 use crate::plant::Plant;
 use crate::scene::Scene;
@@ -110,7 +111,7 @@ pub struct ClosedLoop {
     plant: Plant,
     desk: Desk,
     schedule: Schedule,
-    position_loop: PositionLoop,
+    position_loop: PositionLoop<AnyFilter>,
 }
 
 impl ClosedLoop {
@@ -129,7 +130,8 @@ impl ClosedLoop {
             ldv: Ldv::new(scene),
             command: DriveCommand::OFF,
         };
-        Ok(Self { plant, desk, schedule, position_loop: PositionLoop::new(target, tuning, Time::ZERO) })
+        let position_loop = PositionLoop::new(AnyFilter::of(scene), target, tuning, Time::ZERO);
+        Ok(Self { plant, desk, schedule, position_loop })
     }
 
     /// The plant.

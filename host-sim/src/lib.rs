@@ -29,6 +29,7 @@ pub mod closed_loop;
 mod document;
 pub mod error;
 pub mod export;
+pub mod filter;
 pub mod instructions;
 pub mod instruments;
 pub mod keys;

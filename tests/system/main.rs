@@ -41,6 +41,7 @@ mod tool_steady_rates;
 
 mod dual_covariance;
 mod law_covariance_endurance;
+mod law_impact_aided;
 
 mod tool_accuracy;
 mod tool_command_line;

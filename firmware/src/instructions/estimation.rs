@@ -1,12 +1,12 @@
-//! What the filter and the rest detector do with a measurement.
+//! What the filter does with a measurement, its rest detector included.
 
 use core::hint::black_box;
 
 use estimator::{
-    CameraFrame, ConstantRate, ConstantRateTuning, Estimate, Innovation, LdvSample, Motion, Rejection,
-    RestDetector, RestTuning, Verdict,
+    AngleFilter, CameraFrame, ConstantRate, ConstantRateTuning, Estimate, Innovation, LdvSample, Rejection,
+    Verdict,
 };
-use motor_model::{Angle, DriveMode, Time};
+use motor_model::{Angle, DriveCommand, DriveMode, Time};
 
 use super::{Count, InstructionTimer, Meter};
 
@@ -31,6 +31,7 @@ const OUTLIER: Angle = Angle::from_units(238_609_294);
 /// Samples of the vibrometer, 200,000 a second.
 const LDV_SAMPLES: u16 = 10_000;
 const LDV_NANOS: u64 = 5_000;
+const SAMPLES_PER_FRAME: u64 = FRAME_NANOS / LDV_NANOS;
 
 pub(super) fn count(meter: &Meter<'_, impl InstructionTimer>, report: &mut impl FnMut(Count)) {
     turning(meter, report);
@@ -39,13 +40,13 @@ pub(super) fn count(meter: &Meter<'_, impl InstructionTimer>, report: &mut impl 
 }
 
 #[inline(never)]
-fn predict(filter: &ConstantRate<f32>, now: Time, motion: Motion) -> Option<Estimate<f32>> {
-    filter.estimate(now, motion)
+fn predict(filter: &ConstantRate<f32>, now: Time) -> Option<Estimate<f32>> {
+    filter.estimate(now)
 }
 
 #[inline(never)]
-fn update(filter: &mut ConstantRate<f32>, frame: &CameraFrame, motion: Motion) -> Innovation<f32> {
-    filter.update_camera(frame, motion)
+fn update(filter: &mut ConstantRate<f32>, frame: &CameraFrame) -> Innovation<f32> {
+    filter.update_camera(frame)
 }
 
 #[inline(never)]
@@ -53,21 +54,21 @@ fn update_and_predict(
     filter: &mut ConstantRate<f32>,
     frame: &CameraFrame,
     now: Time,
-    motion: Motion,
 ) -> Option<Estimate<f32>> {
-    filter.update_camera(frame, motion);
-    filter.estimate(now, motion)
+    filter.update_camera(frame);
+    filter.estimate(now)
 }
 
 #[inline(never)]
-fn observe(detector: &mut RestDetector<f32>, sample: &LdvSample) -> bool {
-    detector.observe(sample)
+fn listen(filter: &mut ConstantRate<f32>, sample: &LdvSample) -> Option<Innovation<f32>> {
+    filter.update_ldv(sample)
 }
 
 /// A driven rotor at constant rate. Each frame comes three times, first spoilt, then as it is, then once more, and is counted by what the
 /// filter made of it.
 fn turning(meter: &Meter<'_, impl InstructionTimer>, report: &mut impl FnMut(Count)) {
-    let mut filter = ConstantRate::new(ConstantRateTuning::default());
+    let mut filter = ConstantRate::new(&ConstantRateTuning::default());
+    filter.drive(Time::ZERO, DriveCommand::full(DriveMode::B));
     let mut used = Count::of("camera_frame_used");
     let mut refused = Count::of("camera_frame_refused");
     let mut repeated = Count::of("camera_frame_repeated");
@@ -79,31 +80,29 @@ fn turning(meter: &Meter<'_, impl InstructionTimer>, report: &mut impl FnMut(Cou
         let angle = Angle::from_units(i64::from(n) * TURNED_UNITS).wrapped();
         let frame = black_box(CameraFrame { exposed_at, angle });
         let outlier = black_box(CameraFrame { exposed_at, angle: angle.plus(OUTLIER).wrapped() });
-        let motion = black_box(Motion::Struck(DriveMode::B));
         if n <= SETTLING_FRAMES {
-            black_box(update(&mut filter, &frame, motion));
+            black_box(update(&mut filter, &frame));
             continue;
         }
         let mut copy = black_box(filter);
-        let (estimate, instructions) =
-            meter.instructions(|| update_and_predict(&mut copy, &frame, now, motion));
+        let (estimate, instructions) = meter.instructions(|| update_and_predict(&mut copy, &frame, now));
         if black_box(estimate).is_some() {
             both.add(instructions);
         }
         // A refusal widens the variance: on a copy.
         let mut copy = black_box(filter);
-        let spoilt = meter.instructions(|| update(&mut copy, &outlier, motion));
-        let whole = meter.instructions(|| update(&mut filter, &frame, motion));
-        let again = meter.instructions(|| update(&mut filter, &frame, motion));
+        let spoilt = meter.instructions(|| update(&mut copy, &outlier));
+        let whole = meter.instructions(|| update(&mut filter, &frame));
+        let again = meter.instructions(|| update(&mut filter, &frame));
         for (innovation, instructions) in black_box([spoilt, whole, again]) {
             match innovation.verdict {
                 Verdict::Used => used.add(instructions),
                 Verdict::Rejected(Rejection::Gate) => refused.add(instructions),
                 Verdict::Rejected(Rejection::NotNewer) => repeated.add(instructions),
-                Verdict::Restarted => (),
+                Verdict::Restarted | Verdict::Rejected(Rejection::Repeated) => (),
             }
         }
-        let (estimate, instructions) = meter.instructions(|| predict(&filter, now, motion));
+        let (estimate, instructions) = meter.instructions(|| predict(&filter, now));
         if black_box(estimate).is_some() {
             predicted.add(instructions);
         }
@@ -111,16 +110,20 @@ fn turning(meter: &Meter<'_, impl InstructionTimer>, report: &mut impl FnMut(Cou
     [used, refused, repeated, predicted, both].into_iter().for_each(report);
 }
 
-/// A rotor that lies still: the update of its rate comes on top.
+/// A rotor that lies still, dithered between two codes: the update of its rate comes on top.
 fn at_rest(meter: &Meter<'_, impl InstructionTimer>) -> Count {
-    let mut filter = ConstantRate::new(ConstantRateTuning::default());
+    let mut filter = ConstantRate::new(&ConstantRateTuning::default());
     let mut count = Count::of("camera_frame_used_at_rest");
     for n in 1..=FRAMES {
         let exposed_at = Time::from_nanos(u64::from(n) * FRAME_NANOS);
-        let frame = black_box(CameraFrame { exposed_at, angle: Angle::from_units(TURNED_UNITS) });
-        let motion = black_box(Motion::Quiet);
-        let (_, instructions) = black_box(meter.instructions(|| update(&mut filter, &frame, motion)));
-        if filter.estimate(exposed_at, motion).is_some_and(|estimate| estimate.resting) {
+        for sample in 0..SAMPLES_PER_FRAME {
+            let taken_at = exposed_at.plus_nanos(sample * LDV_NANOS);
+            filter.update_ldv(&LdvSample { taken_at, velocity_m_s: 1e-5 });
+        }
+        let angle = Angle::from_units(TURNED_UNITS * i64::from(n % 2));
+        let frame = black_box(CameraFrame { exposed_at, angle });
+        let (_, instructions) = black_box(meter.instructions(|| update(&mut filter, &frame)));
+        if filter.estimate(exposed_at).is_some_and(|estimate| estimate.resting) {
             count.add(instructions);
         }
     }
@@ -129,16 +132,14 @@ fn at_rest(meter: &Meter<'_, impl InstructionTimer>) -> Count {
 
 /// A rotor that falls quiet half way.
 fn vibrometer(meter: &Meter<'_, impl InstructionTimer>) -> Count {
-    let mut detector = RestDetector::new(&RestTuning::default());
+    let mut filter = ConstantRate::new(&ConstantRateTuning::default());
     let mut count = Count::of("vibrometer_sample");
     for n in 1..=LDV_SAMPLES {
         let taken_at = Time::from_nanos(u64::from(n) * LDV_NANOS);
         let sample =
             black_box(LdvSample { taken_at, velocity_m_s: if n < LDV_SAMPLES / 2 { 0.1 } else { 1e-5 } });
-        let (used, instructions) = meter.instructions(|| observe(&mut detector, &sample));
-        if black_box(used) {
-            count.add(instructions);
-        }
+        let (_, instructions) = black_box(meter.instructions(|| listen(&mut filter, &sample)));
+        count.add(instructions);
     }
     count
 }

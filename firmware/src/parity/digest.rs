@@ -3,7 +3,7 @@
 use core::hash::Hasher;
 
 use controller::{Phase as Positioning, Report};
-use estimator::{Estimate, Innovation, Rejection, Source, Verdict};
+use estimator::{Estimate, Health, Innovation, Reason, Rejection, Source, Verdict};
 use fnv::FnvHasher;
 use motor_model::{DriveCommand, DriveMode, Impact, ModalState, MotorState, RotorState};
 
@@ -39,11 +39,12 @@ impl Digest {
     }
 
     pub(super) fn report(&mut self, report: &Report) {
-        let Report { estimate, camera, command, applied, phase } = report;
+        let Report { estimate, health, camera, command, applied, phase } = report;
         self.word(u64::from(estimate.is_some()));
         if let Some(estimate) = estimate {
             self.estimate(estimate);
         }
+        self.health(*health);
         self.word(u64::from(camera.is_some()));
         if let Some(innovation) = camera {
             self.innovation(innovation);
@@ -59,6 +60,20 @@ impl Digest {
         };
         self.word(phase);
         self.word(since_nanos);
+    }
+
+    fn health(&mut self, health: Health) {
+        let reason = |reason| match reason {
+            Reason::VibrometerSilent => 0,
+            Reason::FramesRefused => 1,
+            Reason::Uncertain => 2,
+        };
+        self.word(match health {
+            Health::Good => 0,
+            Health::Waiting => 1,
+            Health::Degraded(why) => 2 + 2 * reason(why),
+            Health::Unusable(why) => 3 + 2 * reason(why),
+        });
     }
 
     fn estimate(&mut self, estimate: &Estimate<f32>) {
@@ -84,6 +99,7 @@ impl Digest {
             Verdict::Restarted => 1,
             Verdict::Rejected(Rejection::NotNewer) => 2,
             Verdict::Rejected(Rejection::Gate) => 3,
+            Verdict::Rejected(Rejection::Repeated) => 4,
         });
     }
 

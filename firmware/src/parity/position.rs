@@ -6,7 +6,7 @@
 use core::fmt;
 
 use controller::{Drive, PositionLoop, PositioningTuning, Report, Sense, Target, tick};
-use estimator::{CameraFrame, LdvSample};
+use estimator::{CameraFrame, ConstantRate, ConstantRateTuning, LdvSample};
 use motor_model::{Angle, DriveCommand, Motor, MotorParams, MotorSetup, MotorState, OutOfBounds, Time};
 
 use super::digest::Digest;
@@ -86,7 +86,8 @@ pub(crate) fn follow_loop(
     for target_deg in TARGETS_DEG {
         let target = Target::try_new(target_deg, TOLERANCE_DEG)?;
         let now = Time::from_nanos(ticks * PositionLoop::TICK_NANOS);
-        let mut position_loop = PositionLoop::new(target, PositioningTuning::default(), now);
+        let filter = ConstantRate::new(&ConstantRateTuning::default());
+        let mut position_loop = PositionLoop::new(filter, target, PositioningTuning::default(), now);
         for _ in 0..TICKS_PER_TARGET {
             let now = Time::from_nanos(ticks * PositionLoop::TICK_NANOS);
             instruments.look(&state, ticks, now);
@@ -155,7 +156,7 @@ mod tests {
     /// Equal digests say little of code that the run never enters.
     #[test]
     fn law_the_run_reaches_what_the_loop_can_do() {
-        let (mut modes, mut phases, mut verdicts) = ([0; 2], [0; 3], [0; 4]);
+        let (mut modes, mut phases, mut verdicts) = ([0; 2], [0; 3], [0; 5]);
         follow_loop(tick, |report, _| {
             match report.applied.mode() {
                 Some(DriveMode::B) => modes[0] += 1,
@@ -173,6 +174,7 @@ mod tests {
                 Some(Verdict::Restarted) => verdicts[1] += 1,
                 Some(Verdict::Rejected(Rejection::Gate)) => verdicts[2] += 1,
                 Some(Verdict::Rejected(Rejection::NotNewer)) => verdicts[3] += 1,
+                Some(Verdict::Rejected(Rejection::Repeated)) => verdicts[4] += 1,
                 None => (),
             }
         })

@@ -1,0 +1,72 @@
+//! What every filter does: the contract of the harness and the controller.
+//!
+//! A filter is told three things, each with its own time: the drive that is really applied, vibrometer samples and camera frames. It is asked two:
+//! where the rotor is, and whether that may be believed. Nothing blocks, fails or allocates.
+
+use motor_model::{Angle, DriveCommand, Real, Time};
+
+use crate::innovation::Innovation;
+use crate::measurement::{CameraFrame, LdvSample};
+
+/// Angle and rate of the rotor from camera and vibrometer.
+pub trait AngleFilter<T: Real> {
+    /// The drive that is really applied from `at` on: not the command, where an amplifier is absent or limits it.
+    fn drive(&mut self, at: Time, command: DriveCommand);
+
+    /// Takes a vibrometer sample in; what became of it, where it was used as a measurement of the filter's states.
+    ///
+    /// A sample that is no finite number, faster than any rotor or no newer than the last one changes nothing.
+    fn update_ldv(&mut self, sample: &LdvSample) -> Option<Innovation<T>>;
+
+    /// Takes a camera frame in: at its time of exposure, however late it arrives.
+    ///
+    /// A frame no newer than the last one used changes nothing.
+    fn update_camera(&mut self, frame: &CameraFrame) -> Innovation<T>;
+
+    /// Angle and rate at `now`; `None` before the first frame. Asked for a time before the last frame used, it answers for that frame's.
+    fn estimate(&self, now: Time) -> Option<Estimate<T>>;
+
+    /// Whether the estimate at `now` may be used.
+    fn health(&self, now: Time) -> Health;
+}
+
+/// Angle and rate at an instant.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Estimate<T> {
+    /// The instant.
+    pub at: Time,
+    /// Angle; whole turns are counted from the turn of the first frame.
+    pub angle: Angle,
+    /// Rate in rad/s.
+    pub rate_rad_s: T,
+    /// Variance of the angle in rad^2.
+    pub angle_rad2: T,
+    /// Variance of the rate in rad^2/s^2.
+    pub rate_rad2_s2: T,
+    /// Whether the rotor lies still.
+    pub resting: bool,
+}
+
+/// Whether an estimate may be used. It recovers by itself when what was wrong has passed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Health {
+    /// All that the filter needs is there.
+    Good,
+    /// No frame has come yet: there is no estimate.
+    Waiting,
+    /// The estimate is true to its variances, which are larger than they need be.
+    Degraded(Reason),
+    /// The estimate is not to be used.
+    Unusable(Reason),
+}
+
+/// What is wrong.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Reason {
+    /// No vibrometer sample has come for a millisecond.
+    VibrometerSilent,
+    /// The last frames were refused, one after the other.
+    FramesRefused,
+    /// The angle's standard deviation exceeds half a degree: the camera is silent, or has only just begun.
+    Uncertain,
+}

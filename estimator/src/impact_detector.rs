@@ -1,0 +1,290 @@
+//! Impacts from the vibrometer: jumps of the rotor's vertical velocity.
+//!
+//! Between impacts the velocity falls as gravity and the squeeze film make it, and a tooth can only push:
+//!
+//! ```text
+//! flight   v(t + h) = v(t) - (g + b_z v / m_r) h,   impact   v+ = v + dv,  dv > 0                     (13a, 14a)
+//! ```
+//!
+//! The velocity in flight is estimated from the samples since the last impact: `v^ <- v^ + w (sample - v^)` with `w = 1/n` for the first
+//! [`ImpactDetectorTuning::window_samples`] of them and constant from then on, so that an error of `b_z` is forgotten. Its variance is `p sigma^2`,
+//! `p <- (1 - w)^2 p + w^2`. A sample above its prediction by more than `k sigma sqrt(1 + p)` is an impact:
+//!
+//! | | probability | at sigma = 0.2 mm/s, k = 5 |
+//! |---|---|---|
+//! | false alarm, a sample | Q(k) | 2.9e-7: one in 17 s at 200 kHz |
+//! | detection of a jump dv | Q(k - dv / (sigma sqrt(1 + p))) | 0.5 at 1.0 mm/s, 0.999 at 1.6 mm/s in settled flight; 1.4 and 2.3 after one sample |
+//!
+//! Q is the upper tail of the standard normal. The jump is the mean before against the one sample after: `sigma sqrt(1 + p)`, 0.2 to 0.28 mm/s. A mean over
+//! later samples would halve that variance and cost the delay; the kick that a jump bounds is uncertain by a third of itself, so nothing is won.
+//! Several impacts between two samples are seen as one. A rotor that lies on the teeth does not fall as in flight; it is seen as an impact every 0.2 ms.
+//!
+//! A sample too far *below* its prediction is no impact, since nothing pulls the rotor down: it is left out, and flight is estimated anew from the second one
+//! in a row. (Anew from the first, the sample after a low one would look like a jump, and add a sixth to the false alarms at k = 3.)
+
+use motor_model::{MotorParams, Parameter, Real, Time};
+
+use crate::measurement::LdvSample;
+
+/// How the detector decides.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ImpactDetectorTuning<T> {
+    /// Standard deviation of a sample's noise in m/s.
+    pub noise_m_s: T,
+    /// Threshold in standard deviations, k.
+    pub threshold: T,
+    /// Most samples that the velocity in flight is averaged over.
+    pub window_samples: T,
+    /// Samples faster than this are no measurements, in m/s.
+    pub limit_m_s: T,
+    /// Gravity in m/s^2.
+    pub gravity_m_s2: T,
+    /// Damping by the squeeze film, `b_z / m_r`, per second.
+    pub damping_per_s: T,
+    /// A longer time between samples in ns is a gap: what happened in it is unknown.
+    pub gap_nanos: u64,
+}
+
+impl<T: Real> ImpactDetectorTuning<T> {
+    /// For a motor of `params` under the default vibrometer.
+    pub fn new(params: &MotorParams) -> Self {
+        let damping = params.get(Parameter::VerticalDamping) / params.get(Parameter::RotorMass);
+        Self {
+            noise_m_s: T::from_f64(2e-4),
+            threshold: T::from_f64(5.0),
+            window_samples: T::from_f64(40.0),
+            limit_m_s: T::from_f64(2.0),
+            gravity_m_s2: T::from_f64(params.get(Parameter::Gravity)),
+            damping_per_s: T::from_f64(damping),
+            gap_nanos: 50_000,
+        }
+    }
+}
+
+/// What a sample tells of impacts.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Heard<T> {
+    /// Not used: not finite, absurdly fast, or no newer than the last one.
+    Nothing,
+    /// Flight goes on.
+    Flight,
+    /// The rotor was struck since the last sample.
+    Impact {
+        /// Vertical velocity before in m/s.
+        before_m_s: T,
+        /// Jump of the velocity, `dv`, in m/s.
+        jump_m_s: T,
+    },
+    /// The first sample after a gap, whose length in s is given; 0 before the first sample of all.
+    Gap(T),
+}
+
+/// Finds impacts in the vibrometer's samples.
+#[derive(Clone, Copy, Debug)]
+pub struct ImpactDetector<T> {
+    tuning: ImpactDetectorTuning<T>,
+    newest: Option<Time>,
+    velocity_m_s: T,
+    /// Samples since the last impact, at most the window.
+    samples: T,
+    /// Variance of the velocity per that of a sample, `p`.
+    spread: T,
+    /// Whether the last sample was too far below its prediction.
+    below: bool,
+}
+
+impl<T: Real> ImpactDetector<T> {
+    /// A detector that has heard nothing.
+    pub fn new(tuning: ImpactDetectorTuning<T>) -> Self {
+        Self {
+            tuning,
+            newest: None,
+            velocity_m_s: T::zero(),
+            samples: T::one(),
+            spread: T::one(),
+            below: false,
+        }
+    }
+
+    /// When the newest sample was taken.
+    pub fn newest(&self) -> Option<Time> {
+        self.newest
+    }
+
+    /// Jump in m/s that is found in half of all cases, in settled flight.
+    pub fn threshold_m_s(&self) -> T {
+        self.tuning.threshold * self.tuning.noise_m_s
+    }
+
+    /// Takes a sample in.
+    #[inline]
+    pub fn observe(&mut self, sample: &LdvSample) -> Heard<T> {
+        let velocity = T::from_f32(sample.velocity_m_s);
+        // Written so that NaN is refused too.
+        let believable = velocity.abs() < self.tuning.limit_m_s;
+        if !believable || self.newest.is_some_and(|newest| sample.taken_at <= newest) {
+            return Heard::Nothing;
+        }
+        let before = self.newest.replace(sample.taken_at);
+        let since_s: T = before.map_or(T::zero(), |before| sample.taken_at.seconds_since(before));
+        if before.is_none_or(|before| sample.taken_at.nanos_since(before) > self.tuning.gap_nanos) {
+            self.begin_at(velocity);
+            return Heard::Gap(since_s);
+        }
+        let fallen_m_s = (self.tuning.gravity_m_s2 + self.tuning.damping_per_s * self.velocity_m_s) * since_s;
+        self.velocity_m_s -= fallen_m_s;
+        let surplus = velocity - self.velocity_m_s;
+        let limit = self.threshold_m_s();
+        if surplus * surplus > limit * limit * (T::one() + self.spread) {
+            let (before_m_s, again) = (self.velocity_m_s, self.below);
+            if surplus > T::zero() {
+                self.begin_at(velocity);
+                return Heard::Impact { before_m_s, jump_m_s: surplus };
+            }
+            self.below = true;
+            if again {
+                self.begin_at(velocity);
+            }
+            return Heard::Flight;
+        }
+        self.below = false;
+        if self.samples < self.tuning.window_samples {
+            self.samples += T::one();
+        }
+        let weight = T::one() / self.samples;
+        let kept = T::one() - weight;
+        self.velocity_m_s += weight * surplus;
+        self.spread = kept * kept * self.spread + weight * weight;
+        Heard::Flight
+    }
+
+    /// Estimates the flight anew from one sample.
+    fn begin_at(&mut self, velocity_m_s: T) {
+        (self.velocity_m_s, self.samples, self.spread) = (velocity_m_s, T::one(), T::one());
+        self.below = false;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rand_distr::{Distribution, StandardNormal};
+    use rand_pcg::Pcg64;
+    use rand_pcg::rand_core::SeedableRng;
+
+    const NANOS: u64 = 5_000;
+
+    fn tuning(threshold: f64) -> ImpactDetectorTuning<f64> {
+        ImpactDetectorTuning { threshold, ..ImpactDetectorTuning::new(&MotorParams::nominal()) }
+    }
+
+    fn sample(n: u64, velocity_m_s: f64) -> LdvSample {
+        LdvSample { taken_at: Time::from_nanos(n * NANOS), velocity_m_s: velocity_m_s as f32 }
+    }
+
+    /// Velocity in flight after n samples, in closed form.
+    fn flight(tuning: &ImpactDetectorTuning<f64>, start: f64, n: u64) -> f64 {
+        let terminal = tuning.gravity_m_s2 / tuning.damping_per_s;
+        (start + terminal) * (-tuning.damping_per_s * 5e-6 * n as f64).exp() - terminal
+    }
+
+    /// Q(3) = 1.350e-3 on the upper side, in half a million samples of flight: 675, standard deviation 26.
+    #[test]
+    fn exact_false_alarms_are_the_normal_tail() {
+        let tuning = tuning(3.0);
+        let mut normal = StandardNormal.sample_iter(Pcg64::seed_from_u64(1));
+        let mut alarms = 0;
+        for run in 0..1000_u64 {
+            let mut detector = ImpactDetector::new(tuning);
+            for n in 0..501 {
+                let noise: f64 = normal.next().unwrap();
+                let at = run * 1000 + n + 1;
+                let heard = detector.observe(&sample(at, flight(&tuning, 0.04, n) + 2e-4 * noise));
+                alarms += u32::from(matches!(heard, Heard::Impact { .. }));
+            }
+        }
+        assert!((675 - 4 * 26..=675 + 4 * 26).contains(&alarms), "{alarms}");
+    }
+
+    /// Detection against jump size after a long flight, where `p = 1 / (2 n - 1)`: Q(k - dv / (sigma sqrt(1 + p))).
+    #[test]
+    fn exact_detection_probability_against_jump_size() {
+        let tuning = tuning(5.0);
+        let mut normal = StandardNormal.sample_iter(Pcg64::seed_from_u64(2));
+        let sigma = 2e-4 * (1.0 + 1.0 / 79.0_f64).sqrt();
+        // k - dv / sigma and its upper tail.
+        for (off, expected) in [(1.0, 0.158_655), (0.0, 0.5), (-1.0, 0.841_345), (-3.0, 0.998_650)] {
+            let jump = sigma * (5.0 - off);
+            let runs = 2000_u32;
+            let mut found = 0.0;
+            for run in 0..u64::from(runs) {
+                let mut detector = ImpactDetector::new(tuning);
+                for n in 0..=250 {
+                    let noise: f64 = normal.next().unwrap();
+                    let jumped = if n == 250 { jump } else { 0.0 };
+                    let velocity = flight(&tuning, 0.01, n) + jumped + 2e-4 * noise;
+                    let heard = detector.observe(&sample(run * 1000 + n + 1, velocity));
+                    found += f64::from(n == 250 && matches!(heard, Heard::Impact { .. }));
+                }
+            }
+            let error = (expected * (1.0 - expected) / f64::from(runs)).sqrt();
+            assert!((found / f64::from(runs) - expected).abs() < 4.0 * error, "{off} {found}");
+        }
+    }
+
+    /// The jump's size is unbiased and as good as said: variance `sigma^2 (1 + 1/20)` after twenty samples.
+    #[test]
+    fn exact_jump_size() {
+        let tuning = tuning(5.0);
+        let mut normal = StandardNormal.sample_iter(Pcg64::seed_from_u64(3));
+        let (mut sum, mut square_sum, runs) = (0.0, 0.0, 4000_u32);
+        for run in 0..u64::from(runs) {
+            let mut detector = ImpactDetector::new(tuning);
+            for n in 0..=20 {
+                let noise: f64 = normal.next().unwrap();
+                let jumped = if n == 20 { 0.03 } else { 0.0 };
+                let velocity = flight(&tuning, -0.02, n) + jumped + 2e-4 * noise;
+                if let Heard::Impact { before_m_s, jump_m_s } =
+                    detector.observe(&sample(run * 1000 + n + 1, velocity))
+                {
+                    assert_eq!(n, 20);
+                    assert!((before_m_s - flight(&tuning, -0.02, 20)).abs() < 3e-4);
+                    sum += jump_m_s - 0.03;
+                    square_sum += (jump_m_s - 0.03).powi(2);
+                }
+            }
+        }
+        let expected = 4e-8 * (1.0 + 1.0 / 20.0);
+        assert!((sum / f64::from(runs)).abs() < 4.0 * (expected / f64::from(runs)).sqrt(), "{sum}");
+        // A variance from 4,000 normals is known to 2.2 %.
+        assert!((square_sum / f64::from(runs) / expected - 1.0).abs() < 0.09, "{square_sum}");
+    }
+
+    #[test]
+    fn law_bad_samples_change_nothing_and_falls_are_no_impacts() {
+        let mut detector = ImpactDetector::new(tuning(5.0));
+        assert_eq!(detector.observe(&sample(1, 0.0)), Heard::Gap(0.0));
+        assert_eq!(detector.observe(&sample(2, 0.0)), Heard::Flight);
+        let before = detector.velocity_m_s;
+        for bad in [f64::NAN, f64::INFINITY, -f64::INFINITY, 3.0, -1e30] {
+            assert_eq!(detector.observe(&sample(3, bad)), Heard::Nothing);
+        }
+        assert_eq!(detector.observe(&sample(2, 0.5)), Heard::Nothing, "a duplicate");
+        assert_eq!(detector.observe(&sample(1, 0.5)), Heard::Nothing, "out of order");
+        assert!((detector.velocity_m_s - before).abs() <= 0.0);
+        for n in 3..=5 {
+            assert_eq!(detector.observe(&sample(n, -0.5)), Heard::Flight);
+        }
+        assert!(matches!(detector.observe(&sample(6, -0.4)), Heard::Impact { .. }));
+        assert!(matches!(detector.observe(&sample(1000, 0.9)), Heard::Gap(_)));
+    }
+
+    /// On the teeth the rotor does not fall: `g t` of velocity is missing, which is found within 50 samples.
+    #[test]
+    fn law_a_pressed_rotor_is_heard() {
+        let mut detector = ImpactDetector::new(tuning(5.0));
+        let heard = (1..=400).filter(|&n| matches!(detector.observe(&sample(n, 0.0)), Heard::Impact { .. }));
+        let count = heard.count();
+        assert!((400 / 60..=400 / 30).contains(&count), "{count}");
+    }
+}

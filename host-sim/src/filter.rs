@@ -1,0 +1,75 @@
+//! The estimator that a scene picks.
+
+use estimator::{
+    AngleFilter, CameraFrame, ConstantRate, ConstantRateTuning, Estimate, Health, ImpactAided,
+    ImpactAidedTuning, Innovation, LdvSample,
+};
+use motor_model::{DriveCommand, MotorParams, Time};
+
+use crate::scene::{Kind, Scene, Setting};
+
+/// The estimator's settings.
+pub const SETTINGS: &[Setting] = &[Setting {
+    key: "estimator.filter",
+    unit: "",
+    kind: Kind::Choice { default: "constant_rate", of: &["constant_rate", "impact_aided"] },
+    meaning: "filter of angle and rate: from the camera alone, or with the vibrometer's impacts",
+}];
+
+/// One of the filters, in the precision of the microcontroller.
+#[derive(Clone, Debug)]
+pub enum AnyFilter {
+    /// Camera only.
+    ConstantRate(Box<ConstantRate<f32>>),
+    /// Camera, and impacts from the vibrometer.
+    ImpactAided(Box<ImpactAided<f32>>),
+}
+
+impl AnyFilter {
+    /// The filter of a scene. What it knows of the motor is nominal.
+    pub fn of(scene: &Scene) -> Self {
+        match scene.choice("estimator.filter") {
+            "impact_aided" => {
+                let tuning = ImpactAidedTuning::new(&MotorParams::nominal());
+                Self::ImpactAided(Box::new(ImpactAided::new(&tuning)))
+            }
+            _ => Self::ConstantRate(Box::new(ConstantRate::new(&ConstantRateTuning::default()))),
+        }
+    }
+
+    fn get(&self) -> &dyn AngleFilter<f32> {
+        match self {
+            Self::ConstantRate(filter) => filter.as_ref(),
+            Self::ImpactAided(filter) => filter.as_ref(),
+        }
+    }
+
+    fn get_mut(&mut self) -> &mut dyn AngleFilter<f32> {
+        match self {
+            Self::ConstantRate(filter) => filter.as_mut(),
+            Self::ImpactAided(filter) => filter.as_mut(),
+        }
+    }
+}
+
+impl AngleFilter<f32> for AnyFilter {
+    fn drive(&mut self, at: Time, command: DriveCommand) {
+        self.get_mut().drive(at, command);
+    }
+
+    fn update_ldv(&mut self, sample: &LdvSample) -> Option<Innovation<f32>> {
+        self.get_mut().update_ldv(sample)
+    }
+
+    fn update_camera(&mut self, frame: &CameraFrame) -> Innovation<f32> {
+        self.get_mut().update_camera(frame)
+    }
+
+    fn estimate(&self, now: Time) -> Option<Estimate<f32>> {
+        self.get().estimate(now)
+    }
+
+    fn health(&self, now: Time) -> Health {
+        self.get().health(now)
+    }
+}
