@@ -4,7 +4,7 @@
 //! # In the order of the data
 //!
 //! - [`Sense`], [`Drive`]: what the loop asks of the hardware, in three methods.
-//! - [`tick()`] on a [`PositionLoop`]: fuse what arrived, estimate, decide, drive.
+//! - [`tick()`] on a [`PositionLoop`], which holds any [`estimator::AngleFilter`]: fuse what arrived, estimate, decide, drive.
 //! - [`Positioning`]: the decision, a state machine over approach, settling and holding.
 //! - [`gear`]: the strengths of drive it picks from, and how far the rotor coasts after each.
 //!

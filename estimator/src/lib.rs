@@ -3,11 +3,13 @@
 //! # In the order of the data
 //!
 //! - [`CameraFrame`], [`LdvSample`]: measurements, each with the time at which it was taken.
-//! - [`RestDetector`]: from the rotor's vertical velocity, whether it is still being struck.
-//! - [`ConstantRate`]: a two-state Kalman filter, angle and rate; its covariance is kept factorised in [`AngleRateCovariance`].
+//! - [`RestDetector`]: from the rotor's vertical velocity, whether it is still being struck; with the drive, [`MotionWatch`] makes a [`Motion`] of it.
+//! - [`ImpactDetector`]: from its jumps, when it is struck and how hard.
+//! - [`AngleFilter`]: what every filter does. [`ConstantRate`]: angle and rate from the camera alone. [`ImpactAided`]: the same two states, kicked where
+//!   the vibrometer hears an impact. Their covariance is kept factorised in [`AngleRateCovariance`]; gate, new start and rest are one code for both.
 //! - [`UdCovariance`]: the numerical core, for any small number of states (below).
 //! - [`Innovation`]: what became of a measurement, used or not, and why.
-//! - [`Estimate`]: angle and rate at an instant, with their variances.
+//! - [`Estimate`]: angle and rate at an instant, with their variances. [`Health`]: whether it may be used.
 //!
 //! # The core
 //!
@@ -54,6 +56,7 @@
 //! | gain | correction of each state per innovation |
 //! | noise source | a random input of known variance and its effect on each state |
 //! | process noise | how much the rate may wander in a second, in rad^2/s^3 |
+//! | kick | sudden change of the rate at an impact |
 //! | zero-rate update | telling the filter that a rotor at rest does not turn |
 
 #![no_std]

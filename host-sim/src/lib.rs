@@ -10,6 +10,7 @@
 //! | [`mod@reference`] | a second integrator of the motor, event-driven, to judge the fixed step by |
 //! | [`averaged`] | what a drive does on average, identified from such runs |
 //! | [`statistics`], [`spectrum`] | what is said of a run: mean and spread, the largest spectral line |
+//! | [`filter`] | the estimator that a scene picks |
 //! | [`record`] | a run written down, one row every 50 us |
 //! | [`reproduce`] | the published tables and figures beside ours, with verdicts |
 //! | [`instructions`] | what the operations of the firmware take, counted on an emulated microcontroller |
