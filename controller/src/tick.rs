@@ -65,3 +65,75 @@ pub fn tick<F: AngleFilter<f32>, P: Sense + Drive>(
     filter.drive(now, applied);
     Report { estimate, health, camera, command, applied, phase: positioning.phase() }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use estimator::{CameraFrame, LdvSample, Reason};
+    use motor_model::{Angle, DriveMode};
+
+    /// Says that the rotor lies a quarter turn away, measured well, and of itself what it is told to.
+    struct Saying(Health);
+
+    impl AngleFilter<f32> for Saying {
+        fn drive(&mut self, _: Time, _: DriveCommand) {}
+
+        fn update_ldv(&mut self, _: &LdvSample) -> Option<Innovation<f32>> {
+            None
+        }
+
+        fn update_camera(&mut self, _: &CameraFrame) -> Innovation<f32> {
+            unreachable!("there is no camera")
+        }
+
+        fn estimate(&self, now: Time) -> Option<Estimate<f32>> {
+            let (rate_rad_s, angle_rad2, rate_rad2_s2) = (0.0, 1e-12, 1e-12);
+            Some(Estimate {
+                at: now,
+                angle: Angle::ZERO,
+                rate_rad_s,
+                angle_rad2,
+                rate_rad2_s2,
+                resting: true,
+            })
+        }
+
+        fn health(&self, _: Time) -> Health {
+            self.0
+        }
+    }
+
+    struct Blind;
+
+    impl Sense for Blind {
+        fn camera_frame(&mut self) -> Option<CameraFrame> {
+            None
+        }
+
+        fn ldv_sample(&mut self) -> Option<LdvSample> {
+            None
+        }
+    }
+
+    impl Drive for Blind {
+        fn drive(&mut self, command: DriveCommand) -> DriveCommand {
+            command
+        }
+    }
+
+    #[test]
+    fn law_an_unusable_estimate_drives_nothing() {
+        let target = Target::try_new(90.0, 0.1).unwrap();
+        for (health, mode) in [
+            (Health::Good, Some(DriveMode::B)),
+            (Health::Degraded(Reason::VibrometerSilent), Some(DriveMode::B)),
+            (Health::Unusable(Reason::FramesRefused), None),
+            (Health::Unusable(Reason::Uncertain), None),
+        ] {
+            let mut state =
+                PositionLoop::new(Saying(health), target, PositioningTuning::default(), Time::ZERO);
+            let report = tick(&mut state, Time::ZERO, &mut Blind);
+            assert_eq!((report.command.mode(), report.health), (mode, health));
+        }
+    }
+}

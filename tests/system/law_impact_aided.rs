@@ -9,7 +9,7 @@ use estimator::{
 use host_sim::Scene;
 use host_sim::instruments::{Camera, Ldv};
 use host_sim::plant::Plant;
-use motor_model::{Angle, DriveCommand, DriveMode, MotorParams, Time};
+use motor_model::{Angle, DriveCommand, DriveMode, MotorParams, Time, math};
 
 /// Others than those from which the filter's shares of unexplained kick come.
 const SEEDS: RangeInclusive<u64> = 101..=110;
@@ -47,7 +47,8 @@ struct Errors {
 impl Errors {
     fn add(&mut self, estimate: &Estimate<f32>, truth: Angle) {
         let error_mdeg = 1e3 * estimate.angle.minus(truth).degrees();
-        let variance_mdeg2 = f64::from(estimate.angle_rad2) * (1e3 * 1_f64.to_degrees()).powi(2);
+        let mdeg_per_rad = 1e3 * 1_f64.to_degrees();
+        let variance_mdeg2 = f64::from(estimate.angle_rad2) * mdeg_per_rad * mdeg_per_rad;
         self.mdeg2 += error_mdeg * error_mdeg;
         self.nees += error_mdeg * error_mdeg / variance_mdeg2;
         self.count += 1.0;
@@ -55,7 +56,7 @@ impl Errors {
 }
 
 fn rms_mdeg(errors: &[Errors; 2]) -> [f64; 2] {
-    errors.map(|errors| (errors.mdeg2 / errors.count).sqrt())
+    errors.map(|errors| math::sqrt(errors.mdeg2 / errors.count))
 }
 
 fn nees(errors: &[Errors; 2]) -> [f64; 2] {

@@ -157,7 +157,7 @@ fn exact_kick_in_mode_b_is_coulombs() {
         let expected = slip.clamp(-limit, limit) / radius;
         let kick = filter.kick(Time::ZERO, before, jump);
         let towards: f64 = kick.towards_rad_s - rate;
-        let got = towards.clamp_magnitude(kick.reach_rad_s);
+        let got = Real::clamp_magnitude(towards, kick.reach_rad_s);
         assert!((got - expected).abs() < 1e-9 * expected.abs(), "{got} {expected}");
     }
 }

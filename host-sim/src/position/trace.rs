@@ -52,11 +52,18 @@ impl Trace {
 mod tests {
     use super::*;
     use controller::{Phase, Report};
+    use estimator::Health;
     use motor_model::{Angle, DriveMode, Time};
 
     fn moment(tick: u64, applied: DriveCommand) -> Moment {
-        let report =
-            Report { estimate: None, camera: None, command: applied, applied, phase: Phase::Settling };
+        let report = Report {
+            estimate: None,
+            health: Health::Waiting,
+            camera: None,
+            command: applied,
+            applied,
+            phase: Phase::Settling,
+        };
         Moment { at: Time::from_micros(10 * tick), angle: Angle::ZERO, rate_rad_s: 0.0, report }
     }
 
