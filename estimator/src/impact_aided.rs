@@ -136,7 +136,7 @@ impl<T: Real> Process<T> for Kicked<'_, T> {
     fn carry(&self, track: &Track<T>, until: Time) -> Track<T> {
         let mut ahead = *track;
         if !(track.resting && self.motion == Motion::Quiet) {
-            for kick in self.kicks.iter().filter(|kick| kick.at > track.at && kick.at <= until) {
+            for kick in self.kicks.iter().take_while(|kick| kick.at <= until) {
                 ahead = self.fly(&ahead, kick.at);
                 kick.apply(&mut ahead);
             }
