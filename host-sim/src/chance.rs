@@ -1,6 +1,7 @@
 //! Random numbers: one seeded stream per source of noise, so that switching one off does not shift the others.
 
 use rand_core::{Rng, SeedableRng};
+use rand_distr::{Bernoulli, Distribution};
 use rand_pcg::Pcg64;
 
 /// What draws random numbers. The discriminant names the stream: never renumber.
@@ -18,6 +19,22 @@ pub enum Source {
     StartPhase = 5,
     /// The instants of steady motion at which comparisons of integrators start.
     StartStates = 4,
+    /// Which frames the camera drops.
+    CameraDrop = 6,
+    /// Which frames it delivers twice.
+    CameraDuplicate = 7,
+    /// Which frames are outliers, and by how much.
+    CameraOutlier = 8,
+    /// Errors of the frames' time stamps.
+    CameraStamp = 9,
+    /// Which frames come late, and how late.
+    CameraLate = 10,
+    /// Which samples the vibrometer drops.
+    LdvDrop = 11,
+    /// Which samples are outliers, and by how much.
+    LdvOutlier = 12,
+    /// How wrong the kicks are that an imprecise genie of `host-sim estimate` is told.
+    GenieKicks = 13,
 }
 
 /// The stream of `source` in the run that `seed` names.
@@ -35,6 +52,27 @@ pub fn stream(seed: u64, source: Source) -> Pcg64 {
     }
 }
 
+/// Something that happens now and then, on a stream of its own: one draw an occasion, whatever comes of it.
+#[derive(Clone, Debug)]
+pub struct Mishap {
+    law: Option<Bernoulli>,
+    stream: Pcg64,
+}
+
+impl Mishap {
+    /// What happens with `probability`, within 0 to 1, on each occasion.
+    pub fn new(seed: u64, source: Source, probability: f64) -> Self {
+        let law = (probability > 0.0).then(|| Bernoulli::new(probability).ok()).flatten();
+        Self { law, stream: stream(seed, source) }
+    }
+
+    /// Whether it happens this time; if so, the stream from which to draw how.
+    pub fn strikes(&mut self) -> Option<&mut Pcg64> {
+        let law = self.law?;
+        law.sample(&mut self.stream).then_some(&mut self.stream)
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -48,6 +86,14 @@ mod tests {
             Source::Ldv,
             Source::StartStates,
             Source::StartPhase,
+            Source::CameraDrop,
+            Source::CameraDuplicate,
+            Source::CameraOutlier,
+            Source::CameraStamp,
+            Source::CameraLate,
+            Source::LdvDrop,
+            Source::LdvOutlier,
+            Source::GenieKicks,
         ];
         let draw = |seed, source| stream(seed, source).next_u64();
         let all: Vec<u64> =
@@ -56,6 +102,17 @@ mod tests {
         distinct.sort_unstable();
         distinct.dedup();
         assert_eq!(distinct.len(), all.len());
-        assert_eq!(draw(2, Source::Ldv), all[9]);
+        assert_eq!(draw(2, Source::Ldv), all[sources.len() + 3]);
+    }
+
+    #[test]
+    fn law_mishaps_are_as_frequent_as_they_should() {
+        let frequency = |probability| {
+            let mut mishap = Mishap::new(3, Source::CameraDrop, probability);
+            (0..100_000).filter(|_| mishap.strikes().is_some()).count()
+        };
+        assert_eq!((frequency(0.0), frequency(1.0)), (0, 100_000));
+        // 30,000 +- four standard deviations.
+        assert!(frequency(0.3).abs_diff(30_000) < 580);
     }
 }

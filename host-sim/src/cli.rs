@@ -270,7 +270,7 @@ impl AccuracyArgs {
     fn execute(&self) -> Result<(), CommandError> {
         // What cannot be written is refused before the computing.
         if let Some(path) = &self.readme {
-            accuracy::readme::read(path)?;
+            accuracy::readme::SECTION.read(path)?;
         }
         let folder = OutputFolder::create(&self.out)?;
         let plan = if self.quick { accuracy::Plan::quick() } else { accuracy::Plan::full() };
@@ -280,7 +280,7 @@ impl AccuracyArgs {
             ("table.csv".to_owned(), accuracy.csv()?),
         ])?;
         if let Some(path) = &self.readme {
-            accuracy::readme::write(path, &accuracy.readme_section())?;
+            accuracy::readme::SECTION.write(path, &accuracy.readme_section())?;
         }
         export::print(&match self.format {
             Format::Text => format!("{}Written to {}\n", accuracy.document().text(), self.out.display()),

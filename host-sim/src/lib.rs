@@ -15,6 +15,7 @@
 //! | [`reproduce`] | the published tables and figures beside ours, with verdicts |
 //! | [`instructions`] | what the operations of the firmware take, counted on an emulated microcontroller |
 //! | [`accuracy`] | speed against error of the fixed step, beside other crates' integrators |
+//! | [`estimate`] | how far the filters are off the truth, beside a lower bound |
 //! | [`chart`] | pictures as SVG |
 //! | [`export`] | files that appear whole or not at all |
 //! | [`keys`], [`cli`], [`error`] | the command itself |
@@ -27,8 +28,10 @@ pub mod chance;
 pub mod chart;
 pub mod cli;
 pub mod closed_loop;
+pub mod desk;
 mod document;
 pub mod error;
+
 pub mod export;
 pub mod filter;
 pub mod instructions;
@@ -40,6 +43,7 @@ pub mod record;
 pub mod reference;
 pub mod reproduce;
 pub mod scene;
+mod section;
 pub mod simulate;
 pub mod spectrum;
 pub mod statistics;

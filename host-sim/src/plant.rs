@@ -5,8 +5,8 @@
 
 use motor_model::params::Parameter;
 use motor_model::{
-    AmplitudeVariation, DriveCommand, DriveTuning, FrictionLaw, Motor, MotorParams, MotorSetup, MotorState,
-    Time,
+    AmplitudeVariation, DriveCommand, DriveTuning, FrictionLaw, Impacts, Motor, MotorParams, MotorSetup,
+    MotorState, Time,
 };
 
 use crate::chance::{self, Source};
@@ -98,9 +98,9 @@ impl Plant {
         &self.state
     }
 
-    /// One step under `command`.
-    pub fn step(&mut self, command: DriveCommand) {
-        self.motor.step(&mut self.state, command);
+    /// One step under `command`, and its impacts.
+    pub fn step(&mut self, command: DriveCommand) -> Impacts<f64> {
+        self.motor.step(&mut self.state, command)
     }
 
     /// The present, rounded to the nanosecond.

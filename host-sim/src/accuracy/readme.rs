@@ -1,8 +1,6 @@
 //! The README's section on speed against error, written by the command and never by hand.
 
 use std::fmt::Write as _;
-use std::io::Write as _;
-use std::path::Path;
 
 use motor_model::ImpactRule;
 
@@ -12,14 +10,11 @@ use super::steady::SteadyErrors;
 use super::verdict::Verdict;
 use super::{Accuracy, Row};
 use crate::document::{Block, Document, Table};
-use crate::error::CommandError;
-use crate::export::Output;
+use crate::section::Section;
 use crate::simulate::Precision;
 
-/// Where the section begins.
-pub const BEGIN: &str = "<!-- accuracy:begin -->";
-/// Where it ends.
-pub const END: &str = "<!-- accuracy:end -->";
+/// Where the section stands.
+pub const SECTION: Section = Section { begin: "<!-- accuracy:begin -->", end: "<!-- accuracy:end -->" };
 
 /// Rows shown.
 const SHOWN: [(ImpactRule, Precision, f64); 7] = [
@@ -34,40 +29,6 @@ const SHOWN: [(ImpactRule, Precision, f64); 7] = [
 
 const ERRORS: &str = "Errors are those against the event-driven reference: of the time of the next impact, root mean square over flights from the same \
     states; of the mean rate, +- two standard errors; of the net displacement of bursts of 2 to 10 cycles, the worst.";
-
-/// Reads a file that has the section's markers.
-///
-/// # Errors
-/// When it cannot be read or has no markers, each once and in order.
-pub fn read(path: &Path) -> Result<String, CommandError> {
-    let text = std::fs::read_to_string(path)
-        .map_err(|source| CommandError::Unreadable { path: path.to_owned(), source })?;
-    if replaced(&text, "").is_some() {
-        Ok(text)
-    } else {
-        Err(CommandError::NoMarkers { path: path.to_owned(), markers: [BEGIN, END] })
-    }
-}
-
-/// Puts `section` between the markers of the file at `path`.
-///
-/// # Errors
-/// When the file has no markers (any more) or cannot be written.
-pub fn write(path: &Path, section: &str) -> Result<(), CommandError> {
-    let text = read(path)?;
-    let mut output = Output::create(path)?;
-    let text = replaced(&text, section).unwrap_or(text);
-    output.write_all(text.as_bytes()).map_err(|source| output.unwritable(source))?;
-    output.publish()
-}
-
-/// `text` with `section` between its markers.
-fn replaced(text: &str, section: &str) -> Option<String> {
-    let (before, rest) = text.split_once(BEGIN)?;
-    let (old, after) = rest.split_once(END)?;
-    let twice = [before, old, after].iter().any(|part| part.contains(BEGIN) || part.contains(END));
-    (!twice).then(|| format!("{before}{BEGIN}\n{}\n{END}{after}", section.trim_end()))
-}
 
 impl Accuracy {
     /// The section: a few rows, two sentences of verdict, the peers.
@@ -190,25 +151,6 @@ fn duration(time_s: f64) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn exact_only_what_is_between_the_markers_changes() {
-        let text = format!("before\n{BEGIN}\nold\n{END}\nafter\n");
-        assert_eq!(replaced(&text, "new\n\n").unwrap(), format!("before\n{BEGIN}\nnew\n{END}\nafter\n"));
-    }
-
-    #[test]
-    fn exact_missing_swapped_and_repeated_markers_are_refused() {
-        for text in [
-            String::new(),
-            BEGIN.to_owned(),
-            format!("{END}{BEGIN}"),
-            format!("{BEGIN}{END}{BEGIN}{END}"),
-            format!("{BEGIN}{BEGIN}{END}"),
-        ] {
-            assert_eq!(replaced(&text, ""), None, "{text}");
-        }
-    }
 
     #[test]
     fn exact_durations() {

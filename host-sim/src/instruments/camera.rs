@@ -6,15 +6,28 @@
 //!
 //! Defaults: the paper's camera, 10,000 frames/s and 2 um of resolution, at a feature 3.9 mm from the axis; 1 um of Gaussian tracking
 //! noise, and one frame of latency for reading out and tracking.
+//!
+//! Off unless a scene sets them:
+//!
+//! | what | model |
+//! |---|---|
+//! | exposure blur | a frame shows the mean angle over its exposure (trapezoidal over the plant's steps) and bears the time of its middle |
+//! | dropped frame | it never arrives |
+//! | duplicated frame | it arrives a second time, right after the first |
+//! | outlier | Gaussian error of the tracked position, before quantisation |
+//! | stamp jitter | Gaussian error of the time that the frame bears; what it shows is not touched |
+//! | late frame | it arrives 1 to `camera.late_frames` frames later, each as likely, so that later ones overtake it |
+//! | loss | frames exposed within the outage do not exist |
 
 use std::collections::VecDeque;
 
 use estimator::CameraFrame;
 use motor_model::{Angle, Time};
-use rand_distr::{Distribution, StandardNormal};
+use rand_distr::{Distribution, StandardNormal, Uniform};
 use rand_pcg::Pcg64;
 
-use crate::chance::{self, Source};
+use super::Outage;
+use crate::chance::{self, Mishap, Source};
 use crate::scene::{Kind, Scene, Setting};
 
 /// The camera's settings.
@@ -49,6 +62,66 @@ pub const SETTINGS: &[Setting] = &[
         kind: Kind::Integer { default: 1, min: 0, max: 1000 },
         meaning: "frames between exposure and arrival",
     },
+    Setting {
+        key: "camera.exposure_frames",
+        unit: "",
+        kind: Kind::Number { default: 0.0, min: 0.0, max: 1.0 },
+        meaning: "exposure per frame period; the frame shows the mean angle over it",
+    },
+    Setting {
+        key: "camera.drop_probability",
+        unit: "",
+        kind: Kind::Number { default: 0.0, min: 0.0, max: 1.0 },
+        meaning: "probability that a frame never arrives",
+    },
+    Setting {
+        key: "camera.duplicate_probability",
+        unit: "",
+        kind: Kind::Number { default: 0.0, min: 0.0, max: 1.0 },
+        meaning: "probability that a frame arrives twice",
+    },
+    Setting {
+        key: "camera.outlier_probability",
+        unit: "",
+        kind: Kind::Number { default: 0.0, min: 0.0, max: 1.0 },
+        meaning: "probability that a frame is an outlier",
+    },
+    Setting {
+        key: "camera.outlier_m",
+        unit: "m",
+        kind: Kind::Number { default: 1e-4, min: 0.0, max: 1e-1 },
+        meaning: "standard deviation of an outlier's error",
+    },
+    Setting {
+        key: "camera.stamp_jitter_s",
+        unit: "s",
+        kind: Kind::Number { default: 0.0, min: 0.0, max: 1e-2 },
+        meaning: "standard deviation of the error of a frame's time stamp",
+    },
+    Setting {
+        key: "camera.late_probability",
+        unit: "",
+        kind: Kind::Number { default: 0.0, min: 0.0, max: 1.0 },
+        meaning: "probability that a frame arrives later than its latency",
+    },
+    Setting {
+        key: "camera.late_frames",
+        unit: "",
+        kind: Kind::Integer { default: 3, min: 1, max: 1000 },
+        meaning: "most frame periods by which a late frame comes later",
+    },
+    Setting {
+        key: "camera.lost_from_s",
+        unit: "s",
+        kind: Kind::Number { default: 0.0, min: 0.0, max: 1e5 },
+        meaning: "time from which the camera sees nothing",
+    },
+    Setting {
+        key: "camera.lost_until_s",
+        unit: "s",
+        kind: Kind::Number { default: 0.0, min: 0.0, max: 1e5 },
+        meaning: "time from which it sees again; not after camera.lost_from_s for no loss",
+    },
 ];
 
 /// The camera, and the frames on their way from it.
@@ -58,35 +131,112 @@ pub struct Camera {
     resolution_m: f64,
     noise_m: f64,
     latency_nanos: u64,
+    period_nanos: u64,
     noise: Pcg64,
+    exposure: Exposure,
+    drop: Mishap,
+    duplicate: Mishap,
+    outlier: Mishap,
+    outlier_m: f64,
+    stamp_jitter_nanos: f64,
+    stamps: Pcg64,
+    late: Mishap,
+    late_frames: u64,
+    outage: Outage,
+    /// In order of arrival.
     on_the_way: VecDeque<(Time, CameraFrame)>,
 }
 
 impl Camera {
-    /// The camera of a scene, whose period is `period_nanos`.
-    pub fn new(scene: &Scene, period_nanos: u64) -> Self {
+    /// The camera of a scene, whose period is `period_nanos` and a whole number of times that it is shown the rotor, every
+    /// `look_nanos`.
+    pub fn new(scene: &Scene, period_nanos: u64, look_nanos: f64) -> Self {
+        let seed = scene.seed();
+        let mishap = |source, probability| Mishap::new(seed, source, scene.number(probability));
         Self {
             radius_m: scene.number("camera.tracking_radius_m"),
             resolution_m: scene.number("camera.resolution_m"),
             noise_m: scene.number("camera.noise_m"),
             latency_nanos: scene.integer("camera.latency_frames") * period_nanos,
-            noise: chance::stream(scene.seed(), Source::Camera),
+            period_nanos,
+            noise: chance::stream(seed, Source::Camera),
+            exposure: Exposure::new(scene.number("camera.exposure_frames"), period_nanos, look_nanos),
+            drop: mishap(Source::CameraDrop, "camera.drop_probability"),
+            duplicate: mishap(Source::CameraDuplicate, "camera.duplicate_probability"),
+            outlier: mishap(Source::CameraOutlier, "camera.outlier_probability"),
+            outlier_m: scene.number("camera.outlier_m"),
+            stamp_jitter_nanos: 1e9 * scene.number("camera.stamp_jitter_s"),
+            stamps: chance::stream(seed, Source::CameraStamp),
+            late: mishap(Source::CameraLate, "camera.late_probability"),
+            late_frames: scene.integer("camera.late_frames"),
+            outage: Outage::of(scene, "camera.lost_from_s", "camera.lost_until_s"),
             on_the_way: VecDeque::new(),
         }
     }
 
-    /// Exposes a frame.
+    /// Variance of a frame's angle in rad^2: tracking noise, and the quantisation's as if it were uniform and independent.
+    pub fn variance_rad2(scene: &Scene) -> f64 {
+        let [noise_m, resolution_m, radius_m] =
+            ["camera.noise_m", "camera.resolution_m", "camera.tracking_radius_m"]
+                .map(|key| scene.number(key));
+        (noise_m * noise_m + resolution_m * resolution_m / 12.0) / (radius_m * radius_m)
+    }
+
+    /// Shows it the rotor: to be called at every step, so that a frame can be the mean over its exposure.
+    pub fn look(&mut self, angle: Angle) {
+        self.exposure.look(angle);
+    }
+
+    /// Ends the exposure of a frame at `now`, when the rotor stands at `angle`.
     pub fn expose(&mut self, now: Time, angle: Angle) {
+        let (shown, middle_nanos) = self.exposure.shown(angle);
+        let exposed_at = self.stamped(now, middle_nanos);
+        let seen = self.seen(shown);
+        // Every mishap has its draw, whatever becomes of the frame.
+        let dropped = self.drop.strikes().is_some();
+        let twice = self.duplicate.strikes().is_some();
+        let most = self.late_frames;
+        let late_frames = self.late.strikes().map_or(0, |rng| whole_up_to(most, rng));
+        if dropped || self.outage.covers(now) {
+            return;
+        }
+        let arrives_at = now.plus_nanos(self.latency_nanos + late_frames * self.period_nanos);
+        let place = self.on_the_way.partition_point(|(earlier, _)| *earlier <= arrives_at);
+        for _ in 0..=u8::from(twice) {
+            self.on_the_way.insert(place, (arrives_at, CameraFrame { exposed_at, angle: seen }));
+        }
+    }
+
+    /// What tracking makes of an angle.
+    fn seen(&mut self, shown: Angle) -> Angle {
         let noise: f64 = StandardNormal.sample(&mut self.noise);
-        let arc_m = self.radius_m * angle.wrapped().radians_since::<f64>(Angle::ZERO) + self.noise_m * noise;
+        let outlier = self.outlier.strikes().map_or(0.0, |rng| StandardNormal.sample(rng));
+        let arc_m = self.radius_m * shown.wrapped().radians_since::<f64>(Angle::ZERO)
+            + self.noise_m * noise
+            + self.outlier_m * outlier;
         let seen_m = if self.resolution_m > 0.0 {
             self.resolution_m * (arc_m / self.resolution_m).round()
         } else {
             arc_m
         };
-        let seen = Angle::from_degrees((seen_m / self.radius_m).to_degrees()).wrapped();
-        let frame = CameraFrame { exposed_at: now, angle: seen };
-        self.on_the_way.push_back((now.plus_nanos(self.latency_nanos), frame));
+        Angle::from_degrees((seen_m / self.radius_m).to_degrees()).wrapped()
+    }
+
+    /// The time that a frame bears, whose exposure was at its middle `middle_nanos` before `now`.
+    #[expect(
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss,
+        reason = "far within bounds, and it saturates"
+    )]
+    fn stamped(&mut self, now: Time, middle_nanos: u64) -> Time {
+        let middle = Time::from_nanos(now.nanos_since(Time::from_nanos(middle_nanos)));
+        let jitter: f64 = StandardNormal.sample(&mut self.stamps);
+        let late_nanos = (self.stamp_jitter_nanos * jitter).round();
+        if late_nanos < 0.0 {
+            Time::from_nanos(middle.nanos_since(Time::from_nanos(-late_nanos as u64)))
+        } else {
+            middle.plus_nanos(late_nanos as u64)
+        }
     }
 
     /// The oldest frame that has arrived by `now`.
@@ -99,13 +249,68 @@ impl Camera {
     }
 }
 
+/// A whole number from 1 to `most`.
+fn whole_up_to(most: u64, rng: &mut Pcg64) -> u64 {
+    Uniform::new_inclusive(1, most.max(1)).map_or(1, |uniform| uniform.sample(rng))
+}
+
+/// The light gathered over an exposure that ends with the frame.
+#[derive(Clone, Debug)]
+struct Exposure {
+    /// Steps between two looks that the exposure lasts.
+    steps: usize,
+    middle_nanos: u64,
+    /// The last `steps + 1` looks, the newest last.
+    looks: VecDeque<Angle>,
+}
+
+impl Exposure {
+    #[expect(
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss,
+        clippy::cast_precision_loss,
+        reason = "at most 1e8 ns in at most 1e7 steps"
+    )]
+    fn new(frames: f64, period_nanos: u64, look_nanos: f64) -> Self {
+        let steps = (frames * period_nanos as f64 / look_nanos).round();
+        Self {
+            steps: steps as usize,
+            middle_nanos: (0.5 * steps * look_nanos).round() as u64,
+            looks: VecDeque::new(),
+        }
+    }
+
+    fn look(&mut self, angle: Angle) {
+        if self.steps > 0 {
+            if self.looks.len() > self.steps {
+                self.looks.pop_front();
+            }
+            self.looks.push_back(angle);
+        }
+    }
+
+    /// The mean over the exposure that ends at `angle`, and how long ago its middle was.
+    fn shown(&self, angle: Angle) -> (Angle, u64) {
+        if self.looks.len() <= self.steps || self.steps == 0 {
+            return (angle, 0);
+        }
+        let units = |index: usize| self.looks.get(index).map_or(0, |look| look.minus(angle).units());
+        let inner: i64 = (1..self.steps).map(units).sum();
+        // At most 1e7 looks within half a turn each: far below 2^63.
+        let twice = 2 * inner + units(0) + units(self.steps);
+        let mean = twice / i64::try_from(2 * self.steps).unwrap_or(i64::MAX);
+        (angle.plus(Angle::from_units(mean)), self.middle_nanos)
+    }
+}
+
 #[cfg(test)]
+#[expect(clippy::cast_precision_loss, reason = "small numbers")]
 mod tests {
     use super::*;
 
     fn camera(sets: &[&str]) -> Camera {
         let sets: Vec<String> = sets.iter().map(|&set| set.to_owned()).collect();
-        Camera::new(&Scene::load(None, &sets).unwrap(), 100_000)
+        Camera::new(&Scene::load(None, &sets).unwrap(), 100_000, 1000.0)
     }
 
     fn seen_deg(camera: &mut Camera, degrees: f64) -> f64 {
@@ -154,5 +359,116 @@ mod tests {
         assert!(camera.arrived(Time::from_micros(599)).is_none());
         assert_eq!(camera.arrived(Time::from_micros(600)).unwrap().exposed_at, Time::from_micros(500));
         assert!(camera.arrived(Time::from_micros(700)).is_none());
+    }
+
+    /// Frames exposed every 100 us on a rotor at rest, in order of arrival, with the times of arrival in us.
+    fn delivered(sets: &[&str], frames: u64) -> Vec<(u64, CameraFrame)> {
+        let mut camera = camera(sets);
+        let mut delivered = Vec::new();
+        for n in 0..frames + 100 {
+            let now = Time::from_micros(100 * n);
+            if n < frames {
+                camera.expose(now, Angle::ZERO);
+            }
+            delivered.extend(std::iter::from_fn(|| camera.arrived(now)).map(|frame| (100 * n, frame)));
+        }
+        delivered
+    }
+
+    fn stamps_us(delivered: &[(u64, CameraFrame)]) -> Vec<u64> {
+        delivered.iter().map(|(_, frame)| frame.exposed_at.nanos() / 1000).collect()
+    }
+
+    /// Over an exposure T that ends at t, the mean of a + w t + c t^2 / 2 is its value at the middle and c T^2 / 24 more.
+    #[test]
+    fn exact_blur_is_the_mean_over_the_exposure() {
+        let mut camera = camera(&["camera.exposure_frames=0.5", "camera.noise_m=0", "camera.resolution_m=0"]);
+        let (rate_deg_s, curve_deg_s2) = (900.0, 4e7);
+        let at = |t_s: f64| 100.0 + rate_deg_s * t_s + 0.5 * curve_deg_s2 * t_s * t_s;
+        for n in 0..=100_u32 {
+            camera.look(Angle::from_degrees(at(1e-6 * f64::from(n))));
+        }
+        camera.expose(Time::from_micros(100), Angle::from_degrees(at(1e-4)));
+        let frame = camera.arrived(Time::from_micros(200)).unwrap();
+        assert_eq!(frame.exposed_at, Time::from_micros(75));
+        let blurred = at(75e-6) + curve_deg_s2 * 50e-6 * 50e-6 / 24.0;
+        // Trapezia of 1 us add c h^2 / 12; units of 2^-32 turn are 8.4e-8 degrees.
+        let trapezia = curve_deg_s2 * 1e-12 / 12.0;
+        assert!((frame.angle.degrees() - blurred - trapezia).abs() < 2e-7, "{}", frame.angle.degrees());
+    }
+
+    /// A mean of probability p over n frames is known to sqrt(p (1 - p) / n).
+    #[test]
+    fn law_dropped_and_duplicated_frames_are_as_many_as_they_should() {
+        let n = 20_000;
+        let dropped = delivered(&["camera.drop_probability=0.3"], n);
+        assert!(dropped.len().abs_diff(14_000) < 260, "{}", dropped.len());
+        let twice = delivered(&["camera.duplicate_probability=0.3"], n);
+        assert!(twice.len().abs_diff(26_000) < 260, "{}", twice.len());
+        let repeats = twice.windows(2).filter(|pair| pair[0] == pair[1]).count();
+        assert_eq!(repeats, twice.len() - 20_000, "the second is the first again");
+        assert!(delivered(&["camera.drop_probability=1"], 10).is_empty());
+    }
+
+    /// Without noise, a part p of outliers of deviation s is a root mean square of s sqrt p.
+    #[test]
+    fn law_outliers_have_their_frequency_and_size() {
+        let only = ["camera.noise_m=0", "camera.resolution_m=0", "camera.outlier_m=2e-4"];
+        let sets = [only.as_slice(), &["camera.outlier_probability=0.1"]].concat();
+        let frames = delivered(&sets, 40_000);
+        let arcs_m: Vec<f64> = frames.iter().map(|(_, f)| 3.9e-3 * f.angle.degrees().to_radians()).collect();
+        let outliers = arcs_m.iter().filter(|arc_m| arc_m.abs() > 0.0).count();
+        assert!(outliers.abs_diff(4000) < 240, "{outliers}");
+        let mean_square = arcs_m.iter().map(|arc_m| arc_m * arc_m).sum::<f64>() / 4e4;
+        assert!((mean_square / (0.1 * 4e-8) - 1.0).abs() < 0.15, "{mean_square}");
+    }
+
+    #[test]
+    fn law_stamps_are_off_by_their_jitter_and_the_angle_is_not() {
+        let frames = delivered(&["camera.stamp_jitter_s=1e-5"], 20_000);
+        let errors_us: Vec<f64> = (frames.iter().enumerate().skip(10))
+            .map(|(n, (_, frame))| 1e-3 * frame.exposed_at.nanos() as f64 - 100.0 * n as f64)
+            .collect();
+        let mean = errors_us.iter().sum::<f64>() / 2e4;
+        let mean_square = errors_us.iter().map(|e| e * e).sum::<f64>() / 2e4;
+        assert!(mean.abs() < 0.3 && (mean_square / 100.0 - 1.0).abs() < 0.05, "{mean} {mean_square}");
+        let undisturbed = delivered(&[], 20_000);
+        assert!(frames.iter().zip(&undisturbed).all(|(a, b)| a.1.angle == b.1.angle && a.0 == b.0));
+    }
+
+    /// Half of the frames come 1, 2 or 3 periods later: 100 us of latency and 0.5 * 200 us on average, and some are overtaken.
+    #[test]
+    fn law_late_frames_are_overtaken_and_none_is_lost() {
+        let frames = delivered(&["camera.late_probability=0.5"], 20_000);
+        let mut stamps = stamps_us(&frames);
+        assert!(stamps.windows(2).any(|pair| pair[0] > pair[1]), "out of order");
+        let mean_us =
+            frames.iter().zip(&stamps).map(|((arrived, _), stamp)| arrived - stamp).sum::<u64>() as f64 / 2e4;
+        assert!((mean_us - 200.0).abs() < 4.0, "{mean_us}");
+        let latest = frames.iter().zip(&stamps).map(|((arrived, _), stamp)| arrived - stamp).max();
+        assert_eq!(latest, Some(400));
+        stamps.sort_unstable();
+        assert_eq!(stamps, (0..20_000).map(|n| 100 * n).collect::<Vec<_>>());
+    }
+
+    #[test]
+    fn exact_a_lost_camera_delivers_nothing_of_the_loss() {
+        let frames = delivered(&["camera.lost_from_s=0.001", "camera.lost_until_s=0.002"], 30);
+        let expected: Vec<u64> = (0..30).filter(|n| !(10..20).contains(n)).map(|n| 100 * n).collect();
+        assert_eq!(stamps_us(&frames), expected);
+    }
+
+    /// One mishap leaves what the others and the noise draw as it was.
+    #[test]
+    fn law_mishaps_do_not_shift_the_noise() {
+        let undisturbed = delivered(&[], 1000);
+        for set in
+            ["camera.drop_probability=0.5", "camera.late_probability=0.5", "camera.outlier_probability=0.01"]
+        {
+            let disturbed = delivered(&[set], 1000);
+            let same =
+                disturbed.iter().filter(|(_, frame)| undisturbed.iter().any(|(_, other)| other == frame));
+            assert!(same.count() * 100 >= 95 * disturbed.len(), "{set}");
+        }
     }
 }

@@ -2,6 +2,13 @@
 //!
 //! Default noise: 0.2 mm/s a sample at 200,000 samples/s, that is 0.6 um/s per root hertz, the order of a vibrometer of the paper's
 //! kind on a coarse range.
+//!
+//! ```text
+//! sample = clamp((1 + gain error) velocity + bias + noise + outlier, -range, range)
+//! ```
+//!
+//! Off unless a scene sets them: gain error and bias of the decoder, outliers and drop-outs of the speckle (Gaussian; a sample that does not
+//! exist), the saturation of the range, and the loss of the signal between two times.
 
 use std::collections::VecDeque;
 
@@ -10,7 +17,8 @@ use motor_model::Time;
 use rand_distr::{Distribution, StandardNormal};
 use rand_pcg::Pcg64;
 
-use crate::chance::{self, Source};
+use super::Outage;
+use crate::chance::{self, Mishap, Source};
 use crate::scene::{Kind, Scene, Setting};
 
 /// The vibrometer's settings.
@@ -27,6 +35,54 @@ pub const SETTINGS: &[Setting] = &[
         kind: Kind::Number { default: 2e-4, min: 0.0, max: 1.0 },
         meaning: "standard deviation of a sample's noise",
     },
+    Setting {
+        key: "ldv.drop_probability",
+        unit: "",
+        kind: Kind::Number { default: 0.0, min: 0.0, max: 1.0 },
+        meaning: "probability that a sample is missing",
+    },
+    Setting {
+        key: "ldv.outlier_probability",
+        unit: "",
+        kind: Kind::Number { default: 0.0, min: 0.0, max: 1.0 },
+        meaning: "probability that a sample is an outlier",
+    },
+    Setting {
+        key: "ldv.outlier_m_s",
+        unit: "m/s",
+        kind: Kind::Number { default: 0.1, min: 0.0, max: 10.0 },
+        meaning: "standard deviation of an outlier's error",
+    },
+    Setting {
+        key: "ldv.range_m_s",
+        unit: "m/s",
+        kind: Kind::Number { default: 0.0, min: 0.0, max: 100.0 },
+        meaning: "speed at which samples saturate; 0 for no limit",
+    },
+    Setting {
+        key: "ldv.gain_error",
+        unit: "",
+        kind: Kind::Number { default: 0.0, min: -0.5, max: 0.5 },
+        meaning: "relative error of the velocity's scale",
+    },
+    Setting {
+        key: "ldv.bias_m_s",
+        unit: "m/s",
+        kind: Kind::Number { default: 0.0, min: -1.0, max: 1.0 },
+        meaning: "velocity shown at rest",
+    },
+    Setting {
+        key: "ldv.lost_from_s",
+        unit: "s",
+        kind: Kind::Number { default: 0.0, min: 0.0, max: 1e5 },
+        meaning: "time from which the vibrometer sees nothing",
+    },
+    Setting {
+        key: "ldv.lost_until_s",
+        unit: "s",
+        kind: Kind::Number { default: 0.0, min: 0.0, max: 1e5 },
+        meaning: "time from which it sees again; not after ldv.lost_from_s for no loss",
+    },
 ];
 
 /// The vibrometer, and the samples not yet read.
@@ -34,15 +90,32 @@ pub const SETTINGS: &[Setting] = &[
 pub struct Ldv {
     noise_m_s: f64,
     noise: Pcg64,
+    drop: Mishap,
+    outlier: Mishap,
+    outlier_m_s: f64,
+    range_m_s: f64,
+    gain: f64,
+    bias_m_s: f64,
+    outage: Outage,
     unread: VecDeque<LdvSample>,
 }
 
 impl Ldv {
     /// The vibrometer of a scene.
     pub fn new(scene: &Scene) -> Self {
+        let seed = scene.seed();
+        let mishap = |source, probability| Mishap::new(seed, source, scene.number(probability));
+        let range_m_s = scene.number("ldv.range_m_s");
         Self {
             noise_m_s: scene.number("ldv.noise_m_s"),
-            noise: chance::stream(scene.seed(), Source::Ldv),
+            noise: chance::stream(seed, Source::Ldv),
+            drop: mishap(Source::LdvDrop, "ldv.drop_probability"),
+            outlier: mishap(Source::LdvOutlier, "ldv.outlier_probability"),
+            outlier_m_s: scene.number("ldv.outlier_m_s"),
+            range_m_s: if range_m_s > 0.0 { range_m_s } else { f64::INFINITY },
+            gain: 1.0 + scene.number("ldv.gain_error"),
+            bias_m_s: scene.number("ldv.bias_m_s"),
+            outage: Outage::of(scene, "ldv.lost_from_s", "ldv.lost_until_s"),
             unread: VecDeque::new(),
         }
     }
@@ -50,8 +123,14 @@ impl Ldv {
     /// Takes a sample.
     pub fn sample(&mut self, now: Time, velocity_m_s: f64) {
         let noise: f64 = StandardNormal.sample(&mut self.noise);
+        let outlier = self.outlier.strikes().map_or(0.0, |rng| StandardNormal.sample(rng));
+        if self.drop.strikes().is_some() || self.outage.covers(now) {
+            return;
+        }
+        let shown_m_s =
+            self.gain * velocity_m_s + self.bias_m_s + self.noise_m_s * noise + self.outlier_m_s * outlier;
         #[expect(clippy::cast_possible_truncation, reason = "the instrument delivers f32")]
-        let velocity_m_s = (velocity_m_s + self.noise_m_s * noise) as f32;
+        let velocity_m_s = shown_m_s.clamp(-self.range_m_s, self.range_m_s) as f32;
         self.unread.push_back(LdvSample { taken_at: now, velocity_m_s });
     }
 
@@ -79,5 +158,49 @@ mod tests {
         let mean_square = errors.iter().map(|e| e * e).sum::<f64>() / 4e4;
         assert!(mean.abs() < 4.0 * 2e-4 / 200.0, "{mean}");
         assert!((mean_square / 4e-8 - 1.0).abs() < 0.03, "{mean_square}");
+    }
+
+    /// Samples of a rotor that rises at `velocity_m_s`, every 5 us.
+    fn shown(sets: &[&str], velocity_m_s: f64, n: u64) -> Vec<LdvSample> {
+        let sets: Vec<String> = sets.iter().map(|&set| set.to_owned()).collect();
+        let mut ldv = Ldv::new(&Scene::load(None, &sets).unwrap());
+        (0..n).for_each(|i| ldv.sample(Time::from_micros(5 * i), velocity_m_s));
+        std::iter::from_fn(|| ldv.read()).collect()
+    }
+
+    #[test]
+    fn exact_gain_bias_and_range() {
+        for (sets, given, expected) in [
+            (["ldv.gain_error=0.02", "ldv.bias_m_s=0"], 0.1, 0.102),
+            (["ldv.gain_error=-0.1", "ldv.bias_m_s=0.003"], 0.1, 0.093),
+            (["ldv.range_m_s=0.05", "ldv.bias_m_s=0"], 0.1, 0.05),
+            (["ldv.range_m_s=0.05", "ldv.gain_error=0.5"], -0.1, -0.05),
+            (["ldv.range_m_s=0.05", "ldv.bias_m_s=0.01"], 0.02, 0.03),
+        ] {
+            let seen = shown(&[sets[0], sets[1], "ldv.noise_m_s=0"], given, 1)[0].velocity_m_s;
+            assert!((f64::from(seen) - expected).abs() < 1e-8, "{sets:?}: {seen}");
+        }
+    }
+
+    #[test]
+    fn law_drop_outs_and_outliers_have_their_frequency_and_size() {
+        let kept = shown(&["ldv.drop_probability=0.25"], 0.0, 40_000).len();
+        assert!(kept.abs_diff(30_000) < 350, "{kept}");
+        let sets = ["ldv.noise_m_s=0", "ldv.outlier_probability=0.1", "ldv.outlier_m_s=0.2"];
+        let samples = shown(&sets, 0.0, 40_000);
+        let outliers = samples.iter().filter(|sample| sample.velocity_m_s.abs() > 0.0).count();
+        assert!(outliers.abs_diff(4000) < 240, "{outliers}");
+        let square = |sample: &LdvSample| f64::from(sample.velocity_m_s) * f64::from(sample.velocity_m_s);
+        let mean_square = samples.iter().map(square).sum::<f64>() / 4e4;
+        assert!((mean_square / (0.1 * 0.04) - 1.0).abs() < 0.15, "{mean_square}");
+    }
+
+    #[test]
+    fn exact_a_lost_vibrometer_delivers_nothing_of_the_loss_and_its_noise_goes_on() {
+        let lost = shown(&["ldv.lost_from_s=1e-4", "ldv.lost_until_s=2e-4"], 0.1, 60);
+        let undisturbed = shown(&[], 0.1, 60);
+        let expected: Vec<LdvSample> =
+            (0..60).filter(|i| !(20..40).contains(i)).map(|i| undisturbed[i]).collect();
+        assert_eq!(lost, expected);
     }
 }
