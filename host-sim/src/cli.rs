@@ -18,7 +18,7 @@ use crate::position;
 use crate::record::Record;
 use crate::scene::Scene;
 use crate::simulate::{Report, Run, simulate};
-use crate::{accuracy, export, keys, reproduce};
+use crate::{accuracy, estimate, export, keys, reproduce};
 
 /// A rotary micro-motor in simulation: open loop, published figures, closed loop.
 #[derive(Debug, Parser)]
@@ -41,6 +41,8 @@ enum Command {
     Instructions(InstructionsArgs),
     /// Set the twin's speed against its error, beside other integrators
     Accuracy(AccuracyArgs),
+    /// Compare the filters with the truth of many drawn motors, beside a lower bound
+    Estimate(EstimateArgs),
     /// List every key that --set and scene files take.
     Keys,
 }
@@ -51,7 +53,7 @@ pub enum Format {
     /// For people.
     #[default]
     Text,
-    /// For programs: one object.
+    /// For programs: one JSON value.
     Json,
 }
 
@@ -248,6 +250,51 @@ struct AccuracyArgs {
     format: Format,
 }
 
+#[derive(Debug, Args)]
+struct EstimateArgs {
+    /// Motors drawn within the tolerances, each run in both modes
+    #[arg(long, value_name = "N", default_value = "100", allow_negative_numbers = true)]
+    plants: String,
+    /// Folder for estimate.svg and table.csv
+    #[arg(long, value_name = "DIR", default_value = "out/estimate")]
+    out: PathBuf,
+    /// Replace the section between `<!-- estimate:begin -->` and `<!-- estimate:end -->` in this file
+    #[arg(long, value_name = "FILE")]
+    readme: Option<PathBuf>,
+    /// How to print the result
+    #[arg(long, value_enum, default_value = "text")]
+    format: Format,
+    #[command(flatten)]
+    scene: SceneArgs,
+}
+
+impl EstimateArgs {
+    fn execute(&self) -> Result<(), CommandError> {
+        let plants = estimate::PLANTS.integer(&self.plants)?;
+        let scene = self.scene.load(&[])?;
+        // What cannot be written is refused before the computing.
+        if let Some(path) = &self.readme {
+            estimate::SECTION.read(path)?;
+        }
+        let plan = estimate::Plan::new(&scene, plants)?;
+        let folder = OutputFolder::create(&self.out)?;
+        let bar = ProgressBar::new(plan.milliseconds()).with_style(progress_style());
+        let estimation = plan.run(&|milliseconds| bar.inc(milliseconds))?;
+        bar.finish_and_clear();
+        folder.publish(&[
+            ("estimate.svg".to_owned(), estimation.picture()?),
+            ("table.csv".to_owned(), estimation.csv()?),
+        ])?;
+        if let Some(path) = &self.readme {
+            estimate::SECTION.write(path, &estimation.readme_section())?;
+        }
+        export::print(&match self.format {
+            Format::Text => format!("{}Written to {}\n", estimation.document().text(), self.out.display()),
+            Format::Json => estimation.json(),
+        })
+    }
+}
+
 impl InstructionsArgs {
     fn execute(&self) -> Result<(), CommandError> {
         let file = self.out.as_deref().map(export::Output::create).transpose()?;
@@ -302,6 +349,7 @@ impl Command {
             Self::Reproduce(args) => args.execute(),
             Self::Instructions(args) => args.execute(),
             Self::Accuracy(args) => args.execute(),
+            Self::Estimate(args) => args.execute(),
             Self::Keys => export::print(&keys::table()),
         }
     }

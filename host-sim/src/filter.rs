@@ -8,11 +8,14 @@ use motor_model::{DriveCommand, MotorParams, Time};
 
 use crate::scene::{Kind, Scene, Setting};
 
+/// The filters by name, from the simplest to the richest.
+pub const FILTERS: &[&str] = &["constant_rate", "impact_aided"];
+
 /// The estimator's settings.
 pub const SETTINGS: &[Setting] = &[Setting {
     key: "estimator.filter",
     unit: "",
-    kind: Kind::Choice { default: "constant_rate", of: &["constant_rate", "impact_aided"] },
+    kind: Kind::Choice { default: "constant_rate", of: FILTERS },
     meaning: "filter of angle and rate: from the camera alone, or with the vibrometer's impacts",
 }];
 
@@ -26,9 +29,14 @@ pub enum AnyFilter {
 }
 
 impl AnyFilter {
-    /// The filter of a scene. What it knows of the motor is nominal.
+    /// The filter of a scene.
     pub fn of(scene: &Scene) -> Self {
-        match scene.choice("estimator.filter") {
+        Self::named(scene.choice("estimator.filter"))
+    }
+
+    /// The filter of this name; the simplest for any other word. What it knows of the motor is nominal.
+    pub fn named(name: &str) -> Self {
+        match name {
             "impact_aided" => {
                 let tuning = ImpactAidedTuning::new(&MotorParams::nominal());
                 Self::ImpactAided(Box::new(ImpactAided::new(&tuning)))

@@ -32,6 +32,7 @@ pub mod desk;
 mod document;
 pub mod error;
 
+pub mod estimate;
 pub mod export;
 pub mod filter;
 pub mod instructions;

@@ -23,7 +23,7 @@ use crate::teeth::{AmplitudeVariation, ToothPair};
 use press::Press;
 
 /// Most impacts that one step can hold.
-pub const IMPACTS_PER_STEP_MAX: usize = 3;
+pub const IMPACTS_PER_STEP_MAX: usize = 4;
 
 /// The impacts of one step, in the order in which they happened.
 pub type Impacts<T> = Vec<Impact<T>, IMPACTS_PER_STEP_MAX>;

@@ -69,7 +69,7 @@ impl Bench {
         scene.set("seed", &seed.to_string()).unwrap();
         Self {
             plant: Plant::draw(&scene).unwrap(),
-            camera: Camera::new(&scene, 100_000),
+            camera: Camera::new(&scene, 100_000, 1e3),
             ldv: Ldv::new(&scene),
             plain: ConstantRate::new(&ConstantRateTuning::default()),
             aided: ImpactAided::new(&ImpactAidedTuning::new(&MotorParams::nominal())),

@@ -1,0 +1,230 @@
+//! What a filter's errors and innovations in one phase add up to.
+
+use estimator::{Estimate, Innovation, Source, Verdict};
+use motor_model::{Angle, Real, math};
+
+/// Sums over one phase of one or more runs.
+#[derive(Clone, Debug, Default)]
+pub struct Account {
+    /// Magnitudes, for their quantile.
+    errors_mdeg: Vec<f32>,
+    square_mdeg2: f64,
+    square_rad2_s2: f64,
+    /// Squared errors of angle and rate, each per its variance.
+    normalised: [f64; 2],
+    missing: u64,
+    camera: Innovations,
+    /// Measurements of either instrument that the filter gave a record of.
+    offered: u64,
+    rejected: u64,
+    restarts: u64,
+}
+
+/// The camera's innovations that were used.
+#[derive(Clone, Copy, Debug, Default)]
+struct Innovations {
+    count: u64,
+    square: f64,
+    /// Sum of the products of neighbours, and of the squares of those that have a later neighbour.
+    lagged: f64,
+    squares_before: f64,
+    last: Option<f64>,
+}
+
+impl Account {
+    /// Takes an estimate into account; `None` where the filter had none to give.
+    pub fn estimate<T: Real>(&mut self, estimate: Option<&Estimate<T>>, angle: Angle, rate_rad_s: f64) {
+        let Some(estimate) = estimate else {
+            self.missing += 1;
+            return;
+        };
+        let off = estimate.angle.minus(angle);
+        let (off_mdeg, off_rad) = (1e3 * off.degrees(), off.radians_since::<f64>(Angle::ZERO));
+        let off_rad_s = estimate.rate_rad_s.to_f64() - rate_rad_s;
+        #[expect(clippy::cast_possible_truncation, reason = "7 digits are enough for a quantile")]
+        self.errors_mdeg.push(off_mdeg.abs() as f32);
+        self.square_mdeg2 += off_mdeg * off_mdeg;
+        self.square_rad2_s2 += off_rad_s * off_rad_s;
+        self.normalised[0] += off_rad * off_rad / estimate.angle_rad2.to_f64();
+        self.normalised[1] += off_rad_s * off_rad_s / estimate.rate_rad2_s2.to_f64();
+    }
+
+    /// Takes the record of a measurement into account.
+    pub fn innovation<T: Real>(&mut self, innovation: &Innovation<T>) {
+        self.offered += 1;
+        match innovation.verdict {
+            Verdict::Rejected(_) => self.rejected += 1,
+            Verdict::Restarted => self.restarts += 1,
+            Verdict::Used => {}
+        }
+        if innovation.source == Source::Camera {
+            let squared = innovation.normalised_squared().filter(|_| innovation.verdict == Verdict::Used);
+            match squared.map(Real::to_f64) {
+                Some(squared) => {
+                    let sign = if innovation.innovation_rad < T::zero() { -1.0 } else { 1.0 };
+                    self.camera.add(sign * math::sqrt(squared));
+                }
+                None => self.camera.last = None,
+            }
+        }
+    }
+
+    /// The phase is over: what comes next is no neighbour of what was.
+    pub fn interrupt(&mut self) {
+        self.camera.last = None;
+    }
+
+    /// Adds what another run comes to.
+    pub fn absorb(&mut self, other: &Self) {
+        self.errors_mdeg.extend_from_slice(&other.errors_mdeg);
+        self.square_mdeg2 += other.square_mdeg2;
+        self.square_rad2_s2 += other.square_rad2_s2;
+        (self.normalised.iter_mut().zip(other.normalised)).for_each(|(sum, more)| *sum += more);
+        self.missing += other.missing;
+        self.camera.absorb(&other.camera);
+        self.offered += other.offered;
+        self.rejected += other.rejected;
+        self.restarts += other.restarts;
+    }
+
+    /// Root mean square of the angle's error in milli-degrees.
+    pub fn rms_angle_mdeg(&self) -> f64 {
+        math::sqrt(self.square_mdeg2 / self.samples())
+    }
+
+    /// Magnitude of the angle's error in milli-degrees that 99.9 % of the samples do not exceed.
+    pub fn p999_angle_mdeg(&self) -> f64 {
+        let mut sorted = self.errors_mdeg.clone();
+        let Some(last) = sorted.len().checked_sub(1) else { return f64::NAN };
+        let place = last - last / 1000;
+        f64::from(*sorted.select_nth_unstable_by(place, f32::total_cmp).1)
+    }
+
+    /// Root mean square of the rate's error in rad/s.
+    pub fn rms_rate_rad_s(&self) -> f64 {
+        math::sqrt(self.square_rad2_s2 / self.samples())
+    }
+
+    /// Mean squared error of angle and of rate, each per its variance: 1 each in a consistent filter.
+    pub fn normalised(&self) -> [f64; 2] {
+        self.normalised.map(|sum| sum / self.samples())
+    }
+
+    /// Share of the samples for which there was no estimate.
+    pub fn missing(&self) -> f64 {
+        #[expect(clippy::cast_precision_loss, reason = "far below 2^53")]
+        let missing = self.missing as f64;
+        missing / (missing + self.samples())
+    }
+
+    /// Number of the camera's innovations that were used, their mean square per variance, and the correlation of neighbours.
+    #[expect(clippy::cast_precision_loss, reason = "far below 2^53")]
+    pub fn innovations(&self) -> (f64, f64, f64) {
+        let Innovations { count, square, lagged, squares_before, .. } = self.camera;
+        (count as f64, square / count as f64, lagged / squares_before)
+    }
+
+    /// Share of the measurements that were rejected.
+    #[expect(clippy::cast_precision_loss, reason = "far below 2^53")]
+    pub fn rejected(&self) -> f64 {
+        self.rejected as f64 / self.offered.max(1) as f64
+    }
+
+    /// How often the filter began anew, its start included.
+    pub fn restarts(&self) -> u64 {
+        self.restarts
+    }
+
+    #[expect(clippy::cast_precision_loss, reason = "far below 2^53")]
+    fn samples(&self) -> f64 {
+        self.errors_mdeg.len() as f64
+    }
+}
+
+impl Innovations {
+    fn add(&mut self, normalised: f64) {
+        self.count += 1;
+        self.square += normalised * normalised;
+        if let Some(last) = self.last.replace(normalised) {
+            self.lagged += last * normalised;
+            self.squares_before += last * last;
+        }
+    }
+
+    fn absorb(&mut self, other: &Self) {
+        self.count += other.count;
+        self.square += other.square;
+        self.lagged += other.lagged;
+        self.squares_before += other.squares_before;
+        self.last = None;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use estimator::Rejection;
+    use motor_model::Time;
+
+    fn estimate(degrees: f64, rate_rad_s: f64) -> Estimate<f64> {
+        Estimate {
+            at: Time::ZERO,
+            angle: Angle::from_degrees(degrees),
+            rate_rad_s,
+            angle_rad2: 1e-6,
+            rate_rad2_s2: 4.0,
+            resting: false,
+        }
+    }
+
+    fn innovation(innovation_rad: f64, verdict: Verdict) -> Innovation<f64> {
+        Innovation {
+            source: Source::Camera,
+            taken_at: Time::ZERO,
+            innovation_rad,
+            variance_rad2: 4.0,
+            verdict,
+        }
+    }
+
+    /// Errors of 3 and -4 milli-degrees, of 1 and 3 rad/s.
+    #[test]
+    fn exact_root_mean_squares_and_normalised_errors() {
+        let mut account = Account::default();
+        account.estimate::<f64>(None, Angle::ZERO, 0.0);
+        account.estimate(Some(&estimate(90.003, 1.0)), Angle::from_degrees(90.0), 0.0);
+        account.estimate(Some(&estimate(-720.004, -5.0)), Angle::from_degrees(-720.0), -2.0);
+        assert!((account.rms_angle_mdeg() - math::sqrt(12.5)).abs() < 1e-3);
+        assert!((account.rms_rate_rad_s() - math::sqrt(5.0)).abs() < 1e-12);
+        let [angle, rate] = account.normalised();
+        let mdeg_rad = 1e-3_f64.to_radians();
+        assert!((angle - 12.5 * mdeg_rad * mdeg_rad / 1e-6).abs() < 1e-6, "{angle}");
+        assert!((rate - 5.0 / 4.0).abs() < 1e-12);
+        assert!((account.missing() - 1.0 / 3.0).abs() < 1e-12);
+    }
+
+    /// Of 2,000 errors, two are larger than the 99.9 % quantile.
+    #[test]
+    fn exact_quantile() {
+        let mut account = Account::default();
+        for n in 1..=2000_u32 {
+            account.estimate(Some(&estimate(1e-3 * f64::from(n), 0.0)), Angle::ZERO, 0.0);
+        }
+        assert!((account.p999_angle_mdeg() - 1999.0).abs() < 1e-2, "{}", account.p999_angle_mdeg());
+    }
+
+    /// 2, -2, 4 over a deviation of 2: squares 1, 1, 4, neighbours -1 - 2 over 1 + 1. A refusal separates neighbours.
+    #[test]
+    fn exact_innovations() {
+        let mut account = Account::default();
+        for value in [2.0, -2.0, 4.0] {
+            account.innovation(&innovation(value, Verdict::Used));
+        }
+        account.innovation(&innovation(50.0, Verdict::Rejected(Rejection::Gate)));
+        account.innovation(&innovation(2.0, Verdict::Used));
+        let (count, nis, whiteness) = account.innovations();
+        assert!((count - 4.0).abs() < 1e-12 && (nis - 7.0 / 4.0).abs() < 1e-12);
+        assert!((whiteness + 1.5).abs() < 1e-12, "{whiteness}");
+        assert!((account.rejected() - 0.2).abs() < 1e-12);
+    }
+}

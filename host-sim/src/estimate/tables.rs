@@ -1,0 +1,180 @@
+//! The comparison in words: a document for the terminal, a short one for the README, CSV and JSON for programs.
+
+use serde::Serialize;
+
+use super::run::names;
+use super::timeline::Phase;
+use super::{DRIVES, Estimation, Row};
+use crate::document::{Block, Document, Table};
+use crate::error::CommandError;
+
+const ABOUT: &str = "Motors drawn within Table 1's tolerances, Coulomb friction, located impacts; the filters know the nominal motor at most. Errors \
+    of the angle at the present, every 70 us. ANEES: of the angle, 1 in a consistent filter; NIS: of the camera's innovations, likewise; an asterisk \
+    marks what is outside its two-sided 95 % chi-square bounds. Whiteness: correlation of neighbouring innovations. genie: a lower bound, the Kalman filter \
+    that is told every kick of the rate exactly, or to 10 or 3 %.";
+
+/// A line of the CSV: a row, its bounds as columns.
+#[derive(Serialize)]
+struct Line<'a> {
+    filter: &'a str,
+    drive: &'a str,
+    phase: &'a str,
+    rms_angle_mdeg: f64,
+    p999_angle_mdeg: f64,
+    rms_rate_rad_s: f64,
+    times_genie: f64,
+    anees: f64,
+    anees_low: f64,
+    anees_high: f64,
+    rate_anees: f64,
+    nis: f64,
+    nis_low: f64,
+    nis_high: f64,
+    whiteness: f64,
+    rejected: f64,
+    restarts: u64,
+    missing: f64,
+    runs: u64,
+}
+
+impl Estimation {
+    /// The whole table.
+    pub fn document(&self) -> Document {
+        let mut table = Table::new(&[
+            "drive",
+            "phase",
+            "filter",
+            "rms mdeg",
+            "99.9 %",
+            "rad/s",
+            "per genie",
+            "ANEES",
+            "NIS",
+            "whiteness",
+            "rejected",
+            "restarts",
+        ]);
+        self.rows.iter().map(cells).for_each(|cells| table.push(cells));
+        let runs = self.rows.first().map_or(0, |row| row.runs);
+        Document {
+            blocks: vec![
+                Block::Heading("Angle and rate against the truth".to_owned()),
+                Block::Paragraph(ABOUT.to_owned()),
+                Block::Paragraph(format!("{runs} motors in each mode.")),
+                Block::Table(table),
+            ],
+        }
+    }
+
+    /// The README's section: root mean square errors, and whether the filters know them.
+    pub fn readme_section(&self) -> String {
+        let header = ["drive", "filter"]
+            .into_iter()
+            .chain(Phase::ALL.map(title))
+            .chain(["99.9 % steady", "ANEES steady"]);
+        let mut table = Table::new(&header.collect::<Vec<_>>());
+        for (_, drive) in DRIVES {
+            for filter in names() {
+                let of_phases = Phase::ALL.iter().map(|&phase| self.row(filter, drive, phase));
+                let mut row = vec![drive.to_uppercase(), filter.replace('_', " ")];
+                row.extend(
+                    of_phases.map(|row| row.map_or_else(String::new, |row| millidegrees(row.rms_angle_mdeg))),
+                );
+                let steady = self.row(filter, drive, Phase::Steady);
+                row.extend(steady.map(|row| millidegrees(row.p999_angle_mdeg)));
+                row.extend(steady.map(|row| format!("{:.2}", row.anees)));
+                table.push(row);
+            }
+        }
+        let runs = self.rows.first().map_or(0, |row| row.runs);
+        let about = format!(
+            "Root mean square error of the angle at the present, in milli-degrees, over {runs} drawn motors a mode, and of steady motion its 99.9 % quantile and ANEES \
+             (mean squared error per the variance that the filter gives). The genies are lower bounds: a Kalman filter that is told every kick of the rate \
+             exactly, to 10 % or to 3 %."
+        );
+        Document { blocks: vec![Block::Table(table), Block::Paragraph(about)] }.markdown()
+    }
+
+    /// The table as CSV.
+    ///
+    /// # Errors
+    /// When it cannot be written.
+    pub fn csv(&self) -> Result<String, CommandError> {
+        let mut writer = csv::Writer::from_writer(Vec::new());
+        let written = self.rows.iter().try_for_each(|row| writer.serialize(Line::of(row)));
+        written.map_err(|error| CommandError::Table(error.to_string()))?;
+        let bytes = writer.into_inner().map_err(|error| CommandError::Table(error.to_string()))?;
+        Ok(String::from_utf8_lossy(&bytes).into_owned())
+    }
+
+    /// The rows as one JSON array on one line.
+    pub fn json(&self) -> String {
+        let mut text = serde_json::to_string(&self.rows).unwrap_or_default();
+        text.push('\n');
+        text
+    }
+}
+
+impl<'a> Line<'a> {
+    fn of(row: &'a Row) -> Self {
+        Self {
+            filter: row.filter,
+            drive: row.drive,
+            phase: row.phase,
+            rms_angle_mdeg: row.rms_angle_mdeg,
+            p999_angle_mdeg: row.p999_angle_mdeg,
+            rms_rate_rad_s: row.rms_rate_rad_s,
+            times_genie: row.times_genie,
+            anees: row.anees,
+            anees_low: row.anees_bounds.0,
+            anees_high: row.anees_bounds.1,
+            rate_anees: row.rate_anees,
+            nis: row.nis,
+            nis_low: row.nis_bounds.0,
+            nis_high: row.nis_bounds.1,
+            whiteness: row.whiteness,
+            rejected: row.rejected,
+            restarts: row.restarts,
+            missing: row.missing,
+            runs: row.runs,
+        }
+    }
+}
+
+/// A phase as a heading.
+pub(super) const fn title(phase: Phase) -> &'static str {
+    match phase {
+        Phase::SpinUp => "spin-up",
+        Phase::Steady => "steady",
+        Phase::Reversal => "reversal",
+        Phase::Stop => "stop",
+        Phase::Rest100Ms => "rest after 100 ms",
+        Phase::Rest1S => "rest after 1 s",
+    }
+}
+
+fn cells(row: &Row) -> Vec<String> {
+    let judged = |value: f64, (low, high): (f64, f64)| {
+        let mark = if value >= low && value <= high { "" } else { "*" };
+        format!("{value:.2}{mark}")
+    };
+    vec![
+        row.drive.to_owned(),
+        row.phase.to_owned(),
+        row.filter.to_owned(),
+        millidegrees(row.rms_angle_mdeg),
+        millidegrees(row.p999_angle_mdeg),
+        format!("{:.3}", row.rms_rate_rad_s),
+        format!("{:.1}", row.times_genie),
+        judged(row.anees, row.anees_bounds),
+        judged(row.nis, row.nis_bounds),
+        format!("{:+.2}", row.whiteness),
+        format!("{:.2} %", 100.0 * row.rejected),
+        row.restarts.to_string(),
+    ]
+}
+
+/// Two significant digits at least.
+fn millidegrees(angle_mdeg: f64) -> String {
+    if angle_mdeg < 10.0 { format!("{angle_mdeg:.2}") } else { format!("{angle_mdeg:.1}") }
+}
