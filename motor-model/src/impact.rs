@@ -24,6 +24,8 @@
 //! c = mu                 Coulomb's
 //! ```
 
+mod slope;
+
 use crate::drag::{Contact, Dragged, drag};
 use crate::math::Real;
 use crate::modes::ModalState;
@@ -31,6 +33,7 @@ use crate::params::{MotorParams, Parameter};
 use crate::rotor::{RotorJump, RotorState};
 use crate::scope::{Scope, WholeMotor};
 use crate::teeth::ToothPair;
+pub(crate) use slope::JumpSlope;
 
 /// What limits the tangential impulse.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

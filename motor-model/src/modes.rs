@@ -160,6 +160,14 @@ impl<T: Real> Propagator<T> {
         }
     }
 
+    /// What (g, g') of each mode at the end are per the same at the start.
+    pub(crate) fn slopes(&self) -> [[[T; 2]; 2]; 3] {
+        let one = T::one();
+        let slope = |gg: T, gv: T, vg: T, vv: T| [[one + gg, gv], [vg, one + vv]];
+        let Self { gg, gv, vg, vv } = self;
+        [slope(gg.x, gv.x, vg.x, vv.x), slope(gg.y, gv.y, vg.y, vv.y), slope(gg.z, gv.z, vg.z, vv.z)]
+    }
+
     /// What free motion from `(g, v)` adds to `state`, in the modes that move.
     #[inline]
     fn add_to<S: Scope>(&self, state: &mut ModalState<T>, g: &Vector3<T>, v: &Vector3<T>) {

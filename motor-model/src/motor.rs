@@ -187,6 +187,16 @@ impl<T: Real, S: Scope> Motor<T, S> {
         &self.modes
     }
 
+    /// The rotor's flight.
+    pub(crate) fn flight(&self) -> &Flight<T> {
+        &self.flight
+    }
+
+    /// The law of impact.
+    pub(crate) fn impact_law(&self) -> &ImpactLaw<T> {
+        &self.impact_law
+    }
+
     /// Height of the rotor above the higher pair of teeth, in m.
     pub fn gap_m(&self, state: &MotorState<T>) -> T {
         let [first, second] = self.gaps_m(&state.modes, &state.rotor);

@@ -97,6 +97,19 @@ impl<T: Real> FlightSpan<T> {
     }
 }
 
+impl<T: Real> FlightSpan<T> {
+    /// What (height, vertical velocity) and (angle in rad, rate) at the end are per the same at the start.
+    pub(crate) fn slopes(&self) -> [[[T; 2]; 2]; 2] {
+        let (zero, one) = (T::zero(), T::one());
+        let turning_s =
+            self.turn_units_per_rad_s * T::from_f64(1.0 / AngleAccumulator::<f64>::UNITS_PER_RADIAN);
+        [
+            [[one, self.rise_s], [zero, one + self.velocity_loss]],
+            [[one, turning_s], [zero, one + self.rate_loss]],
+        ]
+    }
+}
+
 impl<T: Real> Flight<T> {
     /// Flight of `params`' rotor over `step_s`.
     pub fn new(params: &MotorParams, step_s: f64) -> Self {
@@ -152,6 +165,11 @@ impl<T: Real> Flight<T> {
     #[inline]
     pub(crate) fn acceleration(&self, rotor: &RotorState<T>) -> T {
         -self.gravity_m_s2 - self.damping_per_s * rotor.velocity_m_s
+    }
+
+    /// Angular acceleration in flight, in rad/s^2.
+    pub(crate) fn angular_acceleration(&self, rotor: &RotorState<T>) -> T {
+        -self.rate_decay / self.step_s * rotor.rate_rad_s
     }
 }
 
