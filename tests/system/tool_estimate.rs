@@ -62,7 +62,9 @@ fn tool_every_filter_has_every_figure_of_every_phase() {
                 }
                 assert!(number(row, "p999_angle_mdeg") >= number(row, "rms_angle_mdeg"), "{row}");
                 assert_between(number(row, "whiteness"), -1.0, 1.0, row);
-                assert_between(number(row, "rejected"), 0.0, 0.01, row);
+                // Codes that a rotor about to lie still repeats are set aside.
+                let most = if phase == "stop" { 0.05 } else { 0.01 };
+                assert_between(number(row, "rejected"), 0.0, most, row);
             }
         }
     }
