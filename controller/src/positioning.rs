@@ -209,6 +209,7 @@ mod tests {
             angle: Angle::from_degrees(deg),
             rate_rad_s,
             angle_rad2: 1e-10,
+            angle_rate_rad2_s: 0.0,
             rate_rad2_s2: 1e-4,
             resting,
         }

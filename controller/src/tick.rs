@@ -93,6 +93,7 @@ mod tests {
                 angle: Angle::ZERO,
                 rate_rad_s,
                 angle_rad2,
+                angle_rate_rad2_s: 0.0,
                 rate_rad2_s2,
                 resting: true,
             })

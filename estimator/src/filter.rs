@@ -41,6 +41,8 @@ pub struct Estimate<T> {
     pub rate_rad_s: T,
     /// Variance of the angle in rad^2.
     pub angle_rad2: T,
+    /// Covariance of angle and rate in rad^2/s.
+    pub angle_rate_rad2_s: T,
     /// Variance of the rate in rad^2/s^2.
     pub rate_rad2_s2: T,
     /// Whether the rotor lies still.

@@ -77,10 +77,11 @@ impl Digest {
     }
 
     fn estimate(&mut self, estimate: &Estimate<f32>) {
-        let Estimate { at, angle, rate_rad_s, angle_rad2, rate_rad2_s2, resting } = estimate;
+        let Estimate { at, angle, rate_rad_s, angle_rad2, angle_rate_rad2_s, rate_rad2_s2, resting } =
+            estimate;
         self.word(at.nanos());
         self.word(angle.units().cast_unsigned());
-        for value in [rate_rad_s, angle_rad2, rate_rad2_s2] {
+        for value in [rate_rad_s, angle_rad2, angle_rate_rad2_s, rate_rad2_s2] {
             self.scalar(*value);
         }
         self.word(u64::from(*resting));

@@ -172,6 +172,7 @@ mod tests {
             angle: Angle::from_degrees(degrees),
             rate_rad_s,
             angle_rad2: 1e-6,
+            angle_rate_rad2_s: 0.0,
             rate_rad2_s2: 4.0,
             resting: false,
         }

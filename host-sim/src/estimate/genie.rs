@@ -206,6 +206,7 @@ impl Genie {
             angle: ahead.angle.angle(),
             rate_rad_s: ahead.rate_rad_s,
             angle_rad2: ahead.covariance.angle_rad2(),
+            angle_rate_rad2_s: ahead.covariance.angle_rate_rad2_s(),
             rate_rad2_s2: ahead.covariance.rate_rad2_s2(),
             resting: false,
         })
