@@ -16,6 +16,7 @@
 //! | [`instructions`] | what the operations of the firmware take, counted on an emulated microcontroller |
 //! | [`accuracy`] | speed against error of the fixed step, beside other crates' integrators |
 //! | [`estimate`] | how far the filters are off the truth, beside a lower bound |
+//! | [`filters`] | what each filter costs, beside how far it is off |
 //! | [`chart`] | pictures as SVG |
 //! | [`export`] | files that appear whole or not at all |
 //! | [`keys`], [`cli`], [`error`] | the command itself |
@@ -35,6 +36,7 @@ pub mod error;
 pub mod estimate;
 pub mod export;
 pub mod filter;
+pub mod filters;
 pub mod instructions;
 pub mod instruments;
 pub mod keys;
