@@ -21,10 +21,16 @@
 //!
 //! A sample too far *below* its prediction is no impact, since nothing pulls the rotor down: it is left out, and flight is estimated anew from the second one
 //! in a row. (Anew from the first, the sample after a low one would look like a jump, and add a sixth to the false alarms at k = 3.)
+//!
+//! A vibrometer whose sign is wrong shows every impact as a fall. The running mean of the jumps' squares, falls counted negative, tells: over some
+//! [`SIGN_JUMPS`] jumps it turns negative ([`ImpactDetector::inverted`]), since the small jumps up by which gravity then seems reversed weigh little.
 
 use motor_model::{MotorParams, Parameter, Real, Time};
 
 use crate::measurement::LdvSample;
+
+/// Jumps over which the sign of the jumps is averaged.
+pub const SIGN_JUMPS: u8 = 16;
 
 /// How the detector decides.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -91,6 +97,8 @@ pub struct ImpactDetector<T> {
     spread: T,
     /// Whether the last sample was too far below its prediction.
     below: bool,
+    /// Mean square of the jumps in m^2/s^2, falls counted negative.
+    upward_m2_s2: T,
 }
 
 impl<T: Real> ImpactDetector<T> {
@@ -103,7 +111,18 @@ impl<T: Real> ImpactDetector<T> {
             samples: T::one(),
             spread: T::one(),
             below: false,
+            upward_m2_s2: T::zero(),
         }
+    }
+
+    /// Whether the rotor seems to be pulled down and never pushed up: the vibrometer's sign is wrong.
+    pub fn inverted(&self) -> bool {
+        self.upward_m2_s2 < T::zero()
+    }
+
+    #[inline]
+    fn note_jump(&mut self, square_m2_s2: T) {
+        self.upward_m2_s2 += (square_m2_s2 - self.upward_m2_s2) * T::from_f64(1.0 / f64::from(SIGN_JUMPS));
     }
 
     /// When the newest sample was taken.
@@ -138,11 +157,13 @@ impl<T: Real> ImpactDetector<T> {
         if surplus * surplus > limit * limit * (T::one() + self.spread) {
             let (before_m_s, again) = (self.velocity_m_s, self.below);
             if surplus > T::zero() {
+                self.note_jump(surplus * surplus);
                 self.begin_at(velocity);
                 return Heard::Impact { before_m_s, jump_m_s: surplus };
             }
             self.below = true;
             if again {
+                self.note_jump(-surplus * surplus);
                 self.begin_at(velocity);
             }
             return Heard::Flight;

@@ -89,7 +89,10 @@ mod measurement;
 mod motion;
 mod rest;
 mod track;
+mod tracker;
 mod transition;
+#[cfg(test)]
+mod yardstick;
 
 pub use constant_rate::{ConstantRate, ConstantRateTuning, WanderTuning};
 pub use covariance::AngleRateCovariance;
@@ -102,4 +105,5 @@ pub use measurement::{CameraFrame, LdvSample};
 pub use motion::{Motion, MotionWatch};
 pub use rest::{RestDetector, RestTuning};
 pub use track::TrackTuning;
+pub use tracker::{FRAMES_KEPT, STUCK_FRAMES};
 pub use transition::{Blocks2, Dense, Transition, UpperTriangular};

@@ -80,13 +80,11 @@ impl Contest {
         self.desk.plant().now()
     }
 
-    /// Changes drive and phase, if they are others.
+    /// Tells the filters of drive and time, and of the phase whoever keeps account of it.
     fn enter(&mut self, command: DriveCommand, phase: Option<Phase>) {
-        if command != self.command {
-            self.command = command;
-            let now = self.now();
-            self.filters.iter_mut().for_each(|filter| filter.drive(now, command));
-        }
+        self.command = command;
+        let now = self.now();
+        self.filters.iter_mut().for_each(|filter| filter.drive(now, command));
         if phase != self.phase {
             self.phase = phase;
             self.accounts.iter_mut().flatten().for_each(Account::interrupt);
