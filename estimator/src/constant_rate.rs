@@ -148,11 +148,13 @@ mod tests {
     use super::*;
     use crate::innovation::{Rejection, Verdict};
     use crate::yardstick::{FRAME_NANOS, assert_consistent, frame, nees};
+    extern crate std;
     use motor_model::Angle;
     use proptest::prelude::*;
     use rand_distr::{Distribution, StandardNormal};
     use rand_pcg::Pcg64;
     use rand_pcg::rand_core::SeedableRng;
+    use std::vec::Vec;
 
     const STRUCK: Motion = Motion::Struck(DriveMode::B);
 
@@ -254,6 +256,116 @@ mod tests {
             }
         }
         assert!(refused <= 2, "{refused}");
+    }
+
+    /// Two hundred frames of a rotor that wanders, some of them outliers, in order and shuffled over up to thirty places: the same track, to rounding.
+    #[test]
+    fn law_the_order_of_arrival_makes_no_difference() {
+        for seed in 0..20 {
+            let mut rng = Pcg64::seed_from_u64(seed);
+            let mut normal = || -> f64 { StandardNormal.sample(&mut rng) };
+            let (mut angle, mut rate) = (0.0, 12.0);
+            let mut frames: Vec<CameraFrame> = Vec::new();
+            for n in 1..=200 {
+                rate += 0.5 * normal();
+                angle += 1e-4 * rate;
+                let outlier = if n % 37 == 0 { 0.05 } else { 0.0 };
+                frames.push(frame(n, angle + 3e-4 * normal() + outlier));
+            }
+            let mut places: Vec<(f64, CameraFrame)> = (0..200_u32)
+                .map(|n| (f64::from(n) + (9.0 * normal()).clamp(-14.5, 14.5), frames[n as usize]))
+                .collect();
+            places[0].0 = -100.0;
+            places.sort_by(|a, b| a.0.total_cmp(&b.0));
+            let end = |frames: &mut dyn Iterator<Item = CameraFrame>| {
+                let mut filter = ConstantRate::<f64>::new(&ConstantRateTuning::default());
+                for frame in frames {
+                    let verdict = filter.take(&frame, STRUCK).verdict;
+                    assert!(!matches!(verdict, Verdict::Rejected(Rejection::OutOfHorizon)));
+                }
+                filter.tracker.track().unwrap().state
+            };
+            let in_order = end(&mut frames.iter().copied());
+            let shuffled = end(&mut places.iter().map(|place| place.1));
+            assert!(places.windows(2).any(|pair| pair[0].1.exposed_at > pair[1].1.exposed_at));
+            assert_eq!((in_order.at, in_order.angle.angle()), (shuffled.at, shuffled.angle.angle()));
+            assert!((in_order.rate_rad_s - shuffled.rate_rad_s).abs() < 1e-12);
+            assert_eq!(in_order.covariance, shuffled.covariance);
+        }
+    }
+
+    /// What is older than the lag, comes twice or is from the future changes nothing; a clock that stands still is none.
+    #[test]
+    fn exact_times_that_cannot_be() {
+        let mut filter = ConstantRate::<f64>::new(&ConstantRateTuning::default());
+        for n in 1..=100 {
+            filter.drive(Time::from_nanos(n * FRAME_NANOS), DriveCommand::full(DriveMode::B));
+            filter.update_camera(&frame(n, 1e-3 * n as f64));
+        }
+        filter.drive(Time::from_nanos(101 * FRAME_NANOS), DriveCommand::full(DriveMode::B));
+        let before = filter.tracker.track().unwrap().state;
+        for (n, why) in [
+            (100, Rejection::Duplicate),
+            (69, Rejection::Duplicate),
+            (68, Rejection::OutOfHorizon),
+            (0, Rejection::OutOfHorizon),
+            (112, Rejection::Future),
+            (36_000_000, Rejection::Future),
+            (u64::MAX / FRAME_NANOS, Rejection::Future),
+        ] {
+            let innovation = filter.update_camera(&frame(n, 1e-3 * n as f64));
+            assert_eq!(innovation.verdict, Verdict::Rejected(why), "{n}");
+            let after = filter.tracker.track().unwrap().state;
+            assert_eq!(
+                (before.at, before.angle, before.covariance),
+                (after.at, after.angle, after.covariance)
+            );
+        }
+        assert_eq!(filter.update_camera(&frame(111, 0.111)).verdict, Verdict::Used);
+        // Nobody has told of the time since: an outage of ten seconds, as long as the turn is known.
+        assert_eq!(filter.update_camera(&frame(100_111, 0.0)).verdict, Verdict::Restarted);
+    }
+
+    /// Frames from a microsecond to ten seconds apart: used, or begun anew where the turn is lost; variances positive.
+    #[test]
+    fn law_intervals_from_a_microsecond_to_ten_seconds() {
+        for interval_nanos in [1_000, 10_000, 1_000_000, 100_000_000, 10_000_000_000] {
+            let mut filter = ConstantRate::<f32>::new(&ConstantRateTuning::default());
+            for n in 1..=200 {
+                let at = Time::from_nanos(n * interval_nanos);
+                let seconds = n as f64 * interval_nanos as f64 * 1e-9;
+                let angle = Angle::from_degrees((100.0 * seconds).to_degrees()).wrapped();
+                let verdict = filter.take(&CameraFrame { exposed_at: at, angle }, STRUCK).verdict;
+                let believed = matches!(verdict, Verdict::Used | Verdict::Restarted);
+                assert!(believed || n < 30, "{interval_nanos} {n} {verdict:?}");
+                let state = filter.tracker.track().unwrap().state;
+                assert!(state.covariance.angle_rad2() > 0.0 && state.covariance.rate_rad2_s2() > 0.0);
+            }
+        }
+    }
+
+    /// A camera variance that is none is the default's, one below the angle's own resolution is that; no estimate is lost by it.
+    #[test]
+    fn exact_a_variance_that_is_none_is_not_used() {
+        let default = TrackTuning::<f32>::default().camera_rad2;
+        for (given, used) in [
+            (0.0, default),
+            (-1.0, default),
+            (f32::NAN, default),
+            (f32::INFINITY, default),
+            (1e-40, 1.8e-19),
+            (1e-6, 1e-6),
+        ] {
+            let track = TrackTuning { camera_rad2: given, ..TrackTuning::default() };
+            assert!((track.sound().camera_rad2 / used - 1.0).abs() < 1e-6, "{given}");
+            let tuning = ConstantRateTuning { track, ..ConstantRateTuning::default() };
+            let mut filter = ConstantRate::new(&tuning);
+            for n in 1..100 {
+                filter.take(&frame(n, 1e-3 * n as f64), STRUCK);
+            }
+            let state = filter.tracker.track().unwrap().state;
+            assert!(state.rate_rad_s.is_finite() && state.covariance.angle_rad2() > 0.0);
+        }
     }
 
     /// A rotor that really went elsewhere is believed after twenty frames, in the turn nearest to where it was.

@@ -22,15 +22,13 @@
 //! A sample too far *below* its prediction is no impact, since nothing pulls the rotor down: it is left out, and flight is estimated anew from the second one
 //! in a row. (Anew from the first, the sample after a low one would look like a jump, and add a sixth to the false alarms at k = 3.)
 //!
-//! A vibrometer whose sign is wrong shows every impact as a fall. The running mean of the jumps' squares, falls counted negative, tells: over some
-//! [`SIGN_JUMPS`] jumps it turns negative ([`ImpactDetector::inverted`]), since the small jumps up by which gravity then seems reversed weigh little.
+//! A vibrometer whose sign is wrong shows every impact as a fall. The sum of the jumps' squares, falls counted negative and kept within 0.01 m^2/s^2 of
+//! zero, tells ([`ImpactDetector::inverted`]): a dozen impacts of mode B turn it, and the small jumps up by which gravity then seems reversed
+//! weigh nothing.
 
 use motor_model::{MotorParams, Parameter, Real, Time};
 
 use crate::measurement::LdvSample;
-
-/// Jumps over which the sign of the jumps is averaged.
-pub const SIGN_JUMPS: u8 = 16;
 
 /// How the detector decides.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -97,11 +95,14 @@ pub struct ImpactDetector<T> {
     spread: T,
     /// Whether the last sample was too far below its prediction.
     below: bool,
-    /// Mean square of the jumps in m^2/s^2, falls counted negative.
+    /// Sum of the jumps' squares in m^2/s^2, falls counted negative; within [`Self::SIGN_M2_S2`] of zero.
     upward_m2_s2: T,
 }
 
 impl<T: Real> ImpactDetector<T> {
+    /// Sum of squares that settles the sign in m^2/s^2: 16 jumps of 25 mm/s.
+    const SIGN_M2_S2: f64 = 0.01;
+
     /// A detector that has heard nothing.
     pub fn new(tuning: ImpactDetectorTuning<T>) -> Self {
         Self {
@@ -111,7 +112,7 @@ impl<T: Real> ImpactDetector<T> {
             samples: T::one(),
             spread: T::one(),
             below: false,
-            upward_m2_s2: T::zero(),
+            upward_m2_s2: T::from_f64(Self::SIGN_M2_S2),
         }
     }
 
@@ -122,7 +123,8 @@ impl<T: Real> ImpactDetector<T> {
 
     #[inline]
     fn note_jump(&mut self, square_m2_s2: T) {
-        self.upward_m2_s2 += (square_m2_s2 - self.upward_m2_s2) * T::from_f64(1.0 / f64::from(SIGN_JUMPS));
+        let sum_m2_s2 = self.upward_m2_s2 + square_m2_s2;
+        self.upward_m2_s2 = sum_m2_s2.clamp_magnitude(T::from_f64(Self::SIGN_M2_S2));
     }
 
     /// When the newest sample was taken.

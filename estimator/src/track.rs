@@ -47,8 +47,8 @@ pub struct TrackTuning<T> {
     pub resting_frames: u8,
     /// A frame is refused when its innovation squared exceeds this many times its variance.
     pub gate: T,
-    /// Variance added to the rate, once, when a struck rotor's frame is refused, in rad^2/s^2: as a rule it was no bad frame, but a burst of impacts
-    /// as the rotor lands, which changes the rate by more than ten rad/s in a fraction of a millisecond.
+    /// Variance of a kick that the rate is allowed when a second frame in a row is beyond the gate, in rad^2/s^2: as a rule the first was no bad frame,
+    /// but a burst of impacts as the rotor lands, which changes the rate by more than ten rad/s in a fraction of a millisecond.
     pub kick_rad2_s2: T,
     /// After this many refusals in a row the estimate begins anew.
     pub refusals_max: u8,

@@ -14,6 +14,13 @@
 //! all but duplicates count as refusals, so that a track which stands at a wrong time itself is given up after
 //! [`TrackTuning::refusals_max`] of them.
 //!
+//! # The gate
+//!
+//! A frame beyond the gate is refused and moves nothing, neither the estimate nor its variance. If the next one is within it, the first was an outlier and
+//! that is all. If not, the rotor may have been kicked out of it, as in a landing: the second is judged, and used, with a kick of
+//! [`TrackTuning::kick_rad2_s2`] right after the last frame used. What two bad frames in a row can do for that reason is a wrong rate for two frames: a fifth of
+//! outliers is too many for this.
+//!
 //! # A stuck camera
 //!
 //! A camera that delivers its last picture for ever shows a rotor that is being struck the same code frame after frame. Tracking noise and motion change the code of a
@@ -176,15 +183,25 @@ impl<T: Real> Tracker<T> {
         // Both asked this way round, so that NaN, and a variance that has overflowed, are refused.
         let turn_known = variance_rad2 <= T::from_f64(Self::LOST_RAD2);
         let believable = normalised <= self.tuning.gate;
-        if !(turn_known && believable) {
-            let innovation = (innovation_rad, variance_rad2);
-            return if turn_known { self.doubted(innovation, quiet) } else { self.begin_here() };
+        let seen = (innovation_rad, variance_rad2);
+        if turn_known && believable {
+            self.accept(seen, quiet)
+        } else if turn_known {
+            self.doubt(seen, quiet, process)
+        } else {
+            self.begin_here()
         }
+    }
+
+    /// Takes in the newest frame, to whose exposure the track has been carried: `innovation_rad` off, with that variance.
+    #[inline(always)]
+    fn accept(&mut self, (innovation_rad, variance_rad2): (T, T), quiet: bool) -> Innovation<T> {
+        let Some(Looked { frame, track }) = &mut self.newest else { return self.begin_here() };
         let same = track.same_code(frame);
         if !quiet && track.same_codes >= STUCK_FRAMES {
             return self.take_back((innovation_rad, variance_rad2));
         }
-        track.watch_noise(normalised);
+        track.watch_noise(innovation_rad * innovation_rad / variance_rad2);
         track.refusals = 0;
         let repeats = quiet && track.repeats(same, &self.tuning);
         track.watch_code(frame, same);
@@ -202,29 +219,35 @@ impl<T: Real> Tracker<T> {
         }
     }
 
-    /// Refuses the newest frame, `innovation` (and its variance) off, and leaves the track as it was but for the counts; after too many refusals begins
-    /// anew at it.
+    /// The newest frame is beyond the gate: takes it in all the same if it is not the first and a kick explains it, or refuses it and leaves the track as it
+    /// was but for the counts; after too many refusals begins anew at it.
     #[inline(never)]
-    fn doubted(&mut self, innovation: (T, T), quiet: bool) -> Innovation<T> {
-        let (Some(newest), Some(before)) = (&mut self.newest, self.older.back()) else {
+    fn doubt(&mut self, seen: (T, T), quiet: bool, process: &impl Process<T>) -> Innovation<T> {
+        let (Some(Looked { frame, track }), Some(before)) = (&mut self.newest, self.older.back()) else {
             return self.begin_here();
         };
-        let (frame, predicted) = (newest.frame, newest.track.state.angle.angle());
-        let track = &mut newest.track;
+        let (frame, predicted) = (*frame, track.state.angle.angle());
         *track = before.track;
+        if !quiet && track.refusals > 0 {
+            let mut kicked = track.state;
+            kicked.covariance.widen_rate(self.tuning.kick_rad2_s2);
+            process.carry(&mut kicked, track.resting, frame.exposed_at);
+            let variance_rad2 = kicked.covariance.angle_innovation_rad2(self.tuning.camera_rad2);
+            if seen.0 * seen.0 <= self.tuning.gate * variance_rad2 {
+                track.state = kicked;
+                return self.accept((seen.0, variance_rad2), quiet);
+            }
+        }
         track.same_code(&frame);
         if !quiet && track.same_codes >= STUCK_FRAMES {
-            return self.take_back(innovation);
+            return self.take_back(seen);
         }
         track.watch_noise(self.tuning.gate);
         track.refusals = track.refusals.saturating_add(1);
         if track.refusals >= self.tuning.refusals_max {
             return self.begin(&frame, predicted);
         }
-        if track.refusals == 1 && !quiet {
-            track.state.covariance.widen_rate(self.tuning.kick_rad2_s2);
-        }
-        refused(&frame, innovation, Rejection::Gate)
+        refused(&frame, seen, Rejection::Gate)
     }
 
     /// A frame that newer ones have overtaken: goes back, looks at it, and then at those again.
