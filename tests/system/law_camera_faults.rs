@@ -37,7 +37,7 @@ fn law_a_single_jump_is_refused() {
     let mut bench = settled(&[]);
     let looks = bench.run(
         B,
-        2,
+        20,
         (|now, frame| Some(if now == millis(101) { turned(frame, 5.0) } else { frame }), NONE.1),
     );
     for looks in by_filter(&looks) {
@@ -80,7 +80,7 @@ fn law_outages_are_told_and_overcome() {
         assert!(delay < 0.4, "{name}: {delay} ms");
     }
     assert_never_false(&looks);
-    let looks = bench.run(B, 10, NONE);
+    let looks = bench.run(B, 50, NONE);
     assert!(!looks.iter().any(|look| look.verdict == Some(Verdict::Restarted)));
     assert_never_false(&looks);
 

@@ -1,6 +1,6 @@
 //! One plant on the desk, all filters beside it, on the same frames and samples.
 
-use estimator::{AngleFilter as _, Innovation, LdvSample};
+use estimator::{AngleFilter as _, Health, Innovation, LdvSample};
 use motor_model::{Angle, DriveCommand, DriveMode, Time};
 
 use super::account::Account;
@@ -133,10 +133,15 @@ impl Contest {
         let Instant { at, angle, rate_rad_s, .. } = Instant::of(&self.desk);
         let (filters, genies) = self.accounts.split_at_mut(self.filters.len());
         for (filter, accounts) in self.filters.iter().zip(filters) {
-            accounts[phase as usize].estimate(filter.estimate(at).as_ref(), angle, rate_rad_s);
+            accounts[phase as usize].estimate(
+                filter.estimate(at).as_ref(),
+                filter.health(at),
+                angle,
+                rate_rad_s,
+            );
         }
         for (genie, accounts) in self.genies.iter().zip(genies) {
-            accounts[phase as usize].estimate(genie.estimate().as_ref(), angle, rate_rad_s);
+            accounts[phase as usize].estimate(genie.estimate().as_ref(), Health::Good, angle, rate_rad_s);
         }
     }
 }
