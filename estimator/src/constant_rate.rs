@@ -137,6 +137,10 @@ impl<T: Real> AngleFilter<T> for ConstantRate<T> {
         self.tracker.estimate(now, &self.process(self.watch.motion(now)))
     }
 
+    fn smoothed(&self, at: Time) -> Option<Estimate<T>> {
+        self.tracker.smoothed(at, &self.process(self.watch.motion(self.watch.clock().max(at))))
+    }
+
     fn health(&self, now: Time) -> Health {
         let vibrometer = self.watch.silent(now).then_some(Reason::VibrometerSilent);
         self.tracker.health(now, vibrometer, &self.process(self.watch.motion(now)))

@@ -27,6 +27,13 @@ pub trait AngleFilter<T: Real> {
     /// Angle and rate at `now`; `None` before the first frame. Asked for a time before the last frame used, it answers for that frame's.
     fn estimate(&self, now: Time) -> Option<Estimate<T>>;
 
+    /// Angle and rate at an earlier instant, from the frames before and after it; `None` before the oldest of the [`crate::FRAMES_KEPT`] that are kept, and
+    /// from a filter that cannot. After the last frame used it is the estimate.
+    fn smoothed(&self, at: Time) -> Option<Estimate<T>> {
+        let _ = at;
+        None
+    }
+
     /// Whether the estimate at `now` may be used.
     fn health(&self, now: Time) -> Health;
 }

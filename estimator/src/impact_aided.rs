@@ -291,6 +291,10 @@ impl<T: Real> AngleFilter<T> for ImpactAided<T> {
         self.tracker.estimate(now, &self.process(now))
     }
 
+    fn smoothed(&self, at: Time) -> Option<Estimate<T>> {
+        self.tracker.smoothed(at, &self.process(self.watch.clock().max(at)))
+    }
+
     fn health(&self, now: Time) -> Health {
         let silent = self.watch.silent(now).then_some(Reason::VibrometerSilent);
         let inverted = self.detector.inverted().then_some(Reason::VibrometerInverted);

@@ -8,6 +8,7 @@
 //! - [`AngleFilter`]: what every filter does. [`ConstantRate`]: angle and rate from the camera alone. [`ImpactAided`]: the same two states, kicked where
 //!   the vibrometer hears an impact. Their covariance is kept factorised in [`AngleRateCovariance`]; gate, new start and rest are one code for both.
 //! - [`UdCovariance`]: the numerical core, for any small number of states (below).
+//! - [`AngleFilter::smoothed`]: the same after the fact, from the frames since as well.
 //! - [`Innovation`]: what became of a measurement, used or not, and why.
 //! - [`Estimate`]: angle and rate at an instant, with their variances. [`Health`]: whether it may be used.
 //!
@@ -88,6 +89,7 @@ mod innovation;
 mod measurement;
 mod motion;
 mod rest;
+mod smoother;
 mod track;
 mod tracker;
 mod transition;

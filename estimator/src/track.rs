@@ -132,6 +132,8 @@ pub(crate) struct Track<T> {
     /// Frames for which the rotor has been quiet and slow, without a break.
     still_frames: u8,
     pub(crate) resting: bool,
+    /// Whether a kick was allowed for on the way to the last frame.
+    pub(crate) kicked: bool,
 }
 
 impl<T: Real> Track<T> {
@@ -158,6 +160,7 @@ impl<T: Real> Track<T> {
             same_codes: 0,
             still_frames: 0,
             resting: false,
+            kicked: false,
         }
     }
 
@@ -174,6 +177,7 @@ impl<T: Real> Track<T> {
             same_codes: self.same_codes,
             still_frames: self.still_frames,
             resting: self.resting,
+            kicked: self.kicked,
         }
     }
 

@@ -77,6 +77,10 @@ impl AngleFilter<f32> for AnyFilter {
         self.get().estimate(now)
     }
 
+    fn smoothed(&self, at: Time) -> Option<Estimate<f32>> {
+        self.get().smoothed(at)
+    }
+
     fn health(&self, now: Time) -> Health {
         self.get().health(now)
     }
