@@ -165,7 +165,7 @@ impl<T: Real> Track<T> {
     }
 
     /// The same, part by part: see [`crate::tracker`].
-    #[inline(always)]
+    #[inline]
     pub(crate) fn copied(&self) -> Self {
         let State { at, angle, rate_rad_s, covariance } = self.state;
         Self {

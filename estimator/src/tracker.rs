@@ -65,7 +65,7 @@ struct Looked<T> {
 
 impl<T: Real> Looked<T> {
     /// The same, part by part: on a microcontroller a copy as a whole is a call that costs as much as an update.
-    #[inline(always)]
+    #[inline]
     fn copied(&self) -> Self {
         let Self { frame: CameraFrame { exposed_at, angle }, track } = self;
         Self { frame: CameraFrame { exposed_at: *exposed_at, angle: *angle }, track: track.copied() }
@@ -167,6 +167,10 @@ impl<T: Real> Tracker<T> {
 
     /// Looks at a frame newer than all others.
     #[inline(always)]
+    #[expect(
+        clippy::inline_always,
+        reason = "a call copies the record of the frame, which costs as much as an update"
+    )]
     fn look(&mut self, frame: &CameraFrame, quiet: bool, process: &impl Process<T>) -> Innovation<T> {
         let Some(newest) = &mut self.newest else { return self.begin(frame, Angle::ZERO) };
         if self.older.is_full() {
@@ -197,6 +201,10 @@ impl<T: Real> Tracker<T> {
 
     /// Takes in the newest frame, to whose exposure the track has been carried: `innovation_rad` off, with that variance.
     #[inline(always)]
+    #[expect(
+        clippy::inline_always,
+        reason = "a call copies the record of the frame, which costs as much as an update"
+    )]
     fn accept(&mut self, (innovation_rad, variance_rad2): (T, T), quiet: bool) -> Innovation<T> {
         let Some(Looked { frame, track }) = &mut self.newest else { return self.begin_here() };
         let same = track.same_code(frame);

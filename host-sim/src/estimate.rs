@@ -4,6 +4,8 @@
 //! look on at the same frames and samples, every tick of 10 us; every 70 us their estimates are compared with the truth ([`run`]), phase
 //! by phase ([`account`]). The scene's settings apply, those of the instruments above all.
 //!
+//! Rows named `_smoothed` are of angle and rate [`run::SMOOTHER_LAG_MS`] ago, by a filter's smoother; they have no innovations of their own.
+//!
 //! # What the figures mean
 //!
 //! | figure | meaning |

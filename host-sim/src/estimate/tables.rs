@@ -10,7 +10,7 @@ use crate::error::CommandError;
 
 const ABOUT: &str = "Motors drawn within Table 1's tolerances, Coulomb friction, located impacts; the filters know the nominal motor at most. Errors \
     of the angle at the present, every 70 us. ANEES: of angle and rate together, 1 in a consistent filter; NIS: of the camera's innovations, likewise; an asterisk \
-    marks what is outside its two-sided 95 % chi-square bounds. False: said to be good, and wrong by more than six standard deviations and 50 milli-degrees. Whiteness: correlation of neighbouring innovations. genie: a lower bound, the Kalman filter \
+    marks what is outside its two-sided 95 % chi-square bounds. False: said to be good, and wrong by more than six standard deviations and 50 milli-degrees. Whiteness: correlation of neighbouring innovations. smoothed: of 2 ms ago, from the frames since as well. genie: a lower bound, the Kalman filter \
     that is told every kick of the rate exactly, or to 10 or 3 %.";
 
 /// A line of the CSV: a row, its bounds as columns.
@@ -98,7 +98,7 @@ impl Estimation {
         let runs = self.rows.first().map_or(0, |row| row.runs);
         let about = format!(
             "Root mean square error of the angle at the present, in milli-degrees, over {runs} drawn motors a mode, and of steady motion its 99.9 % quantile and ANEES \
-             (mean squared error of angle and rate together per the covariance that the filter gives). The genies are lower bounds: a Kalman filter that is told every kick of the rate \
+             (mean squared error of angle and rate together per the covariance that the filter gives). Smoothed is after the fact: the error 2 ms ago. The genies are lower bounds: a Kalman filter that is told every kick of the rate \
              exactly, to 10 % or to 3 %."
         );
         Document { blocks: vec![Block::Table(table), Block::Paragraph(about)] }.markdown()
