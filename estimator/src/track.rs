@@ -19,7 +19,7 @@
 //! quantisation: with noise sigma the mean code is off by up to `(Delta / pi) exp(-2 pi^2 sigma^2 / Delta^2)`, 0.07 milli-degrees at the default
 //! camera's `sigma = Delta / 2`, and by up to `Delta / 2`, 15 milli-degrees, without noise. Whether there is dither shows: with `sigma = Delta / 2` the code changes
 //! from frame to frame with probability 0.46 to 0.53, wherever in its cell the rotor lies. So at rest the share of changes is followed (over 64
-//! frames, from 0). While it is below 0.2 a code that only repeats itself is refused ([`Rejection::Repeated`]) as soon as the angle is known to
+//! frames, from 0). While it is below 0.2 a code that only repeats itself is refused ([`crate::Rejection::Repeated`]) as soon as the angle is known to
 //! `Delta^2 / 12`, the variance of a uniform error within the cell. With the default camera the share passes 0.2 within some 35 frames, and then stays
 //! six standard deviations above.
 //!
