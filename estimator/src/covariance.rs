@@ -55,6 +55,12 @@ impl<T: Real> AngleRateCovariance<T> {
         self.d2
     }
 
+    /// `row P^-1`, by the factors; infinite where a combination of the states is known exactly.
+    pub(crate) fn divide(&self, [angle, rate]: [T; 2]) -> [T; 2] {
+        let of_angle = (angle - self.u * rate) / self.d1;
+        [of_angle, rate / self.d2 - self.u * of_angle]
+    }
+
     /// Lets `dt_s` pass while the rate wanders as white noise of intensity `noise_rad2_s3`, not negative.
     ///
     /// The wandering's own covariance `q [dt^3/3 dt^2/2; dt^2/2 dt]` has the factors `u = dt/2`, `d = (q dt^3/12, q dt)`, and two factorised

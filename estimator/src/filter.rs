@@ -10,7 +10,8 @@ use crate::measurement::{CameraFrame, LdvSample};
 
 /// Angle and rate of the rotor from camera and vibrometer.
 pub trait AngleFilter<T: Real> {
-    /// The drive that is really applied from `at` on: not the command, where an amplifier is absent or limits it.
+    /// The drive that is really applied from `at` on: not the command, where an amplifier is absent or limits it. To be told at every tick, changed or
+    /// not: this is the clock by which the filter judges the times of measurements.
     fn drive(&mut self, at: Time, command: DriveCommand);
 
     /// Takes a vibrometer sample in; what became of it, where it was used as a measurement of the filter's states.
@@ -20,11 +21,18 @@ pub trait AngleFilter<T: Real> {
 
     /// Takes a camera frame in: at its time of exposure, however late it arrives.
     ///
-    /// A frame no newer than the last one used changes nothing.
+    /// One that was overtaken is fused in its place among the last [`crate::FRAMES_KEPT`]; what is older, comes twice or is from the future is refused.
     fn update_camera(&mut self, frame: &CameraFrame) -> Innovation<T>;
 
     /// Angle and rate at `now`; `None` before the first frame. Asked for a time before the last frame used, it answers for that frame's.
     fn estimate(&self, now: Time) -> Option<Estimate<T>>;
+
+    /// Angle and rate at an earlier instant, from the frames before and after it; `None` before the oldest of the [`crate::FRAMES_KEPT`] that are kept, and
+    /// from a filter that cannot. After the last frame used it is the estimate.
+    fn smoothed(&self, at: Time) -> Option<Estimate<T>> {
+        let _ = at;
+        None
+    }
 
     /// Whether the estimate at `now` may be used.
     fn health(&self, now: Time) -> Health;
@@ -56,7 +64,7 @@ pub enum Health {
     Good,
     /// No frame has come yet: there is no estimate.
     Waiting,
-    /// The estimate is true to its variances, which are larger than they need be.
+    /// The estimate may be used, but is worse than it should be, or its variances are less to be trusted.
     Degraded(Reason),
     /// The estimate is not to be used.
     Unusable(Reason),
@@ -65,8 +73,16 @@ pub enum Health {
 /// What is wrong.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Reason {
-    /// No vibrometer sample has come for a millisecond.
+    /// No vibrometer sample that could be used has come for a millisecond.
     VibrometerSilent,
+    /// The vibrometer shows a rotor that is pulled down and never pushed up: its sign is wrong, and no impact is taken from it.
+    VibrometerInverted,
+    /// No frame has come for two and a half of the usual intervals.
+    CameraSilent,
+    /// The camera delivers the same picture for ever: its frames are not used.
+    CameraStuck,
+    /// The frames scatter twice as much as is assumed, or more: the variances are too small.
+    NoiseMismatch,
     /// The last frames were refused, one after the other.
     FramesRefused,
     /// The angle's standard deviation exceeds half a degree: the camera is silent, or has only just begun.

@@ -28,23 +28,25 @@
 //!
 //! # Late frames, lost samples
 //!
-//! The impacts since the last frame used are kept, up to [`IMPACTS_KEPT_MAX`]. A frame is fused at its exposure, through the impacts before it, and the estimate
-//! goes on from there through those after it. One impact more than fits moves the track to the oldest, and frames exposed before that come too late.
+//! The impacts since the oldest frame kept are kept, up to [`IMPACTS_KEPT_MAX`]. A frame is fused at its exposure, through the impacts before it, and the estimate
+//! goes on from there through those after it. One impact more than fits gives up the frames before the oldest, and moves the track there if need be: what was
+//! exposed before that comes too late.
 //! Where no sample has come for [`crate::ImpactDetectorTuning::gap_nanos`], the rate wanders as in [`crate::ConstantRate`].
 
 use heapless::Deque;
 use motor_model::{DriveCommand, DriveMode, MotorParams, Parameter, Real, Time, math};
 
 use crate::constant_rate::ConstantRateTuning;
-use crate::filter::{AngleFilter, Estimate, Health};
+use crate::filter::{AngleFilter, Estimate, Health, Reason};
 use crate::impact_detector::{Heard, ImpactDetector, ImpactDetectorTuning};
 use crate::innovation::Innovation;
 use crate::measurement::{CameraFrame, LdvSample};
 use crate::motion::{Motion, MotionWatch};
-use crate::track::{Process, Track, Tracker};
+use crate::track::{Process, State};
+use crate::tracker::{Moment, Tracker};
 
-/// Most impacts kept between two frames used: three frames of one impact every vibrometer sample.
-pub const IMPACTS_KEPT_MAX: usize = 64;
+/// Most impacts kept: 4.5 ms of the wildest motion, mode B at a fifth of its amplitude, with 28 impacts a ms.
+pub const IMPACTS_KEPT_MAX: usize = 128;
 
 /// What the filter assumes of motor and sensors.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -100,14 +102,14 @@ struct Kick<T> {
 }
 
 impl<T: Real> Kick<T> {
-    fn apply(&self, track: &mut Track<T>) {
-        let surplus = self.towards_rad_s - track.rate_rad_s;
-        track.rate_rad_s += surplus.clamp_magnitude(self.reach_rad_s);
-        track.covariance.widen_rate(self.variance_rad2_s2);
+    fn apply(&self, state: &mut State<T>) {
+        let surplus = self.towards_rad_s - state.rate_rad_s;
+        state.rate_rad_s += surplus.clamp_magnitude(self.reach_rad_s);
+        state.covariance.widen_rate(self.variance_rad2_s2);
     }
 }
 
-/// The kicks since the last frame used, in the order of time.
+/// The kicks since the oldest frame kept, in the order of time.
 type Kicks<T> = Deque<Kick<T>, IMPACTS_KEPT_MAX>;
 
 /// The rate jumps when the rotor is struck.
@@ -122,26 +124,28 @@ struct Kicked<'a, T> {
 impl<T: Real> Kicked<'_, T> {
     /// From one impact to the next.
     #[inline]
-    fn fly(&self, track: &Track<T>, until: Time) -> Track<T> {
-        let wander = self.tuning.constant_rate.wander.intensity_rad2_s3(self.motion, track.resting);
-        if self.motion == Motion::Quiet {
-            return track.wandered(until, wander);
+    fn fly(&self, state: &mut State<T>, resting: bool, until: Time) {
+        let wander = self.tuning.constant_rate.wander.intensity_rad2_s3(self.motion, resting);
+        if self.motion != Motion::Quiet {
+            state.wander(until.min(self.heard_until), self.tuning.missed_rad2_s3);
         }
-        let heard = track.wandered(until.min(self.heard_until), self.tuning.missed_rad2_s3);
-        heard.wandered(until, wander)
+        state.wander(until, wander);
     }
 }
 
 impl<T: Real> Process<T> for Kicked<'_, T> {
-    fn carry(&self, track: &Track<T>, until: Time) -> Track<T> {
-        let mut ahead = *track;
-        if !(track.resting && self.motion == Motion::Quiet) {
-            for kick in self.kicks.iter().take_while(|kick| kick.at <= until) {
-                ahead = self.fly(&ahead, kick.at);
-                kick.apply(&mut ahead);
+    fn carry(&self, state: &mut State<T>, resting: bool, until: Time) {
+        if !(resting && self.motion == Motion::Quiet) {
+            let from = state.at;
+            // Most are older than the track: counted from the newest.
+            let newer = self.kicks.iter().rev().take_while(|kick| kick.at > from).count();
+            for index in self.kicks.len() - newer..self.kicks.len() {
+                let Some(kick) = self.kicks.get(index).filter(|kick| kick.at <= until) else { break };
+                self.fly(state, resting, kick.at);
+                kick.apply(state);
             }
         }
-        self.fly(&ahead, until)
+        self.fly(state, resting, until);
     }
 }
 
@@ -154,8 +158,6 @@ pub struct ImpactAided<T> {
     tracker: Tracker<T>,
     kicks: Kicks<T>,
     drive: DriveCommand,
-    /// When the filter was last told anything: what is known of the motion is known as of then.
-    told_at: Time,
 }
 
 impl<T: Real> ImpactAided<T> {
@@ -168,7 +170,6 @@ impl<T: Real> ImpactAided<T> {
             tracker: Tracker::new(tuning.constant_rate.track),
             kicks: Deque::new(),
             drive: DriveCommand::OFF,
-            told_at: Time::ZERO,
         }
     }
 
@@ -181,8 +182,10 @@ impl<T: Real> ImpactAided<T> {
         }
     }
 
+    /// Until when impacts would have been heard: never, by a vibrometer whose sign is wrong.
     fn heard_until(&self) -> Time {
-        self.detector.newest().map_or(Time::ZERO, |newest| newest.plus_nanos(self.tuning.detector.gap_nanos))
+        let newest = self.detector.newest().filter(|_| !self.detector.inverted());
+        newest.map_or(Time::ZERO, |newest| newest.plus_nanos(self.tuning.detector.gap_nanos))
     }
 
     /// The kick of an impact heard at `at`.
@@ -210,7 +213,7 @@ impl<T: Real> ImpactAided<T> {
     /// Keeps a kick. One that becomes known only after its frame has been fused acts right after it.
     fn keep(&mut self, mut kick: Kick<T>) {
         let Some(track) = self.tracker.track() else { return };
-        kick.at = kick.at.max(track.at.plus_nanos(1));
+        kick.at = kick.at.max(track.state.at.plus_nanos(1));
         if let Some(oldest) = self.kicks.front().map(|kick| kick.at)
             && self.kicks.is_full()
         {
@@ -218,19 +221,19 @@ impl<T: Real> ImpactAided<T> {
             let process = Kicked {
                 tuning: &self.tuning,
                 kicks: &self.kicks,
-                motion: self.watch.motion(self.told_at),
+                motion: self.watch.motion(self.watch.clock()),
                 heard_until: self.heard_until(),
             };
-            self.tracker.advance(oldest, &process);
+            self.tracker.shorten(oldest, &process);
             self.forget();
         }
         // Cannot be full any more.
         let _ = self.kicks.push_back(kick);
     }
 
-    /// Drops the kicks that the track is past.
+    /// Drops the kicks that no frame can go back to.
     fn forget(&mut self) {
-        let Some(at) = self.tracker.track().map(|track| track.at) else { return };
+        let Some(at) = self.tracker.horizon() else { return };
         while self.kicks.front().is_some_and(|kick| kick.at <= at) {
             self.kicks.pop_front();
         }
@@ -239,18 +242,25 @@ impl<T: Real> ImpactAided<T> {
 
 impl<T: Real> AngleFilter<T> for ImpactAided<T> {
     fn drive(&mut self, at: Time, command: DriveCommand) {
-        self.told_at = self.told_at.max(at);
         self.drive = command;
-        self.watch.drive(command);
+        self.watch.drive(at, command);
     }
 
     fn update_ldv(&mut self, sample: &LdvSample) -> Option<Innovation<T>> {
-        self.watch.observe(sample);
+        if !self.watch.observe(sample) {
+            return None;
+        }
+        if self.detector.newest().is_some_and(|newest| sample.taken_at <= newest) {
+            // The watch hears the vibrometer anew: what came before bore wrong times.
+            self.detector = ImpactDetector::new(self.tuning.detector);
+            while self.kicks.pop_back_if(|kick| kick.at >= sample.taken_at).is_some() {}
+        }
         match self.detector.observe(sample) {
-            Heard::Nothing => return None,
-            Heard::Flight => (),
+            Heard::Nothing | Heard::Flight => (),
             Heard::Impact { before_m_s, jump_m_s } => {
-                self.keep(self.kick(sample.taken_at, before_m_s, jump_m_s));
+                if !self.detector.inverted() {
+                    self.keep(self.kick(sample.taken_at, before_m_s, jump_m_s));
+                }
             }
             Heard::Gap(seconds) => {
                 let motion = self.watch.motion(sample.taken_at);
@@ -263,16 +273,16 @@ impl<T: Real> AngleFilter<T> for ImpactAided<T> {
                 });
             }
         }
-        self.told_at = self.told_at.max(sample.taken_at);
         None
     }
 
     fn update_camera(&mut self, frame: &CameraFrame) -> Innovation<T> {
-        self.told_at = self.told_at.max(frame.exposed_at);
-        let motion = self.watch.motion(self.told_at);
+        let clock = self.watch.clock();
+        let motion = self.watch.motion(clock.max(frame.exposed_at));
         let process =
             Kicked { tuning: &self.tuning, kicks: &self.kicks, motion, heard_until: self.heard_until() };
-        let innovation = self.tracker.update(frame, motion == Motion::Quiet, &process);
+        let moment = Moment { clock, quiet: motion == Motion::Quiet };
+        let innovation = self.tracker.update(frame, moment, &process);
         self.forget();
         innovation
     }
@@ -281,8 +291,14 @@ impl<T: Real> AngleFilter<T> for ImpactAided<T> {
         self.tracker.estimate(now, &self.process(now))
     }
 
+    fn smoothed(&self, at: Time) -> Option<Estimate<T>> {
+        self.tracker.smoothed(at, &self.process(self.watch.clock().max(at)))
+    }
+
     fn health(&self, now: Time) -> Health {
-        self.tracker.health(now, self.watch.silent(now), &self.process(now))
+        let silent = self.watch.silent(now).then_some(Reason::VibrometerSilent);
+        let inverted = self.detector.inverted().then_some(Reason::VibrometerInverted);
+        self.tracker.health(now, silent.or(inverted), &self.process(now))
     }
 }
 

@@ -21,6 +21,10 @@
 //!
 //! A sample too far *below* its prediction is no impact, since nothing pulls the rotor down: it is left out, and flight is estimated anew from the second one
 //! in a row. (Anew from the first, the sample after a low one would look like a jump, and add a sixth to the false alarms at k = 3.)
+//!
+//! A vibrometer whose sign is wrong shows every impact as a fall. The sum of the jumps' squares, falls counted negative and kept within 0.01 m^2/s^2 of
+//! zero, tells ([`ImpactDetector::inverted`]): a dozen impacts of mode B turn it, and the small jumps up by which gravity then seems reversed
+//! weigh nothing.
 
 use motor_model::{MotorParams, Parameter, Real, Time};
 
@@ -91,9 +95,14 @@ pub struct ImpactDetector<T> {
     spread: T,
     /// Whether the last sample was too far below its prediction.
     below: bool,
+    /// Sum of the jumps' squares in m^2/s^2, falls counted negative; within [`Self::SIGN_M2_S2`] of zero.
+    upward_m2_s2: T,
 }
 
 impl<T: Real> ImpactDetector<T> {
+    /// Sum of squares that settles the sign in m^2/s^2: 16 jumps of 25 mm/s.
+    const SIGN_M2_S2: f64 = 0.01;
+
     /// A detector that has heard nothing.
     pub fn new(tuning: ImpactDetectorTuning<T>) -> Self {
         Self {
@@ -103,7 +112,19 @@ impl<T: Real> ImpactDetector<T> {
             samples: T::one(),
             spread: T::one(),
             below: false,
+            upward_m2_s2: T::from_f64(Self::SIGN_M2_S2),
         }
+    }
+
+    /// Whether the rotor seems to be pulled down and never pushed up: the vibrometer's sign is wrong.
+    pub fn inverted(&self) -> bool {
+        self.upward_m2_s2 < T::zero()
+    }
+
+    #[inline]
+    fn note_jump(&mut self, square_m2_s2: T) {
+        let sum_m2_s2 = self.upward_m2_s2 + square_m2_s2;
+        self.upward_m2_s2 = sum_m2_s2.clamp_magnitude(T::from_f64(Self::SIGN_M2_S2));
     }
 
     /// When the newest sample was taken.
@@ -138,11 +159,13 @@ impl<T: Real> ImpactDetector<T> {
         if surplus * surplus > limit * limit * (T::one() + self.spread) {
             let (before_m_s, again) = (self.velocity_m_s, self.below);
             if surplus > T::zero() {
+                self.note_jump(surplus * surplus);
                 self.begin_at(velocity);
                 return Heard::Impact { before_m_s, jump_m_s: surplus };
             }
             self.below = true;
             if again {
+                self.note_jump(-surplus * surplus);
                 self.begin_at(velocity);
             }
             return Heard::Flight;

@@ -12,12 +12,18 @@ pub enum Source {
 /// Why a measurement was not used.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Rejection {
-    /// Taken no later than the last one used.
-    NotNewer,
+    /// From before the oldest measurement that is kept: too late.
+    OutOfHorizon,
+    /// One of this time has come already.
+    Duplicate,
+    /// From after the filter's own time: its clock is wrong.
+    Future,
     /// Too far from its prediction to be believed.
     Gate,
     /// At rest, the same code again without a sign of dither: it tells no more than quantisation lets it.
     Repeated,
+    /// The same code again and again of a rotor that is being struck: the camera is stuck.
+    Stuck,
 }
 
 /// What became of a measurement.
@@ -27,7 +33,7 @@ pub enum Verdict {
     Used,
     /// It began the estimate, or began it anew after too many rejections in a row.
     Restarted,
-    /// It changed nothing.
+    /// It did not correct the estimate.
     Rejected(Rejection),
 }
 

@@ -8,6 +8,7 @@
 //! - [`AngleFilter`]: what every filter does. [`ConstantRate`]: angle and rate from the camera alone. [`ImpactAided`]: the same two states, kicked where
 //!   the vibrometer hears an impact. Their covariance is kept factorised in [`AngleRateCovariance`]; gate, new start and rest are one code for both.
 //! - [`UdCovariance`]: the numerical core, for any small number of states (below).
+//! - [`AngleFilter::smoothed`]: the same after the fact, from the frames since as well.
 //! - [`Innovation`]: what became of a measurement, used or not, and why.
 //! - [`Estimate`]: angle and rate at an instant, with their variances. [`Health`]: whether it may be used.
 //!
@@ -88,8 +89,12 @@ mod innovation;
 mod measurement;
 mod motion;
 mod rest;
+mod smoother;
 mod track;
+mod tracker;
 mod transition;
+#[cfg(test)]
+mod yardstick;
 
 pub use constant_rate::{ConstantRate, ConstantRateTuning, WanderTuning};
 pub use covariance::AngleRateCovariance;
@@ -102,4 +107,5 @@ pub use measurement::{CameraFrame, LdvSample};
 pub use motion::{Motion, MotionWatch};
 pub use rest::{RestDetector, RestTuning};
 pub use track::TrackTuning;
+pub use tracker::{FRAMES_KEPT, STUCK_FRAMES};
 pub use transition::{Blocks2, Dense, Transition, UpperTriangular};

@@ -5,7 +5,7 @@ use motor_model::{Angle, Time};
 /// One camera frame, reduced to the angle of the tracked feature.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct CameraFrame {
-    /// When the frame was exposed; it arrives later.
+    /// The middle of the frame's exposure; it arrives later.
     pub exposed_at: Time,
     /// Angle within the turn; whole turns are not seen.
     pub angle: Angle,

@@ -1,9 +1,17 @@
 //! What is known of the rotor's motion beside the camera: the drive, and what the vibrometer hears.
+//!
+//! # Which samples are heard
+//!
+//! A vibrometer that has lost its light, or whose range is exceeded, may say nothing of it and deliver zeros or the same value again and again. Noise of 0.2 mm/s makes two
+//! equal neighbours in `f32` one in 10^5, and an exact zero rarer still, so neither is heard: a lost sample costs nothing, a dead vibrometer is silent.
+//! A sample from more than a millisecond after the clock bears a wrong time and is not heard. Neither is one no newer than the last - unless
+//! [`MotionWatch::OLD_SAMPLES_MAX`] of those come in a row: then it was the last that was wrong, and the vibrometer is heard anew.
 
 use motor_model::{DriveCommand, DriveMode, Real, Time};
 
 use crate::measurement::LdvSample;
 use crate::rest::{RestDetector, RestTuning};
+use crate::tracker::CLOCK_TOLERANCE_NANOS;
 
 /// What moves the rotor.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -14,40 +22,88 @@ pub enum Motion {
     Quiet,
 }
 
-/// Tells the motion from the drive really applied and the vibrometer's samples.
+/// Tells the motion from the drive really applied and the vibrometer's samples, and keeps the clock.
 #[derive(Clone, Copy, Debug)]
 pub struct MotionWatch<T> {
     rest: RestDetector<T>,
     applied: DriveCommand,
     struck_by: DriveMode,
+    clock: Time,
+    /// The last sample that was heard.
+    newest: Option<Time>,
+    /// The last value that came, heard or not.
+    shown_m_s: f32,
+    /// Samples in a row no newer than that.
+    old_samples: u8,
 }
 
 impl<T: Real> MotionWatch<T> {
+    /// After so many samples in a row that are no newer than the last one heard the vibrometer is heard anew: 1 ms at 200 kHz.
+    pub const OLD_SAMPLES_MAX: u8 = 200;
+
     /// A watch that has seen nothing: until the rotor is seen to be quiet it may be moving in the wilder mode, B.
     pub fn new(tuning: &RestTuning<T>) -> Self {
-        Self { rest: RestDetector::new(tuning), applied: DriveCommand::OFF, struck_by: DriveMode::B }
+        Self {
+            rest: RestDetector::new(tuning),
+            applied: DriveCommand::OFF,
+            struck_by: DriveMode::B,
+            clock: Time::ZERO,
+            newest: None,
+            shown_m_s: 0.0,
+            old_samples: 0,
+        }
     }
 
-    /// The drive that is really applied from now on.
+    /// The drive that is really applied from `at` on.
     #[inline]
-    pub fn drive(&mut self, command: DriveCommand) {
+    pub fn drive(&mut self, at: Time, command: DriveCommand) {
+        self.clock = self.clock.max(at);
         self.applied = command;
         self.struck_by = command.mode().unwrap_or(self.struck_by);
     }
 
-    /// Takes a sample in; whether it was used, see [`RestDetector::observe`].
+    /// The latest time that drive or vibrometer have told.
+    #[inline]
+    pub fn clock(&self) -> Time {
+        self.clock
+    }
+
+    /// Takes a sample in; whether it was heard.
     #[inline]
     pub fn observe(&mut self, sample: &LdvSample) -> bool {
-        self.rest.observe(sample)
+        let value = sample.velocity_m_s;
+        let lifeless = value.to_bits() == self.shown_m_s.to_bits() || value.to_bits() << 1 == 0;
+        self.shown_m_s = value;
+        if lifeless || self.mistimed(sample.taken_at) || !self.rest.observe(sample) {
+            return false;
+        }
+        self.old_samples = 0;
+        self.newest = Some(sample.taken_at);
+        self.clock = self.clock.max(sample.taken_at);
+        true
+    }
+
+    /// Whether a sample of this time is not to be heard.
+    #[inline]
+    fn mistimed(&mut self, taken_at: Time) -> bool {
+        let Some(newest) = self.newest else { return false };
+        if taken_at <= newest {
+            self.old_samples += 1;
+            if self.old_samples < Self::OLD_SAMPLES_MAX {
+                return true;
+            }
+            self.rest.begin_anew();
+        }
+        taken_at > self.clock.plus_nanos(CLOCK_TOLERANCE_NANOS) && self.clock > newest
     }
 
     /// The motion at `now`: that of the drive that is on, otherwise what the vibrometer hears.
     #[inline]
     pub fn motion(&self, now: Time) -> Motion {
-        match (self.applied.mode(), self.rest.quiet_since(now)) {
-            (Some(mode), _) => Motion::Struck(mode),
-            (None, Some(_)) => Motion::Quiet,
-            (None, None) => Motion::Struck(self.struck_by),
+        match self.applied.mode() {
+            Some(mode) => Motion::Struck(mode),
+            None if self.rest.quiet_since(now).is_some() => Motion::Quiet,
+            None => Motion::Struck(self.struck_by),
         }
     }
 

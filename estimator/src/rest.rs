@@ -80,11 +80,17 @@ impl<T: Real> RestDetector<T> {
         if self.silent(now) { None } else { self.quiet_since }
     }
 
-    /// Whether no sample has come for 1 ms before `now`.
+    /// Whether no sample has come for 1 ms before `now`. One from more than that after `now` bears a wrong time and is none.
     #[inline]
     pub fn silent(&self, now: Time) -> bool {
         const SILENCE_NANOS: u64 = 1_000_000;
-        self.newest.is_none_or(|newest| now.nanos_since(newest) > SILENCE_NANOS)
+        !self.newest.is_some_and(|newest| newest.is_within(SILENCE_NANOS, now))
+    }
+
+    /// Hears the next sample whatever its time.
+    pub fn begin_anew(&mut self) {
+        self.newest = None;
+        self.quiet_since = None;
     }
 }
 

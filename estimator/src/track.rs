@@ -4,8 +4,14 @@
 //! camera = angle + noise of variance R = sigma^2 + Delta^2 / 12      sigma: tracking noise, Delta: step of the quantisation
 //! ```
 //!
-//! A filter brings its own [`Process`]: how angle, rate and covariance go on between frames. Everything else is here, once: frames no newer than the last
-//! one used, the gate, the new start after sustained refusal or when the turn is lost, rest.
+//! A filter brings its own [`Process`]: how angle, rate and covariance go on between frames. What a frame does to them is here; which frames are
+//! let in, and in which order, is the [`crate::tracker`]'s.
+//!
+//! # Exposure
+//!
+//! A frame shows the mean angle over its exposure T, which of a steady rate is the angle at the middle: the time that a frame bears, and at which it is
+//! fused. A rate that wanders with intensity q makes the mean differ from the middle by the variance `q T^3 / 320`, 1e-11 rad^2 at the most that occurs here (q =
+//! 3000, T = 100 us): a ten-thousandth of R, so nothing is added for it.
 //!
 //! # Rest and quantisation
 //!
@@ -13,7 +19,7 @@
 //! quantisation: with noise sigma the mean code is off by up to `(Delta / pi) exp(-2 pi^2 sigma^2 / Delta^2)`, 0.07 milli-degrees at the default
 //! camera's `sigma = Delta / 2`, and by up to `Delta / 2`, 15 milli-degrees, without noise. Whether there is dither shows: with `sigma = Delta / 2` the code changes
 //! from frame to frame with probability 0.46 to 0.53, wherever in its cell the rotor lies. So at rest the share of changes is followed (over 64
-//! frames, from 0). While it is below 0.2 a code that only repeats itself is refused ([`Rejection::Repeated`]) as soon as the angle is known to
+//! frames, from 0). While it is below 0.2 a code that only repeats itself is refused ([`crate::Rejection::Repeated`]) as soon as the angle is known to
 //! `Delta^2 / 12`, the variance of a uniform error within the cell. With the default camera the share passes 0.2 within some 35 frames, and then stays
 //! six standard deviations above.
 //!
@@ -22,14 +28,13 @@
 use motor_model::{Angle, AngleAccumulator, Real, Time};
 
 use crate::covariance::AngleRateCovariance;
-use crate::filter::{Estimate, Health, Reason};
-use crate::innovation::{Innovation, Rejection, Source, Verdict};
 use crate::measurement::CameraFrame;
 
 /// The camera, the gate and rest.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TrackTuning<T> {
-    /// Variance of a frame's angle in rad^2, quantisation included.
+    /// Variance of a frame's angle in rad^2, quantisation included. What is not positive and finite is no variance: the default's is used then, and
+    /// one below that of an angle's own resolution is raised to it ([`TrackTuning::sound`]).
     pub camera_rad2: T,
     /// The quantisation's part of it, in rad^2: step squared over 12.
     pub quantisation_rad2: T,
@@ -42,8 +47,8 @@ pub struct TrackTuning<T> {
     pub resting_frames: u8,
     /// A frame is refused when its innovation squared exceeds this many times its variance.
     pub gate: T,
-    /// Variance added to the rate, once, when a struck rotor's frame is refused, in rad^2/s^2: as a rule it was no bad frame, but a burst of impacts
-    /// as the rotor lands, which changes the rate by more than ten rad/s in a fraction of a millisecond.
+    /// Variance of a kick that the rate is allowed when a second frame in a row is beyond the gate, in rad^2/s^2: as a rule the first was no bad frame,
+    /// but a burst of impacts as the rotor lands, which changes the rate by more than ten rad/s in a fraction of a millisecond.
     pub kick_rad2_s2: T,
     /// After this many refusals in a row the estimate begins anew.
     pub refusals_max: u8,
@@ -65,233 +70,172 @@ impl<T: Real> Default for TrackTuning<T> {
     }
 }
 
-/// How a track goes on between frames.
-pub(crate) trait Process<T> {
-    /// `track` carried forward to `until`; as it is if `until` is not later.
-    fn carry(&self, track: &Track<T>, until: Time) -> Track<T>;
+impl<T: Real> TrackTuning<T> {
+    /// Variance of an angle rounded to units of 2^-32 turn, in rad^2: no frame is better.
+    const FLOOR_RAD2: f64 = 1.8e-19;
+
+    /// The same with a camera variance that is one.
+    #[must_use]
+    pub fn sound(mut self) -> Self {
+        let finite = self.camera_rad2 * T::zero() == T::zero();
+        if !(finite && self.camera_rad2 > T::zero()) {
+            self.camera_rad2 = Self::default().camera_rad2;
+        }
+        let floor = T::from_f64(Self::FLOOR_RAD2);
+        if self.camera_rad2 < floor {
+            self.camera_rad2 = floor;
+        }
+        self
+    }
 }
 
-/// What is known of the rotor at an instant.
+/// How angle and rate go on between frames.
+pub(crate) trait Process<T> {
+    /// Carries `state` forward to `until`, if that is later; `resting` is whether the rotor lies still.
+    fn carry(&self, state: &mut State<T>, resting: bool, until: Time);
+}
+
+/// Angle and rate at an instant.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Track<T> {
+pub(crate) struct State<T> {
     pub(crate) at: Time,
     pub(crate) angle: AngleAccumulator<T>,
     pub(crate) rate_rad_s: T,
     pub(crate) covariance: AngleRateCovariance<T>,
-    /// Frames for which the rotor has been quiet and slow, without a break.
-    still_frames: u8,
-    pub(crate) resting: bool,
+}
+
+impl<T: Real> State<T> {
+    /// Carries it forward to `until` while the rate wanders with intensity `noise_rad2_s3`; leaves it as it is if `until` is not later.
+    #[inline]
+    pub(crate) fn wander(&mut self, until: Time, noise_rad2_s3: T) {
+        let dt_s: T = until.seconds_since(self.at);
+        self.at = self.at.max(until);
+        self.angle.turn_by_radians(self.rate_rad_s * dt_s);
+        self.covariance.predict(dt_s, noise_rad2_s3);
+    }
+}
+
+/// What is known of the rotor after a frame.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Track<T> {
+    pub(crate) state: State<T>,
     /// The last frame's angle.
     code: Angle,
     /// Share of frames at rest whose code differs from the one before.
     changing: T,
+    /// Running mean of the normalised innovations squared, each at most the gate: 1 if the camera is as good as is believed.
+    pub(crate) nis: T,
+    /// Frames refused since one was used.
+    pub(crate) refusals: u8,
+    /// Frames in a row that brought the code of the last frame used.
+    pub(crate) same_codes: u8,
+    /// Frames for which the rotor has been quiet and slow, without a break.
+    still_frames: u8,
+    pub(crate) resting: bool,
+    /// Whether a kick was allowed for on the way to the last frame.
+    pub(crate) kicked: bool,
 }
 
 impl<T: Real> Track<T> {
-    /// The track carried forward to `until` while the rate wanders with intensity `noise_rad2_s3`; as it is if `until` is not later.
-    #[inline]
-    pub(crate) fn wandered(&self, until: Time, noise_rad2_s3: T) -> Self {
-        let mut ahead = *self;
-        let dt_s: T = until.seconds_since(self.at);
-        ahead.at = if until > self.at { until } else { self.at };
-        ahead.angle.turn_by_radians(self.rate_rad_s * dt_s);
-        ahead.covariance.predict(dt_s, noise_rad2_s3);
-        ahead
+    /// Largest rate that a start has to allow for, one standard deviation, in rad/s.
+    const START_RATE_RAD_S: f64 = 20.0;
+
+    /// Frames over which the normalised innovations are averaged.
+    const NIS_FRAMES: f64 = 64.0;
+
+    /// A track that begins at `frame`, in the turn that brings it nearest to `near`.
+    pub(crate) fn begun(frame: &CameraFrame, near: Angle, tuning: &TrackTuning<T>) -> Self {
+        let rate = T::from_f64(Self::START_RATE_RAD_S);
+        Self {
+            state: State {
+                at: frame.exposed_at,
+                angle: AngleAccumulator::at(near.plus(frame.angle.minus(near).wrapped())),
+                rate_rad_s: T::zero(),
+                covariance: AngleRateCovariance::diagonal(tuning.camera_rad2, rate * rate),
+            },
+            code: frame.angle,
+            changing: T::zero(),
+            nis: T::one(),
+            refusals: 0,
+            same_codes: 0,
+            still_frames: 0,
+            resting: false,
+            kicked: false,
+        }
     }
 
-    /// Whether a frame would only repeat, undithered, what is known as well as quantisation allows.
-    fn repeats(&self, frame: &CameraFrame, tuning: &TrackTuning<T>) -> bool {
-        self.resting
-            && frame.angle == self.code
+    /// The same, part by part: see [`crate::tracker`].
+    #[inline]
+    pub(crate) fn copied(&self) -> Self {
+        let State { at, angle, rate_rad_s, covariance } = self.state;
+        Self {
+            state: State { at, angle, rate_rad_s, covariance },
+            code: self.code,
+            changing: self.changing,
+            nis: self.nis,
+            refusals: self.refusals,
+            same_codes: self.same_codes,
+            still_frames: self.still_frames,
+            resting: self.resting,
+            kicked: self.kicked,
+        }
+    }
+
+    /// Whether a frame brings the code of the last one used; counts how often in a row.
+    #[inline]
+    pub(crate) fn same_code(&mut self, frame: &CameraFrame) -> bool {
+        let same = frame.angle == self.code;
+        self.same_codes = if same { self.same_codes.saturating_add(1) } else { 0 };
+        same
+    }
+
+    /// Follows the normalised innovation squared, `innovation_rad2 / variance_rad2`, at most `gate`.
+    #[inline]
+    pub(crate) fn watch_noise(&mut self, normalised: T) {
+        self.nis += (normalised - self.nis) * T::from_f64(1.0 / Self::NIS_FRAMES);
+    }
+
+    /// Whether a frame with the `same` code would only repeat, undithered, what is known as well as quantisation allows.
+    #[inline]
+    pub(crate) fn repeats(&self, same: bool, tuning: &TrackTuning<T>) -> bool {
+        same && self.resting
             && self.changing < T::from_f64(0.2)
-            && self.covariance.angle_rad2() <= tuning.quantisation_rad2
+            && self.state.covariance.angle_rad2() <= tuning.quantisation_rad2
     }
 
     /// Follows the share of frames at rest that bring a new code.
-    fn watch_code(&mut self, frame: &CameraFrame) {
-        let changed = if frame.angle == self.code { T::zero() } else { T::one() };
+    #[inline]
+    pub(crate) fn watch_code(&mut self, frame: &CameraFrame, same: bool) {
         self.code = frame.angle;
         self.changing = if self.resting {
+            let changed = if same { T::zero() } else { T::one() };
             self.changing + (changed - self.changing) * T::from_f64(1.0 / 64.0)
         } else {
             T::zero()
         };
     }
 
-    fn correct(&mut self, innovation_rad: T, quiet: bool, tuning: &TrackTuning<T>) {
-        let gain = self.covariance.update_angle(tuning.camera_rad2);
-        self.angle.turn_by_radians(gain.angle * innovation_rad);
-        self.rate_rad_s += gain.rate * innovation_rad;
-        let still = quiet && self.rate_rad_s.abs() < tuning.resting_rate_rad_s;
+    /// Takes in a frame that is `innovation_rad` off its prediction.
+    #[inline]
+    pub(crate) fn correct(&mut self, innovation_rad: T, quiet: bool, tuning: &TrackTuning<T>) {
+        let State { angle, rate_rad_s, covariance, .. } = &mut self.state;
+        let gain = covariance.update_angle(tuning.camera_rad2);
+        angle.turn_by_radians(gain.angle * innovation_rad);
+        *rate_rad_s += gain.rate * innovation_rad;
+        let still = quiet && rate_rad_s.abs() < tuning.resting_rate_rad_s;
         self.still_frames = if still { self.still_frames.saturating_add(1) } else { 0 };
         self.resting = self.still_frames >= tuning.resting_frames;
     }
 
     /// Tells the filter that a rotor at rest does not turn.
-    fn stand_still(&mut self, tuning: &TrackTuning<T>) {
-        if self.resting {
-            let surplus = -self.rate_rad_s;
-            let gain = self.covariance.update_rate(tuning.zero_rate_rad2_s2);
-            self.angle.turn_by_radians(gain.angle * surplus);
-            self.rate_rad_s += gain.rate * surplus;
-        }
-    }
-}
-
-/// The track once a frame has come, and the frames refused since one was used.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Tracker<T> {
-    tuning: TrackTuning<T>,
-    track: Option<Track<T>>,
-    refusals: u8,
-}
-
-impl<T: Real> Tracker<T> {
-    /// Largest rate that a start has to allow for, one standard deviation, in rad/s.
-    const START_RATE_RAD_S: f64 = 20.0;
-
-    /// Predicted angle variance in rad^2 beyond which the turn is lost: six standard deviations, the gate, then span it.
-    const LOST_RAD2: f64 = 0.25;
-
-    /// Angle variance in rad^2 beyond which an estimate is of no use: half a degree.
-    const UNCERTAIN_RAD2: f64 = 7.6e-5;
-
-    /// From so many refusals in a row on the estimate is of no use: a single outlier or a landing takes one or two.
-    const REFUSALS_SUSTAINED: u8 = 3;
-
-    /// A tracker that has seen nothing.
-    pub(crate) fn new(tuning: TrackTuning<T>) -> Self {
-        Self { tuning, track: None, refusals: 0 }
-    }
-
-    /// The track at the last frame used.
-    pub(crate) fn track(&self) -> Option<&Track<T>> {
-        self.track.as_ref()
-    }
-
-    /// Moves the track on without a frame.
-    pub(crate) fn advance(&mut self, until: Time, process: &impl Process<T>) {
-        self.track = self.track.as_ref().map(|track| process.carry(track, until));
-    }
-
-    /// Takes a frame in. `quiet` is whether the rotor lies on the teeth.
-    pub(crate) fn update(
-        &mut self,
-        frame: &CameraFrame,
-        quiet: bool,
-        process: &impl Process<T>,
-    ) -> Innovation<T> {
-        let Some(track) = &mut self.track else { return self.restart(frame, Angle::ZERO) };
-        if frame.exposed_at <= track.at {
-            return refused(frame, T::zero(), T::zero(), Rejection::NotNewer);
-        }
-        let predicted = process.carry(track, frame.exposed_at);
-        // Asked this way round, so that a variance that has overflowed counts as lost too.
-        let turn_known = predicted.covariance.angle_rad2() <= T::from_f64(Self::LOST_RAD2);
-        if !turn_known {
-            return self.restart(frame, predicted.angle.angle());
-        }
-        let innovation_rad: T =
-            frame.angle.minus(predicted.angle.angle()).wrapped().radians_since(Angle::ZERO);
-        let variance_rad2 = predicted.covariance.angle_innovation_rad2(self.tuning.camera_rad2);
-        if innovation_rad * innovation_rad > self.tuning.gate * variance_rad2 {
-            self.refusals = self.refusals.saturating_add(1);
-            if self.refusals == 1 && !quiet {
-                track.covariance.widen_rate(self.tuning.kick_rad2_s2);
-            }
-            if self.refusals < self.tuning.refusals_max {
-                return refused(frame, innovation_rad, variance_rad2, Rejection::Gate);
-            }
-            return self.restart(frame, predicted.angle.angle());
-        }
-        self.refusals = 0;
-        *track = predicted;
-        let repeats = quiet && track.repeats(frame, &self.tuning);
-        track.watch_code(frame);
-        if !repeats {
-            track.correct(innovation_rad, quiet, &self.tuning);
-        }
-        track.stand_still(&self.tuning);
-        if repeats {
-            return refused(frame, innovation_rad, variance_rad2, Rejection::Repeated);
-        }
-        Innovation {
-            source: Source::Camera,
-            taken_at: frame.exposed_at,
-            innovation_rad,
-            variance_rad2,
-            verdict: Verdict::Used,
-        }
-    }
-
-    /// Angle and rate carried forward to `now`; `None` before the first frame.
     #[inline]
-    pub(crate) fn estimate(&self, now: Time, process: &impl Process<T>) -> Option<Estimate<T>> {
-        let track = self.track.as_ref()?;
-        let ahead = process.carry(track, now);
-        Some(Estimate {
-            at: now,
-            angle: ahead.angle.angle(),
-            rate_rad_s: ahead.rate_rad_s,
-            angle_rad2: ahead.covariance.angle_rad2(),
-            angle_rate_rad2_s: ahead.covariance.angle_rate_rad2_s(),
-            rate_rad2_s2: ahead.covariance.rate_rad2_s2(),
-            resting: track.resting,
-        })
-    }
-
-    /// Whether the estimate at `now` may be used; `silent` is whether the vibrometer is.
-    pub(crate) fn health(&self, now: Time, silent: bool, process: &impl Process<T>) -> Health {
-        let Some(track) = &self.track else { return Health::Waiting };
-        let variance_rad2 = process.carry(track, now).covariance.angle_rad2();
-        // Asked this way round, so that a variance that has overflowed is refused too.
-        let certain = variance_rad2 <= T::from_f64(Self::UNCERTAIN_RAD2);
-        if self.refusals >= Self::REFUSALS_SUSTAINED {
-            Health::Unusable(Reason::FramesRefused)
-        } else if !certain {
-            Health::Unusable(Reason::Uncertain)
-        } else if silent {
-            Health::Degraded(Reason::VibrometerSilent)
-        } else {
-            Health::Good
+    pub(crate) fn stand_still(&mut self, tuning: &TrackTuning<T>) {
+        if self.resting {
+            let State { angle, rate_rad_s, covariance, .. } = &mut self.state;
+            let surplus = -*rate_rad_s;
+            let gain = covariance.update_rate(tuning.zero_rate_rad2_s2);
+            angle.turn_by_radians(gain.angle * surplus);
+            *rate_rad_s += gain.rate * surplus;
         }
-    }
-
-    /// Begins at `frame`, in the turn that brings it nearest to `near`.
-    fn restart(&mut self, frame: &CameraFrame, near: Angle) -> Innovation<T> {
-        let rate = T::from_f64(Self::START_RATE_RAD_S);
-        self.track = Some(Track {
-            at: frame.exposed_at,
-            angle: AngleAccumulator::at(near.plus(frame.angle.minus(near).wrapped())),
-            rate_rad_s: T::zero(),
-            covariance: AngleRateCovariance::diagonal(self.tuning.camera_rad2, rate * rate),
-            still_frames: 0,
-            resting: false,
-            code: frame.angle,
-            changing: T::zero(),
-        });
-        self.refusals = 0;
-        Innovation {
-            source: Source::Camera,
-            taken_at: frame.exposed_at,
-            innovation_rad: T::zero(),
-            variance_rad2: T::zero(),
-            verdict: Verdict::Restarted,
-        }
-    }
-}
-
-fn refused<T: Real>(
-    frame: &CameraFrame,
-    innovation_rad: T,
-    variance_rad2: T,
-    why: Rejection,
-) -> Innovation<T> {
-    Innovation {
-        source: Source::Camera,
-        taken_at: frame.exposed_at,
-        innovation_rad,
-        variance_rad2,
-        verdict: Verdict::Rejected(why),
     }
 }

@@ -4,16 +4,20 @@
 //! look on at the same frames and samples, every tick of 10 us; every 70 us their estimates are compared with the truth ([`run`]), phase
 //! by phase ([`account`]). The scene's settings apply, those of the instruments above all.
 //!
+//! Rows named `_smoothed` are of angle and rate [`run::SMOOTHER_LAG_MS`] ago, by a filter's smoother; they have no innovations of their own.
+//!
 //! # What the figures mean
 //!
 //! | figure | meaning |
 //! |---|---|
 //! | rms, 99.9 % | of the error of the angle at the present, the camera's latency included |
-//! | ANEES | mean squared error of the angle per the variance that the filter gives: 1 if it knows itself. An estimate has no covariance of angle and rate, so this is of the angle alone (one degree of freedom); the rate's stands beside it |
+//! | ANEES | mean of `e' P^-1 e / 2` for the errors e of angle and rate and the covariance P that the filter gives: 1 if it knows itself. The angle's and the rate's own, each per its variance, stand beside it |
 //! | NIS | mean square of the camera's innovations that were used, each per its variance: 1 likewise |
 //! | whiteness | correlation of neighbouring normalised innovations: 0 in an optimal filter |
+//! | good, degraded, unusable | shares of the time in which the filter's health was that |
+//! | false valid | share of the time in which it was good and the angle wrong by more than six of the filter's standard deviations and 50 milli-degrees |
 //!
-//! Bounds are two-sided, 95 %, of chi-square: for NIS with one degree of freedom an innovation; for ANEES with one a run, since errors within a run
+//! Bounds are two-sided, 95 %, of chi-square: for NIS with one degree of freedom an innovation; for ANEES with two a run, for the angle's own with one, since errors within a run
 //! are correlated over unknown times. They are those of one instant over so many runs (Bar-Shalom, Li and Kirubarajan 2001, section 5.4), and wide for a mean
 //! over a phase.
 
@@ -67,10 +71,14 @@ pub struct Row {
     pub rms_rate_rad_s: f64,
     /// `rms_angle_mdeg` per that of the genie that knows every kick.
     pub times_genie: f64,
-    /// Mean normalised squared error of the angle.
+    /// Mean normalised squared error of angle and rate together, per degree of freedom.
     pub anees: f64,
     /// Its 95 % bounds.
     pub anees_bounds: (f64, f64),
+    /// Mean normalised squared error of the angle.
+    pub angle_anees: f64,
+    /// Its 95 % bounds.
+    pub angle_anees_bounds: (f64, f64),
     /// Mean normalised squared error of the rate.
     pub rate_anees: f64,
     /// Mean normalised squared innovation of the camera; `null` if none was used.
@@ -85,6 +93,14 @@ pub struct Row {
     pub restarts: u64,
     /// Share of the time without an estimate.
     pub missing: f64,
+    /// Share of the time in which the health was good.
+    pub good: f64,
+    /// Share of the time in which it was degraded.
+    pub degraded: f64,
+    /// Share of the time in which the estimate was not to be used.
+    pub unusable: f64,
+    /// Share of the time in which the health was good and the angle wrong.
+    pub false_valid: f64,
     /// Runs.
     pub runs: u64,
 }
@@ -169,10 +185,11 @@ impl Row {
         genie_mdeg: f64,
         runs: u64,
     ) -> Self {
-        let ([anees, rate_anees], (innovations, nis, whiteness)) =
+        let ([good, degraded, unusable], false_valid) = account.health();
+        let ([angle_anees, rate_anees, anees], (innovations, nis, whiteness)) =
             (account.normalised(), account.innovations());
         #[expect(clippy::cast_precision_loss, reason = "at most 10,000")]
-        let anees_bounds = chi_square_mean_bounds(runs as f64);
+        let runs_counted = runs as f64;
         Self {
             filter,
             drive,
@@ -182,7 +199,9 @@ impl Row {
             rms_rate_rad_s: account.rms_rate_rad_s(),
             times_genie: account.rms_angle_mdeg() / genie_mdeg,
             anees,
-            anees_bounds,
+            anees_bounds: chi_square_mean_bounds(2.0 * runs_counted),
+            angle_anees,
+            angle_anees_bounds: chi_square_mean_bounds(runs_counted),
             rate_anees,
             nis,
             nis_bounds: chi_square_mean_bounds(innovations),
@@ -190,6 +209,10 @@ impl Row {
             rejected: account.rejected(),
             restarts: account.restarts(),
             missing: account.missing(),
+            good,
+            degraded,
+            unusable,
+            false_valid,
             runs,
         }
     }

@@ -77,6 +77,10 @@ impl<T: Real> AngleFilter<T> for AnyFilter<T> {
         self.get().estimate(now)
     }
 
+    fn smoothed(&self, at: Time) -> Option<Estimate<T>> {
+        self.get().smoothed(at)
+    }
+
     fn health(&self, now: Time) -> Health {
         self.get().health(now)
     }

@@ -38,6 +38,12 @@ impl Time {
         self.0.saturating_sub(earlier.0)
     }
 
+    /// Whether this instant and `other` are at most `nanos` apart, for `nanos` below 2^63.
+    #[inline]
+    pub const fn is_within(self, nanos: u64, other: Self) -> bool {
+        self.0.wrapping_sub(other.0).wrapping_add(nanos) <= 2 * nanos
+    }
+
     /// Seconds from `earlier` to this instant, 0 if it is not earlier: exact until the rounding to `T`.
     #[inline]
     pub fn seconds_since<T: Real>(self, earlier: Self) -> T {
@@ -54,6 +60,16 @@ mod tests {
         let day = Time::from_micros(86_400_000_000);
         let dt: f32 = day.plus_nanos(10_000).seconds_since(day);
         assert!((dt - 1e-5).abs() < 1e-12);
+    }
+
+    #[test]
+    fn exact_nearness_is_the_same_either_way() {
+        let near = |a: u64, b: u64| Time::from_nanos(a).is_within(5, Time::from_nanos(b));
+        for (a, b, expected) in
+            [(0, 5, true), (0, 6, false), (9, 9, true), (0, u64::MAX - 5, false), (7, u64::MAX, false)]
+        {
+            assert_eq!((near(a, b), near(b, a)), (expected, expected), "{a} {b}");
+        }
     }
 
     #[test]

@@ -5,6 +5,7 @@
 
 mod closeness;
 mod command;
+mod fault_bench;
 mod live_teeth;
 mod oscillator;
 mod precise_filter;
@@ -40,8 +41,10 @@ mod law_rotation_sense;
 mod tool_steady_rates;
 
 mod dual_covariance;
+mod law_camera_faults;
 mod law_covariance_endurance;
 mod law_impact_aided;
+mod law_vibrometer_faults;
 
 mod tool_accuracy;
 mod tool_command_line;

@@ -70,11 +70,33 @@ fn tool_every_filter_has_every_figure_of_every_phase() {
     }
 }
 
+/// Frames from before and after an instant tell more of it than those before: a third less error at least, in motion; and no filter that hears impacts is believed while it is wrong
+/// for more than a thousandth of the time. The camera alone sees a landing a frame too late: half a hundredth.
+#[test]
+fn law_hindsight_is_better_and_health_is_true() {
+    let (_, rows) = three();
+    for drive in ["b", "c"] {
+        for (filter, smoothed, most) in [
+            ("constant_rate", "constant_rate_smoothed", 5e-3),
+            ("impact_aided", "impact_aided_smoothed", 1e-3),
+        ] {
+            let [filter_mdeg, smoothed_mdeg] = [filter, smoothed].map(|f| rms_mdeg(rows, f, drive, "steady"));
+            assert!(smoothed_mdeg < 0.67 * filter_mdeg, "{drive}: {smoothed_mdeg} {filter_mdeg}");
+            let steady = row(rows, filter, drive, "steady");
+            assert_between(number(steady, "false_valid"), 0.0, most, steady);
+            assert_between(number(steady, "good"), 0.97, 1.0, steady);
+        }
+    }
+}
+
 /// Nobody who has to infer the kicks knows the angle better than who is told them, and the better one is told, the better one knows.
 #[test]
 fn law_the_genie_is_a_bound() {
     let (_, rows) = three();
-    for of_one in rows {
+    // Those that look back are not bounded by one that does not.
+    for of_one in
+        rows.iter().filter(|row| !row["filter"].as_str().is_some_and(|name| name.ends_with("_smoothed")))
+    {
         let [drive, phase] = ["drive", "phase"].map(|field| of_one[field].as_str().expect("a word"));
         let genie = rms_mdeg(rows, "genie", drive, phase);
         assert!(genie > 0.0 && number(of_one, "rms_angle_mdeg") >= genie, "{of_one}");

@@ -84,13 +84,13 @@ fn turning(meter: &Meter<'_, impl InstructionTimer>, report: &mut impl FnMut(Cou
             black_box(update(&mut filter, &frame));
             continue;
         }
-        let mut copy = black_box(filter);
+        let mut copy = black_box(filter.clone());
         let (estimate, instructions) = meter.instructions(|| update_and_predict(&mut copy, &frame, now));
         if black_box(estimate).is_some() {
             both.add(instructions);
         }
         // A refusal widens the variance: on a copy.
-        let mut copy = black_box(filter);
+        let mut copy = black_box(filter.clone());
         let spoilt = meter.instructions(|| update(&mut copy, &outlier));
         let whole = meter.instructions(|| update(&mut filter, &frame));
         let again = meter.instructions(|| update(&mut filter, &frame));
@@ -98,8 +98,8 @@ fn turning(meter: &Meter<'_, impl InstructionTimer>, report: &mut impl FnMut(Cou
             match innovation.verdict {
                 Verdict::Used => used.add(instructions),
                 Verdict::Rejected(Rejection::Gate) => refused.add(instructions),
-                Verdict::Rejected(Rejection::NotNewer) => repeated.add(instructions),
-                Verdict::Restarted | Verdict::Rejected(Rejection::Repeated) => (),
+                Verdict::Rejected(Rejection::Duplicate) => repeated.add(instructions),
+                Verdict::Restarted | Verdict::Rejected(_) => (),
             }
         }
         let (estimate, instructions) = meter.instructions(|| predict(&filter, now));
@@ -110,6 +110,11 @@ fn turning(meter: &Meter<'_, impl InstructionTimer>, report: &mut impl FnMut(Cou
     [used, refused, repeated, predicted, both].into_iter().for_each(report);
 }
 
+/// The vibrometer's noise at sample `n` in m/s: no live one repeats itself.
+fn noise(n: u64) -> f32 {
+    if n.is_multiple_of(2) { 1e-5 } else { -1e-5 }
+}
+
 /// A rotor that lies still, dithered between two codes: the update of its rate comes on top.
 fn at_rest(meter: &Meter<'_, impl InstructionTimer>) -> Count {
     let mut filter = ConstantRate::new(&ConstantRateTuning::default());
@@ -118,7 +123,7 @@ fn at_rest(meter: &Meter<'_, impl InstructionTimer>) -> Count {
         let exposed_at = Time::from_nanos(u64::from(n) * FRAME_NANOS);
         for sample in 0..SAMPLES_PER_FRAME {
             let taken_at = exposed_at.plus_nanos(sample * LDV_NANOS);
-            filter.update_ldv(&LdvSample { taken_at, velocity_m_s: 1e-5 });
+            filter.update_ldv(&LdvSample { taken_at, velocity_m_s: noise(sample) });
         }
         let angle = Angle::from_units(TURNED_UNITS * i64::from(n % 2));
         let frame = black_box(CameraFrame { exposed_at, angle });
@@ -136,8 +141,10 @@ fn vibrometer(meter: &Meter<'_, impl InstructionTimer>) -> Count {
     let mut count = Count::of("vibrometer_sample");
     for n in 1..=LDV_SAMPLES {
         let taken_at = Time::from_nanos(u64::from(n) * LDV_NANOS);
-        let sample =
-            black_box(LdvSample { taken_at, velocity_m_s: if n < LDV_SAMPLES / 2 { 0.1 } else { 1e-5 } });
+        let sample = black_box(LdvSample {
+            taken_at,
+            velocity_m_s: if n < LDV_SAMPLES / 2 { 0.1 } else { 0.0 } + noise(u64::from(n)),
+        });
         let (_, instructions) = black_box(meter.instructions(|| listen(&mut filter, &sample)));
         count.add(instructions);
     }

@@ -67,6 +67,10 @@ impl Digest {
             Reason::VibrometerSilent => 0,
             Reason::FramesRefused => 1,
             Reason::Uncertain => 2,
+            Reason::VibrometerInverted => 3,
+            Reason::CameraSilent => 4,
+            Reason::CameraStuck => 5,
+            Reason::NoiseMismatch => 6,
         };
         self.word(match health {
             Health::Good => 0,
@@ -98,9 +102,12 @@ impl Digest {
         self.word(match verdict {
             Verdict::Used => 0,
             Verdict::Restarted => 1,
-            Verdict::Rejected(Rejection::NotNewer) => 2,
+            Verdict::Rejected(Rejection::Duplicate) => 2,
             Verdict::Rejected(Rejection::Gate) => 3,
             Verdict::Rejected(Rejection::Repeated) => 4,
+            Verdict::Rejected(Rejection::OutOfHorizon) => 5,
+            Verdict::Rejected(Rejection::Future) => 6,
+            Verdict::Rejected(Rejection::Stuck) => 7,
         });
     }
 

@@ -1,6 +1,6 @@
 //! What a filter's errors and innovations in one phase add up to.
 
-use estimator::{Estimate, Innovation, Source, Verdict};
+use estimator::{Estimate, Health, Innovation, Source, Verdict};
 use motor_model::{Angle, Real, math};
 
 /// Sums over one phase of one or more runs.
@@ -10,9 +10,12 @@ pub struct Account {
     errors_mdeg: Vec<f32>,
     square_mdeg2: f64,
     square_rad2_s2: f64,
-    /// Squared errors of angle and rate, each per its variance.
-    normalised: [f64; 2],
+    /// Squared errors of angle and rate, each per its variance, and of both together, `e' P^-1 e / 2`.
+    normalised: [f64; 3],
     missing: u64,
+    /// Samples at which the health was good, degraded, unusable; and of the good ones those that were wrong.
+    health: [u64; 3],
+    false_valid: u64,
     camera: Innovations,
     /// Measurements of either instrument that the filter gave a record of.
     offered: u64,
@@ -32,8 +35,22 @@ struct Innovations {
 }
 
 impl Account {
-    /// Takes an estimate into account; `None` where the filter had none to give.
-    pub fn estimate<T: Real>(&mut self, estimate: Option<&Estimate<T>>, angle: Angle, rate_rad_s: f64) {
+    /// Error of the angle in milli-degrees, and per its standard deviation, beyond which an estimate said to be good is wrong.
+    const FALSE: (f64, f64) = (50.0, 6.0);
+
+    /// Takes an estimate into account, `None` where the filter had none to give, and what it says of its health.
+    pub fn estimate<T: Real>(
+        &mut self,
+        estimate: Option<&Estimate<T>>,
+        health: Health,
+        angle: Angle,
+        rate_rad_s: f64,
+    ) {
+        self.health[match health {
+            Health::Good => 0,
+            Health::Degraded(_) => 1,
+            Health::Waiting | Health::Unusable(_) => 2,
+        }] += 1;
         let Some(estimate) = estimate else {
             self.missing += 1;
             return;
@@ -45,8 +62,16 @@ impl Account {
         self.errors_mdeg.push(off_mdeg.abs() as f32);
         self.square_mdeg2 += off_mdeg * off_mdeg;
         self.square_rad2_s2 += off_rad_s * off_rad_s;
-        self.normalised[0] += off_rad * off_rad / estimate.angle_rad2.to_f64();
-        self.normalised[1] += off_rad_s * off_rad_s / estimate.rate_rad2_s2.to_f64();
+        let [p11, p12, p22] =
+            [estimate.angle_rad2, estimate.angle_rate_rad2_s, estimate.rate_rad2_s2].map(Real::to_f64);
+        let joint = p22 * off_rad * off_rad - 2.0 * p12 * off_rad * off_rad_s + p11 * off_rad_s * off_rad_s;
+        let of_angle = off_rad * off_rad / p11;
+        self.normalised[0] += of_angle;
+        self.normalised[1] += off_rad_s * off_rad_s / p22;
+        self.normalised[2] += 0.5 * joint / (p11 * p22 - p12 * p12);
+        let (least_mdeg, least_sigmas) = Self::FALSE;
+        let wrong = off_mdeg.abs() > least_mdeg && of_angle > least_sigmas * least_sigmas;
+        self.false_valid += u64::from(wrong && health == Health::Good);
     }
 
     /// Takes the record of a measurement into account.
@@ -81,6 +106,8 @@ impl Account {
         self.square_rad2_s2 += other.square_rad2_s2;
         (self.normalised.iter_mut().zip(other.normalised)).for_each(|(sum, more)| *sum += more);
         self.missing += other.missing;
+        (self.health.iter_mut().zip(other.health)).for_each(|(sum, more)| *sum += more);
+        self.false_valid += other.false_valid;
         self.camera.absorb(&other.camera);
         self.offered += other.offered;
         self.rejected += other.rejected;
@@ -105,8 +132,16 @@ impl Account {
         math::sqrt(self.square_rad2_s2 / self.samples())
     }
 
-    /// Mean squared error of angle and of rate, each per its variance: 1 each in a consistent filter.
-    pub fn normalised(&self) -> [f64; 2] {
+    /// Shares of the time in which the health was good, degraded, unusable (waiting included); and in which it was good and the estimate wrong: by more than six
+    /// standard deviations and 50 milli-degrees.
+    #[expect(clippy::cast_precision_loss, reason = "far below 2^53")]
+    pub fn health(&self) -> ([f64; 3], f64) {
+        let all = self.health.iter().sum::<u64>() as f64;
+        (self.health.map(|count| count as f64 / all), self.false_valid as f64 / all)
+    }
+
+    /// Mean squared error of angle and of rate, each per its variance, and of both together, `e' P^-1 e / 2`: 1 each in a consistent filter.
+    pub fn normalised(&self) -> [f64; 3] {
         self.normalised.map(|sum| sum / self.samples())
     }
 
@@ -163,7 +198,7 @@ impl Innovations {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use estimator::Rejection;
+    use estimator::{Reason, Rejection};
     use motor_model::Time;
 
     fn estimate(degrees: f64, rate_rad_s: f64) -> Estimate<f64> {
@@ -192,16 +227,45 @@ mod tests {
     #[test]
     fn exact_root_mean_squares_and_normalised_errors() {
         let mut account = Account::default();
-        account.estimate::<f64>(None, Angle::ZERO, 0.0);
-        account.estimate(Some(&estimate(90.003, 1.0)), Angle::from_degrees(90.0), 0.0);
-        account.estimate(Some(&estimate(-720.004, -5.0)), Angle::from_degrees(-720.0), -2.0);
+        account.estimate::<f64>(None, Health::Waiting, Angle::ZERO, 0.0);
+        account.estimate(Some(&estimate(90.003, 1.0)), Health::Good, Angle::from_degrees(90.0), 0.0);
+        account.estimate(Some(&estimate(-720.004, -5.0)), Health::Good, Angle::from_degrees(-720.0), -2.0);
         assert!((account.rms_angle_mdeg() - math::sqrt(12.5)).abs() < 1e-3);
         assert!((account.rms_rate_rad_s() - math::sqrt(5.0)).abs() < 1e-12);
-        let [angle, rate] = account.normalised();
+        let [angle, rate, _] = account.normalised();
         let mdeg_rad = 1e-3_f64.to_radians();
         assert!((angle - 12.5 * mdeg_rad * mdeg_rad / 1e-6).abs() < 1e-6, "{angle}");
         assert!((rate - 5.0 / 4.0).abs() < 1e-12);
         assert!((account.missing() - 1.0 / 3.0).abs() < 1e-12);
+    }
+
+    /// An error of half a standard deviation of the angle, none of the rate, correlated by 0.6: `0.25 / (1 - 0.36) / 2`.
+    #[test]
+    fn exact_joint_error_minds_the_correlation() {
+        let mut account = Account::default();
+        let off = 0.5e-3_f64.to_degrees();
+        let correlated = Estimate { angle_rate_rad2_s: 0.6 * 1e-3 * 2.0, ..estimate(off, 0.0) };
+        account.estimate(Some(&correlated), Health::Good, Angle::ZERO, 0.0);
+        let [.., joint] = account.normalised();
+        assert!((joint - 0.25 / 0.64 / 2.0).abs() < 1e-5, "{joint}");
+    }
+
+    /// Wrong is beyond six standard deviations (of 57.3 milli-degrees here); wrong and not said to be good is not false.
+    #[test]
+    fn exact_shares_of_health() {
+        let mut account = Account::default();
+        for (degrees, health) in [
+            (0.34, Health::Good),
+            (0.35, Health::Good),
+            (0.35, Health::Degraded(Reason::CameraSilent)),
+            (0.35, Health::Unusable(Reason::Uncertain)),
+        ] {
+            account.estimate(Some(&estimate(degrees, 0.0)), health, Angle::ZERO, 0.0);
+        }
+        let ([good, degraded, unusable], wrong) = account.health();
+        for (share, expected) in [(good, 0.5), (degraded, 0.25), (unusable, 0.25), (wrong, 0.25)] {
+            assert!((share - expected).abs() < 1e-12, "{share} {expected}");
+        }
     }
 
     /// Of 2,000 errors, two are larger than the 99.9 % quantile.
@@ -209,7 +273,7 @@ mod tests {
     fn exact_quantile() {
         let mut account = Account::default();
         for n in 1..=2000_u32 {
-            account.estimate(Some(&estimate(1e-3 * f64::from(n), 0.0)), Angle::ZERO, 0.0);
+            account.estimate(Some(&estimate(1e-3 * f64::from(n), 0.0)), Health::Good, Angle::ZERO, 0.0);
         }
         assert!((account.p999_angle_mdeg() - 1999.0).abs() < 1e-2, "{}", account.p999_angle_mdeg());
     }

@@ -156,7 +156,7 @@ impl Genie {
         let (innovation_rad, variance_rad2, verdict) = match self.track.take() {
             Some(track) if frame.exposed_at <= track.at => {
                 self.track = Some(track);
-                (0.0, 0.0, Verdict::Rejected(Rejection::NotNewer))
+                (0.0, 0.0, Verdict::Rejected(Rejection::OutOfHorizon))
             }
             Some(track) => self.corrected(track, frame),
             None => self.started(frame),

@@ -1,6 +1,8 @@
 //! One plant on the desk, all filters beside it, on the same frames and samples.
 
-use estimator::{AngleFilter as _, Innovation, LdvSample};
+use std::collections::VecDeque;
+
+use estimator::{AngleFilter as _, Health, Innovation, LdvSample};
 use motor_model::{Angle, DriveCommand, DriveMode, Time};
 
 use super::account::Account;
@@ -15,6 +17,12 @@ use crate::scene::Scene;
 /// Genies: name, and the share to which they know each kick.
 pub const GENIES: [(&str, f64); 3] = [("genie", 0.0), ("genie_10_percent", 0.1), ("genie_3_percent", 0.03)];
 
+/// What filters know after the fact, [`SMOOTHER_LAG_MS`] later: name, and the filter's place in [`FILTERS`].
+pub const SMOOTHED: [(&str, usize); 2] = [("constant_rate_smoothed", 0), ("impact_aided_smoothed", 1)];
+
+/// How far back the smoothed rows look, in ms.
+pub const SMOOTHER_LAG_MS: u64 = 2;
+
 /// Ticks from one look at the estimates to the next: 70 us, so that all ages of the last frame have their turn.
 const TICKS_PER_LOOK: u64 = 7;
 
@@ -23,7 +31,7 @@ pub type Accounts = [Account; Phase::ALL.len()];
 
 /// Names of what is compared, in the order of the accounts.
 pub fn names() -> impl Iterator<Item = &'static str> {
-    FILTERS.iter().copied().chain(GENIES.iter().map(|genie| genie.0))
+    FILTERS.iter().copied().chain(SMOOTHED.iter().map(|of| of.0)).chain(GENIES.iter().map(|genie| genie.0))
 }
 
 /// Runs the plant of `scene` under `mode`; tells `progress` of every simulated millisecond.
@@ -50,6 +58,9 @@ pub fn run(scene: &Scene, mode: DriveMode, progress: &impl Fn(u64)) -> Result<Ve
 
 const TICKS_PER_MS: u64 = 100;
 
+#[expect(clippy::cast_possible_truncation, reason = "200")]
+const LAG_TICKS: usize = (SMOOTHER_LAG_MS * TICKS_PER_MS) as usize;
+
 struct Contest {
     desk: Desk,
     command: DriveCommand,
@@ -57,8 +68,10 @@ struct Contest {
     chronicle: Chronicle,
     filters: Vec<AnyFilter>,
     genies: Vec<Genie>,
-    /// Of the filters, then of the genies.
+    /// Of the filters, then of what they know after the fact, then of the genies.
     accounts: Vec<Accounts>,
+    /// The truth of the last ticks, the newest last, as many as the smoother's lag.
+    truths: VecDeque<Instant>,
 }
 
 impl Contest {
@@ -73,6 +86,7 @@ impl Contest {
             filters: FILTERS.iter().map(|name| AnyFilter::named(name)).collect(),
             genies: GENIES.iter().map(genie).collect(),
             accounts: names().map(|_| Accounts::default()).collect(),
+            truths: VecDeque::new(),
         })
     }
 
@@ -80,13 +94,11 @@ impl Contest {
         self.desk.plant().now()
     }
 
-    /// Changes drive and phase, if they are others.
+    /// Tells the filters of drive and time, and of the phase whoever keeps account of it.
     fn enter(&mut self, command: DriveCommand, phase: Option<Phase>) {
-        if command != self.command {
-            self.command = command;
-            let now = self.now();
-            self.filters.iter_mut().for_each(|filter| filter.drive(now, command));
-        }
+        self.command = command;
+        let now = self.now();
+        self.filters.iter_mut().for_each(|filter| filter.drive(now, command));
         if phase != self.phase {
             self.phase = phase;
             self.accounts.iter_mut().flatten().for_each(Account::interrupt);
@@ -107,11 +119,15 @@ impl Contest {
         self.chronicle.close(&Instant::of(&self.desk), |kick| {
             self.genies.iter_mut().for_each(|genie| genie.tell(&kick));
         });
+        if self.truths.len() > LAG_TICKS {
+            self.truths.pop_front();
+        }
+        self.truths.push_back(Instant::of(&self.desk));
         while let Some(sample) = self.desk.ldv_sample() {
             self.take_ldv(&sample, phase);
         }
         while let Some(frame) = self.desk.camera_frame() {
-            let (filters, genies) = self.accounts.split_at_mut(self.filters.len());
+            let (filters, genies) = self.accounts.split_at_mut(self.filters.len() + SMOOTHED.len());
             for (filter, accounts) in self.filters.iter_mut().zip(filters) {
                 note(accounts, phase, &filter.update_camera(&frame));
             }
@@ -133,12 +149,25 @@ impl Contest {
     fn look(&mut self, phase: Option<Phase>) {
         let Some(phase) = phase else { return };
         let Instant { at, angle, rate_rad_s, .. } = Instant::of(&self.desk);
-        let (filters, genies) = self.accounts.split_at_mut(self.filters.len());
+        let (filters, others) = self.accounts.split_at_mut(self.filters.len());
+        let (smoothed, genies) = others.split_at_mut(SMOOTHED.len());
+        if let Some(then) = self.truths.front().filter(|_| self.truths.len() > LAG_TICKS) {
+            for ((_, place), accounts) in SMOOTHED.iter().zip(smoothed) {
+                let filter = &self.filters[*place];
+                let (estimate, health) = (filter.smoothed(then.at), filter.health(at));
+                accounts[phase as usize].estimate(estimate.as_ref(), health, then.angle, then.rate_rad_s);
+            }
+        }
         for (filter, accounts) in self.filters.iter().zip(filters) {
-            accounts[phase as usize].estimate(filter.estimate(at).as_ref(), angle, rate_rad_s);
+            accounts[phase as usize].estimate(
+                filter.estimate(at).as_ref(),
+                filter.health(at),
+                angle,
+                rate_rad_s,
+            );
         }
         for (genie, accounts) in self.genies.iter().zip(genies) {
-            accounts[phase as usize].estimate(genie.estimate().as_ref(), angle, rate_rad_s);
+            accounts[phase as usize].estimate(genie.estimate().as_ref(), Health::Good, angle, rate_rad_s);
         }
     }
 }

@@ -68,7 +68,8 @@ pub fn account<T: Real>(mut filter: AnyFilter<T>, recording: &Recording) -> Acco
             }
             Event::Frame(frame) => account.innovation(&filter.update_camera(frame)),
             Event::Truth { at, angle, rate_rad_s } => {
-                account.estimate(filter.estimate(*at).as_ref(), *angle, *rate_rad_s);
+                let (estimate, health) = (filter.estimate(*at), filter.health(*at));
+                account.estimate(estimate.as_ref(), health, *angle, *rate_rad_s);
             }
         }
     }

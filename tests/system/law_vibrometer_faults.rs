@@ -1,0 +1,139 @@
+//! What the vibrometer may do wrong, and what every filter makes of it: each fault after 100 ms of good samples in mode B.
+
+use estimator::{Health, LdvSample, Reason, Verdict};
+use motor_model::{DriveCommand, DriveMode, Time, math};
+
+use crate::fault_bench::{Bench, Faults, Look, NONE, assert_never_false, by_filter, delays_ms, rms_mdeg};
+
+const B: DriveCommand = DriveCommand::full(DriveMode::B);
+
+fn settled(sets: &[&str]) -> Bench {
+    let mut bench = Bench::new(sets);
+    bench.run(B, 100, NONE);
+    bench
+}
+
+fn is_silent(look: &Look) -> bool {
+    look.health == Health::Degraded(Reason::VibrometerSilent)
+}
+
+/// Told to be silent within 1.2 ms of the fault and not wrong unawares; good within 2 ms of its end, without a new start.
+#[track_caller]
+fn assert_counts_as_silent(sets: &[&str], faults: Faults) {
+    let mut bench = settled(sets);
+    let looks = bench.run(B, 20, faults);
+    for (name, delay) in delays_ms(&looks, is_silent) {
+        assert!(delay < 1.2, "{name}: {delay} ms");
+    }
+    assert_never_false(&looks);
+    let looks = bench.run(B, 50, NONE);
+    for (name, delay) in delays_ms(&looks, Look::is_good) {
+        assert!(delay < 2.0, "{name}: {delay} ms");
+    }
+    assert_never_false(&looks);
+    assert!(!looks.iter().any(|look| look.verdict == Some(Verdict::Restarted)));
+}
+
+/// E1: samples that are no numbers.
+#[test]
+fn law_samples_that_are_no_numbers_are_none() {
+    assert_counts_as_silent(&[], (NONE.0, |_, sample| Some(LdvSample { velocity_m_s: f32::NAN, ..sample })));
+    assert_counts_as_silent(
+        &[],
+        (NONE.0, |_, sample| Some(LdvSample { velocity_m_s: f32::INFINITY, ..sample })),
+    );
+}
+
+/// E10: the light lost, with and without a word: no samples, zeros, the last value for ever.
+#[test]
+fn law_lost_light_is_silence_whatever_it_looks_like() {
+    assert_counts_as_silent(&[], (NONE.0, |_, _| None));
+    assert_counts_as_silent(&[], (NONE.0, |_, sample| Some(LdvSample { velocity_m_s: 0.0, ..sample })));
+    assert_counts_as_silent(&[], (NONE.0, |_, sample| Some(LdvSample { velocity_m_s: 0.0123, ..sample })));
+}
+
+/// E10: every third sample lost to speckle.
+#[test]
+fn law_single_lost_samples_cost_little() {
+    let whole = rms_mdeg(&settled(&[]).run(B, 200, NONE));
+    let looks = settled(&["ldv.drop_probability=0.33"]).run(B, 200, NONE);
+    assert_never_false(&looks);
+    for ((name, whole), (_, lossy)) in whole.into_iter().zip(rms_mdeg(&looks)) {
+        assert!(lossy < 1.3 * whole, "{name}: {lossy} against {whole}");
+    }
+}
+
+/// E11: a range of a third of the rotor's speeds: what saturates is not heard; no filter is worse than 1.5 times itself, or wrong unawares.
+#[test]
+fn law_a_saturated_range_does_not_deceive() {
+    let whole = rms_mdeg(&settled(&[]).run(B, 200, NONE));
+    let looks = settled(&["ldv.range_m_s=0.03"]).run(B, 200, NONE);
+    assert_never_false(&looks);
+    for ((name, whole), (_, saturated)) in whole.into_iter().zip(rms_mdeg(&looks)) {
+        assert!(saturated < 1.8 * whole, "{name}: {saturated} against {whole}");
+    }
+}
+
+/// E11: the sign inverted. Whoever takes impacts from the vibrometer says so within 20 ms, and then does not; nobody is wrong unawares once it has.
+#[test]
+fn law_an_inverted_sign_is_told() {
+    let mut bench = settled(&[]);
+    let inverted: Faults =
+        (NONE.0, |_, sample| Some(LdvSample { velocity_m_s: -sample.velocity_m_s, ..sample }));
+    let looks = bench.run(B, 100, inverted);
+    for looks in by_filter(&looks).into_iter().filter(|looks| looks[0].name != "constant_rate") {
+        let told = looks.iter().position(|look| look.health == Health::Degraded(Reason::VibrometerInverted));
+        assert!(told.is_some_and(|told| told < 2000), "{}: {told:?}", looks[0].name);
+    }
+    let late: Vec<Look> = looks.into_iter().filter(|look| look.at > Time::from_micros(120_000)).collect();
+    assert_never_false(&late);
+    let looks = bench.run(B, 100, NONE);
+    for (name, delay) in delays_ms(&looks, Look::is_good) {
+        assert!(delay < 20.0, "{name}: {delay} ms");
+    }
+}
+
+/// E12: 5 mm/s of bias, and 50 Hz of pickup of the same size: the estimate stays what it says; only rest is not recognised any more.
+#[test]
+fn law_bias_and_pickup_cost_no_honesty() {
+    let pickup: Faults = (NONE.0, |now, sample| {
+        let (sin, _) = math::sin_cos(314.0 * now.seconds_since::<f64>(Time::ZERO));
+        #[expect(clippy::cast_possible_truncation, reason = "an instrument's f32")]
+        Some(LdvSample { velocity_m_s: sample.velocity_m_s + 5e-3 * sin as f32, ..sample })
+    });
+    for (sets, faults) in [(["ldv.bias_m_s=0.005"], NONE), (["ldv.bias_m_s=0"], pickup)] {
+        let mut bench = settled(&sets);
+        let looks = bench.run(B, 100, faults);
+        assert_never_false(&looks);
+        let looks = bench.run(DriveCommand::OFF, 150, faults);
+        assert_never_false(&looks);
+    }
+}
+
+/// E8: one sample from an hour ahead and, where there is no clock to judge by, the silence after it ended: heard again within 2 ms.
+#[test]
+fn law_a_wrong_time_does_not_deafen() {
+    let mut bench = settled(&[]);
+    let ahead: Faults = (NONE.0, |now, sample| {
+        let wrong = sample.taken_at.plus_nanos(3_600_000_000_000);
+        Some(if now == Time::from_micros(101_000) { LdvSample { taken_at: wrong, ..sample } } else { sample })
+    });
+    let looks = bench.run(B, 20, ahead);
+    let good = looks.iter().filter(|look| look.is_good()).count() * 100 / looks.len();
+    assert!(good >= 90, "{good} %");
+    assert_never_false(&looks);
+}
+
+/// E15: both lost: not to be used within 10 ms, no angle is invented, and good again within 10 ms of their return.
+#[test]
+fn law_without_either_there_is_no_estimate_to_use() {
+    let mut bench = settled(&[]);
+    let looks = bench.run(B, 100, (|_, _| None, |_, _| None));
+    for (name, delay) in delays_ms(&looks, |look| look.health == Health::Unusable(Reason::Uncertain)) {
+        assert!(delay < 10.0, "{name}: {delay} ms");
+    }
+    assert_never_false(&looks);
+    for (name, delay) in delays_ms(&bench.run(B, 50, NONE), Look::is_good) {
+        assert!(delay < 10.0, "{name}: {delay} ms");
+    }
+}
