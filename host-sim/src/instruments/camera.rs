@@ -19,6 +19,9 @@
 //! | late frame | it arrives 1 to `camera.late_frames` frames later, each as likely, so that later ones overtake it |
 //! | loss | frames exposed within the outage do not exist |
 
+mod exposure;
+mod settings;
+
 use std::collections::VecDeque;
 
 use estimator::CameraFrame;
@@ -28,101 +31,10 @@ use rand_pcg::Pcg64;
 
 use super::Outage;
 use crate::chance::{self, Mishap, Source};
-use crate::scene::{Kind, Scene, Setting};
+use crate::scene::Scene;
+use exposure::Exposure;
 
-/// The camera's settings.
-pub const SETTINGS: &[Setting] = &[
-    Setting {
-        key: "camera.frame_rate_hz",
-        unit: "Hz",
-        kind: Kind::Number { default: 10_000.0, min: 10.0, max: 100_000.0 },
-        meaning: "frames a second",
-    },
-    Setting {
-        key: "camera.tracking_radius_m",
-        unit: "m",
-        kind: Kind::Number { default: 3.9e-3, min: 1e-4, max: 1e-1 },
-        meaning: "distance of the tracked feature from the axis",
-    },
-    Setting {
-        key: "camera.resolution_m",
-        unit: "m",
-        kind: Kind::Number { default: 2e-6, min: 0.0, max: 1e-3 },
-        meaning: "step of the tracked position; 0 for none",
-    },
-    Setting {
-        key: "camera.noise_m",
-        unit: "m",
-        kind: Kind::Number { default: 1e-6, min: 0.0, max: 1e-3 },
-        meaning: "standard deviation of the tracking noise, before quantisation",
-    },
-    Setting {
-        key: "camera.latency_frames",
-        unit: "",
-        kind: Kind::Integer { default: 1, min: 0, max: 1000 },
-        meaning: "frames between exposure and arrival",
-    },
-    Setting {
-        key: "camera.exposure_frames",
-        unit: "",
-        kind: Kind::Number { default: 0.0, min: 0.0, max: 1.0 },
-        meaning: "exposure per frame period; the frame shows the mean angle over it",
-    },
-    Setting {
-        key: "camera.drop_probability",
-        unit: "",
-        kind: Kind::Number { default: 0.0, min: 0.0, max: 1.0 },
-        meaning: "probability that a frame never arrives",
-    },
-    Setting {
-        key: "camera.duplicate_probability",
-        unit: "",
-        kind: Kind::Number { default: 0.0, min: 0.0, max: 1.0 },
-        meaning: "probability that a frame arrives twice",
-    },
-    Setting {
-        key: "camera.outlier_probability",
-        unit: "",
-        kind: Kind::Number { default: 0.0, min: 0.0, max: 1.0 },
-        meaning: "probability that a frame is an outlier",
-    },
-    Setting {
-        key: "camera.outlier_m",
-        unit: "m",
-        kind: Kind::Number { default: 1e-4, min: 0.0, max: 1e-1 },
-        meaning: "standard deviation of an outlier's error",
-    },
-    Setting {
-        key: "camera.stamp_jitter_s",
-        unit: "s",
-        kind: Kind::Number { default: 0.0, min: 0.0, max: 1e-2 },
-        meaning: "standard deviation of the error of a frame's time stamp",
-    },
-    Setting {
-        key: "camera.late_probability",
-        unit: "",
-        kind: Kind::Number { default: 0.0, min: 0.0, max: 1.0 },
-        meaning: "probability that a frame arrives later than its latency",
-    },
-    Setting {
-        key: "camera.late_frames",
-        unit: "",
-        kind: Kind::Integer { default: 3, min: 1, max: 1000 },
-        meaning: "most frame periods by which a late frame comes later",
-    },
-    Setting {
-        key: "camera.lost_from_s",
-        unit: "s",
-        kind: Kind::Number { default: 0.0, min: 0.0, max: 1e5 },
-        meaning: "time from which the camera sees nothing",
-    },
-    Setting {
-        key: "camera.lost_until_s",
-        unit: "s",
-        kind: Kind::Number { default: 0.0, min: 0.0, max: 1e5 },
-        meaning: "time from which it sees again; not after camera.lost_from_s for no loss",
-    },
-];
+pub use settings::SETTINGS;
 
 /// The camera, and the frames on their way from it.
 #[derive(Clone, Debug)]
@@ -252,55 +164,6 @@ impl Camera {
 /// A whole number from 1 to `most`.
 fn whole_up_to(most: u64, rng: &mut Pcg64) -> u64 {
     Uniform::new_inclusive(1, most.max(1)).map_or(1, |uniform| uniform.sample(rng))
-}
-
-/// The light gathered over an exposure that ends with the frame.
-#[derive(Clone, Debug)]
-struct Exposure {
-    /// Steps between two looks that the exposure lasts.
-    steps: usize,
-    middle_nanos: u64,
-    /// The last `steps + 1` looks, the newest last.
-    looks: VecDeque<Angle>,
-}
-
-impl Exposure {
-    #[expect(
-        clippy::cast_possible_truncation,
-        clippy::cast_sign_loss,
-        clippy::cast_precision_loss,
-        reason = "at most 1e8 ns in at most 1e7 steps"
-    )]
-    fn new(frames: f64, period_nanos: u64, look_nanos: f64) -> Self {
-        let steps = (frames * period_nanos as f64 / look_nanos).round();
-        Self {
-            steps: steps as usize,
-            middle_nanos: (0.5 * steps * look_nanos).round() as u64,
-            looks: VecDeque::new(),
-        }
-    }
-
-    fn look(&mut self, angle: Angle) {
-        if self.steps > 0 {
-            if self.looks.len() > self.steps {
-                self.looks.pop_front();
-            }
-            self.looks.push_back(angle);
-        }
-    }
-
-    /// The mean over the exposure that ends at `angle`, and how long ago its middle was.
-    fn shown(&self, angle: Angle) -> (Angle, u64) {
-        if self.looks.len() <= self.steps || self.steps == 0 {
-            return (angle, 0);
-        }
-        let units = |index: usize| self.looks.get(index).map_or(0, |look| look.minus(angle).units());
-        let inner: i64 = (1..self.steps).map(units).sum();
-        // At most 1e7 looks within half a turn each: far below 2^63.
-        let twice = 2 * inner + units(0) + units(self.steps);
-        let mean = twice / i64::try_from(2 * self.steps).unwrap_or(i64::MAX);
-        (angle.plus(Angle::from_units(mean)), self.middle_nanos)
-    }
 }
 
 #[cfg(test)]

@@ -1,0 +1,97 @@
+//! What a scene may set of the camera.
+
+use crate::scene::{Kind, Setting};
+
+/// The camera's settings.
+pub const SETTINGS: &[Setting] = &[
+    Setting {
+        key: "camera.frame_rate_hz",
+        unit: "Hz",
+        kind: Kind::Number { default: 10_000.0, min: 10.0, max: 100_000.0 },
+        meaning: "frames a second",
+    },
+    Setting {
+        key: "camera.tracking_radius_m",
+        unit: "m",
+        kind: Kind::Number { default: 3.9e-3, min: 1e-4, max: 1e-1 },
+        meaning: "distance of the tracked feature from the axis",
+    },
+    Setting {
+        key: "camera.resolution_m",
+        unit: "m",
+        kind: Kind::Number { default: 2e-6, min: 0.0, max: 1e-3 },
+        meaning: "step of the tracked position; 0 for none",
+    },
+    Setting {
+        key: "camera.noise_m",
+        unit: "m",
+        kind: Kind::Number { default: 1e-6, min: 0.0, max: 1e-3 },
+        meaning: "standard deviation of the tracking noise, before quantisation",
+    },
+    Setting {
+        key: "camera.latency_frames",
+        unit: "",
+        kind: Kind::Integer { default: 1, min: 0, max: 1000 },
+        meaning: "frames between exposure and arrival",
+    },
+    Setting {
+        key: "camera.exposure_frames",
+        unit: "",
+        kind: Kind::Number { default: 0.0, min: 0.0, max: 1.0 },
+        meaning: "exposure per frame period; the frame shows the mean angle over it",
+    },
+    Setting {
+        key: "camera.drop_probability",
+        unit: "",
+        kind: Kind::Number { default: 0.0, min: 0.0, max: 1.0 },
+        meaning: "probability that a frame never arrives",
+    },
+    Setting {
+        key: "camera.duplicate_probability",
+        unit: "",
+        kind: Kind::Number { default: 0.0, min: 0.0, max: 1.0 },
+        meaning: "probability that a frame arrives twice",
+    },
+    Setting {
+        key: "camera.outlier_probability",
+        unit: "",
+        kind: Kind::Number { default: 0.0, min: 0.0, max: 1.0 },
+        meaning: "probability that a frame is an outlier",
+    },
+    Setting {
+        key: "camera.outlier_m",
+        unit: "m",
+        kind: Kind::Number { default: 1e-4, min: 0.0, max: 1e-1 },
+        meaning: "standard deviation of an outlier's error",
+    },
+    Setting {
+        key: "camera.stamp_jitter_s",
+        unit: "s",
+        kind: Kind::Number { default: 0.0, min: 0.0, max: 1e-2 },
+        meaning: "standard deviation of the error of a frame's time stamp",
+    },
+    Setting {
+        key: "camera.late_probability",
+        unit: "",
+        kind: Kind::Number { default: 0.0, min: 0.0, max: 1.0 },
+        meaning: "probability that a frame arrives later than its latency",
+    },
+    Setting {
+        key: "camera.late_frames",
+        unit: "",
+        kind: Kind::Integer { default: 3, min: 1, max: 1000 },
+        meaning: "most frame periods by which a late frame comes later",
+    },
+    Setting {
+        key: "camera.lost_from_s",
+        unit: "s",
+        kind: Kind::Number { default: 0.0, min: 0.0, max: 1e5 },
+        meaning: "time from which the camera sees nothing",
+    },
+    Setting {
+        key: "camera.lost_until_s",
+        unit: "s",
+        kind: Kind::Number { default: 0.0, min: 0.0, max: 1e5 },
+        meaning: "time from which it sees again; not after camera.lost_from_s for no loss",
+    },
+];
