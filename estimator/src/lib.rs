@@ -90,6 +90,7 @@ mod motion;
 mod rest;
 mod track;
 mod transition;
+mod twin;
 
 pub use constant_rate::{ConstantRate, ConstantRateTuning, WanderTuning};
 pub use covariance::AngleRateCovariance;
@@ -103,3 +104,4 @@ pub use motion::{Motion, MotionWatch};
 pub use rest::{RestDetector, RestTuning};
 pub use track::TrackTuning;
 pub use transition::{Blocks2, Dense, Transition, UpperTriangular};
+pub use twin::{ContactTuning, Tolerance, TwinFilter, TwinTuning};

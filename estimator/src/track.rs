@@ -65,19 +65,79 @@ impl<T: Real> Default for TrackTuning<T> {
     }
 }
 
+/// What is known of angle and rate beside their values: their covariance, and in a richer filter the states that it estimates with them.
+pub(crate) trait Belief<T>: Copy {
+    /// Independent angle and rate; what a belief from `before` knows beside them is kept.
+    fn begin(angle_rad2: T, rate_rad2_s2: T, before: Option<&Self>) -> Self;
+    fn angle_rad2(&self) -> T;
+    fn angle_rate_rad2_s(&self) -> T;
+    fn rate_rad2_s2(&self) -> T;
+    /// Time passes, the rate wanders.
+    fn predict(&mut self, dt_s: T, noise_rad2_s3: T);
+    /// The rate becomes less certain.
+    fn widen_rate(&mut self, variance_rad2_s2: T);
+    /// Takes in an angle; the corrections of angle and rate.
+    fn correct_by_angle(&mut self, innovation_rad: T, noise_rad2: T) -> [T; 2];
+    /// Takes in a rate; the corrections of angle and rate.
+    fn correct_by_rate(&mut self, innovation_rad_s: T, noise_rad2_s2: T) -> [T; 2];
+}
+
+impl<T: Real> Belief<T> for AngleRateCovariance<T> {
+    fn begin(angle_rad2: T, rate_rad2_s2: T, _before: Option<&Self>) -> Self {
+        Self::diagonal(angle_rad2, rate_rad2_s2)
+    }
+
+    #[inline]
+    fn angle_rad2(&self) -> T {
+        self.angle_rad2()
+    }
+
+    #[inline]
+    fn angle_rate_rad2_s(&self) -> T {
+        self.angle_rate_rad2_s()
+    }
+
+    #[inline]
+    fn rate_rad2_s2(&self) -> T {
+        self.rate_rad2_s2()
+    }
+
+    #[inline]
+    fn predict(&mut self, dt_s: T, noise_rad2_s3: T) {
+        self.predict(dt_s, noise_rad2_s3);
+    }
+
+    #[inline]
+    fn widen_rate(&mut self, variance_rad2_s2: T) {
+        self.widen_rate(variance_rad2_s2);
+    }
+
+    #[inline]
+    fn correct_by_angle(&mut self, innovation_rad: T, noise_rad2: T) -> [T; 2] {
+        let gain = self.update_angle(noise_rad2);
+        [gain.angle * innovation_rad, gain.rate * innovation_rad]
+    }
+
+    #[inline]
+    fn correct_by_rate(&mut self, innovation_rad_s: T, noise_rad2_s2: T) -> [T; 2] {
+        let gain = self.update_rate(noise_rad2_s2);
+        [gain.angle * innovation_rad_s, gain.rate * innovation_rad_s]
+    }
+}
+
 /// How a track goes on between frames.
-pub(crate) trait Process<T> {
+pub(crate) trait Process<T, B = AngleRateCovariance<T>> {
     /// `track` carried forward to `until`; as it is if `until` is not later.
-    fn carry(&self, track: &Track<T>, until: Time) -> Track<T>;
+    fn carry(&self, track: &Track<T, B>, until: Time) -> Track<T, B>;
 }
 
 /// What is known of the rotor at an instant.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Track<T> {
+pub(crate) struct Track<T, B = AngleRateCovariance<T>> {
     pub(crate) at: Time,
     pub(crate) angle: AngleAccumulator<T>,
     pub(crate) rate_rad_s: T,
-    pub(crate) covariance: AngleRateCovariance<T>,
+    pub(crate) covariance: B,
     /// Frames for which the rotor has been quiet and slow, without a break.
     still_frames: u8,
     pub(crate) resting: bool,
@@ -87,7 +147,7 @@ pub(crate) struct Track<T> {
     changing: T,
 }
 
-impl<T: Real> Track<T> {
+impl<T: Real, B: Belief<T>> Track<T, B> {
     /// The track carried forward to `until` while the rate wanders with intensity `noise_rad2_s3`; as it is if `until` is not later.
     #[inline]
     pub(crate) fn wandered(&self, until: Time, noise_rad2_s3: T) -> Self {
@@ -119,9 +179,9 @@ impl<T: Real> Track<T> {
     }
 
     fn correct(&mut self, innovation_rad: T, quiet: bool, tuning: &TrackTuning<T>) {
-        let gain = self.covariance.update_angle(tuning.camera_rad2);
-        self.angle.turn_by_radians(gain.angle * innovation_rad);
-        self.rate_rad_s += gain.rate * innovation_rad;
+        let [angle, rate] = self.covariance.correct_by_angle(innovation_rad, tuning.camera_rad2);
+        self.angle.turn_by_radians(angle);
+        self.rate_rad_s += rate;
         let still = quiet && self.rate_rad_s.abs() < tuning.resting_rate_rad_s;
         self.still_frames = if still { self.still_frames.saturating_add(1) } else { 0 };
         self.resting = self.still_frames >= tuning.resting_frames;
@@ -130,23 +190,22 @@ impl<T: Real> Track<T> {
     /// Tells the filter that a rotor at rest does not turn.
     fn stand_still(&mut self, tuning: &TrackTuning<T>) {
         if self.resting {
-            let surplus = -self.rate_rad_s;
-            let gain = self.covariance.update_rate(tuning.zero_rate_rad2_s2);
-            self.angle.turn_by_radians(gain.angle * surplus);
-            self.rate_rad_s += gain.rate * surplus;
+            let [angle, rate] = self.covariance.correct_by_rate(-self.rate_rad_s, tuning.zero_rate_rad2_s2);
+            self.angle.turn_by_radians(angle);
+            self.rate_rad_s += rate;
         }
     }
 }
 
 /// The track once a frame has come, and the frames refused since one was used.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Tracker<T> {
+pub(crate) struct Tracker<T, B = AngleRateCovariance<T>> {
     tuning: TrackTuning<T>,
-    track: Option<Track<T>>,
+    track: Option<Track<T, B>>,
     refusals: u8,
 }
 
-impl<T: Real> Tracker<T> {
+impl<T: Real, B: Belief<T>> Tracker<T, B> {
     /// Largest rate that a start has to allow for, one standard deviation, in rad/s.
     const START_RATE_RAD_S: f64 = 20.0;
 
@@ -165,12 +224,12 @@ impl<T: Real> Tracker<T> {
     }
 
     /// The track at the last frame used.
-    pub(crate) fn track(&self) -> Option<&Track<T>> {
+    pub(crate) fn track(&self) -> Option<&Track<T, B>> {
         self.track.as_ref()
     }
 
     /// Moves the track on without a frame.
-    pub(crate) fn advance(&mut self, until: Time, process: &impl Process<T>) {
+    pub(crate) fn advance(&mut self, until: Time, process: &impl Process<T, B>) {
         self.track = self.track.as_ref().map(|track| process.carry(track, until));
     }
 
@@ -179,7 +238,7 @@ impl<T: Real> Tracker<T> {
         &mut self,
         frame: &CameraFrame,
         quiet: bool,
-        process: &impl Process<T>,
+        process: &impl Process<T, B>,
     ) -> Innovation<T> {
         let Some(track) = &mut self.track else { return self.restart(frame, Angle::ZERO) };
         if frame.exposed_at <= track.at {
@@ -193,7 +252,7 @@ impl<T: Real> Tracker<T> {
         }
         let innovation_rad: T =
             frame.angle.minus(predicted.angle.angle()).wrapped().radians_since(Angle::ZERO);
-        let variance_rad2 = predicted.covariance.angle_innovation_rad2(self.tuning.camera_rad2);
+        let variance_rad2 = predicted.covariance.angle_rad2() + self.tuning.camera_rad2;
         if innovation_rad * innovation_rad > self.tuning.gate * variance_rad2 {
             self.refusals = self.refusals.saturating_add(1);
             if self.refusals == 1 && !quiet {
@@ -226,7 +285,7 @@ impl<T: Real> Tracker<T> {
 
     /// Angle and rate carried forward to `now`; `None` before the first frame.
     #[inline]
-    pub(crate) fn estimate(&self, now: Time, process: &impl Process<T>) -> Option<Estimate<T>> {
+    pub(crate) fn estimate(&self, now: Time, process: &impl Process<T, B>) -> Option<Estimate<T>> {
         let track = self.track.as_ref()?;
         let ahead = process.carry(track, now);
         Some(Estimate {
@@ -241,7 +300,7 @@ impl<T: Real> Tracker<T> {
     }
 
     /// Whether the estimate at `now` may be used; `silent` is whether the vibrometer is.
-    pub(crate) fn health(&self, now: Time, silent: bool, process: &impl Process<T>) -> Health {
+    pub(crate) fn health(&self, now: Time, silent: bool, process: &impl Process<T, B>) -> Health {
         let Some(track) = &self.track else { return Health::Waiting };
         let variance_rad2 = process.carry(track, now).covariance.angle_rad2();
         // Asked this way round, so that a variance that has overflowed is refused too.
@@ -260,11 +319,13 @@ impl<T: Real> Tracker<T> {
     /// Begins at `frame`, in the turn that brings it nearest to `near`.
     fn restart(&mut self, frame: &CameraFrame, near: Angle) -> Innovation<T> {
         let rate = T::from_f64(Self::START_RATE_RAD_S);
+        let before = self.track.as_ref().map(|track| &track.covariance);
+        let covariance = B::begin(self.tuning.camera_rad2, rate * rate, before);
         self.track = Some(Track {
             at: frame.exposed_at,
             angle: AngleAccumulator::at(near.plus(frame.angle.minus(near).wrapped())),
             rate_rad_s: T::zero(),
-            covariance: AngleRateCovariance::diagonal(self.tuning.camera_rad2, rate * rate),
+            covariance,
             still_frames: 0,
             resting: false,
             code: frame.angle,
