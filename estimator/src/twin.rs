@@ -114,7 +114,7 @@ impl<T: Real> TwinFilter<T> {
         if !self.stator.is_sound() {
             self.lose_stator();
         } else if let Some(struck) = explained {
-            self.amend(struck.earlier_m_s);
+            self.amend(struck.earlier);
             self.raw_jump_m_s = Some(blow.jump_m_s);
             return self.keep(self.strike_of(at, &struck));
         }
@@ -126,7 +126,7 @@ impl<T: Real> TwinFilter<T> {
     /// The strike of an impact explained.
     fn strike_of(&self, at: Time, struck: &Struck<T>) -> Strike<T> {
         let (c, s) = (self.limit_per_jump_rad_m, self.per_radius_m);
-        let Struck { back_s, jump_m_s, tooth_m_s, .. } = *struck;
+        let Struck { back: back_s, jump: jump_m_s, tooth: tooth_m_s, .. } = *struck;
         let back_nanos = (back_s.value * T::from_f64(1e9)).whole();
         Strike {
             at: Time::from_nanos(at.nanos().saturating_add_signed(-i64::from(back_nanos))),

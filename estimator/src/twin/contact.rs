@@ -56,12 +56,13 @@ pub(super) struct Known<T> {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Struck<T> {
     /// Before the end of the period, in s.
-    pub(super) back_s: Known<T>,
-    pub(super) jump_m_s: Known<T>,
-    /// Tangential velocity of the tooth.
-    pub(super) tooth_m_s: Known<T>,
-    /// Correction of the tangential velocity at the impact before, and the variance left.
-    pub(super) earlier_m_s: Known<T>,
+    pub(super) back: Known<T>,
+    /// Jump of the rotor's vertical velocity, in m/s.
+    pub(super) jump: Known<T>,
+    /// Tangential velocity of the tooth, in m/s.
+    pub(super) tooth: Known<T>,
+    /// Correction of the tangential velocity at the impact before, and the variance left, in m/s.
+    pub(super) earlier: Known<T>,
 }
 
 /// One pair as the one that struck.
@@ -119,7 +120,7 @@ impl<T: Real> StatorBelief<T> {
         let tooth_m_s = self.along(&tooth, back_s.value, tuning.tooth_m_s);
         self.recoil(&tooth, back_s.value);
         let jump_m_s = Known { value: self.jump_m_s, variance: self.covariance.variance::<JUMP>() };
-        Some(Struck { back_s, jump_m_s, tooth_m_s, earlier_m_s })
+        Some(Struck { back: back_s, jump: jump_m_s, tooth: tooth_m_s, earlier: earlier_m_s })
     }
 
     /// The modes `back_s` before the end of the period, were they corrected by `errors`.
