@@ -230,6 +230,13 @@ impl<T: Real> TwinFilter<T> {
     /// What the vibrometer has heard at a sample, `since_s` after the last one; `spread` is the flight's before it, see [`ImpactDetector::spread`].
     fn hear(&mut self, sample: &LdvSample, heard: Heard<T>, spread: T, since_s: T) {
         let seen_m_s = T::from_f32(sample.velocity_m_s);
+        if self.watch.motion(sample.taken_at) == Motion::Quiet {
+            // What the detector hears now is the rotor's weight on the teeth, not a blow that could teach of the stator.
+            self.stator.settle();
+            self.raw_jump_m_s = None;
+            (self.seen_m_s, self.told_at) = (seen_m_s, self.told_at.max(sample.taken_at));
+            return;
+        }
         let rise_s = T::from_f64(0.5) * since_s;
         match heard {
             Heard::Nothing => return,

@@ -13,8 +13,8 @@
 //! The height is the sum of the vibrometer's samples: its variance grows by `sigma^2 h^2` a sample, 28 nm in 4 ms.
 
 use motor_model::{
-    DriveCommand, DriveMode, DriveTuning, Mode, MotorParams, OutOfBounds, Parameter, Phase, Real, Stator,
-    StatorState, Time, ToothPair,
+    DriveCommand, DriveMode, DriveTuning, ModalState, Mode, MotorParams, OutOfBounds, Parameter, Phase, Real,
+    Stator, StatorState, Time, ToothPair,
 };
 use nalgebra::{Matrix2, SVector, Vector2, Vector3};
 
@@ -161,6 +161,17 @@ impl<T: Real> StatorBelief<T> {
             self.covariance.add_rank_one(&unit(state), square(deviation));
         }
         self.covariance.add_rank_one(&unit(HEIGHT), square(5e-5));
+    }
+
+    /// The rotor lies on the teeth and nothing moves: motion and height are known, whatever was thought of them; the parameters remain.
+    pub(super) fn settle(&mut self) {
+        self.carry();
+        self.state.modes = ModalState::default();
+        self.height_m = T::zero();
+        let still = T::from_f64(1e-8);
+        for state in (HEIGHT..INSTANT).rev() {
+            self.covariance.renew(state, still * still);
+        }
     }
 
     /// A period passes.
