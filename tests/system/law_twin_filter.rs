@@ -163,10 +163,10 @@ fn law_the_vibrometer_may_go_and_come_back() {
     for seed in SEEDS {
         let mut bench = Bench::new(seed, &loss, ["twin", "constant_rate"]);
         bench.run(command, 105, &mut [Errors::default(); 2]);
-        bench.run(command, 95, &mut without);
+        bench.run(command, 94, &mut without);
         let silent = bench.filters[0].health(bench.desk.plant().now());
         assert_eq!(silent, Health::Degraded(Reason::VibrometerSilent), "seed {seed}");
-        bench.run(command, 100, &mut [Errors::default(); 2]);
+        bench.run(command, 101, &mut [Errors::default(); 2]);
         bench.run(command, 100, &mut again);
         assert_eq!(bench.filters[0].health(bench.desk.plant().now()), Health::Good, "seed {seed}");
     }
