@@ -25,6 +25,7 @@
 
 mod bierman;
 mod noise;
+mod states;
 
 use motor_model::Real;
 use nalgebra::{SMatrix, SVector};

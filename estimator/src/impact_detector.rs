@@ -93,6 +93,8 @@ pub struct ImpactDetector<T> {
     samples: T,
     /// Variance of the velocity per that of a sample, `p`.
     spread: T,
+    /// How far samples have moved the velocity since it was begun, `sum w (sample - v^)`.
+    moved_m_s: T,
     /// Whether the last sample was too far below its prediction.
     below: bool,
     /// Sum of the jumps' squares in m^2/s^2, falls counted negative; within [`Self::SIGN_M2_S2`] of zero.
@@ -111,6 +113,7 @@ impl<T: Real> ImpactDetector<T> {
             velocity_m_s: T::zero(),
             samples: T::one(),
             spread: T::one(),
+            moved_m_s: T::zero(),
             below: false,
             upward_m2_s2: T::from_f64(Self::SIGN_M2_S2),
         }
@@ -135,6 +138,16 @@ impl<T: Real> ImpactDetector<T> {
     /// Jump in m/s that is found in half of all cases, in settled flight.
     pub fn threshold_m_s(&self) -> T {
         self.tuning.threshold * self.tuning.noise_m_s
+    }
+
+    /// Variance of the velocity in flight per that of a sample, `p`.
+    pub(crate) fn spread(&self) -> T {
+        self.spread
+    }
+
+    /// The mean over the samples since the last impact less the first of them, and how many they are: exact up to the window.
+    pub(crate) fn since_impact(&self) -> (T, T) {
+        (self.moved_m_s, self.samples)
     }
 
     /// Takes a sample in.
@@ -177,6 +190,7 @@ impl<T: Real> ImpactDetector<T> {
         let weight = T::one() / self.samples;
         let kept = T::one() - weight;
         self.velocity_m_s += weight * surplus;
+        self.moved_m_s += weight * surplus;
         self.spread = kept * kept * self.spread + weight * weight;
         Heard::Flight
     }
@@ -184,7 +198,7 @@ impl<T: Real> ImpactDetector<T> {
     /// Estimates the flight anew from one sample.
     fn begin_at(&mut self, velocity_m_s: T) {
         (self.velocity_m_s, self.samples, self.spread) = (velocity_m_s, T::one(), T::one());
-        self.below = false;
+        (self.moved_m_s, self.below) = (T::zero(), false);
     }
 }
 

@@ -78,6 +78,7 @@
     )
 )]
 
+mod belief;
 pub mod comparison;
 mod constant_rate;
 mod covariance;
@@ -93,6 +94,7 @@ mod smoother;
 mod track;
 mod tracker;
 mod transition;
+mod twin;
 #[cfg(test)]
 mod yardstick;
 
@@ -109,3 +111,4 @@ pub use rest::{RestDetector, RestTuning};
 pub use track::TrackTuning;
 pub use tracker::{FRAMES_KEPT, STUCK_FRAMES};
 pub use transition::{Blocks2, Dense, Transition, UpperTriangular};
+pub use twin::{ContactTuning, Tolerance, TwinFilter, TwinTuning};

@@ -27,6 +27,7 @@
 
 use motor_model::{Angle, AngleAccumulator, Real, Time};
 
+use crate::belief::Belief;
 use crate::covariance::AngleRateCovariance;
 use crate::measurement::CameraFrame;
 
@@ -90,21 +91,21 @@ impl<T: Real> TrackTuning<T> {
 }
 
 /// How angle and rate go on between frames.
-pub(crate) trait Process<T> {
+pub(crate) trait Process<T, B = AngleRateCovariance<T>> {
     /// Carries `state` forward to `until`, if that is later; `resting` is whether the rotor lies still.
-    fn carry(&self, state: &mut State<T>, resting: bool, until: Time);
+    fn carry(&self, state: &mut State<T, B>, resting: bool, until: Time);
 }
 
 /// Angle and rate at an instant.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct State<T> {
+pub(crate) struct State<T, B = AngleRateCovariance<T>> {
     pub(crate) at: Time,
     pub(crate) angle: AngleAccumulator<T>,
     pub(crate) rate_rad_s: T,
-    pub(crate) covariance: AngleRateCovariance<T>,
+    pub(crate) covariance: B,
 }
 
-impl<T: Real> State<T> {
+impl<T: Real, B: Belief<T>> State<T, B> {
     /// Carries it forward to `until` while the rate wanders with intensity `noise_rad2_s3`; leaves it as it is if `until` is not later.
     #[inline]
     pub(crate) fn wander(&mut self, until: Time, noise_rad2_s3: T) {
@@ -117,8 +118,8 @@ impl<T: Real> State<T> {
 
 /// What is known of the rotor after a frame.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Track<T> {
-    pub(crate) state: State<T>,
+pub(crate) struct Track<T, B = AngleRateCovariance<T>> {
+    pub(crate) state: State<T, B>,
     /// The last frame's angle.
     code: Angle,
     /// Share of frames at rest whose code differs from the one before.
@@ -136,22 +137,27 @@ pub(crate) struct Track<T> {
     pub(crate) kicked: bool,
 }
 
-impl<T: Real> Track<T> {
+impl<T: Real, B: Belief<T>> Track<T, B> {
     /// Largest rate that a start has to allow for, one standard deviation, in rad/s.
     const START_RATE_RAD_S: f64 = 20.0;
 
     /// Frames over which the normalised innovations are averaged.
     const NIS_FRAMES: f64 = 64.0;
 
-    /// A track that begins at `frame`, in the turn that brings it nearest to `near`.
-    pub(crate) fn begun(frame: &CameraFrame, near: Angle, tuning: &TrackTuning<T>) -> Self {
+    /// A track that begins at `frame`, in the turn that brings it nearest to `near`; what was known `before` beside angle and rate is kept.
+    pub(crate) fn begun(
+        frame: &CameraFrame,
+        near: Angle,
+        before: Option<&B>,
+        tuning: &TrackTuning<T>,
+    ) -> Self {
         let rate = T::from_f64(Self::START_RATE_RAD_S);
         Self {
             state: State {
                 at: frame.exposed_at,
                 angle: AngleAccumulator::at(near.plus(frame.angle.minus(near).wrapped())),
                 rate_rad_s: T::zero(),
-                covariance: AngleRateCovariance::diagonal(tuning.camera_rad2, rate * rate),
+                covariance: B::begin(tuning.camera_rad2, rate * rate, before),
             },
             code: frame.angle,
             changing: T::zero(),
@@ -219,9 +225,9 @@ impl<T: Real> Track<T> {
     #[inline]
     pub(crate) fn correct(&mut self, innovation_rad: T, quiet: bool, tuning: &TrackTuning<T>) {
         let State { angle, rate_rad_s, covariance, .. } = &mut self.state;
-        let gain = covariance.update_angle(tuning.camera_rad2);
-        angle.turn_by_radians(gain.angle * innovation_rad);
-        *rate_rad_s += gain.rate * innovation_rad;
+        let [turn_rad, faster_rad_s] = covariance.correct_by_angle(innovation_rad, tuning.camera_rad2);
+        angle.turn_by_radians(turn_rad);
+        *rate_rad_s += faster_rad_s;
         let still = quiet && rate_rad_s.abs() < tuning.resting_rate_rad_s;
         self.still_frames = if still { self.still_frames.saturating_add(1) } else { 0 };
         self.resting = self.still_frames >= tuning.resting_frames;
@@ -232,10 +238,9 @@ impl<T: Real> Track<T> {
     pub(crate) fn stand_still(&mut self, tuning: &TrackTuning<T>) {
         if self.resting {
             let State { angle, rate_rad_s, covariance, .. } = &mut self.state;
-            let surplus = -*rate_rad_s;
-            let gain = covariance.update_rate(tuning.zero_rate_rad2_s2);
-            angle.turn_by_radians(gain.angle * surplus);
-            *rate_rad_s += gain.rate * surplus;
+            let [turn_rad, faster_rad_s] = covariance.correct_by_rate(-*rate_rad_s, tuning.zero_rate_rad2_s2);
+            angle.turn_by_radians(turn_rad);
+            *rate_rad_s += faster_rad_s;
         }
     }
 }

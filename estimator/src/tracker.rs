@@ -32,6 +32,8 @@
 use heapless::Deque;
 use motor_model::{Angle, Real, Time};
 
+use crate::belief::Belief;
+use crate::covariance::AngleRateCovariance;
 use crate::filter::{Estimate, Health, Reason};
 use crate::innovation::{Innovation, Rejection, Source, Verdict};
 use crate::measurement::CameraFrame;
@@ -58,12 +60,12 @@ pub(crate) struct Moment {
 
 /// A frame that was looked at, and the track after it.
 #[derive(Clone, Copy, Debug)]
-struct Looked<T> {
+struct Looked<T, B> {
     frame: CameraFrame,
-    track: Track<T>,
+    track: Track<T, B>,
 }
 
-impl<T: Real> Looked<T> {
+impl<T: Real, B: Belief<T>> Looked<T, B> {
     /// The same, part by part: on a microcontroller a copy as a whole is a call that costs as much as an update.
     #[inline]
     fn copied(&self) -> Self {
@@ -83,18 +85,18 @@ struct Stuck {
 
 /// The track after the last frames.
 #[derive(Clone, Debug)]
-pub(crate) struct Tracker<T> {
+pub(crate) struct Tracker<T, B = AngleRateCovariance<T>> {
     tuning: TrackTuning<T>,
     /// The newest frame; `None` before the first one.
-    newest: Option<Looked<T>>,
+    newest: Option<Looked<T, B>>,
     /// Those before it, by exposure.
-    older: Deque<Looked<T>, { FRAMES_KEPT - 1 }>,
+    older: Deque<Looked<T, B>, { FRAMES_KEPT - 1 }>,
     stuck: Option<Stuck>,
     /// Age of the last frame by the filter's clock when it came, in ns.
     latency_nanos: u64,
 }
 
-impl<T: Real> Tracker<T> {
+impl<T: Real, B: Belief<T>> Tracker<T, B> {
     /// Predicted angle variance in rad^2 beyond which the turn is lost: six standard deviations, the gate, then span it.
     const LOST_RAD2: f64 = 0.25;
 
@@ -115,7 +117,7 @@ impl<T: Real> Tracker<T> {
 
     /// The track at the last frame used.
     #[inline]
-    pub(crate) fn track(&self) -> Option<&Track<T>> {
+    pub(crate) fn track(&self) -> Option<&Track<T, B>> {
         self.newest.as_ref().map(|looked| &looked.track)
     }
 
@@ -125,7 +127,7 @@ impl<T: Real> Tracker<T> {
     }
 
     /// Gives up going back to before `limit`: what has happened until then is no longer known, so the track itself is carried there, if it is older.
-    pub(crate) fn shorten(&mut self, limit: Time, process: &impl Process<T>) {
+    pub(crate) fn shorten(&mut self, limit: Time, process: &impl Process<T, B>) {
         while self.older.pop_front_if(|looked| looked.track.state.at < limit).is_some() {}
         if let Some(Looked { track, .. }) = &mut self.newest {
             process.carry(&mut track.state, track.resting, limit);
@@ -138,7 +140,7 @@ impl<T: Real> Tracker<T> {
         &mut self,
         frame: &CameraFrame,
         moment: Moment,
-        process: &impl Process<T>,
+        process: &impl Process<T, B>,
     ) -> Innovation<T> {
         let Some(Looked { frame: last, track: Track { state, .. } }) = &self.newest else {
             return self.begin(frame, Angle::ZERO);
@@ -171,7 +173,7 @@ impl<T: Real> Tracker<T> {
         clippy::inline_always,
         reason = "a call copies the record of the frame, which costs as much as an update"
     )]
-    fn look(&mut self, frame: &CameraFrame, quiet: bool, process: &impl Process<T>) -> Innovation<T> {
+    fn look(&mut self, frame: &CameraFrame, quiet: bool, process: &impl Process<T, B>) -> Innovation<T> {
         let Some(newest) = &mut self.newest else { return self.begin(frame, Angle::ZERO) };
         if self.older.is_full() {
             self.older.pop_front();
@@ -184,7 +186,7 @@ impl<T: Real> Tracker<T> {
         process.carry(&mut track.state, track.resting, frame.exposed_at);
         let innovation_rad: T =
             frame.angle.minus(track.state.angle.angle()).wrapped().radians_since(Angle::ZERO);
-        let variance_rad2 = track.state.covariance.angle_innovation_rad2(self.tuning.camera_rad2);
+        let variance_rad2 = track.state.covariance.angle_rad2() + self.tuning.camera_rad2;
         let normalised = innovation_rad * innovation_rad / variance_rad2;
         // Both asked this way round, so that NaN, and a variance that has overflowed, are refused.
         let turn_known = variance_rad2 <= T::from_f64(Self::LOST_RAD2);
@@ -232,7 +234,7 @@ impl<T: Real> Tracker<T> {
     /// The newest frame is beyond the gate: takes it in all the same if it is not the first and a kick explains it, or refuses it and leaves the track as it
     /// was but for the counts; after too many refusals begins anew at it.
     #[inline(never)]
-    fn doubt(&mut self, seen: (T, T), quiet: bool, process: &impl Process<T>) -> Innovation<T> {
+    fn doubt(&mut self, seen: (T, T), quiet: bool, process: &impl Process<T, B>) -> Innovation<T> {
         let (Some(Looked { frame, track }), Some(before)) = (&mut self.newest, self.older.back()) else {
             return self.begin_here();
         };
@@ -242,7 +244,7 @@ impl<T: Real> Tracker<T> {
             let mut kicked = track.state;
             kicked.covariance.widen_rate(self.tuning.kick_rad2_s2);
             process.carry(&mut kicked, track.resting, frame.exposed_at);
-            let variance_rad2 = kicked.covariance.angle_innovation_rad2(self.tuning.camera_rad2);
+            let variance_rad2 = kicked.covariance.angle_rad2() + self.tuning.camera_rad2;
             if seen.0 * seen.0 <= self.tuning.gate * variance_rad2 {
                 track.state = kicked;
                 track.kicked = true;
@@ -263,7 +265,7 @@ impl<T: Real> Tracker<T> {
 
     /// A frame that newer ones have overtaken: goes back, looks at it, and then at those again.
     #[inline(never)]
-    fn overtaken(&mut self, frame: &CameraFrame, quiet: bool, process: &impl Process<T>) -> Innovation<T> {
+    fn overtaken(&mut self, frame: &CameraFrame, quiet: bool, process: &impl Process<T, B>) -> Innovation<T> {
         let mut kept = self.older.iter().chain(&self.newest);
         if kept.any(|looked| looked.frame.exposed_at == frame.exposed_at) {
             return refused(frame, (T::zero(), T::zero()), Rejection::Duplicate);
@@ -327,7 +329,9 @@ impl<T: Real> Tracker<T> {
     #[inline(never)]
     fn begin(&mut self, frame: &CameraFrame, near: Angle) -> Innovation<T> {
         self.older.clear();
-        self.newest = Some(Looked { frame: *frame, track: Track::begun(frame, near, &self.tuning) });
+        let before = self.track().map(|track| track.state.covariance);
+        let track = Track::begun(frame, near, before.as_ref(), &self.tuning);
+        self.newest = Some(Looked { frame: *frame, track });
         Innovation {
             source: Source::Camera,
             taken_at: frame.exposed_at,
@@ -339,7 +343,7 @@ impl<T: Real> Tracker<T> {
 
     /// Angle and rate carried forward to `now`; `None` before the first frame.
     #[inline]
-    pub(crate) fn estimate(&self, now: Time, process: &impl Process<T>) -> Option<Estimate<T>> {
+    pub(crate) fn estimate(&self, now: Time, process: &impl Process<T, B>) -> Option<Estimate<T>> {
         let track = self.track()?;
         let mut ahead = track.state;
         process.carry(&mut ahead, track.resting, now);
@@ -354,32 +358,13 @@ impl<T: Real> Tracker<T> {
         })
     }
 
-    /// Angle and rate at `at`, from the frames before and after it; `None` before the oldest one kept.
-    pub(crate) fn smoothed(&self, at: Time, process: &impl Process<T>) -> Option<Estimate<T>> {
-        let newest = self.track()?;
-        if at >= newest.state.at {
-            return self.estimate(at, process);
-        }
-        let mut smoothed = Smoothed::newest(&newest.state);
-        let (mut later, mut from) = (newest, self.older.iter().rev().map(|looked| &looked.track));
-        loop {
-            // Frames refused left the track where it was.
-            let earlier = from.find(|track| track.state.at < later.state.at)?;
-            let kick = if later.kicked { self.tuning.kick_rad2_s2 } else { T::zero() };
-            if earlier.state.at <= at {
-                let mut state = earlier.state;
-                process.carry(&mut state, earlier.resting, at);
-                return Some(
-                    smoothed.back_to(&state, earlier.resting, kick, process).estimate(earlier.resting),
-                );
-            }
-            smoothed = smoothed.back_to(&earlier.state, earlier.resting, kick, process);
-            later = earlier;
-        }
-    }
-
     /// Whether the estimate at `now` may be used; `vibrometer` is what is wrong with that, if anything is.
-    pub(crate) fn health(&self, now: Time, vibrometer: Option<Reason>, process: &impl Process<T>) -> Health {
+    pub(crate) fn health(
+        &self,
+        now: Time,
+        vibrometer: Option<Reason>,
+        process: &impl Process<T, B>,
+    ) -> Health {
         let Some(track) = self.track() else { return Health::Waiting };
         let mut ahead = track.state;
         process.carry(&mut ahead, track.resting, now);
@@ -409,6 +394,32 @@ impl<T: Real> Tracker<T> {
         // Without a division, which costs a microcontroller more than all of this.
         let twice_frames = 2 * u64::try_from(self.older.len()).unwrap_or(0);
         overdue_nanos.saturating_mul(twice_frames) > span_nanos.saturating_mul(5)
+    }
+}
+
+impl<T: Real> Tracker<T> {
+    /// Angle and rate at `at`, from the frames before and after it; `None` before the oldest one kept.
+    pub(crate) fn smoothed(&self, at: Time, process: &impl Process<T>) -> Option<Estimate<T>> {
+        let newest = self.track()?;
+        if at >= newest.state.at {
+            return self.estimate(at, process);
+        }
+        let mut smoothed = Smoothed::newest(&newest.state);
+        let (mut later, mut from) = (newest, self.older.iter().rev().map(|looked| &looked.track));
+        loop {
+            // Frames refused left the track where it was.
+            let earlier = from.find(|track| track.state.at < later.state.at)?;
+            let kick = if later.kicked { self.tuning.kick_rad2_s2 } else { T::zero() };
+            if earlier.state.at <= at {
+                let mut state = earlier.state;
+                process.carry(&mut state, earlier.resting, at);
+                return Some(
+                    smoothed.back_to(&state, earlier.resting, kick, process).estimate(earlier.resting),
+                );
+            }
+            smoothed = smoothed.back_to(&earlier.state, earlier.resting, kick, process);
+            later = earlier;
+        }
     }
 }
 

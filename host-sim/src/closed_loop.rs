@@ -77,7 +77,7 @@ impl ClosedLoop {
     /// When the model refuses the plant, or the plant's step does not divide a period.
     pub fn new(scene: &Scene, target: Target, tuning: PositioningTuning) -> Result<Self, CommandError> {
         let ports = Ports { desk: Desk::new(scene)?, command: DriveCommand::OFF };
-        let position_loop = PositionLoop::new(AnyFilter::of(scene), target, tuning, Time::ZERO);
+        let position_loop = PositionLoop::new(AnyFilter::of(scene)?, target, tuning, Time::ZERO);
         Ok(Self { ports, position_loop })
     }
 

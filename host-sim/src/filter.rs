@@ -2,53 +2,63 @@
 
 use estimator::{
     AngleFilter, CameraFrame, ConstantRate, ConstantRateTuning, Estimate, Health, ImpactAided,
-    ImpactAidedTuning, Innovation, LdvSample,
+    ImpactAidedTuning, Innovation, LdvSample, TwinFilter, TwinTuning,
 };
-use motor_model::{DriveCommand, MotorParams, Real, Time};
+use motor_model::{DriveCommand, MotorParams, OutOfBounds, Real, Time};
 
 use crate::scene::{Kind, Scene, Setting};
 
 /// The filters by name, from the simplest to the richest.
-pub const FILTERS: &[&str] = &["constant_rate", "impact_aided"];
+pub const FILTERS: &[&str] = &["constant_rate", "impact_aided", "twin"];
 
 /// The estimator's settings.
 pub const SETTINGS: &[Setting] = &[Setting {
     key: "estimator.filter",
     unit: "",
     kind: Kind::Choice { default: "constant_rate", of: FILTERS },
-    meaning: "filter of angle and rate: from the camera alone, or with the vibrometer's impacts",
+    meaning: "filter of angle and rate: from the camera alone, with the vibrometer's impacts, or with a twin that these drive",
 }];
 
 /// One of the filters, in the precision of the microcontroller unless another is asked for.
 #[derive(Clone, Debug)]
-pub enum AnyFilter<T = f32> {
+pub enum AnyFilter<T: Real = f32> {
     /// Camera only.
     ConstantRate(Box<ConstantRate<T>>),
     /// Camera, and impacts from the vibrometer.
     ImpactAided(Box<ImpactAided<T>>),
+    /// Camera, and the twin driven by the vibrometer's impacts.
+    Twin(Box<TwinFilter<T>>),
 }
 
 impl<T: Real> AnyFilter<T> {
     /// The filter of a scene.
-    pub fn of(scene: &Scene) -> Self {
+    ///
+    /// # Errors
+    /// As of [`Self::named`].
+    pub fn of(scene: &Scene) -> Result<Self, OutOfBounds> {
         Self::named(scene.choice("estimator.filter"))
     }
 
     /// The filter of this name; the simplest for any other word. What it knows of the motor is nominal.
-    pub fn named(name: &str) -> Self {
-        match name {
+    ///
+    /// # Errors
+    /// When the model refuses the nominal motor: never.
+    pub fn named(name: &str) -> Result<Self, OutOfBounds> {
+        let nominal = MotorParams::nominal();
+        Ok(match name {
+            "twin" => Self::Twin(Box::new(TwinFilter::try_new(&nominal, &TwinTuning::new(&nominal))?)),
             "impact_aided" => {
-                let tuning = ImpactAidedTuning::new(&MotorParams::nominal());
-                Self::ImpactAided(Box::new(ImpactAided::new(&tuning)))
+                Self::ImpactAided(Box::new(ImpactAided::new(&ImpactAidedTuning::new(&nominal))))
             }
             _ => Self::ConstantRate(Box::new(ConstantRate::new(&ConstantRateTuning::default()))),
-        }
+        })
     }
 
     fn get(&self) -> &dyn AngleFilter<T> {
         match self {
             Self::ConstantRate(filter) => filter.as_ref(),
             Self::ImpactAided(filter) => filter.as_ref(),
+            Self::Twin(filter) => filter.as_ref(),
         }
     }
 
@@ -56,6 +66,7 @@ impl<T: Real> AnyFilter<T> {
         match self {
             Self::ConstantRate(filter) => filter.as_mut(),
             Self::ImpactAided(filter) => filter.as_mut(),
+            Self::Twin(filter) => filter.as_mut(),
         }
     }
 }

@@ -17,7 +17,7 @@ pub mod recording;
 pub mod replay;
 mod tables;
 
-use motor_model::DriveMode;
+use motor_model::{DriveMode, OutOfBounds};
 use rayon::prelude::*;
 use serde::Serialize;
 
@@ -151,7 +151,7 @@ impl Plan {
                     Variant::all().filter(|v| v.sample_rate_hz.total_cmp(&rate_hz).is_eq()).collect();
                 let accounts = self.accounts(mode, rate_hz, &variants, progress)?;
                 let recording = recording(&self.scenes[0], mode, rate_hz)?;
-                let costs = replay::costs(&variants, &recording, self.rounds);
+                let costs = replay::costs(&variants, &recording, self.rounds)?;
                 for ((variant, account), ns) in variants.iter().zip(&accounts).zip(costs) {
                     let instructions = counts.and_then(|counts| variant.instructions(drive, counts));
                     let runs = self.scenes.len() as u64;
@@ -178,9 +178,9 @@ impl Plan {
     ) -> Result<Vec<Account>, CommandError> {
         let of_motor = |scene: &Scene| {
             let recording = recording(scene, mode, rate_hz)?;
-            let accounts: Vec<Account> = variants.iter().map(|v| v.account(&recording)).collect();
+            let accounts: Result<Vec<Account>, _> = variants.iter().map(|v| v.account(&recording)).collect();
             progress();
-            Ok(accounts)
+            Ok(accounts?)
         };
         // One thread's share is one motor; the accounts come back in the order of the list, and are added up in it.
         let of_motors: Result<Vec<Vec<Account>>, CommandError> =
@@ -201,11 +201,14 @@ fn recording(scene: &Scene, mode: DriveMode, rate_hz: f64) -> Result<Recording, 
 
 impl Variant {
     /// What the errors in steady motion add up to.
-    pub fn account(&self, recording: &Recording) -> Account {
-        match self.precision {
-            Precision::F32 => replay::account(AnyFilter::<f32>::named(self.filter), recording),
-            Precision::F64 => replay::account(AnyFilter::<f64>::named(self.filter), recording),
-        }
+    ///
+    /// # Errors
+    /// As of [`AnyFilter::named`].
+    pub fn account(&self, recording: &Recording) -> Result<Account, OutOfBounds> {
+        Ok(match self.precision {
+            Precision::F32 => replay::account(AnyFilter::<f32>::named(self.filter)?, recording),
+            Precision::F64 => replay::account(AnyFilter::<f64>::named(self.filter)?, recording),
+        })
     }
 
     /// The instructions of its operations on the microcontroller; `None` where they were not counted.

@@ -100,6 +100,12 @@ impl Mode {
         ])
     }
 
+    /// `exp(A h)` of this mode in `f64`, rows `(g, g')`: its free motion over `h` s. For construction.
+    pub fn propagator(&self, h: f64) -> [[f64; 2]; 2] {
+        let [[gg, gv], [vg, vv]] = self.propagator_minus_identity(h);
+        [[1.0 + gg, gv], [vg, 1.0 + vv]]
+    }
+
     /// `exp(A h) - I` of this mode in `f64`, rows `(g, g')`, each entry free of cancellation.
     pub(crate) fn propagator_minus_identity(&self, h: f64) -> [[f64; 2]; 2] {
         let (w, zeta) = (self.natural_rad_s, self.damping_ratio);

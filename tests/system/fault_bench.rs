@@ -56,7 +56,8 @@ impl Bench {
     pub fn ahead(sets: &[&str], ahead_nanos: u64) -> Self {
         let sets: Vec<String> = ["seed=21"].iter().chain(sets).map(|&set| set.to_owned()).collect();
         let desk = Desk::new(&Scene::load(None, &sets).expect("a scene")).expect("a desk");
-        let filters = FILTERS.iter().map(|&name| (name, AnyFilter::named(name))).collect();
+        let filters =
+            FILTERS.iter().map(|&name| (name, AnyFilter::named(name).expect("the nominal motor"))).collect();
         Self { desk, filters, ahead_nanos }
     }
 

@@ -38,6 +38,7 @@ mod law_every_phase;
 mod law_hard_cases;
 mod law_hour_at_rest;
 mod law_rotation_sense;
+mod law_twin_filter;
 mod tool_steady_rates;
 
 mod dual_covariance;

@@ -83,7 +83,7 @@ impl Contest {
             command: DriveCommand::OFF,
             phase: None,
             chronicle: Chronicle::default(),
-            filters: FILTERS.iter().map(|name| AnyFilter::named(name)).collect(),
+            filters: FILTERS.iter().map(|name| AnyFilter::named(name)).collect::<Result<_, _>>()?,
             genies: GENIES.iter().map(genie).collect(),
             accounts: names().map(|_| Accounts::default()).collect(),
             truths: VecDeque::new(),

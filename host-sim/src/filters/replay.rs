@@ -8,7 +8,7 @@ use std::hint::black_box;
 use std::time::Instant;
 
 use estimator::AngleFilter as _;
-use motor_model::{DriveCommand, Real, Time};
+use motor_model::{DriveCommand, OutOfBounds, Real, Time};
 use serde::Serialize;
 
 use super::Variant;
@@ -77,10 +77,13 @@ pub fn account<T: Real>(mut filter: AnyFilter<T>, recording: &Recording) -> Acco
 }
 
 /// What the operations of each variant take on this machine, in ns.
-pub fn costs(variants: &[Variant], recording: &Recording, rounds: u32) -> Vec<Cost> {
+///
+/// # Errors
+/// As of [`AnyFilter::named`].
+pub fn costs(variants: &[Variant], recording: &Recording, rounds: u32) -> Result<Vec<Cost>, OutOfBounds> {
     let (settling, timed) = recording.events.split_at(timed_from(&recording.events));
-    let settled: Vec<Settled> =
-        variants.iter().map(|variant| Settled::new(variant, recording.command, settling)).collect();
+    let settled = variants.iter().map(|variant| Settled::new(variant, recording.command, settling));
+    let settled: Vec<Settled> = settled.collect::<Result<_, _>>()?;
     let endless = Cost::new(f64::INFINITY, f64::INFINITY, f64::INFINITY, 1.0);
     let mut least = vec![endless; variants.len()];
     for _ in 0..rounds.max(1) {
@@ -88,7 +91,7 @@ pub fn costs(variants: &[Variant], recording: &Recording, rounds: u32) -> Vec<Co
             *least = least.least(settled.cost(timed, variant.sample_rate_hz), variant.sample_rate_hz);
         }
     }
-    least
+    Ok(least)
 }
 
 /// A filter that has followed the motor into steady motion.
@@ -98,11 +101,11 @@ enum Settled {
 }
 
 impl Settled {
-    fn new(variant: &Variant, command: DriveCommand, events: &[Event]) -> Self {
-        match variant.precision {
-            Precision::F32 => Self::F32(settle(AnyFilter::named(variant.filter), command, events)),
-            Precision::F64 => Self::F64(settle(AnyFilter::named(variant.filter), command, events)),
-        }
+    fn new(variant: &Variant, command: DriveCommand, events: &[Event]) -> Result<Self, OutOfBounds> {
+        Ok(match variant.precision {
+            Precision::F32 => Self::F32(settle(AnyFilter::named(variant.filter)?, command, events)),
+            Precision::F64 => Self::F64(settle(AnyFilter::named(variant.filter)?, command, events)),
+        })
     }
 
     fn cost(&self, events: &[Event], sample_rate_hz: f64) -> Cost {

@@ -1,0 +1,335 @@
+//! The twin's filter: the vibrometer drives the twin through each impact, and the camera corrects what the twin cannot know.
+//!
+//! The bouncing rotor is chaotic: an error grows some hundred times an impact ([`motor_model::Saltation`]), so a twin that runs on its
+//! own through impacts knows nothing after two. The vibrometer sees each impact's normal impulse, and so the twin is never asked for one:
+//!
+//! ```text
+//! stator   driven by the coil, struck back by the measured impulses: stable, its errors die out with the modes
+//! impact   the pair whose tooth is where the rotor is (gap) and approaches as the jump tells; its instant within the 5 us of a sample's period
+//! rate     kicked by clamp(a S - rate, -f L, f L),   S = s' / R_t of that pair,   L = mu m_r R_t dv / J
+//! ```
+//!
+//! Two filters in a row, since the camera tells nothing of the stator. The first has the stator's 20 errors: six of the modes, the height, three of the impact at
+//! hand, ten of the motor's parameters, which gap and approach of hundreds of impacts a second soon tell. The second has angle, rate, and the scales `f`
+//! of friction and `a` of the teeth's reach.
+//!
+//! A jump is better known ten samples later, and the tooth's velocity after the next impact: the strike, which waits for its frame, is amended.
+//!
+//! The strikes since the oldest frame kept are kept, up to [`crate::IMPACTS_KEPT_MAX`], as [`crate::ImpactAided`] keeps its kicks; so are gate, new start, rest and the
+//! loss of either sensor that of all filters. Without samples for [`crate::ImpactDetectorTuning::gap_nanos`] the rate wanders as in [`crate::ConstantRate`], and
+//! modes and height become unknown.
+
+mod belief;
+mod contact;
+mod driven;
+mod kick;
+mod oscillator;
+mod stator;
+mod tuning;
+
+use motor_model::{DriveCommand, MotorParams, OutOfBounds, Parameter, Real, Time};
+
+use crate::filter::{AngleFilter, Estimate, Health, Reason};
+use crate::impact_detector::{Heard, ImpactDetector};
+use crate::innovation::Innovation;
+use crate::measurement::{CameraFrame, LdvSample};
+use crate::motion::{Motion, MotionWatch};
+use crate::tracker::{Moment, Tracker};
+use belief::ScaledBelief;
+use contact::{Blow, Known, Struck};
+use driven::{Driven, Strike, Strikes};
+use stator::StatorBelief;
+pub use tuning::{ContactTuning, Tolerance, TwinTuning};
+
+/// The filter.
+#[derive(Clone, Debug)]
+pub struct TwinFilter<T: Real> {
+    tuning: TwinTuning<T>,
+    watch: MotionWatch<T>,
+    detector: ImpactDetector<T>,
+    tracker: Tracker<T, ScaledBelief<T>>,
+    strikes: Strikes<T>,
+    stator: StatorBelief<T>,
+    /// As the motor is given at the start, for a stator that has got lost.
+    stator_at_start: StatorBelief<T>,
+    drive: DriveCommand,
+    /// The newest sample.
+    seen_m_s: T,
+    /// The last impact's jump as first seen, as long as it can be refined.
+    raw_jump_m_s: Option<T>,
+    /// `mu m_r R_t / J`, in rad/s per m/s.
+    limit_per_jump_rad_m: T,
+    per_radius_m: T,
+}
+
+impl<T: Real> TwinFilter<T> {
+    /// A filter that has seen nothing and believes the motor's parameters to be these, within its tuning's tolerances.
+    ///
+    /// # Errors
+    /// When the model refuses the parameters.
+    pub fn try_new(params: &MotorParams, tuning: &TwinTuning<T>) -> Result<Self, OutOfBounds> {
+        let radius = params.get(Parameter::ToothRadius);
+        let limit = params.get(Parameter::Friction) * params.get(Parameter::RotorMass) * radius
+            / params.get(Parameter::RotorInertia);
+        let stator = StatorBelief::try_new(params, tuning)?;
+        Ok(Self {
+            tuning: *tuning,
+            watch: MotionWatch::new(&tuning.constant_rate.rest),
+            detector: ImpactDetector::new(tuning.detector),
+            tracker: Tracker::new(tuning.constant_rate.track),
+            strikes: Strikes::new(),
+            stator_at_start: stator.clone(),
+            stator,
+            drive: DriveCommand::OFF,
+            seen_m_s: T::zero(),
+            raw_jump_m_s: None,
+            limit_per_jump_rad_m: T::from_f64(limit),
+            per_radius_m: T::from_f64(1.0 / radius),
+        })
+    }
+
+    /// Friction, and the teeth's tangential velocity, per what the parameters say; `None` before the first frame.
+    pub fn scales(&self) -> Option<[T; 2]> {
+        self.tracker.track().map(|track| [track.state.covariance.friction, track.state.covariance.reach])
+    }
+
+    fn process(&self, motion: Motion) -> Driven<'_, T> {
+        Driven { tuning: &self.tuning, strikes: &self.strikes, motion, heard_until: self.heard_until() }
+    }
+
+    /// Until when impacts would have been heard: never, by a vibrometer whose sign is wrong.
+    fn heard_until(&self) -> Time {
+        let newest = self.detector.newest().filter(|_| !self.detector.inverted());
+        newest.map_or(Time::ZERO, |newest| newest.plus_nanos(self.tuning.detector.gap_nanos))
+    }
+
+    /// Noise variance of a vibrometer sample.
+    fn sample_m2_s2(&self) -> T {
+        self.tuning.detector.noise_m_s * self.tuning.detector.noise_m_s
+    }
+
+    /// The rotor was struck within the period that ends at `at`.
+    fn strike(&mut self, at: Time, blow: &Blow<T>, since_s: T) {
+        let explained = self.stator.strike(blow, &self.tuning);
+        if !self.stator.is_sound() {
+            self.lose_stator();
+        } else if let Some(struck) = explained {
+            self.amend(struck.earlier);
+            self.raw_jump_m_s = Some(blow.jump_m_s);
+            return self.keep(self.strike_of(at, &struck));
+        }
+        self.stator.height_m += T::from_f64(0.5) * since_s * blow.jump_m_s;
+        self.raw_jump_m_s = None;
+        self.keep(self.doubted(at, blow));
+    }
+
+    /// The strike of an impact explained.
+    fn strike_of(&self, at: Time, struck: &Struck<T>) -> Strike<T> {
+        let (c, s) = (self.limit_per_jump_rad_m, self.per_radius_m);
+        let Struck { back: back_s, jump: jump_m_s, tooth: tooth_m_s, .. } = *struck;
+        let back_nanos = (back_s.value * T::from_f64(1e9)).whole();
+        Strike {
+            at: Time::from_nanos(at.nanos().saturating_add_signed(-i64::from(back_nanos))),
+            at_s2: back_s.variance,
+            limit_rad_s: Known { value: c * jump_m_s.value, variance: c * c * jump_m_s.variance },
+            tooth_rad_s: Known { value: s * tooth_m_s.value, variance: s * s * tooth_m_s.variance },
+            unknown_rad2_s2: self.tuning.chatter_rad2_s2,
+        }
+    }
+
+    /// A jump that fits neither pair: noise as a rule, a kick of unknown sign else.
+    fn doubted(&self, at: Time, blow: &Blow<T>) -> Strike<T> {
+        let nothing = Known { value: T::zero(), variance: T::zero() };
+        let most_rad_s = self.limit_per_jump_rad_m * blow.jump_m_s;
+        Strike {
+            at,
+            at_s2: T::zero(),
+            limit_rad_s: nothing,
+            tooth_rad_s: nothing,
+            unknown_rad2_s2: T::from_f64(0.5) * most_rad_s * most_rad_s,
+        }
+    }
+
+    /// The newest strike, if it still waits for its frame.
+    fn waiting(&mut self) -> Option<&mut Strike<T>> {
+        let at = self.tracker.track()?.state.at;
+        self.strikes.back_mut().filter(|strike| strike.at > at)
+    }
+
+    /// Corrects the tooth's velocity at the newest strike, if that still waits for its frame.
+    fn amend(&mut self, tooth_m_s: Known<T>) {
+        let (per_radius_m, refinable) = (self.per_radius_m, self.raw_jump_m_s.is_some());
+        if let Some(strike) = self.waiting().filter(|_| refinable) {
+            strike.tooth_rad_s.value += per_radius_m * tooth_m_s.value;
+            strike.tooth_rad_s.variance = per_radius_m * per_radius_m * tooth_m_s.variance;
+        }
+    }
+
+    /// The last impact's jump as `samples` since tell it, whose mean is `moved_m_s` above the first.
+    fn refine(&mut self, raw_m_s: T, moved_m_s: T, samples: T) {
+        let others = samples - T::one();
+        let jump_m_s = raw_m_s + moved_m_s * samples / others;
+        let errors = self.stator.refine(jump_m_s, self.sample_m2_s2() / others);
+        let of = |state: usize| errors.get(state).copied().unwrap_or_default();
+        let covariance = &self.stator.covariance;
+        let tooth = Known { value: of(stator::TOOTH), variance: covariance.variance::<{ stator::TOOTH }>() };
+        let jump = Known { value: of(stator::JUMP), variance: covariance.variance::<{ stator::JUMP }>() };
+        self.amend(tooth);
+        let c = self.limit_per_jump_rad_m;
+        if let Some(strike) = self.waiting() {
+            strike.limit_rad_s.value += c * jump.value;
+            strike.limit_rad_s.variance = c * c * jump.variance;
+        }
+    }
+
+    /// The last impact's jump is as well known as it will be: `least` samples have come since, if any.
+    fn refine_after(&mut self, least: T) {
+        let (moved_m_s, samples) = self.detector.since_impact();
+        if let Some(raw_m_s) = self.raw_jump_m_s
+            && samples >= least
+        {
+            self.refine(raw_m_s, moved_m_s, samples);
+            self.raw_jump_m_s = None;
+        }
+    }
+
+    /// Begins the stator anew: its numbers are none.
+    fn lose_stator(&mut self) {
+        let (phase, forcing) = (self.stator.state.phase, self.stator.state.forcing);
+        self.stator = self.stator_at_start.clone();
+        (self.stator.state.phase, self.stator.state.forcing) = (phase, forcing);
+        self.stator.forget_motion();
+        self.raw_jump_m_s = None;
+    }
+
+    /// Keeps a strike. One that becomes known only after its frame has been fused acts right after it.
+    fn keep(&mut self, mut strike: Strike<T>) {
+        let Some(track) = self.tracker.track() else { return };
+        strike.at = strike.at.max(track.state.at.plus_nanos(1));
+        if let Some(oldest) = self.strikes.front().map(|strike| strike.at)
+            && self.strikes.is_full()
+        {
+            // Written out, since the process borrows the strikes and the tracker is changed.
+            let process = Driven {
+                tuning: &self.tuning,
+                strikes: &self.strikes,
+                motion: self.watch.motion(self.watch.clock()),
+                heard_until: self.heard_until(),
+            };
+            self.tracker.shorten(oldest, &process);
+            self.forget();
+        }
+        // Cannot be full any more.
+        let _ = self.strikes.push_back(strike);
+    }
+
+    /// Drops the strikes that no frame can go back to.
+    fn forget(&mut self) {
+        let Some(at) = self.tracker.horizon() else { return };
+        while self.strikes.front().is_some_and(|strike| strike.at <= at) {
+            self.strikes.pop_front();
+        }
+    }
+
+    /// What the vibrometer has heard at a sample, `since_s` after the last one; `spread` is the flight's before it, see [`ImpactDetector::spread`].
+    fn hear(&mut self, sample: &LdvSample, heard: Heard<T>, spread: T, since_s: T) {
+        let seen_m_s = T::from_f32(sample.velocity_m_s);
+        if self.watch.motion(sample.taken_at) == Motion::Quiet {
+            // What the detector hears now is the rotor's weight on the teeth, not a blow that could teach of the stator.
+            self.stator.settle();
+            self.raw_jump_m_s = None;
+            self.seen_m_s = seen_m_s;
+            return;
+        }
+        let rise_s = T::from_f64(0.5) * since_s;
+        match heard {
+            Heard::Nothing => return,
+            Heard::Flight => {
+                self.stator.height_m += rise_s * (self.seen_m_s + seen_m_s);
+                self.refine_after(T::from_i32(i32::from(self.tuning.contact.refining_samples)));
+            }
+            Heard::Impact { before_m_s, jump_m_s } => {
+                self.stator.height_m += rise_s * (self.seen_m_s + before_m_s);
+                let jump_m2_s2 = self.sample_m2_s2() * (T::one() + spread);
+                self.strike(sample.taken_at, &Blow { before_m_s, jump_m_s, jump_m2_s2 }, since_s);
+            }
+            Heard::Gap(seconds) => {
+                let motion = self.watch.motion(sample.taken_at);
+                let intensity = self.tuning.constant_rate.wander.intensity_rad2_s3(motion, false);
+                self.raw_jump_m_s = None;
+                if seconds > T::zero() {
+                    self.stator.forget_motion();
+                }
+                let nothing = Known { value: T::zero(), variance: T::zero() };
+                self.keep(Strike {
+                    at: sample.taken_at,
+                    at_s2: T::zero(),
+                    limit_rad_s: nothing,
+                    tooth_rad_s: nothing,
+                    unknown_rad2_s2: intensity * seconds,
+                });
+            }
+        }
+        self.seen_m_s = seen_m_s;
+    }
+}
+
+impl<T: Real> AngleFilter<T> for TwinFilter<T> {
+    fn drive(&mut self, at: Time, command: DriveCommand) {
+        self.stator.advance(at, self.drive);
+        self.drive = command;
+        self.watch.drive(at, command);
+    }
+
+    fn update_ldv(&mut self, sample: &LdvSample) -> Option<Innovation<T>> {
+        if !self.watch.observe(sample) {
+            return None;
+        }
+        if self.detector.newest().is_some_and(|newest| sample.taken_at <= newest) {
+            // The watch hears the vibrometer anew: what came before bore wrong times.
+            self.detector = ImpactDetector::new(self.tuning.detector);
+            while self.strikes.pop_back_if(|strike| strike.at >= sample.taken_at).is_some() {}
+            self.lose_stator();
+        }
+        let newest = self.detector.newest();
+        let since_s: T = newest.map_or(T::zero(), |newest| sample.taken_at.seconds_since(newest));
+        let before = self.detector;
+        let heard = self.detector.observe(sample);
+        if heard == Heard::Nothing {
+            return None;
+        }
+        self.stator.advance(sample.taken_at, self.drive);
+        if let (Heard::Impact { .. }, Some(raw_m_s)) = (heard, self.raw_jump_m_s) {
+            let (moved_m_s, samples) = before.since_impact();
+            if samples > T::one() {
+                self.refine(raw_m_s, moved_m_s, samples);
+            }
+        }
+        self.hear(sample, heard, before.spread(), since_s);
+        None
+    }
+
+    fn update_camera(&mut self, frame: &CameraFrame) -> Innovation<T> {
+        let clock = self.watch.clock();
+        let motion = self.watch.motion(clock.max(frame.exposed_at));
+        let process =
+            Driven { tuning: &self.tuning, strikes: &self.strikes, motion, heard_until: self.heard_until() };
+        let moment = Moment { clock, quiet: motion == Motion::Quiet };
+        let innovation = self.tracker.update(frame, moment, &process);
+        self.forget();
+        innovation
+    }
+
+    fn estimate(&self, now: Time) -> Option<Estimate<T>> {
+        self.tracker.estimate(now, &self.process(self.watch.motion(now)))
+    }
+
+    fn health(&self, now: Time) -> Health {
+        let silent = self.watch.silent(now).then_some(Reason::VibrometerSilent);
+        let inverted = self.detector.inverted().then_some(Reason::VibrometerInverted);
+        self.tracker.health(now, silent.or(inverted), &self.process(self.watch.motion(now)))
+    }
+}
+
+#[cfg(test)]
+mod tests;

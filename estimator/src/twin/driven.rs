@@ -1,0 +1,130 @@
+//! How angle and rate go on under the kicks that the twin tells.
+
+use heapless::Deque;
+use motor_model::{Real, Time};
+
+use super::belief::{KickSlopes, ScaledBelief};
+use super::contact::Known;
+use super::kick::Kick;
+use super::tuning::TwinTuning;
+use crate::belief::Belief as _;
+use crate::impact_aided::IMPACTS_KEPT_MAX;
+use crate::motion::Motion;
+use crate::track::{Process, State};
+
+/// An impact as the rate feels it.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Strike<T> {
+    pub(super) at: Time,
+    /// Variance of the instant, in s^2.
+    pub(super) at_s2: T,
+    /// Largest kick at nominal friction, `mu k dv / R_t`, in rad/s.
+    pub(super) limit_rad_s: Known<T>,
+    /// Rate at which the tooth would carry the rotor, `S`, in rad/s.
+    pub(super) tooth_rad_s: Known<T>,
+    /// What else may have kicked the rate about then, in rad^2/s^2.
+    pub(super) unknown_rad2_s2: T,
+}
+
+/// The strikes since the oldest frame kept, in the order of time.
+pub(super) type Strikes<T> = Deque<Strike<T>, IMPACTS_KEPT_MAX>;
+
+/// The rate jumps as the twin says.
+pub(super) struct Driven<'a, T> {
+    pub(super) tuning: &'a TwinTuning<T>,
+    pub(super) strikes: &'a Strikes<T>,
+    pub(super) motion: Motion,
+    /// Until when impacts would have been heard.
+    pub(super) heard_until: Time,
+}
+
+/// Angle and rate with what rides along.
+pub(super) type TwinState<T> = State<T, ScaledBelief<T>>;
+
+impl<T: Real> Strike<T> {
+    fn apply(&self, state: &mut TwinState<T>, tuning: &TwinTuning<T>) {
+        let belief = &mut state.covariance;
+        let (friction, reach) = (belief.friction, belief.reach);
+        let friction = if friction > T::zero() { friction } else { T::zero() };
+        let (limit, tooth) = (self.limit_rad_s, self.tooth_rad_s);
+        let limit_rad_s = if limit.value > T::zero() { limit.value * friction } else { T::zero() };
+        let slip = reach * tooth.value - state.rate_rad_s;
+        let width = root(T::from_f64(3.0) * (belief.rate_rad2_s2() + tooth.variance));
+        let kick = Kick::new(slip, width, limit_rad_s);
+        let square = |x: T| x * x;
+        belief.kick(&KickSlopes {
+            per_rate: -kick.per_slip,
+            per_friction: kick.per_limit * limit.value,
+            per_reach: kick.per_slip * tooth.value,
+            variance_rad2_s2: kick.scatter
+                + square(kick.per_slip) * tooth.variance
+                + square(kick.per_limit * friction) * limit.variance
+                + square(tuning.kick_part * limit_rad_s)
+                + self.unknown_rad2_s2,
+            angle_rad2: self.at_s2 * square(kick.mean),
+        });
+        state.rate_rad_s += kick.mean;
+    }
+}
+
+impl<T: Real> Driven<'_, T> {
+    /// From one impact to the next.
+    fn fly(&self, state: &mut TwinState<T>, resting: bool, until: Time) {
+        let wander = self.tuning.constant_rate.wander.intensity_rad2_s3(self.motion, resting);
+        if self.motion != Motion::Quiet {
+            state.wander(until.min(self.heard_until), self.tuning.between_rad2_s3);
+        }
+        if until > state.at {
+            state.wander(until, wander);
+        }
+    }
+}
+
+impl<T: Real> Process<T, ScaledBelief<T>> for Driven<'_, T> {
+    fn carry(&self, state: &mut TwinState<T>, resting: bool, until: Time) {
+        if !(resting && self.motion == Motion::Quiet) {
+            let from = state.at;
+            // Most are older than the track: counted from the newest.
+            let newer = self.strikes.iter().rev().take_while(|strike| strike.at > from).count();
+            for index in self.strikes.len() - newer..self.strikes.len() {
+                let Some(strike) = self.strikes.get(index).filter(|strike| strike.at <= until) else { break };
+                self.fly(state, resting, strike.at);
+                strike.apply(state, self.tuning);
+            }
+        }
+        self.fly(state, resting, until);
+    }
+}
+
+/// Square root of what is not negative, by Newton's rule, to a part in a thousand from 1e-4 to 1e6; kept above 1e-3 and below 1e4.
+fn root<T: Real>(square: T) -> T {
+    let (least, most) = (T::from_f64(1e-6), T::from_f64(1e8));
+    // Asked this way round, so that NaN counts as large.
+    let bounded = if square < most { square } else { most };
+    let bounded = if bounded > least { bounded } else { least };
+    let mut root = T::one();
+    while root * root > T::from_f64(4.0) * bounded {
+        root *= T::from_f64(0.5);
+    }
+    while root * root < T::from_f64(0.25) * bounded {
+        root *= T::from_f64(2.0);
+    }
+    for _ in 0..3 {
+        root = T::from_f64(0.5) * (root + bounded / root);
+    }
+    root
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn exact_root() {
+        for square in [1e-6, 3e-4, 0.7, 1.0, 12.0, 4e4, 1e8_f64] {
+            assert!((root(square) / square.sqrt() - 1.0).abs() < 1e-3, "{square}");
+        }
+        assert!((root(f64::NAN) - 1e4).abs() < 1.0 && (root(f64::INFINITY) - 1e4).abs() < 1.0);
+        assert!((root(0.0_f64) - 1e-3).abs() < 1e-6);
+    }
+}

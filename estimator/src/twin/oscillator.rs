@@ -1,0 +1,81 @@
+//! A free mode over less than a sample period, either way in time.
+//!
+//! ```text
+//! g'' = -w^2 g - 2 zeta w g'      g(t) = C(t) g + S(t) g',   S(0) = 0, S'(0) = 1,   C = S' + 2 zeta w S,   C' = -w^2 S
+//! ```
+//!
+//! S by its power series to the fifth order: within 5 us of a mode at 7.5 kHz, `w t < 0.24`, it is exact to 3e-7 of itself.
+
+use motor_model::{Mode, Real};
+
+/// The constants of a mode.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Oscillator<T> {
+    /// `w^2`.
+    pub(super) stiffness_per_s2: T,
+    /// `2 zeta w`.
+    pub(super) damping_per_s: T,
+    /// Acceleration by the full drive in m/s^2.
+    pub(super) drive_m_s2: T,
+}
+
+/// What has become of a unit displacement, `c`, and of a unit velocity, `s`, with their rates.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Response<T> {
+    pub(super) c: T,
+    pub(super) c_rate: T,
+    pub(super) s: T,
+    pub(super) s_rate: T,
+    pub(super) s_acceleration: T,
+}
+
+impl<T: Real> Oscillator<T> {
+    pub(super) fn new(mode: &Mode) -> Self {
+        Self {
+            stiffness_per_s2: T::from_f64(mode.natural_rad_s * mode.natural_rad_s),
+            damping_per_s: T::from_f64(2.0 * mode.damping_ratio * mode.natural_rad_s),
+            drive_m_s2: T::from_f64(mode.drive_acceleration_m_s2()),
+        }
+    }
+
+    /// The response after `t` seconds, which may be negative.
+    pub(super) fn after(&self, t: T) -> Response<T> {
+        let (k, a, n) = (self.stiffness_per_s2, self.damping_per_s, T::from_f64);
+        // Derivatives of S at 0, from the second on.
+        let d2 = -a;
+        let d3 = -k - a * d2;
+        let d4 = -k * d2 - a * d3;
+        let d5 = -k * d3 - a * d4;
+        let tail = n(1.0 / 24.0) * d4 + t * n(1.0 / 120.0) * d5;
+        let s = t * (T::one() + t * (n(0.5) * d2 + t * (n(1.0 / 6.0) * d3 + t * tail)));
+        let slope = n(1.0 / 6.0) * d4 + t * n(1.0 / 24.0) * d5;
+        let s_rate = T::one() + t * (d2 + t * (n(0.5) * d3 + t * slope));
+        Response { c: s_rate + a * s, c_rate: -k * s, s, s_rate, s_acceleration: -k * s - a * s_rate }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use motor_model::MotorParams;
+
+    use super::*;
+
+    /// Against `S = exp(-zeta w t) sin(wd t) / wd`.
+    #[test]
+    fn exact_response_is_the_damped_sine() {
+        for mode in Mode::all(&MotorParams::nominal()).unwrap() {
+            let oscillator = Oscillator::<f64>::new(&mode);
+            let (w, zeta) = (mode.natural_rad_s, mode.damping_ratio);
+            let wd = w * (1.0 - zeta * zeta).sqrt();
+            for t in [-5e-6, -2.5e-6, 1e-6, 5e-6] {
+                let response = oscillator.after(t);
+                let (s, cos) = ((-zeta * w * t).exp() * (wd * t).sin() / wd, (wd * t).cos());
+                let s_rate = (-zeta * w * t).exp() * cos - zeta * w * s;
+                assert!((response.s - s).abs() < 1e-6 * t.abs(), "{w} {t}");
+                assert!((response.s_rate - s_rate).abs() < 1e-5, "{w} {t}");
+                assert!((response.c - (s_rate + 2.0 * zeta * w * s)).abs() < 1e-5, "{w} {t}");
+                assert!((response.s_acceleration + w * w * s + 2.0 * zeta * w * s_rate).abs() < 0.5);
+            }
+        }
+    }
+}
