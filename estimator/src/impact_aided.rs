@@ -125,11 +125,12 @@ impl<T: Real> Kicked<'_, T> {
     /// From one impact to the next.
     #[inline]
     fn fly(&self, state: &mut State<T>, resting: bool, until: Time) {
-        let wander = self.tuning.constant_rate.wander.intensity_rad2_s3(self.motion, resting);
         if self.motion != Motion::Quiet {
             state.wander(until.min(self.heard_until), self.tuning.missed_rad2_s3);
         }
-        state.wander(until, wander);
+        if until > state.at {
+            state.wander(until, self.tuning.constant_rate.wander.intensity_rad2_s3(self.motion, resting));
+        }
     }
 }
 
