@@ -1,5 +1,7 @@
 //! The microcontroller's program, as far as it does not depend on a board: the same code runs on the host, where tests call it.
 //!
+//! - [`application`]: bytes from the host in, ticks of the loop, frames to the host out; over any transport and any amplifier. [`filter`]: the one
+//!   that a configuration picks.
 //! - [`parity`]: fixed runs of the `f32` twin and of the whole loop, and the digests of their bits, equal on every machine.
 //! - [`instructions`]: what each operation of the twin, the filter and the loop takes, in instructions.
 //!
@@ -19,5 +21,9 @@
     )
 )]
 
+pub mod application;
+pub mod filter;
 pub mod instructions;
 pub mod parity;
+#[cfg(target_os = "none")]
+pub mod semihosting;

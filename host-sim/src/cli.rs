@@ -18,7 +18,7 @@ use crate::position;
 use crate::record::Record;
 use crate::scene::Scene;
 use crate::simulate::{Report, Run, simulate};
-use crate::{accuracy, estimate, export, keys, reproduce};
+use crate::{accuracy, estimate, export, keys, pil, reproduce};
 
 /// A rotary micro-motor in simulation: open loop, published figures, closed loop.
 #[derive(Debug, Parser)]
@@ -39,6 +39,8 @@ enum Command {
     Reproduce(ReproduceArgs),
     /// Count the instructions of each operation on an emulated microcontroller.
     Instructions(InstructionsArgs),
+    /// Run the firmware on an emulated microcontroller against the simulated motor, and compare it with the host bit by bit.
+    Pil(PilArgs),
     /// Set the twin's speed against its error, beside other integrators
     Accuracy(AccuracyArgs),
     /// Compare the filters with the truth of many drawn motors, beside a lower bound
@@ -235,6 +237,40 @@ struct InstructionsArgs {
 }
 
 #[derive(Debug, Args)]
+struct PilArgs {
+    /// Board to emulate
+    #[arg(long, value_enum, default_value_t)]
+    board: Board,
+    /// Target angle, clockwise positive
+    #[arg(long, value_name = "DEG", allow_negative_numbers = true)]
+    to: Option<String>,
+    /// Program to run, instead of building it
+    #[arg(long, value_name = "FILE")]
+    elf: Option<PathBuf>,
+    /// How to print the result
+    #[arg(long, value_enum, default_value = "text")]
+    format: Format,
+    #[command(flatten)]
+    scene: SceneArgs,
+}
+
+impl PilArgs {
+    fn execute(&self) -> Result<(), CommandError> {
+        let scene = self.scene.load(&[("position.to_deg", &self.to)])?;
+        instructions::emulator::check()?;
+        let elf = self.elf.clone().map_or_else(|| instructions::program::build("pil"), Ok)?;
+        let mut processor = pil::Emulated::start(&elf, self.board)?;
+        let run = pil::run(&scene, &mut processor)?;
+        processor.finish()?;
+        export::print(&match self.format {
+            Format::Text => format!("{} (QEMU {})\n{run}", self.board.processor(), self.board.machine()),
+            Format::Json => run.json(),
+        })?;
+        run.difference.map_or(Ok(()), |difference| Err(difference.into()))
+    }
+}
+
+#[derive(Debug, Args)]
 struct AccuracyArgs {
     /// Folder for accuracy.svg and table.csv
     #[arg(long, value_name = "DIR", default_value = "out/accuracy")]
@@ -299,7 +335,7 @@ impl InstructionsArgs {
     fn execute(&self) -> Result<(), CommandError> {
         let file = self.out.as_deref().map(export::Output::create).transpose()?;
         instructions::emulator::check()?;
-        let elf = self.elf.clone().map_or_else(instructions::program::build, Ok)?;
+        let elf = self.elf.clone().map_or_else(|| instructions::program::build("instructions"), Ok)?;
         let listing = Listing::parse(&instructions::emulator::run(&elf, self.board)?)?;
         let report = instructions::Report::new(self.board, listing)?;
         if let Some(mut file) = file {
@@ -348,6 +384,7 @@ impl Command {
             Self::Position(args) => args.execute(),
             Self::Reproduce(args) => args.execute(),
             Self::Instructions(args) => args.execute(),
+            Self::Pil(args) => args.execute(),
             Self::Accuracy(args) => args.execute(),
             Self::Estimate(args) => args.execute(),
             Self::Keys => export::print(&keys::table()),

@@ -6,6 +6,7 @@ use std::path::PathBuf;
 use motor_model::OutOfBounds;
 
 use crate::instructions::ListingError;
+use crate::pil::Difference;
 use crate::reference::patience::Stalled;
 
 /// Why a command stopped.
@@ -162,6 +163,12 @@ pub enum CommandError {
         /// Time that it had.
         limit_s: f64,
     },
+    /// The microcontroller computes something else than the host.
+    #[error(transparent)]
+    Difference(#[from] Difference),
+    /// The microcontroller refused something, or answered something else than was asked.
+    #[error("the microcontroller {0}")]
+    Board(String),
     /// Instruction counts that are none.
     #[error("the emulated program printed no instruction counts: {0}")]
     Listing(#[from] ListingError),

@@ -14,6 +14,7 @@
 //! | [`record`] | a run written down, one row every 50 us |
 //! | [`reproduce`] | the published tables and figures beside ours, with verdicts |
 //! | [`instructions`] | what the operations of the firmware take, counted on an emulated microcontroller |
+//! | [`pil`] | the firmware on an emulated microcontroller in the loop, beside the host's own run bit by bit |
 //! | [`accuracy`] | speed against error of the fixed step, beside other crates' integrators |
 //! | [`estimate`] | how far the filters are off the truth, beside a lower bound |
 //! | [`chart`] | pictures as SVG |
@@ -38,6 +39,7 @@ pub mod filter;
 pub mod instructions;
 pub mod instruments;
 pub mod keys;
+pub mod pil;
 pub mod plant;
 pub mod position;
 pub mod record;
