@@ -37,22 +37,22 @@ pub const OVERRUNS_MAX: u32 = 10;
 const DEADLINE_MAX_S: f64 = 86_400.0;
 const DEADLINE_KEY: &str = "position.deadline_s";
 
-/// A configuration that was checked.
-#[derive(Clone, Copy, Debug)]
+/// A configuration that was checked. Its filter is built here, in double precision, which takes longer than a tick: before the loop is armed.
+#[derive(Clone, Debug)]
 struct Move {
-    configuration: Configuration,
+    filter: Filter,
     target: Target,
     tuning: PositioningTuning,
 }
 
 impl Move {
     fn try_new(configuration: Configuration) -> Result<Self, OutOfBounds> {
-        let Configuration { filter: _, target_deg, tolerance_deg, deadline_nanos } = configuration;
+        let Configuration { filter, target_deg, tolerance_deg, deadline_nanos } = configuration;
         let target = Target::try_new(target_deg, tolerance_deg)?;
         #[expect(clippy::cast_precision_loss, reason = "bounds are far below 2^53")]
         OutOfBounds::check(DEADLINE_KEY, deadline_nanos as f64 * 1e-9, 0.0, DEADLINE_MAX_S, "s")?;
         let tuning = PositioningTuning { deadline_nanos, ..PositioningTuning::default() };
-        Ok(Self { configuration, target, tuning })
+        Ok(Self { filter: Filter::of(filter), target, tuning })
     }
 }
 
@@ -89,6 +89,8 @@ pub struct Application<D> {
     /// When a frame was last taken.
     heard_at: u64,
     overruns_in_a_row: u32,
+    /// A fault that latched and was not yet told.
+    news: Option<Fault>,
 }
 
 /// Instruments and amplifier, as the loop sees them.
@@ -128,12 +130,18 @@ impl<D: Drive> Application<D> {
             ticks: 0,
             heard_at: 0,
             overruns_in_a_row: 0,
+            news: None,
         }
     }
 
     /// The amplifier.
     pub fn amplifier(&self) -> &D {
         &self.amplifier
+    }
+
+    /// The amplifier, to tell it what the board knows of it.
+    pub fn amplifier_mut(&mut self) -> &mut D {
+        &mut self.amplifier
     }
 
     /// Whether the loop may drive.
@@ -199,21 +207,38 @@ impl<D: Drive> Application<D> {
         Some(Report::from(&report))
     }
 
-    /// Whether the last tick met its deadline. A missed one is counted; [`OVERRUNS_MAX`] in a row switch the drive off for good.
+    /// Whether the last tick met its deadline. While armed a missed one is counted; [`OVERRUNS_MAX`] in a row switch the drive off for good.
     pub fn ended(&mut self, in_time: bool) {
-        if in_time {
+        if in_time || !self.is_armed() {
             self.overruns_in_a_row = 0;
             return;
         }
         self.counters.overruns = self.counters.overruns.saturating_add(1);
         self.overruns_in_a_row += 1;
-        if self.is_armed() && self.overruns_in_a_row >= OVERRUNS_MAX {
+        if self.overruns_in_a_row >= OVERRUNS_MAX {
             self.latch(Fault::Overrun);
         }
     }
 
+    /// So many ticks never came: time goes on, and while armed each is an overrun.
+    pub fn lost_ticks(&mut self, lost: u64) {
+        self.ticks += lost;
+        (0..lost.min(u64::from(OVERRUNS_MAX))).for_each(|_| self.ended(false));
+    }
+
+    /// Takes in a sample of a vibrometer at the board.
+    pub fn hear_vibrometer(&mut self, sample: LdvSample) {
+        self.inbox.put_ldv_sample(sample);
+    }
+
+    /// The fault that has just latched, once.
+    pub fn news(&mut self) -> Option<Fault> {
+        self.news.take()
+    }
+
     fn latch(&mut self, fault: Fault) {
         self.amplifier.drive(DriveCommand::OFF);
+        self.news = Some(fault.clone());
         self.state = State::Latched(fault);
     }
 
@@ -306,11 +331,11 @@ impl<D: Drive> Application<D> {
     }
 
     fn arm(&mut self) -> BoardMessage {
-        match (&self.state, self.configured) {
+        match (&self.state, &self.configured) {
             (State::Armed(_), _) => BoardMessage::Armed,
-            (State::Safe, Some(Move { configuration, target, tuning })) => {
-                let filter = Filter::of(configuration.filter);
-                self.state = State::Armed(PositionLoop::new(filter, target, tuning, time(self.ticks)));
+            (State::Safe, Some(Move { filter, target, tuning })) => {
+                let now = time(self.ticks);
+                self.state = State::Armed(PositionLoop::new(filter.clone(), *target, *tuning, now));
                 BoardMessage::Armed
             }
             (State::Safe | State::Latched(_), _) => BoardMessage::Fault(self.fault()),

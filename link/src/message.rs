@@ -180,6 +180,6 @@ pub struct Counters {
     pub lost: u32,
     /// Measurements dropped because more came than a tick takes in; the oldest go first.
     pub dropped: u32,
-    /// Ticks that ended after their deadline.
+    /// Ticks that ended after their deadline while the loop was armed.
     pub overruns: u32,
 }

@@ -1,6 +1,7 @@
 //! The microcontroller's programs, built for it and run on an emulated one: the bits against the same code on the host, the instructions
 //! against counts that were reviewed, the loop with the simulated motor.
 
+mod board;
 mod instructions;
 mod pil;
 

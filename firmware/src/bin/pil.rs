@@ -12,14 +12,13 @@ fn main() -> std::process::ExitCode {
 
 #[cfg(target_os = "none")]
 mod board {
-    use core::panic::PanicInfo;
-
     // Supplies the critical section that semihosting needs.
     use controller::Drive;
     use cortex_m as _;
     use cortex_m_rt::entry;
     use cortex_m_semihosting::{debug, heprintln};
     use firmware::application::Application;
+    use firmware::board::end;
     use firmware::semihosting::HostFile;
     use motor_model::DriveCommand;
 
@@ -64,20 +63,6 @@ mod board {
                 heprintln!("the host does not take what is said");
                 end(debug::EXIT_FAILURE)
             }
-        }
-    }
-
-    #[panic_handler]
-    fn panic(info: &PanicInfo) -> ! {
-        heprintln!("{}", info);
-        end(debug::EXIT_FAILURE)
-    }
-
-    /// Ends the emulation; where no emulator or debugger listens, stands still.
-    fn end(outcome: debug::ExitStatus) -> ! {
-        debug::exit(outcome);
-        loop {
-            cortex_m::asm::wfi();
         }
     }
 }
