@@ -91,6 +91,8 @@ pub struct Application<D> {
     overruns_in_a_row: u32,
     /// A fault that latched and was not yet told.
     news: Option<Fault>,
+    /// How deep the stack has been.
+    stack_bytes_max: fn() -> u32,
 }
 
 /// Instruments and amplifier, as the loop sees them.
@@ -131,7 +133,14 @@ impl<D: Drive> Application<D> {
             heard_at: 0,
             overruns_in_a_row: 0,
             news: None,
+            stack_bytes_max: || 0,
         }
+    }
+
+    /// The same, on a board that knows how many bytes its stack has taken at most.
+    #[must_use]
+    pub fn with_stack_gauge(self, stack_bytes_max: fn() -> u32) -> Self {
+        Self { stack_bytes_max, ..self }
     }
 
     /// The amplifier.
@@ -151,7 +160,12 @@ impl<D: Drive> Application<D> {
 
     /// What became of the bytes received.
     pub fn counters(&self) -> Counters {
-        Counters { oversize: self.deframer.oversize, dropped: self.inbox.dropped, ..self.counters }
+        Counters {
+            oversize: self.deframer.oversize,
+            dropped: self.inbox.dropped,
+            stack_bytes_max: (self.stack_bytes_max)(),
+            ..self.counters
+        }
     }
 
     /// Takes bytes from the host; every frame that answers goes to `send`.
@@ -193,6 +207,8 @@ impl<D: Drive> Application<D> {
     }
 
     /// One tick of the loop, every [`PositionLoop::TICK_NANOS`]; what it did, when armed.
+    // Never inlined: `host-sim size` follows every call from here.
+    #[inline(never)]
     pub fn tick(&mut self) -> Option<Report> {
         self.ticks += 1;
         if self.is_armed() && self.ticks - self.heard_at > SILENT_TICKS {
@@ -314,6 +330,8 @@ impl<D: Drive> Application<D> {
         }
     }
 
+    // Never inlined, like arming: their copies of a filter need not lie on the stack of every tick.
+    #[inline(never)]
     fn configure(&mut self, configuration: Configuration) -> BoardMessage {
         if self.is_armed() {
             return BoardMessage::Fault(Fault::Armed);
@@ -330,6 +348,7 @@ impl<D: Drive> Application<D> {
         }
     }
 
+    #[inline(never)]
     fn arm(&mut self) -> BoardMessage {
         match (&self.state, &self.configured) {
             (State::Armed(_), _) => BoardMessage::Armed,

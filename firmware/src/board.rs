@@ -1,13 +1,22 @@
-//! The emulated board, QEMU's mps2-an386 or mps2-an500: where the program touches registers. On another board this file is another one.
+//! The board: the only place where the program touches registers.
 //!
-//! - [`mps2`]: enabling pin, pulse width, serial line, watchdog.
+//! - `mps2`: the emulated board, QEMU's mps2-an386 or mps2-an500: enabling pin, pulse width, serial line, watchdog. `stm32g474`, behind the
+//!   feature of its name: the same of a real one.
 //! - Handlers of panics and faults, for every program: the drive off first, then a word to whoever listens, then the end.
 //! - [`stack_bytes_max`]: how deep the stack has been.
 
 mod faults;
+#[cfg(not(feature = "stm32g474"))]
 pub mod mps2;
+#[cfg(feature = "stm32g474")]
+pub mod stm32g474;
 
 use core::ptr;
+
+#[cfg(not(feature = "stm32g474"))]
+use mps2 as hardware;
+#[cfg(feature = "stm32g474")]
+use stm32g474 as hardware;
 
 pub use faults::end;
 

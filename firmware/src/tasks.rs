@@ -169,6 +169,12 @@ pub struct Slow<'q> {
 }
 
 impl Slow<'_> {
+    /// The same, on a board that knows how many bytes its stack has taken at most.
+    #[must_use]
+    pub fn with_stack_gauge(self, stack_bytes_max: fn() -> u32) -> Self {
+        Self { application: self.application.with_stack_gauge(stack_bytes_max), ..self }
+    }
+
     /// Takes bytes from the host, at most [`BYTES_PER_TICK_MAX`] a tick.
     pub fn receive(&mut self, bytes: &[u8], send: &mut impl FnMut(&[u8])) {
         self.application.receive(bytes, send);

@@ -18,7 +18,7 @@ use crate::position;
 use crate::record::Record;
 use crate::scene::Scene;
 use crate::simulate::{Report, Run, simulate};
-use crate::{accuracy, estimate, export, keys, pil, reproduce};
+use crate::{accuracy, estimate, export, keys, pil, reproduce, size};
 
 /// A rotary micro-motor in simulation: open loop, published figures, closed loop.
 #[derive(Debug, Parser)]
@@ -41,6 +41,8 @@ enum Command {
     Instructions(InstructionsArgs),
     /// Run the firmware on an emulated microcontroller against the simulated motor, and compare it with the host bit by bit.
     Pil(PilArgs),
+    /// Measure the firmware's flash, RAM and stack, and check what its loop calls.
+    Size(SizeArgs),
     /// Set the twin's speed against its error, beside other integrators
     Accuracy(AccuracyArgs),
     /// Compare the filters with the truth of many drawn motors, beside a lower bound
@@ -271,6 +273,35 @@ impl PilArgs {
 }
 
 #[derive(Debug, Args)]
+struct SizeArgs {
+    /// Replace the section between `<!-- size:begin -->` and `<!-- size:end -->` in this file
+    #[arg(long, value_name = "FILE")]
+    readme: Option<PathBuf>,
+    /// How to print the result
+    #[arg(long, value_enum, default_value = "text")]
+    format: Format,
+}
+
+impl SizeArgs {
+    fn execute(&self) -> Result<(), CommandError> {
+        if let Some(path) = &self.readme {
+            size::SECTION.read(path)?;
+        }
+        instructions::emulator::check()?;
+        let report = size::Report::measure(instructions::program::build)?;
+        if let Some(path) = &self.readme {
+            size::SECTION.write(path, &report.markdown())?;
+        }
+        export::print(&match self.format {
+            Format::Text => report.to_string(),
+            Format::Json => report.json(),
+        })?;
+        let complaints = report.complaints();
+        if complaints.is_empty() { Ok(()) } else { Err(CommandError::Oversize(complaints)) }
+    }
+}
+
+#[derive(Debug, Args)]
 struct AccuracyArgs {
     /// Folder for accuracy.svg and table.csv
     #[arg(long, value_name = "DIR", default_value = "out/accuracy")]
@@ -385,6 +416,7 @@ impl Command {
             Self::Reproduce(args) => args.execute(),
             Self::Instructions(args) => args.execute(),
             Self::Pil(args) => args.execute(),
+            Self::Size(args) => args.execute(),
             Self::Accuracy(args) => args.execute(),
             Self::Estimate(args) => args.execute(),
             Self::Keys => export::print(&keys::table()),

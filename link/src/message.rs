@@ -159,7 +159,7 @@ pub enum Fault {
     Overrun,
 }
 
-/// What became of the bytes that the board received.
+/// What became of the bytes that the board received, and how it fares.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Counters {
     /// Frames taken.
@@ -182,4 +182,6 @@ pub struct Counters {
     pub dropped: u32,
     /// Ticks that ended after their deadline while the loop was armed.
     pub overruns: u32,
+    /// The most bytes that the stack has taken so far; 0 where nobody knows.
+    pub stack_bytes_max: u32,
 }

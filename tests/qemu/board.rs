@@ -122,6 +122,8 @@ fn tool_board_latches_off_when_the_host_falls_silent() {
     // No tick was late in all that time.
     let counters = board.counters();
     assert_eq!((counters.overruns, counters.damaged, counters.lost), (0, 0, 0), "{counters:?}");
+    // Interrupts nest on the same stack.
+    assert!((4096..14 * 1024).contains(&counters.stack_bytes_max), "{counters:?}");
 }
 
 /// L1, L2: 30 kB of noise without pause; the loop goes on in time, and the next frame is understood.

@@ -4,6 +4,7 @@
 mod board;
 mod instructions;
 mod pil;
+mod size;
 
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};

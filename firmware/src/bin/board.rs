@@ -10,21 +10,21 @@ fn main() -> std::process::ExitCode {
 
 #[cfg(target_os = "none")]
 mod board {
-    use core::cell::RefCell;
+    use core::cell::Cell;
 
     use cortex_m::interrupt::{Mutex, free};
     use cortex_m::peripheral::SYST;
     use cortex_m::peripheral::syst::SystClkSource;
     use cortex_m::{Peripherals, singleton};
     use cortex_m_rt::{entry, exception};
-    use firmware::board::end;
     use firmware::board::mps2::{CLOCK_HZ, Enable, Uart, Watchdog, Width};
+    use firmware::board::{end, stack_bytes_max};
     use firmware::tasks::{BYTES_PER_TICK_MAX, Fast, NoConverter, Queues};
 
     type FastTask = Fast<'static, Width, Enable, NoConverter>;
 
     /// Where the fast task waits for the first interrupt, which takes it.
-    static HANDOVER: Mutex<RefCell<Option<FastTask>>> = Mutex::new(RefCell::new(None));
+    static HANDOVER: Mutex<Cell<Option<FastTask>>> = Mutex::new(Cell::new(None));
 
     /// A hundred ticks, twice: a slow task that hangs that long is not coming back.
     const WATCHDOG_MICROS: u32 = 1000;
@@ -44,8 +44,9 @@ mod board {
     fn main() -> ! {
         let started = Peripherals::take().zip(singleton!(: Queues = Queues::new()));
         let Some((peripherals, queues)) = started else { end(Err(())) };
-        let Ok((fast, mut slow)) = queues.tasks(Width, Enable, NoConverter) else { end(Err(())) };
-        free(|token| HANDOVER.borrow(token).replace(Some(fast)));
+        let Ok((fast, slow)) = queues.tasks(Width, Enable, NoConverter) else { end(Err(())) };
+        let mut slow = slow.with_stack_gauge(stack_bytes_max);
+        free(|token| HANDOVER.borrow(token).set(Some(fast)));
         let mut line = Uart::start();
         let mut watchdog = Watchdog::start(WATCHDOG_MICROS);
         start(peripherals.SYST);

@@ -18,7 +18,7 @@ mod board {
     use cortex_m_rt::entry;
     use cortex_m_semihosting::{debug, heprintln};
     use firmware::application::Application;
-    use firmware::board::end;
+    use firmware::board::{end, stack_bytes_max};
     use firmware::semihosting::HostFile;
     use motor_model::DriveCommand;
 
@@ -41,7 +41,7 @@ mod board {
             heprintln!("the host has no standard input or output");
             end(debug::EXIT_FAILURE)
         };
-        let mut application = Application::new(Plant);
+        let mut application = Application::new(Plant).with_stack_gauge(stack_bytes_max);
         let mut block = [0; BLOCK_BYTES];
         let mut answers = heapless::Vec::<u8, BLOCK_BYTES>::new();
         loop {

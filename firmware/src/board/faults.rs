@@ -6,12 +6,14 @@ use core::panic::PanicInfo;
 use cortex_m_rt::exception;
 use cortex_m_semihosting::{debug, heprintln};
 
-use super::mps2;
+use super::hardware;
 
 #[panic_handler]
 fn panic(info: &PanicInfo<'_>) -> ! {
-    mps2::drive_off();
-    heprintln!("drive {}; {}", on_or_off(), info);
+    hardware::drive_off();
+    if is_heard() {
+        heprintln!("drive {}; {}", on_or_off(), info);
+    }
     end(debug::EXIT_FAILURE)
 }
 
@@ -26,20 +28,30 @@ unsafe fn HardFault() -> ! {
 }
 
 extern "C" fn after_fault() -> ! {
-    mps2::drive_off();
-    heprintln!("drive {}; HardFault", on_or_off());
+    hardware::drive_off();
+    if is_heard() {
+        heprintln!("drive {}; HardFault", on_or_off());
+    }
     end(debug::EXIT_FAILURE)
 }
 
 /// As the register says, not as it should.
 fn on_or_off() -> &'static str {
-    if mps2::drive_is_on() { "on" } else { "off" }
+    if hardware::drive_is_on() { "on" } else { "off" }
 }
 
-/// Ends the emulation; where no emulator or debugger listens, stands still.
+/// Whether an emulator or a debugger listens: without, a word to it would be a fault of its own.
+fn is_heard() -> bool {
+    cfg!(not(feature = "stm32g474")) || cortex_m::peripheral::DCB::is_debugger_attached()
+}
+
+/// Ends the emulation; where no emulator or debugger listens, stands still until the watchdog starts the board anew.
 pub fn end(outcome: debug::ExitStatus) -> ! {
-    debug::exit(outcome);
+    hardware::drive_off();
+    if is_heard() {
+        debug::exit(outcome);
+    }
     loop {
-        cortex_m::asm::wfi();
+        cortex_m::asm::nop();
     }
 }

@@ -12,8 +12,8 @@ use std::time::Duration;
 
 use controller::PositionLoop;
 use link::{
-    BoardMessage, Configuration, Deframer, FRAME_BYTES_MAX, Header, HostMessage, LdvRecords, Report, decode,
-    encode,
+    BoardMessage, Configuration, Counters, Deframer, FRAME_BYTES_MAX, Header, HostMessage, LdvRecords,
+    Report, decode, encode,
 };
 
 use super::Processor;
@@ -78,6 +78,20 @@ impl Emulated {
             guard: Guard::new(child, complaints),
             _one_processor: one_processor,
         })
+    }
+
+    /// How the board fares.
+    ///
+    /// # Errors
+    /// When it does not say.
+    pub fn counters(&mut self) -> Result<Counters, CommandError> {
+        let mut bytes = Vec::new();
+        self.put(&mut bytes, &HostMessage::Count)?;
+        self.send(&bytes)?;
+        match self.receive()? {
+            BoardMessage::Counters(counters) => Ok(counters),
+            said => Err(unexpected(&said)),
+        }
     }
 
     /// Ends the program.
