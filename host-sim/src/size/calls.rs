@@ -271,6 +271,8 @@ mod tests {
         assert_eq!(constant.functions, 1);
         let double = reached(&image(with(&[0xf000, 0xf97e]), vec![])).unwrap();
         assert_eq!(double.forbidden[0].reason, "it computes in double precision, by software");
+        let by_address = reached(&image(with(&[0x4798]), vec![])).unwrap();
+        assert_eq!(by_address.forbidden[0].callee, "a function by address");
         assert!(matches!(reached(&image(rest(), vec![])), Err(CommandError::NoTask { .. })));
     }
 }
