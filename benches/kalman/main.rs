@@ -16,7 +16,7 @@ use estimator::comparison::{Conventional, Joseph};
 use estimator::{Blocks2, Dense, UdCovariance, UpperTriangular};
 use motor_model::Real;
 
-use ours::{MeasuredState, Ours};
+use ours::{AngleAndRate, MeasuredState, Ours};
 use problem::{Filter, Problem, measurements};
 
 /// Steps of a batch.
@@ -104,6 +104,7 @@ macro_rules! constant_rate {
         let mut group = $criterion.benchmark_group(format!("n = 2, m = 1, {}", stringify!($t)));
         group.throughput(Throughput::Elements(u64::from(STEPS)));
         let problem = Problem::<$t, 2, 1>::constant_rate();
+        time::<AngleAndRate<$t>, _, 2, 1>(&mut group, &problem, "ours, UD, angle and rate");
         time::<MeasuredState<$t>, _, 2, 1>(&mut group, &problem, "ours, UD, triangular, state measured");
         time::<Structured<UdCovariance<$t, 2>>, _, 2, 1>(&mut group, &problem, "ours, UD, triangular");
         time::<Ours<$t, UdCovariance<$t, 2>, Dense<$t, 2>, 2, 2, 1>, _, 2, 1>(

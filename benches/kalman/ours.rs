@@ -3,7 +3,9 @@
 use std::hint::black_box;
 
 use estimator::comparison::CovarianceForm;
-use estimator::{Blocks2, Dense, NoiseSource, Transition, UdCovariance, UpperTriangular};
+use estimator::{
+    AngleRateCovariance, Blocks2, Dense, NoiseSource, Transition, UdCovariance, UpperTriangular,
+};
 use motor_model::Real;
 use nalgebra::SVector;
 
@@ -101,5 +103,44 @@ impl<T: Real> Filter<T, 2, 1> for MeasuredState<T> {
 
     fn state(&self) -> [T; 2] {
         self.0.state.into()
+    }
+}
+
+/// The filters' own two states, written out by hand.
+pub struct AngleAndRate<T> {
+    dt: T,
+    noise: T,
+    measured_variance: T,
+    covariance: AngleRateCovariance<T>,
+    angle: T,
+    rate: T,
+}
+
+impl<T: Real> Filter<T, 2, 1> for AngleAndRate<T> {
+    fn new(problem: &Problem<T, 2, 1>) -> Self {
+        let dt = problem.transition.m12;
+        Self {
+            dt,
+            // Of unit intensity: the second source is what a step of it does to the rate.
+            noise: problem.noise_variance.y / dt,
+            measured_variance: black_box(T::one()),
+            covariance: AngleRateCovariance::diagonal(problem.start_variance, problem.start_variance),
+            angle: T::zero(),
+            rate: T::zero(),
+        }
+    }
+
+    #[inline]
+    fn step(&mut self, &[z]: &[T; 1]) {
+        self.angle += self.dt * self.rate;
+        self.covariance.predict(self.dt, self.noise);
+        let innovation = z - self.angle;
+        let gain = self.covariance.update_angle(self.measured_variance);
+        self.angle += gain.angle * innovation;
+        self.rate += gain.rate * innovation;
+    }
+
+    fn state(&self) -> [T; 2] {
+        [self.angle, self.rate]
     }
 }

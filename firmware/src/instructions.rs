@@ -11,10 +11,11 @@
 //! operation and the passing of its arguments stay in.
 //!
 //! - [`InstructionTimer`]: the timer, and a loop of known length to prove it by.
-//! - [`count_all`]: every operation in turn, one [`Count`] each: the twin, the filter, the loop that flies, sines and angles.
+//! - [`count_all`]: every operation in turn, one [`Count`] each: the twin, the filters, the loop that flies, sines and angles.
 
 mod calibration;
 mod estimation;
+mod filters;
 mod position;
 mod trigonometry;
 mod twin;
@@ -112,6 +113,7 @@ pub fn count_all(timer: &impl InstructionTimer, mut report: impl FnMut(Count)) -
     calibration::count(&meter, &mut report);
     twin::count(&meter, &mut report)?;
     estimation::count(&meter, &mut report);
+    filters::count(&meter, &mut report)?;
     position::count(&meter, &mut report)?;
     trigonometry::count(&meter, &mut report);
     Ok(())
@@ -190,6 +192,9 @@ mod tests {
             ("camera_frame_repeated", 9900),
             ("prediction", 9900),
             ("vibrometer_sample", 10_000),
+            ("impact_aided_b_camera_frame", 1000),
+            ("impact_aided_c_vibrometer_sample", 20_000),
+            ("constant_rate_c_prediction", 10_000),
             ("loop_tick", 30_000),
         ] {
             assert_eq!(samples(operation), expected, "{operation}");

@@ -18,7 +18,7 @@ use crate::position;
 use crate::record::Record;
 use crate::scene::Scene;
 use crate::simulate::{Report, Run, simulate};
-use crate::{accuracy, estimate, export, keys, pil, reproduce, size};
+use crate::{accuracy, estimate, export, filters, keys, pil, reproduce, size};
 
 /// A rotary micro-motor in simulation: open loop, published figures, closed loop.
 #[derive(Debug, Parser)]
@@ -47,6 +47,8 @@ enum Command {
     Accuracy(AccuracyArgs),
     /// Compare the filters with the truth of many drawn motors, beside a lower bound
     Estimate(EstimateArgs),
+    /// Set what each filter costs against how far it is off
+    Filters(FiltersArgs),
     /// List every key that --set and scene files take.
     Keys,
 }
@@ -362,12 +364,69 @@ impl EstimateArgs {
     }
 }
 
+#[derive(Debug, Args)]
+struct FiltersArgs {
+    /// Motors drawn within the tolerances, each run in both modes
+    #[arg(long, value_name = "N", default_value = "20", allow_negative_numbers = true)]
+    plants: String,
+    /// Leave the microcontroller's instructions out: neither the cross compiler nor the emulator is needed then
+    #[arg(long)]
+    host_only: bool,
+    /// Folder for filters.svg and table.csv
+    #[arg(long, value_name = "DIR", default_value = "out/filters")]
+    out: PathBuf,
+    /// Replace the section between `<!-- filters:begin -->` and `<!-- filters:end -->` in this file
+    #[arg(long, value_name = "FILE")]
+    readme: Option<PathBuf>,
+    /// How to print the result
+    #[arg(long, value_enum, default_value = "text")]
+    format: Format,
+    #[command(flatten)]
+    scene: SceneArgs,
+}
+
+impl FiltersArgs {
+    /// How often each cost is measured.
+    const ROUNDS: u32 = 10;
+
+    fn execute(&self) -> Result<(), CommandError> {
+        let plants = filters::PLANTS.integer(&self.plants)?;
+        let scene = self.scene.load(&[])?;
+        // What cannot be written is refused before the computing.
+        if let Some(path) = &self.readme {
+            filters::SECTION.read(path)?;
+        }
+        let plan = filters::Plan::new(&scene, plants, Self::ROUNDS)?;
+        let folder = OutputFolder::create(&self.out)?;
+        let counts = if self.host_only { None } else { Some(count_instructions(None, Board::M4)?) };
+        let bar = ProgressBar::new(plan.recordings()).with_style(progress_style());
+        let comparison = plan.run(counts.as_ref(), &|| bar.inc(1))?;
+        bar.finish_and_clear();
+        folder.publish(&[
+            ("filters.svg".to_owned(), comparison.picture()?),
+            ("table.csv".to_owned(), comparison.csv()?),
+        ])?;
+        if let Some(path) = &self.readme {
+            filters::SECTION.write(path, &comparison.readme_section())?;
+        }
+        export::print(&match self.format {
+            Format::Text => format!("{}Written to {}\n", comparison.document().text(), self.out.display()),
+            Format::Json => comparison.json(),
+        })
+    }
+}
+
+/// What the program prints that counts, run on `board`: that in `elf`, or one built for it.
+fn count_instructions(elf: Option<&Path>, board: Board) -> Result<Listing, CommandError> {
+    instructions::emulator::check()?;
+    let elf = elf.map_or_else(|| instructions::program::build("instructions"), |elf| Ok(elf.to_owned()))?;
+    Ok(Listing::parse(&instructions::emulator::run(&elf, board)?)?)
+}
+
 impl InstructionsArgs {
     fn execute(&self) -> Result<(), CommandError> {
         let file = self.out.as_deref().map(export::Output::create).transpose()?;
-        instructions::emulator::check()?;
-        let elf = self.elf.clone().map_or_else(|| instructions::program::build("instructions"), Ok)?;
-        let listing = Listing::parse(&instructions::emulator::run(&elf, self.board)?)?;
+        let listing = count_instructions(self.elf.as_deref(), self.board)?;
         let report = instructions::Report::new(self.board, listing)?;
         if let Some(mut file) = file {
             file.write_all(report.json().as_bytes()).map_err(|source| file.unwritable(source))?;
@@ -419,6 +478,7 @@ impl Command {
             Self::Size(args) => args.execute(),
             Self::Accuracy(args) => args.execute(),
             Self::Estimate(args) => args.execute(),
+            Self::Filters(args) => args.execute(),
             Self::Keys => export::print(&keys::table()),
         }
     }

@@ -4,7 +4,7 @@ use estimator::{
     AngleFilter, CameraFrame, ConstantRate, ConstantRateTuning, Estimate, Health, ImpactAided,
     ImpactAidedTuning, Innovation, LdvSample,
 };
-use motor_model::{DriveCommand, MotorParams, Time};
+use motor_model::{DriveCommand, MotorParams, Real, Time};
 
 use crate::scene::{Kind, Scene, Setting};
 
@@ -19,16 +19,16 @@ pub const SETTINGS: &[Setting] = &[Setting {
     meaning: "filter of angle and rate: from the camera alone, or with the vibrometer's impacts",
 }];
 
-/// One of the filters, in the precision of the microcontroller.
+/// One of the filters, in the precision of the microcontroller unless another is asked for.
 #[derive(Clone, Debug)]
-pub enum AnyFilter {
+pub enum AnyFilter<T = f32> {
     /// Camera only.
-    ConstantRate(Box<ConstantRate<f32>>),
+    ConstantRate(Box<ConstantRate<T>>),
     /// Camera, and impacts from the vibrometer.
-    ImpactAided(Box<ImpactAided<f32>>),
+    ImpactAided(Box<ImpactAided<T>>),
 }
 
-impl AnyFilter {
+impl<T: Real> AnyFilter<T> {
     /// The filter of a scene.
     pub fn of(scene: &Scene) -> Self {
         Self::named(scene.choice("estimator.filter"))
@@ -45,14 +45,14 @@ impl AnyFilter {
         }
     }
 
-    fn get(&self) -> &dyn AngleFilter<f32> {
+    fn get(&self) -> &dyn AngleFilter<T> {
         match self {
             Self::ConstantRate(filter) => filter.as_ref(),
             Self::ImpactAided(filter) => filter.as_ref(),
         }
     }
 
-    fn get_mut(&mut self) -> &mut dyn AngleFilter<f32> {
+    fn get_mut(&mut self) -> &mut dyn AngleFilter<T> {
         match self {
             Self::ConstantRate(filter) => filter.as_mut(),
             Self::ImpactAided(filter) => filter.as_mut(),
@@ -60,20 +60,20 @@ impl AnyFilter {
     }
 }
 
-impl AngleFilter<f32> for AnyFilter {
+impl<T: Real> AngleFilter<T> for AnyFilter<T> {
     fn drive(&mut self, at: Time, command: DriveCommand) {
         self.get_mut().drive(at, command);
     }
 
-    fn update_ldv(&mut self, sample: &LdvSample) -> Option<Innovation<f32>> {
+    fn update_ldv(&mut self, sample: &LdvSample) -> Option<Innovation<T>> {
         self.get_mut().update_ldv(sample)
     }
 
-    fn update_camera(&mut self, frame: &CameraFrame) -> Innovation<f32> {
+    fn update_camera(&mut self, frame: &CameraFrame) -> Innovation<T> {
         self.get_mut().update_camera(frame)
     }
 
-    fn estimate(&self, now: Time) -> Option<Estimate<f32>> {
+    fn estimate(&self, now: Time) -> Option<Estimate<T>> {
         self.get().estimate(now)
     }
 

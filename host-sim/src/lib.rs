@@ -18,6 +18,7 @@
 //! | [`size`] | what the firmware takes of flash, RAM and stack, and that its loop can neither panic nor allocate |
 //! | [`accuracy`] | speed against error of the fixed step, beside other crates' integrators |
 //! | [`estimate`] | how far the filters are off the truth, beside a lower bound |
+//! | [`filters`] | what each filter costs, beside how far it is off |
 //! | [`chart`] | pictures as SVG |
 //! | [`export`] | files that appear whole or not at all |
 //! | [`keys`], [`cli`], [`error`] | the command itself |
@@ -37,6 +38,7 @@ pub mod error;
 pub mod estimate;
 pub mod export;
 pub mod filter;
+pub mod filters;
 pub mod instructions;
 pub mod instruments;
 pub mod keys;

@@ -4,6 +4,7 @@ mod report;
 mod run;
 
 use motor_model::{DriveCommand, DriveMode, FrictionLaw, ImpactRule, MotorParams, MotorSetup};
+use serde::Serialize;
 
 use crate::error::{CommandError, plain};
 use crate::scene::{Kind, Scene, Setting};
@@ -68,7 +69,8 @@ pub const SETTINGS: &[Setting] = &[
 const STEPS_MAX: f64 = 1e10;
 
 /// Arithmetic of the motor.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
 pub enum Precision {
     /// The microcontroller's.
     F32,

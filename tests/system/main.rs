@@ -46,4 +46,5 @@ mod law_impact_aided;
 mod tool_accuracy;
 mod tool_command_line;
 mod tool_estimate;
+mod tool_filters;
 mod tool_positioning;
