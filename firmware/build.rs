@@ -7,12 +7,13 @@ use std::env;
 use std::process::Command;
 
 fn main() {
-    println!("cargo::rerun-if-changed=memory.x");
+    println!("cargo::rerun-if-changed=memory");
     println!("cargo::rerun-if-changed=build.rs");
     println!("cargo::rustc-env=FIRMWARE_RUSTC={}", compiler());
     if env::var("CARGO_CFG_TARGET_OS").as_deref() == Ok("none") {
         let folder = env::var("CARGO_MANIFEST_DIR").expect("cargo sets CARGO_MANIFEST_DIR");
-        println!("cargo::rustc-link-search={folder}");
+        let board = if env::var_os("CARGO_FEATURE_STM32G474").is_some() { "stm32g474" } else { "mps2" };
+        println!("cargo::rustc-link-search={folder}/memory/{board}");
         // Sections need no page alignment on a part without pages.
         println!("cargo::rustc-link-arg-bins=--nmagic");
         println!("cargo::rustc-link-arg-bins=-Tlink.x");

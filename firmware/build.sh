@@ -3,7 +3,7 @@
 #
 #   firmware/build.sh [PROGRAM]
 #
-# PROGRAM is the one whose ELF is named: parity, if none is given, or instructions.
+# PROGRAM is the one whose ELF is named: parity, if none is given, instructions or pil.
 #
 # A Rust that can build for the target is sought in this order, each attempt of bounded time:
 #
@@ -48,7 +48,7 @@ add_debian() {
 # Each library by itself first: none may lean on another's features to do without std.
 build_all() {
     local package
-    for package in motor-model estimator controller firmware; do
+    for package in motor-model estimator controller link firmware; do
         timeout 900 "$@" build --release --target "$target" -p "$package" >&2
     done
 }

@@ -11,12 +11,13 @@
 //! operation and the passing of its arguments stay in.
 //!
 //! - [`InstructionTimer`]: the timer, and a loop of known length to prove it by.
-//! - [`count_all`]: every operation in turn, one [`Count`] each: the twin, the filters, the loop that flies.
+//! - [`count_all`]: every operation in turn, one [`Count`] each: the twin, the filters, the loop that flies, sines and angles.
 
 mod calibration;
 mod estimation;
 mod filters;
 mod position;
+mod trigonometry;
 mod twin;
 
 use core::fmt;
@@ -113,7 +114,9 @@ pub fn count_all(timer: &impl InstructionTimer, mut report: impl FnMut(Count)) -
     twin::count(&meter, &mut report)?;
     estimation::count(&meter, &mut report);
     filters::count(&meter, &mut report)?;
-    position::count(&meter, &mut report)
+    position::count(&meter, &mut report)?;
+    trigonometry::count(&meter, &mut report);
+    Ok(())
 }
 
 #[cfg(test)]

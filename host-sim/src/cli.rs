@@ -18,7 +18,7 @@ use crate::position;
 use crate::record::Record;
 use crate::scene::Scene;
 use crate::simulate::{Report, Run, simulate};
-use crate::{accuracy, estimate, export, filters, keys, reproduce};
+use crate::{accuracy, estimate, export, filters, keys, pil, reproduce, size};
 
 /// A rotary micro-motor in simulation: open loop, published figures, closed loop.
 #[derive(Debug, Parser)]
@@ -39,6 +39,10 @@ enum Command {
     Reproduce(ReproduceArgs),
     /// Count the instructions of each operation on an emulated microcontroller.
     Instructions(InstructionsArgs),
+    /// Run the firmware on an emulated microcontroller against the simulated motor, and compare it with the host bit by bit.
+    Pil(PilArgs),
+    /// Measure the firmware's flash, RAM and stack, and check what its loop calls.
+    Size(SizeArgs),
     /// Set the twin's speed against its error, beside other integrators
     Accuracy(AccuracyArgs),
     /// Compare the filters with the truth of many drawn motors, beside a lower bound
@@ -237,6 +241,69 @@ struct InstructionsArgs {
 }
 
 #[derive(Debug, Args)]
+struct PilArgs {
+    /// Board to emulate
+    #[arg(long, value_enum, default_value_t)]
+    board: Board,
+    /// Target angle, clockwise positive
+    #[arg(long, value_name = "DEG", allow_negative_numbers = true)]
+    to: Option<String>,
+    /// Program to run, instead of building it
+    #[arg(long, value_name = "FILE")]
+    elf: Option<PathBuf>,
+    /// How to print the result
+    #[arg(long, value_enum, default_value = "text")]
+    format: Format,
+    #[command(flatten)]
+    scene: SceneArgs,
+}
+
+impl PilArgs {
+    fn execute(&self) -> Result<(), CommandError> {
+        let scene = self.scene.load(&[("position.to_deg", &self.to)])?;
+        instructions::emulator::check()?;
+        let elf = self.elf.clone().map_or_else(|| instructions::program::build("pil"), Ok)?;
+        let mut processor = pil::Emulated::start(&elf, self.board)?;
+        let run = pil::run(&scene, &mut processor)?;
+        processor.finish()?;
+        export::print(&match self.format {
+            Format::Text => format!("{} (QEMU {})\n{run}", self.board.processor(), self.board.machine()),
+            Format::Json => run.json(),
+        })?;
+        run.difference.map_or(Ok(()), |difference| Err(difference.into()))
+    }
+}
+
+#[derive(Debug, Args)]
+struct SizeArgs {
+    /// Replace the section between `<!-- size:begin -->` and `<!-- size:end -->` in this file
+    #[arg(long, value_name = "FILE")]
+    readme: Option<PathBuf>,
+    /// How to print the result
+    #[arg(long, value_enum, default_value = "text")]
+    format: Format,
+}
+
+impl SizeArgs {
+    fn execute(&self) -> Result<(), CommandError> {
+        if let Some(path) = &self.readme {
+            size::SECTION.read(path)?;
+        }
+        instructions::emulator::check()?;
+        let report = size::Report::measure(instructions::program::build)?;
+        if let Some(path) = &self.readme {
+            size::SECTION.write(path, &report.markdown())?;
+        }
+        export::print(&match self.format {
+            Format::Text => report.to_string(),
+            Format::Json => report.json(),
+        })?;
+        let complaints = report.complaints();
+        if complaints.is_empty() { Ok(()) } else { Err(CommandError::Oversize(complaints)) }
+    }
+}
+
+#[derive(Debug, Args)]
 struct AccuracyArgs {
     /// Folder for accuracy.svg and table.csv
     #[arg(long, value_name = "DIR", default_value = "out/accuracy")]
@@ -352,7 +419,7 @@ impl FiltersArgs {
 /// What the program prints that counts, run on `board`: that in `elf`, or one built for it.
 fn count_instructions(elf: Option<&Path>, board: Board) -> Result<Listing, CommandError> {
     instructions::emulator::check()?;
-    let elf = elf.map_or_else(instructions::program::build, |elf| Ok(elf.to_owned()))?;
+    let elf = elf.map_or_else(|| instructions::program::build("instructions"), |elf| Ok(elf.to_owned()))?;
     Ok(Listing::parse(&instructions::emulator::run(&elf, board)?)?)
 }
 
@@ -407,6 +474,8 @@ impl Command {
             Self::Position(args) => args.execute(),
             Self::Reproduce(args) => args.execute(),
             Self::Instructions(args) => args.execute(),
+            Self::Pil(args) => args.execute(),
+            Self::Size(args) => args.execute(),
             Self::Accuracy(args) => args.execute(),
             Self::Estimate(args) => args.execute(),
             Self::Filters(args) => args.execute(),

@@ -14,20 +14,33 @@ use crate::filter::AnyFilter;
 use crate::plant::Plant;
 use crate::scene::Scene;
 
+/// The measurements that a tick took in.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Taken {
+    /// The camera frame, if one had arrived.
+    pub camera_frame: Option<CameraFrame>,
+    /// Vibrometer samples, oldest first.
+    pub ldv_samples: Vec<LdvSample>,
+}
+
 /// What the loop sees of the desk: two instruments and an amplifier.
 #[derive(Clone, Debug)]
 struct Ports {
     desk: Desk,
     command: DriveCommand,
+    taken: Taken,
 }
 
 impl Sense for Ports {
     fn camera_frame(&mut self) -> Option<CameraFrame> {
-        self.desk.camera_frame()
+        self.taken.camera_frame = self.desk.camera_frame();
+        self.taken.camera_frame
     }
 
     fn ldv_sample(&mut self) -> Option<LdvSample> {
-        self.desk.ldv_sample()
+        let sample = self.desk.ldv_sample();
+        self.taken.ldv_samples.extend(sample);
+        sample
     }
 }
 
@@ -76,7 +89,7 @@ impl ClosedLoop {
     /// # Errors
     /// When the model refuses the plant, or the plant's step does not divide a period.
     pub fn new(scene: &Scene, target: Target, tuning: PositioningTuning) -> Result<Self, CommandError> {
-        let ports = Ports { desk: Desk::new(scene)?, command: DriveCommand::OFF };
+        let ports = Ports { desk: Desk::new(scene)?, command: DriveCommand::OFF, taken: Taken::default() };
         let position_loop = PositionLoop::new(AnyFilter::of(scene)?, target, tuning, Time::ZERO);
         Ok(Self { ports, position_loop })
     }
@@ -86,11 +99,23 @@ impl ClosedLoop {
         self.ports.desk.plant()
     }
 
+    /// What the last tick took in.
+    pub fn taken(&self) -> &Taken {
+        &self.ports.taken
+    }
+
+    /// Puts `command` in the place of the last tick's: another controller drives the plant.
+    pub fn overrule(&mut self, command: DriveCommand) {
+        self.ports.command = command;
+    }
+
     /// Runs to the end of the next tick.
     pub fn next_tick(&mut self) -> Moment {
         for _ in 0..self.ports.desk.steps_per_tick() {
             self.ports.desk.step(self.ports.command);
         }
+        self.ports.taken.camera_frame = None;
+        self.ports.taken.ldv_samples.clear();
         let now = self.plant().now();
         let report = controller::tick(&mut self.position_loop, now, &mut self.ports);
         let rotor = self.plant().state().rotor;

@@ -6,6 +6,7 @@ use std::path::PathBuf;
 use motor_model::OutOfBounds;
 
 use crate::instructions::ListingError;
+use crate::pil::Difference;
 use crate::reference::patience::Stalled;
 
 /// Why a command stopped.
@@ -162,6 +163,29 @@ pub enum CommandError {
         /// Time that it had.
         limit_s: f64,
     },
+    /// The microcontroller computes something else than the host.
+    #[error(transparent)]
+    Difference(#[from] Difference),
+    /// The microcontroller refused something, or answered something else than was asked.
+    #[error("the microcontroller {0}")]
+    Board(String),
+    /// A file that is no program of the microcontroller.
+    #[error("{} is no ELF of the microcontroller: {error}", path.display())]
+    NoElf {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong with it.
+        error: String,
+    },
+    /// A program without the loop.
+    #[error("the program has no function {task}")]
+    NoTask {
+        /// What should be there.
+        task: &'static str,
+    },
+    /// The firmware takes more than it may, or calls what it must not.
+    #[error("{}", .0.join("; "))]
+    Oversize(Vec<String>),
     /// Instruction counts that are none.
     #[error("the emulated program printed no instruction counts: {0}")]
     Listing(#[from] ListingError),

@@ -14,6 +14,8 @@
 //! | [`record`] | a run written down, one row every 50 us |
 //! | [`reproduce`] | the published tables and figures beside ours, with verdicts |
 //! | [`instructions`] | what the operations of the firmware take, counted on an emulated microcontroller |
+//! | [`pil`] | the firmware on an emulated microcontroller in the loop, beside the host's own run bit by bit |
+//! | [`size`] | what the firmware takes of flash, RAM and stack, and that its loop can neither panic nor allocate |
 //! | [`accuracy`] | speed against error of the fixed step, beside other crates' integrators |
 //! | [`estimate`] | how far the filters are off the truth, beside a lower bound |
 //! | [`filters`] | what each filter costs, beside how far it is off |
@@ -40,6 +42,7 @@ pub mod filters;
 pub mod instructions;
 pub mod instruments;
 pub mod keys;
+pub mod pil;
 pub mod plant;
 pub mod position;
 pub mod record;
@@ -48,6 +51,7 @@ pub mod reproduce;
 pub mod scene;
 mod section;
 pub mod simulate;
+pub mod size;
 pub mod spectrum;
 pub mod statistics;
 

@@ -120,20 +120,35 @@ impl fmt::Display for Outcome {
 /// # Errors
 /// When the scene is refused.
 pub fn run(scene: &Scene, mut observe: impl FnMut(&Moment)) -> Result<Outcome, CommandError> {
+    run_with(scene, |_, moment| {
+        observe(moment);
+        Ok(())
+    })
+}
+
+/// A setting in s, in ns.
+#[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "bounded by the setting")]
+pub fn nanos(scene: &Scene, key: &'static str) -> u64 {
+    (scene.number(key) * 1e9).round() as u64
+}
+
+/// The same, and `intervene` may change the loop after every tick, or end the run.
+///
+/// # Errors
+/// When the scene is refused, or `intervene` fails.
+pub fn run_with(
+    scene: &Scene,
+    mut intervene: impl FnMut(&mut ClosedLoop, &Moment) -> Result<(), CommandError>,
+) -> Result<Outcome, CommandError> {
     let target = Target::try_new(scene.number("position.to_deg"), scene.number("position.tolerance_deg"))?;
-    let nanos = |key| {
-        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "bounded by the setting")]
-        let nanos = (scene.number(key) * 1e9).round() as u64;
-        nanos
-    };
-    let deadline_nanos = nanos("position.deadline_s");
-    let hold_nanos = nanos("position.hold_s");
+    let hold_nanos = nanos(scene, "position.hold_s");
+    let deadline_nanos = nanos(scene, "position.deadline_s");
     let tuning = PositioningTuning { deadline_nanos, ..PositioningTuning::default() };
     let mut closed_loop = ClosedLoop::new(scene, target, tuning)?;
     let mut account = Account::new(target);
     loop {
         let moment = closed_loop.next_tick();
-        observe(&moment);
+        intervene(&mut closed_loop, &moment)?;
         account.take(&moment);
         let done = match moment.report.phase {
             Phase::Holding => account.held_nanos(&moment) >= hold_nanos,

@@ -4,26 +4,17 @@
 //! counting program's own layout moves. Another compiler makes other instructions of the same source: then by [`OTHER_COMPILER_MARGIN`].
 
 use std::path::Path;
-use std::process::{Command, Output};
+use std::process::Output;
 
-use escargot::CargoBuild;
 use serde_json::Value;
+
+use crate::host_sim;
 
 /// Instructions.
 const MARGIN: f64 = 3.0;
 
 /// Share of the reviewed count.
 const OTHER_COMPILER_MARGIN: f64 = 0.1;
-
-fn host_sim() -> Command {
-    CargoBuild::new()
-        .manifest_path(Path::new(env!("CARGO_MANIFEST_DIR")).join("../Cargo.toml"))
-        .package("host-sim")
-        .bin("host-sim")
-        .run()
-        .expect("host-sim builds")
-        .command()
-}
 
 /// An array of records, each of an operation of its own.
 fn records(text: &str) -> Vec<Value> {
@@ -144,9 +135,7 @@ fn tool_instructions_that_cannot_be_counted_are_refused_in_one_line() {
     );
     assert!(refusal(None, &folder.path().join("missing.elf")).contains("cannot read"));
     assert!(refusal(None, &no_program).contains("qemu-system-arm failed"));
-    let parity = crate::script("build.sh", crate::BUILD_LIMIT_S, &[]);
-    let parity = parity.lines().last().expect("build.sh names the ELF");
-    let complaint = refusal(None, Path::new(parity));
+    let complaint = refusal(None, Path::new(&crate::elf("parity")));
     assert!(complaint.contains("line 1 does not name the compiler"), "{complaint}");
     assert_eq!(std::fs::read_to_string(&old).expect("still there"), "old");
 }

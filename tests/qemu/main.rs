@@ -1,11 +1,16 @@
 //! The microcontroller's programs, built for it and run on an emulated one: the bits against the same code on the host, the instructions
-//! against counts that were reviewed.
+//! against counts that were reviewed, the loop with the simulated motor.
 
+mod board;
 mod instructions;
+mod pil;
+mod size;
 
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
+use std::sync::OnceLock;
 
+use escargot::{CargoBuild, CargoRun};
 use firmware::parity::{LoopRun, TwinRun};
 use motor_model::ImpactRule;
 
@@ -20,6 +25,27 @@ const NOT_FOUND: i32 = 127;
 
 fn repository() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("..")
+}
+
+/// The command, built once in the profile of the tests.
+fn host_sim() -> Command {
+    static BUILT: OnceLock<CargoRun> = OnceLock::new();
+    let build = || {
+        let manifest = repository().join("Cargo.toml");
+        CargoBuild::new()
+            .manifest_path(manifest)
+            .package("host-sim")
+            .bin("host-sim")
+            .run()
+            .expect("host-sim builds")
+    };
+    BUILT.get_or_init(build).command()
+}
+
+/// A program of the microcontroller, built.
+fn elf(program: &str) -> String {
+    let built = script("build.sh", BUILD_LIMIT_S, &[program]);
+    built.lines().last().expect("build.sh names the ELF").to_owned()
 }
 
 /// Output of a script of the firmware's within `limit_s`; fails with all that it printed unless it succeeds.
@@ -41,9 +67,7 @@ fn script(name: &str, limit_s: &str, arguments: &[&str]) -> String {
 
 #[test]
 fn tool_emulated_cortex_m4f_computes_the_bits_of_the_host() {
-    let built = script("build.sh", BUILD_LIMIT_S, &[]);
-    let elf = built.lines().last().expect("build.sh names the ELF");
-    let target = script("qemu.sh", RUN_LIMIT_S, &[elf]);
+    let target = script("qemu.sh", RUN_LIMIT_S, &[&elf("parity")]);
     let twin = |rule| TwinRun::compute(rule).expect("the nominal motor is within bounds");
     let whole_loop = LoopRun::compute().expect("the targets are within bounds");
     let host = format!("{}\n{}\n{whole_loop}\n", twin(ImpactRule::EndOfStep), twin(ImpactRule::Located));

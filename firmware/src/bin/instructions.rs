@@ -10,13 +10,12 @@ fn main() -> std::process::ExitCode {
 
 #[cfg(target_os = "none")]
 mod board {
-    use core::panic::PanicInfo;
-
     use cortex_m::Peripherals;
     use cortex_m::peripheral::SYST;
     use cortex_m::peripheral::syst::SystClkSource;
     use cortex_m_rt::entry;
     use cortex_m_semihosting::{debug, heprintln, hprintln};
+    use firmware::board::end;
     use firmware::instructions::{self, InstructionTimer};
 
     /// Ticks after which the timer starts again: all its 24 bits.
@@ -63,19 +62,5 @@ mod board {
             }
         };
         end(outcome)
-    }
-
-    #[panic_handler]
-    fn panic(info: &PanicInfo) -> ! {
-        heprintln!("{}", info);
-        end(debug::EXIT_FAILURE)
-    }
-
-    /// Ends the emulation; where no emulator or debugger listens, stands still.
-    fn end(outcome: debug::ExitStatus) -> ! {
-        debug::exit(outcome);
-        loop {
-            cortex_m::asm::wfi();
-        }
     }
 }

@@ -15,12 +15,11 @@ fn main() -> Result<(), motor_model::OutOfBounds> {
 
 #[cfg(target_os = "none")]
 mod board {
-    use core::panic::PanicInfo;
-
     // Supplies the critical section that semihosting needs.
     use cortex_m as _;
     use cortex_m_rt::entry;
     use cortex_m_semihosting::{debug, heprintln, hprintln};
+    use firmware::board::end;
     use firmware::parity::{LoopRun, TwinRun};
     use motor_model::{ImpactRule, OutOfBounds};
 
@@ -42,19 +41,5 @@ mod board {
         hprintln!("{}", TwinRun::compute(ImpactRule::Located)?);
         hprintln!("{}", LoopRun::compute()?);
         Ok(())
-    }
-
-    #[panic_handler]
-    fn panic(info: &PanicInfo) -> ! {
-        heprintln!("{}", info);
-        end(debug::EXIT_FAILURE)
-    }
-
-    /// Ends the emulation; where no emulator or debugger listens, stands still.
-    fn end(outcome: debug::ExitStatus) -> ! {
-        debug::exit(outcome);
-        loop {
-            cortex_m::asm::wfi();
-        }
     }
 }

@@ -11,7 +11,7 @@ use wait_timeout::ChildExt as _;
 use crate::error::CommandError;
 
 /// The emulator.
-const QEMU: &str = "qemu-system-arm";
+pub(crate) const QEMU: &str = "qemu-system-arm";
 
 /// The counting program takes some three seconds.
 const LIMIT: Duration = Duration::from_secs(120);
@@ -63,14 +63,21 @@ pub fn check() -> Result<(), CommandError> {
     run_within(Command::new(QEMU).arg("--version"), QEMU, LIMIT).map(drop)
 }
 
+/// Whether there is a program `elf`.
+///
+/// # Errors
+/// When it cannot be read.
+pub(crate) fn readable(elf: &Path) -> Result<(), CommandError> {
+    let unreadable = |source| CommandError::Unreadable { path: elf.to_owned(), source };
+    std::fs::File::open(elf).map(drop).map_err(unreadable)
+}
+
 /// What the program `elf` prints on `board`.
 ///
 /// # Errors
 /// When the emulator is not there, fails, or does not end in time.
 pub fn run(elf: &Path, board: Board) -> Result<String, CommandError> {
-    if let Err(source) = std::fs::File::open(elf) {
-        return Err(CommandError::Unreadable { path: elf.to_owned(), source });
-    }
+    readable(elf)?;
     let mut command = Command::new(QEMU);
     command
         .args(["-M", board.machine(), "-display", "none", "-monitor", "none", "-serial", "none"])
@@ -96,18 +103,18 @@ fn run_within(command: &mut Command, tool: &'static str, limit: Duration) -> Res
     let Some(status) = waited.map_err(lost)? else {
         return Err(CommandError::ToolTooSlow { tool, limit_s: limit.as_secs_f64() });
     };
-    let said = text(stdout).map_err(lost)?;
+    let said = text(&stdout).map_err(lost)?;
     if status.success() {
         return Ok(said);
     }
-    let complaint = text(stderr).map_err(lost)?;
+    let complaint = text(&stderr).map_err(lost)?;
     let last = complaint.lines().chain(said.lines()).rfind(|line| !line.trim().is_empty());
     let what = last.map_or_else(String::new, |line| format!(": {}", line.trim()));
     Err(CommandError::ToolFailed { tool, complaint: format!("{status}{what}") })
 }
 
 /// All that was written to `file`, up to a limit.
-fn text(mut file: std::fs::File) -> io::Result<String> {
+pub(crate) fn text(mut file: &std::fs::File) -> io::Result<String> {
     file.rewind()?;
     let mut bytes = Vec::new();
     file.take(OUTPUT_BYTES_MAX).read_to_end(&mut bytes)?;

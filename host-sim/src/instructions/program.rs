@@ -1,19 +1,19 @@
-//! The program that counts, built from the checkout that this command was built from.
+//! The microcontroller's programs, built from the checkout that this command was built from.
 
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
 use crate::error::CommandError;
 
-/// Builds it and returns its ELF. How the build comes along is shown on standard error.
+/// Builds the program `name` of `firmware/src/bin` and returns its ELF. How the build comes along is shown on standard error.
 ///
 /// # Errors
 /// When the checkout has gone, or no toolchain for the microcontroller can be had.
-pub fn build() -> Result<PathBuf, CommandError> {
+pub fn build(name: &str) -> Result<PathBuf, CommandError> {
     let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("../firmware/build.sh");
     let tool = "firmware/build.sh";
     let output = Command::new(script)
-        .arg("instructions")
+        .arg(name)
         .stdin(Stdio::null())
         .stderr(Stdio::inherit())
         .output()

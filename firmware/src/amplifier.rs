@@ -1,0 +1,197 @@
+//! The coil's amplifier: a bridge driven by a pulse width, and a pin that enables it.
+//!
+//! Half the pulse width is no current. The pin is low, and the width half, whenever the drive is off. An error of either switches the drive off for good.
+
+use embedded_hal::digital::OutputPin;
+use embedded_hal::pwm::SetDutyCycle;
+use motor_model::DriveCommand;
+
+use crate::waveform::Waveform;
+
+/// An amplifier on pins of any board.
+#[derive(Debug)]
+pub struct Amplifier<P, E> {
+    waveform: Waveform,
+    width: P,
+    enable: E,
+    enabled: bool,
+    failed: bool,
+}
+
+impl<P: SetDutyCycle, E: OutputPin> Amplifier<P, E> {
+    /// An amplifier that is switched off.
+    pub fn new(waveform: Waveform, width: P, enable: E) -> Self {
+        let mut amplifier = Self { waveform, width, enable, enabled: true, failed: false };
+        amplifier.off();
+        amplifier
+    }
+
+    /// The drive from the next sample on.
+    pub fn command(&mut self, command: DriveCommand) {
+        self.waveform.command(if self.failed { DriveCommand::OFF } else { command });
+        if self.waveform.commanded().mode().is_none() && self.enabled {
+            self.off();
+        }
+    }
+
+    /// Puts the next sample out, at the waveform's sample rate; the drive really applied.
+    #[inline]
+    pub fn sample(&mut self) -> DriveCommand {
+        if self.waveform.commanded().mode().is_none() {
+            return DriveCommand::OFF;
+        }
+        let level = self.waveform.sample();
+        let put = self.width.set_duty_cycle(duty(level, self.width.max_duty_cycle())).is_ok();
+        let enabled = put && (self.enabled || self.enable.set_high().is_ok());
+        if enabled {
+            self.enabled = true;
+        } else {
+            self.failed = true;
+            self.waveform.command(DriveCommand::OFF);
+            self.off();
+        }
+        self.waveform.commanded()
+    }
+
+    /// Whether it does as it is told.
+    pub fn works(&self) -> bool {
+        !self.failed
+    }
+
+    fn off(&mut self) {
+        // The pin first: it alone takes the current away.
+        let disabled = self.enable.set_low().is_ok();
+        let centred = self.width.set_duty_cycle(self.width.max_duty_cycle() / 2).is_ok();
+        self.enabled = false;
+        self.failed |= !(disabled && centred);
+    }
+}
+
+/// The pulse width of a level from -1 to 1.
+#[expect(
+    clippy::cast_possible_truncation,
+    clippy::cast_sign_loss,
+    reason = "within 0 to max; casts saturate"
+)]
+fn duty(level: f32, max: u16) -> u16 {
+    (0.5 * f32::from(max) * (1.0 + level) + 0.5) as u16
+}
+
+#[cfg(test)]
+mod tests {
+    extern crate std;
+
+    use core::cell::{Cell, RefCell};
+    use std::vec::Vec;
+
+    use embedded_hal::{digital, pwm};
+    use motor_model::DriveMode;
+
+    use super::*;
+
+    /// The outside of an amplifier.
+    #[derive(Default)]
+    struct Pins {
+        widths: RefCell<Vec<u16>>,
+        enabled: Cell<bool>,
+        broken: Cell<bool>,
+    }
+
+    #[derive(Debug)]
+    struct Broken;
+
+    struct Pin<'a>(&'a Pins);
+
+    impl pwm::Error for Broken {
+        fn kind(&self) -> pwm::ErrorKind {
+            pwm::ErrorKind::Other
+        }
+    }
+
+    impl digital::Error for Broken {
+        fn kind(&self) -> digital::ErrorKind {
+            digital::ErrorKind::Other
+        }
+    }
+
+    impl pwm::ErrorType for Pin<'_> {
+        type Error = Broken;
+    }
+
+    impl digital::ErrorType for Pin<'_> {
+        type Error = Broken;
+    }
+
+    impl SetDutyCycle for Pin<'_> {
+        fn max_duty_cycle(&self) -> u16 {
+            1000
+        }
+
+        fn set_duty_cycle(&mut self, duty: u16) -> Result<(), Broken> {
+            self.0.widths.borrow_mut().push(duty);
+            if self.0.broken.get() { Err(Broken) } else { Ok(()) }
+        }
+    }
+
+    impl OutputPin for Pin<'_> {
+        fn set_low(&mut self) -> Result<(), Broken> {
+            self.0.enabled.set(false);
+            Ok(())
+        }
+
+        fn set_high(&mut self) -> Result<(), Broken> {
+            self.0.enabled.set(true);
+            Ok(())
+        }
+    }
+
+    fn amplifier(pins: &Pins) -> Amplifier<Pin<'_>, Pin<'_>> {
+        pins.enabled.set(true);
+        let waveform = Waveform::try_new(6300.0, 7460.0, 100_000.0).unwrap();
+        Amplifier::new(waveform, Pin(pins), Pin(pins))
+    }
+
+    #[test]
+    fn law_it_is_off_from_the_start_and_whenever_it_is_told() {
+        let pins = Pins::default();
+        let mut amplifier = amplifier(&pins);
+        assert!(!pins.enabled.get());
+        assert_eq!(amplifier.sample(), DriveCommand::OFF);
+        amplifier.command(DriveCommand::full(DriveMode::B));
+        assert_eq!(amplifier.sample(), DriveCommand::full(DriveMode::B));
+        assert!(pins.enabled.get());
+        amplifier.command(DriveCommand::OFF);
+        assert!(!pins.enabled.get(), "at once, not at the next sample");
+        assert_eq!(pins.widths.borrow().last(), Some(&500));
+    }
+
+    /// Width follows the sine: both ends at full drive, a tenth of them at a tenth.
+    #[test]
+    fn exact_widths() {
+        for (amplitude, lowest, highest) in [(1.0, 0, 1000), (0.1, 450, 550)] {
+            let pins = Pins::default();
+            let mut amplifier = amplifier(&pins);
+            amplifier.command(DriveCommand::try_new(DriveMode::C, amplitude).unwrap());
+            (0..10_000).for_each(|_| assert!(amplifier.sample().mode().is_some()));
+            let widths = pins.widths.borrow();
+            assert_eq!((widths.iter().min(), widths.iter().max()), (Some(&lowest), Some(&highest)));
+            let mean = widths.iter().map(|&width| f64::from(width)).sum::<f64>() / 10_001.0;
+            assert!((mean - 500.0).abs() < 0.2, "{mean}");
+        }
+    }
+
+    #[test]
+    fn law_an_error_switches_off_for_good() {
+        let pins = Pins::default();
+        let mut amplifier = amplifier(&pins);
+        amplifier.command(DriveCommand::full(DriveMode::B));
+        amplifier.sample();
+        pins.broken.set(true);
+        assert_eq!(amplifier.sample(), DriveCommand::OFF);
+        assert!(!pins.enabled.get() && !amplifier.works());
+        pins.broken.set(false);
+        amplifier.command(DriveCommand::full(DriveMode::B));
+        assert_eq!(amplifier.sample(), DriveCommand::OFF);
+        assert!(!pins.enabled.get());
+    }
+}

@@ -1,0 +1,411 @@
+extern crate std;
+
+use core::cell::Cell;
+use std::vec::Vec;
+
+use link::{CameraRecord, FilterKind, LdvRecord};
+use motor_model::DriveMode;
+
+use super::*;
+
+/// An amplifier that others can look at.
+struct Watched<'a>(&'a Cell<DriveCommand>);
+
+impl Drive for Watched<'_> {
+    fn drive(&mut self, command: DriveCommand) -> DriveCommand {
+        self.0.set(command);
+        command
+    }
+}
+
+const MOVE: Configuration = Configuration {
+    filter: FilterKind::ConstantRate,
+    target_deg: 90.0,
+    tolerance_deg: 0.02,
+    deadline_nanos: 30_000_000_000,
+};
+
+/// A host and its board.
+struct Bench<'a> {
+    board: Application<Watched<'a>>,
+    driven: &'a Cell<DriveCommand>,
+    session: u32,
+    sequence: u32,
+    ticks: u64,
+}
+
+impl<'a> Bench<'a> {
+    /// A board that has just started.
+    fn new(driven: &'a Cell<DriveCommand>) -> Self {
+        driven.set(DriveCommand::full(DriveMode::C));
+        Self { board: Application::new(Watched(driven)), driven, session: 5, sequence: 0, ticks: 0 }
+    }
+
+    /// A board whose motor turns.
+    fn driving(driven: &'a Cell<DriveCommand>) -> Self {
+        let mut bench = Self::new(driven);
+        bench.begin();
+        bench.drive();
+        bench
+    }
+
+    /// Hello, configuration, arming.
+    fn begin(&mut self) {
+        let tick_nanos = PositionLoop::TICK_NANOS;
+        assert_eq!(self.says(&HostMessage::Hello), [BoardMessage::Welcome { tick_nanos }]);
+        assert_eq!(self.says(&HostMessage::Configure(MOVE)), [BoardMessage::Configured]);
+        assert_eq!(self.says(&HostMessage::Arm), [BoardMessage::Armed]);
+    }
+
+    /// Shows a rotor at rest, far from the target, until the loop drives.
+    fn drive(&mut self) {
+        for _ in 0..3000 {
+            self.measure();
+            if self.step().is_some_and(|report| report.applied.mode != 0) {
+                assert!(self.driven.get().mode().is_some());
+                return;
+            }
+        }
+        panic!("the loop does not drive");
+    }
+
+    /// A quiet vibrometer, and every tenth tick a frame of a dithered camera.
+    fn measure(&mut self) {
+        self.ticks += 1;
+        let now = self.board.ticks * PositionLoop::TICK_NANOS;
+        let sample = LdvRecord { taken_nanos: now + 1, velocity_m_s: 1e-5 };
+        assert!(self.says(&HostMessage::Ldv([sample].into_iter().collect())).is_empty());
+        if self.ticks.is_multiple_of(10) {
+            let angle_units = 350_546 * (self.ticks / 10 % 2) as i32;
+            let frame = CameraRecord { exposed_nanos: now + 1, angle_units };
+            assert!(self.says(&HostMessage::Camera(frame)).is_empty());
+        }
+    }
+
+    fn step(&mut self) -> Option<Report> {
+        match self.says(&HostMessage::Step).as_slice() {
+            [BoardMessage::Report(report)] => Some(*report),
+            _ => None,
+        }
+    }
+
+    fn frame(&mut self, message: &HostMessage) -> Vec<u8> {
+        let header = Header { session: self.session, sequence: self.sequence, ticks: 0 };
+        self.sequence = self.sequence.wrapping_add(1);
+        framed(header, message)
+    }
+
+    fn says(&mut self, message: &HostMessage) -> Vec<BoardMessage> {
+        let frame = self.frame(message);
+        self.sends(&frame)
+    }
+
+    fn sends(&mut self, bytes: &[u8]) -> Vec<BoardMessage> {
+        let mut answers = Vec::new();
+        self.board.receive(bytes, &mut |frame| answers.push(decode(&mut frame.to_vec()).unwrap().1));
+        answers
+    }
+
+    fn off(&self) -> bool {
+        self.driven.get() == DriveCommand::OFF
+    }
+
+    /// What it drives when shown more of the same.
+    fn drives_again(&mut self) -> bool {
+        (0..1000).any(|_| {
+            self.measure();
+            self.board.tick();
+            !self.off()
+        })
+    }
+}
+
+fn framed(header: Header, message: &HostMessage) -> Vec<u8> {
+    let mut frame = [0; FRAME_BYTES_MAX];
+    let length = encode(header, message, &mut frame).unwrap();
+    frame[..length].to_vec()
+}
+
+fn fault(fault: Fault) -> [BoardMessage; 1] {
+    [BoardMessage::Fault(fault)]
+}
+
+/// The first thing that the program does.
+#[test]
+fn law_the_drive_is_off_from_the_start() {
+    let driven = Cell::new(DriveCommand::OFF);
+    let mut bench = Bench::new(&driven);
+    assert!(bench.off());
+    driven.set(DriveCommand::full(DriveMode::B));
+    assert_eq!(bench.board.tick(), None);
+    assert!(bench.off(), "not armed");
+}
+
+#[test]
+fn law_nothing_drives_before_it_is_configured_and_armed() {
+    let driven = Cell::new(DriveCommand::OFF);
+    let mut bench = Bench::new(&driven);
+    bench.says(&HostMessage::Hello);
+    assert_eq!(bench.says(&HostMessage::Arm), fault(Fault::NotReady));
+    assert_eq!(bench.says(&HostMessage::Step), fault(Fault::NotReady));
+    bench.says(&HostMessage::Configure(MOVE));
+    assert_eq!(bench.says(&HostMessage::Step), fault(Fault::NotReady));
+    assert!(!bench.drives_again());
+}
+
+/// L1: noise between frames, and frames cut and spoilt, stop nothing and start nothing.
+#[test]
+fn law_damaged_frames_change_nothing_but_their_counter() {
+    let driven = Cell::new(DriveCommand::OFF);
+    let mut bench = Bench::driving(&driven);
+    let before = driven.get();
+    for place in 0..20 {
+        let mut frame = bench.frame(&HostMessage::Stop);
+        bench.sequence -= 1;
+        frame[place] ^= 0x40;
+        assert!(bench.sends(&frame).is_empty(), "byte {place}");
+        let frame = bench.frame(&HostMessage::Stop);
+        bench.sequence -= 1;
+        assert!(bench.sends(&[&frame[..place], &[0]].concat()).is_empty());
+    }
+    assert!(bench.board.is_armed());
+    assert_eq!(driven.get(), before);
+    // One of the cut frames is empty and thus none.
+    assert!(bench.board.counters().damaged >= 39, "{:?}", bench.board.counters());
+    assert_eq!(bench.board.counters().lost, 0);
+    assert_eq!(bench.says(&HostMessage::Stop), [BoardMessage::Stopped]);
+}
+
+/// L2: endless bytes without a frame's end take no memory and do not stop the loop.
+#[test]
+fn law_oversize_frames_are_dropped_and_counted() {
+    let driven = Cell::new(DriveCommand::OFF);
+    let mut bench = Bench::driving(&driven);
+    assert!(bench.sends(&std::vec![1; 100_000]).is_empty());
+    assert!(bench.sends(&[0]).is_empty());
+    assert_eq!(bench.board.counters().oversize, 1);
+    assert_eq!(bench.says(&HostMessage::Stop), [BoardMessage::Stopped]);
+}
+
+/// L2: more measurements than ticks take in push the oldest out.
+#[test]
+fn law_a_flood_drops_the_oldest_measurements() {
+    let driven = Cell::new(DriveCommand::OFF);
+    let mut bench = Bench::driving(&driven);
+    let now = bench.board.ticks * PositionLoop::TICK_NANOS;
+    for n in 0..1000 {
+        let frame = CameraRecord { exposed_nanos: now + n, angle_units: 0 };
+        bench.says(&HostMessage::Camera(frame));
+    }
+    assert_eq!(bench.board.counters().dropped, 1000 - 8);
+    let report = bench.board.tick().unwrap();
+    assert_eq!(report.camera.unwrap().taken_nanos, now + 1000 - 8);
+}
+
+/// L3: a frame that comes twice is obeyed once.
+#[test]
+fn law_duplicates_are_obeyed_once() {
+    let driven = Cell::new(DriveCommand::OFF);
+    let mut bench = Bench::driving(&driven);
+    let ticks = bench.board.ticks;
+    let step = bench.frame(&HostMessage::Step);
+    assert_eq!(bench.sends(&step).len(), 1);
+    assert!(bench.sends(&step).is_empty());
+    assert_eq!(bench.board.ticks, ticks + 1);
+    assert_eq!(bench.board.counters().duplicates, 1);
+}
+
+/// L3: a lost frame is counted, a late one is not obeyed.
+#[test]
+fn law_gaps_are_counted_and_late_frames_refused() {
+    let driven = Cell::new(DriveCommand::OFF);
+    let mut bench = Bench::driving(&driven);
+    let late = bench.frame(&HostMessage::Stop);
+    let _lost = bench.frame(&HostMessage::Stop);
+    assert_eq!(bench.says(&HostMessage::Step).len(), 1);
+    assert!(bench.sends(&late).is_empty());
+    assert!(bench.board.is_armed());
+    let counters = bench.board.counters();
+    assert_eq!((counters.lost, counters.late), (2, 1));
+}
+
+/// L3: a host that starts anew finds the drive off, and has to configure and arm again.
+#[test]
+fn law_a_new_session_has_to_arm_again() {
+    let driven = Cell::new(DriveCommand::OFF);
+    let mut bench = Bench::driving(&driven);
+    (bench.session, bench.sequence) = (6, 0);
+    assert_eq!(bench.says(&HostMessage::Step), fault(Fault::UnknownSession { session: 6 }));
+    assert!(bench.board.is_armed(), "a stranger stops nothing");
+    bench.says(&HostMessage::Hello);
+    assert!(bench.off() && !bench.board.is_armed());
+    assert_eq!(bench.says(&HostMessage::Arm), fault(Fault::NotReady));
+    bench.begin();
+    bench.drive();
+}
+
+/// L4: the answer names both versions, and nothing else happens.
+#[test]
+fn law_another_version_is_refused_by_name() {
+    let driven = Cell::new(DriveCommand::OFF);
+    let mut bench = Bench::new(&driven);
+    let frame = bench.frame(&HostMessage::Hello);
+    let mut content = std::vec![0; frame.len()];
+    let length = cobs::decode(&frame[..frame.len() - 1], &mut content).unwrap().frame_size();
+    content.truncate(length);
+    content[0] = VERSION + 1;
+    let checked = length - 4;
+    let crc = crc::Crc::<u32>::new(&crc::CRC_32_ISO_HDLC).checksum(&content[..checked]);
+    content[checked..].copy_from_slice(&crc.to_le_bytes());
+    let mut other = cobs::encode_vec(&content);
+    other.push(0);
+    let refused = Fault::Version { theirs: VERSION + 1, ours: VERSION };
+    assert_eq!(std::format!("{refused}"), "the host speaks protocol version 2, the board version 1");
+    assert_eq!(bench.sends(&other), fault(refused));
+    assert_eq!(bench.board.counters().other_version, 1);
+    assert_eq!(bench.says(&HostMessage::Arm), fault(Fault::UnknownSession { session: 5 }));
+}
+
+/// L5: without a frame for ten milliseconds the drive goes off, and stays off until a stop and a new arming.
+#[test]
+fn law_a_silent_host_latches_the_drive_off() {
+    let driven = Cell::new(DriveCommand::OFF);
+    let mut bench = Bench::driving(&driven);
+    bench.says(&HostMessage::Count);
+    for tick in 1..=SILENT_TICKS {
+        assert!(bench.board.tick().is_some(), "{tick}");
+    }
+    assert_eq!(bench.board.tick(), None);
+    assert!(bench.off());
+    // The host is back: that alone changes nothing.
+    assert!(!bench.drives_again());
+    assert_eq!(bench.says(&HostMessage::Arm), fault(Fault::HostSilent));
+    assert_eq!(bench.says(&HostMessage::Step), fault(Fault::HostSilent));
+    assert!(bench.off());
+    assert_eq!(bench.says(&HostMessage::Stop), [BoardMessage::Stopped]);
+    assert!(!bench.drives_again(), "a stop does not arm");
+    assert_eq!(bench.says(&HostMessage::Arm), [BoardMessage::Armed]);
+    bench.drive();
+}
+
+/// L5: a frame of any kind within the time keeps the loop going.
+#[test]
+fn law_a_host_that_speaks_is_not_silent() {
+    let driven = Cell::new(DriveCommand::OFF);
+    let mut bench = Bench::driving(&driven);
+    for _ in 0..5 {
+        bench.says(&HostMessage::Count);
+        assert!((0..SILENT_TICKS).all(|_| bench.board.tick().is_some()));
+    }
+    assert!(bench.board.is_armed());
+}
+
+/// L6: a board that starts anew knows no session: its answers say so, and it does not drive.
+#[test]
+fn law_a_board_that_starts_anew_says_so_and_does_not_drive() {
+    let driven = Cell::new(DriveCommand::OFF);
+    let mut bench = Bench::driving(&driven);
+    bench.board = Application::new(Watched(&driven));
+    assert!(bench.off());
+    let session = bench.session;
+    for message in [HostMessage::Step, HostMessage::Arm, HostMessage::Configure(MOVE)] {
+        assert_eq!(bench.says(&message), fault(Fault::UnknownSession { session }));
+    }
+    assert_eq!(bench.board.counters().other_session, 3);
+    bench.begin();
+    bench.drive();
+}
+
+/// L8: nothing of a configuration is taken unless all of it can be.
+#[test]
+fn law_a_configuration_out_of_bounds_is_refused_whole() {
+    let driven = Cell::new(DriveCommand::OFF);
+    let mut bench = Bench::new(&driven);
+    bench.says(&HostMessage::Hello);
+    for (configuration, key) in [
+        (Configuration { target_deg: f64::NAN, ..MOVE }, "position.to_deg"),
+        (Configuration { target_deg: 1e9, ..MOVE }, "position.to_deg"),
+        (Configuration { tolerance_deg: 0.0, ..MOVE }, "position.tolerance_deg"),
+        (Configuration { tolerance_deg: f64::INFINITY, ..MOVE }, "position.tolerance_deg"),
+        (Configuration { deadline_nanos: u64::MAX, ..MOVE }, "position.deadline_s"),
+    ] {
+        let refused = fault(Fault::OutOfBounds { key: key.try_into().unwrap() });
+        assert_eq!(bench.says(&HostMessage::Configure(configuration)), refused);
+        assert_eq!(bench.says(&HostMessage::Arm), fault(Fault::NotReady));
+    }
+    // A refused one leaves the one before in force.
+    bench.says(&HostMessage::Configure(MOVE));
+    bench.says(&HostMessage::Configure(Configuration { target_deg: f64::NAN, ..MOVE }));
+    assert_eq!(bench.says(&HostMessage::Arm), [BoardMessage::Armed]);
+    bench.drive();
+}
+
+/// L8: what is armed goes on as it was configured.
+#[test]
+fn law_a_configuration_is_not_changed_while_armed() {
+    let driven = Cell::new(DriveCommand::OFF);
+    let mut bench = Bench::driving(&driven);
+    let clockwise = driven.get().mode();
+    let back = Configuration { target_deg: -90.0, ..MOVE };
+    assert_eq!(bench.says(&HostMessage::Configure(back)), fault(Fault::Armed));
+    bench.measure();
+    assert_eq!(bench.step().unwrap().applied.mode, 1);
+    assert_eq!(driven.get().mode(), clockwise);
+    bench.says(&HostMessage::Stop);
+    assert!(bench.off());
+    assert_eq!(bench.says(&HostMessage::Configure(back)), [BoardMessage::Configured]);
+}
+
+/// K9: single late ticks are counted, ten in a row switch off.
+#[test]
+fn law_missed_deadlines_are_counted_and_latch_when_they_last() {
+    let driven = Cell::new(DriveCommand::OFF);
+    let mut bench = Bench::driving(&driven);
+    for n in 1..=5 * OVERRUNS_MAX {
+        bench.board.ended(n % OVERRUNS_MAX == 0);
+    }
+    assert_eq!(bench.board.counters().overruns, 5 * (OVERRUNS_MAX - 1));
+    assert!(bench.board.is_armed() && !bench.off());
+    (0..OVERRUNS_MAX).for_each(|_| bench.board.ended(false));
+    assert!(bench.off());
+    assert_eq!(bench.says(&HostMessage::Arm), fault(Fault::Overrun));
+    bench.says(&HostMessage::Stop);
+    assert_eq!(bench.says(&HostMessage::Arm), [BoardMessage::Armed]);
+}
+
+/// An amplifier that limits what it is told is believed: the report says what is really applied.
+#[test]
+fn law_the_report_says_what_is_applied() {
+    struct Broken;
+    impl Drive for Broken {
+        fn drive(&mut self, _: DriveCommand) -> DriveCommand {
+            DriveCommand::OFF
+        }
+    }
+    let mut board = Application::new(Broken);
+    let mut sent = Vec::new();
+    let mut hear = |board: &mut Application<Broken>, sequence, message: &HostMessage| {
+        let frame = framed(Header { session: 1, sequence, ticks: 0 }, message);
+        board.receive(&frame, &mut |frame| sent.push(decode::<BoardMessage>(&mut frame.to_vec()).unwrap().1));
+        sent.last().cloned()
+    };
+    for (n, message) in (0..).zip([HostMessage::Hello, HostMessage::Configure(MOVE), HostMessage::Arm]) {
+        hear(&mut board, n, &message);
+    }
+    let mut commanded = false;
+    for n in 0..3000_u32 {
+        let now = u64::from(n) * PositionLoop::TICK_NANOS;
+        let sample = LdvRecord { taken_nanos: now + 1, velocity_m_s: 1e-5 };
+        hear(&mut board, 3 + 3 * n, &HostMessage::Ldv([sample].into_iter().collect()));
+        let frame =
+            CameraRecord { exposed_nanos: now + 1, angle_units: 350_546 * (n / 10 % 2).cast_signed() };
+        if n % 10 == 0 {
+            hear(&mut board, 4 + 3 * n, &HostMessage::Camera(frame));
+        }
+        if let Some(BoardMessage::Report(report)) = hear(&mut board, 5 + 3 * n, &HostMessage::Step) {
+            commanded |= report.command.mode != 0;
+            assert_eq!(report.applied.mode, 0);
+        }
+    }
+    assert!(commanded);
+}

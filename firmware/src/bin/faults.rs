@@ -1,0 +1,59 @@
+//! Switches the drive on and then does what must not happen, by a word on the emulator's standard input: `tests/qemu` sees that the drive goes off.
+
+#![cfg_attr(target_os = "none", no_std, no_main)]
+
+#[cfg(not(target_os = "none"))]
+fn main() -> std::process::ExitCode {
+    eprintln!("this runs on the microcontroller: firmware/qemu.sh ELF");
+    std::process::ExitCode::from(2)
+}
+
+#[cfg(target_os = "none")]
+mod board {
+    use core::hint::black_box;
+
+    use cortex_m_rt::entry;
+    use cortex_m_semihosting::{debug, heprintln};
+    use embedded_hal::digital::OutputPin;
+    use firmware::board::mps2::{Enable, Watchdog, drive_is_on};
+    use firmware::board::{end, stack_bytes_max};
+    use firmware::semihosting::HostFile;
+
+    #[entry]
+    fn main() -> ! {
+        // After a watchdog's reset the board is back here.
+        heprintln!("start, drive {}", if drive_is_on() { "on" } else { "off" });
+        let mut block = [0; 16];
+        let word = HostFile::reader(c"/dev/stdin").map(|input| input.read(&mut block)).unwrap_or_default();
+        let Ok(()) = Enable.set_high();
+        heprintln!("drive {}", if drive_is_on() { "on" } else { "off" });
+        match word {
+            b"panic" => panic!("as it was told"),
+            b"undefined" => cortex_m::asm::udf(),
+            b"overflow" => {
+                black_box(descend(black_box(1 << 20)));
+            }
+            b"stack" => {
+                let before = stack_bytes_max();
+                black_box(descend(black_box(20)));
+                heprintln!("stack {} {}", before, stack_bytes_max());
+            }
+            b"hang" => {
+                Watchdog::start(1000);
+                loop {
+                    cortex_m::asm::nop();
+                }
+            }
+            _ => heprintln!("no such fault"),
+        }
+        end(debug::EXIT_SUCCESS)
+    }
+
+    /// Takes some hundred bytes of stack `depth` times over.
+    #[inline(never)]
+    fn descend(depth: u32) -> u32 {
+        let place = black_box([depth; 16]);
+        let below = if depth == 0 { 0 } else { descend(black_box(depth - 1)) };
+        below ^ black_box(place).iter().sum::<u32>()
+    }
+}

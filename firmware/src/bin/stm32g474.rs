@@ -1,0 +1,95 @@
+//! The whole program on an STM32G474: `firmware/BRINGUP.md`.
+
+#![cfg_attr(target_os = "none", no_std, no_main)]
+
+#[cfg(not(target_os = "none"))]
+fn main() -> std::process::ExitCode {
+    eprintln!("this runs on the microcontroller: firmware/BRINGUP.md");
+    std::process::ExitCode::from(2)
+}
+
+#[cfg(target_os = "none")]
+mod board {
+    use core::cell::Cell;
+
+    use cortex_m::interrupt::{Mutex, free};
+    use cortex_m::peripheral::SYST;
+    use cortex_m::peripheral::syst::SystClkSource;
+    use cortex_m::{Peripherals, singleton};
+    use cortex_m_rt::{entry, exception};
+    use firmware::board::stm32g474::{CLOCK_HZ, Enable, Parts, Vibrometer, Width};
+    use firmware::board::{end, stack_bytes_max};
+    use firmware::tasks::{BYTES_PER_TICK_MAX, Fast, Queues};
+    use heapless::Deque;
+    use stm32g4::stm32g474 as pac;
+
+    type FastTask = Fast<'static, Width, Enable, Vibrometer>;
+
+    /// Where the fast task waits for the first interrupt, which takes it.
+    static HANDOVER: Mutex<Cell<Option<FastTask>>> = Mutex::new(Cell::new(None));
+
+    /// 10 us.
+    const CLOCKS_PER_TICK: u32 = CLOCK_HZ / 100_000;
+
+    /// Bytes that wait for the line: a report and an answer. What does not fit is lost, and the host sees the gap in the sequence.
+    const OUTBOX_BYTES: usize = 1024;
+
+    fn start(mut timer: SYST) {
+        timer.set_clock_source(SystClkSource::Core);
+        timer.set_reload(CLOCKS_PER_TICK - 1);
+        timer.clear_current();
+        timer.enable_counter();
+        timer.enable_interrupt();
+    }
+
+    /// A whole frame or nothing of it.
+    fn post(outbox: &mut Deque<u8, OUTBOX_BYTES>, frame: &[u8]) {
+        if outbox.capacity() - outbox.len() >= frame.len() {
+            for &byte in frame {
+                let _ = outbox.push_back(byte);
+            }
+        }
+    }
+
+    #[entry]
+    fn main() -> ! {
+        let started = Peripherals::take().zip(pac::Peripherals::take());
+        let (Some((core, device)), Some(queues)) = (started, singleton!(: Queues = Queues::new())) else {
+            end(Err(()))
+        };
+        let Parts { width, enable, mut line, vibrometer, mut watchdog } = Parts::start(device);
+        let Ok((fast, slow)) = queues.tasks(width, enable, vibrometer) else { end(Err(())) };
+        let mut slow = slow.with_stack_gauge(stack_bytes_max);
+        free(|token| HANDOVER.borrow(token).set(Some(fast)));
+        let mut outbox = Deque::<u8, OUTBOX_BYTES>::new();
+        watchdog.start();
+        start(core.SYST);
+        loop {
+            let mut bytes = heapless::Vec::<u8, BYTES_PER_TICK_MAX>::new();
+            while !bytes.is_full() {
+                let Some(byte) = line.read() else { break };
+                // There is room.
+                let _ = bytes.push(byte);
+            }
+            slow.receive(&bytes, &mut |frame| post(&mut outbox, frame));
+            if slow.work(&mut |frame| post(&mut outbox, frame)) {
+                watchdog.feed();
+            }
+            while let Some(&byte) = outbox.front() {
+                if !line.write(byte) {
+                    break;
+                }
+                outbox.pop_front();
+            }
+        }
+    }
+
+    #[exception]
+    fn SysTick() {
+        static mut FAST: Option<FastTask> = None;
+        match FAST {
+            Some(fast) => fast.interrupt(),
+            None => *FAST = free(|token| HANDOVER.borrow(token).take()),
+        }
+    }
+}

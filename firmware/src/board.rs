@@ -1,0 +1,38 @@
+//! The board: the only place where the program touches registers.
+//!
+//! - `mps2`: the emulated board, QEMU's mps2-an386 or mps2-an500: enabling pin, pulse width, serial line, watchdog. `stm32g474`, behind the
+//!   feature of its name: the same of a real one.
+//! - Handlers of panics and faults, for every program: the drive off first, then a word to whoever listens, then the end.
+//! - [`stack_bytes_max`]: how deep the stack has been.
+
+mod faults;
+#[cfg(not(feature = "stm32g474"))]
+pub mod mps2;
+#[cfg(feature = "stm32g474")]
+pub mod stm32g474;
+
+use core::ptr;
+
+#[cfg(not(feature = "stm32g474"))]
+use mps2 as hardware;
+#[cfg(feature = "stm32g474")]
+use stm32g474 as hardware;
+
+pub use faults::end;
+
+#[expect(unsafe_code, reason = "symbols of the linker script, of which only the addresses are used")]
+unsafe extern "C" {
+    static _stack_end: u32;
+    static _stack_start: u32;
+}
+
+/// The most bytes that the stack has taken so far: the start-up code has painted all of it, and what still bears the paint was never used.
+pub fn stack_bytes_max() -> u32 {
+    let (end, start) = (ptr::addr_of!(_stack_end), ptr::addr_of!(_stack_start));
+    let mut word = end;
+    #[expect(unsafe_code, reason = "aligned words of the stack's own memory, read only")]
+    while word < start && unsafe { word.read_volatile() } == cortex_m_rt::STACK_PAINT_VALUE {
+        word = word.wrapping_add(1);
+    }
+    4 * u32::try_from(start.addr().saturating_sub(word.addr()) / 4).unwrap_or(u32::MAX)
+}

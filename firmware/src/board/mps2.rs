@@ -1,0 +1,147 @@
+//! Registers of the mps2 boards: what a microcontroller of today has in its timers, the emulated board has in a latch and a row of lamps.
+
+#![expect(unsafe_code, reason = "registers lie at fixed addresses, in memory that nothing else uses")]
+
+use core::convert::Infallible;
+
+use embedded_hal::digital::{self, OutputPin};
+use embedded_hal::pwm::{self, SetDutyCycle};
+
+/// Lamp 0 stands for the bridge's enabling pin.
+const LAMPS: *mut u32 = 0x4002_8000 as *mut u32;
+/// A latch of ten bits stands for the pulse width.
+const LATCH: *mut u32 = 0x4002_804c as *mut u32;
+const UART: usize = 0x4000_4000;
+const WATCHDOG: usize = 0x4000_8000;
+
+/// Frequency of the processor and of everything on its bus.
+pub const CLOCK_HZ: u32 = 25_000_000;
+
+fn write(base: usize, offset: usize, value: u32) {
+    let register = (base + offset) as *mut u32;
+    // SAFETY: `base` is one of this board's devices and `offset` one of its registers, in CMSDK's manual.
+    unsafe { register.write_volatile(value) }
+}
+
+fn read(base: usize, offset: usize) -> u32 {
+    let register = (base + offset) as *const u32;
+    // SAFETY: as above.
+    unsafe { register.read_volatile() }
+}
+
+/// Switches the bridge off, whatever the program was doing: one store.
+#[inline]
+pub fn drive_off() {
+    // SAFETY: the address of a register.
+    unsafe { LAMPS.write_volatile(0) }
+}
+
+/// Whether the bridge is on.
+pub fn drive_is_on() -> bool {
+    // SAFETY: the address of a register.
+    unsafe { LAMPS.read_volatile() & 1 == 1 }
+}
+
+/// The bridge's enabling pin.
+#[derive(Debug)]
+pub struct Enable;
+
+impl digital::ErrorType for Enable {
+    type Error = Infallible;
+}
+
+impl OutputPin for Enable {
+    fn set_low(&mut self) -> Result<(), Infallible> {
+        drive_off();
+        Ok(())
+    }
+
+    fn set_high(&mut self) -> Result<(), Infallible> {
+        // SAFETY: the address of a register.
+        unsafe { LAMPS.write_volatile(1) }
+        Ok(())
+    }
+}
+
+/// The pulse width.
+#[derive(Debug)]
+pub struct Width;
+
+impl pwm::ErrorType for Width {
+    type Error = Infallible;
+}
+
+impl SetDutyCycle for Width {
+    fn max_duty_cycle(&self) -> u16 {
+        1000
+    }
+
+    fn set_duty_cycle(&mut self, duty: u16) -> Result<(), Infallible> {
+        // SAFETY: the address of a register.
+        unsafe { LATCH.write_volatile(duty.into()) }
+        Ok(())
+    }
+}
+
+/// The serial line to the host.
+#[derive(Debug)]
+pub struct Uart;
+
+impl Uart {
+    const DATA: usize = 0;
+    const STATE: usize = 4;
+    const CONTROL: usize = 8;
+    const DIVIDER: usize = 16;
+
+    /// Both directions, at 1.5 Mbit/s.
+    pub fn start() -> Self {
+        write(UART, Self::DIVIDER, 16);
+        write(UART, Self::CONTROL, 0b11);
+        Self
+    }
+
+    /// A byte, if one has come.
+    pub fn read(&mut self) -> Option<u8> {
+        let waits = read(UART, Self::STATE) & 0b10 != 0;
+        #[expect(clippy::cast_possible_truncation, reason = "the register has eight bits")]
+        waits.then(|| read(UART, Self::DATA) as u8)
+    }
+
+    /// Sends bytes; waits while the line is busy.
+    pub fn write(&mut self, bytes: &[u8]) {
+        for &byte in bytes {
+            while read(UART, Self::STATE) & 0b01 != 0 {}
+            write(UART, Self::DATA, byte.into());
+        }
+    }
+}
+
+/// Starts the board anew when it is not fed; after that the drive is off, as after every start.
+#[derive(Debug)]
+pub struct Watchdog {
+    ticks: u32,
+}
+
+impl Watchdog {
+    const LOAD: usize = 0;
+    const CONTROL: usize = 8;
+    const CLEAR: usize = 12;
+    const LOCK: usize = 0xc00;
+    const KEY: u32 = 0x1acc_e551;
+
+    /// Counts to `micros` twice: then it starts the board anew.
+    pub fn start(micros: u32) -> Self {
+        let ticks = micros * (CLOCK_HZ / 1_000_000);
+        write(WATCHDOG, Self::LOCK, Self::KEY);
+        write(WATCHDOG, Self::LOAD, ticks);
+        write(WATCHDOG, Self::CONTROL, 0b11);
+        Self { ticks }
+    }
+
+    /// Begins the count anew.
+    #[inline]
+    pub fn feed(&mut self) {
+        write(WATCHDOG, Self::CLEAR, 1);
+        write(WATCHDOG, Self::LOAD, self.ticks);
+    }
+}

@@ -1,0 +1,242 @@
+//! STM32G474RE, as on a Nucleo-G474RE: bridge on timer 1, serial line on the debugger's, vibrometer on a converter. Not run on silicon yet:
+//! `firmware/BRINGUP.md` says what to look at, and in which order.
+//!
+//! | pin | what |
+//! |---|---|
+//! | PA8 | TIM1 channel 1: pulse width of the bridge, 170 kHz |
+//! | PB0 | enables the bridge; low after a reset by an external resistor |
+//! | PA2, PA3 | LPUART1 to the host, 921,600 baud |
+//! | PA0 | ADC1 channel 1: the vibrometer's output |
+
+use core::convert::Infallible;
+
+use embedded_hal::digital::{self, OutputPin};
+use embedded_hal::pwm::{self, SetDutyCycle};
+use stm32g4::stm32g474 as pac;
+
+use crate::tasks::Converter;
+
+/// Frequency of the processor and of everything on its bus.
+pub const CLOCK_HZ: u32 = 170_000_000;
+
+/// Pulse widths: 0 to this.
+const WIDTH_MAX: u16 = 1000;
+
+const BAUD: u32 = 921_600;
+
+/// The vibrometer's output, shifted to half the converter's range: 4 V of a Polytec's +-2 V over 4096 codes, at 0.1 m/s per volt.
+const VELOCITY_M_S_PER_CODE: f32 = 0.1 * 4.0 / 4096.0;
+const CODE_MAX: u16 = 4095;
+
+/// Switches the bridge off, whatever the program was doing: one store to the pin's reset register.
+#[inline]
+pub fn drive_off() {
+    #[expect(unsafe_code, reason = "a store that only clears a pin, right whoever owns the port")]
+    let port = unsafe { pac::GPIOB::steal() };
+    port.bsrr().write(|w| w.br0().set_bit());
+}
+
+/// Whether the bridge is on.
+pub fn drive_is_on() -> bool {
+    #[expect(unsafe_code, reason = "a reading without effect")]
+    let port = unsafe { pac::GPIOB::steal() };
+    port.odr().read().odr0().bit_is_set()
+}
+
+/// Everything of the board that the program uses.
+#[derive(Debug)]
+pub struct Parts {
+    /// The pulse width.
+    pub width: Width,
+    /// The bridge's enabling pin.
+    pub enable: Enable,
+    /// The serial line.
+    pub line: Line,
+    /// The vibrometer.
+    pub vibrometer: Vibrometer,
+    /// The watchdog, not yet started.
+    pub watchdog: Watchdog,
+}
+
+impl Parts {
+    /// Clocks first, then pins, then what is on them; the bridge's pin before all others.
+    pub fn start(device: pac::Peripherals) -> Self {
+        clocks(&device);
+        let rcc = &device.RCC;
+        rcc.ahb2enr().modify(|_, w| w.gpioaen().set_bit().gpioben().set_bit().adc12en().set_bit());
+        rcc.apb2enr().modify(|_, w| w.tim1en().set_bit());
+        rcc.apb1enr2().modify(|_, w| w.lpuart1en().set_bit());
+        device.GPIOB.bsrr().write(|w| w.br0().set_bit());
+        device.GPIOB.moder().modify(|_, w| w.moder0().output());
+        device.GPIOA.afrh().modify(|_, w| w.afrh8().af6());
+        device.GPIOA.afrl().modify(|_, w| w.afrl2().af12().afrl3().af12());
+        device.GPIOA.moder().modify(|_, w| {
+            w.moder0().analog().moder2().alternate().moder3().alternate().moder8().alternate()
+        });
+        Self {
+            width: Width::start(device.TIM1),
+            enable: Enable(device.GPIOB),
+            line: Line::start(device.LPUART1),
+            vibrometer: Vibrometer::start(device.ADC1, &device.ADC12_COMMON),
+            watchdog: Watchdog(device.IWDG),
+        }
+    }
+}
+
+/// 170 MHz from the internal 16 MHz: 16 / 4 * 85 / 2.
+fn clocks(device: &pac::Peripherals) {
+    let rcc = &device.RCC;
+    rcc.apb1enr1().modify(|_, w| w.pwren().set_bit());
+    // Boost: without it the core may run at 150 MHz only.
+    device.PWR.cr5().modify(|_, w| w.r1mode().clear_bit());
+    #[expect(unsafe_code, reason = "four wait states, as many as this frequency wants")]
+    device.FLASH.acr().modify(|_, w| unsafe { w.latency().bits(4) });
+    #[expect(unsafe_code, reason = "85 is within the multiplier's 8 to 127, and 3 divides by 4")]
+    rcc.pllcfgr().write(|w| unsafe {
+        w.pllsrc().hsi16().pllm().bits(3).plln().bits(85).pllr().bits(0).pllren().set_bit()
+    });
+    rcc.cr().modify(|_, w| w.pllon().set_bit());
+    while rcc.cr().read().pllrdy().bit_is_clear() {}
+    rcc.cfgr().modify(|_, w| w.sw().pll());
+    while !rcc.cfgr().read().sws().is_pll() {}
+}
+
+/// The bridge's enabling pin.
+#[derive(Debug)]
+pub struct Enable(pac::GPIOB);
+
+impl digital::ErrorType for Enable {
+    type Error = Infallible;
+}
+
+impl OutputPin for Enable {
+    fn set_low(&mut self) -> Result<(), Infallible> {
+        self.0.bsrr().write(|w| w.br0().set_bit());
+        Ok(())
+    }
+
+    fn set_high(&mut self) -> Result<(), Infallible> {
+        self.0.bsrr().write(|w| w.bs0().set_bit());
+        Ok(())
+    }
+}
+
+/// The pulse width.
+#[derive(Debug)]
+pub struct Width(pac::TIM1);
+
+impl Width {
+    fn start(timer: pac::TIM1) -> Self {
+        timer.arr().write(|w| w.arr().set(WIDTH_MAX.into()));
+        timer.ccr1().write(|w| w.ccr().set(u32::from(WIDTH_MAX / 2)));
+        // Preloaded, so that a width changes between two pulses.
+        timer.ccmr1_output().modify(|_, w| w.oc1m().pwm_mode1().oc1pe().set_bit());
+        timer.ccer().modify(|_, w| w.cc1e().set_bit());
+        timer.bdtr().modify(|_, w| w.moe().set_bit());
+        timer.cr1().modify(|_, w| w.arpe().set_bit().cen().set_bit());
+        Self(timer)
+    }
+}
+
+impl pwm::ErrorType for Width {
+    type Error = Infallible;
+}
+
+impl SetDutyCycle for Width {
+    fn max_duty_cycle(&self) -> u16 {
+        WIDTH_MAX
+    }
+
+    fn set_duty_cycle(&mut self, duty: u16) -> Result<(), Infallible> {
+        self.0.ccr1().write(|w| w.ccr().set(duty.into()));
+        Ok(())
+    }
+}
+
+/// The serial line to the host.
+#[derive(Debug)]
+pub struct Line(pac::LPUART1);
+
+impl Line {
+    fn start(uart: pac::LPUART1) -> Self {
+        #[expect(clippy::cast_possible_truncation, reason = "47,222")]
+        const DIVIDER: u32 = (CLOCK_HZ as u64 * 256 / BAUD as u64) as u32;
+        uart.brr().write(|w| w.brr().set(DIVIDER));
+        uart.cr1().write(|w| w.fifoen().set_bit().te().set_bit().re().set_bit().ue().set_bit());
+        Self(uart)
+    }
+
+    /// A byte, if one has come.
+    pub fn read(&mut self) -> Option<u8> {
+        let status = self.0.isr().read();
+        if status.ore().bit_is_set() {
+            self.0.icr().write(|w| w.orecf().clear_bit_by_one());
+        }
+        #[expect(clippy::cast_possible_truncation, reason = "eight bits")]
+        status.rxne().bit_is_set().then(|| self.0.rdr().read().rdr().bits() as u8)
+    }
+
+    /// Whether a byte was taken: never waits.
+    pub fn write(&mut self, byte: u8) -> bool {
+        let free = self.0.isr().read().txe().bit_is_set();
+        if free {
+            self.0.tdr().write(|w| w.tdr().set(byte.into()));
+        }
+        free
+    }
+}
+
+/// The vibrometer, converted without pause.
+#[derive(Debug)]
+pub struct Vibrometer(pac::ADC1);
+
+impl Vibrometer {
+    fn start(converter: pac::ADC1, common: &pac::ADC12_COMMON) -> Self {
+        // The bus clock over four: 42.5 MHz.
+        common.ccr().modify(|_, w| w.ckmode().sync_div4());
+        converter.cr().modify(|_, w| w.deeppwd().clear_bit());
+        converter.cr().modify(|_, w| w.advregen().set_bit());
+        // The regulator takes 20 us.
+        cortex_m::asm::delay(CLOCK_HZ / 50_000);
+        converter.cr().modify(|_, w| w.adcal().set_bit());
+        while converter.cr().read().adcal().bit_is_set() {}
+        converter.cr().modify(|_, w| w.aden().set_bit());
+        while converter.isr().read().adrdy().bit_is_clear() {}
+        #[expect(unsafe_code, reason = "channel 1 exists")]
+        converter.sqr1().write(|w| unsafe { w.l().bits(0).sq1().bits(1) });
+        converter.cfgr().modify(|_, w| w.cont().set_bit().ovrmod().set_bit());
+        converter.cr().modify(|_, w| w.adstart().set_bit());
+        Self(converter)
+    }
+}
+
+impl Converter for Vibrometer {
+    fn velocity_m_s(&mut self) -> Option<f32> {
+        let code = self.0.dr().read().rdata().bits();
+        // Either end of the range may be anything beyond it.
+        let within = code > 0 && code < CODE_MAX;
+        within.then(|| (f32::from(code) - 0.5 * f32::from(CODE_MAX)) * VELOCITY_M_S_PER_CODE)
+    }
+}
+
+/// Starts the board anew when it is not fed for two milliseconds; it cannot be stopped.
+#[derive(Debug)]
+pub struct Watchdog(pac::IWDG);
+
+impl Watchdog {
+    /// From now on it wants to be fed.
+    pub fn start(&mut self) {
+        self.0.kr().write(|w| w.key().start());
+        self.0.kr().write(|w| w.key().unlock());
+        // 32 kHz over 4, 16 of them.
+        self.0.pr().write(|w| w.pr().divide_by4());
+        self.0.rlr().write(|w| w.rl().set(16));
+        self.feed();
+    }
+
+    /// Begins the count anew.
+    #[inline]
+    pub fn feed(&mut self) {
+        self.0.kr().write(|w| w.key().feed());
+    }
+}

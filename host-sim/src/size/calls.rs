@@ -1,0 +1,278 @@
+//! Which functions the tasks can reach: every branch from their code that leads out of its own function, and so on from there.
+//!
+//! ```text
+//! 11110 S imm10 | 11 J1 1 J2 imm11      BL     I = not (J xor S),  offset = S I1 I2 imm10 imm11 0
+//! 11110 S imm10 | 10 J1 1 J2 imm11      B.W    the same
+//! 11110 S cond imm6 | 10 J1 0 J2 imm11  B.W if,  offset = S J2 J1 imm6 imm11 0
+//! 11100 imm11, 1101 cond imm8           B, B if
+//! 010001111 Rm 000                      BLX by address: nobody knows where to
+//! ```
+//!
+//! (Armv7-M Architecture Reference Manual, A7.7.) Branches by address are calls that cannot be followed, and so may not be.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::fmt;
+
+use serde::Serialize;
+
+use super::image::{Function, Image};
+use crate::error::CommandError;
+
+/// Where the tasks begin: parts of demangled names. The first must be in every program.
+pub const ROOTS: [&str; 2] = ["firmware::application::Application<D>::tick", "SysTick"];
+
+/// Calls that can be reached by the text of the program only, and why they never happen.
+pub const EXCUSED: [(&str, &str); 1] = [(
+    "core::panicking::panic_const::panic_const_rem_by_zero",
+    "heapless's queue divides by its capacity: a constant above 0, which its ends do not know any more",
+)];
+
+/// A call that must not be.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct Forbidden {
+    /// Who calls.
+    pub caller: String,
+    /// What is called.
+    pub callee: String,
+    /// Why not.
+    pub reason: &'static str,
+}
+
+impl fmt::Display for Forbidden {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { caller, callee, reason } = self;
+        write!(f, "{caller} calls {callee}: {reason}")
+    }
+}
+
+/// What the tasks can reach.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Reached {
+    /// How many functions.
+    pub functions: usize,
+    /// Calls among them that must not be.
+    pub forbidden: Vec<Forbidden>,
+}
+
+/// A branch out of a function.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Branch {
+    To(u32),
+    ByAddress,
+}
+
+fn is_excused(name: &str) -> bool {
+    EXCUSED.iter().any(|(excused, _)| name.starts_with(excused))
+}
+
+/// Why a function of this name may not be called from the tasks.
+fn reason(name: &str) -> Option<&'static str> {
+    if is_excused(name) {
+        return None;
+    }
+    let double = [
+        "__aeabi_d",
+        "__aeabi_f2d",
+        "__aeabi_i2d",
+        "__aeabi_ui2d",
+        "__aeabi_l2d",
+        "__aeabi_ul2d",
+        "__aeabi_cd",
+    ];
+    if name.contains("panicking") || name.contains("unwrap_failed") || name.contains("rust_begin_unwind") {
+        Some("it panics")
+    } else if double.iter().any(|prefix| name.starts_with(prefix))
+        || name.contains("compiler_builtins::float") && name.contains("f64")
+    {
+        Some("it computes in double precision, by software")
+    } else if name.contains("__rust_alloc") || name.contains("alloc::alloc") {
+        Some("it allocates")
+    } else {
+        None
+    }
+}
+
+/// Follows every branch from the tasks of `image`.
+///
+/// # Errors
+/// When the image has no task.
+pub fn reached(image: &Image) -> Result<Reached, CommandError> {
+    let by_address: BTreeMap<u32, &Function> =
+        image.functions.iter().map(|function| (function.address, function)).collect();
+    let is_root = |function: &&&Function| ROOTS.iter().any(|root| function.name.contains(root));
+    let mut waiting: Vec<&Function> = by_address.values().filter(is_root).copied().collect();
+    if !waiting.iter().any(|function| function.name.contains(ROOTS[0])) {
+        return Err(CommandError::NoTask { task: ROOTS[0] });
+    }
+    let mut seen: BTreeSet<u32> = waiting.iter().map(|function| function.address).collect();
+    let mut forbidden = Vec::new();
+    while let Some(function) = waiting.pop() {
+        for branch in branches(function, &image.code_from) {
+            let mut forbid = |callee: &str, reason| {
+                let (caller, callee) = (function.name.clone(), callee.to_owned());
+                forbidden.push(Forbidden { caller, callee, reason });
+            };
+            match branch {
+                Branch::ByAddress => forbid("a function by address", "nobody knows which"),
+                Branch::To(address) => match holding(&by_address, address) {
+                    None => forbid(&format!("{address:#x}"), "no function is there"),
+                    Some(callee) => {
+                        if let Some(reason) = reason(&callee.name) {
+                            forbid(&callee.name, reason);
+                        } else if !is_excused(&callee.name) && seen.insert(callee.address) {
+                            waiting.push(callee);
+                        }
+                    }
+                },
+            }
+        }
+    }
+    forbidden.dedup();
+    Ok(Reached { functions: seen.len(), forbidden })
+}
+
+/// The function whose code is at `address`.
+fn holding<'a>(by_address: &BTreeMap<u32, &'a Function>, address: u32) -> Option<&'a Function> {
+    let (_, function) = by_address.range(..=address).next_back()?;
+    ((address - function.address) as usize).lt(&function.bytes.len()).then_some(*function)
+}
+
+/// The branches out of a function.
+fn branches(function: &Function, code_from: &[(u32, bool)]) -> Vec<Branch> {
+    let Function { address: start, bytes, .. } = function;
+    let end = start + u32::try_from(bytes.len()).unwrap_or(u32::MAX);
+    let half = |at: u32| -> Option<u32> {
+        let offset = (at - start) as usize;
+        bytes.get(offset..offset + 2).map(|pair| u32::from(pair[0]) | u32::from(pair[1]) << 8)
+    };
+    let is_code = |at: u32| {
+        let next = code_from.partition_point(|(from, _)| *from <= at);
+        next.checked_sub(1).is_none_or(|last| code_from[last].1)
+    };
+    let mut branches = Vec::new();
+    let mut at = *start;
+    while let Some(first) = half(at) {
+        let mut width = 2;
+        let mut branch = None;
+        if is_code(at) {
+            if first >> 11 > 0b11100 {
+                width = 4;
+                branch = half(at + 2).and_then(|second| wide(at, first, second));
+            } else {
+                branch = narrow(at, first);
+            }
+        }
+        match branch {
+            Some(Branch::To(target)) if (*start..end).contains(&target) => (),
+            Some(branch) => branches.push(branch),
+            None => (),
+        }
+        at += width;
+    }
+    branches
+}
+
+/// The value of the lowest `bits` of `value`, the highest of them its sign.
+fn signed(value: u32, bits: u32) -> u32 {
+    ((value << (32 - bits)).cast_signed() >> (32 - bits)).cast_unsigned()
+}
+
+/// Where a branch at `at` leads: the program counter is two instructions ahead.
+fn to(at: u32, offset: u32) -> Branch {
+    Branch::To(at.wrapping_add(4).wrapping_add(offset))
+}
+
+fn narrow(at: u32, code: u32) -> Option<Branch> {
+    match code {
+        0xe000..=0xe7ff => Some(to(at, signed(code << 1, 12))),
+        // Conditions 14 and 15 are other instructions.
+        0xd000..=0xddff => Some(to(at, signed(code << 1, 9))),
+        _ if code & 0xff87 == 0x4780 => Some(Branch::ByAddress),
+        // BX, but for the return by the link register.
+        _ if code & 0xff87 == 0x4700 && code != 0x4770 => Some(Branch::ByAddress),
+        _ => None,
+    }
+}
+
+fn wide(at: u32, first: u32, second: u32) -> Option<Branch> {
+    if first >> 11 != 0b11110 || second >> 15 != 1 {
+        return None;
+    }
+    let (s, j1, j2) = (first >> 10 & 1, second >> 13 & 1, second >> 11 & 1);
+    let low = (second & 0x7ff) << 1;
+    if second >> 12 & 1 == 1 {
+        // BL and B.W; with bit 14 set and bit 12 clear it would be BLX to another instruction set.
+        let (i1, i2) = (1 ^ j1 ^ s, 1 ^ j2 ^ s);
+        let offset = s << 24 | i1 << 23 | i2 << 22 | (first & 0x3ff) << 12 | low;
+        return Some(to(at, signed(offset, 25)));
+    }
+    let condition = first >> 6 & 0xf;
+    if second >> 14 & 1 == 0 && condition < 14 {
+        let offset = s << 20 | j2 << 19 | j1 << 18 | (first & 0x3f) << 12 | low;
+        return Some(to(at, signed(offset, 21)));
+    }
+    None
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn function(name: &str, address: u32, halves: &[u16]) -> Function {
+        let bytes = halves.iter().flat_map(|half| half.to_le_bytes()).collect();
+        Function { name: name.to_owned(), address, bytes }
+    }
+
+    /// Encodings as an assembler gives them (`llvm-mc -triple=thumbv7em -show-encoding`).
+    #[test]
+    fn tool_branches_lead_where_an_assembler_says() {
+        for (halves, expected) in [
+            (&[0xf000, 0xf87e][..], Branch::To(0x1100)),
+            (&[0xf7ff, 0xff7e], Branch::To(0xf00)),
+            (&[0xf000, 0xb87e], Branch::To(0x1100)),
+            (&[0xf43f, 0xaf7e], Branch::To(0xf00)),
+            (&[0xe77e], Branch::To(0xf00)),
+            (&[0xd07e], Branch::To(0x1100)),
+            (&[0x4798], Branch::ByAddress),
+            (&[0x4718], Branch::ByAddress),
+        ] {
+            assert_eq!(branches(&function("f", 0x1000, halves), &[]), [expected], "{halves:x?}");
+        }
+        // A return, a branch within the function, a supervisor call, arithmetic with a wide constant.
+        for halves in [&[0x4770][..], &[0xe7fe], &[0xdf01], &[0xf04f, 0x30ff], &[0xf3ef, 0x8008]] {
+            assert_eq!(branches(&function("f", 0x1000, halves), &[]), [], "{halves:x?}");
+        }
+    }
+
+    fn image(functions: Vec<Function>, code_from: Vec<(u32, bool)>) -> Image {
+        Image::of(functions, code_from)
+    }
+
+    /// Two calls away, and no further than a constant that looks like a call.
+    #[test]
+    fn exact_what_is_reached_and_what_is_forbidden() {
+        let tick = |halves| function(ROOTS[0], 0x1000, halves);
+        let rest = || {
+            vec![
+                function("filter", 0x1100, &[0xf000, 0xb87e]),
+                function("core::panicking::panic", 0x1200, &[0x4770]),
+                function("__aeabi_dadd", 0x1300, &[0x4770]),
+            ]
+        };
+        let with = |halves| [vec![tick(halves)], rest()].concat();
+        let harmless = reached(&image(with(&[0x4770]), vec![])).unwrap();
+        assert_eq!(harmless, Reached { functions: 1, forbidden: vec![] });
+        let panics = reached(&image(with(&[0xf000, 0xf87e]), vec![])).unwrap();
+        assert_eq!(panics.functions, 2);
+        assert_eq!(panics.forbidden[0].to_string(), "filter calls core::panicking::panic: it panics");
+        // The same bits as a constant.
+        let constant =
+            reached(&image(with(&[0xf000, 0xf87e]), vec![(0x1000, false), (0x1004, true)])).unwrap();
+        assert_eq!(constant.functions, 1);
+        let double = reached(&image(with(&[0xf000, 0xf97e]), vec![])).unwrap();
+        assert_eq!(double.forbidden[0].reason, "it computes in double precision, by software");
+        let by_address = reached(&image(with(&[0x4798]), vec![])).unwrap();
+        assert_eq!(by_address.forbidden[0].callee, "a function by address");
+        assert!(matches!(reached(&image(rest(), vec![])), Err(CommandError::NoTask { .. })));
+    }
+}

@@ -1,0 +1,128 @@
+//! One message on the wire.
+//!
+//! ```text
+//! COBS( version u8 | session u32 | sequence u32 | ticks u64 | message, postcard | CRC-32 ) 0        little endian
+//! ```
+//!
+//! The CRC (that of Ethernet and zip) is over everything before it. Version and CRC keep their places in every version to come, so that a frame of
+//! another version is told from a damaged one.
+
+use crc::{CRC_32_ISO_HDLC, Crc};
+use serde::Serialize;
+use serde::de::DeserializeOwned;
+
+/// Version of header and messages: it goes up whenever either changes.
+pub const VERSION: u8 = 1;
+
+/// Longest frame, its final zero included.
+pub const FRAME_BYTES_MAX: usize = 384;
+
+/// Before the message.
+const HEADER_BYTES: usize = 17;
+/// After it.
+const CRC_BYTES: usize = 4;
+/// Header, message and CRC: COBS adds a byte for every 254, at least one, and the zero ends the frame.
+const CONTENT_BYTES_MAX: usize = FRAME_BYTES_MAX - 3;
+
+const CRC: Crc<u32> = Crc::<u32>::new(&CRC_32_ISO_HDLC);
+
+/// What goes with every message.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Header {
+    /// The session that it belongs to.
+    pub session: u32,
+    /// Its number in this session and direction.
+    pub sequence: u32,
+    /// Ticks of the loop that the sender has counted.
+    pub ticks: u64,
+}
+
+/// Why bytes are no frame.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum FrameError {
+    /// Not the code of any bytes.
+    #[error("not COBS")]
+    Coding,
+    /// Too short for a header and a CRC.
+    #[error("too short")]
+    TooShort,
+    /// Damaged on the way.
+    #[error("wrong CRC")]
+    Checksum,
+    /// Whole, but of another version of the protocol.
+    #[error("protocol version {theirs}, expected {VERSION}")]
+    Version {
+        /// The sender's version.
+        theirs: u8,
+    },
+    /// Whole, but no message that is expected here.
+    #[error("no such message")]
+    Message,
+    /// The message does not fit a frame.
+    #[error("too long")]
+    TooLong,
+}
+
+/// Writes a frame into `frame`; its length.
+///
+/// # Errors
+/// When the message does not fit: none of this crate's.
+pub fn encode<M: Serialize>(
+    header: Header,
+    message: &M,
+    frame: &mut [u8; FRAME_BYTES_MAX],
+) -> Result<usize, FrameError> {
+    let mut content = [0; CONTENT_BYTES_MAX];
+    let length = fill(header, message, &mut content).ok_or(FrameError::TooLong)?;
+    let content = content.get(..length).ok_or(FrameError::TooLong)?;
+    let (last, body) = frame.split_last_mut().ok_or(FrameError::TooLong)?;
+    let coded = cobs::try_encode(content, body).map_err(|_| FrameError::TooLong)?;
+    *body.get_mut(coded).unwrap_or(last) = 0;
+    Ok(coded + 1)
+}
+
+/// Header, message and CRC; how many bytes.
+fn fill<M: Serialize>(header: Header, message: &M, content: &mut [u8]) -> Option<usize> {
+    let Header { session, sequence, ticks } = header;
+    let (head, rest) = content.split_first_chunk_mut::<HEADER_BYTES>()?;
+    let fields = [VERSION].into_iter().chain(session.to_le_bytes()).chain(sequence.to_le_bytes());
+    for (byte, field) in head.iter_mut().zip(fields.chain(ticks.to_le_bytes())) {
+        *byte = field;
+    }
+    let end = HEADER_BYTES + postcard::to_slice(message, rest).ok()?.len();
+    let crc = CRC.checksum(content.get(..end)?);
+    *content.get_mut(end..)?.first_chunk_mut::<CRC_BYTES>()? = crc.to_le_bytes();
+    Some(end + CRC_BYTES)
+}
+
+/// Reads a frame, with or without its final zero; `frame` is used up.
+///
+/// # Errors
+/// When it is no whole frame of this version that holds an `M` and nothing else.
+pub fn decode<M: DeserializeOwned>(frame: &mut [u8]) -> Result<(Header, M), FrameError> {
+    let length = cobs::decode_in_place(frame).map_err(|_| FrameError::Coding)?;
+    let content = frame.get(..length).ok_or(FrameError::Coding)?;
+    let (checked, crc) = content.split_last_chunk::<CRC_BYTES>().ok_or(FrameError::TooShort)?;
+    if CRC.checksum(checked) != u32::from_le_bytes(*crc) {
+        return Err(FrameError::Checksum);
+    }
+    let (&[theirs], rest) = checked.split_first_chunk::<1>().ok_or(FrameError::TooShort)?;
+    if theirs != VERSION {
+        return Err(FrameError::Version { theirs });
+    }
+    let (session, rest) = rest.split_first_chunk::<4>().ok_or(FrameError::TooShort)?;
+    let (sequence, rest) = rest.split_first_chunk::<4>().ok_or(FrameError::TooShort)?;
+    let (ticks, rest) = rest.split_first_chunk::<8>().ok_or(FrameError::TooShort)?;
+    let header = Header {
+        session: u32::from_le_bytes(*session),
+        sequence: u32::from_le_bytes(*sequence),
+        ticks: u64::from_le_bytes(*ticks),
+    };
+    match postcard::take_from_bytes::<M>(rest) {
+        Ok((message, [])) => Ok((header, message)),
+        Ok(_) | Err(_) => Err(FrameError::Message),
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,55 @@
+//! What host and microcontroller say to each other, and how it is framed. Every transport carries the same bytes.
+//!
+//! # In the order of the data
+//!
+//! - [`HostMessage`], [`BoardMessage`]: all that is ever said.
+//! - [`Configuration`]: which filter, which target. [`Report`]: what a tick of the loop did, every bit of it.
+//! - [`frame`]: a message with its [`Header`], a CRC-32, and no zero byte but the last ([`encode`], [`decode`]).
+//! - [`Deframer`]: from bytes as they come to frames, in bounded memory, whatever comes.
+//! - [`Sequence`]: whether a frame is new, repeated, late, or the first after a gap.
+//!
+//! # Promises
+//!
+//! `no_std`, no allocation, no unsafe code, no panic. A frame is accepted whole or not at all: cobs, length, CRC-32, version and message must all
+//! be right, and nothing may be left over.
+//!
+//! # Glossary
+//!
+//! | word | meaning |
+//! |---|---|
+//! | frame | one message on the wire, ended by a zero byte |
+//! | session | number that the host picks when it says hello; a frame of another session is refused |
+//! | sequence | number of a frame within its session and direction |
+//! | tick | period of the loop; the board's count of them is the time of both |
+//! | COBS | consistent overhead byte stuffing: bytes without zeros, one byte longer in 254 |
+
+#![no_std]
+#![forbid(unsafe_code)]
+#![warn(clippy::unwrap_used, clippy::expect_used, clippy::panic, clippy::indexing_slicing)]
+#![cfg_attr(
+    test,
+    allow(
+        clippy::unwrap_used,
+        clippy::expect_used,
+        clippy::panic,
+        clippy::indexing_slicing,
+        clippy::cast_possible_truncation,
+        clippy::naive_bytecount,
+        reason = "a test fails by panicking, and need not be fast"
+    )
+)]
+
+mod deframer;
+pub mod frame;
+mod message;
+mod report;
+mod sequence;
+
+pub use deframer::Deframer;
+pub use frame::{FRAME_BYTES_MAX, FrameError, Header, VERSION, decode, encode};
+pub use message::{
+    BoardMessage, CameraRecord, Configuration, Counters, Fault, FilterKind, HostMessage, LdvRecord,
+    LdvRecords, SettingKey,
+};
+pub use report::{CommandRecord, EstimateRecord, FIELDS, InnovationRecord, Report};
+pub use sequence::{Arrival, Sequence};
