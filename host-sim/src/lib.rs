@@ -13,6 +13,9 @@
 //! | [`filter`] | the estimator that a scene picks |
 //! | [`record`] | a run written down, one row every 50 us |
 //! | [`reproduce`] | the published tables and figures beside ours, with verdicts |
+//! | [`response_map`] | what each drive does, identified for the controller |
+//! | [`positioning_trials`] | many moves of many motors, beside simpler strategies |
+//! | [`rate`] | a rate held in closed loop, against the truth |
 //! | [`instructions`] | what the operations of the firmware take, counted on an emulated microcontroller |
 //! | [`accuracy`] | speed against error of the fixed step, beside other crates' integrators |
 //! | [`estimate`] | how far the filters are off the truth, beside a lower bound |
@@ -40,9 +43,12 @@ pub mod instruments;
 pub mod keys;
 pub mod plant;
 pub mod position;
+pub mod positioning_trials;
+pub mod rate;
 pub mod record;
 pub mod reference;
 pub mod reproduce;
+pub mod response_map;
 pub mod scene;
 mod section;
 pub mod simulate;

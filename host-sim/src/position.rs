@@ -5,8 +5,9 @@ mod trace;
 
 use std::fmt;
 
-use controller::{Phase, PositionLoop, PositioningTuning, Target};
-use motor_model::{DriveCommand, Time, math};
+use controller::{Limits, Phase, PositionLoop, PositioningTuning, Report, Target};
+use estimator::Estimate;
+use motor_model::{Angle, DriveCommand, Time, math};
 use serde::Serialize;
 
 use crate::closed_loop::{ClosedLoop, Moment};
@@ -26,8 +27,8 @@ pub const SETTINGS: &[Setting] = &[
     Setting {
         key: "position.tolerance_deg",
         unit: "deg",
-        kind: Kind::Number { default: 0.02, min: Target::TOLERANCE_MIN_DEG, max: 10.0 },
-        meaning: "distance from the target that counts as reached",
+        kind: Kind::Number { default: 0.001, min: Target::TOLERANCE_MIN_DEG, max: 10.0 },
+        meaning: "distance from the target that counts as reached, with 95 % confidence",
     },
     Setting {
         key: "position.deadline_s",
@@ -88,15 +89,15 @@ impl fmt::Display for Outcome {
         let verdict = match (self.ok, self.settle_time_s) {
             (true, _) => "on target",
             (false, Some(_)) => "believed on target, but is not",
-            (false, None) => "gave up at the deadline",
+            (false, None) => "gave up",
         };
         writeln!(
             f,
             "target             {:+.4} deg, tolerance {} deg, seed {}",
             self.target_deg, self.tolerance_deg, self.seed
         )?;
-        writeln!(f, "true final angle   {:+.4} deg", self.final_angle_true_deg)?;
-        writeln!(f, "error              {:+.2} mdeg: {verdict}", self.final_error_mdeg)?;
+        writeln!(f, "true final angle   {:+.5} deg", self.final_angle_true_deg)?;
+        writeln!(f, "error              {:+.3} mdeg: {verdict}", self.final_error_mdeg)?;
         match self.settle_time_s {
             Some(settle_time_s) => writeln!(
                 f,
@@ -119,35 +120,66 @@ impl fmt::Display for Outcome {
 ///
 /// # Errors
 /// When the scene is refused.
-pub fn run(scene: &Scene, mut observe: impl FnMut(&Moment)) -> Result<Outcome, CommandError> {
+pub fn run(scene: &Scene, observe: impl FnMut(&Moment)) -> Result<Outcome, CommandError> {
+    let limits = Limits { deadline_nanos: nanos(scene, "position.deadline_s"), ..Limits::default() };
+    run_tuned(scene, PositioningTuning { limits, ..PositioningTuning::default() }, observe)
+}
+
+/// As [`run`], with the controller tuned otherwise.
+///
+/// # Errors
+/// When the scene is refused.
+pub fn run_tuned(
+    scene: &Scene,
+    tuning: PositioningTuning,
+    mut observe: impl FnMut(&Moment),
+) -> Result<Outcome, CommandError> {
     let target = Target::try_new(scene.number("position.to_deg"), scene.number("position.tolerance_deg"))?;
-    let nanos = |key| {
-        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "bounded by the setting")]
-        let nanos = (scene.number(key) * 1e9).round() as u64;
-        nanos
-    };
-    let deadline_nanos = nanos("position.deadline_s");
-    let hold_nanos = nanos("position.hold_s");
-    let tuning = PositioningTuning { deadline_nanos, ..PositioningTuning::default() };
+    let hold_nanos = nanos(scene, "position.hold_s");
     let mut closed_loop = ClosedLoop::new(scene, target, tuning)?;
     let mut account = Account::new(target);
     loop {
         let moment = closed_loop.next_tick();
         observe(&moment);
-        account.take(&moment);
+        let step = Step::of(&moment);
+        account.take(&step);
         let done = match moment.report.phase {
-            Phase::Holding => account.held_nanos(&moment) >= hold_nanos,
-            Phase::TimedOut => true,
-            Phase::Approach { .. } | Phase::Settling => false,
+            Phase::Holding => account.held_nanos(moment.at) >= hold_nanos,
+            Phase::Stopped(_) => true,
+            Phase::Waiting(_) | Phase::Cruise { .. } | Phase::Burst { .. } | Phase::Settling => false,
         };
         if done {
-            return Ok(account.close(&moment, scene));
+            return Ok(account.close(&step, scene));
         }
     }
 }
 
+fn nanos(scene: &Scene, key: &'static str) -> u64 {
+    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "bounded by the setting")]
+    let nanos = (scene.number(key) * 1e9).round() as u64;
+    nanos
+}
+
+/// What an account is kept of, every tick.
+pub(crate) struct Step {
+    pub(crate) at: Time,
+    pub(crate) angle: Angle,
+    pub(crate) rate_rad_s: f64,
+    pub(crate) estimate: Option<Estimate<f32>>,
+    pub(crate) applied: DriveCommand,
+    pub(crate) holding: bool,
+}
+
+impl Step {
+    fn of(moment: &Moment) -> Self {
+        let Report { estimate, applied, phase, .. } = moment.report;
+        let holding = phase == Phase::Holding;
+        Self { at: moment.at, angle: moment.angle, rate_rad_s: moment.rate_rad_s, estimate, applied, holding }
+    }
+}
+
 /// What a run adds up to, tick by tick.
-struct Account {
+pub(crate) struct Account {
     target: Target,
     last_command: DriveCommand,
     holding_since: Option<Time>,
@@ -176,7 +208,7 @@ impl Mean {
 }
 
 impl Account {
-    fn new(target: Target) -> Self {
+    pub(crate) fn new(target: Target) -> Self {
         Self {
             target,
             last_command: DriveCommand::OFF,
@@ -189,31 +221,28 @@ impl Account {
         }
     }
 
-    fn take(&mut self, moment: &Moment) {
-        let applied = moment.report.applied;
+    pub(crate) fn take(&mut self, step: &Step) {
+        let applied = step.applied;
         self.drive_switches += u32::from(applied.mode() != self.last_command.mode());
         self.driven_ticks += u64::from(applied.mode().is_some());
         self.last_command = applied;
-        self.holding_since = match moment.report.phase {
-            Phase::Holding => self.holding_since.or(Some(moment.at)),
-            _ => None,
-        };
-        if let Some(error) = moment.estimate_error_mdeg() {
+        self.holding_since = if step.holding { self.holding_since.or(Some(step.at)) } else { None };
+        if let Some(estimate) = step.estimate {
+            let error = 1e3 * estimate.angle.minus(step.angle).degrees();
             self.square_mdeg2.add(error * error);
-            if moment.rate_rad_s.abs() > 1e-3 {
+            if step.rate_rad_s.abs() > 1e-3 {
                 self.square_moving_mdeg2.add(error * error);
             }
         }
-        let beyond =
-            moment.angle.minus(self.target.angle()).degrees() * self.target.angle().degrees().signum();
+        let beyond = step.angle.minus(self.target.angle()).degrees() * self.target.angle().degrees().signum();
         self.overshoot_deg = self.overshoot_deg.max(beyond);
     }
 
-    fn held_nanos(&self, moment: &Moment) -> u64 {
-        self.holding_since.map_or(0, |since| moment.at.nanos_since(since))
+    pub(crate) fn held_nanos(&self, now: Time) -> u64 {
+        self.holding_since.map_or(0, |since| now.nanos_since(since))
     }
 
-    fn close(&self, last: &Moment, scene: &Scene) -> Outcome {
+    pub(crate) fn close(&self, last: &Step, scene: &Scene) -> Outcome {
         let error_deg = last.angle.minus(self.target.angle()).degrees();
         let tolerance_deg = scene.number("position.tolerance_deg");
         #[expect(clippy::cast_precision_loss, reason = "far below 2^53")]

@@ -73,6 +73,7 @@ const TABLES: &[&[Setting]] = &[
     crate::instruments::ldv::SETTINGS,
     crate::filter::SETTINGS,
     crate::position::SETTINGS,
+    crate::rate::SETTINGS,
 ];
 
 /// Every key there is: the motor's parameters in the order of Table 1, then the tables of the modules.
