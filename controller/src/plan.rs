@@ -11,7 +11,7 @@
 //! ```
 //!
 //! A burst is due when measuring on would no longer improve it: when the angle is known as well as the burst can be foreseen. The last step is due only when the angle is
-//! known well enough to call the target reached after it; until then steps stop short of the target by a standard deviation, so that what is
+//! known well enough to call the target reached after it; until then steps stop short of the target by one and a half standard deviations, so that what is
 //! learnt later asks for another step and not for a nudge, which would spoil the measurement.
 
 use motor_model::DriveMode;
@@ -124,7 +124,7 @@ impl Situation {
         if self.longest_rad(correction, Family::Step).is_some_and(|longest| remaining_rad < 0.9 * longest) {
             return self.step(correction, remaining_rad);
         }
-        let short_rad = 1.5 * remaining_rad * correction.spread(Family::Walk) + self.sigma_rad;
+        let short_rad = 1.5 * (remaining_rad * correction.spread(Family::Walk) + self.sigma_rad);
         let plan = self.burst(correction, Family::Walk, remaining_rad - short_rad)?;
         (self.sigma_rad <= 0.15 * remaining_rad).then_some(plan)
     }
@@ -134,7 +134,7 @@ impl Situation {
         let aim_rad = if last {
             remaining_rad
         } else {
-            remaining_rad - self.sigma_rad - remaining_rad * correction.spread(Family::Step)
+            remaining_rad - 1.5 * self.sigma_rad - remaining_rad * correction.spread(Family::Step)
         };
         let (shortest, _) = Family::Step.range_rad(self.amplitude_max)?;
         // Half the shortest step would still be nearer, but what remains is then within any tolerance.

@@ -109,10 +109,14 @@ pub enum Stop {
 const FAILURES_MAX: u8 = 6;
 /// A cruise that has not turned by now, in ns, will not.
 const STALL_NANOS: u64 = 150_000_000;
-/// Less than this part of the foreseen turn is none.
+/// Less than this part of the mean turn is none.
 const STALLED: f32 = 0.1;
 /// A burst's outcome is judged only when it was foreseen to exceed so many standard deviations of its measurement.
-const JUDGED: f32 = 6.0;
+const JUDGED: f32 = 2.5;
+/// A burst that turns by less than this part of the foreseen turn may not have turned the rotor at all.
+const BURST_STALLED: f32 = 0.4;
+/// A turn the wrong way must exceed so many standard deviations of its measurement.
+const SURELY_WRONG: f32 = 4.0;
 /// A wrong way of this is no accident of the start, in rad: a degree.
 const WRONG_WAY_RAD: f32 = 0.017;
 
@@ -346,9 +350,10 @@ impl Positioning {
         if foreseen_rad * foreseen_rad < JUDGED * JUDGED * turned_rad2 {
             return None;
         }
-        let outcome = if turned_rad < -0.5 * foreseen_rad {
+        let surely = turned_rad * turned_rad > SURELY_WRONG * SURELY_WRONG * turned_rad2;
+        let outcome = if turned_rad < -0.5 * foreseen_rad && surely {
             self.wrong_way()
-        } else if turned_rad < STALLED * foreseen_rad {
+        } else if turned_rad < BURST_STALLED * foreseen_rad {
             self.stall()
         } else {
             (self.stalls, self.wrong_ways) = (0, 0);

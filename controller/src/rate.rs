@@ -31,10 +31,10 @@ pub struct RateTuning {
 }
 
 impl Default for RateTuning {
-    /// 30 ms, 0.05 degrees, 3 degrees, full drive, 0.5 ms.
+    /// 12 ms, 0.05 degrees, 3 degrees, full drive, 0.5 ms.
     fn default() -> Self {
         Self {
-            catch_up_s: 0.03,
+            catch_up_s: 0.012,
             behind_rad: 8.7e-4,
             ahead_rad: 0.052,
             amplitude_max: 1.0,

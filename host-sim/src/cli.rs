@@ -242,7 +242,7 @@ struct PositioningTrialsArgs {
     /// Moves, each of a motor of its own
     #[arg(long, value_name = "N", default_value = "1000", allow_negative_numbers = true)]
     trials: String,
-    /// Run the simpler strategies and the other filters as well, 400 trials each at most
+    /// Run the simpler strategies and the other filters as well, 200 trials each at most
     #[arg(long)]
     compare: bool,
     /// Folder for positioning-trials.svg and trials.csv

@@ -11,6 +11,7 @@
 //! | [`averaged`] | what a drive does on average, identified from such runs |
 //! | [`statistics`], [`spectrum`] | what is said of a run: mean and spread, the largest spectral line |
 //! | [`filter`] | the estimator that a scene picks |
+//! | [`disturbance`] | what goes wrong with the motor during a move |
 //! | [`record`] | a run written down, one row every 50 us |
 //! | [`reproduce`] | the published tables and figures beside ours, with verdicts |
 //! | [`response_map`] | what each drive does, identified for the controller |
@@ -32,6 +33,7 @@ pub mod chart;
 pub mod cli;
 pub mod closed_loop;
 pub mod desk;
+pub mod disturbance;
 mod document;
 pub mod error;
 

@@ -69,6 +69,8 @@ pub struct Outcome {
     pub rms_estimate_error_moving_mdeg: f64,
     /// Farthest that the rotor went beyond the target, 0 if it did not.
     pub overshoot_deg: f64,
+    /// Why the controller gave up; `null` if it did not.
+    pub stopped: Option<String>,
     /// Whether the controller reached the target and the rotor truly lies within the tolerance.
     pub ok: bool,
     /// The seed of the run.
@@ -86,10 +88,10 @@ impl Outcome {
 
 impl fmt::Display for Outcome {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let verdict = match (self.ok, self.settle_time_s) {
-            (true, _) => "on target",
-            (false, Some(_)) => "believed on target, but is not",
-            (false, None) => "gave up",
+        let verdict = match (&self.stopped, self.ok) {
+            (Some(why), _) => format!("gave up, {why}"),
+            (None, true) => "on target".to_owned(),
+            (None, false) => "believed on target, but is not".to_owned(),
         };
         writeln!(
             f,
@@ -149,7 +151,11 @@ pub fn run_tuned(
             Phase::Waiting(_) | Phase::Cruise { .. } | Phase::Burst { .. } | Phase::Settling => false,
         };
         if done {
-            return Ok(account.close(&step, scene));
+            let mut outcome = account.close(&step, scene);
+            if let Phase::Stopped(why) = moment.report.phase {
+                outcome.stopped = Some(format!("{why:?}"));
+            }
+            return Ok(outcome);
         }
     }
 }
@@ -259,6 +265,7 @@ impl Account {
             rms_estimate_error_mdeg: self.square_mdeg2.root(),
             rms_estimate_error_moving_mdeg: self.square_moving_mdeg2.root(),
             overshoot_deg: self.overshoot_deg,
+            stopped: None,
             ok: self.holding_since.is_some() && error_deg.abs() <= tolerance_deg,
             seed: scene.seed(),
         }

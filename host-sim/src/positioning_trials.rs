@@ -61,7 +61,7 @@ const FAILED_MDEG: f64 = 3.0;
 /// Time after which the controller gives up: a slow motor takes 20 s for a turn counter-clockwise.
 const DEADLINE_S: f64 = 60.0;
 /// Trials of each strategy that is compared, at most.
-const COMPARED_MAX: u64 = 400;
+const COMPARED_MAX: u64 = 200;
 
 /// A way to position.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -98,3 +98,64 @@ fn dual_the_compiled_response_map_is_what_the_plant_does() {
     let (expected, within) = (f64::from(cruise.rate_rad_s), 4.5 * f64::from(cruise.rate_sd_rad_s) / root);
     assert_between(row.rate_rad_s, expected - within, expected + within, "cruise");
 }
+
+/// A move of the motor that `seed` names, with what goes wrong.
+fn faulty(seed: &str, settings: &[&str]) -> serde_json::Value {
+    let mut arguments = vec!["position", "--seed", seed, "--format", "json"];
+    arguments.extend(settings.iter().flat_map(|setting| ["--set", setting]));
+    json(folder().path(), &arguments)
+}
+
+/// Faults that a move outlives: it ends on target, measured by the truth.
+#[test]
+fn tool_faults_that_a_move_survives() {
+    for settings in [
+        // The drive loses 30 % of its amplitude on the way.
+        &["fault.drive_gain=0.7", "fault.from_s=0.05"][..],
+        &["fault.drive_gain=0.7", "fault.from_s=0.05", "position.to_deg=-20"],
+        // The rotor is jolted while it is held.
+        &["fault.jolt_rad_s=2", "fault.from_s=0.6", "position.hold_s=0.6"],
+        &["fault.jolt_rad_s=-1", "fault.from_s=0.6", "position.hold_s=0.6"],
+        // The camera is lost on the way, and comes back.
+        &["camera.lost_from_s=0.05", "camera.lost_until_s=0.3"],
+        &["ldv.lost_from_s=0.05", "ldv.lost_until_s=0.3"],
+        &["camera.outlier_probability=0.02"],
+        // Both resonances have drifted by 1 %.
+        &["motor.mode_b.frequency_hz=6363", "motor.mode_c.frequency_hz=7534"],
+    ] {
+        for seed in ["1", "2"] {
+            let moved = faulty(seed, settings);
+            assert!(moved["stopped"].is_null(), "{settings:?} {seed}: {moved}");
+            assert_between(number(&moved, "final_error_mdeg"), -2.0, 2.0, format!("{settings:?} {seed}"));
+        }
+    }
+}
+
+/// Faults that it cannot outlive: it stops, says why, and has not driven for long.
+#[test]
+fn tool_faults_that_end_a_move_are_named() {
+    for (settings, why, on_max_s) in [
+        (&["fault.drive_gain=0"][..], "Stalled", 1.5),
+        (&["fault.drive_gain=0", "position.to_deg=-0.03"], "Stalled", 6.0),
+        (&["fault.modes=swapped"], "ModeInverted", 0.2),
+        (&["fault.modes=swapped", "position.to_deg=-0.03"], "ModeInverted", 0.2),
+        (&["camera.lost_from_s=0.05", "camera.lost_until_s=100", "position.deadline_s=1"], "TimedOut", 0.2),
+    ] {
+        for seed in ["1", "2"] {
+            let moved = faulty(seed, settings);
+            assert_eq!(moved["stopped"], why, "{settings:?} {seed}: {moved}");
+            assert_between(number(&moved, "drive_on_s"), 0.0, on_max_s, format!("{settings:?} {seed}"));
+        }
+    }
+}
+
+/// Rates clockwise and counter-clockwise. The angle follows its reference to some 2 degrees at 600 deg/s, so a mean over 6 s is good to 0.1 % and a bit: twice that is allowed.
+#[test]
+fn tool_rates_are_held() {
+    for (deg_s, percent) in [("600", 0.2), ("50", 0.2), ("-40", 0.2)] {
+        let arguments = ["rate", "--deg-s", deg_s, "--duration", "6", "--seed", "3", "--format", "json"];
+        let held = json(folder().path(), &arguments);
+        assert_between(number(&held, "mean_error_percent"), -percent, percent, deg_s);
+        assert!(number(&held, "saturated") < 0.6, "{held}");
+    }
+}

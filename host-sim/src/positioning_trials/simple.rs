@@ -26,7 +26,7 @@ pub enum Rule {
 /// Half width of the dead band in rad: 20 milli-degrees, what an estimate of a moving rotor can tell.
 const DEAD_BAND_RAD: f32 = 3.5e-4;
 /// A bang-bang program that has not settled by then, in ns, is stopped where it is.
-const PATIENCE_NANOS: u64 = 10_000_000_000;
+const PATIENCE_NANOS: u64 = 3_000_000_000;
 /// What the naive program waits after a burst, in ns.
 const CALM_NANOS: u64 = 20_000_000;
 /// Frames that it averages far from the target, and near.
