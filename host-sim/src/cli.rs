@@ -242,9 +242,9 @@ struct PositioningTrialsArgs {
     /// Moves, each of a motor of its own
     #[arg(long, value_name = "N", default_value = "1000", allow_negative_numbers = true)]
     trials: String,
-    /// Run the simpler strategies and the other filters as well, 200 trials each at most
-    #[arg(long)]
-    compare: bool,
+    /// Run the simpler strategies and the other filters as well, so many trials each
+    #[arg(long, value_name = "N", allow_negative_numbers = true)]
+    compare: Option<String>,
     /// Folder for positioning-trials.svg and trials.csv
     #[arg(long, value_name = "DIR", default_value = "out/positioning-trials")]
     out: PathBuf,
@@ -267,8 +267,12 @@ impl PositioningTrialsArgs {
             positioning_trials::SECTION.read(path)?;
         }
         let plan = positioning_trials::Plan::new(&scene, Strategy::Planned, trials)?;
-        let others =
-            if self.compare { positioning_trials::Plan::others(&scene, trials)? } else { Vec::new() };
+        let others = match &self.compare {
+            Some(count) => {
+                positioning_trials::Plan::others(&scene, positioning_trials::TRIALS.integer(count)?)?
+            }
+            None => Vec::new(),
+        };
         let folder = OutputFolder::create(&self.out)?;
         let work = plan.trials() + others.iter().map(positioning_trials::Plan::trials).sum::<u64>();
         let bar = ProgressBar::new(work).with_style(progress_style());

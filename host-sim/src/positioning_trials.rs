@@ -60,9 +60,6 @@ pub const TOLERANCE_DEG: f64 = 0.0005;
 const FAILED_MDEG: f64 = 3.0;
 /// Time after which the controller gives up: a slow motor takes 20 s for a turn counter-clockwise.
 const DEADLINE_S: f64 = 60.0;
-/// Trials of each strategy that is compared, at most.
-const COMPARED_MAX: u64 = 200;
-
 /// A way to position.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Strategy {
@@ -159,7 +156,6 @@ impl Plan {
     /// # Errors
     /// When the scene is refused.
     pub fn others(scene: &Scene, trials: u64) -> Result<Vec<Self>, CommandError> {
-        let trials = trials.min(COMPARED_MAX);
         let strategies = Strategy::ALL.into_iter().skip(1).map(|strategy| Self::new(scene, strategy, trials));
         let chosen = scene.choice("estimator.filter");
         let filters = FILTERS.iter().filter(|filter| **filter != chosen).map(|filter| {
