@@ -222,7 +222,7 @@ mod tests {
             _ => 0.0,
         };
         assert!((turn_mdeg(0.2) - 2.0).abs() < 1e-3);
-        assert!((0.5..1.6).contains(&turn_mdeg(0.4)), "{}", turn_mdeg(0.4));
+        assert!((0.7..1.2).contains(&turn_mdeg(0.4)), "{}", turn_mdeg(0.4));
         assert!(turn_mdeg(1.0).abs() < f32::EPSILON);
     }
 

@@ -245,6 +245,8 @@ mod tests {
         assert_eq!(Family::Walk.burst(1e9, 1.0).unwrap(), walks[walks.len() - 1]);
         assert_eq!(Family::Walk.burst(0.0, 1.0).unwrap(), walks[0]);
         assert_eq!(Family::Throw.burst(1.0, 0.5), None);
+        assert_eq!(Family::Throw.range_rad(0.5), None);
+        assert!(Family::Step.range_rad(0.5).unwrap().1 < Family::Step.range_rad(1.0).unwrap().1);
         assert!(Family::Step.burst(1e9, 0.5).unwrap().amplitude <= 0.5);
         assert!(strongest_cruise(DriveMode::C, 1.0).unwrap().amplitude > 0.99);
         assert!(strongest_cruise(DriveMode::C, 0.55).unwrap().amplitude <= 0.55);
