@@ -5,22 +5,27 @@
 //!
 //! - [`Sense`], [`Drive`]: what the loop asks of the hardware, in three methods.
 //! - [`tick()`] on a [`PositionLoop`], which holds any [`estimator::AngleFilter`]: fuse what arrived, estimate, decide, drive.
-//! - [`Positioning`]: the decision, a state machine over approach, settling and holding.
-//! - [`gear`]: the strengths of drive it picks from, and how far the rotor coasts after each.
+//! - [`response_map`]: what the rotor does under each drive, identified from the plant and compiled in; [`correction`]: how this motor differs from it.
+//! - [`ledger`]: what is known of a resting rotor across bursts.
+//! - [`plan`]: what to drive next, from what remains and how well that is known.
+//! - [`Positioning`]: the decision, a state machine over cruise, burst, settling and holding, within [`Limits`].
+//! - [`rate`]: the other task, a rate held or led through a profile; [`tick_rate`] is its loop body.
 //!
 //! # Promises
 //!
-//! `no_std`, no allocation, no unsafe code. A tick cannot fail or panic and takes bounded time. The drive is on only while an approach is
-//! under way on an estimate that is there and good enough.
+//! `no_std`, no allocation, no unsafe code. A tick cannot fail or panic and takes bounded time. The drive is on only during a cruise or a burst, on an
+//! estimate that is there and good enough; it is off in the tick that loses the estimate.
 //!
 //! # Glossary
 //!
 //! | word | meaning |
 //! |---|---|
-//! | gear | a mode and an amplitude, with the distance from which it is used |
-//! | coast | what the rotor still turns after the drive is cut: ring-down, flight and sliding |
-//! | approach | the drive is on, until the remaining angle is the coast |
+//! | cruise | a drive that stays on until it is cut |
+//! | burst | a drive of a given number of ticks, from rest to rest |
+//! | coast | what the rotor still turns after a cruise is cut: ring-down, flight and sliding |
+//! | family | bursts that differ in amplitude or in length only |
 //! | settling | the drive is off, until the rotor lies still and is measured well enough |
+//! | reached | the estimate lies within the tolerance by so many of its standard deviations |
 
 #![no_std]
 #![forbid(unsafe_code)]
@@ -40,11 +45,17 @@
     )
 )]
 
-pub mod gear;
+pub mod correction;
+pub mod ledger;
+pub mod plan;
 mod ports;
 mod positioning;
+pub mod rate;
+pub mod response_map;
+mod target;
 mod tick;
 
 pub use ports::{Drive, LDV_SAMPLES_PER_TICK_MAX, Sense};
-pub use positioning::{Phase, Positioning, PositioningTuning, Target};
-pub use tick::{PositionLoop, Report, tick};
+pub use positioning::{Phase, Positioning, PositioningTuning, Stop};
+pub use target::{Limits, Target, Travel};
+pub use tick::{PositionLoop, RateLoop, RateReport, Report, TICK_NANOS, tick, tick_rate};

@@ -1,76 +1,58 @@
 //! From where the rotor is to where it should be.
 //!
 //! ```text
-//!                 far from target, estimate good                remaining <= coast, or on long enough
-//!   +---------+ -------------------------------> +----------+ -------------------------------------+
-//!   | Holding |                                  | Approach |                                      v
-//!   +---------+ <------------------------------- +----------+ <------------------------------ +----------+
-//!                 still, measured, in tolerance               still, measured, out of it      | Settling |
-//!                                                                                             +----------+
+//!              planned: far                     coast remains, or too long
+//!   +----------+ ----------> +--------+ ----------------------------+
+//!   | Settling |             | Cruise |                             |
+//!   |          | <---------- +--------+                             |
+//!   |  at rest:| planned: near             its ticks are over       |
+//!   |  measure,| ----------> +--------+ ----------------------------+
+//!   |  plan    |             | Burst  |                             |
+//!   +----------+             +--------+                             |
+//!     ^   | reached  ^-----------------------------------------------+
+//!     |   v
+//!   +---------+        no usable estimate, from anywhere: Waiting, then Settling again
+//!   | Holding |        a limit, a stuck or a wrong-way rotor, cancelled: Stopped
+//!   +---------+
 //! ```
 //!
-//! The drive is on in `Approach` only. An estimate that is missing or too uncertain ends an approach; the deadline ends everything
-//! in `TimedOut`, drive off.
+//! The drive is on in `Cruise` and `Burst` only, and off within a tick of the estimate being lost. What to drive is [`crate::plan`]'s; what is known at rest
+//! [`crate::ledger`]'s; how this motor differs from the map [`crate::correction`]'s.
 
-use estimator::Estimate;
-use motor_model::{Angle, DriveCommand, OutOfBounds, Time};
+use estimator::{Estimate, Health};
+use libm::sqrtf;
+use motor_model::{Angle, DriveCommand, DriveMode, Time};
 
-use crate::gear::{self, Gear};
+use crate::correction::{Correction, Forecast};
+use crate::ledger::{Comparison, Ledger, Resting};
+use crate::plan::{Plan, Situation};
+use crate::response_map::{Burst, Cruise, Family, sense};
+use crate::target::{Limits, Target};
 
-/// Where to go, and how close is close enough.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Target {
-    angle: Angle,
-    tolerance: Angle,
-}
-
-impl Target {
-    /// Finest tolerance in degrees: what the weakest bursts can still resolve.
-    pub const TOLERANCE_MIN_DEG: f64 = 0.01;
-
-    /// A target angle with a tolerance to either side.
-    ///
-    /// # Errors
-    /// When the angle is beyond +-360,000 degrees, or the tolerance outside 0.01 to 10 degrees.
-    pub fn try_new(angle_deg: f64, tolerance_deg: f64) -> Result<Self, OutOfBounds> {
-        OutOfBounds::check("position.to_deg", angle_deg, -360_000.0, 360_000.0, "deg")?;
-        OutOfBounds::check("position.tolerance_deg", tolerance_deg, Self::TOLERANCE_MIN_DEG, 10.0, "deg")?;
-        Ok(Self { angle: Angle::from_degrees(angle_deg), tolerance: Angle::from_degrees(tolerance_deg) })
-    }
-
-    /// The target angle.
-    pub fn angle(&self) -> Angle {
-        self.angle
-    }
-
-    /// Distance from the target that still counts as reached.
-    pub fn tolerance(&self) -> Angle {
-        self.tolerance
-    }
-}
-
-/// Times and thresholds of the state machine.
+/// Choices of the state machine.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PositioningTuning {
-    /// Angle variance at which a rotor at rest counts as measured, in rad^2.
-    pub measured_rad2: f32,
-    /// Angle variance above which no drive is given, in rad^2.
+    /// What it may do.
+    pub limits: Limits,
+    /// The target counts as reached when the root mean square error, as far as it is known, is this many times within the tolerance.
+    pub confidence: f32,
+    /// Angle variance above which no drive is begun or kept on, in rad^2.
     pub driveable_rad2: f32,
-    /// The target counts as reached this far inside the tolerance, in rad: three standard deviations of that measurement, so that the rotor
-    /// is where it is believed to be.
-    pub margin_rad: f32,
-    /// Time after which positioning gives up, in ns.
-    pub deadline_nanos: u64,
+    /// Variance of what averaging at rest does not remove, in rad^2: the camera's quantisation.
+    pub floor_rad2: f32,
+    /// Whether bursts correct the map.
+    pub learning: bool,
 }
 
 impl Default for PositioningTuning {
-    /// 1.5 milli-degrees measured, 4.5 of margin, half a degree driveable, 60 s.
+    /// 2.05 standard deviations (96 %), half a degree driveable, 0.05 milli-degrees of quantisation.
     fn default() -> Self {
         Self {
-            measured_rad2: 6.9e-10,
+            limits: Limits::default(),
+            confidence: 2.05,
             driveable_rad2: 7.6e-5,
-            margin_rad: 7.9e-5,
-            deadline_nanos: 60_000_000_000,
+            floor_rad2: 7.6e-13,
+            learning: true,
         }
     }
 }
@@ -78,20 +60,65 @@ impl Default for PositioningTuning {
 /// What positioning is doing.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Phase {
-    /// Drive on, since the instant given.
-    Approach {
+    /// No estimate that may be used, and why; the drive is off.
+    Waiting(Health),
+    /// Drive on until the coast remains.
+    Cruise {
         /// The drive in use.
-        gear: Gear,
+        cruise: Cruise,
         /// When it was switched on.
+        since: Time,
+        /// Where that was.
+        from: Angle,
+    },
+    /// Drive on for a number of ticks.
+    Burst {
+        /// The kind of burst.
+        family: Family,
+        /// The burst.
+        burst: Burst,
+        /// When it began.
         since: Time,
     },
     /// Drive off, waiting for rest and a good measurement.
     Settling,
-    /// At the target.
+    /// At the target, measuring on.
     Holding,
-    /// The deadline passed before the target was reached.
-    TimedOut,
+    /// Drive off until there is a new target, and why.
+    Stopped(Stop),
 }
+
+/// Why a move was given up.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Stop {
+    /// It was cancelled.
+    Cancelled,
+    /// The deadline passed.
+    TimedOut,
+    /// The rotor does not move although it is driven.
+    Stalled,
+    /// The rotor moves against the sense of the mode that drives it.
+    ModeInverted,
+    /// The target, or the rotor, is outside the travel allowed.
+    OutOfTravel,
+    /// As many drives as are allowed did not do.
+    TooManyDrives,
+}
+
+/// Drives in a row, without effect or with the wrong one, after which a move is given up.
+const FAILURES_MAX: u8 = 6;
+/// A cruise that has not turned by now, in ns, will not.
+const STALL_NANOS: u64 = 150_000_000;
+/// Less than this part of the mean turn is none.
+const STALLED: f32 = 0.1;
+/// A burst's outcome is judged only when it was foreseen to exceed so many standard deviations of its measurement.
+const JUDGED: f32 = 2.5;
+/// A burst that turns by less than this part of the foreseen turn may not have turned the rotor at all.
+const BURST_STALLED: f32 = 0.4;
+/// A turn the wrong way must exceed so many standard deviations of its measurement.
+const SURELY_WRONG: f32 = 4.0;
+/// A wrong way of this is no accident of the start, in rad: a degree.
+const WRONG_WAY_RAD: f32 = 0.017;
 
 /// The state machine.
 #[derive(Clone, Copy, Debug)]
@@ -100,39 +127,50 @@ pub struct Positioning {
     tuning: PositioningTuning,
     started_at: Time,
     phase: Phase,
-    boost: Boost,
-}
-
-/// How much stronger than its gear an approach drives: more each time an approach leaves most of the way undone, since motors differ.
-///
-/// Stronger, not longer: weak mode B pushes clockwise while it rings up, but under it some motors then walk back.
-#[derive(Clone, Copy, Debug)]
-struct Boost {
-    factor: f32,
-    /// What remained when the last approach began, in rad.
-    remained_rad: f32,
-}
-
-impl Boost {
-    const NONE: Self = Self { factor: 1.0, remained_rad: 0.0 };
-    const INCREMENT: f32 = 0.25;
-    const FACTOR_MAX: f32 = 3.0;
-    /// An approach that leaves more than this part of the way was too weak.
-    const UNDONE: f32 = 0.7;
-
-    /// For an approach that begins with `remaining_rad` to go.
-    fn next(self, remaining_rad: f32) -> Self {
-        let same_way = remaining_rad * self.remained_rad > 0.0;
-        let undone = same_way && remaining_rad.abs() > Self::UNDONE * self.remained_rad.abs();
-        let factor = if undone { (self.factor + Self::INCREMENT).min(Self::FACTOR_MAX) } else { 1.0 };
-        Self { factor, remained_rad: remaining_rad }
-    }
+    ledger: Ledger,
+    correction: Correction,
+    drives: u32,
+    /// Drives in a row without effect, and with the wrong one.
+    stalls: u8,
+    wrong_ways: u8,
 }
 
 impl Positioning {
     /// Positioning to `target`, starting at `now` by measuring where the rotor is.
     pub fn new(target: Target, tuning: PositioningTuning, now: Time) -> Self {
-        Self { target, tuning, started_at: now, phase: Phase::Settling, boost: Boost::NONE }
+        let mut positioning = Self {
+            target,
+            tuning,
+            started_at: now,
+            phase: Phase::Settling,
+            ledger: Ledger::default(),
+            correction: Correction::default(),
+            drives: 0,
+            stalls: 0,
+            wrong_ways: 0,
+        };
+        positioning.retarget(target, now);
+        positioning
+    }
+
+    /// Another target from `now` on, whatever is under way: a cruise goes on if it is still of use, a burst ends first. What was learnt is kept.
+    pub fn retarget(&mut self, target: Target, now: Time) {
+        self.target = target;
+        self.started_at = now;
+        (self.drives, self.stalls, self.wrong_ways) = (0, 0, 0);
+        self.phase = if !self.tuning.limits.travel.contains(target.angle()) {
+            Phase::Stopped(Stop::OutOfTravel)
+        } else if matches!(self.phase, Phase::Stopped(_) | Phase::Holding) {
+            Phase::Settling
+        } else {
+            self.phase
+        };
+    }
+
+    /// Ends the move, drive off.
+    pub fn cancel(&mut self) {
+        self.phase = Phase::Stopped(Stop::Cancelled);
+        self.ledger.close();
     }
 
     /// What it is doing.
@@ -145,153 +183,211 @@ impl Positioning {
         self.target
     }
 
-    /// The command for the tick at `now`, on the present estimate.
-    pub fn decide(&mut self, now: Time, estimate: Option<&Estimate<f32>>) -> DriveCommand {
-        if self.phase != Phase::Holding && now.nanos_since(self.started_at) > self.tuning.deadline_nanos {
-            self.phase = Phase::TimedOut;
-        }
-        self.phase = match (self.phase, estimate) {
-            (Phase::TimedOut, _) => Phase::TimedOut,
-            (Phase::Approach { .. }, None) => Phase::Settling,
-            (phase, None) => phase,
-            (Phase::Approach { gear, since }, Some(estimate)) => self.approach(gear, since, now, estimate),
-            (Phase::Settling, Some(estimate)) => self.settle(now, estimate, self.tuning.margin_rad),
-            (Phase::Holding, Some(estimate)) => self.settle(now, estimate, 0.0),
-        };
-        match self.phase {
-            Phase::Approach { gear, .. } => {
-                DriveCommand::saturating(gear.mode, gear.amplitude * self.boost.factor)
+    /// What has been learnt of this motor.
+    pub fn correction(&self) -> &Correction {
+        &self.correction
+    }
+
+    /// The command for the tick at `now`, on the present estimate, which counts only if `health` allows.
+    pub fn decide(&mut self, now: Time, estimate: Option<&Estimate<f32>>, health: Health) -> DriveCommand {
+        let usable = estimate.filter(|_| !matches!(health, Health::Unusable(_)));
+        self.phase = match (self.phase, usable) {
+            (Phase::Stopped(why), _) => Phase::Stopped(why),
+            (_, None) => {
+                self.ledger.close();
+                Phase::Waiting(health)
             }
-            Phase::Settling | Phase::Holding | Phase::TimedOut => DriveCommand::OFF,
+            (phase, Some(estimate)) => {
+                self.ledger.watch(estimate);
+                self.step(phase, now, estimate)
+            }
+        };
+        let late = now.nanos_since(self.started_at) > self.tuning.limits.deadline_nanos;
+        if late && !matches!(self.phase, Phase::Holding | Phase::Stopped(_)) {
+            self.phase = Phase::Stopped(Stop::TimedOut);
+        }
+        self.command()
+    }
+
+    fn command(&self) -> DriveCommand {
+        match self.phase {
+            Phase::Cruise { cruise, .. } => DriveCommand::saturating(cruise.mode, cruise.amplitude),
+            Phase::Burst { family, burst, .. } => burst.command(family.mode()),
+            Phase::Waiting(_) | Phase::Settling | Phase::Holding | Phase::Stopped(_) => DriveCommand::OFF,
         }
     }
 
-    /// Drive on: go on, or cut.
-    fn approach(&self, gear: Gear, since: Time, now: Time, estimate: &Estimate<f32>) -> Phase {
-        let clockwise = matches!(gear.mode, motor_model::DriveMode::B);
-        let sense = if clockwise { 1.0 } else { -1.0 };
-        let remaining_rad = sense * self.remaining_rad(estimate);
-        let coast_rad = (sense * estimate.rate_rad_s).max(0.0) * gear.coast_s + gear.short_rad;
-        let arrived = remaining_rad <= coast_rad;
-        let too_long = now.nanos_since(since) >= gear.longest_nanos;
-        let uncertain = estimate.angle_rad2 > self.tuning.driveable_rad2;
-        if arrived || too_long || uncertain { Phase::Settling } else { Phase::Approach { gear, since } }
+    fn step(&mut self, phase: Phase, now: Time, estimate: &Estimate<f32>) -> Phase {
+        match phase {
+            Phase::Cruise { cruise, since, from } => self.cruise(cruise, (since, from), now, estimate),
+            Phase::Burst { family, burst, since } => self.burst(family, burst, since, now, estimate),
+            Phase::Settling => self.settle(now, estimate),
+            Phase::Holding => self.hold(now, estimate),
+            Phase::Waiting(_) => Phase::Settling,
+            Phase::Stopped(why) => Phase::Stopped(why),
+        }
     }
 
-    /// Drive off: wait, stay, or go.
-    fn settle(&mut self, now: Time, estimate: &Estimate<f32>, margin_rad: f32) -> Phase {
-        if !estimate.resting || estimate.angle_rad2 > self.tuning.measured_rad2 {
+    /// On: go on, or cut.
+    fn cruise(
+        &mut self,
+        cruise: Cruise,
+        (since, from): (Time, Angle),
+        now: Time,
+        estimate: &Estimate<f32>,
+    ) -> Phase {
+        if self.leaves(cruise.mode, estimate) {
+            return Phase::Stopped(Stop::OutOfTravel);
+        }
+        let sense = sense(cruise.mode);
+        let on_nanos = now.nanos_since(since);
+        let turned_rad = sense * estimate.angle.radians_since::<f32>(from);
+        if turned_rad < -WRONG_WAY_RAD {
+            return self.wrong_way();
+        }
+        let on_s: f32 = now.seconds_since(since);
+        if on_nanos > STALL_NANOS && turned_rad < STALLED * sense * cruise.rate_rad_s * on_s {
+            return self.stall();
+        }
+        let remaining_rad = sense * self.target.angle().radians_since::<f32>(estimate.angle);
+        let coast_rad = (sense * estimate.rate_rad_s).max(0.0) * cruise.coast_s;
+        // Short of it by half a standard deviation: the rest is made up by a burst.
+        let arrived = remaining_rad <= coast_rad + 0.5 * cruise.coast_sd_rad;
+        let too_long = on_nanos >= self.tuning.limits.on_max_nanos;
+        let uncertain = estimate.angle_rad2 > self.tuning.driveable_rad2;
+        if arrived || too_long || uncertain {
+            if arrived {
+                (self.stalls, self.wrong_ways) = (0, 0);
+            }
+            return Phase::Settling;
+        }
+        Phase::Cruise { cruise, since, from }
+    }
+
+    /// On for its ticks.
+    fn burst(
+        &mut self,
+        family: Family,
+        burst: Burst,
+        since: Time,
+        now: Time,
+        estimate: &Estimate<f32>,
+    ) -> Phase {
+        if self.leaves(family.mode(), estimate) {
+            return Phase::Stopped(Stop::OutOfTravel);
+        }
+        let wanted_nanos = u64::from(burst.ticks) * crate::TICK_NANOS;
+        let over = now.nanos_since(since) >= wanted_nanos.min(self.tuning.limits.on_max_nanos);
+        if over { Phase::Settling } else { Phase::Burst { family, burst, since } }
+    }
+
+    /// Off: wait, stay, or go.
+    fn settle(&mut self, now: Time, estimate: &Estimate<f32>) -> Phase {
+        if !estimate.resting {
+            return Phase::Settling;
+        }
+        let situation = self.situation(estimate);
+        if situation.reached() {
+            self.review(estimate);
+            return Phase::Holding;
+        }
+        if situation.plan(&self.correction).is_none() {
+            return Phase::Settling;
+        }
+        // Only now, when it is about to drive, since by now the last burst has been measured as well as it ever will be.
+        if let Some(stop) = self.review(estimate) {
+            return Phase::Stopped(stop);
+        }
+        match self.situation(estimate).plan(&self.correction) {
+            Some(plan) => self.begin(plan, now, estimate),
+            None => Phase::Settling,
+        }
+    }
+
+    /// At the target: stay unless the rotor is outside the tolerance for certain.
+    fn hold(&mut self, now: Time, estimate: &Estimate<f32>) -> Phase {
+        if !estimate.resting {
+            // Jolted: what was known before no longer counts, and the move begins anew.
+            self.ledger.close();
+            self.retarget(self.target, now);
             return self.phase;
         }
-        let remaining_rad = self.remaining_rad(estimate);
-        let tolerance_rad: f32 = self.target.tolerance.radians_since(Angle::ZERO);
-        if remaining_rad.abs() <= tolerance_rad - margin_rad {
-            Phase::Holding
-        } else {
-            self.boost = self.boost.next(remaining_rad);
-            Phase::Approach { gear: gear::select(remaining_rad), since: now }
+        let Situation { remaining_rad, sigma_rad, tolerance_rad, confidence, .. } = self.situation(estimate);
+        if remaining_rad.abs() > tolerance_rad.max(confidence * sigma_rad) {
+            self.retarget(self.target, now);
+        }
+        self.phase
+    }
+
+    fn begin(&mut self, plan: Plan, now: Time, estimate: &Estimate<f32>) -> Phase {
+        self.drives += 1;
+        if self.drives > self.tuning.limits.drives_max {
+            return Phase::Stopped(Stop::TooManyDrives);
+        }
+        match plan {
+            Plan::Cruise(cruise) => {
+                self.ledger.close();
+                Phase::Cruise { cruise, since: now, from: estimate.angle }
+            }
+            Plan::Burst(family, burst, forecast) => {
+                self.enter(family, burst, forecast, estimate);
+                Phase::Burst { family, burst, since: now }
+            }
         }
     }
 
-    fn remaining_rad(&self, estimate: &Estimate<f32>) -> f32 {
-        self.target.angle.radians_since(estimate.angle)
+    fn enter(&mut self, family: Family, burst: Burst, forecast: Forecast, estimate: &Estimate<f32>) {
+        let before = self.ledger.resting(estimate);
+        self.ledger.enter(family, burst, before, forecast);
+    }
+
+    /// Learns from the last burst, and judges it.
+    fn review(&mut self, estimate: &Estimate<f32>) -> Option<Stop> {
+        let learning = self.tuning.learning;
+        let correction = Some(&mut self.correction).filter(|_| learning);
+        let Comparison { foreseen_rad, turned_rad, turned_rad2 } =
+            self.ledger.settle(estimate, correction)?;
+        if foreseen_rad * foreseen_rad < JUDGED * JUDGED * turned_rad2 {
+            return None;
+        }
+        let surely = turned_rad * turned_rad > SURELY_WRONG * SURELY_WRONG * turned_rad2;
+        let outcome = if turned_rad < -0.5 * foreseen_rad && surely {
+            self.wrong_way()
+        } else if turned_rad < BURST_STALLED * foreseen_rad {
+            self.stall()
+        } else {
+            (self.stalls, self.wrong_ways) = (0, 0);
+            Phase::Settling
+        };
+        if let Phase::Stopped(why) = outcome { Some(why) } else { None }
+    }
+
+    fn stall(&mut self) -> Phase {
+        self.stalls = self.stalls.saturating_add(1);
+        if self.stalls >= FAILURES_MAX { Phase::Stopped(Stop::Stalled) } else { Phase::Settling }
+    }
+
+    fn wrong_way(&mut self) -> Phase {
+        self.wrong_ways = self.wrong_ways.saturating_add(1);
+        if self.wrong_ways >= FAILURES_MAX / 2 { Phase::Stopped(Stop::ModeInverted) } else { Phase::Settling }
+    }
+
+    /// Whether driving `mode` would lead out of the travel allowed.
+    fn leaves(&self, mode: DriveMode, estimate: &Estimate<f32>) -> bool {
+        self.tuning.limits.travel.forbids(estimate.angle, sense(mode))
+    }
+
+    fn situation(&self, estimate: &Estimate<f32>) -> Situation {
+        let Resting { angle, angle_rad2 } = self.ledger.resting(estimate);
+        Situation {
+            remaining_rad: self.target.angle().radians_since(angle),
+            sigma_rad: sqrtf(angle_rad2 + self.tuning.floor_rad2),
+            tolerance_rad: self.target.tolerance().radians_since(Angle::ZERO),
+            confidence: self.tuning.confidence,
+            amplitude_max: self.tuning.limits.amplitude_max,
+        }
     }
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use motor_model::DriveMode;
-
-    fn estimate(deg: f64, rate_rad_s: f32, resting: bool) -> Estimate<f32> {
-        Estimate {
-            at: Time::ZERO,
-            angle: Angle::from_degrees(deg),
-            rate_rad_s,
-            angle_rad2: 1e-10,
-            angle_rate_rad2_s: 0.0,
-            rate_rad2_s2: 1e-4,
-            resting,
-        }
-    }
-
-    fn positioning(deg: f64) -> Positioning {
-        Positioning::new(Target::try_new(deg, 0.02).unwrap(), PositioningTuning::default(), Time::ZERO)
-    }
-
-    #[test]
-    fn law_no_drive_without_an_estimate() {
-        let mut positioning = positioning(90.0);
-        assert_eq!(positioning.decide(Time::ZERO, None), DriveCommand::OFF);
-        assert_eq!(
-            positioning.decide(Time::ZERO, Some(&estimate(0.0, 0.0, true))).mode(),
-            Some(DriveMode::B)
-        );
-        assert_eq!(
-            positioning.decide(Time::ZERO, None),
-            DriveCommand::OFF,
-            "the estimate was lost on the way"
-        );
-    }
-
-    #[test]
-    fn law_an_uncertain_estimate_ends_the_approach() {
-        let mut positioning = positioning(90.0);
-        positioning.decide(Time::ZERO, Some(&estimate(0.0, 0.0, true)));
-        let lost = Estimate { angle_rad2: 1.0, ..estimate(1.0, 10.0, false) };
-        assert_eq!(positioning.decide(Time::ZERO, Some(&lost)), DriveCommand::OFF);
-        assert_eq!(positioning.phase(), Phase::Settling);
-    }
-
-    #[test]
-    fn exact_cut_off_leaves_the_coast() {
-        let mut positioning = positioning(90.0);
-        positioning.decide(Time::ZERO, Some(&estimate(0.0, 0.0, true)));
-        let (rate, gear) = (10.0_f32, gear::CLOCKWISE[0]);
-        let coast_deg = f64::from((rate * gear.coast_s + gear.short_rad).to_degrees());
-        let before = estimate(90.0 - coast_deg - 0.01, rate, false);
-        assert_eq!(positioning.decide(Time::ZERO, Some(&before)).mode(), Some(DriveMode::B));
-        let after = estimate(90.0 - coast_deg + 0.01, rate, false);
-        assert_eq!(positioning.decide(Time::ZERO, Some(&after)), DriveCommand::OFF);
-    }
-
-    #[test]
-    fn law_holding_is_entered_inside_the_margin_and_left_at_the_tolerance_and_the_deadline_stops_all() {
-        let mut positioning = positioning(0.0);
-        positioning.decide(Time::ZERO, Some(&estimate(0.015, 0.0, true)));
-        assert_eq!(positioning.phase(), Phase::Holding);
-        positioning.decide(Time::ZERO, Some(&estimate(0.019, 0.0, true)));
-        assert_eq!(positioning.phase(), Phase::Holding);
-        let command = positioning.decide(Time::ZERO, Some(&estimate(0.021, 0.0, true)));
-        assert_eq!(command.mode(), Some(DriveMode::C));
-        let late = Time::from_micros(61_000_000);
-        assert_eq!(positioning.decide(late, Some(&estimate(0.035, 0.0, true))), DriveCommand::OFF);
-        assert_eq!(positioning.phase(), Phase::TimedOut);
-    }
-
-    /// A motor that does not move is driven a quarter harder each time, up to three times; one that does, from the start again.
-    #[test]
-    fn exact_bursts_grow_until_they_move_the_rotor() {
-        let mut positioning = positioning(0.1);
-        let mut now = Time::ZERO;
-        let mut burst = |degrees: f64| {
-            let estimate = estimate(degrees, 0.0, true);
-            let amplitude = positioning.decide(now, Some(&estimate)).amplitude();
-            now = now.plus_nanos(3_000_000);
-            assert_eq!(positioning.decide(now, Some(&estimate)), DriveCommand::OFF);
-            amplitude
-        };
-        for quarters in [4.0_f32, 5.0, 6.0, 7.0, 8.0, 9.0, 10.0, 11.0, 12.0, 12.0] {
-            assert!((burst(0.0) - 0.2 * quarters / 4.0).abs() < 1e-6, "{quarters}");
-        }
-        assert!((burst(0.05) - 0.2).abs() < 1e-6);
-    }
-
-    #[test]
-    fn exact_target_bounds() {
-        for bad in [f64::NAN, 4e5, -4e5] {
-            assert_eq!(Target::try_new(bad, 0.02).unwrap_err().key, "position.to_deg");
-        }
-        assert_eq!(Target::try_new(0.0, 0.001).unwrap_err().key, "position.tolerance_deg");
-    }
-}
+mod tests;

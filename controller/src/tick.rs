@@ -1,10 +1,15 @@
 //! The loop body that flies and that is simulated: fuse what arrived, estimate, decide, drive.
 
 use estimator::{AngleFilter, ConstantRate, Estimate, Health, Innovation};
-use motor_model::{DriveCommand, Time};
+use motor_model::{Angle, DriveCommand, Time};
 
 use crate::ports::{Drive, LDV_SAMPLES_PER_TICK_MAX, Sense};
-use crate::positioning::{Phase, Positioning, PositioningTuning, Target};
+use crate::positioning::{Phase, Positioning, PositioningTuning};
+use crate::rate::RateHold;
+use crate::target::Target;
+
+/// Period of the loop in ns.
+pub const TICK_NANOS: u64 = 10_000;
 
 /// Everything the loop remembers from tick to tick, with the filter `F` that it estimates by.
 #[derive(Clone, Copy, Debug)]
@@ -15,13 +20,28 @@ pub struct PositionLoop<F = ConstantRate<f32>> {
 
 impl PositionLoop {
     /// Period of the loop in ns, whatever the filter.
-    pub const TICK_NANOS: u64 = 10_000;
+    pub const TICK_NANOS: u64 = TICK_NANOS;
 }
 
 impl<F> PositionLoop<F> {
     /// A loop that will position to `target` from `now` on, by a filter that has seen nothing or goes on from earlier.
     pub fn new(filter: F, target: Target, tuning: PositioningTuning, now: Time) -> Self {
         Self { filter, positioning: Positioning::new(target, tuning, now) }
+    }
+
+    /// Replaces the target from `now` on, see [`Positioning::retarget`].
+    pub fn retarget(&mut self, target: Target, now: Time) {
+        self.positioning.retarget(target, now);
+    }
+
+    /// Ends the move, drive off.
+    pub fn cancel(&mut self) {
+        self.positioning.cancel();
+    }
+
+    /// The decision, to look at.
+    pub fn positioning(&self) -> &Positioning {
+        &self.positioning
     }
 }
 
@@ -53,17 +73,80 @@ pub fn tick<F: AngleFilter<f32>, P: Sense + Drive>(
     ports: &mut P,
 ) -> Report {
     let PositionLoop { filter, positioning } = state;
+    let Fused { camera, estimate, health } = fuse(filter, now, ports);
+    let command = positioning.decide(now, estimate.as_ref(), health);
+    let applied = ports.drive(command);
+    filter.drive(now, applied);
+    Report { estimate, health, camera, command, applied, phase: positioning.phase() }
+}
+
+/// Everything that the loop remembers when it holds a rate.
+#[derive(Clone, Copy, Debug)]
+pub struct RateLoop<F> {
+    filter: F,
+    hold: RateHold,
+}
+
+impl<F> RateLoop<F> {
+    /// A loop that follows a rate, by a filter that has seen nothing or goes on from earlier.
+    pub fn new(filter: F, hold: RateHold) -> Self {
+        Self { filter, hold }
+    }
+
+    /// Follows another rate from now on; the filter goes on.
+    pub fn follow(&mut self, hold: RateHold) {
+        self.hold = hold;
+    }
+}
+
+/// What a tick of the rate loop did.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RateReport {
+    /// The estimate the decision was based on.
+    pub estimate: Option<Estimate<f32>>,
+    /// Whether it may be used.
+    pub health: Health,
+    /// The command really applied.
+    pub applied: DriveCommand,
+    /// The rate that is asked for, in rad/s.
+    pub wanted_rad_s: f32,
+    /// The angle that the rotor should have; `None` before the first usable estimate.
+    pub reference: Option<Angle>,
+}
+
+/// One tick of the rate loop at `now`; as [`tick`] otherwise.
+pub fn tick_rate<F: AngleFilter<f32>, P: Sense + Drive>(
+    state: &mut RateLoop<F>,
+    now: Time,
+    ports: &mut P,
+) -> RateReport {
+    let RateLoop { filter, hold } = state;
+    let Fused { estimate, health, .. } = fuse(filter, now, ports);
+    let applied = ports.drive(hold.decide(now, estimate.as_ref(), health));
+    filter.drive(now, applied);
+    RateReport {
+        estimate,
+        health,
+        applied,
+        wanted_rad_s: hold.wanted_rad_s(now),
+        reference: hold.reference(),
+    }
+}
+
+/// What is known once everything that arrived is in.
+struct Fused {
+    camera: Option<Innovation<f32>>,
+    estimate: Option<Estimate<f32>>,
+    health: Health,
+}
+
+fn fuse<F: AngleFilter<f32>>(filter: &mut F, now: Time, ports: &mut impl Sense) -> Fused {
     for _ in 0..LDV_SAMPLES_PER_TICK_MAX {
         let Some(sample) = ports.ldv_sample() else { break };
         filter.update_ldv(&sample);
     }
     let camera = ports.camera_frame().map(|frame| filter.update_camera(&frame));
-    let (estimate, health) = (filter.estimate(now), filter.health(now));
-    let usable = if matches!(health, Health::Unusable(_)) { None } else { estimate.as_ref() };
-    let command = positioning.decide(now, usable);
-    let applied = ports.drive(command);
-    filter.drive(now, applied);
-    Report { estimate, health, camera, command, applied, phase: positioning.phase() }
+    Fused { camera, estimate: filter.estimate(now), health: filter.health(now) }
 }
 
 #[cfg(test)]

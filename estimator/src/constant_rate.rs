@@ -388,6 +388,29 @@ mod tests {
         assert!((angle - (-3.1_f64).to_degrees() - 360.0).abs() < 0.1, "{angle}");
     }
 
+    /// Moved by 50 milli-degrees after a second of rest, unheard and within the gate: measured anew within 20 ms. Unmoved, nothing begins anew.
+    #[test]
+    fn law_a_shift_at_rest_is_noticed_and_none_is_imagined() {
+        for (seed, shift_mdeg) in [(1, 50.0), (2, -20.0), (3, 0.0), (4, 0.0), (5, 0.0)] {
+            let mut rng = Pcg64::seed_from_u64(seed);
+            let mut filter = ConstantRate::<f32>::new(&ConstantRateTuning::default());
+            let mut restarts = 0;
+            let truth = |n: u64| (1.0 + if n > 10_000 { 1e-3 * shift_mdeg } else { 0.0_f64 }).to_radians();
+            for n in 1..=30_000 {
+                let noise: f64 = StandardNormal.sample(&mut rng);
+                let cells = ((truth(n) * 3.9e-3 + 1e-6 * noise) / 2e-6).round();
+                let verdict = filter.take(&frame(n, cells * 2e-6 / 3.9e-3), Motion::Quiet).verdict;
+                restarts += u32::from(verdict == Verdict::Restarted);
+                if n == 10_200 {
+                    assert_eq!(restarts, 1 + u32::from(shift_mdeg.abs() > 0.0), "{shift_mdeg}");
+                }
+            }
+            assert_eq!(restarts, 1 + u32::from(shift_mdeg.abs() > 0.0), "{shift_mdeg}");
+            let angle = filter.tracker.track().unwrap().state.angle.angle();
+            assert!((angle.degrees() - truth(30_000).to_degrees()).abs() < 1e-3, "{}", angle.degrees());
+        }
+    }
+
     /// At rest the error falls to what the reported variance says, through the camera's quantisation.
     #[test]
     fn law_rest_is_measured_to_milli_degrees_and_honestly() {

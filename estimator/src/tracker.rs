@@ -217,6 +217,9 @@ impl<T: Real, B: Belief<T>> Tracker<T, B> {
         track.refusals = 0;
         let repeats = quiet && track.repeats(same, &self.tuning);
         track.watch_code(frame, same);
+        if !repeats && track.moved_away(innovation_rad, &self.tuning) {
+            return self.begin_here();
+        }
         if !repeats {
             track.correct(innovation_rad, quiet, &self.tuning);
         }

@@ -16,7 +16,7 @@ mod inbox;
 #[cfg(test)]
 mod tests;
 
-use controller::{Drive, PositionLoop, PositioningTuning, Sense, Target};
+use controller::{Drive, Limits, PositionLoop, PositioningTuning, Sense, Target};
 use estimator::{CameraFrame, LdvSample};
 use link::{
     Arrival, BoardMessage, Configuration, Counters, Deframer, FRAME_BYTES_MAX, Fault, FrameError, Header,
@@ -51,7 +51,8 @@ impl Move {
         let target = Target::try_new(target_deg, tolerance_deg)?;
         #[expect(clippy::cast_precision_loss, reason = "bounds are far below 2^53")]
         OutOfBounds::check(DEADLINE_KEY, deadline_nanos as f64 * 1e-9, 0.0, DEADLINE_MAX_S, "s")?;
-        let tuning = PositioningTuning { deadline_nanos, ..PositioningTuning::default() };
+        let limits = Limits { deadline_nanos, ..Limits::default() };
+        let tuning = PositioningTuning { limits, ..PositioningTuning::default() };
         Ok(Self { filter: Filter::of(filter)?, target, tuning })
     }
 }

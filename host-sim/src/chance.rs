@@ -35,6 +35,8 @@ pub enum Source {
     LdvOutlier = 12,
     /// How wrong the kicks are that an imprecise genie of `host-sim estimate` is told.
     GenieKicks = 13,
+    /// Where a positioning trial goes.
+    Target = 14,
 }
 
 /// The stream of `source` in the run that `seed` names.
@@ -94,6 +96,7 @@ mod tests {
             Source::LdvDrop,
             Source::LdvOutlier,
             Source::GenieKicks,
+            Source::Target,
         ];
         let draw = |seed, source| stream(seed, source).next_u64();
         let all: Vec<u64> =

@@ -4,7 +4,8 @@
 //! every 10 us:  the desk's plant moves under the command applied; then tick: read what has arrived, estimate, decide, command
 //! ```
 
-use controller::{Drive, PositionLoop, PositioningTuning, Report, Sense, Target};
+use controller::rate::RateHold;
+use controller::{Drive, PositionLoop, PositioningTuning, RateLoop, RateReport, Report, Sense, Target};
 use estimator::{CameraFrame, LdvSample};
 use motor_model::{Angle, DriveCommand, Time};
 
@@ -120,5 +121,42 @@ impl ClosedLoop {
         let report = controller::tick(&mut self.position_loop, now, &mut self.ports);
         let rotor = self.plant().state().rotor;
         Moment { at: now, angle: rotor.angle.angle(), rate_rad_s: rotor.rate_rad_s, report }
+    }
+}
+
+/// Plant, instruments and a loop that holds a rate, ready to run.
+#[derive(Clone, Debug)]
+pub struct ClosedRateLoop {
+    ports: Ports,
+    rate_loop: RateLoop<AnyFilter>,
+}
+
+impl ClosedRateLoop {
+    /// The loop of a scene.
+    ///
+    /// # Errors
+    /// When the model refuses the plant, or the plant's step does not divide a period.
+    pub fn new(scene: &Scene, hold: RateHold) -> Result<Self, CommandError> {
+        let ports = Ports { desk: Desk::new(scene)?, command: DriveCommand::OFF, taken: Taken::default() };
+        Ok(Self { ports, rate_loop: RateLoop::new(AnyFilter::of(scene)?, hold) })
+    }
+
+    /// The plant.
+    pub fn plant(&self) -> &Plant {
+        self.ports.desk.plant()
+    }
+
+    /// Runs to the end of the next tick; what the tick did.
+    pub fn next_tick(&mut self) -> RateReport {
+        for _ in 0..self.ports.desk.steps_per_tick() {
+            self.ports.desk.step(self.ports.command);
+        }
+        let now = self.plant().now();
+        controller::tick_rate(&mut self.rate_loop, now, &mut self.ports)
+    }
+
+    /// Replaces what is held; the filter goes on.
+    pub fn follow(&mut self, hold: RateHold) {
+        self.rate_loop.follow(hold);
     }
 }

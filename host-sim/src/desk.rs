@@ -8,6 +8,7 @@ use controller::PositionLoop;
 use estimator::{CameraFrame, LdvSample};
 use motor_model::{DriveCommand, Impacts};
 
+use crate::disturbance::Disturbance;
 use crate::error::CommandError;
 use crate::instruments::{Camera, Ldv};
 use crate::plant::Plant;
@@ -59,6 +60,7 @@ pub struct Desk {
     camera: Camera,
     ldv: Ldv,
     schedule: Schedule,
+    disturbance: Option<Disturbance>,
 }
 
 impl Desk {
@@ -75,6 +77,7 @@ impl Desk {
             camera: Camera::new(scene, camera_nanos, 1e9 * scene.number("plant.step_s")),
             ldv: Ldv::new(scene),
             schedule,
+            disturbance: Disturbance::of(scene),
         })
     }
 
@@ -90,6 +93,7 @@ impl Desk {
 
     /// One step of the plant under `command`, seen by the instruments that are due; its impacts.
     pub fn step(&mut self, command: DriveCommand) -> Impacts<f64> {
+        let command = self.disturb(command);
         let impacts = self.plant.step(command);
         let (now, steps, rotor) = (self.plant.now(), self.plant.state().steps, self.plant.state().rotor);
         self.camera.look(rotor.angle.angle());
@@ -100,6 +104,17 @@ impl Desk {
             self.camera.expose(now, rotor.angle.angle());
         }
         impacts
+    }
+
+    /// What reaches the coil of `command`; jolts the rotor if it is time.
+    #[inline]
+    fn disturb(&mut self, command: DriveCommand) -> DriveCommand {
+        let Some(disturbance) = &mut self.disturbance else { return command };
+        let now = self.plant.now();
+        if let Some(jolt_rad_s) = disturbance.jolt(now) {
+            self.plant.jolt(jolt_rad_s);
+        }
+        disturbance.drive(now, command)
     }
 
     /// The first camera frame that has arrived and was not yet read.

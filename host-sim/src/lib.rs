@@ -11,8 +11,12 @@
 //! | [`averaged`] | what a drive does on average, identified from such runs |
 //! | [`statistics`], [`spectrum`] | what is said of a run: mean and spread, the largest spectral line |
 //! | [`filter`] | the estimator that a scene picks |
+//! | [`disturbance`] | what goes wrong with the motor during a move |
 //! | [`record`] | a run written down, one row every 50 us |
 //! | [`reproduce`] | the published tables and figures beside ours, with verdicts |
+//! | [`response_map`] | what each drive does, identified for the controller |
+//! | [`positioning_trials`] | many moves of many motors, beside simpler strategies |
+//! | [`rate`] | a rate held in closed loop, against the truth |
 //! | [`instructions`] | what the operations of the firmware take, counted on an emulated microcontroller |
 //! | [`pil`] | the firmware on an emulated microcontroller in the loop, beside the host's own run bit by bit |
 //! | [`size`] | what the firmware takes of flash, RAM and stack, and that its loop can neither panic nor allocate |
@@ -32,6 +36,7 @@ pub mod chart;
 pub mod cli;
 pub mod closed_loop;
 pub mod desk;
+pub mod disturbance;
 mod document;
 pub mod error;
 
@@ -45,9 +50,12 @@ pub mod keys;
 pub mod pil;
 pub mod plant;
 pub mod position;
+pub mod positioning_trials;
+pub mod rate;
 pub mod record;
 pub mod reference;
 pub mod reproduce;
+pub mod response_map;
 pub mod scene;
 mod section;
 pub mod simulate;

@@ -103,6 +103,11 @@ impl Plant {
         self.motor.step(&mut self.state, command)
     }
 
+    /// Changes the rotor's rate at once: a jolt.
+    pub fn jolt(&mut self, rate_rad_s: f64) {
+        self.state.rotor.rate_rad_s += rate_rad_s;
+    }
+
     /// The present, rounded to the nanosecond.
     #[expect(
         clippy::cast_precision_loss,

@@ -5,8 +5,9 @@ mod trace;
 
 use std::fmt;
 
-use controller::{Phase, PositionLoop, PositioningTuning, Target};
-use motor_model::{DriveCommand, Time, math};
+use controller::{Limits, Phase, PositionLoop, PositioningTuning, Report, Target};
+use estimator::Estimate;
+use motor_model::{Angle, DriveCommand, Time, math};
 use serde::Serialize;
 
 use crate::closed_loop::{ClosedLoop, Moment};
@@ -26,8 +27,8 @@ pub const SETTINGS: &[Setting] = &[
     Setting {
         key: "position.tolerance_deg",
         unit: "deg",
-        kind: Kind::Number { default: 0.02, min: Target::TOLERANCE_MIN_DEG, max: 10.0 },
-        meaning: "distance from the target that counts as reached",
+        kind: Kind::Number { default: 0.001, min: Target::TOLERANCE_MIN_DEG, max: 10.0 },
+        meaning: "distance from the target that counts as reached, with 95 % confidence",
     },
     Setting {
         key: "position.deadline_s",
@@ -68,6 +69,8 @@ pub struct Outcome {
     pub rms_estimate_error_moving_mdeg: f64,
     /// Farthest that the rotor went beyond the target, 0 if it did not.
     pub overshoot_deg: f64,
+    /// Why the controller gave up; `null` if it did not.
+    pub stopped: Option<String>,
     /// Whether the controller reached the target and the rotor truly lies within the tolerance.
     pub ok: bool,
     /// The seed of the run.
@@ -85,18 +88,18 @@ impl Outcome {
 
 impl fmt::Display for Outcome {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let verdict = match (self.ok, self.settle_time_s) {
-            (true, _) => "on target",
-            (false, Some(_)) => "believed on target, but is not",
-            (false, None) => "gave up at the deadline",
+        let verdict = match (&self.stopped, self.ok) {
+            (Some(why), _) => format!("gave up, {why}"),
+            (None, true) => "on target".to_owned(),
+            (None, false) => "believed on target, but is not".to_owned(),
         };
         writeln!(
             f,
             "target             {:+.4} deg, tolerance {} deg, seed {}",
             self.target_deg, self.tolerance_deg, self.seed
         )?;
-        writeln!(f, "true final angle   {:+.4} deg", self.final_angle_true_deg)?;
-        writeln!(f, "error              {:+.2} mdeg: {verdict}", self.final_error_mdeg)?;
+        writeln!(f, "true final angle   {:+.5} deg", self.final_angle_true_deg)?;
+        writeln!(f, "error              {:+.3} mdeg: {verdict}", self.final_error_mdeg)?;
         match self.settle_time_s {
             Some(settle_time_s) => writeln!(
                 f,
@@ -126,43 +129,77 @@ pub fn run(scene: &Scene, mut observe: impl FnMut(&Moment)) -> Result<Outcome, C
     })
 }
 
-/// A setting in s, in ns.
-#[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "bounded by the setting")]
-pub fn nanos(scene: &Scene, key: &'static str) -> u64 {
-    (scene.number(key) * 1e9).round() as u64
-}
-
 /// The same, and `intervene` may change the loop after every tick, or end the run.
 ///
 /// # Errors
 /// When the scene is refused, or `intervene` fails.
 pub fn run_with(
     scene: &Scene,
+    intervene: impl FnMut(&mut ClosedLoop, &Moment) -> Result<(), CommandError>,
+) -> Result<Outcome, CommandError> {
+    let limits = Limits { deadline_nanos: nanos(scene, "position.deadline_s"), ..Limits::default() };
+    run_tuned(scene, PositioningTuning { limits, ..PositioningTuning::default() }, intervene)
+}
+
+/// The same, with the controller tuned otherwise.
+///
+/// # Errors
+/// When the scene is refused, or `intervene` fails.
+pub fn run_tuned(
+    scene: &Scene,
+    tuning: PositioningTuning,
     mut intervene: impl FnMut(&mut ClosedLoop, &Moment) -> Result<(), CommandError>,
 ) -> Result<Outcome, CommandError> {
     let target = Target::try_new(scene.number("position.to_deg"), scene.number("position.tolerance_deg"))?;
     let hold_nanos = nanos(scene, "position.hold_s");
-    let deadline_nanos = nanos(scene, "position.deadline_s");
-    let tuning = PositioningTuning { deadline_nanos, ..PositioningTuning::default() };
     let mut closed_loop = ClosedLoop::new(scene, target, tuning)?;
     let mut account = Account::new(target);
     loop {
         let moment = closed_loop.next_tick();
         intervene(&mut closed_loop, &moment)?;
-        account.take(&moment);
+        let step = Step::of(&moment);
+        account.take(&step);
         let done = match moment.report.phase {
-            Phase::Holding => account.held_nanos(&moment) >= hold_nanos,
-            Phase::TimedOut => true,
-            Phase::Approach { .. } | Phase::Settling => false,
+            Phase::Holding => account.held_nanos(moment.at) >= hold_nanos,
+            Phase::Stopped(_) => true,
+            Phase::Waiting(_) | Phase::Cruise { .. } | Phase::Burst { .. } | Phase::Settling => false,
         };
         if done {
-            return Ok(account.close(&moment, scene));
+            let mut outcome = account.close(&step, scene);
+            if let Phase::Stopped(why) = moment.report.phase {
+                outcome.stopped = Some(format!("{why:?}"));
+            }
+            return Ok(outcome);
         }
     }
 }
 
+/// A setting in s, in ns.
+#[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "bounded by the setting")]
+pub fn nanos(scene: &Scene, key: &'static str) -> u64 {
+    (scene.number(key) * 1e9).round() as u64
+}
+
+/// What an account is kept of, every tick.
+pub(crate) struct Step {
+    pub(crate) at: Time,
+    pub(crate) angle: Angle,
+    pub(crate) rate_rad_s: f64,
+    pub(crate) estimate: Option<Estimate<f32>>,
+    pub(crate) applied: DriveCommand,
+    pub(crate) holding: bool,
+}
+
+impl Step {
+    fn of(moment: &Moment) -> Self {
+        let Report { estimate, applied, phase, .. } = moment.report;
+        let holding = phase == Phase::Holding;
+        Self { at: moment.at, angle: moment.angle, rate_rad_s: moment.rate_rad_s, estimate, applied, holding }
+    }
+}
+
 /// What a run adds up to, tick by tick.
-struct Account {
+pub(crate) struct Account {
     target: Target,
     last_command: DriveCommand,
     holding_since: Option<Time>,
@@ -191,7 +228,7 @@ impl Mean {
 }
 
 impl Account {
-    fn new(target: Target) -> Self {
+    pub(crate) fn new(target: Target) -> Self {
         Self {
             target,
             last_command: DriveCommand::OFF,
@@ -204,31 +241,28 @@ impl Account {
         }
     }
 
-    fn take(&mut self, moment: &Moment) {
-        let applied = moment.report.applied;
+    pub(crate) fn take(&mut self, step: &Step) {
+        let applied = step.applied;
         self.drive_switches += u32::from(applied.mode() != self.last_command.mode());
         self.driven_ticks += u64::from(applied.mode().is_some());
         self.last_command = applied;
-        self.holding_since = match moment.report.phase {
-            Phase::Holding => self.holding_since.or(Some(moment.at)),
-            _ => None,
-        };
-        if let Some(error) = moment.estimate_error_mdeg() {
+        self.holding_since = if step.holding { self.holding_since.or(Some(step.at)) } else { None };
+        if let Some(estimate) = step.estimate {
+            let error = 1e3 * estimate.angle.minus(step.angle).degrees();
             self.square_mdeg2.add(error * error);
-            if moment.rate_rad_s.abs() > 1e-3 {
+            if step.rate_rad_s.abs() > 1e-3 {
                 self.square_moving_mdeg2.add(error * error);
             }
         }
-        let beyond =
-            moment.angle.minus(self.target.angle()).degrees() * self.target.angle().degrees().signum();
+        let beyond = step.angle.minus(self.target.angle()).degrees() * self.target.angle().degrees().signum();
         self.overshoot_deg = self.overshoot_deg.max(beyond);
     }
 
-    fn held_nanos(&self, moment: &Moment) -> u64 {
-        self.holding_since.map_or(0, |since| moment.at.nanos_since(since))
+    pub(crate) fn held_nanos(&self, now: Time) -> u64 {
+        self.holding_since.map_or(0, |since| now.nanos_since(since))
     }
 
-    fn close(&self, last: &Moment, scene: &Scene) -> Outcome {
+    pub(crate) fn close(&self, last: &Step, scene: &Scene) -> Outcome {
         let error_deg = last.angle.minus(self.target.angle()).degrees();
         let tolerance_deg = scene.number("position.tolerance_deg");
         #[expect(clippy::cast_precision_loss, reason = "far below 2^53")]
@@ -245,6 +279,7 @@ impl Account {
             rms_estimate_error_mdeg: self.square_mdeg2.root(),
             rms_estimate_error_moving_mdeg: self.square_moving_mdeg2.root(),
             overshoot_deg: self.overshoot_deg,
+            stopped: None,
             ok: self.holding_since.is_some() && error_deg.abs() <= tolerance_deg,
             seed: scene.seed(),
         }

@@ -71,8 +71,10 @@ const TABLES: &[&[Setting]] = &[
     crate::plant::SETTINGS,
     crate::instruments::camera::SETTINGS,
     crate::instruments::ldv::SETTINGS,
+    crate::disturbance::SETTINGS,
     crate::filter::SETTINGS,
     crate::position::SETTINGS,
+    crate::rate::SETTINGS,
 ];
 
 /// Every key there is: the motor's parameters in the order of Table 1, then the tables of the modules.

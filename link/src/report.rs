@@ -1,6 +1,6 @@
 //! [`controller::Report`] on the wire, to the last bit.
 
-use controller::Phase;
+use controller::{Phase, Stop};
 use estimator::{Estimate, Health, Innovation, Reason, Rejection, Source, Verdict};
 use motor_model::{DriveCommand, DriveMode};
 use serde::{Deserialize, Serialize};
@@ -154,11 +154,18 @@ impl From<&controller::Report> for Report {
     fn from(report: &controller::Report) -> Self {
         let controller::Report { estimate, health, camera, command, applied, phase } = *report;
         let (phase, since_nanos) = match phase {
-            // The gear shows in the command.
-            Phase::Approach { gear: _, since } => (0, since.nanos()),
-            Phase::Settling => (1, 0),
-            Phase::Holding => (2, 0),
-            Phase::TimedOut => (3, 0),
+            Phase::Waiting(why) => (of_health(why) << 4, 0),
+            // What is driven shows in the command.
+            Phase::Cruise { cruise: _, since, from: _ } => (1, since.nanos()),
+            Phase::Burst { family: _, burst: _, since } => (2, since.nanos()),
+            Phase::Settling => (3, 0),
+            Phase::Holding => (4, 0),
+            Phase::Stopped(Stop::Cancelled) => (5, 0),
+            Phase::Stopped(Stop::TimedOut) => (6, 0),
+            Phase::Stopped(Stop::Stalled) => (7, 0),
+            Phase::Stopped(Stop::ModeInverted) => (8, 0),
+            Phase::Stopped(Stop::OutOfTravel) => (9, 0),
+            Phase::Stopped(Stop::TooManyDrives) => (10, 0),
         };
         Self {
             estimate: estimate.map(of_estimate),

@@ -52,11 +52,14 @@ impl Digest {
         self.command(*command);
         self.command(*applied);
         let (phase, since_nanos) = match phase {
-            // The gear shows in the command.
-            Positioning::Approach { gear: _, since } => (0, since.nanos()),
+            // What is driven shows in the command.
+            Positioning::Cruise { cruise: _, since, from: _ } => (0, since.nanos()),
             Positioning::Settling => (1, 0),
             Positioning::Holding => (2, 0),
-            Positioning::TimedOut => (3, 0),
+            Positioning::Burst { family: _, burst: _, since } => (3, since.nanos()),
+            // Why shows in the health of the report.
+            Positioning::Waiting(_) => (4, 0),
+            Positioning::Stopped(why) => (5, *why as u64),
         };
         self.word(phase);
         self.word(since_nanos);

@@ -1,5 +1,5 @@
 use super::*;
-use controller::{Drive, PositionLoop, PositioningTuning, Sense, Target};
+use controller::{Drive, Limits, PositionLoop, PositioningTuning, Sense, Target};
 use estimator::{CameraFrame, LdvSample};
 use motor_model::{DriveCommand, Time};
 
@@ -49,7 +49,8 @@ impl Processor for Second {
             FilterKind::Twin => "twin",
         };
         let target = Target::try_new(target_deg, tolerance_deg)?;
-        let tuning = PositioningTuning { deadline_nanos, ..PositioningTuning::default() };
+        let limits = Limits { deadline_nanos, ..Limits::default() };
+        let tuning = PositioningTuning { limits, ..PositioningTuning::default() };
         self.position_loop = Some(PositionLoop::new(AnyFilter::named(filter)?, target, tuning, Time::ZERO));
         Ok(())
     }

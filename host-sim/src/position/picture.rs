@@ -14,7 +14,7 @@ use crate::error::CommandError;
 pub fn svg(outcome: &Outcome, trace: &Trace) -> Result<String, CommandError> {
     let end_s = outcome.duration_s;
     let caption = format!(
-        "plant drawn by seed {}: ended {:+.1} milli-degrees from the target after {:.3} s, {} drive switches, estimator within {:.1} milli-degrees rms",
+        "plant drawn by seed {}: ended {:+.2} milli-degrees from the target after {:.3} s, {} drive switches, estimator within {:.1} milli-degrees rms",
         outcome.seed,
         outcome.final_error_mdeg,
         outcome.duration_s,
@@ -24,7 +24,10 @@ pub fn svg(outcome: &Outcome, trace: &Trace) -> Result<String, CommandError> {
     Figure::new(format!("Move to {} degrees in closed loop", outcome.target_deg))
         .caption(caption)
         .panel(angle(outcome, trace).height(330))
-        .panel(last_stretch(outcome, trace).height(260))
+        .panel(last_stretch("The last degree", 1000.0, outcome, trace).height(230))
+        .panel(
+            last_stretch("The last milli-degrees", 10e3 * outcome.tolerance_deg, outcome, trace).height(260),
+        )
         .panel(rate(trace, end_s))
         .panel(estimator_error(outcome, trace))
         .panel(drive(trace, end_s).height(210))
@@ -73,10 +76,9 @@ fn angle(outcome: &Outcome, trace: &Trace) -> Panel {
         .series(estimate(line(trace, |moment| Some(moment.report.estimate?.angle.degrees()))))
 }
 
-/// From the moment the rotor last came near the target, in milli-degrees from it.
-fn last_stretch(outcome: &Outcome, trace: &Trace) -> Panel {
+/// From the moment the rotor last came within `reach_mdeg` of the target, in milli-degrees from it.
+fn last_stretch(title: &str, reach_mdeg: f64, outcome: &Outcome, trace: &Trace) -> Panel {
     let tolerance_mdeg = 1e3 * outcome.tolerance_deg;
-    let reach_mdeg = 10.0 * tolerance_mdeg;
     let end_s = outcome.duration_s;
     let target = Angle::from_degrees(outcome.target_deg);
     let off = |angle: Angle| 1e3 * angle.minus(target).degrees();
@@ -85,7 +87,7 @@ fn last_stretch(outcome: &Outcome, trace: &Trace) -> Panel {
     let tolerance =
         vec![(start_s, -tolerance_mdeg, tolerance_mdeg), (end_s, -tolerance_mdeg, tolerance_mdeg)];
     let axis = Axis::new("off target (mdeg)").within(-reach_mdeg..reach_mdeg);
-    Panel::new("The last stretch", Axis::new("time (s)").within(start_s..end_s), axis)
+    Panel::new(title, Axis::new("time (s)").within(start_s..end_s), axis)
         .series(Series::spans(driven(trace, DriveMode::B, end_s)).colour(Colour::Orange))
         .series(Series::spans(driven(trace, DriveMode::C, end_s)).colour(Colour::Green))
         .series(Series::band(tolerance).colour(Colour::Black).label("tolerance"))

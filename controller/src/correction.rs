@@ -1,0 +1,193 @@
+//! How this motor differs from the map, learnt from what its bursts do.
+//!
+//! Each family has a factor `s`, 1 in the map, which a burst of mean turn `m` measures:
+//!
+//! ```text
+//! turned = s m + noise,    P: variance of s,   R: variance of the noise (burst to burst, and of the angles before and after)
+//! K = P m / (m^2 P + R),   s += K (turned - s m),   P -= K m P
+//! ```
+//!
+//! A motor that steps far walks far: the factors of [`Family::Step`] and [`Family::Walk`] begin correlated, so that each learns from the other. A turn that is out
+//! of all proportion (the drive has weakened, say) widens `P` first, so that a wrong factor is soon left.
+
+use libm::sqrtf;
+
+use crate::response_map::{Burst, Family, STEP_WALK_CORRELATION};
+
+/// The factors of all families, with their variances.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Correction {
+    of: [Factor; Family::ALL.len()],
+    /// Covariance of the factors of steps and walks.
+    step_walk: f32,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Factor {
+    value: f32,
+    variance: f32,
+}
+
+/// What a burst is foreseen to do.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Forecast {
+    /// Magnitude of the turn in rad.
+    pub turn_rad: f32,
+    /// Its variance in rad^2.
+    pub turn_rad2: f32,
+}
+
+impl Default for Correction {
+    /// The map as it stands.
+    fn default() -> Self {
+        let of = Family::ALL.map(|family| {
+            let bursts = family.bursts();
+            let relative =
+                bursts.get(bursts.len() / 2).map_or(0.0, |middle| middle.motors_rad / middle.turn_rad);
+            Factor { value: 1.0, variance: relative * relative }
+        });
+        let [step, walk, ..] = of;
+        let step_walk = STEP_WALK_CORRELATION * sqrtf(step.variance * walk.variance);
+        Self { of, step_walk }
+    }
+}
+
+impl Correction {
+    /// Factors beyond these are no motor's.
+    const RANGE: (f32, f32) = (0.1, 4.0);
+    /// A factor is not quite the same for every burst of a family: variance that remains between bursts, relative.
+    const SHAPE: f32 = 0.03 * 0.03;
+    /// Innovation squared, per its variance, above which the factor is doubted.
+    const DOUBT: f32 = 9.0;
+    /// No factor is known better than to a thousandth.
+    const VARIANCE_MIN: f32 = 1e-6;
+
+    fn factor(&self, family: Family) -> Factor {
+        let [step, walk, stride, nudge, throw] = self.of;
+        match family {
+            Family::Step => step,
+            Family::Walk => walk,
+            Family::Stride => stride,
+            Family::Nudge => nudge,
+            Family::Throw => throw,
+        }
+    }
+
+    /// By how much this motor's bursts of `family` turn farther than the map's.
+    pub fn scale(&self, family: Family) -> f32 {
+        self.factor(family).value
+    }
+
+    /// Standard deviation of a burst of the middle of `family`, relative to its turn: of the factor, and from burst to burst.
+    pub fn spread(&self, family: Family) -> f32 {
+        let bursts = family.bursts();
+        let repeat = bursts.get(bursts.len() / 2).map_or(0.0, |middle| middle.repeat_rad / middle.turn_rad);
+        sqrtf(self.factor(family).variance + Self::SHAPE + repeat * repeat)
+    }
+
+    /// What `burst` of `family` is foreseen to do in this motor.
+    pub fn forecast(&self, family: Family, burst: &Burst) -> Forecast {
+        let Factor { value, variance } = self.factor(family);
+        let turn_rad2 = burst.turn_rad * burst.turn_rad * (variance + Self::SHAPE * value * value)
+            + burst.repeat_rad * burst.repeat_rad * value * value;
+        Forecast { turn_rad: value * burst.turn_rad, turn_rad2 }
+    }
+
+    /// Learns from a burst of `family` that turned the rotor by `turned_rad` in the sense of its mode, measured with variance `measured_rad2`.
+    pub fn learn(&mut self, family: Family, burst: &Burst, turned_rad: f32, measured_rad2: f32) {
+        let mean_rad = burst.turn_rad;
+        let turned_rad = turned_rad.clamp(-10.0 * mean_rad, 10.0 * mean_rad);
+        let [step, walk, stride, nudge, throw] = &mut self.of;
+        let (own, other) = match family {
+            Family::Step => (step, Some(walk)),
+            Family::Walk => (walk, Some(step)),
+            Family::Stride => (stride, None),
+            Family::Nudge => (nudge, None),
+            Family::Throw => (throw, None),
+        };
+        let shape = Self::SHAPE * mean_rad * mean_rad;
+        let noise_rad2 = burst.repeat_rad * burst.repeat_rad + shape + measured_rad2;
+        let innovation_rad = turned_rad - own.value * mean_rad;
+        let square = innovation_rad * innovation_rad;
+        let variance_rad2 = mean_rad * mean_rad * own.variance + noise_rad2;
+        if square > Self::DOUBT * variance_rad2 {
+            own.variance += (square - variance_rad2) / (mean_rad * mean_rad);
+        }
+        let gain = own.variance * mean_rad / (mean_rad * mean_rad * own.variance + noise_rad2);
+        let limited = |value: f32| value.clamp(Self::RANGE.0, Self::RANGE.1);
+        own.value = limited(own.value + gain * innovation_rad);
+        let kept = 1.0 - gain * mean_rad;
+        if let Some(other) = other {
+            let across = self.step_walk / own.variance;
+            other.value = limited(other.value + across * gain * innovation_rad);
+            other.variance =
+                (other.variance - across * gain * mean_rad * self.step_walk).max(Self::VARIANCE_MIN);
+            self.step_walk *= kept;
+        }
+        own.variance = (own.variance * kept).max(Self::VARIANCE_MIN);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn middle(family: Family) -> Burst {
+        family.bursts()[family.bursts().len() / 2]
+    }
+
+    /// One measurement without noise of its own: the factor is right but for what the map says of repetition and shape.
+    #[test]
+    fn law_one_burst_teaches_its_family_and_the_related_one() {
+        let mut correction = Correction::default();
+        let burst = middle(Family::Walk);
+        correction.learn(Family::Walk, &burst, 1.3 * burst.turn_rad, 0.0);
+        assert!((correction.scale(Family::Walk) - 1.3).abs() < 0.03, "{correction:?}");
+        let step = correction.scale(Family::Step);
+        assert!((1.15..1.3).contains(&step), "{step}");
+        assert!((correction.scale(Family::Throw) - 1.0).abs() < f32::EPSILON);
+        assert!(correction.spread(Family::Step) < 0.75 * Correction::default().spread(Family::Step));
+    }
+
+    /// Bayes with two Gaussians of equal variance: half way, half the variance.
+    #[test]
+    fn exact_a_measurement_as_uncertain_as_the_factor_counts_half() {
+        let mut correction = Correction::default();
+        let burst = Burst { repeat_rad: 0.0, ..middle(Family::Nudge) };
+        let mean = burst.turn_rad;
+        let prior = correction.factor(Family::Nudge).variance;
+        let noise = mean * mean * (prior - Correction::SHAPE);
+        correction.learn(Family::Nudge, &burst, 1.2 * mean, noise);
+        assert!((correction.scale(Family::Nudge) - 1.1).abs() < 1e-4);
+        assert!((correction.factor(Family::Nudge).variance / prior - 0.5).abs() < 1e-4);
+    }
+
+    /// A drive that halves is believed within three bursts, however sure the factor was.
+    #[test]
+    fn law_a_change_out_of_proportion_is_believed() {
+        let mut correction = Correction::default();
+        let burst = middle(Family::Step);
+        for _ in 0..50 {
+            correction.learn(Family::Step, &burst, burst.turn_rad, 0.0);
+        }
+        for _ in 0..3 {
+            correction.learn(Family::Step, &burst, 0.5 * burst.turn_rad, 0.0);
+        }
+        assert!((correction.scale(Family::Step) - 0.5).abs() < 0.05, "{correction:?}");
+    }
+
+    /// Whatever is learnt, factors stay in range and variances positive.
+    #[test]
+    fn law_nonsense_does_no_harm() {
+        let mut correction = Correction::default();
+        for turned in [1e9, -1e9, 0.0, 1e-30, f32::MAX] {
+            for family in Family::ALL {
+                correction.learn(family, &middle(family), turned, 1e-20);
+                let Factor { value, variance } = correction.factor(family);
+                assert!((0.1..=4.0).contains(&value) && variance > 0.0, "{turned} {family:?} {correction:?}");
+                assert!(correction.factor(Family::Step).variance > 0.0, "{correction:?}");
+                assert!(correction.factor(Family::Walk).variance > 0.0, "{correction:?}");
+            }
+        }
+    }
+}

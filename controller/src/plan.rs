@@ -1,0 +1,261 @@
+//! What to drive next, from what remains and how well that is known.
+//!
+//! ```text
+//!  remaining, clockwise positive
+//!   > 14 deg             cruise B, cut at the coast
+//!   > 0                  throw, or nudge: somewhat beyond the target, since the way back is fine and the way on is not
+//!   0                    --- the target is reached from above ---
+//!   > -110 mdeg          step, or walk
+//!   > -3 deg             stride
+//!   below                cruise C, cut at the coast
+//! ```
+//!
+//! A burst is due when measuring on would no longer improve it: when the angle is known as well as the burst can be foreseen. The last step is due only when the angle is
+//! known well enough to call the target reached after it; until then steps stop short of the target by one and a half standard deviations, so that what is
+//! learnt later asks for another step and not for a nudge, which would spoil the measurement.
+
+use motor_model::DriveMode;
+
+use crate::correction::{Correction, Forecast};
+use crate::response_map::{Burst, Cruise, Family, strongest_cruise};
+
+/// What remains, how well it is known, and how well it must be.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Situation {
+    /// Target less angle in rad, clockwise positive.
+    pub remaining_rad: f32,
+    /// Standard deviation of that in rad.
+    pub sigma_rad: f32,
+    /// Distance that counts as reached, in rad.
+    pub tolerance_rad: f32,
+    /// How many times the root mean square error must lie within the tolerance.
+    pub confidence: f32,
+    /// Strongest drive.
+    pub amplitude_max: f32,
+}
+
+/// The next drive.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Plan {
+    /// On until the coast remains.
+    Cruise(Cruise),
+    /// On for so many ticks.
+    Burst(Family, Burst, Forecast),
+}
+
+const fn degrees(deg: f32) -> f32 {
+    deg * (core::f32::consts::PI / 180.0)
+}
+
+/// Clockwise from here on a cruise: its coast is some 10 degrees.
+const CRUISE_B_RAD: f32 = degrees(14.0);
+/// Counter-clockwise from here on a cruise.
+const CRUISE_C_RAD: f32 = degrees(3.0);
+/// Counter-clockwise from here on strides.
+const STRIDE_RAD: f32 = degrees(0.11);
+/// A clockwise burst that need not end within the tolerance ends at least this far beyond the target: room for two steps.
+const BEYOND_RAD: f32 = degrees(1.5e-3);
+/// Clockwise bursts are not worth their noise unless so many standard deviations ask for them.
+const SURE: f32 = 2.5;
+
+impl Situation {
+    /// Whether the target counts as reached: the root mean square of the error, as far as it is known, times the confidence is within the tolerance.
+    pub fn reached(&self) -> bool {
+        let Self { remaining_rad, sigma_rad, confidence, tolerance_rad, .. } = *self;
+        let mean_square_rad2 = remaining_rad * remaining_rad + sigma_rad * sigma_rad;
+        mean_square_rad2 * confidence * confidence <= tolerance_rad * tolerance_rad
+    }
+
+    /// Standard deviation at which a rotor on target counts as there, in rad, with some to spare for a last step.
+    fn sigma_enough_rad(&self) -> f32 {
+        0.95 * self.tolerance_rad / self.confidence
+    }
+
+    /// Whether so little has been measured that it may be spoilt.
+    fn early(&self) -> bool {
+        (1.2..4.0).contains(&(self.sigma_rad / self.tolerance_rad))
+    }
+
+    /// The next drive; `None` to measure on.
+    pub fn plan(&self, correction: &Correction) -> Option<Plan> {
+        if self.reached() {
+            None
+        } else if self.remaining_rad > if self.early() { -0.5 * self.sigma_rad } else { 0.0 } {
+            self.clockwise(correction)
+        } else {
+            self.counter_clockwise(correction)
+        }
+    }
+
+    fn clockwise(&self, correction: &Correction) -> Option<Plan> {
+        let remaining_rad = self.remaining_rad;
+        if remaining_rad >= CRUISE_B_RAD
+            && let Some(cruise) = strongest_cruise(DriveMode::B, self.amplitude_max)
+        {
+            return Some(Plan::Cruise(cruise));
+        }
+        // A nudge spoils the measurement: early on that is no loss, later it must be for certain, or because measuring on could not end well.
+        let hopeless = self.sigma_rad <= 0.7 * self.sigma_enough_rad();
+        if remaining_rad < SURE * self.sigma_rad && !hopeless && !self.early() {
+            return None;
+        }
+        let spread_rad = remaining_rad * correction.spread(Family::Throw);
+        let aim_rad = if spread_rad < 0.5 * self.tolerance_rad {
+            remaining_rad
+        } else {
+            remaining_rad + (0.5 * spread_rad).max(BEYOND_RAD)
+        };
+        let nudges = self.longest_rad(correction, Family::Nudge).is_some_and(|longest| aim_rad < longest);
+        let plan = self.burst(correction, if nudges { Family::Nudge } else { Family::Throw }, aim_rad)?;
+        self.due(plan)
+    }
+
+    fn counter_clockwise(&self, correction: &Correction) -> Option<Plan> {
+        let remaining_rad = -self.remaining_rad;
+        if remaining_rad >= CRUISE_C_RAD
+            && let Some(cruise) = strongest_cruise(DriveMode::C, self.amplitude_max)
+        {
+            return Some(Plan::Cruise(cruise));
+        }
+        if remaining_rad >= STRIDE_RAD && self.amplitude_max >= 1.0 {
+            let aim_rad = remaining_rad / (1.0 + 1.3 * correction.spread(Family::Stride));
+            return self.due(self.burst(correction, Family::Stride, aim_rad)?);
+        }
+        if self.longest_rad(correction, Family::Step).is_some_and(|longest| remaining_rad < 0.9 * longest) {
+            return self.step(correction, remaining_rad);
+        }
+        let short_rad = 1.5 * (remaining_rad * correction.spread(Family::Walk) + self.sigma_rad);
+        let plan = self.burst(correction, Family::Walk, remaining_rad - short_rad)?;
+        (self.sigma_rad <= 0.15 * remaining_rad).then_some(plan)
+    }
+
+    fn step(&self, correction: &Correction, remaining_rad: f32) -> Option<Plan> {
+        let last = self.sigma_rad <= self.sigma_enough_rad();
+        let aim_rad = if last {
+            remaining_rad
+        } else {
+            remaining_rad - 1.5 * self.sigma_rad - remaining_rad * correction.spread(Family::Step)
+        };
+        let (shortest, _) = Family::Step.range_rad(self.amplitude_max)?;
+        // Half the shortest step would still be nearer, but what remains is then within any tolerance.
+        if aim_rad < shortest * correction.scale(Family::Step) {
+            return None;
+        }
+        let worth_it = last || self.sigma_rad <= 0.3 * remaining_rad;
+        worth_it.then(|| self.burst(correction, Family::Step, aim_rad))?
+    }
+
+    /// The burst of `family` that turns this motor by `aim_rad`, as near as may be.
+    fn burst(&self, correction: &Correction, family: Family, aim_rad: f32) -> Option<Plan> {
+        let burst = family.burst(aim_rad / correction.scale(family), self.amplitude_max)?;
+        Some(Plan::Burst(family, burst, correction.forecast(family, &burst)))
+    }
+
+    fn longest_rad(&self, correction: &Correction, family: Family) -> Option<f32> {
+        family.range_rad(self.amplitude_max).map(|(_, longest)| longest * correction.scale(family))
+    }
+
+    /// `plan`, once the angle is known half as well as its burst can be foreseen.
+    fn due(&self, plan: Plan) -> Option<Plan> {
+        let Plan::Burst(_, _, forecast) = plan else { return Some(plan) };
+        let known = 4.0 * self.sigma_rad * self.sigma_rad <= forecast.turn_rad2;
+        (known || self.sigma_rad <= self.sigma_enough_rad()).then_some(plan)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn situation(remaining_mdeg: f32, sigma_mdeg: f32) -> Situation {
+        Situation {
+            remaining_rad: degrees(1e-3 * remaining_mdeg),
+            sigma_rad: degrees(1e-3 * sigma_mdeg),
+            tolerance_rad: degrees(0.5e-3),
+            confidence: 2.0,
+            amplitude_max: 1.0,
+        }
+    }
+
+    fn family(remaining_mdeg: f32, sigma_mdeg: f32) -> Option<Family> {
+        match situation(remaining_mdeg, sigma_mdeg).plan(&Correction::default()) {
+            Some(Plan::Burst(family, ..)) => Some(family),
+            _ => None,
+        }
+    }
+
+    #[test]
+    fn exact_what_is_driven_for_which_distance() {
+        for (remaining_mdeg, expected) in [
+            (2000.0, Family::Throw),
+            (8.0, Family::Nudge),
+            (-4.0, Family::Step),
+            (-40.0, Family::Walk),
+            (-900.0, Family::Stride),
+        ] {
+            assert_eq!(family(remaining_mdeg, 0.2), Some(expected), "{remaining_mdeg}");
+        }
+        for (remaining_mdeg, mode) in [(90e3, DriveMode::B), (-90e3, DriveMode::C)] {
+            let Some(Plan::Cruise(cruise)) = situation(remaining_mdeg, 5.0).plan(&Correction::default())
+            else {
+                panic!("{remaining_mdeg}");
+            };
+            assert_eq!(cruise.mode, mode);
+        }
+    }
+
+    #[test]
+    fn law_reached_means_error_and_uncertainty_within_the_tolerance() {
+        for (remaining_mdeg, sigma_mdeg, reached) in
+            [(0.0, 0.24, true), (0.0, 0.26, false), (0.2, 0.14, true), (-0.2, 0.16, false)]
+        {
+            assert_eq!(situation(remaining_mdeg, sigma_mdeg).reached(), reached);
+        }
+    }
+
+    /// The sure last step goes to the target; one before stays short of it, and an unsure one waits.
+    #[test]
+    fn law_steps_stay_on_the_fine_side() {
+        let correction = Correction::default();
+        let turn_mdeg = |sigma_mdeg| match situation(-2.0, sigma_mdeg).plan(&correction) {
+            Some(Plan::Burst(Family::Step, _, forecast)) => 1e3 * forecast.turn_rad.to_degrees(),
+            _ => 0.0,
+        };
+        assert!((turn_mdeg(0.2) - 2.0).abs() < 1e-3);
+        assert!((0.7..1.2).contains(&turn_mdeg(0.4)), "{}", turn_mdeg(0.4));
+        assert!(turn_mdeg(1.0).abs() < f32::EPSILON);
+    }
+
+    /// Clockwise bursts overshoot on purpose; a doubtful little way clockwise is measured, not driven.
+    #[test]
+    fn law_clockwise_bursts_go_beyond_and_need_certainty() {
+        let correction = Correction::default();
+        for remaining_mdeg in [3.0, 30.0, 300.0, 3000.0] {
+            let Some(Plan::Burst(_, _, forecast)) = situation(remaining_mdeg, 0.2).plan(&correction) else {
+                panic!("{remaining_mdeg}");
+            };
+            assert!(forecast.turn_rad > degrees(1e-3 * remaining_mdeg), "{remaining_mdeg} {forecast:?}");
+        }
+        assert_eq!(family(1.0, 0.5), None);
+    }
+
+    /// A weaker amplifier has other bursts, never stronger ones.
+    #[test]
+    fn law_nothing_exceeds_the_amplitude_allowed() {
+        let correction = Correction::default();
+        for amplitude_max in [0.02, 0.3, 0.45, 0.9] {
+            for exponent in 0..60 {
+                let magnitude = 0.1 * 1.3_f32.powi(exponent);
+                for remaining_mdeg in [magnitude, -magnitude] {
+                    let limited = Situation { amplitude_max, ..situation(remaining_mdeg, 0.01) };
+                    let amplitude = match limited.plan(&correction) {
+                        Some(Plan::Burst(_, burst, _)) => burst.amplitude,
+                        Some(Plan::Cruise(cruise)) => cruise.amplitude,
+                        None => 0.0,
+                    };
+                    assert!(amplitude <= amplitude_max, "{amplitude_max} {remaining_mdeg} {amplitude}");
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,294 @@
+//! The state machine against a rotor that does what a test says.
+
+use super::*;
+use crate::target::Travel;
+use estimator::Reason;
+
+const TICK: u64 = crate::TICK_NANOS;
+
+/// A rotor, the estimate of it, and the loop's time.
+struct Bench {
+    positioning: Positioning,
+    now: Time,
+    mdeg: f64,
+    sigma_mdeg: f32,
+    rate_rad_s: f32,
+}
+
+impl Bench {
+    fn new(target_mdeg: f64, tolerance_mdeg: f64) -> Self {
+        Self::limited(target_mdeg, tolerance_mdeg, Limits::default())
+    }
+
+    fn limited(target_mdeg: f64, tolerance_mdeg: f64, limits: Limits) -> Self {
+        let target = Target::try_new(1e-3 * target_mdeg, 1e-3 * tolerance_mdeg).unwrap();
+        let tuning = PositioningTuning { limits, ..PositioningTuning::default() };
+        let positioning = Positioning::new(target, tuning, Time::ZERO);
+        Self { positioning, now: Time::ZERO, mdeg: 0.0, sigma_mdeg: 0.1, rate_rad_s: 0.0 }
+    }
+
+    fn estimate(&self, resting: bool, sigma_mdeg: f32) -> Estimate<f32> {
+        let sigma_rad = (1e-3 * sigma_mdeg).to_radians();
+        Estimate {
+            at: self.now,
+            angle: Angle::from_degrees(1e-3 * self.mdeg),
+            rate_rad_s: self.rate_rad_s,
+            angle_rad2: sigma_rad * sigma_rad,
+            angle_rate_rad2_s: 0.0,
+            rate_rad2_s2: 1e-4,
+            resting,
+        }
+    }
+
+    /// A tick at rest, measured well.
+    fn rest(&mut self) -> DriveCommand {
+        self.now = self.now.plus_nanos(TICK);
+        let estimate = self.estimate(true, self.sigma_mdeg);
+        self.positioning.decide(self.now, Some(&estimate), Health::Good)
+    }
+
+    /// A tick in motion, when the filter has forgotten what it knew.
+    fn moving(&mut self) -> DriveCommand {
+        self.now = self.now.plus_nanos(TICK);
+        let estimate = self.estimate(false, 20.0);
+        self.positioning.decide(self.now, Some(&estimate), Health::Good)
+    }
+
+    fn phase(&self) -> Phase {
+        self.positioning.phase()
+    }
+
+    /// Lets a burst run out; the rotor turns by `part` of what the map says of it. Returns the ticks with the drive on.
+    fn burst(&mut self, part: f32) -> u32 {
+        let Phase::Burst { family, burst, .. } = self.phase() else { panic!("{:?}", self.phase()) };
+        let mut ticks = 1;
+        while self.moving().mode().is_some() {
+            ticks += 1;
+        }
+        let turn_rad = part * sense(family.mode()) * burst.turn_rad;
+        self.mdeg += 1e3 * f64::from(turn_rad.to_degrees());
+        ticks
+    }
+
+    /// Drives as long as it is driven, every burst turning `part` of its map's turn; the reason for the end.
+    fn end(&mut self, part: f32) -> Phase {
+        for _ in 0..10_000 {
+            self.rest();
+            match self.phase() {
+                Phase::Burst { .. } => drop(self.burst(part)),
+                Phase::Settling | Phase::Waiting(_) => (),
+                phase => return phase,
+            }
+        }
+        panic!("it goes on for ever: {:?}", self.phase());
+    }
+}
+
+#[test]
+fn law_no_drive_without_an_estimate_and_it_says_why() {
+    let mut bench = Bench::new(90e3, 1.0);
+    assert_eq!(bench.positioning.decide(Time::ZERO, None, Health::Waiting), DriveCommand::OFF);
+    assert_eq!(bench.phase(), Phase::Waiting(Health::Waiting));
+    bench.rest();
+    assert_eq!(bench.rest().mode(), Some(DriveMode::B), "health has returned");
+}
+
+#[test]
+fn law_an_estimate_lost_on_the_way_switches_the_drive_off_in_the_same_tick() {
+    for target_mdeg in [90e3, -90e3, -30.0, 300.0] {
+        let mut bench = Bench::new(target_mdeg, 1.0);
+        assert!(bench.rest().mode().is_some(), "{target_mdeg}");
+        bench.now = bench.now.plus_nanos(TICK);
+        let estimate = bench.estimate(false, 20.0);
+        let lost = Health::Unusable(Reason::FramesRefused);
+        assert_eq!(bench.positioning.decide(bench.now, Some(&estimate), lost), DriveCommand::OFF);
+        assert_eq!(bench.phase(), Phase::Waiting(lost));
+    }
+}
+
+#[test]
+fn exact_a_cruise_is_cut_where_the_coast_remains() {
+    let mut bench = Bench::new(90e3, 1.0);
+    bench.rest();
+    let Phase::Cruise { cruise, .. } = bench.phase() else { panic!("{:?}", bench.phase()) };
+    bench.rate_rad_s = 10.0;
+    let coast_mdeg = 1e3 * f64::from((10.0 * cruise.coast_s + 0.5 * cruise.coast_sd_rad).to_degrees());
+    bench.mdeg = 90e3 - coast_mdeg - 10.0;
+    assert_eq!(bench.moving().mode(), Some(DriveMode::B));
+    bench.mdeg += 20.0;
+    assert_eq!(bench.moving(), DriveCommand::OFF);
+    assert_eq!(bench.phase(), Phase::Settling);
+}
+
+#[test]
+fn exact_a_burst_is_on_for_its_ticks() {
+    for target_mdeg in [-4.0, -40.0, 8.0, 300.0] {
+        let mut bench = Bench::new(target_mdeg, 0.5);
+        bench.rest();
+        let Phase::Burst { burst, .. } = bench.phase() else { panic!("{target_mdeg}: {:?}", bench.phase()) };
+        assert_eq!(bench.burst(1.0), burst.ticks);
+        assert_eq!(bench.phase(), Phase::Settling);
+    }
+}
+
+/// Motors that turn by half or by twice as much as the map says: all are brought to the target.
+#[test]
+fn law_bursts_end_at_the_target_whatever_the_motor() {
+    for part in [0.5, 0.8, 1.0, 1.25, 2.0] {
+        for target_mdeg in [-3.0, -30.0, -700.0, 2.0, 25.0, 900.0] {
+            let mut bench = Bench::new(target_mdeg, 0.5);
+            assert_eq!(bench.end(part), Phase::Holding, "{part} {target_mdeg} at {}", bench.mdeg);
+            assert!((bench.mdeg - target_mdeg).abs() <= 0.5, "{part} {target_mdeg}");
+        }
+    }
+}
+
+/// What one move has learnt, the next one uses: its first burst leaves less than a tenth of the way to a motor of half as much again.
+#[test]
+fn law_the_second_move_profits_from_the_first() {
+    let left = |bench: &mut Bench, target_mdeg: f64| {
+        let way = target_mdeg - bench.mdeg;
+        bench.rest();
+        bench.burst(1.5);
+        (target_mdeg - bench.mdeg) / way
+    };
+    let mut bench = Bench::new(-30.0, 0.5);
+    assert!(left(&mut bench, -30.0).abs() > 0.02);
+    bench.end(1.5);
+    bench.positioning.retarget(Target::try_new(-0.06, 0.0005).unwrap(), bench.now);
+    let second = left(&mut bench, -60.0);
+    assert!((0.0..0.1).contains(&second), "{second}");
+}
+
+#[test]
+fn law_a_target_changed_on_the_way_is_the_one_that_counts() {
+    let mut bench = Bench::new(90e3, 1.0);
+    bench.rest();
+    bench.mdeg = 30e3;
+    bench.rate_rad_s = 5.0;
+    assert_eq!(bench.moving().mode(), Some(DriveMode::B));
+    // Farther: on it goes. Behind: the drive is cut, and then reversed.
+    bench.positioning.retarget(Target::try_new(120.0, 0.001).unwrap(), bench.now);
+    assert_eq!(bench.moving().mode(), Some(DriveMode::B));
+    bench.positioning.retarget(Target::try_new(-20.0, 0.001).unwrap(), bench.now);
+    assert_eq!(bench.moving(), DriveCommand::OFF);
+    bench.rate_rad_s = 0.0;
+    assert_eq!(bench.rest().mode(), Some(DriveMode::C));
+}
+
+#[test]
+fn law_cancelled_stays_off_until_there_is_a_new_target() {
+    let mut bench = Bench::new(90e3, 1.0);
+    bench.rest();
+    bench.positioning.cancel();
+    for _ in 0..3 {
+        assert_eq!(bench.rest(), DriveCommand::OFF);
+    }
+    assert_eq!(bench.phase(), Phase::Stopped(Stop::Cancelled));
+    bench.positioning.retarget(Target::try_new(90.0, 0.001).unwrap(), bench.now);
+    assert_eq!(bench.rest().mode(), Some(DriveMode::B));
+}
+
+/// Bursts that do nothing, and a cruise that does nothing: given up after a bounded number, each time.
+#[test]
+fn law_a_stuck_rotor_is_given_up() {
+    for target_mdeg in [-30.0, 300.0, -700.0] {
+        let mut bench = Bench::new(target_mdeg, 0.5);
+        assert_eq!(bench.end(0.0), Phase::Stopped(Stop::Stalled), "{target_mdeg}");
+        assert!(bench.positioning.drives <= 2 * u32::from(FAILURES_MAX), "{}", bench.positioning.drives);
+    }
+    let mut bench = Bench::new(90e3, 0.5);
+    let mut on_nanos = 0;
+    while !matches!(bench.phase(), Phase::Stopped(_)) {
+        on_nanos += if bench.rest().mode().is_some() { TICK } else { 0 };
+    }
+    assert_eq!(bench.phase(), Phase::Stopped(Stop::Stalled));
+    assert!(on_nanos < u64::from(FAILURES_MAX) * (STALL_NANOS + 10 * TICK));
+}
+
+#[test]
+fn law_a_rotor_that_turns_the_wrong_way_is_given_up() {
+    for target_mdeg in [-30.0, 300.0] {
+        let mut bench = Bench::new(target_mdeg, 0.5);
+        assert_eq!(bench.end(-1.0), Phase::Stopped(Stop::ModeInverted), "{target_mdeg}");
+        assert!(bench.positioning.drives <= 4, "{}", bench.positioning.drives);
+    }
+    let mut bench = Bench::new(90e3, 0.5);
+    let mut ticks = 0;
+    while !matches!(bench.phase(), Phase::Stopped(_)) {
+        let driven = bench.rest().mode().is_some();
+        bench.mdeg -= if driven { 10.0 } else { 0.0 };
+        ticks += 1;
+    }
+    assert_eq!(bench.phase(), Phase::Stopped(Stop::ModeInverted));
+    assert!(ticks < 400 && bench.mdeg > -4e3, "{ticks} {}", bench.mdeg);
+}
+
+/// A rotor that is thrown to and fro, never near the target: the number of drives is bounded, and so is the time.
+#[test]
+fn law_chatter_is_bounded_by_drives_and_by_the_deadline() {
+    let mut bench = Bench::limited(0.0, 0.5, Limits { drives_max: 25, ..Limits::default() });
+    for n in 0.. {
+        assert!(n < 1000);
+        bench.mdeg = if n % 2 == 0 { 30.0 } else { -40.0 };
+        bench.rest();
+        match bench.phase() {
+            Phase::Stopped(why) => {
+                assert_eq!(why, Stop::TooManyDrives);
+                break;
+            }
+            Phase::Burst { .. } => drop(bench.burst(1.0)),
+            _ => (),
+        }
+    }
+    assert_eq!(bench.positioning.drives, 26);
+    let mut bench = Bench::limited(0.0, 0.5, Limits { deadline_nanos: 1_000_000, ..Limits::default() });
+    bench.sigma_mdeg = 5.0;
+    while bench.now.nanos() <= 1_000_000 {
+        bench.rest();
+    }
+    assert_eq!(bench.phase(), Phase::Stopped(Stop::TimedOut));
+}
+
+/// A target nearer than any burst: measuring alone decides.
+#[test]
+fn law_a_goal_closer_than_one_burst_ends() {
+    for target_mdeg in [0.1, -0.1, 0.05, -0.05] {
+        let mut bench = Bench::new(target_mdeg, 0.5);
+        assert_eq!(bench.end(1.0), Phase::Holding, "{target_mdeg}");
+        assert_eq!(bench.positioning.drives, 0);
+    }
+}
+
+#[test]
+fn law_travel_is_kept_to() {
+    let limits = Limits { travel: Travel::try_new(-10.0, 50.0).unwrap(), ..Limits::default() };
+    let mut bench = Bench::limited(90e3, 1.0, limits);
+    assert_eq!(bench.rest(), DriveCommand::OFF);
+    assert_eq!(bench.phase(), Phase::Stopped(Stop::OutOfTravel));
+    let mut bench = Bench::limited(40e3, 1.0, limits);
+    assert_eq!(bench.rest().mode(), Some(DriveMode::B));
+    bench.mdeg = 51e3;
+    assert_eq!(bench.moving(), DriveCommand::OFF);
+    assert_eq!(bench.phase(), Phase::Stopped(Stop::OutOfTravel));
+}
+
+/// In hold the rotor is left alone until it is off for certain; a jolt is made good, even after the deadline.
+#[test]
+fn law_a_jolt_in_hold_is_made_good() {
+    let mut bench = Bench::limited(0.0, 1.0, Limits { deadline_nanos: 1_000_000_000, ..Limits::default() });
+    assert_eq!(bench.end(1.0), Phase::Holding);
+    bench.now = bench.now.plus_nanos(5_000_000_000);
+    bench.mdeg = 0.9;
+    bench.rest();
+    assert_eq!(bench.phase(), Phase::Holding);
+    bench.mdeg = 50.0;
+    bench.moving();
+    assert_eq!(bench.phase(), Phase::Settling);
+    assert_eq!(bench.end(1.0), Phase::Holding);
+    assert!(bench.mdeg.abs() <= 1.0);
+    bench.mdeg = -20.0;
+    bench.rest();
+    assert_eq!(bench.end(1.0), Phase::Holding, "moved without being heard");
+    assert!(bench.mdeg.abs() <= 1.0);
+}

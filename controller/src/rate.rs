@@ -1,0 +1,300 @@
+//! Holding a commanded rate: the rotor follows a reference angle that turns at it.
+//!
+//! ```text
+//! reference' = rate,   e = reference - angle,   wanted = rate + e / T        T: [`RateTuning::catch_up_s`]
+//! drive: the mode of the wanted sense, at the amplitude whose mean rate in the map is the wanted one
+//! ```
+//!
+//! Because it is the angle that follows, the mean rate is right to the error of the angle over the time of the mean, whatever this motor's own rates are. Rates below that of the
+//! weakest cruise come out as pulses of it: the drive waits until the rotor is behind by [`RateTuning::behind_rad`] and stops when it is ahead. A rotor that is ahead is left to friction; it is
+//! driven back only when it is ahead by far.
+
+use estimator::{Estimate, Health};
+use libm::sinf;
+use motor_model::{Angle, AngleAccumulator, DriveCommand, DriveMode, OutOfBounds, Time};
+
+use crate::response_map::{CRUISES, sense};
+
+/// Choices of the rate controller.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RateTuning {
+    /// Time in which an error of the angle is to be made good, in s.
+    pub catch_up_s: f32,
+    /// Behind by this, in rad, the drive goes on again at least at its weakest.
+    pub behind_rad: f32,
+    /// Ahead by this, in rad, the rotor is driven back.
+    pub ahead_rad: f32,
+    /// Strongest drive, 0 to 1.
+    pub amplitude_max: f32,
+    /// Time from one change of the drive to the next, in ns: the modes need some milliseconds to answer.
+    pub hold_nanos: u64,
+}
+
+impl Default for RateTuning {
+    /// 12 ms, 0.05 degrees, 3 degrees, full drive, 0.5 ms.
+    fn default() -> Self {
+        Self {
+            catch_up_s: 0.012,
+            behind_rad: 8.7e-4,
+            ahead_rad: 0.052,
+            amplitude_max: 1.0,
+            hold_nanos: 500_000,
+        }
+    }
+}
+
+/// A rate over time.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Profile {
+    /// One rate.
+    Dwell {
+        /// The rate in rad/s.
+        rate_rad_s: f32,
+    },
+    /// From 0 in equal steps of equal length to the rate, and there it stays.
+    Staircase {
+        /// The last rate in rad/s.
+        rate_rad_s: f32,
+        /// How many steps, at least 1.
+        steps: u16,
+        /// Length of a step in s.
+        step_s: f32,
+    },
+    /// A sine about a mean, its frequency rising in proportion to time.
+    Sweep {
+        /// The mean in rad/s.
+        mean_rad_s: f32,
+        /// Amplitude in rad/s.
+        amplitude_rad_s: f32,
+        /// First and last frequency in Hz.
+        frequency_hz: (f32, f32),
+        /// Length in s.
+        length_s: f32,
+    },
+}
+
+/// Fastest rate that can be asked for, in rad/s: 1100 deg/s.
+pub const RATE_MAX_RAD_S: f64 = 19.2;
+
+impl Profile {
+    /// A dwell.
+    ///
+    /// # Errors
+    /// When the rate is no number, or beyond +-1100 deg/s.
+    pub fn dwell(rate_deg_s: f64) -> Result<Self, OutOfBounds> {
+        let max = RATE_MAX_RAD_S.to_degrees();
+        OutOfBounds::check("rate.deg_s", rate_deg_s, -max, max, "deg/s")?;
+        #[expect(clippy::cast_possible_truncation, reason = "rounded to f32")]
+        let rate_rad_s = rate_deg_s.to_radians() as f32;
+        Ok(Self::Dwell { rate_rad_s })
+    }
+
+    /// The rate at `time_s` since the start, in rad/s.
+    pub fn rate_rad_s(&self, time_s: f32) -> f32 {
+        match *self {
+            Self::Dwell { rate_rad_s } => rate_rad_s,
+            Self::Staircase { rate_rad_s, steps, step_s } => {
+                let steps = f32::from(steps.max(1));
+                #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "saturates")]
+                let step = f32::from((time_s / step_s) as u16);
+                rate_rad_s * ((step + 1.0) / steps).min(1.0)
+            }
+            Self::Sweep { mean_rad_s, amplitude_rad_s, frequency_hz: (from, to), length_s } => {
+                let cycles = time_s * (from + 0.5 * (to - from) * time_s / length_s);
+                mean_rad_s + amplitude_rad_s * sinf(cycles * core::f32::consts::TAU)
+            }
+        }
+    }
+}
+
+/// The controller of the rate.
+#[derive(Clone, Copy, Debug)]
+pub struct RateHold {
+    tuning: RateTuning,
+    profile: Profile,
+    started_at: Time,
+    told_at: Time,
+    reference: Option<AngleAccumulator<f32>>,
+    command: DriveCommand,
+    changed_at: Time,
+}
+
+impl RateHold {
+    /// Follows `profile` from `now` on.
+    pub fn new(profile: Profile, tuning: RateTuning, now: Time) -> Self {
+        Self {
+            tuning,
+            profile,
+            started_at: now,
+            told_at: now,
+            reference: None,
+            command: DriveCommand::OFF,
+            changed_at: now,
+        }
+    }
+
+    /// The rate that is asked for at `now`, in rad/s.
+    pub fn wanted_rad_s(&self, now: Time) -> f32 {
+        self.profile.rate_rad_s(now.seconds_since(self.started_at))
+    }
+
+    /// The reference angle; `None` before the first usable estimate.
+    pub fn reference(&self) -> Option<Angle> {
+        self.reference.map(|reference| reference.angle())
+    }
+
+    /// The command for the tick at `now`. Without a usable estimate the drive is off, and the reference begins anew where the rotor is found.
+    pub fn decide(&mut self, now: Time, estimate: Option<&Estimate<f32>>, health: Health) -> DriveCommand {
+        let usable = estimate.filter(|_| !matches!(health, Health::Unusable(_)));
+        let dt_s: f32 = now.seconds_since(self.told_at);
+        self.told_at = now;
+        let Some(estimate) = usable else {
+            self.reference = None;
+            self.command = DriveCommand::OFF;
+            return self.command;
+        };
+        let rate_rad_s = self.wanted_rad_s(now);
+        let reference = self.reference.get_or_insert(AngleAccumulator::at(estimate.angle));
+        reference.turn_by_radians(rate_rad_s * dt_s);
+        let behind_rad: f32 = reference.angle().radians_since(estimate.angle);
+        if now.nanos_since(self.changed_at) >= self.tuning.hold_nanos {
+            self.changed_at = now;
+            self.command = self.tuning.drive(rate_rad_s, behind_rad);
+        }
+        self.command
+    }
+}
+
+impl RateTuning {
+    /// The drive for a rotor that should turn at `rate_rad_s` and is behind by `behind_rad`, clockwise positive.
+    fn drive(&self, rate_rad_s: f32, behind_rad: f32) -> DriveCommand {
+        let towards = if rate_rad_s.abs() > 0.0 { rate_rad_s } else { behind_rad };
+        let mode = if towards > 0.0 { DriveMode::B } else { DriveMode::C };
+        let along = sense(mode);
+        let (rate, behind) = (along * rate_rad_s, along * behind_rad);
+        if behind < -self.ahead_rad {
+            let back = if mode == DriveMode::B { DriveMode::C } else { DriveMode::B };
+            return amplitude_for(back, -behind / self.catch_up_s, self.amplitude_max, true);
+        }
+        let wanted = rate + behind / self.catch_up_s;
+        amplitude_for(mode, wanted, self.amplitude_max, behind > self.behind_rad)
+    }
+}
+
+/// The drive of `mode` whose mean rate is `rate_rad_s` along its sense; below the weakest cruise that one if it is `due`, otherwise none.
+fn amplitude_for(mode: DriveMode, rate_rad_s: f32, amplitude_max: f32, due: bool) -> DriveCommand {
+    let along = sense(mode);
+    let mut cruises = CRUISES.iter().filter(|cruise| cruise.mode == mode);
+    let Some(mut below) = cruises.next() else { return DriveCommand::OFF };
+    if rate_rad_s < along * below.rate_rad_s {
+        return if due {
+            DriveCommand::saturating(mode, below.amplitude.min(amplitude_max))
+        } else {
+            DriveCommand::OFF
+        };
+    }
+    for above in cruises {
+        let (low, high) = (along * below.rate_rad_s, along * above.rate_rad_s);
+        if rate_rad_s < high {
+            let part = (rate_rad_s - low) / (high - low);
+            let amplitude = below.amplitude + part * (above.amplitude - below.amplitude);
+            return DriveCommand::saturating(mode, amplitude.min(amplitude_max));
+        }
+        below = above;
+    }
+    DriveCommand::saturating(mode, below.amplitude.min(amplitude_max))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use estimator::Reason;
+
+    fn estimate(at: Time, deg: f64) -> Estimate<f32> {
+        Estimate {
+            at,
+            angle: Angle::from_degrees(deg),
+            rate_rad_s: 0.0,
+            angle_rad2: 1e-8,
+            angle_rate_rad2_s: 0.0,
+            rate_rad2_s2: 1.0,
+            resting: false,
+        }
+    }
+
+    /// The map, inverted: each cruise's own rate asks for its own amplitude, and half way between two for half way.
+    #[test]
+    fn exact_amplitudes_invert_the_map() {
+        for pair in CRUISES.windows(2).filter(|pair| pair[0].mode == pair[1].mode) {
+            let along = sense(pair[0].mode);
+            for part in [0.0, 0.5] {
+                let of = |f: fn(&crate::response_map::Cruise) -> f32| {
+                    f(&pair[0]) + part * (f(&pair[1]) - f(&pair[0]))
+                };
+                let command = amplitude_for(pair[0].mode, along * of(|c| c.rate_rad_s), 1.0, false);
+                assert_eq!(command.mode(), Some(pair[0].mode));
+                assert!((command.amplitude() - of(|c| c.amplitude)).abs() < 1e-4, "{pair:?} {command:?}");
+            }
+        }
+        let fast = amplitude_for(DriveMode::B, 1e3, 0.8, false).amplitude();
+        assert!((fast - 0.8).abs() < f32::EPSILON);
+    }
+
+    /// A rotor that stands is behind after a second by the rate, clockwise and counter-clockwise, and is driven accordingly.
+    #[test]
+    fn law_the_reference_turns_at_the_rate_and_the_drive_follows_it() {
+        for (rate_deg_s, mode) in [(100.0, DriveMode::B), (-50.0, DriveMode::C)] {
+            let profile = Profile::dwell(rate_deg_s).unwrap();
+            let mut hold = RateHold::new(profile, RateTuning::default(), Time::ZERO);
+            let mut command = DriveCommand::OFF;
+            for tick in 1..=100_000 {
+                let now = Time::from_nanos(tick * crate::TICK_NANOS);
+                command = hold.decide(now, Some(&estimate(now, 0.0)), Health::Good);
+            }
+            let turned = hold.reference().unwrap().degrees();
+            assert!((turned - rate_deg_s).abs() < 1e-3 * rate_deg_s.abs(), "{turned}");
+            assert_eq!(command.mode(), Some(mode));
+            assert!((command.amplitude() - 1.0).abs() < f32::EPSILON, "far behind: full drive");
+        }
+    }
+
+    #[test]
+    fn law_no_drive_on_an_unusable_estimate() {
+        let profile = Profile::dwell(500.0).unwrap();
+        let mut hold = RateHold::new(profile, RateTuning::default(), Time::ZERO);
+        let at = |tick| Time::from_nanos(tick * crate::TICK_NANOS);
+        for tick in 0..1000 {
+            hold.decide(at(tick), Some(&estimate(at(tick), 0.0)), Health::Good);
+        }
+        let lost = Health::Unusable(Reason::Uncertain);
+        assert_eq!(hold.decide(at(1000), Some(&estimate(at(1000), 0.0)), lost), DriveCommand::OFF);
+        assert_eq!(hold.reference(), None);
+        assert_eq!(hold.decide(at(1001), None, Health::Waiting), DriveCommand::OFF);
+    }
+
+    /// Ahead: left to friction, and driven back only from far.
+    #[test]
+    fn exact_a_rotor_ahead_is_left_alone_until_it_is_far_ahead() {
+        let tuning = RateTuning::default();
+        assert_eq!(tuning.drive(1.0, -0.04), DriveCommand::OFF);
+        assert_eq!(tuning.drive(1.0, -0.06).mode(), Some(DriveMode::C));
+        assert_eq!(tuning.drive(-1.0, 0.06).mode(), Some(DriveMode::B));
+        assert_eq!(tuning.drive(0.1, 0.0), DriveCommand::OFF);
+        assert_eq!(tuning.drive(0.1, 0.001).mode(), Some(DriveMode::B));
+    }
+
+    #[test]
+    fn exact_profiles() {
+        assert_eq!(Profile::dwell(f64::NAN).unwrap_err().key, "rate.deg_s");
+        assert!(Profile::dwell(1200.0).is_err());
+        let stairs = Profile::Staircase { rate_rad_s: 4.0, steps: 4, step_s: 0.5 };
+        for (time_s, rate) in [(0.0, 1.0), (0.49, 1.0), (0.51, 2.0), (1.9, 4.0), (99.0, 4.0)] {
+            assert!((stairs.rate_rad_s(time_s) - rate).abs() < 1e-6);
+        }
+        let sweep =
+            Profile::Sweep { mean_rad_s: 2.0, amplitude_rad_s: 1.0, frequency_hz: (1.0, 3.0), length_s: 2.0 };
+        // 1 Hz at first; after two seconds 4 cycles are over.
+        assert!((sweep.rate_rad_s(0.0) - 2.0).abs() < 1e-6 && (sweep.rate_rad_s(2.0) - 2.0).abs() < 1e-4);
+        assert!((sweep.rate_rad_s(0.207) - 3.0).abs() < 0.01);
+    }
+}

@@ -1,0 +1,255 @@
+//! What the rotor does under each drive: the figures that positioning and rate control plan by.
+//!
+//! The table is identified from drawn motors of the plant (`host-sim response-map` prints and writes it) and compiled in. It knows two kinds of drive:
+//!
+//! - a [`Cruise`] stays on until it is cut: mean rate, lag of the spin-up, and the coast, which is proportional to the rate at the cut;
+//! - a [`Burst`] of whole ticks starts and ends at rest: how far it turns the rotor, how much that differs from motor to motor, and how much in one
+//!   motor from burst to burst.
+//!
+//! # What the bursts do
+//!
+//! | family | drive | turns by | one motor repeats it to |
+//! |---|---|---|---|
+//! | [`Family::Step`] | mode C, two cycles, amplitude 0.05 to 1 | -0.15 to -6.5 mdeg | 1 % |
+//! | [`Family::Walk`] | mode C, amplitude 0.3, 5 to 640 cycles | -4 to -140 mdeg | 1 % |
+//! | [`Family::Stride`] | mode C, full, 10 to 640 cycles | -80 mdeg to -7 deg | 15 % |
+//! | [`Family::Nudge`] | mode B, one cycle, amplitude 0.2 to 1 | 1 to 26 mdeg | 20 to 30 % |
+//! | [`Family::Throw`] | mode B, full, 2 to 130 cycles | 90 mdeg to 18 deg | 30 % |
+//!
+//! In steps and walks the rotor never leaves the teeth for long, so nothing chaotic happens: what differs is one factor a motor (20 %), nearly the
+//! same for both families, which the first burst measures ([`crate::correction`]). So the last stretch is always walked, counter-clockwise.
+
+mod table;
+
+use core::f32::consts::PI;
+
+use motor_model::{DriveCommand, DriveMode};
+
+pub use table::{BURSTS_OF, CRUISES, STEP_WALK_CORRELATION};
+
+/// A drive that stays on until it is cut.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Cruise {
+    /// The mode, which sets the direction.
+    pub mode: DriveMode,
+    /// Drive amplitude, 0 to 1.
+    pub amplitude: f32,
+    /// Mean rate over motors, in rad/s.
+    pub rate_rad_s: f32,
+    /// Standard deviation of a motor's rate over motors, in rad/s.
+    pub rate_sd_rad_s: f32,
+    /// Lag of a first-order rise, in s.
+    pub spin_up_s: f32,
+    /// Coast per rate at the cut, in s.
+    pub coast_s: f32,
+    /// Standard deviation of what is left when this is foreseen, in rad.
+    pub coast_sd_rad: f32,
+}
+
+/// A burst from rest, and what comes of it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Burst {
+    /// Drive amplitude, 0 to 1.
+    pub amplitude: f32,
+    /// Ticks of the loop for which the drive is on.
+    pub ticks: u32,
+    /// Magnitude of the mean turn over motors, in rad; the family's mode gives the sign.
+    pub turn_rad: f32,
+    /// Standard deviation of a motor's mean turn over motors, in rad.
+    pub motors_rad: f32,
+    /// Standard deviation from burst to burst of one motor, in rad.
+    pub repeat_rad: f32,
+}
+
+/// Bursts that differ in one thing, amplitude or length, ordered by how far they turn.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Family {
+    /// Mode C, two cycles, the amplitude differs.
+    Step,
+    /// Mode C, amplitude 0.3, the length differs.
+    Walk,
+    /// Mode C, full, the length differs.
+    Stride,
+    /// Mode B, one cycle, the amplitude differs.
+    Nudge,
+    /// Mode B, full, the length differs.
+    Throw,
+}
+
+impl Family {
+    /// Every family, in the order of their discriminants.
+    pub const ALL: [Self; 5] = [Self::Step, Self::Walk, Self::Stride, Self::Nudge, Self::Throw];
+
+    /// The mode that its bursts drive.
+    pub const fn mode(self) -> DriveMode {
+        match self {
+            Self::Step | Self::Walk | Self::Stride => DriveMode::C,
+            Self::Nudge | Self::Throw => DriveMode::B,
+        }
+    }
+
+    /// Its bursts, shortest turn first.
+    pub fn bursts(self) -> &'static [Burst] {
+        let [step, walk, stride, nudge, throw] = &BURSTS_OF;
+        match self {
+            Self::Step => step,
+            Self::Walk => walk,
+            Self::Stride => stride,
+            Self::Nudge => nudge,
+            Self::Throw => throw,
+        }
+    }
+
+    /// Shortest and longest mean turn in rad of bursts up to `amplitude_max`; `None` if it forbids them all.
+    pub fn range_rad(self, amplitude_max: f32) -> Option<(f32, f32)> {
+        let mut allowed = self.bursts().iter().filter(|burst| burst.amplitude <= amplitude_max);
+        let first = allowed.next()?;
+        Some((first.turn_rad, allowed.next_back().unwrap_or(first).turn_rad))
+    }
+
+    /// The burst up to `amplitude_max` whose mean turn is nearest to `turn_rad`, between the table's by linear interpolation.
+    pub fn burst(self, turn_rad: f32, amplitude_max: f32) -> Option<Burst> {
+        let mut allowed = self.bursts().iter().filter(|burst| burst.amplitude <= amplitude_max);
+        let mut below = *allowed.next()?;
+        for above in allowed {
+            if turn_rad < above.turn_rad {
+                let part = (turn_rad - below.turn_rad) / (above.turn_rad - below.turn_rad);
+                return Some(below.towards(above, part.max(0.0)));
+            }
+            below = *above;
+        }
+        Some(below)
+    }
+}
+
+impl Burst {
+    /// The burst `part` of the way to `other`, 0 to 1; a whole number of ticks, and what that turns.
+    fn towards(&self, other: &Self, part: f32) -> Self {
+        let between = |from: f32, to: f32, part: f32| from + (to - from) * part;
+        let more = other.ticks.saturating_sub(self.ticks);
+        #[expect(
+            clippy::cast_precision_loss,
+            clippy::cast_possible_truncation,
+            clippy::cast_sign_loss,
+            reason = "at most some 10,000 ticks, and not negative"
+        )]
+        let (added, part) = if more == 0 {
+            (0, part)
+        } else {
+            let added = (part * more as f32 + 0.5) as u32;
+            (added, added as f32 / more as f32)
+        };
+        Self {
+            amplitude: between(self.amplitude, other.amplitude, part),
+            ticks: self.ticks + added,
+            turn_rad: between(self.turn_rad, other.turn_rad, part),
+            motors_rad: between(self.motors_rad, other.motors_rad, part),
+            repeat_rad: between(self.repeat_rad, other.repeat_rad, part),
+        }
+    }
+
+    /// The command that drives it in `mode`.
+    pub fn command(&self, mode: DriveMode) -> DriveCommand {
+        DriveCommand::saturating(mode, self.amplitude)
+    }
+}
+
+/// The strongest cruise of `mode` up to `amplitude_max`; `None` if it forbids them all.
+pub fn strongest_cruise(mode: DriveMode, amplitude_max: f32) -> Option<Cruise> {
+    let mut allowed =
+        CRUISES.iter().filter(|cruise| cruise.mode == mode && cruise.amplitude <= amplitude_max);
+    allowed.next_back().copied()
+}
+
+/// +1 for the clockwise mode, -1 for the other.
+pub const fn sense(mode: DriveMode) -> f32 {
+    match mode {
+        DriveMode::B => 1.0,
+        DriveMode::C => -1.0,
+    }
+}
+
+const RAD_PER_MDEG: f32 = PI / 180e3;
+
+const fn burst(amplitude: f32, ticks: u32, turn_mdeg: f32, motors_mdeg: f32, repeat_mdeg: f32) -> Burst {
+    Burst {
+        amplitude,
+        ticks,
+        turn_rad: turn_mdeg * RAD_PER_MDEG,
+        motors_rad: motors_mdeg * RAD_PER_MDEG,
+        repeat_rad: repeat_mdeg * RAD_PER_MDEG,
+    }
+}
+
+const fn cruise(
+    (mode, amplitude): (DriveMode, f32),
+    (rate_rad_s, rate_sd_rad_s): (f32, f32),
+    spin_up_s: f32,
+    (coast_s, coast_sd_mdeg): (f32, f32),
+) -> Cruise {
+    let coast_sd_rad = coast_sd_mdeg * RAD_PER_MDEG;
+    Cruise { mode, amplitude, rate_rad_s, rate_sd_rad_s, spin_up_s, coast_s, coast_sd_rad }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Planning inverts each family, so the turn must rise along it; steps and walks must repeat far better than motors agree.
+    #[test]
+    fn law_families_rise_and_the_fine_ones_repeat() {
+        for family in Family::ALL {
+            for pair in family.bursts().windows(2) {
+                assert!(pair[0].turn_rad < pair[1].turn_rad, "{family:?} {pair:?}");
+                assert!(pair[0].amplitude <= pair[1].amplitude && pair[0].ticks <= pair[1].ticks);
+            }
+        }
+        for family in [Family::Step, Family::Walk] {
+            for burst in family.bursts() {
+                assert!(burst.repeat_rad < 0.2 * burst.motors_rad, "{family:?} {burst:?}");
+            }
+        }
+    }
+
+    /// Between neighbouring families nothing is out of reach.
+    #[test]
+    fn law_every_distance_has_a_burst() {
+        for chain in [&[Family::Step, Family::Walk, Family::Stride][..], &[Family::Nudge, Family::Throw]] {
+            for pair in chain.windows(2) {
+                let (_, longest) = pair[0].range_rad(1.0).unwrap();
+                let (shortest, _) = pair[1].range_rad(1.0).unwrap();
+                assert!(shortest <= longest, "{pair:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn exact_interpolation_between_two_bursts() {
+        let [first, second, ..] = Family::Step.bursts() else { unreachable!() };
+        let half = Family::Step.burst(0.5 * (first.turn_rad + second.turn_rad), 1.0).unwrap();
+        assert!((half.amplitude - 0.5 * (first.amplitude + second.amplitude)).abs() < 1e-6);
+        assert_eq!(half.ticks, first.ticks);
+        let throws = Family::Throw.bursts();
+        let wanted = 0.3 * throws[0].turn_rad + 0.7 * throws[1].turn_rad;
+        let between = Family::Throw.burst(wanted, 1.0).unwrap();
+        let ticks = 0.3 * throws[0].ticks as f32 + 0.7 * throws[1].ticks as f32;
+        assert!((between.ticks as f32 - ticks).abs() <= 0.5);
+        // A whole number of ticks, and the turn that belongs to it.
+        let per_tick = (throws[1].turn_rad - throws[0].turn_rad) / (throws[1].ticks - throws[0].ticks) as f32;
+        assert!((between.turn_rad - wanted).abs() <= 0.51 * per_tick);
+    }
+
+    #[test]
+    fn exact_beyond_the_ends_the_ends_and_weaker_if_limited() {
+        let walks = Family::Walk.bursts();
+        assert_eq!(Family::Walk.burst(1e9, 1.0).unwrap(), walks[walks.len() - 1]);
+        assert_eq!(Family::Walk.burst(0.0, 1.0).unwrap(), walks[0]);
+        assert_eq!(Family::Throw.burst(1.0, 0.5), None);
+        assert_eq!(Family::Throw.range_rad(0.5), None);
+        assert!(Family::Step.range_rad(0.5).unwrap().1 < Family::Step.range_rad(1.0).unwrap().1);
+        assert!(Family::Step.burst(1e9, 0.5).unwrap().amplitude <= 0.5);
+        assert!(strongest_cruise(DriveMode::C, 1.0).unwrap().amplitude > 0.99);
+        assert!(strongest_cruise(DriveMode::C, 0.55).unwrap().amplitude <= 0.55);
+        assert_eq!(strongest_cruise(DriveMode::B, 0.0), None);
+    }
+}

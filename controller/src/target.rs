@@ -1,0 +1,147 @@
+//! What is asked of positioning, and the limits within which it may do it.
+
+use motor_model::{Angle, DriveCommand, OutOfBounds};
+
+/// Where to go, and how close is close enough.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Target {
+    angle: Angle,
+    tolerance: Angle,
+}
+
+impl Target {
+    /// Finest tolerance in degrees: what a second of measuring at rest can just tell with the default camera.
+    pub const TOLERANCE_MIN_DEG: f64 = 0.0005;
+    /// Farthest target in degrees: a thousand turns.
+    const ANGLE_MAX_DEG: f64 = 360_000.0;
+
+    /// A target angle with a tolerance to either side.
+    ///
+    /// # Errors
+    /// When the angle is beyond +-360,000 degrees, or the tolerance outside 0.0005 to 10 degrees.
+    pub fn try_new(angle_deg: f64, tolerance_deg: f64) -> Result<Self, OutOfBounds> {
+        let max = Self::ANGLE_MAX_DEG;
+        OutOfBounds::check("position.to_deg", angle_deg, -max, max, "deg")?;
+        OutOfBounds::check("position.tolerance_deg", tolerance_deg, Self::TOLERANCE_MIN_DEG, 10.0, "deg")?;
+        Ok(Self { angle: Angle::from_degrees(angle_deg), tolerance: Angle::from_degrees(tolerance_deg) })
+    }
+
+    /// The target `by_deg` farther, clockwise positive, with the same tolerance: a move relative to this one, so that errors do not add up.
+    ///
+    /// # Errors
+    /// As [`Self::try_new`].
+    pub fn moved(self, by_deg: f64) -> Result<Self, OutOfBounds> {
+        Self::try_new(self.angle.degrees() + by_deg, self.tolerance.degrees())
+    }
+
+    /// The target angle.
+    pub fn angle(&self) -> Angle {
+        self.angle
+    }
+
+    /// Distance from the target that still counts as reached.
+    pub fn tolerance(&self) -> Angle {
+        self.tolerance
+    }
+}
+
+/// Angles between which the rotor may be driven.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Travel {
+    least: Angle,
+    greatest: Angle,
+}
+
+impl Travel {
+    /// Any angle.
+    pub const FREE: Self =
+        Self { least: Angle::from_units(i64::MIN / 4), greatest: Angle::from_units(i64::MAX / 4) };
+
+    /// Between two angles in degrees.
+    ///
+    /// # Errors
+    /// When either is no number, or the second is not greater.
+    pub fn try_new(least_deg: f64, greatest_deg: f64) -> Result<Self, OutOfBounds> {
+        OutOfBounds::check("travel.least_deg", least_deg, -1e9, 1e9, "deg")?;
+        OutOfBounds::check("travel.greatest_deg", greatest_deg, least_deg, 1e9, "deg")?;
+        Ok(Self { least: Angle::from_degrees(least_deg), greatest: Angle::from_degrees(greatest_deg) })
+    }
+
+    /// Whether `angle` lies within.
+    pub fn contains(&self, angle: Angle) -> bool {
+        (self.least..=self.greatest).contains(&angle)
+    }
+
+    /// Whether driving towards `sense`, clockwise positive, from `angle` leads out of it, or farther out.
+    pub fn forbids(&self, angle: Angle, sense: f32) -> bool {
+        if sense > 0.0 { angle > self.greatest } else { angle < self.least }
+    }
+}
+
+/// What positioning may do, whatever the target.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Limits {
+    /// Strongest drive, 0 to 1.
+    pub amplitude_max: f32,
+    /// Longest time with the drive on in one approach or burst, in ns.
+    pub on_max_nanos: u64,
+    /// Angles between which the rotor may be driven.
+    pub travel: Travel,
+    /// Time after which a move is given up, in ns.
+    pub deadline_nanos: u64,
+    /// Approaches and bursts after which a move is given up.
+    pub drives_max: u32,
+}
+
+impl Default for Limits {
+    /// Full drive, 20 s on at a time, any angle, 60 s and 400 drives a move.
+    fn default() -> Self {
+        Self {
+            amplitude_max: DriveCommand::AMPLITUDE_MAX,
+            on_max_nanos: 20_000_000_000,
+            travel: Travel::FREE,
+            deadline_nanos: 60_000_000_000,
+            drives_max: 400,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn exact_target_bounds() {
+        for bad in [f64::NAN, f64::INFINITY, 4e5, -4e5] {
+            assert_eq!(Target::try_new(bad, 0.02).unwrap_err().key, "position.to_deg");
+        }
+        for bad in [f64::NAN, 0.0, 0.0004, -1.0, 11.0] {
+            assert_eq!(Target::try_new(0.0, bad).unwrap_err().key, "position.tolerance_deg");
+        }
+        assert!(Target::try_new(359_000.0, 1.0).unwrap().moved(2000.0).is_err());
+    }
+
+    #[test]
+    fn exact_relative_moves_do_not_add_errors_up() {
+        let mut target = Target::try_new(0.0, 0.001).unwrap();
+        for _ in 0..3600 {
+            target = target.moved(0.1).unwrap();
+        }
+        // Rounded to 2^-32 turn each time.
+        assert!((target.angle().degrees() - 360.0).abs() < 3600.0 * 4.2e-8);
+    }
+
+    #[test]
+    fn exact_travel() {
+        let travel = Travel::try_new(-10.0, 20.0).unwrap();
+        for (degrees, inside, clockwise, counter) in
+            [(0.0, true, false, false), (20.1, false, true, false), (-10.1, false, false, true)]
+        {
+            let angle = Angle::from_degrees(degrees);
+            assert_eq!(travel.contains(angle), inside);
+            assert_eq!((travel.forbids(angle, 1.0), travel.forbids(angle, -1.0)), (clockwise, counter));
+        }
+        assert!(Travel::try_new(1.0, 0.0).is_err() && Travel::try_new(f64::NAN, 0.0).is_err());
+        assert!(Travel::FREE.contains(Angle::from_degrees(3e9)));
+    }
+}
