@@ -1,0 +1,191 @@
+//! `position`, `rate`, `positioning-trials` and `response-map`: the loop, and the map that it plans by.
+
+use std::io::Write as _;
+use std::path::{Path, PathBuf};
+
+use clap::Args;
+use indicatif::ProgressBar;
+
+use super::{Format, SceneArgs, progress_style};
+use crate::error::CommandError;
+use crate::export::{self, OutputFolder};
+use crate::positioning_trials::{self, Strategy};
+use crate::{position, rate, response_map};
+
+#[derive(Debug, Default, Args)]
+pub(super) struct PositionArgs {
+    /// Target angle, clockwise positive
+    #[arg(long, value_name = "DEG", allow_negative_numbers = true)]
+    to: Option<String>,
+    /// Distance from the target that counts as reached
+    #[arg(long, value_name = "DEG", allow_negative_numbers = true)]
+    tolerance: Option<String>,
+    /// Where to draw the move
+    #[arg(long, value_name = "FILE.svg")]
+    out: Option<PathBuf>,
+    /// How to print the result
+    #[arg(long, value_enum, default_value = "text")]
+    format: Format,
+    #[command(flatten)]
+    scene: SceneArgs,
+}
+
+impl PositionArgs {
+    pub(super) fn execute(&self) -> Result<(), CommandError> {
+        let scene =
+            self.scene.load(&[("position.to_deg", &self.to), ("position.tolerance_deg", &self.tolerance)])?;
+        let path = self.out.clone().unwrap_or_else(|| PathBuf::from("out/position.svg"));
+        if self.out.is_none() {
+            OutputFolder::create(Path::new("out"))?;
+        }
+        let mut picture = export::Output::create(&path)?;
+        let mut trace = position::Trace::default();
+        let outcome = position::run(&scene, |moment| trace.take(moment))?;
+        let svg = position::svg(&outcome, &trace)?;
+        picture.write_all(svg.as_bytes()).map_err(|source| picture.unwritable(source))?;
+        picture.publish()?;
+        export::print(&match self.format {
+            Format::Text => format!("{outcome}picture            {}\n", path.display()),
+            Format::Json => outcome.json(),
+        })
+    }
+}
+
+#[derive(Debug, Args)]
+pub(super) struct RateArgs {
+    /// Rate in deg/s, clockwise positive
+    #[arg(long, value_name = "RATE", allow_negative_numbers = true)]
+    deg_s: Option<String>,
+    /// What to do with it: dwell, staircase or sweep
+    #[arg(long)]
+    profile: Option<String>,
+    /// Length of the run in s
+    #[arg(long, value_name = "S", allow_negative_numbers = true)]
+    duration: Option<String>,
+    /// Where to draw the run
+    #[arg(long, value_name = "FILE.svg")]
+    out: Option<PathBuf>,
+    /// How to print the result
+    #[arg(long, value_enum, default_value = "text")]
+    format: Format,
+    #[command(flatten)]
+    scene: SceneArgs,
+}
+
+impl RateArgs {
+    pub(super) fn execute(&self) -> Result<(), CommandError> {
+        let scene = self.scene.load(&[
+            ("rate.deg_s", &self.deg_s),
+            ("rate.profile", &self.profile),
+            ("rate.duration_s", &self.duration),
+        ])?;
+        let path = self.out.clone().unwrap_or_else(|| PathBuf::from("out/rate.svg"));
+        if self.out.is_none() {
+            OutputFolder::create(Path::new("out"))?;
+        }
+        let mut picture = export::Output::create(&path)?;
+        let mut moments = Vec::new();
+        let outcome = rate::run(&scene, |moment| moments.push(moment))?;
+        let svg = rate::svg(&outcome, &moments)?;
+        picture.write_all(svg.as_bytes()).map_err(|source| picture.unwritable(source))?;
+        picture.publish()?;
+        export::print(&match self.format {
+            Format::Text => format!("{outcome}picture            {}\n", path.display()),
+            Format::Json => outcome.json(),
+        })
+    }
+}
+
+#[derive(Debug, Args)]
+pub(super) struct PositioningTrialsArgs {
+    /// Moves, each of a motor of its own
+    #[arg(long, value_name = "N", default_value = "1000", allow_negative_numbers = true)]
+    trials: String,
+    /// Run the simpler strategies and the other filters as well, so many trials each
+    #[arg(long, value_name = "N", allow_negative_numbers = true)]
+    compare: Option<String>,
+    /// Folder for positioning-trials.svg and trials.csv
+    #[arg(long, value_name = "DIR", default_value = "out/positioning-trials")]
+    out: PathBuf,
+    /// Replace the section between `<!-- positioning:begin -->` and `<!-- positioning:end -->` in this file
+    #[arg(long, value_name = "FILE")]
+    readme: Option<PathBuf>,
+    /// How to print the result
+    #[arg(long, value_enum, default_value = "text")]
+    format: Format,
+    #[command(flatten)]
+    scene: SceneArgs,
+}
+
+impl PositioningTrialsArgs {
+    pub(super) fn execute(&self) -> Result<(), CommandError> {
+        let trials = positioning_trials::TRIALS.integer(&self.trials)?;
+        let scene = self.scene.load(&[])?;
+        // What cannot be written is refused before the computing.
+        if let Some(path) = &self.readme {
+            positioning_trials::SECTION.read(path)?;
+        }
+        let plan = positioning_trials::Plan::new(&scene, Strategy::Planned, trials)?;
+        let others = match &self.compare {
+            Some(count) => {
+                positioning_trials::Plan::others(&scene, positioning_trials::TRIALS.integer(count)?)?
+            }
+            None => Vec::new(),
+        };
+        let folder = OutputFolder::create(&self.out)?;
+        let work = plan.trials() + others.iter().map(positioning_trials::Plan::trials).sum::<u64>();
+        let bar = ProgressBar::new(work).with_style(progress_style());
+        let progress = |trials| bar.inc(trials);
+        let trials = plan.run(&progress)?;
+        let others: Result<Vec<_>, CommandError> = others.iter().map(|plan| plan.run(&progress)).collect();
+        let measuring_s = positioning_trials::measuring_s(&scene);
+        let report = positioning_trials::Report { trials, others: others?, measuring_s };
+        bar.finish_and_clear();
+        folder.publish(&[
+            ("positioning-trials.svg".to_owned(), report.picture()?),
+            ("trials.csv".to_owned(), report.csv()),
+        ])?;
+        if let Some(path) = &self.readme {
+            positioning_trials::SECTION.write(path, &report.readme_section())?;
+        }
+        export::print(&match self.format {
+            Format::Text => format!("{}Written to {}\n", report.document().text(), self.out.display()),
+            Format::Json => report.json(),
+        })
+    }
+}
+
+#[derive(Debug, Args)]
+pub(super) struct ResponseMapArgs {
+    /// Motors drawn within the tolerances
+    #[arg(long, value_name = "N", default_value = "200", allow_negative_numbers = true)]
+    motors: String,
+    /// Write the map as Rust source, as the controller keeps it
+    #[arg(long, value_name = "FILE.rs")]
+    write: Option<PathBuf>,
+    /// How to print the result
+    #[arg(long, value_enum, default_value = "text")]
+    format: Format,
+    #[command(flatten)]
+    scene: SceneArgs,
+}
+
+impl ResponseMapArgs {
+    pub(super) fn execute(&self) -> Result<(), CommandError> {
+        let motors = response_map::MOTORS.integer(&self.motors)?;
+        let scene = self.scene.load(&[])?;
+        let file = self.write.as_deref().map(export::Output::create).transpose()?;
+        let campaign = response_map::Campaign::new(&scene, motors)?;
+        let bar = ProgressBar::new(campaign.work()).with_style(progress_style());
+        let map = campaign.run(&|work| bar.inc(work));
+        bar.finish_and_clear();
+        if let Some(mut file) = file {
+            file.write_all(map.source().as_bytes()).map_err(|source| file.unwritable(source))?;
+            file.publish()?;
+        }
+        export::print(&match self.format {
+            Format::Text => map.document().text(),
+            Format::Json => map.json(),
+        })
+    }
+}

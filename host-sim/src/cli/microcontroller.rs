@@ -1,0 +1,113 @@
+//! `instructions`, `pil` and `size`: the firmware on an emulated board.
+
+use std::io::Write as _;
+use std::path::{Path, PathBuf};
+
+use clap::Args;
+
+use super::{Format, SceneArgs};
+use crate::error::CommandError;
+use crate::instructions::{self, Board, Listing};
+use crate::{export, pil, size};
+
+#[derive(Debug, Args)]
+pub(super) struct InstructionsArgs {
+    /// Board to emulate
+    #[arg(long, value_enum, default_value_t)]
+    board: Board,
+    /// Program to run, instead of building it
+    #[arg(long, value_name = "FILE")]
+    elf: Option<PathBuf>,
+    /// Write the counts as JSON, as tests/qemu keeps them
+    #[arg(long, value_name = "FILE.json")]
+    out: Option<PathBuf>,
+    /// How to print the result
+    #[arg(long, value_enum, default_value = "text")]
+    format: Format,
+}
+
+impl InstructionsArgs {
+    pub(super) fn execute(&self) -> Result<(), CommandError> {
+        let file = self.out.as_deref().map(export::Output::create).transpose()?;
+        let listing = count_instructions(self.elf.as_deref(), self.board)?;
+        let report = instructions::Report::new(self.board, listing)?;
+        if let Some(mut file) = file {
+            file.write_all(report.json().as_bytes()).map_err(|source| file.unwritable(source))?;
+            file.publish()?;
+        }
+        export::print(&match self.format {
+            Format::Text => report.to_string(),
+            Format::Json => report.json(),
+        })
+    }
+}
+
+/// What the program prints that counts, run on `board`: that in `elf`, or one built for it.
+pub(super) fn count_instructions(elf: Option<&Path>, board: Board) -> Result<Listing, CommandError> {
+    instructions::emulator::check()?;
+    let elf = elf.map_or_else(|| instructions::program::build("instructions"), |elf| Ok(elf.to_owned()))?;
+    Ok(Listing::parse(&instructions::emulator::run(&elf, board)?)?)
+}
+
+#[derive(Debug, Args)]
+pub(super) struct PilArgs {
+    /// Board to emulate
+    #[arg(long, value_enum, default_value_t)]
+    board: Board,
+    /// Target angle, clockwise positive
+    #[arg(long, value_name = "DEG", allow_negative_numbers = true)]
+    to: Option<String>,
+    /// Program to run, instead of building it
+    #[arg(long, value_name = "FILE")]
+    elf: Option<PathBuf>,
+    /// How to print the result
+    #[arg(long, value_enum, default_value = "text")]
+    format: Format,
+    #[command(flatten)]
+    scene: SceneArgs,
+}
+
+impl PilArgs {
+    pub(super) fn execute(&self) -> Result<(), CommandError> {
+        let scene = self.scene.load(&[("position.to_deg", &self.to)])?;
+        instructions::emulator::check()?;
+        let elf = self.elf.clone().map_or_else(|| instructions::program::build("pil"), Ok)?;
+        let mut processor = pil::Emulated::start(&elf, self.board)?;
+        let run = pil::run(&scene, &mut processor)?;
+        processor.finish()?;
+        export::print(&match self.format {
+            Format::Text => format!("{} (QEMU {})\n{run}", self.board.processor(), self.board.machine()),
+            Format::Json => run.json(),
+        })?;
+        run.difference.map_or(Ok(()), |difference| Err(difference.into()))
+    }
+}
+
+#[derive(Debug, Args)]
+pub(super) struct SizeArgs {
+    /// Replace the section between `<!-- size:begin -->` and `<!-- size:end -->` in this file
+    #[arg(long, value_name = "FILE")]
+    readme: Option<PathBuf>,
+    /// How to print the result
+    #[arg(long, value_enum, default_value = "text")]
+    format: Format,
+}
+
+impl SizeArgs {
+    pub(super) fn execute(&self) -> Result<(), CommandError> {
+        if let Some(path) = &self.readme {
+            size::SECTION.read(path)?;
+        }
+        instructions::emulator::check()?;
+        let report = size::Report::measure(instructions::program::build)?;
+        if let Some(path) = &self.readme {
+            size::SECTION.write(path, &report.markdown())?;
+        }
+        export::print(&match self.format {
+            Format::Text => report.to_string(),
+            Format::Json => report.json(),
+        })?;
+        let complaints = report.complaints();
+        if complaints.is_empty() { Ok(()) } else { Err(CommandError::Oversize(complaints)) }
+    }
+}

@@ -1,0 +1,109 @@
+//! `simulate` and `reproduce`: the motor under a given drive.
+
+use std::path::PathBuf;
+use std::time::Instant;
+
+use clap::Args;
+use indicatif::ProgressBar;
+
+use super::{Format, SceneArgs, progress_style};
+use crate::error::CommandError;
+use crate::export::{self, OutputFolder};
+use crate::record::Record;
+use crate::reproduce;
+use crate::simulate::{Report, Run, simulate};
+
+#[derive(Debug, Args)]
+pub(super) struct SimulateArgs {
+    /// Mode to drive: b, c or off
+    #[arg(long)]
+    drive: Option<String>,
+    /// Drive amplitude, 0 to 1
+    #[arg(long, allow_negative_numbers = true)]
+    amplitude: Option<String>,
+    /// Simulated time in s
+    #[arg(long, value_name = "S", allow_negative_numbers = true)]
+    duration: Option<String>,
+    /// Time left out of the statistics in s
+    #[arg(long, value_name = "S", allow_negative_numbers = true)]
+    settle: Option<String>,
+    /// Length of a step in s
+    #[arg(long, value_name = "S", allow_negative_numbers = true)]
+    step: Option<String>,
+    /// Law of friction: paper or coulomb
+    #[arg(long)]
+    friction: Option<String>,
+    /// When an impact is applied: at the `end_of_step`, or where it is `located`
+    #[arg(long, value_name = "RULE")]
+    impacts: Option<String>,
+    /// Arithmetic of the motor: f32 or f64
+    #[arg(long)]
+    precision: Option<String>,
+    /// Write the motion as CSV, a row every 50 us
+    #[arg(long, value_name = "FILE.csv")]
+    out: Option<PathBuf>,
+    /// How to print the result
+    #[arg(long, value_enum, default_value = "text")]
+    format: Format,
+    #[command(flatten)]
+    scene: SceneArgs,
+}
+
+impl SimulateArgs {
+    pub(super) fn execute(&self) -> Result<(), CommandError> {
+        let scene = self.scene.load(&[
+            ("simulate.drive", &self.drive),
+            ("simulate.amplitude", &self.amplitude),
+            ("simulate.duration_s", &self.duration),
+            ("simulate.settle_s", &self.settle),
+            ("simulate.step_s", &self.step),
+            ("simulate.friction", &self.friction),
+            ("simulate.impacts", &self.impacts),
+            ("simulate.precision", &self.precision),
+        ])?;
+        let run = Run::from_scene(&scene)?;
+        run.schedule()?;
+        let mut record = self.out.as_deref().map(Record::create).transpose()?;
+        let start = Instant::now();
+        let summary = simulate(&run, &mut record)?;
+        let report = Report::new(&run, &summary, start.elapsed().as_secs_f64());
+        record.map_or(Ok(()), Record::publish)?;
+        export::print(&match self.format {
+            Format::Text => report.to_string(),
+            Format::Json => report.json(),
+        })
+    }
+}
+
+#[derive(Debug, Args)]
+pub(super) struct ReproduceArgs {
+    /// Folder for reproduce.md and its pictures
+    #[arg(long, value_name = "DIR", default_value = "out/reproduce")]
+    out: PathBuf,
+    /// Runs of each motor, 2 to 1000; the paper made five
+    #[arg(long, value_name = "N", default_value = "5", allow_negative_numbers = true)]
+    seeds: String,
+    /// How to print the result
+    #[arg(long, value_enum, default_value = "text")]
+    format: Format,
+}
+
+impl ReproduceArgs {
+    pub(super) fn execute(&self) -> Result<(), CommandError> {
+        let seeds = reproduce::SEEDS.integer(&self.seeds)?;
+        let folder = OutputFolder::create(&self.out)?;
+        let plan = reproduce::Plan::new(seeds)?;
+        // On standard error, and only if that is a terminal.
+        let bar = ProgressBar::new(plan.steps()).with_style(progress_style());
+        let reproduction = plan.run(&|steps| bar.inc(steps))?;
+        bar.finish_and_clear();
+        let document = reproduction.document();
+        let mut files = reproduction.pictures()?;
+        files.push(("reproduce.md".to_owned(), document.markdown()));
+        folder.publish(&files)?;
+        export::print(&match self.format {
+            Format::Text => format!("{}Written to {}\n", document.text(), self.out.display()),
+            Format::Json => reproduction.json(),
+        })
+    }
+}
