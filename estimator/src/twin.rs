@@ -25,11 +25,14 @@ mod driven;
 mod kick;
 mod oscillator;
 mod stator;
+mod trust;
 mod tuning;
+mod unexplained;
 
 use motor_model::{DriveCommand, MotorParams, OutOfBounds, Parameter, Real, Time};
 
 use crate::filter::{AngleFilter, Estimate, Health, Reason};
+use crate::impact_aided::ImpactAidedTuning;
 use crate::impact_detector::{Heard, ImpactDetector};
 use crate::innovation::Innovation;
 use crate::measurement::{CameraFrame, LdvSample};
@@ -39,7 +42,11 @@ use belief::ScaledBelief;
 use contact::{Blow, Known, Struck};
 use driven::{Driven, Strike, Strikes};
 use stator::StatorBelief;
+use trust::Trust;
 pub use tuning::{ContactTuning, Tolerance, TwinTuning};
+
+/// A longer time without samples, in s, hides the pair that struck, and where: a quarter of mode A's period.
+const LONGEST_BLOW_S: f64 = 31e-6;
 
 /// The filter.
 #[derive(Clone, Debug)]
@@ -52,6 +59,9 @@ pub struct TwinFilter<T: Real> {
     stator: StatorBelief<T>,
     /// As the motor is given at the start, for a stator that has got lost.
     stator_at_start: StatorBelief<T>,
+    trust: Trust<T>,
+    /// What is known of a kick without the stator.
+    aided: ImpactAidedTuning<T>,
     drive: DriveCommand,
     /// The newest sample.
     seen_m_s: T,
@@ -80,6 +90,8 @@ impl<T: Real> TwinFilter<T> {
             strikes: Strikes::new(),
             stator_at_start: stator.clone(),
             stator,
+            trust: Trust::new(),
+            aided: ImpactAidedTuning::new(params),
             drive: DriveCommand::OFF,
             seen_m_s: T::zero(),
             raw_jump_m_s: None,
@@ -109,18 +121,32 @@ impl<T: Real> TwinFilter<T> {
     }
 
     /// The rotor was struck within the period that ends at `at`.
-    fn strike(&mut self, at: Time, blow: &Blow<T>, since_s: T) {
-        let explained = self.stator.strike(blow, &self.tuning);
-        if !self.stator.is_sound() {
-            self.lose_stator();
-        } else if let Some(struck) = explained {
-            self.amend(struck.earlier);
-            self.raw_jump_m_s = Some(blow.jump_m_s);
-            return self.keep(self.strike_of(at, &struck));
-        }
-        self.stator.height_m += T::from_f64(0.5) * since_s * blow.jump_m_s;
+    fn strike(&mut self, at: Time, blow: &Blow<T>) {
+        self.stator.height_m += T::from_f64(0.5) * blow.within_s * blow.jump_m_s;
         self.raw_jump_m_s = None;
-        self.keep(self.doubted(at, blow));
+        if self.drive.mode().is_none() {
+            // A rotor that lands chatters and slides: nothing to learn of the stator.
+            return self.keep(self.unexplained(at, blow));
+        }
+        if blow.within_s > T::from_f64(LONGEST_BLOW_S) {
+            self.stator.forget_motion();
+            return self.keep(self.unexplained(at, blow));
+        }
+        self.stator.height_m -= T::from_f64(0.5) * blow.within_s * blow.jump_m_s;
+        let explained = self.stator.strike(blow, &self.tuning);
+        let lost = explained.as_ref().is_some_and(|struck| self.trust.note(struck.misfit));
+        if lost || !self.stator.is_sound() {
+            self.lose_stator();
+            return self.keep(self.unexplained(at, blow));
+        }
+        let Some(struck) = explained else {
+            self.stator.height_m += T::from_f64(0.5) * blow.within_s * blow.jump_m_s;
+            return self.keep(self.doubted(at, blow));
+        };
+        self.amend(struck.earlier);
+        self.raw_jump_m_s = Some(blow.jump_m_s);
+        let trusted = self.trust.is_given();
+        self.keep(if trusted { self.strike_of(at, &struck) } else { self.unexplained(at, blow) });
     }
 
     /// The strike of an impact explained.
@@ -134,6 +160,7 @@ impl<T: Real> TwinFilter<T> {
             limit_rad_s: Known { value: c * jump_m_s.value, variance: c * c * jump_m_s.variance },
             tooth_rad_s: Known { value: s * tooth_m_s.value, variance: s * s * tooth_m_s.variance },
             unknown_rad2_s2: self.tuning.chatter_rad2_s2,
+            amendable: true,
         }
     }
 
@@ -147,19 +174,20 @@ impl<T: Real> TwinFilter<T> {
             limit_rad_s: nothing,
             tooth_rad_s: nothing,
             unknown_rad2_s2: T::from_f64(0.5) * most_rad_s * most_rad_s,
+            amendable: false,
         }
     }
 
     /// The newest strike, if it still waits for its frame.
     fn waiting(&mut self) -> Option<&mut Strike<T>> {
         let at = self.tracker.track()?.state.at;
-        self.strikes.back_mut().filter(|strike| strike.at > at)
+        self.strikes.back_mut().filter(|strike| strike.amendable && strike.at > at)
     }
 
     /// Corrects the tooth's velocity at the newest strike, if that still waits for its frame.
     fn amend(&mut self, tooth_m_s: Known<T>) {
-        let (per_radius_m, refinable) = (self.per_radius_m, self.raw_jump_m_s.is_some());
-        if let Some(strike) = self.waiting().filter(|_| refinable) {
+        let per_radius_m = self.per_radius_m;
+        if let Some(strike) = self.waiting() {
             strike.tooth_rad_s.value += per_radius_m * tooth_m_s.value;
             strike.tooth_rad_s.variance = per_radius_m * per_radius_m * tooth_m_s.variance;
         }
@@ -199,6 +227,7 @@ impl<T: Real> TwinFilter<T> {
         self.stator = self.stator_at_start.clone();
         (self.stator.state.phase, self.stator.state.forcing) = (phase, forcing);
         self.stator.forget_motion();
+        self.trust = Trust::lost();
         self.raw_jump_m_s = None;
     }
 
@@ -231,12 +260,13 @@ impl<T: Real> TwinFilter<T> {
         }
     }
 
-    /// What the vibrometer has heard at a sample, `since_s` after the last one; `spread` is the flight's before it, see [`ImpactDetector::spread`].
-    fn hear(&mut self, sample: &LdvSample, heard: Heard<T>, spread: T, since_s: T) {
+    /// What the vibrometer has heard at a sample, `since_s` after the last one; `before` is the detector before it.
+    fn hear(&mut self, sample: &LdvSample, heard: Heard<T>, before: &ImpactDetector<T>, since_s: T) {
         let seen_m_s = T::from_f32(sample.velocity_m_s);
         if self.watch.motion(sample.taken_at) == Motion::Quiet {
             // What the detector hears now is the rotor's weight on the teeth, not a blow that could teach of the stator.
             self.stator.settle();
+            self.trust = Trust::new();
             self.raw_jump_m_s = None;
             self.seen_m_s = seen_m_s;
             return;
@@ -250,8 +280,10 @@ impl<T: Real> TwinFilter<T> {
             }
             Heard::Impact { before_m_s, jump_m_s } => {
                 self.stator.height_m += rise_s * (self.seen_m_s + before_m_s);
-                let jump_m2_s2 = self.sample_m2_s2() * (T::one() + spread);
-                self.strike(sample.taken_at, &Blow { before_m_s, jump_m_s, jump_m2_s2 }, since_s);
+                let jump_m2_s2 = self.sample_m2_s2() * (T::one() + before.spread());
+                let (unheard_m_s, _) = before.since_impact();
+                let blow = Blow { before_m_s, jump_m_s, jump_m2_s2, within_s: since_s, unheard_m_s };
+                self.strike(sample.taken_at, &blow);
             }
             Heard::Gap(seconds) => {
                 let motion = self.watch.motion(sample.taken_at);
@@ -267,6 +299,7 @@ impl<T: Real> TwinFilter<T> {
                     limit_rad_s: nothing,
                     tooth_rad_s: nothing,
                     unknown_rad2_s2: intensity * seconds,
+                    amendable: false,
                 });
             }
         }
@@ -277,6 +310,10 @@ impl<T: Real> TwinFilter<T> {
 impl<T: Real> AngleFilter<T> for TwinFilter<T> {
     fn drive(&mut self, at: Time, command: DriveCommand) {
         self.stator.advance(at, self.drive);
+        if self.drive.mode().is_none() && command.mode().is_some() && self.watch.motion(at) != Motion::Quiet {
+            // What struck the rotor since the drive went off was not followed.
+            self.stator.forget_motion();
+        }
         self.drive = command;
         self.watch.drive(at, command);
     }
@@ -305,7 +342,7 @@ impl<T: Real> AngleFilter<T> for TwinFilter<T> {
                 self.refine(raw_m_s, moved_m_s, samples);
             }
         }
-        self.hear(sample, heard, before.spread(), since_s);
+        self.hear(sample, heard, &before, since_s);
         None
     }
 
@@ -327,7 +364,8 @@ impl<T: Real> AngleFilter<T> for TwinFilter<T> {
     fn health(&self, now: Time) -> Health {
         let silent = self.watch.silent(now).then_some(Reason::VibrometerSilent);
         let inverted = self.detector.inverted().then_some(Reason::VibrometerInverted);
-        self.tracker.health(now, silent.or(inverted), &self.process(self.watch.motion(now)))
+        let unexplained = (!self.trust.is_given()).then_some(Reason::ImpactsUnexplained);
+        self.tracker.health(now, silent.or(inverted).or(unexplained), &self.process(self.watch.motion(now)))
     }
 }
 
