@@ -60,6 +60,10 @@ pub struct TwinFilter<T: Real> {
     /// As the motor is given at the start, for a stator that has got lost.
     stator_at_start: StatorBelief<T>,
     trust: Trust<T>,
+    /// Whether the stator has been told of all impacts: not of those of a rotor that lands.
+    followed: bool,
+    /// Whether the drive has ever been on: before that the rotor lies on a stator that rests.
+    driven: bool,
     /// What is known of a kick without the stator.
     aided: ImpactAidedTuning<T>,
     drive: DriveCommand,
@@ -91,6 +95,8 @@ impl<T: Real> TwinFilter<T> {
             stator_at_start: stator.clone(),
             stator,
             trust: Trust::new(),
+            followed: true,
+            driven: false,
             aided: ImpactAidedTuning::new(params),
             drive: DriveCommand::OFF,
             seen_m_s: T::zero(),
@@ -122,17 +128,19 @@ impl<T: Real> TwinFilter<T> {
 
     /// The rotor was struck within the period that ends at `at`.
     fn strike(&mut self, at: Time, blow: &Blow<T>) {
-        self.stator.height_m += T::from_f64(0.5) * blow.within_s * blow.jump_m_s;
         self.raw_jump_m_s = None;
-        if self.drive.mode().is_none() {
-            // A rotor that lands chatters and slides: nothing to learn of the stator.
+        if self.detector.inverted() {
+            return;
+        }
+        self.followed &= !self.driven || self.drive.mode().is_some() || blow.jump_m_s > self.tuning.contact.landing_m_s;
+        if !self.followed {
             return self.keep(self.unexplained(at, blow));
         }
         if blow.within_s > T::from_f64(LONGEST_BLOW_S) {
+            self.rise_midway(blow);
             self.stator.forget_motion();
             return self.keep(self.unexplained(at, blow));
         }
-        self.stator.height_m -= T::from_f64(0.5) * blow.within_s * blow.jump_m_s;
         let explained = self.stator.strike(blow, &self.tuning);
         let lost = explained.as_ref().is_some_and(|struck| self.trust.note(struck.misfit));
         if lost || !self.stator.is_sound() {
@@ -140,13 +148,18 @@ impl<T: Real> TwinFilter<T> {
             return self.keep(self.unexplained(at, blow));
         }
         let Some(struck) = explained else {
-            self.stator.height_m += T::from_f64(0.5) * blow.within_s * blow.jump_m_s;
+            self.rise_midway(blow);
             return self.keep(self.doubted(at, blow));
         };
         self.amend(struck.earlier);
         self.raw_jump_m_s = Some(blow.jump_m_s);
-        let trusted = self.trust.is_given();
-        self.keep(if trusted { self.strike_of(at, &struck) } else { self.unexplained(at, blow) });
+        let clear = self.trust.explains(struck.misfit);
+        self.keep(if clear { self.strike_of(at, &struck) } else { self.unexplained(at, blow) });
+    }
+
+    /// An impact that is not explained: the rotor rises by half of the time since the last sample.
+    fn rise_midway(&mut self, blow: &Blow<T>) {
+        self.stator.height_m += T::from_f64(0.5) * blow.within_s * blow.jump_m_s;
     }
 
     /// The strike of an impact explained.
@@ -158,7 +171,7 @@ impl<T: Real> TwinFilter<T> {
             at: Time::from_nanos(at.nanos().saturating_add_signed(-i64::from(back_nanos))),
             at_s2: back_s.variance,
             limit_rad_s: Known { value: c * jump_m_s.value, variance: c * c * jump_m_s.variance },
-            tooth_rad_s: Known { value: s * tooth_m_s.value, variance: s * s * tooth_m_s.variance },
+            tooth_rad_s: Known { value: s * tooth_m_s.value, variance: s * s * tooth_m_s.variance * self.trust.scale() },
             unknown_rad2_s2: self.tuning.chatter_rad2_s2,
             amendable: true,
         }
@@ -186,10 +199,10 @@ impl<T: Real> TwinFilter<T> {
 
     /// Corrects the tooth's velocity at the newest strike, if that still waits for its frame.
     fn amend(&mut self, tooth_m_s: Known<T>) {
-        let per_radius_m = self.per_radius_m;
+        let (per_radius_m, scale) = (self.per_radius_m, self.trust.scale());
         if let Some(strike) = self.waiting() {
             strike.tooth_rad_s.value += per_radius_m * tooth_m_s.value;
-            strike.tooth_rad_s.variance = per_radius_m * per_radius_m * tooth_m_s.variance;
+            strike.tooth_rad_s.variance = per_radius_m * per_radius_m * tooth_m_s.variance * scale;
         }
     }
 
@@ -223,10 +236,7 @@ impl<T: Real> TwinFilter<T> {
 
     /// Begins the stator anew: its numbers are none.
     fn lose_stator(&mut self) {
-        let (phase, forcing) = (self.stator.state.phase, self.stator.state.forcing);
-        self.stator = self.stator_at_start.clone();
-        (self.stator.state.phase, self.stator.state.forcing) = (phase, forcing);
-        self.stator.forget_motion();
+        self.stator.begin_anew(&self.stator_at_start);
         self.trust = Trust::lost();
         self.raw_jump_m_s = None;
     }
@@ -267,6 +277,7 @@ impl<T: Real> TwinFilter<T> {
             // What the detector hears now is the rotor's weight on the teeth, not a blow that could teach of the stator.
             self.stator.settle();
             self.trust = Trust::new();
+            self.followed = true;
             self.raw_jump_m_s = None;
             self.seen_m_s = seen_m_s;
             return;
@@ -310,10 +321,11 @@ impl<T: Real> TwinFilter<T> {
 impl<T: Real> AngleFilter<T> for TwinFilter<T> {
     fn drive(&mut self, at: Time, command: DriveCommand) {
         self.stator.advance(at, self.drive);
-        if self.drive.mode().is_none() && command.mode().is_some() && self.watch.motion(at) != Motion::Quiet {
-            // What struck the rotor since the drive went off was not followed.
+        if !self.followed && command.mode().is_some() {
             self.stator.forget_motion();
+            self.followed = true;
         }
+        self.driven |= command.mode().is_some();
         self.drive = command;
         self.watch.drive(at, command);
     }
@@ -326,7 +338,9 @@ impl<T: Real> AngleFilter<T> for TwinFilter<T> {
             // The watch hears the vibrometer anew: what came before bore wrong times.
             self.detector = ImpactDetector::new(self.tuning.detector);
             while self.strikes.pop_back_if(|strike| strike.at >= sample.taken_at).is_some() {}
-            self.lose_stator();
+            self.stator.rewind(sample.taken_at);
+            self.stator.forget_motion();
+            self.raw_jump_m_s = None;
         }
         let newest = self.detector.newest();
         let since_s: T = newest.map_or(T::zero(), |newest| sample.taken_at.seconds_since(newest));
@@ -336,6 +350,11 @@ impl<T: Real> AngleFilter<T> for TwinFilter<T> {
             return None;
         }
         self.stator.advance(sample.taken_at, self.drive);
+        if before.inverted() && !self.detector.inverted() {
+            // What the impacts taught before the sign was known to be wrong is wrong, and so is the height.
+            self.lose_stator();
+            self.trust = Trust::new();
+        }
         if let (Heard::Impact { .. }, Some(raw_m_s)) = (heard, self.raw_jump_m_s) {
             let (moved_m_s, samples) = before.since_impact();
             if samples > T::one() {

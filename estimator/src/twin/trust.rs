@@ -7,15 +7,19 @@
 use motor_model::Real;
 
 /// Impacts over which the misfit is averaged.
-const BLOWS: f64 = 32.0;
+const BLOWS: f64 = 16.0;
+/// Mean misfit of the motors drawn within the tolerances, on which the variances have been tuned.
+const MISFIT_USUAL: f64 = 4.0;
 /// What a single misfit counts at most.
 const MISFIT_MOST: f64 = 60.0;
 /// Mean misfit beyond which the stator is no longer believed.
 const MISFIT_LIMIT: f64 = 20.0;
+/// Misfit beyond which a single blow is not explained: its kick is as uncertain as without the stator.
+const BLOW_MISFIT_MOST: f64 = 40.0;
 /// Mean misfit below which one begun anew is believed.
 const MISFIT_PROVEN: f64 = 10.0;
-/// Impacts that it takes at least: three time constants of the mean.
-const PROVING_BLOWS: u8 = 96;
+/// Impacts that it takes at least: some 60 ms of mode B.
+const PROVING_BLOWS: u8 = 16;
 
 /// Running mean of the misfits, and what follows from it.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -48,9 +52,20 @@ impl<T: Real> Trust<T> {
         self.misfit > T::from_f64(MISFIT_LIMIT)
     }
 
-    /// Whether the rate may be kicked as the stator says.
+    /// Whether the stator is believed.
     pub(super) fn is_given(&self) -> bool {
         self.unproven == 0
+    }
+
+    /// Whether the rate may be kicked as the stator says of a blow of this misfit.
+    pub(super) fn explains(&self, misfit: T) -> bool {
+        self.is_given() && misfit < T::from_f64(BLOW_MISFIT_MOST)
+    }
+
+    /// By how much the stator's variances are too small: the mean misfit per that of a right one, at least 1.
+    pub(super) fn scale(&self) -> T {
+        let scale = self.misfit * T::from_f64(1.0 / MISFIT_USUAL);
+        if scale > T::one() { scale } else { T::one() }
     }
 }
 
@@ -65,9 +80,9 @@ mod tests {
             assert!(!trust.note(2.0) && trust.is_given());
         }
         assert!(!trust.note(f64::NAN) && trust.is_given());
-        // 60 - 56 (31/32)^n > 20 from n = 11 on; the mean was 3.8 before.
+        // 60 - 54.4 (15/16)^n > 20 from n = 5 on; the mean was 5.6 before.
         let lost_after = (1..100).find(|_| trust.note(f64::INFINITY));
-        assert_eq!(lost_after, Some(11));
+        assert_eq!(lost_after, Some(5));
         trust = Trust::lost();
         let explained = (1..1000).find(|_| !trust.note(2.0) && trust.is_given());
         assert_eq!(explained, Some(u32::from(PROVING_BLOWS)));
