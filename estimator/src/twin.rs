@@ -132,7 +132,8 @@ impl<T: Real> TwinFilter<T> {
         if self.detector.inverted() {
             return;
         }
-        self.followed &= !self.driven || self.drive.mode().is_some() || blow.jump_m_s > self.tuning.contact.landing_m_s;
+        self.followed &=
+            !self.driven || self.drive.mode().is_some() || blow.jump_m_s > self.tuning.contact.landing_m_s;
         if !self.followed {
             return self.keep(self.unexplained(at, blow));
         }
@@ -171,7 +172,10 @@ impl<T: Real> TwinFilter<T> {
             at: Time::from_nanos(at.nanos().saturating_add_signed(-i64::from(back_nanos))),
             at_s2: back_s.variance,
             limit_rad_s: Known { value: c * jump_m_s.value, variance: c * c * jump_m_s.variance },
-            tooth_rad_s: Known { value: s * tooth_m_s.value, variance: s * s * tooth_m_s.variance * self.trust.scale() },
+            tooth_rad_s: Known {
+                value: s * tooth_m_s.value,
+                variance: s * s * tooth_m_s.variance * self.trust.scale(),
+            },
             unknown_rad2_s2: self.tuning.chatter_rad2_s2,
             amendable: true,
         }

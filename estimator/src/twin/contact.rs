@@ -29,9 +29,7 @@ use motor_model::{Real, ToothPair};
 use nalgebra::Vector3;
 
 use super::oscillator::Response;
-use super::stator::{
-    APPROACH, Errors, HEIGHT, INSTANT, JUMP, MODES, RECOIL, STATES, StatorBelief, TOOTH,
-};
+use super::stator::{APPROACH, Errors, HEIGHT, INSTANT, JUMP, MODES, RECOIL, STATES, StatorBelief, TOOTH};
 use super::tuning::{ContactTuning, TwinTuning};
 use crate::factors::UdCovariance;
 
@@ -129,7 +127,8 @@ impl<T: Real> StatorBelief<T> {
             value: best.errors.get(TOOTH).copied().unwrap_or_default(),
             variance: self.covariance.variance::<TOOTH>(),
         };
-        let back_s = Known { value: blow.back_s(&best.errors), variance: self.covariance.variance::<INSTANT>() };
+        let back_s =
+            Known { value: blow.back_s(&best.errors), variance: self.covariance.variance::<INSTANT>() };
         let tooth_m_s = self.along(&tooth, back_s.value, tuning.tooth_m_s);
         self.recoil(&tooth, back_s.value);
         let jump_m_s = Known { value: self.jump_m_s, variance: self.covariance.variance::<JUMP>() };

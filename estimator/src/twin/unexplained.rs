@@ -32,9 +32,7 @@ impl<T: Real> TwinFilter<T> {
                 let towards_rad_s = aided.turn_per_rise_rad_m * (blow.before_m_s + approach_m_s);
                 (heard_rad_s, known(towards_rad_s, T::zero()), aided.unexplained_b * bound_rad2_s2)
             }
-            Some(DriveMode::C) => {
-                (T::zero(), known(T::zero(), T::zero()), aided.unexplained * bound_rad2_s2)
-            }
+            Some(DriveMode::C) => (T::zero(), known(T::zero(), T::zero()), aided.unexplained * bound_rad2_s2),
             None => {
                 let unheard_m_s = if blow.unheard_m_s > T::zero() { blow.unheard_m_s } else { T::zero() };
                 let swing_m2_s2 = square(blow.before_m_s) + square(approach_m_s);
