@@ -25,11 +25,14 @@ mod driven;
 mod kick;
 mod oscillator;
 mod stator;
+mod trust;
 mod tuning;
+mod unexplained;
 
 use motor_model::{DriveCommand, MotorParams, OutOfBounds, Parameter, Real, Time};
 
 use crate::filter::{AngleFilter, Estimate, Health, Reason};
+use crate::impact_aided::ImpactAidedTuning;
 use crate::impact_detector::{Heard, ImpactDetector};
 use crate::innovation::Innovation;
 use crate::measurement::{CameraFrame, LdvSample};
@@ -39,7 +42,11 @@ use belief::ScaledBelief;
 use contact::{Blow, Known, Struck};
 use driven::{Driven, Strike, Strikes};
 use stator::StatorBelief;
+use trust::Trust;
 pub use tuning::{ContactTuning, Tolerance, TwinTuning};
+
+/// A longer time without samples, in s, hides the pair that struck, and where: a quarter of mode A's period.
+const LONGEST_BLOW_S: f64 = 31e-6;
 
 /// The filter.
 #[derive(Clone, Debug)]
@@ -52,6 +59,13 @@ pub struct TwinFilter<T: Real> {
     stator: StatorBelief<T>,
     /// As the motor is given at the start, for a stator that has got lost.
     stator_at_start: StatorBelief<T>,
+    trust: Trust<T>,
+    /// Whether the stator has been told of all impacts: not of those of a rotor that lands.
+    followed: bool,
+    /// Whether the drive has ever been on: before that the rotor lies on a stator that rests.
+    driven: bool,
+    /// What is known of a kick without the stator.
+    aided: ImpactAidedTuning<T>,
     drive: DriveCommand,
     /// The newest sample.
     seen_m_s: T,
@@ -80,6 +94,10 @@ impl<T: Real> TwinFilter<T> {
             strikes: Strikes::new(),
             stator_at_start: stator.clone(),
             stator,
+            trust: Trust::new(),
+            followed: true,
+            driven: false,
+            aided: ImpactAidedTuning::new(params),
             drive: DriveCommand::OFF,
             seen_m_s: T::zero(),
             raw_jump_m_s: None,
@@ -109,18 +127,40 @@ impl<T: Real> TwinFilter<T> {
     }
 
     /// The rotor was struck within the period that ends at `at`.
-    fn strike(&mut self, at: Time, blow: &Blow<T>, since_s: T) {
-        let explained = self.stator.strike(blow, &self.tuning);
-        if !self.stator.is_sound() {
-            self.lose_stator();
-        } else if let Some(struck) = explained {
-            self.amend(struck.earlier);
-            self.raw_jump_m_s = Some(blow.jump_m_s);
-            return self.keep(self.strike_of(at, &struck));
-        }
-        self.stator.height_m += T::from_f64(0.5) * since_s * blow.jump_m_s;
+    fn strike(&mut self, at: Time, blow: &Blow<T>) {
         self.raw_jump_m_s = None;
-        self.keep(self.doubted(at, blow));
+        if self.detector.inverted() {
+            return;
+        }
+        self.followed &=
+            !self.driven || self.drive.mode().is_some() || blow.jump_m_s > self.tuning.contact.landing_m_s;
+        if !self.followed {
+            return self.keep(self.unexplained(at, blow));
+        }
+        if blow.within_s > T::from_f64(LONGEST_BLOW_S) {
+            self.rise_midway(blow);
+            self.stator.forget_motion();
+            return self.keep(self.unexplained(at, blow));
+        }
+        let explained = self.stator.strike(blow, &self.tuning);
+        let lost = explained.as_ref().is_some_and(|struck| self.trust.note(struck.misfit));
+        if lost || !self.stator.is_sound() {
+            self.lose_stator();
+            return self.keep(self.unexplained(at, blow));
+        }
+        let Some(struck) = explained else {
+            self.rise_midway(blow);
+            return self.keep(self.doubted(at, blow));
+        };
+        self.amend(struck.earlier);
+        self.raw_jump_m_s = Some(blow.jump_m_s);
+        let clear = self.trust.explains(struck.misfit);
+        self.keep(if clear { self.strike_of(at, &struck) } else { self.unexplained(at, blow) });
+    }
+
+    /// An impact that is not explained: the rotor rises by half of the time since the last sample.
+    fn rise_midway(&mut self, blow: &Blow<T>) {
+        self.stator.height_m += T::from_f64(0.5) * blow.within_s * blow.jump_m_s;
     }
 
     /// The strike of an impact explained.
@@ -132,8 +172,12 @@ impl<T: Real> TwinFilter<T> {
             at: Time::from_nanos(at.nanos().saturating_add_signed(-i64::from(back_nanos))),
             at_s2: back_s.variance,
             limit_rad_s: Known { value: c * jump_m_s.value, variance: c * c * jump_m_s.variance },
-            tooth_rad_s: Known { value: s * tooth_m_s.value, variance: s * s * tooth_m_s.variance },
+            tooth_rad_s: Known {
+                value: s * tooth_m_s.value,
+                variance: s * s * tooth_m_s.variance * self.trust.scale(),
+            },
             unknown_rad2_s2: self.tuning.chatter_rad2_s2,
+            amendable: true,
         }
     }
 
@@ -147,21 +191,22 @@ impl<T: Real> TwinFilter<T> {
             limit_rad_s: nothing,
             tooth_rad_s: nothing,
             unknown_rad2_s2: T::from_f64(0.5) * most_rad_s * most_rad_s,
+            amendable: false,
         }
     }
 
     /// The newest strike, if it still waits for its frame.
     fn waiting(&mut self) -> Option<&mut Strike<T>> {
         let at = self.tracker.track()?.state.at;
-        self.strikes.back_mut().filter(|strike| strike.at > at)
+        self.strikes.back_mut().filter(|strike| strike.amendable && strike.at > at)
     }
 
     /// Corrects the tooth's velocity at the newest strike, if that still waits for its frame.
     fn amend(&mut self, tooth_m_s: Known<T>) {
-        let (per_radius_m, refinable) = (self.per_radius_m, self.raw_jump_m_s.is_some());
-        if let Some(strike) = self.waiting().filter(|_| refinable) {
+        let (per_radius_m, scale) = (self.per_radius_m, self.trust.scale());
+        if let Some(strike) = self.waiting() {
             strike.tooth_rad_s.value += per_radius_m * tooth_m_s.value;
-            strike.tooth_rad_s.variance = per_radius_m * per_radius_m * tooth_m_s.variance;
+            strike.tooth_rad_s.variance = per_radius_m * per_radius_m * tooth_m_s.variance * scale;
         }
     }
 
@@ -195,10 +240,8 @@ impl<T: Real> TwinFilter<T> {
 
     /// Begins the stator anew: its numbers are none.
     fn lose_stator(&mut self) {
-        let (phase, forcing) = (self.stator.state.phase, self.stator.state.forcing);
-        self.stator = self.stator_at_start.clone();
-        (self.stator.state.phase, self.stator.state.forcing) = (phase, forcing);
-        self.stator.forget_motion();
+        self.stator.begin_anew(&self.stator_at_start);
+        self.trust = Trust::lost();
         self.raw_jump_m_s = None;
     }
 
@@ -231,12 +274,14 @@ impl<T: Real> TwinFilter<T> {
         }
     }
 
-    /// What the vibrometer has heard at a sample, `since_s` after the last one; `spread` is the flight's before it, see [`ImpactDetector::spread`].
-    fn hear(&mut self, sample: &LdvSample, heard: Heard<T>, spread: T, since_s: T) {
+    /// What the vibrometer has heard at a sample, `since_s` after the last one; `before` is the detector before it.
+    fn hear(&mut self, sample: &LdvSample, heard: Heard<T>, before: &ImpactDetector<T>, since_s: T) {
         let seen_m_s = T::from_f32(sample.velocity_m_s);
         if self.watch.motion(sample.taken_at) == Motion::Quiet {
             // What the detector hears now is the rotor's weight on the teeth, not a blow that could teach of the stator.
             self.stator.settle();
+            self.trust = Trust::new();
+            self.followed = true;
             self.raw_jump_m_s = None;
             self.seen_m_s = seen_m_s;
             return;
@@ -250,8 +295,10 @@ impl<T: Real> TwinFilter<T> {
             }
             Heard::Impact { before_m_s, jump_m_s } => {
                 self.stator.height_m += rise_s * (self.seen_m_s + before_m_s);
-                let jump_m2_s2 = self.sample_m2_s2() * (T::one() + spread);
-                self.strike(sample.taken_at, &Blow { before_m_s, jump_m_s, jump_m2_s2 }, since_s);
+                let jump_m2_s2 = self.sample_m2_s2() * (T::one() + before.spread());
+                let (unheard_m_s, _) = before.since_impact();
+                let blow = Blow { before_m_s, jump_m_s, jump_m2_s2, within_s: since_s, unheard_m_s };
+                self.strike(sample.taken_at, &blow);
             }
             Heard::Gap(seconds) => {
                 let motion = self.watch.motion(sample.taken_at);
@@ -267,6 +314,7 @@ impl<T: Real> TwinFilter<T> {
                     limit_rad_s: nothing,
                     tooth_rad_s: nothing,
                     unknown_rad2_s2: intensity * seconds,
+                    amendable: false,
                 });
             }
         }
@@ -277,6 +325,11 @@ impl<T: Real> TwinFilter<T> {
 impl<T: Real> AngleFilter<T> for TwinFilter<T> {
     fn drive(&mut self, at: Time, command: DriveCommand) {
         self.stator.advance(at, self.drive);
+        if !self.followed && command.mode().is_some() {
+            self.stator.forget_motion();
+            self.followed = true;
+        }
+        self.driven |= command.mode().is_some();
         self.drive = command;
         self.watch.drive(at, command);
     }
@@ -289,7 +342,9 @@ impl<T: Real> AngleFilter<T> for TwinFilter<T> {
             // The watch hears the vibrometer anew: what came before bore wrong times.
             self.detector = ImpactDetector::new(self.tuning.detector);
             while self.strikes.pop_back_if(|strike| strike.at >= sample.taken_at).is_some() {}
-            self.lose_stator();
+            self.stator.rewind(sample.taken_at);
+            self.stator.forget_motion();
+            self.raw_jump_m_s = None;
         }
         let newest = self.detector.newest();
         let since_s: T = newest.map_or(T::zero(), |newest| sample.taken_at.seconds_since(newest));
@@ -299,13 +354,18 @@ impl<T: Real> AngleFilter<T> for TwinFilter<T> {
             return None;
         }
         self.stator.advance(sample.taken_at, self.drive);
+        if before.inverted() && !self.detector.inverted() {
+            // What the impacts taught before the sign was known to be wrong is wrong, and so is the height.
+            self.lose_stator();
+            self.trust = Trust::new();
+        }
         if let (Heard::Impact { .. }, Some(raw_m_s)) = (heard, self.raw_jump_m_s) {
             let (moved_m_s, samples) = before.since_impact();
             if samples > T::one() {
                 self.refine(raw_m_s, moved_m_s, samples);
             }
         }
-        self.hear(sample, heard, before.spread(), since_s);
+        self.hear(sample, heard, &before, since_s);
         None
     }
 
@@ -327,7 +387,8 @@ impl<T: Real> AngleFilter<T> for TwinFilter<T> {
     fn health(&self, now: Time) -> Health {
         let silent = self.watch.silent(now).then_some(Reason::VibrometerSilent);
         let inverted = self.detector.inverted().then_some(Reason::VibrometerInverted);
-        self.tracker.health(now, silent.or(inverted), &self.process(self.watch.motion(now)))
+        let unexplained = (!self.trust.is_given()).then_some(Reason::ImpactsUnexplained);
+        self.tracker.health(now, silent.or(inverted).or(unexplained), &self.process(self.watch.motion(now)))
     }
 }
 

@@ -1,6 +1,7 @@
 //! What the camera may do wrong, and what every filter makes of it: each fault after 100 ms of good frames in mode B, unless it says otherwise.
 
 use estimator::{CameraFrame, Health, Reason, Rejection, Verdict};
+use host_sim::filter::FILTERS;
 use motor_model::{Angle, DriveCommand, DriveMode, Time};
 
 use crate::fault_bench::{Bench, Look, NONE, assert_never_false, by_filter, delays_ms, rms_mdeg};
@@ -70,8 +71,8 @@ fn law_every_other_frame_suffices() {
     assert!(!looks.iter().any(|look| look.verdict == Some(Verdict::Restarted)));
 }
 
-/// E5: no frame for 1 ms: said within 0.4 ms, the variance grows, and the next frames are used without a new start. For 1 s: not to be used within 20 ms, and good
-/// again within 10 ms of the first frame.
+/// E5: no frame for 1 ms: said within 0.4 ms, the variance grows, and the next frames are used without a new start. For 1 s: not to be used within 20 ms, by the twin 200 ms, not wrong unawares,
+/// and good again within 10 ms of the first frame.
 #[test]
 fn law_outages_are_told_and_overcome() {
     let mut bench = settled(&[]);
@@ -86,9 +87,11 @@ fn law_outages_are_told_and_overcome() {
 
     let looks = bench.run(B, 1000, (|_, _| None, NONE.1));
     for (name, delay) in delays_ms(&looks, |look| is_unusable(look, Reason::Uncertain)) {
-        assert!(delay < 20.0, "{name}: {delay} ms");
+        // The twin is told every kick, and knows friction and teeth: half a degree takes it longer.
+        assert!(delay < if name == "twin" { 200.0 } else { 20.0 }, "{name}: {delay} ms");
     }
-    assert!(looks[5000..].iter().all(|look| is_unusable(look, Reason::Uncertain)));
+    assert_never_false(&looks);
+    assert!(looks[20_000 * FILTERS.len()..].iter().all(|look| is_unusable(look, Reason::Uncertain)));
     let looks = bench.run(B, 50, NONE);
     for (name, delay) in delays_ms(&looks, Look::is_good) {
         assert!(delay < 10.0, "{name}: {delay} ms");

@@ -110,7 +110,7 @@ fn steady(mode: DriveMode) -> [Errors; 2] {
     sums
 }
 
-/// Half of the other filter's error, and as good as it says to a third: errors of 8 motors over 0.2 s.
+/// At most 0.65 of the other filter's error, and as good as it says to 0.3: errors of 8 motors over 0.2 s.
 fn assert_better(mode: DriveMode) {
     let [twin, aided] = steady(mode);
     assert!(twin.rms_mdeg() < 0.65 * aided.rms_mdeg(), "{} {}", twin.rms_mdeg(), aided.rms_mdeg());

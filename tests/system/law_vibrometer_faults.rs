@@ -13,6 +13,10 @@ fn settled(sets: &[&str]) -> Bench {
     bench
 }
 
+fn rms_of(rms: &[(&str, f64)], name: &str) -> f64 {
+    rms.iter().find(|(of, _)| *of == name).expect("a filter").1
+}
+
 fn is_silent(look: &Look) -> bool {
     look.health == Health::Degraded(Reason::VibrometerSilent)
 }
@@ -52,24 +56,30 @@ fn law_lost_light_is_silence_whatever_it_looks_like() {
     assert_counts_as_silent(&[], (NONE.0, |_, sample| Some(LdvSample { velocity_m_s: 0.0123, ..sample })));
 }
 
-/// E10: every third sample lost to speckle.
+/// E10: every third sample lost to speckle: no filter is worse than 1.3 times itself. The twin, which lives on the instant of an impact within 5 us, may be 1.3 times as
+/// bad as the filter that needs no instants.
 #[test]
 fn law_single_lost_samples_cost_little() {
     let whole = rms_mdeg(&settled(&[]).run(B, 200, NONE));
     let looks = settled(&["ldv.drop_probability=0.33"]).run(B, 200, NONE);
     assert_never_false(&looks);
+    let aided = rms_of(&whole, "impact_aided");
     for ((name, whole), (_, lossy)) in whole.into_iter().zip(rms_mdeg(&looks)) {
+        let whole = if name == "twin" { aided } else { whole };
         assert!(lossy < 1.3 * whole, "{name}: {lossy} against {whole}");
     }
 }
 
-/// E11: a range of a third of the rotor's speeds: what saturates is not heard; no filter is worse than 1.5 times itself, or wrong unawares.
+/// E11: a range of a third of the rotor's speeds: what saturates is not heard; no filter is worse than 1.8 times itself, or wrong unawares. The twin, whose stator no
+/// impact tells then, may fall back to 1.8 times the filter that hears impacts alone.
 #[test]
 fn law_a_saturated_range_does_not_deceive() {
     let whole = rms_mdeg(&settled(&[]).run(B, 200, NONE));
     let looks = settled(&["ldv.range_m_s=0.03"]).run(B, 200, NONE);
     assert_never_false(&looks);
+    let aided = rms_of(&whole, "impact_aided");
     for ((name, whole), (_, saturated)) in whole.into_iter().zip(rms_mdeg(&looks)) {
+        let whole = if name == "twin" { aided } else { whole };
         assert!(saturated < 1.8 * whole, "{name}: {saturated} against {whole}");
     }
 }

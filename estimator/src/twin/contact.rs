@@ -29,9 +29,7 @@ use motor_model::{Real, ToothPair};
 use nalgebra::Vector3;
 
 use super::oscillator::Response;
-use super::stator::{
-    APPROACH, Errors, HEIGHT, INSTANT, JUMP, MODES, PERIOD_S, RECOIL, STATES, StatorBelief, TOOTH,
-};
+use super::stator::{APPROACH, Errors, HEIGHT, INSTANT, JUMP, MODES, RECOIL, STATES, StatorBelief, TOOTH};
 use super::tuning::{ContactTuning, TwinTuning};
 use crate::factors::UdCovariance;
 
@@ -43,6 +41,17 @@ pub(super) struct Blow<T> {
     pub(super) jump_m_s: T,
     /// Variance of the jump.
     pub(super) jump_m2_s2: T,
+    /// Time since the sample before, within which the rotor was struck: a period, or more where samples were lost.
+    pub(super) within_s: T,
+    /// How far samples below the threshold have moved the flight since the impact before, in m/s.
+    pub(super) unheard_m_s: T,
+}
+
+impl<T: Real> Blow<T> {
+    /// From the instant, counted later from the middle of the period, how long before its end.
+    fn back_s(&self, errors: &Errors<T>) -> T {
+        T::from_f64(0.5) * self.within_s - errors.get(INSTANT).copied().unwrap_or_default()
+    }
 }
 
 /// A value and its variance.
@@ -63,6 +72,8 @@ pub(super) struct Struck<T> {
     pub(super) tooth: Known<T>,
     /// Correction of the tangential velocity at the impact before, and the variance left, in m/s.
     pub(super) earlier: Known<T>,
+    /// Sum of the two normalised squares.
+    pub(super) misfit: T,
 }
 
 /// One pair as the one that struck.
@@ -95,9 +106,8 @@ impl<T: Real> StatorBelief<T> {
         let contact = &tuning.contact;
         self.carry();
         let before = self.covariance;
-        let period_s = T::from_f64(PERIOD_S);
         self.covariance.renew(JUMP, blow.jump_m2_s2);
-        self.covariance.renew(INSTANT, period_s * period_s * T::from_f64(1.0 / 12.0));
+        self.covariance.renew(INSTANT, blow.within_s * blow.within_s * T::from_f64(1.0 / 12.0));
         let [first, second] = *self.teeth();
         let [zero, one] = [first, second].map(|tooth| self.candidate(blow, &tooth, contact));
         let (tooth, mut best) = if zero.misfit <= one.misfit { (first, zero) } else { (second, one) };
@@ -105,8 +115,9 @@ impl<T: Real> StatorBelief<T> {
             self.covariance = before;
             return None;
         }
-        if best.misfit > contact.surprise {
-            self.covariance.doubt::<INSTANT>(T::from_f64(3.0) * best.misfit / contact.surprise);
+        let misfit = best.misfit;
+        if misfit > contact.surprise {
+            self.covariance.doubt::<INSTANT>(T::from_f64(3.0) * misfit / contact.surprise);
             best = self.candidate(blow, &tooth, contact);
         }
         self.covariance = best.covariance;
@@ -116,11 +127,12 @@ impl<T: Real> StatorBelief<T> {
             value: best.errors.get(TOOTH).copied().unwrap_or_default(),
             variance: self.covariance.variance::<TOOTH>(),
         };
-        let back_s = Known { value: back_s(&best.errors), variance: self.covariance.variance::<INSTANT>() };
+        let back_s =
+            Known { value: blow.back_s(&best.errors), variance: self.covariance.variance::<INSTANT>() };
         let tooth_m_s = self.along(&tooth, back_s.value, tuning.tooth_m_s);
         self.recoil(&tooth, back_s.value);
         let jump_m_s = Known { value: self.jump_m_s, variance: self.covariance.variance::<JUMP>() };
-        Some(Struck { back: back_s, jump: jump_m_s, tooth: tooth_m_s, earlier: earlier_m_s })
+        Some(Struck { back: back_s, jump: jump_m_s, tooth: tooth_m_s, earlier: earlier_m_s, misfit })
     }
 
     /// The modes `back_s` before the end of the period, were they corrected by `errors`.
@@ -158,7 +170,7 @@ impl<T: Real> StatorBelief<T> {
                     best.misfit += done.normalised_squared;
                 }
             }
-            let half = T::from_f64(0.5 * PERIOD_S);
+            let half = T::from_f64(0.5) * blow.within_s;
             if let Some(late) = best.errors.get_mut(INSTANT) {
                 *late = late.clamp_magnitude(half);
             }
@@ -175,7 +187,7 @@ impl<T: Real> StatorBelief<T> {
         contact: &ContactTuning<T>,
     ) -> [Condition<T>; 2] {
         let one = T::one();
-        let back_s = back_s(errors);
+        let back_s = blow.back_s(errors);
         let there = self.carried_back(back_s, errors);
         let phi = &tooth.shape;
         let of = |state: usize| errors.get(state).copied().unwrap_or_default();
@@ -260,11 +272,6 @@ impl<T: Real> Carried<T> {
         }
         row
     }
-}
-
-/// From the instant, counted later from the middle of the period, how long before its end.
-fn back_s<T: Real>(errors: &Errors<T>) -> T {
-    T::from_f64(0.5 * PERIOD_S) - errors.get(INSTANT).copied().unwrap_or_default()
 }
 
 /// An effect on height and modes alone.

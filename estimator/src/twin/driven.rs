@@ -24,6 +24,8 @@ pub(super) struct Strike<T> {
     pub(super) tooth_rad_s: Known<T>,
     /// What else may have kicked the rate about then, in rad^2/s^2.
     pub(super) unknown_rad2_s2: T,
+    /// Whether what follows tells more of it.
+    pub(super) amendable: bool,
 }
 
 /// The strikes since the oldest frame kept, in the order of time.

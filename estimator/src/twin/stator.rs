@@ -144,6 +144,25 @@ impl<T: Real> StatorBelief<T> {
         self.at = Some(at);
     }
 
+    /// Motion and parameters are no longer believed: those of the `start`, in the drive's phase now.
+    pub(super) fn begin_anew(&mut self, start: &Self) {
+        let (at, phase, forcing) = (self.at, self.state.phase, self.state.forcing);
+        let drive_m_s2 = self.drive_m_s2;
+        self.clone_from(start);
+        (self.at, self.state.phase, self.state.forcing) = (at, phase, forcing);
+        self.drive_m_s2 = drive_m_s2;
+        self.forget_motion();
+    }
+
+    /// Goes back to `to`, if the time reached is later: the drive's phase with it, modes and height as they are.
+    pub(super) fn rewind(&mut self, to: Time) {
+        let Some(at) = self.at.filter(|at| *at > to) else { return };
+        let periods = at.nanos_since(to).div_ceil(PERIOD_NANOS);
+        let turned = self.state.forcing.increment().units().wrapping_mul(periods);
+        self.state.phase = self.state.phase.advanced(Phase::from_units(turned.wrapping_neg()));
+        self.at = Some(Time::from_nanos(at.nanos().saturating_sub(periods * PERIOD_NANOS)));
+    }
+
     /// What struck the rotor is unknown: modes and height can be anything that they can be, the parameters remain.
     pub(super) fn forget_motion(&mut self) {
         self.carry();

@@ -58,6 +58,8 @@ pub struct ContactTuning<T> {
     pub doubtful_m_s: T,
     /// A doubtful jump is none when it misfits both pairs by more than this: a sum of two normalised squares.
     pub misfit: T,
+    /// Without drive the first jump below this ends what is heard as impacts, in m/s: a rotor that lands chatters and slides, and teaches nothing.
+    pub landing_m_s: T,
     /// A misfit beyond this makes the stator doubtful.
     pub surprise: T,
     /// Samples after an impact whose mean tells its jump better.
@@ -110,6 +112,7 @@ impl<T: Real> Default for ContactTuning<T> {
             iterations: 3,
             doubtful_m_s: n(3e-3),
             misfit: n(300.0),
+            landing_m_s: n(1e-2),
             surprise: n(12.0),
             refining_samples: 10,
         }

@@ -74,6 +74,7 @@ impl Digest {
             Reason::CameraSilent => 4,
             Reason::CameraStuck => 5,
             Reason::NoiseMismatch => 6,
+            Reason::ImpactsUnexplained => 7,
         };
         self.word(match health {
             Health::Good => 0,
