@@ -9,11 +9,11 @@
 //! rate     kicked by clamp(a S - rate, -f L, f L),   S = s' / R_t of that pair,   L = mu m_r R_t dv / J
 //! ```
 //!
-//! Two filters in a row, since the camera tells nothing of the stator. The first has the stator's 20 errors: six of the modes, the height, three of the impact at
-//! hand, ten of the motor's parameters, which gap and approach of hundreds of impacts a second soon tell. The second has angle, rate, and the scales `f`
+//! Two filters in a row, since the camera tells nothing of the stator. The first has the stator's 23 errors: six of the modes, the height, three of the impact at
+//! hand, 13 of the motor's parameters, which gap and approach of hundreds of impacts a second soon tell. The second has angle, rate, and the scales `f`
 //! of friction and `a` of the teeth's reach.
 //!
-//! A jump is better known ten samples later, and the tooth's velocity after the next impact: the strike, which waits for its frame, is amended.
+//! A jump is better known twenty samples later, and the tooth's velocity after the next impact: the strike, which waits for its frame, is amended.
 //!
 //! The strikes since the oldest frame kept are kept, up to [`crate::IMPACTS_KEPT_MAX`], as [`crate::ImpactAided`] keeps its kicks; so are gate, new start, rest and the
 //! loss of either sensor that of all filters. Without samples for [`crate::ImpactDetectorTuning::gap_nanos`] the rate wanders as in [`crate::ConstantRate`], and
@@ -24,6 +24,7 @@ mod contact;
 mod driven;
 mod kick;
 mod oscillator;
+mod shape;
 mod stator;
 mod tuning;
 
