@@ -13,7 +13,7 @@
 //! hand, 13 of the motor's parameters, which gap and approach of hundreds of impacts a second soon tell. The second has angle, rate, and the scales `f`
 //! of friction and `a` of the teeth's reach.
 //!
-//! A jump is better known twenty samples later, and the tooth's velocity after the next impact: the strike, which waits for its frame, is amended.
+//! A jump is better known ten samples later, and the tooth's velocity after the next impact: the strike, which waits for its frame, is amended.
 //!
 //! The strikes since the oldest frame kept are kept, up to [`crate::IMPACTS_KEPT_MAX`], as [`crate::ImpactAided`] keeps its kicks; so are gate, new start, rest and the
 //! loss of either sensor that of all filters. Without samples for [`crate::ImpactDetectorTuning::gap_nanos`] the rate wanders as in [`crate::ConstantRate`], and

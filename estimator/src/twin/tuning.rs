@@ -75,7 +75,7 @@ impl<T: Real> TwinTuning<T> {
         Self {
             constant_rate: ConstantRateTuning::default(),
             detector: ImpactDetectorTuning {
-                threshold: n(4.0),
+                threshold: n(3.6),
                 window_samples: n(20.0),
                 ..ImpactDetectorTuning::new(params)
             },
@@ -109,15 +109,15 @@ impl<T: Real> Default for ContactTuning<T> {
     fn default() -> Self {
         let n = T::from_f64;
         Self {
-            gap_m: n(2e-8),
+            gap_m: n(1.2e-8),
             shape_part: n(0.001),
             approach_part: n(0.003),
             fed_part: n(4e-4),
             iterations: 2,
             doubtful_m_s: n(3e-3),
             misfit: n(150.0),
-            surprise: n(10.0),
-            refining_samples: 20,
+            surprise: n(8.0),
+            refining_samples: 10,
         }
     }
 }
