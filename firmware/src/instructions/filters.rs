@@ -7,7 +7,7 @@ use core::hint::black_box;
 
 use estimator::{
     AngleFilter, CameraFrame, ConstantRate, ConstantRateTuning, Estimate, ImpactAided, ImpactAidedTuning,
-    Innovation, LdvSample,
+    Innovation, LdvSample, TwinFilter, TwinTuning,
 };
 use motor_model::{DriveCommand, DriveMode, Motor, MotorParams, MotorSetup, MotorState, OutOfBounds, Time};
 
@@ -38,6 +38,7 @@ pub(super) fn count(
     let params = MotorParams::nominal();
     let constant_rate = || ConstantRate::<f32>::new(&ConstantRateTuning::default());
     let impact_aided = || ImpactAided::<f32>::new(&ImpactAidedTuning::new(&params));
+    let twin = || TwinFilter::<f32>::try_new(&params, &TwinTuning::new(&params));
     for (mode, names) in [
         (
             DriveMode::B,
@@ -52,6 +53,7 @@ pub(super) fn count(
                     "impact_aided_b_vibrometer_sample",
                     "impact_aided_b_prediction",
                 ],
+                ["twin_b_camera_frame", "twin_b_vibrometer_sample", "twin_b_prediction"],
             ],
         ),
         (
@@ -67,12 +69,14 @@ pub(super) fn count(
                     "impact_aided_c_vibrometer_sample",
                     "impact_aided_c_prediction",
                 ],
+                ["twin_c_camera_frame", "twin_c_vibrometer_sample", "twin_c_prediction"],
             ],
         ),
     ] {
-        let [of_constant_rate, of_impact_aided] = names;
+        let [of_constant_rate, of_impact_aided, of_twin] = names;
         follow(meter, constant_rate(), mode, of_constant_rate)?.into_iter().for_each(&mut *report);
         follow(meter, impact_aided(), mode, of_impact_aided)?.into_iter().for_each(&mut *report);
+        follow(meter, twin()?, mode, of_twin)?.into_iter().for_each(&mut *report);
     }
     Ok(())
 }
