@@ -15,7 +15,7 @@ pub const FILTERS: &[&str] = &["constant_rate", "impact_aided", "twin"];
 pub const SETTINGS: &[Setting] = &[Setting {
     key: "estimator.filter",
     unit: "",
-    kind: Kind::Choice { default: "constant_rate", of: FILTERS },
+    kind: Kind::Choice { default: "twin", of: FILTERS },
     meaning: "filter of angle and rate: from the camera alone, with the vibrometer's impacts, or with a twin that these drive",
 }];
 

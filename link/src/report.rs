@@ -141,6 +141,7 @@ fn of_health(health: Health) -> u8 {
         Reason::CameraSilent => 4,
         Reason::CameraStuck => 5,
         Reason::NoiseMismatch => 6,
+        Reason::ImpactsUnexplained => 7,
     };
     match health {
         Health::Good => 0,
@@ -154,7 +155,8 @@ impl From<&controller::Report> for Report {
     fn from(report: &controller::Report) -> Self {
         let controller::Report { estimate, health, camera, command, applied, phase } = *report;
         let (phase, since_nanos) = match phase {
-            Phase::Waiting(why) => (of_health(why) << 4, 0),
+            // Why is the health, which has a field of its own.
+            Phase::Waiting(_) => (0, 0),
             // What is driven shows in the command.
             Phase::Cruise { cruise: _, since, from: _ } => (1, since.nanos()),
             Phase::Burst { family: _, burst: _, since } => (2, since.nanos()),
