@@ -26,7 +26,7 @@ use link::{BoardMessage, Report};
 use motor_model::{DriveCommand, Motor, MotorParams, MotorSetup, MotorState, OutOfBounds, Parameter, Time};
 
 use crate::amplifier::Amplifier;
-use crate::application::Application;
+use crate::application::{Application, MoveMemory};
 use crate::waveform::Waveform;
 
 /// Ticks of the loop in a second; the drive has as many samples.
@@ -66,17 +66,18 @@ pub struct Tick {
     twin_rate_rad_s: f32,
 }
 
-/// Both queues: they must outlive the tasks.
+/// What must outlive the tasks: the queues between them, and the move.
 #[derive(Debug, Default)]
-pub struct Queues {
+pub struct Shared {
     ticks: Queue<Tick, 8>,
     commands: Queue<DriveCommand, 8>,
+    configured: MoveMemory,
 }
 
-impl Queues {
+impl Shared {
     /// Empty.
     pub const fn new() -> Self {
-        Self { ticks: Queue::new(), commands: Queue::new() }
+        Self { ticks: Queue::new(), commands: Queue::new(), configured: MoveMemory::new() }
     }
 
     /// The tasks of a board with these pins.
@@ -105,8 +106,8 @@ impl Queues {
             commands: from_slow,
         };
         let port = Port { commands: to_fast, last: DriveCommand::OFF, works: true };
-        let slow =
-            Slow { application: Application::new(port), ticks: from_fast, number: 0, twin_rate_rad_s: 0.0 };
+        let application = Application::new(port, &mut self.configured);
+        let slow = Slow { application, ticks: from_fast, number: 0, twin_rate_rad_s: 0.0 };
         Ok((fast, slow))
     }
 }
@@ -162,7 +163,7 @@ impl Drive for Port<'_> {
 
 /// What the main loop does.
 pub struct Slow<'q> {
-    application: Application<Port<'q>>,
+    application: Application<'q, Port<'q>>,
     ticks: Consumer<'q, Tick>,
     number: u64,
     twin_rate_rad_s: f32,
@@ -315,8 +316,8 @@ mod tests {
     #[test]
     fn law_commands_reach_bridge_and_twin() {
         let on = Cell::new(true);
-        let mut queues = Queues::new();
-        let (mut fast, mut slow) = queues.tasks(Bridge(&on), Bridge(&on), Quiet).unwrap();
+        let mut shared = Shared::new();
+        let (mut fast, mut slow) = shared.tasks(Bridge(&on), Bridge(&on), Quiet).unwrap();
         assert!(!on.get(), "off from the start");
         drive(&mut fast, &mut slow, &on);
         for _ in 0..300 {
@@ -330,8 +331,8 @@ mod tests {
     #[test]
     fn law_late_and_lost_ticks_are_overruns() {
         let on = Cell::new(true);
-        let mut queues = Queues::new();
-        let (mut fast, mut slow) = queues.tasks(Bridge(&on), Bridge(&on), Quiet).unwrap();
+        let mut shared = Shared::new();
+        let (mut fast, mut slow) = shared.tasks(Bridge(&on), Bridge(&on), Quiet).unwrap();
         drive(&mut fast, &mut slow, &on);
         (0..7).for_each(|_| fast.interrupt());
         while slow.work(&mut |_| ()) {}
@@ -352,8 +353,8 @@ mod tests {
     #[test]
     fn law_a_silent_host_takes_the_bridge_off() {
         let on = Cell::new(true);
-        let mut queues = Queues::new();
-        let (mut fast, mut slow) = queues.tasks(Bridge(&on), Bridge(&on), Quiet).unwrap();
+        let mut shared = Shared::new();
+        let (mut fast, mut slow) = shared.tasks(Bridge(&on), Bridge(&on), Quiet).unwrap();
         let mut sequence = drive(&mut fast, &mut slow, &on);
         let mut said = Vec::new();
         for _ in 0..1010 {

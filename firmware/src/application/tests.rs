@@ -1,6 +1,7 @@
 extern crate std;
 
 use core::cell::Cell;
+use std::boxed::Box;
 use std::vec::Vec;
 
 use link::{CameraRecord, FilterKind, LdvRecord};
@@ -25,9 +26,14 @@ const MOVE: Configuration = Configuration {
     deadline_nanos: 30_000_000_000,
 };
 
+/// A board's for as long as the tests run.
+fn memory() -> &'static mut MoveMemory {
+    Box::leak(Box::default())
+}
+
 /// A host and its board.
 struct Bench<'a> {
-    board: Application<Watched<'a>>,
+    board: Application<'static, Watched<'a>>,
     driven: &'a Cell<DriveCommand>,
     session: u32,
     sequence: u32,
@@ -38,7 +44,7 @@ impl<'a> Bench<'a> {
     /// A board that has just started.
     fn new(driven: &'a Cell<DriveCommand>) -> Self {
         driven.set(DriveCommand::full(DriveMode::C));
-        Self { board: Application::new(Watched(driven)), driven, session: 5, sequence: 0, ticks: 0 }
+        Self { board: Application::new(Watched(driven), memory()), driven, session: 5, sequence: 0, ticks: 0 }
     }
 
     /// A board whose motor turns.
@@ -305,7 +311,7 @@ fn law_a_host_that_speaks_is_not_silent() {
 fn law_a_board_that_starts_anew_says_so_and_does_not_drive() {
     let driven = Cell::new(DriveCommand::OFF);
     let mut bench = Bench::driving(&driven);
-    bench.board = Application::new(Watched(&driven));
+    bench.board = Application::new(Watched(&driven), memory());
     assert!(bench.off());
     let session = bench.session;
     for message in [HostMessage::Step, HostMessage::Arm, HostMessage::Configure(MOVE)] {
@@ -382,9 +388,10 @@ fn law_the_report_says_what_is_applied() {
             DriveCommand::OFF
         }
     }
-    let mut board = Application::new(Broken);
+    let mut memory = MoveMemory::new();
+    let mut board = Application::new(Broken, &mut memory);
     let mut sent = Vec::new();
-    let mut hear = |board: &mut Application<Broken>, sequence, message: &HostMessage| {
+    let mut hear = |board: &mut Application<'_, Broken>, sequence, message: &HostMessage| {
         let frame = framed(Header { session: 1, sequence, ticks: 0 }, message);
         board.receive(&frame, &mut |frame| sent.push(decode::<BoardMessage>(&mut frame.to_vec()).unwrap().1));
         sent.last().cloned()
