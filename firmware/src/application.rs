@@ -258,6 +258,11 @@ impl<'m, D: Drive> Application<'m, D> {
         }
     }
 
+    /// So many ticks passed before the loop was armed.
+    pub fn idle_ticks(&mut self, ticks: u64) {
+        self.ticks += ticks;
+    }
+
     /// So many ticks never came: time goes on, and while armed each is an overrun.
     pub fn lost_ticks(&mut self, lost: u64) {
         self.ticks += lost;

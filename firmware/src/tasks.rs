@@ -17,6 +17,8 @@
 //! has fallen behind by all of it: the tick is lost, and counted. When the slow task stops altogether, nobody feeds the watchdog, and the board starts anew with
 //! the drive off.
 
+use core::mem;
+
 use controller::{Drive, PositionLoop};
 use embedded_hal::digital::OutputPin;
 use embedded_hal::pwm::SetDutyCycle;
@@ -107,7 +109,7 @@ impl Shared {
         };
         let port = Port { commands: to_fast, last: DriveCommand::OFF, works: true };
         let application = Application::new(port, &mut self.configured);
-        let slow = Slow { application, ticks: from_fast, number: 0, twin_rate_rad_s: 0.0 };
+        let slow = Slow { application, ticks: from_fast, number: 0, twin_rate_rad_s: 0.0, just_armed: false };
         Ok((fast, slow))
     }
 }
@@ -167,6 +169,8 @@ pub struct Slow<'q> {
     ticks: Consumer<'q, Tick>,
     number: u64,
     twin_rate_rad_s: f32,
+    /// Armed since the last tick.
+    just_armed: bool,
 }
 
 impl Slow<'_> {
@@ -178,7 +182,13 @@ impl Slow<'_> {
 
     /// Takes bytes from the host, at most [`BYTES_PER_TICK_MAX`] a tick.
     pub fn receive(&mut self, bytes: &[u8], send: &mut impl FnMut(&[u8])) {
+        let was_armed = self.application.is_armed();
         self.application.receive(bytes, send);
+        if !was_armed && self.application.is_armed() {
+            // What was missed before, as while the filter was built, is no overrun of the move.
+            while self.ticks.dequeue().is_some() {}
+            self.just_armed = true;
+        }
     }
 
     /// One tick of the loop, if one is due; whether it was, which feeds the watchdog.
@@ -188,7 +198,11 @@ impl Slow<'_> {
         self.number = tick.number;
         self.twin_rate_rad_s = tick.twin_rate_rad_s;
         self.application.amplifier_mut().works = tick.amplifier_works;
-        self.application.lost_ticks(lost);
+        if mem::take(&mut self.just_armed) {
+            self.application.idle_ticks(lost);
+        } else {
+            self.application.lost_ticks(lost);
+        }
         if let Some(velocity_m_s) = tick.velocity_m_s {
             let taken_at = Time::from_nanos(tick.number * PositionLoop::TICK_NANOS);
             self.application.hear_vibrometer(LdvSample { taken_at, velocity_m_s });
