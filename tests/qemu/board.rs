@@ -10,10 +10,12 @@ use link::{
     VERSION, decode, encode,
 };
 
-/// A quarter turn by `filter`.
-fn quarter_turn(filter: FilterKind) -> Configuration {
-    Configuration { filter, target_deg: 90.0, tolerance_deg: 0.02, deadline_nanos: 30_000_000_000 }
-}
+const MOVE: Configuration = Configuration {
+    filter: FilterKind::Twin,
+    target_deg: 90.0,
+    tolerance_deg: 0.02,
+    deadline_nanos: 30_000_000_000,
+};
 
 /// Real time: far more than any answer takes.
 const PATIENCE: Duration = Duration::from_secs(60);
@@ -100,9 +102,9 @@ impl Board {
         }
     }
 
-    fn arm(&mut self, filter: FilterKind) {
+    fn arm(&mut self) {
         self.answers(&HostMessage::Hello, &BoardMessage::Welcome { tick_nanos: 10_000 });
-        self.answers(&HostMessage::Configure(quarter_turn(filter)), &BoardMessage::Configured);
+        self.answers(&HostMessage::Configure(MOVE), &BoardMessage::Configured);
         self.answers(&HostMessage::Arm, &BoardMessage::Armed);
     }
 }
@@ -111,7 +113,7 @@ impl Board {
 #[test]
 fn tool_board_latches_off_when_the_host_falls_silent() {
     let mut board = Board::start();
-    board.arm(FilterKind::Twin);
+    board.arm();
     let silent = BoardMessage::Fault(Fault::HostSilent);
     assert_eq!(board.hears(), silent);
     board.answers(&HostMessage::Arm, &silent);
@@ -128,7 +130,7 @@ fn tool_board_latches_off_when_the_host_falls_silent() {
 #[test]
 fn tool_board_survives_a_flood_in_time() {
     let mut board = Board::start();
-    board.arm(FilterKind::ImpactAided);
+    board.arm();
     let noise: Vec<u8> = (0..30_000_u32).map(|n| (n * n / 7 % 251) as u8).collect();
     board.send(&noise);
     board.send(&[0]);
