@@ -96,7 +96,8 @@ impl Correction {
     /// Learns from a burst of `family` that turned the rotor by `turned_rad` in the sense of its mode, measured with variance `measured_rad2`.
     pub fn learn(&mut self, family: Family, burst: &Burst, turned_rad: f32, measured_rad2: f32) {
         let mean_rad = burst.turn_rad;
-        let turned_rad = turned_rad.clamp(-10.0 * mean_rad, 10.0 * mean_rad);
+        // Not clamped, which panics at bounds in the wrong order.
+        let turned_rad = turned_rad.max(-10.0 * mean_rad).min(10.0 * mean_rad);
         let [step, walk, stride, nudge, throw] = &mut self.of;
         let (own, other) = match family {
             Family::Step => (step, Some(walk)),

@@ -29,6 +29,11 @@ impl<F> PositionLoop<F> {
         Self { filter, positioning: Positioning::new(target, tuning, now) }
     }
 
+    /// Begins another move at `now`, as a loop from [`Self::new`] would, by the filter as it is: one that is large stays where it lies.
+    pub fn begin(&mut self, target: Target, tuning: PositioningTuning, now: Time) {
+        self.positioning = Positioning::new(target, tuning, now);
+    }
+
     /// Replaces the target from `now` on, see [`Positioning::retarget`].
     pub fn retarget(&mut self, target: Target, now: Time) {
         self.positioning.retarget(target, now);

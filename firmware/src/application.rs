@@ -16,6 +16,8 @@ mod inbox;
 #[cfg(test)]
 mod tests;
 
+use core::mem;
+
 use controller::{Drive, Limits, PositionLoop, PositioningTuning, Sense, Target};
 use estimator::{CameraFrame, LdvSample};
 use link::{
@@ -38,32 +40,49 @@ const DEADLINE_MAX_S: f64 = 86_400.0;
 const DEADLINE_KEY: &str = "position.deadline_s";
 
 /// A configuration that was checked. Its filter is built here, in double precision, which takes longer than a tick: before the loop is armed.
-#[derive(Clone, Debug)]
+#[derive(Debug)]
 struct Move {
-    filter: Filter,
+    configuration: Configuration,
     target: Target,
     tuning: PositioningTuning,
+    /// Begins at arming.
+    position_loop: PositionLoop<Filter>,
 }
 
 impl Move {
-    fn try_new(configuration: Configuration) -> Result<Self, OutOfBounds> {
+    /// Puts it into `place`, or leaves that as it was.
+    fn put(place: &mut Option<Self>, configuration: Configuration) -> Result<(), OutOfBounds> {
         let Configuration { filter, target_deg, tolerance_deg, deadline_nanos } = configuration;
         let target = Target::try_new(target_deg, tolerance_deg)?;
         #[expect(clippy::cast_precision_loss, reason = "bounds are far below 2^53")]
         OutOfBounds::check(DEADLINE_KEY, deadline_nanos as f64 * 1e-9, 0.0, DEADLINE_MAX_S, "s")?;
         let limits = Limits { deadline_nanos, ..Limits::default() };
         let tuning = PositioningTuning { limits, ..PositioningTuning::default() };
-        Ok(Self { filter: Filter::of(filter)?, target, tuning })
+        let filter = Filter::of(filter)?;
+        let position_loop = PositionLoop::new(filter, target, tuning, Time::ZERO);
+        *place = Some(Self { configuration, target, tuning, position_loop });
+        Ok(())
+    }
+}
+
+/// Where the move lies that was configured. Its filter is larger than a stack should carry: on a board this is a static.
+#[derive(Debug, Default)]
+pub struct MoveMemory(Option<Move>);
+
+impl MoveMemory {
+    /// No move.
+    pub const fn new() -> Self {
+        Self(None)
     }
 }
 
 /// What the loop may do.
 #[derive(Debug)]
-#[expect(clippy::large_enum_variant, reason = "there is one, and no heap to put it on")]
 enum State {
-    /// Not armed.
+    /// Not armed; the filter of a move that is configured has seen nothing.
     Safe,
-    Armed(PositionLoop<Filter>),
+    /// The move that is configured is under way.
+    Armed,
     /// Not to be armed before a stop.
     Latched(Fault),
 }
@@ -78,12 +97,12 @@ struct Session {
 
 /// The program, over an amplifier of the board.
 #[derive(Debug)]
-pub struct Application<D> {
+pub struct Application<'m, D> {
     amplifier: D,
     deframer: Deframer,
     counters: Counters,
     session: Option<Session>,
-    configured: Option<Move>,
+    configured: &'m mut MoveMemory,
     state: State,
     inbox: Inbox,
     ticks: u64,
@@ -118,16 +137,17 @@ impl<D: Drive> Drive for Ports<'_, D> {
     }
 }
 
-impl<D: Drive> Application<D> {
+impl<'m, D: Drive> Application<'m, D> {
     /// The program as it starts: drive off, no host.
-    pub fn new(mut amplifier: D) -> Self {
+    pub fn new(mut amplifier: D, memory: &'m mut MoveMemory) -> Self {
         amplifier.drive(DriveCommand::OFF);
+        memory.0 = None;
         Self {
             amplifier,
             deframer: Deframer::default(),
             counters: Counters::default(),
             session: None,
-            configured: None,
+            configured: memory,
             state: State::Safe,
             inbox: Inbox::default(),
             ticks: 0,
@@ -156,7 +176,7 @@ impl<D: Drive> Application<D> {
 
     /// Whether the loop may drive.
     pub fn is_armed(&self) -> bool {
-        matches!(self.state, State::Armed(_))
+        matches!(self.state, State::Armed)
     }
 
     /// What became of the bytes received.
@@ -215,8 +235,9 @@ impl<D: Drive> Application<D> {
         if self.is_armed() && self.ticks - self.heard_at > SILENT_TICKS {
             self.latch(Fault::HostSilent);
         }
-        let Self { state: State::Armed(position_loop), inbox, amplifier, ticks, .. } = self else {
-            self.amplifier.drive(DriveCommand::OFF);
+        let Self { state, configured: MoveMemory(configured), inbox, amplifier, ticks, .. } = self;
+        let (State::Armed, Some(Move { position_loop, .. })) = (state, configured) else {
+            amplifier.drive(DriveCommand::OFF);
             return None;
         };
         let now = time(*ticks);
@@ -235,6 +256,11 @@ impl<D: Drive> Application<D> {
         if self.overruns_in_a_row >= OVERRUNS_MAX {
             self.latch(Fault::Overrun);
         }
+    }
+
+    /// So many ticks passed before the loop was armed.
+    pub fn idle_ticks(&mut self, ticks: u64) {
+        self.ticks += ticks;
     }
 
     /// So many ticks never came: time goes on, and while armed each is an overrun.
@@ -259,11 +285,15 @@ impl<D: Drive> Application<D> {
         self.state = State::Latched(fault);
     }
 
+    /// Back to safe. A move that was under way can begin anew, with a filter that has seen nothing.
     fn stop(&mut self) {
         self.amplifier.drive(DriveCommand::OFF);
-        self.state = State::Safe;
+        let was_armed = !matches!(mem::replace(&mut self.state, State::Safe), State::Safe);
         self.inbox.clear();
         self.overruns_in_a_row = 0;
+        if let Some(Move { configuration, .. }) = self.configured.0.as_ref().filter(|_| was_armed) {
+            self.configure(*configuration);
+        }
     }
 
     /// The answer to a frame, if it wants one.
@@ -297,8 +327,8 @@ impl<D: Drive> Application<D> {
     fn obey(&mut self, message: &HostMessage) -> Option<BoardMessage> {
         Some(match message {
             HostMessage::Hello => {
+                self.configured.0 = None;
                 self.stop();
-                self.configured = None;
                 BoardMessage::Welcome { tick_nanos: PositionLoop::TICK_NANOS }
             }
             HostMessage::Configure(configuration) => self.configure(*configuration),
@@ -327,21 +357,18 @@ impl<D: Drive> Application<D> {
     fn fault(&self) -> Fault {
         match &self.state {
             State::Latched(fault) => fault.clone(),
-            State::Safe | State::Armed(_) => Fault::NotReady,
+            State::Safe | State::Armed => Fault::NotReady,
         }
     }
 
-    // Never inlined, like arming: their copies of a filter need not lie on the stack of every tick.
+    // Never inlined: what building a filter takes need not lie on the stack of every tick.
     #[inline(never)]
     fn configure(&mut self, configuration: Configuration) -> BoardMessage {
         if self.is_armed() {
             return BoardMessage::Fault(Fault::Armed);
         }
-        match Move::try_new(configuration) {
-            Ok(checked) => {
-                self.configured = Some(checked);
-                BoardMessage::Configured
-            }
+        match Move::put(&mut self.configured.0, configuration) {
+            Ok(()) => BoardMessage::Configured,
             Err(error) => {
                 let key = SettingKey::try_from(error.key).unwrap_or_default();
                 BoardMessage::Fault(Fault::OutOfBounds { key })
@@ -349,13 +376,12 @@ impl<D: Drive> Application<D> {
         }
     }
 
-    #[inline(never)]
     fn arm(&mut self) -> BoardMessage {
-        match (&self.state, &self.configured) {
-            (State::Armed(_), _) => BoardMessage::Armed,
-            (State::Safe, Some(Move { filter, target, tuning })) => {
-                let now = time(self.ticks);
-                self.state = State::Armed(PositionLoop::new(filter.clone(), *target, *tuning, now));
+        match (&self.state, &mut self.configured.0) {
+            (State::Armed, _) => BoardMessage::Armed,
+            (State::Safe, Some(Move { target, tuning, position_loop, .. })) => {
+                position_loop.begin(*target, *tuning, time(self.ticks));
+                self.state = State::Armed;
                 BoardMessage::Armed
             }
             (State::Safe | State::Latched(_), _) => BoardMessage::Fault(self.fault()),

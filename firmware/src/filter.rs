@@ -8,7 +8,7 @@ use link::FilterKind;
 use motor_model::{DriveCommand, MotorParams, OutOfBounds, Time};
 
 /// One of the filters.
-#[derive(Clone, Debug)]
+#[derive(Debug)]
 #[expect(clippy::large_enum_variant, reason = "there is one, and no heap to put it on")]
 pub enum Filter {
     /// Camera only.
@@ -24,6 +24,9 @@ impl Filter {
     ///
     /// # Errors
     /// When the model refuses the nominal motor: never.
+    // Inlined, so that it is built where it goes: it is larger than a stack should carry.
+    #[expect(clippy::inline_always, reason = "a copy of the filter on the way is what counts, not the call")]
+    #[inline(always)]
     pub fn of(kind: FilterKind) -> Result<Self, OutOfBounds> {
         let nominal = MotorParams::nominal();
         Ok(match kind {

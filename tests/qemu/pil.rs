@@ -55,6 +55,15 @@ fn tool_pil_ten_seconds_on_a_cortex_m7() {
     assert!(run["outcome"]["ok"] == true, "{run}");
 }
 
+/// The filter with the twin: of all that both compute, most of it.
+#[test]
+fn tool_pil_a_move_by_the_twin_on_either_board() {
+    for board in ["m4", "m7"] {
+        let run = identical(&["--board", board, "--set", "estimator.filter=twin"]);
+        assert!(run["outcome"]["ok"] == true, "{run}");
+    }
+}
+
 /// Short scenes with instruments that drop, repeat, delay and spoil what they measure.
 #[test]
 fn tool_pil_random_scenes() {
@@ -65,7 +74,7 @@ fn tool_pil_random_scenes() {
             format!("seed={n}"),
             format!("position.to_deg={}", 180.0 * (spread(37, 101) - 0.5)),
             format!("position.tolerance_deg={}", 0.01 + 0.1 * spread(29, 97)),
-            format!("estimator.filter={}", ["constant_rate", "impact_aided"][(n % 2) as usize]),
+            format!("estimator.filter={}", ["constant_rate", "impact_aided", "twin"][(n % 3) as usize]),
             format!("camera.drop_probability={}", 0.2 * spread(23, 89)),
             format!("camera.duplicate_probability={}", 0.2 * spread(19, 83)),
             format!("camera.outlier_probability={}", 0.05 * spread(17, 79)),

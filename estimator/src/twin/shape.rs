@@ -78,7 +78,7 @@ impl<T: Real> Carried<T> {
     }
 
     /// A row, or an effect: what `part` makes of each mode's response, times the mode's weight.
-    pub(super) fn row(&self, weights: &Vector3<T>, part: fn(&Response<T>) -> [T; 2]) -> Errors<T> {
+    pub(super) fn row(&self, weights: &Vector3<T>, part: impl Fn(&Response<T>) -> [T; 2]) -> Errors<T> {
         let mut row = Errors::zeros();
         let entries = row.iter_mut().skip(MODES);
         let parts = self

@@ -19,7 +19,7 @@ mod board {
     use cortex_m_rt::{entry, exception};
     use firmware::board::mps2::{CLOCK_HZ, Enable, Uart, Watchdog, Width};
     use firmware::board::{end, stack_bytes_max};
-    use firmware::tasks::{BYTES_PER_TICK_MAX, Fast, NoConverter, Queues};
+    use firmware::tasks::{BYTES_PER_TICK_MAX, Fast, NoConverter, Shared};
 
     type FastTask = Fast<'static, Width, Enable, NoConverter>;
 
@@ -42,9 +42,9 @@ mod board {
 
     #[entry]
     fn main() -> ! {
-        let started = Peripherals::take().zip(singleton!(: Queues = Queues::new()));
-        let Some((peripherals, queues)) = started else { end(Err(())) };
-        let Ok((fast, slow)) = queues.tasks(Width, Enable, NoConverter) else { end(Err(())) };
+        let started = Peripherals::take().zip(singleton!(: Shared = Shared::new()));
+        let Some((peripherals, shared)) = started else { end(Err(())) };
+        let Ok((fast, slow)) = shared.tasks(Width, Enable, NoConverter) else { end(Err(())) };
         let mut slow = slow.with_stack_gauge(stack_bytes_max);
         free(|token| HANDOVER.borrow(token).set(Some(fast)));
         let mut line = Uart::start();

@@ -9,23 +9,24 @@ fn main() -> Result<(), motor_model::OutOfBounds> {
 
     println!("{}", TwinRun::compute(ImpactRule::EndOfStep)?);
     println!("{}", TwinRun::compute(ImpactRule::Located)?);
-    println!("{}", LoopRun::compute()?);
+    println!("{}", LoopRun::compute(&mut None)?);
     Ok(())
 }
 
 #[cfg(target_os = "none")]
 mod board {
-    // Supplies the critical section that semihosting needs.
-    use cortex_m as _;
+    // Supplies the critical section that semihosting needs as well.
+    use cortex_m::singleton;
     use cortex_m_rt::entry;
     use cortex_m_semihosting::{debug, heprintln, hprintln};
     use firmware::board::end;
-    use firmware::parity::{LoopRun, TwinRun};
+    use firmware::parity::{LoopPlace, LoopRun, TwinRun};
     use motor_model::{ImpactRule, OutOfBounds};
 
     #[entry]
     fn main() -> ! {
-        let outcome = match print() {
+        let Some(place) = singleton!(: LoopPlace = None) else { end(debug::EXIT_FAILURE) };
+        let outcome = match print(place) {
             Ok(()) => debug::EXIT_SUCCESS,
             Err(error) => {
                 // The key alone: printing its numbers would link decimal conversion of f64.
@@ -36,10 +37,10 @@ mod board {
         end(outcome)
     }
 
-    fn print() -> Result<(), OutOfBounds> {
+    fn print(place: &mut LoopPlace) -> Result<(), OutOfBounds> {
         hprintln!("{}", TwinRun::compute(ImpactRule::EndOfStep)?);
         hprintln!("{}", TwinRun::compute(ImpactRule::Located)?);
-        hprintln!("{}", LoopRun::compute()?);
+        hprintln!("{}", LoopRun::compute(place)?);
         Ok(())
     }
 }

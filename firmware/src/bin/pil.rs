@@ -12,12 +12,12 @@ fn main() -> std::process::ExitCode {
 
 #[cfg(target_os = "none")]
 mod board {
-    // Supplies the critical section that semihosting needs.
     use controller::Drive;
-    use cortex_m as _;
+    // Supplies the critical section that semihosting needs as well.
+    use cortex_m::singleton;
     use cortex_m_rt::entry;
     use cortex_m_semihosting::{debug, heprintln};
-    use firmware::application::Application;
+    use firmware::application::{Application, MoveMemory};
     use firmware::board::{end, stack_bytes_max};
     use firmware::semihosting::HostFile;
     use motor_model::DriveCommand;
@@ -41,7 +41,8 @@ mod board {
             heprintln!("the host has no standard input or output");
             end(debug::EXIT_FAILURE)
         };
-        let mut application = Application::new(Plant).with_stack_gauge(stack_bytes_max);
+        let Some(memory) = singleton!(: MoveMemory = MoveMemory::new()) else { end(debug::EXIT_FAILURE) };
+        let mut application = Application::new(Plant, memory).with_stack_gauge(stack_bytes_max);
         let mut block = [0; BLOCK_BYTES];
         let mut answers = heapless::Vec::<u8, BLOCK_BYTES>::new();
         loop {

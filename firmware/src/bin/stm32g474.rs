@@ -19,7 +19,7 @@ mod board {
     use cortex_m_rt::{entry, exception};
     use firmware::board::stm32g474::{CLOCK_HZ, Enable, Parts, Vibrometer, Width};
     use firmware::board::{end, stack_bytes_max};
-    use firmware::tasks::{BYTES_PER_TICK_MAX, Fast, Queues};
+    use firmware::tasks::{BYTES_PER_TICK_MAX, Fast, Shared};
     use heapless::Deque;
     use stm32g4::stm32g474 as pac;
 
@@ -54,11 +54,11 @@ mod board {
     #[entry]
     fn main() -> ! {
         let started = Peripherals::take().zip(pac::Peripherals::take());
-        let (Some((core, device)), Some(queues)) = (started, singleton!(: Queues = Queues::new())) else {
+        let (Some((core, device)), Some(shared)) = (started, singleton!(: Shared = Shared::new())) else {
             end(Err(()))
         };
         let Parts { width, enable, mut line, vibrometer, mut watchdog } = Parts::start(device);
-        let Ok((fast, slow)) = queues.tasks(width, enable, vibrometer) else { end(Err(())) };
+        let Ok((fast, slow)) = shared.tasks(width, enable, vibrometer) else { end(Err(())) };
         let mut slow = slow.with_stack_gauge(stack_bytes_max);
         free(|token| HANDOVER.borrow(token).set(Some(fast)));
         let mut outbox = Deque::<u8, OUTBOX_BYTES>::new();

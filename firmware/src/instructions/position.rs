@@ -20,7 +20,8 @@ pub(super) fn count(
 ) -> Result<(), OutOfBounds> {
     let mut count = Count::of("loop_tick");
     crate::parity::follow_loop(
-        crate::parity::constant_rate,
+        &mut None,
+        || Ok(crate::parity::constant_rate()),
         |position_loop, now, instruments| {
             let now = black_box(now);
             let (report, instructions) =

@@ -5,7 +5,7 @@
 use std::cell::Cell;
 
 use controller::Drive;
-use firmware::application::Application;
+use firmware::application::{Application, MoveMemory};
 use libfuzzer_sys::fuzz_target;
 use link::{BoardMessage, FRAME_BYTES_MAX, Header, HostMessage, decode, encode};
 use motor_model::DriveCommand;
@@ -21,7 +21,8 @@ impl Drive for Watched<'_> {
 
 fuzz_target!(|bytes: &[u8]| {
     let driven = Cell::new(DriveCommand::OFF);
-    let mut board = Application::new(Watched(&driven));
+    let mut memory = MoveMemory::new();
+    let mut board = Application::new(Watched(&driven), &mut memory);
     let mut rest = bytes;
     let mut header = Header { session: 1, sequence: 0, ticks: 0 };
     while let Some((&what, after)) = rest.split_first() {
