@@ -9,8 +9,8 @@
 //! rate     kicked by clamp(a S - rate, -f L, f L),   S = s' / R_t of that pair,   L = mu m_r R_t dv / J
 //! ```
 //!
-//! Two filters in a row, since the camera tells nothing of the stator. The first has the stator's 23 errors: six of the modes, the height, three of the impact at
-//! hand, 13 of the motor's parameters, which gap and approach of hundreds of impacts a second soon tell. The second has angle, rate, and the scales `f`
+//! Two filters in a row, since the camera tells nothing of the stator. The first has the stator's 20 errors: six of the modes, the height, three of the impact at
+//! hand, ten of the motor's parameters, which gap and approach of hundreds of impacts a second soon tell. The second has angle, rate, and the scales `f`
 //! of friction and `a` of the teeth's reach.
 //!
 //! A jump is better known ten samples later, and the tooth's velocity after the next impact: the strike, which waits for its frame, is amended.
@@ -24,7 +24,6 @@ mod contact;
 mod driven;
 mod kick;
 mod oscillator;
-mod shape;
 mod stator;
 mod trust;
 mod tuning;

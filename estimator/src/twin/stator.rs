@@ -1,6 +1,6 @@
 //! The stator under measured impulses: its modes, the rotor's height over it, and the parameters that move both.
 //!
-//! The states are errors: of `(g, g')` in each mode and of the height z; of the last impact's instant, jump and tangential velocity; and of 13 parameters, which
+//! The states are errors: of `(g, g')` in each mode and of the height z; of the last impact's instant, jump and tangential velocity; and of ten parameters, which
 //! the plant keeps for ever and the filter therefore learns. A mode whose stiffness, damping and drive are off by the parts `k`, `c`, `f` moves as
 //!
 //! ```text
@@ -21,10 +21,10 @@ use nalgebra::{Matrix2, SVector, Vector2, Vector3};
 use super::oscillator::Oscillator;
 use super::tuning::TwinTuning;
 use crate::factors::{NoiseSource, UdCovariance};
-use crate::transition::Blocks2;
+use crate::transition::{Blocks2, UpperTriangular};
 
 /// Errors of the stator, of the last impact, and of the parameters.
-pub(super) const STATES: usize = 23;
+pub(super) const STATES: usize = 20;
 /// Tangential velocity of the tooth at the last impact.
 pub(super) const TOOTH: usize = 0;
 /// Height of the rotor.
@@ -41,10 +41,6 @@ pub(super) const MODAL: usize = 10;
 pub(super) const RECOIL: usize = 18;
 /// Part by which `1 / (1 + e)` is off.
 pub(super) const APPROACH: usize = 19;
-/// Part by which the amplitude of the first pair of teeth is off; that of the second follows.
-pub(super) const SCALES: usize = 20;
-/// By how much the teeth's angle is off, in rad.
-pub(super) const ANGLE: usize = 22;
 
 /// Where each mode's parameters begin, and how many there are.
 const MODAL_PLACES: [(usize, usize); 3] = [(MODAL, 2), (MODAL + 2, 3), (MODAL + 5, 3)];
@@ -238,14 +234,15 @@ impl<T: Real> StatorBelief<T> {
 
     /// Carries the covariance to the present.
     pub(super) fn carry(&mut self) {
-        if self.waited_s <= T::zero() {
-            return;
-        }
         let [a, b, c] = self.flow;
         self.covariance.carry_first::<8, 4>(&Blocks2([Matrix2::identity(), a, b, c]));
         for (m, (slopes, (first, count))) in self.slopes.iter().zip(MODAL_PLACES).enumerate() {
             for (state, slope) in (first..first + count).zip(slopes) {
-                self.covariance.add_effect(state, MODES + 2 * m, slope.as_slice());
+                let mut effect = Errors::zeros();
+                for (entry, &s) in effect.iter_mut().skip(MODES + 2 * m).zip(slope.iter()) {
+                    *entry = s;
+                }
+                self.covariance.add_effect(state, &effect);
             }
         }
         let [a, b, c] = self.fed_m2_s3.map(|fed| fed * self.waited_s);
@@ -256,7 +253,7 @@ impl<T: Real> StatorBelief<T> {
             noise(MODES + 5, c),
             noise(HEIGHT, self.height_m2_s * self.waited_s),
         ];
-        self.covariance.add_noise(&sources);
+        self.covariance.predict(&UpperTriangular(nalgebra::SMatrix::identity()), &sources);
         self.flow = [Matrix2::identity(); 3];
         self.slopes = [[Vector2::zeros(); 3]; 3];
         self.waited_s = T::zero();
@@ -302,8 +299,7 @@ fn at_rest<T: Real>(tuning: &TwinTuning<T>) -> Errors<T> {
     let [c_a, c_b, c_c] = tuning.tolerance.damping;
     let [f_b, f_c] = tuning.tolerance.amplitude;
     let (recoil, restitution) = (tuning.tolerance.recoil, tuning.tolerance.restitution);
-    let (pair, angle) = (tuning.tolerance.pair, tuning.tolerance.tooth_angle_rad);
-    let parameters = [k_a, c_a, k_b, c_b, f_b, k_c, c_c, f_c, recoil, restitution, pair, pair, angle];
+    let parameters = [k_a, c_a, k_b, c_b, f_b, k_c, c_c, f_c, recoil, restitution];
     let mut deviations = Errors::repeat(still);
     for (entry, p) in deviations.iter_mut().skip(MODAL).zip(parameters) {
         *entry = p;

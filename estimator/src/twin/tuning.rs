@@ -39,10 +39,6 @@ pub struct Tolerance<T> {
     pub recoil: T,
     /// `1 + e`.
     pub restitution: T,
-    /// Amplitude of each pair of teeth in B and C.
-    pub pair: T,
-    /// The teeth's angle, in rad.
-    pub tooth_angle_rad: T,
 }
 
 /// How well gap and approach at an impact are what the model says.
@@ -50,7 +46,7 @@ pub struct Tolerance<T> {
 pub struct ContactTuning<T> {
     /// Standard deviation of the gap in m.
     pub gap_m: T,
-    /// The same as a part of the tooth's swing in B and C.
+    /// The same as a part of the tooth's swing in B and C: the pairs' amplitudes differ by half a percent.
     pub shape_part: T,
     /// Standard deviation of the approach, as a part of it.
     pub approach_part: T,
@@ -77,15 +73,15 @@ impl<T: Real> TwinTuning<T> {
         Self {
             constant_rate: ConstantRateTuning::default(),
             detector: ImpactDetectorTuning {
-                threshold: n(3.6),
+                threshold: n(4.0),
                 window_samples: n(20.0),
                 ..ImpactDetectorTuning::new(params)
             },
             tolerance: Tolerance::default(),
             contact: ContactTuning::default(),
-            tooth_m_s: n(5e-5),
+            tooth_m_s: n(1e-4),
             kick_part: n(0.005),
-            chatter_rad2_s2: n(3e-4),
+            chatter_rad2_s2: n(5e-4),
             between_rad2_s3: n(0.03),
         }
     }
@@ -101,8 +97,6 @@ impl<T: Real> Default for Tolerance<T> {
             amplitude: [n(0.027), n(0.027)],
             recoil: n(0.042),
             restitution: n(0.013),
-            pair: n(0.005),
-            tooth_angle_rad: n(2.2e-3),
         }
     }
 }
@@ -111,15 +105,15 @@ impl<T: Real> Default for ContactTuning<T> {
     fn default() -> Self {
         let n = T::from_f64;
         Self {
-            gap_m: n(1.2e-8),
-            shape_part: n(0.001),
+            gap_m: n(3e-8),
+            shape_part: n(0.005),
             approach_part: n(0.003),
-            fed_part: n(4e-4),
-            iterations: 2,
+            fed_part: n(1e-3),
+            iterations: 3,
             doubtful_m_s: n(3e-3),
-            misfit: n(150.0),
+            misfit: n(300.0),
             landing_m_s: n(1e-2),
-            surprise: n(8.0),
+            surprise: n(12.0),
             refining_samples: 10,
         }
     }
