@@ -66,9 +66,10 @@ fn tool_every_variant_has_its_error_and_its_cost() {
                     let tick = 0.1 * frame + 1e-5 * rate_hz * sample + prediction;
                     assert_between(number(ns, "tick") / tick, 1.0 - 1e-9, 1.0 + 1e-9, row);
                 }
-                // The same frames and samples: what differs is rounding.
+                // The same frames and samples: what differs is rounding, and where the twin decides - which pair, stick or slip - what rounding decides.
                 let ratio = number(single, "rms_angle_mdeg") / number(double, "rms_angle_mdeg");
-                assert_between(ratio, 0.97, 1.03, single);
+                let most = if filter == "twin" { 1.15 } else { 1.03 };
+                assert_between(ratio, 1.0 / most, most, single);
             }
         }
     }
