@@ -7,7 +7,7 @@ use core::hint::black_box;
 
 use estimator::{
     AngleFilter, CameraFrame, ConstantRate, ConstantRateTuning, Estimate, ImpactAided, ImpactAidedTuning,
-    Innovation, LdvSample, TwinFilter, TwinTuning,
+    Innovation, LdvSample,
 };
 use motor_model::{DriveCommand, DriveMode, Motor, MotorParams, MotorSetup, MotorState, OutOfBounds, Time};
 
@@ -36,9 +36,6 @@ pub(super) fn count(
     report: &mut impl FnMut(Count),
 ) -> Result<(), OutOfBounds> {
     let params = MotorParams::nominal();
-    let constant_rate = || ConstantRate::<f32>::new(&ConstantRateTuning::default());
-    let impact_aided = || ImpactAided::<f32>::new(&ImpactAidedTuning::new(&params));
-    let twin = || TwinFilter::<f32>::try_new(&params, &TwinTuning::new(&params));
     for (mode, names) in [
         (
             DriveMode::B,
@@ -53,7 +50,6 @@ pub(super) fn count(
                     "impact_aided_b_vibrometer_sample",
                     "impact_aided_b_prediction",
                 ],
-                ["twin_b_camera_frame", "twin_b_vibrometer_sample", "twin_b_prediction"],
             ],
         ),
         (
@@ -69,14 +65,14 @@ pub(super) fn count(
                     "impact_aided_c_vibrometer_sample",
                     "impact_aided_c_prediction",
                 ],
-                ["twin_c_camera_frame", "twin_c_vibrometer_sample", "twin_c_prediction"],
             ],
         ),
     ] {
-        let [of_constant_rate, of_impact_aided, of_twin] = names;
-        follow(meter, constant_rate(), mode, of_constant_rate)?.into_iter().for_each(&mut *report);
-        follow(meter, impact_aided(), mode, of_impact_aided)?.into_iter().for_each(&mut *report);
-        follow(meter, twin()?, mode, of_twin)?.into_iter().for_each(&mut *report);
+        let [of_constant_rate, of_impact_aided] = names;
+        let mut constant_rate = ConstantRate::<f32>::new(&ConstantRateTuning::default());
+        follow(meter, &mut constant_rate, mode, of_constant_rate)?.into_iter().for_each(&mut *report);
+        let mut impact_aided = ImpactAided::<f32>::new(&ImpactAidedTuning::new(&params));
+        follow(meter, &mut impact_aided, mode, of_impact_aided)?.into_iter().for_each(&mut *report);
     }
     Ok(())
 }
@@ -97,9 +93,10 @@ fn predict<F: AngleFilter<f32>>(filter: &F, now: Time) -> Option<Estimate<f32>> 
 }
 
 /// `filter` beside the motor driven in `mode`.
+#[inline(never)]
 fn follow<F: AngleFilter<f32>>(
     meter: &Meter<'_, impl InstructionTimer>,
-    mut filter: F,
+    filter: &mut F,
     mode: DriveMode,
     names: Names,
 ) -> Result<[Count; 3], OutOfBounds> {
@@ -116,13 +113,13 @@ fn follow<F: AngleFilter<f32>>(
         let now = black_box(Time::from_nanos(n * LDV_NANOS));
         let counted = n > SETTLING_SAMPLES;
         let sample = black_box(LdvSample { taken_at: now, velocity_m_s: state.rotor.velocity_m_s });
-        let (_, instructions) = black_box(meter.instructions(|| listen(&mut filter, &sample)));
+        let (_, instructions) = black_box(meter.instructions(|| listen(filter, &sample)));
         if counted {
             samples.add(instructions);
         }
         if n.is_multiple_of(SAMPLES_PER_FRAME) {
             if let Some(frame) = black_box(on_its_way) {
-                let (_, instructions) = black_box(meter.instructions(|| update(&mut filter, &frame)));
+                let (_, instructions) = black_box(meter.instructions(|| update(filter, &frame)));
                 if counted {
                     frames.add(instructions);
                 }
@@ -130,7 +127,7 @@ fn follow<F: AngleFilter<f32>>(
             on_its_way = Some(CameraFrame { exposed_at: now, angle: state.rotor.angle.angle().wrapped() });
         }
         if counted && n.is_multiple_of(SAMPLES_PER_PREDICTION) {
-            let (_, instructions) = black_box(meter.instructions(|| predict(&filter, now)));
+            let (_, instructions) = black_box(meter.instructions(|| predict(filter, now)));
             predictions.add(instructions);
         }
     }
