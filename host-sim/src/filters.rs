@@ -1,6 +1,6 @@
 //! `host-sim filters`: what each filter costs, beside how far it is off.
 //!
-//! Motors are drawn within Table 1's tolerances and driven at full strength from rest in both modes; what their instruments deliver is [recorded](recording), and every
+//! Motors are drawn within Table 1's tolerances and driven at full strength from rest in both modes; what their instruments deliver is [recorded](mod@recording), and every
 //! [`Variant`] of every [filter](crate::filter) - in both precisions, with the vibrometer's samples at several rates - is [replayed](replay) over the same recordings.
 //! The rate of the samples is also the step at which a filter that runs the twin steps it.
 //!
