@@ -132,7 +132,7 @@ impl<'a> Line<'a> {
 }
 
 /// `f32` or `f64`.
-pub(super) const fn name(precision: Precision) -> &'static str {
+const fn name(precision: Precision) -> &'static str {
     match precision {
         Precision::F32 => "f32",
         Precision::F64 => "f64",
