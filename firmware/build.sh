@@ -3,7 +3,7 @@
 #
 #   firmware/build.sh [PROGRAM]
 #
-# PROGRAM is the one whose ELF is named: parity, if none is given, instructions or pil.
+# PROGRAM is the one whose ELF is named: parity, if none is given, instructions or pil; or peers, which is built for its own sake only.
 #
 # A Rust that can build for the target is sought in this order, each attempt of bounded time:
 #
@@ -48,6 +48,10 @@ add_debian() {
 # Each library by itself first: none may lean on another's features to do without std.
 build_all() {
     local package
+    if [[ $program == peers ]]; then
+        timeout 900 "$@" build --release --target "$target" -p firmware --features peers --bin peers >&2
+        return
+    fi
     for package in motor-model estimator controller link firmware; do
         timeout 900 "$@" build --release --target "$target" -p "$package" >&2
     done

@@ -14,15 +14,27 @@
 //! - [`count_all`]: every operation in turn, one [`Count`] each: the twin, the filters, the loop that flies, sines and angles.
 
 mod calibration;
+mod core;
 mod estimation;
 mod filters;
+#[cfg(feature = "peers")]
+mod peers;
 mod position;
+#[cfg(target_os = "none")]
+mod systick;
 mod trigonometry;
 mod twin;
 
-use core::fmt;
+use ::core::fmt;
 
 use motor_model::OutOfBounds;
+
+use crate::parity::LoopPlace;
+
+#[cfg(feature = "peers")]
+pub use peers::count_peers;
+#[cfg(target_os = "none")]
+pub use systick::SysTick;
 
 /// A tick of the timer.
 pub const TICK_NANOS: u32 = 40;
@@ -104,17 +116,22 @@ fn instructions_between(start: u32, end: u32) -> u32 {
     (ticks * TICK_NANOS + INSTRUCTION_NANOS / 2) / INSTRUCTION_NANOS
 }
 
-/// Counts every operation and hands each count to `report`.
+/// Counts every operation and hands each count to `report`; `place` is where the loop lies.
 ///
 /// # Errors
 /// When the model refuses the nominal motor or a command: never, unless their bounds are changed.
-pub fn count_all(timer: &impl InstructionTimer, mut report: impl FnMut(Count)) -> Result<(), OutOfBounds> {
+pub fn count_all(
+    timer: &impl InstructionTimer,
+    place: &mut LoopPlace,
+    mut report: impl FnMut(Count),
+) -> Result<(), OutOfBounds> {
     let meter = Meter::new(timer);
     calibration::count(&meter, &mut report);
     twin::count(&meter, &mut report)?;
+    core::count(&meter, &mut report);
     estimation::count(&meter, &mut report);
     filters::count(&meter, &mut report)?;
-    position::count(&meter, &mut report)?;
+    position::count(&meter, place, &mut report)?;
     trigonometry::count(&meter, &mut report);
     Ok(())
 }
@@ -123,7 +140,7 @@ pub fn count_all(timer: &impl InstructionTimer, mut report: impl FnMut(Count)) -
 mod tests {
     extern crate std;
 
-    use core::cell::Cell;
+    use ::core::cell::Cell;
     use std::vec::Vec;
 
     use super::*;
@@ -177,7 +194,7 @@ mod tests {
     #[test]
     fn law_every_operation_is_reached_and_only_loops_take_this_timers_time() {
         let mut counts = Vec::new();
-        count_all(&Virtual(Cell::new(0)), |count| counts.push(count)).unwrap();
+        count_all(&Virtual(Cell::new(0)), &mut None, |count| counts.push(count)).unwrap();
         let samples = |operation: &str| {
             counts.iter().filter(|count| count.operation == operation).map(|count| count.samples).sum::<u32>()
         };
@@ -195,7 +212,10 @@ mod tests {
             ("impact_aided_b_camera_frame", 1000),
             ("impact_aided_c_vibrometer_sample", 20_000),
             ("constant_rate_c_prediction", 10_000),
+            ("core_2_predict_and_update", 1000),
             ("loop_tick", 30_000),
+            ("loop_tick_impact_aided", 30_000),
+            ("loop_tick_twin_and_step", 30_000),
         ] {
             assert_eq!(samples(operation), expected, "{operation}");
         }

@@ -10,50 +10,21 @@ fn main() -> std::process::ExitCode {
 
 #[cfg(target_os = "none")]
 mod board {
-    use cortex_m::Peripherals;
-    use cortex_m::peripheral::SYST;
-    use cortex_m::peripheral::syst::SystClkSource;
+    use cortex_m::{Peripherals, singleton};
     use cortex_m_rt::entry;
     use cortex_m_semihosting::{debug, heprintln, hprintln};
     use firmware::board::end;
-    use firmware::instructions::{self, InstructionTimer};
-
-    /// Ticks after which the timer starts again: all its 24 bits.
-    const RELOAD: u32 = 0x00ff_ffff;
-
-    /// The timer that every Cortex-M has, at the processor's clock.
-    struct SysTick;
-
-    impl SysTick {
-        fn start(mut timer: SYST) -> Self {
-            timer.set_clock_source(SystClkSource::Core);
-            timer.set_reload(RELOAD);
-            timer.clear_current();
-            timer.enable_counter();
-            Self
-        }
-    }
-
-    impl InstructionTimer for SysTick {
-        // Never inlined, so that a reading costs the same wherever it stands.
-        #[inline(never)]
-        fn ticks(&self) -> u32 {
-            SYST::get_current()
-        }
-
-        #[inline(never)]
-        fn turn(&self, turns: u32) {
-            // It makes one turn more than it is told.
-            cortex_m::asm::delay(turns - 1);
-        }
-    }
+    use firmware::instructions::{self, SysTick};
+    use firmware::parity::LoopPlace;
 
     #[entry]
     fn main() -> ! {
         let Some(peripherals) = Peripherals::take() else { end(debug::EXIT_FAILURE) };
+        // Larger than a stack should carry.
+        let Some(place) = singleton!(: LoopPlace = None) else { end(debug::EXIT_FAILURE) };
         let timer = SysTick::start(peripherals.SYST);
         hprintln!("compiler {}", env!("FIRMWARE_RUSTC"));
-        let outcome = match instructions::count_all(&timer, |count| hprintln!("{}", count)) {
+        let outcome = match instructions::count_all(&timer, place, |count| hprintln!("{}", count)) {
             Ok(()) => debug::EXIT_SUCCESS,
             Err(error) => {
                 // The key alone: printing its numbers would link decimal conversion of f64.

@@ -1,36 +1,71 @@
-//! The loop that flies, without the twin that it positions.
+//! The loop that flies, with each filter as the firmware picks it, and with the twin's step beside it.
 
 use core::hint::black_box;
 
 use controller::{PositionLoop, Report, tick};
-use motor_model::{OutOfBounds, Time};
+use link::FilterKind;
+use motor_model::{Impacts, Motor, MotorParams, MotorSetup, MotorState, OutOfBounds, Time};
 
 use super::{Count, InstructionTimer, Meter};
-use crate::parity::Instruments;
+use crate::filter::Filter;
+use crate::parity::{Instruments, LoopPlace};
 
 /// What is counted: a tick with the instruments of [`crate::parity::LoopRun`], whose queues hold one measurement each.
 #[inline(never)]
-fn tick_once(position_loop: &mut PositionLoop, now: Time, instruments: &mut Instruments) -> Report {
+fn tick_once(position_loop: &mut PositionLoop<Filter>, now: Time, instruments: &mut Instruments) -> Report {
     tick(position_loop, now, instruments)
 }
 
-pub(super) fn count(
+/// And a step of the twin under what the tick has applied.
+#[inline(never)]
+fn step(motor: &Motor<f32>, state: &mut MotorState<f32>, report: &Report) -> Impacts<f32> {
+    motor.step(state, report.applied)
+}
+
+/// Counts the tick alone, and with a twin that steps under the same drive.
+#[inline(never)]
+fn follow(
     meter: &Meter<'_, impl InstructionTimer>,
-    report: &mut impl FnMut(Count),
-) -> Result<(), OutOfBounds> {
-    let mut count = Count::of("loop_tick");
+    place: &mut LoopPlace,
+    [alone, whole]: [&'static str; 2],
+    kind: FilterKind,
+) -> Result<[Count; 2], OutOfBounds> {
+    #[expect(clippy::cast_precision_loss, reason = "10,000 is exact")]
+    let setup = MotorSetup::with_step(PositionLoop::TICK_NANOS as f64 * 1e-9);
+    let motor = Motor::try_new(&MotorParams::nominal(), &setup)?;
+    let mut state = MotorState::default();
+    let [mut alone, mut whole] = [alone, whole].map(Count::of);
     crate::parity::follow_loop(
-        &mut None,
-        || Ok(crate::parity::constant_rate()),
+        place,
+        || Filter::of(kind),
         |position_loop, now, instruments| {
             let now = black_box(now);
-            let (report, instructions) =
+            let (report, of_tick) =
                 black_box(meter.instructions(|| tick_once(position_loop, now, instruments)));
-            count.add(instructions);
+            let (_, of_step) = black_box(meter.instructions(|| step(&motor, &mut state, &report)));
+            alone.add(of_tick);
+            whole.add(of_tick + of_step);
             report
         },
         |_, _| (),
     )?;
-    report(count);
+    Ok([alone, whole])
+}
+
+/// The names of each filter's rows: the tick alone, and with the step.
+const NAMES: [(FilterKind, [&str; 2]); 3] = [
+    (FilterKind::ConstantRate, ["loop_tick", "loop_tick_and_step"]),
+    (FilterKind::ImpactAided, ["loop_tick_impact_aided", "loop_tick_impact_aided_and_step"]),
+    (FilterKind::Twin, ["loop_tick_twin", "loop_tick_twin_and_step"]),
+];
+
+pub(super) fn count(
+    meter: &Meter<'_, impl InstructionTimer>,
+    place: &mut LoopPlace,
+    report: &mut impl FnMut(Count),
+) -> Result<(), OutOfBounds> {
+    for (kind, names) in NAMES {
+        follow(meter, place, names, kind)?.into_iter().for_each(&mut *report);
+    }
     Ok(())
 }

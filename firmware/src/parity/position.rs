@@ -6,7 +6,7 @@
 use core::fmt;
 
 use controller::{Drive, PositionLoop, PositioningTuning, Report, Sense, Target, tick};
-use estimator::{AngleFilter, CameraFrame, ConstantRate, ConstantRateTuning, LdvSample};
+use estimator::{AngleFilter, CameraFrame, LdvSample};
 use link::FilterKind;
 use motor_model::{Angle, DriveCommand, Motor, MotorParams, MotorSetup, MotorState, OutOfBounds, Time};
 
@@ -87,11 +87,6 @@ impl fmt::Display for LoopRun {
         writeln!(f, "loop_ticks {ticks}")?;
         write!(f, "loop_angle_units {angle_units}")
     }
-}
-
-/// The filter that hears the camera alone.
-pub(crate) fn constant_rate() -> ConstantRate<f32> {
-    ConstantRate::new(&ConstantRateTuning::default())
 }
 
 /// Positions the twin by a `filter` of its own for each target, each time by `tick_once`, shows `observe` each report and the state that it was made from, and returns the last

@@ -18,6 +18,9 @@ pub(super) struct InstructionsArgs {
     /// Program to run, instead of building it
     #[arg(long, value_name = "FILE")]
     elf: Option<PathBuf>,
+    /// Count other crates' Kalman filters too, at the core's own problem
+    #[arg(long)]
+    peers: bool,
     /// Write the counts as JSON, as tests/qemu keeps them
     #[arg(long, value_name = "FILE.json")]
     out: Option<PathBuf>,
@@ -29,7 +32,11 @@ pub(super) struct InstructionsArgs {
 impl InstructionsArgs {
     pub(super) fn execute(&self) -> Result<(), CommandError> {
         let file = self.out.as_deref().map(export::Output::create).transpose()?;
-        let listing = count_instructions(self.elf.as_deref(), self.board)?;
+        let mut listing = count_instructions(self.elf.as_deref(), self.board)?;
+        if self.peers {
+            let elf = instructions::program::build("peers")?;
+            listing.counts.extend(count_instructions(Some(&elf), self.board)?.counts);
+        }
         let report = instructions::Report::new(self.board, listing)?;
         if let Some(mut file) = file {
             file.write_all(report.json().as_bytes()).map_err(|source| file.unwritable(source))?;

@@ -1,0 +1,27 @@
+//! Prints how many instructions other people's Kalman filters take, as `instructions` does for ours. `host-sim instructions --peers` runs both.
+
+#![cfg_attr(target_os = "none", no_std, no_main)]
+
+#[cfg(not(target_os = "none"))]
+fn main() -> std::process::ExitCode {
+    eprintln!("only the microcontroller's instructions are counted: run `host-sim instructions --peers`");
+    std::process::ExitCode::from(2)
+}
+
+#[cfg(target_os = "none")]
+mod board {
+    use cortex_m::Peripherals;
+    use cortex_m_rt::entry;
+    use cortex_m_semihosting::{debug, hprintln};
+    use firmware::board::end;
+    use firmware::instructions::{self, SysTick};
+
+    #[entry]
+    fn main() -> ! {
+        let Some(peripherals) = Peripherals::take() else { end(debug::EXIT_FAILURE) };
+        let timer = SysTick::start(peripherals.SYST);
+        hprintln!("compiler {}", env!("FIRMWARE_RUSTC"));
+        instructions::count_peers(&timer, |count| hprintln!("{}", count));
+        end(debug::EXIT_SUCCESS)
+    }
+}
