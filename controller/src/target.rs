@@ -110,6 +110,7 @@ impl Default for Limits {
 mod tests {
     use super::*;
 
+    /// K1.
     #[test]
     fn exact_target_bounds() {
         for bad in [f64::NAN, f64::INFINITY, 4e5, -4e5] {

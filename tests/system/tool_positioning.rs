@@ -106,7 +106,7 @@ fn faulty(seed: &str, settings: &[&str]) -> serde_json::Value {
     json(folder().path(), &arguments)
 }
 
-/// Faults that a move outlives: it ends on target, measured by the truth.
+/// K5, K8: faults that a move outlives: it ends on target, measured by the truth.
 #[test]
 fn tool_faults_that_a_move_survives() {
     for settings in [
@@ -131,7 +131,7 @@ fn tool_faults_that_a_move_survives() {
     }
 }
 
-/// Faults that it cannot outlive: it stops, says why, and has not driven for long.
+/// K3, K4: faults that it cannot outlive: it stops, says why, and has not driven for long.
 #[test]
 fn tool_faults_that_end_a_move_are_named() {
     for (settings, why, on_max_s) in [

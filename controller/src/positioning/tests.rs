@@ -93,6 +93,7 @@ fn law_no_drive_without_an_estimate_and_it_says_why() {
     assert_eq!(bench.rest().mode(), Some(DriveMode::B), "health has returned");
 }
 
+/// K2.
 #[test]
 fn law_an_estimate_lost_on_the_way_switches_the_drive_off_in_the_same_tick() {
     for target_mdeg in [90e3, -90e3, -30.0, 300.0] {
@@ -160,6 +161,7 @@ fn law_the_second_move_profits_from_the_first() {
     assert!((0.0..0.1).contains(&second), "{second}");
 }
 
+/// K1.
 #[test]
 fn law_a_target_changed_on_the_way_is_the_one_that_counts() {
     let mut bench = Bench::new(90e3, 1.0);
@@ -189,7 +191,7 @@ fn law_cancelled_stays_off_until_there_is_a_new_target() {
     assert_eq!(bench.rest().mode(), Some(DriveMode::B));
 }
 
-/// Bursts that do nothing, and a cruise that does nothing: given up after a bounded number, each time.
+/// K3: bursts that do nothing, and a cruise that does nothing: given up after a bounded number, each time.
 #[test]
 fn law_a_stuck_rotor_is_given_up() {
     for target_mdeg in [-30.0, 300.0, -700.0] {
@@ -206,6 +208,7 @@ fn law_a_stuck_rotor_is_given_up() {
     assert!(on_nanos < u64::from(FAILURES_MAX) * (STALL_NANOS + 10 * TICK));
 }
 
+/// K4.
 #[test]
 fn law_a_rotor_that_turns_the_wrong_way_is_given_up() {
     for target_mdeg in [-30.0, 300.0] {
@@ -224,7 +227,7 @@ fn law_a_rotor_that_turns_the_wrong_way_is_given_up() {
     assert!(ticks < 400 && bench.mdeg > -4e3, "{ticks} {}", bench.mdeg);
 }
 
-/// A rotor that is thrown to and fro, never near the target: the number of drives is bounded, and so is the time.
+/// K6: a rotor that is thrown to and fro, never near the target: the number of drives is bounded, and so is the time.
 #[test]
 fn law_chatter_is_bounded_by_drives_and_by_the_deadline() {
     let mut bench = Bench::limited(0.0, 0.5, Limits { drives_max: 25, ..Limits::default() });
@@ -250,7 +253,7 @@ fn law_chatter_is_bounded_by_drives_and_by_the_deadline() {
     assert_eq!(bench.phase(), Phase::Stopped(Stop::TimedOut));
 }
 
-/// A target nearer than any burst: measuring alone decides.
+/// K10: a target nearer than any burst: measuring alone decides.
 #[test]
 fn law_a_goal_closer_than_one_burst_ends() {
     for target_mdeg in [0.1, -0.1, 0.05, -0.05] {
@@ -260,6 +263,7 @@ fn law_a_goal_closer_than_one_burst_ends() {
     }
 }
 
+/// K7.
 #[test]
 fn law_travel_is_kept_to() {
     let limits = Limits { travel: Travel::try_new(-10.0, 50.0).unwrap(), ..Limits::default() };
@@ -273,7 +277,22 @@ fn law_travel_is_kept_to() {
     assert_eq!(bench.phase(), Phase::Stopped(Stop::OutOfTravel));
 }
 
-/// In hold the rotor is left alone until it is off for certain; a jolt is made good, even after the deadline.
+/// K7: neither a cruise nor a burst keeps the coil warm for longer than is allowed.
+#[test]
+fn law_the_drive_is_never_on_for_longer_than_allowed() {
+    for (target_mdeg, on_max_ticks) in [(90e3, 300), (-90e3, 300), (900.0, 20), (-700.0, 20)] {
+        let on_max_nanos = on_max_ticks * TICK;
+        let mut bench = Bench::limited(target_mdeg, 1.0, Limits { on_max_nanos, ..Limits::default() });
+        assert!(bench.rest().mode().is_some(), "{target_mdeg}");
+        let mut ticks = 1;
+        while bench.moving().mode().is_some() {
+            ticks += 1;
+        }
+        assert_eq!((ticks, bench.phase()), (on_max_ticks, Phase::Settling), "{target_mdeg}");
+    }
+}
+
+/// K8: in hold the rotor is left alone until it is off for certain; a jolt is made good, even after the deadline.
 #[test]
 fn law_a_jolt_in_hold_is_made_good() {
     let mut bench = Bench::limited(0.0, 1.0, Limits { deadline_nanos: 1_000_000_000, ..Limits::default() });
