@@ -17,6 +17,8 @@ fn main() {
         // Sections need no page alignment on a part without pages.
         println!("cargo::rustc-link-arg-bins=--nmagic");
         println!("cargo::rustc-link-arg-bins=-Tlink.x");
+        // The texts of the log, which stay in the ELF.
+        println!("cargo::rustc-link-arg-bins=-Tdefmt.x");
     }
 }
 

@@ -1,9 +1,10 @@
 #!/usr/bin/env bash
 # Builds the microcontroller's programs; the last line on standard output is the path of the ELF.
 #
-#   firmware/build.sh [PROGRAM]
+#   firmware/build.sh [PROGRAM [FILTER]]
 #
-# PROGRAM is the one whose ELF is named: parity, if none is given, instructions or pil; or peers, which is built for its own sake only.
+# PROGRAM is the one whose ELF is named: parity, if none is given, instructions, pil or board; or peers, which is built for its own sake only. With a
+# FILTER, constant_rate or impact_aided, it is built with that filter alone, which a smaller part has room for.
 #
 # A Rust that can build for the target is sought in this order, each attempt of bounded time:
 #
@@ -17,6 +18,7 @@ cd "$(dirname "$0")/.."
 
 target=thumbv7em-none-eabihf
 program=${1:-parity}
+filter=${2:-}
 wanted=${FIRMWARE_TOOLCHAIN:-any}
 target_dir=$(cargo metadata --no-deps --format-version 1 | sed -n 's/.*"target_directory":"\([^"]*\)".*/\1/p')
 
@@ -48,8 +50,19 @@ add_debian() {
 # Each library by itself first: none may lean on another's features to do without std.
 build_all() {
     local package
+    elf=$target_dir/$target/release/$program
     if [[ $program == peers ]]; then
         timeout 900 "$@" build --release --target "$target" -p firmware --features peers --bin peers >&2
+        return
+    fi
+    if [[ -n $filter ]]; then
+        local features=()
+        [[ $filter == constant_rate ]] || features=(--features "$filter")
+        # In a folder of its own: the program with all filters has the same name.
+        timeout 900 "$@" build --release --target "$target" -p firmware --bin "$program" --no-default-features "${features[@]}" \
+            --target-dir "$target_dir/one-filter" >&2
+        elf=$target_dir/one-filter/$target/release/$program-$filter
+        cp "$target_dir/one-filter/$target/release/$program" "$elf"
         return
     fi
     for package in motor-model estimator controller link firmware; do
@@ -77,6 +90,14 @@ if [[ ! -f firmware/src/bin/$program.rs ]]; then
     exit 2
 fi
 
+case $filter in
+"" | constant_rate | impact_aided) ;;
+*)
+    say "$filter: expected constant_rate or impact_aided"
+    exit 2
+    ;;
+esac
+
 case $wanted in
 any | installed | rustup | debian) ;;
 *)
@@ -99,4 +120,4 @@ else
     exit 1
 fi
 
-echo "$target_dir/$target/release/$program"
+echo "$elf"

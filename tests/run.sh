@@ -53,8 +53,8 @@ cargo clippy --workspace --all-targets -- -D warnings
 target=thumbv7em-none-eabihf
 if [[ -d $(rustc --print sysroot)/lib/rustlib/$target/lib ]]; then
     cargo clippy --package firmware --lib --bins --target "$target" -- -D warnings
-    cargo clippy --package firmware --lib --bin stm32g474 --features stm32g474 --target "$target" -- -D warnings
-    cargo build --package firmware --bin stm32g474 --features stm32g474 --release --target "$target"
+    cargo clippy --package firmware --lib --bin board --features stm32g474 --target "$target" -- -D warnings
+    cargo build --package firmware --bin board --features stm32g474 --release --target "$target"
 else
     echo "firmware not linted as built for $target: only Debian's toolchain has the target here"
 fi

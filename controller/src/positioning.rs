@@ -90,6 +90,7 @@ pub enum Phase {
 
 /// Why a move was given up.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Stop {
     /// It was cancelled.
     Cancelled,

@@ -59,6 +59,7 @@ pub struct Estimate<T> {
 
 /// Whether an estimate may be used. It recovers by itself when what was wrong has passed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Health {
     /// All that the filter needs is there.
     Good,
@@ -72,6 +73,7 @@ pub enum Health {
 
 /// What is wrong.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Reason {
     /// No vibrometer sample that could be used has come for a millisecond.
     VibrometerSilent,

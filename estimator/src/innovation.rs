@@ -11,6 +11,7 @@ pub enum Source {
 
 /// Why a measurement was not used.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Rejection {
     /// From before the oldest measurement that is kept: too late.
     OutOfHorizon,
@@ -28,6 +29,7 @@ pub enum Rejection {
 
 /// What became of a measurement.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Verdict {
     /// It corrected the estimate.
     Used,

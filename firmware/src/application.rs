@@ -27,6 +27,7 @@ use link::{
 use motor_model::{DriveCommand, OutOfBounds, Time};
 
 use crate::filter::Filter;
+use crate::telemetry::{Entry, Standing, Telemetry};
 use inbox::Inbox;
 
 /// Ticks without a frame after which the host counts as silent: 10 ms, a hundred camera frames.
@@ -111,6 +112,7 @@ pub struct Application<'m, D> {
     overruns_in_a_row: u32,
     /// A fault that latched and was not yet told.
     news: Option<Fault>,
+    telemetry: Telemetry,
     /// How deep the stack has been.
     stack_bytes_max: fn() -> u32,
 }
@@ -154,6 +156,7 @@ impl<'m, D: Drive> Application<'m, D> {
             heard_at: 0,
             overruns_in_a_row: 0,
             news: None,
+            telemetry: Telemetry::default(),
             stack_bytes_max: || 0,
         }
     }
@@ -235,14 +238,41 @@ impl<'m, D: Drive> Application<'m, D> {
         if self.is_armed() && self.ticks - self.heard_at > SILENT_TICKS {
             self.latch(Fault::HostSilent);
         }
+        let report = self.run();
+        let counters =
+            Counters { oversize: self.deframer.oversize, dropped: self.inbox.dropped, ..self.counters };
+        self.telemetry.note(self.ticks, self.standing(), report.as_ref(), &counters);
+        report.as_ref().map(Report::from)
+    }
+
+    /// What the loop does, if it is armed.
+    fn run(&mut self) -> Option<controller::Report> {
         let Self { state, configured: MoveMemory(configured), inbox, amplifier, ticks, .. } = self;
         let (State::Armed, Some(Move { position_loop, .. })) = (state, configured) else {
             amplifier.drive(DriveCommand::OFF);
             return None;
         };
         let now = time(*ticks);
-        let report = controller::tick(position_loop, now, &mut Ports { inbox, amplifier });
-        Some(Report::from(&report))
+        Some(controller::tick(position_loop, now, &mut Ports { inbox, amplifier }))
+    }
+
+    fn standing(&self) -> Standing {
+        match self.state {
+            State::Safe => Standing::Safe,
+            State::Armed => Standing::Armed,
+            State::Latched(Fault::Overrun) => Standing::Overrun,
+            State::Latched(_) => Standing::HostSilent,
+        }
+    }
+
+    /// What the last tick has to tell, once, and the number of that tick.
+    pub fn telemetry(&mut self) -> Option<(u64, Entry)> {
+        self.telemetry.take().map(|entry| (self.ticks, entry))
+    }
+
+    /// The last tick took so many clocks of the timer.
+    pub fn worked(&mut self, clocks: u32) {
+        self.telemetry.worked(clocks);
     }
 
     /// Whether the last tick met its deadline. While armed a missed one is counted; [`OVERRUNS_MAX`] in a row switch the drive off for good.

@@ -1,7 +1,7 @@
 //! The board: the only place where the program touches registers.
 //!
 //! - `mps2`: the emulated board, QEMU's mps2-an386 or mps2-an500: enabling pin, pulse width, serial line, watchdog. `stm32g474`, behind the
-//!   feature of its name: the same of a real one.
+//!   feature of its name: the same of a real one. `hardware` is the one that the program is built for.
 //! - Handlers of panics and faults, for every program: the drive off first, then a word to whoever listens, then the end.
 //! - [`stack_bytes_max`]: how deep the stack has been.
 
@@ -13,14 +13,14 @@ pub mod stm32g474;
 
 use core::ptr;
 
-#[cfg(not(feature = "stm32g474"))]
-use mps2 as hardware;
-#[cfg(feature = "stm32g474")]
-use stm32g474 as hardware;
-
 pub use faults::end;
+#[cfg(not(feature = "stm32g474"))]
+pub use mps2 as hardware;
+#[cfg(feature = "stm32g474")]
+pub use stm32g474 as hardware;
 
-#[expect(unsafe_code, reason = "symbols of the linker script, of which only the addresses are used")]
+#[expect(unsafe_code, reason = "the linker script names the ends of the stack")]
+// SAFETY: both are symbols of the linker script, whatever their type; only their addresses are used.
 unsafe extern "C" {
     static _stack_end: u32;
     static _stack_start: u32;
@@ -30,7 +30,8 @@ unsafe extern "C" {
 pub fn stack_bytes_max() -> u32 {
     let (end, start) = (ptr::addr_of!(_stack_end), ptr::addr_of!(_stack_start));
     let mut word = end;
-    #[expect(unsafe_code, reason = "aligned words of the stack's own memory, read only")]
+    #[expect(unsafe_code, reason = "the unused part of the stack belongs to nobody that could be asked")]
+    // SAFETY: `word` is aligned and within the stack's memory, which exists and is only read here.
     while word < start && unsafe { word.read_volatile() } == cortex_m_rt::STACK_PAINT_VALUE {
         word = word.wrapping_add(1);
     }

@@ -1,80 +1,100 @@
-//! The filter that a configuration picks: all of them are in one program.
+//! The filter that a configuration picks, among those that the program was built with: `constant_rate` always, `impact_aided` and `twin` by the features of
+//! their names.
 
 use estimator::{
-    AngleFilter, CameraFrame, ConstantRate, ConstantRateTuning, Estimate, Health, ImpactAided,
-    ImpactAidedTuning, Innovation, LdvSample, TwinFilter, TwinTuning,
+    AngleFilter, CameraFrame, ConstantRate, ConstantRateTuning, Estimate, Health, Innovation, LdvSample,
 };
+#[cfg(feature = "impact_aided")]
+use estimator::{ImpactAided, ImpactAidedTuning};
+#[cfg(feature = "twin")]
+use estimator::{TwinFilter, TwinTuning};
 use link::FilterKind;
-use motor_model::{DriveCommand, MotorParams, OutOfBounds, Time};
+#[cfg(any(feature = "impact_aided", feature = "twin"))]
+use motor_model::MotorParams;
+use motor_model::{DriveCommand, OutOfBounds, Time};
 
 /// One of the filters.
 #[derive(Debug)]
-#[expect(clippy::large_enum_variant, reason = "there is one, and no heap to put it on")]
+#[cfg_attr(
+    feature = "twin",
+    expect(clippy::large_enum_variant, reason = "there is one, and no heap to put it on")
+)]
 pub enum Filter {
     /// Camera only.
     ConstantRate(ConstantRate<f32>),
     /// Camera, and impacts from the vibrometer.
+    #[cfg(feature = "impact_aided")]
     ImpactAided(ImpactAided<f32>),
     /// Camera, and the twin driven by the vibrometer's impacts.
+    #[cfg(feature = "twin")]
     Twin(TwinFilter<f32>),
+}
+
+/// The same call to whichever filter it is.
+macro_rules! whichever {
+    ($self:ident, $filter:ident => $call:expr) => {
+        match $self {
+            Filter::ConstantRate($filter) => $call,
+            #[cfg(feature = "impact_aided")]
+            Filter::ImpactAided($filter) => $call,
+            #[cfg(feature = "twin")]
+            Filter::Twin($filter) => $call,
+        }
+    };
 }
 
 impl Filter {
     /// A filter that has seen nothing. What it knows of the motor is nominal.
     ///
     /// # Errors
-    /// When the model refuses the nominal motor: never.
+    /// When the program was built without it. (The model never refuses the nominal motor.)
     // Inlined, so that it is built where it goes: it is larger than a stack should carry.
     #[expect(clippy::inline_always, reason = "a copy of the filter on the way is what counts, not the call")]
     #[inline(always)]
     pub fn of(kind: FilterKind) -> Result<Self, OutOfBounds> {
-        let nominal = MotorParams::nominal();
-        Ok(match kind {
-            FilterKind::ConstantRate => Self::ConstantRate(ConstantRate::new(&ConstantRateTuning::default())),
-            FilterKind::ImpactAided => Self::ImpactAided(ImpactAided::new(&ImpactAidedTuning::new(&nominal))),
-            FilterKind::Twin => Self::Twin(TwinFilter::try_new(&nominal, &TwinTuning::new(&nominal))?),
-        })
+        match kind {
+            FilterKind::ConstantRate => {
+                Ok(Self::ConstantRate(ConstantRate::new(&ConstantRateTuning::default())))
+            }
+            #[cfg(feature = "impact_aided")]
+            FilterKind::ImpactAided => {
+                Ok(Self::ImpactAided(ImpactAided::new(&ImpactAidedTuning::new(&MotorParams::nominal()))))
+            }
+            #[cfg(feature = "twin")]
+            FilterKind::Twin => {
+                let nominal = MotorParams::nominal();
+                Ok(Self::Twin(TwinFilter::try_new(&nominal, &TwinTuning::new(&nominal))?))
+            }
+            #[cfg(not(all(feature = "impact_aided", feature = "twin")))]
+            absent => Err(OutOfBounds {
+                key: "estimator.filter",
+                value: f64::from(absent as u8),
+                min: 0.0,
+                max: 0.0,
+                unit: "",
+            }),
+        }
     }
 }
 
 impl AngleFilter<f32> for Filter {
     fn drive(&mut self, at: Time, command: DriveCommand) {
-        match self {
-            Self::ConstantRate(filter) => filter.drive(at, command),
-            Self::ImpactAided(filter) => filter.drive(at, command),
-            Self::Twin(filter) => filter.drive(at, command),
-        }
+        whichever!(self, filter => filter.drive(at, command));
     }
 
     fn update_ldv(&mut self, sample: &LdvSample) -> Option<Innovation<f32>> {
-        match self {
-            Self::ConstantRate(filter) => filter.update_ldv(sample),
-            Self::ImpactAided(filter) => filter.update_ldv(sample),
-            Self::Twin(filter) => filter.update_ldv(sample),
-        }
+        whichever!(self, filter => filter.update_ldv(sample))
     }
 
     fn update_camera(&mut self, frame: &CameraFrame) -> Innovation<f32> {
-        match self {
-            Self::ConstantRate(filter) => filter.update_camera(frame),
-            Self::ImpactAided(filter) => filter.update_camera(frame),
-            Self::Twin(filter) => filter.update_camera(frame),
-        }
+        whichever!(self, filter => filter.update_camera(frame))
     }
 
     fn estimate(&self, now: Time) -> Option<Estimate<f32>> {
-        match self {
-            Self::ConstantRate(filter) => filter.estimate(now),
-            Self::ImpactAided(filter) => filter.estimate(now),
-            Self::Twin(filter) => filter.estimate(now),
-        }
+        whichever!(self, filter => filter.estimate(now))
     }
 
     fn health(&self, now: Time) -> Health {
-        match self {
-            Self::ConstantRate(filter) => filter.health(now),
-            Self::ImpactAided(filter) => filter.health(now),
-            Self::Twin(filter) => filter.health(now),
-        }
+        whichever!(self, filter => filter.health(now))
     }
 }

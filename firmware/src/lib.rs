@@ -4,6 +4,7 @@
 //!   that a configuration picks.
 //! - [`waveform`], [`amplifier`]: the drive's sine, phase-continuous, out of a pulse width and an enabling pin (`embedded-hal`).
 //! - [`tasks`]: the fast interrupt and the slow loop, their deadlines, the queues between them.
+//! - [`telemetry`]: what it tells of itself in a log.
 //! - `board`: the emulated board: registers, fault handlers, stack. What another board needs is in `firmware/BRINGUP.md`.
 //! - [`parity`]: fixed runs of the `f32` twin and of the whole loop, and the digests of their bits, equal on every machine.
 //! - [`instructions`]: what each operation of the twin, the filter and the loop takes, in instructions.
@@ -34,4 +35,5 @@ pub mod parity;
 #[cfg(target_os = "none")]
 pub mod semihosting;
 pub mod tasks;
+pub mod telemetry;
 pub mod waveform;

@@ -1,6 +1,8 @@
-//! Files of the machine that emulates or debugs the microcontroller: bytes in and out, in blocks.
+//! Files of the machine that emulates or debugs the microcontroller: bytes in and out, in blocks; and the command line that it gives the program.
 //!
 //! `cortex-m-semihosting` has these calls without a safe reading side; here they have both.
+
+use core::ffi::CStr;
 
 use cortex_m_semihosting::{nr, syscall};
 
@@ -11,17 +13,17 @@ pub struct HostFile {
 }
 
 impl HostFile {
-    /// Opens a file for reading. `path` ends with a zero.
-    pub fn reader(path: &'static core::ffi::CStr) -> Option<Self> {
+    /// Opens a file for reading.
+    pub fn reader(path: &CStr) -> Option<Self> {
         Self::open(path, nr::open::R_BINARY)
     }
 
-    /// Opens a file for writing. `path` ends with a zero.
-    pub fn writer(path: &'static core::ffi::CStr) -> Option<Self> {
+    /// Opens a file for writing.
+    pub fn writer(path: &CStr) -> Option<Self> {
         Self::open(path, nr::open::W_TRUNC_BINARY)
     }
 
-    fn open(path: &'static core::ffi::CStr, mode: usize) -> Option<Self> {
+    fn open(path: &CStr, mode: usize) -> Option<Self> {
         #[expect(unsafe_code, reason = "the host reads `path` up to its zero and nothing else")]
         let descriptor = unsafe { syscall!(OPEN, path.as_ptr(), mode, path.count_bytes()) };
         (descriptor != usize::MAX).then_some(Self { descriptor })
@@ -52,4 +54,32 @@ impl HostFile {
         }
         true
     }
+}
+
+/// Longest command line.
+const LINE_BYTES: usize = 1024;
+
+/// The command line, with the zero that ends it; empty where there is none.
+fn command_line(buffer: &mut [u8; LINE_BYTES]) -> &[u8] {
+    #[expect(unsafe_code, reason = "the host writes at most so many bytes, into `buffer`, during the call")]
+    let failed = unsafe { syscall!(GET_CMDLINE, buffer.as_mut_ptr(), LINE_BYTES) };
+    if failed == 0 { buffer } else { &[] }
+}
+
+/// Where `argument` ends in a command line.
+fn end_of(line: &[u8], argument: &[u8]) -> Option<usize> {
+    line.windows(argument.len()).position(|window| window == argument).map(|place| place + argument.len())
+}
+
+/// Whether the command line says `argument` somewhere.
+pub fn has_argument(argument: &[u8]) -> bool {
+    end_of(command_line(&mut [0; LINE_BYTES]), argument).is_some()
+}
+
+/// Opens for writing the file whose name comes after `argument`, up to the end of the command line.
+pub fn argument_writer(argument: &[u8]) -> Option<HostFile> {
+    let mut line = [0; LINE_BYTES];
+    let line = command_line(&mut line);
+    let path = line.get(end_of(line, argument)?..)?;
+    HostFile::writer(CStr::from_bytes_until_nul(path).ok()?)
 }

@@ -29,6 +29,7 @@ use motor_model::{DriveCommand, Motor, MotorParams, MotorSetup, MotorState, OutO
 
 use crate::amplifier::Amplifier;
 use crate::application::{Application, MoveMemory};
+use crate::telemetry::Entry;
 use crate::waveform::Waveform;
 
 /// Ticks of the loop in a second; the drive has as many samples.
@@ -211,6 +212,12 @@ impl Slow<'_> {
         self.application.ended(!self.ticks.ready());
         self.tell(report, send);
         true
+    }
+
+    /// What the last tick has to tell, and its number; it took `clocks` of the timer.
+    pub fn telemetry(&mut self, clocks: u32) -> Option<(u64, Entry)> {
+        self.application.worked(clocks);
+        self.application.telemetry()
     }
 
     fn tell(&mut self, report: Option<Report>, send: &mut impl FnMut(&[u8])) {

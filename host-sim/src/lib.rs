@@ -19,6 +19,7 @@
 //! | [`rate`] | a rate held in closed loop, against the truth |
 //! | [`instructions`] | what the operations of the firmware take, counted on an emulated microcontroller |
 //! | [`pil`] | the firmware on an emulated microcontroller in the loop, beside the host's own run bit by bit |
+//! | [`telemetry`] | the firmware's log of such a run, decoded, beside the truth |
 //! | [`size`] | what the firmware takes of flash, RAM and stack, and that its loop can neither panic nor allocate |
 //! | [`accuracy`] | speed against error of the fixed step, beside other crates' integrators |
 //! | [`estimate`] | how far the filters are off the truth, beside a lower bound |
@@ -62,6 +63,7 @@ pub mod simulate;
 pub mod size;
 pub mod spectrum;
 pub mod statistics;
+pub mod telemetry;
 
 pub use error::CommandError;
 pub use scene::{Kind, Scene, Setting};

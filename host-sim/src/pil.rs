@@ -10,10 +10,13 @@
 //!
 //! In lock step: the plant stands still until the microcontroller has answered, so a run does not depend on how fast anything is.
 //!
-//! - [`Processor`]: whoever answers measurements with a report. [`Emulated`]: QEMU, over the frames of the [`link`] crate.
+//! - [`Processor`]: whoever answers measurements with a report. [`Emulated`]: QEMU, over the frames of the [`link`] crate, by semihosting or the emulated serial line.
+//! - [`Live`]: the whole program of a board instead, on its own timer, out of step.
 //! - [`run`]: a move of a scene; what became of it, and the first [`Difference`].
 
 mod emulated;
+mod live;
+mod process;
 #[cfg(test)]
 mod tests;
 
@@ -22,11 +25,13 @@ use std::fmt;
 use link::{Configuration, FilterKind, Report};
 use serde::Serialize;
 
-use crate::closed_loop::Taken;
+use crate::closed_loop::{Moment, Taken};
 use crate::error::CommandError;
 use crate::position::{self, Outcome};
 use crate::scene::Scene;
 pub use emulated::Emulated;
+pub use live::Live;
+pub use process::{Link, Wiring};
 
 /// Whoever is in the loop beside the host.
 pub trait Processor {
@@ -95,7 +100,7 @@ impl fmt::Display for Run {
 }
 
 /// The move of `scene`, as the microcontroller has to know it.
-fn configuration(scene: &Scene) -> Configuration {
+pub(crate) fn configuration(scene: &Scene) -> Configuration {
     Configuration {
         filter: match scene.choice("estimator.filter") {
             "impact_aided" => FilterKind::ImpactAided,
@@ -113,12 +118,25 @@ fn configuration(scene: &Scene) -> Configuration {
 /// # Errors
 /// When the scene is refused, or the processor fails. A difference is no error here.
 pub fn run(scene: &Scene, processor: &mut impl Processor) -> Result<Run, CommandError> {
+    run_with(scene, processor, |_| Ok(()))
+}
+
+/// The same, showing every tick to `observe` when the processor has answered, whatever it answered.
+///
+/// # Errors
+/// When the scene is refused, or the processor or `observe` fails.
+pub fn run_with(
+    scene: &Scene,
+    processor: &mut impl Processor,
+    mut observe: impl FnMut(&Moment) -> Result<(), CommandError>,
+) -> Result<Run, CommandError> {
     processor.arm(configuration(scene))?;
     let mut steps = 0;
     let outcome = position::run_with(scene, |closed_loop, moment| {
         steps += 1;
         let ours = Report::from(&moment.report);
         let theirs = processor.tick(closed_loop.taken())?;
+        observe(moment)?;
         if let Some((field, host, board)) = ours.difference(&theirs) {
             let [host, board] = [host, board].map(hexadecimal);
             return Err(Difference { step: steps, field, host, board, seed: scene.seed() }.into());

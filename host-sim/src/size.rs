@@ -4,8 +4,8 @@
 //! - [`calls`]: every function that can be reached from the two tasks, by their branches.
 //! - [`Report`]: both beside the limits, with the deepest stack of moves in the emulator.
 //!
-//! Held to the part that `firmware/memory` declares, 256 KiB of flash and 64 KiB of RAM. All three filters are in each program; the twin's alone takes 15 kB of
-//! variables, and three quarters of the stack.
+//! Held to the part that `firmware/memory` declares, 256 KiB of flash and 64 KiB of RAM. With all three filters, the twin's alone takes 15 kB of
+//! variables and three quarters of the stack; a program built with one of the others has room in a smaller part.
 
 pub mod calls;
 mod image;
@@ -13,12 +13,14 @@ mod image;
 use std::fmt;
 use std::path::Path;
 
+use controller::PositionLoop;
+use link::{BoardMessage, CameraRecord, HostMessage, LdvRecord};
 use serde::Serialize;
 
 use crate::error::CommandError;
 use crate::filter::FILTERS;
 use crate::instructions::Board;
-use crate::pil::{self, Emulated};
+use crate::pil::{self, Emulated, Live, Wiring};
 use crate::scene::Scene;
 use crate::section::Section;
 pub use calls::Forbidden;
@@ -33,8 +35,12 @@ pub const FLASH_BYTES: u64 = 256 * 1024;
 /// RAM of the part, for variables and stack.
 pub const RAM_BYTES: u64 = 64 * 1024;
 
-/// The programs that fly: on the emulated board, and in lock step with the simulated motor.
-pub const PROGRAMS: [&str; 2] = ["board", "pil"];
+/// What a small part has: flash, and RAM for variables and stack.
+pub const SMALL_BYTES: [u64; 2] = [96 * 1024, 16 * 1024];
+
+/// The programs that fly, on the emulated board and in lock step with the simulated motor; and the first with one filter alone.
+pub const PROGRAMS: [(&str, Option<&str>); 4] =
+    [("board", None), ("pil", None), ("board", Some("constant_rate")), ("board", Some("impact_aided"))];
 
 /// How deep the stack went in a move.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
@@ -50,11 +56,13 @@ pub struct Stack {
 pub struct Program {
     /// Its name in `firmware/src/bin`.
     pub program: &'static str,
+    /// The only filter that it was built with; `null` when it has all.
+    pub only: Option<&'static str>,
     /// Code, constants, and what variables begin with.
     pub flash_bytes: u64,
     /// Variables.
     pub static_bytes: u64,
-    /// The stack in a move by each filter; empty where it was not run.
+    /// The stack in a move by each filter.
     pub stacks: Vec<Stack>,
     /// Functions that its tasks can reach.
     pub functions: usize,
@@ -73,9 +81,19 @@ impl Program {
         self.static_bytes + self.deepest().map_or(0, |stack| stack.bytes.into())
     }
 
+    /// Its name, and that of its only filter.
+    fn name(&self) -> String {
+        self.only.map_or_else(|| self.program.to_owned(), |only| format!("{}, {only} alone", self.program))
+    }
+
+    /// Whether a small part would do.
+    pub fn is_small(&self) -> bool {
+        self.flash_bytes <= SMALL_BYTES[0] && self.ram_bytes() <= SMALL_BYTES[1]
+    }
+
     /// What is wrong with it.
     pub fn complaints(&self) -> Vec<String> {
-        let Self { program, flash_bytes, .. } = self;
+        let (program, flash_bytes) = (self.name(), &self.flash_bytes);
         let mut complaints: Vec<String> =
             self.forbidden.iter().map(|forbidden| format!("{program}: {forbidden}")).collect();
         if *flash_bytes > FLASH_BYTES {
@@ -97,22 +115,23 @@ pub struct Report {
 }
 
 impl Report {
-    /// Measures the ELF that `elf_of` gives for a program; `pil` is run as well.
+    /// Measures the ELF that `elf_of` gives for a program, and runs it.
     ///
     /// # Errors
     /// When an ELF cannot be had, read or run.
     pub fn measure<P: AsRef<Path>>(
-        mut elf_of: impl FnMut(&str) -> Result<P, CommandError>,
+        mut elf_of: impl FnMut(&str, Option<&str>) -> Result<P, CommandError>,
     ) -> Result<Self, CommandError> {
-        let measured = PROGRAMS.map(|program| {
-            let elf = elf_of(program)?;
+        let measured = PROGRAMS.map(|(program, only)| {
+            let elf = elf_of(program, only)?;
             let image = Image::read(elf.as_ref())?;
             let reached = calls::reached(&image)?;
             Ok(Program {
                 program,
+                only,
                 flash_bytes: image.flash_bytes(),
                 static_bytes: image.static_bytes(),
-                stacks: if program == "pil" { stacks(elf.as_ref())? } else { Vec::new() },
+                stacks: stacks(program, only, elf.as_ref())?,
                 functions: reached.functions,
                 forbidden: reached.forbidden,
             })
@@ -132,6 +151,14 @@ impl Report {
         text
     }
 
+    /// Which of them a small part would do for.
+    fn small(&self) -> String {
+        let [flash, ram] = SMALL_BYTES;
+        let small: Vec<String> = self.programs.iter().filter(|p| p.is_small()).map(Program::name).collect();
+        let which = if small.is_empty() { "none".to_owned() } else { small.join("; ") };
+        format!("A part of {flash} and {ram} would do for: {which}.")
+    }
+
     /// The section of the README.
     pub fn markdown(&self) -> String {
         let row = |program: &Program| {
@@ -139,7 +166,8 @@ impl Report {
             let stack =
                 |filter: &&'static str| of(filter).map_or("-".to_owned(), |stack| stack.bytes.to_string());
             let stacks: Vec<String> = FILTERS.iter().map(stack).collect();
-            let Program { program, flash_bytes, static_bytes, .. } = program;
+            let (program, flash_bytes, static_bytes) =
+                (program.name(), program.flash_bytes, program.static_bytes);
             format!("| {program} | {flash_bytes} | {static_bytes} | {} |", stacks.join(" | "))
         };
         let rows: Vec<String> = self.programs.iter().map(row).collect();
@@ -148,44 +176,95 @@ impl Report {
             calls::EXCUSED.iter().map(|(callee, reason)| format!("`{callee}`: {reason}")).collect();
         format!(
             "| program | flash | variables | stack, {} |\n| --- | --- | --- |{}\n{}\n\n\
-             Bytes; all filters are in each program, and the stack is the deepest of a move by one. The part has {FLASH_BYTES} of flash, and {RAM_BYTES} of RAM \
-             for variables and the deepest stack of all; nothing that the tasks can reach may panic, allocate, compute in double precision, or be called by \
+             Bytes; unless it says otherwise a program has all filters, and the stack is the deepest of a move by one, interrupts included in `board`. The part has \
+             {FLASH_BYTES} of flash, and {RAM_BYTES} of RAM for variables and the deepest stack of all. {} Nothing that the tasks can reach may panic, allocate, compute in double precision, or be called by \
              address. {judged} Excused: {}.\n",
             FILTERS.join(" | stack, "),
             " --- |".repeat(FILTERS.len()),
             rows.join("\n"),
+            self.small(),
             excused.join("; ")
         )
     }
 }
 
-/// How deep the stack goes in a short move by each filter, with frames that are overtaken.
-fn stacks(elf: &Path) -> Result<Vec<Stack>, CommandError> {
+/// How deep the stack goes in a short move by each filter.
+fn stacks(program: &str, only: Option<&str>, elf: &Path) -> Result<Vec<Stack>, CommandError> {
     let of = |&filter| {
         let mut scene = Scene::default();
         scene.set("estimator.filter", filter)?;
         scene.set("position.deadline_s", "0.2")?;
         scene.set("camera.late_probability", "0.2")?;
-        let mut processor = Emulated::start(elf, Board::M4)?;
-        pil::run(&scene, &mut processor)?;
-        let bytes = processor.counters()?.stack_bytes_max;
-        processor.finish()?;
+        let bytes = if program == "board" { live_stack(elf, &scene)? } else { lock_step_stack(elf, &scene)? };
         Ok(Stack { filter, bytes })
     };
-    FILTERS.iter().map(of).collect()
+    FILTERS.iter().filter(|&&filter| only.is_none_or(|only| only == filter)).map(of).collect()
+}
+
+/// In lock step, with frames that are overtaken.
+fn lock_step_stack(elf: &Path, scene: &Scene) -> Result<u32, CommandError> {
+    let mut processor = Emulated::start(elf, Board::M4, Wiring::default())?;
+    pil::run(scene, &mut processor)?;
+    let bytes = processor.counters()?.stack_bytes_max;
+    processor.finish()?;
+    Ok(bytes)
+}
+
+/// Reports that a board sends in a move: one a millisecond.
+const REPORTS: u32 = 200;
+
+/// On the board's own timer, whose interrupt takes the same stack: a rotor at rest is shown to it, now and then with a frame that is overtaken.
+fn live_stack(elf: &Path, scene: &Scene) -> Result<u32, CommandError> {
+    let mut board = Live::start(elf, None)?;
+    for message in [HostMessage::Hello, HostMessage::Configure(pil::configuration(scene)), HostMessage::Arm] {
+        board.say(&message)?;
+        board.hear_answer()?;
+    }
+    let mut reports = 0;
+    while reports < REPORTS {
+        match board.hear()? {
+            (header, BoardMessage::Report(_)) => {
+                reports += 1;
+                let now_nanos = header.ticks * PositionLoop::TICK_NANOS;
+                let velocity_m_s = if reports % 2 == 0 { 1e-5 } else { -1e-5 };
+                let ldv = LdvRecord { taken_nanos: now_nanos, velocity_m_s };
+                board.say(&HostMessage::Ldv([ldv].into_iter().collect()))?;
+                let ages_nanos: &[u64] = if reports % 5 == 0 { &[0, 500_000] } else { &[0] };
+                for age_nanos in ages_nanos {
+                    let exposed_nanos = now_nanos.saturating_sub(*age_nanos);
+                    board.say(&HostMessage::Camera(CameraRecord { exposed_nanos, angle_units: 0 }))?;
+                }
+            }
+            // This machine was too slow for the board: on with it.
+            (_, BoardMessage::Fault(_)) => {
+                board.say(&HostMessage::Stop)?;
+                board.say(&HostMessage::Arm)?;
+            }
+            _ => (),
+        }
+    }
+    board.say(&HostMessage::Stop)?;
+    while board.hear_answer()? != BoardMessage::Stopped {}
+    Ok(board.counters()?.stack_bytes_max)
 }
 
 impl fmt::Display for Report {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        writeln!(f, "{:8} {:>8} {:>10} {:>8} {:>10}", "program", "flash", "variables", "stack", "functions")?;
+        writeln!(
+            f,
+            "{:26} {:>8} {:>10} {:>8} {:>10}",
+            "program", "flash", "variables", "stack", "functions"
+        )?;
         for program in &self.programs {
             let stack = program.deepest().map_or("-".to_owned(), |stack| stack.bytes.to_string());
-            let Program { program, flash_bytes, static_bytes, stacks, functions, .. } = program;
-            writeln!(f, "{program:8} {flash_bytes:>8} {static_bytes:>10} {stack:>8} {functions:>10}")?;
+            let name = program.name();
+            let Program { flash_bytes, static_bytes, stacks, functions, .. } = program;
+            writeln!(f, "{name:26} {flash_bytes:>8} {static_bytes:>10} {stack:>8} {functions:>10}")?;
             for Stack { filter, bytes } in stacks {
                 writeln!(f, "  stack in a move by {filter}: {bytes}")?;
             }
         }
+        writeln!(f, "{}", self.small())?;
         for complaint in self.complaints() {
             writeln!(f, "{complaint}")?;
         }

@@ -1,14 +1,12 @@
 //! The whole program on the emulated board, over its serial line; and what becomes of the drive when the program fails.
 
-use std::io::{Read as _, Write as _};
-use std::process::{Child, ChildStdin, Command, Stdio};
-use std::sync::mpsc::{Receiver, channel};
-use std::time::Duration;
+use std::io::Write as _;
+use std::path::Path;
+use std::process::{Command, Stdio};
 
-use link::{
-    BoardMessage, Configuration, Counters, Deframer, FRAME_BYTES_MAX, Fault, FilterKind, Header, HostMessage,
-    VERSION, decode, encode,
-};
+use host_sim::pil::Live;
+use host_sim::telemetry::{Dictionary, Reader};
+use link::{BoardMessage, Configuration, Counters, Fault, FilterKind, HostMessage, VERSION};
 
 const MOVE: Configuration = Configuration {
     filter: FilterKind::Twin,
@@ -17,89 +15,33 @@ const MOVE: Configuration = Configuration {
     deadline_nanos: 30_000_000_000,
 };
 
-/// Real time: far more than any answer takes.
-const PATIENCE: Duration = Duration::from_secs(60);
-
 /// A board, and what it has said.
-struct Board {
-    child: Child,
-    line: ChildStdin,
-    said: Receiver<BoardMessage>,
-    sequence: u32,
-}
-
-impl Drop for Board {
-    fn drop(&mut self) {
-        let _ = self.child.kill();
-        let _ = self.child.wait();
-    }
-}
+struct Board(Live);
 
 impl Board {
-    /// An instruction takes a nanosecond, and time in which the board waits passes at once.
-    fn start() -> Self {
-        let elf = crate::elf("board");
-        let mut child = Command::new("qemu-system-arm")
-            .args(["-M", "mps2-an386", "-display", "none", "-monitor", "none", "-serial", "stdio"])
-            .args(["-icount", "shift=0,sleep=off", "-semihosting-config", "enable=on,target=native"])
-            .args(["-kernel", &elf])
-            .stdin(Stdio::piped())
-            .stdout(Stdio::piped())
-            .spawn()
-            .expect("QEMU starts, tests/run.sh installs it");
-        let line = child.stdin.take().expect("a pipe");
-        let mut from_board = child.stdout.take().expect("a pipe");
-        let (to_test, said) = channel();
-        std::thread::spawn(move || {
-            let (mut deframer, mut block) = (Deframer::default(), [0; 4096]);
-            while let Ok(length @ 1..) = from_board.read(&mut block) {
-                for &byte in &block[..length] {
-                    let frame = deframer.push(byte).map(decode::<BoardMessage>);
-                    let Some(frame) = frame else { continue };
-                    let (_, message) = frame.expect("the board sends frames only");
-                    if to_test.send(message).is_err() {
-                        return;
-                    }
-                }
-            }
-        });
-        Self { child, line, said, sequence: 0 }
+    fn start(log: Option<&Path>) -> Self {
+        Self(
+            Live::start(Path::new(&crate::elf("board")), log).expect("QEMU starts, tests/run.sh installs it"),
+        )
     }
 
     fn send(&mut self, bytes: &[u8]) {
-        self.line.write_all(bytes).and_then(|()| self.line.flush()).expect("the board listens");
-    }
-
-    fn say(&mut self, message: &HostMessage) {
-        let mut frame = [0; FRAME_BYTES_MAX];
-        let header = Header { session: 9, sequence: self.sequence, ticks: 0 };
-        self.sequence += 1;
-        let length = encode(header, message, &mut frame).expect("it fits");
-        self.send(&frame[..length]);
+        self.0.send(bytes).expect("the board listens");
     }
 
     /// The next thing said that is no report.
-    fn hears(&self) -> BoardMessage {
-        loop {
-            match self.said.recv_timeout(PATIENCE).expect("the board answers") {
-                BoardMessage::Report(_) => (),
-                message => return message,
-            }
-        }
+    fn hears(&mut self) -> BoardMessage {
+        self.0.hear_answer().expect("the board answers")
     }
 
     #[track_caller]
     fn answers(&mut self, message: &HostMessage, expected: &BoardMessage) {
-        self.say(message);
+        self.0.say(message).expect("the board listens");
         assert_eq!(self.hears(), *expected, "to {message:?}");
     }
 
     fn counters(&mut self) -> Counters {
-        self.say(&HostMessage::Count);
-        match self.hears() {
-            BoardMessage::Counters(counters) => counters,
-            other => panic!("no counters: {other:?}"),
-        }
+        self.0.counters().expect("counters")
     }
 
     fn arm(&mut self) {
@@ -112,7 +54,7 @@ impl Board {
 /// L5: the host says nothing more; the board notices by its own clock, says so, and is not to be armed before a stop.
 #[test]
 fn tool_board_latches_off_when_the_host_falls_silent() {
-    let mut board = Board::start();
+    let mut board = Board::start(None);
     board.arm();
     let silent = BoardMessage::Fault(Fault::HostSilent);
     assert_eq!(board.hears(), silent);
@@ -126,10 +68,41 @@ fn tool_board_latches_off_when_the_host_falls_silent() {
     assert!((4096..32 * 1024).contains(&counters.stack_bytes_max), "{counters:?}");
 }
 
+/// The log tells of arming and of the fault, in the loop's ticks, and how long a tick takes.
+#[test]
+fn tool_board_logs_its_fault_and_its_timing() {
+    let log = tempfile::NamedTempFile::new().expect("a file");
+    let mut board = Board::start(Some(log.path()));
+    board.arm();
+    assert_eq!(board.hears(), BoardMessage::Fault(Fault::HostSilent));
+    // Long enough for an account of the time: every tenth of a second.
+    for _ in 0..3 {
+        board.answers(&HostMessage::Stop, &BoardMessage::Stopped);
+        board.answers(&HostMessage::Arm, &BoardMessage::Armed);
+        assert_eq!(board.hears(), BoardMessage::Fault(Fault::HostSilent));
+    }
+    let dictionary = Dictionary::read(Path::new(&crate::elf("board"))).expect("a program that logs");
+    let mut reader = Reader::open(&dictionary, log.path()).expect("a log");
+    let mut entries = Vec::new();
+    while !entries.iter().any(|entry: &host_sim::telemetry::Entry| entry.kind() == "timing") {
+        entries.extend(reader.entries().expect("a log that its ELF explains"));
+    }
+    let at = |text: &str| entries.iter().find(|entry| entry.text.starts_with(text)).map(|entry| entry.tick);
+    let armed = at("standing armed").expect("it was armed");
+    let silent = at("fault host_silent").expect("the host was silent");
+    // A thousand ticks after the last frame, which was the one that armed; either is told a few ticks late.
+    assert!((980..=1020).contains(&(silent - armed)), "{armed} {silent}");
+    let timing = entries.iter().find(|entry| entry.kind() == "timing").expect("waited for");
+    let clocks: u32 = timing.field("clocks_max").expect("a number");
+    // Of 250 in a tick of 10 us, at 40 instructions a clock.
+    assert!((3..250).contains(&clocks), "{timing:?}");
+    assert_eq!((timing.field("overruns"), timing.field("damaged")), (Some(0), Some(0)), "{timing:?}");
+}
+
 /// L1, L2: 30 kB of noise without pause; the loop goes on in time, and the next frame is understood.
 #[test]
 fn tool_board_survives_a_flood_in_time() {
-    let mut board = Board::start();
+    let mut board = Board::start(None);
     board.arm();
     let noise: Vec<u8> = (0..30_000_u32).map(|n| (n * n / 7 % 251) as u8).collect();
     board.send(&noise);
@@ -141,10 +114,23 @@ fn tool_board_survives_a_flood_in_time() {
     assert_eq!(counters.overruns, 0, "{counters:?}");
 }
 
+/// L6: a board that has started anew, as the watchdog makes it, knows neither the session nor the configuration, and says so.
+#[test]
+fn tool_board_that_starts_anew_knows_no_session() {
+    let mut board = Board::start(None);
+    for message in [HostMessage::Count, HostMessage::Step, HostMessage::Arm] {
+        let unknown = Fault::UnknownSession { session: Live::SESSION };
+        board.answers(&message, &BoardMessage::Fault(unknown));
+    }
+    board.answers(&HostMessage::Hello, &BoardMessage::Welcome { tick_nanos: 10_000 });
+    board.answers(&HostMessage::Arm, &BoardMessage::Fault(Fault::NotReady));
+    board.arm();
+}
+
 /// L4: both versions in one line.
 #[test]
 fn tool_board_names_both_versions() {
-    let mut board = Board::start();
+    let mut board = Board::start(None);
     let mut content = vec![VERSION + 7; 20];
     content.extend(crc::Crc::<u32>::new(&crc::CRC_32_ISO_HDLC).checksum(&content).to_le_bytes());
     let mut frame = cobs::encode_vec(&content);

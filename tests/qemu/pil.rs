@@ -3,14 +3,27 @@
 use std::process::Output;
 use std::sync::OnceLock;
 
+use controller::{PositionLoop, Report};
+use host_sim::closed_loop::Taken;
+use host_sim::instructions::Board;
+use host_sim::pil::{Emulated, Link, Processor, Wiring};
+use host_sim::telemetry::Entry;
+use host_sim::{CommandError, Scene, position};
+use rand_core::Rng as _;
+use rand_pcg::Pcg64;
 use serde_json::Value;
 
 use crate::host_sim;
 
-/// `host-sim pil` with the program built once.
-fn pil(arguments: &[&str]) -> Output {
+/// The program, built once.
+fn elf() -> &'static str {
     static ELF: OnceLock<String> = OnceLock::new();
-    let elf = ELF.get_or_init(|| crate::elf("pil"));
+    ELF.get_or_init(|| crate::elf("pil"))
+}
+
+/// `host-sim pil` with it.
+fn pil(arguments: &[&str]) -> Output {
+    let elf = elf();
     host_sim()
         .args(["pil", "--format", "json", "--elf", elf])
         .args(arguments)
@@ -104,4 +117,152 @@ fn tool_pil_refuses_another_program_in_one_line() {
     assert_eq!(status.code(), Some(2), "{complaint}");
     assert!(stdout.is_empty() && complaint.lines().count() == 1, "{complaint}");
     assert!(complaint.starts_with("error: the microcontroller"), "{complaint}");
+}
+
+fn scene(sets: &[&str]) -> Scene {
+    let sets: Vec<String> = sets.iter().map(|&set| set.to_owned()).collect();
+    Scene::load(None, &sets).expect("settings within bounds")
+}
+
+/// What the firmware logs is what the host computes at the same tick, to the last bit; the truth beside it is the plant's; and nothing comes oftener than
+/// it may.
+#[test]
+fn dual_the_log_of_a_run_is_the_hosts_own_at_every_tick() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("out, here");
+    let sets = [
+        "position.deadline_s=0.15",
+        "camera.drop_probability=0.1",
+        "camera.outlier_probability=0.05",
+        "camera.late_probability=0.1",
+        "estimator.filter=impact_aided",
+    ];
+    let mut arguments = vec!["--telemetry", path.to_str().expect("a name in UTF-8")];
+    arguments.extend(sets.iter().flat_map(|set| ["--set", set]));
+    let run = identical(&arguments);
+    let mut host: Vec<(Report, f64)> = Vec::new();
+    position::run(&scene(&sets), |moment| host.push((moment.report, moment.angle.degrees())))
+        .expect("a scene");
+    assert_eq!(run["steps"], host.len());
+
+    let csv = std::fs::read_to_string(path.join("telemetry.csv")).expect("a table");
+    let mut last_tick = 0;
+    let mut kinds = std::collections::BTreeMap::<String, u32>::new();
+    for row in csv.lines().skip(1).map(|row| row.split(',').collect::<Vec<_>>()) {
+        let entry = Entry { tick: row[0].parse().expect("a tick"), level: "", text: row[4].to_owned() };
+        assert!(last_tick == 0 || entry.tick >= last_tick + 10, "{entry:?}");
+        last_tick = entry.tick;
+        *kinds.entry(entry.text.split('=').next().unwrap_or_default().to_owned()).or_default() += 1;
+        let (report, true_deg) = host[usize::try_from(entry.tick).expect("small") - 1];
+        assert_eq!(row[5], true_deg.to_string(), "{entry:?}");
+        let bits = |name| entry.field::<f32>(name).map(f32::to_bits);
+        match entry.kind() {
+            "estimate" => {
+                let estimate = report.estimate.expect("it is logged");
+                assert_eq!(entry.field("angle_units"), Some(estimate.angle.units()), "{entry:?}");
+                assert_eq!(bits("rate_rad_s"), Some(estimate.rate_rad_s.to_bits()), "{entry:?}");
+                assert_eq!(bits("angle_rad2"), Some(estimate.angle_rad2.to_bits()), "{entry:?}");
+                assert_eq!(bits("rate_rad2_s2"), Some(estimate.rate_rad2_s2.to_bits()), "{entry:?}");
+                assert_eq!(entry.field("resting"), Some(estimate.resting), "{entry:?}");
+            }
+            "innovation" => {
+                // The tick that took it in: this one, or an earlier one for a frame refused.
+                let taken_nanos =
+                    entry.tick * PositionLoop::TICK_NANOS - entry.field::<u64>("age_nanos").expect("an age");
+                let of = |(report, _): &(Report, f64)| {
+                    report.camera.filter(|camera| camera.taken_at.nanos() == taken_nanos)
+                };
+                let innovations: Vec<u32> =
+                    host.iter().filter_map(of).map(|camera| camera.innovation_rad.to_bits()).collect();
+                assert!(innovations.contains(&bits("rad").expect("an innovation")), "{entry:?}");
+            }
+            "health" => assert_eq!(entry.text, format!("health {:?}", report.health)),
+            "drive" => assert_eq!(bits("amplitude"), Some(report.applied.amplitude().to_bits()), "{entry:?}"),
+            _ => (),
+        }
+    }
+    let count =
+        |kind: &str| kinds.iter().filter(|(text, _)| text.starts_with(kind)).map(|(_, n)| n).sum::<u32>();
+    // 15,000 ticks: an estimate at least every 130, an account of the time every 10,000.
+    assert!((115..=150).contains(&count("estimate")), "{kinds:?}");
+    assert!(count("innovation Used") > 20 && count("innovation refused") > 20, "{kinds:?}");
+    assert!(count("health ") > 2 && count("phase ") > 3 && count("drive ") > 0, "{kinds:?}");
+    assert_eq!((count("standing armed"), count("timing")), (1, 1), "{kinds:?}");
+    assert_eq!(count("phase stopped TimedOut"), 1, "a limit: {kinds:?}");
+    assert!(path.join("telemetry.svg").is_file());
+}
+
+/// A serial line on which others speak as well.
+struct Noisy {
+    board: Emulated,
+    random: Pcg64,
+    ticks: u32,
+}
+
+impl Processor for Noisy {
+    fn arm(&mut self, configuration: link::Configuration) -> Result<(), CommandError> {
+        self.board.arm(configuration)
+    }
+
+    fn tick(&mut self, taken: &Taken) -> Result<link::Report, CommandError> {
+        self.ticks += 1;
+        // Longer than any frame, now and then.
+        let length = if self.ticks.is_multiple_of(100) { 1000 } else { self.ticks % 40 };
+        let noise: Vec<u8> = (0..length).map(|_| self.random.next_u32().to_le_bytes()[0]).collect();
+        self.board.disturb(&noise)?;
+        self.board.tick(taken)
+    }
+}
+
+/// L1, over the serial line: noise between the frames of every tick, and every tick is still the host's to the last bit.
+#[test]
+fn tool_pil_over_a_noisy_serial_line() {
+    let scene = scene(&["position.deadline_s=0.005"]);
+    let wiring = Wiring { link: Link::Uart, log: None };
+    let board = Emulated::start(elf().as_ref(), Board::M4, wiring).expect("QEMU starts");
+    let mut noisy = Noisy { board, random: Pcg64::new(7, 1), ticks: 0 };
+    let run = host_sim::pil::run(&scene, &mut noisy).expect("it answers");
+    assert!(run.identical && run.steps > 480, "{run:?}");
+    let counters = noisy.board.counters().expect("counters");
+    assert!(counters.damaged > 350 && counters.oversize > 2, "{counters:?}");
+    assert_eq!((counters.lost, counters.duplicates, counters.late), (0, 0, 0), "{counters:?}");
+}
+
+/// The firmware ends where the host's own loop ends, to the last digit, and says so in JSON.
+#[test]
+fn dual_pil_ends_where_the_host_ends() {
+    let sets = ["position.to_deg=-0.5", "seed=4"];
+    let run = identical(&["--board", "m7", "--set", sets[0], "--set", sets[1]]);
+    let alone = position::run(&scene(&sets), |_| ()).expect("a scene");
+    assert_eq!(run["final_error_mdeg"], alone.final_error_mdeg);
+    assert_eq!(run["steps"], (alone.duration_s * 1e5).round());
+    assert!(run["difference"].is_null() && alone.ok, "{run}");
+}
+
+/// The firmware, one bit of whose report is flipped at a tick.
+struct Flipped(Emulated, u64);
+
+impl Processor for Flipped {
+    fn arm(&mut self, configuration: link::Configuration) -> Result<(), CommandError> {
+        self.0.arm(configuration)
+    }
+
+    fn tick(&mut self, taken: &Taken) -> Result<link::Report, CommandError> {
+        let mut report = self.0.tick(taken)?;
+        self.1 -= 1;
+        if self.1 == 0 {
+            report.applied.amplitude = f32::from_bits(report.applied.amplitude.to_bits() ^ 1);
+        }
+        Ok(report)
+    }
+}
+
+/// L9: where firmware and host disagree, the run ends and says at which step, in which field, with which bits, and of which seed.
+#[test]
+fn tool_pil_names_the_first_difference() {
+    let board = Emulated::start(elf().as_ref(), Board::M4, Wiring::default()).expect("QEMU starts");
+    let run = host_sim::pil::run(&scene(&["seed=6"]), &mut Flipped(board, 321)).expect("it answers");
+    let difference = run.difference.expect("there is one");
+    let said = "step 321 of seed 6: applied.amplitude is 0x1 on the microcontroller and 0x0 on the host";
+    assert_eq!((run.identical, run.steps, difference.to_string().as_str()), (false, 321, said));
 }

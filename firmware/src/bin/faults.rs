@@ -15,7 +15,7 @@ mod board {
     use cortex_m_rt::entry;
     use cortex_m_semihosting::{debug, heprintln};
     use embedded_hal::digital::OutputPin;
-    use firmware::board::mps2::{Enable, Watchdog, drive_is_on};
+    use firmware::board::mps2::{Enable, Parts, drive_is_on};
     use firmware::board::{end, stack_bytes_max};
     use firmware::semihosting::HostFile;
 
@@ -39,7 +39,9 @@ mod board {
                 heprintln!("stack {} {}", before, stack_bytes_max());
             }
             b"hang" => {
-                Watchdog::start(1000);
+                if let Some(mut parts) = Parts::take() {
+                    parts.watchdog.start();
+                }
                 loop {
                     cortex_m::asm::nop();
                 }

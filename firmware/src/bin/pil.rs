@@ -1,6 +1,7 @@
 //! Processor in the loop: the loop that flies, in lock step with a host that plays the motor. `host-sim pil` runs it.
 //!
-//! Frames come on the emulator's standard input and go to its standard output, through semihosting. When the input ends, so does the program.
+//! Frames come on the emulator's standard input and go to its standard output, through semihosting; or, when the command line says `link=uart`, over the
+//! emulated serial line. When the input ends, so does the program. The log of a tick is out before the answer is: who has heard the answer can read it.
 
 #![cfg_attr(target_os = "none", no_std, no_main)]
 
@@ -18,8 +19,10 @@ mod board {
     use cortex_m_rt::entry;
     use cortex_m_semihosting::{debug, heprintln};
     use firmware::application::{Application, MoveMemory};
+    use firmware::board::hardware::{Line, Parts};
     use firmware::board::{end, stack_bytes_max};
-    use firmware::semihosting::HostFile;
+    use firmware::semihosting::{HostFile, has_argument};
+    use firmware::telemetry::{self, log};
     use motor_model::DriveCommand;
 
     /// The amplifier is on the host: the report carries the command there.
@@ -34,19 +37,66 @@ mod board {
     /// More than a tick's frames.
     const BLOCK_BYTES: usize = 1024;
 
+    /// What carries the frames.
+    enum Link {
+        Files { input: HostFile, output: HostFile },
+        Uart(Line),
+    }
+
+    impl Link {
+        fn open() -> Option<Self> {
+            if has_argument(b"link=uart") {
+                return Parts::take().map(|parts| Self::Uart(parts.line));
+            }
+            let (input, output) = HostFile::reader(c"/dev/stdin").zip(HostFile::writer(c"/dev/stdout"))?;
+            Some(Self::Files { input, output })
+        }
+
+        /// Waits for bytes; none at the end.
+        fn read<'a>(&mut self, block: &'a mut [u8]) -> &'a [u8] {
+            match self {
+                Self::Files { input, .. } => input.read(block),
+                Self::Uart(line) => {
+                    let byte = loop {
+                        if let Some(byte) = line.read() {
+                            break byte;
+                        }
+                    };
+                    block.first_mut().map_or(&[], |place| {
+                        *place = byte;
+                        core::slice::from_ref(place)
+                    })
+                }
+            }
+        }
+
+        /// Whether the host took them.
+        fn write(&mut self, bytes: &[u8]) -> bool {
+            match self {
+                Self::Files { output, .. } => output.write(bytes),
+                Self::Uart(line) => {
+                    for &byte in bytes {
+                        while !line.write(byte) {}
+                    }
+                    true
+                }
+            }
+        }
+    }
+
     #[entry]
     fn main() -> ! {
-        let files = HostFile::reader(c"/dev/stdin").zip(HostFile::writer(c"/dev/stdout"));
-        let Some((input, output)) = files else {
+        let Some(mut link) = Link::open() else {
             heprintln!("the host has no standard input or output");
             end(debug::EXIT_FAILURE)
         };
         let Some(memory) = singleton!(: MoveMemory = MoveMemory::new()) else { end(debug::EXIT_FAILURE) };
         let mut application = Application::new(Plant, memory).with_stack_gauge(stack_bytes_max);
+        let logs = telemetry::open();
         let mut block = [0; BLOCK_BYTES];
         let mut answers = heapless::Vec::<u8, BLOCK_BYTES>::new();
         loop {
-            let bytes = input.read(&mut block);
+            let bytes = link.read(&mut block);
             if bytes.is_empty() {
                 end(debug::EXIT_SUCCESS)
             }
@@ -54,11 +104,14 @@ mod board {
             let mut heard = true;
             application.receive(bytes, &mut |frame| {
                 if answers.extend_from_slice(frame).is_err() {
-                    heard &= output.write(&answers) && output.write(frame);
+                    heard &= link.write(&answers) && link.write(frame);
                     answers.clear();
                 }
             });
-            heard &= output.write(&answers);
+            if let Some((tick, entry)) = application.telemetry().filter(|_| logs) {
+                log(tick, &entry);
+            }
+            heard &= link.write(&answers);
             answers.clear();
             if !heard {
                 heprintln!("the host does not take what is said");

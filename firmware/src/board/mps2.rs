@@ -7,6 +7,8 @@ use core::convert::Infallible;
 use embedded_hal::digital::{self, OutputPin};
 use embedded_hal::pwm::{self, SetDutyCycle};
 
+use crate::tasks::NoConverter;
+
 /// Lamp 0 stands for the bridge's enabling pin.
 const LAMPS: *mut u32 = 0x4002_8000 as *mut u32;
 /// A latch of ten bits stands for the pulse width.
@@ -40,6 +42,29 @@ pub fn drive_off() {
 pub fn drive_is_on() -> bool {
     // SAFETY: the address of a register.
     unsafe { LAMPS.read_volatile() & 1 == 1 }
+}
+
+/// Everything of the board that the program uses.
+#[derive(Debug)]
+pub struct Parts {
+    /// The pulse width.
+    pub width: Width,
+    /// The bridge's enabling pin.
+    pub enable: Enable,
+    /// The serial line.
+    pub line: Line,
+    /// The vibrometer.
+    pub vibrometer: Vibrometer,
+    /// The watchdog, not yet started.
+    pub watchdog: Watchdog,
+}
+
+impl Parts {
+    /// The board's; there is always one.
+    pub fn take() -> Option<Self> {
+        let line = Line::start();
+        Some(Self { width: Width, enable: Enable, line, vibrometer: NoConverter, watchdog: Watchdog })
+    }
 }
 
 /// The bridge's enabling pin.
@@ -85,16 +110,16 @@ impl SetDutyCycle for Width {
 
 /// The serial line to the host.
 #[derive(Debug)]
-pub struct Uart;
+pub struct Line;
 
-impl Uart {
+impl Line {
     const DATA: usize = 0;
     const STATE: usize = 4;
     const CONTROL: usize = 8;
     const DIVIDER: usize = 16;
 
     /// Both directions, at 1.5 Mbit/s.
-    pub fn start() -> Self {
+    fn start() -> Self {
         write(UART, Self::DIVIDER, 16);
         write(UART, Self::CONTROL, 0b11);
         Self
@@ -107,20 +132,22 @@ impl Uart {
         waits.then(|| read(UART, Self::DATA) as u8)
     }
 
-    /// Sends bytes; waits while the line is busy.
-    pub fn write(&mut self, bytes: &[u8]) {
-        for &byte in bytes {
-            while read(UART, Self::STATE) & 0b01 != 0 {}
+    /// Whether a byte was taken: never waits.
+    pub fn write(&mut self, byte: u8) -> bool {
+        let free = read(UART, Self::STATE) & 0b01 == 0;
+        if free {
             write(UART, Self::DATA, byte.into());
         }
+        free
     }
 }
 
+/// No vibrometer at this board: its samples come from the host.
+pub type Vibrometer = NoConverter;
+
 /// Starts the board anew when it is not fed; after that the drive is off, as after every start.
 #[derive(Debug)]
-pub struct Watchdog {
-    ticks: u32,
-}
+pub struct Watchdog;
 
 impl Watchdog {
     const LOAD: usize = 0;
@@ -129,19 +156,20 @@ impl Watchdog {
     const LOCK: usize = 0xc00;
     const KEY: u32 = 0x1acc_e551;
 
-    /// Counts to `micros` twice: then it starts the board anew.
-    pub fn start(micros: u32) -> Self {
-        let ticks = micros * (CLOCK_HZ / 1_000_000);
+    /// A hundred ticks, which it counts twice: what hangs that long is not coming back.
+    const CLOCKS: u32 = CLOCK_HZ / 1000;
+
+    /// From now on it wants to be fed every millisecond; two without, and it starts the board anew.
+    pub fn start(&mut self) {
         write(WATCHDOG, Self::LOCK, Self::KEY);
-        write(WATCHDOG, Self::LOAD, ticks);
+        write(WATCHDOG, Self::LOAD, Self::CLOCKS);
         write(WATCHDOG, Self::CONTROL, 0b11);
-        Self { ticks }
     }
 
     /// Begins the count anew.
     #[inline]
     pub fn feed(&mut self) {
         write(WATCHDOG, Self::CLEAR, 1);
-        write(WATCHDOG, Self::LOAD, self.ticks);
+        write(WATCHDOG, Self::LOAD, Self::CLOCKS);
     }
 }

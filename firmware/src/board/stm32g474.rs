@@ -31,14 +31,16 @@ const CODE_MAX: u16 = 4095;
 /// Switches the bridge off, whatever the program was doing: one store to the pin's reset register.
 #[inline]
 pub fn drive_off() {
-    #[expect(unsafe_code, reason = "a store that only clears a pin, right whoever owns the port")]
+    #[expect(unsafe_code, reason = "the port belongs to `Enable`, which a fault cannot ask")]
+    // SAFETY: the one store that follows clears a pin, and no other part of the program's state; right whoever owns the port.
     let port = unsafe { pac::GPIOB::steal() };
     port.bsrr().write(|w| w.br0().set_bit());
 }
 
 /// Whether the bridge is on.
 pub fn drive_is_on() -> bool {
-    #[expect(unsafe_code, reason = "a reading without effect")]
+    #[expect(unsafe_code, reason = "the port belongs to `Enable`, which a fault cannot ask")]
+    // SAFETY: a reading without effect.
     let port = unsafe { pac::GPIOB::steal() };
     port.odr().read().odr0().bit_is_set()
 }
@@ -59,8 +61,9 @@ pub struct Parts {
 }
 
 impl Parts {
-    /// Clocks first, then pins, then what is on them; the bridge's pin before all others.
-    pub fn start(device: pac::Peripherals) -> Self {
+    /// The board's, once. Clocks first, then pins, then what is on them; the bridge's pin before all others.
+    pub fn take() -> Option<Self> {
+        let device = pac::Peripherals::take()?;
         clocks(&device);
         let rcc = &device.RCC;
         rcc.ahb2enr().modify(|_, w| w.gpioaen().set_bit().gpioben().set_bit().adc12en().set_bit());
@@ -73,13 +76,13 @@ impl Parts {
         device.GPIOA.moder().modify(|_, w| {
             w.moder0().analog().moder2().alternate().moder3().alternate().moder8().alternate()
         });
-        Self {
+        Some(Self {
             width: Width::start(device.TIM1),
             enable: Enable(device.GPIOB),
             line: Line::start(device.LPUART1),
             vibrometer: Vibrometer::start(device.ADC1, &device.ADC12_COMMON),
             watchdog: Watchdog(device.IWDG),
-        }
+        })
     }
 }
 
@@ -89,9 +92,11 @@ fn clocks(device: &pac::Peripherals) {
     rcc.apb1enr1().modify(|_, w| w.pwren().set_bit());
     // Boost: without it the core may run at 150 MHz only.
     device.PWR.cr5().modify(|_, w| w.r1mode().clear_bit());
-    #[expect(unsafe_code, reason = "four wait states, as many as this frequency wants")]
+    #[expect(unsafe_code, reason = "the register's description does not bound its values")]
+    // SAFETY: four wait states, as many as this frequency wants, are among the register's values.
     device.FLASH.acr().modify(|_, w| unsafe { w.latency().bits(4) });
-    #[expect(unsafe_code, reason = "85 is within the multiplier's 8 to 127, and 3 divides by 4")]
+    #[expect(unsafe_code, reason = "the register's description does not bound its values")]
+    // SAFETY: 85 is within the multiplier's 8 to 127, and 3 divides by 4.
     rcc.pllcfgr().write(|w| unsafe {
         w.pllsrc().hsi16().pllm().bits(3).plln().bits(85).pllr().bits(0).pllren().set_bit()
     });
@@ -202,7 +207,8 @@ impl Vibrometer {
         while converter.cr().read().adcal().bit_is_set() {}
         converter.cr().modify(|_, w| w.aden().set_bit());
         while converter.isr().read().adrdy().bit_is_clear() {}
-        #[expect(unsafe_code, reason = "channel 1 exists")]
+        #[expect(unsafe_code, reason = "the register's description does not bound its values")]
+        // SAFETY: one conversion, of channel 1, which exists.
         converter.sqr1().write(|w| unsafe { w.l().bits(0).sq1().bits(1) });
         converter.cfgr().modify(|_, w| w.cont().set_bit().ovrmod().set_bit());
         converter.cr().modify(|_, w| w.adstart().set_bit());

@@ -7,8 +7,11 @@ use clap::Args;
 
 use super::{Format, SceneArgs};
 use crate::error::CommandError;
+use crate::export::{self, OutputFolder};
 use crate::instructions::{self, Board, Listing};
-use crate::{export, pil, size};
+use crate::scene::Scene;
+use crate::telemetry::{Dictionary, Reader, Record};
+use crate::{pil, size};
 
 #[derive(Debug, Args)]
 pub(super) struct InstructionsArgs {
@@ -67,6 +70,12 @@ pub(super) struct PilArgs {
     /// Program to run, instead of building it
     #[arg(long, value_name = "FILE")]
     elf: Option<PathBuf>,
+    /// What carries the frames between host and firmware
+    #[arg(long, value_enum, default_value_t)]
+    link: pil::Link,
+    /// Decode the program's log (defmt), and write it beside the truth: telemetry.csv and telemetry.svg
+    #[arg(long, value_name = "FOLDER")]
+    telemetry: Option<PathBuf>,
     /// How to print the result
     #[arg(long, value_enum, default_value = "text")]
     format: Format,
@@ -79,14 +88,45 @@ impl PilArgs {
         let scene = self.scene.load(&[("position.to_deg", &self.to)])?;
         instructions::emulator::check()?;
         let elf = self.elf.clone().map_or_else(|| instructions::program::build("pil"), Ok)?;
-        let mut processor = pil::Emulated::start(&elf, self.board)?;
-        let run = pil::run(&scene, &mut processor)?;
-        processor.finish()?;
+        let (run, log) = if let Some(folder) = &self.telemetry {
+            self.run_logged(&scene, &elf, folder)?
+        } else {
+            let mut processor = pil::Emulated::start(&elf, self.board, self.wiring(None))?;
+            let run = pil::run(&scene, &mut processor)?;
+            processor.finish()?;
+            (run, String::new())
+        };
         export::print(&match self.format {
-            Format::Text => format!("{} (QEMU {})\n{run}", self.board.processor(), self.board.machine()),
+            Format::Text => format!("{} (QEMU {})\n{run}{log}", self.board.processor(), self.board.machine()),
             Format::Json => run.json(),
         })?;
         run.difference.map_or(Ok(()), |difference| Err(difference.into()))
+    }
+
+    fn wiring<'a>(&self, log: Option<&'a Path>) -> pil::Wiring<'a> {
+        pil::Wiring { link: self.link, log }
+    }
+
+    /// The run, its log beside the truth in `folder`, and what is to be said of that.
+    fn run_logged(
+        &self,
+        scene: &Scene,
+        elf: &Path,
+        folder: &Path,
+    ) -> Result<(pil::Run, String), CommandError> {
+        let dictionary = Dictionary::read(elf)?;
+        let output = OutputFolder::create(folder)?;
+        let mut record = Record::create(&folder.join("telemetry.csv"))?;
+        let unwritable = |source| CommandError::Unwritable { path: std::env::temp_dir(), source };
+        let log = tempfile::NamedTempFile::new().map_err(unwritable)?;
+        let mut reader = Reader::open(&dictionary, log.path())?;
+        let mut processor = pil::Emulated::start(elf, self.board, self.wiring(Some(log.path())))?;
+        let run = pil::run_with(scene, &mut processor, |moment| record.take(&reader.entries()?, moment))?;
+        processor.finish()?;
+        let said = format!("{record}written            {}\n", folder.join("telemetry.{csv,svg}").display());
+        output.publish(&[("telemetry.svg".to_owned(), record.svg()?)])?;
+        record.publish()?;
+        Ok((run, said))
     }
 }
 
@@ -106,7 +146,7 @@ impl SizeArgs {
             size::SECTION.read(path)?;
         }
         instructions::emulator::check()?;
-        let report = size::Report::measure(instructions::program::build)?;
+        let report = size::Report::measure(instructions::program::build_with)?;
         if let Some(path) = &self.readme {
             size::SECTION.write(path, &report.markdown())?;
         }

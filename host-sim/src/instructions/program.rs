@@ -10,10 +10,19 @@ use crate::error::CommandError;
 /// # Errors
 /// When the checkout has gone, or no toolchain for the microcontroller can be had.
 pub fn build(name: &str) -> Result<PathBuf, CommandError> {
+    build_with(name, None)
+}
+
+/// The same, with the filter `only` alone.
+///
+/// # Errors
+/// When the checkout has gone, or no toolchain for the microcontroller can be had.
+pub fn build_with(name: &str, only: Option<&str>) -> Result<PathBuf, CommandError> {
     let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("../firmware/build.sh");
     let tool = "firmware/build.sh";
     let output = Command::new(script)
         .arg(name)
+        .args(only)
         .stdin(Stdio::null())
         .stderr(Stdio::inherit())
         .output()

@@ -1,14 +1,8 @@
 //! The firmware in QEMU, at the other end of two pipes.
 
-use std::fs::File;
 use std::io::{Read as _, Write as _};
 use std::path::Path;
-use std::process::{Child, ChildStdin, ChildStdout, Command, Stdio};
-use std::sync::atomic::{AtomicU64, Ordering};
-use std::sync::mpsc::{self, RecvTimeoutError, Sender};
-use std::sync::{Arc, Mutex};
-use std::thread::JoinHandle;
-use std::time::Duration;
+use std::process::{ChildStdin, ChildStdout};
 
 use controller::PositionLoop;
 use link::{
@@ -17,13 +11,10 @@ use link::{
 };
 
 use super::Processor;
+use super::process::{self, Guard, Link, OneProcessor, Wiring};
 use crate::closed_loop::Taken;
 use crate::error::CommandError;
 use crate::instructions::Board;
-use crate::instructions::emulator::{QEMU, readable, text};
-
-/// An answer takes microseconds; a start of the emulator a fraction of a second.
-const SILENCE_MAX: Duration = Duration::from_secs(20);
 
 /// Any number but 0, which the board bears without a host.
 const SESSION: u32 = 1;
@@ -40,33 +31,20 @@ pub struct Emulated {
     sequence: u32,
     ticks: u64,
     guard: Guard,
+    /// Whether what is no frame may come over the link: it is passed over.
+    disturbed: bool,
     _one_processor: Option<OneProcessor>,
 }
 
 impl Emulated {
-    /// Starts `elf`, which speaks frames by semihosting, on `board`.
+    /// Starts the program `pil` in `elf` on `board`.
     ///
     /// # Errors
     /// When the program cannot be read, or the emulator not be started.
-    pub fn start(elf: &Path, board: Board) -> Result<Self, CommandError> {
-        readable(elf)?;
-        let lost = |source| CommandError::NoTool { tool: QEMU, source };
-        let complaints = tempfile::tempfile().map_err(lost)?;
-        let to_complaints = complaints.try_clone().map_err(lost)?;
-        let one_processor = OneProcessor::hold();
-        let mut command = Command::new(QEMU);
-        command
-            .args(["-M", board.machine(), "-display", "none", "-monitor", "none", "-serial", "none"])
-            .args(["-semihosting-config", "enable=on,target=native", "-kernel"])
-            .arg(elf);
-        let mut child = command
-            .stdin(Stdio::piped())
-            .stdout(Stdio::piped())
-            .stderr(to_complaints)
-            .spawn()
-            .map_err(lost)?;
-        let pipes = child.stdin.take().zip(child.stdout.take());
-        let (to_board, from_board) = pipes.ok_or_else(|| CommandError::Board("has no pipes".to_owned()))?;
+    pub fn start(elf: &Path, board: Board, wiring: Wiring<'_>) -> Result<Self, CommandError> {
+        // The emulated serial line is served by another thread of the emulator than the processor: they do not take turns.
+        let one_processor = if wiring.link == Link::Semihosting { OneProcessor::hold() } else { None };
+        let (to_board, from_board, guard) = process::start(elf, board, wiring, &[])?;
         Ok(Self {
             to_board: Some(to_board),
             from_board,
@@ -75,7 +53,8 @@ impl Emulated {
             used: 0,
             sequence: 0,
             ticks: 0,
-            guard: Guard::new(child, complaints),
+            guard,
+            disturbed: wiring.link == Link::Uart,
             _one_processor: one_processor,
         })
     }
@@ -100,7 +79,16 @@ impl Emulated {
     /// When it ends in failure.
     pub fn finish(mut self) -> Result<(), CommandError> {
         self.to_board = None;
-        self.guard.wait()
+        // A serial line has no end: the program waits for more.
+        if self.disturbed { Ok(()) } else { self.guard.wait() }
+    }
+
+    /// Puts bytes on the link that are none of the host's, as a disturbance would.
+    ///
+    /// # Errors
+    /// When the board has gone.
+    pub fn disturb(&mut self, bytes: &[u8]) -> Result<(), CommandError> {
+        self.send(bytes)
     }
 
     /// Puts a message at the end of `bytes`.
@@ -115,6 +103,9 @@ impl Emulated {
     }
 
     fn send(&mut self, bytes: &[u8]) -> Result<(), CommandError> {
+        // Ends whatever a disturbance has begun.
+        let end: &[u8] = if self.disturbed { &[0] } else { &[] };
+        let bytes = &[end, bytes].concat();
         let written = self.to_board.as_mut().map(|pipe| pipe.write_all(bytes).and_then(|()| pipe.flush()));
         match written {
             Some(Ok(())) => Ok(()),
@@ -127,8 +118,13 @@ impl Emulated {
             while let Some(&byte) = self.block.get(self.used) {
                 self.used += 1;
                 let Some(frame) = self.deframer.push(byte) else { continue };
-                let (header, message) = decode::<BoardMessage>(frame)
-                    .map_err(|error| CommandError::Board(format!("sends a frame that is none: {error}")))?;
+                let (header, message) = match decode::<BoardMessage>(frame) {
+                    Ok(whole) => whole,
+                    Err(_) if self.disturbed => continue,
+                    Err(error) => {
+                        return Err(CommandError::Board(format!("sends a frame that is none: {error}")));
+                    }
+                };
                 self.guard.alive();
                 if header.session != SESSION && !matches!(message, BoardMessage::Fault(_)) {
                     return Err(CommandError::Board("has started anew".to_owned()));
@@ -192,113 +188,6 @@ impl Processor for Emulated {
         match self.receive()? {
             BoardMessage::Report(report) => Ok(report),
             said => Err(unexpected(&said)),
-        }
-    }
-}
-
-/// Host and emulator on one processor, for as long as this lives: they take turns, and waking another processor takes longer than a turn.
-#[derive(Debug)]
-struct OneProcessor {
-    #[cfg(target_os = "linux")]
-    before: rustix::thread::CpuSet,
-}
-
-impl OneProcessor {
-    /// Holds this thread, and the processes that it starts, to the processor that it is on; `None` where that cannot be.
-    #[cfg(target_os = "linux")]
-    fn hold() -> Option<Self> {
-        let before = rustix::thread::sched_getaffinity(None).ok()?;
-        let mut one = rustix::thread::CpuSet::new();
-        one.set(rustix::thread::sched_getcpu());
-        rustix::thread::sched_setaffinity(None, &one).ok()?;
-        Some(Self { before })
-    }
-
-    #[cfg(not(target_os = "linux"))]
-    fn hold() -> Option<Self> {
-        None
-    }
-}
-
-#[cfg(target_os = "linux")]
-impl Drop for OneProcessor {
-    fn drop(&mut self) {
-        let _ = rustix::thread::sched_setaffinity(None, &self.before);
-    }
-}
-
-/// Ends the emulator when it is no longer wanted, or has been silent for [`SILENCE_MAX`]: whoever waits for it then reads the end of the pipe.
-#[derive(Debug)]
-struct Guard {
-    child: Arc<Mutex<Child>>,
-    complaints: File,
-    heard: Arc<AtomicU64>,
-    done: Option<Sender<()>>,
-    watch: Option<JoinHandle<()>>,
-}
-
-impl Guard {
-    fn new(child: Child, complaints: File) -> Self {
-        let child = Arc::new(Mutex::new(child));
-        let heard = Arc::new(AtomicU64::new(0));
-        let (done, ended) = mpsc::channel();
-        let watch = std::thread::spawn({
-            let (child, heard) = (Arc::clone(&child), Arc::clone(&heard));
-            move || {
-                let mut before = None;
-                while ended.recv_timeout(SILENCE_MAX) == Err(RecvTimeoutError::Timeout) {
-                    let now = heard.load(Ordering::Relaxed);
-                    if before.replace(now) == Some(now) {
-                        let _ = child.lock().map(|mut child| child.kill());
-                    }
-                }
-            }
-        });
-        Self { child, complaints, heard, done: Some(done), watch: Some(watch) }
-    }
-
-    fn alive(&self) {
-        self.heard.fetch_add(1, Ordering::Relaxed);
-    }
-
-    /// Waits for the program's own end.
-    fn wait(&self) -> Result<(), CommandError> {
-        let lost = |source| CommandError::NoTool { tool: QEMU, source };
-        // Polled, so that the watch can still end it.
-        loop {
-            let status = self.child.lock().ok().map(|mut child| child.try_wait());
-            match status {
-                Some(Ok(None)) => std::thread::sleep(Duration::from_millis(1)),
-                Some(Ok(Some(status))) if status.success() => return Ok(()),
-                Some(Err(source)) => return Err(lost(source)),
-                Some(Ok(Some(_))) | None => return Err(self.lost()),
-            }
-        }
-    }
-
-    /// Why nothing comes any more.
-    fn lost(&self) -> CommandError {
-        let status = self.child.lock().ok().and_then(|mut child| {
-            let _ = child.kill();
-            child.wait().ok()
-        });
-        let status = status.map_or_else(String::new, |status| format!(", {status}"));
-        let complaint = text(&self.complaints).unwrap_or_default();
-        let last = complaint.lines().rfind(|line| !line.trim().is_empty());
-        let last = last.map_or_else(String::new, |line| format!(": {}", line.trim()));
-        CommandError::Board(format!("fell silent{status}{last}"))
-    }
-}
-
-impl Drop for Guard {
-    fn drop(&mut self) {
-        self.done = None;
-        if let Ok(mut child) = self.child.lock() {
-            let _ = child.kill();
-            let _ = child.wait();
-        }
-        if let Some(watch) = self.watch.take() {
-            let _ = watch.join();
         }
     }
 }

@@ -96,7 +96,7 @@ fn dual_a_second_loop_computes_the_same_from_what_it_is_told() {
     }
 }
 
-/// One bit of one field at one tick is found and named.
+/// L9: one bit of one field at one tick is found and named.
 #[test]
 fn exact_a_difference_is_named_by_step_field_and_both_values() {
     let scene = scene(&["position.deadline_s=0.05", "seed=3"]);

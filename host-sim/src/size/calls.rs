@@ -19,7 +19,8 @@ use super::image::{Function, Image};
 use crate::error::CommandError;
 
 /// Where the tasks begin: parts of demangled names. The first must be in every program.
-pub const ROOTS: [&str; 2] = ["firmware::application::Application<D>::tick", "SysTick"];
+pub const ROOTS: [&str; 3] =
+    ["firmware::application::Application<D>::tick", "SysTick", "firmware::telemetry::log::log"];
 
 /// Calls that can be reached by the text of the program only, and why they never happen.
 pub const EXCUSED: [(&str, &str); 1] = [(

@@ -1,0 +1,103 @@
+//! Entries as defmt's log statements. The time of each is the loop's tick.
+//!
+//! Fields are `name=value` with the unit in the name, so that a program can read them as well; numbers are written out in full, which keeps every bit.
+
+use core::cell::Cell;
+
+use controller::Phase;
+use cortex_m::interrupt::{Mutex, free};
+use defmt::{error, info, warn};
+use estimator::Verdict;
+use motor_model::{DriveCommand, DriveMode};
+
+use super::{Entry, Standing};
+
+/// The tick that is told of.
+static TICK: Mutex<Cell<u64>> = Mutex::new(Cell::new(0));
+
+defmt::timestamp!("{=u64}", free(|token| TICK.borrow(token).get()));
+
+/// Tells `entry` of tick number `tick`. From one task only.
+// Never inlined: `host-sim size` follows every call from here.
+#[inline(never)]
+pub fn log(tick: u64, entry: &Entry) {
+    free(|token| TICK.borrow(token).set(tick));
+    match entry {
+        Entry::Standing(Standing::Safe) => info!("standing safe"),
+        Entry::Standing(Standing::Armed) => info!("standing armed"),
+        Entry::Standing(Standing::HostSilent) => error!("fault host_silent: drive off until a stop"),
+        Entry::Standing(Standing::Overrun) => error!("fault overrun: drive off until a stop"),
+        Entry::Estimate(estimate) => info!(
+            "estimate angle_units={=i64} rate_rad_s={=f32} angle_rad2={=f32} rate_rad2_s2={=f32} resting={=bool}",
+            estimate.angle.units(),
+            estimate.rate_rad_s,
+            estimate.angle_rad2,
+            estimate.rate_rad2_s2,
+            estimate.resting
+        ),
+        Entry::Timing { clocks_max, counters } => info!(
+            "timing clocks_max={=u32} overruns={=u32} taken={=u32} damaged={=u32} oversize={=u32} lost={=u32} late={=u32} duplicates={=u32} dropped={=u32}",
+            *clocks_max,
+            counters.overruns,
+            counters.taken,
+            counters.damaged,
+            counters.oversize,
+            counters.lost,
+            counters.late,
+            counters.duplicates,
+            counters.dropped
+        ),
+        Entry::Innovation { innovation, refused } => {
+            let age_nanos = tick
+                .wrapping_mul(controller::PositionLoop::TICK_NANOS)
+                .wrapping_sub(innovation.taken_at.nanos());
+            let (rad, rad2) = (innovation.innovation_rad, innovation.variance_rad2);
+            match innovation.verdict {
+                Verdict::Rejected(why) => warn!(
+                    "innovation refused {} rad={=f32} variance_rad2={=f32} age_nanos={=u64} refused={=u32}",
+                    why, rad, rad2, age_nanos, *refused
+                ),
+                Verdict::Used | Verdict::Restarted => info!(
+                    "innovation {} rad={=f32} variance_rad2={=f32} age_nanos={=u64} refused={=u32}",
+                    innovation.verdict, rad, rad2, age_nanos, *refused
+                ),
+            }
+        }
+        Entry::Phase(phase) => tell_phase(phase),
+        Entry::Health(health) => info!("health {}", health),
+        Entry::Drive { command, applied } => {
+            let (wanted, amplitude) = (mode(*command), applied.amplitude());
+            if command == applied {
+                info!("drive {=istr} amplitude={=f32}", wanted, amplitude);
+            } else {
+                warn!(
+                    "drive {=istr} amplitude={=f32} limited: {=istr} {=f32} asked for",
+                    mode(*applied),
+                    amplitude,
+                    wanted,
+                    command.amplitude()
+                );
+            }
+        }
+    }
+}
+
+fn tell_phase(phase: &Phase) {
+    match phase {
+        Phase::Waiting(health) => info!("phase waiting {}", health),
+        Phase::Cruise { .. } => info!("phase cruise"),
+        Phase::Burst { .. } => info!("phase burst"),
+        Phase::Settling => info!("phase settling"),
+        Phase::Holding => info!("phase holding"),
+        Phase::Stopped(why) => warn!("phase stopped {}", why),
+    }
+}
+
+#[expect(clippy::match_same_arms, reason = "texts differ in the ELF only")]
+fn mode(command: DriveCommand) -> defmt::Str {
+    match command.mode() {
+        None => defmt::intern!("off"),
+        Some(DriveMode::B) => defmt::intern!("B"),
+        Some(DriveMode::C) => defmt::intern!("C"),
+    }
+}

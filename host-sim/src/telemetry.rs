@@ -1,0 +1,152 @@
+//! The firmware's log of a run, read by defmt's own decoder, beside the plant's record of the same ticks.
+//!
+//! - [`Dictionary`]: the texts of the log, which are in the ELF and nowhere else.
+//! - [`Reader`]: entries as they come into the file that the emulated program logs to.
+//! - [`Record`]: each [`Entry`] with the truth of its tick, as a table (CSV) and a picture.
+//!
+//! What the firmware logs, and how often: `firmware/src/telemetry.rs`.
+
+mod picture;
+mod record;
+
+use std::fmt;
+use std::fs::File;
+use std::io::Read as _;
+use std::path::Path;
+
+use defmt_decoder::{DecodeError, StreamDecoder, Table};
+
+use crate::error::CommandError;
+pub use record::Record;
+
+/// The texts of a program's log.
+pub struct Dictionary {
+    table: Table,
+}
+
+impl Dictionary {
+    /// Reads them out of the ELF at `path`.
+    ///
+    /// # Errors
+    /// When it cannot be read, or is no ELF of a program that logs.
+    pub fn read(path: &Path) -> Result<Self, CommandError> {
+        let bytes = std::fs::read(path)
+            .map_err(|source| CommandError::Unreadable { path: path.to_owned(), source })?;
+        let no_elf = |error: String| CommandError::NoElf { path: path.to_owned(), error };
+        let table = Table::parse(&bytes).map_err(|error| no_elf(error.to_string()))?;
+        let table = table.filter(|table| !table.is_empty() && table.has_timestamp());
+        Ok(Self { table: table.ok_or_else(|| no_elf("it logs nothing".to_owned()))? })
+    }
+}
+
+impl fmt::Debug for Dictionary {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Dictionary").finish_non_exhaustive()
+    }
+}
+
+/// Something that the firmware told.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Entry {
+    /// The loop's tick that it tells of.
+    pub tick: u64,
+    /// How grave it is: `info`, `warn` or `error`.
+    pub level: &'static str,
+    /// What it says: its kind, then words and fields `name=value`.
+    pub text: String,
+}
+
+impl Entry {
+    /// Its first word: `estimate`, `innovation`, `phase`...
+    pub fn kind(&self) -> &str {
+        self.text.split(' ').next().unwrap_or_default()
+    }
+
+    /// The value of a field, if it has it and the value can be read as a `T`. Numbers are exact to the last bit.
+    pub fn field<T: std::str::FromStr>(&self, name: &str) -> Option<T> {
+        let value = |word: &str| word.strip_prefix(name)?.strip_prefix('=')?.parse().ok();
+        self.text.split(' ').find_map(value)
+    }
+}
+
+/// Reads a log while it is written.
+pub struct Reader<'d> {
+    file: File,
+    decoder: Box<dyn StreamDecoder + Send + Sync + 'd>,
+}
+
+impl fmt::Debug for Reader<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Reader").field("file", &self.file).finish_non_exhaustive()
+    }
+}
+
+impl<'d> Reader<'d> {
+    /// Reads the log of the program of `dictionary` at `path`.
+    ///
+    /// # Errors
+    /// When it cannot be opened.
+    pub fn open(dictionary: &'d Dictionary, path: &Path) -> Result<Self, CommandError> {
+        let file =
+            File::open(path).map_err(|source| CommandError::Unreadable { path: path.to_owned(), source })?;
+        Ok(Self { file, decoder: dictionary.table.new_stream_decoder() })
+    }
+
+    /// What has been logged since the last call.
+    ///
+    /// # Errors
+    /// When it cannot be read, or is no log of this program.
+    pub fn entries(&mut self) -> Result<Vec<Entry>, CommandError> {
+        let mut bytes = Vec::new();
+        self.file
+            .read_to_end(&mut bytes)
+            .map_err(|error| CommandError::Board(format!("logs into a file that is lost: {error}")))?;
+        if bytes.is_empty() {
+            return Ok(Vec::new());
+        }
+        self.decoder.received(&bytes);
+        let mut entries = Vec::new();
+        loop {
+            match self.decoder.decode() {
+                Ok(frame) => {
+                    let tick = frame.display_timestamp().and_then(|tick| tick.to_string().parse().ok());
+                    let tick = tick.ok_or_else(|| CommandError::Board("logs without a tick".to_owned()))?;
+                    let level = frame.level().map_or("info", |level| level.as_str());
+                    entries.push(Entry { tick, level, text: frame.display_message().to_string() });
+                }
+                Err(DecodeError::UnexpectedEof) => return Ok(entries),
+                Err(DecodeError::Malformed) => {
+                    return Err(CommandError::Board("logs what its ELF does not explain".to_owned()));
+                }
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn exact_fields_of_an_entry() {
+        let text = "estimate angle_units=-7 rate_rad_s=1.0e-5 resting=true".to_owned();
+        let entry = Entry { tick: 1, level: "info", text };
+        assert_eq!(entry.kind(), "estimate");
+        assert_eq!(entry.field::<i64>("angle_units"), Some(-7));
+        assert_eq!(entry.field::<f32>("rate_rad_s").map(f32::to_bits), Some(1e-5_f32.to_bits()));
+        assert_eq!(entry.field::<bool>("resting"), Some(true));
+        assert_eq!(entry.field::<i64>("angle"), None, "a name is not the beginning of another");
+    }
+
+    #[test]
+    fn exact_what_is_no_program_that_logs_is_refused() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("elf");
+        assert!(matches!(Dictionary::read(&path), Err(CommandError::Unreadable { .. })));
+        std::fs::write(&path, "text").unwrap();
+        assert!(matches!(Dictionary::read(&path), Err(CommandError::NoElf { .. })));
+        // An ELF, but of a program that does not log.
+        let ourselves = std::env::current_exe().unwrap();
+        assert!(matches!(Dictionary::read(&ourselves), Err(CommandError::NoElf { .. })));
+    }
+}
