@@ -211,6 +211,40 @@ impl<T: Real> ImpactAided<T> {
         }
     }
 
+    /// Takes in what a sample tells that is not of a flight that goes on.
+    #[inline(never)]
+    fn take(&mut self, sample: &LdvSample, heard: Heard<T>) {
+        match heard {
+            Heard::Flight => (),
+            Heard::Nothing => {
+                if self.detector.newest().is_some_and(|newest| sample.taken_at <= newest) {
+                    // The watch hears the vibrometer anew: what came before bore wrong times.
+                    self.detector = ImpactDetector::new(self.tuning.detector);
+                    while self.kicks.pop_back_if(|kick| kick.at >= sample.taken_at).is_some() {}
+                    let Heard::Gap(seconds) = self.detector.observe(sample) else { return };
+                    self.wander_through(sample.taken_at, seconds);
+                }
+            }
+            Heard::Impact { before_m_s, jump_m_s } => {
+                if !self.detector.inverted() {
+                    self.keep(self.kick(sample.taken_at, before_m_s, jump_m_s));
+                }
+            }
+            Heard::Gap(seconds) => self.wander_through(sample.taken_at, seconds),
+        }
+    }
+
+    /// After a gap of `seconds` up to `at` the rate is as uncertain as if it had wandered.
+    fn wander_through(&mut self, at: Time, seconds: T) {
+        let intensity = self.tuning.constant_rate.wander.intensity_rad2_s3(self.watch.motion(at), false);
+        self.keep(Kick {
+            at,
+            towards_rad_s: T::zero(),
+            reach_rad_s: T::zero(),
+            variance_rad2_s2: intensity * seconds,
+        });
+    }
+
     /// Keeps a kick. One that becomes known only after its frame has been fused acts right after it.
     fn keep(&mut self, mut kick: Kick<T>) {
         let Some(track) = self.tracker.track() else { return };
@@ -247,31 +281,12 @@ impl<T: Real> AngleFilter<T> for ImpactAided<T> {
         self.watch.drive(at, command);
     }
 
+    #[inline]
     fn update_ldv(&mut self, sample: &LdvSample) -> Option<Innovation<T>> {
-        if !self.watch.observe(sample) {
-            return None;
-        }
-        if self.detector.newest().is_some_and(|newest| sample.taken_at <= newest) {
-            // The watch hears the vibrometer anew: what came before bore wrong times.
-            self.detector = ImpactDetector::new(self.tuning.detector);
-            while self.kicks.pop_back_if(|kick| kick.at >= sample.taken_at).is_some() {}
-        }
-        match self.detector.observe(sample) {
-            Heard::Nothing | Heard::Flight => (),
-            Heard::Impact { before_m_s, jump_m_s } => {
-                if !self.detector.inverted() {
-                    self.keep(self.kick(sample.taken_at, before_m_s, jump_m_s));
-                }
-            }
-            Heard::Gap(seconds) => {
-                let motion = self.watch.motion(sample.taken_at);
-                let intensity = self.tuning.constant_rate.wander.intensity_rad2_s3(motion, false);
-                self.keep(Kick {
-                    at: sample.taken_at,
-                    towards_rad_s: T::zero(),
-                    reach_rad_s: T::zero(),
-                    variance_rad2_s2: intensity * seconds,
-                });
+        if self.watch.observe(sample) {
+            let heard = self.detector.observe(sample);
+            if heard != Heard::Flight {
+                self.take(sample, heard);
             }
         }
         None
@@ -297,9 +312,16 @@ impl<T: Real> AngleFilter<T> for ImpactAided<T> {
     }
 
     fn health(&self, now: Time) -> Health {
+        self.assess(now).1
+    }
+
+    #[inline]
+    fn assess(&self, now: Time) -> (Option<Estimate<T>>, Health) {
         let silent = self.watch.silent(now).then_some(Reason::VibrometerSilent);
         let inverted = self.detector.inverted().then_some(Reason::VibrometerInverted);
-        self.tracker.health(now, silent.or(inverted), &self.process(now))
+        let estimate = self.estimate(now);
+        let health = self.tracker.judge(estimate.as_ref(), now, silent.or(inverted));
+        (estimate, health)
     }
 }
 
