@@ -134,17 +134,27 @@ impl<T: Real> Kicked<'_, T> {
     }
 }
 
+impl<T: Real> Kicked<'_, T> {
+    /// Through the kicks between `state` and `until`, up to the last of them.
+    #[inline(never)]
+    fn pass_kicks(&self, state: &mut State<T>, resting: bool, until: Time) {
+        let from = state.at;
+        // Most are older than the track: counted from the newest.
+        let newer = self.kicks.iter().rev().take_while(|kick| kick.at > from).count();
+        for index in self.kicks.len() - newer..self.kicks.len() {
+            let Some(kick) = self.kicks.get(index).filter(|kick| kick.at <= until) else { break };
+            self.fly(state, resting, kick.at);
+            kick.apply(state);
+        }
+    }
+}
+
 impl<T: Real> Process<T> for Kicked<'_, T> {
+    #[inline]
     fn carry(&self, state: &mut State<T>, resting: bool, until: Time) {
-        if !(resting && self.motion == Motion::Quiet) {
-            let from = state.at;
-            // Most are older than the track: counted from the newest.
-            let newer = self.kicks.iter().rev().take_while(|kick| kick.at > from).count();
-            for index in self.kicks.len() - newer..self.kicks.len() {
-                let Some(kick) = self.kicks.get(index).filter(|kick| kick.at <= until) else { break };
-                self.fly(state, resting, kick.at);
-                kick.apply(state);
-            }
+        let struck = self.kicks.back().is_some_and(|kick| kick.at > state.at);
+        if struck && !(resting && self.motion == Motion::Quiet) {
+            self.pass_kicks(state, resting, until);
         }
         self.fly(state, resting, until);
     }
