@@ -7,12 +7,14 @@
 //!
 //! Because it is the angle that follows, the mean rate is right to the error of the angle over the time of the mean, whatever this motor's own rates are. Rates below that of the
 //! weakest cruise come out as pulses of it: the drive waits until the rotor is behind by [`RateTuning::behind_rad`] and stops when it is ahead. A rotor that is ahead is left to friction; it is
-//! driven back only when it is ahead by far.
+//! driven back only when it is ahead by far. A rate of exactly 0 asks for rest: the drive is off, and the reference waits where the rotor comes to lie.
+
+mod profile;
 
 use estimator::{Estimate, Health};
-use libm::sinf;
-use motor_model::{Angle, AngleAccumulator, DriveCommand, DriveMode, OutOfBounds, Time};
+use motor_model::{Angle, AngleAccumulator, DriveCommand, DriveMode, Time};
 
+pub use self::profile::{Profile, RATE_MAX_RAD_S};
 use crate::response_map::{CRUISES, sense};
 
 /// Choices of the rate controller.
@@ -39,70 +41,6 @@ impl Default for RateTuning {
             ahead_rad: 0.052,
             amplitude_max: 1.0,
             hold_nanos: 500_000,
-        }
-    }
-}
-
-/// A rate over time.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Profile {
-    /// One rate.
-    Dwell {
-        /// The rate in rad/s.
-        rate_rad_s: f32,
-    },
-    /// From 0 in equal steps of equal length to the rate, and there it stays.
-    Staircase {
-        /// The last rate in rad/s.
-        rate_rad_s: f32,
-        /// How many steps, at least 1.
-        steps: u16,
-        /// Length of a step in s.
-        step_s: f32,
-    },
-    /// A sine about a mean, its frequency rising in proportion to time.
-    Sweep {
-        /// The mean in rad/s.
-        mean_rad_s: f32,
-        /// Amplitude in rad/s.
-        amplitude_rad_s: f32,
-        /// First and last frequency in Hz.
-        frequency_hz: (f32, f32),
-        /// Length in s.
-        length_s: f32,
-    },
-}
-
-/// Fastest rate that can be asked for, in rad/s: 1100 deg/s.
-pub const RATE_MAX_RAD_S: f64 = 19.2;
-
-impl Profile {
-    /// A dwell.
-    ///
-    /// # Errors
-    /// When the rate is no number, or beyond +-1100 deg/s.
-    pub fn dwell(rate_deg_s: f64) -> Result<Self, OutOfBounds> {
-        let max = RATE_MAX_RAD_S.to_degrees();
-        OutOfBounds::check("rate.deg_s", rate_deg_s, -max, max, "deg/s")?;
-        #[expect(clippy::cast_possible_truncation, reason = "rounded to f32")]
-        let rate_rad_s = rate_deg_s.to_radians() as f32;
-        Ok(Self::Dwell { rate_rad_s })
-    }
-
-    /// The rate at `time_s` since the start, in rad/s.
-    pub fn rate_rad_s(&self, time_s: f32) -> f32 {
-        match *self {
-            Self::Dwell { rate_rad_s } => rate_rad_s,
-            Self::Staircase { rate_rad_s, steps, step_s } => {
-                let steps = f32::from(steps.max(1));
-                #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "saturates")]
-                let step = f32::from((time_s / step_s) as u16);
-                rate_rad_s * ((step + 1.0) / steps).min(1.0)
-            }
-            Self::Sweep { mean_rad_s, amplitude_rad_s, frequency_hz: (from, to), length_s } => {
-                let cycles = time_s * (from + 0.5 * (to - from) * time_s / length_s);
-                mean_rad_s + amplitude_rad_s * sinf(cycles * core::f32::consts::TAU)
-            }
         }
     }
 }
@@ -154,6 +92,11 @@ impl RateHold {
             return self.command;
         };
         let rate_rad_s = self.wanted_rad_s(now);
+        if rate_rad_s.abs() <= 0.0 {
+            self.reference = Some(AngleAccumulator::at(estimate.angle));
+            self.command = DriveCommand::OFF;
+            return self.command;
+        }
         let reference = self.reference.get_or_insert(AngleAccumulator::at(estimate.angle));
         reference.turn_by_radians(rate_rad_s * dt_s);
         let behind_rad: f32 = reference.angle().radians_since(estimate.angle);
@@ -168,8 +111,7 @@ impl RateHold {
 impl RateTuning {
     /// The drive for a rotor that should turn at `rate_rad_s` and is behind by `behind_rad`, clockwise positive.
     fn drive(&self, rate_rad_s: f32, behind_rad: f32) -> DriveCommand {
-        let towards = if rate_rad_s.abs() > 0.0 { rate_rad_s } else { behind_rad };
-        let mode = if towards > 0.0 { DriveMode::B } else { DriveMode::C };
+        let mode = if rate_rad_s > 0.0 { DriveMode::B } else { DriveMode::C };
         let along = sense(mode);
         let (rate, behind) = (along * rate_rad_s, along * behind_rad);
         if behind < -self.ahead_rad {
@@ -283,18 +225,26 @@ mod tests {
         assert_eq!(tuning.drive(0.1, 0.001).mode(), Some(DriveMode::B));
     }
 
+    /// While a profile rests nothing drives, and the next turn begins where the rotor came to lie, however far it was behind before.
     #[test]
-    fn exact_profiles() {
-        assert_eq!(Profile::dwell(f64::NAN).unwrap_err().key, "rate.deg_s");
-        assert!(Profile::dwell(1200.0).is_err());
-        let stairs = Profile::Staircase { rate_rad_s: 4.0, steps: 4, step_s: 0.5 };
-        for (time_s, rate) in [(0.0, 1.0), (0.49, 1.0), (0.51, 2.0), (1.9, 4.0), (99.0, 4.0)] {
-            assert!((stairs.rate_rad_s(time_s) - rate).abs() < 1e-6);
+    fn law_rest_is_without_drive_and_forgets_what_was_missing() {
+        let profile = Profile::BothWays {
+            clockwise_rad_s: 2.0,
+            counter_clockwise_rad_s: -1.0,
+            steps: 1,
+            turn_s: 0.5,
+            rest_s: 0.25,
+        };
+        let mut hold = RateHold::new(profile, RateTuning::default(), Time::ZERO);
+        for tick in 1..200_000 {
+            let now = Time::from_nanos(tick * crate::TICK_NANOS);
+            let command = hold.decide(now, Some(&estimate(now, 7.0)), Health::Good);
+            let asked = hold.wanted_rad_s(now);
+            if asked.abs() > 0.0 {
+                assert!(command.mode() != Some(if asked > 0.0 { DriveMode::C } else { DriveMode::B }));
+            } else {
+                assert_eq!((command, hold.reference()), (DriveCommand::OFF, Some(Angle::from_degrees(7.0))));
+            }
         }
-        let sweep =
-            Profile::Sweep { mean_rad_s: 2.0, amplitude_rad_s: 1.0, frequency_hz: (1.0, 3.0), length_s: 2.0 };
-        // 1 Hz at first; after two seconds 4 cycles are over.
-        assert!((sweep.rate_rad_s(0.0) - 2.0).abs() < 1e-6 && (sweep.rate_rad_s(2.0) - 2.0).abs() < 1e-4);
-        assert!((sweep.rate_rad_s(0.207) - 3.0).abs() < 0.01);
     }
 }

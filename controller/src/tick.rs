@@ -98,6 +98,11 @@ impl<F> RateLoop<F> {
         Self { filter, hold }
     }
 
+    /// The filter, to look at.
+    pub fn filter(&self) -> &F {
+        &self.filter
+    }
+
     /// Follows another rate from now on; the filter goes on.
     pub fn follow(&mut self, hold: RateHold) {
         self.hold = hold;

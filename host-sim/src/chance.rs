@@ -37,6 +37,12 @@ pub enum Source {
     GenieKicks = 13,
     /// Where a positioning trial goes.
     Target = 14,
+    /// A gyroscope's scale factor and bias.
+    GyroscopeDraw = 20,
+    /// Its angle random walk.
+    GyroscopeWalk = 21,
+    /// Its bias's instability.
+    GyroscopeInstability = 22,
 }
 
 /// The stream of `source` in the run that `seed` names.
@@ -97,6 +103,9 @@ mod tests {
             Source::LdvOutlier,
             Source::GenieKicks,
             Source::Target,
+            Source::GyroscopeDraw,
+            Source::GyroscopeWalk,
+            Source::GyroscopeInstability,
         ];
         let draw = |seed, source| stream(seed, source).next_u64();
         let all: Vec<u64> =

@@ -155,6 +155,11 @@ impl ClosedRateLoop {
         controller::tick_rate(&mut self.rate_loop, now, &mut self.ports)
     }
 
+    /// The filter, to look at.
+    pub fn filter(&self) -> &AnyFilter {
+        self.rate_loop.filter()
+    }
+
     /// Replaces what is held; the filter goes on.
     pub fn follow(&mut self, hold: RateHold) {
         self.rate_loop.follow(hold);

@@ -1,12 +1,14 @@
-//! The measuring instruments: what camera and vibrometer make of the rotor's motion.
+//! The measuring instruments: what camera and vibrometer make of the rotor's motion, and the gyroscope that is calibrated on it.
 //!
 //! Every imperfection is a setting of its own, off by default, and draws from a stream of its own ([`crate::chance`]): switching one on
 //! leaves the noise of the others as it was.
 
 pub mod camera;
+pub mod gyroscope;
 pub mod ldv;
 
 pub use camera::Camera;
+pub use gyroscope::Gyroscope;
 pub use ldv::Ldv;
 
 use motor_model::Time;

@@ -9,6 +9,7 @@
 //! | [`simulate`] | one run of the open loop: motor, constant drive, observers, summary |
 //! | [`mod@reference`] | a second integrator of the motor, event-driven, to judge the fixed step by |
 //! | [`averaged`] | what a drive does on average, identified from such runs |
+//! | [`allan`] | how a gyroscope's means differ, by the span of the mean |
 //! | [`statistics`], [`spectrum`] | what is said of a run: mean and spread, the largest spectral line |
 //! | [`filter`] | the estimator that a scene picks |
 //! | [`disturbance`] | what goes wrong with the motor during a move |
@@ -31,6 +32,7 @@
 //! Clockwise and upward are positive; every name carries its unit.
 
 pub mod accuracy;
+pub mod allan;
 pub mod averaged;
 pub mod chance;
 pub mod chart;

@@ -71,6 +71,7 @@ const TABLES: &[&[Setting]] = &[
     crate::plant::SETTINGS,
     crate::instruments::camera::SETTINGS,
     crate::instruments::ldv::SETTINGS,
+    crate::instruments::gyroscope::SETTINGS,
     crate::disturbance::SETTINGS,
     crate::filter::SETTINGS,
     crate::position::SETTINGS,

@@ -1,0 +1,67 @@
+//! What a scene may set of the gyroscope.
+
+use crate::scene::{Kind, Setting};
+
+/// The gyroscope's settings.
+pub const SETTINGS: &[Setting] = &[
+    Setting {
+        key: "gyroscope.parameters",
+        unit: "",
+        kind: Kind::Choice { default: "drawn", of: &["drawn", "nominal"] },
+        meaning: "scale factor and bias drawn by seed and serial (normal, the two below for standard deviations), or as they stand",
+    },
+    Setting {
+        key: "gyroscope.scale_factor_ppm",
+        unit: "ppm",
+        kind: Kind::Number { default: 500.0, min: -100_000.0, max: 100_000.0 },
+        meaning: "error of the scale factor",
+    },
+    Setting {
+        key: "gyroscope.bias_deg_h",
+        unit: "deg/h",
+        kind: Kind::Number { default: 10.0, min: -36_000.0, max: 36_000.0 },
+        meaning: "rate shown at rest",
+    },
+    Setting {
+        key: "gyroscope.random_walk_deg_rh",
+        unit: "deg/sqrt(h)",
+        kind: Kind::Number { default: 0.15, min: 0.0, max: 100.0 },
+        meaning: "angle random walk",
+    },
+    Setting {
+        key: "gyroscope.instability_deg_h",
+        unit: "deg/h",
+        kind: Kind::Number { default: 0.5, min: 0.0, max: 1000.0 },
+        meaning: "bias instability: the plateau of the Allan deviation without random walk",
+    },
+    Setting {
+        key: "gyroscope.instability_time_s",
+        unit: "s",
+        kind: Kind::Number { default: 200.0, min: 1.0, max: 1e5 },
+        meaning: "correlation time of the instability; the plateau lies at 1.9 of it",
+    },
+    Setting {
+        key: "gyroscope.sample_rate_hz",
+        unit: "Hz",
+        kind: Kind::Number { default: 500.0, min: 1.0, max: 10_000.0 },
+        meaning: "samples a second, each the angle turned since the last",
+    },
+    Setting {
+        key: "gyroscope.range_deg_s",
+        unit: "deg/s",
+        kind: Kind::Number { default: 400.0, min: 1.0, max: 100_000.0 },
+        meaning: "mean rate over a sample at which it saturates",
+    },
+    Setting {
+        key: "gyroscope.resolution_deg",
+        unit: "deg",
+        kind: Kind::Number { default: 4.768_371_582_031_25e-7, min: 0.0, max: 1.0 },
+        meaning: "unit of a sample; 0 for none",
+    },
+    Setting {
+        key: "gyroscope.serial",
+        unit: "",
+        kind: Kind::Integer { default: 0, min: 0, max: 1_000_000 },
+        meaning: "which gyroscope: its errors and its noise are drawn by the seed and this",
+    },
+];
