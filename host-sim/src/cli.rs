@@ -3,6 +3,7 @@
 //! A flag of its own is only a shorter name for a key, so it is checked, refused and hinted at like one. Errors of any kind
 //! are one line on standard error and exit code 2.
 
+mod calibration;
 mod closed_loop;
 mod estimation;
 mod microcontroller;
@@ -18,6 +19,7 @@ use indicatif::ProgressStyle;
 use crate::error::CommandError;
 use crate::scene::Scene;
 use crate::{export, keys};
+use calibration::CalibrateArgs;
 use closed_loop::{PositionArgs, PositioningTrialsArgs, RateArgs, ResponseMapArgs};
 use estimation::{EstimateArgs, FiltersArgs};
 use microcontroller::{InstructionsArgs, PilArgs, SizeArgs};
@@ -55,6 +57,8 @@ enum Command {
     Filters(FiltersArgs),
     /// Hold a rate in closed loop, or lead the rotor through a profile of rates
     Rate(RateArgs),
+    /// Calibrate a gyroscope on the rotor: scale factor and bias with their intervals, against the truth
+    Calibrate(CalibrateArgs),
     /// Move many drawn motors to many targets, beside simpler strategies
     PositioningTrials(PositioningTrialsArgs),
     /// Identify what each drive does, for the controller
@@ -118,6 +122,7 @@ impl Command {
             Self::Estimate(args) => args.execute(),
             Self::Filters(args) => args.execute(),
             Self::Rate(args) => args.execute(),
+            Self::Calibrate(args) => args.execute(),
             Self::PositioningTrials(args) => args.execute(),
             Self::ResponseMap(args) => args.execute(),
             Self::Keys => export::print(&keys::table()),

@@ -18,6 +18,7 @@
 //! | [`response_map`] | what each drive does, identified for the controller |
 //! | [`positioning_trials`] | many moves of many motors, beside simpler strategies |
 //! | [`rate`] | a rate held in closed loop, against the truth |
+//! | [`calibrate`] | a gyroscope on the rotor calibrated in closed loop, against the truth |
 //! | [`instructions`] | what the operations of the firmware take, counted on an emulated microcontroller |
 //! | [`pil`] | the firmware on an emulated microcontroller in the loop, beside the host's own run bit by bit |
 //! | [`telemetry`] | the firmware's log of such a run, decoded, beside the truth |
@@ -34,6 +35,7 @@
 pub mod accuracy;
 pub mod allan;
 pub mod averaged;
+pub mod calibrate;
 pub mod chance;
 pub mod chart;
 pub mod cli;

@@ -76,6 +76,7 @@ const TABLES: &[&[Setting]] = &[
     crate::filter::SETTINGS,
     crate::position::SETTINGS,
     crate::rate::SETTINGS,
+    crate::calibrate::SETTINGS,
 ];
 
 /// Every key there is: the motor's parameters in the order of Table 1, then the tables of the modules.

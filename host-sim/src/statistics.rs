@@ -85,6 +85,39 @@ pub fn chi_square_mean_bounds(n: f64) -> (f64, f64) {
     (bound(-TWO_SIDED_95), bound(TWO_SIDED_95))
 }
 
+/// Two-sided 95 % bounds of how many of `n` independent trials succeed with `probability` each, within 0 to 1: at most 2.5 % of all sets lie below, and 2.5 % above.
+///
+/// Probabilities follow from their ratios to the most likely count's, so that none of importance vanishes.
+pub fn binomial_bounds(n: u32, probability: f64) -> (u32, u32) {
+    let odds = probability / (1.0 - probability);
+    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "at most n")]
+    let likeliest = (f64::from(n) * probability) as u32;
+    // P(k + 1) / P(k)
+    let ratio = |k: u32| f64::from(n - k) / f64::from(k + 1) * odds;
+    let upward = (likeliest..n).scan(1.0, |weight, k| {
+        *weight *= ratio(k);
+        Some(*weight)
+    });
+    let downward = (0..likeliest).rev().scan(1.0, |weight, k| {
+        *weight /= ratio(k);
+        Some(*weight)
+    });
+    let mut weights: Vec<f64> = downward.collect();
+    weights.reverse();
+    weights.push(1.0);
+    weights.extend(upward);
+    let total: f64 = weights.iter().sum();
+    let count_reaching = |part: f64| {
+        let mut sum = 0.0;
+        let below = weights.iter().take_while(|weight| {
+            sum += **weight / total;
+            sum < part
+        });
+        u32::try_from(below.count()).map_or(n, |below| below.min(n))
+    };
+    (count_reaching(0.025), count_reaching(0.975))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -132,6 +165,22 @@ mod tests {
             let bounds = chi_square_mean_bounds(n);
             assert!((n * bounds.0 / low - 1.0).abs() < within, "{n}: {}", n * bounds.0);
             assert!((n * bounds.1 / high - 1.0).abs() < within, "{n}: {}", n * bounds.1);
+        }
+    }
+
+    /// 2.5 % and 97.5 % quantiles of binomial distributions, as R's `qbinom` gives them; a fair coin thrown thrice by hand.
+    #[test]
+    fn exact_binomial_bounds() {
+        for (n, probability, bounds) in [
+            (200, 0.95, (184, 196)),
+            (1000, 0.95, (936, 963)),
+            (20, 0.5, (6, 14)),
+            (3, 0.5, (0, 3)),
+            (1, 0.95, (0, 1)),
+            (0, 0.95, (0, 0)),
+            (100_000, 0.95, (94_864, 95_135)),
+        ] {
+            assert_eq!(binomial_bounds(n, probability), bounds, "{n} {probability}");
         }
     }
 }

@@ -17,7 +17,8 @@ use motor_model::math;
 
 use crate::scene::Scene;
 
-pub(super) const SECONDS_PER_HOUR: f64 = 3600.0;
+/// Seconds in an hour.
+pub const SECONDS_PER_HOUR: f64 = 3600.0;
 const ROOT_SECONDS_PER_ROOT_HOUR: f64 = 60.0;
 /// Largest Allan deviation of a Gauss-Markov process per its standard deviation.
 const PLATEAU: f64 = 0.617_362;
