@@ -6,17 +6,20 @@
 //! mean error = (turned - asked) / asked          ripple = rms of (angle - reference) and of (rate - asked)
 //! ```
 //!
+//! and beside it what this motor reaches: its mean rates at full drive, open loop, in either mode ([`Reach`]).
+//!
 //! Each mean is over as much of the run as is left, so it is the angle's error over the time: the longer, the better.
 
 use std::fmt;
 
 use controller::rate::{Profile, RateHold, RateTuning};
-use motor_model::{Time, math};
+use motor_model::{DriveCommand, DriveMode, Time, math};
 use serde::Serialize;
 
 use crate::chart::{Axis, Colour, Figure, Panel, Series};
 use crate::closed_loop::ClosedRateLoop;
 use crate::error::CommandError;
+use crate::plant::Plant;
 use crate::scene::{Kind, Scene, Setting};
 
 /// Settings of a rate.
@@ -36,7 +39,7 @@ pub const SETTINGS: &[Setting] = &[
     Setting {
         key: "rate.duration_s",
         unit: "s",
-        kind: Kind::Number { default: 3.0, min: 0.5, max: 1000.0 },
+        kind: Kind::Number { default: 6.0, min: 0.5, max: 1000.0 },
         meaning: "length of the run",
     },
 ];
@@ -45,6 +48,45 @@ pub const SETTINGS: &[Setting] = &[
 pub const SETTLE_S: f64 = 0.25;
 /// Steps of a staircase.
 const STEPS: u16 = 5;
+
+/// What a motor reaches at full drive.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Reach {
+    /// Mean rate in mode B, clockwise, in deg/s.
+    pub clockwise_deg_s: f64,
+    /// Mean rate in mode C, counter-clockwise and so negative.
+    pub counter_clockwise_deg_s: f64,
+}
+
+impl Reach {
+    /// Mean over this time, after [`SETTLE_S`]: it scatters by about 1 % in mode B, 3 % in mode C.
+    const MEAN_OVER_S: f64 = 2.0;
+
+    /// Of the motor of `scene`, by itself, with neither loop nor faults.
+    ///
+    /// # Errors
+    /// When the model refuses the scene's parameters.
+    pub fn of(scene: &Scene) -> Result<Self, CommandError> {
+        let mean = |mode| {
+            let mut plant = Plant::draw(scene)?;
+            let mut run = |until_s: f64| {
+                while plant.now().seconds_since::<f64>(Time::ZERO) < until_s {
+                    plant.step(DriveCommand::full(mode));
+                }
+                plant.state().rotor.angle.angle()
+            };
+            let from = run(SETTLE_S);
+            let until = run(SETTLE_S + Self::MEAN_OVER_S);
+            Ok::<f64, CommandError>(until.minus(from).degrees() / Self::MEAN_OVER_S)
+        };
+        Ok(Self { clockwise_deg_s: mean(DriveMode::B)?, counter_clockwise_deg_s: mean(DriveMode::C)? })
+    }
+
+    /// Whether it holds `rate_deg_s` on average.
+    pub fn holds(self, rate_deg_s: f64) -> bool {
+        (self.counter_clockwise_deg_s..=self.clockwise_deg_s).contains(&rate_deg_s)
+    }
+}
 
 /// What became of a run.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -69,6 +111,8 @@ pub struct Outcome {
     pub estimate_rms_mdeg: f64,
     /// Share of the time at full drive: near 1 the motor cannot do more.
     pub saturated: f64,
+    /// What this motor reaches at full drive.
+    pub reach: Reach,
     /// Seed of the run.
     pub seed: u64,
 }
@@ -162,13 +206,12 @@ pub fn run(scene: &Scene, mut observe: impl FnMut(Moment)) -> Result<Outcome, Co
         if ticks.is_multiple_of(TICKS_PER_MOMENT) {
             #[expect(clippy::cast_precision_loss, reason = "500")]
             let rate_deg_s = angle.minus(moment_angle).degrees() / (TICKS_PER_MOMENT as f64 * TICK_S);
-            let drive =
-                if report.applied.mode() == Some(motor_model::DriveMode::C) { -amplitude } else { amplitude };
+            let drive = if report.applied.mode() == Some(DriveMode::C) { -amplitude } else { amplitude };
             observe(Moment { time_s, asked_deg_s, rate_deg_s, off_deg, drive });
             moment_angle = angle;
         }
         if time_s >= duration_s {
-            return Ok(sums.outcome(scene));
+            return Ok(sums.outcome(scene, Reach::of(scene)?));
         }
     }
 }
@@ -182,7 +225,7 @@ fn settled(scene: &Scene, time_s: f64, duration_s: f64) -> bool {
 }
 
 impl Sums {
-    fn outcome(&self, scene: &Scene) -> Outcome {
+    fn outcome(&self, scene: &Scene, reach: Reach) -> Outcome {
         let measured_s = self.ticks * TICK_S;
         let root = |sum: f64| math::sqrt(sum / self.ticks.max(1.0));
         Outcome {
@@ -196,6 +239,7 @@ impl Sums {
             ripple_rms_deg_s: root(self.ripple_deg2_s2),
             estimate_rms_mdeg: root(self.estimate_mdeg2),
             saturated: self.saturated / self.ticks.max(1.0),
+            reach,
             seed: scene.seed(),
         }
     }
@@ -225,7 +269,10 @@ impl fmt::Display for Outcome {
         writeln!(f, "following          {:.3} deg rms off the reference angle", self.following_rms_deg)?;
         writeln!(f, "ripple             {:.1} deg/s rms", self.ripple_rms_deg_s)?;
         writeln!(f, "estimator error    {:.2} mdeg rms", self.estimate_rms_mdeg)?;
-        writeln!(f, "at full drive      {:.1} % of the time", 100.0 * self.saturated)
+        writeln!(f, "at full drive      {:.1} % of the time", 100.0 * self.saturated)?;
+        let Reach { clockwise_deg_s, counter_clockwise_deg_s } = self.reach;
+        let beyond = if self.reach.holds(self.rate_deg_s) { "" } else { ": the rate asked for is beyond it" };
+        writeln!(f, "this motor reaches {counter_clockwise_deg_s:+.0} to {clockwise_deg_s:+.0} deg/s{beyond}")
     }
 }
 

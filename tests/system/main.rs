@@ -48,6 +48,7 @@ mod law_impact_aided;
 mod law_vibrometer_faults;
 
 mod tool_accuracy;
+mod tool_calibrate;
 mod tool_command_line;
 mod tool_estimate;
 mod tool_filters;

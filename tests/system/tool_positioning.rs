@@ -157,5 +157,18 @@ fn tool_rates_are_held() {
         let held = json(folder().path(), &arguments);
         assert_between(number(&held, "mean_error_percent"), -percent, percent, deg_s);
         assert!(number(&held, "saturated") < 0.6, "{held}");
+        assert_between(number(&held["reach"], "clockwise_deg_s"), 600.0, 1100.0, deg_s);
+        assert_between(number(&held["reach"], "counter_clockwise_deg_s"), -170.0, -40.0, deg_s);
+    }
+}
+
+/// What is beyond a motor is said to be, and what it does then is what it reaches: half a second of 5 % scatter at most.
+#[test]
+fn dual_a_motor_asked_for_too_much_turns_at_what_it_reaches() {
+    for (deg_s, field) in [("1100", "clockwise_deg_s"), ("-400", "counter_clockwise_deg_s")] {
+        let arguments = ["rate", "--deg-s", deg_s, "--duration", "3", "--seed", "3", "--format", "json"];
+        let held = json(folder().path(), &arguments);
+        assert_between(number(&held, "mean_deg_s") / number(&held["reach"], field), 0.92, 1.08, deg_s);
+        assert!(number(&held, "saturated") > 0.99, "{held}");
     }
 }

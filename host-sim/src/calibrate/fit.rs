@@ -73,6 +73,7 @@ impl Fit {
     pub fn to(intervals: &[Interval], noise: &Noise) -> Option<Self> {
         let mut fit = Self::weighted(intervals, noise, 1.0)?;
         for _ in 0..ROUNDS_MAX {
+            #[expect(clippy::cast_precision_loss, reason = "a count")]
             let excess = fit.chi_square / fit.degrees_of_freedom.max(1) as f64;
             let reference_factor = (fit.reference_factor * excess).max(1.0);
             if (reference_factor / fit.reference_factor - 1.0).abs() < 0.01 {

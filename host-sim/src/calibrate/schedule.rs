@@ -103,7 +103,12 @@ impl Schedule {
 
     /// Ticks of the loop.
     pub fn ticks(&self) -> u64 {
-        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "at most 1e9")]
+        #[expect(
+            clippy::cast_precision_loss,
+            clippy::cast_possible_truncation,
+            clippy::cast_sign_loss,
+            reason = "at most 1e9"
+        )]
         let ticks = (self.duration_s * 1e9 / controller::TICK_NANOS as f64).round() as u64;
         ticks
     }

@@ -132,6 +132,7 @@ impl Gyroscope {
 /// When it is none.
 pub fn ticks_per_sample(scene: &Scene) -> Result<u64, CommandError> {
     let rate_hz = scene.number("gyroscope.sample_rate_hz");
+    #[expect(clippy::cast_precision_loss, reason = "10,000 ns")]
     let ticks = 1e9 / (rate_hz * controller::TICK_NANOS as f64);
     if ticks >= 1.0 && (ticks - ticks.round()).abs() < 1e-9 * ticks {
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "1 to 1e5")]

@@ -11,7 +11,7 @@
 //! ```
 //!
 //! Of the drift alone the Allan deviation rises to 0.6174 D at T = 1.893 C and falls again: that plateau is the instability of the data sheet. The units of the samples, rounded one by one, add q^2 / 12
-//! a sample to the random walk. Source: IEEE Std 952-1997, annex C, where the plateau is written 0.437 q_c sqrt(T_c), with q_c = D sqrt(2 / C).
+//! a sample to the random walk. Source: IEEE Std 952-1997, annex C, where the plateau is written `0.437 q_c sqrt(T_c)`, with `q_c = D sqrt(2 / C)`.
 
 use motor_model::math;
 
