@@ -42,17 +42,24 @@ impl Calibration {
             .series(Series::dashes(self.sums(explained)).colour(Colour::Vermilion).label("fit"))
     }
 
-    fn after(&self) -> Panel {
+    fn after<'a>(&'a self) -> Panel {
         let fit = &self.fit;
         let left_mdeg = |interval: &Interval| {
             let explained = fit.scale * interval.turned_deg + fit.bias_deg_s * interval.span.length_s();
             1e3 * (interval.shown_deg - interval.turned_deg - explained)
         };
-        let first_deg2 = self.intervals.first().map_or(0.0, |(interval, _)| interval.variances_deg2.0);
-        let noise = |(interval, _): &(Interval, bool)| {
-            let Span { until_s, .. } = interval.span;
+        // Where intervals are left out, the reference counts at both ends of the gap.
+        let mut before: Option<&Interval> = None;
+        let mut gaps_deg2 = 0.0;
+        let noise = |(interval, _): &'a (Interval, bool)| {
+            let Span { from_s, until_s } = interval.span;
+            let adjoins = before.is_some_and(|before| before.span.until_s.total_cmp(&from_s).is_eq());
+            if !adjoins {
+                gaps_deg2 += before.map_or(0.0, |before| before.variances_deg2.1) + interval.variances_deg2.0;
+            }
+            before = Some(interval);
             let whole = Span { from_s: 0.0, until_s };
-            let reference_deg2 = fit.reference_factor * (first_deg2 + interval.variances_deg2.1);
+            let reference_deg2 = fit.reference_factor * (gaps_deg2 + interval.variances_deg2.1);
             let sigma_deg = math::sqrt(self.noise.covariance_deg2(whole, whole) + reference_deg2);
             let half = 1e3 * NORMAL_95 * sigma_deg;
             (until_s, -half, half)

@@ -17,7 +17,7 @@ pub const SETTINGS: &[Setting] = &[
     Setting {
         key: "calibrate.clockwise_deg_s",
         unit: "deg/s",
-        kind: Kind::Number { default: 180.0, min: 1.0, max: 1000.0 },
+        kind: Kind::Number { default: 150.0, min: 1.0, max: 1000.0 },
         meaning: "last step of the staircase clockwise: far enough below the gyroscope's range that the ripple does not saturate it",
     },
     Setting {
