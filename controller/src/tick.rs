@@ -24,6 +24,11 @@ impl PositionLoop {
 }
 
 impl<F> PositionLoop<F> {
+    /// The filter, for whoever wants to look at it alone.
+    pub fn filter_mut(&mut self) -> &mut F {
+        &mut self.filter
+    }
+
     /// A loop that will position to `target` from `now` on, by a filter that has seen nothing or goes on from earlier.
     pub fn new(filter: F, target: Target, tuning: PositioningTuning, now: Time) -> Self {
         Self { filter, positioning: Positioning::new(target, tuning, now) }

@@ -9,8 +9,8 @@
 //! rate     kicked by clamp(a S - rate, -f L, f L),   S = s' / R_t of that pair,   L = mu m_r R_t dv / J
 //! ```
 //!
-//! Two filters in a row, since the camera tells nothing of the stator. The first has the stator's 20 errors: six of the modes, the height, three of the impact at
-//! hand, ten of the motor's parameters, which gap and approach of hundreds of impacts a second soon tell. The second has angle, rate, and the scales `f`
+//! Two filters in a row, since the camera tells nothing of the stator. The first has the stator's 24 errors: six of the modes, the height, three of the impact at
+//! hand, 13 of the motor's parameters and the drive's phase, which gap and approach of hundreds of impacts a second soon tell. The second has angle, rate, and the scales `f`
 //! of friction and `a` of the teeth's reach.
 //!
 //! A jump is better known ten samples later, and the tooth's velocity after the next impact: the strike, which waits for its frame, is amended.
@@ -24,6 +24,7 @@ mod contact;
 mod driven;
 mod kick;
 mod oscillator;
+mod shape;
 mod stator;
 mod trust;
 mod tuning;
@@ -40,7 +41,7 @@ use crate::motion::{Motion, MotionWatch};
 use crate::tracker::{Moment, Tracker};
 use belief::ScaledBelief;
 use contact::{Blow, Known, Struck};
-use driven::{Driven, Strike, Strikes};
+use driven::{Ahead, Driven, Strike, Strikes};
 use stator::StatorBelief;
 use trust::Trust;
 pub use tuning::{ContactTuning, Tolerance, TwinTuning};
@@ -56,9 +57,10 @@ pub struct TwinFilter<T: Real> {
     detector: ImpactDetector<T>,
     tracker: Tracker<T, ScaledBelief<T>>,
     strikes: Strikes<T>,
+    ahead: Option<Ahead<T>>,
+    /// Whether strikes have come or changed since [`Self::look_ahead`].
+    stale: bool,
     stator: StatorBelief<T>,
-    /// As the motor is given at the start, for a stator that has got lost.
-    stator_at_start: StatorBelief<T>,
     trust: Trust<T>,
     /// Whether the stator has been told of all impacts: not of those of a rotor that lands.
     followed: bool,
@@ -92,7 +94,8 @@ impl<T: Real> TwinFilter<T> {
             detector: ImpactDetector::new(tuning.detector),
             tracker: Tracker::new(tuning.constant_rate.track),
             strikes: Strikes::new(),
-            stator_at_start: stator.clone(),
+            ahead: None,
+            stale: false,
             stator,
             trust: Trust::new(),
             followed: true,
@@ -112,7 +115,22 @@ impl<T: Real> TwinFilter<T> {
     }
 
     fn process(&self, motion: Motion) -> Driven<'_, T> {
-        Driven { tuning: &self.tuning, strikes: &self.strikes, motion, heard_until: self.heard_until() }
+        Driven {
+            tuning: &self.tuning,
+            strikes: &self.strikes,
+            motion,
+            heard_until: self.heard_until(),
+            ahead: self.ahead.as_ref(),
+        }
+    }
+
+    /// Goes through the strikes anew: one has come, or is known better, or the track has moved.
+    #[inline(never)]
+    fn look_ahead(&mut self) {
+        (self.ahead, self.stale) = (None, false);
+        let process = self.process(self.watch.motion(self.watch.clock()));
+        let ahead = self.tracker.track().and_then(|track| Ahead::of(&track.state, track.resting, &process));
+        self.ahead = ahead;
     }
 
     /// Until when impacts would have been heard: never, by a vibrometer whose sign is wrong.
@@ -127,6 +145,7 @@ impl<T: Real> TwinFilter<T> {
     }
 
     /// The rotor was struck within the period that ends at `at`.
+    #[inline(never)]
     fn strike(&mut self, at: Time, blow: &Blow<T>) {
         self.raw_jump_m_s = None;
         if self.detector.inverted() {
@@ -181,7 +200,7 @@ impl<T: Real> TwinFilter<T> {
         }
     }
 
-    /// A jump that fits neither pair: noise as a rule, a kick of unknown sign else.
+    /// A jump that fits neither pair better than noise: noise as a rule, a kick of unknown sign else.
     fn doubted(&self, at: Time, blow: &Blow<T>) -> Strike<T> {
         let nothing = Known { value: T::zero(), variance: T::zero() };
         let most_rad_s = self.limit_per_jump_rad_m * blow.jump_m_s;
@@ -198,6 +217,7 @@ impl<T: Real> TwinFilter<T> {
     /// The newest strike, if it still waits for its frame.
     fn waiting(&mut self) -> Option<&mut Strike<T>> {
         let at = self.tracker.track()?.state.at;
+        self.stale = true;
         self.strikes.back_mut().filter(|strike| strike.amendable && strike.at > at)
     }
 
@@ -211,6 +231,7 @@ impl<T: Real> TwinFilter<T> {
     }
 
     /// The last impact's jump as `samples` since tell it, whose mean is `moved_m_s` above the first.
+    #[inline(never)]
     fn refine(&mut self, raw_m_s: T, moved_m_s: T, samples: T) {
         let others = samples - T::one();
         let jump_m_s = raw_m_s + moved_m_s * samples / others;
@@ -240,14 +261,16 @@ impl<T: Real> TwinFilter<T> {
 
     /// Begins the stator anew: its numbers are none.
     fn lose_stator(&mut self) {
-        self.stator.begin_anew(&self.stator_at_start);
+        self.stator.begin_anew();
         self.trust = Trust::lost();
         self.raw_jump_m_s = None;
     }
 
     /// Keeps a strike. One that becomes known only after its frame has been fused acts right after it.
+    #[inline(never)]
     fn keep(&mut self, mut strike: Strike<T>) {
         let Some(track) = self.tracker.track() else { return };
+        self.stale = true;
         strike.at = strike.at.max(track.state.at.plus_nanos(1));
         if let Some(oldest) = self.strikes.front().map(|strike| strike.at)
             && self.strikes.is_full()
@@ -258,6 +281,7 @@ impl<T: Real> TwinFilter<T> {
                 strikes: &self.strikes,
                 motion: self.watch.motion(self.watch.clock()),
                 heard_until: self.heard_until(),
+                ahead: None,
             };
             self.tracker.shorten(oldest, &process);
             self.forget();
@@ -342,6 +366,7 @@ impl<T: Real> AngleFilter<T> for TwinFilter<T> {
             // The watch hears the vibrometer anew: what came before bore wrong times.
             self.detector = ImpactDetector::new(self.tuning.detector);
             while self.strikes.pop_back_if(|strike| strike.at >= sample.taken_at).is_some() {}
+            self.look_ahead();
             self.stator.rewind(sample.taken_at);
             self.stator.forget_motion();
             self.raw_jump_m_s = None;
@@ -366,17 +391,26 @@ impl<T: Real> AngleFilter<T> for TwinFilter<T> {
             }
         }
         self.hear(sample, heard, &before, since_s);
+        if self.stale {
+            self.look_ahead();
+        }
         None
     }
 
     fn update_camera(&mut self, frame: &CameraFrame) -> Innovation<T> {
         let clock = self.watch.clock();
         let motion = self.watch.motion(clock.max(frame.exposed_at));
-        let process =
-            Driven { tuning: &self.tuning, strikes: &self.strikes, motion, heard_until: self.heard_until() };
+        let process = Driven {
+            tuning: &self.tuning,
+            strikes: &self.strikes,
+            motion,
+            heard_until: self.heard_until(),
+            ahead: None,
+        };
         let moment = Moment { clock, quiet: motion == Motion::Quiet };
         let innovation = self.tracker.update(frame, moment, &process);
         self.forget();
+        self.look_ahead();
         innovation
     }
 

@@ -130,7 +130,7 @@ pub fn count_all(
     twin::count(&meter, &mut report)?;
     core::count(&meter, &mut report);
     estimation::count(&meter, &mut report);
-    filters::count(&meter, &mut report)?;
+    filters::count(&meter, place, &mut report)?;
     position::count(&meter, place, &mut report)?;
     trigonometry::count(&meter, &mut report);
     Ok(())

@@ -9,6 +9,6 @@ mod digest;
 mod position;
 mod twin;
 
-pub(crate) use position::{Instruments, follow_loop};
+pub(crate) use position::{Instruments, follow_loop, put};
 pub use position::{LoopPlace, LoopRun};
 pub use twin::TwinRun;

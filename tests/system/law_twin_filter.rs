@@ -61,7 +61,12 @@ impl<const N: usize> Bench<N> {
     fn run(&mut self, command: DriveCommand, ms: u64, sums: &mut [Errors; N]) {
         let now = self.desk.plant().now();
         self.filters.iter_mut().for_each(|filter| filter.drive(now, command));
-        for n in 1..=100 * ms {
+        self.turn(command, 100 * ms, sums);
+    }
+
+    /// The same for so many ticks, the filters not being told.
+    fn turn(&mut self, command: DriveCommand, ticks: u64, sums: &mut [Errors; N]) {
+        for n in 1..=ticks {
             for _ in 0..self.desk.steps_per_tick() {
                 self.desk.step(command);
             }
@@ -174,4 +179,22 @@ fn law_the_vibrometer_may_go_and_come_back() {
     println!("[twin, constant rate] without vibrometer {without:.2?} mdeg, after its return {again:.2?}");
     assert!(without[0] < 1.1 * without[1], "{without:?}");
     assert!(again[0] < 0.5 * again[1], "{again:?}");
+}
+
+/// The command is told a tick late, so that the drive is 0.4 rad further in its cycle than the filter thinks: it learns the phase, and is then as good as ever.
+#[test]
+fn law_a_drive_told_late_is_found_out() {
+    let command = DriveCommand::full(DriveMode::B);
+    let mut sums = [[Errors::default()]; 2];
+    for seed in SEEDS {
+        for (late, sums) in [0, 1].into_iter().zip(&mut sums) {
+            let mut bench = Bench::new(seed, &[], ["twin"]);
+            bench.turn(command, late, &mut [Errors::default()]);
+            bench.run(command, 150, &mut [Errors::default()]);
+            bench.run(command, 200, sums);
+        }
+    }
+    let [on_time_mdeg, late_mdeg] = sums.map(|[sum]| sum.rms_mdeg());
+    println!("told on time {on_time_mdeg:.2} mdeg, late {late_mdeg:.2}");
+    assert!(late_mdeg < 1.1 * on_time_mdeg, "{late_mdeg} against {on_time_mdeg}");
 }

@@ -58,7 +58,7 @@ impl<T: Real, const N: usize> UdCovariance<T, N> {
 
     /// All sources pass column by column, so that a column is fetched once and one source's division overlaps another's.
     #[inline]
-    pub(super) fn add_noise<const M: usize>(&mut self, sources: &[NoiseSource<T, N>; M]) {
+    pub(crate) fn add_noise<const M: usize>(&mut self, sources: &[NoiseSource<T, N>; M]) {
         let mut arriving = sources.map(Arriving::new);
         for_columns!(down from N, |j| self.add_to_column(j, &mut arriving));
     }

@@ -9,14 +9,40 @@ use super::{NoiseSource, UdCovariance};
 use crate::transition::{Blocks2, Transition as _};
 
 impl<T: Real, const N: usize> UdCovariance<T, N> {
-    /// `x_i <- x_i + effect_i x_k` for the states `i` before `k`; what `effect` says of others is not looked at.
-    pub(crate) fn add_effect(&mut self, k: usize, effect: &SVector<T, N>) {
+    /// `x_i <- x_i + e x_k` for the states `i` from `first` on, each with its own `e` of `effect`; those from `k` on are not looked at.
+    pub(crate) fn add_effect(&mut self, k: usize, first: usize, effect: &[T]) {
+        let effect = effect.get(..k.saturating_sub(first)).unwrap_or(effect);
         for column in self.unit.iter_mut().skip(k) {
             let Some(&amount) = column.get(k) else { return };
-            for (entry, &e) in column.iter_mut().zip(effect.iter()).take(k) {
+            for (entry, &e) in column.iter_mut().skip(first).zip(effect) {
                 *entry += e * amount;
             }
         }
+    }
+
+    /// `U' row`, in which the covariance is D: that of `row . x` and `other . x` is the sum of `weighted(f) * f_other`.
+    pub(crate) fn whitened(&self, row: &SVector<T, N>) -> SVector<T, N> {
+        let mut f = *row;
+        for (j, (column, f)) in self.unit.iter().zip(f.iter_mut()).enumerate() {
+            *f += column.iter().zip(row.iter()).take(j).fold(T::zero(), |sum, (&u, &h)| sum + u * h);
+        }
+        f
+    }
+
+    /// `D f`.
+    pub(crate) fn weighted(&self, f: &SVector<T, N>) -> SVector<T, N> {
+        f.component_mul(&SVector::from(self.weights))
+    }
+
+    /// `U y`: from independent errors `y` to those of the states.
+    pub(crate) fn coloured(&self, y: &SVector<T, N>) -> SVector<T, N> {
+        let mut x = *y;
+        for (j, (column, &y)) in self.unit.iter().zip(y.iter()).enumerate() {
+            for (x, &u) in x.iter_mut().zip(column).take(j) {
+                *x += u * y;
+            }
+        }
+        x
     }
 
     /// The first state becomes `row . x` of the others, and an error of `variance` beside.
@@ -123,7 +149,7 @@ mod tests {
             for i in 0..k {
                 map[(i, k)] += effect[i];
             }
-            ud.add_effect(k, &effect);
+            ud.add_effect(k, 0, effect.as_slice());
             prop_assert!(close(&ud.covariance(), &(map * p * map.transpose())));
 
             let (mut map, mut ud) = (Dense::identity(), factors);
@@ -134,6 +160,9 @@ mod tests {
             let mut expected = map * p * map.transpose();
             expected[(0, 0)] += 0.3;
             prop_assert!(close(&ud.covariance(), &expected));
+
+            let column = factors.coloured(&factors.weighted(&factors.whitened(&effect)));
+            prop_assert!((column - p * effect).abs().max() < 1e-9 * (1.0 + p.abs().max()));
 
             let (mut map, mut ud) = (Dense::identity(), factors);
             map[(k, k)] = 0.0;

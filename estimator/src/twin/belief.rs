@@ -7,12 +7,10 @@
 //! Neither changes in a motor's run, and there are hundreds of kicks a second: both are learnt from the camera to some percent within a tenth of a second.
 
 use motor_model::Real;
-use nalgebra::{Matrix4, Vector4};
+use nalgebra::Vector4;
 
 use crate::belief::Belief;
-use crate::factors::{NoiseSource, UdCovariance};
-
-use crate::transition::{Transition as _, UpperTriangular};
+use crate::factors::{UdCovariance, reciprocal};
 
 /// Standard deviation of the friction before anything is known, as a part: uniform from 0.2 to 0.6 about 0.4.
 const FRICTION_PART: f64 = 0.29;
@@ -44,16 +42,52 @@ pub(super) struct KickSlopes<T> {
     pub(super) angle_rad2: T,
 }
 
+/// How much of one error angle and rate have.
+#[derive(Clone, Copy)]
+struct Own<T> {
+    angle: T,
+    rate: T,
+}
+
 impl<T: Real> ScaledBelief<T> {
     /// A kick of these slopes.
     pub(super) fn kick(&mut self, slopes: &KickSlopes<T>) {
-        let mut map = Matrix4::identity();
-        map.m22 = T::one() + slopes.per_rate;
-        map.m23 = slopes.per_friction;
-        map.m24 = slopes.per_reach;
-        UpperTriangular(map).carry_factors(&mut self.covariance);
-        self.covariance.add_rank_one(&Vector4::y(), slopes.variance_rad2_s2);
-        self.covariance.add_rank_one(&Vector4::x(), slopes.angle_rad2);
+        let left = T::one() + slopes.per_rate;
+        let [_, [u01, ..], [_, u12, ..], [_, u13, u23, _]] = &mut self.covariance.unit;
+        *u13 = left * *u13 + slopes.per_friction * *u23 + slopes.per_reach;
+        *u12 = left * *u12 + slopes.per_friction;
+        let own = Own { angle: *u01, rate: left };
+        self.renew(own, Own { angle: T::zero(), rate: T::one() }, slopes.variance_rad2_s2);
+        self.widen_angle(slopes.angle_rad2);
+    }
+
+    /// What the rate alone brings to angle and rate is `own` times its error, and a `noise` of this variance comes beside it: both as one error and what the angle
+    /// does not share with the rate. Where teeth stick the rate brings nothing to itself, and the angle alone remembers.
+    #[inline]
+    fn renew(&mut self, own: Own<T>, noise: Own<T>, variance: T) {
+        let variance = if variance > T::zero() { variance } else { T::zero() };
+        let [_, [u01, ..], ..] = &mut self.covariance.unit;
+        let [angle, rate, ..] = &mut self.covariance.weights;
+        let (by_own, by_noise) = (own.rate * *rate, noise.rate * variance);
+        let sum = own.rate * by_own + noise.rate * by_noise;
+        let Some(per_sum) = reciprocal(sum) else {
+            *angle += own.angle * own.angle * *rate;
+            (*u01, *rate) = (T::zero(), sum);
+            return;
+        };
+        let apart = own.angle * noise.rate - noise.angle * own.rate;
+        *angle += *rate * variance * (apart * apart * per_sum);
+        *u01 = (own.angle * by_own + noise.angle * by_noise) * per_sum;
+        *rate = sum;
+    }
+
+    /// The angle becomes less certain by itself.
+    #[inline]
+    fn widen_angle(&mut self, variance_rad2: T) {
+        let [angle, ..] = &mut self.covariance.weights;
+        if variance_rad2 > T::zero() {
+            *angle += variance_rad2;
+        }
     }
 
     fn corrected(&mut self, errors: Vector4<T>) -> [T; 2] {
@@ -79,7 +113,9 @@ impl<T: Real> Belief<T> for ScaledBelief<T> {
 
     #[inline]
     fn angle_rate_rad2_s(&self) -> T {
-        self.covariance.covariance().m12
+        let [_, [u01, ..], [u02, u12, ..], [u03, u13, ..]] = &self.covariance.unit;
+        let [_, d1, d2, d3] = &self.covariance.weights;
+        *u01 * *d1 + *u02 * *u12 * *d2 + *u03 * *u13 * *d3
     }
 
     #[inline]
@@ -88,15 +124,13 @@ impl<T: Real> Belief<T> for ScaledBelief<T> {
     }
 
     fn predict(&mut self, dt_s: T, noise_rad2_s3: T) {
-        let (zero, half) = (T::zero(), T::from_f64(0.5));
-        let mut flow = Matrix4::identity();
-        flow.m12 = dt_s;
         let wander = noise_rad2_s3 * dt_s;
-        let noise = [
-            NoiseSource { gain: Vector4::new(half * dt_s, T::one(), zero, zero), variance: wander },
-            NoiseSource { gain: Vector4::x(), variance: wander * dt_s * dt_s * T::from_f64(1.0 / 12.0) },
-        ];
-        self.covariance.predict(&UpperTriangular(flow), &noise);
+        let [_, [u01, ..], [u02, u12, ..], [u03, u13, ..]] = &mut self.covariance.unit;
+        *u02 += dt_s * *u12;
+        *u03 += dt_s * *u13;
+        let own = Own { angle: *u01 + dt_s, rate: T::one() };
+        self.renew(own, Own { angle: T::from_f64(0.5) * dt_s, rate: T::one() }, wander);
+        self.widen_angle(wander * dt_s * dt_s * T::from_f64(1.0 / 12.0));
     }
 
     fn widen_rate(&mut self, variance_rad2_s2: T) {
@@ -113,5 +147,63 @@ impl<T: Real> Belief<T> for ScaledBelief<T> {
         let mut errors = Vector4::zeros();
         let _ = self.covariance.update_state::<1>(noise_rad2_s2, innovation_rad_s, &mut errors);
         self.corrected(errors)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use core::ops::AddAssign as _;
+
+    use nalgebra::Matrix4;
+    use proptest::prelude::*;
+
+    use super::*;
+
+    fn close(a: &Matrix4<f64>, b: &Matrix4<f64>) -> bool {
+        (a - b).abs().max() < 1e-12 * (1.0 + b.abs().max())
+    }
+
+    fn full() -> impl Strategy<Value = Matrix4<f64>> {
+        proptest::array::uniform16(-1.0..1.0_f64).prop_map(|entries| {
+            let root = Matrix4::<f64>::from_row_slice(&entries);
+            root * root.transpose() + Matrix4::identity() * 1e-3
+        })
+    }
+
+    fn belief(p: &Matrix4<f64>) -> ScaledBelief<f64> {
+        ScaledBelief { covariance: UdCovariance::from_covariance(p).unwrap(), friction: 1.0, reach: 1.0 }
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::default() })]
+
+        /// A prediction and a kick against the full matrices; teeth that stick, `1 + per_rate = 0`, among them.
+        #[test]
+        fn dual_predictions_and_kicks_equal_the_matrices(
+            p in full(), dt in 0.0..2.0_f64, q in 0.0..2.0_f64, slip in prop_oneof![Just(1.0), 0.0..1.0_f64],
+            per_friction in -1.0..1.0_f64, per_reach in -1.0..1.0_f64, variance in prop_oneof![Just(0.0), 0.0..1.0_f64],
+            angle_rad2 in 0.0..1.0_f64,
+        ) {
+            let mut moved = belief(&p);
+            moved.predict(dt, q);
+            let mut f = Matrix4::identity();
+            f.m12 = dt;
+            let mut expected = f * p * f.transpose();
+            expected.fixed_view_mut::<2, 2>(0, 0).add_assign(
+                nalgebra::Matrix2::new(dt * dt / 3.0, dt / 2.0, dt / 2.0, 1.0).scale(q * dt),
+            );
+            prop_assert!(close(&moved.covariance.covariance(), &expected));
+            prop_assert!((moved.angle_rate_rad2_s() - expected.m12).abs() < 1e-12 * (1.0 + expected.m12.abs()));
+
+            let mut kicked = belief(&p);
+            kicked.kick(&KickSlopes { per_rate: -slip, per_friction, per_reach, variance_rad2_s2: variance, angle_rad2 });
+            let mut f = Matrix4::identity();
+            (f.m22, f.m23, f.m24) = (1.0 - slip, per_friction, per_reach);
+            let mut expected = f * p * f.transpose();
+            expected.m22 += variance;
+            expected.m11 += angle_rad2;
+            prop_assert!(close(&kicked.covariance.covariance(), &expected));
+            prop_assert!(kicked.covariance.weights().iter().all(|d| *d >= 0.0));
+        }
     }
 }

@@ -9,12 +9,16 @@
 //! ```
 //!
 //! Both are measurements of the stator's errors, the instant, the jump and the parameters. The tooth accelerates at 3e4 m/s^2, so the gap is curved within the period by 0.1 um:
-//! the two are linearised anew about each result (iterated Kalman update, a Gauss-Newton step of the posterior's maximum; Bell and Cathey 1993). Of both pairs the
-//! one that fits better is taken. Then
+//! the two are linearised about the prediction, anew about what that means for the pair that fits better, and once more for the update (iterated Kalman update, Gauss-Newton steps
+//! to the posterior's maximum; Bell and Cathey 1993). What stays bent, an error of the instant times one of speed or acceleration, is noise: nothing in a stator that is
+//! known, and all that counts in one that is not. Then
 //!
 //! ```text
 //! g(end) -= rho dv S(t),   g'(end) -= rho dv S'(t),   z(end) += dv t        rho: recoil
 //! ```
+//!
+//! The sum of both normalised squares at the second linearisation is the impact's misfit: about two whether the stator is known well or badly. A jump that is noise has none,
+//! but its own square over its variance is above the detector's threshold; of the two the likelier is believed.
 //!
 //! # Why not through the saltation matrix
 //!
@@ -25,13 +29,15 @@
 //! times the update by a measured `dv` gives the same posterior to first order, but from differences of large numbers, and about a point that may lie
 //! outside the period.
 
-use motor_model::{Real, ToothPair};
+use motor_model::Real;
 use nalgebra::Vector3;
 
-use super::oscillator::Response;
-use super::stator::{APPROACH, Errors, HEIGHT, INSTANT, JUMP, MODES, RECOIL, STATES, StatorBelief, TOOTH};
+use super::shape::{Carried, Shaped, set, swinging, turned};
+use super::stator::{ANGLE, APPROACH, Errors, HEIGHT, INSTANT, JUMP, RECOIL, StatorBelief, TOOTH};
 use super::tuning::{ContactTuning, TwinTuning};
-use crate::factors::UdCovariance;
+
+/// A blow is noise when its first misfit, linearised about the prediction, is beyond so many times the limit: what it means is then nowhere near.
+const FAR: f64 = 40.0;
 
 /// An impact as the vibrometer saw it.
 #[derive(Clone, Copy, Debug)]
@@ -51,6 +57,13 @@ impl<T: Real> Blow<T> {
     /// From the instant, counted later from the middle of the period, how long before its end.
     fn back_s(&self, errors: &Errors<T>) -> T {
         T::from_f64(0.5) * self.within_s - errors.get(INSTANT).copied().unwrap_or_default()
+    }
+
+    /// The instant is within the period.
+    fn keep_in_period(&self, errors: &mut Errors<T>) {
+        if let Some(late) = errors.get_mut(INSTANT) {
+            *late = late.clamp_magnitude(T::from_f64(0.5) * self.within_s);
+        }
     }
 }
 
@@ -79,10 +92,19 @@ pub(super) struct Struck<T> {
 /// One pair as the one that struck.
 #[derive(Clone, Copy, Debug)]
 struct Candidate<T> {
-    covariance: UdCovariance<T, STATES>,
+    pair: usize,
     errors: Errors<T>,
     /// Sum of two normalised squares.
     misfit: T,
+    /// Variances beside the noise of gap and approach, by what their linearisation leaves out.
+    bent: [T; 2],
+}
+
+impl<T: Real> Candidate<T> {
+    /// A pair of which nothing has been found yet.
+    fn of(pair: usize) -> Self {
+        Self { pair, errors: Errors::zeros(), misfit: T::zero(), bent: [T::zero(); 2] }
+    }
 }
 
 /// A scalar that is to be zero.
@@ -92,115 +114,129 @@ struct Condition<T> {
     noise: T,
 }
 
-/// Height and motion of a tooth, or its motion along the rotor, at an instant; rows per displacement and velocity at the end of the period.
-struct Carried<T> {
-    displacement_m: Vector3<T>,
-    velocity_m_s: Vector3<T>,
-    acceleration_m_s2: Vector3<T>,
-    responses: [Response<T>; 3],
+impl<T: Real> Condition<T> {
+    /// Linear about `about`, `value + row . (x - about) = 0`: what `row . x` is to be.
+    fn innovation(&self, about: &Errors<T>) -> T {
+        self.row.dot(about) - self.value
+    }
 }
 
 impl<T: Real> StatorBelief<T> {
     /// Takes an impact within the last period in; `None` when a small blow fits neither pair: it is the vibrometer's noise.
+    #[inline(never)]
     pub(super) fn strike(&mut self, blow: &Blow<T>, tuning: &TwinTuning<T>) -> Option<Struck<T>> {
         let contact = &tuning.contact;
         self.carry();
-        let before = self.covariance;
+        self.unsettle();
         self.covariance.renew(JUMP, blow.jump_m2_s2);
         self.covariance.renew(INSTANT, blow.within_s * blow.within_s * T::from_f64(1.0 / 12.0));
-        let [first, second] = *self.teeth();
-        let [zero, one] = [first, second].map(|tooth| self.candidate(blow, &tooth, contact));
-        let (tooth, mut best) = if zero.misfit <= one.misfit { (first, zero) } else { (second, one) };
-        if blow.jump_m_s < contact.doubtful_m_s && best.misfit > contact.misfit {
-            self.covariance = before;
+        let [zero, one] = [0, 1].map(|pair| self.linearised(blow, &Candidate::of(pair), contact));
+        let better = if zero.misfit <= one.misfit { zero } else { one };
+        let mut best = self.linearised(blow, &better, contact);
+        let alarm = blow.jump_m_s * blow.jump_m_s / blow.jump_m2_s2 + contact.alarm;
+        if best.misfit > alarm || better.misfit > T::from_f64(FAR) * alarm {
             return None;
         }
         let misfit = best.misfit;
         if misfit > contact.surprise {
             self.covariance.doubt::<INSTANT>(T::from_f64(3.0) * misfit / contact.surprise);
-            best = self.candidate(blow, &tooth, contact);
+            best = self.linearised(blow, &Candidate::of(best.pair), contact);
         }
-        self.covariance = best.covariance;
+        let errors = self.settle_on(blow, &best, contact);
         self.jump_m_s = blow.jump_m_s;
-        self.correct(&best.errors);
+        self.correct(&errors);
         let earlier_m_s = Known {
-            value: best.errors.get(TOOTH).copied().unwrap_or_default(),
+            value: errors.get(TOOTH).copied().unwrap_or_default(),
             variance: self.covariance.variance::<TOOTH>(),
         };
-        let back_s =
-            Known { value: blow.back_s(&best.errors), variance: self.covariance.variance::<INSTANT>() };
+        let back_s = Known { value: blow.back_s(&errors), variance: self.covariance.variance::<INSTANT>() };
+        let tooth = self.tooth(best.pair, &Errors::zeros());
         let tooth_m_s = self.along(&tooth, back_s.value, tuning.tooth_m_s);
         self.recoil(&tooth, back_s.value);
         let jump_m_s = Known { value: self.jump_m_s, variance: self.covariance.variance::<JUMP>() };
         Some(Struck { back: back_s, jump: jump_m_s, tooth: tooth_m_s, earlier: earlier_m_s, misfit })
     }
 
-    /// The modes `back_s` before the end of the period, were they corrected by `errors`.
-    fn carried_back(&self, back_s: T, errors: &Errors<T>) -> Carried<T> {
-        let [[_, _, g_a, v_a, g_b, v_b, g_c, v_c, ..]] = errors.data.0;
-        let g = self.state.modes.displacement_m + Vector3::new(g_a, g_b, g_c);
-        let v = self.state.modes.velocity_m_s + Vector3::new(v_a, v_b, v_c);
-        let drive = self.drive_m_s2;
-        let responses = self.oscillators.each_ref().map(|oscillator| oscillator.after(-back_s));
-        let [a, b, c] = &responses;
-        let each = |of: fn(&Response<T>) -> T| Vector3::new(of(a), of(b), of(c));
-        let stiffness = Vector3::from(self.oscillators.map(|o| o.stiffness_per_s2));
-        let damping = Vector3::from(self.oscillators.map(|o| o.damping_per_s));
-        let displacement_m = each(|r| r.c).component_mul(&g)
-            + each(|r| r.s).component_mul(&v)
-            + drive * (T::from_f64(0.5) * back_s * back_s);
-        let velocity_m_s =
-            each(|r| r.c_rate).component_mul(&g) + each(|r| r.s_rate).component_mul(&v) - drive * back_s;
-        let acceleration_m_s2 =
-            drive - stiffness.component_mul(&displacement_m) - damping.component_mul(&velocity_m_s);
-        Carried { displacement_m, velocity_m_s, acceleration_m_s2, responses }
+    /// What the conditions make of the errors, linearised about those of a candidate, and nothing of their covariance.
+    #[inline(never)]
+    fn linearised(&self, blow: &Blow<T>, about: &Candidate<T>, contact: &ContactTuning<T>) -> Candidate<T> {
+        let [gap, approach] = self.conditions(blow, about.pair, &about.errors, contact);
+        let [f, g] = [&gap, &approach].map(|condition| self.covariance.whitened(&condition.row));
+        let [df, dg] = [&f, &g].map(|f| self.covariance.weighted(f));
+        let (gap_m2, approach_m2_s2) = (f.dot(&df), g.dot(&dg));
+        let bent = self.bent(&[(&gap, gap_m2), (&approach, approach_m2_s2)]);
+        let per_gap = T::one() / (gap.noise + bent[0] + gap_m2);
+        // The approach, as far as the gap does not tell it.
+        let shared = g.dot(&df) * per_gap;
+        let left = dg - df * shared;
+        let per_approach = T::one() / (approach.noise + bent[1] + not_negative(g.dot(&left)));
+        let [of_gap, of_approach] = [&gap, &approach].map(|c| c.innovation(&about.errors));
+        let beside = of_approach - shared * of_gap;
+        let by = df * (per_gap * of_gap) + left * (per_approach * beside);
+        let mut errors = self.covariance.coloured(&by);
+        blow.keep_in_period(&mut errors);
+        let misfit = of_gap * per_gap * of_gap + beside * per_approach * beside;
+        Candidate { pair: about.pair, errors, misfit, bent }
     }
 
-    /// One pair as the one that struck.
-    fn candidate(&self, blow: &Blow<T>, tooth: &ToothPair<T>, contact: &ContactTuning<T>) -> Candidate<T> {
-        let mut best = Candidate { covariance: self.covariance, errors: Errors::zeros(), misfit: T::zero() };
-        for _ in 0..contact.iterations {
-            let about = best.errors;
-            let conditions = self.conditions(blow, tooth, &about, contact);
-            best = Candidate { covariance: self.covariance, errors: Errors::zeros(), misfit: T::zero() };
-            for Condition { value, row, noise } in conditions {
-                // Linear about `about`: value + row . (x - about) = 0.
-                let innovation = row.dot(&about) - value - row.dot(&best.errors);
-                if let Ok(done) = best.covariance.update(&row, noise, innovation, &mut best.errors) {
-                    best.misfit += done.normalised_squared;
-                }
-            }
-            let half = T::from_f64(0.5) * blow.within_s;
-            if let Some(late) = best.errors.get_mut(INSTANT) {
-                *late = late.clamp_magnitude(half);
-            }
+    /// Variances of what bends gap and approach, whose own variances are given: an error of the instant times one of the speed or of the acceleration.
+    fn bent(&self, [(gap, gap_m2), (approach, approach_m2_s2)]: &[(&Condition<T>, T); 2]) -> [T; 2] {
+        let instant_s2 = self.covariance.variance::<INSTANT>();
+        let beside_instant = |condition: &Condition<T>, variance: T| {
+            let by_instant = condition.row.get(INSTANT).copied().unwrap_or_default();
+            not_negative(variance - by_instant * by_instant * instant_s2)
+        };
+        let [_, _, stiffest] = &self.oscillators;
+        let per_s4 = stiffest.stiffness_per_s2 * stiffest.stiffness_per_s2;
+        [
+            beside_instant(approach, *approach_m2_s2) * instant_s2,
+            beside_instant(gap, *gap_m2) * per_s4 * instant_s2,
+        ]
+    }
+
+    /// Takes the conditions in, linearised about the best candidate's errors; returns the errors.
+    #[inline(never)]
+    fn settle_on(&mut self, blow: &Blow<T>, best: &Candidate<T>, contact: &ContactTuning<T>) -> Errors<T> {
+        let mut errors = Errors::zeros();
+        let conditions = self.conditions(blow, best.pair, &best.errors, contact);
+        for (Condition { noise, row, value }, bent) in conditions.into_iter().zip(best.bent) {
+            let innovation = row.dot(&best.errors) - value - row.dot(&errors);
+            let _ = self.covariance.update(&row, noise + bent, innovation, &mut errors);
         }
-        best
+        blow.keep_in_period(&mut errors);
+        errors
     }
 
     /// Gap and approach about `errors`.
+    #[inline(never)]
     fn conditions(
         &self,
         blow: &Blow<T>,
-        tooth: &ToothPair<T>,
+        pair: usize,
         errors: &Errors<T>,
         contact: &ContactTuning<T>,
     ) -> [Condition<T>; 2] {
         let one = T::one();
         let back_s = blow.back_s(errors);
         let there = self.carried_back(back_s, errors);
-        let phi = &tooth.shape;
+        let tooth = self.tooth(pair, errors);
+        let (phi, [across, aslant]) = (&tooth.shape, [swinging(&tooth.shape), turned(&tooth.shape)]);
         let of = |state: usize| errors.get(state).copied().unwrap_or_default();
         let found = |state: usize| self.found.get(state).copied().unwrap_or_default() + of(state);
         let speed = phi.dot(&there.velocity_m_s);
         let jump_m_s = blow.jump_m_s + of(JUMP);
-        let per_jump = self.approach_per_jump * (one + self.recoil_share * found(RECOIL) + found(APPROACH));
+        // `r` grows with the square of the shape, of which A is a third.
+        let per_scale = self.recoil_share * T::from_f64(4.0 / 3.0);
+        let per_jump = self.approach_per_jump
+            * (one + self.recoil_share * found(RECOIL) + per_scale * found(tooth.scale) + found(APPROACH));
         let swing = (phi.y * there.displacement_m.y).abs() + (phi.z * there.displacement_m.z).abs();
         let square = |x: T| x * x;
 
         let mut gap_row = there.row(phi, |r| [-r.c, -r.s]);
         set(&mut gap_row, HEIGHT, one);
         set(&mut gap_row, INSTANT, blow.before_m_s - speed);
+        set(&mut gap_row, tooth.scale, -across.dot(&there.displacement_m));
+        set(&mut gap_row, ANGLE, -aslant.dot(&there.displacement_m));
         let gap = Condition {
             value: self.height_m + of(HEIGHT) - blow.before_m_s * back_s - phi.dot(&there.displacement_m),
             row: gap_row,
@@ -211,6 +247,9 @@ impl<T: Real> StatorBelief<T> {
         set(&mut approach_row, JUMP, -per_jump);
         set(&mut approach_row, RECOIL, -self.recoil_share * self.approach_per_jump * jump_m_s);
         set(&mut approach_row, APPROACH, -self.approach_per_jump * jump_m_s);
+        let by_share = per_scale * self.approach_per_jump * jump_m_s;
+        set(&mut approach_row, tooth.scale, across.dot(&there.velocity_m_s) - by_share);
+        set(&mut approach_row, ANGLE, aslant.dot(&there.velocity_m_s));
         let approach = Condition {
             value: speed - blow.before_m_s - per_jump * jump_m_s,
             row: approach_row,
@@ -220,30 +259,44 @@ impl<T: Real> StatorBelief<T> {
     }
 
     /// The tooth's velocity along the rotor `back_s` before the end of the period, followed from now on as a state.
-    fn along(&mut self, tooth: &ToothPair<T>, back_s: T, beside_m_s: T) -> Known<T> {
+    #[inline(never)]
+    fn along(&mut self, tooth: &Shaped<T>, back_s: T, beside_m_s: T) -> Known<T> {
         let there = self.carried_back(back_s, &Errors::zeros());
         let mut row = there.row(&tooth.lever, |r| [r.c_rate, r.s_rate]);
         set(&mut row, INSTANT, tooth.lever.dot(&there.acceleration_m_s2));
+        set(&mut row, tooth.scale, tooth.lever.dot(&there.velocity_m_s));
+        set(&mut row, ANGLE, turned(&tooth.lever).dot(&there.velocity_m_s));
         self.covariance.follow(&row, beside_m_s * beside_m_s);
         Known { value: tooth.lever.dot(&there.velocity_m_s), variance: self.covariance.variance::<TOOTH>() }
     }
 
     /// What the jump has done to stator and rotor by the end of the period.
-    fn recoil(&mut self, tooth: &ToothPair<T>, back_s: T) {
+    #[inline(never)]
+    fn recoil(&mut self, tooth: &Shaped<T>, back_s: T) {
         let jump = self.jump_m_s;
         let scale = T::one() + self.found.get(RECOIL).copied().unwrap_or_default();
         let responses = self.oscillators.each_ref().map(|oscillator| oscillator.after(back_s));
         let back = Carried::<T>::of(responses);
-        let mut by_jump = back.row(&tooth.recoil, |r| [-r.s, -r.s_rate]);
+        let struck = |recoil: &Vector3<T>| back.row(recoil, |r| [-r.s, -r.s_rate]);
+        let [by_scale, by_angle] =
+            [swinging(&tooth.recoil), turned(&tooth.recoil)].map(|recoil| struck(&recoil) * (scale * jump));
+        let mut by_jump = struck(&tooth.recoil);
         let by_part = by_jump * jump;
         by_jump *= scale;
         let mut by_instant = back.row(&tooth.recoil, |r| [r.s_rate, r.s_acceleration]) * (scale * jump);
         set(&mut by_jump, HEIGHT, back_s);
         set(&mut by_instant, HEIGHT, -jump);
         // From the last column to the first, since each reads what the ones before it have not yet changed.
-        self.covariance.add_effect(RECOIL, &keep_motion(by_part));
-        self.covariance.add_effect(JUMP, &keep_motion(by_jump));
-        self.covariance.add_effect(INSTANT, &keep_motion(by_instant));
+        for (state, effect) in [
+            (ANGLE, by_angle),
+            (tooth.scale, by_scale),
+            (RECOIL, by_part),
+            (JUMP, by_jump),
+            (INSTANT, by_instant),
+        ] {
+            let motion = effect.as_slice().get(HEIGHT..INSTANT).unwrap_or_default();
+            self.covariance.add_effect(state, HEIGHT, motion);
+        }
         let [[_, height, g_a, v_a, g_b, v_b, g_c, v_c, ..]] = (by_jump * jump).data.0;
         self.state.modes.displacement_m += Vector3::new(g_a, g_b, g_c);
         self.state.modes.velocity_m_s += Vector3::new(v_a, v_b, v_c);
@@ -251,39 +304,6 @@ impl<T: Real> StatorBelief<T> {
     }
 }
 
-impl<T: Real> Carried<T> {
-    /// Responses alone.
-    fn of(responses: [Response<T>; 3]) -> Self {
-        let still = Vector3::zeros();
-        Self { displacement_m: still, velocity_m_s: still, acceleration_m_s2: still, responses }
-    }
-
-    /// A row, or an effect: what `part` makes of each mode's response, times the mode's weight.
-    fn row(&self, weights: &Vector3<T>, part: impl Fn(&Response<T>) -> [T; 2]) -> Errors<T> {
-        let mut row = Errors::zeros();
-        let entries = row.iter_mut().skip(MODES);
-        let parts = self
-            .responses
-            .iter()
-            .zip(weights.iter())
-            .flat_map(|(response, &weight)| part(response).map(|entry| weight * entry));
-        for (to, from) in entries.zip(parts) {
-            *to = from;
-        }
-        row
-    }
-}
-
-/// An effect on height and modes alone.
-fn keep_motion<T: Real>(mut effect: Errors<T>) -> Errors<T> {
-    for entry in effect.iter_mut().skip(INSTANT) {
-        *entry = T::zero();
-    }
-    effect
-}
-
-fn set<T: Real>(row: &mut Errors<T>, state: usize, value: T) {
-    if let Some(entry) = row.get_mut(state) {
-        *entry = value;
-    }
+fn not_negative<T: Real>(x: T) -> T {
+    if x > T::zero() { x } else { T::zero() }
 }

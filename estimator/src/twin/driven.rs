@@ -38,6 +38,33 @@ pub(super) struct Driven<'a, T> {
     pub(super) motion: Motion,
     /// Until when impacts would have been heard.
     pub(super) heard_until: Time,
+    /// What is already known of the way ahead.
+    pub(super) ahead: Option<&'a Ahead<T>>,
+}
+
+/// The track after all strikes known: whoever asks for the present need not go through them again.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Ahead<T> {
+    /// Where the track stood.
+    from: Time,
+    motion: Motion,
+    resting: bool,
+    state: TwinState<T>,
+}
+
+impl<T: Real> Ahead<T> {
+    /// From the track as it is, through all strikes of the `process`; `None` if there are none.
+    pub(super) fn of(state: &TwinState<T>, resting: bool, process: &Driven<'_, T>) -> Option<Self> {
+        let newest = process.strikes.back()?.at;
+        let mut ahead = Self { from: state.at, motion: process.motion, resting, state: *state };
+        process.carry(&mut ahead.state, resting, newest);
+        (newest > ahead.from).then_some(ahead)
+    }
+
+    /// Whether it is on the way of a track from `from` to `until`.
+    fn serves(&self, from: Time, until: Time, resting: bool, motion: Motion) -> bool {
+        self.from == from && self.state.at <= until && self.resting == resting && self.motion == motion
+    }
 }
 
 /// Angle and rate with what rides along.
@@ -84,7 +111,9 @@ impl<T: Real> Driven<'_, T> {
 
 impl<T: Real> Process<T, ScaledBelief<T>> for Driven<'_, T> {
     fn carry(&self, state: &mut TwinState<T>, resting: bool, until: Time) {
-        if !(resting && self.motion == Motion::Quiet) {
+        if let Some(ahead) = self.ahead.filter(|ahead| ahead.serves(state.at, until, resting, self.motion)) {
+            *state = ahead.state;
+        } else if !(resting && self.motion == Motion::Quiet) {
             let from = state.at;
             // Most are older than the track: counted from the newest.
             let newer = self.strikes.iter().rev().take_while(|strike| strike.at > from).count();

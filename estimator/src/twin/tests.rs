@@ -1,5 +1,8 @@
-use motor_model::{Angle, DriveMode};
+use motor_model::{Angle, DriveMode, Motor, MotorSetup, MotorState};
 use proptest::prelude::*;
+use rand_distr::{Distribution as _, StandardNormal};
+use rand_pcg::Pcg64;
+use rand_pcg::rand_core::SeedableRng as _;
 
 use super::*;
 
@@ -8,22 +11,37 @@ fn filter<T: Real>() -> TwinFilter<T> {
     TwinFilter::try_new(&params, &TwinTuning::new(&params)).unwrap()
 }
 
-/// A rotor in free flight turns steadily: samples of a fall at 9.81 m/s^2, and frames. Impacts under which the rate stays would be no rotor's, and the filter says so.
-fn run(filter: &mut TwinFilter<f64>, micros: core::ops::Range<u64>) {
-    for n in (micros.start..micros.end).step_by(5) {
-        let at = Time::from_micros(n);
-        let velocity = 2e-3 - 9.81e-6 * n as f64;
-        filter.update_ldv(&LdvSample { taken_at: at, velocity_m_s: velocity as f32 });
-        if n % 100 == 0 {
-            show(filter, n);
-        }
-    }
+/// The nominal motor at full drive, as exact samples and noisy frames show it.
+struct Desk {
+    motor: Motor<f64>,
+    state: MotorState<f64>,
+    command: DriveCommand,
+    noise: Pcg64,
 }
 
-/// The frame of an instant.
-fn show(filter: &mut TwinFilter<f64>, micros: u64) {
-    let exposed_at = Time::from_micros(micros);
-    filter.update_camera(&CameraFrame { exposed_at, angle: Angle::from_degrees(1e-4 * micros as f64) });
+impl Desk {
+    fn new(mode: DriveMode) -> Self {
+        let motor = Motor::try_new(&MotorParams::nominal(), &MotorSetup::with_step(5e-6)).unwrap();
+        let (state, command) = (MotorState::default(), DriveCommand::full(mode));
+        Self { motor, state, command, noise: Pcg64::seed_from_u64(1) }
+    }
+
+    /// Runs on until `micros`; the vibrometer may be silent.
+    fn run(&mut self, filter: &mut TwinFilter<f64>, micros: u64, heard: bool) {
+        while self.state.steps * 5 < micros {
+            self.motor.step(&mut self.state, self.command);
+            let (at, rotor) = (Time::from_micros(self.state.steps * 5), &self.state.rotor);
+            if heard {
+                filter.update_ldv(&LdvSample { taken_at: at, velocity_m_s: rotor.velocity_m_s as f32 });
+            }
+            if self.state.steps.is_multiple_of(20) {
+                let noise: f64 = StandardNormal.sample(&mut self.noise);
+                let off = noise * filter.tuning.constant_rate.track.camera_rad2.sqrt();
+                let angle = Angle::from_degrees(rotor.angle.angle().degrees() + off.to_degrees());
+                filter.update_camera(&CameraFrame { exposed_at: at, angle });
+            }
+        }
+    }
 }
 
 #[test]
@@ -32,12 +50,14 @@ fn law_the_estimate_needs_a_frame_and_the_health_follows_the_vibrometer() {
     assert_eq!(filter.health(Time::ZERO), Health::Waiting);
     assert!(filter.estimate(Time::ZERO).is_none() && filter.scales().is_none());
     filter.drive(Time::ZERO, DriveCommand::full(DriveMode::C));
-    run(&mut filter, 5..20_000);
+    let mut desk = Desk::new(DriveMode::C);
+    desk.run(&mut filter, 20_000, true);
     let (now, later) = (Time::from_micros(20_000), Time::from_micros(21_100));
     assert_eq!(filter.health(now), Health::Good);
-    (20_100..=21_000).step_by(100).for_each(|n| show(&mut filter, n));
+    desk.run(&mut filter, 21_000, false);
     assert_eq!(filter.health(later), Health::Degraded(Reason::VibrometerSilent));
-    run(&mut filter, 23_000..30_000);
+    desk.run(&mut filter, 23_000, false);
+    desk.run(&mut filter, 30_000, true);
     assert_eq!(filter.health(Time::from_micros(30_000)), Health::Good);
 }
 
@@ -46,8 +66,8 @@ fn law_the_estimate_needs_a_frame_and_the_health_follows_the_vibrometer() {
 fn dual_a_silent_vibrometer_leaves_the_simplest_filter_s_noise() {
     let mut filter = filter::<f64>();
     filter.drive(Time::ZERO, DriveCommand::full(DriveMode::B));
-    run(&mut filter, 5..20_000);
-    let heard_until = Time::from_micros(19_995 + 50);
+    Desk::new(DriveMode::B).run(&mut filter, 20_000, true);
+    let heard_until = Time::from_micros(20_000 + 50);
     let (near, far) =
         (filter.estimate(heard_until).unwrap(), filter.estimate(heard_until.plus_nanos(1_000_000)).unwrap());
     let grown = far.rate_rad2_s2 - near.rate_rad2_s2;

@@ -39,6 +39,12 @@ pub struct Tolerance<T> {
     pub recoil: T,
     /// `1 + e`.
     pub restitution: T,
+    /// Amplitude of each pair of teeth in B and C.
+    pub pair: T,
+    /// The teeth's angle, in rad.
+    pub tooth_angle_rad: T,
+    /// Phase of the drive in rad: 10 us, a tick, by which its command may have been told late, are 0.4.
+    pub phase_rad: T,
 }
 
 /// How well gap and approach at an impact are what the model says.
@@ -46,18 +52,15 @@ pub struct Tolerance<T> {
 pub struct ContactTuning<T> {
     /// Standard deviation of the gap in m.
     pub gap_m: T,
-    /// The same as a part of the tooth's swing in B and C: the pairs' amplitudes differ by half a percent.
+    /// The same as a part of the tooth's swing in B and C.
     pub shape_part: T,
     /// Standard deviation of the approach, as a part of it.
     pub approach_part: T,
     /// Noise of the modes' velocity, as a part of a driven steady motion that it would sustain.
     pub fed_part: T,
-    /// How often gap and approach are linearised anew.
-    pub iterations: u8,
-    /// A jump below this is doubted, in m/s: noise may reach the threshold.
-    pub doubtful_m_s: T,
-    /// A doubtful jump is none when it misfits both pairs by more than this: a sum of two normalised squares.
-    pub misfit: T,
+    /// A jump is noise when it misfits both pairs by more than it misfits none, and this: twice the logarithm of how much more often teeth strike than noise reaches
+    /// the threshold.
+    pub alarm: T,
     /// Without drive the first jump below this ends what is heard as impacts, in m/s: a rotor that lands chatters and slides, and teaches nothing.
     pub landing_m_s: T,
     /// A misfit beyond this makes the stator doubtful.
@@ -73,15 +76,15 @@ impl<T: Real> TwinTuning<T> {
         Self {
             constant_rate: ConstantRateTuning::default(),
             detector: ImpactDetectorTuning {
-                threshold: n(4.0),
+                threshold: n(3.6),
                 window_samples: n(20.0),
                 ..ImpactDetectorTuning::new(params)
             },
             tolerance: Tolerance::default(),
             contact: ContactTuning::default(),
-            tooth_m_s: n(1e-4),
+            tooth_m_s: n(5e-5),
             kick_part: n(0.005),
-            chatter_rad2_s2: n(5e-4),
+            chatter_rad2_s2: n(3e-4),
             between_rad2_s3: n(0.03),
         }
     }
@@ -97,6 +100,9 @@ impl<T: Real> Default for Tolerance<T> {
             amplitude: [n(0.027), n(0.027)],
             recoil: n(0.042),
             restitution: n(0.013),
+            pair: n(0.005),
+            tooth_angle_rad: n(2.2e-3),
+            phase_rad: n(0.07),
         }
     }
 }
@@ -105,15 +111,13 @@ impl<T: Real> Default for ContactTuning<T> {
     fn default() -> Self {
         let n = T::from_f64;
         Self {
-            gap_m: n(3e-8),
-            shape_part: n(0.005),
+            gap_m: n(1.2e-8),
+            shape_part: n(0.001),
             approach_part: n(0.003),
-            fed_part: n(1e-3),
-            iterations: 3,
-            doubtful_m_s: n(3e-3),
-            misfit: n(300.0),
+            fed_part: n(4e-4),
+            alarm: n(20.0),
             landing_m_s: n(1e-2),
-            surprise: n(12.0),
+            surprise: n(8.0),
             refining_samples: 10,
         }
     }

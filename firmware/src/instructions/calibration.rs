@@ -8,6 +8,7 @@ const TURNS: [(&str, u32); 2] = [("loop_of_1000_turns", 1000), ("loop_of_10000_t
 /// Samples of each: all alike.
 const SAMPLES: u32 = 100;
 
+#[inline(never)]
 pub(super) fn count(meter: &Meter<'_, impl InstructionTimer>, report: &mut impl FnMut(Count)) {
     let mut nothing = Count::of("nothing");
     for _ in 0..SAMPLES {

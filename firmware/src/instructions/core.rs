@@ -106,6 +106,7 @@ fn step_general(filter: &mut General, measured: f32) {
     let _ = filter.covariance.update_state::<0>(filter.measured_variance, innovation, &mut filter.state);
 }
 
+#[inline(never)]
 pub(super) fn count(meter: &Meter<'_, impl InstructionTimer>, report: &mut impl FnMut(Count)) {
     let problem = Problem::constant_rate();
     let Problem { dt, intensity, measured_variance, start_variance } = problem;

@@ -33,6 +33,7 @@ const LDV_SAMPLES: u16 = 10_000;
 const LDV_NANOS: u64 = 5_000;
 const SAMPLES_PER_FRAME: u64 = FRAME_NANOS / LDV_NANOS;
 
+#[inline(never)]
 pub(super) fn count(meter: &Meter<'_, impl InstructionTimer>, report: &mut impl FnMut(Count)) {
     turning(meter, report);
     report(at_rest(meter));

@@ -5,11 +5,16 @@
 
 use core::hint::black_box;
 
+use controller::Target;
 use estimator::{
     AngleFilter, CameraFrame, ConstantRate, ConstantRateTuning, Estimate, ImpactAided, ImpactAidedTuning,
     Innovation, LdvSample,
 };
+use link::FilterKind;
 use motor_model::{DriveCommand, DriveMode, Motor, MotorParams, MotorSetup, MotorState, OutOfBounds, Time};
+
+use crate::filter::Filter;
+use crate::parity::{LoopPlace, put};
 
 use super::{Count, InstructionTimer, Meter};
 
@@ -31,11 +36,12 @@ const COUNTED_SAMPLES: u64 = 20_000;
 /// Names of what a filter does in one mode: with a frame, with a sample, when asked.
 type Names = [&'static str; 3];
 
+#[inline(never)]
 pub(super) fn count(
     meter: &Meter<'_, impl InstructionTimer>,
+    place: &mut LoopPlace,
     report: &mut impl FnMut(Count),
 ) -> Result<(), OutOfBounds> {
-    let params = MotorParams::nominal();
     for (mode, names) in [
         (
             DriveMode::B,
@@ -50,6 +56,7 @@ pub(super) fn count(
                     "impact_aided_b_vibrometer_sample",
                     "impact_aided_b_prediction",
                 ],
+                ["twin_b_camera_frame", "twin_b_vibrometer_sample", "twin_b_prediction"],
             ],
         ),
         (
@@ -65,14 +72,14 @@ pub(super) fn count(
                     "impact_aided_c_vibrometer_sample",
                     "impact_aided_c_prediction",
                 ],
+                ["twin_c_camera_frame", "twin_c_vibrometer_sample", "twin_c_prediction"],
             ],
         ),
     ] {
-        let [of_constant_rate, of_impact_aided] = names;
-        let mut constant_rate = ConstantRate::<f32>::new(&ConstantRateTuning::default());
-        follow(meter, &mut constant_rate, mode, of_constant_rate)?.into_iter().for_each(&mut *report);
-        let mut impact_aided = ImpactAided::<f32>::new(&ImpactAidedTuning::new(&params));
-        follow(meter, &mut impact_aided, mode, of_impact_aided)?.into_iter().for_each(&mut *report);
+        let [of_constant_rate, of_impact_aided, of_twin] = names;
+        follow_constant_rate(meter, mode, of_constant_rate)?.into_iter().for_each(&mut *report);
+        follow_impact_aided(meter, mode, of_impact_aided)?.into_iter().for_each(&mut *report);
+        follow_twin(meter, place, mode, of_twin)?.into_iter().for_each(&mut *report);
     }
     Ok(())
 }
@@ -90,6 +97,38 @@ fn listen<F: AngleFilter<f32>>(filter: &mut F, sample: &LdvSample) -> Option<Inn
 #[inline(never)]
 fn predict<F: AngleFilter<f32>>(filter: &F, now: Time) -> Option<Estimate<f32>> {
     filter.estimate(now)
+}
+
+// Frames of their own, each gone before the next comes: these filters lie on the stack.
+#[inline(never)]
+fn follow_constant_rate(
+    meter: &Meter<'_, impl InstructionTimer>,
+    mode: DriveMode,
+    names: Names,
+) -> Result<[Count; 3], OutOfBounds> {
+    follow(meter, &mut ConstantRate::<f32>::new(&ConstantRateTuning::default()), mode, names)
+}
+
+#[inline(never)]
+fn follow_impact_aided(
+    meter: &Meter<'_, impl InstructionTimer>,
+    mode: DriveMode,
+    names: Names,
+) -> Result<[Count; 3], OutOfBounds> {
+    let tuning = ImpactAidedTuning::new(&MotorParams::nominal());
+    follow(meter, &mut ImpactAided::<f32>::new(&tuning), mode, names)
+}
+
+/// The twin's filter is the loop's, which is in the program already, and lies where that does: it is larger than a stack should carry.
+fn follow_twin(
+    meter: &Meter<'_, impl InstructionTimer>,
+    place: &mut LoopPlace,
+    mode: DriveMode,
+    names: Names,
+) -> Result<[Count; 3], OutOfBounds> {
+    let target = Target::try_new(1.0, 0.001)?;
+    let held = put(place, &|| Filter::of(black_box(FilterKind::Twin)), target, Time::ZERO)?;
+    follow(meter, held.filter_mut(), mode, names)
 }
 
 /// `filter` beside the motor driven in `mode`.

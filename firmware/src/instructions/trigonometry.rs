@@ -93,6 +93,7 @@ const SINES: [(&str, Sine); 4] = [
 const ANGLES: [(&str, AngleOf); 3] =
     [("angle_libm", angle_libm), ("angle_micromath", angle_micromath), ("angle_idsp", angle_idsp)];
 
+#[inline(never)]
 pub(super) fn count(meter: &Meter<'_, impl InstructionTimer>, report: &mut impl FnMut(Count)) {
     let step = Phase::from_units(PHASE_STEP);
     for (operation, sine) in SINES {

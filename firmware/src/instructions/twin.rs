@@ -23,6 +23,7 @@ const STEPS_ALOFT: u32 = 10_000;
 /// Far above the teeth: a rotor falls 5 cm in 0.1 s.
 const ALOFT_M: f32 = 1.0;
 
+#[inline(never)]
 pub(super) fn count(
     meter: &Meter<'_, impl InstructionTimer>,
     report: &mut impl FnMut(Count),

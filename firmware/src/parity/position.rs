@@ -122,7 +122,7 @@ pub(crate) fn follow_loop<F: AngleFilter<f32>>(
 
 // Never inlined: what building a filter takes need not lie on the stack of every tick.
 #[inline(never)]
-fn put<'p, F>(
+pub(crate) fn put<'p, F>(
     place: &'p mut Option<PositionLoop<F>>,
     filter: &impl Fn() -> Result<F, OutOfBounds>,
     target: Target,
