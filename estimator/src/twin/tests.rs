@@ -61,6 +61,29 @@ fn law_the_estimate_needs_a_frame_and_the_health_follows_the_vibrometer() {
     assert_eq!(filter.health(Time::from_micros(30_000)), Health::Good);
 }
 
+/// What is kept of the way ahead is what going through all strikes again gives, also after a strike has become better known.
+#[test]
+fn dual_the_way_ahead_kept_is_the_way_gone_again() {
+    for mode in [DriveMode::B, DriveMode::C] {
+        let mut filter = filter::<f64>();
+        filter.drive(Time::ZERO, DriveCommand::full(mode));
+        let mut desk = Desk::new(mode);
+        let mut kept = 0;
+        for micros in (30..60_000).step_by(25) {
+            desk.run(&mut filter, micros, true);
+            let mut again = filter.clone();
+            kept += u32::from(again.ahead.take().is_some());
+            let now = Time::from_micros(micros);
+            let Some((kept, gone)) = filter.estimate(now).zip(again.estimate(now)) else { continue };
+            let close = |a: f64, b: f64| (a - b).abs() <= 1e-9 * b.abs();
+            assert!(close(kept.rate_rad_s, gone.rate_rad_s), "{kept:?} {gone:?}");
+            assert!(close(kept.rate_rad2_s2, gone.rate_rad2_s2), "{kept:?} {gone:?}");
+            assert!(close(kept.angle_rad2, gone.angle_rad2), "{kept:?} {gone:?}");
+        }
+        assert!(kept > 20, "{kept}");
+    }
+}
+
 /// Without samples the rate wanders as in the simplest filter: so does its variance.
 #[test]
 fn dual_a_silent_vibrometer_leaves_the_simplest_filter_s_noise() {
