@@ -56,7 +56,7 @@ impl<T: Real> Default for WanderTuning<T> {
             struck_b_rad2_s3: T::from_f64(3000.0),
             struck_c_rad2_s3: T::from_f64(300.0),
             sliding_rad2_s3: T::from_f64(3000.0),
-            resting_rad2_s3: T::from_f64(1e-6),
+            resting_rad2_s3: T::from_f64(1e-8),
         }
     }
 }
