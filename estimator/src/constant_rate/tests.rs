@@ -213,6 +213,32 @@ fn exact_a_variance_that_is_none_is_not_used() {
     }
 }
 
+/// Frame k of rest: `P22 = v_1 / k` while that is above `v_1 / n`, then e times less every n frames, and no lower than the process noise allows.
+#[test]
+fn exact_the_rate_at_rest_is_known_as_the_ringing_lets_it() {
+    let tuning = ConstantRateTuning::<f64>::default();
+    let TrackTuning { resting_frames, ringing_rad2_s2, ringing_frames, zero_rate_rad2_s2, .. } = tuning.track;
+    let mut filter = ConstantRate::<f64>::new(&tuning);
+    let mut variances = Vec::new();
+    for n in 1..2000 {
+        filter.take(&frame(n, 0.1), Motion::Quiet);
+        let track = filter.tracker.track().unwrap();
+        if track.resting {
+            variances.push(track.state.covariance.rate_rad2_s2());
+        }
+    }
+    assert!(variances.len() + usize::from(resting_frames) >= 1999, "{}", variances.len());
+    for k in [1, 10, 40] {
+        let expected = ringing_rad2_s2 / k as f64;
+        // Frames and the start's uncertainty of 20 rad/s tell a little as well.
+        assert!((variances[k - 1] / expected - 1.0).abs() < 0.02, "{k}: {} {expected}", variances[k - 1]);
+    }
+    let fallen = variances[60] / variances[60 + ringing_frames as usize];
+    assert!((fallen / (1.0 + 1.0 / ringing_frames).powf(ringing_frames) - 1.0).abs() < 0.02, "{fallen}");
+    let least = (tuning.wander.resting_rad2_s3 * 1e-4 * zero_rate_rad2_s2).sqrt();
+    assert!((variances.last().unwrap() / least - 1.0).abs() < 0.02, "{:?} {least}", variances.last());
+}
+
 /// A rotor that really went elsewhere is believed after twenty frames, in the turn nearest to where it was.
 #[test]
 fn exact_sustained_refusal_restarts() {
