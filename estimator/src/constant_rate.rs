@@ -14,6 +14,7 @@
 
 use motor_model::{DriveCommand, DriveMode, Real, Time};
 
+use crate::belief::Belief;
 use crate::filter::{AngleFilter, Estimate, Health, Reason};
 use crate::innovation::Innovation;
 use crate::measurement::{CameraFrame, LdvSample};
@@ -82,9 +83,9 @@ struct Wandering<'a, T> {
     motion: Motion,
 }
 
-impl<T: Real> Process<T> for Wandering<'_, T> {
+impl<T: Real, B: Belief<T>> Process<T, B> for Wandering<'_, T> {
     #[inline]
-    fn carry(&self, state: &mut State<T>, resting: bool, until: Time) {
+    fn carry(&self, state: &mut State<T, B>, resting: bool, until: Time) {
         state.wander(until, self.tuning.intensity_rad2_s3(self.motion, resting));
     }
 }

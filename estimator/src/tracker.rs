@@ -37,7 +37,7 @@ use crate::covariance::AngleRateCovariance;
 use crate::filter::{Estimate, Health, Reason};
 use crate::innovation::{Innovation, Rejection, Source, Verdict};
 use crate::measurement::CameraFrame;
-use crate::smoother::Smoothed;
+use crate::smoother::{Reversible, Smoothed};
 use crate::track::{Process, Track, TrackTuning};
 
 /// Frames kept, so that one that was overtaken can be fused in its place: 3.1 ms at 10,000 frames a second.
@@ -402,7 +402,7 @@ impl<T: Real, B: Belief<T>> Tracker<T, B> {
 
 impl<T: Real> Tracker<T> {
     /// Angle and rate at `at`, from the frames before and after it; `None` before the oldest one kept.
-    pub(crate) fn smoothed(&self, at: Time, process: &impl Process<T>) -> Option<Estimate<T>> {
+    pub(crate) fn smoothed(&self, at: Time, process: &impl Reversible<T>) -> Option<Estimate<T>> {
         let newest = self.track()?;
         if at >= newest.state.at {
             return self.estimate(at, process);

@@ -103,6 +103,13 @@ impl<T: Real> Belief<T> for ScaledBelief<T> {
         self.covariance.add_rank_one(&Vector4::y(), variance_rad2_s2);
     }
 
+    fn kick_rate(&mut self, kept: T, variance_rad2_s2: T) {
+        let mut map = Matrix4::identity();
+        map.m22 = kept;
+        UpperTriangular(map).carry_factors(&mut self.covariance);
+        self.widen_rate(variance_rad2_s2);
+    }
+
     fn correct_by_angle(&mut self, innovation_rad: T, noise_rad2: T) -> [T; 2] {
         let mut errors = Vector4::zeros();
         let _ = self.covariance.update_state::<0>(noise_rad2, innovation_rad, &mut errors);
