@@ -70,7 +70,7 @@ pub struct TrackTuning<T> {
     /// A frame is refused when its innovation squared exceeds this many times its variance.
     pub gate: T,
     /// Variance of a kick that the rate is allowed when a second frame in a row is beyond the gate, in rad^2/s^2: as a rule the first was no bad frame,
-    /// but a burst of impacts as the rotor lands, which changes the rate by more than ten rad/s in a fraction of a millisecond.
+    /// but a burst of impacts as the rotor lands, which changes the rate by more than ten rad/s in a fraction of a millisecond: two standard deviations.
     pub kick_rad2_s2: T,
     /// After this many refusals in a row the estimate begins anew.
     pub refusals_max: u8,
@@ -88,7 +88,7 @@ impl<T: Real> Default for TrackTuning<T> {
             resting_rate_rad_s: T::from_f64(2.0),
             resting_frames: 34,
             gate: T::from_f64(36.0),
-            kick_rad2_s2: T::from_f64(200.0),
+            kick_rad2_s2: T::from_f64(30.0),
             refusals_max: 20,
         }
     }

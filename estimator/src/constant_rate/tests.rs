@@ -239,6 +239,35 @@ fn exact_the_rate_at_rest_is_known_as_the_ringing_lets_it() {
     assert!((variances.last().unwrap() / least - 1.0).abs() < 0.02, "{:?} {least}", variances.last());
 }
 
+/// E17: ten million frames of a rotor that lies still, a thousand seconds, in `f32`: the variances stay positive and above what quantisation and process noise allow, and
+/// the rotor is still found when it has been moved.
+#[test]
+fn law_a_long_rest_leaves_a_living_covariance() {
+    let tuning = ConstantRateTuning::<f32>::default();
+    let mut filter = ConstantRate::<f32>::new(&tuning);
+    let mut state = 1_u32;
+    let mut seen = |truth: f64| {
+        // Noise of three cells, each as likely.
+        state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+        truth + 2e-6 / 3.9e-3 * (f64::from((state >> 8) % 3) - 1.0)
+    };
+    for n in 1..10_000_000 {
+        filter.take(&frame(n, seen(0.2)), Motion::Quiet);
+        let covariance = filter.tracker.track().unwrap().state.covariance;
+        let (angle, rate) = (covariance.angle_rad2(), covariance.rate_rad2_s2());
+        let correlated = covariance.angle_rate_rad2_s();
+        assert!(
+            angle > 1e-13 && rate > 1e-12 && correlated * correlated < angle * rate,
+            "{n} {covariance:?}"
+        );
+    }
+    for n in 10_000_000..10_000_400 {
+        filter.take(&frame(n, seen(0.21)), Motion::Quiet);
+    }
+    let angle = filter.tracker.track().unwrap().state.angle.angle().degrees();
+    assert!((angle - 0.21_f64.to_degrees()).abs() < 5e-3, "{angle}");
+}
+
 /// A rotor that really went elsewhere is believed after twenty frames, in the turn nearest to where it was.
 #[test]
 fn exact_sustained_refusal_restarts() {
