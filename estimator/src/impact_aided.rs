@@ -46,12 +46,18 @@ use crate::innovation::Innovation;
 use crate::kick::Kick;
 use crate::measurement::{CameraFrame, LdvSample};
 use crate::motion::{Motion, MotionWatch};
-use crate::ringing::{Ringing, RingingTuning};
+use crate::ringing::{Ringing, RingingTuning, Tooth};
 use crate::track::{Process, State};
 use crate::tracker::{Moment, Tracker};
 
 /// Most impacts kept: 4.5 ms of the wildest motion, mode B at a fifth of its amplitude, with 28 impacts a ms.
 pub const IMPACTS_KEPT_MAX: usize = 128;
+
+/// After so long the stator has forgotten what it was struck: two time constants of mode C.
+const RINGING_NANOS: u64 = 6_000_000;
+
+/// A longer time between samples in s, a third of a radian of mode C, hides what rings.
+const INSTANT_S: f64 = 7e-6;
 
 /// What the filter assumes of motor and sensors.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -70,7 +76,7 @@ pub struct ImpactAidedTuning<T> {
     pub ringing: RingingTuning<T>,
     /// Variance of a kick under mode B about its mean, per `(c dv)^2`, where what earlier blows left is not known.
     pub unexplained_b: T,
-    /// Half the span within which the rate of the striking tooth is known under mode B, in rad/s.
+    /// Half the span within which the rate of the striking tooth is known under mode B, in rad/s, beside what the ringing does to it between two samples.
     pub tooth_width_rad_s: T,
     /// Variance of the friction, per its nominal value squared.
     pub friction_part2: T,
@@ -98,7 +104,7 @@ impl<T: Real> ImpactAidedTuning<T> {
             turn_per_rise_rad_m: T::from_f64(params.lever() * cos / (sin * get(Parameter::ToothRadius))),
             ringing: RingingTuning::new(params),
             unexplained_b: T::from_f64(0.126),
-            tooth_width_rad_s: T::from_f64(2.1),
+            tooth_width_rad_s: T::from_f64(1.5),
             friction_part2: T::from_f64(0.05),
             unexplained: T::from_f64(0.8),
             missed_b_rad2_s3: T::from_f64(0.7),
@@ -164,7 +170,7 @@ impl<T: Real> Kicked<'_, T> {
                 state.wander(until.min(self.heard_until), self.tuning.missed_b_rad2_s3);
             }
             Motion::Struck(DriveMode::C) => {
-                state.wander(until.min(self.heard_until), self.tuning.missed_rad2_s3)
+                state.wander(until.min(self.heard_until), self.tuning.missed_rad2_s3);
             }
             Motion::Quiet => {}
         }
@@ -199,6 +205,8 @@ pub struct ImpactAided<T> {
     tracker: Tracker<T>,
     kicks: Blows<T>,
     ringing: Ringing<T>,
+    /// From when on all blows that still ring have been heard.
+    ringing_heard_from: Time,
     drive: DriveCommand,
 }
 
@@ -212,6 +220,7 @@ impl<T: Real> ImpactAided<T> {
             tracker: Tracker::new(tuning.constant_rate.track),
             kicks: Deque::new(),
             ringing: Ringing::none(),
+            ringing_heard_from: Time::ZERO,
             drive: DriveCommand::OFF,
         }
     }
@@ -231,26 +240,34 @@ impl<T: Real> ImpactAided<T> {
         newest.map_or(Time::ZERO, |newest| newest.plus_nanos(self.tuning.detector.gap_nanos))
     }
 
-    /// The kick of an impact heard at `at`.
-    fn blow(&mut self, at: Time, before_m_s: T, jump_m_s: T) -> Blow<T> {
+    /// The kick of an impact heard at `at`, `within_s` after the sample before it.
+    fn blow(&mut self, at: Time, within_s: T, before_m_s: T, jump_m_s: T) -> Blow<T> {
         let tuning = &self.tuning;
         let rise_m_s = before_m_s + jump_m_s * tuning.approach_per_jump;
-        let towards_rad_s = self.ringing.strike(&tuning.ringing, at, rise_m_s, jump_m_s);
+        let Tooth { rate_rad_s, turning_rad_s2 } =
+            self.ringing.strike(&tuning.ringing, at, rise_m_s, jump_m_s);
         let (reach_rad_s, threshold_m_s) =
             (tuning.kick_per_jump_rad_m * jump_m_s, self.detector.threshold_m_s());
         let missed_rad_s = tuning.kick_per_jump_rad_m * threshold_m_s;
         let missed_rad2_s2 = missed_rad_s * missed_rad_s;
+        let bound_rad2_s2 = reach_rad_s * reach_rad_s + missed_rad2_s2;
+        // Until the stator has forgotten a blow whose instant is uncertain, what rings of it is.
+        if within_s > T::from_f64(INSTANT_S) {
+            self.ringing_heard_from = at.plus_nanos(RINGING_NANOS);
+        }
         match self.drive.mode() {
             Some(DriveMode::B) => Blow {
                 at,
-                towards_rad_s,
-                width_rad_s: tuning.tooth_width_rad_s,
+                towards_rad_s: rate_rad_s,
+                width_rad_s: tuning.tooth_width_rad_s + T::from_f64(0.5) * within_s * turning_rad_s2,
                 reach_rad_s,
-                variance_rad2_s2: T::zero(),
+                variance_rad2_s2: if at < self.ringing_heard_from {
+                    tuning.unexplained_b * bound_rad2_s2
+                } else {
+                    T::zero()
+                },
             },
-            Some(DriveMode::C) => {
-                Blow::unknown(at, tuning.unexplained * (reach_rad_s * reach_rad_s + missed_rad2_s2))
-            }
+            Some(DriveMode::C) => Blow::unknown(at, tuning.unexplained * bound_rad2_s2),
             None => {
                 let swing_m_s = before_m_s.abs() + jump_m_s * tuning.approach_per_jump;
                 Blow {
@@ -309,11 +326,13 @@ impl<T: Real> AngleFilter<T> for ImpactAided<T> {
             self.detector = ImpactDetector::new(self.tuning.detector);
             while self.kicks.pop_back_if(|kick| kick.at >= sample.taken_at).is_some() {}
         }
+        let within_s =
+            self.detector.newest().map_or(T::zero(), |newest| sample.taken_at.seconds_since(newest));
         match self.detector.observe(sample) {
             Heard::Nothing | Heard::Flight => (),
             Heard::Impact { before_m_s, jump_m_s } => {
                 if !self.detector.inverted() {
-                    let kick = self.blow(sample.taken_at, before_m_s, jump_m_s);
+                    let kick = self.blow(sample.taken_at, within_s, before_m_s, jump_m_s);
                     self.keep(kick);
                 }
             }
@@ -321,6 +340,7 @@ impl<T: Real> AngleFilter<T> for ImpactAided<T> {
                 let motion = self.watch.motion(sample.taken_at);
                 let intensity = self.tuning.constant_rate.wander.intensity_rad2_s3(motion, false);
                 self.ringing = Ringing::none();
+                self.ringing_heard_from = sample.taken_at.plus_nanos(RINGING_NANOS);
                 self.keep(Blow::unknown(sample.taken_at, intensity * seconds));
             }
         }

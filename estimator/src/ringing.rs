@@ -62,6 +62,8 @@ pub struct RingingTuning<T> {
     b_turn_per_rise_rad_m: T,
     /// `c - b`, in rad/m.
     c_beyond_b_rad_m: T,
+    /// Angular frequency of mode C.
+    c_rad_s: T,
 }
 
 impl<T: Real> RingingTuning<T> {
@@ -83,8 +85,18 @@ impl<T: Real> RingingTuning<T> {
             b_per_nano: Phase::from_turns(1e-9 * get(Parameter::ModeBFrequency)),
             b_turn_per_rise_rad_m: T::from_f64(b),
             c_beyond_b_rad_m: T::from_f64(c - b),
+            c_rad_s: T::from_f64(tau * c_hertz),
         }
     }
+}
+
+/// A tooth that strikes.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Tooth<T> {
+    /// The rate at which it would carry the rotor.
+    pub(crate) rate_rad_s: T,
+    /// How fast the ringing of mode C changes that: the instant is known to a sample's period only.
+    pub(crate) turning_rad_s2: T,
 }
 
 /// Modes A and C at the last impact.
@@ -103,8 +115,14 @@ impl<T: Real> Ringing<T> {
         Self { at: Time::ZERO, a: [T::zero(); 2], c: [T::zero(); 2] }
     }
 
-    /// The rate at which the tooth that strikes at `at`, rising at `rise_m_s`, would carry the rotor, in rad/s; takes the blow's `jump_m_s` in.
-    pub(crate) fn strike(&mut self, tuning: &RingingTuning<T>, at: Time, rise_m_s: T, jump_m_s: T) -> T {
+    /// The tooth that strikes at `at`, rising at `rise_m_s`; takes the blow's `jump_m_s` in.
+    pub(crate) fn strike(
+        &mut self,
+        tuning: &RingingTuning<T>,
+        at: Time,
+        rise_m_s: T,
+        jump_m_s: T,
+    ) -> Tooth<T> {
         let nanos = at.nanos_since(self.at);
         let seconds = at.seconds_since(self.at);
         self.at = at;
@@ -115,10 +133,13 @@ impl<T: Real> Ringing<T> {
         if turned.wrapping_add(1 << 62) >> 63 == 1 {
             self.c = self.c.map(|x| -x);
         }
-        let [a_m_s, c_m_s] = [self.a[0], self.c[0]];
+        let ([a_m_s, _], [c_m_s, c_behind_m_s]) = (self.a, self.c);
         self.a[0] -= tuning.a.recoil * jump_m_s;
         self.c[0] -= tuning.c.recoil * jump_m_s;
-        tuning.b_turn_per_rise_rad_m * (rise_m_s - a_m_s) + tuning.c_beyond_b_rad_m * c_m_s
+        Tooth {
+            rate_rad_s: tuning.b_turn_per_rise_rad_m * (rise_m_s - a_m_s) + tuning.c_beyond_b_rad_m * c_m_s,
+            turning_rad_s2: (tuning.c_beyond_b_rad_m * tuning.c_rad_s * c_behind_m_s).abs(),
+        }
     }
 }
 
@@ -177,7 +198,7 @@ mod tests {
                 let jump = 0.03;
                 let rise = tooth.shape.dot(&stator.velocities());
                 let truth = tooth.lever.dot(&stator.velocities()) / radius;
-                let known = ringing.strike(&tuning, at, rise, jump);
+                let known = ringing.strike(&tuning, at, rise, jump).rate_rad_s;
                 for (state, recoil) in stator.states.iter_mut().zip(tooth.recoil.iter()) {
                     state.y -= recoil * jump;
                 }
@@ -194,10 +215,10 @@ mod tests {
     fn law_ringing_dies_out() {
         let tuning = RingingTuning::<f32>::new(&MotorParams::nominal());
         let mut ringing = Ringing::none();
-        let first = ringing.strike(&tuning, Time::from_micros(1000), 0.1, 0.02);
-        let again = ringing.strike(&tuning, Time::from_micros(1300), 0.1, 0.02);
-        let late = ringing.strike(&tuning, Time::from_micros(100_000), 0.1, 0.02);
+        let first = ringing.strike(&tuning, Time::from_micros(1000), 0.1, 0.02).rate_rad_s;
+        let again = ringing.strike(&tuning, Time::from_micros(1300), 0.1, 0.02).rate_rad_s;
+        let late = ringing.strike(&tuning, Time::from_micros(100_000), 0.1, 0.02).rate_rad_s;
         assert!((again - first).abs() > 0.5 && (late - first).abs() < 0.05, "{first} {again} {late}");
-        assert!(ringing.strike(&tuning, Time::from_micros(5), 0.1, 0.02).is_finite());
+        assert!(ringing.strike(&tuning, Time::from_micros(5), 0.1, 0.02).rate_rad_s.is_finite());
     }
 }

@@ -136,7 +136,7 @@ fn exact_kick_in_mode_b_is_coulombs() {
         let limit = 0.4 * mass * radius * radius / inertia * jump;
         let expected = slip.clamp(-limit, limit) / radius;
         filter.ringing = Ringing::none();
-        let blow = filter.blow(Time::ZERO, before, jump);
+        let blow = filter.blow(Time::ZERO, 0.0, before, jump);
         let towards: f64 = blow.towards_rad_s - rate;
         let got = Real::clamp_magnitude(towards, blow.reach_rad_s);
         assert!((got - expected).abs() < 1e-9 * expected.abs(), "{got} {expected}");
@@ -151,7 +151,7 @@ fn law_a_rotor_that_lands_is_braked() {
         filter.update_camera(&frame(1, 0.0));
         let mut state = filter.tracker.track().unwrap().state;
         state.rate_rad_s = rate;
-        let blow = filter.blow(Time::from_nanos(FRAME_NANOS), -1e-3, 5e-3);
+        let blow = filter.blow(Time::from_nanos(FRAME_NANOS), 5e-6, -1e-3, 5e-3);
         blow.apply(&mut state, &filter.tuning);
         assert!(
             state.rate_rad_s.abs() < rate.abs() && state.rate_rad_s * rate >= 0.0,
