@@ -1,4 +1,4 @@
-//! Whether the filters know how wrong they are: normalised errors and innovations, phase by phase, over drawn motors, through the camera's quantisation and without it.
+//! Whether the filters know how wrong they are: normalised errors and innovations, phase by phase, over drawn motors, through the camera's quantisation.
 //!
 //! ANEES is held to the two-sided 95 % bounds of chi-square for one instant over so many motors. Where the rotor lies still its rate is exactly zero and any variance of it too
 //! large: there the angle alone is judged, and of the stop, which is mostly rest, the upper bound. NIS would have to be within half a percent of 1 if every innovation were independent
@@ -9,10 +9,8 @@ use host_sim::estimate::{Estimation, Plan, Row};
 
 const MOTORS: u64 = 5;
 
-fn estimation(sets: &[&str]) -> Estimation {
-    let sets: Vec<String> = sets.iter().map(|&set| set.to_owned()).collect();
-    let scene = Scene::load(None, &sets).expect("a scene");
-    Plan::new(&scene, MOTORS).expect("a plan").run(&|_| ()).expect("a run")
+fn estimation() -> Estimation {
+    Plan::new(&Scene::default(), MOTORS).expect("a plan").run(&|_| ()).expect("a run")
 }
 
 fn within(value: f64, (low, high): (f64, f64)) -> bool {
@@ -20,9 +18,9 @@ fn within(value: f64, (low, high): (f64, f64)) -> bool {
 }
 
 #[track_caller]
-fn assert_consistent(row: &Row, what: &str) {
+fn assert_consistent(row: &Row) {
     let Row { anees, angle_anees, nis, whiteness, .. } = *row;
-    let name = format!("{what}: {} {} {}", row.filter, row.drive, row.phase);
+    let name = format!("{} {} {}", row.filter, row.drive, row.phase);
     let honest = match row.phase {
         "stop" => anees <= row.anees_bounds.1,
         "rest_100_ms" | "rest_1_s" => within(angle_anees, row.angle_anees_bounds),
@@ -37,21 +35,10 @@ fn assert_consistent(row: &Row, what: &str) {
     }
 }
 
-#[track_caller]
-fn assert_all_consistent(sets: &[&str], what: &str) {
-    let estimation = estimation(sets);
-    let of_filters = estimation.rows.iter().filter(|row| !row.filter.starts_with("genie"));
-    assert_eq!(of_filters.clone().count(), 5 * 6 * 2);
-    of_filters.for_each(|row| assert_consistent(row, what));
-}
-
 #[test]
 fn law_filters_are_consistent_in_every_phase() {
-    assert_all_consistent(&[], "quantised");
-}
-
-/// The same variance, all of it Gaussian.
-#[test]
-fn law_filters_are_consistent_without_quantisation() {
-    assert_all_consistent(&["camera.resolution_m=0", "camera.noise_m=1.1547e-6"], "not quantised");
+    let estimation = estimation();
+    let of_filters = estimation.rows.iter().filter(|row| !row.filter.starts_with("genie"));
+    assert_eq!(of_filters.clone().count(), 5 * 6 * 2);
+    of_filters.for_each(assert_consistent);
 }
