@@ -151,7 +151,8 @@ fn fuse<F: AngleFilter<f32>>(filter: &mut F, now: Time, ports: &mut impl Sense) 
         filter.update_ldv(&sample);
     }
     let camera = ports.camera_frame().map(|frame| filter.update_camera(&frame));
-    Fused { camera, estimate: filter.estimate(now), health: filter.health(now) }
+    let (estimate, health) = filter.assess(now);
+    Fused { camera, estimate, health }
 }
 
 #[cfg(test)]

@@ -12,6 +12,15 @@ pub(crate) trait Belief<T>: Copy {
     /// Variance of the angle.
     fn angle_rad2(&self) -> T;
 
+    /// Variance of the innovation of an angle measured with variance `noise_rad2`.
+    #[inline]
+    fn innovation_rad2(&self, noise_rad2: T) -> T
+    where
+        T: Real,
+    {
+        self.angle_rad2() + noise_rad2
+    }
+
     /// Covariance of angle and rate.
     fn angle_rate_rad2_s(&self) -> T;
 
@@ -43,6 +52,11 @@ impl<T: Real> Belief<T> for AngleRateCovariance<T> {
     #[inline]
     fn angle_rad2(&self) -> T {
         self.angle_rad2()
+    }
+
+    #[inline]
+    fn innovation_rad2(&self, noise_rad2: T) -> T {
+        self.angle_innovation_rad2(noise_rad2)
     }
 
     #[inline]

@@ -145,8 +145,15 @@ impl<T: Real> AngleFilter<T> for ConstantRate<T> {
     }
 
     fn health(&self, now: Time) -> Health {
-        let vibrometer = self.watch.silent(now).then_some(Reason::VibrometerSilent);
-        self.tracker.health(now, vibrometer, &self.process(self.watch.motion(now)))
+        self.assess(now).1
+    }
+
+    #[inline]
+    fn assess(&self, now: Time) -> (Option<Estimate<T>>, Health) {
+        let silent = self.watch.silent(now).then_some(Reason::VibrometerSilent);
+        let estimate = self.estimate(now);
+        let health = self.tracker.judge(estimate.as_ref(), now, silent);
+        (estimate, health)
     }
 }
 

@@ -110,7 +110,8 @@ impl<T: Real> AngleRateCovariance<T> {
     /// Variance of the innovation of an angle measured with variance `noise_rad2`.
     #[inline]
     pub fn angle_innovation_rad2(&self, noise_rad2: T) -> T {
-        self.angle_rad2() + noise_rad2
+        // As in the update, so that both together cost no more.
+        noise_rad2 + self.d1 + self.u * (self.u * self.d2)
     }
 
     /// Takes in an angle measured with variance `noise_rad2`, positive.
@@ -119,9 +120,9 @@ impl<T: Real> AngleRateCovariance<T> {
         let a = noise_rad2 + self.d1;
         let g2 = self.u * self.d2;
         let s = a + self.u * g2;
-        let (per_a, per_s) = (T::one() / a, T::one() / s);
+        let per_s = T::one() / s;
         let gain = Gain { angle: (s - noise_rad2) * per_s, rate: g2 * per_s };
-        let kept = noise_rad2 * per_a;
+        let kept = noise_rad2 / a;
         self.d1 *= kept;
         self.d2 *= a * per_s;
         self.u *= kept;

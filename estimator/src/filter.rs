@@ -36,6 +36,11 @@ pub trait AngleFilter<T: Real> {
 
     /// Whether the estimate at `now` may be used.
     fn health(&self, now: Time) -> Health;
+
+    /// Both at once, [`Self::estimate`] and [`Self::health`], for the price of one: what a loop asks at every tick.
+    fn assess(&self, now: Time) -> (Option<Estimate<T>>, Health) {
+        (self.estimate(now), self.health(now))
+    }
 }
 
 /// Angle and rate at an instant.

@@ -180,17 +180,27 @@ impl<T: Real> Kicked<'_, T> {
     }
 }
 
+impl<T: Real> Kicked<'_, T> {
+    /// Through the kicks between `state` and `until`, up to the last of them.
+    #[inline(never)]
+    fn pass_kicks<B: Belief<T>>(&self, state: &mut State<T, B>, resting: bool, until: Time) {
+        let from = state.at;
+        // Most are older than the track: counted from the newest.
+        let newer = self.kicks.iter().rev().take_while(|kick| kick.at > from).count();
+        for index in self.kicks.len() - newer..self.kicks.len() {
+            let Some(kick) = self.kicks.get(index).filter(|kick| kick.at <= until) else { break };
+            self.fly(state, resting, kick.at);
+            kick.apply(state, self.tuning);
+        }
+    }
+}
+
 impl<T: Real, B: Belief<T>> Process<T, B> for Kicked<'_, T> {
+    #[inline]
     fn carry(&self, state: &mut State<T, B>, resting: bool, until: Time) {
-        if !(resting && self.motion == Motion::Quiet) {
-            let from = state.at;
-            // Most are older than the track: counted from the newest.
-            let newer = self.kicks.iter().rev().take_while(|kick| kick.at > from).count();
-            for index in self.kicks.len() - newer..self.kicks.len() {
-                let Some(kick) = self.kicks.get(index).filter(|kick| kick.at <= until) else { break };
-                self.fly(state, resting, kick.at);
-                kick.apply(state, self.tuning);
-            }
+        let struck = self.kicks.back().is_some_and(|kick| kick.at > state.at);
+        if struck && !(resting && self.motion == Motion::Quiet) {
+            self.pass_kicks(state, resting, until);
         }
         self.fly(state, resting, until);
     }
@@ -281,6 +291,39 @@ impl<T: Real> ImpactAided<T> {
         }
     }
 
+    /// Takes in what a sample tells that is not of a flight that goes on; `before` is when the last one was taken.
+    #[inline(never)]
+    fn take(&mut self, sample: &LdvSample, heard: Heard<T>, before: Option<Time>) {
+        match heard {
+            Heard::Flight => (),
+            Heard::Nothing => {
+                if self.detector.newest().is_some_and(|newest| sample.taken_at <= newest) {
+                    // The watch hears the vibrometer anew: what came before bore wrong times.
+                    self.detector = ImpactDetector::new(self.tuning.detector);
+                    while self.kicks.pop_back_if(|kick| kick.at >= sample.taken_at).is_some() {}
+                    let Heard::Gap(seconds) = self.detector.observe(sample) else { return };
+                    self.wander_through(sample.taken_at, seconds);
+                }
+            }
+            Heard::Impact { before_m_s, jump_m_s } => {
+                if !self.detector.inverted() {
+                    let within_s = before.map_or(T::zero(), |before| sample.taken_at.seconds_since(before));
+                    let blow = self.blow(sample.taken_at, within_s, before_m_s, jump_m_s);
+                    self.keep(blow);
+                }
+            }
+            Heard::Gap(seconds) => self.wander_through(sample.taken_at, seconds),
+        }
+    }
+
+    /// After a gap of `seconds` up to `at` the rate is as uncertain as if it had wandered.
+    fn wander_through(&mut self, at: Time, seconds: T) {
+        let intensity = self.tuning.constant_rate.wander.intensity_rad2_s3(self.watch.motion(at), false);
+        self.ringing = Ringing::none();
+        self.ringing_heard_from = at.plus_nanos(RINGING_NANOS);
+        self.keep(Blow::unknown(at, intensity * seconds));
+    }
+
     /// Keeps a kick. One that becomes known only after its frame has been fused acts right after it.
     fn keep(&mut self, mut kick: Blow<T>) {
         let Some(track) = self.tracker.track() else { return };
@@ -317,31 +360,13 @@ impl<T: Real> AngleFilter<T> for ImpactAided<T> {
         self.watch.drive(at, command);
     }
 
+    #[inline]
     fn update_ldv(&mut self, sample: &LdvSample) -> Option<Innovation<T>> {
-        if !self.watch.observe(sample) {
-            return None;
-        }
-        if self.detector.newest().is_some_and(|newest| sample.taken_at <= newest) {
-            // The watch hears the vibrometer anew: what came before bore wrong times.
-            self.detector = ImpactDetector::new(self.tuning.detector);
-            while self.kicks.pop_back_if(|kick| kick.at >= sample.taken_at).is_some() {}
-        }
-        let within_s =
-            self.detector.newest().map_or(T::zero(), |newest| sample.taken_at.seconds_since(newest));
-        match self.detector.observe(sample) {
-            Heard::Nothing | Heard::Flight => (),
-            Heard::Impact { before_m_s, jump_m_s } => {
-                if !self.detector.inverted() {
-                    let kick = self.blow(sample.taken_at, within_s, before_m_s, jump_m_s);
-                    self.keep(kick);
-                }
-            }
-            Heard::Gap(seconds) => {
-                let motion = self.watch.motion(sample.taken_at);
-                let intensity = self.tuning.constant_rate.wander.intensity_rad2_s3(motion, false);
-                self.ringing = Ringing::none();
-                self.ringing_heard_from = sample.taken_at.plus_nanos(RINGING_NANOS);
-                self.keep(Blow::unknown(sample.taken_at, intensity * seconds));
+        if self.watch.observe(sample) {
+            let before = self.detector.newest();
+            let heard = self.detector.observe(sample);
+            if heard != Heard::Flight {
+                self.take(sample, heard, before);
             }
         }
         None
@@ -367,9 +392,16 @@ impl<T: Real> AngleFilter<T> for ImpactAided<T> {
     }
 
     fn health(&self, now: Time) -> Health {
+        self.assess(now).1
+    }
+
+    #[inline]
+    fn assess(&self, now: Time) -> (Option<Estimate<T>>, Health) {
         let silent = self.watch.silent(now).then_some(Reason::VibrometerSilent);
         let inverted = self.detector.inverted().then_some(Reason::VibrometerInverted);
-        self.tracker.health(now, silent.or(inverted), &self.process(now))
+        let estimate = self.estimate(now);
+        let health = self.tracker.judge(estimate.as_ref(), now, silent.or(inverted));
+        (estimate, health)
     }
 }
 

@@ -87,6 +87,10 @@ pub enum Heard<T> {
 #[derive(Clone, Copy, Debug)]
 pub struct ImpactDetector<T> {
     tuning: ImpactDetectorTuning<T>,
+    /// Square of [`Self::threshold_m_s`].
+    limit_m2_s2: T,
+    /// [`ImpactDetectorTuning::gap_nanos`], as far as it fits `i32`.
+    gap_nanos: u32,
     newest: Option<Time>,
     velocity_m_s: T,
     /// Samples since the last impact, at most the window.
@@ -107,8 +111,11 @@ impl<T: Real> ImpactDetector<T> {
 
     /// A detector that has heard nothing.
     pub fn new(tuning: ImpactDetectorTuning<T>) -> Self {
+        let limit_m_s = tuning.threshold * tuning.noise_m_s;
         Self {
             tuning,
+            limit_m2_s2: limit_m_s * limit_m_s,
+            gap_nanos: i32::try_from(tuning.gap_nanos).unwrap_or(i32::MAX).cast_unsigned(),
             newest: None,
             velocity_m_s: T::zero(),
             samples: T::one(),
@@ -156,29 +163,30 @@ impl<T: Real> ImpactDetector<T> {
         let velocity = T::from_f32(sample.velocity_m_s);
         // Written so that NaN is refused too.
         let believable = velocity.abs() < self.tuning.limit_m_s;
-        if !believable || self.newest.is_some_and(|newest| sample.taken_at <= newest) {
+        if !believable {
             return Heard::Nothing;
         }
-        let before = self.newest.replace(sample.taken_at);
-        let since_s: T = before.map_or(T::zero(), |before| sample.taken_at.seconds_since(before));
-        if before.is_none_or(|before| sample.taken_at.nanos_since(before) > self.tuning.gap_nanos) {
-            self.begin_at(velocity);
-            return Heard::Gap(since_s);
-        }
+        let soon = self.newest.as_mut().and_then(|newest| {
+            let since = sample.taken_at.nanos_soon_after(*newest, self.gap_nanos)?;
+            *newest = sample.taken_at;
+            Some(since)
+        });
+        let Some(since) = soon else { return self.out_of_step(sample.taken_at, velocity) };
+        let since_s = T::from_i32(since.cast_signed()) * T::from_f64(1e-9);
         let fallen_m_s = (self.tuning.gravity_m_s2 + self.tuning.damping_per_s * self.velocity_m_s) * since_s;
         self.velocity_m_s -= fallen_m_s;
         let surplus = velocity - self.velocity_m_s;
-        let limit = self.threshold_m_s();
-        if surplus * surplus > limit * limit * (T::one() + self.spread) {
+        let square_m2_s2 = surplus * surplus;
+        if square_m2_s2 > self.limit_m2_s2 * (T::one() + self.spread) {
             let (before_m_s, again) = (self.velocity_m_s, self.below);
             if surplus > T::zero() {
-                self.note_jump(surplus * surplus);
+                self.note_jump(square_m2_s2);
                 self.begin_at(velocity);
                 return Heard::Impact { before_m_s, jump_m_s: surplus };
             }
             self.below = true;
             if again {
-                self.note_jump(-surplus * surplus);
+                self.note_jump(-square_m2_s2);
                 self.begin_at(velocity);
             }
             return Heard::Flight;
@@ -189,10 +197,22 @@ impl<T: Real> ImpactDetector<T> {
         }
         let weight = T::one() / self.samples;
         let kept = T::one() - weight;
-        self.velocity_m_s += weight * surplus;
-        self.moved_m_s += weight * surplus;
+        let moved_m_s = weight * surplus;
+        self.velocity_m_s += moved_m_s;
+        self.moved_m_s += moved_m_s;
         self.spread = kept * kept * self.spread + weight * weight;
         Heard::Flight
+    }
+
+    /// Takes in a sample that is the first, no newer than the last, or the first after a gap.
+    #[cold]
+    fn out_of_step(&mut self, taken_at: Time, velocity_m_s: T) -> Heard<T> {
+        if self.newest.is_some_and(|newest| taken_at <= newest) {
+            return Heard::Nothing;
+        }
+        let before = self.newest.replace(taken_at);
+        self.begin_at(velocity_m_s);
+        Heard::Gap(before.map_or(T::zero(), |before| taken_at.seconds_since(before)))
     }
 
     /// Estimates the flight anew from one sample.

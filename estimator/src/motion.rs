@@ -30,9 +30,8 @@ pub struct MotionWatch<T> {
     struck_by: DriveMode,
     /// Until when the motion that mode B left goes on under another drive.
     wild_until: Time,
-    clock: Time,
-    /// The last sample that was heard.
-    newest: Option<Time>,
+    /// The latest time that the drive has told.
+    told: Time,
     /// The last value that came, heard or not.
     shown_m_s: f32,
     /// Samples in a row no newer than that.
@@ -53,8 +52,7 @@ impl<T: Real> MotionWatch<T> {
             applied: DriveCommand::OFF,
             struck_by: DriveMode::B,
             wild_until: Time::ZERO,
-            clock: Time::ZERO,
-            newest: None,
+            told: Time::ZERO,
             shown_m_s: 0.0,
             old_samples: 0,
         }
@@ -63,7 +61,7 @@ impl<T: Real> MotionWatch<T> {
     /// The drive that is really applied from `at` on.
     #[inline]
     pub fn drive(&mut self, at: Time, command: DriveCommand) {
-        self.clock = self.clock.max(at);
+        self.told = self.told.max(at);
         if self.applied.mode() == Some(DriveMode::B) {
             self.wild_until = at.plus_nanos(Self::WILD_NANOS);
         }
@@ -74,7 +72,7 @@ impl<T: Real> MotionWatch<T> {
     /// The latest time that drive or vibrometer have told.
     #[inline]
     pub fn clock(&self) -> Time {
-        self.clock
+        self.rest.newest().map_or(self.told, |newest| newest.max(self.told))
     }
 
     /// Takes a sample in; whether it was heard.
@@ -83,19 +81,23 @@ impl<T: Real> MotionWatch<T> {
         let value = sample.velocity_m_s;
         let lifeless = value.to_bits() == self.shown_m_s.to_bits() || value.to_bits() << 1 == 0;
         self.shown_m_s = value;
-        if lifeless || self.mistimed(sample.taken_at) || !self.rest.observe(sample) {
+        if lifeless {
             return false;
         }
+        if let Some(newest) = self.rest.newest() {
+            // As a rule it is a little newer than the last, which the clock is not behind.
+            let timely = sample.taken_at.nanos_soon_after(newest, CLOCK_TOLERANCE_NANOS).is_some();
+            if !timely && self.mistimed(sample.taken_at, newest) {
+                return false;
+            }
+        }
         self.old_samples = 0;
-        self.newest = Some(sample.taken_at);
-        self.clock = self.clock.max(sample.taken_at);
-        true
+        self.rest.take(sample)
     }
 
-    /// Whether a sample of this time is not to be heard.
-    #[inline]
-    fn mistimed(&mut self, taken_at: Time) -> bool {
-        let Some(newest) = self.newest else { return false };
+    /// Whether a sample that is no newer than the last one, or much newer, is not to be heard.
+    #[cold]
+    fn mistimed(&mut self, taken_at: Time, newest: Time) -> bool {
         if taken_at <= newest {
             self.old_samples += 1;
             if self.old_samples < Self::OLD_SAMPLES_MAX {
@@ -103,7 +105,7 @@ impl<T: Real> MotionWatch<T> {
             }
             self.rest.begin_anew();
         }
-        taken_at > self.clock.plus_nanos(CLOCK_TOLERANCE_NANOS) && self.clock > newest
+        taken_at > self.told.plus_nanos(CLOCK_TOLERANCE_NANOS.into()) && self.told > newest
     }
 
     /// The motion at `now`: that of the drive that is on, or still that of mode B soon after it; without a drive what the vibrometer hears.

@@ -58,10 +58,22 @@ impl<T: Real> RestDetector<T> {
     /// Takes a sample in. One that is not finite, absurdly fast, or no newer than the last is dropped; returns whether it was used.
     #[inline]
     pub fn observe(&mut self, sample: &LdvSample) -> bool {
+        self.newest.is_none_or(|newest| sample.taken_at > newest) && self.take(sample)
+    }
+
+    /// When the newest sample was taken; `None` before the first.
+    #[inline]
+    pub(crate) fn newest(&self) -> Option<Time> {
+        self.newest
+    }
+
+    /// Takes a sample in that is newer than the last, unless it is not finite or absurdly fast; returns whether it was used.
+    #[inline]
+    pub(crate) fn take(&mut self, sample: &LdvSample) -> bool {
         let velocity = T::from_f32(sample.velocity_m_s);
         // Written so that NaN is refused too.
         let believable = velocity.abs() < self.limit_m_s;
-        if !believable || self.newest.is_some_and(|newest| sample.taken_at <= newest) {
+        if !believable {
             return false;
         }
         self.newest = Some(sample.taken_at);

@@ -235,52 +235,66 @@ impl<T: Real, B: Belief<T>> Track<T, B> {
         self.nis += (normalised - self.nis) * T::from_f64(1.0 / Self::NIS_FRAMES);
     }
 
-    /// Whether a frame with the `same` code would only repeat, undithered, what is known as well as quantisation allows.
+    /// Whether the rotor is at rest or on the way there: otherwise none of what concerns rest has a say.
     #[inline]
-    pub(crate) fn repeats(&self, same: bool, tuning: &TrackTuning<T>) -> bool {
-        same && self.resting
+    pub(crate) fn may_rest(&self) -> bool {
+        self.still_frames > 0
+    }
+
+    /// What a frame tells of a rotor that may be at rest: follows the share of new codes and the mean of the innovations. `same` is whether the code comes
+    /// again of a quiet rotor.
+    #[inline(never)]
+    pub(crate) fn judge_at_rest(
+        &mut self,
+        frame: &CameraFrame,
+        innovation_rad: T,
+        same: bool,
+        tuning: &TrackTuning<T>,
+    ) -> AtRest {
+        if !self.resting {
+            return AtRest::Told;
+        }
+        // Only repeats, undithered, what is known as well as quantisation allows.
+        let repeats = same
             && self.changing < T::from_f64(0.2)
-            && self.state.covariance.angle_rad2() <= tuning.quantisation_rad2
+            && self.state.covariance.angle_rad2() <= tuning.quantisation_rad2;
+        let changed = if frame.angle == self.code { T::zero() } else { T::one() };
+        self.changing += (changed - self.changing) * T::from_f64(1.0 / 64.0);
+        if repeats {
+            return AtRest::Repeated;
+        }
+        self.away_rad += (innovation_rad - self.away_rad) * T::from_f64(1.0 / Self::AWAY_FRAMES);
+        if self.away_rad * self.away_rad > T::from_f64(Self::AWAY_MAX) * tuning.camera_rad2 {
+            AtRest::Moved
+        } else {
+            AtRest::Told
+        }
     }
 
-    /// Follows the share of frames at rest that bring a new code.
+    /// The code of a frame used.
     #[inline]
-    pub(crate) fn watch_code(&mut self, frame: &CameraFrame, same: bool) {
+    pub(crate) fn note_code(&mut self, frame: &CameraFrame) {
         self.code = frame.angle;
-        self.changing = if self.resting {
-            let changed = if same { T::zero() } else { T::one() };
-            self.changing + (changed - self.changing) * T::from_f64(1.0 / 64.0)
-        } else {
-            T::zero()
-        };
-    }
-
-    /// Follows the innovations at rest; whether they say that the rotor has been moved, too little for the gate.
-    #[inline]
-    pub(crate) fn moved_away(&mut self, innovation_rad: T, tuning: &TrackTuning<T>) -> bool {
-        self.away_rad = if self.resting {
-            self.away_rad + (innovation_rad - self.away_rad) * T::from_f64(1.0 / Self::AWAY_FRAMES)
-        } else {
-            T::zero()
-        };
-        self.away_rad * self.away_rad > T::from_f64(Self::AWAY_MAX) * tuning.camera_rad2
     }
 
     /// Takes in a frame that is `innovation_rad` off its prediction.
-    #[inline]
-    pub(crate) fn correct(&mut self, innovation_rad: T, quiet: bool, tuning: &TrackTuning<T>) {
+    #[inline(always)]
+    #[expect(clippy::inline_always, reason = "a call costs a quarter of it")]
+    pub(crate) fn correct(&mut self, innovation_rad: T, tuning: &TrackTuning<T>) {
         let State { angle, rate_rad_s, covariance, .. } = &mut self.state;
         let [turn_rad, faster_rad_s] = covariance.correct_by_angle(innovation_rad, tuning.camera_rad2);
         angle.turn_by_radians(turn_rad);
         *rate_rad_s += faster_rad_s;
-        let still = quiet && rate_rad_s.abs() < tuning.resting_rate_rad_s;
-        self.still_frames = if still { self.still_frames.saturating_add(1) } else { 0 };
-        self.resting = self.still_frames >= tuning.resting_frames;
     }
 
-    /// Tells the filter that a rotor at rest does not turn, but for what the ringing stator moves it.
-    #[inline]
-    pub(crate) fn stand_still(&mut self, tuning: &TrackTuning<T>) {
+    /// Counts the frames of a quiet and slow rotor, and tells the filter that one at rest does not turn, but for what the ringing stator moves it.
+    #[inline(never)]
+    pub(crate) fn conclude_rest(&mut self, quiet: bool, frame: AtRest, tuning: &TrackTuning<T>) {
+        if frame == AtRest::Told {
+            let still = quiet && self.state.rate_rad_s.abs() < tuning.resting_rate_rad_s;
+            self.still_frames = if still { self.still_frames.saturating_add(1) } else { 0 };
+            self.resting = self.still_frames >= tuning.resting_frames;
+        }
         if self.resting {
             let State { angle, rate_rad_s, covariance, .. } = &mut self.state;
             let ringing = tuning.ringing_frames * covariance.rate_rad2_s2();
@@ -290,6 +304,19 @@ impl<T: Real, B: Belief<T>> Track<T, B> {
             let [turn_rad, faster_rad_s] = covariance.correct_by_rate(-*rate_rad_s, variance);
             angle.turn_by_radians(turn_rad);
             *rate_rad_s += faster_rad_s;
+        } else {
+            (self.changing, self.away_rad) = (T::zero(), T::zero());
         }
     }
+}
+
+/// What a frame tells of a rotor that may be at rest.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum AtRest {
+    /// Where it is.
+    Told,
+    /// Only, without a sign of dither, what is known as well as quantisation lets it.
+    Repeated,
+    /// That it lies elsewhere than it is believed to.
+    Moved,
 }

@@ -37,7 +37,7 @@ use crate::filter::{Estimate, Health, Reason};
 use crate::innovation::{Innovation, Rejection, Source, Verdict};
 use crate::measurement::CameraFrame;
 use crate::smoother::{Reversible, Smoothed};
-use crate::track::{Process, State, Track, TrackTuning};
+use crate::track::{AtRest, Process, State, Track, TrackTuning};
 
 /// Frames kept, so that one that was overtaken can be fused in its place: 3.1 ms at 10,000 frames a second.
 pub const FRAMES_KEPT: usize = 32;
@@ -46,7 +46,7 @@ pub const FRAMES_KEPT: usize = 32;
 pub const STUCK_FRAMES: u8 = 20;
 
 /// How far the filter's clock and that of a measurement may be apart, in ns.
-pub(crate) const CLOCK_TOLERANCE_NANOS: u64 = 1_000_000;
+pub(crate) const CLOCK_TOLERANCE_NANOS: u32 = 1_000_000;
 
 /// What the filter knows when a frame comes.
 #[derive(Clone, Copy, Debug)]
@@ -145,25 +145,33 @@ impl<T: Real, B: Belief<T>> Tracker<T, B> {
             return self.begin(frame, Angle::ZERO);
         };
         let in_order = frame.exposed_at > last.exposed_at && frame.exposed_at > state.at;
-        self.latency_nanos = if frame.exposed_at <= moment.clock {
-            moment.clock.nanos_since(frame.exposed_at)
-        } else if moment.clock > state.at && !frame.exposed_at.is_within(CLOCK_TOLERANCE_NANOS, moment.clock)
+        if frame.exposed_at <= moment.clock {
+            self.latency_nanos = moment.clock.nanos_since(frame.exposed_at);
+        } else if moment.clock > state.at
+            && !frame.exposed_at.is_within(CLOCK_TOLERANCE_NANOS.into(), moment.clock)
         {
             return self.mistimed(frame, Rejection::Future);
         } else {
-            0
-        };
-        if let Some(stuck) = self.stuck {
-            if stuck.code == frame.angle && (stuck.turning || !moment.quiet) {
-                return refused(frame, (T::zero(), T::zero()), Rejection::Stuck);
-            }
-            self.stuck = None;
+            self.latency_nanos = 0;
+        }
+        if self.stuck.is_some() && self.shows_still(frame, moment.quiet) {
+            return refused(frame, (T::zero(), T::zero()), Rejection::Stuck);
         }
         if in_order {
             self.look(frame, moment.quiet, process)
         } else {
             self.overtaken(frame, moment.quiet, process)
         }
+    }
+
+    /// Whether a camera that is stuck shows the same as before; if not, it is stuck no more.
+    #[cold]
+    fn shows_still(&mut self, frame: &CameraFrame, quiet: bool) -> bool {
+        let still = self.stuck.is_some_and(|stuck| stuck.code == frame.angle && (stuck.turning || !quiet));
+        if !still {
+            self.stuck = None;
+        }
+        still
     }
 
     /// Looks at a frame newer than all others.
@@ -185,18 +193,18 @@ impl<T: Real, B: Belief<T>> Tracker<T, B> {
         process.carry(&mut track.state, track.resting, frame.exposed_at);
         let innovation_rad: T =
             frame.angle.minus(track.state.angle.angle()).wrapped().radians_since(Angle::ZERO);
-        let variance_rad2 = track.state.covariance.angle_rad2() + self.tuning.camera_rad2;
-        let normalised = innovation_rad * innovation_rad / variance_rad2;
+        let variance_rad2 = track.state.covariance.innovation_rad2(self.tuning.camera_rad2);
+        let normalised = innovation_rad * innovation_rad * (T::one() / variance_rad2);
         // Both asked this way round, so that NaN, and a variance that has overflowed, are refused.
         let turn_known = variance_rad2 <= T::from_f64(Self::LOST_RAD2);
         let believable = normalised <= self.tuning.gate;
         let seen = (innovation_rad, variance_rad2);
-        if turn_known && believable {
-            self.accept(seen, quiet)
-        } else if turn_known {
-            self.doubt(seen, quiet, process)
-        } else {
+        if !turn_known {
             self.begin_here()
+        } else if believable {
+            self.accept(seen, normalised, quiet)
+        } else {
+            self.doubt(seen, quiet, process)
         }
     }
 
@@ -206,24 +214,38 @@ impl<T: Real, B: Belief<T>> Tracker<T, B> {
         clippy::inline_always,
         reason = "a call copies the record of the frame, which costs as much as an update"
     )]
-    fn accept(&mut self, (innovation_rad, variance_rad2): (T, T), quiet: bool) -> Innovation<T> {
+    fn accept(
+        &mut self,
+        (innovation_rad, variance_rad2): (T, T),
+        normalised: T,
+        quiet: bool,
+    ) -> Innovation<T> {
         let Some(Looked { frame, track }) = &mut self.newest else { return self.begin_here() };
         let same = track.same_code(frame);
-        if !quiet && track.same_codes >= STUCK_FRAMES {
+        if track.same_codes >= STUCK_FRAMES && !quiet {
             return self.take_back((innovation_rad, variance_rad2));
         }
-        track.watch_noise(innovation_rad * innovation_rad / variance_rad2);
+        track.watch_noise(normalised);
         track.refusals = 0;
-        let repeats = quiet && track.repeats(same, &self.tuning);
-        track.watch_code(frame, same);
-        if !repeats && track.moved_away(innovation_rad, &self.tuning) {
-            return self.begin_here();
+        // What concerns rest costs a rotor nothing that is being struck.
+        let lying = quiet || track.may_rest();
+        let at_rest = if lying {
+            track.judge_at_rest(frame, innovation_rad, same && quiet, &self.tuning)
+        } else {
+            AtRest::Told
+        };
+        track.note_code(frame);
+        let verdict = match at_rest {
+            AtRest::Told => {
+                track.correct(innovation_rad, &self.tuning);
+                Verdict::Used
+            }
+            AtRest::Repeated => Verdict::Rejected(Rejection::Repeated),
+            AtRest::Moved => return self.begin_here(),
+        };
+        if lying {
+            track.conclude_rest(quiet, at_rest, &self.tuning);
         }
-        if !repeats {
-            track.correct(innovation_rad, quiet, &self.tuning);
-        }
-        track.stand_still(&self.tuning);
-        let verdict = if repeats { Verdict::Rejected(Rejection::Repeated) } else { Verdict::Used };
         Innovation {
             source: Source::Camera,
             taken_at: frame.exposed_at,
@@ -235,7 +257,7 @@ impl<T: Real, B: Belief<T>> Tracker<T, B> {
 
     /// The newest frame is beyond the gate: takes it in all the same if it is not the first and a kick explains it, or refuses it and leaves the track as it
     /// was but for the counts; after too many refusals begins anew at it.
-    #[inline(never)]
+    #[cold]
     fn doubt(&mut self, seen: (T, T), quiet: bool, process: &impl Process<T, B>) -> Innovation<T> {
         let (Some(Looked { frame, track }), Some(before)) = (&mut self.newest, self.older.back()) else {
             return self.begin_here();
@@ -258,11 +280,12 @@ impl<T: Real, B: Belief<T>> Tracker<T, B> {
             kicked.rate_rad_s += faster_rad_s;
             process.carry(&mut kicked, track.resting, frame.exposed_at);
             let innovation_rad = off(&kicked, &frame);
-            let variance_rad2 = kicked.covariance.angle_rad2() + camera_rad2;
-            if kicks && innovation_rad * innovation_rad <= self.tuning.gate * variance_rad2 {
+            let variance_rad2 = kicked.covariance.innovation_rad2(camera_rad2);
+            let normalised = innovation_rad * innovation_rad / variance_rad2;
+            if kicks && normalised <= self.tuning.gate {
                 track.state = kicked;
                 track.kicked = true;
-                return self.accept((innovation_rad, variance_rad2), quiet);
+                return self.accept((innovation_rad, variance_rad2), normalised, quiet);
             }
         }
         track.same_code(&frame);
@@ -278,7 +301,7 @@ impl<T: Real, B: Belief<T>> Tracker<T, B> {
     }
 
     /// A frame that newer ones have overtaken: goes back, looks at it, and then at those again.
-    #[inline(never)]
+    #[cold]
     fn overtaken(&mut self, frame: &CameraFrame, quiet: bool, process: &impl Process<T, B>) -> Innovation<T> {
         let mut kept = self.older.iter().chain(&self.newest);
         if kept.any(|looked| looked.frame.exposed_at == frame.exposed_at) {
@@ -304,7 +327,7 @@ impl<T: Real, B: Belief<T>> Tracker<T, B> {
     }
 
     /// Refuses a frame for its time; after too many refusals begins anew at it.
-    #[inline(never)]
+    #[cold]
     fn mistimed(&mut self, frame: &CameraFrame, why: Rejection) -> Innovation<T> {
         if let Some(Looked { track, .. }) = &mut self.newest {
             track.refusals = track.refusals.saturating_add(1);
@@ -317,7 +340,7 @@ impl<T: Real, B: Belief<T>> Tracker<T, B> {
     }
 
     /// Takes the frames back that brought the code of a camera that is stuck, the newest one's, as far as they are kept.
-    #[inline(never)]
+    #[cold]
     fn take_back(&mut self, innovation: (T, T)) -> Innovation<T> {
         let Some(Looked { frame, .. }) = self.newest else { return self.begin_here() };
         while self.newest.is_some_and(|looked| looked.track.same_codes > 0) && !self.older.is_empty() {
@@ -331,7 +354,7 @@ impl<T: Real, B: Belief<T>> Tracker<T, B> {
     }
 
     /// Begins anew at the newest frame, whose turn is that nearest to its prediction.
-    #[inline(never)]
+    #[cold]
     fn begin_here(&mut self) -> Innovation<T> {
         let place = self.newest.map(|looked| (looked.frame, looked.track.state.angle.angle()));
         let (frame, near) =
@@ -340,7 +363,7 @@ impl<T: Real, B: Belief<T>> Tracker<T, B> {
     }
 
     /// Begins at `frame`, in the turn that brings it nearest to `near`.
-    #[inline(never)]
+    #[cold]
     fn begin(&mut self, frame: &CameraFrame, near: Angle) -> Innovation<T> {
         self.older.clear();
         let before = self.track().map(|track| track.state.covariance);
@@ -372,17 +395,18 @@ impl<T: Real, B: Belief<T>> Tracker<T, B> {
         })
     }
 
-    /// Whether the estimate at `now` may be used; `vibrometer` is what is wrong with that, if anything is.
-    pub(crate) fn health(
+    /// Whether `estimate`, this tracker's at `now`, may be used; `vibrometer` is what is wrong with that, if anything is.
+    #[inline]
+    pub(crate) fn judge(
         &self,
+        estimate: Option<&Estimate<T>>,
         now: Time,
         vibrometer: Option<Reason>,
-        process: &impl Process<T, B>,
     ) -> Health {
-        let Some(track) = self.track() else { return Health::Waiting };
-        let mut ahead = track.state;
-        process.carry(&mut ahead, track.resting, now);
-        let variance_rad2 = ahead.covariance.angle_rad2();
+        let (Some(track), Some(&Estimate { angle_rad2: variance_rad2, .. })) = (self.track(), estimate)
+        else {
+            return Health::Waiting;
+        };
         // Asked this way round, so that a variance that has overflowed is refused too.
         let certain = variance_rad2 <= T::from_f64(Self::UNCERTAIN_RAD2);
         if self.stuck.is_some() {

@@ -384,10 +384,16 @@ impl<T: Real> AngleFilter<T> for TwinFilter<T> {
     }
 
     fn health(&self, now: Time) -> Health {
+        self.assess(now).1
+    }
+
+    fn assess(&self, now: Time) -> (Option<Estimate<T>>, Health) {
         let silent = self.watch.silent(now).then_some(Reason::VibrometerSilent);
         let inverted = self.detector.inverted().then_some(Reason::VibrometerInverted);
         let unexplained = (!self.trust.is_given()).then_some(Reason::ImpactsUnexplained);
-        self.tracker.health(now, silent.or(inverted).or(unexplained), &self.process(self.watch.motion(now)))
+        let estimate = self.estimate(now);
+        let health = self.tracker.judge(estimate.as_ref(), now, silent.or(inverted).or(unexplained));
+        (estimate, health)
     }
 }
 

@@ -97,4 +97,12 @@ impl AngleFilter<f32> for Filter {
     fn health(&self, now: Time) -> Health {
         whichever!(self, filter => filter.health(now))
     }
+
+    fn assess(&self, now: Time) -> (Option<Estimate<f32>>, Health) {
+        match self {
+            Self::ConstantRate(filter) => filter.assess(now),
+            Self::ImpactAided(filter) => filter.assess(now),
+            Self::Twin(filter) => filter.assess(now),
+        }
+    }
 }

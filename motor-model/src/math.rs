@@ -93,10 +93,16 @@ impl Real for f32 {
     fn from_i32(x: i32) -> Self {
         x as f32
     }
-    #[inline]
     /// Through `i32` where it fits, which is one instruction where the processor has no 64-bit conversion. Both round to nearest: the same bits.
+    #[inline]
     fn from_i64(x: i64) -> Self {
-        i32::try_from(x).map_or_else(|_| x as f32, |small| small as f32)
+        // A call, or the compiler would convert in either way and then choose.
+        #[cold]
+        #[inline(never)]
+        fn large(x: i64) -> f32 {
+            x as f32
+        }
+        i32::try_from(x).map_or_else(|_| large(x), |small| small as f32)
     }
     #[inline]
     fn to_f64(self) -> f64 {

@@ -234,7 +234,11 @@ impl<T: Real> ModalBank<T> {
     }
 
     /// The same where only some of the modes move.
-    #[inline]
+    #[expect(
+        clippy::inline_always,
+        reason = "a call would move the state through memory, an eighth of a step on a microcontroller"
+    )]
+    #[inline(always)]
     pub(crate) fn advance_in<S: Scope>(&self, state: &mut ModalState<T>, forcing: &Forcing<T>, phase: Phase) {
         let (g, v) = (state.displacement_m, state.velocity_m_s);
         self.step.add_to::<S>(state, &g, &v);

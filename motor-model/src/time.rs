@@ -44,6 +44,14 @@ impl Time {
         self.0.wrapping_sub(other.0).wrapping_add(nanos) <= 2 * nanos
     }
 
+    /// Nanoseconds from `earlier` to this instant, if it is later, by at most `most`; for instants less than 2^63 apart.
+    #[inline]
+    #[expect(clippy::cast_possible_truncation, reason = "it is at most `most`")]
+    pub const fn nanos_soon_after(self, earlier: Self, most: u32) -> Option<u32> {
+        let since = self.0.wrapping_sub(earlier.0);
+        if since.wrapping_sub(1) < most as u64 { Some(since as u32) } else { None }
+    }
+
     /// Seconds from `earlier` to this instant, 0 if it is not earlier: exact until the rounding to `T`.
     #[inline]
     pub fn seconds_since<T: Real>(self, earlier: Self) -> T {
@@ -69,6 +77,23 @@ mod tests {
             [(0, 5, true), (0, 6, false), (9, 9, true), (0, u64::MAX - 5, false), (7, u64::MAX, false)]
         {
             assert_eq!((near(a, b), near(b, a)), (expected, expected), "{a} {b}");
+        }
+    }
+
+    #[test]
+    fn exact_soon_after_is_later_and_not_by_much() {
+        let soon = |a: u64, b: u64| Time::from_nanos(a).nanos_soon_after(Time::from_nanos(b), 5);
+        let hour = 3_600_000_000_000;
+        for (later, earlier, expected) in [
+            (0, 0, None),
+            (1, 0, Some(1)),
+            (hour + 5, hour, Some(5)),
+            (6, 0, None),
+            (hour, hour + 1, None),
+            (u64::MAX, 0, None),
+            ((1 << 32) + 1, 0, None),
+        ] {
+            assert_eq!(soon(later, earlier), expected, "{later} {earlier}");
         }
     }
 

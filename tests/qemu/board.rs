@@ -114,6 +114,32 @@ fn tool_board_survives_a_flood_in_time() {
     assert_eq!(counters.overruns, 0, "{counters:?}");
 }
 
+/// L1: a stop with a flipped bit, wherever it strikes, is no stop, although session and sequence are right.
+#[test]
+fn tool_board_obeys_no_damaged_frame() {
+    let mut board = Board::start(None);
+    board.answers(&HostMessage::Hello, &BoardMessage::Welcome { tick_nanos: 10_000 });
+    let before = board.counters();
+    let whole = board.0.frame(&HostMessage::Stop).expect("it fits");
+    let bits = 8 * (whole.len() - 1);
+    let mut zeros = 0;
+    for bit in 0..bits {
+        let mut spoilt = whole.clone();
+        spoilt[bit / 8] ^= 1 << (bit % 8);
+        zeros += u32::from(spoilt[bit / 8] == 0);
+        board.send(&spoilt);
+    }
+    let after = board.counters();
+    // A bit that makes a zero cuts the frame in two, both damaged, or at its beginning takes nothing but an empty one from it.
+    let damaged = u32::try_from(bits).expect("small");
+    assert!((damaged..=damaged + zeros).contains(&(after.damaged - before.damaged)), "{after:?}");
+    assert_eq!(
+        (after.taken, after.lost),
+        (before.taken + 1, before.lost + 1),
+        "only the question: {after:?}"
+    );
+}
+
 /// L6: a board that has started anew, as the watchdog makes it, knows neither the session nor the configuration, and says so.
 #[test]
 fn tool_board_that_starts_anew_knows_no_session() {

@@ -4,9 +4,9 @@ use core::hint::black_box;
 
 use controller::{PositionLoop, Report, tick};
 use link::FilterKind;
-use motor_model::{Impacts, Motor, MotorParams, MotorSetup, MotorState, OutOfBounds, Time};
+use motor_model::{Motor, MotorParams, MotorSetup, MotorState, OutOfBounds, Time};
 
-use super::{Count, InstructionTimer, Meter};
+use super::{Count, InstructionTimer, Meter, twin};
 use crate::filter::Filter;
 use crate::parity::{Instruments, LoopPlace};
 
@@ -14,12 +14,6 @@ use crate::parity::{Instruments, LoopPlace};
 #[inline(never)]
 fn tick_once(position_loop: &mut PositionLoop<Filter>, now: Time, instruments: &mut Instruments) -> Report {
     tick(position_loop, now, instruments)
-}
-
-/// And a step of the twin under what the tick has applied.
-#[inline(never)]
-fn step(motor: &Motor<f32>, state: &mut MotorState<f32>, report: &Report) -> Impacts<f32> {
-    motor.step(state, report.applied)
 }
 
 /// Counts the tick alone, and with a twin that steps under the same drive.
@@ -42,7 +36,8 @@ fn follow(
             let now = black_box(now);
             let (report, of_tick) =
                 black_box(meter.instructions(|| tick_once(position_loop, now, instruments)));
-            let (_, of_step) = black_box(meter.instructions(|| step(&motor, &mut state, &report)));
+            let (_, of_step) =
+                black_box(meter.instructions(|| twin::step(&motor, &mut state, report.applied)));
             alone.add(of_tick);
             whole.add(of_tick + of_step);
             report

@@ -53,7 +53,7 @@ fn motor(impact_rule: ImpactRule) -> Result<Motor<f32>, OutOfBounds> {
 
 /// What is counted: one step, compiled once for all situations.
 #[inline(never)]
-fn step(motor: &Motor<f32>, state: &mut MotorState<f32>, command: DriveCommand) -> Impacts<f32> {
+pub(super) fn step(motor: &Motor<f32>, state: &mut MotorState<f32>, command: DriveCommand) -> Impacts<f32> {
     motor.step(state, command)
 }
 

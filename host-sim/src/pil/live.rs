@@ -11,6 +11,9 @@ use super::process::{self, Guard, Link, SILENCE_MAX, Wiring};
 use crate::error::CommandError;
 use crate::instructions::Board;
 
+/// Reports that are waited through for an answer: three seconds of the board's time.
+const REPORTS_MAX: u32 = 3000;
+
 /// A board at work, and what it has said.
 #[derive(Debug)]
 pub struct Live {
@@ -50,12 +53,21 @@ impl Live {
     /// # Errors
     /// When the board has gone.
     pub fn say(&mut self, message: &HostMessage) -> Result<(), CommandError> {
+        let frame = self.frame(message)?;
+        self.send(&frame)
+    }
+
+    /// The next frame of the session.
+    ///
+    /// # Errors
+    /// When the message does not fit one: none does not.
+    pub fn frame(&mut self, message: &HostMessage) -> Result<Vec<u8>, CommandError> {
         let mut frame = [0; FRAME_BYTES_MAX];
         let header = Header { session: Self::SESSION, sequence: self.sequence, ticks: 0 };
         self.sequence = self.sequence.wrapping_add(1);
         let length =
             encode(header, message, &mut frame).map_err(|error| CommandError::Board(error.to_string()))?;
-        self.send(&frame[..length])
+        Ok(frame[..length].to_vec())
     }
 
     /// The next thing said.
@@ -71,14 +83,15 @@ impl Live {
     /// The next thing said that is no report.
     ///
     /// # Errors
-    /// When the board falls silent.
+    /// When the board falls silent, or reports on and on.
     pub fn hear_answer(&mut self) -> Result<BoardMessage, CommandError> {
-        loop {
+        for _ in 0..REPORTS_MAX {
             match self.hear()?.1 {
                 BoardMessage::Report(_) => (),
                 message => return Ok(message),
             }
         }
+        Err(CommandError::Board("reports on and on instead of an answer".to_owned()))
     }
 
     /// How the board fares.

@@ -113,14 +113,33 @@ impl<T: Real> Forcing<T> {
     pub(super) fn add_to<S: Scope>(&self, state: &mut ModalState<T>, phase: Phase) {
         if self.command.mode().is_some() {
             let (sin, cos) = phase.sin_cos();
-            self.gain.add_to::<S>(state, &Phasor { sin, cos });
+            self.add::<S>(&self.gain, state, &Phasor { sin, cos });
+        }
+    }
+
+    /// Adds what `gain` makes of `phasor` to the mode that is driven.
+    #[inline]
+    fn add<S: Scope>(&self, gain: &PerPhasor<T>, state: &mut ModalState<T>, phasor: &Phasor<T>) {
+        let [_, moves_b, moves_c] = S::MODES;
+        let g = gain.g_sin * phasor.sin + gain.g_cos * phasor.cos;
+        let v = gain.v_sin * phasor.sin + gain.v_cos * phasor.cos;
+        match self.command.mode() {
+            Some(DriveMode::B) if moves_b => {
+                state.displacement_m.y += g;
+                state.velocity_m_s.y += v;
+            }
+            Some(DriveMode::C) if moves_c => {
+                state.displacement_m.z += g;
+                state.velocity_m_s.z += v;
+            }
+            _ => (),
         }
     }
 
     /// Adds the change of the steady motion from one instant of the drive to another, or all of it from rest.
     #[inline]
     pub(super) fn add_steady(&self, state: &mut ModalState<T>, phasor: &Phasor<T>) {
-        self.steady.add_to::<WholeMotor>(state, phasor);
+        self.add::<WholeMotor>(&self.steady, state, phasor);
     }
 
     /// Acceleration that the drive gives modes B and C.
@@ -156,45 +175,19 @@ impl<T: Real> Phasor<T> {
     }
 }
 
-/// Displacement and velocity of modes B and C per sine and cosine of the drive's phase; zero for the mode that is not driven.
-#[derive(Clone, Copy, Debug, PartialEq)]
+/// Displacement and velocity of the driven mode per sine and cosine of the drive's phase.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 struct PerPhasor<T> {
-    g_sin: Vector2<T>,
-    g_cos: Vector2<T>,
-    v_sin: Vector2<T>,
-    v_cos: Vector2<T>,
+    g_sin: T,
+    g_cos: T,
+    v_sin: T,
+    v_cos: T,
 }
 
-impl<T: Real> Default for PerPhasor<T> {
-    fn default() -> Self {
-        Self {
-            g_sin: Vector2::zeros(),
-            g_cos: Vector2::zeros(),
-            v_sin: Vector2::zeros(),
-            v_cos: Vector2::zeros(),
-        }
-    }
-}
-
-impl<T: Real> PerPhasor<T> {
-    /// Rows `g` and `g'`, columns sine and cosine, of the mode that `select` picks out.
-    fn new([[g_sin, g_cos], [v_sin, v_cos]]: [[T; 2]; 2], select: impl Fn(T) -> Vector2<T>) -> Self {
-        Self { g_sin: select(g_sin), g_cos: select(g_cos), v_sin: select(v_sin), v_cos: select(v_cos) }
-    }
-
-    #[inline]
-    fn add_to<S: Scope>(&self, state: &mut ModalState<T>, phasor: &Phasor<T>) {
-        let g = self.g_sin * phasor.sin + self.g_cos * phasor.cos;
-        let v = self.v_sin * phasor.sin + self.v_cos * phasor.cos;
-        let [_, moves_b, moves_c] = S::MODES;
-        if moves_b {
-            state.displacement_m.y += g.x;
-            state.velocity_m_s.y += v.x;
-        }
-        if moves_c {
-            state.displacement_m.z += g.y;
-            state.velocity_m_s.z += v.y;
-        }
+impl<T> PerPhasor<T> {
+    /// Rows `g` and `g'`, columns sine and cosine.
+    fn new([[g_sin, g_cos], [v_sin, v_cos]]: [[T; 2]; 2]) -> Self {
+        Self { g_sin, g_cos, v_sin, v_cos }
     }
 }
 
@@ -221,8 +214,8 @@ impl<T: Real> ModalBank<T> {
         Forcing {
             command,
             increment,
-            gain: PerPhasor::new(gain, select),
-            steady: PerPhasor::new(steady, select),
+            gain: PerPhasor::new(gain),
+            steady: PerPhasor::new(steady),
             acceleration_m_s2: select(acceleration_m_s2),
             turns: driven.turns + offset_hz * self.step_s,
         }
