@@ -33,6 +33,9 @@ pub(crate) trait Belief<T>: Copy {
     /// The rate becomes less certain.
     fn widen_rate(&mut self, variance_rad2_s2: T);
 
+    /// The rate's error is multiplied by `kept`, and an independent one of `variance_rad2_s2` is added.
+    fn kick_rate(&mut self, kept: T, variance_rad2_s2: T);
+
     /// Takes in an angle; the corrections of angle and rate.
     fn correct_by_angle(&mut self, innovation_rad: T, noise_rad2: T) -> [T; 2];
 
@@ -74,6 +77,11 @@ impl<T: Real> Belief<T> for AngleRateCovariance<T> {
     #[inline]
     fn widen_rate(&mut self, variance_rad2_s2: T) {
         self.widen_rate(variance_rad2_s2);
+    }
+
+    #[inline]
+    fn kick_rate(&mut self, kept: T, variance_rad2_s2: T) {
+        self.kick_rate(kept, variance_rad2_s2);
     }
 
     #[inline]

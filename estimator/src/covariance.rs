@@ -94,6 +94,19 @@ impl<T: Real> AngleRateCovariance<T> {
         self.d2 = sum;
     }
 
+    /// Multiplies the rate's error by `kept` and adds an independent one of `variance_rad2_s2`, not negative.
+    #[inline]
+    pub fn kick_rate(&mut self, kept: T, variance_rad2_s2: T) {
+        let before = self.d2;
+        let sum = kept * kept * before + variance_rad2_s2;
+        if sum > T::zero() {
+            let share = before / sum;
+            self.d1 += self.u * self.u * variance_rad2_s2 * share;
+            self.u *= kept * share;
+        }
+        self.d2 = sum;
+    }
+
     /// Variance of the innovation of an angle measured with variance `noise_rad2`.
     #[inline]
     pub fn angle_innovation_rad2(&self, noise_rad2: T) -> T {

@@ -28,6 +28,8 @@ pub struct MotionWatch<T> {
     rest: RestDetector<T>,
     applied: DriveCommand,
     struck_by: DriveMode,
+    /// Until when the motion that mode B left goes on under another drive.
+    wild_until: Time,
     /// The latest time that the drive has told.
     told: Time,
     /// The last value that came, heard or not.
@@ -40,12 +42,16 @@ impl<T: Real> MotionWatch<T> {
     /// After so many samples in a row that are no newer than the last one heard the vibrometer is heard anew: 1 ms at 200 kHz.
     pub const OLD_SAMPLES_MAX: u8 = 200;
 
+    /// How long the rotor's motion remains that of mode B when C follows it, in ns: high flights and a rate ten times that of C die out in 20 to 30 ms.
+    const WILD_NANOS: u64 = 25_000_000;
+
     /// A watch that has seen nothing: until the rotor is seen to be quiet it may be moving in the wilder mode, B.
     pub fn new(tuning: &RestTuning<T>) -> Self {
         Self {
             rest: RestDetector::new(tuning),
             applied: DriveCommand::OFF,
             struck_by: DriveMode::B,
+            wild_until: Time::ZERO,
             told: Time::ZERO,
             shown_m_s: 0.0,
             old_samples: 0,
@@ -56,6 +62,9 @@ impl<T: Real> MotionWatch<T> {
     #[inline]
     pub fn drive(&mut self, at: Time, command: DriveCommand) {
         self.told = self.told.max(at);
+        if self.applied.mode() == Some(DriveMode::B) {
+            self.wild_until = at.plus_nanos(Self::WILD_NANOS);
+        }
         self.applied = command;
         self.struck_by = command.mode().unwrap_or(self.struck_by);
     }
@@ -99,10 +108,11 @@ impl<T: Real> MotionWatch<T> {
         taken_at > self.told.plus_nanos(CLOCK_TOLERANCE_NANOS.into()) && self.told > newest
     }
 
-    /// The motion at `now`: that of the drive that is on, otherwise what the vibrometer hears.
+    /// The motion at `now`: that of the drive that is on, or still that of mode B soon after it; without a drive what the vibrometer hears.
     #[inline]
     pub fn motion(&self, now: Time) -> Motion {
         match self.applied.mode() {
+            Some(DriveMode::C) if now < self.wild_until => Motion::Struck(DriveMode::B),
             Some(mode) => Motion::Struck(mode),
             None if self.rest.quiet_since(now).is_some() => Motion::Quiet,
             None => Motion::Struck(self.struck_by),
@@ -113,5 +123,28 @@ impl<T: Real> MotionWatch<T> {
     #[inline]
     pub fn silent(&self, now: Time) -> bool {
         self.rest.silent(now)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// C after B is as wild as B for 25 ms, C after rest is not; B is B from its first instant.
+    #[test]
+    fn exact_what_mode_b_left_goes_on_under_c() {
+        let (b, c) = (DriveCommand::full(DriveMode::B), DriveCommand::full(DriveMode::C));
+        let mut watch = MotionWatch::<f32>::new(&RestTuning::default());
+        watch.drive(Time::ZERO, c);
+        assert_eq!(watch.motion(Time::from_micros(1)), Motion::Struck(DriveMode::C));
+        watch.drive(Time::from_micros(1000), b);
+        assert_eq!(watch.motion(Time::from_micros(1000)), Motion::Struck(DriveMode::B));
+        // Told at every tick or only of changes: the same.
+        watch.drive(Time::from_micros(3000), b);
+        watch.drive(Time::from_micros(5000), c);
+        watch.drive(Time::from_micros(5010), c);
+        for (micros, expected) in [(5000, DriveMode::B), (29_999, DriveMode::B), (30_000, DriveMode::C)] {
+            assert_eq!(watch.motion(Time::from_micros(micros)), Motion::Struck(expected), "{micros}");
+        }
     }
 }

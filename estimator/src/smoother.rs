@@ -9,13 +9,14 @@
 //! with x, P the filter's at the earlier instant, x-, P- these carried to the later one, and + what is smoothed there. The last form is a sum of squares: definite
 //! whatever the rounding. The inverse is taken by the factors of P-. F is `[1 dt; 0 1]`; Q is what the filter's own process adds on the way, kicks
 //! included, found by carrying a state known exactly. For a linear process this is the least-squares fit to all frames kept, weighted by their
-//! variances; the largest lag is that of [`crate::FRAMES_KEPT`].
+//! variances; where teeth stick F keeps less of the rate's error than 1, and is found by carrying an error of the rate ([`Sway`]). The largest lag is that of [`crate::FRAMES_KEPT`].
 //!
 //! Sources: Rauch, Tung and Striebel, AIAA Journal 3 (1965) 1445-1450; the form of the covariance: Bierman (1977), chapter X.
 
 use motor_model::{Angle, AngleAccumulator, Real, Time};
 use nalgebra::{Matrix2, Vector2};
 
+use crate::belief::Belief;
 use crate::covariance::AngleRateCovariance;
 use crate::filter::Estimate;
 use crate::track::{Process, State};
@@ -35,6 +36,54 @@ fn dense<T: Real>(factors: &AngleRateCovariance<T>) -> Matrix2<T> {
     Matrix2::new(factors.angle_rad2(), cross, cross, factors.rate_rad2_s2())
 }
 
+/// What becomes of a unit error of the rate: a belief that is carried beside a state to tell F's second column.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Sway<T> {
+    angle: T,
+    rate: T,
+}
+
+impl<T: Real> Belief<T> for Sway<T> {
+    fn begin(_angle_rad2: T, _rate_rad2_s2: T, _before: Option<&Self>) -> Self {
+        Self { angle: T::zero(), rate: T::one() }
+    }
+
+    fn angle_rad2(&self) -> T {
+        self.angle * self.angle
+    }
+
+    fn angle_rate_rad2_s(&self) -> T {
+        self.angle * self.rate
+    }
+
+    fn rate_rad2_s2(&self) -> T {
+        self.rate * self.rate
+    }
+
+    fn predict(&mut self, dt_s: T, _noise_rad2_s3: T) {
+        self.angle += self.rate * dt_s;
+    }
+
+    fn widen_rate(&mut self, _variance_rad2_s2: T) {}
+
+    fn kick_rate(&mut self, kept: T, _variance_rad2_s2: T) {
+        self.rate *= kept;
+    }
+
+    fn correct_by_angle(&mut self, _innovation_rad: T, _noise_rad2: T) -> [T; 2] {
+        [T::zero(); 2]
+    }
+
+    fn correct_by_rate(&mut self, _innovation_rad_s: T, _noise_rad2_s2: T) -> [T; 2] {
+        [T::zero(); 2]
+    }
+}
+
+/// A process that a smoother can run backwards.
+pub(crate) trait Reversible<T>: Process<T> + Process<T, Sway<T>> {}
+
+impl<T, P: Process<T> + Process<T, Sway<T>>> Reversible<T> for P {}
+
 impl<T: Real> Smoothed<T> {
     /// The filter's own, where no later frame is.
     pub(crate) fn newest(state: &State<T>) -> Self {
@@ -52,7 +101,7 @@ impl<T: Real> Smoothed<T> {
         state: &State<T>,
         resting: bool,
         kick_rad2_s2: T,
-        process: &impl Process<T>,
+        process: &impl Reversible<T>,
     ) -> Self {
         let carried = |covariance: AngleRateCovariance<T>| {
             let mut ahead = State { covariance, ..*state };
@@ -62,7 +111,10 @@ impl<T: Real> Smoothed<T> {
         };
         let predicted = carried(state.covariance);
         let noise = dense(&carried(AngleRateCovariance::diagonal(T::zero(), T::zero())).covariance);
-        let transition = Matrix2::new(T::one(), self.at.seconds_since(state.at), T::zero(), T::one());
+        let State { at, angle, rate_rad_s, .. } = *state;
+        let mut sway = State { at, angle, rate_rad_s, covariance: Sway::begin(T::zero(), T::zero(), None) };
+        process.carry(&mut sway, resting, self.at);
+        let transition = Matrix2::new(T::one(), sway.covariance.angle, T::zero(), sway.covariance.rate);
         let before = dense(&state.covariance);
         let [[a, b], [c, d]] = (before * transition.transpose()).transpose().data.0;
         let ([a, b], [c, d]) = (predicted.covariance.divide([a, b]), predicted.covariance.divide([c, d]));

@@ -23,6 +23,18 @@
 //! `Delta^2 / 12`, the variance of a uniform error within the cell. With the default camera the share passes 0.2 within some 35 frames, and then stays
 //! six standard deviations above.
 //!
+//! # Ringing at rest
+//!
+//! Rest begins while the stator still rings, and the teeth on which the rotor lies take it along a little: 0.3 to 0.6 mrad/s rms when rest is concluded, and with the
+//! modes this dies out over 30 ms, beating. So the zero-rate update knows the rate to
+//!
+//! ```text
+//! variance = max(v_0, min(v_1, n P22))         v_1 = 5e-6, v_0 = 1e-8 rad^2/s^2, n = 40 frames
+//! ```
+//!
+//! of which P22 becomes `v_1 / k` after k frames, then falls by e every n frames, to what the process noise of rest leaves. (With `v_0` from the first frame on P22
+//! was a hundredth of the squared error in the first milliseconds.) Long after the ringing the rate is exactly zero, and any variance of it too large.
+//!
 //! # Moved at rest
 //!
 //! A rotor that is nudged by less than the gate, and not heard, would be believed where it was for as long as it had been measured there. So at rest the mean of
@@ -44,8 +56,12 @@ pub struct TrackTuning<T> {
     pub camera_rad2: T,
     /// The quantisation's part of it, in rad^2: step squared over 12.
     pub quantisation_rad2: T,
-    /// Variance of the zero-rate update in rad^2/s^2, one a frame.
+    /// Least variance of the zero-rate update in rad^2/s^2, one a frame.
     pub zero_rate_rad2_s2: T,
+    /// Its largest, while the stator rings down under the resting rotor.
+    pub ringing_rad2_s2: T,
+    /// In so many frames the variance of what the ringing leaves of the rate falls by the factor e.
+    pub ringing_frames: T,
     /// A quiet rotor is at rest once its rate has stayed within this of zero, in rad/s, for [`Self::resting_frames`]: twice the standard error of
     /// the rate.
     pub resting_rate_rad_s: T,
@@ -54,7 +70,7 @@ pub struct TrackTuning<T> {
     /// A frame is refused when its innovation squared exceeds this many times its variance.
     pub gate: T,
     /// Variance of a kick that the rate is allowed when a second frame in a row is beyond the gate, in rad^2/s^2: as a rule the first was no bad frame,
-    /// but a burst of impacts as the rotor lands, which changes the rate by more than ten rad/s in a fraction of a millisecond.
+    /// but a burst of impacts as the rotor lands, which changes the rate by more than ten rad/s in a fraction of a millisecond: two standard deviations.
     pub kick_rad2_s2: T,
     /// After this many refusals in a row the estimate begins anew.
     pub refusals_max: u8,
@@ -67,10 +83,12 @@ impl<T: Real> Default for TrackTuning<T> {
             camera_rad2: T::from_f64(8.8e-8),
             quantisation_rad2: T::from_f64(2.2e-8),
             zero_rate_rad2_s2: T::from_f64(1e-8),
+            ringing_rad2_s2: T::from_f64(5e-6),
+            ringing_frames: T::from_f64(40.0),
             resting_rate_rad_s: T::from_f64(2.0),
             resting_frames: 34,
             gate: T::from_f64(36.0),
-            kick_rad2_s2: T::from_f64(200.0),
+            kick_rad2_s2: T::from_f64(30.0),
             refusals_max: 20,
         }
     }
@@ -269,7 +287,7 @@ impl<T: Real, B: Belief<T>> Track<T, B> {
         *rate_rad_s += faster_rad_s;
     }
 
-    /// Counts the frames of a quiet and slow rotor, and tells the filter that one at rest does not turn.
+    /// Counts the frames of a quiet and slow rotor, and tells the filter that one at rest does not turn, but for what the ringing stator moves it.
     #[inline(never)]
     pub(crate) fn conclude_rest(&mut self, quiet: bool, frame: AtRest, tuning: &TrackTuning<T>) {
         if frame == AtRest::Told {
@@ -279,7 +297,11 @@ impl<T: Real, B: Belief<T>> Track<T, B> {
         }
         if self.resting {
             let State { angle, rate_rad_s, covariance, .. } = &mut self.state;
-            let [turn_rad, faster_rad_s] = covariance.correct_by_rate(-*rate_rad_s, tuning.zero_rate_rad2_s2);
+            let ringing = tuning.ringing_frames * covariance.rate_rad2_s2();
+            let ringing = if ringing < tuning.ringing_rad2_s2 { ringing } else { tuning.ringing_rad2_s2 };
+            let variance =
+                if ringing > tuning.zero_rate_rad2_s2 { ringing } else { tuning.zero_rate_rad2_s2 };
+            let [turn_rad, faster_rad_s] = covariance.correct_by_rate(-*rate_rad_s, variance);
             angle.turn_by_radians(turn_rad);
             *rate_rad_s += faster_rad_s;
         } else {

@@ -22,7 +22,6 @@
 mod belief;
 mod contact;
 mod driven;
-mod kick;
 mod oscillator;
 mod shape;
 mod stator;

@@ -20,6 +20,12 @@
 //! Bounds are two-sided, 95 %, of chi-square: for NIS with one degree of freedom an innovation; for ANEES with two a run, for the angle's own with one, since errors within a run
 //! are correlated over unknown times. They are those of one instant over so many runs (Bar-Shalom, Li and Kirubarajan 2001, section 5.4), and wide for a mean
 //! over a phase.
+//!
+//! # What they cannot show
+//!
+//! - At rest the rate is exactly zero once the stator has rung down: its normalised error is 0 whatever its variance, and ANEES half of the angle's own. The stop is mostly rest.
+//! - The bounds of NIS take all innovations for independent, half a percent over 40 motors. Those of one motor share its friction, which no filter knows beforehand, and kicks are as large as the jumps
+//!   allow, not Gaussian: the filters' noise is set so that NIS is 1 to two percent over drawn motors, and single motors are up to five percent off.
 
 pub mod account;
 pub mod genie;

@@ -6,9 +6,29 @@
 use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
 
+use serde::Serialize;
 use tempfile::NamedTempFile;
 
 use crate::error::CommandError;
+
+/// Lines as CSV, their fields as columns.
+///
+/// # Errors
+/// When a line is no row of a table.
+pub fn csv<L: Serialize>(mut lines: impl Iterator<Item = L>) -> Result<String, CommandError> {
+    let mut writer = csv::Writer::from_writer(Vec::new());
+    let written = lines.try_for_each(|line| writer.serialize(line));
+    written.map_err(|error| CommandError::Table(error.to_string()))?;
+    let bytes = writer.into_inner().map_err(|error| CommandError::Table(error.to_string()))?;
+    Ok(String::from_utf8_lossy(&bytes).into_owned())
+}
+
+/// JSON on one line.
+pub fn json_line<V: Serialize + ?Sized>(value: &V) -> String {
+    let mut text = serde_json::to_string(value).unwrap_or_default();
+    text.push('\n');
+    text
+}
 
 /// A file under way.
 #[derive(Debug)]

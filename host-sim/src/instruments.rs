@@ -15,14 +15,14 @@ use motor_model::Time;
 
 use crate::scene::Scene;
 
-/// A span of time in which an instrument sees nothing.
+/// A span of time in which an instrument sees nothing, or something wrong.
 #[derive(Clone, Copy, Debug)]
-struct Outage {
+struct Span {
     from: Time,
     until: Time,
 }
 
-impl Outage {
+impl Span {
     /// Between two settings of `scene`, in s; none where they are equal.
     fn of(scene: &Scene, from: &'static str, until: &'static str) -> Self {
         #[expect(

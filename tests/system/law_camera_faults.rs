@@ -53,8 +53,9 @@ fn law_a_single_jump_is_refused() {
 /// E4: frames twenty degrees off from now on are refused, within 0.5 ms the estimate is not to be used, and after 20 frames it begins anew where they say.
 #[test]
 fn law_a_constant_error_is_believed_after_twenty_frames_and_not_in_silence() {
-    let mut bench = settled(&[]);
-    let looks = bench.run(B, 5, (|_, frame| Some(turned(frame, 20.0)), NONE.1));
+    let mut bench =
+        settled(&["camera.fault=offset", "camera.fault_from_s=0.1", "camera.fault_offset_deg=20"]);
+    let looks = bench.run(B, 5, NONE);
     for (name, delay) in delays_ms(&looks, |look| is_unusable(look, Reason::FramesRefused)) {
         assert!(delay <= 0.5, "{name}: {delay} ms");
     }
@@ -102,9 +103,8 @@ fn law_outages_are_told_and_overcome() {
 /// took long.
 #[test]
 fn law_a_stuck_camera_is_found_and_its_frames_taken_back() {
-    let mut bench = settled(&[]);
-    let stuck = |_, frame| Some(CameraFrame { angle: Angle::from_degrees(77.0), ..frame });
-    let looks = bench.run(B, 20, (stuck, NONE.1));
+    let mut bench = settled(&["camera.fault=stuck", "camera.fault_from_s=0.1", "camera.fault_until_s=0.12"]);
+    let looks = bench.run(B, 20, NONE);
     for (name, delay) in delays_ms(&looks, |look| is_unusable(look, Reason::CameraStuck)) {
         assert!(delay < 4.4, "{name}: {delay} ms");
     }
@@ -172,24 +172,73 @@ fn law_noise_beyond_what_is_assumed_is_told() {
     }
 }
 
-/// E14: one frame in fifty an outlier of 50 um, 0.7 degrees: at most three times the error of a clean run. (A fifth of outliers is beyond these filters: two in a
-/// row look like a landing.)
+/// E14: one frame in fifty an outlier of 50 um, 0.7 degrees: at most 1.3 times the error of a clean run.
 #[test]
 fn law_outliers_are_borne() {
     let clean = rms_mdeg(&settled(&[]).run(B, 200, NONE));
     let spoilt = settled(&["camera.outlier_probability=0.02", "camera.outlier_m=5e-5"]).run(B, 200, NONE);
     for ((name, clean), (_, spoilt)) in clean.into_iter().zip(rms_mdeg(&spoilt)) {
-        assert!(spoilt < 3.0 * clean, "{name}: {spoilt} against {clean}");
+        assert!(spoilt < 1.3 * clean, "{name}: {spoilt} against {clean}");
+    }
+}
+
+/// E14: a fifth of all frames outliers of 0.7 degrees is beyond these filters, for now and then two in a row fit a landing: the error stays below that of the frames, and half a
+/// degree over the motors of `host-sim estimate`; nothing is left of it 10 ms after the last one.
+#[test]
+fn law_a_fifth_of_outliers_is_survived() {
+    let mut bench = settled(&["camera.outlier_probability=0.2", "camera.outlier_m=5e-5"]);
+    for (name, spoilt) in rms_mdeg(&bench.run(B, 200, NONE)) {
+        assert!(spoilt < 735.0, "{name}: {spoilt}");
+    }
+    let looks = settled(&["camera.fault=offset", "camera.fault_from_s=0.1", "camera.fault_until_s=0.1003"])
+        .run(B, 60, NONE);
+    assert_never_false(&looks[10 * 100 * FILTERS.len()..]);
+}
+
+/// E7, E8: frames that arrive up to 2 ms late and in any order leave the estimate that the same frames leave in theirs: to a hundredth of a standard deviation without
+/// vibrometer or with its impacts. The twin amends its last strike as long as the frame after it has not come; so its estimate depends on when it came, by less than half of one.
+#[test]
+fn law_the_order_of_arrival_makes_no_difference() {
+    let errors = |sets: &[&str]| -> Vec<(&'static str, f64)> {
+        let looks =
+            settled(&[sets, &["camera.lost_from_s=0.15", "camera.lost_until_s=1"]].concat()).run(B, 53, NONE);
+        let last = &looks[looks.len() - FILTERS.len()..];
+        last.iter().map(|look| (look.name, look.error.expect("an estimate").1)).collect()
+    };
+    let in_order = errors(&["camera.latency_frames=20"]);
+    let shuffled = errors(&["camera.latency_frames=0", "camera.late_probability=1", "camera.late_frames=20"]);
+    for ((name, a), (_, b)) in in_order.into_iter().zip(shuffled) {
+        let most = if name == "twin" { 0.5 } else { 0.01 };
+        assert!((a - b).abs() < most, "{name}: {a} {b}");
+    }
+}
+
+/// E20: a motor that differs from the nominal one by more than any drawn one does: half the Q of mode B, a resonance 2 % off, a deader impact, more friction. Nobody is wrong unawares.
+#[test]
+fn law_another_motor_costs_no_honesty() {
+    for set in [
+        "motor.mode_b.damping_ratio=0.0126",
+        "motor.mode_b.frequency_hz=6426",
+        "motor.mode_b.frequency_hz=6174",
+        "motor.restitution=0.5",
+        "motor.friction=0.8",
+    ] {
+        let mut bench = settled(&[set]);
+        let looks = bench.run(B, 200, NONE);
+        println!("{set}: {:?}", rms_mdeg(&looks));
+        assert_never_false(&looks);
+        assert_never_false(&bench.run(DriveCommand::OFF, 100, NONE));
     }
 }
 
 /// E16: through a whole turn and more every turn is counted; ten frames that show the next marker, a quarter turn on, are refused.
 #[test]
 fn law_turns_are_counted_and_another_marker_is_refused() {
-    let mut bench = settled(&[]);
+    let mut bench =
+        settled(&["camera.fault=offset", "camera.fault_from_s=0.7", "camera.fault_until_s=0.701"]);
     let looks = bench.run(B, 600, NONE);
     assert!(rms_mdeg(&looks).iter().all(|(_, rms)| *rms < 60.0), "{:?}", rms_mdeg(&looks));
-    let looks = bench.run(B, 1, (|_, frame| Some(turned(frame, 90.0)), NONE.1));
+    let looks = bench.run(B, 1, NONE);
     let refused = Verdict::Rejected(Rejection::Gate);
     assert!(looks.iter().filter_map(|look| look.verdict).all(|verdict| verdict == refused));
     assert_never_false(&bench.run(B, 10, NONE)[1000..]);

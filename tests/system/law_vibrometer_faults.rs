@@ -24,7 +24,8 @@ fn is_silent(look: &Look) -> bool {
 /// Told to be silent within 1.2 ms of the fault and not wrong unawares; good within 2 ms of its end, without a new start.
 #[track_caller]
 fn assert_counts_as_silent(sets: &[&str], faults: Faults) {
-    let mut bench = settled(sets);
+    let sets = [sets, &["ldv.fault_from_s=0.1", "ldv.fault_until_s=0.12"]].concat();
+    let mut bench = settled(&sets);
     let looks = bench.run(B, 20, faults);
     for (name, delay) in delays_ms(&looks, is_silent) {
         assert!(delay < 1.2, "{name}: {delay} ms");
@@ -41,7 +42,7 @@ fn assert_counts_as_silent(sets: &[&str], faults: Faults) {
 /// E1: samples that are no numbers.
 #[test]
 fn law_samples_that_are_no_numbers_are_none() {
-    assert_counts_as_silent(&[], (NONE.0, |_, sample| Some(LdvSample { velocity_m_s: f32::NAN, ..sample })));
+    assert_counts_as_silent(&["ldv.fault=not_a_number"], NONE);
     assert_counts_as_silent(
         &[],
         (NONE.0, |_, sample| Some(LdvSample { velocity_m_s: f32::INFINITY, ..sample })),
@@ -52,12 +53,12 @@ fn law_samples_that_are_no_numbers_are_none() {
 #[test]
 fn law_lost_light_is_silence_whatever_it_looks_like() {
     assert_counts_as_silent(&[], (NONE.0, |_, _| None));
-    assert_counts_as_silent(&[], (NONE.0, |_, sample| Some(LdvSample { velocity_m_s: 0.0, ..sample })));
-    assert_counts_as_silent(&[], (NONE.0, |_, sample| Some(LdvSample { velocity_m_s: 0.0123, ..sample })));
+    assert_counts_as_silent(&["ldv.fault=zeros"], NONE);
+    assert_counts_as_silent(&["ldv.fault=stuck"], NONE);
 }
 
-/// E10: every third sample lost to speckle: no filter is worse than 1.3 times itself. The twin, which lives on the instant of an impact within 5 us, may be 1.3 times as
-/// bad as the filter that needs no instants.
+/// E10: every third sample lost to speckle: no filter is worse than 1.3 times itself. The twin, which lives on the instant of an impact within 5 us, may be 1.4 times as
+/// bad as the filter that minds instants less.
 #[test]
 fn law_single_lost_samples_cost_little() {
     let whole = rms_mdeg(&settled(&[]).run(B, 200, NONE));
@@ -65,32 +66,28 @@ fn law_single_lost_samples_cost_little() {
     assert_never_false(&looks);
     let aided = rms_of(&whole, "impact_aided");
     for ((name, whole), (_, lossy)) in whole.into_iter().zip(rms_mdeg(&looks)) {
-        let whole = if name == "twin" { aided } else { whole };
-        assert!(lossy < 1.3 * whole, "{name}: {lossy} against {whole}");
+        let most = if name == "twin" { 1.4 * aided } else { 1.3 * whole };
+        assert!(lossy < most, "{name}: {lossy} against {whole}");
     }
 }
 
-/// E11: a range of a third of the rotor's speeds: what saturates is not heard; no filter is worse than 1.8 times itself, or wrong unawares. The twin, whose stator no
-/// impact tells then, may fall back to 1.8 times the filter that hears impacts alone.
+/// E11: a range of a third of the rotor's speeds: what saturates is not heard; no filter is wrong unawares, or by more than 1.05 times the filter that hears nothing at all.
 #[test]
 fn law_a_saturated_range_does_not_deceive() {
     let whole = rms_mdeg(&settled(&[]).run(B, 200, NONE));
     let looks = settled(&["ldv.range_m_s=0.03"]).run(B, 200, NONE);
     assert_never_false(&looks);
-    let aided = rms_of(&whole, "impact_aided");
-    for ((name, whole), (_, saturated)) in whole.into_iter().zip(rms_mdeg(&looks)) {
-        let whole = if name == "twin" { aided } else { whole };
-        assert!(saturated < 1.8 * whole, "{name}: {saturated} against {whole}");
+    let deaf = rms_of(&whole, "constant_rate");
+    for (name, saturated) in rms_mdeg(&looks) {
+        assert!(saturated < 1.05 * deaf, "{name}: {saturated} against {deaf}");
     }
 }
 
 /// E11: the sign inverted. Whoever takes impacts from the vibrometer says so within 20 ms, and then does not; nobody is wrong unawares once it has.
 #[test]
 fn law_an_inverted_sign_is_told() {
-    let mut bench = settled(&[]);
-    let inverted: Faults =
-        (NONE.0, |_, sample| Some(LdvSample { velocity_m_s: -sample.velocity_m_s, ..sample }));
-    let looks = bench.run(B, 100, inverted);
+    let mut bench = settled(&["ldv.fault=inverted", "ldv.fault_from_s=0.1", "ldv.fault_until_s=0.2"]);
+    let looks = bench.run(B, 100, NONE);
     for looks in by_filter(&looks).into_iter().filter(|looks| looks[0].name != "constant_rate") {
         let told = looks.iter().position(|look| look.health == Health::Degraded(Reason::VibrometerInverted));
         assert!(told.is_some_and(|told| told < 2000), "{}: {told:?}", looks[0].name);

@@ -43,6 +43,7 @@ mod tool_steady_rates;
 
 mod dual_covariance;
 mod law_camera_faults;
+mod law_consistency;
 mod law_covariance_endurance;
 mod law_impact_aided;
 mod law_vibrometer_faults;

@@ -122,10 +122,10 @@ fn law_late_frames_equal_frames_in_time() {
     }
 }
 
-/// An impact's mean kick in mode B: the friction law on nominal numbers, worked out here from the parameters.
+/// The first impact's kick in mode B, towards a tooth known to within a width: the friction law on nominal numbers, worked out here from the parameters.
 #[test]
 fn exact_kick_in_mode_b_is_coulombs() {
-    let filter = driven::<f64>(DriveMode::B);
+    let mut filter = driven::<f64>(DriveMode::B);
     let (mass, inertia, radius) = (46e-6, 4.59e-10, 3.063e-3);
     let ratio: f64 = 3.0 * mass / 10.7e-6;
     // tan 60 degrees: the effective tooth angle is 30 degrees.
@@ -135,10 +135,30 @@ fn exact_kick_in_mode_b_is_coulombs() {
         let slip = lever / 3_f64.sqrt() * rise - radius * rate;
         let limit = 0.4 * mass * radius * radius / inertia * jump;
         let expected = slip.clamp(-limit, limit) / radius;
-        let kick = filter.kick(Time::ZERO, before, jump);
-        let towards: f64 = kick.towards_rad_s - rate;
-        let got = Real::clamp_magnitude(towards, kick.reach_rad_s);
+        filter.ringing = Ringing::none();
+        let blow = filter.blow(Time::ZERO, 0.0, before, jump);
+        let towards: f64 = blow.towards_rad_s - rate;
+        let got = Real::clamp_magnitude(towards, blow.reach_rad_s);
         assert!((got - expected).abs() < 1e-9 * expected.abs(), "{got} {expected}");
+    }
+}
+
+/// With the drive off friction brakes: the kick is towards rest and never beyond it, and leaves the rate better known than a kick of unknown sign.
+#[test]
+fn law_a_rotor_that_lands_is_braked() {
+    for rate in [12.0, 0.4, -12.0] {
+        let mut filter = ImpactAided::<f64>::new(&tuning());
+        filter.update_camera(&frame(1, 0.0));
+        let mut state = filter.tracker.track().unwrap().state;
+        state.rate_rad_s = rate;
+        let blow = filter.blow(Time::from_nanos(FRAME_NANOS), 5e-6, -1e-3, 5e-3);
+        blow.apply(&mut state, &filter.tuning);
+        assert!(
+            state.rate_rad_s.abs() < rate.abs() && state.rate_rad_s * rate >= 0.0,
+            "{}",
+            state.rate_rad_s
+        );
+        assert!(rate.abs() - state.rate_rad_s.abs() <= blow.reach_rad_s + 1e-12);
     }
 }
 
@@ -280,12 +300,7 @@ fn law_impacts_beyond_capacity_are_not_forgotten() {
     let mut filter = driven::<f64>(DriveMode::C);
     filter.update_camera(&frame(1, 0.0));
     let start = Time::from_nanos(FRAME_NANOS);
-    let kick = |n: u64| Kick {
-        at: start.plus_nanos(n * LDV_NANOS),
-        towards_rad_s: 0.0,
-        reach_rad_s: 0.0,
-        variance_rad2_s2: 1.0,
-    };
+    let kick = |n: u64| Blow::unknown(start.plus_nanos(n * LDV_NANOS), 1.0);
     let before = filter.estimate(start).unwrap().rate_rad2_s2;
     for n in 1..=200 {
         filter.keep(kick(n));

@@ -137,6 +137,17 @@ impl<T: Real> Belief<T> for ScaledBelief<T> {
         self.covariance.add_rank_one(&Vector4::y(), variance_rad2_s2);
     }
 
+    fn kick_rate(&mut self, kept: T, variance_rad2_s2: T) {
+        let (per_rate, zero) = (kept - T::one(), T::zero());
+        self.kick(&KickSlopes {
+            per_rate,
+            per_friction: zero,
+            per_reach: zero,
+            variance_rad2_s2,
+            angle_rad2: zero,
+        });
+    }
+
     fn correct_by_angle(&mut self, innovation_rad: T, noise_rad2: T) -> [T; 2] {
         let mut errors = Vector4::zeros();
         let _ = self.covariance.update_state::<0>(noise_rad2, innovation_rad, &mut errors);

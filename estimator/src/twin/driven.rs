@@ -5,10 +5,10 @@ use motor_model::{Real, Time};
 
 use super::belief::{KickSlopes, ScaledBelief};
 use super::contact::Known;
-use super::kick::Kick;
 use super::tuning::TwinTuning;
 use crate::belief::Belief as _;
 use crate::impact_aided::IMPACTS_KEPT_MAX;
+use crate::kick::Kick;
 use crate::motion::Motion;
 use crate::track::{Process, State};
 

@@ -271,11 +271,7 @@ impl Accuracy {
     /// # Errors
     /// When a line cannot be written, which memory never refuses.
     pub fn csv(&self) -> Result<String, CommandError> {
-        let mut writer = csv::Writer::from_writer(Vec::new());
-        let written = self.lines().try_for_each(|line| writer.serialize(line));
-        written.map_err(|error| CommandError::Table(error.to_string()))?;
-        let bytes = writer.into_inner().map_err(|error| CommandError::Table(error.to_string()))?;
-        Ok(String::from_utf8_lossy(&bytes).into_owned())
+        crate::export::csv(self.lines())
     }
 
     /// Everything as one JSON object on one line.
@@ -289,8 +285,6 @@ impl Accuracy {
             cheaper: self.cheaper(),
             verdicts: self.verdicts(),
         };
-        let mut text = serde_json::to_string(&report).unwrap_or_default();
-        text.push('\n');
-        text
+        crate::export::json_line(&report)
     }
 }

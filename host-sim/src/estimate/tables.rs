@@ -10,7 +10,7 @@ use crate::error::CommandError;
 
 const ABOUT: &str = "Motors drawn within Table 1's tolerances, Coulomb friction, located impacts; the filters know the nominal motor at most. Errors \
     of the angle at the present, every 70 us. ANEES: of angle and rate together, 1 in a consistent filter; NIS: of the camera's innovations, likewise; an asterisk \
-    marks what is outside its two-sided 95 % chi-square bounds. False: said to be good, and wrong by more than six standard deviations and 50 milli-degrees. Whiteness: correlation of neighbouring innovations. smoothed: of 2 ms ago, from the frames since as well. genie: a lower bound, the Kalman filter \
+    marks what is outside its two-sided 95 % chi-square bounds; at rest the rate is exactly zero, so that only the angle's own can be 1. False: said to be good, and wrong by more than six standard deviations and 50 milli-degrees. Whiteness: correlation of neighbouring innovations. smoothed: of 2 ms ago, from the frames since as well. genie: a lower bound, the Kalman filter \
     that is told every kick of the rate exactly, or to 10 or 3 %.";
 
 /// A line of the CSV: a row, its bounds as columns.
@@ -56,6 +56,7 @@ impl Estimation {
             "rad/s",
             "per genie",
             "ANEES",
+            "of the angle",
             "NIS",
             "whiteness",
             "rejected",
@@ -109,18 +110,12 @@ impl Estimation {
     /// # Errors
     /// When it cannot be written.
     pub fn csv(&self) -> Result<String, CommandError> {
-        let mut writer = csv::Writer::from_writer(Vec::new());
-        let written = self.rows.iter().try_for_each(|row| writer.serialize(Line::of(row)));
-        written.map_err(|error| CommandError::Table(error.to_string()))?;
-        let bytes = writer.into_inner().map_err(|error| CommandError::Table(error.to_string()))?;
-        Ok(String::from_utf8_lossy(&bytes).into_owned())
+        crate::export::csv(self.rows.iter().map(Line::of))
     }
 
     /// The rows as one JSON array on one line.
     pub fn json(&self) -> String {
-        let mut text = serde_json::to_string(&self.rows).unwrap_or_default();
-        text.push('\n');
-        text
+        crate::export::json_line(&self.rows)
     }
 }
 
@@ -183,6 +178,7 @@ fn cells(row: &Row) -> Vec<String> {
         format!("{:.3}", row.rms_rate_rad_s),
         format!("{:.1}", row.times_genie),
         judged(row.anees, row.anees_bounds),
+        judged(row.angle_anees, row.angle_anees_bounds),
         judged(row.nis, row.nis_bounds),
         format!("{:+.2}", row.whiteness),
         format!("{:.2} %", 100.0 * row.rejected),

@@ -85,18 +85,12 @@ impl Comparison {
     /// # Errors
     /// When it cannot be written.
     pub fn csv(&self) -> Result<String, CommandError> {
-        let mut writer = csv::Writer::from_writer(Vec::new());
-        let written = self.rows.iter().try_for_each(|row| writer.serialize(Line::of(row)));
-        written.map_err(|error| CommandError::Table(error.to_string()))?;
-        let bytes = writer.into_inner().map_err(|error| CommandError::Table(error.to_string()))?;
-        Ok(String::from_utf8_lossy(&bytes).into_owned())
+        crate::export::csv(self.rows.iter().map(Line::of))
     }
 
     /// The rows as one JSON array on one line.
     pub fn json(&self) -> String {
-        let mut text = serde_json::to_string(&self.rows).unwrap_or_default();
-        text.push('\n');
-        text
+        crate::export::json_line(&self.rows)
     }
 }
 

@@ -18,6 +18,7 @@
 //! | stamp jitter | Gaussian error of the time that the frame bears; what it shows is not touched |
 //! | late frame | it arrives 1 to `camera.late_frames` frames later, each as likely, so that later ones overtake it |
 //! | loss | frames exposed within the outage do not exist |
+//! | fault, from one time to another | frames show the last picture again, angle zero, or every angle a constant further |
 
 mod exposure;
 mod settings;
@@ -29,12 +30,23 @@ use motor_model::{Angle, Time};
 use rand_distr::{Distribution, StandardNormal, Uniform};
 use rand_pcg::Pcg64;
 
-use super::Outage;
+use super::Span;
 use crate::chance::{self, Mishap, Source};
 use crate::scene::Scene;
 use exposure::Exposure;
 
 pub use settings::SETTINGS;
+
+/// What a faulty camera shows.
+#[derive(Clone, Copy, Debug)]
+enum Fault {
+    /// The last picture before the fault.
+    Stuck,
+    /// Nothing that tracking finds: angle zero.
+    Zeros,
+    /// Another feature, a constant further.
+    Offset(Angle),
+}
 
 /// The camera, and the frames on their way from it.
 #[derive(Clone, Debug)]
@@ -54,7 +66,10 @@ pub struct Camera {
     stamps: Pcg64,
     late: Mishap,
     late_frames: u64,
-    outage: Outage,
+    outage: Span,
+    fault: Option<(Fault, Span)>,
+    /// The last picture that no fault has spoilt.
+    picture: Angle,
     /// In order of arrival.
     on_the_way: VecDeque<(Time, CameraFrame)>,
 }
@@ -81,9 +96,21 @@ impl Camera {
             stamps: chance::stream(seed, Source::CameraStamp),
             late: mishap(Source::CameraLate, "camera.late_probability"),
             late_frames: scene.integer("camera.late_frames"),
-            outage: Outage::of(scene, "camera.lost_from_s", "camera.lost_until_s"),
+            outage: Span::of(scene, "camera.lost_from_s", "camera.lost_until_s"),
+            fault: Self::fault(scene),
+            picture: Angle::ZERO,
             on_the_way: VecDeque::new(),
         }
+    }
+
+    fn fault(scene: &Scene) -> Option<(Fault, Span)> {
+        let fault = match scene.choice("camera.fault") {
+            "stuck" => Fault::Stuck,
+            "zeros" => Fault::Zeros,
+            "offset" => Fault::Offset(Angle::from_degrees(scene.number("camera.fault_offset_deg"))),
+            _ => return None,
+        };
+        Some((fault, Span::of(scene, "camera.fault_from_s", "camera.fault_until_s")))
     }
 
     /// Variance of a frame's angle in rad^2: tracking noise, and the quantisation's as if it were uniform and independent.
@@ -104,6 +131,7 @@ impl Camera {
         let (shown, middle_nanos) = self.exposure.shown(angle);
         let exposed_at = self.stamped(now, middle_nanos);
         let seen = self.seen(shown);
+        let seen = self.spoilt(now, seen);
         // Every mishap has its draw, whatever becomes of the frame.
         let dropped = self.drop.strikes().is_some();
         let twice = self.duplicate.strikes().is_some();
@@ -132,6 +160,19 @@ impl Camera {
             arc_m
         };
         Angle::from_degrees((seen_m / self.radius_m).to_degrees()).wrapped()
+    }
+
+    /// What a fault makes of a picture.
+    fn spoilt(&mut self, now: Time, seen: Angle) -> Angle {
+        match self.fault.filter(|(_, span)| span.covers(now)) {
+            Some((Fault::Stuck, _)) => self.picture,
+            Some((Fault::Zeros, _)) => Angle::ZERO,
+            Some((Fault::Offset(further), _)) => seen.plus(further).wrapped(),
+            None => {
+                self.picture = seen;
+                seen
+            }
+        }
     }
 
     /// The time that a frame bears, whose exposure was at its middle `middle_nanos` before `now`.
@@ -319,6 +360,32 @@ mod tests {
         let frames = delivered(&["camera.lost_from_s=0.001", "camera.lost_until_s=0.002"], 30);
         let expected: Vec<u64> = (0..30).filter(|n| !(10..20).contains(n)).map(|n| 100 * n).collect();
         assert_eq!(stamps_us(&frames), expected);
+    }
+
+    /// Pictures 1 ms long from 1 ms on: the last one, zero, or ten degrees further; before and after as without a fault.
+    #[test]
+    fn exact_faulty_pictures() {
+        let good = delivered(&[], 30);
+        let ten = Angle::from_degrees(10.0);
+        for (fault, expected) in [
+            (
+                "camera.fault=stuck",
+                (|frames, _| frames[9].1.angle) as fn(&[(u64, CameraFrame)], Angle) -> Angle,
+            ),
+            ("camera.fault=zeros", |_, _| Angle::ZERO),
+            ("camera.fault=offset", |_, further| further),
+        ] {
+            let span = ["camera.fault_from_s=0.001", "camera.fault_until_s=0.002"];
+            let sets = [fault, span[0], span[1], "camera.fault_offset_deg=10"];
+            for (n, (spoilt, good_one)) in delivered(&sets, 30).iter().zip(&good).enumerate() {
+                let angle = if (10..20).contains(&n) {
+                    expected(&good, good_one.1.angle.plus(ten).wrapped())
+                } else {
+                    good_one.1.angle
+                };
+                assert_eq!((spoilt.1.angle, spoilt.0), (angle, good_one.0), "{fault} {n}");
+            }
+        }
     }
 
     /// One mishap leaves what the others and the noise draw as it was.

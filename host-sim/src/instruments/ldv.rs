@@ -8,7 +8,7 @@
 //! ```
 //!
 //! Off unless a scene sets them: gain error and bias of the decoder, outliers and drop-outs of the speckle (Gaussian; a sample that does not
-//! exist), the saturation of the range, and the loss of the signal between two times.
+//! exist), the saturation of the range, and between two times the loss of the signal, or a fault: the last value again, zeros, the wrong sign, no numbers.
 
 use std::collections::VecDeque;
 
@@ -17,7 +17,7 @@ use motor_model::Time;
 use rand_distr::{Distribution, StandardNormal};
 use rand_pcg::Pcg64;
 
-use super::Outage;
+use super::Span;
 use crate::chance::{self, Mishap, Source};
 use crate::scene::{Kind, Scene, Setting};
 
@@ -83,7 +83,36 @@ pub const SETTINGS: &[Setting] = &[
         kind: Kind::Number { default: 0.0, min: 0.0, max: 1e5 },
         meaning: "time from which it sees again; not after ldv.lost_from_s for no loss",
     },
+    Setting {
+        key: "ldv.fault",
+        unit: "",
+        kind: Kind::Choice { default: "none", of: &["none", "stuck", "zeros", "inverted", "not_a_number"] },
+        meaning: "what the vibrometer delivers from ldv.fault_from_s on: the last value again, zeros, the velocity's negative, or no numbers",
+    },
+    Setting {
+        key: "ldv.fault_from_s",
+        unit: "s",
+        kind: Kind::Number { default: 0.0, min: 0.0, max: 1e5 },
+        meaning: "time from which the vibrometer's fault lasts",
+    },
+    Setting {
+        key: "ldv.fault_until_s",
+        unit: "s",
+        kind: Kind::Number { default: 1e5, min: 0.0, max: 1e5 },
+        meaning: "time from which the vibrometer is right again",
+    },
 ];
+
+/// What a faulty vibrometer delivers.
+#[derive(Clone, Copy, Debug)]
+enum Fault {
+    /// The last value before the fault.
+    Stuck,
+    Zeros,
+    /// The velocity's negative.
+    Inverted,
+    NotANumber,
+}
 
 /// The vibrometer, and the samples not yet read.
 #[derive(Clone, Debug)]
@@ -96,7 +125,10 @@ pub struct Ldv {
     range_m_s: f64,
     gain: f64,
     bias_m_s: f64,
-    outage: Outage,
+    outage: Span,
+    fault: Option<(Fault, Span)>,
+    /// The last value that no fault has spoilt.
+    shown_m_s: f32,
     unread: VecDeque<LdvSample>,
 }
 
@@ -115,8 +147,35 @@ impl Ldv {
             range_m_s: if range_m_s > 0.0 { range_m_s } else { f64::INFINITY },
             gain: 1.0 + scene.number("ldv.gain_error"),
             bias_m_s: scene.number("ldv.bias_m_s"),
-            outage: Outage::of(scene, "ldv.lost_from_s", "ldv.lost_until_s"),
+            outage: Span::of(scene, "ldv.lost_from_s", "ldv.lost_until_s"),
+            fault: Self::fault(scene),
+            shown_m_s: 0.0,
             unread: VecDeque::new(),
+        }
+    }
+
+    fn fault(scene: &Scene) -> Option<(Fault, Span)> {
+        let fault = match scene.choice("ldv.fault") {
+            "stuck" => Fault::Stuck,
+            "zeros" => Fault::Zeros,
+            "inverted" => Fault::Inverted,
+            "not_a_number" => Fault::NotANumber,
+            _ => return None,
+        };
+        Some((fault, Span::of(scene, "ldv.fault_from_s", "ldv.fault_until_s")))
+    }
+
+    /// What a fault makes of a value.
+    fn spoilt(&mut self, now: Time, velocity_m_s: f32) -> f32 {
+        match self.fault.filter(|(_, span)| span.covers(now)) {
+            Some((Fault::Stuck, _)) => self.shown_m_s,
+            Some((Fault::Zeros, _)) => 0.0,
+            Some((Fault::Inverted, _)) => -velocity_m_s,
+            Some((Fault::NotANumber, _)) => f32::NAN,
+            None => {
+                self.shown_m_s = velocity_m_s;
+                velocity_m_s
+            }
         }
     }
 
@@ -131,6 +190,7 @@ impl Ldv {
             self.gain * velocity_m_s + self.bias_m_s + self.noise_m_s * noise + self.outlier_m_s * outlier;
         #[expect(clippy::cast_possible_truncation, reason = "the instrument delivers f32")]
         let velocity_m_s = shown_m_s.clamp(-self.range_m_s, self.range_m_s) as f32;
+        let velocity_m_s = self.spoilt(now, velocity_m_s);
         self.unread.push_back(LdvSample { taken_at: now, velocity_m_s });
     }
 
@@ -193,6 +253,25 @@ mod tests {
         let square = |sample: &LdvSample| f64::from(sample.velocity_m_s) * f64::from(sample.velocity_m_s);
         let mean_square = samples.iter().map(square).sum::<f64>() / 4e4;
         assert!((mean_square / (0.1 * 0.04) - 1.0).abs() < 0.15, "{mean_square}");
+    }
+
+    /// From the twentieth sample to the fortieth; before and after as without a fault.
+    #[test]
+    fn exact_faulty_samples() {
+        let good = shown(&[], 0.1, 60);
+        for (fault, expected) in [
+            ("ldv.fault=stuck", (|good, _| good[19].velocity_m_s) as fn(&[LdvSample], f32) -> f32),
+            ("ldv.fault=zeros", |_, _| 0.0),
+            ("ldv.fault=inverted", |_, value| -value),
+            ("ldv.fault=not_a_number", |_, _| f32::NAN),
+        ] {
+            let spoilt = shown(&[fault, "ldv.fault_from_s=1e-4", "ldv.fault_until_s=2e-4"], 0.1, 60);
+            for (n, (spoilt, right)) in spoilt.iter().zip(&good).enumerate() {
+                let value = right.velocity_m_s;
+                let expected = if (20..40).contains(&n) { expected(&good, value) } else { value };
+                assert_eq!(spoilt.velocity_m_s.to_bits(), expected.to_bits(), "{fault} {n}");
+            }
+        }
     }
 
     #[test]

@@ -91,9 +91,7 @@ impl Report {
 
     /// The report as one JSON object on one line.
     pub fn json(&self) -> String {
-        let mut text = serde_json::to_string(self).unwrap_or_default();
-        text.push('\n');
-        text
+        crate::export::json_line(self)
     }
 }
 

@@ -94,4 +94,28 @@ pub const SETTINGS: &[Setting] = &[
         kind: Kind::Number { default: 0.0, min: 0.0, max: 1e5 },
         meaning: "time from which it sees again; not after camera.lost_from_s for no loss",
     },
+    Setting {
+        key: "camera.fault",
+        unit: "",
+        kind: Kind::Choice { default: "none", of: &["none", "stuck", "zeros", "offset"] },
+        meaning: "what the camera shows from camera.fault_from_s on: the last picture again, angle zero, or another feature",
+    },
+    Setting {
+        key: "camera.fault_from_s",
+        unit: "s",
+        kind: Kind::Number { default: 0.0, min: 0.0, max: 1e5 },
+        meaning: "time from which the camera's fault lasts",
+    },
+    Setting {
+        key: "camera.fault_until_s",
+        unit: "s",
+        kind: Kind::Number { default: 1e5, min: 0.0, max: 1e5 },
+        meaning: "time from which the camera is right again",
+    },
+    Setting {
+        key: "camera.fault_offset_deg",
+        unit: "deg",
+        kind: Kind::Number { default: 90.0, min: -360.0, max: 360.0 },
+        meaning: "how much further the other feature stands",
+    },
 ];

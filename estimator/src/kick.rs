@@ -12,20 +12,20 @@ use motor_model::Real;
 
 /// Mean, slopes and scatter of a kick.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Kick<T> {
+pub(crate) struct Kick<T> {
     /// Its mean.
-    pub(super) mean: T,
+    pub(crate) mean: T,
     /// Per slip: the chance that the teeth stick.
-    pub(super) per_slip: T,
+    pub(crate) per_slip: T,
     /// Per limit: the chance to slip forwards less that to slip backwards.
-    pub(super) per_limit: T,
+    pub(crate) per_limit: T,
     /// Variance beside these.
-    pub(super) scatter: T,
+    pub(crate) scatter: T,
 }
 
 impl<T: Real> Kick<T> {
     /// For a slip uniform over `slip +- width`, with `width > 0`, and a `limit` not negative.
-    pub(super) fn new(slip: T, width: T, limit: T) -> Self {
+    pub(crate) fn new(slip: T, width: T, limit: T) -> Self {
         let (low, high) = (slip - width, slip + width);
         let per_span = T::from_f64(0.5) / width;
         let mean = (mean_to(high, limit) - mean_to(low, limit)) * per_span;

@@ -1,0 +1,224 @@
+//! What earlier blows left in the stator, and what that makes of the tooth that strikes next.
+//!
+//! The vibrometer tells a tooth's vertical velocity `u'` at an impact, not which modes it is made of, and they slip differently. With the shapes of a pair (phi, psi: see
+//! [`motor_model::ToothPair`]) and primes for the tooth's vertical velocity in each mode,
+//!
+//! ```text
+//! u' = A' + B' + C'      S = s' / R_t = b B' + c C',    b = psi_B / (phi_B R_t),  c = psi_C / (phi_C R_t),  b / c = -cot^2 2 th
+//!                          = b (u' - A' - C') + c C'
+//! ```
+//!
+//! Under mode B almost nothing but the impacts themselves moves A and C. An impact of jump `dv` takes `q dv` from the tooth's velocity in a mode, and then the mode rings:
+//!
+//! ```text
+//! q_A = m_r / m_s,   q_C = 2 m_r / m_s cos^2 2 th         z -> exp((i - zeta) w t) z,   z -> z - q dv          A' = Re z_A,   C' = +- Re z_C
+//! ```
+//!
+//! C moves the two pairs of teeth in opposite senses, as B does: another pair strikes after an odd number of half periods of B, the same after an even one. (Over drawn motors
+//! this is right for 98 % of the impacts, all of them in the trains of blows 0.2 to 0.4 ms apart by which a flight ends.) With both, S is known to 0.5 rad/s of its 7.4
+//! where `b u'` alone is 4.3 off.
+
+use motor_model::{MotorParams, Parameter, Phase, Real, Time, math};
+
+/// A mode that rings freely.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct FreeMode<T> {
+    /// Phase in 1 ns.
+    per_nano: Phase,
+    /// `zeta w`.
+    decay_per_s: T,
+    /// `q`: loss of the tooth's velocity in the mode per jump of the rotor's.
+    recoil: T,
+}
+
+impl<T: Real> FreeMode<T> {
+    fn new(hertz: f64, decay_per_s: f64, recoil: f64) -> Self {
+        Self {
+            per_nano: Phase::from_turns(1e-9 * hertz),
+            decay_per_s: T::from_f64(decay_per_s),
+            recoil: T::from_f64(recoil),
+        }
+    }
+
+    /// The tooth's velocity `[Re, Im]` after `nanos`.
+    fn after(&self, [re, im]: [T; 2], nanos: u64, seconds: T) -> [T; 2] {
+        let (sin, cos) = Phase::from_units(self.per_nano.units().wrapping_mul(nanos)).sin_cos::<T>();
+        let y = self.decay_per_s * seconds;
+        // exp(-y), to 1e-3 of it at y = 0.4, the end of a train of blows, and never negative after.
+        let kept =
+            T::one() / (T::one() + y * (T::one() + y * (T::from_f64(0.5) + y * T::from_f64(1.0 / 6.0))));
+        [kept * (cos * re - sin * im), kept * (sin * re + cos * im)]
+    }
+}
+
+/// The constants of a motor.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RingingTuning<T> {
+    a: FreeMode<T>,
+    c: FreeMode<T>,
+    /// Phase of mode B in 1 ns.
+    b_per_nano: Phase,
+    /// `b`, in rad/m.
+    b_turn_per_rise_rad_m: T,
+    /// `c - b`, in rad/m.
+    c_beyond_b_rad_m: T,
+    /// Angular frequency of mode C.
+    c_rad_s: T,
+}
+
+impl<T: Real> RingingTuning<T> {
+    /// For a motor of `params`.
+    pub fn new(params: &MotorParams) -> Self {
+        let get = |parameter| params.get(parameter);
+        let tau = core::f64::consts::TAU;
+        let (sin, cos) = math::sin_cos(2.0 * params.effective_tooth_angle_deg().to_radians());
+        let reach = params.lever() / get(Parameter::ToothRadius);
+        let (b, c) = (reach * cos / sin, -reach * sin / cos);
+        let ratio = params.mass_ratio();
+        let a_hertz = get(Parameter::ModeAFrequency);
+        let a_decay = get(Parameter::ModeADamping) / (2.0 * get(Parameter::StatorMass));
+        let c_hertz = get(Parameter::ModeCFrequency);
+        let c_decay = get(Parameter::ModeCDampingRatio) * tau * c_hertz;
+        Self {
+            a: FreeMode::new(a_hertz, a_decay, ratio),
+            c: FreeMode::new(c_hertz, c_decay, 2.0 * ratio * cos * cos),
+            b_per_nano: Phase::from_turns(1e-9 * get(Parameter::ModeBFrequency)),
+            b_turn_per_rise_rad_m: T::from_f64(b),
+            c_beyond_b_rad_m: T::from_f64(c - b),
+            c_rad_s: T::from_f64(tau * c_hertz),
+        }
+    }
+}
+
+/// A tooth that strikes.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Tooth<T> {
+    /// The rate at which it would carry the rotor.
+    pub(crate) rate_rad_s: T,
+    /// How fast the ringing of mode C changes that: the instant is known to a sample's period only.
+    pub(crate) turning_rad_s2: T,
+}
+
+/// Modes A and C at the last impact.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Ringing<T> {
+    at: Time,
+    /// The tooth's velocity in mode A, in m/s, with what lags it by a quarter of a period.
+    a: [T; 2],
+    /// The same of mode C, at the pair that struck.
+    c: [T; 2],
+}
+
+impl<T: Real> Ringing<T> {
+    /// A stator at rest but for the drive.
+    pub(crate) fn none() -> Self {
+        Self { at: Time::ZERO, a: [T::zero(); 2], c: [T::zero(); 2] }
+    }
+
+    /// The tooth that strikes at `at`, rising at `rise_m_s`; takes the blow's `jump_m_s` in.
+    pub(crate) fn strike(
+        &mut self,
+        tuning: &RingingTuning<T>,
+        at: Time,
+        rise_m_s: T,
+        jump_m_s: T,
+    ) -> Tooth<T> {
+        let nanos = at.nanos_since(self.at);
+        let seconds = at.seconds_since(self.at);
+        self.at = at;
+        self.a = tuning.a.after(self.a, nanos, seconds);
+        self.c = tuning.c.after(self.c, nanos, seconds);
+        let turned = tuning.b_per_nano.units().wrapping_mul(nanos);
+        // Nearer to an odd number of half periods than to an even one.
+        if turned.wrapping_add(1 << 62) >> 63 == 1 {
+            self.c = self.c.map(|x| -x);
+        }
+        let ([a_m_s, _], [c_m_s, c_behind_m_s]) = (self.a, self.c);
+        self.a[0] -= tuning.a.recoil * jump_m_s;
+        self.c[0] -= tuning.c.recoil * jump_m_s;
+        Tooth {
+            rate_rad_s: tuning.b_turn_per_rise_rad_m * (rise_m_s - a_m_s) + tuning.c_beyond_b_rad_m * c_m_s,
+            turning_rad_s2: (tuning.c_beyond_b_rad_m * tuning.c_rad_s * c_behind_m_s).abs(),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use motor_model::{Mode, Motor, MotorSetup};
+    use nalgebra::{Vector2, Vector3};
+
+    /// Free modes: displacement and velocity of each, `w` and `zeta`.
+    struct Stator {
+        modes: [Mode; 3],
+        states: [Vector2<f64>; 3],
+    }
+
+    impl Stator {
+        fn pass(&mut self, t: f64) {
+            for (mode, state) in self.modes.iter().zip(&mut self.states) {
+                let (w, zeta) = (mode.natural_rad_s, mode.damping_ratio);
+                let wd = w * (1.0 - zeta * zeta).sqrt();
+                let (kept, sin, cos) = ((-zeta * w * t).exp(), (wd * t).sin(), (wd * t).cos());
+                let (x, y) = (state.x, state.y);
+                let side = (y + zeta * w * x) / wd;
+                let position = kept * (x * cos + side * sin);
+                *state = Vector2::new(position, kept * wd * (side * cos - x * sin) - zeta * w * position);
+            }
+        }
+
+        fn velocities(&self) -> Vector3<f64> {
+            Vector3::from(self.states.map(|state| state.y))
+        }
+    }
+
+    /// Trains of three blows on a stator that swings in mode B, each half periods of B after the last on the pair whose turn it is: the rate of every tooth that strikes
+    /// against the model's own shapes, to 2 % (damping turns the phase of mode A by 0.08 rad). Without what the blows leave it would be off by three quarters.
+    #[test]
+    fn dual_the_tooth_s_rate_is_that_of_the_modes() {
+        let params = MotorParams::nominal();
+        let motor = Motor::<f64>::try_new(&params, &MotorSetup::with_step(1e-6)).unwrap();
+        let radius = params.get(Parameter::ToothRadius);
+        let tuning = RingingTuning::<f64>::new(&params);
+        let half_s = 0.5 / params.get(Parameter::ModeBFrequency);
+        let (mut off, mut naive, mut size) = (0.0, 0.0, 0.0);
+        for (n, halves) in [[3_u32, 4], [4, 3], [3, 3], [1, 4], [2, 3]].into_iter().enumerate() {
+            let modes = Mode::all(&params).unwrap();
+            let mut states = [Vector2::zeros(); 3];
+            states[1] = Vector2::new(1e-5, 0.4 - 0.05 * n as f64);
+            let mut stator = Stator { modes, states };
+            let (mut ringing, mut at, mut pair) = (Ringing::none(), Time::from_micros(1_000_000), 0);
+            for wait in [0, halves[0], halves[1]] {
+                let nanos = (1e9 * half_s * f64::from(wait)).round();
+                stator.pass(1e-9 * nanos);
+                at = at.plus_nanos(nanos as u64);
+                pair = (pair + wait as usize) % 2;
+                let tooth = &motor.teeth()[pair];
+                let jump = 0.03;
+                let rise = tooth.shape.dot(&stator.velocities());
+                let truth = tooth.lever.dot(&stator.velocities()) / radius;
+                let known = ringing.strike(&tuning, at, rise, jump).rate_rad_s;
+                for (state, recoil) in stator.states.iter_mut().zip(tooth.recoil.iter()) {
+                    state.y -= recoil * jump;
+                }
+                off += (known - truth).powi(2);
+                naive += (tuning.b_turn_per_rise_rad_m * rise - truth).powi(2);
+                size += truth.powi(2);
+            }
+        }
+        assert!(off < 5e-4 * size && naive > 0.1 * size, "{off} {naive} {size}");
+    }
+
+    /// A train long past is forgotten, and time that runs backwards is none.
+    #[test]
+    fn law_ringing_dies_out() {
+        let tuning = RingingTuning::<f32>::new(&MotorParams::nominal());
+        let mut ringing = Ringing::none();
+        let first = ringing.strike(&tuning, Time::from_micros(1000), 0.1, 0.02).rate_rad_s;
+        let again = ringing.strike(&tuning, Time::from_micros(1300), 0.1, 0.02).rate_rad_s;
+        let late = ringing.strike(&tuning, Time::from_micros(100_000), 0.1, 0.02).rate_rad_s;
+        assert!((again - first).abs() > 0.5 && (late - first).abs() < 0.05, "{first} {again} {late}");
+        assert!(ringing.strike(&tuning, Time::from_micros(5), 0.1, 0.02).rate_rad_s.is_finite());
+    }
+}
