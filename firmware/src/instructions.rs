@@ -20,6 +20,7 @@ mod filters;
 #[cfg(feature = "peers")]
 mod peers;
 mod position;
+mod rehearsal;
 #[cfg(target_os = "none")]
 mod systick;
 mod trigonometry;
@@ -33,6 +34,7 @@ use crate::parity::LoopPlace;
 
 #[cfg(feature = "peers")]
 pub use peers::count_peers;
+pub use rehearsal::rehearse;
 #[cfg(target_os = "none")]
 pub use systick::SysTick;
 

@@ -7,10 +7,12 @@
 //! - [`Listing`]: what it printed, read with suspicion, and proved by loops of known length.
 //! - [`targets`]: what the project wants the operations to take.
 //! - [`Report`]: all of it as a table or as JSON.
+//! - [`cycles`]: what the hot operations would take in cycles, an estimate.
 //!
 //! The call of an operation and the passing of its arguments are counted with it. An emulator has neither wait states nor a pipeline: counts are
 //! of instructions, not of cycles.
 
+pub mod cycles;
 pub mod emulator;
 mod listing;
 pub mod program;

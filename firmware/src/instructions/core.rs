@@ -106,13 +106,28 @@ fn step_general(filter: &mut General, measured: f32) {
     let _ = filter.covariance.update_state::<0>(filter.measured_variance, innovation, &mut filter.state);
 }
 
+impl Written {
+    fn new(problem: &Problem) -> Self {
+        let Problem { dt, intensity, measured_variance, start_variance } = *problem;
+        let covariance = AngleRateCovariance::diagonal(start_variance, start_variance);
+        black_box(Self { dt, intensity, measured_variance, angle: 0.0, rate: 0.0, covariance })
+    }
+}
+
+/// Steps of the written core.
+pub(super) fn rehearse() {
+    let mut written = Written::new(&Problem::constant_rate());
+    for n in 0..100_u8 {
+        step_written(&mut written, black_box(f32::from(n % 16) - 7.5));
+    }
+    black_box((written.angle, written.rate));
+}
+
 #[inline(never)]
 pub(super) fn count(meter: &Meter<'_, impl InstructionTimer>, report: &mut impl FnMut(Count)) {
     let problem = Problem::constant_rate();
-    let Problem { dt, intensity, measured_variance, start_variance } = problem;
-    let covariance = AngleRateCovariance::diagonal(start_variance, start_variance);
-    let mut written =
-        black_box(Written { dt, intensity, measured_variance, angle: 0.0, rate: 0.0, covariance });
+    let Problem { measured_variance, start_variance, .. } = problem;
+    let mut written = Written::new(&problem);
     report(counted(meter, "core_2_predict_and_update", |measured| step_written(&mut written, measured)));
     black_box((written.angle, written.rate));
     let mut general = black_box(General {

@@ -65,6 +65,17 @@ fn listen(filter: &mut ConstantRate<f32>, sample: &LdvSample) -> Option<Innovati
     filter.update_ldv(sample)
 }
 
+/// Frames of a driven rotor at constant rate, each as it is.
+pub(super) fn rehearse() {
+    let mut filter = ConstantRate::new(&ConstantRateTuning::default());
+    filter.drive(Time::ZERO, DriveCommand::full(DriveMode::B));
+    for n in 1..=2 * SETTLING_FRAMES {
+        let exposed_at = Time::from_nanos(u64::from(n) * FRAME_NANOS);
+        let angle = Angle::from_units(i64::from(n) * TURNED_UNITS).wrapped();
+        black_box(update(&mut filter, &black_box(CameraFrame { exposed_at, angle })));
+    }
+}
+
 /// A driven rotor at constant rate. Each frame comes three times, first spoilt, then as it is, then once more, and is counted by what the
 /// filter made of it.
 fn turning(meter: &Meter<'_, impl InstructionTimer>, report: &mut impl FnMut(Count)) {

@@ -47,6 +47,15 @@ fn follow(
     Ok([alone, whole])
 }
 
+/// The loop with the impact-aided filter.
+pub(super) fn rehearse(place: &mut LoopPlace) -> Result<(), OutOfBounds> {
+    let filter = || Filter::of(FilterKind::ImpactAided);
+    crate::parity::follow_loop(place, filter, tick_once, |report, _| {
+        black_box(report);
+    })
+    .map(drop)
+}
+
 /// The names of each filter's rows: the tick alone, and with the step.
 const NAMES: [(FilterKind, [&str; 2]); 3] = [
     (FilterKind::ConstantRate, ["loop_tick", "loop_tick_and_step"]),

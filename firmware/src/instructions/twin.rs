@@ -47,6 +47,17 @@ pub(super) fn count(
     Ok(())
 }
 
+/// Driven steps aloft.
+pub(super) fn rehearse() -> Result<(), OutOfBounds> {
+    let motor = motor(ImpactRule::Located)?;
+    let mut state = MotorState::default();
+    state.rotor.height_m = ALOFT_M;
+    for _ in 0..100 {
+        black_box(step(black_box(&motor), &mut state, black_box(DriveCommand::full(DriveMode::C))));
+    }
+    Ok(())
+}
+
 fn motor(impact_rule: ImpactRule) -> Result<Motor<f32>, OutOfBounds> {
     let setup = MotorSetup { impact_rule, ..MotorSetup::with_step(STEP_S) };
     Motor::try_new(&MotorParams::nominal(), &setup)

@@ -24,6 +24,9 @@ pub(super) struct InstructionsArgs {
     /// Count other crates' Kalman filters too, at the core's own problem
     #[arg(long)]
     peers: bool,
+    /// Estimate the cycles of the hot operations instead, by llvm-mca from what is executed
+    #[arg(long, conflicts_with_all = ["elf", "peers", "out"])]
+    cycles: bool,
     /// Write the counts as JSON, as tests/qemu keeps them
     #[arg(long, value_name = "FILE.json")]
     out: Option<PathBuf>,
@@ -34,6 +37,13 @@ pub(super) struct InstructionsArgs {
 
 impl InstructionsArgs {
     pub(super) fn execute(&self) -> Result<(), CommandError> {
+        if self.cycles {
+            let estimates = instructions::cycles::estimate(self.board)?;
+            return export::print(&match self.format {
+                Format::Text => instructions::cycles::table(self.board, &estimates),
+                Format::Json => instructions::cycles::json(&estimates),
+            });
+        }
         let file = self.out.as_deref().map(export::Output::create).transpose()?;
         let mut listing = count_instructions(self.elf.as_deref(), self.board)?;
         if self.peers {

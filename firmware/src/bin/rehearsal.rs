@@ -1,0 +1,26 @@
+//! Runs the hot operations for `host-sim instructions --cycles`, which follows what is executed. Prints nothing.
+
+#![cfg_attr(target_os = "none", no_std, no_main)]
+
+#[cfg(not(target_os = "none"))]
+fn main() -> std::process::ExitCode {
+    eprintln!("only the microcontroller's instructions are followed: run `host-sim instructions --cycles`");
+    std::process::ExitCode::from(2)
+}
+
+#[cfg(target_os = "none")]
+mod board {
+    use cortex_m::singleton;
+    use cortex_m_rt::entry;
+    use cortex_m_semihosting::debug;
+    use firmware::board::end;
+    use firmware::instructions;
+    use firmware::parity::LoopPlace;
+
+    #[entry]
+    fn main() -> ! {
+        let Some(place) = singleton!(: LoopPlace = None) else { end(debug::EXIT_FAILURE) };
+        let ran = instructions::rehearse(place).is_ok();
+        end(if ran { debug::EXIT_SUCCESS } else { debug::EXIT_FAILURE })
+    }
+}
