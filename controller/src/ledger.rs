@@ -312,7 +312,7 @@ mod tests {
             let h = RowVector3::new(1.0, 0.0, 0.0);
             let s = p[(0, 0)] + f64::from(seen.angle_rad2);
             let k = p * h.transpose() / s;
-            x += k * (1e-3 * f64::from(seen_mdeg).to_radians() - x[0]);
+            x += k * (1e-3 * seen_mdeg.to_radians() - x[0]);
             p -= k * h * p;
         }
         let resting = ledger.resting(&seen);
