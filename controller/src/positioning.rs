@@ -45,11 +45,11 @@ pub struct PositioningTuning {
 }
 
 impl Default for PositioningTuning {
-    /// 1.95 standard deviations (95 %), half a degree driveable, 0.05 milli-degrees of quantisation.
+    /// 2.05 standard deviations (96 %), half a degree driveable, 0.05 milli-degrees of quantisation.
     fn default() -> Self {
         Self {
             limits: Limits::default(),
-            confidence: 1.95,
+            confidence: 2.05,
             driveable_rad2: 7.6e-5,
             floor_rad2: 7.6e-13,
             learning: true,
