@@ -128,6 +128,11 @@ impl Correction {
         self.step_walk = (self.step_walk - with_step * with_walk * per_rad2).min(most).max(-most);
     }
 
+    /// Whether this motor's bursts of `family` seem to do nothing: the factor is the least that is believed.
+    pub fn is_dead(&self, family: Family) -> bool {
+        self.scale(family) <= Self::RANGE.0
+    }
+
     fn limited(value: f32) -> f32 {
         value.clamp(Self::RANGE.0, Self::RANGE.1)
     }

@@ -315,6 +315,13 @@ impl Positioning {
             return Phase::Stopped(stop);
         }
         self.correction = taught;
+        // A burst that is repeated on what is foreseen alone is never measured well enough to be judged.
+        if let Plan::Burst(family, ..) = plan
+            && taught.is_dead(family)
+            && let Phase::Stopped(why) = self.stall()
+        {
+            return Phase::Stopped(why);
+        }
         self.begin(plan, now, estimate)
     }
 
