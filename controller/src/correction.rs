@@ -55,10 +55,20 @@ impl Default for Correction {
 impl Correction {
     /// Factors beyond these are no motor's.
     const RANGE: (f32, f32) = (0.1, 4.0);
-    /// A factor is not quite the same for every burst of a family: variance that remains between bursts, relative.
-    const SHAPE: f32 = 0.03 * 0.03;
+    /// A factor is not quite the same for every burst of a family: variance that remains between bursts of one motor, relative to the turn. A walk begins and ends with a step and
+    /// creeps in between, and motors differ in both.
+    const fn shape(family: Family) -> f32 {
+        match family {
+            Family::Walk => 0.15 * 0.15,
+            Family::Step => 0.06 * 0.06,
+            Family::Stride | Family::Nudge | Family::Throw => 0.03 * 0.03,
+        }
+    }
+
     /// Innovation squared, per its variance, above which the factor is doubted.
     const DOUBT: f32 = 9.0;
+    /// Variance of a factor that is doubted, at most: half of the drive may be lost. A small burst, badly measured, could else say anything.
+    const DOUBTED: f32 = 0.25;
     /// No factor is known better than to a thousandth.
     const VARIANCE_MIN: f32 = 1e-6;
 
@@ -82,15 +92,49 @@ impl Correction {
     pub fn spread(&self, family: Family) -> f32 {
         let bursts = family.bursts();
         let repeat = bursts.get(bursts.len() / 2).map_or(0.0, |middle| middle.repeat_rad / middle.turn_rad);
-        sqrtf(self.factor(family).variance + Self::SHAPE + repeat * repeat)
+        sqrtf(self.factor(family).variance + Self::shape(family) + repeat * repeat)
     }
 
     /// What `burst` of `family` is foreseen to do in this motor.
     pub fn forecast(&self, family: Family, burst: &Burst) -> Forecast {
         let Factor { value, variance } = self.factor(family);
-        let turn_rad2 = burst.turn_rad * burst.turn_rad * (variance + Self::SHAPE * value * value)
+        let turn_rad2 = burst.turn_rad * burst.turn_rad * (variance + Self::shape(family) * value * value)
             + burst.repeat_rad * burst.repeat_rad * value * value;
         Forecast { turn_rad: value * burst.turn_rad, turn_rad2 }
+    }
+
+    /// Covariances of `family`'s factor with those of steps and walks; zero but for these two.
+    pub(crate) fn covariances(&self, family: Family) -> [f32; 2] {
+        let [step, walk, ..] = self.of;
+        match family {
+            Family::Step => [step.variance, self.step_walk],
+            Family::Walk => [self.step_walk, walk.variance],
+            Family::Stride | Family::Nudge | Family::Throw => [0.0; 2],
+        }
+    }
+
+    /// Learns from an angle that was measured `apart_rad` off, variance `apart_rad2`, and whose error goes with those of the factors of steps and walks by the covariances
+    /// `shared_rad`.
+    pub(crate) fn follow(&mut self, shared_rad: [f32; 2], apart_rad: f32, apart_rad2: f32) {
+        let [step, walk, ..] = &mut self.of;
+        let [with_step, with_walk] = shared_rad;
+        let per_rad2 = 1.0 / apart_rad2;
+        for (factor, with) in [(&mut *step, with_step), (&mut *walk, with_walk)] {
+            factor.value = Self::limited(factor.value + with * per_rad2 * apart_rad);
+            factor.variance = (factor.variance - with * with * per_rad2).max(Self::VARIANCE_MIN);
+        }
+        // Between the two no more than they have.
+        let most = sqrtf(step.variance * walk.variance);
+        self.step_walk = (self.step_walk - with_step * with_walk * per_rad2).min(most).max(-most);
+    }
+
+    /// Whether this motor's bursts of `family` seem to do nothing: the factor is the least that is believed.
+    pub fn is_dead(&self, family: Family) -> bool {
+        self.scale(family) <= Self::RANGE.0
+    }
+
+    fn limited(value: f32) -> f32 {
+        value.clamp(Self::RANGE.0, Self::RANGE.1)
     }
 
     /// Learns from a burst of `family` that turned the rotor by `turned_rad` in the sense of its mode, measured with variance `measured_rad2`.
@@ -106,21 +150,21 @@ impl Correction {
             Family::Nudge => (nudge, None),
             Family::Throw => (throw, None),
         };
-        let shape = Self::SHAPE * mean_rad * mean_rad;
+        let shape = Self::shape(family) * mean_rad * mean_rad;
         let noise_rad2 = burst.repeat_rad * burst.repeat_rad + shape + measured_rad2;
         let innovation_rad = turned_rad - own.value * mean_rad;
         let square = innovation_rad * innovation_rad;
         let variance_rad2 = mean_rad * mean_rad * own.variance + noise_rad2;
-        if square > Self::DOUBT * variance_rad2 {
-            own.variance += (square - variance_rad2) / (mean_rad * mean_rad);
+        if square > Self::DOUBT * variance_rad2 && measured_rad2 < 0.1 * mean_rad * mean_rad {
+            let wider = own.variance + (square - variance_rad2) / (mean_rad * mean_rad);
+            own.variance = own.variance.max(wider.min(Self::DOUBTED));
         }
         let gain = own.variance * mean_rad / (mean_rad * mean_rad * own.variance + noise_rad2);
-        let limited = |value: f32| value.clamp(Self::RANGE.0, Self::RANGE.1);
-        own.value = limited(own.value + gain * innovation_rad);
+        own.value = Self::limited(own.value + gain * innovation_rad);
         let kept = 1.0 - gain * mean_rad;
         if let Some(other) = other {
             let across = self.step_walk / own.variance;
-            other.value = limited(other.value + across * gain * innovation_rad);
+            other.value = Self::limited(other.value + across * gain * innovation_rad);
             other.variance =
                 (other.variance - across * gain * mean_rad * self.step_walk).max(Self::VARIANCE_MIN);
             self.step_walk *= kept;
@@ -141,13 +185,14 @@ mod tests {
     #[test]
     fn law_one_burst_teaches_its_family_and_the_related_one() {
         let mut correction = Correction::default();
-        let burst = middle(Family::Walk);
-        correction.learn(Family::Walk, &burst, 1.3 * burst.turn_rad, 0.0);
-        assert!((correction.scale(Family::Walk) - 1.3).abs() < 0.03, "{correction:?}");
-        let step = correction.scale(Family::Step);
-        assert!((1.15..1.3).contains(&step), "{step}");
+        let burst = middle(Family::Step);
+        correction.learn(Family::Step, &burst, 1.3 * burst.turn_rad, 0.0);
+        assert!((correction.scale(Family::Step) - 1.3).abs() < 0.03, "{correction:?}");
+        let walk = correction.scale(Family::Walk);
+        assert!((1.15..1.3).contains(&walk), "{walk}");
         assert!((correction.scale(Family::Throw) - 1.0).abs() < f32::EPSILON);
-        assert!(correction.spread(Family::Step) < 0.75 * Correction::default().spread(Family::Step));
+        let left = correction.factor(Family::Walk).variance;
+        assert!(left < 0.5 * Correction::default().factor(Family::Walk).variance, "{correction:?}");
     }
 
     /// Bayes with two Gaussians of equal variance: half way, half the variance.
@@ -157,7 +202,7 @@ mod tests {
         let burst = Burst { repeat_rad: 0.0, ..middle(Family::Nudge) };
         let mean = burst.turn_rad;
         let prior = correction.factor(Family::Nudge).variance;
-        let noise = mean * mean * (prior - Correction::SHAPE);
+        let noise = mean * mean * (prior - Correction::shape(Family::Nudge));
         correction.learn(Family::Nudge, &burst, 1.2 * mean, noise);
         assert!((correction.scale(Family::Nudge) - 1.1).abs() < 1e-4);
         assert!((correction.factor(Family::Nudge).variance / prior - 0.5).abs() < 1e-4);

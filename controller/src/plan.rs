@@ -2,22 +2,23 @@
 //!
 //! ```text
 //!  remaining, clockwise positive
-//!   > 14 deg             cruise B, cut at the coast
+//!   > 2 deg              cruise B, weaker as it comes near, cut at the coast
 //!   > 0                  throw, or nudge: somewhat beyond the target, since the way back is fine and the way on is not
 //!   0                    --- the target is reached from above ---
-//!   > -110 mdeg          step, or walk
-//!   > -3 deg             stride
-//!   below                cruise C, cut at the coast
+//!   > -0.11 deg          step, or walk
+//!   > -0.15 deg          stride
+//!   below                cruise C, weaker as it comes near, cut at the coast
 //! ```
 //!
 //! A burst is due when measuring on would no longer improve it: when the angle is known as well as the burst can be foreseen. The last step is due only when the angle is
-//! known well enough to call the target reached after it; until then steps stop short of the target by one and a half standard deviations, so that what is
+//! known well enough to call the target reached after it; until then steps stop short of the target by [`SHORT`] standard deviations, so that what is
 //! learnt later asks for another step and not for a nudge, which would spoil the measurement.
 
+use libm::sqrtf;
 use motor_model::DriveMode;
 
 use crate::correction::{Correction, Forecast};
-use crate::response_map::{Burst, Cruise, Family, strongest_cruise};
+use crate::response_map::{Burst, Cruise, Family, cruise_within, strongest_cruise};
 
 /// What remains, how well it is known, and how well it must be.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -47,16 +48,19 @@ const fn degrees(deg: f32) -> f32 {
     deg * (core::f32::consts::PI / 180.0)
 }
 
-/// Clockwise from here on a cruise: its coast is some 10 degrees.
-const CRUISE_B_RAD: f32 = degrees(14.0);
+/// Clockwise from here on a cruise: the gentlest that is of use coasts for a degree.
+const CRUISE_B_RAD: f32 = degrees(2.0);
 /// Counter-clockwise from here on a cruise.
-const CRUISE_C_RAD: f32 = degrees(3.0);
+const CRUISE_C_RAD: f32 = degrees(0.15);
 /// Counter-clockwise from here on strides.
 const STRIDE_RAD: f32 = degrees(0.11);
 /// A clockwise burst that need not end within the tolerance ends at least this far beyond the target: room for two steps.
 const BEYOND_RAD: f32 = degrees(1.5e-3);
-/// Clockwise bursts are not worth their noise unless so many standard deviations ask for them.
-const SURE: f32 = 2.5;
+/// A step that is not the last stays so many standard deviations short of the target.
+const SHORT: f32 = 1.4;
+/// Clockwise bursts are not worth their noise unless so many standard deviations ask for them: beyond that the target lies behind for certain enough that
+/// measuring on would only put the burst off.
+const SURE: f32 = 1.2;
 
 impl Situation {
     /// Whether the target counts as reached: the root mean square of the error, as far as it is known, times the confidence is within the tolerance.
@@ -90,17 +94,18 @@ impl Situation {
     fn clockwise(&self, correction: &Correction) -> Option<Plan> {
         let remaining_rad = self.remaining_rad;
         if remaining_rad >= CRUISE_B_RAD
-            && let Some(cruise) = strongest_cruise(DriveMode::B, self.amplitude_max)
+            && let Some(cruise) = self.cruise(DriveMode::B)
         {
             return Some(Plan::Cruise(cruise));
         }
         // A nudge spoils the measurement: early on that is no loss, later it must be for certain, or because measuring on could not end well.
         let hopeless = self.sigma_rad <= 0.7 * self.sigma_enough_rad();
-        if remaining_rad < SURE * self.sigma_rad && !hopeless && !self.early() {
+        let likely = remaining_rad >= (SURE * self.sigma_rad).max(0.35 * self.tolerance_rad);
+        if !likely && !hopeless && !self.early() {
             return None;
         }
         let spread_rad = remaining_rad * correction.spread(Family::Throw);
-        let aim_rad = if spread_rad < 0.5 * self.tolerance_rad {
+        let aim_rad = if remaining_rad > BEYOND_RAD && spread_rad < 0.5 * self.tolerance_rad {
             remaining_rad
         } else {
             remaining_rad + (0.5 * spread_rad).max(BEYOND_RAD)
@@ -110,10 +115,15 @@ impl Situation {
         self.due(plan)
     }
 
+    fn cruise(&self, mode: DriveMode) -> Option<Cruise> {
+        cruise_within(mode, self.amplitude_max, self.remaining_rad.abs())
+            .or_else(|| strongest_cruise(mode, self.amplitude_max))
+    }
+
     fn counter_clockwise(&self, correction: &Correction) -> Option<Plan> {
         let remaining_rad = -self.remaining_rad;
         if remaining_rad >= CRUISE_C_RAD
-            && let Some(cruise) = strongest_cruise(DriveMode::C, self.amplitude_max)
+            && let Some(cruise) = self.cruise(DriveMode::C)
         {
             return Some(Plan::Cruise(cruise));
         }
@@ -130,19 +140,33 @@ impl Situation {
     }
 
     fn step(&self, correction: &Correction, remaining_rad: f32) -> Option<Plan> {
-        let last = self.sigma_rad <= self.sigma_enough_rad();
+        let last = self.sigma_rad <= self.sigma_enough_rad() || self.ends_with(correction, remaining_rad);
         let aim_rad = if last {
             remaining_rad
         } else {
-            remaining_rad - 1.5 * self.sigma_rad - remaining_rad * correction.spread(Family::Step)
+            let spread_rad = remaining_rad * correction.spread(Family::Step);
+            remaining_rad - SHORT * sqrtf(self.sigma_rad * self.sigma_rad + spread_rad * spread_rad)
         };
         let (shortest, _) = Family::Step.range_rad(self.amplitude_max)?;
         // Half the shortest step would still be nearer, but what remains is then within any tolerance.
         if aim_rad < shortest * correction.scale(Family::Step) {
             return None;
         }
-        let worth_it = last || self.sigma_rad <= 0.3 * remaining_rad;
+        let worth_it = last || self.sigma_rad <= 0.4 * remaining_rad;
         worth_it.then(|| self.burst(correction, Family::Step, aim_rad))?
+    }
+
+    /// Whether the target would count as reached after a step of `aim_rad`, without another measurement.
+    fn ends_with(&self, correction: &Correction, aim_rad: f32) -> bool {
+        let Some(Plan::Burst(_, _, forecast)) = self.burst(correction, Family::Step, aim_rad) else {
+            return false;
+        };
+        let after = Self {
+            remaining_rad: aim_rad - forecast.turn_rad,
+            sigma_rad: sqrtf(self.sigma_rad * self.sigma_rad + forecast.turn_rad2),
+            ..*self
+        };
+        after.reached()
     }
 
     /// The burst of `family` that turns this motor by `aim_rad`, as near as may be.
@@ -187,15 +211,17 @@ mod tests {
     #[test]
     fn exact_what_is_driven_for_which_distance() {
         for (remaining_mdeg, expected) in [
-            (2000.0, Family::Throw),
+            (1500.0, Family::Throw),
             (8.0, Family::Nudge),
             (-4.0, Family::Step),
             (-40.0, Family::Walk),
-            (-900.0, Family::Stride),
+            (-130.0, Family::Stride),
         ] {
             assert_eq!(family(remaining_mdeg, 0.2), Some(expected), "{remaining_mdeg}");
         }
-        for (remaining_mdeg, mode) in [(90e3, DriveMode::B), (-90e3, DriveMode::C)] {
+        for (remaining_mdeg, mode) in
+            [(90e3, DriveMode::B), (2.5e3, DriveMode::B), (-90e3, DriveMode::C), (-500.0, DriveMode::C)]
+        {
             let Some(Plan::Cruise(cruise)) = situation(remaining_mdeg, 5.0).plan(&Correction::default())
             else {
                 panic!("{remaining_mdeg}");
@@ -230,13 +256,14 @@ mod tests {
     #[test]
     fn law_clockwise_bursts_go_beyond_and_need_certainty() {
         let correction = Correction::default();
-        for remaining_mdeg in [3.0, 30.0, 300.0, 3000.0] {
+        for remaining_mdeg in [0.6, 3.0, 30.0, 300.0, 1900.0] {
             let Some(Plan::Burst(_, _, forecast)) = situation(remaining_mdeg, 0.2).plan(&correction) else {
                 panic!("{remaining_mdeg}");
             };
             assert!(forecast.turn_rad > degrees(1e-3 * remaining_mdeg), "{remaining_mdeg} {forecast:?}");
         }
-        assert_eq!(family(1.0, 0.5), None);
+        assert_eq!(family(0.4, 0.5), None);
+        assert_eq!(family(0.8, 0.5), Some(Family::Nudge));
     }
 
     /// A weaker amplifier has other bursts, never stronger ones.

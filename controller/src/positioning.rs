@@ -23,10 +23,10 @@ use estimator::{Estimate, Health};
 use libm::sqrtf;
 use motor_model::{Angle, DriveCommand, DriveMode, Time};
 
-use crate::correction::{Correction, Forecast};
+use crate::correction::Correction;
 use crate::ledger::{Comparison, Ledger, Resting};
 use crate::plan::{Plan, Situation};
-use crate::response_map::{Burst, Cruise, Family, sense};
+use crate::response_map::{Burst, Cruise, Family, coast_rad, cruise_within, sense};
 use crate::target::{Limits, Target};
 
 /// Choices of the state machine.
@@ -189,6 +189,11 @@ impl Positioning {
         &self.correction
     }
 
+    /// Where a rotor at rest lies, by `estimate` and by what was known before the last burst.
+    pub fn resting(&self, estimate: &Estimate<f32>) -> Resting {
+        self.ledger.resting(estimate)
+    }
+
     /// The command for the tick at `now`, on the present estimate, which counts only if `health` allows.
     pub fn decide(&mut self, now: Time, estimate: Option<&Estimate<f32>>, health: Health) -> DriveCommand {
         let usable = estimate.filter(|_| !matches!(health, Health::Unusable(_)));
@@ -251,9 +256,9 @@ impl Positioning {
             return self.stall();
         }
         let remaining_rad = sense * self.target.angle().radians_since::<f32>(estimate.angle);
-        let coast_rad = (sense * estimate.rate_rad_s).max(0.0) * cruise.coast_s;
-        // Short of it by half a standard deviation: the rest is made up by a burst.
-        let arrived = remaining_rad <= coast_rad + 0.5 * cruise.coast_sd_rad;
+        let coast_rad = coast_rad(cruise.mode, (sense * estimate.rate_rad_s).max(0.0));
+        // On the clockwise side of it by half a standard deviation: the way back is fine, the way on is not.
+        let arrived = remaining_rad <= coast_rad - 0.5 * sense * cruise.coast_sd_rad;
         let too_long = on_nanos >= self.tuning.limits.on_max_nanos;
         let uncertain = estimate.angle_rad2 > self.tuning.driveable_rad2;
         if arrived || too_long || uncertain {
@@ -262,7 +267,17 @@ impl Positioning {
             }
             return Phase::Settling;
         }
-        Phase::Cruise { cruise, since, from }
+        Phase::Cruise { cruise: self.eased(cruise, remaining_rad), since, from }
+    }
+
+    /// The cruise for what remains: a weaker one where `cruise` would land too far off.
+    fn eased(&self, cruise: Cruise, remaining_rad: f32) -> Cruise {
+        if remaining_rad >= cruise.room_rad() {
+            return cruise;
+        }
+        cruise_within(cruise.mode, self.tuning.limits.amplitude_max, remaining_rad)
+            .filter(|weaker| weaker.amplitude < cruise.amplitude)
+            .unwrap_or(cruise)
     }
 
     /// On for its ticks.
@@ -288,21 +303,26 @@ impl Positioning {
             return Phase::Settling;
         }
         let situation = self.situation(estimate);
+        let taught = self.taught(estimate);
         if situation.reached() {
-            self.review(estimate);
+            self.correction = taught;
+            self.ledger.compare(estimate);
             return Phase::Holding;
         }
-        if situation.plan(&self.correction).is_none() {
-            return Phase::Settling;
-        }
+        let Some(plan) = situation.plan(&taught) else { return Phase::Settling };
         // Only now, when it is about to drive, since by now the last burst has been measured as well as it ever will be.
-        if let Some(stop) = self.review(estimate) {
+        if let Some(stop) = self.judge(estimate) {
             return Phase::Stopped(stop);
         }
-        match self.situation(estimate).plan(&self.correction) {
-            Some(plan) => self.begin(plan, now, estimate),
-            None => Phase::Settling,
+        self.correction = taught;
+        // A burst that is repeated on what is foreseen alone is never measured well enough to be judged.
+        if let Plan::Burst(family, ..) = plan
+            && taught.is_dead(family)
+            && let Phase::Stopped(why) = self.stall()
+        {
+            return Phase::Stopped(why);
         }
+        self.begin(plan, now, estimate)
     }
 
     /// At the target: stay unless the rotor is outside the tolerance for certain.
@@ -331,23 +351,20 @@ impl Positioning {
                 Phase::Cruise { cruise, since: now, from: estimate.angle }
             }
             Plan::Burst(family, burst, forecast) => {
-                self.enter(family, burst, forecast, estimate);
+                self.ledger.enter(family, burst, forecast, estimate, &self.correction);
                 Phase::Burst { family, burst, since: now }
             }
         }
     }
 
-    fn enter(&mut self, family: Family, burst: Burst, forecast: Forecast, estimate: &Estimate<f32>) {
-        let before = self.ledger.resting(estimate);
-        self.ledger.enter(family, burst, before, forecast);
+    /// What is known of this motor once the last burst, as it is measured by now, is taken in.
+    fn taught(&self, estimate: &Estimate<f32>) -> Correction {
+        if self.tuning.learning { self.ledger.taught(estimate, &self.correction) } else { self.correction }
     }
 
-    /// Learns from the last burst, and judges it.
-    fn review(&mut self, estimate: &Estimate<f32>) -> Option<Stop> {
-        let learning = self.tuning.learning;
-        let correction = Some(&mut self.correction).filter(|_| learning);
-        let Comparison { foreseen_rad, turned_rad, turned_rad2 } =
-            self.ledger.settle(estimate, correction)?;
+    /// Judges the last burst.
+    fn judge(&mut self, estimate: &Estimate<f32>) -> Option<Stop> {
+        let Comparison { foreseen_rad, turned_rad, turned_rad2 } = self.ledger.compare(estimate)?;
         if foreseen_rad * foreseen_rad < JUDGED * JUDGED * turned_rad2 {
             return None;
         }

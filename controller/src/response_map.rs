@@ -46,6 +46,21 @@ pub struct Cruise {
     pub coast_sd_rad: f32,
 }
 
+impl Cruise {
+    /// A cruise is left for a weaker one when its coast, with a standard deviation, is this part of what remains.
+    const COAST_PART: f32 = 0.6;
+
+    /// Distance in rad below which a weaker cruise lands more nearly.
+    pub fn room_rad(&self) -> f32 {
+        (sense(self.mode) * self.rate_rad_s * self.coast_s + self.coast_sd_rad) / Self::COAST_PART
+    }
+
+    /// Whether nearly every motor turns under it: its rate is more than twice its spread over motors.
+    pub fn is_agreed_on(&self) -> bool {
+        2.0 * self.rate_sd_rad_s < sense(self.mode) * self.rate_rad_s
+    }
+}
+
 /// A burst from rest, and what comes of it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Burst {
@@ -159,6 +174,32 @@ pub fn strongest_cruise(mode: DriveMode, amplitude_max: f32) -> Option<Cruise> {
     let mut allowed =
         CRUISES.iter().filter(|cruise| cruise.mode == mode && cruise.amplitude <= amplitude_max);
     allowed.next_back().copied()
+}
+
+/// The cruise of `mode` up to `amplitude_max` for the last `remaining_rad`: the strongest that has [`Cruise::room_rad`], or the weakest that motors agree on; `None` if
+/// all of those are forbidden.
+pub fn cruise_within(mode: DriveMode, amplitude_max: f32, remaining_rad: f32) -> Option<Cruise> {
+    let allowed =
+        |cruise: &&Cruise| cruise.mode == mode && cruise.amplitude <= amplitude_max && cruise.is_agreed_on();
+    let mut chosen: Option<&Cruise> = None;
+    for cruise in CRUISES.iter().filter(allowed) {
+        if chosen.is_none() || cruise.room_rad() <= remaining_rad {
+            chosen = Some(cruise);
+        }
+    }
+    chosen.copied()
+}
+
+/// How far the rotor still turns when `mode` is cut at a rate of that magnitude, in rad: sliding grows with the square of the rate, so by the row of the next higher rate.
+pub fn coast_rad(mode: DriveMode, rate_rad_s: f32) -> f32 {
+    let mut coast_s = 0.0;
+    for cruise in CRUISES.iter().filter(|cruise| cruise.mode == mode) {
+        coast_s = cruise.coast_s;
+        if sense(mode) * cruise.rate_rad_s >= rate_rad_s {
+            break;
+        }
+    }
+    rate_rad_s * coast_s
 }
 
 /// +1 for the clockwise mode, -1 for the other.

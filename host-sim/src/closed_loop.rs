@@ -5,7 +5,9 @@
 //! ```
 
 use controller::rate::RateHold;
-use controller::{Drive, PositionLoop, PositioningTuning, RateLoop, RateReport, Report, Sense, Target};
+use controller::{
+    Drive, PositionLoop, Positioning, PositioningTuning, RateLoop, RateReport, Report, Sense, Target,
+};
 use estimator::{CameraFrame, LdvSample};
 use motor_model::{Angle, DriveCommand, Time};
 
@@ -100,6 +102,11 @@ impl ClosedLoop {
         self.ports.desk.plant()
     }
 
+    /// The decision, to look at.
+    pub fn positioning(&self) -> &Positioning {
+        self.position_loop.positioning()
+    }
+
     /// What the last tick took in.
     pub fn taken(&self) -> &Taken {
         &self.ports.taken
@@ -112,9 +119,7 @@ impl ClosedLoop {
 
     /// Runs to the end of the next tick.
     pub fn next_tick(&mut self) -> Moment {
-        for _ in 0..self.ports.desk.steps_per_tick() {
-            self.ports.desk.step(self.ports.command);
-        }
+        self.ports.desk.tick(self.ports.command);
         self.ports.taken.camera_frame = None;
         self.ports.taken.ldv_samples.clear();
         let now = self.plant().now();
@@ -148,9 +153,7 @@ impl ClosedRateLoop {
 
     /// Runs to the end of the next tick; what the tick did.
     pub fn next_tick(&mut self) -> RateReport {
-        for _ in 0..self.ports.desk.steps_per_tick() {
-            self.ports.desk.step(self.ports.command);
-        }
+        self.ports.desk.tick(self.ports.command);
         let now = self.plant().now();
         controller::tick_rate(&mut self.rate_loop, now, &mut self.ports)
     }

@@ -20,7 +20,12 @@ struct Schedule {
     tick: u64,
     camera: u64,
     ldv: u64,
+    /// Steps that the plant may take at once.
+    stride: u64,
 }
+
+/// Longest stride of a plant at rest in s: a period of the default vibrometer, and still one span of pressed contact.
+const STRIDE_S: f64 = 5e-6;
 
 impl Schedule {
     fn new(scene: &Scene) -> Result<Self, CommandError> {
@@ -45,12 +50,21 @@ impl Schedule {
         };
         #[expect(clippy::cast_precision_loss, reason = "a period is far below 2^53 ns")]
         let tick_s = PositionLoop::TICK_NANOS as f64 * 1e-9;
-        Ok(Self {
-            tick: steps_in("the loop", tick_s)?,
-            camera: steps_in("the camera", 1.0 / scene.number("camera.frame_rate_hz"))?,
-            ldv: steps_in("the vibrometer", 1.0 / scene.number("ldv.sample_rate_hz"))?,
-        })
+        let tick = steps_in("the loop", tick_s)?;
+        let camera = steps_in("the camera", 1.0 / scene.number("camera.frame_rate_hz"))?;
+        let ldv = steps_in("the vibrometer", 1.0 / scene.number("ldv.sample_rate_hz"))?;
+        let between = divisor(tick, divisor(camera, ldv));
+        #[expect(clippy::cast_precision_loss, reason = "a few steps")]
+        let short = between as f64 * step_s <= STRIDE_S * (1.0 + 1e-9);
+        // A blurred frame is the mean over every step.
+        let stride = if short && scene.number("camera.exposure_frames") <= 0.0 { between } else { 1 };
+        Ok(Self { tick, camera, ldv, stride })
     }
+}
+
+/// Greatest common divisor.
+const fn divisor(a: u64, b: u64) -> u64 {
+    if b == 0 { a } else { divisor(b, a % b) }
 }
 
 /// Plant and instruments.
@@ -73,7 +87,7 @@ impl Desk {
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "at most 1e8 ns")]
         let camera_nanos = (1e9 / scene.number("camera.frame_rate_hz")).round() as u64;
         Ok(Self {
-            plant: Plant::draw(scene)?,
+            plant: Plant::draw(scene)?.striding(schedule.stride)?,
             camera: Camera::new(scene, camera_nanos, 1e9 * scene.number("plant.step_s")),
             ldv: Ldv::new(scene),
             schedule,
@@ -95,6 +109,25 @@ impl Desk {
     pub fn step(&mut self, command: DriveCommand) -> Impacts<f64> {
         let command = self.disturb(command);
         let impacts = self.plant.step(command);
+        self.show();
+        impacts
+    }
+
+    /// A tick of the loop under `command`, seen by the instruments that are due. A rotor at rest is stepped through in strides from one look to the next.
+    pub fn tick(&mut self, command: DriveCommand) {
+        let end = self.plant.state().steps + self.schedule.tick;
+        while self.plant.state().steps < end {
+            let command = self.disturb(command);
+            let due = self.plant.state().steps.is_multiple_of(self.schedule.stride);
+            if !(due && command == DriveCommand::OFF && self.plant.stride()) {
+                self.plant.step(command);
+            }
+            self.show();
+        }
+    }
+
+    /// The instruments that are due look at the plant.
+    fn show(&mut self) {
         let (now, steps, rotor) = (self.plant.now(), self.plant.state().steps, self.plant.state().rotor);
         self.camera.look(rotor.angle.angle());
         if steps.is_multiple_of(self.schedule.ldv) {
@@ -103,7 +136,6 @@ impl Desk {
         if steps.is_multiple_of(self.schedule.camera) {
             self.camera.expose(now, rotor.angle.angle());
         }
-        impacts
     }
 
     /// What reaches the coil of `command`; jolts the rotor if it is time.

@@ -2,6 +2,10 @@
 //!
 //! The same physics as the twin, but in `f64`, at a finer step and with parameters drawn within Table 1's tolerances: an estimator
 //! tested on its own model looks better than it is. The generator drives it at the *nominal* resonances, wherever its own are.
+//!
+//! A rotor at rest is what a move simulates most of the time, and a step with pressed teeth costs ten times one of free flight. So with the drive off and teeth
+//! pressed on the rotor the plant may stride ([`Plant::striding`]): the same scheme in longer steps, which for pressed teeth is converged at 20 us
+//! (`tests/system/law_pressed.rs`).
 
 use motor_model::params::Parameter;
 use motor_model::{
@@ -46,6 +50,9 @@ pub const SETTINGS: &[Setting] = &[
 #[derive(Clone, Debug)]
 pub struct Plant {
     motor: Motor<f64>,
+    setup: MotorSetup,
+    /// The same motor in longer steps, for a rotor that lies on the teeth, and how many steps one of them is.
+    strider: Option<(Motor<f64>, u64)>,
     state: MotorState<f64>,
     params: MotorParams,
     step_nanos_num: f64,
@@ -85,7 +92,31 @@ impl Plant {
             ..MotorSetup::with_step(step_s)
         };
         let motor = Motor::try_new(&params, &setup)?;
-        Ok(Self { motor, state: MotorState::default(), params, step_nanos_num: step_s * 1e9 })
+        let state = MotorState::default();
+        Ok(Self { motor, setup, strider: None, state, params, step_nanos_num: step_s * 1e9 })
+    }
+
+    /// The same plant, which takes `steps` steps at once while the drive is off and its rotor lies on the teeth ([`Self::stride`]); 1 for none.
+    ///
+    /// # Errors
+    /// When the model refuses a step of that length.
+    pub fn striding(mut self, steps: u64) -> Result<Self, CommandError> {
+        #[expect(clippy::cast_precision_loss, reason = "a few steps")]
+        let setup = MotorSetup { step_s: self.setup.step_s * steps as f64, ..self.setup };
+        self.strider = if steps > 1 { Some((Motor::try_new(&self.params, &setup)?, steps)) } else { None };
+        Ok(self)
+    }
+
+    /// One stride with the drive off, if the rotor lies on the teeth and the plant is one that strides; whether it was taken.
+    pub fn stride(&mut self) -> bool {
+        let Some((strider, steps)) = &self.strider else { return false };
+        if self.state.pressed == [false; 2] {
+            return false;
+        }
+        strider.step(&mut self.state, DriveCommand::OFF);
+        // The stride counted as one.
+        self.state.steps += steps - 1;
+        true
     }
 
     /// The parameters drawn.

@@ -102,7 +102,12 @@ pub fn bursts_of(family: Family) -> Vec<(f32, u32)> {
     let at = |ticks: u32, amplitudes: &[f32]| amplitudes.iter().map(|&a| (a, ticks)).collect();
     let long = |amplitude: f32, ticks: &[u32]| ticks.iter().map(|&t| (amplitude, t)).collect();
     match family {
-        Family::Step => at(27, &[0.05, 0.07, 0.1, 0.14, 0.2, 0.25, 0.3, 0.4, 0.5, 0.6, 0.7, 0.85, 1.0]),
+        Family::Step => {
+            let mut steps: Vec<(f32, u32)> =
+                at(27, &[0.05, 0.07, 0.1, 0.14, 0.2, 0.25, 0.3, 0.4, 0.5, 0.6, 0.7, 0.85, 1.0]);
+            steps.push((1.0, 34));
+            steps
+        }
         Family::Walk => long(0.3, &[67, 94, 134, 268, 536, 1072, 2144, 4288, 8576]),
         Family::Stride => long(1.0, &[134, 188, 268, 536, 1072, 2144, 4288, 8576]),
         Family::Nudge => at(16, &[0.2, 0.25, 0.3, 0.4, 0.5, 0.6, 0.7, 0.85, 1.0]),

@@ -187,7 +187,7 @@ pub(super) fn run(scene: &Scene, rule: Rule) -> Result<Outcome, CommandError> {
     let [hold_nanos, deadline_nanos] =
         ["position.hold_s", "position.deadline_s"].map(|key| (scene.number(key) * 1e9) as u64);
     loop {
-        (0..desk.steps_per_tick()).for_each(|_| drop(desk.step(command)));
+        desk.tick(command);
         let now = desk.plant().now();
         while let Some(sample) = desk.ldv_sample() {
             filter.update_ldv(&sample);

@@ -1,0 +1,127 @@
+//! What the controller's decision costs in a tick, phase by phase: [`Positioning::decide`] on an estimate that is given, without filter and instruments.
+
+use std::hint::black_box;
+
+use controller::{Limits, Phase, Positioning, PositioningTuning, TICK_NANOS, Target};
+use criterion::{Criterion, criterion_group, criterion_main};
+use estimator::{Estimate, Health, Reason};
+use motor_model::{Angle, Time};
+
+/// A rotor at `angle_deg`, known to `sigma_mdeg`.
+fn estimate(at: Time, angle_deg: f64, sigma_mdeg: f32, resting: bool) -> Estimate<f32> {
+    let sigma_rad = (1e-3 * sigma_mdeg).to_radians();
+    Estimate {
+        at,
+        angle: Angle::from_degrees(angle_deg),
+        rate_rad_s: if resting { 0.0 } else { 10.0 },
+        angle_rad2: sigma_rad * sigma_rad,
+        angle_rate_rad2_s: 0.0,
+        rate_rad2_s2: 1e-4,
+        resting,
+    }
+}
+
+/// A situation: where to go, what is known, and how the loop says that it fares.
+struct Case {
+    name: &'static str,
+    target_deg: f64,
+    sigma_mdeg: f32,
+    resting: bool,
+    health: Health,
+    is: fn(&Phase) -> bool,
+}
+
+const LOST: Health = Health::Unusable(Reason::FramesRefused);
+
+const CASES: [Case; 7] = [
+    Case {
+        name: "waiting",
+        target_deg: 90.0,
+        sigma_mdeg: 10.0,
+        resting: false,
+        health: LOST,
+        is: |phase| matches!(phase, Phase::Waiting(_)),
+    },
+    Case {
+        name: "cruise",
+        target_deg: 90.0,
+        sigma_mdeg: 10.0,
+        resting: false,
+        health: Health::Good,
+        is: |phase| matches!(phase, Phase::Cruise { .. }),
+    },
+    Case {
+        name: "cruise, easing",
+        target_deg: 3.0,
+        sigma_mdeg: 10.0,
+        resting: false,
+        health: Health::Good,
+        is: |phase| matches!(phase, Phase::Cruise { .. }),
+    },
+    Case {
+        name: "burst",
+        target_deg: -0.1,
+        sigma_mdeg: 1.0,
+        resting: false,
+        health: Health::Good,
+        is: |phase| matches!(phase, Phase::Burst { .. }),
+    },
+    Case {
+        name: "settling, moving",
+        target_deg: 90.0,
+        sigma_mdeg: 10.0,
+        resting: false,
+        health: Health::Good,
+        is: |phase| matches!(phase, Phase::Settling),
+    },
+    Case {
+        name: "settling, planning a step",
+        target_deg: -0.002,
+        sigma_mdeg: 1.0,
+        resting: true,
+        health: Health::Good,
+        is: |phase| matches!(phase, Phase::Settling),
+    },
+    Case {
+        name: "holding",
+        target_deg: 0.0,
+        sigma_mdeg: 0.1,
+        resting: true,
+        health: Health::Good,
+        is: |phase| matches!(phase, Phase::Holding),
+    },
+];
+
+/// The state machine brought into the case's phase, with the estimate that keeps it there.
+fn prepared(case: &Case) -> (Positioning, Estimate<f32>, Time) {
+    let target = Target::try_new(case.target_deg, 0.0005).expect("a target");
+    let limits = Limits { deadline_nanos: u64::MAX, ..Limits::default() };
+    let tuning = PositioningTuning { limits, ..PositioningTuning::default() };
+    let mut positioning = Positioning::new(target, tuning, Time::ZERO);
+    if !case.name.starts_with("settling") {
+        // From rest, known well enough to begin.
+        positioning.decide(Time::ZERO, Some(&estimate(Time::ZERO, 0.0, 0.1, true)), Health::Good);
+    }
+    let now = Time::from_nanos(TICK_NANOS);
+    (positioning, estimate(now, 0.0, case.sigma_mdeg, case.resting), now)
+}
+
+fn ticks(criterion: &mut Criterion) {
+    let mut group = criterion.benchmark_group("controller tick");
+    for case in &CASES {
+        let (positioning, estimate, now) = prepared(case);
+        let mut after = positioning;
+        after.decide(now, Some(&estimate), case.health);
+        assert!((case.is)(&after.phase()), "{}: {:?}", case.name, after.phase());
+        group.bench_function(case.name, |bencher| {
+            bencher.iter(|| {
+                let mut positioning = black_box(positioning);
+                positioning.decide(black_box(now), black_box(Some(&estimate)), case.health)
+            });
+        });
+    }
+    group.finish();
+}
+
+criterion_group!(benches, ticks);
+criterion_main!(benches);
