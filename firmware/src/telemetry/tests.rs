@@ -30,14 +30,14 @@ fn quiet() -> Report {
     }
 }
 
-fn frame(verdict: Verdict) -> Option<Innovation<f32>> {
-    Some(Innovation {
+fn frame(verdict: Verdict) -> Innovation<f32> {
+    Innovation {
         source: Source::Camera,
         taken_at: Time::ZERO,
         innovation_rad: 1.0,
         variance_rad2: 1.0,
         verdict,
-    })
+    }
 }
 
 /// The entries of ticks 1 to `ticks`, with their ticks, of a loop that is armed and does what `report` says.
@@ -67,11 +67,11 @@ fn law_the_rate_of_entries_is_bounded_and_no_kind_starves() {
     let wild = |tick: u64| {
         let odd = tick % 2 == 1;
         let verdict = if odd { Verdict::Used } else { Verdict::Rejected(Rejection::Gate) };
-        let applied = if tick % 3 == 0 { B } else { DriveCommand::OFF };
+        let applied = if tick.is_multiple_of(3) { B } else { DriveCommand::OFF };
         Report {
-            camera: frame(verdict),
+            camera: Some(frame(verdict)),
             health: if odd { Health::Good } else { Health::Degraded(Reason::FramesRefused) },
-            phase: if tick % 5 == 0 { Phase::Holding } else { Phase::Waiting(Health::Waiting) },
+            phase: if tick.is_multiple_of(5) { Phase::Holding } else { Phase::Waiting(Health::Waiting) },
             command: B,
             applied,
             ..quiet()
@@ -81,7 +81,8 @@ fn law_the_rate_of_entries_is_bounded_and_no_kind_starves() {
     assert!(told.windows(2).all(|pair| pair[1].0 - pair[0].0 >= SPACING_TICKS));
     assert!(told.len() > 9000, "{}", told.len());
     // An entry may wait for three others.
-    assert!(count(&told, is_estimate) >= 100_000 / (TICKS_PER_ESTIMATE + 3 * SPACING_TICKS) as usize);
+    let longest_wait = usize::try_from(TICKS_PER_ESTIMATE + 3 * SPACING_TICKS).unwrap();
+    assert!(count(&told, is_estimate) >= 100_000 / longest_wait);
     assert!(count(&told, |entry| matches!(entry, Entry::Timing { .. })) >= 9);
     assert!(count(&told, |entry| matches!(entry, Entry::Innovation { .. })) >= 700);
     for kind in [
