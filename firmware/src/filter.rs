@@ -99,10 +99,6 @@ impl AngleFilter<f32> for Filter {
     }
 
     fn assess(&self, now: Time) -> (Option<Estimate<f32>>, Health) {
-        match self {
-            Self::ConstantRate(filter) => filter.assess(now),
-            Self::ImpactAided(filter) => filter.assess(now),
-            Self::Twin(filter) => filter.assess(now),
-        }
+        whichever!(self, filter => filter.assess(now))
     }
 }
