@@ -49,7 +49,7 @@ impl Default for PositioningTuning {
     fn default() -> Self {
         Self {
             limits: Limits::default(),
-            confidence: 2.05,
+            confidence: 2.09,
             driveable_rad2: 7.6e-5,
             floor_rad2: 7.6e-13,
             learning: true,
