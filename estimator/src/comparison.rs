@@ -39,13 +39,15 @@ pub trait CovarianceForm<T: Real, const N: usize>: Copy {
     ) -> Result<Correction<T, N>, Refusal>;
 }
 
-/// `P <- P - K h'P`.
+/// The covariance as a matrix, updated by Joseph's form or conventionally.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Conventional<T, const N: usize>(pub SMatrix<T, N, N>);
+pub struct MatrixForm<T, const N: usize, const JOSEPH: bool>(pub SMatrix<T, N, N>);
+
+/// `P <- P - K h'P`.
+pub type Conventional<T, const N: usize> = MatrixForm<T, N, false>;
 
 /// `P <- (I - K h') P (I - K h')' + K R K'`.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Joseph<T, const N: usize>(pub SMatrix<T, N, N>);
+pub type Joseph<T, const N: usize> = MatrixForm<T, N, true>;
 
 impl<T: Real, const N: usize> CovarianceForm<T, N> for UdCovariance<T, N> {
     fn from_diagonal(variances: &SVector<T, N>) -> Self {
@@ -72,35 +74,7 @@ impl<T: Real, const N: usize> CovarianceForm<T, N> for UdCovariance<T, N> {
     }
 }
 
-impl<T: Real, const N: usize> CovarianceForm<T, N> for Conventional<T, N> {
-    fn from_diagonal(variances: &SVector<T, N>) -> Self {
-        Self(SMatrix::from_diagonal(variances))
-    }
-    fn covariance(&self) -> SMatrix<T, N, N> {
-        self.0
-    }
-    fn predict<F: Transition<T, N>, const M: usize>(
-        &mut self,
-        transition: &F,
-        noise: &[NoiseSource<T, N>; M],
-    ) {
-        self.0 = predicted(&self.0, transition, noise);
-    }
-    fn update(
-        &mut self,
-        row: &SVector<T, N>,
-        noise: T,
-        innovation: T,
-        state: &mut SVector<T, N>,
-    ) -> Result<Correction<T, N>, Refusal> {
-        let correction = correction(&self.0, row, noise, innovation)?;
-        self.0 -= correction.gain * (row.transpose() * self.0);
-        *state += correction.gain * innovation;
-        Ok(correction)
-    }
-}
-
-impl<T: Real, const N: usize> CovarianceForm<T, N> for Joseph<T, N> {
+impl<T: Real, const N: usize, const JOSEPH: bool> CovarianceForm<T, N> for MatrixForm<T, N, JOSEPH> {
     fn from_diagonal(variances: &SVector<T, N>) -> Self {
         Self(SMatrix::from_diagonal(variances))
     }
@@ -123,8 +97,12 @@ impl<T: Real, const N: usize> CovarianceForm<T, N> for Joseph<T, N> {
     ) -> Result<Correction<T, N>, Refusal> {
         let correction = correction(&self.0, row, noise, innovation)?;
         let gain = correction.gain;
-        let kept = SMatrix::<T, N, N>::identity() - gain * row.transpose();
-        self.0 = kept * self.0 * kept.transpose() + gain * gain.transpose() * noise;
+        if JOSEPH {
+            let kept = SMatrix::<T, N, N>::identity() - gain * row.transpose();
+            self.0 = kept * self.0 * kept.transpose() + gain * gain.transpose() * noise;
+        } else {
+            self.0 -= gain * (row.transpose() * self.0);
+        }
         *state += gain * innovation;
         Ok(correction)
     }

@@ -6,7 +6,8 @@
 //! - [`RestDetector`]: from the rotor's vertical velocity, whether it is still being struck; with the drive, [`MotionWatch`] makes a [`Motion`] of it.
 //! - [`ImpactDetector`]: from its jumps, when it is struck and how hard.
 //! - [`AngleFilter`]: what every filter does. [`ConstantRate`]: angle and rate from the camera alone. [`ImpactAided`]: the same two states, kicked where
-//!   the vibrometer hears an impact. Their covariance is kept factorised in [`AngleRateCovariance`]; gate, new start and rest are one code for both.
+//!   the vibrometer hears an impact. [`TwinFilter`]: the motor's twin, carried through each impact that was heard, says which tooth struck and how much it kicked.
+//!   Their covariances are kept factorised, in [`AngleRateCovariance`] and the core; gate, lag of late frames, new start and rest are one code for all.
 //! - [`UdCovariance`]: the numerical core, for any small number of states (below).
 //! - [`AngleFilter::smoothed`]: the same after the fact, from the frames since as well.
 //! - [`Innovation`]: what became of a measurement, used or not, and why.

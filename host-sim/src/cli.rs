@@ -8,6 +8,7 @@ mod closed_loop;
 mod estimation;
 mod microcontroller;
 mod open_loop;
+mod publication;
 mod twin;
 
 use std::path::PathBuf;

@@ -1,14 +1,15 @@
 //! `position`, `rate`, `positioning-trials` and `response-map`: the loop, and the map that it plans by.
 
 use std::io::Write as _;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use clap::Args;
 use indicatif::ProgressBar;
 
+use super::publication::{DrawingArgs, Findings, PublicationArgs};
 use super::{Format, SceneArgs, progress_style};
 use crate::error::CommandError;
-use crate::export::{self, OutputFolder};
+use crate::export;
 use crate::positioning_trials::{self, Strategy};
 use crate::{position, rate, response_map};
 
@@ -20,12 +21,8 @@ pub(super) struct PositionArgs {
     /// Distance from the target that counts as reached
     #[arg(long, value_name = "DEG", allow_negative_numbers = true)]
     tolerance: Option<String>,
-    /// Where to draw the move
-    #[arg(long, value_name = "FILE.svg")]
-    out: Option<PathBuf>,
-    /// How to print the result
-    #[arg(long, value_enum, default_value = "text")]
-    format: Format,
+    #[command(flatten)]
+    drawing: DrawingArgs,
     #[command(flatten)]
     scene: SceneArgs,
 }
@@ -34,20 +31,11 @@ impl PositionArgs {
     pub(super) fn execute(&self) -> Result<(), CommandError> {
         let scene =
             self.scene.load(&[("position.to_deg", &self.to), ("position.tolerance_deg", &self.tolerance)])?;
-        let path = self.out.clone().unwrap_or_else(|| PathBuf::from("out/position.svg"));
-        if self.out.is_none() {
-            OutputFolder::create(Path::new("out"))?;
-        }
-        let mut picture = export::Output::create(&path)?;
+        let drawing = self.drawing.open("position.svg")?;
         let mut trace = position::Trace::default();
         let outcome = position::run(&scene, |moment| trace.take(moment))?;
         let svg = position::svg(&outcome, &trace)?;
-        picture.write_all(svg.as_bytes()).map_err(|source| picture.unwritable(source))?;
-        picture.publish()?;
-        export::print(&match self.format {
-            Format::Text => format!("{outcome}picture            {}\n", path.display()),
-            Format::Json => outcome.json(),
-        })
+        drawing.publish(&svg, &outcome.to_string(), outcome.json())
     }
 }
 
@@ -62,12 +50,8 @@ pub(super) struct RateArgs {
     /// Length of the run in s
     #[arg(long, value_name = "S", allow_negative_numbers = true)]
     duration: Option<String>,
-    /// Where to draw the run
-    #[arg(long, value_name = "FILE.svg")]
-    out: Option<PathBuf>,
-    /// How to print the result
-    #[arg(long, value_enum, default_value = "text")]
-    format: Format,
+    #[command(flatten)]
+    drawing: DrawingArgs,
     #[command(flatten)]
     scene: SceneArgs,
 }
@@ -79,20 +63,11 @@ impl RateArgs {
             ("rate.profile", &self.profile),
             ("rate.duration_s", &self.duration),
         ])?;
-        let path = self.out.clone().unwrap_or_else(|| PathBuf::from("out/rate.svg"));
-        if self.out.is_none() {
-            OutputFolder::create(Path::new("out"))?;
-        }
-        let mut picture = export::Output::create(&path)?;
+        let drawing = self.drawing.open("rate.svg")?;
         let mut moments = Vec::new();
         let outcome = rate::run(&scene, |moment| moments.push(moment))?;
         let svg = rate::svg(&outcome, &moments)?;
-        picture.write_all(svg.as_bytes()).map_err(|source| picture.unwritable(source))?;
-        picture.publish()?;
-        export::print(&match self.format {
-            Format::Text => format!("{outcome}picture            {}\n", path.display()),
-            Format::Json => outcome.json(),
-        })
+        drawing.publish(&svg, &outcome.to_string(), outcome.json())
     }
 }
 
@@ -107,12 +82,8 @@ pub(super) struct PositioningTrialsArgs {
     /// Folder for positioning-trials.svg and trials.csv
     #[arg(long, value_name = "DIR", default_value = "out/positioning-trials")]
     out: PathBuf,
-    /// Replace the section between `<!-- positioning:begin -->` and `<!-- positioning:end -->` in this file
-    #[arg(long, value_name = "FILE")]
-    readme: Option<PathBuf>,
-    /// How to print the result
-    #[arg(long, value_enum, default_value = "text")]
-    format: Format,
+    #[command(flatten)]
+    publication: PublicationArgs,
     #[command(flatten)]
     scene: SceneArgs,
 }
@@ -121,10 +92,6 @@ impl PositioningTrialsArgs {
     pub(super) fn execute(&self) -> Result<(), CommandError> {
         let trials = positioning_trials::TRIALS.integer(&self.trials)?;
         let scene = self.scene.load(&[])?;
-        // What cannot be written is refused before the computing.
-        if let Some(path) = &self.readme {
-            positioning_trials::SECTION.read(path)?;
-        }
         let plan = positioning_trials::Plan::new(&scene, Strategy::Planned, trials)?;
         let others = match &self.compare {
             Some(count) => {
@@ -132,7 +99,7 @@ impl PositioningTrialsArgs {
             }
             None => Vec::new(),
         };
-        let folder = OutputFolder::create(&self.out)?;
+        let publication = self.publication.open(&self.out, positioning_trials::SECTION)?;
         let work = plan.trials() + others.iter().map(positioning_trials::Plan::trials).sum::<u64>();
         let bar = ProgressBar::new(work).with_style(progress_style());
         let progress = |trials| bar.inc(trials);
@@ -141,16 +108,11 @@ impl PositioningTrialsArgs {
         let measuring_s = positioning_trials::measuring_s(&scene);
         let report = positioning_trials::Report { trials, others: others?, measuring_s };
         bar.finish_and_clear();
-        folder.publish(&[
-            ("positioning-trials.svg".to_owned(), report.picture()?),
-            ("trials.csv".to_owned(), report.csv()),
-        ])?;
-        if let Some(path) = &self.readme {
-            positioning_trials::SECTION.write(path, &report.readme_section())?;
-        }
-        export::print(&match self.format {
-            Format::Text => format!("{}Written to {}\n", report.document().text(), self.out.display()),
-            Format::Json => report.json(),
+        publication.publish(Findings {
+            files: vec![("positioning-trials.svg", report.picture()?), ("trials.csv", report.csv())],
+            section: report.readme_section(),
+            text: report.document().text(),
+            json: report.json(),
         })
     }
 }

@@ -4,10 +4,9 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use super::Format;
+use super::publication::{Findings, PublicationArgs};
 use crate::accuracy;
 use crate::error::CommandError;
-use crate::export::{self, OutputFolder};
 
 #[derive(Debug, Args)]
 pub(super) struct AccuracyArgs {
@@ -17,33 +16,20 @@ pub(super) struct AccuracyArgs {
     /// Seconds instead of minutes: every figure, none of them sharp
     #[arg(long)]
     quick: bool,
-    /// Replace the section between `<!-- accuracy:begin -->` and `<!-- accuracy:end -->` in this file
-    #[arg(long, value_name = "FILE")]
-    readme: Option<PathBuf>,
-    /// How to print the result
-    #[arg(long, value_enum, default_value = "text")]
-    format: Format,
+    #[command(flatten)]
+    publication: PublicationArgs,
 }
 
 impl AccuracyArgs {
     pub(super) fn execute(&self) -> Result<(), CommandError> {
-        // What cannot be written is refused before the computing.
-        if let Some(path) = &self.readme {
-            accuracy::readme::SECTION.read(path)?;
-        }
-        let folder = OutputFolder::create(&self.out)?;
+        let publication = self.publication.open(&self.out, accuracy::readme::SECTION)?;
         let plan = if self.quick { accuracy::Plan::quick() } else { accuracy::Plan::full() };
         let accuracy = plan.run()?;
-        folder.publish(&[
-            ("accuracy.svg".to_owned(), accuracy.picture()?),
-            ("table.csv".to_owned(), accuracy.csv()?),
-        ])?;
-        if let Some(path) = &self.readme {
-            accuracy::readme::SECTION.write(path, &accuracy.readme_section())?;
-        }
-        export::print(&match self.format {
-            Format::Text => format!("{}Written to {}\n", accuracy.document().text(), self.out.display()),
-            Format::Json => accuracy.json(),
+        publication.publish(Findings {
+            files: vec![("accuracy.svg", accuracy.picture()?), ("table.csv", accuracy.csv()?)],
+            section: accuracy.readme_section(),
+            text: accuracy.document().text(),
+            json: accuracy.json(),
         })
     }
 }

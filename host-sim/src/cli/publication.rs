@@ -1,0 +1,115 @@
+//! Where a command puts what it found: files in a folder, its section of a page, standard output.
+
+use std::io::Write as _;
+use std::path::{Path, PathBuf};
+
+use clap::Args;
+
+use super::Format;
+use crate::error::CommandError;
+use crate::export::{self, Output, OutputFolder};
+use crate::section::Section;
+
+/// The flags of a command that writes a folder and a section.
+#[derive(Debug, Args)]
+pub(super) struct PublicationArgs {
+    /// Replace this command's section, between its two marks, in this file
+    #[arg(long, value_name = "FILE")]
+    readme: Option<PathBuf>,
+    /// How to print the result
+    #[arg(long, value_enum, default_value = "text")]
+    format: Format,
+}
+
+/// A publication whose every destination can be written.
+pub(super) struct Publication<'a> {
+    args: &'a PublicationArgs,
+    section: Section,
+    path: &'a Path,
+    folder: OutputFolder,
+}
+
+/// What a command found, in each form that it is given out in.
+pub(super) struct Findings {
+    /// Names and contents of the files.
+    pub files: Vec<(&'static str, String)>,
+    /// What stands between the section's marks.
+    pub section: String,
+    /// For people.
+    pub text: String,
+    /// For programs.
+    pub json: String,
+}
+
+impl PublicationArgs {
+    /// Makes the folder, and refuses what cannot be written before the computing.
+    pub(super) fn open<'a>(
+        &'a self,
+        folder: &'a Path,
+        section: Section,
+    ) -> Result<Publication<'a>, CommandError> {
+        if let Some(page) = &self.readme {
+            section.read(page)?;
+        }
+        Ok(Publication { args: self, section, path: folder, folder: OutputFolder::create(folder)? })
+    }
+}
+
+impl Publication<'_> {
+    pub(super) fn publish(&self, findings: Findings) -> Result<(), CommandError> {
+        let Findings { files, section, text, json } = findings;
+        let files: Vec<_> = files.into_iter().map(|(name, content)| (name.to_owned(), content)).collect();
+        self.folder.publish(&files)?;
+        if let Some(page) = &self.args.readme {
+            self.section.write(page, &section)?;
+        }
+        export::print(&match self.args.format {
+            Format::Text => format!("{text}Written to {}\n", self.path.display()),
+            Format::Json => json,
+        })
+    }
+}
+
+/// The flags of a command that draws one run.
+#[derive(Debug, Default, Args)]
+pub(super) struct DrawingArgs {
+    /// Where to draw the run
+    #[arg(long, value_name = "FILE.svg")]
+    out: Option<PathBuf>,
+    /// How to print the result
+    #[arg(long, value_enum, default_value = "text")]
+    format: Format,
+}
+
+/// A drawing whose file can be written.
+pub(super) struct Drawing {
+    path: PathBuf,
+    file: Output,
+    format: Format,
+}
+
+impl DrawingArgs {
+    /// Opens the file, which is `name` in the folder `out` unless a flag says otherwise.
+    pub(super) fn open(&self, name: &str) -> Result<Drawing, CommandError> {
+        let path = if let Some(path) = &self.out {
+            path.clone()
+        } else {
+            let folder = Path::new("out");
+            OutputFolder::create(folder)?;
+            folder.join(name)
+        };
+        Ok(Drawing { file: Output::create(&path)?, path, format: self.format })
+    }
+}
+
+impl Drawing {
+    /// Writes the picture, then prints the run.
+    pub(super) fn publish(mut self, svg: &str, text: &str, json: String) -> Result<(), CommandError> {
+        self.file.write_all(svg.as_bytes()).map_err(|source| self.file.unwritable(source))?;
+        self.file.publish()?;
+        export::print(&match self.format {
+            Format::Text => format!("{text}picture            {}\n", self.path.display()),
+            Format::Json => json,
+        })
+    }
+}
