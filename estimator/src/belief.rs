@@ -9,6 +9,12 @@ pub(crate) trait Belief<T>: Copy {
     /// Independent angle and rate; what a belief from `before` knows beside them is kept.
     fn begin(angle_rad2: T, rate_rad2_s2: T, before: Option<&Self>) -> Self;
 
+    /// The same, part by part where it is large: see [`crate::tracker`].
+    #[inline]
+    fn copied(&self) -> Self {
+        *self
+    }
+
     /// Variance of the angle.
     fn angle_rad2(&self) -> T;
 

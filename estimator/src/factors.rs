@@ -25,6 +25,7 @@
 
 mod bierman;
 mod noise;
+mod reach;
 mod states;
 
 use motor_model::Real;
@@ -32,6 +33,7 @@ use nalgebra::{SMatrix, SVector};
 
 pub use bierman::{Correction, Refusal};
 pub use noise::NoiseSource;
+pub(crate) use reach::{Reach, Whitened};
 
 use crate::transition::{Dense, Transition};
 
@@ -134,12 +136,23 @@ impl<T: Real, const N: usize> UdCovariance<T, N> {
         sum.into()
     }
 
+    /// The sum of all variances, the trace of P.
+    pub(crate) fn trace(&self) -> T {
+        let mut sum = T::zero();
+        for (j, (column, &weight)) in self.unit.iter().zip(&self.weights).enumerate() {
+            let reached = column.iter().take(j + 1);
+            sum += weight * reached.fold(T::zero(), |sum, &u| sum + u * u);
+        }
+        sum
+    }
+
     /// The variance of state `I`.
     #[inline]
     pub fn variance<const I: usize>(&self) -> T {
         const { assert!(I < N, "no such state") };
         let mut sum = self.weights.get(I).copied().unwrap_or_default();
-        for (column, &weight) in self.unit.iter().zip(&self.weights).skip(I + 1) {
+        let later = self.unit.get(I + 1..).unwrap_or_default();
+        for (column, &weight) in later.iter().zip(self.weights.get(I + 1..).unwrap_or_default()) {
             if let Some(&u) = column.get(I) {
                 sum += weight * (u * u);
             }

@@ -117,6 +117,12 @@ impl<T: Real> TrackTuning<T> {
 pub(crate) trait Process<T, B = AngleRateCovariance<T>> {
     /// Carries `state` forward to `until`, if that is later; `resting` is whether the rotor lies still.
     fn carry(&self, state: &mut State<T, B>, resting: bool, until: Time);
+
+    /// A state that is known to lie on the way from `state` to `until`: itself, if nothing better is.
+    #[inline]
+    fn on_the_way<'a>(&'a self, state: &'a State<T, B>, _resting: bool, _until: Time) -> &'a State<T, B> {
+        state
+    }
 }
 
 /// Angle and rate at an instant.
@@ -129,6 +135,13 @@ pub(crate) struct State<T, B = AngleRateCovariance<T>> {
 }
 
 impl<T: Real, B: Belief<T>> State<T, B> {
+    /// The same, part by part: see [`crate::tracker`].
+    #[inline]
+    pub(crate) fn copied(&self) -> Self {
+        let Self { at, angle, rate_rad_s, covariance } = self;
+        Self { at: *at, angle: *angle, rate_rad_s: *rate_rad_s, covariance: covariance.copied() }
+    }
+
     /// Carries it forward to `until` while the rate wanders with intensity `noise_rad2_s3`; leaves it as it is if `until` is not later.
     #[inline]
     pub(crate) fn wander(&mut self, until: Time, noise_rad2_s3: T) {
@@ -206,9 +219,8 @@ impl<T: Real, B: Belief<T>> Track<T, B> {
     /// The same, part by part: see [`crate::tracker`].
     #[inline]
     pub(crate) fn copied(&self) -> Self {
-        let State { at, angle, rate_rad_s, covariance } = self.state;
         Self {
-            state: State { at, angle, rate_rad_s, covariance },
+            state: self.state.copied(),
             code: self.code,
             changing: self.changing,
             away_rad: self.away_rad,

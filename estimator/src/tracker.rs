@@ -382,7 +382,7 @@ impl<T: Real, B: Belief<T>> Tracker<T, B> {
     #[inline]
     pub(crate) fn estimate(&self, now: Time, process: &impl Process<T, B>) -> Option<Estimate<T>> {
         let track = self.track()?;
-        let mut ahead = track.state;
+        let mut ahead = process.on_the_way(&track.state, track.resting, now).copied();
         process.carry(&mut ahead, track.resting, now);
         Some(Estimate {
             at: now,

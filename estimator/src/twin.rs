@@ -23,6 +23,7 @@ mod belief;
 mod contact;
 mod driven;
 mod oscillator;
+mod passage;
 mod shape;
 mod stator;
 mod trust;
@@ -347,7 +348,9 @@ impl<T: Real> TwinFilter<T> {
 
 impl<T: Real> AngleFilter<T> for TwinFilter<T> {
     fn drive(&mut self, at: Time, command: DriveCommand) {
-        self.stator.advance(at, self.drive);
+        if command != self.drive {
+            self.stator.advance(at, self.drive);
+        }
         if !self.followed && command.mode().is_some() {
             self.stator.forget_motion();
             self.followed = true;
@@ -377,7 +380,12 @@ impl<T: Real> AngleFilter<T> for TwinFilter<T> {
         if heard == Heard::Nothing {
             return None;
         }
-        self.stator.advance(sample.taken_at, self.drive);
+        // In flight nobody asks for the stator, unless to take the last jump in.
+        if heard == Heard::Flight && self.raw_jump_m_s.is_none() {
+            self.stator.follow(sample.taken_at, self.drive);
+        } else {
+            self.stator.advance(sample.taken_at, self.drive);
+        }
         if before.inverted() && !self.detector.inverted() {
             // What the impacts taught before the sign was known to be wrong is wrong, and so is the height.
             self.lose_stator();

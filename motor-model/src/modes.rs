@@ -233,6 +233,14 @@ impl<T: Real> ModalBank<T> {
         self.advance_in::<WholeMotor>(state, forcing, phase);
     }
 
+    /// The same for a caller who knows sine and cosine of the drive's phase at the start of the step.
+    #[inline]
+    pub fn advance_from(&self, state: &mut ModalState<T>, forcing: &Forcing<T>, [sin, cos]: [T; 2]) {
+        let (g, v) = (state.displacement_m, state.velocity_m_s);
+        self.step.add_to::<WholeMotor>(state, &g, &v);
+        forcing.add_from(state, [sin, cos]);
+    }
+
     /// The same where only some of the modes move.
     #[expect(
         clippy::inline_always,

@@ -63,6 +63,11 @@ impl<T: Real> Stator<T> {
         &self.teeth
     }
 
+    /// The three modes over a step.
+    pub fn modes(&self) -> &ModalBank<T> {
+        &self.modes
+    }
+
     /// Advances `state` by one step under `command`.
     #[inline]
     pub fn step(&self, state: &mut StatorState<T>, command: DriveCommand) {

@@ -27,6 +27,9 @@ pub struct NoiseSource<T, const N: usize> {
 /// Up to so many states the published form is the faster one.
 const FEW: usize = 3;
 
+/// Up to so many states a column is straight-line code.
+const MANY: usize = 12;
+
 /// A source on its way from the last column to the first.
 #[derive(Clone, Copy)]
 struct Arriving<T, const N: usize> {
@@ -73,13 +76,22 @@ impl<T: Real, const N: usize> UdCovariance<T, N> {
             }
             return;
         }
-        let (mut unit, mut weight, mut per_weight) = (*column, *d, T::one() / *d);
+        let is_silent = |source: &Arriving<T, N>| source.gain.get(j).is_none_or(|&entry| entry == T::zero());
+        if N > MANY && arriving.iter().all(is_silent) {
+            return;
+        }
+        let (mut weight, mut per_weight) = (*d, T::one() / *d);
+        // Few rows live in registers meanwhile, which many have no room in.
+        let mut unit = if N > MANY { None } else { Some(*column) };
         for_columns!(up to M, |m| {
             if let Some(source) = arriving.get_mut(m) {
-                source.add_to_column(j, &mut unit, &mut weight, &mut per_weight);
+                source.add_to_column(j, unit.as_mut().unwrap_or(column), &mut weight, &mut per_weight);
             }
         });
-        (*column, *d) = (unit, weight);
+        if let Some(unit) = unit {
+            *column = unit;
+        }
+        *d = weight;
     }
 }
 

@@ -107,6 +107,13 @@ impl<T: Real> Belief<T> for ScaledBelief<T> {
     }
 
     #[inline]
+    fn copied(&self) -> Self {
+        let UdCovariance { unit: [a, b, c, d], weights } = &self.covariance;
+        let covariance = UdCovariance { unit: [*a, *b, *c, *d], weights: *weights };
+        Self { covariance, friction: self.friction, reach: self.reach }
+    }
+
+    #[inline]
     fn angle_rad2(&self) -> T {
         self.covariance.variance::<0>()
     }

@@ -32,9 +32,10 @@
 use motor_model::Real;
 use nalgebra::Vector3;
 
-use super::shape::{Carried, Shaped, set, swinging, turned};
-use super::stator::{ANGLE, APPROACH, Errors, HEIGHT, INSTANT, JUMP, RECOIL, StatorBelief, TOOTH};
+use super::shape::{Carried, Row, Shaped, of, set, swinging, turned};
+use super::stator::{ANGLE, APPROACH, Errors, HEIGHT, INSTANT, JUMP, RECOIL, STATES, StatorBelief, TOOTH};
 use super::tuning::{ContactTuning, TwinTuning};
+use crate::factors::Whitened;
 
 /// A blow is noise when its first misfit, linearised about the prediction, is beyond so many times the limit: what it means is then nowhere near.
 const FAR: f64 = 40.0;
@@ -55,15 +56,13 @@ pub(super) struct Blow<T> {
 
 impl<T: Real> Blow<T> {
     /// From the instant, counted later from the middle of the period, how long before its end.
-    fn back_s(&self, errors: &Errors<T>) -> T {
-        T::from_f64(0.5) * self.within_s - errors.get(INSTANT).copied().unwrap_or_default()
+    fn back_s(&self, late_s: T) -> T {
+        T::from_f64(0.5) * self.within_s - late_s
     }
 
     /// The instant is within the period.
-    fn keep_in_period(&self, errors: &mut Errors<T>) {
-        if let Some(late) = errors.get_mut(INSTANT) {
-            *late = late.clamp_magnitude(T::from_f64(0.5) * self.within_s);
-        }
+    fn kept_in_period(&self, late_s: T) -> T {
+        late_s.clamp_magnitude(T::from_f64(0.5) * self.within_s)
     }
 }
 
@@ -89,36 +88,37 @@ pub(super) struct Struck<T> {
     pub(super) misfit: T,
 }
 
-/// One pair as the one that struck.
-#[derive(Clone, Copy, Debug)]
-struct Candidate<T> {
+/// A scalar that is to be zero, linear about some errors.
+struct Condition<T> {
+    row: Row<T>,
+    /// What `row . errors` is to be.
+    innovation: T,
+    noise: T,
+}
+
+/// The same, of which no more is needed than the row times U.
+struct Linear<T> {
+    by_instant: T,
+    innovation: T,
+    noise: T,
+}
+
+/// One pair as the one that struck: gap and approach.
+struct Looked<T> {
     pair: usize,
-    errors: Errors<T>,
+    conditions: [Linear<T>; 2],
+    /// Their rows times U.
+    whitened: [[T; STATES]; 2],
+}
+
+/// What the covariance makes of them.
+struct Weighed<T> {
     /// Sum of two normalised squares.
     misfit: T,
     /// Variances beside the noise of gap and approach, by what their linearisation leaves out.
     bent: [T; 2],
-}
-
-impl<T: Real> Candidate<T> {
-    /// A pair of which nothing has been found yet.
-    fn of(pair: usize) -> Self {
-        Self { pair, errors: Errors::zeros(), misfit: T::zero(), bent: [T::zero(); 2] }
-    }
-}
-
-/// A scalar that is to be zero.
-struct Condition<T> {
-    value: T,
-    row: Errors<T>,
-    noise: T,
-}
-
-impl<T: Real> Condition<T> {
-    /// Linear about `about`, `value + row . (x - about) = 0`: what `row . x` is to be.
-    fn innovation(&self, about: &Errors<T>) -> T {
-        self.row.dot(about) - self.value
-    }
+    /// The errors are `P` times the rows times this.
+    pulls: [T; 2],
 }
 
 impl<T: Real> StatorBelief<T> {
@@ -130,61 +130,110 @@ impl<T: Real> StatorBelief<T> {
         self.unsettle();
         self.covariance.renew(JUMP, blow.jump_m2_s2);
         self.covariance.renew(INSTANT, blow.within_s * blow.within_s * T::from_f64(1.0 / 12.0));
-        let [zero, one] = [0, 1].map(|pair| self.linearised(blow, &Candidate::of(pair), contact));
-        let better = if zero.misfit <= one.misfit { zero } else { one };
-        let mut best = self.linearised(blow, &better, contact);
-        let alarm = blow.jump_m_s * blow.jump_m_s / blow.jump_m2_s2 + contact.alarm;
-        if best.misfit > alarm || better.misfit > T::from_f64(FAR) * alarm {
-            return None;
-        }
-        let misfit = best.misfit;
-        if misfit > contact.surprise {
-            self.covariance.doubt::<INSTANT>(T::from_f64(3.0) * misfit / contact.surprise);
-            best = self.linearised(blow, &Candidate::of(best.pair), contact);
-        }
-        let errors = self.settle_on(blow, &best, contact);
+        let (pair, bent, errors, misfit) = self.likelier(blow, contact)?;
+        let errors = self.settle_on(blow, pair, bent, &errors, contact);
         self.jump_m_s = blow.jump_m_s;
         self.correct(&errors);
-        let earlier_m_s = Known {
-            value: errors.get(TOOTH).copied().unwrap_or_default(),
-            variance: self.covariance.variance::<TOOTH>(),
-        };
-        let back_s = Known { value: blow.back_s(&errors), variance: self.covariance.variance::<INSTANT>() };
-        let tooth = self.tooth(best.pair, &Errors::zeros());
+        let [[earlier_m_s, ..]] = errors.data.0;
+        let earlier_m_s = Known { value: earlier_m_s, variance: self.covariance.variance::<TOOTH>() };
+        let late_s = errors.as_slice().get(INSTANT).copied().unwrap_or_default();
+        let back_s = Known { value: blow.back_s(late_s), variance: self.covariance.variance::<INSTANT>() };
+        let tooth = self.tooth(pair, &Row::zeros());
         let tooth_m_s = self.along(&tooth, back_s.value, tuning.tooth_m_s);
         self.recoil(&tooth, back_s.value);
         let jump_m_s = Known { value: self.jump_m_s, variance: self.covariance.variance::<JUMP>() };
         Some(Struck { back: back_s, jump: jump_m_s, tooth: tooth_m_s, earlier: earlier_m_s, misfit })
     }
 
-    /// What the conditions make of the errors, linearised about those of a candidate, and nothing of their covariance.
+    /// The pair that fits better, what bends its conditions, the errors that they tell, and its misfit; `None` when both fit worse than noise.
     #[inline(never)]
-    fn linearised(&self, blow: &Blow<T>, about: &Candidate<T>, contact: &ContactTuning<T>) -> Candidate<T> {
-        let [gap, approach] = self.conditions(blow, about.pair, &about.errors, contact);
-        let [f, g] = [&gap, &approach].map(|condition| self.covariance.whitened(&condition.row));
-        let [df, dg] = [&f, &g].map(|f| self.covariance.weighted(f));
-        let (gap_m2, approach_m2_s2) = (f.dot(&df), g.dot(&dg));
-        let bent = self.bent(&[(&gap, gap_m2), (&approach, approach_m2_s2)]);
-        let per_gap = T::one() / (gap.noise + bent[0] + gap_m2);
+    fn likelier(&mut self, blow: &Blow<T>, contact: &ContactTuning<T>) -> Option<(usize, [T; 2], Row<T>, T)> {
+        let predicted = [0, 1].map(|pair| self.look(blow, pair, &Row::zeros(), contact));
+        let [zero, one] = predicted.each_ref().map(|looked| self.weigh(looked));
+        let [of_zero, of_one] = &predicted;
+        let (looked, better) = if zero.misfit <= one.misfit { (of_zero, zero) } else { (of_one, one) };
+        let alarm = blow.jump_m_s * blow.jump_m_s / blow.jump_m2_s2 + contact.alarm;
+        if better.misfit > T::from_f64(FAR) * alarm {
+            return None;
+        }
+        let pair = looked.pair;
+        let meant = self.look(blow, pair, &self.told(blow, looked, &better), contact);
+        let best = self.weigh(&meant);
+        let misfit = best.misfit;
+        if misfit > alarm {
+            return None;
+        }
+        if misfit > contact.surprise {
+            self.covariance.doubt::<INSTANT>(T::from_f64(3.0) * misfit / contact.surprise);
+            let doubted = self.weigh(looked);
+            return Some((pair, doubted.bent, self.told(blow, looked, &doubted), misfit));
+        }
+        Some((pair, best.bent, self.told(blow, &meant, &best), misfit))
+    }
+
+    /// Gap and approach of `pair`, linear about `errors`.
+    #[inline(never)]
+    fn look(&self, blow: &Blow<T>, pair: usize, errors: &Row<T>, contact: &ContactTuning<T>) -> Looked<T> {
+        let [gap, approach] = self.conditions(blow, pair, errors, contact);
+        let linear = |of_row: &Condition<T>| Linear {
+            by_instant: of(&of_row.row, INSTANT),
+            innovation: of_row.innovation,
+            noise: of_row.noise,
+        };
+        Looked {
+            pair,
+            conditions: [linear(&gap), linear(&approach)],
+            whitened: self.covariance.whitened([&gap.row, &approach.row]),
+        }
+    }
+
+    /// What the conditions make of the errors, and nothing of their covariance.
+    #[inline(never)]
+    fn weigh(&self, looked: &Looked<T>) -> Weighed<T> {
+        let Looked { conditions: [gap, approach], whitened: [f, g], .. } = looked;
+        let weights = &self.covariance.weights;
+        let (mut gap_m2, mut approach_m2_s2, mut both) = (T::zero(), T::zero(), T::zero());
+        for ((&f, &g), &d) in f.iter().zip(g).zip(weights) {
+            let (df, dg) = (d * f, d * g);
+            gap_m2 += f * df;
+            approach_m2_s2 += g * dg;
+            both += g * df;
+        }
+        let bent = self.bent(&[(gap, gap_m2), (approach, approach_m2_s2)]);
+        let [bent_gap_m2, bent_m2_s2] = bent;
+        let per_gap = T::one() / (gap.noise + bent_gap_m2 + gap_m2);
         // The approach, as far as the gap does not tell it.
-        let shared = g.dot(&df) * per_gap;
-        let left = dg - df * shared;
-        let per_approach = T::one() / (approach.noise + bent[1] + not_negative(g.dot(&left)));
-        let [of_gap, of_approach] = [&gap, &approach].map(|c| c.innovation(&about.errors));
-        let beside = of_approach - shared * of_gap;
-        let by = df * (per_gap * of_gap) + left * (per_approach * beside);
-        let mut errors = self.covariance.coloured(&by);
-        blow.keep_in_period(&mut errors);
-        let misfit = of_gap * per_gap * of_gap + beside * per_approach * beside;
-        Candidate { pair: about.pair, errors, misfit, bent }
+        let shared = both * per_gap;
+        let mut left_m2_s2 = T::zero();
+        for ((&f, &g), &d) in f.iter().zip(g).zip(weights) {
+            left_m2_s2 += g * (d * (g - f * shared));
+        }
+        let per_approach = T::one() / (approach.noise + bent_m2_s2 + not_negative(left_m2_s2));
+        let beside = approach.innovation - shared * gap.innovation;
+        let (by_gap, by_approach) = (per_gap * gap.innovation, per_approach * beside);
+        let misfit = gap.innovation * by_gap + beside * by_approach;
+        Weighed { misfit, bent, pulls: [by_gap - shared * by_approach, by_approach] }
+    }
+
+    /// The errors that the conditions tell, as far as their rows reach.
+    #[inline(never)]
+    fn told(&self, blow: &Blow<T>, looked: &Looked<T>, weighed: &Weighed<T>) -> Row<T> {
+        let ([f, g], [by_gap, by_approach]) = (&looked.whitened, weighed.pulls);
+        let mut y = [T::zero(); STATES];
+        for ((y, &d), (&f, &g)) in y.iter_mut().zip(&self.covariance.weights).zip(f.iter().zip(g)) {
+            *y = d * (f * by_gap + g * by_approach);
+        }
+        let mut errors = self.covariance.coloured(&y);
+        let late_s = blow.kept_in_period(of(&errors, INSTANT));
+        set(&mut errors, INSTANT, late_s);
+        errors
     }
 
     /// Variances of what bends gap and approach, whose own variances are given: an error of the instant times one of the speed or of the acceleration.
-    fn bent(&self, [(gap, gap_m2), (approach, approach_m2_s2)]: &[(&Condition<T>, T); 2]) -> [T; 2] {
+    fn bent(&self, [(gap, gap_m2), (approach, approach_m2_s2)]: &[(&Linear<T>, T); 2]) -> [T; 2] {
         let instant_s2 = self.covariance.variance::<INSTANT>();
-        let beside_instant = |condition: &Condition<T>, variance: T| {
-            let by_instant = condition.row.get(INSTANT).copied().unwrap_or_default();
-            not_negative(variance - by_instant * by_instant * instant_s2)
+        let beside_instant = |condition: &Linear<T>, variance: T| {
+            not_negative(variance - condition.by_instant * condition.by_instant * instant_s2)
         };
         let [_, _, stiffest] = &self.oscillators;
         let per_s4 = stiffest.stiffness_per_s2 * stiffest.stiffness_per_s2;
@@ -194,16 +243,26 @@ impl<T: Real> StatorBelief<T> {
         ]
     }
 
-    /// Takes the conditions in, linearised about the best candidate's errors; returns the errors.
+    /// Takes the conditions of `pair` in, linearised about `errors`; returns the errors then.
     #[inline(never)]
-    fn settle_on(&mut self, blow: &Blow<T>, best: &Candidate<T>, contact: &ContactTuning<T>) -> Errors<T> {
-        let mut errors = Errors::zeros();
-        let conditions = self.conditions(blow, best.pair, &best.errors, contact);
-        for (Condition { noise, row, value }, bent) in conditions.into_iter().zip(best.bent) {
-            let innovation = row.dot(&best.errors) - value - row.dot(&errors);
-            let _ = self.covariance.update(&row, noise + bent, innovation, &mut errors);
+    fn settle_on(
+        &mut self,
+        blow: &Blow<T>,
+        pair: usize,
+        bent: [T; 2],
+        errors: &Row<T>,
+        contact: &ContactTuning<T>,
+    ) -> Errors<T> {
+        let looked = self.look(blow, pair, errors, contact);
+        let ([gap, approach], [f, g], [bent_gap, bent_approach]) =
+            (&looked.conditions, &looked.whitened, bent);
+        let mut errors = self.covariance.update_pair([
+            Whitened { row: f, noise: gap.noise + bent_gap, innovation: gap.innovation },
+            Whitened { row: g, noise: approach.noise + bent_approach, innovation: approach.innovation },
+        ]);
+        if let Some(late_s) = errors.as_mut_slice().get_mut(INSTANT) {
+            *late_s = blow.kept_in_period(*late_s);
         }
-        blow.keep_in_period(&mut errors);
         errors
     }
 
@@ -213,18 +272,17 @@ impl<T: Real> StatorBelief<T> {
         &self,
         blow: &Blow<T>,
         pair: usize,
-        errors: &Errors<T>,
+        errors: &Row<T>,
         contact: &ContactTuning<T>,
     ) -> [Condition<T>; 2] {
         let one = T::one();
-        let back_s = blow.back_s(errors);
+        let back_s = blow.back_s(of(errors, INSTANT));
         let there = self.carried_back(back_s, errors);
         let tooth = self.tooth(pair, errors);
         let (phi, [across, aslant]) = (&tooth.shape, [swinging(&tooth.shape), turned(&tooth.shape)]);
-        let of = |state: usize| errors.get(state).copied().unwrap_or_default();
-        let found = |state: usize| self.found.get(state).copied().unwrap_or_default() + of(state);
+        let found = |state: usize| self.found(state, errors);
         let speed = phi.dot(&there.velocity_m_s);
-        let jump_m_s = blow.jump_m_s + of(JUMP);
+        let jump_m_s = blow.jump_m_s + of(errors, JUMP);
         // `r` grows with the square of the shape, of which A is a third.
         let per_scale = self.recoil_share * T::from_f64(4.0 / 3.0);
         let per_jump = self.approach_per_jump
@@ -237,8 +295,10 @@ impl<T: Real> StatorBelief<T> {
         set(&mut gap_row, INSTANT, blow.before_m_s - speed);
         set(&mut gap_row, tooth.scale, -across.dot(&there.displacement_m));
         set(&mut gap_row, ANGLE, -aslant.dot(&there.displacement_m));
+        let gap_m =
+            self.height_m + of(errors, HEIGHT) - blow.before_m_s * back_s - phi.dot(&there.displacement_m);
         let gap = Condition {
-            value: self.height_m + of(HEIGHT) - blow.before_m_s * back_s - phi.dot(&there.displacement_m),
+            innovation: gap_row.dot(errors) - gap_m,
             row: gap_row,
             noise: square(contact.gap_m) + square(contact.shape_part * swing),
         };
@@ -250,8 +310,9 @@ impl<T: Real> StatorBelief<T> {
         let by_share = per_scale * self.approach_per_jump * jump_m_s;
         set(&mut approach_row, tooth.scale, across.dot(&there.velocity_m_s) - by_share);
         set(&mut approach_row, ANGLE, aslant.dot(&there.velocity_m_s));
+        let too_fast_m_s = speed - blow.before_m_s - per_jump * jump_m_s;
         let approach = Condition {
-            value: speed - blow.before_m_s - per_jump * jump_m_s,
+            innovation: approach_row.dot(errors) - too_fast_m_s,
             row: approach_row,
             noise: T::from_f64(1e-8) + square(contact.approach_part * per_jump * jump_m_s),
         };
@@ -261,7 +322,7 @@ impl<T: Real> StatorBelief<T> {
     /// The tooth's velocity along the rotor `back_s` before the end of the period, followed from now on as a state.
     #[inline(never)]
     fn along(&mut self, tooth: &Shaped<T>, back_s: T, beside_m_s: T) -> Known<T> {
-        let there = self.carried_back(back_s, &Errors::zeros());
+        let there = self.carried_back(back_s, &Row::zeros());
         let mut row = there.row(&tooth.lever, |r| [r.c_rate, r.s_rate]);
         set(&mut row, INSTANT, tooth.lever.dot(&there.acceleration_m_s2));
         set(&mut row, tooth.scale, tooth.lever.dot(&there.velocity_m_s));
@@ -277,15 +338,13 @@ impl<T: Real> StatorBelief<T> {
         let scale = T::one() + self.found.get(RECOIL).copied().unwrap_or_default();
         let responses = self.oscillators.each_ref().map(|oscillator| oscillator.after(back_s));
         let back = Carried::<T>::of(responses);
-        let struck = |recoil: &Vector3<T>| back.row(recoil, |r| [-r.s, -r.s_rate]);
+        let struck = |recoil: &Vector3<T>, factor: T| back.motion(recoil, factor, |r| [-r.s, -r.s_rate]);
         let [by_scale, by_angle] =
-            [swinging(&tooth.recoil), turned(&tooth.recoil)].map(|recoil| struck(&recoil) * (scale * jump));
-        let mut by_jump = struck(&tooth.recoil);
-        let by_part = by_jump * jump;
-        by_jump *= scale;
-        let mut by_instant = back.row(&tooth.recoil, |r| [r.s_rate, r.s_acceleration]) * (scale * jump);
-        set(&mut by_jump, HEIGHT, back_s);
-        set(&mut by_instant, HEIGHT, -jump);
+            [swinging(&tooth.recoil), turned(&tooth.recoil)].map(|recoil| struck(&recoil, scale * jump));
+        let by_part = struck(&tooth.recoil, jump);
+        let mut by_jump = struck(&tooth.recoil, scale);
+        let mut by_instant = back.motion(&tooth.recoil, scale * jump, |r| [r.s_rate, r.s_acceleration]);
+        (by_jump[0], by_instant[0]) = (back_s, -jump);
         // From the last column to the first, since each reads what the ones before it have not yet changed.
         for (state, effect) in [
             (ANGLE, by_angle),
@@ -294,10 +353,9 @@ impl<T: Real> StatorBelief<T> {
             (JUMP, by_jump),
             (INSTANT, by_instant),
         ] {
-            let motion = effect.as_slice().get(HEIGHT..INSTANT).unwrap_or_default();
-            self.covariance.add_effect(state, HEIGHT, motion);
+            self.covariance.add_effect(state, HEIGHT, &effect);
         }
-        let [[_, height, g_a, v_a, g_b, v_b, g_c, v_c, ..]] = (by_jump * jump).data.0;
+        let [height, g_a, v_a, g_b, v_b, g_c, v_c] = by_jump.map(|entry| entry * jump);
         self.state.modes.displacement_m += Vector3::new(g_a, g_b, g_c);
         self.state.modes.velocity_m_s += Vector3::new(v_a, v_b, v_c);
         self.height_m += height;

@@ -56,7 +56,7 @@ impl<T: Real> Ahead<T> {
     /// From the track as it is, through all strikes of the `process`; `None` if there are none.
     pub(super) fn of(state: &TwinState<T>, resting: bool, process: &Driven<'_, T>) -> Option<Self> {
         let newest = process.strikes.back()?.at;
-        let mut ahead = Self { from: state.at, motion: process.motion, resting, state: *state };
+        let mut ahead = Self { from: state.at, motion: process.motion, resting, state: state.copied() };
         process.carry(&mut ahead.state, resting, newest);
         (newest > ahead.from).then_some(ahead)
     }
@@ -111,9 +111,7 @@ impl<T: Real> Driven<'_, T> {
 
 impl<T: Real> Process<T, ScaledBelief<T>> for Driven<'_, T> {
     fn carry(&self, state: &mut TwinState<T>, resting: bool, until: Time) {
-        if let Some(ahead) = self.ahead.filter(|ahead| ahead.serves(state.at, until, resting, self.motion)) {
-            *state = ahead.state;
-        } else if !(resting && self.motion == Motion::Quiet) {
+        if !(resting && self.motion == Motion::Quiet) {
             let from = state.at;
             // Most are older than the track: counted from the newest.
             let newer = self.strikes.iter().rev().take_while(|strike| strike.at > from).count();
@@ -124,6 +122,12 @@ impl<T: Real> Process<T, ScaledBelief<T>> for Driven<'_, T> {
             }
         }
         self.fly(state, resting, until);
+    }
+
+    #[inline]
+    fn on_the_way<'a>(&'a self, state: &'a TwinState<T>, resting: bool, until: Time) -> &'a TwinState<T> {
+        let ahead = self.ahead.filter(|ahead| ahead.serves(state.at, until, resting, self.motion));
+        ahead.map_or(state, |ahead| &ahead.state)
     }
 }
 

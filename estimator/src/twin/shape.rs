@@ -12,7 +12,14 @@ use motor_model::Real;
 use nalgebra::Vector3;
 
 use super::oscillator::Response;
-use super::stator::{ANGLE, Errors, MODES, SCALES, StatorBelief};
+use super::stator::{ANGLE, HEIGHT, JUMP, RECOIL, SCALES, STATES, StatorBelief};
+use crate::factors::Reach;
+
+/// A row of gap, approach or a tooth's velocity, and the errors that it reaches: height, modes, instant and jump; recoil, approach and the teeth's shape.
+pub(super) type Row<T> = Reach<T, HEIGHT, { JUMP + 1 - HEIGHT }, { STATES - RECOIL }>;
+
+/// Errors of the height and of the modes.
+pub(super) type Motion<T> = [T; 7];
 
 /// A pair of teeth.
 pub(super) struct Shaped<T> {
@@ -33,12 +40,11 @@ pub(super) struct Carried<T> {
 
 impl<T: Real> StatorBelief<T> {
     /// Pair 0 or 1, were the stator corrected by `errors`.
-    pub(super) fn tooth(&self, pair: usize, errors: &Errors<T>) -> Shaped<T> {
+    pub(super) fn tooth(&self, pair: usize, errors: &Row<T>) -> Shaped<T> {
         let [first, second] = self.teeth();
         let nominal = if pair == 0 { first } else { second };
         let scale = SCALES + pair;
-        let found = |state: usize| (self.found + errors).get(state).copied().unwrap_or_default();
-        let (part, angle) = (found(scale), found(ANGLE));
+        let (part, angle) = (self.found(scale, errors), self.found(ANGLE, errors));
         let shaped = |of: &Vector3<T>| of + swinging(of) * part + turned(of) * angle;
         Shaped {
             scale,
@@ -48,12 +54,19 @@ impl<T: Real> StatorBelief<T> {
         }
     }
 
+    /// Error of a parameter so far found, were it corrected by `errors`.
+    #[inline]
+    pub(super) fn found(&self, state: usize, errors: &Row<T>) -> T {
+        self.found.as_slice().get(state).copied().unwrap_or_default() + of(errors, state)
+    }
+
     /// The modes `back_s` before the end of the period, were they corrected by `errors`.
-    pub(super) fn carried_back(&self, back_s: T, errors: &Errors<T>) -> Carried<T> {
-        let [[_, _, g_a, v_a, g_b, v_b, g_c, v_c, ..]] = errors.data.0;
+    pub(super) fn carried_back(&self, back_s: T, errors: &Row<T>) -> Carried<T> {
+        let [_, g_a, v_a, g_b, v_b, g_c, v_c, ..] = errors.lead;
         let g = self.state.modes.displacement_m + Vector3::new(g_a, g_b, g_c);
         let v = self.state.modes.velocity_m_s + Vector3::new(v_a, v_b, v_c);
-        let drive = self.drive_m_s2;
+        let [sin, _] = self.phasor;
+        let drive = self.full_m_s2() * sin;
         let responses = self.oscillators.each_ref().map(|oscillator| oscillator.after(-back_s));
         let [a, b, c] = &responses;
         let each = |of: fn(&Response<T>) -> T| Vector3::new(of(a), of(b), of(c));
@@ -78,18 +91,26 @@ impl<T: Real> Carried<T> {
     }
 
     /// A row, or an effect: what `part` makes of each mode's response, times the mode's weight.
-    pub(super) fn row(&self, weights: &Vector3<T>, part: impl Fn(&Response<T>) -> [T; 2]) -> Errors<T> {
-        let mut row = Errors::zeros();
-        let entries = row.iter_mut().skip(MODES);
-        let parts = self
-            .responses
-            .iter()
-            .zip(weights.iter())
-            .flat_map(|(response, &weight)| part(response).map(|entry| weight * entry));
-        for (to, from) in entries.zip(parts) {
-            *to = from;
-        }
-        row
+    #[inline]
+    pub(super) fn row(&self, weights: &Vector3<T>, part: impl Fn(&Response<T>) -> [T; 2]) -> Row<T> {
+        let [a, b, c] = &self.responses;
+        let weighed = |response: &Response<T>, weight: T| part(response).map(|entry| weight * entry);
+        let ([g_a, v_a], [g_b, v_b], [g_c, v_c]) =
+            (weighed(a, weights.x), weighed(b, weights.y), weighed(c, weights.z));
+        let zero = T::zero();
+        Row { lead: [zero, g_a, v_a, g_b, v_b, g_c, v_c, zero, zero], ..Row::zeros() }
+    }
+
+    /// The same for height and modes alone, times `factor`.
+    #[inline]
+    pub(super) fn motion(
+        &self,
+        weights: &Vector3<T>,
+        factor: T,
+        part: impl Fn(&Response<T>) -> [T; 2],
+    ) -> Motion<T> {
+        let [height, g_a, v_a, g_b, v_b, g_c, v_c, ..] = self.row(weights, part).lead;
+        [height, g_a, v_a, g_b, v_b, g_c, v_c].map(|entry| entry * factor)
     }
 }
 
@@ -103,8 +124,19 @@ pub(super) fn turned<T: Real>(of: &Vector3<T>) -> Vector3<T> {
     Vector3::new(T::zero(), of.z, -of.y) * T::from_f64(2.0)
 }
 
-pub(super) fn set<T: Real>(row: &mut Errors<T>, state: usize, value: T) {
-    if let Some(entry) = row.get_mut(state) {
+/// The entry of a state that `row` reaches.
+#[inline]
+pub(super) fn of<T: Real>(row: &Row<T>, state: usize) -> T {
+    let place = if state < RECOIL { row.lead.get(state - HEIGHT) } else { row.last.get(state - RECOIL) };
+    place.copied().unwrap_or_default()
+}
+
+/// Sets the entry of a state that `row` reaches.
+#[inline]
+pub(super) fn set<T: Real>(row: &mut Row<T>, state: usize, value: T) {
+    let place =
+        if state < RECOIL { row.lead.get_mut(state - HEIGHT) } else { row.last.get_mut(state - RECOIL) };
+    if let Some(entry) = place {
         *entry = value;
     }
 }

@@ -7,20 +7,20 @@
 //! dg'' + 2 zeta w dg' + w^2 dg  =  -w^2 g k + (a - 2 zeta w g') c + a f          a: acceleration by the drive
 //! ```
 //!
-//! since the drive's force is `2 zeta w^2 A`: damping and amplitude are what is measured (Table 1). The modes themselves are stepped with the parameters as
-//! estimated; the effect of each parameter since the covariance was last carried forward is kept beside them, two numbers each.
+//! since the drive's force is `2 zeta w^2 A`: damping and amplitude are what is measured (Table 1).
 //!
 //! The drive's phase is the coil's at the rotor: a command that is told a tick late is 0.4 rad, a fifth of a tooth's swing. Found, it turns the model's own drive, however far.
 //!
 //! The height is the sum of the vibrometer's samples: its variance grows by `sigma^2 h^2` a sample, 28 nm in 4 ms.
 
 use motor_model::{
-    DriveCommand, DriveMode, DriveTuning, ModalState, Mode, MotorParams, OutOfBounds, Parameter, Phase, Real,
-    Stator, StatorState, Time, ToothPair,
+    DriveTuning, ModalState, Mode, MotorParams, OutOfBounds, Parameter, Phase, Real, Stator, StatorState,
+    Time, ToothPair,
 };
-use nalgebra::{Matrix2, SVector, Vector2, Vector3};
+use nalgebra::{Matrix2, SVector, Vector3};
 
 use super::oscillator::Oscillator;
+use super::passage::{Felt, Passed, STRIDE};
 use super::tuning::TwinTuning;
 use crate::factors::{NoiseSource, UdCovariance};
 use crate::transition::Blocks2;
@@ -59,59 +59,29 @@ pub(super) type Errors<T> = SVector<T, STATES>;
 pub(super) const PERIOD_NANOS: u64 = 5_000;
 pub(super) const PERIOD_S: f64 = 5e-6;
 
-/// Periods after which the effect of the parameters is carried forward: it need not be exact, as the modes' own motion is. Within four of them a mode turns by less than a radian.
-const STRIDE: u8 = 4;
-
-/// A time without news longer than this is not stepped through: the modes are begun anew.
-const LONGEST_NANOS: u64 = 10_000_000;
-
-/// Sums over periods of what the parameters act by: means of a period, each.
-#[derive(Clone, Copy, Debug, Default)]
-struct Passed<T: Real> {
-    displacement_m: Vector3<T>,
-    velocity_m_s: Vector3<T>,
-    drive_m_s2: Vector3<T>,
-    quarter_m_s2: Vector3<T>,
-}
-
-impl<T: Real> Passed<T> {
-    fn add(&mut self, other: &Self) {
-        self.displacement_m += other.displacement_m;
-        self.velocity_m_s += other.velocity_m_s;
-        self.drive_m_s2 += other.drive_m_s2;
-        self.quarter_m_s2 += other.quarter_m_s2;
-    }
-}
-
 /// The stator as the filter believes it to be.
 #[derive(Clone, Debug)]
 pub(super) struct StatorBelief<T: Real> {
-    model: Stator<T>,
+    pub(super) model: Stator<T>,
     pub(super) state: StatorState<T>,
-    at: Option<Time>,
+    pub(super) at: Option<Time>,
     /// Whether nothing has happened since [`Self::settle`].
-    settled: bool,
+    pub(super) settled: bool,
     pub(super) oscillators: [Oscillator<T>; 3],
-    /// Acceleration by the drive now, in m/s^2.
-    pub(super) drive_m_s2: Vector3<T>,
-    /// The same a quarter of a cycle later.
-    quarter_m_s2: Vector3<T>,
-    step: [Matrix2<T>; 3],
+    /// Sine and cosine of the drive's phase.
+    pub(super) phasor: [T; 2],
+    pub(super) step: [Matrix2<T>; 3],
     /// The same over [`STRIDE`] periods.
-    strides: [Matrix2<T>; 3],
+    pub(super) strides: [Matrix2<T>; 3],
     pub(super) height_m: T,
     /// Errors of the parameters so far found, as parts; the other entries are not used.
     pub(super) found: Errors<T>,
-    /// Effect of each mode's parameters on it since the covariance was last carried.
-    slopes: [[Vector2<T>; 3]; 3],
-    /// The same of the drive's phase.
-    turns: [Vector2<T>; 3],
-    /// Flow since then.
-    flow: [Matrix2<T>; 3],
-    waited_s: T,
+    /// What each mode has felt since the covariance was last carried.
+    pub(super) felt: [Felt<T>; 3],
+    pub(super) waited_s: T,
     /// Periods since the last stride, and what has passed in them.
-    periods: u8,
-    passed: Passed<T>,
+    pub(super) periods: u8,
+    pub(super) passed: Passed<T>,
     pub(super) covariance: UdCovariance<T, STATES>,
     /// Variances at the start.
     at_start: Errors<T>,
@@ -146,15 +116,12 @@ impl<T: Real> StatorBelief<T> {
             at: None,
             settled: false,
             oscillators: modes.each_ref().map(Oscillator::new),
-            drive_m_s2: Vector3::zeros(),
-            quarter_m_s2: Vector3::zeros(),
+            phasor: [T::zero(), T::one()],
             step: modes.map(|mode| propagator(&mode, PERIOD_S)),
             strides: modes.map(|mode| propagator(&mode, PERIOD_S * f64::from(STRIDE))),
             height_m: T::zero(),
             found: Errors::zeros(),
-            slopes: [[Vector2::zeros(); 3]; 3],
-            turns: [Vector2::zeros(); 3],
-            flow: [Matrix2::identity(); 3],
+            felt: [Felt::nothing(); 3],
             waited_s: T::zero(),
             periods: 0,
             passed: Passed::default(),
@@ -170,28 +137,6 @@ impl<T: Real> StatorBelief<T> {
 
     pub(super) fn teeth(&self) -> &[ToothPair<T>; 2] {
         self.model.teeth()
-    }
-
-    /// Moves the stator to `to` under `command`.
-    pub(super) fn advance(&mut self, to: Time, command: DriveCommand) {
-        let mut at = *self.at.get_or_insert(to);
-        let behind = to.nanos_since(at);
-        if behind > LONGEST_NANOS {
-            let periods = behind / PERIOD_NANOS;
-            let turned = self.state.forcing.increment().units().wrapping_mul(periods);
-            self.state.phase = self.state.phase.advanced(Phase::from_units(turned));
-            at = at.plus_nanos(periods * PERIOD_NANOS);
-            self.forget_motion();
-        }
-        self.settled &= command.mode().is_none();
-        if self.settled {
-            at = at.plus_nanos(to.nanos_since(at) / PERIOD_NANOS * PERIOD_NANOS);
-        }
-        while to.nanos_since(at) >= PERIOD_NANOS {
-            self.wait(command);
-            at = at.plus_nanos(PERIOD_NANOS);
-        }
-        self.at = Some(at);
     }
 
     /// Motion and parameters are no longer believed: those of the start, in the drive's phase now.
@@ -210,7 +155,7 @@ impl<T: Real> StatorBelief<T> {
         let Some(at) = self.at.filter(|at| *at > to) else { return };
         let periods = at.nanos_since(to).div_ceil(PERIOD_NANOS);
         let turned = self.state.forcing.increment().units().wrapping_mul(periods);
-        self.state.phase = self.state.phase.advanced(Phase::from_units(turned.wrapping_neg()));
+        self.turn(Phase::from_units(turned.wrapping_neg()));
         self.at = Some(Time::from_nanos(at.nanos().saturating_sub(periods * PERIOD_NANOS)));
     }
 
@@ -255,80 +200,6 @@ impl<T: Real> StatorBelief<T> {
         self.settled = false;
     }
 
-    /// A period passes.
-    fn wait(&mut self, command: DriveCommand) {
-        let (half, h) = (T::from_f64(0.5), T::from_f64(PERIOD_S));
-        let (before, drive_before, quarter_before) = (self.state.modes, self.drive_m_s2, self.quarter_m_s2);
-        self.model.step(&mut self.state, command);
-        [self.drive_m_s2, self.quarter_m_s2] = self.drive(command);
-        let passed = Passed {
-            displacement_m: (before.displacement_m + self.state.modes.displacement_m) * half,
-            velocity_m_s: (before.velocity_m_s + self.state.modes.velocity_m_s) * half,
-            drive_m_s2: (drive_before + self.drive_m_s2) * half,
-            quarter_m_s2: (quarter_before + self.quarter_m_s2) * half,
-        };
-        let [[stiffness_a, damping_a], [stiffness_b, damping_b], [stiffness_c, damping_c]] =
-            self.oscillators.each_ref().map(|o| [o.stiffness_per_s2, o.damping_per_s]);
-        let [_, _, _, _, _, _, _, _, _, _, k_a, c_a, k_b, c_b, f_b, k_c, c_c, f_c, ..] = self.found.data.0[0];
-        let Passed { displacement_m: g, velocity_m_s: v, drive_m_s2: drive, .. } = passed;
-        let push = Vector3::new(
-            -(k_a * stiffness_a * g.x + c_a * damping_a * v.x),
-            (c_b + f_b) * drive.y - (k_b * stiffness_b * g.y + c_b * damping_b * v.y),
-            (c_c + f_c) * drive.z - (k_c * stiffness_c * g.z + c_c * damping_c * v.z),
-        );
-        self.state.modes.displacement_m += push * (half * h * h);
-        self.state.modes.velocity_m_s += push * h;
-        self.passed.add(&passed);
-        self.periods += 1;
-        if self.periods == STRIDE {
-            self.stride();
-        }
-    }
-
-    /// What has passed since the last stride has moved the modes and is felt by the parameters.
-    #[inline(never)]
-    fn stride(&mut self) {
-        let periods = core::mem::take(&mut self.periods);
-        let passed = core::mem::take(&mut self.passed);
-        let h = T::from_f64(PERIOD_S);
-        // Of a response that is held over the stride.
-        let push = Vector2::new(T::from_f64(0.5) * h * T::from_i32(i32::from(periods)), T::one()) * h;
-        let steps = if periods == STRIDE { &self.strides } else { &self.step };
-        let times = if periods == STRIDE { 1 } else { periods };
-        let Passed { displacement_m: g, velocity_m_s: v, drive_m_s2: drive, quarter_m_s2: quarter } = passed;
-        let modes =
-            self.oscillators.iter().zip(steps).zip(g.iter().zip(v.iter()).zip(drive.iter().zip(&quarter)));
-        let kept = self.slopes.iter_mut().zip(&mut self.turns).zip(&mut self.flow);
-        for (((oscillator, step), ((&g, &v), (&drive, &quarter))), ((slopes, turn), flow)) in modes.zip(kept)
-        {
-            let [stiffness, damping, amplitude] = slopes;
-            for _ in 0..times {
-                for carried in [&mut *stiffness, damping, amplitude, turn] {
-                    *carried = step * *carried;
-                }
-                *flow = step * *flow;
-            }
-            *stiffness -= push * (oscillator.stiffness_per_s2 * g);
-            *damping += push * (drive - oscillator.damping_per_s * v);
-            *amplitude += push * drive;
-            *turn += push * quarter;
-        }
-        self.waited_s += h * T::from_i32(i32::from(periods));
-    }
-
-    /// Acceleration by the drive, and a quarter of a cycle later.
-    fn drive(&self, command: DriveCommand) -> [Vector3<T>; 2] {
-        let (sin, cos) = self.state.phase.sin_cos::<T>();
-        let [_, b, c] = &self.oscillators;
-        let (amplitude, zero) = (T::from_f32(command.amplitude()), T::zero());
-        let full = match command.mode() {
-            Some(DriveMode::B) => Vector3::new(zero, b.drive_m_s2 * amplitude, zero),
-            Some(DriveMode::C) => Vector3::new(zero, zero, c.drive_m_s2 * amplitude),
-            None => return [Vector3::zeros(); 2],
-        };
-        [full * sin, full * cos]
-    }
-
     /// Carries the covariance to the present.
     #[inline(never)]
     pub(super) fn carry(&mut self) {
@@ -338,15 +209,13 @@ impl<T: Real> StatorBelief<T> {
         if self.waited_s <= T::zero() {
             return;
         }
-        let [a, b, c] = self.flow;
+        let [a, b, c] = self.felt.map(|felt| felt.flow);
         self.covariance.carry_first::<8, 4>(&Blocks2([Matrix2::identity(), a, b, c]));
-        for (m, (slopes, (first, count))) in self.slopes.iter().zip(MODAL_PLACES).enumerate() {
-            for (state, slope) in (first..first + count).zip(slopes) {
-                self.covariance.add_effect(state, MODES + 2 * m, slope.as_slice());
+        for (m, (felt, (first, count))) in self.felt.iter().zip(MODAL_PLACES).enumerate() {
+            let slopes = [felt.stiffness, felt.damping, felt.amplitude];
+            for (state, slope) in (first..first + count).zip(slopes).chain([(AHEAD, felt.turn)]) {
+                self.covariance.add_effect(state, MODES + 2 * m, &[slope.x, slope.y]);
             }
-        }
-        for (m, turn) in self.turns.iter().enumerate() {
-            self.covariance.add_effect(AHEAD, MODES + 2 * m, turn.as_slice());
         }
         let [a, b, c] = self.fed_m2_s3.map(|fed| fed * self.waited_s);
         let noise = |state: usize, variance: T| NoiseSource { gain: unit(state), variance };
@@ -362,9 +231,7 @@ impl<T: Real> StatorBelief<T> {
 
     /// The covariance is that of the present.
     fn begin_carrying(&mut self) {
-        self.flow = [Matrix2::identity(); 3];
-        self.slopes = [[Vector2::zeros(); 3]; 3];
-        self.turns = [Vector2::zeros(); 3];
+        self.felt = [Felt::nothing(); 3];
         self.waited_s = T::zero();
     }
 
@@ -375,11 +242,11 @@ impl<T: Real> StatorBelief<T> {
         self.state.modes.velocity_m_s += Vector3::new(v_a, v_b, v_c);
         self.height_m += height;
         self.jump_m_s += jump;
-        for (found, &error) in self.found.iter_mut().zip(errors.iter()).skip(MODAL).take(AHEAD - MODAL) {
+        let found = self.found.as_mut_slice().get_mut(MODAL..AHEAD).unwrap_or_default();
+        for (found, &error) in found.iter_mut().zip(errors.as_slice().get(MODAL..).unwrap_or_default()) {
             *found += error;
         }
-        self.state.phase =
-            self.state.phase.advanced(phase_of(errors.get(AHEAD).copied().unwrap_or_default()));
+        self.turn(phase_of(errors.as_slice().get(AHEAD).copied().unwrap_or_default()));
     }
 
     /// Whether it is still a stator: finite, and within a hundred times what any drive does.
@@ -389,7 +256,7 @@ impl<T: Real> StatorBelief<T> {
             && self.state.modes.velocity_m_s.iter().all(bounded(50.0))
             && bounded(1.0)(&self.height_m)
             && self.found.iter().all(bounded(0.9))
-            && self.covariance.variances().iter().all(bounded(1e6))
+            && bounded(1e6)(&self.covariance.trace())
     }
 
     /// Takes in the last impact's jump as it is now better known.

@@ -117,6 +117,12 @@ impl<T: Real> Forcing<T> {
         }
     }
 
+    /// The same at a phase whose sine and cosine are known; nothing when off.
+    #[inline]
+    pub(super) fn add_from(&self, state: &mut ModalState<T>, [sin, cos]: [T; 2]) {
+        self.add::<WholeMotor>(&self.gain, state, &Phasor { sin, cos });
+    }
+
     /// Adds what `gain` makes of `phasor` to the mode that is driven.
     #[inline]
     fn add<S: Scope>(&self, gain: &PerPhasor<T>, state: &mut ModalState<T>, phasor: &Phasor<T>) {

@@ -1,0 +1,311 @@
+//! Rows that reach few of many states: zero but in a run of states near the first, and in the last ones.
+//!
+//! Their products with U pass over the columns once for all rows, and touch of each only what the row reaches: with lengths that are constants, and with the
+//! zeros and ones that U holds taken along, this is straight-line code.
+//!
+//! Two measurements at once need one sweep, too. What the first makes of the second's projection needs no updated U,
+//!
+//! ```text
+//! f_j' = (U' h2)_j - (f_j / a_(j-1)) (h2 . b),    h2 . b  grows by  g_j (U' h2)_j  a column
+//! ```
+//!
+//! so that both slopes are known before a column is touched, and each column is fetched and stored once.
+
+use motor_model::Real;
+use nalgebra::SVector;
+
+use super::{UdCovariance, is_finite, reciprocal};
+
+/// A row, or errors, in `LEAD` states from `FIRST` on and in the last `LAST` ones.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Reach<T, const FIRST: usize, const LEAD: usize, const LAST: usize> {
+    pub(crate) lead: [T; LEAD],
+    pub(crate) last: [T; LAST],
+}
+
+impl<T: Real, const FIRST: usize, const LEAD: usize, const LAST: usize> Reach<T, FIRST, LEAD, LAST> {
+    /// Zero everywhere.
+    #[inline]
+    pub(crate) fn zeros() -> Self {
+        Self { lead: [T::zero(); LEAD], last: [T::zero(); LAST] }
+    }
+
+    /// `self . other`.
+    #[inline]
+    pub(crate) fn dot(&self, other: &Self) -> T {
+        let ends = self.last.iter().zip(&other.last);
+        self.lead.iter().zip(&other.lead).chain(ends).fold(T::zero(), |sum, (&x, &y)| sum + x * y)
+    }
+
+    /// The states reached of a column of all.
+    #[inline]
+    fn of(column: &[T]) -> Option<(&[T; LEAD], &[T; LAST])> {
+        Some((column.get(FIRST..)?.first_chunk()?, column.last_chunk()?))
+    }
+}
+
+/// A measurement `h'x + noise`, by its row `U' h`.
+pub(crate) struct Whitened<'a, T, const N: usize> {
+    pub(crate) row: &'a [T; N],
+    pub(crate) noise: T,
+    pub(crate) innovation: T,
+}
+
+/// What one of two measurements does to a column.
+#[derive(Clone, Copy)]
+struct Slope<T> {
+    /// `f_j / a_(j-1)`
+    slope: T,
+    /// `D_j f_j`
+    pull: T,
+}
+
+/// One of two measurements on its way through the columns.
+struct Passing<T> {
+    sum: T,
+    per_sum: T,
+}
+
+impl<T: Real> Passing<T> {
+    fn new(noise: T) -> Self {
+        Self { sum: noise, per_sum: reciprocal(noise).unwrap_or_default() }
+    }
+
+    /// Passes a column whose entry is `f`; `weight` is D before, and afterwards.
+    #[inline]
+    fn pass(&mut self, f: T, weight: &mut T) -> Slope<T> {
+        let (slope, pull) = (f * self.per_sum, *weight * f);
+        let before = self.sum;
+        self.sum += f * pull;
+        if let Some(per_sum) = reciprocal(self.sum) {
+            *weight *= before * per_sum;
+            self.per_sum = per_sum;
+        }
+        Slope { slope, pull }
+    }
+}
+
+impl<T: Real, const N: usize> UdCovariance<T, N> {
+    /// `U' row` of each row, in which the covariance is D: that of `row . x` and `other . x` is the sum of `D f f_other`.
+    #[inline]
+    pub(crate) fn whitened<const FIRST: usize, const LEAD: usize, const LAST: usize, const M: usize>(
+        &self,
+        rows: [&Reach<T, FIRST, LEAD, LAST>; M],
+    ) -> [[T; N]; M] {
+        let mut whitened = [[T::zero(); N]; M];
+        for (j, column) in self.unit.iter().enumerate() {
+            let Some((lead, last)) = Reach::<T, FIRST, LEAD, LAST>::of(column) else { continue };
+            let mut sums = [T::zero(); M];
+            for (i, &u) in lead.iter().enumerate() {
+                for (sum, row) in sums.iter_mut().zip(&rows) {
+                    *sum += u * row.lead.get(i).copied().unwrap_or_default();
+                }
+            }
+            if j + LAST >= N {
+                for (i, &u) in last.iter().enumerate() {
+                    for (sum, row) in sums.iter_mut().zip(&rows) {
+                        *sum += u * row.last.get(i).copied().unwrap_or_default();
+                    }
+                }
+            }
+            for (to, sum) in whitened.iter_mut().filter_map(|f| f.get_mut(j)).zip(sums) {
+                *to = sum;
+            }
+        }
+        whitened
+    }
+
+    /// `U y`, from independent errors `y` to those of the states reached.
+    #[inline]
+    pub(crate) fn coloured<const FIRST: usize, const LEAD: usize, const LAST: usize>(
+        &self,
+        y: &[T; N],
+    ) -> Reach<T, FIRST, LEAD, LAST> {
+        let mut x = Reach::zeros();
+        for (j, (column, &y)) in self.unit.iter().zip(y).enumerate() {
+            let Some((lead, last)) = Reach::<T, FIRST, LEAD, LAST>::of(column) else { continue };
+            for (x, &u) in x.lead.iter_mut().zip(lead) {
+                *x += u * y;
+            }
+            if j + LAST >= N {
+                for (x, &u) in x.last.iter_mut().zip(last) {
+                    *x += u * y;
+                }
+            }
+        }
+        x
+    }
+
+    /// The first state becomes `row . x` of the others, and an error of `variance` beside.
+    #[inline]
+    pub(crate) fn follow<const FIRST: usize, const LEAD: usize, const LAST: usize>(
+        &mut self,
+        row: &Reach<T, FIRST, LEAD, LAST>,
+        variance: T,
+    ) {
+        const { assert!(FIRST > 0, "of the others") };
+        let [f] = self.whitened([row]);
+        let others = self.unit.get_mut(1..).unwrap_or_default();
+        for (column, &f) in others.iter_mut().zip(f.get(1..).unwrap_or_default()) {
+            if let Some(first) = column.first_mut() {
+                *first = f;
+            }
+        }
+        if let Some(weight) = self.weights.first_mut() {
+            *weight = variance;
+        }
+    }
+
+    /// Takes two measurements in, one after the other in one sweep: the first's row and the second's are of the covariance before both, and so are their
+    /// innovations. Returns the errors that they tell; all zero when one of them cannot be used, and then nothing has changed.
+    #[inline]
+    pub(crate) fn update_pair(&mut self, [first, second]: [Whitened<'_, T, N>; 2]) -> SVector<T, N> {
+        let mut errors = SVector::<T, N>::zeros();
+        let mut slopes = [[Slope { slope: T::zero(), pull: T::zero() }; 2]; N];
+        let mut weights = self.weights;
+        let (mut one, mut two) = (Passing::new(first.noise), Passing::new(second.noise));
+        // h2 . b of the first.
+        let mut shared = T::zero();
+        let rows = first.row.iter().zip(second.row);
+        for ((slopes, weight), (&f, &w)) in slopes.iter_mut().zip(&mut weights).zip(rows) {
+            let of_first = one.pass(f, weight);
+            let of_second = two.pass(w - of_first.slope * shared, weight);
+            shared += of_first.pull * w;
+            *slopes = [of_first, of_second];
+        }
+        let by_first = first.innovation * one.per_sum;
+        let beside = second.innovation - shared * by_first;
+        let by_second = beside * two.per_sum;
+        let squared = first.innovation * by_first + beside * by_second;
+        // Asked this way round, so that NaN is refused too.
+        if !(first.noise > T::zero() && second.noise > T::zero() && is_finite(squared + one.sum + two.sum)) {
+            return errors;
+        }
+        self.weights = weights;
+        let [b, c] = self.sweep_pair(&slopes);
+        for (error, (b, c)) in errors.iter_mut().zip(b.into_iter().zip(c)) {
+            *error = b * by_first + c * by_second;
+        }
+        errors
+    }
+
+    /// U after two measurements of these slopes; returns `P h` of each, of the covariance that it meets.
+    #[inline]
+    fn sweep_pair(&mut self, slopes: &[[Slope<T>; 2]; N]) -> [[T; N]; 2] {
+        const { assert!(N.is_multiple_of(4), "columns of four at a time") };
+        let (mut b, mut c) = ([T::zero(); N], [T::zero(); N]);
+        for (j, (column, &[first, second])) in self.unit.iter_mut().zip(slopes).enumerate() {
+            let fours = column.as_chunks_mut::<4>().0.iter_mut();
+            let sums = b.as_chunks_mut::<4>().0.iter_mut().zip(c.as_chunks_mut::<4>().0);
+            // On the diagonal, whose one stays, b and c are still zero, and so are they and U below it.
+            for (us, (bs, cs)) in fours.zip(sums).take(j / 4 + 1) {
+                for (u, (b, c)) in us.iter_mut().zip(bs.iter_mut().zip(cs)) {
+                    let once = *u - first.slope * *b;
+                    *b += first.pull * *u;
+                    *u = once - second.slope * *c;
+                    *c += second.pull * once;
+                }
+            }
+        }
+        [b, c]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::SMatrix;
+    use proptest::prelude::*;
+
+    use super::*;
+
+    type Dense = SMatrix<f64, 8, 8>;
+    type Row = Reach<f64, 1, 3, 2>;
+
+    /// A covariance of eight states from 64 numbers, and its factors.
+    fn pair(numbers: &[f64]) -> (Dense, UdCovariance<f64, 8>) {
+        let a = Dense::from_column_slice(numbers);
+        let p = a * a.transpose() + Dense::identity() * 0.1;
+        (p, UdCovariance::from_covariance(&p).unwrap())
+    }
+
+    fn row(numbers: [f64; 5]) -> (Row, SVector<f64, 8>) {
+        let [a, b, c, d, e] = numbers;
+        (
+            Row { lead: [a, b, c], last: [d, e] },
+            SVector::<f64, 8>::from_column_slice(&[0.0, a, b, c, 0.0, 0.0, d, e]),
+        )
+    }
+
+    fn close(a: &Dense, b: &Dense) -> bool {
+        (a - b).abs().max() < 1e-9 * (1.0 + b.abs().max())
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::default() })]
+
+        /// Products against the dense ones.
+        #[test]
+        fn dual_products_equal_dense_ones(
+            numbers in proptest::collection::vec(-2.0..2.0_f64, 64),
+            entries in proptest::array::uniform5(-2.0..2.0_f64),
+        ) {
+            let (p, factors) = pair(&numbers);
+            let (row, full) = row(entries);
+            let [f] = factors.whitened([&row]);
+            let expected = factors.unit_factor().transpose() * full;
+            prop_assert!((SVector::from(f) - expected).abs().max() < 1e-12 * (1.0 + expected.abs().max()));
+
+            let mut y = f;
+            for (y, d) in y.iter_mut().zip(factors.weights().iter()) {
+                *y *= d;
+            }
+            let reached: Row = factors.coloured(&y);
+            let column = p * full;
+            let expected = [column[1], column[2], column[3], column[6], column[7]];
+            for (x, e) in reached.lead.iter().chain(&reached.last).zip(expected) {
+                prop_assert!((x - e).abs() < 1e-9 * (1.0 + p.abs().max()));
+            }
+            prop_assert!((row.dot(&row) - full.dot(&full)).abs() < 1e-12);
+
+            let (mut map, mut ud) = (Dense::identity(), factors);
+            for i in 0..8 {
+                map[(0, i)] = full[i];
+            }
+            ud.follow(&row, 0.3);
+            let mut expected = map * p * map.transpose();
+            expected[(0, 0)] += 0.3;
+            prop_assert!(close(&ud.covariance(), &expected));
+        }
+
+        /// Two measurements at once against one after the other.
+        #[test]
+        fn dual_a_pair_of_updates_equals_two(
+            numbers in proptest::collection::vec(-2.0..2.0_f64, 64),
+            one in proptest::array::uniform5(-2.0..2.0_f64), other in proptest::array::uniform5(-2.0..2.0_f64),
+            noise in proptest::array::uniform2(0.01..2.0_f64), innovation in proptest::array::uniform2(-2.0..2.0_f64),
+        ) {
+            let (_, factors) = pair(&numbers);
+            let ((first, first_full), (second, second_full)) = (row(one), row(other));
+            let [f, w] = factors.whitened([&first, &second]);
+            let mut at_once = factors;
+            let errors = at_once.update_pair([
+                Whitened { row: &f, noise: noise[0], innovation: innovation[0] },
+                Whitened { row: &w, noise: noise[1], innovation: innovation[1] },
+            ]);
+            let (mut in_turn, mut expected) = (factors, SVector::<f64, 8>::zeros());
+            in_turn.update(&first_full, noise[0], innovation[0], &mut expected).unwrap();
+            let left = innovation[1] - second_full.dot(&expected);
+            in_turn.update(&second_full, noise[1], left, &mut expected).unwrap();
+            prop_assert!((errors - expected).abs().max() < 1e-9 * (1.0 + expected.abs().max()));
+            prop_assert!(close(&at_once.covariance(), &in_turn.covariance()));
+            prop_assert!(at_once.unit_factor().lower_triangle() == Dense::identity());
+
+            let mut refused = factors;
+            let zero = refused.update_pair([
+                Whitened { row: &f, noise: noise[0], innovation: f64::NAN },
+                Whitened { row: &w, noise: noise[1], innovation: innovation[1] },
+            ]);
+            prop_assert!(zero == SVector::<f64, 8>::zeros() && refused == factors);
+        }
+    }
+}
