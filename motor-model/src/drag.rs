@@ -106,7 +106,7 @@ impl<T: Real> Rubbing<T> {
 
     /// Force that keeps the tooth's pace beside forces that sum to `others`, as far as friction goes.
     fn holding(&self, others: T) -> T {
-        (self.slope - others).clamp_magnitude(self.limit)
+        holding(self.slope, self.limit, others)
     }
 }
 
@@ -117,18 +117,30 @@ fn forces<T: Real>([first, second]: &[Rubbing<T>; 2]) -> [T; 2] {
         (false, false) => [slipping_0, slipping_1],
         (true, false) => [first.holding(slipping_1), slipping_1],
         (false, true) => [slipping_0, second.holding(slipping_0)],
-        (true, true) if first.slope <= second.slope => both(first, second),
-        (true, true) => {
-            let [slower, faster] = both(second, first);
-            [faster, slower]
-        }
+        (true, true) => both([first.slope, second.slope], [first.limit, second.limit]),
     }
 }
 
-/// Neither slips, and the first tooth gains speed more slowly: the rotor keeps the first one's pace, or else at most the second one's.
-fn both<T: Real>(slower: &Rubbing<T>, faster: &Rubbing<T>) -> [T; 2] {
-    let hold = slower.holding(faster.limit);
-    if hold > -slower.limit { [hold, faster.limit] } else { [hold, faster.holding(hold)] }
+/// Force that keeps a tooth of this slope, beside forces that sum to `others`, as far as `limit` goes.
+#[inline]
+fn holding<T: Real>(slope: T, limit: T, others: T) -> T {
+    (slope - others).clamp_magnitude(limit)
+}
+
+/// Neither slips: the rotor keeps the pace of the tooth that gains speed more slowly, or else at most the other one's. A call, since few pieces need it and a
+/// compiler would work it out for all.
+#[inline(never)]
+fn both<T: Real>([first, second]: [T; 2], [first_limit, second_limit]: [T; 2]) -> [T; 2] {
+    let in_turn = |slower: T, limit: T, faster: T, faster_limit: T| {
+        let hold = holding(slower, limit, faster_limit);
+        if hold > -limit { [hold, faster_limit] } else { [hold, holding(faster, faster_limit, hold)] }
+    };
+    if first <= second {
+        in_turn(first, first_limit, second, second_limit)
+    } else {
+        let [slower, faster] = in_turn(second, second_limit, first, first_limit);
+        [faster, slower]
+    }
 }
 
 #[cfg(test)]

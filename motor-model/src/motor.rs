@@ -280,5 +280,6 @@ fn aside<T: Real>(
     path(&forcing, &mut motion, &mut impacts);
     let Motion { phase, modes, rotor, pressed } = motion;
     (state.phase, state.modes, state.rotor, state.pressed) = (phase, modes, rotor, pressed);
-    impacts
+    // Most steps with pressed teeth have none, whose record need not be copied.
+    if impacts.is_empty() { Impacts::new() } else { impacts }
 }

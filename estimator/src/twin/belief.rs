@@ -108,9 +108,11 @@ impl<T: Real> Belief<T> for ScaledBelief<T> {
 
     #[inline]
     fn copied(&self) -> Self {
-        let UdCovariance { unit: [a, b, c, d], weights } = &self.covariance;
-        let covariance = UdCovariance { unit: [*a, *b, *c, *d], weights: *weights };
-        Self { covariance, friction: self.friction, reach: self.reach }
+        let (one, o) = (T::one(), T::zero());
+        let UdCovariance { unit: [_, [u01, ..], [u02, u12, ..], [u03, u13, u23, _]], weights } =
+            self.covariance;
+        let unit = [[one, o, o, o], [u01, one, o, o], [u02, u12, one, o], [u03, u13, u23, one]];
+        Self { covariance: UdCovariance { unit, weights }, friction: self.friction, reach: self.reach }
     }
 
     #[inline]

@@ -157,6 +157,9 @@ impl<T: Real> Forcing<T> {
     /// The drive's phase at the fraction `part` of a step that starts at `phase`.
     #[inline]
     pub(crate) fn phase_at(&self, phase: Phase, part: T) -> Phase {
+        if self.command.mode().is_none() {
+            return phase;
+        }
         phase.advanced(turns_as_phase(self.turns * part))
     }
 }
