@@ -28,7 +28,7 @@ pub trait AngleFilter<T: Real> {
     fn estimate(&self, now: Time) -> Option<Estimate<T>>;
 
     /// Angle and rate at an earlier instant, from the frames before and after it; `None` before the oldest of the [`crate::FRAMES_KEPT`] that are kept, and
-    /// from a filter that cannot. After the last frame used it is the estimate.
+    /// from a filter that cannot: [`crate::TwinFilter`]. After the last frame used it is the estimate.
     fn smoothed(&self, at: Time) -> Option<Estimate<T>> {
         let _ = at;
         None

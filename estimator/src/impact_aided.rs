@@ -18,10 +18,10 @@
 //!
 //! - Under mode B the tooth's rate `S = s' / R_t` follows from its rise and from what the earlier blows of the train have left in the other modes: [`crate::RingingTuning`].
 //!   It is taken as uniform within a width of that: the mean kick and its slope are then known (a statistical linearisation). Where the teeth stick, the rate is afterwards that of the tooth,
-//!   and what was not known of it before is gone. What remains is the friction, uniform in 0.2 to 0.6, whose error is the same at every blow of a motor: counted at 0.05 of its
+//!   and what was not known of it before is gone. What remains is the friction, uniform in 0.2 to 0.6, whose error is the same at every blow of a motor: counted at 0.045 of its
 //!   square. Before the ringing was minded, 0.126 of the kicks' `(c dv)^2` was unexplained, of 0.62 that they have; now it is 0.02 to 0.03.
 //! - Mode C swings by 2 um, no more than what impacts leave in A and B: which pair strikes, and with it the slip's sign, is unknown, and 80 % of the kicks are at their
-//!   bound. The mean is 0 and the variance 0.8 of `(c dv)^2` (0.95 in drawn motors, but neighbouring kicks undo a part of each other).
+//!   bound. The mean is 0 and the variance 0.8 of `(c dv)^2` (0.95 in drawn motors, but neighbouring kicks undo a part of each other: [`ImpactAidedTuning::jitter_c`]).
 //! - With the drive off a stator moves as little as the blows are small: S is 0 within what the rise of the tooth could make of it, so friction brakes the rotor and nothing
 //!   speeds it up.
 //!
@@ -47,7 +47,7 @@ use crate::kick::Kick;
 use crate::measurement::{CameraFrame, LdvSample};
 use crate::motion::{Motion, MotionWatch};
 use crate::ringing::{Ringing, RingingTuning, Tooth};
-use crate::track::{Process, State};
+use crate::track::{Jitter, Process, State};
 use crate::tracker::{Moment, Tracker};
 
 /// Most impacts kept: 4.5 ms of the wildest motion, mode B at a fifth of its amplitude, with 28 impacts a ms.
@@ -86,6 +86,8 @@ pub struct ImpactAidedTuning<T> {
     pub missed_b_rad2_s3: T,
     /// Process noise between impacts of a rotor that is struck, in rad^2/s^3: impacts below the detector's threshold.
     pub missed_rad2_s3: T,
+    /// What kicks under mode C do that the next one undoes.
+    pub jitter_c: Jitter<T>,
 }
 
 impl<T: Real> ImpactAidedTuning<T> {
@@ -105,10 +107,11 @@ impl<T: Real> ImpactAidedTuning<T> {
             ringing: RingingTuning::new(params),
             unexplained_b: T::from_f64(0.126),
             tooth_width_rad_s: T::from_f64(1.5),
-            friction_part2: T::from_f64(0.05),
+            friction_part2: T::from_f64(0.045),
             unexplained: T::from_f64(0.8),
-            missed_b_rad2_s3: T::from_f64(0.7),
+            missed_b_rad2_s3: T::from_f64(0.4),
             missed_rad2_s3: T::from_f64(4.0),
+            jitter_c: Jitter { angle_rad2: T::from_f64(5e-10), rate_rad2_s2: T::from_f64(1.2e-3) },
         }
     }
 }
@@ -203,6 +206,16 @@ impl<T: Real, B: Belief<T>> Process<T, B> for Kicked<'_, T> {
             self.pass_kicks(state, resting, until);
         }
         self.fly(state, resting, until);
+    }
+
+    fn jitter(&self, at: Time) -> Jitter<T> {
+        if at > self.heard_until {
+            return self.tuning.constant_rate.wander.jitter(self.motion);
+        }
+        match self.motion {
+            Motion::Struck(DriveMode::C) => self.tuning.jitter_c,
+            Motion::Struck(DriveMode::B) | Motion::Quiet => Jitter::none(),
+        }
     }
 }
 

@@ -112,7 +112,7 @@ pub use measurement::{CameraFrame, LdvSample};
 pub use motion::{Motion, MotionWatch};
 pub use rest::{RestDetector, RestTuning};
 pub use ringing::RingingTuning;
-pub use track::TrackTuning;
+pub use track::{Jitter, TrackTuning};
 pub use tracker::{FRAMES_KEPT, STUCK_FRAMES};
 pub use transition::{Blocks2, Dense, Transition, UpperTriangular};
 pub use twin::{ContactTuning, Tolerance, TwinFilter, TwinTuning};

@@ -113,6 +113,25 @@ impl<T: Real> TrackTuning<T> {
     }
 }
 
+/// What angle and rate do faster than the frames could tell: variances that belong to every estimate, at the present as after the fact.
+///
+/// A filter whose noise is white takes each frame for news of a rate that only ever wanders off. Kicks that soon undo each other are none: they leave a part of
+/// the rate that has come and gone before a second frame has seen it, and of the angle what that part turns meanwhile.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Jitter<T> {
+    /// Variance of the angle's part, in rad^2.
+    pub angle_rad2: T,
+    /// Variance of the rate's part, in rad^2/s^2.
+    pub rate_rad2_s2: T,
+}
+
+impl<T: Real> Jitter<T> {
+    /// None: the states tell all.
+    pub fn none() -> Self {
+        Self { angle_rad2: T::zero(), rate_rad2_s2: T::zero() }
+    }
+}
+
 /// How angle and rate go on between frames.
 pub(crate) trait Process<T, B = AngleRateCovariance<T>> {
     /// Carries `state` forward to `until`, if that is later; `resting` is whether the rotor lies still.
@@ -123,6 +142,9 @@ pub(crate) trait Process<T, B = AngleRateCovariance<T>> {
     fn on_the_way<'a>(&'a self, state: &'a State<T, B>, _resting: bool, _until: Time) -> &'a State<T, B> {
         state
     }
+
+    /// What belongs to the variances of an estimate at `at` beside those of the state.
+    fn jitter(&self, at: Time) -> Jitter<T>;
 }
 
 /// Angle and rate at an instant.

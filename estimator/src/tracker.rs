@@ -384,13 +384,14 @@ impl<T: Real, B: Belief<T>> Tracker<T, B> {
         let track = self.track()?;
         let mut ahead = process.on_the_way(&track.state, track.resting, now).copied();
         process.carry(&mut ahead, track.resting, now);
+        let jitter = process.jitter(now);
         Some(Estimate {
             at: now,
             angle: ahead.angle.angle(),
             rate_rad_s: ahead.rate_rad_s,
-            angle_rad2: ahead.covariance.angle_rad2(),
+            angle_rad2: ahead.covariance.angle_rad2() + jitter.angle_rad2,
             angle_rate_rad2_s: ahead.covariance.angle_rate_rad2_s(),
-            rate_rad2_s2: ahead.covariance.rate_rad2_s2(),
+            rate_rad2_s2: ahead.covariance.rate_rad2_s2() + jitter.rate_rad2_s2,
             resting: track.resting,
         })
     }
@@ -451,9 +452,8 @@ impl<T: Real> Tracker<T> {
             if earlier.state.at <= at {
                 let mut state = earlier.state;
                 process.carry(&mut state, earlier.resting, at);
-                return Some(
-                    smoothed.back_to(&state, earlier.resting, kick, process).estimate(earlier.resting),
-                );
+                let smoothed = smoothed.back_to(&state, earlier.resting, kick, process);
+                return Some(smoothed.estimate(earlier.resting, Process::<T>::jitter(process, at)));
             }
             smoothed = smoothed.back_to(&earlier.state, earlier.resting, kick, process);
             later = earlier;

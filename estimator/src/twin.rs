@@ -40,7 +40,7 @@ use crate::measurement::{CameraFrame, LdvSample};
 use crate::motion::{Motion, MotionWatch};
 use crate::tracker::{Moment, Tracker};
 use belief::ScaledBelief;
-use contact::{Blow, Known, Struck};
+use contact::{Blow, Known, Struck, Unfit};
 use driven::{Ahead, Driven, Strike, Strikes};
 use stator::StatorBelief;
 use trust::Trust;
@@ -48,6 +48,18 @@ pub use tuning::{ContactTuning, Tolerance, TwinTuning};
 
 /// A longer time without samples, in s, hides the pair that struck, and where: a quarter of mode A's period.
 const LONGEST_BLOW_S: f64 = 31e-6;
+
+/// What has been heard of the rotor since it lay quiet.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Course {
+    /// No impact yet.
+    Launching,
+    /// One at least.
+    Launched,
+}
+
+/// A jump whose misfit is beyond noise's by this is noise half of the time.
+const NOISE_BEYOND: f64 = 600.0;
 
 /// The filter.
 #[derive(Clone, Debug)]
@@ -64,6 +76,7 @@ pub struct TwinFilter<T: Real> {
     trust: Trust<T>,
     /// Whether the stator has been told of all impacts: not of those of a rotor that lands.
     followed: bool,
+    course: Course,
     /// Whether the drive has ever been on: before that the rotor lies on a stator that rests.
     driven: bool,
     /// What is known of a kick without the stator.
@@ -100,6 +113,7 @@ impl<T: Real> TwinFilter<T> {
             trust: Trust::new(),
             followed: true,
             driven: false,
+            course: Course::Launching,
             aided: ImpactAidedTuning::new(params),
             drive: DriveCommand::OFF,
             seen_m_s: T::zero(),
@@ -120,6 +134,7 @@ impl<T: Real> TwinFilter<T> {
             strikes: &self.strikes,
             motion,
             heard_until: self.heard_until(),
+            between_rad2_s3: self.between_rad2_s3(),
             ahead: self.ahead.as_ref(),
         }
     }
@@ -139,6 +154,14 @@ impl<T: Real> TwinFilter<T> {
         newest.map_or(Time::ZERO, |newest| newest.plus_nanos(self.tuning.detector.gap_nanos))
     }
 
+    /// Process noise between impacts: of a rotor that the stator begins to move none is heard at first.
+    fn between_rad2_s3(&self) -> T {
+        match self.course {
+            Course::Launching => self.tuning.launching_rad2_s3,
+            Course::Launched => self.tuning.between_rad2_s3,
+        }
+    }
+
     /// Noise variance of a vibrometer sample.
     fn sample_m2_s2(&self) -> T {
         self.tuning.detector.noise_m_s * self.tuning.detector.noise_m_s
@@ -151,6 +174,7 @@ impl<T: Real> TwinFilter<T> {
         if self.detector.inverted() {
             return;
         }
+        let before = core::mem::replace(&mut self.course, Course::Launched);
         self.followed &=
             !self.driven || self.drive.mode().is_some() || blow.jump_m_s > self.tuning.contact.landing_m_s;
         if !self.followed {
@@ -162,19 +186,27 @@ impl<T: Real> TwinFilter<T> {
             return self.keep(self.unexplained(at, blow));
         }
         let explained = self.stator.strike(blow, &self.tuning);
-        let lost = explained.as_ref().is_some_and(|struck| self.trust.note(struck.misfit));
+        let lost = explained.as_ref().is_ok_and(|struck| self.trust.note(struck.misfit));
         if lost || !self.stator.is_sound() {
             self.lose_stator();
             return self.keep(self.unexplained(at, blow));
         }
-        let Some(struck) = explained else {
-            self.rise_midway(blow);
-            return self.keep(self.doubted(at, blow));
+        let struck = match explained {
+            Ok(struck) => struck,
+            Err(unfit) => {
+                self.rise_midway(blow);
+                return self.keep(self.doubted(at, blow, unfit));
+            }
         };
         self.amend(struck.earlier);
         self.raw_jump_m_s = Some(blow.jump_m_s);
         let clear = self.trust.explains(struck.misfit);
-        self.keep(if clear { self.strike_of(at, &struck) } else { self.unexplained(at, blow) });
+        let mut strike = if clear { self.strike_of(at, &struck) } else { self.unexplained(at, blow) };
+        if before == Course::Launching {
+            let threshold_rad_s = self.limit_per_jump_rad_m * self.detector.threshold_m_s();
+            strike.unknown_rad2_s2 += threshold_rad_s * threshold_rad_s;
+        }
+        self.keep(strike);
     }
 
     /// An impact that is not explained: the rotor rises by half of the time since the last sample.
@@ -195,21 +227,31 @@ impl<T: Real> TwinFilter<T> {
                 value: s * tooth_m_s.value,
                 variance: s * s * tooth_m_s.variance * self.trust.scale(),
             },
-            unknown_rad2_s2: self.tuning.chatter_rad2_s2,
+            unknown_rad2_s2: self.unheard_rad2_s2(),
             amendable: true,
         }
     }
 
-    /// A jump that fits neither pair better than noise: noise as a rule, a kick of unknown sign else.
-    fn doubted(&self, at: Time, blow: &Blow<T>) -> Strike<T> {
+    /// Variance of the kicks by impacts below the detector's threshold. Where those are many, as under a rotor that hops on a weakly driven stator, the ones
+    /// heard fit the model badly: it is that misfit that tells.
+    fn unheard_rad2_s2(&self) -> T {
+        let threshold_rad_s = self.limit_per_jump_rad_m * self.detector.threshold_m_s();
+        self.tuning.chatter_rad2_s2
+            + self.tuning.unheard_part2 * (self.trust.scale() - T::one()) * threshold_rad_s * threshold_rad_s
+    }
+
+    /// A jump that fits neither pair better than noise: noise if it fits them far worse, a kick of unknown sign else.
+    fn doubted(&self, at: Time, blow: &Blow<T>, unfit: Unfit<T>) -> Strike<T> {
         let nothing = Known { value: T::zero(), variance: T::zero() };
         let most_rad_s = self.limit_per_jump_rad_m * blow.jump_m_s;
+        let far =
+            if self.trust.is_given() { unfit.beyond * T::from_f64(1.0 / NOISE_BEYOND) } else { T::zero() };
         Strike {
             at,
             at_s2: T::zero(),
             limit_rad_s: nothing,
             tooth_rad_s: nothing,
-            unknown_rad2_s2: T::from_f64(0.5) * most_rad_s * most_rad_s,
+            unknown_rad2_s2: T::from_f64(0.5) * most_rad_s * most_rad_s / (T::one() + far * far),
             amendable: false,
         }
     }
@@ -281,6 +323,7 @@ impl<T: Real> TwinFilter<T> {
                 strikes: &self.strikes,
                 motion: self.watch.motion(self.watch.clock()),
                 heard_until: self.heard_until(),
+                between_rad2_s3: self.between_rad2_s3(),
                 ahead: None,
             };
             self.tracker.shorten(oldest, &process);
@@ -305,7 +348,7 @@ impl<T: Real> TwinFilter<T> {
             // What the detector hears now is the rotor's weight on the teeth, not a blow that could teach of the stator.
             self.stator.settle();
             self.trust = Trust::new();
-            self.followed = true;
+            (self.followed, self.course) = (true, Course::Launching);
             self.raw_jump_m_s = None;
             self.seen_m_s = seen_m_s;
             return;
@@ -412,6 +455,7 @@ impl<T: Real> AngleFilter<T> for TwinFilter<T> {
             strikes: &self.strikes,
             motion,
             heard_until: self.heard_until(),
+            between_rad2_s3: self.between_rad2_s3(),
             ahead: None,
         };
         let moment = Moment { clock, quiet: motion == Motion::Quiet };

@@ -88,6 +88,21 @@ pub(super) struct Struck<T> {
     pub(super) misfit: T,
 }
 
+/// The pair that fits better, what bends its conditions, the errors that they tell, and its misfit.
+struct Likelier<T> {
+    pair: usize,
+    bent: [T; 2],
+    errors: Row<T>,
+    misfit: T,
+}
+
+/// A jump that fits neither pair better than it fits noise.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Unfit<T> {
+    /// By how much both misfits are beyond that of noise.
+    pub(super) beyond: T,
+}
+
 /// A scalar that is to be zero, linear about some errors.
 struct Condition<T> {
     row: Row<T>,
@@ -122,15 +137,18 @@ struct Weighed<T> {
 }
 
 impl<T: Real> StatorBelief<T> {
-    /// Takes an impact within the last period in; `None` when a small blow fits neither pair: it is the vibrometer's noise.
+    /// Takes an impact within the last period in.
+    ///
+    /// # Errors
+    /// When a small blow fits neither pair: it is the vibrometer's noise.
     #[inline(never)]
-    pub(super) fn strike(&mut self, blow: &Blow<T>, tuning: &TwinTuning<T>) -> Option<Struck<T>> {
+    pub(super) fn strike(&mut self, blow: &Blow<T>, tuning: &TwinTuning<T>) -> Result<Struck<T>, Unfit<T>> {
         let contact = &tuning.contact;
         self.carry();
         self.unsettle();
         self.covariance.renew(JUMP, blow.jump_m2_s2);
         self.covariance.renew(INSTANT, blow.within_s * blow.within_s * T::from_f64(1.0 / 12.0));
-        let (pair, bent, errors, misfit) = self.likelier(blow, contact)?;
+        let Likelier { pair, bent, errors, misfit } = self.likelier(blow, contact)?;
         let errors = self.settle_on(blow, pair, bent, &errors, contact);
         self.jump_m_s = blow.jump_m_s;
         self.correct(&errors);
@@ -142,33 +160,38 @@ impl<T: Real> StatorBelief<T> {
         let tooth_m_s = self.along(&tooth, back_s.value, tuning.tooth_m_s);
         self.recoil(&tooth, back_s.value);
         let jump_m_s = Known { value: self.jump_m_s, variance: self.covariance.variance::<JUMP>() };
-        Some(Struck { back: back_s, jump: jump_m_s, tooth: tooth_m_s, earlier: earlier_m_s, misfit })
+        Ok(Struck { back: back_s, jump: jump_m_s, tooth: tooth_m_s, earlier: earlier_m_s, misfit })
     }
 
-    /// The pair that fits better, what bends its conditions, the errors that they tell, and its misfit; `None` when both fit worse than noise.
+    /// The pair that fits better.
+    ///
+    /// # Errors
+    /// When both fit worse than noise.
     #[inline(never)]
-    fn likelier(&mut self, blow: &Blow<T>, contact: &ContactTuning<T>) -> Option<(usize, [T; 2], Row<T>, T)> {
+    fn likelier(&mut self, blow: &Blow<T>, contact: &ContactTuning<T>) -> Result<Likelier<T>, Unfit<T>> {
         let predicted = [0, 1].map(|pair| self.look(blow, pair, &Row::zeros(), contact));
         let [zero, one] = predicted.each_ref().map(|looked| self.weigh(looked));
         let [of_zero, of_one] = &predicted;
         let (looked, better) = if zero.misfit <= one.misfit { (of_zero, zero) } else { (of_one, one) };
-        let alarm = blow.jump_m_s * blow.jump_m_s / blow.jump_m2_s2 + contact.alarm;
+        let of_noise = blow.jump_m_s * blow.jump_m_s / blow.jump_m2_s2;
+        let alarm = of_noise + contact.alarm;
         if better.misfit > T::from_f64(FAR) * alarm {
-            return None;
+            return Err(Unfit { beyond: better.misfit - of_noise });
         }
         let pair = looked.pair;
         let meant = self.look(blow, pair, &self.told(blow, looked, &better), contact);
         let best = self.weigh(&meant);
         let misfit = best.misfit;
         if misfit > alarm {
-            return None;
+            return Err(Unfit { beyond: misfit - of_noise });
         }
         if misfit > contact.surprise {
             self.covariance.doubt::<INSTANT>(T::from_f64(3.0) * misfit / contact.surprise);
             let doubted = self.weigh(looked);
-            return Some((pair, doubted.bent, self.told(blow, looked, &doubted), misfit));
+            let errors = self.told(blow, looked, &doubted);
+            return Ok(Likelier { pair, bent: doubted.bent, errors, misfit });
         }
-        Some((pair, best.bent, self.told(blow, &meant, &best), misfit))
+        Ok(Likelier { pair, bent: best.bent, errors: self.told(blow, &meant, &best), misfit })
     }
 
     /// Gap and approach of `pair`, linear about `errors`.
@@ -364,4 +387,81 @@ impl<T: Real> StatorBelief<T> {
 
 fn not_negative<T: Real>(x: T) -> T {
     if x > T::zero() { x } else { T::zero() }
+}
+
+#[cfg(test)]
+mod tests {
+    use motor_model::MotorParams;
+
+    use super::*;
+    use crate::twin::stator::{Errors, PERIOD_S};
+
+    /// A stator that swings in mode B, a tooth that strikes `back_s` before the end of the period at `speed_m_s` over the rotor, and what the vibrometer makes of it, exactly.
+    fn struck(back_s: f64, speed_m_s: f64) -> (StatorBelief<f64>, Blow<f64>) {
+        let params = MotorParams::nominal();
+        let mut stator = StatorBelief::try_new(&params, &TwinTuning::new(&params)).unwrap();
+        // Low in its swing, where the tooth's speed changes by 0.15 m/s within a period.
+        stator.state.modes.displacement_m = Vector3::new(0.0, -2.2e-5, 0.0);
+        let shape = stator.tooth(0, &Row::zeros()).shape;
+        let there = stator.carried_back(back_s, &Row::zeros());
+        stator.state.modes.velocity_m_s.y += (speed_m_s - shape.dot(&there.velocity_m_s)) / shape.y;
+        let there = stator.carried_back(back_s, &Row::zeros());
+        stator.height_m = shape.dot(&there.displacement_m);
+        let jump_m_s = shape.dot(&there.velocity_m_s) / stator.approach_per_jump;
+        let blow = Blow { before_m_s: 0.0, jump_m_s, jump_m2_s2: 4e-8, within_s: PERIOD_S, unheard_m_s: 0.0 };
+        (stator, blow)
+    }
+
+    /// Twice the negative logarithm of the posterior density of errors, each per its standard deviation before the impact; those are independent.
+    fn surprise(stator: &StatorBelief<f64>, blow: &Blow<f64>, normals: &Errors<f64>) -> f64 {
+        let contact = TwinTuning::new(&MotorParams::nominal()).contact;
+        let variances = stator.covariance.variances();
+        let mut errors = Row::zeros();
+        for state in (HEIGHT..=JUMP).chain(RECOIL..STATES) {
+            set(&mut errors, state, normals[state] * variances[state].sqrt());
+        }
+        let conditions = stator.conditions(blow, 0, &errors, &contact);
+        let misses = conditions.iter().map(|c| (c.row.dot(&errors) - c.innovation).powi(2) / c.noise);
+        normals.norm_squared() + misses.sum::<f64>()
+    }
+
+    /// The least surprise of all errors, by steps that shrink along every state in turn.
+    fn least_surprise(stator: &StatorBelief<f64>, blow: &Blow<f64>) -> f64 {
+        let mut normals = Errors::zeros();
+        let (mut least, mut step) = (surprise(stator, blow, &normals), 1.0);
+        while step > 1e-6 {
+            let before = least;
+            for state in 0..STATES {
+                for way in [-step, step] {
+                    let mut tried = normals;
+                    tried[state] += way;
+                    let surprise = surprise(stator, blow, &tried);
+                    if surprise < least {
+                        (normals, least) = (tried, surprise);
+                    }
+                }
+            }
+            if least >= before {
+                step *= 0.5;
+            }
+        }
+        least
+    }
+
+    /// The gap bends by 0.1 um within the period, ten times its noise. Of a linear problem the misfit, from the innovations alone, is the least surprise that any errors leave;
+    /// of this one it is where it has been linearised about what the first linearisation found. The least surprise is found without derivatives, by steps along every state.
+    /// Linearised about the prediction, some microseconds off, it is 7 to 13 % beside it.
+    #[test]
+    fn dual_the_misfit_is_the_least_surprise() {
+        let tuning = TwinTuning::new(&MotorParams::nominal());
+        for (back_s, speed_m_s) in [(0.6e-6, 0.12), (1.0e-6, 0.1), (4.0e-6, 0.15), (4.6e-6, 0.2)] {
+            let (mut stator, blow) = struck(back_s, speed_m_s);
+            stator.covariance.renew(JUMP, blow.jump_m2_s2);
+            stator.covariance.renew(INSTANT, blow.within_s * blow.within_s / 12.0);
+            let least = least_surprise(&stator, &blow);
+            let found = stator.strike(&blow, &tuning).expect("an impact");
+            assert!((found.misfit - least).abs() < 0.01 * least, "{back_s:e}: {} {least}", found.misfit);
+            assert!((found.back.value - back_s).abs() < 6e-8, "{back_s:e}: {:e}", found.back.value);
+        }
+    }
 }

@@ -10,7 +10,7 @@ use crate::belief::Belief as _;
 use crate::impact_aided::IMPACTS_KEPT_MAX;
 use crate::kick::Kick;
 use crate::motion::Motion;
-use crate::track::{Process, State};
+use crate::track::{Jitter, Process, State};
 
 /// An impact as the rate feels it.
 #[derive(Clone, Copy, Debug)]
@@ -38,6 +38,8 @@ pub(super) struct Driven<'a, T> {
     pub(super) motion: Motion,
     /// Until when impacts would have been heard.
     pub(super) heard_until: Time,
+    /// Process noise meanwhile, in rad^2/s^3.
+    pub(super) between_rad2_s3: T,
     /// What is already known of the way ahead.
     pub(super) ahead: Option<&'a Ahead<T>>,
 }
@@ -101,7 +103,7 @@ impl<T: Real> Driven<'_, T> {
     fn fly(&self, state: &mut TwinState<T>, resting: bool, until: Time) {
         let wander = self.tuning.constant_rate.wander.intensity_rad2_s3(self.motion, resting);
         if self.motion != Motion::Quiet {
-            state.wander(until.min(self.heard_until), self.tuning.between_rad2_s3);
+            state.wander(until.min(self.heard_until), self.between_rad2_s3);
         }
         if until > state.at {
             state.wander(until, wander);
@@ -128,6 +130,11 @@ impl<T: Real> Process<T, ScaledBelief<T>> for Driven<'_, T> {
     fn on_the_way<'a>(&'a self, state: &'a TwinState<T>, resting: bool, until: Time) -> &'a TwinState<T> {
         let ahead = self.ahead.filter(|ahead| ahead.serves(state.at, until, resting, self.motion));
         ahead.map_or(state, |ahead| &ahead.state)
+    }
+
+    fn jitter(&self, at: Time) -> Jitter<T> {
+        let unheard = at > self.heard_until;
+        if unheard { self.tuning.constant_rate.wander.jitter(self.motion) } else { Jitter::none() }
     }
 }
 
