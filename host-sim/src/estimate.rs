@@ -17,17 +17,16 @@
 //! | good, degraded, unusable | shares of the time in which the filter's health was that |
 //! | false valid | share of the time in which it was good and the angle wrong by more than six of the filter's standard deviations and 50 milli-degrees |
 //!
-//! Bounds are two-sided, 95 %, of chi-square: for NIS with one degree of freedom an innovation; for ANEES with two a run, for the angle's own with one, since errors within a run
-//! are correlated over unknown times. They are those of one instant over so many runs (Bar-Shalom, Li and Kirubarajan 2001, section 5.4), and wide for a mean
-//! over a phase.
+//! Bounds are two-sided, 95 %, of chi-square, with as many degrees of freedom as the runs show there to be ([`consistency`]). Of a table of a hundred rows
+//! five would be outside if every filter were perfect.
 //!
 //! # What they cannot show
 //!
-//! - At rest the rate is exactly zero once the stator has rung down: its normalised error is 0 whatever its variance, and ANEES half of the angle's own. The stop is mostly rest.
-//! - The bounds of NIS take all innovations for independent, half a percent over 40 motors. Those of one motor share its friction, which no filter knows beforehand, and kicks are as large as the jumps
-//!   allow, not Gaussian: the filters' noise is set so that NIS is 1 to two percent over drawn motors, and single motors are up to five percent off.
+//! At rest the rate is exactly zero once the stator has rung down: its normalised error is 0 whatever its variance, and ANEES half of the angle's own, which is
+//! judged in its place. The stop is mostly rest, and judged by the upper bound alone ([`consistency::Asked`]).
 
 pub mod account;
+pub mod consistency;
 pub mod genie;
 mod picture;
 pub mod run;
@@ -41,8 +40,8 @@ use serde::Serialize;
 use crate::error::CommandError;
 use crate::scene::{Kind, Scene, Setting};
 use crate::section::Section;
-use crate::statistics::chi_square_mean_bounds;
 use account::Account;
+use consistency::{Asked, correlation_bound, mean_square_bounds};
 use run::{Accounts, names};
 use timeline::Phase;
 
@@ -93,6 +92,8 @@ pub struct Row {
     pub nis_bounds: (f64, f64),
     /// Correlation of neighbouring innovations.
     pub whiteness: f64,
+    /// Its 95 % bound, either way.
+    pub whiteness_bound: f64,
     /// Share of the measurements that were rejected.
     pub rejected: f64,
     /// How often the filter began anew, its start included, over all runs.
@@ -176,10 +177,11 @@ fn rows_of_drive(drive: &'static str, runs: &[Vec<Accounts>]) -> Vec<Row> {
             names().enumerate().map(|(filter, name)| (name, total(filter))).collect();
         let genie = totals.iter().find(|(name, _)| *name == run::GENIES[0].0);
         let genie_mdeg = genie.map_or(f64::NAN, |(_, account)| account.rms_angle_mdeg());
-        let row = |(name, account): &(&'static str, Account)| {
-            Row::new((name, drive, phase.name()), account, genie_mdeg, runs.len() as u64)
+        let row = |(filter, (name, account)): (usize, &(&'static str, Account))| {
+            let each: Vec<&Account> = runs.iter().map(|run| &run[filter][phase as usize]).collect();
+            Row::new((name, drive, phase.name()), account, &each, genie_mdeg)
         };
-        totals.iter().map(row).collect::<Vec<_>>()
+        totals.iter().enumerate().map(row).collect::<Vec<_>>()
     };
     Phase::ALL.into_iter().flat_map(of_phase).collect()
 }
@@ -188,14 +190,13 @@ impl Row {
     fn new(
         (filter, drive, phase): (&'static str, &'static str, &'static str),
         account: &Account,
+        runs: &[&Account],
         genie_mdeg: f64,
-        runs: u64,
     ) -> Self {
         let ([good, degraded, unusable], false_valid) = account.health();
-        let ([angle_anees, rate_anees, anees], (innovations, nis, whiteness)) =
+        let ([angle_anees, rate_anees, anees], (nis, whiteness)) =
             (account.normalised(), account.innovations());
-        #[expect(clippy::cast_precision_loss, reason = "at most 10,000")]
-        let runs_counted = runs as f64;
+        let bounds_of = |value: fn(&Account) -> f64| mean_square_bounds(runs.iter().map(|run| value(run)));
         Self {
             filter,
             drive,
@@ -205,13 +206,14 @@ impl Row {
             rms_rate_rad_s: account.rms_rate_rad_s(),
             times_genie: account.rms_angle_mdeg() / genie_mdeg,
             anees,
-            anees_bounds: chi_square_mean_bounds(2.0 * runs_counted),
+            anees_bounds: bounds_of(|run| run.normalised()[2]),
             angle_anees,
-            angle_anees_bounds: chi_square_mean_bounds(runs_counted),
+            angle_anees_bounds: bounds_of(|run| run.normalised()[0]),
             rate_anees,
             nis,
-            nis_bounds: chi_square_mean_bounds(innovations),
+            nis_bounds: bounds_of(|run| run.innovations().0),
             whiteness,
+            whiteness_bound: correlation_bound(runs.iter().map(|run| run.innovations().1)),
             rejected: account.rejected(),
             restarts: account.restarts(),
             missing: account.missing(),
@@ -219,9 +221,32 @@ impl Row {
             degraded,
             unusable,
             false_valid,
-            runs,
+            runs: runs.len() as u64,
         }
     }
+
+    /// Whether the errors are as large as the filter says, as far as that can be asked.
+    pub fn errors_within(&self, phase: Phase) -> bool {
+        match Asked::of(phase) {
+            Asked::Both => within(self.anees, self.anees_bounds),
+            Asked::Angle => within(self.angle_anees, self.angle_anees_bounds),
+            Asked::AtMost => self.anees <= self.anees_bounds.1,
+        }
+    }
+
+    /// Whether the innovations are; so they are where there are none.
+    pub fn innovations_within(&self) -> bool {
+        self.nis.is_nan() || within(self.nis, self.nis_bounds)
+    }
+
+    /// Whether neighbouring innovations have nothing in common; so they have where there are none.
+    pub fn innovations_white(&self) -> bool {
+        self.whiteness.is_nan() || self.whiteness.abs() <= self.whiteness_bound
+    }
+}
+
+fn within(value: f64, (low, high): (f64, f64)) -> bool {
+    value >= low && value <= high
 }
 
 impl Estimation {

@@ -85,6 +85,18 @@ pub fn chi_square_mean_bounds(n: f64) -> (f64, f64) {
     (bound(-TWO_SIDED_95), bound(TWO_SIDED_95))
 }
 
+/// Two-sided 95 % quantile of Student's t for so many degrees of freedom, at least 1: Fisher's expansion about the normal one, from three on within 1 %; exact below.
+pub fn student_95(degrees_of_freedom: f64) -> f64 {
+    if degrees_of_freedom < 1.5 {
+        return 12.706_2;
+    }
+    if degrees_of_freedom < 2.5 {
+        return 4.302_7;
+    }
+    let x = 1.0 / degrees_of_freedom;
+    1.959_964 + x * (2.372_3 + x * (2.822_5 + x * 2.555_9))
+}
+
 /// Two-sided 95 % bounds of how many of `n` independent trials succeed with `probability` each, within 0 to 1: at most 2.5 % of all sets lie below, and 2.5 % above.
 ///
 /// Probabilities follow from their ratios to the most likely count's, so that none of importance vanishes.
@@ -165,6 +177,22 @@ mod tests {
             let bounds = chi_square_mean_bounds(n);
             assert!((n * bounds.0 / low - 1.0).abs() < within, "{n}: {}", n * bounds.0);
             assert!((n * bounds.1 / high - 1.0).abs() < within, "{n}: {}", n * bounds.1);
+        }
+    }
+
+    /// As tables print them (NIST/SEMATECH e-Handbook, 1.3.6.7.2).
+    #[test]
+    fn exact_student_quantiles() {
+        for (n, expected) in [
+            (1.0, 12.706),
+            (2.0, 4.303),
+            (3.0, 3.182),
+            (4.0, 2.776),
+            (11.0, 2.201),
+            (39.0, 2.023),
+            (99.0, 1.984),
+        ] {
+            assert!((student_95(n) / expected - 1.0).abs() < 1e-2, "{n}: {}", student_95(n));
         }
     }
 

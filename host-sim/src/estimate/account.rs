@@ -152,11 +152,11 @@ impl Account {
         missing / (missing + self.samples())
     }
 
-    /// Number of the camera's innovations that were used, their mean square per variance, and the correlation of neighbours.
+    /// Mean square per variance of the camera's innovations that were used, and the correlation of neighbours.
     #[expect(clippy::cast_precision_loss, reason = "far below 2^53")]
-    pub fn innovations(&self) -> (f64, f64, f64) {
+    pub fn innovations(&self) -> (f64, f64) {
         let Innovations { count, square, lagged, squares_before, .. } = self.camera;
-        (count as f64, square / count as f64, lagged / squares_before)
+        (square / count as f64, lagged / squares_before)
     }
 
     /// Share of the measurements that were rejected.
@@ -287,8 +287,8 @@ mod tests {
         }
         account.innovation(&innovation(50.0, Verdict::Rejected(Rejection::Gate)));
         account.innovation(&innovation(2.0, Verdict::Used));
-        let (count, nis, whiteness) = account.innovations();
-        assert!((count - 4.0).abs() < 1e-12 && (nis - 7.0 / 4.0).abs() < 1e-12);
+        let (nis, whiteness) = account.innovations();
+        assert!((nis - 7.0 / 4.0).abs() < 1e-12);
         assert!((whiteness + 1.5).abs() < 1e-12, "{whiteness}");
         assert!((account.rejected() - 0.2).abs() < 1e-12);
     }

@@ -2,6 +2,7 @@
 
 use serde::Serialize;
 
+use super::consistency::Asked;
 use super::run::names;
 use super::timeline::Phase;
 use super::{DRIVES, Estimation, Row};
@@ -10,7 +11,7 @@ use crate::error::CommandError;
 
 const ABOUT: &str = "Motors drawn within Table 1's tolerances, Coulomb friction, located impacts; the filters know the nominal motor at most. Errors \
     of the angle at the present, every 70 us. ANEES: of angle and rate together, 1 in a consistent filter; NIS: of the camera's innovations, likewise; an asterisk \
-    marks what is outside its two-sided 95 % chi-square bounds; at rest the rate is exactly zero, so that only the angle's own can be 1. False: said to be good, and wrong by more than six standard deviations and 50 milli-degrees. Whiteness: correlation of neighbouring innovations. smoothed: of 2 ms ago, from the frames since as well. genie: a lower bound, the Kalman filter \
+    marks what is outside its two-sided 95 % bounds, which mind how long errors are correlated; at rest the rate is exactly zero, so that the angle's own is judged, and of the stop, mostly rest, the upper bound alone. False: said to be good, and wrong by more than six standard deviations and 50 milli-degrees. Whiteness: correlation of neighbouring innovations. smoothed: of 2 ms ago, from the frames since as well. genie: a lower bound, the Kalman filter \
     that is told every kick of the rate exactly, or to 10 or 3 %.";
 
 /// A line of the CSV: a row, its bounds as columns.
@@ -34,6 +35,7 @@ struct Line<'a> {
     nis_low: f64,
     nis_high: f64,
     whiteness: f64,
+    whiteness_bound: f64,
     rejected: f64,
     restarts: u64,
     missing: f64,
@@ -140,6 +142,7 @@ impl<'a> Line<'a> {
             nis_low: row.nis_bounds.0,
             nis_high: row.nis_bounds.1,
             whiteness: row.whiteness,
+            whiteness_bound: row.whiteness_bound,
             rejected: row.rejected,
             restarts: row.restarts,
             missing: row.missing,
@@ -165,10 +168,10 @@ pub(super) const fn title(phase: Phase) -> &'static str {
 }
 
 fn cells(row: &Row) -> Vec<String> {
-    let judged = |value: f64, (low, high): (f64, f64)| {
-        let mark = if value >= low && value <= high { "" } else { "*" };
-        format!("{value:.2}{mark}")
-    };
+    let phase = Phase::ALL.into_iter().find(|phase| phase.name() == row.phase);
+    let errors_within = phase.is_none_or(|phase| row.errors_within(phase));
+    let of_angle = phase.is_some_and(|phase| Asked::of(phase) == Asked::Angle);
+    let marked = |text: String, fine: bool| if fine { text } else { text + "*" };
     vec![
         row.drive.to_owned(),
         row.phase.to_owned(),
@@ -177,10 +180,10 @@ fn cells(row: &Row) -> Vec<String> {
         millidegrees(row.p999_angle_mdeg),
         format!("{:.3}", row.rms_rate_rad_s),
         format!("{:.1}", row.times_genie),
-        judged(row.anees, row.anees_bounds),
-        judged(row.angle_anees, row.angle_anees_bounds),
-        judged(row.nis, row.nis_bounds),
-        format!("{:+.2}", row.whiteness),
+        marked(format!("{:.2}", row.anees), errors_within || of_angle),
+        marked(format!("{:.2}", row.angle_anees), errors_within || !of_angle),
+        marked(format!("{:.3}", row.nis), row.innovations_within()),
+        marked(format!("{:+.3}", row.whiteness), row.innovations_white()),
         format!("{:.2} %", 100.0 * row.rejected),
         row.restarts.to_string(),
         format!("{:.1} %", 100.0 * row.good),
