@@ -9,10 +9,14 @@
 //!
 //! A motor that steps far walks far: the factors of [`Family::Step`] and [`Family::Walk`] begin correlated, so that each learns from the other. A turn that is out
 //! of all proportion (the drive has weakened, say) widens `P` first, so that a wrong factor is soon left.
+//!
+//! Each mode has a factor of its own for the rate of its cruises, which every window of [`crate::progress`] measures in the same way. A slow motor coasts less too, so
+//! its cruises ease off later; one that sticks under a weak drive counts as so slow that it gets a stronger one.
 
 use libm::sqrtf;
+use motor_model::DriveMode;
 
-use crate::response_map::{Burst, Family, STEP_WALK_CORRELATION};
+use crate::response_map::{Burst, Cruise, Family, STEP_WALK_CORRELATION, sense, strongest_cruise};
 
 /// The factors of all families, with their variances.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -20,6 +24,8 @@ pub struct Correction {
     of: [Factor; Family::ALL.len()],
     /// Covariance of the factors of steps and walks.
     step_walk: f32,
+    /// Of the rates in modes B and C.
+    rates: [Factor; 2],
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -48,7 +54,32 @@ impl Default for Correction {
         });
         let [step, walk, ..] = of;
         let step_walk = STEP_WALK_CORRELATION * sqrtf(step.variance * walk.variance);
-        Self { of, step_walk }
+        let rates = [DriveMode::B, DriveMode::C].map(|mode| {
+            let relative = strongest_cruise(mode, 1.0)
+                .map_or(0.0, |cruise| cruise.rate_sd_rad_s / (sense(mode) * cruise.rate_rad_s));
+            Factor { value: 1.0, variance: relative * relative }
+        });
+        Self { of, step_walk, rates }
+    }
+}
+
+impl Factor {
+    /// Takes in a measurement of `mean` times the factor that is off by `innovation`, with noise of variance `noise`; the gain.
+    fn follow(&mut self, mean: f32, innovation: f32, noise: f32) -> f32 {
+        let gain = self.variance * mean / (mean * mean * self.variance + noise);
+        self.value = Correction::limited(self.value + gain * innovation);
+        self.variance = (self.variance * (1.0 - gain * mean)).max(Correction::VARIANCE_MIN);
+        gain
+    }
+
+    /// Widens the variance if `innovation` is out of all proportion to it.
+    fn doubt(&mut self, mean: f32, innovation: f32, noise: f32) {
+        let square = innovation * innovation;
+        let variance = mean * mean * self.variance + noise;
+        if square > Correction::DOUBT * variance {
+            let wider = self.variance + (square - variance) / (mean * mean);
+            self.variance = self.variance.max(wider.min(Correction::DOUBTED));
+        }
     }
 }
 
@@ -71,6 +102,8 @@ impl Correction {
     const DOUBTED: f32 = 0.25;
     /// No factor is known better than to a thousandth.
     const VARIANCE_MIN: f32 = 1e-6;
+    /// Variance of the mean rate over a window of a cruise, relative to the map's rate: the ripple.
+    const RIPPLE: f32 = 0.1 * 0.1;
 
     fn factor(&self, family: Family) -> Factor {
         let [step, walk, stride, nudge, throw] = self.of;
@@ -86,6 +119,30 @@ impl Correction {
     /// By how much this motor's bursts of `family` turn farther than the map's.
     pub fn scale(&self, family: Family) -> f32 {
         self.factor(family).value
+    }
+
+    /// By how much faster than the map's this motor's cruises in `mode` are.
+    pub fn rate_scale(&self, mode: DriveMode) -> f32 {
+        let [clockwise, counter_clockwise] = self.rates;
+        match mode {
+            DriveMode::B => clockwise.value,
+            DriveMode::C => counter_clockwise.value,
+        }
+    }
+
+    /// Learns from a window in which `cruise` turned the rotor at a mean of `rate_rad_s` along the sense of its mode, 0 if it stuck.
+    pub fn learn_rate(&mut self, cruise: &Cruise, rate_rad_s: f32) {
+        let [clockwise, counter_clockwise] = &mut self.rates;
+        let factor = match cruise.mode {
+            DriveMode::B => clockwise,
+            DriveMode::C => counter_clockwise,
+        };
+        let ratio = Self::limited(rate_rad_s / (sense(cruise.mode) * cruise.rate_rad_s));
+        let innovation = ratio - factor.value;
+        factor.doubt(1.0, innovation, Self::RIPPLE);
+        factor.follow(1.0, innovation, Self::RIPPLE);
+        // A motor's rate is not the same at every amplitude, and not for ever.
+        factor.variance = factor.variance.max(0.1 * Self::RIPPLE);
     }
 
     /// Standard deviation of a burst of the middle of `family`, relative to its turn: of the factor, and from burst to burst.
@@ -153,23 +210,18 @@ impl Correction {
         let shape = Self::shape(family) * mean_rad * mean_rad;
         let noise_rad2 = burst.repeat_rad * burst.repeat_rad + shape + measured_rad2;
         let innovation_rad = turned_rad - own.value * mean_rad;
-        let square = innovation_rad * innovation_rad;
-        let variance_rad2 = mean_rad * mean_rad * own.variance + noise_rad2;
-        if square > Self::DOUBT * variance_rad2 && measured_rad2 < 0.1 * mean_rad * mean_rad {
-            let wider = own.variance + (square - variance_rad2) / (mean_rad * mean_rad);
-            own.variance = own.variance.max(wider.min(Self::DOUBTED));
+        if measured_rad2 < 0.1 * mean_rad * mean_rad {
+            own.doubt(mean_rad, innovation_rad, noise_rad2);
         }
-        let gain = own.variance * mean_rad / (mean_rad * mean_rad * own.variance + noise_rad2);
-        own.value = Self::limited(own.value + gain * innovation_rad);
-        let kept = 1.0 - gain * mean_rad;
+        let before = own.variance;
+        let gain = own.follow(mean_rad, innovation_rad, noise_rad2);
         if let Some(other) = other {
-            let across = self.step_walk / own.variance;
+            let across = self.step_walk / before;
             other.value = Self::limited(other.value + across * gain * innovation_rad);
             other.variance =
                 (other.variance - across * gain * mean_rad * self.step_walk).max(Self::VARIANCE_MIN);
-            self.step_walk *= kept;
+            self.step_walk *= 1.0 - gain * mean_rad;
         }
-        own.variance = (own.variance * kept).max(Self::VARIANCE_MIN);
     }
 }
 
@@ -206,6 +258,24 @@ mod tests {
         correction.learn(Family::Nudge, &burst, 1.2 * mean, noise);
         assert!((correction.scale(Family::Nudge) - 1.1).abs() < 1e-4);
         assert!((correction.factor(Family::Nudge).variance / prior - 0.5).abs() < 1e-4);
+    }
+
+    /// Windows of a motor that turns at 0.15 of the map's rate: half of it is believed after the first, nearly all after three; the other mode is another matter.
+    #[test]
+    fn law_a_slow_motor_is_believed() {
+        let mut correction = Correction::default();
+        let cruise = strongest_cruise(DriveMode::C, 1.0).unwrap();
+        let rate_rad_s = -0.15 * cruise.rate_rad_s;
+        correction.learn_rate(&cruise, rate_rad_s);
+        assert!(correction.rate_scale(DriveMode::C) < 0.5, "{correction:?}");
+        correction.learn_rate(&cruise, rate_rad_s);
+        correction.learn_rate(&cruise, rate_rad_s);
+        assert!((correction.rate_scale(DriveMode::C) - 0.15).abs() < 0.05, "{correction:?}");
+        assert!((correction.rate_scale(DriveMode::B) - 1.0).abs() < f32::EPSILON);
+        for _ in 0..3 {
+            correction.learn_rate(&cruise, -cruise.rate_rad_s);
+        }
+        assert!(correction.rate_scale(DriveMode::C) > 0.9, "it has recovered: {correction:?}");
     }
 
     /// A drive that halves is believed within three bursts, however sure the factor was.

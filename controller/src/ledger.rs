@@ -16,7 +16,7 @@
 //! knows new. And where they contradict each other the burst did something else: what was foreseen is dropped, and the factor doubted.
 
 use estimator::Estimate;
-use motor_model::Angle;
+use motor_model::{Angle, DriveMode};
 
 use crate::correction::{Correction, Forecast};
 use crate::response_map::{Burst, Family, sense};
@@ -68,6 +68,8 @@ struct Meeting {
 /// How a burst compared with its forecast.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Comparison {
+    /// The mode.
+    pub mode: DriveMode,
     /// Foreseen turn in rad, in the sense of the mode.
     pub foreseen_rad: f32,
     /// Measured turn in rad, in the sense of the mode.
@@ -192,7 +194,12 @@ impl Ledger {
         let entry = self.entry.as_mut().filter(|entry| entry.forgotten && !entry.compared)?;
         entry.compared = true;
         let (turned_rad, turned_rad2) = entry.turned(estimate);
-        Some(Comparison { foreseen_rad: entry.forecast.turn_rad, turned_rad, turned_rad2 })
+        Some(Comparison {
+            mode: entry.family.mode(),
+            foreseen_rad: entry.forecast.turn_rad,
+            turned_rad,
+            turned_rad2,
+        })
     }
 }
 

@@ -7,7 +7,7 @@
 //! - [`tick()`] on a [`PositionLoop`], which holds any [`estimator::AngleFilter`]: fuse what arrived, estimate, decide, drive.
 //! - [`response_map`]: what the rotor does under each drive, identified from the plant and compiled in; [`correction`]: how this motor differs from it.
 //! - [`ledger`]: what is known of a resting rotor across bursts.
-//! - [`plan`]: what to drive next, from what remains and how well that is known.
+//! - [`plan`]: what to drive next, from what remains and how well that is known; [`progress`]: whether a driven rotor gets on.
 //! - [`Positioning`]: the decision, a state machine over cruise, burst, settling and holding, within [`Limits`].
 //! - [`rate`]: the other task, a rate held or led through a profile; [`tick_rate`] is its loop body.
 //!
@@ -50,6 +50,7 @@ pub mod ledger;
 pub mod plan;
 mod ports;
 mod positioning;
+pub mod progress;
 pub mod rate;
 pub mod response_map;
 mod target;

@@ -11,8 +11,8 @@
 //! ```
 //!
 //! A burst is due when measuring on would no longer improve it: when the angle is known as well as the burst can be foreseen. The last step is due only when the angle is
-//! known well enough to call the target reached after it; until then steps stop short of the target by [`SHORT`] standard deviations, so that what is
-//! learnt later asks for another step and not for a nudge, which would spoil the measurement.
+//! known well enough to call the target reached after it; until then steps stop short of the target by [`SHORT`] standard deviations of what is still to be
+//! learnt, so that it asks for another step and not for a nudge, which would spoil the measurement.
 
 use libm::sqrtf;
 use motor_model::DriveMode;
@@ -29,10 +29,35 @@ pub struct Situation {
     pub sigma_rad: f32,
     /// Distance that counts as reached, in rad.
     pub tolerance_rad: f32,
-    /// How many times the root mean square error must lie within the tolerance.
-    pub confidence: f32,
+    /// How sure it must be.
+    pub confidence: Confidence,
     /// Strongest drive.
     pub amplitude_max: f32,
+}
+
+/// How sure it must be that the rotor lies within the tolerance, as quantiles of a normal error.
+///
+/// With the target `r` away and known to `s`, the error's tails beyond the tolerance `t` on either side weigh together
+///
+/// ```text
+/// risk = Q((t - r) / s) + Q((t + r) / s),      Q(x): weight of the normal tail beyond x
+/// ```
+///
+/// Off target one tail is all of it, on target both are the same. So `risk <= p` where `|r| + z1 s <= t` and `z2 s <= t`, with `Q(z1) = p` and `Q(z2) = p / 2`: where the two meet, a seventh of `t` off target, the risk is a quarter more.
+/// A rule for the root mean square error, `r^2 + s^2`, would wait too long off target, where only one side counts, or not long enough on it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Confidence {
+    /// `z1`.
+    pub one_sided: f32,
+    /// `z2`.
+    pub two_sided: f32,
+}
+
+impl Default for Confidence {
+    /// A risk of 3.6 %.
+    fn default() -> Self {
+        Self { one_sided: 1.8, two_sided: 2.1 }
+    }
 }
 
 /// The next drive.
@@ -58,21 +83,23 @@ const STRIDE_RAD: f32 = degrees(0.11);
 const BEYOND_RAD: f32 = degrees(1.5e-3);
 /// A step that is not the last stays so many standard deviations short of the target.
 const SHORT: f32 = 1.4;
+/// Nor is it worth its noise unless it leads over this part of what remains.
+const WORTH_IT: f32 = 0.45;
 /// Clockwise bursts are not worth their noise unless so many standard deviations ask for them: beyond that the target lies behind for certain enough that
 /// measuring on would only put the burst off.
 const SURE: f32 = 1.2;
 
 impl Situation {
-    /// Whether the target counts as reached: the root mean square of the error, as far as it is known, times the confidence is within the tolerance.
+    /// Whether the target counts as reached: see [`Confidence`].
     pub fn reached(&self) -> bool {
         let Self { remaining_rad, sigma_rad, confidence, tolerance_rad, .. } = *self;
-        let mean_square_rad2 = remaining_rad * remaining_rad + sigma_rad * sigma_rad;
-        mean_square_rad2 * confidence * confidence <= tolerance_rad * tolerance_rad
+        remaining_rad.abs() + confidence.one_sided * sigma_rad <= tolerance_rad
+            && confidence.two_sided * sigma_rad <= tolerance_rad
     }
 
     /// Standard deviation at which a rotor on target counts as there, in rad, with some to spare for a last step.
     fn sigma_enough_rad(&self) -> f32 {
-        0.95 * self.tolerance_rad / self.confidence
+        0.95 * self.tolerance_rad / self.confidence.two_sided
     }
 
     /// Whether so little has been measured that it may be spoilt.
@@ -94,7 +121,7 @@ impl Situation {
     fn clockwise(&self, correction: &Correction) -> Option<Plan> {
         let remaining_rad = self.remaining_rad;
         if remaining_rad >= CRUISE_B_RAD
-            && let Some(cruise) = self.cruise(DriveMode::B)
+            && let Some(cruise) = self.cruise(correction, DriveMode::B)
         {
             return Some(Plan::Cruise(cruise));
         }
@@ -115,15 +142,16 @@ impl Situation {
         self.due(plan)
     }
 
-    fn cruise(&self, mode: DriveMode) -> Option<Cruise> {
-        cruise_within(mode, self.amplitude_max, self.remaining_rad.abs())
+    fn cruise(&self, correction: &Correction, mode: DriveMode) -> Option<Cruise> {
+        // A motor of half the rate coasts half as far: to it twice as much remains.
+        cruise_within(mode, self.amplitude_max, self.remaining_rad.abs() / correction.rate_scale(mode))
             .or_else(|| strongest_cruise(mode, self.amplitude_max))
     }
 
     fn counter_clockwise(&self, correction: &Correction) -> Option<Plan> {
         let remaining_rad = -self.remaining_rad;
         if remaining_rad >= CRUISE_C_RAD
-            && let Some(cruise) = self.cruise(DriveMode::C)
+            && let Some(cruise) = self.cruise(correction, DriveMode::C)
         {
             return Some(Plan::Cruise(cruise));
         }
@@ -145,14 +173,17 @@ impl Situation {
             remaining_rad
         } else {
             let spread_rad = remaining_rad * correction.spread(Family::Step);
-            remaining_rad - SHORT * sqrtf(self.sigma_rad * self.sigma_rad + spread_rad * spread_rad)
+            // By how much measuring on will still move the estimate: what it does not know at the end it does not learn.
+            let enough_rad = self.sigma_enough_rad();
+            let learnt_rad2 = self.sigma_rad * self.sigma_rad - enough_rad * enough_rad;
+            remaining_rad - SHORT * sqrtf(learnt_rad2 + spread_rad * spread_rad)
         };
         let (shortest, _) = Family::Step.range_rad(self.amplitude_max)?;
         // Half the shortest step would still be nearer, but what remains is then within any tolerance.
         if aim_rad < shortest * correction.scale(Family::Step) {
             return None;
         }
-        let worth_it = last || self.sigma_rad <= 0.4 * remaining_rad;
+        let worth_it = last || aim_rad >= WORTH_IT * remaining_rad;
         worth_it.then(|| self.burst(correction, Family::Step, aim_rad))?
     }
 
@@ -196,7 +227,7 @@ mod tests {
             remaining_rad: degrees(1e-3 * remaining_mdeg),
             sigma_rad: degrees(1e-3 * sigma_mdeg),
             tolerance_rad: degrees(0.5e-3),
-            confidence: 2.0,
+            confidence: Confidence { one_sided: 1.7, two_sided: 2.0 },
             amplitude_max: 1.0,
         }
     }
@@ -233,9 +264,33 @@ mod tests {
     #[test]
     fn law_reached_means_error_and_uncertainty_within_the_tolerance() {
         for (remaining_mdeg, sigma_mdeg, reached) in
-            [(0.0, 0.24, true), (0.0, 0.26, false), (0.2, 0.14, true), (-0.2, 0.16, false)]
+            [(0.0, 0.249, true), (0.0, 0.251, false), (0.2, 0.176, true), (-0.2, 0.177, false)]
         {
             assert_eq!(situation(remaining_mdeg, sigma_mdeg).reached(), reached);
+        }
+    }
+
+    /// The rule against the normal law itself, from libm's error function: at its border the risk is the one that is asked for, or up to a quarter
+    /// more.
+    #[test]
+    fn dual_reached_bounds_the_risk() {
+        let tail = |x: f64| 0.5 * libm::erfc(x * core::f64::consts::FRAC_1_SQRT_2);
+        let confidence = Confidence::default();
+        let asked = tail(f64::from(confidence.one_sided));
+        assert!((2.0 * tail(f64::from(confidence.two_sided)) / asked - 1.0).abs() < 0.01);
+        for percent in 0..100_u16 {
+            let off = f64::from(percent) / 100.0;
+            let reached = |sigma: f64| {
+                let [remaining_mdeg, sigma_mdeg] = [off, sigma].map(|of| 0.5 * of as f32);
+                Situation { confidence, ..situation(remaining_mdeg, sigma_mdeg) }.reached()
+            };
+            let (mut low, mut high) = (0.0, 1.0);
+            for _ in 0..40 {
+                let middle = 0.5 * (low + high);
+                if reached(middle) { low = middle } else { high = middle }
+            }
+            let risk = tail((1.0 - off) / low) + tail((1.0 + off) / low);
+            assert!((0.99 * asked..1.25 * asked).contains(&risk), "{off}: {risk} for {asked}");
         }
     }
 
@@ -248,7 +303,10 @@ mod tests {
             _ => 0.0,
         };
         assert!((turn_mdeg(0.2) - 2.0).abs() < 1e-3);
-        assert!((0.7..1.2).contains(&turn_mdeg(0.4)), "{}", turn_mdeg(0.4));
+        // Of 0.4 milli-degrees all but 0.2375, 0.95 of the tolerance over z2, are still to be learnt; and the step has a spread of its own.
+        let spread_mdeg = 2.0 * correction.spread(Family::Step);
+        let expected_mdeg = 2.0 - SHORT * (0.4_f32.powi(2) - 0.2375_f32.powi(2) + spread_mdeg.powi(2)).sqrt();
+        assert!((turn_mdeg(0.4) - expected_mdeg).abs() < 1e-3, "{} {expected_mdeg}", turn_mdeg(0.4));
         assert!(turn_mdeg(1.0).abs() < f32::EPSILON);
     }
 

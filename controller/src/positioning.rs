@@ -16,8 +16,11 @@
 //!   +---------+
 //! ```
 //!
+//! A mode that moves nothing [`FAILURES_MAX`] times in a row ends the move. Before it does, a burst of the other mode tells a rotor that is stuck, or a drive that is dead, from one
+//! mode that is lost: with the other the rotor can still be moved.
+//!
 //! The drive is on in `Cruise` and `Burst` only, and off within a tick of the estimate being lost. What to drive is [`crate::plan`]'s; what is known at rest
-//! [`crate::ledger`]'s; how this motor differs from the map [`crate::correction`]'s.
+//! [`crate::ledger`]'s; how this motor differs from the map [`crate::correction`]'s; whether a cruise gets on [`crate::progress`]'s.
 
 use estimator::{Estimate, Health};
 use libm::sqrtf;
@@ -25,7 +28,8 @@ use motor_model::{Angle, DriveCommand, DriveMode, Time};
 
 use crate::correction::Correction;
 use crate::ledger::{Comparison, Ledger, Resting};
-use crate::plan::{Plan, Situation};
+use crate::plan::{Confidence, Plan, Situation};
+use crate::progress::{Progress, Verdict};
 use crate::response_map::{Burst, Cruise, Family, coast_rad, cruise_within, sense};
 use crate::target::{Limits, Target};
 
@@ -34,8 +38,8 @@ use crate::target::{Limits, Target};
 pub struct PositioningTuning {
     /// What it may do.
     pub limits: Limits,
-    /// The target counts as reached when the root mean square error, as far as it is known, is this many times within the tolerance.
-    pub confidence: f32,
+    /// How sure it must be that the rotor lies within the tolerance for the target to count as reached.
+    pub confidence: Confidence,
     /// Angle variance above which no drive is begun or kept on, in rad^2.
     pub driveable_rad2: f32,
     /// Variance of what averaging at rest does not remove, in rad^2: the camera's quantisation.
@@ -45,11 +49,11 @@ pub struct PositioningTuning {
 }
 
 impl Default for PositioningTuning {
-    /// 2.05 standard deviations (96 %), half a degree driveable, 0.05 milli-degrees of quantisation.
+    /// A risk of 3.6 %, half a degree driveable, 0.05 milli-degrees of quantisation.
     fn default() -> Self {
         Self {
             limits: Limits::default(),
-            confidence: 2.09,
+            confidence: Confidence::default(),
             driveable_rad2: 7.6e-5,
             floor_rad2: 7.6e-13,
             learning: true,
@@ -68,8 +72,8 @@ pub enum Phase {
         cruise: Cruise,
         /// When it was switched on.
         since: Time,
-        /// Where that was.
-        from: Angle,
+        /// How it gets on.
+        progress: Progress,
     },
     /// Drive on for a number of ticks.
     Burst {
@@ -96,7 +100,7 @@ pub enum Stop {
     Cancelled,
     /// The deadline passed.
     TimedOut,
-    /// The rotor does not move although it is driven.
+    /// The rotor does not move although it is driven: it is stuck, or the drive is dead.
     Stalled,
     /// The rotor moves against the sense of the mode that drives it.
     ModeInverted,
@@ -104,23 +108,31 @@ pub enum Stop {
     OutOfTravel,
     /// As many drives as are allowed did not do.
     TooManyDrives,
+    /// Mode B, clockwise, does not move the rotor any more, but mode C does.
+    ModeBLost,
+    /// Mode C, counter-clockwise, does not move the rotor any more, but mode B does.
+    ModeCLost,
+}
+
+/// A burst of the other mode, from rest to rest, that tells a lost mode from a stuck rotor.
+#[derive(Clone, Copy, Debug)]
+struct Probe {
+    /// The mode that moves nothing.
+    lost: DriveMode,
+    /// Where the rotor lay before the burst, and the turn in rad that was foreseen; `None` before it.
+    driven: Option<(Resting, f32)>,
 }
 
 /// Drives in a row, without effect or with the wrong one, after which a move is given up.
 const FAILURES_MAX: u8 = 6;
-/// A cruise that has not turned by now, in ns, will not.
-const STALL_NANOS: u64 = 150_000_000;
-/// Less than this part of the mean turn is none.
-const STALLED: f32 = 0.1;
 /// A burst's outcome is judged only when it was foreseen to exceed so many standard deviations of its measurement.
 const JUDGED: f32 = 2.5;
 /// A burst that turns by less than this part of the foreseen turn may not have turned the rotor at all.
 const BURST_STALLED: f32 = 0.4;
-/// A turn the wrong way must exceed so many standard deviations of its measurement.
-const SURELY_WRONG: f32 = 4.0;
-/// A wrong way of this is no accident of the start, in rad: a degree.
-const WRONG_WAY_RAD: f32 = 0.017;
-
+/// A turn by a burst is one when it exceeds so many standard deviations of its measurement.
+const SURELY: f32 = 4.0;
+/// Turn in rad of the burst that probes the other mode: 10 milli-degrees.
+const PROBE_RAD: f32 = 1.75e-4;
 /// The state machine.
 #[derive(Clone, Copy, Debug)]
 pub struct Positioning {
@@ -134,6 +146,7 @@ pub struct Positioning {
     /// Drives in a row without effect, and with the wrong one.
     stalls: u8,
     wrong_ways: u8,
+    probe: Option<Probe>,
 }
 
 impl Positioning {
@@ -149,6 +162,7 @@ impl Positioning {
             drives: 0,
             stalls: 0,
             wrong_ways: 0,
+            probe: None,
         };
         positioning.retarget(target, now);
         positioning
@@ -159,6 +173,7 @@ impl Positioning {
         self.target = target;
         self.started_at = now;
         (self.drives, self.stalls, self.wrong_ways) = (0, 0, 0);
+        self.probe = None;
         self.phase = if !self.tuning.limits.travel.contains(target.angle()) {
             Phase::Stopped(Stop::OutOfTravel)
         } else if matches!(self.phase, Phase::Stopped(_) | Phase::Holding) {
@@ -225,7 +240,7 @@ impl Positioning {
 
     fn step(&mut self, phase: Phase, now: Time, estimate: &Estimate<f32>) -> Phase {
         match phase {
-            Phase::Cruise { cruise, since, from } => self.cruise(cruise, (since, from), now, estimate),
+            Phase::Cruise { cruise, since, progress } => self.cruise(cruise, since, progress, now, estimate),
             Phase::Burst { family, burst, since } => self.burst(family, burst, since, now, estimate),
             Phase::Settling => self.settle(now, estimate),
             Phase::Holding => self.hold(now, estimate),
@@ -238,7 +253,8 @@ impl Positioning {
     fn cruise(
         &mut self,
         cruise: Cruise,
-        (since, from): (Time, Angle),
+        since: Time,
+        progress: Progress,
         now: Time,
         estimate: &Estimate<f32>,
     ) -> Phase {
@@ -246,20 +262,24 @@ impl Positioning {
             return Phase::Stopped(Stop::OutOfTravel);
         }
         let sense = sense(cruise.mode);
-        let on_nanos = now.nanos_since(since);
-        let turned_rad = sense * estimate.angle.radians_since::<f32>(from);
-        if turned_rad < -WRONG_WAY_RAD {
-            return self.wrong_way();
-        }
-        let on_s: f32 = now.seconds_since(since);
-        if on_nanos > STALL_NANOS && turned_rad < STALLED * sense * cruise.rate_rad_s * on_s {
-            return self.stall();
-        }
+        let progress = match progress.verdict(sense, now, estimate) {
+            Verdict::Open => progress,
+            Verdict::GetsOn(rate_rad_s) => {
+                (self.stalls, self.wrong_ways) = (0, 0);
+                self.learn_rate(&cruise, rate_rad_s);
+                Progress::from(now, estimate)
+            }
+            Verdict::Stuck => {
+                self.learn_rate(&cruise, 0.0);
+                return self.stall(cruise.mode);
+            }
+            Verdict::WrongWay => return self.wrong_way(),
+        };
         let remaining_rad = sense * self.target.angle().radians_since::<f32>(estimate.angle);
         let coast_rad = coast_rad(cruise.mode, (sense * estimate.rate_rad_s).max(0.0));
         // On the clockwise side of it by half a standard deviation: the way back is fine, the way on is not.
         let arrived = remaining_rad <= coast_rad - 0.5 * sense * cruise.coast_sd_rad;
-        let too_long = on_nanos >= self.tuning.limits.on_max_nanos;
+        let too_long = now.nanos_since(since) >= self.tuning.limits.on_max_nanos;
         let uncertain = estimate.angle_rad2 > self.tuning.driveable_rad2;
         if arrived || too_long || uncertain {
             if arrived {
@@ -267,11 +287,19 @@ impl Positioning {
             }
             return Phase::Settling;
         }
-        Phase::Cruise { cruise: self.eased(cruise, remaining_rad), since, from }
+        Phase::Cruise { cruise: self.eased(cruise, remaining_rad), since, progress }
+    }
+
+    fn learn_rate(&mut self, cruise: &Cruise, rate_rad_s: f32) {
+        if self.tuning.learning {
+            self.correction.learn_rate(cruise, rate_rad_s);
+        }
     }
 
     /// The cruise for what remains: a weaker one where `cruise` would land too far off.
     fn eased(&self, cruise: Cruise, remaining_rad: f32) -> Cruise {
+        // A motor of half the rate coasts half as far: to it twice as much remains.
+        let remaining_rad = remaining_rad / self.correction.rate_scale(cruise.mode);
         if remaining_rad >= cruise.room_rad() {
             return cruise;
         }
@@ -302,6 +330,9 @@ impl Positioning {
         if !estimate.resting {
             return Phase::Settling;
         }
+        if let Some(probe) = self.probe {
+            return self.probe(probe, now, estimate);
+        }
         let situation = self.situation(estimate);
         let taught = self.taught(estimate);
         if situation.reached() {
@@ -311,16 +342,18 @@ impl Positioning {
         }
         let Some(plan) = situation.plan(&taught) else { return Phase::Settling };
         // Only now, when it is about to drive, since by now the last burst has been measured as well as it ever will be.
-        if let Some(stop) = self.judge(estimate) {
-            return Phase::Stopped(stop);
+        if let Some(phase) = self.judge(estimate) {
+            return phase;
         }
         self.correction = taught;
         // A burst that is repeated on what is foreseen alone is never measured well enough to be judged.
         if let Plan::Burst(family, ..) = plan
             && taught.is_dead(family)
-            && let Phase::Stopped(why) = self.stall()
         {
-            return Phase::Stopped(why);
+            self.stall(family.mode());
+            if self.probe.is_some() {
+                return Phase::Settling;
+            }
         }
         self.begin(plan, now, estimate)
     }
@@ -334,7 +367,7 @@ impl Positioning {
             return self.phase;
         }
         let Situation { remaining_rad, sigma_rad, tolerance_rad, confidence, .. } = self.situation(estimate);
-        if remaining_rad.abs() > tolerance_rad.max(confidence * sigma_rad) {
+        if remaining_rad.abs() > tolerance_rad.max(confidence.two_sided * sigma_rad) {
             self.retarget(self.target, now);
         }
         self.phase
@@ -348,7 +381,7 @@ impl Positioning {
         match plan {
             Plan::Cruise(cruise) => {
                 self.ledger.close();
-                Phase::Cruise { cruise, since: now, from: estimate.angle }
+                Phase::Cruise { cruise, since: now, progress: Progress::from(now, estimate) }
             }
             Plan::Burst(family, burst, forecast) => {
                 self.ledger.enter(family, burst, forecast, estimate, &self.correction);
@@ -362,27 +395,52 @@ impl Positioning {
         if self.tuning.learning { self.ledger.taught(estimate, &self.correction) } else { self.correction }
     }
 
-    /// Judges the last burst.
-    fn judge(&mut self, estimate: &Estimate<f32>) -> Option<Stop> {
-        let Comparison { foreseen_rad, turned_rad, turned_rad2 } = self.ledger.compare(estimate)?;
-        if foreseen_rad * foreseen_rad < JUDGED * JUDGED * turned_rad2 {
-            return None;
-        }
-        let surely = turned_rad * turned_rad > SURELY_WRONG * SURELY_WRONG * turned_rad2;
-        let outcome = if turned_rad < -0.5 * foreseen_rad && surely {
-            self.wrong_way()
-        } else if turned_rad < BURST_STALLED * foreseen_rad {
-            self.stall()
-        } else {
-            (self.stalls, self.wrong_ways) = (0, 0);
-            Phase::Settling
+    /// Judges the last burst; what that leads to, if it is not the next drive. A burst that turns far less than foreseen is slow, not stuck, if it surely turns the rotor.
+    fn judge(&mut self, estimate: &Estimate<f32>) -> Option<Phase> {
+        let Comparison { mode, foreseen_rad, turned_rad, turned_rad2 } = self.ledger.compare(estimate)?;
+        let outcome = match outcome(foreseen_rad, turned_rad, turned_rad2)? {
+            Turn::WrongWay => self.wrong_way(),
+            Turn::None => self.stall(mode),
+            Turn::RightWay => {
+                (self.stalls, self.wrong_ways) = (0, 0);
+                Phase::Settling
+            }
         };
-        if let Phase::Stopped(why) = outcome { Some(why) } else { None }
+        (matches!(outcome, Phase::Stopped(_)) || self.probe.is_some()).then_some(outcome)
     }
 
-    fn stall(&mut self) -> Phase {
+    /// A drive of `mode` that did not turn the rotor.
+    fn stall(&mut self, mode: DriveMode) -> Phase {
         self.stalls = self.stalls.saturating_add(1);
-        if self.stalls >= FAILURES_MAX { Phase::Stopped(Stop::Stalled) } else { Phase::Settling }
+        if self.stalls >= FAILURES_MAX {
+            self.probe = Some(Probe { lost: mode, driven: None });
+        }
+        Phase::Settling
+    }
+
+    /// At rest, with a mode that moves nothing: drives the other for a burst, or judges that burst.
+    fn probe(&mut self, probe: Probe, now: Time, estimate: &Estimate<f32>) -> Phase {
+        let other = match probe.lost {
+            DriveMode::B => Family::Step,
+            DriveMode::C => Family::Nudge,
+        };
+        let Some((before, foreseen_rad)) = probe.driven else {
+            let Some(burst) = other.burst(PROBE_RAD, self.tuning.limits.amplitude_max) else {
+                return Phase::Stopped(Stop::Stalled);
+            };
+            self.ledger.close();
+            let resting = Resting { angle: estimate.angle, angle_rad2: estimate.angle_rad2 };
+            self.probe = Some(Probe { driven: Some((resting, burst.turn_rad)), ..probe });
+            return Phase::Burst { family: other, burst, since: now };
+        };
+        let turned_rad = sense(other.mode()) * estimate.angle.radians_since::<f32>(before.angle);
+        match (outcome(foreseen_rad, turned_rad, before.angle_rad2 + estimate.angle_rad2), probe.lost) {
+            (None, _) => Phase::Settling,
+            (Some(Turn::None), _) => Phase::Stopped(Stop::Stalled),
+            (Some(Turn::WrongWay), _) => Phase::Stopped(Stop::ModeInverted),
+            (Some(Turn::RightWay), DriveMode::B) => Phase::Stopped(Stop::ModeBLost),
+            (Some(Turn::RightWay), DriveMode::C) => Phase::Stopped(Stop::ModeCLost),
+        }
     }
 
     fn wrong_way(&mut self) -> Phase {
@@ -405,6 +463,29 @@ impl Positioning {
             amplitude_max: self.tuning.limits.amplitude_max,
         }
     }
+}
+
+/// What a burst did.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Turn {
+    RightWay,
+    WrongWay,
+    None,
+}
+
+/// What a burst did that was foreseen to turn the rotor by `foreseen_rad` and turned it by `turned_rad`, variance `turned_rad2`, in the sense of its mode; `None` while that is not measured well enough.
+fn outcome(foreseen_rad: f32, turned_rad: f32, turned_rad2: f32) -> Option<Turn> {
+    if foreseen_rad * foreseen_rad < JUDGED * JUDGED * turned_rad2 {
+        return None;
+    }
+    let surely = turned_rad * turned_rad > SURELY * SURELY * turned_rad2;
+    Some(if turned_rad < -0.5 * foreseen_rad && surely {
+        Turn::WrongWay
+    } else if turned_rad >= BURST_STALLED * foreseen_rad || (surely && turned_rad > 0.0) {
+        Turn::RightWay
+    } else {
+        Turn::None
+    })
 }
 
 #[cfg(test)]

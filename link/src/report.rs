@@ -158,7 +158,7 @@ impl From<&controller::Report> for Report {
             // Why is the health, which has a field of its own.
             Phase::Waiting(_) => (0, 0),
             // What is driven shows in the command.
-            Phase::Cruise { cruise: _, since, from: _ } => (1, since.nanos()),
+            Phase::Cruise { cruise: _, since, progress: _ } => (1, since.nanos()),
             Phase::Burst { family: _, burst: _, since } => (2, since.nanos()),
             Phase::Settling => (3, 0),
             Phase::Holding => (4, 0),
@@ -168,6 +168,8 @@ impl From<&controller::Report> for Report {
             Phase::Stopped(Stop::ModeInverted) => (8, 0),
             Phase::Stopped(Stop::OutOfTravel) => (9, 0),
             Phase::Stopped(Stop::TooManyDrives) => (10, 0),
+            Phase::Stopped(Stop::ModeBLost) => (11, 0),
+            Phase::Stopped(Stop::ModeCLost) => (12, 0),
         };
         Self {
             estimate: estimate.map(of_estimate),

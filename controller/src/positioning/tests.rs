@@ -1,6 +1,7 @@
 //! The state machine against a rotor that does what a test says.
 
 use super::*;
+use crate::response_map::strongest_cruise;
 use crate::target::Travel;
 use estimator::Reason;
 
@@ -84,11 +85,16 @@ impl Bench {
 
     /// Drives as long as it is driven, every cruise and burst turning `part` of its map's turn; the reason for the end.
     fn end(&mut self, part: f32) -> Phase {
+        self.end_by(|_, _| part)
+    }
+
+    /// The same, with a part for each mode, and for cruises (`true`) and bursts.
+    fn end_by(&mut self, part: impl Fn(DriveMode, bool) -> f32) -> Phase {
         for _ in 0..10_000 {
             self.rest();
             match self.phase() {
-                Phase::Burst { .. } => drop(self.burst(part)),
-                Phase::Cruise { .. } => self.cruise(part),
+                Phase::Burst { family, .. } => drop(self.burst(part(family.mode(), false))),
+                Phase::Cruise { cruise, .. } => self.cruise(part(cruise.mode, true)),
                 Phase::Settling | Phase::Waiting(_) => (),
                 phase => return phase,
             }
@@ -281,7 +287,96 @@ fn law_a_stuck_rotor_is_given_up() {
         on_nanos += if bench.rest().mode().is_some() { TICK } else { 0 };
     }
     assert_eq!(bench.phase(), Phase::Stopped(Stop::Stalled));
-    assert!(on_nanos < u64::from(FAILURES_MAX) * (STALL_NANOS + 10 * TICK));
+    assert!(on_nanos < u64::from(FAILURES_MAX) * (crate::progress::WINDOW_NANOS + 10 * TICK));
+}
+
+/// A motor whose cruises are at a seventh of the map's rates, or a fiftieth, and its bursts a seventh, is slow, not stuck: it arrives, at full drive for nearly all of the way.
+#[test]
+fn law_a_slow_motor_arrives() {
+    for part in [0.147, 0.02] {
+        for target_mdeg in [-360e3, 360e3, -2e3] {
+            let limits = Limits { deadline_nanos: 300_000_000_000, ..Limits::default() };
+            let mut bench = Bench::limited(target_mdeg, 0.5, limits);
+            let end = bench.end_by(|_, cruises| if cruises { part } else { 0.147 });
+            assert_eq!(end, Phase::Holding, "{part} {target_mdeg} at {}", bench.mdeg);
+            assert!((bench.mdeg - target_mdeg).abs() <= 0.5, "{part} {target_mdeg} {}", bench.mdeg);
+            let mode = if target_mdeg > 0.0 { DriveMode::B } else { DriveMode::C };
+            let rate_rad_s = part * sense(mode) * strongest_cruise(mode, 1.0).unwrap().rate_rad_s;
+            let least_s = (1e-3 * target_mdeg.abs()).to_radians() / f64::from(rate_rad_s);
+            let taken_s = 1e-9 * bench.now.nanos() as f64;
+            assert!(taken_s < 1.25 * least_s + 1.0, "{part} {target_mdeg}: {taken_s} s for {least_s} s");
+        }
+    }
+}
+
+/// K3: a rotor that sticks on the way is noticed within two windows, whatever it did before, and one that sticks under a weak drive only is driven more strongly.
+#[test]
+fn law_a_rotor_that_sticks_on_the_way_is_noticed_in_time() {
+    for target_mdeg in [3600e3, -3600e3] {
+        let mut bench = Bench::new(target_mdeg, 0.5);
+        let command = bench.rest();
+        let along = f64::from(sense(command.mode().unwrap()));
+        for _ in 0..123_456 {
+            bench.mdeg += 1.0 * along;
+            assert_eq!(bench.moving(), command);
+        }
+        let stuck_at = bench.now;
+        while bench.moving().mode().is_some() {}
+        assert!(bench.now.nanos_since(stuck_at) < 2 * crate::progress::WINDOW_NANOS, "{target_mdeg}");
+        assert_eq!(bench.phase(), Phase::Settling);
+    }
+    let mut bench = Bench::new(-400.0, 0.5);
+    for _ in 0..20 {
+        bench.rest();
+        match bench.phase() {
+            // Static friction: below 0.85 of the drive nothing moves.
+            Phase::Cruise { cruise, .. } => bench.cruise(if cruise.amplitude < 0.85 { 0.0 } else { 1.0 }),
+            Phase::Burst { .. } => drop(bench.burst(1.0)),
+            Phase::Holding => break,
+            phase => assert_eq!(phase, Phase::Settling),
+        }
+    }
+    assert_eq!(bench.phase(), Phase::Holding, "{}", bench.mdeg);
+}
+
+/// K4: a cruise that turns round on the way is noticed within a degree or a window.
+#[test]
+fn law_a_rotor_that_turns_back_on_the_way_is_noticed_in_time() {
+    for back_mdeg in [10.0, 0.05] {
+        let mut bench = Bench::new(3600e3, 0.5);
+        bench.rest();
+        for _ in 0..50_000 {
+            bench.mdeg += 5.0;
+            assert_eq!(bench.moving().mode(), Some(DriveMode::B));
+        }
+        let (turned_at, farthest_mdeg) = (bench.now, bench.mdeg);
+        while bench.moving().mode().is_some() {
+            bench.mdeg -= back_mdeg;
+        }
+        let within_a_degree = farthest_mdeg - bench.mdeg < 1e3 + 15.0 * 5e3;
+        assert!(within_a_degree, "{back_mdeg}: {}", farthest_mdeg - bench.mdeg);
+        assert!(bench.now.nanos_since(turned_at) < 2 * crate::progress::WINDOW_NANOS, "{back_mdeg}");
+    }
+}
+
+/// K5: one mode is dead, the other is not. The move ends by saying which, and with the other the motor is still of use.
+#[test]
+fn law_a_lost_mode_is_told_from_a_stuck_rotor() {
+    for (target_mdeg, parts, lost, usable_mdeg) in [
+        (-700.0, (1.0, 0.0), Stop::ModeCLost, 300.0),
+        (-30.0, (1.0, 0.0), Stop::ModeCLost, 300.0),
+        (90e3, (1.0, 0.0), Stop::ModeCLost, 300.0),
+        (90e3, (0.0, 1.0), Stop::ModeBLost, -700.0),
+        (8.0, (0.0, 1.0), Stop::ModeBLost, -30.0),
+    ] {
+        let mut bench = Bench::new(target_mdeg, 0.5);
+        let end = bench.end_by(|mode, _| if mode == DriveMode::B { parts.0 } else { parts.1 });
+        assert_eq!(end, Phase::Stopped(lost), "{target_mdeg} at {}", bench.mdeg);
+        let target_deg = 1e-3 * (bench.mdeg + usable_mdeg);
+        bench.positioning.retarget(Target::try_new(target_deg, 0.001).unwrap(), bench.now);
+        let driven = bench.rest().mode();
+        assert_eq!(driven, Some(if lost == Stop::ModeCLost { DriveMode::B } else { DriveMode::C }));
+    }
 }
 
 /// K4.

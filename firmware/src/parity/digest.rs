@@ -53,7 +53,7 @@ impl Digest {
         self.command(*applied);
         let (phase, since_nanos) = match phase {
             // What is driven shows in the command.
-            Positioning::Cruise { cruise: _, since, from: _ } => (0, since.nanos()),
+            Positioning::Cruise { cruise: _, since, progress: _ } => (0, since.nanos()),
             Positioning::Settling => (1, 0),
             Positioning::Holding => (2, 0),
             Positioning::Burst { family: _, burst: _, since } => (3, since.nanos()),
