@@ -90,6 +90,8 @@ pub struct Outcome {
     pub pair_distance_square: f64,
     /// Standard deviation of the bias that the gyroscope's random walk allows in this time, at rest.
     pub walk_bias_sigma_deg_h: f64,
+    /// Standard deviation of the scale factor that the gyroscope's random walk allows at the rates that were turned, if the reference were exact and nothing saturated: see [`schedule`].
+    pub walk_scale_factor_sigma_ppm: f64,
     /// Factor by which the filter's variances of the reference had to be raised for the residuals to be as large as they should; 1 where they need not be.
     pub reference_factor: f64,
     /// Intervals fitted.
@@ -262,6 +264,7 @@ impl Calibration {
         let outcome = Outcome {
             seed: turning.seed,
             serial,
+            walk_scale_factor_sigma_ppm: 1e6 * walk_scale_sigma(&intervals, &noise),
             intervals: kept.len(),
             saturated_intervals: intervals.len() - kept.len(),
             reference_rms_mdeg: turning.reference_rms_mdeg(),
@@ -287,12 +290,21 @@ impl Outcome {
             correlation: fit.correlation(),
             pair_distance_square: fit.distance_square(truth.scale, truth.bias_deg_s),
             walk_bias_sigma_deg_h: deg_h * noise.walk_bias_deg_s(motor_time_s),
+            walk_scale_factor_sigma_ppm: 0.0,
             reference_factor: fit.reference_factor,
             intervals: 0,
             saturated_intervals: 0,
             reference_rms_mdeg: 0.0,
         }
     }
+}
+
+/// Standard deviation of the scale factor that random walk alone allows at the rates of all intervals.
+fn walk_scale_sigma(intervals: &[(Interval, bool)], noise: &Noise) -> f64 {
+    let sum = |of: fn(&Interval) -> f64| intervals.iter().map(|(interval, _)| of(interval)).sum::<f64>();
+    let (length_s, turned_deg) = (sum(|i| i.span.length_s()), sum(|i| i.turned_deg));
+    let squares = sum(|i| i.turned_deg * i.turned_deg / i.span.length_s());
+    noise.walk_deg_rs / math::sqrt(squares - turned_deg * turned_deg / length_s)
 }
 
 /// Allan deviation of the scene's gyroscope at rest: span in s, deg/h seen, deg/h of the model.
@@ -330,6 +342,8 @@ pub struct Summary {
     pub scale_factor_stated_ppm: f64,
     /// The largest error.
     pub scale_factor_worst_ppm: f64,
+    /// The same as random walk alone allows at the rates that were turned.
+    pub scale_factor_walk_ppm: f64,
     /// Runs within 10 ppm of the truth.
     pub scale_factor_within_10_ppm: usize,
     /// Runs whose 95 % interval of the scale factor holds the truth.
@@ -376,6 +390,7 @@ impl Calibrations {
             scale_factor_rms_ppm: rms(|o| o.scale_factor_error_ppm),
             scale_factor_stated_ppm: rms(|o| o.scale_factor_sigma_ppm),
             scale_factor_worst_ppm: worst(|o| o.scale_factor_error_ppm),
+            scale_factor_walk_ppm: rms(|o| o.walk_scale_factor_sigma_ppm),
             scale_factor_within_10_ppm: those(|o| o.scale_factor_error_ppm.abs() <= 10.0),
             scale_factor_covered: those(Outcome::covers_scale_factor),
             bias_rms_deg_h,

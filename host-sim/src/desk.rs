@@ -86,12 +86,18 @@ impl Desk {
         let schedule = Schedule::new(scene)?;
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "at most 1e8 ns")]
         let camera_nanos = (1e9 / scene.number("camera.frame_rate_hz")).round() as u64;
+        let plant = Plant::draw(scene)?.striding(schedule.stride)?;
+        let disturbance = Disturbance::of(scene);
+        // What the model refuses at the end of a drift is refused at the start.
+        if let Some(disturbance) = &disturbance {
+            plant.clone().detune(disturbance.drift())?;
+        }
         Ok(Self {
-            plant: Plant::draw(scene)?.striding(schedule.stride)?,
+            plant,
             camera: Camera::new(scene, camera_nanos, 1e9 * scene.number("plant.step_s")),
             ldv: Ldv::new(scene),
             schedule,
-            disturbance: Disturbance::of(scene),
+            disturbance,
         })
     }
 
@@ -145,6 +151,10 @@ impl Desk {
         let now = self.plant.now();
         if let Some(jolt_rad_s) = disturbance.jolt(now) {
             self.plant.jolt(jolt_rad_s);
+        }
+        if let Some(drift) = disturbance.drifted(now) {
+            // The end was accepted, so whatever lies before it is.
+            self.plant.detune(drift).ok();
         }
         disturbance.drive(now, command)
     }

@@ -139,6 +139,28 @@ impl Plant {
         self.state.rotor.rate_rad_s += rate_rad_s;
     }
 
+    /// Moves the resonances of modes B and C by the part `drift` away from those that were drawn, from now on; the drive keeps its frequencies.
+    ///
+    /// # Errors
+    /// When the model refuses the frequencies; then they stay.
+    pub fn detune(&mut self, drift: f64) -> Result<(), CommandError> {
+        let mut params = self.params;
+        for parameter in [Parameter::ModeBFrequency, Parameter::ModeCFrequency] {
+            params = params.with(parameter, self.params.get(parameter) * (1.0 + drift))?;
+        }
+        let strider = match &self.strider {
+            Some((_, steps)) => {
+                #[expect(clippy::cast_precision_loss, reason = "a few steps")]
+                let setup = MotorSetup { step_s: self.setup.step_s * *steps as f64, ..self.setup };
+                Some((Motor::try_new(&params, &setup)?, *steps))
+            }
+            None => None,
+        };
+        self.motor = Motor::try_new(&params, &self.setup)?;
+        self.strider = strider;
+        Ok(())
+    }
+
     /// The present, rounded to the nanosecond.
     #[expect(
         clippy::cast_precision_loss,

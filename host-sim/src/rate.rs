@@ -6,7 +6,7 @@
 //! mean error = (turned - asked) / asked          ripple = rms of (angle - reference) and of (rate - asked)
 //! ```
 //!
-//! and beside it what this motor reaches: its mean rates at full drive, open loop, in either mode ([`Reach`]).
+//! for a staircase both ways along what is asked for, without the rests; and beside it what this motor reaches: its mean rates at full drive, open loop, in either mode ([`Reach`]).
 //!
 //! Each mean is over as much of the run as is left, so it is the angle's error over the time: the longer, the better.
 
@@ -33,21 +33,23 @@ pub const SETTINGS: &[Setting] = &[
     Setting {
         key: "rate.profile",
         unit: "",
-        kind: Kind::Choice { default: "dwell", of: &["dwell", "staircase", "sweep"] },
-        meaning: "one rate, five equal steps up to it, or a sine of 1 to 5 Hz and a quarter of it about it",
+        kind: Kind::Choice { default: "dwell", of: &["dwell", "staircase", "both_ways", "sweep"] },
+        meaning: "one rate, five equal steps up to it, two such turns either way with rests between, or a sine of 1 to 5 Hz and a quarter of it about it",
     },
     Setting {
         key: "rate.duration_s",
         unit: "s",
-        kind: Kind::Number { default: 6.0, min: 0.5, max: 1000.0 },
+        kind: Kind::Number { default: 20.0, min: 0.5, max: 1000.0 },
         meaning: "length of the run",
     },
 ];
 
 /// Left out at the start, and after each step of a staircase.
 pub const SETTLE_S: f64 = 0.25;
-/// Steps of a staircase.
+/// Steps of a staircase, and of one both ways; rests of the latter.
 const STEPS: u16 = 5;
+const STEPS_BOTH_WAYS: u16 = 2;
+const REST_S: f64 = 0.25;
 
 /// What a motor reaches at full drive.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
@@ -97,7 +99,7 @@ pub struct Outcome {
     pub profile: &'static str,
     /// Time after settling.
     pub measured_s: f64,
-    /// Mean of what was asked for in that time.
+    /// Mean of what was asked for in that time; both ways, of its magnitude.
     pub asked_deg_s: f64,
     /// True mean rate in that time.
     pub mean_deg_s: f64,
@@ -144,6 +146,21 @@ pub fn profile(scene: &Scene) -> Result<Profile, CommandError> {
     let length_s = scene.number("rate.duration_s") as f32;
     Ok(match scene.choice("rate.profile") {
         "staircase" => Profile::Staircase { rate_rad_s, steps: STEPS, step_s: length_s / f32::from(STEPS) },
+        "both_ways" if side_s(f64::from(length_s)) < 2.0 * (REST_S + SETTLE_S) => {
+            return Err(CommandError::Conflict {
+                conflict: format!(
+                    "rate.duration_s = {length_s} s leaves no time for four turns after rests of {REST_S} s"
+                ),
+                hint: format!("{} s and more do", REST_S + 8.0 * (REST_S + SETTLE_S)),
+            });
+        }
+        "both_ways" => Profile::BothWays {
+            clockwise_rad_s: rate_rad_s.abs(),
+            counter_clockwise_rad_s: -rate_rad_s.abs(),
+            steps: STEPS_BOTH_WAYS,
+            turn_s: (side_s(f64::from(length_s)) - REST_S) as f32,
+            rest_s: REST_S as f32,
+        },
         "sweep" => Profile::Sweep {
             mean_rad_s: rate_rad_s,
             amplitude_rad_s: 0.25 * rate_rad_s,
@@ -152,6 +169,11 @@ pub fn profile(scene: &Scene) -> Result<Profile, CommandError> {
         },
         _ => Profile::Dwell { rate_rad_s },
     })
+}
+
+/// Time from one rest of a staircase both ways to the next; it ends with one.
+fn side_s(duration_s: f64) -> f64 {
+    (duration_s - REST_S) / (2.0 * f64::from(STEPS_BOTH_WAYS))
 }
 
 /// Sums over the measured time.
@@ -178,6 +200,7 @@ pub fn run(scene: &Scene, mut observe: impl FnMut(Moment)) -> Result<Outcome, Co
     let hold = RateHold::new(profile(scene)?, RateTuning::default(), Time::ZERO);
     let mut closed_loop = ClosedRateLoop::new(scene, hold)?;
     let duration_s = scene.number("rate.duration_s");
+    let both_ways = scene.choice("rate.profile") == "both_ways";
     let mut sums = Sums::default();
     let mut last_angle = closed_loop.plant().state().rotor.angle.angle();
     let (mut moment_angle, mut ticks) = (last_angle, 0_u64);
@@ -191,8 +214,10 @@ pub fn run(scene: &Scene, mut observe: impl FnMut(Moment)) -> Result<Outcome, Co
         let amplitude = f64::from(report.applied.amplitude());
         if settled(scene, time_s, duration_s) {
             sums.ticks += 1.0;
-            sums.turned_deg += angle.minus(last_angle).degrees();
-            sums.asked_deg += asked_deg_s * TICK_S;
+            // Both ways along what is asked for: else nothing would be left of it.
+            let along = if both_ways { asked_deg_s.signum() } else { 1.0 };
+            sums.turned_deg += along * angle.minus(last_angle).degrees();
+            sums.asked_deg += along * asked_deg_s * TICK_S;
             sums.following_deg2 += off_deg * off_deg;
             let ripple = plant.state().rotor.rate_rad_s.to_degrees() - asked_deg_s;
             sums.ripple_deg2_s2 += ripple * ripple;
@@ -217,11 +242,11 @@ pub fn run(scene: &Scene, mut observe: impl FnMut(Moment)) -> Result<Outcome, Co
 }
 
 fn settled(scene: &Scene, time_s: f64, duration_s: f64) -> bool {
-    let since_s = match scene.choice("rate.profile") {
-        "staircase" => time_s % (duration_s / f64::from(STEPS)),
-        _ => time_s,
-    };
-    since_s >= SETTLE_S
+    match scene.choice("rate.profile") {
+        "staircase" => time_s % (duration_s / f64::from(STEPS)) >= SETTLE_S,
+        "both_ways" => time_s % side_s(duration_s) >= REST_S + SETTLE_S && time_s < duration_s - REST_S,
+        _ => time_s >= SETTLE_S,
+    }
 }
 
 impl Sums {
@@ -269,7 +294,9 @@ impl fmt::Display for Outcome {
         writeln!(f, "estimator error    {:.2} mdeg rms", self.estimate_rms_mdeg)?;
         writeln!(f, "at full drive      {:.1} % of the time", 100.0 * self.saturated)?;
         let Reach { clockwise_deg_s, counter_clockwise_deg_s } = self.reach;
-        let beyond = if self.reach.holds(self.rate_deg_s) { "" } else { ": the rate asked for is beyond it" };
+        let both_ways = self.profile == "both_ways";
+        let holds = self.reach.holds(self.rate_deg_s) && (!both_ways || self.reach.holds(-self.rate_deg_s));
+        let beyond = if holds { "" } else { ": the rate asked for is beyond it" };
         writeln!(f, "this motor reaches {counter_clockwise_deg_s:+.0} to {clockwise_deg_s:+.0} deg/s{beyond}")
     }
 }

@@ -1,7 +1,7 @@
 //! The closed loop on motors that nobody has tuned it for.
 
 use crate::closeness::assert_between;
-use crate::command::{folder, json, number, run_on};
+use crate::command::{folder, json, number, run, run_on};
 
 const SEEDS: u32 = 20;
 /// The default tolerance, 1 milli-degree, is kept with 95 % confidence; what all of 20 keep is twice that.
@@ -215,6 +215,39 @@ fn tool_resonances_that_have_drifted_by_a_percent_are_survived() {
     ]);
 }
 
+/// K5: on the way, at once or slowly, while the drive keeps its frequencies.
+#[test]
+fn tool_resonances_that_drift_on_the_way_are_survived() {
+    check_survived(&["fault.drift_percent=1", "fault.drift_s=0.5"]);
+    check_survived(&["fault.drift_percent=-1", "fault.from_s=0.05", "position.to_deg=-20"]);
+    // So far that mode C turns by a fifth of what it did.
+    check_survived(&["fault.drift_percent=2", "fault.drift_s=1", "position.to_deg=-20"]);
+}
+
+/// K5: the mode that is lost is named; clockwise the rotor still comes near.
+#[test]
+fn tool_a_dead_mode_is_told_from_a_dead_drive() {
+    check_stopped(&["fault.dead_mode=b"], "ModeBLost", 1.5);
+    check_stopped(&["fault.dead_mode=b", "fault.from_s=0.05"], "ModeBLost", 1.5);
+    check_stopped(&["fault.dead_mode=c", "position.to_deg=-20"], "ModeCLost", 1.5);
+    check_stopped(&["fault.dead_mode=c", "position.to_deg=-0.03"], "ModeCLost", 6.0);
+    for seed in ["1", "2"] {
+        let moved = faulty(seed, &["fault.dead_mode=c"]);
+        assert_eq!(moved["stopped"], "ModeCLost", "{seed}: {moved}");
+        assert_between(number(&moved, "final_error_mdeg"), -50.0, 20e3, seed);
+    }
+}
+
+/// A motor of the 10,000 that turns counter-clockwise at a sixth of the map's rate, now and then not at all: slow, not stuck.
+#[test]
+fn tool_a_slow_motor_arrives() {
+    let moved = faulty("8492", &["position.to_deg=-359.707825", "position.tolerance_deg=0.0005"]);
+    assert!(moved["stopped"].is_null(), "{moved}");
+    assert_between(number(&moved, "final_error_mdeg"), -1.5, 1.5, &moved);
+    // 4 s are what the map's rate takes.
+    assert_between(number(&moved, "drive_on_s"), 8.0, 25.0, &moved);
+}
+
 /// K3: without power, at the start and on the way.
 #[test]
 fn tool_a_dead_drive_ends_the_move_as_stalled() {
@@ -228,6 +261,7 @@ fn tool_a_dead_drive_ends_the_move_as_stalled() {
 fn tool_swapped_modes_end_the_move_as_inverted() {
     check_stopped(&["fault.modes=swapped"], "ModeInverted", 0.2);
     check_stopped(&["fault.modes=swapped", "position.to_deg=-0.03"], "ModeInverted", 0.2);
+    check_stopped(&["fault.modes=swapped", "fault.from_s=0.05"], "ModeInverted", 0.6);
 }
 
 /// K2.
@@ -256,6 +290,22 @@ fn tool_rates_are_held() {
         assert_between(number(&held["reach"], "clockwise_deg_s"), 600.0, 1100.0, deg_s);
         assert_between(number(&held["reach"], "counter_clockwise_deg_s"), -170.0, -40.0, deg_s);
     }
+}
+
+/// Turns to either side with rests between: the mean is of their magnitude, and is right both ways.
+#[test]
+fn tool_a_rate_is_held_both_ways() {
+    let both_ways = ["--profile", "both_ways", "--duration", "12", "--seed", "3", "--format", "json"];
+    let folder = folder();
+    let held = json(folder.path(), &[&["rate", "--deg-s", "60"], &both_ways[..]].concat());
+    // Two steps, 30 and 60 deg/s, for the same time; of 12 s five rests of 0.25 s and four starts of 0.25 s are left out.
+    assert_between(number(&held, "asked_deg_s"), 44.99, 45.01, &held);
+    assert_between(number(&held, "measured_s"), 9.74, 9.76, &held);
+    assert_between(number(&held, "mean_error_percent"), -0.4, 0.4, &held);
+    assert_between(number(&held, "ripple_rms_deg_s"), 5.0, 100.0, &held);
+    let refused = run(folder.path(), &["rate", "--profile", "both_ways", "--duration", "4"]);
+    let said = String::from_utf8_lossy(&refused.stderr).into_owned();
+    assert!(refused.status.code() == Some(2) && said.contains("rate.duration_s"), "{said}");
 }
 
 /// What is beyond a motor is said to be, and what it does then is what it reaches: half a second of 5 % scatter at most.

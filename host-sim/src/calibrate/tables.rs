@@ -37,7 +37,7 @@ impl Outcome {
     fn remarks(&self) -> String {
         format!(
             "{:.0} s of motor time, seed {}, gyroscope {}: {} intervals, and {} left out because the gyroscope was saturated in them. The filter's variances of the reference were raised by {:.2} to match the residuals; \
-             correlation of scale factor and bias {:+.2}. In this time the gyroscope's random walk alone allows {:.2} deg/h, one sigma, of any bias. The reference was off by {:.1} milli-degrees rms.",
+             correlation of scale factor and bias {:+.2}. The gyroscope's random walk alone allows, one sigma, {:.2} ppm of any scale factor at these rates and {:.2} deg/h of any bias in this time. The reference was off by {:.1} milli-degrees rms.",
             self.motor_time_s,
             self.seed,
             self.serial,
@@ -45,6 +45,7 @@ impl Outcome {
             self.saturated_intervals,
             self.reference_factor,
             self.correlation,
+            self.walk_scale_factor_sigma_ppm,
             self.walk_bias_sigma_deg_h,
             self.reference_rms_mdeg
         )
@@ -77,11 +78,12 @@ impl Summary {
     fn remarks(&self, motor_time_s: f64) -> String {
         let (low, high) = self.covered_bounds;
         format!(
-            "{} gyroscopes, drawn, on {} drawn motors; {motor_time_s:.0} s of motor time each. {} scale factors are within 10 ppm of the truth; the bias's error is {:.2} times what the gyroscope's random walk alone allows in the time. \
+            "{} gyroscopes, drawn, on {} drawn motors; {motor_time_s:.0} s of motor time each. {} scale factors are within 10 ppm of the truth, and at the rates that were turned the gyroscope's random walk alone allows {:.2} ppm, one sigma; the bias's error is {:.2} times what random walk alone allows in the time. \
              Of {} intervals at 95 % between {low} and {high} hold the truth in 95 % of such sets. The reference's variances were raised by {:.2} on average; {:.1} % of the intervals were left out for saturation; the reference was off by {:.1} milli-degrees rms.",
             self.runs,
             self.motors,
             self.scale_factor_within_10_ppm,
+            self.scale_factor_walk_ppm,
             self.bias_over_walk,
             self.runs,
             self.reference_factor,

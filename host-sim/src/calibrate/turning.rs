@@ -40,7 +40,7 @@ impl Turning {
     /// # Errors
     /// When the scene is refused.
     pub fn run(scene: &Scene, schedule: &Schedule) -> Result<Self, CommandError> {
-        let hold = RateHold::new(schedule.profile(), RateTuning::default(), Time::ZERO);
+        let hold = RateHold::new(schedule.profile(), RateTuning::steady(), Time::ZERO);
         let mut closed_loop = ClosedRateLoop::new(scene, hold)?;
         let mut turning = Self {
             seed: scene.seed(),

@@ -19,8 +19,12 @@ const WIDTH: u32 = 860;
 /// Room for the title of the figure, and for its caption.
 const TITLE_HEIGHT: u32 = 34;
 const CAPTION_HEIGHT: u32 = 20;
-/// Room for the title and the legend of a panel.
+/// Room for the title of a panel and a legend beside it, and for each row of a legend below it.
 const PANEL_TITLE_HEIGHT: u32 = 26;
+const LEGEND_ROW_HEIGHT: u32 = 19;
+/// Size of a legend's words, width of its swatches, and the room after a swatch and between entries.
+const LEGEND_SIZE: f64 = 13.5;
+const SWATCH: (f64, f64, f64) = (20.0, 7.0, 18.0);
 /// Room for tick labels and axis labels.
 const LEFT: i32 = 60;
 const BOTTOM: i32 = 36;
@@ -81,9 +85,10 @@ fn draw_panel(panel: &Panel, area: &Area<'_>) -> Drawn {
 
     let title = TextStyle::from((FONT, fine(15.0), FontStyle::Bold)).color(&INK);
     area.draw(&Text::new(panel.title.clone(), (fine(f64::from(LEFT + MARGIN)), fine(6.0)), title))?;
-    draw_legend(panel, area)?;
+    let rows = draw_legend(panel, area)?;
 
-    let (_, plot) = area.split_vertically(PANEL_TITLE_HEIGHT * FINE.unsigned_abs());
+    let (_, plot) =
+        area.split_vertically((PANEL_TITLE_HEIGHT + LEGEND_ROW_HEIGHT * rows) * FINE.unsigned_abs());
     let mut chart = ChartBuilder::on(&plot)
         .margin_left(MARGIN * FINE)
         .margin_right(RIGHT * FINE)
@@ -178,41 +183,66 @@ fn draw_series(series: &Series, chart: &mut Chart<'_, '_>, x: &Scale, y: &Scale)
     }
 }
 
-/// The legend, on the line of the panel's title, from the right.
-fn draw_legend(panel: &Panel, area: &Area<'_>) -> Drawn {
-    let size = 13.5;
-    let style = TextStyle::from((FONT, fine(size))).color(&INK).pos(Pos::new(HPos::Left, VPos::Center));
-    let middle = fine(14.0);
-    let mut right = f64::from(WIDTH) - f64::from(RIGHT);
-    for series in panel.series.iter().rev() {
-        let Some(label) = &series.label else { continue };
-        let characters = u32::try_from(label.chars().count()).unwrap_or(u32::MAX);
-        let text_left = right - CHARACTER_WIDTH * size * f64::from(characters);
-        area.draw(&Text::new(label.clone(), (fine(text_left), middle), style.clone()))?;
-        let swatch_right = text_left - 7.0;
-        let (from, to) = (fine(swatch_right - 20.0), fine(swatch_right));
-        let colour = series.colour.rgb().mix(series.opacity.max(0.3));
-        let stroke = colour.stroke_width(fine(series.width.max(1.6)).unsigned_abs());
-        match series.mark {
-            Mark::Line(_) | Mark::Steps(_) => {
-                area.draw(&PathElement::new([(from, middle), (to, middle)], stroke))?;
-            }
-            Mark::Dashes(_) => {
-                let third = (to - from) / 5;
-                area.draw(&PathElement::new([(from, middle), (from + 2 * third, middle)], stroke))?;
-                area.draw(&PathElement::new([(to - 2 * third, middle), (to, middle)], stroke))?;
-            }
-            Mark::Points(_) | Mark::ErrorBars(_) | Mark::Names(_) => {
-                area.draw(&Circle::new((i32::midpoint(from, to), middle), fine(3.2), colour.filled()))?;
-            }
-            Mark::Band(_) | Mark::Spans(_) => {
-                let corners = [(from, middle - fine(5.0)), (to, middle + fine(5.0))];
-                area.draw(&Rectangle::new(corners, colour.filled()))?;
-            }
+/// Width that words of that size take.
+fn width(words: &str, size: f64) -> f64 {
+    let characters = u32::try_from(words.chars().count()).unwrap_or(u32::MAX);
+    CHARACTER_WIDTH * size * f64::from(characters)
+}
+
+/// The legend: at the right of the panel's title, or in rows below it where it does not fit there. How many rows.
+fn draw_legend(panel: &Panel, area: &Area<'_>) -> Drawn<u32> {
+    let (swatch, after, between) = SWATCH;
+    let entries: Vec<(&Series, &str, f64)> = panel
+        .series
+        .iter()
+        .filter_map(|series| {
+            let label = series.label.as_deref()?;
+            Some((series, label, swatch + after + width(label, LEGEND_SIZE)))
+        })
+        .collect();
+    let total: f64 = entries.iter().map(|(_, _, width)| width + between).sum::<f64>() - between;
+    let (left, right) = (f64::from(LEFT + MARGIN), f64::from(WIDTH) - f64::from(RIGHT));
+    // The title is bold, which takes somewhat more.
+    let beside = left + 1.2 * width(&panel.title, 15.0) + between + total <= right;
+    let (mut at, mut row) = if beside { (right - total, 0) } else { (left, 1) };
+    for (series, label, width) in entries {
+        if !beside && at > left && at + width > right {
+            (at, row) = (left, row + 1);
         }
-        right = swatch_right - 20.0 - 18.0;
+        let middle = 14.0 + f64::from(LEGEND_ROW_HEIGHT * row);
+        draw_entry(series, label, (at, middle), area)?;
+        at += width + between;
     }
-    Ok(())
+    Ok(row)
+}
+
+/// An entry of a legend: a swatch that begins at `left`, and its words.
+fn draw_entry(series: &Series, label: &str, (left, middle): (f64, f64), area: &Area<'_>) -> Drawn {
+    let (swatch, after, _) = SWATCH;
+    let middle = fine(middle);
+    let style =
+        TextStyle::from((FONT, fine(LEGEND_SIZE))).color(&INK).pos(Pos::new(HPos::Left, VPos::Center));
+    area.draw(&Text::new(label.to_owned(), (fine(left + swatch + after), middle), style))?;
+    let (from, to) = (fine(left), fine(left + swatch));
+    let colour = series.colour.rgb().mix(series.opacity.max(0.3));
+    let stroke = colour.stroke_width(fine(series.width.max(1.6)).unsigned_abs());
+    match series.mark {
+        Mark::Line(_) | Mark::Steps(_) => {
+            area.draw(&PathElement::new([(from, middle), (to, middle)], stroke))
+        }
+        Mark::Dashes(_) => {
+            let third = (to - from) / 5;
+            area.draw(&PathElement::new([(from, middle), (from + 2 * third, middle)], stroke))?;
+            area.draw(&PathElement::new([(to - 2 * third, middle), (to, middle)], stroke))
+        }
+        Mark::Points(_) | Mark::ErrorBars(_) | Mark::Names(_) => {
+            area.draw(&Circle::new((i32::midpoint(from, to), middle), fine(3.2), colour.filled()))
+        }
+        Mark::Band(_) | Mark::Spans(_) => {
+            let corners = [(from, middle - fine(5.0)), (to, middle + fine(5.0))];
+            area.draw(&Rectangle::new(corners, colour.filled()))
+        }
+    }
 }
 
 /// The corners of a line that is level from each point to the next.

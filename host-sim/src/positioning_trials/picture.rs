@@ -4,8 +4,16 @@ use super::{Report, Trial, Trials};
 use crate::chart::{Axis, Colour, Figure, Panel, Series};
 use crate::error::CommandError;
 
-const COLOURS: [Colour; 6] =
-    [Colour::Blue, Colour::Vermilion, Colour::Green, Colour::Purple, Colour::Orange, Colour::Grey];
+/// One for the controller, and one for each of what it is compared with.
+const COLOURS: [Colour; 7] = [
+    Colour::Blue,
+    Colour::Vermilion,
+    Colour::Green,
+    Colour::Purple,
+    Colour::Orange,
+    Colour::Grey,
+    Colour::Black,
+];
 
 /// Share of the trials that exceed each value, the largest left out.
 fn exceedance(trials: &Trials, of: impl Fn(&Trial) -> Option<f64>) -> Vec<(f64, f64)> {
