@@ -428,6 +428,10 @@ impl Positioning {
             let Some(burst) = other.burst(PROBE_RAD, self.tuning.limits.amplitude_max) else {
                 return Phase::Stopped(Stop::Stalled);
             };
+            // What is not known well before the burst is not judged after it.
+            if burst.turn_rad * burst.turn_rad < 4.0 * JUDGED * JUDGED * estimate.angle_rad2 {
+                return Phase::Settling;
+            }
             self.ledger.close();
             let resting = Resting { angle: estimate.angle, angle_rad2: estimate.angle_rad2 };
             self.probe = Some(Probe { driven: Some((resting, burst.turn_rad)), ..probe });

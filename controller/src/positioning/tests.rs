@@ -88,15 +88,22 @@ impl Bench {
         self.end_by(|_, _| part)
     }
 
+    /// A tick at rest, and what is driven then from beginning to end.
+    fn drive(&mut self, part: impl Fn(DriveMode, bool) -> f32) {
+        self.rest();
+        match self.phase() {
+            Phase::Burst { family, .. } => drop(self.burst(part(family.mode(), false))),
+            Phase::Cruise { cruise, .. } => self.cruise(part(cruise.mode, true)),
+            _ => (),
+        }
+    }
+
     /// The same, with a part for each mode, and for cruises (`true`) and bursts.
     fn end_by(&mut self, part: impl Fn(DriveMode, bool) -> f32) -> Phase {
         for _ in 0..10_000 {
-            self.rest();
-            match self.phase() {
-                Phase::Burst { family, .. } => drop(self.burst(part(family.mode(), false))),
-                Phase::Cruise { cruise, .. } => self.cruise(part(cruise.mode, true)),
-                Phase::Settling | Phase::Waiting(_) => (),
-                phase => return phase,
+            self.drive(&part);
+            if matches!(self.phase(), Phase::Holding | Phase::Stopped(_)) {
+                return self.phase();
             }
         }
         panic!("it goes on for ever: {:?}", self.phase());
@@ -370,7 +377,21 @@ fn law_a_lost_mode_is_told_from_a_stuck_rotor() {
         (8.0, (0.0, 1.0), Stop::ModeBLost, -30.0),
     ] {
         let mut bench = Bench::new(target_mdeg, 0.5);
-        let end = bench.end_by(|mode, _| if mode == DriveMode::B { parts.0 } else { parts.1 });
+        let part = |mode, _| if mode == DriveMode::B { parts.0 } else { parts.1 };
+        // As a rotor that has just come to rest: what is probed is measured first, and again after.
+        let mut rests = 0;
+        while !matches!(bench.phase(), Phase::Stopped(_)) && bench.positioning.probe.is_none() {
+            bench.drive(part);
+        }
+        bench.sigma_mdeg = 9.0;
+        while bench.phase() == Phase::Settling {
+            rests += 1;
+            bench.sigma_mdeg *= 0.99;
+            bench.rest();
+        }
+        assert!(rests > 10 && bench.sigma_mdeg < 2.0, "{target_mdeg} {rests} {}", bench.sigma_mdeg);
+        bench.sigma_mdeg = 0.1;
+        let end = bench.end_by(part);
         assert_eq!(end, Phase::Stopped(lost), "{target_mdeg} at {}", bench.mdeg);
         let target_deg = 1e-3 * (bench.mdeg + usable_mdeg);
         bench.positioning.retarget(Target::try_new(target_deg, 0.001).unwrap(), bench.now);
