@@ -131,6 +131,8 @@ const JUDGED: f32 = 2.5;
 const BURST_STALLED: f32 = 0.4;
 /// A turn by a burst is one when it exceeds so many standard deviations of its measurement.
 const SURELY: f32 = 4.0;
+/// A burst that probes the other mode decides alone: it is judged only when it was foreseen to exceed so many.
+const PROBED: f32 = 8.0;
 /// Turn in rad of the burst that probes the other mode: 10 milli-degrees.
 const PROBE_RAD: f32 = 1.75e-4;
 /// The state machine.
@@ -429,7 +431,7 @@ impl Positioning {
                 return Phase::Stopped(Stop::Stalled);
             };
             // What is not known well before the burst is not judged after it.
-            if burst.turn_rad * burst.turn_rad < 4.0 * JUDGED * JUDGED * estimate.angle_rad2 {
+            if burst.turn_rad * burst.turn_rad < 2.0 * PROBED * PROBED * estimate.angle_rad2 {
                 return Phase::Settling;
             }
             self.ledger.close();
@@ -438,7 +440,11 @@ impl Positioning {
             return Phase::Burst { family: other, burst, since: now };
         };
         let turned_rad = sense(other.mode()) * estimate.angle.radians_since::<f32>(before.angle);
-        match (outcome(foreseen_rad, turned_rad, before.angle_rad2 + estimate.angle_rad2), probe.lost) {
+        let turned_rad2 = before.angle_rad2 + estimate.angle_rad2;
+        if foreseen_rad * foreseen_rad < PROBED * PROBED * turned_rad2 {
+            return Phase::Settling;
+        }
+        match (outcome(foreseen_rad, turned_rad, turned_rad2), probe.lost) {
             (None, _) => Phase::Settling,
             (Some(Turn::None), _) => Phase::Stopped(Stop::Stalled),
             (Some(Turn::WrongWay), _) => Phase::Stopped(Stop::ModeInverted),
