@@ -33,6 +33,7 @@
 //! The impacts since the oldest frame kept are kept, up to [`IMPACTS_KEPT_MAX`]. A frame is fused at its exposure, through the impacts before it, and the estimate
 //! goes on from there through those after it. One impact more than fits gives up the frames before the oldest, and moves the track there if need be: what was
 //! exposed before that comes too late.
+//! While no frame comes, the track after all but the last few kicks is kept beside it, so that asking for the present costs what those few do: [`FRESH_KICKS`].
 //! Where no sample has come for [`crate::ImpactDetectorTuning::gap_nanos`], the rate wanders as in [`crate::ConstantRate`].
 
 use heapless::Deque;
@@ -52,6 +53,9 @@ use crate::tracker::{Moment, Tracker};
 
 /// Most impacts kept: 4.5 ms of the wildest motion, mode B at a fifth of its amplitude, with 28 impacts a ms.
 pub const IMPACTS_KEPT_MAX: usize = 128;
+
+/// Kicks since the last frame beyond which they are not gone through again whenever the present is asked for: ten times those of mode C in a frame's period.
+const FRESH_KICKS: usize = 8;
 
 /// After so long the stator has forgotten what it was struck: two time constants of mode C.
 const RINGING_NANOS: u64 = 6_000_000;
@@ -196,6 +200,14 @@ impl<T: Real> Kicked<'_, T> {
             kick.apply(state, self.tuning);
         }
     }
+
+    /// To a kick and through it, unless the rotor lies still.
+    fn pass<B: Belief<T>>(&self, state: &mut State<T, B>, resting: bool, kick: &Blow<T>) {
+        if !(resting && self.motion == Motion::Quiet) {
+            self.fly(state, resting, kick.at);
+            kick.apply(state, self.tuning);
+        }
+    }
 }
 
 impl<T: Real, B: Belief<T>> Process<T, B> for Kicked<'_, T> {
@@ -227,6 +239,8 @@ pub struct ImpactAided<T> {
     detector: ImpactDetector<T>,
     tracker: Tracker<T>,
     kicks: Blows<T>,
+    /// The track after all kicks, while more than [`FRESH_KICKS`] have come since its frame.
+    ahead: Option<State<T>>,
     ringing: Ringing<T>,
     /// From when on all blows that still ring have been heard.
     ringing_heard_from: Time,
@@ -242,6 +256,7 @@ impl<T: Real> ImpactAided<T> {
             detector: ImpactDetector::new(tuning.detector),
             tracker: Tracker::new(tuning.constant_rate.track),
             kicks: Deque::new(),
+            ahead: None,
             ringing: Ringing::none(),
             ringing_heard_from: Time::ZERO,
             drive: DriveCommand::OFF,
@@ -314,6 +329,7 @@ impl<T: Real> ImpactAided<T> {
                     // The watch hears the vibrometer anew: what came before bore wrong times.
                     self.detector = ImpactDetector::new(self.tuning.detector);
                     while self.kicks.pop_back_if(|kick| kick.at >= sample.taken_at).is_some() {}
+                    self.ahead = None;
                     let Heard::Gap(seconds) = self.detector.observe(sample) else { return };
                     self.wander_through(sample.taken_at, seconds);
                 }
@@ -356,6 +372,29 @@ impl<T: Real> ImpactAided<T> {
         }
         // Cannot be full any more.
         let _ = self.kicks.push_back(kick);
+        if let Some(mut ahead) = self.ahead {
+            let resting = self.tracker.track().is_some_and(|track| track.resting);
+            self.process(self.watch.clock()).pass(&mut ahead, resting, &kick);
+            self.ahead = Some(ahead);
+        } else if self.many_wait() {
+            self.look_ahead();
+        }
+    }
+
+    /// Whether more than [`FRESH_KICKS`] have come since the last frame used.
+    #[inline]
+    fn many_wait(&self) -> bool {
+        let fresh = self.kicks.len().checked_sub(FRESH_KICKS + 1).and_then(|index| self.kicks.get(index));
+        fresh.zip(self.tracker.track()).is_some_and(|(kick, track)| kick.at > track.state.at)
+    }
+
+    /// Goes through the kicks since the last frame used.
+    #[cold]
+    fn look_ahead(&mut self) {
+        let Some((track, newest)) = self.tracker.track().zip(self.kicks.back()) else { return };
+        let mut ahead = track.state;
+        self.process(self.watch.clock()).carry(&mut ahead, track.resting, newest.at);
+        self.ahead = Some(ahead);
     }
 
     /// Drops the kicks that no frame can go back to.
@@ -391,13 +430,24 @@ impl<T: Real> AngleFilter<T> for ImpactAided<T> {
         let process =
             Kicked { tuning: &self.tuning, kicks: &self.kicks, motion, heard_until: self.heard_until() };
         let moment = Moment { clock, quiet: motion == Motion::Quiet };
+        let before = self.ahead.as_ref().and(self.tracker.place());
         let innovation = self.tracker.update(frame, moment, &process);
         self.forget();
+        if before.is_none() || self.tracker.place() != before {
+            self.ahead = None;
+            if self.many_wait() {
+                self.look_ahead();
+            }
+        }
         innovation
     }
 
     fn estimate(&self, now: Time) -> Option<Estimate<T>> {
-        self.tracker.estimate(now, &self.process(now))
+        let process = self.process(now);
+        match self.ahead.filter(|ahead| ahead.at <= now) {
+            Some(ahead) => self.tracker.estimate_from(ahead, now, &process),
+            None => self.tracker.estimate(now, &process),
+        }
     }
 
     fn smoothed(&self, at: Time) -> Option<Estimate<T>> {

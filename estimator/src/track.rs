@@ -69,10 +69,10 @@ pub struct TrackTuning<T> {
     pub resting_frames: u8,
     /// A frame is refused when its innovation squared exceeds this many times its variance.
     pub gate: T,
-    /// Variance of a kick that the rate is allowed when a second frame in a row is beyond the gate, in rad^2/s^2: as a rule the first was no bad frame,
-    /// but a burst of impacts as the rotor lands, which changes the rate by more than ten rad/s in a fraction of a millisecond: two standard deviations.
+    /// Variance of a kick that the rate is allowed when frames in a row are beyond the gate, in rad^2/s^2: as a rule it was
+    /// a burst of impacts as the rotor lands, which changes the rate by more than ten rad/s in a fraction of a millisecond: two standard deviations.
     pub kick_rad2_s2: T,
-    /// After this many refusals in a row the estimate begins anew.
+    /// After this many refusals in a row the estimate begins anew, once the newest frames agree.
     pub refusals_max: u8,
 }
 
@@ -171,6 +171,15 @@ impl<T: Real, B: Belief<T>> State<T, B> {
         self.at = self.at.max(until);
         self.angle.turn_by_radians(self.rate_rad_s * dt_s);
         self.covariance.predict(dt_s, noise_rad2_s3);
+    }
+
+    /// Takes in an angle that is `innovation_rad` off, of variance `noise_rad2`.
+    #[inline(always)]
+    #[expect(clippy::inline_always, reason = "a call costs a quarter of it")]
+    pub(crate) fn correct(&mut self, innovation_rad: T, noise_rad2: T) {
+        let [turn_rad, faster_rad_s] = self.covariance.correct_by_angle(innovation_rad, noise_rad2);
+        self.angle.turn_by_radians(turn_rad);
+        self.rate_rad_s += faster_rad_s;
     }
 }
 
@@ -315,10 +324,7 @@ impl<T: Real, B: Belief<T>> Track<T, B> {
     #[inline(always)]
     #[expect(clippy::inline_always, reason = "a call costs a quarter of it")]
     pub(crate) fn correct(&mut self, innovation_rad: T, tuning: &TrackTuning<T>) {
-        let State { angle, rate_rad_s, covariance, .. } = &mut self.state;
-        let [turn_rad, faster_rad_s] = covariance.correct_by_angle(innovation_rad, tuning.camera_rad2);
-        angle.turn_by_radians(turn_rad);
-        *rate_rad_s += faster_rad_s;
+        self.state.correct(innovation_rad, tuning.camera_rad2);
     }
 
     /// Counts the frames of a quiet and slow rotor, and tells the filter that one at rest does not turn, but for what the ringing stator moves it.

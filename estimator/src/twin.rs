@@ -70,7 +70,7 @@ pub struct TwinFilter<T: Real> {
     tracker: Tracker<T, ScaledBelief<T>>,
     strikes: Strikes<T>,
     ahead: Option<Ahead<T>>,
-    /// Whether strikes have come or changed since [`Self::look_ahead`].
+    /// Whether the newest strike has become better known since it was last passed.
     stale: bool,
     stator: StatorBelief<T>,
     trust: Trust<T>,
@@ -139,13 +139,23 @@ impl<T: Real> TwinFilter<T> {
         }
     }
 
-    /// Goes through the strikes anew: one has come, or is known better, or the track has moved.
+    /// Goes through the strikes since the last frame: the track has moved.
     #[inline(never)]
     fn look_ahead(&mut self) {
         (self.ahead, self.stale) = (None, false);
         let process = self.process(self.watch.motion(self.watch.clock()));
         let ahead = self.tracker.track().and_then(|track| Ahead::of(&track.state, track.resting, &process));
         self.ahead = ahead;
+    }
+
+    /// Goes through the newest strike again, if it has become better known.
+    fn pass_amended(&mut self) {
+        if core::mem::take(&mut self.stale)
+            && let Some(ahead) = self.ahead
+        {
+            let process = self.process(self.watch.motion(self.watch.clock()));
+            self.ahead = Some(ahead.after_newest(&process));
+        }
     }
 
     /// Until when impacts would have been heard: never, by a vibrometer whose sign is wrong.
@@ -278,6 +288,9 @@ impl<T: Real> TwinFilter<T> {
         let others = samples - T::one();
         let jump_m_s = raw_m_s + moved_m_s * samples / others;
         let errors = self.stator.refine(jump_m_s, self.sample_m2_s2() / others);
+        if !self.stator.is_sound() {
+            return self.lose_stator();
+        }
         let of = |state: usize| errors.get(state).copied().unwrap_or_default();
         let covariance = &self.stator.covariance;
         let tooth = Known { value: of(stator::TOOTH), variance: covariance.variance::<{ stator::TOOTH }>() };
@@ -311,8 +324,8 @@ impl<T: Real> TwinFilter<T> {
     /// Keeps a strike. One that becomes known only after its frame has been fused acts right after it.
     #[inline(never)]
     fn keep(&mut self, mut strike: Strike<T>) {
+        self.pass_amended();
         let Some(track) = self.tracker.track() else { return };
-        self.stale = true;
         strike.at = strike.at.max(track.state.at.plus_nanos(1));
         if let Some(oldest) = self.strikes.front().map(|strike| strike.at)
             && self.strikes.is_full()
@@ -328,9 +341,15 @@ impl<T: Real> TwinFilter<T> {
             };
             self.tracker.shorten(oldest, &process);
             self.forget();
+            if let (Some(ahead), Some(track)) = (&mut self.ahead, self.tracker.track()) {
+                ahead.from = track.state.at;
+            }
         }
         // Cannot be full any more.
         let _ = self.strikes.push_back(strike);
+        let Some(ahead) = self.ahead else { return self.look_ahead() };
+        let process = self.process(self.watch.motion(self.watch.clock()));
+        self.ahead = Some(ahead.extended(&process));
     }
 
     /// Drops the strikes that no frame can go back to.
@@ -441,9 +460,7 @@ impl<T: Real> AngleFilter<T> for TwinFilter<T> {
             }
         }
         self.hear(sample, heard, &before, since_s);
-        if self.stale {
-            self.look_ahead();
-        }
+        self.pass_amended();
         None
     }
 
@@ -459,9 +476,12 @@ impl<T: Real> AngleFilter<T> for TwinFilter<T> {
             ahead: None,
         };
         let moment = Moment { clock, quiet: motion == Motion::Quiet };
+        let before = self.tracker.place();
         let innovation = self.tracker.update(frame, moment, &process);
         self.forget();
-        self.look_ahead();
+        if self.tracker.place() != before {
+            self.look_ahead();
+        }
         innovation
     }
 

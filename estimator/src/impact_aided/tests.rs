@@ -122,6 +122,38 @@ fn law_late_frames_equal_frames_in_time() {
     }
 }
 
+/// Without a camera kicks pile up, to as many as are kept and beyond; whoever asks for the present goes through few of them again, and gets what going through all
+/// gives. The next frame is fused as if it had been so all the time.
+#[test]
+fn dual_a_lost_camera_leaves_little_to_go_through_again() {
+    let mut rotor = Rotor::new(4);
+    let mut filter = driven::<f64>(DriveMode::C);
+    let mut frame = rotor.frame();
+    for sample in 1..=40_000_u64 {
+        filter.update_ldv(&rotor.step());
+        if sample % 20 != 0 {
+            continue;
+        }
+        frame = rotor.frame();
+        if sample <= 2000 {
+            filter.update_camera(&frame);
+            continue;
+        }
+        let Some(track) = filter.tracker.track() else { panic!("a frame has come") };
+        let passed = filter.ahead.map_or(track.state.at, |ahead| ahead.at);
+        assert!(filter.kicks.iter().filter(|kick| kick.at > passed).count() <= FRESH_KICKS);
+        let again = ImpactAided { ahead: None, ..filter.clone() };
+        let now = Time::from_nanos(sample * LDV_NANOS + 10_000);
+        let (kept, gone) = (filter.estimate(now).unwrap(), again.estimate(now).unwrap());
+        assert!((kept.rate_rad_s - gone.rate_rad_s).abs() < 1e-9, "{kept:?} {gone:?}");
+        assert!((kept.angle_rad2 / gone.angle_rad2 - 1.0).abs() < 1e-9, "{kept:?} {gone:?}");
+    }
+    assert!(filter.kicks.is_full(), "{}", filter.kicks.len());
+    let mut again = ImpactAided { ahead: None, ..filter.clone() };
+    assert_eq!(filter.update_camera(&frame), again.update_camera(&frame));
+    assert_eq!(filter.estimate(frame.exposed_at), again.estimate(frame.exposed_at));
+}
+
 /// The first impact's kick in mode B, towards a tooth known to within a width: the friction law on nominal numbers, worked out here from the parameters.
 #[test]
 fn exact_kick_in_mode_b_is_coulombs() {

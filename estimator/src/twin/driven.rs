@@ -44,28 +44,49 @@ pub(super) struct Driven<'a, T> {
     pub(super) ahead: Option<&'a Ahead<T>>,
 }
 
-/// The track after all strikes known: whoever asks for the present need not go through them again.
+/// The track after all strikes known: whoever asks for the present need not go through them again, however many there are since the last frame.
+///
+/// The newest strike may still become better known, so the track before it is kept too. Each strike is passed under the motion in which it came.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Ahead<T> {
     /// Where the track stood.
-    from: Time,
-    motion: Motion,
+    pub(super) from: Time,
     resting: bool,
-    state: TwinState<T>,
+    /// Before the newest strike, and after it.
+    settled: TwinState<T>,
+    pub(super) state: TwinState<T>,
 }
 
 impl<T: Real> Ahead<T> {
-    /// From the track as it is, through all strikes of the `process`; `None` if there are none.
+    /// From the track as it is, through all strikes of the `process`; `None` if there are none after it.
     pub(super) fn of(state: &TwinState<T>, resting: bool, process: &Driven<'_, T>) -> Option<Self> {
-        let newest = process.strikes.back()?.at;
-        let mut ahead = Self { from: state.at, motion: process.motion, resting, state: state.copied() };
-        process.carry(&mut ahead.state, resting, newest);
-        (newest > ahead.from).then_some(ahead)
+        let first = process.first_after(state.at);
+        let newest = process.strikes.len().checked_sub(1).filter(|&newest| newest >= first)?;
+        let mut settled = state.copied();
+        (first..newest).for_each(|strike| process.pass(&mut settled, resting, strike));
+        let ahead = Self { from: state.at, resting, state: settled.copied(), settled };
+        Some(ahead.after_newest(process))
+    }
+
+    /// Through one strike more.
+    pub(super) fn extended(&self, process: &Driven<'_, T>) -> Self {
+        let Self { from, resting, state, .. } = self;
+        Self { from: *from, resting: *resting, settled: state.copied(), state: state.copied() }
+            .after_newest(process)
+    }
+
+    /// The same after the newest strike has become better known.
+    pub(super) fn after_newest(&self, process: &Driven<'_, T>) -> Self {
+        let mut state = self.settled.copied();
+        if let Some(newest) = process.strikes.len().checked_sub(1) {
+            process.pass(&mut state, self.resting, newest);
+        }
+        Self { from: self.from, resting: self.resting, settled: self.settled.copied(), state }
     }
 
     /// Whether it is on the way of a track from `from` to `until`.
-    fn serves(&self, from: Time, until: Time, resting: bool, motion: Motion) -> bool {
-        self.from == from && self.state.at <= until && self.resting == resting && self.motion == motion
+    fn serves(&self, from: Time, until: Time, resting: bool) -> bool {
+        self.from == from && self.state.at <= until && self.resting == resting
     }
 }
 
@@ -111,24 +132,38 @@ impl<T: Real> Driven<'_, T> {
     }
 }
 
+impl<T: Real> Driven<'_, T> {
+    /// The first strike after `from`. Most are older than the track: counted from the newest.
+    fn first_after(&self, from: Time) -> usize {
+        let newer = self.strikes.iter().rev().take_while(|strike| strike.at > from).count();
+        self.strikes.len() - newer
+    }
+
+    /// To a strike and through it, unless the rotor lies still.
+    fn pass(&self, state: &mut TwinState<T>, resting: bool, strike: usize) {
+        if let Some(strike) = self.strikes.get(strike)
+            && !(resting && self.motion == Motion::Quiet)
+        {
+            self.fly(state, resting, strike.at);
+            strike.apply(state, self.tuning);
+        }
+    }
+}
+
 impl<T: Real> Process<T, ScaledBelief<T>> for Driven<'_, T> {
     fn carry(&self, state: &mut TwinState<T>, resting: bool, until: Time) {
-        if !(resting && self.motion == Motion::Quiet) {
-            let from = state.at;
-            // Most are older than the track: counted from the newest.
-            let newer = self.strikes.iter().rev().take_while(|strike| strike.at > from).count();
-            for index in self.strikes.len() - newer..self.strikes.len() {
-                let Some(strike) = self.strikes.get(index).filter(|strike| strike.at <= until) else { break };
-                self.fly(state, resting, strike.at);
-                strike.apply(state, self.tuning);
+        for index in self.first_after(state.at)..self.strikes.len() {
+            if self.strikes.get(index).is_none_or(|strike| strike.at > until) {
+                break;
             }
+            self.pass(state, resting, index);
         }
         self.fly(state, resting, until);
     }
 
     #[inline]
     fn on_the_way<'a>(&'a self, state: &'a TwinState<T>, resting: bool, until: Time) -> &'a TwinState<T> {
-        let ahead = self.ahead.filter(|ahead| ahead.serves(state.at, until, resting, self.motion));
+        let ahead = self.ahead.filter(|ahead| ahead.serves(state.at, until, resting));
         ahead.map_or(state, |ahead| &ahead.state)
     }
 

@@ -250,12 +250,22 @@ impl<T: Real> StatorBelief<T> {
     }
 
     /// Whether it is still a stator: finite, and within a hundred times what any drive does.
+    ///
+    /// Amplitudes are bounded, not momentary values, so that what is sound stays so until the next impact; and parameters, so that the modes as they are stepped
+    /// cannot feed themselves: a stiffness off by `k` adds `(k w h)^2 / 4` a period to the amplitude, which the damping must outweigh.
     pub(super) fn is_sound(&self) -> bool {
         let bounded = |limit: f64| move |x: &T| x.abs() < T::from_f64(limit);
-        self.state.modes.displacement_m.iter().all(bounded(1e-3))
-            && self.state.modes.velocity_m_s.iter().all(bounded(50.0))
+        let modes = &self.state.modes;
+        let motions = modes.displacement_m.iter().zip(modes.velocity_m_s.iter());
+        let swings = self.oscillators.iter().zip(motions).map(|(oscillator, (&g, &v))| {
+            oscillator.stiffness_per_s2 * g * g + v * v - oscillator.stiffness_per_s2 * T::from_f64(1e-6)
+        });
+        let [_, _, _, _, _, _, _, _, _, _, k_a, _, k_b, _, _, k_c, ..] = self.found.data.0[0];
+        // Asked this way round, so that NaN is unsound.
+        swings.into_iter().all(|beyond| beyond < T::zero())
             && bounded(1.0)(&self.height_m)
             && self.found.iter().all(bounded(0.9))
+            && [k_a, k_b, k_c].iter().all(bounded(0.25))
             && bounded(1e6)(&self.covariance.trace())
     }
 
