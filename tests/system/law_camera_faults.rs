@@ -2,9 +2,9 @@
 
 use estimator::{CameraFrame, Health, Reason, Rejection, Verdict};
 use host_sim::filter::FILTERS;
-use motor_model::{Angle, DriveCommand, DriveMode, Time};
+use motor_model::{Angle, DriveCommand, DriveMode, Time, math};
 
-use crate::fault_bench::{Bench, Look, NONE, assert_never_false, by_filter, delays_ms, rms_mdeg};
+use crate::fault_bench::{Bench, Faults, Look, NONE, assert_never_false, by_filter, delays_ms, rms_mdeg};
 
 const B: DriveCommand = DriveCommand::full(DriveMode::B);
 
@@ -118,15 +118,16 @@ fn law_a_stuck_camera_is_found_and_its_frames_taken_back() {
     }
 }
 
-/// E7: 5 ms of latency, and frames that come up to 2 ms late beside it: all are fused at their exposure, none is beyond the lag, and nobody is wrong unawares.
+/// E7: 2 to 50 ms of latency, and frames that come up to 2 ms late beside it: all are fused at their exposure, none is beyond the lag, and nobody is wrong unawares.
 #[test]
 fn law_late_frames_are_fused_where_they_belong() {
-    let looks =
-        settled(&["camera.latency_frames=20", "camera.late_probability=0.5", "camera.late_frames=20"])
-            .run(B, 100, NONE);
-    let refused = |why| looks.iter().filter(|look| look.verdict == Some(Verdict::Rejected(why))).count();
-    assert_eq!((refused(Rejection::OutOfHorizon), refused(Rejection::Future)), (0, 0));
-    assert_never_false(&looks);
+    for latency in ["camera.latency_frames=20", "camera.latency_frames=50", "camera.latency_frames=500"] {
+        let looks =
+            settled(&[latency, "camera.late_probability=0.5", "camera.late_frames=20"]).run(B, 100, NONE);
+        let refused = |why| looks.iter().filter(|look| look.verdict == Some(Verdict::Rejected(why))).count();
+        assert_eq!((refused(Rejection::OutOfHorizon), refused(Rejection::Future)), (0, 0));
+        assert_never_false(&looks);
+    }
 }
 
 /// E8: stamps ten milliseconds ahead are refused, those of a dozen frames change nothing, and the next good one is used.
@@ -172,6 +173,33 @@ fn law_noise_beyond_what_is_assumed_is_told() {
     }
 }
 
+/// E13: every frame wrong by up to half a degree, 17 times the noise that is assumed: what is made of that is worth nothing, but it is told for as long as it lasts, and
+/// the estimate is good again within 20 ms of its end.
+#[test]
+fn law_a_time_of_noise_is_overcome() {
+    let mut bench = settled(&[]);
+    let noise: Faults = (|_, frame| Some(turned(frame, part_drawn(&frame) - 0.5)), NONE.1);
+    let looks = bench.run(B, 50, noise);
+    for looks in by_filter(&looks) {
+        let good = looks.iter().skip(1000).filter(|look| look.is_good()).count();
+        assert!(good * 20 < looks.len(), "{}: {good}", looks[0].name);
+    }
+    let looks = bench.run(B, 50, NONE);
+    for (name, delay) in delays_ms(&looks, Look::is_good) {
+        assert!(delay < 20.0, "{name}: {delay} ms");
+    }
+    assert_never_false(&looks[2000 * FILTERS.len()..]);
+}
+
+/// From 0 to 1, for each frame its own: multiples of the golden ratio's part, scrambled.
+fn part_drawn(frame: &CameraFrame) -> f64 {
+    let scrambled = (frame.exposed_at.nanos() / 100_000).wrapping_mul(0x9E37_79B9_7F4A_7C15);
+    let scrambled = (scrambled ^ (scrambled >> 29)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
+    #[expect(clippy::cast_precision_loss, reason = "24 bits")]
+    let part = (scrambled >> 40) as f64 / 16_777_216.0;
+    part
+}
+
 /// E14: one frame in fifty an outlier of 50 um, 0.7 degrees: at most 1.3 times the error of a clean run.
 #[test]
 fn law_outliers_are_borne() {
@@ -182,17 +210,53 @@ fn law_outliers_are_borne() {
     }
 }
 
-/// E14: a fifth of all frames outliers of 0.7 degrees is beyond these filters, for now and then two in a row fit a landing: the error stays below that of the frames, and half a
-/// degree over the motors of `host-sim estimate`; nothing is left of it 10 ms after the last one.
+/// E14: a fifth of all frames outliers of 0.7 degrees: at most twice the error of a clean run by every filter, and never a new start.
 #[test]
-fn law_a_fifth_of_outliers_is_survived() {
-    let mut bench = settled(&["camera.outlier_probability=0.2", "camera.outlier_m=5e-5"]);
-    for (name, spoilt) in rms_mdeg(&bench.run(B, 200, NONE)) {
-        assert!(spoilt < 735.0, "{name}: {spoilt}");
+fn law_a_fifth_of_outliers_is_borne() {
+    for (command, clean) in driven_clean() {
+        let mut bench = Bench::new(&["camera.outlier_probability=0.2", "camera.outlier_m=5e-5"]);
+        bench.run(command, 100, NONE);
+        let looks = bench.run(command, 200, NONE);
+        println!("{:?}", rms_mdeg(&looks));
+        assert_rms_at_most(2.0, &clean, &looks);
+        assert!(!looks.iter().any(|look| look.verdict == Some(Verdict::Restarted)));
     }
-    let looks = settled(&["camera.fault=offset", "camera.fault_from_s=0.1", "camera.fault_until_s=0.1003"])
-        .run(B, 60, NONE);
-    assert_never_false(&looks[10 * 100 * FILTERS.len()..]);
+}
+
+/// E14: four wrong frames in a row of every twenty, heavy-tailed (Cauchy's law, half of them beyond 0.3 degrees): at most three times the error of a clean run.
+#[test]
+fn law_bursts_of_heavy_tailed_outliers_are_borne() {
+    let bursts: Faults = (
+        |_, frame| {
+            let frames = frame.exposed_at.nanos() / 100_000;
+            let (sin, cos) = math::sin_cos(std::f64::consts::PI * (part_drawn(&frame) - 0.5));
+            Some(if frames % 20 < 4 { turned(frame, 0.3 * sin / cos) } else { frame })
+        },
+        NONE.1,
+    );
+    for (command, clean) in driven_clean() {
+        let mut bench = Bench::new(&[]);
+        bench.run(command, 100, bursts);
+        let looks = bench.run(command, 200, bursts);
+        println!("{:?}", rms_mdeg(&looks));
+        assert_rms_at_most(3.0, &clean, &looks);
+    }
+}
+
+/// Both modes, and the errors of a clean run in them.
+fn driven_clean() -> [(DriveCommand, Vec<(&'static str, f64)>); 2] {
+    [B, DriveCommand::full(DriveMode::C)].map(|command| {
+        let mut bench = Bench::new(&[]);
+        bench.run(command, 100, NONE);
+        (command, rms_mdeg(&bench.run(command, 200, NONE)))
+    })
+}
+
+#[track_caller]
+fn assert_rms_at_most(factor: f64, clean: &[(&'static str, f64)], looks: &[Look]) {
+    for ((name, clean), (_, spoilt)) in clean.iter().zip(rms_mdeg(looks)) {
+        assert!(spoilt < factor * clean, "{name}: {spoilt} against {clean}");
+    }
 }
 
 /// E7, E8: frames that arrive up to 2 ms late and in any order leave the estimate that the same frames leave in theirs: to a hundredth of a standard deviation without
@@ -231,17 +295,31 @@ fn law_another_motor_costs_no_honesty() {
     }
 }
 
-/// E16: through a whole turn and more every turn is counted; ten frames that show the next marker, a quarter turn on, are refused.
+/// E16: through a whole turn and more every turn is counted; ten frames that show another marker, a quarter or half a turn on, are refused.
 #[test]
 fn law_turns_are_counted_and_another_marker_is_refused() {
-    let mut bench =
-        settled(&["camera.fault=offset", "camera.fault_from_s=0.7", "camera.fault_until_s=0.701"]);
+    let mut bench = settled(&[]);
     let looks = bench.run(B, 600, NONE);
     assert!(rms_mdeg(&looks).iter().all(|(_, rms)| *rms < 60.0), "{:?}", rms_mdeg(&looks));
-    let looks = bench.run(B, 1, NONE);
-    let refused = Verdict::Rejected(Rejection::Gate);
-    assert!(looks.iter().filter_map(|look| look.verdict).all(|verdict| verdict == refused));
-    assert_never_false(&bench.run(B, 10, NONE)[1000..]);
+    let markers: [Faults; 2] =
+        [(|_, frame| Some(turned(frame, 90.0)), NONE.1), (|_, frame| Some(turned(frame, 180.0)), NONE.1)];
+    for marker in markers {
+        let looks = bench.run(B, 1, marker);
+        let refused = Verdict::Rejected(Rejection::Gate);
+        assert!(looks.iter().filter_map(|look| look.verdict).all(|verdict| verdict == refused));
+        let after = rms_mdeg(&bench.run(B, 20, NONE));
+        assert!(after.iter().all(|(_, rms)| *rms < 60.0), "{after:?}");
+    }
+}
+
+/// E8: half of the frames twice: the second changes nothing, to the bit.
+#[test]
+fn exact_a_frame_that_comes_twice_counts_once() {
+    let errors = |sets: &[&str]| -> Vec<Option<(f64, f64)>> {
+        let looks = Bench::new(sets).run(B, 100, NONE);
+        looks.iter().map(|look| look.error).collect()
+    };
+    assert!(errors(&[]) == errors(&["camera.duplicate_probability=0.5"]));
 }
 
 /// E18: half and twice the frame rate, and stamps off by 5 us.

@@ -71,6 +71,35 @@ fn law_single_lost_samples_cost_little() {
     }
 }
 
+/// E10: one sample in a thousand wrong by 0.1 m/s, as large as the impacts: two hundred false ones a second. No filter is worse than 1.5 times the one that hears nothing,
+/// and none begins anew.
+#[test]
+fn law_wrong_samples_are_borne() {
+    for command in [B, DriveCommand::full(DriveMode::C)] {
+        let mut bench = Bench::new(&["ldv.outlier_probability=0.001"]);
+        bench.run(command, 100, NONE);
+        let looks = bench.run(command, 200, NONE);
+        let rms = rms_mdeg(&looks);
+        println!("{rms:?}");
+        let deaf = rms_of(&rms, "constant_rate");
+        assert!(rms.iter().all(|(_, rms)| *rms < 1.5 * deaf), "{rms:?}");
+        assert!(!looks.iter().any(|look| look.verdict == Some(Verdict::Restarted)));
+    }
+}
+
+/// A vibrometer whose scale is off by a tenth, more than any decoder's: nobody is wrong unawares, or worse than the filter that hears nothing.
+#[test]
+fn law_a_wrong_scale_is_borne() {
+    for gain in ["ldv.gain_error=0.1", "ldv.gain_error=-0.1"] {
+        let looks = settled(&[gain]).run(B, 200, NONE);
+        let rms = rms_mdeg(&looks);
+        println!("{gain}: {rms:?}");
+        assert_never_false(&looks);
+        let deaf = rms_of(&rms, "constant_rate");
+        assert!(rms.iter().all(|(_, rms)| *rms <= deaf), "{rms:?}");
+    }
+}
+
 /// E11: a range of a third of the rotor's speeds: what saturates is not heard; no filter is wrong unawares, or by more than 1.05 times the filter that hears nothing at all.
 #[test]
 fn law_a_saturated_range_does_not_deceive() {
