@@ -173,24 +173,6 @@ fn law_noise_beyond_what_is_assumed_is_told() {
     }
 }
 
-/// E13: every frame wrong by up to half a degree, 17 times the noise that is assumed: what is made of that is worth nothing, but it is told for as long as it lasts, and
-/// the estimate is good again within 20 ms of its end.
-#[test]
-fn law_a_time_of_noise_is_overcome() {
-    let mut bench = settled(&[]);
-    let noise: Faults = (|_, frame| Some(turned(frame, part_drawn(&frame) - 0.5)), NONE.1);
-    let looks = bench.run(B, 50, noise);
-    for looks in by_filter(&looks) {
-        let good = looks.iter().skip(1000).filter(|look| look.is_good()).count();
-        assert!(good * 20 < looks.len(), "{}: {good}", looks[0].name);
-    }
-    let looks = bench.run(B, 50, NONE);
-    for (name, delay) in delays_ms(&looks, Look::is_good) {
-        assert!(delay < 20.0, "{name}: {delay} ms");
-    }
-    assert_never_false(&looks[2000 * FILTERS.len()..]);
-}
-
 /// From 0 to 1, for each frame its own: multiples of the golden ratio's part, scrambled.
 fn part_drawn(frame: &CameraFrame) -> f64 {
     let scrambled = (frame.exposed_at.nanos() / 100_000).wrapping_mul(0x9E37_79B9_7F4A_7C15);
