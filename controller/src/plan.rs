@@ -98,7 +98,7 @@ impl Situation {
     }
 
     /// Standard deviation at which a rotor on target counts as there, in rad, with some to spare for a last step.
-    fn sigma_enough_rad(&self) -> f32 {
+    pub(crate) fn sigma_enough_rad(&self) -> f32 {
         0.95 * self.tolerance_rad / self.confidence.two_sided
     }
 

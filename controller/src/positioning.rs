@@ -26,7 +26,7 @@ use estimator::{Estimate, Health};
 use libm::sqrtf;
 use motor_model::{Angle, DriveCommand, DriveMode, Time};
 
-use crate::correction::Correction;
+use crate::correction::{Correction, Forecast};
 use crate::ledger::{Comparison, Ledger, Resting};
 use crate::plan::{Confidence, Plan, Situation};
 use crate::progress::{Progress, Verdict};
@@ -131,6 +131,9 @@ const JUDGED: f32 = 2.5;
 const BURST_STALLED: f32 = 0.4;
 /// A turn by a burst is one when it exceeds so many standard deviations of its measurement.
 const SURELY: f32 = 4.0;
+/// Bursts none of which was seen to turn the rotor, after which the next is only driven, and followed, when it can be judged for certain: far from the target,
+/// where bursts are driven on what is hardly known, a mode that moves nothing would else go unnoticed.
+const UNJUDGED_MAX: u8 = 20;
 /// A burst that probes the other mode decides alone: it is judged only when it was foreseen to exceed so many.
 const PROBED: f32 = 8.0;
 /// Turn in rad of the burst that probes the other mode: 10 milli-degrees.
@@ -148,6 +151,8 @@ pub struct Positioning {
     /// Drives in a row without effect, and with the wrong one.
     stalls: u8,
     wrong_ways: u8,
+    /// Bursts since one was seen to turn the rotor.
+    unjudged: u8,
     probe: Option<Probe>,
 }
 
@@ -163,6 +168,7 @@ impl Positioning {
             correction: Correction::default(),
             drives: 0,
             stalls: 0,
+            unjudged: 0,
             wrong_ways: 0,
             probe: None,
         };
@@ -174,7 +180,7 @@ impl Positioning {
     pub fn retarget(&mut self, target: Target, now: Time) {
         self.target = target;
         self.started_at = now;
-        (self.drives, self.stalls, self.wrong_ways) = (0, 0, 0);
+        (self.drives, self.stalls, self.wrong_ways, self.unjudged) = (0, 0, 0, 0);
         self.probe = None;
         self.phase = if !self.tuning.limits.travel.contains(target.angle()) {
             Phase::Stopped(Stop::OutOfTravel)
@@ -343,6 +349,9 @@ impl Positioning {
             return Phase::Holding;
         }
         let Some(plan) = situation.plan(&taught) else { return Phase::Settling };
+        if self.waits_to_judge(&plan, &situation, estimate) {
+            return Phase::Settling;
+        }
         // Only now, when it is about to drive, since by now the last burst has been measured as well as it ever will be.
         if let Some(phase) = self.judge(estimate) {
             return phase;
@@ -386,6 +395,7 @@ impl Positioning {
                 Phase::Cruise { cruise, since: now, progress: Progress::from(now, estimate) }
             }
             Plan::Burst(family, burst, forecast) => {
+                self.unjudged = self.unjudged.saturating_add(1);
                 self.ledger.enter(family, burst, forecast, estimate, &self.correction);
                 Phase::Burst { family, burst, since: now }
             }
@@ -397,6 +407,14 @@ impl Positioning {
         if self.tuning.learning { self.ledger.taught(estimate, &self.correction) } else { self.correction }
     }
 
+    /// Whether too many bursts went unjudged, and the angle is not known well enough yet to judge the next, though more will still be known of it.
+    fn waits_to_judge(&self, plan: &Plan, situation: &Situation, estimate: &Estimate<f32>) -> bool {
+        let Plan::Burst(_, _, Forecast { turn_rad, .. }) = plan else { return false };
+        // The angles before and after, with some to spare.
+        let told = turn_rad * turn_rad > 2.5 * PROBED * PROBED * estimate.angle_rad2;
+        self.unjudged >= UNJUDGED_MAX && !told && situation.sigma_rad > situation.sigma_enough_rad()
+    }
+
     /// Judges the last burst; what that leads to, if it is not the next drive. A burst that turns far less than foreseen is slow, not stuck, if it surely turns the rotor.
     fn judge(&mut self, estimate: &Estimate<f32>) -> Option<Phase> {
         let Comparison { mode, foreseen_rad, turned_rad, turned_rad2 } = self.ledger.compare(estimate)?;
@@ -404,7 +422,7 @@ impl Positioning {
             Turn::WrongWay => self.wrong_way(),
             Turn::None => self.stall(mode),
             Turn::RightWay => {
-                (self.stalls, self.wrong_ways) = (0, 0);
+                (self.stalls, self.wrong_ways, self.unjudged) = (0, 0, 0);
                 Phase::Settling
             }
         };

@@ -5,7 +5,7 @@ use std::path::Path;
 use std::process::{Command, Stdio};
 
 use host_sim::pil::Live;
-use host_sim::telemetry::{Dictionary, Reader};
+use host_sim::telemetry::{Dictionary, Entry, Reader};
 use link::{BoardMessage, Configuration, Counters, Fault, FilterKind, HostMessage, VERSION};
 
 const MOVE: Configuration = Configuration {
@@ -20,9 +20,12 @@ struct Board(Live);
 
 impl Board {
     fn start(log: Option<&Path>) -> Self {
-        Self(
-            Live::start(Path::new(&crate::elf("board")), log).expect("QEMU starts, tests/run.sh installs it"),
-        )
+        Self::start_slower(log, 0)
+    }
+
+    fn start_slower(log: Option<&Path>, halvings: u32) -> Self {
+        let live = Live::start_slower(Path::new(&crate::elf("board")), log, halvings);
+        Self(live.expect("QEMU starts, tests/run.sh installs it"))
     }
 
     fn send(&mut self, bytes: &[u8]) {
@@ -45,8 +48,13 @@ impl Board {
     }
 
     fn arm(&mut self) {
+        self.arm_with(MOVE.filter);
+    }
+
+    fn arm_with(&mut self, filter: FilterKind) {
         self.answers(&HostMessage::Hello, &BoardMessage::Welcome { tick_nanos: 10_000 });
-        self.answers(&HostMessage::Configure(MOVE), &BoardMessage::Configured);
+        let configuration = Configuration { filter, ..MOVE };
+        self.answers(&HostMessage::Configure(configuration), &BoardMessage::Configured);
         self.answers(&HostMessage::Arm, &BoardMessage::Armed);
     }
 }
@@ -84,19 +92,24 @@ fn tool_board_logs_its_fault_and_its_timing() {
     let dictionary = Dictionary::read(Path::new(&crate::elf("board"))).expect("a program that logs");
     let mut reader = Reader::open(&dictionary, log.path()).expect("a log");
     let mut entries = Vec::new();
-    while !entries.iter().any(|entry: &host_sim::telemetry::Entry| entry.kind() == "timing") {
+    while !entries.iter().any(|entry: &Entry| entry.kind() == "timing") {
         entries.extend(reader.entries().expect("a log that its ELF explains"));
     }
     let at = |text: &str| entries.iter().find(|entry| entry.text.starts_with(text)).map(|entry| entry.tick);
     let armed = at("standing armed").expect("it was armed");
     let silent = at("fault host_silent").expect("the host was silent");
     // A thousand ticks after the last frame, which was the one that armed; either is told a few ticks late.
-    assert!((980..=1020).contains(&(silent - armed)), "{armed} {silent}");
+    assert!((980..=1020).contains(&(silent - armed)), "{armed} {silent}: {:?}", texts(&entries));
     let timing = entries.iter().find(|entry| entry.kind() == "timing").expect("waited for");
     let clocks: u32 = timing.field("clocks_max").expect("a number");
     // Of 250 in a tick of 10 us, at 40 instructions a clock.
     assert!((3..250).contains(&clocks), "{timing:?}");
     assert_eq!((timing.field("overruns"), timing.field("damaged")), (Some(0), Some(0)), "{timing:?}");
+}
+
+/// Ticks and texts of the first entries.
+fn texts(entries: &[Entry]) -> Vec<(u64, &str)> {
+    entries.iter().take(20).map(|entry| (entry.tick, entry.text.as_str())).collect()
 }
 
 /// L1, L2: 30 kB of noise without pause; the loop goes on in time, and the next frame is understood.
@@ -112,6 +125,31 @@ fn tool_board_survives_a_flood_in_time() {
     let counters = board.counters();
     assert!(counters.damaged > 50, "{counters:?}");
     assert_eq!(counters.overruns, 0, "{counters:?}");
+}
+
+/// A filter is built when it is configured, in double precision, beside the interrupts: that takes a slow processor long, but is no hang.
+#[test]
+fn tool_board_builds_any_filter_before_the_watchdog_loses_patience() {
+    for filter in [FilterKind::ConstantRate, FilterKind::ImpactAided, FilterKind::Twin] {
+        Board::start_slower(None, 2).arm_with(filter);
+    }
+}
+
+/// K9: a processor of 2,500 instructions a tick does what the loop takes, but not a flood besides: ten deadlines in a row are missed, and the board
+/// says so, is off, and stays off until a stop.
+#[test]
+fn tool_board_that_misses_its_deadlines_switches_off() {
+    let mut board = Board::start_slower(None, 2);
+    board.arm_with(FilterKind::ConstantRate);
+    board.send(&[7; 30_000]);
+    board.send(&[0]);
+    let overrun = BoardMessage::Fault(Fault::Overrun);
+    assert_eq!(board.hears(), overrun);
+    board.answers(&HostMessage::Arm, &overrun);
+    board.answers(&HostMessage::Stop, &BoardMessage::Stopped);
+    let counters = board.counters();
+    assert!(counters.overruns >= 10, "{counters:?}");
+    board.answers(&HostMessage::Arm, &BoardMessage::Armed);
 }
 
 /// L1: a stop with a flipped bit, wherever it strikes, is no stop, although session and sequence are right.

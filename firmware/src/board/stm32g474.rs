@@ -225,7 +225,7 @@ impl Converter for Vibrometer {
     }
 }
 
-/// Starts the board anew when it is not fed for two milliseconds; it cannot be stopped.
+/// Starts the board anew when it is not fed for ten milliseconds, in which a filter is built; it cannot be stopped.
 #[derive(Debug)]
 pub struct Watchdog(pac::IWDG);
 
@@ -234,9 +234,9 @@ impl Watchdog {
     pub fn start(&mut self) {
         self.0.kr().write(|w| w.key().start());
         self.0.kr().write(|w| w.key().unlock());
-        // 32 kHz over 4, 16 of them.
+        // 32 kHz over 4, 80 of them.
         self.0.pr().write(|w| w.pr().divide_by4());
-        self.0.rlr().write(|w| w.rl().set(16));
+        self.0.rlr().write(|w| w.rl().set(80));
         self.feed();
     }
 

@@ -32,9 +32,17 @@ impl Live {
     /// # Errors
     /// When the program cannot be read, or the emulator not be started.
     pub fn start(elf: &Path, log: Option<&Path>) -> Result<Self, CommandError> {
+        Self::start_slower(elf, log, 0)
+    }
+
+    /// The same on a processor that is 2^`halvings` times slower.
+    ///
+    /// # Errors
+    /// As [`Self::start`].
+    pub fn start_slower(elf: &Path, log: Option<&Path>, halvings: u32) -> Result<Self, CommandError> {
         let wiring = Wiring { link: Link::Uart, log };
-        let (line, from_board, guard) =
-            process::start(elf, Board::M4, wiring, &["-icount", "shift=0,sleep=off"])?;
+        let clock = format!("shift={halvings},sleep=off");
+        let (line, from_board, guard) = process::start(elf, Board::M4, wiring, &["-icount", &clock])?;
         let (to_us, said) = channel();
         std::thread::spawn(move || listen(from_board, &to_us));
         Ok(Self { line, said, sequence: 0, guard })
