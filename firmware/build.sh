@@ -58,8 +58,11 @@ build_all() {
     if [[ -n $filter ]]; then
         local features=()
         [[ $filter == constant_rate ]] || features=(--features "$filter")
-        # In a folder of its own: the program with all filters has the same name.
+        # In a folder of its own: the program with all filters has the same name. It is for small parts: what only building the filter calls, and what
+        # decides the next drive, is small rather than fast.
         timeout 900 "$@" build --release --target "$target" -p firmware --bin "$program" --no-default-features "${features[@]}" \
+            --config 'profile.release.package.libm.opt-level="s"' \
+            --config 'profile.release.package.controller.opt-level="s"' \
             --target-dir "$target_dir/one-filter" >&2
         elf=$target_dir/one-filter/$target/release/$program-$filter
         cp "$target_dir/one-filter/$target/release/$program" "$elf"
