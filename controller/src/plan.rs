@@ -324,6 +324,26 @@ mod tests {
         assert_eq!(family(0.8, 0.5), Some(Family::Nudge));
     }
 
+    /// A motor of a quarter of the map's rate coasts a quarter as far: it is driven as one of the map is four times as far from its target.
+    #[test]
+    fn law_a_slow_motor_eases_off_later() {
+        let mut slow = Correction::default();
+        let full = strongest_cruise(DriveMode::B, 1.0).unwrap();
+        (0..50).for_each(|_| slow.learn_rate(&full, 0.25 * full.rate_rad_s));
+        let amplitude = |remaining_mdeg, correction: &Correction| {
+            let plan = situation(remaining_mdeg, 5.0).plan(correction);
+            let Some(Plan::Cruise(cruise)) = plan else { panic!("{remaining_mdeg}") };
+            cruise.amplitude
+        };
+        let map = Correction::default();
+        let stronger = [3e3, 5e3, 10e3, 20e3].map(|remaining_mdeg| {
+            let of_slow = amplitude(remaining_mdeg, &slow);
+            assert!((of_slow - amplitude(4.0 * remaining_mdeg, &map)).abs() < 1e-6, "{remaining_mdeg}");
+            of_slow > amplitude(remaining_mdeg, &map)
+        });
+        assert!(stronger.contains(&true));
+    }
+
     /// A weaker amplifier has other bursts, never stronger ones.
     #[test]
     fn law_nothing_exceeds_the_amplitude_allowed() {

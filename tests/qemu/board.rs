@@ -141,7 +141,7 @@ fn tool_board_builds_any_filter_before_the_watchdog_loses_patience() {
 fn tool_board_that_misses_its_deadlines_switches_off() {
     let mut board = Board::start_slower(None, 2);
     board.arm_with(FilterKind::ConstantRate);
-    board.send(&[7; 30_000]);
+    board.send(&[7].repeat(30_000));
     board.send(&[0]);
     let overrun = BoardMessage::Fault(Fault::Overrun);
     assert_eq!(board.hears(), overrun);
