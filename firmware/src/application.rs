@@ -288,9 +288,10 @@ impl<'m, D: Drive> Application<'m, D> {
         }
     }
 
-    /// So many ticks passed before the loop was armed.
+    /// So many ticks passed before the loop was armed, and so before the frame was heard that armed it.
     pub fn idle_ticks(&mut self, ticks: u64) {
         self.ticks += ticks;
+        self.heard_at += ticks;
     }
 
     /// So many ticks never came: time goes on, and while armed each is an overrun.

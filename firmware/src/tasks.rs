@@ -374,6 +374,34 @@ mod tests {
         assert!(!on.get());
     }
 
+    /// Building a filter takes hundreds of ticks on a slow processor, most of them not yet counted when the host arms: its silence begins then, not before.
+    #[test]
+    fn law_ticks_before_arming_are_no_silence() {
+        let on = Cell::new(true);
+        let mut shared = Shared::new();
+        let (mut fast, mut slow) = shared.tasks(Bridge(&on), Bridge(&on), Quiet::default()).unwrap();
+        let configuration = Configuration {
+            filter: FilterKind::ConstantRate,
+            target_deg: 90.0,
+            tolerance_deg: 0.02,
+            deadline_nanos: 30_000_000_000,
+        };
+        says(&mut slow, &mut 0, &HostMessage::Hello);
+        says(&mut slow, &mut 1, &HostMessage::Configure(configuration));
+        (0..500).for_each(|_| fast.interrupt());
+        assert_eq!(says(&mut slow, &mut 2, &HostMessage::Arm), [BoardMessage::Armed]);
+        let mut ticks = 0;
+        let is_silent = |said: &BoardMessage| *said == BoardMessage::Fault(Fault::HostSilent);
+        let mut said = Vec::new();
+        while !said.iter().any(is_silent) {
+            ticks += 1;
+            assert!(ticks < 2000, "{said:?}");
+            fast.interrupt();
+            slow.work(&mut |frame| said.push(decode::<BoardMessage>(&mut frame.to_vec()).unwrap().1));
+        }
+        assert!((1000..=1002).contains(&ticks), "{ticks}");
+    }
+
     #[test]
     fn law_a_silent_host_takes_the_bridge_off() {
         let on = Cell::new(true);

@@ -98,8 +98,8 @@ fn tool_board_logs_its_fault_and_its_timing() {
     let at = |text: &str| entries.iter().find(|entry| entry.text.starts_with(text)).map(|entry| entry.tick);
     let armed = at("standing armed").expect("it was armed");
     let silent = at("fault host_silent").expect("the host was silent");
-    // A thousand ticks after the last frame, which was the one that armed; either is told after the entries that wait before it, ten ticks apart, so up to six.
-    assert!((940..=1060).contains(&(silent - armed)), "{armed} {silent}: {:?}", texts(&entries));
+    // A thousand ticks after the last frame, which was the one that armed; either is told a few ticks late.
+    assert!((980..=1020).contains(&(silent - armed)), "{armed} {silent}: {:?}", texts(&entries));
     let timing = entries.iter().find(|entry| entry.kind() == "timing").expect("waited for");
     let clocks: u32 = timing.field("clocks_max").expect("a number");
     // Of 250 in a tick of 10 us, at 40 instructions a clock.
