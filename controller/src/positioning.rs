@@ -16,22 +16,23 @@
 //!   +---------+
 //! ```
 //!
-//! A mode that moves nothing [`FAILURES_MAX`] times in a row ends the move. Before it does, a burst of the other mode tells a rotor that is stuck, or a drive that is dead, from one
-//! mode that is lost: with the other the rotor can still be moved.
-//!
 //! The drive is on in `Cruise` and `Burst` only, and off within a tick of the estimate being lost. What to drive is [`crate::plan`]'s; what is known at rest
-//! [`crate::ledger`]'s; how this motor differs from the map [`crate::correction`]'s; whether a cruise gets on [`crate::progress`]'s.
+//! [`crate::ledger`]'s; how this motor differs from the map [`crate::correction`]'s; whether a cruise gets on [`crate::progress`]'s, and what to make of drives that do
+//! not move the rotor as they should [`judgement`]'s.
+
+mod judgement;
 
 use estimator::{Estimate, Health};
 use libm::sqrtf;
 use motor_model::{Angle, DriveCommand, DriveMode, Time};
 
-use crate::correction::{Correction, Forecast};
-use crate::ledger::{Comparison, Ledger, Resting};
+use crate::correction::Correction;
+use crate::ledger::{Ledger, Resting};
 use crate::plan::{Confidence, Plan, Situation};
 use crate::progress::{Progress, Verdict};
 use crate::response_map::{Burst, Cruise, Family, coast_rad, cruise_within, sense};
 use crate::target::{Limits, Target};
+use judgement::Probe;
 
 /// Choices of the state machine.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -114,30 +115,6 @@ pub enum Stop {
     ModeCLost,
 }
 
-/// A burst of the other mode, from rest to rest, that tells a lost mode from a stuck rotor.
-#[derive(Clone, Copy, Debug)]
-struct Probe {
-    /// The mode that moves nothing.
-    lost: DriveMode,
-    /// Where the rotor lay before the burst, and the turn in rad that was foreseen; `None` before it.
-    driven: Option<(Resting, f32)>,
-}
-
-/// Drives in a row, without effect or with the wrong one, after which a move is given up.
-const FAILURES_MAX: u8 = 6;
-/// A burst's outcome is judged only when it was foreseen to exceed so many standard deviations of its measurement.
-const JUDGED: f32 = 2.5;
-/// A burst that turns by less than this part of the foreseen turn may not have turned the rotor at all.
-const BURST_STALLED: f32 = 0.4;
-/// A turn by a burst is one when it exceeds so many standard deviations of its measurement.
-const SURELY: f32 = 4.0;
-/// Bursts none of which was seen to turn the rotor, after which the next is only driven, and followed, when it can be judged for certain: far from the target,
-/// where bursts are driven on what is hardly known, a mode that moves nothing would else go unnoticed.
-const UNJUDGED_MAX: u8 = 20;
-/// A burst that probes the other mode decides alone: it is judged only when it was foreseen to exceed so many.
-const PROBED: f32 = 8.0;
-/// Turn in rad of the burst that probes the other mode: 10 milli-degrees.
-const PROBE_RAD: f32 = 1.75e-4;
 /// The state machine.
 #[derive(Clone, Copy, Debug)]
 pub struct Positioning {
@@ -407,75 +384,6 @@ impl Positioning {
         if self.tuning.learning { self.ledger.taught(estimate, &self.correction) } else { self.correction }
     }
 
-    /// Whether too many bursts went unjudged, and the angle is not known well enough yet to judge the next, though more will still be known of it.
-    fn waits_to_judge(&self, plan: &Plan, situation: &Situation, estimate: &Estimate<f32>) -> bool {
-        let Plan::Burst(_, _, Forecast { turn_rad, .. }) = plan else { return false };
-        // The angles before and after, with some to spare.
-        let told = turn_rad * turn_rad > 2.5 * PROBED * PROBED * estimate.angle_rad2;
-        self.unjudged >= UNJUDGED_MAX && !told && situation.sigma_rad > situation.sigma_enough_rad()
-    }
-
-    /// Judges the last burst; what that leads to, if it is not the next drive. A burst that turns far less than foreseen is slow, not stuck, if it surely turns the rotor.
-    fn judge(&mut self, estimate: &Estimate<f32>) -> Option<Phase> {
-        let Comparison { mode, foreseen_rad, turned_rad, turned_rad2 } = self.ledger.compare(estimate)?;
-        let outcome = match outcome(foreseen_rad, turned_rad, turned_rad2)? {
-            Turn::WrongWay => self.wrong_way(),
-            Turn::None => self.stall(mode),
-            Turn::RightWay => {
-                (self.stalls, self.wrong_ways, self.unjudged) = (0, 0, 0);
-                Phase::Settling
-            }
-        };
-        (matches!(outcome, Phase::Stopped(_)) || self.probe.is_some()).then_some(outcome)
-    }
-
-    /// A drive of `mode` that did not turn the rotor.
-    fn stall(&mut self, mode: DriveMode) -> Phase {
-        self.stalls = self.stalls.saturating_add(1);
-        if self.stalls >= FAILURES_MAX {
-            self.probe = Some(Probe { lost: mode, driven: None });
-        }
-        Phase::Settling
-    }
-
-    /// At rest, with a mode that moves nothing: drives the other for a burst, or judges that burst.
-    fn probe(&mut self, probe: Probe, now: Time, estimate: &Estimate<f32>) -> Phase {
-        let other = match probe.lost {
-            DriveMode::B => Family::Step,
-            DriveMode::C => Family::Nudge,
-        };
-        let Some((before, foreseen_rad)) = probe.driven else {
-            let Some(burst) = other.burst(PROBE_RAD, self.tuning.limits.amplitude_max) else {
-                return Phase::Stopped(Stop::Stalled);
-            };
-            // What is not known well before the burst is not judged after it.
-            if burst.turn_rad * burst.turn_rad < 2.0 * PROBED * PROBED * estimate.angle_rad2 {
-                return Phase::Settling;
-            }
-            self.ledger.close();
-            let resting = Resting { angle: estimate.angle, angle_rad2: estimate.angle_rad2 };
-            self.probe = Some(Probe { driven: Some((resting, burst.turn_rad)), ..probe });
-            return Phase::Burst { family: other, burst, since: now };
-        };
-        let turned_rad = sense(other.mode()) * estimate.angle.radians_since::<f32>(before.angle);
-        let turned_rad2 = before.angle_rad2 + estimate.angle_rad2;
-        if foreseen_rad * foreseen_rad < PROBED * PROBED * turned_rad2 {
-            return Phase::Settling;
-        }
-        match (outcome(foreseen_rad, turned_rad, turned_rad2), probe.lost) {
-            (None, _) => Phase::Settling,
-            (Some(Turn::None), _) => Phase::Stopped(Stop::Stalled),
-            (Some(Turn::WrongWay), _) => Phase::Stopped(Stop::ModeInverted),
-            (Some(Turn::RightWay), DriveMode::B) => Phase::Stopped(Stop::ModeBLost),
-            (Some(Turn::RightWay), DriveMode::C) => Phase::Stopped(Stop::ModeCLost),
-        }
-    }
-
-    fn wrong_way(&mut self) -> Phase {
-        self.wrong_ways = self.wrong_ways.saturating_add(1);
-        if self.wrong_ways >= FAILURES_MAX / 2 { Phase::Stopped(Stop::ModeInverted) } else { Phase::Settling }
-    }
-
     /// Whether driving `mode` would lead out of the travel allowed.
     fn leaves(&self, mode: DriveMode, estimate: &Estimate<f32>) -> bool {
         self.tuning.limits.travel.forbids(estimate.angle, sense(mode))
@@ -491,29 +399,6 @@ impl Positioning {
             amplitude_max: self.tuning.limits.amplitude_max,
         }
     }
-}
-
-/// What a burst did.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Turn {
-    RightWay,
-    WrongWay,
-    None,
-}
-
-/// What a burst did that was foreseen to turn the rotor by `foreseen_rad` and turned it by `turned_rad`, variance `turned_rad2`, in the sense of its mode; `None` while that is not measured well enough.
-fn outcome(foreseen_rad: f32, turned_rad: f32, turned_rad2: f32) -> Option<Turn> {
-    if foreseen_rad * foreseen_rad < JUDGED * JUDGED * turned_rad2 {
-        return None;
-    }
-    let surely = turned_rad * turned_rad > SURELY * SURELY * turned_rad2;
-    Some(if turned_rad < -0.5 * foreseen_rad && surely {
-        Turn::WrongWay
-    } else if turned_rad >= BURST_STALLED * foreseen_rad || (surely && turned_rad > 0.0) {
-        Turn::RightWay
-    } else {
-        Turn::None
-    })
 }
 
 #[cfg(test)]

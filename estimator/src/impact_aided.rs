@@ -36,20 +36,22 @@
 //! While no frame comes, the track after all but the last few kicks is kept beside it, so that asking for the present costs what those few do: [`FRESH_KICKS`].
 //! Where no sample has come for [`crate::ImpactDetectorTuning::gap_nanos`], the rate wanders as in [`crate::ConstantRate`].
 
-use heapless::Deque;
-use motor_model::{DriveCommand, DriveMode, MotorParams, Parameter, Real, Time, math};
+mod kicked;
+mod tuning;
 
-use crate::belief::Belief;
-use crate::constant_rate::ConstantRateTuning;
+use heapless::Deque;
+use motor_model::{DriveCommand, DriveMode, Real, Time};
+
 use crate::filter::{AngleFilter, Estimate, Health, Reason};
-use crate::impact_detector::{Heard, ImpactDetector, ImpactDetectorTuning};
+use crate::impact_detector::{Heard, ImpactDetector};
 use crate::innovation::Innovation;
-use crate::kick::Kick;
 use crate::measurement::{CameraFrame, LdvSample};
 use crate::motion::{Motion, MotionWatch};
-use crate::ringing::{Ringing, RingingTuning, Tooth};
-use crate::track::{Jitter, Process, State};
+use crate::ringing::{Ringing, Tooth};
+use crate::track::{Process, State};
 use crate::tracker::{Moment, Tracker};
+use kicked::{Blow, Blows, Kicked};
+pub use tuning::ImpactAidedTuning;
 
 /// Most impacts kept: 4.5 ms of the wildest motion, mode B at a fifth of its amplitude, with 28 impacts a ms.
 pub const IMPACTS_KEPT_MAX: usize = 128;
@@ -62,174 +64,6 @@ const RINGING_NANOS: u64 = 6_000_000;
 
 /// A longer time between samples in s, a third of a radian of mode C, hides what rings.
 const INSTANT_S: f64 = 7e-6;
-
-/// What the filter assumes of motor and sensors.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct ImpactAidedTuning<T> {
-    /// Camera, rest, and the process noise without vibrometer.
-    pub constant_rate: ConstantRateTuning<T>,
-    /// The impact detector.
-    pub detector: ImpactDetectorTuning<T>,
-    /// Largest kick per jump, `c = mu m_r R_t / J`, in rad/s per m/s.
-    pub kick_per_jump_rad_m: T,
-    /// Tooth's velocity above the rotor's per jump, `(1 + r) / (1 + e)`.
-    pub approach_per_jump: T,
-    /// `s' / (R_t u')` of a tooth in pure mode B, in rad/m.
-    pub turn_per_rise_rad_m: T,
-    /// What earlier blows do to the tooth that strikes under mode B.
-    pub ringing: RingingTuning<T>,
-    /// Variance of a kick under mode B about its mean, per `(c dv)^2`, where what earlier blows left is not known.
-    pub unexplained_b: T,
-    /// Half the span within which the rate of the striking tooth is known under mode B, in rad/s, beside what the ringing does to it between two samples.
-    pub tooth_width_rad_s: T,
-    /// Variance of the friction, per its nominal value squared.
-    pub friction_part2: T,
-    /// Variance of a kick of unknown sign, per `(c dv)^2`.
-    pub unexplained: T,
-    /// The same under mode B.
-    pub missed_b_rad2_s3: T,
-    /// Process noise between impacts of a rotor that is struck, in rad^2/s^3: impacts below the detector's threshold.
-    pub missed_rad2_s3: T,
-    /// What kicks under mode C do that the next one undoes.
-    pub jitter_c: Jitter<T>,
-}
-
-impl<T: Real> ImpactAidedTuning<T> {
-    /// For a motor of `params` under the default sensors.
-    pub fn new(params: &MotorParams) -> Self {
-        let get = |parameter| params.get(parameter);
-        let kick = get(Parameter::Friction) * get(Parameter::RotorMass) * get(Parameter::ToothRadius)
-            / get(Parameter::RotorInertia);
-        let approach = (1.0 + 3.0 * params.mass_ratio()) / (1.0 + get(Parameter::Restitution));
-        let (sin, cos) = math::sin_cos(2.0 * params.effective_tooth_angle_deg().to_radians());
-        Self {
-            constant_rate: ConstantRateTuning::default(),
-            detector: ImpactDetectorTuning::new(params),
-            kick_per_jump_rad_m: T::from_f64(kick),
-            approach_per_jump: T::from_f64(approach),
-            turn_per_rise_rad_m: T::from_f64(params.lever() * cos / (sin * get(Parameter::ToothRadius))),
-            ringing: RingingTuning::new(params),
-            unexplained_b: T::from_f64(0.126),
-            tooth_width_rad_s: T::from_f64(1.5),
-            friction_part2: T::from_f64(0.045),
-            unexplained: T::from_f64(0.8),
-            missed_b_rad2_s3: T::from_f64(0.4),
-            missed_rad2_s3: T::from_f64(4.0),
-            jitter_c: Jitter { angle_rad2: T::from_f64(5e-10), rate_rad2_s2: T::from_f64(1.2e-3) },
-        }
-    }
-}
-
-/// What an impact does to the rate.
-#[derive(Clone, Copy, Debug)]
-struct Blow<T> {
-    at: Time,
-    /// The rate towards which it drives the rotor, in rad/s.
-    towards_rad_s: T,
-    /// Half the span of what that may be, in rad/s.
-    width_rad_s: T,
-    /// How far it kicks the rate at most, in rad/s; 0 where the sign is unknown.
-    reach_rad_s: T,
-    /// Variance of the kick beside what these tell.
-    variance_rad2_s2: T,
-}
-
-impl<T: Real> Blow<T> {
-    /// A kick of unknown sign.
-    fn unknown(at: Time, variance_rad2_s2: T) -> Self {
-        Self { at, towards_rad_s: T::zero(), width_rad_s: T::one(), reach_rad_s: T::zero(), variance_rad2_s2 }
-    }
-
-    fn apply<B: Belief<T>>(&self, state: &mut State<T, B>, tuning: &ImpactAidedTuning<T>) {
-        if self.reach_rad_s > T::zero() {
-            let kick = Kick::new(self.towards_rad_s - state.rate_rad_s, self.width_rad_s, self.reach_rad_s);
-            let square = |x: T| x * x;
-            let variance = kick.scatter
-                + square(kick.per_slip * self.width_rad_s) * T::from_f64(1.0 / 3.0)
-                + square(kick.per_limit * self.reach_rad_s) * tuning.friction_part2
-                + self.variance_rad2_s2;
-            state.rate_rad_s += kick.mean;
-            state.covariance.kick_rate(T::one() - kick.per_slip, variance);
-        } else {
-            state.covariance.widen_rate(self.variance_rad2_s2);
-        }
-    }
-}
-
-/// The kicks since the oldest frame kept, in the order of time.
-type Blows<T> = Deque<Blow<T>, IMPACTS_KEPT_MAX>;
-
-/// The rate jumps when the rotor is struck.
-struct Kicked<'a, T> {
-    tuning: &'a ImpactAidedTuning<T>,
-    kicks: &'a Blows<T>,
-    motion: Motion,
-    /// Until when impacts would have been heard.
-    heard_until: Time,
-}
-
-impl<T: Real> Kicked<'_, T> {
-    /// From one impact to the next.
-    #[inline]
-    fn fly<B: Belief<T>>(&self, state: &mut State<T, B>, resting: bool, until: Time) {
-        match self.motion {
-            Motion::Struck(DriveMode::B) => {
-                state.wander(until.min(self.heard_until), self.tuning.missed_b_rad2_s3);
-            }
-            Motion::Struck(DriveMode::C) => {
-                state.wander(until.min(self.heard_until), self.tuning.missed_rad2_s3);
-            }
-            Motion::Quiet => {}
-        }
-        if until > state.at {
-            state.wander(until, self.tuning.constant_rate.wander.intensity_rad2_s3(self.motion, resting));
-        }
-    }
-}
-
-impl<T: Real> Kicked<'_, T> {
-    /// Through the kicks between `state` and `until`, up to the last of them.
-    #[inline(never)]
-    fn pass_kicks<B: Belief<T>>(&self, state: &mut State<T, B>, resting: bool, until: Time) {
-        let from = state.at;
-        // Most are older than the track: counted from the newest.
-        let newer = self.kicks.iter().rev().take_while(|kick| kick.at > from).count();
-        for index in self.kicks.len() - newer..self.kicks.len() {
-            let Some(kick) = self.kicks.get(index).filter(|kick| kick.at <= until) else { break };
-            self.fly(state, resting, kick.at);
-            kick.apply(state, self.tuning);
-        }
-    }
-
-    /// To a kick and through it, unless the rotor lies still.
-    fn pass<B: Belief<T>>(&self, state: &mut State<T, B>, resting: bool, kick: &Blow<T>) {
-        if !(resting && self.motion == Motion::Quiet) {
-            self.fly(state, resting, kick.at);
-            kick.apply(state, self.tuning);
-        }
-    }
-}
-
-impl<T: Real, B: Belief<T>> Process<T, B> for Kicked<'_, T> {
-    #[inline]
-    fn carry(&self, state: &mut State<T, B>, resting: bool, until: Time) {
-        let struck = self.kicks.back().is_some_and(|kick| kick.at > state.at);
-        if struck && !(resting && self.motion == Motion::Quiet) {
-            self.pass_kicks(state, resting, until);
-        }
-        self.fly(state, resting, until);
-    }
-
-    fn jitter(&self, at: Time) -> Jitter<T> {
-        if at > self.heard_until {
-            return self.tuning.constant_rate.wander.jitter(self.motion);
-        }
-        match self.motion {
-            Motion::Struck(DriveMode::C) => self.tuning.jitter_c,
-            Motion::Struck(DriveMode::B) | Motion::Quiet => Jitter::none(),
-        }
-    }
-}
 
 /// The filter.
 #[derive(Clone, Debug)]

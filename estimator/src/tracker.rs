@@ -16,11 +16,8 @@
 //!
 //! # The gate
 //!
-//! A frame beyond the gate is refused and moves nothing, neither the estimate nor its variance. If the next one is within it, the first was an outlier and
-//! that is all. If not, either the last frame used was an outlier, though within the gate: it is taken back if the two since fit the track before it. Or the rotor
-//! has been kicked out of the gate, as in a landing: with a kick of [`TrackTuning::kick_rad2_s2`] right after the last frame used the newest four have to fit.
-//! (Two, as it once was, are no proof: of a fifth of outliers of 0.7 degrees two that fit come fifty times a second, and each led the estimate astray by half a
-//! degree or more.) After [`TrackTuning::refusals_max`] refusals the track begins anew as soon as the newest frames agree among themselves.
+//! A frame beyond the gate is refused and moves nothing, neither the estimate nor its variance, unless the frames around it tell that an outlier came before or that the
+//! rotor was kicked: [`witnesses`]. After [`TrackTuning::refusals_max`] refusals the track begins anew as soon as the newest frames agree among themselves.
 //!
 //! # A stuck camera
 //!
@@ -30,16 +27,18 @@
 //! the same code is no proof of anything, see [`crate::track`]; so a camera that stuck before the rotor was known to turn is believed again once the
 //! rotor lies quiet, for it may be one without dither. What this leaves open: one that really is stuck, and did so as the rotor turned round.
 
+mod answers;
+mod witnesses;
+
 use heapless::Deque;
 use motor_model::{Angle, Real, Time};
 
 use crate::belief::Belief;
 use crate::covariance::AngleRateCovariance;
-use crate::filter::{Estimate, Health, Reason};
 use crate::innovation::{Innovation, Rejection, Source, Verdict};
 use crate::measurement::CameraFrame;
-use crate::smoother::{Reversible, Smoothed};
 use crate::track::{AtRest, Process, State, Track, TrackTuning};
+use witnesses::Fit;
 
 /// Frames kept, so that one that was overtaken can be fused in its place: 3.1 ms at 10,000 frames a second.
 pub const FRAMES_KEPT: usize = 32;
@@ -75,16 +74,6 @@ impl<T: Real, B: Belief<T>> Looked<T, B> {
     }
 }
 
-/// What the track would be at the newest frame were the frames before it explained otherwise, and the newest frame's innovation, which is not yet taken in.
-struct Fit<T, B> {
-    state: State<T, B>,
-    /// The innovation and its variance.
-    seen: (T, T),
-    normalised: T,
-    /// Whether by a kick.
-    kicked: bool,
-}
-
 /// A camera that is stuck.
 #[derive(Clone, Copy, Debug)]
 struct Stuck {
@@ -110,22 +99,6 @@ pub(crate) struct Tracker<T, B = AngleRateCovariance<T>> {
 impl<T: Real, B: Belief<T>> Tracker<T, B> {
     /// Predicted angle variance in rad^2 beyond which the turn is lost: six standard deviations, the gate, then span it.
     const LOST_RAD2: f64 = 0.25;
-
-    /// Angle variance in rad^2 beyond which an estimate is of no use: half a degree.
-    const UNCERTAIN_RAD2: f64 = 7.6e-5;
-
-    /// From so many refusals in a row on the estimate is of no use: a single outlier or a landing takes one or two.
-    const REFUSALS_SUSTAINED: u8 = 3;
-
-    /// Mean normalised innovation squared beyond which the camera is worse than is believed: a right one has 1 +- 0.13 over 64 frames, and the
-    /// filters' own models are within 1.5 of it.
-    const NIS_MAX: f64 = 4.0;
-
-    /// Frames in a row that have to fit a kick, or a new beginning, before it is believed: of a fifth of outliers four do so once in ten seconds, three every second.
-    const WITNESSES: usize = 4;
-
-    /// Frames in a row that prove the last one used to be an outlier.
-    const WITNESSES_OF_AN_OUTLIER: usize = 2;
 
     /// A tracker that has seen nothing.
     pub(crate) fn new(tuning: TrackTuning<T>) -> Self {
@@ -308,61 +281,6 @@ impl<T: Real, B: Belief<T>> Tracker<T, B> {
         refused(&frame, seen, Rejection::Gate)
     }
 
-    /// What explains that the newest frames are refused: the last one used was an outlier, and is taken back, or the rotor was kicked right after it.
-    #[cold]
-    fn explained(&mut self, process: &impl Process<T, B>) -> Option<Fit<T, B>> {
-        let state = self.track()?.state;
-        let used = self.older.iter().rposition(|looked| looked.frame.exposed_at == state.at);
-        if let Some(before) = used.and_then(|used| self.older.get(used.checked_sub(1)?))
-            && let Some(fit) = self.fit(before.track.state, Self::WITNESSES_OF_AN_OUTLIER, process)
-        {
-            let state = before.track.state;
-            self.older.iter_mut().skip(used?).for_each(|looked| looked.track.state = state);
-            return Some(fit);
-        }
-        let mut kicked = state;
-        kicked.covariance.widen_rate(self.tuning.kick_rad2_s2);
-        Some(Fit { kicked: true, ..self.fit(kicked, Self::WITNESSES, process)? })
-    }
-
-    /// Whether the newest frames agree on an angle and a rate, whatever was known before.
-    #[cold]
-    fn agree(&self, process: &impl Process<T, B>) -> bool {
-        let first = self.older.len().checked_sub(Self::WITNESSES).and_then(|index| self.older.get(index));
-        let Some((first, track)) = first.zip(self.track()) else { return true };
-        let State { angle, covariance, .. } = &track.state;
-        let begun = Track::begun(&first.frame, angle.angle(), Some(covariance), &self.tuning);
-        self.fit(begun.state, Self::WITNESSES, process).is_some()
-    }
-
-    /// `state` carried through the newest `count` frames, if all of them are within its gate.
-    fn fit(&self, mut state: State<T, B>, count: usize, process: &impl Process<T, B>) -> Option<Fit<T, B>> {
-        let newest = self.newest.as_ref()?;
-        let first = (self.older.len() + 1).checked_sub(count)?;
-        for looked in self.older.iter().skip(first).chain(core::iter::once(newest)) {
-            let frame = &looked.frame;
-            if frame.exposed_at <= state.at {
-                return None;
-            }
-            process.carry(&mut state, newest.track.resting, frame.exposed_at);
-            let innovation_rad: T =
-                frame.angle.minus(state.angle.angle()).wrapped().radians_since(Angle::ZERO);
-            let variance_rad2 = state.covariance.innovation_rad2(self.tuning.camera_rad2);
-            let normalised = innovation_rad * innovation_rad / variance_rad2;
-            // Asked this way round, so that NaN is refused.
-            let believable = normalised <= self.tuning.gate;
-            if !believable {
-                return None;
-            }
-            if frame.exposed_at == newest.frame.exposed_at {
-                let seen = (innovation_rad, variance_rad2);
-                return Some(Fit { state, seen, normalised, kicked: false });
-            }
-            state.correct(innovation_rad, self.tuning.camera_rad2);
-        }
-        None
-    }
-
     /// A frame that newer ones have overtaken: goes back, looks at it, and then at those again.
     #[cold]
     fn overtaken(&mut self, frame: &CameraFrame, quiet: bool, process: &impl Process<T, B>) -> Innovation<T> {
@@ -438,99 +356,6 @@ impl<T: Real, B: Belief<T>> Tracker<T, B> {
             innovation_rad: T::zero(),
             variance_rad2: T::zero(),
             verdict: Verdict::Restarted,
-        }
-    }
-
-    /// Angle and rate carried forward to `now`; `None` before the first frame.
-    #[inline]
-    pub(crate) fn estimate(&self, now: Time, process: &impl Process<T, B>) -> Option<Estimate<T>> {
-        let track = self.track()?;
-        self.estimate_from(process.on_the_way(&track.state, track.resting, now).copied(), now, process)
-    }
-
-    /// The same from `ahead`, to which the track has been carried already.
-    #[inline]
-    pub(crate) fn estimate_from(
-        &self,
-        mut ahead: State<T, B>,
-        now: Time,
-        process: &impl Process<T, B>,
-    ) -> Option<Estimate<T>> {
-        let track = self.track()?;
-        process.carry(&mut ahead, track.resting, now);
-        let jitter = process.jitter(now);
-        Some(Estimate {
-            at: now,
-            angle: ahead.angle.angle(),
-            rate_rad_s: ahead.rate_rad_s,
-            angle_rad2: ahead.covariance.angle_rad2() + jitter.angle_rad2,
-            angle_rate_rad2_s: ahead.covariance.angle_rate_rad2_s(),
-            rate_rad2_s2: ahead.covariance.rate_rad2_s2() + jitter.rate_rad2_s2,
-            resting: track.resting,
-        })
-    }
-
-    /// Whether `estimate`, this tracker's at `now`, may be used; `vibrometer` is what is wrong with that, if anything is.
-    #[inline]
-    pub(crate) fn judge(
-        &self,
-        estimate: Option<&Estimate<T>>,
-        now: Time,
-        vibrometer: Option<Reason>,
-    ) -> Health {
-        let (Some(track), Some(&Estimate { angle_rad2: variance_rad2, .. })) = (self.track(), estimate)
-        else {
-            return Health::Waiting;
-        };
-        // Asked this way round, so that a variance that has overflowed is refused too.
-        let certain = variance_rad2 <= T::from_f64(Self::UNCERTAIN_RAD2);
-        if self.stuck.is_some() {
-            Health::Unusable(Reason::CameraStuck)
-        } else if track.refusals >= Self::REFUSALS_SUSTAINED {
-            Health::Unusable(Reason::FramesRefused)
-        } else if !certain {
-            Health::Unusable(Reason::Uncertain)
-        } else if self.silent(now) {
-            Health::Degraded(Reason::CameraSilent)
-        } else if track.nis > T::from_f64(Self::NIS_MAX) {
-            Health::Degraded(Reason::NoiseMismatch)
-        } else {
-            vibrometer.map_or(Health::Good, Health::Degraded)
-        }
-    }
-
-    /// Whether no frame has come for two and a half of the mean time between them, with the latency of the last one.
-    fn silent(&self, now: Time) -> bool {
-        let (Some(newest), Some(oldest)) = (&self.newest, self.older.front()) else { return false };
-        let span_nanos = newest.frame.exposed_at.nanos_since(oldest.frame.exposed_at);
-        let overdue_nanos = now.nanos_since(newest.frame.exposed_at.plus_nanos(self.latency_nanos));
-        // Without a division, which costs a microcontroller more than all of this.
-        let twice_frames = 2 * u64::try_from(self.older.len()).unwrap_or(0);
-        overdue_nanos.saturating_mul(twice_frames) > span_nanos.saturating_mul(5)
-    }
-}
-
-impl<T: Real> Tracker<T> {
-    /// Angle and rate at `at`, from the frames before and after it; `None` before the oldest one kept.
-    pub(crate) fn smoothed(&self, at: Time, process: &impl Reversible<T>) -> Option<Estimate<T>> {
-        let newest = self.track()?;
-        if at >= newest.state.at {
-            return self.estimate(at, process);
-        }
-        let mut smoothed = Smoothed::newest(&newest.state);
-        let (mut later, mut from) = (newest, self.older.iter().rev().map(|looked| &looked.track));
-        loop {
-            // Frames refused left the track where it was.
-            let earlier = from.find(|track| track.state.at < later.state.at)?;
-            let kick = if later.kicked { self.tuning.kick_rad2_s2 } else { T::zero() };
-            if earlier.state.at <= at {
-                let mut state = earlier.state;
-                process.carry(&mut state, earlier.resting, at);
-                let smoothed = smoothed.back_to(&state, earlier.resting, kick, process);
-                return Some(smoothed.estimate(earlier.resting, Process::<T>::jitter(process, at)));
-            }
-            smoothed = smoothed.back_to(&earlier.state, earlier.resting, kick, process);
-            later = earlier;
         }
     }
 }

@@ -19,7 +19,9 @@
 //! loss of either sensor that of all filters. Without samples for [`crate::ImpactDetectorTuning::gap_nanos`] the rate wanders as in [`crate::ConstantRate`], and
 //! modes and height become unknown.
 
+mod amendment;
 mod belief;
+mod conditions;
 mod contact;
 mod driven;
 mod oscillator;
@@ -40,7 +42,7 @@ use crate::measurement::{CameraFrame, LdvSample};
 use crate::motion::{Motion, MotionWatch};
 use crate::tracker::{Moment, Tracker};
 use belief::ScaledBelief;
-use contact::{Blow, Known, Struck, Unfit};
+use contact::{Blow, Known, Struck};
 use driven::{Ahead, Driven, Strike, Strikes};
 use stator::StatorBelief;
 use trust::Trust;
@@ -57,9 +59,6 @@ enum Course {
     /// One at least.
     Launched,
 }
-
-/// A jump whose misfit is beyond noise's by this is noise half of the time.
-const NOISE_BEYOND: f64 = 600.0;
 
 /// The filter.
 #[derive(Clone, Debug)]
@@ -248,70 +247,6 @@ impl<T: Real> TwinFilter<T> {
         let threshold_rad_s = self.limit_per_jump_rad_m * self.detector.threshold_m_s();
         self.tuning.chatter_rad2_s2
             + self.tuning.unheard_part2 * (self.trust.scale() - T::one()) * threshold_rad_s * threshold_rad_s
-    }
-
-    /// A jump that fits neither pair better than noise: noise if it fits them far worse, a kick of unknown sign else.
-    fn doubted(&self, at: Time, blow: &Blow<T>, unfit: Unfit<T>) -> Strike<T> {
-        let nothing = Known { value: T::zero(), variance: T::zero() };
-        let most_rad_s = self.limit_per_jump_rad_m * blow.jump_m_s;
-        let far =
-            if self.trust.is_given() { unfit.beyond * T::from_f64(1.0 / NOISE_BEYOND) } else { T::zero() };
-        Strike {
-            at,
-            at_s2: T::zero(),
-            limit_rad_s: nothing,
-            tooth_rad_s: nothing,
-            unknown_rad2_s2: T::from_f64(0.5) * most_rad_s * most_rad_s / (T::one() + far * far),
-            amendable: false,
-        }
-    }
-
-    /// The newest strike, if it still waits for its frame.
-    fn waiting(&mut self) -> Option<&mut Strike<T>> {
-        let at = self.tracker.track()?.state.at;
-        self.stale = true;
-        self.strikes.back_mut().filter(|strike| strike.amendable && strike.at > at)
-    }
-
-    /// Corrects the tooth's velocity at the newest strike, if that still waits for its frame.
-    fn amend(&mut self, tooth_m_s: Known<T>) {
-        let (per_radius_m, scale) = (self.per_radius_m, self.trust.scale());
-        if let Some(strike) = self.waiting() {
-            strike.tooth_rad_s.value += per_radius_m * tooth_m_s.value;
-            strike.tooth_rad_s.variance = per_radius_m * per_radius_m * tooth_m_s.variance * scale;
-        }
-    }
-
-    /// The last impact's jump as `samples` since tell it, whose mean is `moved_m_s` above the first.
-    #[inline(never)]
-    fn refine(&mut self, raw_m_s: T, moved_m_s: T, samples: T) {
-        let others = samples - T::one();
-        let jump_m_s = raw_m_s + moved_m_s * samples / others;
-        let errors = self.stator.refine(jump_m_s, self.sample_m2_s2() / others);
-        if !self.stator.is_sound() {
-            return self.lose_stator();
-        }
-        let of = |state: usize| errors.get(state).copied().unwrap_or_default();
-        let covariance = &self.stator.covariance;
-        let tooth = Known { value: of(stator::TOOTH), variance: covariance.variance::<{ stator::TOOTH }>() };
-        let jump = Known { value: of(stator::JUMP), variance: covariance.variance::<{ stator::JUMP }>() };
-        self.amend(tooth);
-        let c = self.limit_per_jump_rad_m;
-        if let Some(strike) = self.waiting() {
-            strike.limit_rad_s.value += c * jump.value;
-            strike.limit_rad_s.variance = c * c * jump.variance;
-        }
-    }
-
-    /// The last impact's jump is as well known as it will be: `least` samples have come since, if any.
-    fn refine_after(&mut self, least: T) {
-        let (moved_m_s, samples) = self.detector.since_impact();
-        if let Some(raw_m_s) = self.raw_jump_m_s
-            && samples >= least
-        {
-            self.refine(raw_m_s, moved_m_s, samples);
-            self.raw_jump_m_s = None;
-        }
     }
 
     /// Begins the stator anew: its numbers are none.

@@ -1,5 +1,6 @@
 //! The state machine against a rotor that does what a test says.
 
+use super::judgement::FAILURES_MAX;
 use super::*;
 use crate::response_map::strongest_cruise;
 use crate::target::Travel;

@@ -1,8 +1,9 @@
 use super::*;
+use crate::constant_rate::ConstantRateTuning;
 use crate::innovation::{Rejection, Verdict};
 use crate::track::Track;
 use crate::yardstick::{FRAME_NANOS, LDV_NANOS, assert_consistent, frame, hush, nees};
-use motor_model::Angle;
+use motor_model::{Angle, MotorParams};
 use proptest::prelude::*;
 use rand_distr::{Distribution, StandardNormal};
 use rand_pcg::Pcg64;

@@ -32,8 +32,9 @@
 use motor_model::Real;
 use nalgebra::Vector3;
 
+use super::conditions::Condition;
 use super::shape::{Carried, Row, Shaped, of, set, swinging, turned};
-use super::stator::{ANGLE, APPROACH, Errors, HEIGHT, INSTANT, JUMP, RECOIL, STATES, StatorBelief, TOOTH};
+use super::stator::{ANGLE, Errors, HEIGHT, INSTANT, JUMP, RECOIL, STATES, StatorBelief, TOOTH};
 use super::tuning::{ContactTuning, TwinTuning};
 use crate::factors::Whitened;
 
@@ -56,7 +57,7 @@ pub(super) struct Blow<T> {
 
 impl<T: Real> Blow<T> {
     /// From the instant, counted later from the middle of the period, how long before its end.
-    fn back_s(&self, late_s: T) -> T {
+    pub(super) fn back_s(&self, late_s: T) -> T {
         T::from_f64(0.5) * self.within_s - late_s
     }
 
@@ -103,15 +104,7 @@ pub(super) struct Unfit<T> {
     pub(super) beyond: T,
 }
 
-/// A scalar that is to be zero, linear about some errors.
-struct Condition<T> {
-    row: Row<T>,
-    /// What `row . errors` is to be.
-    innovation: T,
-    noise: T,
-}
-
-/// The same, of which no more is needed than the row times U.
+/// A [`Condition`] of which no more is needed than the row times U.
 struct Linear<T> {
     by_instant: T,
     innovation: T,
@@ -287,59 +280,6 @@ impl<T: Real> StatorBelief<T> {
             *late_s = blow.kept_in_period(*late_s);
         }
         errors
-    }
-
-    /// Gap and approach about `errors`.
-    #[inline(never)]
-    fn conditions(
-        &self,
-        blow: &Blow<T>,
-        pair: usize,
-        errors: &Row<T>,
-        contact: &ContactTuning<T>,
-    ) -> [Condition<T>; 2] {
-        let one = T::one();
-        let back_s = blow.back_s(of(errors, INSTANT));
-        let there = self.carried_back(back_s, errors);
-        let tooth = self.tooth(pair, errors);
-        let (phi, [across, aslant]) = (&tooth.shape, [swinging(&tooth.shape), turned(&tooth.shape)]);
-        let found = |state: usize| self.found(state, errors);
-        let speed = phi.dot(&there.velocity_m_s);
-        let jump_m_s = blow.jump_m_s + of(errors, JUMP);
-        // `r` grows with the square of the shape, of which A is a third.
-        let per_scale = self.recoil_share * T::from_f64(4.0 / 3.0);
-        let per_jump = self.approach_per_jump
-            * (one + self.recoil_share * found(RECOIL) + per_scale * found(tooth.scale) + found(APPROACH));
-        let swing = (phi.y * there.displacement_m.y).abs() + (phi.z * there.displacement_m.z).abs();
-        let square = |x: T| x * x;
-
-        let mut gap_row = there.row(phi, |r| [-r.c, -r.s]);
-        set(&mut gap_row, HEIGHT, one);
-        set(&mut gap_row, INSTANT, blow.before_m_s - speed);
-        set(&mut gap_row, tooth.scale, -across.dot(&there.displacement_m));
-        set(&mut gap_row, ANGLE, -aslant.dot(&there.displacement_m));
-        let gap_m =
-            self.height_m + of(errors, HEIGHT) - blow.before_m_s * back_s - phi.dot(&there.displacement_m);
-        let gap = Condition {
-            innovation: gap_row.dot(errors) - gap_m,
-            row: gap_row,
-            noise: square(contact.gap_m) + square(contact.shape_part * swing),
-        };
-        let mut approach_row = there.row(phi, |r| [r.c_rate, r.s_rate]);
-        set(&mut approach_row, INSTANT, phi.dot(&there.acceleration_m_s2));
-        set(&mut approach_row, JUMP, -per_jump);
-        set(&mut approach_row, RECOIL, -self.recoil_share * self.approach_per_jump * jump_m_s);
-        set(&mut approach_row, APPROACH, -self.approach_per_jump * jump_m_s);
-        let by_share = per_scale * self.approach_per_jump * jump_m_s;
-        set(&mut approach_row, tooth.scale, across.dot(&there.velocity_m_s) - by_share);
-        set(&mut approach_row, ANGLE, aslant.dot(&there.velocity_m_s));
-        let too_fast_m_s = speed - blow.before_m_s - per_jump * jump_m_s;
-        let approach = Condition {
-            innovation: approach_row.dot(errors) - too_fast_m_s,
-            row: approach_row,
-            noise: T::from_f64(1e-8) + square(contact.approach_part * per_jump * jump_m_s),
-        };
-        [gap, approach]
     }
 
     /// The tooth's velocity along the rotor `back_s` before the end of the period, followed from now on as a state.

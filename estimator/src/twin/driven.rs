@@ -130,9 +130,7 @@ impl<T: Real> Driven<'_, T> {
             state.wander(until, wander);
         }
     }
-}
 
-impl<T: Real> Driven<'_, T> {
     /// The first strike after `from`. Most are older than the track: counted from the newest.
     fn first_after(&self, from: Time) -> usize {
         let newer = self.strikes.iter().rev().take_while(|strike| strike.at > from).count();
