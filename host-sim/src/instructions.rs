@@ -8,6 +8,7 @@
 //! - [`targets`]: what the project wants the operations to take.
 //! - [`Report`]: all of it as a table or as JSON.
 //! - [`cycles`]: what the hot operations would take in cycles, an estimate.
+//! - [`readme`]: the README's table of all that.
 //!
 //! The call of an operation and the passing of its arguments are counted with it. An emulator has neither wait states nor a pipeline: counts are
 //! of instructions, not of cycles.
@@ -16,6 +17,7 @@ pub mod cycles;
 pub mod emulator;
 mod listing;
 pub mod program;
+pub mod readme;
 mod report;
 pub mod targets;
 

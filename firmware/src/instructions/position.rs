@@ -16,19 +16,19 @@ fn tick_once(position_loop: &mut PositionLoop<Filter>, now: Time, instruments: &
     tick(position_loop, now, instruments)
 }
 
-/// Counts the tick alone, and with a twin that steps under the same drive.
+/// Counts the tick alone, with a twin that steps under the same drive, and those of the latter that drive.
 #[inline(never)]
 fn follow(
     meter: &Meter<'_, impl InstructionTimer>,
     place: &mut LoopPlace,
-    [alone, whole]: [&'static str; 2],
+    names: [&'static str; 3],
     kind: FilterKind,
-) -> Result<[Count; 2], OutOfBounds> {
+) -> Result<[Count; 3], OutOfBounds> {
     #[expect(clippy::cast_precision_loss, reason = "10,000 is exact")]
     let setup = MotorSetup::with_step(PositionLoop::TICK_NANOS as f64 * 1e-9);
     let motor = Motor::try_new(&MotorParams::nominal(), &setup)?;
     let mut state = MotorState::default();
-    let [mut alone, mut whole] = [alone, whole].map(Count::of);
+    let [mut alone, mut whole, mut driven] = names.map(Count::of);
     crate::parity::follow_loop(
         place,
         || Filter::of(kind),
@@ -40,11 +40,14 @@ fn follow(
                 black_box(meter.instructions(|| twin::step(&motor, &mut state, report.applied)));
             alone.add(of_tick);
             whole.add(of_tick + of_step);
+            if report.applied.mode().is_some() {
+                driven.add(of_tick + of_step);
+            }
             report
         },
         |_, _| (),
     )?;
-    Ok([alone, whole])
+    Ok([alone, whole, driven])
 }
 
 /// The loop with the impact-aided filter.
@@ -56,11 +59,18 @@ pub(super) fn rehearse(place: &mut LoopPlace) -> Result<(), OutOfBounds> {
     .map(drop)
 }
 
-/// The names of each filter's rows: the tick alone, and with the step.
-const NAMES: [(FilterKind, [&str; 2]); 3] = [
-    (FilterKind::ConstantRate, ["loop_tick", "loop_tick_and_step"]),
-    (FilterKind::ImpactAided, ["loop_tick_impact_aided", "loop_tick_impact_aided_and_step"]),
-    (FilterKind::Twin, ["loop_tick_twin", "loop_tick_twin_and_step"]),
+/// The names of each filter's rows: the tick alone, with the step, and with the step while the drive is on.
+const NAMES: [(FilterKind, [&str; 3]); 3] = [
+    (FilterKind::ConstantRate, ["loop_tick", "loop_tick_and_step", "loop_tick_and_driven_step"]),
+    (
+        FilterKind::ImpactAided,
+        [
+            "loop_tick_impact_aided",
+            "loop_tick_impact_aided_and_step",
+            "loop_tick_impact_aided_and_driven_step",
+        ],
+    ),
+    (FilterKind::Twin, ["loop_tick_twin", "loop_tick_twin_and_step", "loop_tick_twin_and_driven_step"]),
 ];
 
 pub(super) fn count(

@@ -22,7 +22,7 @@ pub(super) struct InstructionsArgs {
     #[arg(long, value_name = "FILE")]
     elf: Option<PathBuf>,
     /// Count other crates' Kalman filters too, at the core's own problem
-    #[arg(long)]
+    #[arg(long, conflicts_with = "out")]
     peers: bool,
     /// Estimate the cycles of the hot operations instead, by llvm-mca from what is executed
     #[arg(long, conflicts_with_all = ["elf", "peers", "out"])]
@@ -30,6 +30,9 @@ pub(super) struct InstructionsArgs {
     /// Write the counts as JSON, as tests/qemu keeps them
     #[arg(long, value_name = "FILE.json")]
     out: Option<PathBuf>,
+    /// Replace the section between `<!-- instructions:begin -->` and `<!-- instructions:end -->` in this file, other crates' filters and estimated cycles included
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["elf", "cycles", "out"])]
+    readme: Option<PathBuf>,
     /// How to print the result
     #[arg(long, value_enum, default_value = "text")]
     format: Format,
@@ -44,9 +47,12 @@ impl InstructionsArgs {
                 Format::Json => instructions::cycles::json(&estimates),
             });
         }
+        if let Some(path) = &self.readme {
+            instructions::readme::SECTION.read(path)?;
+        }
         let file = self.out.as_deref().map(export::Output::create).transpose()?;
         let mut listing = count_instructions(self.elf.as_deref(), self.board)?;
-        if self.peers {
+        if self.peers || self.readme.is_some() {
             let elf = instructions::program::build("peers")?;
             listing.counts.extend(count_instructions(Some(&elf), self.board)?.counts);
         }
@@ -54,6 +60,11 @@ impl InstructionsArgs {
         if let Some(mut file) = file {
             file.write_all(report.json().as_bytes()).map_err(|source| file.unwritable(source))?;
             file.publish()?;
+        }
+        if let Some(path) = &self.readme {
+            let estimates = instructions::cycles::estimate(self.board)?;
+            let section = instructions::readme::section(&report, &estimates);
+            instructions::readme::SECTION.write(path, &section)?;
         }
         export::print(&match self.format {
             Format::Text => report.to_string(),

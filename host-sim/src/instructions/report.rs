@@ -58,6 +58,17 @@ impl Report {
         })
     }
 
+    /// The processor, its emulator and the compiler.
+    pub fn title(&self) -> String {
+        let Self { board, listing } = self;
+        format!("{} (QEMU {}), {}", board.processor(), board.machine(), listing.compiler)
+    }
+
+    /// What an operation took, if it was counted.
+    pub fn count(&self, operation: &str) -> Option<&Count> {
+        self.listing.counts.iter().find(|count| count.operation == operation)
+    }
+
     /// An array of [`Record`]s, one a line.
     pub fn json(&self) -> String {
         let records: Vec<String> =
@@ -67,7 +78,7 @@ impl Report {
 }
 
 /// The targets of an operation and whether it meets them.
-fn judged(count: &Count) -> String {
+pub(super) fn judged(count: &Count) -> String {
     let judged: Vec<String> = TARGETS
         .iter()
         .filter(|target| target.operation == count.operation)
@@ -78,8 +89,8 @@ fn judged(count: &Count) -> String {
 
 impl fmt::Display for Report {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { board, listing } = self;
-        writeln!(f, "{} (QEMU {}), {}", board.processor(), board.machine(), listing.compiler)?;
+        let listing = &self.listing;
+        writeln!(f, "{}", self.title())?;
         writeln!(f, "instructions of an operation, its call included\n")?;
         let width = listing.counts.iter().map(|count| count.operation.len()).max().unwrap_or(0);
         writeln!(f, "{:width$} {:>8} {:>10} {:>7}  target", "operation", "samples", "mean", "max")?;
@@ -94,11 +105,11 @@ impl fmt::Display for Report {
 }
 
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
     use super::*;
 
     /// Every operation with a target, and the loops.
-    fn listing() -> Listing {
+    pub(in super::super) fn listing() -> Listing {
         let loops = "loop_of_1000_turns 1 2007 2007\nloop_of_10000_turns 1 20007 20007\n";
         let mut operations: Vec<&str> = TARGETS.iter().map(|target| target.operation).collect();
         operations.dedup();
