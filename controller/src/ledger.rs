@@ -204,11 +204,12 @@ impl Ledger {
 }
 
 #[cfg(test)]
-mod tests {
+pub(crate) mod tests {
     use super::*;
     use motor_model::Time;
 
-    fn estimate(mdeg: f64, sigma_mdeg: f32) -> Estimate<f32> {
+    /// Of a rotor at rest.
+    pub(crate) fn estimate(mdeg: f64, sigma_mdeg: f32) -> Estimate<f32> {
         let sigma_rad = (1e-3 * sigma_mdeg).to_radians();
         Estimate {
             at: Time::ZERO,

@@ -69,19 +69,7 @@ impl Progress {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    fn estimate(mdeg: f64, sigma_mdeg: f32) -> Estimate<f32> {
-        let sigma_rad = (1e-3 * sigma_mdeg).to_radians();
-        Estimate {
-            at: Time::ZERO,
-            angle: Angle::from_degrees(1e-3 * mdeg),
-            rate_rad_s: 0.0,
-            angle_rad2: sigma_rad * sigma_rad,
-            angle_rate_rad2_s: 0.0,
-            rate_rad2_s2: 0.0,
-            resting: false,
-        }
-    }
+    use crate::ledger::tests::estimate;
 
     /// Angles of 3 and 4 milli-degrees: their difference has 5, and five times that are 25.
     #[test]
