@@ -204,6 +204,13 @@ fn tool_outliers_of_the_camera_are_survived() {
     check_survived(&["camera.outlier_probability=0.02"]);
 }
 
+/// One vibrometer sample in a thousand wrong by 0.1 m/s: two hundred a second, which hide neither that the rotor lies still nor for how long.
+#[test]
+fn tool_outliers_of_the_vibrometer_are_survived() {
+    check_survived(&["ldv.outlier_probability=0.001"]);
+    check_survived(&["ldv.outlier_probability=0.001", "position.to_deg=-2"]);
+}
+
 /// K5: both resonances, either way: off resonance by more than its width the stator swings less and the motor turns more slowly, which the bursts teach.
 #[test]
 fn tool_resonances_that_have_drifted_by_a_percent_are_survived() {
