@@ -90,7 +90,7 @@ pub enum Reason {
     CameraSilent,
     /// The camera delivers the same picture for ever: its frames are not used.
     CameraStuck,
-    /// The frames scatter twice as much as is assumed, or more: the variances are too small.
+    /// The frames scatter twice as much as is assumed, or more: the variances are too small, and where more frames are refused than used the estimate may follow the wrong ones.
     NoiseMismatch,
     /// The last frames were refused, one after the other.
     FramesRefused,

@@ -220,11 +220,11 @@ impl<T: Real, B: Belief<T>> Track<T, B> {
     /// Frames over which the normalised innovations are averaged.
     const NIS_FRAMES: f64 = 64.0;
 
-    /// A track that begins at `frame`, in the turn that brings it nearest to `near`; what was known `before` beside angle and rate is kept.
+    /// A track that begins at `frame`, in the turn that brings it nearest to `near`; what was known `before` beside angle and rate, and of the camera's noise, is kept.
     pub(crate) fn begun(
         frame: &CameraFrame,
         near: Angle,
-        before: Option<&B>,
+        before: Option<&Self>,
         tuning: &TrackTuning<T>,
     ) -> Self {
         let rate = T::from_f64(Self::START_RATE_RAD_S);
@@ -233,12 +233,16 @@ impl<T: Real, B: Belief<T>> Track<T, B> {
                 at: frame.exposed_at,
                 angle: AngleAccumulator::at(near.plus(frame.angle.minus(near).wrapped())),
                 rate_rad_s: T::zero(),
-                covariance: B::begin(tuning.camera_rad2, rate * rate, before),
+                covariance: B::begin(
+                    tuning.camera_rad2,
+                    rate * rate,
+                    before.map(|track| &track.state.covariance),
+                ),
             },
             code: frame.angle,
             changing: T::zero(),
             away_rad: T::zero(),
-            nis: T::one(),
+            nis: before.map_or(T::one(), |track| track.nis),
             refusals: 0,
             same_codes: 0,
             still_frames: 0,

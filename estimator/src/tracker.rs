@@ -347,8 +347,7 @@ impl<T: Real, B: Belief<T>> Tracker<T, B> {
     #[cold]
     fn begin(&mut self, frame: &CameraFrame, near: Angle) -> Innovation<T> {
         self.older.clear();
-        let before = self.track().map(|track| track.state.covariance);
-        let track = Track::begun(frame, near, before.as_ref(), &self.tuning);
+        let track = Track::begun(frame, near, self.track(), &self.tuning);
         self.newest = Some(Looked { frame: *frame, track });
         Innovation {
             source: Source::Camera,

@@ -19,6 +19,9 @@ impl<T: Real, B: Belief<T>> Tracker<T, B> {
     /// filters' own models are within 1.5 of it.
     const NIS_MAX: f64 = 4.0;
 
+    /// The same as a part of the gate, which is what each frame refused counts: beyond a half those refused outnumber those used, and it may be the wrong ones that are used.
+    const NIS_LOST: f64 = 0.5;
+
     /// Angle and rate carried forward to `now`; `None` before the first frame.
     #[inline]
     pub(crate) fn estimate(&self, now: Time, process: &impl Process<T, B>) -> Option<Estimate<T>> {
@@ -68,6 +71,8 @@ impl<T: Real, B: Belief<T>> Tracker<T, B> {
             Health::Unusable(Reason::FramesRefused)
         } else if !certain {
             Health::Unusable(Reason::Uncertain)
+        } else if track.nis > T::from_f64(Self::NIS_LOST) * self.tuning.gate {
+            Health::Unusable(Reason::NoiseMismatch)
         } else if self.silent(now) {
             Health::Degraded(Reason::CameraSilent)
         } else if track.nis > T::from_f64(Self::NIS_MAX) {

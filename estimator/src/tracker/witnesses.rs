@@ -50,8 +50,7 @@ impl<T: Real, B: Belief<T>> Tracker<T, B> {
     pub(super) fn agree(&self, process: &impl Process<T, B>) -> bool {
         let first = self.older.len().checked_sub(Self::WITNESSES).and_then(|index| self.older.get(index));
         let Some((first, track)) = first.zip(self.track()) else { return true };
-        let State { angle, covariance, .. } = &track.state;
-        let begun = Track::begun(&first.frame, angle.angle(), Some(covariance), &self.tuning);
+        let begun = Track::begun(&first.frame, track.state.angle.angle(), Some(track), &self.tuning);
         self.fit(begun.state, Self::WITNESSES, process).is_some()
     }
 
