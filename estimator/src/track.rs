@@ -79,9 +79,11 @@ pub struct TrackTuning<T> {
 impl<T: Real> Default for TrackTuning<T> {
     /// For the default camera: 1 um of tracking noise and 2 um of quantisation at 3.9 mm are 2.96e-4 rad.
     fn default() -> Self {
+        const NOISE_RAD: f64 = 1e-6 / 3.9e-3;
+        const QUANTISATION_RAD2: f64 = 4.0 * NOISE_RAD * NOISE_RAD / 12.0;
         Self {
-            camera_rad2: T::from_f64(8.8e-8),
-            quantisation_rad2: T::from_f64(2.2e-8),
+            camera_rad2: T::from_f64(NOISE_RAD * NOISE_RAD + QUANTISATION_RAD2),
+            quantisation_rad2: T::from_f64(QUANTISATION_RAD2),
             zero_rate_rad2_s2: T::from_f64(1e-8),
             ringing_rad2_s2: T::from_f64(5e-6),
             ringing_frames: T::from_f64(40.0),

@@ -163,11 +163,11 @@ impl<T: Real> TwinFilter<T> {
         newest.map_or(Time::ZERO, |newest| newest.plus_nanos(self.tuning.detector.gap_nanos))
     }
 
-    /// Process noise between impacts: of a rotor that the stator begins to move none is heard at first.
+    /// Process noise between impacts: none but of a rotor that the stator begins to move, whose first impacts are not heard.
     fn between_rad2_s3(&self) -> T {
         match self.course {
             Course::Launching => self.tuning.launching_rad2_s3,
-            Course::Launched => self.tuning.between_rad2_s3,
+            Course::Launched => T::zero(),
         }
     }
 

@@ -3,12 +3,18 @@
 //! Every row is held to its own two-sided 95 % bounds, whose derivation minds how long errors are correlated ([`host_sim::estimate::consistency`]). Of a filter's 24 rows so many may be outside
 //! by chance as of 24 throws of a twentieth: at most four, the upper 97.5 % point of the binomial law. A filter whose variances are scaled by 0.8 or 1.25 has seven outside at least.
 
+use estimator::{AngleFilter as _, TrackTuning};
 use host_sim::Scene;
+use host_sim::desk::Desk;
+use host_sim::estimate::account::Account;
+use host_sim::estimate::consistency::mean_square_bounds;
 use host_sim::estimate::run::SMOOTHED;
 use host_sim::estimate::timeline::Phase;
 use host_sim::estimate::{Estimation, Plan, Row};
-use host_sim::filter::FILTERS;
+use host_sim::filter::{AnyFilter, FILTERS};
+use host_sim::instruments::camera::Camera;
 use host_sim::statistics::binomial_bounds;
+use motor_model::{DriveCommand, DriveMode};
 
 const MOTORS: u64 = 12;
 
@@ -113,4 +119,60 @@ fn law_filters_are_consistent_in_every_phase() {
     println!("{report}");
     let all: Vec<String> = rows.iter().map(|(camera, row)| line(camera, row)).collect();
     assert!(!failed, "{report}\nall rows:\n{}", all.join("\n"));
+}
+
+/// What the filters assume of a frame is the default camera's noise and quantisation.
+#[test]
+fn dual_the_camera_assumed_is_the_one_there_is() {
+    let assumed = TrackTuning::<f64>::default().camera_rad2;
+    let camera = Camera::variance_rad2(&Scene::default());
+    assert!((assumed / camera - 1.0).abs() < 1e-9, "{assumed} {camera}");
+}
+
+/// The twin in half a second of steady motion, after a quarter of one.
+fn steady(motor: u64, mode: DriveMode) -> Account {
+    let mut scene = Scene::default();
+    scene.set("seed", &motor.to_string()).expect("a seed");
+    let mut desk = Desk::new(&scene).expect("a desk");
+    let mut twin = AnyFilter::<f32>::named("twin").expect("the nominal motor");
+    let command = DriveCommand::full(mode);
+    let mut account = Account::default();
+    for tick in 0..75_000 {
+        twin.drive(desk.plant().now(), command);
+        (0..desk.steps_per_tick()).for_each(|_| {
+            desk.step(command);
+        });
+        while let Some(sample) = desk.ldv_sample() {
+            twin.update_ldv(&sample);
+        }
+        while let Some(frame) = desk.camera_frame() {
+            let innovation = twin.update_camera(&frame);
+            if tick >= 25_000 {
+                account.innovation(&innovation);
+            }
+        }
+        if tick >= 25_000 && tick % 7 == 0 {
+            let (estimate, health) = twin.assess(desk.plant().now());
+            let rotor = desk.plant().state().rotor;
+            account.estimate(estimate.as_ref(), health, rotor.angle.angle(), rotor.rate_rad_s);
+        }
+    }
+    account
+}
+
+/// 40 motors: the mean normalised square of angle and rate together, and that of the innovations, within their two-sided 95 % bounds. A noise between impacts where the rotor flies freely, and a
+/// camera's variance rounded up by 0.4 %, once left both below theirs in mode B.
+#[test]
+fn law_the_twin_knows_its_errors_in_steady_motion() {
+    for mode in [DriveMode::B, DriveMode::C] {
+        let accounts: Vec<Account> = (1..=40).map(|motor| steady(motor, mode)).collect();
+        let within = |what: &str, of_run: fn(&Account) -> f64| {
+            let means = accounts.iter().map(of_run);
+            let (low, high) = mean_square_bounds(means.clone());
+            let mean = means.sum::<f64>() / 40.0;
+            assert!((low..=high).contains(&mean), "{mode:?} {what} {mean}: {low} to {high}");
+        };
+        within("ANEES", |account| account.normalised()[2]);
+        within("NIS", |account| account.innovations().0);
+    }
 }

@@ -94,7 +94,7 @@ impl<T: Real> Ahead<T> {
 pub(super) type TwinState<T> = State<T, ScaledBelief<T>>;
 
 impl<T: Real> Strike<T> {
-    fn apply(&self, state: &mut TwinState<T>, tuning: &TwinTuning<T>) {
+    fn apply(&self, state: &mut TwinState<T>) {
         let belief = &mut state.covariance;
         let (friction, reach) = (belief.friction, belief.reach);
         let friction = if friction > T::zero() { friction } else { T::zero() };
@@ -111,7 +111,6 @@ impl<T: Real> Strike<T> {
             variance_rad2_s2: kick.scatter
                 + square(kick.per_slip) * tooth.variance
                 + square(kick.per_limit * friction) * limit.variance
-                + square(tuning.kick_part * limit_rad_s)
                 + self.unknown_rad2_s2,
             angle_rad2: self.at_s2 * square(kick.mean),
         });
@@ -143,7 +142,7 @@ impl<T: Real> Driven<'_, T> {
             && !(resting && self.motion == Motion::Quiet)
         {
             self.fly(state, resting, strike.at);
-            strike.apply(state, self.tuning);
+            strike.apply(state);
         }
     }
 }

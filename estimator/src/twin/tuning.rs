@@ -18,15 +18,12 @@ pub struct TwinTuning<T> {
     pub contact: ContactTuning<T>,
     /// Standard deviation of a tooth's tangential velocity beside what modes and instant do to it, in m/s.
     pub tooth_m_s: T,
-    /// Standard deviation of a kick at its limit, as a part of it.
-    pub kick_part: T,
     /// Variance that each impact adds to the rate, in rad^2/s^2: smaller blows that follow it below the threshold.
     pub chatter_rad2_s2: T,
     /// Variance of the kicks by impacts not heard, per that of a kick at the detector's threshold, where the mean misfit is twice the usual one.
     pub unheard_part2: T,
-    /// Process noise between impacts, in rad^2/s^3.
-    pub between_rad2_s3: T,
-    /// The same from rest up to the first impact that is heard: those before it are below the detector's threshold.
+    /// Process noise from rest up to the first impact that is heard, in rad^2/s^3: those before it are below the detector's threshold. Afterwards nothing turns the
+    /// rotor between impacts.
     pub launching_rad2_s3: T,
 }
 
@@ -87,10 +84,8 @@ impl<T: Real> TwinTuning<T> {
             tolerance: Tolerance::default(),
             contact: ContactTuning::default(),
             tooth_m_s: n(5e-5),
-            kick_part: n(0.002),
             chatter_rad2_s2: n(5e-5),
             unheard_part2: n(1.0),
-            between_rad2_s3: n(0.002),
             launching_rad2_s3: n(4.0),
         }
     }
