@@ -84,6 +84,8 @@ pub enum Reason {
     VibrometerSilent,
     /// The vibrometer shows a rotor that is pulled down and never pushed up: its sign is wrong, and no impact is taken from it.
     VibrometerInverted,
+    /// The vibrometer shows a rotor in flight that does not fall as gravity makes it, by a quarter or more: its scale is wrong.
+    VibrometerScale,
     /// The impacts that the vibrometer shows are not those of the motor's twin: its range, its bias or the times are wrong, or the rotor hardly leaves the teeth.
     ImpactsUnexplained,
     /// No frame has come for two and a half of the usual intervals.

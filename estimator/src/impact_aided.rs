@@ -295,9 +295,8 @@ impl<T: Real> AngleFilter<T> for ImpactAided<T> {
     #[inline]
     fn assess(&self, now: Time) -> (Option<Estimate<T>>, Health) {
         let silent = self.watch.silent(now).then_some(Reason::VibrometerSilent);
-        let inverted = self.detector.inverted().then_some(Reason::VibrometerInverted);
         let estimate = self.estimate(now);
-        let health = self.tracker.judge(estimate.as_ref(), now, silent.or(inverted));
+        let health = self.tracker.judge(estimate.as_ref(), now, silent.or_else(|| self.detector.fault()));
         (estimate, health)
     }
 }

@@ -25,9 +25,15 @@
 //! A vibrometer whose sign is wrong shows every impact as a fall. The sum of the jumps' squares, falls counted negative and kept within 0.01 m^2/s^2 of
 //! zero, tells ([`ImpactDetector::inverted`]): a dozen impacts of mode B turn it, and the small jumps up by which gravity then seems reversed
 //! weigh nothing.
+//!
+//! A vibrometer whose scale is wrong shows a rotor in flight that does not fall by g: [`ImpactDetector::mis_scaled`].
 
+mod free_fall;
+
+use free_fall::FreeFall;
 use motor_model::{MotorParams, Parameter, Real, Time};
 
+use crate::filter::Reason;
 use crate::measurement::LdvSample;
 
 /// How the detector decides.
@@ -103,6 +109,7 @@ pub struct ImpactDetector<T> {
     below: bool,
     /// Sum of the jumps' squares in m^2/s^2, falls counted negative; within [`Self::SIGN_M2_S2`] of zero.
     upward_m2_s2: T,
+    fall: FreeFall<T>,
 }
 
 impl<T: Real> ImpactDetector<T> {
@@ -123,12 +130,24 @@ impl<T: Real> ImpactDetector<T> {
             moved_m_s: T::zero(),
             below: false,
             upward_m2_s2: T::from_f64(Self::SIGN_M2_S2),
+            fall: FreeFall::new(),
         }
+    }
+
+    /// Whether the rotor seems to fall faster or more slowly than gravity makes it, by a quarter or more: the vibrometer's scale is wrong.
+    pub fn mis_scaled(&self) -> bool {
+        self.fall.is_wrong(self.tuning.noise_m_s)
     }
 
     /// Whether the rotor seems to be pulled down and never pushed up: the vibrometer's sign is wrong.
     pub fn inverted(&self) -> bool {
         self.upward_m2_s2 < T::zero()
+    }
+
+    /// What is wrong with the vibrometer, if anything is.
+    pub(crate) fn fault(&self) -> Option<Reason> {
+        let mis_scaled = self.mis_scaled().then_some(Reason::VibrometerScale);
+        self.inverted().then_some(Reason::VibrometerInverted).or(mis_scaled)
     }
 
     #[inline]
@@ -181,12 +200,15 @@ impl<T: Real> ImpactDetector<T> {
             let (before_m_s, again) = (self.velocity_m_s, self.below);
             if surplus > T::zero() {
                 self.note_jump(square_m2_s2);
+                self.fall_ends(sample.taken_at, since_s);
                 self.begin_at(velocity);
+                self.fall.begin(sample.taken_at, surplus);
                 return Heard::Impact { before_m_s, jump_m_s: surplus };
             }
             self.below = true;
             if again {
                 self.note_jump(-square_m2_s2);
+                self.fall_ends(sample.taken_at, since_s);
                 self.begin_at(velocity);
             }
             return Heard::Flight;
@@ -212,7 +234,14 @@ impl<T: Real> ImpactDetector<T> {
         }
         let before = self.newest.replace(taken_at);
         self.begin_at(velocity_m_s);
+        self.fall.begin(taken_at, T::zero());
         Heard::Gap(before.map_or(T::zero(), |before| taken_at.seconds_since(before)))
+    }
+
+    /// A flight has ended at the sample of `at`, whose neighbours are `period_s` apart.
+    fn fall_ends(&mut self, at: Time, period_s: T) {
+        let gravity_m_s2 = self.tuning.gravity_m_s2;
+        self.fall.end(at, self.moved_m_s, gravity_m_s2, self.tuning.window_samples * period_s);
     }
 
     /// Estimates the flight anew from one sample.
@@ -243,6 +272,30 @@ mod tests {
     fn flight(tuning: &ImpactDetectorTuning<f64>, start: f64, n: u64) -> f64 {
         let terminal = tuning.gravity_m_s2 / tuning.damping_per_s;
         (start + terminal) * (-tuning.damping_per_s * 5e-6 * n as f64).exp() - terminal
+    }
+
+    /// Whether a rotor that bounces 60 times, 4 ms each, looks as if the scale were wrong to a vibrometer of `scale` with its noise.
+    fn is_told(scale: f64) -> bool {
+        let tuning = tuning(5.0);
+        let mut normal = StandardNormal.sample_iter(Pcg64::seed_from_u64(2));
+        let mut detector = ImpactDetector::new(tuning);
+        for bounce in 0..60 {
+            for n in 0..800 {
+                let noise: f64 = normal.next().unwrap();
+                let velocity_m_s = scale * flight(&tuning, 0.02, n) + 2e-4 * noise;
+                detector.observe(&sample(800 * bounce + n + 1, velocity_m_s));
+            }
+        }
+        detector.mis_scaled()
+    }
+
+    #[test]
+    fn law_a_rotor_that_does_not_fall_by_g_tells_a_wrong_scale() {
+        for (scale, told) in
+            [(0.5, true), (0.6, true), (0.9, false), (1.0, false), (1.1, false), (1.4, true), (1.5, true)]
+        {
+            assert_eq!(is_told(scale), told, "{scale}");
+        }
     }
 
     /// Q(3) = 1.350e-3 on the upper side, in half a million samples of flight: 675, standard deviation 26.

@@ -430,10 +430,10 @@ impl<T: Real> AngleFilter<T> for TwinFilter<T> {
 
     fn assess(&self, now: Time) -> (Option<Estimate<T>>, Health) {
         let silent = self.watch.silent(now).then_some(Reason::VibrometerSilent);
-        let inverted = self.detector.inverted().then_some(Reason::VibrometerInverted);
         let unexplained = (!self.trust.is_given()).then_some(Reason::ImpactsUnexplained);
         let estimate = self.estimate(now);
-        let health = self.tracker.judge(estimate.as_ref(), now, silent.or(inverted).or(unexplained));
+        let vibrometer = silent.or_else(|| self.detector.fault()).or(unexplained);
+        let health = self.tracker.judge(estimate.as_ref(), now, vibrometer);
         (estimate, health)
     }
 }

@@ -142,6 +142,7 @@ fn of_health(health: Health) -> u8 {
         Reason::CameraStuck => 5,
         Reason::NoiseMismatch => 6,
         Reason::ImpactsUnexplained => 7,
+        Reason::VibrometerScale => 8,
     };
     match health {
         Health::Good => 0,

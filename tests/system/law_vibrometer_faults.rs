@@ -1,6 +1,7 @@
 //! What the vibrometer may do wrong, and what every filter makes of it: each fault after 100 ms of good samples in mode B.
 
 use estimator::{Health, LdvSample, Reason, Verdict};
+use host_sim::filter::FILTERS;
 use motor_model::{DriveCommand, DriveMode, Time, math};
 
 use crate::fault_bench::{Bench, Faults, Look, NONE, assert_never_false, by_filter, delays_ms, rms_mdeg};
@@ -97,6 +98,30 @@ fn law_a_wrong_scale_is_borne() {
         assert_never_false(&looks);
         let deaf = rms_of(&rms, "constant_rate");
         assert!(rms.iter().all(|(_, rms)| *rms <= deaf), "{rms:?}");
+    }
+}
+
+/// A scale that is off by a half: whoever takes impacts from the vibrometer says so within 150 ms, by gravity alone and however well the impacts fit, and from then on nobody is wrong unawares. 0.3 s after
+/// its end nobody says so any more.
+#[test]
+fn law_a_scale_off_by_a_half_is_told() {
+    let faults: [Faults; 2] = [
+        (NONE.0, |_, sample| Some(LdvSample { velocity_m_s: 1.5 * sample.velocity_m_s, ..sample })),
+        (NONE.0, |_, sample| Some(LdvSample { velocity_m_s: 0.5 * sample.velocity_m_s, ..sample })),
+    ];
+    for wrong in faults {
+        let mut bench = settled(&[]);
+        let looks = bench.run(B, 400, wrong);
+        for looks in by_filter(&looks).into_iter().filter(|looks| looks[0].name != "constant_rate") {
+            let late = &looks[15_000..];
+            assert!(!late.iter().any(|look| look.is_good()), "{}", looks[0].name);
+            let told = looks.iter().any(|look| look.health == Health::Degraded(Reason::VibrometerScale));
+            assert!(told, "{}", looks[0].name);
+        }
+        assert_never_false(&looks[15_000 * FILTERS.len()..]);
+        let looks = bench.run(B, 400, NONE);
+        let told = |look: &Look| look.health == Health::Degraded(Reason::VibrometerScale);
+        assert!(!looks[30_000 * FILTERS.len()..].iter().any(told));
     }
 }
 

@@ -75,6 +75,7 @@ impl Digest {
             Reason::CameraStuck => 5,
             Reason::NoiseMismatch => 6,
             Reason::ImpactsUnexplained => 7,
+            Reason::VibrometerScale => 8,
         };
         self.word(match health {
             Health::Good => 0,
