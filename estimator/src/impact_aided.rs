@@ -106,9 +106,9 @@ impl<T: Real> ImpactAided<T> {
         }
     }
 
-    /// Until when impacts would have been heard: never, by a vibrometer whose sign is wrong.
+    /// Until when impacts would have been heard: never, by a vibrometer whose sign or scale is wrong.
     fn heard_until(&self) -> Time {
-        let newest = self.detector.newest().filter(|_| !self.detector.inverted());
+        let newest = self.detector.newest().filter(|_| !self.detector.is_wrong());
         newest.map_or(Time::ZERO, |newest| newest.plus_nanos(self.tuning.detector.gap_nanos))
     }
 
@@ -169,7 +169,7 @@ impl<T: Real> ImpactAided<T> {
                 }
             }
             Heard::Impact { before_m_s, jump_m_s } => {
-                if !self.detector.inverted() {
+                if !self.detector.is_wrong() {
                     let within_s = before.map_or(T::zero(), |before| sample.taken_at.seconds_since(before));
                     let blow = self.blow(sample.taken_at, within_s, before_m_s, jump_m_s);
                     self.keep(blow);

@@ -136,12 +136,18 @@ impl<T: Real> ImpactDetector<T> {
 
     /// Whether the rotor seems to fall faster or more slowly than gravity makes it, by a quarter or more: the vibrometer's scale is wrong.
     pub fn mis_scaled(&self) -> bool {
-        self.fall.is_wrong(self.tuning.noise_m_s)
+        self.fall.is_wrong()
     }
 
     /// Whether the rotor seems to be pulled down and never pushed up: the vibrometer's sign is wrong.
     pub fn inverted(&self) -> bool {
         self.upward_m2_s2 < T::zero()
+    }
+
+    /// Whether what it shows of impacts is not to be used: sign or scale are wrong.
+    #[inline]
+    pub(crate) fn is_wrong(&self) -> bool {
+        self.inverted() || self.mis_scaled()
     }
 
     /// What is wrong with the vibrometer, if anything is.
@@ -240,8 +246,8 @@ impl<T: Real> ImpactDetector<T> {
 
     /// A flight has ended at the sample of `at`, whose neighbours are `period_s` apart.
     fn fall_ends(&mut self, at: Time, period_s: T) {
-        let gravity_m_s2 = self.tuning.gravity_m_s2;
-        self.fall.end(at, self.moved_m_s, gravity_m_s2, self.tuning.window_samples * period_s);
+        let ImpactDetectorTuning { gravity_m_s2, window_samples, noise_m_s, .. } = self.tuning;
+        self.fall.end(at, self.moved_m_s, gravity_m_s2, window_samples * period_s, noise_m_s);
     }
 
     /// Estimates the flight anew from one sample.

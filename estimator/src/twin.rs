@@ -157,9 +157,9 @@ impl<T: Real> TwinFilter<T> {
         }
     }
 
-    /// Until when impacts would have been heard: never, by a vibrometer whose sign is wrong.
+    /// Until when impacts would have been heard: never, by a vibrometer whose sign or scale is wrong.
     fn heard_until(&self) -> Time {
-        let newest = self.detector.newest().filter(|_| !self.detector.inverted());
+        let newest = self.detector.newest().filter(|_| !self.detector.is_wrong());
         newest.map_or(Time::ZERO, |newest| newest.plus_nanos(self.tuning.detector.gap_nanos))
     }
 
@@ -180,7 +180,7 @@ impl<T: Real> TwinFilter<T> {
     #[inline(never)]
     fn strike(&mut self, at: Time, blow: &Blow<T>) {
         self.raw_jump_m_s = None;
-        if self.detector.inverted() {
+        if self.detector.is_wrong() {
             return;
         }
         let before = core::mem::replace(&mut self.course, Course::Launched);
@@ -383,8 +383,8 @@ impl<T: Real> AngleFilter<T> for TwinFilter<T> {
         } else {
             self.stator.advance(sample.taken_at, self.drive);
         }
-        if before.inverted() && !self.detector.inverted() {
-            // What the impacts taught before the sign was known to be wrong is wrong, and so is the height.
+        if before.is_wrong() && !self.detector.is_wrong() {
+            // What the impacts taught before sign or scale were known to be wrong is wrong, and so is the height.
             self.lose_stator();
             self.trust = Trust::new();
         }

@@ -81,7 +81,6 @@ fn law_wrong_samples_are_borne() {
         bench.run(command, 100, NONE);
         let looks = bench.run(command, 200, NONE);
         let rms = rms_mdeg(&looks);
-        println!("{rms:?}");
         let deaf = rms_of(&rms, "constant_rate");
         assert!(rms.iter().all(|(_, rms)| *rms < 1.5 * deaf), "{rms:?}");
         assert!(!looks.iter().any(|look| look.verdict == Some(Verdict::Restarted)));
@@ -94,15 +93,14 @@ fn law_a_wrong_scale_is_borne() {
     for gain in ["ldv.gain_error=0.1", "ldv.gain_error=-0.1"] {
         let looks = settled(&[gain]).run(B, 200, NONE);
         let rms = rms_mdeg(&looks);
-        println!("{gain}: {rms:?}");
         assert_never_false(&looks);
         let deaf = rms_of(&rms, "constant_rate");
         assert!(rms.iter().all(|(_, rms)| *rms <= deaf), "{rms:?}");
     }
 }
 
-/// A scale that is off by a half: whoever takes impacts from the vibrometer says so within 150 ms, by gravity alone and however well the impacts fit, and from then on nobody is wrong unawares. 0.3 s after
-/// its end nobody says so any more.
+/// A scale that is off by a half: whoever takes impacts from the vibrometer says so within 150 ms, by gravity alone and however well the impacts fit, and from then on takes none, and nobody is wrong unawares. 0.3 s
+/// after its end all are good again.
 #[test]
 fn law_a_scale_off_by_a_half_is_told() {
     let faults: [Faults; 2] = [
@@ -120,8 +118,9 @@ fn law_a_scale_off_by_a_half_is_told() {
         }
         assert_never_false(&looks[15_000 * FILTERS.len()..]);
         let looks = bench.run(B, 400, NONE);
-        let told = |look: &Look| look.health == Health::Degraded(Reason::VibrometerScale);
-        assert!(!looks[30_000 * FILTERS.len()..].iter().any(told));
+        assert_never_false(&looks);
+        let late = &looks[30_000 * FILTERS.len()..];
+        assert!(late.iter().all(Look::is_good), "{:?}", late.iter().find(|look| !look.is_good()));
     }
 }
 

@@ -24,6 +24,8 @@ const FALL_MOST_M_S: f64 = 0.002;
 const FLIGHTS: f64 = 16.0;
 /// A slope beyond this is a wrong scale: half of the half that makes a filter wrong, and more than any motor's damping or an unheard impact brings about.
 const WRONG: f64 = 0.25;
+/// A scale found to be wrong is right again at a slope within this: three standard errors.
+const RIGHT: f64 = 0.15;
 /// Standard error of the slope from which on it is believed: a fifth of that.
 const STANDARD_ERROR: f64 = 0.05;
 
@@ -35,12 +37,14 @@ pub(super) struct FreeFall<T> {
     /// Running sums of `moved F` and `F^2`, in m^2/s^2.
     shown_m2_s2: T,
     expected_m2_s2: T,
+    /// Whether the slope that they make is beyond [`WRONG`].
+    wrong: bool,
 }
 
 impl<T: Real> FreeFall<T> {
     /// No flight yet.
     pub(super) fn new() -> Self {
-        Self { begun: None, shown_m2_s2: T::zero(), expected_m2_s2: T::zero() }
+        Self { begun: None, shown_m2_s2: T::zero(), expected_m2_s2: T::zero(), wrong: false }
     }
 
     /// A flight begins at `at`, after a jump of `jump_m_s`.
@@ -48,8 +52,8 @@ impl<T: Real> FreeFall<T> {
         self.begun = (jump_m_s > T::from_f64(LAUNCH_M_S)).then_some(at);
     }
 
-    /// The flight has ended: by `at` the samples have moved the velocity by `moved_m_s` beside a fall of `gravity_m_s2`, averaged over `window_s`.
-    pub(super) fn end(&mut self, at: Time, moved_m_s: T, gravity_m_s2: T, window_s: T) {
+    /// The flight has ended: by `at` the samples, of noise `noise_m_s`, have moved the velocity by `moved_m_s` beside a fall of `gravity_m_s2`, averaged over `window_s`.
+    pub(super) fn end(&mut self, at: Time, moved_m_s: T, gravity_m_s2: T, window_s: T, noise_m_s: T) {
         let Some(begun) = self.begun.take() else { return };
         let flight_s: T = at.seconds_since(begun);
         let half = T::from_f64(0.5);
@@ -67,12 +71,15 @@ impl<T: Real> FreeFall<T> {
         let kept = T::from_f64(1.0 - 1.0 / FLIGHTS);
         self.shown_m2_s2 = kept * self.shown_m2_s2 + moved_m_s * expected_m_s;
         self.expected_m2_s2 = kept * self.expected_m2_s2 + expected_m_s * expected_m_s;
+        let least_m_s = noise_m_s * T::from_f64(1.0 / STANDARD_ERROR);
+        let limit = T::from_f64(if self.wrong { RIGHT } else { WRONG });
+        self.wrong = self.expected_m2_s2 > least_m_s * least_m_s
+            && self.shown_m2_s2.abs() > limit * self.expected_m2_s2;
     }
 
-    /// Whether the scale of a vibrometer whose samples have this noise is wrong.
-    pub(super) fn is_wrong(&self, noise_m_s: T) -> bool {
-        let least_m_s = noise_m_s * T::from_f64(1.0 / STANDARD_ERROR);
-        self.expected_m2_s2 > least_m_s * least_m_s
-            && self.shown_m2_s2.abs() > T::from_f64(WRONG) * self.expected_m2_s2
+    /// Whether the vibrometer's scale is wrong.
+    #[inline]
+    pub(super) fn is_wrong(&self) -> bool {
+        self.wrong
     }
 }
