@@ -37,6 +37,9 @@ pub(crate) use reach::{Reach, Whitened};
 
 use crate::transition::{Dense, Transition};
 
+/// Up to so many states it is one division after the other that counts; beyond, several are prepared together.
+const FEW: usize = 3;
+
 /// A matrix by columns.
 pub(crate) type Columns<T, const N: usize> = [[T; N]; N];
 
@@ -198,6 +201,13 @@ pub(crate) fn is_finite<T: Real>(x: T) -> bool {
 pub(crate) fn reciprocal<T: Real>(x: T) -> Option<T> {
     let inverse = T::one() / x;
     is_finite(inverse).then_some(inverse)
+}
+
+/// [`reciprocal`] of what is not negative: one comparison instead of a product and two.
+#[inline]
+pub(crate) fn reciprocal_of_sum<T: Real>(x: T) -> Option<T> {
+    let inverse = T::one() / x;
+    (inverse <= T::MAX).then_some(inverse)
 }
 
 /// The unit matrix.

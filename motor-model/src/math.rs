@@ -33,6 +33,8 @@ pub trait Real:
     + Debug
     + Display
 {
+    /// The largest finite value.
+    const MAX: Self;
     /// Rounds `x` to this precision.
     fn from_f64(x: f64) -> Self;
     /// Rounds `x` to this precision.
@@ -81,6 +83,7 @@ pub trait Real:
     reason = "rounding is what these say"
 )]
 impl Real for f32 {
+    const MAX: Self = Self::MAX;
     #[inline]
     fn from_f64(x: f64) -> Self {
         x as f32
@@ -132,6 +135,7 @@ impl Real for f32 {
     reason = "rounding is what these say"
 )]
 impl Real for f64 {
+    const MAX: Self = Self::MAX;
     #[inline]
     fn from_f64(x: f64) -> Self {
         x

@@ -265,10 +265,11 @@ fn dual_a_billion_predictions_drift_by_rounding_only() {
     assert!(distance(&at_once.covariance(), &exact.covariance()) < 1e-14);
 }
 
-fn assert_refuses<T: Real>(huge: f64, denormal: f64) {
-    let mut p = UdCovariance::<T, 2>::from_diagonal(&rounded(&Vector2::new(1.0, 4.0)));
-    let mut x = rounded::<T, 2, 1>(&Vector2::new(0.5, -0.5));
-    let (before, row) = ((p, x), rounded(&Vector2::new(1.0, 1.0)));
+fn assert_refuses<T: Real, const N: usize>(huge: f64, denormal: f64) {
+    let mut p =
+        UdCovariance::<T, N>::from_diagonal(&SVector::from_fn(|i, _| T::from_f64(1.0 + 3.0 * i as f64)));
+    let mut x = SVector::<T, N>::from_fn(|i, _| T::from_f64(0.5 - i as f64));
+    let (before, row) = ((p, x), SVector::repeat(T::one()));
     let (nan, infinite) = (T::from_f64(f64::NAN), T::from_f64(f64::INFINITY));
     let cases = [
         (T::one(), nan, Refusal::Innovation),
@@ -284,7 +285,7 @@ fn assert_refuses<T: Real>(huge: f64, denormal: f64) {
         assert_eq!(p.update_state::<1>(noise, innovation, &mut x), Err(why), "{noise} {innovation}");
         assert_eq!((p, x), before);
     }
-    let poisoned = SVector::from([T::one(), nan]);
+    let poisoned = SVector::from_fn(|i, _| if i == 1 { nan } else { T::one() });
     assert_eq!(p.update(&poisoned, T::one(), T::one(), &mut x), Err(Refusal::Uncertain));
     let nothing = SVector::zeros();
     assert_eq!(p.update(&nothing, T::zero(), T::one(), &mut x), Err(Refusal::Certain));
@@ -299,8 +300,10 @@ fn assert_refuses<T: Real>(huge: f64, denormal: f64) {
 
 #[test]
 fn law_measurements_that_are_no_numbers_change_nothing() {
-    assert_refuses::<f64>(1e200, 5e-324);
-    assert_refuses::<f32>(1e30, 1e-45);
+    assert_refuses::<f64, 2>(1e200, 5e-324);
+    assert_refuses::<f32, 2>(1e30, 1e-45);
+    assert_refuses::<f64, 6>(1e200, 5e-324);
+    assert_refuses::<f32, 6>(1e30, 1e-45);
 }
 
 /// A perfect measurement takes one direction out of P; a second of the same is refused as certain; noise brings the direction back.

@@ -3,7 +3,7 @@
 use motor_model::Real;
 use nalgebra::SVector;
 
-use super::{UdCovariance, for_columns, is_finite, reciprocal};
+use super::{FEW, UdCovariance, for_columns, is_finite, reciprocal_of_sum};
 
 /// What a measurement did.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -57,6 +57,13 @@ struct Sweep<T, const N: usize> {
     b: [T; N],
 }
 
+impl<T: Real, const N: usize> Sweep<T, N> {
+    #[inline]
+    fn new(noise: T) -> Self {
+        Self { sum: noise, per_sum: None, b: [T::zero(); N] }
+    }
+}
+
 impl<T: Real, const N: usize> UdCovariance<T, N> {
     /// Variance of the innovation of `z = h'x + noise`, `h'P h + R`.
     #[inline]
@@ -78,10 +85,36 @@ impl<T: Real, const N: usize> UdCovariance<T, N> {
         innovation: T,
         state: &mut SVector<T, N>,
     ) -> Result<Correction<T, N>, Refusal> {
+        if N > FEW && noise * T::MAX < T::one() {
+            return self.update_exactly(row, noise, innovation, state);
+        }
         let projection = self.project(row, noise);
         let judged = projection.judge(innovation)?;
-        let b = self.sweep(&projection, None);
+        let b = if N > FEW {
+            self.sweep_at_once(&projection, judged.per_variance)
+        } else {
+            self.sweep(&projection, None)
+        };
         Ok(judged.correct(b, innovation, state))
+    }
+
+    /// [`Self::update`] by a measurement whose noise, and with it a sum, may be too small for its reciprocal: rare, so as short code.
+    #[cold]
+    #[inline(never)]
+    fn update_exactly(
+        &mut self,
+        row: &SVector<T, N>,
+        noise: T,
+        innovation: T,
+        state: &mut SVector<T, N>,
+    ) -> Result<Correction<T, N>, Refusal> {
+        let projection = self.project(row, noise);
+        let judged = projection.judge(innovation)?;
+        let mut sweep = Sweep::new(noise);
+        for (j, &sum) in projection.sums.iter().enumerate() {
+            self.sweep_column(j, &projection, None, reciprocal_of_sum(sum), &mut sweep);
+        }
+        Ok(judged.correct(sweep.b, innovation, state))
     }
 
     /// [`Self::update`] by a measurement of state `I` itself, `z = x_I + noise`.
@@ -153,8 +186,20 @@ impl<T: Real, const N: usize> UdCovariance<T, N> {
     /// The factors after the measurement, of `state` alone or of a combination; returns `b = P h`.
     #[inline]
     fn sweep(&mut self, p: &Projection<T, N>, state: Option<usize>) -> [T; N] {
-        let mut sweep = Sweep { sum: p.noise, per_sum: None, b: [T::zero(); N] };
-        for_columns!(up to N, |j| self.sweep_column(j, p, state, &mut sweep));
+        let mut sweep = Sweep::new(p.noise);
+        for_columns!(up to N, |j| {
+            let per_sum = p.sums.get(j).and_then(|&sum| reciprocal_of_sum(sum));
+            self.sweep_column(j, p, state, per_sum, &mut sweep);
+        });
+        sweep.b
+    }
+
+    /// [`Self::sweep`] where the noise has a reciprocal, and so have all the sums, none of which is less.
+    #[inline]
+    fn sweep_at_once(&mut self, p: &Projection<T, N>, per_variance: T) -> [T; N] {
+        let per_sums = p.per_sums(per_variance);
+        let mut sweep = Sweep::new(p.noise);
+        for_columns!(up to N, |j| self.sweep_column(j, p, None, per_sums.get(j).copied(), &mut sweep));
         sweep.b
     }
 
@@ -165,6 +210,7 @@ impl<T: Real, const N: usize> UdCovariance<T, N> {
         j: usize,
         p: &Projection<T, N>,
         state: Option<usize>,
+        per_sum: Option<T>,
         sweep: &mut Sweep<T, N>,
     ) {
         if state.is_some_and(|state| j < state) {
@@ -174,7 +220,6 @@ impl<T: Real, const N: usize> UdCovariance<T, N> {
         let (Some(&f), Some(&g), Some(&sum)) = (p.f.get(j), p.g.get(j), p.sums.get(j)) else { return };
         // While the sum is zero so is b, and nothing is learnt.
         let slope = sweep.per_sum.map_or(T::zero(), |per| f * per);
-        let per_sum = reciprocal(sum);
         *weight *= per_sum.map_or(T::one(), |per| sweep.sum * per);
         for (u, b) in column.iter_mut().zip(&mut sweep.b).take(j) {
             let old = *u;
@@ -204,6 +249,17 @@ impl<T: Real, const N: usize> Projection<T, N> {
         self.sums.last().copied().unwrap_or(self.noise)
     }
 
+    /// `1 / a_j` of all columns before any is touched: what does not wait for one another is divided several at a time.
+    #[inline]
+    fn per_sums(&self, per_variance: T) -> [T; N] {
+        let mut per_sums = [per_variance; N];
+        let before_last = self.sums.split_last().map_or(&[][..], |(_, sums)| sums);
+        for (per, &sum) in per_sums.iter_mut().zip(before_last) {
+            *per = T::one() / sum;
+        }
+        per_sums
+    }
+
     /// A finite normalised square bounds the correction too: `(K_i innovation)^2 <= P_ii NIS`.
     #[inline]
     fn judge(&self, innovation: T) -> Result<Judged<T>, Refusal> {
@@ -216,7 +272,7 @@ impl<T: Real, const N: usize> Projection<T, N> {
         if !is_finite(variance) {
             return Err(Refusal::Uncertain);
         }
-        let per_variance = reciprocal(variance).ok_or(Refusal::Certain)?;
+        let per_variance = reciprocal_of_sum(variance).ok_or(Refusal::Certain)?;
         let normalised_squared = innovation * per_variance * innovation;
         if !is_finite(normalised_squared) {
             return Err(Refusal::Innovation);
@@ -236,5 +292,77 @@ impl<T: Real> Judged<T> {
         let gain = SVector::from(b) * self.per_variance;
         *state += gain * innovation;
         Correction { variance: self.variance, gain, normalised_squared: self.normalised_squared }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::SMatrix;
+    use proptest::prelude::*;
+
+    use super::*;
+
+    type Dense = SMatrix<f64, 6, 6>;
+    type Row = SVector<f64, 6>;
+
+    /// A covariance of six states from 36 numbers, two combinations of them known exactly.
+    fn partly_known(numbers: &[f64]) -> UdCovariance<f64, 6> {
+        let mut p = UdCovariance::from_diagonal(&Row::from([1.0, 2.0, 0.0, 0.5, 0.0, 3.0]));
+        p.transform(&(Dense::identity() + Dense::from_column_slice(numbers) * 0.2));
+        p
+    }
+
+    fn assert_one_by_one_is_at_once<T: Real>(p: &UdCovariance<f64, 6>, row: &Row, noise: f64) {
+        let p = UdCovariance::<T, 6> {
+            unit: p.unit.map(|column| column.map(T::from_f64)),
+            weights: p.weights.map(T::from_f64),
+        };
+        let (row, noise, innovation) = (row.map(T::from_f64), T::from_f64(noise), T::from_f64(0.7));
+        let (mut at_once, mut one_by_one) = (p, p);
+        let (mut x, mut y) = (SVector::zeros(), SVector::zeros());
+        let correction = at_once.update(&row, noise, innovation, &mut x);
+        assert_eq!(correction, one_by_one.update_exactly(&row, noise, innovation, &mut y));
+        assert!(at_once != p && at_once == one_by_one && x == y);
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::default() })]
+
+        /// To the bit, since both divide by the same sums.
+        #[test]
+        fn dual_divisions_together_are_those_one_by_one(
+            numbers in proptest::collection::vec(-2.0..2.0_f64, 36),
+            row in proptest::array::uniform6(-2.0..2.0_f64),
+            noise in -12.0..3.0_f64,
+        ) {
+            let (p, row, noise) = (partly_known(&numbers), Row::from(row), 10.0_f64.powf(noise));
+            assert_one_by_one_is_at_once::<f64>(&p, &row, noise);
+            assert_one_by_one_is_at_once::<f32>(&p, &row, noise);
+        }
+
+        /// A perfect measurement by the textbook, `P - P h h'P / h'P h`; and one whose noise has no reciprocal is perfect to rounding.
+        #[test]
+        fn exact_a_perfect_measurement_of_six_states(
+            numbers in proptest::collection::vec(-2.0..2.0_f64, 36),
+            row in proptest::array::uniform6(-2.0..2.0_f64),
+            unseen in 0..6_usize,
+        ) {
+            let (before, mut row) = (partly_known(&numbers), Row::from(row));
+            // The sums begin with zeros.
+            row.rows_mut(0, unseen).fill(0.0);
+            let p = before.covariance();
+            let cross = p * row;
+            let variance = row.dot(&cross);
+            prop_assume!(variance > 1e-3);
+            let expected = p - cross * cross.transpose() / variance;
+            for noise in [0.0, f64::from_bits(1), 1e-310] {
+                let (mut after, mut x) = (before, Row::zeros());
+                let correction = after.update(&row, noise, 0.7, &mut x).unwrap();
+                prop_assert!((after.covariance() - expected).abs().max() < 1e-12 * (1.0 + p.abs().max() / variance));
+                prop_assert!((x - cross * (0.7 / variance)).abs().max() < 1e-12 * (1.0 + p.abs().max() / variance));
+                prop_assert!((correction.variance / variance - 1.0).abs() < 1e-12);
+                prop_assert!(after.weights().iter().all(|&weight| weight >= 0.0));
+            }
+        }
     }
 }

@@ -13,7 +13,7 @@
 use motor_model::Real;
 use nalgebra::SVector;
 
-use super::{UdCovariance, for_columns, is_finite};
+use super::{FEW, UdCovariance, for_columns, is_finite};
 
 /// A source of process noise: `variance * gain gain'` is what it adds to the covariance in a step.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -23,9 +23,6 @@ pub struct NoiseSource<T, const N: usize> {
     /// Its variance over the step. One that is not positive adds nothing.
     pub variance: T,
 }
-
-/// Up to so many states the published form is the faster one.
-const FEW: usize = 3;
 
 /// Up to so many states a column is straight-line code.
 const MANY: usize = 12;
@@ -89,7 +86,9 @@ impl<T: Real, const N: usize> UdCovariance<T, N> {
             }
         });
         if let Some(unit) = unit {
-            *column = unit;
+            for (to, from) in column.iter_mut().zip(unit).take(j) {
+                *to = from;
+            }
         }
         *d = weight;
     }
@@ -132,20 +131,38 @@ impl<T: Real, const N: usize> Arriving<T, N> {
         let push = pull * entry;
         let sum = weight + push * self.per_spent;
         let spent = self.spent + push * per_weight;
-        if N > FEW && is_finite(spent) {
+        let share = pull * per_weight;
+        // Both finite, in one question. Where the next reciprocal of the weight is not, the source that meets it takes the published form.
+        if N > FEW && spent + share.abs() <= T::MAX {
             let per_spent = T::one() / spent;
-            let share = per_weight * per_spent;
             return Some(Meeting {
                 spent,
                 per_spent,
                 weight: sum,
-                per_weight: share * self.spent,
-                slope: pull * share,
+                per_weight: (per_weight * self.spent) * per_spent,
+                slope: share * per_spent,
             });
         }
         let per_weight = T::one() / sum;
         let slope = pull * self.per_spent / sum;
         let per_spent = self.per_spent * (weight / sum);
         is_finite(slope).then_some(Meeting { spent, per_spent, weight: sum, per_weight, slope })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A weight of the smallest numbers there are, and a source whose share of it no number holds: what comes out is what the source brings.
+    #[test]
+    fn exact_a_source_that_dwarfs_what_it_meets() {
+        let mut p = UdCovariance::<f32, 6>::from_diagonal(&SVector::repeat(1e-38));
+        let gain = SVector::from([1.0, 0.0, 0.5, 1e-10, 0.0, 0.0]);
+        p.add_rank_one(&gain, 1e12);
+        let (expected, found) = (gain * gain.transpose() * 1e12, p.covariance());
+        for (found, expected) in found.iter().zip(expected.iter()) {
+            assert!((found - expected).abs() <= 1e-5 * expected.abs() + 1e-30, "{found} {expected}");
+        }
     }
 }

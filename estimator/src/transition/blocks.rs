@@ -16,7 +16,7 @@ use motor_model::Real;
 use nalgebra::{Matrix2, SMatrix, SVector};
 
 use super::{Dense, Sealed, Transition};
-use crate::factors::{UdCovariance, for_columns, reciprocal};
+use crate::factors::{UdCovariance, for_columns, reciprocal, reciprocal_of_sum};
 
 /// A block-diagonal F of B blocks of 2 x 2, for `N = 2 B` states.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -25,9 +25,10 @@ pub struct Blocks2<T, const B: usize>(pub [Matrix2<T>; B]);
 impl<T, const B: usize> Sealed for Blocks2<T, B> {}
 
 /// How a pair of columns combines: `a' = aa a + ab b`, `b' = ba a + bb b`.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Default)]
 struct Pairing<T> {
-    weights: [T; 2],
+    lower: T,
+    upper: T,
     above: T,
     aa: T,
     ab: T,
@@ -42,7 +43,8 @@ impl<T: Real, const B: usize, const N: usize> Transition<T, N> for Blocks2<T, B>
         let mut carried = *state;
         let [entries] = &mut carried.data.0;
         for (pair, f) in entries.as_chunks_mut::<2>().0.iter_mut().zip(&self.0) {
-            *pair = times(f, *pair);
+            let [x, y] = pair;
+            (*x, *y) = times(f, *x, *y);
         }
         carried
     }
@@ -50,17 +52,17 @@ impl<T: Real, const B: usize, const N: usize> Transition<T, N> for Blocks2<T, B>
     #[inline]
     fn carry_factors(&self, covariance: &mut UdCovariance<T, N>) {
         const { assert!(N == 2 * B, "two states a block") };
-        let mut pairings = [None; B];
+        let mut pairings = [Pairing::default(); B];
         let columns = covariance.unit.as_chunks_mut::<2>().0;
         let weights = covariance.weights.as_chunks_mut::<2>().0;
-        for (b, (((pairing, f), [_, column]), &d)) in
+        for (b, (((pairing, f), [_, column]), &[da, db])) in
             pairings.iter_mut().zip(&self.0).zip(columns.iter()).zip(weights.iter()).enumerate()
         {
             let above = column.as_chunks::<2>().0.get(b).map_or(T::zero(), |[u, _]| *u);
-            *pairing = Pairing::new(f, above, d);
-        }
-        if pairings.iter().any(Option::is_none) {
-            return Dense(self.matrix()).carry_factors(covariance);
+            let Some(possible) = Pairing::new(f, above, da, db) else {
+                return Dense(self.matrix()).carry_factors(covariance);
+            };
+            *pairing = possible;
         }
         for_columns!(up to B, |b| self.carry_pair(b, columns, weights, &pairings));
     }
@@ -74,22 +76,23 @@ impl<T: Real, const B: usize> Blocks2<T, B> {
         b: usize,
         columns: &mut [[[T; N]; 2]],
         weights: &mut [[T; 2]],
-        pairings: &[Option<Pairing<T>>; B],
+        pairings: &[Pairing<T>; B],
     ) {
-        let (Some([a, c]), Some(d), Some(&Some(pairing))) =
+        let (Some([a, c]), Some(d), Some(&pairing)) =
             (columns.get_mut(b), weights.get_mut(b), pairings.get(b))
         else {
             return;
         };
-        *d = pairing.weights;
+        let [da, db] = d;
+        (*da, *db) = (pairing.lower, pairing.upper);
         let rows = a.as_chunks_mut::<2>().0.iter_mut().zip(c.as_chunks_mut::<2>().0);
-        for ((a, c), f) in rows.zip(&self.0).take(b) {
-            let ([a0, a1], [c0, c1]) = (times(f, *a), times(f, *c));
-            *a = [pairing.aa * a0 + pairing.ab * c0, pairing.aa * a1 + pairing.ab * c1];
-            *c = [pairing.ba * a0 + pairing.bb * c0, pairing.ba * a1 + pairing.bb * c1];
+        for (([a0, a1], [c0, c1]), f) in rows.zip(&self.0).take(b) {
+            let ((x0, x1), (y0, y1)) = (times(f, *a0, *a1), times(f, *c0, *c1));
+            (*a0, *a1) = (pairing.aa * x0 + pairing.ab * y0, pairing.aa * x1 + pairing.ab * y1);
+            (*c0, *c1) = (pairing.ba * x0 + pairing.bb * y0, pairing.ba * x1 + pairing.bb * y1);
         }
-        if let Some(row) = c.as_chunks_mut::<2>().0.get_mut(b) {
-            *row = [pairing.above, T::one()];
+        if let Some([above, _]) = c.as_chunks_mut::<2>().0.get_mut(b) {
+            *above = pairing.above;
         }
     }
 
@@ -111,7 +114,7 @@ impl<T: Real, const B: usize> Blocks2<T, B> {
 impl<T: Real> Pairing<T> {
     /// For a block F whose columns of U read (1, 0) and (`u`, 1); `None` when F is singular or both states are known exactly.
     #[inline]
-    fn new(f: &Matrix2<T>, u: T, [da, db]: [T; 2]) -> Option<Self> {
+    fn new(f: &Matrix2<T>, u: T, da: T, db: T) -> Option<Self> {
         let [[f00, f10], [f01, f11]] = f.data.0;
         let det = f00 * f11 - f01 * f10;
         let per_det = reciprocal(det)?;
@@ -119,10 +122,11 @@ impl<T: Real> Pairing<T> {
         let upper = f00 * u + f01;
         let (pull_a, pull_b) = (alpha * da, beta * db);
         let sum = alpha * pull_a + beta * pull_b;
-        let per_sum = reciprocal(sum)?;
+        let per_sum = reciprocal_of_sum(sum)?;
         let (ba, bb) = (pull_a * per_sum, pull_b * per_sum);
         Some(Self {
-            weights: [det * da * (det * (db * per_sum)), sum],
+            lower: det * da * (det * (db * per_sum)),
+            upper: sum,
             above: ba * f00 + bb * upper,
             aa: beta * per_det,
             ab: -(alpha * per_det),
@@ -132,8 +136,9 @@ impl<T: Real> Pairing<T> {
     }
 }
 
+/// No array, since one of two `f32` travels as a single integer.
 #[inline]
-fn times<T: Real>(f: &Matrix2<T>, [x, y]: [T; 2]) -> [T; 2] {
+fn times<T: Real>(f: &Matrix2<T>, x: T, y: T) -> (T, T) {
     let [[f00, f10], [f01, f11]] = f.data.0;
-    [f00 * x + f01 * y, f10 * x + f11 * y]
+    (f00 * x + f01 * y, f10 * x + f11 * y)
 }
