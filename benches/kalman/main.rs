@@ -3,6 +3,9 @@
 //!
 //! Each filter must first end in the same state as the others, to rounding. Model and measurements are opaque to the compiler.
 //! A step waits for the one before, as in a filter that runs: this is latency.
+//!
+//! "Struck states first" is the same problem written down in another order, as a user who follows the core's advice would: model, noise and rows are
+//! those of the others with the two states of each mode exchanged, the measurements are the same bytes, and the state is compared in the common order.
 
 mod ours;
 mod peers;
@@ -16,7 +19,7 @@ use estimator::comparison::{Conventional, Joseph};
 use estimator::{Blocks2, Dense, UdCovariance, UpperTriangular};
 use motor_model::Real;
 
-use ours::{AngleAndRate, MeasuredState, Ours};
+use ours::{AngleAndRate, MeasuredState, Ours, StruckFirst};
 use problem::{Filter, Problem, measurements};
 
 /// Steps of a batch.
@@ -82,6 +85,11 @@ macro_rules! modal {
         group.throughput(Throughput::Elements(u64::from(STEPS)));
         let problem = Problem::<$t, $n, $m>::modal();
         time::<Structured<UdCovariance<$t, $n>>, _, $n, $m>(&mut group, &problem, "ours, UD, 2 x 2 blocks");
+        time::<StruckFirst<Structured<UdCovariance<$t, $n>>>, _, $n, $m>(
+            &mut group,
+            &problem,
+            "ours, UD, 2 x 2 blocks, struck states first",
+        );
         time::<Ours<$t, UdCovariance<$t, $n>, Dense<$t, $n>, $n, $b, $m>, _, $n, $m>(
             &mut group,
             &problem,

@@ -80,6 +80,25 @@ where
     }
 }
 
+/// The filter F of a modal problem, each mode as `(v / w, g)`: what noise strikes comes first, as [`NoiseSource`] advises.
+pub struct StruckFirst<F>(F);
+
+impl<T: Real, F: Filter<T, N, M>, const N: usize, const M: usize> Filter<T, N, M> for StruckFirst<F> {
+    fn new(problem: &Problem<T, N, M>) -> Self {
+        Self(F::new(&problem.struck_first()))
+    }
+
+    #[inline]
+    fn step(&mut self, measured: &[T; M]) {
+        self.0.step(measured);
+    }
+
+    fn state(&self) -> [T; N] {
+        let state = self.0.state();
+        std::array::from_fn(|i| state[i ^ 1])
+    }
+}
+
 /// Two states of which the first is measured itself.
 pub struct MeasuredState<T>(Ours<T, UdCovariance<T, 2>, UpperTriangular<T, 2>, 2, 2, 1>);
 

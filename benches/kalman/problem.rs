@@ -8,6 +8,7 @@ use motor_model::{Real, math};
 use nalgebra::{Matrix2, SMatrix, SVector};
 
 /// A linear model with independent measurements of variance 1.
+#[derive(Clone, Copy)]
 pub struct Problem<T, const N: usize, const M: usize> {
     /// F.
     pub transition: SMatrix<T, N, N>,
@@ -79,6 +80,18 @@ impl<T: Real, const N: usize, const M: usize> Problem<T, N, M> {
             rows: rows.map(rounded),
             start_variance: rounded(10.0),
         }
+    }
+
+    /// The same problem with the two states of each block exchanged, so that the one that noise strikes comes first.
+    pub fn struck_first(&self) -> Self {
+        let mut exchanged = *self;
+        for b in (0..N).step_by(2) {
+            exchanged.transition.swap_rows(b, b + 1);
+            exchanged.transition.swap_columns(b, b + 1);
+            exchanged.noise_gain.swap_rows(b, b + 1);
+            exchanged.rows.swap_columns(b, b + 1);
+        }
+        exchanged
     }
 
     /// The first S noise sources.

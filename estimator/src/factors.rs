@@ -173,7 +173,7 @@ impl<T: Real, const N: usize> UdCovariance<T, N> {
         self.weights.into()
     }
 
-    /// Time passes: `P <- F P F' + sum c a a'` over the noise sources.
+    /// Time passes: `P <- F P F' + sum c a a'` over the noise sources, which cost the less the earlier the states that they strike ([`NoiseSource`]).
     #[inline]
     pub fn predict<F: Transition<T, N>, const M: usize>(
         &mut self,

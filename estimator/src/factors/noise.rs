@@ -16,6 +16,10 @@ use nalgebra::SVector;
 use super::{FEW, UdCovariance, for_columns, is_finite};
 
 /// A source of process noise: `variance * gain gain'` is what it adds to the covariance in a step.
+///
+/// It passes the states from the last one that it strikes to the first, and costs a division and a column each. What noise strikes therefore comes
+/// first, of a block of [`crate::Blocks2`] in any case: with modes as (velocity over natural frequency, displacement) instead of the other way round
+/// a step of six states and two measurements takes 8 % less time, and one of ten states and one measurement 11 %.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct NoiseSource<T, const N: usize> {
     /// How each state answers it. Zeros after the last state that does cost nothing.

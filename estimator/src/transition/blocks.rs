@@ -19,6 +19,8 @@ use super::{Dense, Sealed, Transition};
 use crate::factors::{UdCovariance, for_columns, reciprocal, reciprocal_of_sum};
 
 /// A block-diagonal F of B blocks of 2 x 2, for `N = 2 B` states.
+///
+/// Which state of a block comes first is free, and not all the same: put first what noise strikes ([`crate::NoiseSource`]).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Blocks2<T, const B: usize>(pub [Matrix2<T>; B]);
 
@@ -141,4 +143,58 @@ impl<T: Real> Pairing<T> {
 fn times<T: Real>(f: &Matrix2<T>, x: T, y: T) -> (T, T) {
     let [[f00, f10], [f01, f11]] = f.data.0;
     (f00 * x + f01 * y, f10 * x + f11 * y)
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+    use crate::NoiseSource;
+
+    fn rounded<T: Real, const R: usize, const C: usize>(m: &SMatrix<f64, R, C>) -> SMatrix<T, R, C> {
+        m.map(T::from_f64)
+    }
+
+    /// A prediction and a measurement, with the states of each block as they come or exchanged, and the covariance in the order in which they come.
+    fn step<T: Real>(numbers: &[f64], blocks: &[[f64; 4]; 3], exchanged: bool) -> SMatrix<f64, 6, 6> {
+        let mut order = SMatrix::<f64, 6, 6>::identity();
+        if exchanged {
+            for b in [0, 2, 4] {
+                order.swap_rows(b, b + 1);
+            }
+        }
+        let a = SMatrix::<f64, 6, 6>::from_column_slice(numbers);
+        let start = order * (a * a.transpose() + SMatrix::identity()) * order;
+        let exchange = |f: Matrix2<f64>| if exchanged { Matrix2::new(f.m22, f.m21, f.m12, f.m11) } else { f };
+        let transition = Blocks2(blocks.map(|[a, b, c, d]| {
+            rounded(&exchange(Matrix2::new(0.3 * a, 1.0 + 0.3 * b, -1.0 + 0.3 * c, 0.3 * d)))
+        }));
+        let struck = |state: usize| NoiseSource {
+            gain: rounded(&(order * SVector::<f64, 6>::ith(state, 1.0))),
+            variance: T::from_f64(0.1),
+        };
+        let mut covariance = UdCovariance::from_covariance(&rounded(&start)).unwrap();
+        covariance.predict(&transition, &[struck(1), struck(3), struck(5)]);
+        let row = order * SVector::from([1.0, 0.0, -0.5, 0.0, 1.0, 0.0]);
+        covariance.update(&rounded(&row), T::one(), T::one(), &mut SVector::zeros()).unwrap();
+        order * covariance.covariance().map(Real::to_f64) * order
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::default() })]
+
+        #[test]
+        fn dual_states_of_a_block_may_come_in_either_order(
+            numbers in proptest::collection::vec(-2.0..2.0_f64, 36),
+            blocks in proptest::array::uniform3(proptest::array::uniform4(-1.0..1.0_f64)),
+        ) {
+            let double = step::<f64>(&numbers, &blocks, false);
+            let scale = double.abs().max();
+            let exchanged = step::<f64>(&numbers, &blocks, true);
+            prop_assert!((double - exchanged).abs().max() < 1e-12 * scale, "{double} {exchanged}");
+            let single = step::<f32>(&numbers, &blocks, true);
+            prop_assert!((double - single).abs().max() < 1e-4 * scale, "{double} {single}");
+        }
+    }
 }
