@@ -1,0 +1,195 @@
+extern crate std;
+
+use core::cell::Cell;
+use core::convert::Infallible;
+use std::vec::Vec;
+
+use embedded_hal::{digital, pwm};
+use link::{
+    CameraRecord, Configuration, FRAME_BYTES_MAX, Fault, FilterKind, Header, HostMessage, decode, encode,
+};
+
+use super::*;
+
+/// A bridge: whether it is on.
+struct Bridge<'a>(&'a Cell<bool>);
+
+impl pwm::ErrorType for Bridge<'_> {
+    type Error = Infallible;
+}
+
+impl digital::ErrorType for Bridge<'_> {
+    type Error = Infallible;
+}
+
+impl SetDutyCycle for Bridge<'_> {
+    fn max_duty_cycle(&self) -> u16 {
+        1000
+    }
+
+    fn set_duty_cycle(&mut self, _: u16) -> Result<(), Infallible> {
+        Ok(())
+    }
+}
+
+impl OutputPin for Bridge<'_> {
+    fn set_low(&mut self) -> Result<(), Infallible> {
+        self.0.set(false);
+        Ok(())
+    }
+
+    fn set_high(&mut self) -> Result<(), Infallible> {
+        self.0.set(true);
+        Ok(())
+    }
+}
+
+/// A rotor at rest, as a vibrometer at the board hears it: one whose neighbouring samples differ, or it would count as dead.
+#[derive(Default)]
+struct Quiet(bool);
+
+impl Converter for Quiet {
+    fn velocity_m_s(&mut self) -> Option<f32> {
+        self.0 = !self.0;
+        Some(if self.0 { 1e-5 } else { -1e-5 })
+    }
+}
+
+fn says(slow: &mut Slow<'_>, sequence: &mut u32, message: &HostMessage) -> Vec<BoardMessage> {
+    let mut frame = [0; FRAME_BYTES_MAX];
+    let header = Header { session: 1, sequence: *sequence, ticks: 0 };
+    *sequence += 1;
+    let length = encode(header, message, &mut frame).unwrap();
+    let mut answers = Vec::new();
+    slow.receive(&frame[..length], &mut |frame| answers.push(decode(&mut frame.to_vec()).unwrap().1));
+    answers
+}
+
+/// Arms, and shows a rotor at rest until the bridge is on.
+fn drive(fast: &mut Fast<'_, Bridge<'_>, Bridge<'_>, Quiet>, slow: &mut Slow<'_>, on: &Cell<bool>) -> u32 {
+    let configuration = Configuration {
+        filter: FilterKind::ConstantRate,
+        target_deg: 90.0,
+        tolerance_deg: 0.02,
+        deadline_nanos: 30_000_000_000,
+    };
+    let mut sequence = 0;
+    for message in [HostMessage::Hello, HostMessage::Configure(configuration), HostMessage::Arm] {
+        assert_eq!(says(slow, &mut sequence, &message).len(), 1);
+    }
+    for tick in 1..5000 {
+        if tick % 10 == 0 {
+            let exposed_nanos = tick * PositionLoop::TICK_NANOS;
+            let frame = CameraRecord { exposed_nanos, angle_units: 350_546 * i32::from(tick % 20 == 0) };
+            says(slow, &mut sequence, &HostMessage::Camera(frame));
+        }
+        fast.interrupt();
+        assert!(slow.work(&mut |_| ()) && !slow.work(&mut |_| ()), "one tick for one interrupt");
+        if on.get() {
+            return sequence;
+        }
+    }
+    panic!("the loop does not drive");
+}
+
+/// A command takes effect at the next interrupt, and the twin turns under it.
+#[test]
+fn law_commands_reach_bridge_and_twin() {
+    let on = Cell::new(true);
+    let mut shared = Shared::new();
+    let (mut fast, mut slow) = shared.tasks(Bridge(&on), Bridge(&on), Quiet::default()).unwrap();
+    assert!(!on.get(), "off from the start");
+    drive(&mut fast, &mut slow, &on);
+    for _ in 0..300 {
+        fast.interrupt();
+        slow.work(&mut |_| ());
+    }
+    assert!(on.get() && slow.twin_rate_rad_s() > 0.5, "{}", slow.twin_rate_rad_s());
+}
+
+/// Steps with pressed teeth are long, and at rest tell nothing.
+#[test]
+fn law_a_twin_at_rest_takes_no_steps() {
+    let on = Cell::new(false);
+    let mut shared = Shared::new();
+    let (mut fast, mut slow) = shared.tasks(Bridge(&on), Bridge(&on), Quiet::default()).unwrap();
+    fast.state.rotor.rate_rad_s = 5.0;
+    let mut steps = 0;
+    for _ in 0..1000 {
+        steps = fast.state.steps;
+        fast.interrupt();
+        slow.work(&mut |_| ());
+    }
+    assert!((1..500).contains(&steps) && fast.state.steps == steps, "{steps}");
+    assert!(slow.twin_rate_rad_s().abs() < f32::EPSILON, "{}", slow.twin_rate_rad_s());
+}
+
+/// The slow task hangs for eight ticks and for fifty: late ticks and lost ones are overruns, and ten in a row switch off.
+#[test]
+fn law_late_and_lost_ticks_are_overruns() {
+    let on = Cell::new(true);
+    let mut shared = Shared::new();
+    let (mut fast, mut slow) = shared.tasks(Bridge(&on), Bridge(&on), Quiet::default()).unwrap();
+    drive(&mut fast, &mut slow, &on);
+    (0..7).for_each(|_| fast.interrupt());
+    while slow.work(&mut |_| ()) {}
+    assert_eq!(slow.application.counters().overruns, 6, "the last of seven is in time");
+    fast.interrupt();
+    assert!(on.get());
+    (0..50).for_each(|_| fast.interrupt());
+    let mut said = Vec::new();
+    while slow.work(&mut |frame| said.push(decode::<BoardMessage>(&mut frame.to_vec()).unwrap().1)) {}
+    fast.interrupt();
+    slow.work(&mut |frame| said.push(decode::<BoardMessage>(&mut frame.to_vec()).unwrap().1));
+    said.retain(|message| !matches!(message, BoardMessage::Report(_)));
+    assert_eq!(said, [BoardMessage::Fault(Fault::Overrun)]);
+    fast.interrupt();
+    assert!(!on.get());
+}
+
+/// Building a filter takes hundreds of ticks on a slow processor, most of them not yet counted when the host arms: its silence begins then, not before.
+#[test]
+fn law_ticks_before_arming_are_no_silence() {
+    let on = Cell::new(true);
+    let mut shared = Shared::new();
+    let (mut fast, mut slow) = shared.tasks(Bridge(&on), Bridge(&on), Quiet::default()).unwrap();
+    let configuration = Configuration {
+        filter: FilterKind::ConstantRate,
+        target_deg: 90.0,
+        tolerance_deg: 0.02,
+        deadline_nanos: 30_000_000_000,
+    };
+    says(&mut slow, &mut 0, &HostMessage::Hello);
+    says(&mut slow, &mut 1, &HostMessage::Configure(configuration));
+    (0..500).for_each(|_| fast.interrupt());
+    assert_eq!(says(&mut slow, &mut 2, &HostMessage::Arm), [BoardMessage::Armed]);
+    let mut ticks = 0;
+    let is_silent = |said: &BoardMessage| *said == BoardMessage::Fault(Fault::HostSilent);
+    let mut said = Vec::new();
+    while !said.iter().any(is_silent) {
+        ticks += 1;
+        assert!(ticks < 2000, "{said:?}");
+        fast.interrupt();
+        slow.work(&mut |frame| said.push(decode::<BoardMessage>(&mut frame.to_vec()).unwrap().1));
+    }
+    assert!((1000..=1002).contains(&ticks), "{ticks}");
+}
+
+#[test]
+fn law_a_silent_host_takes_the_bridge_off() {
+    let on = Cell::new(true);
+    let mut shared = Shared::new();
+    let (mut fast, mut slow) = shared.tasks(Bridge(&on), Bridge(&on), Quiet::default()).unwrap();
+    let mut sequence = drive(&mut fast, &mut slow, &on);
+    let mut said = Vec::new();
+    for _ in 0..1010 {
+        fast.interrupt();
+        slow.work(&mut |frame| said.push(decode::<BoardMessage>(&mut frame.to_vec()).unwrap().1));
+    }
+    assert!(!on.get());
+    // A report every millisecond until then, and the fault once.
+    let faults = said.iter().filter(|said| matches!(said, BoardMessage::Fault(Fault::HostSilent))).count();
+    assert!(faults == 1 && (10..=11).contains(&(said.len() - 1)), "{said:?}");
+    says(&mut slow, &mut sequence, &HostMessage::Stop);
+    assert_eq!(says(&mut slow, &mut sequence, &HostMessage::Arm), [BoardMessage::Armed]);
+}
