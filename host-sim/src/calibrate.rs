@@ -406,3 +406,35 @@ impl Calibrations {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A straight line through rates 0, 100 and -50 deg/s over 1, 2 and 1 s: `S = sum r^2 T - (sum r T)^2 / sum T = 22,500 - 150^2 / 4`, as it is about the mean rate of 37.5 deg/s:
+    /// `37.5^2 + 2 62.5^2 + 87.5^2`. Intervals that were left out count too.
+    #[test]
+    fn exact_random_walk_bounds_the_scale_factor_by_the_spread_of_the_rates() {
+        let noise = Noise {
+            period_s: 2e-3,
+            walk_deg_rs: 2.5e-3,
+            drift_deg_s: 0.0,
+            drift_time_s: 200.0,
+            resolution_deg: 0.0,
+        };
+        let interval = |from_s: f64, until_s: f64, turned_deg: f64| Interval {
+            span: Span { from_s, until_s },
+            shown_deg: turned_deg,
+            turned_deg,
+            variances_deg2: (0.0, 0.0),
+        };
+        let all = [
+            (interval(0.0, 1.0, 0.0), false),
+            (interval(1.0, 3.0, 200.0), true),
+            (interval(3.0, 4.0, -50.0), false),
+        ];
+        let spread_deg2_s = 37.5_f64 * 37.5 + 2.0 * 62.5 * 62.5 + 87.5 * 87.5;
+        let expected = 2.5e-3 / math::sqrt(spread_deg2_s);
+        assert!((walk_scale_sigma(&all, &noise) / expected - 1.0).abs() < 1e-12);
+    }
+}

@@ -137,3 +137,29 @@ impl Schedule {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Rests before each turn and after the last: 30 s with two steps and rests of 2 s are four turns of 5 s and five rests.
+    #[test]
+    fn exact_turns_and_rests_fill_the_plan() {
+        let mut scene = Scene::default();
+        for (key, value) in [("duration_s", "30"), ("steps", "2"), ("rest_s", "2")] {
+            scene.set(&format!("calibrate.{key}"), value).unwrap();
+        }
+        let schedule = Schedule::of(&scene).unwrap();
+        let Profile::BothWays { steps, turn_s, rest_s, .. } = schedule.profile() else {
+            panic!("{:?}", schedule.profile())
+        };
+        assert_eq!(steps, 2);
+        assert!((turn_s - 5.0).abs() < 1e-6 && (rest_s - 2.0).abs() < 1e-6, "{turn_s} {rest_s}");
+        assert_eq!(schedule.ticks(), 3_000_000);
+        // A turn of two intervals is the shortest.
+        scene.set("calibrate.duration_s", "11.99").unwrap();
+        assert!(Schedule::of(&scene).is_err());
+        scene.set("calibrate.duration_s", "12.01").unwrap();
+        assert!(Schedule::of(&scene).is_ok());
+    }
+}
