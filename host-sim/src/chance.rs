@@ -63,21 +63,34 @@ pub fn stream(seed: u64, source: Source) -> Pcg64 {
 /// Something that happens now and then, on a stream of its own: one draw an occasion, whatever comes of it.
 #[derive(Clone, Debug)]
 pub struct Mishap {
-    law: Option<Bernoulli>,
+    /// Whether it happens, and whether it happens again right after it has.
+    laws: Option<[Bernoulli; 2]>,
+    striking: bool,
     stream: Pcg64,
 }
 
 impl Mishap {
     /// What happens with `probability`, within 0 to 1, on each occasion.
     pub fn new(seed: u64, source: Source, probability: f64) -> Self {
-        let law = (probability > 0.0).then(|| Bernoulli::new(probability).ok()).flatten();
-        Self { law, stream: stream(seed, source) }
+        Self::in_bursts(seed, source, probability, 1.0)
+    }
+
+    /// The same in bursts whose lengths are distributed geometrically, `length` occasions on average (Gilbert, Bell System Technical Journal 39 (1960) 1253-1265); not shorter than they are
+    /// by chance, `1 / (1 - probability)`, where each occasion is a case by itself.
+    pub fn in_bursts(seed: u64, source: Source, probability: f64, length: f64) -> Self {
+        let again = probability.max(1.0 - 1.0 / length);
+        // So that it is striking the share `probability` of the time.
+        let first = if probability < 1.0 { probability * ((1.0 - again) / (1.0 - probability)) } else { 1.0 };
+        let laws = || Some([Bernoulli::new(first).ok()?, Bernoulli::new(again).ok()?]);
+        let laws = (probability > 0.0).then(laws).flatten();
+        Self { laws, striking: false, stream: stream(seed, source) }
     }
 
     /// Whether it happens this time; if so, the stream from which to draw how.
     pub fn strikes(&mut self) -> Option<&mut Pcg64> {
-        let law = self.law?;
-        law.sample(&mut self.stream).then_some(&mut self.stream)
+        let [first, again] = self.laws?;
+        self.striking = if self.striking { again } else { first }.sample(&mut self.stream);
+        self.striking.then_some(&mut self.stream)
     }
 }
 
@@ -126,5 +139,19 @@ mod tests {
         assert_eq!((frequency(0.0), frequency(1.0)), (0, 100_000));
         // 30,000 +- four standard deviations.
         assert!(frequency(0.3).abs_diff(30_000) < 580);
+    }
+
+    /// A share p in bursts of mean length L begins with probability `p / L` an occasion: of n the count is known to `sqrt(n p / L)` or so, and the share to L times that.
+    #[test]
+    fn law_bursts_are_as_frequent_and_as_long_as_they_should() {
+        let mut mishap = Mishap::in_bursts(3, Source::LdvOutlier, 0.1, 5.0);
+        let struck: Vec<bool> = (0..200_000).map(|_| mishap.strikes().is_some()).collect();
+        let count = struck.iter().filter(|struck| **struck).count();
+        let bursts = struck.windows(2).filter(|pair| !pair[0] && pair[1]).count();
+        assert!(count.abs_diff(20_000) < 4 * 5 * 64 && bursts.abs_diff(4000) < 4 * 64, "{count} {bursts}");
+        let by_chance =
+            |mut mishap: Mishap| (0..1000).map(|_| mishap.strikes().is_some()).collect::<Vec<_>>();
+        let of = |length| by_chance(Mishap::in_bursts(3, Source::LdvOutlier, 0.4, length));
+        assert!(of(1.0) == of(1.5) && of(1.0) == by_chance(Mishap::new(3, Source::LdvOutlier, 0.4)));
     }
 }

@@ -90,7 +90,12 @@ impl Camera {
             exposure: Exposure::new(scene.number("camera.exposure_frames"), period_nanos, look_nanos),
             drop: mishap(Source::CameraDrop, "camera.drop_probability"),
             duplicate: mishap(Source::CameraDuplicate, "camera.duplicate_probability"),
-            outlier: mishap(Source::CameraOutlier, "camera.outlier_probability"),
+            outlier: Mishap::in_bursts(
+                seed,
+                Source::CameraOutlier,
+                scene.number("camera.outlier_probability"),
+                scene.number("camera.outlier_burst_frames"),
+            ),
             outlier_m: scene.number("camera.outlier_m"),
             stamp_jitter_nanos: 1e9 * scene.number("camera.stamp_jitter_s"),
             stamps: chance::stream(seed, Source::CameraStamp),

@@ -48,6 +48,12 @@ pub const SETTINGS: &[Setting] = &[
         meaning: "probability that a sample is an outlier",
     },
     Setting {
+        key: "ldv.outlier_burst_samples",
+        unit: "",
+        kind: Kind::Number { default: 1.0, min: 1.0, max: 1000.0 },
+        meaning: "mean number of outliers in a row; 1 for as many as there are by chance",
+    },
+    Setting {
         key: "ldv.outlier_m_s",
         unit: "m/s",
         kind: Kind::Number { default: 0.1, min: 0.0, max: 10.0 },
@@ -142,7 +148,12 @@ impl Ldv {
             noise_m_s: scene.number("ldv.noise_m_s"),
             noise: chance::stream(seed, Source::Ldv),
             drop: mishap(Source::LdvDrop, "ldv.drop_probability"),
-            outlier: mishap(Source::LdvOutlier, "ldv.outlier_probability"),
+            outlier: Mishap::in_bursts(
+                seed,
+                Source::LdvOutlier,
+                scene.number("ldv.outlier_probability"),
+                scene.number("ldv.outlier_burst_samples"),
+            ),
             outlier_m_s: scene.number("ldv.outlier_m_s"),
             range_m_s: if range_m_s > 0.0 { range_m_s } else { f64::INFINITY },
             gain: 1.0 + scene.number("ldv.gain_error"),

@@ -59,6 +59,12 @@ pub const SETTINGS: &[Setting] = &[
         meaning: "probability that a frame is an outlier",
     },
     Setting {
+        key: "camera.outlier_burst_frames",
+        unit: "",
+        kind: Kind::Number { default: 1.0, min: 1.0, max: 1000.0 },
+        meaning: "mean number of outliers in a row; 1 for as many as there are by chance",
+    },
+    Setting {
         key: "camera.outlier_m",
         unit: "m",
         kind: Kind::Number { default: 1e-4, min: 0.0, max: 1e-1 },
