@@ -318,28 +318,49 @@ impl<T: Real> TwinFilter<T> {
                 self.stator.height_m += rise_s * (self.seen_m_s + before_m_s);
                 let jump_m2_s2 = self.sample_m2_s2() * (T::one() + before.spread());
                 let (unheard_m_s, _) = before.since_impact();
-                let blow = Blow { before_m_s, jump_m_s, jump_m2_s2, within_s: since_s, unheard_m_s };
+                let behind_s = self.stator.behind_s(sample.taken_at);
+                let blow =
+                    Blow { before_m_s, jump_m_s, jump_m2_s2, within_s: since_s, behind_s, unheard_m_s };
                 self.strike(sample.taken_at, &blow);
+            }
+            Heard::Fall { drop_m_s } => {
+                // A kick that was none, as large as the fall, may have been taken for one.
+                let kick_rad_s = self.limit_per_jump_rad_m * drop_m_s;
+                self.lose_sight(sample.taken_at, kick_rad_s * kick_rad_s);
             }
             Heard::Gap(seconds) => {
                 let motion = self.watch.motion(sample.taken_at);
                 let intensity = self.tuning.constant_rate.wander.intensity_rad2_s3(motion, false);
-                self.raw_jump_m_s = None;
                 if seconds > T::zero() {
                     self.stator.forget_motion();
                 }
-                let nothing = Known { value: T::zero(), variance: T::zero() };
-                self.keep(Strike {
-                    at: sample.taken_at,
-                    at_s2: T::zero(),
-                    limit_rad_s: nothing,
-                    tooth_rad_s: nothing,
-                    unknown_rad2_s2: intensity * seconds,
-                    amendable: false,
-                });
+                self.lose_sight(sample.taken_at, intensity * seconds);
             }
         }
         self.seen_m_s = seen_m_s;
+    }
+
+    /// The vibrometer is heard again: what has struck the rotor since the last frame is not known.
+    #[cold]
+    fn hear_again(&mut self) {
+        let Some(from) = self.tracker.track().map(|track| track.state.at) else { return };
+        // Right after that frame, so that one exposed since is not believed too much.
+        let begun = self.strikes.back().map_or(from, |strike| strike.at.max(from));
+        self.lose_sight(begun, self.tuning.constant_rate.track.kick_rad2_s2);
+    }
+
+    /// Before `at` the rate was kicked by nobody knows what, of that variance.
+    fn lose_sight(&mut self, at: Time, unknown_rad2_s2: T) {
+        self.raw_jump_m_s = None;
+        let nothing = Known { value: T::zero(), variance: T::zero() };
+        self.keep(Strike {
+            at,
+            at_s2: T::zero(),
+            limit_rad_s: nothing,
+            tooth_rad_s: nothing,
+            unknown_rad2_s2,
+            amendable: false,
+        });
     }
 }
 

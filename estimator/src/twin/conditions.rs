@@ -27,7 +27,7 @@ impl<T: Real> StatorBelief<T> {
     ) -> [Condition<T>; 2] {
         let one = T::one();
         let back_s = blow.back_s(of(errors, INSTANT));
-        let there = self.carried_back(back_s, errors);
+        let there = self.carried_back(back_s - blow.behind_s, errors);
         let tooth = self.tooth(pair, errors);
         let (phi, [across, aslant]) = (&tooth.shape, [swinging(&tooth.shape), turned(&tooth.shape)]);
         let found = |state: usize| self.found(state, errors);

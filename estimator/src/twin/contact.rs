@@ -51,6 +51,8 @@ pub(super) struct Blow<T> {
     pub(super) jump_m2_s2: T,
     /// Time since the sample before, within which the rotor was struck: a period, or more where samples were lost.
     pub(super) within_s: T,
+    /// By how much the stator, which moves on in periods of its own, is behind the sample: 0 where samples come in time with them.
+    pub(super) behind_s: T,
     /// How far samples below the threshold have moved the flight since the impact before, in m/s.
     pub(super) unheard_m_s: T,
 }
@@ -150,8 +152,9 @@ impl<T: Real> StatorBelief<T> {
         let late_s = errors.as_slice().get(INSTANT).copied().unwrap_or_default();
         let back_s = Known { value: blow.back_s(late_s), variance: self.covariance.variance::<INSTANT>() };
         let tooth = self.tooth(pair, &Row::zeros());
-        let tooth_m_s = self.along(&tooth, back_s.value, tuning.tooth_m_s);
-        self.recoil(&tooth, back_s.value);
+        let there_s = back_s.value - blow.behind_s;
+        let tooth_m_s = self.along(&tooth, there_s, tuning.tooth_m_s);
+        self.recoil(&tooth, back_s.value, blow.behind_s);
         let jump_m_s = Known { value: self.jump_m_s, variance: self.covariance.variance::<JUMP>() };
         Ok(Struck { back: back_s, jump: jump_m_s, tooth: tooth_m_s, earlier: earlier_m_s, misfit })
     }
@@ -296,10 +299,10 @@ impl<T: Real> StatorBelief<T> {
 
     /// What the jump has done to stator and rotor by the end of the period.
     #[inline(never)]
-    fn recoil(&mut self, tooth: &Shaped<T>, back_s: T) {
+    fn recoil(&mut self, tooth: &Shaped<T>, back_s: T, behind_s: T) {
         let jump = self.jump_m_s;
         let scale = T::one() + self.found.get(RECOIL).copied().unwrap_or_default();
-        let responses = self.oscillators.each_ref().map(|oscillator| oscillator.after(back_s));
+        let responses = self.oscillators.each_ref().map(|oscillator| oscillator.after(back_s - behind_s));
         let back = Carried::<T>::of(responses);
         let struck = |recoil: &Vector3<T>, factor: T| back.motion(recoil, factor, |r| [-r.s, -r.s_rate]);
         let [by_scale, by_angle] =
@@ -348,7 +351,14 @@ mod tests {
         let there = stator.carried_back(back_s, &Row::zeros());
         stator.height_m = shape.dot(&there.displacement_m);
         let jump_m_s = shape.dot(&there.velocity_m_s) / stator.approach_per_jump;
-        let blow = Blow { before_m_s: 0.0, jump_m_s, jump_m2_s2: 4e-8, within_s: PERIOD_S, unheard_m_s: 0.0 };
+        let blow = Blow {
+            before_m_s: 0.0,
+            jump_m_s,
+            jump_m2_s2: 4e-8,
+            within_s: PERIOD_S,
+            behind_s: 0.0,
+            unheard_m_s: 0.0,
+        };
         (stator, blow)
     }
 

@@ -108,6 +108,11 @@ impl<T: Real> StatorBelief<T> {
         self.at = Some(at);
     }
 
+    /// How far it is behind `to`.
+    pub(super) fn behind_s(&self, to: Time) -> T {
+        self.at.map_or(T::zero(), |at| to.seconds_since(at))
+    }
+
     /// Turns the drive's phase.
     pub(super) fn turn(&mut self, by: Phase) {
         self.state.phase = self.state.phase.advanced(by);
