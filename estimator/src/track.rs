@@ -197,6 +197,8 @@ pub(crate) struct Track<T, B = AngleRateCovariance<T>> {
     away_rad: T,
     /// Running mean of the normalised innovations squared, each at most the gate: 1 if the camera is as good as is believed.
     pub(crate) nis: T,
+    /// Of the last eight frames those beyond [`Self::FAR`], a bit each, the newest lowest.
+    far: u8,
     /// Frames refused since one was used.
     pub(crate) refusals: u8,
     /// Frames in a row that brought the code of the last frame used.
@@ -222,6 +224,9 @@ impl<T: Real, B: Belief<T>> Track<T, B> {
     /// Frames over which the normalised innovations are averaged.
     const NIS_FRAMES: f64 = 64.0;
 
+    /// Normalised innovation squared beyond which a frame counts as far off.
+    const FAR: f64 = 16.0;
+
     /// A track that begins at `frame`, in the turn that brings it nearest to `near`; what was known `before` beside angle and rate, and of the camera's noise, is kept.
     pub(crate) fn begun(
         frame: &CameraFrame,
@@ -245,6 +250,7 @@ impl<T: Real, B: Belief<T>> Track<T, B> {
             changing: T::zero(),
             away_rad: T::zero(),
             nis: before.map_or(T::one(), |track| track.nis),
+            far: before.map_or(0, |track| track.far),
             refusals: 0,
             same_codes: 0,
             still_frames: 0,
@@ -262,6 +268,7 @@ impl<T: Real, B: Belief<T>> Track<T, B> {
             changing: self.changing,
             away_rad: self.away_rad,
             nis: self.nis,
+            far: self.far,
             refusals: self.refusals,
             same_codes: self.same_codes,
             still_frames: self.still_frames,
@@ -282,6 +289,13 @@ impl<T: Real, B: Belief<T>> Track<T, B> {
     #[inline]
     pub(crate) fn watch_noise(&mut self, normalised: T) {
         self.nis += (normalised - self.nis) * T::from_f64(1.0 / Self::NIS_FRAMES);
+        self.far = (self.far << 1) | u8::from(normalised > T::from_f64(Self::FAR));
+    }
+
+    /// How many of the last eight frames were beyond four standard deviations.
+    #[inline]
+    pub(crate) fn far_frames(&self) -> u32 {
+        self.far.count_ones()
     }
 
     /// Whether the rotor is at rest or on the way there: otherwise none of what concerns rest has a say.

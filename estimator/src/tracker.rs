@@ -100,6 +100,12 @@ impl<T: Real, B: Belief<T>> Tracker<T, B> {
     /// Predicted angle variance in rad^2 beyond which the turn is lost: six standard deviations, the gate, then span it.
     const LOST_RAD2: f64 = 0.25;
 
+    /// Mean normalised innovation squared beyond which frames are doubted: two refusals on top of the usual.
+    const NIS_DOUBTED: f64 = 2.0;
+
+    /// The gate of a struck rotor right after a frame was refused, where frames are doubted: outliers come in bursts, and one that lies within the wide gate by chance would be believed.
+    const GATE_AFTER_REFUSAL: f64 = 16.0;
+
     /// A tracker that has seen nothing.
     pub(crate) fn new(tuning: TrackTuning<T>) -> Self {
         Self { tuning: tuning.sound(), newest: None, older: Deque::new(), stuck: None, latency_nanos: 0 }
@@ -195,7 +201,9 @@ impl<T: Real, B: Belief<T>> Tracker<T, B> {
         let normalised = innovation_rad * innovation_rad * (T::one() / variance_rad2);
         // Both asked this way round, so that NaN, and a variance that has overflowed, are refused.
         let turn_known = variance_rad2 <= T::from_f64(Self::LOST_RAD2);
-        let believable = normalised <= self.tuning.gate;
+        let doubted = !quiet && track.refusals > 0 && track.nis > T::from_f64(Self::NIS_DOUBTED);
+        let gate = if doubted { T::from_f64(Self::GATE_AFTER_REFUSAL) } else { self.tuning.gate };
+        let believable = normalised <= gate;
         let seen = (innovation_rad, variance_rad2);
         if !turn_known {
             self.begin_here()
@@ -262,7 +270,7 @@ impl<T: Real, B: Belief<T>> Tracker<T, B> {
         };
         let (frame, predicted) = (*frame, track.state.angle.angle());
         *track = before.track;
-        if !quiet && let Some(Fit { state, seen, normalised, kicked }) = self.explained(process) {
+        if !quiet && let Some(Fit { state, seen, normalised, kicked, .. }) = self.explained(process) {
             let Some(Looked { track, .. }) = &mut self.newest else { return self.begin_here() };
             track.state = state;
             track.kicked = kicked;

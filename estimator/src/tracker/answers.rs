@@ -19,6 +19,10 @@ impl<T: Real, B: Belief<T>> Tracker<T, B> {
     /// filters' own models are within 1.5 of it.
     const NIS_MAX: f64 = 4.0;
 
+    /// So many of eight frames beyond four standard deviations tell it before the mean does: a struck rotor that a right camera looks at has as many in a thousandth of the time, since single
+    /// impacts kick it further than white noise would.
+    const FAR_FRAMES: u32 = 3;
+
     /// The same as a part of the gate, which is what each frame refused counts: beyond a half those refused outnumber those used, and it may be the wrong ones that are used.
     const NIS_LOST: f64 = 0.5;
 
@@ -75,7 +79,7 @@ impl<T: Real, B: Belief<T>> Tracker<T, B> {
             Health::Unusable(Reason::NoiseMismatch)
         } else if self.silent(now) {
             Health::Degraded(Reason::CameraSilent)
-        } else if track.nis > T::from_f64(Self::NIS_MAX) {
+        } else if track.nis > T::from_f64(Self::NIS_MAX) || track.far_frames() >= Self::FAR_FRAMES {
             Health::Degraded(Reason::NoiseMismatch)
         } else {
             vibrometer.map_or(Health::Good, Health::Degraded)

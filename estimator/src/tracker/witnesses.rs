@@ -17,6 +17,8 @@ pub(super) struct Fit<T, B> {
     /// The innovation and its variance.
     pub(super) seen: (T, T),
     pub(super) normalised: T,
+    /// Mean of the normalised innovations squared of all frames that had to fit.
+    mean_misfit: T,
     /// Whether by a kick.
     pub(super) kicked: bool,
 }
@@ -24,6 +26,10 @@ pub(super) struct Fit<T, B> {
 impl<T: Real, B: Belief<T>> Tracker<T, B> {
     /// Frames in a row that have to fit a kick, or a new beginning, before it is believed: of a fifth of outliers four do so once in ten seconds, three every second.
     const WITNESSES: usize = 4;
+
+    /// Most that their normalised innovations squared may be on average: 99.75 % of chi-square for two of them, 99.99 % for four. Each by itself within the gate they would let a
+    /// burst of outliers pass for a kick, or for the truth.
+    const MISFIT_MOST: f64 = 6.0;
 
     /// Frames in a row that prove the last one used to be an outlier.
     const WITNESSES_OF_AN_OUTLIER: usize = 2;
@@ -35,6 +41,7 @@ impl<T: Real, B: Belief<T>> Tracker<T, B> {
         let used = self.older.iter().rposition(|looked| looked.frame.exposed_at == state.at);
         if let Some(before) = used.and_then(|used| self.older.get(used.checked_sub(1)?))
             && let Some(fit) = self.fit(before.track.state, Self::WITNESSES_OF_AN_OUTLIER, process)
+            && fit.mean_misfit <= T::from_f64(Self::MISFIT_MOST)
         {
             let state = before.track.state;
             self.older.iter_mut().skip(used?).for_each(|looked| looked.track.state = state);
@@ -42,7 +49,8 @@ impl<T: Real, B: Belief<T>> Tracker<T, B> {
         }
         let mut kicked = state;
         kicked.covariance.widen_rate(self.tuning.kick_rad2_s2);
-        Some(Fit { kicked: true, ..self.fit(kicked, Self::WITNESSES, process)? })
+        let fit = self.fit(kicked, Self::WITNESSES, process)?;
+        (fit.mean_misfit <= T::from_f64(Self::MISFIT_MOST)).then_some(Fit { kicked: true, ..fit })
     }
 
     /// Whether the newest frames agree on an angle and a rate, whatever was known before.
@@ -57,6 +65,8 @@ impl<T: Real, B: Belief<T>> Tracker<T, B> {
     /// `state` carried through the newest `count` frames, if all of them are within its gate.
     fn fit(&self, mut state: State<T, B>, count: usize, process: &impl Process<T, B>) -> Option<Fit<T, B>> {
         let newest = self.newest.as_ref()?;
+        let mut mean_misfit = T::zero();
+        let part = T::from_f64(1.0) / T::from_i32(i32::try_from(count).ok()?);
         let first = (self.older.len() + 1).checked_sub(count)?;
         for looked in self.older.iter().skip(first).chain(core::iter::once(newest)) {
             let frame = &looked.frame;
@@ -68,6 +78,7 @@ impl<T: Real, B: Belief<T>> Tracker<T, B> {
                 frame.angle.minus(state.angle.angle()).wrapped().radians_since(Angle::ZERO);
             let variance_rad2 = state.covariance.innovation_rad2(self.tuning.camera_rad2);
             let normalised = innovation_rad * innovation_rad / variance_rad2;
+            mean_misfit += normalised * part;
             // Asked this way round, so that NaN is refused.
             let believable = normalised <= self.tuning.gate;
             if !believable {
@@ -75,7 +86,7 @@ impl<T: Real, B: Belief<T>> Tracker<T, B> {
             }
             if frame.exposed_at == newest.frame.exposed_at {
                 let seen = (innovation_rad, variance_rad2);
-                return Some(Fit { state, seen, normalised, kicked: false });
+                return Some(Fit { state, seen, normalised, mean_misfit, kicked: false });
             }
             state.correct(innovation_rad, self.tuning.camera_rad2);
         }
