@@ -86,6 +86,8 @@ pub enum Reason {
     VibrometerInverted,
     /// The vibrometer shows a rotor in flight that does not fall as gravity makes it, by a quarter or more: its scale is wrong.
     VibrometerScale,
+    /// The vibrometer has shown a rotor that was pulled down, which nothing does: some of its samples are wrong, and for a while no impact is taken from it.
+    VibrometerErratic,
     /// The impacts that the vibrometer shows are not those of the motor's twin: its range, its bias or the times are wrong, or the rotor hardly leaves the teeth.
     ImpactsUnexplained,
     /// No frame has come for two and a half of the usual intervals.

@@ -175,6 +175,12 @@ impl<T: Real> ImpactAided<T> {
                     self.keep(blow);
                 }
             }
+            Heard::Fall { drop_m_s } => {
+                // A kick that was none, as large as the fall, may have been taken for one.
+                let kick_rad_s = self.tuning.kick_per_jump_rad_m * drop_m_s;
+                self.lose_ringing(sample.taken_at);
+                self.keep(Blow::unknown(sample.taken_at, kick_rad_s * kick_rad_s));
+            }
             Heard::Gap(seconds) => self.wander_through(sample.taken_at, seconds),
         }
     }
@@ -182,9 +188,24 @@ impl<T: Real> ImpactAided<T> {
     /// After a gap of `seconds` up to `at` the rate is as uncertain as if it had wandered.
     fn wander_through(&mut self, at: Time, seconds: T) {
         let intensity = self.tuning.constant_rate.wander.intensity_rad2_s3(self.watch.motion(at), false);
+        self.lose_ringing(at);
+        self.keep(Blow::unknown(at, intensity * seconds));
+    }
+
+    /// The vibrometer is heard again at `at`: what has struck the rotor since the last frame is not known.
+    #[cold]
+    fn hear_again(&mut self, at: Time) {
+        let Some(from) = self.tracker.track().map(|track| track.state.at) else { return };
+        self.lose_ringing(at);
+        // Right after that frame, so that one exposed since is not believed too much.
+        let begun = self.kicks.back().map_or(from, |kick| kick.at.max(from));
+        self.keep(Blow::unknown(begun, self.tuning.constant_rate.track.kick_rad2_s2));
+    }
+
+    /// What rings of the blows before `at` is not known.
+    fn lose_ringing(&mut self, at: Time) {
         self.ringing = Ringing::none();
         self.ringing_heard_from = at.plus_nanos(RINGING_NANOS);
-        self.keep(Blow::unknown(at, intensity * seconds));
     }
 
     /// Keeps a kick. One that becomes known only after its frame has been fused acts right after it.
@@ -249,8 +270,11 @@ impl<T: Real> AngleFilter<T> for ImpactAided<T> {
     #[inline]
     fn update_ldv(&mut self, sample: &LdvSample) -> Option<Innovation<T>> {
         if self.watch.observe(sample) {
-            let before = self.detector.newest();
+            let (before, was_wrong) = (self.detector.newest(), self.detector.is_wrong());
             let heard = self.detector.observe(sample);
+            if was_wrong && !self.detector.is_wrong() {
+                self.hear_again(sample.taken_at);
+            }
             if heard != Heard::Flight {
                 self.take(sample, heard, before);
             }

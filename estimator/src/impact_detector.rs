@@ -22,11 +22,18 @@
 //! A sample too far *below* its prediction is no impact, since nothing pulls the rotor down: it is left out, and flight is estimated anew from the second one
 //! in a row. (Anew from the first, the sample after a low one would look like a jump, and add a sixth to the false alarms at k = 3.)
 //!
-//! A vibrometer whose sign is wrong shows every impact as a fall. The sum of the jumps' squares, falls counted negative and kept within 0.01 m^2/s^2 of
-//! zero, tells ([`ImpactDetector::inverted`]): a dozen impacts of mode B turn it, and the small jumps up by which gravity then seems reversed
+//! A vibrometer whose sign is wrong shows every impact as a fall. The sum of the jumps' squares, falls counted negative, each of them and the sum kept within 0.01 m^2/s^2 of
+//! zero so that a single wrong sample is no proof, tells ([`ImpactDetector::inverted`]): a dozen impacts of mode B turn it, and the small jumps up by which gravity then seems reversed
 //! weigh nothing.
 //!
 //! A vibrometer whose scale is wrong shows a rotor in flight that does not fall by g: [`ImpactDetector::mis_scaled`].
+//!
+//! # Wrong samples
+//!
+//! A speckle that drifts through the beam spoils a few samples in a row. Each that is too high looks like an impact, whose kick of up to 30 rad/s for 0.1 m/s is none; whether it is one shows when the
+//! velocity comes down again, since nothing pulls a rotor down. So a velocity that lies by more than [`FALL_M_S`] below its prediction for two samples in a row is told ([`Heard::Fall`]), since the impacts just before were
+//! perhaps none, and for [`ImpactDetector::ERRATIC_NANOS`] from the last such fall on none is taken from what is shown ([`ImpactDetector::erratic`]). Noise brings it about once in 10^9 years; the small falls that a wrong scale makes of
+//! gravity do not count.
 
 mod free_fall;
 
@@ -35,6 +42,9 @@ use motor_model::{MotorParams, Parameter, Real, Time};
 
 use crate::filter::Reason;
 use crate::measurement::LdvSample;
+
+/// Fall that tells wrong samples, in m/s: five thresholds.
+const FALL_M_S: f64 = 0.005;
 
 /// How the detector decides.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -85,6 +95,11 @@ pub enum Heard<T> {
         /// Jump of the velocity, `dv`, in m/s.
         jump_m_s: T,
     },
+    /// The rotor seems to have been pulled down, which nothing does: samples were wrong, these or those before.
+    Fall {
+        /// By how much its velocity fell, in m/s: as large may be a jump that was none.
+        drop_m_s: T,
+    },
     /// The first sample after a gap, whose length in s is given; 0 before the first sample of all.
     Gap(T),
 }
@@ -110,11 +125,16 @@ pub struct ImpactDetector<T> {
     /// Sum of the jumps' squares in m^2/s^2, falls counted negative; within [`Self::SIGN_M2_S2`] of zero.
     upward_m2_s2: T,
     fall: FreeFall<T>,
+    /// Until when nothing is taken from the samples, since some were wrong.
+    erratic_until: Option<Time>,
 }
 
 impl<T: Real> ImpactDetector<T> {
     /// Sum of squares that settles the sign in m^2/s^2: 16 jumps of 25 mm/s.
     const SIGN_M2_S2: f64 = 0.01;
+
+    /// For so long after a fall samples are not to be trusted: where bursts of wrong ones come more often than twenty times a second nothing is taken from the vibrometer, and one in a while costs little.
+    pub const ERRATIC_NANOS: u64 = 50_000_000;
 
     /// A detector that has heard nothing.
     pub fn new(tuning: ImpactDetectorTuning<T>) -> Self {
@@ -131,6 +151,7 @@ impl<T: Real> ImpactDetector<T> {
             below: false,
             upward_m2_s2: T::from_f64(Self::SIGN_M2_S2),
             fall: FreeFall::new(),
+            erratic_until: None,
         }
     }
 
@@ -144,21 +165,30 @@ impl<T: Real> ImpactDetector<T> {
         self.upward_m2_s2 < T::zero()
     }
 
-    /// Whether what it shows of impacts is not to be used: sign or scale are wrong.
+    /// Whether the rotor has seemed to be pulled down of late, in single blows: some samples are wrong.
+    pub fn erratic(&self) -> bool {
+        self.erratic_until.is_some()
+    }
+
+    /// Whether what it shows of impacts is not to be used: sign or scale are wrong, or single samples.
     #[inline]
     pub(crate) fn is_wrong(&self) -> bool {
-        self.inverted() || self.mis_scaled()
+        self.inverted() || self.mis_scaled() || self.erratic()
     }
 
     /// What is wrong with the vibrometer, if anything is.
     pub(crate) fn fault(&self) -> Option<Reason> {
-        let mis_scaled = self.mis_scaled().then_some(Reason::VibrometerScale);
-        self.inverted().then_some(Reason::VibrometerInverted).or(mis_scaled)
+        let reasons = [
+            (self.inverted(), Reason::VibrometerInverted),
+            (self.mis_scaled(), Reason::VibrometerScale),
+            (self.erratic(), Reason::VibrometerErratic),
+        ];
+        reasons.into_iter().find_map(|(is_wrong, reason)| is_wrong.then_some(reason))
     }
 
     #[inline]
     fn note_jump(&mut self, square_m2_s2: T) {
-        let sum_m2_s2 = self.upward_m2_s2 + square_m2_s2;
+        let sum_m2_s2 = self.upward_m2_s2 + square_m2_s2.clamp_magnitude(T::from_f64(Self::SIGN_M2_S2));
         self.upward_m2_s2 = sum_m2_s2.clamp_magnitude(T::from_f64(Self::SIGN_M2_S2));
     }
 
@@ -197,6 +227,7 @@ impl<T: Real> ImpactDetector<T> {
             Some(since)
         });
         let Some(since) = soon else { return self.out_of_step(sample.taken_at, velocity) };
+        self.erratic_until = self.erratic_until.filter(|until| sample.taken_at < *until);
         let since_s = T::from_i32(since.cast_signed()) * T::from_f64(1e-9);
         let fallen_m_s = (self.tuning.gravity_m_s2 + self.tuning.damping_per_s * self.velocity_m_s) * since_s;
         self.velocity_m_s -= fallen_m_s;
@@ -216,6 +247,7 @@ impl<T: Real> ImpactDetector<T> {
                 self.note_jump(-square_m2_s2);
                 self.fall_ends(sample.taken_at, since_s);
                 self.begin_at(velocity);
+                return self.note_fall(sample.taken_at, -surplus);
             }
             return Heard::Flight;
         }
@@ -242,6 +274,16 @@ impl<T: Real> ImpactDetector<T> {
         self.begin_at(velocity_m_s);
         self.fall.begin(taken_at, T::zero());
         Heard::Gap(before.map_or(T::zero(), |before| taken_at.seconds_since(before)))
+    }
+
+    /// Takes in that the velocity has fallen by `drop_m_s`, at two samples up to `at`; what that tells. One whose sign is wrong falls at every impact.
+    #[cold]
+    fn note_fall(&mut self, at: Time, drop_m_s: T) -> Heard<T> {
+        if drop_m_s < T::from_f64(FALL_M_S) || self.inverted() {
+            return Heard::Flight;
+        }
+        let before = self.erratic_until.replace(at.plus_nanos(Self::ERRATIC_NANOS));
+        if before.is_none() { Heard::Fall { drop_m_s } } else { Heard::Flight }
     }
 
     /// A flight has ended at the sample of `at`, whose neighbours are `period_s` apart.
@@ -388,11 +430,53 @@ mod tests {
         assert_eq!(detector.observe(&sample(2, 0.5)), Heard::Nothing, "a duplicate");
         assert_eq!(detector.observe(&sample(1, 0.5)), Heard::Nothing, "out of order");
         assert!((detector.velocity_m_s - before).abs() <= 0.0);
-        for n in 3..=5 {
-            assert_eq!(detector.observe(&sample(n, -0.5)), Heard::Flight);
-        }
+        assert_eq!(detector.observe(&sample(3, -0.5)), Heard::Flight);
+        assert!(
+            matches!(detector.observe(&sample(4, -0.5)), Heard::Fall { drop_m_s } if (drop_m_s - 0.5).abs() < 1e-3)
+        );
+        assert_eq!(detector.observe(&sample(5, -0.5)), Heard::Flight);
         assert!(matches!(detector.observe(&sample(6, -0.4)), Heard::Impact { .. }));
         assert!(matches!(detector.observe(&sample(1000, 0.9)), Heard::Gap(_)));
+    }
+
+    /// Three samples that are too high by 0.1 m/s: an impact, and a fall as large at the second one after them. From then on for 50 ms nothing is to be believed.
+    #[test]
+    fn exact_a_fall_tells_that_samples_were_wrong() {
+        let tuning = tuning(5.0);
+        let mut detector = ImpactDetector::new(tuning);
+        let mut observe = |n: u64| {
+            let wrong = if (100..103).contains(&n) { 0.1 } else { 0.0 };
+            (detector.observe(&sample(n, flight(&tuning, 0.05, n) + wrong)), detector.fault())
+        };
+        for n in 1..=104 {
+            let (heard, fault) = observe(n);
+            match n {
+                100 => {
+                    assert!(matches!(heard, Heard::Impact { jump_m_s, .. } if (jump_m_s - 0.1).abs() < 1e-4));
+                }
+                104 => assert!(matches!(heard, Heard::Fall { drop_m_s } if (drop_m_s - 0.1).abs() < 1e-3)),
+                _ => assert!(matches!(heard, Heard::Flight | Heard::Gap(_)), "{n}: {heard:?}"),
+            }
+            assert_eq!(fault.is_some(), n == 104);
+        }
+        let right_again = (105..20_000).find(|&n| observe(n).1.is_none());
+        assert_eq!(right_again, Some(104 + ImpactDetector::<f64>::ERRATIC_NANOS / NANOS));
+    }
+
+    /// A single wrong sample, however wrong, is no proof of the sign; nor is what the scale makes of gravity a wrong sample.
+    #[test]
+    fn law_a_single_fall_is_no_wrong_sign_and_a_small_one_nothing() {
+        let tuning = tuning(5.0);
+        let after = |drop_m_s: f64| {
+            let mut detector = ImpactDetector::new(tuning);
+            for n in 1..200 {
+                let fallen = if n < 100 { 0.0 } else { drop_m_s };
+                detector.observe(&sample(n, flight(&tuning, 0.05, n) - fallen));
+            }
+            detector.fault()
+        };
+        assert_eq!(after(1.0), Some(Reason::VibrometerErratic));
+        assert_eq!(after(0.004), None);
     }
 
     /// On the teeth the rotor does not fall: `g t` of velocity is missing, which is found within 50 samples.

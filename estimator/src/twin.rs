@@ -407,7 +407,10 @@ impl<T: Real> AngleFilter<T> for TwinFilter<T> {
         if before.is_wrong() && !self.detector.is_wrong() {
             // What the impacts taught before sign or scale were known to be wrong is wrong, and so is the height.
             self.lose_stator();
-            self.trust = Trust::new();
+            if !before.erratic() {
+                self.trust = Trust::new();
+            }
+            self.hear_again();
         }
         if let (Heard::Impact { .. }, Some(raw_m_s)) = (heard, self.raw_jump_m_s) {
             let (moved_m_s, samples) = before.since_impact();

@@ -143,6 +143,7 @@ fn of_health(health: Health) -> u8 {
         Reason::NoiseMismatch => 6,
         Reason::ImpactsUnexplained => 7,
         Reason::VibrometerScale => 8,
+        Reason::VibrometerErratic => 9,
     };
     match health {
         Health::Good => 0,

@@ -76,6 +76,7 @@ impl Digest {
             Reason::NoiseMismatch => 6,
             Reason::ImpactsUnexplained => 7,
             Reason::VibrometerScale => 8,
+            Reason::VibrometerErratic => 9,
         };
         self.word(match health {
             Health::Good => 0,
