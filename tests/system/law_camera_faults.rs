@@ -4,7 +4,9 @@ use estimator::{CameraFrame, Health, Reason, Rejection, Verdict};
 use host_sim::filter::FILTERS;
 use motor_model::{Angle, DriveCommand, DriveMode, Time, math};
 
-use crate::fault_bench::{Bench, Faults, Look, NONE, assert_never_false, by_filter, delays_ms, rms_mdeg};
+use crate::fault_bench::{
+    Bench, Faults, Look, NONE, assert_never_false, by_filter, delays_ms, drawn, rms_mdeg,
+};
 
 const B: DriveCommand = DriveCommand::full(DriveMode::B);
 
@@ -198,13 +200,9 @@ fn law_a_time_of_noise_is_told_and_overcome() {
     }
 }
 
-/// From 0 to 1, for each frame its own: multiples of the golden ratio's part, scrambled.
+/// From 0 to 1, for each frame its own.
 fn part_drawn(frame: &CameraFrame) -> f64 {
-    let scrambled = (frame.exposed_at.nanos() / 100_000).wrapping_mul(0x9E37_79B9_7F4A_7C15);
-    let scrambled = (scrambled ^ (scrambled >> 29)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
-    #[expect(clippy::cast_precision_loss, reason = "24 bits")]
-    let part = (scrambled >> 40) as f64 / 16_777_216.0;
-    part
+    drawn(frame.exposed_at.nanos() / 100_000)
 }
 
 /// E14: one frame in fifty an outlier of 50 um, 0.7 degrees: at most 1.3 times the error of a clean run.

@@ -45,6 +45,7 @@ mod dual_covariance;
 mod law_camera_faults;
 mod law_consistency;
 mod law_covariance_endurance;
+mod law_faults_of_many_motors;
 mod law_impact_aided;
 mod law_vibrometer_faults;
 
