@@ -72,7 +72,7 @@ impl<T: Real> Default for WanderTuning<T> {
     fn default() -> Self {
         Self {
             struck_b_rad2_s3: T::from_f64(3200.0),
-            struck_c_rad2_s3: T::from_f64(350.0),
+            struck_c_rad2_s3: T::from_f64(300.0),
             sliding_rad2_s3: T::from_f64(3000.0),
             resting_rad2_s3: T::from_f64(1e-8),
             jitter_b: Jitter { angle_rad2: T::from_f64(5e-10), rate_rad2_s2: T::from_f64(0.1) },

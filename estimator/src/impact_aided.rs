@@ -21,7 +21,7 @@
 //!   and what was not known of it before is gone. What remains is the friction, uniform in 0.2 to 0.6, whose error is the same at every blow of a motor: counted at 0.045 of its
 //!   square. Before the ringing was minded, 0.126 of the kicks' `(c dv)^2` was unexplained, of 0.62 that they have; now it is 0.02 to 0.03.
 //! - Mode C swings by 2 um, no more than what impacts leave in A and B: which pair strikes, and with it the slip's sign, is unknown, and 80 % of the kicks are at their
-//!   bound. The mean is 0 and the variance 0.8 of `(c dv)^2` (0.95 in drawn motors, but neighbouring kicks undo a part of each other: [`ImpactAidedTuning::jitter_c`]).
+//!   bound. The mean is 0 and the variance 0.68 of `(c dv)^2` (0.95 in drawn motors, but neighbouring kicks undo a part of each other: [`ImpactAidedTuning::jitter_c`]).
 //! - With the drive off a stator moves as little as the blows are small: S is 0 within what the rise of the tooth could make of it, so friction brakes the rotor and nothing
 //!   speeds it up.
 //!

@@ -26,13 +26,14 @@ mod contact;
 mod driven;
 mod oscillator;
 mod passage;
+mod ride;
 mod shape;
 mod stator;
 mod trust;
 mod tuning;
 mod unexplained;
 
-use motor_model::{DriveCommand, MotorParams, OutOfBounds, Parameter, Real, Time};
+use motor_model::{DriveCommand, DriveMode, MotorParams, OutOfBounds, Parameter, Real, Time};
 
 use crate::filter::{AngleFilter, Estimate, Health, Reason};
 use crate::impact_aided::ImpactAidedTuning;
@@ -44,6 +45,7 @@ use crate::tracker::{Moment, Tracker};
 use belief::ScaledBelief;
 use contact::{Blow, Known, Struck};
 use driven::{Ahead, Driven, Strike, Strikes};
+use ride::Ride;
 use stator::StatorBelief;
 use trust::Trust;
 pub use tuning::{ContactTuning, Tolerance, TwinTuning};
@@ -73,6 +75,7 @@ pub struct TwinFilter<T: Real> {
     stale: bool,
     stator: StatorBelief<T>,
     trust: Trust<T>,
+    ride: Ride<T>,
     /// Whether the stator has been told of all impacts: not of those of a rotor that lands.
     followed: bool,
     course: Course,
@@ -81,6 +84,8 @@ pub struct TwinFilter<T: Real> {
     /// What is known of a kick without the stator.
     aided: ImpactAidedTuning<T>,
     drive: DriveCommand,
+    /// The mode of the last strike kept.
+    struck_in: Option<DriveMode>,
     /// The newest sample.
     seen_m_s: T,
     /// The last impact's jump as first seen, as long as it can be refined.
@@ -110,11 +115,13 @@ impl<T: Real> TwinFilter<T> {
             stale: false,
             stator,
             trust: Trust::new(),
+            ride: Ride::new(),
             followed: true,
             driven: false,
             course: Course::Launching,
             aided: ImpactAidedTuning::new(params),
             drive: DriveCommand::OFF,
+            struck_in: None,
             seen_m_s: T::zero(),
             raw_jump_m_s: None,
             limit_per_jump_rad_m: T::from_f64(limit),
@@ -184,6 +191,9 @@ impl<T: Real> TwinFilter<T> {
             return;
         }
         let before = core::mem::replace(&mut self.course, Course::Launched);
+        if self.rides(blow) {
+            return self.keep(self.ridden(at, blow));
+        }
         self.followed &=
             !self.driven || self.drive.mode().is_some() || blow.jump_m_s > self.tuning.contact.landing_m_s;
         if !self.followed {
@@ -238,6 +248,7 @@ impl<T: Real> TwinFilter<T> {
             },
             unknown_rad2_s2: self.unheard_rad2_s2(),
             amendable: true,
+            in_other_mode: false,
         }
     }
 
@@ -262,6 +273,9 @@ impl<T: Real> TwinFilter<T> {
         self.pass_amended();
         let Some(track) = self.tracker.track() else { return };
         strike.at = strike.at.max(track.state.at.plus_nanos(1));
+        if let Some(mode) = self.drive.mode() {
+            strike.in_other_mode = self.struck_in.replace(mode).is_some_and(|before| before != mode);
+        }
         if let Some(oldest) = self.strikes.front().map(|strike| strike.at)
             && self.strikes.is_full()
         {
@@ -301,7 +315,7 @@ impl<T: Real> TwinFilter<T> {
         if self.watch.motion(sample.taken_at) == Motion::Quiet {
             // What the detector hears now is the rotor's weight on the teeth, not a blow that could teach of the stator.
             self.stator.settle();
-            self.trust = Trust::new();
+            (self.trust, self.ride) = (Trust::new(), Ride::new());
             (self.followed, self.course) = (true, Course::Launching);
             self.raw_jump_m_s = None;
             self.seen_m_s = seen_m_s;
@@ -352,15 +366,7 @@ impl<T: Real> TwinFilter<T> {
     /// Before `at` the rate was kicked by nobody knows what, of that variance.
     fn lose_sight(&mut self, at: Time, unknown_rad2_s2: T) {
         self.raw_jump_m_s = None;
-        let nothing = Known { value: T::zero(), variance: T::zero() };
-        self.keep(Strike {
-            at,
-            at_s2: T::zero(),
-            limit_rad_s: nothing,
-            tooth_rad_s: nothing,
-            unknown_rad2_s2,
-            amendable: false,
-        });
+        self.keep(Strike::unknown(at, unknown_rad2_s2));
     }
 }
 

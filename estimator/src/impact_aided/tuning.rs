@@ -56,10 +56,10 @@ impl<T: Real> ImpactAidedTuning<T> {
             unexplained_b: T::from_f64(0.126),
             tooth_width_rad_s: T::from_f64(1.5),
             friction_part2: T::from_f64(0.045),
-            unexplained: T::from_f64(0.8),
+            unexplained: T::from_f64(0.68),
             missed_b_rad2_s3: T::from_f64(0.4),
             missed_rad2_s3: T::from_f64(4.0),
-            jitter_c: Jitter { angle_rad2: T::from_f64(5e-10), rate_rad2_s2: T::from_f64(1.2e-3) },
+            jitter_c: Jitter { angle_rad2: T::from_f64(1e-9), rate_rad2_s2: T::from_f64(1.2e-3) },
         }
     }
 }

@@ -22,6 +22,8 @@ pub struct TwinTuning<T> {
     pub chatter_rad2_s2: T,
     /// Variance of the kicks by impacts not heard, per that of a kick at the detector's threshold, where the mean misfit is twice the usual one.
     pub unheard_part2: T,
+    /// Variance of the kick by a blow under a rotor that rides on the teeth, per that of a kick at the detector's threshold.
+    pub ridden_part2: T,
     /// Process noise from rest up to the first impact that is heard, in rad^2/s^3: those before it are below the detector's threshold. Afterwards nothing turns the
     /// rotor between impacts.
     pub launching_rad2_s3: T,
@@ -86,6 +88,7 @@ impl<T: Real> TwinTuning<T> {
             tooth_m_s: n(5e-5),
             chatter_rad2_s2: n(5e-5),
             unheard_part2: n(1.0),
+            ridden_part2: n(0.04),
             launching_rad2_s3: n(4.0),
         }
     }

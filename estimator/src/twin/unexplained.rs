@@ -50,22 +50,15 @@ impl<T: Real> TwinFilter<T> {
             tooth_rad_s,
             unknown_rad2_s2,
             amendable: false,
+            in_other_mode: false,
         }
     }
 
     /// A jump that fits neither pair better than noise: noise if it fits them far worse, a kick of unknown sign else.
     pub(super) fn doubted(&self, at: Time, blow: &Blow<T>, unfit: Unfit<T>) -> Strike<T> {
-        let nothing = Known { value: T::zero(), variance: T::zero() };
         let most_rad_s = self.limit_per_jump_rad_m * blow.jump_m_s;
         let far =
             if self.trust.is_given() { unfit.beyond * T::from_f64(1.0 / NOISE_BEYOND) } else { T::zero() };
-        Strike {
-            at,
-            at_s2: T::zero(),
-            limit_rad_s: nothing,
-            tooth_rad_s: nothing,
-            unknown_rad2_s2: T::from_f64(0.5) * most_rad_s * most_rad_s / (T::one() + far * far),
-            amendable: false,
-        }
+        Strike::unknown(at, T::from_f64(0.5) * most_rad_s * most_rad_s / (T::one() + far * far))
     }
 }
