@@ -127,6 +127,8 @@ pub struct ImpactDetector<T> {
     fall: FreeFall<T>,
     /// Until when nothing is taken from the samples, since some were wrong.
     erratic_until: Option<Time>,
+    /// Whether any of these is wrong: asked at every sample, it changes at few.
+    wrong: bool,
 }
 
 impl<T: Real> ImpactDetector<T> {
@@ -155,6 +157,7 @@ impl<T: Real> ImpactDetector<T> {
             upward_m2_s2: T::from_f64(Self::SIGN_M2_S2),
             fall: FreeFall::new(),
             erratic_until: None,
+            wrong: false,
         }
     }
 
@@ -176,7 +179,7 @@ impl<T: Real> ImpactDetector<T> {
     /// Whether what it shows of impacts is not to be used: sign or scale are wrong, or single samples.
     #[inline]
     pub(crate) fn is_wrong(&self) -> bool {
-        self.inverted() || self.mis_scaled() || self.erratic()
+        self.wrong
     }
 
     /// What is wrong with the vibrometer, if anything is.
@@ -230,7 +233,9 @@ impl<T: Real> ImpactDetector<T> {
             Some(since)
         });
         let Some(since) = soon else { return self.out_of_step(sample.taken_at, velocity) };
-        self.erratic_until = self.erratic_until.filter(|until| sample.taken_at < *until);
+        if self.wrong {
+            self.recover(sample.taken_at);
+        }
         let since_s = T::from_i32(since.cast_signed()) * T::from_f64(1e-9);
         let fallen_m_s = (self.tuning.gravity_m_s2 + self.tuning.damping_per_s * self.velocity_m_s) * since_s;
         self.velocity_m_s -= fallen_m_s;
@@ -241,6 +246,7 @@ impl<T: Real> ImpactDetector<T> {
             if surplus > T::zero() {
                 self.note_jump(square_m2_s2);
                 self.fall_ends(sample.taken_at, since_s);
+                self.judge();
                 self.begin_at(velocity);
                 self.fall.begin(sample.taken_at, surplus);
                 return Heard::Impact { before_m_s, jump_m_s: surplus };
@@ -250,7 +256,9 @@ impl<T: Real> ImpactDetector<T> {
                 self.note_jump(-square_m2_s2);
                 self.fall_ends(sample.taken_at, since_s);
                 self.begin_at(velocity);
-                return self.note_fall(sample.taken_at, -surplus);
+                let heard = self.note_fall(sample.taken_at, -surplus);
+                self.judge();
+                return heard;
             }
             return Heard::Flight;
         }
@@ -287,6 +295,18 @@ impl<T: Real> ImpactDetector<T> {
         }
         let before = self.erratic_until.replace(at.plus_nanos(Self::ERRATIC_NANOS));
         if before.is_none() { Heard::Fall { drop_m_s } } else { Heard::Flight }
+    }
+
+    /// Whether what it shows can be used from now on.
+    fn judge(&mut self) {
+        self.wrong = self.inverted() || self.mis_scaled() || self.erratic();
+    }
+
+    /// Single samples that were wrong are long ago, if they are.
+    #[cold]
+    fn recover(&mut self, at: Time) {
+        self.erratic_until = self.erratic_until.filter(|until| at < *until);
+        self.judge();
     }
 
     /// A flight has ended at the sample of `at`, whose neighbours are `period_s` apart.

@@ -201,9 +201,9 @@ impl<T: Real, B: Belief<T>> Tracker<T, B> {
         let normalised = innovation_rad * innovation_rad * (T::one() / variance_rad2);
         // Both asked this way round, so that NaN, and a variance that has overflowed, are refused.
         let turn_known = variance_rad2 <= T::from_f64(Self::LOST_RAD2);
-        let doubted = !quiet && track.refusals > 0 && track.nis > T::from_f64(Self::NIS_DOUBTED);
-        let gate = if doubted { T::from_f64(Self::GATE_AFTER_REFUSAL) } else { self.tuning.gate };
-        let believable = normalised <= gate;
+        let near = normalised <= T::from_f64(Self::GATE_AFTER_REFUSAL);
+        let trusted = near || quiet || track.refusals == 0 || track.nis <= T::from_f64(Self::NIS_DOUBTED);
+        let believable = normalised <= self.tuning.gate && trusted;
         let seen = (innovation_rad, variance_rad2);
         if !turn_known {
             self.begin_here()
