@@ -1,0 +1,186 @@
+use super::*;
+use rand_distr::{Distribution, StandardNormal};
+use rand_pcg::Pcg64;
+use rand_pcg::rand_core::SeedableRng;
+
+const NANOS: u64 = 5_000;
+
+fn tuning(threshold: f64) -> ImpactDetectorTuning<f64> {
+    ImpactDetectorTuning { threshold, ..ImpactDetectorTuning::new(&MotorParams::nominal()) }
+}
+
+fn sample(n: u64, velocity_m_s: f64) -> LdvSample {
+    LdvSample { taken_at: Time::from_nanos(n * NANOS), velocity_m_s: velocity_m_s as f32 }
+}
+
+/// Velocity in flight after n samples, in closed form.
+fn flight(tuning: &ImpactDetectorTuning<f64>, start: f64, n: u64) -> f64 {
+    let terminal = tuning.gravity_m_s2 / tuning.damping_per_s;
+    (start + terminal) * (-tuning.damping_per_s * 5e-6 * n as f64).exp() - terminal
+}
+
+/// Whether a rotor that bounces 60 times, 4 ms each, looks as if the scale were wrong to a vibrometer of `scale` with its noise.
+fn is_told(scale: f64) -> bool {
+    let tuning = tuning(5.0);
+    let mut normal = StandardNormal.sample_iter(Pcg64::seed_from_u64(2));
+    let mut detector = ImpactDetector::new(tuning);
+    for bounce in 0..60 {
+        for n in 0..800 {
+            let noise: f64 = normal.next().unwrap();
+            let velocity_m_s = scale * flight(&tuning, 0.02, n) + 2e-4 * noise;
+            detector.observe(&sample(800 * bounce + n + 1, velocity_m_s));
+        }
+    }
+    detector.mis_scaled()
+}
+
+#[test]
+fn law_a_rotor_that_does_not_fall_by_g_tells_a_wrong_scale() {
+    for (scale, told) in
+        [(0.5, true), (0.6, true), (0.9, false), (1.0, false), (1.1, false), (1.4, true), (1.5, true)]
+    {
+        assert_eq!(is_told(scale), told, "{scale}");
+    }
+}
+
+/// Q(3) = 1.350e-3 on the upper side, in half a million samples of flight: 675, standard deviation 26.
+#[test]
+fn exact_false_alarms_are_the_normal_tail() {
+    let tuning = tuning(3.0);
+    let mut normal = StandardNormal.sample_iter(Pcg64::seed_from_u64(1));
+    let mut alarms = 0;
+    for run in 0..1000_u64 {
+        let mut detector = ImpactDetector::new(tuning);
+        for n in 0..501 {
+            let noise: f64 = normal.next().unwrap();
+            let at = run * 1000 + n + 1;
+            let heard = detector.observe(&sample(at, flight(&tuning, 0.04, n) + 2e-4 * noise));
+            alarms += u32::from(matches!(heard, Heard::Impact { .. }));
+        }
+    }
+    assert!((675 - 4 * 26..=675 + 4 * 26).contains(&alarms), "{alarms}");
+}
+
+/// Detection against jump size after a long flight, where `p = 1 / (2 n - 1)`: Q(k - dv / (sigma sqrt(1 + p))).
+#[test]
+fn exact_detection_probability_against_jump_size() {
+    let tuning = tuning(5.0);
+    let mut normal = StandardNormal.sample_iter(Pcg64::seed_from_u64(2));
+    let sigma = 2e-4 * (1.0 + 1.0 / 79.0_f64).sqrt();
+    // k - dv / sigma and its upper tail.
+    for (off, expected) in [(1.0, 0.158_655), (0.0, 0.5), (-1.0, 0.841_345), (-3.0, 0.998_650)] {
+        let jump = sigma * (5.0 - off);
+        let runs = 2000_u32;
+        let mut found = 0.0;
+        for run in 0..u64::from(runs) {
+            let mut detector = ImpactDetector::new(tuning);
+            for n in 0..=250 {
+                let noise: f64 = normal.next().unwrap();
+                let jumped = if n == 250 { jump } else { 0.0 };
+                let velocity = flight(&tuning, 0.01, n) + jumped + 2e-4 * noise;
+                let heard = detector.observe(&sample(run * 1000 + n + 1, velocity));
+                found += f64::from(n == 250 && matches!(heard, Heard::Impact { .. }));
+            }
+        }
+        let error = (expected * (1.0 - expected) / f64::from(runs)).sqrt();
+        assert!((found / f64::from(runs) - expected).abs() < 4.0 * error, "{off} {found}");
+    }
+}
+
+/// The jump's size is unbiased and as good as said: variance `sigma^2 (1 + 1/20)` after twenty samples.
+#[test]
+fn exact_jump_size() {
+    let tuning = tuning(5.0);
+    let mut normal = StandardNormal.sample_iter(Pcg64::seed_from_u64(3));
+    let (mut sum, mut square_sum, runs) = (0.0, 0.0, 4000_u32);
+    for run in 0..u64::from(runs) {
+        let mut detector = ImpactDetector::new(tuning);
+        for n in 0..=20 {
+            let noise: f64 = normal.next().unwrap();
+            let jumped = if n == 20 { 0.03 } else { 0.0 };
+            let velocity = flight(&tuning, -0.02, n) + jumped + 2e-4 * noise;
+            if let Heard::Impact { before_m_s, jump_m_s } =
+                detector.observe(&sample(run * 1000 + n + 1, velocity))
+            {
+                assert_eq!(n, 20);
+                assert!((before_m_s - flight(&tuning, -0.02, 20)).abs() < 3e-4);
+                sum += jump_m_s - 0.03;
+                square_sum += (jump_m_s - 0.03).powi(2);
+            }
+        }
+    }
+    let expected = 4e-8 * (1.0 + 1.0 / 20.0);
+    assert!((sum / f64::from(runs)).abs() < 4.0 * (expected / f64::from(runs)).sqrt(), "{sum}");
+    // A variance from 4,000 normals is known to 2.2 %.
+    assert!((square_sum / f64::from(runs) / expected - 1.0).abs() < 0.09, "{square_sum}");
+}
+
+#[test]
+fn law_bad_samples_change_nothing_and_falls_are_no_impacts() {
+    let mut detector = ImpactDetector::new(tuning(5.0));
+    assert_eq!(detector.observe(&sample(1, 0.0)), Heard::Gap(0.0));
+    assert_eq!(detector.observe(&sample(2, 0.0)), Heard::Flight);
+    let before = detector.velocity_m_s;
+    for bad in [f64::NAN, f64::INFINITY, -f64::INFINITY, 3.0, -1e30] {
+        assert_eq!(detector.observe(&sample(3, bad)), Heard::Nothing);
+    }
+    assert_eq!(detector.observe(&sample(2, 0.5)), Heard::Nothing, "a duplicate");
+    assert_eq!(detector.observe(&sample(1, 0.5)), Heard::Nothing, "out of order");
+    assert!((detector.velocity_m_s - before).abs() <= 0.0);
+    assert_eq!(detector.observe(&sample(3, -0.5)), Heard::Flight);
+    assert!(
+        matches!(detector.observe(&sample(4, -0.5)), Heard::Fall { drop_m_s } if (drop_m_s - 0.5).abs() < 1e-3)
+    );
+    assert_eq!(detector.observe(&sample(5, -0.5)), Heard::Flight);
+    assert!(matches!(detector.observe(&sample(6, -0.4)), Heard::Impact { .. }));
+    assert!(matches!(detector.observe(&sample(1000, 0.9)), Heard::Gap(_)));
+}
+
+/// Three samples that are too high by 0.1 m/s: an impact, and a fall as large at the second one after them. From then on for 50 ms nothing is to be believed.
+#[test]
+fn exact_a_fall_tells_that_samples_were_wrong() {
+    let tuning = tuning(5.0);
+    let mut detector = ImpactDetector::new(tuning);
+    let mut observe = |n: u64| {
+        let wrong = if (100..103).contains(&n) { 0.1 } else { 0.0 };
+        (detector.observe(&sample(n, flight(&tuning, 0.05, n) + wrong)), detector.fault())
+    };
+    for n in 1..=104 {
+        let (heard, fault) = observe(n);
+        match n {
+            100 => {
+                assert!(matches!(heard, Heard::Impact { jump_m_s, .. } if (jump_m_s - 0.1).abs() < 1e-4));
+            }
+            104 => assert!(matches!(heard, Heard::Fall { drop_m_s } if (drop_m_s - 0.1).abs() < 1e-3)),
+            _ => assert!(matches!(heard, Heard::Flight | Heard::Gap(_)), "{n}: {heard:?}"),
+        }
+        assert_eq!(fault.is_some(), n == 104);
+    }
+    let right_again = (105..20_000).find(|&n| observe(n).1.is_none());
+    assert_eq!(right_again, Some(104 + ImpactDetector::<f64>::ERRATIC_NANOS / NANOS));
+}
+
+/// A single fall, beyond what a jump counts at most, is no proof of the sign; nor is what the scale makes of gravity a wrong sample.
+#[test]
+fn law_a_single_fall_is_no_wrong_sign_and_a_small_one_nothing() {
+    let tuning = tuning(5.0);
+    let after = |drop_m_s: f64| {
+        let mut detector = ImpactDetector::new(tuning);
+        for n in 1..200 {
+            let fallen = if n < 100 { 0.0 } else { drop_m_s };
+            detector.observe(&sample(n, flight(&tuning, 0.05, n) - fallen));
+        }
+        detector.fault()
+    };
+    assert_eq!(after(0.11), Some(Reason::VibrometerErratic));
+    assert_eq!(after(0.004), None);
+}
+
+/// On the teeth the rotor does not fall: `g t` of velocity is missing, which is found within 50 samples.
+#[test]
+fn law_a_pressed_rotor_is_heard() {
+    let mut detector = ImpactDetector::new(tuning(5.0));
+    let heard = (1..=400).filter(|&n| matches!(detector.observe(&sample(n, 0.0)), Heard::Impact { .. }));
+    let count = heard.count();
+    assert!((400 / 60..=400 / 30).contains(&count), "{count}");
+}
