@@ -6,6 +6,7 @@
 mod calibration;
 mod closed_loop;
 mod estimation;
+pub mod keys;
 mod microcontroller;
 mod open_loop;
 mod publication;
@@ -18,8 +19,9 @@ use clap::{Args, Parser, Subcommand, ValueEnum};
 use indicatif::ProgressStyle;
 
 use crate::error::CommandError;
+use crate::report::files;
 use crate::scene::Scene;
-use crate::{export, keys};
+
 use calibration::CalibrateArgs;
 use closed_loop::{PositionArgs, PositioningTrialsArgs, RateArgs, ResponseMapArgs};
 use estimation::{EstimateArgs, FiltersArgs};
@@ -126,7 +128,7 @@ impl Command {
             Self::Calibrate(args) => args.execute(),
             Self::PositioningTrials(args) => args.execute(),
             Self::ResponseMap(args) => args.execute(),
-            Self::Keys => export::print(&keys::table()),
+            Self::Keys => files::print(&keys::table()),
         }
     }
 }

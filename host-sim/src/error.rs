@@ -5,9 +5,9 @@ use std::path::PathBuf;
 
 use motor_model::OutOfBounds;
 
-use crate::instructions::ListingError;
-use crate::pil::Difference;
-use crate::reference::patience::Stalled;
+use crate::board::instructions::ListingError;
+use crate::board::pil::Difference;
+use crate::studies::step_accuracy::reference::patience::Stalled;
 
 /// Why a command stopped.
 #[derive(Debug, thiserror::Error)]

@@ -67,16 +67,16 @@ pub const SETTINGS: &[Setting] = &[Setting {
 /// The table of each module that consumes settings: a new module adds its line here.
 const TABLES: &[&[Setting]] = &[
     SETTINGS,
-    crate::simulate::SETTINGS,
-    crate::plant::SETTINGS,
-    crate::instruments::camera::SETTINGS,
-    crate::instruments::ldv::SETTINGS,
-    crate::instruments::gyroscope::SETTINGS,
-    crate::disturbance::SETTINGS,
-    crate::filter::SETTINGS,
-    crate::position::SETTINGS,
-    crate::rate::SETTINGS,
-    crate::calibrate::SETTINGS,
+    crate::runs::simulate::SETTINGS,
+    crate::world::plant::SETTINGS,
+    crate::world::instruments::camera::SETTINGS,
+    crate::world::instruments::ldv::SETTINGS,
+    crate::world::instruments::gyroscope::SETTINGS,
+    crate::world::faults::SETTINGS,
+    crate::runs::filter::SETTINGS,
+    crate::runs::position::SETTINGS,
+    crate::runs::rate::SETTINGS,
+    crate::studies::gyroscope_calibration::SETTINGS,
 ];
 
 /// Every key there is: the motor's parameters in the order of Table 1, then the tables of the modules.

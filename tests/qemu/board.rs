@@ -4,8 +4,8 @@ use std::io::Write as _;
 use std::path::Path;
 use std::process::{Command, Stdio};
 
-use host_sim::pil::Live;
-use host_sim::telemetry::{Dictionary, Entry, Reader};
+use host_sim::board::pil::Live;
+use host_sim::board::telemetry::{Dictionary, Entry, Reader};
 use link::{BoardMessage, Configuration, Counters, Fault, FilterKind, HostMessage, VERSION};
 
 const MOVE: Configuration = Configuration {

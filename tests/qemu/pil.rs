@@ -4,11 +4,12 @@ use std::process::Output;
 use std::sync::OnceLock;
 
 use controller::{PositionLoop, Report};
-use host_sim::closed_loop::Taken;
-use host_sim::instructions::Board;
-use host_sim::pil::{Emulated, Link, Processor, Wiring};
-use host_sim::telemetry::Entry;
-use host_sim::{CommandError, Scene, position};
+use host_sim::board::instructions::Board;
+use host_sim::board::pil::{Emulated, Link, Processor, Wiring};
+use host_sim::board::telemetry::Entry;
+use host_sim::runs::closed_loop::Taken;
+use host_sim::runs::position;
+use host_sim::{CommandError, Scene};
 use rand_core::Rng as _;
 use rand_pcg::Pcg64;
 use serde_json::Value;
@@ -221,7 +222,7 @@ fn tool_pil_over_a_noisy_serial_line() {
     let wiring = Wiring { link: Link::Uart, log: None };
     let board = Emulated::start(elf().as_ref(), Board::M4, wiring).expect("QEMU starts");
     let mut noisy = Noisy { board, random: Pcg64::new(7, 1), ticks: 0 };
-    let run = host_sim::pil::run(&scene, &mut noisy).expect("it answers");
+    let run = host_sim::board::pil::run(&scene, &mut noisy).expect("it answers");
     assert!(run.identical && run.steps > 480, "{run:?}");
     let counters = noisy.board.counters().expect("counters");
     assert!(counters.damaged > 350 && counters.oversize > 2, "{counters:?}");
@@ -261,7 +262,7 @@ impl Processor for Flipped {
 #[test]
 fn tool_pil_names_the_first_difference() {
     let board = Emulated::start(elf().as_ref(), Board::M4, Wiring::default()).expect("QEMU starts");
-    let run = host_sim::pil::run(&scene(&["seed=6"]), &mut Flipped(board, 321)).expect("it answers");
+    let run = host_sim::board::pil::run(&scene(&["seed=6"]), &mut Flipped(board, 321)).expect("it answers");
     let difference = run.difference.expect("there is one");
     let said = "step 321 of seed 6: applied.amplitude is 0x1 on the microcontroller and 0x0 on the host";
     assert_eq!((run.identical, run.steps, difference.to_string().as_str()), (false, 321, said));

@@ -2,8 +2,8 @@
 
 use estimator::{AngleFilter as _, CameraFrame, Health, LdvSample, Verdict};
 use host_sim::Scene;
-use host_sim::desk::Desk;
-use host_sim::filter::{AnyFilter, FILTERS};
+use host_sim::runs::filter::{AnyFilter, FILTERS};
+use host_sim::world::rig::Desk;
 use motor_model::{DriveCommand, Time, math};
 
 /// What the filters are told of a frame, or that there is none; of a sample likewise.

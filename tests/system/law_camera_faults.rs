@@ -1,7 +1,7 @@
 //! What the camera may do wrong, and what every filter makes of it: each fault after 100 ms of good frames in mode B, unless it says otherwise.
 
 use estimator::{CameraFrame, Health, Reason, Rejection, Verdict};
-use host_sim::filter::FILTERS;
+use host_sim::runs::filter::FILTERS;
 use motor_model::{Angle, DriveCommand, DriveMode, Time, math};
 
 use crate::fault_bench::{

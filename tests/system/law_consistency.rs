@@ -1,19 +1,19 @@
 //! Whether the filters know how wrong they are: normalised errors and innovations, phase by phase, over drawn motors, with the camera's quantisation and without.
 //!
-//! Every row is held to its own two-sided 95 % bounds, whose derivation minds how long errors are correlated ([`host_sim::estimate::consistency`]). Of a filter's 24 rows so many may be outside
+//! Every row is held to its own two-sided 95 % bounds, whose derivation minds how long errors are correlated ([`host_sim::studies::filter_errors::consistency`]). Of a filter's 24 rows so many may be outside
 //! by chance as of 24 throws of a twentieth: at most four, the upper 97.5 % point of the binomial law. A filter whose variances are scaled by 0.8 or 1.25 has seven outside at least.
 
 use estimator::{AngleFilter as _, TrackTuning};
 use host_sim::Scene;
-use host_sim::desk::Desk;
-use host_sim::estimate::account::Account;
-use host_sim::estimate::consistency::mean_square_bounds;
-use host_sim::estimate::run::SMOOTHED;
-use host_sim::estimate::timeline::Phase;
-use host_sim::estimate::{Estimation, Plan, Row};
-use host_sim::filter::{AnyFilter, FILTERS};
-use host_sim::instruments::camera::Camera;
-use host_sim::statistics::{Spread, binomial_bounds};
+use host_sim::math::statistics::{Spread, binomial_bounds};
+use host_sim::runs::filter::{AnyFilter, FILTERS};
+use host_sim::studies::filter_errors::account::Account;
+use host_sim::studies::filter_errors::consistency::mean_square_bounds;
+use host_sim::studies::filter_errors::run::SMOOTHED;
+use host_sim::studies::filter_errors::timeline::Phase;
+use host_sim::studies::filter_errors::{Estimation, Plan, Row};
+use host_sim::world::instruments::camera::Camera;
+use host_sim::world::rig::Desk;
 use motor_model::{DriveCommand, DriveMode};
 
 const MOTORS: u64 = 12;

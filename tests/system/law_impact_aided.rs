@@ -7,8 +7,8 @@ use estimator::{
     AngleFilter, ConstantRate, ConstantRateTuning, Estimate, ImpactAided, ImpactAidedTuning, Verdict,
 };
 use host_sim::Scene;
-use host_sim::instruments::{Camera, Ldv};
-use host_sim::plant::Plant;
+use host_sim::world::instruments::{Camera, Ldv};
+use host_sim::world::plant::Plant;
 use motor_model::{Angle, DriveCommand, DriveMode, MotorParams, Time, math};
 
 /// Others than those from which the filter's shares of unexplained kick come.

@@ -4,8 +4,8 @@ use std::ops::RangeInclusive;
 
 use estimator::{AngleFilter, Estimate, Health, Reason, Verdict};
 use host_sim::Scene;
-use host_sim::desk::Desk;
-use host_sim::filter::AnyFilter;
+use host_sim::runs::filter::AnyFilter;
+use host_sim::world::rig::Desk;
 use motor_model::{Angle, DriveCommand, DriveMode, math};
 
 /// Others than those on which the filter was tuned.

@@ -1,7 +1,7 @@
 //! What the vibrometer may do wrong, and what every filter makes of it: each fault after 100 ms of good samples in mode B.
 
 use estimator::{Health, LdvSample, Reason, Verdict};
-use host_sim::filter::FILTERS;
+use host_sim::runs::filter::FILTERS;
 use motor_model::{DriveCommand, DriveMode, Time, math};
 
 use crate::fault_bench::{Bench, Faults, Look, NONE, assert_never_false, by_filter, delays_ms, rms_mdeg};

@@ -3,7 +3,7 @@
 use std::sync::OnceLock;
 
 use host_sim::Scene;
-use host_sim::calibrate::{Calibrations, Plan};
+use host_sim::studies::gyroscope_calibration::{Calibrations, Plan};
 use serde_json::Value;
 use tempfile::TempDir;
 

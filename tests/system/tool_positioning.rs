@@ -76,7 +76,7 @@ fn tool_positioning_trials_are_the_same_on_any_number_of_threads() {
 /// A long walk of some motors is chaotic: a start rounded otherwise changes it by some percent, so no more is asked of it.
 #[test]
 fn dual_a_plant_that_strides_at_rest_is_the_same_plant() {
-    use host_sim::{Scene, plant::Plant};
+    use host_sim::{Scene, world::plant::Plant};
     use motor_model::{DriveCommand, DriveMode};
 
     let turn_mdeg = |mut plant: Plant, command: DriveCommand, ticks: u32| {
@@ -119,7 +119,7 @@ fn dual_a_plant_that_strides_at_rest_is_the_same_plant() {
 #[test]
 fn dual_the_compiled_response_map_is_what_the_plant_does() {
     use controller::response_map::{CRUISES, Family};
-    use host_sim::{Scene, response_map::Campaign};
+    use host_sim::{Scene, studies::response_map::Campaign};
 
     const MOTORS: u64 = 40;
     let mut scene = Scene::default();

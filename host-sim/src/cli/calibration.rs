@@ -7,8 +7,8 @@ use indicatif::ProgressBar;
 
 use super::publication::{Findings, PublicationArgs};
 use super::{SceneArgs, progress_style};
-use crate::calibrate;
 use crate::error::CommandError;
+use crate::studies::gyroscope_calibration;
 
 #[derive(Debug, Args)]
 pub(super) struct CalibrateArgs {
@@ -32,11 +32,11 @@ pub(super) struct CalibrateArgs {
 
 impl CalibrateArgs {
     pub(super) fn execute(&self) -> Result<(), CommandError> {
-        let runs = calibrate::RUNS.integer(&self.runs)?;
-        let motors = calibrate::MOTORS.integer(&self.motors)?;
+        let runs = gyroscope_calibration::RUNS.integer(&self.runs)?;
+        let motors = gyroscope_calibration::MOTORS.integer(&self.motors)?;
         let scene = self.scene.load(&[("calibrate.duration_s", &self.duration)])?;
-        let plan = calibrate::Plan::new(&scene, runs, motors)?;
-        let publication = self.publication.open(&self.out, calibrate::SECTION)?;
+        let plan = gyroscope_calibration::Plan::new(&scene, runs, motors)?;
+        let publication = self.publication.open(&self.out, gyroscope_calibration::SECTION)?;
         let bar = ProgressBar::new(plan.motors()).with_style(progress_style());
         let calibrations = plan.run(&|| bar.inc(1))?;
         bar.finish_and_clear();

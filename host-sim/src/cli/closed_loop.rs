@@ -9,9 +9,11 @@ use indicatif::ProgressBar;
 use super::publication::{DrawingArgs, Findings, PublicationArgs};
 use super::{Format, SceneArgs, progress_style};
 use crate::error::CommandError;
-use crate::export;
-use crate::positioning_trials::{self, Strategy};
-use crate::{position, rate, response_map};
+use crate::report::files;
+use crate::runs::position;
+use crate::runs::rate;
+use crate::studies::positioning_trials::{self, Strategy};
+use crate::studies::response_map;
 
 #[derive(Debug, Default, Args)]
 pub(super) struct PositionArgs {
@@ -136,7 +138,7 @@ impl ResponseMapArgs {
     pub(super) fn execute(&self) -> Result<(), CommandError> {
         let motors = response_map::MOTORS.integer(&self.motors)?;
         let scene = self.scene.load(&[])?;
-        let file = self.write.as_deref().map(export::Output::create).transpose()?;
+        let file = self.write.as_deref().map(files::Output::create).transpose()?;
         let campaign = response_map::Campaign::new(&scene, motors)?;
         let bar = ProgressBar::new(campaign.work()).with_style(progress_style());
         let map = campaign.run(&|work| bar.inc(work));
@@ -145,7 +147,7 @@ impl ResponseMapArgs {
             file.write_all(map.source().as_bytes()).map_err(|source| file.unwritable(source))?;
             file.publish()?;
         }
-        export::print(&match self.format {
+        files::print(&match self.format {
             Format::Text => map.document().text(),
             Format::Json => map.json(),
         })

@@ -8,9 +8,10 @@ use indicatif::ProgressBar;
 use super::microcontroller::count_instructions;
 use super::publication::{Findings, PublicationArgs};
 use super::{SceneArgs, progress_style};
+use crate::board::instructions::Board;
 use crate::error::CommandError;
-use crate::instructions::Board;
-use crate::{estimate, filters};
+use crate::studies::filter_costs;
+use crate::studies::filter_errors;
 
 #[derive(Debug, Args)]
 pub(super) struct EstimateArgs {
@@ -28,10 +29,10 @@ pub(super) struct EstimateArgs {
 
 impl EstimateArgs {
     pub(super) fn execute(&self) -> Result<(), CommandError> {
-        let plants = estimate::PLANTS.integer(&self.plants)?;
+        let plants = filter_errors::PLANTS.integer(&self.plants)?;
         let scene = self.scene.load(&[])?;
-        let plan = estimate::Plan::new(&scene, plants)?;
-        let publication = self.publication.open(&self.out, estimate::SECTION)?;
+        let plan = filter_errors::Plan::new(&scene, plants)?;
+        let publication = self.publication.open(&self.out, filter_errors::SECTION)?;
         let bar = ProgressBar::new(plan.milliseconds()).with_style(progress_style());
         let estimation = plan.run(&|milliseconds| bar.inc(milliseconds))?;
         bar.finish_and_clear();
@@ -66,10 +67,10 @@ impl FiltersArgs {
     const ROUNDS: u32 = 10;
 
     pub(super) fn execute(&self) -> Result<(), CommandError> {
-        let plants = filters::PLANTS.integer(&self.plants)?;
+        let plants = filter_costs::PLANTS.integer(&self.plants)?;
         let scene = self.scene.load(&[])?;
-        let plan = filters::Plan::new(&scene, plants, Self::ROUNDS)?;
-        let publication = self.publication.open(&self.out, filters::SECTION)?;
+        let plan = filter_costs::Plan::new(&scene, plants, Self::ROUNDS)?;
+        let publication = self.publication.open(&self.out, filter_costs::SECTION)?;
         let counts = if self.host_only { None } else { Some(count_instructions(None, Board::M4)?) };
         let bar = ProgressBar::new(plan.recordings()).with_style(progress_style());
         let comparison = plan.run(counts.as_ref(), &|| bar.inc(1))?;

@@ -6,12 +6,13 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 
 use super::{Format, SceneArgs};
+use crate::board::instructions::{self, Board, Listing};
+use crate::board::pil;
+use crate::board::size;
+use crate::board::telemetry::{Dictionary, Reader, Record};
 use crate::error::CommandError;
-use crate::export::{self, OutputFolder};
-use crate::instructions::{self, Board, Listing};
+use crate::report::files::{self, OutputFolder};
 use crate::scene::Scene;
-use crate::telemetry::{Dictionary, Reader, Record};
-use crate::{pil, size};
 
 #[derive(Debug, Args)]
 pub(super) struct InstructionsArgs {
@@ -42,7 +43,7 @@ impl InstructionsArgs {
     pub(super) fn execute(&self) -> Result<(), CommandError> {
         if self.cycles {
             let estimates = instructions::cycles::estimate(self.board)?;
-            return export::print(&match self.format {
+            return files::print(&match self.format {
                 Format::Text => instructions::cycles::table(self.board, &estimates),
                 Format::Json => instructions::cycles::json(&estimates),
             });
@@ -50,7 +51,7 @@ impl InstructionsArgs {
         if let Some(path) = &self.readme {
             instructions::readme::SECTION.read(path)?;
         }
-        let file = self.out.as_deref().map(export::Output::create).transpose()?;
+        let file = self.out.as_deref().map(files::Output::create).transpose()?;
         let mut listing = count_instructions(self.elf.as_deref(), self.board)?;
         if self.peers || self.readme.is_some() {
             let elf = instructions::program::build("peers")?;
@@ -66,7 +67,7 @@ impl InstructionsArgs {
             let section = instructions::readme::section(&report, &estimates);
             instructions::readme::SECTION.write(path, &section)?;
         }
-        export::print(&match self.format {
+        files::print(&match self.format {
             Format::Text => report.to_string(),
             Format::Json => report.json(),
         })
@@ -117,7 +118,7 @@ impl PilArgs {
             processor.finish()?;
             (run, String::new())
         };
-        export::print(&match self.format {
+        files::print(&match self.format {
             Format::Text => format!("{} (QEMU {})\n{run}{log}", self.board.processor(), self.board.machine()),
             Format::Json => run.json(),
         })?;
@@ -171,7 +172,7 @@ impl SizeArgs {
         if let Some(path) = &self.readme {
             size::SECTION.write(path, &report.markdown())?;
         }
-        export::print(&match self.format {
+        files::print(&match self.format {
             Format::Text => report.to_string(),
             Format::Json => report.json(),
         })?;

@@ -8,10 +8,10 @@ use indicatif::ProgressBar;
 
 use super::{Format, SceneArgs, progress_style};
 use crate::error::CommandError;
-use crate::export::{self, OutputFolder};
-use crate::record::Record;
-use crate::reproduce;
-use crate::simulate::{Report, Run, simulate};
+use crate::report::files::{self, OutputFolder};
+use crate::runs::record::Record;
+use crate::runs::simulate::{Report, Run, simulate};
+use crate::studies::paper;
 
 #[derive(Debug, Args)]
 pub(super) struct SimulateArgs {
@@ -68,7 +68,7 @@ impl SimulateArgs {
         let summary = simulate(&run, &mut record)?;
         let report = Report::new(&run, &summary, start.elapsed().as_secs_f64());
         record.map_or(Ok(()), Record::publish)?;
-        export::print(&match self.format {
+        files::print(&match self.format {
             Format::Text => report.to_string(),
             Format::Json => report.json(),
         })
@@ -90,9 +90,9 @@ pub(super) struct ReproduceArgs {
 
 impl ReproduceArgs {
     pub(super) fn execute(&self) -> Result<(), CommandError> {
-        let seeds = reproduce::SEEDS.integer(&self.seeds)?;
+        let seeds = paper::SEEDS.integer(&self.seeds)?;
         let folder = OutputFolder::create(&self.out)?;
-        let plan = reproduce::Plan::new(seeds)?;
+        let plan = paper::Plan::new(seeds)?;
         // On standard error, and only if that is a terminal.
         let bar = ProgressBar::new(plan.steps()).with_style(progress_style());
         let reproduction = plan.run(&|steps| bar.inc(steps))?;
@@ -101,7 +101,7 @@ impl ReproduceArgs {
         let mut files = reproduction.pictures()?;
         files.push(("reproduce.md".to_owned(), document.markdown()));
         folder.publish(&files)?;
-        export::print(&match self.format {
+        files::print(&match self.format {
             Format::Text => format!("{}Written to {}\n", document.text(), self.out.display()),
             Format::Json => reproduction.json(),
         })

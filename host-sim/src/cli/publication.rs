@@ -7,8 +7,8 @@ use clap::Args;
 
 use super::Format;
 use crate::error::CommandError;
-use crate::export::{self, Output, OutputFolder};
-use crate::section::Section;
+use crate::report::files::{self, Output, OutputFolder};
+use crate::report::section::Section;
 
 /// The flags of a command that writes a folder and a section.
 #[derive(Debug, Args)]
@@ -63,7 +63,7 @@ impl Publication<'_> {
         if let Some(page) = &self.args.readme {
             self.section.write(page, &section)?;
         }
-        export::print(&match self.args.format {
+        files::print(&match self.args.format {
             Format::Text => format!("{text}Written to {}\n", self.path.display()),
             Format::Json => json,
         })
@@ -107,7 +107,7 @@ impl Drawing {
     pub(super) fn publish(mut self, svg: &str, text: &str, json: String) -> Result<(), CommandError> {
         self.file.write_all(svg.as_bytes()).map_err(|source| self.file.unwritable(source))?;
         self.file.publish()?;
-        export::print(&match self.format {
+        files::print(&match self.format {
             Format::Text => format!("{text}picture            {}\n", self.path.display()),
             Format::Json => json,
         })

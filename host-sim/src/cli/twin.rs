@@ -5,8 +5,8 @@ use std::path::PathBuf;
 use clap::Args;
 
 use super::publication::{Findings, PublicationArgs};
-use crate::accuracy;
 use crate::error::CommandError;
+use crate::studies::step_accuracy;
 
 #[derive(Debug, Args)]
 pub(super) struct AccuracyArgs {
@@ -22,8 +22,8 @@ pub(super) struct AccuracyArgs {
 
 impl AccuracyArgs {
     pub(super) fn execute(&self) -> Result<(), CommandError> {
-        let publication = self.publication.open(&self.out, accuracy::readme::SECTION)?;
-        let plan = if self.quick { accuracy::Plan::quick() } else { accuracy::Plan::full() };
+        let publication = self.publication.open(&self.out, step_accuracy::readme::SECTION)?;
+        let plan = if self.quick { step_accuracy::Plan::quick() } else { step_accuracy::Plan::full() };
         let accuracy = plan.run()?;
         publication.publish(Findings {
             files: vec![("accuracy.svg", accuracy.picture()?), ("table.csv", accuracy.csv()?)],

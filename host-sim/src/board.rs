@@ -1,0 +1,6 @@
+//! The firmware on an emulated microcontroller: built, counted, measured, in the loop, its log decoded.
+
+pub mod instructions;
+pub mod pil;
+pub mod size;
+pub mod telemetry;

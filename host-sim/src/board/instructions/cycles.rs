@@ -1,0 +1,251 @@
+//! Cycles of the hot operations: an estimate, since no emulator has a pipeline.
+//!
+//! The emulator tells every instruction that the program `rehearsal` executes, one by one. Of each operation the call of median length is taken, written down as
+//! the straight line that it was, and given to `llvm-mca`, which knows how long the units of the processor take and what waits for what. On top
+//! come [`Board::cycles_per_jump`] for every jump that was taken, which it does not know. Wait states of the flash, caches and interrupts are left out; where
+//! `llvm-mca` has no model of an instruction (a comparison of floats on the Cortex-M7) it counts as one that does nothing.
+
+use std::collections::HashMap;
+use std::fmt::Write as _;
+use std::io::{BufRead as _, BufReader, Write as _};
+use std::path::Path;
+use std::process::{Command, Stdio};
+
+use serde::Serialize;
+
+use super::emulator::{self, Board};
+use super::program;
+use crate::board::size::Image;
+use crate::error::CommandError;
+
+/// Operations, by the end of the function's name, and what they are called.
+const OPERATIONS: [(&str, &str); 4] = [
+    ("instructions::twin::step", "located_step_aloft"),
+    ("instructions::core::step_written", "core_2_predict_and_update"),
+    ("instructions::estimation::update", "camera_frame_used"),
+    ("instructions::position::tick_once", "loop_tick_impact_aided"),
+];
+
+/// Calls of the last operation that are followed: 20 ms of motion.
+const TICKS: usize = 2000;
+
+/// Debian's package `llvm`.
+const DISASSEMBLER: &str = "llvm-objdump";
+const ANALYSER: &str = "llvm-mca";
+
+/// What an operation took.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Estimate {
+    /// `m4` or `m7`.
+    pub board: &'static str,
+    /// Name of the operation.
+    pub operation: &'static str,
+    /// Instructions of the call followed.
+    pub instructions: usize,
+    /// Cycles, estimated.
+    pub cycles_estimate: usize,
+}
+
+impl Board {
+    /// LLVM's name of the processor.
+    fn cpu(self) -> &'static str {
+        match self {
+            Self::M4 => "cortex-m4",
+            Self::M7 => "cortex-m7",
+        }
+    }
+
+    /// What a jump costs beside its own cycle: the pipeline is filled anew, or was predicted.
+    fn cycles_per_jump(self) -> usize {
+        match self {
+            Self::M4 => 2,
+            Self::M7 => 0,
+        }
+    }
+
+    /// Whether LLVM knows how long an instruction takes.
+    fn is_modelled(self, mnemonic: &str) -> bool {
+        self == Self::M4 || !["vcmp", "vmrs", "umull"].iter().any(|unknown| mnemonic.starts_with(unknown))
+    }
+}
+
+/// The estimates of all operations on `board`.
+///
+/// # Errors
+/// When a tool is missing or fails.
+pub fn estimate(board: Board) -> Result<Vec<Estimate>, CommandError> {
+    emulator::check()?;
+    let elf = program::build("rehearsal")?;
+    let image = Image::read(&elf)?;
+    let code = disassembled(&elf, board)?;
+    let entries = OPERATIONS.map(|(name, _)| {
+        image.functions.iter().find(|function| function.name.ends_with(name)).map(|function| function.address)
+    });
+    let mut estimates = Vec::new();
+    for ((_, operation), mut calls) in OPERATIONS.iter().zip(followed(&elf, board, entries)?) {
+        calls.sort_by_key(Vec::len);
+        let Some(call) = calls.get(calls.len() / 2) else { continue };
+        let cycles_estimate = analysed(call, &code, board)? + jumps(call, &code) * board.cycles_per_jump();
+        estimates.push(Estimate { board: board.key(), operation, instructions: call.len(), cycles_estimate });
+    }
+    Ok(estimates)
+}
+
+/// What was executed in every call of the functions that begin at `entries`, up to the return.
+fn followed(elf: &Path, board: Board, entries: [Option<u32>; 4]) -> Result<[Vec<Vec<u32>>; 4], CommandError> {
+    let tool = emulator::QEMU;
+    let lost = |source| CommandError::NoTool { tool, source };
+    let mut child = Command::new(tool)
+        .args(["-M", board.machine(), "-display", "none", "-monitor", "none", "-serial", "none"])
+        .args(["-singlestep", "-d", "exec,nochain"])
+        .args(["-semihosting-config", "enable=on,target=native", "-kernel"])
+        .arg(elf)
+        .stdin(Stdio::null())
+        .stdout(Stdio::null())
+        .stderr(Stdio::piped())
+        .spawn()
+        .map_err(lost)?;
+    let mut calls: [Vec<Vec<u32>>; 4] = Default::default();
+    // The operation that runs, where it returns to, and what it has executed.
+    let mut running: Option<(usize, u32, Vec<u32>)> = None;
+    let mut before = 0;
+    for line in child.stderr.take().into_iter().flat_map(|said| BufReader::new(said).lines()) {
+        let line = line.map_err(lost)?;
+        let Some(at) = address(&line) else { continue };
+        if let Some((operation, back, executed)) = &mut running {
+            if at == *back {
+                calls[*operation].push(std::mem::take(executed));
+                running = None;
+            } else {
+                executed.push(at);
+            }
+        } else if let Some(operation) = entries.iter().position(|&entry| entry == Some(at)) {
+            // The call has four bytes.
+            running = Some((operation, before + 4, vec![at]));
+        }
+        before = at;
+        if calls[3].len() >= TICKS {
+            break;
+        }
+    }
+    // It may have ended by itself; either way it is reaped.
+    let _ = child.kill();
+    let _ = child.wait();
+    Ok(calls)
+}
+
+/// The program counter in a line like `Trace 0: 0x7f.. [00800408/0000040a/00000110/ff000201] name`.
+fn address(line: &str) -> Option<u32> {
+    let (_, fields) = line.strip_prefix("Trace")?.split_once('[')?;
+    u32::from_str_radix(fields.split('/').nth(1)?, 16).ok()
+}
+
+/// The text of every instruction by its address.
+fn disassembled(elf: &Path, board: Board) -> Result<HashMap<u32, String>, CommandError> {
+    let tool = DISASSEMBLER;
+    let output = Command::new(tool)
+        .args(["-d", "--no-show-raw-insn", &format!("--mcpu={}", board.cpu())])
+        .arg(elf)
+        .output()
+        .map_err(|source| CommandError::NoTool { tool, source })?;
+    let said = String::from_utf8_lossy(&output.stdout);
+    let instruction = |line: &str| {
+        let (at, text) = line.split_once(':')?;
+        let text = text.split(['@', '<']).next()?.trim();
+        Some((u32::from_str_radix(at.trim(), 16).ok()?, text.to_owned()))
+    };
+    Ok(said.lines().filter_map(instruction).collect())
+}
+
+/// How often a call went on elsewhere than behind the instruction before.
+fn jumps(call: &[u32], code: &HashMap<u32, String>) -> usize {
+    let next = |at: u32| if code.contains_key(&(at + 2)) { at + 2 } else { at + 4 };
+    call.windows(2).filter(|pair| pair[1] != next(pair[0])).count()
+}
+
+/// Cycles of a straight line of instructions.
+fn analysed(call: &[u32], code: &HashMap<u32, String>, board: Board) -> Result<usize, CommandError> {
+    let tool = ANALYSER;
+    let lost = |source| CommandError::NoTool { tool, source };
+    let mut child = Command::new(tool)
+        .args(["-mtriple=thumbv7em-none-eabihf", &format!("-mcpu={}", board.cpu()), "-iterations=1"])
+        .args(["-instruction-info=0", "-resource-pressure=0"])
+        .stdin(Stdio::piped())
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .map_err(lost)?;
+    let line = straight_line(call, code, board);
+    if let Some(mut stdin) = child.stdin.take() {
+        stdin.write_all(line.as_bytes()).map_err(lost)?;
+    }
+    let output = child.wait_with_output().map_err(lost)?;
+    let said = String::from_utf8_lossy(&output.stdout);
+    let cycles = said.lines().find_map(|line| line.strip_prefix("Total Cycles:")?.trim().parse().ok());
+    cycles.ok_or_else(|| {
+        let complaint = String::from_utf8_lossy(&output.stderr);
+        CommandError::ToolFailed { tool, complaint: complaint.lines().next().unwrap_or_default().to_owned() }
+    })
+}
+
+/// A call as assembly: what was executed, one after the other, each jump to a label that is passed anyway.
+fn straight_line(call: &[u32], code: &HashMap<u32, String>, board: Board) -> String {
+    let mut text = String::from(".syntax unified\n.thumb\n1:\n");
+    for instruction in call.iter().filter_map(|at| code.get(at)) {
+        let mnemonic = instruction.split_whitespace().next().unwrap_or_default();
+        let written = match instruction.rsplit_once(char::is_whitespace) {
+            // Tables of jumps hold addresses of their own.
+            _ if mnemonic.starts_with("tb") || !board.is_modelled(mnemonic) => "nop".to_owned(),
+            // Conditions come from an `it` that the analyser does not follow.
+            _ if mnemonic.starts_with("it") => "nop".to_owned(),
+            Some((head, target)) if target.starts_with("0x") => format!("{head} 1b"),
+            _ => instruction.clone(),
+        };
+        text.push_str(&written);
+        text.push('\n');
+    }
+    text
+}
+
+/// For the terminal.
+pub fn table(board: Board, estimates: &[Estimate]) -> String {
+    let mut text =
+        format!("{}, cycles estimated by {ANALYSER}: no wait states, no caches\n\n", board.processor());
+    let _ = writeln!(text, "{:<26} {:>12} {:>9}", "operation", "instructions", "cycles");
+    for Estimate { operation, instructions, cycles_estimate, .. } in estimates {
+        let _ = writeln!(text, "{operation:<26} {instructions:>12} {cycles_estimate:>9}");
+    }
+    text
+}
+
+/// An array of [`Estimate`]s, one a line.
+pub fn json(estimates: &[Estimate]) -> String {
+    let records: Vec<String> =
+        estimates.iter().map(|estimate| serde_json::to_string(estimate).unwrap_or_default()).collect();
+    format!("[\n{}\n]\n", records.join(",\n"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn exact_address_of_a_line() {
+        let line = "Trace 0: 0x7faa98000b40 [00800408/0000040a/00000110/ff000201] Reset";
+        assert_eq!(address(line), Some(0x40a));
+        assert_eq!(address("Trace 0: 0x7faa98000b40"), None);
+        assert_eq!(address("qemu: hello"), None);
+    }
+
+    /// Two instructions in line, a jump back, and what follows it.
+    #[test]
+    fn exact_straight_line_and_jumps() {
+        let code = [(2, "vadd.f32\ts0, s1, s2"), (6, "bne\t0x2"), (8, "vcmp.f32\ts0, #0"), (12, "bx\tlr")];
+        let code: HashMap<u32, String> = code.map(|(at, text)| (at, text.to_owned())).into();
+        let call = [2, 6, 2, 6, 8, 12];
+        assert_eq!(jumps(&call, &code), 1);
+        let line = straight_line(&call, &code, Board::M7);
+        let expected = "vadd.f32\ts0, s1, s2\nbne 1b\nvadd.f32\ts0, s1, s2\nbne 1b\nnop\nbx\tlr\n";
+        assert_eq!(line, format!(".syntax unified\n.thumb\n1:\n{expected}"));
+    }
+}

@@ -1,0 +1,91 @@
+//! The counts as a section of the README: the operations a user asks for first, in words.
+
+use std::fmt::Write as _;
+
+use super::cycles::Estimate;
+use super::report::{Report, judged};
+use crate::report::section::Section;
+
+/// Where the section lies.
+pub const SECTION: Section =
+    Section { begin: "<!-- instructions:begin -->", end: "<!-- instructions:end -->" };
+
+/// What the rows say, and the operations that they tell of.
+const ROWS: [(&str, &str); 22] = [
+    ("filter core, two states: a prediction and a measurement", "core_2_predict_and_update"),
+    ("the same by the core of any size", "general_core_2_predict_and_update"),
+    ("the same by minikalman", "minikalman_2_predict_and_update"),
+    ("the same by adskalman, Joseph's form", "adskalman_joseph_2_predict_and_update"),
+    ("the same by adskalman, conventionally", "adskalman_2_predict_and_update"),
+    ("camera frame of `constant_rate`, used", "camera_frame_used"),
+    ("the same and a prediction", "camera_frame_used_and_prediction"),
+    ("vibrometer sample, `constant_rate`", "vibrometer_sample"),
+    ("vibrometer sample, `impact_aided`, mode B", "impact_aided_b_vibrometer_sample"),
+    ("vibrometer sample, `twin`, mode B", "twin_b_vibrometer_sample"),
+    ("vibrometer sample, `twin`, mode C", "twin_c_vibrometer_sample"),
+    ("driven step of 10 us aloft, impacts at the end of the step", "end_of_step_aloft"),
+    ("driven step of 10 us aloft, impacts located", "located_step_aloft"),
+    ("located step, mode B", "located_step_b"),
+    ("located step, mode C", "located_step_c"),
+    ("located step, at rest on the teeth", "located_step_at_rest"),
+    ("tick of the loop, `constant_rate`", "loop_tick"),
+    ("tick of the loop, `impact_aided`", "loop_tick_impact_aided"),
+    ("the same and a located step", "loop_tick_impact_aided_and_step"),
+    ("of these the ticks that drive", "loop_tick_impact_aided_and_driven_step"),
+    ("tick of the loop, `twin`", "loop_tick_twin"),
+    ("the same and a located step", "loop_tick_twin_and_step"),
+];
+
+/// The section: `report`'s counts, and the cycles that `estimates` has of them.
+pub fn section(report: &Report, estimates: &[Estimate]) -> String {
+    let mut text = format!("{}\n\n", report.title());
+    text.push_str(
+        "| operation | mean | longest | target | cycles, estimated |\n| --- | --- | --- | --- | --- |\n",
+    );
+    for (says, operation) in ROWS {
+        let Some(count) = report.count(operation) else { continue };
+        let cycles = estimates.iter().find(|estimate| estimate.operation == operation);
+        let cycles = cycles.map_or(String::new(), |estimate| estimate.cycles_estimate.to_string());
+        let _ =
+            writeln!(text, "| {says} | {:.0} | {} | {} | {cycles} |", count.mean(), count.max, judged(count));
+    }
+    text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::{Board, Listing};
+    use super::*;
+
+    /// Every row but those of other crates, which a plain count leaves out, tells of an operation that the reviewed counts have.
+    #[test]
+    fn exact_every_row_is_counted() {
+        let reviewed: serde_json::Value =
+            serde_json::from_str(include_str!("../../../../tests/qemu/instructions.m4.json")).unwrap();
+        let counted: Vec<&str> =
+            reviewed.as_array().unwrap().iter().map(|record| record["operation"].as_str().unwrap()).collect();
+        for (says, operation) in ROWS {
+            let foreign = operation.starts_with("minikalman") || operation.starts_with("adskalman");
+            assert!(foreign || counted.contains(&operation), "{says}: {operation}");
+        }
+    }
+
+    #[test]
+    fn exact_rows_have_counts_targets_and_cycles() {
+        let listing = Listing {
+            compiler: "rustc 1.95.0".to_owned(),
+            counts: super::super::report::tests::listing().counts,
+        };
+        let report = Report::new(Board::M4, listing).unwrap();
+        let estimate = Estimate {
+            board: "m4",
+            operation: "located_step_aloft",
+            instructions: 200,
+            cycles_estimate: 253,
+        };
+        let text = section(&report, &[estimate]);
+        let row = "| driven step of 10 us aloft, impacts located | 300 | 500 | max <= 180 missed | 253 |";
+        assert!(text.lines().any(|line| line == row), "{text}");
+        assert!(!text.contains("minikalman"), "{text}");
+    }
+}

@@ -1,0 +1,168 @@
+//! Processor in the loop: the firmware, on an emulated microcontroller, positions the simulated motor, and the host computes every tick as well.
+//!
+//! ```text
+//!                  +--> host: controller::tick -----------> report ----+
+//! plant, 10 us --> measurements                                        | bit by bit
+//!      ^           +--> microcontroller: controller::tick --> report --+
+//!      |                                                        |
+//!      +---------------- command of the microcontroller --------+
+//! ```
+//!
+//! In lock step: the plant stands still until the microcontroller has answered, so a run does not depend on how fast anything is.
+//!
+//! - [`Processor`]: whoever answers measurements with a report. [`Emulated`]: QEMU, over the frames of the [`link`] crate, by semihosting or the emulated serial line.
+//! - [`Live`]: the whole program of a board instead, on its own timer, out of step.
+//! - [`run`]: a move of a scene; what became of it, and the first [`Difference`].
+
+mod emulated;
+mod live;
+mod process;
+#[cfg(test)]
+mod tests;
+
+use std::fmt;
+
+use link::{Configuration, FilterKind, Report};
+use serde::Serialize;
+
+use crate::error::CommandError;
+use crate::runs::closed_loop::{Moment, Taken};
+use crate::runs::position::{self, Outcome};
+use crate::scene::Scene;
+pub use emulated::Emulated;
+pub use live::Live;
+pub use process::{Link, Wiring};
+
+/// Whoever is in the loop beside the host.
+pub trait Processor {
+    /// Prepares for a move.
+    ///
+    /// # Errors
+    /// When it refuses the move or does not answer.
+    fn arm(&mut self, configuration: Configuration) -> Result<(), CommandError>;
+
+    /// What a tick makes of the measurements that the host's tick took in.
+    ///
+    /// # Errors
+    /// When it does not answer with a report.
+    fn tick(&mut self, taken: &Taken) -> Result<Report, CommandError>;
+}
+
+/// Where the microcontroller first computed something else than the host.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, thiserror::Error)]
+#[error("step {step} of seed {seed}: {field} is {board} on the microcontroller and {host} on the host")]
+pub struct Difference {
+    /// Tick of the loop, from 1.
+    pub step: u64,
+    /// Part of the report.
+    pub field: &'static str,
+    /// Its bits on the host, in hexadecimal; `absent` where that part of the report is.
+    pub host: String,
+    /// Its bits on the microcontroller.
+    pub board: String,
+    /// Seed of the run.
+    pub seed: u64,
+}
+
+/// What became of a run. It ends at the first difference.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Run {
+    /// Whether both computed the same bits in every tick.
+    pub identical: bool,
+    /// Ticks compared.
+    pub steps: u64,
+    /// True angle at the end less the target; `null` after a difference.
+    pub final_error_mdeg: Option<f64>,
+    /// The first difference.
+    pub difference: Option<Difference>,
+    /// The move, as the microcontroller drove it; `null` after a difference.
+    pub outcome: Option<Outcome>,
+}
+
+impl Run {
+    /// The run as one JSON object on one line.
+    pub fn json(&self) -> String {
+        crate::report::files::json_line(self)
+    }
+}
+
+impl fmt::Display for Run {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if let Some(outcome) = &self.outcome {
+            write!(f, "{outcome}")?;
+        }
+        let verdict =
+            if self.identical { "every bit of every report is the host's" } else { "differs from the host" };
+        writeln!(f, "compared           {} ticks: {verdict}", self.steps)
+    }
+}
+
+/// The move of `scene`, as the microcontroller has to know it.
+pub(crate) fn configuration(scene: &Scene) -> Configuration {
+    Configuration {
+        filter: match scene.choice("estimator.filter") {
+            "impact_aided" => FilterKind::ImpactAided,
+            "twin" => FilterKind::Twin,
+            _ => FilterKind::ConstantRate,
+        },
+        target_deg: scene.number("position.to_deg"),
+        tolerance_deg: scene.number("position.tolerance_deg"),
+        deadline_nanos: position::nanos(scene, "position.deadline_s"),
+    }
+}
+
+/// Runs the move of `scene` with `processor` at the controls.
+///
+/// # Errors
+/// When the scene is refused, or the processor fails. A difference is no error here.
+pub fn run(scene: &Scene, processor: &mut impl Processor) -> Result<Run, CommandError> {
+    run_with(scene, processor, |_| Ok(()))
+}
+
+/// The same, showing every tick to `observe` when the processor has answered, whatever it answered.
+///
+/// # Errors
+/// When the scene is refused, or the processor or `observe` fails.
+pub fn run_with(
+    scene: &Scene,
+    processor: &mut impl Processor,
+    mut observe: impl FnMut(&Moment) -> Result<(), CommandError>,
+) -> Result<Run, CommandError> {
+    processor.arm(configuration(scene))?;
+    let mut steps = 0;
+    let outcome = position::run_with(scene, |closed_loop, moment| {
+        steps += 1;
+        let ours = Report::from(&moment.report);
+        let theirs = processor.tick(closed_loop.taken())?;
+        observe(moment)?;
+        if let Some((field, host, board)) = ours.difference(&theirs) {
+            let [host, board] = [host, board].map(hexadecimal);
+            return Err(Difference { step: steps, field, host, board, seed: scene.seed() }.into());
+        }
+        let command = theirs.applied.command();
+        closed_loop
+            .overrule(command.ok_or_else(|| CommandError::Board("commands what is no drive".to_owned()))?);
+        Ok(())
+    });
+    match outcome {
+        Ok(outcome) => Ok(Run {
+            identical: true,
+            steps,
+            final_error_mdeg: Some(outcome.final_error_mdeg),
+            difference: None,
+            outcome: Some(outcome),
+        }),
+        Err(CommandError::Difference(difference)) => Ok(Run {
+            identical: false,
+            steps,
+            final_error_mdeg: None,
+            difference: Some(difference),
+            outcome: None,
+        }),
+        Err(error) => Err(error),
+    }
+}
+
+fn hexadecimal(bits: Option<u64>) -> String {
+    bits.map_or_else(|| "absent".to_owned(), |bits| format!("{bits:#x}"))
+}

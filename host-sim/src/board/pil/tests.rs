@@ -1,0 +1,160 @@
+use super::*;
+use controller::{Drive, Limits, PositionLoop, PositioningTuning, Sense, Target};
+use estimator::{CameraFrame, LdvSample};
+use motor_model::{DriveCommand, Time};
+
+use crate::runs::filter::AnyFilter;
+
+/// What is done to a report.
+type Spoil = fn(&mut Report);
+
+/// Another processor: the loop once more, from the configuration alone, which spoils a field at a tick.
+struct Second {
+    position_loop: Option<PositionLoop<AnyFilter>>,
+    ticks: u64,
+    spoil_at: u64,
+    spoil: Spoil,
+}
+
+impl Second {
+    fn new(spoil_at: u64, spoil: Spoil) -> Self {
+        Self { position_loop: None, ticks: 0, spoil_at, spoil }
+    }
+}
+
+struct Ports<'a>(Option<CameraFrame>, std::slice::Iter<'a, LdvSample>);
+
+impl Sense for Ports<'_> {
+    fn camera_frame(&mut self) -> Option<CameraFrame> {
+        self.0.take()
+    }
+
+    fn ldv_sample(&mut self) -> Option<LdvSample> {
+        self.1.next().copied()
+    }
+}
+
+impl Drive for Ports<'_> {
+    fn drive(&mut self, command: DriveCommand) -> DriveCommand {
+        command
+    }
+}
+
+impl Processor for Second {
+    fn arm(&mut self, configuration: Configuration) -> Result<(), CommandError> {
+        let Configuration { filter, target_deg, tolerance_deg, deadline_nanos } = configuration;
+        let filter = match filter {
+            FilterKind::ConstantRate => "constant_rate",
+            FilterKind::ImpactAided => "impact_aided",
+            FilterKind::Twin => "twin",
+        };
+        let target = Target::try_new(target_deg, tolerance_deg)?;
+        let limits = Limits { deadline_nanos, ..Limits::default() };
+        let tuning = PositioningTuning { limits, ..PositioningTuning::default() };
+        self.position_loop = Some(PositionLoop::new(AnyFilter::named(filter)?, target, tuning, Time::ZERO));
+        Ok(())
+    }
+
+    fn tick(&mut self, taken: &Taken) -> Result<Report, CommandError> {
+        self.ticks += 1;
+        let now = Time::from_nanos(self.ticks * PositionLoop::TICK_NANOS);
+        let position_loop = self.position_loop.as_mut().expect("armed first");
+        let mut ports = Ports(taken.camera_frame, taken.ldv_samples.iter());
+        let mut report = Report::from(&controller::tick(position_loop, now, &mut ports));
+        if self.ticks == self.spoil_at {
+            (self.spoil)(&mut report);
+        }
+        Ok(report)
+    }
+}
+
+fn scene(sets: &[&str]) -> Scene {
+    let sets: Vec<String> = sets.iter().map(|&set| set.to_owned()).collect();
+    Scene::load(None, &sets).unwrap()
+}
+
+/// Filter, target, tolerance and deadline reach the processor, and the measurements are those that the host took in.
+#[test]
+fn dual_a_second_loop_computes_the_same_from_what_it_is_told() {
+    for sets in [
+        &["position.to_deg=-0.5", "position.hold_s=0.01"][..],
+        &["position.to_deg=20", "estimator.filter=impact_aided", "position.deadline_s=0.05", "seed=5"][..],
+        &[
+            "position.to_deg=1",
+            "position.tolerance_deg=0.5",
+            "camera.drop_probability=0.3",
+            "position.deadline_s=0.1",
+        ][..],
+    ] {
+        let scene = scene(sets);
+        let run = run(&scene, &mut Second::new(0, |_| ())).unwrap();
+        assert!(run.identical, "{run:?}");
+        let alone = position::run(&scene, |_| ()).unwrap();
+        assert_eq!(run.outcome, Some(alone));
+        let ticks = (run.outcome.unwrap().duration_s * 1e5).round();
+        assert_eq!(ticks.to_string(), run.steps.to_string());
+    }
+}
+
+/// L9: one bit of one field at one tick is found and named.
+#[test]
+fn exact_a_difference_is_named_by_step_field_and_both_values() {
+    let scene = scene(&["position.deadline_s=0.05", "seed=3"]);
+    let host = std::cell::Cell::new(0);
+    position::run(&scene, |moment| {
+        if moment.at == Time::from_nanos(2000 * PositionLoop::TICK_NANOS) {
+            host.set(moment.report.estimate.unwrap().rate_rad_s.to_bits());
+        }
+    })
+    .unwrap();
+    let spoil = |report: &mut Report| {
+        let estimate = report.estimate.as_mut().unwrap();
+        estimate.rate_rad_s = f32::from_bits(estimate.rate_rad_s.to_bits() ^ 1);
+    };
+    let run = run(&scene, &mut Second::new(2000, spoil)).unwrap();
+    assert!(!run.identical && run.outcome.is_none());
+    assert_eq!(run.steps, 2000);
+    let host = host.get();
+    let difference = run.difference.unwrap();
+    assert_eq!(
+        difference.to_string(),
+        format!(
+            "step 2000 of seed 3: estimate.rate_rad_s is {:#x} on the microcontroller and {host:#x} on the host",
+            host ^ 1
+        )
+    );
+}
+
+/// Every field is compared, and so is whether there is an estimate at all.
+#[test]
+fn law_no_field_of_a_report_is_left_out() {
+    let scene = scene(&["position.deadline_s=0.02"]);
+    let spoils: [(&str, Spoil); 21] = [
+        ("estimate.at_nanos", |r| r.estimate = None),
+        ("estimate.at_nanos", |r| r.estimate.as_mut().unwrap().at_nanos += 1),
+        ("estimate.angle_units", |r| r.estimate.as_mut().unwrap().angle_units -= 1),
+        ("estimate.angle_rad2", |r| r.estimate.as_mut().unwrap().angle_rad2 = f32::NAN),
+        ("estimate.angle_rate_rad2_s", |r| r.estimate.as_mut().unwrap().angle_rate_rad2_s += 1.0),
+        ("estimate.rate_rad2_s2", |r| r.estimate.as_mut().unwrap().rate_rad2_s2 *= 2.0),
+        ("estimate.resting", |r| r.estimate.as_mut().unwrap().resting ^= true),
+        ("health", |r| r.health ^= 1),
+        ("camera.source", |r| r.camera.as_mut().unwrap().source ^= 1),
+        ("camera.taken_nanos", |r| r.camera.as_mut().unwrap().taken_nanos += 1),
+        ("camera.innovation_rad", |r| r.camera.as_mut().unwrap().innovation_rad += 1.0),
+        ("camera.variance_rad2", |r| r.camera.as_mut().unwrap().variance_rad2 += 1.0),
+        ("camera.verdict", |r| r.camera.as_mut().unwrap().verdict ^= 1),
+        ("command.mode", |r| r.command.mode ^= 1),
+        ("command.amplitude", |r| r.command.amplitude += 0.25),
+        ("command.frequency_offset_hz", |r| r.command.frequency_offset_hz = -0.0),
+        ("applied.mode", |r| r.applied.mode ^= 1),
+        ("applied.amplitude", |r| r.applied.amplitude += 0.25),
+        ("applied.frequency_offset_hz", |r| r.applied.frequency_offset_hz = -0.0),
+        ("phase", |r| r.phase ^= 1),
+        ("since_nanos", |r| r.since_nanos += 1),
+    ];
+    for (field, spoil) in spoils {
+        // A tick with a camera frame: one comes every ten.
+        let difference = run(&scene, &mut Second::new(1000, spoil)).unwrap().difference.unwrap();
+        assert_eq!((difference.step, difference.field), (1000, field));
+    }
+}

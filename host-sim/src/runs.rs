@@ -1,0 +1,8 @@
+//! One motor, one run: in open loop, in closed loop, a move, a rate.
+
+pub mod closed_loop;
+pub mod filter;
+pub mod position;
+pub mod rate;
+pub mod record;
+pub mod simulate;

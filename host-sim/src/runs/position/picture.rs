@@ -1,0 +1,139 @@
+//! The picture of a move: target, truth and estimate, the last stretch, the estimator's error, and the drive.
+
+use motor_model::{Angle, DriveCommand, DriveMode};
+
+use super::{Outcome, Trace};
+use crate::error::CommandError;
+use crate::report::chart::{Axis, Colour, Figure, Panel, Series};
+use crate::runs::closed_loop::Moment;
+
+/// The move as an SVG document.
+///
+/// # Errors
+/// When the picture cannot be laid out.
+pub fn svg(outcome: &Outcome, trace: &Trace) -> Result<String, CommandError> {
+    let end_s = outcome.duration_s;
+    let caption = format!(
+        "plant drawn by seed {}: ended {:+.2} milli-degrees from the target after {:.3} s, {} drive switches, estimator within {:.1} milli-degrees rms",
+        outcome.seed,
+        outcome.final_error_mdeg,
+        outcome.duration_s,
+        outcome.drive_switches,
+        outcome.rms_estimate_error_mdeg
+    );
+    Figure::new(format!("Move to {} degrees in closed loop", outcome.target_deg))
+        .caption(caption)
+        .panel(angle(outcome, trace).height(330))
+        .panel(last_stretch("The last degree", 1000.0, outcome, trace).height(230))
+        .panel(
+            last_stretch("The last milli-degrees", 10e3 * outcome.tolerance_deg, outcome, trace).height(260),
+        )
+        .panel(rate(trace, end_s))
+        .panel(estimator_error(outcome, trace))
+        .panel(drive(trace, end_s).height(210))
+        .svg()
+}
+
+fn time(end_s: f64) -> Axis {
+    Axis::new("time (s)").within(0.0..end_s)
+}
+
+fn line(trace: &Trace, value: impl Fn(&Moment) -> Option<f64>) -> Vec<(f64, f64)> {
+    trace.moments.iter().filter_map(|moment| Some((moment.seconds(), value(moment)?))).collect()
+}
+
+fn truth(points: Vec<(f64, f64)>) -> Series {
+    Series::line(points).colour(Colour::Blue).width(2.0).label("truth")
+}
+
+fn estimate(points: Vec<(f64, f64)>) -> Series {
+    Series::line(points).colour(Colour::Vermilion).width(1.0).label("estimate")
+}
+
+/// Intervals during which `mode` was driven.
+fn driven(trace: &Trace, mode: DriveMode, end_s: f64) -> Vec<(f64, f64)> {
+    let ends = trace.commands.iter().skip(1).map(|(at, _)| *at).chain([end_s]);
+    trace
+        .commands
+        .iter()
+        .zip(ends)
+        .filter(|((_, c), _)| c.mode() == Some(mode))
+        .map(|((at, _), end)| (*at, end))
+        .collect()
+}
+
+fn angle(outcome: &Outcome, trace: &Trace) -> Panel {
+    let end_s = outcome.duration_s;
+    Panel::new("Angle", time(end_s), Axis::new("angle (deg)"))
+        .series(Series::spans(driven(trace, DriveMode::B, end_s)).colour(Colour::Orange).label("mode B on"))
+        .series(Series::spans(driven(trace, DriveMode::C, end_s)).colour(Colour::Green).label("mode C on"))
+        .series(
+            Series::dashes(vec![(0.0, outcome.target_deg), (end_s, outcome.target_deg)])
+                .colour(Colour::Black)
+                .label("target"),
+        )
+        .series(truth(line(trace, |moment| Some(moment.angle.degrees()))))
+        .series(estimate(line(trace, |moment| Some(moment.report.estimate?.angle.degrees()))))
+}
+
+/// From the moment the rotor last came within `reach_mdeg` of the target, in milli-degrees from it.
+fn last_stretch(title: &str, reach_mdeg: f64, outcome: &Outcome, trace: &Trace) -> Panel {
+    let tolerance_mdeg = 1e3 * outcome.tolerance_deg;
+    let end_s = outcome.duration_s;
+    let target = Angle::from_degrees(outcome.target_deg);
+    let off = |angle: Angle| 1e3 * angle.minus(target).degrees();
+    let outside = trace.moments.iter().rev().find(|moment| off(moment.angle).abs() > reach_mdeg);
+    let start_s = outside.map_or(0.0, |moment| (moment.seconds() - 0.02 * end_s).max(0.0)).min(0.9 * end_s);
+    let tolerance =
+        vec![(start_s, -tolerance_mdeg, tolerance_mdeg), (end_s, -tolerance_mdeg, tolerance_mdeg)];
+    let axis = Axis::new("off target (mdeg)").within(-reach_mdeg..reach_mdeg);
+    Panel::new(title, Axis::new("time (s)").within(start_s..end_s), axis)
+        .series(Series::spans(driven(trace, DriveMode::B, end_s)).colour(Colour::Orange))
+        .series(Series::spans(driven(trace, DriveMode::C, end_s)).colour(Colour::Green))
+        .series(Series::band(tolerance).colour(Colour::Black).label("tolerance"))
+        .series(truth(line(trace, |moment| Some(off(moment.angle)))))
+        .series(estimate(line(trace, |moment| Some(off(moment.report.estimate?.angle)))))
+}
+
+fn rate(trace: &Trace, end_s: f64) -> Panel {
+    Panel::new("Rate", time(end_s), Axis::new("rate (rad/s)"))
+        .series(truth(line(trace, |moment| Some(moment.rate_rad_s))))
+        .series(estimate(line(trace, |moment| Some(f64::from(moment.report.estimate?.rate_rad_s)))))
+}
+
+/// Estimated less true angle within the two standard deviations that the filter reports.
+fn estimator_error(outcome: &Outcome, trace: &Trace) -> Panel {
+    let end_s = outcome.duration_s;
+    // Before the first frames have settled the band would dwarf the rest.
+    let reach_mdeg = (6.0 * outcome.rms_estimate_error_moving_mdeg).max(10.0);
+    let two_sigma = |moment: &Moment| {
+        let variance = f64::from(moment.report.estimate?.angle_rad2);
+        Some(2e3 * motor_model::math::sqrt(variance).to_degrees())
+    };
+    let band = line(trace, two_sigma).into_iter().map(|(at, width)| (at, -width, width)).collect();
+    Panel::new(
+        "Error of the estimate",
+        time(end_s),
+        Axis::new("error (mdeg)").within(-reach_mdeg..reach_mdeg),
+    )
+    .series(Series::band(band).colour(Colour::Vermilion).label("two standard deviations, as reported"))
+    .series(
+        Series::line(line(trace, Moment::estimate_error_mdeg))
+            .colour(Colour::Black)
+            .label("estimate less truth"),
+    )
+}
+
+/// Amplitude, upwards for mode B and downwards for mode C.
+fn drive(trace: &Trace, end_s: f64) -> Panel {
+    let signed = |command: &DriveCommand| match command.mode() {
+        Some(DriveMode::B) => f64::from(command.amplitude()),
+        Some(DriveMode::C) => -f64::from(command.amplitude()),
+        None => 0.0,
+    };
+    let mut steps: Vec<(f64, f64)> =
+        trace.commands.iter().map(|(at, command)| (*at, signed(command))).collect();
+    steps.extend(steps.last().map(|(_, last)| (end_s, *last)));
+    Panel::new("Drive: mode B up, mode C down", time(end_s), Axis::new("amplitude").within(-1.1..1.1))
+        .series(Series::steps(steps).colour(Colour::Purple).width(1.5))
+}

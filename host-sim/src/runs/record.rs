@@ -1,0 +1,125 @@
+//! A run written down: CSV, one row every 50 us, units in the names of the columns.
+
+use std::path::Path;
+
+use motor_model::DriveMode;
+
+use crate::error::CommandError;
+use crate::math::spectrum::SAMPLE_RATE_HZ;
+use crate::report::files::Output;
+use crate::runs::simulate::{Observer, Sample};
+
+/// Names of the columns.
+const COLUMNS: [&str; 9] = [
+    "time_s",
+    "height_m",
+    "velocity_m_s",
+    "angle_deg",
+    "rate_rad_s",
+    "tooth_height_0_m",
+    "tooth_height_1_m",
+    "drive",
+    "amplitude",
+];
+
+/// Writes the samples of a run as CSV.
+#[derive(Debug)]
+pub struct Record {
+    csv: csv::Writer<Output>,
+}
+
+impl Record {
+    /// A record that will be at `path` after [`Self::publish`].
+    ///
+    /// # Errors
+    /// When nothing can be written there.
+    pub fn create(path: &Path) -> Result<Self, CommandError> {
+        let mut record = Self { csv: csv::Writer::from_writer(Output::create(path)?) };
+        record.write(&COLUMNS.map(str::to_owned))?;
+        Ok(record)
+    }
+
+    fn write(&mut self, row: &[String; 9]) -> Result<(), CommandError> {
+        self.csv.write_record(row).map_err(|error| self.csv.get_ref().unwritable(error.into()))
+    }
+
+    /// Puts the record in its place.
+    ///
+    /// # Errors
+    /// When the rest cannot be written.
+    pub fn publish(mut self) -> Result<(), CommandError> {
+        self.csv.flush().map_err(|source| self.csv.get_ref().unwritable(source))?;
+        match self.csv.into_inner() {
+            Ok(output) => output.publish(),
+            Err(refused) => Err(CommandError::StandardOutput(refused.into_error())),
+        }
+    }
+}
+
+impl Observer for Record {
+    fn interval_s(&self) -> Option<f64> {
+        Some(1.0 / SAMPLE_RATE_HZ)
+    }
+
+    fn observe(&mut self, sample: &Sample) -> Result<(), CommandError> {
+        let drive = match sample.drive.mode() {
+            Some(DriveMode::B) => "b",
+            Some(DriveMode::C) => "c",
+            None => "off",
+        };
+        let [first, second] = sample.tooth_heights_m;
+        self.write(&[
+            // Times are whole steps of at least 1 ns.
+            format!("{:.9}", sample.time_s),
+            format!("{:e}", sample.height_m),
+            format!("{:e}", sample.velocity_m_s),
+            format!("{}", sample.angle_deg),
+            format!("{}", sample.rate_rad_s),
+            format!("{first:e}"),
+            format!("{second:e}"),
+            drive.to_owned(),
+            format!("{}", sample.drive.amplitude()),
+        ])
+    }
+}
+
+/// A record that may not be wanted.
+impl Observer for Option<Record> {
+    fn interval_s(&self) -> Option<f64> {
+        self.as_ref().and_then(Record::interval_s)
+    }
+
+    fn observe(&mut self, sample: &Sample) -> Result<(), CommandError> {
+        self.as_mut().map_or(Ok(()), |record| record.observe(sample))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::runs::simulate::{Run, simulate};
+    use crate::scene::Scene;
+
+    #[test]
+    fn exact_rows_and_columns() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("run.csv");
+        let mut scene = Scene::default();
+        scene.set("simulate.duration_s", "0.01").unwrap();
+        scene.set("simulate.settle_s", "0").unwrap();
+        let mut record = Record::create(&path).unwrap();
+        simulate(&Run::from_scene(&scene).unwrap(), &mut record).unwrap();
+        assert!(!path.exists(), "nothing is there before the end");
+        record.publish().unwrap();
+
+        let mut csv = csv::Reader::from_path(&path).unwrap();
+        assert_eq!(csv.headers().unwrap(), COLUMNS.as_slice());
+        let rows: Vec<_> = csv.records().map(Result::unwrap).collect();
+        assert_eq!(rows.len(), 201);
+        let number = |row: usize, column: usize| rows[row][column].parse::<f64>().unwrap();
+        assert!((number(200, 0) - 0.01).abs() < 1e-12);
+        assert!(number(0, 1).abs() <= 0.0, "a run starts at rest");
+        assert!((1..5).all(|column| number(200, column).is_finite()));
+        assert_eq!(&rows[7][7], "c");
+    }
+}

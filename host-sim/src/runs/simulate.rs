@@ -1,0 +1,281 @@
+//! The open loop: one motor under one constant drive, watched while it runs and summed up after it has settled.
+
+mod report;
+mod run;
+
+use motor_model::{DriveCommand, DriveMode, FrictionLaw, ImpactRule, MotorParams, MotorSetup};
+use serde::Serialize;
+
+use crate::error::{CommandError, plain};
+use crate::math::spectrum::SAMPLE_RATE_HZ;
+use crate::scene::{Kind, Scene, Setting};
+
+pub use report::Report;
+pub use run::{FAST_APPROACH_M_S, Observer, RunSummary, Sample, simulate};
+
+/// Settings of a run.
+pub const SETTINGS: &[Setting] = &[
+    Setting {
+        key: "simulate.drive",
+        unit: "",
+        kind: Kind::Choice { default: "c", of: &["b", "c", "off"] },
+        meaning: "mode that the coil drives: b turns the rotor clockwise, c counter-clockwise",
+    },
+    Setting {
+        key: "simulate.amplitude",
+        unit: "",
+        kind: Kind::Number { default: 1.0, min: 0.0, max: DriveCommand::AMPLITUDE_MAX as f64 },
+        meaning: "drive amplitude, 1 being that of Table 1",
+    },
+    Setting {
+        key: "simulate.duration_s",
+        unit: "s",
+        kind: Kind::Number { default: 2.0, min: 1e-4, max: 1e5 },
+        meaning: "simulated time",
+    },
+    Setting {
+        key: "simulate.settle_s",
+        unit: "s",
+        kind: Kind::Number { default: 0.5, min: 0.0, max: 1e5 },
+        meaning: "time left out of the statistics at the start",
+    },
+    Setting {
+        key: "simulate.step_s",
+        unit: "s",
+        kind: Kind::Number { default: 1e-6, min: 1e-9, max: 1e-3 },
+        meaning: "length of a step",
+    },
+    Setting {
+        key: "simulate.friction",
+        unit: "",
+        kind: Kind::Choice { default: "coulomb", of: &["paper", "coulomb"] },
+        meaning: "law of friction: paper limits it by the angle of contact as well",
+    },
+    Setting {
+        key: "simulate.impacts",
+        unit: "",
+        kind: Kind::Choice { default: "located", of: &["end_of_step", "located"] },
+        meaning: "when an impact is applied: where it happens, or at the end of its step, as in the paper's program",
+    },
+    Setting {
+        key: "simulate.precision",
+        unit: "",
+        kind: Kind::Choice { default: "f64", of: &["f32", "f64"] },
+        meaning: "arithmetic of the motor: f32 is the microcontroller's",
+    },
+];
+
+/// Most steps of a run: a few minutes of computing.
+const STEPS_MAX: f64 = 1e10;
+
+/// Arithmetic of the motor.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Precision {
+    /// The microcontroller's.
+    F32,
+    /// The plant's.
+    F64,
+}
+
+/// What to run.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Run {
+    /// The motor.
+    pub params: MotorParams,
+    /// The drive, from the first step to the last.
+    pub drive: DriveCommand,
+    /// Simulated time.
+    pub duration_s: f64,
+    /// Time left out of the statistics at the start.
+    pub settle_s: f64,
+    /// Length of a step.
+    pub step_s: f64,
+    /// How impacts are found.
+    pub impact_rule: ImpactRule,
+    /// What limits the tangential impulse.
+    pub friction_law: FrictionLaw,
+    /// Arithmetic of the motor.
+    pub precision: Precision,
+    /// Names the run's random numbers.
+    pub seed: u64,
+}
+
+/// A run counted in steps.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Schedule {
+    /// Steps in all.
+    pub steps: u64,
+    /// Steps before the statistics start.
+    pub settle_steps: u64,
+    /// Steps from one sample of the statistics to the next.
+    pub sample_steps: u64,
+}
+
+impl Run {
+    /// The run that a scene asks for.
+    ///
+    /// # Errors
+    /// When the amplitude is out of bounds, which the scene's own bounds exclude.
+    pub fn from_scene(scene: &Scene) -> Result<Self, CommandError> {
+        let drive = match scene.choice("simulate.drive") {
+            "b" => Some(DriveMode::B),
+            "c" => Some(DriveMode::C),
+            _ => None,
+        };
+        #[expect(
+            clippy::cast_possible_truncation,
+            reason = "the command is f32: it goes to a microcontroller"
+        )]
+        let amplitude = scene.number("simulate.amplitude") as f32;
+        Ok(Self {
+            params: scene.motor_params(),
+            drive: drive.map_or(Ok(DriveCommand::OFF), |mode| DriveCommand::try_new(mode, amplitude))?,
+            duration_s: scene.number("simulate.duration_s"),
+            settle_s: scene.number("simulate.settle_s"),
+            step_s: scene.number("simulate.step_s"),
+            impact_rule: impact_rule(scene.choice("simulate.impacts")),
+            friction_law: match scene.choice("simulate.friction") {
+                "paper" => FrictionLaw::Paper,
+                _ => FrictionLaw::Coulomb,
+            },
+            precision: match scene.choice("simulate.precision") {
+                "f32" => Precision::F32,
+                _ => Precision::F64,
+            },
+            seed: scene.seed(),
+        })
+    }
+
+    /// The run in steps, if its times go together.
+    ///
+    /// # Errors
+    /// When there are too many steps, or too few after settling to say anything.
+    pub fn schedule(&self) -> Result<Schedule, CommandError> {
+        let Self { duration_s, settle_s, step_s, .. } = *self;
+        if duration_s / step_s > STEPS_MAX {
+            return Err(CommandError::Conflict {
+                conflict: format!(
+                    "simulate.duration_s = {} s in steps of simulate.step_s = {} s are {:e} steps, more than {STEPS_MAX:e}",
+                    plain(duration_s),
+                    plain(step_s),
+                    duration_s / step_s
+                ),
+                hint: format!(
+                    "steps of at least {} s, or at most {} s of time",
+                    plain(duration_s / STEPS_MAX),
+                    plain(step_s * STEPS_MAX)
+                ),
+            });
+        }
+        let schedule = Schedule {
+            steps: steps_in(duration_s, step_s),
+            settle_steps: steps_in(settle_s, step_s),
+            sample_steps: steps_in(1.0 / SAMPLE_RATE_HZ, step_s).max(1),
+        };
+        let samples = |steps| steps / schedule.sample_steps;
+        if samples(schedule.steps) < samples(schedule.settle_steps) + 2 {
+            let two_samples_s = 2.0 / self.sample_rate_hz(&schedule);
+            return Err(CommandError::Conflict {
+                conflict: format!(
+                    "simulate.settle_s = {} s leaves nothing of simulate.duration_s = {} s for the statistics",
+                    plain(settle_s),
+                    plain(duration_s)
+                ),
+                hint: format!(
+                    "simulate.duration_s of at least {} s, two samples more than the settling",
+                    plain(settle_s + two_samples_s)
+                ),
+            });
+        }
+        Ok(schedule)
+    }
+
+    /// Samples per second of the statistics: 20 kHz, or the nearest that whole steps make.
+    #[expect(clippy::cast_precision_loss, reason = "at most 50,000 steps a sample")]
+    pub fn sample_rate_hz(&self, schedule: &Schedule) -> f64 {
+        let rate_hz = 1.0 / (schedule.sample_steps as f64 * self.step_s);
+        let is_nominal = (rate_hz / SAMPLE_RATE_HZ - 1.0).abs() < 1e-12;
+        if is_nominal { SAMPLE_RATE_HZ } else { rate_hz }
+    }
+
+    /// How the motor of this run is set up.
+    pub fn setup(&self) -> MotorSetup {
+        use crate::math::random_streams::{Source, stream};
+        let variation = motor_model::AmplitudeVariation::draw(
+            &self.params,
+            &mut stream(self.seed, Source::AmplitudeVariation),
+        );
+        MotorSetup {
+            impact_rule: self.impact_rule,
+            friction_law: self.friction_law,
+            variation,
+            ..MotorSetup::with_step(self.step_s)
+        }
+    }
+}
+
+/// The rule that a scene calls `word`.
+pub fn impact_rule(word: &str) -> ImpactRule {
+    if word == "located" { ImpactRule::Located } else { ImpactRule::EndOfStep }
+}
+
+/// The nearest whole number of steps in a time.
+#[expect(
+    clippy::cast_possible_truncation,
+    clippy::cast_sign_loss,
+    reason = "times are positive and bounded; a cast saturates"
+)]
+pub(crate) fn steps_in(time_s: f64, step_s: f64) -> u64 {
+    (time_s / step_s).round() as u64
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn run_of(sets: &[&str]) -> Run {
+        let mut scene = Scene::default();
+        for set in sets {
+            let (key, value) = set.split_once('=').unwrap();
+            scene.set(key, value).unwrap();
+        }
+        Run::from_scene(&scene).unwrap()
+    }
+
+    #[test]
+    fn exact_defaults() {
+        let run = run_of(&[]);
+        assert_eq!(run.drive, DriveCommand::full(DriveMode::C));
+        assert_eq!((run.friction_law, run.precision, run.seed), (FrictionLaw::Coulomb, Precision::F64, 1));
+        let schedule = run.schedule().unwrap();
+        assert_eq!(schedule, Schedule { steps: 2_000_000, settle_steps: 500_000, sample_steps: 50 });
+        assert!((run.sample_rate_hz(&schedule) - 20_000.0).abs() < 1e-9);
+    }
+
+    /// 50 us is 16.67 steps of 3 us: 17 of them make 19,608 samples per second.
+    #[test]
+    fn exact_sample_rate_of_a_step_that_does_not_divide() {
+        let run = run_of(&["simulate.step_s=3e-6"]);
+        let schedule = run.schedule().unwrap();
+        assert_eq!(schedule.sample_steps, 17);
+        assert!((run.sample_rate_hz(&schedule) - 19_607.843_137).abs() < 1e-5);
+    }
+
+    #[test]
+    fn exact_times_that_clash_are_refused_with_numbers_that_work() {
+        let refused = run_of(&["simulate.settle_s=2"]).schedule().unwrap_err().one_line();
+        assert_eq!(
+            refused,
+            "error: simulate.settle_s = 2 s leaves nothing of simulate.duration_s = 2 s for the statistics; \
+             hint: simulate.duration_s of at least 2.0001 s, two samples more than the settling"
+        );
+        assert!(run_of(&["simulate.settle_s=2", "simulate.duration_s=2.0001"]).schedule().is_ok());
+
+        let refused =
+            run_of(&["simulate.step_s=1e-9", "simulate.duration_s=100"]).schedule().unwrap_err().one_line();
+        assert!(refused.contains("1e11 steps, more than 1e10"), "{refused}");
+        assert!(refused.ends_with("hint: steps of at least 1e-8 s, or at most 10 s of time"), "{refused}");
+        assert!(run_of(&["simulate.step_s=1e-8", "simulate.duration_s=100"]).schedule().is_ok());
+    }
+}

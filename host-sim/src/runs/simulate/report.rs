@@ -1,0 +1,125 @@
+//! What `host-sim simulate` says of a run.
+
+use std::fmt;
+
+use motor_model::{DriveMode, FrictionLaw, ImpactRule};
+use serde::Serialize;
+
+use super::{Precision, Run, RunSummary};
+
+/// The result of a run with the settings that made it; JSON by its field names.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct Report {
+    /// `b`, `c` or `off`.
+    pub drive: &'static str,
+    /// Drive amplitude.
+    pub amplitude: f32,
+    /// Simulated time.
+    pub duration_s: f64,
+    /// Time left out of the statistics.
+    pub settle_s: f64,
+    /// Length of a step.
+    pub step_s: f64,
+    /// Seed.
+    pub seed: u64,
+    /// `end_of_step` or `located`.
+    pub impacts: &'static str,
+    /// `paper` or `coulomb`.
+    pub friction: &'static str,
+    /// `f32` or `f64`.
+    pub precision: &'static str,
+    /// Mean rate, clockwise positive.
+    pub rotor_rate_mean_rad_s: f64,
+    /// Standard deviation of the rate.
+    pub rotor_rate_sd_rad_s: f64,
+    /// Frequency of the largest line of the vertical velocity below 5 kHz; null when nothing collides.
+    pub collision_frequency_hz: Option<f64>,
+    /// Amplitude of that line; 0 when nothing collides.
+    pub collision_amplitude_m_s: f64,
+    /// Impacts that approach faster than 1 mm/s.
+    pub impacts_per_s: f64,
+    /// Angle turned since the start, clockwise positive.
+    pub angle_deg: f64,
+    /// Samples in the spectrum.
+    pub spectrum_samples: usize,
+    /// Samples per second of rate and spectrum.
+    pub sample_rate_hz: f64,
+    /// Steps taken.
+    pub steps: u64,
+    /// Time that the run took on this machine.
+    pub wall_s: f64,
+}
+
+impl Report {
+    /// The report of `run`, which ended as `summary` and took `wall_s`.
+    pub fn new(run: &Run, summary: &RunSummary, wall_s: f64) -> Self {
+        Self {
+            drive: match run.drive.mode() {
+                Some(DriveMode::B) => "b",
+                Some(DriveMode::C) => "c",
+                None => "off",
+            },
+            amplitude: run.drive.amplitude(),
+            duration_s: run.duration_s,
+            settle_s: run.settle_s,
+            step_s: run.step_s,
+            seed: run.seed,
+            impacts: match run.impact_rule {
+                ImpactRule::EndOfStep => "end_of_step",
+                ImpactRule::Located => "located",
+            },
+            friction: match run.friction_law {
+                FrictionLaw::Paper => "paper",
+                FrictionLaw::Coulomb => "coulomb",
+            },
+            precision: match run.precision {
+                Precision::F32 => "f32",
+                Precision::F64 => "f64",
+            },
+            rotor_rate_mean_rad_s: summary.rate_rad_s.mean,
+            rotor_rate_sd_rad_s: summary.rate_rad_s.sd,
+            collision_frequency_hz: summary.collision.map(|line| line.frequency_hz),
+            collision_amplitude_m_s: summary.collision.map_or(0.0, |line| line.amplitude),
+            impacts_per_s: summary.impacts_per_s,
+            angle_deg: summary.angle_deg,
+            spectrum_samples: summary.spectrum_samples,
+            sample_rate_hz: summary.sample_rate_hz,
+            steps: summary.steps,
+            wall_s,
+        }
+    }
+
+    /// The report as one JSON object on one line.
+    pub fn json(&self) -> String {
+        crate::report::files::json_line(self)
+    }
+}
+
+impl fmt::Display for Report {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { drive, amplitude, duration_s, settle_s, step_s, seed, friction, precision, .. } = self;
+        writeln!(f, "drive {drive}, amplitude {amplitude}, {friction} friction, {precision}, seed {seed}")?;
+        let impacts =
+            if self.impacts == "located" { "where they happen" } else { "at the end of their step" };
+        writeln!(
+            f,
+            "{duration_s} s in steps of {:.4} us, {settle_s} s to settle; impacts {impacts}",
+            1e6 * step_s
+        )?;
+        writeln!(f)?;
+        let (rate, sd) = (self.rotor_rate_mean_rad_s, self.rotor_rate_sd_rad_s);
+        writeln!(f, "rotor rate            {rate:+.4} +- {sd:.4} rad/s, clockwise positive")?;
+        writeln!(f, "turned                {:+.3} deg", self.angle_deg)?;
+        match self.collision_frequency_hz {
+            Some(frequency_hz) => {
+                writeln!(f, "collision frequency   {frequency_hz:.1} Hz")?;
+                writeln!(f, "collision amplitude   {:.3} mm/s", 1e3 * self.collision_amplitude_m_s)?;
+            }
+            None => writeln!(f, "collision frequency   none: nothing collides")?,
+        }
+        writeln!(f, "impacts               {:.1} per s, faster than 1 mm/s", self.impacts_per_s)?;
+        writeln!(f)?;
+        let nanoseconds = 1e9 * self.wall_s * step_s / duration_s;
+        writeln!(f, "{} steps in {:.3} s: {nanoseconds:.1} ns a step", self.steps, self.wall_s)
+    }
+}

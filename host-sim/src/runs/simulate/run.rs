@@ -1,0 +1,252 @@
+//! Running a motor, in either precision, with somebody watching.
+
+use motor_model::{DriveCommand, Motor, MotorState, Real};
+
+use super::{Precision, Run, Schedule, steps_in};
+use crate::error::CommandError;
+use crate::math::spectrum::{LIMIT_HZ, SpectralLine, Tail};
+use crate::math::statistics::{Accumulator, Spread};
+
+/// An impact counts when tooth and rotor approach faster than this: chattering makes the bare count depend on the step.
+pub const FAST_APPROACH_M_S: f64 = 1e-3;
+
+/// What can be seen of a motor at an instant.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Sample {
+    /// Simulated time.
+    pub time_s: f64,
+    /// Height of the rotor over the teeth at rest.
+    pub height_m: f64,
+    /// Vertical velocity of the rotor.
+    pub velocity_m_s: f64,
+    /// Angle turned.
+    pub angle_deg: f64,
+    /// Angular rate.
+    pub rate_rad_s: f64,
+    /// Heights of both pairs of teeth.
+    pub tooth_heights_m: [f64; 2],
+    /// The drive in force.
+    pub drive: DriveCommand,
+}
+
+/// Watches a run.
+pub trait Observer {
+    /// Time between the samples it wants, rounded to whole steps; `None` for no samples.
+    fn interval_s(&self) -> Option<f64>;
+
+    /// Takes a sample: the first at the start, the last not after the end.
+    ///
+    /// # Errors
+    /// When it cannot go on; the run then stops with that error.
+    fn observe(&mut self, sample: &Sample) -> Result<(), CommandError>;
+}
+
+/// Watches nothing.
+impl Observer for () {
+    fn interval_s(&self) -> Option<f64> {
+        None
+    }
+
+    fn observe(&mut self, _: &Sample) -> Result<(), CommandError> {
+        Ok(())
+    }
+}
+
+/// What is said of a run, from the end of settling to the end.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RunSummary {
+    /// Rate of the rotor, over samples at [`crate::math::spectrum::SAMPLE_RATE_HZ`].
+    pub rate_rad_s: Spread,
+    /// Largest line of the vertical velocity below [`LIMIT_HZ`]; `None` when no impact counted.
+    pub collision: Option<SpectralLine>,
+    /// Impacts that approached faster than [`FAST_APPROACH_M_S`], per second.
+    pub impacts_per_s: f64,
+    /// Angle turned since the start.
+    pub angle_deg: f64,
+    /// Steps taken.
+    pub steps: u64,
+    /// Samples in the spectrum.
+    pub spectrum_samples: usize,
+    /// Samples per second of rate and spectrum.
+    pub sample_rate_hz: f64,
+}
+
+/// Runs `run` from rest while `observer` watches.
+///
+/// # Errors
+/// When the run's settings do not go together, its numbers grow beyond all bounds, or the observer gives up.
+pub fn simulate(run: &Run, observer: &mut impl Observer) -> Result<RunSummary, CommandError> {
+    let schedule = run.schedule()?;
+    match run.precision {
+        Precision::F32 => simulate_in::<f32>(run, &schedule, observer),
+        Precision::F64 => simulate_in::<f64>(run, &schedule, observer),
+    }
+}
+
+#[expect(clippy::cast_precision_loss, reason = "step counts stay below 2^53")]
+fn simulate_in<T: Real>(
+    run: &Run,
+    schedule: &Schedule,
+    observer: &mut impl Observer,
+) -> Result<RunSummary, CommandError> {
+    let motor = Motor::<T>::try_new(&run.params, &run.setup())?;
+    let mut state = MotorState::default();
+    let sample_rate_hz = run.sample_rate_hz(schedule);
+    let fast_approach = T::from_f64(FAST_APPROACH_M_S);
+    let observer_steps = observer.interval_s().map(|interval_s| steps_in(interval_s, run.step_s).max(1));
+
+    let mut rate = Accumulator::default();
+    let mut velocity = Tail::default();
+    let mut fast_impacts = 0_u64;
+    let mut fast_impacts_settled = 0;
+    if observer_steps.is_some() {
+        observer.observe(&sample(&motor, &state, run.drive))?;
+    }
+    while state.steps < schedule.steps {
+        let settling_ends =
+            if state.steps < schedule.settle_steps { schedule.settle_steps } else { u64::MAX };
+        let stop = next_multiple(state.steps, schedule.sample_steps)
+            .min(observer_steps.map_or(u64::MAX, |interval| next_multiple(state.steps, interval)))
+            .min(settling_ends)
+            .min(schedule.steps);
+        while state.steps < stop {
+            for impact in &motor.step(&mut state, run.drive) {
+                fast_impacts += u64::from(impact.approach_m_s > fast_approach);
+            }
+        }
+        if stop == schedule.settle_steps {
+            fast_impacts_settled = fast_impacts;
+        }
+        if stop.is_multiple_of(schedule.sample_steps) {
+            let (rate_rad_s, velocity_m_s) =
+                (state.rotor.rate_rad_s.to_f64(), state.rotor.velocity_m_s.to_f64());
+            let time_s = stop as f64 * run.step_s;
+            for (quantity, value) in
+                [("the rotor's rate", rate_rad_s), ("the rotor's velocity", velocity_m_s)]
+            {
+                if !value.is_finite() {
+                    return Err(CommandError::Diverged { quantity, time_s });
+                }
+            }
+            if stop > schedule.settle_steps {
+                rate.add(rate_rad_s);
+                velocity.push(velocity_m_s);
+            }
+        }
+        if observer_steps.is_some_and(|interval| stop.is_multiple_of(interval)) {
+            observer.observe(&sample(&motor, &state, run.drive))?;
+        }
+    }
+
+    let counted = fast_impacts - fast_impacts_settled;
+    let settled_s = (schedule.steps - schedule.settle_steps) as f64 * run.step_s;
+    let largest = || velocity.spectrum(sample_rate_hz).largest_below(LIMIT_HZ);
+    Ok(RunSummary {
+        rate_rad_s: rate.spread(),
+        collision: if counted > 0 { largest() } else { None },
+        impacts_per_s: counted as f64 / settled_s,
+        angle_deg: state.rotor.angle.angle().degrees(),
+        steps: state.steps,
+        spectrum_samples: velocity.len(),
+        sample_rate_hz,
+    })
+}
+
+/// The first multiple of `interval` after `step`.
+fn next_multiple(step: u64, interval: u64) -> u64 {
+    (step / interval + 1) * interval
+}
+
+#[expect(clippy::cast_precision_loss, reason = "step counts stay below 2^53")]
+fn sample<T: Real>(motor: &Motor<T>, state: &MotorState<T>, drive: DriveCommand) -> Sample {
+    let [first, second] = motor.teeth();
+    Sample {
+        time_s: state.steps as f64 * motor.step_s(),
+        height_m: state.rotor.height_m.to_f64(),
+        velocity_m_s: state.rotor.velocity_m_s.to_f64(),
+        angle_deg: state.rotor.angle.angle().degrees(),
+        rate_rad_s: state.rotor.rate_rad_s.to_f64(),
+        tooth_heights_m: [first.height(&state.modes).to_f64(), second.height(&state.modes).to_f64()],
+        drive,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::Scene;
+
+    fn run_of(sets: &[(&str, &str)]) -> Run {
+        let mut scene = Scene::default();
+        for (key, value) in [("simulate.duration_s", "0.3"), ("simulate.settle_s", "0.1")].iter().chain(sets)
+        {
+            scene.set(key, value).unwrap();
+        }
+        Run::from_scene(&scene).unwrap()
+    }
+
+    /// Keeps what it is shown.
+    struct Keep(f64, Vec<Sample>);
+
+    impl Observer for Keep {
+        fn interval_s(&self) -> Option<f64> {
+            Some(self.0)
+        }
+        fn observe(&mut self, sample: &Sample) -> Result<(), CommandError> {
+            self.1.push(*sample);
+            Ok(())
+        }
+    }
+
+    #[test]
+    fn law_watching_changes_nothing_and_the_seed_does() {
+        let run = run_of(&[]);
+        let mut keep = Keep(7e-6, Vec::new());
+        let unseen = simulate(&run, &mut ()).unwrap();
+        assert_eq!(unseen, simulate(&run, &mut keep).unwrap());
+        assert_ne!(unseen, simulate(&Run { seed: 2, ..run }, &mut ()).unwrap());
+        // 0.3 s / 7 us = 42857.1, and the start.
+        assert_eq!(keep.1.len(), 42_858);
+        assert!((keep.1[3].time_s - 21e-6).abs() < 1e-15);
+    }
+
+    /// The summary against the same figures taken from what an observer saw, in plain sums.
+    #[test]
+    fn dual_summary_is_that_of_the_samples() {
+        let run = run_of(&[("simulate.drive", "b")]);
+        let mut keep = Keep(50e-6, Vec::new());
+        let summary = simulate(&run, &mut keep).unwrap();
+        let settled: Vec<&Sample> = keep.1.iter().filter(|sample| sample.time_s > 0.1 + 1e-9).collect();
+        assert_eq!((summary.spectrum_samples, settled.len()), (4000, 4000));
+        let mean = settled.iter().map(|sample| sample.rate_rad_s).sum::<f64>() / 4000.0;
+        assert!((summary.rate_rad_s.mean - mean).abs() < 1e-12 * mean.abs());
+        assert!(mean > 1.0, "mode B turns clockwise");
+        let turned_deg = keep.1.last().unwrap().angle_deg;
+        assert!((summary.angle_deg - turned_deg).abs() < 1e-12);
+    }
+
+    #[test]
+    fn law_nothing_collides_and_nothing_turns_without_drive() {
+        // A rotor at rest still falls onto the teeth each step: friction at that impulse, mu g dt m_r R_t / J, is the most it can turn.
+        let one_step_rad_s = 0.4 * 9.81 * 1e-6 * 46e-6 * 3.063e-3 / 4.59e-10;
+        for precision in ["f32", "f64"] {
+            let run = run_of(&[("simulate.drive", "off"), ("simulate.precision", precision)]);
+            let summary = simulate(&run, &mut ()).unwrap();
+            assert_eq!(summary.collision, None);
+            assert!(summary.impacts_per_s.abs() <= 0.0);
+            assert!(summary.rate_rad_s.mean.abs() + summary.rate_rad_s.sd < one_step_rad_s);
+            assert!(summary.angle_deg.abs() < 1e-3);
+        }
+    }
+
+    #[test]
+    fn law_f32_and_f64_agree_on_the_rate() {
+        let rate = |precision| {
+            let run = run_of(&[("simulate.precision", precision), ("simulate.duration_s", "1")]);
+            simulate(&run, &mut ()).unwrap().rate_rad_s
+        };
+        let (single, double) = (rate("f32"), rate("f64"));
+        // Chaotic motions of the same law: their means agree within their spreads.
+        assert!((single.mean - double.mean).abs() < single.sd + double.sd);
+    }
+}

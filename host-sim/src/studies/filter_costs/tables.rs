@@ -1,0 +1,176 @@
+//! The comparison in words: a document for the terminal, a short one for the README, CSV and JSON for programs.
+
+use serde::Serialize;
+
+use super::replay::Cost;
+use super::{Comparison, DRIVES, Row, SAMPLE_RATES_HZ};
+use crate::error::CommandError;
+use crate::report::document::{Block, Document, Table};
+use crate::runs::simulate::Precision;
+
+const ABOUT: &str = "Motors drawn within Table 1's tolerances, driven at full strength; the filters know the nominal motor at most. Error of the angle at the present in \
+    steady motion, the camera's latency included. Costs are means of a camera frame, a vibrometer sample, a prediction, and of all that 10 us of motor time bring: in ns on this \
+    machine, and in instructions of an emulated Cortex-M4F.";
+
+const COSTS: [&str; 4] = ["frame", "sample", "prediction", "10 us"];
+
+/// A line of the CSV: a row, its costs as columns.
+#[derive(Serialize)]
+struct Line<'a> {
+    filter: &'a str,
+    precision: Precision,
+    ldv_sample_rate_hz: f64,
+    drive: &'a str,
+    rms_angle_mdeg: f64,
+    rms_rate_rad_s: f64,
+    camera_frame_ns: f64,
+    vibrometer_sample_ns: f64,
+    prediction_ns: f64,
+    tick_ns: f64,
+    camera_frame_instructions: Option<f64>,
+    vibrometer_sample_instructions: Option<f64>,
+    prediction_instructions: Option<f64>,
+    tick_instructions: Option<f64>,
+    runs: u64,
+}
+
+impl Comparison {
+    /// The whole table.
+    pub fn document(&self) -> Document {
+        let costs = |unit: &str| COSTS.map(|cost| format!("{cost} {unit}"));
+        let header = ["drive", "filter", "precision", "LDV kHz", "rms mdeg", "rad/s"].map(str::to_owned);
+        let header: Vec<String> = header.into_iter().chain(costs("ns")).chain(costs("M4F")).collect();
+        let mut table = Table::new(&header.iter().map(String::as_str).collect::<Vec<_>>());
+        self.rows.iter().map(cells).for_each(|cells| table.push(cells));
+        let runs = self.rows.first().map_or(0, |row| row.runs);
+        Document {
+            blocks: vec![
+                Block::Heading("What each filter costs, and how far it is off".to_owned()),
+                Block::Paragraph(ABOUT.to_owned()),
+                Block::Paragraph(format!("{runs} motors in each mode.")),
+                Block::Table(table),
+            ],
+        }
+    }
+
+    /// The README's section: each filter at the default sample rate, modes side by side.
+    pub fn readme_section(&self) -> String {
+        let errors = DRIVES.map(|(_, drive)| format!("{} mdeg", drive.to_uppercase()));
+        let fixed =
+            ["ns: frame", "sample", "prediction", "10 us", "M4F: frame", "sample", "prediction", "10 us"];
+        let header: Vec<&str> =
+            ["filter"].into_iter().chain(errors.iter().map(String::as_str)).chain(fixed).collect();
+        let mut table = Table::new(&header);
+        let [(_, first), ..] = DRIVES;
+        let shown = |row: &&Row| row.drive == first && row.ldv_sample_rate_hz >= SAMPLE_RATES_HZ[0];
+        for row in self.rows.iter().filter(shown) {
+            let twins = DRIVES.map(|(_, drive)| self.rows.iter().find(|other| other.is_in(row, drive)));
+            let mut cells = vec![format!("{}, {}", row.filter.replace('_', " "), name(row.precision))];
+            cells.extend(twins.map(|twin| twin.map_or_else(String::new, |twin| figure(twin.rms_angle_mdeg))));
+            cells.extend(mean(twins.map(|twin| twin.map(|twin| twin.ns))));
+            cells.extend(mean(twins.map(|twin| twin.and_then(|twin| twin.instructions))));
+            table.push(cells);
+        }
+        let runs = self.rows.first().map_or(0, |row| row.runs);
+        let about = format!(
+            "Root mean square error of the angle at the present in steady motion over {runs} drawn motors a mode; costs, as means of both modes, of a camera frame, a \
+             vibrometer sample, a prediction, and of all that 10 us of motor time bring (two samples, a tenth of a frame, one prediction): in ns on the machine that builds \
+             this, and in instructions of an emulated Cortex-M4F."
+        );
+        Document { blocks: vec![Block::Table(table), Block::Paragraph(about)] }.markdown()
+    }
+
+    /// The table as CSV.
+    ///
+    /// # Errors
+    /// When it cannot be written.
+    pub fn csv(&self) -> Result<String, CommandError> {
+        crate::report::files::csv(self.rows.iter().map(Line::of))
+    }
+
+    /// The rows as one JSON array on one line.
+    pub fn json(&self) -> String {
+        crate::report::files::json_line(&self.rows)
+    }
+}
+
+impl Row {
+    /// Whether this is the variant of `other` in `drive`.
+    fn is_in(&self, other: &Self, drive: &str) -> bool {
+        let same_rate = self.ldv_sample_rate_hz.total_cmp(&other.ldv_sample_rate_hz).is_eq();
+        (self.filter, self.precision, self.drive) == (other.filter, other.precision, drive) && same_rate
+    }
+}
+
+impl<'a> Line<'a> {
+    fn of(row: &'a Row) -> Self {
+        let instructions = |of: fn(&Cost) -> f64| row.instructions.as_ref().map(of);
+        Self {
+            filter: row.filter,
+            precision: row.precision,
+            ldv_sample_rate_hz: row.ldv_sample_rate_hz,
+            drive: row.drive,
+            rms_angle_mdeg: row.rms_angle_mdeg,
+            rms_rate_rad_s: row.rms_rate_rad_s,
+            camera_frame_ns: row.ns.camera_frame,
+            vibrometer_sample_ns: row.ns.vibrometer_sample,
+            prediction_ns: row.ns.prediction,
+            tick_ns: row.ns.tick,
+            camera_frame_instructions: instructions(|cost| cost.camera_frame),
+            vibrometer_sample_instructions: instructions(|cost| cost.vibrometer_sample),
+            prediction_instructions: instructions(|cost| cost.prediction),
+            tick_instructions: instructions(|cost| cost.tick),
+            runs: row.runs,
+        }
+    }
+}
+
+/// `f32` or `f64`.
+const fn name(precision: Precision) -> &'static str {
+    match precision {
+        Precision::F32 => "f32",
+        Precision::F64 => "f64",
+    }
+}
+
+fn cells(row: &Row) -> Vec<String> {
+    let mut cells = vec![
+        row.drive.to_owned(),
+        row.filter.to_owned(),
+        name(row.precision).to_owned(),
+        format!("{:.0}", 1e-3 * row.ldv_sample_rate_hz),
+        figure(row.rms_angle_mdeg),
+        format!("{:.3}", row.rms_rate_rad_s),
+    ];
+    cells.extend(costs(Some(row.ns)));
+    cells.extend(costs(row.instructions));
+    cells
+}
+
+fn costs(cost: Option<Cost>) -> [String; 4] {
+    let Some(Cost { camera_frame, vibrometer_sample, prediction, tick }) = cost else {
+        return Default::default();
+    };
+    [camera_frame, vibrometer_sample, prediction, tick].map(figure)
+}
+
+/// The mean of both modes.
+fn mean([b, c]: [Option<Cost>; 2]) -> [String; 4] {
+    let (Some(b), Some(c)) = (b, c) else { return Default::default() };
+    let half = |b: f64, c: f64| 0.5 * (b + c);
+    costs(Some(Cost {
+        camera_frame: half(b.camera_frame, c.camera_frame),
+        vibrometer_sample: half(b.vibrometer_sample, c.vibrometer_sample),
+        prediction: half(b.prediction, c.prediction),
+        tick: half(b.tick, c.tick),
+    }))
+}
+
+/// Two significant digits at least.
+fn figure(value: f64) -> String {
+    match value {
+        value if value < 10.0 => format!("{value:.2}"),
+        value if value < 100.0 => format!("{value:.1}"),
+        value => format!("{value:.0}"),
+    }
+}

@@ -1,0 +1,322 @@
+//! A lower bound: a Kalman filter to which a genie tells every kick of the rate.
+//!
+//! ```text
+//! state (angle, rate):   angle += rate dt + a_k,   rate += r_k,   camera = angle + noise of variance R
+//! ```
+//!
+//! `r_k` is the change of the rotor's rate in step `k` of the plant - blows, the drag of pressed teeth, air - and `a_k` what that change adds to the
+//! angle within the step. The genie that knows them exactly has no process noise. One that knows each kick of a contact to a share `s` is told
+//! `(1 + s n) (a_k, r_k)`, `n` a standard normal of its own for every step with contact, and takes `(s r_k)^2` as the kick's variance.
+//!
+//! # Why it is a bound
+//!
+//! Every filter has to infer the kicks, from the LDV and from the camera itself; the mean square error of the best estimate cannot rise when
+//! what is to be inferred is given instead. What is left, given the kicks, is linear with white camera noise of variance R, started at a
+//! known rate (rest) and at the first frame's angle. For a linear system with Gaussian noise the Kalman filter's covariance is the posterior
+//! Cramer-Rao bound (Tichavsky, Muravchik and Nehorai 1998, IEEE Trans. Signal Processing 46, 1386-1396, section III), and of all noise of variance R the
+//! Gaussian tells least: so this bounds every estimator that takes the camera's noise for what its variance says. One that
+//! knew the cells of the quantiser could be a little better. With inexact kicks the bound is one among estimators that know the kicks to that share.
+//!
+//! The errors of an inexact genie are independent from step to step: through a long press they average out, which a real model's friction error
+//! would not. It is a bound all the more.
+
+use std::collections::VecDeque;
+
+use estimator::{AngleRateCovariance, CameraFrame, Estimate, Innovation, Rejection, Source, Verdict};
+use motor_model::{Angle, AngleAccumulator, Time};
+use rand_distr::{Distribution, StandardNormal};
+use rand_pcg::Pcg64;
+
+use crate::math::random_streams;
+
+/// Variance of the rate of a rotor that is known to start at rest, in rad^2/s^2.
+const REST_RAD2_S2: f64 = 1e-12;
+
+/// What the rotor did over a span of time beside turning at the rate with which it entered.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Kick {
+    /// The end of the span.
+    pub until: Time,
+    /// Its length in s.
+    pub span_s: f64,
+    /// Angle turned beyond `rate * span`, in rad.
+    pub angle_rad: f64,
+    /// Change of the rate, in rad/s.
+    pub rate_rad_s: f64,
+    /// Whether teeth touched the rotor: otherwise the change is air drag, which is known.
+    pub contact: bool,
+}
+
+/// A kick as an inexact genie is told of it, with its variance in rad^2/s^2.
+#[derive(Clone, Copy, Debug)]
+struct Told {
+    kick: Kick,
+    variance_rad2_s2: f64,
+}
+
+impl Told {
+    /// Both parts of the span, cut at `at` inside it, as of an even acceleration.
+    fn cut(self, at: Time) -> [Self; 2] {
+        let Self { kick, variance_rad2_s2 } = self;
+        let late_s: f64 = kick.until.seconds_since(at);
+        let part = 1.0 - late_s / kick.span_s;
+        let early_s = part * kick.span_s;
+        let early_rad_s = part * kick.rate_rad_s;
+        let early_rad = part * part * kick.angle_rad;
+        let early =
+            Kick { until: at, span_s: early_s, angle_rad: early_rad, rate_rad_s: early_rad_s, ..kick };
+        let late = Kick {
+            span_s: late_s,
+            angle_rad: kick.angle_rad - early_rad - early_rad_s * late_s,
+            rate_rad_s: kick.rate_rad_s - early_rad_s,
+            ..kick
+        };
+        [
+            Self { kick: early, variance_rad2_s2: part * variance_rad2_s2 },
+            Self { kick: late, variance_rad2_s2: (1.0 - part) * variance_rad2_s2 },
+        ]
+    }
+}
+
+/// The filter.
+#[derive(Clone, Debug)]
+pub struct Genie {
+    share: f64,
+    errors: Pcg64,
+    camera_rad2: f64,
+    /// At the last frame.
+    track: Option<Track>,
+    /// What happened since.
+    told: VecDeque<Told>,
+    /// The track carried through it.
+    ahead: Option<Track>,
+}
+
+#[derive(Clone, Copy, Debug)]
+struct Track {
+    at: Time,
+    angle: AngleAccumulator<f64>,
+    rate_rad_s: f64,
+    covariance: AngleRateCovariance<f64>,
+}
+
+impl Track {
+    fn through(&mut self, told: &Told) {
+        let Kick { until, span_s, angle_rad, rate_rad_s, .. } = told.kick;
+        self.angle.turn_by_radians(self.rate_rad_s * span_s + angle_rad);
+        self.rate_rad_s += rate_rad_s;
+        self.covariance.predict(span_s, 0.0);
+        if told.variance_rad2_s2 > 0.0 {
+            self.covariance.widen_rate(told.variance_rad2_s2);
+        }
+        self.at = until;
+    }
+
+    /// Goes through what was `told` up to `until`, and takes it off.
+    fn advance(&mut self, told: &mut VecDeque<Told>, until: Time) {
+        while let Some(next) = told.pop_front() {
+            if next.kick.until <= until {
+                self.through(&next);
+            } else if until.seconds_since::<f64>(self.at) > 0.0 {
+                let [early, late] = next.cut(until);
+                self.through(&early);
+                return told.push_front(late);
+            } else {
+                return told.push_front(next);
+            }
+        }
+    }
+}
+
+impl Genie {
+    /// A genie that knows each kick to `share` of it, and the variance of the camera in rad^2.
+    pub fn new(share: f64, camera_rad2: f64, seed: u64) -> Self {
+        let errors = random_streams::stream(seed, random_streams::Source::GenieKicks);
+        Self { share, errors, camera_rad2, track: None, told: VecDeque::new(), ahead: None }
+    }
+
+    /// Tells it what the rotor did.
+    pub fn tell(&mut self, kick: &Kick) {
+        let mut told = Told { kick: *kick, variance_rad2_s2: 0.0 };
+        if kick.contact && self.share > 0.0 {
+            let error: f64 = StandardNormal.sample(&mut self.errors);
+            told.kick.angle_rad *= 1.0 + self.share * error;
+            told.kick.rate_rad_s *= 1.0 + self.share * error;
+            let deviation_rad_s = self.share * kick.rate_rad_s;
+            told.variance_rad2_s2 = deviation_rad_s * deviation_rad_s;
+        }
+        if let Some(ahead) = &mut self.ahead {
+            ahead.through(&told);
+        }
+        self.told.push_back(told);
+    }
+
+    /// Takes a frame in, at its exposure or at the end of what it was told, whichever is earlier.
+    pub fn update_camera(&mut self, frame: &CameraFrame) -> Innovation<f64> {
+        let (innovation_rad, variance_rad2, verdict) = match self.track.take() {
+            Some(track) if frame.exposed_at <= track.at => {
+                self.track = Some(track);
+                (0.0, 0.0, Verdict::Rejected(Rejection::OutOfHorizon))
+            }
+            Some(track) => self.corrected(track, frame),
+            None => self.started(frame),
+        };
+        self.ahead = self.track;
+        if let Some(ahead) = &mut self.ahead {
+            self.told.iter().for_each(|told| ahead.through(told));
+        }
+        Innovation {
+            source: Source::Camera,
+            taken_at: frame.exposed_at,
+            innovation_rad,
+            variance_rad2,
+            verdict,
+        }
+    }
+
+    /// Begins at the frame's angle and at the rate of a rotor that was at rest before the first kick.
+    fn started(&mut self, frame: &CameraFrame) -> (f64, f64, Verdict) {
+        let mut track = Track {
+            at: Time::ZERO,
+            angle: AngleAccumulator::default(),
+            rate_rad_s: 0.0,
+            covariance: AngleRateCovariance::diagonal(self.camera_rad2, REST_RAD2_S2),
+        };
+        track.advance(&mut self.told, frame.exposed_at);
+        track.angle = AngleAccumulator::at(frame.angle);
+        self.track = Some(track);
+        (0.0, 0.0, Verdict::Restarted)
+    }
+
+    fn corrected(&mut self, mut track: Track, frame: &CameraFrame) -> (f64, f64, Verdict) {
+        track.advance(&mut self.told, frame.exposed_at);
+        let innovation_rad = frame.angle.minus(track.angle.angle()).wrapped().radians_since(Angle::ZERO);
+        let variance_rad2 = track.covariance.angle_innovation_rad2(self.camera_rad2);
+        let gain = track.covariance.update_angle(self.camera_rad2);
+        track.angle.turn_by_radians(gain.angle * innovation_rad);
+        track.rate_rad_s += gain.rate * innovation_rad;
+        self.track = Some(track);
+        (innovation_rad, variance_rad2, Verdict::Used)
+    }
+
+    /// Angle and rate at the end of what it was told; `None` before the first frame.
+    pub fn estimate(&self) -> Option<Estimate<f64>> {
+        self.ahead.map(|ahead| Estimate {
+            at: ahead.at,
+            angle: ahead.angle.angle(),
+            rate_rad_s: ahead.rate_rad_s,
+            angle_rad2: ahead.covariance.angle_rad2(),
+            angle_rate_rad2_s: ahead.covariance.angle_rate_rad2_s(),
+            rate_rad2_s2: ahead.covariance.rate_rad2_s2(),
+            resting: false,
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const SPAN_S: f64 = 1e-4;
+    const CAMERA_RAD2: f64 = 8.8e-8;
+
+    fn kick(n: u64, rate_rad_s: f64) -> Kick {
+        Kick {
+            until: Time::from_micros(100 * n),
+            span_s: SPAN_S,
+            angle_rad: 0.5 * SPAN_S * rate_rad_s,
+            rate_rad_s,
+            contact: true,
+        }
+    }
+
+    /// A rotor that starts at rest and is kicked to and fro, its true angle after each span and an exact camera.
+    fn follow(genie: &mut Genie, spans: u64) -> (f64, f64) {
+        let (mut angle_rad, mut rate_rad_s) = (0.0, 0.0);
+        for n in 1..=spans {
+            #[expect(clippy::cast_precision_loss, reason = "small numbers")]
+            let kick = kick(n, 3.0 * motor_model::math::sin_cos(0.7 * n as f64).0);
+            angle_rad += rate_rad_s * SPAN_S + kick.angle_rad;
+            rate_rad_s += kick.rate_rad_s;
+            genie.tell(&kick);
+            let angle = Angle::from_degrees(angle_rad.to_degrees()).wrapped();
+            genie.update_camera(&CameraFrame { exposed_at: kick.until, angle });
+        }
+        (angle_rad, rate_rad_s)
+    }
+
+    /// Kicks known and the rate at the start too, so n frames are n measurements of one unknown angle: variance R / n.
+    #[test]
+    fn exact_with_exact_kicks_the_variance_is_that_of_a_mean() {
+        let mut genie = Genie::new(0.0, CAMERA_RAD2, 1);
+        let (angle_rad, rate_rad_s) = follow(&mut genie, 50);
+        let estimate = genie.estimate().unwrap();
+        assert!((estimate.angle_rad2 / (CAMERA_RAD2 / 50.0) - 1.0).abs() < 1e-3, "{}", estimate.angle_rad2);
+        let off_rad: f64 =
+            estimate.angle.minus(Angle::from_degrees(angle_rad.to_degrees())).radians_since(Angle::ZERO);
+        assert!(off_rad.abs() < 1e-8 && (estimate.rate_rad_s - rate_rad_s).abs() < 1e-6, "{off_rad}");
+    }
+
+    /// A kick not yet seen by the camera adds (s r)^2 to the variance of the rate and, later, dt^2 times that to the angle's.
+    #[test]
+    fn exact_an_inexact_kick_adds_its_variance() {
+        let mut genie = Genie::new(0.1, CAMERA_RAD2, 1);
+        genie.update_camera(&CameraFrame { exposed_at: Time::ZERO, angle: Angle::ZERO });
+        genie.tell(&kick(1, 2.0));
+        let kicked = genie.estimate().unwrap();
+        assert!((kicked.rate_rad2_s2 - 0.04).abs() < 1e-9, "{}", kicked.rate_rad2_s2);
+        assert!((kicked.angle_rad2 - CAMERA_RAD2).abs() < 1e-12);
+        genie.tell(&kick(2, 0.0));
+        let later = genie.estimate().unwrap();
+        assert!((later.angle_rad2 - CAMERA_RAD2 - SPAN_S * SPAN_S * 0.04).abs() < 1e-12);
+    }
+
+    /// The errors that it is told have the variance that it believes in: mean square of (told - true) over it is 1.
+    #[test]
+    fn law_an_inexact_genie_is_told_errors_of_its_variance() {
+        let mut genie = Genie::new(0.03, CAMERA_RAD2, 9);
+        (1..=10_000).for_each(|n| genie.tell(&kick(n, 2.0)));
+        let squares = genie.told.iter().map(|told| {
+            let error = told.kick.rate_rad_s - 2.0;
+            error * error / told.variance_rad2_s2
+        });
+        let mean = squares.sum::<f64>() / 1e4;
+        // Four standard errors of the mean of 10,000 squares of a normal.
+        assert!((mean - 1.0).abs() < 0.057, "{mean}");
+    }
+
+    #[test]
+    fn exact_air_drag_is_known_to_every_genie() {
+        let mut genie = Genie::new(0.1, CAMERA_RAD2, 1);
+        let kick = Kick { contact: false, ..kick(1, 2.0) };
+        genie.tell(&kick);
+        assert_eq!(genie.told[0].kick, kick);
+        assert!(genie.told[0].variance_rad2_s2 <= 0.0);
+    }
+
+    /// A span cut in two ends where the whole one does.
+    #[test]
+    fn law_a_frame_within_a_span_changes_nothing_of_the_motion() {
+        let through = |cuts: &[u64]| {
+            let whole =
+                Told { kick: Kick { angle_rad: 0.3 * SPAN_S, ..kick(1, 1.0) }, variance_rad2_s2: 0.04 };
+            let mut track = Track {
+                at: Time::ZERO,
+                angle: AngleAccumulator::default(),
+                rate_rad_s: 5.0,
+                covariance: AngleRateCovariance::diagonal(CAMERA_RAD2, 1.0),
+            };
+            let mut told = VecDeque::from([whole]);
+            for &us in cuts {
+                track.advance(&mut told, Time::from_micros(us));
+            }
+            track
+        };
+        let (whole, cut) = (through(&[100]), through(&[17, 17, 60, 100]));
+        assert_eq!(whole.at, cut.at);
+        assert!((whole.angle.angle().units() - cut.angle.angle().units()).abs() <= 3);
+        assert!((whole.rate_rad_s - cut.rate_rad_s).abs() < 1e-12);
+        let variances = [&whole, &cut].map(|track| track.covariance.rate_rad2_s2());
+        assert!((variances[0] - variances[1]).abs() < 1e-12);
+    }
+}

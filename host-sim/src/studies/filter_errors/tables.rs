@@ -1,0 +1,197 @@
+//! The comparison in words: a document for the terminal, a short one for the README, CSV and JSON for programs.
+
+use serde::Serialize;
+
+use super::consistency::Asked;
+use super::run::names;
+use super::timeline::Phase;
+use super::{DRIVES, Estimation, Row};
+use crate::error::CommandError;
+use crate::report::document::{Block, Document, Table};
+
+const ABOUT: &str = "Motors drawn within Table 1's tolerances, Coulomb friction, located impacts; the filters know the nominal motor at most. Errors \
+    of the angle at the present, every 70 us. ANEES: of angle and rate together, 1 in a consistent filter; NIS: of the camera's innovations, likewise; an asterisk \
+    marks what is outside its two-sided 95 % bounds, which mind how long errors are correlated; at rest the rate is exactly zero, so that the angle's own is judged, and of the stop, mostly rest, the upper bound alone. False: said to be good, and wrong by more than six standard deviations and 50 milli-degrees. Whiteness: correlation of neighbouring innovations. smoothed: of 2 ms ago, from the frames since as well. genie: a lower bound, the Kalman filter \
+    that is told every kick of the rate exactly, or to 10 or 3 %.";
+
+/// A line of the CSV: a row, its bounds as columns.
+#[derive(Serialize)]
+struct Line<'a> {
+    filter: &'a str,
+    drive: &'a str,
+    phase: &'a str,
+    rms_angle_mdeg: f64,
+    p999_angle_mdeg: f64,
+    rms_rate_rad_s: f64,
+    times_genie: f64,
+    anees: f64,
+    anees_low: f64,
+    anees_high: f64,
+    angle_anees: f64,
+    angle_anees_low: f64,
+    angle_anees_high: f64,
+    rate_anees: f64,
+    nis: f64,
+    nis_low: f64,
+    nis_high: f64,
+    whiteness: f64,
+    whiteness_bound: f64,
+    rejected: f64,
+    restarts: u64,
+    missing: f64,
+    good: f64,
+    degraded: f64,
+    unusable: f64,
+    false_valid: f64,
+    runs: u64,
+}
+
+impl Estimation {
+    /// The whole table.
+    pub fn document(&self) -> Document {
+        let mut table = Table::new(&[
+            "drive",
+            "phase",
+            "filter",
+            "rms mdeg",
+            "99.9 %",
+            "rad/s",
+            "per genie",
+            "ANEES",
+            "of the angle",
+            "NIS",
+            "whiteness",
+            "rejected",
+            "restarts",
+            "good",
+            "false",
+        ]);
+        self.rows.iter().map(cells).for_each(|cells| table.push(cells));
+        let runs = self.rows.first().map_or(0, |row| row.runs);
+        Document {
+            blocks: vec![
+                Block::Heading("Angle and rate against the truth".to_owned()),
+                Block::Paragraph(ABOUT.to_owned()),
+                Block::Paragraph(format!("{runs} motors in each mode.")),
+                Block::Table(table),
+            ],
+        }
+    }
+
+    /// The README's section: root mean square errors, and whether the filters know them.
+    pub fn readme_section(&self) -> String {
+        let header = ["drive", "filter"]
+            .into_iter()
+            .chain(Phase::ALL.map(title))
+            .chain(["99.9 % steady", "ANEES steady"]);
+        let mut table = Table::new(&header.collect::<Vec<_>>());
+        for (_, drive) in DRIVES {
+            for filter in names() {
+                let of_phases = Phase::ALL.iter().map(|&phase| self.row(filter, drive, phase));
+                let mut row = vec![drive.to_uppercase(), filter.replace('_', " ")];
+                row.extend(
+                    of_phases.map(|row| row.map_or_else(String::new, |row| millidegrees(row.rms_angle_mdeg))),
+                );
+                let steady = self.row(filter, drive, Phase::Steady);
+                row.extend(steady.map(|row| millidegrees(row.p999_angle_mdeg)));
+                row.extend(steady.map(|row| format!("{:.2}", row.anees)));
+                table.push(row);
+            }
+        }
+        let runs = self.rows.first().map_or(0, |row| row.runs);
+        let about = format!(
+            "Root mean square error of the angle at the present, in milli-degrees, over {runs} drawn motors a mode, and of steady motion its 99.9 % quantile and ANEES \
+             (mean squared error of angle and rate together per the covariance that the filter gives). Smoothed is after the fact: the error 2 ms ago. The genies are lower bounds: a Kalman filter that is told every kick of the rate \
+             exactly, to 10 % or to 3 %."
+        );
+        Document { blocks: vec![Block::Table(table), Block::Paragraph(about)] }.markdown()
+    }
+
+    /// The table as CSV.
+    ///
+    /// # Errors
+    /// When it cannot be written.
+    pub fn csv(&self) -> Result<String, CommandError> {
+        crate::report::files::csv(self.rows.iter().map(Line::of))
+    }
+
+    /// The rows as one JSON array on one line.
+    pub fn json(&self) -> String {
+        crate::report::files::json_line(&self.rows)
+    }
+}
+
+impl<'a> Line<'a> {
+    fn of(row: &'a Row) -> Self {
+        Self {
+            filter: row.filter,
+            drive: row.drive,
+            phase: row.phase,
+            rms_angle_mdeg: row.rms_angle_mdeg,
+            p999_angle_mdeg: row.p999_angle_mdeg,
+            rms_rate_rad_s: row.rms_rate_rad_s,
+            times_genie: row.times_genie,
+            anees: row.anees,
+            anees_low: row.anees_bounds.0,
+            anees_high: row.anees_bounds.1,
+            angle_anees: row.angle_anees,
+            angle_anees_low: row.angle_anees_bounds.0,
+            angle_anees_high: row.angle_anees_bounds.1,
+            rate_anees: row.rate_anees,
+            nis: row.nis,
+            nis_low: row.nis_bounds.0,
+            nis_high: row.nis_bounds.1,
+            whiteness: row.whiteness,
+            whiteness_bound: row.whiteness_bound,
+            rejected: row.rejected,
+            restarts: row.restarts,
+            missing: row.missing,
+            good: row.good,
+            degraded: row.degraded,
+            unusable: row.unusable,
+            false_valid: row.false_valid,
+            runs: row.runs,
+        }
+    }
+}
+
+/// A phase as a heading.
+pub(super) const fn title(phase: Phase) -> &'static str {
+    match phase {
+        Phase::SpinUp => "spin-up",
+        Phase::Steady => "steady",
+        Phase::Reversal => "reversal",
+        Phase::Stop => "stop",
+        Phase::Rest100Ms => "rest after 100 ms",
+        Phase::Rest1S => "rest after 1 s",
+    }
+}
+
+fn cells(row: &Row) -> Vec<String> {
+    let phase = Phase::ALL.into_iter().find(|phase| phase.name() == row.phase);
+    let errors_within = phase.is_none_or(|phase| row.errors_within(phase));
+    let of_angle = phase.is_some_and(|phase| Asked::of(phase) == Asked::Angle);
+    let marked = |text: String, fine: bool| if fine { text } else { text + "*" };
+    vec![
+        row.drive.to_owned(),
+        row.phase.to_owned(),
+        row.filter.to_owned(),
+        millidegrees(row.rms_angle_mdeg),
+        millidegrees(row.p999_angle_mdeg),
+        format!("{:.3}", row.rms_rate_rad_s),
+        format!("{:.1}", row.times_genie),
+        marked(format!("{:.2}", row.anees), errors_within || of_angle),
+        marked(format!("{:.2}", row.angle_anees), errors_within || !of_angle),
+        marked(format!("{:.3}", row.nis), row.innovations_within()),
+        marked(format!("{:+.3}", row.whiteness), row.innovations_white()),
+        format!("{:.2} %", 100.0 * row.rejected),
+        row.restarts.to_string(),
+        format!("{:.1} %", 100.0 * row.good),
+        format!("{:.2} %", 100.0 * row.false_valid),
+    ]
+}
+
+/// Two significant digits at least.
+fn millidegrees(angle_mdeg: f64) -> String {
+    if angle_mdeg < 10.0 { format!("{angle_mdeg:.2}") } else { format!("{angle_mdeg:.1}") }
+}

@@ -1,0 +1,141 @@
+//! Scale factor and bias by generalised least squares.
+//!
+//! Over the interval k from anchor a to anchor b the gyroscope shows `g`, the sum of its samples, and the reference turns by `r`:
+//!
+//! ```text
+//! g - r = s r + b T + noise,      cov(noise) = V:   the gyroscope's own angle over the spans ([`Noise::covariance_deg2`]: random walk, instability, units)
+//!                                                   + variance of the reference at a and at b, which neighbours share with the opposite sign
+//! x = (A' V^-1 A)^-1 A' V^-1 y,   cov(x) = (A' V^-1 A)^-1,   chi^2 = (y - A x)' V^-1 (y - A x)      A: rows (r, T), y: g - r, x: (s, b)
+//! ```
+//!
+//! By the Cholesky factor of V. So the drift of the bias during the plan and the correlation of scale factor and bias are in the intervals; the bias is the constant part, of which the drift is noise.
+//! The reference's error in A (some 5 milli-degrees in 10 degrees and more) is left out: it lowers `s` by its own square, 1e-7 of s. Intervals in which a sample was saturated are left out.
+//! The filter's variances are its own opinion, and where a motor turns slowly it is too sure. If chi-square per degree of freedom is above 1, they are all raised by one factor until it is 1: the gyroscope's noise, which the data sheet tells, stays.
+//! Source: Aitken, Proc. Roy. Soc. Edinburgh 55 (1935) 42-48.
+
+use motor_model::math;
+use nalgebra::{DMatrix, DVector, Dyn, Matrix2, OMatrix, U2, Vector2};
+
+use crate::world::instruments::gyroscope::{Noise, noise::Span};
+
+/// Gyroscope and reference between two anchors.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Interval {
+    /// The time between them.
+    pub span: Span,
+    /// What the gyroscope says was turned, in degrees.
+    pub shown_deg: f64,
+    /// What the reference turned by, in degrees.
+    pub turned_deg: f64,
+    /// Variances of the reference at the beginning and at the end, in deg^2.
+    pub variances_deg2: (f64, f64),
+}
+
+/// Scale factor and bias, with what they are worth.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Fit {
+    /// Error of the scale factor.
+    pub scale: f64,
+    /// Bias in deg/s.
+    pub bias_deg_s: f64,
+    /// Covariance of both: 1, deg/s and deg^2/s^2.
+    pub covariance: Matrix2<f64>,
+    /// Weighted sum of the squared residuals, with the reference's variances as raised.
+    pub chi_square: f64,
+    /// Intervals less unknowns.
+    pub degrees_of_freedom: usize,
+    /// Factor by which the reference's variances were raised, at least 1.
+    pub reference_factor: f64,
+}
+
+/// Most times that the factor on the reference's variances is improved.
+const ROUNDS_MAX: u32 = 20;
+
+/// The covariance of the differences between gyroscope and reference, in deg^2.
+fn covariance(intervals: &[Interval], noise: &Noise, reference_factor: f64) -> DMatrix<f64> {
+    DMatrix::from_fn(intervals.len(), intervals.len(), |row, column| {
+        let (one, other) = (&intervals[row], &intervals[column]);
+        let shared = if row == column {
+            one.variances_deg2.0 + one.variances_deg2.1
+        } else if one.span.until_s.total_cmp(&other.span.from_s).is_eq() {
+            -one.variances_deg2.1
+        } else if one.span.from_s.total_cmp(&other.span.until_s).is_eq() {
+            -one.variances_deg2.0
+        } else {
+            0.0
+        };
+        reference_factor * shared + noise.covariance_deg2(one.span, other.span)
+    })
+}
+
+impl Fit {
+    /// The fit to `intervals`, which are in order and do not overlap; `None` where they do not tell scale factor from bias, or their noise is none.
+    pub fn to(intervals: &[Interval], noise: &Noise) -> Option<Self> {
+        let mut fit = Self::weighted(intervals, noise, 1.0)?;
+        for _ in 0..ROUNDS_MAX {
+            #[expect(clippy::cast_precision_loss, reason = "a count")]
+            let excess = fit.chi_square / fit.degrees_of_freedom.max(1) as f64;
+            let reference_factor = (fit.reference_factor * excess).max(1.0);
+            if (reference_factor / fit.reference_factor - 1.0).abs() < 0.01 {
+                break;
+            }
+            fit = Self::weighted(intervals, noise, reference_factor)?;
+        }
+        Some(fit)
+    }
+
+    /// With the reference's variances raised by a factor.
+    fn weighted(intervals: &[Interval], noise: &Noise, reference_factor: f64) -> Option<Self> {
+        let degrees_of_freedom = intervals.len().checked_sub(2)?;
+        let factor = covariance(intervals, noise, reference_factor).cholesky()?;
+        let regressors = OMatrix::<f64, Dyn, U2>::from_fn(intervals.len(), |row, column| {
+            if column == 0 { intervals[row].turned_deg } else { intervals[row].span.length_s() }
+        });
+        let seen = DVector::from_iterator(
+            intervals.len(),
+            intervals.iter().map(|interval| interval.shown_deg - interval.turned_deg),
+        );
+        let white = |of: &DVector<f64>| factor.l_dirty().solve_lower_triangular(of);
+        let regressors_white = factor.l_dirty().solve_lower_triangular(&regressors)?;
+        let seen_white = white(&seen)?;
+        let information: Matrix2<f64> = regressors_white.tr_mul(&regressors_white);
+        let right: Vector2<f64> = regressors_white.tr_mul(&seen_white);
+        // 1 - square of the correlation: nothing where all intervals have one rate, a rounding's worth of it included.
+        let told_apart = information.determinant() / (information.m11 * information.m22);
+        let covariance = information.try_inverse().filter(|_| told_apart > 1e-9)?;
+        let [[scale, bias_deg_s]] = (covariance * right).data.0;
+        let residual = seen_white - regressors_white * Vector2::new(scale, bias_deg_s);
+        Some(Self {
+            scale,
+            bias_deg_s,
+            covariance,
+            chi_square: residual.norm_squared(),
+            degrees_of_freedom,
+            reference_factor,
+        })
+    }
+
+    /// Standard deviation of the scale factor.
+    pub fn scale_sigma(&self) -> f64 {
+        math::sqrt(self.covariance.m11)
+    }
+
+    /// Standard deviation of the bias in deg/s.
+    pub fn bias_sigma_deg_s(&self) -> f64 {
+        math::sqrt(self.covariance.m22)
+    }
+
+    /// Correlation of both.
+    pub fn correlation(&self) -> f64 {
+        self.covariance.m12 / (self.scale_sigma() * self.bias_sigma_deg_s())
+    }
+
+    /// Square of the distance from the pair `(scale, bias_deg_s)` in standard deviations, correlation included: chi-square of two degrees of freedom for the truth.
+    pub fn distance_square(&self, scale: f64, bias_deg_s: f64) -> f64 {
+        let off = Vector2::new(self.scale - scale, self.bias_deg_s - bias_deg_s);
+        self.covariance.try_inverse().map_or(f64::INFINITY, |inverse| off.dot(&(inverse * off)))
+    }
+}
+
+#[cfg(test)]
+mod tests;

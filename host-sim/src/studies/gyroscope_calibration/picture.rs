@@ -1,0 +1,169 @@
+//! The picture of a calibration: gyroscope against reference, what is left after the fit, Allan deviation, and every run's intervals.
+
+use motor_model::math;
+
+use super::{Calibration, Calibrations, NORMAL_95, Outcome, fit::Interval};
+use crate::error::CommandError;
+use crate::report::chart::{Axis, Colour, Figure, Panel, Series};
+use crate::world::instruments::gyroscope::noise::Span;
+
+/// Runs whose intervals are drawn: more are a blur.
+const SHOWN_MAX: usize = 200;
+
+impl Calibration {
+    /// The sum of `of` over the intervals fitted, by the time at which each ends.
+    fn sums(&self, of: impl Fn(&Interval) -> f64) -> Vec<(f64, f64)> {
+        let mut sum = 0.0;
+        let kept = self.intervals.iter().filter(|(_, saturated)| !saturated);
+        kept.map(|(interval, _)| {
+            sum += of(interval);
+            (interval.span.until_s, sum)
+        })
+        .collect()
+    }
+
+    /// Times in which intervals were left out.
+    fn left_out(&self) -> Vec<(f64, f64)> {
+        let left_out = self.intervals.iter().filter(|(_, saturated)| *saturated);
+        left_out.map(|(interval, _)| (interval.span.from_s, interval.span.until_s)).collect()
+    }
+
+    fn before(&self) -> Panel {
+        let fit = &self.fit;
+        let explained =
+            |interval: &Interval| fit.scale * interval.turned_deg + fit.bias_deg_s * interval.span.length_s();
+        Panel::new("Gyroscope less reference, summed", Axis::new("time (s)"), Axis::new("angle (deg)"))
+            .series(
+                Series::line(self.sums(|interval| interval.shown_deg - interval.turned_deg))
+                    .colour(Colour::Blue)
+                    .width(2.0)
+                    .label("seen"),
+            )
+            .series(Series::dashes(self.sums(explained)).colour(Colour::Vermilion).label("fit"))
+    }
+
+    fn after<'a>(&'a self) -> Panel {
+        let fit = &self.fit;
+        let left_mdeg = |interval: &Interval| {
+            let explained = fit.scale * interval.turned_deg + fit.bias_deg_s * interval.span.length_s();
+            1e3 * (interval.shown_deg - interval.turned_deg - explained)
+        };
+        // Where intervals are left out, the reference counts at both ends of the gap.
+        let mut before: Option<&Interval> = None;
+        let mut gaps_deg2 = 0.0;
+        let noise = |(interval, _): &'a (Interval, bool)| {
+            let Span { from_s, until_s } = interval.span;
+            let adjoins = before.is_some_and(|before| before.span.until_s.total_cmp(&from_s).is_eq());
+            if !adjoins {
+                gaps_deg2 += before.map_or(0.0, |before| before.variances_deg2.1) + interval.variances_deg2.0;
+            }
+            before = Some(interval);
+            let whole = Span { from_s: 0.0, until_s };
+            let reference_deg2 = fit.reference_factor * (gaps_deg2 + interval.variances_deg2.1);
+            let sigma_deg = math::sqrt(self.noise.covariance_deg2(whole, whole) + reference_deg2);
+            let half = 1e3 * NORMAL_95 * sigma_deg;
+            (until_s, -half, half)
+        };
+        let band = self.intervals.iter().filter(|(_, saturated)| !saturated).map(noise).collect();
+        let sums = self.sums(left_mdeg);
+        Panel::new("What the fit leaves of it", Axis::new("time (s)"), Axis::new("angle (mdeg)"))
+            .series(
+                Series::band(band)
+                    .colour(Colour::Grey)
+                    .label("95 % of the noise, gyroscope's and reference's"),
+            )
+            .series(Series::line(sums).colour(Colour::Blue))
+    }
+}
+
+impl Calibrations {
+    /// The picture as SVG.
+    ///
+    /// # Errors
+    /// When it cannot be laid out.
+    pub fn picture(&self) -> Result<String, CommandError> {
+        let Outcome {
+            seed,
+            serial,
+            scale_factor_ppm,
+            scale_factor_sigma_ppm,
+            bias_deg_h,
+            bias_sigma_deg_h,
+            ..
+        } = &self.first.outcome;
+        let figure = Figure::new("Calibration of a gyroscope in closed loop")
+            .caption(format!(
+                "motor drawn by seed {seed}, gyroscope {serial}: scale factor {scale_factor_ppm:+.1} +- {:.1} ppm, bias {bias_deg_h:+.1} +- {:.1} deg/h (95 %)",
+                NORMAL_95 * scale_factor_sigma_ppm,
+                NORMAL_95 * bias_sigma_deg_h
+            ))
+            .panel(self.rates())
+            .panel(self.first.before())
+            .panel(self.first.after())
+            .panel(self.allan());
+        if self.outcomes.len() < 2 {
+            return figure.svg();
+        }
+        figure
+            .panel(self.intervals("Scale factor of every run: error and 95 % interval", "error (ppm)", |o| {
+                (o.scale_factor_error_ppm, o.scale_factor_sigma_ppm, o.covers_scale_factor())
+            }))
+            .panel(self.intervals("Bias of every run", "error (deg/h)", |o| {
+                (o.bias_error_deg_h, o.bias_sigma_deg_h, o.covers_bias())
+            }))
+            .svg()
+    }
+
+    fn rates(&self) -> Panel {
+        #[expect(clippy::cast_possible_truncation, reason = "for the eye")]
+        let asked = |time_s: f64| f64::from(self.schedule.profile().rate_rad_s(time_s as f32)).to_degrees();
+        let middles = self.first.rates_deg_s.iter().map(|&(time_s, _)| (time_s, asked(time_s)));
+        let asked = middles.collect();
+        Panel::new(
+            "Rate: the plan, and what the gyroscope shows (means of 50 ms)",
+            Axis::new("time (s)"),
+            Axis::new("rate (deg/s)"),
+        )
+        .series(Series::spans(self.first.left_out()).colour(Colour::Vermilion).label("saturated, left out"))
+        .series(
+            Series::line(self.first.rates_deg_s.clone()).colour(Colour::Blue).width(0.8).label("gyroscope"),
+        )
+        .series(Series::dashes(asked).colour(Colour::Black).label("plan"))
+    }
+
+    fn allan(&self) -> Panel {
+        let seen = self.allan_deg_h.iter().map(|&(span_s, seen, _)| (span_s, seen)).collect();
+        let model = self.allan_deg_h.iter().map(|&(span_s, _, model)| (span_s, model)).collect();
+        Panel::new(
+            "Allan deviation, an hour at rest",
+            Axis::new("span of the mean (s)").logarithmic(),
+            Axis::new("deviation (deg/h)").logarithmic(),
+        )
+        .series(Series::line(model).colour(Colour::Black).label("model"))
+        .series(Series::points(seen).colour(Colour::Blue).label("samples"))
+    }
+
+    /// Errors with their intervals by run; those that miss the truth stand out.
+    fn intervals(&self, title: &str, unit: &str, of: impl Fn(&Outcome) -> (f64, f64, bool)) -> Panel {
+        let bars = |covered: bool| {
+            let shown = (0_u32..).zip(self.outcomes.iter().take(SHOWN_MAX));
+            let bar = |(run, outcome): (u32, &Outcome)| {
+                let (error, sigma, holds) = of(outcome);
+                (holds == covered).then_some((f64::from(run), error, NORMAL_95 * sigma))
+            };
+            shown.filter_map(bar).collect::<Vec<_>>()
+        };
+        #[expect(clippy::cast_precision_loss, reason = "at most 200")]
+        let end = self.outcomes.len().min(SHOWN_MAX) as f64;
+        Panel::new(title, Axis::new("run").within(-1.0..end), Axis::new(unit))
+            .series(
+                Series::error_bars(bars(true))
+                    .colour(Colour::Blue)
+                    .opacity(0.6)
+                    .width(0.8)
+                    .label("holds the truth"),
+            )
+            .series(Series::error_bars(bars(false)).colour(Colour::Vermilion).label("misses it"))
+            .series(Series::line(vec![(-1.0, 0.0), (end, 0.0)]).colour(Colour::Black).width(0.8))
+    }
+}

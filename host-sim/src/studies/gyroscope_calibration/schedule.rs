@@ -1,0 +1,165 @@
+//! The plan of moves and dwells: rests, and turns to either side at a staircase of rates.
+//!
+//! # What a plan can tell
+//!
+//! Had the gyroscope nothing but its random walk `N`, and were the reference exact, a plan of rates `r(t)` would tell the scale factor to
+//!
+//! ```text
+//! sigma = N / sqrt( integral (r - mean of r)^2 dt )
+//! ```
+//!
+//! the bias being unknown too. So the plan turns as fast as it may to one side for half of the time and to the other for the rest. Counter-clockwise that is all that the motor gives, 88 +- 19 deg/s, which ripples little. Clockwise it could turn at 870,
+//! but the rate ripples by 0.33 of its mean, and a sample beyond the gyroscope's range costs more than its interval: what is turned meanwhile is lost, so that the reference, 5 milli-degrees at either end of the gap, has to stand for it, as much as 8 s of random walk.
+//! A third of the range, 160 deg/s of 400 with five standard deviations of the ripple above it, loses least. One step of the staircase is best for the scale factor; more of them would show a gyroscope that is not linear.
+
+use controller::rate::Profile;
+
+use crate::error::CommandError;
+use crate::scene::{Kind, Scene, Setting};
+use crate::world::instruments::gyroscope;
+
+/// Settings of the plan.
+pub const SETTINGS: &[Setting] = &[
+    Setting {
+        key: "calibrate.duration_s",
+        unit: "s",
+        kind: Kind::Number { default: 60.0, min: 1.0, max: 10_000.0 },
+        meaning: "motor time of the whole plan",
+    },
+    Setting {
+        key: "calibrate.clockwise_deg_s",
+        unit: "deg/s",
+        kind: Kind::Number { default: 160.0, min: 1.0, max: 1000.0 },
+        meaning: "last step of the staircase clockwise: far enough below the gyroscope's range that the ripple seldom saturates it",
+    },
+    Setting {
+        key: "calibrate.counter_clockwise_deg_s",
+        unit: "deg/s",
+        kind: Kind::Number { default: 200.0, min: 1.0, max: 1000.0 },
+        meaning: "last step the other way; a motor that cannot follow turns as fast as it can",
+    },
+    Setting {
+        key: "calibrate.steps",
+        unit: "",
+        kind: Kind::Integer { default: 1, min: 1, max: 1000 },
+        meaning: "steps of the staircase, each a turn to either side",
+    },
+    Setting {
+        key: "calibrate.rest_s",
+        unit: "s",
+        kind: Kind::Number { default: 0.5, min: 0.05, max: 1000.0 },
+        meaning: "rest before each turn and after the last",
+    },
+    Setting {
+        key: "calibrate.interval_s",
+        unit: "s",
+        kind: Kind::Number { default: 0.25, min: 0.01, max: 10.0 },
+        meaning: "gyroscope and reference are compared once in this time, rounded to samples",
+    },
+];
+
+/// The plan of a scene, checked.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Schedule {
+    /// Loop's ticks from one sample of the gyroscope to the next.
+    pub ticks_per_sample: u64,
+    /// Samples from one comparison to the next.
+    pub samples_per_interval: usize,
+    duration_s: f64,
+    clockwise_deg_s: f64,
+    counter_clockwise_deg_s: f64,
+    steps: u16,
+    turn_s: f64,
+    rest_s: f64,
+}
+
+impl Schedule {
+    /// Of a scene.
+    ///
+    /// # Errors
+    /// When the rests leave no time for the turns, or the gyroscope's samples do not go into the loop's ticks.
+    pub fn of(scene: &Scene) -> Result<Self, CommandError> {
+        let ticks_per_sample = gyroscope::ticks_per_sample(scene)?;
+        let steps = u16::try_from(scene.integer("calibrate.steps")).unwrap_or(u16::MAX);
+        let (duration_s, rest_s) = (scene.number("calibrate.duration_s"), scene.number("calibrate.rest_s"));
+        let interval_s = scene.number("calibrate.interval_s");
+        let turns = 2.0 * f64::from(steps);
+        let turn_s = (duration_s - (turns + 1.0) * rest_s) / turns;
+        if turn_s < 2.0 * interval_s {
+            return Err(CommandError::Conflict {
+                conflict: format!(
+                    "calibrate.duration_s = {duration_s} s leaves {turn_s:.3} s for each of {turns} turns between rests of calibrate.rest_s = {rest_s} s"
+                ),
+                hint: "a turn takes two intervals at least: fewer calibrate.steps, shorter rests or a longer plan".to_owned(),
+            });
+        }
+        let samples = (interval_s * scene.number("gyroscope.sample_rate_hz")).round().max(1.0);
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "1 to 1e5")]
+        let samples_per_interval = samples as usize;
+        Ok(Self {
+            ticks_per_sample,
+            samples_per_interval,
+            duration_s,
+            clockwise_deg_s: scene.number("calibrate.clockwise_deg_s"),
+            counter_clockwise_deg_s: scene.number("calibrate.counter_clockwise_deg_s"),
+            steps,
+            turn_s,
+            rest_s,
+        })
+    }
+
+    /// Motor time in s.
+    pub fn duration_s(&self) -> f64 {
+        self.duration_s
+    }
+
+    /// Ticks of the loop.
+    pub fn ticks(&self) -> u64 {
+        #[expect(
+            clippy::cast_precision_loss,
+            clippy::cast_possible_truncation,
+            clippy::cast_sign_loss,
+            reason = "at most 1e9"
+        )]
+        let ticks = (self.duration_s * 1e9 / controller::TICK_NANOS as f64).round() as u64;
+        ticks
+    }
+
+    /// What the controller follows.
+    #[expect(clippy::cast_possible_truncation, reason = "rounded to f32")]
+    pub fn profile(&self) -> Profile {
+        Profile::BothWays {
+            clockwise_rad_s: self.clockwise_deg_s.to_radians() as f32,
+            counter_clockwise_rad_s: -self.counter_clockwise_deg_s.to_radians() as f32,
+            steps: self.steps,
+            turn_s: self.turn_s as f32,
+            rest_s: self.rest_s as f32,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Rests before each turn and after the last: 30 s with two steps and rests of 2 s are four turns of 5 s and five rests.
+    #[test]
+    fn exact_turns_and_rests_fill_the_plan() {
+        let mut scene = Scene::default();
+        for (key, value) in [("duration_s", "30"), ("steps", "2"), ("rest_s", "2")] {
+            scene.set(&format!("calibrate.{key}"), value).unwrap();
+        }
+        let schedule = Schedule::of(&scene).unwrap();
+        let Profile::BothWays { steps, turn_s, rest_s, .. } = schedule.profile() else {
+            panic!("{:?}", schedule.profile())
+        };
+        assert_eq!(steps, 2);
+        assert!((turn_s - 5.0).abs() < 1e-6 && (rest_s - 2.0).abs() < 1e-6, "{turn_s} {rest_s}");
+        assert_eq!(schedule.ticks(), 3_000_000);
+        // A turn of two intervals is the shortest.
+        scene.set("calibrate.duration_s", "11.99").unwrap();
+        assert!(Schedule::of(&scene).is_err());
+        scene.set("calibrate.duration_s", "12.01").unwrap();
+        assert!(Schedule::of(&scene).is_ok());
+    }
+}

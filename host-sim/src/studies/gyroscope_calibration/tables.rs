@@ -1,0 +1,143 @@
+//! The calibration in words: a document for the terminal, a short one for the README, CSV and JSON for programs.
+
+use serde_json::json;
+
+use super::{Calibrations, NORMAL_95, Outcome, Summary};
+use crate::error::CommandError;
+use crate::report::document::{Block, Document, Table};
+
+const ABOUT: &str = "Errors are those found less the gyroscope's true ones. sigma: the standard deviation that the fit states, from the gyroscope's random walk and instability, the reference's \
+    variances and the correlation of scale factor and bias; 95 %: 1.96 of it to either side.";
+
+impl Outcome {
+    fn table(&self) -> Table {
+        let mut table = Table::new(&["", "found", "95 %", "truth", "error", "sigma"]);
+        for (name, unit, found, error, sigma) in [
+            (
+                "scale factor",
+                "ppm",
+                self.scale_factor_ppm,
+                self.scale_factor_error_ppm,
+                self.scale_factor_sigma_ppm,
+            ),
+            ("bias", "deg/h", self.bias_deg_h, self.bias_error_deg_h, self.bias_sigma_deg_h),
+        ] {
+            table.push(vec![
+                format!("{name}, {unit}"),
+                format!("{found:+.2}"),
+                format!("+-{:.2}", NORMAL_95 * sigma),
+                format!("{:+.2}", found - error),
+                format!("{error:+.2}"),
+                format!("{sigma:.2}"),
+            ]);
+        }
+        table
+    }
+
+    fn remarks(&self) -> String {
+        format!(
+            "{:.0} s of motor time, seed {}, gyroscope {}: {} intervals, and {} left out because the gyroscope was saturated in them. The filter's variances of the reference were raised by {:.2} to match the residuals; \
+             correlation of scale factor and bias {:+.2}. The gyroscope's random walk alone allows, one sigma, {:.2} ppm of any scale factor at these rates and {:.2} deg/h of any bias in this time. The reference was off by {:.1} milli-degrees rms.",
+            self.motor_time_s,
+            self.seed,
+            self.serial,
+            self.intervals,
+            self.saturated_intervals,
+            self.reference_factor,
+            self.correlation,
+            self.walk_scale_factor_sigma_ppm,
+            self.walk_bias_sigma_deg_h,
+            self.reference_rms_mdeg
+        )
+    }
+}
+
+impl Summary {
+    fn table(&self) -> Table {
+        let mut table = Table::new(&["", "error rms", "sigma stated", "worst", "in the 95 % interval"]);
+        let of = |count: usize| format!("{count} of {}", self.runs);
+        table.push(vec![
+            "scale factor, ppm".to_owned(),
+            format!("{:.2}", self.scale_factor_rms_ppm),
+            format!("{:.2}", self.scale_factor_stated_ppm),
+            format!("{:.1}", self.scale_factor_worst_ppm),
+            of(self.scale_factor_covered),
+        ]);
+        table.push(vec![
+            "bias, deg/h".to_owned(),
+            format!("{:.2}", self.bias_rms_deg_h),
+            format!("{:.2}", self.bias_stated_deg_h),
+            format!("{:.1}", self.bias_worst_deg_h),
+            of(self.bias_covered),
+        ]);
+        let empty = String::new;
+        table.push(vec!["both".to_owned(), empty(), empty(), empty(), of(self.pair_covered)]);
+        table
+    }
+
+    fn remarks(&self, motor_time_s: f64) -> String {
+        let (low, high) = self.covered_bounds;
+        format!(
+            "{} gyroscopes, drawn, on {} drawn motors; {motor_time_s:.0} s of motor time each. {} scale factors are within 10 ppm of the truth, and at the rates that were turned the gyroscope's random walk alone allows {:.2} ppm, one sigma; the bias's error is {:.2} times what random walk alone allows in the time. \
+             Of {} intervals at 95 % between {low} and {high} hold the truth in 95 % of such sets. The reference's variances were raised by {:.2} on average; {:.1} % of the intervals were left out for saturation; the reference was off by {:.1} milli-degrees rms.",
+            self.runs,
+            self.motors,
+            self.scale_factor_within_10_ppm,
+            self.scale_factor_walk_ppm,
+            self.bias_over_walk,
+            self.runs,
+            self.reference_factor,
+            100.0 * self.saturated,
+            self.reference_rms_mdeg
+        )
+    }
+}
+
+impl Calibrations {
+    /// For the terminal.
+    pub fn document(&self) -> Document {
+        let first = &self.first.outcome;
+        let mut blocks = vec![
+            Block::Heading("Calibration of a gyroscope".to_owned()),
+            Block::Table(first.table()),
+            Block::Paragraph(ABOUT.to_owned()),
+            Block::Paragraph(first.remarks()),
+        ];
+        if self.outcomes.len() > 1 {
+            let summary = self.summary();
+            blocks.push(Block::Heading(format!("All {} calibrations", summary.runs)));
+            blocks.push(Block::Table(summary.table()));
+            blocks.push(Block::Paragraph(summary.remarks(first.motor_time_s)));
+        }
+        Document { blocks }
+    }
+
+    /// The README's section: over all runs, without headings.
+    pub fn readme_section(&self) -> String {
+        let summary = self.summary();
+        let blocks = vec![
+            Block::Table(summary.table()),
+            Block::Paragraph(summary.remarks(self.first.outcome.motor_time_s)),
+        ];
+        Document { blocks }.markdown()
+    }
+
+    /// The first run, and with `over_runs` the figures over all, as one JSON object on one line.
+    pub fn json(&self) -> String {
+        let mut object = serde_json::to_value(&self.first.outcome).unwrap_or_default();
+        object["over_runs"] = json!(self.summary());
+        format!("{object}\n")
+    }
+
+    /// A row a run.
+    ///
+    /// # Errors
+    /// When it cannot be written.
+    pub fn csv(&self) -> Result<String, CommandError> {
+        let mut writer = csv::Writer::from_writer(Vec::new());
+        let written = self.outcomes.iter().try_for_each(|outcome| writer.serialize(outcome));
+        written.map_err(|error| CommandError::Table(error.to_string()))?;
+        let bytes = writer.into_inner().map_err(|error| CommandError::Table(error.to_string()))?;
+        Ok(String::from_utf8_lossy(&bytes).into_owned())
+    }
+}

@@ -1,0 +1,96 @@
+//! The motor's part of a calibration: what the rotor turned, and what the estimator knows of it.
+
+use controller::rate::{RateHold, RateTuning};
+use estimator::{AngleFilter as _, Estimate, Health};
+use motor_model::{Angle, Time, math};
+
+use super::schedule::Schedule;
+use crate::error::CommandError;
+use crate::runs::closed_loop::ClosedRateLoop;
+use crate::scene::Scene;
+use crate::studies::filter_errors::run::SMOOTHER_LAG_MS;
+
+/// An instant at which the reference angle is known.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Anchor {
+    /// Which of the gyroscope's samples ends here; 0 is the start.
+    pub sample: usize,
+    /// Estimated angle: after the fact where the filter has a smoother.
+    pub angle: Angle,
+    /// Its variance in deg^2, as the filter states it.
+    pub variance_deg2: f64,
+    /// Estimated less true angle in milli-degrees: for judging, never for the fit.
+    pub error_mdeg: f64,
+}
+
+/// A run of a motor through the plan.
+#[derive(Clone, Debug)]
+pub struct Turning {
+    /// Seed of the run, which draws the motor and its instruments' noise.
+    pub seed: u64,
+    /// True angles at the start and at the end of every sample of a gyroscope: what it integrates.
+    pub truth: Vec<Angle>,
+    /// Where the reference is known, in order.
+    pub anchors: Vec<Anchor>,
+}
+
+impl Turning {
+    /// Leads the motor of `scene` through the schedule, in closed loop.
+    ///
+    /// # Errors
+    /// When the scene is refused.
+    pub fn run(scene: &Scene, schedule: &Schedule) -> Result<Self, CommandError> {
+        let hold = RateHold::new(schedule.profile(), RateTuning::steady(), Time::ZERO);
+        let mut closed_loop = ClosedRateLoop::new(scene, hold)?;
+        let mut turning = Self {
+            seed: scene.seed(),
+            truth: vec![closed_loop.plant().state().rotor.angle.angle()],
+            anchors: Vec::new(),
+        };
+        let mut waiting: Option<(Time, usize)> = None;
+        for tick in 1..=schedule.ticks() {
+            let report = closed_loop.next_tick();
+            let now = closed_loop.plant().now();
+            if let Some((at, anchor)) = waiting
+                && now.nanos_since(at) >= SMOOTHER_LAG_MS * 1_000_000
+            {
+                if let Some(smoothed) = closed_loop.filter().smoothed(at) {
+                    turning.learn(anchor, &smoothed);
+                }
+                waiting = None;
+            }
+            if !tick.is_multiple_of(schedule.ticks_per_sample) {
+                continue;
+            }
+            turning.truth.push(closed_loop.plant().state().rotor.angle.angle());
+            let sample = turning.truth.len() - 1;
+            let usable = report.estimate.filter(|_| !matches!(report.health, Health::Unusable(_)));
+            if let (Some(estimate), true) = (usable, sample.is_multiple_of(schedule.samples_per_interval)) {
+                waiting = Some((now, turning.anchors.len()));
+                let angle = Angle::ZERO;
+                turning.anchors.push(Anchor { sample, angle, variance_deg2: 0.0, error_mdeg: 0.0 });
+                turning.learn(turning.anchors.len() - 1, &estimate);
+            }
+        }
+        Ok(turning)
+    }
+
+    /// Takes what is known of the angle at an anchor.
+    fn learn(&mut self, anchor: usize, estimate: &Estimate<f32>) {
+        let Some(anchor) = self.anchors.get_mut(anchor) else { return };
+        let Some(truth) = self.truth.get(anchor.sample) else { return };
+        anchor.angle = estimate.angle;
+        let deg_per_rad = 1_f64.to_degrees();
+        anchor.variance_deg2 = f64::from(estimate.angle_rad2) * deg_per_rad * deg_per_rad;
+        anchor.error_mdeg = 1e3 * estimate.angle.minus(*truth).degrees();
+    }
+
+    /// Root mean square error of the reference in milli-degrees.
+    pub fn reference_rms_mdeg(&self) -> f64 {
+        #[expect(clippy::cast_precision_loss, reason = "a count")]
+        let anchors = self.anchors.len().max(1) as f64;
+        math::sqrt(
+            self.anchors.iter().map(|anchor| anchor.error_mdeg * anchor.error_mdeg).sum::<f64>() / anchors,
+        )
+    }
+}

@@ -1,0 +1,147 @@
+//! Many runs at once: the same bytes on any number of threads.
+
+use motor_model::{DriveCommand, DriveMode, FrictionLaw, ImpactRule, MotorParams, Parameter};
+use rayon::prelude::*;
+
+use super::published::Quantity;
+use crate::error::CommandError;
+use crate::math::statistics::Spread;
+use crate::runs::simulate::{Precision, Run, RunSummary, simulate};
+
+/// The paper's runs: its friction law, impacts at the end of the step, full drive, 2 s with 0.5 s to settle.
+///
+/// # Errors
+/// When a change is out of bounds.
+pub fn paper_run(
+    mode: DriveMode,
+    changes: &[(Parameter, f64)],
+    step_s: f64,
+    seed: u64,
+) -> Result<Run, CommandError> {
+    let changed = changes
+        .iter()
+        .try_fold(MotorParams::nominal(), |params, &(parameter, value)| params.with(parameter, value));
+    Ok(Run {
+        params: changed?,
+        drive: DriveCommand::full(mode),
+        duration_s: 2.0,
+        settle_s: 0.5,
+        step_s,
+        impact_rule: ImpactRule::EndOfStep,
+        friction_law: FrictionLaw::Paper,
+        precision: Precision::F64,
+        seed,
+    })
+}
+
+/// The runs of one motor, one a seed.
+#[derive(Clone, Debug)]
+pub struct Ensemble {
+    /// Mode driven.
+    pub mode: DriveMode,
+    /// One summary a seed.
+    pub summaries: Vec<RunSummary>,
+}
+
+impl Ensemble {
+    /// Mean and spread of a quantity over the seeds, in its unit.
+    pub fn spread(&self, quantity: Quantity) -> Spread {
+        self.values(quantity).collect()
+    }
+
+    /// A quantity of each seed, in its unit.
+    pub fn values(&self, quantity: Quantity) -> impl Iterator<Item = f64> {
+        self.summaries.iter().map(move |summary| match quantity {
+            Quantity::CollisionFrequency => summary.collision.map_or(0.0, |line| line.frequency_hz),
+            Quantity::CollisionAmplitude => summary.collision.map_or(0.0, |line| 1e3 * line.amplitude),
+            Quantity::Rate => summary.rate_rad_s.mean.abs(),
+        })
+    }
+
+    /// Whether every seed turns the way its mode should: B clockwise, C counter-clockwise.
+    pub fn turns_the_right_way(&self) -> bool {
+        self.summaries.iter().all(|summary| match self.mode {
+            DriveMode::B => summary.rate_rad_s.mean > 0.0,
+            DriveMode::C => summary.rate_rad_s.mean < 0.0,
+        })
+    }
+}
+
+/// A list of motors to run.
+#[derive(Clone, Debug, Default)]
+pub struct Campaign {
+    motors: Vec<Vec<Run>>,
+}
+
+impl Campaign {
+    /// Adds a motor, to be run with seeds 1 to `seeds`; returns its place in the results.
+    ///
+    /// # Errors
+    /// When a change is out of bounds.
+    pub fn add(
+        &mut self,
+        mode: DriveMode,
+        changes: &[(Parameter, f64)],
+        step_s: f64,
+        seeds: u64,
+    ) -> Result<usize, CommandError> {
+        let runs: Result<Vec<Run>, _> =
+            (1..=seeds).map(|seed| paper_run(mode, changes, step_s, seed)).collect();
+        self.motors.push(runs?);
+        Ok(self.motors.len() - 1)
+    }
+
+    /// Number of steps in all: what progress is measured in.
+    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "for display")]
+    pub fn steps(&self) -> u64 {
+        self.motors.iter().flatten().map(|run| (run.duration_s / run.step_s) as u64).sum()
+    }
+
+    /// Runs everything, telling `progress` of the steps done.
+    ///
+    /// # Errors
+    /// When a run fails.
+    pub fn run(&self, progress: &(impl Fn(u64) + Sync)) -> Result<Vec<Ensemble>, CommandError> {
+        let runs: Vec<&Run> = self.motors.iter().flatten().collect();
+        // One thread's share is one run; the results come back in the order of the list.
+        let summaries: Result<Vec<RunSummary>, CommandError> = (runs.par_iter().with_max_len(1))
+            .map(|run| {
+                let summary = simulate(run, &mut ())?;
+                progress(summary.steps);
+                Ok(summary)
+            })
+            .collect();
+        let mut summaries = summaries?.into_iter();
+        let ensembles = self.motors.iter().map(|runs| Ensemble {
+            mode: runs.first().and_then(|run| run.drive.mode()).unwrap_or(DriveMode::C),
+            summaries: summaries.by_ref().take(runs.len()).collect(),
+        });
+        Ok(ensembles.collect())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn law_threads_change_nothing() {
+        let mut campaign = Campaign::default();
+        for mode in [DriveMode::B, DriveMode::C] {
+            campaign.add(mode, &[], 1e-5, 3).unwrap();
+        }
+        let run_on = |threads| {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+            pool.install(|| campaign.run(&|_| ())).unwrap()
+        };
+        let (one, many) = (run_on(1), run_on(4));
+        assert_eq!(one.len(), 2);
+        for (a, b) in one.iter().zip(&many) {
+            assert_eq!((a.mode, &a.summaries), (b.mode, &b.summaries));
+            assert_eq!(a.summaries.len(), 3);
+            assert!(a.turns_the_right_way());
+        }
+        let mean = |ensemble: &Ensemble| ensemble.spread(Quantity::Rate).mean;
+        assert!(mean(&one[0]) > 3.0 * mean(&one[1]), "mode B is several times faster");
+    }
+}

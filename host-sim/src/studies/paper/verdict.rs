@@ -1,0 +1,106 @@
+//! How a figure of ours is judged against a printed one.
+//!
+//! A figure is *within* when the means differ by no more than the two standard deviations together, `sd_paper + sd_ours`: the printed
+//! spread combined with ours, both of five runs. Beside it stands `z = |difference| / sqrt(sd_paper^2 + sd_ours^2)`, the difference in
+//! units of the spread of a difference, so that a reader can hold it to a stricter rule: two single runs of the same
+//! law differ by less than `z = 1` two times in three.
+//!
+//! The paper prints means and spreads to a few digits, so a comparison finer than its last digit means little: a figure that misses the
+//! rule but meets it once ours is rounded the same way is said to be within at the printed precision, never silently counted as within.
+
+use motor_model::math;
+use serde::Serialize;
+
+use super::published::{Printed, Quantity, borrowed_relative_sd};
+use crate::math::statistics::Spread;
+
+/// A figure of ours beside a printed one.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Comparison {
+    /// The printed mean and spread, in the quantity's unit.
+    pub paper: Spread,
+    /// Whether that spread is not the figure's own, but Table 2's first row's.
+    pub spread_borrowed: bool,
+    /// Ours, over the seeds.
+    pub ours: Spread,
+    /// `|ours - paper| <= sd_paper + sd_ours`.
+    pub within: bool,
+    /// The same with ours rounded to the decimals that the paper prints.
+    pub within_as_printed: bool,
+    /// `|ours - paper| / sqrt(sd_paper^2 + sd_ours^2)`.
+    pub z: f64,
+}
+
+impl Comparison {
+    /// `ours` beside `printed`.
+    pub fn new(quantity: Quantity, printed: Printed, ours: Spread) -> Self {
+        let sd = printed.sd.unwrap_or(borrowed_relative_sd(quantity) * printed.mean);
+        let difference = (ours.mean - printed.mean).abs();
+        Self {
+            paper: Spread { mean: printed.mean, sd },
+            spread_borrowed: printed.sd.is_none(),
+            ours,
+            within: difference <= sd + ours.sd,
+            within_as_printed: within_as_printed(
+                printed.decimals(quantity),
+                Spread { mean: printed.mean, sd },
+                ours,
+            ),
+            z: difference / math::sqrt(sd * sd + ours.sd * ours.sd),
+        }
+    }
+
+    /// The strictest of the usual rules: the means differ by no more than the root sum of squares.
+    pub fn within_root_sum_of_squares(&self) -> bool {
+        self.z <= 1.0
+    }
+}
+
+/// The rule in whole units of the last printed digit, so that the sums are exact.
+fn within_as_printed(decimals: usize, paper: Spread, ours: Spread) -> bool {
+    let units_per_one = (0..decimals).fold(1.0, |units, _| 10.0 * units);
+    let units = |value: f64| (value * units_per_one).round();
+    (units(ours.mean) - units(paper.mean)).abs() <= units(paper.sd) + units(ours.sd)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn compared(paper: f64, sd: Option<f64>, mean: f64, our_sd: f64) -> Comparison {
+        Comparison::new(Quantity::Rate, Printed { mean: paper, sd }, Spread { mean, sd: our_sd })
+    }
+
+    /// 3 and 4 combine to 7 one way, to 5 the other.
+    #[test]
+    fn exact_both_rules() {
+        let inside = compared(10.0, Some(3.0), 17.0, 4.0);
+        assert!(inside.within && !inside.within_root_sum_of_squares());
+        assert!((inside.z - 1.4).abs() < 1e-15);
+        assert!(compared(10.0, Some(3.0), 3.0, 4.0).within, "two-sided");
+        assert!(!compared(10.0, Some(3.0), 17.001, 4.0).within);
+        assert!(!compared(10.0, Some(3.0), 2.999, 4.0).within);
+        assert!(compared(10.0, Some(3.0), 15.0, 4.0).within_root_sum_of_squares());
+    }
+
+    /// Table 2's first row: 1.72 +- 0.09.
+    #[test]
+    fn exact_a_spread_is_borrowed_in_proportion() {
+        let shifted = compared(3.44, None, 3.5, 0.01);
+        assert!(shifted.spread_borrowed && (shifted.paper.sd - 0.18).abs() < 1e-12);
+        assert!(!compared(3.44, Some(0.1), 3.5, 0.01).spread_borrowed);
+    }
+
+    /// 1.891 +- 0.018 is printed as 1.89 +- 0.02: 9 units from 1.80, and 7 + 2 units are 9.
+    #[test]
+    fn exact_printed_precision_is_a_verdict_of_its_own() {
+        let edge = compared(1.80, Some(0.07), 1.891, 0.018);
+        assert!(!edge.within && edge.within_as_printed);
+        assert!(!compared(1.80, Some(0.07), 1.896, 0.018).within_as_printed);
+    }
+
+    #[test]
+    fn exact_what_is_no_number_is_not_within() {
+        assert!(!compared(1.0, Some(0.1), f64::NAN, 0.1).within);
+    }
+}

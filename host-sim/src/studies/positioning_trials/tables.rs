@@ -1,0 +1,158 @@
+//! Trials in tables: text, JSON and the README's section.
+
+use std::fmt::Write as _;
+
+use serde_json::{Value, json};
+
+use super::{FAILED_MDEG, Move, Report, Strategy, Summary, TOLERANCE_DEG, Trial, Trials};
+use crate::report::document::{Block, Document, Table};
+
+/// Failures listed at most.
+const LISTED_MAX: usize = 20;
+
+const HEADER: [&str; 10] =
+    ["", "trials", "failed", "50 %", "95 %", "99.9 %", "worst", "settle s", "switches", "drive on s"];
+
+fn cells(name: &str, summary: &Summary) -> Vec<String> {
+    let mut cells = vec![name.to_owned(), summary.trials.to_string(), summary.failures.to_string()];
+    let errors = [summary.p50_mdeg, summary.p95_mdeg, summary.p999_mdeg, summary.max_mdeg];
+    cells.extend(errors.map(millidegrees));
+    cells.push(format!("{:.2}", summary.median_settle_s));
+    cells.push(format!("{:.0}", summary.median_switches));
+    cells.push(format!("{:.3}", summary.median_on_s));
+    cells
+}
+
+fn millidegrees(error: f64) -> String {
+    if error < 10.0 { format!("{error:.2}") } else { format!("{error:.0}") }
+}
+
+fn name_of(trials: &Trials) -> String {
+    match trials.strategy {
+        Strategy::Planned => format!("controller, {}", trials.filter.replace('_', " ")),
+        other => other.name().to_owned(),
+    }
+}
+
+/// The command that shows a trial again.
+fn command(trial: &Trial) -> String {
+    format!(
+        "host-sim position --to {} --seed {} --tolerance {TOLERANCE_DEG}",
+        trial.outcome.target_deg, trial.outcome.seed
+    )
+}
+
+impl Report {
+    fn by_kind(&self) -> Table {
+        let mut table = Table::new(&HEADER);
+        table.push(cells("all", &self.trials.summary()));
+        for (kind, name) in [
+            (Move::Long, "uniform in +-360 degrees"),
+            (Move::QuarterTurn, "90 degrees either way"),
+            (Move::Short, "1 milli-degree to 1 degree"),
+        ] {
+            table.push(cells(name, &self.trials.summary_of(kind)));
+        }
+        table
+    }
+
+    fn by_strategy(&self) -> Table {
+        let mut table = Table::new(&HEADER);
+        for trials in std::iter::once(&self.trials).chain(&self.others) {
+            table.push(cells(&name_of(trials), &trials.summary()));
+        }
+        table
+    }
+
+    fn remarks(&self) -> String {
+        let summary = self.trials.summary();
+        let mut text = format!(
+            "True angle less target, in milli-degrees; medians of time to settle, drive changes and time with the drive on. Settling takes {:.2} times its bound (median over quarter turns): \
+             the distance at the mean rate of the strongest drive and {:.2} s of measuring at rest. A trial fails if it is given up, or ends more than {FAILED_MDEG} milli-degrees off.",
+            summary.settle_over_bound, self.measuring_s
+        );
+        if summary.failures > 0 {
+            let failures: Vec<String> = self
+                .trials
+                .failures()
+                .take(LISTED_MAX)
+                .map(|trial| format!("`{}` ({:+.1} mdeg)", command(trial), trial.outcome.final_error_mdeg))
+                .collect();
+            let _ = write!(text, " Failed: {}.", failures.join(", "));
+        }
+        text
+    }
+
+    /// For the terminal.
+    pub fn document(&self) -> Document {
+        let mut blocks = vec![
+            Block::Heading(format!(
+                "Positioning, {} trials, {}",
+                self.trials.trials.len(),
+                name_of(&self.trials)
+            )),
+            Block::Paragraph(self.remarks()),
+            Block::Table(self.by_kind()),
+        ];
+        if !self.others.is_empty() {
+            blocks.push(Block::Heading("Beside other strategies and filters".to_owned()));
+            blocks.push(Block::Table(self.by_strategy()));
+        }
+        Document { blocks }
+    }
+
+    /// The README's section: without headings.
+    pub fn readme_section(&self) -> String {
+        let mut blocks = vec![Block::Table(self.by_kind()), Block::Paragraph(self.remarks())];
+        if !self.others.is_empty() {
+            blocks.push(Block::Table(self.by_strategy()));
+        }
+        Document { blocks }.markdown()
+    }
+
+    /// Everything but the single trials, as one JSON object on one line.
+    pub fn json(&self) -> String {
+        let value = |summary: &Summary| serde_json::to_value(summary).unwrap_or_default();
+        let mut object = value(&self.trials.summary());
+        let kinds = [("long", Move::Long), ("quarter_turn", Move::QuarterTurn), ("short", Move::Short)];
+        let failed: Vec<Value> = self
+            .trials
+            .failures()
+            .map(|trial| json!({"seed": trial.outcome.seed, "target_deg": trial.outcome.target_deg, "final_error_mdeg": trial.outcome.final_error_mdeg}))
+            .collect();
+        object["measuring_s"] = json!(self.measuring_s);
+        object["failed"] = json!(failed);
+        for (key, kind) in kinds {
+            object[key] = value(&self.trials.summary_of(kind));
+        }
+        let others = self.others.iter().map(|trials| {
+            let mut row = value(&trials.summary());
+            row["strategy"] = json!(trials.strategy.name());
+            row["filter"] = json!(trials.filter);
+            row
+        });
+        object["others"] = others.collect();
+        format!("{object}\n")
+    }
+
+    /// A row a trial.
+    pub fn csv(&self) -> String {
+        let mut text = String::from(
+            "seed,target_deg,final_error_mdeg,settle_s,bound_s,overshoot_deg,switches,drive_on_s\n",
+        );
+        for Trial { outcome, bound_s, .. } in &self.trials.trials {
+            let settle = outcome.settle_time_s.map(|s| s.to_string()).unwrap_or_default();
+            let _ = writeln!(
+                text,
+                "{},{},{},{settle},{bound_s},{},{},{}",
+                outcome.seed,
+                outcome.target_deg,
+                outcome.final_error_mdeg,
+                outcome.overshoot_deg,
+                outcome.drive_switches,
+                outcome.drive_on_s
+            );
+        }
+        text
+    }
+}

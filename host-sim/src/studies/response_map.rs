@@ -1,0 +1,281 @@
+//! `host-sim response-map`: identification of what the controller plans by, [`controller::response_map`], from drawn motors of the plant.
+//!
+//! Motors are drawn within Table 1's tolerances and driven open loop, at the nominal frequencies, wherever their resonances lie. A burst starts from
+//! rest, at a phase of the drive that the one before has left, and is followed by [`REST_S`] of rest:
+//!
+//! ```text
+//! turn = mean over motors of a motor's mean        motors = standard deviation of those means
+//! repeat = what a motor's own standard deviation stays below in four motors of five
+//! coast = least squares of coast per rate at the cut
+//! ```
+//!
+//! The fifth motor is left out because one in a hundred now and then does something else altogether, which would stand for all in a mean.
+
+mod source;
+
+use controller::response_map::Family;
+use motor_model::{DriveCommand, DriveMode};
+use rayon::prelude::*;
+use serde::Serialize;
+
+use crate::error::CommandError;
+use crate::math::statistics::{Line, Spread};
+use crate::scene::{Kind, Scene, Setting};
+use crate::world::plant::Plant;
+
+/// Motors drawn. A flag of the command, not a key of scenes.
+pub const MOTORS: Setting = Setting {
+    key: "--motors",
+    unit: "",
+    kind: Kind::Integer { default: 200, min: 2, max: 10_000 },
+    meaning: "motors drawn, the first by the scene's seed",
+};
+
+/// The plant's step in s: located impacts come out the same as at 1 us.
+const STEP_S: &str = "5e-6";
+const STEPS_PER_TICK: u32 = 2;
+/// By then every rotor has stopped.
+const REST_S: f64 = 0.06;
+const STEP_LENGTH_S: f64 = 5e-6;
+/// Bursts of one kind by one motor.
+const REPEATS: u32 = 5;
+/// Cruises of one kind by one motor.
+const CRUISES_REPEATED: u32 = 3;
+/// A cruise before its rate counts, and in all; the cut then follows.
+const SPIN_UP_S: f64 = 0.15;
+const CRUISE_S: f64 = 0.4;
+
+/// A burst and its figures.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct BurstRow {
+    /// Drive amplitude.
+    pub amplitude: f32,
+    /// Ticks for which the drive is on.
+    pub ticks: u32,
+    /// Mean turn over motors, clockwise positive.
+    pub turn_mdeg: f64,
+    /// Standard deviation of a motor's mean over motors.
+    pub motors_mdeg: f64,
+    /// Standard deviation from burst to burst of one motor.
+    pub repeat_mdeg: f64,
+}
+
+/// A cruise and its figures.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct CruiseRow {
+    /// The mode.
+    #[serde(skip)]
+    pub mode: DriveMode,
+    /// Drive amplitude.
+    pub amplitude: f32,
+    /// Mean rate over motors, clockwise positive.
+    pub rate_rad_s: f64,
+    /// Standard deviation of a motor's rate over motors.
+    pub rate_sd_rad_s: f64,
+    /// Lag of a first-order rise.
+    pub spin_up_s: f64,
+    /// Coast per rate at the cut.
+    pub coast_s: f64,
+    /// Standard deviation of the coast about that.
+    pub coast_sd_mdeg: f64,
+}
+
+/// The whole map.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Identified {
+    /// Cruises by mode, weakest first.
+    pub cruises: Vec<CruiseRow>,
+    /// Bursts of each family, in the order of [`Family::ALL`].
+    pub bursts: Vec<Vec<BurstRow>>,
+    /// Correlation over motors of the turn by a step and by a walk, each in the middle of its family.
+    pub step_walk_correlation: f64,
+    /// Motors drawn.
+    pub motors: u64,
+    /// Seed of the first.
+    pub seed: u64,
+}
+
+/// What is driven: amplitude and ticks of each burst of `family`.
+///
+/// Ticks are near whole cycles: 13.4 ticks of mode C, 15.9 of mode B.
+pub fn bursts_of(family: Family) -> Vec<(f32, u32)> {
+    let at = |ticks: u32, amplitudes: &[f32]| amplitudes.iter().map(|&a| (a, ticks)).collect();
+    let long = |amplitude: f32, ticks: &[u32]| ticks.iter().map(|&t| (amplitude, t)).collect();
+    match family {
+        Family::Step => {
+            let mut steps: Vec<(f32, u32)> =
+                at(27, &[0.05, 0.07, 0.1, 0.14, 0.2, 0.25, 0.3, 0.4, 0.5, 0.6, 0.7, 0.85, 1.0]);
+            steps.push((1.0, 34));
+            steps
+        }
+        Family::Walk => long(0.3, &[67, 94, 134, 268, 536, 1072, 2144, 4288, 8576]),
+        Family::Stride => long(1.0, &[134, 188, 268, 536, 1072, 2144, 4288, 8576]),
+        Family::Nudge => at(16, &[0.2, 0.25, 0.3, 0.4, 0.5, 0.6, 0.7, 0.85, 1.0]),
+        Family::Throw => long(1.0, &[16, 24, 32, 48, 63, 95, 127, 190, 254, 380, 508, 762, 1016, 1524, 2032]),
+    }
+}
+
+/// Modes and amplitudes of the cruises.
+pub fn cruises() -> Vec<(DriveMode, f32)> {
+    let of = |mode, amplitudes: &[f32]| amplitudes.iter().map(|&a| (mode, a)).collect::<Vec<_>>();
+    let mut all = of(DriveMode::B, &[0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0]);
+    all.extend(of(DriveMode::C, &[0.3, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0]));
+    all
+}
+
+/// Drawn motors.
+#[derive(Clone, Debug)]
+pub struct Campaign {
+    plants: Vec<Plant>,
+    seed: u64,
+}
+
+impl Campaign {
+    /// `motors` motors, named by the scene's seed and those that follow it.
+    ///
+    /// # Errors
+    /// When a scene is refused.
+    pub fn new(scene: &Scene, motors: u64) -> Result<Self, CommandError> {
+        let draw = |number: u64| {
+            let mut drawn = scene.clone();
+            drawn.set("seed", &scene.seed().wrapping_add(number).to_string())?;
+            drawn.set("plant.step_s", STEP_S)?;
+            Plant::draw(&drawn)
+        };
+        let plants: Result<Vec<Plant>, CommandError> = (0..motors).map(draw).collect();
+        Ok(Self { plants: plants?, seed: scene.seed() })
+    }
+
+    /// What progress is measured in: motors times drives.
+    pub fn work(&self) -> u64 {
+        let drives = cruises().len() + Family::ALL.into_iter().map(|f| bursts_of(f).len()).sum::<usize>();
+        (drives * self.plants.len()) as u64
+    }
+
+    /// Identifies everything, telling `progress` of each motor done with a drive.
+    pub fn run(&self, progress: &(impl Fn(u64) + Sync)) -> Identified {
+        let cruises = cruises().into_iter().map(|(mode, amplitude)| {
+            progress(self.plants.len() as u64);
+            self.cruise(mode, amplitude)
+        });
+        let cruises = cruises.collect();
+        let bursts = |family: Family| {
+            let row = |(amplitude, ticks)| {
+                progress(self.plants.len() as u64);
+                self.burst(family.mode(), amplitude, ticks)
+            };
+            bursts_of(family).into_iter().map(row).collect()
+        };
+        Identified {
+            cruises,
+            bursts: Family::ALL.into_iter().map(bursts).collect(),
+            step_walk_correlation: self.correlation((0.3, 27), (0.3, 1072)),
+            motors: self.plants.len() as u64,
+            seed: self.seed,
+        }
+    }
+
+    /// Turns of one burst by each motor, [`REPEATS`] each.
+    fn turns_mdeg(&self, mode: DriveMode, amplitude: f32, ticks: u32) -> Vec<Spread> {
+        let command = DriveCommand::saturating(mode, amplitude);
+        let of_motor = |plant: &Plant| {
+            let mut plant = plant.clone();
+            // A motor fresh from the drawing hangs a hair above its teeth.
+            rest(&mut plant);
+            let mut turn = || {
+                let before = plant.state().rotor.angle.angle();
+                (0..ticks * STEPS_PER_TICK).for_each(|_| drop(plant.step(command)));
+                rest(&mut plant);
+                1e3 * plant.state().rotor.angle.angle().minus(before).degrees()
+            };
+            (0..REPEATS).map(|_| turn()).collect()
+        };
+        self.plants.par_iter().map(of_motor).collect()
+    }
+
+    /// Identifies one burst.
+    pub fn burst(&self, mode: DriveMode, amplitude: f32, ticks: u32) -> BurstRow {
+        let motors = self.turns_mdeg(mode, amplitude, ticks);
+        let means: Spread = motors.iter().map(|motor| motor.mean).collect();
+        let mut within: Vec<f64> = motors.iter().map(|motor| motor.sd).collect();
+        within.sort_by(f64::total_cmp);
+        let repeat_mdeg = within.get(within.len() * 4 / 5).copied().unwrap_or_default();
+        BurstRow { amplitude, ticks, turn_mdeg: means.mean, motors_mdeg: means.sd, repeat_mdeg }
+    }
+
+    /// Correlation over motors of two bursts of mode C.
+    fn correlation(&self, one: (f32, u32), other: (f32, u32)) -> f64 {
+        let [one, other] = [one, other].map(|(a, t)| self.turns_mdeg(DriveMode::C, a, t));
+        let points: Vec<_> = one.iter().zip(&other).map(|(x, y)| (x.mean, y.mean)).collect();
+        Line::through(&points).map_or(0.0, |line| line.correlation)
+    }
+
+    /// Identifies one cruise.
+    pub fn cruise(&self, mode: DriveMode, amplitude: f32) -> CruiseRow {
+        let command = DriveCommand::saturating(mode, amplitude);
+        let motors: Vec<Vec<Run>> = self
+            .plants
+            .par_iter()
+            .map(|plant| {
+                let mut plant = plant.clone();
+                (0..CRUISES_REPEATED).map(|_| Run::of(&mut plant, command)).collect()
+            })
+            .collect();
+        let mean = |runs: &[Run], of: fn(&Run) -> f64| runs.iter().map(of).collect::<Spread>().mean;
+        let rates: Spread = motors.iter().map(|runs| mean(runs, |run| run.rate_rad_s)).collect();
+        let lag = |runs: &Vec<Run>| {
+            let rate = mean(runs, |run| run.rate_rad_s);
+            SPIN_UP_S - mean(runs, |run| run.spun_up_rad) / rate
+        };
+        let lags: Spread = motors.iter().map(lag).collect();
+        let all: Vec<&Run> = motors.iter().flatten().collect();
+        let sum = |of: fn(&Run) -> f64| all.iter().map(|run| of(run)).sum::<f64>();
+        let coast_s = sum(|run| run.cut_rad_s * run.coast_rad) / sum(|run| run.cut_rad_s * run.cut_rad_s);
+        let left: Spread = all.iter().map(|run| run.coast_rad - coast_s * run.cut_rad_s).collect();
+        CruiseRow {
+            mode,
+            amplitude,
+            rate_rad_s: rates.mean,
+            rate_sd_rad_s: rates.sd,
+            spin_up_s: lags.mean.clamp(1e-3, SPIN_UP_S),
+            coast_s,
+            coast_sd_mdeg: 1e3 * left.sd.to_degrees(),
+        }
+    }
+}
+
+/// One cruise of one motor.
+struct Run {
+    spun_up_rad: f64,
+    rate_rad_s: f64,
+    cut_rad_s: f64,
+    coast_rad: f64,
+}
+
+impl Run {
+    fn of(plant: &mut Plant, command: DriveCommand) -> Self {
+        let mut turn = |time_s: f64, command| {
+            let before = plant.state().rotor.angle.angle();
+            run_for(plant, time_s, command);
+            plant.state().rotor.angle.angle().minus(before).degrees().to_radians()
+        };
+        let spun_up_rad = turn(SPIN_UP_S, command);
+        let rate_rad_s = turn(CRUISE_S - SPIN_UP_S, command) / (CRUISE_S - SPIN_UP_S);
+        let cut_rad_s = plant.state().rotor.rate_rad_s;
+        let before = plant.state().rotor.angle.angle();
+        rest(plant);
+        rest(plant);
+        let coast_rad = plant.state().rotor.angle.angle().minus(before).degrees().to_radians();
+        Self { spun_up_rad, rate_rad_s, cut_rad_s, coast_rad }
+    }
+}
+
+fn run_for(plant: &mut Plant, time_s: f64, command: DriveCommand) {
+    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "below a second")]
+    let steps = (time_s / STEP_LENGTH_S).round() as u64;
+    (0..steps).for_each(|_| drop(plant.step(command)));
+}
+
+fn rest(plant: &mut Plant) {
+    run_for(plant, REST_S, DriveCommand::OFF);
+}

@@ -1,0 +1,124 @@
+//! The map as Rust source for `controller`, and as text.
+
+use std::fmt::Write as _;
+
+use controller::response_map::Family;
+use motor_model::DriveMode;
+
+use super::{BurstRow, Identified};
+use crate::report::document::{Block, Document, Table};
+
+impl Identified {
+    /// The module `controller::response_map::table`, as `rustfmt` leaves it.
+    pub fn source(&self) -> String {
+        let Self { motors, seed, step_walk_correlation, .. } = self;
+        let mut text = format!(
+            "//! Written by `host-sim response-map --motors {motors} --seed {seed} --write controller/src/response_map/table.rs`: do not edit.\n\n\
+             use motor_model::DriveMode::{{B, C}};\n\n\
+             use super::{{Burst, Cruise, burst, cruise}};\n\n\
+             /// Correlation over motors of the turns by a step and by a walk.\n\
+             pub const STEP_WALK_CORRELATION: f32 = {step_walk_correlation:.2};\n\n\
+             /// Cruises of each mode, weakest first: drive, rate and its spread in rad/s, lag in s, coast in s and its spread in milli-degrees.\n\
+             #[rustfmt::skip]\npub const CRUISES: [Cruise; {}] = [\n",
+            self.cruises.len()
+        );
+        // Writing to a string cannot fail.
+        for row in &self.cruises {
+            let [rate, sd, lag, coast, off] =
+                [row.rate_rad_s, row.rate_sd_rad_s, row.spin_up_s, row.coast_s, row.coast_sd_mdeg]
+                    .map(figure);
+            let drive = format!("({}, {:?})", letter(row.mode), row.amplitude);
+            let _ = writeln!(text, "    cruise({drive}, ({rate}, {sd}), {lag}, ({coast}, {off})),");
+        }
+        text.push_str(
+            "];\n\n/// Bursts of each family, in the order of [`super::Family::ALL`], shortest first: amplitude, ticks, turn, its spread over motors and from burst\n\
+             /// to burst in milli-degrees.\n#[rustfmt::skip]\npub const BURSTS_OF: [&[Burst]; 5] = [\n",
+        );
+        for (family, rows) in Family::ALL.into_iter().zip(&self.bursts) {
+            let _ = writeln!(text, "    // {family:?}\n    &[");
+            for row in rows {
+                let [turn, motors, repeat] =
+                    [row.turn_mdeg.abs(), row.motors_mdeg, row.repeat_mdeg].map(figure);
+                let BurstRow { amplitude, ticks, .. } = row;
+                let _ = writeln!(text, "        burst({amplitude:?}, {ticks}, {turn}, {motors}, {repeat}),");
+            }
+            text.push_str("    ],\n");
+        }
+        text.push_str("];\n");
+        text
+    }
+
+    /// For the terminal.
+    pub fn document(&self) -> Document {
+        let mut cruises =
+            Table::new(&["drive", "rate rad/s", "over motors", "lag ms", "coast ms", "coast off mdeg"]);
+        for row in &self.cruises {
+            cruises.push(vec![
+                format!("{} {:.2}", letter(row.mode), row.amplitude),
+                format!("{:+.3}", row.rate_rad_s),
+                format!("{:.3}", row.rate_sd_rad_s),
+                format!("{:.1}", 1e3 * row.spin_up_s),
+                format!("{:.2}", 1e3 * row.coast_s),
+                format!("{:.0}", row.coast_sd_mdeg),
+            ]);
+        }
+        let mut bursts =
+            Table::new(&["family", "amplitude", "ticks", "turn mdeg", "over motors", "burst to burst"]);
+        for (family, rows) in Family::ALL.into_iter().zip(&self.bursts) {
+            for row in rows {
+                bursts.push(vec![
+                    format!("{family:?}"),
+                    format!("{:.2}", row.amplitude),
+                    row.ticks.to_string(),
+                    format!("{:+.3}", row.turn_mdeg),
+                    format!("{:.3}", row.motors_mdeg),
+                    format!("{:.3}", row.repeat_mdeg),
+                ]);
+            }
+        }
+        let summary = format!(
+            "{} motors drawn from seed {}; spreads are standard deviations. Steps and walks of a motor are correlated by {:.2}.",
+            self.motors, self.seed, self.step_walk_correlation
+        );
+        Document {
+            blocks: vec![
+                Block::Heading("Response map".to_owned()),
+                Block::Paragraph(summary),
+                Block::Table(cruises),
+                Block::Table(bursts),
+            ],
+        }
+    }
+
+    /// Everything as one JSON object on one line.
+    pub fn json(&self) -> String {
+        crate::report::files::json_line(self)
+    }
+}
+
+/// Four significant digits, as Rust writes an `f32`.
+fn figure(value: f64) -> String {
+    let rounded: f32 = format!("{value:.3e}").parse().unwrap_or_default();
+    format!("{rounded:?}")
+}
+
+fn letter(mode: DriveMode) -> &'static str {
+    match mode {
+        DriveMode::B => "B",
+        DriveMode::C => "C",
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn exact_figures_have_four_digits() {
+        for (value, text) in
+            [(7424.4083, "7424.0"), (-0.065_123_4, "-0.06512"), (11_890.31, "11890.0"), (0.0, "0.0")]
+        {
+            assert_eq!(figure(value), text);
+        }
+    }
+}

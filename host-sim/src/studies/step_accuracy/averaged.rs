@@ -1,0 +1,94 @@
+//! The averaged motor beside the full one: long moves, where single blows no longer matter.
+
+use std::hint::black_box;
+use std::time::Instant;
+
+use motor_model::{AveragedMotor, AveragedState, DriveCommand, MotorParams, MotorSetup, math};
+use serde::Serialize;
+
+use super::steady::{CONDITIONS, Condition};
+use super::timing::{Cost, least_s};
+use super::verdict::JUDGED_STEP_S;
+use crate::error::CommandError;
+use crate::math::random_streams::{Source, stream};
+use crate::studies::averaged_motor::{Campaign, Identified};
+
+/// Step of the averaged motor.
+pub const STEP_S: f64 = 0.1;
+/// Length of the moves that are compared, in steps.
+const MOVE_STEPS: u32 = 10;
+/// Seeds from here on are not those of the identification.
+const FRESH_SEED: u64 = 1_000_000;
+
+/// The averaged motor under one condition.
+#[derive(Clone, Debug, Serialize)]
+pub struct AveragedRow {
+    /// Such as `B` or `C 0.3`.
+    pub condition: String,
+    /// What was identified from the full motor.
+    pub identified: Identified,
+    /// Mean of a move of 1 s from rest, less that of the full motor's, per the latter.
+    pub move_relative: f64,
+    /// Two standard errors of it.
+    pub move_half_width: f64,
+    /// Standard deviation of such a move per that of the full motor's.
+    pub spread_ratio: f64,
+    /// Cost of a step of 0.1 s.
+    pub cost: Cost,
+}
+
+/// All conditions.
+///
+/// # Errors
+/// When a motor is refused: never, unless its bounds are changed.
+pub fn rows(campaign: &Campaign, rounds: u32) -> Result<Vec<AveragedRow>, CommandError> {
+    CONDITIONS.iter().map(|&condition| row(condition, campaign, rounds)).collect()
+}
+
+fn row(condition: Condition, campaign: &Campaign, rounds: u32) -> Result<AveragedRow, CommandError> {
+    let (params, setup, command) =
+        (MotorParams::nominal(), MotorSetup::with_step(JUDGED_STEP_S), condition.command());
+    let identified = campaign.identify(&params, &setup, command, 1)?;
+    let full = fresh_moves(campaign, &params, &setup, command)?;
+    let motion = identified.motion();
+    let move_s = STEP_S * f64::from(MOVE_STEPS);
+    let coast = -motion.time_constant_s * math::exp_m1(-move_s / motion.time_constant_s);
+    let mean_rad = motion.rate_rad_s * (move_s - coast);
+    let sd_rad = math::sqrt(2.0 * motion.diffusion_rad2_s * move_s);
+    let identified_rad = identified.rate_error_rad_s * move_s;
+    let known = math::sqrt(full.sd * full.sd / f64::from(campaign.runs) + identified_rad * identified_rad);
+    Ok(AveragedRow {
+        condition: condition.name(),
+        identified,
+        move_relative: (mean_rad - full.mean) / full.mean.abs(),
+        move_half_width: 2.0 * known / full.mean.abs(),
+        spread_ratio: sd_rad / full.sd,
+        cost: cost(&AveragedMotor::try_new(&motion, STEP_S)?, rounds)?,
+    })
+}
+
+/// Moves of 1 s of the full motor.
+fn fresh_moves(
+    campaign: &Campaign,
+    params: &MotorParams,
+    setup: &MotorSetup,
+    command: DriveCommand,
+) -> Result<crate::math::statistics::Spread, CommandError> {
+    let moves = Campaign { settle_s: STEP_S * f64::from(MOVE_STEPS), blocks: 0, ..*campaign };
+    Ok(moves.settled_rad(params, setup, command, FRESH_SEED)?)
+}
+
+fn cost(motor: &AveragedMotor, rounds: u32) -> Result<Cost, CommandError> {
+    const STEPS: u32 = 100_000;
+    let least = least_s(1, rounds, |_| {
+        let (mut state, mut rng) = (AveragedState::default(), stream(1, Source::StartPhase));
+        let start = Instant::now();
+        for _ in 0..STEPS {
+            motor.step(&mut state, &mut rng);
+        }
+        let taken_s = start.elapsed().as_secs_f64();
+        black_box(state);
+        Ok::<f64, CommandError>(taken_s)
+    })?;
+    Ok(Cost::new(STEP_S, STEP_S * f64::from(STEPS), least.iter().sum()))
+}

@@ -1,0 +1,151 @@
+//! Net displacement of short bursts from rest, as a positioning loop makes its last steps.
+//!
+//! The rotor rests on the teeth for 60 ms; the drive comes on at phase zero for a few cycles at 0.3 of full amplitude; 60 ms later all is at rest
+//! again. A burst is meant to last whole cycles, but a twin can only drive whole steps: the time is rounded to 20 us, a whole number of
+//! every step to 20 us, and above that to the step itself. The reference drives for the same time.
+
+use motor_model::{AmplitudeVariation, Angle, DriveCommand, DriveMode, MotorParams, Parameter};
+use serde::Serialize;
+
+use super::contestant::{Contestant, Question, Twin};
+use super::flights::reference;
+use crate::error::CommandError;
+use crate::studies::step_accuracy::reference::ReferenceState;
+
+/// Rest before and after the drive.
+const REST_S: f64 = 60e-3;
+/// What the time of a burst is rounded to, for steps that divide it.
+const GRID_S: f64 = 20e-6;
+/// Amplitude of the drive.
+const AMPLITUDE: f32 = 0.3;
+
+/// A burst of whole cycles of a mode at 0.3 of full amplitude.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Burst {
+    /// Mode driven.
+    pub mode: DriveMode,
+    /// Cycles.
+    pub cycles: u8,
+}
+
+/// The bursts compared.
+pub const BURSTS: [Burst; 4] = [
+    Burst { mode: DriveMode::C, cycles: 2 },
+    Burst { mode: DriveMode::C, cycles: 5 },
+    Burst { mode: DriveMode::C, cycles: 10 },
+    Burst { mode: DriveMode::B, cycles: 2 },
+];
+
+/// What a twin makes of a burst.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct BurstError {
+    /// Time for which twin and reference drive.
+    pub on_s: f64,
+    /// Net displacement of the reference, clockwise positive.
+    pub converged_mdeg: f64,
+    /// Net displacement of the twin less that of the reference, per the latter's magnitude.
+    pub relative: f64,
+}
+
+impl Burst {
+    fn command(self) -> DriveCommand {
+        DriveCommand::saturating(self.mode, AMPLITUDE)
+    }
+
+    /// Such as `C 0.3, 5 cycles`.
+    pub fn name(self) -> String {
+        format!("{:?} {AMPLITUDE}, {} cycles", self.mode, self.cycles)
+    }
+
+    /// Time of whole cycles.
+    pub fn whole_cycles_s(self) -> f64 {
+        let frequency = match self.mode {
+            DriveMode::B => Parameter::ModeBFrequency,
+            DriveMode::C => Parameter::ModeCFrequency,
+        };
+        f64::from(self.cycles) / MotorParams::nominal().get(frequency)
+    }
+
+    /// Time for which a twin of this step drives.
+    pub fn on_s(self, step_s: f64) -> f64 {
+        let grid_s = GRID_S.max(step_s);
+        (self.whole_cycles_s() / grid_s).round() * grid_s
+    }
+
+    /// Net displacement of the reference when it drives for `on_s`, in milli-degrees.
+    ///
+    /// # Errors
+    /// When the reference stalls.
+    pub fn converged_mdeg(self, on_s: f64) -> Result<f64, CommandError> {
+        let reference = reference(&AmplitudeVariation::default())?;
+        let mut state = ReferenceState::default();
+        reference.run(&mut state, DriveCommand::OFF, REST_S, &mut ())?;
+        let origin_rad = state.angle_rad;
+        reference.run(&mut state, self.command(), on_s, &mut ())?;
+        reference.run(&mut state, DriveCommand::OFF, REST_S, &mut ())?;
+        Ok(1e3 * (state.angle_rad - origin_rad).to_degrees())
+    }
+
+    /// What `contestant` makes of it.
+    ///
+    /// # Errors
+    /// When the reference stalls or the contestant's step is out of bounds.
+    pub fn error(self, contestant: &Contestant) -> Result<BurstError, CommandError> {
+        let on_s = self.on_s(contestant.step_s);
+        let converged_mdeg = self.converged_mdeg(on_s)?;
+        let run = Run { burst: self, on_s, step_s: contestant.step_s };
+        let found_mdeg = contestant.examine(AmplitudeVariation::default(), &run)?;
+        let relative = (found_mdeg - converged_mdeg) / converged_mdeg.abs();
+        Ok(BurstError { on_s, converged_mdeg, relative })
+    }
+}
+
+/// Asks a twin for its net displacement in milli-degrees.
+struct Run {
+    burst: Burst,
+    on_s: f64,
+    step_s: f64,
+}
+
+impl Question for Run {
+    type Answer = f64;
+
+    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a count of steps")]
+    fn ask(&self, twin: &impl Twin) -> f64 {
+        let mut state = twin.state(&ReferenceState::default());
+        let mut hold = |command, time_s: f64| {
+            for _ in 0..(time_s / self.step_s).round() as u64 {
+                twin.step(&mut state, command);
+            }
+            twin.rotor(&state)
+        };
+        let origin = hold(DriveCommand::OFF, REST_S);
+        hold(self.burst.command(), self.on_s);
+        let end = hold(DriveCommand::OFF, REST_S);
+        let unit_deg = Angle::from_units(1).degrees();
+        1e3 * (end.angle.minus(origin.angle).degrees()
+            + unit_deg * (end.residual_units - origin.residual_units))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Whole cycles, against figures recorded before this command was written.
+    #[test]
+    fn tool_bursts_of_whole_cycles_come_out_as_recorded() {
+        for (burst, mdeg) in BURSTS.into_iter().zip([-1.131_416, -3.640_581, -7.824_877, 7.378_494]) {
+            let found = burst.converged_mdeg(burst.whole_cycles_s()).unwrap();
+            assert!((found - mdeg).abs() < 1e-6, "{burst:?}: {found}");
+        }
+    }
+
+    #[test]
+    fn exact_the_time_of_a_burst_is_whole_steps() {
+        let two_of_c = BURSTS[0];
+        for (step_s, on_s) in [(0.25e-6, 260e-6), (20e-6, 260e-6), (50e-6, 250e-6)] {
+            assert!((two_of_c.on_s(step_s) - on_s).abs() < 1e-15, "{step_s}");
+        }
+    }
+}

@@ -1,0 +1,284 @@
+//! Who is judged: a model, a rule of impacts, a precision and a step.
+//!
+//! A model that steps is a [`Twin`]. To add one: a variant of [`Model`], its `impl Twin`, its arm in [`Contestant::examine_motor`] and its rows in
+//! [`contestants`].
+
+use motor_model::{
+    AmplitudeVariation, Angle, Bouncer, Dragged, DriveCommand, HeightOnly, Impact, ImpactRule, Ledger,
+    ModalState, Motor, MotorParams, MotorSetup, MotorState, OnePair, OutOfBounds, Phase, Real, RotorState,
+    Scope, WholeMotor, WithoutModeA,
+};
+use serde::ser::{Serialize, SerializeStruct as _, Serializer};
+
+use super::verdict::JUDGED_STEP_S;
+use crate::runs::simulate::{FAST_APPROACH_M_S, Precision};
+use crate::studies::step_accuracy::reference::ReferenceState;
+
+/// Steps judged.
+pub const STEPS_S: [f64; 8] = [0.25e-6, 0.5e-6, 1e-6, 2e-6, 5e-6, 10e-6, 20e-6, 50e-6];
+
+/// What of the motor is simulated.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Model {
+    /// Three modes, two pairs of teeth, rotation.
+    Whole,
+    /// Mode A left out.
+    WithoutModeA,
+    /// The rotation left out.
+    HeightOnly,
+    /// The second pair of teeth left out.
+    OnePair,
+    /// A ball on a plate: mode C, one pair, no rotation.
+    Bouncer,
+}
+
+/// One row of the table.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Contestant {
+    /// What is simulated.
+    pub model: Model,
+    /// When impacts are applied.
+    pub impact_rule: ImpactRule,
+    /// Arithmetic.
+    pub precision: Precision,
+    /// Length of a step.
+    pub step_s: f64,
+}
+
+/// Everyone at `steps_s`, the curves one after the other, each from the fine to the coarse step; then the reduced models at the judged step.
+pub fn contestants(steps_s: &[f64]) -> Vec<Contestant> {
+    let mut all = Vec::new();
+    for impact_rule in [ImpactRule::EndOfStep, ImpactRule::Located] {
+        for precision in [Precision::F64, Precision::F32] {
+            let row = |&step_s| Contestant { model: Model::Whole, impact_rule, precision, step_s };
+            all.extend(steps_s.iter().map(row));
+        }
+    }
+    for model in [Model::WithoutModeA, Model::HeightOnly, Model::OnePair] {
+        for precision in [Precision::F64, Precision::F32] {
+            all.push(Contestant {
+                model,
+                impact_rule: ImpactRule::Located,
+                precision,
+                step_s: JUDGED_STEP_S,
+            });
+        }
+    }
+    all
+}
+
+/// What can be read off a rotor.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Rotor {
+    /// Vertical velocity.
+    pub velocity_m_s: f64,
+    /// Angular rate.
+    pub rate_rad_s: f64,
+    /// Angle turned.
+    pub angle: Angle,
+    /// What is turned beyond [`Self::angle`], in units of 2^-32 turn.
+    pub residual_units: f64,
+}
+
+/// An impact as it happened.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Strike {
+    /// When, since the start.
+    pub time_s: f64,
+    /// Vertical velocity of the rotor just after it.
+    pub velocity_m_s: f64,
+    /// Rate of the rotor just after it.
+    pub rate_rad_s: f64,
+}
+
+/// A fixed-step model of the motor.
+pub trait Twin {
+    /// Everything that changes.
+    type State: Copy;
+
+    /// A state of the reference in this model's variables and precision.
+    fn state(&self, of: &ReferenceState) -> Self::State;
+
+    /// Takes a step and counts its impacts faster than [`FAST_APPROACH_M_S`].
+    fn step(&self, state: &mut Self::State, command: DriveCommand) -> u32;
+
+    /// Takes a step and shows every impact, its time counted from the end of the step (so negative or zero).
+    fn step_watched(&self, state: &mut Self::State, command: DriveCommand, watch: &mut impl FnMut(Strike));
+
+    /// The rotor now.
+    fn rotor(&self, state: &Self::State) -> Rotor;
+}
+
+/// Something asked of a twin of any kind.
+pub trait Question {
+    /// What comes back.
+    type Answer;
+    /// Asks it.
+    fn ask(&self, twin: &impl Twin) -> Self::Answer;
+}
+
+impl Contestant {
+    /// Asks `question` of the nominal motor with this run's `variation` of amplitudes.
+    ///
+    /// # Errors
+    /// When the step is out of the model's bounds.
+    pub fn examine<Q: Question>(
+        &self,
+        variation: AmplitudeVariation,
+        question: &Q,
+    ) -> Result<Q::Answer, OutOfBounds> {
+        self.examine_motor(&MotorParams::nominal(), variation, question)
+    }
+
+    /// Asks `question` of any motor.
+    ///
+    /// # Errors
+    /// When step or parameters are out of the model's bounds.
+    pub fn examine_motor<Q: Question>(
+        &self,
+        params: &MotorParams,
+        variation: AmplitudeVariation,
+        question: &Q,
+    ) -> Result<Q::Answer, OutOfBounds> {
+        let setup =
+            MotorSetup { impact_rule: self.impact_rule, variation, ..MotorSetup::with_step(self.step_s) };
+        match self.model {
+            Model::Whole => self.ask::<WholeMotor, Q>(params, &setup, question),
+            Model::WithoutModeA => self.ask::<WithoutModeA, Q>(params, &setup, question),
+            Model::HeightOnly => self.ask::<HeightOnly, Q>(params, &setup, question),
+            Model::OnePair => self.ask::<OnePair, Q>(params, &setup, question),
+            Model::Bouncer => self.ask::<Bouncer, Q>(params, &setup, question),
+        }
+    }
+
+    fn ask<S: Scope, Q: Question>(
+        &self,
+        params: &MotorParams,
+        setup: &MotorSetup,
+        question: &Q,
+    ) -> Result<Q::Answer, OutOfBounds> {
+        Ok(match self.precision {
+            Precision::F32 => question.ask(&Motor::<f32, S>::try_new(params, setup)?),
+            Precision::F64 => question.ask(&Motor::<f64, S>::try_new(params, setup)?),
+        })
+    }
+
+    /// Such as `end of step, f64`.
+    pub fn name(&self) -> String {
+        format!("{}, {}", self.impacts().replace('_', " "), self.precision_word())
+    }
+
+    /// Whether this is the whole motor with these.
+    pub fn is_whole(&self, impact_rule: ImpactRule, precision: Precision) -> bool {
+        self.is(Model::Whole, impact_rule, precision)
+    }
+
+    /// Whether this is `model` with these.
+    pub fn is(&self, model: Model, impact_rule: ImpactRule, precision: Precision) -> bool {
+        (self.model, self.impact_rule, self.precision) == (model, impact_rule, precision)
+    }
+
+    /// Whether its step is `step_s`.
+    pub fn steps_by(&self, step_s: f64) -> bool {
+        (self.step_s / step_s - 1.0).abs() < 1e-9
+    }
+
+    /// `located` or `end_of_step`.
+    pub fn impacts(&self) -> &'static str {
+        match self.impact_rule {
+            ImpactRule::EndOfStep => "end_of_step",
+            ImpactRule::Located => "located",
+        }
+    }
+
+    /// `f32` or `f64`.
+    pub fn precision_word(&self) -> &'static str {
+        match self.precision {
+            Precision::F32 => "f32",
+            Precision::F64 => "f64",
+        }
+    }
+
+    /// `whole`, or what is left of the motor.
+    pub fn model_word(&self) -> &'static str {
+        match self.model {
+            Model::Whole => "whole",
+            Model::WithoutModeA => "without mode A",
+            Model::HeightOnly => "height only",
+            Model::OnePair => "one pair",
+            Model::Bouncer => "bouncer",
+        }
+    }
+}
+
+/// By the words that scenes use.
+impl Serialize for Contestant {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let mut fields = serializer.serialize_struct("Contestant", 4)?;
+        fields.serialize_field("model", self.model_word())?;
+        fields.serialize_field("impacts", self.impacts())?;
+        fields.serialize_field("precision", self.precision_word())?;
+        fields.serialize_field("step_s", &self.step_s)?;
+        fields.end()
+    }
+}
+
+impl<T: Real, S: Scope> Twin for Motor<T, S> {
+    type State = MotorState<T>;
+
+    fn state(&self, of: &ReferenceState) -> MotorState<T> {
+        MotorState {
+            phase: Phase::from_turns(of.phase_turns),
+            modes: ModalState {
+                displacement_m: of.modes.displacement_m.map(T::from_f64),
+                velocity_m_s: of.modes.velocity_m_s.map(T::from_f64),
+            },
+            rotor: RotorState {
+                height_m: T::from_f64(of.height_m),
+                velocity_m_s: T::from_f64(of.velocity_m_s),
+                rate_rad_s: T::from_f64(of.rate_rad_s),
+                ..RotorState::default()
+            },
+            ..MotorState::default()
+        }
+    }
+
+    #[inline]
+    fn step(&self, state: &mut MotorState<T>, command: DriveCommand) -> u32 {
+        let fast = T::from_f64(FAST_APPROACH_M_S);
+        let impacts = Self::step(self, state, command);
+        impacts.iter().map(|impact| u32::from(impact.approach_m_s > fast)).sum()
+    }
+
+    fn step_watched(&self, state: &mut MotorState<T>, command: DriveCommand, watch: &mut impl FnMut(Strike)) {
+        self.step_with(state, command, &mut Watched(watch));
+    }
+
+    fn rotor(&self, state: &MotorState<T>) -> Rotor {
+        Rotor {
+            velocity_m_s: state.rotor.velocity_m_s.to_f64(),
+            rate_rad_s: state.rotor.rate_rad_s.to_f64(),
+            angle: state.rotor.angle.angle(),
+            residual_units: state.rotor.angle.residual_units().to_f64(),
+        }
+    }
+}
+
+/// Hears of impacts through the account of energy.
+struct Watched<'a, W>(&'a mut W);
+
+impl<T: Real, W: FnMut(Strike)> Ledger<T> for Watched<'_, W> {
+    fn motion(&mut self, _: &MotorState<T>, _: T, _: [T; 2]) {}
+
+    fn impact(&mut self, _: &MotorState<T>, after: &MotorState<T>, impact: &Impact<T>) {
+        (self.0)(Strike {
+            time_s: -impact.before_end_s.to_f64(),
+            velocity_m_s: after.rotor.velocity_m_s.to_f64(),
+            rate_rad_s: after.rotor.rate_rad_s.to_f64(),
+        });
+    }
+
+    fn lift(&mut self, _: T) {}
+
+    fn pressed(&mut self, _: [T; 2], _: [T; 2], _: [T; 2], _: &[Dragged<T>; 2]) {}
+}

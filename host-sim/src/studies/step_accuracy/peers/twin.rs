@@ -1,0 +1,106 @@
+//! Ours on the ball on the plate: the motor reduced to mode C, one pair of teeth and no rotation.
+//!
+//! A rotor of 1 ug on a stator of 1 kg feels the plate, not the plate the rotor (3e-9 of it). Mode C is driven at resonance and starts in its
+//! steady motion, so it stays there.
+
+use std::hint::black_box;
+use std::time::Instant;
+
+use motor_model::{AmplitudeVariation, DriveCommand, DriveMode, Mode, MotorParams, Parameter};
+
+use super::super::contestant::{Contestant, Question, Twin};
+use super::super::plate::{Plate, START_M};
+use crate::error::CommandError;
+use crate::studies::step_accuracy::reference::ReferenceState;
+
+const ROTOR_KG: f64 = 1e-9;
+const STATOR_KG: f64 = 1.0;
+/// Mode C at resonance lags by a quarter: from here on, the plate moves as `sin(w t)`.
+const PHASE_TURNS: f64 = 0.25;
+
+/// The motor that is a plate.
+fn motor(plate: &Plate) -> Result<MotorParams, CommandError> {
+    let changes = [
+        (Parameter::RotorMass, ROTOR_KG),
+        (Parameter::StatorMass, STATOR_KG),
+        (Parameter::VerticalDamping, plate.damping_per_s * ROTOR_KG),
+    ];
+    let changed = changes
+        .into_iter()
+        .try_fold(MotorParams::nominal(), |params, (parameter, value)| params.with(parameter, value));
+    Ok(changed?)
+}
+
+/// The ball at rest at `start_m`, the plate in steady motion.
+fn start(start_m: f64) -> Result<ReferenceState, CommandError> {
+    let [_, _, mode] = Mode::all(&MotorParams::nominal())?;
+    let mut state = ReferenceState::default();
+    state.height_m = start_m;
+    state.phase_turns = PHASE_TURNS;
+    state.modes.velocity_m_s.z = mode.antinode_amplitude_m * mode.natural_rad_s;
+    Ok(state)
+}
+
+/// Times of the impacts of the ball from `start_m` up to `until_s`.
+pub fn impacts(
+    contestant: &Contestant,
+    plate: &Plate,
+    start_m: f64,
+    until_s: f64,
+) -> Result<Vec<f64>, CommandError> {
+    let question = Impacts { start: start(start_m)?, until_s, step_s: contestant.step_s };
+    Ok(contestant.examine_motor(&motor(plate)?, AmplitudeVariation::default(), &question)?)
+}
+
+/// Time that it takes to simulate `plate_s`, in s.
+pub fn taken_s(contestant: &Contestant, plate: &Plate, plate_s: f64) -> Result<f64, CommandError> {
+    let question = Timed(Impacts { start: start(START_M)?, until_s: plate_s, step_s: contestant.step_s });
+    Ok(contestant.examine_motor(&motor(plate)?, AmplitudeVariation::default(), &question)?)
+}
+
+struct Impacts {
+    start: ReferenceState,
+    until_s: f64,
+    step_s: f64,
+}
+
+impl Impacts {
+    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a count of steps")]
+    fn steps(&self) -> u32 {
+        (self.until_s / self.step_s).round() as u32
+    }
+}
+
+impl Question for Impacts {
+    type Answer = Vec<f64>;
+
+    fn ask(&self, twin: &impl Twin) -> Vec<f64> {
+        let mut state = twin.state(&self.start);
+        let mut times_s = Vec::new();
+        for step in 1..=self.steps() {
+            let end_s = f64::from(step) * self.step_s;
+            let command = DriveCommand::full(DriveMode::C);
+            twin.step_watched(&mut state, command, &mut |strike| times_s.push(end_s + strike.time_s));
+        }
+        times_s
+    }
+}
+
+struct Timed(Impacts);
+
+impl Question for Timed {
+    type Answer = f64;
+
+    fn ask(&self, twin: &impl Twin) -> f64 {
+        let command = black_box(DriveCommand::full(DriveMode::C));
+        let mut state = twin.state(&self.0.start);
+        let start = Instant::now();
+        let mut fast = 0;
+        for _ in 0..self.0.steps() {
+            fast += twin.step(&mut state, command);
+        }
+        let taken_s = start.elapsed().as_secs_f64();
+        black_box((state, fast));
+        taken_s
+    }
+}

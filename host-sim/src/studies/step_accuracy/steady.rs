@@ -1,0 +1,278 @@
+//! Steady motion: mean rate, impacts per second and collision frequency, each with its interval.
+//!
+//! A batch is one run from rest that has settled, under the amplitudes of the tooth pairs that its seed draws. Twin and reference run the same seeds,
+//! so a seed gives one difference; their mean is the error, and twice its standard error is the half width of its interval of some 95 %.
+
+use motor_model::{AmplitudeVariation, Angle, DriveCommand, DriveMode, MotorParams, math};
+use serde::Serialize;
+
+use super::contestant::{Contestant, Question, Twin};
+use super::flights::reference;
+use crate::error::CommandError;
+use crate::math::random_streams::{Source, stream};
+use crate::math::spectrum::{LIMIT_HZ, SAMPLE_RATE_HZ, SAMPLES_MAX, Spectrum};
+use crate::math::statistics::Spread;
+use crate::runs::simulate::FAST_APPROACH_M_S;
+use crate::studies::step_accuracy::reference::system::Segment;
+use crate::studies::step_accuracy::reference::{Event, EventKind, Observer, ReferenceState};
+
+/// A drive held until the motion is steady, and how long it is watched.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Condition {
+    /// Mode driven.
+    pub mode: DriveMode,
+    /// Amplitude of the drive.
+    pub amplitude: f32,
+    /// Whether anything collides: mode C at 0.3 walks on pressed teeth.
+    pub collides: bool,
+}
+
+/// Full drive and 0.3 in either mode.
+pub const CONDITIONS: [Condition; 4] = [
+    Condition { mode: DriveMode::B, amplitude: 1.0, collides: true },
+    Condition { mode: DriveMode::C, amplitude: 1.0, collides: true },
+    Condition { mode: DriveMode::B, amplitude: 0.3, collides: true },
+    Condition { mode: DriveMode::C, amplitude: 0.3, collides: false },
+];
+
+/// How long and how often.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Batches {
+    /// Runs of a condition.
+    pub seeds: u64,
+    /// Least number of runs.
+    pub seeds_min: u64,
+    /// Steps that all runs of a condition may take together: fine steps get fewer runs.
+    pub steps_max: f64,
+    /// Time from rest that is not watched.
+    pub settle_s: f64,
+    /// Time watched.
+    pub time_s: f64,
+}
+
+/// What one run says.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Batch {
+    /// Mean rate.
+    pub rate_rad_s: f64,
+    /// Impacts faster than 1 mm/s, per second.
+    pub impacts_per_s: f64,
+    /// Largest line of the vertical velocity below 5 kHz.
+    pub collision_hz: f64,
+}
+
+/// An error relative to the reference, with the half width of its interval.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Deviation {
+    /// The reference's mean over all of its runs.
+    pub converged: f64,
+    /// The twin's mean less the reference's over the same runs, per the latter's magnitude.
+    pub relative: f64,
+    /// Two standard errors of it.
+    pub half_width: f64,
+}
+
+/// The errors of a twin under one condition.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct SteadyErrors {
+    /// Runs compared.
+    pub runs: usize,
+    /// Mean rate.
+    pub rate: Deviation,
+    /// Impacts per second; `null` where nothing collides.
+    pub impacts: Option<Deviation>,
+    /// Collision frequency; `null` where nothing collides.
+    pub collision: Option<Deviation>,
+}
+
+impl Condition {
+    /// The drive.
+    pub fn command(&self) -> DriveCommand {
+        DriveCommand::saturating(self.mode, self.amplitude)
+    }
+
+    /// Such as `B` or `C 0.3`.
+    pub fn name(&self) -> String {
+        let full = self.amplitude >= 1.0;
+        if full { format!("{:?}", self.mode) } else { format!("{:?} {}", self.mode, self.amplitude) }
+    }
+}
+
+impl Batches {
+    /// The time schedule of `condition`: a walk without chance needs less of everything.
+    #[must_use]
+    pub fn of(self, condition: &Condition) -> Self {
+        if condition.collides {
+            self
+        } else {
+            Self {
+                seeds: self.seeds.min(8),
+                seeds_min: self.seeds_min.min(4),
+                settle_s: 0.1,
+                time_s: 0.1,
+                ..self
+            }
+        }
+    }
+
+    /// Runs that a twin of this step makes.
+    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "few runs; a cast saturates")]
+    pub fn seeds_at(&self, step_s: f64) -> u64 {
+        let steps = (self.settle_s + self.time_s) / step_s;
+        ((self.steps_max / steps) as u64).clamp(self.seeds_min, self.seeds)
+    }
+}
+
+/// The amplitudes that `seed` draws.
+fn variation(seed: u64) -> AmplitudeVariation {
+    AmplitudeVariation::draw(&MotorParams::nominal(), &mut stream(seed, Source::AmplitudeVariation))
+}
+
+/// Mean of the largest lines of as many full windows as there are samples for, or of all that there is.
+fn collision_hz(samples: &[f64], rate_hz: f64) -> f64 {
+    let windows = samples.chunks_exact(SAMPLES_MAX.min(samples.len().max(1)));
+    let lines = windows.filter_map(|window| {
+        let spectrum = Spectrum::of(window.iter().copied(), rate_hz);
+        spectrum.largest_below(LIMIT_HZ).map(|line| line.frequency_hz)
+    });
+    lines.collect::<Spread>().mean
+}
+
+/// Asks a twin for one batch.
+struct Run<'a> {
+    condition: &'a Condition,
+    batches: Batches,
+    step_s: f64,
+}
+
+impl Question for Run<'_> {
+    type Answer = Batch;
+
+    #[expect(
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss,
+        clippy::cast_precision_loss,
+        reason = "counts of steps and samples"
+    )]
+    fn ask(&self, twin: &impl Twin) -> Batch {
+        let Self { condition, batches, step_s } = *self;
+        let command = condition.command();
+        let per_sample = (1.0 / (SAMPLE_RATE_HZ * step_s)).round().max(1.0) as u64;
+        let interval_s = per_sample as f64 * step_s;
+        let mut state = twin.state(&ReferenceState::default());
+        for _ in 0..(batches.settle_s / step_s).round() as u64 {
+            twin.step(&mut state, command);
+        }
+        let origin = twin.rotor(&state).angle;
+        let (mut fast, mut samples) = (0_u64, Vec::new());
+        let count = (batches.time_s / interval_s).round() as u64;
+        for _ in 0..count {
+            for _ in 0..per_sample {
+                fast += u64::from(twin.step(&mut state, command));
+            }
+            samples.push(twin.rotor(&state).velocity_m_s);
+        }
+        let time_s = count as f64 * interval_s;
+        Batch {
+            rate_rad_s: turned_rad(origin, twin.rotor(&state).angle) / time_s,
+            impacts_per_s: fast as f64 / time_s,
+            collision_hz: collision_hz(&samples, 1.0 / interval_s),
+        }
+    }
+}
+
+/// Angles count whole turns, too.
+fn turned_rad(from: Angle, to: Angle) -> f64 {
+    to.radians_since::<f64>(from)
+}
+
+/// Samples the vertical velocity of the reference and counts its fast impacts.
+#[derive(Default)]
+struct Watch {
+    interval_s: f64,
+    next_s: f64,
+    samples: Vec<f64>,
+    fast: u32,
+}
+
+impl Observer for Watch {
+    fn segment(&mut self, start: &ReferenceState, segment: &Segment, end: f64) {
+        while self.next_s <= start.time_s + segment.duration_s * end {
+            let tau = ((self.next_s - start.time_s) / segment.duration_s).max(0.0);
+            self.samples.push(segment.at(tau).velocity_m_s);
+            self.next_s += self.interval_s;
+        }
+    }
+
+    fn event(&mut self, event: &Event) {
+        if let EventKind::Impact { approach_m_s, .. } = event.kind {
+            self.fast += u32::from(approach_m_s > FAST_APPROACH_M_S);
+        }
+    }
+}
+
+/// One batch of the reference.
+///
+/// # Errors
+/// When the reference stalls.
+pub fn reference_batch(condition: &Condition, batches: Batches, seed: u64) -> Result<Batch, CommandError> {
+    let reference = reference(&variation(seed))?;
+    let command = condition.command();
+    let Batches { settle_s, time_s, .. } = batches.of(condition);
+    let mut state = ReferenceState::default();
+    reference.run(&mut state, command, settle_s, &mut ())?;
+    let origin_rad = state.angle_rad;
+    let interval_s = 1.0 / SAMPLE_RATE_HZ;
+    let mut watch = Watch { interval_s, next_s: state.time_s + interval_s, ..Watch::default() };
+    reference.run(&mut state, command, time_s, &mut watch)?;
+    Ok(Batch {
+        rate_rad_s: (state.angle_rad - origin_rad) / time_s,
+        impacts_per_s: f64::from(watch.fast) / time_s,
+        collision_hz: collision_hz(&watch.samples, SAMPLE_RATE_HZ),
+    })
+}
+
+/// The errors of `contestant` under `condition`, against what the reference says of the same seeds.
+///
+/// # Errors
+/// When the contestant's step is out of bounds.
+pub fn errors(
+    contestant: &Contestant,
+    condition: &Condition,
+    batches: Batches,
+    converged: &[Batch],
+) -> Result<SteadyErrors, CommandError> {
+    let batches = batches.of(condition);
+    let run = Run { condition, batches, step_s: contestant.step_s };
+    let seeds = 1..=batches.seeds_at(contestant.step_s);
+    let found: Result<Vec<Batch>, _> = seeds.map(|seed| contestant.examine(variation(seed), &run)).collect();
+    let found = found?;
+    let deviation = |of: fn(&Batch) -> f64| Deviation::between(&found, converged, of);
+    let collisions = |of| condition.collides.then(|| deviation(of));
+    Ok(SteadyErrors {
+        runs: found.len(),
+        rate: deviation(|batch| batch.rate_rad_s),
+        impacts: collisions(|batch| batch.impacts_per_s),
+        collision: collisions(|batch| batch.collision_hz),
+    })
+}
+
+impl Deviation {
+    /// Of the runs `found` from the first of the runs `converged`, seed by seed.
+    #[expect(clippy::cast_precision_loss, reason = "few runs")]
+    fn between(found: &[Batch], converged: &[Batch], of: impl Fn(&Batch) -> f64) -> Self {
+        let all: Spread = converged.iter().map(&of).collect();
+        let differences: Spread = found.iter().zip(converged).map(|(a, b)| of(a) - of(b)).collect();
+        let magnitude = all.mean.abs();
+        Self {
+            converged: all.mean,
+            relative: differences.mean / magnitude,
+            half_width: 2.0 * differences.sd / math::sqrt(found.len() as f64) / magnitude,
+        }
+    }
+
+    /// What is known of the error's magnitude: the error, or the width of its interval where that is larger.
+    pub fn resolved(&self) -> f64 {
+        self.relative.abs().max(self.half_width)
+    }
+}

@@ -1,0 +1,290 @@
+//! The comparison in words: a document for the terminal, CSV and JSON for programs.
+
+use motor_model::DriveMode;
+use serde::Serialize;
+
+use super::averaged::AveragedRow;
+use super::bursts::BURSTS;
+use super::peers::PeerRow;
+use super::steady::{CONDITIONS, Deviation};
+use super::verdict::{Cheaper, Verdict};
+use super::{Accuracy, Row};
+use crate::error::CommandError;
+use crate::report::document::{Block, Document, Table};
+use crate::studies::averaged_motor::Identified;
+
+const ABOUT: &str = "Twin: motor_model::Motor, the nominal motor, Coulomb friction. Judge: the event-driven integrator host_sim::reference, \
+    run here as well. Flights: time of the next impact, and vertical velocity and rate just after the impact that follows it, from the same \
+    states of steady motion, root mean square of the error. Mean rate, impacts per second (faster than 1 mm/s) and collision frequency (largest line \
+    below 5 kHz): error of steady motion in per cent, +- two standard errors over independent runs. Bursts: largest error of the net \
+    displacement of a mode's bursts of 2 to 10 cycles at 0.3. Costs: least of several batches, at full drive.";
+const ABOUT_AVERAGED: &str = "Averaged motor, identified from the full one at 10 us: mean rate, time constant, diffusion of the angle, +- two standard \
+    errors. Cost of a step of 0.1 s. Error of the mean of moves of 1 s from rest against runs that the identification has not seen; standard deviation of such \
+    moves per theirs. Of single blows and bursts it knows nothing.";
+const ABOUT_PLATE: &str = "A ball on a vibrating plate (the rotor, and a tooth in mode C at full drive, infinitely heavy), 0.1 s: a problem that every \
+    integrator with events can take. Error: time of the first impact against the closed form, root mean square over 16 heights.";
+
+/// JSON's one object.
+#[derive(Serialize)]
+struct Report<'a> {
+    rows: &'a [Row],
+    conditions: Vec<String>,
+    bursts: Vec<String>,
+    averaged: &'a [AveragedRow],
+    peers: &'a [PeerRow],
+    cheaper: Vec<Cheaper>,
+    verdicts: Vec<Verdict>,
+}
+
+/// A line of the CSV: one row and mode.
+#[derive(Serialize)]
+struct Line {
+    model: &'static str,
+    impacts: &'static str,
+    precision: &'static str,
+    step_us: f64,
+    mode: &'static str,
+    ns_per_step: f64,
+    ns_per_ms: f64,
+    times_real_time: f64,
+    next_impact_rms_ns: f64,
+    next_impact_max_ns: f64,
+    velocity_rms_mm_s: f64,
+    rate_rms_mrad_s: f64,
+    flights_missed: u32,
+    rate_error_percent: f64,
+    rate_half_width_percent: f64,
+    impacts_error_percent: Option<f64>,
+    impacts_half_width_percent: Option<f64>,
+    collision_error_percent: Option<f64>,
+    collision_half_width_percent: Option<f64>,
+    rate_at_0_3_error_percent: f64,
+    rate_at_0_3_half_width_percent: f64,
+    impacts_at_0_3_error_percent: Option<f64>,
+    impacts_at_0_3_half_width_percent: Option<f64>,
+    burst_worst_error_percent: f64,
+}
+
+impl Line {
+    fn new(row: &Row, driven: DriveMode) -> Self {
+        let mode = usize::from(driven == DriveMode::C);
+        let (cost, flights) = (&row.cost[mode], &row.flights[mode]);
+        let (full, small) = (&row.steady[mode], &row.steady[mode + 2]);
+        let error = |deviation: &Deviation| 100.0 * deviation.relative;
+        let half = |deviation: &Deviation| 100.0 * deviation.half_width;
+        Self {
+            model: row.who.model_word(),
+            impacts: row.who.impacts(),
+            precision: row.who.precision_word(),
+            step_us: 1e6 * row.who.step_s,
+            mode: ["B", "C"][mode],
+            ns_per_step: cost.ns_per_step,
+            ns_per_ms: cost.ns_per_ms,
+            times_real_time: cost.times_real_time,
+            next_impact_rms_ns: 1e9 * flights.first_impact_rms_s,
+            next_impact_max_ns: 1e9 * flights.first_impact_max_s,
+            velocity_rms_mm_s: 1e3 * flights.velocity_rms_m_s,
+            rate_rms_mrad_s: 1e3 * flights.rate_rms_rad_s,
+            flights_missed: flights.missed,
+            rate_error_percent: error(&full.rate),
+            rate_half_width_percent: half(&full.rate),
+            impacts_error_percent: full.impacts.as_ref().map(error),
+            impacts_half_width_percent: full.impacts.as_ref().map(half),
+            collision_error_percent: full.collision.as_ref().map(error),
+            collision_half_width_percent: full.collision.as_ref().map(half),
+            rate_at_0_3_error_percent: error(&small.rate),
+            rate_at_0_3_half_width_percent: half(&small.rate),
+            impacts_at_0_3_error_percent: small.impacts.as_ref().map(error),
+            impacts_at_0_3_half_width_percent: small.impacts.as_ref().map(half),
+            burst_worst_error_percent: 100.0 * row.worst_burst_of(driven),
+        }
+    }
+
+    fn cells(&self) -> Vec<String> {
+        let percent = |error: Option<f64>, half: Option<f64>| match (error, half) {
+            (Some(error), Some(half)) => format!("{error:+.2} +- {half:.2}"),
+            _ => "none".to_owned(),
+        };
+        vec![
+            self.model.to_owned(),
+            self.impacts.replace('_', " "),
+            self.precision.to_owned(),
+            format!("{}", (1e3 * self.step_us).round() / 1e3),
+            self.mode.to_owned(),
+            format!("{:.1}", self.ns_per_step),
+            format!("{:.0}", self.ns_per_ms),
+            format!("{:.0}", self.times_real_time),
+            format!("{:.1e}", self.next_impact_rms_ns),
+            format!("{:.1e}", self.velocity_rms_mm_s),
+            format!("{:.1e}", self.rate_rms_mrad_s),
+            percent(Some(self.rate_error_percent), Some(self.rate_half_width_percent)),
+            percent(self.impacts_error_percent, self.impacts_half_width_percent),
+            percent(self.collision_error_percent, self.collision_half_width_percent),
+            percent(Some(self.rate_at_0_3_error_percent), Some(self.rate_at_0_3_half_width_percent)),
+            percent(self.impacts_at_0_3_error_percent, self.impacts_at_0_3_half_width_percent),
+            format!("{:.2}", self.burst_worst_error_percent),
+        ]
+    }
+}
+
+const HEADER: [&str; 17] = [
+    "model",
+    "impacts",
+    "",
+    "us",
+    "",
+    "ns/step",
+    "ns/ms",
+    "x real",
+    "next ns",
+    "then mm/s",
+    "mrad/s",
+    "rate %",
+    "impacts/s %",
+    "line %",
+    "rate % at 0.3",
+    "impacts/s %",
+    "burst %",
+];
+
+impl Accuracy {
+    fn lines(&self) -> impl Iterator<Item = Line> {
+        self.rows.iter().flat_map(|row| [DriveMode::B, DriveMode::C].map(|mode| Line::new(row, mode)))
+    }
+
+    /// Everything for the terminal.
+    pub fn document(&self) -> Document {
+        let mut rows = Table::new(&HEADER);
+        self.lines().for_each(|line| rows.push(line.cells()));
+        let mut cheaper =
+            Table::new(&["located at 10 us in f64, at equal error", "times cheaper than end of step"]);
+        for one in self.cheaper() {
+            let bound = if one.at_least { "more than " } else { "" };
+            cheaper.push(vec![one.error, format!("{bound}{:.1}", one.times)]);
+        }
+        let mut verdicts = Table::new(&["target", "found", ""]);
+        for verdict in self.verdicts() {
+            let word = if verdict.met { "met" } else { "missed" };
+            verdicts.push(vec![verdict.target, verdict.found, word.to_owned()]);
+        }
+        Document {
+            blocks: vec![
+                Block::Heading("Speed against error".to_owned()),
+                Block::Paragraph(ABOUT.to_owned()),
+                Block::Paragraph(self.converged()),
+                Block::Table(rows),
+                Block::Paragraph(ABOUT_AVERAGED.to_owned()),
+                Block::Table(self.averaged_table()),
+                Block::Paragraph(ABOUT_PLATE.to_owned()),
+                Block::Table(self.plate_table()),
+                Block::Table(cheaper),
+                Block::Table(verdicts),
+            ],
+        }
+    }
+
+    /// What the reference says.
+    fn converged(&self) -> String {
+        let Some(row) = self.rows.first() else { return String::new() };
+        let steady = CONDITIONS.iter().zip(&row.steady).map(|(condition, errors)| {
+            let impacts = errors
+                .impacts
+                .map_or("no impacts".to_owned(), |impacts| format!("{:.0} impacts/s", impacts.converged));
+            let line = errors.collision.map_or(String::new(), |line| format!(", {:.0} Hz", line.converged));
+            format!("{} {:+.4} rad/s, {impacts}{line}", condition.name(), errors.rate.converged)
+        });
+        let bursts = BURSTS.iter().zip(&row.bursts);
+        let bursts =
+            bursts.map(|(burst, error)| format!("{} {:+.4} mdeg", burst.name(), error.converged_mdeg));
+        let all: Vec<String> = steady.chain(bursts).collect();
+        format!("Converged: {}.", all.join("; "))
+    }
+
+    fn averaged_table(&self) -> Table {
+        let mut table = Table::new(&[
+            "averaged",
+            "rad/s",
+            "time constant ms",
+            "diffusion mrad^2/s",
+            "ns/step",
+            "x real",
+            "1 s move %",
+            "its spread",
+        ]);
+        for row in &self.averaged {
+            let Identified {
+                rate_rad_s,
+                rate_error_rad_s,
+                time_constant_s,
+                time_constant_error_s,
+                diffusion_rad2_s,
+                diffusion_error_rad2_s,
+            } = row.identified;
+            table.push(vec![
+                row.condition.clone(),
+                format!("{rate_rad_s:+.4} +- {:.4}", 2.0 * rate_error_rad_s),
+                format!("{:.2} +- {:.2}", 1e3 * time_constant_s, 2e3 * time_constant_error_s),
+                format!("{:.3} +- {:.3}", 1e6 * diffusion_rad2_s, 2e6 * diffusion_error_rad2_s),
+                format!("{:.1}", row.cost.ns_per_step),
+                format!("{:.1e}", row.cost.times_real_time),
+                format!("{:+.2} +- {:.2}", 100.0 * row.move_relative, 100.0 * row.move_half_width),
+                format!("{:.2}", row.spread_ratio),
+            ]);
+        }
+        table
+    }
+
+    fn plate_table(&self) -> Table {
+        let mut table =
+            Table::new(&["ball on a plate", "us", "ns/step", "x real", "first impact ns", "impacts"]);
+        for row in &self.peers {
+            let (Some(cost), Some(error)) = (row.cost, row.first_impact_rms_s) else {
+                let note = row.note.clone().unwrap_or_default();
+                table.push(vec![
+                    format!("{}: {note}", row.name),
+                    String::new(),
+                    String::new(),
+                    String::new(),
+                    String::new(),
+                    String::new(),
+                ]);
+                continue;
+            };
+            table.push(vec![
+                row.name.clone(),
+                format!("{}", (1e9 * row.step_s).round() / 1e3),
+                format!("{:.1}", cost.ns_per_step),
+                if cost.times_real_time < 10.0 {
+                    format!("{:.2}", cost.times_real_time)
+                } else {
+                    format!("{:.0}", cost.times_real_time)
+                },
+                format!("{:.1e}", 1e9 * error),
+                row.impacts.map_or(String::new(), |impacts| impacts.to_string()),
+            ]);
+        }
+        table
+    }
+
+    /// One line a row and mode.
+    ///
+    /// # Errors
+    /// When a line cannot be written, which memory never refuses.
+    pub fn csv(&self) -> Result<String, CommandError> {
+        crate::report::files::csv(self.lines())
+    }
+
+    /// Everything as one JSON object on one line.
+    pub fn json(&self) -> String {
+        let report = Report {
+            rows: &self.rows,
+            conditions: CONDITIONS.iter().map(super::steady::Condition::name).collect(),
+            bursts: BURSTS.iter().map(|burst| burst.name()).collect(),
+            averaged: &self.averaged,
+            peers: &self.peers,
+            cheaper: self.cheaper(),
+            verdicts: self.verdicts(),
+        };
+        crate::report::files::json_line(&report)
+    }
+}

@@ -1,0 +1,288 @@
+//! What the twin is held to, and whether it keeps it.
+//!
+//! "At equal error" compares along the curves of cost against error: located impacts at 10 us have some error, and end-of-step impacts reach it at
+//! some finer step, found by interpolation of the logarithms, or not at any step tried, and then the finest step's cost is a lower bound. Where an
+//! error is statistical, located impacts are charged with the whole of their interval and end-of-step impacts are given the benefit of theirs.
+
+use motor_model::{ImpactRule, math};
+use serde::Serialize;
+
+use super::bursts::BURSTS;
+use super::contestant::Model;
+use super::peers::{PEER_STEP_S, PeerRow};
+use super::steady::{CONDITIONS, Deviation};
+use super::{Accuracy, Row};
+use crate::runs::simulate::Precision;
+
+/// The step whose cost and error are judged.
+pub const JUDGED_STEP_S: f64 = 10e-6;
+/// Largest relative error allowed at a step.
+pub const ERROR_LIMITS: [(f64, f64); 2] = [(JUDGED_STEP_S, 0.02), (20e-6, 0.05)];
+/// Largest time that a step may take on average in steady motion.
+pub const STEP_LIMIT_NS: f64 = 15.0;
+/// How many times cheaper located impacts shall be at equal error.
+pub const CHEAPER: f64 = 10.0;
+/// How fast the ball on the plate shall be.
+pub const TIMES_REAL_TIME: f64 = 400.0;
+/// How many times faster than the fastest of the crates.
+pub const FASTER_THAN_CRATES: f64 = 5.0;
+
+/// A target and what became of it.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Verdict {
+    /// What was asked.
+    pub target: String,
+    /// What was found.
+    pub found: String,
+    /// Whether it was kept.
+    pub met: bool,
+}
+
+/// A curve's point: cost in ns per simulated ms, error, half width of the error's interval.
+type Point = (f64, f64, f64);
+
+/// How many times cheaper located impacts are for one kind of error.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Cheaper {
+    /// Kind of error.
+    pub error: String,
+    /// Cost of end-of-step impacts over that of located ones.
+    pub times: f64,
+    /// Whether end-of-step impacts never get there: then it is more than that.
+    pub at_least: bool,
+}
+
+impl Accuracy {
+    /// The row of the whole motor with these.
+    pub fn row(&self, impact_rule: ImpactRule, precision: Precision, step_s: f64) -> Option<&Row> {
+        self.curve(impact_rule, precision).find(|row| row.who.steps_by(step_s))
+    }
+
+    /// The rows of the whole motor with these, from the fine to the coarse step.
+    pub fn curve(&self, impact_rule: ImpactRule, precision: Precision) -> impl Iterator<Item = &Row> {
+        self.rows.iter().filter(move |row| row.who.is_whole(impact_rule, precision))
+    }
+
+    /// The twin on the ball on the plate: these rows of [`Self::peers`].
+    pub fn plate_curve(
+        &self,
+        impact_rule: ImpactRule,
+        precision: Precision,
+    ) -> impl Iterator<Item = &PeerRow> {
+        self.peers
+            .iter()
+            .filter(move |row| row.twin.is_some_and(|twin| twin.is(Model::Bouncer, impact_rule, precision)))
+    }
+
+    /// How many times faster than real time the twin with located impacts takes the ball on the plate, in `f64` at the peers' step.
+    pub fn plate_times_real_time(&self) -> Option<f64> {
+        let mut curve = self.plate_curve(ImpactRule::Located, Precision::F64);
+        let row = curve.find(|row| row.twin.is_some_and(|twin| twin.steps_by(PEER_STEP_S)))?;
+        Some(row.cost?.times_real_time)
+    }
+
+    /// Every target.
+    pub fn verdicts(&self) -> Vec<Verdict> {
+        let mut all = Vec::new();
+        for precision in [Precision::F64, Precision::F32] {
+            for (step_s, limit) in ERROR_LIMITS {
+                if let Some(row) = self.row(ImpactRule::Located, precision, step_s) {
+                    all.extend(errors(row, limit));
+                }
+            }
+        }
+        all.extend(self.step_costs());
+        all.push(self.cheaper_verdict());
+        all.extend(self.ball_on_plate());
+        all
+    }
+
+    fn step_costs(&self) -> Vec<Verdict> {
+        let at = |precision| self.row(ImpactRule::Located, precision, JUDGED_STEP_S);
+        let (Some(double), Some(single)) = (at(Precision::F64), at(Precision::F32)) else {
+            return Vec::new();
+        };
+        let mut all = Vec::new();
+        for (index, mode) in ["B", "C"].into_iter().enumerate() {
+            let (double_ns, single_ns) = (double.cost[index].ns_per_step, single.cost[index].ns_per_step);
+            all.push(Verdict {
+                target: format!(
+                    "located f64 at 10 us: a step of mode {mode} takes at most {STEP_LIMIT_NS} ns"
+                ),
+                found: format!("{double_ns:.1} ns"),
+                met: double_ns <= STEP_LIMIT_NS,
+            });
+            all.push(Verdict {
+                target: format!("located f32 at 10 us: a step of mode {mode} takes no more than in f64"),
+                found: format!("{single_ns:.1} ns"),
+                met: single_ns <= double_ns,
+            });
+        }
+        all
+    }
+
+    fn cheaper_verdict(&self) -> Verdict {
+        let all = self.cheaper();
+        let least = all.iter().min_by(|a, b| a.times.total_cmp(&b.times));
+        Verdict {
+            target: format!(
+                "located at 10 us: at equal error at least {CHEAPER} times cheaper than end of step"
+            ),
+            found: least.map_or_else(String::new, |least| {
+                let bound = if least.at_least { "at least " } else { "" };
+                let kept = all.iter().filter(|one| one.times >= CHEAPER).count();
+                let (times, error, count) = (least.times, &least.error, all.len());
+                format!("{kept} of {count} kinds of error; {bound}{times:.1} times for the {error}")
+            }),
+            met: least.is_some_and(|least| least.times >= CHEAPER),
+        }
+    }
+
+    /// How many times cheaper located impacts are at 10 us in `f64`, for each kind of error.
+    pub fn cheaper(&self) -> Vec<Cheaper> {
+        let mut all = Vec::new();
+        for (index, mode) in ["B", "C"].into_iter().enumerate() {
+            let cost = move |row: &Row| row.cost[index].ns_per_ms;
+            all.extend(self.one_cheaper(format!("time of the next impact in {mode}"), |row| {
+                (cost(row), row.flights[index].first_impact_rms_s, 0.0)
+            }));
+            all.extend(
+                self.one_cheaper(format!("velocity after the impact that follows in {mode}"), |row| {
+                    (cost(row), row.flights[index].velocity_rms_m_s, 0.0)
+                }),
+            );
+            all.extend(
+                self.one_cheaper(format!("rotor rate after the impact that follows in {mode}"), |row| {
+                    (cost(row), row.flights[index].rate_rms_rad_s, 0.0)
+                }),
+            );
+        }
+        for (index, condition) in CONDITIONS.iter().enumerate() {
+            let cost = move |row: &Row| row.cost_of(condition.mode).ns_per_ms;
+            let point = move |row: &Row, deviation: Deviation| {
+                (cost(row), deviation.relative.abs(), deviation.half_width)
+            };
+            all.extend(self.one_cheaper(format!("mean rate in {}", condition.name()), |row| {
+                point(row, row.steady[index].rate)
+            }));
+            if condition.collides {
+                all.extend(self.one_cheaper(format!("impacts per second in {}", condition.name()), |row| {
+                    point(row, row.steady[index].impacts.unwrap_or(row.steady[index].rate))
+                }));
+            }
+        }
+        all.extend(self.one_cheaper("displacement of bursts".to_owned(), |row| {
+            (0.5 * (row.cost[0].ns_per_ms + row.cost[1].ns_per_ms), row.worst_burst(), 0.0)
+        }));
+        all
+    }
+
+    fn one_cheaper(&self, error: String, point: impl Fn(&Row) -> Point) -> Option<Cheaper> {
+        let located = point(self.row(ImpactRule::Located, Precision::F64, JUDGED_STEP_S)?);
+        let curve: Vec<Point> = self.curve(ImpactRule::EndOfStep, Precision::F64).map(point).collect();
+        let (cost, at_least) = cost_at(&curve, located.1.max(located.2))?;
+        Some(Cheaper { error, times: cost / located.0, at_least })
+    }
+
+    fn ball_on_plate(&self) -> Vec<Verdict> {
+        let times = |row: &PeerRow| row.cost.map(|cost| cost.times_real_time);
+        let Some(ours) = self.plate_times_real_time() else { return Vec::new() };
+        let crates = self.peers.iter().filter(|row| row.is_crate).filter_map(times);
+        let fastest = crates.fold(0.0, f64::max);
+        let mut all = vec![Verdict {
+            target: format!(
+                "ball on a plate, located f64 at 5 us: at least {TIMES_REAL_TIME} times real time"
+            ),
+            found: format!("{ours:.0} times"),
+            met: ours >= TIMES_REAL_TIME,
+        }];
+        if fastest > 0.0 {
+            all.push(Verdict {
+                target: format!(
+                    "ball on a plate: at least {FASTER_THAN_CRATES} times as fast as the fastest of the Rust crates"
+                ),
+                found: format!("{:.1} times", ours / fastest),
+                met: ours / fastest >= FASTER_THAN_CRATES,
+            });
+        }
+        all
+    }
+}
+
+/// The errors of a located row against `limit`.
+fn errors(row: &Row, limit: f64) -> Vec<Verdict> {
+    let named = |of: &dyn Fn(usize) -> Option<Deviation>| -> Vec<(String, f64, f64)> {
+        let all = CONDITIONS.iter().enumerate().filter_map(|(index, condition)| {
+            of(index).map(|found| (condition.name(), found.relative, found.half_width))
+        });
+        all.collect()
+    };
+    let bursts = BURSTS.iter().zip(&row.bursts);
+    let bursts = bursts.map(|(burst, error)| (burst.name(), error.relative, 0.0)).collect();
+    [
+        ("mean rate", named(&|index| Some(row.steady[index].rate))),
+        ("impacts per second", named(&|index| row.steady[index].impacts)),
+        ("displacement of bursts", bursts),
+    ]
+    .into_iter()
+    .map(|(quantity, found)| {
+        let who = format!("located {} at {:.0} us", row.who.precision_word(), 1e6 * row.who.step_s);
+        let worst = found.into_iter().max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()));
+        let (name, relative, half_width) = worst.unwrap_or_default();
+        let interval =
+            if half_width > 0.0 { format!(" +- {:.2}", 100.0 * half_width) } else { String::new() };
+        Verdict {
+            target: format!("{who}: {quantity} within {:.0} %", 100.0 * limit),
+            found: format!("{:+.2}{interval} % at worst ({name})", 100.0 * relative),
+            met: relative.abs() <= limit,
+        }
+    })
+    .collect()
+}
+
+/// What it costs on `curve`, from the fine step to the coarse, to come down to `error`; or the cost at the finest step, as a lower bound.
+fn cost_at(curve: &[Point], error: f64) -> Option<(f64, bool)> {
+    let reaches = |&&(_, found, half_width): &&Point| found - half_width <= error;
+    let fine = curve.iter().take_while(reaches).count();
+    let Some(&(cost, found, half_width)) = curve.get(fine.wrapping_sub(1)) else {
+        return curve.first().map(|&(cost, ..)| (cost, true));
+    };
+    let (found, next) = (found.max(half_width), curve.get(fine));
+    let Some(&(coarse_cost, coarse_found, _)) =
+        next.filter(|next| found < error && found > 0.0 && next.1 > error)
+    else {
+        return Some((cost, false));
+    };
+    let part = (error / found).log10() / (coarse_found / found).log10();
+    Some((cost * math::exp(part * (coarse_cost / cost).log10() * core::f64::consts::LN_10), false))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Error 1 at cost 100, 10 at cost 10: error 10^0.5 costs 10^1.5.
+    #[test]
+    fn exact_cost_by_interpolation_of_logarithms() {
+        let curve = [(100.0, 1.0, 0.0), (10.0, 10.0, 0.0), (1.0, 100.0, 0.0)];
+        let (cost, at_least) = cost_at(&curve, math::sqrt(10.0)).unwrap();
+        assert!((cost - 10.0 * math::sqrt(10.0)).abs() < 1e-9 && !at_least);
+        assert_eq!(cost_at(&curve, 0.5), Some((100.0, true)));
+        assert_eq!(cost_at(&curve, 1000.0), Some((1.0, false)));
+        assert_eq!(cost_at(&[], 1.0), None);
+    }
+
+    /// An accidental zero at a coarse step is no convergence: the finer steps have to keep it.
+    #[test]
+    fn exact_cost_ignores_a_lucky_coarse_step() {
+        let curve = [(100.0, 2.0, 0.0), (10.0, 0.1, 0.0)];
+        assert_eq!(cost_at(&curve, 1.0), Some((100.0, true)));
+    }
+
+    /// Half widths count for it.
+    #[test]
+    fn exact_cost_gives_the_benefit_of_the_interval() {
+        let curve = [(100.0, 2.0, 3.0), (10.0, 5.0, 1.0)];
+        assert_eq!(cost_at(&curve, 1.0), Some((100.0, false)));
+    }
+}

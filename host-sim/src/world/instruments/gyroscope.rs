@@ -1,0 +1,148 @@
+//! A MEMS gyroscope on the rotor, its axis along the rotor's.
+//!
+//! It integrates: each sample is the angle turned since the last one.
+//!
+//! ```text
+//! sample = round((1 + s) turned + (b + d) T + N sqrt(T) w),   clamped to +- range T        T: sample period, w: standard normal
+//! s: scale-factor error      b: bias      N: angle random walk      d: the bias's instability ([`noise`])
+//! ```
+//!
+//! A sample at the range says that it is saturated, as the status byte of the parts does: what was turned meanwhile is lost. The mean over a sample is what saturates; it
+//! stands for the bandwidth as well: that of a mean over 2 ms is 221 Hz.
+//!
+//! Defaults: a tactical part, after Sensonor's STIM300: angle random walk 0.15 deg/sqrt(h), bias instability 0.5 deg/h, scale factor within 500 ppm, bias within 10 deg/h over
+//! temperature, +-400 deg/s, bandwidth 262 Hz, increments in units of 2^-21 degrees. A seed draws scale factor and bias: normal, with these for standard deviations. Left out: non-linearity (25 ppm within 200 deg/s), misalignment, temperature, shocks and acceleration.
+//!
+//! The gyroscope is taken not to act on the motor: several can be looked at on the same run. `gyroscope.serial` names them.
+
+pub mod noise;
+mod settings;
+
+use motor_model::math;
+use rand_distr::{Distribution, StandardNormal};
+use rand_pcg::Pcg64;
+
+use crate::error::CommandError;
+use crate::math::random_streams::{self, Source};
+use crate::scene::Scene;
+pub use noise::Noise;
+pub use settings::SETTINGS;
+
+/// What is systematically wrong with a gyroscope: what a calibration finds.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Errors {
+    /// Scale-factor error, 1e-6 for 1 ppm.
+    pub scale: f64,
+    /// Bias in deg/s.
+    pub bias_deg_s: f64,
+}
+
+/// A sample.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Sample {
+    /// Angle said to have been turned since the last sample, in degrees.
+    pub turned_deg: f64,
+    /// Whether it is at the limit of the range.
+    pub saturated: bool,
+}
+
+/// A gyroscope.
+#[derive(Clone, Debug)]
+pub struct Gyroscope {
+    errors: Errors,
+    noise: Noise,
+    limit_deg: f64,
+    walk: Pcg64,
+    instability: Pcg64,
+    drift_deg_s: f64,
+}
+
+/// Seed of the gyroscope `serial` in the run that `seed` names: far from each other for neighbours in either.
+fn seed_of(scene: &Scene) -> u64 {
+    scene.seed().wrapping_add(scene.integer("gyroscope.serial").wrapping_mul(0x9E37_79B9_7F4A_7C15))
+}
+
+impl Errors {
+    /// Of the gyroscope that the scene names.
+    fn of(scene: &Scene) -> Self {
+        let mut draw = random_streams::stream(seed_of(scene), Source::GyroscopeDraw);
+        let mut factor = || match scene.choice("gyroscope.parameters") {
+            "drawn" => StandardNormal.sample(&mut draw),
+            _ => 1.0,
+        };
+        Self {
+            scale: 1e-6 * scene.number("gyroscope.scale_factor_ppm") * factor(),
+            bias_deg_s: scene.number("gyroscope.bias_deg_h") * factor() / noise::SECONDS_PER_HOUR,
+        }
+    }
+}
+
+impl Gyroscope {
+    /// The gyroscope of a scene; its instability is in full swing from the first sample on.
+    pub fn new(scene: &Scene) -> Self {
+        let seed = seed_of(scene);
+        let noise = Noise::of(scene);
+        let mut instability = random_streams::stream(seed, Source::GyroscopeInstability);
+        let first: f64 = StandardNormal.sample(&mut instability);
+        Self {
+            errors: Errors::of(scene),
+            noise,
+            limit_deg: scene.number("gyroscope.range_deg_s") * noise.period_s,
+            walk: random_streams::stream(seed, Source::GyroscopeWalk),
+            drift_deg_s: noise.drift_deg_s * first,
+            instability,
+        }
+    }
+
+    /// What a calibration should find.
+    pub fn errors(&self) -> Errors {
+        self.errors
+    }
+
+    /// Its noise, as a data sheet tells.
+    pub fn noise(&self) -> Noise {
+        self.noise
+    }
+
+    /// The sample at the end of a period in which the rotor turned by `turned_deg`.
+    pub fn sample(&mut self, turned_deg: f64) -> Sample {
+        let Noise { period_s, walk_deg_rs, drift_deg_s, drift_time_s, resolution_deg } = self.noise;
+        let walk: f64 = StandardNormal.sample(&mut self.walk);
+        let kick: f64 = StandardNormal.sample(&mut self.instability);
+        let shown_deg = (1.0 + self.errors.scale) * turned_deg
+            + (self.errors.bias_deg_s + self.drift_deg_s) * period_s
+            + walk_deg_rs * math::sqrt(period_s) * walk;
+        let kept = math::exp(-period_s / drift_time_s);
+        self.drift_deg_s = kept * self.drift_deg_s + drift_deg_s * math::sqrt(1.0 - kept * kept) * kick;
+        let coded_deg = if resolution_deg > 0.0 {
+            resolution_deg * (shown_deg / resolution_deg).round()
+        } else {
+            shown_deg
+        };
+        Sample {
+            turned_deg: coded_deg.clamp(-self.limit_deg, self.limit_deg),
+            saturated: coded_deg.abs() >= self.limit_deg,
+        }
+    }
+}
+
+/// The time between two samples as a whole number of the loop's ticks.
+///
+/// # Errors
+/// When it is none.
+pub fn ticks_per_sample(scene: &Scene) -> Result<u64, CommandError> {
+    let rate_hz = scene.number("gyroscope.sample_rate_hz");
+    #[expect(clippy::cast_precision_loss, reason = "10,000 ns")]
+    let ticks = 1e9 / (rate_hz * controller::TICK_NANOS as f64);
+    if ticks >= 1.0 && (ticks - ticks.round()).abs() < 1e-9 * ticks {
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "1 to 1e5")]
+        return Ok(ticks.round() as u64);
+    }
+    Err(CommandError::Conflict {
+        conflict: format!("gyroscope.sample_rate_hz = {rate_hz} does not go into the loop's ticks of 10 us"),
+        hint: "125, 250, 500, 1000 and 2000 Hz do".to_owned(),
+    })
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,175 @@
+//! The plant: the motor to be controlled, which nobody in the loop knows.
+//!
+//! The same physics as the twin, but in `f64`, at a finer step and with parameters drawn within Table 1's tolerances: an estimator
+//! tested on its own model looks better than it is. The generator drives it at the *nominal* resonances, wherever its own are.
+//!
+//! A rotor at rest is what a move simulates most of the time, and a step with pressed teeth costs ten times one of free flight. So with the drive off and teeth
+//! pressed on the rotor the plant may stride ([`Plant::striding`]): the same scheme in longer steps, which for pressed teeth is converged at 20 us
+//! (`tests/system/law_pressed.rs`).
+
+use motor_model::params::Parameter;
+use motor_model::{
+    AmplitudeVariation, DriveCommand, DriveTuning, FrictionLaw, Impacts, Motor, MotorParams, MotorSetup,
+    MotorState, Time,
+};
+
+use crate::error::CommandError;
+use crate::math::random_streams::{self, Source};
+use crate::runs::simulate::impact_rule;
+use crate::scene::{Kind, Scene, Setting};
+
+/// The plant's settings.
+pub const SETTINGS: &[Setting] = &[
+    Setting {
+        key: "plant.step_s",
+        unit: "s",
+        kind: Kind::Number { default: 1e-6, min: 1e-8, max: 1e-5 },
+        meaning: "step of the plant; must divide the loop's 10 us and the instruments' periods",
+    },
+    Setting {
+        key: "plant.parameters",
+        unit: "",
+        kind: Kind::Choice { default: "drawn", of: &["drawn", "nominal"] },
+        meaning: "drawn within Table 1's tolerances by the seed (what a scene sets is kept), or as they stand",
+    },
+    Setting {
+        key: "plant.impacts",
+        unit: "",
+        kind: Kind::Choice { default: "located", of: &["end_of_step", "located"] },
+        meaning: "when an impact is applied; only with located impacts does a rotor come to full rest",
+    },
+    Setting {
+        key: "plant.friction",
+        unit: "",
+        kind: Kind::Choice { default: "coulomb", of: &["coulomb", "paper"] },
+        meaning: "friction law",
+    },
+];
+
+/// The motor under control, and where it is.
+#[derive(Clone, Debug)]
+pub struct Plant {
+    motor: Motor<f64>,
+    setup: MotorSetup,
+    /// The same motor in longer steps, for a rotor that lies on the teeth, and how many steps one of them is.
+    strider: Option<(Motor<f64>, u64)>,
+    state: MotorState<f64>,
+    params: MotorParams,
+    step_nanos_num: f64,
+}
+
+impl Plant {
+    /// The plant that the scene's seed names, at rest at angle 0.
+    ///
+    /// # Errors
+    /// When the model refuses the scene's parameters.
+    pub fn draw(scene: &Scene) -> Result<Self, CommandError> {
+        let params = match scene.choice("plant.parameters") {
+            "drawn" => {
+                let drawn =
+                    scene.motor_params().draw(&mut random_streams::stream(scene.seed(), Source::PlantDraw));
+                // What the scene sets, it means: only the rest is drawn.
+                scene
+                    .motor_overrides()
+                    .try_fold(drawn, |params, (parameter, value)| params.with(parameter, value))?
+            }
+            _ => scene.motor_params(),
+        };
+        let nominal = MotorParams::nominal();
+        let mut variation = random_streams::stream(scene.seed(), Source::AmplitudeVariation);
+        let step_s = scene.number("plant.step_s");
+        let setup = MotorSetup {
+            impact_rule: impact_rule(scene.choice("plant.impacts")),
+            friction_law: if scene.choice("plant.friction") == "paper" {
+                FrictionLaw::Paper
+            } else {
+                FrictionLaw::Coulomb
+            },
+            tuning: DriveTuning::Fixed {
+                b_hz: nominal.get(Parameter::ModeBFrequency),
+                c_hz: nominal.get(Parameter::ModeCFrequency),
+            },
+            variation: AmplitudeVariation::draw(&params, &mut variation),
+            ..MotorSetup::with_step(step_s)
+        };
+        let motor = Motor::try_new(&params, &setup)?;
+        let state = MotorState::default();
+        Ok(Self { motor, setup, strider: None, state, params, step_nanos_num: step_s * 1e9 })
+    }
+
+    /// The same plant, which takes `steps` steps at once while the drive is off and its rotor lies on the teeth ([`Self::stride`]); 1 for none.
+    ///
+    /// # Errors
+    /// When the model refuses a step of that length.
+    pub fn striding(mut self, steps: u64) -> Result<Self, CommandError> {
+        #[expect(clippy::cast_precision_loss, reason = "a few steps")]
+        let setup = MotorSetup { step_s: self.setup.step_s * steps as f64, ..self.setup };
+        self.strider = if steps > 1 { Some((Motor::try_new(&self.params, &setup)?, steps)) } else { None };
+        Ok(self)
+    }
+
+    /// One stride with the drive off, if the rotor lies on the teeth and the plant is one that strides; whether it was taken.
+    pub fn stride(&mut self) -> bool {
+        let Some((strider, steps)) = &self.strider else { return false };
+        if self.state.pressed == [false; 2] {
+            return false;
+        }
+        strider.step(&mut self.state, DriveCommand::OFF);
+        // The stride counted as one.
+        self.state.steps += steps - 1;
+        true
+    }
+
+    /// The parameters drawn.
+    pub fn params(&self) -> &MotorParams {
+        &self.params
+    }
+
+    /// Where the motor is.
+    pub fn state(&self) -> &MotorState<f64> {
+        &self.state
+    }
+
+    /// One step under `command`, and its impacts.
+    pub fn step(&mut self, command: DriveCommand) -> Impacts<f64> {
+        self.motor.step(&mut self.state, command)
+    }
+
+    /// Changes the rotor's rate at once: a jolt.
+    pub fn jolt(&mut self, rate_rad_s: f64) {
+        self.state.rotor.rate_rad_s += rate_rad_s;
+    }
+
+    /// Moves the resonances of modes B and C by the part `drift` away from those that were drawn, from now on; the drive keeps its frequencies.
+    ///
+    /// # Errors
+    /// When the model refuses the frequencies; then they stay.
+    pub fn detune(&mut self, drift: f64) -> Result<(), CommandError> {
+        let mut params = self.params;
+        for parameter in [Parameter::ModeBFrequency, Parameter::ModeCFrequency] {
+            params = params.with(parameter, self.params.get(parameter) * (1.0 + drift))?;
+        }
+        let strider = match &self.strider {
+            Some((_, steps)) => {
+                #[expect(clippy::cast_precision_loss, reason = "a few steps")]
+                let setup = MotorSetup { step_s: self.setup.step_s * *steps as f64, ..self.setup };
+                Some((Motor::try_new(&params, &setup)?, *steps))
+            }
+            None => None,
+        };
+        self.motor = Motor::try_new(&params, &self.setup)?;
+        self.strider = strider;
+        Ok(())
+    }
+
+    /// The present, rounded to the nanosecond.
+    #[expect(
+        clippy::cast_precision_loss,
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss,
+        reason = "2^53 steps are years"
+    )]
+    pub fn now(&self) -> Time {
+        Time::from_nanos((self.state.steps as f64 * self.step_nanos_num).round() as u64)
+    }
+}
