@@ -2,7 +2,7 @@
 
 use std::hint::black_box;
 
-use controller::{Limits, Phase, Positioning, PositioningTuning, TICK_NANOS, Target};
+use controller::{Limits, Positioning, PositioningPhase, PositioningTuning, TICK_NANOS, Target};
 use criterion::{Criterion, criterion_group, criterion_main};
 use estimator::{Estimate, Health, Reason};
 use motor_model::{Angle, Time};
@@ -28,7 +28,7 @@ struct Case {
     sigma_mdeg: f32,
     resting: bool,
     health: Health,
-    is: fn(&Phase) -> bool,
+    is: fn(&PositioningPhase) -> bool,
 }
 
 const LOST: Health = Health::Unusable(Reason::FramesRefused);
@@ -40,7 +40,7 @@ const CASES: [Case; 7] = [
         sigma_mdeg: 10.0,
         resting: false,
         health: LOST,
-        is: |phase| matches!(phase, Phase::Waiting(_)),
+        is: |phase| matches!(phase, PositioningPhase::Waiting(_)),
     },
     Case {
         name: "cruise",
@@ -48,7 +48,7 @@ const CASES: [Case; 7] = [
         sigma_mdeg: 10.0,
         resting: false,
         health: Health::Good,
-        is: |phase| matches!(phase, Phase::Cruise { .. }),
+        is: |phase| matches!(phase, PositioningPhase::Cruise { .. }),
     },
     Case {
         name: "cruise, easing",
@@ -56,7 +56,7 @@ const CASES: [Case; 7] = [
         sigma_mdeg: 10.0,
         resting: false,
         health: Health::Good,
-        is: |phase| matches!(phase, Phase::Cruise { .. }),
+        is: |phase| matches!(phase, PositioningPhase::Cruise { .. }),
     },
     Case {
         name: "burst",
@@ -64,7 +64,7 @@ const CASES: [Case; 7] = [
         sigma_mdeg: 1.0,
         resting: false,
         health: Health::Good,
-        is: |phase| matches!(phase, Phase::Burst { .. }),
+        is: |phase| matches!(phase, PositioningPhase::Burst { .. }),
     },
     Case {
         name: "settling, moving",
@@ -72,7 +72,7 @@ const CASES: [Case; 7] = [
         sigma_mdeg: 10.0,
         resting: false,
         health: Health::Good,
-        is: |phase| matches!(phase, Phase::Settling),
+        is: |phase| matches!(phase, PositioningPhase::Settling),
     },
     Case {
         name: "settling, planning a step",
@@ -80,7 +80,7 @@ const CASES: [Case; 7] = [
         sigma_mdeg: 1.0,
         resting: true,
         health: Health::Good,
-        is: |phase| matches!(phase, Phase::Settling),
+        is: |phase| matches!(phase, PositioningPhase::Settling),
     },
     Case {
         name: "holding",
@@ -88,7 +88,7 @@ const CASES: [Case; 7] = [
         sigma_mdeg: 0.1,
         resting: true,
         health: Health::Good,
-        is: |phase| matches!(phase, Phase::Holding),
+        is: |phase| matches!(phase, PositioningPhase::Holding),
     },
 ];
 

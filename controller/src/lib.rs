@@ -45,18 +45,19 @@
     )
 )]
 
-pub mod correction;
-pub mod ledger;
-pub mod plan;
+pub mod drive_plan;
+pub mod map_correction;
+
 mod ports;
 mod positioning;
-pub mod progress;
+pub mod progress_window;
 pub mod rate;
 pub mod response_map;
+pub mod rest_filter;
 mod target;
 mod tick;
 
 pub use ports::{Drive, LDV_SAMPLES_PER_TICK_MAX, Sense};
-pub use positioning::{Phase, Positioning, PositioningTuning, Stop};
+pub use positioning::{Positioning, PositioningPhase, PositioningTuning, StopReason};
 pub use target::{Limits, Target, Travel};
-pub use tick::{PositionLoop, RateLoop, RateReport, Report, TICK_NANOS, tick, tick_rate};
+pub use tick::{PositionLoop, RateLoop, RateReport, TICK_NANOS, TickReport, tick, tick_rate};

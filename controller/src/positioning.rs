@@ -16,23 +16,23 @@
 //!   +---------+
 //! ```
 //!
-//! The drive is on in `Cruise` and `Burst` only, and off within a tick of the estimate being lost. What to drive is [`crate::plan`]'s; what is known at rest
-//! [`crate::ledger`]'s; how this motor differs from the map [`crate::correction`]'s; whether a cruise gets on [`crate::progress`]'s, and what to make of drives that do
-//! not move the rotor as they should [`judgement`]'s.
+//! The drive is on in `Cruise` and `Burst` only, and off within a tick of the estimate being lost. What to drive is [`crate::drive_plan`]'s; what is known at rest
+//! [`crate::rest_filter`]'s; how this motor differs from the map [`crate::map_correction`]'s; whether a cruise gets on [`crate::progress_window`]'s, and what to make of drives that do
+//! not move the rotor as they should [`failures`]'s.
 
-mod judgement;
+mod failures;
 
 use estimator::{Estimate, Health};
 use libm::sqrtf;
 use motor_model::{Angle, DriveCommand, DriveMode, Time};
 
-use crate::correction::Correction;
-use crate::ledger::{Ledger, Resting};
-use crate::plan::{Confidence, Plan, Situation};
-use crate::progress::{Progress, Verdict};
-use crate::response_map::{Burst, Cruise, Family, coast_rad, cruise_within, sense};
+use crate::drive_plan::{Confidence, DrivePlan, Situation};
+use crate::map_correction::MapCorrection;
+use crate::progress_window::{ProgressWindow, WindowOutcome};
+use crate::response_map::{Burst, Cruise, Family, coast_rad, cruise_within, direction};
+use crate::rest_filter::{RestFilter, Resting};
 use crate::target::{Limits, Target};
-use judgement::Probe;
+use failures::Probe;
 
 /// Choices of the state machine.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -64,7 +64,7 @@ impl Default for PositioningTuning {
 
 /// What positioning is doing.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Phase {
+pub enum PositioningPhase {
     /// No estimate that may be used, and why; the drive is off.
     Waiting(Health),
     /// Drive on until the coast remains.
@@ -74,7 +74,7 @@ pub enum Phase {
         /// When it was switched on.
         since: Time,
         /// How it gets on.
-        progress: Progress,
+        progress: ProgressWindow,
     },
     /// Drive on for a number of ticks.
     Burst {
@@ -90,20 +90,20 @@ pub enum Phase {
     /// At the target, measuring on.
     Holding,
     /// Drive off until there is a new target, and why.
-    Stopped(Stop),
+    Stopped(StopReason),
 }
 
 /// Why a move was given up.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub enum Stop {
+pub enum StopReason {
     /// It was cancelled.
     Cancelled,
     /// The deadline passed.
     TimedOut,
     /// The rotor does not move although it is driven: it is stuck, or the drive is dead.
     Stalled,
-    /// The rotor moves against the sense of the mode that drives it.
+    /// The rotor moves against the direction of the mode that drives it.
     ModeInverted,
     /// The target, or the rotor, is outside the travel allowed.
     OutOfTravel,
@@ -121,9 +121,9 @@ pub struct Positioning {
     target: Target,
     tuning: PositioningTuning,
     started_at: Time,
-    phase: Phase,
-    ledger: Ledger,
-    correction: Correction,
+    phase: PositioningPhase,
+    ledger: RestFilter,
+    correction: MapCorrection,
     drives: u32,
     /// Drives in a row without effect, and with the wrong one.
     stalls: u8,
@@ -140,9 +140,9 @@ impl Positioning {
             target,
             tuning,
             started_at: now,
-            phase: Phase::Settling,
-            ledger: Ledger::default(),
-            correction: Correction::default(),
+            phase: PositioningPhase::Settling,
+            ledger: RestFilter::default(),
+            correction: MapCorrection::default(),
             drives: 0,
             stalls: 0,
             unjudged: 0,
@@ -160,9 +160,9 @@ impl Positioning {
         (self.drives, self.stalls, self.wrong_ways, self.unjudged) = (0, 0, 0, 0);
         self.probe = None;
         self.phase = if !self.tuning.limits.travel.contains(target.angle()) {
-            Phase::Stopped(Stop::OutOfTravel)
-        } else if matches!(self.phase, Phase::Stopped(_) | Phase::Holding) {
-            Phase::Settling
+            PositioningPhase::Stopped(StopReason::OutOfTravel)
+        } else if matches!(self.phase, PositioningPhase::Stopped(_) | PositioningPhase::Holding) {
+            PositioningPhase::Settling
         } else {
             self.phase
         };
@@ -170,12 +170,12 @@ impl Positioning {
 
     /// Ends the move, drive off.
     pub fn cancel(&mut self) {
-        self.phase = Phase::Stopped(Stop::Cancelled);
+        self.phase = PositioningPhase::Stopped(StopReason::Cancelled);
         self.ledger.close();
     }
 
     /// What it is doing.
-    pub fn phase(&self) -> Phase {
+    pub fn phase(&self) -> PositioningPhase {
         self.phase
     }
 
@@ -185,7 +185,7 @@ impl Positioning {
     }
 
     /// What has been learnt of this motor.
-    pub fn correction(&self) -> &Correction {
+    pub fn correction(&self) -> &MapCorrection {
         &self.correction
     }
 
@@ -198,10 +198,10 @@ impl Positioning {
     pub fn decide(&mut self, now: Time, estimate: Option<&Estimate<f32>>, health: Health) -> DriveCommand {
         let usable = estimate.filter(|_| !matches!(health, Health::Unusable(_)));
         self.phase = match (self.phase, usable) {
-            (Phase::Stopped(why), _) => Phase::Stopped(why),
+            (PositioningPhase::Stopped(why), _) => PositioningPhase::Stopped(why),
             (_, None) => {
                 self.ledger.close();
-                Phase::Waiting(health)
+                PositioningPhase::Waiting(health)
             }
             (phase, Some(estimate)) => {
                 self.ledger.watch(estimate);
@@ -209,28 +209,37 @@ impl Positioning {
             }
         };
         let late = now.nanos_since(self.started_at) > self.tuning.limits.deadline_nanos;
-        if late && !matches!(self.phase, Phase::Holding | Phase::Stopped(_)) {
-            self.phase = Phase::Stopped(Stop::TimedOut);
+        if late && !matches!(self.phase, PositioningPhase::Holding | PositioningPhase::Stopped(_)) {
+            self.phase = PositioningPhase::Stopped(StopReason::TimedOut);
         }
         self.command()
     }
 
     fn command(&self) -> DriveCommand {
         match self.phase {
-            Phase::Cruise { cruise, .. } => DriveCommand::saturating(cruise.mode, cruise.amplitude),
-            Phase::Burst { family, burst, .. } => burst.command(family.mode()),
-            Phase::Waiting(_) | Phase::Settling | Phase::Holding | Phase::Stopped(_) => DriveCommand::OFF,
+            PositioningPhase::Cruise { cruise, .. } => {
+                DriveCommand::saturating(cruise.mode, cruise.amplitude)
+            }
+            PositioningPhase::Burst { family, burst, .. } => burst.command(family.mode()),
+            PositioningPhase::Waiting(_)
+            | PositioningPhase::Settling
+            | PositioningPhase::Holding
+            | PositioningPhase::Stopped(_) => DriveCommand::OFF,
         }
     }
 
-    fn step(&mut self, phase: Phase, now: Time, estimate: &Estimate<f32>) -> Phase {
+    fn step(&mut self, phase: PositioningPhase, now: Time, estimate: &Estimate<f32>) -> PositioningPhase {
         match phase {
-            Phase::Cruise { cruise, since, progress } => self.cruise(cruise, since, progress, now, estimate),
-            Phase::Burst { family, burst, since } => self.burst(family, burst, since, now, estimate),
-            Phase::Settling => self.settle(now, estimate),
-            Phase::Holding => self.hold(now, estimate),
-            Phase::Waiting(_) => Phase::Settling,
-            Phase::Stopped(why) => Phase::Stopped(why),
+            PositioningPhase::Cruise { cruise, since, progress } => {
+                self.cruise(cruise, since, progress, now, estimate)
+            }
+            PositioningPhase::Burst { family, burst, since } => {
+                self.burst(family, burst, since, now, estimate)
+            }
+            PositioningPhase::Settling => self.settle(now, estimate),
+            PositioningPhase::Holding => self.hold(now, estimate),
+            PositioningPhase::Waiting(_) => PositioningPhase::Settling,
+            PositioningPhase::Stopped(why) => PositioningPhase::Stopped(why),
         }
     }
 
@@ -239,40 +248,40 @@ impl Positioning {
         &mut self,
         cruise: Cruise,
         since: Time,
-        progress: Progress,
+        progress: ProgressWindow,
         now: Time,
         estimate: &Estimate<f32>,
-    ) -> Phase {
+    ) -> PositioningPhase {
         if self.leaves(cruise.mode, estimate) {
-            return Phase::Stopped(Stop::OutOfTravel);
+            return PositioningPhase::Stopped(StopReason::OutOfTravel);
         }
-        let sense = sense(cruise.mode);
-        let progress = match progress.verdict(sense, now, estimate) {
-            Verdict::Open => progress,
-            Verdict::GetsOn(rate_rad_s) => {
+        let direction = direction(cruise.mode);
+        let progress = match progress.outcome(direction, now, estimate) {
+            WindowOutcome::Open => progress,
+            WindowOutcome::GetsOn(rate_rad_s) => {
                 (self.stalls, self.wrong_ways) = (0, 0);
                 self.learn_rate(&cruise, rate_rad_s);
-                Progress::from(now, estimate)
+                ProgressWindow::from(now, estimate)
             }
-            Verdict::Stuck => {
+            WindowOutcome::Stuck => {
                 self.learn_rate(&cruise, 0.0);
                 return self.stall(cruise.mode);
             }
-            Verdict::WrongWay => return self.wrong_way(),
+            WindowOutcome::WrongWay => return self.wrong_way(),
         };
-        let remaining_rad = sense * self.target.angle().radians_since::<f32>(estimate.angle);
-        let coast_rad = coast_rad(cruise.mode, (sense * estimate.rate_rad_s).max(0.0));
+        let remaining_rad = direction * self.target.angle().radians_since::<f32>(estimate.angle);
+        let coast_rad = coast_rad(cruise.mode, (direction * estimate.rate_rad_s).max(0.0));
         // On the clockwise side of it by half a standard deviation: the way back is fine, the way on is not.
-        let arrived = remaining_rad <= coast_rad - 0.5 * sense * cruise.coast_sd_rad;
+        let arrived = remaining_rad <= coast_rad - 0.5 * direction * cruise.coast_sd_rad;
         let too_long = now.nanos_since(since) >= self.tuning.limits.on_max_nanos;
         let uncertain = estimate.angle_rad2 > self.tuning.driveable_rad2;
         if arrived || too_long || uncertain {
             if arrived {
                 (self.stalls, self.wrong_ways) = (0, 0);
             }
-            return Phase::Settling;
+            return PositioningPhase::Settling;
         }
-        Phase::Cruise { cruise: self.eased(cruise, remaining_rad), since, progress }
+        PositioningPhase::Cruise { cruise: self.eased(cruise, remaining_rad), since, progress }
     }
 
     fn learn_rate(&mut self, cruise: &Cruise, rate_rad_s: f32) {
@@ -301,19 +310,19 @@ impl Positioning {
         since: Time,
         now: Time,
         estimate: &Estimate<f32>,
-    ) -> Phase {
+    ) -> PositioningPhase {
         if self.leaves(family.mode(), estimate) {
-            return Phase::Stopped(Stop::OutOfTravel);
+            return PositioningPhase::Stopped(StopReason::OutOfTravel);
         }
         let wanted_nanos = u64::from(burst.ticks) * crate::TICK_NANOS;
         let over = now.nanos_since(since) >= wanted_nanos.min(self.tuning.limits.on_max_nanos);
-        if over { Phase::Settling } else { Phase::Burst { family, burst, since } }
+        if over { PositioningPhase::Settling } else { PositioningPhase::Burst { family, burst, since } }
     }
 
     /// Off: wait, stay, or go.
-    fn settle(&mut self, now: Time, estimate: &Estimate<f32>) -> Phase {
+    fn settle(&mut self, now: Time, estimate: &Estimate<f32>) -> PositioningPhase {
         if !estimate.resting {
-            return Phase::Settling;
+            return PositioningPhase::Settling;
         }
         if let Some(probe) = self.probe {
             return self.probe(probe, now, estimate);
@@ -323,11 +332,11 @@ impl Positioning {
         if situation.reached() {
             self.correction = taught;
             self.ledger.compare(estimate);
-            return Phase::Holding;
+            return PositioningPhase::Holding;
         }
-        let Some(plan) = situation.plan(&taught) else { return Phase::Settling };
+        let Some(plan) = situation.plan(&taught) else { return PositioningPhase::Settling };
         if self.waits_to_judge(&plan, &situation, estimate) {
-            return Phase::Settling;
+            return PositioningPhase::Settling;
         }
         // Only now, when it is about to drive, since by now the last burst has been measured as well as it ever will be.
         if let Some(phase) = self.judge(estimate) {
@@ -335,19 +344,19 @@ impl Positioning {
         }
         self.correction = taught;
         // A burst that is repeated on what is foreseen alone is never measured well enough to be judged.
-        if let Plan::Burst(family, ..) = plan
+        if let DrivePlan::Burst(family, ..) = plan
             && taught.is_dead(family)
         {
             self.stall(family.mode());
             if self.probe.is_some() {
-                return Phase::Settling;
+                return PositioningPhase::Settling;
             }
         }
         self.begin(plan, now, estimate)
     }
 
     /// At the target: stay unless the rotor is outside the tolerance for certain.
-    fn hold(&mut self, now: Time, estimate: &Estimate<f32>) -> Phase {
+    fn hold(&mut self, now: Time, estimate: &Estimate<f32>) -> PositioningPhase {
         if !estimate.resting {
             // Jolted: what was known before no longer counts, and the move begins anew.
             self.ledger.close();
@@ -361,32 +370,32 @@ impl Positioning {
         self.phase
     }
 
-    fn begin(&mut self, plan: Plan, now: Time, estimate: &Estimate<f32>) -> Phase {
+    fn begin(&mut self, plan: DrivePlan, now: Time, estimate: &Estimate<f32>) -> PositioningPhase {
         self.drives += 1;
         if self.drives > self.tuning.limits.drives_max {
-            return Phase::Stopped(Stop::TooManyDrives);
+            return PositioningPhase::Stopped(StopReason::TooManyDrives);
         }
         match plan {
-            Plan::Cruise(cruise) => {
+            DrivePlan::Cruise(cruise) => {
                 self.ledger.close();
-                Phase::Cruise { cruise, since: now, progress: Progress::from(now, estimate) }
+                PositioningPhase::Cruise { cruise, since: now, progress: ProgressWindow::from(now, estimate) }
             }
-            Plan::Burst(family, burst, forecast) => {
+            DrivePlan::Burst(family, burst, forecast) => {
                 self.unjudged = self.unjudged.saturating_add(1);
                 self.ledger.enter(family, burst, forecast, estimate, &self.correction);
-                Phase::Burst { family, burst, since: now }
+                PositioningPhase::Burst { family, burst, since: now }
             }
         }
     }
 
     /// What is known of this motor once the last burst, as it is measured by now, is taken in.
-    fn taught(&self, estimate: &Estimate<f32>) -> Correction {
+    fn taught(&self, estimate: &Estimate<f32>) -> MapCorrection {
         if self.tuning.learning { self.ledger.taught(estimate, &self.correction) } else { self.correction }
     }
 
     /// Whether driving `mode` would lead out of the travel allowed.
     fn leaves(&self, mode: DriveMode, estimate: &Estimate<f32>) -> bool {
-        self.tuning.limits.travel.forbids(estimate.angle, sense(mode))
+        self.tuning.limits.travel.forbids(estimate.angle, direction(mode))
     }
 
     fn situation(&self, estimate: &Estimate<f32>) -> Situation {

@@ -2,7 +2,7 @@
 //!
 //! ```text
 //! reference' = rate,   e = reference - angle,   wanted = rate + e / T        T: [`RateTuning::catch_up_s`]
-//! drive: the mode of the wanted sense, at the amplitude whose mean rate in the map is the wanted one
+//! drive: the mode of the wanted direction, at the amplitude whose mean rate in the map is the wanted one
 //! ```
 //!
 //! Because it is the angle that follows, the mean rate is right to the error of the angle over the time of the mean, whatever this motor's own rates are. Rates below that of the
@@ -15,7 +15,7 @@ use estimator::{Estimate, Health};
 use motor_model::{Angle, AngleAccumulator, DriveCommand, DriveMode, Time};
 
 pub use self::profile::{Profile, RATE_MAX_RAD_S};
-use crate::response_map::{CRUISES, sense};
+use crate::response_map::{CRUISES, direction};
 
 /// Choices of the rate controller.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -120,7 +120,7 @@ impl RateTuning {
     /// The drive for a rotor that should turn at `rate_rad_s` and is behind by `behind_rad`, clockwise positive.
     fn drive(&self, rate_rad_s: f32, behind_rad: f32) -> DriveCommand {
         let mode = if rate_rad_s > 0.0 { DriveMode::B } else { DriveMode::C };
-        let along = sense(mode);
+        let along = direction(mode);
         let (rate, behind) = (along * rate_rad_s, along * behind_rad);
         if behind < -self.ahead_rad {
             let back = if mode == DriveMode::B { DriveMode::C } else { DriveMode::B };
@@ -131,9 +131,9 @@ impl RateTuning {
     }
 }
 
-/// The drive of `mode` whose mean rate is `rate_rad_s` along its sense; below the weakest cruise that one if it is `due`, otherwise none.
+/// The drive of `mode` whose mean rate is `rate_rad_s` along its direction; below the weakest cruise that one if it is `due`, otherwise none.
 fn amplitude_for(mode: DriveMode, rate_rad_s: f32, amplitude_max: f32, due: bool) -> DriveCommand {
-    let along = sense(mode);
+    let along = direction(mode);
     let mut cruises = CRUISES.iter().filter(|cruise| cruise.mode == mode);
     let Some(mut below) = cruises.next() else { return DriveCommand::OFF };
     if rate_rad_s < along * below.rate_rad_s {
@@ -176,7 +176,7 @@ mod tests {
     #[test]
     fn exact_amplitudes_invert_the_map() {
         for pair in CRUISES.windows(2).filter(|pair| pair[0].mode == pair[1].mode) {
-            let along = sense(pair[0].mode);
+            let along = direction(pair[0].mode);
             for part in [0.0, 0.5] {
                 let of = |f: fn(&crate::response_map::Cruise) -> f32| {
                     f(&pair[0]) + part * (f(&pair[1]) - f(&pair[0]))

@@ -17,7 +17,7 @@
 //! | [`Family::Throw`] | mode B, full, 2 to 130 cycles | 90 mdeg to 18 deg | 30 % |
 //!
 //! In steps and walks the rotor never leaves the teeth for long, so nothing chaotic happens: what differs is one factor a motor (20 %), nearly the
-//! same for both families, which the first burst measures ([`crate::correction`]). So the last stretch is always walked, counter-clockwise.
+//! same for both families, which the first burst measures ([`crate::map_correction`]). So the last stretch is always walked, counter-clockwise.
 
 mod table;
 
@@ -52,12 +52,12 @@ impl Cruise {
 
     /// Distance in rad below which a weaker cruise lands more nearly.
     pub fn room_rad(&self) -> f32 {
-        (sense(self.mode) * self.rate_rad_s * self.coast_s + self.coast_sd_rad) / Self::COAST_PART
+        (direction(self.mode) * self.rate_rad_s * self.coast_s + self.coast_sd_rad) / Self::COAST_PART
     }
 
     /// Whether nearly every motor turns under it: its rate is more than twice its spread over motors.
     pub fn is_agreed_on(&self) -> bool {
-        2.0 * self.rate_sd_rad_s < sense(self.mode) * self.rate_rad_s
+        2.0 * self.rate_sd_rad_s < direction(self.mode) * self.rate_rad_s
     }
 }
 
@@ -195,7 +195,7 @@ pub fn coast_rad(mode: DriveMode, rate_rad_s: f32) -> f32 {
     let mut coast_s = 0.0;
     for cruise in CRUISES.iter().filter(|cruise| cruise.mode == mode) {
         coast_s = cruise.coast_s;
-        if sense(mode) * cruise.rate_rad_s >= rate_rad_s {
+        if direction(mode) * cruise.rate_rad_s >= rate_rad_s {
             break;
         }
     }
@@ -203,7 +203,7 @@ pub fn coast_rad(mode: DriveMode, rate_rad_s: f32) -> f32 {
 }
 
 /// +1 for the clockwise mode, -1 for the other.
-pub const fn sense(mode: DriveMode) -> f32 {
+pub const fn direction(mode: DriveMode) -> f32 {
     match mode {
         DriveMode::B => 1.0,
         DriveMode::C => -1.0,

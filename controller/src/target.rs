@@ -72,9 +72,9 @@ impl Travel {
         (self.least..=self.greatest).contains(&angle)
     }
 
-    /// Whether driving towards `sense`, clockwise positive, from `angle` leads out of it, or farther out.
-    pub fn forbids(&self, angle: Angle, sense: f32) -> bool {
-        if sense > 0.0 { angle > self.greatest } else { angle < self.least }
+    /// Whether driving towards `direction`, clockwise positive, from `angle` leads out of it, or farther out.
+    pub fn forbids(&self, angle: Angle, direction: f32) -> bool {
+        if direction > 0.0 { angle > self.greatest } else { angle < self.least }
     }
 }
 

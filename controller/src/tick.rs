@@ -4,7 +4,7 @@ use estimator::{AngleFilter, ConstantRate, Estimate, Health, Innovation};
 use motor_model::{Angle, DriveCommand, Time};
 
 use crate::ports::{Drive, LDV_SAMPLES_PER_TICK_MAX, Sense};
-use crate::positioning::{Phase, Positioning, PositioningTuning};
+use crate::positioning::{Positioning, PositioningPhase, PositioningTuning};
 use crate::rate::RateHold;
 use crate::target::Target;
 
@@ -57,7 +57,7 @@ impl<F> PositionLoop<F> {
 
 /// What a tick did.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Report {
+pub struct TickReport {
     /// The estimate the decision was based on; `None` before the first camera frame.
     pub estimate: Option<Estimate<f32>>,
     /// Whether it may be used.
@@ -69,7 +69,7 @@ pub struct Report {
     /// The command really applied.
     pub applied: DriveCommand,
     /// What positioning is doing.
-    pub phase: Phase,
+    pub phase: PositioningPhase,
 }
 
 /// One tick of the loop at `now`.
@@ -81,13 +81,13 @@ pub fn tick<F: AngleFilter<f32>, P: Sense + Drive>(
     state: &mut PositionLoop<F>,
     now: Time,
     ports: &mut P,
-) -> Report {
+) -> TickReport {
     let PositionLoop { filter, positioning } = state;
     let Fused { camera, estimate, health } = fuse(filter, now, ports);
     let command = positioning.decide(now, estimate.as_ref(), health);
     let applied = ports.drive(command);
     filter.drive(now, applied);
-    Report { estimate, health, camera, command, applied, phase: positioning.phase() }
+    TickReport { estimate, health, camera, command, applied, phase: positioning.phase() }
 }
 
 /// Everything that the loop remembers when it holds a rate.

@@ -21,8 +21,8 @@ use core::mem;
 use controller::{Drive, Limits, PositionLoop, PositioningTuning, Sense, Target};
 use estimator::{CameraFrame, LdvSample};
 use link::{
-    Arrival, BoardMessage, Configuration, Counters, Deframer, FRAME_BYTES_MAX, Fault, FrameError, Header,
-    HostMessage, Report, Sequence, SettingKey, VERSION, decode, encode,
+    Arrival, BoardFault, BoardMessage, Configuration, Counters, Deframer, FRAME_BYTES_MAX, FrameError,
+    Header, HostMessage, Sequence, SettingKey, TickRecord, VERSION, decode, encode,
 };
 use motor_model::{DriveCommand, OutOfBounds, Time};
 
@@ -85,7 +85,7 @@ enum State {
     /// The move that is configured is under way.
     Armed,
     /// Not to be armed before a stop.
-    Latched(Fault),
+    Latched(BoardFault),
 }
 
 /// The host at the other end.
@@ -111,7 +111,7 @@ pub struct Application<'m, D> {
     heard_at: u64,
     overruns_in_a_row: u32,
     /// A fault that latched and was not yet told.
-    news: Option<Fault>,
+    news: Option<BoardFault>,
     telemetry: Telemetry,
     /// How deep the stack has been.
     stack_bytes_max: fn() -> u32,
@@ -200,7 +200,7 @@ impl<'m, D: Drive> Application<'m, D> {
                 Ok((header, message)) => self.hear(header, &message),
                 Err(FrameError::Version { theirs }) => {
                     self.counters.other_version += 1;
-                    Some(BoardMessage::Fault(Fault::Version { theirs, ours: VERSION }))
+                    Some(BoardMessage::Fault(BoardFault::Version { theirs, ours: VERSION }))
                 }
                 Err(_) => {
                     self.counters.damaged += 1;
@@ -233,20 +233,20 @@ impl<'m, D: Drive> Application<'m, D> {
     /// One tick of the loop, every [`PositionLoop::TICK_NANOS`]; what it did, when armed.
     // Never inlined: `host-sim size` follows every call from here.
     #[inline(never)]
-    pub fn tick(&mut self) -> Option<Report> {
+    pub fn tick(&mut self) -> Option<TickRecord> {
         self.ticks += 1;
         if self.is_armed() && self.ticks - self.heard_at > SILENT_TICKS {
-            self.latch(Fault::HostSilent);
+            self.latch(BoardFault::HostSilent);
         }
         let report = self.run();
         let counters =
             Counters { oversize: self.deframer.oversize, dropped: self.inbox.dropped, ..self.counters };
         self.telemetry.note(self.ticks, self.standing(), report.as_ref(), &counters);
-        report.as_ref().map(Report::from)
+        report.as_ref().map(TickRecord::from)
     }
 
     /// What the loop does, if it is armed.
-    fn run(&mut self) -> Option<controller::Report> {
+    fn run(&mut self) -> Option<controller::TickReport> {
         let Self { state, configured: MoveMemory(configured), inbox, amplifier, ticks, .. } = self;
         let (State::Armed, Some(Move { position_loop, .. })) = (state, configured) else {
             amplifier.drive(DriveCommand::OFF);
@@ -260,7 +260,7 @@ impl<'m, D: Drive> Application<'m, D> {
         match self.state {
             State::Safe => Standing::Safe,
             State::Armed => Standing::Armed,
-            State::Latched(Fault::Overrun) => Standing::Overrun,
+            State::Latched(BoardFault::Overrun) => Standing::Overrun,
             State::Latched(_) => Standing::HostSilent,
         }
     }
@@ -284,7 +284,7 @@ impl<'m, D: Drive> Application<'m, D> {
         self.counters.overruns = self.counters.overruns.saturating_add(1);
         self.overruns_in_a_row += 1;
         if self.overruns_in_a_row >= OVERRUNS_MAX {
-            self.latch(Fault::Overrun);
+            self.latch(BoardFault::Overrun);
         }
     }
 
@@ -306,11 +306,11 @@ impl<'m, D: Drive> Application<'m, D> {
     }
 
     /// The fault that has just latched, once.
-    pub fn news(&mut self) -> Option<Fault> {
+    pub fn news(&mut self) -> Option<BoardFault> {
         self.news.take()
     }
 
-    fn latch(&mut self, fault: Fault) {
+    fn latch(&mut self, fault: BoardFault) {
         self.amplifier.drive(DriveCommand::OFF);
         self.news = Some(fault.clone());
         self.state = State::Latched(fault);
@@ -347,7 +347,7 @@ impl<'m, D: Drive> Application<'m, D> {
             }
             _ => {
                 self.counters.other_session += 1;
-                return Some(BoardMessage::Fault(Fault::UnknownSession { session: number }));
+                return Some(BoardMessage::Fault(BoardFault::UnknownSession { session: number }));
             }
         }
         self.counters.taken = self.counters.taken.wrapping_add(1);
@@ -385,10 +385,10 @@ impl<'m, D: Drive> Application<'m, D> {
     }
 
     /// Why the loop is not armed.
-    fn fault(&self) -> Fault {
+    fn fault(&self) -> BoardFault {
         match &self.state {
             State::Latched(fault) => fault.clone(),
-            State::Safe | State::Armed => Fault::NotReady,
+            State::Safe | State::Armed => BoardFault::NotReady,
         }
     }
 
@@ -396,13 +396,13 @@ impl<'m, D: Drive> Application<'m, D> {
     #[inline(never)]
     fn configure(&mut self, configuration: Configuration) -> BoardMessage {
         if self.is_armed() {
-            return BoardMessage::Fault(Fault::Armed);
+            return BoardMessage::Fault(BoardFault::Armed);
         }
         match Move::put(&mut self.configured.0, configuration) {
             Ok(()) => BoardMessage::Configured,
             Err(error) => {
                 let key = SettingKey::try_from(error.key).unwrap_or_default();
-                BoardMessage::Fault(Fault::OutOfBounds { key })
+                BoardMessage::Fault(BoardFault::OutOfBounds { key })
             }
         }
     }

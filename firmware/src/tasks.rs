@@ -24,7 +24,7 @@ use embedded_hal::digital::OutputPin;
 use embedded_hal::pwm::SetDutyCycle;
 use estimator::LdvSample;
 use heapless::spsc::{Consumer, Producer, Queue};
-use link::{BoardMessage, Report};
+use link::{BoardMessage, TickRecord};
 use motor_model::{DriveCommand, Motor, MotorParams, MotorSetup, MotorState, OutOfBounds, Parameter, Time};
 
 use crate::amplifier::Amplifier;
@@ -231,7 +231,7 @@ impl Slow<'_> {
         self.application.telemetry()
     }
 
-    fn tell(&mut self, report: Option<Report>, send: &mut impl FnMut(&[u8])) {
+    fn tell(&mut self, report: Option<TickRecord>, send: &mut impl FnMut(&[u8])) {
         if let Some(fault) = self.application.news() {
             self.application.say(&BoardMessage::Fault(fault), send);
         }

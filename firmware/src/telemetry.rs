@@ -20,7 +20,7 @@ mod channel;
 #[cfg(target_os = "none")]
 mod log;
 
-use controller::{Phase, Report};
+use controller::{PositioningPhase, TickReport};
 use estimator::{Estimate, Health, Innovation, Verdict};
 use link::Counters;
 use motor_model::DriveCommand;
@@ -77,7 +77,7 @@ pub enum Entry {
         refused: u32,
     },
     /// What positioning does from now on.
-    Phase(Phase),
+    Phase(PositioningPhase),
     /// Whether the estimate may be used from now on.
     Health(Health),
     /// What is driven from now on.
@@ -94,7 +94,7 @@ pub enum Entry {
 pub struct Telemetry {
     /// What was told last.
     standing: Standing,
-    phase: Option<Phase>,
+    phase: Option<PositioningPhase>,
     health: Option<Health>,
     drive: (DriveCommand, DriveCommand),
     /// When the next entry of a kind is due.
@@ -131,7 +131,7 @@ impl Default for Telemetry {
 
 impl Telemetry {
     /// Takes note of tick number `tick`; `report` is what the loop did, if it was armed.
-    pub fn note(&mut self, tick: u64, standing: Standing, report: Option<&Report>, counters: &Counters) {
+    pub fn note(&mut self, tick: u64, standing: Standing, report: Option<&TickReport>, counters: &Counters) {
         let camera = report.and_then(|report| report.camera);
         if let Some(innovation) = camera.filter(|camera| matches!(camera.verdict, Verdict::Rejected(_))) {
             self.refused = self.refused.saturating_add(1);
@@ -157,7 +157,7 @@ impl Telemetry {
         &mut self,
         tick: u64,
         standing: Standing,
-        report: Option<&Report>,
+        report: Option<&TickReport>,
         counters: &Counters,
     ) -> Option<Entry> {
         if standing != self.standing {
@@ -174,7 +174,7 @@ impl Telemetry {
             let clocks_max = core::mem::take(&mut self.clocks_max);
             return Some(Entry::Timing { clocks_max, counters: *counters });
         }
-        let Report { camera, command, applied, phase, health, .. } = *report?;
+        let TickReport { camera, command, applied, phase, health, .. } = *report?;
         if let Some(innovation) = self.last_refused.or(camera).filter(|_| tick >= self.innovation_at) {
             self.innovation_at = tick + TICKS_PER_INNOVATION;
             self.last_refused = None;

@@ -3,7 +3,7 @@
 //! # In the order of the data
 //!
 //! - [`HostMessage`], [`BoardMessage`]: all that is ever said.
-//! - [`Configuration`]: which filter, which target. [`Report`]: what a tick of the loop did, every bit of it.
+//! - [`Configuration`]: which filter, which target. [`TickRecord`]: what a tick of the loop did, every bit of it.
 //! - [`frame`]: a message with its [`Header`], a CRC-32, and no zero byte but the last ([`encode`], [`decode`]).
 //! - [`Deframer`]: from bytes as they come to frames, in bounded memory, whatever comes.
 //! - [`Sequence`]: whether a frame is new, repeated, late, or the first after a gap.
@@ -48,8 +48,8 @@ mod sequence;
 pub use deframer::Deframer;
 pub use frame::{FRAME_BYTES_MAX, FrameError, Header, VERSION, decode, encode};
 pub use message::{
-    BoardMessage, CameraRecord, Configuration, Counters, Fault, FilterKind, HostMessage, LdvRecord,
+    BoardFault, BoardMessage, CameraRecord, Configuration, Counters, FilterKind, HostMessage, LdvRecord,
     LdvRecords, SettingKey,
 };
-pub use report::{CommandRecord, EstimateRecord, FIELDS, InnovationRecord, Report};
+pub use report::{CommandRecord, EstimateRecord, FIELDS, InnovationRecord, TickRecord};
 pub use sequence::{Arrival, Sequence};

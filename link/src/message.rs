@@ -5,7 +5,7 @@ use estimator::{CameraFrame, LdvSample};
 use motor_model::{Angle, Time};
 use serde::{Deserialize, Serialize};
 
-use crate::report::Report;
+use crate::report::TickRecord;
 
 /// From the host to the board.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -44,11 +44,11 @@ pub enum BoardMessage {
     /// It is stopped.
     Stopped,
     /// What a tick did.
-    Report(Report),
+    Report(TickRecord),
     /// Answer to [`HostMessage::Count`].
     Counters(Counters),
     /// What is wrong; the drive is off unless the fault says otherwise.
-    Fault(Fault),
+    Fault(BoardFault),
 }
 
 /// The filters that the board has.
@@ -126,7 +126,7 @@ pub type SettingKey = heapless::String<32>;
 
 /// What is wrong.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, thiserror::Error)]
-pub enum Fault {
+pub enum BoardFault {
     /// The host speaks another version of the protocol.
     #[error("the host speaks protocol version {theirs}, the board version {ours}")]
     Version {

@@ -1,13 +1,13 @@
-//! [`controller::Report`] on the wire, to the last bit.
+//! [`controller::TickReport`] on the wire, to the last bit.
 
-use controller::{Phase, Stop};
+use controller::{PositioningPhase, StopReason};
 use estimator::{Estimate, Health, Innovation, Reason, Rejection, Source, Verdict};
 use motor_model::{DriveCommand, DriveMode};
 use serde::{Deserialize, Serialize};
 
 /// What a tick did. Variants are numbered in the order of their definitions.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Report {
+pub struct TickRecord {
     /// The estimate.
     pub estimate: Option<EstimateRecord>,
     /// Whether it may be used, as a number.
@@ -153,25 +153,25 @@ fn of_health(health: Health) -> u8 {
     }
 }
 
-impl From<&controller::Report> for Report {
-    fn from(report: &controller::Report) -> Self {
-        let controller::Report { estimate, health, camera, command, applied, phase } = *report;
+impl From<&controller::TickReport> for TickRecord {
+    fn from(report: &controller::TickReport) -> Self {
+        let controller::TickReport { estimate, health, camera, command, applied, phase } = *report;
         let (phase, since_nanos) = match phase {
             // Why is the health, which has a field of its own.
-            Phase::Waiting(_) => (0, 0),
+            PositioningPhase::Waiting(_) => (0, 0),
             // What is driven shows in the command.
-            Phase::Cruise { cruise: _, since, progress: _ } => (1, since.nanos()),
-            Phase::Burst { family: _, burst: _, since } => (2, since.nanos()),
-            Phase::Settling => (3, 0),
-            Phase::Holding => (4, 0),
-            Phase::Stopped(Stop::Cancelled) => (5, 0),
-            Phase::Stopped(Stop::TimedOut) => (6, 0),
-            Phase::Stopped(Stop::Stalled) => (7, 0),
-            Phase::Stopped(Stop::ModeInverted) => (8, 0),
-            Phase::Stopped(Stop::OutOfTravel) => (9, 0),
-            Phase::Stopped(Stop::TooManyDrives) => (10, 0),
-            Phase::Stopped(Stop::ModeBLost) => (11, 0),
-            Phase::Stopped(Stop::ModeCLost) => (12, 0),
+            PositioningPhase::Cruise { cruise: _, since, progress: _ } => (1, since.nanos()),
+            PositioningPhase::Burst { family: _, burst: _, since } => (2, since.nanos()),
+            PositioningPhase::Settling => (3, 0),
+            PositioningPhase::Holding => (4, 0),
+            PositioningPhase::Stopped(StopReason::Cancelled) => (5, 0),
+            PositioningPhase::Stopped(StopReason::TimedOut) => (6, 0),
+            PositioningPhase::Stopped(StopReason::Stalled) => (7, 0),
+            PositioningPhase::Stopped(StopReason::ModeInverted) => (8, 0),
+            PositioningPhase::Stopped(StopReason::OutOfTravel) => (9, 0),
+            PositioningPhase::Stopped(StopReason::TooManyDrives) => (10, 0),
+            PositioningPhase::Stopped(StopReason::ModeBLost) => (11, 0),
+            PositioningPhase::Stopped(StopReason::ModeCLost) => (12, 0),
         };
         Self {
             estimate: estimate.map(of_estimate),
@@ -188,7 +188,7 @@ impl From<&controller::Report> for Report {
 /// How many fields a report has.
 pub const FIELDS: usize = 21;
 
-impl Report {
+impl TickRecord {
     /// Every field by name, bit by bit; `None` where its part of the report is absent.
     pub fn fields(&self) -> [(&'static str, Option<u64>); FIELDS] {
         let Self { estimate, health, camera, command, applied, phase, since_nanos } = *self;

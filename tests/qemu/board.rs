@@ -6,7 +6,7 @@ use std::process::{Command, Stdio};
 
 use host_sim::board::pil::Live;
 use host_sim::board::telemetry::{Dictionary, Entry, Reader};
-use link::{BoardMessage, Configuration, Counters, Fault, FilterKind, HostMessage, VERSION};
+use link::{BoardFault, BoardMessage, Configuration, Counters, FilterKind, HostMessage, VERSION};
 
 const MOVE: Configuration = Configuration {
     filter: FilterKind::Twin,
@@ -70,7 +70,7 @@ impl Board {
 fn tool_board_latches_off_when_the_host_falls_silent() {
     let mut board = Board::start(None);
     board.arm();
-    let silent = BoardMessage::Fault(Fault::HostSilent);
+    let silent = BoardMessage::Fault(BoardFault::HostSilent);
     assert_eq!(board.hears(), silent);
     board.answers(&HostMessage::Arm, &silent);
     board.answers(&HostMessage::Stop, &BoardMessage::Stopped);
@@ -88,12 +88,12 @@ fn tool_board_logs_its_fault_and_its_timing() {
     let log = tempfile::NamedTempFile::new().expect("a file");
     let mut board = Board::start(Some(log.path()));
     board.arm();
-    assert_eq!(board.hears(), BoardMessage::Fault(Fault::HostSilent));
+    assert_eq!(board.hears(), BoardMessage::Fault(BoardFault::HostSilent));
     // Long enough for an account of the time: every tenth of a second.
     for _ in 0..3 {
         board.answers(&HostMessage::Stop, &BoardMessage::Stopped);
         board.answers(&HostMessage::Arm, &BoardMessage::Armed);
-        assert_eq!(board.hears(), BoardMessage::Fault(Fault::HostSilent));
+        assert_eq!(board.hears(), BoardMessage::Fault(BoardFault::HostSilent));
     }
     let dictionary = Dictionary::read(Path::new(&crate::elf("board"))).expect("a program that logs");
     let mut reader = Reader::open(&dictionary, log.path()).expect("a log");
@@ -126,7 +126,7 @@ fn tool_board_survives_a_flood_in_time() {
     let noise: Vec<u8> = (0..30_000_u32).map(|n| (n * n / 7 % 251) as u8).collect();
     board.send(&noise);
     board.send(&[0]);
-    assert_eq!(board.hears(), BoardMessage::Fault(Fault::HostSilent), "noise is no word of the host");
+    assert_eq!(board.hears(), BoardMessage::Fault(BoardFault::HostSilent), "noise is no word of the host");
     board.answers(&HostMessage::Stop, &BoardMessage::Stopped);
     let counters = board.counters();
     assert!(counters.damaged > 50, "{counters:?}");
@@ -147,13 +147,13 @@ fn tool_board_builds_any_filter_before_the_watchdog_loses_patience() {
 fn tool_board_that_misses_its_deadlines_switches_off() {
     let mut board = Board::start_slower(None, 2);
     board.arm_with(FilterKind::ConstantRate);
-    assert_eq!(board.hears(), BoardMessage::Fault(Fault::HostSilent), "a thousand ticks in time");
+    assert_eq!(board.hears(), BoardMessage::Fault(BoardFault::HostSilent), "a thousand ticks in time");
     board.answers(&HostMessage::Stop, &BoardMessage::Stopped);
     board.answers(&HostMessage::Arm, &BoardMessage::Armed);
     let questions: Vec<u8> =
         (0..2000).flat_map(|_| board.0.frame(&HostMessage::Count).expect("it fits")).collect();
     board.send(&questions);
-    let overrun = BoardMessage::Fault(Fault::Overrun);
+    let overrun = BoardMessage::Fault(BoardFault::Overrun);
     assert_eq!(board.hears_beside_counts(), overrun);
     board.0.say(&HostMessage::Arm).expect("the board listens");
     assert_eq!(board.hears_beside_counts(), overrun);
@@ -195,11 +195,11 @@ fn tool_board_obeys_no_damaged_frame() {
 fn tool_board_that_starts_anew_knows_no_session() {
     let mut board = Board::start(None);
     for message in [HostMessage::Count, HostMessage::Step, HostMessage::Arm] {
-        let unknown = Fault::UnknownSession { session: Live::SESSION };
+        let unknown = BoardFault::UnknownSession { session: Live::SESSION };
         board.answers(&message, &BoardMessage::Fault(unknown));
     }
     board.answers(&HostMessage::Hello, &BoardMessage::Welcome { tick_nanos: 10_000 });
-    board.answers(&HostMessage::Arm, &BoardMessage::Fault(Fault::NotReady));
+    board.answers(&HostMessage::Arm, &BoardMessage::Fault(BoardFault::NotReady));
     board.arm();
 }
 
@@ -212,7 +212,10 @@ fn tool_board_names_both_versions() {
     let mut frame = cobs::encode_vec(&content);
     frame.push(0);
     board.send(&frame);
-    assert_eq!(board.hears(), BoardMessage::Fault(Fault::Version { theirs: VERSION + 7, ours: VERSION }));
+    assert_eq!(
+        board.hears(),
+        BoardMessage::Fault(BoardFault::Version { theirs: VERSION + 7, ours: VERSION })
+    );
 }
 
 /// What the program `faults` says when told `word`, and whether it ends well.

@@ -3,7 +3,7 @@
 use std::process::Output;
 use std::sync::OnceLock;
 
-use controller::{PositionLoop, Report};
+use controller::{PositionLoop, TickReport};
 use host_sim::board::instructions::Board;
 use host_sim::board::pil::{Emulated, Link, Processor, Wiring};
 use host_sim::board::telemetry::Entry;
@@ -141,7 +141,7 @@ fn dual_the_log_of_a_run_is_the_hosts_own_at_every_tick() {
     let mut arguments = vec!["--telemetry", path.to_str().expect("a name in UTF-8")];
     arguments.extend(sets.iter().flat_map(|set| ["--set", set]));
     let run = identical(&arguments);
-    let mut host: Vec<(Report, f64)> = Vec::new();
+    let mut host: Vec<(TickReport, f64)> = Vec::new();
     position::run(&scene(&sets), |moment| host.push((moment.report, moment.angle.degrees())))
         .expect("a scene");
     assert_eq!(run["steps"], host.len());
@@ -170,7 +170,7 @@ fn dual_the_log_of_a_run_is_the_hosts_own_at_every_tick() {
                 // The tick that took it in: this one, or an earlier one for a frame refused.
                 let taken_nanos =
                     entry.tick * PositionLoop::TICK_NANOS - entry.field::<u64>("age_nanos").expect("an age");
-                let of = |(report, _): &(Report, f64)| {
+                let of = |(report, _): &(TickReport, f64)| {
                     report.camera.filter(|camera| camera.taken_at.nanos() == taken_nanos)
                 };
                 let innovations: Vec<u32> =
@@ -205,7 +205,7 @@ impl Processor for Noisy {
         self.board.arm(configuration)
     }
 
-    fn tick(&mut self, taken: &Taken) -> Result<link::Report, CommandError> {
+    fn tick(&mut self, taken: &Taken) -> Result<link::TickRecord, CommandError> {
         self.ticks += 1;
         // Longer than any frame, now and then.
         let length = if self.ticks.is_multiple_of(100) { 1000 } else { self.ticks % 40 };
@@ -248,7 +248,7 @@ impl Processor for Flipped {
         self.0.arm(configuration)
     }
 
-    fn tick(&mut self, taken: &Taken) -> Result<link::Report, CommandError> {
+    fn tick(&mut self, taken: &Taken) -> Result<link::TickRecord, CommandError> {
         let mut report = self.0.tick(taken)?;
         self.1 -= 1;
         if self.1 == 0 {

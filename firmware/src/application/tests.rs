@@ -90,7 +90,7 @@ impl<'a> Bench<'a> {
         }
     }
 
-    fn step(&mut self) -> Option<Report> {
+    fn step(&mut self) -> Option<TickRecord> {
         match self.says(&HostMessage::Step).as_slice() {
             [BoardMessage::Report(report)] => Some(*report),
             _ => None,
@@ -134,7 +134,7 @@ fn framed(header: Header, message: &HostMessage) -> Vec<u8> {
     frame[..length].to_vec()
 }
 
-fn fault(fault: Fault) -> [BoardMessage; 1] {
+fn fault(fault: BoardFault) -> [BoardMessage; 1] {
     [BoardMessage::Fault(fault)]
 }
 
@@ -154,10 +154,10 @@ fn law_nothing_drives_before_it_is_configured_and_armed() {
     let driven = Cell::new(DriveCommand::OFF);
     let mut bench = Bench::new(&driven);
     bench.says(&HostMessage::Hello);
-    assert_eq!(bench.says(&HostMessage::Arm), fault(Fault::NotReady));
-    assert_eq!(bench.says(&HostMessage::Step), fault(Fault::NotReady));
+    assert_eq!(bench.says(&HostMessage::Arm), fault(BoardFault::NotReady));
+    assert_eq!(bench.says(&HostMessage::Step), fault(BoardFault::NotReady));
     bench.says(&HostMessage::Configure(MOVE));
-    assert_eq!(bench.says(&HostMessage::Step), fault(Fault::NotReady));
+    assert_eq!(bench.says(&HostMessage::Step), fault(BoardFault::NotReady));
     assert!(!bench.drives_again());
 }
 
@@ -243,11 +243,11 @@ fn law_a_new_session_has_to_arm_again() {
     let driven = Cell::new(DriveCommand::OFF);
     let mut bench = Bench::driving(&driven);
     (bench.session, bench.sequence) = (6, 0);
-    assert_eq!(bench.says(&HostMessage::Step), fault(Fault::UnknownSession { session: 6 }));
+    assert_eq!(bench.says(&HostMessage::Step), fault(BoardFault::UnknownSession { session: 6 }));
     assert!(bench.board.is_armed(), "a stranger stops nothing");
     bench.says(&HostMessage::Hello);
     assert!(bench.off() && !bench.board.is_armed());
-    assert_eq!(bench.says(&HostMessage::Arm), fault(Fault::NotReady));
+    assert_eq!(bench.says(&HostMessage::Arm), fault(BoardFault::NotReady));
     bench.begin();
     bench.drive();
 }
@@ -267,11 +267,11 @@ fn law_another_version_is_refused_by_name() {
     content[checked..].copy_from_slice(&crc.to_le_bytes());
     let mut other = cobs::encode_vec(&content);
     other.push(0);
-    let refused = Fault::Version { theirs: VERSION + 1, ours: VERSION };
+    let refused = BoardFault::Version { theirs: VERSION + 1, ours: VERSION };
     assert_eq!(std::format!("{refused}"), "the host speaks protocol version 2, the board version 1");
     assert_eq!(bench.sends(&other), fault(refused));
     assert_eq!(bench.board.counters().other_version, 1);
-    assert_eq!(bench.says(&HostMessage::Arm), fault(Fault::UnknownSession { session: 5 }));
+    assert_eq!(bench.says(&HostMessage::Arm), fault(BoardFault::UnknownSession { session: 5 }));
 }
 
 /// L5: without a frame for ten milliseconds the drive goes off, and stays off until a stop and a new arming.
@@ -287,8 +287,8 @@ fn law_a_silent_host_latches_the_drive_off() {
     assert!(bench.off());
     // The host is back: that alone changes nothing.
     assert!(!bench.drives_again());
-    assert_eq!(bench.says(&HostMessage::Arm), fault(Fault::HostSilent));
-    assert_eq!(bench.says(&HostMessage::Step), fault(Fault::HostSilent));
+    assert_eq!(bench.says(&HostMessage::Arm), fault(BoardFault::HostSilent));
+    assert_eq!(bench.says(&HostMessage::Step), fault(BoardFault::HostSilent));
     assert!(bench.off());
     assert_eq!(bench.says(&HostMessage::Stop), [BoardMessage::Stopped]);
     assert!(!bench.drives_again(), "a stop does not arm");
@@ -317,7 +317,7 @@ fn law_a_board_that_starts_anew_says_so_and_does_not_drive() {
     assert!(bench.off());
     let session = bench.session;
     for message in [HostMessage::Step, HostMessage::Arm, HostMessage::Configure(MOVE)] {
-        assert_eq!(bench.says(&message), fault(Fault::UnknownSession { session }));
+        assert_eq!(bench.says(&message), fault(BoardFault::UnknownSession { session }));
     }
     assert_eq!(bench.board.counters().other_session, 3);
     bench.begin();
@@ -337,9 +337,9 @@ fn law_a_configuration_out_of_bounds_is_refused_whole() {
         (Configuration { tolerance_deg: f64::INFINITY, ..MOVE }, "position.tolerance_deg"),
         (Configuration { deadline_nanos: u64::MAX, ..MOVE }, "position.deadline_s"),
     ] {
-        let refused = fault(Fault::OutOfBounds { key: key.try_into().unwrap() });
+        let refused = fault(BoardFault::OutOfBounds { key: key.try_into().unwrap() });
         assert_eq!(bench.says(&HostMessage::Configure(configuration)), refused);
-        assert_eq!(bench.says(&HostMessage::Arm), fault(Fault::NotReady));
+        assert_eq!(bench.says(&HostMessage::Arm), fault(BoardFault::NotReady));
     }
     // A refused one leaves the one before in force.
     bench.says(&HostMessage::Configure(MOVE));
@@ -355,7 +355,7 @@ fn law_a_configuration_is_not_changed_while_armed() {
     let mut bench = Bench::driving(&driven);
     let clockwise = driven.get().mode();
     let back = Configuration { target_deg: -90.0, ..MOVE };
-    assert_eq!(bench.says(&HostMessage::Configure(back)), fault(Fault::Armed));
+    assert_eq!(bench.says(&HostMessage::Configure(back)), fault(BoardFault::Armed));
     bench.measure();
     assert_eq!(bench.step().unwrap().applied.mode, 1);
     assert_eq!(driven.get().mode(), clockwise);
@@ -376,7 +376,7 @@ fn law_missed_deadlines_are_counted_and_latch_when_they_last() {
     assert!(bench.board.is_armed() && !bench.off());
     (0..OVERRUNS_MAX).for_each(|_| bench.board.ended(false));
     assert!(bench.off());
-    assert_eq!(bench.says(&HostMessage::Arm), fault(Fault::Overrun));
+    assert_eq!(bench.says(&HostMessage::Arm), fault(BoardFault::Overrun));
     bench.says(&HostMessage::Stop);
     assert_eq!(bench.says(&HostMessage::Arm), [BoardMessage::Armed]);
 }

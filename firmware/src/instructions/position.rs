@@ -2,7 +2,7 @@
 
 use core::hint::black_box;
 
-use controller::{PositionLoop, Report, tick};
+use controller::{PositionLoop, TickReport, tick};
 use link::FilterKind;
 use motor_model::{Motor, MotorParams, MotorSetup, MotorState, OutOfBounds, Time};
 
@@ -12,7 +12,11 @@ use crate::parity::{Instruments, LoopPlace};
 
 /// What is counted: a tick with the instruments of [`crate::parity::LoopRun`], whose queues hold one measurement each.
 #[inline(never)]
-fn tick_once(position_loop: &mut PositionLoop<Filter>, now: Time, instruments: &mut Instruments) -> Report {
+fn tick_once(
+    position_loop: &mut PositionLoop<Filter>,
+    now: Time,
+    instruments: &mut Instruments,
+) -> TickReport {
     tick(position_loop, now, instruments)
 }
 

@@ -2,7 +2,7 @@
 
 use core::hash::Hasher;
 
-use controller::{Phase as Positioning, Report};
+use controller::{PositioningPhase as Positioning, TickReport};
 use estimator::{Estimate, Health, Innovation, Reason, Rejection, Source, Verdict};
 use fnv::FnvHasher;
 use motor_model::{DriveCommand, DriveMode, Impact, ModalState, MotorState, RotorState};
@@ -38,8 +38,8 @@ impl Digest {
         self.word(u64::from(pressed[0]) | u64::from(pressed[1]) << 1);
     }
 
-    pub(super) fn report(&mut self, report: &Report) {
-        let Report { estimate, health, camera, command, applied, phase } = report;
+    pub(super) fn report(&mut self, report: &TickReport) {
+        let TickReport { estimate, health, camera, command, applied, phase } = report;
         self.word(u64::from(estimate.is_some()));
         if let Some(estimate) = estimate {
             self.estimate(estimate);

@@ -5,7 +5,7 @@
 
 use core::fmt;
 
-use controller::{Drive, PositionLoop, PositioningTuning, Report, Sense, Target, tick};
+use controller::{Drive, PositionLoop, PositioningTuning, Sense, Target, TickReport, tick};
 use estimator::{AngleFilter, CameraFrame, LdvSample};
 use link::FilterKind;
 use motor_model::{Angle, DriveCommand, Motor, MotorParams, MotorSetup, MotorState, OutOfBounds, Time};
@@ -66,7 +66,7 @@ impl LoopRun {
     pub fn compute(place: &mut LoopPlace) -> Result<Self, OutOfBounds> {
         let mut digest = Digest::default();
         let mut ticks = 0;
-        let mut take = |report: &Report, state: &MotorState<f32>| {
+        let mut take = |report: &TickReport, state: &MotorState<f32>| {
             digest.report(report);
             digest.state(state);
             ticks += 1;
@@ -94,8 +94,8 @@ impl fmt::Display for LoopRun {
 pub(crate) fn follow_loop<F: AngleFilter<f32>>(
     place: &mut Option<PositionLoop<F>>,
     filter: impl Fn() -> Result<F, OutOfBounds>,
-    mut tick_once: impl FnMut(&mut PositionLoop<F>, Time, &mut Instruments) -> Report,
-    mut observe: impl FnMut(&Report, &MotorState<f32>),
+    mut tick_once: impl FnMut(&mut PositionLoop<F>, Time, &mut Instruments) -> TickReport,
+    mut observe: impl FnMut(&TickReport, &MotorState<f32>),
 ) -> Result<MotorState<f32>, OutOfBounds> {
     #[expect(clippy::cast_precision_loss, reason = "10,000 is exact")]
     let step_s = PositionLoop::TICK_NANOS as f64 * 1e-9;
@@ -183,7 +183,7 @@ impl Drive for Instruments {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use controller::Phase;
+    use controller::PositioningPhase;
     use estimator::{Rejection, Verdict};
     use motor_model::DriveMode;
 
@@ -206,12 +206,12 @@ mod tests {
                     None => (),
                 }
                 match report.phase {
-                    Phase::Cruise { .. } => phases[0] += 1,
-                    Phase::Settling => phases[1] += 1,
-                    Phase::Holding => phases[2] += 1,
-                    Phase::Burst { .. } => phases[3] += 1,
-                    Phase::Waiting(_) => phases[4] += 1,
-                    Phase::Stopped(why) => panic!("{why:?}"),
+                    PositioningPhase::Cruise { .. } => phases[0] += 1,
+                    PositioningPhase::Settling => phases[1] += 1,
+                    PositioningPhase::Holding => phases[2] += 1,
+                    PositioningPhase::Burst { .. } => phases[3] += 1,
+                    PositioningPhase::Waiting(_) => phases[4] += 1,
+                    PositioningPhase::Stopped(why) => panic!("{why:?}"),
                 }
                 match report.camera.map(|innovation| innovation.verdict) {
                     Some(Verdict::Used) => verdicts[0] += 1,

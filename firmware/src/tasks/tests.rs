@@ -6,7 +6,7 @@ use std::vec::Vec;
 
 use embedded_hal::{digital, pwm};
 use link::{
-    CameraRecord, Configuration, FRAME_BYTES_MAX, Fault, FilterKind, Header, HostMessage, decode, encode,
+    BoardFault, CameraRecord, Configuration, FRAME_BYTES_MAX, FilterKind, Header, HostMessage, decode, encode,
 };
 
 use super::*;
@@ -142,7 +142,7 @@ fn law_late_and_lost_ticks_are_overruns() {
     fast.interrupt();
     slow.work(&mut |frame| said.push(decode::<BoardMessage>(&mut frame.to_vec()).unwrap().1));
     said.retain(|message| !matches!(message, BoardMessage::Report(_)));
-    assert_eq!(said, [BoardMessage::Fault(Fault::Overrun)]);
+    assert_eq!(said, [BoardMessage::Fault(BoardFault::Overrun)]);
     fast.interrupt();
     assert!(!on.get());
 }
@@ -164,7 +164,7 @@ fn law_ticks_before_arming_are_no_silence() {
     (0..500).for_each(|_| fast.interrupt());
     assert_eq!(says(&mut slow, &mut 2, &HostMessage::Arm), [BoardMessage::Armed]);
     let mut ticks = 0;
-    let is_silent = |said: &BoardMessage| *said == BoardMessage::Fault(Fault::HostSilent);
+    let is_silent = |said: &BoardMessage| *said == BoardMessage::Fault(BoardFault::HostSilent);
     let mut said = Vec::new();
     while !said.iter().any(is_silent) {
         ticks += 1;
@@ -188,7 +188,8 @@ fn law_a_silent_host_takes_the_bridge_off() {
     }
     assert!(!on.get());
     // A report every millisecond until then, and the fault once.
-    let faults = said.iter().filter(|said| matches!(said, BoardMessage::Fault(Fault::HostSilent))).count();
+    let faults =
+        said.iter().filter(|said| matches!(said, BoardMessage::Fault(BoardFault::HostSilent))).count();
     assert!(faults == 1 && (10..=11).contains(&(said.len() - 1)), "{said:?}");
     says(&mut slow, &mut sequence, &HostMessage::Stop);
     assert_eq!(says(&mut slow, &mut sequence, &HostMessage::Arm), [BoardMessage::Armed]);

@@ -4,7 +4,7 @@
 
 use core::cell::Cell;
 
-use controller::Phase;
+use controller::PositioningPhase;
 use cortex_m::interrupt::{Mutex, free};
 use defmt::{error, info, warn};
 use estimator::Verdict;
@@ -82,14 +82,14 @@ pub fn log(tick: u64, entry: &Entry) {
     }
 }
 
-fn tell_phase(phase: &Phase) {
+fn tell_phase(phase: &PositioningPhase) {
     match phase {
-        Phase::Waiting(health) => info!("phase waiting {}", health),
-        Phase::Cruise { .. } => info!("phase cruise"),
-        Phase::Burst { .. } => info!("phase burst"),
-        Phase::Settling => info!("phase settling"),
-        Phase::Holding => info!("phase holding"),
-        Phase::Stopped(why) => warn!("phase stopped {}", why),
+        PositioningPhase::Waiting(health) => info!("phase waiting {}", health),
+        PositioningPhase::Cruise { .. } => info!("phase cruise"),
+        PositioningPhase::Burst { .. } => info!("phase burst"),
+        PositioningPhase::Settling => info!("phase settling"),
+        PositioningPhase::Holding => info!("phase holding"),
+        PositioningPhase::Stopped(why) => warn!("phase stopped {}", why),
     }
 }
 

@@ -2,7 +2,7 @@ extern crate std;
 
 use std::vec::Vec;
 
-use controller::Stop;
+use controller::StopReason;
 use estimator::{Reason, Rejection, Source};
 use motor_model::{Angle, DriveMode, Time};
 
@@ -10,7 +10,7 @@ use super::*;
 
 const B: DriveCommand = DriveCommand::full(DriveMode::B);
 
-fn quiet() -> Report {
+fn quiet() -> TickReport {
     let estimate = Estimate {
         at: Time::ZERO,
         angle: Angle::from_units(5),
@@ -20,13 +20,13 @@ fn quiet() -> Report {
         rate_rad2_s2: 1.0,
         resting: true,
     };
-    Report {
+    TickReport {
         estimate: Some(estimate),
         health: Health::Good,
         camera: None,
         command: DriveCommand::OFF,
         applied: DriveCommand::OFF,
-        phase: Phase::Settling,
+        phase: PositioningPhase::Settling,
     }
 }
 
@@ -41,7 +41,7 @@ fn frame(verdict: Verdict) -> Innovation<f32> {
 }
 
 /// The entries of ticks 1 to `ticks`, with their ticks, of a loop that is armed and does what `report` says.
-fn told(ticks: u64, report: impl Fn(u64) -> Report) -> Vec<(u64, Entry)> {
+fn told(ticks: u64, report: impl Fn(u64) -> TickReport) -> Vec<(u64, Entry)> {
     let mut telemetry = Telemetry::default();
     let mut told = Vec::new();
     for tick in 1..=ticks {
@@ -68,10 +68,14 @@ fn law_the_rate_of_entries_is_bounded_and_no_kind_starves() {
         let odd = tick % 2 == 1;
         let verdict = if odd { Verdict::Used } else { Verdict::Rejected(Rejection::Gate) };
         let applied = if tick.is_multiple_of(3) { B } else { DriveCommand::OFF };
-        Report {
+        TickReport {
             camera: Some(frame(verdict)),
             health: if odd { Health::Good } else { Health::Degraded(Reason::FramesRefused) },
-            phase: if tick.is_multiple_of(5) { Phase::Holding } else { Phase::Waiting(Health::Waiting) },
+            phase: if tick.is_multiple_of(5) {
+                PositioningPhase::Holding
+            } else {
+                PositioningPhase::Waiting(Health::Waiting)
+            },
             command: B,
             applied,
             ..quiet()
@@ -113,9 +117,9 @@ fn exact_a_quiet_loop() {
 /// What changes is told in the tick in which it does, when nothing else was told just before.
 #[test]
 fn exact_changes_are_told_at_once() {
-    let stopped = Phase::Stopped(Stop::Stalled);
-    let told = told(1000, |tick| Report {
-        phase: if tick < 555 { Phase::Settling } else { stopped },
+    let stopped = PositioningPhase::Stopped(StopReason::Stalled);
+    let told = told(1000, |tick| TickReport {
+        phase: if tick < 555 { PositioningPhase::Settling } else { stopped },
         command: if tick < 777 { DriveCommand::OFF } else { B },
         ..quiet()
     });

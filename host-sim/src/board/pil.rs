@@ -22,7 +22,7 @@ mod tests;
 
 use std::fmt;
 
-use link::{Configuration, FilterKind, Report};
+use link::{Configuration, FilterKind, TickRecord};
 use serde::Serialize;
 
 use crate::error::CommandError;
@@ -45,7 +45,7 @@ pub trait Processor {
     ///
     /// # Errors
     /// When it does not answer with a report.
-    fn tick(&mut self, taken: &Taken) -> Result<Report, CommandError>;
+    fn tick(&mut self, taken: &Taken) -> Result<TickRecord, CommandError>;
 }
 
 /// Where the microcontroller first computed something else than the host.
@@ -132,7 +132,7 @@ pub fn run_with(
     let mut steps = 0;
     let outcome = position::run_with(scene, |closed_loop, moment| {
         steps += 1;
-        let ours = Report::from(&moment.report);
+        let ours = TickRecord::from(&moment.report);
         let theirs = processor.tick(closed_loop.taken())?;
         observe(moment)?;
         if let Some((field, host, board)) = ours.difference(&theirs) {

@@ -6,7 +6,7 @@
 
 use controller::rate::RateHold;
 use controller::{
-    Drive, PositionLoop, Positioning, PositioningTuning, RateLoop, RateReport, Report, Sense, Target,
+    Drive, PositionLoop, Positioning, PositioningTuning, RateLoop, RateReport, Sense, Target, TickReport,
 };
 use estimator::{CameraFrame, LdvSample};
 use motor_model::{Angle, DriveCommand, Time};
@@ -64,7 +64,7 @@ pub struct Moment {
     /// The rotor's true rate in rad/s.
     pub rate_rad_s: f64,
     /// What the tick did.
-    pub report: Report,
+    pub report: TickReport,
 }
 
 impl Moment {

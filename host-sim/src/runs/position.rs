@@ -5,7 +5,7 @@ mod trace;
 
 use std::fmt;
 
-use controller::{Limits, Phase, PositionLoop, PositioningTuning, Report, Target};
+use controller::{Limits, PositionLoop, PositioningPhase, PositioningTuning, Target, TickReport};
 use estimator::Estimate;
 use motor_model::{Angle, DriveCommand, Time, math};
 use serde::Serialize;
@@ -158,13 +158,16 @@ pub fn run_tuned(
         let step = Step::of(&moment);
         account.take(&step);
         let done = match moment.report.phase {
-            Phase::Holding => account.held_nanos(moment.at) >= hold_nanos,
-            Phase::Stopped(_) => true,
-            Phase::Waiting(_) | Phase::Cruise { .. } | Phase::Burst { .. } | Phase::Settling => false,
+            PositioningPhase::Holding => account.held_nanos(moment.at) >= hold_nanos,
+            PositioningPhase::Stopped(_) => true,
+            PositioningPhase::Waiting(_)
+            | PositioningPhase::Cruise { .. }
+            | PositioningPhase::Burst { .. }
+            | PositioningPhase::Settling => false,
         };
         if done {
             let mut outcome = account.close(&step, scene);
-            if let Phase::Stopped(why) = moment.report.phase {
+            if let PositioningPhase::Stopped(why) = moment.report.phase {
                 outcome.stopped = Some(format!("{why:?}"));
             }
             return Ok(outcome);
@@ -190,8 +193,8 @@ pub(crate) struct Step {
 
 impl Step {
     fn of(moment: &Moment) -> Self {
-        let Report { estimate, applied, phase, .. } = moment.report;
-        let holding = phase == Phase::Holding;
+        let TickReport { estimate, applied, phase, .. } = moment.report;
+        let holding = phase == PositioningPhase::Holding;
         Self { at: moment.at, angle: moment.angle, rate_rad_s: moment.rate_rad_s, estimate, applied, holding }
     }
 }

@@ -24,7 +24,7 @@ mod picture;
 mod simple;
 mod tables;
 
-use controller::response_map::{sense, strongest_cruise};
+use controller::response_map::{direction, strongest_cruise};
 use controller::{Limits, PositioningTuning};
 use motor_model::DriveMode;
 use rand_distr::{Distribution, Uniform};
@@ -242,7 +242,7 @@ pub fn target(seed: u64) -> (Move, f64) {
 fn bound_s(scene: &Scene, target_deg: f64) -> f64 {
     let mode = if target_deg > 0.0 { DriveMode::B } else { DriveMode::C };
     let rate = strongest_cruise(mode, 1.0)
-        .map_or(f64::INFINITY, |cruise| f64::from(sense(mode) * cruise.rate_rad_s));
+        .map_or(f64::INFINITY, |cruise| f64::from(direction(mode) * cruise.rate_rad_s));
     target_deg.abs().to_radians() / rate + measuring_s(scene)
 }
 

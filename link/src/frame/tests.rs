@@ -8,7 +8,7 @@ use rand_pcg::Pcg64;
 
 use super::*;
 use crate::{
-    BoardMessage, CameraRecord, Configuration, Deframer, Fault, FilterKind, HostMessage, LdvRecord,
+    BoardFault, BoardMessage, CameraRecord, Configuration, Deframer, FilterKind, HostMessage, LdvRecord,
     LdvRecords,
 };
 
@@ -59,7 +59,7 @@ fn exact_every_message_comes_back() {
         assert_eq!(frame.iter().filter(|&&byte| byte == 0).count(), 1, "{frame:?}");
         assert_eq!(decode::<HostMessage>(&mut frame), Ok((HEADER, message)));
     }
-    let message = BoardMessage::Fault(Fault::OutOfBounds { key: "position.to_deg".try_into().unwrap() });
+    let message = BoardMessage::Fault(BoardFault::OutOfBounds { key: "position.to_deg".try_into().unwrap() });
     assert_eq!(decode(&mut framed(HEADER, &message)), Ok((HEADER, message)));
 }
 

@@ -7,7 +7,7 @@ use std::process::{ChildStdin, ChildStdout};
 use controller::PositionLoop;
 use link::{
     BoardMessage, Configuration, Counters, Deframer, FRAME_BYTES_MAX, Header, HostMessage, LdvRecords,
-    Report, decode, encode,
+    TickRecord, decode, encode,
 };
 
 use super::Processor;
@@ -173,7 +173,7 @@ impl Processor for Emulated {
         self.ask(&HostMessage::Arm, &BoardMessage::Armed)
     }
 
-    fn tick(&mut self, taken: &Taken) -> Result<Report, CommandError> {
+    fn tick(&mut self, taken: &Taken) -> Result<TickRecord, CommandError> {
         let mut bytes = Vec::with_capacity(2 * FRAME_BYTES_MAX);
         if !taken.ldv_samples.is_empty() {
             let samples: LdvRecords = taken.ldv_samples.iter().map(|&sample| sample.into()).collect();

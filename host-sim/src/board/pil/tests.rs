@@ -6,7 +6,7 @@ use motor_model::{DriveCommand, Time};
 use crate::runs::filter::AnyFilter;
 
 /// What is done to a report.
-type Spoil = fn(&mut Report);
+type Spoil = fn(&mut TickRecord);
 
 /// Another processor: the loop once more, from the configuration alone, which spoils a field at a tick.
 struct Second {
@@ -55,12 +55,12 @@ impl Processor for Second {
         Ok(())
     }
 
-    fn tick(&mut self, taken: &Taken) -> Result<Report, CommandError> {
+    fn tick(&mut self, taken: &Taken) -> Result<TickRecord, CommandError> {
         self.ticks += 1;
         let now = Time::from_nanos(self.ticks * PositionLoop::TICK_NANOS);
         let position_loop = self.position_loop.as_mut().expect("armed first");
         let mut ports = Ports(taken.camera_frame, taken.ldv_samples.iter());
-        let mut report = Report::from(&controller::tick(position_loop, now, &mut ports));
+        let mut report = TickRecord::from(&controller::tick(position_loop, now, &mut ports));
         if self.ticks == self.spoil_at {
             (self.spoil)(&mut report);
         }
@@ -107,7 +107,7 @@ fn exact_a_difference_is_named_by_step_field_and_both_values() {
         }
     })
     .unwrap();
-    let spoil = |report: &mut Report| {
+    let spoil = |report: &mut TickRecord| {
         let estimate = report.estimate.as_mut().unwrap();
         estimate.rate_rad_s = f32::from_bits(estimate.rate_rad_s.to_bits() ^ 1);
     };

@@ -186,18 +186,18 @@ impl fmt::Display for Record {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use controller::{Phase, Report};
+    use controller::{PositioningPhase, TickReport};
     use estimator::Health;
     use motor_model::{DriveCommand, Time};
 
     fn moment(tick: u64, degrees: f64) -> Moment {
-        let report = Report {
+        let report = TickReport {
             estimate: None,
             health: Health::Good,
             camera: None,
             command: DriveCommand::OFF,
             applied: DriveCommand::OFF,
-            phase: Phase::Settling,
+            phase: PositioningPhase::Settling,
         };
         let at = Time::from_nanos(tick * PositionLoop::TICK_NANOS);
         Moment { at, angle: Angle::from_degrees(degrees), rate_rad_s: 0.5, report }

@@ -51,18 +51,18 @@ impl Trace {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use controller::{Phase, Report};
+    use controller::{PositioningPhase, TickReport};
     use estimator::Health;
     use motor_model::{Angle, DriveMode, Time};
 
     fn moment(tick: u64, applied: DriveCommand) -> Moment {
-        let report = Report {
+        let report = TickReport {
             estimate: None,
             health: Health::Waiting,
             camera: None,
             command: applied,
             applied,
-            phase: Phase::Settling,
+            phase: PositioningPhase::Settling,
         };
         Moment { at: Time::from_micros(10 * tick), angle: Angle::ZERO, rate_rad_s: 0.0, report }
     }

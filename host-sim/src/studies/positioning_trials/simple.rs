@@ -1,6 +1,6 @@
 //! Simpler programs than the controller, on the same desk and filters.
 
-use controller::response_map::{sense, strongest_cruise};
+use controller::response_map::{direction, strongest_cruise};
 use controller::{TICK_NANOS, Target};
 use estimator::{AngleFilter as _, CameraFrame, Estimate, Health};
 use motor_model::{Angle, DriveCommand, DriveMode, Time};
@@ -129,13 +129,13 @@ impl Program {
     }
 
     fn approach(&self, mode: DriveMode, estimate: &Estimate<f32>) -> State {
-        let sense = sense(mode);
-        let remaining_rad = sense * self.remaining_rad(estimate);
+        let direction = direction(mode);
+        let remaining_rad = direction * self.remaining_rad(estimate);
         let coast_s = match self.rule {
             Rule::BangBang => 0.0,
             Rule::Naive(_) | Rule::CutOff => strongest_cruise(mode, 1.0).map_or(0.0, |cruise| cruise.coast_s),
         };
-        let coast_rad = (sense * estimate.rate_rad_s).max(0.0) * coast_s;
+        let coast_rad = (direction * estimate.rate_rad_s).max(0.0) * coast_s;
         if remaining_rad <= coast_rad { State::Stopping } else { State::Approaching(mode) }
     }
 

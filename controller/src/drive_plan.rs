@@ -17,7 +17,7 @@
 use libm::sqrtf;
 use motor_model::DriveMode;
 
-use crate::correction::{Correction, Forecast};
+use crate::map_correction::{Forecast, MapCorrection};
 use crate::response_map::{Burst, Cruise, Family, cruise_within, strongest_cruise};
 
 /// What remains, how well it is known, and how well it must be.
@@ -62,7 +62,7 @@ impl Default for Confidence {
 
 /// The next drive.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Plan {
+pub enum DrivePlan {
     /// On until the coast remains.
     Cruise(Cruise),
     /// On for so many ticks.
@@ -108,7 +108,7 @@ impl Situation {
     }
 
     /// The next drive; `None` to measure on.
-    pub fn plan(&self, correction: &Correction) -> Option<Plan> {
+    pub fn plan(&self, correction: &MapCorrection) -> Option<DrivePlan> {
         if self.reached() {
             None
         } else if self.remaining_rad > if self.early() { -0.5 * self.sigma_rad } else { 0.0 } {
@@ -118,12 +118,12 @@ impl Situation {
         }
     }
 
-    fn clockwise(&self, correction: &Correction) -> Option<Plan> {
+    fn clockwise(&self, correction: &MapCorrection) -> Option<DrivePlan> {
         let remaining_rad = self.remaining_rad;
         if remaining_rad >= CRUISE_B_RAD
             && let Some(cruise) = self.cruise(correction, DriveMode::B)
         {
-            return Some(Plan::Cruise(cruise));
+            return Some(DrivePlan::Cruise(cruise));
         }
         // A nudge spoils the measurement: early on that is no loss, later it must be for certain, or because measuring on could not end well.
         let hopeless = self.sigma_rad <= 0.7 * self.sigma_enough_rad();
@@ -142,18 +142,18 @@ impl Situation {
         self.due(plan)
     }
 
-    fn cruise(&self, correction: &Correction, mode: DriveMode) -> Option<Cruise> {
+    fn cruise(&self, correction: &MapCorrection, mode: DriveMode) -> Option<Cruise> {
         // A motor of half the rate coasts half as far: to it twice as much remains.
         cruise_within(mode, self.amplitude_max, self.remaining_rad.abs() / correction.rate_scale(mode))
             .or_else(|| strongest_cruise(mode, self.amplitude_max))
     }
 
-    fn counter_clockwise(&self, correction: &Correction) -> Option<Plan> {
+    fn counter_clockwise(&self, correction: &MapCorrection) -> Option<DrivePlan> {
         let remaining_rad = -self.remaining_rad;
         if remaining_rad >= CRUISE_C_RAD
             && let Some(cruise) = self.cruise(correction, DriveMode::C)
         {
-            return Some(Plan::Cruise(cruise));
+            return Some(DrivePlan::Cruise(cruise));
         }
         if remaining_rad >= STRIDE_RAD && self.amplitude_max >= 1.0 {
             let aim_rad = remaining_rad / (1.0 + 1.3 * correction.spread(Family::Stride));
@@ -167,7 +167,7 @@ impl Situation {
         (self.sigma_rad <= 0.15 * remaining_rad).then_some(plan)
     }
 
-    fn step(&self, correction: &Correction, remaining_rad: f32) -> Option<Plan> {
+    fn step(&self, correction: &MapCorrection, remaining_rad: f32) -> Option<DrivePlan> {
         let last = self.sigma_rad <= self.sigma_enough_rad() || self.ends_with(correction, remaining_rad);
         let aim_rad = if last {
             remaining_rad
@@ -188,8 +188,8 @@ impl Situation {
     }
 
     /// Whether the target would count as reached after a step of `aim_rad`, without another measurement.
-    fn ends_with(&self, correction: &Correction, aim_rad: f32) -> bool {
-        let Some(Plan::Burst(_, _, forecast)) = self.burst(correction, Family::Step, aim_rad) else {
+    fn ends_with(&self, correction: &MapCorrection, aim_rad: f32) -> bool {
+        let Some(DrivePlan::Burst(_, _, forecast)) = self.burst(correction, Family::Step, aim_rad) else {
             return false;
         };
         let after = Self {
@@ -201,18 +201,18 @@ impl Situation {
     }
 
     /// The burst of `family` that turns this motor by `aim_rad`, as near as may be.
-    fn burst(&self, correction: &Correction, family: Family, aim_rad: f32) -> Option<Plan> {
+    fn burst(&self, correction: &MapCorrection, family: Family, aim_rad: f32) -> Option<DrivePlan> {
         let burst = family.burst(aim_rad / correction.scale(family), self.amplitude_max)?;
-        Some(Plan::Burst(family, burst, correction.forecast(family, &burst)))
+        Some(DrivePlan::Burst(family, burst, correction.forecast(family, &burst)))
     }
 
-    fn longest_rad(&self, correction: &Correction, family: Family) -> Option<f32> {
+    fn longest_rad(&self, correction: &MapCorrection, family: Family) -> Option<f32> {
         family.range_rad(self.amplitude_max).map(|(_, longest)| longest * correction.scale(family))
     }
 
     /// `plan`, once the angle is known half as well as its burst can be foreseen.
-    fn due(&self, plan: Plan) -> Option<Plan> {
-        let Plan::Burst(_, _, forecast) = plan else { return Some(plan) };
+    fn due(&self, plan: DrivePlan) -> Option<DrivePlan> {
+        let DrivePlan::Burst(_, _, forecast) = plan else { return Some(plan) };
         let known = 4.0 * self.sigma_rad * self.sigma_rad <= forecast.turn_rad2;
         (known || self.sigma_rad <= self.sigma_enough_rad()).then_some(plan)
     }
@@ -233,8 +233,8 @@ mod tests {
     }
 
     fn family(remaining_mdeg: f32, sigma_mdeg: f32) -> Option<Family> {
-        match situation(remaining_mdeg, sigma_mdeg).plan(&Correction::default()) {
-            Some(Plan::Burst(family, ..)) => Some(family),
+        match situation(remaining_mdeg, sigma_mdeg).plan(&MapCorrection::default()) {
+            Some(DrivePlan::Burst(family, ..)) => Some(family),
             _ => None,
         }
     }
@@ -253,7 +253,8 @@ mod tests {
         for (remaining_mdeg, mode) in
             [(90e3, DriveMode::B), (2.5e3, DriveMode::B), (-90e3, DriveMode::C), (-500.0, DriveMode::C)]
         {
-            let Some(Plan::Cruise(cruise)) = situation(remaining_mdeg, 5.0).plan(&Correction::default())
+            let Some(DrivePlan::Cruise(cruise)) =
+                situation(remaining_mdeg, 5.0).plan(&MapCorrection::default())
             else {
                 panic!("{remaining_mdeg}");
             };
@@ -297,9 +298,9 @@ mod tests {
     /// The sure last step goes to the target; one before stays short of it, and an unsure one waits.
     #[test]
     fn law_steps_stay_on_the_fine_side() {
-        let correction = Correction::default();
+        let correction = MapCorrection::default();
         let turn_mdeg = |sigma_mdeg| match situation(-2.0, sigma_mdeg).plan(&correction) {
-            Some(Plan::Burst(Family::Step, _, forecast)) => 1e3 * forecast.turn_rad.to_degrees(),
+            Some(DrivePlan::Burst(Family::Step, _, forecast)) => 1e3 * forecast.turn_rad.to_degrees(),
             _ => 0.0,
         };
         assert!((turn_mdeg(0.2) - 2.0).abs() < 1e-3);
@@ -313,9 +314,10 @@ mod tests {
     /// Clockwise bursts overshoot on purpose; a doubtful little way clockwise is measured, not driven.
     #[test]
     fn law_clockwise_bursts_go_beyond_and_need_certainty() {
-        let correction = Correction::default();
+        let correction = MapCorrection::default();
         for remaining_mdeg in [0.6, 3.0, 30.0, 300.0, 1900.0] {
-            let Some(Plan::Burst(_, _, forecast)) = situation(remaining_mdeg, 0.2).plan(&correction) else {
+            let Some(DrivePlan::Burst(_, _, forecast)) = situation(remaining_mdeg, 0.2).plan(&correction)
+            else {
                 panic!("{remaining_mdeg}");
             };
             assert!(forecast.turn_rad > degrees(1e-3 * remaining_mdeg), "{remaining_mdeg} {forecast:?}");
@@ -327,15 +329,15 @@ mod tests {
     /// A motor of a quarter of the map's rate coasts a quarter as far: it is driven as one of the map is four times as far from its target.
     #[test]
     fn law_a_slow_motor_eases_off_later() {
-        let mut slow = Correction::default();
+        let mut slow = MapCorrection::default();
         let full = strongest_cruise(DriveMode::B, 1.0).unwrap();
         (0..50).for_each(|_| slow.learn_rate(&full, 0.25 * full.rate_rad_s));
-        let amplitude = |remaining_mdeg, correction: &Correction| {
+        let amplitude = |remaining_mdeg, correction: &MapCorrection| {
             let plan = situation(remaining_mdeg, 5.0).plan(correction);
-            let Some(Plan::Cruise(cruise)) = plan else { panic!("{remaining_mdeg}") };
+            let Some(DrivePlan::Cruise(cruise)) = plan else { panic!("{remaining_mdeg}") };
             cruise.amplitude
         };
-        let map = Correction::default();
+        let map = MapCorrection::default();
         let stronger = [3e3, 5e3, 10e3, 20e3].map(|remaining_mdeg| {
             let of_slow = amplitude(remaining_mdeg, &slow);
             assert!((of_slow - amplitude(4.0 * remaining_mdeg, &map)).abs() < 1e-6, "{remaining_mdeg}");
@@ -347,15 +349,15 @@ mod tests {
     /// A weaker amplifier has other bursts, never stronger ones.
     #[test]
     fn law_nothing_exceeds_the_amplitude_allowed() {
-        let correction = Correction::default();
+        let correction = MapCorrection::default();
         for amplitude_max in [0.02, 0.3, 0.45, 0.9] {
             for exponent in 0..60 {
                 let magnitude = 0.1 * 1.3_f32.powi(exponent);
                 for remaining_mdeg in [magnitude, -magnitude] {
                     let limited = Situation { amplitude_max, ..situation(remaining_mdeg, 0.01) };
                     let amplitude = match limited.plan(&correction) {
-                        Some(Plan::Burst(_, burst, _)) => burst.amplitude,
-                        Some(Plan::Cruise(cruise)) => cruise.amplitude,
+                        Some(DrivePlan::Burst(_, burst, _)) => burst.amplitude,
+                        Some(DrivePlan::Cruise(cruise)) => cruise.amplitude,
                         None => 0.0,
                     };
                     assert!(amplitude <= amplitude_max, "{amplitude_max} {remaining_mdeg} {amplitude}");

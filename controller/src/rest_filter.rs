@@ -4,7 +4,7 @@
 //! so what was known before, moved on by the forecast, is as good as a measurement of its own. A second of measuring is then not lost to a correction of a milli-degree.
 //! This holds for steps and walks, which a motor repeats, and still for nudges, whose factor is a family of its own.
 //!
-//! Angle `a` and the factors `s` of both families ([`crate::correction`]) are one Kalman filter, since the motor that steps too far does so every time. With `m` the signed
+//! Angle `a` and the factors `s` of both families ([`crate::map_correction`]) are one Kalman filter, since the motor that steps too far does so every time. With `m` the signed
 //! turn of the map, `P` the variance of the angle, `c` its covariance with each factor, `Q` those of the factors, and `b`, `R` what was measured since:
 //!
 //! ```text
@@ -18,8 +18,8 @@
 use estimator::Estimate;
 use motor_model::{Angle, DriveMode};
 
-use crate::correction::{Correction, Forecast};
-use crate::response_map::{Burst, Family, sense};
+use crate::map_correction::{Forecast, MapCorrection};
+use crate::response_map::{Burst, Family, direction};
 
 /// How many times the variance before the burst the filter's must have been since.
 const FORGOTTEN: f32 = 9.0;
@@ -67,12 +67,12 @@ struct Meeting {
 
 /// How a burst compared with its forecast.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Comparison {
+pub struct BurstComparison {
     /// The mode.
     pub mode: DriveMode,
-    /// Foreseen turn in rad, in the sense of the mode.
+    /// Foreseen turn in rad, in the direction of the mode.
     pub foreseen_rad: f32,
-    /// Measured turn in rad, in the sense of the mode.
+    /// Measured turn in rad, in the direction of the mode.
     pub turned_rad: f32,
     /// Variance of the measured turn in rad^2.
     pub turned_rad2: f32,
@@ -80,7 +80,7 @@ pub struct Comparison {
 
 /// The last burst, if what came before it still counts.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct Ledger {
+pub struct RestFilter {
     entry: Option<Entry>,
 }
 
@@ -98,14 +98,15 @@ impl Entry {
         agree.then_some(Meeting { apart_rad, apart_rad2, measured_rad2: estimate.angle_rad2 })
     }
 
-    /// The turn as measured in the sense of the mode, and its variance.
+    /// The turn as measured in the direction of the mode, and its variance.
     fn turned(&self, estimate: &Estimate<f32>) -> (f32, f32) {
-        let turned_rad = sense(self.family.mode()) * estimate.angle.radians_since::<f32>(self.before.angle);
+        let turned_rad =
+            direction(self.family.mode()) * estimate.angle.radians_since::<f32>(self.before.angle);
         (turned_rad, self.before.angle_rad2 + estimate.angle_rad2)
     }
 }
 
-impl Ledger {
+impl RestFilter {
     /// Forgets everything: the drive was more than a burst, or the estimate was lost.
     pub fn close(&mut self) {
         self.entry = None;
@@ -118,10 +119,10 @@ impl Ledger {
         burst: Burst,
         forecast: Forecast,
         estimate: &Estimate<f32>,
-        correction: &Correction,
+        correction: &MapCorrection,
     ) {
         let Known { resting: before, shared_rad } = self.known(estimate);
-        let signed = sense(family.mode());
+        let signed = direction(family.mode());
         let turn = Angle::from_radians(signed * forecast.turn_rad);
         let [with_step, with_walk] = shared_rad;
         let own_rad = match family {
@@ -174,7 +175,7 @@ impl Ledger {
     }
 
     /// What the last burst, as it is measured by now, teaches of a motor of that `correction`.
-    pub fn taught(&self, estimate: &Estimate<f32>, correction: &Correction) -> Correction {
+    pub fn taught(&self, estimate: &Estimate<f32>, correction: &MapCorrection) -> MapCorrection {
         let mut taught = *correction;
         if let Some(entry) = self.entry.as_ref().filter(|entry| entry.forgotten) {
             let met = entry.meet(estimate);
@@ -190,11 +191,11 @@ impl Ledger {
     }
 
     /// Compares the last burst with its forecast; once a burst.
-    pub fn compare(&mut self, estimate: &Estimate<f32>) -> Option<Comparison> {
+    pub fn compare(&mut self, estimate: &Estimate<f32>) -> Option<BurstComparison> {
         let entry = self.entry.as_mut().filter(|entry| entry.forgotten && !entry.compared)?;
         entry.compared = true;
         let (turned_rad, turned_rad2) = entry.turned(estimate);
-        Some(Comparison {
+        Some(BurstComparison {
             mode: entry.family.mode(),
             foreseen_rad: entry.forecast.turn_rad,
             turned_rad,
@@ -223,11 +224,11 @@ pub(crate) mod tests {
     }
 
     /// A step of -1 +- 0.3 mdeg from 10 +- 0.4: at 9 +- 0.5 by the forecast.
-    fn stepped() -> Ledger {
-        let mut ledger = Ledger::default();
+    fn stepped() -> RestFilter {
+        let mut ledger = RestFilter::default();
         let forecast = Forecast { turn_rad: 1e-3_f32.to_radians(), turn_rad2: estimate(0.0, 0.3).angle_rad2 };
         let step = Family::Step.burst(1e-3_f32.to_radians(), 1.0).unwrap();
-        ledger.enter(Family::Step, step, forecast, &estimate(10.0, 0.4), &Correction::default());
+        ledger.enter(Family::Step, step, forecast, &estimate(10.0, 0.4), &MapCorrection::default());
         ledger
     }
 
@@ -248,7 +249,7 @@ pub(crate) mod tests {
         let seen = estimate(10.0, 0.5);
         let measured = Resting { angle: seen.angle, angle_rad2: seen.angle_rad2 };
         assert_eq!(ledger.resting(&seen), measured);
-        assert_eq!(ledger.taught(&seen, &Correction::default()), Correction::default());
+        assert_eq!(ledger.taught(&seen, &MapCorrection::default()), MapCorrection::default());
         ledger.watch(&estimate(0.0, 100.0));
         assert_ne!(ledger.resting(&seen), measured);
         ledger.close();
@@ -293,8 +294,8 @@ pub(crate) mod tests {
     fn dual_angle_and_factors_are_one_kalman_filter() {
         use nalgebra::{Matrix3, RowVector3, Vector3};
 
-        let mut correction = Correction::default();
-        let mut ledger = Ledger::default();
+        let mut correction = MapCorrection::default();
+        let mut ledger = RestFilter::default();
         let [[step, across], [_, walk]] =
             [Family::Step, Family::Walk].map(|family| correction.covariances(family).map(f64::from));
         let mut seen = estimate(30.0, 0.6);

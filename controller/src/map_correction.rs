@@ -10,17 +10,17 @@
 //! A motor that steps far walks far: the factors of [`Family::Step`] and [`Family::Walk`] begin correlated, so that each learns from the other. A turn that is out
 //! of all proportion (the drive has weakened, say) widens `P` first, so that a wrong factor is soon left.
 //!
-//! Each mode has a factor of its own for the rate of its cruises, which every window of [`crate::progress`] measures in the same way. A slow motor coasts less too, so
+//! Each mode has a factor of its own for the rate of its cruises, which every window of [`crate::progress_window`] measures in the same way. A slow motor coasts less too, so
 //! its cruises ease off later; one that sticks under a weak drive counts as so slow that it gets a stronger one.
 
 use libm::sqrtf;
 use motor_model::DriveMode;
 
-use crate::response_map::{Burst, Cruise, Family, STEP_WALK_CORRELATION, sense, strongest_cruise};
+use crate::response_map::{Burst, Cruise, Family, STEP_WALK_CORRELATION, direction, strongest_cruise};
 
 /// The factors of all families, with their variances.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Correction {
+pub struct MapCorrection {
     of: [Factor; Family::ALL.len()],
     /// Covariance of the factors of steps and walks.
     step_walk: f32,
@@ -43,7 +43,7 @@ pub struct Forecast {
     pub turn_rad2: f32,
 }
 
-impl Default for Correction {
+impl Default for MapCorrection {
     /// The map as it stands.
     fn default() -> Self {
         let of = Family::ALL.map(|family| {
@@ -56,7 +56,7 @@ impl Default for Correction {
         let step_walk = STEP_WALK_CORRELATION * sqrtf(step.variance * walk.variance);
         let rates = [DriveMode::B, DriveMode::C].map(|mode| {
             let relative = strongest_cruise(mode, 1.0)
-                .map_or(0.0, |cruise| cruise.rate_sd_rad_s / (sense(mode) * cruise.rate_rad_s));
+                .map_or(0.0, |cruise| cruise.rate_sd_rad_s / (direction(mode) * cruise.rate_rad_s));
             Factor { value: 1.0, variance: relative * relative }
         });
         Self { of, step_walk, rates }
@@ -67,8 +67,8 @@ impl Factor {
     /// Takes in a measurement of `mean` times the factor that is off by `innovation`, with noise of variance `noise`; the gain.
     fn follow(&mut self, mean: f32, innovation: f32, noise: f32) -> f32 {
         let gain = self.variance * mean / (mean * mean * self.variance + noise);
-        self.value = Correction::limited(self.value + gain * innovation);
-        self.variance = (self.variance * (1.0 - gain * mean)).max(Correction::VARIANCE_MIN);
+        self.value = MapCorrection::limited(self.value + gain * innovation);
+        self.variance = (self.variance * (1.0 - gain * mean)).max(MapCorrection::VARIANCE_MIN);
         gain
     }
 
@@ -76,14 +76,14 @@ impl Factor {
     fn doubt(&mut self, mean: f32, innovation: f32, noise: f32) {
         let square = innovation * innovation;
         let variance = mean * mean * self.variance + noise;
-        if square > Correction::DOUBT * variance {
+        if square > MapCorrection::DOUBT * variance {
             let wider = self.variance + (square - variance) / (mean * mean);
-            self.variance = self.variance.max(wider.min(Correction::DOUBTED));
+            self.variance = self.variance.max(wider.min(MapCorrection::DOUBTED));
         }
     }
 }
 
-impl Correction {
+impl MapCorrection {
     /// Factors beyond these are no motor's.
     const RANGE: (f32, f32) = (0.1, 4.0);
     /// A factor is not quite the same for every burst of a family: variance that remains between bursts of one motor, relative to the turn. A walk begins and ends with a step and
@@ -130,14 +130,14 @@ impl Correction {
         }
     }
 
-    /// Learns from a window in which `cruise` turned the rotor at a mean of `rate_rad_s` along the sense of its mode, 0 if it stuck.
+    /// Learns from a window in which `cruise` turned the rotor at a mean of `rate_rad_s` along the direction of its mode, 0 if it stuck.
     pub fn learn_rate(&mut self, cruise: &Cruise, rate_rad_s: f32) {
         let [clockwise, counter_clockwise] = &mut self.rates;
         let factor = match cruise.mode {
             DriveMode::B => clockwise,
             DriveMode::C => counter_clockwise,
         };
-        let ratio = Self::limited(rate_rad_s / (sense(cruise.mode) * cruise.rate_rad_s));
+        let ratio = Self::limited(rate_rad_s / (direction(cruise.mode) * cruise.rate_rad_s));
         let innovation = ratio - factor.value;
         factor.doubt(1.0, innovation, Self::RIPPLE);
         factor.follow(1.0, innovation, Self::RIPPLE);
@@ -194,7 +194,7 @@ impl Correction {
         value.clamp(Self::RANGE.0, Self::RANGE.1)
     }
 
-    /// Learns from a burst of `family` that turned the rotor by `turned_rad` in the sense of its mode, measured with variance `measured_rad2`.
+    /// Learns from a burst of `family` that turned the rotor by `turned_rad` in the direction of its mode, measured with variance `measured_rad2`.
     pub fn learn(&mut self, family: Family, burst: &Burst, turned_rad: f32, measured_rad2: f32) {
         let mean_rad = burst.turn_rad;
         // Not clamped, which panics at bounds in the wrong order.
@@ -236,7 +236,7 @@ mod tests {
     /// One measurement without noise of its own: the factor is right but for what the map says of repetition and shape.
     #[test]
     fn law_one_burst_teaches_its_family_and_the_related_one() {
-        let mut correction = Correction::default();
+        let mut correction = MapCorrection::default();
         let burst = middle(Family::Step);
         correction.learn(Family::Step, &burst, 1.3 * burst.turn_rad, 0.0);
         assert!((correction.scale(Family::Step) - 1.3).abs() < 0.03, "{correction:?}");
@@ -244,17 +244,17 @@ mod tests {
         assert!((1.15..1.3).contains(&walk), "{walk}");
         assert!((correction.scale(Family::Throw) - 1.0).abs() < f32::EPSILON);
         let left = correction.factor(Family::Walk).variance;
-        assert!(left < 0.5 * Correction::default().factor(Family::Walk).variance, "{correction:?}");
+        assert!(left < 0.5 * MapCorrection::default().factor(Family::Walk).variance, "{correction:?}");
     }
 
     /// Bayes with two Gaussians of equal variance: half way, half the variance.
     #[test]
     fn exact_a_measurement_as_uncertain_as_the_factor_counts_half() {
-        let mut correction = Correction::default();
+        let mut correction = MapCorrection::default();
         let burst = Burst { repeat_rad: 0.0, ..middle(Family::Nudge) };
         let mean = burst.turn_rad;
         let prior = correction.factor(Family::Nudge).variance;
-        let noise = mean * mean * (prior - Correction::shape(Family::Nudge));
+        let noise = mean * mean * (prior - MapCorrection::shape(Family::Nudge));
         correction.learn(Family::Nudge, &burst, 1.2 * mean, noise);
         assert!((correction.scale(Family::Nudge) - 1.1).abs() < 1e-4);
         assert!((correction.factor(Family::Nudge).variance / prior - 0.5).abs() < 1e-4);
@@ -263,7 +263,7 @@ mod tests {
     /// Windows of a motor that turns at 0.15 of the map's rate: half of it is believed after the first, nearly all after three; the other mode is another matter.
     #[test]
     fn law_a_slow_motor_is_believed() {
-        let mut correction = Correction::default();
+        let mut correction = MapCorrection::default();
         let cruise = strongest_cruise(DriveMode::C, 1.0).unwrap();
         let rate_rad_s = -0.15 * cruise.rate_rad_s;
         correction.learn_rate(&cruise, rate_rad_s);
@@ -281,7 +281,7 @@ mod tests {
     /// A drive that halves is believed within three bursts, however sure the factor was.
     #[test]
     fn law_a_change_out_of_proportion_is_believed() {
-        let mut correction = Correction::default();
+        let mut correction = MapCorrection::default();
         let burst = middle(Family::Step);
         for _ in 0..50 {
             correction.learn(Family::Step, &burst, burst.turn_rad, 0.0);
@@ -295,7 +295,7 @@ mod tests {
     /// Whatever is learnt, factors stay in range and variances positive.
     #[test]
     fn law_nonsense_does_no_harm() {
-        let mut correction = Correction::default();
+        let mut correction = MapCorrection::default();
         for turned in [1e9, -1e9, 0.0, 1e-30, f32::MAX] {
             for family in Family::ALL {
                 correction.learn(family, &middle(family), turned, 1e-20);
