@@ -43,6 +43,8 @@ pub trait Real:
     fn from_i32(x: i32) -> Self;
     /// The nearest representable value of an integer.
     fn from_i64(x: i64) -> Self;
+    /// The nearest representable value of an integer.
+    fn from_u64(x: u64) -> Self;
     /// The same value in `f64`, exactly.
     fn to_f64(self) -> f64;
     /// The value rounded to `f32`.
@@ -107,6 +109,16 @@ impl Real for f32 {
         }
         i32::try_from(x).map_or_else(|_| large(x), |small| small as f32)
     }
+    /// As [`Self::from_i64`], through `i32` where it fits.
+    #[inline]
+    fn from_u64(x: u64) -> Self {
+        #[cold]
+        #[inline(never)]
+        fn large(x: u64) -> f32 {
+            x as f32
+        }
+        i32::try_from(x).map_or_else(|_| large(x), |small| small as f32)
+    }
     #[inline]
     fn to_f64(self) -> f64 {
         f64::from(self)
@@ -150,6 +162,10 @@ impl Real for f64 {
     }
     #[inline]
     fn from_i64(x: i64) -> Self {
+        x as f64
+    }
+    #[inline]
+    fn from_u64(x: u64) -> Self {
         x as f64
     }
     #[inline]

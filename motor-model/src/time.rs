@@ -55,7 +55,7 @@ impl Time {
     /// Seconds from `earlier` to this instant, 0 if it is not earlier: exact until the rounding to `T`.
     #[inline]
     pub fn seconds_since<T: Real>(self, earlier: Self) -> T {
-        T::from_i64(self.nanos_since(earlier).cast_signed()) * T::from_f64(1e-9)
+        T::from_u64(self.nanos_since(earlier)) * T::from_f64(1e-9)
     }
 }
 
@@ -68,6 +68,20 @@ mod tests {
         let day = Time::from_micros(86_400_000_000);
         let dt: f32 = day.plus_nanos(10_000).seconds_since(day);
         assert!((dt - 1e-5).abs() < 1e-12);
+    }
+
+    /// Instants may be as far apart as the count reaches: seconds are never negative.
+    #[test]
+    fn exact_differences_over_the_whole_range() {
+        for nanos in [1, 1 << 31, u64::from(u32::MAX), 1 << 62, (1 << 63) - 1, 1 << 63, u64::MAX] {
+            let (single, double): (f32, f64) = (
+                Time::from_nanos(nanos).seconds_since(Time::ZERO),
+                Time::from_nanos(nanos).seconds_since(Time::ZERO),
+            );
+            let expected = nanos as f64 * 1e-9;
+            assert!((double / expected - 1.0).abs() < 1e-15, "{nanos} {double}");
+            assert!((f64::from(single) / expected - 1.0).abs() < 2e-7, "{nanos} {single}");
+        }
     }
 
     #[test]

@@ -336,6 +336,21 @@ fn law_rest_is_measured_to_milli_degrees_and_honestly() {
     assert!(worst_ratio < 4.0, "{worst_ratio}");
 }
 
+/// Frames as far apart as the clock counts: the turn is lost and the estimate begins anew, with positive variances before and after.
+#[test]
+fn law_frames_half_the_clock_apart_begin_anew() {
+    for nanos in [(1 << 63) - 1, 1 << 63, (1 << 63) + 1, u64::MAX] {
+        let mut filter = ConstantRate::<f32>::new(&ConstantRateTuning::default());
+        filter.take(&frame(0, 0.0), STRUCK);
+        let ahead = filter.tracker.estimate(Time::from_nanos(nanos), &filter.process(STRUCK)).unwrap();
+        assert!(ahead.angle_rad2 > 0.25 && ahead.rate_rad2_s2 > 400.0, "{nanos} {ahead:?}");
+        let late = CameraFrame { exposed_at: Time::from_nanos(nanos), angle: Angle::ZERO };
+        assert_eq!(filter.take(&late, STRUCK).verdict, Verdict::Restarted, "{nanos}");
+        let covariance = filter.tracker.track().unwrap().state.covariance;
+        assert!(covariance.angle_rad2() > 0.0 && covariance.rate_rad2_s2() > 0.0, "{nanos}");
+    }
+}
+
 proptest! {
     #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::default() })]
 

@@ -296,6 +296,54 @@ fn law_dithered_rest_is_measured_honestly() {
     assert!((square_sum - 1.0).abs() < 0.66, "{square_sum}");
 }
 
+/// An event as the property test draws it: time in ns, shifted right by the lowest six bits of the angle's units; units of angle; velocity in m/s; what happens.
+type Event = (u64, i64, f32, u8);
+
+/// What may be said of an estimate whatever came before: no NaN, variances positive.
+fn pass_event(filter: &mut ImpactAided<f32>, (nanos, units, velocity_m_s, what): Event) {
+    let at = Time::from_nanos(nanos >> (units & 63));
+    match what {
+        0 => filter.drive(at, DriveCommand::full(DriveMode::B)),
+        1 => filter.drive(at, DriveCommand::OFF),
+        2 | 3 => {
+            filter.update_ldv(&LdvSample { taken_at: at, velocity_m_s });
+        }
+        _ => {
+            let innovation =
+                filter.update_camera(&CameraFrame { exposed_at: at, angle: Angle::from_units(units) });
+            assert!(
+                innovation.innovation_rad.is_finite() && innovation.variance_rad2 >= 0.0,
+                "{innovation:?}"
+            );
+        }
+    }
+    if let Some(Track { state, .. }) = filter.tracker.track() {
+        let covariance = &state.covariance;
+        assert!(state.rate_rad_s.is_finite());
+        assert!(covariance.angle_rad2() > 0.0 && covariance.rate_rad2_s2() > 0.0, "{covariance:?}");
+    }
+}
+
+/// 2^63 ns without a sample: the rate wanders for 292 years, and does not become the more certain for it.
+#[test]
+fn regress_a_gap_of_half_the_clock_leaves_a_positive_variance() {
+    let events: [Event; 8] = [
+        (0, 0, 0.0, 0),
+        (0, 0, 0.0, 0),
+        (0, 0, -3.195_363_2e-38, 2),
+        (0, 0, 0.0, 4),
+        (16_193_862_744_781_330_471, 1_097_035_663_760_865_216, 0.0, 0),
+        (2_686_326_889_512_960, 1_601_051_009_893_436_864, -9.455_963e-28, 2),
+        (9_226_058_363_744_288_768, 652_600_192_133_976_384, 1.933_545e-33, 3),
+        (16_193_862_744_781_330_471, -4_081_433_020_468_379_136, -7.346_117_6e18, 5),
+    ];
+    let mut filter = ImpactAided::<f32>::new(&tuning());
+    for event in events {
+        pass_event(&mut filter, event);
+        assert!(filter.kicks.iter().all(|kick| kick.variance_rad2_s2 >= 0.0), "{:?}", filter.kicks);
+    }
+}
+
 proptest! {
     #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::default() })]
 
@@ -305,24 +353,8 @@ proptest! {
         events in prop::collection::vec((any::<u64>(), any::<i64>(), any::<f32>(), 0..6_u8), 1..200)
     ) {
         let mut filter = ImpactAided::<f32>::new(&tuning());
-        for (nanos, units, velocity_m_s, what) in events {
-            let at = Time::from_nanos(nanos >> (units & 63));
-            match what {
-                0 => filter.drive(at, DriveCommand::full(DriveMode::B)),
-                1 => filter.drive(at, DriveCommand::OFF),
-                2 | 3 => {
-                    filter.update_ldv(&LdvSample { taken_at: at, velocity_m_s });
-                }
-                _ => {
-                    let frame = CameraFrame { exposed_at: at, angle: Angle::from_units(units) };
-                    let innovation = filter.update_camera(&frame);
-                    prop_assert!(innovation.innovation_rad.is_finite());
-                }
-            }
-            if let Some(Track { state: track, .. }) = filter.tracker.track() {
-                prop_assert!(track.rate_rad_s.is_finite());
-                prop_assert!(track.covariance.angle_rad2() > 0.0 && track.covariance.rate_rad2_s2() > 0.0);
-            }
+        for event in events {
+            pass_event(&mut filter, event);
         }
     }
 }
