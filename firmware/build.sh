@@ -1,12 +1,13 @@
 #!/usr/bin/env bash
-# Builds the microcontroller's programs; the last line on standard output is the path of the ELF.
+# Builds programs for the microcontroller; the last line on standard output is the path of an ELF.
 #
 #   firmware/build.sh [PROGRAM [FILTER]]
 #
-# PROGRAM is the one whose ELF is named: parity, if none is given, instructions, pil or board; or peers, which is built for its own sake only. With a
-# FILTER, constant_rate or impact_aided, it is built with that filter alone, which a smaller part has room for.
+# PROGRAM is a file of firmware/src/bin or firmware-checks/src/bin, without its ending; its ELF is named. Without PROGRAM
+# everything is built except `peers`, and the ELF of `parity` is named. With a FILTER, constant_rate or impact_aided, a
+# program of firmware has that filter alone: it fits a smaller part.
 #
-# A Rust that can build for the target is sought in this order, each attempt of bounded time:
+# The script looks for a Rust that can build for the target, in this order, each attempt of bounded time:
 #
 #   installed  the rustup toolchain has the target
 #   rustup     rustup adds it
@@ -17,7 +18,8 @@ set -euo pipefail
 cd "$(dirname "$0")/.."
 
 target=thumbv7em-none-eabihf
-program=${1:-parity}
+profile=firmware
+program=${1:-}
 filter=${2:-}
 wanted=${FIRMWARE_TOOLCHAIN:-any}
 target_dir=$(cargo metadata --no-deps --format-version 1 | sed -n 's/.*"target_directory":"\([^"]*\)".*/\1/p')
@@ -47,30 +49,33 @@ add_debian() {
     debian_installed
 }
 
-# Each library by itself first: none may lean on another's features to do without std.
+# build_all CARGO...: what was asked for; sets `elf`.
 build_all() {
-    local package
-    elf=$target_dir/$target/release/$program
-    if [[ $program == peers ]]; then
-        timeout 900 "$@" build --release --target "$target" -p firmware --features peers --bin peers >&2
-        return
-    fi
-    if [[ -n $filter ]]; then
+    local build=(timeout 900 "$@" build --profile "$profile" --target "$target")
+    if [[ -z $program ]]; then
+        # Each library by itself first: none may need another's features to do without std.
+        local each
+        for each in motor-model estimator controller link firmware firmware-checks; do
+            "${build[@]}" -p "$each" >&2
+        done
+        elf=$target_dir/$target/$profile/parity
+    elif [[ -z $filter ]]; then
+        local features=()
+        [[ $program != peers ]] || features=(--features peers)
+        "${build[@]}" -p "$package" --bin "$program" "${features[@]}" >&2
+        elf=$target_dir/$target/$profile/$program
+    else
         local features=()
         [[ $filter == constant_rate ]] || features=(--features "$filter")
-        # In a folder of its own: the program with all filters has the same name. It is for small parts: what only building the filter calls, and what
-        # decides the next drive, is small rather than fast.
-        timeout 900 "$@" build --release --target "$target" -p firmware --bin "$program" --no-default-features "${features[@]}" \
-            --config 'profile.release.package.libm.opt-level="s"' \
-            --config 'profile.release.package.controller.opt-level="s"' \
+        # In a folder of its own, because the program with all filters has the same name. For a small part: libm serves
+        # only the construction of filters here, and the controller only the next command, so both are small, not fast.
+        "${build[@]}" -p "$package" --bin "$program" --no-default-features "${features[@]}" \
+            --config "profile.$profile.package.libm.opt-level='s'" \
+            --config "profile.$profile.package.controller.opt-level='s'" \
             --target-dir "$target_dir/one-filter" >&2
-        elf=$target_dir/one-filter/$target/release/$program-$filter
-        cp "$target_dir/one-filter/$target/release/$program" "$elf"
-        return
+        elf=$target_dir/one-filter/$target/$profile/$program-$filter
+        cp "$target_dir/one-filter/$target/$profile/$program" "$elf"
     fi
-    for package in motor-model estimator controller link firmware; do
-        timeout 900 "$@" build --release --target "$target" -p "$package" >&2
-    done
 }
 
 build_with_rustup() {
@@ -78,7 +83,7 @@ build_with_rustup() {
 }
 
 build_with_debian() {
-    # Debian brings no linker for the target: the rustup toolchain's serves.
+    # Debian brings no linker for the target: this one is the rustup toolchain's.
     local linker
     linker=$(rustc --print sysroot)/lib/rustlib/$(rustc -vV | sed -n 's/^host: //p')/bin/rust-lld
     # A folder of its own, since artefacts of two compilers do not mix. The variables of an outer cargo would lead back to rustup.
@@ -88,15 +93,18 @@ build_with_debian() {
         CARGO_TARGET_DIR="$target_dir" CARGO_TARGET_THUMBV7EM_NONE_EABIHF_LINKER="$linker" /usr/bin/cargo
 }
 
-if [[ ! -f firmware/src/bin/$program.rs ]]; then
-    say "$program: no such program in firmware/src/bin"
+for package in firmware firmware-checks; do
+    [[ -f $package/src/bin/$program.rs ]] && break
+done
+if [[ -n $program && ! -f $package/src/bin/$program.rs ]]; then
+    say "$program: no such program in firmware/src/bin or firmware-checks/src/bin"
     exit 2
 fi
 
-case $filter in
-"" | constant_rate | impact_aided) ;;
+case $package/$filter in
+*/ | firmware/constant_rate | firmware/impact_aided) ;;
 *)
-    say "$filter: expected constant_rate or impact_aided"
+    say "$filter: expected constant_rate or impact_aided, for a program of firmware"
     exit 2
     ;;
 esac

@@ -52,9 +52,9 @@ heading "lints"
 cargo clippy --workspace --all-targets -- -D warnings
 target=thumbv7em-none-eabihf
 if [[ -d $(rustc --print sysroot)/lib/rustlib/$target/lib ]]; then
-    cargo clippy --package firmware --lib --bins --target "$target" -- -D warnings
+    cargo clippy --package firmware --package firmware-checks --lib --bins --target "$target" -- -D warnings
     cargo clippy --package firmware --lib --bin board --features stm32g474 --target "$target" -- -D warnings
-    cargo build --package firmware --bin board --features stm32g474 --release --target "$target"
+    cargo build --package firmware --bin board --features stm32g474 --profile firmware --target "$target"
 else
     echo "firmware not linted as built for $target: only Debian's toolchain has the target here"
 fi

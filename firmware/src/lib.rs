@@ -6,11 +6,8 @@
 //! - [`tasks`]: the fast interrupt and the slow loop, their deadlines, the queues between them.
 //! - [`telemetry`]: what it tells of itself in a log.
 //! - `board`: the emulated board: registers, fault handlers, stack. What another board needs is in `firmware/BRINGUP.md`.
-//! - [`parity`]: fixed runs of the `f32` twin and of the whole loop, and the digests of their bits, equal on every machine.
-//! - [`instructions`]: what each operation of the twin, the filter and the loop takes, in instructions.
 //!
-//! The programs are in `src/bin`. `parity` prints the same lines on the host, so `cargo run -p firmware` shows what
-//! `cargo run -p firmware --release --target thumbv7em-none-eabihf` must print from QEMU; `instructions` counts on the microcontroller only.
+//! The programs are in `src/bin`: `board` is the whole program, `pil` the loop in lock step with a simulated motor.
 
 #![no_std]
 #![warn(clippy::unwrap_used, clippy::expect_used, clippy::panic, clippy::indexing_slicing)]
@@ -30,8 +27,6 @@ pub mod application;
 #[cfg(target_os = "none")]
 pub mod board;
 pub mod filter;
-pub mod instructions;
-pub mod parity;
 #[cfg(target_os = "none")]
 pub mod semihosting;
 pub mod tasks;

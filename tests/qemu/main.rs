@@ -11,7 +11,7 @@ use std::process::{Command, Output};
 use std::sync::OnceLock;
 
 use escargot::{CargoBuild, CargoRun};
-use firmware::parity::{LoopRun, TwinRun};
+use firmware_checks::parity::{LoopRun, TwinRun};
 use motor_model::ImpactRule;
 
 /// Long enough for a build of everything from clean on a slow machine.

@@ -2,7 +2,7 @@
 //!
 //! In the order of the data:
 //!
-//! - [`program`]: builds the ELF of `firmware/src/bin/instructions.rs`, or takes one that is there.
+//! - [`program`]: builds the ELF of `firmware-checks/src/bin/instructions.rs`, or takes one that is there.
 //! - [`emulator`]: runs it on a [`Board`], in bounded time.
 //! - [`Listing`]: what it printed, read with suspicion, and proved by loops of known length.
 //! - [`targets`]: what the project wants the operations to take.

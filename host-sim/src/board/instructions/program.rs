@@ -5,7 +5,7 @@ use std::process::{Command, Stdio};
 
 use crate::error::CommandError;
 
-/// Builds the program `name` of `firmware/src/bin` and returns its ELF. How the build comes along is shown on standard error.
+/// Builds the program `name` of `firmware` or `firmware-checks` and returns its ELF. How the build comes along is shown on standard error.
 ///
 /// # Errors
 /// When the checkout has gone, or no toolchain for the microcontroller can be had.

@@ -11,7 +11,7 @@ use link::FilterKind;
 use motor_model::{Angle, DriveCommand, Motor, MotorParams, MotorSetup, MotorState, OutOfBounds, Time};
 
 use super::digest::Digest;
-use crate::filter::Filter;
+use firmware::filter::Filter;
 
 /// Ticks towards each target.
 const TICKS_PER_TARGET: u64 = 15_000;

@@ -7,8 +7,8 @@ use link::FilterKind;
 use motor_model::{Motor, MotorParams, MotorSetup, MotorState, OutOfBounds, Time};
 
 use super::{Count, InstructionTimer, Meter, twin};
-use crate::filter::Filter;
 use crate::parity::{Instruments, LoopPlace};
+use firmware::filter::Filter;
 
 /// What is counted: a tick with the instruments of [`crate::parity::LoopRun`], whose queues hold one measurement each.
 #[inline(never)]

@@ -1,6 +1,6 @@
 //! The bare core of the filters: a prediction and a measurement of two states, and nothing else.
 //!
-//! This is what other crates' filters do (`firmware/src/instructions/peers.rs`); what a camera frame takes more is spent on what they leave to
+//! This is what other crates' filters do (`firmware-checks/src/instructions/peers.rs`); what a camera frame takes more is spent on what they leave to
 //! their user: times, the order of frames, gate, rest, a stuck camera, the record.
 
 use core::hint::black_box;

@@ -14,8 +14,8 @@ mod board {
     use cortex_m_rt::entry;
     use cortex_m_semihosting::debug;
     use firmware::board::end;
-    use firmware::instructions;
-    use firmware::parity::LoopPlace;
+    use firmware_checks::instructions;
+    use firmware_checks::parity::LoopPlace;
 
     #[entry]
     fn main() -> ! {

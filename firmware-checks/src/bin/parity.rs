@@ -4,7 +4,7 @@
 
 #[cfg(not(target_os = "none"))]
 fn main() -> Result<(), motor_model::OutOfBounds> {
-    use firmware::parity::{LoopRun, TwinRun};
+    use firmware_checks::parity::{LoopRun, TwinRun};
     use motor_model::ImpactRule;
 
     println!("{}", TwinRun::compute(ImpactRule::EndOfStep)?);
@@ -20,7 +20,7 @@ mod board {
     use cortex_m_rt::entry;
     use cortex_m_semihosting::{debug, heprintln, hprintln};
     use firmware::board::end;
-    use firmware::parity::{LoopPlace, LoopRun, TwinRun};
+    use firmware_checks::parity::{LoopPlace, LoopRun, TwinRun};
     use motor_model::{ImpactRule, OutOfBounds};
 
     #[entry]

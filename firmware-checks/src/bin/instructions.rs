@@ -14,8 +14,8 @@ mod board {
     use cortex_m_rt::entry;
     use cortex_m_semihosting::{debug, heprintln, hprintln};
     use firmware::board::end;
-    use firmware::instructions::{self, SysTick};
-    use firmware::parity::LoopPlace;
+    use firmware_checks::instructions::{self, SysTick};
+    use firmware_checks::parity::LoopPlace;
 
     #[entry]
     fn main() -> ! {
@@ -23,7 +23,7 @@ mod board {
         // Larger than a stack should carry.
         let Some(place) = singleton!(: LoopPlace = None) else { end(debug::EXIT_FAILURE) };
         let timer = SysTick::start(peripherals.SYST);
-        hprintln!("compiler {}", env!("FIRMWARE_RUSTC"));
+        hprintln!("compiler {}", env!("COMPILER"));
         let outcome = match instructions::count_all(&timer, place, |count| hprintln!("{}", count)) {
             Ok(()) => debug::EXIT_SUCCESS,
             Err(error) => {

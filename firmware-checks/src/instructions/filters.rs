@@ -10,13 +10,12 @@ use estimator::{
     AngleFilter, CameraFrame, ConstantRate, ConstantRateTuning, Estimate, ImpactAided, ImpactAidedTuning,
     Innovation, LdvSample,
 };
+use firmware::filter::Filter;
 use link::FilterKind;
 use motor_model::{DriveCommand, DriveMode, Motor, MotorParams, MotorSetup, MotorState, OutOfBounds, Time};
 
-use crate::filter::Filter;
-use crate::parity::{LoopPlace, put};
-
 use super::{Count, InstructionTimer, Meter};
+use crate::parity::{LoopPlace, put};
 
 /// Samples of the vibrometer, 200,000 a second.
 const LDV_NANOS: u64 = 5_000;

@@ -14,13 +14,13 @@ mod board {
     use cortex_m_rt::entry;
     use cortex_m_semihosting::{debug, hprintln};
     use firmware::board::end;
-    use firmware::instructions::{self, SysTick};
+    use firmware_checks::instructions::{self, SysTick};
 
     #[entry]
     fn main() -> ! {
         let Some(peripherals) = Peripherals::take() else { end(debug::EXIT_FAILURE) };
         let timer = SysTick::start(peripherals.SYST);
-        hprintln!("compiler {}", env!("FIRMWARE_RUSTC"));
+        hprintln!("compiler {}", env!("COMPILER"));
         instructions::count_peers(&timer, |count| hprintln!("{}", count));
         end(debug::EXIT_SUCCESS)
     }
