@@ -11,8 +11,10 @@
 use motor_model::Real;
 use nalgebra::{SMatrix, SVector};
 
-use crate::factors::{Correction, NoiseSource, Refusal, UdCovariance, is_finite, reciprocal};
-use crate::transition::Transition;
+use crate::factorised::transition::Transition;
+use crate::factorised::ud_covariance::{
+    Correction, NoiseSource, Refusal, UdCovariance, is_finite, reciprocal,
+};
 
 /// What a Kalman filter asks of its covariance, in whatever form it is kept.
 pub trait CovarianceForm<T: Real, const N: usize>: Copy {

@@ -79,40 +79,29 @@
     )
 )]
 
-mod belief;
+mod camera;
 pub mod comparison;
-mod constant_rate;
-mod covariance;
-mod factors;
+mod factorised;
 mod filter;
-mod impact_aided;
-mod impact_detector;
+mod filters;
 mod innovation;
-mod kick;
 mod measurement;
-mod motion;
-mod rest;
-mod ringing;
-mod smoother;
-mod track;
-mod tracker;
-mod transition;
-mod twin;
 #[cfg(test)]
-mod yardstick;
+mod test_support;
+mod vibrometer;
 
-pub use constant_rate::{ConstantRate, ConstantRateTuning, WanderTuning};
-pub use covariance::AngleRateCovariance;
-pub use factors::{Correction, NoiseSource, NotPositiveDefinite, Refusal, UdCovariance};
+pub use camera::track::{Jitter, TrackTuning};
+pub use camera::tracker::{FRAMES_KEPT, STUCK_FRAMES};
+pub use factorised::angle_rate::AngleRateCovariance;
+pub use factorised::transition::{Blocks2, Dense, Transition, UpperTriangular};
+pub use factorised::ud_covariance::{Correction, NoiseSource, NotPositiveDefinite, Refusal, UdCovariance};
 pub use filter::{AngleFilter, Estimate, Health, Reason};
-pub use impact_aided::{IMPACTS_KEPT_MAX, ImpactAided, ImpactAidedTuning};
-pub use impact_detector::{Heard, ImpactDetector, ImpactDetectorTuning};
+pub use filters::constant_rate::{ConstantRate, ConstantRateTuning, WanderTuning};
+pub use filters::impact_aided::ringing::RingingTuning;
+pub use filters::impact_aided::{IMPACTS_KEPT_MAX, ImpactAided, ImpactAidedTuning};
+pub use filters::twin::{ContactTuning, Tolerance, TwinFilter, TwinTuning};
 pub use innovation::{Innovation, Rejection, Source, Verdict};
 pub use measurement::{CameraFrame, LdvSample};
-pub use motion::{Motion, MotionWatch};
-pub use rest::{RestDetector, RestTuning};
-pub use ringing::RingingTuning;
-pub use track::{Jitter, TrackTuning};
-pub use tracker::{FRAMES_KEPT, STUCK_FRAMES};
-pub use transition::{Blocks2, Dense, Transition, UpperTriangular};
-pub use twin::{ContactTuning, Tolerance, TwinFilter, TwinTuning};
+pub use vibrometer::impact_detector::{Heard, ImpactDetector, ImpactDetectorTuning};
+pub use vibrometer::motion::{Motion, MotionWatch};
+pub use vibrometer::rest::{RestDetector, RestTuning};

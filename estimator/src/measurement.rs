@@ -19,3 +19,6 @@ pub struct LdvSample {
     /// The rotor's vertical velocity, upwards positive.
     pub velocity_m_s: f32,
 }
+
+/// How far the filter's clock and that of a measurement may be apart, in ns.
+pub(crate) const CLOCK_TOLERANCE_NANOS: u32 = 1_000_000;

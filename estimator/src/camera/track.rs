@@ -1,0 +1,382 @@
+//! The two states, angle and rate, and what every filter of them does with a frame.
+//!
+//! ```text
+//! camera = angle + noise of variance R = sigma^2 + Delta^2 / 12      sigma: tracking noise, Delta: step of the quantisation
+//! ```
+//!
+//! A filter brings its own [`Process`]: how angle, rate and covariance go on between frames. What a frame does to them is here; which frames are
+//! let in, and in which order, is the [`crate::camera::tracker`]'s.
+//!
+//! # Exposure
+//!
+//! A frame shows the mean angle over its exposure T, which of a steady rate is the angle at the middle: the time that a frame bears, and at which it is
+//! fused. A rate that wanders with intensity q makes the mean differ from the middle by the variance `q T^3 / 320`, 1e-11 rad^2 at the most that occurs here (q =
+//! 3000, T = 100 us): a ten-thousandth of R, so nothing is added for it.
+//!
+//! # Rest and quantisation
+//!
+//! A rotor at rest shows the camera one point of one cell. Averaging frames is then right only as far as the tracking noise dithers the
+//! quantisation: with noise sigma the mean code is off by up to `(Delta / pi) exp(-2 pi^2 sigma^2 / Delta^2)`, 0.07 milli-degrees at the default
+//! camera's `sigma = Delta / 2`, and by up to `Delta / 2`, 15 milli-degrees, without noise. Whether there is dither shows: with `sigma = Delta / 2` the code changes
+//! from frame to frame with probability 0.46 to 0.53, wherever in its cell the rotor lies. So at rest the share of changes is followed (over 64
+//! frames, from 0). While it is below 0.2 a code that only repeats itself is refused ([`crate::Rejection::Repeated`]) as soon as the angle is known to
+//! `Delta^2 / 12`, the variance of a uniform error within the cell. With the default camera the share passes 0.2 within some 35 frames, and then stays
+//! six standard deviations above.
+//!
+//! # Ringing at rest
+//!
+//! Rest begins while the stator still rings, and the teeth on which the rotor lies take it along a little: 0.3 to 0.6 mrad/s rms when rest is concluded, and with the
+//! modes this dies out over 30 ms, beating. So the zero-rate update knows the rate to
+//!
+//! ```text
+//! variance = max(v_0, min(v_1, n P22))         v_1 = 5e-6, v_0 = 1e-8 rad^2/s^2, n = 40 frames
+//! ```
+//!
+//! of which P22 becomes `v_1 / k` after k frames, then falls by e every n frames, to what the process noise of rest leaves. (With `v_0` from the first frame on P22
+//! was a hundredth of the squared error in the first milliseconds.) Long after the ringing the rate is exactly zero, and any variance of it too large.
+//!
+//! # Moved at rest
+//!
+//! A rotor that is nudged by less than the gate, and not heard, would be believed where it was for as long as it had been measured there. So at rest the mean of
+//! the innovations is followed: when it is off by six of its standard deviations the estimate begins anew.
+//!
+//! What this leaves open: noise of `Delta / 5` passes for dither in some places of a cell, where it biases by a tenth of Delta.
+
+use motor_model::{Angle, AngleAccumulator, Real, Time};
+
+use crate::camera::track_covariance::TrackCovariance;
+use crate::factorised::angle_rate::AngleRateCovariance;
+use crate::measurement::CameraFrame;
+
+/// The camera, the gate and rest.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TrackTuning<T> {
+    /// Variance of a frame's angle in rad^2, quantisation included. What is not positive and finite is no variance: the default's is used then, and
+    /// one below that of an angle's own resolution is raised to it ([`TrackTuning::sound`]).
+    pub camera_rad2: T,
+    /// The quantisation's part of it, in rad^2: step squared over 12.
+    pub quantisation_rad2: T,
+    /// Least variance of the zero-rate update in rad^2/s^2, one a frame.
+    pub zero_rate_rad2_s2: T,
+    /// Its largest, while the stator rings down under the resting rotor.
+    pub ringing_rad2_s2: T,
+    /// In so many frames the variance of what the ringing leaves of the rate falls by the factor e.
+    pub ringing_frames: T,
+    /// A quiet rotor is at rest once its rate has stayed within this of zero, in rad/s, for [`Self::resting_frames`]: twice the standard error of
+    /// the rate.
+    pub resting_rate_rad_s: T,
+    /// How many frames that takes: with the least friction of Table 1, 0.2, a rotor slows down by 600 rad/s^2, and so has stopped by then.
+    pub resting_frames: u8,
+    /// A frame is refused when its innovation squared exceeds this many times its variance.
+    pub gate: T,
+    /// Variance of a kick that the rate is allowed when frames in a row are beyond the gate, in rad^2/s^2: as a rule it was
+    /// a burst of impacts as the rotor lands, which changes the rate by more than ten rad/s in a fraction of a millisecond: two standard deviations.
+    pub kick_rad2_s2: T,
+    /// After this many refusals in a row the estimate begins anew, once the newest frames agree.
+    pub refusals_max: u8,
+}
+
+impl<T: Real> Default for TrackTuning<T> {
+    /// For the default camera: 1 um of tracking noise and 2 um of quantisation at 3.9 mm are 2.96e-4 rad.
+    fn default() -> Self {
+        const NOISE_RAD: f64 = 1e-6 / 3.9e-3;
+        const QUANTISATION_RAD2: f64 = 4.0 * NOISE_RAD * NOISE_RAD / 12.0;
+        Self {
+            camera_rad2: T::from_f64(NOISE_RAD * NOISE_RAD + QUANTISATION_RAD2),
+            quantisation_rad2: T::from_f64(QUANTISATION_RAD2),
+            zero_rate_rad2_s2: T::from_f64(1e-8),
+            ringing_rad2_s2: T::from_f64(5e-6),
+            ringing_frames: T::from_f64(40.0),
+            resting_rate_rad_s: T::from_f64(2.0),
+            resting_frames: 34,
+            gate: T::from_f64(36.0),
+            kick_rad2_s2: T::from_f64(30.0),
+            refusals_max: 20,
+        }
+    }
+}
+
+impl<T: Real> TrackTuning<T> {
+    /// Variance of an angle rounded to units of 2^-32 turn, in rad^2: no frame is better.
+    const FLOOR_RAD2: f64 = 1.8e-19;
+
+    /// The same with a camera variance that is one.
+    #[must_use]
+    pub fn sound(mut self) -> Self {
+        let finite = self.camera_rad2 * T::zero() == T::zero();
+        if !(finite && self.camera_rad2 > T::zero()) {
+            self.camera_rad2 = Self::default().camera_rad2;
+        }
+        let floor = T::from_f64(Self::FLOOR_RAD2);
+        if self.camera_rad2 < floor {
+            self.camera_rad2 = floor;
+        }
+        self
+    }
+}
+
+/// What angle and rate do faster than the frames could tell: variances that belong to every estimate, at the present as after the fact.
+///
+/// A filter whose noise is white takes each frame for news of a rate that only ever wanders off. Kicks that soon undo each other are none: they leave a part of
+/// the rate that has come and gone before a second frame has seen it, and of the angle what that part turns meanwhile.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Jitter<T> {
+    /// Variance of the angle's part, in rad^2.
+    pub angle_rad2: T,
+    /// Variance of the rate's part, in rad^2/s^2.
+    pub rate_rad2_s2: T,
+}
+
+impl<T: Real> Jitter<T> {
+    /// None: the states tell all.
+    pub fn none() -> Self {
+        Self { angle_rad2: T::zero(), rate_rad2_s2: T::zero() }
+    }
+}
+
+/// How angle and rate go on between frames.
+pub(crate) trait Process<T, B = AngleRateCovariance<T>> {
+    /// Carries `state` forward to `until`, if that is later; `resting` is whether the rotor lies still.
+    fn carry(&self, state: &mut State<T, B>, resting: bool, until: Time);
+
+    /// A state that is known to lie on the way from `state` to `until`: itself, if nothing better is.
+    #[inline]
+    fn on_the_way<'a>(&'a self, state: &'a State<T, B>, _resting: bool, _until: Time) -> &'a State<T, B> {
+        state
+    }
+
+    /// What belongs to the variances of an estimate at `at` beside those of the state.
+    fn jitter(&self, at: Time) -> Jitter<T>;
+}
+
+/// Angle and rate at an instant.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct State<T, B = AngleRateCovariance<T>> {
+    pub(crate) at: Time,
+    pub(crate) angle: AngleAccumulator<T>,
+    pub(crate) rate_rad_s: T,
+    pub(crate) covariance: B,
+}
+
+impl<T: Real, B: TrackCovariance<T>> State<T, B> {
+    /// The same, part by part: see [`crate::camera::tracker`].
+    #[inline]
+    pub(crate) fn copied(&self) -> Self {
+        let Self { at, angle, rate_rad_s, covariance } = self;
+        Self { at: *at, angle: *angle, rate_rad_s: *rate_rad_s, covariance: covariance.copied() }
+    }
+
+    /// Carries it forward to `until` while the rate wanders with intensity `noise_rad2_s3`; leaves it as it is if `until` is not later.
+    #[inline]
+    pub(crate) fn wander(&mut self, until: Time, noise_rad2_s3: T) {
+        let dt_s: T = until.seconds_since(self.at);
+        self.at = self.at.max(until);
+        self.angle.turn_by_radians(self.rate_rad_s * dt_s);
+        self.covariance.predict(dt_s, noise_rad2_s3);
+    }
+
+    /// Takes in an angle that is `innovation_rad` off, of variance `noise_rad2`.
+    #[inline(always)]
+    #[expect(clippy::inline_always, reason = "a call costs a quarter of it")]
+    pub(crate) fn correct(&mut self, innovation_rad: T, noise_rad2: T) {
+        let [turn_rad, faster_rad_s] = self.covariance.correct_by_angle(innovation_rad, noise_rad2);
+        self.angle.turn_by_radians(turn_rad);
+        self.rate_rad_s += faster_rad_s;
+    }
+}
+
+/// What is known of the rotor after a frame.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Track<T, B = AngleRateCovariance<T>> {
+    pub(crate) state: State<T, B>,
+    /// The last frame's angle.
+    code: Angle,
+    /// Share of frames at rest whose code differs from the one before.
+    changing: T,
+    /// Mean innovation at rest, in rad: of the last [`Self::AWAY_FRAMES`], the latest weighing most.
+    away_rad: T,
+    /// Running mean of the normalised innovations squared, each at most the gate: 1 if the camera is as good as is believed.
+    pub(crate) nis: T,
+    /// Of the last eight frames those beyond [`Self::FAR`], a bit each, the newest lowest.
+    far: u8,
+    /// Frames refused since one was used.
+    pub(crate) refusals: u8,
+    /// Frames in a row that brought the code of the last frame used.
+    pub(crate) same_codes: u8,
+    /// Frames for which the rotor has been quiet and slow, without a break.
+    still_frames: u8,
+    pub(crate) resting: bool,
+    /// Whether a kick was allowed for on the way to the last frame.
+    pub(crate) kicked: bool,
+}
+
+impl<T: Real, B: TrackCovariance<T>> Track<T, B> {
+    /// Largest rate that a start has to allow for, one standard deviation, in rad/s.
+    const START_RATE_RAD_S: f64 = 20.0;
+
+    /// Frames over which the innovations at rest are averaged.
+    const AWAY_FRAMES: f64 = 128.0;
+
+    /// Square of the mean innovation, per the variance of a frame, beyond which the rotor no longer lies where it is believed to: six standard deviations of a mean
+    /// of white innovations, `1 / sqrt(2 n - 1)`. A shift of 6 milli-degrees shows, with the default camera; one of 50 shows within 2 ms.
+    const AWAY_MAX: f64 = 0.14;
+
+    /// Frames over which the normalised innovations are averaged.
+    const NIS_FRAMES: f64 = 64.0;
+
+    /// Normalised innovation squared beyond which a frame counts as far off.
+    const FAR: f64 = 16.0;
+
+    /// A track that begins at `frame`, in the turn that brings it nearest to `near`; what was known `before` beside angle and rate, and of the camera's noise, is kept.
+    pub(crate) fn begun(
+        frame: &CameraFrame,
+        near: Angle,
+        before: Option<&Self>,
+        tuning: &TrackTuning<T>,
+    ) -> Self {
+        let rate = T::from_f64(Self::START_RATE_RAD_S);
+        Self {
+            state: State {
+                at: frame.exposed_at,
+                angle: AngleAccumulator::at(near.plus(frame.angle.minus(near).wrapped())),
+                rate_rad_s: T::zero(),
+                covariance: B::begin(
+                    tuning.camera_rad2,
+                    rate * rate,
+                    before.map(|track| &track.state.covariance),
+                ),
+            },
+            code: frame.angle,
+            changing: T::zero(),
+            away_rad: T::zero(),
+            nis: before.map_or(T::one(), |track| track.nis),
+            far: before.map_or(0, |track| track.far),
+            refusals: 0,
+            same_codes: 0,
+            still_frames: 0,
+            resting: false,
+            kicked: false,
+        }
+    }
+
+    /// The same, part by part: see [`crate::camera::tracker`].
+    #[inline]
+    pub(crate) fn copied(&self) -> Self {
+        Self {
+            state: self.state.copied(),
+            code: self.code,
+            changing: self.changing,
+            away_rad: self.away_rad,
+            nis: self.nis,
+            far: self.far,
+            refusals: self.refusals,
+            same_codes: self.same_codes,
+            still_frames: self.still_frames,
+            resting: self.resting,
+            kicked: self.kicked,
+        }
+    }
+
+    /// Whether a frame brings the code of the last one used; counts how often in a row.
+    #[inline]
+    pub(crate) fn same_code(&mut self, frame: &CameraFrame) -> bool {
+        let same = frame.angle == self.code;
+        self.same_codes = if same { self.same_codes.saturating_add(1) } else { 0 };
+        same
+    }
+
+    /// Follows the normalised innovation squared, `innovation_rad2 / variance_rad2`, at most `gate`.
+    #[inline]
+    pub(crate) fn watch_noise(&mut self, normalised: T) {
+        self.nis += (normalised - self.nis) * T::from_f64(1.0 / Self::NIS_FRAMES);
+        self.far = (self.far << 1) | u8::from(normalised > T::from_f64(Self::FAR));
+    }
+
+    /// How many of the last eight frames were beyond four standard deviations.
+    #[inline]
+    pub(crate) fn far_frames(&self) -> u32 {
+        self.far.count_ones()
+    }
+
+    /// Whether the rotor is at rest or on the way there: otherwise none of what concerns rest has a say.
+    #[inline]
+    pub(crate) fn may_rest(&self) -> bool {
+        self.still_frames > 0
+    }
+
+    /// What a frame tells of a rotor that may be at rest: follows the share of new codes and the mean of the innovations. `same` is whether the code comes
+    /// again of a quiet rotor.
+    #[inline(never)]
+    pub(crate) fn judge_at_rest(
+        &mut self,
+        frame: &CameraFrame,
+        innovation_rad: T,
+        same: bool,
+        tuning: &TrackTuning<T>,
+    ) -> AtRest {
+        if !self.resting {
+            return AtRest::Told;
+        }
+        // Only repeats, undithered, what is known as well as quantisation allows.
+        let repeats = same
+            && self.changing < T::from_f64(0.2)
+            && self.state.covariance.angle_rad2() <= tuning.quantisation_rad2;
+        let changed = if frame.angle == self.code { T::zero() } else { T::one() };
+        self.changing += (changed - self.changing) * T::from_f64(1.0 / 64.0);
+        if repeats {
+            return AtRest::Repeated;
+        }
+        self.away_rad += (innovation_rad - self.away_rad) * T::from_f64(1.0 / Self::AWAY_FRAMES);
+        if self.away_rad * self.away_rad > T::from_f64(Self::AWAY_MAX) * tuning.camera_rad2 {
+            AtRest::Moved
+        } else {
+            AtRest::Told
+        }
+    }
+
+    /// The code of a frame used.
+    #[inline]
+    pub(crate) fn note_code(&mut self, frame: &CameraFrame) {
+        self.code = frame.angle;
+    }
+
+    /// Takes in a frame that is `innovation_rad` off its prediction.
+    #[inline(always)]
+    #[expect(clippy::inline_always, reason = "a call costs a quarter of it")]
+    pub(crate) fn correct(&mut self, innovation_rad: T, tuning: &TrackTuning<T>) {
+        self.state.correct(innovation_rad, tuning.camera_rad2);
+    }
+
+    /// Counts the frames of a quiet and slow rotor, and tells the filter that one at rest does not turn, but for what the ringing stator moves it.
+    #[inline(never)]
+    pub(crate) fn conclude_rest(&mut self, quiet: bool, frame: AtRest, tuning: &TrackTuning<T>) {
+        if frame == AtRest::Told {
+            let still = quiet && self.state.rate_rad_s.abs() < tuning.resting_rate_rad_s;
+            self.still_frames = if still { self.still_frames.saturating_add(1) } else { 0 };
+            self.resting = self.still_frames >= tuning.resting_frames;
+        }
+        if self.resting {
+            let State { angle, rate_rad_s, covariance, .. } = &mut self.state;
+            let ringing = tuning.ringing_frames * covariance.rate_rad2_s2();
+            let ringing = if ringing < tuning.ringing_rad2_s2 { ringing } else { tuning.ringing_rad2_s2 };
+            let variance =
+                if ringing > tuning.zero_rate_rad2_s2 { ringing } else { tuning.zero_rate_rad2_s2 };
+            let [turn_rad, faster_rad_s] = covariance.correct_by_rate(-*rate_rad_s, variance);
+            angle.turn_by_radians(turn_rad);
+            *rate_rad_s += faster_rad_s;
+        } else {
+            (self.changing, self.away_rad) = (T::zero(), T::zero());
+        }
+    }
+}
+
+/// What a frame tells of a rotor that may be at rest.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum AtRest {
+    /// Where it is.
+    Told,
+    /// Only, without a sign of dither, what is known as well as quantisation lets it.
+    Repeated,
+    /// That it lies elsewhere than it is believed to.
+    Moved,
+}

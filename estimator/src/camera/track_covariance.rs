@@ -1,0 +1,104 @@
+//! What is known of angle and rate beside their values.
+
+use motor_model::Real;
+
+use crate::factorised::angle_rate::AngleRateCovariance;
+
+/// Covariance of angle and rate, and in a richer filter the states that it estimates with them.
+pub(crate) trait TrackCovariance<T>: Copy {
+    /// Independent angle and rate; what a belief from `before` knows beside them is kept.
+    fn begin(angle_rad2: T, rate_rad2_s2: T, before: Option<&Self>) -> Self;
+
+    /// The same, part by part where it is large: see [`crate::camera::tracker`].
+    #[inline]
+    fn copied(&self) -> Self {
+        *self
+    }
+
+    /// Variance of the angle.
+    fn angle_rad2(&self) -> T;
+
+    /// Variance of the innovation of an angle measured with variance `noise_rad2`.
+    #[inline]
+    fn innovation_rad2(&self, noise_rad2: T) -> T
+    where
+        T: Real,
+    {
+        self.angle_rad2() + noise_rad2
+    }
+
+    /// Covariance of angle and rate.
+    fn angle_rate_rad2_s(&self) -> T;
+
+    /// Variance of the rate.
+    fn rate_rad2_s2(&self) -> T;
+
+    /// Time passes, the rate wanders.
+    fn predict(&mut self, dt_s: T, noise_rad2_s3: T);
+
+    /// The rate becomes less certain.
+    fn widen_rate(&mut self, variance_rad2_s2: T);
+
+    /// The rate's error is multiplied by `kept`, and an independent one of `variance_rad2_s2` is added.
+    fn kick_rate(&mut self, kept: T, variance_rad2_s2: T);
+
+    /// Takes in an angle; the corrections of angle and rate.
+    fn correct_by_angle(&mut self, innovation_rad: T, noise_rad2: T) -> [T; 2];
+
+    /// Takes in a rate; the corrections of angle and rate.
+    fn correct_by_rate(&mut self, innovation_rad_s: T, noise_rad2_s2: T) -> [T; 2];
+}
+
+impl<T: Real> TrackCovariance<T> for AngleRateCovariance<T> {
+    #[inline]
+    fn begin(angle_rad2: T, rate_rad2_s2: T, _before: Option<&Self>) -> Self {
+        Self::diagonal(angle_rad2, rate_rad2_s2)
+    }
+
+    #[inline]
+    fn angle_rad2(&self) -> T {
+        self.angle_rad2()
+    }
+
+    #[inline]
+    fn innovation_rad2(&self, noise_rad2: T) -> T {
+        self.angle_innovation_rad2(noise_rad2)
+    }
+
+    #[inline]
+    fn angle_rate_rad2_s(&self) -> T {
+        self.angle_rate_rad2_s()
+    }
+
+    #[inline]
+    fn rate_rad2_s2(&self) -> T {
+        self.rate_rad2_s2()
+    }
+
+    #[inline]
+    fn predict(&mut self, dt_s: T, noise_rad2_s3: T) {
+        self.predict(dt_s, noise_rad2_s3);
+    }
+
+    #[inline]
+    fn widen_rate(&mut self, variance_rad2_s2: T) {
+        self.widen_rate(variance_rad2_s2);
+    }
+
+    #[inline]
+    fn kick_rate(&mut self, kept: T, variance_rad2_s2: T) {
+        self.kick_rate(kept, variance_rad2_s2);
+    }
+
+    #[inline]
+    fn correct_by_angle(&mut self, innovation_rad: T, noise_rad2: T) -> [T; 2] {
+        let gain = self.update_angle(noise_rad2);
+        [gain.angle * innovation_rad, gain.rate * innovation_rad]
+    }
+
+    #[inline]
+    fn correct_by_rate(&mut self, innovation_rad_s: T, noise_rad2_s2: T) -> [T; 2] {
+        let gain = self.update_rate(noise_rad2_s2);
+        [gain.angle * innovation_rad_s, gain.rate * innovation_rad_s]
+    }
+}

@@ -1,0 +1,379 @@
+//! Which frames are let in, in which order, and what may be believed afterwards: one code for every filter of angle and rate.
+//!
+//! # The lag
+//!
+//! A frame is fused at its exposure, however late it arrives. Frames in order cost nothing for that, whatever their latency: the track lives at the
+//! last exposure and is carried forward when asked. One older than the last is fused in its place: the track goes back to the frame before it,
+//! and the newer ones are taken in again, so that the order of arrival makes no difference. For this the last [`FRAMES_KEPT`] frames are kept, each with the track after
+//! it: 32 of them reach 3.1 ms back at 10,000 frames a second - the largest *difference* of latencies that can be made good, not the largest
+//! latency - and take 2.6 kB in `f32`. Going back costs what the newer frames cost anew, at most 31 times the price of one.
+//!
+//! A frame from before that is [`Rejection::OutOfHorizon`]. One of an exposure already seen is [`Rejection::Duplicate`]. One from more than
+//! a millisecond after the filter's clock is [`Rejection::Future`]: its own clock is wrong. The filter's clock is what drive and vibrometer tell
+//! ([`crate::MotionWatch`]); where they have told nothing since the last frame there is no clock to judge by. None of these moves the estimate;
+//! all but duplicates count as refusals, so that a track which stands at a wrong time itself is given up after
+//! [`TrackTuning::refusals_max`] of them.
+//!
+//! # The gate
+//!
+//! A frame beyond the gate is refused and moves nothing, neither the estimate nor its variance, unless the frames around it tell that an outlier came before or that the
+//! rotor was kicked: [`hypotheses`]. After [`TrackTuning::refusals_max`] refusals the track begins anew as soon as the newest frames agree among themselves.
+//!
+//! # A stuck camera
+//!
+//! A camera that delivers its last picture for ever shows a rotor that is being struck the same code frame after frame. Tracking noise and motion change the code of a
+//! live camera with probability 0.46 or more, so [`STUCK_FRAMES`] equal codes in a row are one chance in 10^5 even of a struck rotor that does not
+//! turn. Then the camera counts as stuck: the frames with that code are taken back, and refused ([`Rejection::Stuck`]) until another code comes. At rest
+//! the same code is no proof of anything, see [`crate::camera::track`]; so a camera that stuck before the rotor was known to turn is believed again once the
+//! rotor lies quiet, for it may be one without dither. What this leaves open: one that really is stuck, and did so as the rotor turned round.
+
+mod estimate;
+mod hypotheses;
+
+use heapless::Deque;
+use motor_model::{Angle, Real, Time};
+
+use crate::camera::track::{AtRest, Process, State, Track, TrackTuning};
+use crate::camera::track_covariance::TrackCovariance;
+use crate::factorised::angle_rate::AngleRateCovariance;
+use crate::innovation::{Innovation, Rejection, Source, Verdict};
+use crate::measurement::{CLOCK_TOLERANCE_NANOS, CameraFrame};
+use hypotheses::Fit;
+
+/// Frames kept, so that one that was overtaken can be fused in its place: 3.1 ms at 10,000 frames a second.
+pub const FRAMES_KEPT: usize = 32;
+
+/// Equal codes in a row of a struck rotor that make a camera count as stuck: 2 ms at 10,000 frames a second.
+pub const STUCK_FRAMES: u8 = 20;
+
+/// What the filter knows when a frame comes.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Moment {
+    /// The filter's clock.
+    pub(crate) clock: Time,
+    /// Whether the rotor lies on the teeth.
+    pub(crate) quiet: bool,
+}
+
+/// A frame that was looked at, and the track after it.
+#[derive(Clone, Copy, Debug)]
+struct Looked<T, B> {
+    frame: CameraFrame,
+    track: Track<T, B>,
+}
+
+impl<T: Real, B: TrackCovariance<T>> Looked<T, B> {
+    /// The same, part by part: on a microcontroller a copy as a whole is a call that costs as much as an update.
+    #[inline]
+    fn copied(&self) -> Self {
+        let Self { frame: CameraFrame { exposed_at, angle }, track } = self;
+        Self { frame: CameraFrame { exposed_at: *exposed_at, angle: *angle }, track: track.copied() }
+    }
+}
+
+/// A camera that is stuck.
+#[derive(Clone, Copy, Debug)]
+struct Stuck {
+    /// What it shows.
+    code: Angle,
+    /// Whether the rotor was known to turn when it began.
+    turning: bool,
+}
+
+/// The track after the last frames.
+#[derive(Clone, Debug)]
+pub(crate) struct Tracker<T, B = AngleRateCovariance<T>> {
+    tuning: TrackTuning<T>,
+    /// The newest frame; `None` before the first one.
+    newest: Option<Looked<T, B>>,
+    /// Those before it, by exposure.
+    older: Deque<Looked<T, B>, { FRAMES_KEPT - 1 }>,
+    stuck: Option<Stuck>,
+    /// Age of the last frame by the filter's clock when it came, in ns.
+    latency_nanos: u64,
+}
+
+impl<T: Real, B: TrackCovariance<T>> Tracker<T, B> {
+    /// Predicted angle variance in rad^2 beyond which the turn is lost: six standard deviations, the gate, then span it.
+    const LOST_RAD2: f64 = 0.25;
+
+    /// Mean normalised innovation squared beyond which frames are doubted: two refusals on top of the usual.
+    const NIS_DOUBTED: f64 = 2.0;
+
+    /// The gate of a struck rotor right after a frame was refused, where frames are doubted: outliers come in bursts, and one that lies within the wide gate by chance would be believed.
+    const GATE_AFTER_REFUSAL: f64 = 16.0;
+
+    /// A tracker that has seen nothing.
+    pub(crate) fn new(tuning: TrackTuning<T>) -> Self {
+        Self { tuning: tuning.sound(), newest: None, older: Deque::new(), stuck: None, latency_nanos: 0 }
+    }
+
+    /// The track at the last frame used.
+    #[inline]
+    pub(crate) fn track(&self) -> Option<&Track<T, B>> {
+        self.newest.as_ref().map(|looked| &looked.track)
+    }
+
+    /// Where the track stands: a frame that leaves it has left all of the track's state.
+    #[inline]
+    pub(crate) fn place(&self) -> Option<(Time, Angle, T, bool)> {
+        let Track { state: State { at, angle, rate_rad_s, .. }, resting, .. } = self.track()?;
+        Some((*at, angle.angle(), *rate_rad_s, *resting))
+    }
+
+    /// The earliest time from which the track may have to be carried forward again.
+    pub(crate) fn horizon(&self) -> Option<Time> {
+        self.older.front().or(self.newest.as_ref()).map(|looked| looked.track.state.at)
+    }
+
+    /// Gives up going back to before `limit`: what has happened until then is no longer known, so the track itself is carried there, if it is older.
+    pub(crate) fn shorten(&mut self, limit: Time, process: &impl Process<T, B>) {
+        while self.older.pop_front_if(|looked| looked.track.state.at < limit).is_some() {}
+        if let Some(Looked { track, .. }) = &mut self.newest {
+            process.carry(&mut track.state, track.resting, limit);
+        }
+    }
+
+    /// Takes a frame in.
+    #[inline]
+    pub(crate) fn update(
+        &mut self,
+        frame: &CameraFrame,
+        moment: Moment,
+        process: &impl Process<T, B>,
+    ) -> Innovation<T> {
+        let Some(Looked { frame: last, track: Track { state, .. } }) = &self.newest else {
+            return self.begin(frame, Angle::ZERO);
+        };
+        let in_order = frame.exposed_at > last.exposed_at && frame.exposed_at > state.at;
+        if frame.exposed_at <= moment.clock {
+            self.latency_nanos = moment.clock.nanos_since(frame.exposed_at);
+        } else if moment.clock > state.at
+            && !frame.exposed_at.is_within(CLOCK_TOLERANCE_NANOS.into(), moment.clock)
+        {
+            return self.mistimed(frame, Rejection::Future);
+        } else {
+            self.latency_nanos = 0;
+        }
+        if self.stuck.is_some() && self.shows_still(frame, moment.quiet) {
+            return refused(frame, (T::zero(), T::zero()), Rejection::Stuck);
+        }
+        if in_order {
+            self.look(frame, moment.quiet, process)
+        } else {
+            self.overtaken(frame, moment.quiet, process)
+        }
+    }
+
+    /// Whether a camera that is stuck shows the same as before; if not, it is stuck no more.
+    #[cold]
+    fn shows_still(&mut self, frame: &CameraFrame, quiet: bool) -> bool {
+        let still = self.stuck.is_some_and(|stuck| stuck.code == frame.angle && (stuck.turning || !quiet));
+        if !still {
+            self.stuck = None;
+        }
+        still
+    }
+
+    /// Looks at a frame newer than all others.
+    #[inline(always)]
+    #[expect(
+        clippy::inline_always,
+        reason = "a call copies the record of the frame, which costs as much as an update"
+    )]
+    fn look(&mut self, frame: &CameraFrame, quiet: bool, process: &impl Process<T, B>) -> Innovation<T> {
+        let Some(newest) = &mut self.newest else { return self.begin(frame, Angle::ZERO) };
+        if self.older.is_full() {
+            self.older.pop_front();
+        }
+        // Cannot be full any more.
+        let _ = self.older.push_back(newest.copied());
+        newest.frame = *frame;
+        let track = &mut newest.track;
+        track.kicked = false;
+        process.carry(&mut track.state, track.resting, frame.exposed_at);
+        let innovation_rad: T =
+            frame.angle.minus(track.state.angle.angle()).wrapped().radians_since(Angle::ZERO);
+        let variance_rad2 = track.state.covariance.innovation_rad2(self.tuning.camera_rad2);
+        let normalised = innovation_rad * innovation_rad * (T::one() / variance_rad2);
+        // Both asked this way round, so that NaN, and a variance that has overflowed, are refused.
+        let turn_known = variance_rad2 <= T::from_f64(Self::LOST_RAD2);
+        let near = normalised <= T::from_f64(Self::GATE_AFTER_REFUSAL);
+        let trusted = near || quiet || track.refusals == 0 || track.nis <= T::from_f64(Self::NIS_DOUBTED);
+        let believable = normalised <= self.tuning.gate && trusted;
+        let seen = (innovation_rad, variance_rad2);
+        if !turn_known {
+            self.begin_here()
+        } else if believable {
+            self.accept(seen, normalised, quiet)
+        } else {
+            self.doubt(seen, quiet, process)
+        }
+    }
+
+    /// Takes in the newest frame, to whose exposure the track has been carried: `innovation_rad` off, with that variance.
+    #[inline(always)]
+    #[expect(
+        clippy::inline_always,
+        reason = "a call copies the record of the frame, which costs as much as an update"
+    )]
+    fn accept(
+        &mut self,
+        (innovation_rad, variance_rad2): (T, T),
+        normalised: T,
+        quiet: bool,
+    ) -> Innovation<T> {
+        let Some(Looked { frame, track }) = &mut self.newest else { return self.begin_here() };
+        let same = track.same_code(frame);
+        if track.same_codes >= STUCK_FRAMES && !quiet {
+            return self.take_back((innovation_rad, variance_rad2));
+        }
+        track.watch_noise(normalised);
+        track.refusals = 0;
+        // What concerns rest costs a rotor nothing that is being struck.
+        let lying = quiet || track.may_rest();
+        let at_rest = if lying {
+            track.judge_at_rest(frame, innovation_rad, same && quiet, &self.tuning)
+        } else {
+            AtRest::Told
+        };
+        track.note_code(frame);
+        let verdict = match at_rest {
+            AtRest::Told => {
+                track.correct(innovation_rad, &self.tuning);
+                Verdict::Used
+            }
+            AtRest::Repeated => Verdict::Rejected(Rejection::Repeated),
+            AtRest::Moved => return self.begin_here(),
+        };
+        if lying {
+            track.conclude_rest(quiet, at_rest, &self.tuning);
+        }
+        Innovation {
+            source: Source::Camera,
+            taken_at: frame.exposed_at,
+            innovation_rad,
+            variance_rad2,
+            verdict,
+        }
+    }
+
+    /// The newest frame is beyond the gate: takes it in all the same if it is not the first and a kick explains it, or refuses it and leaves the track as it
+    /// was but for the counts; after too many refusals begins anew at it.
+    #[cold]
+    fn doubt(&mut self, seen: (T, T), quiet: bool, process: &impl Process<T, B>) -> Innovation<T> {
+        let (Some(Looked { frame, track }), Some(before)) = (&mut self.newest, self.older.back()) else {
+            return self.begin_here();
+        };
+        let (frame, predicted) = (*frame, track.state.angle.angle());
+        *track = before.track;
+        if !quiet && let Some(Fit { state, seen, normalised, kicked, .. }) = self.explained(process) {
+            let Some(Looked { track, .. }) = &mut self.newest else { return self.begin_here() };
+            track.state = state;
+            track.kicked = kicked;
+            return self.accept(seen, normalised, quiet);
+        }
+        let Some(Looked { track, .. }) = &mut self.newest else { return self.begin_here() };
+        track.same_code(&frame);
+        if !quiet && track.same_codes >= STUCK_FRAMES {
+            return self.take_back(seen);
+        }
+        track.watch_noise(self.tuning.gate);
+        track.refusals = track.refusals.saturating_add(1);
+        if track.refusals >= self.tuning.refusals_max && self.agree(process) {
+            return self.begin(&frame, predicted);
+        }
+        refused(&frame, seen, Rejection::Gate)
+    }
+
+    /// A frame that newer ones have overtaken: goes back, looks at it, and then at those again.
+    #[cold]
+    fn overtaken(&mut self, frame: &CameraFrame, quiet: bool, process: &impl Process<T, B>) -> Innovation<T> {
+        let mut kept = self.older.iter().chain(&self.newest);
+        if kept.any(|looked| looked.frame.exposed_at == frame.exposed_at) {
+            return refused(frame, (T::zero(), T::zero()), Rejection::Duplicate);
+        }
+        let oldest = self.older.front().or(self.newest.as_ref());
+        if oldest.is_some_and(|oldest| frame.exposed_at < oldest.frame.exposed_at.max(oldest.track.state.at))
+        {
+            return self.mistimed(frame, Rejection::OutOfHorizon);
+        }
+        let mut newer = Deque::<CameraFrame, FRAMES_KEPT>::new();
+        while let Some(looked) = self.newest.take_if(|looked| looked.frame.exposed_at > frame.exposed_at) {
+            // As large as the lag itself.
+            let _ = newer.push_front(looked.frame);
+            self.newest = self.older.pop_back();
+        }
+        let mut innovation = None;
+        for frame in core::iter::once(frame).chain(&newer) {
+            let looked = self.look(frame, quiet, process);
+            innovation = innovation.or(Some(looked));
+        }
+        innovation.unwrap_or(refused(frame, (T::zero(), T::zero()), Rejection::OutOfHorizon))
+    }
+
+    /// Refuses a frame for its time; after too many refusals begins anew at it.
+    #[cold]
+    fn mistimed(&mut self, frame: &CameraFrame, why: Rejection) -> Innovation<T> {
+        if let Some(Looked { track, .. }) = &mut self.newest {
+            track.refusals = track.refusals.saturating_add(1);
+            if track.refusals >= self.tuning.refusals_max {
+                let near = track.state.angle.angle();
+                return self.begin(frame, near);
+            }
+        }
+        refused(frame, (T::zero(), T::zero()), why)
+    }
+
+    /// Takes the frames back that brought the code of a camera that is stuck, the newest one's, as far as they are kept.
+    #[cold]
+    fn take_back(&mut self, innovation: (T, T)) -> Innovation<T> {
+        let Some(Looked { frame, .. }) = self.newest else { return self.begin_here() };
+        while self.newest.is_some_and(|looked| looked.track.same_codes > 0) && !self.older.is_empty() {
+            self.newest = self.older.pop_back();
+        }
+        let turning = self.track().is_some_and(|Track { state, .. }| {
+            state.rate_rad_s * state.rate_rad_s > T::from_f64(9.0) * state.covariance.rate_rad2_s2()
+        });
+        self.stuck = Some(Stuck { code: frame.angle, turning });
+        refused(&frame, innovation, Rejection::Stuck)
+    }
+
+    /// Begins anew at the newest frame, whose turn is that nearest to its prediction.
+    #[cold]
+    fn begin_here(&mut self) -> Innovation<T> {
+        let place = self.newest.map(|looked| (looked.frame, looked.track.state.angle.angle()));
+        let (frame, near) =
+            place.unwrap_or((CameraFrame { exposed_at: Time::ZERO, angle: Angle::ZERO }, Angle::ZERO));
+        self.begin(&frame, near)
+    }
+
+    /// Begins at `frame`, in the turn that brings it nearest to `near`.
+    #[cold]
+    fn begin(&mut self, frame: &CameraFrame, near: Angle) -> Innovation<T> {
+        self.older.clear();
+        let track = Track::begun(frame, near, self.track(), &self.tuning);
+        self.newest = Some(Looked { frame: *frame, track });
+        Innovation {
+            source: Source::Camera,
+            taken_at: frame.exposed_at,
+            innovation_rad: T::zero(),
+            variance_rad2: T::zero(),
+            verdict: Verdict::Restarted,
+        }
+    }
+}
+
+fn refused<T: Real>(
+    frame: &CameraFrame,
+    (innovation_rad, variance_rad2): (T, T),
+    why: Rejection,
+) -> Innovation<T> {
+    Innovation {
+        source: Source::Camera,
+        taken_at: frame.exposed_at,
+        innovation_rad,
+        variance_rad2,
+        verdict: Verdict::Rejected(why),
+    }
+}

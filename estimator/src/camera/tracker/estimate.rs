@@ -1,0 +1,123 @@
+//! What the track answers when it is asked: the present, the past, and whether that may be believed.
+
+use motor_model::{Real, Time};
+
+use super::Tracker;
+use crate::camera::smoother::{Reversible, Smoothed};
+use crate::camera::track::{Process, State};
+use crate::camera::track_covariance::TrackCovariance;
+use crate::filter::{Estimate, Health, Reason};
+
+impl<T: Real, B: TrackCovariance<T>> Tracker<T, B> {
+    /// Angle variance in rad^2 beyond which an estimate is of no use: half a degree.
+    const UNCERTAIN_RAD2: f64 = 7.6e-5;
+
+    /// From so many refusals in a row on the estimate is of no use: a single outlier or a landing takes one or two.
+    const REFUSALS_SUSTAINED: u8 = 3;
+
+    /// Mean normalised innovation squared beyond which the camera is worse than is believed: a right one has 1 +- 0.13 over 64 frames, and the
+    /// filters' own models are within 1.5 of it.
+    const NIS_MAX: f64 = 4.0;
+
+    /// So many of eight frames beyond four standard deviations tell it before the mean does: a struck rotor that a right camera looks at has as many in a thousandth of the time, since single
+    /// impacts kick it further than white noise would.
+    const FAR_FRAMES: u32 = 3;
+
+    /// The same as a part of the gate, which is what each frame refused counts: beyond a half those refused outnumber those used, and it may be the wrong ones that are used.
+    const NIS_LOST: f64 = 0.5;
+
+    /// Angle and rate carried forward to `now`; `None` before the first frame.
+    #[inline]
+    pub(crate) fn estimate(&self, now: Time, process: &impl Process<T, B>) -> Option<Estimate<T>> {
+        let track = self.track()?;
+        self.estimate_from(process.on_the_way(&track.state, track.resting, now).copied(), now, process)
+    }
+
+    /// The same from `ahead`, to which the track has been carried already.
+    #[inline]
+    pub(crate) fn estimate_from(
+        &self,
+        mut ahead: State<T, B>,
+        now: Time,
+        process: &impl Process<T, B>,
+    ) -> Option<Estimate<T>> {
+        let track = self.track()?;
+        process.carry(&mut ahead, track.resting, now);
+        let jitter = process.jitter(now);
+        Some(Estimate {
+            at: now,
+            angle: ahead.angle.angle(),
+            rate_rad_s: ahead.rate_rad_s,
+            angle_rad2: ahead.covariance.angle_rad2() + jitter.angle_rad2,
+            angle_rate_rad2_s: ahead.covariance.angle_rate_rad2_s(),
+            rate_rad2_s2: ahead.covariance.rate_rad2_s2() + jitter.rate_rad2_s2,
+            resting: track.resting,
+        })
+    }
+
+    /// Whether `estimate`, this tracker's at `now`, may be used; `vibrometer` is what is wrong with that, if anything is.
+    #[inline]
+    pub(crate) fn judge(
+        &self,
+        estimate: Option<&Estimate<T>>,
+        now: Time,
+        vibrometer: Option<Reason>,
+    ) -> Health {
+        let (Some(track), Some(&Estimate { angle_rad2: variance_rad2, .. })) = (self.track(), estimate)
+        else {
+            return Health::Waiting;
+        };
+        // Asked this way round, so that a variance that has overflowed is refused too.
+        let certain = variance_rad2 <= T::from_f64(Self::UNCERTAIN_RAD2);
+        if self.stuck.is_some() {
+            Health::Unusable(Reason::CameraStuck)
+        } else if track.refusals >= Self::REFUSALS_SUSTAINED {
+            Health::Unusable(Reason::FramesRefused)
+        } else if !certain {
+            Health::Unusable(Reason::Uncertain)
+        } else if track.nis > T::from_f64(Self::NIS_LOST) * self.tuning.gate {
+            Health::Unusable(Reason::NoiseMismatch)
+        } else if self.silent(now) {
+            Health::Degraded(Reason::CameraSilent)
+        } else if track.nis > T::from_f64(Self::NIS_MAX) || track.far_frames() >= Self::FAR_FRAMES {
+            Health::Degraded(Reason::NoiseMismatch)
+        } else {
+            vibrometer.map_or(Health::Good, Health::Degraded)
+        }
+    }
+
+    /// Whether no frame has come for two and a half of the mean time between them, with the latency of the last one.
+    fn silent(&self, now: Time) -> bool {
+        let (Some(newest), Some(oldest)) = (&self.newest, self.older.front()) else { return false };
+        let span_nanos = newest.frame.exposed_at.nanos_since(oldest.frame.exposed_at);
+        let overdue_nanos = now.nanos_since(newest.frame.exposed_at.plus_nanos(self.latency_nanos));
+        // Without a division, which costs a microcontroller more than all of this, and in units of 64 ns, of which no product overflows.
+        let twice_frames = 2 * u64::try_from(self.older.len()).unwrap_or(0);
+        (overdue_nanos >> 6) * twice_frames > (span_nanos >> 6) * 5
+    }
+}
+
+impl<T: Real> Tracker<T> {
+    /// Angle and rate at `at`, from the frames before and after it; `None` before the oldest one kept.
+    pub(crate) fn smoothed(&self, at: Time, process: &impl Reversible<T>) -> Option<Estimate<T>> {
+        let newest = self.track()?;
+        if at >= newest.state.at {
+            return self.estimate(at, process);
+        }
+        let mut smoothed = Smoothed::newest(&newest.state);
+        let (mut later, mut from) = (newest, self.older.iter().rev().map(|looked| &looked.track));
+        loop {
+            // Frames refused left the track where it was.
+            let earlier = from.find(|track| track.state.at < later.state.at)?;
+            let kick = if later.kicked { self.tuning.kick_rad2_s2 } else { T::zero() };
+            if earlier.state.at <= at {
+                let mut state = earlier.state;
+                process.carry(&mut state, earlier.resting, at);
+                let smoothed = smoothed.back_to(&state, earlier.resting, kick, process);
+                return Some(smoothed.estimate(earlier.resting, Process::<T>::jitter(process, at)));
+            }
+            smoothed = smoothed.back_to(&earlier.state, earlier.resting, kick, process);
+            later = earlier;
+        }
+    }
+}

@@ -1,0 +1,35 @@
+//! How states evolve over a step, `x <- F x`, and what the shape of F saves.
+//!
+//! For `P = U D U'` the product `F U` must be brought back to unit upper triangular form.
+//!
+//! | F | to restore | cost |
+//! |---|---|---|
+//! | [`UpperTriangular`] | nothing but the scale of each column | a product |
+//! | [`Blocks2`], 2 x 2 blocks on the diagonal | one element below the diagonal in every second column | `O(n^2)` |
+//! | [`Dense`] | everything, by Thornton's weighted Gram-Schmidt | `O(n^3)` |
+
+mod blocks;
+mod dense;
+mod triangular;
+
+use motor_model::Real;
+use nalgebra::SVector;
+
+use crate::factorised::ud_covariance::UdCovariance;
+pub use blocks::Blocks2;
+pub use dense::Dense;
+pub use triangular::UpperTriangular;
+
+mod sealed {
+    pub trait Sealed {}
+}
+pub(crate) use sealed::Sealed;
+
+/// A linear map of N states whose shape the factors know how to exploit.
+pub trait Transition<T: Real, const N: usize>: Sealed {
+    /// `F x`.
+    fn carry(&self, state: &SVector<T, N>) -> SVector<T, N>;
+
+    /// `P <- F P F'` on the factors.
+    fn carry_factors(&self, covariance: &mut UdCovariance<T, N>);
+}

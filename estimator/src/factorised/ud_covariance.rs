@@ -1,0 +1,243 @@
+//! A covariance that cannot stop being one: `P = U D U'`, U unit upper triangular, D diagonal and not negative.
+//!
+//! ```text
+//! measurement  z = h'x + noise of variance R:   f = U'h,  g = D f,  a_0 = R,  a_j = a_(j-1) + f_j g_j
+//!              D_j <- D_j a_(j-1) / a_j,   U_ij <- U_ij - b_i f_j / a_(j-1),   b_i <- b_i + U_ij g_j,   K = b / a_n     (Bierman)
+//! transition   P <- F P F':  the rows of F U made orthogonal in the weights D, from the last row up                     (Thornton)
+//! noise        P <- P + c a a':  D_j <- D_j + c a_j^2,  a_i <- a_i - a_j U_ij,  U_ij <- U_ij + (c a_j / D_j) a_i,
+//!              c <- c (old D_j) / D_j,  from the last column down to the first                                   (Agee-Turner)
+//! ```
+//!
+//! Why not the matrix itself: `P - K h'P` subtracts nearly equal numbers once a measurement is much better than its prediction, and `f32`
+//! loses the definiteness of P for good. Joseph's form `(I - K h') P (I - K h')' + K R K'` delays this; the factors end it, because D is only ever
+//! multiplied by and added to what is not negative, and the condition number that rounding meets is the square root of that of P. Why U D U' and not
+//! a Cholesky factor: the same accuracy without a square root (a libm call per state on the microcontroller), and a division per state.
+//!
+//! Time updates cost `O(n^2)` a noise source and, for structured transitions, `O(n^2)` in all: see [`crate::Transition`].
+//!
+//! Nothing here compares with an absolute threshold. A vanishing `D_j` (a combination of states known exactly) stays what it is until noise or
+//! a transition reaches it; `R = 0` makes such a combination of `h'x`. The one limit is the number format's: what is too small for its reciprocal
+//! counts as zero.
+//!
+//! Sources: Bierman, "Factorization Methods for Discrete Sequential Estimation" (1977), chapters III and V; Thornton, "Triangular
+//! covariance factorizations for Kalman filtering", thesis, UCLA (1976); Agee and Turner, White Sands technical report 38 (1972); Grewal and Andrews,
+//! "Kalman Filtering", chapter on square-root filtering; Maybeck, "Stochastic Models, Estimation and Control", volume 1, 7.7.
+
+mod bierman;
+mod noise;
+mod sparse_row;
+mod states;
+
+use motor_model::Real;
+use nalgebra::{SMatrix, SVector};
+
+pub use bierman::{Correction, Refusal};
+pub use noise::NoiseSource;
+pub(crate) use sparse_row::{Reach, Whitened};
+
+use crate::factorised::transition::{Dense, Transition};
+
+/// Up to so many states it is one division after the other that counts; beyond, several are prepared together.
+const FEW: usize = 3;
+
+/// A matrix by columns.
+pub(crate) type Columns<T, const N: usize> = [[T; N]; N];
+
+/// Covariance of N states as its factors `P = U D U'`: symmetric and positive semidefinite whatever the rounding.
+///
+/// Positive definite from the first, it stays so as long as nothing is known exactly (`R > 0`, F invertible) and nothing underflows.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct UdCovariance<T, const N: usize> {
+    /// U by columns, its ones and zeros included.
+    pub(crate) unit: Columns<T, N>,
+    /// The diagonal of D.
+    pub(crate) weights: [T; N],
+}
+
+/// A matrix is no covariance: some combination of states would have no positive variance.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct NotPositiveDefinite {
+    /// The last state for which this shows, given those after it.
+    pub state: usize,
+}
+
+impl core::fmt::Display for NotPositiveDefinite {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        write!(f, "not positive definite at state {}", self.state)
+    }
+}
+
+impl core::error::Error for NotPositiveDefinite {}
+
+impl<T: Real, const N: usize> UdCovariance<T, N> {
+    /// Independent states of these variances. One that is not positive and finite counts as 0: known exactly.
+    pub fn from_diagonal(variances: &SVector<T, N>) -> Self {
+        let mut weights = [T::zero(); N];
+        for (weight, &variance) in weights.iter_mut().zip(variances.iter()) {
+            if variance > T::zero() && is_finite(variance) {
+                *weight = variance;
+            }
+        }
+        Self { unit: identity(), weights }
+    }
+
+    /// The factors of a covariance, of which the upper triangle is read.
+    ///
+    /// # Errors
+    /// When it is not positive definite in this precision, or not finite.
+    pub fn from_covariance(covariance: &SMatrix<T, N, N>) -> Result<Self, NotPositiveDefinite> {
+        let mut factors = Self { unit: identity(), weights: [T::zero(); N] };
+        let mut rest = covariance.data.0;
+        let places = factors.unit.iter_mut().zip(&mut factors.weights).enumerate().rev();
+        for (state, (column, weight)) in places {
+            let (Some(source), Some(&pivot)) =
+                (rest.get(state).copied(), rest.get(state).and_then(|c| c.get(state)))
+            else {
+                continue;
+            };
+            if !(pivot > T::zero() && is_finite(pivot)) {
+                return Err(NotPositiveDefinite { state });
+            }
+            *weight = pivot;
+            for (u, &p) in column.iter_mut().zip(&source).take(state) {
+                *u = p / pivot;
+                if !is_finite(*u) {
+                    return Err(NotPositiveDefinite { state });
+                }
+            }
+            // What the states before this one have of their own.
+            for (other, &p) in rest.iter_mut().zip(&source).take(state) {
+                for (entry, &u) in other.iter_mut().zip(column.iter()).take(state) {
+                    *entry -= u * p;
+                }
+            }
+        }
+        Ok(factors)
+    }
+
+    /// P, symmetric to the bit.
+    pub fn covariance(&self) -> SMatrix<T, N, N> {
+        let mut sum = [[T::zero(); N]; N];
+        for (column, &weight) in self.unit.iter().zip(&self.weights) {
+            for (out, &u) in sum.iter_mut().zip(column) {
+                for (entry, &v) in out.iter_mut().zip(column) {
+                    *entry += weight * (u * v);
+                }
+            }
+        }
+        sum.into()
+    }
+
+    /// The variance of each state, the diagonal of P.
+    pub fn variances(&self) -> SVector<T, N> {
+        let mut sum = [T::zero(); N];
+        for (column, &weight) in self.unit.iter().zip(&self.weights) {
+            for (entry, &u) in sum.iter_mut().zip(column) {
+                *entry += weight * (u * u);
+            }
+        }
+        sum.into()
+    }
+
+    /// The sum of all variances, the trace of P.
+    pub(crate) fn trace(&self) -> T {
+        let mut sum = T::zero();
+        for (j, (column, &weight)) in self.unit.iter().zip(&self.weights).enumerate() {
+            let reached = column.iter().take(j + 1);
+            sum += weight * reached.fold(T::zero(), |sum, &u| sum + u * u);
+        }
+        sum
+    }
+
+    /// The variance of state `I`.
+    #[inline]
+    pub fn variance<const I: usize>(&self) -> T {
+        const { assert!(I < N, "no such state") };
+        let mut sum = self.weights.get(I).copied().unwrap_or_default();
+        let later = self.unit.get(I + 1..).unwrap_or_default();
+        for (column, &weight) in later.iter().zip(self.weights.get(I + 1..).unwrap_or_default()) {
+            if let Some(&u) = column.get(I) {
+                sum += weight * (u * u);
+            }
+        }
+        sum
+    }
+
+    /// The unit upper triangular factor U.
+    pub fn unit_factor(&self) -> SMatrix<T, N, N> {
+        self.unit.into()
+    }
+
+    /// The diagonal of D: the variance of each state given those after it. Not negative.
+    pub fn weights(&self) -> SVector<T, N> {
+        self.weights.into()
+    }
+
+    /// Time passes: `P <- F P F' + sum c a a'` over the noise sources, which cost the less the earlier the states that they strike ([`NoiseSource`]).
+    #[inline]
+    pub fn predict<F: Transition<T, N>, const M: usize>(
+        &mut self,
+        transition: &F,
+        noise: &[NoiseSource<T, N>; M],
+    ) {
+        transition.carry_factors(self);
+        self.add_noise(noise);
+    }
+
+    /// `P <- M P M'` for any matrix, singular ones included: an impact's saltation matrix, for one.
+    pub fn transform(&mut self, map: &SMatrix<T, N, N>) {
+        Dense(*map).carry_factors(self);
+    }
+}
+
+/// Whether `x` is neither infinite nor NaN.
+#[inline]
+pub(crate) fn is_finite<T: Real>(x: T) -> bool {
+    x * T::zero() == T::zero()
+}
+
+/// `1 / x`, unless this is too large for the precision.
+#[inline]
+pub(crate) fn reciprocal<T: Real>(x: T) -> Option<T> {
+    let inverse = T::one() / x;
+    is_finite(inverse).then_some(inverse)
+}
+
+/// [`reciprocal`] of what is not negative: one comparison instead of a product and two.
+#[inline]
+pub(crate) fn reciprocal_of_sum<T: Real>(x: T) -> Option<T> {
+    let inverse = T::one() / x;
+    (inverse <= T::MAX).then_some(inverse)
+}
+
+/// The unit matrix.
+pub(crate) fn identity<T: Real, const N: usize>() -> Columns<T, N> {
+    SMatrix::<T, N, N>::identity().data.0
+}
+
+/// Runs `body` for every column `j < n`, from the first up or from the last down, as straight-line code for up to twelve states.
+///
+/// In straight-line code `j` is a constant where `body` calls an always-inlined function: its loops over the rows above the diagonal have fixed lengths and
+/// are unrolled, which halves the work against running through the zeros. It is paid for in code: on a Cortex-M4 a prediction by blocks takes 0.5 kB at
+/// two states, 4 kB at six and 15 kB at ten.
+macro_rules! for_columns {
+    (up to $n:expr, |$j:ident| $body:expr) => {
+        for_columns!(@ $n, $j, $body, 0 1 2 3 4 5 6 7 8 9 10 11);
+        for $j in 12..$n {
+            $body;
+        }
+    };
+    (down from $n:expr, |$j:ident| $body:expr) => {
+        for $j in (12..$n).rev() {
+            $body;
+        }
+        for_columns!(@ $n, $j, $body, 11 10 9 8 7 6 5 4 3 2 1 0);
+    };
+    (@ $n:expr, $j:ident, $body:expr, $($k:literal)*) => {
+        $(if $k < $n {
+            let $j = $k;
+            $body;
+        })*
+    };
+}
+pub(crate) use for_columns;

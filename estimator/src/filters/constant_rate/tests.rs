@@ -1,0 +1,373 @@
+use super::*;
+use crate::innovation::{Rejection, Verdict};
+use crate::test_support::{FRAME_NANOS, assert_consistent, frame, nees};
+extern crate std;
+use motor_model::Angle;
+use proptest::prelude::*;
+use rand_distr::{Distribution, StandardNormal};
+use rand_pcg::Pcg64;
+use rand_pcg::rand_core::SeedableRng;
+use std::vec::Vec;
+
+const STRUCK: Motion = Motion::Struck(DriveMode::B);
+
+/// Truth that wanders just as the filter assumes: mean NEES and mean NIS over a run.
+fn consistency<T: Real>(seed: u64, frames: u64) -> (f64, f64) {
+    let tuning = ConstantRateTuning::<T>::default();
+    let (q, r) = (tuning.wander.struck_b_rad2_s3.to_f64(), tuning.track.camera_rad2.to_f64());
+    let mut rng = Pcg64::seed_from_u64(seed);
+    let mut normal = || -> f64 { StandardNormal.sample(&mut rng) };
+    let dt = FRAME_NANOS as f64 * 1e-9;
+    let (mut angle, mut rate) = (0.0, 10.0 * normal());
+    let mut filter = ConstantRate::new(&tuning);
+    let (mut nees_sum, mut nis_sum) = (0.0, 0.0);
+    for n in 1..=frames + 50 {
+        // Covariance q [dt^3/3 dt^2/2; dt^2/2 dt].
+        let kick = (q * dt).sqrt() * normal();
+        angle += rate * dt + 0.5 * dt * kick + (q * dt * dt * dt / 12.0).sqrt() * normal();
+        rate += kick;
+        let innovation = filter.take(&frame(n, angle + r.sqrt() * normal()), STRUCK);
+        if n > 50 {
+            nees_sum += nees(&filter.tracker.track().unwrap().state, angle, rate);
+            nis_sum += innovation.normalised_squared().unwrap().to_f64();
+        }
+    }
+    (nees_sum / frames as f64, nis_sum / frames as f64)
+}
+
+#[test]
+fn law_filter_is_consistent_in_both_precisions() {
+    assert_consistent(|seed| consistency::<f64>(seed, 400));
+    assert_consistent(|seed| consistency::<f32>(seed, 400));
+}
+
+/// 3,000 turns at 15 rad/s: every turn is counted, and the error is as small in the last as in the first.
+#[test]
+fn exact_turns_are_counted() {
+    let mut filter = ConstantRate::<f32>::new(&ConstantRateTuning::default());
+    let rate = 15.0;
+    let frames = 3000 * 4189;
+    // Every tenth frame suffices at this rate: 15 mrad apart.
+    for n in (0..frames).step_by(10) {
+        filter.take(&frame(n, rate * n as f64 * 1e-4), STRUCK);
+    }
+    let now = Time::from_nanos((frames - 10) * FRAME_NANOS);
+    let estimate = filter.tracker.estimate(now, &filter.process(STRUCK)).unwrap();
+    let truth = Angle::from_degrees((rate * (frames - 10) as f64 * 1e-4).to_degrees());
+    assert!(truth.degrees() > 2999.0 * 360.0);
+    assert!(estimate.angle.minus(truth).degrees().abs() < 1e-4, "{}", estimate.angle.minus(truth).degrees());
+}
+
+#[test]
+fn law_old_and_wild_frames_change_nothing() {
+    let mut filter = ConstantRate::<f32>::new(&ConstantRateTuning::default());
+    for n in 1..200 {
+        filter.take(&frame(n, 0.1), Motion::Quiet);
+    }
+    let before = filter.tracker.track().unwrap().state;
+    let unchanged = |filter: &ConstantRate<f32>| {
+        let now = filter.tracker.track().unwrap().state;
+        now.at == before.at && now.angle == before.angle && now.covariance == before.covariance
+    };
+    for (old, why) in
+        [(199, Rejection::Duplicate), (180, Rejection::Duplicate), (100, Rejection::OutOfHorizon)]
+    {
+        let innovation = filter.take(&frame(old, 0.1), Motion::Quiet);
+        assert_eq!(innovation.verdict, Verdict::Rejected(why));
+        assert!(unchanged(&filter));
+    }
+    let innovation = filter.take(&frame(201, 0.2), Motion::Quiet);
+    assert_eq!(innovation.verdict, Verdict::Rejected(Rejection::Gate));
+    assert!((innovation.innovation_rad - 0.1).abs() < 1e-3);
+    assert!(unchanged(&filter));
+}
+
+/// The rate drops from 18 to 1 rad/s between two frames, as when a rotor lands: one frame is refused, the next ones are used.
+#[test]
+fn law_a_kick_is_believed_at_the_second_frame() {
+    let mut filter = ConstantRate::<f32>::new(&ConstantRateTuning::default());
+    let truth = |n: u64| if n < 300 { 18e-4 * n as f64 } else { 18e-4 * 300.0 + 1e-4 * (n as f64 - 300.0) };
+    let mut refused = 0;
+    for n in 1..400 {
+        let innovation = filter.take(&frame(n, truth(n)), STRUCK);
+        refused += u32::from(innovation.verdict == Verdict::Rejected(Rejection::Gate));
+        if n > 310 {
+            let error = filter
+                .tracker
+                .track()
+                .unwrap()
+                .state
+                .angle
+                .angle()
+                .minus(Angle::from_degrees(truth(n).to_degrees()));
+            assert!(error.degrees().abs() < 0.06, "{n} {}", error.degrees());
+        }
+    }
+    assert!(refused <= 2, "{refused}");
+}
+
+/// Two hundred frames of a rotor that wanders, some of them outliers, in order and shuffled over up to thirty places: the same track, to rounding.
+#[test]
+fn law_the_order_of_arrival_makes_no_difference() {
+    for seed in 0..20 {
+        let mut rng = Pcg64::seed_from_u64(seed);
+        let mut normal = || -> f64 { StandardNormal.sample(&mut rng) };
+        let (mut angle, mut rate) = (0.0, 12.0);
+        let mut frames: Vec<CameraFrame> = Vec::new();
+        for n in 1..=200 {
+            rate += 0.5 * normal();
+            angle += 1e-4 * rate;
+            let outlier = if n % 37 == 0 { 0.05 } else { 0.0 };
+            frames.push(frame(n, angle + 3e-4 * normal() + outlier));
+        }
+        let mut places: Vec<(f64, CameraFrame)> = (0..200_u32)
+            .map(|n| (f64::from(n) + (9.0 * normal()).clamp(-14.5, 14.5), frames[n as usize]))
+            .collect();
+        places[0].0 = -100.0;
+        places.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let end = |frames: &mut dyn Iterator<Item = CameraFrame>| {
+            let mut filter = ConstantRate::<f64>::new(&ConstantRateTuning::default());
+            for frame in frames {
+                let verdict = filter.take(&frame, STRUCK).verdict;
+                assert!(!matches!(verdict, Verdict::Rejected(Rejection::OutOfHorizon)));
+            }
+            filter.tracker.track().unwrap().state
+        };
+        let in_order = end(&mut frames.iter().copied());
+        let shuffled = end(&mut places.iter().map(|place| place.1));
+        assert!(places.windows(2).any(|pair| pair[0].1.exposed_at > pair[1].1.exposed_at));
+        assert_eq!((in_order.at, in_order.angle.angle()), (shuffled.at, shuffled.angle.angle()));
+        assert!((in_order.rate_rad_s - shuffled.rate_rad_s).abs() < 1e-12);
+        assert_eq!(in_order.covariance, shuffled.covariance);
+    }
+}
+
+/// What is older than the lag, comes twice or is from the future changes nothing; a clock that stands still is none.
+#[test]
+fn exact_times_that_cannot_be() {
+    let mut filter = ConstantRate::<f64>::new(&ConstantRateTuning::default());
+    for n in 1..=100 {
+        filter.drive(Time::from_nanos(n * FRAME_NANOS), DriveCommand::full(DriveMode::B));
+        filter.update_camera(&frame(n, 1e-3 * n as f64));
+    }
+    filter.drive(Time::from_nanos(101 * FRAME_NANOS), DriveCommand::full(DriveMode::B));
+    let before = filter.tracker.track().unwrap().state;
+    for (n, why) in [
+        (100, Rejection::Duplicate),
+        (69, Rejection::Duplicate),
+        (68, Rejection::OutOfHorizon),
+        (0, Rejection::OutOfHorizon),
+        (112, Rejection::Future),
+        (36_000_000, Rejection::Future),
+        (u64::MAX / FRAME_NANOS, Rejection::Future),
+    ] {
+        let innovation = filter.update_camera(&frame(n, 1e-3 * n as f64));
+        assert_eq!(innovation.verdict, Verdict::Rejected(why), "{n}");
+        let after = filter.tracker.track().unwrap().state;
+        assert_eq!((before.at, before.angle, before.covariance), (after.at, after.angle, after.covariance));
+    }
+    assert_eq!(filter.update_camera(&frame(111, 0.111)).verdict, Verdict::Used);
+    // Nobody has told of the time since: an outage of ten seconds, as long as the turn is known.
+    assert_eq!(filter.update_camera(&frame(100_111, 0.0)).verdict, Verdict::Restarted);
+}
+
+/// Frames from a microsecond to ten seconds apart: used, or begun anew where the turn is lost; variances positive.
+#[test]
+fn law_intervals_from_a_microsecond_to_ten_seconds() {
+    for interval_nanos in [1_000, 10_000, 1_000_000, 100_000_000, 10_000_000_000] {
+        let mut filter = ConstantRate::<f32>::new(&ConstantRateTuning::default());
+        for n in 1..=200 {
+            let at = Time::from_nanos(n * interval_nanos);
+            let seconds = n as f64 * interval_nanos as f64 * 1e-9;
+            let angle = Angle::from_degrees((100.0 * seconds).to_degrees()).wrapped();
+            let verdict = filter.take(&CameraFrame { exposed_at: at, angle }, STRUCK).verdict;
+            let believed = matches!(verdict, Verdict::Used | Verdict::Restarted);
+            assert!(believed || n < 30, "{interval_nanos} {n} {verdict:?}");
+            let state = filter.tracker.track().unwrap().state;
+            assert!(state.covariance.angle_rad2() > 0.0 && state.covariance.rate_rad2_s2() > 0.0);
+        }
+    }
+}
+
+/// A camera variance that is none is the default's, one below the angle's own resolution is that; no estimate is lost by it.
+#[test]
+fn exact_a_variance_that_is_none_is_not_used() {
+    let default = TrackTuning::<f32>::default().camera_rad2;
+    for (given, used) in [
+        (0.0, default),
+        (-1.0, default),
+        (f32::NAN, default),
+        (f32::INFINITY, default),
+        (1e-40, 1.8e-19),
+        (1e-6, 1e-6),
+    ] {
+        let track = TrackTuning { camera_rad2: given, ..TrackTuning::default() };
+        assert!((track.sound().camera_rad2 / used - 1.0).abs() < 1e-6, "{given}");
+        let tuning = ConstantRateTuning { track, ..ConstantRateTuning::default() };
+        let mut filter = ConstantRate::new(&tuning);
+        for n in 1..100 {
+            filter.take(&frame(n, 1e-3 * n as f64), STRUCK);
+        }
+        let state = filter.tracker.track().unwrap().state;
+        assert!(state.rate_rad_s.is_finite() && state.covariance.angle_rad2() > 0.0);
+    }
+}
+
+/// Frame k of rest: `P22 = v_1 / k` while that is above `v_1 / n`, then e times less every n frames, and no lower than the process noise allows.
+#[test]
+fn exact_the_rate_at_rest_is_known_as_the_ringing_lets_it() {
+    let tuning = ConstantRateTuning::<f64>::default();
+    let TrackTuning { resting_frames, ringing_rad2_s2, ringing_frames, zero_rate_rad2_s2, .. } = tuning.track;
+    let mut filter = ConstantRate::<f64>::new(&tuning);
+    let mut variances = Vec::new();
+    for n in 1..2000 {
+        filter.take(&frame(n, 0.1), Motion::Quiet);
+        let track = filter.tracker.track().unwrap();
+        if track.resting {
+            variances.push(track.state.covariance.rate_rad2_s2());
+        }
+    }
+    assert!(variances.len() + usize::from(resting_frames) >= 1999, "{}", variances.len());
+    for k in [1, 10, 40] {
+        let expected = ringing_rad2_s2 / k as f64;
+        // Frames and the start's uncertainty of 20 rad/s tell a little as well.
+        assert!((variances[k - 1] / expected - 1.0).abs() < 0.02, "{k}: {} {expected}", variances[k - 1]);
+    }
+    let fallen = variances[60] / variances[60 + ringing_frames as usize];
+    assert!((fallen / (1.0 + 1.0 / ringing_frames).powf(ringing_frames) - 1.0).abs() < 0.02, "{fallen}");
+    let least = (tuning.wander.resting_rad2_s3 * 1e-4 * zero_rate_rad2_s2).sqrt();
+    assert!((variances.last().unwrap() / least - 1.0).abs() < 0.02, "{:?} {least}", variances.last());
+}
+
+/// E17: ten million frames of a rotor that lies still, a thousand seconds, in `f32`: the variances stay positive and above what quantisation and process noise allow, and
+/// the rotor is still found when it has been moved.
+#[test]
+fn law_a_long_rest_leaves_a_living_covariance() {
+    let tuning = ConstantRateTuning::<f32>::default();
+    let mut filter = ConstantRate::<f32>::new(&tuning);
+    let mut state = 1_u32;
+    let mut seen = |truth: f64| {
+        // Noise of three cells, each as likely.
+        state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+        truth + 2e-6 / 3.9e-3 * (f64::from((state >> 8) % 3) - 1.0)
+    };
+    for n in 1..10_000_000 {
+        filter.take(&frame(n, seen(0.2)), Motion::Quiet);
+        let covariance = filter.tracker.track().unwrap().state.covariance;
+        let (angle, rate) = (covariance.angle_rad2(), covariance.rate_rad2_s2());
+        let correlated = covariance.angle_rate_rad2_s();
+        assert!(
+            angle > 1e-13 && rate > 1e-12 && correlated * correlated < angle * rate,
+            "{n} {covariance:?}"
+        );
+    }
+    for n in 10_000_000..10_000_400 {
+        filter.take(&frame(n, seen(0.21)), Motion::Quiet);
+    }
+    let angle = filter.tracker.track().unwrap().state.angle.angle().degrees();
+    assert!((angle - 0.21_f64.to_degrees()).abs() < 5e-3, "{angle}");
+}
+
+/// A rotor that really went elsewhere is believed after twenty frames, in the turn nearest to where it was.
+#[test]
+fn exact_sustained_refusal_restarts() {
+    let mut filter = ConstantRate::<f32>::new(&ConstantRateTuning::default());
+    for n in 1..100 {
+        filter.take(&frame(n, 3.1), Motion::Quiet);
+    }
+    let verdicts: [Verdict; 21] =
+        core::array::from_fn(|n| filter.take(&frame(100 + n as u64, -3.1), Motion::Quiet).verdict);
+    assert!(verdicts[..19].iter().all(|&verdict| verdict == Verdict::Rejected(Rejection::Gate)));
+    assert_eq!(verdicts[19], Verdict::Restarted);
+    assert_eq!(verdicts[20], Verdict::Used);
+    let angle = filter.tracker.track().unwrap().state.angle.angle().degrees();
+    assert!((angle - (-3.1_f64).to_degrees() - 360.0).abs() < 0.1, "{angle}");
+}
+
+/// Moved by 50 milli-degrees after a second of rest, unheard and within the gate: measured anew within 20 ms. Unmoved, nothing begins anew.
+#[test]
+fn law_a_shift_at_rest_is_noticed_and_none_is_imagined() {
+    for (seed, shift_mdeg) in [(1, 50.0), (2, -20.0), (3, 0.0), (4, 0.0), (5, 0.0)] {
+        let mut rng = Pcg64::seed_from_u64(seed);
+        let mut filter = ConstantRate::<f32>::new(&ConstantRateTuning::default());
+        let mut restarts = 0;
+        let truth = |n: u64| (1.0 + if n > 10_000 { 1e-3 * shift_mdeg } else { 0.0_f64 }).to_radians();
+        for n in 1..=30_000 {
+            let noise: f64 = StandardNormal.sample(&mut rng);
+            let cells = ((truth(n) * 3.9e-3 + 1e-6 * noise) / 2e-6).round();
+            let verdict = filter.take(&frame(n, cells * 2e-6 / 3.9e-3), Motion::Quiet).verdict;
+            restarts += u32::from(verdict == Verdict::Restarted);
+            if n == 10_200 {
+                assert_eq!(restarts, 1 + u32::from(shift_mdeg.abs() > 0.0), "{shift_mdeg}");
+            }
+        }
+        assert_eq!(restarts, 1 + u32::from(shift_mdeg.abs() > 0.0), "{shift_mdeg}");
+        let angle = filter.tracker.track().unwrap().state.angle.angle();
+        assert!((angle.degrees() - truth(30_000).to_degrees()).abs() < 1e-3, "{}", angle.degrees());
+    }
+}
+
+/// At rest the error falls to what the reported variance says, through the camera's quantisation.
+#[test]
+fn law_rest_is_measured_to_milli_degrees_and_honestly() {
+    let mut worst_ratio = 0.0_f64;
+    let mut square_sum = 0.0;
+    for seed in 0..200 {
+        let mut rng = Pcg64::seed_from_u64(seed);
+        let mut filter = ConstantRate::<f32>::new(&ConstantRateTuning::default());
+        let truth = 0.01 * seed as f64;
+        for n in 1..=300 {
+            let noise: f64 = StandardNormal.sample(&mut rng);
+            let cells = ((truth * 3.9e-3 + 1e-6 * noise) / 2e-6).round();
+            filter.take(&frame(n, cells * 2e-6 / 3.9e-3), Motion::Quiet);
+        }
+        let estimate = filter
+            .tracker
+            .estimate(Time::from_nanos(300 * FRAME_NANOS), &filter.process(Motion::Quiet))
+            .unwrap();
+        assert!(estimate.resting);
+        let error = estimate.angle.radians_since::<f64>(Angle::from_degrees(truth.to_degrees()));
+        worst_ratio = worst_ratio.max(error.abs() / f64::from(estimate.angle_rad2).sqrt());
+        square_sum += error * error / f64::from(estimate.angle_rad2);
+        assert!(f64::from(estimate.angle_rad2).sqrt().to_degrees() < 1.5e-3);
+    }
+    // Mean square of 200 standard normals: 1 +- 0.1; quantisation at half a cell of noise biases by under a tenth of a sigma.
+    assert!((square_sum / 200.0 - 1.0).abs() < 0.35, "{}", square_sum / 200.0);
+    assert!(worst_ratio < 4.0, "{worst_ratio}");
+}
+
+/// Frames as far apart as the clock counts: the turn is lost and the estimate begins anew, with positive variances before and after.
+#[test]
+fn law_frames_half_the_clock_apart_begin_anew() {
+    for nanos in [(1 << 63) - 1, 1 << 63, (1 << 63) + 1, u64::MAX] {
+        let mut filter = ConstantRate::<f32>::new(&ConstantRateTuning::default());
+        filter.take(&frame(0, 0.0), STRUCK);
+        let ahead = filter.tracker.estimate(Time::from_nanos(nanos), &filter.process(STRUCK)).unwrap();
+        assert!(ahead.angle_rad2 > 0.25 && ahead.rate_rad2_s2 > 400.0, "{nanos} {ahead:?}");
+        let late = CameraFrame { exposed_at: Time::from_nanos(nanos), angle: Angle::ZERO };
+        assert_eq!(filter.take(&late, STRUCK).verdict, Verdict::Restarted, "{nanos}");
+        let covariance = filter.tracker.track().unwrap().state.covariance;
+        assert!(covariance.angle_rad2() > 0.0 && covariance.rate_rad2_s2() > 0.0, "{nanos}");
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::default() })]
+
+    /// Any frames at any times in any order: never NaN, never a panic, variances positive.
+    #[test]
+    fn law_any_sequence_leaves_a_finite_estimate(
+        frames in prop::collection::vec((any::<u64>(), any::<i64>(), 0..3_u8), 1..60)
+    ) {
+        let mut filter = ConstantRate::<f32>::new(&ConstantRateTuning::default());
+        for (nanos, units, motion) in frames {
+            let motion = [STRUCK, Motion::Struck(DriveMode::C), Motion::Quiet][usize::from(motion)];
+            let frame = CameraFrame { exposed_at: Time::from_nanos(nanos), angle: Angle::from_units(units) };
+            let innovation = filter.take(&frame, motion);
+            prop_assert!(innovation.innovation_rad.is_finite());
+            let track = filter.tracker.track().unwrap().state;
+            prop_assert!(track.rate_rad_s.is_finite());
+            prop_assert!(track.covariance.angle_rad2() > 0.0 && track.covariance.rate_rad2_s2() > 0.0);
+        }
+    }
+}

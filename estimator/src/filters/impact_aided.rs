@@ -1,0 +1,330 @@
+//! The filter that knows when the rotor is struck: angle and rate from the camera, the instants and sizes of the rate's kicks from the vibrometer.
+//!
+//! ```text
+//! angle' = rate,   rate' = 0,     at an impact of jump dv:   rate+ = rate + kick,   |kick| <= c dv,   c = mu m_r R_t / J        (13c)
+//! ```
+//!
+//! Drag turns the rate back by a millionth of itself in a second and is left out. Between impacts the filter therefore knows the rate as well as the frames since
+//! the last one tell; at each impact the rate is kicked by a mean and becomes less certain by a variance.
+//!
+//! # The kick
+//!
+//! Friction acts on the slip and at most stops it: `kick = clamp(s' / R_t - rate, -c dv, c dv)`, where `s'` is the tooth's tangential velocity. The vibrometer gives
+//! the tooth's *vertical* velocity, since restitution is known: from `dv = (1 + e)(u' - v) / (1 + r)`,
+//!
+//! ```text
+//! u' = v + dv (1 + r) / (1 + e),    r = 3 m_r / m_s
+//! ```
+//!
+//! - Under mode B the tooth's rate `S = s' / R_t` follows from its rise and from what the earlier blows of the train have left in the other modes: [`crate::RingingTuning`].
+//!   It is taken as uniform within a width of that: the mean kick and its slope are then known (a statistical linearisation). Where the teeth stick, the rate is afterwards that of the tooth,
+//!   and what was not known of it before is gone. What remains is the friction, uniform in 0.2 to 0.6, whose error is the same at every blow of a motor: counted at 0.045 of its
+//!   square. Before the ringing was minded, 0.126 of the kicks' `(c dv)^2` was unexplained, of 0.62 that they have; now it is 0.02 to 0.03.
+//! - Mode C swings by 2 um, no more than what impacts leave in A and B: which pair strikes, and with it the slip's sign, is unknown, and 80 % of the kicks are at their
+//!   bound. The mean is 0 and the variance 0.68 of `(c dv)^2` (0.95 in drawn motors, but neighbouring kicks undo a part of each other: [`ImpactAidedTuning::jitter_c`]).
+//! - With the drive off a stator moves as little as the blows are small: S is 0 within what the rise of the tooth could make of it, so friction brakes the rotor and nothing
+//!   speeds it up.
+//!
+//! The jumps that the detector misses, up to its threshold, ride with those that it finds: `dv^2` in the variance is `dv^2 + threshold^2`. Under mode
+//! C those below 1.4 mm/s kick with an intensity of 4 rad^2/s^3 in all, against 860 of those above: [`ImpactAidedTuning::missed_rad2_s3`].
+//!
+//! # Late frames, lost samples
+//!
+//! The impacts since the oldest frame kept are kept, up to [`IMPACTS_KEPT_MAX`]. A frame is fused at its exposure, through the impacts before it, and the estimate
+//! goes on from there through those after it. One impact more than fits gives up the frames before the oldest, and moves the track there if need be: what was
+//! exposed before that comes too late.
+//! While no frame comes, the track after all but the last few kicks is kept beside it, so that asking for the present costs what those few do: [`FRESH_KICKS`].
+//! Where no sample has come for [`crate::ImpactDetectorTuning::gap_nanos`], the rate wanders as in [`crate::ConstantRate`].
+
+mod process;
+pub(crate) mod ringing;
+mod tuning;
+
+use heapless::Deque;
+use motor_model::{DriveCommand, DriveMode, Real, Time};
+
+use crate::camera::track::{Process, State};
+use crate::camera::tracker::{Moment, Tracker};
+use crate::filter::{AngleFilter, Estimate, Health, Reason};
+use crate::filters::impact_aided::ringing::{Ringing, Tooth};
+use crate::innovation::Innovation;
+use crate::measurement::{CameraFrame, LdvSample};
+use crate::vibrometer::impact_detector::{Heard, ImpactDetector};
+use crate::vibrometer::motion::{Motion, MotionWatch};
+use process::{Blow, Blows, Kicked};
+pub use tuning::ImpactAidedTuning;
+
+/// Most impacts kept: 4.5 ms of the wildest motion, mode B at a fifth of its amplitude, with 28 impacts a ms.
+pub const IMPACTS_KEPT_MAX: usize = 128;
+
+/// Kicks since the last frame beyond which they are not gone through again whenever the present is asked for: ten times those of mode C in a frame's period.
+const FRESH_KICKS: usize = 8;
+
+/// After so long the stator has forgotten what it was struck: two time constants of mode C.
+const RINGING_NANOS: u64 = 6_000_000;
+
+/// A longer time between samples in s, a third of a radian of mode C, hides what rings.
+const INSTANT_S: f64 = 7e-6;
+
+/// The filter.
+#[derive(Clone, Debug)]
+pub struct ImpactAided<T> {
+    tuning: ImpactAidedTuning<T>,
+    watch: MotionWatch<T>,
+    detector: ImpactDetector<T>,
+    tracker: Tracker<T>,
+    kicks: Blows<T>,
+    /// The track after all kicks, while more than [`FRESH_KICKS`] have come since its frame.
+    ahead: Option<State<T>>,
+    ringing: Ringing<T>,
+    /// From when on all blows that still ring have been heard.
+    ringing_heard_from: Time,
+    drive: DriveCommand,
+}
+
+impl<T: Real> ImpactAided<T> {
+    /// A filter that has seen nothing.
+    pub fn new(tuning: &ImpactAidedTuning<T>) -> Self {
+        Self {
+            tuning: *tuning,
+            watch: MotionWatch::new(&tuning.constant_rate.rest),
+            detector: ImpactDetector::new(tuning.detector),
+            tracker: Tracker::new(tuning.constant_rate.track),
+            kicks: Deque::new(),
+            ahead: None,
+            ringing: Ringing::none(),
+            ringing_heard_from: Time::ZERO,
+            drive: DriveCommand::OFF,
+        }
+    }
+
+    fn process(&self, now: Time) -> Kicked<'_, T> {
+        Kicked {
+            tuning: &self.tuning,
+            kicks: &self.kicks,
+            motion: self.watch.motion(now),
+            heard_until: self.heard_until(),
+        }
+    }
+
+    /// Until when impacts would have been heard: never, by a vibrometer whose sign or scale is wrong.
+    fn heard_until(&self) -> Time {
+        let newest = self.detector.newest().filter(|_| !self.detector.is_wrong());
+        newest.map_or(Time::ZERO, |newest| newest.plus_nanos(self.tuning.detector.gap_nanos))
+    }
+
+    /// The kick of an impact heard at `at`, `within_s` after the sample before it.
+    fn blow(&mut self, at: Time, within_s: T, before_m_s: T, jump_m_s: T) -> Blow<T> {
+        let tuning = &self.tuning;
+        let rise_m_s = before_m_s + jump_m_s * tuning.approach_per_jump;
+        let Tooth { rate_rad_s, turning_rad_s2 } =
+            self.ringing.strike(&tuning.ringing, at, rise_m_s, jump_m_s);
+        let (reach_rad_s, threshold_m_s) =
+            (tuning.kick_per_jump_rad_m * jump_m_s, self.detector.threshold_m_s());
+        let missed_rad_s = tuning.kick_per_jump_rad_m * threshold_m_s;
+        let missed_rad2_s2 = missed_rad_s * missed_rad_s;
+        let bound_rad2_s2 = reach_rad_s * reach_rad_s + missed_rad2_s2;
+        // Until the stator has forgotten a blow whose instant is uncertain, what rings of it is.
+        if within_s > T::from_f64(INSTANT_S) {
+            self.ringing_heard_from = at.plus_nanos(RINGING_NANOS);
+        }
+        match self.drive.mode() {
+            Some(DriveMode::B) => Blow {
+                at,
+                towards_rad_s: rate_rad_s,
+                width_rad_s: tuning.tooth_width_rad_s + T::from_f64(0.5) * within_s * turning_rad_s2,
+                reach_rad_s,
+                variance_rad2_s2: if at < self.ringing_heard_from {
+                    tuning.unexplained_b * bound_rad2_s2
+                } else {
+                    T::zero()
+                },
+            },
+            Some(DriveMode::C) => Blow::unknown(at, tuning.unexplained * bound_rad2_s2),
+            None => {
+                let swing_m_s = before_m_s.abs() + jump_m_s * tuning.approach_per_jump;
+                Blow {
+                    at,
+                    towards_rad_s: T::zero(),
+                    width_rad_s: T::from_f64(1.2) * tuning.turn_per_rise_rad_m * swing_m_s,
+                    reach_rad_s,
+                    variance_rad2_s2: missed_rad2_s2,
+                }
+            }
+        }
+    }
+
+    /// Takes in what a sample tells that is not of a flight that goes on; `before` is when the last one was taken.
+    #[inline(never)]
+    fn take(&mut self, sample: &LdvSample, heard: Heard<T>, before: Option<Time>) {
+        match heard {
+            Heard::Flight => (),
+            Heard::Nothing => {
+                if self.detector.newest().is_some_and(|newest| sample.taken_at <= newest) {
+                    // The watch hears the vibrometer anew: what came before bore wrong times.
+                    self.detector = ImpactDetector::new(self.tuning.detector);
+                    while self.kicks.pop_back_if(|kick| kick.at >= sample.taken_at).is_some() {}
+                    self.ahead = None;
+                    let Heard::Gap(seconds) = self.detector.observe(sample) else { return };
+                    self.wander_through(sample.taken_at, seconds);
+                }
+            }
+            Heard::Impact { before_m_s, jump_m_s } => {
+                if !self.detector.is_wrong() {
+                    let within_s = before.map_or(T::zero(), |before| sample.taken_at.seconds_since(before));
+                    let blow = self.blow(sample.taken_at, within_s, before_m_s, jump_m_s);
+                    self.keep(blow);
+                }
+            }
+            Heard::Fall { drop_m_s } => {
+                // A kick that was none, as large as the fall, may have been taken for one.
+                let kick_rad_s = self.tuning.kick_per_jump_rad_m * drop_m_s;
+                self.lose_ringing(sample.taken_at);
+                self.keep(Blow::unknown(sample.taken_at, kick_rad_s * kick_rad_s));
+            }
+            Heard::Gap(seconds) => self.wander_through(sample.taken_at, seconds),
+        }
+    }
+
+    /// After a gap of `seconds` up to `at` the rate is as uncertain as if it had wandered.
+    fn wander_through(&mut self, at: Time, seconds: T) {
+        let intensity = self.tuning.constant_rate.wander.intensity_rad2_s3(self.watch.motion(at), false);
+        self.lose_ringing(at);
+        self.keep(Blow::unknown(at, intensity * seconds));
+    }
+
+    /// The vibrometer is heard again at `at`: what has struck the rotor since the last frame is not known.
+    #[cold]
+    fn hear_again(&mut self, at: Time) {
+        let Some(from) = self.tracker.track().map(|track| track.state.at) else { return };
+        self.lose_ringing(at);
+        // Right after that frame, so that one exposed since is not believed too much.
+        let begun = self.kicks.back().map_or(from, |kick| kick.at.max(from));
+        self.keep(Blow::unknown(begun, self.tuning.constant_rate.track.kick_rad2_s2));
+    }
+
+    /// What rings of the blows before `at` is not known.
+    fn lose_ringing(&mut self, at: Time) {
+        self.ringing = Ringing::none();
+        self.ringing_heard_from = at.plus_nanos(RINGING_NANOS);
+    }
+
+    /// Keeps a kick. One that becomes known only after its frame has been fused acts right after it.
+    fn keep(&mut self, mut kick: Blow<T>) {
+        let Some(track) = self.tracker.track() else { return };
+        kick.at = kick.at.max(track.state.at.plus_nanos(1));
+        if let Some(oldest) = self.kicks.front().map(|kick| kick.at)
+            && self.kicks.is_full()
+        {
+            // Written out, since the process borrows the kicks and the tracker is changed.
+            let process = Kicked {
+                tuning: &self.tuning,
+                kicks: &self.kicks,
+                motion: self.watch.motion(self.watch.clock()),
+                heard_until: self.heard_until(),
+            };
+            self.tracker.shorten(oldest, &process);
+            self.forget();
+        }
+        // Cannot be full any more.
+        let _ = self.kicks.push_back(kick);
+        if let Some(mut ahead) = self.ahead {
+            let resting = self.tracker.track().is_some_and(|track| track.resting);
+            self.process(self.watch.clock()).pass(&mut ahead, resting, &kick);
+            self.ahead = Some(ahead);
+        } else if self.many_wait() {
+            self.look_ahead();
+        }
+    }
+
+    /// Whether more than [`FRESH_KICKS`] have come since the last frame used.
+    #[inline]
+    fn many_wait(&self) -> bool {
+        let fresh = self.kicks.len().checked_sub(FRESH_KICKS + 1).and_then(|index| self.kicks.get(index));
+        fresh.zip(self.tracker.track()).is_some_and(|(kick, track)| kick.at > track.state.at)
+    }
+
+    /// Goes through the kicks since the last frame used.
+    #[cold]
+    fn look_ahead(&mut self) {
+        let Some((track, newest)) = self.tracker.track().zip(self.kicks.back()) else { return };
+        let mut ahead = track.state;
+        self.process(self.watch.clock()).carry(&mut ahead, track.resting, newest.at);
+        self.ahead = Some(ahead);
+    }
+
+    /// Drops the kicks that no frame can go back to.
+    fn forget(&mut self) {
+        let Some(at) = self.tracker.horizon() else { return };
+        while self.kicks.front().is_some_and(|kick| kick.at <= at) {
+            self.kicks.pop_front();
+        }
+    }
+}
+
+impl<T: Real> AngleFilter<T> for ImpactAided<T> {
+    fn drive(&mut self, at: Time, command: DriveCommand) {
+        self.drive = command;
+        self.watch.drive(at, command);
+    }
+
+    #[inline]
+    fn update_ldv(&mut self, sample: &LdvSample) -> Option<Innovation<T>> {
+        if self.watch.observe(sample) {
+            let (before, was_wrong) = (self.detector.newest(), self.detector.is_wrong());
+            let heard = self.detector.observe(sample);
+            if was_wrong && !self.detector.is_wrong() {
+                self.hear_again(sample.taken_at);
+            }
+            if heard != Heard::Flight {
+                self.take(sample, heard, before);
+            }
+        }
+        None
+    }
+
+    fn update_camera(&mut self, frame: &CameraFrame) -> Innovation<T> {
+        let clock = self.watch.clock();
+        let motion = self.watch.motion(clock.max(frame.exposed_at));
+        let process =
+            Kicked { tuning: &self.tuning, kicks: &self.kicks, motion, heard_until: self.heard_until() };
+        let moment = Moment { clock, quiet: motion == Motion::Quiet };
+        let before = self.ahead.as_ref().and(self.tracker.place());
+        let innovation = self.tracker.update(frame, moment, &process);
+        self.forget();
+        if before.is_none() || self.tracker.place() != before {
+            self.ahead = None;
+            if self.many_wait() {
+                self.look_ahead();
+            }
+        }
+        innovation
+    }
+
+    fn estimate(&self, now: Time) -> Option<Estimate<T>> {
+        let process = self.process(now);
+        match self.ahead.filter(|ahead| ahead.at <= now) {
+            Some(ahead) => self.tracker.estimate_from(ahead, now, &process),
+            None => self.tracker.estimate(now, &process),
+        }
+    }
+
+    fn smoothed(&self, at: Time) -> Option<Estimate<T>> {
+        self.tracker.smoothed(at, &self.process(self.watch.clock().max(at)))
+    }
+
+    fn health(&self, now: Time) -> Health {
+        self.assess(now).1
+    }
+
+    #[inline]
+    fn assess(&self, now: Time) -> (Option<Estimate<T>>, Health) {
+        let silent = self.watch.silent(now).then_some(Reason::VibrometerSilent);
+        let estimate = self.estimate(now);
+        let health = self.tracker.judge(estimate.as_ref(), now, silent.or_else(|| self.detector.fault()));
+        (estimate, health)
+    }
+}
+
+#[cfg(test)]
+mod tests;

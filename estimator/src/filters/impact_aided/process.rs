@@ -1,0 +1,123 @@
+//! How angle and rate go on under the kicks that were heard.
+
+use heapless::Deque;
+use motor_model::{DriveMode, Real, Time};
+
+use super::{IMPACTS_KEPT_MAX, ImpactAidedTuning};
+use crate::camera::track::{Jitter, Process, State};
+use crate::camera::track_covariance::TrackCovariance;
+use crate::filters::kick::Kick;
+use crate::vibrometer::motion::Motion;
+
+/// What an impact does to the rate.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Blow<T> {
+    pub(super) at: Time,
+    /// The rate towards which it drives the rotor, in rad/s.
+    pub(super) towards_rad_s: T,
+    /// Half the span of what that may be, in rad/s.
+    pub(super) width_rad_s: T,
+    /// How far it kicks the rate at most, in rad/s; 0 where the sign is unknown.
+    pub(super) reach_rad_s: T,
+    /// Variance of the kick beside what these tell.
+    pub(super) variance_rad2_s2: T,
+}
+
+impl<T: Real> Blow<T> {
+    /// A kick of unknown sign.
+    pub(super) fn unknown(at: Time, variance_rad2_s2: T) -> Self {
+        Self { at, towards_rad_s: T::zero(), width_rad_s: T::one(), reach_rad_s: T::zero(), variance_rad2_s2 }
+    }
+
+    pub(super) fn apply<B: TrackCovariance<T>>(
+        &self,
+        state: &mut State<T, B>,
+        tuning: &ImpactAidedTuning<T>,
+    ) {
+        if self.reach_rad_s > T::zero() {
+            let kick = Kick::new(self.towards_rad_s - state.rate_rad_s, self.width_rad_s, self.reach_rad_s);
+            let square = |x: T| x * x;
+            let variance = kick.scatter
+                + square(kick.per_slip * self.width_rad_s) * T::from_f64(1.0 / 3.0)
+                + square(kick.per_limit * self.reach_rad_s) * tuning.friction_part2
+                + self.variance_rad2_s2;
+            state.rate_rad_s += kick.mean;
+            state.covariance.kick_rate(T::one() - kick.per_slip, variance);
+        } else {
+            state.covariance.widen_rate(self.variance_rad2_s2);
+        }
+    }
+}
+
+/// The kicks since the oldest frame kept, in the order of time.
+pub(super) type Blows<T> = Deque<Blow<T>, IMPACTS_KEPT_MAX>;
+
+/// The rate jumps when the rotor is struck.
+pub(super) struct Kicked<'a, T> {
+    pub(super) tuning: &'a ImpactAidedTuning<T>,
+    pub(super) kicks: &'a Blows<T>,
+    pub(super) motion: Motion,
+    /// Until when impacts would have been heard.
+    pub(super) heard_until: Time,
+}
+
+impl<T: Real> Kicked<'_, T> {
+    /// From one impact to the next.
+    #[inline]
+    fn fly<B: TrackCovariance<T>>(&self, state: &mut State<T, B>, resting: bool, until: Time) {
+        match self.motion {
+            Motion::Struck(DriveMode::B) => {
+                state.wander(until.min(self.heard_until), self.tuning.missed_b_rad2_s3);
+            }
+            Motion::Struck(DriveMode::C) => {
+                state.wander(until.min(self.heard_until), self.tuning.missed_rad2_s3);
+            }
+            Motion::Quiet => {}
+        }
+        if until > state.at {
+            state.wander(until, self.tuning.constant_rate.wander.intensity_rad2_s3(self.motion, resting));
+        }
+    }
+
+    /// Through the kicks between `state` and `until`, up to the last of them.
+    #[inline(never)]
+    fn pass_kicks<B: TrackCovariance<T>>(&self, state: &mut State<T, B>, resting: bool, until: Time) {
+        let from = state.at;
+        // Most are older than the track: counted from the newest.
+        let newer = self.kicks.iter().rev().take_while(|kick| kick.at > from).count();
+        for index in self.kicks.len() - newer..self.kicks.len() {
+            let Some(kick) = self.kicks.get(index).filter(|kick| kick.at <= until) else { break };
+            self.fly(state, resting, kick.at);
+            kick.apply(state, self.tuning);
+        }
+    }
+
+    /// To a kick and through it, unless the rotor lies still.
+    pub(super) fn pass<B: TrackCovariance<T>>(&self, state: &mut State<T, B>, resting: bool, kick: &Blow<T>) {
+        if !(resting && self.motion == Motion::Quiet) {
+            self.fly(state, resting, kick.at);
+            kick.apply(state, self.tuning);
+        }
+    }
+}
+
+impl<T: Real, B: TrackCovariance<T>> Process<T, B> for Kicked<'_, T> {
+    #[inline]
+    fn carry(&self, state: &mut State<T, B>, resting: bool, until: Time) {
+        let struck = self.kicks.back().is_some_and(|kick| kick.at > state.at);
+        if struck && !(resting && self.motion == Motion::Quiet) {
+            self.pass_kicks(state, resting, until);
+        }
+        self.fly(state, resting, until);
+    }
+
+    fn jitter(&self, at: Time) -> Jitter<T> {
+        if at > self.heard_until {
+            return self.tuning.constant_rate.wander.jitter(self.motion);
+        }
+        match self.motion {
+            Motion::Struck(DriveMode::C) => self.tuning.jitter_c,
+            Motion::Struck(DriveMode::B) | Motion::Quiet => Jitter::none(),
+        }
+    }
+}

@@ -1,0 +1,377 @@
+use super::*;
+use crate::camera::track::Track;
+use crate::filters::constant_rate::ConstantRateTuning;
+use crate::innovation::{Rejection, Verdict};
+use crate::test_support::{FRAME_NANOS, LDV_NANOS, assert_consistent, frame, hush, nees};
+use motor_model::{Angle, MotorParams};
+use proptest::prelude::*;
+use rand_distr::{Distribution, StandardNormal};
+use rand_pcg::Pcg64;
+use rand_pcg::rand_core::SeedableRng;
+
+fn tuning<T: Real>() -> ImpactAidedTuning<T> {
+    ImpactAidedTuning::new(&MotorParams::nominal())
+}
+
+fn driven<T: Real>(mode: DriveMode) -> ImpactAided<T> {
+    let mut filter = ImpactAided::new(&tuning());
+    filter.drive(Time::ZERO, DriveCommand::full(mode));
+    filter
+}
+
+/// A rotor that follows the filter's assumptions under mode C, seen by a perfect vibrometer: in flight, struck with probability 1/100 a sample
+/// by jumps of 2 to 8 mm/s, each with a kick of random sign and normal size.
+struct Rotor {
+    rng: Pcg64,
+    n: u64,
+    velocity_m_s: f64,
+    angle_rad: f64,
+    rate_rad_s: f64,
+}
+
+impl Rotor {
+    fn new(seed: u64) -> Self {
+        Self { rng: Pcg64::seed_from_u64(seed), n: 0, velocity_m_s: 0.0, angle_rad: 0.0, rate_rad_s: 0.0 }
+    }
+
+    fn normal(&mut self) -> f64 {
+        StandardNormal.sample(&mut self.rng)
+    }
+
+    /// Moves by one sample; the velocity.
+    fn step(&mut self) -> LdvSample {
+        let tuning = tuning::<f64>();
+        self.n += 1;
+        self.angle_rad += self.rate_rad_s * 5e-6;
+        self.velocity_m_s -=
+            (tuning.detector.gravity_m_s2 + tuning.detector.damping_per_s * self.velocity_m_s) * 5e-6;
+        let missed = (tuning.missed_rad2_s3 * 5e-6).sqrt();
+        self.rate_rad_s += missed * self.normal();
+        if self.n.is_multiple_of(100) {
+            let size: f64 = self.normal();
+            let jump = 2e-3 + 6e-3 * (size.abs() / 3.0).min(1.0);
+            let threshold = tuning.detector.threshold * tuning.detector.noise_m_s;
+            let bound = tuning.kick_per_jump_rad_m * (jump * jump + threshold * threshold).sqrt();
+            self.velocity_m_s += jump;
+            self.rate_rad_s += tuning.unexplained.sqrt() * bound * self.normal();
+        }
+        LdvSample { taken_at: Time::from_nanos(self.n * LDV_NANOS), velocity_m_s: self.velocity_m_s as f32 }
+    }
+
+    fn frame(&mut self) -> CameraFrame {
+        let noise = tuning::<f64>().constant_rate.track.camera_rad2.sqrt() * self.normal();
+        frame(self.n / 20, self.angle_rad + noise)
+    }
+}
+
+/// Mean NEES and NIS of a run of 400 frames.
+fn consistency<T: Real>(seed: u64) -> (f64, f64) {
+    let mut rotor = Rotor::new(seed);
+    let mut filter = driven::<T>(DriveMode::C);
+    let (mut nees_mean, mut nis) = (0.0, 0.0);
+    for n in 1..=450 {
+        for _ in 0..20 {
+            filter.update_ldv(&rotor.step());
+        }
+        let innovation = filter.update_camera(&rotor.frame());
+        if n > 50 {
+            nis += innovation.normalised_squared().unwrap().to_f64() / 400.0;
+            let track = filter.tracker.track().unwrap();
+            nees_mean += nees(&track.state, rotor.angle_rad, rotor.rate_rad_s) / 400.0;
+        }
+    }
+    (nees_mean, nis)
+}
+
+#[test]
+fn law_filter_is_consistent_in_both_precisions() {
+    assert_consistent(consistency::<f64>);
+    assert_consistent(consistency::<f32>);
+}
+
+/// Frames that arrive up to two frames late, after the impacts in between are known, leave the same estimate as frames in time.
+#[test]
+fn law_late_frames_equal_frames_in_time() {
+    for late in [0, 7, 20, 33] {
+        let mut rotor = Rotor::new(3);
+        let mut in_time = driven::<f64>(DriveMode::C);
+        let mut delayed = driven::<f64>(DriveMode::C);
+        let mut on_the_way = Deque::<(u64, CameraFrame), 8>::new();
+        for sample in 1..=8000_u64 {
+            let heard = rotor.step();
+            in_time.update_ldv(&heard);
+            delayed.update_ldv(&heard);
+            if sample % 20 == 0 {
+                let frame = rotor.frame();
+                in_time.update_camera(&frame);
+                on_the_way.push_back((sample + late, frame)).unwrap();
+            }
+            if on_the_way.front().is_some_and(|(arrives, _)| *arrives <= sample) {
+                let (_, frame) = on_the_way.pop_front().unwrap();
+                delayed.update_camera(&frame);
+            }
+        }
+        for (_, frame) in on_the_way {
+            delayed.update_camera(&frame);
+        }
+        let now = Time::from_nanos(8050 * LDV_NANOS);
+        let (a, b) = (in_time.estimate(now).unwrap(), delayed.estimate(now).unwrap());
+        assert!((a.angle.minus(b.angle).units()).abs() <= 2, "{late}");
+        assert!((a.rate_rad_s - b.rate_rad_s).abs() < 1e-9, "{late}");
+        assert!((a.angle_rad2 / b.angle_rad2 - 1.0).abs() < 1e-9, "{late}");
+        assert!((a.rate_rad2_s2 / b.rate_rad2_s2 - 1.0).abs() < 1e-9, "{late}");
+    }
+}
+
+/// Without a camera kicks pile up, to as many as are kept and beyond; whoever asks for the present goes through few of them again, and gets what going through all
+/// gives. The next frame is fused as if it had been so all the time.
+#[test]
+fn dual_a_lost_camera_leaves_little_to_go_through_again() {
+    let mut rotor = Rotor::new(4);
+    let mut filter = driven::<f64>(DriveMode::C);
+    let mut frame = rotor.frame();
+    for sample in 1..=40_000_u64 {
+        filter.update_ldv(&rotor.step());
+        if sample % 20 != 0 {
+            continue;
+        }
+        frame = rotor.frame();
+        if sample <= 2000 {
+            filter.update_camera(&frame);
+            continue;
+        }
+        let Some(track) = filter.tracker.track() else { panic!("a frame has come") };
+        let passed = filter.ahead.map_or(track.state.at, |ahead| ahead.at);
+        assert!(filter.kicks.iter().filter(|kick| kick.at > passed).count() <= FRESH_KICKS);
+        let again = ImpactAided { ahead: None, ..filter.clone() };
+        let now = Time::from_nanos(sample * LDV_NANOS + 10_000);
+        let (kept, gone) = (filter.estimate(now).unwrap(), again.estimate(now).unwrap());
+        assert!((kept.rate_rad_s - gone.rate_rad_s).abs() < 1e-9, "{kept:?} {gone:?}");
+        assert!((kept.angle_rad2 / gone.angle_rad2 - 1.0).abs() < 1e-9, "{kept:?} {gone:?}");
+    }
+    assert!(filter.kicks.is_full(), "{}", filter.kicks.len());
+    let mut again = ImpactAided { ahead: None, ..filter.clone() };
+    assert_eq!(filter.update_camera(&frame), again.update_camera(&frame));
+    assert_eq!(filter.estimate(frame.exposed_at), again.estimate(frame.exposed_at));
+}
+
+/// The first impact's kick in mode B, towards a tooth known to within a width: the friction law on nominal numbers, worked out here from the parameters.
+#[test]
+fn exact_kick_in_mode_b_is_coulombs() {
+    let mut filter = driven::<f64>(DriveMode::B);
+    let (mass, inertia, radius) = (46e-6, 4.59e-10, 3.063e-3);
+    let ratio: f64 = 3.0 * mass / 10.7e-6;
+    // tan 60 degrees: the effective tooth angle is 30 degrees.
+    let lever: f64 = (70e-6 + 2.0 * 260e-6) / radius;
+    for (before, jump, rate) in [(-0.02, 0.04, 10.0), (0.01, 0.02, -5.0), (-0.05, 0.03, 15.0)] {
+        let rise: f64 = before + jump * (1.0 + ratio) / 1.6;
+        let slip = lever / 3_f64.sqrt() * rise - radius * rate;
+        let limit = 0.4 * mass * radius * radius / inertia * jump;
+        let expected = slip.clamp(-limit, limit) / radius;
+        filter.ringing = Ringing::none();
+        let blow = filter.blow(Time::ZERO, 0.0, before, jump);
+        let towards: f64 = blow.towards_rad_s - rate;
+        let got = Real::clamp_magnitude(towards, blow.reach_rad_s);
+        assert!((got - expected).abs() < 1e-9 * expected.abs(), "{got} {expected}");
+    }
+}
+
+/// With the drive off friction brakes: the kick is towards rest and never beyond it, and leaves the rate better known than a kick of unknown sign.
+#[test]
+fn law_a_rotor_that_lands_is_braked() {
+    for rate in [12.0, 0.4, -12.0] {
+        let mut filter = ImpactAided::<f64>::new(&tuning());
+        filter.update_camera(&frame(1, 0.0));
+        let mut state = filter.tracker.track().unwrap().state;
+        state.rate_rad_s = rate;
+        let blow = filter.blow(Time::from_nanos(FRAME_NANOS), 5e-6, -1e-3, 5e-3);
+        blow.apply(&mut state, &filter.tuning);
+        assert!(
+            state.rate_rad_s.abs() < rate.abs() && state.rate_rad_s * rate >= 0.0,
+            "{}",
+            state.rate_rad_s
+        );
+        assert!(rate.abs() - state.rate_rad_s.abs() <= blow.reach_rad_s + 1e-12);
+    }
+}
+
+/// Without samples the variance grows as the constant-rate filter's.
+#[test]
+fn law_without_vibrometer_it_is_the_constant_rate_filter() {
+    let mut aided = driven::<f32>(DriveMode::B);
+    let mut plain = crate::ConstantRate::<f32>::new(&ConstantRateTuning::default());
+    plain.drive(Time::ZERO, DriveCommand::full(DriveMode::B));
+    for n in 1..500 {
+        let frame = frame(n, 1.5e-3 * n as f64);
+        aided.update_camera(&frame);
+        plain.update_camera(&frame);
+        let now = frame.exposed_at.plus_nanos(FRAME_NANOS);
+        assert_eq!(aided.estimate(now), plain.estimate(now));
+        assert_eq!(aided.health(now), Health::Degraded(Reason::VibrometerSilent));
+    }
+    let now = Time::from_nanos(500 * FRAME_NANOS);
+    aided.update_ldv(&hush(now));
+    assert_eq!(aided.health(now), Health::Good);
+}
+
+#[test]
+fn law_duplicates_and_old_frames_change_nothing() {
+    let mut rotor = Rotor::new(5);
+    let mut filter = driven::<f32>(DriveMode::C);
+    let mut frames = [frame(0, 0.0); 100];
+    for kept in &mut frames {
+        for _ in 0..20 {
+            filter.update_ldv(&rotor.step());
+        }
+        *kept = rotor.frame();
+        filter.update_camera(kept);
+    }
+    let now = Time::from_nanos(102 * FRAME_NANOS);
+    let before = filter.estimate(now);
+    for (old, why) in [(99, Rejection::Duplicate), (98, Rejection::Duplicate), (0, Rejection::OutOfHorizon)] {
+        assert_eq!(filter.update_camera(&frames[old]).verdict, Verdict::Rejected(why));
+    }
+    for velocity_m_s in [f32::NAN, f32::INFINITY, 5.0] {
+        filter.update_ldv(&LdvSample { taken_at: now, velocity_m_s });
+    }
+    filter.update_ldv(&LdvSample { taken_at: Time::from_micros(50), velocity_m_s: 1.0 });
+    assert_eq!(filter.estimate(now), before);
+}
+
+/// Twice round at 15 rad/s: the wrap of the camera's angle is not seen in the estimate.
+#[test]
+fn exact_turns_are_counted() {
+    let mut filter = driven::<f32>(DriveMode::B);
+    for n in 1..=9000 {
+        filter.update_ldv(&hush(Time::from_nanos(n * FRAME_NANOS - 1)));
+        filter.update_camera(&frame(n, 15e-4 * n as f64));
+    }
+    let estimate = filter.estimate(Time::from_nanos(9000 * FRAME_NANOS)).unwrap();
+    let truth = (15e-4 * 9000.0_f64).to_degrees();
+    assert!((estimate.angle.degrees() - truth).abs() < 1e-3, "{}", estimate.angle.degrees());
+}
+
+/// A rotor at rest whose frames are `codes`, 1 s long, seen by a quiet vibrometer; angle's variance and the last verdict.
+fn at_rest(mut code_m: impl FnMut() -> f64) -> (Estimate<f32>, Verdict) {
+    let mut filter = ImpactAided::<f32>::new(&tuning());
+    let mut verdict = Verdict::Used;
+    for n in 1..=10_000 {
+        for k in 0..20 {
+            let taken_at = Time::from_nanos(n * FRAME_NANOS - (20 - k) * LDV_NANOS);
+            filter.update_ldv(&hush(taken_at));
+        }
+        let seen = 2e-6 * (code_m() / 2e-6).round();
+        verdict = filter.update_camera(&frame(n, seen / 3.9e-3)).verdict;
+    }
+    (filter.estimate(Time::from_nanos(10_000 * FRAME_NANOS)).unwrap(), verdict)
+}
+
+/// The same code for ever: the variance stays that of a uniform error, step squared over 12, but for the frames that led there.
+#[test]
+fn law_one_code_for_ever_keeps_the_quantisation_variance() {
+    let (estimate, verdict) = at_rest(|| 1e-7);
+    let uniform_rad2 = (2e-6_f64 / 3.9e-3).powi(2) / 12.0;
+    assert_eq!(verdict, Verdict::Rejected(Rejection::Repeated));
+    assert!(estimate.resting);
+    assert!(f64::from(estimate.angle_rad2) > 0.75 * uniform_rad2, "{}", estimate.angle_rad2);
+}
+
+/// With dither a second of rest is measured to 0.3 milli-degrees, and as well as it says: 40 rotors, their places spread over a cell.
+#[test]
+fn law_dithered_rest_is_measured_honestly() {
+    let mut square_sum = 0.0;
+    for seed in 0..40 {
+        let mut rng = Pcg64::seed_from_u64(seed);
+        let place = 1e-4 + 2e-6 * seed as f64 / 40.0;
+        let (estimate, _) = at_rest(|| {
+            let noise: f64 = StandardNormal.sample(&mut rng);
+            place + 1e-6 * noise
+        });
+        let sigma = f64::from(estimate.angle_rad2).sqrt();
+        assert!(sigma.to_degrees() < 0.3e-3, "{sigma}");
+        let error: f64 = estimate.angle.radians_since(Angle::from_degrees((place / 3.9e-3).to_degrees()));
+        square_sum += (error / sigma).powi(2) / 40.0;
+    }
+    // Mean of 40 chi-squares: 1 +- 0.22.
+    assert!((square_sum - 1.0).abs() < 0.66, "{square_sum}");
+}
+
+/// An event as the property test draws it: time in ns, shifted right by the lowest six bits of the angle's units; units of angle; velocity in m/s; what happens.
+type Event = (u64, i64, f32, u8);
+
+/// What may be said of an estimate whatever came before: no NaN, variances positive.
+fn pass_event(filter: &mut ImpactAided<f32>, (nanos, units, velocity_m_s, what): Event) {
+    let at = Time::from_nanos(nanos >> (units & 63));
+    match what {
+        0 => filter.drive(at, DriveCommand::full(DriveMode::B)),
+        1 => filter.drive(at, DriveCommand::OFF),
+        2 | 3 => {
+            filter.update_ldv(&LdvSample { taken_at: at, velocity_m_s });
+        }
+        _ => {
+            let innovation =
+                filter.update_camera(&CameraFrame { exposed_at: at, angle: Angle::from_units(units) });
+            assert!(
+                innovation.innovation_rad.is_finite() && innovation.variance_rad2 >= 0.0,
+                "{innovation:?}"
+            );
+        }
+    }
+    if let Some(Track { state, .. }) = filter.tracker.track() {
+        let covariance = &state.covariance;
+        assert!(state.rate_rad_s.is_finite());
+        assert!(covariance.angle_rad2() > 0.0 && covariance.rate_rad2_s2() > 0.0, "{covariance:?}");
+    }
+}
+
+/// 2^63 ns without a sample: the rate wanders for 292 years, and does not become the more certain for it.
+#[test]
+fn regress_a_gap_of_half_the_clock_leaves_a_positive_variance() {
+    let events: [Event; 8] = [
+        (0, 0, 0.0, 0),
+        (0, 0, 0.0, 0),
+        (0, 0, -3.195_363_2e-38, 2),
+        (0, 0, 0.0, 4),
+        (16_193_862_744_781_330_471, 1_097_035_663_760_865_216, 0.0, 0),
+        (2_686_326_889_512_960, 1_601_051_009_893_436_864, -9.455_963e-28, 2),
+        (9_226_058_363_744_288_768, 652_600_192_133_976_384, 1.933_545e-33, 3),
+        (16_193_862_744_781_330_471, -4_081_433_020_468_379_136, -7.346_117_6e18, 5),
+    ];
+    let mut filter = ImpactAided::<f32>::new(&tuning());
+    for event in events {
+        pass_event(&mut filter, event);
+        assert!(filter.kicks.iter().all(|kick| kick.variance_rad2_s2 >= 0.0), "{:?}", filter.kicks);
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::default() })]
+
+    /// Anything at any time in any order: never NaN, never a panic, variances positive.
+    #[test]
+    fn law_any_sequence_leaves_a_finite_estimate(
+        events in prop::collection::vec((any::<u64>(), any::<i64>(), any::<f32>(), 0..6_u8), 1..200)
+    ) {
+        let mut filter = ImpactAided::<f32>::new(&tuning());
+        for event in events {
+            pass_event(&mut filter, event);
+        }
+    }
+}
+
+/// More impacts than are kept: the oldest move the track on, and the frames exposed before them come too late.
+#[test]
+fn law_impacts_beyond_capacity_are_not_forgotten() {
+    let mut filter = driven::<f64>(DriveMode::C);
+    filter.update_camera(&frame(1, 0.0));
+    let start = Time::from_nanos(FRAME_NANOS);
+    let kick = |n: u64| Blow::unknown(start.plus_nanos(n * LDV_NANOS), 1.0);
+    let before = filter.estimate(start).unwrap().rate_rad2_s2;
+    for n in 1..=200 {
+        filter.keep(kick(n));
+    }
+    let after = filter.estimate(start.plus_nanos(300 * LDV_NANOS)).unwrap().rate_rad2_s2;
+    assert!(after >= before + 200.0, "{before} {after}");
+    assert_eq!(filter.update_camera(&frame(2, 0.0)).verdict, Verdict::Rejected(Rejection::OutOfHorizon));
+    assert_eq!(filter.update_camera(&frame(15, 0.0)).verdict, Verdict::Used);
+}

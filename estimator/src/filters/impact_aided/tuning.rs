@@ -1,0 +1,65 @@
+//! What [`super::ImpactAided`] assumes.
+
+use motor_model::{MotorParams, Parameter, Real, math};
+
+use crate::camera::track::Jitter;
+use crate::filters::constant_rate::ConstantRateTuning;
+use crate::filters::impact_aided::ringing::RingingTuning;
+use crate::vibrometer::impact_detector::ImpactDetectorTuning;
+
+/// What the filter assumes of motor and sensors.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ImpactAidedTuning<T> {
+    /// Camera, rest, and the process noise without vibrometer.
+    pub constant_rate: ConstantRateTuning<T>,
+    /// The impact detector.
+    pub detector: ImpactDetectorTuning<T>,
+    /// Largest kick per jump, `c = mu m_r R_t / J`, in rad/s per m/s.
+    pub kick_per_jump_rad_m: T,
+    /// Tooth's velocity above the rotor's per jump, `(1 + r) / (1 + e)`.
+    pub approach_per_jump: T,
+    /// `s' / (R_t u')` of a tooth in pure mode B, in rad/m.
+    pub turn_per_rise_rad_m: T,
+    /// What earlier blows do to the tooth that strikes under mode B.
+    pub ringing: RingingTuning<T>,
+    /// Variance of a kick under mode B about its mean, per `(c dv)^2`, where what earlier blows left is not known.
+    pub unexplained_b: T,
+    /// Half the span within which the rate of the striking tooth is known under mode B, in rad/s, beside what the ringing does to it between two samples.
+    pub tooth_width_rad_s: T,
+    /// Variance of the friction, per its nominal value squared.
+    pub friction_part2: T,
+    /// Variance of a kick of unknown sign, per `(c dv)^2`.
+    pub unexplained: T,
+    /// Process noise between impacts of a rotor that is struck, in rad^2/s^3: impacts below the detector's threshold.
+    pub missed_rad2_s3: T,
+    /// The same under mode B.
+    pub missed_b_rad2_s3: T,
+    /// What kicks under mode C do that the next one undoes.
+    pub jitter_c: Jitter<T>,
+}
+
+impl<T: Real> ImpactAidedTuning<T> {
+    /// For a motor of `params` under the default sensors.
+    pub fn new(params: &MotorParams) -> Self {
+        let get = |parameter| params.get(parameter);
+        let kick = get(Parameter::Friction) * get(Parameter::RotorMass) * get(Parameter::ToothRadius)
+            / get(Parameter::RotorInertia);
+        let approach = (1.0 + 3.0 * params.mass_ratio()) / (1.0 + get(Parameter::Restitution));
+        let (sin, cos) = math::sin_cos(2.0 * params.effective_tooth_angle_deg().to_radians());
+        Self {
+            constant_rate: ConstantRateTuning::default(),
+            detector: ImpactDetectorTuning::new(params),
+            kick_per_jump_rad_m: T::from_f64(kick),
+            approach_per_jump: T::from_f64(approach),
+            turn_per_rise_rad_m: T::from_f64(params.lever() * cos / (sin * get(Parameter::ToothRadius))),
+            ringing: RingingTuning::new(params),
+            unexplained_b: T::from_f64(0.126),
+            tooth_width_rad_s: T::from_f64(1.5),
+            friction_part2: T::from_f64(0.045),
+            unexplained: T::from_f64(0.68),
+            missed_b_rad2_s3: T::from_f64(0.4),
+            missed_rad2_s3: T::from_f64(4.0),
+            jitter_c: Jitter { angle_rad2: T::from_f64(1e-9), rate_rad2_s2: T::from_f64(1.2e-3) },
+        }
+    }
+}
