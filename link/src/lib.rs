@@ -42,8 +42,9 @@
 mod deframer;
 pub mod frame;
 mod message;
-mod report;
+pub mod numbering;
 mod sequence;
+mod tick_record;
 
 pub use deframer::Deframer;
 pub use frame::{FRAME_BYTES_MAX, FrameError, Header, VERSION, decode, encode};
@@ -51,5 +52,6 @@ pub use message::{
     BoardFault, BoardMessage, CameraRecord, Configuration, Counters, FilterKind, HostMessage, LdvRecord,
     LdvRecords, SettingKey,
 };
-pub use report::{CommandRecord, EstimateRecord, FIELDS, InnovationRecord, TickRecord};
+pub use numbering::{Coded, Numbered, PhaseRecord};
 pub use sequence::{Arrival, Sequence};
+pub use tick_record::{CommandRecord, EstimateRecord, FIELDS, InnovationRecord, TickRecord};

@@ -5,7 +5,7 @@ use estimator::{CameraFrame, LdvSample};
 use motor_model::{Angle, Time};
 use serde::{Deserialize, Serialize};
 
-use crate::report::TickRecord;
+use crate::tick_record::TickRecord;
 
 /// From the host to the board.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

@@ -67,7 +67,7 @@ impl<'a> Bench<'a> {
     fn drive(&mut self) {
         for _ in 0..3000 {
             self.measure();
-            if self.step().is_some_and(|report| report.applied.mode != 0) {
+            if self.step().is_some_and(|report| report.applied.mode.value() != Some(None)) {
                 assert!(self.driven.get().mode().is_some());
                 return;
             }
@@ -357,7 +357,7 @@ fn law_a_configuration_is_not_changed_while_armed() {
     let back = Configuration { target_deg: -90.0, ..MOVE };
     assert_eq!(bench.says(&HostMessage::Configure(back)), fault(BoardFault::Armed));
     bench.measure();
-    assert_eq!(bench.step().unwrap().applied.mode, 1);
+    assert_eq!(bench.step().unwrap().applied.mode, Some(DriveMode::B).into());
     assert_eq!(driven.get().mode(), clockwise);
     bench.says(&HostMessage::Stop);
     assert!(bench.off());
@@ -414,8 +414,8 @@ fn law_the_report_says_what_is_applied() {
             hear(&mut board, 4 + 3 * n, &HostMessage::Camera(frame));
         }
         if let Some(BoardMessage::Report(report)) = hear(&mut board, 5 + 3 * n, &HostMessage::Step) {
-            commanded |= report.command.mode != 0;
-            assert_eq!(report.applied.mode, 0);
+            commanded |= report.command.mode.value() != Some(None);
+            assert_eq!(report.applied.mode, None.into());
         }
     }
     assert!(commanded);

@@ -56,7 +56,7 @@ pub struct Difference {
     pub step: u64,
     /// Part of the report.
     pub field: &'static str,
-    /// Its bits on the host, in hexadecimal; `absent` where that part of the report is.
+    /// Its bits on the host in hexadecimal, with the meaning of a numbered field; `absent` where that part of the report is.
     pub host: String,
     /// Its bits on the microcontroller.
     pub board: String,
@@ -136,7 +136,8 @@ pub fn run_with(
         let theirs = processor.tick(closed_loop.taken())?;
         observe(moment)?;
         if let Some((field, host, board)) = ours.difference(&theirs) {
-            let [host, board] = [host, board].map(hexadecimal);
+            let host = told(&ours, field, host);
+            let board = told(&theirs, field, board);
             return Err(Difference { step: steps, field, host, board, seed: scene.seed() }.into());
         }
         let command = theirs.applied.command();
@@ -163,6 +164,14 @@ pub fn run_with(
     }
 }
 
-fn hexadecimal(bits: Option<u64>) -> String {
-    bits.map_or_else(|| "absent".to_owned(), |bits| format!("{bits:#x}"))
+/// The bits of `field` of `record` in hexadecimal, and what they mean where they are the number of an enumeration.
+fn told(record: &TickRecord, field: &str, bits: Option<u64>) -> String {
+    let Some(bits) = bits else { return "absent".to_owned() };
+    let meaning = match field {
+        "health" => Some(format!("{:?}", record.health)),
+        "phase" => Some(format!("{:?}", record.phase)),
+        "camera.verdict" => record.camera.map(|camera| format!("{:?}", camera.verdict)),
+        _ => None,
+    };
+    meaning.map_or_else(|| format!("{bits:#x}"), |meaning| format!("{bits:#x} ({meaning})"))
 }

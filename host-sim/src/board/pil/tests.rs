@@ -1,12 +1,18 @@
 use super::*;
 use controller::{Drive, Limits, PositionLoop, PositioningTuning, Sense, Target};
 use estimator::{CameraFrame, LdvSample};
+use link::Coded;
 use motor_model::{DriveCommand, Time};
 
 use crate::runs::filter::AnyFilter;
 
 /// What is done to a report.
 type Spoil = fn(&mut TickRecord);
+
+/// Flips the lowest bit of a number on the wire.
+fn flip<T>(coded: &mut Coded<T>) {
+    *coded = Coded::from_number(coded.number() ^ 1);
+}
 
 /// Another processor: the loop once more, from the configuration alone, which spoils a field at a tick.
 struct Second {
@@ -137,19 +143,19 @@ fn law_no_field_of_a_report_is_left_out() {
         ("estimate.angle_rate_rad2_s", |r| r.estimate.as_mut().unwrap().angle_rate_rad2_s += 1.0),
         ("estimate.rate_rad2_s2", |r| r.estimate.as_mut().unwrap().rate_rad2_s2 *= 2.0),
         ("estimate.resting", |r| r.estimate.as_mut().unwrap().resting ^= true),
-        ("health", |r| r.health ^= 1),
-        ("camera.source", |r| r.camera.as_mut().unwrap().source ^= 1),
+        ("health", |r| flip(&mut r.health)),
+        ("camera.source", |r| flip(&mut r.camera.as_mut().unwrap().source)),
         ("camera.taken_nanos", |r| r.camera.as_mut().unwrap().taken_nanos += 1),
         ("camera.innovation_rad", |r| r.camera.as_mut().unwrap().innovation_rad += 1.0),
         ("camera.variance_rad2", |r| r.camera.as_mut().unwrap().variance_rad2 += 1.0),
-        ("camera.verdict", |r| r.camera.as_mut().unwrap().verdict ^= 1),
-        ("command.mode", |r| r.command.mode ^= 1),
+        ("camera.verdict", |r| flip(&mut r.camera.as_mut().unwrap().verdict)),
+        ("command.mode", |r| flip(&mut r.command.mode)),
         ("command.amplitude", |r| r.command.amplitude += 0.25),
         ("command.frequency_offset_hz", |r| r.command.frequency_offset_hz = -0.0),
-        ("applied.mode", |r| r.applied.mode ^= 1),
+        ("applied.mode", |r| flip(&mut r.applied.mode)),
         ("applied.amplitude", |r| r.applied.amplitude += 0.25),
         ("applied.frequency_offset_hz", |r| r.applied.frequency_offset_hz = -0.0),
-        ("phase", |r| r.phase ^= 1),
+        ("phase", |r| flip(&mut r.phase)),
         ("since_nanos", |r| r.since_nanos += 1),
     ];
     for (field, spoil) in spoils {
@@ -157,4 +163,13 @@ fn law_no_field_of_a_report_is_left_out() {
         let difference = run(&scene, &mut Second::new(1000, spoil)).unwrap().difference.unwrap();
         assert_eq!((difference.step, difference.field), (1000, field));
     }
+}
+
+/// A numbered field is told by its number and by what the number means.
+#[test]
+fn exact_a_numbered_field_is_told_by_its_meaning() {
+    let spoil = |r: &mut TickRecord| r.health = estimator::Health::Waiting.into();
+    let run = run(&scene(&["position.deadline_s=0.02"]), &mut Second::new(1000, spoil)).unwrap();
+    let difference = run.difference.unwrap();
+    assert_eq!((difference.field, difference.board.as_str()), ("health", "0x1 (Waiting)"));
 }
