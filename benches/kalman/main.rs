@@ -15,9 +15,9 @@ use std::hint::black_box;
 
 use criterion::measurement::WallTime;
 use criterion::{BatchSize, BenchmarkGroup, Criterion, Throughput, criterion_group, criterion_main};
-use estimator::comparison::{Conventional, Joseph};
 use estimator::{Blocks2, Dense, UdCovariance, UpperTriangular};
 use motor_model::Real;
+use tests::matrix_covariance::{Conventional, Joseph};
 
 use ours::{AngleAndRate, MeasuredState, Ours, StruckFirst};
 use problem::{Filter, Problem, measurements};

@@ -41,7 +41,7 @@
 //! # Ok::<(), estimator::Refusal>(())
 //! ```
 //!
-//! [`comparison`] holds the forms that the core replaces, for tests and benchmarks. [`ConstantRate`]'s two states have their factors written out by hand in
+//! [`ConstantRate`]'s two states have their factors written out by hand in
 //! [`AngleRateCovariance`]: the zeros and ones of its model save a tenth of the time there.
 //!
 //! # Promises
@@ -80,7 +80,6 @@
 )]
 
 mod camera;
-pub mod comparison;
 mod factorised;
 mod filter;
 mod filters;

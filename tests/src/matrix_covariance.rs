@@ -1,22 +1,18 @@
-//! For comparison only: the covariance kept as a matrix, to show what that loses. Nothing in the project estimates with it.
+//! The covariance kept as a matrix: what tests and benchmarks compare the factors of `estimator` with.
 //!
 //! ```text
-//! conventional   P <- P - K h'P                          indefinite in f32 once h'P h / R passes some 1e6
-//! Joseph         P <- (I - K h') P (I - K h')' + K R K'   later, and at twice the cost
+//! conventional   P <- P - K h'P                           indefinite in f32 once h'P h / R passes some 1e6
+//! Joseph         P <- (I - K h') P (I - K h')' + K R K'   indefinite later, at twice the cost
 //! ```
 //!
-//! Both are the textbook's, without putting symmetry back. Sources: Kalman (1960); Bucy and Joseph, "Filtering for Stochastic Processes with
-//! Applications to Guidance" (1968).
+//! Both are the textbook's; neither makes P symmetric again. Sources: Kalman (1960); Bucy and Joseph, "Filtering for
+//! Stochastic Processes with Applications to Guidance" (1968).
 
+use estimator::{Correction, NoiseSource, Refusal, Transition, UdCovariance};
 use motor_model::Real;
 use nalgebra::{SMatrix, SVector};
 
-use crate::factorised::transition::Transition;
-use crate::factorised::ud_covariance::{
-    Correction, NoiseSource, Refusal, UdCovariance, is_finite, reciprocal,
-};
-
-/// What a Kalman filter asks of its covariance, in whatever form it is kept.
+/// What a Kalman filter needs of its covariance, in whatever form it is kept.
 pub trait CovarianceForm<T: Real, const N: usize>: Copy {
     /// Independent states.
     fn from_diagonal(variances: &SVector<T, N>) -> Self;
@@ -130,7 +126,7 @@ fn predicted<T: Real, const N: usize, F: Transition<T, N>, const M: usize>(
     sum
 }
 
-/// Gain and innovation variance by the textbook, refused on the same grounds as in the factors, and where the variance is negative.
+/// Gain and innovation variance by the textbook. Refuses what [`UdCovariance::update`] refuses, and a negative variance.
 fn correction<T: Real, const N: usize>(
     covariance: &SMatrix<T, N, N>,
     row: &SVector<T, N>,
@@ -147,10 +143,18 @@ fn correction<T: Real, const N: usize>(
     if !is_finite(variance) {
         return Err(Refusal::Uncertain);
     }
-    let per_variance = reciprocal(variance).filter(|&per| per > T::zero()).ok_or(Refusal::Certain)?;
+    let per_variance = T::one() / variance;
+    if !(is_finite(per_variance) && per_variance > T::zero()) {
+        return Err(Refusal::Certain);
+    }
     let normalised_squared = innovation * per_variance * innovation;
     if !is_finite(normalised_squared) {
         return Err(Refusal::Innovation);
     }
     Ok(Correction { variance, gain: cross * per_variance, normalised_squared })
+}
+
+/// Whether `x` is neither infinite nor NaN.
+fn is_finite<T: Real>(x: T) -> bool {
+    x * T::zero() == T::zero()
 }
