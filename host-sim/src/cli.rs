@@ -5,6 +5,7 @@
 
 mod calibration;
 mod closed_loop;
+mod error;
 mod estimation;
 pub mod keys;
 mod microcontroller;
@@ -12,13 +13,14 @@ mod open_loop;
 mod publication;
 mod twin;
 
+pub use error::CommandError;
+
 use std::path::PathBuf;
 use std::process::ExitCode;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use indicatif::ProgressStyle;
 
-use crate::error::CommandError;
 use crate::report::files;
 use crate::scene::Scene;
 
@@ -128,7 +130,7 @@ impl Command {
             Self::Calibrate(args) => args.execute(),
             Self::PositioningTrials(args) => args.execute(),
             Self::ResponseMap(args) => args.execute(),
-            Self::Keys => files::print(&keys::table()),
+            Self::Keys => Ok(files::print(&keys::table())?),
         }
     }
 }

@@ -12,18 +12,19 @@
 //! | [`report`] | rows in; text, pictures, CSV and JSON out; it knows no motor |
 //! | [`scene`] | every setting by its key: defaults, then a TOML file, then `--set`, then flags; it knows no consumer |
 //! | [`math`] | numbers only: statistics, spectrum, Allan deviation, streams of random numbers |
+//! | [`tool`] | other programs: started, given a limited time |
 //!
 //! Clockwise and upward are positive; every name carries its unit.
 
 pub mod board;
 pub mod cli;
-pub mod error;
 pub mod math;
 pub mod report;
 pub mod runs;
 pub mod scene;
 pub mod studies;
+pub mod tool;
 pub mod world;
 
-pub use error::CommandError;
+pub use cli::CommandError;
 pub use scene::{Kind, Scene, Setting};

@@ -2,5 +2,8 @@
 
 pub mod chart;
 pub mod document;
+mod error;
 pub mod files;
 pub mod section;
+
+pub use error::OutputError;

@@ -1,8 +1,11 @@
 //! One motor, one run: in open loop, in closed loop, a move, a rate.
 
 pub mod closed_loop;
+mod error;
 pub mod filter;
 pub mod position;
 pub mod rate;
 pub mod record;
 pub mod simulate;
+
+pub use error::RunError;

@@ -1,17 +1,21 @@
 //! A scene: every setting of a run by its key, each value checked when it is set.
 //!
 //! Later sources win: defaults, then a TOML file (nested tables, `[motor.mode_b] frequency_hz = 6300`), then
-//! `--set key=value`, then the command's own flags. There is one [`registry`] of keys; each module that consumes
-//! settings declares its own table, and the motor's keys come from the model's parameters.
+//! `--set key=value`, then the command's own flags. There is one [`registry`] of keys: the tables of
+//! [`keys`], and the motor's, which come from the model's parameters.
 
+mod error;
 mod file;
+pub mod keys;
+
+pub use error::{SceneError, one_line};
 
 use std::collections::BTreeMap;
 use std::path::Path;
 
 use motor_model::{MotorParams, OutOfBounds, Parameter};
 
-use crate::error::{CommandError, plain};
+use crate::math::plain_number::plain;
 
 /// One key that a scene can set.
 #[derive(Clone, Copy, Debug)]
@@ -64,19 +68,19 @@ pub const SETTINGS: &[Setting] = &[Setting {
     meaning: "names the random numbers of a run: same seed, same run",
 }];
 
-/// The table of each module that consumes settings: a new module adds its line here.
+/// Every table of keys besides the motor's: a new table adds its line here.
 const TABLES: &[&[Setting]] = &[
     SETTINGS,
-    crate::runs::simulate::SETTINGS,
-    crate::world::plant::SETTINGS,
-    crate::world::instruments::camera::SETTINGS,
-    crate::world::instruments::ldv::SETTINGS,
-    crate::world::instruments::gyroscope::SETTINGS,
-    crate::world::faults::SETTINGS,
-    crate::runs::filter::SETTINGS,
-    crate::runs::position::SETTINGS,
-    crate::runs::rate::SETTINGS,
-    crate::studies::gyroscope_calibration::SETTINGS,
+    keys::simulate::SETTINGS,
+    keys::plant::SETTINGS,
+    keys::camera::SETTINGS,
+    keys::vibrometer::SETTINGS,
+    keys::gyroscope::SETTINGS,
+    keys::faults::SETTINGS,
+    keys::estimator::SETTINGS,
+    keys::position::SETTINGS,
+    keys::rate::SETTINGS,
+    keys::calibrate::SETTINGS,
 ];
 
 /// Every key there is: the motor's parameters in the order of Table 1, then the tables of the modules.
@@ -107,14 +111,14 @@ impl Scene {
     ///
     /// # Errors
     /// When the file cannot be read or is malformed, or a key or value is refused.
-    pub fn load(file: Option<&Path>, sets: &[String]) -> Result<Self, CommandError> {
+    pub fn load(file: Option<&Path>, sets: &[String]) -> Result<Self, SceneError> {
         let mut scene = Self::default();
         if let Some(path) = file {
             file::read_into(&mut scene, path)?;
         }
         for text in sets {
             let (key, value) =
-                text.split_once('=').ok_or_else(|| CommandError::NotAnAssignment { text: text.clone() })?;
+                text.split_once('=').ok_or_else(|| SceneError::NotAnAssignment { text: text.clone() })?;
             scene.set(key.trim(), value.trim())?;
         }
         Ok(scene)
@@ -124,7 +128,7 @@ impl Scene {
     ///
     /// # Errors
     /// When it is malformed, or a key or value is refused; what stands before the place named is then set.
-    pub fn set_all(&mut self, toml: &str, path: &Path) -> Result<(), CommandError> {
+    pub fn set_all(&mut self, toml: &str, path: &Path) -> Result<(), SceneError> {
         file::parse_into(self, toml, path)
     }
 
@@ -132,10 +136,10 @@ impl Scene {
     ///
     /// # Errors
     /// When there is no such key, or its value is malformed or out of bounds. The scene is then as it was.
-    pub fn set(&mut self, key: &str, value: &str) -> Result<(), CommandError> {
+    pub fn set(&mut self, key: &str, value: &str) -> Result<(), SceneError> {
         let setting = registry()
             .find(|setting| setting.key == key)
-            .ok_or_else(|| CommandError::UnknownKey { key: key.to_owned(), nearest: nearest_key(key) })?;
+            .ok_or_else(|| SceneError::UnknownKey { key: key.to_owned(), nearest: nearest_key(key) })?;
         self.set.insert(setting.key, setting.parse(value)?);
         Ok(())
     }
@@ -215,7 +219,7 @@ impl Setting {
     ///
     /// # Panics
     /// When the setting takes no whole number: a slip in the program.
-    pub fn integer(&self, text: &str) -> Result<u64, CommandError> {
+    pub fn integer(&self, text: &str) -> Result<u64, SceneError> {
         match self.parse(text)? {
             Value::Integer(integer) => Ok(integer),
             other => panic!("{} is {other:?}, not a whole number", self.key),
@@ -223,8 +227,8 @@ impl Setting {
     }
 
     /// The value that `text` means, if the setting takes it.
-    fn parse(&self, text: &str) -> Result<Value, CommandError> {
-        let not_a = |wanted, bounds| CommandError::NotANumber {
+    fn parse(&self, text: &str) -> Result<Value, SceneError> {
+        let not_a = |wanted, bounds| SceneError::NotANumber {
             key: self.key.to_owned(),
             value: text.to_owned(),
             wanted,
@@ -241,7 +245,7 @@ impl Setting {
             Kind::Integer { min, max, .. } => match text.parse::<i128>() {
                 Ok(integer) => match u64::try_from(integer) {
                     Ok(integer) if (min..=max).contains(&integer) => Ok(Value::Integer(integer)),
-                    _ => Err(CommandError::OutOfBounds {
+                    _ => Err(SceneError::OutOfBounds {
                         key: self.key.to_owned(),
                         value: text.to_owned(),
                         bounds: format!("{min} to {max}"),
@@ -252,9 +256,7 @@ impl Setting {
             },
             Kind::Choice { of, .. } => match of.iter().find(|word| **word == text) {
                 Some(word) => Ok(Value::Choice(word)),
-                None => {
-                    Err(CommandError::NotAChoice { key: self.key.to_owned(), value: text.to_owned(), of })
-                }
+                None => Err(SceneError::NotAChoice { key: self.key.to_owned(), value: text.to_owned(), of }),
             },
         }
     }

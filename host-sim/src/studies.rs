@@ -1,6 +1,7 @@
 //! Many runs, then rows. A study is one folder: what is asked, one function that runs one case, what is concluded, its picture.
 
 pub mod averaged_motor;
+mod error;
 pub mod filter_costs;
 pub mod filter_errors;
 pub mod gyroscope_calibration;
@@ -8,3 +9,5 @@ pub mod paper;
 pub mod positioning_trials;
 pub mod response_map;
 pub mod step_accuracy;
+
+pub use error::StudyError;

@@ -4,12 +4,13 @@ use std::process::Output;
 use std::sync::OnceLock;
 
 use controller::{PositionLoop, TickReport};
+use host_sim::Scene;
+use host_sim::board::BoardError;
 use host_sim::board::instructions::Board;
 use host_sim::board::pil::{Emulated, Link, Processor, Wiring};
 use host_sim::board::telemetry::Entry;
 use host_sim::runs::closed_loop::Taken;
 use host_sim::runs::position;
-use host_sim::{CommandError, Scene};
 use rand_core::Rng as _;
 use rand_pcg::Pcg64;
 use serde_json::Value;
@@ -201,11 +202,11 @@ struct Noisy {
 }
 
 impl Processor for Noisy {
-    fn arm(&mut self, configuration: link::Configuration) -> Result<(), CommandError> {
+    fn arm(&mut self, configuration: link::Configuration) -> Result<(), BoardError> {
         self.board.arm(configuration)
     }
 
-    fn tick(&mut self, taken: &Taken) -> Result<link::TickRecord, CommandError> {
+    fn tick(&mut self, taken: &Taken) -> Result<link::TickRecord, BoardError> {
         self.ticks += 1;
         // Longer than any frame, now and then.
         let length = if self.ticks.is_multiple_of(100) { 1000 } else { self.ticks % 40 };
@@ -244,11 +245,11 @@ fn dual_pil_ends_where_the_host_ends() {
 struct Flipped(Emulated, u64);
 
 impl Processor for Flipped {
-    fn arm(&mut self, configuration: link::Configuration) -> Result<(), CommandError> {
+    fn arm(&mut self, configuration: link::Configuration) -> Result<(), BoardError> {
         self.0.arm(configuration)
     }
 
-    fn tick(&mut self, taken: &Taken) -> Result<link::TickRecord, CommandError> {
+    fn tick(&mut self, taken: &Taken) -> Result<link::TickRecord, BoardError> {
         let mut report = self.0.tick(taken)?;
         self.1 -= 1;
         if self.1 == 0 {

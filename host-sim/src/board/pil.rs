@@ -21,12 +21,13 @@ mod process;
 mod tests;
 
 use std::fmt;
+use std::ops::ControlFlow;
 
 use link::{Configuration, FilterKind, TickRecord};
 use serde::Serialize;
 
-use crate::error::CommandError;
-use crate::runs::closed_loop::{Moment, Taken};
+use crate::board::BoardError;
+use crate::runs::closed_loop::{ClosedLoop, Moment, Taken};
 use crate::runs::position::{self, Outcome};
 use crate::scene::Scene;
 pub use emulated::Emulated;
@@ -39,13 +40,13 @@ pub trait Processor {
     ///
     /// # Errors
     /// When it refuses the move or does not answer.
-    fn arm(&mut self, configuration: Configuration) -> Result<(), CommandError>;
+    fn arm(&mut self, configuration: Configuration) -> Result<(), BoardError>;
 
     /// What a tick makes of the measurements that the host's tick took in.
     ///
     /// # Errors
     /// When it does not answer with a report.
-    fn tick(&mut self, taken: &Taken) -> Result<TickRecord, CommandError>;
+    fn tick(&mut self, taken: &Taken) -> Result<TickRecord, BoardError>;
 }
 
 /// Where the microcontroller first computed something else than the host.
@@ -115,7 +116,7 @@ pub(crate) fn configuration(scene: &Scene) -> Configuration {
 ///
 /// # Errors
 /// When the scene is refused, or the processor fails. A difference is no error here.
-pub fn run(scene: &Scene, processor: &mut impl Processor) -> Result<Run, CommandError> {
+pub fn run(scene: &Scene, processor: &mut impl Processor) -> Result<Run, BoardError> {
     run_with(scene, processor, |_| Ok(()))
 }
 
@@ -126,42 +127,56 @@ pub fn run(scene: &Scene, processor: &mut impl Processor) -> Result<Run, Command
 pub fn run_with(
     scene: &Scene,
     processor: &mut impl Processor,
-    mut observe: impl FnMut(&Moment) -> Result<(), CommandError>,
-) -> Result<Run, CommandError> {
+    mut observe: impl FnMut(&Moment) -> Result<(), BoardError>,
+) -> Result<Run, BoardError> {
     processor.arm(configuration(scene))?;
     let mut steps = 0;
     let outcome = position::run_with(scene, |closed_loop, moment| {
         steps += 1;
-        let ours = TickRecord::from(&moment.report);
-        let theirs = processor.tick(closed_loop.taken())?;
-        observe(moment)?;
-        if let Some((field, host, board)) = ours.difference(&theirs) {
-            let host = told(&ours, field, host);
-            let board = told(&theirs, field, board);
-            return Err(Difference { step: steps, field, host, board, seed: scene.seed() }.into());
+        match compared(processor, closed_loop, moment, &mut observe, steps, scene.seed()) {
+            Ok(()) => ControlFlow::Continue(()),
+            Err(error) => ControlFlow::Break(error),
         }
-        let command = theirs.applied.command();
-        closed_loop
-            .overrule(command.ok_or_else(|| CommandError::Board("commands what is no drive".to_owned()))?);
-        Ok(())
-    });
+    })?;
     match outcome {
-        Ok(outcome) => Ok(Run {
+        ControlFlow::Continue(outcome) => Ok(Run {
             identical: true,
             steps,
             final_error_mdeg: Some(outcome.final_error_mdeg),
             difference: None,
             outcome: Some(outcome),
         }),
-        Err(CommandError::Difference(difference)) => Ok(Run {
+        ControlFlow::Break(BoardError::Difference(difference)) => Ok(Run {
             identical: false,
             steps,
             final_error_mdeg: None,
             difference: Some(difference),
             outcome: None,
         }),
-        Err(error) => Err(error),
+        ControlFlow::Break(error) => Err(error),
     }
+}
+
+/// One tick: the processor's report beside the host's, and then its command in the place of the host's.
+fn compared(
+    processor: &mut impl Processor,
+    closed_loop: &mut ClosedLoop,
+    moment: &Moment,
+    observe: &mut impl FnMut(&Moment) -> Result<(), BoardError>,
+    step: u64,
+    seed: u64,
+) -> Result<(), BoardError> {
+    let ours = TickRecord::from(&moment.report);
+    let theirs = processor.tick(closed_loop.taken())?;
+    observe(moment)?;
+    if let Some((field, host, board)) = ours.difference(&theirs) {
+        let host = told(&ours, field, host);
+        let board = told(&theirs, field, board);
+        return Err(Difference { step, field, host, board, seed }.into());
+    }
+    let command = theirs.applied.command();
+    closed_loop.overrule(command.ok_or_else(|| BoardError::Board("commands what is no drive".to_owned()))?);
+    Ok(())
 }
 
 /// The bits of `field` of `record` in hexadecimal, and what they mean where they are the number of an enumeration.

@@ -17,9 +17,9 @@ use controller::PositionLoop;
 use link::{BoardMessage, CameraRecord, HostMessage, LdvRecord};
 use serde::Serialize;
 
+use crate::board::BoardError;
 use crate::board::instructions::Board;
 use crate::board::pil::{self, Emulated, Live, Wiring};
-use crate::error::CommandError;
 use crate::report::section::Section;
 use crate::runs::filter::FILTERS;
 use crate::scene::Scene;
@@ -120,8 +120,8 @@ impl Report {
     /// # Errors
     /// When an ELF cannot be had, read or run.
     pub fn measure<P: AsRef<Path>>(
-        mut elf_of: impl FnMut(&str, Option<&str>) -> Result<P, CommandError>,
-    ) -> Result<Self, CommandError> {
+        mut elf_of: impl FnMut(&str, Option<&str>) -> Result<P, BoardError>,
+    ) -> Result<Self, BoardError> {
         let measured = PROGRAMS.map(|(program, only)| {
             let elf = elf_of(program, only)?;
             let image = Image::read(elf.as_ref())?;
@@ -136,7 +136,7 @@ impl Report {
                 forbidden: reached.forbidden,
             })
         });
-        Ok(Self { programs: measured.into_iter().collect::<Result<_, CommandError>>()? })
+        Ok(Self { programs: measured.into_iter().collect::<Result<_, BoardError>>()? })
     }
 
     /// Whatever is wrong with any of them.
@@ -187,7 +187,7 @@ impl Report {
 }
 
 /// How deep the stack goes in a short move by each filter.
-fn stacks(program: &str, only: Option<&str>, elf: &Path) -> Result<Vec<Stack>, CommandError> {
+fn stacks(program: &str, only: Option<&str>, elf: &Path) -> Result<Vec<Stack>, BoardError> {
     let of = |&filter| {
         let mut scene = Scene::default();
         scene.set("estimator.filter", filter)?;
@@ -200,7 +200,7 @@ fn stacks(program: &str, only: Option<&str>, elf: &Path) -> Result<Vec<Stack>, C
 }
 
 /// In lock step, with frames that are overtaken.
-fn lock_step_stack(elf: &Path, scene: &Scene) -> Result<u32, CommandError> {
+fn lock_step_stack(elf: &Path, scene: &Scene) -> Result<u32, BoardError> {
     let mut processor = Emulated::start(elf, Board::M4, Wiring::default())?;
     pil::run(scene, &mut processor)?;
     let bytes = processor.counters()?.stack_bytes_max;
@@ -212,7 +212,7 @@ fn lock_step_stack(elf: &Path, scene: &Scene) -> Result<u32, CommandError> {
 const REPORTS: u32 = 200;
 
 /// On the board's own timer, whose interrupt takes the same stack: a rotor at rest is shown to it, now and then with a frame that is overtaken.
-fn live_stack(elf: &Path, scene: &Scene) -> Result<u32, CommandError> {
+fn live_stack(elf: &Path, scene: &Scene) -> Result<u32, BoardError> {
     let mut board = Live::start(elf, None)?;
     for message in [HostMessage::Hello, HostMessage::Configure(pil::configuration(scene)), HostMessage::Arm] {
         board.say(&message)?;

@@ -16,7 +16,7 @@ use std::path::Path;
 
 use defmt_decoder::{DecodeError, StreamDecoder, Table};
 
-use crate::error::CommandError;
+use crate::board::BoardError;
 pub use record::Record;
 
 /// The texts of a program's log.
@@ -29,10 +29,10 @@ impl Dictionary {
     ///
     /// # Errors
     /// When it cannot be read, or is no ELF of a program that logs.
-    pub fn read(path: &Path) -> Result<Self, CommandError> {
-        let bytes = std::fs::read(path)
-            .map_err(|source| CommandError::Unreadable { path: path.to_owned(), source })?;
-        let no_elf = |error: String| CommandError::NoElf { path: path.to_owned(), error };
+    pub fn read(path: &Path) -> Result<Self, BoardError> {
+        let bytes =
+            std::fs::read(path).map_err(|source| BoardError::Unreadable { path: path.to_owned(), source })?;
+        let no_elf = |error: String| BoardError::NoElf { path: path.to_owned(), error };
         let table = Table::parse(&bytes).map_err(|error| no_elf(error.to_string()))?;
         let table = table.filter(|table| !table.is_empty() && table.has_timestamp());
         Ok(Self { table: table.ok_or_else(|| no_elf("it logs nothing".to_owned()))? })
@@ -86,9 +86,9 @@ impl<'d> Reader<'d> {
     ///
     /// # Errors
     /// When it cannot be opened.
-    pub fn open(dictionary: &'d Dictionary, path: &Path) -> Result<Self, CommandError> {
+    pub fn open(dictionary: &'d Dictionary, path: &Path) -> Result<Self, BoardError> {
         let file =
-            File::open(path).map_err(|source| CommandError::Unreadable { path: path.to_owned(), source })?;
+            File::open(path).map_err(|source| BoardError::Unreadable { path: path.to_owned(), source })?;
         Ok(Self { file, decoder: dictionary.table.new_stream_decoder() })
     }
 
@@ -96,11 +96,11 @@ impl<'d> Reader<'d> {
     ///
     /// # Errors
     /// When it cannot be read, or is no log of this program.
-    pub fn entries(&mut self) -> Result<Vec<Entry>, CommandError> {
+    pub fn entries(&mut self) -> Result<Vec<Entry>, BoardError> {
         let mut bytes = Vec::new();
         self.file
             .read_to_end(&mut bytes)
-            .map_err(|error| CommandError::Board(format!("logs into a file that is lost: {error}")))?;
+            .map_err(|error| BoardError::Board(format!("logs into a file that is lost: {error}")))?;
         if bytes.is_empty() {
             return Ok(Vec::new());
         }
@@ -110,13 +110,13 @@ impl<'d> Reader<'d> {
             match self.decoder.decode() {
                 Ok(frame) => {
                     let tick = frame.display_timestamp().and_then(|tick| tick.to_string().parse().ok());
-                    let tick = tick.ok_or_else(|| CommandError::Board("logs without a tick".to_owned()))?;
+                    let tick = tick.ok_or_else(|| BoardError::Board("logs without a tick".to_owned()))?;
                     let level = frame.level().map_or("info", |level| level.as_str());
                     entries.push(Entry { tick, level, text: frame.display_message().to_string() });
                 }
                 Err(DecodeError::UnexpectedEof) => return Ok(entries),
                 Err(DecodeError::Malformed) => {
-                    return Err(CommandError::Board("logs what its ELF does not explain".to_owned()));
+                    return Err(BoardError::Board("logs what its ELF does not explain".to_owned()));
                 }
             }
         }
@@ -142,11 +142,11 @@ mod tests {
     fn exact_what_is_no_program_that_logs_is_refused() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("elf");
-        assert!(matches!(Dictionary::read(&path), Err(CommandError::Unreadable { .. })));
+        assert!(matches!(Dictionary::read(&path), Err(BoardError::Unreadable { .. })));
         std::fs::write(&path, "text").unwrap();
-        assert!(matches!(Dictionary::read(&path), Err(CommandError::NoElf { .. })));
+        assert!(matches!(Dictionary::read(&path), Err(BoardError::NoElf { .. })));
         // An ELF, but of a program that does not log.
         let ourselves = std::env::current_exe().unwrap();
-        assert!(matches!(Dictionary::read(&ourselves), Err(CommandError::NoElf { .. })));
+        assert!(matches!(Dictionary::read(&ourselves), Err(BoardError::NoElf { .. })));
     }
 }

@@ -7,7 +7,7 @@ use indicatif::ProgressBar;
 
 use super::publication::{Findings, PublicationArgs};
 use super::{SceneArgs, progress_style};
-use crate::error::CommandError;
+use crate::cli::CommandError;
 use crate::studies::gyroscope_calibration;
 
 #[derive(Debug, Args)]
@@ -40,11 +40,11 @@ impl CalibrateArgs {
         let bar = ProgressBar::new(plan.motors()).with_style(progress_style());
         let calibrations = plan.run(&|| bar.inc(1))?;
         bar.finish_and_clear();
-        publication.publish(Findings {
+        Ok(publication.publish(Findings {
             files: vec![("calibrate.svg", calibrations.picture()?), ("runs.csv", calibrations.csv()?)],
             section: calibrations.readme_section(),
             text: calibrations.document().text(),
             json: calibrations.json(),
-        })
+        })?)
     }
 }

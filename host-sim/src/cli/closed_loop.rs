@@ -8,10 +8,11 @@ use indicatif::ProgressBar;
 
 use super::publication::{DrawingArgs, Findings, PublicationArgs};
 use super::{Format, SceneArgs, progress_style};
-use crate::error::CommandError;
+use crate::cli::CommandError;
 use crate::report::files;
 use crate::runs::position;
 use crate::runs::rate;
+use crate::studies::StudyError;
 use crate::studies::positioning_trials::{self, Strategy};
 use crate::studies::response_map;
 
@@ -37,7 +38,7 @@ impl PositionArgs {
         let mut trace = position::Trace::default();
         let outcome = position::run(&scene, |moment| trace.take(moment))?;
         let svg = position::svg(&outcome, &trace)?;
-        drawing.publish(&svg, &outcome.to_string(), outcome.json())
+        Ok(drawing.publish(&svg, &outcome.to_string(), outcome.json())?)
     }
 }
 
@@ -69,7 +70,7 @@ impl RateArgs {
         let mut moments = Vec::new();
         let outcome = rate::run(&scene, |moment| moments.push(moment))?;
         let svg = rate::svg(&outcome, &moments)?;
-        drawing.publish(&svg, &outcome.to_string(), outcome.json())
+        Ok(drawing.publish(&svg, &outcome.to_string(), outcome.json())?)
     }
 }
 
@@ -106,16 +107,16 @@ impl PositioningTrialsArgs {
         let bar = ProgressBar::new(work).with_style(progress_style());
         let progress = |trials| bar.inc(trials);
         let trials = plan.run(&progress)?;
-        let others: Result<Vec<_>, CommandError> = others.iter().map(|plan| plan.run(&progress)).collect();
+        let others: Result<Vec<_>, StudyError> = others.iter().map(|plan| plan.run(&progress)).collect();
         let measuring_s = positioning_trials::measuring_s(&scene);
         let report = positioning_trials::Report { trials, others: others?, measuring_s };
         bar.finish_and_clear();
-        publication.publish(Findings {
+        Ok(publication.publish(Findings {
             files: vec![("positioning-trials.svg", report.picture()?), ("trials.csv", report.csv())],
             section: report.readme_section(),
             text: report.document().text(),
             json: report.json(),
-        })
+        })?)
     }
 }
 
@@ -147,9 +148,9 @@ impl ResponseMapArgs {
             file.write_all(map.source().as_bytes()).map_err(|source| file.unwritable(source))?;
             file.publish()?;
         }
-        files::print(&match self.format {
+        Ok(files::print(&match self.format {
             Format::Text => map.document().text(),
             Format::Json => map.json(),
-        })
+        })?)
     }
 }

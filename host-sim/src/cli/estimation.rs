@@ -9,7 +9,7 @@ use super::microcontroller::count_instructions;
 use super::publication::{Findings, PublicationArgs};
 use super::{SceneArgs, progress_style};
 use crate::board::instructions::Board;
-use crate::error::CommandError;
+use crate::cli::CommandError;
 use crate::studies::filter_costs;
 use crate::studies::filter_errors;
 
@@ -36,12 +36,12 @@ impl EstimateArgs {
         let bar = ProgressBar::new(plan.milliseconds()).with_style(progress_style());
         let estimation = plan.run(&|milliseconds| bar.inc(milliseconds))?;
         bar.finish_and_clear();
-        publication.publish(Findings {
+        Ok(publication.publish(Findings {
             files: vec![("estimate.svg", estimation.picture()?), ("table.csv", estimation.csv()?)],
             section: estimation.readme_section(),
             text: estimation.document().text(),
             json: estimation.json(),
-        })
+        })?)
     }
 }
 
@@ -75,11 +75,11 @@ impl FiltersArgs {
         let bar = ProgressBar::new(plan.recordings()).with_style(progress_style());
         let comparison = plan.run(counts.as_ref(), &|| bar.inc(1))?;
         bar.finish_and_clear();
-        publication.publish(Findings {
+        Ok(publication.publish(Findings {
             files: vec![("filters.svg", comparison.picture()?), ("table.csv", comparison.csv()?)],
             section: comparison.readme_section(),
             text: comparison.document().text(),
             json: comparison.json(),
-        })
+        })?)
     }
 }

@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 use motor_model::Parameter;
 use motor_model::params::{Origin, Tolerance};
 
-use crate::error::plain;
+use crate::math::plain_number::plain;
 use crate::scene::{Kind, registry};
 
 /// The registry as a table in columns.

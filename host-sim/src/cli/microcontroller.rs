@@ -6,11 +6,13 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 
 use super::{Format, SceneArgs};
+use crate::board::BoardError;
 use crate::board::instructions::{self, Board, Listing};
 use crate::board::pil;
 use crate::board::size;
 use crate::board::telemetry::{Dictionary, Reader, Record};
-use crate::error::CommandError;
+use crate::cli::CommandError;
+use crate::report::OutputError;
 use crate::report::files::{self, OutputFolder};
 use crate::scene::Scene;
 
@@ -43,10 +45,10 @@ impl InstructionsArgs {
     pub(super) fn execute(&self) -> Result<(), CommandError> {
         if self.cycles {
             let estimates = instructions::cycles::estimate(self.board)?;
-            return files::print(&match self.format {
+            return Ok(files::print(&match self.format {
                 Format::Text => instructions::cycles::table(self.board, &estimates),
                 Format::Json => instructions::cycles::json(&estimates),
-            });
+            })?);
         }
         if let Some(path) = &self.readme {
             instructions::readme::SECTION.read(path)?;
@@ -57,7 +59,7 @@ impl InstructionsArgs {
             let elf = instructions::program::build("peers")?;
             listing.counts.extend(count_instructions(Some(&elf), self.board)?.counts);
         }
-        let report = instructions::Report::new(self.board, listing)?;
+        let report = instructions::Report::new(self.board, listing).map_err(BoardError::from)?;
         if let Some(mut file) = file {
             file.write_all(report.json().as_bytes()).map_err(|source| file.unwritable(source))?;
             file.publish()?;
@@ -67,15 +69,15 @@ impl InstructionsArgs {
             let section = instructions::readme::section(&report, &estimates);
             instructions::readme::SECTION.write(path, &section)?;
         }
-        files::print(&match self.format {
+        Ok(files::print(&match self.format {
             Format::Text => report.to_string(),
             Format::Json => report.json(),
-        })
+        })?)
     }
 }
 
 /// What the program prints that counts, run on `board`: that in `elf`, or one built for it.
-pub(super) fn count_instructions(elf: Option<&Path>, board: Board) -> Result<Listing, CommandError> {
+pub(super) fn count_instructions(elf: Option<&Path>, board: Board) -> Result<Listing, BoardError> {
     instructions::emulator::check()?;
     let elf = elf.map_or_else(|| instructions::program::build("instructions"), |elf| Ok(elf.to_owned()))?;
     Ok(Listing::parse(&instructions::emulator::run(&elf, board)?)?)
@@ -122,7 +124,7 @@ impl PilArgs {
             Format::Text => format!("{} (QEMU {})\n{run}{log}", self.board.processor(), self.board.machine()),
             Format::Json => run.json(),
         })?;
-        run.difference.map_or(Ok(()), |difference| Err(difference.into()))
+        run.difference.map_or(Ok(()), |difference| Err(BoardError::from(difference).into()))
     }
 
     fn wiring<'a>(&self, log: Option<&'a Path>) -> pil::Wiring<'a> {
@@ -139,7 +141,7 @@ impl PilArgs {
         let dictionary = Dictionary::read(elf)?;
         let output = OutputFolder::create(folder)?;
         let mut record = Record::create(&folder.join("telemetry.csv"))?;
-        let unwritable = |source| CommandError::Unwritable { path: std::env::temp_dir(), source };
+        let unwritable = |source| OutputError::Unwritable { path: std::env::temp_dir(), source };
         let log = tempfile::NamedTempFile::new().map_err(unwritable)?;
         let mut reader = Reader::open(&dictionary, log.path())?;
         let mut processor = pil::Emulated::start(elf, self.board, self.wiring(Some(log.path())))?;
@@ -177,6 +179,6 @@ impl SizeArgs {
             Format::Json => report.json(),
         })?;
         let complaints = report.complaints();
-        if complaints.is_empty() { Ok(()) } else { Err(CommandError::Oversize(complaints)) }
+        if complaints.is_empty() { Ok(()) } else { Err(BoardError::Oversize(complaints).into()) }
     }
 }

@@ -7,7 +7,7 @@ use clap::Args;
 use indicatif::ProgressBar;
 
 use super::{Format, SceneArgs, progress_style};
-use crate::error::CommandError;
+use crate::cli::CommandError;
 use crate::report::files::{self, OutputFolder};
 use crate::runs::record::Record;
 use crate::runs::simulate::{Report, Run, simulate};
@@ -68,10 +68,10 @@ impl SimulateArgs {
         let summary = simulate(&run, &mut record)?;
         let report = Report::new(&run, &summary, start.elapsed().as_secs_f64());
         record.map_or(Ok(()), Record::publish)?;
-        files::print(&match self.format {
+        Ok(files::print(&match self.format {
             Format::Text => report.to_string(),
             Format::Json => report.json(),
-        })
+        })?)
     }
 }
 
@@ -101,9 +101,9 @@ impl ReproduceArgs {
         let mut files = reproduction.pictures()?;
         files.push(("reproduce.md".to_owned(), document.markdown()));
         folder.publish(&files)?;
-        files::print(&match self.format {
+        Ok(files::print(&match self.format {
             Format::Text => format!("{}Written to {}\n", document.text(), self.out.display()),
             Format::Json => reproduction.json(),
-        })
+        })?)
     }
 }

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 
 use super::Format;
-use crate::error::CommandError;
+use crate::report::OutputError;
 use crate::report::files::{self, Output, OutputFolder};
 use crate::report::section::Section;
 
@@ -47,7 +47,7 @@ impl PublicationArgs {
         &'a self,
         folder: &'a Path,
         section: Section,
-    ) -> Result<Publication<'a>, CommandError> {
+    ) -> Result<Publication<'a>, OutputError> {
         if let Some(page) = &self.readme {
             section.read(page)?;
         }
@@ -56,7 +56,7 @@ impl PublicationArgs {
 }
 
 impl Publication<'_> {
-    pub(super) fn publish(&self, findings: Findings) -> Result<(), CommandError> {
+    pub(super) fn publish(&self, findings: Findings) -> Result<(), OutputError> {
         let Findings { files, section, text, json } = findings;
         let files: Vec<_> = files.into_iter().map(|(name, content)| (name.to_owned(), content)).collect();
         self.folder.publish(&files)?;
@@ -90,7 +90,7 @@ pub(super) struct Drawing {
 
 impl DrawingArgs {
     /// Opens the file, which is `name` in the folder `out` unless a flag says otherwise.
-    pub(super) fn open(&self, name: &str) -> Result<Drawing, CommandError> {
+    pub(super) fn open(&self, name: &str) -> Result<Drawing, OutputError> {
         let path = if let Some(path) = &self.out {
             path.clone()
         } else {
@@ -104,7 +104,7 @@ impl DrawingArgs {
 
 impl Drawing {
     /// Writes the picture, then prints the run.
-    pub(super) fn publish(mut self, svg: &str, text: &str, json: String) -> Result<(), CommandError> {
+    pub(super) fn publish(mut self, svg: &str, text: &str, json: String) -> Result<(), OutputError> {
         self.file.write_all(svg.as_bytes()).map_err(|source| self.file.unwritable(source))?;
         self.file.publish()?;
         files::print(&match self.format {

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::Args;
 
 use super::publication::{Findings, PublicationArgs};
-use crate::error::CommandError;
+use crate::cli::CommandError;
 use crate::studies::step_accuracy;
 
 #[derive(Debug, Args)]
@@ -25,11 +25,11 @@ impl AccuracyArgs {
         let publication = self.publication.open(&self.out, step_accuracy::readme::SECTION)?;
         let plan = if self.quick { step_accuracy::Plan::quick() } else { step_accuracy::Plan::full() };
         let accuracy = plan.run()?;
-        publication.publish(Findings {
+        Ok(publication.publish(Findings {
             files: vec![("accuracy.svg", accuracy.picture()?), ("table.csv", accuracy.csv()?)],
             section: accuracy.readme_section(),
             text: accuracy.document().text(),
             json: accuracy.json(),
-        })
+        })?)
     }
 }

@@ -14,7 +14,7 @@
 //!     )
 //!     .svg()?;
 //! assert!(svg.starts_with("<svg"));
-//! # Ok::<(), host_sim::CommandError>(())
+//! # Ok::<(), host_sim::OutputError>(())
 //! ```
 
 mod axis;
@@ -23,7 +23,7 @@ mod thinning;
 
 use std::ops::Range;
 
-use crate::error::CommandError;
+use crate::report::OutputError;
 
 /// A picture: a title and panels from top to bottom.
 #[derive(Clone, Debug)]
@@ -120,7 +120,7 @@ impl Figure {
     ///
     /// # Errors
     /// When the backend cannot lay it out.
-    pub fn svg(&self) -> Result<String, CommandError> {
+    pub fn svg(&self) -> Result<String, OutputError> {
         draw::svg(self)
     }
 }

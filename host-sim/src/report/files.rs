@@ -9,17 +9,17 @@ use std::path::{Path, PathBuf};
 use serde::Serialize;
 use tempfile::NamedTempFile;
 
-use crate::error::CommandError;
+use crate::report::OutputError;
 
 /// Lines as CSV, their fields as columns.
 ///
 /// # Errors
 /// When a line is no row of a table.
-pub fn csv<L: Serialize>(mut lines: impl Iterator<Item = L>) -> Result<String, CommandError> {
+pub fn csv<L: Serialize>(mut lines: impl Iterator<Item = L>) -> Result<String, OutputError> {
     let mut writer = csv::Writer::from_writer(Vec::new());
     let written = lines.try_for_each(|line| writer.serialize(line));
-    written.map_err(|error| CommandError::Table(error.to_string()))?;
-    let bytes = writer.into_inner().map_err(|error| CommandError::Table(error.to_string()))?;
+    written.map_err(|error| OutputError::Table(error.to_string()))?;
+    let bytes = writer.into_inner().map_err(|error| OutputError::Table(error.to_string()))?;
     Ok(String::from_utf8_lossy(&bytes).into_owned())
 }
 
@@ -42,8 +42,8 @@ impl Output {
     ///
     /// # Errors
     /// When `path` is a folder, or nothing can be written beside it.
-    pub fn create(path: &Path) -> Result<Self, CommandError> {
-        let unwritable = |source| CommandError::Unwritable { path: path.to_owned(), source };
+    pub fn create(path: &Path) -> Result<Self, OutputError> {
+        let unwritable = |source| OutputError::Unwritable { path: path.to_owned(), source };
         if path.is_dir() {
             return Err(unwritable(io::ErrorKind::IsADirectory.into()));
         }
@@ -76,18 +76,18 @@ impl Output {
     ///
     /// # Errors
     /// When the rest cannot be written or the file not be renamed; the destination is then as it was.
-    pub fn publish(self) -> Result<(), CommandError> {
+    pub fn publish(self) -> Result<(), OutputError> {
         let Self { path, writer } = self;
         let written = writer.into_inner().map_err(io::IntoInnerError::into_error);
         written
             .and_then(|file| file.persist(&path).map_err(|error| error.error))
             .map(|_| ())
-            .map_err(|source| CommandError::Unwritable { path, source })
+            .map_err(|source| OutputError::Unwritable { path, source })
     }
 
     /// The error that says that this file could not be written.
-    pub fn unwritable(&self, source: io::Error) -> CommandError {
-        CommandError::Unwritable { path: self.path.clone(), source }
+    pub fn unwritable(&self, source: io::Error) -> OutputError {
+        OutputError::Unwritable { path: self.path.clone(), source }
     }
 }
 
@@ -112,9 +112,9 @@ impl OutputFolder {
     ///
     /// # Errors
     /// When they cannot.
-    pub fn create(folder: &Path) -> Result<Self, CommandError> {
+    pub fn create(folder: &Path) -> Result<Self, OutputError> {
         std::fs::create_dir_all(folder)
-            .map_err(|source| CommandError::Unwritable { path: folder.to_owned(), source })?;
+            .map_err(|source| OutputError::Unwritable { path: folder.to_owned(), source })?;
         // Opened and dropped: the temporary file goes with it.
         Output::create(&folder.join("probe"))?;
         Ok(Self { folder: folder.to_owned() })
@@ -124,7 +124,7 @@ impl OutputFolder {
     ///
     /// # Errors
     /// When one cannot be written.
-    pub fn publish(&self, files: &[(String, String)]) -> Result<(), CommandError> {
+    pub fn publish(&self, files: &[(String, String)]) -> Result<(), OutputError> {
         let mut outputs = Vec::with_capacity(files.len());
         for (name, text) in files {
             let mut output = Output::create(&self.folder.join(name))?;
@@ -139,9 +139,9 @@ impl OutputFolder {
 ///
 /// # Errors
 /// When standard output is closed or full.
-pub fn print(text: &str) -> Result<(), CommandError> {
+pub fn print(text: &str) -> Result<(), OutputError> {
     let mut stdout = io::stdout().lock();
-    stdout.write_all(text.as_bytes()).and_then(|()| stdout.flush()).map_err(CommandError::StandardOutput)
+    stdout.write_all(text.as_bytes()).and_then(|()| stdout.flush()).map_err(OutputError::StandardOutput)
 }
 
 #[cfg(test)]
@@ -175,7 +175,7 @@ mod tests {
         let nowhere = folder.path().join("missing/result.csv");
         for path in [nowhere.as_path(), folder.path(), Path::new("/dev/null"), Path::new("")] {
             assert!(
-                matches!(Output::create(path), Err(CommandError::Unwritable { .. })),
+                matches!(Output::create(path), Err(OutputError::Unwritable { .. })),
                 "{}",
                 path.display()
             );

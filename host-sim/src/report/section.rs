@@ -3,7 +3,7 @@
 use std::io::Write as _;
 use std::path::Path;
 
-use crate::error::CommandError;
+use crate::report::OutputError;
 use crate::report::files::Output;
 
 /// The markers of a section.
@@ -20,13 +20,13 @@ impl Section {
     ///
     /// # Errors
     /// When it cannot be read or has no markers, each once and in order.
-    pub fn read(self, path: &Path) -> Result<String, CommandError> {
+    pub fn read(self, path: &Path) -> Result<String, OutputError> {
         let text = std::fs::read_to_string(path)
-            .map_err(|source| CommandError::Unreadable { path: path.to_owned(), source })?;
+            .map_err(|source| OutputError::Unreadable { path: path.to_owned(), source })?;
         if self.replaced(&text, "").is_some() {
             Ok(text)
         } else {
-            Err(CommandError::NoMarkers { path: path.to_owned(), markers: [self.begin, self.end] })
+            Err(OutputError::NoMarkers { path: path.to_owned(), markers: [self.begin, self.end] })
         }
     }
 
@@ -34,7 +34,7 @@ impl Section {
     ///
     /// # Errors
     /// When the file has no markers (any more) or cannot be written.
-    pub fn write(self, path: &Path, section: &str) -> Result<(), CommandError> {
+    pub fn write(self, path: &Path, section: &str) -> Result<(), OutputError> {
         let text = self.read(path)?;
         let mut output = Output::create(path)?;
         let text = self.replaced(&text, section).unwrap_or(text);

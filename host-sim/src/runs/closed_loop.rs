@@ -11,7 +11,7 @@ use controller::{
 use estimator::{CameraFrame, LdvSample};
 use motor_model::{Angle, DriveCommand, Time};
 
-use crate::error::CommandError;
+use crate::runs::RunError;
 use crate::runs::filter::AnyFilter;
 use crate::scene::Scene;
 use crate::world::plant::Plant;
@@ -91,7 +91,7 @@ impl ClosedLoop {
     ///
     /// # Errors
     /// When the model refuses the plant, or the plant's step does not divide a period.
-    pub fn new(scene: &Scene, target: Target, tuning: PositioningTuning) -> Result<Self, CommandError> {
+    pub fn new(scene: &Scene, target: Target, tuning: PositioningTuning) -> Result<Self, RunError> {
         let ports = Ports { desk: Desk::new(scene)?, command: DriveCommand::OFF, taken: Taken::default() };
         let position_loop = PositionLoop::new(AnyFilter::of(scene)?, target, tuning, Time::ZERO);
         Ok(Self { ports, position_loop })
@@ -141,7 +141,7 @@ impl ClosedRateLoop {
     ///
     /// # Errors
     /// When the model refuses the plant, or the plant's step does not divide a period.
-    pub fn new(scene: &Scene, hold: RateHold) -> Result<Self, CommandError> {
+    pub fn new(scene: &Scene, hold: RateHold) -> Result<Self, RunError> {
         let ports = Ports { desk: Desk::new(scene)?, command: DriveCommand::OFF, taken: Taken::default() };
         Ok(Self { ports, rate_loop: RateLoop::new(AnyFilter::of(scene)?, hold) })
     }

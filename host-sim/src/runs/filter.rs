@@ -6,18 +6,11 @@ use estimator::{
 };
 use motor_model::{DriveCommand, MotorParams, OutOfBounds, Real, Time};
 
-use crate::scene::{Kind, Scene, Setting};
+use crate::scene::Scene;
+pub use crate::scene::keys::estimator::FILTERS;
 
-/// The filters by name, from the simplest to the richest.
-pub const FILTERS: &[&str] = &["constant_rate", "impact_aided", "twin"];
-
-/// The estimator's settings.
-pub const SETTINGS: &[Setting] = &[Setting {
-    key: "estimator.filter",
-    unit: "",
-    kind: Kind::Choice { default: "twin", of: FILTERS },
-    meaning: "filter of angle and rate: from the camera alone, with the vibrometer's impacts, or with a twin that these drive",
-}];
+/// How far back a smoothed estimate lies, in ms.
+pub const SMOOTHER_LAG_MS: u64 = 2;
 
 /// One of the filters, in the precision of the microcontroller unless another is asked for.
 #[derive(Clone, Debug)]

@@ -3,46 +3,20 @@
 mod picture;
 mod trace;
 
+use std::convert::Infallible;
 use std::fmt;
+use std::ops::ControlFlow;
 
 use controller::{Limits, PositionLoop, PositioningPhase, PositioningTuning, Target, TickReport};
 use estimator::Estimate;
 use motor_model::{Angle, DriveCommand, Time, math};
 use serde::Serialize;
 
-use crate::error::CommandError;
+use crate::runs::RunError;
 use crate::runs::closed_loop::{ClosedLoop, Moment};
-use crate::scene::{Kind, Scene, Setting};
+use crate::scene::Scene;
 pub use picture::svg;
 pub use trace::Trace;
-
-/// Settings of a move.
-pub const SETTINGS: &[Setting] = &[
-    Setting {
-        key: "position.to_deg",
-        unit: "deg",
-        kind: Kind::Number { default: 90.0, min: -360_000.0, max: 360_000.0 },
-        meaning: "target angle from where the rotor starts, clockwise positive",
-    },
-    Setting {
-        key: "position.tolerance_deg",
-        unit: "deg",
-        kind: Kind::Number { default: 0.001, min: Target::TOLERANCE_MIN_DEG, max: 10.0 },
-        meaning: "distance from the target that counts as reached, with 95 % confidence",
-    },
-    Setting {
-        key: "position.deadline_s",
-        unit: "s",
-        kind: Kind::Number { default: 30.0, min: 1e-3, max: 1e5 },
-        meaning: "time after which positioning gives up",
-    },
-    Setting {
-        key: "position.hold_s",
-        unit: "s",
-        kind: Kind::Number { default: 0.1, min: 0.0, max: 1e4 },
-        meaning: "time to go on watching once the target is reached",
-    },
-];
 
 /// What became of a move.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -120,21 +94,22 @@ impl fmt::Display for Outcome {
 ///
 /// # Errors
 /// When the scene is refused.
-pub fn run(scene: &Scene, mut observe: impl FnMut(&Moment)) -> Result<Outcome, CommandError> {
-    run_with(scene, |_, moment| {
+pub fn run(scene: &Scene, mut observe: impl FnMut(&Moment)) -> Result<Outcome, RunError> {
+    let ControlFlow::Continue(outcome) = run_with(scene, |_, moment| {
         observe(moment);
-        Ok(())
-    })
+        ControlFlow::<Infallible>::Continue(())
+    })?;
+    Ok(outcome)
 }
 
-/// The same, and `intervene` may change the loop after every tick, or end the run.
+/// The same, and `intervene` may change the loop after every tick, or end the run with a value of its own.
 ///
 /// # Errors
-/// When the scene is refused, or `intervene` fails.
-pub fn run_with(
+/// When the scene is refused.
+pub fn run_with<B>(
     scene: &Scene,
-    intervene: impl FnMut(&mut ClosedLoop, &Moment) -> Result<(), CommandError>,
-) -> Result<Outcome, CommandError> {
+    intervene: impl FnMut(&mut ClosedLoop, &Moment) -> ControlFlow<B>,
+) -> Result<ControlFlow<B, Outcome>, RunError> {
     let limits = Limits { deadline_nanos: nanos(scene, "position.deadline_s"), ..Limits::default() };
     run_tuned(scene, PositioningTuning { limits, ..PositioningTuning::default() }, intervene)
 }
@@ -142,19 +117,21 @@ pub fn run_with(
 /// The same, with the controller tuned otherwise.
 ///
 /// # Errors
-/// When the scene is refused, or `intervene` fails.
-pub fn run_tuned(
+/// When the scene is refused.
+pub fn run_tuned<B>(
     scene: &Scene,
     tuning: PositioningTuning,
-    mut intervene: impl FnMut(&mut ClosedLoop, &Moment) -> Result<(), CommandError>,
-) -> Result<Outcome, CommandError> {
+    mut intervene: impl FnMut(&mut ClosedLoop, &Moment) -> ControlFlow<B>,
+) -> Result<ControlFlow<B, Outcome>, RunError> {
     let target = Target::try_new(scene.number("position.to_deg"), scene.number("position.tolerance_deg"))?;
     let hold_nanos = nanos(scene, "position.hold_s");
     let mut closed_loop = ClosedLoop::new(scene, target, tuning)?;
     let mut account = Account::new(target);
     loop {
         let moment = closed_loop.next_tick();
-        intervene(&mut closed_loop, &moment)?;
+        if let ControlFlow::Break(value) = intervene(&mut closed_loop, &moment) {
+            return Ok(ControlFlow::Break(value));
+        }
         let step = Step::of(&moment);
         account.take(&step);
         let done = match moment.report.phase {
@@ -170,7 +147,7 @@ pub fn run_tuned(
             if let PositioningPhase::Stopped(why) = moment.report.phase {
                 outcome.stopped = Some(format!("{why:?}"));
             }
-            return Ok(outcome);
+            return Ok(ControlFlow::Continue(outcome));
         }
     }
 }

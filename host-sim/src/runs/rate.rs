@@ -16,33 +16,12 @@ use controller::rate::{Profile, RateHold, RateTuning};
 use motor_model::{DriveCommand, DriveMode, Time, math};
 use serde::Serialize;
 
-use crate::error::CommandError;
+use crate::report::OutputError;
 use crate::report::chart::{Axis, Colour, Figure, Panel, Series};
+use crate::runs::RunError;
 use crate::runs::closed_loop::ClosedRateLoop;
-use crate::scene::{Kind, Scene, Setting};
+use crate::scene::{Scene, SceneError};
 use crate::world::plant::Plant;
-
-/// Settings of a rate.
-pub const SETTINGS: &[Setting] = &[
-    Setting {
-        key: "rate.deg_s",
-        unit: "deg/s",
-        kind: Kind::Number { default: 500.0, min: -1100.0, max: 1100.0 },
-        meaning: "rate to hold, clockwise positive; the last step of a staircase, the mean of a sweep",
-    },
-    Setting {
-        key: "rate.profile",
-        unit: "",
-        kind: Kind::Choice { default: "dwell", of: &["dwell", "staircase", "both_ways", "sweep"] },
-        meaning: "one rate, five equal steps up to it, two such turns either way with rests between, or a sine of 1 to 5 Hz and a quarter of it about it",
-    },
-    Setting {
-        key: "rate.duration_s",
-        unit: "s",
-        kind: Kind::Number { default: 20.0, min: 0.5, max: 1000.0 },
-        meaning: "length of the run",
-    },
-];
 
 /// Left out at the start, and after each step of a staircase.
 pub const SETTLE_S: f64 = 0.25;
@@ -68,7 +47,7 @@ impl Reach {
     ///
     /// # Errors
     /// When the model refuses the scene's parameters.
-    pub fn of(scene: &Scene) -> Result<Self, CommandError> {
+    pub fn of(scene: &Scene) -> Result<Self, RunError> {
         let mean = |mode| {
             let mut plant = Plant::draw(scene)?;
             let mut run = |until_s: f64| {
@@ -79,7 +58,7 @@ impl Reach {
             };
             let from = run(SETTLE_S);
             let until = run(SETTLE_S + Self::MEAN_OVER_S);
-            Ok::<f64, CommandError>(until.minus(from).degrees() / Self::MEAN_OVER_S)
+            Ok::<f64, RunError>(until.minus(from).degrees() / Self::MEAN_OVER_S)
         };
         Ok(Self { clockwise_deg_s: mean(DriveMode::B)?, counter_clockwise_deg_s: mean(DriveMode::C)? })
     }
@@ -139,7 +118,7 @@ pub struct Moment {
 /// # Errors
 /// When the controller refuses the rate.
 #[expect(clippy::cast_possible_truncation, reason = "rounded to f32")]
-pub fn profile(scene: &Scene) -> Result<Profile, CommandError> {
+pub fn profile(scene: &Scene) -> Result<Profile, RunError> {
     let Profile::Dwell { rate_rad_s } = Profile::dwell(scene.number("rate.deg_s"))? else {
         unreachable!("a dwell")
     };
@@ -147,12 +126,13 @@ pub fn profile(scene: &Scene) -> Result<Profile, CommandError> {
     Ok(match scene.choice("rate.profile") {
         "staircase" => Profile::Staircase { rate_rad_s, steps: STEPS, step_s: length_s / f32::from(STEPS) },
         "both_ways" if side_s(f64::from(length_s)) < 2.0 * (REST_S + SETTLE_S) => {
-            return Err(CommandError::Conflict {
+            return Err(SceneError::Conflict {
                 conflict: format!(
                     "rate.duration_s = {length_s} s leaves no time for four turns after rests of {REST_S} s"
                 ),
                 hint: format!("{} s and more do", REST_S + 8.0 * (REST_S + SETTLE_S)),
-            });
+            }
+            .into());
         }
         "both_ways" => Profile::BothWays {
             clockwise_rad_s: rate_rad_s.abs(),
@@ -196,7 +176,7 @@ const TICKS_PER_MOMENT: u64 = 500;
 ///
 /// # Errors
 /// When the scene is refused.
-pub fn run(scene: &Scene, mut observe: impl FnMut(Moment)) -> Result<Outcome, CommandError> {
+pub fn run(scene: &Scene, mut observe: impl FnMut(Moment)) -> Result<Outcome, RunError> {
     let hold = RateHold::new(profile(scene)?, RateTuning::default(), Time::ZERO);
     let mut closed_loop = ClosedRateLoop::new(scene, hold)?;
     let duration_s = scene.number("rate.duration_s");
@@ -305,7 +285,7 @@ impl fmt::Display for Outcome {
 ///
 /// # Errors
 /// When the picture cannot be laid out.
-pub fn svg(outcome: &Outcome, moments: &[Moment]) -> Result<String, CommandError> {
+pub fn svg(outcome: &Outcome, moments: &[Moment]) -> Result<String, OutputError> {
     let time = || Axis::new("time (s)");
     let line = |of: fn(&Moment) -> f64| moments.iter().map(|m| (m.time_s, of(m))).collect::<Vec<_>>();
     Figure::new(format!("Rate of {} degrees a second in closed loop", outcome.rate_deg_s))

@@ -4,9 +4,10 @@ use std::path::Path;
 
 use motor_model::DriveMode;
 
-use crate::error::CommandError;
 use crate::math::spectrum::SAMPLE_RATE_HZ;
+use crate::report::OutputError;
 use crate::report::files::Output;
+use crate::runs::RunError;
 use crate::runs::simulate::{Observer, Sample};
 
 /// Names of the columns.
@@ -33,13 +34,13 @@ impl Record {
     ///
     /// # Errors
     /// When nothing can be written there.
-    pub fn create(path: &Path) -> Result<Self, CommandError> {
+    pub fn create(path: &Path) -> Result<Self, OutputError> {
         let mut record = Self { csv: csv::Writer::from_writer(Output::create(path)?) };
         record.write(&COLUMNS.map(str::to_owned))?;
         Ok(record)
     }
 
-    fn write(&mut self, row: &[String; 9]) -> Result<(), CommandError> {
+    fn write(&mut self, row: &[String; 9]) -> Result<(), OutputError> {
         self.csv.write_record(row).map_err(|error| self.csv.get_ref().unwritable(error.into()))
     }
 
@@ -47,11 +48,11 @@ impl Record {
     ///
     /// # Errors
     /// When the rest cannot be written.
-    pub fn publish(mut self) -> Result<(), CommandError> {
+    pub fn publish(mut self) -> Result<(), OutputError> {
         self.csv.flush().map_err(|source| self.csv.get_ref().unwritable(source))?;
         match self.csv.into_inner() {
             Ok(output) => output.publish(),
-            Err(refused) => Err(CommandError::StandardOutput(refused.into_error())),
+            Err(refused) => Err(OutputError::StandardOutput(refused.into_error())),
         }
     }
 }
@@ -61,7 +62,7 @@ impl Observer for Record {
         Some(1.0 / SAMPLE_RATE_HZ)
     }
 
-    fn observe(&mut self, sample: &Sample) -> Result<(), CommandError> {
+    fn observe(&mut self, sample: &Sample) -> Result<(), RunError> {
         let drive = match sample.drive.mode() {
             Some(DriveMode::B) => "b",
             Some(DriveMode::C) => "c",
@@ -79,7 +80,8 @@ impl Observer for Record {
             format!("{second:e}"),
             drive.to_owned(),
             format!("{}", sample.drive.amplitude()),
-        ])
+        ])?;
+        Ok(())
     }
 }
 
@@ -89,7 +91,7 @@ impl Observer for Option<Record> {
         self.as_ref().and_then(Record::interval_s)
     }
 
-    fn observe(&mut self, sample: &Sample) -> Result<(), CommandError> {
+    fn observe(&mut self, sample: &Sample) -> Result<(), RunError> {
         self.as_mut().map_or(Ok(()), |record| record.observe(sample))
     }
 }

@@ -6,64 +6,14 @@ mod run;
 use motor_model::{DriveCommand, DriveMode, FrictionLaw, ImpactRule, MotorParams, MotorSetup};
 use serde::Serialize;
 
-use crate::error::{CommandError, plain};
+use crate::math::plain_number::plain;
 use crate::math::spectrum::SAMPLE_RATE_HZ;
-use crate::scene::{Kind, Scene, Setting};
+use crate::runs::RunError;
+use crate::scene::{Scene, SceneError};
+use crate::world::plant::impact_rule;
 
 pub use report::Report;
 pub use run::{FAST_APPROACH_M_S, Observer, RunSummary, Sample, simulate};
-
-/// Settings of a run.
-pub const SETTINGS: &[Setting] = &[
-    Setting {
-        key: "simulate.drive",
-        unit: "",
-        kind: Kind::Choice { default: "c", of: &["b", "c", "off"] },
-        meaning: "mode that the coil drives: b turns the rotor clockwise, c counter-clockwise",
-    },
-    Setting {
-        key: "simulate.amplitude",
-        unit: "",
-        kind: Kind::Number { default: 1.0, min: 0.0, max: DriveCommand::AMPLITUDE_MAX as f64 },
-        meaning: "drive amplitude, 1 being that of Table 1",
-    },
-    Setting {
-        key: "simulate.duration_s",
-        unit: "s",
-        kind: Kind::Number { default: 2.0, min: 1e-4, max: 1e5 },
-        meaning: "simulated time",
-    },
-    Setting {
-        key: "simulate.settle_s",
-        unit: "s",
-        kind: Kind::Number { default: 0.5, min: 0.0, max: 1e5 },
-        meaning: "time left out of the statistics at the start",
-    },
-    Setting {
-        key: "simulate.step_s",
-        unit: "s",
-        kind: Kind::Number { default: 1e-6, min: 1e-9, max: 1e-3 },
-        meaning: "length of a step",
-    },
-    Setting {
-        key: "simulate.friction",
-        unit: "",
-        kind: Kind::Choice { default: "coulomb", of: &["paper", "coulomb"] },
-        meaning: "law of friction: paper limits it by the angle of contact as well",
-    },
-    Setting {
-        key: "simulate.impacts",
-        unit: "",
-        kind: Kind::Choice { default: "located", of: &["end_of_step", "located"] },
-        meaning: "when an impact is applied: where it happens, or at the end of its step, as in the paper's program",
-    },
-    Setting {
-        key: "simulate.precision",
-        unit: "",
-        kind: Kind::Choice { default: "f64", of: &["f32", "f64"] },
-        meaning: "arithmetic of the motor: f32 is the microcontroller's",
-    },
-];
 
 /// Most steps of a run: a few minutes of computing.
 const STEPS_MAX: f64 = 1e10;
@@ -117,7 +67,7 @@ impl Run {
     ///
     /// # Errors
     /// When the amplitude is out of bounds, which the scene's own bounds exclude.
-    pub fn from_scene(scene: &Scene) -> Result<Self, CommandError> {
+    pub fn from_scene(scene: &Scene) -> Result<Self, RunError> {
         let drive = match scene.choice("simulate.drive") {
             "b" => Some(DriveMode::B),
             "c" => Some(DriveMode::C),
@@ -151,10 +101,10 @@ impl Run {
     ///
     /// # Errors
     /// When there are too many steps, or too few after settling to say anything.
-    pub fn schedule(&self) -> Result<Schedule, CommandError> {
+    pub fn schedule(&self) -> Result<Schedule, RunError> {
         let Self { duration_s, settle_s, step_s, .. } = *self;
         if duration_s / step_s > STEPS_MAX {
-            return Err(CommandError::Conflict {
+            return Err(SceneError::Conflict {
                 conflict: format!(
                     "simulate.duration_s = {} s in steps of simulate.step_s = {} s are {:e} steps, more than {STEPS_MAX:e}",
                     plain(duration_s),
@@ -166,7 +116,7 @@ impl Run {
                     plain(duration_s / STEPS_MAX),
                     plain(step_s * STEPS_MAX)
                 ),
-            });
+            }.into());
         }
         let schedule = Schedule {
             steps: steps_in(duration_s, step_s),
@@ -176,7 +126,7 @@ impl Run {
         let samples = |steps| steps / schedule.sample_steps;
         if samples(schedule.steps) < samples(schedule.settle_steps) + 2 {
             let two_samples_s = 2.0 / self.sample_rate_hz(&schedule);
-            return Err(CommandError::Conflict {
+            return Err(SceneError::Conflict {
                 conflict: format!(
                     "simulate.settle_s = {} s leaves nothing of simulate.duration_s = {} s for the statistics",
                     plain(settle_s),
@@ -186,7 +136,7 @@ impl Run {
                     "simulate.duration_s of at least {} s, two samples more than the settling",
                     plain(settle_s + two_samples_s)
                 ),
-            });
+            }.into());
         }
         Ok(schedule)
     }
@@ -213,11 +163,6 @@ impl Run {
             ..MotorSetup::with_step(self.step_s)
         }
     }
-}
-
-/// The rule that a scene calls `word`.
-pub fn impact_rule(word: &str) -> ImpactRule {
-    if word == "located" { ImpactRule::Located } else { ImpactRule::EndOfStep }
 }
 
 /// The nearest whole number of steps in a time.

@@ -8,19 +8,19 @@ use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
 use super::Scene;
-use crate::error::CommandError;
+use crate::scene::SceneError;
 
 /// A scene is a page of text; whatever is longer is some other file.
 const LENGTH_MAX_BYTES: u64 = 1 << 20;
 
 /// Sets in `scene` everything that the file at `path` sets.
-pub(super) fn read_into(scene: &mut Scene, path: &Path) -> Result<(), CommandError> {
-    let text = read(path).map_err(|source| CommandError::Unreadable { path: path.to_owned(), source })?;
+pub(super) fn read_into(scene: &mut Scene, path: &Path) -> Result<(), SceneError> {
+    let text = read(path).map_err(|source| SceneError::Unreadable { path: path.to_owned(), source })?;
     parse_into(scene, &text, path)
 }
 
 /// Sets in `scene` everything that `text` sets; `path` is for messages.
-pub(super) fn parse_into(scene: &mut Scene, text: &str, path: &Path) -> Result<(), CommandError> {
+pub(super) fn parse_into(scene: &mut Scene, text: &str, path: &Path) -> Result<(), SceneError> {
     let place = Place { path, text };
     let table = DeTable::parse(text).map_err(|error| place.malformed(error.span(), error.message()))?;
     place.set_table(scene, "", table.get_ref())
@@ -42,7 +42,7 @@ struct Place<'a> {
 }
 
 impl Place<'_> {
-    fn set_table(&self, scene: &mut Scene, prefix: &str, table: &DeTable<'_>) -> Result<(), CommandError> {
+    fn set_table(&self, scene: &mut Scene, prefix: &str, table: &DeTable<'_>) -> Result<(), SceneError> {
         for (name, value) in table {
             let key = format!("{prefix}{}", name.get_ref());
             match value.get_ref() {
@@ -58,7 +58,7 @@ impl Place<'_> {
         scene: &mut Scene,
         key: &str,
         value: &Spanned<DeValue<'_>>,
-    ) -> Result<(), CommandError> {
+    ) -> Result<(), SceneError> {
         let text = match value.get_ref() {
             DeValue::Integer(integer) if integer.radix() == 10 => integer.as_str(),
             DeValue::Float(float) => float.as_str(),
@@ -71,13 +71,13 @@ impl Place<'_> {
         };
         scene.set(key, text).map_err(|source| {
             let (line, column) = self.line_and_column(value.span().start);
-            CommandError::InFile { path: self.path.to_owned(), line, column, source: Box::new(source) }
+            SceneError::InFile { path: self.path.to_owned(), line, column, source: Box::new(source) }
         })
     }
 
-    fn malformed(&self, span: Option<Range<usize>>, message: &str) -> CommandError {
+    fn malformed(&self, span: Option<Range<usize>>, message: &str) -> SceneError {
         let (line, column) = self.line_and_column(span.map_or(self.text.len(), |span| span.start));
-        CommandError::Malformed { path: self.path.to_owned(), line, column, message: message.to_owned() }
+        SceneError::Malformed { path: self.path.to_owned(), line, column, message: message.to_owned() }
     }
 
     /// Line and column, in characters and from 1, of a byte offset.

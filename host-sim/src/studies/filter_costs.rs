@@ -22,11 +22,11 @@ use rayon::prelude::*;
 use serde::Serialize;
 
 use crate::board::instructions::Listing;
-use crate::error::CommandError;
 use crate::report::section::Section;
 use crate::runs::filter::{AnyFilter, FILTERS};
 use crate::runs::simulate::Precision;
 use crate::scene::{Kind, Scene, Setting};
+use crate::studies::StudyError;
 use crate::studies::filter_errors::account::Account;
 use recording::Recording;
 use replay::Cost;
@@ -119,14 +119,14 @@ impl Plan {
     ///
     /// # Errors
     /// When a scene is refused.
-    pub fn new(scene: &Scene, plants: u64, rounds: u32) -> Result<Self, CommandError> {
+    pub fn new(scene: &Scene, plants: u64, rounds: u32) -> Result<Self, StudyError> {
         let drawn = |number: u64| {
             let mut drawn = scene.clone();
             // Beyond the last seed the first follows.
             drawn.set("seed", &scene.seed().wrapping_add(number).to_string())?;
             Ok(drawn)
         };
-        let scenes: Result<_, CommandError> = (0..plants).map(drawn).collect();
+        let scenes: Result<_, StudyError> = (0..plants).map(drawn).collect();
         Ok(Self { scenes: scenes?, rounds })
     }
 
@@ -143,7 +143,7 @@ impl Plan {
         &self,
         counts: Option<&Listing>,
         progress: &(impl Fn() + Sync),
-    ) -> Result<Comparison, CommandError> {
+    ) -> Result<Comparison, StudyError> {
         let mut rows = Vec::new();
         for (mode, drive) in DRIVES {
             for rate_hz in SAMPLE_RATES_HZ {
@@ -175,7 +175,7 @@ impl Plan {
         rate_hz: f64,
         variants: &[Variant],
         progress: &(impl Fn() + Sync),
-    ) -> Result<Vec<Account>, CommandError> {
+    ) -> Result<Vec<Account>, StudyError> {
         let of_motor = |scene: &Scene| {
             let recording = recording(scene, mode, rate_hz)?;
             let accounts: Result<Vec<Account>, _> = variants.iter().map(|v| v.account(&recording)).collect();
@@ -183,7 +183,7 @@ impl Plan {
             Ok(accounts?)
         };
         // One thread's share is one motor; the accounts come back in the order of the list, and are added up in it.
-        let of_motors: Result<Vec<Vec<Account>>, CommandError> =
+        let of_motors: Result<Vec<Vec<Account>>, StudyError> =
             self.scenes.par_iter().with_max_len(1).map(of_motor).collect();
         let mut total = vec![Account::default(); variants.len()];
         for accounts in of_motors? {
@@ -193,7 +193,7 @@ impl Plan {
     }
 }
 
-fn recording(scene: &Scene, mode: DriveMode, rate_hz: f64) -> Result<Recording, CommandError> {
+fn recording(scene: &Scene, mode: DriveMode, rate_hz: f64) -> Result<Recording, StudyError> {
     let mut scene = scene.clone();
     scene.set("ldv.sample_rate_hz", &rate_hz.to_string())?;
     Recording::make(&scene, mode)

@@ -4,7 +4,7 @@
 //! look on at the same frames and samples, every tick of 10 us; every 70 us their estimates are compared with the truth ([`run`]), phase
 //! by phase ([`account`]). The scene's settings apply, those of the instruments above all.
 //!
-//! Rows named `_smoothed` are of angle and rate [`run::SMOOTHER_LAG_MS`] ago, by a filter's smoother; they have no innovations of their own.
+//! Rows named `_smoothed` are of angle and rate [`crate::runs::filter::SMOOTHER_LAG_MS`] ago, by a filter's smoother; they have no innovations of their own.
 //!
 //! # What the figures mean
 //!
@@ -37,9 +37,9 @@ use motor_model::DriveMode;
 use rayon::prelude::*;
 use serde::Serialize;
 
-use crate::error::CommandError;
 use crate::report::section::Section;
 use crate::scene::{Kind, Scene, Setting};
+use crate::studies::StudyError;
 use account::Account;
 use consistency::{Asked, correlation_bound, mean_square_bounds};
 use run::{Accounts, names};
@@ -130,14 +130,14 @@ impl Plan {
     ///
     /// # Errors
     /// When the seeds do not suffice, or a scene is refused.
-    pub fn new(scene: &Scene, plants: u64) -> Result<Self, CommandError> {
+    pub fn new(scene: &Scene, plants: u64) -> Result<Self, StudyError> {
         let of_plant = |number: u64| {
             let mut drawn = scene.clone();
             // Beyond the last seed the first follows.
             drawn.set("seed", &scene.seed().wrapping_add(number).to_string())?;
             Ok(drawn)
         };
-        let scenes: Result<Vec<Scene>, CommandError> = (0..plants).map(of_plant).collect();
+        let scenes: Result<Vec<Scene>, StudyError> = (0..plants).map(of_plant).collect();
         let scenes = scenes?;
         let runs = DRIVES.iter().flat_map(|(mode, _)| scenes.iter().map(|scene| (*mode, scene.clone())));
         Ok(Self { runs: runs.collect() })
@@ -152,9 +152,9 @@ impl Plan {
     ///
     /// # Errors
     /// When a run fails.
-    pub fn run(&self, progress: &(impl Fn(u64) + Sync)) -> Result<Estimation, CommandError> {
+    pub fn run(&self, progress: &(impl Fn(u64) + Sync)) -> Result<Estimation, StudyError> {
         // One thread's share is one run; the accounts come back in the order of the list, and are added up in it.
-        let accounts: Result<Vec<Vec<Accounts>>, CommandError> = (self.runs.par_iter().with_max_len(1))
+        let accounts: Result<Vec<Vec<Accounts>>, StudyError> = (self.runs.par_iter().with_max_len(1))
             .map(|(mode, scene)| run::run(scene, *mode, progress))
             .collect();
         let accounts = accounts?;

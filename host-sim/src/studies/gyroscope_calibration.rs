@@ -27,14 +27,14 @@ use motor_model::{Angle, math};
 use rayon::prelude::*;
 use serde::Serialize;
 
-use crate::error::CommandError;
 use crate::math::allan_deviation;
 use crate::math::statistics::binomial_bounds;
 use crate::report::section::Section;
-use crate::scene::{Kind, Scene, Setting};
+use crate::scene::{Kind, Scene, SceneError, Setting};
+use crate::studies::StudyError;
 use crate::world::instruments::gyroscope::{Errors, Gyroscope, Noise, noise::SECONDS_PER_HOUR, noise::Span};
 use fit::{Fit, Interval};
-pub use schedule::{SETTINGS, Schedule};
+pub use schedule::Schedule;
 use turning::Turning;
 
 /// Calibrations. A flag of the command, not a key of scenes.
@@ -162,7 +162,7 @@ impl Plan {
     ///
     /// # Errors
     /// When the plan of the scene is refused.
-    pub fn new(scene: &Scene, runs: u64, motors: u64) -> Result<Self, CommandError> {
+    pub fn new(scene: &Scene, runs: u64, motors: u64) -> Result<Self, StudyError> {
         Ok(Self { scene: scene.clone(), schedule: Schedule::of(scene)?, motors: motors.min(runs), runs })
     }
 
@@ -175,20 +175,20 @@ impl Plan {
     ///
     /// # Errors
     /// When a scene is refused, or a run tells nothing.
-    pub fn run(&self, progress: &(impl Fn() + Sync)) -> Result<Calibrations, CommandError> {
+    pub fn run(&self, progress: &(impl Fn() + Sync)) -> Result<Calibrations, StudyError> {
         let motor = |number: u64| {
             let mut scene = self.scene.clone();
             scene.set("seed", &self.scene.seed().wrapping_add(number).to_string())?;
             let turning = Turning::run(&scene, &self.schedule)?;
             let runs = (number..self.runs).step_by(usize::try_from(self.motors).unwrap_or(usize::MAX));
             let calibrations = runs.map(|run| self.calibrate(&mut scene, run, &turning));
-            let mut calibrations = calibrations.collect::<Result<Vec<_>, CommandError>>()?;
+            let mut calibrations = calibrations.collect::<Result<Vec<_>, StudyError>>()?;
             progress();
             let outcomes: Vec<Outcome> = calibrations.iter().map(|c| c.outcome.clone()).collect();
             Ok((outcomes, (number == 0).then(|| (calibrations.swap_remove(0), turning))))
         };
         let numbers: Vec<u64> = (0..self.motors).collect();
-        let of_motors: Result<Vec<_>, CommandError> =
+        let of_motors: Result<Vec<_>, StudyError> =
             numbers.into_par_iter().with_max_len(1).map(motor).collect();
         let mut of_motors = of_motors?;
         let first = of_motors.first_mut().and_then(|(_, first)| first.take());
@@ -213,7 +213,7 @@ impl Plan {
     }
 
     /// The calibration of the gyroscope of `run` on its motor.
-    fn calibrate(&self, scene: &mut Scene, run: u64, turning: &Turning) -> Result<Calibration, CommandError> {
+    fn calibrate(&self, scene: &mut Scene, run: u64, turning: &Turning) -> Result<Calibration, StudyError> {
         let serial = self.scene.integer("gyroscope.serial") + run / self.motors;
         scene.set("gyroscope.serial", &serial.to_string())?;
         let mut gyroscope = Gyroscope::new(scene);
@@ -221,12 +221,13 @@ impl Plan {
     }
 }
 
-fn nothing_told() -> CommandError {
-    CommandError::Conflict {
+fn nothing_told() -> StudyError {
+    SceneError::Conflict {
         conflict: "this run does not tell scale factor from bias".to_owned(),
         hint: "it needs intervals of different rates without saturation, and a gyroscope or a camera with noise: see calibrate. and gyroscope. in `host-sim keys`"
             .to_owned(),
     }
+    .into()
 }
 
 impl Calibration {

@@ -12,9 +12,9 @@ pub mod verdict;
 
 use serde::{Serialize, Serializer};
 
-use crate::error::CommandError;
 use crate::math::statistics::Spread;
 use crate::scene::{Kind, Setting};
+use crate::studies::StudyError;
 use campaign::{Campaign, Ensemble};
 use motor_model::DriveMode;
 use published::{CASES, Case, Figure, Place, Quantity, TRENDS, Trend};
@@ -147,7 +147,7 @@ impl Plan {
     ///
     /// # Errors
     /// When a published motor is out of the model's bounds.
-    pub fn new(seeds: u64) -> Result<Self, CommandError> {
+    pub fn new(seeds: u64) -> Result<Self, StudyError> {
         let mut campaign = Campaign::default();
         // The longest first, so that no thread is left alone with them at the end.
         let mode_b_steps: Result<_, _> = MODE_B_STEPS_S
@@ -162,7 +162,7 @@ impl Plan {
             .map(|case| {
                 let mut at = |step_s| campaign.add(case.mode, case.changes, step_s, seeds);
                 let is_mode_b = case.mode == DriveMode::B;
-                Ok::<_, CommandError>(if is_mode_b {
+                Ok::<_, StudyError>(if is_mode_b {
                     Some([at(COARSE_STEP_S)?, at(CONVERGED_STEP_S)?])
                 } else {
                     None
@@ -190,7 +190,7 @@ impl Plan {
     ///
     /// # Errors
     /// When a run fails.
-    pub fn run(&self, progress: &(impl Fn(u64) + Sync)) -> Result<Reproduction, CommandError> {
+    pub fn run(&self, progress: &(impl Fn(u64) + Sync)) -> Result<Reproduction, StudyError> {
         let ensembles = self.campaign.run(progress)?;
         let places = self.cases.iter().zip(&self.other_steps);
         let rows = CASES.iter().zip(places).flat_map(|(case, (&index, others))| {

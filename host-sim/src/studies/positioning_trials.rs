@@ -30,13 +30,15 @@ use motor_model::DriveMode;
 use rand_distr::{Distribution, Uniform};
 use rayon::prelude::*;
 use serde::Serialize;
+use std::convert::Infallible;
+use std::ops::ControlFlow;
 
-use crate::error::CommandError;
 use crate::math::random_streams::{Source, stream};
 use crate::report::section::Section;
 use crate::runs::filter::FILTERS;
 use crate::runs::position::{self, Outcome};
 use crate::scene::{Kind, Scene, Setting};
+use crate::studies::StudyError;
 use crate::world::instruments::Camera;
 pub use naive::Table as NaiveTable;
 pub use simple::Rule;
@@ -146,7 +148,7 @@ impl Plan {
     ///
     /// # Errors
     /// When the scene is refused.
-    pub fn new(scene: &Scene, strategy: Strategy, trials: u64) -> Result<Self, CommandError> {
+    pub fn new(scene: &Scene, strategy: Strategy, trials: u64) -> Result<Self, StudyError> {
         let naive = if strategy == Strategy::Naive { NaiveTable::nominal()? } else { NaiveTable::default() };
         Ok(Self { scene: scene.clone(), strategy, trials, naive })
     }
@@ -155,7 +157,7 @@ impl Plan {
     ///
     /// # Errors
     /// When the scene is refused.
-    pub fn others(scene: &Scene, trials: u64) -> Result<Vec<Self>, CommandError> {
+    pub fn others(scene: &Scene, trials: u64) -> Result<Vec<Self>, StudyError> {
         let strategies = Strategy::ALL.into_iter().skip(1).map(|strategy| Self::new(scene, strategy, trials));
         let chosen = scene.choice("estimator.filter");
         let filters = FILTERS.iter().filter(|filter| **filter != chosen).map(|filter| {
@@ -175,20 +177,20 @@ impl Plan {
     ///
     /// # Errors
     /// When a scene is refused.
-    pub fn run(&self, progress: &(impl Fn(u64) + Sync)) -> Result<Trials, CommandError> {
+    pub fn run(&self, progress: &(impl Fn(u64) + Sync)) -> Result<Trials, StudyError> {
         let trial = |number| {
             let trial = self.trial(number);
             progress(1);
             trial
         };
         let numbers: Vec<u64> = (0..self.trials).collect();
-        let trials: Result<Vec<Trial>, CommandError> =
+        let trials: Result<Vec<Trial>, StudyError> =
             numbers.into_par_iter().with_max_len(1).map(trial).collect();
         let filter = self.scene.choice("estimator.filter");
         Ok(Trials { strategy: self.strategy, filter, trials: trials? })
     }
 
-    fn trial(&self, number: u64) -> Result<Trial, CommandError> {
+    fn trial(&self, number: u64) -> Result<Trial, StudyError> {
         let seed = self.scene.seed().wrapping_add(number);
         let (kind, target_deg) = target(seed);
         let mut scene = self.scene.clone();
@@ -205,7 +207,9 @@ impl Plan {
             Strategy::Planned => position::run(&scene, |_| ())?,
             Strategy::Unlearned => {
                 let tuning = PositioningTuning { learning: false, ..tuning() };
-                position::run_tuned(&scene, tuning, |_, _| Ok(()))?
+                let watch = |_: &mut _, _: &_| ControlFlow::<Infallible>::Continue(());
+                let ControlFlow::Continue(outcome) = position::run_tuned(&scene, tuning, watch)?;
+                outcome
             }
             Strategy::Naive => simple::run(&scene, Rule::Naive(self.naive.clone()))?,
             Strategy::CutOff => simple::run(&scene, Rule::CutOff)?,

@@ -18,9 +18,9 @@ use motor_model::{DriveCommand, DriveMode};
 use rayon::prelude::*;
 use serde::Serialize;
 
-use crate::error::CommandError;
 use crate::math::statistics::{Line, Spread};
-use crate::scene::{Kind, Scene, Setting};
+use crate::scene::{Kind, Scene, SceneError, Setting};
+use crate::studies::StudyError;
 use crate::world::plant::Plant;
 
 /// Motors drawn. A flag of the command, not a key of scenes.
@@ -135,14 +135,14 @@ impl Campaign {
     ///
     /// # Errors
     /// When a scene is refused.
-    pub fn new(scene: &Scene, motors: u64) -> Result<Self, CommandError> {
+    pub fn new(scene: &Scene, motors: u64) -> Result<Self, StudyError> {
         let draw = |number: u64| {
             let mut drawn = scene.clone();
             drawn.set("seed", &scene.seed().wrapping_add(number).to_string())?;
             drawn.set("plant.step_s", STEP_S)?;
             Plant::draw(&drawn)
         };
-        let plants: Result<Vec<Plant>, CommandError> = (0..motors).map(draw).collect();
+        let plants: Result<Vec<Plant>, SceneError> = (0..motors).map(draw).collect();
         Ok(Self { plants: plants?, seed: scene.seed() })
     }
 

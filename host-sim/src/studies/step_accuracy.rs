@@ -34,7 +34,7 @@ use motor_model::DriveMode;
 use rayon::prelude::*;
 use serde::Serialize;
 
-use crate::error::CommandError;
+use crate::studies::StudyError;
 use crate::studies::averaged_motor::Campaign;
 use averaged::AveragedRow;
 use bursts::{BURSTS, BurstError};
@@ -145,7 +145,7 @@ impl Plan {
     ///
     /// # Errors
     /// When the reference stalls.
-    pub fn run(&self) -> Result<Accuracy, CommandError> {
+    pub fn run(&self) -> Result<Accuracy, StudyError> {
         let contestants = contestants(self.steps_s);
         let errors = self.errors(&contestants)?;
         let costs = timing::costs(&contestants, self.effort)?;
@@ -163,7 +163,7 @@ impl Plan {
         })
     }
 
-    fn errors(&self, contestants: &[Contestant]) -> Result<Vec<Errors>, CommandError> {
+    fn errors(&self, contestants: &[Contestant]) -> Result<Vec<Errors>, StudyError> {
         let flights = [DriveMode::B, DriveMode::C].map(|mode| Flights::draw(mode, self.flights));
         let [b, c] = flights;
         let flights = [b?, c?];
@@ -189,7 +189,7 @@ impl Plan {
     }
 
     /// The reference's batches of each condition.
-    fn converged(&self) -> Result<Vec<Vec<Batch>>, CommandError> {
+    fn converged(&self) -> Result<Vec<Vec<Batch>>, StudyError> {
         let of = |condition| {
             let seeds = self.batches.of(condition).seeds;
             (1..=seeds)

@@ -4,53 +4,7 @@
 
 use motor_model::{DriveCommand, DriveMode, Time};
 
-use crate::scene::{Kind, Scene, Setting};
-
-/// Settings of the disturbances.
-pub const SETTINGS: &[Setting] = &[
-    Setting {
-        key: "fault.from_s",
-        unit: "s",
-        kind: Kind::Number { default: 0.0, min: 0.0, max: 1e5 },
-        meaning: "from when on the drive is faulty, and when the rotor is jolted",
-    },
-    Setting {
-        key: "fault.drive_gain",
-        unit: "",
-        kind: Kind::Number { default: 1.0, min: 0.0, max: 1.0 },
-        meaning: "amplitude that reaches the coil, per amplitude that the amplifier reports",
-    },
-    Setting {
-        key: "fault.dead_mode",
-        unit: "",
-        kind: Kind::Choice { default: "none", of: &["none", "b", "c"] },
-        meaning: "mode of which nothing reaches the coil",
-    },
-    Setting {
-        key: "fault.drift_percent",
-        unit: "%",
-        kind: Kind::Number { default: 0.0, min: -5.0, max: 5.0 },
-        meaning: "by how much the resonances of modes B and C drift in the end, while the drive keeps its frequencies",
-    },
-    Setting {
-        key: "fault.drift_s",
-        unit: "s",
-        kind: Kind::Number { default: 0.0, min: 0.0, max: 1e5 },
-        meaning: "time that the drift takes, in proportion to time; 0 for a step",
-    },
-    Setting {
-        key: "fault.modes",
-        unit: "",
-        kind: Kind::Choice { default: "right", of: &["right", "swapped"] },
-        meaning: "whether the coil is driven in the other mode than the amplifier reports",
-    },
-    Setting {
-        key: "fault.jolt_rad_s",
-        unit: "rad/s",
-        kind: Kind::Number { default: 0.0, min: -100.0, max: 100.0 },
-        meaning: "change of the rotor's rate by a jolt",
-    },
-];
+use crate::scene::Scene;
 
 /// The disturbances of a run.
 #[derive(Clone, Copy, Debug, PartialEq)]

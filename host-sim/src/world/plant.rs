@@ -9,42 +9,18 @@
 
 use motor_model::params::Parameter;
 use motor_model::{
-    AmplitudeVariation, DriveCommand, DriveTuning, FrictionLaw, Impacts, Motor, MotorParams, MotorSetup,
-    MotorState, Time,
+    AmplitudeVariation, DriveCommand, DriveTuning, FrictionLaw, ImpactRule, Impacts, Motor, MotorParams,
+    MotorSetup, MotorState, Time,
 };
 
-use crate::error::CommandError;
 use crate::math::random_streams::{self, Source};
-use crate::runs::simulate::impact_rule;
-use crate::scene::{Kind, Scene, Setting};
+use crate::scene::Scene;
+use crate::scene::SceneError;
 
-/// The plant's settings.
-pub const SETTINGS: &[Setting] = &[
-    Setting {
-        key: "plant.step_s",
-        unit: "s",
-        kind: Kind::Number { default: 1e-6, min: 1e-8, max: 1e-5 },
-        meaning: "step of the plant; must divide the loop's 10 us and the instruments' periods",
-    },
-    Setting {
-        key: "plant.parameters",
-        unit: "",
-        kind: Kind::Choice { default: "drawn", of: &["drawn", "nominal"] },
-        meaning: "drawn within Table 1's tolerances by the seed (what a scene sets is kept), or as they stand",
-    },
-    Setting {
-        key: "plant.impacts",
-        unit: "",
-        kind: Kind::Choice { default: "located", of: &["end_of_step", "located"] },
-        meaning: "when an impact is applied; only with located impacts does a rotor come to full rest",
-    },
-    Setting {
-        key: "plant.friction",
-        unit: "",
-        kind: Kind::Choice { default: "coulomb", of: &["coulomb", "paper"] },
-        meaning: "friction law",
-    },
-];
+/// The rule that a scene calls `word`.
+pub fn impact_rule(word: &str) -> ImpactRule {
+    if word == "located" { ImpactRule::Located } else { ImpactRule::EndOfStep }
+}
 
 /// The motor under control, and where it is.
 #[derive(Clone, Debug)]
@@ -63,7 +39,7 @@ impl Plant {
     ///
     /// # Errors
     /// When the model refuses the scene's parameters.
-    pub fn draw(scene: &Scene) -> Result<Self, CommandError> {
+    pub fn draw(scene: &Scene) -> Result<Self, SceneError> {
         let params = match scene.choice("plant.parameters") {
             "drawn" => {
                 let drawn =
@@ -101,7 +77,7 @@ impl Plant {
     ///
     /// # Errors
     /// When the model refuses a step of that length.
-    pub fn striding(mut self, steps: u64) -> Result<Self, CommandError> {
+    pub fn striding(mut self, steps: u64) -> Result<Self, SceneError> {
         #[expect(clippy::cast_precision_loss, reason = "a few steps")]
         let setup = MotorSetup { step_s: self.setup.step_s * steps as f64, ..self.setup };
         self.strider = if steps > 1 { Some((Motor::try_new(&self.params, &setup)?, steps)) } else { None };
@@ -144,7 +120,7 @@ impl Plant {
     ///
     /// # Errors
     /// When the model refuses the frequencies; then they stay.
-    pub fn detune(&mut self, drift: f64) -> Result<(), CommandError> {
+    pub fn detune(&mut self, drift: f64) -> Result<(), SceneError> {
         let mut params = self.params;
         for parameter in [Parameter::ModeBFrequency, Parameter::ModeCFrequency] {
             params = params.with(parameter, self.params.get(parameter) * (1.0 + drift))?;

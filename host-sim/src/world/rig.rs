@@ -8,8 +8,8 @@ use controller::PositionLoop;
 use estimator::{CameraFrame, LdvSample};
 use motor_model::{DriveCommand, Impacts};
 
-use crate::error::CommandError;
 use crate::scene::Scene;
+use crate::scene::SceneError;
 use crate::world::faults::Disturbance;
 use crate::world::instruments::{Camera, Ldv};
 use crate::world::plant::Plant;
@@ -28,7 +28,7 @@ struct Schedule {
 const STRIDE_S: f64 = 5e-6;
 
 impl Schedule {
-    fn new(scene: &Scene) -> Result<Self, CommandError> {
+    fn new(scene: &Scene) -> Result<Self, SceneError> {
         let step_s = scene.number("plant.step_s");
         let steps_in = |what: &str, period_s: f64| {
             let steps = (period_s / step_s).round();
@@ -40,7 +40,7 @@ impl Schedule {
                 )]
                 Ok(steps as u64)
             } else {
-                Err(CommandError::Conflict {
+                Err(SceneError::Conflict {
                     conflict: format!(
                         "plant.step_s = {step_s:e} s does not divide the period of {what}, {period_s:e} s"
                     ),
@@ -82,7 +82,7 @@ impl Desk {
     ///
     /// # Errors
     /// When the model refuses the plant, or the plant's step does not divide a period.
-    pub fn new(scene: &Scene) -> Result<Self, CommandError> {
+    pub fn new(scene: &Scene) -> Result<Self, SceneError> {
         let schedule = Schedule::new(scene)?;
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "at most 1e8 ns")]
         let camera_nanos = (1e9 / scene.number("camera.frame_rate_hz")).round() as u64;

@@ -15,8 +15,9 @@ use serde::Serialize;
 
 use super::emulator::{self, Board};
 use super::program;
+use crate::board::BoardError;
 use crate::board::size::Image;
-use crate::error::CommandError;
+use crate::tool::ToolError;
 
 /// Operations, by the end of the function's name, and what they are called.
 const OPERATIONS: [(&str, &str); 4] = [
@@ -73,7 +74,7 @@ impl Board {
 ///
 /// # Errors
 /// When a tool is missing or fails.
-pub fn estimate(board: Board) -> Result<Vec<Estimate>, CommandError> {
+pub fn estimate(board: Board) -> Result<Vec<Estimate>, BoardError> {
     emulator::check()?;
     let elf = program::build("rehearsal")?;
     let image = Image::read(&elf)?;
@@ -92,9 +93,9 @@ pub fn estimate(board: Board) -> Result<Vec<Estimate>, CommandError> {
 }
 
 /// What was executed in every call of the functions that begin at `entries`, up to the return.
-fn followed(elf: &Path, board: Board, entries: [Option<u32>; 4]) -> Result<[Vec<Vec<u32>>; 4], CommandError> {
+fn followed(elf: &Path, board: Board, entries: [Option<u32>; 4]) -> Result<[Vec<Vec<u32>>; 4], BoardError> {
     let tool = emulator::QEMU;
-    let lost = |source| CommandError::NoTool { tool, source };
+    let lost = |source| ToolError::NoTool { tool, source };
     let mut child = Command::new(tool)
         .args(["-M", board.machine(), "-display", "none", "-monitor", "none", "-serial", "none"])
         .args(["-singlestep", "-d", "exec,nochain"])
@@ -141,13 +142,13 @@ fn address(line: &str) -> Option<u32> {
 }
 
 /// The text of every instruction by its address.
-fn disassembled(elf: &Path, board: Board) -> Result<HashMap<u32, String>, CommandError> {
+fn disassembled(elf: &Path, board: Board) -> Result<HashMap<u32, String>, BoardError> {
     let tool = DISASSEMBLER;
     let output = Command::new(tool)
         .args(["-d", "--no-show-raw-insn", &format!("--mcpu={}", board.cpu())])
         .arg(elf)
         .output()
-        .map_err(|source| CommandError::NoTool { tool, source })?;
+        .map_err(|source| ToolError::NoTool { tool, source })?;
     let said = String::from_utf8_lossy(&output.stdout);
     let instruction = |line: &str| {
         let (at, text) = line.split_once(':')?;
@@ -164,9 +165,9 @@ fn jumps(call: &[u32], code: &HashMap<u32, String>) -> usize {
 }
 
 /// Cycles of a straight line of instructions.
-fn analysed(call: &[u32], code: &HashMap<u32, String>, board: Board) -> Result<usize, CommandError> {
+fn analysed(call: &[u32], code: &HashMap<u32, String>, board: Board) -> Result<usize, BoardError> {
     let tool = ANALYSER;
-    let lost = |source| CommandError::NoTool { tool, source };
+    let lost = |source| ToolError::NoTool { tool, source };
     let mut child = Command::new(tool)
         .args(["-mtriple=thumbv7em-none-eabihf", &format!("-mcpu={}", board.cpu()), "-iterations=1"])
         .args(["-instruction-info=0", "-resource-pressure=0"])
@@ -184,7 +185,8 @@ fn analysed(call: &[u32], code: &HashMap<u32, String>, board: Board) -> Result<u
     let cycles = said.lines().find_map(|line| line.strip_prefix("Total Cycles:")?.trim().parse().ok());
     cycles.ok_or_else(|| {
         let complaint = String::from_utf8_lossy(&output.stderr);
-        CommandError::ToolFailed { tool, complaint: complaint.lines().next().unwrap_or_default().to_owned() }
+        let complaint = complaint.lines().next().unwrap_or_default().to_owned();
+        ToolError::ToolFailed { tool, complaint }.into()
     })
 }
 

@@ -3,13 +3,14 @@
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
-use crate::error::CommandError;
+use crate::board::BoardError;
+use crate::tool::ToolError;
 
 /// Builds the program `name` of `firmware` or `firmware-checks` and returns its ELF. How the build comes along is shown on standard error.
 ///
 /// # Errors
 /// When the checkout has gone, or no toolchain for the microcontroller can be had.
-pub fn build(name: &str) -> Result<PathBuf, CommandError> {
+pub fn build(name: &str) -> Result<PathBuf, BoardError> {
     build_with(name, None)
 }
 
@@ -17,7 +18,7 @@ pub fn build(name: &str) -> Result<PathBuf, CommandError> {
 ///
 /// # Errors
 /// When the checkout has gone, or no toolchain for the microcontroller can be had.
-pub fn build_with(name: &str, only: Option<&str>) -> Result<PathBuf, CommandError> {
+pub fn build_with(name: &str, only: Option<&str>) -> Result<PathBuf, BoardError> {
     let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("../firmware/build.sh");
     let tool = "firmware/build.sh";
     let output = Command::new(script)
@@ -26,9 +27,9 @@ pub fn build_with(name: &str, only: Option<&str>) -> Result<PathBuf, CommandErro
         .stdin(Stdio::null())
         .stderr(Stdio::inherit())
         .output()
-        .map_err(|source| CommandError::NoTool { tool, source })?;
+        .map_err(|source| ToolError::NoTool { tool, source })?;
     if !output.status.success() {
-        return Err(CommandError::ToolFailed { tool, complaint: output.status.to_string() });
+        return Err(ToolError::ToolFailed { tool, complaint: output.status.to_string() }.into());
     }
     let said = String::from_utf8_lossy(&output.stdout);
     let elf = said.lines().next_back().unwrap_or_default();

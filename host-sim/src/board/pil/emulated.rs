@@ -12,8 +12,8 @@ use link::{
 
 use super::Processor;
 use super::process::{self, Guard, Link, OneProcessor, Wiring};
+use crate::board::BoardError;
 use crate::board::instructions::Board;
-use crate::error::CommandError;
 use crate::runs::closed_loop::Taken;
 
 /// Any number but 0, which the board bears without a host.
@@ -41,7 +41,7 @@ impl Emulated {
     ///
     /// # Errors
     /// When the program cannot be read, or the emulator not be started.
-    pub fn start(elf: &Path, board: Board, wiring: Wiring<'_>) -> Result<Self, CommandError> {
+    pub fn start(elf: &Path, board: Board, wiring: Wiring<'_>) -> Result<Self, BoardError> {
         // The emulated serial line is served by another thread of the emulator than the processor: they do not take turns.
         let one_processor = if wiring.link == Link::Semihosting { OneProcessor::hold() } else { None };
         let (to_board, from_board, guard) = process::start(elf, board, wiring, &[])?;
@@ -63,7 +63,7 @@ impl Emulated {
     ///
     /// # Errors
     /// When it does not say.
-    pub fn counters(&mut self) -> Result<Counters, CommandError> {
+    pub fn counters(&mut self) -> Result<Counters, BoardError> {
         let mut bytes = Vec::new();
         self.put(&mut bytes, &HostMessage::Count)?;
         self.send(&bytes)?;
@@ -77,7 +77,7 @@ impl Emulated {
     ///
     /// # Errors
     /// When it ends in failure.
-    pub fn finish(mut self) -> Result<(), CommandError> {
+    pub fn finish(mut self) -> Result<(), BoardError> {
         self.to_board = None;
         // A serial line has no end: the program waits for more.
         if self.disturbed { Ok(()) } else { self.guard.wait() }
@@ -87,22 +87,22 @@ impl Emulated {
     ///
     /// # Errors
     /// When the board has gone.
-    pub fn disturb(&mut self, bytes: &[u8]) -> Result<(), CommandError> {
+    pub fn disturb(&mut self, bytes: &[u8]) -> Result<(), BoardError> {
         self.send(bytes)
     }
 
     /// Puts a message at the end of `bytes`.
-    fn put(&mut self, bytes: &mut Vec<u8>, message: &HostMessage) -> Result<(), CommandError> {
+    fn put(&mut self, bytes: &mut Vec<u8>, message: &HostMessage) -> Result<(), BoardError> {
         let header = Header { session: SESSION, sequence: self.sequence, ticks: self.ticks };
         self.sequence = self.sequence.wrapping_add(1);
         let mut frame = [0; FRAME_BYTES_MAX];
         let length =
-            encode(header, message, &mut frame).map_err(|error| CommandError::Board(error.to_string()))?;
+            encode(header, message, &mut frame).map_err(|error| BoardError::Board(error.to_string()))?;
         bytes.extend_from_slice(&frame[..length]);
         Ok(())
     }
 
-    fn send(&mut self, bytes: &[u8]) -> Result<(), CommandError> {
+    fn send(&mut self, bytes: &[u8]) -> Result<(), BoardError> {
         // Ends whatever a disturbance has begun.
         let end: &[u8] = if self.disturbed { &[0] } else { &[] };
         let bytes = &[end, bytes].concat();
@@ -113,7 +113,7 @@ impl Emulated {
         }
     }
 
-    fn receive(&mut self) -> Result<BoardMessage, CommandError> {
+    fn receive(&mut self) -> Result<BoardMessage, BoardError> {
         loop {
             while let Some(&byte) = self.block.get(self.used) {
                 self.used += 1;
@@ -122,16 +122,16 @@ impl Emulated {
                     Ok(whole) => whole,
                     Err(_) if self.disturbed => continue,
                     Err(error) => {
-                        return Err(CommandError::Board(format!("sends a frame that is none: {error}")));
+                        return Err(BoardError::Board(format!("sends a frame that is none: {error}")));
                     }
                 };
                 self.guard.alive();
                 if header.session != SESSION && !matches!(message, BoardMessage::Fault(_)) {
-                    return Err(CommandError::Board("has started anew".to_owned()));
+                    return Err(BoardError::Board("has started anew".to_owned()));
                 }
                 if header.ticks != self.ticks {
                     let (theirs, ours) = (header.ticks, self.ticks);
-                    return Err(CommandError::Board(format!("is at tick {theirs}, the plant at {ours}")));
+                    return Err(BoardError::Board(format!("is at tick {theirs}, the plant at {ours}")));
                 }
                 return Ok(message);
             }
@@ -147,7 +147,7 @@ impl Emulated {
     }
 
     /// Says `message` and wants `answer`.
-    fn ask(&mut self, message: &HostMessage, answer: &BoardMessage) -> Result<(), CommandError> {
+    fn ask(&mut self, message: &HostMessage, answer: &BoardMessage) -> Result<(), BoardError> {
         let mut bytes = Vec::new();
         self.put(&mut bytes, message)?;
         self.send(&bytes)?;
@@ -158,22 +158,22 @@ impl Emulated {
     }
 }
 
-fn unexpected(said: &BoardMessage) -> CommandError {
-    CommandError::Board(match said {
+fn unexpected(said: &BoardMessage) -> BoardError {
+    BoardError::Board(match said {
         BoardMessage::Fault(fault) => format!("reports a fault: {fault}"),
         other => format!("answers something else than was asked: {other:?}"),
     })
 }
 
 impl Processor for Emulated {
-    fn arm(&mut self, configuration: Configuration) -> Result<(), CommandError> {
+    fn arm(&mut self, configuration: Configuration) -> Result<(), BoardError> {
         let tick_nanos = PositionLoop::TICK_NANOS;
         self.ask(&HostMessage::Hello, &BoardMessage::Welcome { tick_nanos })?;
         self.ask(&HostMessage::Configure(configuration), &BoardMessage::Configured)?;
         self.ask(&HostMessage::Arm, &BoardMessage::Armed)
     }
 
-    fn tick(&mut self, taken: &Taken) -> Result<TickRecord, CommandError> {
+    fn tick(&mut self, taken: &Taken) -> Result<TickRecord, BoardError> {
         let mut bytes = Vec::with_capacity(2 * FRAME_BYTES_MAX);
         if !taken.ldv_samples.is_empty() {
             let samples: LdvRecords = taken.ldv_samples.iter().map(|&sample| sample.into()).collect();

@@ -8,8 +8,8 @@ use std::sync::mpsc::{Receiver, Sender, channel};
 use link::{BoardMessage, Counters, Deframer, FRAME_BYTES_MAX, Header, HostMessage, decode, encode};
 
 use super::process::{self, Guard, Link, SILENCE_MAX, Wiring};
+use crate::board::BoardError;
 use crate::board::instructions::Board;
-use crate::error::CommandError;
 
 /// Reports that are waited through for an answer: three seconds of the board's time.
 const REPORTS_MAX: u32 = 3000;
@@ -31,7 +31,7 @@ impl Live {
     ///
     /// # Errors
     /// When the program cannot be read, or the emulator not be started.
-    pub fn start(elf: &Path, log: Option<&Path>) -> Result<Self, CommandError> {
+    pub fn start(elf: &Path, log: Option<&Path>) -> Result<Self, BoardError> {
         Self::start_slower(elf, log, 0)
     }
 
@@ -39,7 +39,7 @@ impl Live {
     ///
     /// # Errors
     /// As [`Self::start`].
-    pub fn start_slower(elf: &Path, log: Option<&Path>, halvings: u32) -> Result<Self, CommandError> {
+    pub fn start_slower(elf: &Path, log: Option<&Path>, halvings: u32) -> Result<Self, BoardError> {
         let wiring = Wiring { link: Link::Uart, log };
         let clock = format!("shift={halvings},sleep=off");
         let (line, from_board, guard) = process::start(elf, Board::M4, wiring, &["-icount", &clock])?;
@@ -52,7 +52,7 @@ impl Live {
     ///
     /// # Errors
     /// When the board has gone.
-    pub fn send(&mut self, bytes: &[u8]) -> Result<(), CommandError> {
+    pub fn send(&mut self, bytes: &[u8]) -> Result<(), BoardError> {
         self.line.write_all(bytes).and_then(|()| self.line.flush()).map_err(|_| self.guard.lost())
     }
 
@@ -60,7 +60,7 @@ impl Live {
     ///
     /// # Errors
     /// When the board has gone.
-    pub fn say(&mut self, message: &HostMessage) -> Result<(), CommandError> {
+    pub fn say(&mut self, message: &HostMessage) -> Result<(), BoardError> {
         let frame = self.frame(message)?;
         self.send(&frame)
     }
@@ -69,12 +69,12 @@ impl Live {
     ///
     /// # Errors
     /// When the message does not fit one: none does not.
-    pub fn frame(&mut self, message: &HostMessage) -> Result<Vec<u8>, CommandError> {
+    pub fn frame(&mut self, message: &HostMessage) -> Result<Vec<u8>, BoardError> {
         let mut frame = [0; FRAME_BYTES_MAX];
         let header = Header { session: Self::SESSION, sequence: self.sequence, ticks: 0 };
         self.sequence = self.sequence.wrapping_add(1);
         let length =
-            encode(header, message, &mut frame).map_err(|error| CommandError::Board(error.to_string()))?;
+            encode(header, message, &mut frame).map_err(|error| BoardError::Board(error.to_string()))?;
         Ok(frame[..length].to_vec())
     }
 
@@ -82,7 +82,7 @@ impl Live {
     ///
     /// # Errors
     /// When the board falls silent.
-    pub fn hear(&mut self) -> Result<(Header, BoardMessage), CommandError> {
+    pub fn hear(&mut self) -> Result<(Header, BoardMessage), BoardError> {
         let said = self.said.recv_timeout(SILENCE_MAX).map_err(|_| self.guard.lost())?;
         self.guard.alive();
         Ok(said)
@@ -92,25 +92,25 @@ impl Live {
     ///
     /// # Errors
     /// When the board falls silent, or reports on and on.
-    pub fn hear_answer(&mut self) -> Result<BoardMessage, CommandError> {
+    pub fn hear_answer(&mut self) -> Result<BoardMessage, BoardError> {
         for _ in 0..REPORTS_MAX {
             match self.hear()?.1 {
                 BoardMessage::Report(_) => (),
                 message => return Ok(message),
             }
         }
-        Err(CommandError::Board("reports on and on instead of an answer".to_owned()))
+        Err(BoardError::Board("reports on and on instead of an answer".to_owned()))
     }
 
     /// How the board fares.
     ///
     /// # Errors
     /// When it does not say.
-    pub fn counters(&mut self) -> Result<Counters, CommandError> {
+    pub fn counters(&mut self) -> Result<Counters, BoardError> {
         self.say(&HostMessage::Count)?;
         match self.hear_answer()? {
             BoardMessage::Counters(counters) => Ok(counters),
-            other => Err(CommandError::Board(format!("answers something else than was asked: {other:?}"))),
+            other => Err(BoardError::Board(format!("answers something else than was asked: {other:?}"))),
         }
     }
 }

@@ -12,9 +12,11 @@ use std::time::Duration;
 
 use clap::ValueEnum;
 
+use crate::board::BoardError;
 use crate::board::instructions::Board;
-use crate::board::instructions::emulator::{QEMU, readable, text};
-use crate::error::CommandError;
+use crate::board::instructions::emulator::{QEMU, readable};
+use crate::tool::ToolError;
+use crate::tool::text;
 
 /// An answer takes microseconds, over a serial line a few milliseconds; a start of the emulator a fraction of a second.
 pub(super) const SILENCE_MAX: Duration = Duration::from_secs(20);
@@ -59,9 +61,9 @@ pub(super) fn start(
     board: Board,
     wiring: Wiring<'_>,
     arguments: &[&str],
-) -> Result<(ChildStdin, ChildStdout, Guard), CommandError> {
+) -> Result<(ChildStdin, ChildStdout, Guard), BoardError> {
     readable(elf)?;
-    let lost = |source| CommandError::NoTool { tool: QEMU, source };
+    let lost = |source| ToolError::NoTool { tool: QEMU, source };
     let complaints = tempfile::tempfile().map_err(lost)?;
     let to_complaints = complaints.try_clone().map_err(lost)?;
     let serial = if wiring.link == Link::Uart { "stdio" } else { "none" };
@@ -79,7 +81,7 @@ pub(super) fn start(
         .map_err(lost)?;
     let pipes = child.stdin.take().zip(child.stdout.take());
     let guard = Guard::new(child, complaints);
-    let (to_board, from_board) = pipes.ok_or_else(|| CommandError::Board("has no pipes".to_owned()))?;
+    let (to_board, from_board) = pipes.ok_or_else(|| BoardError::Board("has no pipes".to_owned()))?;
     Ok((to_board, from_board, guard))
 }
 
@@ -149,22 +151,22 @@ impl Guard {
     }
 
     /// Waits for the program's own end.
-    pub(super) fn wait(&self) -> Result<(), CommandError> {
-        let lost = |source| CommandError::NoTool { tool: QEMU, source };
+    pub(super) fn wait(&self) -> Result<(), BoardError> {
+        let lost = |source| ToolError::NoTool { tool: QEMU, source };
         // Polled, so that the watch can still end it.
         loop {
             let status = self.child.lock().ok().map(|mut child| child.try_wait());
             match status {
                 Some(Ok(None)) => std::thread::sleep(Duration::from_millis(1)),
                 Some(Ok(Some(status))) if status.success() => return Ok(()),
-                Some(Err(source)) => return Err(lost(source)),
+                Some(Err(source)) => return Err(lost(source).into()),
                 Some(Ok(Some(_))) | None => return Err(self.lost()),
             }
         }
     }
 
     /// Why nothing comes any more.
-    pub(super) fn lost(&self) -> CommandError {
+    pub(super) fn lost(&self) -> BoardError {
         let status = self.child.lock().ok().and_then(|mut child| {
             let _ = child.kill();
             child.wait().ok()
@@ -173,7 +175,7 @@ impl Guard {
         let complaint = text(&self.complaints).unwrap_or_default();
         let last = complaint.lines().rfind(|line| !line.trim().is_empty());
         let last = last.map_or_else(String::new, |line| format!(": {}", line.trim()));
-        CommandError::Board(format!("fell silent{status}{last}"))
+        BoardError::Board(format!("fell silent{status}{last}"))
     }
 }
 

@@ -47,7 +47,7 @@ impl Drive for Ports<'_> {
 }
 
 impl Processor for Second {
-    fn arm(&mut self, configuration: Configuration) -> Result<(), CommandError> {
+    fn arm(&mut self, configuration: Configuration) -> Result<(), BoardError> {
         let Configuration { filter, target_deg, tolerance_deg, deadline_nanos } = configuration;
         let filter = match filter {
             FilterKind::ConstantRate => "constant_rate",
@@ -61,7 +61,7 @@ impl Processor for Second {
         Ok(())
     }
 
-    fn tick(&mut self, taken: &Taken) -> Result<TickRecord, CommandError> {
+    fn tick(&mut self, taken: &Taken) -> Result<TickRecord, BoardError> {
         self.ticks += 1;
         let now = Time::from_nanos(self.ticks * PositionLoop::TICK_NANOS);
         let position_loop = self.position_loop.as_mut().expect("armed first");

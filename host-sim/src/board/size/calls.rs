@@ -16,7 +16,7 @@ use std::fmt;
 use serde::Serialize;
 
 use super::image::{Function, Image};
-use crate::error::CommandError;
+use crate::board::BoardError;
 
 /// Where the tasks begin: parts of demangled names. The first must be in every program.
 pub const ROOTS: [&str; 3] =
@@ -97,13 +97,13 @@ fn reason(name: &str) -> Option<&'static str> {
 ///
 /// # Errors
 /// When the image has no task.
-pub fn reached(image: &Image) -> Result<Reached, CommandError> {
+pub fn reached(image: &Image) -> Result<Reached, BoardError> {
     let by_address: BTreeMap<u32, &Function> =
         image.functions.iter().map(|function| (function.address, function)).collect();
     let is_root = |function: &&&Function| ROOTS.iter().any(|root| function.name.contains(root));
     let mut waiting: Vec<&Function> = by_address.values().filter(is_root).copied().collect();
     if !waiting.iter().any(|function| function.name.contains(ROOTS[0])) {
-        return Err(CommandError::NoTask { task: ROOTS[0] });
+        return Err(BoardError::NoTask { task: ROOTS[0] });
     }
     let mut seen: BTreeSet<u32> = waiting.iter().map(|function| function.address).collect();
     let mut forbidden = Vec::new();
@@ -274,6 +274,6 @@ mod tests {
         assert_eq!(double.forbidden[0].reason, "it computes in double precision, by software");
         let by_address = reached(&image(with(&[0x4798]), vec![])).unwrap();
         assert_eq!(by_address.forbidden[0].callee, "a function by address");
-        assert!(matches!(reached(&image(rest(), vec![])), Err(CommandError::NoTask { .. })));
+        assert!(matches!(reached(&image(rest(), vec![])), Err(BoardError::NoTask { .. })));
     }
 }

@@ -5,7 +5,7 @@ use std::path::Path;
 use object::read::elf::ElfFile32;
 use object::{LittleEndian, Object as _, ObjectSection as _, ObjectSymbol as _, SectionFlags, SymbolKind};
 
-use crate::error::CommandError;
+use crate::board::BoardError;
 
 /// A function.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -34,11 +34,11 @@ impl Image {
     ///
     /// # Errors
     /// When it cannot be read or is no ELF of a 32-bit machine.
-    pub fn read(path: &Path) -> Result<Self, CommandError> {
-        let bytes = std::fs::read(path)
-            .map_err(|source| CommandError::Unreadable { path: path.to_owned(), source })?;
+    pub fn read(path: &Path) -> Result<Self, BoardError> {
+        let bytes =
+            std::fs::read(path).map_err(|source| BoardError::Unreadable { path: path.to_owned(), source })?;
         Self::parse(&bytes)
-            .map_err(|error| CommandError::NoElf { path: path.to_owned(), error: error.to_string() })
+            .map_err(|error| BoardError::NoElf { path: path.to_owned(), error: error.to_string() })
     }
 
     fn parse(bytes: &[u8]) -> Result<Self, object::Error> {

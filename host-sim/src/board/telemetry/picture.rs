@@ -2,11 +2,11 @@
 
 use super::Record;
 use super::record::Logged;
-use crate::error::CommandError;
+use crate::report::OutputError;
 use crate::report::chart::{Axis, Colour, Figure, Panel, Series};
 
 /// The log as an SVG document.
-pub(super) fn svg(record: &Record) -> Result<String, CommandError> {
+pub(super) fn svg(record: &Record) -> Result<String, OutputError> {
     let entries: u64 = record.counts().values().sum();
     Figure::new("What the firmware logged, beside the truth")
         .caption(format!("{entries} entries in {:.3} s, at the ticks that they bear", record.end_s))

@@ -8,7 +8,8 @@ use controller::PositionLoop;
 use motor_model::{Angle, math};
 
 use super::{Entry, picture};
-use crate::error::CommandError;
+use crate::board::BoardError;
+use crate::report::OutputError;
 use crate::report::files::Output;
 use crate::runs::closed_loop::Moment;
 
@@ -59,7 +60,7 @@ impl Record {
     ///
     /// # Errors
     /// When nothing can be written there.
-    pub fn create(path: &Path) -> Result<Self, CommandError> {
+    pub fn create(path: &Path) -> Result<Self, OutputError> {
         let mut record = Self {
             csv: csv::Writer::from_writer(Output::create(path)?),
             counts: BTreeMap::new(),
@@ -73,7 +74,7 @@ impl Record {
         Ok(record)
     }
 
-    fn write(&mut self, row: [String; COLUMNS.len()]) -> Result<(), CommandError> {
+    fn write(&mut self, row: [String; COLUMNS.len()]) -> Result<(), OutputError> {
         self.csv.write_record(row).map_err(|error| self.csv.get_ref().unwritable(error.into()))
     }
 
@@ -81,13 +82,13 @@ impl Record {
     ///
     /// # Errors
     /// When an entry tells of another tick, or the table cannot be written.
-    pub fn take(&mut self, entries: &[Entry], truth: &Moment) -> Result<(), CommandError> {
+    pub fn take(&mut self, entries: &[Entry], truth: &Moment) -> Result<(), BoardError> {
         let tick = truth.at.nanos() / PositionLoop::TICK_NANOS;
         self.end_s = truth.seconds();
         for entry in entries {
             if entry.tick != tick {
                 let theirs = entry.tick;
-                return Err(CommandError::Board(format!("logs tick {theirs} when the plant is at {tick}")));
+                return Err(BoardError::Board(format!("logs tick {theirs} when the plant is at {tick}")));
             }
             *self.counts.entry(entry.kind().to_owned()).or_default() += 1;
             self.take_one(entry, truth)?;
@@ -95,7 +96,7 @@ impl Record {
         Ok(())
     }
 
-    fn take_one(&mut self, entry: &Entry, truth: &Moment) -> Result<(), CommandError> {
+    fn take_one(&mut self, entry: &Entry, truth: &Moment) -> Result<(), BoardError> {
         let time_s = truth.seconds();
         let logged = estimate(entry, truth);
         if let Some(logged) = logged {
@@ -123,7 +124,8 @@ impl Record {
             rate.map_or(String::new(), |rate| rate.to_string()),
             of(|logged| logged.sigma_mdeg),
             of(|logged| logged.error_mdeg),
-        ])
+        ])?;
+        Ok(())
     }
 
     /// How often each kind of entry came.
@@ -135,7 +137,7 @@ impl Record {
     ///
     /// # Errors
     /// When it cannot be laid out.
-    pub fn svg(&self) -> Result<String, CommandError> {
+    pub fn svg(&self) -> Result<String, OutputError> {
         picture::svg(self)
     }
 
@@ -143,11 +145,11 @@ impl Record {
     ///
     /// # Errors
     /// When the rest cannot be written.
-    pub fn publish(mut self) -> Result<(), CommandError> {
+    pub fn publish(mut self) -> Result<(), OutputError> {
         self.csv.flush().map_err(|source| self.csv.get_ref().unwritable(source))?;
         match self.csv.into_inner() {
             Ok(output) => output.publish(),
-            Err(refused) => Err(CommandError::StandardOutput(refused.into_error())),
+            Err(refused) => Err(OutputError::StandardOutput(refused.into_error())),
         }
     }
 }

@@ -5,7 +5,7 @@ use std::ops::Range;
 use plotters::coord::ranged1d::{KeyPointHint, NoDefaultFormatting, Ranged, ValueFormatter};
 
 use super::Axis;
-use crate::error::plain;
+use crate::math::plain_number::plain;
 
 /// An axis with its span decided, in its own coordinate (the value, or its decadic logarithm).
 #[derive(Clone)]

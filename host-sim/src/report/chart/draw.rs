@@ -10,7 +10,7 @@ use plotters::style::text_anchor::{HPos, Pos, VPos};
 use super::axis::Scale;
 use super::thinning::thinned;
 use super::{Colour, Figure, Mark, Panel, Series};
-use crate::error::CommandError;
+use crate::report::OutputError;
 
 /// Canvas pixels per pixel shown.
 const FINE: i32 = 3;
@@ -44,7 +44,7 @@ type Chart<'a, 'b> = ChartContext<'a, SVGBackend<'b>, Coordinate>;
 type Drawn<T = ()> = Result<T, DrawingAreaErrorKind<<SVGBackend<'static> as DrawingBackend>::ErrorType>>;
 
 /// The picture as a complete SVG document.
-pub(super) fn svg(figure: &Figure) -> Result<String, CommandError> {
+pub(super) fn svg(figure: &Figure) -> Result<String, OutputError> {
     let caption_height = if figure.caption.is_some() { CAPTION_HEIGHT } else { 0 };
     let height = TITLE_HEIGHT + caption_height + figure.panels.iter().map(|panel| panel.height).sum::<u32>();
     let (fine_width, fine_height) = (WIDTH * FINE.unsigned_abs(), height * FINE.unsigned_abs());
@@ -52,7 +52,7 @@ pub(super) fn svg(figure: &Figure) -> Result<String, CommandError> {
     {
         let root = SVGBackend::with_string(&mut text, (fine_width, fine_height)).into_drawing_area();
         draw_figure(figure, &root, caption_height)
-            .map_err(|error| CommandError::Drawing(error.to_string()))?;
+            .map_err(|error| OutputError::Drawing(error.to_string()))?;
     }
     // Shown at its size, drawn on the fine canvas that the viewBox keeps.
     let canvas = format!("width=\"{fine_width}\" height=\"{fine_height}\"");

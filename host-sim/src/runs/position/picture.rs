@@ -3,7 +3,7 @@
 use motor_model::{Angle, DriveCommand, DriveMode};
 
 use super::{Outcome, Trace};
-use crate::error::CommandError;
+use crate::report::OutputError;
 use crate::report::chart::{Axis, Colour, Figure, Panel, Series};
 use crate::runs::closed_loop::Moment;
 
@@ -11,7 +11,7 @@ use crate::runs::closed_loop::Moment;
 ///
 /// # Errors
 /// When the picture cannot be laid out.
-pub fn svg(outcome: &Outcome, trace: &Trace) -> Result<String, CommandError> {
+pub fn svg(outcome: &Outcome, trace: &Trace) -> Result<String, OutputError> {
     let end_s = outcome.duration_s;
     let caption = format!(
         "plant drawn by seed {}: ended {:+.2} milli-degrees from the target after {:.3} s, {} drive switches, estimator within {:.1} milli-degrees rms",

@@ -3,9 +3,9 @@
 use motor_model::{DriveCommand, Motor, MotorState, Real};
 
 use super::{Precision, Run, Schedule, steps_in};
-use crate::error::CommandError;
 use crate::math::spectrum::{LIMIT_HZ, SpectralLine, Tail};
 use crate::math::statistics::{Accumulator, Spread};
+use crate::runs::RunError;
 
 /// An impact counts when tooth and rotor approach faster than this: chattering makes the bare count depend on the step.
 pub const FAST_APPROACH_M_S: f64 = 1e-3;
@@ -38,7 +38,7 @@ pub trait Observer {
     ///
     /// # Errors
     /// When it cannot go on; the run then stops with that error.
-    fn observe(&mut self, sample: &Sample) -> Result<(), CommandError>;
+    fn observe(&mut self, sample: &Sample) -> Result<(), RunError>;
 }
 
 /// Watches nothing.
@@ -47,7 +47,7 @@ impl Observer for () {
         None
     }
 
-    fn observe(&mut self, _: &Sample) -> Result<(), CommandError> {
+    fn observe(&mut self, _: &Sample) -> Result<(), RunError> {
         Ok(())
     }
 }
@@ -75,7 +75,7 @@ pub struct RunSummary {
 ///
 /// # Errors
 /// When the run's settings do not go together, its numbers grow beyond all bounds, or the observer gives up.
-pub fn simulate(run: &Run, observer: &mut impl Observer) -> Result<RunSummary, CommandError> {
+pub fn simulate(run: &Run, observer: &mut impl Observer) -> Result<RunSummary, RunError> {
     let schedule = run.schedule()?;
     match run.precision {
         Precision::F32 => simulate_in::<f32>(run, &schedule, observer),
@@ -88,7 +88,7 @@ fn simulate_in<T: Real>(
     run: &Run,
     schedule: &Schedule,
     observer: &mut impl Observer,
-) -> Result<RunSummary, CommandError> {
+) -> Result<RunSummary, RunError> {
     let motor = Motor::<T>::try_new(&run.params, &run.setup())?;
     let mut state = MotorState::default();
     let sample_rate_hz = run.sample_rate_hz(schedule);
@@ -125,7 +125,7 @@ fn simulate_in<T: Real>(
                 [("the rotor's rate", rate_rad_s), ("the rotor's velocity", velocity_m_s)]
             {
                 if !value.is_finite() {
-                    return Err(CommandError::Diverged { quantity, time_s });
+                    return Err(RunError::Diverged { quantity, time_s });
                 }
             }
             if stop > schedule.settle_steps {
@@ -192,7 +192,7 @@ mod tests {
         fn interval_s(&self) -> Option<f64> {
             Some(self.0)
         }
-        fn observe(&mut self, sample: &Sample) -> Result<(), CommandError> {
+        fn observe(&mut self, sample: &Sample) -> Result<(), RunError> {
             self.1.push(*sample);
             Ok(())
         }

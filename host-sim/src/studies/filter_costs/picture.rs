@@ -1,7 +1,7 @@
 //! Cost against error, in one picture.
 
 use super::{Comparison, DRIVES, Row};
-use crate::error::CommandError;
+use crate::report::OutputError;
 use crate::report::chart::{Axis, Colour, Figure, Panel, Series};
 use crate::runs::filter::FILTERS;
 use crate::runs::simulate::Precision;
@@ -13,7 +13,7 @@ impl Comparison {
     ///
     /// # Errors
     /// When it cannot be laid out.
-    pub fn picture(&self) -> Result<String, CommandError> {
+    pub fn picture(&self) -> Result<String, OutputError> {
         let figure = Figure::new("What each filter costs, and how far it is off").caption(
             "A line joins vibrometer rates of 50, 100 and 200 kHz; dashed in f64. Steady motion at full drive; error at the present.",
         );

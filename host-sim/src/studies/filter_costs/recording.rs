@@ -3,8 +3,8 @@
 use estimator::{CameraFrame, LdvSample};
 use motor_model::{Angle, DriveCommand, DriveMode, Time};
 
-use crate::error::CommandError;
 use crate::scene::Scene;
+use crate::studies::StudyError;
 use crate::world::rig::Desk;
 
 /// From rest until the motion counts as steady.
@@ -48,7 +48,7 @@ impl Recording {
     ///
     /// # Errors
     /// When the scene is refused.
-    pub fn make(scene: &Scene, mode: DriveMode) -> Result<Self, CommandError> {
+    pub fn make(scene: &Scene, mode: DriveMode) -> Result<Self, StudyError> {
         let command = DriveCommand::full(mode);
         let mut desk = Desk::new(scene)?;
         let mut events = Vec::new();

@@ -4,7 +4,7 @@ use serde::Serialize;
 
 use super::replay::Cost;
 use super::{Comparison, DRIVES, Row, SAMPLE_RATES_HZ};
-use crate::error::CommandError;
+use crate::report::OutputError;
 use crate::report::document::{Block, Document, Table};
 use crate::runs::simulate::Precision;
 
@@ -84,7 +84,7 @@ impl Comparison {
     ///
     /// # Errors
     /// When it cannot be written.
-    pub fn csv(&self) -> Result<String, CommandError> {
+    pub fn csv(&self) -> Result<String, OutputError> {
         crate::report::files::csv(self.rows.iter().map(Line::of))
     }
 

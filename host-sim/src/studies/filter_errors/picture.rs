@@ -4,7 +4,7 @@ use super::run::{GENIES, names};
 use super::tables::title;
 use super::timeline::Phase;
 use super::{DRIVES, Estimation};
-use crate::error::CommandError;
+use crate::report::OutputError;
 use crate::report::chart::{Axis, Colour, Figure, Panel, Series};
 
 const COLOURS: [Colour; 6] =
@@ -15,7 +15,7 @@ impl Estimation {
     ///
     /// # Errors
     /// When it cannot be laid out.
-    pub fn picture(&self) -> Result<String, CommandError> {
+    pub fn picture(&self) -> Result<String, OutputError> {
         let figure = Figure::new("How far the filters are off the truth").caption(
             "Root mean square error of the angle by phase. Dashed: the lower bound of a filter that is told every kick of the rate.",
         );

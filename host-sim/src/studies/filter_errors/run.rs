@@ -8,9 +8,9 @@ use motor_model::{Angle, DriveCommand, DriveMode, Time};
 use super::account::Account;
 use super::genie::{Genie, Kick};
 use super::timeline::{self, Phase};
-use crate::error::CommandError;
-use crate::runs::filter::{AnyFilter, FILTERS};
+use crate::runs::filter::{AnyFilter, FILTERS, SMOOTHER_LAG_MS};
 use crate::scene::Scene;
+use crate::studies::StudyError;
 use crate::world::instruments::Camera;
 use crate::world::rig::Desk;
 
@@ -19,9 +19,6 @@ pub const GENIES: [(&str, f64); 3] = [("genie", 0.0), ("genie_10_percent", 0.1),
 
 /// What filters know after the fact, [`SMOOTHER_LAG_MS`] later: name, and the filter's place in [`FILTERS`].
 pub const SMOOTHED: [(&str, usize); 2] = [("constant_rate_smoothed", 0), ("impact_aided_smoothed", 1)];
-
-/// How far back the smoothed rows look, in ms.
-pub const SMOOTHER_LAG_MS: u64 = 2;
 
 /// Ticks from one look at the estimates to the next: 70 us, so that all ages of the last frame have their turn.
 const TICKS_PER_LOOK: u64 = 7;
@@ -38,7 +35,7 @@ pub fn names() -> impl Iterator<Item = &'static str> {
 ///
 /// # Errors
 /// When the scene is refused.
-pub fn run(scene: &Scene, mode: DriveMode, progress: &impl Fn(u64)) -> Result<Vec<Accounts>, CommandError> {
+pub fn run(scene: &Scene, mode: DriveMode, progress: &impl Fn(u64)) -> Result<Vec<Accounts>, StudyError> {
     let mut contest = Contest::new(scene)?;
     let mut ticks = 0;
     while contest.now().nanos() < timeline::duration_nanos() {
@@ -75,7 +72,7 @@ struct Contest {
 }
 
 impl Contest {
-    fn new(scene: &Scene) -> Result<Self, CommandError> {
+    fn new(scene: &Scene) -> Result<Self, StudyError> {
         let camera_rad2 = Camera::variance_rad2(scene);
         let genie = |&(_, share): &(_, f64)| Genie::new(share, camera_rad2, scene.seed());
         Ok(Self {

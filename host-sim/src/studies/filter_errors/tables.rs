@@ -6,7 +6,7 @@ use super::consistency::Asked;
 use super::run::names;
 use super::timeline::Phase;
 use super::{DRIVES, Estimation, Row};
-use crate::error::CommandError;
+use crate::report::OutputError;
 use crate::report::document::{Block, Document, Table};
 
 const ABOUT: &str = "Motors drawn within Table 1's tolerances, Coulomb friction, located impacts; the filters know the nominal motor at most. Errors \
@@ -111,7 +111,7 @@ impl Estimation {
     ///
     /// # Errors
     /// When it cannot be written.
-    pub fn csv(&self) -> Result<String, CommandError> {
+    pub fn csv(&self) -> Result<String, OutputError> {
         crate::report::files::csv(self.rows.iter().map(Line::of))
     }
 

@@ -3,7 +3,7 @@
 use motor_model::math;
 
 use super::{Calibration, Calibrations, NORMAL_95, Outcome, fit::Interval};
-use crate::error::CommandError;
+use crate::report::OutputError;
 use crate::report::chart::{Axis, Colour, Figure, Panel, Series};
 use crate::world::instruments::gyroscope::noise::Span;
 
@@ -81,7 +81,7 @@ impl Calibrations {
     ///
     /// # Errors
     /// When it cannot be laid out.
-    pub fn picture(&self) -> Result<String, CommandError> {
+    pub fn picture(&self) -> Result<String, OutputError> {
         let Outcome {
             seed,
             serial,

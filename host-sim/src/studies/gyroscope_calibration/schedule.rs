@@ -14,49 +14,9 @@
 
 use controller::rate::Profile;
 
-use crate::error::CommandError;
-use crate::scene::{Kind, Scene, Setting};
-use crate::world::instruments::gyroscope;
+use crate::scene::{Scene, SceneError};
 
-/// Settings of the plan.
-pub const SETTINGS: &[Setting] = &[
-    Setting {
-        key: "calibrate.duration_s",
-        unit: "s",
-        kind: Kind::Number { default: 60.0, min: 1.0, max: 10_000.0 },
-        meaning: "motor time of the whole plan",
-    },
-    Setting {
-        key: "calibrate.clockwise_deg_s",
-        unit: "deg/s",
-        kind: Kind::Number { default: 160.0, min: 1.0, max: 1000.0 },
-        meaning: "last step of the staircase clockwise: far enough below the gyroscope's range that the ripple seldom saturates it",
-    },
-    Setting {
-        key: "calibrate.counter_clockwise_deg_s",
-        unit: "deg/s",
-        kind: Kind::Number { default: 200.0, min: 1.0, max: 1000.0 },
-        meaning: "last step the other way; a motor that cannot follow turns as fast as it can",
-    },
-    Setting {
-        key: "calibrate.steps",
-        unit: "",
-        kind: Kind::Integer { default: 1, min: 1, max: 1000 },
-        meaning: "steps of the staircase, each a turn to either side",
-    },
-    Setting {
-        key: "calibrate.rest_s",
-        unit: "s",
-        kind: Kind::Number { default: 0.5, min: 0.05, max: 1000.0 },
-        meaning: "rest before each turn and after the last",
-    },
-    Setting {
-        key: "calibrate.interval_s",
-        unit: "s",
-        kind: Kind::Number { default: 0.25, min: 0.01, max: 10.0 },
-        meaning: "gyroscope and reference are compared once in this time, rounded to samples",
-    },
-];
+use crate::world::instruments::gyroscope;
 
 /// The plan of a scene, checked.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -78,7 +38,7 @@ impl Schedule {
     ///
     /// # Errors
     /// When the rests leave no time for the turns, or the gyroscope's samples do not go into the loop's ticks.
-    pub fn of(scene: &Scene) -> Result<Self, CommandError> {
+    pub fn of(scene: &Scene) -> Result<Self, SceneError> {
         let ticks_per_sample = gyroscope::ticks_per_sample(scene)?;
         let steps = u16::try_from(scene.integer("calibrate.steps")).unwrap_or(u16::MAX);
         let (duration_s, rest_s) = (scene.number("calibrate.duration_s"), scene.number("calibrate.rest_s"));
@@ -86,7 +46,7 @@ impl Schedule {
         let turns = 2.0 * f64::from(steps);
         let turn_s = (duration_s - (turns + 1.0) * rest_s) / turns;
         if turn_s < 2.0 * interval_s {
-            return Err(CommandError::Conflict {
+            return Err(SceneError::Conflict {
                 conflict: format!(
                     "calibrate.duration_s = {duration_s} s leaves {turn_s:.3} s for each of {turns} turns between rests of calibrate.rest_s = {rest_s} s"
                 ),

@@ -3,7 +3,7 @@
 use serde_json::json;
 
 use super::{Calibrations, NORMAL_95, Outcome, Summary};
-use crate::error::CommandError;
+use crate::report::OutputError;
 use crate::report::document::{Block, Document, Table};
 
 const ABOUT: &str = "Errors are those found less the gyroscope's true ones. sigma: the standard deviation that the fit states, from the gyroscope's random walk and instability, the reference's \
@@ -133,11 +133,11 @@ impl Calibrations {
     ///
     /// # Errors
     /// When it cannot be written.
-    pub fn csv(&self) -> Result<String, CommandError> {
+    pub fn csv(&self) -> Result<String, OutputError> {
         let mut writer = csv::Writer::from_writer(Vec::new());
         let written = self.outcomes.iter().try_for_each(|outcome| writer.serialize(outcome));
-        written.map_err(|error| CommandError::Table(error.to_string()))?;
-        let bytes = writer.into_inner().map_err(|error| CommandError::Table(error.to_string()))?;
+        written.map_err(|error| OutputError::Table(error.to_string()))?;
+        let bytes = writer.into_inner().map_err(|error| OutputError::Table(error.to_string()))?;
         Ok(String::from_utf8_lossy(&bytes).into_owned())
     }
 }

@@ -5,10 +5,10 @@ use estimator::{AngleFilter as _, Estimate, Health};
 use motor_model::{Angle, Time, math};
 
 use super::schedule::Schedule;
-use crate::error::CommandError;
 use crate::runs::closed_loop::ClosedRateLoop;
+use crate::runs::filter::SMOOTHER_LAG_MS;
 use crate::scene::Scene;
-use crate::studies::filter_errors::run::SMOOTHER_LAG_MS;
+use crate::studies::StudyError;
 
 /// An instant at which the reference angle is known.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -39,7 +39,7 @@ impl Turning {
     ///
     /// # Errors
     /// When the scene is refused.
-    pub fn run(scene: &Scene, schedule: &Schedule) -> Result<Self, CommandError> {
+    pub fn run(scene: &Scene, schedule: &Schedule) -> Result<Self, StudyError> {
         let hold = RateHold::new(schedule.profile(), RateTuning::steady(), Time::ZERO);
         let mut closed_loop = ClosedRateLoop::new(scene, hold)?;
         let mut turning = Self {

@@ -4,9 +4,9 @@ use motor_model::{DriveCommand, DriveMode, FrictionLaw, ImpactRule, MotorParams,
 use rayon::prelude::*;
 
 use super::published::Quantity;
-use crate::error::CommandError;
 use crate::math::statistics::Spread;
 use crate::runs::simulate::{Precision, Run, RunSummary, simulate};
+use crate::studies::StudyError;
 
 /// The paper's runs: its friction law, impacts at the end of the step, full drive, 2 s with 0.5 s to settle.
 ///
@@ -17,7 +17,7 @@ pub fn paper_run(
     changes: &[(Parameter, f64)],
     step_s: f64,
     seed: u64,
-) -> Result<Run, CommandError> {
+) -> Result<Run, StudyError> {
     let changed = changes
         .iter()
         .try_fold(MotorParams::nominal(), |params, &(parameter, value)| params.with(parameter, value));
@@ -84,7 +84,7 @@ impl Campaign {
         changes: &[(Parameter, f64)],
         step_s: f64,
         seeds: u64,
-    ) -> Result<usize, CommandError> {
+    ) -> Result<usize, StudyError> {
         let runs: Result<Vec<Run>, _> =
             (1..=seeds).map(|seed| paper_run(mode, changes, step_s, seed)).collect();
         self.motors.push(runs?);
@@ -101,10 +101,10 @@ impl Campaign {
     ///
     /// # Errors
     /// When a run fails.
-    pub fn run(&self, progress: &(impl Fn(u64) + Sync)) -> Result<Vec<Ensemble>, CommandError> {
+    pub fn run(&self, progress: &(impl Fn(u64) + Sync)) -> Result<Vec<Ensemble>, StudyError> {
         let runs: Vec<&Run> = self.motors.iter().flatten().collect();
         // One thread's share is one run; the results come back in the order of the list.
-        let summaries: Result<Vec<RunSummary>, CommandError> = (runs.par_iter().with_max_len(1))
+        let summaries: Result<Vec<RunSummary>, StudyError> = (runs.par_iter().with_max_len(1))
             .map(|run| {
                 let summary = simulate(run, &mut ())?;
                 progress(summary.steps);

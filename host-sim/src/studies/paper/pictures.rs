@@ -8,10 +8,11 @@ use super::campaign::paper_run;
 use super::published::{CASES, Place, Printed, Quantity};
 use super::trend::Course;
 use super::{Reproduction, STEP_S, TrendResult};
-use crate::error::CommandError;
 use crate::math::spectrum::{SAMPLE_RATE_HZ, Spectrum, Tail};
 use crate::report::chart::{Axis, Colour, Figure, Panel, Series};
+use crate::runs::RunError;
 use crate::runs::simulate::{Observer, Sample, simulate};
+use crate::studies::StudyError;
 
 /// Keeps the samples of a window of time.
 struct Window {
@@ -26,7 +27,7 @@ impl Observer for Window {
         Some(self.interval_s)
     }
 
-    fn observe(&mut self, sample: &Sample) -> Result<(), CommandError> {
+    fn observe(&mut self, sample: &Sample) -> Result<(), RunError> {
         if sample.time_s >= self.from_s && sample.time_s <= self.to_s {
             self.samples.push(*sample);
         }
@@ -39,7 +40,7 @@ fn watched(
     (mode, step_s, seed): (DriveMode, f64, u64),
     interval_s: f64,
     (from_s, to_s): (f64, f64),
-) -> Result<Vec<Sample>, CommandError> {
+) -> Result<Vec<Sample>, StudyError> {
     let mut window = Window { interval_s, from_s, to_s, samples: Vec::new() };
     simulate(&paper_run(mode, &[], step_s, seed)?, &mut window)?;
     Ok(window.samples)
@@ -74,7 +75,7 @@ impl Reproduction {
     ///
     /// # Errors
     /// When a run or a picture fails.
-    pub fn pictures(&self) -> Result<Vec<(String, String)>, CommandError> {
+    pub fn pictures(&self) -> Result<Vec<(String, String)>, StudyError> {
         let mut pictures = vec![
             ("motion_mode_b.svg".to_owned(), motion(DriveMode::B, 0.2, 0.006)?.svg()?),
             ("motion_mode_c.svg".to_owned(), motion(DriveMode::C, 0.05, 0.003)?.svg()?),
@@ -121,7 +122,7 @@ impl Reproduction {
 }
 
 /// Velocity and height of the rotor, and a detail with the teeth: as Figs 5 and 6.
-fn motion(mode: DriveMode, length_s: f64, detail_s: f64) -> Result<Figure, CommandError> {
+fn motion(mode: DriveMode, length_s: f64, detail_s: f64) -> Result<Figure, StudyError> {
     let end_s = 2.0;
     let start_s = end_s - length_s;
     let samples = watched((mode, STEP_S, 1), 10e-6, (start_s, end_s))?;
@@ -197,8 +198,8 @@ fn mean_rates(samples: &[Sample]) -> Vec<(f64, f64)> {
 }
 
 /// Rate from standstill: as Fig. 7.
-fn spin_up(seeds: u64) -> Result<Figure, CommandError> {
-    let rates = |mode, step_s| -> Result<Vec<Vec<(f64, f64)>>, CommandError> {
+fn spin_up(seeds: u64) -> Result<Figure, StudyError> {
+    let rates = |mode, step_s| -> Result<Vec<Vec<(f64, f64)>>, StudyError> {
         (1..=seeds)
             .map(|seed| Ok(mean_rates(&watched((mode, step_s, seed), 5e-3, (0.0, SPIN_UP_S))?)))
             .collect()
@@ -232,7 +233,7 @@ fn spin_up(seeds: u64) -> Result<Figure, CommandError> {
 }
 
 /// Spectra of velocity and height: as Fig. 9.
-fn spectra(seeds: u64) -> Result<Figure, CommandError> {
+fn spectra(seeds: u64) -> Result<Figure, StudyError> {
     let mut figure = Figure::new("Spectra of the rotor's vertical motion").caption(format!(
         "20 kHz, last 16,384 samples, mean removed, no window: mean amplitude of {seeds} runs over each run drawn faintly."
     ));

@@ -5,8 +5,8 @@ use serde::Serialize;
 
 use super::campaign::{Campaign, Ensemble};
 use super::published::{Quantity, TABLE_2_MODE_SHIFT, Trend};
-use crate::error::CommandError;
 use crate::math::statistics::{Line, Spread};
+use crate::studies::StudyError;
 
 /// Values of the parameter in a trend.
 const POINTS: u8 = 9;
@@ -29,7 +29,7 @@ pub fn plan(
     campaign: &mut Campaign,
     step_s: f64,
     seeds: u64,
-) -> Result<Vec<usize>, CommandError> {
+) -> Result<Vec<usize>, StudyError> {
     values(trend)
         .map(|value| {
             campaign.add(DriveMode::C, &[TABLE_2_MODE_SHIFT, (trend.parameter, value)], step_s, seeds)

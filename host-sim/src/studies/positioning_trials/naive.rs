@@ -3,8 +3,8 @@
 use controller::response_map::Family;
 use motor_model::DriveCommand;
 
-use crate::error::CommandError;
 use crate::scene::Scene;
+use crate::studies::StudyError;
 use crate::studies::response_map::{Campaign, bursts_of};
 
 /// A burst and its turn in the nominal motor.
@@ -29,7 +29,7 @@ impl Table {
     ///
     /// # Errors
     /// When the model refuses the nominal motor: never.
-    pub fn nominal() -> Result<Self, CommandError> {
+    pub fn nominal() -> Result<Self, StudyError> {
         let mut scene = Scene::default();
         scene.set("plant.parameters", "nominal")?;
         let motors = Campaign::new(&scene, 4)?;

@@ -1,7 +1,7 @@
 //! Distributions over the trials: which share exceeds what.
 
 use super::{Report, Trial, Trials};
-use crate::error::CommandError;
+use crate::report::OutputError;
 use crate::report::chart::{Axis, Colour, Figure, Panel, Series};
 
 /// One for the controller, and one for each of what it is compared with.
@@ -30,7 +30,7 @@ impl Report {
     ///
     /// # Errors
     /// When it cannot be laid out.
-    pub fn picture(&self) -> Result<String, CommandError> {
+    pub fn picture(&self) -> Result<String, OutputError> {
         let panel =
             |title: &str, x: Axis| Panel::new(title, x, Axis::new("share of trials beyond").logarithmic());
         let all = || std::iter::once(&self.trials).chain(&self.others).zip(COLOURS.into_iter().cycle());

@@ -6,10 +6,10 @@ use estimator::{AngleFilter as _, CameraFrame, Estimate, Health};
 use motor_model::{Angle, DriveCommand, DriveMode, Time};
 
 use super::naive::{Entry, Table};
-use crate::error::CommandError;
 use crate::runs::filter::AnyFilter;
 use crate::runs::position::{Account, Outcome, Step};
 use crate::scene::Scene;
+use crate::studies::StudyError;
 use crate::world::rig::Desk;
 
 /// How a simple program decides.
@@ -176,7 +176,7 @@ impl Program {
 ///
 /// # Errors
 /// When the scene is refused.
-pub(super) fn run(scene: &Scene, rule: Rule) -> Result<Outcome, CommandError> {
+pub(super) fn run(scene: &Scene, rule: Rule) -> Result<Outcome, StudyError> {
     let target = Target::try_new(scene.number("position.to_deg"), scene.number("position.tolerance_deg"))?;
     let mut desk = Desk::new(scene)?;
     let mut filter = AnyFilter::of(scene)?;

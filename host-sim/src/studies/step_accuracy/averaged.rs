@@ -9,8 +9,8 @@ use serde::Serialize;
 use super::steady::{CONDITIONS, Condition};
 use super::timing::{Cost, least_s};
 use super::verdict::JUDGED_STEP_S;
-use crate::error::CommandError;
 use crate::math::random_streams::{Source, stream};
+use crate::studies::StudyError;
 use crate::studies::averaged_motor::{Campaign, Identified};
 
 /// Step of the averaged motor.
@@ -41,11 +41,11 @@ pub struct AveragedRow {
 ///
 /// # Errors
 /// When a motor is refused: never, unless its bounds are changed.
-pub fn rows(campaign: &Campaign, rounds: u32) -> Result<Vec<AveragedRow>, CommandError> {
+pub fn rows(campaign: &Campaign, rounds: u32) -> Result<Vec<AveragedRow>, StudyError> {
     CONDITIONS.iter().map(|&condition| row(condition, campaign, rounds)).collect()
 }
 
-fn row(condition: Condition, campaign: &Campaign, rounds: u32) -> Result<AveragedRow, CommandError> {
+fn row(condition: Condition, campaign: &Campaign, rounds: u32) -> Result<AveragedRow, StudyError> {
     let (params, setup, command) =
         (MotorParams::nominal(), MotorSetup::with_step(JUDGED_STEP_S), condition.command());
     let identified = campaign.identify(&params, &setup, command, 1)?;
@@ -73,12 +73,12 @@ fn fresh_moves(
     params: &MotorParams,
     setup: &MotorSetup,
     command: DriveCommand,
-) -> Result<crate::math::statistics::Spread, CommandError> {
+) -> Result<crate::math::statistics::Spread, StudyError> {
     let moves = Campaign { settle_s: STEP_S * f64::from(MOVE_STEPS), blocks: 0, ..*campaign };
     Ok(moves.settled_rad(params, setup, command, FRESH_SEED)?)
 }
 
-fn cost(motor: &AveragedMotor, rounds: u32) -> Result<Cost, CommandError> {
+fn cost(motor: &AveragedMotor, rounds: u32) -> Result<Cost, StudyError> {
     const STEPS: u32 = 100_000;
     let least = least_s(1, rounds, |_| {
         let (mut state, mut rng) = (AveragedState::default(), stream(1, Source::StartPhase));
@@ -88,7 +88,7 @@ fn cost(motor: &AveragedMotor, rounds: u32) -> Result<Cost, CommandError> {
         }
         let taken_s = start.elapsed().as_secs_f64();
         black_box(state);
-        Ok::<f64, CommandError>(taken_s)
+        Ok::<f64, StudyError>(taken_s)
     })?;
     Ok(Cost::new(STEP_S, STEP_S * f64::from(STEPS), least.iter().sum()))
 }

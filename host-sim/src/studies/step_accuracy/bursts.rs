@@ -9,7 +9,7 @@ use serde::Serialize;
 
 use super::contestant::{Contestant, Question, Twin};
 use super::flights::reference;
-use crate::error::CommandError;
+use crate::studies::StudyError;
 use crate::studies::step_accuracy::reference::ReferenceState;
 
 /// Rest before and after the drive.
@@ -76,7 +76,7 @@ impl Burst {
     ///
     /// # Errors
     /// When the reference stalls.
-    pub fn converged_mdeg(self, on_s: f64) -> Result<f64, CommandError> {
+    pub fn converged_mdeg(self, on_s: f64) -> Result<f64, StudyError> {
         let reference = reference(&AmplitudeVariation::default())?;
         let mut state = ReferenceState::default();
         reference.run(&mut state, DriveCommand::OFF, REST_S, &mut ())?;
@@ -90,7 +90,7 @@ impl Burst {
     ///
     /// # Errors
     /// When the reference stalls or the contestant's step is out of bounds.
-    pub fn error(self, contestant: &Contestant) -> Result<BurstError, CommandError> {
+    pub fn error(self, contestant: &Contestant) -> Result<BurstError, StudyError> {
         let on_s = self.on_s(contestant.step_s);
         let converged_mdeg = self.converged_mdeg(on_s)?;
         let run = Run { burst: self, on_s, step_s: contestant.step_s };

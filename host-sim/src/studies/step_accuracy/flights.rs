@@ -9,9 +9,9 @@ use rand_distr::{Distribution, StandardUniform};
 use serde::Serialize;
 
 use super::contestant::{Question, Strike, Twin};
-use crate::error::CommandError;
 use crate::math::random_streams::{Source, stream};
 use crate::runs::simulate::FAST_APPROACH_M_S;
+use crate::studies::StudyError;
 use crate::studies::step_accuracy::reference::system::Segment;
 use crate::studies::step_accuracy::reference::{Event, EventKind, Observer, Reference, ReferenceState};
 
@@ -67,7 +67,7 @@ pub struct FlightErrors {
 ///
 /// # Errors
 /// Never for nominal parameters.
-pub fn reference(variation: &AmplitudeVariation) -> Result<Reference, CommandError> {
+pub fn reference(variation: &AmplitudeVariation) -> Result<Reference, StudyError> {
     let tuning = DriveTuning::Resonant;
     Ok(Reference::try_new(&MotorParams::nominal(), variation, FrictionLaw::Coulomb, tuning)?)
 }
@@ -77,7 +77,7 @@ impl Flights {
     ///
     /// # Errors
     /// When the reference stalls.
-    pub fn draw(mode: DriveMode, count: usize) -> Result<Self, CommandError> {
+    pub fn draw(mode: DriveMode, count: usize) -> Result<Self, StudyError> {
         let reference = reference(&AmplitudeVariation::default())?;
         let drive = DriveCommand::full(mode);
         let mut chance = stream(SEED, Source::StartStates);

@@ -18,7 +18,7 @@ use super::contestant::{Contestant, Model, contestants};
 use super::flights::root_mean_square;
 use super::plate::{FIRST_BEFORE_S, Plate, START_M, starts_m};
 use super::timing::{Cost, Effort, least_s};
-use crate::error::CommandError;
+use crate::studies::StudyError;
 
 /// Largest step of the peers.
 pub const PEER_STEP_S: f64 = 5e-6;
@@ -65,7 +65,7 @@ const RUST: [(&str, Integrator); 0] = [];
 ///
 /// # Errors
 /// When the plate's parameters are refused by the model.
-pub fn peers(steps_s: &[f64], effort: Effort) -> Result<Vec<PeerRow>, CommandError> {
+pub fn peers(steps_s: &[f64], effort: Effort) -> Result<Vec<PeerRow>, StudyError> {
     let plate = Plate::nominal()?;
     let mut rows = twins(&plate, steps_s, effort)?;
     rows.extend(crates(&plate, effort));
@@ -74,7 +74,7 @@ pub fn peers(steps_s: &[f64], effort: Effort) -> Result<Vec<PeerRow>, CommandErr
 }
 
 /// The twin at every step, by either rule, in either precision.
-fn twins(plate: &Plate, steps_s: &[f64], effort: Effort) -> Result<Vec<PeerRow>, CommandError> {
+fn twins(plate: &Plate, steps_s: &[f64], effort: Effort) -> Result<Vec<PeerRow>, StudyError> {
     let whole = contestants(steps_s).into_iter().filter(|one| one.model == Model::Whole);
     let contestants: Vec<Contestant> = whole.map(|one| Contestant { model: Model::Bouncer, ..one }).collect();
     let least = least_s(contestants.len(), effort.rounds, |index| {
@@ -82,7 +82,7 @@ fn twins(plate: &Plate, steps_s: &[f64], effort: Effort) -> Result<Vec<PeerRow>,
     })?;
     let row = |(contestant, &taken_s): (&Contestant, &f64)| {
         let step_s = contestant.step_s;
-        let errors: Result<Vec<f64>, CommandError> = starts_m()
+        let errors: Result<Vec<f64>, StudyError> = starts_m()
             .map(|start_m| {
                 Ok(twin::impacts(contestant, plate, start_m, FIRST_BEFORE_S)?.first_error_s(plate, start_m))
             })

@@ -4,7 +4,7 @@ use motor_model::ImpactRule;
 
 use super::peers::PeerRow;
 use super::{Accuracy, Row};
-use crate::error::CommandError;
+use crate::report::OutputError;
 use crate::report::chart::{Axis, Colour, Figure, Panel, Series};
 use crate::runs::simulate::Precision;
 
@@ -31,7 +31,7 @@ impl Accuracy {
     ///
     /// # Errors
     /// When it cannot be laid out.
-    pub fn picture(&self) -> Result<String, CommandError> {
+    pub fn picture(&self) -> Result<String, OutputError> {
         let finest_s = self.rows.first().map_or(0.0, |row| row.who.step_s);
         Figure::new("What a simulated millisecond costs, and how far off it is")
             .caption(format!(

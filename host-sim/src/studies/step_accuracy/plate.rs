@@ -14,7 +14,7 @@ use core::f64::consts::{PI, TAU};
 use motor_model::{Mode, MotorParams, Parameter, ToothPair, math};
 use serde::Serialize;
 
-use crate::error::CommandError;
+use crate::studies::StudyError;
 
 /// Height of the start that is timed.
 pub const START_M: f64 = 10e-6;
@@ -64,7 +64,7 @@ impl Plate {
     ///
     /// # Errors
     /// Never for nominal parameters.
-    pub fn nominal() -> Result<Self, CommandError> {
+    pub fn nominal() -> Result<Self, StudyError> {
         let params = MotorParams::nominal();
         let [_, _, mode] = Mode::all(&params)?;
         let [pair, _] = ToothPair::<f64>::both(&params, &motor_model::AmplitudeVariation::default());

@@ -8,11 +8,11 @@ use serde::Serialize;
 
 use super::contestant::{Contestant, Question, Twin};
 use super::flights::reference;
-use crate::error::CommandError;
 use crate::math::random_streams::{Source, stream};
 use crate::math::spectrum::{LIMIT_HZ, SAMPLE_RATE_HZ, SAMPLES_MAX, Spectrum};
 use crate::math::statistics::Spread;
 use crate::runs::simulate::FAST_APPROACH_M_S;
+use crate::studies::StudyError;
 use crate::studies::step_accuracy::reference::system::Segment;
 use crate::studies::step_accuracy::reference::{Event, EventKind, Observer, ReferenceState};
 
@@ -215,7 +215,7 @@ impl Observer for Watch {
 ///
 /// # Errors
 /// When the reference stalls.
-pub fn reference_batch(condition: &Condition, batches: Batches, seed: u64) -> Result<Batch, CommandError> {
+pub fn reference_batch(condition: &Condition, batches: Batches, seed: u64) -> Result<Batch, StudyError> {
     let reference = reference(&variation(seed))?;
     let command = condition.command();
     let Batches { settle_s, time_s, .. } = batches.of(condition);
@@ -241,7 +241,7 @@ pub fn errors(
     condition: &Condition,
     batches: Batches,
     converged: &[Batch],
-) -> Result<SteadyErrors, CommandError> {
+) -> Result<SteadyErrors, StudyError> {
     let batches = batches.of(condition);
     let run = Run { condition, batches, step_s: contestant.step_s };
     let seeds = 1..=batches.seeds_at(contestant.step_s);

@@ -9,7 +9,7 @@ use super::peers::PeerRow;
 use super::steady::{CONDITIONS, Deviation};
 use super::verdict::{Cheaper, Verdict};
 use super::{Accuracy, Row};
-use crate::error::CommandError;
+use crate::report::OutputError;
 use crate::report::document::{Block, Document, Table};
 use crate::studies::averaged_motor::Identified;
 
@@ -270,7 +270,7 @@ impl Accuracy {
     ///
     /// # Errors
     /// When a line cannot be written, which memory never refuses.
-    pub fn csv(&self) -> Result<String, CommandError> {
+    pub fn csv(&self) -> Result<String, OutputError> {
         crate::report::files::csv(self.lines())
     }
 

@@ -10,7 +10,7 @@ use motor_model::{AmplitudeVariation, DriveCommand, DriveMode};
 use serde::Serialize;
 
 use super::contestant::{Contestant, Question, Twin};
-use crate::error::CommandError;
+use crate::studies::StudyError;
 use crate::studies::step_accuracy::reference::ReferenceState;
 
 /// How much is timed.
@@ -70,7 +70,7 @@ pub fn least_s<E>(
 ///
 /// # Errors
 /// When a contestant's step is out of bounds.
-pub fn costs(contestants: &[Contestant], effort: Effort) -> Result<Vec<[Cost; 2]>, CommandError> {
+pub fn costs(contestants: &[Contestant], effort: Effort) -> Result<Vec<[Cost; 2]>, StudyError> {
     let of_mode = |mode| {
         let least = least_s(contestants.len(), effort.rounds, |index| {
             let contestant = &contestants[index];
@@ -80,7 +80,7 @@ pub fn costs(contestants: &[Contestant], effort: Effort) -> Result<Vec<[Cost; 2]
         let cost = |(contestant, &taken_s): (&Contestant, &f64)| {
             Cost::new(contestant.step_s, effort.time_s, taken_s)
         };
-        Ok::<Vec<Cost>, CommandError>(contestants.iter().zip(&least).map(cost).collect())
+        Ok::<Vec<Cost>, StudyError>(contestants.iter().zip(&least).map(cost).collect())
     };
     let (b, c) = (of_mode(DriveMode::B)?, of_mode(DriveMode::C)?);
     Ok(b.into_iter().zip(c).map(|(b, c)| [b, c]).collect())

@@ -21,7 +21,6 @@
 //! | fault, from one time to another | frames show the last picture again, angle zero, or every angle a constant further |
 
 mod exposure;
-mod settings;
 
 use std::collections::VecDeque;
 
@@ -34,8 +33,6 @@ use super::Span;
 use crate::math::random_streams::{self, Mishap, Source};
 use crate::scene::Scene;
 use exposure::Exposure;
-
-pub use settings::SETTINGS;
 
 /// What a faulty camera shows.
 #[derive(Clone, Copy, Debug)]

@@ -16,17 +16,15 @@
 //! The gyroscope is taken not to act on the motor: several can be looked at on the same run. `gyroscope.serial` names them.
 
 pub mod noise;
-mod settings;
 
 use motor_model::math;
 use rand_distr::{Distribution, StandardNormal};
 use rand_pcg::Pcg64;
 
-use crate::error::CommandError;
 use crate::math::random_streams::{self, Source};
 use crate::scene::Scene;
+use crate::scene::SceneError;
 pub use noise::Noise;
-pub use settings::SETTINGS;
 
 /// What is systematically wrong with a gyroscope: what a calibration finds.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -130,7 +128,7 @@ impl Gyroscope {
 ///
 /// # Errors
 /// When it is none.
-pub fn ticks_per_sample(scene: &Scene) -> Result<u64, CommandError> {
+pub fn ticks_per_sample(scene: &Scene) -> Result<u64, SceneError> {
     let rate_hz = scene.number("gyroscope.sample_rate_hz");
     #[expect(clippy::cast_precision_loss, reason = "10,000 ns")]
     let ticks = 1e9 / (rate_hz * controller::TICK_NANOS as f64);
@@ -138,7 +136,7 @@ pub fn ticks_per_sample(scene: &Scene) -> Result<u64, CommandError> {
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "1 to 1e5")]
         return Ok(ticks.round() as u64);
     }
-    Err(CommandError::Conflict {
+    Err(SceneError::Conflict {
         conflict: format!("gyroscope.sample_rate_hz = {rate_hz} does not go into the loop's ticks of 10 us"),
         hint: "125, 250, 500, 1000 and 2000 Hz do".to_owned(),
     })

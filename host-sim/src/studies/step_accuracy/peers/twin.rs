@@ -10,7 +10,7 @@ use motor_model::{AmplitudeVariation, DriveCommand, DriveMode, Mode, MotorParams
 
 use super::super::contestant::{Contestant, Question, Twin};
 use super::super::plate::{Plate, START_M};
-use crate::error::CommandError;
+use crate::studies::StudyError;
 use crate::studies::step_accuracy::reference::ReferenceState;
 
 const ROTOR_KG: f64 = 1e-9;
@@ -19,7 +19,7 @@ const STATOR_KG: f64 = 1.0;
 const PHASE_TURNS: f64 = 0.25;
 
 /// The motor that is a plate.
-fn motor(plate: &Plate) -> Result<MotorParams, CommandError> {
+fn motor(plate: &Plate) -> Result<MotorParams, StudyError> {
     let changes = [
         (Parameter::RotorMass, ROTOR_KG),
         (Parameter::StatorMass, STATOR_KG),
@@ -32,7 +32,7 @@ fn motor(plate: &Plate) -> Result<MotorParams, CommandError> {
 }
 
 /// The ball at rest at `start_m`, the plate in steady motion.
-fn start(start_m: f64) -> Result<ReferenceState, CommandError> {
+fn start(start_m: f64) -> Result<ReferenceState, StudyError> {
     let [_, _, mode] = Mode::all(&MotorParams::nominal())?;
     let mut state = ReferenceState::default();
     state.height_m = start_m;
@@ -47,13 +47,13 @@ pub fn impacts(
     plate: &Plate,
     start_m: f64,
     until_s: f64,
-) -> Result<Vec<f64>, CommandError> {
+) -> Result<Vec<f64>, StudyError> {
     let question = Impacts { start: start(start_m)?, until_s, step_s: contestant.step_s };
     Ok(contestant.examine_motor(&motor(plate)?, AmplitudeVariation::default(), &question)?)
 }
 
 /// Time that it takes to simulate `plate_s`, in s.
-pub fn taken_s(contestant: &Contestant, plate: &Plate, plate_s: f64) -> Result<f64, CommandError> {
+pub fn taken_s(contestant: &Contestant, plate: &Plate, plate_s: f64) -> Result<f64, StudyError> {
     let question = Timed(Impacts { start: start(START_M)?, until_s: plate_s, step_s: contestant.step_s });
     Ok(contestant.examine_motor(&motor(plate)?, AmplitudeVariation::default(), &question)?)
 }

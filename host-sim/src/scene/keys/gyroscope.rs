@@ -1,4 +1,4 @@
-//! What a scene may set of the gyroscope.
+//! Keys of the gyroscope.
 
 use crate::scene::{Kind, Setting};
 

@@ -1,4 +1,4 @@
-//! What a scene may set of the camera.
+//! Keys of the camera.
 
 use crate::scene::{Kind, Setting};
 

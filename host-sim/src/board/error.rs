@@ -1,0 +1,94 @@
+//! Why the firmware gave no result.
+
+use std::io;
+use std::path::PathBuf;
+
+use motor_model::OutOfBounds;
+
+use super::instructions::ListingError;
+use super::pil::Difference;
+use crate::report::OutputError;
+use crate::runs::RunError;
+use crate::scene::SceneError;
+use crate::tool::ToolError;
+
+/// Why a program of the microcontroller could not be built, run, measured or compared.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum BoardError {
+    /// The host's own run stopped.
+    #[error(transparent)]
+    Run(#[from] RunError),
+    /// The result cannot be laid out or written.
+    #[error(transparent)]
+    Output(#[from] OutputError),
+    /// The emulator or the compiler gave no answer.
+    #[error(transparent)]
+    Tool(#[from] ToolError),
+    /// A program or a log that cannot be read.
+    #[error("cannot read {}: {source}", path.display())]
+    Unreadable {
+        /// The file.
+        path: PathBuf,
+        /// What the system said.
+        source: io::Error,
+    },
+    /// The microcontroller computes something else than the host.
+    #[error(transparent)]
+    Difference(#[from] Difference),
+    /// The microcontroller refused something, or answered something else than was asked.
+    #[error("the microcontroller {0}")]
+    Board(String),
+    /// A file that is no program of the microcontroller.
+    #[error("{} is no ELF of the microcontroller: {error}", path.display())]
+    NoElf {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong with it.
+        error: String,
+    },
+    /// A program without the loop.
+    #[error("the program has no function {task}")]
+    NoTask {
+        /// What should be there.
+        task: &'static str,
+    },
+    /// The firmware takes more than it may, or calls what it must not.
+    #[error("{}", .0.join("; "))]
+    Oversize(Vec<String>),
+    /// Instruction counts that are none.
+    #[error("the emulated program printed no instruction counts: {0}")]
+    Listing(#[from] ListingError),
+}
+
+impl BoardError {
+    /// What to try instead, where there is something to say.
+    pub fn hint(&self) -> Option<String> {
+        match self {
+            Self::Run(error) => error.hint(),
+            Self::Output(error) => error.hint(),
+            Self::Tool(error) => error.hint(),
+            Self::Listing(_) => {
+                Some("`firmware/build.sh instructions` builds the program that prints them".to_owned())
+            }
+            _ => None,
+        }
+    }
+
+    /// The whole report, on one line.
+    pub fn one_line(&self) -> String {
+        crate::scene::one_line(self, self.hint())
+    }
+}
+
+impl From<SceneError> for BoardError {
+    fn from(error: SceneError) -> Self {
+        RunError::from(error).into()
+    }
+}
+
+impl From<OutOfBounds> for BoardError {
+    fn from(error: OutOfBounds) -> Self {
+        SceneError::from(error).into()
+    }
+}

@@ -1,0 +1,55 @@
+//! Why a result cannot be given out.
+
+use std::io;
+use std::path::PathBuf;
+
+/// Why a result could not be laid out or written.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum OutputError {
+    /// A result that cannot be written.
+    #[error("cannot write {}: {source}", path.display())]
+    Unwritable {
+        /// The file or folder.
+        path: PathBuf,
+        /// What the system said.
+        source: io::Error,
+    },
+    /// Standard output refused the result.
+    #[error("cannot write to standard output: {0}")]
+    StandardOutput(#[source] io::Error),
+    /// A picture that could not be laid out.
+    #[error("cannot draw the picture: {0}")]
+    Drawing(String),
+    /// A table that could not be written.
+    #[error("cannot write the table: {0}")]
+    Table(String),
+    /// A file in which a section is to be replaced, without the section's markers.
+    #[error("{} has not the lines {} and {}, each once and in this order", path.display(), markers[0], markers[1])]
+    NoMarkers {
+        /// The file.
+        path: PathBuf,
+        /// The first and the last line of the section.
+        markers: [&'static str; 2],
+    },
+    /// A page in which a section is to be replaced, and that cannot be read.
+    #[error("cannot read {}: {source}", path.display())]
+    Unreadable {
+        /// The file.
+        path: PathBuf,
+        /// What the system said.
+        source: io::Error,
+    },
+}
+
+impl OutputError {
+    /// What to try instead, where there is something to say.
+    pub fn hint(&self) -> Option<String> {
+        matches!(self, Self::NoMarkers { .. }).then(|| "add both where the section shall stand".to_owned())
+    }
+
+    /// Whether the reader of standard output went away, which is no error of the command.
+    pub fn is_broken_pipe(&self) -> bool {
+        matches!(self, Self::StandardOutput(error) if error.kind() == io::ErrorKind::BrokenPipe)
+    }
+}

@@ -1,0 +1,50 @@
+//! Why a run stopped.
+
+use motor_model::OutOfBounds;
+
+use crate::report::OutputError;
+use crate::scene::SceneError;
+
+/// Why a run did not start, or did not end.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum RunError {
+    /// The scene was refused.
+    #[error(transparent)]
+    Scene(#[from] SceneError),
+    /// The record of the run cannot be written.
+    #[error(transparent)]
+    Output(#[from] OutputError),
+    /// A run whose numbers grew beyond all bounds.
+    #[error("the run diverged: {quantity} is no longer finite after {time_s} s")]
+    Diverged {
+        /// What is not finite.
+        quantity: &'static str,
+        /// Simulated time.
+        time_s: f64,
+    },
+}
+
+impl RunError {
+    /// What to try instead, where there is something to say.
+    pub fn hint(&self) -> Option<String> {
+        match self {
+            Self::Scene(error) => error.hint(),
+            Self::Output(error) => error.hint(),
+            Self::Diverged { .. } => {
+                Some("a smaller simulate.step_s, or parameters nearer to nominal".to_owned())
+            }
+        }
+    }
+
+    /// The whole report, on one line.
+    pub fn one_line(&self) -> String {
+        crate::scene::one_line(self, self.hint())
+    }
+}
+
+impl From<OutOfBounds> for RunError {
+    fn from(error: OutOfBounds) -> Self {
+        SceneError::from(error).into()
+    }
+}

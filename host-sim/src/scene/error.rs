@@ -1,0 +1,159 @@
+//! Why a scene is refused, each reason as one line that names the key, the value and the bounds.
+
+use std::io;
+use std::path::PathBuf;
+
+use motor_model::OutOfBounds;
+
+use crate::math::plain_number::plain;
+
+/// Why a scene, or a setting of it, was refused.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum SceneError {
+    /// No setting has this key.
+    #[error("unknown key {key}")]
+    UnknownKey {
+        /// The key as given.
+        key: String,
+        /// The key that looks most like it.
+        nearest: Option<&'static str>,
+    },
+    /// A value outside the bounds of its key.
+    #[error("{key} = {value} is outside its bounds {bounds}{}{unit}", if unit.is_empty() { "" } else { " " })]
+    OutOfBounds {
+        /// Key of the setting.
+        key: String,
+        /// The value as given.
+        value: String,
+        /// Smallest and largest value allowed.
+        bounds: String,
+        /// Unit of value and bounds; empty for a pure number.
+        unit: &'static str,
+    },
+    /// A value that should be a number and is not.
+    #[error("{key} = {value} is not a {wanted}, bounds {bounds}{}{unit}", if unit.is_empty() { "" } else { " " })]
+    NotANumber {
+        /// Key of the setting.
+        key: String,
+        /// The value as given.
+        value: String,
+        /// "number" or "whole number".
+        wanted: &'static str,
+        /// Smallest and largest value allowed.
+        bounds: String,
+        /// Unit of the bounds; empty for a pure number.
+        unit: &'static str,
+    },
+    /// A value that is none of the words its key accepts.
+    #[error("{key} = {value} is none of {}", of.join(", "))]
+    NotAChoice {
+        /// Key of the setting.
+        key: String,
+        /// The value as given.
+        value: String,
+        /// The words accepted.
+        of: &'static [&'static str],
+    },
+    /// `--set` without a key and a value.
+    #[error("--set {text} is not of the form key=value")]
+    NotAnAssignment {
+        /// The argument as given.
+        text: String,
+    },
+    /// Two settings that do not go together.
+    #[error("{conflict}")]
+    Conflict {
+        /// Both settings, their values and why they clash.
+        conflict: String,
+        /// Values that would work.
+        hint: String,
+    },
+    /// A file that cannot be read.
+    #[error("cannot read {}: {source}", path.display())]
+    Unreadable {
+        /// The file.
+        path: PathBuf,
+        /// What the system said.
+        source: io::Error,
+    },
+    /// A scene file that is not TOML, or holds something that is no setting.
+    #[error("{}:{line}:{column}: {message}", path.display())]
+    Malformed {
+        /// The file.
+        path: PathBuf,
+        /// Line, from 1.
+        line: usize,
+        /// Column, from 1.
+        column: usize,
+        /// What is wrong there.
+        message: String,
+    },
+    /// A setting refused, and where in the scene file it stands.
+    #[error("{}:{line}:{column}: {source}", path.display())]
+    InFile {
+        /// The file.
+        path: PathBuf,
+        /// Line, from 1.
+        line: usize,
+        /// Column, from 1.
+        column: usize,
+        /// Why it was refused.
+        source: Box<SceneError>,
+    },
+}
+
+impl SceneError {
+    /// What to try instead, where there is something to say.
+    pub fn hint(&self) -> Option<String> {
+        match self {
+            Self::UnknownKey { nearest: Some(nearest), .. } => Some(format!("did you mean {nearest}?")),
+            Self::UnknownKey { nearest: None, .. } => Some("`host-sim keys` lists every key".to_owned()),
+            Self::NotAnAssignment { .. } => Some("for example --set motor.stator_mass_kg=9.7e-6".to_owned()),
+            Self::Conflict { hint, .. } => Some(hint.clone()),
+            Self::InFile { source, .. } => source.hint(),
+            _ => None,
+        }
+    }
+
+    /// The whole report, on one line.
+    pub fn one_line(&self) -> String {
+        one_line(self, self.hint())
+    }
+}
+
+/// An error and its hint on one line.
+pub fn one_line(error: &impl std::fmt::Display, hint: Option<String>) -> String {
+    let text = match hint {
+        Some(hint) => format!("error: {error}; hint: {hint}"),
+        None => format!("error: {error}"),
+    };
+    // Values come from the user and may hold line breaks or terminal codes.
+    text.chars().map(|c| if c.is_control() { ' ' } else { c }).collect()
+}
+
+impl From<OutOfBounds> for SceneError {
+    fn from(OutOfBounds { key, value, min, max, unit }: OutOfBounds) -> Self {
+        let bounds = format!("{} to {}", plain(min), plain(max));
+        Self::OutOfBounds { key: key.to_owned(), value: plain(value), bounds, unit }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn exact_one_line_even_for_values_with_line_breaks() {
+        let error =
+            SceneError::UnknownKey { key: "a\nb\u{1b}[31m".to_owned(), nearest: Some("motor.friction") };
+        assert_eq!(error.one_line(), "error: unknown key a b [31m; hint: did you mean motor.friction?");
+    }
+
+    #[test]
+    fn exact_out_of_bounds_names_key_value_bounds_and_unit() {
+        let refused = OutOfBounds { key: "step_s", value: f64::NAN, min: 1e-9, max: 1e-3, unit: "s" };
+        let error = SceneError::from(refused);
+        assert_eq!(error.to_string(), "step_s = NaN is outside its bounds 1e-9 to 0.001 s");
+    }
+}

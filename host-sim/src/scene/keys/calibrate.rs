@@ -1,0 +1,43 @@
+//! Keys of a calibration.
+
+use crate::scene::{Kind, Setting};
+
+/// Settings of the plan.
+pub const SETTINGS: &[Setting] = &[
+    Setting {
+        key: "calibrate.duration_s",
+        unit: "s",
+        kind: Kind::Number { default: 60.0, min: 1.0, max: 10_000.0 },
+        meaning: "motor time of the whole plan",
+    },
+    Setting {
+        key: "calibrate.clockwise_deg_s",
+        unit: "deg/s",
+        kind: Kind::Number { default: 160.0, min: 1.0, max: 1000.0 },
+        meaning: "last step of the staircase clockwise: far enough below the gyroscope's range that the ripple seldom saturates it",
+    },
+    Setting {
+        key: "calibrate.counter_clockwise_deg_s",
+        unit: "deg/s",
+        kind: Kind::Number { default: 200.0, min: 1.0, max: 1000.0 },
+        meaning: "last step the other way; a motor that cannot follow turns as fast as it can",
+    },
+    Setting {
+        key: "calibrate.steps",
+        unit: "",
+        kind: Kind::Integer { default: 1, min: 1, max: 1000 },
+        meaning: "steps of the staircase, each a turn to either side",
+    },
+    Setting {
+        key: "calibrate.rest_s",
+        unit: "s",
+        kind: Kind::Number { default: 0.5, min: 0.05, max: 1000.0 },
+        meaning: "rest before each turn and after the last",
+    },
+    Setting {
+        key: "calibrate.interval_s",
+        unit: "s",
+        kind: Kind::Number { default: 0.25, min: 0.01, max: 10.0 },
+        meaning: "gyroscope and reference are compared once in this time, rounded to samples",
+    },
+];

@@ -1,0 +1,31 @@
+//! Keys of the plant.
+
+use crate::scene::{Kind, Setting};
+
+/// The plant's settings.
+pub const SETTINGS: &[Setting] = &[
+    Setting {
+        key: "plant.step_s",
+        unit: "s",
+        kind: Kind::Number { default: 1e-6, min: 1e-8, max: 1e-5 },
+        meaning: "step of the plant; must divide the loop's 10 us and the instruments' periods",
+    },
+    Setting {
+        key: "plant.parameters",
+        unit: "",
+        kind: Kind::Choice { default: "drawn", of: &["drawn", "nominal"] },
+        meaning: "drawn within Table 1's tolerances by the seed (what a scene sets is kept), or as they stand",
+    },
+    Setting {
+        key: "plant.impacts",
+        unit: "",
+        kind: Kind::Choice { default: "located", of: &["end_of_step", "located"] },
+        meaning: "when an impact is applied; only with located impacts does a rotor come to full rest",
+    },
+    Setting {
+        key: "plant.friction",
+        unit: "",
+        kind: Kind::Choice { default: "coulomb", of: &["coulomb", "paper"] },
+        meaning: "friction law",
+    },
+];
