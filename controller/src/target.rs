@@ -63,7 +63,7 @@ impl Travel {
     /// When either is no number, or the second is not greater.
     pub fn try_new(least_deg: f64, greatest_deg: f64) -> Result<Self, OutOfBounds> {
         OutOfBounds::check("travel.least_deg", least_deg, -1e9, 1e9, "deg")?;
-        OutOfBounds::check("travel.greatest_deg", greatest_deg, least_deg, 1e9, "deg")?;
+        OutOfBounds::check("travel.greatest_deg", greatest_deg, least_deg.next_up(), 1e9, "deg")?;
         Ok(Self { least: Angle::from_degrees(least_deg), greatest: Angle::from_degrees(greatest_deg) })
     }
 
@@ -143,6 +143,8 @@ mod tests {
             assert_eq!((travel.forbids(angle, 1.0), travel.forbids(angle, -1.0)), (clockwise, counter));
         }
         assert!(Travel::try_new(1.0, 0.0).is_err() && Travel::try_new(f64::NAN, 0.0).is_err());
+        assert_eq!(Travel::try_new(5.0, 5.0).unwrap_err().key, "travel.greatest_deg");
+        assert!(Travel::try_new(-1e9, -1e9).is_err() && Travel::try_new(1e9, 1e9).is_err());
         assert!(Travel::FREE.contains(Angle::from_degrees(3e9)));
     }
 }
