@@ -14,8 +14,7 @@
 //! known well enough to call the target reached after it; until then steps stop short of the target by [`SHORT`] standard deviations of what is still to be
 //! learnt, so that it asks for another step and not for a nudge, which would spoil the measurement.
 
-use libm::sqrtf;
-use motor_model::DriveMode;
+use motor_model::{DriveMode, math};
 
 use crate::map_correction::{Forecast, MapCorrection};
 use crate::response_map::{Burst, Cruise, Family, cruise_within, strongest_cruise};
@@ -176,7 +175,7 @@ impl Situation {
             // By how much measuring on will still move the estimate: what it does not know at the end it does not learn.
             let enough_rad = self.sigma_enough_rad();
             let learnt_rad2 = self.sigma_rad * self.sigma_rad - enough_rad * enough_rad;
-            remaining_rad - SHORT * sqrtf(learnt_rad2 + spread_rad * spread_rad)
+            remaining_rad - SHORT * math::sqrt_f32(learnt_rad2 + spread_rad * spread_rad)
         };
         let (shortest, _) = Family::Step.range_rad(self.amplitude_max)?;
         // Half the shortest step would still be nearer, but what remains is then within any tolerance.
@@ -194,7 +193,7 @@ impl Situation {
         };
         let after = Self {
             remaining_rad: aim_rad - forecast.turn_rad,
-            sigma_rad: sqrtf(self.sigma_rad * self.sigma_rad + forecast.turn_rad2),
+            sigma_rad: math::sqrt_f32(self.sigma_rad * self.sigma_rad + forecast.turn_rad2),
             ..*self
         };
         after.reached()

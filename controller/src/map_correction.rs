@@ -13,8 +13,7 @@
 //! Each mode has a factor of its own for the rate of its cruises, which every window of [`crate::progress_window`] measures in the same way. A slow motor coasts less too, so
 //! its cruises ease off later; one that sticks under a weak drive counts as so slow that it gets a stronger one.
 
-use libm::sqrtf;
-use motor_model::DriveMode;
+use motor_model::{DriveMode, math};
 
 use crate::response_map::{Burst, Cruise, Family, STEP_WALK_CORRELATION, direction, strongest_cruise};
 
@@ -53,7 +52,7 @@ impl Default for MapCorrection {
             Factor { value: 1.0, variance: relative * relative }
         });
         let [step, walk, ..] = of;
-        let step_walk = STEP_WALK_CORRELATION * sqrtf(step.variance * walk.variance);
+        let step_walk = STEP_WALK_CORRELATION * math::sqrt_f32(step.variance * walk.variance);
         let rates = [DriveMode::B, DriveMode::C].map(|mode| {
             let relative = strongest_cruise(mode, 1.0)
                 .map_or(0.0, |cruise| cruise.rate_sd_rad_s / (direction(mode) * cruise.rate_rad_s));
@@ -149,7 +148,7 @@ impl MapCorrection {
     pub fn spread(&self, family: Family) -> f32 {
         let bursts = family.bursts();
         let repeat = bursts.get(bursts.len() / 2).map_or(0.0, |middle| middle.repeat_rad / middle.turn_rad);
-        sqrtf(self.factor(family).variance + Self::shape(family) + repeat * repeat)
+        math::sqrt_f32(self.factor(family).variance + Self::shape(family) + repeat * repeat)
     }
 
     /// What `burst` of `family` is foreseen to do in this motor.
@@ -181,7 +180,7 @@ impl MapCorrection {
             factor.variance = (factor.variance - with * with * per_rad2).max(Self::VARIANCE_MIN);
         }
         // Between the two no more than they have.
-        let most = sqrtf(step.variance * walk.variance);
+        let most = math::sqrt_f32(step.variance * walk.variance);
         self.step_walk = (self.step_walk - with_step * with_walk * per_rad2).min(most).max(-most);
     }
 

@@ -23,8 +23,7 @@
 mod failures;
 
 use estimator::{Estimate, Health};
-use libm::sqrtf;
-use motor_model::{Angle, DriveCommand, DriveMode, Time};
+use motor_model::{Angle, DriveCommand, DriveMode, Time, math};
 
 use crate::drive_plan::{Confidence, DrivePlan, Situation};
 use crate::map_correction::MapCorrection;
@@ -402,7 +401,7 @@ impl Positioning {
         let Resting { angle, angle_rad2 } = self.ledger.resting(estimate);
         Situation {
             remaining_rad: self.target.angle().radians_since(angle),
-            sigma_rad: sqrtf(angle_rad2 + self.tuning.floor_rad2),
+            sigma_rad: math::sqrt_f32(angle_rad2 + self.tuning.floor_rad2),
             tolerance_rad: self.target.tolerance().radians_since(Angle::ZERO),
             confidence: self.tuning.confidence,
             amplitude_max: self.tuning.limits.amplitude_max,

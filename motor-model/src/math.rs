@@ -1,7 +1,7 @@
 //! The one door to every transcendental function, and the scalar the model is generic over.
 //!
 //! `libm` is called directly, on the host as on the microcontroller, so that both get the same bits whatever
-//! features another crate in the same build turns on. The functions below serve *construction* only: a step of
+//! features another crate in the same build turns on. The functions of `f64` serve *construction* only: a step of
 //! the model calls none of them.
 
 use core::fmt::{Debug, Display};
@@ -215,6 +215,18 @@ pub fn exp_m1(x: f64) -> f64 {
 /// Square root.
 pub fn sqrt(x: f64) -> f64 {
     libm::sqrt(x)
+}
+
+/// Square root in single precision, for the loop on a microcontroller.
+#[inline]
+pub fn sqrt_f32(x: f32) -> f32 {
+    libm::sqrtf(x)
+}
+
+/// Sine of `x` radians in single precision, for the loop on a microcontroller.
+#[inline]
+pub fn sin_f32(x: f32) -> f32 {
+    libm::sinf(x)
 }
 
 /// `(1 - exp(-x)) / x`, which is 1 at `x = 0`: the mean over a step of a decay that starts at 1.

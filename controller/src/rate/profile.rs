@@ -1,7 +1,6 @@
 //! Rates over time: what a calibration leads the rotor through.
 
-use libm::sinf;
-use motor_model::OutOfBounds;
+use motor_model::{OutOfBounds, math};
 
 /// A rate over time.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -83,7 +82,7 @@ impl Profile {
             }
             Self::Sweep { mean_rad_s, amplitude_rad_s, frequency_hz: (from, to), length_s } => {
                 let cycles = time_s * (from + 0.5 * (to - from) * time_s / length_s);
-                mean_rad_s + amplitude_rad_s * sinf(cycles * core::f32::consts::TAU)
+                mean_rad_s + amplitude_rad_s * math::sin_f32(cycles * core::f32::consts::TAU)
             }
         }
     }
