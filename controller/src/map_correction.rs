@@ -48,7 +48,7 @@ impl Default for MapCorrection {
         let of = Family::ALL.map(|family| {
             let bursts = family.bursts();
             let relative =
-                bursts.get(bursts.len() / 2).map_or(0.0, |middle| middle.motors_rad / middle.turn_rad);
+                bursts.get(bursts.len() / 2).map_or(0.0, |middle| middle.motors_sd_rad / middle.turn_rad);
             Factor { value: 1.0, variance: relative * relative }
         });
         let [step, walk, ..] = of;
@@ -147,7 +147,8 @@ impl MapCorrection {
     /// Standard deviation of a burst of the middle of `family`, relative to its turn: of the factor, and from burst to burst.
     pub fn spread(&self, family: Family) -> f32 {
         let bursts = family.bursts();
-        let repeat = bursts.get(bursts.len() / 2).map_or(0.0, |middle| middle.repeat_rad / middle.turn_rad);
+        let repeat =
+            bursts.get(bursts.len() / 2).map_or(0.0, |middle| middle.repeat_sd_rad / middle.turn_rad);
         math::sqrt_f32(self.factor(family).variance + Self::shape(family) + repeat * repeat)
     }
 
@@ -155,7 +156,7 @@ impl MapCorrection {
     pub fn forecast(&self, family: Family, burst: &Burst) -> Forecast {
         let Factor { value, variance } = self.factor(family);
         let turn_rad2 = burst.turn_rad * burst.turn_rad * (variance + Self::shape(family) * value * value)
-            + burst.repeat_rad * burst.repeat_rad * value * value;
+            + burst.repeat_sd_rad * burst.repeat_sd_rad * value * value;
         Forecast { turn_rad: value * burst.turn_rad, turn_rad2 }
     }
 
@@ -207,7 +208,7 @@ impl MapCorrection {
             Family::Throw => (throw, None),
         };
         let shape = Self::shape(family) * mean_rad * mean_rad;
-        let noise_rad2 = burst.repeat_rad * burst.repeat_rad + shape + measured_rad2;
+        let noise_rad2 = burst.repeat_sd_rad * burst.repeat_sd_rad + shape + measured_rad2;
         let innovation_rad = turned_rad - own.value * mean_rad;
         if measured_rad2 < 0.1 * mean_rad * mean_rad {
             own.doubt(mean_rad, innovation_rad, noise_rad2);
@@ -250,7 +251,7 @@ mod tests {
     #[test]
     fn exact_a_measurement_as_uncertain_as_the_factor_counts_half() {
         let mut correction = MapCorrection::default();
-        let burst = Burst { repeat_rad: 0.0, ..middle(Family::Nudge) };
+        let burst = Burst { repeat_sd_rad: 0.0, ..middle(Family::Nudge) };
         let mean = burst.turn_rad;
         let prior = correction.factor(Family::Nudge).variance;
         let noise = mean * mean * (prior - MapCorrection::shape(Family::Nudge));

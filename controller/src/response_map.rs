@@ -2,7 +2,7 @@
 //!
 //! The table is identified from drawn motors of the plant (`host-sim response-map` prints and writes it) and compiled in. It knows two kinds of drive:
 //!
-//! - a [`Cruise`] stays on until it is cut: mean rate, lag of the spin-up, and the coast, which is proportional to the rate at the cut;
+//! - a [`Cruise`] stays on until it is cut: mean rate, and the coast, which is proportional to the rate at the cut;
 //! - a [`Burst`] of whole ticks starts and ends at rest: how far it turns the rotor, how much that differs from motor to motor, and how much in one
 //!   motor from burst to burst.
 //!
@@ -38,8 +38,6 @@ pub struct Cruise {
     pub rate_rad_s: f32,
     /// Standard deviation of a motor's rate over motors, in rad/s.
     pub rate_sd_rad_s: f32,
-    /// Lag of a first-order rise, in s.
-    pub spin_up_s: f32,
     /// Coast per rate at the cut, in s.
     pub coast_s: f32,
     /// Standard deviation of what is left when this is foreseen, in rad.
@@ -71,9 +69,9 @@ pub struct Burst {
     /// Magnitude of the mean turn over motors, in rad; the family's mode gives the sign.
     pub turn_rad: f32,
     /// Standard deviation of a motor's mean turn over motors, in rad.
-    pub motors_rad: f32,
+    pub motors_sd_rad: f32,
     /// Standard deviation from burst to burst of one motor, in rad.
-    pub repeat_rad: f32,
+    pub repeat_sd_rad: f32,
 }
 
 /// Bursts that differ in one thing, amplitude or length, ordered by how far they turn.
@@ -158,8 +156,8 @@ impl Burst {
             amplitude: between(self.amplitude, other.amplitude, part),
             ticks: self.ticks + added,
             turn_rad: between(self.turn_rad, other.turn_rad, part),
-            motors_rad: between(self.motors_rad, other.motors_rad, part),
-            repeat_rad: between(self.repeat_rad, other.repeat_rad, part),
+            motors_sd_rad: between(self.motors_sd_rad, other.motors_sd_rad, part),
+            repeat_sd_rad: between(self.repeat_sd_rad, other.repeat_sd_rad, part),
         }
     }
 
@@ -217,19 +215,18 @@ const fn burst(amplitude: f32, ticks: u32, turn_mdeg: f32, motors_mdeg: f32, rep
         amplitude,
         ticks,
         turn_rad: turn_mdeg * RAD_PER_MDEG,
-        motors_rad: motors_mdeg * RAD_PER_MDEG,
-        repeat_rad: repeat_mdeg * RAD_PER_MDEG,
+        motors_sd_rad: motors_mdeg * RAD_PER_MDEG,
+        repeat_sd_rad: repeat_mdeg * RAD_PER_MDEG,
     }
 }
 
 const fn cruise(
     (mode, amplitude): (DriveMode, f32),
     (rate_rad_s, rate_sd_rad_s): (f32, f32),
-    spin_up_s: f32,
     (coast_s, coast_sd_mdeg): (f32, f32),
 ) -> Cruise {
     let coast_sd_rad = coast_sd_mdeg * RAD_PER_MDEG;
-    Cruise { mode, amplitude, rate_rad_s, rate_sd_rad_s, spin_up_s, coast_s, coast_sd_rad }
+    Cruise { mode, amplitude, rate_rad_s, rate_sd_rad_s, coast_s, coast_sd_rad }
 }
 
 #[cfg(test)]
@@ -247,7 +244,7 @@ mod tests {
         }
         for family in [Family::Step, Family::Walk] {
             for burst in family.bursts() {
-                assert!(burst.repeat_rad < 0.2 * burst.motors_rad, "{family:?} {burst:?}");
+                assert!(burst.repeat_sd_rad < 0.2 * burst.motors_sd_rad, "{family:?} {burst:?}");
             }
         }
     }

@@ -132,7 +132,7 @@ fn dual_the_compiled_response_map_is_what_the_plant_does() {
         let burst = family.bursts()[2];
         let row = campaign.burst(family.mode(), burst.amplitude, burst.ticks);
         let mdeg = |rad: f32| 1e3 * f64::from(rad).to_degrees();
-        let within = 4.5 * mdeg(burst.motors_rad) / root;
+        let within = 4.5 * mdeg(burst.motors_sd_rad) / root;
         let expected = mdeg(burst.turn_rad);
         assert_between(row.turn_mdeg.abs(), expected - within, expected + within, format!("{family:?}"));
     }

@@ -7,28 +7,29 @@ use super::{Burst, Cruise, burst, cruise};
 /// Correlation over motors of the turns by a step and by a walk.
 pub const STEP_WALK_CORRELATION: f32 = 0.87;
 
-/// Cruises of each mode, weakest first: drive, rate and its spread in rad/s, lag in s, coast in s and its spread in milli-degrees.
+/// Cruises of each mode, weakest first: drive, rate and its spread over motors in rad/s, coast per rate in s
+/// and its spread in milli-degrees.
 #[rustfmt::skip]
 pub const CRUISES: [Cruise; 15] = [
-    cruise((B, 0.3), (0.9913, 0.8923), 0.0056, (0.00269, 91.6)),
-    cruise((B, 0.4), (3.365, 0.9743), 0.0075, (0.00424, 272.3)),
-    cruise((B, 0.5), (5.574, 0.9603), 0.0065, (0.00539, 628.8)),
-    cruise((B, 0.6), (7.643, 0.926), 0.0072, (0.00653, 863.9)),
-    cruise((B, 0.7), (9.67, 0.9169), 0.0093, (0.00778, 1360.0)),
-    cruise((B, 0.8), (11.53, 0.9786), 0.01, (0.00869, 2053.0)),
-    cruise((B, 0.9), (13.32, 1.023), 0.0101, (0.01001, 2967.0)),
-    cruise((B, 1.0), (15.14, 1.183), 0.0127, (0.01094, 3482.0)),
-    cruise((C, 0.3), (-0.0258, 0.0064), 0.001, (0.00118, 0.3)),
-    cruise((C, 0.5), (-0.0653, 0.047), 0.001, (0.00091, 1.5)),
-    cruise((C, 0.6), (-0.1996, 0.1617), 0.001, (0.00098, 9.4)),
-    cruise((C, 0.7), (-0.4587, 0.2153), 0.001, (0.00104, 16.6)),
-    cruise((C, 0.8), (-0.7855, 0.2865), 0.001, (0.00147, 35.2)),
-    cruise((C, 0.9), (-1.167, 0.3046), 0.0011, (0.0018, 54.8)),
-    cruise((C, 1.0), (-1.539, 0.3303), 0.0038, (0.00216, 68.2)),
+    cruise((B, 0.3), (0.9913, 0.8923), (0.00269, 91.6)),
+    cruise((B, 0.4), (3.365, 0.9743), (0.00424, 272.3)),
+    cruise((B, 0.5), (5.574, 0.9603), (0.00539, 628.8)),
+    cruise((B, 0.6), (7.643, 0.926), (0.00653, 863.9)),
+    cruise((B, 0.7), (9.67, 0.9169), (0.00778, 1360.0)),
+    cruise((B, 0.8), (11.53, 0.9786), (0.00869, 2053.0)),
+    cruise((B, 0.9), (13.32, 1.023), (0.01001, 2967.0)),
+    cruise((B, 1.0), (15.14, 1.183), (0.01094, 3482.0)),
+    cruise((C, 0.3), (-0.0258, 0.0064), (0.00118, 0.3)),
+    cruise((C, 0.5), (-0.0653, 0.047), (0.00091, 1.5)),
+    cruise((C, 0.6), (-0.1996, 0.1617), (0.00098, 9.4)),
+    cruise((C, 0.7), (-0.4587, 0.2153), (0.00104, 16.6)),
+    cruise((C, 0.8), (-0.7855, 0.2865), (0.00147, 35.2)),
+    cruise((C, 0.9), (-1.167, 0.3046), (0.0018, 54.8)),
+    cruise((C, 1.0), (-1.539, 0.3303), (0.00216, 68.2)),
 ];
 
-/// Bursts of each family, in the order of [`super::Family::ALL`], shortest first: amplitude, ticks, turn, its spread over motors and from burst
-/// to burst in milli-degrees.
+/// Bursts of each family, in the order of [`super::Family::ALL`], shortest first: amplitude, ticks, turn,
+/// its spread over motors and from burst to burst in milli-degrees.
 #[rustfmt::skip]
 pub const BURSTS_OF: [&[Burst]; 5] = [
     // Step

@@ -18,21 +18,21 @@ impl Identified {
              use super::{{Burst, Cruise, burst, cruise}};\n\n\
              /// Correlation over motors of the turns by a step and by a walk.\n\
              pub const STEP_WALK_CORRELATION: f32 = {step_walk_correlation:.2};\n\n\
-             /// Cruises of each mode, weakest first: drive, rate and its spread in rad/s, lag in s, coast in s and its spread in milli-degrees.\n\
+             /// Cruises of each mode, weakest first: drive, rate and its spread over motors in rad/s, coast per rate in s\n\
+             /// and its spread in milli-degrees.\n\
              #[rustfmt::skip]\npub const CRUISES: [Cruise; {}] = [\n",
             self.cruises.len()
         );
         // Writing to a string cannot fail.
         for row in &self.cruises {
-            let [rate, sd, lag, coast, off] =
-                [row.rate_rad_s, row.rate_sd_rad_s, row.spin_up_s, row.coast_s, row.coast_sd_mdeg]
-                    .map(figure);
+            let [rate, sd, coast, off] =
+                [row.rate_rad_s, row.rate_sd_rad_s, row.coast_s, row.coast_sd_mdeg].map(figure);
             let drive = format!("({}, {:?})", letter(row.mode), row.amplitude);
-            let _ = writeln!(text, "    cruise({drive}, ({rate}, {sd}), {lag}, ({coast}, {off})),");
+            let _ = writeln!(text, "    cruise({drive}, ({rate}, {sd}), ({coast}, {off})),");
         }
         text.push_str(
-            "];\n\n/// Bursts of each family, in the order of [`super::Family::ALL`], shortest first: amplitude, ticks, turn, its spread over motors and from burst\n\
-             /// to burst in milli-degrees.\n#[rustfmt::skip]\npub const BURSTS_OF: [&[Burst]; 5] = [\n",
+            "];\n\n/// Bursts of each family, in the order of [`super::Family::ALL`], shortest first: amplitude, ticks, turn,\n\
+             /// its spread over motors and from burst to burst in milli-degrees.\n#[rustfmt::skip]\npub const BURSTS_OF: [&[Burst]; 5] = [\n",
         );
         for (family, rows) in Family::ALL.into_iter().zip(&self.bursts) {
             let _ = writeln!(text, "    // {family:?}\n    &[");
@@ -120,5 +120,38 @@ mod tests {
         {
             assert_eq!(figure(value), text);
         }
+    }
+
+    /// The map that is compiled in, written again: generator and table have the same form.
+    #[test]
+    fn exact_the_compiled_map_is_as_the_command_writes_it() {
+        use controller::response_map::{CRUISES, STEP_WALK_CORRELATION};
+
+        let mdeg = |rad: f32| 1e3 * f64::from(rad).to_degrees();
+        let cruise_row = |cruise: &controller::response_map::Cruise| super::super::CruiseRow {
+            mode: cruise.mode,
+            amplitude: cruise.amplitude,
+            rate_rad_s: cruise.rate_rad_s.into(),
+            rate_sd_rad_s: cruise.rate_sd_rad_s.into(),
+            spin_up_s: 0.0,
+            coast_s: cruise.coast_s.into(),
+            coast_sd_mdeg: mdeg(cruise.coast_sd_rad),
+        };
+        let burst_row = |burst: &controller::response_map::Burst| BurstRow {
+            amplitude: burst.amplitude,
+            ticks: burst.ticks,
+            turn_mdeg: mdeg(burst.turn_rad),
+            motors_mdeg: mdeg(burst.motors_sd_rad),
+            repeat_mdeg: mdeg(burst.repeat_sd_rad),
+        };
+        let identified = Identified {
+            cruises: CRUISES.iter().map(cruise_row).collect(),
+            bursts: Family::ALL.map(|family| family.bursts().iter().map(burst_row).collect()).into(),
+            step_walk_correlation: STEP_WALK_CORRELATION.into(),
+            motors: 200,
+            seed: 1,
+        };
+        let written = include_str!("../../../../controller/src/response_map/table.rs");
+        assert_eq!(identified.source(), written);
     }
 }
