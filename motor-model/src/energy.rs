@@ -34,7 +34,6 @@ use crate::motor::{MotorSetup, MotorState};
 use crate::params::{MotorParams, Parameter};
 use crate::phase::Phase;
 use crate::rotor::tangential_damping_per_s;
-use crate::scope::{self, Scope, WholeMotor};
 use crate::teeth::ToothPair;
 
 /// What a step tells of itself to whoever keeps the account.
@@ -199,20 +198,12 @@ impl EnergyLedger {
     /// # Errors
     /// When mode A is damped beyond 0.99 of critical.
     pub fn try_new(params: &MotorParams, setup: &MotorSetup) -> Result<Self, OutOfBounds> {
-        Self::try_new_in::<WholeMotor>(params, setup)
-    }
-
-    /// The same for a motor of which `S` leaves something out.
-    ///
-    /// # Errors
-    /// As [`Self::try_new`].
-    pub fn try_new_in<S: Scope>(params: &MotorParams, setup: &MotorSetup) -> Result<Self, OutOfBounds> {
-        let modes = scope::modes::<S>(params)?;
+        let modes = Mode::all(params)?;
         let pieces = pieces(&modes, setup);
         Ok(Self {
             params: *params,
             modes,
-            teeth: scope::teeth::<f64, S>(params, &setup.variation),
+            teeth: ToothPair::both(params, &setup.variation),
             tuning: setup.tuning,
             step_s: setup.step_s,
             pieces,

@@ -24,16 +24,12 @@
 //! c = mu                 Coulomb's
 //! ```
 
-mod slope;
-
 use crate::drag::{Contact, Dragged, drag};
 use crate::math::Real;
 use crate::modes::ModalState;
 use crate::params::{MotorParams, Parameter};
 use crate::rotor::{RotorJump, RotorState};
-use crate::scope::{Scope, WholeMotor};
 use crate::teeth::ToothPair;
-pub(crate) use slope::JumpSlope;
 
 /// What limits the tangential impulse.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -112,26 +108,11 @@ impl<T: Real> ImpactLaw<T> {
         modes: &mut ModalState<T>,
         rotor: &mut RotorState<T>,
     ) -> Impulse<T> {
-        self.strike_in::<WholeMotor>(tooth, approach_m_s, modes, rotor)
-    }
-
-    /// The same in a model that may leave the rotation out; slip and tangential impulse are then 0.
-    #[inline]
-    pub(crate) fn strike_in<S: Scope>(
-        &self,
-        tooth: &ToothPair<T>,
-        approach_m_s: T,
-        modes: &mut ModalState<T>,
-        rotor: &mut RotorState<T>,
-    ) -> Impulse<T> {
         let dv = self.one_plus_restitution * approach_m_s * tooth.share;
         let normal_n_s = self.rotor_mass_kg * dv;
-        let (mut slip_m_s, mut push_m_s) = (T::zero(), T::zero());
-        if S::ROTATION {
-            slip_m_s = tooth.tangential_velocity(modes) - self.radius_m * rotor.rate_rad_s;
-            let limit_m_s = self.friction_coefficient(tooth, modes) * normal_n_s * self.per_tangential_mass;
-            push_m_s = slip_m_s.clamp_magnitude(limit_m_s);
-        }
+        let slip_m_s = tooth.tangential_velocity(modes) - self.radius_m * rotor.rate_rad_s;
+        let limit_m_s = self.friction_coefficient(tooth, modes) * normal_n_s * self.per_tangential_mass;
+        let push_m_s = slip_m_s.clamp_magnitude(limit_m_s);
         let jump =
             RotorJump { height_m: T::zero(), velocity_m_s: dv, rate_rad_s: push_m_s * self.per_radius };
         rotor.velocity_m_s += jump.velocity_m_s;

@@ -18,8 +18,7 @@
 //! - [`ImpactLaw`]: restitution, recoil of the modes, friction (7a-c, 10-13c).
 //! - [`Flight`]: the rotor between impacts, exact (14a, b). [`Angle`]: its angle as an integer.
 //! - [`Motor`]: the whole, one [`Motor::step`] at a time, on a plain [`MotorState`].
-//! - [`FreeFlow`], [`Saltation`]: the motor linearised about a run, between impacts and across one, for filters.
-//! - [`Scope`]: how much of the motor a model keeps, by type; [`Stator`], the stator without a rotor.
+//! - Less than the whole: [`Stator`], the stator without a rotor; [`AveragedMotor`], the mean rate and its wander.
 //! - [`EnergyLedger`]: where every joule went, for those who ask.
 //!
 //! # Exact and not
@@ -50,7 +49,6 @@
 //! | recoil | drop of the modal velocities under an impact |
 //! | forcing | what a drive command means for one motor and step |
 //! | lift | putting a rotor found inside a tooth back on it |
-//! | saltation matrix | what a small deviation before an impact has become right after it, the shift of its instant included |
 //! | pressed | of a pair of teeth: in lasting contact with the rotor, pushing instead of striking |
 
 #![no_std]
@@ -80,7 +78,6 @@ mod drive;
 mod energy;
 mod error;
 mod impact;
-mod linear;
 pub mod math;
 pub mod modes;
 mod motor;
@@ -88,7 +85,6 @@ pub mod params;
 mod phase;
 mod rotor;
 mod scatter;
-mod scope;
 mod stator;
 mod teeth;
 mod time;
@@ -100,14 +96,12 @@ pub use drive::{DriveCommand, DriveMode};
 pub use energy::{EnergyFlows, EnergyLedger, Ledger, NoLedger};
 pub use error::OutOfBounds;
 pub use impact::{FrictionLaw, Impact, ImpactLaw, Impulse};
-pub use linear::{FreeFlow, RankOne, STATES, Saltation};
 pub use math::Real;
 pub use modes::{DriveTuning, Forcing, ModalBank, ModalState, Mode};
 pub use motor::{IMPACTS_PER_STEP_MAX, ImpactRule, Impacts, Motor, MotorSetup, MotorState};
 pub use params::{MotorParams, Parameter};
 pub use phase::{Phase, PhaseTable};
 pub use rotor::{Flight, RotorJump, RotorState};
-pub use scope::{Bouncer, HeightOnly, OnePair, Scope, WholeMotor, WithoutModeA};
 pub use stator::{Stator, StatorState};
 pub use teeth::{AmplitudeVariation, ToothPair};
 pub use time::Time;

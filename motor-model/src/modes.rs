@@ -33,7 +33,6 @@ use crate::error::OutOfBounds;
 use crate::math::{self, Real};
 use crate::params::{MotorParams, Parameter};
 use crate::phase::Phase;
-use crate::scope::{Scope, WholeMotor};
 use forcing::DrivenMode;
 pub(crate) use forcing::Phasor;
 pub use forcing::{DriveTuning, Forcing};
@@ -166,33 +165,9 @@ impl<T: Real> Propagator<T> {
         }
     }
 
-    /// What (g, g') of each mode at the end are per the same at the start.
-    pub(crate) fn slopes(&self) -> [[[T; 2]; 2]; 3] {
-        let one = T::one();
-        let slope = |gg: T, gv: T, vg: T, vv: T| [[one + gg, gv], [vg, one + vv]];
-        let Self { gg, gv, vg, vv } = self;
-        [slope(gg.x, gv.x, vg.x, vv.x), slope(gg.y, gv.y, vg.y, vv.y), slope(gg.z, gv.z, vg.z, vv.z)]
-    }
-
-    /// What free motion from `(g, v)` adds to `state`, in the modes that move.
+    /// What free motion from `(g, v)` adds to `state`.
     #[inline]
-    fn add_to<S: Scope>(&self, state: &mut ModalState<T>, g: &Vector3<T>, v: &Vector3<T>) {
-        let [moves_a, moves_b, moves_c] = S::MODES;
-        if !(moves_a && moves_b && moves_c) {
-            if moves_a {
-                state.displacement_m.x += self.gg.x * g.x + self.gv.x * v.x;
-                state.velocity_m_s.x += self.vg.x * g.x + self.vv.x * v.x;
-            }
-            if moves_b {
-                state.displacement_m.y += self.gg.y * g.y + self.gv.y * v.y;
-                state.velocity_m_s.y += self.vg.y * g.y + self.vv.y * v.y;
-            }
-            if moves_c {
-                state.displacement_m.z += self.gg.z * g.z + self.gv.z * v.z;
-                state.velocity_m_s.z += self.vg.z * g.z + self.vv.z * v.z;
-            }
-            return;
-        }
+    fn add_to(&self, state: &mut ModalState<T>, g: &Vector3<T>, v: &Vector3<T>) {
         state.displacement_m += self.gg.component_mul(g) + self.gv.component_mul(v);
         state.velocity_m_s += self.vg.component_mul(g) + self.vv.component_mul(v);
     }
@@ -228,28 +203,22 @@ impl<T: Real> ModalBank<T> {
     }
 
     /// Advances the modes by one step that starts at `phase` of the drive.
-    #[inline]
+    #[expect(
+        clippy::inline_always,
+        reason = "a call would move the state through memory, an eighth of a step on a microcontroller"
+    )]
+    #[inline(always)]
     pub fn advance(&self, state: &mut ModalState<T>, forcing: &Forcing<T>, phase: Phase) {
-        self.advance_in::<WholeMotor>(state, forcing, phase);
+        let (g, v) = (state.displacement_m, state.velocity_m_s);
+        self.step.add_to(state, &g, &v);
+        forcing.add_to(state, phase);
     }
 
     /// The same for a caller who knows sine and cosine of the drive's phase at the start of the step.
     #[inline]
     pub fn advance_from(&self, state: &mut ModalState<T>, forcing: &Forcing<T>, [sin, cos]: [T; 2]) {
         let (g, v) = (state.displacement_m, state.velocity_m_s);
-        self.step.add_to::<WholeMotor>(state, &g, &v);
+        self.step.add_to(state, &g, &v);
         forcing.add_from(state, [sin, cos]);
-    }
-
-    /// The same where only some of the modes move.
-    #[expect(
-        clippy::inline_always,
-        reason = "a call would move the state through memory, an eighth of a step on a microcontroller"
-    )]
-    #[inline(always)]
-    pub(crate) fn advance_in<S: Scope>(&self, state: &mut ModalState<T>, forcing: &Forcing<T>, phase: Phase) {
-        let (g, v) = (state.displacement_m, state.velocity_m_s);
-        self.step.add_to::<S>(state, &g, &v);
-        forcing.add_to::<S>(state, phase);
     }
 }

@@ -5,8 +5,6 @@ mod located;
 mod press;
 mod strike;
 
-use core::marker::PhantomData;
-
 use heapless::Vec;
 
 use crate::drive::DriveCommand;
@@ -14,11 +12,10 @@ use crate::energy::{Ledger, NoLedger};
 use crate::error::OutOfBounds;
 use crate::impact::{FrictionLaw, Impact, ImpactLaw};
 use crate::math::Real;
-use crate::modes::{DriveTuning, Forcing, ModalBank, ModalState};
+use crate::modes::{DriveTuning, Forcing, ModalBank, ModalState, Mode};
 use crate::params::MotorParams;
 use crate::phase::Phase;
 use crate::rotor::{Flight, RotorState};
-use crate::scope::{self, Scope, WholeMotor};
 use crate::teeth::{AmplitudeVariation, ToothPair};
 use press::Press;
 
@@ -128,7 +125,7 @@ impl<T: Real> MotorState<T> {
 /// # Ok::<(), motor_model::OutOfBounds>(())
 /// ```
 #[derive(Clone, Debug)]
-pub struct Motor<T, S = WholeMotor> {
+pub struct Motor<T> {
     modes: ModalBank<T>,
     teeth: [ToothPair<T>; 2],
     flight: Flight<T>,
@@ -141,10 +138,9 @@ pub struct Motor<T, S = WholeMotor> {
     /// The wider pair's swing per first pair's, at least 1.
     widest_swing: T,
     step_s: f64,
-    scope: PhantomData<S>,
 }
 
-impl<T: Real, S: Scope> Motor<T, S> {
+impl<T: Real> Motor<T> {
     /// A motor of these parameters and this step.
     ///
     /// # Errors
@@ -153,9 +149,9 @@ impl<T: Real, S: Scope> Motor<T, S> {
     pub fn try_new(params: &MotorParams, setup: &MotorSetup) -> Result<Self, OutOfBounds> {
         let step_s = OutOfBounds::check("step_s", setup.step_s, 1e-9, 1e-3, "s")?;
         setup.tuning.check()?;
-        let modes = scope::modes::<S>(params)?;
+        let modes = Mode::all(params)?;
         let (bank, flight) = (ModalBank::new(&modes, setup.tuning, step_s), Flight::new(params, step_s));
-        let teeth = scope::teeth::<T, S>(params, &setup.variation);
+        let teeth = ToothPair::both(params, &setup.variation);
         let fastest_rad = modes.iter().map(|mode| mode.natural_rad_s * step_s).fold(0.0, f64::max);
         Ok(Self {
             press: Press::new(&bank, &flight, &teeth, fastest_rad, step_s),
@@ -168,7 +164,6 @@ impl<T: Real, S: Scope> Motor<T, S> {
             curve_margin_s: T::from_f64(clearance::cubic_margin(fastest_rad) * step_s),
             widest_swing: T::from_f64(setup.variation.widest_per_first()),
             step_s,
-            scope: PhantomData,
         })
     }
 
@@ -187,20 +182,10 @@ impl<T: Real, S: Scope> Motor<T, S> {
         &self.modes
     }
 
-    /// The rotor's flight.
-    pub(crate) fn flight(&self) -> &Flight<T> {
-        &self.flight
-    }
-
-    /// The law of impact.
-    pub(crate) fn impact_law(&self) -> &ImpactLaw<T> {
-        &self.impact_law
-    }
-
     /// Height of the rotor above the higher pair of teeth, in m.
     pub fn gap_m(&self, state: &MotorState<T>) -> T {
         let [first, second] = self.gaps_m(&state.modes, &state.rotor);
-        if S::SECOND_PAIR && second < first { second } else { first }
+        if second < first { second } else { first }
     }
 
     /// Advances `state` by one step under `command` and returns the impacts of that step.
@@ -231,8 +216,8 @@ impl<T: Real, S: Scope> Motor<T, S> {
             return impacts;
         }
         let (mut modes, mut rotor) = (state.modes, state.rotor);
-        self.modes.advance_in::<S>(&mut modes, &state.forcing, state.phase);
-        self.flight.advance_in::<S>(&mut rotor);
+        self.modes.advance(&mut modes, &state.forcing, state.phase);
+        self.flight.advance(&mut rotor);
         let phase = state.phase.advanced(state.forcing.increment());
         match self.impact_rule {
             ImpactRule::Located => {
@@ -250,7 +235,7 @@ impl<T: Real, S: Scope> Motor<T, S> {
                 ledger.motion(state, T::one(), [T::zero(); 2]);
                 let gaps_m = self.gaps_m(&modes, &rotor);
                 let [first, second] = gaps_m;
-                if first <= T::zero() || S::SECOND_PAIR && second <= T::zero() {
+                if first <= T::zero() || second <= T::zero() {
                     state.move_to(phase, modes, rotor);
                     return aside(state, |forcing, end, impacts| {
                         self.strike_at_end(forcing, end, gaps_m, impacts, ledger);

@@ -18,7 +18,6 @@ use crate::angle::AngleAccumulator;
 use crate::decay::decay_means;
 use crate::math::{self, Real};
 use crate::params::{MotorParams, Parameter};
-use crate::scope::{Scope, WholeMotor};
 
 /// The rotor's motion. Upward and clockwise are positive.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -75,38 +74,21 @@ pub(crate) struct FlightSpan<T> {
 impl<T: Real> FlightSpan<T> {
     /// Advances the rotor without contact.
     #[inline]
-    pub(crate) fn advance<S: Scope>(&self, rotor: &mut RotorState<T>) {
+    pub(crate) fn advance(&self, rotor: &mut RotorState<T>) {
         let (v, rate) = (rotor.velocity_m_s, rotor.rate_rad_s);
         rotor.height_m += self.rise_s * v - self.sweep_s2 * self.gravity_m_s2;
         rotor.velocity_m_s += self.velocity_loss * v - self.rise_s * self.gravity_m_s2;
-        if S::ROTATION {
-            rotor.angle.advance(self.turn_units_per_rad_s * rate);
-            rotor.rate_rad_s += self.rate_loss * rate;
-        }
+        rotor.angle.advance(self.turn_units_per_rad_s * rate);
+        rotor.rate_rad_s += self.rate_loss * rate;
     }
 
     /// Adds what a jump at the start of this time has become at its end.
     #[inline]
-    pub(crate) fn add_jump<S: Scope>(&self, rotor: &mut RotorState<T>, jump: &RotorJump<T>) {
+    pub(crate) fn add_jump(&self, rotor: &mut RotorState<T>, jump: &RotorJump<T>) {
         rotor.height_m += jump.height_m + self.rise_s * jump.velocity_m_s;
         rotor.velocity_m_s += jump.velocity_m_s + self.velocity_loss * jump.velocity_m_s;
-        if S::ROTATION {
-            rotor.angle.advance(self.turn_units_per_rad_s * jump.rate_rad_s);
-            rotor.rate_rad_s += jump.rate_rad_s + self.rate_loss * jump.rate_rad_s;
-        }
-    }
-}
-
-impl<T: Real> FlightSpan<T> {
-    /// What (height, vertical velocity) and (angle in rad, rate) at the end are per the same at the start.
-    pub(crate) fn slopes(&self) -> [[[T; 2]; 2]; 2] {
-        let (zero, one) = (T::zero(), T::one());
-        let turning_s =
-            self.turn_units_per_rad_s * T::from_f64(1.0 / AngleAccumulator::<f64>::UNITS_PER_RADIAN);
-        [
-            [[one, self.rise_s], [zero, one + self.velocity_loss]],
-            [[one, turning_s], [zero, one + self.rate_loss]],
-        ]
+        rotor.angle.advance(self.turn_units_per_rad_s * jump.rate_rad_s);
+        rotor.rate_rad_s += jump.rate_rad_s + self.rate_loss * jump.rate_rad_s;
     }
 }
 
@@ -137,13 +119,7 @@ impl<T: Real> Flight<T> {
     /// Advances the rotor by one step without contact.
     #[inline]
     pub fn advance(&self, rotor: &mut RotorState<T>) {
-        self.advance_in::<WholeMotor>(rotor);
-    }
-
-    /// The same in a model that may leave the rotation out.
-    #[inline]
-    pub(crate) fn advance_in<S: Scope>(&self, rotor: &mut RotorState<T>) {
-        self.step.advance::<S>(rotor);
+        self.step.advance(rotor);
     }
 
     /// Flight over the fraction `part` of a step; no transcendental call.
@@ -165,11 +141,6 @@ impl<T: Real> Flight<T> {
     #[inline]
     pub(crate) fn acceleration(&self, rotor: &RotorState<T>) -> T {
         -self.gravity_m_s2 - self.damping_per_s * rotor.velocity_m_s
-    }
-
-    /// Angular acceleration in flight, in rad/s^2.
-    pub(crate) fn angular_acceleration(&self, rotor: &RotorState<T>) -> T {
-        -self.rate_decay / self.step_s * rotor.rate_rad_s
     }
 }
 

@@ -62,25 +62,14 @@ pub struct ToothPair<T> {
 impl<T: Real> ToothPair<T> {
     /// Pairs 0 and 1 of a motor.
     pub fn both(params: &MotorParams, variation: &AmplitudeVariation) -> [Self; 2] {
-        Self::both_in(params, variation, [true; 3])
-    }
-
-    /// The same where only some of modes A, B and C move.
-    pub(crate) fn both_in(
-        params: &MotorParams,
-        variation: &AmplitudeVariation,
-        moves: [bool; 3],
-    ) -> [Self; 2] {
         let [first, second] = variation.pairs;
-        [Self::new(params, 0.0, 1.0 + first, moves), Self::new(params, 90.0, 1.0 + second, moves)]
+        [Self::new(params, 0.0, 1.0 + first), Self::new(params, 90.0, 1.0 + second)]
     }
 
-    fn new(params: &MotorParams, offset_deg: f64, scale: f64, moves: [bool; 3]) -> Self {
+    fn new(params: &MotorParams, offset_deg: f64, scale: f64) -> Self {
         let angle_rad = (params.effective_tooth_angle_deg() + offset_deg).to_radians();
         let (sin, cos) = math::sin_cos(2.0 * angle_rad);
-        let [moves_a, moves_b, moves_c] = moves;
-        let phi = |value: f64, moves: bool| if moves { value } else { 0.0 };
-        let (phi_a, phi_b, phi_c) = (phi(1.0, moves_a), phi(scale * sin, moves_b), phi(scale * cos, moves_c));
+        let (phi_a, phi_b, phi_c) = (1.0, scale * sin, scale * cos);
         let lever = params.lever();
         let ratio = params.mass_ratio();
         let vector = |a: f64, b: f64, c: f64| Vector3::new(T::from_f64(a), T::from_f64(b), T::from_f64(c));
@@ -105,7 +94,7 @@ impl<T: Real> ToothPair<T> {
         self.over(&modes.velocity_m_s)
     }
 
-    /// `phi . x`, knowing that `phi_A` is 1 (or else `x_A` is 0).
+    /// `phi . x`, knowing that `phi_A` is 1.
     #[inline]
     pub(crate) fn over(&self, x: &Vector3<T>) -> T {
         x.x + (self.shape.y * x.y + self.shape.z * x.z)

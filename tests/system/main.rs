@@ -1,6 +1,6 @@
 //! One binary of system tests.
 //!
-//! Helpers first, then the tests in the order of the data: stator, rotor, contact, account, reduced models, whole motor, estimator's core, command
+//! Helpers first, then the tests in the order of the data: stator, rotor, contact, account, heights, whole motor, estimator's core, command
 //! line, closed loop.
 
 mod closeness;
@@ -29,7 +29,7 @@ mod law_rest;
 
 mod law_energy;
 
-mod exact_reduced_models;
+mod law_heights;
 
 mod dual_precision;
 mod dual_step_convergence;

@@ -9,7 +9,6 @@ use crate::drive::{DriveCommand, DriveMode};
 use crate::error::OutOfBounds;
 use crate::math::Real;
 use crate::phase::Phase;
-use crate::scope::{Scope, WholeMotor};
 
 /// The frequency at which the generator drives each mode when the command's offset is zero.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -110,42 +109,41 @@ impl<T: Real> Forcing<T> {
 
     /// What the drive adds to `state` over a step that starts at `phase`.
     #[inline]
-    pub(super) fn add_to<S: Scope>(&self, state: &mut ModalState<T>, phase: Phase) {
+    pub(super) fn add_to(&self, state: &mut ModalState<T>, phase: Phase) {
         if self.command.mode().is_some() {
             let (sin, cos) = phase.sin_cos();
-            self.add::<S>(&self.gain, state, &Phasor { sin, cos });
+            self.add(&self.gain, state, &Phasor { sin, cos });
         }
     }
 
     /// The same at a phase whose sine and cosine are known; nothing when off.
     #[inline]
     pub(super) fn add_from(&self, state: &mut ModalState<T>, [sin, cos]: [T; 2]) {
-        self.add::<WholeMotor>(&self.gain, state, &Phasor { sin, cos });
+        self.add(&self.gain, state, &Phasor { sin, cos });
     }
 
     /// Adds what `gain` makes of `phasor` to the mode that is driven.
     #[inline]
-    fn add<S: Scope>(&self, gain: &PerPhasor<T>, state: &mut ModalState<T>, phasor: &Phasor<T>) {
-        let [_, moves_b, moves_c] = S::MODES;
+    fn add(&self, gain: &PerPhasor<T>, state: &mut ModalState<T>, phasor: &Phasor<T>) {
         let g = gain.g_sin * phasor.sin + gain.g_cos * phasor.cos;
         let v = gain.v_sin * phasor.sin + gain.v_cos * phasor.cos;
         match self.command.mode() {
-            Some(DriveMode::B) if moves_b => {
+            Some(DriveMode::B) => {
                 state.displacement_m.y += g;
                 state.velocity_m_s.y += v;
             }
-            Some(DriveMode::C) if moves_c => {
+            Some(DriveMode::C) => {
                 state.displacement_m.z += g;
                 state.velocity_m_s.z += v;
             }
-            _ => (),
+            None => (),
         }
     }
 
     /// Adds the change of the steady motion from one instant of the drive to another, or all of it from rest.
     #[inline]
     pub(super) fn add_steady(&self, state: &mut ModalState<T>, phasor: &Phasor<T>) {
-        self.add::<WholeMotor>(&self.steady, state, phasor);
+        self.add(&self.steady, state, phasor);
     }
 
     /// Acceleration that the drive gives modes B and C.

@@ -15,7 +15,6 @@ use super::{Forcing, ModalBank, ModalState, Mode, Propagator};
 use crate::decay::decay_loss;
 use crate::math::{self, Real};
 use crate::phase::sin_cos_of_turns;
-use crate::scope::WholeMotor;
 
 /// What part of a step needs of a mode.
 #[derive(Clone, Copy, Debug)]
@@ -146,7 +145,7 @@ impl<T: Real> Propagator<T> {
         // The driven mode less its steady motion moves freely.
         let mut free = *state;
         forcing.add_steady(&mut free, &from.reversed());
-        self.add_to::<WholeMotor>(state, &free.displacement_m, &free.velocity_m_s);
+        self.add_to(state, &free.displacement_m, &free.velocity_m_s);
         forcing.add_steady(state, &from.until(to));
     }
 }

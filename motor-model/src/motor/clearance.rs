@@ -9,7 +9,6 @@ use super::Motor;
 use crate::math::Real;
 use crate::modes::ModalState;
 use crate::rotor::RotorState;
-use crate::scope::Scope;
 
 /// Bound of what a cubic through value and slope at both ends of a step misses, per step and change of slope: `(w h)^2 / 384` for a pure
 /// oscillation at `w`, taken four times.
@@ -26,7 +25,7 @@ pub(super) struct Clearance<T> {
     swing_m_s: T,
 }
 
-impl<T: Real, S: Scope> Motor<T, S> {
+impl<T: Real> Motor<T> {
     /// The rotor over the teeth, as far as [`Self::surely_clear`] needs to know.
     #[inline]
     pub(super) fn clearance(&self, modes: &ModalState<T>, rotor: &RotorState<T>) -> Clearance<T> {
@@ -49,10 +48,7 @@ impl<T: Real, S: Scope> Motor<T, S> {
         let third_s = self.step * T::from_f64(1.0 / 3.0);
         let turned = (end.velocity_m_s - start.velocity_m_s).abs() + (end.swing_m_s - start.swing_m_s).abs();
         let margin_m = self.curve_margin_s * turned;
-        let above = |height_m: T, swing_m: T| {
-            let highest_m = if S::SECOND_PAIR { self.widest_swing * swing_m.abs() } else { swing_m };
-            height_m - highest_m > margin_m
-        };
+        let above = |height_m: T, swing_m: T| height_m - self.widest_swing * swing_m.abs() > margin_m;
         above(end.height_m, end.swing_m)
             && above(start.height_m + third_s * start.velocity_m_s, start.swing_m + third_s * start.swing_m_s)
             && above(end.height_m - third_s * end.velocity_m_s, end.swing_m - third_s * end.swing_m_s)

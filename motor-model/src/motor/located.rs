@@ -17,7 +17,6 @@ use crate::energy::Ledger;
 use crate::math::Real;
 use crate::modes::{Forcing, Phasor};
 use crate::rotor::RotorJump;
-use crate::scope::Scope;
 use crate::teeth::ToothPair;
 
 /// A pair of teeth that meets the rotor, and where.
@@ -28,7 +27,7 @@ struct Meeting<'a, T> {
     at: T,
 }
 
-impl<T: Real, S: Scope> Motor<T, S> {
+impl<T: Real> Motor<T> {
     /// Impacts where they happen: `here` moves from one to the next, `end` is the end of the step as seen from there.
     #[inline(never)]
     pub(super) fn strike_inside<L: Ledger<T>>(
@@ -54,7 +53,7 @@ impl<T: Real, S: Scope> Motor<T, S> {
                 here.phase = forcing.phase_at(start.phase, done);
                 let there = forcing.phasor(here.phase);
                 self.modes.part(part).advance(&mut here.modes, forcing, [&phasor, &there]);
-                self.flight.part(part).advance::<S>(&mut here.rotor);
+                self.flight.part(part).advance(&mut here.rotor);
                 phasor = there;
             }
             let left = T::one() - done;
@@ -87,7 +86,7 @@ impl<T: Real, S: Scope> Motor<T, S> {
     /// Adds what a blow of `tooth`, the fraction `left` of a step before `end`, has become there.
     fn carry_to_end(&self, left: T, tooth: &ToothPair<T>, jump: &RotorJump<T>, end: &mut Motion<T>) {
         self.modes.add_jump(&mut end.modes, &(tooth.recoil * -jump.velocity_m_s), left);
-        self.flight.part(left).add_jump::<S>(&mut end.rotor, jump);
+        self.flight.part(left).add_jump(&mut end.rotor, jump);
     }
 
     /// The first meeting of either pair with the rotor between two instants the fraction `part` of a step apart.
@@ -100,7 +99,7 @@ impl<T: Real, S: Scope> Motor<T, S> {
         let span_s = part * self.step;
         let ([from_0, from_1], [to_0, to_1], [tooth_0, tooth_1]) = (from, to, &self.teeth);
         let first = GapCurve::new(from_0, to_0, span_s).first_descent();
-        let second = if S::SECOND_PAIR { GapCurve::new(from_1, to_1, span_s).first_descent() } else { None };
+        let second = GapCurve::new(from_1, to_1, span_s).first_descent();
         match (first, second) {
             (None, None) => None,
             (Some(at), None) => Some(Meeting { pair: 0, tooth: tooth_0, at }),

@@ -18,7 +18,6 @@ use crate::math::Real;
 use crate::modes::{Forcing, ModalBank, ModalPush, Phasor, Propagator};
 use crate::phase::Phase;
 use crate::rotor::{Flight, FlightSpan};
-use crate::scope::Scope;
 use crate::teeth::ToothPair;
 
 /// Longest span in radians of the fastest mode.
@@ -161,7 +160,7 @@ impl<T> Motion<T> {
     }
 }
 
-impl<T: Real, S: Scope> Motor<T, S> {
+impl<T: Real> Motor<T> {
     /// A step that begins with teeth pressed on the rotor.
     #[inline(never)]
     pub(super) fn press_through<L: Ledger<T>>(
@@ -224,7 +223,7 @@ impl<T: Real, S: Scope> Motor<T, S> {
         let to = forcing.phasor(to);
         span.modes.advance(&mut motion.modes, forcing, [from, &to]);
         motion.modes.drop_below(T::from_f64(UNFELT));
-        span.flight.advance::<S>(&mut motion.rotor);
+        span.flight.advance(&mut motion.rotor);
 
         let ([gap_0, gap_1], [rate_0, rate_1]) =
             (self.gaps_m(&motion.modes, &motion.rotor), self.gap_rates_m_s(motion));
@@ -236,15 +235,12 @@ impl<T: Real, S: Scope> Motor<T, S> {
         motion.rotor.height_m += span.flight.sweep_s2 * (push_0 + push_1);
         motion.rotor.velocity_m_s += span.flight.rise_s * (push_0 + push_1);
 
-        let mut dragged = Default::default();
-        if S::ROTATION {
-            let rate = motion.rotor.rate_rad_s;
-            let dv_m_s = push_m_s2.map(|push| push * span.span_s);
-            dragged = self.impact_law.drag(&self.teeth, dv_m_s, from_m_s, &motion.modes, &mut motion.rotor);
-            // The change of rate comes evenly over the span.
-            let half_span_s = T::from_f64(0.5) * span.span_s;
-            motion.rotor.angle.turn_by_radians(half_span_s * (motion.rotor.rate_rad_s - rate));
-        }
+        let rate = motion.rotor.rate_rad_s;
+        let dv_m_s = push_m_s2.map(|push| push * span.span_s);
+        let dragged = self.impact_law.drag(&self.teeth, dv_m_s, from_m_s, &motion.modes, &mut motion.rotor);
+        // The change of rate comes evenly over the span.
+        let half_span_s = T::from_f64(0.5) * span.span_s;
+        motion.rotor.angle.turn_by_radians(half_span_s * (motion.rotor.rate_rad_s - rate));
         motion.pressed = push_m_s2.map(|push| push > T::zero());
         ledger.motion(&before.under(forcing), span.part, push_m_s2);
         ledger.pressed(
@@ -253,7 +249,7 @@ impl<T: Real, S: Scope> Motor<T, S> {
             push_m_s2,
             &dragged,
         );
-        if motion.pressed != [true, S::SECOND_PAIR] {
+        if motion.pressed != [true; 2] {
             self.join(forcing, &to, motion, push_m_s2, before_end_s, impacts, ledger);
         }
         to
@@ -276,7 +272,7 @@ impl<T: Real, S: Scope> Motor<T, S> {
             (self.gaps_m(&motion.modes, &motion.rotor), self.gap_rates_m_s(motion));
         for (pair, tooth, gap_m, rate_m_s) in [(0, first, gap_0, rate_0), (1, second, gap_1, rate_1)] {
             let meets = gap_m <= T::zero() && rate_m_s < T::zero();
-            if motion.lies(pair) || !meets || impacts.is_full() || !(S::SECOND_PAIR || pair == 0) {
+            if motion.lies(pair) || !meets || impacts.is_full() {
                 continue;
             }
             let rebound_m_s = -rate_m_s * self.impact_law.restitution();

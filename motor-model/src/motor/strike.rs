@@ -6,10 +6,9 @@ use crate::impact::Impact;
 use crate::math::Real;
 use crate::modes::Forcing;
 use crate::rotor::RotorJump;
-use crate::scope::Scope;
 use crate::teeth::ToothPair;
 
-impl<T: Real, S: Scope> Motor<T, S> {
+impl<T: Real> Motor<T> {
     /// The paper's rule: a contact is noticed at the end of the step, the deeper pair first.
     ///
     /// The rotor is then lifted out of the tooth: without that it would sink, step by step, into teeth that it rests on. The
@@ -24,9 +23,9 @@ impl<T: Real, S: Scope> Motor<T, S> {
     ) {
         let [tooth_0, tooth_1] = &self.teeth;
         let (zero, one) = ((0, tooth_0, first), (1, tooth_1, second));
-        let [deeper, other] = if S::SECOND_PAIR && second < first { [one, zero] } else { [zero, one] };
+        let [deeper, other] = if second < first { [one, zero] } else { [zero, one] };
         for (pair, tooth, gap_m) in [deeper, other] {
-            if gap_m <= T::zero() && (S::SECOND_PAIR || pair == 0) {
+            if gap_m <= T::zero() {
                 self.strike(pair, tooth, gap_m, T::zero(), forcing, motion, impacts, ledger);
             }
         }
@@ -53,8 +52,7 @@ impl<T: Real, S: Scope> Motor<T, S> {
             return None;
         }
         let before = *motion;
-        let impulse =
-            self.impact_law.strike_in::<S>(tooth, approach_m_s, &mut motion.modes, &mut motion.rotor);
+        let impulse = self.impact_law.strike(tooth, approach_m_s, &mut motion.modes, &mut motion.rotor);
         let impact = Impact {
             pair,
             before_end_s,
@@ -80,7 +78,7 @@ impl<T: Real, S: Scope> Motor<T, S> {
     ) {
         let gaps_m = self.gaps_m(&motion.modes, &motion.rotor);
         let [first, second] = gaps_m;
-        if (first < T::zero() || S::SECOND_PAIR && second < T::zero()) && impacts.is_empty() {
+        if (first < T::zero() || second < T::zero()) && impacts.is_empty() {
             self.strike_at_end(forcing, motion, gaps_m, impacts, ledger);
         }
     }

@@ -1,42 +1,20 @@
-//! Who is judged: a model, a rule of impacts, a precision and a step.
-//!
-//! A model that steps is a [`Twin`]. To add one: a variant of [`Model`], its `impl Twin`, its arm in [`Contestant::examine_motor`] and its rows in
-//! [`contestants`].
+//! What is judged: the motor with a rule of impacts, a precision and a step.
 
 use motor_model::{
-    AmplitudeVariation, Angle, Bouncer, Dragged, DriveCommand, HeightOnly, Impact, ImpactRule, Ledger,
-    ModalState, Motor, MotorParams, MotorSetup, MotorState, OnePair, OutOfBounds, Phase, Real, RotorState,
-    Scope, WholeMotor, WithoutModeA,
+    AmplitudeVariation, Angle, Dragged, DriveCommand, Impact, ImpactRule, Ledger, ModalState, Motor,
+    MotorParams, MotorSetup, MotorState, OutOfBounds, Phase, Real, RotorState,
 };
 use serde::ser::{Serialize, SerializeStruct as _, Serializer};
 
-use super::verdict::JUDGED_STEP_S;
 use crate::runs::simulate::{FAST_APPROACH_M_S, Precision};
 use crate::studies::step_accuracy::reference::ReferenceState;
 
 /// Steps judged.
 pub const STEPS_S: [f64; 8] = [0.25e-6, 0.5e-6, 1e-6, 2e-6, 5e-6, 10e-6, 20e-6, 50e-6];
 
-/// What of the motor is simulated.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Model {
-    /// Three modes, two pairs of teeth, rotation.
-    Whole,
-    /// Mode A left out.
-    WithoutModeA,
-    /// The rotation left out.
-    HeightOnly,
-    /// The second pair of teeth left out.
-    OnePair,
-    /// A ball on a plate: mode C, one pair, no rotation.
-    Bouncer,
-}
-
 /// One row of the table.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Contestant {
-    /// What is simulated.
-    pub model: Model,
     /// When impacts are applied.
     pub impact_rule: ImpactRule,
     /// Arithmetic.
@@ -45,23 +23,13 @@ pub struct Contestant {
     pub step_s: f64,
 }
 
-/// Everyone at `steps_s`, the curves one after the other, each from the fine to the coarse step; then the reduced models at the judged step.
+/// Everyone at `steps_s`, the curves one after the other, each from the fine to the coarse step.
 pub fn contestants(steps_s: &[f64]) -> Vec<Contestant> {
     let mut all = Vec::new();
     for impact_rule in [ImpactRule::EndOfStep, ImpactRule::Located] {
         for precision in [Precision::F64, Precision::F32] {
-            let row = |&step_s| Contestant { model: Model::Whole, impact_rule, precision, step_s };
+            let row = |&step_s| Contestant { impact_rule, precision, step_s };
             all.extend(steps_s.iter().map(row));
-        }
-    }
-    for model in [Model::WithoutModeA, Model::HeightOnly, Model::OnePair] {
-        for precision in [Precision::F64, Precision::F32] {
-            all.push(Contestant {
-                model,
-                impact_rule: ImpactRule::Located,
-                precision,
-                step_s: JUDGED_STEP_S,
-            });
         }
     }
     all
@@ -142,24 +110,9 @@ impl Contestant {
     ) -> Result<Q::Answer, OutOfBounds> {
         let setup =
             MotorSetup { impact_rule: self.impact_rule, variation, ..MotorSetup::with_step(self.step_s) };
-        match self.model {
-            Model::Whole => self.ask::<WholeMotor, Q>(params, &setup, question),
-            Model::WithoutModeA => self.ask::<WithoutModeA, Q>(params, &setup, question),
-            Model::HeightOnly => self.ask::<HeightOnly, Q>(params, &setup, question),
-            Model::OnePair => self.ask::<OnePair, Q>(params, &setup, question),
-            Model::Bouncer => self.ask::<Bouncer, Q>(params, &setup, question),
-        }
-    }
-
-    fn ask<S: Scope, Q: Question>(
-        &self,
-        params: &MotorParams,
-        setup: &MotorSetup,
-        question: &Q,
-    ) -> Result<Q::Answer, OutOfBounds> {
         Ok(match self.precision {
-            Precision::F32 => question.ask(&Motor::<f32, S>::try_new(params, setup)?),
-            Precision::F64 => question.ask(&Motor::<f64, S>::try_new(params, setup)?),
+            Precision::F32 => question.ask(&Motor::<f32>::try_new(params, &setup)?),
+            Precision::F64 => question.ask(&Motor::<f64>::try_new(params, &setup)?),
         })
     }
 
@@ -168,14 +121,9 @@ impl Contestant {
         format!("{}, {}", self.impacts().replace('_', " "), self.precision_word())
     }
 
-    /// Whether this is the whole motor with these.
-    pub fn is_whole(&self, impact_rule: ImpactRule, precision: Precision) -> bool {
-        self.is(Model::Whole, impact_rule, precision)
-    }
-
-    /// Whether this is `model` with these.
-    pub fn is(&self, model: Model, impact_rule: ImpactRule, precision: Precision) -> bool {
-        (self.model, self.impact_rule, self.precision) == (model, impact_rule, precision)
+    /// Whether it finds impacts by this rule in this precision.
+    pub fn is(&self, impact_rule: ImpactRule, precision: Precision) -> bool {
+        (self.impact_rule, self.precision) == (impact_rule, precision)
     }
 
     /// Whether its step is `step_s`.
@@ -198,24 +146,16 @@ impl Contestant {
             Precision::F64 => "f64",
         }
     }
-
-    /// `whole`, or what is left of the motor.
-    pub fn model_word(&self) -> &'static str {
-        match self.model {
-            Model::Whole => "whole",
-            Model::WithoutModeA => "without mode A",
-            Model::HeightOnly => "height only",
-            Model::OnePair => "one pair",
-            Model::Bouncer => "bouncer",
-        }
-    }
 }
+
+/// What every row of JSON and CSV says of its model: nothing of the motor is left out.
+pub const MODEL: &str = "whole";
 
 /// By the words that scenes use.
 impl Serialize for Contestant {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         let mut fields = serializer.serialize_struct("Contestant", 4)?;
-        fields.serialize_field("model", self.model_word())?;
+        fields.serialize_field("model", MODEL)?;
         fields.serialize_field("impacts", self.impacts())?;
         fields.serialize_field("precision", self.precision_word())?;
         fields.serialize_field("step_s", &self.step_s)?;
@@ -223,7 +163,7 @@ impl Serialize for Contestant {
     }
 }
 
-impl<T: Real, S: Scope> Twin for Motor<T, S> {
+impl<T: Real> Twin for Motor<T> {
     type State = MotorState<T>;
 
     fn state(&self, of: &ReferenceState) -> MotorState<T> {

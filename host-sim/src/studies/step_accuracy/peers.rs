@@ -14,7 +14,7 @@ mod twin;
 
 use serde::Serialize;
 
-use super::contestant::{Contestant, Model, contestants};
+use super::contestant::{Contestant, contestants};
 use super::flights::root_mean_square;
 use super::plate::{FIRST_BEFORE_S, Plate, START_M, starts_m};
 use super::timing::{Cost, Effort, least_s};
@@ -75,8 +75,7 @@ pub fn peers(steps_s: &[f64], effort: Effort) -> Result<Vec<PeerRow>, StudyError
 
 /// The twin at every step, by either rule, in either precision.
 fn twins(plate: &Plate, steps_s: &[f64], effort: Effort) -> Result<Vec<PeerRow>, StudyError> {
-    let whole = contestants(steps_s).into_iter().filter(|one| one.model == Model::Whole);
-    let contestants: Vec<Contestant> = whole.map(|one| Contestant { model: Model::Bouncer, ..one }).collect();
+    let contestants = contestants(steps_s);
     let least = least_s(contestants.len(), effort.rounds, |index| {
         twin::taken_s(&contestants[index], plate, effort.plate_s)
     })?;

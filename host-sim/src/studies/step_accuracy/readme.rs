@@ -4,9 +4,7 @@ use std::fmt::Write as _;
 
 use motor_model::ImpactRule;
 
-use super::contestant::Model;
 use super::peers::PeerRow;
-use super::steady::SteadyErrors;
 use super::verdict::Verdict;
 use super::{Accuracy, Row};
 use crate::report::document::{Block, Document, Table};
@@ -49,7 +47,7 @@ impl Accuracy {
         let document = Document { blocks: vec![Block::Table(table)] };
         let mut text = document.markdown();
         let _ = writeln!(text, "{ERRORS}\n");
-        let _ = writeln!(text, "{}\n", self.reduced());
+        let _ = writeln!(text, "{}\n", self.averaged_sentence());
         let verdicts = self.verdicts();
         let met = verdicts.iter().filter(|verdict| verdict.met).count();
         let _ = writeln!(text, "Of {} targets {met} are met.{}", verdicts.len(), missed(&verdicts));
@@ -57,25 +55,8 @@ impl Accuracy {
         text
     }
 
-    /// Two sentences on the models that leave something out.
-    fn reduced(&self) -> String {
-        let reduced = self
-            .rows
-            .iter()
-            .filter(|row| row.who.model != Model::Whole && row.who.precision == Precision::F64);
-        let named = |row: &Row| {
-            let ([b, c], [of_b, of_c, ..]) = (row.cost, &row.steady);
-            let percent = |errors: &SteadyErrors| format!("{:+.0}", 100.0 * errors.rate.relative);
-            format!(
-                "{} {:.1} / {:.1} ns, mean rate off by {} / {} %",
-                row.who.model_word(),
-                b.ns_per_step,
-                c.ns_per_step,
-                percent(of_b),
-                percent(of_c)
-            )
-        };
-        let reduced: Vec<String> = reduced.map(named).collect();
+    /// One sentence on the averaged motor.
+    fn averaged_sentence(&self) -> String {
         let averaged = self.averaged.iter().map(|row| {
             format!(
                 "{} {:+.1} +- {:.1} %",
@@ -87,9 +68,8 @@ impl Accuracy {
         let averaged: Vec<String> = averaged.collect();
         let fastest = self.averaged.iter().map(|row| row.cost.times_real_time).fold(f64::INFINITY, f64::min);
         format!(
-            "Reduced models, located, f64, 10 us, B / C: {}. The averaged motor takes steps of 0.1 s at {fastest:.0e} times real time; moves of 1 s \
-             from rest are off by {} on average.",
-            reduced.join("; "),
+            "The averaged motor takes steps of 0.1 s at {fastest:.0e} times real time; moves of 1 s from rest are off by {} on \
+             average.",
             averaged.join(", ")
         )
     }

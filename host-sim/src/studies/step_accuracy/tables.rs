@@ -5,6 +5,7 @@ use serde::Serialize;
 
 use super::averaged::AveragedRow;
 use super::bursts::BURSTS;
+use super::contestant::MODEL;
 use super::peers::PeerRow;
 use super::steady::{CONDITIONS, Deviation};
 use super::verdict::{Cheaper, Verdict};
@@ -73,7 +74,7 @@ impl Line {
         let error = |deviation: &Deviation| 100.0 * deviation.relative;
         let half = |deviation: &Deviation| 100.0 * deviation.half_width;
         Self {
-            model: row.who.model_word(),
+            model: MODEL,
             impacts: row.who.impacts(),
             precision: row.who.precision_word(),
             step_us: 1e6 * row.who.step_s,
@@ -106,7 +107,6 @@ impl Line {
             _ => "none".to_owned(),
         };
         vec![
-            self.model.to_owned(),
             self.impacts.replace('_', " "),
             self.precision.to_owned(),
             format!("{}", (1e3 * self.step_us).round() / 1e3),
@@ -127,8 +127,7 @@ impl Line {
     }
 }
 
-const HEADER: [&str; 17] = [
-    "model",
+const HEADER: [&str; 16] = [
     "impacts",
     "",
     "us",

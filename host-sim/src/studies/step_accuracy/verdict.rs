@@ -8,7 +8,6 @@ use motor_model::{ImpactRule, math};
 use serde::Serialize;
 
 use super::bursts::BURSTS;
-use super::contestant::Model;
 use super::peers::{PEER_STEP_S, PeerRow};
 use super::steady::{CONDITIONS, Deviation};
 use super::{Accuracy, Row};
@@ -60,7 +59,7 @@ impl Accuracy {
 
     /// The rows of the whole motor with these, from the fine to the coarse step.
     pub fn curve(&self, impact_rule: ImpactRule, precision: Precision) -> impl Iterator<Item = &Row> {
-        self.rows.iter().filter(move |row| row.who.is_whole(impact_rule, precision))
+        self.rows.iter().filter(move |row| row.who.is(impact_rule, precision))
     }
 
     /// The twin on the ball on the plate: these rows of [`Self::peers`].
@@ -69,9 +68,7 @@ impl Accuracy {
         impact_rule: ImpactRule,
         precision: Precision,
     ) -> impl Iterator<Item = &PeerRow> {
-        self.peers
-            .iter()
-            .filter(move |row| row.twin.is_some_and(|twin| twin.is(Model::Bouncer, impact_rule, precision)))
+        self.peers.iter().filter(move |row| row.twin.is_some_and(|twin| twin.is(impact_rule, precision)))
     }
 
     /// How many times faster than real time the twin with located impacts takes the ball on the plate, in `f64` at the peers' step.
