@@ -18,7 +18,7 @@ pub(crate) fn frame(n: u64, radians: f64) -> CameraFrame {
 }
 
 /// A sample of a rotor at rest by a live vibrometer, whose neighbours are never equal: far below its noise.
-pub(crate) fn hush(taken_at: Time) -> LdvSample {
+pub(crate) fn quiet_sample(taken_at: Time) -> LdvSample {
     let odd = (taken_at.nanos() / LDV_NANOS) % 2 == 1;
     LdvSample { taken_at, velocity_m_s: if odd { 1e-9 } else { -1e-9 } }
 }

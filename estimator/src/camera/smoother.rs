@@ -9,7 +9,7 @@
 //! with x, P the filter's at the earlier instant, x-, P- these carried to the later one, and + what is smoothed there. The last form is a sum of squares: definite
 //! whatever the rounding. The inverse is taken by the factors of P-. F is `[1 dt; 0 1]`; Q is what the filter's own process adds on the way, kicks
 //! included, found by carrying a state known exactly. For a linear process this is the least-squares fit to all frames kept, weighted by their
-//! variances; where teeth stick F keeps less of the rate's error than 1, and is found by carrying an error of the rate ([`Sway`]). The largest lag is that of [`crate::FRAMES_KEPT`].
+//! variances; where teeth stick F keeps less of the rate's error than 1, and is found by carrying an error of the rate ([`RateErrorResponse`]). The largest lag is that of [`crate::FRAMES_KEPT`].
 //!
 //! [`crate::TwinFilter`] has no such answer. Its track has friction and the teeth's reach beside angle and rate, and a frame corrects all four: two of them carried back by themselves would take the later
 //! frames' news of the friction for news of the rate. Of all four the gain is a solution of four equations a frame and strike, 32 frames back; and it would gain less, because what the twin does not know
@@ -42,12 +42,12 @@ fn dense<T: Real>(factors: &AngleRateCovariance<T>) -> Matrix2<T> {
 
 /// What becomes of a unit error of the rate: a belief that is carried beside a state to tell F's second column.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Sway<T> {
+pub(crate) struct RateErrorResponse<T> {
     angle: T,
     rate: T,
 }
 
-impl<T: Real> TrackCovariance<T> for Sway<T> {
+impl<T: Real> TrackCovariance<T> for RateErrorResponse<T> {
     fn begin(_angle_rad2: T, _rate_rad2_s2: T, _before: Option<&Self>) -> Self {
         Self { angle: T::zero(), rate: T::one() }
     }
@@ -84,9 +84,9 @@ impl<T: Real> TrackCovariance<T> for Sway<T> {
 }
 
 /// A process that a smoother can run backwards.
-pub(crate) trait Reversible<T>: Process<T> + Process<T, Sway<T>> {}
+pub(crate) trait Reversible<T>: Process<T> + Process<T, RateErrorResponse<T>> {}
 
-impl<T, P: Process<T> + Process<T, Sway<T>>> Reversible<T> for P {}
+impl<T, P: Process<T> + Process<T, RateErrorResponse<T>>> Reversible<T> for P {}
 
 impl<T: Real> Smoothed<T> {
     /// The filter's own, where no later frame is.
@@ -100,7 +100,7 @@ impl<T: Real> Smoothed<T> {
     }
 
     /// What this tells of the earlier `state`; `kick_rad2_s2` is the variance of a kick right after that.
-    pub(crate) fn back_to(
+    pub(crate) fn step_back_to(
         &self,
         state: &State<T>,
         resting: bool,
@@ -116,12 +116,15 @@ impl<T: Real> Smoothed<T> {
         let predicted = carried(state.covariance);
         let noise = dense(&carried(AngleRateCovariance::diagonal(T::zero(), T::zero())).covariance);
         let State { at, angle, rate_rad_s, .. } = *state;
-        let mut sway = State { at, angle, rate_rad_s, covariance: Sway::begin(T::zero(), T::zero(), None) };
-        process.carry(&mut sway, resting, self.at);
-        let transition = Matrix2::new(T::one(), sway.covariance.angle, T::zero(), sway.covariance.rate);
+        let mut response =
+            State { at, angle, rate_rad_s, covariance: RateErrorResponse::begin(T::zero(), T::zero(), None) };
+        process.carry(&mut response, resting, self.at);
+        let transition =
+            Matrix2::new(T::one(), response.covariance.angle, T::zero(), response.covariance.rate);
         let before = dense(&state.covariance);
         let [[a, b], [c, d]] = (before * transition.transpose()).transpose().data.0;
-        let ([a, b], [c, d]) = (predicted.covariance.divide([a, b]), predicted.covariance.divide([c, d]));
+        let ([a, b], [c, d]) =
+            (predicted.covariance.times_inverse([a, b]), predicted.covariance.times_inverse([c, d]));
         let gain = Matrix2::new(a, b, c, d);
         let off_rad: T = self.angle.angle().radians_since(predicted.angle.angle());
         let [[angle_rad, rate_rad_s]] =
@@ -172,7 +175,7 @@ mod tests {
         let mut tuning = ConstantRateTuning::<f64>::default();
         tuning.wander.jitter_b = Jitter::none();
         let (q, r, dt) =
-            (tuning.wander.struck_b_rad2_s3, tuning.track.camera_rad2, FRAME_NANOS as f64 * 1e-9);
+            (tuning.wander.impacted_b_rad2_s3, tuning.track.camera_rad2, FRAME_NANOS as f64 * 1e-9);
         let f = Matrix2::new(1.0, dt, 0.0, 1.0);
         let noise = Matrix2::new(dt * dt * dt / 3.0, dt * dt / 2.0, dt * dt / 2.0, dt) * q;
         for seed in 0..10 {

@@ -52,7 +52,7 @@ use crate::measurement::CameraFrame;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TrackTuning<T> {
     /// Variance of a frame's angle in rad^2, quantisation included. What is not positive and finite is no variance: the default's is used then, and
-    /// one below that of an angle's own resolution is raised to it ([`TrackTuning::sound`]).
+    /// one below that of an angle's own resolution is raised to it ([`TrackTuning::validated`]).
     pub camera_rad2: T,
     /// The quantisation's part of it, in rad^2: step squared over 12.
     pub quantisation_rad2: T,
@@ -102,7 +102,7 @@ impl<T: Real> TrackTuning<T> {
 
     /// The same with a camera variance that is one.
     #[must_use]
-    pub fn sound(mut self) -> Self {
+    pub fn validated(mut self) -> Self {
         let finite = self.camera_rad2 * T::zero() == T::zero();
         if !(finite && self.camera_rad2 > T::zero()) {
             self.camera_rad2 = Self::default().camera_rad2;
@@ -141,7 +141,7 @@ pub(crate) trait Process<T, B = AngleRateCovariance<T>> {
 
     /// A state that is known to lie on the way from `state` to `until`: itself, if nothing better is.
     #[inline]
-    fn on_the_way<'a>(&'a self, state: &'a State<T, B>, _resting: bool, _until: Time) -> &'a State<T, B> {
+    fn cached_state<'a>(&'a self, state: &'a State<T, B>, _resting: bool, _until: Time) -> &'a State<T, B> {
         state
     }
 
@@ -192,9 +192,9 @@ pub(crate) struct Track<T, B = AngleRateCovariance<T>> {
     /// The last frame's angle.
     code: Angle,
     /// Share of frames at rest whose code differs from the one before.
-    changing: T,
-    /// Mean innovation at rest, in rad: of the last [`Self::AWAY_FRAMES`], the latest weighing most.
-    away_rad: T,
+    change_share: T,
+    /// Mean innovation at rest, in rad: of the last [`Self::MEAN_FRAMES`], the latest weighing most.
+    mean_innovation_rad: T,
     /// Running mean of the normalised innovations squared, each at most the gate: 1 if the camera is as good as is believed.
     pub(crate) nis: T,
     /// Of the last eight frames those beyond [`Self::FAR`], a bit each, the newest lowest.
@@ -215,11 +215,11 @@ impl<T: Real, B: TrackCovariance<T>> Track<T, B> {
     const START_RATE_RAD_S: f64 = 20.0;
 
     /// Frames over which the innovations at rest are averaged.
-    const AWAY_FRAMES: f64 = 128.0;
+    const MEAN_FRAMES: f64 = 128.0;
 
     /// Square of the mean innovation, per the variance of a frame, beyond which the rotor no longer lies where it is believed to: six standard deviations of a mean
     /// of white innovations, `1 / sqrt(2 n - 1)`. A shift of 6 milli-degrees shows, with the default camera; one of 50 shows within 2 ms.
-    const AWAY_MAX: f64 = 0.14;
+    const MOVED_MAX: f64 = 0.14;
 
     /// Frames over which the normalised innovations are averaged.
     const NIS_FRAMES: f64 = 64.0;
@@ -228,7 +228,7 @@ impl<T: Real, B: TrackCovariance<T>> Track<T, B> {
     const FAR: f64 = 16.0;
 
     /// A track that begins at `frame`, in the turn that brings it nearest to `near`; what was known `before` beside angle and rate, and of the camera's noise, is kept.
-    pub(crate) fn begun(
+    pub(crate) fn started(
         frame: &CameraFrame,
         near: Angle,
         before: Option<&Self>,
@@ -247,8 +247,8 @@ impl<T: Real, B: TrackCovariance<T>> Track<T, B> {
                 ),
             },
             code: frame.angle,
-            changing: T::zero(),
-            away_rad: T::zero(),
+            change_share: T::zero(),
+            mean_innovation_rad: T::zero(),
             nis: before.map_or(T::one(), |track| track.nis),
             far: before.map_or(0, |track| track.far),
             refusals: 0,
@@ -265,8 +265,8 @@ impl<T: Real, B: TrackCovariance<T>> Track<T, B> {
         Self {
             state: self.state.copied(),
             code: self.code,
-            changing: self.changing,
-            away_rad: self.away_rad,
+            change_share: self.change_share,
+            mean_innovation_rad: self.mean_innovation_rad,
             nis: self.nis,
             far: self.far,
             refusals: self.refusals,
@@ -287,7 +287,7 @@ impl<T: Real, B: TrackCovariance<T>> Track<T, B> {
 
     /// Follows the normalised innovation squared, `innovation_rad2 / variance_rad2`, at most `gate`.
     #[inline]
-    pub(crate) fn watch_noise(&mut self, normalised: T) {
+    pub(crate) fn note_innovation(&mut self, normalised: T) {
         self.nis += (normalised - self.nis) * T::from_f64(1.0 / Self::NIS_FRAMES);
         self.far = (self.far << 1) | u8::from(normalised > T::from_f64(Self::FAR));
     }
@@ -307,30 +307,33 @@ impl<T: Real, B: TrackCovariance<T>> Track<T, B> {
     /// What a frame tells of a rotor that may be at rest: follows the share of new codes and the mean of the innovations. `same` is whether the code comes
     /// again of a quiet rotor.
     #[inline(never)]
-    pub(crate) fn judge_at_rest(
+    pub(crate) fn judge_frame_at_rest(
         &mut self,
         frame: &CameraFrame,
         innovation_rad: T,
         same: bool,
         tuning: &TrackTuning<T>,
-    ) -> AtRest {
+    ) -> FrameAtRest {
         if !self.resting {
-            return AtRest::Told;
+            return FrameAtRest::Informative;
         }
         // Only repeats, undithered, what is known as well as quantisation allows.
         let repeats = same
-            && self.changing < T::from_f64(0.2)
+            && self.change_share < T::from_f64(0.2)
             && self.state.covariance.angle_rad2() <= tuning.quantisation_rad2;
         let changed = if frame.angle == self.code { T::zero() } else { T::one() };
-        self.changing += (changed - self.changing) * T::from_f64(1.0 / 64.0);
+        self.change_share += (changed - self.change_share) * T::from_f64(1.0 / 64.0);
         if repeats {
-            return AtRest::Repeated;
+            return FrameAtRest::Repeated;
         }
-        self.away_rad += (innovation_rad - self.away_rad) * T::from_f64(1.0 / Self::AWAY_FRAMES);
-        if self.away_rad * self.away_rad > T::from_f64(Self::AWAY_MAX) * tuning.camera_rad2 {
-            AtRest::Moved
+        self.mean_innovation_rad +=
+            (innovation_rad - self.mean_innovation_rad) * T::from_f64(1.0 / Self::MEAN_FRAMES);
+        if self.mean_innovation_rad * self.mean_innovation_rad
+            > T::from_f64(Self::MOVED_MAX) * tuning.camera_rad2
+        {
+            FrameAtRest::Moved
         } else {
-            AtRest::Told
+            FrameAtRest::Informative
         }
     }
 
@@ -349,8 +352,8 @@ impl<T: Real, B: TrackCovariance<T>> Track<T, B> {
 
     /// Counts the frames of a quiet and slow rotor, and tells the filter that one at rest does not turn, but for what the ringing stator moves it.
     #[inline(never)]
-    pub(crate) fn conclude_rest(&mut self, quiet: bool, frame: AtRest, tuning: &TrackTuning<T>) {
-        if frame == AtRest::Told {
+    pub(crate) fn update_rest(&mut self, quiet: bool, frame: FrameAtRest, tuning: &TrackTuning<T>) {
+        if frame == FrameAtRest::Informative {
             let still = quiet && self.state.rate_rad_s.abs() < tuning.resting_rate_rad_s;
             self.still_frames = if still { self.still_frames.saturating_add(1) } else { 0 };
             self.resting = self.still_frames >= tuning.resting_frames;
@@ -365,16 +368,16 @@ impl<T: Real, B: TrackCovariance<T>> Track<T, B> {
             angle.turn_by_radians(turn_rad);
             *rate_rad_s += faster_rad_s;
         } else {
-            (self.changing, self.away_rad) = (T::zero(), T::zero());
+            (self.change_share, self.mean_innovation_rad) = (T::zero(), T::zero());
         }
     }
 }
 
 /// What a frame tells of a rotor that may be at rest.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum AtRest {
+pub(crate) enum FrameAtRest {
     /// Where it is.
-    Told,
+    Informative,
     /// Only, without a sign of dither, what is known as well as quantisation lets it.
     Repeated,
     /// That it lies elsewhere than it is believed to.

@@ -33,7 +33,7 @@ mod hypotheses;
 use heapless::Deque;
 use motor_model::{Angle, Real, Time};
 
-use crate::camera::track::{AtRest, Process, State, Track, TrackTuning};
+use crate::camera::track::{FrameAtRest, Process, State, Track, TrackTuning};
 use crate::camera::track_covariance::TrackCovariance;
 use crate::factorised::angle_rate::AngleRateCovariance;
 use crate::innovation::{Innovation, Rejection, Source, Verdict};
@@ -48,7 +48,7 @@ pub const STUCK_FRAMES: u8 = 20;
 
 /// What the filter knows when a frame comes.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Moment {
+pub(crate) struct FrameContext {
     /// The filter's clock.
     pub(crate) clock: Time,
     /// Whether the rotor lies on the teeth.
@@ -57,12 +57,12 @@ pub(crate) struct Moment {
 
 /// A frame that was looked at, and the track after it.
 #[derive(Clone, Copy, Debug)]
-struct Looked<T, B> {
+struct TrackedFrame<T, B> {
     frame: CameraFrame,
     track: Track<T, B>,
 }
 
-impl<T: Real, B: TrackCovariance<T>> Looked<T, B> {
+impl<T: Real, B: TrackCovariance<T>> TrackedFrame<T, B> {
     /// The same, part by part: on a microcontroller a copy as a whole is a call that costs as much as an update.
     #[inline]
     fn copied(&self) -> Self {
@@ -85,9 +85,9 @@ struct Stuck {
 pub(crate) struct Tracker<T, B = AngleRateCovariance<T>> {
     tuning: TrackTuning<T>,
     /// The newest frame; `None` before the first one.
-    newest: Option<Looked<T, B>>,
+    newest: Option<TrackedFrame<T, B>>,
     /// Those before it, by exposure.
-    older: Deque<Looked<T, B>, { FRAMES_KEPT - 1 }>,
+    older: Deque<TrackedFrame<T, B>, { FRAMES_KEPT - 1 }>,
     stuck: Option<Stuck>,
     /// Age of the last frame by the filter's clock when it came, in ns.
     latency_nanos: u64,
@@ -105,13 +105,13 @@ impl<T: Real, B: TrackCovariance<T>> Tracker<T, B> {
 
     /// A tracker that has seen nothing.
     pub(crate) fn new(tuning: TrackTuning<T>) -> Self {
-        Self { tuning: tuning.sound(), newest: None, older: Deque::new(), stuck: None, latency_nanos: 0 }
+        Self { tuning: tuning.validated(), newest: None, older: Deque::new(), stuck: None, latency_nanos: 0 }
     }
 
     /// The track at the last frame used.
     #[inline]
     pub(crate) fn track(&self) -> Option<&Track<T, B>> {
-        self.newest.as_ref().map(|looked| &looked.track)
+        self.newest.as_ref().map(|tracked| &tracked.track)
     }
 
     /// Where the track stands: a frame that leaves it has left all of the track's state.
@@ -123,13 +123,13 @@ impl<T: Real, B: TrackCovariance<T>> Tracker<T, B> {
 
     /// The earliest time from which the track may have to be carried forward again.
     pub(crate) fn horizon(&self) -> Option<Time> {
-        self.older.front().or(self.newest.as_ref()).map(|looked| looked.track.state.at)
+        self.older.front().or(self.newest.as_ref()).map(|tracked| tracked.track.state.at)
     }
 
     /// Gives up going back to before `limit`: what has happened until then is no longer known, so the track itself is carried there, if it is older.
-    pub(crate) fn shorten(&mut self, limit: Time, process: &impl Process<T, B>) {
-        while self.older.pop_front_if(|looked| looked.track.state.at < limit).is_some() {}
-        if let Some(Looked { track, .. }) = &mut self.newest {
+    pub(crate) fn advance_to(&mut self, limit: Time, process: &impl Process<T, B>) {
+        while self.older.pop_front_if(|tracked| tracked.track.state.at < limit).is_some() {}
+        if let Some(TrackedFrame { track, .. }) = &mut self.newest {
             process.carry(&mut track.state, track.resting, limit);
         }
     }
@@ -139,35 +139,35 @@ impl<T: Real, B: TrackCovariance<T>> Tracker<T, B> {
     pub(crate) fn update(
         &mut self,
         frame: &CameraFrame,
-        moment: Moment,
+        context: FrameContext,
         process: &impl Process<T, B>,
     ) -> Innovation<T> {
-        let Some(Looked { frame: last, track: Track { state, .. } }) = &self.newest else {
+        let Some(TrackedFrame { frame: last, track: Track { state, .. } }) = &self.newest else {
             return self.begin(frame, Angle::ZERO);
         };
         let in_order = frame.exposed_at > last.exposed_at && frame.exposed_at > state.at;
-        if frame.exposed_at <= moment.clock {
-            self.latency_nanos = moment.clock.nanos_since(frame.exposed_at);
-        } else if moment.clock > state.at
-            && !frame.exposed_at.is_within(CLOCK_TOLERANCE_NANOS.into(), moment.clock)
+        if frame.exposed_at <= context.clock {
+            self.latency_nanos = context.clock.nanos_since(frame.exposed_at);
+        } else if context.clock > state.at
+            && !frame.exposed_at.is_within(CLOCK_TOLERANCE_NANOS.into(), context.clock)
         {
-            return self.mistimed(frame, Rejection::Future);
+            return self.refuse_for_time(frame, Rejection::Future);
         } else {
             self.latency_nanos = 0;
         }
-        if self.stuck.is_some() && self.shows_still(frame, moment.quiet) {
+        if self.stuck.is_some() && self.still_stuck(frame, context.quiet) {
             return refused(frame, (T::zero(), T::zero()), Rejection::Stuck);
         }
         if in_order {
-            self.look(frame, moment.quiet, process)
+            self.process_newest(frame, context.quiet, process)
         } else {
-            self.overtaken(frame, moment.quiet, process)
+            self.process_late(frame, context.quiet, process)
         }
     }
 
     /// Whether a camera that is stuck shows the same as before; if not, it is stuck no more.
     #[cold]
-    fn shows_still(&mut self, frame: &CameraFrame, quiet: bool) -> bool {
+    fn still_stuck(&mut self, frame: &CameraFrame, quiet: bool) -> bool {
         let still = self.stuck.is_some_and(|stuck| stuck.code == frame.angle && (stuck.turning || !quiet));
         if !still {
             self.stuck = None;
@@ -181,7 +181,12 @@ impl<T: Real, B: TrackCovariance<T>> Tracker<T, B> {
         clippy::inline_always,
         reason = "a call copies the record of the frame, which costs as much as an update"
     )]
-    fn look(&mut self, frame: &CameraFrame, quiet: bool, process: &impl Process<T, B>) -> Innovation<T> {
+    fn process_newest(
+        &mut self,
+        frame: &CameraFrame,
+        quiet: bool,
+        process: &impl Process<T, B>,
+    ) -> Innovation<T> {
         let Some(newest) = &mut self.newest else { return self.begin(frame, Angle::ZERO) };
         if self.older.is_full() {
             self.older.pop_front();
@@ -200,14 +205,14 @@ impl<T: Real, B: TrackCovariance<T>> Tracker<T, B> {
         let turn_known = variance_rad2 <= T::from_f64(Self::LOST_RAD2);
         let near = normalised <= T::from_f64(Self::GATE_AFTER_REFUSAL);
         let trusted = near || quiet || track.refusals == 0 || track.nis <= T::from_f64(Self::NIS_DOUBTED);
-        let believable = normalised <= self.tuning.gate && trusted;
+        let plausible = normalised <= self.tuning.gate && trusted;
         let seen = (innovation_rad, variance_rad2);
         if !turn_known {
-            self.begin_here()
-        } else if believable {
+            self.restart_here()
+        } else if plausible {
             self.accept(seen, normalised, quiet)
         } else {
-            self.doubt(seen, quiet, process)
+            self.explain_or_refuse(seen, quiet, process)
         }
     }
 
@@ -223,31 +228,31 @@ impl<T: Real, B: TrackCovariance<T>> Tracker<T, B> {
         normalised: T,
         quiet: bool,
     ) -> Innovation<T> {
-        let Some(Looked { frame, track }) = &mut self.newest else { return self.begin_here() };
+        let Some(TrackedFrame { frame, track }) = &mut self.newest else { return self.restart_here() };
         let same = track.same_code(frame);
         if track.same_codes >= STUCK_FRAMES && !quiet {
-            return self.take_back((innovation_rad, variance_rad2));
+            return self.declare_stuck((innovation_rad, variance_rad2));
         }
-        track.watch_noise(normalised);
+        track.note_innovation(normalised);
         track.refusals = 0;
         // What concerns rest costs a rotor nothing that is being struck.
         let lying = quiet || track.may_rest();
         let at_rest = if lying {
-            track.judge_at_rest(frame, innovation_rad, same && quiet, &self.tuning)
+            track.judge_frame_at_rest(frame, innovation_rad, same && quiet, &self.tuning)
         } else {
-            AtRest::Told
+            FrameAtRest::Informative
         };
         track.note_code(frame);
         let verdict = match at_rest {
-            AtRest::Told => {
+            FrameAtRest::Informative => {
                 track.correct(innovation_rad, &self.tuning);
                 Verdict::Used
             }
-            AtRest::Repeated => Verdict::Rejected(Rejection::Repeated),
-            AtRest::Moved => return self.begin_here(),
+            FrameAtRest::Repeated => Verdict::Rejected(Rejection::Repeated),
+            FrameAtRest::Moved => return self.restart_here(),
         };
         if lying {
-            track.conclude_rest(quiet, at_rest, &self.tuning);
+            track.update_rest(quiet, at_rest, &self.tuning);
         }
         Innovation {
             source: Source::Camera,
@@ -261,26 +266,32 @@ impl<T: Real, B: TrackCovariance<T>> Tracker<T, B> {
     /// The newest frame is beyond the gate: takes it in all the same if it is not the first and a kick explains it, or refuses it and leaves the track as it
     /// was but for the counts; after too many refusals begins anew at it.
     #[cold]
-    fn doubt(&mut self, seen: (T, T), quiet: bool, process: &impl Process<T, B>) -> Innovation<T> {
-        let (Some(Looked { frame, track }), Some(before)) = (&mut self.newest, self.older.back()) else {
-            return self.begin_here();
+    fn explain_or_refuse(
+        &mut self,
+        seen: (T, T),
+        quiet: bool,
+        process: &impl Process<T, B>,
+    ) -> Innovation<T> {
+        let (Some(TrackedFrame { frame, track }), Some(before)) = (&mut self.newest, self.older.back())
+        else {
+            return self.restart_here();
         };
         let (frame, predicted) = (*frame, track.state.angle.angle());
         *track = before.track;
-        if !quiet && let Some(Fit { state, seen, normalised, kicked, .. }) = self.explained(process) {
-            let Some(Looked { track, .. }) = &mut self.newest else { return self.begin_here() };
+        if !quiet && let Some(Fit { state, seen, normalised, kicked, .. }) = self.explain_refusals(process) {
+            let Some(TrackedFrame { track, .. }) = &mut self.newest else { return self.restart_here() };
             track.state = state;
             track.kicked = kicked;
             return self.accept(seen, normalised, quiet);
         }
-        let Some(Looked { track, .. }) = &mut self.newest else { return self.begin_here() };
+        let Some(TrackedFrame { track, .. }) = &mut self.newest else { return self.restart_here() };
         track.same_code(&frame);
         if !quiet && track.same_codes >= STUCK_FRAMES {
-            return self.take_back(seen);
+            return self.declare_stuck(seen);
         }
-        track.watch_noise(self.tuning.gate);
+        track.note_innovation(self.tuning.gate);
         track.refusals = track.refusals.saturating_add(1);
-        if track.refusals >= self.tuning.refusals_max && self.agree(process) {
+        if track.refusals >= self.tuning.refusals_max && self.newest_frames_agree(process) {
             return self.begin(&frame, predicted);
         }
         refused(&frame, seen, Rejection::Gate)
@@ -288,34 +299,39 @@ impl<T: Real, B: TrackCovariance<T>> Tracker<T, B> {
 
     /// A frame that newer ones have overtaken: goes back, looks at it, and then at those again.
     #[cold]
-    fn overtaken(&mut self, frame: &CameraFrame, quiet: bool, process: &impl Process<T, B>) -> Innovation<T> {
+    fn process_late(
+        &mut self,
+        frame: &CameraFrame,
+        quiet: bool,
+        process: &impl Process<T, B>,
+    ) -> Innovation<T> {
         let mut kept = self.older.iter().chain(&self.newest);
-        if kept.any(|looked| looked.frame.exposed_at == frame.exposed_at) {
+        if kept.any(|tracked| tracked.frame.exposed_at == frame.exposed_at) {
             return refused(frame, (T::zero(), T::zero()), Rejection::Duplicate);
         }
         let oldest = self.older.front().or(self.newest.as_ref());
         if oldest.is_some_and(|oldest| frame.exposed_at < oldest.frame.exposed_at.max(oldest.track.state.at))
         {
-            return self.mistimed(frame, Rejection::OutOfHorizon);
+            return self.refuse_for_time(frame, Rejection::OutOfHorizon);
         }
         let mut newer = Deque::<CameraFrame, FRAMES_KEPT>::new();
-        while let Some(looked) = self.newest.take_if(|looked| looked.frame.exposed_at > frame.exposed_at) {
+        while let Some(tracked) = self.newest.take_if(|tracked| tracked.frame.exposed_at > frame.exposed_at) {
             // As large as the lag itself.
-            let _ = newer.push_front(looked.frame);
+            let _ = newer.push_front(tracked.frame);
             self.newest = self.older.pop_back();
         }
         let mut innovation = None;
         for frame in core::iter::once(frame).chain(&newer) {
-            let looked = self.look(frame, quiet, process);
-            innovation = innovation.or(Some(looked));
+            let judged = self.process_newest(frame, quiet, process);
+            innovation = innovation.or(Some(judged));
         }
         innovation.unwrap_or(refused(frame, (T::zero(), T::zero()), Rejection::OutOfHorizon))
     }
 
     /// Refuses a frame for its time; after too many refusals begins anew at it.
     #[cold]
-    fn mistimed(&mut self, frame: &CameraFrame, why: Rejection) -> Innovation<T> {
-        if let Some(Looked { track, .. }) = &mut self.newest {
+    fn refuse_for_time(&mut self, frame: &CameraFrame, why: Rejection) -> Innovation<T> {
+        if let Some(TrackedFrame { track, .. }) = &mut self.newest {
             track.refusals = track.refusals.saturating_add(1);
             if track.refusals >= self.tuning.refusals_max {
                 let near = track.state.angle.angle();
@@ -327,9 +343,9 @@ impl<T: Real, B: TrackCovariance<T>> Tracker<T, B> {
 
     /// Takes the frames back that brought the code of a camera that is stuck, the newest one's, as far as they are kept.
     #[cold]
-    fn take_back(&mut self, innovation: (T, T)) -> Innovation<T> {
-        let Some(Looked { frame, .. }) = self.newest else { return self.begin_here() };
-        while self.newest.is_some_and(|looked| looked.track.same_codes > 0) && !self.older.is_empty() {
+    fn declare_stuck(&mut self, innovation: (T, T)) -> Innovation<T> {
+        let Some(TrackedFrame { frame, .. }) = self.newest else { return self.restart_here() };
+        while self.newest.is_some_and(|tracked| tracked.track.same_codes > 0) && !self.older.is_empty() {
             self.newest = self.older.pop_back();
         }
         let turning = self.track().is_some_and(|Track { state, .. }| {
@@ -341,8 +357,8 @@ impl<T: Real, B: TrackCovariance<T>> Tracker<T, B> {
 
     /// Begins anew at the newest frame, whose turn is that nearest to its prediction.
     #[cold]
-    fn begin_here(&mut self) -> Innovation<T> {
-        let place = self.newest.map(|looked| (looked.frame, looked.track.state.angle.angle()));
+    fn restart_here(&mut self) -> Innovation<T> {
+        let place = self.newest.map(|tracked| (tracked.frame, tracked.track.state.angle.angle()));
         let (frame, near) =
             place.unwrap_or((CameraFrame { exposed_at: Time::ZERO, angle: Angle::ZERO }, Angle::ZERO));
         self.begin(&frame, near)
@@ -352,8 +368,8 @@ impl<T: Real, B: TrackCovariance<T>> Tracker<T, B> {
     #[cold]
     fn begin(&mut self, frame: &CameraFrame, near: Angle) -> Innovation<T> {
         self.older.clear();
-        let track = Track::begun(frame, near, self.track(), &self.tuning);
-        self.newest = Some(Looked { frame: *frame, track });
+        let track = Track::started(frame, near, self.track(), &self.tuning);
+        self.newest = Some(TrackedFrame { frame: *frame, track });
         Innovation {
             source: Source::Camera,
             taken_at: frame.exposed_at,

@@ -56,7 +56,7 @@ impl<T: Real> AngleRateCovariance<T> {
     }
 
     /// `row P^-1`, by the factors; infinite where a combination of the states is known exactly.
-    pub(crate) fn divide(&self, [angle, rate]: [T; 2]) -> [T; 2] {
+    pub(crate) fn times_inverse(&self, [angle, rate]: [T; 2]) -> [T; 2] {
         let of_angle = (angle - self.u * rate) / self.d1;
         [of_angle, rate / self.d2 - self.u * of_angle]
     }

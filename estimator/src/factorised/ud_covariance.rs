@@ -33,12 +33,12 @@ use nalgebra::{SMatrix, SVector};
 
 pub use bierman::{Correction, Refusal};
 pub use noise::NoiseSource;
-pub(crate) use sparse_row::{Reach, Whitened};
+pub(crate) use sparse_row::{SparseRow, WhitenedMeasurement};
 
 use crate::factorised::transition::{Dense, Transition};
 
 /// Up to so many states it is one division after the other that counts; beyond, several are prepared together.
-const FEW: usize = 3;
+const FEW_STATES: usize = 3;
 
 /// A matrix by columns.
 pub(crate) type Columns<T, const N: usize> = [[T; N]; N];

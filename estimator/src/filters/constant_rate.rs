@@ -27,7 +27,7 @@ use motor_model::{DriveCommand, DriveMode, Real, Time};
 
 use crate::camera::track::{Jitter, Process, State, TrackTuning};
 use crate::camera::track_covariance::TrackCovariance;
-use crate::camera::tracker::{Moment, Tracker};
+use crate::camera::tracker::{FrameContext, Tracker};
 use crate::filter::{AngleFilter, Estimate, Health, Reason};
 use crate::innovation::Innovation;
 use crate::measurement::{CameraFrame, LdvSample};
@@ -49,9 +49,9 @@ pub struct ConstantRateTuning<T> {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct WanderTuning<T> {
     /// Process noise under mode B in rad^2/s^3.
-    pub struck_b_rad2_s3: T,
+    pub impacted_b_rad2_s3: T,
     /// Process noise under mode C in rad^2/s^3.
-    pub struck_c_rad2_s3: T,
+    pub impacted_c_rad2_s3: T,
     /// Process noise of a rotor that slides to a stop in rad^2/s^3: friction changes the rate by 0.6 to 1.8 rad/s in a millisecond.
     pub sliding_rad2_s3: T,
     /// Process noise at rest in rad^2/s^3.
@@ -71,8 +71,8 @@ impl<T: Real> Default for ConstantRateTuning<T> {
 impl<T: Real> Default for WanderTuning<T> {
     fn default() -> Self {
         Self {
-            struck_b_rad2_s3: T::from_f64(3200.0),
-            struck_c_rad2_s3: T::from_f64(300.0),
+            impacted_b_rad2_s3: T::from_f64(3200.0),
+            impacted_c_rad2_s3: T::from_f64(300.0),
             sliding_rad2_s3: T::from_f64(3000.0),
             resting_rad2_s3: T::from_f64(1e-8),
             jitter_b: Jitter { angle_rad2: T::from_f64(5e-10), rate_rad2_s2: T::from_f64(0.1) },
@@ -86,8 +86,8 @@ impl<T: Real> WanderTuning<T> {
     #[inline]
     pub(crate) fn intensity_rad2_s3(&self, motion: Motion, resting: bool) -> T {
         match motion {
-            Motion::Struck(DriveMode::B) => self.struck_b_rad2_s3,
-            Motion::Struck(DriveMode::C) => self.struck_c_rad2_s3,
+            Motion::Impacted(DriveMode::B) => self.impacted_b_rad2_s3,
+            Motion::Impacted(DriveMode::C) => self.impacted_c_rad2_s3,
             Motion::Quiet if resting => self.resting_rad2_s3,
             Motion::Quiet => self.sliding_rad2_s3,
         }
@@ -97,8 +97,8 @@ impl<T: Real> WanderTuning<T> {
     #[inline]
     pub(crate) fn jitter(&self, motion: Motion) -> Jitter<T> {
         match motion {
-            Motion::Struck(DriveMode::B) => self.jitter_b,
-            Motion::Struck(DriveMode::C) => self.jitter_c,
+            Motion::Impacted(DriveMode::B) => self.jitter_b,
+            Motion::Impacted(DriveMode::C) => self.jitter_c,
             Motion::Quiet => Jitter::none(),
         }
     }
@@ -146,8 +146,8 @@ impl<T: Real> ConstantRate<T> {
 
     fn take(&mut self, frame: &CameraFrame, motion: Motion) -> Innovation<T> {
         let process = Wandering { tuning: &self.wander, motion };
-        let moment = Moment { clock: self.watch.clock(), quiet: motion == Motion::Quiet };
-        self.tracker.update(frame, moment, &process)
+        let context = FrameContext { clock: self.watch.clock(), quiet: motion == Motion::Quiet };
+        self.tracker.update(frame, context, &process)
     }
 }
 

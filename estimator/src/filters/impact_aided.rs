@@ -33,7 +33,7 @@
 //! The impacts since the oldest frame kept are kept, up to [`IMPACTS_KEPT_MAX`]. A frame is fused at its exposure, through the impacts before it, and the estimate
 //! goes on from there through those after it. One impact more than fits gives up the frames before the oldest, and moves the track there if need be: what was
 //! exposed before that comes too late.
-//! While no frame comes, the track after all but the last few kicks is kept beside it, so that asking for the present costs what those few do: [`FRESH_KICKS`].
+//! While no frame comes, the track after all but the last few kicks is kept beside it, so that asking for the present costs what those few do: [`PENDING_KICKS_MAX`].
 //! Where no sample has come for [`crate::ImpactDetectorTuning::gap_nanos`], the rate wanders as in [`crate::ConstantRate`].
 
 mod process;
@@ -44,27 +44,27 @@ use heapless::Deque;
 use motor_model::{DriveCommand, DriveMode, Real, Time};
 
 use crate::camera::track::{Process, State};
-use crate::camera::tracker::{Moment, Tracker};
+use crate::camera::tracker::{FrameContext, Tracker};
 use crate::filter::{AngleFilter, Estimate, Health, Reason};
 use crate::filters::impact_aided::ringing::{Ringing, Tooth};
 use crate::innovation::Innovation;
 use crate::measurement::{CameraFrame, LdvSample};
 use crate::vibrometer::impact_detector::{Heard, ImpactDetector};
 use crate::vibrometer::motion::{Motion, MotionWatch};
-use process::{Blow, Blows, Kicked};
+use process::{ImpactKick, ImpactKicks, KickedRate};
 pub use tuning::ImpactAidedTuning;
 
 /// Most impacts kept: 4.5 ms of the wildest motion, mode B at a fifth of its amplitude, with 28 impacts a ms.
 pub const IMPACTS_KEPT_MAX: usize = 128;
 
 /// Kicks since the last frame beyond which they are not gone through again whenever the present is asked for: ten times those of mode C in a frame's period.
-const FRESH_KICKS: usize = 8;
+const PENDING_KICKS_MAX: usize = 8;
 
 /// After so long the stator has forgotten what it was struck: two time constants of mode C.
 const RINGING_NANOS: u64 = 6_000_000;
 
 /// A longer time between samples in s, a third of a radian of mode C, hides what rings.
-const INSTANT_S: f64 = 7e-6;
+const SAMPLE_SPACING_MAX_S: f64 = 7e-6;
 
 /// The filter.
 #[derive(Clone, Debug)]
@@ -73,12 +73,12 @@ pub struct ImpactAided<T> {
     watch: MotionWatch<T>,
     detector: ImpactDetector<T>,
     tracker: Tracker<T>,
-    kicks: Blows<T>,
-    /// The track after all kicks, while more than [`FRESH_KICKS`] have come since its frame.
-    ahead: Option<State<T>>,
+    kicks: ImpactKicks<T>,
+    /// The track after all kicks, while more than [`PENDING_KICKS_MAX`] have come since its frame.
+    propagated: Option<State<T>>,
     ringing: Ringing<T>,
     /// From when on all blows that still ring have been heard.
-    ringing_heard_from: Time,
+    ringing_known_from: Time,
     drive: DriveCommand,
 }
 
@@ -91,63 +91,63 @@ impl<T: Real> ImpactAided<T> {
             detector: ImpactDetector::new(tuning.detector),
             tracker: Tracker::new(tuning.constant_rate.track),
             kicks: Deque::new(),
-            ahead: None,
+            propagated: None,
             ringing: Ringing::none(),
-            ringing_heard_from: Time::ZERO,
+            ringing_known_from: Time::ZERO,
             drive: DriveCommand::OFF,
         }
     }
 
-    fn process(&self, now: Time) -> Kicked<'_, T> {
-        Kicked {
+    fn process(&self, now: Time) -> KickedRate<'_, T> {
+        KickedRate {
             tuning: &self.tuning,
             kicks: &self.kicks,
             motion: self.watch.motion(now),
-            heard_until: self.heard_until(),
+            detecting_until: self.detecting_until(),
         }
     }
 
     /// Until when impacts would have been heard: never, by a vibrometer whose sign or scale is wrong.
-    fn heard_until(&self) -> Time {
+    fn detecting_until(&self) -> Time {
         let newest = self.detector.newest().filter(|_| !self.detector.is_wrong());
         newest.map_or(Time::ZERO, |newest| newest.plus_nanos(self.tuning.detector.gap_nanos))
     }
 
     /// The kick of an impact heard at `at`, `within_s` after the sample before it.
-    fn blow(&mut self, at: Time, within_s: T, before_m_s: T, jump_m_s: T) -> Blow<T> {
+    fn impact_kick(&mut self, at: Time, within_s: T, before_m_s: T, jump_m_s: T) -> ImpactKick<T> {
         let tuning = &self.tuning;
         let rise_m_s = before_m_s + jump_m_s * tuning.approach_per_jump;
         let Tooth { rate_rad_s, turning_rad_s2 } =
             self.ringing.strike(&tuning.ringing, at, rise_m_s, jump_m_s);
-        let (reach_rad_s, threshold_m_s) =
+        let (kick_max_rad_s, threshold_m_s) =
             (tuning.kick_per_jump_rad_m * jump_m_s, self.detector.threshold_m_s());
         let missed_rad_s = tuning.kick_per_jump_rad_m * threshold_m_s;
         let missed_rad2_s2 = missed_rad_s * missed_rad_s;
-        let bound_rad2_s2 = reach_rad_s * reach_rad_s + missed_rad2_s2;
+        let bound_rad2_s2 = kick_max_rad_s * kick_max_rad_s + missed_rad2_s2;
         // Until the stator has forgotten a blow whose instant is uncertain, what rings of it is.
-        if within_s > T::from_f64(INSTANT_S) {
-            self.ringing_heard_from = at.plus_nanos(RINGING_NANOS);
+        if within_s > T::from_f64(SAMPLE_SPACING_MAX_S) {
+            self.ringing_known_from = at.plus_nanos(RINGING_NANOS);
         }
         match self.drive.mode() {
-            Some(DriveMode::B) => Blow {
+            Some(DriveMode::B) => ImpactKick {
                 at,
-                towards_rad_s: rate_rad_s,
-                width_rad_s: tuning.tooth_width_rad_s + T::from_f64(0.5) * within_s * turning_rad_s2,
-                reach_rad_s,
-                variance_rad2_s2: if at < self.ringing_heard_from {
+                tooth_rate_rad_s: rate_rad_s,
+                half_width_rad_s: tuning.tooth_width_rad_s + T::from_f64(0.5) * within_s * turning_rad_s2,
+                kick_max_rad_s,
+                variance_rad2_s2: if at < self.ringing_known_from {
                     tuning.unexplained_b * bound_rad2_s2
                 } else {
                     T::zero()
                 },
             },
-            Some(DriveMode::C) => Blow::unknown(at, tuning.unexplained * bound_rad2_s2),
+            Some(DriveMode::C) => ImpactKick::unknown(at, tuning.unexplained * bound_rad2_s2),
             None => {
                 let swing_m_s = before_m_s.abs() + jump_m_s * tuning.approach_per_jump;
-                Blow {
+                ImpactKick {
                     at,
-                    towards_rad_s: T::zero(),
-                    width_rad_s: T::from_f64(1.2) * tuning.turn_per_rise_rad_m * swing_m_s,
-                    reach_rad_s,
+                    tooth_rate_rad_s: T::zero(),
+                    half_width_rad_s: T::from_f64(1.2) * tuning.turn_per_rise_rad_m * swing_m_s,
+                    kick_max_rad_s,
                     variance_rad2_s2: missed_rad2_s2,
                 }
             }
@@ -164,7 +164,7 @@ impl<T: Real> ImpactAided<T> {
                     // The watch hears the vibrometer anew: what came before bore wrong times.
                     self.detector = ImpactDetector::new(self.tuning.detector);
                     while self.kicks.pop_back_if(|kick| kick.at >= sample.taken_at).is_some() {}
-                    self.ahead = None;
+                    self.propagated = None;
                     let Heard::Gap(seconds) = self.detector.observe(sample) else { return };
                     self.wander_through(sample.taken_at, seconds);
                 }
@@ -172,15 +172,15 @@ impl<T: Real> ImpactAided<T> {
             Heard::Impact { before_m_s, jump_m_s } => {
                 if !self.detector.is_wrong() {
                     let within_s = before.map_or(T::zero(), |before| sample.taken_at.seconds_since(before));
-                    let blow = self.blow(sample.taken_at, within_s, before_m_s, jump_m_s);
-                    self.keep(blow);
+                    let kick = self.impact_kick(sample.taken_at, within_s, before_m_s, jump_m_s);
+                    self.record_kick(kick);
                 }
             }
             Heard::Fall { drop_m_s } => {
                 // A kick that was none, as large as the fall, may have been taken for one.
                 let kick_rad_s = self.tuning.kick_per_jump_rad_m * drop_m_s;
-                self.lose_ringing(sample.taken_at);
-                self.keep(Blow::unknown(sample.taken_at, kick_rad_s * kick_rad_s));
+                self.forget_ringing(sample.taken_at);
+                self.record_kick(ImpactKick::unknown(sample.taken_at, kick_rad_s * kick_rad_s));
             }
             Heard::Gap(seconds) => self.wander_through(sample.taken_at, seconds),
         }
@@ -189,72 +189,73 @@ impl<T: Real> ImpactAided<T> {
     /// After a gap of `seconds` up to `at` the rate is as uncertain as if it had wandered.
     fn wander_through(&mut self, at: Time, seconds: T) {
         let intensity = self.tuning.constant_rate.wander.intensity_rad2_s3(self.watch.motion(at), false);
-        self.lose_ringing(at);
-        self.keep(Blow::unknown(at, intensity * seconds));
+        self.forget_ringing(at);
+        self.record_kick(ImpactKick::unknown(at, intensity * seconds));
     }
 
     /// The vibrometer is heard again at `at`: what has struck the rotor since the last frame is not known.
     #[cold]
-    fn hear_again(&mut self, at: Time) {
+    fn resume_detection(&mut self, at: Time) {
         let Some(from) = self.tracker.track().map(|track| track.state.at) else { return };
-        self.lose_ringing(at);
+        self.forget_ringing(at);
         // Right after that frame, so that one exposed since is not believed too much.
         let begun = self.kicks.back().map_or(from, |kick| kick.at.max(from));
-        self.keep(Blow::unknown(begun, self.tuning.constant_rate.track.kick_rad2_s2));
+        self.record_kick(ImpactKick::unknown(begun, self.tuning.constant_rate.track.kick_rad2_s2));
     }
 
     /// What rings of the blows before `at` is not known.
-    fn lose_ringing(&mut self, at: Time) {
+    fn forget_ringing(&mut self, at: Time) {
         self.ringing = Ringing::none();
-        self.ringing_heard_from = at.plus_nanos(RINGING_NANOS);
+        self.ringing_known_from = at.plus_nanos(RINGING_NANOS);
     }
 
     /// Keeps a kick. One that becomes known only after its frame has been fused acts right after it.
-    fn keep(&mut self, mut kick: Blow<T>) {
+    fn record_kick(&mut self, mut kick: ImpactKick<T>) {
         let Some(track) = self.tracker.track() else { return };
         kick.at = kick.at.max(track.state.at.plus_nanos(1));
         if let Some(oldest) = self.kicks.front().map(|kick| kick.at)
             && self.kicks.is_full()
         {
             // Written out, since the process borrows the kicks and the tracker is changed.
-            let process = Kicked {
+            let process = KickedRate {
                 tuning: &self.tuning,
                 kicks: &self.kicks,
                 motion: self.watch.motion(self.watch.clock()),
-                heard_until: self.heard_until(),
+                detecting_until: self.detecting_until(),
             };
-            self.tracker.shorten(oldest, &process);
-            self.forget();
+            self.tracker.advance_to(oldest, &process);
+            self.drop_old_kicks();
         }
         // Cannot be full any more.
         let _ = self.kicks.push_back(kick);
-        if let Some(mut ahead) = self.ahead {
+        if let Some(mut propagated) = self.propagated {
             let resting = self.tracker.track().is_some_and(|track| track.resting);
-            self.process(self.watch.clock()).pass(&mut ahead, resting, &kick);
-            self.ahead = Some(ahead);
-        } else if self.many_wait() {
-            self.look_ahead();
+            self.process(self.watch.clock()).pass(&mut propagated, resting, &kick);
+            self.propagated = Some(propagated);
+        } else if self.many_pending() {
+            self.propagate();
         }
     }
 
-    /// Whether more than [`FRESH_KICKS`] have come since the last frame used.
+    /// Whether more than [`PENDING_KICKS_MAX`] have come since the last frame used.
     #[inline]
-    fn many_wait(&self) -> bool {
-        let fresh = self.kicks.len().checked_sub(FRESH_KICKS + 1).and_then(|index| self.kicks.get(index));
+    fn many_pending(&self) -> bool {
+        let fresh =
+            self.kicks.len().checked_sub(PENDING_KICKS_MAX + 1).and_then(|index| self.kicks.get(index));
         fresh.zip(self.tracker.track()).is_some_and(|(kick, track)| kick.at > track.state.at)
     }
 
     /// Goes through the kicks since the last frame used.
     #[cold]
-    fn look_ahead(&mut self) {
+    fn propagate(&mut self) {
         let Some((track, newest)) = self.tracker.track().zip(self.kicks.back()) else { return };
-        let mut ahead = track.state;
-        self.process(self.watch.clock()).carry(&mut ahead, track.resting, newest.at);
-        self.ahead = Some(ahead);
+        let mut propagated = track.state;
+        self.process(self.watch.clock()).carry(&mut propagated, track.resting, newest.at);
+        self.propagated = Some(propagated);
     }
 
     /// Drops the kicks that no frame can go back to.
-    fn forget(&mut self) {
+    fn drop_old_kicks(&mut self) {
         let Some(at) = self.tracker.horizon() else { return };
         while self.kicks.front().is_some_and(|kick| kick.at <= at) {
             self.kicks.pop_front();
@@ -274,7 +275,7 @@ impl<T: Real> AngleFilter<T> for ImpactAided<T> {
             let (before, was_wrong) = (self.detector.newest(), self.detector.is_wrong());
             let heard = self.detector.observe(sample);
             if was_wrong && !self.detector.is_wrong() {
-                self.hear_again(sample.taken_at);
+                self.resume_detection(sample.taken_at);
             }
             if heard != Heard::Flight {
                 self.take(sample, heard, before);
@@ -286,16 +287,20 @@ impl<T: Real> AngleFilter<T> for ImpactAided<T> {
     fn update_camera(&mut self, frame: &CameraFrame) -> Innovation<T> {
         let clock = self.watch.clock();
         let motion = self.watch.motion(clock.max(frame.exposed_at));
-        let process =
-            Kicked { tuning: &self.tuning, kicks: &self.kicks, motion, heard_until: self.heard_until() };
-        let moment = Moment { clock, quiet: motion == Motion::Quiet };
-        let before = self.ahead.as_ref().and(self.tracker.place());
-        let innovation = self.tracker.update(frame, moment, &process);
-        self.forget();
+        let process = KickedRate {
+            tuning: &self.tuning,
+            kicks: &self.kicks,
+            motion,
+            detecting_until: self.detecting_until(),
+        };
+        let context = FrameContext { clock, quiet: motion == Motion::Quiet };
+        let before = self.propagated.as_ref().and(self.tracker.place());
+        let innovation = self.tracker.update(frame, context, &process);
+        self.drop_old_kicks();
         if before.is_none() || self.tracker.place() != before {
-            self.ahead = None;
-            if self.many_wait() {
-                self.look_ahead();
+            self.propagated = None;
+            if self.many_pending() {
+                self.propagate();
             }
         }
         innovation
@@ -303,8 +308,8 @@ impl<T: Real> AngleFilter<T> for ImpactAided<T> {
 
     fn estimate(&self, now: Time) -> Option<Estimate<T>> {
         let process = self.process(now);
-        match self.ahead.filter(|ahead| ahead.at <= now) {
-            Some(ahead) => self.tracker.estimate_from(ahead, now, &process),
+        match self.propagated.filter(|propagated| propagated.at <= now) {
+            Some(propagated) => self.tracker.estimate_from(propagated, now, &process),
             None => self.tracker.estimate(now, &process),
         }
     }

@@ -12,7 +12,7 @@ use motor_model::Real;
 
 /// Mean, slopes and scatter of a kick.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Kick<T> {
+pub(crate) struct KickMoments<T> {
     /// Its mean.
     pub(crate) mean: T,
     /// Per slip: the chance that the teeth stick.
@@ -23,7 +23,7 @@ pub(crate) struct Kick<T> {
     pub(crate) scatter: T,
 }
 
-impl<T: Real> Kick<T> {
+impl<T: Real> KickMoments<T> {
     /// For a slip uniform over `slip +- width`, with `width > 0`, and a `limit` not negative.
     pub(crate) fn new(slip: T, width: T, limit: T) -> Self {
         let (low, high) = (slip - width, slip + width);
@@ -73,7 +73,7 @@ mod tests {
             let slips = (0..n).map(|i| slip + width * (2.0 * (f64::from(i) + 0.5) / f64::from(n) - 1.0));
             let mean_of = |f: &dyn Fn(f64) -> f64| slips.clone().map(f).sum::<f64>() / f64::from(n);
             let clamped = |x: f64| x.clamp(-limit, limit);
-            let kick = Kick::new(slip, width, limit);
+            let kick = KickMoments::new(slip, width, limit);
             prop_assert!((kick.mean - mean_of(&clamped)).abs() < 1e-6);
             let sticks = mean_of(&|x| f64::from(u8::from(x.abs() < limit)));
             let forwards = mean_of(&|x| f64::from(u8::from(x > limit)) - f64::from(u8::from(x < -limit)));

@@ -36,7 +36,7 @@ mod unexplained;
 
 use motor_model::{DriveCommand, DriveMode, MotorParams, OutOfBounds, Parameter, Real, Time};
 
-use crate::camera::tracker::{Moment, Tracker};
+use crate::camera::tracker::{FrameContext, Tracker};
 use crate::filter::{AngleFilter, Estimate, Health, Reason};
 use crate::filters::impact_aided::ImpactAidedTuning;
 use crate::innovation::Innovation;
@@ -289,7 +289,7 @@ impl<T: Real> TwinFilter<T> {
                 between_rad2_s3: self.between_rad2_s3(),
                 ahead: None,
             };
-            self.tracker.shorten(oldest, &process);
+            self.tracker.advance_to(oldest, &process);
             self.forget();
             if let (Some(ahead), Some(track)) = (&mut self.ahead, self.tracker.track()) {
                 ahead.from = track.state.at;
@@ -381,7 +381,7 @@ impl<T: Real> AngleFilter<T> for TwinFilter<T> {
             between_rad2_s3: self.between_rad2_s3(),
             ahead: None,
         };
-        let moment = Moment { clock, quiet: motion == Motion::Quiet };
+        let moment = FrameContext { clock, quiet: motion == Motion::Quiet };
         let before = self.tracker.place();
         let innovation = self.tracker.update(frame, moment, &process);
         self.forget();

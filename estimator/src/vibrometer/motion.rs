@@ -16,7 +16,7 @@ use crate::vibrometer::rest::{RestDetector, RestTuning};
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Motion {
     /// Struck by teeth in this mode, or in flight after it.
-    Struck(DriveMode),
+    Impacted(DriveMode),
     /// Lying on the teeth, perhaps still sliding to a stop.
     Quiet,
 }
@@ -26,13 +26,13 @@ pub enum Motion {
 pub struct MotionWatch<T> {
     rest: RestDetector<T>,
     applied: DriveCommand,
-    struck_by: DriveMode,
+    impact_mode: DriveMode,
     /// Until when the motion that mode B left goes on under another drive.
-    wild_until: Time,
+    mode_b_until: Time,
     /// The latest time that the drive has told.
-    told: Time,
+    drive_told_at: Time,
     /// The last value that came, heard or not.
-    shown_m_s: f32,
+    last_value_m_s: f32,
     /// Samples in a row no newer than that.
     old_samples: u8,
 }
@@ -42,17 +42,17 @@ impl<T: Real> MotionWatch<T> {
     pub const OLD_SAMPLES_MAX: u8 = 200;
 
     /// How long the rotor's motion remains that of mode B when C follows it, in ns: high flights and a rate ten times that of C die out in 20 to 30 ms.
-    const WILD_NANOS: u64 = 25_000_000;
+    const MODE_B_NANOS: u64 = 25_000_000;
 
     /// A watch that has seen nothing: until the rotor is seen to be quiet it may be moving in the wilder mode, B.
     pub fn new(tuning: &RestTuning<T>) -> Self {
         Self {
             rest: RestDetector::new(tuning),
             applied: DriveCommand::OFF,
-            struck_by: DriveMode::B,
-            wild_until: Time::ZERO,
-            told: Time::ZERO,
-            shown_m_s: 0.0,
+            impact_mode: DriveMode::B,
+            mode_b_until: Time::ZERO,
+            drive_told_at: Time::ZERO,
+            last_value_m_s: 0.0,
             old_samples: 0,
         }
     }
@@ -60,26 +60,26 @@ impl<T: Real> MotionWatch<T> {
     /// The drive that is really applied from `at` on.
     #[inline]
     pub fn drive(&mut self, at: Time, command: DriveCommand) {
-        self.told = self.told.max(at);
+        self.drive_told_at = self.drive_told_at.max(at);
         if self.applied.mode() == Some(DriveMode::B) {
-            self.wild_until = at.plus_nanos(Self::WILD_NANOS);
+            self.mode_b_until = at.plus_nanos(Self::MODE_B_NANOS);
         }
         self.applied = command;
-        self.struck_by = command.mode().unwrap_or(self.struck_by);
+        self.impact_mode = command.mode().unwrap_or(self.impact_mode);
     }
 
     /// The latest time that drive or vibrometer have told.
     #[inline]
     pub fn clock(&self) -> Time {
-        self.rest.newest().map_or(self.told, |newest| newest.max(self.told))
+        self.rest.newest().map_or(self.drive_told_at, |newest| newest.max(self.drive_told_at))
     }
 
     /// Takes a sample in; whether it was heard.
     #[inline]
     pub fn observe(&mut self, sample: &LdvSample) -> bool {
         let value = sample.velocity_m_s;
-        let lifeless = value.to_bits() == self.shown_m_s.to_bits() || value.to_bits() << 1 == 0;
-        self.shown_m_s = value;
+        let lifeless = value.to_bits() == self.last_value_m_s.to_bits() || value.to_bits() << 1 == 0;
+        self.last_value_m_s = value;
         if lifeless {
             return false;
         }
@@ -102,19 +102,19 @@ impl<T: Real> MotionWatch<T> {
             if self.old_samples < Self::OLD_SAMPLES_MAX {
                 return true;
             }
-            self.rest.begin_anew();
+            self.rest.reset();
         }
-        taken_at > self.told.plus_nanos(CLOCK_TOLERANCE_NANOS.into()) && self.told > newest
+        taken_at > self.drive_told_at.plus_nanos(CLOCK_TOLERANCE_NANOS.into()) && self.drive_told_at > newest
     }
 
     /// The motion at `now`: that of the drive that is on, or still that of mode B soon after it; without a drive what the vibrometer hears.
     #[inline]
     pub fn motion(&self, now: Time) -> Motion {
         match self.applied.mode() {
-            Some(DriveMode::C) if now < self.wild_until => Motion::Struck(DriveMode::B),
-            Some(mode) => Motion::Struck(mode),
+            Some(DriveMode::C) if now < self.mode_b_until => Motion::Impacted(DriveMode::B),
+            Some(mode) => Motion::Impacted(mode),
             None if self.rest.quiet_since(now).is_some() => Motion::Quiet,
-            None => Motion::Struck(self.struck_by),
+            None => Motion::Impacted(self.impact_mode),
         }
     }
 
@@ -135,15 +135,15 @@ mod tests {
         let (b, c) = (DriveCommand::full(DriveMode::B), DriveCommand::full(DriveMode::C));
         let mut watch = MotionWatch::<f32>::new(&RestTuning::default());
         watch.drive(Time::ZERO, c);
-        assert_eq!(watch.motion(Time::from_micros(1)), Motion::Struck(DriveMode::C));
+        assert_eq!(watch.motion(Time::from_micros(1)), Motion::Impacted(DriveMode::C));
         watch.drive(Time::from_micros(1000), b);
-        assert_eq!(watch.motion(Time::from_micros(1000)), Motion::Struck(DriveMode::B));
+        assert_eq!(watch.motion(Time::from_micros(1000)), Motion::Impacted(DriveMode::B));
         // Told at every tick or only of changes: the same.
         watch.drive(Time::from_micros(3000), b);
         watch.drive(Time::from_micros(5000), c);
         watch.drive(Time::from_micros(5010), c);
         for (micros, expected) in [(5000, DriveMode::B), (29_999, DriveMode::B), (30_000, DriveMode::C)] {
-            assert_eq!(watch.motion(Time::from_micros(micros)), Motion::Struck(expected), "{micros}");
+            assert_eq!(watch.motion(Time::from_micros(micros)), Motion::Impacted(expected), "{micros}");
         }
     }
 }

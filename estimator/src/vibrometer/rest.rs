@@ -78,8 +78,8 @@ impl<T: Real> RestDetector<T> {
     pub(crate) fn take(&mut self, sample: &LdvSample) -> bool {
         let velocity = T::from_f32(sample.velocity_m_s);
         // Written so that NaN is refused too.
-        let believable = velocity.abs() < self.limit_m_s;
-        if !believable {
+        let plausible = velocity.abs() < self.limit_m_s;
+        if !plausible {
             return false;
         }
         self.newest = Some(sample.taken_at);
@@ -109,7 +109,7 @@ impl<T: Real> RestDetector<T> {
     }
 
     /// Hears the next sample whatever its time.
-    pub fn begin_anew(&mut self) {
+    pub fn reset(&mut self) {
         self.newest = None;
         self.quiet_since = None;
     }

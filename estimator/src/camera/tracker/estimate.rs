@@ -30,7 +30,7 @@ impl<T: Real, B: TrackCovariance<T>> Tracker<T, B> {
     #[inline]
     pub(crate) fn estimate(&self, now: Time, process: &impl Process<T, B>) -> Option<Estimate<T>> {
         let track = self.track()?;
-        self.estimate_from(process.on_the_way(&track.state, track.resting, now).copied(), now, process)
+        self.estimate_from(process.cached_state(&track.state, track.resting, now).copied(), now, process)
     }
 
     /// The same from `ahead`, to which the track has been carried already.
@@ -105,7 +105,7 @@ impl<T: Real> Tracker<T> {
             return self.estimate(at, process);
         }
         let mut smoothed = Smoothed::newest(&newest.state);
-        let (mut later, mut from) = (newest, self.older.iter().rev().map(|looked| &looked.track));
+        let (mut later, mut from) = (newest, self.older.iter().rev().map(|tracked| &tracked.track));
         loop {
             // Frames refused left the track where it was.
             let earlier = from.find(|track| track.state.at < later.state.at)?;
@@ -113,10 +113,10 @@ impl<T: Real> Tracker<T> {
             if earlier.state.at <= at {
                 let mut state = earlier.state;
                 process.carry(&mut state, earlier.resting, at);
-                let smoothed = smoothed.back_to(&state, earlier.resting, kick, process);
+                let smoothed = smoothed.step_back_to(&state, earlier.resting, kick, process);
                 return Some(smoothed.estimate(earlier.resting, Process::<T>::jitter(process, at)));
             }
-            smoothed = smoothed.back_to(&earlier.state, earlier.resting, kick, process);
+            smoothed = smoothed.step_back_to(&earlier.state, earlier.resting, kick, process);
             later = earlier;
         }
     }

@@ -25,41 +25,42 @@ pub(super) struct Fit<T, B> {
 
 impl<T: Real, B: TrackCovariance<T>> Tracker<T, B> {
     /// Frames in a row that have to fit a kick, or a new beginning, before it is believed: of a fifth of outliers four do so once in ten seconds, three every second.
-    const WITNESSES: usize = 4;
+    const CONFIRMING_FRAMES: usize = 4;
 
     /// Most that their normalised innovations squared may be on average: 99.75 % of chi-square for two of them, 99.99 % for four. Each by itself within the gate they would let a
     /// burst of outliers pass for a kick, or for the truth.
-    const MISFIT_MOST: f64 = 6.0;
+    const MEAN_MISFIT_MAX: f64 = 6.0;
 
     /// Frames in a row that prove the last one used to be an outlier.
-    const WITNESSES_OF_AN_OUTLIER: usize = 2;
+    const CONFIRMING_FRAMES_OF_AN_OUTLIER: usize = 2;
 
     /// What explains that the newest frames are refused: the last one used was an outlier, and is taken back, or the rotor was kicked right after it.
     #[cold]
-    pub(super) fn explained(&mut self, process: &impl Process<T, B>) -> Option<Fit<T, B>> {
+    pub(super) fn explain_refusals(&mut self, process: &impl Process<T, B>) -> Option<Fit<T, B>> {
         let state = self.track()?.state;
-        let used = self.older.iter().rposition(|looked| looked.frame.exposed_at == state.at);
+        let used = self.older.iter().rposition(|tracked| tracked.frame.exposed_at == state.at);
         if let Some(before) = used.and_then(|used| self.older.get(used.checked_sub(1)?))
-            && let Some(fit) = self.fit(before.track.state, Self::WITNESSES_OF_AN_OUTLIER, process)
-            && fit.mean_misfit <= T::from_f64(Self::MISFIT_MOST)
+            && let Some(fit) = self.fit(before.track.state, Self::CONFIRMING_FRAMES_OF_AN_OUTLIER, process)
+            && fit.mean_misfit <= T::from_f64(Self::MEAN_MISFIT_MAX)
         {
             let state = before.track.state;
-            self.older.iter_mut().skip(used?).for_each(|looked| looked.track.state = state);
+            self.older.iter_mut().skip(used?).for_each(|tracked| tracked.track.state = state);
             return Some(fit);
         }
         let mut kicked = state;
         kicked.covariance.widen_rate(self.tuning.kick_rad2_s2);
-        let fit = self.fit(kicked, Self::WITNESSES, process)?;
-        (fit.mean_misfit <= T::from_f64(Self::MISFIT_MOST)).then_some(Fit { kicked: true, ..fit })
+        let fit = self.fit(kicked, Self::CONFIRMING_FRAMES, process)?;
+        (fit.mean_misfit <= T::from_f64(Self::MEAN_MISFIT_MAX)).then_some(Fit { kicked: true, ..fit })
     }
 
     /// Whether the newest frames agree on an angle and a rate, whatever was known before.
     #[cold]
-    pub(super) fn agree(&self, process: &impl Process<T, B>) -> bool {
-        let first = self.older.len().checked_sub(Self::WITNESSES).and_then(|index| self.older.get(index));
+    pub(super) fn newest_frames_agree(&self, process: &impl Process<T, B>) -> bool {
+        let first =
+            self.older.len().checked_sub(Self::CONFIRMING_FRAMES).and_then(|index| self.older.get(index));
         let Some((first, track)) = first.zip(self.track()) else { return true };
-        let begun = Track::begun(&first.frame, track.state.angle.angle(), Some(track), &self.tuning);
-        self.fit(begun.state, Self::WITNESSES, process).is_some()
+        let started = Track::started(&first.frame, track.state.angle.angle(), Some(track), &self.tuning);
+        self.fit(started.state, Self::CONFIRMING_FRAMES, process).is_some()
     }
 
     /// `state` carried through the newest `count` frames, if all of them are within its gate.
@@ -68,8 +69,8 @@ impl<T: Real, B: TrackCovariance<T>> Tracker<T, B> {
         let mut mean_misfit = T::zero();
         let part = T::from_f64(1.0) / T::from_i32(i32::try_from(count).ok()?);
         let first = (self.older.len() + 1).checked_sub(count)?;
-        for looked in self.older.iter().skip(first).chain(core::iter::once(newest)) {
-            let frame = &looked.frame;
+        for tracked in self.older.iter().skip(first).chain(core::iter::once(newest)) {
+            let frame = &tracked.frame;
             if frame.exposed_at <= state.at {
                 return None;
             }
@@ -80,8 +81,8 @@ impl<T: Real, B: TrackCovariance<T>> Tracker<T, B> {
             let normalised = innovation_rad * innovation_rad / variance_rad2;
             mean_misfit += normalised * part;
             // Asked this way round, so that NaN is refused.
-            let believable = normalised <= self.tuning.gate;
-            if !believable {
+            let plausible = normalised <= self.tuning.gate;
+            if !plausible {
                 return None;
             }
             if frame.exposed_at == newest.frame.exposed_at {

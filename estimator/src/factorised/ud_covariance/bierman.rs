@@ -3,7 +3,7 @@
 use motor_model::Real;
 use nalgebra::SVector;
 
-use super::{FEW, UdCovariance, for_columns, is_finite, reciprocal_of_sum};
+use super::{FEW_STATES, UdCovariance, for_columns, is_finite, reciprocal_of_sum};
 
 /// What a measurement did.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -85,12 +85,12 @@ impl<T: Real, const N: usize> UdCovariance<T, N> {
         innovation: T,
         state: &mut SVector<T, N>,
     ) -> Result<Correction<T, N>, Refusal> {
-        if N > FEW && noise * T::MAX < T::one() {
+        if N > FEW_STATES && noise * T::MAX < T::one() {
             return self.update_exactly(row, noise, innovation, state);
         }
         let projection = self.project(row, noise);
         let judged = projection.judge(innovation)?;
-        let b = if N > FEW {
+        let b = if N > FEW_STATES {
             self.sweep_at_once(&projection, judged.per_variance)
         } else {
             self.sweep(&projection, None)

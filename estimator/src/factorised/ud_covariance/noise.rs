@@ -13,7 +13,7 @@
 use motor_model::Real;
 use nalgebra::SVector;
 
-use super::{FEW, UdCovariance, for_columns, is_finite};
+use super::{FEW_STATES, UdCovariance, for_columns, is_finite};
 
 /// A source of process noise: `variance * gain gain'` is what it adds to the covariance in a step.
 ///
@@ -29,11 +29,11 @@ pub struct NoiseSource<T, const N: usize> {
 }
 
 /// Up to so many states a column is straight-line code.
-const MANY: usize = 12;
+const UNROLLED_STATES: usize = 12;
 
 /// A source on its way from the last column to the first.
 #[derive(Clone, Copy)]
-struct Arriving<T, const N: usize> {
+struct SourceSweep<T, const N: usize> {
     /// `a`, less what the columns passed have taken.
     gain: [T; N],
     variance: T,
@@ -43,7 +43,7 @@ struct Arriving<T, const N: usize> {
 }
 
 /// What one source does to one column.
-struct Meeting<T> {
+struct ColumnGain<T> {
     spent: T,
     per_spent: T,
     weight: T,
@@ -63,13 +63,13 @@ impl<T: Real, const N: usize> UdCovariance<T, N> {
     /// All sources pass column by column, so that a column is fetched once and one source's division overlaps another's.
     #[inline]
     pub(crate) fn add_noise<const M: usize>(&mut self, sources: &[NoiseSource<T, N>; M]) {
-        let mut arriving = sources.map(Arriving::new);
+        let mut arriving = sources.map(SourceSweep::new);
         for_columns!(down from N, |j| self.add_to_column(j, &mut arriving));
     }
 
     #[expect(clippy::inline_always, reason = "j is to be a constant in it")]
     #[inline(always)]
-    fn add_to_column<const M: usize>(&mut self, j: usize, arriving: &mut [Arriving<T, N>; M]) {
+    fn add_to_column<const M: usize>(&mut self, j: usize, arriving: &mut [SourceSweep<T, N>; M]) {
         let (Some(column), Some(d)) = (self.unit.get_mut(j), self.weights.get_mut(j)) else { return };
         if j == 0 {
             for source in arriving {
@@ -77,13 +77,14 @@ impl<T: Real, const N: usize> UdCovariance<T, N> {
             }
             return;
         }
-        let is_silent = |source: &Arriving<T, N>| source.gain.get(j).is_none_or(|&entry| entry == T::zero());
-        if N > MANY && arriving.iter().all(is_silent) {
+        let is_silent =
+            |source: &SourceSweep<T, N>| source.gain.get(j).is_none_or(|&entry| entry == T::zero());
+        if N > UNROLLED_STATES && arriving.iter().all(is_silent) {
             return;
         }
         let (mut weight, mut per_weight) = (*d, T::one() / *d);
         // Few rows live in registers meanwhile, which many have no room in.
-        let mut unit = if N > MANY { None } else { Some(*column) };
+        let mut unit = if N > UNROLLED_STATES { None } else { Some(*column) };
         for_columns!(up to M, |m| {
             if let Some(source) = arriving.get_mut(m) {
                 source.add_to_column(j, unit.as_mut().unwrap_or(column), &mut weight, &mut per_weight);
@@ -98,7 +99,7 @@ impl<T: Real, const N: usize> UdCovariance<T, N> {
     }
 }
 
-impl<T: Real, const N: usize> Arriving<T, N> {
+impl<T: Real, const N: usize> SourceSweep<T, N> {
     #[inline]
     fn new(source: NoiseSource<T, N>) -> Self {
         let [gain] = source.gain.data.0;
@@ -113,7 +114,7 @@ impl<T: Real, const N: usize> Arriving<T, N> {
         if entry == T::zero() {
             return;
         }
-        let Some(meeting) = self.meet(entry, *weight, *per_weight) else { return };
+        let Some(meeting) = self.column_gain(entry, *weight, *per_weight) else { return };
         (*weight, *per_weight) = (meeting.weight, meeting.per_weight);
         (self.spent, self.per_spent) = (meeting.spent, meeting.per_spent);
         for (u, a) in unit.iter_mut().zip(&mut self.gain).take(j) {
@@ -130,16 +131,16 @@ impl<T: Real, const N: usize> Arriving<T, N> {
 
     /// `None` when the source has nothing for this column, to this precision.
     #[inline]
-    fn meet(&self, entry: T, weight: T, per_weight: T) -> Option<Meeting<T>> {
+    fn column_gain(&self, entry: T, weight: T, per_weight: T) -> Option<ColumnGain<T>> {
         let pull = self.variance * entry;
         let push = pull * entry;
         let sum = weight + push * self.per_spent;
         let spent = self.spent + push * per_weight;
         let share = pull * per_weight;
         // Both finite, in one question. Where the next reciprocal of the weight is not, the source that meets it takes the published form.
-        if N > FEW && spent + share.abs() <= T::MAX {
+        if N > FEW_STATES && spent + share.abs() <= T::MAX {
             let per_spent = T::one() / spent;
-            return Some(Meeting {
+            return Some(ColumnGain {
                 spent,
                 per_spent,
                 weight: sum,
@@ -150,7 +151,7 @@ impl<T: Real, const N: usize> Arriving<T, N> {
         let per_weight = T::one() / sum;
         let slope = pull * self.per_spent / sum;
         let per_spent = self.per_spent * (weight / sum);
-        is_finite(slope).then_some(Meeting { spent, per_spent, weight: sum, per_weight, slope })
+        is_finite(slope).then_some(ColumnGain { spent, per_spent, weight: sum, per_weight, slope })
     }
 }
 

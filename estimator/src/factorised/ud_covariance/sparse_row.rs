@@ -18,12 +18,12 @@ use super::{UdCovariance, is_finite, reciprocal};
 
 /// A row, or errors, in `LEAD` states from `FIRST` on and in the last `LAST` ones.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Reach<T, const FIRST: usize, const LEAD: usize, const LAST: usize> {
+pub(crate) struct SparseRow<T, const FIRST: usize, const LEAD: usize, const LAST: usize> {
     pub(crate) lead: [T; LEAD],
     pub(crate) last: [T; LAST],
 }
 
-impl<T: Real, const FIRST: usize, const LEAD: usize, const LAST: usize> Reach<T, FIRST, LEAD, LAST> {
+impl<T: Real, const FIRST: usize, const LEAD: usize, const LAST: usize> SparseRow<T, FIRST, LEAD, LAST> {
     /// Zero everywhere.
     #[inline]
     pub(crate) fn zeros() -> Self {
@@ -45,7 +45,7 @@ impl<T: Real, const FIRST: usize, const LEAD: usize, const LAST: usize> Reach<T,
 }
 
 /// A measurement `h'x + noise`, by its row `U' h`.
-pub(crate) struct Whitened<'a, T, const N: usize> {
+pub(crate) struct WhitenedMeasurement<'a, T, const N: usize> {
     pub(crate) row: &'a [T; N],
     pub(crate) noise: T,
     pub(crate) innovation: T,
@@ -61,12 +61,12 @@ struct Slope<T> {
 }
 
 /// One of two measurements on its way through the columns.
-struct Passing<T> {
+struct MeasurementSweep<T> {
     sum: T,
     per_sum: T,
 }
 
-impl<T: Real> Passing<T> {
+impl<T: Real> MeasurementSweep<T> {
     fn new(noise: T) -> Self {
         Self { sum: noise, per_sum: reciprocal(noise).unwrap_or_default() }
     }
@@ -90,11 +90,11 @@ impl<T: Real, const N: usize> UdCovariance<T, N> {
     #[inline]
     pub(crate) fn whitened<const FIRST: usize, const LEAD: usize, const LAST: usize, const M: usize>(
         &self,
-        rows: [&Reach<T, FIRST, LEAD, LAST>; M],
+        rows: [&SparseRow<T, FIRST, LEAD, LAST>; M],
     ) -> [[T; N]; M] {
         let mut whitened = [[T::zero(); N]; M];
         for (j, column) in self.unit.iter().enumerate() {
-            let Some((lead, last)) = Reach::<T, FIRST, LEAD, LAST>::of(column) else { continue };
+            let Some((lead, last)) = SparseRow::<T, FIRST, LEAD, LAST>::of(column) else { continue };
             let mut sums = [T::zero(); M];
             for (i, &u) in lead.iter().enumerate() {
                 for (sum, row) in sums.iter_mut().zip(&rows) {
@@ -120,10 +120,10 @@ impl<T: Real, const N: usize> UdCovariance<T, N> {
     pub(crate) fn coloured<const FIRST: usize, const LEAD: usize, const LAST: usize>(
         &self,
         y: &[T; N],
-    ) -> Reach<T, FIRST, LEAD, LAST> {
-        let mut x = Reach::zeros();
+    ) -> SparseRow<T, FIRST, LEAD, LAST> {
+        let mut x = SparseRow::zeros();
         for (j, (column, &y)) in self.unit.iter().zip(y).enumerate() {
-            let Some((lead, last)) = Reach::<T, FIRST, LEAD, LAST>::of(column) else { continue };
+            let Some((lead, last)) = SparseRow::<T, FIRST, LEAD, LAST>::of(column) else { continue };
             for (x, &u) in x.lead.iter_mut().zip(lead) {
                 *x += u * y;
             }
@@ -140,7 +140,7 @@ impl<T: Real, const N: usize> UdCovariance<T, N> {
     #[inline]
     pub(crate) fn follow<const FIRST: usize, const LEAD: usize, const LAST: usize>(
         &mut self,
-        row: &Reach<T, FIRST, LEAD, LAST>,
+        row: &SparseRow<T, FIRST, LEAD, LAST>,
         variance: T,
     ) {
         const { assert!(FIRST > 0, "of the others") };
@@ -159,11 +159,14 @@ impl<T: Real, const N: usize> UdCovariance<T, N> {
     /// Takes two measurements in, one after the other in one sweep: the first's row and the second's are of the covariance before both, and so are their
     /// innovations. Returns the errors that they tell; all zero when one of them cannot be used, and then nothing has changed.
     #[inline]
-    pub(crate) fn update_pair(&mut self, [first, second]: [Whitened<'_, T, N>; 2]) -> SVector<T, N> {
+    pub(crate) fn update_pair(
+        &mut self,
+        [first, second]: [WhitenedMeasurement<'_, T, N>; 2],
+    ) -> SVector<T, N> {
         let mut errors = SVector::<T, N>::zeros();
         let mut slopes = [[Slope { slope: T::zero(), pull: T::zero() }; 2]; N];
         let mut weights = self.weights;
-        let (mut one, mut two) = (Passing::new(first.noise), Passing::new(second.noise));
+        let (mut one, mut two) = (MeasurementSweep::new(first.noise), MeasurementSweep::new(second.noise));
         // h2 . b of the first.
         let mut shared = T::zero();
         let rows = first.row.iter().zip(second.row);
@@ -219,7 +222,7 @@ mod tests {
     use super::*;
 
     type Dense = SMatrix<f64, 8, 8>;
-    type Row = Reach<f64, 1, 3, 2>;
+    type Row = SparseRow<f64, 1, 3, 2>;
 
     /// A covariance of eight states from 64 numbers, and its factors.
     fn pair(numbers: &[f64]) -> (Dense, UdCovariance<f64, 8>) {
@@ -289,8 +292,8 @@ mod tests {
             let [f, w] = factors.whitened([&first, &second]);
             let mut at_once = factors;
             let errors = at_once.update_pair([
-                Whitened { row: &f, noise: noise[0], innovation: innovation[0] },
-                Whitened { row: &w, noise: noise[1], innovation: innovation[1] },
+                WhitenedMeasurement { row: &f, noise: noise[0], innovation: innovation[0] },
+                WhitenedMeasurement { row: &w, noise: noise[1], innovation: innovation[1] },
             ]);
             let (mut in_turn, mut expected) = (factors, SVector::<f64, 8>::zeros());
             in_turn.update(&first_full, noise[0], innovation[0], &mut expected).unwrap();
@@ -302,8 +305,8 @@ mod tests {
 
             let mut refused = factors;
             let zero = refused.update_pair([
-                Whitened { row: &f, noise: noise[0], innovation: f64::NAN },
-                Whitened { row: &w, noise: noise[1], innovation: innovation[1] },
+                WhitenedMeasurement { row: &f, noise: noise[0], innovation: f64::NAN },
+                WhitenedMeasurement { row: &w, noise: noise[1], innovation: innovation[1] },
             ]);
             prop_assert!(zero == SVector::<f64, 8>::zeros() && refused == factors);
         }

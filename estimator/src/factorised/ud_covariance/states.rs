@@ -23,7 +23,7 @@ impl<T: Real, const N: usize> UdCovariance<T, N> {
 
     /// State `k` is forgotten and becomes one of its own, of `variance`. What its error has done to the others stays with them.
     #[inline(never)]
-    pub(crate) fn renew(&mut self, k: usize, variance: T) {
+    pub(crate) fn replace_state(&mut self, k: usize, variance: T) {
         let mut left = NoiseSource { gain: SVector::<T, N>::zeros(), variance: T::zero() };
         if let (Some(column), Some(weight)) = (self.unit.get_mut(k), self.weights.get_mut(k)) {
             for (gain, entry) in left.gain.as_mut_slice().iter_mut().zip(column).take(k) {
@@ -38,7 +38,7 @@ impl<T: Real, const N: usize> UdCovariance<T, N> {
     }
 
     /// The first `L` states become less certain: what of their variance no later state explains is multiplied by `factor`.
-    pub(crate) fn doubt<const L: usize>(&mut self, factor: T) {
+    pub(crate) fn inflate<const L: usize>(&mut self, factor: T) {
         for weight in self.weights.iter_mut().take(L) {
             *weight *= factor;
         }
@@ -119,7 +119,7 @@ mod tests {
 
             let (mut map, mut ud) = (Dense::identity(), factors);
             map[(k, k)] = 0.0;
-            ud.renew(k, 0.7);
+            ud.replace_state(k, 0.7);
             let mut expected = map * p * map;
             expected[(k, k)] = 0.7;
             prop_assert!(close(&ud.covariance(), &expected));

@@ -9,12 +9,12 @@ use rand_pcg::Pcg64;
 use rand_pcg::rand_core::SeedableRng;
 use std::vec::Vec;
 
-const STRUCK: Motion = Motion::Struck(DriveMode::B);
+const IMPACTED_B: Motion = Motion::Impacted(DriveMode::B);
 
 /// Truth that wanders just as the filter assumes: mean NEES and mean NIS over a run.
 fn consistency<T: Real>(seed: u64, frames: u64) -> (f64, f64) {
     let tuning = ConstantRateTuning::<T>::default();
-    let (q, r) = (tuning.wander.struck_b_rad2_s3.to_f64(), tuning.track.camera_rad2.to_f64());
+    let (q, r) = (tuning.wander.impacted_b_rad2_s3.to_f64(), tuning.track.camera_rad2.to_f64());
     let mut rng = Pcg64::seed_from_u64(seed);
     let mut normal = || -> f64 { StandardNormal.sample(&mut rng) };
     let dt = FRAME_NANOS as f64 * 1e-9;
@@ -26,7 +26,7 @@ fn consistency<T: Real>(seed: u64, frames: u64) -> (f64, f64) {
         let kick = (q * dt).sqrt() * normal();
         angle += rate * dt + 0.5 * dt * kick + (q * dt * dt * dt / 12.0).sqrt() * normal();
         rate += kick;
-        let innovation = filter.take(&frame(n, angle + r.sqrt() * normal()), STRUCK);
+        let innovation = filter.take(&frame(n, angle + r.sqrt() * normal()), IMPACTED_B);
         if n > 50 {
             nees_sum += nees(&filter.tracker.track().unwrap().state, angle, rate);
             nis_sum += innovation.normalised_squared().unwrap().to_f64();
@@ -49,10 +49,10 @@ fn exact_turns_are_counted() {
     let frames = 3000 * 4189;
     // Every tenth frame suffices at this rate: 15 mrad apart.
     for n in (0..frames).step_by(10) {
-        filter.take(&frame(n, rate * n as f64 * 1e-4), STRUCK);
+        filter.take(&frame(n, rate * n as f64 * 1e-4), IMPACTED_B);
     }
     let now = Time::from_nanos((frames - 10) * FRAME_NANOS);
-    let estimate = filter.tracker.estimate(now, &filter.process(STRUCK)).unwrap();
+    let estimate = filter.tracker.estimate(now, &filter.process(IMPACTED_B)).unwrap();
     let truth = Angle::from_degrees((rate * (frames - 10) as f64 * 1e-4).to_degrees());
     assert!(truth.degrees() > 2999.0 * 360.0);
     assert!(estimate.angle.minus(truth).degrees().abs() < 1e-4, "{}", estimate.angle.minus(truth).degrees());
@@ -89,7 +89,7 @@ fn law_a_kick_is_believed_at_the_second_frame() {
     let truth = |n: u64| if n < 300 { 18e-4 * n as f64 } else { 18e-4 * 300.0 + 1e-4 * (n as f64 - 300.0) };
     let mut refused = 0;
     for n in 1..400 {
-        let innovation = filter.take(&frame(n, truth(n)), STRUCK);
+        let innovation = filter.take(&frame(n, truth(n)), IMPACTED_B);
         refused += u32::from(innovation.verdict == Verdict::Rejected(Rejection::Gate));
         if n > 310 {
             let error = filter
@@ -128,7 +128,7 @@ fn law_the_order_of_arrival_makes_no_difference() {
         let end = |frames: &mut dyn Iterator<Item = CameraFrame>| {
             let mut filter = ConstantRate::<f64>::new(&ConstantRateTuning::default());
             for frame in frames {
-                let verdict = filter.take(&frame, STRUCK).verdict;
+                let verdict = filter.take(&frame, IMPACTED_B).verdict;
                 assert!(!matches!(verdict, Verdict::Rejected(Rejection::OutOfHorizon)));
             }
             filter.tracker.track().unwrap().state
@@ -180,7 +180,7 @@ fn law_intervals_from_a_microsecond_to_ten_seconds() {
             let at = Time::from_nanos(n * interval_nanos);
             let seconds = n as f64 * interval_nanos as f64 * 1e-9;
             let angle = Angle::from_degrees((100.0 * seconds).to_degrees()).wrapped();
-            let verdict = filter.take(&CameraFrame { exposed_at: at, angle }, STRUCK).verdict;
+            let verdict = filter.take(&CameraFrame { exposed_at: at, angle }, IMPACTED_B).verdict;
             let believed = matches!(verdict, Verdict::Used | Verdict::Restarted);
             assert!(believed || n < 30, "{interval_nanos} {n} {verdict:?}");
             let state = filter.tracker.track().unwrap().state;
@@ -202,11 +202,11 @@ fn exact_a_variance_that_is_none_is_not_used() {
         (1e-6, 1e-6),
     ] {
         let track = TrackTuning { camera_rad2: given, ..TrackTuning::default() };
-        assert!((track.sound().camera_rad2 / used - 1.0).abs() < 1e-6, "{given}");
+        assert!((track.validated().camera_rad2 / used - 1.0).abs() < 1e-6, "{given}");
         let tuning = ConstantRateTuning { track, ..ConstantRateTuning::default() };
         let mut filter = ConstantRate::new(&tuning);
         for n in 1..100 {
-            filter.take(&frame(n, 1e-3 * n as f64), STRUCK);
+            filter.take(&frame(n, 1e-3 * n as f64), IMPACTED_B);
         }
         let state = filter.tracker.track().unwrap().state;
         assert!(state.rate_rad_s.is_finite() && state.covariance.angle_rad2() > 0.0);
@@ -341,11 +341,11 @@ fn law_rest_is_measured_to_milli_degrees_and_honestly() {
 fn law_frames_half_the_clock_apart_begin_anew() {
     for nanos in [(1 << 63) - 1, 1 << 63, (1 << 63) + 1, u64::MAX] {
         let mut filter = ConstantRate::<f32>::new(&ConstantRateTuning::default());
-        filter.take(&frame(0, 0.0), STRUCK);
-        let ahead = filter.tracker.estimate(Time::from_nanos(nanos), &filter.process(STRUCK)).unwrap();
+        filter.take(&frame(0, 0.0), IMPACTED_B);
+        let ahead = filter.tracker.estimate(Time::from_nanos(nanos), &filter.process(IMPACTED_B)).unwrap();
         assert!(ahead.angle_rad2 > 0.25 && ahead.rate_rad2_s2 > 400.0, "{nanos} {ahead:?}");
         let late = CameraFrame { exposed_at: Time::from_nanos(nanos), angle: Angle::ZERO };
-        assert_eq!(filter.take(&late, STRUCK).verdict, Verdict::Restarted, "{nanos}");
+        assert_eq!(filter.take(&late, IMPACTED_B).verdict, Verdict::Restarted, "{nanos}");
         let covariance = filter.tracker.track().unwrap().state.covariance;
         assert!(covariance.angle_rad2() > 0.0 && covariance.rate_rad2_s2() > 0.0, "{nanos}");
     }
@@ -361,7 +361,7 @@ proptest! {
     ) {
         let mut filter = ConstantRate::<f32>::new(&ConstantRateTuning::default());
         for (nanos, units, motion) in frames {
-            let motion = [STRUCK, Motion::Struck(DriveMode::C), Motion::Quiet][usize::from(motion)];
+            let motion = [IMPACTED_B, Motion::Impacted(DriveMode::C), Motion::Quiet][usize::from(motion)];
             let frame = CameraFrame { exposed_at: Time::from_nanos(nanos), angle: Angle::from_units(units) };
             let innovation = filter.take(&frame, motion);
             prop_assert!(innovation.innovation_rad.is_finite());

@@ -6,27 +6,33 @@ use motor_model::{DriveMode, Real, Time};
 use super::{IMPACTS_KEPT_MAX, ImpactAidedTuning};
 use crate::camera::track::{Jitter, Process, State};
 use crate::camera::track_covariance::TrackCovariance;
-use crate::filters::kick::Kick;
+use crate::filters::kick::KickMoments;
 use crate::vibrometer::motion::Motion;
 
 /// What an impact does to the rate.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Blow<T> {
+pub(super) struct ImpactKick<T> {
     pub(super) at: Time,
     /// The rate towards which it drives the rotor, in rad/s.
-    pub(super) towards_rad_s: T,
+    pub(super) tooth_rate_rad_s: T,
     /// Half the span of what that may be, in rad/s.
-    pub(super) width_rad_s: T,
+    pub(super) half_width_rad_s: T,
     /// How far it kicks the rate at most, in rad/s; 0 where the sign is unknown.
-    pub(super) reach_rad_s: T,
+    pub(super) kick_max_rad_s: T,
     /// Variance of the kick beside what these tell.
     pub(super) variance_rad2_s2: T,
 }
 
-impl<T: Real> Blow<T> {
+impl<T: Real> ImpactKick<T> {
     /// A kick of unknown sign.
     pub(super) fn unknown(at: Time, variance_rad2_s2: T) -> Self {
-        Self { at, towards_rad_s: T::zero(), width_rad_s: T::one(), reach_rad_s: T::zero(), variance_rad2_s2 }
+        Self {
+            at,
+            tooth_rate_rad_s: T::zero(),
+            half_width_rad_s: T::one(),
+            kick_max_rad_s: T::zero(),
+            variance_rad2_s2,
+        }
     }
 
     pub(super) fn apply<B: TrackCovariance<T>>(
@@ -34,12 +40,16 @@ impl<T: Real> Blow<T> {
         state: &mut State<T, B>,
         tuning: &ImpactAidedTuning<T>,
     ) {
-        if self.reach_rad_s > T::zero() {
-            let kick = Kick::new(self.towards_rad_s - state.rate_rad_s, self.width_rad_s, self.reach_rad_s);
+        if self.kick_max_rad_s > T::zero() {
+            let kick = KickMoments::new(
+                self.tooth_rate_rad_s - state.rate_rad_s,
+                self.half_width_rad_s,
+                self.kick_max_rad_s,
+            );
             let square = |x: T| x * x;
             let variance = kick.scatter
-                + square(kick.per_slip * self.width_rad_s) * T::from_f64(1.0 / 3.0)
-                + square(kick.per_limit * self.reach_rad_s) * tuning.friction_part2
+                + square(kick.per_slip * self.half_width_rad_s) * T::from_f64(1.0 / 3.0)
+                + square(kick.per_limit * self.kick_max_rad_s) * tuning.friction_part2
                 + self.variance_rad2_s2;
             state.rate_rad_s += kick.mean;
             state.covariance.kick_rate(T::one() - kick.per_slip, variance);
@@ -50,27 +60,27 @@ impl<T: Real> Blow<T> {
 }
 
 /// The kicks since the oldest frame kept, in the order of time.
-pub(super) type Blows<T> = Deque<Blow<T>, IMPACTS_KEPT_MAX>;
+pub(super) type ImpactKicks<T> = Deque<ImpactKick<T>, IMPACTS_KEPT_MAX>;
 
 /// The rate jumps when the rotor is struck.
-pub(super) struct Kicked<'a, T> {
+pub(super) struct KickedRate<'a, T> {
     pub(super) tuning: &'a ImpactAidedTuning<T>,
-    pub(super) kicks: &'a Blows<T>,
+    pub(super) kicks: &'a ImpactKicks<T>,
     pub(super) motion: Motion,
     /// Until when impacts would have been heard.
-    pub(super) heard_until: Time,
+    pub(super) detecting_until: Time,
 }
 
-impl<T: Real> Kicked<'_, T> {
+impl<T: Real> KickedRate<'_, T> {
     /// From one impact to the next.
     #[inline]
     fn fly<B: TrackCovariance<T>>(&self, state: &mut State<T, B>, resting: bool, until: Time) {
         match self.motion {
-            Motion::Struck(DriveMode::B) => {
-                state.wander(until.min(self.heard_until), self.tuning.missed_b_rad2_s3);
+            Motion::Impacted(DriveMode::B) => {
+                state.wander(until.min(self.detecting_until), self.tuning.missed_b_rad2_s3);
             }
-            Motion::Struck(DriveMode::C) => {
-                state.wander(until.min(self.heard_until), self.tuning.missed_rad2_s3);
+            Motion::Impacted(DriveMode::C) => {
+                state.wander(until.min(self.detecting_until), self.tuning.missed_rad2_s3);
             }
             Motion::Quiet => {}
         }
@@ -93,7 +103,12 @@ impl<T: Real> Kicked<'_, T> {
     }
 
     /// To a kick and through it, unless the rotor lies still.
-    pub(super) fn pass<B: TrackCovariance<T>>(&self, state: &mut State<T, B>, resting: bool, kick: &Blow<T>) {
+    pub(super) fn pass<B: TrackCovariance<T>>(
+        &self,
+        state: &mut State<T, B>,
+        resting: bool,
+        kick: &ImpactKick<T>,
+    ) {
         if !(resting && self.motion == Motion::Quiet) {
             self.fly(state, resting, kick.at);
             kick.apply(state, self.tuning);
@@ -101,7 +116,7 @@ impl<T: Real> Kicked<'_, T> {
     }
 }
 
-impl<T: Real, B: TrackCovariance<T>> Process<T, B> for Kicked<'_, T> {
+impl<T: Real, B: TrackCovariance<T>> Process<T, B> for KickedRate<'_, T> {
     #[inline]
     fn carry(&self, state: &mut State<T, B>, resting: bool, until: Time) {
         let struck = self.kicks.back().is_some_and(|kick| kick.at > state.at);
@@ -112,12 +127,12 @@ impl<T: Real, B: TrackCovariance<T>> Process<T, B> for Kicked<'_, T> {
     }
 
     fn jitter(&self, at: Time) -> Jitter<T> {
-        if at > self.heard_until {
+        if at > self.detecting_until {
             return self.tuning.constant_rate.wander.jitter(self.motion);
         }
         match self.motion {
-            Motion::Struck(DriveMode::C) => self.tuning.jitter_c,
-            Motion::Struck(DriveMode::B) | Motion::Quiet => Jitter::none(),
+            Motion::Impacted(DriveMode::C) => self.tuning.jitter_c,
+            Motion::Impacted(DriveMode::B) | Motion::Quiet => Jitter::none(),
         }
     }
 }

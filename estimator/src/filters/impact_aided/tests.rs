@@ -2,7 +2,7 @@ use super::*;
 use crate::camera::track::Track;
 use crate::filters::constant_rate::ConstantRateTuning;
 use crate::innovation::{Rejection, Verdict};
-use crate::test_support::{FRAME_NANOS, LDV_NANOS, assert_consistent, frame, hush, nees};
+use crate::test_support::{FRAME_NANOS, LDV_NANOS, assert_consistent, frame, nees, quiet_sample};
 use motor_model::{Angle, MotorParams};
 use proptest::prelude::*;
 use rand_distr::{Distribution, StandardNormal};
@@ -96,7 +96,7 @@ fn law_late_frames_equal_frames_in_time() {
         let mut rotor = Rotor::new(3);
         let mut in_time = driven::<f64>(DriveMode::C);
         let mut delayed = driven::<f64>(DriveMode::C);
-        let mut on_the_way = Deque::<(u64, CameraFrame), 8>::new();
+        let mut in_transit = Deque::<(u64, CameraFrame), 8>::new();
         for sample in 1..=8000_u64 {
             let heard = rotor.step();
             in_time.update_ldv(&heard);
@@ -104,14 +104,14 @@ fn law_late_frames_equal_frames_in_time() {
             if sample % 20 == 0 {
                 let frame = rotor.frame();
                 in_time.update_camera(&frame);
-                on_the_way.push_back((sample + late, frame)).unwrap();
+                in_transit.push_back((sample + late, frame)).unwrap();
             }
-            if on_the_way.front().is_some_and(|(arrives, _)| *arrives <= sample) {
-                let (_, frame) = on_the_way.pop_front().unwrap();
+            if in_transit.front().is_some_and(|(arrives, _)| *arrives <= sample) {
+                let (_, frame) = in_transit.pop_front().unwrap();
                 delayed.update_camera(&frame);
             }
         }
-        for (_, frame) in on_the_way {
+        for (_, frame) in in_transit {
             delayed.update_camera(&frame);
         }
         let now = Time::from_nanos(8050 * LDV_NANOS);
@@ -141,16 +141,16 @@ fn dual_a_lost_camera_leaves_little_to_go_through_again() {
             continue;
         }
         let Some(track) = filter.tracker.track() else { panic!("a frame has come") };
-        let passed = filter.ahead.map_or(track.state.at, |ahead| ahead.at);
-        assert!(filter.kicks.iter().filter(|kick| kick.at > passed).count() <= FRESH_KICKS);
-        let again = ImpactAided { ahead: None, ..filter.clone() };
+        let passed = filter.propagated.map_or(track.state.at, |propagated| propagated.at);
+        assert!(filter.kicks.iter().filter(|kick| kick.at > passed).count() <= PENDING_KICKS_MAX);
+        let again = ImpactAided { propagated: None, ..filter.clone() };
         let now = Time::from_nanos(sample * LDV_NANOS + 10_000);
         let (kept, gone) = (filter.estimate(now).unwrap(), again.estimate(now).unwrap());
         assert!((kept.rate_rad_s - gone.rate_rad_s).abs() < 1e-9, "{kept:?} {gone:?}");
         assert!((kept.angle_rad2 / gone.angle_rad2 - 1.0).abs() < 1e-9, "{kept:?} {gone:?}");
     }
     assert!(filter.kicks.is_full(), "{}", filter.kicks.len());
-    let mut again = ImpactAided { ahead: None, ..filter.clone() };
+    let mut again = ImpactAided { propagated: None, ..filter.clone() };
     assert_eq!(filter.update_camera(&frame), again.update_camera(&frame));
     assert_eq!(filter.estimate(frame.exposed_at), again.estimate(frame.exposed_at));
 }
@@ -169,9 +169,9 @@ fn exact_kick_in_mode_b_is_coulombs() {
         let limit = 0.4 * mass * radius * radius / inertia * jump;
         let expected = slip.clamp(-limit, limit) / radius;
         filter.ringing = Ringing::none();
-        let blow = filter.blow(Time::ZERO, 0.0, before, jump);
-        let towards: f64 = blow.towards_rad_s - rate;
-        let got = Real::clamp_magnitude(towards, blow.reach_rad_s);
+        let kick = filter.impact_kick(Time::ZERO, 0.0, before, jump);
+        let towards: f64 = kick.tooth_rate_rad_s - rate;
+        let got = Real::clamp_magnitude(towards, kick.kick_max_rad_s);
         assert!((got - expected).abs() < 1e-9 * expected.abs(), "{got} {expected}");
     }
 }
@@ -184,14 +184,14 @@ fn law_a_rotor_that_lands_is_braked() {
         filter.update_camera(&frame(1, 0.0));
         let mut state = filter.tracker.track().unwrap().state;
         state.rate_rad_s = rate;
-        let blow = filter.blow(Time::from_nanos(FRAME_NANOS), 5e-6, -1e-3, 5e-3);
-        blow.apply(&mut state, &filter.tuning);
+        let kick = filter.impact_kick(Time::from_nanos(FRAME_NANOS), 5e-6, -1e-3, 5e-3);
+        kick.apply(&mut state, &filter.tuning);
         assert!(
             state.rate_rad_s.abs() < rate.abs() && state.rate_rad_s * rate >= 0.0,
             "{}",
             state.rate_rad_s
         );
-        assert!(rate.abs() - state.rate_rad_s.abs() <= blow.reach_rad_s + 1e-12);
+        assert!(rate.abs() - state.rate_rad_s.abs() <= kick.kick_max_rad_s + 1e-12);
     }
 }
 
@@ -210,7 +210,7 @@ fn law_without_vibrometer_it_is_the_constant_rate_filter() {
         assert_eq!(aided.health(now), Health::Degraded(Reason::VibrometerSilent));
     }
     let now = Time::from_nanos(500 * FRAME_NANOS);
-    aided.update_ldv(&hush(now));
+    aided.update_ldv(&quiet_sample(now));
     assert_eq!(aided.health(now), Health::Good);
 }
 
@@ -243,7 +243,7 @@ fn law_duplicates_and_old_frames_change_nothing() {
 fn exact_turns_are_counted() {
     let mut filter = driven::<f32>(DriveMode::B);
     for n in 1..=9000 {
-        filter.update_ldv(&hush(Time::from_nanos(n * FRAME_NANOS - 1)));
+        filter.update_ldv(&quiet_sample(Time::from_nanos(n * FRAME_NANOS - 1)));
         filter.update_camera(&frame(n, 15e-4 * n as f64));
     }
     let estimate = filter.estimate(Time::from_nanos(9000 * FRAME_NANOS)).unwrap();
@@ -258,7 +258,7 @@ fn at_rest(mut code_m: impl FnMut() -> f64) -> (Estimate<f32>, Verdict) {
     for n in 1..=10_000 {
         for k in 0..20 {
             let taken_at = Time::from_nanos(n * FRAME_NANOS - (20 - k) * LDV_NANOS);
-            filter.update_ldv(&hush(taken_at));
+            filter.update_ldv(&quiet_sample(taken_at));
         }
         let seen = 2e-6 * (code_m() / 2e-6).round();
         verdict = filter.update_camera(&frame(n, seen / 3.9e-3)).verdict;
@@ -365,10 +365,10 @@ fn law_impacts_beyond_capacity_are_not_forgotten() {
     let mut filter = driven::<f64>(DriveMode::C);
     filter.update_camera(&frame(1, 0.0));
     let start = Time::from_nanos(FRAME_NANOS);
-    let kick = |n: u64| Blow::unknown(start.plus_nanos(n * LDV_NANOS), 1.0);
+    let kick = |n: u64| ImpactKick::unknown(start.plus_nanos(n * LDV_NANOS), 1.0);
     let before = filter.estimate(start).unwrap().rate_rad2_s2;
     for n in 1..=200 {
-        filter.keep(kick(n));
+        filter.record_kick(kick(n));
     }
     let after = filter.estimate(start.plus_nanos(300 * LDV_NANOS)).unwrap().rate_rad2_s2;
     assert!(after >= before + 200.0, "{before} {after}");

@@ -36,7 +36,7 @@ use super::conditions::Condition;
 use super::shape::{Carried, Row, Shaped, of, set, swinging, turned};
 use super::stator::{ANGLE, Errors, HEIGHT, INSTANT, JUMP, RECOIL, STATES, StatorBelief, TOOTH};
 use super::tuning::{ContactTuning, TwinTuning};
-use crate::factorised::ud_covariance::Whitened;
+use crate::factorised::ud_covariance::WhitenedMeasurement;
 
 /// A blow is noise when its first misfit, linearised about the prediction, is beyond so many times the limit: what it means is then nowhere near.
 const FAR: f64 = 40.0;
@@ -141,8 +141,8 @@ impl<T: Real> StatorBelief<T> {
         let contact = &tuning.contact;
         self.carry();
         self.unsettle();
-        self.covariance.renew(JUMP, blow.jump_m2_s2);
-        self.covariance.renew(INSTANT, blow.within_s * blow.within_s * T::from_f64(1.0 / 12.0));
+        self.covariance.replace_state(JUMP, blow.jump_m2_s2);
+        self.covariance.replace_state(INSTANT, blow.within_s * blow.within_s * T::from_f64(1.0 / 12.0));
         let Likelier { pair, bent, errors, misfit } = self.likelier(blow, contact)?;
         let errors = self.settle_on(blow, pair, bent, &errors, contact);
         self.jump_m_s = blow.jump_m_s;
@@ -182,7 +182,7 @@ impl<T: Real> StatorBelief<T> {
             return Err(Unfit { beyond: misfit - of_noise });
         }
         if misfit > contact.surprise {
-            self.covariance.doubt::<INSTANT>(T::from_f64(3.0) * misfit / contact.surprise);
+            self.covariance.inflate::<INSTANT>(T::from_f64(3.0) * misfit / contact.surprise);
             let doubted = self.weigh(looked);
             let errors = self.told(blow, looked, &doubted);
             return Ok(Likelier { pair, bent: doubted.bent, errors, misfit });
@@ -276,8 +276,12 @@ impl<T: Real> StatorBelief<T> {
         let ([gap, approach], [f, g], [bent_gap, bent_approach]) =
             (&looked.conditions, &looked.whitened, bent);
         let mut errors = self.covariance.update_pair([
-            Whitened { row: f, noise: gap.noise + bent_gap, innovation: gap.innovation },
-            Whitened { row: g, noise: approach.noise + bent_approach, innovation: approach.innovation },
+            WhitenedMeasurement { row: f, noise: gap.noise + bent_gap, innovation: gap.innovation },
+            WhitenedMeasurement {
+                row: g,
+                noise: approach.noise + bent_approach,
+                innovation: approach.innovation,
+            },
         ]);
         if let Some(late_s) = errors.as_mut_slice().get_mut(INSTANT) {
             *late_s = blow.kept_in_period(*late_s);
@@ -406,8 +410,8 @@ mod tests {
         let tuning = TwinTuning::new(&MotorParams::nominal());
         for (back_s, speed_m_s) in [(0.6e-6, 0.12), (1.0e-6, 0.1), (4.0e-6, 0.15), (4.6e-6, 0.2)] {
             let (mut stator, blow) = struck(back_s, speed_m_s);
-            stator.covariance.renew(JUMP, blow.jump_m2_s2);
-            stator.covariance.renew(INSTANT, blow.within_s * blow.within_s / 12.0);
+            stator.covariance.replace_state(JUMP, blow.jump_m2_s2);
+            stator.covariance.replace_state(INSTANT, blow.within_s * blow.within_s / 12.0);
             let least = least_surprise(&stator, &blow);
             let found = stator.strike(&blow, &tuning).expect("an impact");
             assert!((found.misfit - least).abs() < 0.01 * least, "{back_s:e}: {} {least}", found.misfit);

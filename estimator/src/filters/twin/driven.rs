@@ -9,7 +9,7 @@ use super::tuning::TwinTuning;
 use crate::camera::track::{Jitter, Process, State};
 use crate::camera::track_covariance::TrackCovariance as _;
 use crate::filters::impact_aided::IMPACTS_KEPT_MAX;
-use crate::filters::kick::Kick;
+use crate::filters::kick::KickMoments;
 use crate::vibrometer::motion::Motion;
 
 /// An impact as the rate feels it.
@@ -126,7 +126,7 @@ impl<T: Real> Strike<T> {
         let slip_rad2_s2 = belief.rate_rad2_s2() + tooth.variance + reach2 * square(tooth.value);
         let limit_rad2_s2 = friction2 * square(limit.value) + square(friction) * limit.variance;
         let width = root(T::from_f64(3.0) * (slip_rad2_s2 + limit_rad2_s2));
-        let kick = Kick::new(slip, width, limit_rad_s);
+        let kick = KickMoments::new(slip, width, limit_rad_s);
         belief.kick(&KickSlopes {
             per_rate: -kick.per_slip,
             per_friction: kick.per_limit * limit.value,
@@ -182,7 +182,7 @@ impl<T: Real> Process<T, ScaledBelief<T>> for Driven<'_, T> {
     }
 
     #[inline]
-    fn on_the_way<'a>(&'a self, state: &'a TwinState<T>, resting: bool, until: Time) -> &'a TwinState<T> {
+    fn cached_state<'a>(&'a self, state: &'a TwinState<T>, resting: bool, until: Time) -> &'a TwinState<T> {
         let ahead = self.ahead.filter(|ahead| ahead.serves(state.at, until, resting));
         ahead.map_or(state, |ahead| &ahead.state)
     }

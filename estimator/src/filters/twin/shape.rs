@@ -13,10 +13,10 @@ use nalgebra::Vector3;
 
 use super::oscillator::Response;
 use super::stator::{ANGLE, HEIGHT, JUMP, RECOIL, SCALES, STATES, StatorBelief};
-use crate::factorised::ud_covariance::Reach;
+use crate::factorised::ud_covariance::SparseRow;
 
 /// A row of gap, approach or a tooth's velocity, and the errors that it reaches: height, modes, instant and jump; recoil, approach and the teeth's shape.
-pub(super) type Row<T> = Reach<T, HEIGHT, { JUMP + 1 - HEIGHT }, { STATES - RECOIL }>;
+pub(super) type Row<T> = SparseRow<T, HEIGHT, { JUMP + 1 - HEIGHT }, { STATES - RECOIL }>;
 
 /// Errors of the height and of the modes.
 pub(super) type Motion<T> = [T; 7];

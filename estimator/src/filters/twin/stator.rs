@@ -191,7 +191,7 @@ impl<T: Real> StatorBelief<T> {
         self.height_m = T::zero();
         let still = T::from_f64(1e-8);
         for state in (HEIGHT..INSTANT).rev() {
-            self.covariance.renew(state, still * still);
+            self.covariance.replace_state(state, still * still);
         }
     }
 

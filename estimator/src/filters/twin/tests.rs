@@ -126,7 +126,7 @@ fn dual_a_silent_vibrometer_leaves_the_simplest_filter_s_noise() {
     let (near, far) =
         (filter.estimate(heard_until).unwrap(), filter.estimate(heard_until.plus_nanos(1_000_000)).unwrap());
     let grown = far.rate_rad2_s2 - near.rate_rad2_s2;
-    let intensity = WanderTuning::<f64>::default().struck_b_rad2_s3;
+    let intensity = WanderTuning::<f64>::default().impacted_b_rad2_s3;
     assert!((grown - intensity * 1e-3).abs() < 1e-6, "{grown}");
 }
 
