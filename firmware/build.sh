@@ -3,9 +3,9 @@
 #
 #   firmware/build.sh [PROGRAM [FILTER]]
 #
-# PROGRAM is a file of firmware/src/bin or firmware-checks/src/bin, without its ending; its ELF is named. Without PROGRAM
-# everything is built except `peers`, and the ELF of `parity` is named. With a FILTER, constant_rate or impact_aided, a
-# program of firmware has that filter alone: it fits a smaller part.
+# PROGRAM is a file of firmware/src/bin or firmware-checks/src/bin, without its ending; the path is that of its ELF.
+# Without PROGRAM the script builds everything except `peers`, and the path is that of `parity`. With a FILTER,
+# constant_rate or impact_aided, a program of firmware has that filter alone and fits a smaller part.
 #
 # The script looks for a Rust that can build for the target, in this order, each attempt of bounded time:
 #
@@ -49,7 +49,7 @@ add_debian() {
     debian_installed
 }
 
-# build_all CARGO...: what was asked for; sets `elf`.
+# Builds by the command given as arguments, and sets `elf`.
 build_all() {
     local build=(timeout 900 "$@" build --profile "$profile" --target "$target")
     if [[ -z $program ]]; then
@@ -86,7 +86,8 @@ build_with_debian() {
     # Debian brings no linker for the target: this one is the rustup toolchain's.
     local linker
     linker=$(rustc --print sysroot)/lib/rustlib/$(rustc -vV | sed -n 's/^host: //p')/bin/rust-lld
-    # A folder of its own, since artefacts of two compilers do not mix. The variables of an outer cargo would lead back to rustup.
+    # A folder of its own, because artefacts of two compilers do not mix. Without the variables of an outer cargo, which
+    # would select rustup's.
     target_dir=$target_dir/debian
     build_all env -u CARGO -u LD_LIBRARY_PATH -u RUSTUP_TOOLCHAIN -u RUSTC_WRAPPER \
         PATH="/usr/bin:$PATH" RUSTC=/usr/bin/rustc RUSTC_BOOTSTRAP=1 CARGO_UNSTABLE_BUILD_STD=core \
@@ -127,7 +128,7 @@ elif allowed debian && add_debian; then
     say "toolchain: debian ($(/usr/bin/rustc --version))"
     build_with_debian
 else
-    say "no Rust for $target: not installed, and neither rustup nor Debian's packages could supply it (allowed: $wanted)"
+    say "no Rust for $target: not installed, and neither rustup nor Debian's packages supplied it (allowed: $wanted)"
     exit 1
 fi
 

@@ -3,8 +3,8 @@
 #
 #   firmware/qemu.sh ELF
 #
-# With -icount a run is deterministic; shift=10 makes an instruction 1024 ns of virtual time, which the program that counts instructions
-# reckons with.
+# With -icount a run is deterministic. With shift=10 an instruction takes 1024 ns of virtual time, as the program
+# `instructions` assumes.
 set -euo pipefail
 
 if ! command -v qemu-system-arm >/dev/null; then

@@ -1,6 +1,7 @@
-//! The coil's amplifier: a bridge driven by a pulse width, and a pin that enables it.
+//! The amplifier of the coil: a bridge with a pulse width, and a pin that enables it.
 //!
-//! Half the pulse width is no current. The pin is low, and the width half, whenever the drive is off. An error of either switches the drive off for good.
+//! At half the pulse width the coil has no current. While the drive is off the pin is low and the width is half. After
+//! an error of the pin or of the pulse width the drive stays off until a restart.
 
 use embedded_hal::digital::OutputPin;
 use embedded_hal::pwm::SetDutyCycle;
@@ -26,7 +27,7 @@ impl<P: SetDutyCycle, E: OutputPin> Amplifier<P, E> {
         amplifier
     }
 
-    /// The drive from the next sample on.
+    /// Sets the drive from the next sample on.
     pub fn command(&mut self, command: DriveCommand) {
         self.waveform.command(if self.failed { DriveCommand::OFF } else { command });
         if self.waveform.commanded().mode().is_none() && self.enabled {
@@ -34,7 +35,7 @@ impl<P: SetDutyCycle, E: OutputPin> Amplifier<P, E> {
         }
     }
 
-    /// Puts the next sample out, at the waveform's sample rate; the drive really applied.
+    /// Outputs the next sample, to be called at the waveform's sample rate; the drive that is really applied.
     #[inline]
     pub fn sample(&mut self) -> DriveCommand {
         if self.waveform.commanded().mode().is_none() {
@@ -53,13 +54,13 @@ impl<P: SetDutyCycle, E: OutputPin> Amplifier<P, E> {
         self.waveform.commanded()
     }
 
-    /// Whether it does as it is told.
+    /// Whether no error has occurred.
     pub fn works(&self) -> bool {
         !self.failed
     }
 
     fn off(&mut self) {
-        // The pin first: it alone takes the current away.
+        // The pin first: it alone switches the current off.
         let disabled = self.enable.set_low().is_ok();
         let centred = self.width.set_duty_cycle(self.width.max_duty_cycle() / 2).is_ok();
         self.enabled = false;
@@ -89,7 +90,7 @@ mod tests {
 
     use super::*;
 
-    /// The outside of an amplifier.
+    /// The pins of an amplifier, as a test sees them.
     #[derive(Default)]
     struct Pins {
         widths: RefCell<Vec<u16>>,
@@ -152,7 +153,7 @@ mod tests {
     }
 
     #[test]
-    fn law_it_is_off_from_the_start_and_whenever_it_is_told() {
+    fn law_it_is_off_from_the_start_and_at_command() {
         let pins = Pins::default();
         let mut amplifier = amplifier(&pins);
         assert!(!pins.enabled.get());
@@ -165,7 +166,7 @@ mod tests {
         assert_eq!(pins.widths.borrow().last(), Some(&500));
     }
 
-    /// Width follows the sine: both ends at full drive, a tenth of them at a tenth.
+    /// The width follows the sine: over the whole range at full drive, over a tenth of it at a tenth.
     #[test]
     fn exact_widths() {
         for (amplitude, lowest, highest) in [(1.0, 0, 1000), (0.1, 450, 550)] {
@@ -181,7 +182,7 @@ mod tests {
     }
 
     #[test]
-    fn law_an_error_switches_off_for_good() {
+    fn law_after_an_error_the_drive_stays_off() {
         let pins = Pins::default();
         let mut amplifier = amplifier(&pins);
         amplifier.command(DriveCommand::full(DriveMode::B));

@@ -1,4 +1,4 @@
-//! What the microcontroller does, whatever the board: bytes from the host in, ticks of the loop, frames to the host out.
+//! The program of any board: it takes bytes from the host, runs ticks of the loop, and sends frames to the host.
 //!
 //! ```text
 //!            configure                arm                      host silent, deadlines missed
@@ -9,10 +9,11 @@
 //!      +----------------------------------------------------------------------------------------- +
 //! ```
 //!
-//! The loop may drive while armed, and in no other state. What latches stays until the host says stop or begins a new session: a link that comes
-//! back does not set the motor going. The board's count of ticks is the time of both sides, from its start on.
+//! The loop may drive while it is armed, and in no other state. A latched fault stays until the host sends stop or
+//! begins a new session: a link that comes back does not start the motor. The board counts ticks from its start; this
+//! count is the time of both sides.
 
-mod inbox;
+mod measurements;
 #[cfg(test)]
 mod tests;
 
@@ -26,47 +27,50 @@ use link::{
 };
 use motor_model::{DriveCommand, OutOfBounds, Time};
 
-use crate::filter::Filter;
-use crate::telemetry::{Entry, Standing, Telemetry};
-use inbox::Inbox;
+use crate::filter::SelectedFilter;
+use crate::telemetry::{ArmingState, Entry, Telemetry};
+use measurements::MeasurementQueues;
 
-/// Ticks without a frame after which the host counts as silent: 10 ms, a hundred camera frames.
+/// The host is silent after this many ticks without a frame: 10 ms, a hundred camera frames.
 pub const SILENT_TICKS: u64 = 1000;
 
-/// Deadlines missed in a row after which the drive goes off.
+/// The drive goes off after this many missed deadlines in a row.
 pub const OVERRUNS_MAX: u32 = 10;
 
 /// Longest deadline of a move, in ns, and its key: a day.
 const DEADLINE_MAX_S: f64 = 86_400.0;
 const DEADLINE_KEY: &str = "position.deadline_s";
 
-/// A configuration that was checked. Its filter is built here, in double precision, which takes longer than a tick: before the loop is armed.
+/// A configuration that was checked, with its loop.
+///
+/// Construction of the filter computes in double precision and takes longer than a tick. It happens here, before
+/// arming.
 #[derive(Debug)]
 struct Move {
     configuration: Configuration,
     target: Target,
     tuning: PositioningTuning,
-    /// Begins at arming.
-    position_loop: PositionLoop<Filter>,
+    /// The move begins at arming.
+    position_loop: PositionLoop<SelectedFilter>,
 }
 
 impl Move {
-    /// Puts it into `place`, or leaves that as it was.
-    fn put(place: &mut Option<Self>, configuration: Configuration) -> Result<(), OutOfBounds> {
+    /// Builds the move in `memory`, or leaves `memory` unchanged.
+    fn build(memory: &mut Option<Self>, configuration: Configuration) -> Result<(), OutOfBounds> {
         let Configuration { filter, target_deg, tolerance_deg, deadline_nanos } = configuration;
         let target = Target::try_new(target_deg, tolerance_deg)?;
         #[expect(clippy::cast_precision_loss, reason = "bounds are far below 2^53")]
         OutOfBounds::check(DEADLINE_KEY, deadline_nanos as f64 * 1e-9, 0.0, DEADLINE_MAX_S, "s")?;
         let limits = Limits { deadline_nanos, ..Limits::default() };
         let tuning = PositioningTuning { limits, ..PositioningTuning::default() };
-        let filter = Filter::of(filter)?;
+        let filter = SelectedFilter::try_new(filter)?;
         let position_loop = PositionLoop::new(filter, target, tuning, Time::ZERO);
-        *place = Some(Self { configuration, target, tuning, position_loop });
+        *memory = Some(Self { configuration, target, tuning, position_loop });
         Ok(())
     }
 }
 
-/// Where the move lies that was configured. Its filter is larger than a stack should carry: on a board this is a static.
+/// Memory of the configured move. A filter is too large for the stack, so on a board this is a static.
 #[derive(Debug, Default)]
 pub struct MoveMemory(Option<Move>);
 
@@ -80,15 +84,15 @@ impl MoveMemory {
 /// What the loop may do.
 #[derive(Debug)]
 enum State {
-    /// Not armed; the filter of a move that is configured has seen nothing.
+    /// Not armed. If a move is configured, its filter has no measurement yet.
     Safe,
-    /// The move that is configured is under way.
+    /// The configured move runs.
     Armed,
-    /// Not to be armed before a stop.
+    /// Arming is refused until a stop.
     Latched(BoardFault),
 }
 
-/// The host at the other end.
+/// The session with the host.
 #[derive(Clone, Copy, Debug)]
 struct Session {
     number: u32,
@@ -96,7 +100,7 @@ struct Session {
     outgoing: u32,
 }
 
-/// The program, over an amplifier of the board.
+/// The program, with the board's amplifier.
 #[derive(Debug)]
 pub struct Application<'m, D> {
     amplifier: D,
@@ -105,31 +109,32 @@ pub struct Application<'m, D> {
     session: Option<Session>,
     configured: &'m mut MoveMemory,
     state: State,
-    inbox: Inbox,
-    ticks: u64,
-    /// When a frame was last taken.
-    heard_at: u64,
+    measurements: MeasurementQueues,
+    /// Ticks since the start, lost ones included: the time of both sides.
+    elapsed_ticks: u64,
+    /// `elapsed_ticks` when a frame was last accepted.
+    last_frame_at: u64,
     overruns_in_a_row: u32,
-    /// A fault that latched and was not yet told.
-    news: Option<BoardFault>,
+    /// A fault that has latched and was not sent yet.
+    latched_fault: Option<BoardFault>,
     telemetry: Telemetry,
-    /// How deep the stack has been.
+    /// Measures the most bytes that the stack has taken.
     stack_bytes_max: fn() -> u32,
 }
 
-/// Instruments and amplifier, as the loop sees them.
+/// Instruments and amplifier: what the loop needs of the board.
 struct Ports<'a, D> {
-    inbox: &'a mut Inbox,
+    measurements: &'a mut MeasurementQueues,
     amplifier: &'a mut D,
 }
 
 impl<D> Sense for Ports<'_, D> {
     fn camera_frame(&mut self) -> Option<CameraFrame> {
-        self.inbox.camera_frame()
+        self.measurements.camera_frame()
     }
 
     fn ldv_sample(&mut self) -> Option<LdvSample> {
-        self.inbox.ldv_sample()
+        self.measurements.ldv_sample()
     }
 }
 
@@ -151,17 +156,17 @@ impl<'m, D: Drive> Application<'m, D> {
             session: None,
             configured: memory,
             state: State::Safe,
-            inbox: Inbox::default(),
-            ticks: 0,
-            heard_at: 0,
+            measurements: MeasurementQueues::default(),
+            elapsed_ticks: 0,
+            last_frame_at: 0,
             overruns_in_a_row: 0,
-            news: None,
+            latched_fault: None,
             telemetry: Telemetry::default(),
             stack_bytes_max: || 0,
         }
     }
 
-    /// The same, on a board that knows how many bytes its stack has taken at most.
+    /// The same, on a board that can measure the most bytes that its stack has taken.
     #[must_use]
     pub fn with_stack_gauge(self, stack_bytes_max: fn() -> u32) -> Self {
         Self { stack_bytes_max, ..self }
@@ -172,7 +177,7 @@ impl<'m, D: Drive> Application<'m, D> {
         &self.amplifier
     }
 
-    /// The amplifier, to tell it what the board knows of it.
+    /// The amplifier, to update its state.
     pub fn amplifier_mut(&mut self) -> &mut D {
         &mut self.amplifier
     }
@@ -182,22 +187,22 @@ impl<'m, D: Drive> Application<'m, D> {
         matches!(self.state, State::Armed)
     }
 
-    /// What became of the bytes received.
+    /// Counts of received frames, by what became of them, and of missed deadlines.
     pub fn counters(&self) -> Counters {
         Counters {
             oversize: self.deframer.oversize,
-            dropped: self.inbox.dropped,
+            dropped: self.measurements.dropped,
             stack_bytes_max: (self.stack_bytes_max)(),
             ..self.counters
         }
     }
 
-    /// Takes bytes from the host; every frame that answers goes to `send`.
+    /// Takes bytes from the host, and gives the frame of every answer to `send`.
     pub fn receive(&mut self, bytes: &[u8], send: &mut impl FnMut(&[u8])) {
         for &byte in bytes {
             let Some(frame) = self.deframer.push(byte) else { continue };
             let answer = match decode(frame) {
-                Ok((header, message)) => self.hear(header, &message),
+                Ok((header, message)) => self.accept(header, &message),
                 Err(FrameError::Version { theirs }) => {
                     self.counters.other_version += 1;
                     Some(BoardMessage::Fault(BoardFault::Version { theirs, ours: VERSION }))
@@ -208,13 +213,13 @@ impl<'m, D: Drive> Application<'m, D> {
                 }
             };
             if let Some(answer) = answer {
-                self.say(&answer, send);
+                self.send(&answer, send);
             }
         }
     }
 
-    /// Makes a frame of `message`.
-    pub fn say(&mut self, message: &BoardMessage, send: &mut impl FnMut(&[u8])) {
+    /// Makes a frame of `message` and gives it to `send`.
+    pub fn send(&mut self, message: &BoardMessage, send: &mut impl FnMut(&[u8])) {
         let (session, sequence) = match &mut self.session {
             Some(session) => {
                 let sequence = session.outgoing;
@@ -224,60 +229,67 @@ impl<'m, D: Drive> Application<'m, D> {
             None => (0, 0),
         };
         let mut frame = [0; FRAME_BYTES_MAX];
-        let header = Header { session, sequence, ticks: self.ticks };
+        let header = Header { session, sequence, ticks: self.elapsed_ticks };
         if let Some(frame) = encode(header, message, &mut frame).ok().and_then(|length| frame.get(..length)) {
             send(frame);
         }
     }
 
-    /// One tick of the loop, every [`PositionLoop::TICK_NANOS`]; what it did, when armed.
+    /// Runs one tick of the loop, to be called every [`PositionLoop::TICK_NANOS`]; its report, when armed.
     // Never inlined: `host-sim size` follows every call from here.
     #[inline(never)]
     pub fn tick(&mut self) -> Option<TickRecord> {
-        self.ticks += 1;
-        if self.is_armed() && self.ticks - self.heard_at > SILENT_TICKS {
+        self.elapsed_ticks += 1;
+        if self.is_armed() && self.elapsed_ticks - self.last_frame_at > SILENT_TICKS {
             self.latch(BoardFault::HostSilent);
         }
         let report = self.run();
-        let counters =
-            Counters { oversize: self.deframer.oversize, dropped: self.inbox.dropped, ..self.counters };
-        self.telemetry.note(self.ticks, self.standing(), report.as_ref(), &counters);
+        let counters = Counters {
+            oversize: self.deframer.oversize,
+            dropped: self.measurements.dropped,
+            ..self.counters
+        };
+        self.telemetry.note(self.elapsed_ticks, self.arming(), report.as_ref(), &counters);
         report.as_ref().map(TickRecord::from)
     }
 
-    /// What the loop does, if it is armed.
+    /// The tick of the loop, if it is armed; otherwise the drive is off.
     fn run(&mut self) -> Option<controller::TickReport> {
-        let Self { state, configured: MoveMemory(configured), inbox, amplifier, ticks, .. } = self;
+        let Self {
+            state, configured: MoveMemory(configured), measurements, amplifier, elapsed_ticks, ..
+        } = self;
         let (State::Armed, Some(Move { position_loop, .. })) = (state, configured) else {
             amplifier.drive(DriveCommand::OFF);
             return None;
         };
-        let now = time(*ticks);
-        Some(controller::tick(position_loop, now, &mut Ports { inbox, amplifier }))
+        let now = time(*elapsed_ticks);
+        Some(controller::tick(position_loop, now, &mut Ports { measurements, amplifier }))
     }
 
-    fn standing(&self) -> Standing {
+    fn arming(&self) -> ArmingState {
         match self.state {
-            State::Safe => Standing::Safe,
-            State::Armed => Standing::Armed,
-            State::Latched(BoardFault::Overrun) => Standing::Overrun,
-            State::Latched(_) => Standing::HostSilent,
+            State::Safe => ArmingState::Safe,
+            State::Armed => ArmingState::Armed,
+            State::Latched(BoardFault::Overrun) => ArmingState::Overrun,
+            State::Latched(_) => ArmingState::HostSilent,
         }
     }
 
-    /// What the last tick has to tell, once, and the number of that tick.
+    /// The log entry of the last tick, once, and the number of that tick.
     pub fn telemetry(&mut self) -> Option<(u64, Entry)> {
-        self.telemetry.take().map(|entry| (self.ticks, entry))
+        self.telemetry.take().map(|entry| (self.elapsed_ticks, entry))
     }
 
-    /// The last tick took so many clocks of the timer.
-    pub fn worked(&mut self, clocks: u32) {
-        self.telemetry.worked(clocks);
+    /// Records that the last tick took so many clocks of the timer.
+    pub fn record_duration(&mut self, clocks: u32) {
+        self.telemetry.record_duration(clocks);
     }
 
-    /// Whether the last tick met its deadline. While armed a missed one is counted; [`OVERRUNS_MAX`] in a row switch the drive off for good.
-    pub fn ended(&mut self, in_time: bool) {
-        if in_time || !self.is_armed() {
+    /// Records whether the last tick met its deadline.
+    ///
+    /// A missed deadline is counted only while armed. After [`OVERRUNS_MAX`] in a row the fault latches.
+    pub fn record_deadline(&mut self, met: bool) {
+        if met || !self.is_armed() {
             self.overruns_in_a_row = 0;
             return;
         }
@@ -288,47 +300,47 @@ impl<'m, D: Drive> Application<'m, D> {
         }
     }
 
-    /// So many ticks passed before the loop was armed, and so before the frame was heard that armed it.
-    pub fn idle_ticks(&mut self, ticks: u64) {
-        self.ticks += ticks;
-        self.heard_at += ticks;
+    /// Advances the time by ticks that passed before arming, and so before the frame that armed the loop.
+    pub fn skip_ticks(&mut self, ticks: u64) {
+        self.elapsed_ticks += ticks;
+        self.last_frame_at += ticks;
     }
 
-    /// So many ticks never came: time goes on, and while armed each is an overrun.
-    pub fn lost_ticks(&mut self, lost: u64) {
-        self.ticks += lost;
-        (0..lost.min(u64::from(OVERRUNS_MAX))).for_each(|_| self.ended(false));
+    /// Advances the time by ticks that were lost. While armed, each is a missed deadline.
+    pub fn record_lost_ticks(&mut self, lost: u64) {
+        self.elapsed_ticks += lost;
+        (0..lost.min(u64::from(OVERRUNS_MAX))).for_each(|_| self.record_deadline(false));
     }
 
-    /// Takes in a sample of a vibrometer at the board.
-    pub fn hear_vibrometer(&mut self, sample: LdvSample) {
-        self.inbox.put_ldv_sample(sample);
+    /// Takes a sample of a vibrometer at the board; the next tick uses it.
+    pub fn push_ldv_sample(&mut self, sample: LdvSample) {
+        self.measurements.push_ldv_sample(sample);
     }
 
-    /// The fault that has just latched, once.
-    pub fn news(&mut self) -> Option<BoardFault> {
-        self.news.take()
+    /// The fault that has latched since the last call.
+    pub fn take_latched_fault(&mut self) -> Option<BoardFault> {
+        self.latched_fault.take()
     }
 
     fn latch(&mut self, fault: BoardFault) {
         self.amplifier.drive(DriveCommand::OFF);
-        self.news = Some(fault.clone());
+        self.latched_fault = Some(fault.clone());
         self.state = State::Latched(fault);
     }
 
-    /// Back to safe. A move that was under way can begin anew, with a filter that has seen nothing.
+    /// Goes to the state safe. If a move was running, it is configured anew: its filter has no measurement.
     fn stop(&mut self) {
         self.amplifier.drive(DriveCommand::OFF);
         let was_armed = !matches!(mem::replace(&mut self.state, State::Safe), State::Safe);
-        self.inbox.clear();
+        self.measurements.clear();
         self.overruns_in_a_row = 0;
         if let Some(Move { configuration, .. }) = self.configured.0.as_ref().filter(|_| was_armed) {
             self.configure(*configuration);
         }
     }
 
-    /// The answer to a frame, if it wants one.
-    fn hear(&mut self, header: Header, message: &HostMessage) -> Option<BoardMessage> {
+    /// Checks session and sequence of a frame and executes its message; the answer, if the message has one.
+    fn accept(&mut self, header: Header, message: &HostMessage) -> Option<BoardMessage> {
         let Header { session: number, sequence, .. } = header;
         match &mut self.session {
             Some(session) if session.number == number => match session.incoming.judge(sequence) {
@@ -351,11 +363,12 @@ impl<'m, D: Drive> Application<'m, D> {
             }
         }
         self.counters.taken = self.counters.taken.wrapping_add(1);
-        self.heard_at = self.ticks;
-        self.obey(message)
+        self.last_frame_at = self.elapsed_ticks;
+        self.execute(message)
     }
 
-    fn obey(&mut self, message: &HostMessage) -> Option<BoardMessage> {
+    /// Executes a message of the session; the answer, if it has one.
+    fn execute(&mut self, message: &HostMessage) -> Option<BoardMessage> {
         Some(match message {
             HostMessage::Hello => {
                 self.configured.0 = None;
@@ -369,11 +382,11 @@ impl<'m, D: Drive> Application<'m, D> {
                 BoardMessage::Stopped
             }
             HostMessage::Camera(frame) => {
-                self.inbox.put_camera_frame((*frame).into());
+                self.measurements.push_camera_frame((*frame).into());
                 return None;
             }
             HostMessage::Ldv(samples) => {
-                samples.iter().for_each(|&sample| self.inbox.put_ldv_sample(sample.into()));
+                samples.iter().for_each(|&sample| self.measurements.push_ldv_sample(sample.into()));
                 return None;
             }
             HostMessage::Step => match self.tick() {
@@ -384,7 +397,7 @@ impl<'m, D: Drive> Application<'m, D> {
         })
     }
 
-    /// Why the loop is not armed.
+    /// The reason why the loop is not armed.
     fn fault(&self) -> BoardFault {
         match &self.state {
             State::Latched(fault) => fault.clone(),
@@ -392,13 +405,13 @@ impl<'m, D: Drive> Application<'m, D> {
         }
     }
 
-    // Never inlined: what building a filter takes need not lie on the stack of every tick.
+    // Never inlined: the stack that construction of a filter takes is then not part of every tick's.
     #[inline(never)]
     fn configure(&mut self, configuration: Configuration) -> BoardMessage {
         if self.is_armed() {
             return BoardMessage::Fault(BoardFault::Armed);
         }
-        match Move::put(&mut self.configured.0, configuration) {
+        match Move::build(&mut self.configured.0, configuration) {
             Ok(()) => BoardMessage::Configured,
             Err(error) => {
                 let key = SettingKey::try_from(error.key).unwrap_or_default();
@@ -411,7 +424,7 @@ impl<'m, D: Drive> Application<'m, D> {
         match (&self.state, &mut self.configured.0) {
             (State::Armed, _) => BoardMessage::Armed,
             (State::Safe, Some(Move { target, tuning, position_loop, .. })) => {
-                position_loop.begin(*target, *tuning, time(self.ticks));
+                position_loop.begin(*target, *tuning, time(self.elapsed_ticks));
                 self.state = State::Armed;
                 BoardMessage::Armed
             }

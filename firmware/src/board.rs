@@ -1,9 +1,10 @@
-//! The board: the only place where the program touches registers.
+//! The board: the only module that accesses registers.
 //!
-//! - `mps2`: the emulated board, QEMU's mps2-an386 or mps2-an500: enabling pin, pulse width, serial line, watchdog. `stm32g474`, behind the
-//!   feature of its name: the same of a real one. `hardware` is the one that the program is built for.
-//! - Handlers of panics and faults, for every program: the drive off first, then a word to whoever listens, then the end.
-//! - [`stack_bytes_max`]: how deep the stack has been.
+//! - `mps2`: the emulated board, QEMU's mps2-an386 or mps2-an500: enabling pin, pulse width, serial line, watchdog.
+//! - `stm32g474`, behind the feature of its name: the same of a real board.
+//! - `hardware`: the one of the two that the program is built for.
+//! - `faults`: handlers of panics and faults, for every program. They switch the drive off, print the reason, and end.
+//! - [`stack_bytes_max`]: the most bytes that the stack has taken.
 
 mod faults;
 #[cfg(not(feature = "stm32g474"))]
@@ -26,11 +27,13 @@ unsafe extern "C" {
     static _stack_start: u32;
 }
 
-/// The most bytes that the stack has taken so far: the start-up code has painted all of it, and what still bears the paint was never used.
+/// The most bytes that the stack has taken so far.
+///
+/// The start-up code fills the stack with one value. A word that still has this value was never used.
 pub fn stack_bytes_max() -> u32 {
     let (end, start) = (ptr::addr_of!(_stack_end), ptr::addr_of!(_stack_start));
     let mut word = end;
-    #[expect(unsafe_code, reason = "the unused part of the stack belongs to nobody that could be asked")]
+    #[expect(unsafe_code, reason = "no variable owns the unused part of the stack")]
     // SAFETY: `word` is aligned and within the stack's memory, which exists and is only read here.
     while word < start && unsafe { word.read_volatile() } == cortex_m_rt::STACK_PAINT_VALUE {
         word = word.wrapping_add(1);

@@ -1,5 +1,5 @@
-//! The filter that a configuration picks, among those that the program was built with: `constant_rate` always, `impact_aided` and `twin` by the features of
-//! their names.
+//! The filter that a configuration selects, out of those that the program is built with: `constant_rate` always,
+//! `impact_aided` and `twin` by the features of their names.
 
 use estimator::{
     AngleFilter, CameraFrame, ConstantRate, ConstantRateTuning, Estimate, Health, Innovation, LdvSample,
@@ -13,13 +13,10 @@ use link::FilterKind;
 use motor_model::MotorParams;
 use motor_model::{DriveCommand, OutOfBounds, Time};
 
-/// One of the filters.
+/// The filter that a configuration selects.
 #[derive(Debug)]
-#[cfg_attr(
-    feature = "twin",
-    expect(clippy::large_enum_variant, reason = "there is one, and no heap to put it on")
-)]
-pub enum Filter {
+#[cfg_attr(feature = "twin", expect(clippy::large_enum_variant, reason = "a program has one, and no heap"))]
+pub enum SelectedFilter {
     /// Camera only.
     ConstantRate(ConstantRate<f32>),
     /// Camera, and impacts from the vibrometer.
@@ -30,28 +27,28 @@ pub enum Filter {
     Twin(TwinFilter<f32>),
 }
 
-/// The same call to whichever filter it is.
-macro_rules! whichever {
+/// The same call to the filter of any variant.
+macro_rules! forward {
     ($self:ident, $filter:ident => $call:expr) => {
         match $self {
-            Filter::ConstantRate($filter) => $call,
+            SelectedFilter::ConstantRate($filter) => $call,
             #[cfg(feature = "impact_aided")]
-            Filter::ImpactAided($filter) => $call,
+            SelectedFilter::ImpactAided($filter) => $call,
             #[cfg(feature = "twin")]
-            Filter::Twin($filter) => $call,
+            SelectedFilter::Twin($filter) => $call,
         }
     };
 }
 
-impl Filter {
-    /// A filter that has seen nothing. What it knows of the motor is nominal.
+impl SelectedFilter {
+    /// A filter without measurements, with nominal motor parameters.
     ///
     /// # Errors
     /// When the program was built without it. (The model never refuses the nominal motor.)
-    // Inlined, so that it is built where it goes: it is larger than a stack should carry.
-    #[expect(clippy::inline_always, reason = "a copy of the filter on the way is what counts, not the call")]
+    // Inlined, so that it is constructed at its destination: it is too large for the stack.
+    #[expect(clippy::inline_always, reason = "it saves a copy of the filter")]
     #[inline(always)]
-    pub fn of(kind: FilterKind) -> Result<Self, OutOfBounds> {
+    pub fn try_new(kind: FilterKind) -> Result<Self, OutOfBounds> {
         match kind {
             FilterKind::ConstantRate => {
                 Ok(Self::ConstantRate(ConstantRate::new(&ConstantRateTuning::default())))
@@ -77,28 +74,28 @@ impl Filter {
     }
 }
 
-impl AngleFilter<f32> for Filter {
+impl AngleFilter<f32> for SelectedFilter {
     fn drive(&mut self, at: Time, command: DriveCommand) {
-        whichever!(self, filter => filter.drive(at, command));
+        forward!(self, filter => filter.drive(at, command));
     }
 
     fn update_ldv(&mut self, sample: &LdvSample) -> Option<Innovation<f32>> {
-        whichever!(self, filter => filter.update_ldv(sample))
+        forward!(self, filter => filter.update_ldv(sample))
     }
 
     fn update_camera(&mut self, frame: &CameraFrame) -> Innovation<f32> {
-        whichever!(self, filter => filter.update_camera(frame))
+        forward!(self, filter => filter.update_camera(frame))
     }
 
     fn estimate(&self, now: Time) -> Option<Estimate<f32>> {
-        whichever!(self, filter => filter.estimate(now))
+        forward!(self, filter => filter.estimate(now))
     }
 
     fn health(&self, now: Time) -> Health {
-        whichever!(self, filter => filter.health(now))
+        forward!(self, filter => filter.health(now))
     }
 
     fn assess(&self, now: Time) -> (Option<Estimate<f32>>, Health) {
-        whichever!(self, filter => filter.assess(now))
+        forward!(self, filter => filter.assess(now))
     }
 }

@@ -1,13 +1,22 @@
-//! The microcontroller's program, as far as it does not depend on a board: the same code runs on the host, where tests call it.
+//! The firmware of the microcontroller: everything that runs on a board.
 //!
-//! - [`application`]: bytes from the host in, ticks of the loop, frames to the host out; over any transport and any amplifier. [`filter`]: the one
-//!   that a configuration picks.
-//! - [`waveform`], [`amplifier`]: the drive's sine, phase-continuous, out of a pulse width and an enabling pin (`embedded-hal`).
-//! - [`tasks`]: the fast interrupt and the slow loop, their deadlines, the queues between them.
-//! - [`telemetry`]: what it tells of itself in a log.
-//! - `board`: the emulated board: registers, fault handlers, stack. What another board needs is in `firmware/BRINGUP.md`.
+//! Modules in the order of the data:
 //!
-//! The programs are in `src/bin`: `board` is the whole program, `pil` the loop in lock step with a simulated motor.
+//! | module | in | out |
+//! |---|---|---|
+//! | [`application`] | bytes of the host, measurements | ticks of the loop, commands, frames to the host |
+//! | [`filter`] | a configuration | the filter that it selects |
+//! | [`waveform`] | commands | samples of a sine with continuous phase |
+//! | [`amplifier`] | samples | a pulse width and an enabling pin (`embedded-hal`) |
+//! | [`tasks`] | the timer | the two tasks that call all of the above, their deadlines and the queues between them |
+//! | [`telemetry`] | reports of ticks | entries of a log |
+//!
+//! These compile for any machine, and unit tests run them on the host. Two modules are for the microcontroller only:
+//! `board` has the registers, the handlers of faults and the stack, `semihosting` the files of the emulator's host.
+//! What a board of yours needs is in `firmware/BRINGUP.md`.
+//!
+//! The programs are in `src/bin`: `board` is the whole program of a board; `pil` runs the application in lock step with
+//! a simulated motor. Programs that count instructions and compare bits are in the package `firmware-checks`.
 
 #![no_std]
 #![warn(clippy::unwrap_used, clippy::expect_used, clippy::panic, clippy::indexing_slicing)]

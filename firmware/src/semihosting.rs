@@ -1,6 +1,6 @@
-//! Files of the machine that emulates or debugs the microcontroller: bytes in and out, in blocks; and the command line that it gives the program.
+//! Semihosting: files of the machine that emulates or debugs the microcontroller, and the program's command line.
 //!
-//! `cortex-m-semihosting` has these calls without a safe reading side; here they have both.
+//! `cortex-m-semihosting` has these calls, but no safe function to read a file; this module has.
 
 use core::ffi::CStr;
 
@@ -29,7 +29,7 @@ impl HostFile {
         (descriptor != usize::MAX).then_some(Self { descriptor })
     }
 
-    /// Waits for bytes and reads what is there, up to the length of `buffer`; an empty slice at the end of the file.
+    /// Waits for bytes and reads those available, up to the length of `buffer`; an empty slice at the end of the file.
     pub fn read<'a>(&self, buffer: &'a mut [u8]) -> &'a [u8] {
         let length = buffer.len();
         #[expect(
@@ -37,11 +37,11 @@ impl HostFile {
             reason = "the host writes at most `length` bytes, into `buffer`, during the call"
         )]
         let unread = unsafe { syscall!(READ, self.descriptor, buffer.as_mut_ptr(), length) };
-        // At an error as many bytes are unread as were asked for, or more.
+        // After an error the number of unread bytes is the length, or more.
         buffer.get(..length.saturating_sub(unread)).unwrap_or_default()
     }
 
-    /// Writes all of `bytes`; whether the host took them.
+    /// Writes all of `bytes`; whether the host took all.
     pub fn write(&self, mut bytes: &[u8]) -> bool {
         while !bytes.is_empty() {
             #[expect(unsafe_code, reason = "the host reads `bytes` during the call")]
@@ -59,24 +59,24 @@ impl HostFile {
 /// Longest command line.
 const LINE_BYTES: usize = 1024;
 
-/// The command line, with the zero that ends it; empty where there is none.
+/// The command line with its terminating zero; empty when there is none.
 fn command_line(buffer: &mut [u8; LINE_BYTES]) -> &[u8] {
     #[expect(unsafe_code, reason = "the host writes at most so many bytes, into `buffer`, during the call")]
     let failed = unsafe { syscall!(GET_CMDLINE, buffer.as_mut_ptr(), LINE_BYTES) };
     if failed == 0 { buffer } else { &[] }
 }
 
-/// Where `argument` ends in a command line.
+/// The index in a command line at which `argument` ends.
 fn end_of(line: &[u8], argument: &[u8]) -> Option<usize> {
     line.windows(argument.len()).position(|window| window == argument).map(|place| place + argument.len())
 }
 
-/// Whether the command line says `argument` somewhere.
+/// Whether the command line contains `argument`.
 pub fn has_argument(argument: &[u8]) -> bool {
     end_of(command_line(&mut [0; LINE_BYTES]), argument).is_some()
 }
 
-/// Opens for writing the file whose name comes after `argument`, up to the end of the command line.
+/// Opens for writing the file whose name follows `argument`, up to the end of the command line.
 pub fn argument_writer(argument: &[u8]) -> Option<HostFile> {
     let mut line = [0; LINE_BYTES];
     let line = command_line(&mut line);

@@ -1,21 +1,33 @@
 //! The two tasks of a board, and the queues between them.
 //!
 //! ```text
-//!  timer, every 10 us --> Fast: next sample of the drive, a step of the twin, a sample of the vibrometer
+//!  timer, every 10 us --> TimerTask: next sample of the drive, a step of the twin, a sample of the vibrometer
 //!                          |  ^
 //!                    Tick  |  | DriveCommand          each a queue of one producer and one consumer
 //!                          v  |
-//!  main loop ----------> Slow: frames of the host, estimate, decide, command, frames to the host
+//!  main loop ----------> LoopTask: frames of the host, estimate, decide, command, frames to the host
 //! ```
 //!
 //! | task | runs | deadline | when it is missed |
 //! |---|---|---|---|
-//! | [`Fast`] | in the timer's interrupt, above everything | the next interrupt | the hardware drops it; the tick's number shows the gap, which counts as overruns |
-//! | [`Slow`] | in the main loop, for every [`Tick`] in the queue | the next tick | counted as an overrun; [`crate::application::OVERRUNS_MAX`] in a row latch the drive off |
+//! | [`TimerTask`] | in the timer's interrupt, above everything | the next interrupt | the hardware drops it |
+//! | [`LoopTask`] | in the main loop, for every [`Tick`] in the queue | the next tick | counted as an overrun |
 //!
-//! Two priorities need no framework: the interrupt never waits, and what both share are two lock-free queues. When the queue of ticks is full, the slow task
-//! has fallen behind by all of it: the tick is lost, and counted. When the slow task stops altogether, nobody feeds the watchdog, and the board starts anew with
-//! the drive off.
+//! Ten overruns in a row ([`crate::application::OVERRUNS_MAX`]) latch the drive off.
+//!
+//! Two priorities need no framework: the interrupt never waits, and the tasks share only two lock-free queues. When the
+//! queue of ticks is full, the loop task is eight ticks late: the new tick is lost, and counted as an overrun. When the
+//! loop task stops, the watchdog is not fed, and it restarts the board with the drive off.
+//!
+//! Three counters count ticks of 10 us:
+//!
+//! | counter | counts | without |
+//! |---|---|---|
+//! | `TimerTask::interrupts` | interrupts of the timer | interrupts that the hardware dropped |
+//! | `LoopTask::last_interrupt` | the value above that came with the last [`Tick`] | |
+//! | `Application::elapsed_ticks` | the board's time, in the loop and on the link | |
+//!
+//! A gap in `last_interrupt` is ticks that the queue lost; the time advances by them too.
 
 use core::mem;
 
@@ -32,23 +44,23 @@ use crate::application::{Application, MoveMemory};
 use crate::telemetry::Entry;
 use crate::waveform::Waveform;
 
-/// Ticks of the loop in a second; the drive has as many samples.
+/// Ticks of the loop in a second, and samples of the drive.
 #[expect(clippy::cast_precision_loss, reason = "10,000 is exact")]
 pub const TICKS_PER_S: f64 = 1e9 / PositionLoop::TICK_NANOS as f64;
 
-/// Every so many ticks the host gets a report: a thousand a second.
+/// Ticks from one report to the host to the next: a thousand reports a second.
 const TICKS_PER_REPORT: u64 = 100;
 
-/// Bytes taken in between two ticks, a megabyte a second: a flood cannot stop the loop.
+/// Bytes that are received between two ticks at most, a megabyte a second, so that a flood cannot stop the loop.
 pub const BYTES_PER_TICK_MAX: usize = 10;
 
-/// The vibrometer's converter.
+/// The analogue-to-digital converter of the vibrometer.
 pub trait Converter {
-    /// The vertical velocity now; `None` when there is none, or it is out of range.
+    /// The vertical velocity now; `None` without a converter, or out of its range.
     fn velocity_m_s(&mut self) -> Option<f32>;
 }
 
-/// No vibrometer at the board: its samples come from the host.
+/// A board without vibrometer: the samples come from the host.
 #[derive(Clone, Copy, Debug)]
 pub struct NoConverter;
 
@@ -58,27 +70,27 @@ impl Converter for NoConverter {
     }
 }
 
-/// What the fast task tells the slow one.
+/// What the timer task passes to the loop task.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Tick {
     /// Interrupts so far, this one included.
-    number: u64,
+    interrupt: u64,
     velocity_m_s: Option<f32>,
     amplifier_works: bool,
     /// The twin's rate in rad/s.
     twin_rate_rad_s: f32,
 }
 
-/// What must outlive the tasks: the queues between them, and the move.
+/// Memory that outlives the tasks: the queues between them, and the configured move.
 #[derive(Debug, Default)]
-pub struct Shared {
+pub struct TaskMemory {
     ticks: Queue<Tick, 8>,
     commands: Queue<DriveCommand, 8>,
     configured: MoveMemory,
 }
 
-impl Shared {
-    /// Empty.
+impl TaskMemory {
+    /// Empty queues, and no move.
     pub const fn new() -> Self {
         Self { ticks: Queue::new(), commands: Queue::new(), configured: MoveMemory::new() }
     }
@@ -92,42 +104,49 @@ impl Shared {
         width: P,
         enable: E,
         converter: C,
-    ) -> Result<(Fast<'_, P, E, C>, Slow<'_>), OutOfBounds> {
+    ) -> Result<(TimerTask<'_, P, E, C>, LoopTask<'_>), OutOfBounds> {
         let params = MotorParams::nominal();
         let (b_hz, c_hz) = (params.get(Parameter::ModeBFrequency), params.get(Parameter::ModeCFrequency));
         let waveform = Waveform::try_new(b_hz, c_hz, TICKS_PER_S)?;
         let twin = Motor::try_new(&params, &MotorSetup::with_step(1.0 / TICKS_PER_S))?;
-        let (to_slow, from_fast) = self.ticks.split();
-        let (to_fast, from_slow) = self.commands.split();
-        let fast = Fast {
+        let (tick_producer, tick_consumer) = self.ticks.split();
+        let (command_producer, command_consumer) = self.commands.split();
+        let timer_task = TimerTask {
             amplifier: Amplifier::new(waveform, width, enable),
             converter,
             twin,
             state: MotorState::default(),
-            number: 0,
-            ticks: to_slow,
-            commands: from_slow,
+            interrupts: 0,
+            ticks: tick_producer,
+            commands: command_consumer,
         };
-        let port = Port { commands: to_fast, last: DriveCommand::OFF, works: true };
+        let port = CommandPort { commands: command_producer, last: DriveCommand::OFF, works: true };
         let application = Application::new(port, &mut self.configured);
-        let slow = Slow { application, ticks: from_fast, number: 0, twin_rate_rad_s: 0.0, just_armed: false };
-        Ok((fast, slow))
+        let loop_task = LoopTask {
+            application,
+            ticks: tick_consumer,
+            last_interrupt: 0,
+            twin_rate_rad_s: 0.0,
+            just_armed: false,
+        };
+        Ok((timer_task, loop_task))
     }
 }
 
-/// What the timer's interrupt does.
-pub struct Fast<'q, P, E, C> {
+/// The work of the timer's interrupt.
+pub struct TimerTask<'q, P, E, C> {
     amplifier: Amplifier<P, E>,
     converter: C,
     twin: Motor<f32>,
     state: MotorState<f32>,
-    number: u64,
+    /// Interrupts so far.
+    interrupts: u64,
     ticks: Producer<'q, Tick>,
     commands: Consumer<'q, DriveCommand>,
 }
 
-impl<P: SetDutyCycle, E: OutputPin, C: Converter> Fast<'_, P, E, C> {
-    /// Everything that has to happen every 10 us.
+impl<P: SetDutyCycle, E: OutputPin, C: Converter> TimerTask<'_, P, E, C> {
+    /// What has to happen every 10 us, on time.
     #[inline]
     pub fn interrupt(&mut self) {
         while let Some(command) = self.commands.dequeue() {
@@ -135,19 +154,20 @@ impl<P: SetDutyCycle, E: OutputPin, C: Converter> Fast<'_, P, E, C> {
         }
         let applied = self.amplifier.sample();
         self.step_twin(applied);
-        self.number += 1;
+        self.interrupts += 1;
         let tick = Tick {
-            number: self.number,
+            interrupt: self.interrupts,
             velocity_m_s: self.converter.velocity_m_s(),
             amplifier_works: self.amplifier.works(),
             twin_rate_rad_s: self.state.rotor.rate_rad_s,
         };
-        // A full queue loses the tick: its number will be missed.
+        // A full queue loses the tick: the loop task will find a gap in the numbers.
         let _ = self.ticks.enqueue(tick);
     }
 
-    /// Takes the twin through a tick. A step with teeth pressed on the rotor takes as long as all else that a small processor does in one; without a drive it would tell only
-    /// that the rotor lies still, so then there is none.
+    /// Steps the twin, unless the drive is off and the rotor lies on both pairs of teeth: it then lies still.
+    ///
+    /// A step with sustained contact takes as long as everything else that a small processor does in a tick.
     #[inline]
     fn step_twin(&mut self, applied: DriveCommand) {
         if applied.mode().is_none() && self.state.pressed == [true; 2] {
@@ -158,16 +178,16 @@ impl<P: SetDutyCycle, E: OutputPin, C: Converter> Fast<'_, P, E, C> {
     }
 }
 
-/// The amplifier as the slow task sees it: commands go into a queue, and take effect within 10 us.
-struct Port<'q> {
+/// The amplifier of the loop task: commands go into a queue, and take effect within 10 us.
+struct CommandPort<'q> {
     commands: Producer<'q, DriveCommand>,
     last: DriveCommand,
     works: bool,
 }
 
-impl Drive for Port<'_> {
+impl Drive for CommandPort<'_> {
     fn drive(&mut self, command: DriveCommand) -> DriveCommand {
-        // Only changes travel; one that finds no place is tried again next tick.
+        // Only changes are sent. When the queue is full, the next tick tries again.
         if command != self.last && self.commands.enqueue(command).is_ok() {
             self.last = command;
         }
@@ -175,18 +195,19 @@ impl Drive for Port<'_> {
     }
 }
 
-/// What the main loop does.
-pub struct Slow<'q> {
-    application: Application<'q, Port<'q>>,
+/// The work of the main loop.
+pub struct LoopTask<'q> {
+    application: Application<'q, CommandPort<'q>>,
     ticks: Consumer<'q, Tick>,
-    number: u64,
+    /// Number of the interrupt that made the last tick.
+    last_interrupt: u64,
     twin_rate_rad_s: f32,
-    /// Armed since the last tick.
+    /// Whether the loop was armed since the last tick.
     just_armed: bool,
 }
 
-impl Slow<'_> {
-    /// The same, on a board that knows how many bytes its stack has taken at most.
+impl LoopTask<'_> {
+    /// The same, on a board that can measure the most bytes that its stack has taken.
     #[must_use]
     pub fn with_stack_gauge(self, stack_bytes_max: fn() -> u32) -> Self {
         Self { application: self.application.with_stack_gauge(stack_bytes_max), ..self }
@@ -197,46 +218,47 @@ impl Slow<'_> {
         let was_armed = self.application.is_armed();
         self.application.receive(bytes, send);
         if !was_armed && self.application.is_armed() {
-            // What was missed before, as while the filter was built, is no overrun of the move.
+            // Ticks that were missed before, during construction of the filter, are no overruns of the move.
             while self.ticks.dequeue().is_some() {}
             self.just_armed = true;
         }
     }
 
-    /// One tick of the loop, if one is due; whether it was, which feeds the watchdog.
-    pub fn work(&mut self, send: &mut impl FnMut(&[u8])) -> bool {
+    /// Runs one tick of the loop, if one is due; whether one was. The watchdog is fed only then.
+    pub fn run_tick(&mut self, send: &mut impl FnMut(&[u8])) -> bool {
         let Some(tick) = self.ticks.dequeue() else { return false };
-        let lost = tick.number - self.number - 1;
-        self.number = tick.number;
+        let lost = tick.interrupt - self.last_interrupt - 1;
+        self.last_interrupt = tick.interrupt;
         self.twin_rate_rad_s = tick.twin_rate_rad_s;
         self.application.amplifier_mut().works = tick.amplifier_works;
         if mem::take(&mut self.just_armed) {
-            self.application.idle_ticks(lost);
+            self.application.skip_ticks(lost);
         } else {
-            self.application.lost_ticks(lost);
+            self.application.record_lost_ticks(lost);
         }
         if let Some(velocity_m_s) = tick.velocity_m_s {
-            let taken_at = Time::from_nanos(tick.number * PositionLoop::TICK_NANOS);
-            self.application.hear_vibrometer(LdvSample { taken_at, velocity_m_s });
+            let taken_at = Time::from_nanos(tick.interrupt * PositionLoop::TICK_NANOS);
+            self.application.push_ldv_sample(LdvSample { taken_at, velocity_m_s });
         }
         let report = self.application.tick();
-        self.application.ended(!self.ticks.ready());
-        self.tell(report, send);
+        self.application.record_deadline(!self.ticks.ready());
+        self.send_report(report, send);
         true
     }
 
-    /// What the last tick has to tell, and its number; it took `clocks` of the timer.
+    /// The log entry of the last tick, and its number. That tick took `clocks` of the timer.
     pub fn telemetry(&mut self, clocks: u32) -> Option<(u64, Entry)> {
-        self.application.worked(clocks);
+        self.application.record_duration(clocks);
         self.application.telemetry()
     }
 
-    fn tell(&mut self, report: Option<TickRecord>, send: &mut impl FnMut(&[u8])) {
-        if let Some(fault) = self.application.news() {
-            self.application.say(&BoardMessage::Fault(fault), send);
+    /// Sends a fault that has just latched, and every hundredth report.
+    fn send_report(&mut self, report: Option<TickRecord>, send: &mut impl FnMut(&[u8])) {
+        if let Some(fault) = self.application.take_latched_fault() {
+            self.application.send(&BoardMessage::Fault(fault), send);
         }
-        if let Some(report) = report.filter(|_| self.number.is_multiple_of(TICKS_PER_REPORT)) {
-            self.application.say(&BoardMessage::Report(report), send);
+        if let Some(report) = report.filter(|_| self.last_interrupt.is_multiple_of(TICKS_PER_REPORT)) {
+            self.application.send(&BoardMessage::Report(report), send);
         }
     }
 

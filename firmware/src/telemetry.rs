@@ -1,119 +1,123 @@
-//! What the program tells of itself, beside its answers to the host: a log for whoever watches the loop.
+//! The log of the loop, for an observer, apart from the answers to the host.
 //!
 //! | entry | when |
 //! |---|---|
-//! | [`Entry::Standing`] | armed, stopped, or a fault has latched: at once |
+//! | [`Entry::Arming`] | at once when the loop is armed or stopped, or when a fault latches |
 //! | [`Entry::Estimate`] | every [`TICKS_PER_ESTIMATE`] |
-//! | [`Entry::Timing`] | every [`TICKS_PER_TIMING`]: the longest tick, missed deadlines, and what the link lost |
-//! | [`Entry::Innovation`] | every [`TICKS_PER_INNOVATION`], and after that many ticks at the latest when frames are refused |
-//! | [`Entry::Phase`], [`Entry::Health`], [`Entry::Drive`] | when changed; a phase that is a stop names the limit that was passed |
+//! | [`Entry::Timing`] | every [`TICKS_PER_TIMING`]: the longest tick, missed deadlines, and losses of the link |
+//! | [`Entry::Innovation`] | every [`TICKS_PER_INNOVATION`]; when frames were refused, the last of them |
+//! | [`Entry::Phase`], [`Entry::Health`], [`Entry::Drive`] | when changed; a phase that is a stop names its limit |
 //!
-//! Its cost is bounded: at most one entry a tick, and none within [`SPACING_TICKS`] of the one before, in this order when several wait. What changes
-//! faster is told as it stands at its turn. [`Telemetry`] chooses on any machine; `log`, on the microcontroller, puts the entry out
-//! in defmt's encoding, whose texts stay in the ELF: over RTT on a board, into a file of the host from the emulator. `host-sim pil --telemetry` reads it.
+//! Its cost is bounded: there is at most one entry a tick, and at most one in [`SPACING_TICKS`]. When several wait,
+//! they come in this order, each with the value of its own tick. Faster changes are not in the log.
+//!
+//! [`Telemetry`] chooses the entries, on any machine. `log`, on the microcontroller, writes an entry in defmt's
+//! encoding, whose texts stay in the ELF: over RTT on a real board, into a file of the host from the emulator.
+//! `host-sim pil --telemetry` decodes it.
 
 #[cfg(all(target_os = "none", not(feature = "stm32g474")))]
-mod channel;
-#[cfg(all(target_os = "none", feature = "stm32g474"))]
-#[path = "telemetry/rtt.rs"]
-mod channel;
+mod host_file;
 #[cfg(target_os = "none")]
 mod log;
+#[cfg(all(target_os = "none", feature = "stm32g474"))]
+mod rtt;
 
 use controller::{PositioningPhase, TickReport};
 use estimator::{Estimate, Health, Innovation, Verdict};
 use link::Counters;
 use motor_model::DriveCommand;
 
-#[cfg(target_os = "none")]
-pub use channel::open;
+#[cfg(all(target_os = "none", not(feature = "stm32g474")))]
+pub use host_file::open;
 #[cfg(target_os = "none")]
 pub use log::log;
+#[cfg(all(target_os = "none", feature = "stm32g474"))]
+pub use rtt::open;
 
-/// Ticks between two entries: ten thousand a second at most.
+/// Fewest ticks between two entries: ten thousand entries a second at most.
 pub const SPACING_TICKS: u64 = 10;
 
 /// Ticks between two estimates.
 pub const TICKS_PER_ESTIMATE: u64 = 100;
 
-/// Ticks between two accounts of time and link.
+/// Ticks between two entries of timing.
 pub const TICKS_PER_TIMING: u64 = 10_000;
 
 /// Ticks between two innovations: ten camera frames.
 pub const TICKS_PER_INNOVATION: u64 = 100;
 
-/// Whether the loop may drive.
+/// Whether the loop may drive, and if not, why.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Standing {
+pub enum ArmingState {
     /// Not armed.
     Safe,
-    /// It may.
+    /// The loop may drive.
     Armed,
-    /// Not before a stop: the host was silent.
+    /// Latched until a stop: the host was silent.
     HostSilent,
-    /// Not before a stop: deadlines were missed.
+    /// Latched until a stop: deadlines were missed.
     Overrun,
 }
 
-/// Something told.
+/// An entry of the log.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Entry {
     /// Whether the loop may drive.
-    Standing(Standing),
+    Arming(ArmingState),
     /// The estimate of this tick.
     Estimate(Estimate<f32>),
-    /// How the loop keeps its time, and the link its frames.
+    /// How well the loop meets its deadlines, and what the link lost.
     Timing {
-        /// Longest tick since the last such entry, in clocks of the timer; 0 where nobody measures it.
+        /// Longest tick since the last such entry, in clocks of the timer; 0 where it is not measured.
         clocks_max: u32,
         /// Counts since the start.
         counters: Counters,
     },
     /// What became of a camera frame.
     Innovation {
-        /// The last that was refused, else that of this tick.
+        /// The last refused innovation, or else that of this tick.
         innovation: Innovation<f32>,
-        /// How many were refused since the last such entry.
+        /// Frames that were refused since the last such entry.
         refused: u32,
     },
-    /// What positioning does from now on.
+    /// The phase of positioning from now on.
     Phase(PositioningPhase),
     /// Whether the estimate may be used from now on.
     Health(Health),
-    /// What is driven from now on.
+    /// The drive from now on.
     Drive {
-        /// What the controller asked for.
+        /// The command of the controller.
         command: DriveCommand,
         /// What the amplifier applies: less, when it limits.
         applied: DriveCommand,
     },
 }
 
-/// Chooses what is told.
+/// Chooses the entries of the log.
 #[derive(Clone, Debug)]
 pub struct Telemetry {
-    /// What was told last.
-    standing: Standing,
+    /// Values of the last entries of their kind.
+    arming: ArmingState,
     phase: Option<PositioningPhase>,
     health: Option<Health>,
     drive: (DriveCommand, DriveCommand),
-    /// When the next entry of a kind is due.
+    /// Ticks at which the next entry of any kind, or of one kind, is due.
     next_at: u64,
     estimate_at: u64,
     timing_at: u64,
     innovation_at: u64,
-    /// Since the last entry of their kind.
+    /// Collected since the last entry of their kind.
     refused: u32,
     last_refused: Option<Innovation<f32>>,
     clocks_max: u32,
-    /// What this tick tells.
+    /// The entry of this tick.
     entry: Option<Entry>,
 }
 
 impl Default for Telemetry {
     fn default() -> Self {
         Self {
-            standing: Standing::Safe,
+            arming: ArmingState::Safe,
             phase: None,
             health: None,
             drive: (DriveCommand::OFF, DriveCommand::OFF),
@@ -130,39 +134,40 @@ impl Default for Telemetry {
 }
 
 impl Telemetry {
-    /// Takes note of tick number `tick`; `report` is what the loop did, if it was armed.
-    pub fn note(&mut self, tick: u64, standing: Standing, report: Option<&TickReport>, counters: &Counters) {
+    /// Records tick number `tick`; `report` is that of the loop, if it was armed.
+    pub fn note(&mut self, tick: u64, arming: ArmingState, report: Option<&TickReport>, counters: &Counters) {
         let camera = report.and_then(|report| report.camera);
         if let Some(innovation) = camera.filter(|camera| matches!(camera.verdict, Verdict::Rejected(_))) {
             self.refused = self.refused.saturating_add(1);
             self.last_refused = Some(innovation);
         }
-        self.entry = if tick < self.next_at { None } else { self.choose(tick, standing, report, counters) };
+        self.entry = if tick < self.next_at { None } else { self.choose(tick, arming, report, counters) };
         if self.entry.is_some() {
             self.next_at = tick + SPACING_TICKS;
         }
     }
 
-    /// A tick took so many clocks.
-    pub fn worked(&mut self, clocks: u32) {
+    /// Records that a tick took so many clocks.
+    pub fn record_duration(&mut self, clocks: u32) {
         self.clocks_max = self.clocks_max.max(clocks);
     }
 
-    /// What the last tick tells, once.
+    /// The entry of the last tick, once.
     pub fn take(&mut self) -> Option<Entry> {
         self.entry.take()
     }
 
+    /// The most urgent entry that is due.
     fn choose(
         &mut self,
         tick: u64,
-        standing: Standing,
+        arming: ArmingState,
         report: Option<&TickReport>,
         counters: &Counters,
     ) -> Option<Entry> {
-        if standing != self.standing {
-            self.standing = standing;
-            return Some(Entry::Standing(standing));
+        if arming != self.arming {
+            self.arming = arming;
+            return Some(Entry::Arming(arming));
         }
         if let Some(estimate) = report.and_then(|report| report.estimate).filter(|_| tick >= self.estimate_at)
         {

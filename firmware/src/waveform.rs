@@ -1,22 +1,23 @@
-//! The coil's current as a waveform: one sample of a sine at a time, whose phase never jumps.
+//! The waveform of the coil's current: samples of a sine whose phase is continuous.
 //!
 //! ```text
 //! phase += frequency / sample rate (in turns, modulo 1),    level = amplitude sin(phase)
 //! ```
 //!
-//! The phase is the integer accumulator of [`motor_model::Phase`]. As in the model it runs on through changes of mode, frequency and amplitude, and stands
-//! still while the drive is off. A change of command calls for no transcendental function either: the increment of a mode is computed once, that of an
-//! offset is a product.
+//! The phase is the integer accumulator of [`motor_model::Phase`]. As in the model, it continues through changes of
+//! mode, frequency and amplitude, and does not change while the drive is off. A change of command needs no
+//! transcendental function: the increment of a mode is computed once, and that of an offset is a product.
 
 use motor_model::{DriveCommand, DriveMode, OutOfBounds, Phase};
 
 /// Units of the increment in a turn.
 const UNITS_PER_TURN: f64 = 4_294_967_296.0;
 
-/// Samples of the drive.
+/// The drive as a sequence of samples.
 #[derive(Clone, Debug)]
 pub struct Waveform {
     phase: Phase,
+    /// Increments of modes B and C.
     b: Phase,
     c: Phase,
     /// Increment of a hertz, in units of 2^-32 turn.
@@ -26,10 +27,10 @@ pub struct Waveform {
 }
 
 impl Waveform {
-    /// A waveform for modes at `b_hz` and `c_hz`, off.
+    /// A waveform for modes at `b_hz` and `c_hz`, switched off.
     ///
     /// # Errors
-    /// When the sample rate is not 4 to 1000 times either frequency, offset included, or no number.
+    /// When the sample rate is not a number, or not 4 to 1000 times either frequency with any offset.
     pub fn try_new(b_hz: f64, c_hz: f64, sample_rate_hz: f64) -> Result<Self, OutOfBounds> {
         let offset_hz = f64::from(DriveCommand::FREQUENCY_OFFSET_MAX_HZ);
         let (highest_hz, lowest_hz) = (b_hz.max(c_hz) + offset_hz, b_hz.min(c_hz) - offset_hz);
@@ -47,7 +48,7 @@ impl Waveform {
         })
     }
 
-    /// The drive from the next sample on.
+    /// Sets the drive from the next sample on.
     pub fn command(&mut self, command: DriveCommand) {
         self.command = command;
         let mode = match command.mode() {
@@ -92,7 +93,8 @@ mod tests {
         DriveCommand::try_new(mode, amplitude).unwrap().with_frequency_offset(offset_hz).unwrap()
     }
 
-    /// Mode, offset and amplitude change, the drive stops and goes on: each sample is the sine of the sum of all increments so far.
+    /// Mode, offset and amplitude change, and the drive stops and restarts. Each sample is the sine of the sum of all
+    /// increments so far.
     #[test]
     fn exact_samples_are_the_sine_of_one_phase_throughout() {
         let mut waveform = waveform();
@@ -115,7 +117,7 @@ mod tests {
         }
     }
 
-    /// 6300 Hz at 100 kHz is 63 turns in 1000 samples, to 2^-64 turn each: nothing drifts in an hour.
+    /// 6300 Hz at 100 kHz is 63 turns in 1000 samples, to 2^-64 turn each, so the phase does not drift in an hour.
     #[test]
     fn exact_no_phase_is_lost_in_an_hour() {
         let mut waveform = waveform();

@@ -102,7 +102,7 @@ fn tool_board_logs_its_fault_and_its_timing() {
         entries.extend(reader.entries().expect("a log that its ELF explains"));
     }
     let at = |text: &str| entries.iter().find(|entry| entry.text.starts_with(text)).map(|entry| entry.tick);
-    let armed = at("standing armed").expect("it was armed");
+    let armed = at("state armed").expect("it was armed");
     let silent = at("fault host_silent").expect("the host was silent");
     // A thousand ticks after the last frame, which was the one that armed; either is told a few ticks late.
     assert!((980..=1020).contains(&(silent - armed)), "{armed} {silent}: {:?}", texts(&entries));

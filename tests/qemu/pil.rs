@@ -189,7 +189,7 @@ fn dual_the_log_of_a_run_is_the_hosts_own_at_every_tick() {
     assert!((115..=150).contains(&count("estimate")), "{kinds:?}");
     assert!(count("innovation Used") > 20 && count("innovation refused") > 20, "{kinds:?}");
     assert!(count("health ") > 2 && count("phase ") > 3 && count("drive ") > 0, "{kinds:?}");
-    assert_eq!((count("standing armed"), count("timing")), (1, 1), "{kinds:?}");
+    assert_eq!((count("state armed"), count("timing")), (1, 1), "{kinds:?}");
     assert_eq!(count("phase stopped TimedOut"), 1, "a limit: {kinds:?}");
     assert!(path.join("telemetry.svg").is_file());
 }

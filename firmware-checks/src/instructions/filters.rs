@@ -10,7 +10,7 @@ use estimator::{
     AngleFilter, CameraFrame, ConstantRate, ConstantRateTuning, Estimate, ImpactAided, ImpactAidedTuning,
     Innovation, LdvSample,
 };
-use firmware::filter::Filter;
+use firmware::filter::SelectedFilter;
 use link::FilterKind;
 use motor_model::{DriveCommand, DriveMode, Motor, MotorParams, MotorSetup, MotorState, OutOfBounds, Time};
 
@@ -126,7 +126,7 @@ fn follow_twin(
     names: Names,
 ) -> Result<[Count; 3], OutOfBounds> {
     let target = Target::try_new(1.0, 0.001)?;
-    let held = put(place, &|| Filter::of(black_box(FilterKind::Twin)), target, Time::ZERO)?;
+    let held = put(place, &|| SelectedFilter::try_new(black_box(FilterKind::Twin)), target, Time::ZERO)?;
     follow(meter, held.filter_mut(), mode, names)
 }
 

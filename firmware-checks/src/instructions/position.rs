@@ -8,12 +8,12 @@ use motor_model::{Motor, MotorParams, MotorSetup, MotorState, OutOfBounds, Time}
 
 use super::{Count, InstructionTimer, Meter, twin};
 use crate::parity::{Instruments, LoopPlace};
-use firmware::filter::Filter;
+use firmware::filter::SelectedFilter;
 
 /// What is counted: a tick with the instruments of [`crate::parity::LoopRun`], whose queues hold one measurement each.
 #[inline(never)]
 fn tick_once(
-    position_loop: &mut PositionLoop<Filter>,
+    position_loop: &mut PositionLoop<SelectedFilter>,
     now: Time,
     instruments: &mut Instruments,
 ) -> TickReport {
@@ -35,7 +35,7 @@ fn follow(
     let [mut alone, mut whole, mut driven] = names.map(Count::of);
     crate::parity::follow_loop(
         place,
-        || Filter::of(kind),
+        || SelectedFilter::try_new(kind),
         |position_loop, now, instruments| {
             let now = black_box(now);
             let (report, of_tick) =
@@ -56,7 +56,7 @@ fn follow(
 
 /// The loop with the impact-aided filter.
 pub(super) fn rehearse(place: &mut LoopPlace) -> Result<(), OutOfBounds> {
-    let filter = || Filter::of(FilterKind::ImpactAided);
+    let filter = || SelectedFilter::try_new(FilterKind::ImpactAided);
     crate::parity::follow_loop(place, filter, tick_once, |report, _| {
         black_box(report);
     })

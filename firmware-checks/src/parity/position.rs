@@ -11,7 +11,7 @@ use link::FilterKind;
 use motor_model::{Angle, DriveCommand, Motor, MotorParams, MotorSetup, MotorState, OutOfBounds, Time};
 
 use super::digest::Digest;
-use firmware::filter::Filter;
+use firmware::filter::SelectedFilter;
 
 /// Ticks towards each target.
 const TICKS_PER_TARGET: u64 = 15_000;
@@ -45,7 +45,7 @@ const OUTLIER: Angle = Angle::from_units(59_652_324);
 const KINDS: [FilterKind; 3] = [FilterKind::ConstantRate, FilterKind::ImpactAided, FilterKind::Twin];
 
 /// Where the loop lies: larger than a stack should carry. Empty at first.
-pub type LoopPlace = Option<PositionLoop<Filter>>;
+pub type LoopPlace = Option<PositionLoop<SelectedFilter>>;
 
 /// What the run leaves behind. Its text is what the programs print: one `key value` a line.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -73,7 +73,7 @@ impl LoopRun {
         };
         let mut angle_units = 0;
         for kind in KINDS {
-            let end = follow_loop(place, || Filter::of(kind), tick, &mut take)?;
+            let end = follow_loop(place, || SelectedFilter::try_new(kind), tick, &mut take)?;
             angle_units = end.rotor.angle.angle().units();
         }
         Ok(Self { digest: digest.value(), ticks, angle_units })
@@ -197,7 +197,7 @@ mod tests {
         let (mut modes, mut phases, mut verdicts) = ([0; 2], [0; 5], [0; 5]);
         follow_loop(
             &mut None,
-            || Filter::of(kind),
+            || SelectedFilter::try_new(kind),
             tick,
             |report, _| {
                 match report.applied.mode() {

@@ -9,7 +9,7 @@ use motor_model::DriveMode;
 
 use super::*;
 
-/// An amplifier that others can look at.
+/// An amplifier that shows its command.
 struct Watched<'a>(&'a Cell<DriveCommand>);
 
 impl Drive for Watched<'_> {
@@ -26,12 +26,12 @@ const MOVE: Configuration = Configuration {
     deadline_nanos: 30_000_000_000,
 };
 
-/// A board's for as long as the tests run.
+/// Memory that lives until the tests end.
 fn memory() -> &'static mut MoveMemory {
     Box::leak(Box::default())
 }
 
-/// A host and its board.
+/// A host and its board: a test bench.
 struct Bench<'a> {
     board: Application<'static, Watched<'a>>,
     driven: &'a Cell<DriveCommand>,
@@ -63,7 +63,7 @@ impl<'a> Bench<'a> {
         assert_eq!(self.says(&HostMessage::Arm), [BoardMessage::Armed]);
     }
 
-    /// Shows a rotor at rest, far from the target, until the loop drives.
+    /// Measures a rotor at rest, far from the target, until the loop drives.
     fn drive(&mut self) {
         for _ in 0..3000 {
             self.measure();
@@ -75,11 +75,11 @@ impl<'a> Bench<'a> {
         panic!("the loop does not drive");
     }
 
-    /// A quiet vibrometer, and every tenth tick a frame of a dithered camera.
+    /// Sends a sample of a rotor at rest, and every tenth tick a frame of a dithered camera.
     fn measure(&mut self) {
         self.ticks += 1;
-        let now = self.board.ticks * PositionLoop::TICK_NANOS;
-        // No two neighbours are equal, or the vibrometer would count as dead.
+        let now = self.board.elapsed_ticks * PositionLoop::TICK_NANOS;
+        // Neighbouring samples differ: equal ones would mean a vibrometer without signal.
         let velocity_m_s = if now.is_multiple_of(20_000) { 1e-5 } else { -1e-5 };
         let sample = LdvRecord { taken_nanos: now + 1, velocity_m_s };
         assert!(self.says(&HostMessage::Ldv([sample].into_iter().collect())).is_empty());
@@ -118,7 +118,7 @@ impl<'a> Bench<'a> {
         self.driven.get() == DriveCommand::OFF
     }
 
-    /// What it drives when shown more of the same.
+    /// Whether it drives within a thousand ticks of the same measurements.
     fn drives_again(&mut self) -> bool {
         (0..1000).any(|_| {
             self.measure();
@@ -138,7 +138,7 @@ fn fault(fault: BoardFault) -> [BoardMessage; 1] {
     [BoardMessage::Fault(fault)]
 }
 
-/// The first thing that the program does.
+/// The program switches the drive off before all else.
 #[test]
 fn law_the_drive_is_off_from_the_start() {
     let driven = Cell::new(DriveCommand::OFF);
@@ -161,7 +161,7 @@ fn law_nothing_drives_before_it_is_configured_and_armed() {
     assert!(!bench.drives_again());
 }
 
-/// L1: noise between frames, and frames cut and spoilt, stop nothing and start nothing.
+/// L1: noise between frames, cut frames and damaged frames stop nothing and start nothing.
 #[test]
 fn law_damaged_frames_change_nothing_but_their_counter() {
     let driven = Cell::new(DriveCommand::OFF);
@@ -184,7 +184,7 @@ fn law_damaged_frames_change_nothing_but_their_counter() {
     assert_eq!(bench.says(&HostMessage::Stop), [BoardMessage::Stopped]);
 }
 
-/// L2: endless bytes without a frame's end take no memory and do not stop the loop.
+/// L2: bytes without the end of a frame take no memory and do not stop the loop.
 #[test]
 fn law_oversize_frames_are_dropped_and_counted() {
     let driven = Cell::new(DriveCommand::OFF);
@@ -195,12 +195,12 @@ fn law_oversize_frames_are_dropped_and_counted() {
     assert_eq!(bench.says(&HostMessage::Stop), [BoardMessage::Stopped]);
 }
 
-/// L2: more measurements than ticks take in push the oldest out.
+/// L2: when more measurements arrive than ticks take, the oldest are dropped.
 #[test]
 fn law_a_flood_drops_the_oldest_measurements() {
     let driven = Cell::new(DriveCommand::OFF);
     let mut bench = Bench::driving(&driven);
-    let now = bench.board.ticks * PositionLoop::TICK_NANOS;
+    let now = bench.board.elapsed_ticks * PositionLoop::TICK_NANOS;
     for n in 0..1000 {
         let frame = CameraRecord { exposed_nanos: now + n, angle_units: 0 };
         bench.says(&HostMessage::Camera(frame));
@@ -210,20 +210,20 @@ fn law_a_flood_drops_the_oldest_measurements() {
     assert_eq!(report.camera.unwrap().taken_nanos, now + 1000 - 8);
 }
 
-/// L3: a frame that comes twice is obeyed once.
+/// L3: a frame that comes twice is executed once.
 #[test]
-fn law_duplicates_are_obeyed_once() {
+fn law_duplicates_are_executed_once() {
     let driven = Cell::new(DriveCommand::OFF);
     let mut bench = Bench::driving(&driven);
-    let ticks = bench.board.ticks;
+    let ticks = bench.board.elapsed_ticks;
     let step = bench.frame(&HostMessage::Step);
     assert_eq!(bench.sends(&step).len(), 1);
     assert!(bench.sends(&step).is_empty());
-    assert_eq!(bench.board.ticks, ticks + 1);
+    assert_eq!(bench.board.elapsed_ticks, ticks + 1);
     assert_eq!(bench.board.counters().duplicates, 1);
 }
 
-/// L3: a lost frame is counted, a late one is not obeyed.
+/// L3: a lost frame is counted, a late frame is not executed.
 #[test]
 fn law_gaps_are_counted_and_late_frames_refused() {
     let driven = Cell::new(DriveCommand::OFF);
@@ -237,14 +237,14 @@ fn law_gaps_are_counted_and_late_frames_refused() {
     assert_eq!((counters.lost, counters.late), (2, 1));
 }
 
-/// L3: a host that starts anew finds the drive off, and has to configure and arm again.
+/// L3: after a restart of the host the drive is off, and the host has to configure and arm again.
 #[test]
 fn law_a_new_session_has_to_arm_again() {
     let driven = Cell::new(DriveCommand::OFF);
     let mut bench = Bench::driving(&driven);
     (bench.session, bench.sequence) = (6, 0);
     assert_eq!(bench.says(&HostMessage::Step), fault(BoardFault::UnknownSession { session: 6 }));
-    assert!(bench.board.is_armed(), "a stranger stops nothing");
+    assert!(bench.board.is_armed(), "a frame of another session stops nothing");
     bench.says(&HostMessage::Hello);
     assert!(bench.off() && !bench.board.is_armed());
     assert_eq!(bench.says(&HostMessage::Arm), fault(BoardFault::NotReady));
@@ -285,7 +285,7 @@ fn law_a_silent_host_latches_the_drive_off() {
     }
     assert_eq!(bench.board.tick(), None);
     assert!(bench.off());
-    // The host is back: that alone changes nothing.
+    // Frames of the host alone change nothing.
     assert!(!bench.drives_again());
     assert_eq!(bench.says(&HostMessage::Arm), fault(BoardFault::HostSilent));
     assert_eq!(bench.says(&HostMessage::Step), fault(BoardFault::HostSilent));
@@ -298,7 +298,7 @@ fn law_a_silent_host_latches_the_drive_off() {
 
 /// L5: a frame of any kind within the time keeps the loop going.
 #[test]
-fn law_a_host_that_speaks_is_not_silent() {
+fn law_a_host_that_sends_frames_is_not_silent() {
     let driven = Cell::new(DriveCommand::OFF);
     let mut bench = Bench::driving(&driven);
     for _ in 0..5 {
@@ -308,9 +308,9 @@ fn law_a_host_that_speaks_is_not_silent() {
     assert!(bench.board.is_armed());
 }
 
-/// L6: a board that starts anew knows no session: its answers say so, and it does not drive.
+/// L6: after a restart the board has no session: its answers say so, and it does not drive.
 #[test]
-fn law_a_board_that_starts_anew_says_so_and_does_not_drive() {
+fn law_a_restarted_board_says_so_and_does_not_drive() {
     let driven = Cell::new(DriveCommand::OFF);
     let mut bench = Bench::driving(&driven);
     bench.board = Application::new(Watched(&driven), memory());
@@ -324,7 +324,7 @@ fn law_a_board_that_starts_anew_says_so_and_does_not_drive() {
     bench.drive();
 }
 
-/// L8: nothing of a configuration is taken unless all of it can be.
+/// L8: a configuration with one value out of bounds is refused as a whole.
 #[test]
 fn law_a_configuration_out_of_bounds_is_refused_whole() {
     let driven = Cell::new(DriveCommand::OFF);
@@ -341,14 +341,14 @@ fn law_a_configuration_out_of_bounds_is_refused_whole() {
         assert_eq!(bench.says(&HostMessage::Configure(configuration)), refused);
         assert_eq!(bench.says(&HostMessage::Arm), fault(BoardFault::NotReady));
     }
-    // A refused one leaves the one before in force.
+    // A refused configuration leaves the previous one in force.
     bench.says(&HostMessage::Configure(MOVE));
     bench.says(&HostMessage::Configure(Configuration { target_deg: f64::NAN, ..MOVE }));
     assert_eq!(bench.says(&HostMessage::Arm), [BoardMessage::Armed]);
     bench.drive();
 }
 
-/// L8: what is armed goes on as it was configured.
+/// L8: an armed loop keeps its configuration.
 #[test]
 fn law_a_configuration_is_not_changed_while_armed() {
     let driven = Cell::new(DriveCommand::OFF);
@@ -370,18 +370,18 @@ fn law_missed_deadlines_are_counted_and_latch_when_they_last() {
     let driven = Cell::new(DriveCommand::OFF);
     let mut bench = Bench::driving(&driven);
     for n in 1..=5 * OVERRUNS_MAX {
-        bench.board.ended(n % OVERRUNS_MAX == 0);
+        bench.board.record_deadline(n % OVERRUNS_MAX == 0);
     }
     assert_eq!(bench.board.counters().overruns, 5 * (OVERRUNS_MAX - 1));
     assert!(bench.board.is_armed() && !bench.off());
-    (0..OVERRUNS_MAX).for_each(|_| bench.board.ended(false));
+    (0..OVERRUNS_MAX).for_each(|_| bench.board.record_deadline(false));
     assert!(bench.off());
     assert_eq!(bench.says(&HostMessage::Arm), fault(BoardFault::Overrun));
     bench.says(&HostMessage::Stop);
     assert_eq!(bench.says(&HostMessage::Arm), [BoardMessage::Armed]);
 }
 
-/// An amplifier that limits what it is told is believed: the report says what is really applied.
+/// The report says what the amplifier really applies.
 #[test]
 fn law_the_report_says_what_is_applied() {
     struct Broken;
@@ -404,7 +404,7 @@ fn law_the_report_says_what_is_applied() {
     let mut commanded = false;
     for n in 0..3000_u32 {
         let now = u64::from(n) * PositionLoop::TICK_NANOS;
-        // No two neighbours are equal, or the vibrometer would count as dead.
+        // Neighbouring samples differ: equal ones would mean a vibrometer without signal.
         let velocity_m_s = if now.is_multiple_of(20_000) { 1e-5 } else { -1e-5 };
         let sample = LdvRecord { taken_nanos: now + 1, velocity_m_s };
         hear(&mut board, 3 + 3 * n, &HostMessage::Ldv([sample].into_iter().collect()));

@@ -1,5 +1,7 @@
-//! The whole program on a board: timer, serial line, vibrometer, watchdog, log. `tests/qemu` speaks to it over the emulator's serial line; with a real board's
-//! feature it is that board's: `firmware/BRINGUP.md`.
+//! The whole program on a board: timer, serial line, vibrometer, watchdog, log.
+//!
+//! By default the board is the emulated one, and `tests/qemu` talks to it over the emulator's serial line. The feature
+//! of a real board builds the program for that board: `firmware/BRINGUP.md`.
 
 #![cfg_attr(target_os = "none", no_std, no_main)]
 
@@ -20,21 +22,22 @@ mod board {
     use cortex_m_rt::{entry, exception};
     use firmware::board::hardware::{CLOCK_HZ, Enable, Parts, Vibrometer, Width};
     use firmware::board::{end, stack_bytes_max};
-    use firmware::tasks::{BYTES_PER_TICK_MAX, Fast, Shared};
+    use firmware::tasks::{BYTES_PER_TICK_MAX, TaskMemory, TimerTask};
     use firmware::telemetry::{self, log};
     use heapless::Deque;
     use link::FRAME_BYTES_MAX;
 
-    type FastTask = Fast<'static, Width, Enable, Vibrometer>;
+    type BoardTimerTask = TimerTask<'static, Width, Enable, Vibrometer>;
 
-    /// Where the fast task waits for the first interrupt, which takes it.
-    static HANDOVER: Mutex<Cell<Option<FastTask>>> = Mutex::new(Cell::new(None));
+    /// Keeps the timer task until the first interrupt takes it.
+    static FIRST_TIMER_TASK: Mutex<Cell<Option<BoardTimerTask>>> = Mutex::new(Cell::new(None));
 
-    /// 10 us.
+    /// Clocks of the timer in a tick of 10 us.
     const CLOCKS_PER_TICK: u32 = CLOCK_HZ / 100_000;
 
-    /// Bytes that wait for the line: two frames of any length. What does not fit is lost, and the host sees the gap in the sequence.
-    const OUTBOX_BYTES: usize = 2 * FRAME_BYTES_MAX;
+    /// Bytes that wait for the line: two frames of any length. A frame that does not fit is lost; the host finds the
+    /// gap in the sequence.
+    const OUTGOING_BYTES: usize = 2 * FRAME_BYTES_MAX;
 
     fn start(mut timer: SYST) {
         timer.set_clock_source(SystClkSource::Core);
@@ -44,16 +47,16 @@ mod board {
         timer.enable_interrupt();
     }
 
-    /// Clocks since the timer, which counts down, stood at `before`; right within a tick, and what takes longer is counted as an overrun.
+    /// Clocks since the timer, which counts down, was at `before`: modulo a tick. Work that takes longer is an overrun.
     fn clocks_since(before: u32) -> u32 {
         (before + CLOCKS_PER_TICK).wrapping_sub(SYST::get_current()) % CLOCKS_PER_TICK
     }
 
-    /// A whole frame or nothing of it.
-    fn post(outbox: &mut Deque<u8, OUTBOX_BYTES>, frame: &[u8]) {
-        if outbox.capacity() - outbox.len() >= frame.len() {
+    /// Puts a whole frame in the queue, or nothing of it.
+    fn enqueue(outgoing: &mut Deque<u8, OUTGOING_BYTES>, frame: &[u8]) {
+        if outgoing.capacity() - outgoing.len() >= frame.len() {
             for &byte in frame {
-                let _ = outbox.push_back(byte);
+                let _ = outgoing.push_back(byte);
             }
         }
     }
@@ -61,14 +64,15 @@ mod board {
     #[entry]
     fn main() -> ! {
         let started = Peripherals::take().zip(Parts::take());
-        let (Some((core, parts)), Some(shared)) = (started, singleton!(: Shared = Shared::new())) else {
+        let (Some((core, parts)), Some(memory)) = (started, singleton!(: TaskMemory = TaskMemory::new()))
+        else {
             end(Err(()))
         };
         let Parts { width, enable, mut line, vibrometer, mut watchdog } = parts;
-        let Ok((fast, slow)) = shared.tasks(width, enable, vibrometer) else { end(Err(())) };
-        let mut slow = slow.with_stack_gauge(stack_bytes_max);
-        free(|token| HANDOVER.borrow(token).set(Some(fast)));
-        let mut outbox = Deque::<u8, OUTBOX_BYTES>::new();
+        let Ok((timer_task, loop_task)) = memory.tasks(width, enable, vibrometer) else { end(Err(())) };
+        let mut loop_task = loop_task.with_stack_gauge(stack_bytes_max);
+        free(|token| FIRST_TIMER_TASK.borrow(token).set(Some(timer_task)));
+        let mut outgoing = Deque::<u8, OUTGOING_BYTES>::new();
         let logs = telemetry::open();
         watchdog.start();
         start(core.SYST);
@@ -76,26 +80,26 @@ mod board {
             let mut bytes = heapless::Vec::<u8, BYTES_PER_TICK_MAX>::new();
             while !bytes.is_full() {
                 let Some(byte) = line.read() else { break };
-                // There is room.
+                // Never full here.
                 let _ = bytes.push(byte);
             }
-            slow.receive(&bytes, &mut |frame| post(&mut outbox, frame));
+            loop_task.receive(&bytes, &mut |frame| enqueue(&mut outgoing, frame));
             let before = SYST::get_current();
-            let worked = slow.work(&mut |frame| post(&mut outbox, frame));
-            if worked {
+            let ran = loop_task.run_tick(&mut |frame| enqueue(&mut outgoing, frame));
+            if ran {
                 watchdog.feed();
-                let entry = slow.telemetry(clocks_since(before));
+                let entry = loop_task.telemetry(clocks_since(before));
                 if let Some((tick, entry)) = entry.filter(|_| logs) {
                     log(tick, &entry);
                 }
             }
-            while let Some(&byte) = outbox.front() {
+            while let Some(&byte) = outgoing.front() {
                 if !line.write(byte) {
                     break;
                 }
-                outbox.pop_front();
+                outgoing.pop_front();
             }
-            if !worked && outbox.is_empty() {
+            if !ran && outgoing.is_empty() {
                 cortex_m::asm::wfi();
             }
         }
@@ -103,10 +107,10 @@ mod board {
 
     #[exception]
     fn SysTick() {
-        static mut FAST: Option<FastTask> = None;
-        match FAST {
-            Some(fast) => fast.interrupt(),
-            None => *FAST = free(|token| HANDOVER.borrow(token).take()),
+        static mut TIMER_TASK: Option<BoardTimerTask> = None;
+        match TIMER_TASK {
+            Some(timer_task) => timer_task.interrupt(),
+            None => *TIMER_TASK = free(|token| FIRST_TIMER_TASK.borrow(token).take()),
         }
     }
 }

@@ -1,13 +1,15 @@
-//! Processor in the loop: the loop that flies, in lock step with a host that plays the motor. `host-sim pil` runs it.
+//! Processor in the loop: the program of the board in lock step with a host that simulates the motor. `host-sim pil`
+//! runs it.
 //!
-//! Frames come on the emulator's standard input and go to its standard output, through semihosting; or, when the command line says `link=uart`, over the
-//! emulated serial line. When the input ends, so does the program. The log of a tick is out before the answer is: who has heard the answer can read it.
+//! Frames come from the emulator's standard input and go to its standard output, through semihosting. With `link=uart`
+//! on the command line they use the emulated serial line. The program ends with its input. The log of a tick is written
+//! before the answer, so a host that has the answer can read the log.
 
 #![cfg_attr(target_os = "none", no_std, no_main)]
 
 #[cfg(not(target_os = "none"))]
 fn main() -> std::process::ExitCode {
-    eprintln!("this is the microcontroller's side: run `host-sim pil`");
+    eprintln!("this runs on the microcontroller: run `host-sim pil`");
     std::process::ExitCode::from(2)
 }
 
@@ -34,10 +36,10 @@ mod board {
         }
     }
 
-    /// More than a tick's frames.
+    /// More than the frames of a tick.
     const BLOCK_BYTES: usize = 1024;
 
-    /// What carries the frames.
+    /// The transport of the frames.
     enum Link {
         Files { input: HostFile, output: HostFile },
         Uart(Line),
@@ -52,7 +54,7 @@ mod board {
             Some(Self::Files { input, output })
         }
 
-        /// Waits for bytes; none at the end.
+        /// Waits for bytes; an empty slice at the end.
         fn read<'a>(&mut self, block: &'a mut [u8]) -> &'a [u8] {
             match self {
                 Self::Files { input, .. } => input.read(block),
@@ -70,7 +72,7 @@ mod board {
             }
         }
 
-        /// Whether the host took them.
+        /// Writes all of `bytes`; whether the host took them.
         fn write(&mut self, bytes: &[u8]) -> bool {
             match self {
                 Self::Files { output, .. } => output.write(bytes),
@@ -100,21 +102,21 @@ mod board {
             if bytes.is_empty() {
                 end(debug::EXIT_SUCCESS)
             }
-            // As few calls to the host as possible: each stops the emulation.
-            let mut heard = true;
+            // As few calls to the host as possible, because each stops the emulation.
+            let mut delivered = true;
             application.receive(bytes, &mut |frame| {
                 if answers.extend_from_slice(frame).is_err() {
-                    heard &= link.write(&answers) && link.write(frame);
+                    delivered &= link.write(&answers) && link.write(frame);
                     answers.clear();
                 }
             });
             if let Some((tick, entry)) = application.telemetry().filter(|_| logs) {
                 log(tick, &entry);
             }
-            heard &= link.write(&answers);
+            delivered &= link.write(&answers);
             answers.clear();
-            if !heard {
-                heprintln!("the host does not take what is said");
+            if !delivered {
+                heprintln!("the host does not take the answers");
                 end(debug::EXIT_FAILURE)
             }
         }

@@ -1,4 +1,4 @@
-//! What a program does when it can do no more.
+//! Handlers of panics and faults, and the end of a program. Each switches the drive off first.
 
 use core::arch::asm;
 use core::panic::PanicInfo;
@@ -11,17 +11,17 @@ use super::hardware;
 #[panic_handler]
 fn panic(info: &PanicInfo<'_>) -> ! {
     hardware::drive_off();
-    if is_heard() {
+    if is_debugged() {
         heprintln!("drive {}; {}", on_or_off(), info);
     }
     end(debug::EXIT_FAILURE)
 }
 
-/// A fault of the processor. The stack may be what is at fault: it begins anew, before anything is put on it.
+/// A fault of the processor. An overflow of the stack may be its cause, so the stack pointer is reset first.
 #[expect(unsafe_code, reason = "nothing that was on the stack is used again")]
 #[exception(trampoline = false)]
 unsafe fn HardFault() -> ! {
-    // SAFETY: `after_fault` does not return, and wants nothing but a stack.
+    // SAFETY: `after_fault` does not return, and needs only a stack.
     unsafe {
         asm!("ldr r0, =_stack_start", "msr msp, r0", "b {handle}", handle = sym after_fault, options(noreturn))
     }
@@ -29,26 +29,26 @@ unsafe fn HardFault() -> ! {
 
 extern "C" fn after_fault() -> ! {
     hardware::drive_off();
-    if is_heard() {
+    if is_debugged() {
         heprintln!("drive {}; HardFault", on_or_off());
     }
     end(debug::EXIT_FAILURE)
 }
 
-/// As the register says, not as it should.
+/// Whether the drive is on, read from the register.
 fn on_or_off() -> &'static str {
     if hardware::drive_is_on() { "on" } else { "off" }
 }
 
-/// Whether an emulator or a debugger listens: without, a word to it would be a fault of its own.
-fn is_heard() -> bool {
+/// Whether there is an emulator or a debugger: without one, a semihosting call would be a fault itself.
+fn is_debugged() -> bool {
     cfg!(not(feature = "stm32g474")) || cortex_m::peripheral::DCB::is_debugger_attached()
 }
 
-/// Ends the emulation; where no emulator or debugger listens, stands still until the watchdog starts the board anew.
+/// Ends the emulation. Without emulator or debugger it waits until the watchdog restarts the board.
 pub fn end(outcome: debug::ExitStatus) -> ! {
     hardware::drive_off();
-    if is_heard() {
+    if is_debugged() {
         debug::exit(outcome);
     }
     loop {

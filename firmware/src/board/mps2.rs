@@ -1,4 +1,5 @@
-//! Registers of the mps2 boards: what a microcontroller of today has in its timers, the emulated board has in a latch and a row of lamps.
+//! Registers of the mps2 boards. The emulated board has no pulse-width timer and no bridge: a latch of ten bits stands
+//! for the pulse width, and lamp 0 for the enabling pin.
 
 #![expect(unsafe_code, reason = "registers lie at fixed addresses, in memory that nothing else uses")]
 
@@ -11,7 +12,7 @@ use crate::tasks::NoConverter;
 
 /// Lamp 0 stands for the bridge's enabling pin.
 const LAMPS: *mut u32 = 0x4002_8000 as *mut u32;
-/// A latch of ten bits stands for the pulse width.
+/// Stands for the pulse width.
 const LATCH: *mut u32 = 0x4002_804c as *mut u32;
 const UART: usize = 0x4000_4000;
 const WATCHDOG: usize = 0x4000_8000;
@@ -31,7 +32,7 @@ fn read(base: usize, offset: usize) -> u32 {
     unsafe { register.read_volatile() }
 }
 
-/// Switches the bridge off, whatever the program was doing: one store.
+/// Switches the bridge off by one store, so that it is safe at any time.
 #[inline]
 pub fn drive_off() {
     // SAFETY: the address of a register.
@@ -60,7 +61,7 @@ pub struct Parts {
 }
 
 impl Parts {
-    /// The board's; there is always one.
+    /// The parts of the board; never `None`.
     pub fn take() -> Option<Self> {
         let line = Line::start();
         Some(Self { width: Width, enable: Enable, line, vibrometer: NoConverter, watchdog: Watchdog })
@@ -125,14 +126,14 @@ impl Line {
         Self
     }
 
-    /// A byte, if one has come.
+    /// A byte, if one was received.
     pub fn read(&mut self) -> Option<u8> {
         let waits = read(UART, Self::STATE) & 0b10 != 0;
         #[expect(clippy::cast_possible_truncation, reason = "the register has eight bits")]
         waits.then(|| read(UART, Self::DATA) as u8)
     }
 
-    /// Whether a byte was taken: never waits.
+    /// Writes a byte without waiting; whether there was room for it.
     pub fn write(&mut self, byte: u8) -> bool {
         let free = read(UART, Self::STATE) & 0b01 == 0;
         if free {
@@ -142,10 +143,10 @@ impl Line {
     }
 }
 
-/// No vibrometer at this board: its samples come from the host.
+/// This board has no vibrometer: the samples come from the host.
 pub type Vibrometer = NoConverter;
 
-/// Starts the board anew when it is not fed; after that the drive is off, as after every start.
+/// Restarts the board when it is not fed in time. The drive is off after every start.
 #[derive(Debug)]
 pub struct Watchdog;
 
@@ -156,17 +157,18 @@ impl Watchdog {
     const LOCK: usize = 0xc00;
     const KEY: u32 = 0x1acc_e551;
 
-    /// 5 ms, which it counts twice: what hangs that long is not coming back. Building a filter takes a processor of 250 million instructions a second over 2 ms.
+    /// 5 ms. The watchdog restarts the board after twice this time. Construction of a filter, the longest time between
+    /// two feeds, takes over 2 ms at 250 million instructions a second.
     const CLOCKS: u32 = CLOCK_HZ / 200;
 
-    /// From now on it wants to be fed every 5 ms; ten without, and it starts the board anew.
+    /// Starts it. From now on it must be fed every 5 ms; after 10 ms without, it restarts the board.
     pub fn start(&mut self) {
         write(WATCHDOG, Self::LOCK, Self::KEY);
         write(WATCHDOG, Self::LOAD, Self::CLOCKS);
         write(WATCHDOG, Self::CONTROL, 0b11);
     }
 
-    /// Begins the count anew.
+    /// Restarts the count.
     #[inline]
     pub fn feed(&mut self) {
         write(WATCHDOG, Self::CLEAR, 1);

@@ -1,5 +1,6 @@
-//! STM32G474RE, as on a Nucleo-G474RE: bridge on timer 1, serial line on the debugger's, vibrometer on a converter. Not run on silicon yet:
-//! `firmware/BRINGUP.md` says what to look at, and in which order.
+//! STM32G474RE, as on a Nucleo-G474RE: bridge on timer 1, serial line of the debugger, vibrometer on a converter.
+//!
+//! This module has not run on silicon: `firmware/BRINGUP.md` says what to check, and in which order.
 //!
 //! | pin | what |
 //! |---|---|
@@ -19,27 +20,28 @@ use crate::tasks::Converter;
 /// Frequency of the processor and of everything on its bus.
 pub const CLOCK_HZ: u32 = 170_000_000;
 
-/// Pulse widths: 0 to this.
+/// Largest pulse width; the smallest is 0.
 const WIDTH_MAX: u16 = 1000;
 
 const BAUD: u32 = 921_600;
 
-/// The vibrometer's output, shifted to half the converter's range: 4 V of a Polytec's +-2 V over 4096 codes, at 0.1 m/s per volt.
+/// The vibrometer's output, shifted to half the converter's range: 4 V of a Polytec's +-2 V over 4096 codes, at 0.1 m/s
+/// per volt.
 const VELOCITY_M_S_PER_CODE: f32 = 0.1 * 4.0 / 4096.0;
 const CODE_MAX: u16 = 4095;
 
-/// Switches the bridge off, whatever the program was doing: one store to the pin's reset register.
+/// Switches the bridge off by one store to the pin's reset register, so that it is safe at any time.
 #[inline]
 pub fn drive_off() {
-    #[expect(unsafe_code, reason = "the port belongs to `Enable`, which a fault cannot ask")]
-    // SAFETY: the one store that follows clears a pin, and no other part of the program's state; right whoever owns the port.
+    #[expect(unsafe_code, reason = "the port belongs to `Enable`, which a fault handler cannot reach")]
+    // SAFETY: the one store that follows clears a pin and changes nothing else, so no owner of the port is disturbed.
     let port = unsafe { pac::GPIOB::steal() };
     port.bsrr().write(|w| w.br0().set_bit());
 }
 
 /// Whether the bridge is on.
 pub fn drive_is_on() -> bool {
-    #[expect(unsafe_code, reason = "the port belongs to `Enable`, which a fault cannot ask")]
+    #[expect(unsafe_code, reason = "the port belongs to `Enable`, which a fault handler cannot reach")]
     // SAFETY: a reading without effect.
     let port = unsafe { pac::GPIOB::steal() };
     port.odr().read().odr0().bit_is_set()
@@ -61,7 +63,7 @@ pub struct Parts {
 }
 
 impl Parts {
-    /// The board's, once. Clocks first, then pins, then what is on them; the bridge's pin before all others.
+    /// The parts of the board, once. Clocks are set first, then pins, the bridge's before all others, then devices.
     pub fn take() -> Option<Self> {
         let device = pac::Peripherals::take()?;
         clocks(&device);
@@ -90,10 +92,10 @@ impl Parts {
 fn clocks(device: &pac::Peripherals) {
     let rcc = &device.RCC;
     rcc.apb1enr1().modify(|_, w| w.pwren().set_bit());
-    // Boost: without it the core may run at 150 MHz only.
+    // Boost mode: without it the limit of the core is 150 MHz.
     device.PWR.cr5().modify(|_, w| w.r1mode().clear_bit());
     #[expect(unsafe_code, reason = "the register's description does not bound its values")]
-    // SAFETY: four wait states, as many as this frequency wants, are among the register's values.
+    // SAFETY: four wait states, which this frequency needs, are among the register's values.
     device.FLASH.acr().modify(|_, w| unsafe { w.latency().bits(4) });
     #[expect(unsafe_code, reason = "the register's description does not bound its values")]
     // SAFETY: 85 is within the multiplier's 8 to 127, and 3 divides by 4.
@@ -171,7 +173,7 @@ impl Line {
         Self(uart)
     }
 
-    /// A byte, if one has come.
+    /// A byte, if one was received.
     pub fn read(&mut self) -> Option<u8> {
         let status = self.0.isr().read();
         if status.ore().bit_is_set() {
@@ -181,7 +183,7 @@ impl Line {
         status.rxne().bit_is_set().then(|| self.0.rdr().read().rdr().bits() as u8)
     }
 
-    /// Whether a byte was taken: never waits.
+    /// Writes a byte without waiting; whether there was room for it.
     pub fn write(&mut self, byte: u8) -> bool {
         let free = self.0.isr().read().txe().bit_is_set();
         if free {
@@ -191,7 +193,7 @@ impl Line {
     }
 }
 
-/// The vibrometer, converted without pause.
+/// The vibrometer on a converter that runs continuously.
 #[derive(Debug)]
 pub struct Vibrometer(pac::ADC1);
 
@@ -219,28 +221,28 @@ impl Vibrometer {
 impl Converter for Vibrometer {
     fn velocity_m_s(&mut self) -> Option<f32> {
         let code = self.0.dr().read().rdata().bits();
-        // Either end of the range may be anything beyond it.
+        // Either end of the range may stand for any value beyond it.
         let within = code > 0 && code < CODE_MAX;
         within.then(|| (f32::from(code) - 0.5 * f32::from(CODE_MAX)) * VELOCITY_M_S_PER_CODE)
     }
 }
 
-/// Starts the board anew when it is not fed for ten milliseconds, in which a filter is built; it cannot be stopped.
+/// Restarts the board when it is not fed for 10 ms, longer than construction of a filter. It cannot be stopped.
 #[derive(Debug)]
 pub struct Watchdog(pac::IWDG);
 
 impl Watchdog {
-    /// From now on it wants to be fed.
+    /// Starts it. From now on it must be fed.
     pub fn start(&mut self) {
         self.0.kr().write(|w| w.key().start());
         self.0.kr().write(|w| w.key().unlock());
-        // 32 kHz over 4, 80 of them.
+        // 80 periods of 32 kHz / 4.
         self.0.pr().write(|w| w.pr().divide_by4());
         self.0.rlr().write(|w| w.rl().set(80));
         self.feed();
     }
 
-    /// Begins the count anew.
+    /// Restarts the count.
     #[inline]
     pub fn feed(&mut self) {
         self.0.kr().write(|w| w.key().feed());

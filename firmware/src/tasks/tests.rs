@@ -11,7 +11,7 @@ use link::{
 
 use super::*;
 
-/// A bridge: whether it is on.
+/// A bridge that shows whether it is on.
 struct Bridge<'a>(&'a Cell<bool>);
 
 impl pwm::ErrorType for Bridge<'_> {
@@ -44,7 +44,7 @@ impl OutputPin for Bridge<'_> {
     }
 }
 
-/// A rotor at rest, as a vibrometer at the board hears it: one whose neighbouring samples differ, or it would count as dead.
+/// The vibrometer of a rotor at rest. Neighbouring samples differ: equal ones would mean a vibrometer without signal.
 #[derive(Default)]
 struct Quiet(bool);
 
@@ -55,18 +55,22 @@ impl Converter for Quiet {
     }
 }
 
-fn says(slow: &mut Slow<'_>, sequence: &mut u32, message: &HostMessage) -> Vec<BoardMessage> {
+fn says(loop_task: &mut LoopTask<'_>, sequence: &mut u32, message: &HostMessage) -> Vec<BoardMessage> {
     let mut frame = [0; FRAME_BYTES_MAX];
     let header = Header { session: 1, sequence: *sequence, ticks: 0 };
     *sequence += 1;
     let length = encode(header, message, &mut frame).unwrap();
     let mut answers = Vec::new();
-    slow.receive(&frame[..length], &mut |frame| answers.push(decode(&mut frame.to_vec()).unwrap().1));
+    loop_task.receive(&frame[..length], &mut |frame| answers.push(decode(&mut frame.to_vec()).unwrap().1));
     answers
 }
 
-/// Arms, and shows a rotor at rest until the bridge is on.
-fn drive(fast: &mut Fast<'_, Bridge<'_>, Bridge<'_>, Quiet>, slow: &mut Slow<'_>, on: &Cell<bool>) -> u32 {
+/// Arms the loop, and measures a rotor at rest until the bridge is on; the next sequence number.
+fn drive(
+    timer_task: &mut TimerTask<'_, Bridge<'_>, Bridge<'_>, Quiet>,
+    loop_task: &mut LoopTask<'_>,
+    on: &Cell<bool>,
+) -> u32 {
     let configuration = Configuration {
         filter: FilterKind::ConstantRate,
         target_deg: 90.0,
@@ -75,16 +79,19 @@ fn drive(fast: &mut Fast<'_, Bridge<'_>, Bridge<'_>, Quiet>, slow: &mut Slow<'_>
     };
     let mut sequence = 0;
     for message in [HostMessage::Hello, HostMessage::Configure(configuration), HostMessage::Arm] {
-        assert_eq!(says(slow, &mut sequence, &message).len(), 1);
+        assert_eq!(says(loop_task, &mut sequence, &message).len(), 1);
     }
     for tick in 1..5000 {
         if tick % 10 == 0 {
             let exposed_nanos = tick * PositionLoop::TICK_NANOS;
             let frame = CameraRecord { exposed_nanos, angle_units: 350_546 * i32::from(tick % 20 == 0) };
-            says(slow, &mut sequence, &HostMessage::Camera(frame));
+            says(loop_task, &mut sequence, &HostMessage::Camera(frame));
         }
-        fast.interrupt();
-        assert!(slow.work(&mut |_| ()) && !slow.work(&mut |_| ()), "one tick for one interrupt");
+        timer_task.interrupt();
+        assert!(
+            loop_task.run_tick(&mut |_| ()) && !loop_task.run_tick(&mut |_| ()),
+            "one tick for one interrupt"
+        );
         if on.get() {
             return sequence;
         }
@@ -92,85 +99,88 @@ fn drive(fast: &mut Fast<'_, Bridge<'_>, Bridge<'_>, Quiet>, slow: &mut Slow<'_>
     panic!("the loop does not drive");
 }
 
-/// A command takes effect at the next interrupt, and the twin turns under it.
+/// A command takes effect at the next interrupt, and the twin turns.
 #[test]
 fn law_commands_reach_bridge_and_twin() {
     let on = Cell::new(true);
-    let mut shared = Shared::new();
-    let (mut fast, mut slow) = shared.tasks(Bridge(&on), Bridge(&on), Quiet::default()).unwrap();
+    let mut memory = TaskMemory::new();
+    let (mut timer_task, mut loop_task) = memory.tasks(Bridge(&on), Bridge(&on), Quiet::default()).unwrap();
     assert!(!on.get(), "off from the start");
-    drive(&mut fast, &mut slow, &on);
+    drive(&mut timer_task, &mut loop_task, &on);
     for _ in 0..300 {
-        fast.interrupt();
-        slow.work(&mut |_| ());
+        timer_task.interrupt();
+        loop_task.run_tick(&mut |_| ());
     }
-    assert!(on.get() && slow.twin_rate_rad_s() > 0.5, "{}", slow.twin_rate_rad_s());
+    assert!(on.get() && loop_task.twin_rate_rad_s() > 0.5, "{}", loop_task.twin_rate_rad_s());
 }
 
-/// Steps with pressed teeth are long, and at rest tell nothing.
+/// Steps with sustained contact take long, and are not needed at rest.
 #[test]
 fn law_a_twin_at_rest_takes_no_steps() {
     let on = Cell::new(false);
-    let mut shared = Shared::new();
-    let (mut fast, mut slow) = shared.tasks(Bridge(&on), Bridge(&on), Quiet::default()).unwrap();
-    fast.state.rotor.rate_rad_s = 5.0;
+    let mut memory = TaskMemory::new();
+    let (mut timer_task, mut loop_task) = memory.tasks(Bridge(&on), Bridge(&on), Quiet::default()).unwrap();
+    timer_task.state.rotor.rate_rad_s = 5.0;
     let mut steps = 0;
     for _ in 0..1000 {
-        steps = fast.state.steps;
-        fast.interrupt();
-        slow.work(&mut |_| ());
+        steps = timer_task.state.steps;
+        timer_task.interrupt();
+        loop_task.run_tick(&mut |_| ());
     }
-    assert!((1..500).contains(&steps) && fast.state.steps == steps, "{steps}");
-    assert!(slow.twin_rate_rad_s().abs() < f32::EPSILON, "{}", slow.twin_rate_rad_s());
+    assert!((1..500).contains(&steps) && timer_task.state.steps == steps, "{steps}");
+    assert!(loop_task.twin_rate_rad_s().abs() < f32::EPSILON, "{}", loop_task.twin_rate_rad_s());
 }
 
-/// The slow task hangs for eight ticks and for fifty: late ticks and lost ones are overruns, and ten in a row switch off.
+/// The loop task hangs for eight ticks and for fifty. Late ticks and lost ticks are overruns, and ten in a row switch
+/// off.
 #[test]
 fn law_late_and_lost_ticks_are_overruns() {
     let on = Cell::new(true);
-    let mut shared = Shared::new();
-    let (mut fast, mut slow) = shared.tasks(Bridge(&on), Bridge(&on), Quiet::default()).unwrap();
-    drive(&mut fast, &mut slow, &on);
-    (0..7).for_each(|_| fast.interrupt());
-    while slow.work(&mut |_| ()) {}
-    assert_eq!(slow.application.counters().overruns, 6, "the last of seven is in time");
-    fast.interrupt();
+    let mut memory = TaskMemory::new();
+    let (mut timer_task, mut loop_task) = memory.tasks(Bridge(&on), Bridge(&on), Quiet::default()).unwrap();
+    drive(&mut timer_task, &mut loop_task, &on);
+    (0..7).for_each(|_| timer_task.interrupt());
+    while loop_task.run_tick(&mut |_| ()) {}
+    assert_eq!(loop_task.application.counters().overruns, 6, "the last of seven is in time");
+    timer_task.interrupt();
     assert!(on.get());
-    (0..50).for_each(|_| fast.interrupt());
+    (0..50).for_each(|_| timer_task.interrupt());
     let mut said = Vec::new();
-    while slow.work(&mut |frame| said.push(decode::<BoardMessage>(&mut frame.to_vec()).unwrap().1)) {}
-    fast.interrupt();
-    slow.work(&mut |frame| said.push(decode::<BoardMessage>(&mut frame.to_vec()).unwrap().1));
+    while loop_task.run_tick(&mut |frame| said.push(decode::<BoardMessage>(&mut frame.to_vec()).unwrap().1)) {
+    }
+    timer_task.interrupt();
+    loop_task.run_tick(&mut |frame| said.push(decode::<BoardMessage>(&mut frame.to_vec()).unwrap().1));
     said.retain(|message| !matches!(message, BoardMessage::Report(_)));
     assert_eq!(said, [BoardMessage::Fault(BoardFault::Overrun)]);
-    fast.interrupt();
+    timer_task.interrupt();
     assert!(!on.get());
 }
 
-/// Building a filter takes hundreds of ticks on a slow processor, most of them not yet counted when the host arms: its silence begins then, not before.
+/// Construction of a filter takes hundreds of ticks on a slow processor, and most are not yet counted when the host
+/// arms. The time of the host's silence begins at arming.
 #[test]
 fn law_ticks_before_arming_are_no_silence() {
     let on = Cell::new(true);
-    let mut shared = Shared::new();
-    let (mut fast, mut slow) = shared.tasks(Bridge(&on), Bridge(&on), Quiet::default()).unwrap();
+    let mut memory = TaskMemory::new();
+    let (mut timer_task, mut loop_task) = memory.tasks(Bridge(&on), Bridge(&on), Quiet::default()).unwrap();
     let configuration = Configuration {
         filter: FilterKind::ConstantRate,
         target_deg: 90.0,
         tolerance_deg: 0.02,
         deadline_nanos: 30_000_000_000,
     };
-    says(&mut slow, &mut 0, &HostMessage::Hello);
-    says(&mut slow, &mut 1, &HostMessage::Configure(configuration));
-    (0..500).for_each(|_| fast.interrupt());
-    assert_eq!(says(&mut slow, &mut 2, &HostMessage::Arm), [BoardMessage::Armed]);
+    says(&mut loop_task, &mut 0, &HostMessage::Hello);
+    says(&mut loop_task, &mut 1, &HostMessage::Configure(configuration));
+    (0..500).for_each(|_| timer_task.interrupt());
+    assert_eq!(says(&mut loop_task, &mut 2, &HostMessage::Arm), [BoardMessage::Armed]);
     let mut ticks = 0;
     let is_silent = |said: &BoardMessage| *said == BoardMessage::Fault(BoardFault::HostSilent);
     let mut said = Vec::new();
     while !said.iter().any(is_silent) {
         ticks += 1;
         assert!(ticks < 2000, "{said:?}");
-        fast.interrupt();
-        slow.work(&mut |frame| said.push(decode::<BoardMessage>(&mut frame.to_vec()).unwrap().1));
+        timer_task.interrupt();
+        loop_task.run_tick(&mut |frame| said.push(decode::<BoardMessage>(&mut frame.to_vec()).unwrap().1));
     }
     assert!((1000..=1002).contains(&ticks), "{ticks}");
 }
@@ -178,19 +188,19 @@ fn law_ticks_before_arming_are_no_silence() {
 #[test]
 fn law_a_silent_host_takes_the_bridge_off() {
     let on = Cell::new(true);
-    let mut shared = Shared::new();
-    let (mut fast, mut slow) = shared.tasks(Bridge(&on), Bridge(&on), Quiet::default()).unwrap();
-    let mut sequence = drive(&mut fast, &mut slow, &on);
+    let mut memory = TaskMemory::new();
+    let (mut timer_task, mut loop_task) = memory.tasks(Bridge(&on), Bridge(&on), Quiet::default()).unwrap();
+    let mut sequence = drive(&mut timer_task, &mut loop_task, &on);
     let mut said = Vec::new();
     for _ in 0..1010 {
-        fast.interrupt();
-        slow.work(&mut |frame| said.push(decode::<BoardMessage>(&mut frame.to_vec()).unwrap().1));
+        timer_task.interrupt();
+        loop_task.run_tick(&mut |frame| said.push(decode::<BoardMessage>(&mut frame.to_vec()).unwrap().1));
     }
     assert!(!on.get());
     // A report every millisecond until then, and the fault once.
     let faults =
         said.iter().filter(|said| matches!(said, BoardMessage::Fault(BoardFault::HostSilent))).count();
     assert!(faults == 1 && (10..=11).contains(&(said.len() - 1)), "{said:?}");
-    says(&mut slow, &mut sequence, &HostMessage::Stop);
-    assert_eq!(says(&mut slow, &mut sequence, &HostMessage::Arm), [BoardMessage::Armed]);
+    says(&mut loop_task, &mut sequence, &HostMessage::Stop);
+    assert_eq!(says(&mut loop_task, &mut sequence, &HostMessage::Arm), [BoardMessage::Armed]);
 }

@@ -1,6 +1,6 @@
-//! Entries as defmt's log statements. The time of each is the loop's tick.
+//! Entries as log statements of defmt. The time of an entry is the number of its tick.
 //!
-//! Fields are `name=value` with the unit in the name, so that a program can read them as well; numbers are written out in full, which keeps every bit.
+//! Fields are `name=value` with the unit in the name, so that a program can read them. Numbers keep every bit.
 
 use core::cell::Cell;
 
@@ -10,23 +10,23 @@ use defmt::{error, info, warn};
 use estimator::Verdict;
 use motor_model::{DriveCommand, DriveMode};
 
-use super::{Entry, Standing};
+use super::{ArmingState, Entry};
 
-/// The tick that is told of.
+/// The tick of the entry.
 static TICK: Mutex<Cell<u64>> = Mutex::new(Cell::new(0));
 
 defmt::timestamp!("{=u64}", free(|token| TICK.borrow(token).get()));
 
-/// Tells `entry` of tick number `tick`. From one task only.
+/// Logs `entry` of tick number `tick`. Called from one task only.
 // Never inlined: `host-sim size` follows every call from here.
 #[inline(never)]
 pub fn log(tick: u64, entry: &Entry) {
     free(|token| TICK.borrow(token).set(tick));
     match entry {
-        Entry::Standing(Standing::Safe) => info!("standing safe"),
-        Entry::Standing(Standing::Armed) => info!("standing armed"),
-        Entry::Standing(Standing::HostSilent) => error!("fault host_silent: drive off until a stop"),
-        Entry::Standing(Standing::Overrun) => error!("fault overrun: drive off until a stop"),
+        Entry::Arming(ArmingState::Safe) => info!("state safe"),
+        Entry::Arming(ArmingState::Armed) => info!("state armed"),
+        Entry::Arming(ArmingState::HostSilent) => error!("fault host_silent: drive off until a stop"),
+        Entry::Arming(ArmingState::Overrun) => error!("fault overrun: drive off until a stop"),
         Entry::Estimate(estimate) => info!(
             "estimate angle_units={=i64} rate_rad_s={=f32} angle_rad2={=f32} rate_rad2_s2={=f32} resting={=bool}",
             estimate.angle.units(),
@@ -36,7 +36,8 @@ pub fn log(tick: u64, entry: &Entry) {
             estimate.resting
         ),
         Entry::Timing { clocks_max, counters } => info!(
-            "timing clocks_max={=u32} overruns={=u32} taken={=u32} damaged={=u32} oversize={=u32} lost={=u32} late={=u32} duplicates={=u32} dropped={=u32}",
+            "timing clocks_max={=u32} overruns={=u32} taken={=u32} damaged={=u32} oversize={=u32} lost={=u32} \
+             late={=u32} duplicates={=u32} dropped={=u32}",
             *clocks_max,
             counters.overruns,
             counters.taken,
@@ -63,7 +64,7 @@ pub fn log(tick: u64, entry: &Entry) {
                 ),
             }
         }
-        Entry::Phase(phase) => tell_phase(phase),
+        Entry::Phase(phase) => log_phase(phase),
         Entry::Health(health) => info!("health {}", health),
         Entry::Drive { command, applied } => {
             let (wanted, amplitude) = (mode(*command), applied.amplitude());
@@ -82,7 +83,7 @@ pub fn log(tick: u64, entry: &Entry) {
     }
 }
 
-fn tell_phase(phase: &PositioningPhase) {
+fn log_phase(phase: &PositioningPhase) {
     match phase {
         PositioningPhase::Waiting(health) => info!("phase waiting {}", health),
         PositioningPhase::Cruise { .. } => info!("phase cruise"),
@@ -93,7 +94,7 @@ fn tell_phase(phase: &PositioningPhase) {
     }
 }
 
-#[expect(clippy::match_same_arms, reason = "texts differ in the ELF only")]
+#[expect(clippy::match_same_arms, reason = "the texts differ in the ELF only")]
 fn mode(command: DriveCommand) -> defmt::Str {
     match command.mode() {
         None => defmt::intern!("off"),

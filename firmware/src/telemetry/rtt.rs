@@ -1,9 +1,9 @@
-//! Where the log goes from a real board: into a buffer that a debugger reads while the program runs (RTT). Without a debugger it is overwritten, and
-//! nobody waits.
+//! The log of a real board goes into a buffer that a debugger reads while the program runs (RTT). Without a debugger
+//! the buffer is overwritten, and the program does not wait.
 
 use defmt_rtt as _;
 
-/// Whether anything may be told: always.
+/// Whether there is a log: always.
 pub fn open() -> bool {
     true
 }

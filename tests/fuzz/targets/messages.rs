@@ -40,7 +40,7 @@ fuzz_target!(|bytes: &[u8]| {
                 board.receive(&frame[..length], &mut send);
             }
             _ if what < 220 => assert_eq!(board.tick().is_some(), board.is_armed()),
-            _ if what < 230 => board.ended(what % 2 == 0),
+            _ if what < 230 => board.record_deadline(what % 2 == 0),
             _ => board.receive(&rest[..rest.len().min(usize::from(what))], &mut send),
         }
         assert!(board.is_armed() || driven.get() == DriveCommand::OFF);
