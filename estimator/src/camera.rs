@@ -1,4 +1,11 @@
-//! Frames in the order of their exposures: gate, lag, rest, smoother.
+//! Frames in the order of their exposures.
+//!
+//! | module | what it does |
+//! |---|---|
+//! | [`tracker`] | which frames are used, and in which order: gate, lag of late frames, restart, stuck camera |
+//! | [`track`] | the two states, what a frame does to them, and rest |
+//! | [`track_covariance`] | what tracker and track need of a filter's covariance |
+//! | [`smoother`] | angle and rate at an earlier instant, from the frames after it as well |
 
 pub(crate) mod smoother;
 pub(crate) mod track;

@@ -1,4 +1,4 @@
-//! The record that every measurement leaves.
+//! The record of a measurement: its innovation, and whether it was used.
 
 use motor_model::{Real, Time};
 
@@ -13,17 +13,17 @@ pub enum Source {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Rejection {
-    /// From before the oldest measurement that is kept: too late.
+    /// Exposed before the oldest frame kept: too late.
     OutOfHorizon,
-    /// One of this time has come already.
+    /// A frame of this exposure has arrived already.
     Duplicate,
-    /// From after the filter's own time: its clock is wrong.
+    /// Exposed after the filter's own time: its clock is wrong.
     Future,
-    /// Too far from its prediction to be believed.
+    /// Beyond the gate: too far from its prediction.
     Gate,
-    /// At rest, the same code again without a sign of dither: it tells no more than quantisation lets it.
+    /// At rest, the same code without dither: it holds no information beyond the quantisation.
     Repeated,
-    /// The same code again and again of a rotor that is being struck: the camera is stuck.
+    /// The same code again and again while the rotor is driven: the camera is stuck.
     Stuck,
 }
 
@@ -33,13 +33,13 @@ pub enum Rejection {
 pub enum Verdict {
     /// It corrected the estimate.
     Used,
-    /// It began the estimate, or began it anew after too many rejections in a row.
+    /// It started the estimate, or restarted it after too many rejections in a row.
     Restarted,
     /// It did not correct the estimate.
     Rejected(Rejection),
 }
 
-/// A measurement as the filter saw it.
+/// A measurement, its prediction, and what became of it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Innovation<T> {
     /// Where it came from.

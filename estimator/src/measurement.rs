@@ -7,7 +7,7 @@ use motor_model::{Angle, Time};
 pub struct CameraFrame {
     /// The middle of the frame's exposure; it arrives later.
     pub exposed_at: Time,
-    /// Angle within the turn; whole turns are not seen.
+    /// Angle within the turn; a camera does not show whole turns.
     pub angle: Angle,
 }
 
@@ -20,5 +20,5 @@ pub struct LdvSample {
     pub velocity_m_s: f32,
 }
 
-/// How far the filter's clock and that of a measurement may be apart, in ns.
+/// Largest difference between the filter's clock and the time of a measurement, in ns.
 pub(crate) const CLOCK_TOLERANCE_NANOS: u32 = 1_000_000;

@@ -1,4 +1,10 @@
-//! Samples of the vertical velocity: impacts, rest, and what moves the rotor.
+//! Samples of the rotor's vertical velocity.
+//!
+//! | module | what it finds |
+//! |---|---|
+//! | [`impact_detector`] | impacts: jumps of the velocity in flight; faults of the vibrometer |
+//! | [`rest`] | whether the rotor is quiet: the mean square of the velocity |
+//! | [`motion`] | from both the drive and the vibrometer: driven in which mode, or quiet; the filter's clock |
 
 pub(crate) mod impact_detector;
 pub(crate) mod motion;

@@ -1,21 +1,30 @@
-//! The angle after the fact: a fixed-lag smoother over the frames that a filter keeps.
+//! Angle and rate at an earlier instant: a fixed-lag smoother over the frames that a filter keeps.
 //!
-//! What frames *after* an instant tell of it is carried back from frame to frame (Rauch, Tung and Striebel):
+//! Information of later frames is carried back from frame to frame (Rauch, Tung and Striebel):
 //!
 //! ```text
 //! C = P F' (P-)^-1,    x^s = x + C (x^s+ - x-),    P^s = (1 - C F) P (1 - C F)' + C (P^s+ + Q) C'
 //! ```
 //!
-//! with x, P the filter's at the earlier instant, x-, P- these carried to the later one, and + what is smoothed there. The last form is a sum of squares: definite
-//! whatever the rounding. The inverse is taken by the factors of P-. F is `[1 dt; 0 1]`; Q is what the filter's own process adds on the way, kicks
-//! included, found by carrying a state known exactly. For a linear process this is the least-squares fit to all frames kept, weighted by their
-//! variances; where teeth stick F keeps less of the rate's error than 1, and is found by carrying an error of the rate ([`RateErrorResponse`]). The largest lag is that of [`crate::FRAMES_KEPT`].
+//! Here x, P are the filter's at the earlier instant, x-, P- the same carried to the later instant, and + marks the
+//! smoothed values there. The last form is a sum of squares, so it is positive definite whatever the rounding. P- is
+//! inverted by its factors.
 //!
-//! [`crate::TwinFilter`] has no such answer. Its track has friction and the teeth's reach beside angle and rate, and a frame corrects all four: two of them carried back by themselves would take the later
-//! frames' news of the friction for news of the rate. Of all four the gain is a solution of four equations a frame and strike, 32 frames back; and it would gain less, because what the twin does not know
-//! of a kick is a tenth of what the others do not.
+//! - Q is what the filter's process adds on the way, kicks included. It is found by propagating a state known exactly.
+//! - F is the Jacobian of the process, `[1 f_angle; 0 f_rate]`: `[1 dt; 0 1]` between impacts. Where teeth stick, less
+//!   than 1 of the rate's error remains. Its second column is found by propagating a unit error of the rate
+//!   ([`RateErrorResponse`]).
 //!
-//! Sources: Rauch, Tung and Striebel, AIAA Journal 3 (1965) 1445-1450; the form of the covariance: Bierman (1977), chapter X.
+//! For a linear process the result is the least-squares fit to all frames kept, weighted by their variances. The
+//! largest lag is that of [`crate::FRAMES_KEPT`].
+//!
+//! [`crate::TwinFilter`] has no smoother. Its track has further states, and a frame corrects all of them: with angle
+//! and rate alone, information on friction would be taken for information on the rate. The gain of all states is a
+//! system of four equations for each frame and impact, 32 frames back, and it would improve less, because the twin's
+//! uncertainty of a kick is a tenth of the other filters'.
+//!
+//! Sources: Rauch, Tung and Striebel, AIAA Journal 3 (1965) 1445-1450; the form of the covariance: Bierman (1977),
+//! chapter X.
 
 use motor_model::{Angle, AngleAccumulator, Real, Time};
 use nalgebra::{Matrix2, Vector2};
@@ -25,7 +34,7 @@ use crate::camera::track_covariance::TrackCovariance;
 use crate::factorised::angle_rate::AngleRateCovariance;
 use crate::filter::Estimate;
 
-/// Angle and rate with the covariance of both, after the fact.
+/// Angle and rate at an earlier instant with their covariance, from the frames before and after it.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Smoothed<T: Real> {
     at: Time,
@@ -40,7 +49,8 @@ fn dense<T: Real>(factors: &AngleRateCovariance<T>) -> Matrix2<T> {
     Matrix2::new(factors.angle_rad2(), cross, cross, factors.rate_rad2_s2())
 }
 
-/// What becomes of a unit error of the rate: a belief that is carried beside a state to tell F's second column.
+/// What becomes of a unit error of the rate: the second column of the Jacobian F. It is propagated in place of a
+/// covariance.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct RateErrorResponse<T> {
     angle: T,
@@ -83,13 +93,13 @@ impl<T: Real> TrackCovariance<T> for RateErrorResponse<T> {
     }
 }
 
-/// A process that a smoother can run backwards.
+/// A process whose Jacobian the smoother can find.
 pub(crate) trait Reversible<T>: Process<T> + Process<T, RateErrorResponse<T>> {}
 
 impl<T, P: Process<T> + Process<T, RateErrorResponse<T>>> Reversible<T> for P {}
 
 impl<T: Real> Smoothed<T> {
-    /// The filter's own, where no later frame is.
+    /// The filter's own estimate, at the newest frame.
     pub(crate) fn newest(state: &State<T>) -> Self {
         Self {
             at: state.at,
@@ -99,7 +109,7 @@ impl<T: Real> Smoothed<T> {
         }
     }
 
-    /// What this tells of the earlier `state`; `kick_rad2_s2` is the variance of a kick right after that.
+    /// The smoothed values at the earlier `state`. `kick_rad2_s2` is the variance of a kick right after it.
     pub(crate) fn step_back_to(
         &self,
         state: &State<T>,
@@ -168,8 +178,8 @@ mod tests {
     /// Frames, and twice as many unknowns.
     const N: usize = 20;
 
-    /// All frames at once by least squares: start, steps and frames weighted by their variances; against the smoother at every exposure and, as an
-    /// unknown of its own would not change the others, against a straight line's half way between two where the rate's noise is none.
+    /// The smoother at every exposure against all frames at once by least squares: start, steps and frames weighted by
+    /// their variances.
     #[test]
     fn dual_smoother_is_the_batch_fit() {
         let mut tuning = ConstantRateTuning::<f64>::default();
@@ -221,7 +231,7 @@ mod tests {
         }
     }
 
-    /// Before the oldest frame kept there is nothing; at the newest and after it the filter's own.
+    /// Before the oldest frame kept there is no answer; at the newest and after it the filter's own.
     #[test]
     fn exact_ends_of_the_lag() {
         let mut filter = ConstantRate::<f32>::new(&ConstantRateTuning::default());

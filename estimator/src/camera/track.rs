@@ -1,46 +1,56 @@
-//! The two states, angle and rate, and what every filter of them does with a frame.
+//! The two states, angle and rate, and what a frame does to them in every filter.
+//!
+//! | index | symbol | unit | meaning | prior |
+//! |---|---|---|---|---|
+//! | 0 | angle | 2^-32 turn, errors in rad | rotation of the rotor, whole turns counted | first frame, its variance R |
+//! | 1 | rate | rad/s | angular rate | 0, standard deviation 20 rad/s |
 //!
 //! ```text
-//! camera = angle + noise of variance R = sigma^2 + Delta^2 / 12      sigma: tracking noise, Delta: step of the quantisation
+//! camera = angle + noise of variance R = sigma^2 + Delta^2 / 12   sigma: tracking noise, Delta: quantisation step
 //! ```
 //!
-//! A filter brings its own [`Process`]: how angle, rate and covariance go on between frames. What a frame does to them is here; which frames are
-//! let in, and in which order, is the [`crate::camera::tracker`]'s.
+//! A filter brings its own [`Process`]: how angle, rate and covariance change between frames. What a frame does to them
+//! is here. Which frames are used, and in which order, is decided in [`crate::camera::tracker`].
 //!
 //! # Exposure
 //!
-//! A frame shows the mean angle over its exposure T, which of a steady rate is the angle at the middle: the time that a frame bears, and at which it is
-//! fused. A rate that wanders with intensity q makes the mean differ from the middle by the variance `q T^3 / 320`, 1e-11 rad^2 at the most that occurs here (q =
-//! 3000, T = 100 us): a ten-thousandth of R, so nothing is added for it.
+//! A frame shows the mean angle over its exposure T. At a steady rate this is the angle at the middle, which is the
+//! time of the frame, and at which it is fused. A rate that wanders with intensity q makes the mean differ from the
+//! middle by the variance `q T^3 / 320`: 1e-11 rad^2 at most (q = 3000, T = 100 us), a ten-thousandth of R. Nothing is
+//! added for it.
 //!
 //! # Rest and quantisation
 //!
-//! A rotor at rest shows the camera one point of one cell. Averaging frames is then right only as far as the tracking noise dithers the
-//! quantisation: with noise sigma the mean code is off by up to `(Delta / pi) exp(-2 pi^2 sigma^2 / Delta^2)`, 0.07 milli-degrees at the default
-//! camera's `sigma = Delta / 2`, and by up to `Delta / 2`, 15 milli-degrees, without noise. Whether there is dither shows: with `sigma = Delta / 2` the code changes
-//! from frame to frame with probability 0.46 to 0.53, wherever in its cell the rotor lies. So at rest the share of changes is followed (over 64
-//! frames, from 0). While it is below 0.2 a code that only repeats itself is refused ([`crate::Rejection::Repeated`]) as soon as the angle is known to
-//! `Delta^2 / 12`, the variance of a uniform error within the cell. With the default camera the share passes 0.2 within some 35 frames, and then stays
-//! six standard deviations above.
+//! A rotor at rest shows the camera one point of one cell. An average of frames is right only as far as the tracking
+//! noise dithers the quantisation. With noise sigma the mean code is off by up to `(Delta / pi) exp(-2 pi^2 sigma^2 /
+//! Delta^2)`: 0.07 milli-degrees at the default camera's `sigma = Delta / 2`. Without noise it is off by up to `Delta /
+//! 2`, 15 milli-degrees. The codes show whether there is dither: with `sigma = Delta / 2` the code changes from frame
+//! to frame with probability 0.46 to 0.53, wherever in its cell the rotor lies. So at rest the share of changes is
+//! averaged (over 64 frames, from 0). While it is below 0.2, a code that only repeats itself is refused
+//! ([`crate::Rejection::Repeated`]) as soon as the angle is known to `Delta^2 / 12`, the variance of a uniform error
+//! within the cell. With the default camera the share passes 0.2 within some 35 frames, and then stays six standard
+//! deviations above. Limit: noise of `Delta / 5` passes for dither in some places of a cell, where it biases by a tenth
+//! of Delta.
 //!
 //! # Ringing at rest
 //!
-//! Rest begins while the stator still rings, and the teeth on which the rotor lies take it along a little: 0.3 to 0.6 mrad/s rms when rest is concluded, and with the
-//! modes this dies out over 30 ms, beating. So the zero-rate update knows the rate to
+//! Rest begins while the stator still rings, and the teeth on which the rotor lies move it a little: 0.3 to 0.6 mrad/s
+//! rms when rest is concluded. This motion decays with the modes over 30 ms, beating. So the zero-rate update has the
+//! variance
 //!
 //! ```text
 //! variance = max(v_0, min(v_1, n P22))         v_1 = 5e-6, v_0 = 1e-8 rad^2/s^2, n = 40 frames
 //! ```
 //!
-//! of which P22 becomes `v_1 / k` after k frames, then falls by e every n frames, to what the process noise of rest leaves. (With `v_0` from the first frame on P22
-//! was a hundredth of the squared error in the first milliseconds.) Long after the ringing the rate is exactly zero, and any variance of it too large.
+//! With it P22 becomes `v_1 / k` after k frames, then falls by the factor e every n frames, to what the process noise
+//! of rest leaves. (With `v_0` from the first frame on, P22 would be a hundredth of the squared error in the first
+//! milliseconds.) Long after the ringing the rate is exactly zero, and any variance of it is too large.
 //!
 //! # Moved at rest
 //!
-//! A rotor that is nudged by less than the gate, and not heard, would be believed where it was for as long as it had been measured there. So at rest the mean of
-//! the innovations is followed: when it is off by six of its standard deviations the estimate begins anew.
-//!
-//! What this leaves open: noise of `Delta / 5` passes for dither in some places of a cell, where it biases by a tenth of Delta.
+//! A rotor that is moved by less than the gate, without an impact that the vibrometer detects, would be estimated where
+//! it was for as long as it had been measured there. So at rest the mean of the innovations is followed. When it is off
+//! by six of its standard deviations the estimate restarts.
 
 use motor_model::{Angle, AngleAccumulator, Real, Time};
 
@@ -51,28 +61,30 @@ use crate::measurement::CameraFrame;
 /// The camera, the gate and rest.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TrackTuning<T> {
-    /// Variance of a frame's angle in rad^2, quantisation included. What is not positive and finite is no variance: the default's is used then, and
-    /// one below that of an angle's own resolution is raised to it ([`TrackTuning::validated`]).
+    /// Variance of a frame's angle in rad^2, quantisation included. If it is not positive and finite the default is
+    /// used; below that of an angle's own resolution it is raised to that ([`TrackTuning::validated`]).
     pub camera_rad2: T,
     /// The quantisation's part of it, in rad^2: step squared over 12.
     pub quantisation_rad2: T,
     /// Least variance of the zero-rate update in rad^2/s^2, one a frame.
     pub zero_rate_rad2_s2: T,
-    /// Its largest, while the stator rings down under the resting rotor.
+    /// Largest variance of the zero-rate update in rad^2/s^2, while the stator rings down under the resting rotor.
     pub ringing_rad2_s2: T,
-    /// In so many frames the variance of what the ringing leaves of the rate falls by the factor e.
+    /// Number of frames in which the variance of the rate that the ringing causes falls by the factor e.
     pub ringing_frames: T,
-    /// A quiet rotor is at rest once its rate has stayed within this of zero, in rad/s, for [`Self::resting_frames`]: twice the standard error of
-    /// the rate.
+    /// A quiet rotor is at rest once its rate has stayed within this of zero, in rad/s, for [`Self::resting_frames`]:
+    /// twice the standard error of the rate.
     pub resting_rate_rad_s: T,
-    /// How many frames that takes: with the least friction of Table 1, 0.2, a rotor slows down by 600 rad/s^2, and so has stopped by then.
+    /// Number of quiet and slow frames that conclude rest: with the smallest friction of Table 1, 0.2, a rotor slows
+    /// down by 600 rad/s^2, and so has stopped by then.
     pub resting_frames: u8,
     /// A frame is refused when its innovation squared exceeds this many times its variance.
     pub gate: T,
-    /// Variance of a kick that the rate is allowed when frames in a row are beyond the gate, in rad^2/s^2: as a rule it was
-    /// a burst of impacts as the rotor lands, which changes the rate by more than ten rad/s in a fraction of a millisecond: two standard deviations.
+    /// Variance of the kick that may explain frames in a row beyond the gate, in rad^2/s^2. Such a kick is as a rule
+    /// the burst of impacts of a landing, which changes the rate by more than ten rad/s, two standard deviations, in a
+    /// fraction of a millisecond.
     pub kick_rad2_s2: T,
-    /// After this many refusals in a row the estimate begins anew, once the newest frames agree.
+    /// After this many refusals in a row the estimate restarts, once the newest frames agree.
     pub refusals_max: u8,
 }
 
@@ -97,10 +109,10 @@ impl<T: Real> Default for TrackTuning<T> {
 }
 
 impl<T: Real> TrackTuning<T> {
-    /// Variance of an angle rounded to units of 2^-32 turn, in rad^2: no frame is better.
+    /// Variance of an angle rounded to units of 2^-32 turn, in rad^2: no frame can be better.
     const FLOOR_RAD2: f64 = 1.8e-19;
 
-    /// The same with a camera variance that is one.
+    /// The same with a usable camera variance.
     #[must_use]
     pub fn validated(mut self) -> Self {
         let finite = self.camera_rad2 * T::zero() == T::zero();
@@ -115,10 +127,11 @@ impl<T: Real> TrackTuning<T> {
     }
 }
 
-/// What angle and rate do faster than the frames could tell: variances that belong to every estimate, at the present as after the fact.
+/// Variances of the part of angle and rate that changes faster than frames can show. They are added to the variances of
+/// every estimate, of the present and of the past.
 ///
-/// A filter whose noise is white takes each frame for news of a rate that only ever wanders off. Kicks that soon undo each other are none: they leave a part of
-/// the rate that has come and gone before a second frame has seen it, and of the angle what that part turns meanwhile.
+/// A filter with white process noise takes every innovation as evidence of a rate that persists. Kicks that soon undo
+/// each other do not persist: a part of the rate comes and goes between two frames, and turns the angle meanwhile.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Jitter<T> {
     /// Variance of the angle's part, in rad^2.
@@ -128,24 +141,24 @@ pub struct Jitter<T> {
 }
 
 impl<T: Real> Jitter<T> {
-    /// None: the states tell all.
+    /// Zero: the states hold all motion.
     pub fn none() -> Self {
         Self { angle_rad2: T::zero(), rate_rad2_s2: T::zero() }
     }
 }
 
-/// How angle and rate go on between frames.
+/// How angle and rate change between frames.
 pub(crate) trait Process<T, B = AngleRateCovariance<T>> {
-    /// Carries `state` forward to `until`, if that is later; `resting` is whether the rotor lies still.
+    /// Propagates `state` to `until`, if that is later. `resting` is whether the rotor lies still.
     fn carry(&self, state: &mut State<T, B>, resting: bool, until: Time);
 
-    /// A state that is known to lie on the way from `state` to `until`: itself, if nothing better is.
+    /// A state between `state` and `until` that has been propagated already; `state` itself, if there is none.
     #[inline]
     fn cached_state<'a>(&'a self, state: &'a State<T, B>, _resting: bool, _until: Time) -> &'a State<T, B> {
         state
     }
 
-    /// What belongs to the variances of an estimate at `at` beside those of the state.
+    /// What is added to the variances of an estimate at `at`.
     fn jitter(&self, at: Time) -> Jitter<T>;
 }
 
@@ -159,14 +172,15 @@ pub(crate) struct State<T, B = AngleRateCovariance<T>> {
 }
 
 impl<T: Real, B: TrackCovariance<T>> State<T, B> {
-    /// The same, part by part: see [`crate::camera::tracker`].
+    /// A copy, field by field: a copy as a whole is a call that costs as much as an update.
     #[inline]
     pub(crate) fn copied(&self) -> Self {
         let Self { at, angle, rate_rad_s, covariance } = self;
         Self { at: *at, angle: *angle, rate_rad_s: *rate_rad_s, covariance: covariance.copied() }
     }
 
-    /// Carries it forward to `until` while the rate wanders with intensity `noise_rad2_s3`; leaves it as it is if `until` is not later.
+    /// Propagates it to `until` while the rate is a random walk of intensity `noise_rad2_s3`. Does nothing if `until`
+    /// is not later.
     #[inline]
     pub(crate) fn wander(&mut self, until: Time, noise_rad2_s3: T) {
         let dt_s: T = until.seconds_since(self.at);
@@ -175,7 +189,7 @@ impl<T: Real, B: TrackCovariance<T>> State<T, B> {
         self.covariance.predict(dt_s, noise_rad2_s3);
     }
 
-    /// Takes in an angle that is `innovation_rad` off, of variance `noise_rad2`.
+    /// Fuses an angle with this innovation, measured with variance `noise_rad2`.
     #[inline(always)]
     #[expect(clippy::inline_always, reason = "a call costs a quarter of it")]
     pub(crate) fn correct(&mut self, innovation_rad: T, noise_rad2: T) {
@@ -185,40 +199,42 @@ impl<T: Real, B: TrackCovariance<T>> State<T, B> {
     }
 }
 
-/// What is known of the rotor after a frame.
+/// The state after a frame, and the statistics of the frames that led to it.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Track<T, B = AngleRateCovariance<T>> {
     pub(crate) state: State<T, B>,
     /// The last frame's angle.
     code: Angle,
-    /// Share of frames at rest whose code differs from the one before.
+    /// Share of frames at rest whose code differs from the code before.
     change_share: T,
     /// Mean innovation at rest, in rad: of the last [`Self::MEAN_FRAMES`], the latest weighing most.
     mean_innovation_rad: T,
-    /// Running mean of the normalised innovations squared, each at most the gate: 1 if the camera is as good as is believed.
+    /// Running mean of the normalised innovations squared, each at most the gate: 1 if the camera is as good as its
+    /// variance says.
     pub(crate) nis: T,
-    /// Of the last eight frames those beyond [`Self::FAR`], a bit each, the newest lowest.
+    /// One bit for each of the last eight frames, the newest lowest: 1 if the frame was beyond [`Self::FAR`].
     far: u8,
     /// Frames refused since one was used.
     pub(crate) refusals: u8,
     /// Frames in a row that brought the code of the last frame used.
     pub(crate) same_codes: u8,
-    /// Frames for which the rotor has been quiet and slow, without a break.
+    /// Frames in a row for which the rotor has been quiet and slow.
     still_frames: u8,
     pub(crate) resting: bool,
-    /// Whether a kick was allowed for on the way to the last frame.
+    /// Whether a kick was assumed right before the last frame.
     pub(crate) kicked: bool,
 }
 
 impl<T: Real, B: TrackCovariance<T>> Track<T, B> {
-    /// Largest rate that a start has to allow for, one standard deviation, in rad/s.
+    /// Standard deviation of the rate at the start, in rad/s.
     const START_RATE_RAD_S: f64 = 20.0;
 
     /// Frames over which the innovations at rest are averaged.
     const MEAN_FRAMES: f64 = 128.0;
 
-    /// Square of the mean innovation, per the variance of a frame, beyond which the rotor no longer lies where it is believed to: six standard deviations of a mean
-    /// of white innovations, `1 / sqrt(2 n - 1)`. A shift of 6 milli-degrees shows, with the default camera; one of 50 shows within 2 ms.
+    /// Square of the mean innovation, per the variance of a frame, beyond which the rotor has been moved: six standard
+    /// deviations of a mean of white innovations, `1 / sqrt(2 n - 1)`. With the default camera a shift of 6
+    /// milli-degrees is found, and one of 50 within 2 ms.
     const MOVED_MAX: f64 = 0.14;
 
     /// Frames over which the normalised innovations are averaged.
@@ -227,7 +243,8 @@ impl<T: Real, B: TrackCovariance<T>> Track<T, B> {
     /// Normalised innovation squared beyond which a frame counts as far off.
     const FAR: f64 = 16.0;
 
-    /// A track that begins at `frame`, in the turn that brings it nearest to `near`; what was known `before` beside angle and rate, and of the camera's noise, is kept.
+    /// A track that starts at `frame`, in the turn that brings it nearest to `near`. Of the track `before` it keeps the
+    /// states other than angle and rate, and the statistics of the camera's noise.
     pub(crate) fn started(
         frame: &CameraFrame,
         near: Angle,
@@ -259,7 +276,7 @@ impl<T: Real, B: TrackCovariance<T>> Track<T, B> {
         }
     }
 
-    /// The same, part by part: see [`crate::camera::tracker`].
+    /// A copy, field by field: a copy as a whole is a call that costs as much as an update.
     #[inline]
     pub(crate) fn copied(&self) -> Self {
         Self {
@@ -285,7 +302,7 @@ impl<T: Real, B: TrackCovariance<T>> Track<T, B> {
         same
     }
 
-    /// Follows the normalised innovation squared, `innovation_rad2 / variance_rad2`, at most `gate`.
+    /// Averages the normalised innovation squared, at most the gate.
     #[inline]
     pub(crate) fn note_innovation(&mut self, normalised: T) {
         self.nis += (normalised - self.nis) * T::from_f64(1.0 / Self::NIS_FRAMES);
@@ -298,14 +315,14 @@ impl<T: Real, B: TrackCovariance<T>> Track<T, B> {
         self.far.count_ones()
     }
 
-    /// Whether the rotor is at rest or on the way there: otherwise none of what concerns rest has a say.
+    /// Whether the rotor is at rest, or has been quiet and slow for at least one frame.
     #[inline]
     pub(crate) fn may_rest(&self) -> bool {
         self.still_frames > 0
     }
 
-    /// What a frame tells of a rotor that may be at rest: follows the share of new codes and the mean of the innovations. `same` is whether the code comes
-    /// again of a quiet rotor.
+    /// What a frame shows of a rotor that may be at rest. Averages the share of new codes and the innovations. `same`
+    /// is whether a quiet rotor shows the code of the last frame used.
     #[inline(never)]
     pub(crate) fn judge_frame_at_rest(
         &mut self,
@@ -317,7 +334,7 @@ impl<T: Real, B: TrackCovariance<T>> Track<T, B> {
         if !self.resting {
             return FrameAtRest::Informative;
         }
-        // Only repeats, undithered, what is known as well as quantisation allows.
+        // The angle is known as well as quantisation allows, and the code repeats without dither.
         let repeats = same
             && self.change_share < T::from_f64(0.2)
             && self.state.covariance.angle_rad2() <= tuning.quantisation_rad2;
@@ -337,20 +354,21 @@ impl<T: Real, B: TrackCovariance<T>> Track<T, B> {
         }
     }
 
-    /// The code of a frame used.
+    /// Keeps the code of a frame used.
     #[inline]
     pub(crate) fn note_code(&mut self, frame: &CameraFrame) {
         self.code = frame.angle;
     }
 
-    /// Takes in a frame that is `innovation_rad` off its prediction.
+    /// Fuses a frame with this innovation.
     #[inline(always)]
     #[expect(clippy::inline_always, reason = "a call costs a quarter of it")]
     pub(crate) fn correct(&mut self, innovation_rad: T, tuning: &TrackTuning<T>) {
         self.state.correct(innovation_rad, tuning.camera_rad2);
     }
 
-    /// Counts the frames of a quiet and slow rotor, and tells the filter that one at rest does not turn, but for what the ringing stator moves it.
+    /// Counts the frames of a quiet and slow rotor, and fuses a rate of zero at rest, with the variance that the
+    /// ringing stator causes.
     #[inline(never)]
     pub(crate) fn update_rest(&mut self, quiet: bool, frame: FrameAtRest, tuning: &TrackTuning<T>) {
         if frame == FrameAtRest::Informative {
@@ -373,13 +391,13 @@ impl<T: Real, B: TrackCovariance<T>> Track<T, B> {
     }
 }
 
-/// What a frame tells of a rotor that may be at rest.
+/// What a frame shows of a rotor that may be at rest.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum FrameAtRest {
-    /// Where it is.
+    /// Its angle.
     Informative,
-    /// Only, without a sign of dither, what is known as well as quantisation lets it.
+    /// Nothing new: the code repeats without dither, and the angle is known as well as quantisation allows.
     Repeated,
-    /// That it lies elsewhere than it is believed to.
+    /// It has been moved.
     Moved,
 }

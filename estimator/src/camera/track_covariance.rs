@@ -1,15 +1,15 @@
-//! What is known of angle and rate beside their values.
+//! What tracker and track need of the covariance of a filter.
 
 use motor_model::Real;
 
 use crate::factorised::angle_rate::AngleRateCovariance;
 
-/// Covariance of angle and rate, and in a richer filter the states that it estimates with them.
+/// Covariance of angle and rate, and in a richer filter the further states that are correlated with them.
 pub(crate) trait TrackCovariance<T>: Copy {
-    /// Independent angle and rate; what a belief from `before` knows beside them is kept.
+    /// Independent angle and rate of these variances. Further states are kept from `before`.
     fn begin(angle_rad2: T, rate_rad2_s2: T, before: Option<&Self>) -> Self;
 
-    /// The same, part by part where it is large: see [`crate::camera::tracker`].
+    /// A copy, field by field where it is large: a copy as a whole is a call that costs as much as an update.
     #[inline]
     fn copied(&self) -> Self {
         *self
@@ -33,19 +33,19 @@ pub(crate) trait TrackCovariance<T>: Copy {
     /// Variance of the rate.
     fn rate_rad2_s2(&self) -> T;
 
-    /// Time passes, the rate wanders.
+    /// `dt_s` passes, in which the rate is a random walk of this intensity.
     fn predict(&mut self, dt_s: T, noise_rad2_s3: T);
 
-    /// The rate becomes less certain.
+    /// Adds `variance_rad2_s2` to the variance of the rate.
     fn widen_rate(&mut self, variance_rad2_s2: T);
 
-    /// The rate's error is multiplied by `kept`, and an independent one of `variance_rad2_s2` is added.
+    /// Multiplies the error of the rate by `kept` and adds an independent error of `variance_rad2_s2`.
     fn kick_rate(&mut self, kept: T, variance_rad2_s2: T);
 
-    /// Takes in an angle; the corrections of angle and rate.
+    /// Fuses an angle; the corrections of angle and rate.
     fn correct_by_angle(&mut self, innovation_rad: T, noise_rad2: T) -> [T; 2];
 
-    /// Takes in a rate; the corrections of angle and rate.
+    /// Fuses a rate; the corrections of angle and rate.
     fn correct_by_rate(&mut self, innovation_rad_s: T, noise_rad2_s2: T) -> [T; 2];
 }
 

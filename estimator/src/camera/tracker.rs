@@ -1,31 +1,49 @@
-//! Which frames are let in, in which order, and what may be believed afterwards: one code for every filter of angle and rate.
+//! Which frames are used, in which order, and what explains a refusal. Every filter of angle and rate shares this code.
+//!
+//! ```text
+//!                    +-- time out of range, or seen before --> refuse_for_time --+
+//!                    |                                                           | refusals_max in a row
+//! update --> stuck? -+-- in order --> process_newest --+-- turn lost ------------+--> restart
+//!             | same code                ^             |                         |
+//!             v                          |             +-- within the gate --> accept --> used, repeated, moved
+//!           refused                      |             |                         ^
+//!                    late --> process_late             +-- beyond the gate --> explain_or_refuse --> refused
+//! ```
 //!
 //! # The lag
 //!
-//! A frame is fused at its exposure, however late it arrives. Frames in order cost nothing for that, whatever their latency: the track lives at the
-//! last exposure and is carried forward when asked. One older than the last is fused in its place: the track goes back to the frame before it,
-//! and the newer ones are taken in again, so that the order of arrival makes no difference. For this the last [`FRAMES_KEPT`] frames are kept, each with the track after
-//! it: 32 of them reach 3.1 ms back at 10,000 frames a second - the largest *difference* of latencies that can be made good, not the largest
-//! latency - and take 2.6 kB in `f32`. Going back costs what the newer frames cost anew, at most 31 times the price of one.
+//! A frame is fused at its exposure, however late it arrives. Frames in order cost nothing extra, whatever their
+//! latency: the track lives at the last exposure and is carried forward when an estimate is asked for. A frame older
+//! than the last is fused in its place: the track goes back to the frame before it, and the newer frames are taken in
+//! again. So the order of arrival makes no difference. For this the last [`FRAMES_KEPT`] frames are kept, each with the
+//! track after it. 32 frames cover 3.1 ms at 10,000 frames a second and take 2.6 kB in `f32`. They limit the
+//! *difference* of latencies that can be corrected, not the latency. Going back costs at most 31 times the price of one
+//! frame.
 //!
-//! A frame from before that is [`Rejection::OutOfHorizon`]. One of an exposure already seen is [`Rejection::Duplicate`]. One from more than
-//! a millisecond after the filter's clock is [`Rejection::Future`]: its own clock is wrong. The filter's clock is what drive and vibrometer tell
-//! ([`crate::MotionWatch`]); where they have told nothing since the last frame there is no clock to judge by. None of these moves the estimate;
-//! all but duplicates count as refusals, so that a track which stands at a wrong time itself is given up after
-//! [`TrackTuning::refusals_max`] of them.
+//! - A frame from before the oldest one kept is [`Rejection::OutOfHorizon`].
+//! - A frame of an exposure already seen is [`Rejection::Duplicate`].
+//! - A frame from more than a millisecond after the filter's clock is [`Rejection::Future`]: its own clock is wrong.
+//!   The filter's clock is the latest time of drive and vibrometer ([`crate::MotionWatch`]). Where neither has reported
+//!   a time since the last frame there is no clock to judge by.
+//!
+//! None of these moves the estimate. All but duplicates count as refusals, so that a track which itself stands at a
+//! wrong time is given up after [`TrackTuning::refusals_max`] of them.
 //!
 //! # The gate
 //!
-//! A frame beyond the gate is refused and moves nothing, neither the estimate nor its variance, unless the frames around it tell that an outlier came before or that the
-//! rotor was kicked: [`hypotheses`]. After [`TrackTuning::refusals_max`] refusals the track begins anew as soon as the newest frames agree among themselves.
+//! A frame beyond the gate is refused and changes neither the estimate nor its variance, unless the frames around it
+//! show that an outlier came before or that the rotor was kicked: [`hypotheses`]. After [`TrackTuning::refusals_max`]
+//! refusals the track restarts as soon as the newest frames agree among themselves.
 //!
 //! # A stuck camera
 //!
-//! A camera that delivers its last picture for ever shows a rotor that is being struck the same code frame after frame. Tracking noise and motion change the code of a
-//! live camera with probability 0.46 or more, so [`STUCK_FRAMES`] equal codes in a row are one chance in 10^5 even of a struck rotor that does not
-//! turn. Then the camera counts as stuck: the frames with that code are taken back, and refused ([`Rejection::Stuck`]) until another code comes. At rest
-//! the same code is no proof of anything, see [`crate::camera::track`]; so a camera that stuck before the rotor was known to turn is believed again once the
-//! rotor lies quiet, for it may be one without dither. What this leaves open: one that really is stuck, and did so as the rotor turned round.
+//! A camera that delivers its last picture for ever shows the same code frame after frame. Tracking noise and motion
+//! change the code of a live camera with probability 0.46 or more, so [`STUCK_FRAMES`] equal codes in a row are one
+//! chance in 10^5 even for a driven rotor that does not turn. Then the camera counts as stuck: the frames with that
+//! code are taken back, and refused ([`Rejection::Stuck`]) until another code comes. At rest the same code proves
+//! nothing, see [`crate::camera::track`]. So a camera that stuck before the rotor was known to turn is used again once
+//! the rotor lies quiet, for it may be a live camera without dither. Limit: a camera that really is stuck, and became
+//! so while the rotor reversed, is used too.
 
 mod estimate;
 mod hypotheses;
@@ -46,16 +64,16 @@ pub const FRAMES_KEPT: usize = 32;
 /// Equal codes in a row of a struck rotor that make a camera count as stuck: 2 ms at 10,000 frames a second.
 pub const STUCK_FRAMES: u8 = 20;
 
-/// What the filter knows when a frame comes.
+/// What the filter knows when a frame arrives.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct FrameContext {
-    /// The filter's clock.
+    /// The filter's clock: the latest time that drive and vibrometer have reported.
     pub(crate) clock: Time,
     /// Whether the rotor lies on the teeth.
     pub(crate) quiet: bool,
 }
 
-/// A frame that was looked at, and the track after it.
+/// A frame, and the track after it.
 #[derive(Clone, Copy, Debug)]
 struct TrackedFrame<T, B> {
     frame: CameraFrame,
@@ -63,7 +81,8 @@ struct TrackedFrame<T, B> {
 }
 
 impl<T: Real, B: TrackCovariance<T>> TrackedFrame<T, B> {
-    /// The same, part by part: on a microcontroller a copy as a whole is a call that costs as much as an update.
+    /// A copy, field by field: on a microcontroller a copy as a whole is a call of `memcpy` that costs as much as an
+    /// update.
     #[inline]
     fn copied(&self) -> Self {
         let Self { frame: CameraFrame { exposed_at, angle }, track } = self;
@@ -74,9 +93,9 @@ impl<T: Real, B: TrackCovariance<T>> TrackedFrame<T, B> {
 /// A camera that is stuck.
 #[derive(Clone, Copy, Debug)]
 struct Stuck {
-    /// What it shows.
+    /// The code that it shows.
     code: Angle,
-    /// Whether the rotor was known to turn when it began.
+    /// Whether the rotor was known to turn when the code first came.
     turning: bool,
 }
 
@@ -94,13 +113,16 @@ pub(crate) struct Tracker<T, B = AngleRateCovariance<T>> {
 }
 
 impl<T: Real, B: TrackCovariance<T>> Tracker<T, B> {
-    /// Predicted angle variance in rad^2 beyond which the turn is lost: six standard deviations, the gate, then span it.
+    /// Predicted angle variance in rad^2 beyond which the turn is lost: the gate of six standard deviations then spans
+    /// a turn.
     const LOST_RAD2: f64 = 0.25;
 
-    /// Mean normalised innovation squared beyond which frames are doubted: two refusals on top of the usual.
+    /// Mean normalised innovation squared above which the gate is narrower after a refusal: two refusals above the
+    /// usual.
     const NIS_DOUBTED: f64 = 2.0;
 
-    /// The gate of a struck rotor right after a frame was refused, where frames are doubted: outliers come in bursts, and one that lies within the wide gate by chance would be believed.
+    /// The narrower gate of a moving rotor right after a refusal: outliers come in bursts, and one of them may lie
+    /// within the wide gate by chance.
     const GATE_AFTER_REFUSAL: f64 = 16.0;
 
     /// A tracker that has seen nothing.
@@ -114,19 +136,20 @@ impl<T: Real, B: TrackCovariance<T>> Tracker<T, B> {
         self.newest.as_ref().map(|tracked| &tracked.track)
     }
 
-    /// Where the track stands: a frame that leaves it has left all of the track's state.
+    /// Time, angle, rate and rest of the track: a frame that leaves these leaves all of the track's state.
     #[inline]
     pub(crate) fn place(&self) -> Option<(Time, Angle, T, bool)> {
         let Track { state: State { at, angle, rate_rad_s, .. }, resting, .. } = self.track()?;
         Some((*at, angle.angle(), *rate_rad_s, *resting))
     }
 
-    /// The earliest time from which the track may have to be carried forward again.
+    /// The earliest time from which the track may have to be carried again, after a late frame.
     pub(crate) fn horizon(&self) -> Option<Time> {
         self.older.front().or(self.newest.as_ref()).map(|tracked| tracked.track.state.at)
     }
 
-    /// Gives up going back to before `limit`: what has happened until then is no longer known, so the track itself is carried there, if it is older.
+    /// Drops the frames from before `limit`, because the kicks until then are dropped. A track that is older is carried
+    /// to `limit`.
     pub(crate) fn advance_to(&mut self, limit: Time, process: &impl Process<T, B>) {
         while self.older.pop_front_if(|tracked| tracked.track.state.at < limit).is_some() {}
         if let Some(TrackedFrame { track, .. }) = &mut self.newest {
@@ -134,7 +157,7 @@ impl<T: Real, B: TrackCovariance<T>> Tracker<T, B> {
         }
     }
 
-    /// Takes a frame in.
+    /// Takes in a frame; what became of it.
     #[inline]
     pub(crate) fn update(
         &mut self,
@@ -165,7 +188,7 @@ impl<T: Real, B: TrackCovariance<T>> Tracker<T, B> {
         }
     }
 
-    /// Whether a camera that is stuck shows the same as before; if not, it is stuck no more.
+    /// Whether a stuck camera shows the same code as before. Another code ends the fault.
     #[cold]
     fn still_stuck(&mut self, frame: &CameraFrame, quiet: bool) -> bool {
         let still = self.stuck.is_some_and(|stuck| stuck.code == frame.angle && (stuck.turning || !quiet));
@@ -175,7 +198,7 @@ impl<T: Real, B: TrackCovariance<T>> Tracker<T, B> {
         still
     }
 
-    /// Looks at a frame newer than all others.
+    /// Predicts, gates and fuses a frame newer than all others.
     #[inline(always)]
     #[expect(
         clippy::inline_always,
@@ -191,7 +214,7 @@ impl<T: Real, B: TrackCovariance<T>> Tracker<T, B> {
         if self.older.is_full() {
             self.older.pop_front();
         }
-        // Cannot be full any more.
+        // Not full: one was removed above.
         let _ = self.older.push_back(newest.copied());
         newest.frame = *frame;
         let track = &mut newest.track;
@@ -201,7 +224,7 @@ impl<T: Real, B: TrackCovariance<T>> Tracker<T, B> {
             frame.angle.minus(track.state.angle.angle()).wrapped().radians_since(Angle::ZERO);
         let variance_rad2 = track.state.covariance.innovation_rad2(self.tuning.camera_rad2);
         let normalised = innovation_rad * innovation_rad * (T::one() / variance_rad2);
-        // Both asked this way round, so that NaN, and a variance that has overflowed, are refused.
+        // Written so that NaN and a variance that has overflowed fail both.
         let turn_known = variance_rad2 <= T::from_f64(Self::LOST_RAD2);
         let near = normalised <= T::from_f64(Self::GATE_AFTER_REFUSAL);
         let trusted = near || quiet || track.refusals == 0 || track.nis <= T::from_f64(Self::NIS_DOUBTED);
@@ -216,7 +239,7 @@ impl<T: Real, B: TrackCovariance<T>> Tracker<T, B> {
         }
     }
 
-    /// Takes in the newest frame, to whose exposure the track has been carried: `innovation_rad` off, with that variance.
+    /// Fuses the newest frame, to whose exposure the track has been carried: its innovation has passed the gate.
     #[inline(always)]
     #[expect(
         clippy::inline_always,
@@ -235,7 +258,7 @@ impl<T: Real, B: TrackCovariance<T>> Tracker<T, B> {
         }
         track.note_innovation(normalised);
         track.refusals = 0;
-        // What concerns rest costs a rotor nothing that is being struck.
+        // A rotor that moves skips what concerns rest.
         let lying = quiet || track.may_rest();
         let at_rest = if lying {
             track.judge_frame_at_rest(frame, innovation_rad, same && quiet, &self.tuning)
@@ -263,8 +286,8 @@ impl<T: Real, B: TrackCovariance<T>> Tracker<T, B> {
         }
     }
 
-    /// The newest frame is beyond the gate: takes it in all the same if it is not the first and a kick explains it, or refuses it and leaves the track as it
-    /// was but for the counts; after too many refusals begins anew at it.
+    /// The newest frame is beyond the gate. Fuses it if an outlier before it or a kick explains it; otherwise refuses
+    /// it and leaves the track as it was but for the counts. After too many refusals restarts at it.
     #[cold]
     fn explain_or_refuse(
         &mut self,
@@ -297,7 +320,7 @@ impl<T: Real, B: TrackCovariance<T>> Tracker<T, B> {
         refused(&frame, seen, Rejection::Gate)
     }
 
-    /// A frame that newer ones have overtaken: goes back, looks at it, and then at those again.
+    /// A frame that arrives after newer ones: goes back, fuses it, and then the newer ones again.
     #[cold]
     fn process_late(
         &mut self,
@@ -316,7 +339,7 @@ impl<T: Real, B: TrackCovariance<T>> Tracker<T, B> {
         }
         let mut newer = Deque::<CameraFrame, FRAMES_KEPT>::new();
         while let Some(tracked) = self.newest.take_if(|tracked| tracked.frame.exposed_at > frame.exposed_at) {
-            // As large as the lag itself.
+            // Cannot overflow: it has the capacity of the lag.
             let _ = newer.push_front(tracked.frame);
             self.newest = self.older.pop_back();
         }
@@ -328,7 +351,7 @@ impl<T: Real, B: TrackCovariance<T>> Tracker<T, B> {
         innovation.unwrap_or(refused(frame, (T::zero(), T::zero()), Rejection::OutOfHorizon))
     }
 
-    /// Refuses a frame for its time; after too many refusals begins anew at it.
+    /// Refuses a frame for its time. After too many refusals restarts at it.
     #[cold]
     fn refuse_for_time(&mut self, frame: &CameraFrame, why: Rejection) -> Innovation<T> {
         if let Some(TrackedFrame { track, .. }) = &mut self.newest {
@@ -341,7 +364,8 @@ impl<T: Real, B: TrackCovariance<T>> Tracker<T, B> {
         refused(frame, (T::zero(), T::zero()), why)
     }
 
-    /// Takes the frames back that brought the code of a camera that is stuck, the newest one's, as far as they are kept.
+    /// Declares the camera stuck at the newest frame's code, and takes back the frames that brought it, as far as they
+    /// are kept.
     #[cold]
     fn declare_stuck(&mut self, innovation: (T, T)) -> Innovation<T> {
         let Some(TrackedFrame { frame, .. }) = self.newest else { return self.restart_here() };
@@ -355,7 +379,7 @@ impl<T: Real, B: TrackCovariance<T>> Tracker<T, B> {
         refused(&frame, innovation, Rejection::Stuck)
     }
 
-    /// Begins anew at the newest frame, whose turn is that nearest to its prediction.
+    /// Restarts at the newest frame, in the turn nearest to its prediction.
     #[cold]
     fn restart_here(&mut self) -> Innovation<T> {
         let place = self.newest.map(|tracked| (tracked.frame, tracked.track.state.angle.angle()));
@@ -364,7 +388,7 @@ impl<T: Real, B: TrackCovariance<T>> Tracker<T, B> {
         self.begin(&frame, near)
     }
 
-    /// Begins at `frame`, in the turn that brings it nearest to `near`.
+    /// Starts at `frame`, in the turn that brings it nearest to `near`.
     #[cold]
     fn begin(&mut self, frame: &CameraFrame, near: Angle) -> Innovation<T> {
         self.older.clear();

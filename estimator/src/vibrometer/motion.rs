@@ -1,11 +1,20 @@
-//! What is known of the rotor's motion beside the camera: the drive, and what the vibrometer hears.
+//! What moves the rotor, from the drive and the vibrometer; and the filter's clock.
 //!
-//! # Which samples are heard
+//! ```text
+//!                 drive B                    drive C
+//!   Impacted(B) <--------- any state  --------------------> Impacted(C), but Impacted(B) for 25 ms after mode B
+//!       |                                                        |
+//!       +---- drive off: as before, until the vibrometer is quiet ----> Quiet; Impacted again if it is not, or silent
+//! ```
 //!
-//! A vibrometer that has lost its light, or whose range is exceeded, may say nothing of it and deliver zeros or the same value again and again. Noise of 0.2 mm/s makes two
-//! equal neighbours in `f32` one in 10^5, and an exact zero rarer still, so neither is heard: a lost sample costs nothing, a dead vibrometer is silent.
-//! A sample from more than a millisecond after the clock bears a wrong time and is not heard. Neither is one no newer than the last - unless
-//! [`MotionWatch::OLD_SAMPLES_MAX`] of those come in a row: then it was the last that was wrong, and the vibrometer is heard anew.
+//! # Which samples are used
+//!
+//! A vibrometer that has lost its light, or whose range is exceeded, may deliver zeros or repeat one value without a
+//! flag. Noise of 0.2 mm/s makes two equal neighbours in `f32` one in 10^5, and an exact zero rarer still. So neither
+//! is used: a sample lost by chance costs nothing, and a dead vibrometer counts as silent. A sample from more than a
+//! millisecond after the clock has a wrong time and is not used. Neither is one no newer than the last, unless
+//! [`MotionWatch::OLD_SAMPLES_MAX`] of those come in a row: then the time of the last one was wrong, and the watch
+//! starts again at the next sample.
 
 use motor_model::{DriveCommand, DriveMode, Real, Time};
 
@@ -15,36 +24,37 @@ use crate::vibrometer::rest::{RestDetector, RestTuning};
 /// What moves the rotor.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Motion {
-    /// Struck by teeth in this mode, or in flight after it.
+    /// Impacts act on the rotor, of teeth that move in this mode; or it is in flight after one.
     Impacted(DriveMode),
-    /// Lying on the teeth, perhaps still sliding to a stop.
+    /// The rotor lies on the teeth. It may still slide to a stop.
     Quiet,
 }
 
-/// Tells the motion from the drive really applied and the vibrometer's samples, and keeps the clock.
+/// Finds the motion from the drive really applied and the vibrometer's samples, and keeps the clock.
 #[derive(Clone, Copy, Debug)]
 pub struct MotionWatch<T> {
     rest: RestDetector<T>,
     applied: DriveCommand,
     impact_mode: DriveMode,
-    /// Until when the motion that mode B left goes on under another drive.
+    /// Until when the motion counts as that of mode B under another drive.
     mode_b_until: Time,
-    /// The latest time that the drive has told.
+    /// The latest time of a drive.
     drive_told_at: Time,
-    /// The last value that came, heard or not.
+    /// The last value that arrived, used or not.
     last_value_m_s: f32,
-    /// Samples in a row no newer than that.
+    /// Samples in a row no newer than the last one used.
     old_samples: u8,
 }
 
 impl<T: Real> MotionWatch<T> {
-    /// After so many samples in a row that are no newer than the last one heard the vibrometer is heard anew: 1 ms at 200 kHz.
+    /// After so many samples in a row no newer than the last one used, the watch starts again: 1 ms at 200 kHz.
     pub const OLD_SAMPLES_MAX: u8 = 200;
 
-    /// How long the rotor's motion remains that of mode B when C follows it, in ns: high flights and a rate ten times that of C die out in 20 to 30 ms.
+    /// How long the motion remains that of mode B when mode C follows, in ns: high flights and a rate ten times that of
+    /// C decay in 20 to 30 ms.
     const MODE_B_NANOS: u64 = 25_000_000;
 
-    /// A watch that has seen nothing: until the rotor is seen to be quiet it may be moving in the wilder mode, B.
+    /// A watch without measurements. Until the rotor is found quiet it may move as in mode B, the faster mode.
     pub fn new(tuning: &RestTuning<T>) -> Self {
         Self {
             rest: RestDetector::new(tuning),
@@ -68,13 +78,13 @@ impl<T: Real> MotionWatch<T> {
         self.impact_mode = command.mode().unwrap_or(self.impact_mode);
     }
 
-    /// The latest time that drive or vibrometer have told.
+    /// The latest time of drive or vibrometer.
     #[inline]
     pub fn clock(&self) -> Time {
         self.rest.newest().map_or(self.drive_told_at, |newest| newest.max(self.drive_told_at))
     }
 
-    /// Takes a sample in; whether it was heard.
+    /// Takes in a sample; whether it was used.
     #[inline]
     pub fn observe(&mut self, sample: &LdvSample) -> bool {
         let value = sample.velocity_m_s;
@@ -84,7 +94,7 @@ impl<T: Real> MotionWatch<T> {
             return false;
         }
         if let Some(newest) = self.rest.newest() {
-            // As a rule it is a little newer than the last, which the clock is not behind.
+            // The usual case: a little newer than the last sample, which the clock is not behind.
             let timely = sample.taken_at.nanos_soon_after(newest, CLOCK_TOLERANCE_NANOS).is_some();
             if !timely && self.mistimed(sample.taken_at, newest) {
                 return false;
@@ -94,7 +104,7 @@ impl<T: Real> MotionWatch<T> {
         self.rest.take(sample)
     }
 
-    /// Whether a sample that is no newer than the last one, or much newer, is not to be heard.
+    /// Whether a sample that is no newer than the last one, or much newer, is to be dropped.
     #[cold]
     fn mistimed(&mut self, taken_at: Time, newest: Time) -> bool {
         if taken_at <= newest {
@@ -107,7 +117,8 @@ impl<T: Real> MotionWatch<T> {
         taken_at > self.drive_told_at.plus_nanos(CLOCK_TOLERANCE_NANOS.into()) && self.drive_told_at > newest
     }
 
-    /// The motion at `now`: that of the drive that is on, or still that of mode B soon after it; without a drive what the vibrometer hears.
+    /// The motion at `now`: that of the drive, or still that of mode B soon after it; with the drive off what the
+    /// vibrometer shows.
     #[inline]
     pub fn motion(&self, now: Time) -> Motion {
         match self.applied.mode() {
@@ -129,7 +140,7 @@ impl<T: Real> MotionWatch<T> {
 mod tests {
     use super::*;
 
-    /// C after B is as wild as B for 25 ms, C after rest is not; B is B from its first instant.
+    /// C after B counts as B for 25 ms, C after rest does not; B counts as B from its first instant.
     #[test]
     fn exact_what_mode_b_left_goes_on_under_c() {
         let (b, c) = (DriveCommand::full(DriveMode::B), DriveCommand::full(DriveMode::C));

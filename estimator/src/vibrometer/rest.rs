@@ -1,14 +1,15 @@
-//! Whether the rotor is still being struck: the mean square of its vertical velocity, as the LDV sees it.
+//! Whether impacts act on the rotor: the mean square of its vertical velocity, from the vibrometer.
 //!
 //! ```text
 //! s+ = s + (min(v, v-)^2 - s) / n       quiet when s < limit, for as long as it stays so
 //! ```
 //!
-//! Of a sample and the one before it, v-, the slower counts: a rotor that flies or rings is as fast in both, a sample that is wrong stands alone. (One of
-//! 0.1 m/s would otherwise hide for 5 ms that the rotor lies still, and two hundred of them a second for ever.)
+//! Of a sample v and the one before it, v-, the slower one is used: a rotor in flight or on ringing teeth is as fast in
+//! both, while a wrong sample stands alone. (Otherwise one sample of 0.1 m/s would hide for 5 ms that the rotor lies
+//! still, and two hundred of them a second would hide it for ever.)
 //!
-//! A rotor that lies quietly may still slide: friction stops it within `rate J / (mu m_r g R_t)`, 25 ms from the highest rates. Rest is
-//! therefore concluded by the filter, which knows the rate; this only tells quiet from not.
+//! A quiet rotor may still slide: friction stops it within `rate J / (mu m_r g R_t)`, 25 ms from the highest rates. So
+//! the filter, which knows the rate, concludes rest; this module only finds whether the rotor is quiet.
 
 use motor_model::{Real, Time};
 
@@ -19,21 +20,21 @@ use crate::measurement::LdvSample;
 pub struct RestTuning<T> {
     /// Samples over which the mean square is taken.
     pub window_samples: T,
-    /// Root mean square vertical velocity below which the rotor counts as quiet, in m/s: above the LDV's noise, below the ringing of
-    /// the stator that still pushes the rotor.
+    /// Root mean square vertical velocity below which the rotor counts as quiet, in m/s: above the vibrometer's noise,
+    /// below the ringing of the stator that still moves the rotor.
     pub quiet_m_s: T,
-    /// Samples faster than this are no measurements, in m/s: no real rotor is half as fast.
+    /// Samples faster than this are dropped, in m/s: no real rotor is half as fast.
     pub limit_m_s: T,
 }
 
 impl<T: Real> Default for RestTuning<T> {
-    /// 1 ms of a 200 kHz LDV; 0.6 mm/s, three times the default LDV's noise and a thousandth of a tooth's speed in mode B.
+    /// 1 ms at 200 kHz; 0.6 mm/s, three times the default noise and a thousandth of a tooth's speed in mode B.
     fn default() -> Self {
         Self { window_samples: T::from_f64(200.0), quiet_m_s: T::from_f64(6e-4), limit_m_s: T::from_f64(2.0) }
     }
 }
 
-/// Tells a quiet rotor from one that is being struck.
+/// Finds whether the rotor is quiet.
 #[derive(Clone, Copy, Debug)]
 pub struct RestDetector<T> {
     weight: T,
@@ -47,13 +48,13 @@ pub struct RestDetector<T> {
 }
 
 impl<T: Real> RestDetector<T> {
-    /// A detector that knows nothing yet, and so calls nothing quiet.
+    /// A detector without samples: the rotor is not quiet.
     pub fn new(tuning: &RestTuning<T>) -> Self {
         Self {
             weight: T::one() / tuning.window_samples,
             quiet_m2_s2: tuning.quiet_m_s * tuning.quiet_m_s,
             limit_m_s: tuning.limit_m_s,
-            // The first second of quiet has to be earned from well above the limit.
+            // Starts well above the limit, so that the first quiet takes several windows.
             mean_square_m2_s2: T::from_f64(100.0) * tuning.quiet_m_s * tuning.quiet_m_s,
             last_m2_s2: T::zero(),
             newest: None,
@@ -61,7 +62,8 @@ impl<T: Real> RestDetector<T> {
         }
     }
 
-    /// Takes a sample in. One that is not finite, absurdly fast, or no newer than the last is dropped; returns whether it was used.
+    /// Takes in a sample. One that is not finite, too fast, or no newer than the last is dropped. Returns whether it
+    /// was used.
     #[inline]
     pub fn observe(&mut self, sample: &LdvSample) -> bool {
         self.newest.is_none_or(|newest| sample.taken_at > newest) && self.take(sample)
@@ -73,7 +75,8 @@ impl<T: Real> RestDetector<T> {
         self.newest
     }
 
-    /// Takes a sample in that is newer than the last, unless it is not finite or absurdly fast; returns whether it was used.
+    /// Takes in a sample that is newer than the last. One that is not finite or too fast is dropped. Returns whether it
+    /// was used.
     #[inline]
     pub(crate) fn take(&mut self, sample: &LdvSample) -> bool {
         let velocity = T::from_f32(sample.velocity_m_s);
@@ -95,20 +98,21 @@ impl<T: Real> RestDetector<T> {
         true
     }
 
-    /// Since when the rotor has been quiet; `None` while it is not, or when the vibrometer is silent.
+    /// Since when the rotor has been quiet; `None` while it is not, or while the vibrometer is silent.
     #[inline]
     pub fn quiet_since(&self, now: Time) -> Option<Time> {
         if self.silent(now) { None } else { self.quiet_since }
     }
 
-    /// Whether no sample has come for 1 ms before `now`. One from more than that after `now` bears a wrong time and is none.
+    /// Whether no sample has arrived for 1 ms before `now`. A sample from more than that after `now` has a wrong time
+    /// and does not count.
     #[inline]
     pub fn silent(&self, now: Time) -> bool {
         const SILENCE_NANOS: u64 = 1_000_000;
         !self.newest.is_some_and(|newest| newest.is_within(SILENCE_NANOS, now))
     }
 
-    /// Hears the next sample whatever its time.
+    /// Forgets the time of the last sample: the next one is used whatever its time.
     pub fn reset(&mut self) {
         self.newest = None;
         self.quiet_since = None;
@@ -139,7 +143,7 @@ mod tests {
     }
 
     #[test]
-    fn law_a_strike_ends_quiet_one_wrong_sample_does_not_and_silence_does() {
+    fn law_an_impact_ends_quiet_one_wrong_sample_does_not_and_silence_does() {
         let mut detector = RestDetector::<f32>::new(&RestTuning::default());
         for n in 1..3000 {
             detector.observe(&sample(n, 1e-4));

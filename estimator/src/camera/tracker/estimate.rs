@@ -1,4 +1,4 @@
-//! What the track answers when it is asked: the present, the past, and whether that may be believed.
+//! What is read from the track: the present, the past, and whether the estimate may be used.
 
 use motor_model::{Real, Time};
 
@@ -12,18 +12,20 @@ impl<T: Real, B: TrackCovariance<T>> Tracker<T, B> {
     /// Angle variance in rad^2 beyond which an estimate is of no use: half a degree.
     const UNCERTAIN_RAD2: f64 = 7.6e-5;
 
-    /// From so many refusals in a row on the estimate is of no use: a single outlier or a landing takes one or two.
+    /// Refusals in a row from which on the estimate is of no use: a single outlier or a landing causes one or two.
     const REFUSALS_SUSTAINED: u8 = 3;
 
-    /// Mean normalised innovation squared beyond which the camera is worse than is believed: a right one has 1 +- 0.13 over 64 frames, and the
-    /// filters' own models are within 1.5 of it.
+    /// Mean normalised innovation squared beyond which the camera is worse than its variance says: a right one has 1 +-
+    /// 0.13 over 64 frames, and the filters' own models are within 1.5 of it.
     const NIS_MAX: f64 = 4.0;
 
-    /// So many of eight frames beyond four standard deviations tell it before the mean does: a struck rotor that a right camera looks at has as many in a thousandth of the time, since single
-    /// impacts kick it further than white noise would.
+    /// So many of eight frames beyond four standard deviations show the same before the mean does. With a right camera
+    /// a driven rotor has as many in a thousandth of the time, since single impacts kick it further than white noise
+    /// would.
     const FAR_FRAMES: u32 = 3;
 
-    /// The same as a part of the gate, which is what each frame refused counts: beyond a half those refused outnumber those used, and it may be the wrong ones that are used.
+    /// Mean normalised innovation squared, as a part of the gate, beyond which the estimate is of no use. A refused
+    /// frame counts as the gate: beyond a half the refused frames outnumber those used, and the wrong ones may be used.
     const NIS_LOST: f64 = 0.5;
 
     /// Angle and rate carried forward to `now`; `None` before the first frame.
@@ -33,7 +35,7 @@ impl<T: Real, B: TrackCovariance<T>> Tracker<T, B> {
         self.estimate_from(process.cached_state(&track.state, track.resting, now).copied(), now, process)
     }
 
-    /// The same from `ahead`, to which the track has been carried already.
+    /// As [`Self::estimate`], from a state to which the track has been carried already.
     #[inline]
     pub(crate) fn estimate_from(
         &self,
@@ -55,7 +57,8 @@ impl<T: Real, B: TrackCovariance<T>> Tracker<T, B> {
         })
     }
 
-    /// Whether `estimate`, this tracker's at `now`, may be used; `vibrometer` is what is wrong with that, if anything is.
+    /// Whether `estimate`, this tracker's at `now`, may be used. `vibrometer` is what is wrong with the vibrometer, if
+    /// anything.
     #[inline]
     pub(crate) fn judge(
         &self,
@@ -67,7 +70,7 @@ impl<T: Real, B: TrackCovariance<T>> Tracker<T, B> {
         else {
             return Health::Waiting;
         };
-        // Asked this way round, so that a variance that has overflowed is refused too.
+        // Written so that a variance that has overflowed fails too.
         let certain = variance_rad2 <= T::from_f64(Self::UNCERTAIN_RAD2);
         if self.stuck.is_some() {
             Health::Unusable(Reason::CameraStuck)
@@ -91,14 +94,15 @@ impl<T: Real, B: TrackCovariance<T>> Tracker<T, B> {
         let (Some(newest), Some(oldest)) = (&self.newest, self.older.front()) else { return false };
         let span_nanos = newest.frame.exposed_at.nanos_since(oldest.frame.exposed_at);
         let overdue_nanos = now.nanos_since(newest.frame.exposed_at.plus_nanos(self.latency_nanos));
-        // Without a division, which costs a microcontroller more than all of this, and in units of 64 ns, of which no product overflows.
+        // Without a division, which costs a microcontroller more than all of this. In units of 64 ns no product
+        // overflows.
         let twice_frames = 2 * u64::try_from(self.older.len()).unwrap_or(0);
         (overdue_nanos >> 6) * twice_frames > (span_nanos >> 6) * 5
     }
 }
 
 impl<T: Real> Tracker<T> {
-    /// Angle and rate at `at`, from the frames before and after it; `None` before the oldest one kept.
+    /// Angle and rate at `at`, from the frames before and after it; `None` before the oldest frame kept.
     pub(crate) fn smoothed(&self, at: Time, process: &impl Reversible<T>) -> Option<Estimate<T>> {
         let newest = self.track()?;
         if at >= newest.state.at {
@@ -107,7 +111,7 @@ impl<T: Real> Tracker<T> {
         let mut smoothed = Smoothed::newest(&newest.state);
         let (mut later, mut from) = (newest, self.older.iter().rev().map(|tracked| &tracked.track));
         loop {
-            // Frames refused left the track where it was.
+            // A refused frame has left the track where it was.
             let earlier = from.find(|track| track.state.at < later.state.at)?;
             let kick = if later.kicked { self.tuning.kick_rad2_s2 } else { T::zero() };
             if earlier.state.at <= at {

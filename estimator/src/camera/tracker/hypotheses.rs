@@ -1,9 +1,16 @@
-//! What the frames around one that is beyond the gate tell of it.
+//! What explains a frame beyond the gate.
 //!
-//! If the next frame is within the gate, the first was an outlier and that is all. If not, either the last frame used was an outlier, though within the gate: it is taken
-//! back if the two since fit the track before it. Or the rotor has been kicked out of the gate, as in a landing: with a kick of [`crate::TrackTuning::kick_rad2_s2`] right after
-//! the last frame used the newest four have to fit. (Two, as it once was, are no proof: of a fifth of outliers of 0.7 degrees two that fit come fifty times a second, and each
-//! led the estimate astray by half a degree or more.)
+//! | hypothesis | test |
+//! |---|---|
+//! | the frame is an outlier | the next frame is within the gate |
+//! | the last frame used was an outlier within its gate | the two newest frames fit the track before it |
+//! | the rotor was kicked after the last frame used (landing) | the four newest frames fit that track with a kick |
+//!
+//! The variance of the kick is [`crate::TrackTuning::kick_rad2_s2`].
+//!
+//! Why four frames for a kick: if a fifth of the frames are outliers of 0.7 degrees, two that fit a kick by chance come
+//! fifty times a second, three once a second, four once in ten seconds; each would lead the estimate astray by half a
+//! degree or more.
 
 use motor_model::{Angle, Real};
 
@@ -11,30 +18,32 @@ use super::Tracker;
 use crate::camera::track::{Process, State, Track};
 use crate::camera::track_covariance::TrackCovariance;
 
-/// What the track would be at the newest frame were the frames before it explained otherwise, and the newest frame's innovation, which is not yet taken in.
+/// The track at the newest frame under a hypothesis about the frames before it, and the newest frame's innovation,
+/// which is not yet fused.
 pub(super) struct Fit<T, B> {
     pub(super) state: State<T, B>,
     /// The innovation and its variance.
     pub(super) seen: (T, T),
     pub(super) normalised: T,
-    /// Mean of the normalised innovations squared of all frames that had to fit.
+    /// Mean of the normalised innovations squared of all frames tested.
     mean_misfit: T,
-    /// Whether by a kick.
+    /// Whether the hypothesis is a kick.
     pub(super) kicked: bool,
 }
 
 impl<T: Real, B: TrackCovariance<T>> Tracker<T, B> {
-    /// Frames in a row that have to fit a kick, or a new beginning, before it is believed: of a fifth of outliers four do so once in ten seconds, three every second.
+    /// Frames in a row that have to fit a kick, or a restart, before it is accepted.
     const CONFIRMING_FRAMES: usize = 4;
 
-    /// Most that their normalised innovations squared may be on average: 99.75 % of chi-square for two of them, 99.99 % for four. Each by itself within the gate they would let a
-    /// burst of outliers pass for a kick, or for the truth.
+    /// Largest mean of their normalised innovations squared: 99.75 % of chi-square for two of them, 99.99 % for four.
+    /// The gate of each alone would let a burst of outliers pass for a kick.
     const MEAN_MISFIT_MAX: f64 = 6.0;
 
-    /// Frames in a row that prove the last one used to be an outlier.
+    /// Frames in a row that prove that the last one used was an outlier.
     const CONFIRMING_FRAMES_OF_AN_OUTLIER: usize = 2;
 
-    /// What explains that the newest frames are refused: the last one used was an outlier, and is taken back, or the rotor was kicked right after it.
+    /// The hypothesis that explains the refusals, if one does: the last frame used was an outlier, and is taken back,
+    /// or the rotor was kicked right after it.
     #[cold]
     pub(super) fn explain_refusals(&mut self, process: &impl Process<T, B>) -> Option<Fit<T, B>> {
         let state = self.track()?.state;
@@ -80,7 +89,7 @@ impl<T: Real, B: TrackCovariance<T>> Tracker<T, B> {
             let variance_rad2 = state.covariance.innovation_rad2(self.tuning.camera_rad2);
             let normalised = innovation_rad * innovation_rad / variance_rad2;
             mean_misfit += normalised * part;
-            // Asked this way round, so that NaN is refused.
+            // Written so that NaN is refused.
             let plausible = normalised <= self.tuning.gate;
             if !plausible {
                 return None;
