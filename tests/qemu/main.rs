@@ -8,9 +8,7 @@ mod size;
 
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
-use std::sync::OnceLock;
 
-use escargot::{CargoBuild, CargoRun};
 use firmware_checks::parity::{LoopRun, TwinRun};
 use motor_model::ImpactRule;
 
@@ -27,19 +25,9 @@ fn repository() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("..")
 }
 
-/// The command, built once in the profile of the tests.
+/// The command as cargo built it beside these tests, from the same `main.rs`.
 fn host_sim() -> Command {
-    static BUILT: OnceLock<CargoRun> = OnceLock::new();
-    let build = || {
-        let manifest = repository().join("Cargo.toml");
-        CargoBuild::new()
-            .manifest_path(manifest)
-            .package("host-sim")
-            .bin("host-sim")
-            .run()
-            .expect("host-sim builds")
-    };
-    BUILT.get_or_init(build).command()
+    Command::new(env!("CARGO_BIN_EXE_host-sim-under-test"))
 }
 
 /// A program of the microcontroller, built.

@@ -1,64 +1,6 @@
-//! The built `host-sim` command, run as a user runs it.
+//! The command line: results, files, refusals.
 
-use std::path::Path;
-use std::process::{Command, Output};
-use std::sync::OnceLock;
-
-use escargot::{CargoBuild, CargoRun};
-use serde_json::Value;
-
-/// The command, built once for all tests in the profile of the tests.
-fn command() -> Command {
-    static BUILT: OnceLock<CargoRun> = OnceLock::new();
-    BUILT
-        .get_or_init(|| {
-            CargoBuild::new()
-                .manifest_path(Path::new(env!("CARGO_MANIFEST_DIR")).join("../Cargo.toml"))
-                .package("host-sim")
-                .bin("host-sim")
-                .run()
-                .expect("host-sim builds")
-        })
-        .command()
-}
-
-/// Runs the command in a folder of its own.
-#[track_caller]
-pub fn run(folder: &Path, arguments: &[&str]) -> Output {
-    command().args(arguments).current_dir(folder).output().expect("the command starts")
-}
-
-/// Runs the command on so many threads.
-#[track_caller]
-pub fn run_on(threads: u32, folder: &Path, arguments: &[&str]) -> Output {
-    let mut command = command();
-    command.env("RAYON_NUM_THREADS", threads.to_string());
-    command.args(arguments).current_dir(folder).output().expect("the command starts")
-}
-
-pub fn folder() -> tempfile::TempDir {
-    tempfile::tempdir().expect("a temporary folder")
-}
-
-/// Standard output of a run that succeeds and has nothing to complain about.
-#[track_caller]
-pub fn succeeds(folder: &Path, arguments: &[&str]) -> String {
-    let output = run(folder, arguments);
-    let complaint = String::from_utf8_lossy(&output.stderr);
-    assert!(output.status.success(), "{arguments:?}: {complaint}");
-    String::from_utf8(output.stdout).expect("text")
-}
-
-/// Exactly one JSON object.
-#[track_caller]
-pub fn json(folder: &Path, arguments: &[&str]) -> Value {
-    let text = succeeds(folder, arguments);
-    let value: Value = serde_json::from_str(&text).expect("one JSON value and nothing else");
-    assert!(value.is_object(), "{text}");
-    value
-}
-
-#[track_caller]
-pub fn number(object: &Value, field: &str) -> f64 {
-    object[field].as_f64().unwrap_or_else(|| panic!("{field} is a number in {object}"))
-}
+mod tool_accuracy;
+mod tool_command_line;
+mod tool_estimate;
+mod tool_filters;

@@ -1,0 +1,5 @@
+//! The closed loop of motor, instruments, filter and controller.
+
+mod tool_calibrate;
+mod tool_position;
+mod tool_positioning_trials;

@@ -1,0 +1,241 @@
+//! `host-sim calibrate`: a gyroscope on the rotor, from the closed loop to the interval; what the command writes and refuses.
+
+use std::sync::OnceLock;
+
+use host_sim::Scene;
+use host_sim::studies::gyroscope_calibration::{Calibrations, Plan};
+use serde_json::Value;
+use tempfile::TempDir;
+
+use crate::support::built_command::{folder, number, run, run_on};
+use crate::support::closeness::assert_between;
+
+const BEGIN: &str = "<!-- calibration:begin -->";
+const END: &str = "<!-- calibration:end -->";
+/// Six seconds, and a coarser step of the plant, which locates its impacts.
+const SHORT: [&str; 6] = ["--duration", "6", "--set", "calibrate.steps=1", "--set", "plant.step_s=5e-6"];
+
+fn arguments<'a>(more: &[&'a str]) -> Vec<&'a str> {
+    [&["calibrate"], &SHORT[..], more].concat()
+}
+
+/// 60 gyroscopes on two motors, made once for all tests, and the folder that they were written to.
+fn sixty() -> &'static (TempDir, Value) {
+    static SIXTY: OnceLock<(TempDir, Value)> = OnceLock::new();
+    SIXTY.get_or_init(|| {
+        let folder = folder();
+        std::fs::write(folder.path().join("page.md"), format!("before\n{BEGIN}\nold\n{END}\nafter\n"))
+            .expect("a page");
+        let sixty =
+            ["--runs", "60", "--motors", "2", "--seed", "7", "--readme", "page.md", "--format", "json"];
+        let output = run_on(2, folder.path(), &arguments(&sixty));
+        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+        let object = serde_json::from_slice(&output.stdout).expect("one JSON object and nothing else");
+        (folder, object)
+    })
+}
+
+/// Errors are those of the truth, and as large as the fit says. In 6 s random walk allows 3.7 deg/h of bias, and about 2.5e-3 / sqrt(2.25 (160^2 + 88^2) - (2.25 (160 - 88))^2 / 6) of the scale factor: 9.4 ppm.
+#[test]
+fn tool_errors_are_as_large_as_stated() {
+    let (_, object) = sixty();
+    let all = &object["over_runs"];
+    assert_between(number(all, "runs"), 60.0, 60.0, all);
+    assert_between(number(all, "scale_factor_walk_ppm"), 8.0, 12.0, all);
+    let over_walk = number(all, "scale_factor_stated_ppm") / number(all, "scale_factor_walk_ppm");
+    assert_between(over_walk, 1.0, 1.5, all);
+    assert_between(number(all, "bias_stated_deg_h"), 3.5, 5.0, all);
+    for (seen, stated) in
+        [("scale_factor_rms_ppm", "scale_factor_stated_ppm"), ("bias_rms_deg_h", "bias_stated_deg_h")]
+    {
+        // The root mean square of 60 errors scatters by 9 %; four times that.
+        assert_between(number(all, seen) / number(all, stated), 0.64, 1.36, all);
+    }
+    // Of 60 intervals of 95 %, fewer than 51 hold the truth once in 1,500 sets.
+    for count in ["scale_factor_covered", "bias_covered", "pair_covered"] {
+        assert_between(number(all, count), 51.0, 60.0, all);
+    }
+    assert_between(number(object, "motor_time_s"), 6.0, 6.0, object);
+    assert_between(number(object, "walk_bias_sigma_deg_h"), 3.66, 3.69, object);
+    assert_between(number(object, "reference_rms_mdeg"), 0.3, 15.0, object);
+    assert_between(number(object, "correlation"), -0.9, 0.9, object);
+}
+
+/// The plan as it stands, a minute long: whatever the motor, 10 ppm are three standard deviations at least, near what the gyroscope's random walk allows; and the bias is known as well as ever.
+#[test]
+fn tool_a_minute_tells_the_scale_factor_to_ten_ppm() {
+    let folder = folder();
+    let minute =
+        ["calibrate", "--runs", "3", "--motors", "3", "--set", "plant.step_s=5e-6", "--format", "json"];
+    let output = run(folder.path(), &minute);
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let rows = std::fs::read_to_string(folder.path().join("out/calibrate/runs.csv")).expect("written");
+    let header: Vec<&str> = rows.lines().next().expect("a header").split(',').collect();
+    let mut runs = 0;
+    for line in rows.lines().skip(1) {
+        let row: std::collections::BTreeMap<&str, f64> = header
+            .iter()
+            .copied()
+            .zip(line.split(',').map(|field| field.parse().expect("a number")))
+            .collect();
+        runs += 1;
+        let sigma_ppm = row["scale_factor_sigma_ppm"];
+        assert_between(sigma_ppm, 2.0, 10.0 / 3.0, format!("{row:?}"));
+        assert_between(sigma_ppm / row["walk_scale_factor_sigma_ppm"], 1.0, 1.25, format!("{row:?}"));
+        assert_between(row["bias_sigma_deg_h"] / row["walk_bias_sigma_deg_h"], 1.0, 1.5, format!("{row:?}"));
+        assert_between(row["scale_factor_error_ppm"] / sigma_ppm, -4.0, 4.0, format!("{row:?}"));
+    }
+    assert_eq!(runs, 3);
+}
+
+/// One more ppm and one more deg/h in the gyroscope are one more in what is found, and nothing in the error: the rest of the noise is the same.
+#[test]
+fn exact_what_the_gyroscope_has_more_is_found() {
+    let folder = folder();
+    let found = |scale: &str, bias: &str| {
+        let (scale, bias) =
+            (format!("gyroscope.scale_factor_ppm={scale}"), format!("gyroscope.bias_deg_h={bias}"));
+        let more = [
+            "--set",
+            "gyroscope.parameters=nominal",
+            "--set",
+            // Never saturated: which intervals are fitted is the same.
+            "gyroscope.range_deg_s=2000",
+            "--set",
+            &scale,
+            "--set",
+            &bias,
+            "--format",
+            "json",
+        ];
+        crate::support::built_command::json(folder.path(), &arguments(&more))
+    };
+    let (one, other) = (found("-200", "5"), found("800", "-45"));
+    for (field, more) in [
+        ("scale_factor_ppm", 1000.0),
+        ("bias_deg_h", -50.0),
+        ("scale_factor_error_ppm", 0.0),
+        ("bias_error_deg_h", 0.0),
+    ] {
+        let difference = number(&other, field) - number(&one, field);
+        // The reference's error turns 1,000 ppm into a thousandth of itself, and samples are rounded to units.
+        assert_between(difference - more, -0.1, 0.1, field);
+    }
+}
+
+/// Without noise and with a rotor that is known, there is nothing between the gyroscope and its errors but the reference.
+#[test]
+fn law_a_gyroscope_with_less_noise_is_calibrated_better() {
+    let of = |walk: &str| -> Calibrations {
+        let mut scene = Scene::default();
+        for (key, value) in [
+            ("calibrate.duration_s", "6"),
+            ("calibrate.steps", "1"),
+            ("plant.step_s", "5e-6"),
+            ("gyroscope.random_walk_deg_rh", walk),
+            ("gyroscope.instability_deg_h", "0"),
+        ] {
+            scene.set(key, value).expect("a setting");
+        }
+        Plan::new(&scene, 1, 1).expect("a plan").run(&|| ()).expect("a calibration")
+    };
+    let (noisy, quiet) = (of("0.6"), of("0.0015"));
+    let [noisy, quiet] = [noisy, quiet].map(|calibrations| calibrations.first.outcome);
+    assert!(quiet.bias_sigma_deg_h < 0.3 * noisy.bias_sigma_deg_h, "{quiet:?}");
+    assert!(quiet.scale_factor_sigma_ppm < 0.5 * noisy.scale_factor_sigma_ppm, "{quiet:?}");
+    assert_between(quiet.pair_distance_square, 0.0, 20.0, "in standard deviations of the reference alone");
+}
+
+#[test]
+fn tool_the_same_bytes_on_any_number_of_threads() {
+    let folder = folder();
+    let outputs = [1, 3].map(|threads| {
+        let more = ["--runs", "7", "--motors", "3", "--format", "json", "--duration", "3"];
+        let arguments = [&["calibrate"], &SHORT[2..], &more].concat();
+        let output = run_on(threads, folder.path(), &arguments);
+        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+        let read =
+            |name: &str| std::fs::read(folder.path().join("out/calibrate").join(name)).expect("written");
+        (output.stdout, read("runs.csv"), read("calibrate.svg"))
+    });
+    assert_eq!(outputs[0], outputs[1]);
+    let rows = String::from_utf8(outputs[0].1.clone()).expect("text");
+    // Run i: gyroscope i / 3 on motor i mod 3.
+    let names: Vec<String> =
+        rows.lines().skip(1).map(|row| row.split(',').take(2).collect::<Vec<_>>().join(" ")).collect();
+    assert_eq!(names, ["1 0", "2 0", "3 0", "1 1", "2 1", "3 1", "1 2"]);
+}
+
+/// A row of the table can be made again by its seed and serial number.
+#[test]
+fn tool_a_run_is_named_by_seed_and_serial() {
+    let (made, _) = sixty();
+    let rows = std::fs::read_to_string(made.path().join("out/calibrate/runs.csv")).expect("written");
+    let header: Vec<&str> = rows.lines().next().expect("a header").split(',').collect();
+    let last: Vec<&str> = rows.lines().last().expect("a row").split(',').collect();
+    let folder = folder();
+    let serial = format!("gyroscope.serial={}", last[1]);
+    let again = ["--seed", last[0], "--set", &serial, "--format", "json"];
+    let again = crate::support::built_command::json(folder.path(), &arguments(&again));
+    for field in ["scale_factor_error_ppm", "bias_sigma_deg_h"] {
+        let column = header.iter().position(|name| *name == field).expect("a column");
+        let expected: f64 = last[column].parse().expect("a number");
+        assert_between(number(&again, field) - expected, -1e-9, 1e-9, field);
+    }
+}
+
+#[test]
+fn tool_the_page_and_the_picture() {
+    let (folder, object) = sixty();
+    let read = |name: &str| std::fs::read_to_string(folder.path().join(name)).expect("written");
+    let page = read("page.md");
+    assert!(
+        page.starts_with(&format!("before\n{BEGIN}\n")) && page.ends_with(&format!("{END}\nafter\n")),
+        "{page}"
+    );
+    let rms = number(&object["over_runs"], "scale_factor_rms_ppm");
+    assert!(
+        page.contains("| scale factor, ppm |") && page.contains(&format!("| {rms:.2} ")),
+        "{rms}: {page}"
+    );
+    let picture = read("out/calibrate/calibrate.svg");
+    assert!(
+        picture.starts_with("<svg")
+            && picture.contains("Allan deviation")
+            && picture.contains("Bias of every run")
+    );
+}
+
+#[test]
+fn tool_what_cannot_be_is_refused_before_the_computing() {
+    let folder = folder();
+    for (more, complaint) in [
+        (&["--runs", "0"][..], "--runs"),
+        (&["--motors", "-3"], "--motors"),
+        (&["--duration", "2", "--set", "calibrate.rest_s=1"], "calibrate.rest_s"),
+        (&["--set", "gyroscope.sample_rate_hz=300"], "gyroscope.sample_rate_hz"),
+        (&["--set", "gyroscope.random_walk_deg_rh=-1"], "gyroscope.random_walk_deg_rh"),
+        (&["--set", "gyroscope.range_deg_s=zero"], "gyroscope.range_deg_s"),
+        (&["--set", "gyroscope.scale_ppm=1"], "gyroscope.scale_factor_ppm"),
+        (&["--readme", "absent.md"], "absent.md"),
+    ] {
+        let output = run(folder.path(), &[&["calibrate"], more].concat());
+        let said = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert_eq!(output.status.code(), Some(2), "{more:?}: {said}");
+        assert!(said.contains(complaint) && said.lines().count() == 1, "{more:?}: {said}");
+    }
+    assert!(!folder.path().join("out").exists());
+}
+
+/// A gyroscope that is always saturated tells nothing: refused, and nothing is written over what was there.
+#[test]
+fn tool_a_plan_that_tells_nothing_is_refused() {
+    let folder = folder();
+    // The rests are shorter than an interval, so that the rotor turns in all of them.
+    let more = ["--duration", "3", "--set", "gyroscope.range_deg_s=1", "--set", "calibrate.rest_s=0.05"];
+    let output = run(folder.path(), &[&["calibrate"], &SHORT[2..], &more].concat());
+    let said = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert_eq!(output.status.code(), Some(2), "{said}");
+    assert!(said.contains("does not tell scale factor from bias") && said.lines().count() == 1, "{said}");
+    assert!(!folder.path().join("out/calibrate/calibrate.svg").exists());
+}

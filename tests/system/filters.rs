@@ -1,0 +1,12 @@
+//! The filters: their arithmetic, then their estimates beside the truth, with and without faults.
+
+mod dual_covariance;
+mod law_covariance_endurance;
+
+mod law_consistency;
+mod law_impact_aided;
+mod law_twin_filter;
+
+mod law_camera_faults;
+mod law_faults_of_many_motors;
+mod law_vibrometer_faults;

@@ -1,0 +1,201 @@
+//! What the vibrometer may do wrong, and what every filter makes of it: each fault after 100 ms of good samples in mode B.
+
+use estimator::{Health, LdvSample, Reason, Verdict};
+use host_sim::runs::filter::FILTERS;
+use motor_model::{DriveCommand, DriveMode, Time, math};
+
+use crate::support::fault_bench::{
+    Bench, Faults, Look, NONE, assert_never_false, by_filter, delays_ms, rms_mdeg,
+};
+
+const B: DriveCommand = DriveCommand::full(DriveMode::B);
+
+fn settled(sets: &[&str]) -> Bench {
+    let mut bench = Bench::new(sets);
+    bench.run(B, 100, NONE);
+    bench
+}
+
+fn rms_of(rms: &[(&str, f64)], name: &str) -> f64 {
+    rms.iter().find(|(of, _)| *of == name).expect("a filter").1
+}
+
+fn is_silent(look: &Look) -> bool {
+    look.health == Health::Degraded(Reason::VibrometerSilent)
+}
+
+/// Told to be silent within 1.2 ms of the fault and not wrong unawares; good within 2 ms of its end, without a new start.
+#[track_caller]
+fn assert_counts_as_silent(sets: &[&str], faults: Faults) {
+    let sets = [sets, &["ldv.fault_from_s=0.1", "ldv.fault_until_s=0.12"]].concat();
+    let mut bench = settled(&sets);
+    let looks = bench.run(B, 20, faults);
+    for (name, delay) in delays_ms(&looks, is_silent) {
+        assert!(delay < 1.2, "{name}: {delay} ms");
+    }
+    assert_never_false(&looks);
+    let looks = bench.run(B, 50, NONE);
+    for (name, delay) in delays_ms(&looks, Look::is_good) {
+        assert!(delay < 2.0, "{name}: {delay} ms");
+    }
+    assert_never_false(&looks);
+    assert!(!looks.iter().any(|look| look.verdict == Some(Verdict::Restarted)));
+}
+
+/// E1: samples that are no numbers.
+#[test]
+fn law_samples_that_are_no_numbers_are_none() {
+    assert_counts_as_silent(&["ldv.fault=not_a_number"], NONE);
+    assert_counts_as_silent(
+        &[],
+        (NONE.0, |_, sample| Some(LdvSample { velocity_m_s: f32::INFINITY, ..sample })),
+    );
+}
+
+/// E10: the light lost, with and without a word: no samples, zeros, the last value for ever.
+#[test]
+fn law_lost_light_is_silence_whatever_it_looks_like() {
+    assert_counts_as_silent(&[], (NONE.0, |_, _| None));
+    assert_counts_as_silent(&["ldv.fault=zeros"], NONE);
+    assert_counts_as_silent(&["ldv.fault=stuck"], NONE);
+}
+
+/// E10: every third sample lost to speckle: no filter is worse than 1.3 times itself. The twin, which lives on the instant of an impact within 5 us, may be 1.4 times as
+/// bad as the filter that minds instants less.
+#[test]
+fn law_single_lost_samples_cost_little() {
+    let whole = rms_mdeg(&settled(&[]).run(B, 200, NONE));
+    let looks = settled(&["ldv.drop_probability=0.33"]).run(B, 200, NONE);
+    assert_never_false(&looks);
+    let aided = rms_of(&whole, "impact_aided");
+    for ((name, whole), (_, lossy)) in whole.into_iter().zip(rms_mdeg(&looks)) {
+        let most = if name == "twin" { 1.4 * aided } else { 1.3 * whole };
+        assert!(lossy < most, "{name}: {lossy} against {whole}");
+    }
+}
+
+/// E10: one sample in a thousand wrong by 0.1 m/s, as large as the impacts: two hundred false ones a second. No filter is worse than 1.5 times the one that hears nothing,
+/// and none begins anew.
+#[test]
+fn law_wrong_samples_are_borne() {
+    for command in [B, DriveCommand::full(DriveMode::C)] {
+        let mut bench = Bench::new(&["ldv.outlier_probability=0.001"]);
+        bench.run(command, 100, NONE);
+        let looks = bench.run(command, 200, NONE);
+        let rms = rms_mdeg(&looks);
+        let deaf = rms_of(&rms, "constant_rate");
+        assert!(rms.iter().all(|(_, rms)| *rms < 1.5 * deaf), "{rms:?}");
+        assert!(!looks.iter().any(|look| look.verdict == Some(Verdict::Restarted)));
+    }
+}
+
+/// A vibrometer whose scale is off by a tenth, more than any decoder's: nobody is wrong unawares, or worse than the filter that hears nothing.
+#[test]
+fn law_a_wrong_scale_is_borne() {
+    for gain in ["ldv.gain_error=0.1", "ldv.gain_error=-0.1"] {
+        let looks = settled(&[gain]).run(B, 200, NONE);
+        let rms = rms_mdeg(&looks);
+        assert_never_false(&looks);
+        let deaf = rms_of(&rms, "constant_rate");
+        assert!(rms.iter().all(|(_, rms)| *rms <= deaf), "{rms:?}");
+    }
+}
+
+/// A scale that is off by a half: whoever takes impacts from the vibrometer says so within 150 ms, by gravity alone and however well the impacts fit, and from then on takes none, and nobody is wrong unawares. 0.3 s
+/// after its end all are good again.
+#[test]
+fn law_a_scale_off_by_a_half_is_told() {
+    let faults: [Faults; 2] = [
+        (NONE.0, |_, sample| Some(LdvSample { velocity_m_s: 1.5 * sample.velocity_m_s, ..sample })),
+        (NONE.0, |_, sample| Some(LdvSample { velocity_m_s: 0.5 * sample.velocity_m_s, ..sample })),
+    ];
+    for wrong in faults {
+        let mut bench = settled(&[]);
+        let looks = bench.run(B, 400, wrong);
+        for looks in by_filter(&looks).into_iter().filter(|looks| looks[0].name != "constant_rate") {
+            let late = &looks[15_000..];
+            assert!(!late.iter().any(|look| look.is_good()), "{}", looks[0].name);
+            let told = looks.iter().any(|look| look.health == Health::Degraded(Reason::VibrometerScale));
+            assert!(told, "{}", looks[0].name);
+        }
+        assert_never_false(&looks[15_000 * FILTERS.len()..]);
+        let looks = bench.run(B, 400, NONE);
+        assert_never_false(&looks);
+        let late = &looks[30_000 * FILTERS.len()..];
+        assert!(late.iter().all(Look::is_good), "{:?}", late.iter().find(|look| !look.is_good()));
+    }
+}
+
+/// E11: a range of a third of the rotor's speeds: what saturates is not heard; no filter is wrong unawares, or by more than 1.05 times the filter that hears nothing at all.
+#[test]
+fn law_a_saturated_range_does_not_deceive() {
+    let whole = rms_mdeg(&settled(&[]).run(B, 200, NONE));
+    let looks = settled(&["ldv.range_m_s=0.03"]).run(B, 200, NONE);
+    assert_never_false(&looks);
+    let deaf = rms_of(&whole, "constant_rate");
+    for (name, saturated) in rms_mdeg(&looks) {
+        assert!(saturated < 1.05 * deaf, "{name}: {saturated} against {deaf}");
+    }
+}
+
+/// E11: the sign inverted. Whoever takes impacts from the vibrometer says so within 20 ms, and then does not; nobody is wrong unawares once it has.
+#[test]
+fn law_an_inverted_sign_is_told() {
+    let mut bench = settled(&["ldv.fault=inverted", "ldv.fault_from_s=0.1", "ldv.fault_until_s=0.2"]);
+    let looks = bench.run(B, 100, NONE);
+    for looks in by_filter(&looks).into_iter().filter(|looks| looks[0].name != "constant_rate") {
+        let told = looks.iter().position(|look| look.health == Health::Degraded(Reason::VibrometerInverted));
+        assert!(told.is_some_and(|told| told < 2000), "{}: {told:?}", looks[0].name);
+    }
+    let late: Vec<Look> = looks.into_iter().filter(|look| look.at > Time::from_micros(120_000)).collect();
+    assert_never_false(&late);
+    let looks = bench.run(B, 100, NONE);
+    for (name, delay) in delays_ms(&looks, Look::is_good) {
+        assert!(delay < 20.0, "{name}: {delay} ms");
+    }
+}
+
+/// E12: 5 mm/s of bias, and 50 Hz of pickup of the same size: the estimate stays what it says; only rest is not recognised any more.
+#[test]
+fn law_bias_and_pickup_cost_no_honesty() {
+    let pickup: Faults = (NONE.0, |now, sample| {
+        let (sin, _) = math::sin_cos(314.0 * now.seconds_since::<f64>(Time::ZERO));
+        #[expect(clippy::cast_possible_truncation, reason = "an instrument's f32")]
+        Some(LdvSample { velocity_m_s: sample.velocity_m_s + 5e-3 * sin as f32, ..sample })
+    });
+    for (sets, faults) in [(["ldv.bias_m_s=0.005"], NONE), (["ldv.bias_m_s=0"], pickup)] {
+        let mut bench = settled(&sets);
+        let looks = bench.run(B, 100, faults);
+        assert_never_false(&looks);
+        let looks = bench.run(DriveCommand::OFF, 150, faults);
+        assert_never_false(&looks);
+    }
+}
+
+/// E8: one sample from an hour ahead and, where there is no clock to judge by, the silence after it ended: heard again within 2 ms.
+#[test]
+fn law_a_wrong_time_does_not_deafen() {
+    let mut bench = settled(&[]);
+    let ahead: Faults = (NONE.0, |now, sample| {
+        let wrong = sample.taken_at.plus_nanos(3_600_000_000_000);
+        Some(if now == Time::from_micros(101_000) { LdvSample { taken_at: wrong, ..sample } } else { sample })
+    });
+    let looks = bench.run(B, 20, ahead);
+    let good = looks.iter().filter(|look| look.is_good()).count() * 100 / looks.len();
+    assert!(good >= 90, "{good} %");
+    assert_never_false(&looks);
+}
+
+/// E15: both lost: not to be used within 10 ms, no angle is invented, and good again within 10 ms of their return.
+#[test]
+fn law_without_either_there_is_no_estimate_to_use() {
+    let mut bench = settled(&[]);
+    let looks = bench.run(B, 100, (|_, _| None, |_, _| None));
+    for (name, delay) in delays_ms(&looks, |look| look.health == Health::Unusable(Reason::Uncertain)) {
+        assert!(delay < 10.0, "{name}: {delay} ms");
+    }
+    assert_never_false(&looks);
+    for (name, delay) in delays_ms(&bench.run(B, 50, NONE), Look::is_good) {
+        assert!(delay < 10.0, "{name}: {delay} ms");
+    }
+}

@@ -1,0 +1,11 @@
+//! What the tests share: tolerances, second implementations to compare with, motors, runs, the built command.
+
+pub mod built_command;
+pub mod closeness;
+pub mod fault_bench;
+pub mod live_teeth;
+pub mod motors;
+pub mod oscillator;
+pub mod precise_filter;
+pub mod steady;
+pub mod tooth;
