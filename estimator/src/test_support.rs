@@ -1,4 +1,4 @@
-//! What the filters' tests share: frames on the camera's clock, and how far a filter is off by its own measure.
+//! What the filters' tests share: frames on the camera's clock, and measures of consistency.
 
 use motor_model::{Angle, Real, Time};
 
@@ -11,13 +11,13 @@ pub(crate) const FRAME_NANOS: u64 = 100_000;
 /// 200,000 samples a second.
 pub(crate) const LDV_NANOS: u64 = 5_000;
 
-/// The frame number `n`, that shows `radians`.
+/// Frame number `n`, which shows `radians`.
 pub(crate) fn frame(n: u64, radians: f64) -> CameraFrame {
     let angle = Angle::from_degrees(radians.to_degrees()).wrapped();
     CameraFrame { exposed_at: Time::from_nanos(n * FRAME_NANOS), angle }
 }
 
-/// A sample of a rotor at rest by a live vibrometer, whose neighbours are never equal: far below its noise.
+/// A sample of a rotor at rest by a live vibrometer: far below its noise, and neighbours are never equal.
 pub(crate) fn quiet_sample(taken_at: Time) -> LdvSample {
     let odd = (taken_at.nanos() / LDV_NANOS) % 2 == 1;
     LdvSample { taken_at, velocity_m_s: if odd { 1e-9 } else { -1e-9 } }
@@ -32,9 +32,9 @@ pub(crate) fn nees<T: Real>(state: &State<T>, angle_rad: f64, rate_rad_s: f64) -
     (p22 * x * x - 2.0 * p12 * x * y + p11 * y * y) / (p11 * p22 - p12 * p12)
 }
 
-/// Mean NEES and NIS of 50 runs of 400 frames are those of a filter whose model is the truth. The NIS of a right filter is white: 20,000 chi-square(1), mean
-/// 1, standard error 0.01. The NEES is correlated over some 20 frames: 50 x 20 independent chi-square(2), mean 2, standard error 0.063. Bounds at
-/// 3.3 standard errors, both sides.
+/// Mean NEES and NIS of 50 runs of 400 frames are those of a filter whose model is the truth. The NIS of a right filter
+/// is white: 20,000 chi-square(1), mean 1, standard error 0.01. The NEES is correlated over some 20 frames: 50 x 20
+/// independent chi-square(2), mean 2, standard error 0.063. Bounds at 3.3 standard errors, both sides.
 #[track_caller]
 pub(crate) fn assert_consistent(run: impl Fn(u64) -> (f64, f64)) {
     let runs: [(f64, f64); 50] = core::array::from_fn(|seed| run(seed as u64));

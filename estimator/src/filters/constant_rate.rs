@@ -1,27 +1,38 @@
-//! The simplest filter: angle and rate from the camera, the rate constant but for noise.
+//! The simplest filter: angle and rate from the camera, the rate constant but for white noise.
+//!
+//! | index | symbol | unit | meaning | prior |
+//! |---|---|---|---|---|
+//! | 0 | angle | rad | rotation of the rotor | first frame, its variance R |
+//! | 1 | rate | rad/s | angular rate | 0, standard deviation 20 rad/s |
 //!
 //! ```text
 //! angle' = rate,   rate' = white noise of intensity q,   camera = angle + noise of variance R
 //! ```
 //!
-//! Each impact kicks the rate; `q` stands for all of them. From the model (Coulomb friction, steady motion): the rate wanders with standard
-//! deviation s and correlation time T, so `q = 2 s^2 / T`: 4.4 rad/s and 12 ms in mode B, 0.54 rad/s and 2 ms in mode C. With the
-//! default camera the steady standard error of the angle is then `(sqrt 2 (R dt)^(3/4) q^(1/4))^(1/2)`, 13 and 7 milli-degrees. The values used make the
-//! normalised innovations squared 1 on average over drawn motors, to a percent.
+//! Each impact kicks the rate; `q` stands for all kicks. From the model (Coulomb friction, steady motion): the rate
+//! varies with standard deviation s and correlation time T, so `q = 2 s^2 / T`, with 4.4 rad/s and 12 ms in mode B,
+//! 0.54 rad/s and 2 ms in mode C. With the default camera the steady standard error of the angle is then `(sqrt 2 (R
+//! dt)^(3/4) q^(1/4))^(1/2)`: 13 and 7 milli-degrees. The values used make the normalised innovations squared 1 on
+//! average over drawn motors, within a percent.
 //!
-//! White noise is not what impacts are: neighbouring kicks undo a part of each other. Over a time t the true rate changes by D t in mean square, with D in rad^2/s^3
+//! # Jitter
+//!
+//! Impacts are not white noise: neighbouring kicks undo a part of each other. Over a time t the true rate changes by D
+//! t in mean square, with D in rad^2/s^3
 //!
 //! ```text
 //! t in ms      0.1     0.2     0.4     0.8     1.6     3.2
-//! mode B      4260    4230    3780    3340    3130    3030        wandering at 3000 and a part that is forgotten in 0.25 ms
+//! mode B      4260    4230    3780    3340    3130    3030     3000, and a part with a correlation time of 0.25 ms
 //! mode C       920     970     820     500     340     210
 //! ```
 //!
-//! The filter sees some milliseconds at once, so `q` is what they show; what came and went within them it cannot know, before the fact or after. That part is
-//! the [`Jitter`] that is added to the variances of every estimate. Without it the squared error of angle and rate together was 1.07 (B) and 1.23 (C) times what the filter said, and 1.15
-//! and 1.57 after the fact, where the frames since have taken the filter's own share away and the jitter remains.
+//! The filter averages over some milliseconds, so `q` is D at those times. It cannot estimate the part that comes and
+//! goes within them, and neither can the smoother. That part is the [`Jitter`], which is added to the variances of
+//! every estimate. Without it the squared error of angle and rate together would be 1.07 (B) and 1.23 (C) times the
+//! variance, and 1.15 and 1.57 times that of the smoother, where later frames reduce the filter's own share and the
+//! jitter remains.
 //!
-//! The filter lives at the exposure time of its last frame; [`ConstantRate::estimate`] carries it forward to the present.
+//! The state is that at the exposure of the last frame; [`ConstantRate::estimate`] carries it to the present.
 
 use motor_model::{DriveCommand, DriveMode, Real, Time};
 
@@ -41,7 +52,7 @@ pub struct ConstantRateTuning<T> {
     pub track: TrackTuning<T>,
     /// When the rotor counts as quiet.
     pub rest: RestTuning<T>,
-    /// What the rate does between frames.
+    /// Process noise between frames.
     pub wander: WanderTuning<T>,
 }
 
@@ -52,13 +63,14 @@ pub struct WanderTuning<T> {
     pub impacted_b_rad2_s3: T,
     /// Process noise under mode C in rad^2/s^3.
     pub impacted_c_rad2_s3: T,
-    /// Process noise of a rotor that slides to a stop in rad^2/s^3: friction changes the rate by 0.6 to 1.8 rad/s in a millisecond.
+    /// Process noise of a rotor that slides to a stop in rad^2/s^3: friction changes the rate by 0.6 to 1.8 rad/s in a
+    /// millisecond.
     pub sliding_rad2_s3: T,
     /// Process noise at rest in rad^2/s^3.
     pub resting_rad2_s3: T,
-    /// What the rate does beside under mode B.
+    /// Jitter under mode B.
     pub jitter_b: Jitter<T>,
-    /// The same under mode C.
+    /// Jitter under mode C.
     pub jitter_c: Jitter<T>,
 }
 
@@ -104,7 +116,7 @@ impl<T: Real> WanderTuning<T> {
     }
 }
 
-/// The rate wanders all the time.
+/// The rate is a random walk.
 struct Wandering<'a, T> {
     tuning: &'a WanderTuning<T>,
     motion: Motion,
@@ -122,7 +134,7 @@ impl<T: Real, B: TrackCovariance<T>> Process<T, B> for Wandering<'_, T> {
     }
 }
 
-/// The filter.
+/// The filter of constant rate.
 #[derive(Clone, Debug)]
 pub struct ConstantRate<T> {
     wander: WanderTuning<T>,
@@ -131,7 +143,7 @@ pub struct ConstantRate<T> {
 }
 
 impl<T: Real> ConstantRate<T> {
-    /// A filter that has seen nothing.
+    /// A filter without measurements.
     pub fn new(tuning: &ConstantRateTuning<T>) -> Self {
         Self {
             wander: tuning.wander,

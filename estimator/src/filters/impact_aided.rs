@@ -1,40 +1,63 @@
-//! The filter that knows when the rotor is struck: angle and rate from the camera, the instants and sizes of the rate's kicks from the vibrometer.
+//! The filter with impacts: angle and rate from the camera, instants and sizes of the kicks of the rate from the
+//! vibrometer.
+//!
+//! | index | symbol | unit | meaning | prior |
+//! |---|---|---|---|---|
+//! | 0 | angle | rad | rotation of the rotor | first frame, its variance R |
+//! | 1 | rate | rad/s | angular rate | 0, standard deviation 20 rad/s |
 //!
 //! ```text
-//! angle' = rate,   rate' = 0,     at an impact of jump dv:   rate+ = rate + kick,   |kick| <= c dv,   c = mu m_r R_t / J        (13c)
+//! angle' = rate,   rate' = 0
+//! at an impact of jump dv:   rate+ = rate + kick,   |kick| <= c dv,   c = mu m_r R_t / J        (13c)
 //! ```
 //!
-//! Drag turns the rate back by a millionth of itself in a second and is left out. Between impacts the filter therefore knows the rate as well as the frames since
-//! the last one tell; at each impact the rate is kicked by a mean and becomes less certain by a variance.
+//! Drag reduces the rate by a millionth of itself in a second and is left out. Between impacts the filter therefore
+//! knows the rate as well as the frames since the last impact determine it. At each impact the rate changes by a mean
+//! kick and becomes less certain by a variance.
 //!
 //! # The kick
 //!
-//! Friction acts on the slip and at most stops it: `kick = clamp(s' / R_t - rate, -c dv, c dv)`, where `s'` is the tooth's tangential velocity. The vibrometer gives
-//! the tooth's *vertical* velocity, since restitution is known: from `dv = (1 + e)(u' - v) / (1 + r)`,
+//! Friction acts on the slip and at most stops it: `kick = clamp(s' / R_t - rate, -c dv, c dv)`, with the tooth's
+//! tangential velocity `s'`. The vibrometer gives the tooth's *vertical* velocity u', since restitution is known. From
+//! `dv = (1 + e)(u' - v) / (1 + r)`,
 //!
 //! ```text
 //! u' = v + dv (1 + r) / (1 + e),    r = 3 m_r / m_s
 //! ```
 //!
-//! - Under mode B the tooth's rate `S = s' / R_t` follows from its rise and from what the earlier blows of the train have left in the other modes: [`crate::RingingTuning`].
-//!   It is taken as uniform within a width of that: the mean kick and its slope are then known (a statistical linearisation). Where the teeth stick, the rate is afterwards that of the tooth,
-//!   and what was not known of it before is gone. What remains is the friction, uniform in 0.2 to 0.6, whose error is the same at every blow of a motor: counted at 0.045 of its
-//!   square. Before the ringing was minded, 0.126 of the kicks' `(c dv)^2` was unexplained, of 0.62 that they have; now it is 0.02 to 0.03.
-//! - Mode C swings by 2 um, no more than what impacts leave in A and B: which pair strikes, and with it the slip's sign, is unknown, and 80 % of the kicks are at their
-//!   bound. The mean is 0 and the variance 0.68 of `(c dv)^2` (0.95 in drawn motors, but neighbouring kicks undo a part of each other: [`ImpactAidedTuning::jitter_c`]).
-//! - With the drive off a stator moves as little as the blows are small: S is 0 within what the rise of the tooth could make of it, so friction brakes the rotor and nothing
-//!   speeds it up.
+//! - Mode B: the tooth's rate `S = s' / R_t` follows from its rise and from what the earlier impacts of the train have
+//!   left in the other modes: [`crate::RingingTuning`]. It is taken as uniform within a width of that value, so the
+//!   mean kick and its slope are known (a statistical linearisation). Where the teeth stick, the rate afterwards is
+//!   that of the tooth, and the earlier error of the rate is gone. The friction is uniform in 0.2 to 0.6, and its error
+//!   is the same at every impact of a motor: counted at 0.045 of its square. Without the ringing 0.126 of the kicks'
+//!   `(c dv)^2` is unexplained, of 0.62 in all; with it 0.02 to 0.03.
+//! - Mode C moves the teeth by 2 um, no more than what impacts leave in A and B. So it is not known which pair of teeth
+//!   impacts, nor the sign of the slip, and 80 % of the kicks are at their bound. The mean is 0 and the variance 0.68
+//!   of `(c dv)^2` (0.95 in drawn motors, but neighbouring kicks undo a part of each other:
+//!   [`ImpactAidedTuning::jitter_c`]).
+//! - Drive off: the stator moves as little as the impacts are small. S is 0 within what the rise of the tooth allows,
+//!   so friction brakes the rotor and does not accelerate it.
 //!
-//! The jumps that the detector misses, up to its threshold, ride with those that it finds: `dv^2` in the variance is `dv^2 + threshold^2`. Under mode
-//! C those below 1.4 mm/s kick with an intensity of 4 rad^2/s^3 in all, against 860 of those above: [`ImpactAidedTuning::missed_rad2_s3`].
+//! Jumps below the detector's threshold accompany those that it finds: `dv^2` in the variance is `dv^2 + threshold^2`.
+//! Under mode C those below 1.4 mm/s kick with an intensity of 4 rad^2/s^3 in all, against 860 of those above:
+//! [`ImpactAidedTuning::missed_rad2_s3`].
 //!
 //! # Late frames, lost samples
 //!
-//! The impacts since the oldest frame kept are kept, up to [`IMPACTS_KEPT_MAX`]. A frame is fused at its exposure, through the impacts before it, and the estimate
-//! goes on from there through those after it. One impact more than fits gives up the frames before the oldest, and moves the track there if need be: what was
-//! exposed before that comes too late.
-//! While no frame comes, the track after all but the last few kicks is kept beside it, so that asking for the present costs what those few do: [`PENDING_KICKS_MAX`].
-//! Where no sample has come for [`crate::ImpactDetectorTuning::gap_nanos`], the rate wanders as in [`crate::ConstantRate`].
+//! The impacts since the oldest frame kept are kept, up to [`IMPACTS_KEPT_MAX`]. A frame is fused at its exposure,
+//! through the impacts before it, and the estimate continues from there through those after it. One impact more than
+//! the capacity drops the frames before the oldest impact, and carries the track there if need be: a frame exposed
+//! before that is too late. While no frame arrives, the track after all kicks is kept beside it, so that an estimate of
+//! the present passes only the last few: [`PENDING_KICKS_MAX`]. Where no sample has arrived for
+//! [`crate::ImpactDetectorTuning::gap_nanos`], the rate is a random walk as in [`crate::ConstantRate`].
+//!
+//! ```text
+//!                    sample                            what it does to the rate
+//!   impact           jump dv upwards                   kick of mean and variance above
+//!   fall             jump downwards: a wrong sample    kick of unknown sign, as large as the fall
+//!   gap              first sample after a gap          random walk over the gap
+//!   fault ends       sign or scale right again         kick of unknown sign right after the last frame
+//! ```
 
 mod process;
 pub(crate) mod ringing;
@@ -54,19 +77,20 @@ use crate::vibrometer::motion::{Motion, MotionWatch};
 use process::{ImpactKick, ImpactKicks, KickedRate};
 pub use tuning::ImpactAidedTuning;
 
-/// Most impacts kept: 4.5 ms of the wildest motion, mode B at a fifth of its amplitude, with 28 impacts a ms.
+/// Most impacts kept: 4.5 ms of the motion with the most impacts, mode B at a fifth of its amplitude with 28 impacts a
+/// ms.
 pub const IMPACTS_KEPT_MAX: usize = 128;
 
-/// Kicks since the last frame beyond which they are not gone through again whenever the present is asked for: ten times those of mode C in a frame's period.
+/// Kicks since the last frame above which the track after them is kept: ten times those of mode C in a frame's period.
 const PENDING_KICKS_MAX: usize = 8;
 
-/// After so long the stator has forgotten what it was struck: two time constants of mode C.
+/// Time after which the ringing of an impact has decayed: two time constants of mode C.
 const RINGING_NANOS: u64 = 6_000_000;
 
-/// A longer time between samples in s, a third of a radian of mode C, hides what rings.
+/// Longest spacing of two samples in s at which the phase of the ringing is known: a third of a radian of mode C.
 const SAMPLE_SPACING_MAX_S: f64 = 7e-6;
 
-/// The filter.
+/// The filter with impacts from the vibrometer.
 #[derive(Clone, Debug)]
 pub struct ImpactAided<T> {
     tuning: ImpactAidedTuning<T>,
@@ -77,13 +101,13 @@ pub struct ImpactAided<T> {
     /// The track after all kicks, while more than [`PENDING_KICKS_MAX`] have come since its frame.
     propagated: Option<State<T>>,
     ringing: Ringing<T>,
-    /// From when on all blows that still ring have been heard.
+    /// From when on all impacts that still ring have been detected.
     ringing_known_from: Time,
     drive: DriveCommand,
 }
 
 impl<T: Real> ImpactAided<T> {
-    /// A filter that has seen nothing.
+    /// A filter without measurements.
     pub fn new(tuning: &ImpactAidedTuning<T>) -> Self {
         Self {
             tuning: *tuning,
@@ -107,13 +131,13 @@ impl<T: Real> ImpactAided<T> {
         }
     }
 
-    /// Until when impacts would have been heard: never, by a vibrometer whose sign or scale is wrong.
+    /// Until when impacts would have been detected: never, by a vibrometer whose sign or scale is wrong.
     fn detecting_until(&self) -> Time {
         let newest = self.detector.newest().filter(|_| !self.detector.is_wrong());
         newest.map_or(Time::ZERO, |newest| newest.plus_nanos(self.tuning.detector.gap_nanos))
     }
 
-    /// The kick of an impact heard at `at`, `within_s` after the sample before it.
+    /// The kick of an impact detected at `at`, `within_s` after the sample before it.
     fn impact_kick(&mut self, at: Time, within_s: T, before_m_s: T, jump_m_s: T) -> ImpactKick<T> {
         let tuning = &self.tuning;
         let rise_m_s = before_m_s + jump_m_s * tuning.approach_per_jump;
@@ -124,7 +148,7 @@ impl<T: Real> ImpactAided<T> {
         let missed_rad_s = tuning.kick_per_jump_rad_m * threshold_m_s;
         let missed_rad2_s2 = missed_rad_s * missed_rad_s;
         let bound_rad2_s2 = kick_max_rad_s * kick_max_rad_s + missed_rad2_s2;
-        // Until the stator has forgotten a blow whose instant is uncertain, what rings of it is.
+        // Until it has decayed, the ringing of an impact at an uncertain instant is uncertain.
         if within_s > T::from_f64(SAMPLE_SPACING_MAX_S) {
             self.ringing_known_from = at.plus_nanos(RINGING_NANOS);
         }
@@ -154,14 +178,14 @@ impl<T: Real> ImpactAided<T> {
         }
     }
 
-    /// Takes in what a sample tells that is not of a flight that goes on; `before` is when the last one was taken.
+    /// Takes in a detection other than continued flight. `before` is when the last sample was taken.
     #[inline(never)]
-    fn take(&mut self, sample: &LdvSample, heard: Heard<T>, before: Option<Time>) {
-        match heard {
+    fn take_detection(&mut self, sample: &LdvSample, detection: Heard<T>, before: Option<Time>) {
+        match detection {
             Heard::Flight => (),
             Heard::Nothing => {
                 if self.detector.newest().is_some_and(|newest| sample.taken_at <= newest) {
-                    // The watch hears the vibrometer anew: what came before bore wrong times.
+                    // The watch has started again: the samples before had wrong times.
                     self.detector = ImpactDetector::new(self.tuning.detector);
                     while self.kicks.pop_back_if(|kick| kick.at >= sample.taken_at).is_some() {}
                     self.propagated = None;
@@ -177,7 +201,7 @@ impl<T: Real> ImpactAided<T> {
                 }
             }
             Heard::Fall { drop_m_s } => {
-                // A kick that was none, as large as the fall, may have been taken for one.
+                // The wrong sample before may have been taken for an impact as large as the fall.
                 let kick_rad_s = self.tuning.kick_per_jump_rad_m * drop_m_s;
                 self.forget_ringing(sample.taken_at);
                 self.record_kick(ImpactKick::unknown(sample.taken_at, kick_rad_s * kick_rad_s));
@@ -186,37 +210,37 @@ impl<T: Real> ImpactAided<T> {
         }
     }
 
-    /// After a gap of `seconds` up to `at` the rate is as uncertain as if it had wandered.
+    /// After a gap of `seconds` up to `at` the rate is as uncertain as after a random walk.
     fn wander_through(&mut self, at: Time, seconds: T) {
         let intensity = self.tuning.constant_rate.wander.intensity_rad2_s3(self.watch.motion(at), false);
         self.forget_ringing(at);
         self.record_kick(ImpactKick::unknown(at, intensity * seconds));
     }
 
-    /// The vibrometer is heard again at `at`: what has struck the rotor since the last frame is not known.
+    /// The vibrometer is right again at `at`: the impacts since the last frame are not known.
     #[cold]
     fn resume_detection(&mut self, at: Time) {
         let Some(from) = self.tracker.track().map(|track| track.state.at) else { return };
         self.forget_ringing(at);
-        // Right after that frame, so that one exposed since is not believed too much.
+        // Right after that frame, so that the prediction of a frame exposed since is not too certain.
         let begun = self.kicks.back().map_or(from, |kick| kick.at.max(from));
         self.record_kick(ImpactKick::unknown(begun, self.tuning.constant_rate.track.kick_rad2_s2));
     }
 
-    /// What rings of the blows before `at` is not known.
+    /// The ringing of the impacts before `at` is not known.
     fn forget_ringing(&mut self, at: Time) {
         self.ringing = Ringing::none();
         self.ringing_known_from = at.plus_nanos(RINGING_NANOS);
     }
 
-    /// Keeps a kick. One that becomes known only after its frame has been fused acts right after it.
+    /// Keeps a kick. One that becomes known only after a later frame has been fused acts right after that frame.
     fn record_kick(&mut self, mut kick: ImpactKick<T>) {
         let Some(track) = self.tracker.track() else { return };
         kick.at = kick.at.max(track.state.at.plus_nanos(1));
         if let Some(oldest) = self.kicks.front().map(|kick| kick.at)
             && self.kicks.is_full()
         {
-            // Written out, since the process borrows the kicks and the tracker is changed.
+            // Not `self.process`, since the tracker is borrowed mutably meanwhile.
             let process = KickedRate {
                 tuning: &self.tuning,
                 kicks: &self.kicks,
@@ -226,7 +250,7 @@ impl<T: Real> ImpactAided<T> {
             self.tracker.advance_to(oldest, &process);
             self.drop_old_kicks();
         }
-        // Cannot be full any more.
+        // Not full: the oldest kicks were dropped above.
         let _ = self.kicks.push_back(kick);
         if let Some(mut propagated) = self.propagated {
             let resting = self.tracker.track().is_some_and(|track| track.resting);
@@ -245,7 +269,7 @@ impl<T: Real> ImpactAided<T> {
         fresh.zip(self.tracker.track()).is_some_and(|(kick, track)| kick.at > track.state.at)
     }
 
-    /// Goes through the kicks since the last frame used.
+    /// Carries the track through the kicks since the last frame used.
     #[cold]
     fn propagate(&mut self) {
         let Some((track, newest)) = self.tracker.track().zip(self.kicks.back()) else { return };
@@ -273,12 +297,12 @@ impl<T: Real> AngleFilter<T> for ImpactAided<T> {
     fn update_ldv(&mut self, sample: &LdvSample) -> Option<Innovation<T>> {
         if self.watch.observe(sample) {
             let (before, was_wrong) = (self.detector.newest(), self.detector.is_wrong());
-            let heard = self.detector.observe(sample);
+            let detection = self.detector.observe(sample);
             if was_wrong && !self.detector.is_wrong() {
                 self.resume_detection(sample.taken_at);
             }
-            if heard != Heard::Flight {
-                self.take(sample, heard, before);
+            if detection != Heard::Flight {
+                self.take_detection(sample, detection, before);
             }
         }
         None

@@ -1,25 +1,26 @@
-//! What friction at an impact does to a rate that is known only roughly.
+//! Mean and variance of the kick that friction gives to a rate which is known only roughly.
 //!
 //! ```text
-//! kick = clamp(slip, -L, L),   L = mu k dv / R_t,   slip = tooth's rate less the rotor's
+//! kick = clamp(slip, -L, L),   L = mu k dv / R_t,   slip = rate of the tooth less that of the rotor
 //! ```
 //!
-//! The slip is taken as uniform over its mean +- w, `w^2 / 3` its variance: mean and variance of the kick, and the chances to stick and to slip
-//! either way, are then polynomials. They make a statistical linearisation (Gelb and Vander Velde, "Multiple-Input Describing Functions", 1968): the slope
-//! is the chance to stick, and what varies beside the straight line is noise.
+//! The slip is taken as uniform over its mean +- w, `w^2 / 3` its variance. Mean and variance of the kick, and the
+//! probabilities of sticking and of slipping either way, are then polynomials. They make a statistical linearisation
+//! (Gelb and Vander Velde, "Multiple-Input Describing Functions", 1968): the slope is the probability of sticking, and
+//! the variance about the straight line is noise.
 
 use motor_model::Real;
 
-/// Mean, slopes and scatter of a kick.
+/// Mean, slopes and residual variance of a kick.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct KickMoments<T> {
-    /// Its mean.
+    /// Mean.
     pub(crate) mean: T,
-    /// Per slip: the chance that the teeth stick.
+    /// Change per slip: the probability that the teeth stick.
     pub(crate) per_slip: T,
-    /// Per limit: the chance to slip forwards less that to slip backwards.
+    /// Change per limit: the probability of slipping forwards less that of slipping backwards.
     pub(crate) per_limit: T,
-    /// Variance beside these.
+    /// Variance about the straight line.
     pub(crate) scatter: T,
 }
 
@@ -78,7 +79,7 @@ mod tests {
             let sticks = mean_of(&|x| f64::from(u8::from(x.abs() < limit)));
             let forwards = mean_of(&|x| f64::from(u8::from(x > limit)) - f64::from(u8::from(x < -limit)));
             prop_assert!((kick.per_slip - sticks).abs() < 2e-4 && (kick.per_limit - forwards).abs() < 2e-4);
-            // What the straight line leaves: the variance less that of the line's share of the slip.
+            // The residual of the straight line: the variance less that which the line explains.
             let line = |x: f64| clamped(x) - kick.mean;
             let variance = mean_of(&|x| line(x) * line(x)) - sticks * sticks * width * width / 3.0;
             prop_assert!((kick.scatter - variance).abs() < 0.01 * width * width + 1e-6);

@@ -11,7 +11,7 @@ use std::vec::Vec;
 
 const IMPACTED_B: Motion = Motion::Impacted(DriveMode::B);
 
-/// Truth that wanders just as the filter assumes: mean NEES and mean NIS over a run.
+/// A truth that follows the filter's assumptions: mean NEES and mean NIS over a run.
 fn consistency<T: Real>(seed: u64, frames: u64) -> (f64, f64) {
     let tuning = ConstantRateTuning::<T>::default();
     let (q, r) = (tuning.wander.impacted_b_rad2_s3.to_f64(), tuning.track.camera_rad2.to_f64());
@@ -59,7 +59,7 @@ fn exact_turns_are_counted() {
 }
 
 #[test]
-fn law_old_and_wild_frames_change_nothing() {
+fn law_old_frames_and_outliers_change_nothing() {
     let mut filter = ConstantRate::<f32>::new(&ConstantRateTuning::default());
     for n in 1..200 {
         filter.take(&frame(n, 0.1), Motion::Quiet);
@@ -82,9 +82,10 @@ fn law_old_and_wild_frames_change_nothing() {
     assert!(unchanged(&filter));
 }
 
-/// The rate drops from 18 to 1 rad/s between two frames, as when a rotor lands: one frame is refused, the next ones are used.
+/// The rate drops from 18 to 1 rad/s between two frames, as when a rotor lands: one frame is refused, the next ones are
+/// used.
 #[test]
-fn law_a_kick_is_believed_at_the_second_frame() {
+fn law_a_kick_is_accepted_at_the_second_frame() {
     let mut filter = ConstantRate::<f32>::new(&ConstantRateTuning::default());
     let truth = |n: u64| if n < 300 { 18e-4 * n as f64 } else { 18e-4 * 300.0 + 1e-4 * (n as f64 - 300.0) };
     let mut refused = 0;
@@ -106,7 +107,8 @@ fn law_a_kick_is_believed_at_the_second_frame() {
     assert!(refused <= 2, "{refused}");
 }
 
-/// Two hundred frames of a rotor that wanders, some of them outliers, in order and shuffled over up to thirty places: the same track, to rounding.
+/// Two hundred frames, some of them outliers, in order and shuffled over up to thirty places: the same track, to
+/// rounding.
 #[test]
 fn law_the_order_of_arrival_makes_no_difference() {
     for seed in 0..20 {
@@ -142,7 +144,7 @@ fn law_the_order_of_arrival_makes_no_difference() {
     }
 }
 
-/// What is older than the lag, comes twice or is from the future changes nothing; a clock that stands still is none.
+/// A frame older than the lag, seen before or from the future changes nothing. A clock that stands still is not used.
 #[test]
 fn exact_times_that_cannot_be() {
     let mut filter = ConstantRate::<f64>::new(&ConstantRateTuning::default());
@@ -167,11 +169,11 @@ fn exact_times_that_cannot_be() {
         assert_eq!((before.at, before.angle, before.covariance), (after.at, after.angle, after.covariance));
     }
     assert_eq!(filter.update_camera(&frame(111, 0.111)).verdict, Verdict::Used);
-    // Nobody has told of the time since: an outage of ten seconds, as long as the turn is known.
+    // Neither drive nor vibrometer has reported a time since: an outage of ten seconds, in which the turn is lost.
     assert_eq!(filter.update_camera(&frame(100_111, 0.0)).verdict, Verdict::Restarted);
 }
 
-/// Frames from a microsecond to ten seconds apart: used, or begun anew where the turn is lost; variances positive.
+/// Frames from a microsecond to ten seconds apart: used, or restarted where the turn is lost; variances positive.
 #[test]
 fn law_intervals_from_a_microsecond_to_ten_seconds() {
     for interval_nanos in [1_000, 10_000, 1_000_000, 100_000_000, 10_000_000_000] {
@@ -181,17 +183,17 @@ fn law_intervals_from_a_microsecond_to_ten_seconds() {
             let seconds = n as f64 * interval_nanos as f64 * 1e-9;
             let angle = Angle::from_degrees((100.0 * seconds).to_degrees()).wrapped();
             let verdict = filter.take(&CameraFrame { exposed_at: at, angle }, IMPACTED_B).verdict;
-            let believed = matches!(verdict, Verdict::Used | Verdict::Restarted);
-            assert!(believed || n < 30, "{interval_nanos} {n} {verdict:?}");
+            let used = matches!(verdict, Verdict::Used | Verdict::Restarted);
+            assert!(used || n < 30, "{interval_nanos} {n} {verdict:?}");
             let state = filter.tracker.track().unwrap().state;
             assert!(state.covariance.angle_rad2() > 0.0 && state.covariance.rate_rad2_s2() > 0.0);
         }
     }
 }
 
-/// A camera variance that is none is the default's, one below the angle's own resolution is that; no estimate is lost by it.
+/// An unusable camera variance is replaced by the default, one below the angle's own resolution is raised to it.
 #[test]
-fn exact_a_variance_that_is_none_is_not_used() {
+fn exact_an_unusable_variance_is_replaced() {
     let default = TrackTuning::<f32>::default().camera_rad2;
     for (given, used) in [
         (0.0, default),
@@ -213,9 +215,10 @@ fn exact_a_variance_that_is_none_is_not_used() {
     }
 }
 
-/// Frame k of rest: `P22 = v_1 / k` while that is above `v_1 / n`, then e times less every n frames, and no lower than the process noise allows.
+/// Frame k of rest: `P22 = v_1 / k` while that is above `v_1 / n`, then a factor e less every n frames, and no lower
+/// than the process noise allows.
 #[test]
-fn exact_the_rate_at_rest_is_known_as_the_ringing_lets_it() {
+fn exact_the_variance_of_the_rate_at_rest_follows_the_ringing() {
     let tuning = ConstantRateTuning::<f64>::default();
     let TrackTuning { resting_frames, ringing_rad2_s2, ringing_frames, zero_rate_rad2_s2, .. } = tuning.track;
     let mut filter = ConstantRate::<f64>::new(&tuning);
@@ -230,7 +233,7 @@ fn exact_the_rate_at_rest_is_known_as_the_ringing_lets_it() {
     assert!(variances.len() + usize::from(resting_frames) >= 1999, "{}", variances.len());
     for k in [1, 10, 40] {
         let expected = ringing_rad2_s2 / k as f64;
-        // Frames and the start's uncertainty of 20 rad/s tell a little as well.
+        // The frames, and the prior of 20 rad/s, add a little information.
         assert!((variances[k - 1] / expected - 1.0).abs() < 0.02, "{k}: {} {expected}", variances[k - 1]);
     }
     let fallen = variances[60] / variances[60 + ringing_frames as usize];
@@ -239,10 +242,10 @@ fn exact_the_rate_at_rest_is_known_as_the_ringing_lets_it() {
     assert!((variances.last().unwrap() / least - 1.0).abs() < 0.02, "{:?} {least}", variances.last());
 }
 
-/// E17: ten million frames of a rotor that lies still, a thousand seconds, in `f32`: the variances stay positive and above what quantisation and process noise allow, and
-/// the rotor is still found when it has been moved.
+/// Ten million frames of a rotor that lies still, a thousand seconds, in `f32`: the variances stay positive and above
+/// what quantisation and process noise allow, and a rotor that has been moved is found.
 #[test]
-fn law_a_long_rest_leaves_a_living_covariance() {
+fn law_a_long_rest_leaves_a_positive_covariance() {
     let tuning = ConstantRateTuning::<f32>::default();
     let mut filter = ConstantRate::<f32>::new(&tuning);
     let mut state = 1_u32;
@@ -268,7 +271,7 @@ fn law_a_long_rest_leaves_a_living_covariance() {
     assert!((angle - 0.21_f64.to_degrees()).abs() < 5e-3, "{angle}");
 }
 
-/// A rotor that really went elsewhere is believed after twenty frames, in the turn nearest to where it was.
+/// A rotor that really is elsewhere: the estimate restarts after twenty frames, in the turn nearest to where it was.
 #[test]
 fn exact_sustained_refusal_restarts() {
     let mut filter = ConstantRate::<f32>::new(&ConstantRateTuning::default());
@@ -284,9 +287,10 @@ fn exact_sustained_refusal_restarts() {
     assert!((angle - (-3.1_f64).to_degrees() - 360.0).abs() < 0.1, "{angle}");
 }
 
-/// Moved by 50 milli-degrees after a second of rest, unheard and within the gate: measured anew within 20 ms. Unmoved, nothing begins anew.
+/// Moved by 50 milli-degrees after a second of rest, without an impact and within the gate: restarted within 20 ms.
+/// Without a shift nothing restarts.
 #[test]
-fn law_a_shift_at_rest_is_noticed_and_none_is_imagined() {
+fn law_a_shift_at_rest_is_found_and_there_is_no_false_one() {
     for (seed, shift_mdeg) in [(1, 50.0), (2, -20.0), (3, 0.0), (4, 0.0), (5, 0.0)] {
         let mut rng = Pcg64::seed_from_u64(seed);
         let mut filter = ConstantRate::<f32>::new(&ConstantRateTuning::default());
@@ -307,9 +311,9 @@ fn law_a_shift_at_rest_is_noticed_and_none_is_imagined() {
     }
 }
 
-/// At rest the error falls to what the reported variance says, through the camera's quantisation.
+/// At rest the error is as large as the reported variance says, with the camera's quantisation.
 #[test]
-fn law_rest_is_measured_to_milli_degrees_and_honestly() {
+fn law_rest_is_measured_to_milli_degrees_and_consistently() {
     let mut worst_ratio = 0.0_f64;
     let mut square_sum = 0.0;
     for seed in 0..200 {
@@ -331,14 +335,16 @@ fn law_rest_is_measured_to_milli_degrees_and_honestly() {
         square_sum += error * error / f64::from(estimate.angle_rad2);
         assert!(f64::from(estimate.angle_rad2).sqrt().to_degrees() < 1.5e-3);
     }
-    // Mean square of 200 standard normals: 1 +- 0.1; quantisation at half a cell of noise biases by under a tenth of a sigma.
+    // Mean square of 200 standard normals: 1 +- 0.1; quantisation at half a cell of noise biases by under a tenth of a
+    // sigma.
     assert!((square_sum / 200.0 - 1.0).abs() < 0.35, "{}", square_sum / 200.0);
     assert!(worst_ratio < 4.0, "{worst_ratio}");
 }
 
-/// Frames as far apart as the clock counts: the turn is lost and the estimate begins anew, with positive variances before and after.
+/// Frames up to the clock's range apart: the turn is lost and the estimate restarts, with positive variances before and
+/// after.
 #[test]
-fn law_frames_half_the_clock_apart_begin_anew() {
+fn law_frames_half_the_clock_apart_restart() {
     for nanos in [(1 << 63) - 1, 1 << 63, (1 << 63) + 1, u64::MAX] {
         let mut filter = ConstantRate::<f32>::new(&ConstantRateTuning::default());
         filter.take(&frame(0, 0.0), IMPACTED_B);

@@ -1,4 +1,4 @@
-//! How angle and rate go on under the kicks that were heard.
+//! How angle and rate change under the kicks that the vibrometer shows.
 
 use heapless::Deque;
 use motor_model::{DriveMode, Real, Time};
@@ -13,13 +13,13 @@ use crate::vibrometer::motion::Motion;
 #[derive(Clone, Copy, Debug)]
 pub(super) struct ImpactKick<T> {
     pub(super) at: Time,
-    /// The rate towards which it drives the rotor, in rad/s.
+    /// Rate of the tooth, towards which friction drives the rotor, in rad/s.
     pub(super) tooth_rate_rad_s: T,
-    /// Half the span of what that may be, in rad/s.
+    /// Half the width of its uniform distribution, in rad/s.
     pub(super) half_width_rad_s: T,
-    /// How far it kicks the rate at most, in rad/s; 0 where the sign is unknown.
+    /// Largest kick, `c dv`, in rad/s; 0 where the sign is unknown.
     pub(super) kick_max_rad_s: T,
-    /// Variance of the kick beside what these tell.
+    /// Further variance of the kick, in rad^2/s^2.
     pub(super) variance_rad2_s2: T,
 }
 
@@ -62,17 +62,17 @@ impl<T: Real> ImpactKick<T> {
 /// The kicks since the oldest frame kept, in the order of time.
 pub(super) type ImpactKicks<T> = Deque<ImpactKick<T>, IMPACTS_KEPT_MAX>;
 
-/// The rate jumps when the rotor is struck.
+/// The rate is kicked at each impact.
 pub(super) struct KickedRate<'a, T> {
     pub(super) tuning: &'a ImpactAidedTuning<T>,
     pub(super) kicks: &'a ImpactKicks<T>,
     pub(super) motion: Motion,
-    /// Until when impacts would have been heard.
+    /// Until when impacts would have been detected.
     pub(super) detecting_until: Time,
 }
 
 impl<T: Real> KickedRate<'_, T> {
-    /// From one impact to the next.
+    /// Carries the state from one impact to the next.
     #[inline]
     fn fly<B: TrackCovariance<T>>(&self, state: &mut State<T, B>, resting: bool, until: Time) {
         match self.motion {
@@ -89,7 +89,7 @@ impl<T: Real> KickedRate<'_, T> {
         }
     }
 
-    /// Through the kicks between `state` and `until`, up to the last of them.
+    /// Carries the state through the kicks until `until`, up to the last of them.
     #[inline(never)]
     fn pass_kicks<B: TrackCovariance<T>>(&self, state: &mut State<T, B>, resting: bool, until: Time) {
         let from = state.at;
@@ -102,7 +102,7 @@ impl<T: Real> KickedRate<'_, T> {
         }
     }
 
-    /// To a kick and through it, unless the rotor lies still.
+    /// Carries the state to a kick and through it, unless the rotor lies still.
     pub(super) fn pass<B: TrackCovariance<T>>(
         &self,
         state: &mut State<T, B>,
@@ -119,8 +119,8 @@ impl<T: Real> KickedRate<'_, T> {
 impl<T: Real, B: TrackCovariance<T>> Process<T, B> for KickedRate<'_, T> {
     #[inline]
     fn carry(&self, state: &mut State<T, B>, resting: bool, until: Time) {
-        let struck = self.kicks.back().is_some_and(|kick| kick.at > state.at);
-        if struck && !(resting && self.motion == Motion::Quiet) {
+        let kicked = self.kicks.back().is_some_and(|kick| kick.at > state.at);
+        if kicked && !(resting && self.motion == Motion::Quiet) {
             self.pass_kicks(state, resting, until);
         }
         self.fly(state, resting, until);

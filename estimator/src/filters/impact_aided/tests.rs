@@ -19,8 +19,8 @@ fn driven<T: Real>(mode: DriveMode) -> ImpactAided<T> {
     filter
 }
 
-/// A rotor that follows the filter's assumptions under mode C, seen by a perfect vibrometer: in flight, struck with probability 1/100 a sample
-/// by jumps of 2 to 8 mm/s, each with a kick of random sign and normal size.
+/// A rotor that follows the filter's assumptions under mode C, measured by a perfect vibrometer: in flight, with a jump
+/// of 2 to 8 mm/s every 100 samples and a kick of random sign and normal size at each.
 struct Rotor {
     rng: Pcg64,
     n: u64,
@@ -89,7 +89,8 @@ fn law_filter_is_consistent_in_both_precisions() {
     assert_consistent(consistency::<f32>);
 }
 
-/// Frames that arrive up to two frames late, after the impacts in between are known, leave the same estimate as frames in time.
+/// Frames that arrive up to two frames late, after the impacts in between are known, leave the same estimate as frames
+/// in time.
 #[test]
 fn law_late_frames_equal_frames_in_time() {
     for late in [0, 7, 20, 33] {
@@ -98,9 +99,9 @@ fn law_late_frames_equal_frames_in_time() {
         let mut delayed = driven::<f64>(DriveMode::C);
         let mut in_transit = Deque::<(u64, CameraFrame), 8>::new();
         for sample in 1..=8000_u64 {
-            let heard = rotor.step();
-            in_time.update_ldv(&heard);
-            delayed.update_ldv(&heard);
+            let measured = rotor.step();
+            in_time.update_ldv(&measured);
+            delayed.update_ldv(&measured);
             if sample % 20 == 0 {
                 let frame = rotor.frame();
                 in_time.update_camera(&frame);
@@ -123,10 +124,10 @@ fn law_late_frames_equal_frames_in_time() {
     }
 }
 
-/// Without a camera kicks pile up, to as many as are kept and beyond; whoever asks for the present goes through few of them again, and gets what going through all
-/// gives. The next frame is fused as if it had been so all the time.
+/// Without frames the kicks accumulate, to the capacity and beyond. An estimate of the present passes only the last
+/// few, and equals that through all of them. The next frame is fused the same way.
 #[test]
-fn dual_a_lost_camera_leaves_little_to_go_through_again() {
+fn dual_the_kept_track_equals_a_pass_through_all_kicks() {
     let mut rotor = Rotor::new(4);
     let mut filter = driven::<f64>(DriveMode::C);
     let mut frame = rotor.frame();
@@ -155,7 +156,8 @@ fn dual_a_lost_camera_leaves_little_to_go_through_again() {
     assert_eq!(filter.estimate(frame.exposed_at), again.estimate(frame.exposed_at));
 }
 
-/// The first impact's kick in mode B, towards a tooth known to within a width: the friction law on nominal numbers, worked out here from the parameters.
+/// The first impact's kick in mode B, towards a tooth known to within a width: the friction law on nominal numbers,
+/// worked out here from the parameters.
 #[test]
 fn exact_kick_in_mode_b_is_coulombs() {
     let mut filter = driven::<f64>(DriveMode::B);
@@ -176,7 +178,7 @@ fn exact_kick_in_mode_b_is_coulombs() {
     }
 }
 
-/// With the drive off friction brakes: the kick is towards rest and never beyond it, and leaves the rate better known than a kick of unknown sign.
+/// With the drive off friction brakes: the kick is towards rest and not beyond it.
 #[test]
 fn law_a_rotor_that_lands_is_braked() {
     for rate in [12.0, 0.4, -12.0] {
@@ -251,7 +253,8 @@ fn exact_turns_are_counted() {
     assert!((estimate.angle.degrees() - truth).abs() < 1e-3, "{}", estimate.angle.degrees());
 }
 
-/// A rotor at rest whose frames are `codes`, 1 s long, seen by a quiet vibrometer; angle's variance and the last verdict.
+/// A rotor at rest whose frames are `codes`, 1 s long, seen by a quiet vibrometer; angle's variance and the last
+/// verdict.
 fn at_rest(mut code_m: impl FnMut() -> f64) -> (Estimate<f32>, Verdict) {
     let mut filter = ImpactAided::<f32>::new(&tuning());
     let mut verdict = Verdict::Used;
@@ -266,7 +269,7 @@ fn at_rest(mut code_m: impl FnMut() -> f64) -> (Estimate<f32>, Verdict) {
     (filter.estimate(Time::from_nanos(10_000 * FRAME_NANOS)).unwrap(), verdict)
 }
 
-/// The same code for ever: the variance stays that of a uniform error, step squared over 12, but for the frames that led there.
+/// One code for ever: the variance stays that of a uniform error, step squared over 12, but for the frames before rest.
 #[test]
 fn law_one_code_for_ever_keeps_the_quantisation_variance() {
     let (estimate, verdict) = at_rest(|| 1e-7);
@@ -276,9 +279,10 @@ fn law_one_code_for_ever_keeps_the_quantisation_variance() {
     assert!(f64::from(estimate.angle_rad2) > 0.75 * uniform_rad2, "{}", estimate.angle_rad2);
 }
 
-/// With dither a second of rest is measured to 0.3 milli-degrees, and as well as it says: 40 rotors, their places spread over a cell.
+/// With dither a second of rest is measured to 0.3 milli-degrees, consistently: 40 rotors, their places spread over a
+/// cell.
 #[test]
-fn law_dithered_rest_is_measured_honestly() {
+fn law_dithered_rest_is_measured_consistently() {
     let mut square_sum = 0.0;
     for seed in 0..40 {
         let mut rng = Pcg64::seed_from_u64(seed);
@@ -296,10 +300,11 @@ fn law_dithered_rest_is_measured_honestly() {
     assert!((square_sum - 1.0).abs() < 0.66, "{square_sum}");
 }
 
-/// An event as the property test draws it: time in ns, shifted right by the lowest six bits of the angle's units; units of angle; velocity in m/s; what happens.
+/// An event as the property test draws it: time in ns, shifted right by the lowest six bits of the angle's units; units
+/// of angle; velocity in m/s; what happens.
 type Event = (u64, i64, f32, u8);
 
-/// What may be said of an estimate whatever came before: no NaN, variances positive.
+/// Passes an event and checks what holds whatever came before: no NaN, variances positive.
 fn pass_event(filter: &mut ImpactAided<f32>, (nanos, units, velocity_m_s, what): Event) {
     let at = Time::from_nanos(nanos >> (units & 63));
     match what {
@@ -324,7 +329,7 @@ fn pass_event(filter: &mut ImpactAided<f32>, (nanos, units, velocity_m_s, what):
     }
 }
 
-/// 2^63 ns without a sample: the rate wanders for 292 years, and does not become the more certain for it.
+/// 2^63 ns without a sample: the rate is a random walk for 292 years, and its variance grows.
 #[test]
 fn regress_a_gap_of_half_the_clock_leaves_a_positive_variance() {
     let events: [Event; 8] = [
@@ -359,7 +364,8 @@ proptest! {
     }
 }
 
-/// More impacts than are kept: the oldest move the track on, and the frames exposed before them come too late.
+/// More impacts than the capacity: the track is carried through the oldest, and frames exposed before them are too
+/// late.
 #[test]
 fn law_impacts_beyond_capacity_are_not_forgotten() {
     let mut filter = driven::<f64>(DriveMode::C);

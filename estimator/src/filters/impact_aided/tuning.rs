@@ -1,4 +1,4 @@
-//! What [`super::ImpactAided`] assumes.
+//! What [`super::ImpactAided`] assumes of motor and instruments.
 
 use motor_model::{MotorParams, Parameter, Real, math};
 
@@ -16,25 +16,27 @@ pub struct ImpactAidedTuning<T> {
     pub detector: ImpactDetectorTuning<T>,
     /// Largest kick per jump, `c = mu m_r R_t / J`, in rad/s per m/s.
     pub kick_per_jump_rad_m: T,
-    /// Tooth's velocity above the rotor's per jump, `(1 + r) / (1 + e)`.
+    /// Velocity of the tooth above the rotor's per jump, `(1 + r) / (1 + e)`.
     pub approach_per_jump: T,
     /// `s' / (R_t u')` of a tooth in pure mode B, in rad/m.
     pub turn_per_rise_rad_m: T,
-    /// What earlier blows do to the tooth that strikes under mode B.
+    /// What earlier impacts do to the tooth that impacts under mode B.
     pub ringing: RingingTuning<T>,
-    /// Variance of a kick under mode B about its mean, per `(c dv)^2`, where what earlier blows left is not known.
+    /// Variance of a kick under mode B about its mean, per `(c dv)^2`, where the ringing of earlier impacts is not
+    /// known.
     pub unexplained_b: T,
-    /// Half the span within which the rate of the striking tooth is known under mode B, in rad/s, beside what the ringing does to it between two samples.
+    /// Half the width of the distribution of the tooth's rate under mode B, in rad/s, without the change by ringing
+    /// between two samples.
     pub tooth_width_rad_s: T,
     /// Variance of the friction, per its nominal value squared.
     pub friction_part2: T,
     /// Variance of a kick of unknown sign, per `(c dv)^2`.
     pub unexplained: T,
-    /// Process noise between impacts of a rotor that is struck, in rad^2/s^3: impacts below the detector's threshold.
+    /// Process noise between impacts under mode C, in rad^2/s^3: impacts below the detector's threshold.
     pub missed_rad2_s3: T,
     /// The same under mode B.
     pub missed_b_rad2_s3: T,
-    /// What kicks under mode C do that the next one undoes.
+    /// The part of the kicks under mode C that the next kick undoes.
     pub jitter_c: Jitter<T>,
 }
 
