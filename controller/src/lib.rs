@@ -1,20 +1,24 @@
-//! Positioning of the rotor: which mode, how strongly, when to stop. And [`tick()`], the one loop body: firmware calls it, and so does the
-//! simulation.
+//! Positioning of the rotor: which mode, how strongly, when to stop. And [`tick()`], the one loop body: firmware calls
+//! it, and so does the simulation.
 //!
 //! # In the order of the data
 //!
 //! - [`Sense`], [`Drive`]: what the loop asks of the hardware, in three methods.
-//! - [`tick()`] on a [`PositionLoop`], which holds any [`estimator::AngleFilter`]: fuse what arrived, estimate, decide, drive.
-//! - [`response_map`]: what the rotor does under each drive, identified from the plant and compiled in; [`correction`]: how this motor differs from it.
+//! - [`tick()`] on a [`PositionLoop`], which holds any [`estimator::AngleFilter`]: fuse what arrived, estimate,
+//!   decide, drive.
+//! - [`response_map`]: what the rotor does under each drive, identified from the plant and compiled in;
+//!   [`correction`]: how this motor differs from it.
 //! - [`ledger`]: what is known of a resting rotor across bursts.
-//! - [`plan`]: what to drive next, from what remains and how well that is known; [`progress`]: whether a driven rotor gets on.
+//! - [`plan`]: what to drive next, from what remains and how well that is known; [`progress`]: whether a driven rotor
+//!   gets on.
 //! - [`Positioning`]: the decision, a state machine over cruise, burst, settling and holding, within [`Limits`].
 //! - [`rate`]: the other task, a rate held or led through a profile; [`tick_rate`] is its loop body.
 //!
 //! # Promises
 //!
-//! `no_std`, no allocation, no unsafe code. A tick cannot fail or panic and takes bounded time. The drive is on only during a cruise or a burst, on an
-//! estimate that is there and good enough; it is off in the tick that loses the estimate.
+//! `no_std`, no allocation, no unsafe code. A tick cannot fail or panic and takes bounded time. The drive is on only
+//! during a cruise or a burst, on an estimate that is there and good enough; it is off in the tick that loses the
+//! estimate.
 //!
 //! # Glossary
 //!
@@ -54,6 +58,7 @@ pub mod progress_window;
 pub mod rate;
 pub mod response_map;
 pub mod rest_filter;
+pub mod situation;
 mod target;
 mod tick;
 

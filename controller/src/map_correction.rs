@@ -1,17 +1,40 @@
-//! How this motor differs from the map, learnt from what its bursts do.
+//! How this motor differs from the response map, learnt from what its bursts and cruises do.
 //!
-//! Each family has a factor `s`, 1 in the map, which a burst of mean turn `m` measures:
+//! # Factors of the bursts
+//!
+//! Each family has a factor `s`, 1 in the map. A burst of mean turn `m` measures it:
 //!
 //! ```text
-//! turned = s m + noise,    P: variance of s,   R: variance of the noise (burst to burst, and of the angles before and after)
+//! turned = s m + noise,    P: variance of s,   R: variance of the noise (burst to burst, and of both angles)
 //! K = P m / (m^2 P + R),   s += K (turned - s m),   P -= K m P
 //! ```
 //!
-//! A motor that steps far walks far: the factors of [`Family::Step`] and [`Family::Walk`] begin correlated, so that each learns from the other. A turn that is out
-//! of all proportion (the drive has weakened, say) widens `P` first, so that a wrong factor is soon left.
+//! A motor whose steps turn far has walks that turn far: the factors of [`Family::Step`] and [`Family::Walk`] begin
+//! correlated, so that each is corrected by bursts of the other. An innovation beyond the gate (the drive has weakened,
+//! say) widens `P` first, so that a wrong factor is corrected within a few bursts.
 //!
-//! Each mode has a factor of its own for the rate of its cruises, which every window of [`crate::progress_window`] measures in the same way. A slow motor coasts less too, so
-//! its cruises ease off later; one that sticks under a weak drive counts as so slow that it gets a stronger one.
+//! The factors of steps and walks are two of the three states of one Kalman filter; the third, the angle at rest, is in
+//! [`crate::rest_filter`]. This module holds their part of the covariance:
+//!
+//! | index | symbol | unit | meaning | prior |
+//! |---|---|---|---|---|
+//! | 0 | `a` | rad | angle at rest, in [`crate::rest_filter`] | none: measured |
+//! | 1 | `s_step` | 1 | turn of this motor's steps per turn of the map's | 1, spread of the middle step |
+//! | 2 | `s_walk` | 1 | the same for walks | 1, spread of the middle walk; correlation [`STEP_WALK_CORRELATION`] |
+//!
+//! Spreads are standard deviations over the motors of the map. The other factors are filters of one state each,
+//! independent of these and of one another:
+//!
+//! | symbol | unit | meaning | prior |
+//! |---|---|---|---|
+//! | `s_stride`, `s_nudge`, `s_throw` | 1 | turn of the bursts per turn of the map's | 1, spread of the middle burst |
+//! | `r_B`, `r_C` | 1 | rate of the cruises per rate of the map's | 1, spread of the strongest cruise |
+//!
+//! # Factors of the rates
+//!
+//! Every window of [`crate::progress_window`] measures the rate of a cruise, in the same way. A slow motor coasts less
+//! too, so its cruises are weakened later. One that sticks under a weak drive counts as so slow that it gets a
+//! stronger one.
 
 use motor_model::{DriveMode, math};
 
@@ -20,7 +43,8 @@ use crate::response_map::{Burst, Cruise, Family, STEP_WALK_CORRELATION, directio
 /// The factors of all families, with their variances.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MapCorrection {
-    of: [Factor; Family::ALL.len()],
+    /// In the order of [`Family::ALL`].
+    families: [Factor; Family::ALL.len()],
     /// Covariance of the factors of steps and walks.
     step_walk: f32,
     /// Of the rates in modes B and C.
@@ -33,7 +57,7 @@ struct Factor {
     variance: f32,
 }
 
-/// What a burst is foreseen to do.
+/// What a burst is forecast to do.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Forecast {
     /// Magnitude of the turn in rad.
@@ -45,48 +69,71 @@ pub struct Forecast {
 impl Default for MapCorrection {
     /// The map as it stands.
     fn default() -> Self {
-        let of = Family::ALL.map(|family| {
+        let families = Family::ALL.map(|family| {
             let bursts = family.bursts();
             let relative =
                 bursts.get(bursts.len() / 2).map_or(0.0, |middle| middle.motors_sd_rad / middle.turn_rad);
             Factor { value: 1.0, variance: relative * relative }
         });
-        let [step, walk, ..] = of;
+        let [step, walk, ..] = families;
         let step_walk = STEP_WALK_CORRELATION * math::sqrt_f32(step.variance * walk.variance);
         let rates = [DriveMode::B, DriveMode::C].map(|mode| {
             let relative = strongest_cruise(mode, 1.0)
                 .map_or(0.0, |cruise| cruise.rate_sd_rad_s / (direction(mode) * cruise.rate_rad_s));
             Factor { value: 1.0, variance: relative * relative }
         });
-        Self { of, step_walk, rates }
+        Self { families, step_walk, rates }
     }
 }
 
 impl Factor {
-    /// Takes in a measurement of `mean` times the factor that is off by `innovation`, with noise of variance `noise`; the gain.
-    fn follow(&mut self, mean: f32, innovation: f32, noise: f32) -> f32 {
+    /// Corrects the factor by a measurement of `mean` times it that is off by `innovation`, with noise of variance
+    /// `noise`. Returns the gain.
+    fn update(&mut self, mean: f32, innovation: f32, noise: f32) -> f32 {
         let gain = self.variance * mean / (mean * mean * self.variance + noise);
         self.value = MapCorrection::limited(self.value + gain * innovation);
         self.variance = (self.variance * (1.0 - gain * mean)).max(MapCorrection::VARIANCE_MIN);
         gain
     }
 
-    /// Widens the variance if `innovation` is out of all proportion to it.
-    fn doubt(&mut self, mean: f32, innovation: f32, noise: f32) {
+    /// Widens the variance if `innovation` is beyond the gate.
+    fn widen(&mut self, mean: f32, innovation: f32, noise: f32) {
         let square = innovation * innovation;
         let variance = mean * mean * self.variance + noise;
-        if square > MapCorrection::DOUBT * variance {
+        if square > MapCorrection::GATE * variance {
             let wider = self.variance + (square - variance) / (mean * mean);
-            self.variance = self.variance.max(wider.min(MapCorrection::DOUBTED));
+            self.variance = self.variance.max(wider.min(MapCorrection::WIDENED_MAX));
         }
     }
 }
 
 impl MapCorrection {
-    /// Factors beyond these are no motor's.
+    /// Smallest and largest factor. An assumption: the factors of motors drawn like those of the map lie inside; a
+    /// motor of less than a tenth of the map's rate does not.
     const RANGE: (f32, f32) = (0.1, 4.0);
-    /// A factor is not quite the same for every burst of a family: variance that remains between bursts of one motor, relative to the turn. A walk begins and ends with a step and
-    /// creeps in between, and motors differ in both.
+    /// Innovation squared, per its variance, beyond which the variance of a factor is widened: three standard
+    /// deviations. An assumption.
+    const GATE: f32 = 9.0;
+    /// Largest variance to which a factor is widened: half of the drive may be lost. The bound keeps a small burst,
+    /// badly measured, from setting the factor to anything. An assumption.
+    const WIDENED_MAX: f32 = 0.25;
+    /// Smallest variance of a factor: no better than to a thousandth. Guards against rounding.
+    const VARIANCE_MIN: f32 = 1e-6;
+    /// Variance of the mean rate over a window of a cruise, relative to the map's rate: the ripple. An
+    /// assumption.
+    const RATE_RIPPLE: f32 = 0.1 * 0.1;
+    /// Smallest variance of a factor of the rates, per [`Self::RATE_RIPPLE`]: a motor's rate differs between amplitudes
+    /// and drifts. An assumption.
+    const RATE_VARIANCE_MIN: f32 = 0.1;
+    /// Largest turn, per turn of the map, that a burst is taken to have made: keeps the arithmetic finite.
+    const TURN_MAX: f32 = 10.0;
+    /// Variance of the measured turn, relative to the turn, above which a burst does not widen its factor. An
+    /// assumption.
+    const MEASURED_PART: f32 = 0.1;
+
+    /// Variance of the factor between bursts of one family and one motor, relative to the turn: the map's shape is a
+    /// mean over motors. It is largest for walks, which begin and end with a step and creep in between, since motors
+    /// differ in both. An assumption.
     const fn shape(family: Family) -> f32 {
         match family {
             Family::Walk => 0.15 * 0.15,
@@ -95,17 +142,8 @@ impl MapCorrection {
         }
     }
 
-    /// Innovation squared, per its variance, above which the factor is doubted.
-    const DOUBT: f32 = 9.0;
-    /// Variance of a factor that is doubted, at most: half of the drive may be lost. A small burst, badly measured, could else say anything.
-    const DOUBTED: f32 = 0.25;
-    /// No factor is known better than to a thousandth.
-    const VARIANCE_MIN: f32 = 1e-6;
-    /// Variance of the mean rate over a window of a cruise, relative to the map's rate: the ripple.
-    const RIPPLE: f32 = 0.1 * 0.1;
-
     fn factor(&self, family: Family) -> Factor {
-        let [step, walk, stride, nudge, throw] = self.of;
+        let [step, walk, stride, nudge, throw] = self.families;
         match family {
             Family::Step => step,
             Family::Walk => walk,
@@ -115,12 +153,12 @@ impl MapCorrection {
         }
     }
 
-    /// By how much this motor's bursts of `family` turn farther than the map's.
+    /// Turn of this motor's bursts of `family` per turn of the map's, 0.1 to 4.
     pub fn scale(&self, family: Family) -> f32 {
         self.factor(family).value
     }
 
-    /// By how much faster than the map's this motor's cruises in `mode` are.
+    /// Rate of this motor's cruises in `mode` per rate of the map's, 0.1 to 4.
     pub fn rate_scale(&self, mode: DriveMode) -> f32 {
         let [clockwise, counter_clockwise] = self.rates;
         match mode {
@@ -129,7 +167,8 @@ impl MapCorrection {
         }
     }
 
-    /// Learns from a window in which `cruise` turned the rotor at a mean of `rate_rad_s` along the direction of its mode, 0 if it stuck.
+    /// Learns from a window in which `cruise` turned the rotor at a mean rate of `rate_rad_s` in the direction of its
+    /// mode, 0 if the rotor stuck.
     pub fn learn_rate(&mut self, cruise: &Cruise, rate_rad_s: f32) {
         let [clockwise, counter_clockwise] = &mut self.rates;
         let factor = match cruise.mode {
@@ -138,13 +177,13 @@ impl MapCorrection {
         };
         let ratio = Self::limited(rate_rad_s / (direction(cruise.mode) * cruise.rate_rad_s));
         let innovation = ratio - factor.value;
-        factor.doubt(1.0, innovation, Self::RIPPLE);
-        factor.follow(1.0, innovation, Self::RIPPLE);
-        // A motor's rate is not the same at every amplitude, and not for ever.
-        factor.variance = factor.variance.max(0.1 * Self::RIPPLE);
+        factor.widen(1.0, innovation, Self::RATE_RIPPLE);
+        factor.update(1.0, innovation, Self::RATE_RIPPLE);
+        factor.variance = factor.variance.max(Self::RATE_VARIANCE_MIN * Self::RATE_RIPPLE);
     }
 
-    /// Standard deviation of a burst of the middle of `family`, relative to its turn: of the factor, and from burst to burst.
+    /// Standard deviation of the turn of the middle burst of `family`, relative to the turn: of the factor, and from
+    /// burst to burst.
     pub fn spread(&self, family: Family) -> f32 {
         let bursts = family.bursts();
         let repeat =
@@ -152,7 +191,7 @@ impl MapCorrection {
         math::sqrt_f32(self.factor(family).variance + Self::shape(family) + repeat * repeat)
     }
 
-    /// What `burst` of `family` is foreseen to do in this motor.
+    /// What `burst` of `family` is forecast to do in this motor.
     pub fn forecast(&self, family: Family, burst: &Burst) -> Forecast {
         let Factor { value, variance } = self.factor(family);
         let turn_rad2 = burst.turn_rad * burst.turn_rad * (variance + Self::shape(family) * value * value)
@@ -162,7 +201,7 @@ impl MapCorrection {
 
     /// Covariances of `family`'s factor with those of steps and walks; zero but for these two.
     pub(crate) fn covariances(&self, family: Family) -> [f32; 2] {
-        let [step, walk, ..] = self.of;
+        let [step, walk, ..] = self.families;
         match family {
             Family::Step => [step.variance, self.step_walk],
             Family::Walk => [self.step_walk, walk.variance],
@@ -170,23 +209,29 @@ impl MapCorrection {
         }
     }
 
-    /// Learns from an angle that was measured `apart_rad` off, variance `apart_rad2`, and whose error goes with those of the factors of steps and walks by the covariances
-    /// `shared_rad`.
-    pub(crate) fn follow(&mut self, shared_rad: [f32; 2], apart_rad: f32, apart_rad2: f32) {
-        let [step, walk, ..] = &mut self.of;
-        let [with_step, with_walk] = shared_rad;
-        let per_rad2 = 1.0 / apart_rad2;
+    /// The update of the joint filter: corrects the factors of steps and walks by an innovation of the angle,
+    /// `innovation_rad` of variance `innovation_rad2`, where `angle_factors_rad` are the covariances of the angle with
+    /// both factors.
+    pub(crate) fn update_joint(
+        &mut self,
+        angle_factors_rad: [f32; 2],
+        innovation_rad: f32,
+        innovation_rad2: f32,
+    ) {
+        let [step, walk, ..] = &mut self.families;
+        let [with_step, with_walk] = angle_factors_rad;
+        let per_rad2 = 1.0 / innovation_rad2;
         for (factor, with) in [(&mut *step, with_step), (&mut *walk, with_walk)] {
-            factor.value = Self::limited(factor.value + with * per_rad2 * apart_rad);
+            factor.value = Self::limited(factor.value + with * per_rad2 * innovation_rad);
             factor.variance = (factor.variance - with * with * per_rad2).max(Self::VARIANCE_MIN);
         }
-        // Between the two no more than they have.
+        // A covariance is at most the geometric mean of the variances.
         let most = math::sqrt_f32(step.variance * walk.variance);
         self.step_walk = (self.step_walk - with_step * with_walk * per_rad2).min(most).max(-most);
     }
 
-    /// Whether this motor's bursts of `family` seem to do nothing: the factor is the least that is believed.
-    pub fn is_dead(&self, family: Family) -> bool {
+    /// Whether this motor's bursts of `family` seem to have no effect: the factor is at its lower bound.
+    pub fn is_without_effect(&self, family: Family) -> bool {
         self.scale(family) <= Self::RANGE.0
     }
 
@@ -194,12 +239,13 @@ impl MapCorrection {
         value.clamp(Self::RANGE.0, Self::RANGE.1)
     }
 
-    /// Learns from a burst of `family` that turned the rotor by `turned_rad` in the direction of its mode, measured with variance `measured_rad2`.
+    /// Learns from a burst of `family` that turned the rotor by `turned_rad` in the direction of its mode, measured
+    /// with variance `measured_rad2`.
     pub fn learn(&mut self, family: Family, burst: &Burst, turned_rad: f32, measured_rad2: f32) {
         let mean_rad = burst.turn_rad;
-        // Not clamped, which panics at bounds in the wrong order.
-        let turned_rad = turned_rad.max(-10.0 * mean_rad).min(10.0 * mean_rad);
-        let [step, walk, stride, nudge, throw] = &mut self.of;
+        // `clamp` would panic at bounds in the wrong order.
+        let turned_rad = turned_rad.max(-Self::TURN_MAX * mean_rad).min(Self::TURN_MAX * mean_rad);
+        let [step, walk, stride, nudge, throw] = &mut self.families;
         let (own, other) = match family {
             Family::Step => (step, Some(walk)),
             Family::Walk => (walk, Some(step)),
@@ -210,11 +256,11 @@ impl MapCorrection {
         let shape = Self::shape(family) * mean_rad * mean_rad;
         let noise_rad2 = burst.repeat_sd_rad * burst.repeat_sd_rad + shape + measured_rad2;
         let innovation_rad = turned_rad - own.value * mean_rad;
-        if measured_rad2 < 0.1 * mean_rad * mean_rad {
-            own.doubt(mean_rad, innovation_rad, noise_rad2);
+        if measured_rad2 < Self::MEASURED_PART * mean_rad * mean_rad {
+            own.widen(mean_rad, innovation_rad, noise_rad2);
         }
         let before = own.variance;
-        let gain = own.follow(mean_rad, innovation_rad, noise_rad2);
+        let gain = own.update(mean_rad, innovation_rad, noise_rad2);
         if let Some(other) = other {
             let across = self.step_walk / before;
             other.value = Self::limited(other.value + across * gain * innovation_rad);
@@ -233,7 +279,7 @@ mod tests {
         family.bursts()[family.bursts().len() / 2]
     }
 
-    /// One measurement without noise of its own: the factor is right but for what the map says of repetition and shape.
+    /// One measurement without noise: the factor is right up to the map's spread from burst to burst and the shape.
     #[test]
     fn law_one_burst_teaches_its_family_and_the_related_one() {
         let mut correction = MapCorrection::default();
@@ -260,9 +306,10 @@ mod tests {
         assert!((correction.factor(Family::Nudge).variance / prior - 0.5).abs() < 1e-4);
     }
 
-    /// Windows of a motor that turns at 0.15 of the map's rate: half of it is believed after the first, nearly all after three; the other mode is another matter.
+    /// Windows of a motor at 0.15 of the map's rate: the factor is half way after the first and nearly there after
+    /// three. The other mode's factor stays.
     #[test]
-    fn law_a_slow_motor_is_believed() {
+    fn law_the_rate_of_a_slow_motor_is_learnt() {
         let mut correction = MapCorrection::default();
         let cruise = strongest_cruise(DriveMode::C, 1.0).unwrap();
         let rate_rad_s = -0.15 * cruise.rate_rad_s;
@@ -278,9 +325,9 @@ mod tests {
         assert!(correction.rate_scale(DriveMode::C) > 0.9, "it has recovered: {correction:?}");
     }
 
-    /// A drive that halves is believed within three bursts, however sure the factor was.
+    /// A drive that halves is learnt within three bursts, however small the variance of the factor was.
     #[test]
-    fn law_a_change_out_of_proportion_is_believed() {
+    fn law_a_change_beyond_the_gate_is_learnt() {
         let mut correction = MapCorrection::default();
         let burst = middle(Family::Step);
         for _ in 0..50 {
@@ -292,9 +339,9 @@ mod tests {
         assert!((correction.scale(Family::Step) - 0.5).abs() < 0.05, "{correction:?}");
     }
 
-    /// Whatever is learnt, factors stay in range and variances positive.
+    /// Whatever turn is measured, factors stay in range and variances positive.
     #[test]
-    fn law_nonsense_does_no_harm() {
+    fn law_any_measurement_leaves_factors_in_range() {
         let mut correction = MapCorrection::default();
         for turned in [1e9, -1e9, 0.0, 1e-30, f32::MAX] {
             for family in Family::ALL {

@@ -1,4 +1,4 @@
-//! From where the rotor is to where it should be.
+//! The state machine that moves the rotor to its target.
 //!
 //! ```text
 //!              planned: far                     coast remains, or too long
@@ -11,108 +11,50 @@
 //!   +----------+             +--------+                             |
 //!     ^   | reached  ^-----------------------------------------------+
 //!     |   v
-//!   +---------+        no usable estimate, from anywhere: Waiting, then Settling again
-//!   | Holding |        a limit, a stuck or a wrong-way rotor, cancelled: Stopped
+//!   +---------+        no usable estimate, in any phase: Waiting, then Settling again
+//!   | Holding |        a limit, a stuck or a wrong-way rotor, a cancel: Stopped
 //!   +---------+
 //! ```
 //!
-//! The drive is on in `Cruise` and `Burst` only, and off within a tick of the estimate being lost. What to drive is [`crate::drive_plan`]'s; what is known at rest
-//! [`crate::rest_filter`]'s; how this motor differs from the map [`crate::map_correction`]'s; whether a cruise gets on [`crate::progress_window`]'s, and what to make of drives that do
-//! not move the rotor as they should [`failures`]'s.
+//! | phase | drive | ends when | then |
+//! |---|---|---|---|
+//! | `Waiting` | off | there is a usable estimate | `Settling` |
+//! | `Settling` | off | at rest, and the target counts as reached | `Holding` |
+//! | | | at rest, and a drive is due | `Cruise`, `Burst` |
+//! | `Cruise` | on | the coast remains, the angle is too uncertain, or `on_max_nanos` is over | `Settling` |
+//! | | | a window shows a stuck rotor, or one that turns the wrong way | `Settling`, `Stopped` |
+//! | `Burst` | on | its ticks or `on_max_nanos` are over | `Settling` |
+//! | `Holding` | off | the rotor moves, or lies outside the tolerance for certain | `Settling` |
+//! | `Stopped` | off | there is another target | `Settling` |
+//! | all but `Stopped` | | there is no usable estimate | `Waiting` |
+//! | `Cruise`, `Burst` | | the rotor is outside the travel | `Stopped` |
+//! | all but `Holding`, `Stopped` | | the deadline is over | `Stopped` |
+//!
+//! The drive is on in `Cruise` and `Burst` only, and off within a tick of the loss of the estimate. What to drive is
+//! decided in [`crate::drive_plan`]; the angle at rest comes from [`crate::rest_filter`], how this motor differs from
+//! the map from [`crate::map_correction`], and whether a cruise turns the rotor from [`crate::progress_window`].
+//! Drives that fail are handled in [`failures`].
 
 mod failures;
+mod phase;
 
 use estimator::{Estimate, Health};
 use motor_model::{Angle, DriveCommand, DriveMode, Time, math};
 
-use crate::drive_plan::{Confidence, DrivePlan, Situation};
+use crate::drive_plan::DrivePlan;
 use crate::map_correction::MapCorrection;
 use crate::progress_window::{ProgressWindow, WindowOutcome};
 use crate::response_map::{Burst, Cruise, Family, coast_rad, cruise_within, direction};
 use crate::rest_filter::{RestFilter, Resting};
-use crate::target::{Limits, Target};
+use crate::situation::Situation;
+use crate::target::Target;
 use failures::Probe;
+pub use phase::{PositioningPhase, PositioningTuning, StopReason};
 
-/// Choices of the state machine.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct PositioningTuning {
-    /// What it may do.
-    pub limits: Limits,
-    /// How sure it must be that the rotor lies within the tolerance for the target to count as reached.
-    pub confidence: Confidence,
-    /// Angle variance above which no drive is begun or kept on, in rad^2.
-    pub driveable_rad2: f32,
-    /// Variance of what averaging at rest does not remove, in rad^2: the camera's quantisation.
-    pub floor_rad2: f32,
-    /// Whether bursts correct the map.
-    pub learning: bool,
-}
-
-impl Default for PositioningTuning {
-    /// A risk of 3.6 %, half a degree driveable, 0.05 milli-degrees of quantisation.
-    fn default() -> Self {
-        Self {
-            limits: Limits::default(),
-            confidence: Confidence::default(),
-            driveable_rad2: 7.6e-5,
-            floor_rad2: 7.6e-13,
-            learning: true,
-        }
-    }
-}
-
-/// What positioning is doing.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum PositioningPhase {
-    /// No estimate that may be used, and why; the drive is off.
-    Waiting(Health),
-    /// Drive on until the coast remains.
-    Cruise {
-        /// The drive in use.
-        cruise: Cruise,
-        /// When it was switched on.
-        since: Time,
-        /// How it gets on.
-        progress: ProgressWindow,
-    },
-    /// Drive on for a number of ticks.
-    Burst {
-        /// The kind of burst.
-        family: Family,
-        /// The burst.
-        burst: Burst,
-        /// When it began.
-        since: Time,
-    },
-    /// Drive off, waiting for rest and a good measurement.
-    Settling,
-    /// At the target, measuring on.
-    Holding,
-    /// Drive off until there is a new target, and why.
-    Stopped(StopReason),
-}
-
-/// Why a move was given up.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub enum StopReason {
-    /// It was cancelled.
-    Cancelled,
-    /// The deadline passed.
-    TimedOut,
-    /// The rotor does not move although it is driven: it is stuck, or the drive is dead.
-    Stalled,
-    /// The rotor moves against the direction of the mode that drives it.
-    ModeInverted,
-    /// The target, or the rotor, is outside the travel allowed.
-    OutOfTravel,
-    /// As many drives as are allowed did not do.
-    TooManyDrives,
-    /// Mode B, clockwise, does not move the rotor any more, but mode C does.
-    ModeBLost,
-    /// Mode C, counter-clockwise, does not move the rotor any more, but mode B does.
-    ModeCLost,
-}
+/// Part of the standard deviation of the coast by which a cruise is cut early in mode C and late in mode B, so that the
+/// rotor tends to come to rest clockwise of the target, from where the fine bursts lead back. Scored by
+/// `host-sim positioning-trials`.
+const CLOCKWISE_COAST_SIGMAS: f32 = 0.5;
 
 /// The state machine.
 #[derive(Clone, Copy, Debug)]
@@ -121,14 +63,14 @@ pub struct Positioning {
     tuning: PositioningTuning,
     started_at: Time,
     phase: PositioningPhase,
-    ledger: RestFilter,
+    rest: RestFilter,
     correction: MapCorrection,
     drives: u32,
-    /// Drives in a row without effect, and with the wrong one.
+    /// Drives in a row without effect, and with the wrong effect.
     stalls: u8,
     wrong_ways: u8,
-    /// Bursts since one was seen to turn the rotor.
-    unjudged: u8,
+    /// Bursts since the last that was seen to turn the rotor.
+    untested: u8,
     probe: Option<Probe>,
 }
 
@@ -140,11 +82,11 @@ impl Positioning {
             tuning,
             started_at: now,
             phase: PositioningPhase::Settling,
-            ledger: RestFilter::default(),
+            rest: RestFilter::default(),
             correction: MapCorrection::default(),
             drives: 0,
             stalls: 0,
-            unjudged: 0,
+            untested: 0,
             wrong_ways: 0,
             probe: None,
         };
@@ -152,11 +94,12 @@ impl Positioning {
         positioning
     }
 
-    /// Another target from `now` on, whatever is under way: a cruise goes on if it is still of use, a burst ends first. What was learnt is kept.
+    /// Another target from `now` on, in any phase: a cruise goes on if it still leads to the target, a burst ends
+    /// first. What was learnt is kept.
     pub fn retarget(&mut self, target: Target, now: Time) {
         self.target = target;
         self.started_at = now;
-        (self.drives, self.stalls, self.wrong_ways, self.unjudged) = (0, 0, 0, 0);
+        (self.drives, self.stalls, self.wrong_ways, self.untested) = (0, 0, 0, 0);
         self.probe = None;
         self.phase = if !self.tuning.limits.travel.contains(target.angle()) {
             PositioningPhase::Stopped(StopReason::OutOfTravel)
@@ -170,10 +113,10 @@ impl Positioning {
     /// Ends the move, drive off.
     pub fn cancel(&mut self) {
         self.phase = PositioningPhase::Stopped(StopReason::Cancelled);
-        self.ledger.close();
+        self.rest.forget();
     }
 
-    /// What it is doing.
+    /// The phase.
     pub fn phase(&self) -> PositioningPhase {
         self.phase
     }
@@ -188,22 +131,22 @@ impl Positioning {
         &self.correction
     }
 
-    /// Where a rotor at rest lies, by `estimate` and by what was known before the last burst.
+    /// The angle of a rotor at rest, by `estimate` and by the prediction across the last burst.
     pub fn resting(&self, estimate: &Estimate<f32>) -> Resting {
-        self.ledger.resting(estimate)
+        self.rest.resting(estimate)
     }
 
-    /// The command for the tick at `now`, on the present estimate, which counts only if `health` allows.
+    /// The command for the tick at `now`, by the present estimate, which counts only if `health` allows.
     pub fn decide(&mut self, now: Time, estimate: Option<&Estimate<f32>>, health: Health) -> DriveCommand {
         let usable = estimate.filter(|_| !matches!(health, Health::Unusable(_)));
         self.phase = match (self.phase, usable) {
             (PositioningPhase::Stopped(why), _) => PositioningPhase::Stopped(why),
             (_, None) => {
-                self.ledger.close();
+                self.rest.forget();
                 PositioningPhase::Waiting(health)
             }
             (phase, Some(estimate)) => {
-                self.ledger.watch(estimate);
+                self.rest.note_variance(estimate);
                 self.step(phase, now, estimate)
             }
         };
@@ -242,7 +185,7 @@ impl Positioning {
         }
     }
 
-    /// On: go on, or cut.
+    /// Drive on: goes on, or is cut.
     fn cruise(
         &mut self,
         cruise: Cruise,
@@ -257,7 +200,7 @@ impl Positioning {
         let direction = direction(cruise.mode);
         let progress = match progress.outcome(direction, now, estimate) {
             WindowOutcome::Open => progress,
-            WindowOutcome::GetsOn(rate_rad_s) => {
+            WindowOutcome::Turns(rate_rad_s) => {
                 (self.stalls, self.wrong_ways) = (0, 0);
                 self.learn_rate(&cruise, rate_rad_s);
                 ProgressWindow::from(now, estimate)
@@ -270,17 +213,16 @@ impl Positioning {
         };
         let remaining_rad = direction * self.target.angle().radians_since::<f32>(estimate.angle);
         let coast_rad = coast_rad(cruise.mode, (direction * estimate.rate_rad_s).max(0.0));
-        // On the clockwise side of it by half a standard deviation: the way back is fine, the way on is not.
-        let arrived = remaining_rad <= coast_rad - 0.5 * direction * cruise.coast_sd_rad;
+        let arrived = remaining_rad <= coast_rad - CLOCKWISE_COAST_SIGMAS * direction * cruise.coast_sd_rad;
         let too_long = now.nanos_since(since) >= self.tuning.limits.on_max_nanos;
-        let uncertain = estimate.angle_rad2 > self.tuning.driveable_rad2;
+        let uncertain = estimate.angle_rad2 > self.tuning.cruise_variance_max_rad2;
         if arrived || too_long || uncertain {
             if arrived {
                 (self.stalls, self.wrong_ways) = (0, 0);
             }
             return PositioningPhase::Settling;
         }
-        PositioningPhase::Cruise { cruise: self.eased(cruise, remaining_rad), since, progress }
+        PositioningPhase::Cruise { cruise: self.weakened(cruise, remaining_rad), since, progress }
     }
 
     fn learn_rate(&mut self, cruise: &Cruise, rate_rad_s: f32) {
@@ -289,9 +231,9 @@ impl Positioning {
         }
     }
 
-    /// The cruise for what remains: a weaker one where `cruise` would land too far off.
-    fn eased(&self, cruise: Cruise, remaining_rad: f32) -> Cruise {
-        // A motor of half the rate coasts half as far: to it twice as much remains.
+    /// The cruise for what remains: a weaker one where the coast of `cruise` is too uncertain.
+    fn weakened(&self, cruise: Cruise, remaining_rad: f32) -> Cruise {
+        // A motor of half the rate coasts half as far: it is driven as if twice as much remained.
         let remaining_rad = remaining_rad / self.correction.rate_scale(cruise.mode);
         if remaining_rad >= cruise.room_rad() {
             return cruise;
@@ -301,7 +243,7 @@ impl Positioning {
             .unwrap_or(cruise)
     }
 
-    /// On for its ticks.
+    /// Drive on for the burst's ticks.
     fn burst(
         &mut self,
         family: Family,
@@ -318,7 +260,7 @@ impl Positioning {
         if over { PositioningPhase::Settling } else { PositioningPhase::Burst { family, burst, since } }
     }
 
-    /// Off: wait, stay, or go.
+    /// Drive off: measures on, holds, or begins the next drive.
     fn settle(&mut self, now: Time, estimate: &Estimate<f32>) -> PositioningPhase {
         if !estimate.resting {
             return PositioningPhase::Settling;
@@ -327,24 +269,24 @@ impl Positioning {
             return self.probe(probe, now, estimate);
         }
         let situation = self.situation(estimate);
-        let taught = self.taught(estimate);
+        let corrected = self.corrected(estimate);
         if situation.reached() {
-            self.correction = taught;
-            self.ledger.compare(estimate);
+            self.correction = corrected;
+            self.rest.compare(estimate);
             return PositioningPhase::Holding;
         }
-        let Some(plan) = situation.plan(&taught) else { return PositioningPhase::Settling };
-        if self.waits_to_judge(&plan, &situation, estimate) {
+        let Some(plan) = situation.plan(&corrected) else { return PositioningPhase::Settling };
+        if self.waits_for_test(&plan, &situation, estimate) {
             return PositioningPhase::Settling;
         }
-        // Only now, when it is about to drive, since by now the last burst has been measured as well as it ever will be.
-        if let Some(phase) = self.judge(estimate) {
+        // Only when the next drive is due, since the last burst has then been measured as well as it will be.
+        if let Some(phase) = self.test_burst(estimate) {
             return phase;
         }
-        self.correction = taught;
-        // A burst that is repeated on what is foreseen alone is never measured well enough to be judged.
+        self.correction = corrected;
+        // A burst that is driven again on its forecast alone is never measured well enough for a test.
         if let DrivePlan::Burst(family, ..) = plan
-            && taught.is_dead(family)
+            && corrected.is_without_effect(family)
         {
             self.stall(family.mode());
             if self.probe.is_some() {
@@ -354,11 +296,11 @@ impl Positioning {
         self.begin(plan, now, estimate)
     }
 
-    /// At the target: stay unless the rotor is outside the tolerance for certain.
+    /// At the target: stays unless the rotor moves, or lies outside the tolerance for certain.
     fn hold(&mut self, now: Time, estimate: &Estimate<f32>) -> PositioningPhase {
         if !estimate.resting {
-            // Jolted: what was known before no longer counts, and the move begins anew.
-            self.ledger.close();
+            // A jolt: the angle before it does not count, and the move begins anew.
+            self.rest.forget();
             self.retarget(self.target, now);
             return self.phase;
         }
@@ -376,29 +318,29 @@ impl Positioning {
         }
         match plan {
             DrivePlan::Cruise(cruise) => {
-                self.ledger.close();
+                self.rest.forget();
                 PositioningPhase::Cruise { cruise, since: now, progress: ProgressWindow::from(now, estimate) }
             }
             DrivePlan::Burst(family, burst, forecast) => {
-                self.unjudged = self.unjudged.saturating_add(1);
-                self.ledger.enter(family, burst, forecast, estimate, &self.correction);
+                self.untested = self.untested.saturating_add(1);
+                self.rest.predict(family, burst, forecast, estimate, &self.correction);
                 PositioningPhase::Burst { family, burst, since: now }
             }
         }
     }
 
-    /// What is known of this motor once the last burst, as it is measured by now, is taken in.
-    fn taught(&self, estimate: &Estimate<f32>) -> MapCorrection {
-        if self.tuning.learning { self.ledger.taught(estimate, &self.correction) } else { self.correction }
+    /// The correction after the update by the last burst, as it is measured by now.
+    fn corrected(&self, estimate: &Estimate<f32>) -> MapCorrection {
+        if self.tuning.learning { self.rest.corrected(estimate, &self.correction) } else { self.correction }
     }
 
-    /// Whether driving `mode` would lead out of the travel allowed.
+    /// Whether driving `mode` leads out of the travel.
     fn leaves(&self, mode: DriveMode, estimate: &Estimate<f32>) -> bool {
         self.tuning.limits.travel.forbids(estimate.angle, direction(mode))
     }
 
     fn situation(&self, estimate: &Estimate<f32>) -> Situation {
-        let Resting { angle, angle_rad2 } = self.ledger.resting(estimate);
+        let Resting { angle, angle_rad2 } = self.rest.resting(estimate);
         Situation {
             remaining_rad: self.target.angle().radians_since(angle),
             sigma_rad: math::sqrt_f32(angle_rad2 + self.tuning.floor_rad2),

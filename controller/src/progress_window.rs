@@ -1,24 +1,29 @@
-//! Whether a driven rotor gets on: a slow motor is no stuck one.
+//! Whether a cruise turns the rotor: told slow from stuck, and from turning the wrong way.
 //!
-//! A cruise is watched in windows of [`WINDOW_NANOS`]. With `d` the turn along the direction of the mode since the window began, and `s^2` the sum of the variances of the
-//! angles at both of its ends:
+//! A cruise is tested in windows of [`WINDOW_NANOS`]. With `d` the turn in the direction of the mode since the window
+//! began, and `s^2` the sum of the variances of the angles at both of its ends:
 //!
 //! ```text
-//! at its end:     d > 5 s    it gets on, however slowly, and says how fast;   d < -5 s    it turns the wrong way;   between    it is stuck
-//! meanwhile:      d < -1 degree and d < -5 s    it turns the wrong way
+//! at its end:     d > 5 s     the rotor turns, however slowly: the mean rate is d over the window
+//!                 d < -5 s    it turns the wrong way
+//!                 else        it is stuck
+//! before its end: d < -1 degree and d < -5 s    it turns the wrong way
 //! ```
 //!
-//! So a rotor that is stuck is noticed within two windows of when it stuck, whatever it did before, and one that turns back after a degree or a window. With the 5 to 20
-//! milli-degrees that filters know of a moving rotor's angle, getting on is more than 0.2 to 1 degrees a second.
+//! So a rotor that sticks is noticed within two windows, whatever it did before, and one that turns back is noticed
+//! after a degree or a window. Filters know the angle of a moving rotor to 5 to 20 milli-degrees, so that the slowest
+//! rate that counts as turning is 0.2 to 1 degrees a second.
 
 use estimator::Estimate;
 use motor_model::{Angle, Time};
 
-/// Length of a window in ns.
+/// Length of a window in ns: half of the 0.3 s within which a stuck rotor is to be noticed.
 pub const WINDOW_NANOS: u64 = 150_000_000;
-/// A turn is one when it exceeds so many of its standard deviations.
-const SURELY: f32 = 5.0;
-/// A wrong way of this is no accident of the start, in rad: a degree.
+/// Standard deviations beyond which a turn is significant. An assumption: a normal error exceeds them once in 1.7
+/// million windows.
+const SIGNIFICANT_SIGMAS: f32 = 5.0;
+/// Turn in rad the wrong way that ends a window early: a degree, more than the start of a cruise can explain.
+/// An assumption.
 const WRONG_WAY_RAD: f32 = 0.017;
 
 /// The window under way.
@@ -29,13 +34,13 @@ pub struct ProgressWindow {
     from_rad2: f32,
 }
 
-/// What a window tells.
+/// What a window has shown.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum WindowOutcome {
-    /// It is not over.
+    /// It is not over yet.
     Open,
-    /// The rotor turns at this mean rate along the direction of the mode, in rad/s.
-    GetsOn(f32),
+    /// The rotor turns at this mean rate in the direction of the mode, in rad/s.
+    Turns(f32),
     /// It does not turn.
     Stuck,
     /// It turns against the direction of the mode.
@@ -48,18 +53,18 @@ impl ProgressWindow {
         Self { since: now, from: estimate.angle, from_rad2: estimate.angle_rad2 }
     }
 
-    /// What is known by `now` of a rotor driven towards `direction`, clockwise positive.
+    /// What the window has shown by `now` of a rotor driven in `direction`, 1 clockwise or -1.
     pub fn outcome(&self, direction: f32, now: Time, estimate: &Estimate<f32>) -> WindowOutcome {
         let turned_rad = direction * estimate.angle.radians_since::<f32>(self.from);
-        let surely_rad2 = SURELY * SURELY * (self.from_rad2 + estimate.angle_rad2);
-        let surely = turned_rad * turned_rad > surely_rad2;
+        let limit_rad2 = SIGNIFICANT_SIGMAS * SIGNIFICANT_SIGMAS * (self.from_rad2 + estimate.angle_rad2);
+        let significant = turned_rad * turned_rad > limit_rad2;
         let over = now.nanos_since(self.since) >= WINDOW_NANOS;
-        if surely && turned_rad < 0.0 && (over || turned_rad < -WRONG_WAY_RAD) {
+        if significant && turned_rad < 0.0 && (over || turned_rad < -WRONG_WAY_RAD) {
             WindowOutcome::WrongWay
         } else if !over {
             WindowOutcome::Open
-        } else if surely {
-            WindowOutcome::GetsOn(turned_rad / now.seconds_since::<f32>(self.since))
+        } else if significant {
+            WindowOutcome::Turns(turned_rad / now.seconds_since::<f32>(self.since))
         } else {
             WindowOutcome::Stuck
         }
@@ -76,7 +81,7 @@ mod tests {
     fn exact_five_standard_deviations_tell_slow_from_stuck() {
         let progress = ProgressWindow::from(Time::ZERO, &estimate(0.0, 3.0));
         let after = |nanos, mdeg| progress.outcome(-1.0, Time::from_nanos(nanos), &estimate(mdeg, 4.0));
-        let WindowOutcome::GetsOn(rate_rad_s) = after(WINDOW_NANOS, -25.1) else { panic!("it gets on") };
+        let WindowOutcome::Turns(rate_rad_s) = after(WINDOW_NANOS, -25.1) else { panic!("it turns") };
         assert!((rate_rad_s.to_degrees() - 0.0251 / 0.15).abs() < 1e-5, "{rate_rad_s}");
         assert_eq!(after(WINDOW_NANOS, -24.9), WindowOutcome::Stuck);
         assert_eq!(after(WINDOW_NANOS, 24.9), WindowOutcome::Stuck);

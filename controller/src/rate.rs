@@ -1,13 +1,15 @@
-//! Holding a commanded rate: the rotor follows a reference angle that turns at it.
+//! The rate controller: the rotor follows a reference angle that turns at the commanded rate.
 //!
 //! ```text
 //! reference' = rate,   e = reference - angle,   wanted = rate + e / T        T: [`RateTuning::catch_up_s`]
-//! drive: the mode of the wanted direction, at the amplitude whose mean rate in the map is the wanted one
+//! drive: the mode of the direction of the rate, at the amplitude whose mean rate in the map is the wanted one
 //! ```
 //!
-//! Because it is the angle that follows, the mean rate is right to the error of the angle over the time of the mean, whatever this motor's own rates are. Rates below that of the
-//! weakest cruise come out as pulses of it: the drive waits until the rotor is behind by [`RateTuning::behind_rad`] and stops when it is ahead. A rotor that is ahead is left to friction; it is
-//! driven back only when it is ahead by far. A rate of exactly 0 asks for rest: the drive is off, and the reference waits where the rotor comes to lie.
+//! Since the angle is controlled, the error of the mean rate is the error of the angle over the time of the mean,
+//! whatever this motor's own rates are. Rates below that of the weakest cruise are made of pulses of it: the drive is
+//! off until the rotor is behind by [`RateTuning::behind_rad`], and off again when it is ahead. A rotor that is ahead
+//! is slowed by friction; it is driven back only when it is ahead by more than [`RateTuning::ahead_rad`]. A rate of
+//! exactly 0 means rest: the drive is off, and the reference is where the rotor comes to rest.
 
 mod profile;
 
@@ -17,23 +19,23 @@ use motor_model::{Angle, AngleAccumulator, DriveCommand, DriveMode, Time};
 pub use self::profile::{Profile, RATE_MAX_RAD_S};
 use crate::response_map::{CRUISES, direction};
 
-/// Choices of the rate controller.
+/// Tuning of the rate controller.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RateTuning {
-    /// Time in which an error of the angle is to be made good, in s.
+    /// Time constant of the correction of an error of the angle, in s.
     pub catch_up_s: f32,
-    /// Behind by this, in rad, the drive goes on again at least at its weakest.
+    /// Error in rad, rotor behind the reference, from which the drive is at least the weakest cruise.
     pub behind_rad: f32,
-    /// Ahead by this, in rad, the rotor is driven back.
+    /// Error in rad, rotor ahead of the reference, from which it is driven back.
     pub ahead_rad: f32,
     /// Strongest drive, 0 to 1.
     pub amplitude_max: f32,
-    /// Time from one change of the drive to the next, in ns: the modes need some milliseconds to answer.
+    /// Least time between two changes of the drive, in ns: the modes respond within some milliseconds.
     pub hold_nanos: u64,
 }
 
 impl Default for RateTuning {
-    /// 12 ms, 0.05 degrees, 3 degrees, full drive, 0.5 ms.
+    /// 12 ms, 0.05 degrees, 3 degrees, full drive, 0.5 ms: assumptions, checked by `host-sim rate`.
     fn default() -> Self {
         Self {
             catch_up_s: 0.012,
@@ -46,20 +48,21 @@ impl Default for RateTuning {
 }
 
 impl RateTuning {
-    /// For a rate without haste: an error is made good in a tenth of a second and the rotor is never driven back, so that the amplitude hardly changes. At 160 deg/s this ripples by
-    /// a third of the rate, as an amplitude that does not change at all; the default, which follows the reference as closely as it can, by more than a half.
+    /// For a smooth rate: an error is corrected in a tenth of a second and the rotor is never driven back, so that the
+    /// amplitude hardly changes. At 160 deg/s the ripple is a third of the rate, as with a constant amplitude; with
+    /// the default, which follows the reference closely, it is more than a half.
     pub fn steady() -> Self {
         Self { catch_up_s: 0.1, ahead_rad: f32::INFINITY, ..Self::default() }
     }
 }
 
-/// The controller of the rate.
+/// The rate controller.
 #[derive(Clone, Copy, Debug)]
 pub struct RateHold {
     tuning: RateTuning,
     profile: Profile,
     started_at: Time,
-    told_at: Time,
+    decided_at: Time,
     reference: Option<AngleAccumulator<f32>>,
     command: DriveCommand,
     changed_at: Time,
@@ -72,14 +75,14 @@ impl RateHold {
             tuning,
             profile,
             started_at: now,
-            told_at: now,
+            decided_at: now,
             reference: None,
             command: DriveCommand::OFF,
             changed_at: now,
         }
     }
 
-    /// The rate that is asked for at `now`, in rad/s.
+    /// The commanded rate at `now`, in rad/s.
     pub fn wanted_rad_s(&self, now: Time) -> f32 {
         self.profile.rate_rad_s(now.seconds_since(self.started_at))
     }
@@ -89,11 +92,12 @@ impl RateHold {
         self.reference.map(|reference| reference.angle())
     }
 
-    /// The command for the tick at `now`. Without a usable estimate the drive is off, and the reference begins anew where the rotor is found.
+    /// The command for the tick at `now`. Without a usable estimate the drive is off, and the reference starts again
+    /// at the next usable estimate.
     pub fn decide(&mut self, now: Time, estimate: Option<&Estimate<f32>>, health: Health) -> DriveCommand {
         let usable = estimate.filter(|_| !matches!(health, Health::Unusable(_)));
-        let dt_s: f32 = now.seconds_since(self.told_at);
-        self.told_at = now;
+        let dt_s: f32 = now.seconds_since(self.decided_at);
+        self.decided_at = now;
         let Some(estimate) = usable else {
             self.reference = None;
             self.command = DriveCommand::OFF;
@@ -131,7 +135,8 @@ impl RateTuning {
     }
 }
 
-/// The drive of `mode` whose mean rate is `rate_rad_s` along its direction; below the weakest cruise that one if it is `due`, otherwise none.
+/// The drive of `mode` whose mean rate is `rate_rad_s` in its direction. Below the rate of the weakest cruise: that
+/// cruise if a pulse is `due`, otherwise off.
 fn amplitude_for(mode: DriveMode, rate_rad_s: f32, amplitude_max: f32, due: bool) -> DriveCommand {
     let along = direction(mode);
     let mut cruises = CRUISES.iter().filter(|cruise| cruise.mode == mode);
@@ -172,7 +177,8 @@ mod tests {
         }
     }
 
-    /// The map, inverted: each cruise's own rate asks for its own amplitude, and half way between two for half way.
+    /// The inverse of the map: the rate of a cruise gives its amplitude, and half way between two rates half way
+    /// between the amplitudes.
     #[test]
     fn exact_amplitudes_invert_the_map() {
         for pair in CRUISES.windows(2).filter(|pair| pair[0].mode == pair[1].mode) {
@@ -190,7 +196,8 @@ mod tests {
         assert!((fast - 0.8).abs() < f32::EPSILON);
     }
 
-    /// A rotor that stands is behind after a second by the rate, clockwise and counter-clockwise, and is driven accordingly.
+    /// A rotor that stands is behind after a second by the rate, clockwise and counter-clockwise, and is driven
+    /// accordingly.
     #[test]
     fn law_the_reference_turns_at_the_rate_and_the_drive_follows_it() {
         for (rate_deg_s, mode) in [(100.0, DriveMode::B), (-50.0, DriveMode::C)] {
@@ -222,7 +229,7 @@ mod tests {
         assert_eq!(hold.decide(at(1001), None, Health::Waiting), DriveCommand::OFF);
     }
 
-    /// Ahead: left to friction, and driven back only from far.
+    /// A rotor ahead is slowed by friction, and driven back only beyond the limit.
     #[test]
     fn exact_a_rotor_ahead_is_left_alone_until_it_is_far_ahead() {
         let tuning = RateTuning::default();
@@ -233,9 +240,10 @@ mod tests {
         assert_eq!(tuning.drive(0.1, 0.001).mode(), Some(DriveMode::B));
     }
 
-    /// While a profile rests nothing drives, and the next turn begins where the rotor came to lie, however far it was behind before.
+    /// While a profile rests the drive is off, and the next turn begins where the rotor came to rest, however far it
+    /// was behind before.
     #[test]
-    fn law_rest_is_without_drive_and_forgets_what_was_missing() {
+    fn law_rest_is_without_drive_and_drops_the_error() {
         let profile = Profile::BothWays {
             clockwise_rad_s: 2.0,
             counter_clockwise_rad_s: -1.0,

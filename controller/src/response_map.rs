@@ -1,10 +1,11 @@
-//! What the rotor does under each drive: the figures that positioning and rate control plan by.
+//! The response map: what the rotor does under each drive. Positioning and rate control plan by it.
 //!
-//! The table is identified from drawn motors of the plant (`host-sim response-map` prints and writes it) and compiled in. It knows two kinds of drive:
+//! The table is identified from drawn motors of the plant (`host-sim response-map` prints and writes it) and compiled
+//! in. It has two kinds of drive:
 //!
 //! - a [`Cruise`] stays on until it is cut: mean rate, and the coast, which is proportional to the rate at the cut;
-//! - a [`Burst`] of whole ticks starts and ends at rest: how far it turns the rotor, how much that differs from motor to motor, and how much in one
-//!   motor from burst to burst.
+//! - a [`Burst`] of whole ticks starts and ends at rest: how far it turns the rotor, how much that differs from motor
+//!   to motor, and how much in one motor from burst to burst.
 //!
 //! # What the bursts do
 //!
@@ -16,8 +17,9 @@
 //! | [`Family::Nudge`] | mode B, one cycle, amplitude 0.2 to 1 | 1 to 26 mdeg | 20 to 30 % |
 //! | [`Family::Throw`] | mode B, full, 2 to 130 cycles | 90 mdeg to 18 deg | 30 % |
 //!
-//! In steps and walks the rotor never leaves the teeth for long, so nothing chaotic happens: what differs is one factor a motor (20 %), nearly the
-//! same for both families, which the first burst measures ([`crate::map_correction`]). So the last stretch is always walked, counter-clockwise.
+//! In steps and walks the rotor never leaves the teeth for long, so that no chaotic sequence of impacts arises. Motors
+//! differ by one factor (20 %), nearly the same for both families, which the first burst measures
+//! ([`crate::map_correction`]). So the last approach to a target is always by these, counter-clockwise.
 
 mod table;
 
@@ -36,30 +38,31 @@ pub struct Cruise {
     pub amplitude: f32,
     /// Mean rate over motors, in rad/s.
     pub rate_rad_s: f32,
-    /// Standard deviation of a motor's rate over motors, in rad/s.
+    /// Standard deviation of the rate over motors, in rad/s.
     pub rate_sd_rad_s: f32,
     /// Coast per rate at the cut, in s.
     pub coast_s: f32,
-    /// Standard deviation of what is left when this is foreseen, in rad.
+    /// Standard deviation of the coast about that, in rad.
     pub coast_sd_rad: f32,
 }
 
 impl Cruise {
-    /// A cruise is left for a weaker one when its coast, with a standard deviation, is this part of what remains.
+    /// A weaker cruise follows when the coast and a standard deviation of it are this part of what remains. An
+    /// assumption.
     const COAST_PART: f32 = 0.6;
 
-    /// Distance in rad below which a weaker cruise lands more nearly.
+    /// Distance in rad below which a weaker cruise ends nearer to the target.
     pub fn room_rad(&self) -> f32 {
         (direction(self.mode) * self.rate_rad_s * self.coast_s + self.coast_sd_rad) / Self::COAST_PART
     }
 
-    /// Whether nearly every motor turns under it: its rate is more than twice its spread over motors.
-    pub fn is_agreed_on(&self) -> bool {
+    /// Whether nearly every motor turns under it: the mean rate is more than two standard deviations over motors.
+    pub fn turns_every_motor(&self) -> bool {
         2.0 * self.rate_sd_rad_s < direction(self.mode) * self.rate_rad_s
     }
 }
 
-/// A burst from rest, and what comes of it.
+/// A burst from rest to rest, and the turn that it makes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Burst {
     /// Drive amplitude, 0 to 1.
@@ -68,13 +71,13 @@ pub struct Burst {
     pub ticks: u32,
     /// Magnitude of the mean turn over motors, in rad; the family's mode gives the sign.
     pub turn_rad: f32,
-    /// Standard deviation of a motor's mean turn over motors, in rad.
+    /// Standard deviation over motors of a motor's mean turn, in rad.
     pub motors_sd_rad: f32,
     /// Standard deviation from burst to burst of one motor, in rad.
     pub repeat_sd_rad: f32,
 }
 
-/// Bursts that differ in one thing, amplitude or length, ordered by how far they turn.
+/// Bursts of one mode that differ in amplitude or in length only, ordered by their turn.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Family {
     /// Mode C, two cycles, the amplitude differs.
@@ -120,7 +123,7 @@ impl Family {
         Some((first.turn_rad, allowed.next_back().unwrap_or(first).turn_rad))
     }
 
-    /// The burst up to `amplitude_max` whose mean turn is nearest to `turn_rad`, between the table's by linear interpolation.
+    /// The burst up to `amplitude_max` whose mean turn is nearest to `turn_rad`, by linear interpolation in the table.
     pub fn burst(self, turn_rad: f32, amplitude_max: f32) -> Option<Burst> {
         let mut allowed = self.bursts().iter().filter(|burst| burst.amplitude <= amplitude_max);
         let mut below = *allowed.next()?;
@@ -136,7 +139,7 @@ impl Family {
 }
 
 impl Burst {
-    /// The burst `part` of the way to `other`, 0 to 1; a whole number of ticks, and what that turns.
+    /// The burst `part` of the way to `other`, 0 to 1, with a whole number of ticks and the turn of those.
     fn towards(&self, other: &Self, part: f32) -> Self {
         let between = |from: f32, to: f32, part: f32| from + (to - from) * part;
         let more = other.ticks.saturating_sub(self.ticks);
@@ -174,11 +177,12 @@ pub fn strongest_cruise(mode: DriveMode, amplitude_max: f32) -> Option<Cruise> {
     allowed.next_back().copied()
 }
 
-/// The cruise of `mode` up to `amplitude_max` for the last `remaining_rad`: the strongest that has [`Cruise::room_rad`], or the weakest that motors agree on; `None` if
-/// all of those are forbidden.
+/// The cruise of `mode` up to `amplitude_max` for the last `remaining_rad`: the strongest that has
+/// [`Cruise::room_rad`], or the weakest that turns nearly every motor; `None` if all of those are forbidden.
 pub fn cruise_within(mode: DriveMode, amplitude_max: f32, remaining_rad: f32) -> Option<Cruise> {
-    let allowed =
-        |cruise: &&Cruise| cruise.mode == mode && cruise.amplitude <= amplitude_max && cruise.is_agreed_on();
+    let allowed = |cruise: &&Cruise| {
+        cruise.mode == mode && cruise.amplitude <= amplitude_max && cruise.turns_every_motor()
+    };
     let mut chosen: Option<&Cruise> = None;
     for cruise in CRUISES.iter().filter(allowed) {
         if chosen.is_none() || cruise.room_rad() <= remaining_rad {
@@ -188,7 +192,8 @@ pub fn cruise_within(mode: DriveMode, amplitude_max: f32, remaining_rad: f32) ->
     chosen.copied()
 }
 
-/// How far the rotor still turns when `mode` is cut at a rate of that magnitude, in rad: sliding grows with the square of the rate, so by the row of the next higher rate.
+/// Turn in rad from the cut of `mode` at a rate of that magnitude until rest. Sliding grows with the square of the
+/// rate, so the coast per rate is that of the next higher rate in the table.
 pub fn coast_rad(mode: DriveMode, rate_rad_s: f32) -> f32 {
     let mut coast_s = 0.0;
     for cruise in CRUISES.iter().filter(|cruise| cruise.mode == mode) {
@@ -233,7 +238,8 @@ const fn cruise(
 mod tests {
     use super::*;
 
-    /// Planning inverts each family, so the turn must rise along it; steps and walks must repeat far better than motors agree.
+    /// Planning inverts each family, so the turn must rise along it. Steps and walks must repeat far better than
+    /// motors agree.
     #[test]
     fn law_families_rise_and_the_fine_ones_repeat() {
         for family in Family::ALL {
@@ -249,7 +255,7 @@ mod tests {
         }
     }
 
-    /// Between neighbouring families nothing is out of reach.
+    /// Neighbouring families overlap.
     #[test]
     fn law_every_distance_has_a_burst() {
         for chain in [&[Family::Step, Family::Walk, Family::Stride][..], &[Family::Nudge, Family::Throw]] {

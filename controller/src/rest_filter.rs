@@ -1,19 +1,37 @@
-//! What is known of a resting rotor's angle across bursts.
+//! The angle of a resting rotor, estimated across bursts.
 //!
-//! While it is struck, a filter forgets where the rotor was: after the drive it measures anew. But a short burst turns the rotor by little more or less than foreseen,
-//! so what was known before, moved on by the forecast, is as good as a measurement of its own. A second of measuring is then not lost to a correction of a milli-degree.
-//! This holds for steps and walks, which a motor repeats, and still for nudges, whose factor is a family of its own.
+//! While the drive is on, impacts turn the rotor, and the angle filter's variance grows: after the drive it measures
+//! anew. But a short burst turns the rotor by nearly what is forecast. So what was known before it, moved on by the
+//! forecast, is worth a measurement of its own, and a second of measuring is not lost to a correction of a
+//! milli-degree. This holds for steps and walks, which a motor repeats to a percent, and still for nudges, whose
+//! factor is independent of the angle.
 //!
-//! Angle `a` and the factors `s` of both families ([`crate::map_correction`]) are one Kalman filter, since the motor that steps too far does so every time. With `m` the signed
-//! turn of the map, `P` the variance of the angle, `c` its covariance with each factor, `Q` those of the factors, and `b`, `R` what was measured since:
+//! # State
+//!
+//! The angle `a` and the factors of steps and walks are one Kalman filter, since a motor whose step turns too far has
+//! steps that all turn too far:
+//!
+//! | index | symbol | unit | meaning | prior |
+//! |---|---|---|---|---|
+//! | 0 | `a` | rad | angle at rest | none: the first measurement |
+//! | 1 | `s_step` | 1 | turn of this motor's steps per turn of the map's | as in [`crate::map_correction`] |
+//! | 2 | `s_walk` | 1 | the same for walks | as in [`crate::map_correction`] |
+//!
+//! This module holds row 0 of the covariance: the variance `P` of the angle and its covariance `c` with each factor.
+//! The factors and their covariance `Q` are in [`MapCorrection`], which outlives the move. `m` is the signed turn of
+//! the map, `b` the angle measured since the burst and `R` its variance:
 //!
 //! ```text
 //! burst of family f:   a += s_f m,      P += m^2 Q_ff + 2 m c_f + noise,    c_g += m Q_fg
-//! at rest:             a += (b - a) P / (P + R),      s_g += (b - a) c_g / (P + R),      and their covariances less what that explains
+//! at rest:             a += (b - a) P / (P + R),      c_g -= c_g P / (P + R),
+//!                      s_g += (b - a) c_g / (P + R),  Q_gh -= c_g c_h / (P + R)
 //! ```
 //!
-//! What is measured must be independent of what was known: only when the filter's variance has been [`FORGOTTEN`] times the one before is what it
-//! knows new. And where they contradict each other the burst did something else: what was foreseen is dropped, and the factor doubted.
+//! # Two conditions
+//!
+//! The measurement must be independent of what was known before. It counts as such once the angle filter's variance
+//! has been [`INDEPENDENT_VARIANCES`] times the one before the burst. And an innovation beyond [`GATE`] means that the
+//! burst did something else than forecast: then the forecast is dropped, and the factor is learnt from the turn alone.
 
 use estimator::Estimate;
 use motor_model::{Angle, DriveMode};
@@ -21,10 +39,15 @@ use motor_model::{Angle, DriveMode};
 use crate::map_correction::{Forecast, MapCorrection};
 use crate::response_map::{Burst, Family, direction};
 
-/// How many times the variance before the burst the filter's must have been since.
-const FORGOTTEN: f32 = 9.0;
-/// Difference squared per its variance beyond which the forecast is dropped.
-const CONTRADICTION: f32 = 12.0;
+/// The angle filter's estimate is independent of that before the burst once its variance was so many times as large: of
+/// what was known then a ninth of the weight is left. An assumption.
+const INDEPENDENT_VARIANCES: f32 = 9.0;
+/// Innovation squared, per its variance, beyond which the forecast is dropped: three and a half standard deviations. An
+/// assumption.
+const GATE: f32 = 12.0;
+/// Smallest variance of the predicted angle, per the variance before the burst. Rounding, and a factor at its bound,
+/// must not make the angle better known than by one burst. An assumption.
+const PREDICTED_VARIANCE_MIN: f32 = 0.25;
 
 /// Angle of a rotor at rest.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -35,33 +58,34 @@ pub struct Resting {
     pub angle_rad2: f32,
 }
 
-/// A resting rotor's angle, and how its error goes with those of the factors.
+/// Row 0 of the joint filter: the angle with its variance and covariances.
 #[derive(Clone, Copy, Debug)]
-struct Known {
+struct AngleRow {
     resting: Resting,
-    /// Covariance in rad with the factors of steps and walks.
-    shared_rad: [f32; 2],
+    /// Covariances in rad of the angle with the factors of steps and walks.
+    angle_factors_rad: [f32; 2],
 }
 
-/// A burst, what was known before it, and what was foreseen.
+/// The last burst: the angle before it, and the prediction of the angle after it.
 #[derive(Clone, Copy, Debug)]
-struct Entry {
+struct Prediction {
     family: Family,
     burst: Burst,
     before: Resting,
     forecast: Forecast,
-    after: Known,
-    forgotten: bool,
+    after: AngleRow,
+    /// Whether the angle filter's estimate is independent of `before` by now.
+    independent: bool,
+    /// Whether [`RestFilter::compare`] has returned this burst.
     compared: bool,
 }
 
-/// What has been measured since a burst beside what was foreseen of it.
-struct Meeting {
-    /// Measured less foreseen, in rad.
-    apart_rad: f32,
-    /// Variance of that in rad^2.
-    apart_rad2: f32,
-    /// The filter's part of it.
+/// Measured less predicted angle.
+struct RestInnovation {
+    rad: f32,
+    /// Its variance.
+    rad2: f32,
+    /// The measurement's part of the variance.
     measured_rad2: f32,
 }
 
@@ -70,35 +94,35 @@ struct Meeting {
 pub struct BurstComparison {
     /// The mode.
     pub mode: DriveMode,
-    /// Foreseen turn in rad, in the direction of the mode.
-    pub foreseen_rad: f32,
+    /// Forecast turn in rad, in the direction of the mode.
+    pub forecast_rad: f32,
     /// Measured turn in rad, in the direction of the mode.
     pub turned_rad: f32,
     /// Variance of the measured turn in rad^2.
     pub turned_rad2: f32,
 }
 
-/// The last burst, if what came before it still counts.
+/// The angle filter of a resting rotor: the prediction across the last burst, if there is one.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct RestFilter {
-    entry: Option<Entry>,
+    prediction: Option<Prediction>,
 }
 
-impl Entry {
-    /// `None` where the forecast does not count.
-    fn meet(&self, estimate: &Estimate<f32>) -> Option<Meeting> {
-        // What these turn is too far from a normal law, and too much, to be a measurement.
-        if !self.forgotten || matches!(self.family, Family::Stride | Family::Throw) {
+impl Prediction {
+    /// The innovation of `estimate`; `None` where the prediction does not count.
+    fn innovation(&self, estimate: &Estimate<f32>) -> Option<RestInnovation> {
+        // The spread of strides and throws is too large, and too far from a normal law, for a prediction.
+        if !self.independent || matches!(self.family, Family::Stride | Family::Throw) {
             return None;
         }
         let Resting { angle, angle_rad2 } = self.after.resting;
-        let apart_rad: f32 = estimate.angle.radians_since(angle);
-        let apart_rad2 = angle_rad2 + estimate.angle_rad2;
-        let agree = apart_rad * apart_rad <= CONTRADICTION * apart_rad2;
-        agree.then_some(Meeting { apart_rad, apart_rad2, measured_rad2: estimate.angle_rad2 })
+        let rad: f32 = estimate.angle.radians_since(angle);
+        let rad2 = angle_rad2 + estimate.angle_rad2;
+        let within_gate = rad * rad <= GATE * rad2;
+        within_gate.then_some(RestInnovation { rad, rad2, measured_rad2: estimate.angle_rad2 })
     }
 
-    /// The turn as measured in the direction of the mode, and its variance.
+    /// The measured turn in the direction of the mode, and its variance.
     fn turned(&self, estimate: &Estimate<f32>) -> (f32, f32) {
         let turned_rad =
             direction(self.family.mode()) * estimate.angle.radians_since::<f32>(self.before.angle);
@@ -107,13 +131,13 @@ impl Entry {
 }
 
 impl RestFilter {
-    /// Forgets everything: the drive was more than a burst, or the estimate was lost.
-    pub fn close(&mut self) {
-        self.entry = None;
+    /// Forgets the angle before the last burst: the drive was more than a burst, or the estimate was lost.
+    pub fn forget(&mut self) {
+        self.prediction = None;
     }
 
-    /// Enters a burst that begins now, on `estimate`, in a motor of that `correction`.
-    pub fn enter(
+    /// Predicts across a burst that begins now, from `estimate`, in a motor of that `correction`.
+    pub fn predict(
         &mut self,
         family: Family,
         burst: Burst,
@@ -121,83 +145,89 @@ impl RestFilter {
         estimate: &Estimate<f32>,
         correction: &MapCorrection,
     ) {
-        let Known { resting: before, shared_rad } = self.known(estimate);
+        let AngleRow { resting: before, angle_factors_rad } = self.angle_row(estimate);
         let signed = direction(family.mode());
         let turn = Angle::from_radians(signed * forecast.turn_rad);
-        let [with_step, with_walk] = shared_rad;
+        let [with_step, with_walk] = angle_factors_rad;
         let own_rad = match family {
             Family::Step => with_step,
             Family::Walk => with_walk,
             Family::Stride | Family::Nudge | Family::Throw => 0.0,
         };
         let signed_rad = signed * burst.turn_rad;
-        let foreseen_rad2 = before.angle_rad2 + forecast.turn_rad2 + 2.0 * signed_rad * own_rad;
+        let predicted_rad2 = before.angle_rad2 + forecast.turn_rad2 + 2.0 * signed_rad * own_rad;
         let [step, walk] = correction.covariances(family);
-        let after = Known {
-            // Rounding, and a limit that a factor met, must not make it better known than one measured burst does.
+        let after = AngleRow {
             resting: Resting {
                 angle: before.angle.plus(turn),
-                angle_rad2: foreseen_rad2.max(0.25 * before.angle_rad2),
+                angle_rad2: predicted_rad2.max(PREDICTED_VARIANCE_MIN * before.angle_rad2),
             },
-            shared_rad: [with_step + signed_rad * step, with_walk + signed_rad * walk],
+            angle_factors_rad: [with_step + signed_rad * step, with_walk + signed_rad * walk],
         };
-        self.entry =
-            Some(Entry { family, burst, before, forecast, after, forgotten: false, compared: false });
+        self.prediction =
+            Some(Prediction { family, burst, before, forecast, after, independent: false, compared: false });
     }
 
-    /// Watches the filter forget; for every tick.
-    pub fn watch(&mut self, estimate: &Estimate<f32>) {
-        if let Some(entry) = &mut self.entry {
-            entry.forgotten |= estimate.angle_rad2 > FORGOTTEN * entry.before.angle_rad2;
+    /// Notes, in every tick, whether the angle filter has become independent of the angle before the burst.
+    pub fn note_variance(&mut self, estimate: &Estimate<f32>) {
+        if let Some(prediction) = &mut self.prediction {
+            prediction.independent |=
+                estimate.angle_rad2 > INDEPENDENT_VARIANCES * prediction.before.angle_rad2;
         }
     }
 
-    fn known(&self, estimate: &Estimate<f32>) -> Known {
+    /// The angle after the update by `estimate`; the estimate itself where there is no prediction.
+    fn angle_row(&self, estimate: &Estimate<f32>) -> AngleRow {
         let measured = Resting { angle: estimate.angle, angle_rad2: estimate.angle_rad2 };
-        let Some((entry, met)) = self.entry.as_ref().and_then(|entry| Some((entry, entry.meet(estimate)?)))
+        let Some((prediction, innovation)) = self
+            .prediction
+            .as_ref()
+            .and_then(|prediction| Some((prediction, prediction.innovation(estimate)?)))
         else {
-            return Known { resting: measured, shared_rad: [0.0; 2] };
+            return AngleRow { resting: measured, angle_factors_rad: [0.0; 2] };
         };
-        let Known { resting: Resting { angle, angle_rad2 }, shared_rad } = entry.after;
-        let (part, left) = (angle_rad2 / met.apart_rad2, met.measured_rad2 / met.apart_rad2);
-        Known {
+        let AngleRow { resting: Resting { angle, angle_rad2 }, angle_factors_rad } = prediction.after;
+        let gain = angle_rad2 / innovation.rad2;
+        let left = innovation.measured_rad2 / innovation.rad2;
+        AngleRow {
             resting: Resting {
-                angle: angle.plus(Angle::from_radians(met.apart_rad * part)),
-                angle_rad2: met.measured_rad2 * part,
+                angle: angle.plus(Angle::from_radians(innovation.rad * gain)),
+                angle_rad2: innovation.measured_rad2 * gain,
             },
-            shared_rad: shared_rad.map(|shared| shared * left),
+            angle_factors_rad: angle_factors_rad.map(|covariance| covariance * left),
         }
     }
 
-    /// Where the rotor rests, by what was known before the last burst and what was measured since.
+    /// Where the rotor rests, by the prediction across the last burst and what was measured since.
     pub fn resting(&self, estimate: &Estimate<f32>) -> Resting {
-        self.known(estimate).resting
+        self.angle_row(estimate).resting
     }
 
-    /// What the last burst, as it is measured by now, teaches of a motor of that `correction`.
-    pub fn taught(&self, estimate: &Estimate<f32>, correction: &MapCorrection) -> MapCorrection {
-        let mut taught = *correction;
-        if let Some(entry) = self.entry.as_ref().filter(|entry| entry.forgotten) {
-            let met = entry.meet(estimate);
-            if let Some(met) = &met {
-                taught.follow(entry.after.shared_rad, met.apart_rad, met.apart_rad2);
+    /// The correction after the update by the last burst, as it is measured by now.
+    pub fn corrected(&self, estimate: &Estimate<f32>, correction: &MapCorrection) -> MapCorrection {
+        let mut corrected = *correction;
+        if let Some(prediction) = self.prediction.as_ref().filter(|prediction| prediction.independent) {
+            let innovation = prediction.innovation(estimate);
+            if let Some(innovation) = &innovation {
+                corrected.update_joint(prediction.after.angle_factors_rad, innovation.rad, innovation.rad2);
             }
-            if met.is_none() || entry.family == Family::Nudge {
-                let (turned_rad, turned_rad2) = entry.turned(estimate);
-                taught.learn(entry.family, &entry.burst, turned_rad, turned_rad2);
+            if innovation.is_none() || prediction.family == Family::Nudge {
+                let (turned_rad, turned_rad2) = prediction.turned(estimate);
+                corrected.learn(prediction.family, &prediction.burst, turned_rad, turned_rad2);
             }
         }
-        taught
+        corrected
     }
 
-    /// Compares the last burst with its forecast; once a burst.
+    /// Compares the last burst with its forecast, once for each burst; `None` before it can be measured.
     pub fn compare(&mut self, estimate: &Estimate<f32>) -> Option<BurstComparison> {
-        let entry = self.entry.as_mut().filter(|entry| entry.forgotten && !entry.compared)?;
-        entry.compared = true;
-        let (turned_rad, turned_rad2) = entry.turned(estimate);
+        let prediction = self.prediction.as_mut();
+        let prediction = prediction.filter(|prediction| prediction.independent && !prediction.compared)?;
+        prediction.compared = true;
+        let (turned_rad, turned_rad2) = prediction.turned(estimate);
         Some(BurstComparison {
-            mode: entry.family.mode(),
-            foreseen_rad: entry.forecast.turn_rad,
+            mode: prediction.family.mode(),
+            forecast_rad: prediction.forecast.turn_rad,
             turned_rad,
             turned_rad2,
         })
@@ -209,7 +239,7 @@ pub(crate) mod tests {
     use super::*;
     use motor_model::Time;
 
-    /// Of a rotor at rest.
+    /// The estimate of a rotor at rest.
     pub(crate) fn estimate(mdeg: f64, sigma_mdeg: f32) -> Estimate<f32> {
         let sigma_rad = (1e-3 * sigma_mdeg).to_radians();
         Estimate {
@@ -225,68 +255,68 @@ pub(crate) mod tests {
 
     /// A step of -1 +- 0.3 mdeg from 10 +- 0.4: at 9 +- 0.5 by the forecast.
     fn stepped() -> RestFilter {
-        let mut ledger = RestFilter::default();
+        let mut filter = RestFilter::default();
         let forecast = Forecast { turn_rad: 1e-3_f32.to_radians(), turn_rad2: estimate(0.0, 0.3).angle_rad2 };
         let step = Family::Step.burst(1e-3_f32.to_radians(), 1.0).unwrap();
-        ledger.enter(Family::Step, step, forecast, &estimate(10.0, 0.4), &MapCorrection::default());
-        ledger
+        filter.predict(Family::Step, step, forecast, &estimate(10.0, 0.4), &MapCorrection::default());
+        filter
     }
 
     #[test]
-    fn exact_two_equal_witnesses_meet_half_way() {
-        let mut ledger = stepped();
-        ledger.watch(&estimate(0.0, 100.0));
-        let Resting { angle, angle_rad2 } = ledger.resting(&estimate(10.0, 0.5));
+    fn exact_prediction_and_measurement_of_equal_variance_meet_half_way() {
+        let mut filter = stepped();
+        filter.note_variance(&estimate(0.0, 100.0));
+        let Resting { angle, angle_rad2 } = filter.resting(&estimate(10.0, 0.5));
         assert!((angle.degrees() - 9.5e-3).abs() < 2e-7, "{}", angle.degrees());
         assert!((angle_rad2 / estimate(0.0, 0.5).angle_rad2 - 0.5).abs() < 1e-4);
     }
 
-    /// A filter that has not forgotten has the old knowledge in it: to add it again would count it twice.
+    /// An estimate that is not independent contains what was known before: it would count twice.
     #[test]
-    fn law_nothing_counts_twice() {
-        let mut ledger = stepped();
-        ledger.watch(&estimate(0.0, 0.6));
+    fn law_no_measurement_counts_twice() {
+        let mut filter = stepped();
+        filter.note_variance(&estimate(0.0, 0.6));
         let seen = estimate(10.0, 0.5);
         let measured = Resting { angle: seen.angle, angle_rad2: seen.angle_rad2 };
-        assert_eq!(ledger.resting(&seen), measured);
-        assert_eq!(ledger.taught(&seen, &MapCorrection::default()), MapCorrection::default());
-        ledger.watch(&estimate(0.0, 100.0));
-        assert_ne!(ledger.resting(&seen), measured);
-        ledger.close();
-        assert_eq!(ledger.resting(&seen), measured);
+        assert_eq!(filter.resting(&seen), measured);
+        assert_eq!(filter.corrected(&seen, &MapCorrection::default()), MapCorrection::default());
+        filter.note_variance(&estimate(0.0, 100.0));
+        assert_ne!(filter.resting(&seen), measured);
+        filter.forget();
+        assert_eq!(filter.resting(&seen), measured);
     }
 
-    /// What a throw or a stride turns is not known well enough to carry anything over.
+    /// The turn of a throw or a stride is not known well enough for a prediction.
     #[test]
     fn law_only_fine_bursts_carry_over() {
         for family in Family::ALL {
-            let mut ledger = stepped();
-            if let Some(entry) = &mut ledger.entry {
-                entry.family = family;
-                entry.forgotten = true;
+            let mut filter = stepped();
+            if let Some(prediction) = &mut filter.prediction {
+                prediction.family = family;
+                prediction.independent = true;
             }
             let seen = estimate(9.5, 0.5);
-            let carried = ledger.resting(&seen).angle_rad2 < 0.99 * seen.angle_rad2;
-            assert_eq!(carried, !matches!(family, Family::Stride | Family::Throw), "{family:?}");
+            let predicted = filter.resting(&seen).angle_rad2 < 0.99 * seen.angle_rad2;
+            assert_eq!(predicted, !matches!(family, Family::Stride | Family::Throw), "{family:?}");
         }
     }
 
     #[test]
-    fn law_a_contradiction_drops_the_forecast() {
-        let mut ledger = stepped();
-        ledger.watch(&estimate(0.0, 100.0));
+    fn law_an_innovation_beyond_the_gate_drops_the_forecast() {
+        let mut filter = stepped();
+        filter.note_variance(&estimate(0.0, 100.0));
         let elsewhere = estimate(14.0, 0.5);
-        assert_eq!(ledger.resting(&elsewhere).angle, elsewhere.angle);
+        assert_eq!(filter.resting(&elsewhere).angle, elsewhere.angle);
     }
 
     #[test]
     fn exact_a_burst_is_compared_once() {
-        let mut ledger = stepped();
-        ledger.watch(&estimate(0.0, 100.0));
-        let comparison = ledger.compare(&estimate(8.0, 0.3)).unwrap();
+        let mut filter = stepped();
+        filter.note_variance(&estimate(0.0, 100.0));
+        let comparison = filter.compare(&estimate(8.0, 0.3)).unwrap();
         assert!((comparison.turned_rad.to_degrees() - 2e-3).abs() < 1e-6);
         assert!((comparison.turned_rad2 / estimate(0.0, 0.5).angle_rad2 - 1.0).abs() < 1e-4);
-        assert_eq!(ledger.compare(&estimate(8.0, 0.3)), None);
+        assert_eq!(filter.compare(&estimate(8.0, 0.3)), None);
     }
 
     /// The same bursts and measurements through three states in `f64`, written out as matrices.
@@ -295,7 +325,7 @@ pub(crate) mod tests {
         use nalgebra::{Matrix3, RowVector3, Vector3};
 
         let mut correction = MapCorrection::default();
-        let mut ledger = RestFilter::default();
+        let mut filter = RestFilter::default();
         let [[step, across], [_, walk]] =
             [Family::Step, Family::Walk].map(|family| correction.covariances(family).map(f64::from));
         let mut seen = estimate(30.0, 0.6);
@@ -305,10 +335,10 @@ pub(crate) mod tests {
             [(Family::Walk, 15.0, 16.0, 0.9), (Family::Step, 5.0, 10.2, 0.5), (Family::Step, 2.0, 7.8, 0.3)]
         {
             let burst = family.burst((1e-3_f32 * wanted_mdeg).to_radians(), 1.0).unwrap();
-            correction = ledger.taught(&seen, &correction);
+            correction = filter.corrected(&seen, &correction);
             let forecast = correction.forecast(family, &burst);
-            ledger.enter(family, burst, forecast, &seen, &correction);
-            ledger.watch(&estimate(0.0, 1000.0));
+            filter.predict(family, burst, forecast, &seen, &correction);
+            filter.note_variance(&estimate(0.0, 1000.0));
             seen = estimate(seen_mdeg, sigma_mdeg);
 
             let (place, m) = (if family == Family::Step { 1 } else { 2 }, -f64::from(burst.turn_rad));
@@ -324,13 +354,13 @@ pub(crate) mod tests {
             x += k * (1e-3 * seen_mdeg.to_radians() - x[0]);
             p -= k * h * p;
         }
-        let resting = ledger.resting(&seen);
+        let resting = filter.resting(&seen);
         assert!((resting.angle.degrees() - x[0].to_degrees()).abs() < 2e-7);
         assert!((f64::from(resting.angle_rad2) / p[(0, 0)] - 1.0).abs() < 1e-3);
-        let taught = ledger.taught(&seen, &correction);
+        let corrected = filter.corrected(&seen, &correction);
         for (family, place) in [(Family::Step, 1), (Family::Walk, 2)] {
-            assert!((f64::from(taught.scale(family)) - x[place]).abs() < 1e-4, "{family:?}");
-            let variance = f64::from(taught.covariances(family)[place - 1]);
+            assert!((f64::from(corrected.scale(family)) - x[place]).abs() < 1e-4, "{family:?}");
+            let variance = f64::from(corrected.covariances(family)[place - 1]);
             assert!((variance / p[(place, place)] - 1.0).abs() < 1e-3, "{family:?}");
         }
     }

@@ -2,7 +2,7 @@
 
 use motor_model::{Angle, DriveCommand, OutOfBounds};
 
-/// Where to go, and how close is close enough.
+/// A target angle and its tolerance.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Target {
     angle: Angle,
@@ -10,9 +10,9 @@ pub struct Target {
 }
 
 impl Target {
-    /// Finest tolerance in degrees: what a second of measuring at rest can just tell with the default camera.
+    /// Smallest tolerance in degrees: the accuracy of a second of measuring at rest with the default camera.
     pub const TOLERANCE_MIN_DEG: f64 = 0.0005;
-    /// Farthest target in degrees: a thousand turns.
+    /// Largest target in degrees to either side: a thousand turns. An assumption.
     const ANGLE_MAX_DEG: f64 = 360_000.0;
 
     /// A target angle with a tolerance to either side.
@@ -26,7 +26,8 @@ impl Target {
         Ok(Self { angle: Angle::from_degrees(angle_deg), tolerance: Angle::from_degrees(tolerance_deg) })
     }
 
-    /// The target `by_deg` farther, clockwise positive, with the same tolerance: a move relative to this one, so that errors do not add up.
+    /// The target `by_deg` farther, clockwise positive, with the same tolerance. The move is relative to this target
+    /// and not to where the rotor came to rest, so that errors do not add up.
     ///
     /// # Errors
     /// As [`Self::try_new`].
@@ -53,14 +54,14 @@ pub struct Travel {
 }
 
 impl Travel {
-    /// Any angle.
+    /// No limit: a quarter of the range of [`Angle`] to either side.
     pub const FREE: Self =
         Self { least: Angle::from_units(i64::MIN / 4), greatest: Angle::from_units(i64::MAX / 4) };
 
-    /// Between two angles in degrees.
+    /// Between two angles in degrees, clockwise positive, within +-1e9.
     ///
     /// # Errors
-    /// When either is no number, or the second is not greater.
+    /// When either is no number or out of bounds, or the second is not greater than the first.
     pub fn try_new(least_deg: f64, greatest_deg: f64) -> Result<Self, OutOfBounds> {
         OutOfBounds::check("travel.least_deg", least_deg, -1e9, 1e9, "deg")?;
         OutOfBounds::check("travel.greatest_deg", greatest_deg, least_deg.next_up(), 1e9, "deg")?;
@@ -72,24 +73,25 @@ impl Travel {
         (self.least..=self.greatest).contains(&angle)
     }
 
-    /// Whether driving towards `direction`, clockwise positive, from `angle` leads out of it, or farther out.
+    /// Whether driving in `direction`, 1 clockwise or -1, from `angle` leads out of the travel, or farther out. The
+    /// coast after the drive is cut is not part of it.
     pub fn forbids(&self, angle: Angle, direction: f32) -> bool {
         if direction > 0.0 { angle > self.greatest } else { angle < self.least }
     }
 }
 
-/// What positioning may do, whatever the target.
+/// Limits of a move, whatever the target.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Limits {
     /// Strongest drive, 0 to 1.
     pub amplitude_max: f32,
-    /// Longest time with the drive on in one approach or burst, in ns.
+    /// Longest time with the drive on in one cruise or burst, in ns.
     pub on_max_nanos: u64,
     /// Angles between which the rotor may be driven.
     pub travel: Travel,
     /// Time after which a move is given up, in ns.
     pub deadline_nanos: u64,
-    /// Approaches and bursts after which a move is given up.
+    /// Cruises and bursts after which a move is given up.
     pub drives_max: u32,
 }
 

@@ -1,4 +1,4 @@
-//! The loop body that flies and that is simulated: fuse what arrived, estimate, decide, drive.
+//! The loop body of firmware and simulation: fuse what arrived, estimate, decide, drive.
 
 use estimator::{AngleFilter, ConstantRate, Estimate, Health, Innovation};
 use motor_model::{Angle, DriveCommand, Time};
@@ -8,10 +8,11 @@ use crate::positioning::{Positioning, PositioningPhase, PositioningTuning};
 use crate::rate::RateHold;
 use crate::target::Target;
 
-/// Period of the loop in ns.
+/// Period of the loop in ns. The bursts of [`crate::response_map`] are counted in it, so another period needs another
+/// map.
 pub const TICK_NANOS: u64 = 10_000;
 
-/// Everything the loop remembers from tick to tick, with the filter `F` that it estimates by.
+/// The state of the positioning loop, with the filter `F` that it estimates by.
 #[derive(Clone, Copy, Debug)]
 pub struct PositionLoop<F = ConstantRate<f32>> {
     filter: F,
@@ -24,17 +25,18 @@ impl PositionLoop {
 }
 
 impl<F> PositionLoop<F> {
-    /// The filter, for whoever wants to look at it alone.
+    /// The filter, to run or read on its own.
     pub fn filter_mut(&mut self) -> &mut F {
         &mut self.filter
     }
 
-    /// A loop that will position to `target` from `now` on, by a filter that has seen nothing or goes on from earlier.
+    /// A loop that positions to `target` from `now` on, by a filter that is new or goes on from an earlier move.
     pub fn new(filter: F, target: Target, tuning: PositioningTuning, now: Time) -> Self {
         Self { filter, positioning: Positioning::new(target, tuning, now) }
     }
 
-    /// Begins another move at `now`, as a loop from [`Self::new`] would, by the filter as it is: one that is large stays where it lies.
+    /// Begins another move at `now`, as a loop from [`Self::new`] would, with the filter as it is. The filter is not
+    /// moved in memory: a large one needs no second place on the stack.
     pub fn begin(&mut self, target: Target, tuning: PositioningTuning, now: Time) {
         self.positioning = Positioning::new(target, tuning, now);
     }
@@ -49,13 +51,13 @@ impl<F> PositionLoop<F> {
         self.positioning.cancel();
     }
 
-    /// The decision, to look at.
+    /// The state machine, to read.
     pub fn positioning(&self) -> &Positioning {
         &self.positioning
     }
 }
 
-/// What a tick did.
+/// What a tick of the positioning loop did.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TickReport {
     /// The estimate the decision was based on; `None` before the first camera frame.
@@ -64,9 +66,9 @@ pub struct TickReport {
     pub health: Health,
     /// What became of the camera frame that arrived, if one did.
     pub camera: Option<Innovation<f32>>,
-    /// The command given.
+    /// The command of the state machine.
     pub command: DriveCommand,
-    /// The command really applied.
+    /// The command that the amplifier applies.
     pub applied: DriveCommand,
     /// What positioning is doing.
     pub phase: PositioningPhase,
@@ -74,9 +76,9 @@ pub struct TickReport {
 
 /// One tick of the loop at `now`.
 ///
-/// To be called every [`PositionLoop::TICK_NANOS`]; a late or missed tick costs accuracy of the cut-off, nothing else, since every
-/// measurement carries its own time. Takes at most one camera frame and [`LDV_SAMPLES_PER_TICK_MAX`] vibrometer samples.
-/// An estimate that is not to be used counts as none.
+/// To be called every [`PositionLoop::TICK_NANOS`]. A late or missed tick costs accuracy of the cut-off, nothing else,
+/// since every measurement carries its own time. Takes at most one camera frame and [`LDV_SAMPLES_PER_TICK_MAX`]
+/// vibrometer samples. An estimate whose health is [`Health::Unusable`] counts as none.
 pub fn tick<F: AngleFilter<f32>, P: Sense + Drive>(
     state: &mut PositionLoop<F>,
     now: Time,
@@ -90,7 +92,7 @@ pub fn tick<F: AngleFilter<f32>, P: Sense + Drive>(
     TickReport { estimate, health, camera, command, applied, phase: positioning.phase() }
 }
 
-/// Everything that the loop remembers when it holds a rate.
+/// The state of the rate loop, with the filter `F` that it estimates by.
 #[derive(Clone, Copy, Debug)]
 pub struct RateLoop<F> {
     filter: F,
@@ -98,12 +100,12 @@ pub struct RateLoop<F> {
 }
 
 impl<F> RateLoop<F> {
-    /// A loop that follows a rate, by a filter that has seen nothing or goes on from earlier.
+    /// A loop that follows a rate, by a filter that is new or goes on from earlier.
     pub fn new(filter: F, hold: RateHold) -> Self {
         Self { filter, hold }
     }
 
-    /// The filter, to look at.
+    /// The filter, to read.
     pub fn filter(&self) -> &F {
         &self.filter
     }
@@ -121,15 +123,15 @@ pub struct RateReport {
     pub estimate: Option<Estimate<f32>>,
     /// Whether it may be used.
     pub health: Health,
-    /// The command really applied.
+    /// The command that the amplifier applies.
     pub applied: DriveCommand,
-    /// The rate that is asked for, in rad/s.
+    /// The commanded rate in rad/s, clockwise positive.
     pub wanted_rad_s: f32,
     /// The angle that the rotor should have; `None` before the first usable estimate.
     pub reference: Option<Angle>,
 }
 
-/// One tick of the rate loop at `now`; as [`tick`] otherwise.
+/// One tick of the rate loop at `now`, otherwise as [`tick`].
 pub fn tick_rate<F: AngleFilter<f32>, P: Sense + Drive>(
     state: &mut RateLoop<F>,
     now: Time,
@@ -148,7 +150,7 @@ pub fn tick_rate<F: AngleFilter<f32>, P: Sense + Drive>(
     }
 }
 
-/// What is known once everything that arrived is in.
+/// The estimate once every measurement that arrived is fused.
 struct Fused {
     camera: Option<Innovation<f32>>,
     estimate: Option<Estimate<f32>>,
@@ -171,10 +173,10 @@ mod tests {
     use estimator::{CameraFrame, LdvSample, Reason};
     use motor_model::{Angle, DriveMode};
 
-    /// Says that the rotor lies a quarter turn away, measured well, and of itself what it is told to.
-    struct Saying(Health);
+    /// An estimate a quarter turn from the target, with a small variance and the given health.
+    struct FixedHealth(Health);
 
-    impl AngleFilter<f32> for Saying {
+    impl AngleFilter<f32> for FixedHealth {
         fn drive(&mut self, _: Time, _: DriveCommand) {}
 
         fn update_ldv(&mut self, _: &LdvSample) -> Option<Innovation<f32>> {
@@ -203,9 +205,9 @@ mod tests {
         }
     }
 
-    struct Blind;
+    struct NoInstruments;
 
-    impl Sense for Blind {
+    impl Sense for NoInstruments {
         fn camera_frame(&mut self) -> Option<CameraFrame> {
             None
         }
@@ -215,7 +217,7 @@ mod tests {
         }
     }
 
-    impl Drive for Blind {
+    impl Drive for NoInstruments {
         fn drive(&mut self, command: DriveCommand) -> DriveCommand {
             command
         }
@@ -231,8 +233,8 @@ mod tests {
             (Health::Unusable(Reason::Uncertain), None),
         ] {
             let mut state =
-                PositionLoop::new(Saying(health), target, PositioningTuning::default(), Time::ZERO);
-            let report = tick(&mut state, Time::ZERO, &mut Blind);
+                PositionLoop::new(FixedHealth(health), target, PositioningTuning::default(), Time::ZERO);
+            let report = tick(&mut state, Time::ZERO, &mut NoInstruments);
             assert_eq!((report.command.mode(), report.health), (mode, health));
         }
     }

@@ -2,8 +2,8 @@
 
 use crate::frame::FRAME_BYTES_MAX;
 
-/// Collects the bytes of a frame up to the zero that ends it. What is longer than any frame is dropped up to the next zero, so it takes the same
-/// memory whatever comes.
+/// Collects the bytes of a frame up to the zero that ends it. What is longer than any frame is dropped up to the next
+/// zero, so it takes the same memory whatever comes.
 #[derive(Clone, Debug)]
 pub struct Deframer {
     bytes: [u8; FRAME_BYTES_MAX],
@@ -20,7 +20,8 @@ impl Default for Deframer {
 }
 
 impl Deframer {
-    /// Takes a byte in; the frame that it ends, without the zero. Empty frames, which senders use to flush a line, are none.
+    /// Takes a byte in; the frame that it ends, without the zero. Empty frames, which senders use to flush a line, are
+    /// none.
     #[inline]
     pub fn push(&mut self, byte: u8) -> Option<&mut [u8]> {
         if byte != 0 {

@@ -4,8 +4,8 @@
 //! COBS( version u8 | session u32 | sequence u32 | ticks u64 | message, postcard | CRC-32 ) 0        little endian
 //! ```
 //!
-//! The CRC (that of Ethernet and zip) is over everything before it. Version and CRC keep their places in every version to come, so that a frame of
-//! another version is told from a damaged one.
+//! The CRC (that of Ethernet and zip) is over everything before it. Version and CRC keep their places in every version
+//! to come, so that a frame of another version is told from a damaged one.
 
 use crc::{CRC_32_ISO_HDLC, Crc};
 use serde::Serialize;

@@ -10,8 +10,8 @@
 //!
 //! # Promises
 //!
-//! `no_std`, no allocation, no unsafe code, no panic. A frame is accepted whole or not at all: cobs, length, CRC-32, version and message must all
-//! be right, and nothing may be left over.
+//! `no_std`, no allocation, no unsafe code, no panic. A frame is accepted whole or not at all: cobs, length, CRC-32,
+//! version and message must all be right, and nothing may be left over.
 //!
 //! # Glossary
 //!

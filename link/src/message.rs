@@ -11,7 +11,8 @@ use crate::tick_record::TickRecord;
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[expect(clippy::large_enum_variant, reason = "there is no heap to put the samples on")]
 pub enum HostMessage {
-    /// Begins a session, that of the header. The board stops driving, forgets its configuration and wants to be armed anew.
+    /// Begins a session, that of the header. The board stops driving, forgets its configuration and wants to be armed
+    /// anew.
     Hello,
     /// What to do once armed. Refused as a whole when out of bounds, and while armed.
     Configure(Configuration),

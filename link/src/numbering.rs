@@ -1,12 +1,12 @@
 //! Numbers of the enumerations on the wire: one byte for each value.
 //!
-//! An enumeration of another crate has no number of its own that may go over a wire: its variants may be sorted anew there.
-//! Each one has a table here, from which both directions are made: [`Numbered::number`] is an exhaustive match, so a new
-//! variant without a number does not compile, and [`Numbered::from_number`] is its inverse. A number that stands in a table
-//! is part of the protocol: it never changes its meaning while [`crate::VERSION`] stays the same.
+//! An enumeration of another crate has no number of its own that may go over a wire: its variants may be sorted anew
+//! there. Each one has a table here, from which both directions are made: [`Numbered::number`] is an exhaustive match,
+//! so a new variant without a number does not compile, and [`Numbered::from_number`] is its inverse. A number that
+//! stands in a table is part of the protocol: it never changes its meaning while [`crate::VERSION`] stays the same.
 //!
-//! In a record the byte is kept as it came ([`Coded`]), so that two reports can be compared bit by bit, and a number that
-//! is in no table is seen as such.
+//! In a record the byte is kept as it came ([`Coded`]), so that two reports can be compared bit by bit, and a number
+//! that is in no table is seen as such.
 
 use core::fmt;
 use core::marker::PhantomData;
@@ -229,7 +229,8 @@ mod tests {
         }
     }
 
-    /// As many as the enumerations have values: 2 and twice 10 reasons, 1, 2 and 6 rejections, off and 2 modes, 5 and 8 reasons.
+    /// As many as the enumerations have values: 2 and twice 10 reasons, 1, 2 and 6 rejections, off and 2 modes, 5 and
+    /// 8 reasons.
     #[test]
     fn exact_every_value_comes_back_and_other_numbers_have_none() {
         check_round_trip::<Health>(22);

@@ -1,7 +1,7 @@
 //! [`controller::TickReport`] on the wire, to the last bit.
 //!
-//! Each part of the report has a record of the same fields. Times are in ns since the board's start, angles in units of 2^-32 turn, and an enumeration is its
-//! number ([`crate::numbering`]).
+//! Each part of the report has a record of the same fields. Times are in ns since the board's start, angles in units
+//! of 2^-32 turn, and an enumeration is its number ([`crate::numbering`]).
 
 use controller::{PositioningPhase, TickReport};
 use estimator::{Estimate, Health, Innovation, Source, Verdict};

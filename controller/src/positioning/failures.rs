@@ -1,65 +1,82 @@
-//! What to make of drives that do not move the rotor as they should.
+//! Drives that do not turn the rotor as forecast: stalls, wrong ways, and the burst that probes the other mode.
 //!
-//! A mode that moves nothing [`FAILURES_MAX`] times in a row ends the move. Before it does, a burst of the other mode tells a rotor that is stuck, or a drive that is dead, from one
-//! mode that is lost: with the other the rotor can still be moved.
+//! A mode that turns nothing [`FAILURES_MAX`] times in a row ends the move. Before it does, a burst of the other mode,
+//! the probe, tells a stuck rotor or a drive without effect from one mode that is lost: in the latter case the rotor
+//! can still be turned the other way.
+//!
+//! A burst is tested against its forecast, with `d` its measured turn in the direction of the mode, `s` the standard
+//! deviation of that and `f` the forecast turn:
+//!
+//! ```text
+//! f < 2.5 s                    not measured well enough: no outcome (for a probe: f < 8 s)
+//! d < -f / 2 and d < -4 s      wrong way
+//! d >= 0.4 f, or d > 4 s       right way
+//! else                         no turn
+//! ```
 
 use estimator::Estimate;
 use motor_model::{DriveMode, Time};
 
 use super::{Positioning, PositioningPhase, StopReason};
-use crate::drive_plan::{DrivePlan, Situation};
+use crate::drive_plan::DrivePlan;
 use crate::map_correction::Forecast;
 use crate::response_map::{Family, direction};
 use crate::rest_filter::{BurstComparison, Resting};
+use crate::situation::Situation;
 
 /// A burst of the other mode, from rest to rest, that tells a lost mode from a stuck rotor.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Probe {
-    /// The mode that moves nothing.
+    /// The mode that turns nothing.
     lost: DriveMode,
-    /// Where the rotor lay before the burst, and the turn in rad that was foreseen; `None` before it.
+    /// The angle before the burst and its forecast turn in rad; `None` before the burst.
     driven: Option<(Resting, f32)>,
 }
 
-/// Drives in a row, without effect or with the wrong one, after which a move is given up.
+/// Drives in a row without effect after which the other mode is probed; half of them the wrong way end the move. An
+/// assumption.
 pub(super) const FAILURES_MAX: u8 = 6;
-/// A burst's outcome is judged only when it was foreseen to exceed so many standard deviations of its measurement.
-const JUDGED: f32 = 2.5;
-/// A burst that turns by less than this part of the foreseen turn may not have turned the rotor at all.
-const BURST_STALLED: f32 = 0.4;
-/// A turn by a burst is one when it exceeds so many standard deviations of its measurement.
-const SURELY: f32 = 4.0;
-/// Bursts none of which was seen to turn the rotor, after which the next is only driven, and followed, when it can be judged for certain: far from the target,
-/// where bursts are driven on what is hardly known, a mode that moves nothing would else go unnoticed.
-const UNJUDGED_MAX: u8 = 20;
-/// A burst that probes the other mode decides alone: it is judged only when it was foreseen to exceed so many.
-const PROBED: f32 = 8.0;
-/// Turn in rad of the burst that probes the other mode: 10 milli-degrees.
+/// Standard deviations of the measured turn that the forecast must exceed for a burst to have an outcome. An
+/// assumption.
+const TESTED_SIGMAS: f32 = 2.5;
+/// Part of the forecast turn from which a burst counts as a turn. An assumption.
+const TURN_PART_MIN: f32 = 0.4;
+/// Standard deviations beyond which a measured turn is significant, however small. An assumption.
+const SIGNIFICANT_SIGMAS: f32 = 4.0;
+/// Bursts in a row without an outcome after which the next waits until it can have one. Far from the target bursts are
+/// driven on an angle of large variance, so that a mode that turns nothing would go unnoticed. An assumption.
+const UNTESTED_MAX: u8 = 20;
+/// As [`TESTED_SIGMAS`], for the probe: it decides alone. An assumption.
+const PROBE_SIGMAS: f32 = 8.0;
+/// Variance of a measured turn per variance of the angle: the angles before and after the burst, and some to spare.
+const PROBE_VARIANCES: f32 = 2.5;
+/// Turn in rad of the burst that probes the other mode: 10 milli-degrees. An assumption.
 const PROBE_RAD: f32 = 1.75e-4;
 
 impl Positioning {
-    /// Whether too many bursts went unjudged, and the angle is not known well enough yet to judge the next, though more will still be known of it.
-    pub(super) fn waits_to_judge(
+    /// Whether too many bursts had no outcome, the next would have none either, and measuring on will still improve
+    /// the angle.
+    pub(super) fn waits_for_test(
         &self,
         plan: &DrivePlan,
         situation: &Situation,
         estimate: &Estimate<f32>,
     ) -> bool {
         let DrivePlan::Burst(_, _, Forecast { turn_rad, .. }) = plan else { return false };
-        // The angles before and after, with some to spare.
-        let told = turn_rad * turn_rad > 2.5 * PROBED * PROBED * estimate.angle_rad2;
-        self.unjudged >= UNJUDGED_MAX && !told && situation.sigma_rad > situation.sigma_enough_rad()
+        let testable =
+            turn_rad * turn_rad > PROBE_VARIANCES * PROBE_SIGMAS * PROBE_SIGMAS * estimate.angle_rad2;
+        self.untested >= UNTESTED_MAX && !testable && situation.sigma_rad > situation.sigma_enough_rad()
     }
 
-    /// Judges the last burst; what that leads to, if it is not the next drive. A burst that turns far less than foreseen is slow, not stuck, if it surely turns the rotor.
-    pub(super) fn judge(&mut self, estimate: &Estimate<f32>) -> Option<PositioningPhase> {
-        let BurstComparison { mode, foreseen_rad, turned_rad, turned_rad2 } =
-            self.ledger.compare(estimate)?;
-        let outcome = match outcome(foreseen_rad, turned_rad, turned_rad2)? {
+    /// Tests the last burst; the phase that follows, if it is not the next drive. A burst that turns far less than
+    /// forecast is slow, not stuck, if its turn is significant.
+    pub(super) fn test_burst(&mut self, estimate: &Estimate<f32>) -> Option<PositioningPhase> {
+        let BurstComparison { mode, forecast_rad, turned_rad, turned_rad2 } = self.rest.compare(estimate)?;
+        let outcome = match outcome(forecast_rad, turned_rad, turned_rad2)? {
             Turn::WrongWay => self.wrong_way(),
             Turn::None => self.stall(mode),
             Turn::RightWay => {
-                (self.stalls, self.wrong_ways, self.unjudged) = (0, 0, 0);
+                (self.stalls, self.wrong_ways, self.untested) = (0, 0, 0);
                 PositioningPhase::Settling
             }
         };
@@ -75,31 +92,31 @@ impl Positioning {
         PositioningPhase::Settling
     }
 
-    /// At rest, with a mode that moves nothing: drives the other for a burst, or judges that burst.
+    /// At rest, with a mode that turns nothing: drives a burst of the other, or tests that burst.
     pub(super) fn probe(&mut self, probe: Probe, now: Time, estimate: &Estimate<f32>) -> PositioningPhase {
         let other = match probe.lost {
             DriveMode::B => Family::Step,
             DriveMode::C => Family::Nudge,
         };
-        let Some((before, foreseen_rad)) = probe.driven else {
+        let Some((before, forecast_rad)) = probe.driven else {
             let Some(burst) = other.burst(PROBE_RAD, self.tuning.limits.amplitude_max) else {
                 return PositioningPhase::Stopped(StopReason::Stalled);
             };
-            // What is not known well before the burst is not judged after it.
-            if burst.turn_rad * burst.turn_rad < 2.0 * PROBED * PROBED * estimate.angle_rad2 {
+            // An angle of large variance before the burst would leave the probe without an outcome.
+            if burst.turn_rad * burst.turn_rad < 2.0 * PROBE_SIGMAS * PROBE_SIGMAS * estimate.angle_rad2 {
                 return PositioningPhase::Settling;
             }
-            self.ledger.close();
+            self.rest.forget();
             let resting = Resting { angle: estimate.angle, angle_rad2: estimate.angle_rad2 };
             self.probe = Some(Probe { driven: Some((resting, burst.turn_rad)), ..probe });
             return PositioningPhase::Burst { family: other, burst, since: now };
         };
         let turned_rad = direction(other.mode()) * estimate.angle.radians_since::<f32>(before.angle);
         let turned_rad2 = before.angle_rad2 + estimate.angle_rad2;
-        if foreseen_rad * foreseen_rad < PROBED * PROBED * turned_rad2 {
+        if forecast_rad * forecast_rad < PROBE_SIGMAS * PROBE_SIGMAS * turned_rad2 {
             return PositioningPhase::Settling;
         }
-        match (outcome(foreseen_rad, turned_rad, turned_rad2), probe.lost) {
+        match (outcome(forecast_rad, turned_rad, turned_rad2), probe.lost) {
             (None, _) => PositioningPhase::Settling,
             (Some(Turn::None), _) => PositioningPhase::Stopped(StopReason::Stalled),
             (Some(Turn::WrongWay), _) => PositioningPhase::Stopped(StopReason::ModeInverted),
@@ -127,15 +144,16 @@ enum Turn {
     None,
 }
 
-/// What a burst did that was foreseen to turn the rotor by `foreseen_rad` and turned it by `turned_rad`, variance `turned_rad2`, in the direction of its mode; `None` while that is not measured well enough.
-fn outcome(foreseen_rad: f32, turned_rad: f32, turned_rad2: f32) -> Option<Turn> {
-    if foreseen_rad * foreseen_rad < JUDGED * JUDGED * turned_rad2 {
+/// What a burst did that was forecast to turn the rotor by `forecast_rad` and turned it by `turned_rad`, variance
+/// `turned_rad2`, both in the direction of its mode; `None` while that is not measured well enough.
+fn outcome(forecast_rad: f32, turned_rad: f32, turned_rad2: f32) -> Option<Turn> {
+    if forecast_rad * forecast_rad < TESTED_SIGMAS * TESTED_SIGMAS * turned_rad2 {
         return None;
     }
-    let surely = turned_rad * turned_rad > SURELY * SURELY * turned_rad2;
-    Some(if turned_rad < -0.5 * foreseen_rad && surely {
+    let significant = turned_rad * turned_rad > SIGNIFICANT_SIGMAS * SIGNIFICANT_SIGMAS * turned_rad2;
+    Some(if turned_rad < -0.5 * forecast_rad && significant {
         Turn::WrongWay
-    } else if turned_rad >= BURST_STALLED * foreseen_rad || (surely && turned_rad > 0.0) {
+    } else if turned_rad >= TURN_PART_MIN * forecast_rad || (significant && turned_rad > 0.0) {
         Turn::RightWay
     } else {
         Turn::None

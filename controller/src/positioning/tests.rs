@@ -1,9 +1,9 @@
-//! The state machine against a rotor that does what a test says.
+//! The state machine on a rotor that turns as a test prescribes.
 
 use super::failures::FAILURES_MAX;
 use super::*;
 use crate::response_map::strongest_cruise;
-use crate::target::Travel;
+use crate::target::{Limits, Travel};
 use estimator::Reason;
 
 const TICK: u64 = crate::TICK_NANOS;
@@ -174,7 +174,8 @@ fn law_a_cruise_is_eased_on_the_way() {
     }
 }
 
-/// From one mode to the other only by way of a rotor at rest: the stator has rung down by then, and both are never driven.
+/// From one mode to the other only by way of a rotor at rest: the stator has rung down by then, and both are never
+/// driven.
 #[test]
 fn law_between_the_modes_the_rotor_comes_to_rest() {
     for target_mdeg in [40.0, -40.0, 900.0, -5e3, 5e3] {
@@ -238,7 +239,8 @@ fn law_bursts_end_at_the_target_whatever_the_motor() {
     }
 }
 
-/// What one move has learnt, the next one uses: its first step goes a tenth of the way wrong at most, in a motor of half as much again.
+/// What one move has learnt, the next one uses: its first step goes a tenth of the way wrong at most, in a motor of
+/// half as much again.
 #[test]
 fn law_the_second_move_profits_from_the_first() {
     let left = |bench: &mut Bench, target_mdeg: f64| {
@@ -302,7 +304,8 @@ fn law_a_stuck_rotor_is_given_up() {
     assert!(on_nanos < u64::from(FAILURES_MAX) * (crate::progress_window::WINDOW_NANOS + 10 * TICK));
 }
 
-/// A motor whose cruises are at a seventh of the map's rates, or a fiftieth, and its bursts a seventh, is slow, not stuck: it arrives, at full drive for nearly all of the way.
+/// A motor whose cruises are at a seventh of the map's rates, or a fiftieth, and its bursts at a seventh, is slow, not
+/// stuck: it arrives, at full drive for nearly all of the way.
 #[test]
 fn law_a_slow_motor_arrives() {
     for part in [0.147, 0.02] {
@@ -321,7 +324,8 @@ fn law_a_slow_motor_arrives() {
     }
 }
 
-/// K3: a rotor that sticks on the way is noticed within two windows, whatever it did before, and one that sticks under a weak drive only is driven more strongly.
+/// K3: a rotor that sticks on the way is noticed within two windows, whatever it did before, and one that sticks under
+/// a weak drive only is driven more strongly.
 #[test]
 fn law_a_rotor_that_sticks_on_the_way_is_noticed_in_time() {
     for target_mdeg in [3600e3, -3600e3] {
@@ -507,6 +511,6 @@ fn law_a_jolt_in_hold_is_made_good() {
     assert!(bench.mdeg.abs() <= 1.0);
     bench.mdeg = -20.0;
     bench.rest();
-    assert_eq!(bench.end(1.0), PositioningPhase::Holding, "moved without being heard");
+    assert_eq!(bench.end(1.0), PositioningPhase::Holding, "moved without being noticed");
     assert!(bench.mdeg.abs() <= 1.0);
 }

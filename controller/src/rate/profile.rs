@@ -1,4 +1,4 @@
-//! Rates over time: what a calibration leads the rotor through.
+//! Profiles: the commanded rate over time, for example of a calibration.
 
 use motor_model::{OutOfBounds, math};
 
@@ -10,7 +10,7 @@ pub enum Profile {
         /// The rate in rad/s.
         rate_rad_s: f32,
     },
-    /// From 0 in equal steps of equal length to the rate, and there it stays.
+    /// From 0 in equal steps of equal length to the rate, which then stays.
     Staircase {
         /// The last rate in rad/s.
         rate_rad_s: f32,
@@ -19,7 +19,7 @@ pub enum Profile {
         /// Length of a step in s.
         step_s: f32,
     },
-    /// Turns to either side at a staircase of rates, a rest before each and after the last.
+    /// Turns to either side at a staircase of rates, with a rest before each and after the last.
     BothWays {
         /// Last rate clockwise in rad/s.
         clockwise_rad_s: f32,
@@ -45,7 +45,7 @@ pub enum Profile {
     },
 }
 
-/// Fastest rate that can be asked for, in rad/s: 1100 deg/s.
+/// Fastest commanded rate in rad/s: 1100 deg/s, beyond what a drawn motor reaches.
 pub const RATE_MAX_RAD_S: f64 = 19.2;
 
 impl Profile {

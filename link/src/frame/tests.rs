@@ -174,8 +174,11 @@ proptest! {
         samples in prop::collection::vec((any::<u64>(), any::<u32>()), 0..=16),
         session: u32, sequence: u32, ticks: u64
     ) {
-        let records = samples.iter().map(|&(taken_nanos, bits)| LdvRecord { taken_nanos, velocity_m_s: f32::from_bits(bits) });
-        let message = HostMessage::Ldv(records.collect());
+        let record = |&(taken_nanos, bits): &(u64, u32)| LdvRecord {
+            taken_nanos,
+            velocity_m_s: f32::from_bits(bits),
+        };
+        let message = HostMessage::Ldv(samples.iter().map(record).collect());
         let header = Header { session, sequence, ticks };
         let frame = framed(header, &message);
         let (read, message) = decode::<HostMessage>(&mut frame.clone()).unwrap();
