@@ -154,13 +154,10 @@ fn draw_series(series: &Series, chart: &mut Chart<'_, '_>, x: &Scale, y: &Scale)
             chart.draw_series(dots.map(|point| Circle::new(point, fine(3.2), colour.filled()))).map(drop)
         }
         Mark::Band(edges) => {
-            let lower =
-                edges.iter().filter_map(|&(a, low, _)| Some((x.place_inside(a)?, y.place_inside(low)?)));
-            let upper = edges
-                .iter()
-                .rev()
-                .filter_map(|&(a, _, high)| Some((x.place_inside(a)?, y.place_inside(high)?)));
-            let outline: Vec<_> = lower.chain(upper).collect();
+            let lower: Vec<_> = edges.iter().map(|&(a, low, _)| (a, low)).collect();
+            let upper: Vec<_> = edges.iter().map(|&(a, _, high)| (a, high)).collect();
+            let mut outline = shown(&lower);
+            outline.extend(shown(&upper).into_iter().rev());
             chart.draw_series(std::iter::once(Polygon::new(outline, colour))).map(drop)
         }
         Mark::Names(names) => {
