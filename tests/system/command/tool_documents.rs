@@ -119,7 +119,9 @@ fn tool_documents_name_only_what_exists() {
             let in_book = place.starts_with("docs/");
             if !target.exists() {
                 missing.push(format!("{place}: link {link}"));
-            } else if in_book && !target.canonicalize().is_ok_and(|target| target.starts_with(root.join("docs"))) {
+            } else if in_book
+                && !target.canonicalize().is_ok_and(|target| target.starts_with(root.join("docs")))
+            {
                 missing.push(format!("{place}: link {link} leads out of the book"));
             } else if !heading.is_empty()
                 && !self::named(&text(&target)).headings.iter().any(|h| h == heading)
