@@ -1,4 +1,5 @@
-//! What the controller's decision costs in a tick, phase by phase: [`Positioning::decide`] on an estimate that is given, without filter and instruments.
+//! Time of the controller's decision in a tick, for each phase: [`Positioning::decide`] on a given estimate, without
+//! filter and instruments.
 
 use std::hint::black_box;
 
@@ -7,7 +8,7 @@ use criterion::{Criterion, criterion_group, criterion_main};
 use estimator::{Estimate, Health, Reason};
 use motor_model::{Angle, Time};
 
-/// A rotor at `angle_deg`, known to `sigma_mdeg`.
+/// The estimate of a rotor at `angle_deg`, with a standard deviation of `sigma_mdeg`.
 fn estimate(at: Time, angle_deg: f64, sigma_mdeg: f32, resting: bool) -> Estimate<f32> {
     let sigma_rad = (1e-3 * sigma_mdeg).to_radians();
     Estimate {
@@ -21,17 +22,17 @@ fn estimate(at: Time, angle_deg: f64, sigma_mdeg: f32, resting: bool) -> Estimat
     }
 }
 
-/// A situation: where to go, what is known, and how the loop says that it fares.
+/// A phase of positioning, and the target and estimate that lead to it.
 struct Case {
     name: &'static str,
     target_deg: f64,
     sigma_mdeg: f32,
     resting: bool,
     health: Health,
-    is: fn(&PositioningPhase) -> bool,
+    is_in_phase: fn(&PositioningPhase) -> bool,
 }
 
-const LOST: Health = Health::Unusable(Reason::FramesRefused);
+const UNUSABLE: Health = Health::Unusable(Reason::FramesRefused);
 
 const CASES: [Case; 7] = [
     Case {
@@ -39,8 +40,8 @@ const CASES: [Case; 7] = [
         target_deg: 90.0,
         sigma_mdeg: 10.0,
         resting: false,
-        health: LOST,
-        is: |phase| matches!(phase, PositioningPhase::Waiting(_)),
+        health: UNUSABLE,
+        is_in_phase: |phase| matches!(phase, PositioningPhase::Waiting(_)),
     },
     Case {
         name: "cruise",
@@ -48,15 +49,15 @@ const CASES: [Case; 7] = [
         sigma_mdeg: 10.0,
         resting: false,
         health: Health::Good,
-        is: |phase| matches!(phase, PositioningPhase::Cruise { .. }),
+        is_in_phase: |phase| matches!(phase, PositioningPhase::Cruise { .. }),
     },
     Case {
-        name: "cruise, easing",
+        name: "cruise near the target",
         target_deg: 3.0,
         sigma_mdeg: 10.0,
         resting: false,
         health: Health::Good,
-        is: |phase| matches!(phase, PositioningPhase::Cruise { .. }),
+        is_in_phase: |phase| matches!(phase, PositioningPhase::Cruise { .. }),
     },
     Case {
         name: "burst",
@@ -64,15 +65,15 @@ const CASES: [Case; 7] = [
         sigma_mdeg: 1.0,
         resting: false,
         health: Health::Good,
-        is: |phase| matches!(phase, PositioningPhase::Burst { .. }),
+        is_in_phase: |phase| matches!(phase, PositioningPhase::Burst { .. }),
     },
     Case {
-        name: "settling, moving",
+        name: "settling, in motion",
         target_deg: 90.0,
         sigma_mdeg: 10.0,
         resting: false,
         health: Health::Good,
-        is: |phase| matches!(phase, PositioningPhase::Settling),
+        is_in_phase: |phase| matches!(phase, PositioningPhase::Settling),
     },
     Case {
         name: "settling, planning a step",
@@ -80,7 +81,7 @@ const CASES: [Case; 7] = [
         sigma_mdeg: 1.0,
         resting: true,
         health: Health::Good,
-        is: |phase| matches!(phase, PositioningPhase::Settling),
+        is_in_phase: |phase| matches!(phase, PositioningPhase::Settling),
     },
     Case {
         name: "holding",
@@ -88,18 +89,19 @@ const CASES: [Case; 7] = [
         sigma_mdeg: 0.1,
         resting: true,
         health: Health::Good,
-        is: |phase| matches!(phase, PositioningPhase::Holding),
+        is_in_phase: |phase| matches!(phase, PositioningPhase::Holding),
     },
 ];
 
-/// The state machine brought into the case's phase, with the estimate that keeps it there.
+/// The state machine before a decision that leads to the phase of the case, with the estimate and the time of that
+/// decision.
 fn prepared(case: &Case) -> (Positioning, Estimate<f32>, Time) {
     let target = Target::try_new(case.target_deg, 0.0005).expect("a target");
     let limits = Limits { deadline_nanos: u64::MAX, ..Limits::default() };
     let tuning = PositioningTuning { limits, ..PositioningTuning::default() };
     let mut positioning = Positioning::new(target, tuning, Time::ZERO);
     if !case.name.starts_with("settling") {
-        // From rest, known well enough to begin.
+        // An estimate at rest, precise enough to begin.
         positioning.decide(Time::ZERO, Some(&estimate(Time::ZERO, 0.0, 0.1, true)), Health::Good);
     }
     let now = Time::from_nanos(TICK_NANOS);
@@ -112,7 +114,7 @@ fn ticks(criterion: &mut Criterion) {
         let (positioning, estimate, now) = prepared(case);
         let mut after = positioning;
         after.decide(now, Some(&estimate), case.health);
-        assert!((case.is)(&after.phase()), "{}: {:?}", case.name, after.phase());
+        assert!((case.is_in_phase)(&after.phase()), "{}: {:?}", case.name, after.phase());
         group.bench_function(case.name, |bencher| {
             bencher.iter(|| {
                 let mut positioning = black_box(positioning);

@@ -1,5 +1,7 @@
-//! What a driven step costs where the compiler can build it into the caller's loop: one call site a precision, as in a program that
-//! simulates one motor. `twin.rs` has many, so there each step is a call, its state goes through memory, and it costs half as much again.
+//! Time of a driven step that the compiler inlines into the caller's loop.
+//!
+//! There is one call site for each precision, as in a program that simulates one motor. `twin.rs` has many call sites:
+//! there a step is a call, its state is in memory, and it takes half as much time again.
 
 use std::hint::black_box;
 
@@ -7,20 +9,20 @@ use criterion::measurement::WallTime;
 use criterion::{BatchSize, BenchmarkGroup, Criterion, Throughput, criterion_group, criterion_main};
 use motor_model::{DriveCommand, DriveMode, ImpactRule, Motor, MotorParams, MotorSetup, MotorState, Real};
 
-/// Steps of a batch: 10 ms of flight, in which a rotor that starts 10 mm up stays up.
+/// Steps of a batch: 10 ms, in which a rotor that starts at a height of 10 mm stays in flight.
 const STEPS: u32 = 10_000;
 
-/// Full drive, the rotor so high above the teeth that it never meets them.
+/// Full drive, with the rotor so high above the teeth that there is no impact.
 fn driven_step<T: Real>(group: &mut BenchmarkGroup<'_, WallTime>, precision: &str) {
     for (rule, name) in [(ImpactRule::EndOfStep, "end of step"), (ImpactRule::Located, "located")] {
         let setup = MotorSetup { impact_rule: rule, ..MotorSetup::with_step(1e-6) };
         let motor = Motor::<T>::try_new(&MotorParams::nominal(), &setup).expect("the nominal motor");
-        let mut aloft = MotorState::default();
-        aloft.rotor.height_m = T::from_f64(0.01);
+        let mut in_flight = MotorState::default();
+        in_flight.rotor.height_m = T::from_f64(0.01);
         let command = black_box(DriveCommand::full(DriveMode::B));
         group.bench_function(format!("impacts {name}/{precision}"), |bencher| {
             bencher.iter_batched(
-                || aloft,
+                || in_flight,
                 |mut state| {
                     let mut impacts = 0;
                     for _ in 0..STEPS {

@@ -1,7 +1,7 @@
-//! Nanoseconds a step of the motor, in the situations that a twin meets.
+//! Time of a step of the motor: in flight, in steady motion of each mode, and at rest.
 //!
-//! Each measurement steps a copy of a prepared state, so that every batch sees the same motion. Throughput counts steps: the
-//! time of an element is that of one step.
+//! Each measurement steps a copy of a prepared state, so that every batch makes the same motion. Throughput counts
+//! steps: the time of an element is that of one step.
 
 use std::hint::black_box;
 use std::time::Duration;
@@ -13,12 +13,12 @@ use motor_model::{
     Real,
 };
 
-/// Step of all measurements but those in steady motion; the cost does not depend on it.
+/// Step of all measurements except those in steady motion. The time does not depend on it.
 const STEP_S: f64 = 1e-6;
-/// Steps a batch.
+/// Steps of a batch.
 const STEPS: u16 = 10_000;
 
-/// Both rules, and how their measurements are called.
+/// Both rules, with the prefix of the names of their measurements.
 const RULES: [(&str, ImpactRule); 2] = [("", ImpactRule::EndOfStep), ("located ", ImpactRule::Located)];
 
 fn motor<T: Real>(impact_rule: ImpactRule, step_s: f64) -> Motor<T> {
@@ -26,15 +26,15 @@ fn motor<T: Real>(impact_rule: ImpactRule, step_s: f64) -> Motor<T> {
     Motor::try_new(&MotorParams::nominal(), &setup).expect("the nominal motor is valid")
 }
 
-/// The rotor a metre above the teeth: it cannot land within a batch.
-fn aloft<T: Real>() -> MotorState<T> {
+/// A rotor one metre above the teeth: it stays in flight for a batch.
+fn in_flight<T: Real>() -> MotorState<T> {
     let mut state = MotorState::default();
     state.rotor.height_m = T::from_f64(1.0);
     state
 }
 
-/// After half a second under `command`.
-fn settled<T: Real>(motor: &Motor<T>, command: DriveCommand) -> MotorState<T> {
+/// The state after half a second under `command`.
+fn steady<T: Real>(motor: &Motor<T>, command: DriveCommand) -> MotorState<T> {
     let mut state = MotorState::default();
     let mut time_s = 0.0;
     while time_s < 0.5 {
@@ -44,7 +44,8 @@ fn settled<T: Real>(motor: &Motor<T>, command: DriveCommand) -> MotorState<T> {
     state
 }
 
-/// Steps `state` through a batch under one command and counts the impacts: the loop of a simulation, compiled on its own.
+/// Steps `state` through a batch under one command and counts the impacts: the loop of a simulation, compiled by
+/// itself.
 #[inline(never)]
 fn run<T: Real>(motor: &Motor<T>, state: &mut MotorState<T>, command: DriveCommand) -> usize {
     (0..STEPS).map(|_| motor.step(state, black_box(command)).len()).sum()
@@ -68,12 +69,12 @@ fn steps_in<T: Real>(group: &mut BenchmarkGroup<'_, WallTime>, precision: &str) 
     }
     let motor = motor::<T>(ImpactRule::EndOfStep, STEP_S);
     let (b, c) = (DriveCommand::full(DriveMode::B), DriveCommand::full(DriveMode::C));
-    time_batch(group, &format!("command changes every step/{precision}"), aloft(), |state| {
+    time_batch(group, &format!("command changes every step/{precision}"), in_flight(), |state| {
         (0..STEPS).map(|index| motor.step(state, black_box(if index % 2 == 0 { b } else { c })).len()).sum()
     });
     let mut ledger = EnergyLedger::try_new(&MotorParams::nominal(), &MotorSetup::with_step(STEP_S))
         .expect("the nominal motor is valid");
-    time_batch(group, &format!("driven, with energy ledger/{precision}"), aloft(), |state| {
+    time_batch(group, &format!("driven, with energy ledger/{precision}"), in_flight(), |state| {
         (0..STEPS).map(|_| motor.step_with(state, black_box(b), &mut ledger).len()).sum()
     });
 
@@ -98,20 +99,23 @@ fn steps_under<T: Real>(
 ) {
     let motor = motor::<T>(rule, STEP_S);
     let (b, c) = (DriveCommand::full(DriveMode::B), DriveCommand::full(DriveMode::C));
-    assert_eq!(run(&motor, &mut aloft(), b), 0, "aloft means without impacts");
+    assert_eq!(run(&motor, &mut in_flight(), b), 0, "in flight there is no impact");
     for (name, command) in [("driven, no impact", b), ("off, no impact", DriveCommand::OFF)] {
-        time_batch(group, &format!("{rule_name}{name}/{precision}"), aloft(), |state| {
+        time_batch(group, &format!("{rule_name}{name}/{precision}"), in_flight(), |state| {
             run(&motor, state, command)
         });
     }
-    // Mode C at 0.3 walks without ever leaving the teeth.
-    let walk = DriveCommand::saturating(DriveMode::C, 0.3);
-    for (name, command) in
-        [("steady mode B", b), ("steady mode C", c), ("mode C at 0.3", walk), ("at rest", DriveCommand::OFF)]
-    {
+    // Mode C at 0.3: the rotor rides on the teeth.
+    let riding = DriveCommand::saturating(DriveMode::C, 0.3);
+    for (name, command) in [
+        ("steady mode B", b),
+        ("steady mode C", c),
+        ("mode C at 0.3", riding),
+        ("at rest", DriveCommand::OFF),
+    ] {
         for (label, step_s) in [("1 us", 1e-6), ("10 us", 10e-6)] {
             let motor = self::motor::<T>(rule, step_s);
-            let start = settled(&motor, command);
+            let start = steady(&motor, command);
             time_batch(group, &format!("{rule_name}{name}, {label}/{precision}"), start, |state| {
                 run(&motor, state, command)
             });

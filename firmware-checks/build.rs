@@ -1,4 +1,5 @@
-//! Links the programs as the firmware is linked, on the microcontroller only; tells them which compiler builds them.
+//! Links the programs with the arguments of the firmware, on the microcontroller only; names the compiler to the
+//! programs.
 
 use std::env;
 use std::process::Command;
@@ -6,13 +7,13 @@ use std::process::Command;
 fn main() {
     println!("cargo::rerun-if-changed=build.rs");
     println!("cargo::rustc-env=COMPILER={}", compiler());
-    // From `firmware/build.rs`, whose folder of `memory.x` is on the link path of whatever depends on the firmware.
+    // From `firmware/build.rs`, which also puts the folder of `memory.x` on the link path of all dependents.
     for argument in env::var("DEP_FIRMWARE_LINK_ARGUMENTS").unwrap_or_default().split_whitespace() {
         println!("cargo::rustc-link-arg-bins={argument}");
     }
 }
 
-/// What the compiler says of itself, as in `rustc 1.95.0 (59807616e 2026-04-14)`.
+/// Name and version of the compiler, as in `rustc 1.95.0 (59807616e 2026-04-14)`.
 fn compiler() -> String {
     let rustc = env::var_os("RUSTC").expect("cargo sets RUSTC");
     let output = Command::new(rustc).arg("--version").output().expect("the compiler starts");

@@ -1,11 +1,12 @@
-//! What a step of a Kalman filter costs, prediction and measurements: ours, with and without what it knows of the model's structure, beside
-//! other crates' on the same numbers.
+//! Time of a step of a Kalman filter, a prediction and its measurements: this project's filters, with and without the
+//! structure of the model, and other crates' filters, on the same numbers.
 //!
-//! Each filter must first end in the same state as the others, to rounding. Model and measurements are opaque to the compiler.
-//! A step waits for the one before, as in a filter that runs: this is latency.
+//! Before it is timed, each filter must reach the state of a reference, to rounding. Model and measurements are opaque
+//! to the compiler. A step depends on the one before, as in use, so its latency is measured.
 //!
-//! "Struck states first" is the same problem written down in another order, as a user who follows the core's advice would: model, noise and rows are
-//! those of the others with the two states of each mode exchanged, the measurements are the same bytes, and the state is compared in the common order.
+//! "Noise-driven states first" is the same problem with the two states of each mode exchanged, in the order that
+//! [`estimator::NoiseSource`] advises. The measurements are the same bytes, and the state is compared in the common
+//! order.
 
 mod ours;
 mod peers;
@@ -19,7 +20,7 @@ use estimator::{Blocks2, Dense, UdCovariance, UpperTriangular};
 use motor_model::Real;
 use tests::matrix_covariance::{Conventional, Joseph};
 
-use ours::{AngleAndRate, MeasuredState, Ours, StruckFirst};
+use ours::{AngleAndRate, MeasuredState, NoiseDrivenFirst, Ours};
 use problem::{Filter, Problem, measurements};
 
 /// Steps of a batch.
@@ -28,7 +29,7 @@ const STEPS: u32 = 200;
 /// Steps after which the states are compared.
 const COMPARED: u32 = 2000;
 
-/// Times a filter, once its state has been found to be that of the reference: the same form in `f64`, fed the same bytes.
+/// Times a filter, after a check that its state equals the reference: Joseph's form in `f64` on the same bytes.
 fn time<F: Filter<T, N, M>, T: Real, const N: usize, const M: usize>(
     group: &mut BenchmarkGroup<'_, WallTime>,
     problem: &Problem<T, N, M>,
@@ -85,10 +86,10 @@ macro_rules! modal {
         group.throughput(Throughput::Elements(u64::from(STEPS)));
         let problem = Problem::<$t, $n, $m>::modal();
         time::<Structured<UdCovariance<$t, $n>>, _, $n, $m>(&mut group, &problem, "ours, UD, 2 x 2 blocks");
-        time::<StruckFirst<Structured<UdCovariance<$t, $n>>>, _, $n, $m>(
+        time::<NoiseDrivenFirst<Structured<UdCovariance<$t, $n>>>, _, $n, $m>(
             &mut group,
             &problem,
-            "ours, UD, 2 x 2 blocks, struck states first",
+            "ours, UD, 2 x 2 blocks, noise-driven states first",
         );
         time::<Ours<$t, UdCovariance<$t, $n>, Dense<$t, $n>, $n, $b, $m>, _, $n, $m>(
             &mut group,

@@ -1,4 +1,4 @@
-//! The estimator's core under the clock.
+//! The cores of the estimator, as filters that can be timed.
 
 use std::hint::black_box;
 
@@ -11,7 +11,7 @@ use tests::matrix_covariance::CovarianceForm;
 
 use crate::problem::{Filter, Problem};
 
-/// A covariance in the form C, a transition of the shape F, S noise sources.
+/// A filter whose covariance has the form C and whose transition has the structure F, with S noise sources.
 pub struct Ours<T, C, F, const N: usize, const S: usize, const M: usize> {
     transition: F,
     noise: [NoiseSource<T, N>; S],
@@ -21,9 +21,9 @@ pub struct Ours<T, C, F, const N: usize, const S: usize, const M: usize> {
     state: SVector<T, N>,
 }
 
-/// What a transition is made of.
+/// A transition that can be built from a problem.
 pub trait FromProblem<T, const N: usize, const M: usize> {
-    /// The problem's F in this shape.
+    /// The problem's F in this structure.
     fn of(problem: &Problem<T, N, M>) -> Self;
 }
 
@@ -80,12 +80,13 @@ where
     }
 }
 
-/// The filter F of a modal problem, each mode as `(v / w, g)`: what noise strikes comes first, as [`NoiseSource`] advises.
-pub struct StruckFirst<F>(F);
+/// The filter F of a modal problem with each mode as `(v / w, g)`: the state that noise drives is first, as
+/// [`NoiseSource`] advises.
+pub struct NoiseDrivenFirst<F>(F);
 
-impl<T: Real, F: Filter<T, N, M>, const N: usize, const M: usize> Filter<T, N, M> for StruckFirst<F> {
+impl<T: Real, F: Filter<T, N, M>, const N: usize, const M: usize> Filter<T, N, M> for NoiseDrivenFirst<F> {
     fn new(problem: &Problem<T, N, M>) -> Self {
-        Self(F::new(&problem.struck_first()))
+        Self(F::new(&problem.noise_driven_first()))
     }
 
     #[inline]
@@ -99,7 +100,7 @@ impl<T: Real, F: Filter<T, N, M>, const N: usize, const M: usize> Filter<T, N, M
     }
 }
 
-/// Two states of which the first is measured itself.
+/// Two states, of which the first is measured.
 pub struct MeasuredState<T>(Ours<T, UdCovariance<T, 2>, UpperTriangular<T, 2>, 2, 2, 1>);
 
 impl<T: Real> Filter<T, 2, 1> for MeasuredState<T> {
@@ -125,7 +126,7 @@ impl<T: Real> Filter<T, 2, 1> for MeasuredState<T> {
     }
 }
 
-/// The filters' own two states, written out by hand.
+/// The covariance of the filters of angle and rate, written out for two states.
 pub struct AngleAndRate<T> {
     dt: T,
     noise: T,
@@ -140,7 +141,7 @@ impl<T: Real> Filter<T, 2, 1> for AngleAndRate<T> {
         let dt = problem.transition.m12;
         Self {
             dt,
-            // Of unit intensity: the second source is what a step of it does to the rate.
+            // The intensity: the variance of the second source is its effect on the rate in a step.
             noise: problem.noise_variance.y / dt,
             measured_variance: black_box(T::one()),
             covariance: AngleRateCovariance::diagonal(problem.start_variance, problem.start_variance),

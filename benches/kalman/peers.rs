@@ -1,4 +1,4 @@
-//! Other crates' filters, each by its own manual. Where one offers several forms, the form is in its name.
+//! Other crates' filters, each used as its documentation says. Where a crate has several forms, the name says which.
 
 use adskalman::{
     CovarianceUpdateMethod, ObservationModel, StateAndCovariance, TransitionModelLinearNoControl,
@@ -18,7 +18,7 @@ use nalgebra_0_34 as na34;
 
 use crate::problem::{Filter, Problem};
 
-/// adskalman: the covariance as a matrix, updated by Joseph's form or conventionally.
+/// adskalman: the covariance is a matrix, updated by Joseph's form or conventionally.
 pub struct Adskalman<T: Real + RealField, const N: usize, const M: usize, const JOSEPH: bool> {
     f: SMatrix<T, N, N>,
     f_transposed: SMatrix<T, N, N>,
@@ -89,7 +89,7 @@ where
     }
 }
 
-/// minikalman: the covariance as a matrix, conventionally.
+/// minikalman: the covariance is a matrix, conventionally.
 pub struct Minikalman<T, const N: usize, const M: usize> {
     filter: KalmanFilterType<N, T>,
     measurement: KalmanFilterObservationType<N, M, T>,
@@ -133,7 +133,7 @@ impl<T: Real + num_traits::Float + MatrixDataType, const N: usize, const M: usiz
     }
 }
 
-/// kfilter: the covariance as a matrix, conventionally, then made symmetric.
+/// kfilter: the covariance is a matrix, conventionally, then made symmetric.
 pub struct Kfilter<T: na34::RealField, const N: usize, const M: usize> {
     filter: Kalman<T, N, 0, LinearNoInputSystem<T, N>>,
     measurement: LinearMeasurement<T, N, M>,
@@ -161,7 +161,7 @@ impl<T: Real + na34::RealField, const N: usize, const M: usize> Filter<T, N, M> 
     }
 }
 
-/// kalmanfilt: the covariance as a matrix, by Joseph's form.
+/// kalmanfilt: the covariance is a matrix, by Joseph's form.
 pub struct Kalmanfilt<T, const N: usize, const M: usize>(
     kalmanfilt::kalman::kalman_filter::KalmanFilter<T, na33::Const<N>, na33::Const<M>, na33::Const<1>>,
 )
@@ -196,7 +196,7 @@ where
     }
 }
 
-/// `kalman_filters`: the covariance as a matrix, conventionally, then made symmetric.
+/// `kalman_filters`: the covariance is a matrix, conventionally, then made symmetric.
 pub struct KalmanFilters<T, const N: usize, const M: usize>(
     kalman_filters::filter::StaticKalmanFilter<T, M, N>,
 )
@@ -230,7 +230,7 @@ where
     }
 }
 
-/// `bayes_estimate`: the covariance as a matrix, conventionally.
+/// `bayes_estimate`: the covariance is a matrix, conventionally.
 pub struct BayesMatrix<T: RealField, const N: usize, const M: usize> {
     f: SMatrix<T, N, N>,
     q: CorrelatedNoise<T, Const<N>>,
@@ -263,7 +263,8 @@ impl<T: Real + RealField, const N: usize, const M: usize> Filter<T, N, M> for Ba
     }
 }
 
-/// `bayes_estimate`: factors U D U', S noise sources. One measurement at a time: given several, it applies innovations that are out of date.
+/// `bayes_estimate`: factors U D U', S noise sources. Measurements are given one by one: with several at a time, its
+/// innovations do not include the updates by the earlier ones.
 pub struct BayesFactors<T: RealField, const N: usize, const S: usize, const M: usize> {
     f: SMatrix<T, N, N>,
     q: CoupledNoise<T, Const<N>, Const<S>>,
@@ -272,7 +273,7 @@ pub struct BayesFactors<T: RealField, const N: usize, const S: usize, const M: u
     estimate: UDState<T, Const<N>>,
 }
 
-/// For given numbers of states and of sources only: its sums of dimensions are not known of others.
+/// For given numbers of states and of sources, because the crate needs their sum as a type.
 macro_rules! bayes_factors {
     ($n:literal, $s:literal) => {
         impl<T: Real + RealField, const M: usize> Filter<T, $n, M> for BayesFactors<T, $n, $s, M> {
@@ -319,7 +320,7 @@ fn start_covariance<T: Real, const N: usize, const M: usize>(problem: &Problem<T
     SMatrix::from_diagonal(&SVector::repeat(problem.start_variance))
 }
 
-/// F, Q and the start's P by columns, for crates that speak another version of nalgebra.
+/// F, Q and the first P by columns, for crates that use another version of nalgebra.
 fn matrices<T: Real, const N: usize, const M: usize>(problem: &Problem<T, N, M>) -> [[[T; N]; N]; 3] {
     [problem.transition, problem.noise(), start_covariance(problem)].map(|matrix| matrix.data.0)
 }

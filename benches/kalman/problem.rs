@@ -1,4 +1,4 @@
-//! The problems, as plain numbers: every filter is built from the same ones.
+//! The problems as plain numbers, from which every filter is built.
 
 use std::hint::black_box;
 
@@ -12,7 +12,7 @@ use tests::matrix_covariance::{CovarianceForm, Joseph};
 pub struct Problem<T, const N: usize, const M: usize> {
     /// F.
     pub transition: SMatrix<T, N, N>,
-    /// Gains of the noise sources, one a column; those not used are 0.
+    /// Gains of the noise sources, one in a column. Columns that are not used are 0.
     pub noise_gain: SMatrix<T, N, N>,
     /// Their variances.
     pub noise_variance: SVector<T, N>,
@@ -22,18 +22,18 @@ pub struct Problem<T, const N: usize, const M: usize> {
     pub start_variance: T,
 }
 
-/// A filter under the clock.
+/// A filter that is timed.
 pub trait Filter<T: Real, const N: usize, const M: usize> {
-    /// At state 0.
+    /// A filter whose state is 0.
     fn new(problem: &Problem<T, N, M>) -> Self;
     /// A prediction, and M measurements.
     fn step(&mut self, measured: &[T; M]);
-    /// The state now.
+    /// The present state.
     fn state(&self) -> [T; N];
 }
 
 impl<T: Real> Problem<T, 2, 1> {
-    /// Angle and rate, the rate a random walk, the angle measured.
+    /// States angle and rate; the rate is a random walk, and the angle is measured.
     pub fn constant_rate() -> Self {
         let dt = 0.1;
         let rounded = |x: f64| black_box(T::from_f64(x));
@@ -48,7 +48,8 @@ impl<T: Real> Problem<T, 2, 1> {
 }
 
 impl<T: Real, const N: usize, const M: usize> Problem<T, N, M> {
-    /// Lightly damped modes `(g, v / w)`, each struck by noise of its own, seen in M combinations of their displacements.
+    /// Lightly damped modes `(g, v / w)`, each driven by noise of its own. M combinations of their displacements are
+    /// measured.
     pub fn modal() -> Self {
         let rounded = |x: f64| black_box(T::from_f64(x));
         let mut transition = SMatrix::<f64, N, N>::zeros();
@@ -82,8 +83,8 @@ impl<T: Real, const N: usize, const M: usize> Problem<T, N, M> {
         }
     }
 
-    /// The same problem with the two states of each block exchanged, so that the one that noise strikes comes first.
-    pub fn struck_first(&self) -> Self {
+    /// The same problem with the two states of each block exchanged, so that the state that noise drives is first.
+    pub fn noise_driven_first(&self) -> Self {
         let mut exchanged = *self;
         for b in (0..N).step_by(2) {
             exchanged.transition.swap_rows(b, b + 1);
@@ -129,12 +130,12 @@ impl<T: Real, const N: usize, const M: usize> Problem<T, N, M> {
     }
 }
 
-/// A sum of two beats, so that no mode is left in peace.
+/// A sum of two sines of the step, a slow one and a fast one.
 pub fn measurements<T: Real, const M: usize>(steps: u32) -> Vec<[T; M]> {
-    let beat = |step: u32, m: usize| {
+    let two_sines = |step: u32, m: usize| {
         let (slow, _) = math::sin_cos(0.011 * f64::from(step) + if m == 0 { 0.0 } else { 1.0 });
         let (fast, _) = math::sin_cos(0.37 * f64::from(step));
         T::from_f64(slow + 0.5 * fast)
     };
-    (0..steps).map(|step| std::array::from_fn(|m| beat(step, m))).collect()
+    (0..steps).map(|step| std::array::from_fn(|m| two_sines(step, m))).collect()
 }

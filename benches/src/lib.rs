@@ -1,3 +1,8 @@
-//! What a step costs, measured by criterion: `cargo bench -p benches`.
+//! Benchmarks by criterion: `cargo bench -p benches`. This library is empty.
 //!
-//! Nothing to import here; each bench is a file of its own beside this folder.
+//! | benchmark | measures |
+//! |---|---|
+//! | `driven_step` | a driven step of the motor without impact, inlined into one loop |
+//! | `twin` | a step of the motor, in flight, in steady motion and at rest |
+//! | `controller_tick` | the decision of the controller, in each of its phases |
+//! | `kalman` | a step of a Kalman filter, by this project and by other crates |

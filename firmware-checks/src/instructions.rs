@@ -1,71 +1,74 @@
-//! Instructions that an operation takes on the microcontroller, counted one by one.
+//! The number of instructions that each operation takes on the microcontroller.
 //!
-//! An emulator that gives every instruction the same virtual time makes a timer count instructions: under QEMU's `-icount shift=10` one
-//! instruction takes 1024 ns, a tick of the mps2 boards' 25 MHz [`TICK_NANOS`], so
+//! In an emulator that gives every instruction the same virtual time, a timer counts instructions. Under QEMU's
+//! `-icount shift=10` an instruction takes 1024 ns, and a tick of the mps2 boards' timer (25 MHz) [`TICK_NANOS`], so
 //!
 //! ```text
 //! instructions = ticks * 40 ns / 1024 ns
 //! ```
 //!
-//! is exact once rounded. What the reading itself takes is measured by two readings with nothing between them and taken off; the call of the
-//! operation and the passing of its arguments stay in.
+//! is exact after rounding. The instructions of the readings themselves are measured by two readings with nothing
+//! between them, and subtracted. The call of the operation and the passing of its arguments are counted with it.
 //!
-//! - [`InstructionTimer`]: the timer, and a loop of known length to prove it by.
-//! - [`count_all`]: every operation in turn, one [`Count`] each: the twin, the filters, the loop that flies, sines and angles.
+//! - [`InstructionTimer`]: the timer, and a loop whose instructions are known.
+//! - [`count_all`]: one [`Count`] for each operation of the twin, the filters and the loop, and for sines and angles.
+//! - `known_loops`, `twin_step`, `filter_core`, `constant_rate`, `filters`, `loop_tick`, `trigonometry`: the
+//!   operations, in the order in which they are counted.
+//! - `hot_operations`: some of them once more, for a program that is followed instruction by instruction.
 
-mod calibration;
-mod core;
-mod estimation;
+mod constant_rate;
+mod filter_core;
 mod filters;
+mod hot_operations;
+mod known_loops;
+mod loop_tick;
 #[cfg(feature = "peers")]
 mod peers;
-mod position;
-mod rehearsal;
 #[cfg(target_os = "none")]
 mod systick;
 mod trigonometry;
-mod twin;
+mod twin_step;
 
-use ::core::fmt;
+use core::fmt;
 
 use motor_model::OutOfBounds;
 
-use crate::parity::LoopPlace;
+use crate::parity::LoopMemory;
 
+pub use hot_operations::run_hot_operations;
 #[cfg(feature = "peers")]
 pub use peers::count_peers;
-pub use rehearsal::rehearse;
 #[cfg(target_os = "none")]
 pub use systick::SysTick;
 
-/// A tick of the timer.
+/// Duration of a tick of the timer.
 pub const TICK_NANOS: u32 = 40;
 
-/// Virtual time of an instruction, 2^10 ns.
+/// Virtual time of an instruction: 2^10 ns.
 pub const INSTRUCTION_NANOS: u32 = 1024;
 
-/// The timer has 24 bits: an operation may take 655,360 instructions.
+/// The timer has 24 bits, so an operation may take 655,360 instructions.
 const TICKS_MASK: u32 = (1 << 24) - 1;
 
-/// What counting needs of the machine.
+/// The timer of the machine.
 pub trait InstructionTimer {
-    /// A 24-bit count that falls by one every [`TICK_NANOS`] and starts again at the top.
+    /// A 24-bit value that decreases by one every [`TICK_NANOS`] and continues from its maximum after 0.
     fn ticks(&self) -> u32;
 
-    /// A loop of two instructions a turn; at least one turn.
-    fn turn(&self, turns: u32);
+    /// A loop of two instructions an iteration; at least one iteration.
+    fn delay_loop(&self, iterations: u32);
 }
 
-/// What an operation took. Its text is what the program prints: `operation samples total max`.
+/// The instructions of an operation. Its text is a line of the program: `operation samples total max`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Count {
     /// Name of the operation.
     pub operation: &'static str,
-    /// How many times it was counted.
+    /// Number of counted calls.
     pub samples: u32,
-    /// Instructions of all samples.
+    /// Instructions of all calls.
     pub total: u64,
-    /// Instructions of the longest.
+    /// Instructions of the longest call.
     pub max: u32,
 }
 
@@ -77,8 +80,8 @@ impl fmt::Display for Count {
 }
 
 impl Count {
-    /// Nothing counted yet.
-    fn of(operation: &'static str) -> Self {
+    /// No call yet.
+    fn new(operation: &'static str) -> Self {
         Self { operation, samples: 0, total: 0, max: 0 }
     }
 
@@ -89,52 +92,52 @@ impl Count {
     }
 }
 
-/// The timer as a counter of instructions.
-struct Meter<'a, C> {
+/// Counts instructions by the timer.
+struct InstructionCounter<'a, C> {
     timer: &'a C,
-    /// What two readings with nothing between them show.
-    reading: u32,
+    /// Instructions between two readings with nothing between them.
+    of_readings: u32,
 }
 
-impl<'a, C: InstructionTimer> Meter<'a, C> {
+impl<'a, C: InstructionTimer> InstructionCounter<'a, C> {
     fn new(timer: &'a C) -> Self {
-        let ((), reading) = Self { timer, reading: 0 }.instructions(|| ());
-        Self { timer, reading }
+        let ((), of_readings) = Self { timer, of_readings: 0 }.count(|| ());
+        Self { timer, of_readings }
     }
 
-    /// Runs `operation` once: what it returned, and its instructions.
+    /// Runs `operation` once; its result and its instructions.
     #[inline]
-    fn instructions<R>(&self, operation: impl FnOnce() -> R) -> (R, u32) {
+    fn count<R>(&self, operation: impl FnOnce() -> R) -> (R, u32) {
         let start = self.timer.ticks();
         let result = operation();
         let end = self.timer.ticks();
-        (result, instructions_between(start, end).saturating_sub(self.reading))
+        (result, instructions_between(start, end).saturating_sub(self.of_readings))
     }
 }
 
-/// Instructions from a reading to a later one, to the nearest.
+/// Instructions from a reading to a later one, rounded to the nearest.
 fn instructions_between(start: u32, end: u32) -> u32 {
     let ticks = start.wrapping_sub(end) & TICKS_MASK;
     (ticks * TICK_NANOS + INSTRUCTION_NANOS / 2) / INSTRUCTION_NANOS
 }
 
-/// Counts every operation and hands each count to `report`; `place` is where the loop lies.
+/// Counts every operation and gives each count to `report`; `memory` is that of the loop.
 ///
 /// # Errors
 /// When the model refuses the nominal motor or a command: never, unless their bounds are changed.
 pub fn count_all(
     timer: &impl InstructionTimer,
-    place: &mut LoopPlace,
+    memory: &mut LoopMemory,
     mut report: impl FnMut(Count),
 ) -> Result<(), OutOfBounds> {
-    let meter = Meter::new(timer);
-    calibration::count(&meter, &mut report);
-    twin::count(&meter, &mut report)?;
-    core::count(&meter, &mut report);
-    estimation::count(&meter, &mut report);
-    filters::count(&meter, place, &mut report)?;
-    position::count(&meter, place, &mut report)?;
-    trigonometry::count(&meter, &mut report);
+    let counter = InstructionCounter::new(timer);
+    known_loops::count(&counter, &mut report);
+    twin_step::count(&counter, &mut report)?;
+    filter_core::count(&counter, &mut report);
+    constant_rate::count(&counter, &mut report);
+    filters::count(&counter, memory, &mut report)?;
+    loop_tick::count(&counter, memory, &mut report)?;
+    trigonometry::count(&counter, &mut report);
     Ok(())
 }
 
@@ -142,12 +145,12 @@ pub fn count_all(
 mod tests {
     extern crate std;
 
-    use ::core::cell::Cell;
+    use core::cell::Cell;
     use std::vec::Vec;
 
     use super::*;
 
-    /// Virtual time in ns, which a reading and a loop pass.
+    /// A timer on virtual time in ns. A reading and a loop advance it.
     struct Virtual(Cell<u64>);
 
     impl Virtual {
@@ -163,28 +166,28 @@ mod tests {
             0_u32.wrapping_sub((self.0.get() / u64::from(TICK_NANOS)) as u32) & TICKS_MASK
         }
 
-        fn turn(&self, turns: u32) {
-            self.execute(2 * turns + 7);
+        fn delay_loop(&self, iterations: u32) {
+            self.execute(2 * iterations + 7);
         }
     }
 
-    /// Whatever the fraction of a tick and wherever the timer starts again.
+    /// At any fraction of a tick, and across the timer's wrap-around.
     #[test]
     fn exact_instructions_from_any_instant() {
         for start in (0..3).chain([671_088_600, 671_088_639]) {
             let timer = Virtual(Cell::new(start));
-            let meter = Meter::new(&timer);
-            assert_eq!(meter.reading, 6);
-            for turns in [1, 2, 10, 1000, 100_000, 300_000] {
-                let ((), instructions) = meter.instructions(|| timer.turn(turns));
-                assert_eq!(instructions, 2 * turns + 7);
+            let counter = InstructionCounter::new(&timer);
+            assert_eq!(counter.of_readings, 6);
+            for iterations in [1, 2, 10, 1000, 100_000, 300_000] {
+                let ((), instructions) = counter.count(|| timer.delay_loop(iterations));
+                assert_eq!(instructions, 2 * iterations + 7);
             }
         }
     }
 
     #[test]
     fn exact_sums() {
-        let mut count = Count::of("a");
+        let mut count = Count::new("a");
         for instructions in [7, 9, 8] {
             count.add(instructions);
         }
@@ -192,9 +195,10 @@ mod tests {
         assert_eq!(std::format!("{count}"), "a 3 24 9");
     }
 
-    /// Each operation is what it is called - aloft without impact, refused, at rest - as often as it was meant to be.
+    /// Each operation is in the state that its name says (in flight without impact, refused, at rest), as often as
+    /// intended.
     #[test]
-    fn law_every_operation_is_reached_and_only_loops_take_this_timers_time() {
+    fn law_every_operation_is_counted_and_only_loops_take_this_timers_time() {
         let mut counts = Vec::new();
         count_all(&Virtual(Cell::new(0)), &mut None, |count| counts.push(count)).unwrap();
         let samples = |operation: &str| {
@@ -221,7 +225,7 @@ mod tests {
         ] {
             assert_eq!(samples(operation), expected, "{operation}");
         }
-        // 20 frames make a rest.
+        // The filter detects rest after 20 frames.
         assert!(samples("camera_frame_used_at_rest") > 9000);
         for Count { operation, samples, total, max } in counts {
             let expected = match operation {

@@ -1,6 +1,7 @@
-//! What is measured of the firmware, and nothing that flies: counts of instructions, and digests of bits.
+//! Programs that measure the firmware and are not part of it: counts of instructions, digests of bits, faults.
 //!
-//! - [`parity`]: fixed runs of the `f32` twin and of the whole loop, and the digests of their bits, equal on every machine.
+//! - [`parity`]: fixed runs of the `f32` twin and of the whole loop, and the digests of their bits, equal on every
+//!   machine.
 //! - [`instructions`]: the instructions that each operation of the twin, the filters and the loop takes.
 //!
 //! The programs are in `src/bin`:
@@ -9,9 +10,9 @@
 //! |---|---|
 //! | `parity` | prints the digests, on the microcontroller and on the host |
 //! | `instructions` | prints the counts; `host-sim instructions` reads them |
-//! | `peers` | the same for other people's Kalman filters |
-//! | `rehearsal` | runs the hot operations; `host-sim instructions --cycles` follows them |
-//! | `faults` | fails in the way that it is told; the drive must go off |
+//! | `peers` | the same for other crates' Kalman filters |
+//! | `hot_operations` | runs the most frequent operations; `host-sim instructions --cycles` follows every instruction |
+//! | `faults` | fails as its input says; the drive must go off |
 //!
 //! `cargo run -p firmware-checks` shows on the host what
 //! `cargo run -p firmware-checks --profile firmware --target thumbv7em-none-eabihf` must print from QEMU.

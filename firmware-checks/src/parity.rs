@@ -1,14 +1,15 @@
-//! Fixed runs in `f32`, and a digest of every bit of each: the proof that host and microcontroller compute the same.
+//! Fixed runs in `f32`, and a digest of every bit of each, to show that host and microcontroller compute the same bits.
 //!
 //! - [`TwinRun`]: the twin alone, 10,000 steps, with impacts at the end of the step and located inside it.
-//! - [`LoopRun`]: the loop that flies, [`controller::tick`], positioning the twin by each of the filters.
+//! - [`LoopRun`]: the loop body, [`controller::tick`], positions the twin, with each of the filters.
 //!
-//! Construction, in `f64`, is part of both. The programs print both runs, one `key value` a line.
+//! The construction of motors and filters, in `f64`, is part of both. The program `parity` prints both, one `key value`
+//! a line.
 
 mod digest;
-mod position;
-mod twin;
+mod loop_run;
+mod twin_run;
 
-pub(crate) use position::{Instruments, follow_loop, put};
-pub use position::{LoopPlace, LoopRun};
-pub use twin::TwinRun;
+pub(crate) use loop_run::{Instruments, build_loop, run_loop};
+pub use loop_run::{LoopMemory, LoopRun};
+pub use twin_run::TwinRun;

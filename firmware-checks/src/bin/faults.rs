@@ -1,4 +1,5 @@
-//! Switches the drive on and then does what must not happen, by a word on the emulator's standard input: `tests/qemu` sees that the drive goes off.
+//! Switches the drive on, then fails as a word on the emulator's standard input says. `tests/qemu` checks that the
+//! drive goes off.
 
 #![cfg_attr(target_os = "none", no_std, no_main)]
 
@@ -21,14 +22,14 @@ mod board {
 
     #[entry]
     fn main() -> ! {
-        // After a watchdog's reset the board is back here.
+        // A reset by the watchdog leads here.
         heprintln!("start, drive {}", if drive_is_on() { "on" } else { "off" });
         let mut block = [0; 16];
         let word = HostFile::reader(c"/dev/stdin").map(|input| input.read(&mut block)).unwrap_or_default();
         let Ok(()) = Enable.set_high();
         heprintln!("drive {}", if drive_is_on() { "on" } else { "off" });
         match word {
-            b"panic" => panic!("as it was told"),
+            b"panic" => panic!("as requested"),
             b"undefined" => cortex_m::asm::udf(),
             b"overflow" => {
                 black_box(descend(black_box(1 << 20)));
@@ -51,7 +52,7 @@ mod board {
         end(debug::EXIT_SUCCESS)
     }
 
-    /// Takes some hundred bytes of stack `depth` times over.
+    /// Takes some hundred bytes of stack in each of `depth` nested calls.
     #[inline(never)]
     fn descend(depth: u32) -> u32 {
         let place = black_box([depth; 16]);

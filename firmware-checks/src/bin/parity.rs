@@ -1,4 +1,4 @@
-//! Prints the digests of the runs: by semihosting on the microcontroller, by standard output on the host.
+//! Prints the digests of the runs: by semihosting on the microcontroller, to standard output on the host.
 
 #![cfg_attr(target_os = "none", no_std, no_main)]
 
@@ -20,13 +20,13 @@ mod board {
     use cortex_m_rt::entry;
     use cortex_m_semihosting::{debug, heprintln, hprintln};
     use firmware::board::end;
-    use firmware_checks::parity::{LoopPlace, LoopRun, TwinRun};
+    use firmware_checks::parity::{LoopMemory, LoopRun, TwinRun};
     use motor_model::{ImpactRule, OutOfBounds};
 
     #[entry]
     fn main() -> ! {
-        let Some(place) = singleton!(: LoopPlace = None) else { end(debug::EXIT_FAILURE) };
-        let outcome = match print(place) {
+        let Some(memory) = singleton!(: LoopMemory = None) else { end(debug::EXIT_FAILURE) };
+        let outcome = match print(memory) {
             Ok(()) => debug::EXIT_SUCCESS,
             Err(error) => {
                 // The key alone: printing its numbers would link decimal conversion of f64.
@@ -37,10 +37,10 @@ mod board {
         end(outcome)
     }
 
-    fn print(place: &mut LoopPlace) -> Result<(), OutOfBounds> {
+    fn print(memory: &mut LoopMemory) -> Result<(), OutOfBounds> {
         hprintln!("{}", TwinRun::compute(ImpactRule::EndOfStep)?);
         hprintln!("{}", TwinRun::compute(ImpactRule::Located)?);
-        hprintln!("{}", LoopRun::compute(place)?);
+        hprintln!("{}", LoopRun::compute(memory)?);
         Ok(())
     }
 }

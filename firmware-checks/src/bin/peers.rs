@@ -1,4 +1,5 @@
-//! Prints how many instructions other people's Kalman filters take, as `instructions` does for ours. `host-sim instructions --peers` runs both.
+//! Prints how many instructions other crates' Kalman filters take, as `instructions` does for this project's.
+//! `host-sim instructions --peers` runs both.
 
 #![cfg_attr(target_os = "none", no_std, no_main)]
 

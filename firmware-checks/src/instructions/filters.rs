@@ -1,7 +1,7 @@
-//! What each filter's operations take while the motor turns.
+//! Operations of each filter while the motor turns.
 //!
-//! The twin stands in for the motor, at full drive from rest; what is counted is steady motion. Its vibrometer and its camera add no noise of their own, so that
-//! every sample that is heard as an impact is one.
+//! The twin simulates the motor, at full drive from rest, and steady motion is counted. Vibrometer and camera have no
+//! noise, so that every detected impact is one.
 
 use core::hint::black_box;
 
@@ -14,31 +14,31 @@ use firmware::filter::SelectedFilter;
 use link::FilterKind;
 use motor_model::{DriveCommand, DriveMode, Motor, MotorParams, MotorSetup, MotorState, OutOfBounds, Time};
 
-use super::{Count, InstructionTimer, Meter};
-use crate::parity::{LoopPlace, put};
+use super::{Count, InstructionCounter, InstructionTimer};
+use crate::parity::{LoopMemory, build_loop};
 
-/// Samples of the vibrometer, 200,000 a second.
+/// Time between samples of the vibrometer: 200,000 samples a second.
 const LDV_NANOS: u64 = 5_000;
 
-/// Samples from one frame to the next, 10,000 a second, which then is on its way for as long.
+/// Samples from one camera frame to the next: 10,000 frames a second. A frame arrives when the next is exposed.
 const SAMPLES_PER_FRAME: u64 = 20;
 
-/// Samples from one prediction to the next: once a tick of the loop.
+/// Samples from one prediction to the next: one prediction a tick of the loop.
 const SAMPLES_PER_PREDICTION: u64 = 2;
 
-/// Samples until the motion counts as steady: 100 ms.
+/// Samples until the motion is steady: 100 ms.
 const SETTLING_SAMPLES: u64 = 20_000;
 
 /// Samples that are counted: 100 ms.
 const COUNTED_SAMPLES: u64 = 20_000;
 
-/// Names of what a filter does in one mode: with a frame, with a sample, when asked.
+/// Names of a filter's operations in one mode: a frame, a sample, a prediction.
 type Names = [&'static str; 3];
 
 #[inline(never)]
 pub(super) fn count(
-    meter: &Meter<'_, impl InstructionTimer>,
-    place: &mut LoopPlace,
+    counter: &InstructionCounter<'_, impl InstructionTimer>,
+    memory: &mut LoopMemory,
     report: &mut impl FnMut(Count),
 ) -> Result<(), OutOfBounds> {
     for (mode, names) in [
@@ -76,9 +76,9 @@ pub(super) fn count(
         ),
     ] {
         let [of_constant_rate, of_impact_aided, of_twin] = names;
-        follow_constant_rate(meter, mode, of_constant_rate)?.into_iter().for_each(&mut *report);
-        follow_impact_aided(meter, mode, of_impact_aided)?.into_iter().for_each(&mut *report);
-        follow_twin(meter, place, mode, of_twin)?.into_iter().for_each(&mut *report);
+        count_constant_rate(counter, mode, of_constant_rate)?.into_iter().for_each(&mut *report);
+        count_impact_aided(counter, mode, of_impact_aided)?.into_iter().for_each(&mut *report);
+        count_twin(counter, memory, mode, of_twin)?.into_iter().for_each(&mut *report);
     }
     Ok(())
 }
@@ -89,7 +89,7 @@ fn update<F: AngleFilter<f32>>(filter: &mut F, frame: &CameraFrame) -> Innovatio
 }
 
 #[inline(never)]
-fn listen<F: AngleFilter<f32>>(filter: &mut F, sample: &LdvSample) -> Option<Innovation<f32>> {
+fn update_ldv<F: AngleFilter<f32>>(filter: &mut F, sample: &LdvSample) -> Option<Innovation<f32>> {
     filter.update_ldv(sample)
 }
 
@@ -98,42 +98,43 @@ fn predict<F: AngleFilter<f32>>(filter: &F, now: Time) -> Option<Estimate<f32>> 
     filter.estimate(now)
 }
 
-// Frames of their own, each gone before the next comes: these filters lie on the stack.
+// Functions of their own, never inlined: these filters are on the stack, one at a time.
 #[inline(never)]
-fn follow_constant_rate(
-    meter: &Meter<'_, impl InstructionTimer>,
+fn count_constant_rate(
+    counter: &InstructionCounter<'_, impl InstructionTimer>,
     mode: DriveMode,
     names: Names,
 ) -> Result<[Count; 3], OutOfBounds> {
-    follow(meter, &mut ConstantRate::<f32>::new(&ConstantRateTuning::default()), mode, names)
+    run(counter, &mut ConstantRate::<f32>::new(&ConstantRateTuning::default()), mode, names)
 }
 
 #[inline(never)]
-fn follow_impact_aided(
-    meter: &Meter<'_, impl InstructionTimer>,
+fn count_impact_aided(
+    counter: &InstructionCounter<'_, impl InstructionTimer>,
     mode: DriveMode,
     names: Names,
 ) -> Result<[Count; 3], OutOfBounds> {
     let tuning = ImpactAidedTuning::new(&MotorParams::nominal());
-    follow(meter, &mut ImpactAided::<f32>::new(&tuning), mode, names)
+    run(counter, &mut ImpactAided::<f32>::new(&tuning), mode, names)
 }
 
-/// The twin's filter is the loop's, which is in the program already, and lies where that does: it is larger than a stack should carry.
-fn follow_twin(
-    meter: &Meter<'_, impl InstructionTimer>,
-    place: &mut LoopPlace,
+/// The twin's filter is that of the loop, in the loop's memory: it is too large for the stack.
+fn count_twin(
+    counter: &InstructionCounter<'_, impl InstructionTimer>,
+    memory: &mut LoopMemory,
     mode: DriveMode,
     names: Names,
 ) -> Result<[Count; 3], OutOfBounds> {
     let target = Target::try_new(1.0, 0.001)?;
-    let held = put(place, &|| SelectedFilter::try_new(black_box(FilterKind::Twin)), target, Time::ZERO)?;
-    follow(meter, held.filter_mut(), mode, names)
+    let position_loop =
+        build_loop(memory, &|| SelectedFilter::try_new(black_box(FilterKind::Twin)), target, Time::ZERO)?;
+    run(counter, position_loop.filter_mut(), mode, names)
 }
 
-/// `filter` beside the motor driven in `mode`.
+/// Runs `filter` on measurements of the motor driven in `mode`.
 #[inline(never)]
-fn follow<F: AngleFilter<f32>>(
-    meter: &Meter<'_, impl InstructionTimer>,
+fn run<F: AngleFilter<f32>>(
+    counter: &InstructionCounter<'_, impl InstructionTimer>,
     filter: &mut F,
     mode: DriveMode,
     names: Names,
@@ -143,29 +144,29 @@ fn follow<F: AngleFilter<f32>>(
     let motor = Motor::<f32>::try_new(&MotorParams::nominal(), &setup)?;
     let mut state = MotorState::default();
     let command = DriveCommand::full(mode);
-    let [mut frames, mut samples, mut predictions] = names.map(Count::of);
-    let mut on_its_way: Option<CameraFrame> = None;
+    let [mut frames, mut samples, mut predictions] = names.map(Count::new);
+    let mut exposed: Option<CameraFrame> = None;
     filter.drive(Time::ZERO, command);
     for n in 1..=SETTLING_SAMPLES + COUNTED_SAMPLES {
         motor.step(&mut state, command);
         let now = black_box(Time::from_nanos(n * LDV_NANOS));
         let counted = n > SETTLING_SAMPLES;
         let sample = black_box(LdvSample { taken_at: now, velocity_m_s: state.rotor.velocity_m_s });
-        let (_, instructions) = black_box(meter.instructions(|| listen(filter, &sample)));
+        let (_, instructions) = black_box(counter.count(|| update_ldv(filter, &sample)));
         if counted {
             samples.add(instructions);
         }
         if n.is_multiple_of(SAMPLES_PER_FRAME) {
-            if let Some(frame) = black_box(on_its_way) {
-                let (_, instructions) = black_box(meter.instructions(|| update(filter, &frame)));
+            if let Some(frame) = black_box(exposed) {
+                let (_, instructions) = black_box(counter.count(|| update(filter, &frame)));
                 if counted {
                     frames.add(instructions);
                 }
             }
-            on_its_way = Some(CameraFrame { exposed_at: now, angle: state.rotor.angle.angle().wrapped() });
+            exposed = Some(CameraFrame { exposed_at: now, angle: state.rotor.angle.angle().wrapped() });
         }
         if counted && n.is_multiple_of(SAMPLES_PER_PREDICTION) {
-            let (_, instructions) = black_box(meter.instructions(|| predict(filter, now)));
+            let (_, instructions) = black_box(counter.count(|| predict(filter, now)));
             predictions.add(instructions);
         }
     }

@@ -1,5 +1,5 @@
-//! Other crates' filters at the core's own problem, each by its own manual. What they need to be built is needed for nothing else, so they are a
-//! program of their own.
+//! Other crates' filters on the problem of the core, each used as its documentation says. They are a program of their
+//! own, because their dependencies are needed for nothing else.
 
 use core::hint::black_box;
 
@@ -18,10 +18,10 @@ use minikalman::prelude::*;
 use minikalman::regular::{RegularKalmanBuilder, RegularObservationBuilder};
 use nalgebra::{Matrix1, Matrix2, RowVector2, U1, U2, Vector1, Vector2};
 
-use super::core::{Problem, counted};
-use super::{Count, InstructionTimer, Meter};
+use super::filter_core::{Problem, counted};
+use super::{Count, InstructionCounter, InstructionTimer};
 
-/// adskalman: the covariance as a matrix.
+/// adskalman: the covariance is a matrix.
 struct Adskalman {
     f: Matrix2<f32>,
     f_transposed: Matrix2<f32>,
@@ -67,7 +67,7 @@ fn step_adskalman(
 }
 
 fn adskalman(
-    meter: &Meter<'_, impl InstructionTimer>,
+    counter: &InstructionCounter<'_, impl InstructionTimer>,
     operation: &'static str,
     problem: &Problem,
     form: CovarianceUpdateMethod,
@@ -85,12 +85,12 @@ fn adskalman(
     });
     let start = Matrix2::from_diagonal_element(problem.start_variance);
     let mut estimate = black_box(StateAndCovariance::new(Vector2::zeros(), start));
-    counted(meter, operation, |measured| {
+    counted(counter, operation, |measured| {
         estimate = black_box(step_adskalman(&filter, estimate.clone(), measured));
     })
 }
 
-/// minikalman: the covariance as a matrix, conventionally.
+/// minikalman: the covariance is a matrix, with the conventional update.
 #[inline(never)]
 fn step_minikalman(
     filter: &mut (impl KalmanFilterPredict<2, f32> + KalmanFilterUpdate<2, f32>),
@@ -104,7 +104,7 @@ fn step_minikalman(
     filter.correct(measurement);
 }
 
-fn minikalman(meter: &Meter<'_, impl InstructionTimer>, problem: &Problem) -> Count {
+fn minikalman(counter: &InstructionCounter<'_, impl InstructionTimer>, problem: &Problem) -> Count {
     let (transition, noise, start) = (problem.transition(), problem.noise(), problem.start_variance);
     let by_rows = |m: &Matrix2<f32>| [m.m11, m.m12, m.m21, m.m22];
     let mut filter = RegularKalmanBuilder::new::<2, f32>(
@@ -127,7 +127,7 @@ fn minikalman(meter: &Meter<'_, impl InstructionTimer>, problem: &Problem) -> Co
         TemporaryPHTMatrixBuffer::from([0.0; 2]),
         TemporaryKHPMatrixBuffer::from([0.0; 4]),
     );
-    let count = counted(meter, "minikalman_2_predict_and_update", |measured| {
+    let count = counted(counter, "minikalman_2_predict_and_update", |measured| {
         let (filter, measurement) = (black_box(&mut filter), black_box(&mut measurement));
         step_minikalman(filter, measurement, measured);
     });
@@ -135,19 +135,19 @@ fn minikalman(meter: &Meter<'_, impl InstructionTimer>, problem: &Problem) -> Co
     count
 }
 
-/// The core, and the other crates' filters beside it.
+/// Counts a prediction and a measurement of each filter.
 pub fn count_peers(timer: &impl InstructionTimer, mut report: impl FnMut(Count)) {
-    let meter = Meter::new(timer);
+    let counter = InstructionCounter::new(timer);
     let problem = Problem::constant_rate();
-    report(minikalman(&meter, &problem));
+    report(minikalman(&counter, &problem));
     report(adskalman(
-        &meter,
+        &counter,
         "adskalman_joseph_2_predict_and_update",
         &problem,
         CovarianceUpdateMethod::JosephForm,
     ));
     report(adskalman(
-        &meter,
+        &counter,
         "adskalman_2_predict_and_update",
         &problem,
         CovarianceUpdateMethod::OptimalKalman,

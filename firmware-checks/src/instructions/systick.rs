@@ -1,14 +1,14 @@
-//! The timer that every Cortex-M has, at the processor's clock.
+//! The timer of every Cortex-M, at the clock of the processor.
 
 use cortex_m::peripheral::SYST;
 use cortex_m::peripheral::syst::SystClkSource;
 
 use super::InstructionTimer;
 
-/// Ticks after which the timer starts again: all its 24 bits.
+/// The value after 0: all 24 bits.
 const RELOAD: u32 = 0x00ff_ffff;
 
-/// The timer, running.
+/// The running timer.
 #[derive(Debug)]
 pub struct SysTick(());
 
@@ -24,15 +24,15 @@ impl SysTick {
 }
 
 impl InstructionTimer for SysTick {
-    // Never inlined, so that a reading costs the same wherever it stands.
+    // Never inlined, so that every reading takes the same.
     #[inline(never)]
     fn ticks(&self) -> u32 {
         SYST::get_current()
     }
 
     #[inline(never)]
-    fn turn(&self, turns: u32) {
-        // It makes one turn more than it is told.
-        cortex_m::asm::delay(turns - 1);
+    fn delay_loop(&self, iterations: u32) {
+        // `delay` makes one iteration more than its argument.
+        cortex_m::asm::delay(iterations - 1);
     }
 }

@@ -1,6 +1,7 @@
-//! Sines for the drive and angles from quadratures, in `f32`: ours and three libraries', by their price and their worst error.
+//! Sines for the drive and angles from quadratures, in `f32`, by this project and three libraries: instructions and
+//! largest error.
 //!
-//! | operation | worst error in milli-degrees |
+//! | operation | largest error in milli-degrees |
 //! |---|---|
 //! | `sine_phase_table`, [`motor_model::Phase::sin_cos`], which the drive and the twin use | 0.007 |
 //! | `sine_libm` of a phase in radians | 0.018 |
@@ -10,20 +11,20 @@
 //! | `angle_micromath` | 163 |
 //! | `angle_idsp`, of 32-bit quadratures | 0.15 |
 //!
-//! The error of a sine is given as that of the angle whose sine it is, where the sine is steepest. Errors are held to this table by a test; what each
-//! takes is counted on the microcontroller with the rest of its work (conversion of a 64-bit phase to radians included).
+//! The error of a sine is given as an angle, by the slope of the sine at 0. A test holds the errors to this table.
+//! Instructions are counted on the microcontroller, with the conversion of a 64-bit phase to radians.
 
 use core::f32::consts::TAU;
 use core::hint::black_box;
 
 use motor_model::Phase;
 
-use super::{Count, InstructionTimer, Meter};
+use super::{Count, InstructionCounter, InstructionTimer};
 
-/// Inputs of each.
+/// Inputs of each operation.
 const SAMPLES: u32 = 10_000;
 
-/// An odd number near the golden section of 2^64 visits every octant at many remainders.
+/// An odd number near the golden section of 2^64: the phases are spread evenly over all octants.
 const PHASE_STEP: u64 = 0x9E37_79B9_7F4A_7C15;
 
 /// The upper half, signed: -1/2 to 1/2 turn.
@@ -94,27 +95,27 @@ const ANGLES: [(&str, AngleOf); 3] =
     [("angle_libm", angle_libm), ("angle_micromath", angle_micromath), ("angle_idsp", angle_idsp)];
 
 #[inline(never)]
-pub(super) fn count(meter: &Meter<'_, impl InstructionTimer>, report: &mut impl FnMut(Count)) {
+pub(super) fn count(counter: &InstructionCounter<'_, impl InstructionTimer>, report: &mut impl FnMut(Count)) {
     let step = Phase::from_units(PHASE_STEP);
     for (operation, sine) in SINES {
-        let mut count = Count::of(operation);
+        let mut count = Count::new(operation);
         let mut phase = Phase::ZERO;
         for _ in 0..SAMPLES {
             phase = phase.advanced(step);
             let at = black_box(phase);
-            let (value, instructions) = meter.instructions(|| sine(at));
+            let (value, instructions) = counter.count(|| sine(at));
             black_box(value);
             count.add(instructions);
         }
         report(count);
     }
     for (operation, angle) in ANGLES {
-        let mut count = Count::of(operation);
+        let mut count = Count::new(operation);
         let mut phase = Phase::ZERO;
         for _ in 0..SAMPLES {
             phase = phase.advanced(step);
             let (y, x) = black_box(phase.sin_cos::<f32>());
-            let (value, instructions) = meter.instructions(|| angle(y, x));
+            let (value, instructions) = counter.count(|| angle(y, x));
             black_box(value);
             count.add(instructions);
         }
@@ -137,7 +138,7 @@ mod tests {
         core::iter::successors(Some(step), move |phase| Some(phase.advanced(step))).take(1_000_000)
     }
 
-    /// The phase that all are given: its upper half.
+    /// The phase that all operations get: its upper half, in turns.
     fn turns(phase: Phase) -> f64 {
         f64::from(half(phase)) / 4_294_967_296.0
     }
@@ -151,7 +152,7 @@ mod tests {
         error_mdeg <= stated && error_mdeg > 0.8 * stated
     }
 
-    /// Each error is at most the one that the table states, and more than four fifths of it.
+    /// Each error is at most that of the table, and more than four fifths of it.
     #[test]
     fn dual_errors_are_those_of_the_table() {
         let mut all = true;
@@ -163,7 +164,7 @@ mod tests {
             let errors = phases().map(|phase| {
                 let (y, x) = phase.sin_cos::<f32>();
                 let off = f64::from(angle(y, x)) - libm::atan2(y.into(), x.into());
-                // Half a turn to either side is the same angle.
+                // Angles that differ by a turn are equal.
                 off.abs().min((off.abs() - TAU).abs())
             });
             all &= in_table(operation, MDEG_PER_RAD * errors.fold(0.0, f64::max));

@@ -1,15 +1,21 @@
-//! The digest: one bit that differs once changes it.
+//! The digest of a run: any bit of any state, impact or report changes it.
+//!
+//! Enumerations enter as numbers. Where the link has the same numbers ([`link::numbering`]), they are the link's. The
+//! verdict on a frame and the phase of positioning have numbers of their own here, so that digests of earlier runs stay
+//! valid. A new variant does not compile without a number. Only a reason to stop has none here: its number is its place
+//! in the definition of [`controller::StopReason`].
 
 use core::hash::Hasher;
 
 use controller::{PositioningPhase as Positioning, TickReport};
-use estimator::{Estimate, Health, Innovation, Reason, Rejection, Source, Verdict};
+use estimator::{Estimate, Innovation, Rejection, Verdict};
 use fnv::FnvHasher;
-use motor_model::{DriveCommand, DriveMode, Impact, ModalState, MotorState, RotorState};
+use link::Numbered;
+use motor_model::{DriveCommand, Impact, ModalState, MotorState, RotorState};
 
 /// FNV-1a, 64 bits, of words taken least significant byte first on every machine.
 ///
-/// The structs are taken apart field by field, so a field that the model gains cannot be forgotten here.
+/// Structs are destructured, so that this module does not compile when a field is missing here.
 #[derive(Default)]
 pub(super) struct Digest(FnvHasher);
 
@@ -22,6 +28,11 @@ impl Digest {
         self.0.write(&word.to_le_bytes());
     }
 
+    /// The link's number of a value.
+    fn number(&mut self, value: impl Numbered) {
+        self.word(value.number().into());
+    }
+
     fn scalar(&mut self, value: f32) {
         self.0.write(&value.to_bits().to_le_bytes());
     }
@@ -32,7 +43,7 @@ impl Digest {
         self.word(phase.units());
         self.modes(modes);
         self.rotor(rotor);
-        // Its gains are private; they show in the modes.
+        // The gains of the forcing are private; they have an effect on the modes.
         self.word(forcing.increment().units());
         self.command(forcing.command());
         self.word(u64::from(pressed[0]) | u64::from(pressed[1]) << 1);
@@ -44,7 +55,7 @@ impl Digest {
         if let Some(estimate) = estimate {
             self.estimate(estimate);
         }
-        self.health(*health);
+        self.number(*health);
         self.word(u64::from(camera.is_some()));
         if let Some(innovation) = camera {
             self.innovation(innovation);
@@ -52,38 +63,17 @@ impl Digest {
         self.command(*command);
         self.command(*applied);
         let (phase, since_nanos) = match phase {
-            // What is driven shows in the command.
+            // Which drive it is, the command shows.
             Positioning::Cruise { cruise: _, since, progress: _ } => (0, since.nanos()),
             Positioning::Settling => (1, 0),
             Positioning::Holding => (2, 0),
             Positioning::Burst { family: _, burst: _, since } => (3, since.nanos()),
-            // Why shows in the health of the report.
+            // The reason is in the health of the report.
             Positioning::Waiting(_) => (4, 0),
             Positioning::Stopped(why) => (5, *why as u64),
         };
         self.word(phase);
         self.word(since_nanos);
-    }
-
-    fn health(&mut self, health: Health) {
-        let reason = |reason| match reason {
-            Reason::VibrometerSilent => 0,
-            Reason::FramesRefused => 1,
-            Reason::Uncertain => 2,
-            Reason::VibrometerInverted => 3,
-            Reason::CameraSilent => 4,
-            Reason::CameraStuck => 5,
-            Reason::NoiseMismatch => 6,
-            Reason::ImpactsUnexplained => 7,
-            Reason::VibrometerScale => 8,
-            Reason::VibrometerErratic => 9,
-        };
-        self.word(match health {
-            Health::Good => 0,
-            Health::Waiting => 1,
-            Health::Degraded(why) => 2 + 2 * reason(why),
-            Health::Unusable(why) => 3 + 2 * reason(why),
-        });
     }
 
     fn estimate(&mut self, estimate: &Estimate<f32>) {
@@ -99,9 +89,7 @@ impl Digest {
 
     fn innovation(&mut self, innovation: &Innovation<f32>) {
         let Innovation { source, taken_at, innovation_rad, variance_rad2, verdict } = innovation;
-        self.word(match source {
-            Source::Camera => 0,
-        });
+        self.number(*source);
         self.word(taken_at.nanos());
         self.scalar(*innovation_rad);
         self.scalar(*variance_rad2);
@@ -134,11 +122,7 @@ impl Digest {
     }
 
     fn command(&mut self, command: DriveCommand) {
-        self.word(match command.mode() {
-            None => 0,
-            Some(DriveMode::B) => 1,
-            Some(DriveMode::C) => 2,
-        });
+        self.number(command.mode());
         self.scalar(command.amplitude());
         self.scalar(command.frequency_offset_hz());
     }
@@ -164,9 +148,9 @@ impl Digest {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use motor_model::{Angle, AngleAccumulator, Motor, MotorParams, MotorSetup, Phase};
+    use motor_model::{Angle, AngleAccumulator, DriveMode, Motor, MotorParams, MotorSetup, Phase};
 
-    /// Something done to a value.
+    /// A change of a value.
     type Change<'a, T> = dyn Fn(&mut T) + 'a;
 
     /// The lowest bit of each number of a state and of an impact reaches the digest.

@@ -1,6 +1,6 @@
 //! Cycles of the hot operations: an estimate, since no emulator has a pipeline.
 //!
-//! The emulator tells every instruction that the program `rehearsal` executes, one by one. Of each operation the call of median length is taken, written down as
+//! The emulator tells every instruction that the program `hot_operations` executes, one by one. Of each operation the call of median length is taken, written down as
 //! the straight line that it was, and given to `llvm-mca`, which knows how long the units of the processor take and what waits for what. On top
 //! come [`Board::cycles_per_jump`] for every jump that was taken, which it does not know. Wait states of the flash, caches and interrupts are left out; where
 //! `llvm-mca` has no model of an instruction (a comparison of floats on the Cortex-M7) it counts as one that does nothing.
@@ -21,10 +21,10 @@ use crate::tool::ToolError;
 
 /// Operations, by the end of the function's name, and what they are called.
 const OPERATIONS: [(&str, &str); 4] = [
-    ("instructions::twin::step", "located_step_aloft"),
-    ("instructions::core::step_written", "core_2_predict_and_update"),
-    ("instructions::estimation::update", "camera_frame_used"),
-    ("instructions::position::tick_once", "loop_tick_impact_aided"),
+    ("instructions::twin_step::step", "located_step_aloft"),
+    ("instructions::filter_core::step_two_states", "core_2_predict_and_update"),
+    ("instructions::constant_rate::update", "camera_frame_used"),
+    ("instructions::loop_tick::tick_once", "loop_tick_impact_aided"),
 ];
 
 /// Calls of the last operation that are followed: 20 ms of motion.
@@ -76,7 +76,7 @@ impl Board {
 /// When a tool is missing or fails.
 pub fn estimate(board: Board) -> Result<Vec<Estimate>, BoardError> {
     emulator::check()?;
-    let elf = program::build("rehearsal")?;
+    let elf = program::build("hot_operations")?;
     let image = Image::read(&elf)?;
     let code = disassembled(&elf, board)?;
     let entries = OPERATIONS.map(|(name, _)| {

@@ -1,16 +1,18 @@
-//! The bare core of the filters: a prediction and a measurement of two states, and nothing else.
+//! The core of the filters alone: a prediction and a measurement of two states.
 //!
-//! This is what other crates' filters do (`firmware-checks/src/instructions/peers.rs`); what a camera frame takes more is spent on what they leave to
-//! their user: times, the order of frames, gate, rest, a stuck camera, the record.
+//! Other crates' filters do the same (`firmware-checks/src/instructions/peers.rs`). A camera frame takes more
+//! instructions, because the filter also handles what they leave to their user: times, the order of frames, the gate,
+//! rest, a stuck camera, the record.
 
 use core::hint::black_box;
 
 use estimator::{AngleRateCovariance, NoiseSource, Transition, UdCovariance, UpperTriangular};
 use nalgebra::{Matrix2, Vector2};
 
-use super::{Count, InstructionTimer, Meter};
+use super::{Count, InstructionCounter, InstructionTimer};
 
-/// Angle and rate, the rate a random walk, the angle measured: numbers near 1, so that none of the filters refuses them.
+/// States angle and rate; the rate is a random walk, and the angle is measured. All numbers are near 1, so that no
+/// filter refuses them.
 #[derive(Clone, Copy)]
 pub(super) struct Problem {
     pub(super) dt: f32,
@@ -47,20 +49,20 @@ impl Problem {
     }
 }
 
-/// Steps that are counted, of a filter that has settled.
+/// Steps that are counted, and steps before them, in which the filter converges.
 const STEPS: u16 = 1000;
 const SETTLING_STEPS: u16 = 100;
 
-/// Counts `step`, a prediction and a measurement of the value that it is given.
+/// Counts `step`: a prediction, and a measurement of its argument.
 pub(super) fn counted(
-    meter: &Meter<'_, impl InstructionTimer>,
+    counter: &InstructionCounter<'_, impl InstructionTimer>,
     operation: &'static str,
     mut step: impl FnMut(f32),
 ) -> Count {
-    let mut count = Count::of(operation);
+    let mut count = Count::new(operation);
     for n in 0..SETTLING_STEPS + STEPS {
         let measured = black_box(f32::from(n % 16) - 7.5);
-        let ((), instructions) = meter.instructions(|| step(measured));
+        let ((), instructions) = counter.count(|| step(measured));
         if n >= SETTLING_STEPS {
             count.add(instructions);
         }
@@ -68,8 +70,8 @@ pub(super) fn counted(
     count
 }
 
-/// The two states that the filters of angle and rate have.
-struct Written {
+/// The covariance of the filters of angle and rate, written out for two states.
+struct TwoStates {
     dt: f32,
     intensity: f32,
     measured_variance: f32,
@@ -79,7 +81,7 @@ struct Written {
 }
 
 #[inline(never)]
-fn step_written(filter: &mut Written, measured: f32) {
+fn step_two_states(filter: &mut TwoStates, measured: f32) {
     filter.angle += filter.dt * filter.rate;
     filter.covariance.predict(filter.dt, filter.intensity);
     let innovation = measured - filter.angle;
@@ -88,8 +90,8 @@ fn step_written(filter: &mut Written, measured: f32) {
     filter.rate += gain.rate * innovation;
 }
 
-/// The core for any number of states, at two.
-struct General {
+/// The core for any number of states, with two.
+struct AnyStates {
     transition: UpperTriangular<f32, 2>,
     sources: [NoiseSource<f32, 2>; 2],
     measured_variance: f32,
@@ -98,15 +100,15 @@ struct General {
 }
 
 #[inline(never)]
-fn step_general(filter: &mut General, measured: f32) {
+fn step_any_states(filter: &mut AnyStates, measured: f32) {
     filter.state = filter.transition.carry(&filter.state);
     filter.covariance.predict(&filter.transition, &filter.sources);
     let innovation = measured - filter.state.x;
-    // Never refused: the measurements are plain.
+    // Never refused: the measurements are finite.
     let _ = filter.covariance.update_state::<0>(filter.measured_variance, innovation, &mut filter.state);
 }
 
-impl Written {
+impl TwoStates {
     fn new(problem: &Problem) -> Self {
         let Problem { dt, intensity, measured_variance, start_variance } = *problem;
         let covariance = AngleRateCovariance::diagonal(start_variance, start_variance);
@@ -114,31 +116,33 @@ impl Written {
     }
 }
 
-/// Steps of the written core.
-pub(super) fn rehearse() {
-    let mut written = Written::new(&Problem::constant_rate());
+/// Steps of the core of two states.
+pub(super) fn run_hot_operations() {
+    let mut two_states = TwoStates::new(&Problem::constant_rate());
     for n in 0..100_u8 {
-        step_written(&mut written, black_box(f32::from(n % 16) - 7.5));
+        step_two_states(&mut two_states, black_box(f32::from(n % 16) - 7.5));
     }
-    black_box((written.angle, written.rate));
+    black_box((two_states.angle, two_states.rate));
 }
 
 #[inline(never)]
-pub(super) fn count(meter: &Meter<'_, impl InstructionTimer>, report: &mut impl FnMut(Count)) {
+pub(super) fn count(counter: &InstructionCounter<'_, impl InstructionTimer>, report: &mut impl FnMut(Count)) {
     let problem = Problem::constant_rate();
     let Problem { measured_variance, start_variance, .. } = problem;
-    let mut written = Written::new(&problem);
-    report(counted(meter, "core_2_predict_and_update", |measured| step_written(&mut written, measured)));
-    black_box((written.angle, written.rate));
-    let mut general = black_box(General {
+    let mut two_states = TwoStates::new(&problem);
+    report(counted(counter, "core_2_predict_and_update", |measured| {
+        step_two_states(&mut two_states, measured)
+    }));
+    black_box((two_states.angle, two_states.rate));
+    let mut any_states = black_box(AnyStates {
         transition: UpperTriangular(problem.transition()),
         sources: problem.sources(),
         measured_variance,
         state: Vector2::zeros(),
         covariance: UdCovariance::from_diagonal(&Vector2::repeat(start_variance)),
     });
-    report(counted(meter, "general_core_2_predict_and_update", |measured| {
-        step_general(&mut general, measured);
+    report(counted(counter, "general_core_2_predict_and_update", |measured| {
+        step_any_states(&mut any_states, measured);
     }));
-    black_box(general.state);
+    black_box(any_states.state);
 }

@@ -1,7 +1,9 @@
-//! The loop that flies, [`controller::tick`], positioning the twin: first clockwise, then counter-clockwise, by one filter after the other.
+//! The loop body, [`controller::tick`], positions the twin, first clockwise, then counter-clockwise, with one filter
+//! after the other.
 //!
-//! The twin stands in for the motor as well: this run compares machines, it does not judge the loop. Its camera quantises, delivers one
-//! frame late, and now and then sends a frame twice or one that is far off, so that refusals are part of the run.
+//! The twin simulates the motor as well, because this run compares machines and does not judge the loop. Its camera
+//! quantises and delivers each frame one frame late. Some frames come twice, and some are outliers, so that refusals
+//! are part of the run.
 
 use core::fmt;
 
@@ -19,35 +21,36 @@ const TICKS_PER_TARGET: u64 = 15_000;
 /// Targets in degrees, one after the other.
 const TARGETS_DEG: [f64; 2] = [20.0, 16.0];
 
-/// Distance from a target that counts as reached, in degrees.
+/// Tolerance of each target, in degrees.
 const TOLERANCE_DEG: f64 = 0.02;
 
-/// 10,000 frames a second.
+/// Ticks from one camera frame to the next: 10,000 frames a second.
 const TICKS_PER_FRAME: u64 = 10;
 
 /// The camera's resolution, 2 um at 3.9 mm, in units of 2^-32 turn.
 const PIXEL_UNITS: i64 = 350_546;
 
-/// Tracking noise, even over two pixels: without any, no rotor at rest would count as measured. An odd number near two pixels' golden section.
+/// Step of the dither, which is uniform over two pixels: without noise the filter would not accept frames of a rotor at
+/// rest. An odd number near the golden section of two pixels.
 const DITHER_STEP: u64 = 433_299;
 
-/// The vibrometer's noise: without any, a rotor at rest looks like a vibrometer without light.
+/// The vibrometer's noise: without noise, a rotor at rest is a vibrometer without signal.
 const LDV_NOISE_M_S: f32 = 1e-5;
 
-/// Every so many frames one is far off, and one comes twice.
+/// Frames from one outlier to the next, and from one repeated frame to the next.
 const FRAMES_PER_OUTLIER: u64 = 97;
 const FRAMES_PER_REPEAT: u64 = 61;
 
-/// An outlier's error: 5 degrees.
+/// Error of an outlier: 5 degrees.
 const OUTLIER: Angle = Angle::from_units(59_652_324);
 
 /// The filters, one after the other.
 const KINDS: [FilterKind; 3] = [FilterKind::ConstantRate, FilterKind::ImpactAided, FilterKind::Twin];
 
-/// Where the loop lies: larger than a stack should carry. Empty at first.
-pub type LoopPlace = Option<PositionLoop<SelectedFilter>>;
+/// Memory of the loop, which is too large for the stack. Empty at first.
+pub type LoopMemory = Option<PositionLoop<SelectedFilter>>;
 
-/// What the run leaves behind. Its text is what the programs print: one `key value` a line.
+/// Result of the run. Its text is that of the program: one `key value` a line.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct LoopRun {
     /// FNV-1a, 64 bits, over the bits of all reports and of the twin's states.
@@ -59,11 +62,11 @@ pub struct LoopRun {
 }
 
 impl LoopRun {
-    /// Runs the loop in `place` and digests it.
+    /// Runs the loop in `memory` and digests it.
     ///
     /// # Errors
     /// When the model refuses the nominal motor or the controller a target: never, unless their bounds are changed.
-    pub fn compute(place: &mut LoopPlace) -> Result<Self, OutOfBounds> {
+    pub fn compute(memory: &mut LoopMemory) -> Result<Self, OutOfBounds> {
         let mut digest = Digest::default();
         let mut ticks = 0;
         let mut take = |report: &TickReport, state: &MotorState<f32>| {
@@ -73,7 +76,7 @@ impl LoopRun {
         };
         let mut angle_units = 0;
         for kind in KINDS {
-            let end = follow_loop(place, || SelectedFilter::try_new(kind), tick, &mut take)?;
+            let end = run_loop(memory, || SelectedFilter::try_new(kind), tick, &mut take)?;
             angle_units = end.rotor.angle.angle().units();
         }
         Ok(Self { digest: digest.value(), ticks, angle_units })
@@ -89,10 +92,11 @@ impl fmt::Display for LoopRun {
     }
 }
 
-/// Positions the twin by a `filter` of its own for each target, each time by `tick_once`, shows `observe` each report and the state that it was made from, and returns the last
-/// state.
-pub(crate) fn follow_loop<F: AngleFilter<f32>>(
-    place: &mut Option<PositionLoop<F>>,
+/// Positions the twin, with a new `filter` for each target and `tick_once` at each tick.
+///
+/// `observe` gets each report, with the state that was measured for it. The result is the last state.
+pub(crate) fn run_loop<F: AngleFilter<f32>>(
+    memory: &mut Option<PositionLoop<F>>,
     filter: impl Fn() -> Result<F, OutOfBounds>,
     mut tick_once: impl FnMut(&mut PositionLoop<F>, Time, &mut Instruments) -> TickReport,
     mut observe: impl FnMut(&TickReport, &MotorState<f32>),
@@ -107,10 +111,10 @@ pub(crate) fn follow_loop<F: AngleFilter<f32>>(
     for target_deg in TARGETS_DEG {
         let target = Target::try_new(target_deg, TOLERANCE_DEG)?;
         let now = Time::from_nanos(ticks * PositionLoop::TICK_NANOS);
-        let position_loop = put(place, &filter, target, now)?;
+        let position_loop = build_loop(memory, &filter, target, now)?;
         for _ in 0..TICKS_PER_TARGET {
             let now = Time::from_nanos(ticks * PositionLoop::TICK_NANOS);
-            instruments.look(&state, ticks, now);
+            instruments.measure(&state, ticks, now);
             let report = tick_once(position_loop, now, &mut instruments);
             observe(&report, &state);
             motor.step(&mut state, report.applied);
@@ -120,31 +124,32 @@ pub(crate) fn follow_loop<F: AngleFilter<f32>>(
     Ok(state)
 }
 
-// Never inlined: what building a filter takes need not lie on the stack of every tick.
+/// Builds the loop in `memory`.
+// Never inlined: the stack that construction of a filter takes is then not part of every tick's.
 #[inline(never)]
-pub(crate) fn put<'p, F>(
-    place: &'p mut Option<PositionLoop<F>>,
+pub(crate) fn build_loop<'m, F>(
+    memory: &'m mut Option<PositionLoop<F>>,
     filter: &impl Fn() -> Result<F, OutOfBounds>,
     target: Target,
     now: Time,
-) -> Result<&'p mut PositionLoop<F>, OutOfBounds> {
+) -> Result<&'m mut PositionLoop<F>, OutOfBounds> {
     let filter = filter()?;
-    Ok(place.insert(PositionLoop::new(filter, target, PositioningTuning::default(), now)))
+    Ok(memory.insert(PositionLoop::new(filter, target, PositioningTuning::default(), now)))
 }
 
-/// Camera and vibrometer on the twin, and an amplifier that does as it is told.
+/// Camera and vibrometer of the twin, and an amplifier without limits.
 #[derive(Default)]
 pub(crate) struct Instruments {
-    /// The newest frame, still on its way.
+    /// The newest frame, not yet delivered.
     exposed: Option<CameraFrame>,
-    /// The frame before it, arrived and not yet taken.
+    /// The frame before it, delivered and not yet read.
     arrived: Option<CameraFrame>,
     ldv: Option<LdvSample>,
 }
 
 impl Instruments {
-    /// Sees the twin as it is at `now`.
-    fn look(&mut self, state: &MotorState<f32>, ticks: u64, now: Time) {
+    /// Measures the twin at `now`.
+    fn measure(&mut self, state: &MotorState<f32>, ticks: u64, now: Time) {
         let noise_m_s = if ticks.is_multiple_of(2) { LDV_NOISE_M_S } else { -LDV_NOISE_M_S };
         self.ldv = Some(LdvSample { taken_at: now, velocity_m_s: state.rotor.velocity_m_s + noise_m_s });
         if !ticks.is_multiple_of(TICKS_PER_FRAME) {
@@ -187,15 +192,15 @@ mod tests {
     use estimator::{Rejection, Verdict};
     use motor_model::DriveMode;
 
-    /// Equal digests say little of code that the run never enters.
+    /// Equal digests prove nothing about code that the run does not execute.
     #[test]
-    fn law_the_runs_reach_what_the_loop_can_do() {
-        KINDS.into_iter().for_each(reaches_all);
+    fn law_the_runs_execute_all_that_the_loop_can_do() {
+        KINDS.into_iter().for_each(executes_all);
     }
 
-    fn reaches_all(kind: FilterKind) {
+    fn executes_all(kind: FilterKind) {
         let (mut modes, mut phases, mut verdicts) = ([0; 2], [0; 5], [0; 5]);
-        follow_loop(
+        run_loop(
             &mut None,
             || SelectedFilter::try_new(kind),
             tick,

@@ -1,4 +1,4 @@
-//! The loop that flies, with each filter as the firmware picks it, and with the twin's step beside it.
+//! A tick of the loop, with each filter of the firmware, alone and with a step of the twin.
 
 use core::hint::black_box;
 
@@ -6,11 +6,11 @@ use controller::{PositionLoop, TickReport, tick};
 use link::FilterKind;
 use motor_model::{Motor, MotorParams, MotorSetup, MotorState, OutOfBounds, Time};
 
-use super::{Count, InstructionTimer, Meter, twin};
-use crate::parity::{Instruments, LoopPlace};
+use super::{Count, InstructionCounter, InstructionTimer, twin_step};
+use crate::parity::{Instruments, LoopMemory};
 use firmware::filter::SelectedFilter;
 
-/// What is counted: a tick with the instruments of [`crate::parity::LoopRun`], whose queues hold one measurement each.
+/// The counted operation: a tick with the instruments of [`crate::parity::LoopRun`], each with at most one measurement.
 #[inline(never)]
 fn tick_once(
     position_loop: &mut PositionLoop<SelectedFilter>,
@@ -20,11 +20,11 @@ fn tick_once(
     tick(position_loop, now, instruments)
 }
 
-/// Counts the tick alone, with a twin that steps under the same drive, and those of the latter that drive.
+/// Counts the tick alone, the tick with a step of a twin under the same drive, and the latter while the drive is on.
 #[inline(never)]
-fn follow(
-    meter: &Meter<'_, impl InstructionTimer>,
-    place: &mut LoopPlace,
+fn count_kind(
+    counter: &InstructionCounter<'_, impl InstructionTimer>,
+    memory: &mut LoopMemory,
     names: [&'static str; 3],
     kind: FilterKind,
 ) -> Result<[Count; 3], OutOfBounds> {
@@ -32,18 +32,17 @@ fn follow(
     let setup = MotorSetup::with_step(PositionLoop::TICK_NANOS as f64 * 1e-9);
     let motor = Motor::try_new(&MotorParams::nominal(), &setup)?;
     let mut state = MotorState::default();
-    let [mut alone, mut whole, mut driven] = names.map(Count::of);
-    crate::parity::follow_loop(
-        place,
+    let [mut alone, mut with_step, mut driven] = names.map(Count::new);
+    crate::parity::run_loop(
+        memory,
         || SelectedFilter::try_new(kind),
         |position_loop, now, instruments| {
             let now = black_box(now);
-            let (report, of_tick) =
-                black_box(meter.instructions(|| tick_once(position_loop, now, instruments)));
+            let (report, of_tick) = black_box(counter.count(|| tick_once(position_loop, now, instruments)));
             let (_, of_step) =
-                black_box(meter.instructions(|| twin::step(&motor, &mut state, report.applied)));
+                black_box(counter.count(|| twin_step::step(&motor, &mut state, report.applied)));
             alone.add(of_tick);
-            whole.add(of_tick + of_step);
+            with_step.add(of_tick + of_step);
             if report.applied.mode().is_some() {
                 driven.add(of_tick + of_step);
             }
@@ -51,19 +50,19 @@ fn follow(
         },
         |_, _| (),
     )?;
-    Ok([alone, whole, driven])
+    Ok([alone, with_step, driven])
 }
 
-/// The loop with the impact-aided filter.
-pub(super) fn rehearse(place: &mut LoopPlace) -> Result<(), OutOfBounds> {
+/// The loop with the filter `impact_aided`.
+pub(super) fn run_hot_operations(memory: &mut LoopMemory) -> Result<(), OutOfBounds> {
     let filter = || SelectedFilter::try_new(FilterKind::ImpactAided);
-    crate::parity::follow_loop(place, filter, tick_once, |report, _| {
+    crate::parity::run_loop(memory, filter, tick_once, |report, _| {
         black_box(report);
     })
     .map(drop)
 }
 
-/// The names of each filter's rows: the tick alone, with the step, and with the step while the drive is on.
+/// Names of each filter's operations: the tick alone, with the step, and with the step while the drive is on.
 const NAMES: [(FilterKind, [&str; 3]); 3] = [
     (FilterKind::ConstantRate, ["loop_tick", "loop_tick_and_step", "loop_tick_and_driven_step"]),
     (
@@ -78,12 +77,12 @@ const NAMES: [(FilterKind, [&str; 3]); 3] = [
 ];
 
 pub(super) fn count(
-    meter: &Meter<'_, impl InstructionTimer>,
-    place: &mut LoopPlace,
+    counter: &InstructionCounter<'_, impl InstructionTimer>,
+    memory: &mut LoopMemory,
     report: &mut impl FnMut(Count),
 ) -> Result<(), OutOfBounds> {
     for (kind, names) in NAMES {
-        follow(meter, place, names, kind)?.into_iter().for_each(&mut *report);
+        count_kind(counter, memory, names, kind)?.into_iter().for_each(&mut *report);
     }
     Ok(())
 }

@@ -1,5 +1,5 @@
-//! The twin by itself, through all that it can do: both modes, full and partial drive, frequency offsets, changes under way, the
-//! drive off until the rotor lies still, and both friction laws.
+//! The twin alone: both modes, full and partial drive, frequency offsets, changes of command, the drive off until the
+//! rotor is at rest, and both friction laws.
 
 use core::fmt;
 
@@ -13,16 +13,16 @@ use super::digest::Digest;
 /// The twin's step in s.
 const STEP_S: f64 = 10e-6;
 
-/// What the run leaves behind. Its text is what the programs print: one `key value` a line.
+/// Result of the run. Its text is that of the program: one `key value` a line.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct TwinRun {
-    /// How the run found its impacts.
+    /// The rule by which impacts are found.
     pub rule: ImpactRule,
     /// FNV-1a, 64 bits, over the bits of all states and impacts.
     pub digest: u64,
     /// Steps taken.
     pub steps: u64,
-    /// Impacts met.
+    /// Number of impacts.
     pub impacts: u32,
     /// The rotor's angle at the end, in units of 2^-32 turn.
     pub angle_units: i64,
@@ -52,33 +52,34 @@ impl TwinRun {
     /// When the model refuses the nominal motor or a command of the schedule: never, unless their bounds are changed.
     pub fn compute(rule: ImpactRule) -> Result<Self, OutOfBounds> {
         let mut digest = Digest::default();
-        let mut impacts_met = 0;
-        let end = follow(rule, |state, impacts| {
+        let mut impact_count = 0;
+        let end = run_schedule(rule, |state, impacts| {
             digest.state(state);
             for impact in impacts {
                 digest.impact(impact);
-                impacts_met += 1;
+                impact_count += 1;
             }
         })?;
         Ok(Self {
             rule,
             digest: digest.value(),
             steps: end.steps,
-            impacts: impacts_met,
+            impacts: impact_count,
             angle_units: end.rotor.angle.angle().units(),
         })
     }
 }
 
-/// A stretch of the schedule.
-struct Stretch {
+/// A segment of the schedule: one command and one friction law.
+struct Segment {
     steps: u32,
     command: DriveCommand,
     friction_law: FrictionLaw,
 }
 
-/// Drives the twin through the schedule, shows `observe` each state and the impacts of its step, and returns the last state.
-fn follow(
+/// Drives the twin through the schedule. `observe` gets each state and the impacts of its step; the result is the last
+/// state.
+fn run_schedule(
     rule: ImpactRule,
     mut observe: impl FnMut(&MotorState<f32>, &Impacts<f32>),
 ) -> Result<MotorState<f32>, OutOfBounds> {
@@ -89,35 +90,35 @@ fn follow(
     let paper = Motor::<f32>::try_new(&params, &paper)?;
 
     let mut state = MotorState::default();
-    for stretch in schedule()? {
-        let motor = match stretch.friction_law {
+    for segment in schedule()? {
+        let motor = match segment.friction_law {
             FrictionLaw::Coulomb => &coulomb,
             FrictionLaw::Paper => &paper,
         };
-        for _ in 0..stretch.steps {
-            let impacts = motor.step(&mut state, stretch.command);
+        for _ in 0..segment.steps {
+            let impacts = motor.step(&mut state, segment.command);
             observe(&state, &impacts);
         }
     }
     Ok(state)
 }
 
-/// What drives the run, [`TwinRun::STEPS`] in all.
-fn schedule() -> Result<[Stretch; 8], OutOfBounds> {
+/// Commands and friction laws of the run, of [`TwinRun::STEPS`] steps in all.
+fn schedule() -> Result<[Segment; 8], OutOfBounds> {
     use DriveMode::{B, C};
     use FrictionLaw::{Coulomb, Paper};
 
-    let stretch = |steps, command, friction_law| Stretch { steps, command, friction_law };
+    let segment = |steps, command, friction_law| Segment { steps, command, friction_law };
     let off = DriveCommand::OFF;
     Ok([
-        stretch(2500, DriveCommand::full(B), Coulomb),
-        stretch(2000, off, Coulomb),
-        stretch(1500, DriveCommand::try_new(C, 0.3)?.with_frequency_offset(7.5)?, Coulomb),
-        stretch(500, DriveCommand::full(C), Coulomb),
-        stretch(1000, DriveCommand::try_new(B, 0.55)?.with_frequency_offset(-31.25)?, Paper),
-        stretch(1000, DriveCommand::full(C), Paper),
-        stretch(1000, off, Paper),
-        stretch(500, DriveCommand::try_new(B, 0.9)?, Coulomb),
+        segment(2500, DriveCommand::full(B), Coulomb),
+        segment(2000, off, Coulomb),
+        segment(1500, DriveCommand::try_new(C, 0.3)?.with_frequency_offset(7.5)?, Coulomb),
+        segment(500, DriveCommand::full(C), Coulomb),
+        segment(1000, DriveCommand::try_new(B, 0.55)?.with_frequency_offset(-31.25)?, Paper),
+        segment(1000, DriveCommand::full(C), Paper),
+        segment(1000, off, Paper),
+        segment(500, DriveCommand::try_new(B, 0.9)?, Coulomb),
     ])
 }
 
@@ -128,23 +129,23 @@ mod tests {
 
     #[test]
     fn exact_the_schedule_has_the_steps_it_says() {
-        let stretches = schedule().unwrap();
-        assert_eq!(stretches.iter().map(|stretch| stretch.steps).sum::<u32>(), TwinRun::STEPS);
+        let segments = schedule().unwrap();
+        assert_eq!(segments.iter().map(|segment| segment.steps).sum::<u32>(), TwinRun::STEPS);
         for rule in [ImpactRule::EndOfStep, ImpactRule::Located] {
             assert_eq!(TwinRun::compute(rule).unwrap().steps, u64::from(TwinRun::STEPS));
         }
     }
 
-    /// Equal digests say little of code that the run never enters.
+    /// Equal digests prove nothing about code that the run does not execute.
     #[test]
     #[expect(clippy::cast_possible_truncation, reason = "rounded as the model rounds it")]
-    fn law_the_run_reaches_all_that_the_twin_can_do() {
+    fn law_the_run_executes_all_that_the_twin_can_do() {
         let friction = MotorParams::nominal().get(Parameter::Friction) as f32;
         let mut impacts_of_pair = [0; 2];
         let (mut slid, mut stuck, mut double) = (0, 0, 0);
         let (mut fastest, mut slowest) = (0.0_f32, 0.0_f32);
         let mut resting = [0; 2];
-        follow(ImpactRule::EndOfStep, |state, impacts| {
+        run_schedule(ImpactRule::EndOfStep, |state, impacts| {
             for impact in impacts {
                 impacts_of_pair[usize::from(impact.pair)] += 1;
                 if impact.tangential_impulse_n_s.abs() < 0.999 * friction * impact.normal_impulse_n_s {
@@ -168,22 +169,22 @@ mod tests {
         assert!(resting.iter().all(|&steps| steps > 200), "{resting:?}");
     }
 
-    /// Impacts inside the step, several in one, and teeth pressed one by one and both.
+    /// Impacts inside the step, several in one step, and sustained contact of one pair of teeth and of both.
     #[test]
-    fn law_the_located_run_reaches_all_that_it_can_do() {
+    fn law_the_located_run_executes_all_that_it_can_do() {
         let (mut inside, mut several) = (0, 0);
-        let (mut one_pressed, mut both_pressed) = (0, 0);
-        follow(ImpactRule::Located, |state, impacts| {
+        let (mut one_in_contact, mut both_in_contact) = (0, 0);
+        run_schedule(ImpactRule::Located, |state, impacts| {
             inside += impacts.iter().filter(|impact| impact.before_end_s > 0.0).count();
             several += usize::from(impacts.len() > 1);
             match state.pressed {
-                [true, true] => both_pressed += 1,
+                [true, true] => both_in_contact += 1,
                 [false, false] => {}
-                _ => one_pressed += 1,
+                _ => one_in_contact += 1,
             }
         })
         .unwrap();
         assert!(inside > 100 && several > 10, "{inside} {several}");
-        assert!(one_pressed > 20 && both_pressed > 200, "{one_pressed} {both_pressed}");
+        assert!(one_in_contact > 20 && both_in_contact > 200, "{one_in_contact} {both_in_contact}");
     }
 }

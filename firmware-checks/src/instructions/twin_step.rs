@@ -1,4 +1,4 @@
-//! A step of the twin, in every situation that it meets.
+//! A step of the twin: in flight, in steady motion of each mode, and at rest.
 
 use core::hint::black_box;
 
@@ -6,52 +6,52 @@ use motor_model::{
     DriveCommand, DriveMode, ImpactRule, Impacts, Motor, MotorParams, MotorSetup, MotorState, OutOfBounds,
 };
 
-use super::{Count, InstructionTimer, Meter};
+use super::{Count, InstructionCounter, InstructionTimer};
 
 /// The twin's step in s.
 const STEP_S: f64 = 10e-6;
 
-/// 0.3 s: the resonances and the rotor have settled.
+/// 0.3 s: the resonances and the rotor have reached steady motion.
 const SETTLING_STEPS: u32 = 30_000;
 
 /// 1 s of steady motion.
 const STEPS: u32 = 100_000;
 
 /// 0.1 s of flight.
-const STEPS_ALOFT: u32 = 10_000;
+const STEPS_IN_FLIGHT: u32 = 10_000;
 
-/// Far above the teeth: a rotor falls 5 cm in 0.1 s.
-const ALOFT_M: f32 = 1.0;
+/// Height far above the teeth: a rotor falls 5 cm in 0.1 s.
+const IN_FLIGHT_M: f32 = 1.0;
 
 #[inline(never)]
 pub(super) fn count(
-    meter: &Meter<'_, impl InstructionTimer>,
+    counter: &InstructionCounter<'_, impl InstructionTimer>,
     report: &mut impl FnMut(Count),
 ) -> Result<(), OutOfBounds> {
     let (b, c) = (DriveCommand::full(DriveMode::B), DriveCommand::full(DriveMode::C));
-    let walk = |mode| DriveCommand::try_new(mode, 0.3);
+    let weak = |mode| DriveCommand::try_new(mode, 0.3);
 
     let located = motor(ImpactRule::Located)?;
-    report(aloft(meter, "located_step_aloft", &located, [c; 2]));
-    report(aloft(meter, "located_step_aloft_new_command", &located, [b, c]));
-    report(steady(meter, "located_step_b", &located, b));
-    report(steady(meter, "located_step_c", &located, c));
-    report(steady(meter, "located_step_b_0.3", &located, walk(DriveMode::B)?));
-    report(steady(meter, "located_step_c_0.3", &located, walk(DriveMode::C)?));
-    report(steady(meter, "located_step_at_rest", &located, DriveCommand::OFF));
+    report(in_flight(counter, "located_step_aloft", &located, [c; 2]));
+    report(in_flight(counter, "located_step_aloft_new_command", &located, [b, c]));
+    report(steady(counter, "located_step_b", &located, b));
+    report(steady(counter, "located_step_c", &located, c));
+    report(steady(counter, "located_step_b_0.3", &located, weak(DriveMode::B)?));
+    report(steady(counter, "located_step_c_0.3", &located, weak(DriveMode::C)?));
+    report(steady(counter, "located_step_at_rest", &located, DriveCommand::OFF));
 
     let at_end = motor(ImpactRule::EndOfStep)?;
-    report(aloft(meter, "end_of_step_aloft", &at_end, [c; 2]));
-    report(steady(meter, "end_of_step_b", &at_end, b));
-    report(steady(meter, "end_of_step_c", &at_end, c));
+    report(in_flight(counter, "end_of_step_aloft", &at_end, [c; 2]));
+    report(steady(counter, "end_of_step_b", &at_end, b));
+    report(steady(counter, "end_of_step_c", &at_end, c));
     Ok(())
 }
 
-/// Driven steps aloft.
-pub(super) fn rehearse() -> Result<(), OutOfBounds> {
+/// Driven steps in flight.
+pub(super) fn run_hot_operations() -> Result<(), OutOfBounds> {
     let motor = motor(ImpactRule::Located)?;
     let mut state = MotorState::default();
-    state.rotor.height_m = ALOFT_M;
+    state.rotor.height_m = IN_FLIGHT_M;
     for _ in 0..100 {
         black_box(step(black_box(&motor), &mut state, black_box(DriveCommand::full(DriveMode::C))));
     }
@@ -63,27 +63,27 @@ fn motor(impact_rule: ImpactRule) -> Result<Motor<f32>, OutOfBounds> {
     Motor::try_new(&MotorParams::nominal(), &setup)
 }
 
-/// What is counted: one step, compiled once for all situations.
+/// The counted operation: one step, compiled once for all states.
 #[inline(never)]
 pub(super) fn step(motor: &Motor<f32>, state: &mut MotorState<f32>, command: DriveCommand) -> Impacts<f32> {
     motor.step(state, command)
 }
 
-/// Steps without impact, under two commands in turn; a step with one would not be counted.
-fn aloft(
-    meter: &Meter<'_, impl InstructionTimer>,
+/// Steps without impact, under two commands alternately. A step with an impact is not counted.
+fn in_flight(
+    counter: &InstructionCounter<'_, impl InstructionTimer>,
     operation: &'static str,
     motor: &Motor<f32>,
     commands: [DriveCommand; 2],
 ) -> Count {
     let mut state = MotorState::default();
-    state.rotor.height_m = ALOFT_M;
+    state.rotor.height_m = IN_FLIGHT_M;
     let [first, second] = commands;
     step(motor, &mut state, black_box(first));
-    let mut count = Count::of(operation);
-    for _ in 0..STEPS_ALOFT / 2 {
+    let mut count = Count::new(operation);
+    for _ in 0..STEPS_IN_FLIGHT / 2 {
         for command in [second, first] {
-            let (impacts, instructions) = counted(meter, motor, &mut state, command);
+            let (impacts, instructions) = counted(counter, motor, &mut state, command);
             if impacts.is_empty() {
                 count.add(instructions);
             }
@@ -94,7 +94,7 @@ fn aloft(
 
 /// Steps of steady motion under one command.
 fn steady(
-    meter: &Meter<'_, impl InstructionTimer>,
+    counter: &InstructionCounter<'_, impl InstructionTimer>,
     operation: &'static str,
     motor: &Motor<f32>,
     command: DriveCommand,
@@ -103,10 +103,10 @@ fn steady(
     for _ in 0..SETTLING_STEPS {
         black_box(step(motor, &mut state, black_box(command)));
     }
-    let mut count = Count::of(operation);
+    let mut count = Count::new(operation);
     for _ in 0..STEPS {
-        let (_, instructions) = counted(meter, motor, &mut state, command);
-        // The drive off means at rest: on both pairs of teeth.
+        let (_, instructions) = counted(counter, motor, &mut state, command);
+        // With the drive off only steps at rest are counted: with both pairs of teeth in contact.
         if command != DriveCommand::OFF || state.pressed == [true; 2] {
             count.add(instructions);
         }
@@ -115,11 +115,11 @@ fn steady(
 }
 
 fn counted(
-    meter: &Meter<'_, impl InstructionTimer>,
+    counter: &InstructionCounter<'_, impl InstructionTimer>,
     motor: &Motor<f32>,
     state: &mut MotorState<f32>,
     command: DriveCommand,
 ) -> (Impacts<f32>, u32) {
     let (motor, command) = (black_box(motor), black_box(command));
-    black_box(meter.instructions(|| step(motor, state, command)))
+    black_box(counter.count(|| step(motor, state, command)))
 }

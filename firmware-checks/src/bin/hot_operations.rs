@@ -1,4 +1,5 @@
-//! Runs the hot operations for `host-sim instructions --cycles`, which follows what is executed. Prints nothing.
+//! Runs the most frequent operations for `host-sim instructions --cycles`, which follows every instruction. Prints
+//! nothing.
 
 #![cfg_attr(target_os = "none", no_std, no_main)]
 
@@ -15,12 +16,12 @@ mod board {
     use cortex_m_semihosting::debug;
     use firmware::board::end;
     use firmware_checks::instructions;
-    use firmware_checks::parity::LoopPlace;
+    use firmware_checks::parity::LoopMemory;
 
     #[entry]
     fn main() -> ! {
-        let Some(place) = singleton!(: LoopPlace = None) else { end(debug::EXIT_FAILURE) };
-        let ran = instructions::rehearse(place).is_ok();
+        let Some(memory) = singleton!(: LoopMemory = None) else { end(debug::EXIT_FAILURE) };
+        let ran = instructions::run_hot_operations(memory).is_ok();
         end(if ran { debug::EXIT_SUCCESS } else { debug::EXIT_FAILURE })
     }
 }
