@@ -1,16 +1,22 @@
 //! Covariance of angle and rate, kept as its factors `P = U D U'`.
 //!
+//! | index | state | unit | variance |
+//! |---|---|---|---|
+//! | 0 | angle | rad | P11 |
+//! | 1 | rate | rad/s | P22 |
+//!
 //! ```text
 //! U = [1 u; 0 1],  D = diag(d1, d2):    P11 = d1 + u^2 d2,   P12 = u d2,   P22 = d2
 //! ```
 //!
 //! In `f32` a covariance updated as a matrix loses its definiteness as soon as a measurement is much better than the
-//! prediction; the factors `d1`, `d2` are products and sums of positive numbers, so `P` is positive definite by construction.
-//! Straight-line code: no loop, two divisions an update, one a prediction; both at once ([`AngleRateCovariance::predict_and_update_angle`]) wait for one. [`crate::UdCovariance`] is the same for any number of states; a test holds
-//! the two against each other.
+//! prediction. The factors `d1`, `d2` are products and sums of positive numbers, so `P` is positive definite by
+//! construction. The code is straight: no loop, two divisions an update, one a prediction; both at once
+//! ([`AngleRateCovariance::predict_and_update_angle`]) have a chain of one division. [`crate::UdCovariance`] is the
+//! same for any number of states; a test compares the two.
 //!
-//! Sources: Bierman, "Factorization Methods for Discrete Sequential Estimation" (1977), chapter V (update); Thornton's modified weighted
-//! Gram-Schmidt prediction, written out for two states.
+//! Sources: Bierman, "Factorization Methods for Discrete Sequential Estimation" (1977), chapter V (update); Thornton's
+//! modified weighted Gram-Schmidt prediction, written out for two states.
 
 use motor_model::Real;
 
@@ -61,10 +67,10 @@ impl<T: Real> AngleRateCovariance<T> {
         [of_angle, rate / self.d2 - self.u * of_angle]
     }
 
-    /// Lets `dt_s` pass while the rate wanders as white noise of intensity `noise_rad2_s3`, not negative.
+    /// `dt_s`, not negative, passes, in which the rate is a random walk of intensity `noise_rad2_s3`, not negative.
     ///
-    /// The wandering's own covariance `q [dt^3/3 dt^2/2; dt^2/2 dt]` has the factors `u = dt/2`, `d = (q dt^3/12, q dt)`, and two factorised
-    /// matrices add without leaving factorised form.
+    /// The covariance of the random walk `q [dt^3/3 dt^2/2; dt^2/2 dt]` has the factors `u = dt/2`, `d = (q dt^3/12, q
+    /// dt)`, and two factorised matrices add without leaving factorised form.
     #[inline]
     pub fn predict(&mut self, dt_s: T, noise_rad2_s3: T) {
         let q2 = noise_rad2_s3 * dt_s;
@@ -82,7 +88,7 @@ impl<T: Real> AngleRateCovariance<T> {
         self.d2 = sum;
     }
 
-    /// Makes the rate less certain by `variance_rad2_s2`, not negative: a kick of unknown size.
+    /// Adds `variance_rad2_s2`, not negative, to the variance of the rate: a kick of unknown size.
     #[inline]
     pub fn widen_rate(&mut self, variance_rad2_s2: T) {
         let sum = self.d2 + variance_rad2_s2;
@@ -94,7 +100,7 @@ impl<T: Real> AngleRateCovariance<T> {
         self.d2 = sum;
     }
 
-    /// Multiplies the rate's error by `kept` and adds an independent one of `variance_rad2_s2`, not negative.
+    /// Multiplies the error of the rate by `kept` and adds an independent error of `variance_rad2_s2`, not negative.
     #[inline]
     pub fn kick_rate(&mut self, kept: T, variance_rad2_s2: T) {
         let before = self.d2;
@@ -114,7 +120,7 @@ impl<T: Real> AngleRateCovariance<T> {
         noise_rad2 + self.d1 + self.u * (self.u * self.d2)
     }
 
-    /// Takes in an angle measured with variance `noise_rad2`, positive.
+    /// Updates by an angle measured with variance `noise_rad2`, positive.
     #[inline]
     pub fn update_angle(&mut self, noise_rad2: T) -> Gain<T> {
         let a = noise_rad2 + self.d1;
@@ -129,14 +135,16 @@ impl<T: Real> AngleRateCovariance<T> {
         gain
     }
 
-    /// [`Self::predict`] and [`Self::update_angle`] at once, for a filter without a gate between the two: the same numbers but for rounding, sooner.
+    /// [`Self::predict`] and [`Self::update_angle`] at once, for a filter without a gate between them: the same numbers
+    /// up to rounding, faster.
     ///
     /// ```text
     /// x = (u + dt/2)^2 d2,   sum = d2 + q2,   b = R + d1 + q1,   e = b sum + x q2
     /// P11 + R = b + (u + dt)^2 d2 + q2 dt^2/4,    d1 <- R (d1 + q1 + x q2 / sum) sum / e,    d2 <- e / (P11 + R)
     /// ```
     ///
-    /// All terms are positive, as in the two by themselves; but no quotient waits for another, so a processor that overlaps divisions waits for one instead of two.
+    /// All terms are positive, as in the two separate steps. No quotient depends on another, so a processor that
+    /// overlaps divisions waits for one instead of two.
     #[inline]
     pub fn predict_and_update_angle(&mut self, dt_s: T, noise_rad2_s3: T, noise_rad2: T) -> Gain<T> {
         let (half_dt, ahead) = (dt_s * T::from_f64(0.5), self.u + dt_s);
@@ -145,7 +153,7 @@ impl<T: Real> AngleRateCovariance<T> {
         let (b, sum, apart) = (noise_rad2 + d1, self.d2 + q2, ahead - half_dt);
         let x = apart * apart * self.d2;
         let (left, e) = (noise_rad2 * sum, b * sum + x * q2);
-        // The products leave the range long before their quotients do.
+        // The products overflow or underflow long before their quotients do.
         if !(left > T::from_f64(1e-30) && e < T::from_f64(1e30)) {
             self.predict(dt_s, noise_rad2_s3);
             return self.update_angle(noise_rad2);
@@ -159,7 +167,7 @@ impl<T: Real> AngleRateCovariance<T> {
         Gain { angle: p11 * per_s, rate: p12 * per_s }
     }
 
-    /// Takes in a rate measured with variance `noise_rad2_s2`, positive.
+    /// Updates by a rate measured with variance `noise_rad2_s2`, positive.
     #[inline]
     pub fn update_rate(&mut self, noise_rad2_s2: T) -> Gain<T> {
         let per_s = T::one() / (noise_rad2_s2 + self.d2);
@@ -221,19 +229,22 @@ mod tests {
         /// One after the other or at once; where a product of variances leaves the range of f32, too.
         #[test]
         fn dual_at_once_equals_one_after_the_other(
-            prior in -18.0..18.0_f64, ratio in -4.0..4.0_f64, noise in -18.0..18.0_f64, q in prop_oneof![Just(0.0), 1e-6..1e4_f64],
-            dt in 1e-6..1.0_f64, n in 1..60_usize
+            prior in -18.0..18.0_f64, ratio in -4.0..4.0_f64, noise in -18.0..18.0_f64,
+            q in prop_oneof![Just(0.0), 1e-6..1e4_f64], dt in 1e-6..1.0_f64, n in 1..60_usize
         ) {
             let of = |decades: f64| 10_f64.powf(decades);
             let mut wide = [AngleRateCovariance::<f64>::diagonal(of(prior), of(prior + ratio)); 2];
             let mut short = [AngleRateCovariance::<f32>::diagonal(of(prior) as f32, of(prior + ratio) as f32); 2];
             for _ in 0..n {
                 wide[0].predict(dt, q);
-                let (one, other) = (wide[0].update_angle(of(noise)), wide[1].predict_and_update_angle(dt, q, of(noise)));
+                let one = wide[0].update_angle(of(noise));
+                let other = wide[1].predict_and_update_angle(dt, q, of(noise));
                 prop_assert!(close(&dense(&wide[0]), &dense(&wide[1])));
                 // The update by itself takes the angle's variance for a difference, which rounds to the last bit of 1.
                 prop_assert!((one.angle - other.angle).abs() <= 1e-9 * one.angle.abs() + 1e-15);
-                prop_assert!((one.rate - other.rate).abs() <= 1e-9 * (one.rate.abs() + other.rate.abs()) + 1e-9 * (wide[0].d2 / of(noise)).sqrt());
+                let rounding = one.rate.abs() + other.rate.abs();
+                let floor = 1e-9 * (wide[0].d2 / of(noise)).sqrt();
+                prop_assert!((one.rate - other.rate).abs() <= 1e-9 * rounding + floor);
                 let (dt, q, r) = (dt as f32, q as f32, of(noise) as f32);
                 short[0].predict(dt, q);
                 short[0].update_angle(r);

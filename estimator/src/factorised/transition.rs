@@ -1,4 +1,5 @@
-//! How states evolve over a step, `x <- F x`, and what the shape of F saves.
+//! How states change over a step, `x <- F x`, and what the shape of F saves. For a step that is not linear F is its
+//! Jacobian.
 //!
 //! For `P = U D U'` the product `F U` must be brought back to unit upper triangular form.
 //!
@@ -25,7 +26,7 @@ mod sealed {
 }
 pub(crate) use sealed::Sealed;
 
-/// A linear map of N states whose shape the factors know how to exploit.
+/// A linear map of N states, applied to states and to factors.
 pub trait Transition<T: Real, const N: usize>: Sealed {
     /// `F x`.
     fn carry(&self, state: &SVector<T, N>) -> SVector<T, N>;

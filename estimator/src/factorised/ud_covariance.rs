@@ -1,43 +1,46 @@
-//! A covariance that cannot stop being one: `P = U D U'`, U unit upper triangular, D diagonal and not negative.
+//! A covariance that stays positive semidefinite: `P = U D U'`, U unit upper triangular, D diagonal and not negative.
 //!
 //! ```text
 //! measurement  z = h'x + noise of variance R:   f = U'h,  g = D f,  a_0 = R,  a_j = a_(j-1) + f_j g_j
-//!              D_j <- D_j a_(j-1) / a_j,   U_ij <- U_ij - b_i f_j / a_(j-1),   b_i <- b_i + U_ij g_j,   K = b / a_n     (Bierman)
-//! transition   P <- F P F':  the rows of F U made orthogonal in the weights D, from the last row up                     (Thornton)
+//!              D_j <- D_j a_(j-1) / a_j,   U_ij <- U_ij - b_i f_j / a_(j-1),   b_i <- b_i + U_ij g_j,   K = b / a_n
+//! transition   P <- F P F':  the rows of F U made orthogonal in the weights D, from the last row up
 //! noise        P <- P + c a a':  D_j <- D_j + c a_j^2,  a_i <- a_i - a_j U_ij,  U_ij <- U_ij + (c a_j / D_j) a_i,
-//!              c <- c (old D_j) / D_j,  from the last column down to the first                                   (Agee-Turner)
+//!              c <- c (old D_j) / D_j,  from the last column down to the first
 //! ```
 //!
-//! Why not the matrix itself: `P - K h'P` subtracts nearly equal numbers once a measurement is much better than its prediction, and `f32`
-//! loses the definiteness of P for good. Joseph's form `(I - K h') P (I - K h')' + K R K'` delays this; the factors end it, because D is only ever
-//! multiplied by and added to what is not negative, and the condition number that rounding meets is the square root of that of P. Why U D U' and not
-//! a Cholesky factor: the same accuracy without a square root (a libm call per state on the microcontroller), and a division per state.
+//! The three are Bierman's, Thornton's and Agee and Turner's.
 //!
-//! Time updates cost `O(n^2)` a noise source and, for structured transitions, `O(n^2)` in all: see [`crate::Transition`].
+//! Why not the matrix itself? `P - K h'P` subtracts nearly equal numbers as soon as a measurement is much better than
+//! its prediction, and `f32` loses the definiteness of P for good. Joseph's form `(I - K h') P (I - K h')' + K R K'`
+//! delays this. The factors end it: D is only multiplied by, and added to, what is not negative, and the condition
+//! number that rounding meets is the square root of that of P. Why U D U' and not a Cholesky factor? It has the same
+//! accuracy without a square root (a library call for each state on the microcontroller) and a division for each state.
 //!
-//! Nothing here compares with an absolute threshold. A vanishing `D_j` (a combination of states known exactly) stays what it is until noise or
-//! a transition reaches it; `R = 0` makes such a combination of `h'x`. The one limit is the number format's: what is too small for its reciprocal
-//! counts as zero.
+//! Time updates cost `O(n^2)` for each noise source and, for structured transitions, `O(n^2)` in all: see
+//! [`crate::Transition`].
 //!
-//! Sources: Bierman, "Factorization Methods for Discrete Sequential Estimation" (1977), chapters III and V; Thornton, "Triangular
-//! covariance factorizations for Kalman filtering", thesis, UCLA (1976); Agee and Turner, White Sands technical report 38 (1972); Grewal and Andrews,
-//! "Kalman Filtering", chapter on square-root filtering; Maybeck, "Stochastic Models, Estimation and Control", volume 1, 7.7.
+//! Nothing here compares with an absolute threshold. A vanishing `D_j` (a combination of states known exactly) stays
+//! zero until noise or a transition changes it, and `R = 0` makes such a combination of `h'x`. The only limit is the
+//! number format: a number too small for its reciprocal counts as zero.
+//!
+//! Sources: Bierman, "Factorization Methods for Discrete Sequential Estimation" (1977), chapters III and V; Thornton,
+//! "Triangular covariance factorizations for Kalman filtering", thesis, UCLA (1976); Agee and Turner, White Sands
+//! technical report 38 (1972); Grewal and Andrews, "Kalman Filtering", chapter on square-root filtering; Maybeck,
+//! "Stochastic Models, Estimation and Control", volume 1, 7.7.
 
-mod bierman;
-mod noise;
+mod measurement_update;
+mod process_noise;
+mod single_states;
 mod sparse_row;
-mod states;
 
 use motor_model::Real;
 use nalgebra::{SMatrix, SVector};
 
-pub use bierman::{Correction, Refusal};
-pub use noise::NoiseSource;
+pub use measurement_update::{Correction, Refusal};
+pub use process_noise::NoiseSource;
 pub(crate) use sparse_row::{SparseRow, WhitenedMeasurement};
 
-use crate::factorised::transition::{Dense, Transition};
-
-/// Up to so many states it is one division after the other that counts; beyond, several are prepared together.
+/// Up to so many states the chain of divisions determines the time. Above, several divisions are prepared together.
 const FEW_STATES: usize = 3;
 
 /// A matrix by columns.
@@ -45,7 +48,8 @@ pub(crate) type Columns<T, const N: usize> = [[T; N]; N];
 
 /// Covariance of N states as its factors `P = U D U'`: symmetric and positive semidefinite whatever the rounding.
 ///
-/// Positive definite from the first, it stays so as long as nothing is known exactly (`R > 0`, F invertible) and nothing underflows.
+/// Positive definite from the first, it stays so as long as nothing is known exactly (`R > 0`, F invertible) and
+/// nothing underflows.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct UdCovariance<T, const N: usize> {
     /// U by columns, its ones and zeros included.
@@ -54,7 +58,7 @@ pub struct UdCovariance<T, const N: usize> {
     pub(crate) weights: [T; N],
 }
 
-/// A matrix is no covariance: some combination of states would have no positive variance.
+/// A matrix is not a covariance: some combination of states would have no positive variance.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct NotPositiveDefinite {
     /// The last state for which this shows, given those after it.
@@ -105,7 +109,7 @@ impl<T: Real, const N: usize> UdCovariance<T, N> {
                     return Err(NotPositiveDefinite { state });
                 }
             }
-            // What the states before this one have of their own.
+            // The covariance of the states before this one, given this one.
             for (other, &p) in rest.iter_mut().zip(&source).take(state) {
                 for (entry, &u) in other.iter_mut().zip(column.iter()).take(state) {
                     *entry -= u * p;
@@ -143,8 +147,8 @@ impl<T: Real, const N: usize> UdCovariance<T, N> {
     pub(crate) fn trace(&self) -> T {
         let mut sum = T::zero();
         for (j, (column, &weight)) in self.unit.iter().zip(&self.weights).enumerate() {
-            let reached = column.iter().take(j + 1);
-            sum += weight * reached.fold(T::zero(), |sum, &u| sum + u * u);
+            let rows = column.iter().take(j + 1);
+            sum += weight * rows.fold(T::zero(), |sum, &u| sum + u * u);
         }
         sum
     }
@@ -171,22 +175,6 @@ impl<T: Real, const N: usize> UdCovariance<T, N> {
     /// The diagonal of D: the variance of each state given those after it. Not negative.
     pub fn weights(&self) -> SVector<T, N> {
         self.weights.into()
-    }
-
-    /// Time passes: `P <- F P F' + sum c a a'` over the noise sources, which cost the less the earlier the states that they strike ([`NoiseSource`]).
-    #[inline]
-    pub fn predict<F: Transition<T, N>, const M: usize>(
-        &mut self,
-        transition: &F,
-        noise: &[NoiseSource<T, N>; M],
-    ) {
-        transition.carry_factors(self);
-        self.add_noise(noise);
-    }
-
-    /// `P <- M P M'` for any matrix, singular ones included: an impact's saltation matrix, for one.
-    pub fn transform(&mut self, map: &SMatrix<T, N, N>) {
-        Dense(*map).carry_factors(self);
     }
 }
 
@@ -215,11 +203,13 @@ pub(crate) fn identity<T: Real, const N: usize>() -> Columns<T, N> {
     SMatrix::<T, N, N>::identity().data.0
 }
 
-/// Runs `body` for every column `j < n`, from the first up or from the last down, as straight-line code for up to twelve states.
+/// Runs `body` for every column `j < n`, from the first up or from the last down, as straight-line code for up to
+/// twelve states.
 ///
-/// In straight-line code `j` is a constant where `body` calls an always-inlined function: its loops over the rows above the diagonal have fixed lengths and
-/// are unrolled, which halves the work against running through the zeros. It is paid for in code: on a Cortex-M4 a prediction by blocks takes 0.5 kB at
-/// two states, 4 kB at six and 15 kB at ten.
+/// In straight-line code `j` is a constant where `body` calls an always-inlined function. The loops over the rows above
+/// the diagonal then have fixed lengths and are unrolled, which halves the work compared with loops over the zeros too.
+/// The price is code size: on a Cortex-M4 a prediction by blocks takes 0.5 kB at two states, 4 kB at six and 15 kB at
+/// ten.
 macro_rules! for_columns {
     (up to $n:expr, |$j:ident| $body:expr) => {
         for_columns!(@ $n, $j, $body, 0 1 2 3 4 5 6 7 8 9 10 11);

@@ -1,16 +1,18 @@
 //! Independent pairs of states, such as lightly damped modes.
 //!
-//! With `F = diag(F_1 .. F_m)`, the 2 x 2 blocks of U transform one by one, `U_ij <- F_i U_ij T_j`, where `T_j` restores the form of the diagonal
-//! block: of the two columns `w_a`, `w_b` of `F U` with the elements `alpha`, `beta` in the block's lower row,
+//! With `F = diag(F_1 .. F_m)`, the 2 x 2 blocks of U transform one by one, `U_ij <- F_i U_ij T_j`, where `T_j`
+//! restores the form of the diagonal block: of the two columns `w_a`, `w_b` of `F U` with the elements `alpha`, `beta`
+//! in the block's lower row,
 //!
 //! ```text
 //! D_b' = alpha^2 D_a + beta^2 D_b         w_b' = (alpha D_a w_a + beta D_b w_b) / D_b'
 //! D_a' = det^2 D_a D_b / D_b'             w_a' = (beta w_a - alpha w_b) / det          det = det F_j
 //! ```
 //!
-//! This is Thornton's weighted Gram-Schmidt on the only two columns that reach the block's lower row: a fast Givens rotation (Gentleman,
-//! J. Inst. Maths Applics 12 (1973) 329-336) whose scale is put back. Its own diagonal comes out as `det / det`, without computing it.
-//! 2 x 2 products only, so `2 n^2` multiply-adds instead of Thornton's `1.5 n^3`.
+//! This is Thornton's weighted Gram-Schmidt on the only two columns with entries in the block's lower row: a fast
+//! Givens rotation (Gentleman, J. Inst. Maths Applics 12 (1973) 329-336) whose scale factor is restored. The diagonal
+//! is `det / det`, which need not be computed. 2 x 2 products only, so `2 n^2` multiply-adds instead of Thornton's `1.5
+//! n^3`.
 
 use motor_model::Real;
 use nalgebra::{Matrix2, SMatrix, SVector};
@@ -20,7 +22,8 @@ use crate::factorised::ud_covariance::{UdCovariance, for_columns, reciprocal, re
 
 /// A block-diagonal F of B blocks of 2 x 2, for `N = 2 B` states.
 ///
-/// Which state of a block comes first is free, and not all the same: put first what noise strikes ([`crate::NoiseSource`]).
+/// The order of the states within a block is free, but not its cost: put the state on which noise acts first
+/// ([`crate::NoiseSource`]).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Blocks2<T, const B: usize>(pub [Matrix2<T>; B]);
 
@@ -114,7 +117,8 @@ impl<T: Real, const B: usize> Blocks2<T, B> {
 }
 
 impl<T: Real> Pairing<T> {
-    /// For a block F whose columns of U read (1, 0) and (`u`, 1); `None` when F is singular or both states are known exactly.
+    /// For a block F whose columns of U read (1, 0) and (`u`, 1); `None` when F is singular or both states are known
+    /// exactly.
     #[inline]
     fn new(f: &Matrix2<T>, u: T, da: T, db: T) -> Option<Self> {
         let [[f00, f10], [f01, f11]] = f.data.0;
@@ -138,7 +142,7 @@ impl<T: Real> Pairing<T> {
     }
 }
 
-/// No array, since one of two `f32` travels as a single integer.
+/// Not an array, since one of two `f32` is passed as a single integer.
 #[inline]
 fn times<T: Real>(f: &Matrix2<T>, x: T, y: T) -> (T, T) {
     let [[f00, f10], [f01, f11]] = f.data.0;
@@ -156,7 +160,8 @@ mod tests {
         m.map(T::from_f64)
     }
 
-    /// A prediction and a measurement, with the states of each block as they come or exchanged, and the covariance in the order in which they come.
+    /// A prediction and a measurement, with the states of each block as they come or exchanged, and the covariance in
+    /// the order in which they come.
     fn step<T: Real>(numbers: &[f64], blocks: &[[f64; 4]; 3], exchanged: bool) -> SMatrix<f64, 6, 6> {
         let mut order = SMatrix::<f64, 6, 6>::identity();
         if exchanged {
@@ -170,12 +175,12 @@ mod tests {
         let transition = Blocks2(blocks.map(|[a, b, c, d]| {
             rounded(&exchange(Matrix2::new(0.3 * a, 1.0 + 0.3 * b, -1.0 + 0.3 * c, 0.3 * d)))
         }));
-        let struck = |state: usize| NoiseSource {
+        let source_on = |state: usize| NoiseSource {
             gain: rounded(&(order * SVector::<f64, 6>::ith(state, 1.0))),
             variance: T::from_f64(0.1),
         };
         let mut covariance = UdCovariance::from_covariance(&rounded(&start)).unwrap();
-        covariance.predict(&transition, &[struck(1), struck(3), struck(5)]);
+        covariance.predict(&transition, &[source_on(1), source_on(3), source_on(5)]);
         let row = order * SVector::from([1.0, 0.0, -0.5, 0.0, 1.0, 0.0]);
         covariance.update(&rounded(&row), T::one(), T::one(), &mut SVector::zeros()).unwrap();
         order * covariance.covariance().map(Real::to_f64) * order

@@ -1,9 +1,10 @@
-//! Rows that reach few of many states: zero but in a run of states near the first, and in the last ones.
+//! Sparse rows of many states, whose support (the non-zero columns) is a run of states near the first and a run at the
+//! end.
 //!
-//! Their products with U pass over the columns once for all rows, and touch of each only what the row reaches: with lengths that are constants, and with the
-//! zeros and ones that U holds taken along, this is straight-line code.
+//! Their products with U pass over the columns once for all rows, and read of each column only the support. The lengths
+//! are constants and the zeros and ones of U are multiplied like all other entries, so this is straight-line code.
 //!
-//! Two measurements at once need one sweep, too. What the first makes of the second's projection needs no updated U,
+//! Two measurements need only one sweep. The effect of the first on the projection of the second needs no updated U,
 //!
 //! ```text
 //! f_j' = (U' h2)_j - (f_j / a_(j-1)) (h2 . b),    h2 . b  grows by  g_j (U' h2)_j  a column
@@ -16,7 +17,7 @@ use nalgebra::SVector;
 
 use super::{UdCovariance, is_finite, reciprocal};
 
-/// A row, or errors, in `LEAD` states from `FIRST` on and in the last `LAST` ones.
+/// A row, or a vector of errors, whose support is `LEAD` states from `FIRST` on and the last `LAST` states.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct SparseRow<T, const FIRST: usize, const LEAD: usize, const LAST: usize> {
     pub(crate) lead: [T; LEAD],
@@ -37,7 +38,7 @@ impl<T: Real, const FIRST: usize, const LEAD: usize, const LAST: usize> SparseRo
         self.lead.iter().zip(&other.lead).chain(ends).fold(T::zero(), |sum, (&x, &y)| sum + x * y)
     }
 
-    /// The states reached of a column of all.
+    /// The support within a column.
     #[inline]
     fn of(column: &[T]) -> Option<(&[T; LEAD], &[T; LAST])> {
         Some((column.get(FIRST..)?.first_chunk()?, column.last_chunk()?))
@@ -51,7 +52,7 @@ pub(crate) struct WhitenedMeasurement<'a, T, const N: usize> {
     pub(crate) innovation: T,
 }
 
-/// What one of two measurements does to a column.
+/// The effect of one of two measurements on a column.
 #[derive(Clone, Copy)]
 struct Slope<T> {
     /// `f_j / a_(j-1)`
@@ -60,7 +61,7 @@ struct Slope<T> {
     pull: T,
 }
 
-/// One of two measurements on its way through the columns.
+/// One of two measurements as it passes through the columns.
 struct MeasurementSweep<T> {
     sum: T,
     per_sum: T,
@@ -86,7 +87,7 @@ impl<T: Real> MeasurementSweep<T> {
 }
 
 impl<T: Real, const N: usize> UdCovariance<T, N> {
-    /// `U' row` of each row, in which the covariance is D: that of `row . x` and `other . x` is the sum of `D f f_other`.
+    /// `f = U' row` of each row. The covariance of `row . x` and `other . x` is the sum of `D f f_other`.
     #[inline]
     pub(crate) fn whitened<const FIRST: usize, const LEAD: usize, const LAST: usize, const M: usize>(
         &self,
@@ -115,7 +116,7 @@ impl<T: Real, const N: usize> UdCovariance<T, N> {
         whitened
     }
 
-    /// `U y`, from independent errors `y` to those of the states reached.
+    /// `U y` within the support: from independent errors `y` to those of the states.
     #[inline]
     pub(crate) fn coloured<const FIRST: usize, const LEAD: usize, const LAST: usize>(
         &self,
@@ -136,14 +137,14 @@ impl<T: Real, const N: usize> UdCovariance<T, N> {
         x
     }
 
-    /// The first state becomes `row . x` of the others, and an error of `variance` beside.
+    /// Replaces the first state by `row . x` of the others and an independent error of `variance`.
     #[inline]
     pub(crate) fn follow<const FIRST: usize, const LEAD: usize, const LAST: usize>(
         &mut self,
         row: &SparseRow<T, FIRST, LEAD, LAST>,
         variance: T,
     ) {
-        const { assert!(FIRST > 0, "of the others") };
+        const { assert!(FIRST > 0, "the support excludes the first state") };
         let [f] = self.whitened([row]);
         let others = self.unit.get_mut(1..).unwrap_or_default();
         for (column, &f) in others.iter_mut().zip(f.get(1..).unwrap_or_default()) {
@@ -156,8 +157,9 @@ impl<T: Real, const N: usize> UdCovariance<T, N> {
         }
     }
 
-    /// Takes two measurements in, one after the other in one sweep: the first's row and the second's are of the covariance before both, and so are their
-    /// innovations. Returns the errors that they tell; all zero when one of them cannot be used, and then nothing has changed.
+    /// Updates by two measurements, one after the other, in one sweep. Rows and innovations of both are those before
+    /// the update. Returns the corrections of the states: all zero when one of the two cannot be used, and then nothing
+    /// has changed.
     #[inline]
     pub(crate) fn update_pair(
         &mut self,
@@ -180,7 +182,7 @@ impl<T: Real, const N: usize> UdCovariance<T, N> {
         let beside = second.innovation - shared * by_first;
         let by_second = beside * two.per_sum;
         let squared = first.innovation * by_first + beside * by_second;
-        // Asked this way round, so that NaN is refused too.
+        // Written so that NaN is refused too.
         if !(first.noise > T::zero() && second.noise > T::zero() && is_finite(squared + one.sum + two.sum)) {
             return errors;
         }
@@ -192,7 +194,7 @@ impl<T: Real, const N: usize> UdCovariance<T, N> {
         errors
     }
 
-    /// U after two measurements of these slopes; returns `P h` of each, of the covariance that it meets.
+    /// U after two measurements of these slopes. Returns `P h` of each, with the covariance before that measurement.
     #[inline]
     fn sweep_pair(&mut self, slopes: &[[Slope<T>; 2]; N]) -> [[T; N]; 2] {
         const { assert!(N.is_multiple_of(4), "columns of four at a time") };
@@ -262,10 +264,10 @@ mod tests {
             for (y, d) in y.iter_mut().zip(factors.weights().iter()) {
                 *y *= d;
             }
-            let reached: Row = factors.coloured(&y);
+            let errors: Row = factors.coloured(&y);
             let column = p * full;
             let expected = [column[1], column[2], column[3], column[6], column[7]];
-            for (x, e) in reached.lead.iter().chain(&reached.last).zip(expected) {
+            for (x, e) in errors.lead.iter().chain(&errors.last).zip(expected) {
                 prop_assert!((x - e).abs() < 1e-9 * (1.0 + p.abs().max()));
             }
             prop_assert!((row.dot(&row) - full.dot(&full)).abs() < 1e-12);

@@ -1,14 +1,16 @@
 //! Noise added in factorised form, one source after the other (Agee-Turner).
 //!
-//! As published, the source's variance runs down with the columns, `c <- c D_j / (D_j + c a_j^2)`: four products and a division, one waiting for the
-//! other, a column. Its reciprocal is a sum instead (Gill, Golub, Murray and Saunders, Math. Comp. 28 (1974) 505-535, method C1),
+//! As published, the variance of the source decreases from column to column, `c <- c D_j / (D_j + c a_j^2)`: a chain of
+//! four products and a division for each column. Its reciprocal is a sum instead (Gill, Golub, Murray and Saunders,
+//! Math. Comp. 28 (1974) 505-535, method C1),
 //!
 //! ```text
-//! s <- s + c a_j^2 / D_j,   s = 1 at the last column,   and what is left of the variance is c / s
+//! s <- s + c a_j^2 / D_j,   s = 1 at the last column,   and the remaining variance is c / s
 //! ```
 //!
-//! which leaves only an addition to wait for. The published form stays for a few states, where one division after the other is what counts, and for
-//! a state known exactly (`D_j = 0`, or so small that `s` overflows), which takes all that is left.
+//! which leaves a chain of additions. The published form is used for a few states, where the chain of divisions
+//! determines the time, and for a state known exactly (`D_j = 0`, or so small that `s` overflows), which takes all the
+//! remaining variance.
 
 use motor_model::Real;
 use nalgebra::SVector;
@@ -17,14 +19,15 @@ use super::{FEW_STATES, UdCovariance, for_columns, is_finite};
 
 /// A source of process noise: `variance * gain gain'` is what it adds to the covariance in a step.
 ///
-/// It passes the states from the last one that it strikes to the first, and costs a division and a column each. What noise strikes therefore comes
-/// first, of a block of [`crate::Blocks2`] in any case: with modes as (velocity over natural frequency, displacement) instead of the other way round
-/// a step of six states and two measurements takes 8 % less time, and one of ten states and one measurement 11 %.
+/// It passes the states from the last one that it acts on to the first, and costs a division and a column for each. So
+/// put the states on which noise acts first, within a block of [`crate::Blocks2`] in any case. With modes as (velocity
+/// over natural frequency, displacement), and not the other way round, a step of six states and two measurements takes
+/// 8 % less time, and one of ten states and one measurement 11 %.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct NoiseSource<T, const N: usize> {
-    /// How each state answers it. Zeros after the last state that does cost nothing.
+    /// Effect on each state. Zeros after the last state with an effect cost nothing.
     pub gain: SVector<T, N>,
-    /// Its variance over the step. One that is not positive adds nothing.
+    /// Variance over the step. One that is not positive adds nothing.
     pub variance: T,
 }
 
@@ -34,10 +37,10 @@ const UNROLLED_STATES: usize = 12;
 /// A source on its way from the last column to the first.
 #[derive(Clone, Copy)]
 struct SourceSweep<T, const N: usize> {
-    /// `a`, less what the columns passed have taken.
+    /// `a`, less the part that the columns passed have taken.
     gain: [T; N],
     variance: T,
-    /// `s`, infinite once nothing is left.
+    /// `s`, infinite once no variance remains.
     spent: T,
     per_spent: T,
 }
@@ -54,13 +57,15 @@ struct ColumnGain<T> {
 impl<T: Real, const N: usize> UdCovariance<T, N> {
     /// `P <- P + variance * direction direction'`, for a variance that is not negative; another one adds nothing.
     ///
-    /// There is no counterpart that subtracts: what remained could be no covariance. A measurement subtracts, with [`Self::update`].
+    /// There is no counterpart that subtracts, because the result might not be a covariance. A measurement subtracts,
+    /// with [`Self::update`].
     #[inline]
     pub fn add_rank_one(&mut self, direction: &SVector<T, N>, variance: T) {
         self.add_noise(&[NoiseSource { gain: *direction, variance }]);
     }
 
-    /// All sources pass column by column, so that a column is fetched once and one source's division overlaps another's.
+    /// All sources pass column by column, so that a column is fetched once and one source's division overlaps
+    /// another's.
     #[inline]
     pub(crate) fn add_noise<const M: usize>(&mut self, sources: &[NoiseSource<T, N>; M]) {
         let mut arriving = sources.map(SourceSweep::new);
@@ -83,7 +88,7 @@ impl<T: Real, const N: usize> UdCovariance<T, N> {
             return;
         }
         let (mut weight, mut per_weight) = (*d, T::one() / *d);
-        // Few rows live in registers meanwhile, which many have no room in.
+        // A few rows fit in registers meanwhile; many do not.
         let mut unit = if N > UNROLLED_STATES { None } else { Some(*column) };
         for_columns!(up to M, |m| {
             if let Some(source) = arriving.get_mut(m) {
@@ -123,13 +128,13 @@ impl<T: Real, const N: usize> SourceSweep<T, N> {
         }
     }
 
-    /// What it brings to the first column, where it ends.
+    /// What it adds to the first column, where it ends.
     #[inline]
     fn left_at_first(&self) -> T {
         self.gain.first().map_or(T::zero(), |&entry| self.variance * entry * entry * self.per_spent)
     }
 
-    /// `None` when the source has nothing for this column, to this precision.
+    /// `None` when the source adds nothing to this column in this precision.
     #[inline]
     fn column_gain(&self, entry: T, weight: T, per_weight: T) -> Option<ColumnGain<T>> {
         let pull = self.variance * entry;
@@ -137,7 +142,8 @@ impl<T: Real, const N: usize> SourceSweep<T, N> {
         let sum = weight + push * self.per_spent;
         let spent = self.spent + push * per_weight;
         let share = pull * per_weight;
-        // Both finite, in one question. Where the next reciprocal of the weight is not, the source that meets it takes the published form.
+        // Both finite, in one comparison. Where the next reciprocal of the weight is not, the next source takes the
+        // published form.
         if N > FEW_STATES && spent + share.abs() <= T::MAX {
             let per_spent = T::one() / spent;
             return Some(ColumnGain {
@@ -159,7 +165,8 @@ impl<T: Real, const N: usize> SourceSweep<T, N> {
 mod tests {
     use super::*;
 
-    /// A weight of the smallest numbers there are, and a source whose share of it no number holds: what comes out is what the source brings.
+    /// A weight among the smallest numbers, and a source so large that their ratio overflows: the result is the
+    /// source's share.
     #[test]
     fn exact_a_source_that_dwarfs_what_it_meets() {
         let mut p = UdCovariance::<f32, 6>::from_diagonal(&SVector::repeat(1e-38));

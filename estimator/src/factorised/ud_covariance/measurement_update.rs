@@ -1,4 +1,4 @@
-//! One scalar measurement taken in (Bierman's update).
+//! The update by one scalar measurement (Bierman).
 
 use motor_model::Real;
 use nalgebra::SVector;
@@ -21,7 +21,7 @@ pub struct Correction<T, const N: usize> {
 pub enum Refusal {
     /// The noise variance is negative or NaN.
     Noise,
-    /// The innovation variance is zero or too small for its reciprocal: the measurement is exact, and so was the prediction.
+    /// The innovation variance is zero or too small for its reciprocal: measurement and prediction are both exact.
     Certain,
     /// The innovation variance is infinite or NaN.
     Uncertain,
@@ -50,7 +50,7 @@ struct Projection<T, const N: usize> {
     sums: [T; N],
 }
 
-/// What the columns before have left: `a_(j-1)` and its reciprocal, and `b`.
+/// What is carried from column to column: `a_(j-1)` and its reciprocal, and `b`.
 struct Sweep<T, const N: usize> {
     sum: T,
     per_sum: Option<T>,
@@ -71,9 +71,11 @@ impl<T: Real, const N: usize> UdCovariance<T, N> {
         self.project(row, noise).variance()
     }
 
-    /// Takes in a scalar measurement `z = h'x + noise` of variance `noise`, zero or more, whose innovation is `z - h'x`.
+    /// Updates factors and state by a scalar measurement `z = h'x + noise` of variance `noise`, zero or more, whose
+    /// innovation is `z - h'x`.
     ///
-    /// Measurements with independent noises are taken in one after the other, each innovation against the state that the one before has left.
+    /// Measurements with independent noises are used one after the other, each innovation with the state after the one
+    /// before. For a measurement `z = h(x)` that is not linear, `row` is its Jacobian and the innovation `z - h(x)`.
     ///
     /// # Errors
     /// When the measurement cannot be used; nothing has changed then.
@@ -98,7 +100,8 @@ impl<T: Real, const N: usize> UdCovariance<T, N> {
         Ok(judged.correct(b, innovation, state))
     }
 
-    /// [`Self::update`] by a measurement whose noise, and with it a sum, may be too small for its reciprocal: rare, so as short code.
+    /// [`Self::update`] by a measurement whose noise, and with it a sum, may be too small for its reciprocal. Rare, so
+    /// the code is short.
     #[cold]
     #[inline(never)]
     fn update_exactly(
@@ -218,7 +221,7 @@ impl<T: Real, const N: usize> UdCovariance<T, N> {
         }
         let (Some(column), Some(weight)) = (self.unit.get_mut(j), self.weights.get_mut(j)) else { return };
         let (Some(&f), Some(&g), Some(&sum)) = (p.f.get(j), p.g.get(j), p.sums.get(j)) else { return };
-        // While the sum is zero so is b, and nothing is learnt.
+        // While the sum is zero so is b, and the column does not change.
         let slope = sweep.per_sum.map_or(T::zero(), |per| f * per);
         *weight *= per_sum.map_or(T::one(), |per| sweep.sum * per);
         for (u, b) in column.iter_mut().zip(&mut sweep.b).take(j) {
@@ -236,7 +239,7 @@ impl<T: Real, const N: usize> UdCovariance<T, N> {
     }
 }
 
-/// A measurement found usable.
+/// A measurement that can be used.
 struct Judged<T> {
     variance: T,
     per_variance: T,
@@ -249,7 +252,7 @@ impl<T: Real, const N: usize> Projection<T, N> {
         self.sums.last().copied().unwrap_or(self.noise)
     }
 
-    /// `1 / a_j` of all columns before any is touched: what does not wait for one another is divided several at a time.
+    /// `1 / a_j` of all columns before any changes: independent divisions overlap in the processor.
     #[inline]
     fn per_sums(&self, per_variance: T) -> [T; N] {
         let mut per_sums = [per_variance; N];
@@ -263,7 +266,7 @@ impl<T: Real, const N: usize> Projection<T, N> {
     /// A finite normalised square bounds the correction too: `(K_i innovation)^2 <= P_ii NIS`.
     #[inline]
     fn judge(&self, innovation: T) -> Result<Judged<T>, Refusal> {
-        // Asked this way round, so that NaN is refused too.
+        // Written so that NaN is refused too.
         let noise_known = self.noise >= T::zero();
         if !noise_known {
             return Err(Refusal::Noise);
@@ -340,7 +343,8 @@ mod tests {
             assert_one_by_one_is_at_once::<f32>(&p, &row, noise);
         }
 
-        /// A perfect measurement by the textbook, `P - P h h'P / h'P h`; and one whose noise has no reciprocal is perfect to rounding.
+        /// A perfect measurement by the textbook, `P - P h h'P / h'P h`; and one whose noise has no reciprocal is
+        /// perfect to rounding.
         #[test]
         fn exact_a_perfect_measurement_of_six_states(
             numbers in proptest::collection::vec(-2.0..2.0_f64, 36),

@@ -1,27 +1,28 @@
-//! Single states of a factorised covariance: how one acts on those before it, follows from those after it, or starts anew.
+//! Operations on single states of a factorised covariance: one state acts on those before it, or is replaced.
 //!
-//! With `x = U y`, `y` independent of the variances D, each of these touches rows or columns of U without any rotation.
+//! With `x = U y`, where `y` are independent with the variances D, each of these changes rows or columns of U without a
+//! rotation.
 
 use motor_model::Real;
 use nalgebra::SVector;
 
 use super::{NoiseSource, UdCovariance};
-use crate::factorised::transition::{Blocks2, Transition as _};
 
 impl<T: Real, const N: usize> UdCovariance<T, N> {
-    /// `x_i <- x_i + e x_k` for the `L` states `i` from `first` on, each with its own `e` of `effect`; all of them before `k`.
+    /// `x_i <- x_i + e x_k` for the `L` states `i` from `first` on, each with its own `e` of `effect`; all of them
+    /// before `k`.
     #[inline]
     pub(crate) fn add_effect<const L: usize>(&mut self, k: usize, first: usize, effect: &[T; L]) {
         for column in self.unit.get_mut(k..).unwrap_or_default() {
             let Some(&amount) = column.get(k) else { return };
-            let reached = column.get_mut(first..).and_then(|from| from.first_chunk_mut::<L>());
-            for (entry, &e) in reached.into_iter().flatten().zip(effect) {
+            let rows = column.get_mut(first..).and_then(|from| from.first_chunk_mut::<L>());
+            for (entry, &e) in rows.into_iter().flatten().zip(effect) {
                 *entry += e * amount;
             }
         }
     }
 
-    /// State `k` is forgotten and becomes one of its own, of `variance`. What its error has done to the others stays with them.
+    /// Replaces state `k` by an independent one of `variance`. The other states keep their covariance.
     #[inline(never)]
     pub(crate) fn replace_state(&mut self, k: usize, variance: T) {
         let mut left = NoiseSource { gain: SVector::<T, N>::zeros(), variance: T::zero() };
@@ -37,47 +38,17 @@ impl<T: Real, const N: usize> UdCovariance<T, N> {
         self.add_noise(&[left]);
     }
 
-    /// The first `L` states become less certain: what of their variance no later state explains is multiplied by `factor`.
+    /// Inflates the variance of the first `L` states: the part that no later state explains is multiplied by `factor`.
     pub(crate) fn inflate<const L: usize>(&mut self, factor: T) {
         for weight in self.weights.iter_mut().take(L) {
             *weight *= factor;
-        }
-    }
-
-    /// The first `L` states move on by blocks, the others stay.
-    pub(crate) fn carry_first<const L: usize, const B: usize>(&mut self, blocks: &Blocks2<T, B>) {
-        let mut first = UdCovariance::<T, L> { unit: [[T::zero(); L]; L], weights: [T::zero(); L] };
-        for (to, from) in first.unit.iter_mut().zip(&self.unit) {
-            for (to, &from) in to.iter_mut().zip(from) {
-                *to = from;
-            }
-        }
-        for (to, &from) in first.weights.iter_mut().zip(&self.weights) {
-            *to = from;
-        }
-        blocks.carry_factors(&mut first);
-        for (to, from) in self.unit.iter_mut().zip(&first.unit) {
-            for (to, &from) in to.iter_mut().zip(from) {
-                *to = from;
-            }
-        }
-        for (to, &from) in self.weights.iter_mut().zip(&first.weights) {
-            *to = from;
-        }
-        for column in self.unit.iter_mut().skip(L) {
-            let mut lead = SVector::<T, L>::zeros();
-            for (to, &from) in lead.iter_mut().zip(column.iter()) {
-                *to = from;
-            }
-            for (to, &from) in column.iter_mut().zip(blocks.carry(&lead).iter()) {
-                *to = from;
-            }
         }
     }
 }
 
 #[cfg(test)]
 mod tests {
+    use crate::factorised::transition::Blocks2;
     use nalgebra::{Matrix2, SMatrix};
     use proptest::prelude::*;
 
