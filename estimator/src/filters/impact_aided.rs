@@ -69,10 +69,10 @@ use motor_model::{DriveCommand, DriveMode, Real, Time};
 use crate::camera::track::{Process, State};
 use crate::camera::tracker::{FrameContext, Tracker};
 use crate::filter::{AngleFilter, Estimate, Health, Reason};
-use crate::filters::impact_aided::ringing::{Ringing, Tooth};
+use crate::filters::impact_aided::ringing::{Ringing, ToothRate};
 use crate::innovation::Innovation;
 use crate::measurement::{CameraFrame, LdvSample};
-use crate::vibrometer::impact_detector::{Heard, ImpactDetector};
+use crate::vibrometer::impact_detector::{ImpactDetector, VibrometerEvent};
 use crate::vibrometer::motion::{Motion, MotionWatch};
 use process::{ImpactKick, ImpactKicks, KickedRate};
 pub use tuning::ImpactAidedTuning;
@@ -141,8 +141,8 @@ impl<T: Real> ImpactAided<T> {
     fn impact_kick(&mut self, at: Time, within_s: T, before_m_s: T, jump_m_s: T) -> ImpactKick<T> {
         let tuning = &self.tuning;
         let rise_m_s = before_m_s + jump_m_s * tuning.approach_per_jump;
-        let Tooth { rate_rad_s, turning_rad_s2 } =
-            self.ringing.strike(&tuning.ringing, at, rise_m_s, jump_m_s);
+        let ToothRate { rate_rad_s, slope_rad_s2 } =
+            self.ringing.impact(&tuning.ringing, at, rise_m_s, jump_m_s);
         let (kick_max_rad_s, threshold_m_s) =
             (tuning.kick_per_jump_rad_m * jump_m_s, self.detector.threshold_m_s());
         let missed_rad_s = tuning.kick_per_jump_rad_m * threshold_m_s;
@@ -156,7 +156,7 @@ impl<T: Real> ImpactAided<T> {
             Some(DriveMode::B) => ImpactKick {
                 at,
                 tooth_rate_rad_s: rate_rad_s,
-                half_width_rad_s: tuning.tooth_width_rad_s + T::from_f64(0.5) * within_s * turning_rad_s2,
+                half_width_rad_s: tuning.tooth_width_rad_s + T::from_f64(0.5) * within_s * slope_rad_s2,
                 kick_max_rad_s,
                 variance_rad2_s2: if at < self.ringing_known_from {
                     tuning.unexplained_b * bound_rad2_s2
@@ -180,33 +180,33 @@ impl<T: Real> ImpactAided<T> {
 
     /// Takes in a detection other than continued flight. `before` is when the last sample was taken.
     #[inline(never)]
-    fn take_detection(&mut self, sample: &LdvSample, detection: Heard<T>, before: Option<Time>) {
+    fn take_detection(&mut self, sample: &LdvSample, detection: VibrometerEvent<T>, before: Option<Time>) {
         match detection {
-            Heard::Flight => (),
-            Heard::Nothing => {
+            VibrometerEvent::Flight => (),
+            VibrometerEvent::Rejected => {
                 if self.detector.newest().is_some_and(|newest| sample.taken_at <= newest) {
                     // The watch has started again: the samples before had wrong times.
                     self.detector = ImpactDetector::new(self.tuning.detector);
                     while self.kicks.pop_back_if(|kick| kick.at >= sample.taken_at).is_some() {}
                     self.propagated = None;
-                    let Heard::Gap(seconds) = self.detector.observe(sample) else { return };
+                    let VibrometerEvent::Gap(seconds) = self.detector.observe(sample) else { return };
                     self.wander_through(sample.taken_at, seconds);
                 }
             }
-            Heard::Impact { before_m_s, jump_m_s } => {
+            VibrometerEvent::Impact { before_m_s, jump_m_s } => {
                 if !self.detector.is_wrong() {
                     let within_s = before.map_or(T::zero(), |before| sample.taken_at.seconds_since(before));
                     let kick = self.impact_kick(sample.taken_at, within_s, before_m_s, jump_m_s);
                     self.record_kick(kick);
                 }
             }
-            Heard::Fall { drop_m_s } => {
+            VibrometerEvent::Fall { drop_m_s } => {
                 // The wrong sample before may have been taken for an impact as large as the fall.
                 let kick_rad_s = self.tuning.kick_per_jump_rad_m * drop_m_s;
                 self.forget_ringing(sample.taken_at);
                 self.record_kick(ImpactKick::unknown(sample.taken_at, kick_rad_s * kick_rad_s));
             }
-            Heard::Gap(seconds) => self.wander_through(sample.taken_at, seconds),
+            VibrometerEvent::Gap(seconds) => self.wander_through(sample.taken_at, seconds),
         }
     }
 
@@ -301,7 +301,7 @@ impl<T: Real> AngleFilter<T> for ImpactAided<T> {
             if was_wrong && !self.detector.is_wrong() {
                 self.resume_detection(sample.taken_at);
             }
-            if detection != Heard::Flight {
+            if detection != VibrometerEvent::Flight {
                 self.take_detection(sample, detection, before);
             }
         }

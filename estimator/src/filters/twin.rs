@@ -1,38 +1,96 @@
-//! The twin's filter: the vibrometer drives the twin through each impact, and the camera corrects what the twin cannot know.
+//! The twin's filter: the vibrometer's impacts drive a model of the stator, which gives the rate's kicks; the camera
+//! corrects angle, rate, friction and tooth factor.
 //!
-//! The bouncing rotor is chaotic: an error grows some hundred times an impact ([`motor_model::Saltation`]), so a twin that runs on its
-//! own through impacts knows nothing after two. The vibrometer sees each impact's normal impulse, and so the twin is never asked for one:
+//! The bouncing rotor is chaotic: an error grows some hundred times an impact (the gain of its saltation matrix), so a
+//! model that predicts its own impacts is useless after two. The vibrometer measures the jump of each impact, so none
+//! is predicted:
 //!
 //! ```text
-//! stator   driven by the coil, struck back by the measured impulses: stable, its errors die out with the modes
-//! impact   the pair whose tooth is where the rotor is (gap) and approaches as the jump tells; its instant within the 5 us of a sample's period
-//! rate     kicked by clamp(a S - rate, -f L, f L),   S = s' / R_t of that pair,   L = mu m_r R_t dv / J
+//! stator   driven by the coil and by the recoil of the measured jumps: stable, its errors decay with the modes
+//! impact   of the pair of teeth that fits the gap and the approach at the jump, within the sample's period of 5 us
+//! rate     kick = clamp(a S - rate, -f L, f L),   S = s' / R_t of that pair,   L = mu m_r R_t dv / J
 //! ```
 //!
-//! Two filters in a row, since the camera tells nothing of the stator. The first has the stator's 24 errors: six of the modes, the height, three of the impact at
-//! hand, 13 of the motor's parameters and the drive's phase, which gap and approach of hundreds of impacts a second soon tell. The second has angle, rate, and the scales `f`
-//! of friction and `a` of the teeth's reach.
+//! There are two filters in a row, since the camera tells nothing of the stator:
 //!
-//! A jump is better known ten samples later, and the tooth's velocity after the next impact: the strike, which waits for its frame, is amended.
+//! | filter | states | measurements | prediction and update |
+//! |---|---|---|---|
+//! | stator | 24, motion and parameters: [`states`] | gap and approach at each impact | [`stator`] and what it names |
+//! | rotor | 4, angle, rate, friction `f`, tooth factor `a`: [`rotor`] | camera frames | [`process`], [`kick_record`] |
 //!
-//! The strikes since the oldest frame kept are kept, up to [`crate::IMPACTS_KEPT_MAX`], as [`crate::ImpactAided`] keeps its kicks; so are gate, new start, rest and the
-//! loss of either sensor that of all filters. Without samples for [`crate::ImpactDetectorTuning::gap_nanos`] the rate wanders as in [`crate::ConstantRate`], and
-//! modes and height become unknown.
+//! The output of the first is a [`kick_record::KickRecord`] for each impact: an input of the second, with its variance.
+//!
+//! # One vibrometer sample
+//!
+//! 1. [`MotionWatch`] sets the clock and detects rest. It drops a sample that is not finite, too fast or no newer.
+//! 2. If sample times ran back: new detector, kicks after that time dropped, stator rewound, its motion forgotten.
+//! 3. [`ImpactDetector`] classifies the sample: flight, impact, fall, gap or rejected. A rejected one ends here.
+//! 4. The stator's motion is predicted to the sample ([`motion_prediction`]); in flight only every fourth sample.
+//! 5. If a fault of the vibrometer has ended: stator restarted; one unknown kick for all impacts since the last frame.
+//! 6. If an impact ends a flight of two samples or more: the jump of the impact before is refined ([`refinement`]).
+//! 7. The event acts ([`vibrometer_sample`]):
+//!    - rotor quiet: stator at rest, monitors reset;
+//!    - flight: height integrated; after ten samples the jump is refined;
+//!    - impact: height integrated, then [`impact`]: regime; association of a pair; update, transition; kick kept;
+//!    - fall, gap: an unknown kick is kept.
+//! 8. If the newest kick was refined, the propagated track is renewed ([`kick_history`]).
+//!
+//! # One camera frame
+//!
+//! 1. The tracker predicts the track from the last frame to the exposure, through the kicks ([`process`]).
+//! 2. Gate, then update of angle, rate, friction and tooth factor. A late frame is fused in its place.
+//! 3. Kicks before the oldest frame kept are dropped.
+//! 4. If the track moved, it is propagated again through the kicks since: [`propagated_track`]. An estimate starts
+//!    there.
+//!
+//! # Flags and health
+//!
+//! ```text
+//! vibrometer    sound --> VibrometerInverted    sum of signed squared jumps < 0             back: sum > 0
+//!               sound --> VibrometerScale       fall in flight off by 25 % over 16 flights  back: within 15 %
+//!               sound --> VibrometerErratic     a fall of 5 mm/s or more, twice in a row    back: 50 ms without one
+//!                         in each: impacts ignored, the rate wanders as in ConstantRate
+//!                         back from the last of them: stator restarted; on probation after Erratic, else trusted
+//!               sound --> VibrometerSilent      no sample for 1 ms                          back: a sample
+//! misfit        trusted --> on probation        mean misfit > 20, or stator not sound       health: ImpactsUnexplained
+//!               on probation --> trusted        16 impacts more and mean misfit < 10, or rest
+//! regime        bouncing <--> riding            mean jump in thresholds < 1.3, > 1.5        riding: stator not updated
+//! stator_follows  true --> false                drive off and a jump < 10 mm/s              stator not updated
+//!                 false --> true                drive on (motion forgotten), or rest
+//! since_rest    NoImpact --> Impact             first impact; until then process noise      back: rest
+//! newest_refined  false --> true                the newest kick was refined                 back: track propagated
+//! ```
+//!
+//! Health is the first that holds of: silent, inverted, scale, erratic, unexplained; then the camera's.
+//!
+//! Without samples for [`crate::ImpactDetectorTuning::gap_nanos`] the rate wanders as in [`crate::ConstantRate`], and
+//! modes and height become unknown. Gate, restart, rest and the loss of either sensor are those of all filters.
 
-mod amendment;
-mod belief;
-mod conditions;
-mod contact;
-mod driven;
-mod hearing;
+mod association;
+mod contact_measurement;
+mod covariance_prediction;
+mod impact;
+mod impact_update;
+mod kick_history;
+mod kick_record;
+mod measured_impact;
+mod misfit_monitor;
+mod modes_at;
+mod motion_prediction;
 mod oscillator;
-mod passage;
-mod ride;
-mod shape;
+mod process;
+mod propagated_track;
+mod refinement;
+mod regime;
+mod restart;
+mod rotor;
+mod sensitivity;
+mod states;
 mod stator;
-mod trust;
+mod tooth;
 mod tuning;
-mod unexplained;
+mod unexplained_kick;
+mod vibrometer_sample;
 
 use motor_model::{DriveCommand, DriveMode, MotorParams, OutOfBounds, Parameter, Real, Time};
 
@@ -41,63 +99,63 @@ use crate::filter::{AngleFilter, Estimate, Health, Reason};
 use crate::filters::impact_aided::ImpactAidedTuning;
 use crate::innovation::Innovation;
 use crate::measurement::{CameraFrame, LdvSample};
-use crate::vibrometer::impact_detector::{Heard, ImpactDetector};
+use crate::vibrometer::impact_detector::{ImpactDetector, VibrometerEvent};
 use crate::vibrometer::motion::{Motion, MotionWatch};
-use belief::ScaledBelief;
-use contact::{Blow, Known, Struck};
-use driven::{Ahead, Driven, Strike, Strikes};
-use ride::Ride;
-use stator::StatorBelief;
-use trust::Trust;
-pub use tuning::{ContactTuning, Tolerance, TwinTuning};
+use kick_record::KickRecords;
+use misfit_monitor::MisfitMonitor;
+use process::TwinProcess;
+use propagated_track::PropagatedTrack;
+use regime::RegimeDetector;
+use rotor::RotorCovariance;
+use stator::StatorFilter;
+pub use tuning::{ContactTuning, TwinPrior, TwinTuning};
 
-/// A longer time without samples, in s, hides the pair that struck, and where: a quarter of mode A's period.
-const LONGEST_BLOW_S: f64 = 31e-6;
-
-/// What has been heard of the rotor since it lay quiet.
+/// Whether an impact has been detected since the rotor lay at rest.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Course {
-    /// No impact yet.
-    Launching,
+enum SinceRest {
+    /// None yet.
+    NoImpact,
     /// One at least.
-    Launched,
+    Impact,
 }
 
-/// The filter.
+/// The filter: see the head of the module for its states, its flags and its order of work.
 #[derive(Clone, Debug)]
 pub struct TwinFilter<T: Real> {
     tuning: TwinTuning<T>,
     watch: MotionWatch<T>,
     detector: ImpactDetector<T>,
-    tracker: Tracker<T, ScaledBelief<T>>,
-    strikes: Strikes<T>,
-    ahead: Option<Ahead<T>>,
-    /// Whether the newest strike has become better known since it was last passed.
-    stale: bool,
-    stator: StatorBelief<T>,
-    trust: Trust<T>,
-    ride: Ride<T>,
-    /// Whether the stator has been told of all impacts: not of those of a rotor that lands.
-    followed: bool,
-    course: Course,
-    /// Whether the drive has ever been on: before that the rotor lies on a stator that rests.
-    driven: bool,
-    /// What is known of a kick without the stator.
-    aided: ImpactAidedTuning<T>,
+    /// Track of angle and rate at the last frame.
+    tracker: Tracker<T, RotorCovariance<T>>,
+    kicks: KickRecords<T>,
+    /// The track after all kicks; `None` if there are none after the last frame.
+    propagated: Option<PropagatedTrack<T>>,
+    /// Whether the newest kick has been refined since it was last applied.
+    newest_refined: bool,
+    stator: StatorFilter<T>,
+    misfit: MisfitMonitor<T>,
+    regime: RegimeDetector<T>,
+    /// Whether impacts update the stator: not those of a rotor that lands after the drive went off.
+    stator_follows: bool,
+    since_rest: SinceRest,
+    /// Whether the drive has ever been on: before that the rotor lies on a stator at rest.
+    ever_driven: bool,
+    /// What is known of a kick that the stator filter does not explain.
+    without_stator: ImpactAidedTuning<T>,
     drive: DriveCommand,
-    /// The mode of the last strike kept.
-    struck_in: Option<DriveMode>,
-    /// The newest sample.
-    seen_m_s: T,
-    /// The last impact's jump as first seen, as long as it can be refined.
-    raw_jump_m_s: Option<T>,
-    /// `mu m_r R_t / J`, in rad/s per m/s.
+    /// Mode of the drive at the last kick kept.
+    last_kick_mode: Option<DriveMode>,
+    last_sample_m_s: T,
+    /// The last impact's jump as first measured, until it is refined.
+    unrefined_jump_m_s: Option<T>,
+    /// Limit of a kick per jump, `mu m_r R_t / J`, in rad/s per m/s.
     limit_per_jump_rad_m: T,
+    /// `1 / R_t`.
     per_radius_m: T,
 }
 
 impl<T: Real> TwinFilter<T> {
-    /// A filter that has seen nothing and believes the motor's parameters to be these, within its tuning's tolerances.
+    /// A filter without a measurement, for a motor whose nominal parameters are `params`; the tuning has their prior.
     ///
     /// # Errors
     /// When the model refuses the parameters.
@@ -105,209 +163,39 @@ impl<T: Real> TwinFilter<T> {
         let radius = params.get(Parameter::ToothRadius);
         let limit = params.get(Parameter::Friction) * params.get(Parameter::RotorMass) * radius
             / params.get(Parameter::RotorInertia);
-        let stator = StatorBelief::try_new(params, tuning)?;
+        let stator = StatorFilter::try_new(params, tuning)?;
         Ok(Self {
             tuning: *tuning,
             watch: MotionWatch::new(&tuning.constant_rate.rest),
             detector: ImpactDetector::new(tuning.detector),
             tracker: Tracker::new(tuning.constant_rate.track),
-            strikes: Strikes::new(),
-            ahead: None,
-            stale: false,
+            kicks: KickRecords::new(),
+            propagated: None,
+            newest_refined: false,
             stator,
-            trust: Trust::new(),
-            ride: Ride::new(),
-            followed: true,
-            driven: false,
-            course: Course::Launching,
-            aided: ImpactAidedTuning::new(params),
+            misfit: MisfitMonitor::trusted(),
+            regime: RegimeDetector::new(),
+            stator_follows: true,
+            ever_driven: false,
+            since_rest: SinceRest::NoImpact,
+            without_stator: ImpactAidedTuning::new(params),
             drive: DriveCommand::OFF,
-            struck_in: None,
-            seen_m_s: T::zero(),
-            raw_jump_m_s: None,
+            last_kick_mode: None,
+            last_sample_m_s: T::zero(),
+            unrefined_jump_m_s: None,
             limit_per_jump_rad_m: T::from_f64(limit),
             per_radius_m: T::from_f64(1.0 / radius),
         })
     }
 
-    /// Friction, and the teeth's tangential velocity, per what the parameters say; `None` before the first frame.
-    pub fn scales(&self) -> Option<[T; 2]> {
-        self.tracker.track().map(|track| [track.state.covariance.friction, track.state.covariance.reach])
-    }
-
-    fn process(&self, motion: Motion) -> Driven<'_, T> {
-        Driven {
-            tuning: &self.tuning,
-            strikes: &self.strikes,
-            motion,
-            heard_until: self.heard_until(),
-            between_rad2_s3: self.between_rad2_s3(),
-            ahead: self.ahead.as_ref(),
-        }
-    }
-
-    /// Goes through the strikes since the last frame: the track has moved.
-    #[inline(never)]
-    fn look_ahead(&mut self) {
-        (self.ahead, self.stale) = (None, false);
-        let process = self.process(self.watch.motion(self.watch.clock()));
-        let ahead = self.tracker.track().and_then(|track| Ahead::of(&track.state, track.resting, &process));
-        self.ahead = ahead;
-    }
-
-    /// Goes through the newest strike again, if it has become better known.
-    fn pass_amended(&mut self) {
-        if core::mem::take(&mut self.stale)
-            && let Some(ahead) = self.ahead
-        {
-            let process = self.process(self.watch.motion(self.watch.clock()));
-            self.ahead = Some(ahead.after_newest(&process));
-        }
-    }
-
-    /// Until when impacts would have been heard: never, by a vibrometer whose sign or scale is wrong.
-    fn heard_until(&self) -> Time {
-        let newest = self.detector.newest().filter(|_| !self.detector.is_wrong());
-        newest.map_or(Time::ZERO, |newest| newest.plus_nanos(self.tuning.detector.gap_nanos))
-    }
-
-    /// Process noise between impacts: none but of a rotor that the stator begins to move, whose first impacts are not heard.
-    fn between_rad2_s3(&self) -> T {
-        match self.course {
-            Course::Launching => self.tuning.launching_rad2_s3,
-            Course::Launched => T::zero(),
-        }
-    }
-
-    /// Noise variance of a vibrometer sample.
-    fn sample_m2_s2(&self) -> T {
-        self.tuning.detector.noise_m_s * self.tuning.detector.noise_m_s
-    }
-
-    /// The rotor was struck within the period that ends at `at`.
-    #[inline(never)]
-    fn strike(&mut self, at: Time, blow: &Blow<T>) {
-        self.raw_jump_m_s = None;
-        if self.detector.is_wrong() {
-            return;
-        }
-        let before = core::mem::replace(&mut self.course, Course::Launched);
-        if self.rides(blow) {
-            return self.keep(self.ridden(at, blow));
-        }
-        self.followed &=
-            !self.driven || self.drive.mode().is_some() || blow.jump_m_s > self.tuning.contact.landing_m_s;
-        if !self.followed {
-            return self.keep(self.unexplained(at, blow));
-        }
-        if blow.within_s > T::from_f64(LONGEST_BLOW_S) {
-            self.rise_midway(blow);
-            self.stator.forget_motion();
-            return self.keep(self.unexplained(at, blow));
-        }
-        let explained = self.stator.strike(blow, &self.tuning);
-        let lost = explained.as_ref().is_ok_and(|struck| self.trust.note(struck.misfit));
-        if lost || !self.stator.is_sound() {
-            self.lose_stator();
-            return self.keep(self.unexplained(at, blow));
-        }
-        let struck = match explained {
-            Ok(struck) => struck,
-            Err(unfit) => {
-                self.rise_midway(blow);
-                return self.keep(self.doubted(at, blow, unfit));
-            }
-        };
-        self.amend(struck.earlier);
-        self.raw_jump_m_s = Some(blow.jump_m_s);
-        let clear = self.trust.explains(struck.misfit);
-        let mut strike = if clear { self.strike_of(at, &struck) } else { self.unexplained(at, blow) };
-        if before == Course::Launching {
-            let threshold_rad_s = self.limit_per_jump_rad_m * self.detector.threshold_m_s();
-            strike.unknown_rad2_s2 += threshold_rad_s * threshold_rad_s;
-        }
-        self.keep(strike);
-    }
-
-    /// An impact that is not explained: the rotor rises by half of the time since the last sample.
-    fn rise_midway(&mut self, blow: &Blow<T>) {
-        self.stator.height_m += T::from_f64(0.5) * blow.within_s * blow.jump_m_s;
-    }
-
-    /// The strike of an impact explained.
-    fn strike_of(&self, at: Time, struck: &Struck<T>) -> Strike<T> {
-        let (c, s) = (self.limit_per_jump_rad_m, self.per_radius_m);
-        let Struck { back: back_s, jump: jump_m_s, tooth: tooth_m_s, .. } = *struck;
-        let back_nanos = (back_s.value * T::from_f64(1e9)).whole();
-        Strike {
-            at: Time::from_nanos(at.nanos().saturating_add_signed(-i64::from(back_nanos))),
-            at_s2: back_s.variance,
-            limit_rad_s: Known { value: c * jump_m_s.value, variance: c * c * jump_m_s.variance },
-            tooth_rad_s: Known {
-                value: s * tooth_m_s.value,
-                variance: s * s * tooth_m_s.variance * self.trust.scale(),
-            },
-            unknown_rad2_s2: self.unheard_rad2_s2(),
-            amendable: true,
-            in_other_mode: false,
-        }
-    }
-
-    /// Variance of the kicks by impacts below the detector's threshold. Where those are many, as under a rotor that hops on a weakly driven stator, the ones
-    /// heard fit the model badly: it is that misfit that tells.
-    fn unheard_rad2_s2(&self) -> T {
-        let threshold_rad_s = self.limit_per_jump_rad_m * self.detector.threshold_m_s();
-        self.tuning.chatter_rad2_s2
-            + self.tuning.unheard_part2 * (self.trust.scale() - T::one()) * threshold_rad_s * threshold_rad_s
-    }
-
-    /// Begins the stator anew: its numbers are none.
-    fn lose_stator(&mut self) {
-        self.stator.begin_anew();
-        self.trust = Trust::lost();
-        self.raw_jump_m_s = None;
-    }
-
-    /// Keeps a strike. One that becomes known only after its frame has been fused acts right after it.
-    #[inline(never)]
-    fn keep(&mut self, mut strike: Strike<T>) {
-        self.pass_amended();
-        let Some(track) = self.tracker.track() else { return };
-        strike.at = strike.at.max(track.state.at.plus_nanos(1));
-        if let Some(mode) = self.drive.mode() {
-            strike.in_other_mode = self.struck_in.replace(mode).is_some_and(|before| before != mode);
-        }
-        if let Some(oldest) = self.strikes.front().map(|strike| strike.at)
-            && self.strikes.is_full()
-        {
-            // Written out, since the process borrows the strikes and the tracker is changed.
-            let process = Driven {
-                tuning: &self.tuning,
-                strikes: &self.strikes,
-                motion: self.watch.motion(self.watch.clock()),
-                heard_until: self.heard_until(),
-                between_rad2_s3: self.between_rad2_s3(),
-                ahead: None,
-            };
-            self.tracker.advance_to(oldest, &process);
-            self.forget();
-            if let (Some(ahead), Some(track)) = (&mut self.ahead, self.tracker.track()) {
-                ahead.from = track.state.at;
-            }
-        }
-        // Cannot be full any more.
-        let _ = self.strikes.push_back(strike);
-        let Some(ahead) = self.ahead else { return self.look_ahead() };
-        let process = self.process(self.watch.motion(self.watch.clock()));
-        self.ahead = Some(ahead.extended(&process));
-    }
-
-    /// Drops the strikes that no frame can go back to.
-    fn forget(&mut self) {
-        let Some(at) = self.tracker.horizon() else { return };
-        while self.strikes.front().is_some_and(|strike| strike.at <= at) {
-            self.strikes.pop_front();
-        }
+    /// Starts again at a sample whose time is not after the newest: the times before were wrong.
+    fn resume_at(&mut self, taken_at: Time) {
+        self.detector = ImpactDetector::new(self.tuning.detector);
+        while self.kicks.pop_back_if(|kick| kick.at >= taken_at).is_some() {}
+        self.propagate();
+        self.stator.rewind(taken_at);
+        self.stator.forget_motion();
+        self.unrefined_jump_m_s = None;
     }
 }
 
@@ -316,11 +204,11 @@ impl<T: Real> AngleFilter<T> for TwinFilter<T> {
         if command != self.drive {
             self.stator.advance(at, self.drive);
         }
-        if !self.followed && command.mode().is_some() {
+        if !self.stator_follows && command.mode().is_some() {
             self.stator.forget_motion();
-            self.followed = true;
+            self.stator_follows = true;
         }
-        self.driven |= command.mode().is_some();
+        self.ever_driven |= command.mode().is_some();
         self.drive = command;
         self.watch.drive(at, command);
     }
@@ -330,63 +218,57 @@ impl<T: Real> AngleFilter<T> for TwinFilter<T> {
             return None;
         }
         if self.detector.newest().is_some_and(|newest| sample.taken_at <= newest) {
-            // The watch hears the vibrometer anew: what came before bore wrong times.
-            self.detector = ImpactDetector::new(self.tuning.detector);
-            while self.strikes.pop_back_if(|strike| strike.at >= sample.taken_at).is_some() {}
-            self.look_ahead();
-            self.stator.rewind(sample.taken_at);
-            self.stator.forget_motion();
-            self.raw_jump_m_s = None;
+            self.resume_at(sample.taken_at);
         }
         let newest = self.detector.newest();
         let since_s: T = newest.map_or(T::zero(), |newest| sample.taken_at.seconds_since(newest));
         let before = self.detector;
-        let heard = self.detector.observe(sample);
-        if heard == Heard::Nothing {
+        let event = self.detector.observe(sample);
+        if event == VibrometerEvent::Rejected {
             return None;
         }
-        // In flight nobody asks for the stator, unless to take the last jump in.
-        if heard == Heard::Flight && self.raw_jump_m_s.is_none() {
-            self.stator.follow(sample.taken_at, self.drive);
+        // In flight the stator is needed only to refine the last jump.
+        if event == VibrometerEvent::Flight && self.unrefined_jump_m_s.is_none() {
+            self.stator.advance_by_sensitivity_steps(sample.taken_at, self.drive);
         } else {
             self.stator.advance(sample.taken_at, self.drive);
         }
         if before.is_wrong() && !self.detector.is_wrong() {
-            // What the impacts taught before sign or scale were known to be wrong is wrong, and so is the height.
-            self.lose_stator();
+            // Impacts before the fault was detected have led to wrong estimates, and so has the height.
+            self.restart_stator();
             if !before.erratic() {
-                self.trust = Trust::new();
+                self.misfit = MisfitMonitor::trusted();
             }
-            self.hear_again();
+            self.resume_detection();
         }
-        if let (Heard::Impact { .. }, Some(raw_m_s)) = (heard, self.raw_jump_m_s) {
-            let (moved_m_s, samples) = before.since_impact();
+        if let (VibrometerEvent::Impact { .. }, Some(first_m_s)) = (event, self.unrefined_jump_m_s) {
+            let (drift_m_s, samples) = before.since_impact();
             if samples > T::one() {
-                self.refine(raw_m_s, moved_m_s, samples);
+                self.refine_jump(first_m_s, drift_m_s, samples);
             }
         }
-        self.hear(sample, heard, &before, since_s);
-        self.pass_amended();
+        self.act_on(sample, event, &before, since_s);
+        self.reapply_newest_kick();
         None
     }
 
     fn update_camera(&mut self, frame: &CameraFrame) -> Innovation<T> {
         let clock = self.watch.clock();
         let motion = self.watch.motion(clock.max(frame.exposed_at));
-        let process = Driven {
+        let process = TwinProcess {
             tuning: &self.tuning,
-            strikes: &self.strikes,
+            kicks: &self.kicks,
             motion,
-            heard_until: self.heard_until(),
+            detecting_until: self.detecting_until(),
             between_rad2_s3: self.between_rad2_s3(),
-            ahead: None,
+            propagated: None,
         };
-        let moment = FrameContext { clock, quiet: motion == Motion::Quiet };
+        let context = FrameContext { clock, quiet: motion == Motion::Quiet };
         let before = self.tracker.place();
-        let innovation = self.tracker.update(frame, moment, &process);
-        self.forget();
+        let innovation = self.tracker.update(frame, context, &process);
+        self.drop_old_kicks();
         if self.tracker.place() != before {
-            self.look_ahead();
+            self.propagate();
         }
         innovation
     }
@@ -401,7 +283,7 @@ impl<T: Real> AngleFilter<T> for TwinFilter<T> {
 
     fn assess(&self, now: Time) -> (Option<Estimate<T>>, Health) {
         let silent = self.watch.silent(now).then_some(Reason::VibrometerSilent);
-        let unexplained = (!self.trust.is_given()).then_some(Reason::ImpactsUnexplained);
+        let unexplained = (!self.misfit.is_trusted()).then_some(Reason::ImpactsUnexplained);
         let estimate = self.estimate(now);
         let vibrometer = silent.or_else(|| self.detector.fault()).or(unexplained);
         let health = self.tracker.judge(estimate.as_ref(), now, vibrometer);

@@ -1,22 +1,26 @@
-//! What earlier blows left in the stator, and what that makes of the tooth that strikes next.
+//! What earlier impacts left in modes A and C of the stator, and the rate of the tooth at the next impact that follows.
 //!
-//! The vibrometer tells a tooth's vertical velocity `u'` at an impact, not which modes it is made of, and they slip differently. With the shapes of a pair (phi, psi: see
-//! [`motor_model::ToothPair`]) and primes for the tooth's vertical velocity in each mode,
-//!
-//! ```text
-//! u' = A' + B' + C'      S = s' / R_t = b B' + c C',    b = psi_B / (phi_B R_t),  c = psi_C / (phi_C R_t),  b / c = -cot^2 2 th
-//!                          = b (u' - A' - C') + c C'
-//! ```
-//!
-//! Under mode B almost nothing but the impacts themselves moves A and C. An impact of jump `dv` takes `q dv` from the tooth's velocity in a mode, and then the mode rings:
+//! The vibrometer gives a tooth's vertical velocity `u'` at an impact, not its parts in each mode, whose tangential
+//! velocities differ. With the shapes of a pair (phi, psi: see [`motor_model::ToothPair`]) and primes for the tooth's
+//! vertical velocity in each mode,
 //!
 //! ```text
-//! q_A = m_r / m_s,   q_C = 2 m_r / m_s cos^2 2 th         z -> exp((i - zeta) w t) z,   z -> z - q dv          A' = Re z_A,   C' = +- Re z_C
+//! u' = A' + B' + C'      S = s' / R_t = b B' + c C' = b (u' - A' - C') + c C'
+//!                        b = psi_B / (phi_B R_t),   c = psi_C / (phi_C R_t),   b / c = -cot^2 2 th
 //! ```
 //!
-//! C moves the two pairs of teeth in opposite senses, as B does: another pair strikes after an odd number of half periods of B, the same after an even one. (Over drawn motors
-//! this is right for 98 % of the impacts, all of them in the trains of blows 0.2 to 0.4 ms apart by which a flight ends.) With both, S is known to 0.5 rad/s of its 7.4
-//! where `b u'` alone is 4.3 off.
+//! Under mode B almost nothing but the impacts themselves moves A and C. An impact of jump `dv` takes `q dv` from the
+//! tooth's velocity in a mode, and then the mode rings:
+//!
+//! ```text
+//! impact     z -> z - q dv               q_A = m_r / m_s,   q_C = 2 m_r / m_s cos^2 2 th
+//! between    z -> exp((i - zeta) w t) z         A' = Re z_A,   C' = +- Re z_C
+//! ```
+//!
+//! C moves the two pairs of teeth in opposite senses, as B does. After an odd number of half periods of B the impact
+//! is of the other pair, after an even one of the same. (Over motors drawn within the tolerances this is right for 98
+//! % of the impacts, and for all of them in the trains of impacts 0.2 to 0.4 ms apart by which a flight ends.) With
+//! both modes, S is known to 0.5 rad/s of its 7.4; `b u'` alone is 4.3 off.
 
 use motor_model::{MotorParams, Parameter, Phase, Real, Time, math};
 
@@ -24,8 +28,8 @@ use motor_model::{MotorParams, Parameter, Phase, Real, Time, math};
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct FreeMode<T> {
     /// Phase in 1 ns.
-    per_nano: Phase,
-    /// `zeta w`.
+    phase_per_nano: Phase,
+    /// `zeta w`, in 1/s.
     decay_per_s: T,
     /// `q`: loss of the tooth's velocity in the mode per jump of the rotor's.
     recoil: T,
@@ -34,30 +38,30 @@ struct FreeMode<T> {
 impl<T: Real> FreeMode<T> {
     fn new(hertz: f64, decay_per_s: f64, recoil: f64) -> Self {
         Self {
-            per_nano: Phase::from_turns(1e-9 * hertz),
+            phase_per_nano: Phase::from_turns(1e-9 * hertz),
             decay_per_s: T::from_f64(decay_per_s),
             recoil: T::from_f64(recoil),
         }
     }
 
-    /// The tooth's velocity `[Re, Im]` after `nanos`.
+    /// The tooth's complex velocity `[Re, Im]` after `nanos`, which are `seconds`.
     fn after(&self, [re, im]: [T; 2], nanos: u64, seconds: T) -> [T; 2] {
-        let (sin, cos) = Phase::from_units(self.per_nano.units().wrapping_mul(nanos)).sin_cos::<T>();
+        let (sin, cos) = Phase::from_units(self.phase_per_nano.units().wrapping_mul(nanos)).sin_cos::<T>();
         let y = self.decay_per_s * seconds;
-        // exp(-y), to 1e-3 of it at y = 0.4, the end of a train of blows, and never negative after.
+        // exp(-y): to 1e-3 of itself at y = 0.4, the end of a train of impacts, and never negative after.
         let kept =
             T::one() / (T::one() + y * (T::one() + y * (T::from_f64(0.5) + y * T::from_f64(1.0 / 6.0))));
         [kept * (cos * re - sin * im), kept * (sin * re + cos * im)]
     }
 }
 
-/// The constants of a motor.
+/// The constants of a motor by which modes A and C ring.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RingingTuning<T> {
     a: FreeMode<T>,
     c: FreeMode<T>,
     /// Phase of mode B in 1 ns.
-    b_per_nano: Phase,
+    b_phase_per_nano: Phase,
     /// `b`, in rad/m.
     b_turn_per_rise_rad_m: T,
     /// `c - b`, in rad/m.
@@ -72,8 +76,8 @@ impl<T: Real> RingingTuning<T> {
         let get = |parameter| params.get(parameter);
         let tau = core::f64::consts::TAU;
         let (sin, cos) = math::sin_cos(2.0 * params.effective_tooth_angle_deg().to_radians());
-        let reach = params.lever() / get(Parameter::ToothRadius);
-        let (b, c) = (reach * cos / sin, -reach * sin / cos);
+        let lever_per_radius = params.lever() / get(Parameter::ToothRadius);
+        let (b, c) = (lever_per_radius * cos / sin, -lever_per_radius * sin / cos);
         let ratio = params.mass_ratio();
         let a_hertz = get(Parameter::ModeAFrequency);
         let a_decay = get(Parameter::ModeADamping) / (2.0 * get(Parameter::StatorMass));
@@ -82,7 +86,7 @@ impl<T: Real> RingingTuning<T> {
         Self {
             a: FreeMode::new(a_hertz, a_decay, ratio),
             c: FreeMode::new(c_hertz, c_decay, 2.0 * ratio * cos * cos),
-            b_per_nano: Phase::from_turns(1e-9 * get(Parameter::ModeBFrequency)),
+            b_phase_per_nano: Phase::from_turns(1e-9 * get(Parameter::ModeBFrequency)),
             b_turn_per_rise_rad_m: T::from_f64(b),
             c_beyond_b_rad_m: T::from_f64(c - b),
             c_rad_s: T::from_f64(tau * c_hertz),
@@ -90,55 +94,56 @@ impl<T: Real> RingingTuning<T> {
     }
 }
 
-/// A tooth that strikes.
+/// The rate at which a tooth would carry the rotor, `S`.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Tooth<T> {
-    /// The rate at which it would carry the rotor.
+pub(crate) struct ToothRate<T> {
+    /// In rad/s.
     pub(crate) rate_rad_s: T,
-    /// How fast the ringing of mode C changes that: the instant is known to a sample's period only.
-    pub(crate) turning_rad_s2: T,
+    /// Its slope by the ringing of mode C, in rad/s^2: the instant of the impact is known to a sample's period only.
+    pub(crate) slope_rad_s2: T,
 }
 
 /// Modes A and C at the last impact.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Ringing<T> {
     at: Time,
-    /// The tooth's velocity in mode A, in m/s, with what lags it by a quarter of a period.
+    /// The tooth's complex velocity in mode A, in m/s.
     a: [T; 2],
-    /// The same of mode C, at the pair that struck.
+    /// The same in mode C, of the pair in contact.
     c: [T; 2],
 }
 
 impl<T: Real> Ringing<T> {
-    /// A stator at rest but for the drive.
+    /// A stator in which only the driven mode moves.
     pub(crate) fn none() -> Self {
         Self { at: Time::ZERO, a: [T::zero(); 2], c: [T::zero(); 2] }
     }
 
-    /// The tooth that strikes at `at`, rising at `rise_m_s`; takes the blow's `jump_m_s` in.
-    pub(crate) fn strike(
+    /// The rate of the tooth at an impact at `at` whose tooth rises at `rise_m_s`; then adds the recoil of the impact's
+    /// `jump_m_s`.
+    pub(crate) fn impact(
         &mut self,
         tuning: &RingingTuning<T>,
         at: Time,
         rise_m_s: T,
         jump_m_s: T,
-    ) -> Tooth<T> {
+    ) -> ToothRate<T> {
         let nanos = at.nanos_since(self.at);
         let seconds = at.seconds_since(self.at);
         self.at = at;
         self.a = tuning.a.after(self.a, nanos, seconds);
         self.c = tuning.c.after(self.c, nanos, seconds);
-        let turned = tuning.b_per_nano.units().wrapping_mul(nanos);
+        let turned = tuning.b_phase_per_nano.units().wrapping_mul(nanos);
         // Nearer to an odd number of half periods than to an even one.
         if turned.wrapping_add(1 << 62) >> 63 == 1 {
             self.c = self.c.map(|x| -x);
         }
-        let ([a_m_s, _], [c_m_s, c_behind_m_s]) = (self.a, self.c);
+        let ([a_m_s, _], [c_m_s, c_quadrature_m_s]) = (self.a, self.c);
         self.a[0] -= tuning.a.recoil * jump_m_s;
         self.c[0] -= tuning.c.recoil * jump_m_s;
-        Tooth {
+        ToothRate {
             rate_rad_s: tuning.b_turn_per_rise_rad_m * (rise_m_s - a_m_s) + tuning.c_beyond_b_rad_m * c_m_s,
-            turning_rad_s2: (tuning.c_beyond_b_rad_m * tuning.c_rad_s * c_behind_m_s).abs(),
+            slope_rad_s2: (tuning.c_beyond_b_rad_m * tuning.c_rad_s * c_quadrature_m_s).abs(),
         }
     }
 }
@@ -156,7 +161,7 @@ mod tests {
     }
 
     impl Stator {
-        fn pass(&mut self, t: f64) {
+        fn advance(&mut self, t: f64) {
             for (mode, state) in self.modes.iter().zip(&mut self.states) {
                 let (w, zeta) = (mode.natural_rad_s, mode.damping_ratio);
                 let wd = w * (1.0 - zeta * zeta).sqrt();
@@ -173,8 +178,9 @@ mod tests {
         }
     }
 
-    /// Trains of three blows on a stator that swings in mode B, each half periods of B after the last on the pair whose turn it is: the rate of every tooth that strikes
-    /// against the model's own shapes, to 2 % (damping turns the phase of mode A by 0.08 rad). Without what the blows leave it would be off by three quarters.
+    /// Trains of three impacts on a stator that swings in mode B, each whole half periods of B after the last and of
+    /// the pair that follows from them: the rate of the tooth against the model's own shapes, to 2 % (damping turns
+    /// the phase of mode A by 0.08 rad). Without the ringing it would be off by three quarters.
     #[test]
     fn dual_the_tooth_s_rate_is_that_of_the_modes() {
         let params = MotorParams::nominal();
@@ -191,14 +197,14 @@ mod tests {
             let (mut ringing, mut at, mut pair) = (Ringing::none(), Time::from_micros(1_000_000), 0);
             for wait in [0, halves[0], halves[1]] {
                 let nanos = (1e9 * half_s * f64::from(wait)).round();
-                stator.pass(1e-9 * nanos);
+                stator.advance(1e-9 * nanos);
                 at = at.plus_nanos(nanos as u64);
                 pair = (pair + wait as usize) % 2;
                 let tooth = &motor.teeth()[pair];
                 let jump = 0.03;
                 let rise = tooth.shape.dot(&stator.velocities());
                 let truth = tooth.lever.dot(&stator.velocities()) / radius;
-                let known = ringing.strike(&tuning, at, rise, jump).rate_rad_s;
+                let known = ringing.impact(&tuning, at, rise, jump).rate_rad_s;
                 for (state, recoil) in stator.states.iter_mut().zip(tooth.recoil.iter()) {
                     state.y -= recoil * jump;
                 }
@@ -210,15 +216,15 @@ mod tests {
         assert!(off < 5e-4 * size && naive > 0.1 * size, "{off} {naive} {size}");
     }
 
-    /// A train long past is forgotten, and time that runs backwards is none.
+    /// A train long past is forgotten, and time that runs backwards counts as none.
     #[test]
     fn law_ringing_dies_out() {
         let tuning = RingingTuning::<f32>::new(&MotorParams::nominal());
         let mut ringing = Ringing::none();
-        let first = ringing.strike(&tuning, Time::from_micros(1000), 0.1, 0.02).rate_rad_s;
-        let again = ringing.strike(&tuning, Time::from_micros(1300), 0.1, 0.02).rate_rad_s;
-        let late = ringing.strike(&tuning, Time::from_micros(100_000), 0.1, 0.02).rate_rad_s;
+        let first = ringing.impact(&tuning, Time::from_micros(1000), 0.1, 0.02).rate_rad_s;
+        let again = ringing.impact(&tuning, Time::from_micros(1300), 0.1, 0.02).rate_rad_s;
+        let late = ringing.impact(&tuning, Time::from_micros(100_000), 0.1, 0.02).rate_rad_s;
         assert!((again - first).abs() > 0.5 && (late - first).abs() < 0.05, "{first} {again} {late}");
-        assert!(ringing.strike(&tuning, Time::from_micros(5), 0.1, 0.02).rate_rad_s.is_finite());
+        assert!(ringing.impact(&tuning, Time::from_micros(5), 0.1, 0.02).rate_rad_s.is_finite());
     }
 }

@@ -12,32 +12,32 @@ fn filter<T: Real>() -> TwinFilter<T> {
     TwinFilter::try_new(&params, &TwinTuning::new(&params)).unwrap()
 }
 
-/// The nominal motor at full drive, as exact samples and noisy frames show it.
-struct Desk {
+/// The nominal motor at full drive, with exact samples and noisy frames.
+struct Rig {
     motor: Motor<f64>,
     state: MotorState<f64>,
     command: DriveCommand,
     noise: Pcg64,
     /// Whether the camera delivers nothing.
-    blind: bool,
+    camera_off: bool,
 }
 
-impl Desk {
+impl Rig {
     fn new(mode: DriveMode) -> Self {
         let motor = Motor::try_new(&MotorParams::nominal(), &MotorSetup::with_step(5e-6)).unwrap();
         let (state, command) = (MotorState::default(), DriveCommand::full(mode));
-        Self { motor, state, command, noise: Pcg64::seed_from_u64(1), blind: false }
+        Self { motor, state, command, noise: Pcg64::seed_from_u64(1), camera_off: false }
     }
 
-    /// Runs on until `micros`; the vibrometer may be silent.
-    fn run(&mut self, filter: &mut TwinFilter<f64>, micros: u64, heard: bool) {
+    /// Runs until `micros`; the vibrometer may be silent.
+    fn run(&mut self, filter: &mut TwinFilter<f64>, micros: u64, sampled: bool) {
         while self.state.steps * 5 < micros {
             self.motor.step(&mut self.state, self.command);
             let (at, rotor) = (Time::from_micros(self.state.steps * 5), &self.state.rotor);
-            if heard {
+            if sampled {
                 filter.update_ldv(&LdvSample { taken_at: at, velocity_m_s: rotor.velocity_m_s as f32 });
             }
-            if self.state.steps.is_multiple_of(20) && !self.blind {
+            if self.state.steps.is_multiple_of(20) && !self.camera_off {
                 let noise: f64 = StandardNormal.sample(&mut self.noise);
                 let off = noise * filter.tuning.constant_rate.track.camera_rad2.sqrt();
                 let angle = Angle::from_degrees(rotor.angle.angle().degrees() + off.to_degrees());
@@ -51,31 +51,31 @@ impl Desk {
 fn law_the_estimate_needs_a_frame_and_the_health_follows_the_vibrometer() {
     let mut filter = filter::<f64>();
     assert_eq!(filter.health(Time::ZERO), Health::Waiting);
-    assert!(filter.estimate(Time::ZERO).is_none() && filter.scales().is_none());
+    assert!(filter.estimate(Time::ZERO).is_none());
     filter.drive(Time::ZERO, DriveCommand::full(DriveMode::C));
-    let mut desk = Desk::new(DriveMode::C);
-    desk.run(&mut filter, 20_000, true);
+    let mut rig = Rig::new(DriveMode::C);
+    rig.run(&mut filter, 20_000, true);
     let (now, later) = (Time::from_micros(20_000), Time::from_micros(21_100));
     assert_eq!(filter.health(now), Health::Good);
-    desk.run(&mut filter, 21_000, false);
+    rig.run(&mut filter, 21_000, false);
     assert_eq!(filter.health(later), Health::Degraded(Reason::VibrometerSilent));
-    desk.run(&mut filter, 23_000, false);
-    desk.run(&mut filter, 30_000, true);
+    rig.run(&mut filter, 23_000, false);
+    rig.run(&mut filter, 30_000, true);
     assert_eq!(filter.health(Time::from_micros(30_000)), Health::Good);
 }
 
-/// What is kept of the way ahead is what going through all strikes again gives, also after a strike has become better known.
+/// The propagated track equals a prediction through all kicks again, also after a kick was refined.
 #[test]
-fn dual_the_way_ahead_kept_is_the_way_gone_again() {
+fn dual_the_propagated_track_is_the_prediction_made_again() {
     for mode in [DriveMode::B, DriveMode::C] {
         let mut filter = filter::<f64>();
         filter.drive(Time::ZERO, DriveCommand::full(mode));
-        let mut desk = Desk::new(mode);
+        let mut rig = Rig::new(mode);
         let mut kept = 0;
         for micros in (30..60_000).step_by(25) {
-            desk.run(&mut filter, micros, true);
+            rig.run(&mut filter, micros, true);
             let mut again = filter.clone();
-            kept += u32::from(again.ahead.take().is_some());
+            kept += u32::from(again.propagated.take().is_some());
             let now = Time::from_micros(micros);
             let Some((kept, gone)) = filter.estimate(now).zip(again.estimate(now)) else { continue };
             let close = |a: f64, b: f64| (a - b).abs() <= 1e-9 * b.abs();
@@ -87,58 +87,60 @@ fn dual_the_way_ahead_kept_is_the_way_gone_again() {
     }
 }
 
-/// Without a camera strikes pile up, to as many as are kept and beyond; whoever asks for the present goes through none of them again, and gets what going through all
-/// gives.
+/// Without a camera there are as many kicks as are kept, and more. An estimate applies none of them again, and equals
+/// the prediction through all.
 #[test]
-fn dual_a_lost_camera_leaves_nothing_to_go_through_again() {
+fn dual_without_a_camera_an_estimate_predicts_through_no_kick_again() {
     for mode in [DriveMode::B, DriveMode::C] {
         let mut filter = filter::<f64>();
         filter.drive(Time::ZERO, DriveCommand::full(mode));
-        let mut desk = Desk::new(mode);
-        desk.run(&mut filter, 20_000, true);
-        desk.blind = true;
+        let mut rig = Rig::new(mode);
+        rig.run(&mut filter, 20_000, true);
+        rig.camera_off = true;
         for micros in (20_000..700_000).step_by(1015) {
-            desk.run(&mut filter, micros, true);
+            rig.run(&mut filter, micros, true);
             let from = filter.tracker.track().unwrap().state.at;
-            let Some(newest) = filter.strikes.back().filter(|newest| newest.at > from) else { continue };
-            let Some(kept) = &filter.ahead else { panic!("gone again at every tick") };
+            let Some(newest) = filter.kicks.back().filter(|newest| newest.at > from) else { continue };
+            let Some(kept) = &filter.propagated else { panic!("propagated again at every tick") };
             assert_eq!(kept.state.at, newest.at);
             let mut again = filter.clone();
-            again.ahead = None;
+            again.propagated = None;
             let now = Time::from_micros(micros);
             let (kept, gone) = (filter.estimate(now).unwrap(), again.estimate(now).unwrap());
             let close = |a: f64, b: f64| (a - b).abs() <= 1e-9 * b.abs();
             assert!(close(kept.rate_rad_s, gone.rate_rad_s), "{kept:?} {gone:?}");
             assert!(close(kept.angle_rad2, gone.angle_rad2), "{kept:?} {gone:?}");
         }
-        assert!(filter.strikes.is_full(), "{}", filter.strikes.len());
+        assert!(filter.kicks.is_full(), "{}", filter.kicks.len());
     }
 }
 
 /// Without samples the rate wanders as in the simplest filter: so does its variance.
 #[test]
-fn dual_a_silent_vibrometer_leaves_the_simplest_filter_s_noise() {
+fn dual_without_a_vibrometer_the_noise_is_that_of_the_simplest_filter() {
     let mut filter = filter::<f64>();
     filter.drive(Time::ZERO, DriveCommand::full(DriveMode::B));
-    Desk::new(DriveMode::B).run(&mut filter, 20_000, true);
-    // Just beyond what would have been heard: both have the simplest filter's jitter.
-    let heard_until = Time::from_micros(20_000 + 50).plus_nanos(1);
-    let (near, far) =
-        (filter.estimate(heard_until).unwrap(), filter.estimate(heard_until.plus_nanos(1_000_000)).unwrap());
+    Rig::new(DriveMode::B).run(&mut filter, 20_000, true);
+    // Just after impacts would have been detected: both have the simplest filter's jitter.
+    let detecting_until = Time::from_micros(20_000 + 50).plus_nanos(1);
+    let (near, far) = (
+        filter.estimate(detecting_until).unwrap(),
+        filter.estimate(detecting_until.plus_nanos(1_000_000)).unwrap(),
+    );
     let grown = far.rate_rad2_s2 - near.rate_rad2_s2;
     let intensity = WanderTuning::<f64>::default().impacted_b_rad2_s3;
     assert!((grown - intensity * 1e-3).abs() < 1e-6, "{grown}");
 }
 
-/// One thing that a filter can be told.
+/// One input of a filter.
 #[derive(Clone, Copy, Debug)]
-enum Told {
+enum Input {
     Sample(f32),
     Frame(f64),
     Drive(Option<DriveMode>, f32),
 }
 
-fn told() -> impl Strategy<Value = Told> {
+fn input() -> impl Strategy<Value = Input> {
     let wild = prop_oneof![
         Just(f32::NAN),
         Just(f32::INFINITY),
@@ -150,17 +152,17 @@ fn told() -> impl Strategy<Value = Told> {
     ];
     let mode = prop_oneof![Just(None), Just(Some(DriveMode::B)), Just(Some(DriveMode::C))];
     prop_oneof![
-        20 => (-0.1..0.1_f32).prop_map(Told::Sample),
-        4 => wild.prop_map(Told::Sample),
-        4 => (-400.0..400.0_f64).prop_map(Told::Frame),
-        1 => (mode, 0.0..1.0_f32).prop_map(|(mode, amplitude)| Told::Drive(mode, amplitude)),
+        20 => (-0.1..0.1_f32).prop_map(Input::Sample),
+        4 => wild.prop_map(Input::Sample),
+        4 => (-400.0..400.0_f64).prop_map(Input::Frame),
+        1 => (mode, 0.0..1.0_f32).prop_map(|(mode, amplitude)| Input::Drive(mode, amplitude)),
     ]
 }
 
-/// Plays a sequence in which most times are 5 us apart, some run back, repeat or leap.
-fn play<T: Real>(script: &[(Told, u8, u64)]) -> TwinFilter<T> {
+/// Feeds a sequence in which most times are 5 us apart, some run back, repeat or jump.
+fn feed<T: Real>(script: &[(Input, u8, u64)]) -> TwinFilter<T> {
     let (mut filter, mut at) = (filter::<T>(), Time::from_micros(10_000));
-    for &(told, kind, nanos) in script {
+    for &(input, kind, nanos) in script {
         at = match kind {
             0 => Time::from_nanos(at.nanos().saturating_sub(nanos)),
             1 => at.plus_nanos(nanos),
@@ -168,14 +170,14 @@ fn play<T: Real>(script: &[(Told, u8, u64)]) -> TwinFilter<T> {
             3 => at.plus_nanos(nanos * 1000),
             _ => at.plus_nanos(5000),
         };
-        match told {
-            Told::Sample(velocity_m_s) => {
+        match input {
+            Input::Sample(velocity_m_s) => {
                 filter.update_ldv(&LdvSample { taken_at: at, velocity_m_s });
             }
-            Told::Frame(degrees) => {
+            Input::Frame(degrees) => {
                 filter.update_camera(&CameraFrame { exposed_at: at, angle: Angle::from_degrees(degrees) });
             }
-            Told::Drive(mode, amplitude) => {
+            Input::Drive(mode, amplitude) => {
                 let command =
                     mode.map_or(DriveCommand::OFF, |mode| DriveCommand::saturating(mode, amplitude));
                 filter.drive(at, command);
@@ -194,20 +196,20 @@ fn play<T: Real>(script: &[(Told, u8, u64)]) -> TwinFilter<T> {
 proptest! {
     #![proptest_config(ProptestConfig { failure_persistence: None, cases: 200, ..ProptestConfig::default() })]
 
-    /// Whatever it is told, in whatever order, the estimate is a number with positive variances, and the stator is one.
+    /// Whatever the inputs and their order, the estimate is finite with positive variances, and the stator is sound.
     #[test]
-    fn law_the_estimate_is_finite_whatever_is_told(
-        script in proptest::collection::vec((told(), 0..30_u8, 0..3_000_000_u64), 1..300)
+    fn law_any_inputs_leave_a_finite_estimate_and_a_sound_stator(
+        script in proptest::collection::vec((input(), 0..30_u8, 0..3_000_000_u64), 1..300)
     ) {
-        prop_assert!(play::<f32>(&script).stator.is_sound());
-        prop_assert!(play::<f64>(&script).stator.is_sound());
+        prop_assert!(feed::<f32>(&script).stator.is_sound());
+        prop_assert!(feed::<f64>(&script).stator.is_sound());
     }
 }
 
-/// Blows of metres a second, gaps and times that run back: what is left is a stator. In each of these runs mode A once swung beyond a millimetre between two blows, after the
-/// first of them had left it within.
+/// Impacts of metres a second, gaps and times that run back leave a sound stator. In each of these runs the impacts
+/// drive mode A towards the limit of a millimetre.
 #[test]
-fn law_a_wild_vibrometer_leaves_a_stator() {
+fn law_a_wild_vibrometer_leaves_a_sound_stator() {
     for seed in [551, 611, 916, 1006, 1660, 1996, 2451, 2884] {
         let mut rng = Pcg64::seed_from_u64(seed);
         let mut part = move || (rng.next_u64() >> 11) as f64 / (1_u64 << 53) as f64;
@@ -247,26 +249,26 @@ fn law_a_wild_vibrometer_leaves_a_stator() {
     }
 }
 
-/// A drive whose frequency is not the one told, as resonant as the motor: the twin says that it does not explain the impacts, and whoever asks is still told no worse than
-/// by the simplest filter.
+/// A motor whose mode B and drive are off by 0.3 % in frequency: the health says that the impacts are not explained,
+/// and the estimate stays within eight of its standard deviations.
 #[test]
-fn law_a_twin_that_does_not_explain_the_impacts_says_so() {
+fn law_the_health_says_that_impacts_are_not_explained() {
     let mut filter = filter::<f64>();
     let command = DriveCommand::full(DriveMode::B);
     filter.drive(Time::ZERO, command);
-    let mut desk = Desk::new(DriveMode::B);
+    let mut rig = Rig::new(DriveMode::B);
     let nominal = MotorParams::nominal();
     let off = nominal.get(Parameter::ModeBFrequency) * 1.003;
     let params = nominal.with(Parameter::ModeBFrequency, off).unwrap();
-    desk.motor = Motor::try_new(&params, &MotorSetup::with_step(5e-6)).unwrap();
-    let mut said = 0;
+    rig.motor = Motor::try_new(&params, &MotorSetup::with_step(5e-6)).unwrap();
+    let mut unexplained = 0;
     for micros in (50_000..300_000).step_by(1000) {
-        desk.run(&mut filter, micros, true);
+        rig.run(&mut filter, micros, true);
         let now = Time::from_micros(micros);
-        said += u32::from(filter.health(now) == Health::Degraded(Reason::ImpactsUnexplained));
+        unexplained += u32::from(filter.health(now) == Health::Degraded(Reason::ImpactsUnexplained));
         let estimate = filter.estimate(now).unwrap();
-        let off: f64 = estimate.angle.radians_since(desk.state.rotor.angle.angle());
+        let off: f64 = estimate.angle.radians_since(rig.state.rotor.angle.angle());
         assert!(off * off < 64.0 * estimate.angle_rad2, "{off} {estimate:?}");
     }
-    assert!(said > 150, "{said}");
+    assert!(unexplained > 150, "{unexplained}");
 }

@@ -1,74 +1,83 @@
 //! What the twin's filter assumes of motor and sensors.
+//!
+//! The noises and limits without a source of their own were tuned so that errors and reported standard deviations agree
+//! over motors drawn within the tolerances (`host-sim estimate`).
 
 use motor_model::{MotorParams, Real};
 
 use crate::filters::constant_rate::ConstantRateTuning;
 use crate::vibrometer::impact_detector::ImpactDetectorTuning;
 
-/// Tolerances of the motor, noise of the sensors, and what is left out of both.
+/// Prior of the motor, noise of the sensors, and noise of what the model leaves out.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TwinTuning<T> {
-    /// Camera, rest, and the process noise without vibrometer.
+    /// Camera, rest, and the process noise without a vibrometer.
     pub constant_rate: ConstantRateTuning<T>,
-    /// The impact detector.
+    /// The impact detector: threshold 3.6, lower than elsewhere since association finds false alarms; window 20.
     pub detector: ImpactDetectorTuning<T>,
-    /// Tolerances, standard deviations.
-    pub tolerance: Tolerance<T>,
-    /// How well gap and approach are what the model says.
+    /// Prior of the motor's parameters.
+    pub prior: TwinPrior<T>,
+    /// Noise of the contact measurements, and the gates of their association.
     pub contact: ContactTuning<T>,
-    /// Standard deviation of a tooth's tangential velocity beside what modes and instant do to it, in m/s.
-    pub tooth_m_s: T,
-    /// Variance that each impact adds to the rate, in rad^2/s^2: smaller blows that follow it below the threshold.
+    /// Standard deviation of a tooth's tangential velocity beside what modes and instant do to it, in m/s: 5e-5, tuned.
+    pub tooth_velocity_m_s: T,
+    /// Variance that each impact adds to the rate, in rad^2/s^2: smaller impacts that follow it below the detector's
+    /// threshold. 5e-5, tuned.
     pub chatter_rad2_s2: T,
-    /// Variance of the kicks by impacts not heard, per that of a kick at the detector's threshold, where the mean misfit is twice the usual one.
-    pub unheard_part2: T,
-    /// Variance of the kick by a blow under a rotor that rides on the teeth, per that of a kick at the detector's threshold.
-    pub ridden_part2: T,
-    /// Process noise from rest up to the first impact that is heard, in rad^2/s^3: those before it are below the detector's threshold. Afterwards nothing turns the
-    /// rotor between impacts.
+    /// Variance of the kicks by undetected impacts when the mean misfit is twice the typical one, per the square of a
+    /// kick at the detector's threshold. 1, tuned.
+    pub undetected_part2: T,
+    /// Variance of the kick by an impact of a riding rotor, per the square of a kick at the detector's threshold:
+    /// 0.04, a fifth of that kick, measured in simulation.
+    pub riding_part2: T,
+    /// Process noise from rest up to the first detected impact, in rad^2/s^3: impacts before it are below the
+    /// detector's threshold. Afterwards nothing turns the rotor between impacts. 4, that of the undetected impacts of
+    /// mode C.
     pub launching_rad2_s3: T,
 }
 
-/// What differs from motor to motor, as parts of the nominal values.
+/// Standard deviations of what differs from motor to motor, as parts of the nominal values where no unit is given.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Tolerance<T> {
-    /// Square of the natural frequency of modes A, B, C.
+pub struct TwinPrior<T> {
+    /// Stiffness of modes A, B, C: the square of the natural frequency.
     pub stiffness: [T; 3],
     /// Damping of modes A, B, C.
     pub damping: [T; 3],
     /// Driven amplitude of modes B, C.
     pub amplitude: [T; 2],
-    /// Mass ratio, by which the teeth recoil.
-    pub recoil: T,
-    /// `1 + e`.
+    /// Mass ratio of rotor and stator, to which the recoil of the modes is proportional.
+    pub mass_ratio: T,
+    /// `1 + e`, e the restitution.
     pub restitution: T,
-    /// Amplitude of each pair of teeth in B and C.
-    pub pair: T,
+    /// Amplitude of each pair of teeth in modes B and C.
+    pub pair_amplitude: T,
     /// The teeth's angle, in rad.
     pub tooth_angle_rad: T,
-    /// Phase of the drive in rad: 10 us, a tick, by which its command may have been told late, are 0.4.
-    pub phase_rad: T,
+    /// Phase of the drive, in rad. A command that is reported one tick of 10 us late is 0.4 rad off.
+    pub drive_phase_rad: T,
 }
 
-/// How well gap and approach at an impact are what the model says.
+/// Noise of the contact measurements, and the gates of their association.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ContactTuning<T> {
-    /// Standard deviation of the gap in m.
+    /// Standard deviation of the gap, in m: 12 nm, tuned.
     pub gap_m: T,
-    /// The same as a part of the tooth's swing in B and C.
-    pub shape_part: T,
-    /// Standard deviation of the approach, as a part of it.
+    /// Standard deviation of the gap as a part of the tooth's swing in modes B and C: 0.001, tuned.
+    pub gap_per_swing: T,
+    /// Standard deviation of the approach as a part of it: 0.003, tuned.
     pub approach_part: T,
-    /// Noise of the modes' velocity, as a part of a driven steady motion that it would sustain.
-    pub fed_part: T,
-    /// A jump is noise when it misfits both pairs by more than it misfits none, and this: twice the logarithm of how much more often teeth strike than noise reaches
-    /// the threshold.
-    pub alarm: T,
-    /// Without drive the first jump below this ends what is heard as impacts, in m/s: a rotor that lands chatters and slides, and teaches nothing.
+    /// Process noise of each mode's velocity: as a part of a driven motion, the steady motion that it would sustain.
+    /// 4e-4, tuned.
+    pub process_noise_part: T,
+    /// An impact is noise when its misfit exceeds that of noise by this: twice the logarithm of the prior odds, how
+    /// much more often teeth touch the rotor than noise exceeds the threshold. 20, odds of 22,000.
+    pub noise_log_odds: T,
+    /// Without drive the first jump below this ends the updates of the stator, in m/s: a rotor that lands chatters and
+    /// slides, which the contact measurements do not describe. 0.01, assumed.
     pub landing_m_s: T,
-    /// A misfit beyond this makes the stator doubtful.
-    pub surprise: T,
-    /// Samples after an impact whose mean tells its jump better.
+    /// A misfit beyond this inflates the variance of the impact's instant: 8, the 98 % point of two degrees of freedom.
+    pub inflation_misfit: T,
+    /// Samples after an impact whose mean refines its jump: 10 leave a tenth of the variance of one.
     pub refining_samples: u8,
 }
 
@@ -83,30 +92,30 @@ impl<T: Real> TwinTuning<T> {
                 window_samples: n(20.0),
                 ..ImpactDetectorTuning::new(params)
             },
-            tolerance: Tolerance::default(),
+            prior: TwinPrior::default(),
             contact: ContactTuning::default(),
-            tooth_m_s: n(5e-5),
+            tooth_velocity_m_s: n(5e-5),
             chatter_rad2_s2: n(5e-5),
-            unheard_part2: n(1.0),
-            ridden_part2: n(0.04),
+            undetected_part2: n(1.0),
+            riding_part2: n(0.04),
             launching_rad2_s3: n(4.0),
         }
     }
 }
 
-impl<T: Real> Default for Tolerance<T> {
-    /// Those of Table 1: half a tolerance is a standard deviation, 0.88 of that where the ends are cut off.
+impl<T: Real> Default for TwinPrior<T> {
+    /// The tolerances of Table 1: half a tolerance is a standard deviation, 0.88 of that where the ends are cut off.
     fn default() -> Self {
         let n = T::from_f64;
         Self {
             stiffness: [n(0.0041), n(0.0014), n(0.0012)],
             damping: [n(0.056), n(0.14), n(0.117)],
             amplitude: [n(0.027), n(0.027)],
-            recoil: n(0.042),
+            mass_ratio: n(0.042),
             restitution: n(0.013),
-            pair: n(0.005),
+            pair_amplitude: n(0.005),
             tooth_angle_rad: n(2.2e-3),
-            phase_rad: n(0.07),
+            drive_phase_rad: n(0.07),
         }
     }
 }
@@ -116,12 +125,12 @@ impl<T: Real> Default for ContactTuning<T> {
         let n = T::from_f64;
         Self {
             gap_m: n(1.2e-8),
-            shape_part: n(0.001),
+            gap_per_swing: n(0.001),
             approach_part: n(0.003),
-            fed_part: n(4e-4),
-            alarm: n(20.0),
+            process_noise_part: n(4e-4),
+            noise_log_odds: n(20.0),
             landing_m_s: n(1e-2),
-            surprise: n(8.0),
+            inflation_misfit: n(8.0),
             refining_samples: 10,
         }
     }

@@ -19,8 +19,8 @@ fn flight(tuning: &ImpactDetectorTuning<f64>, start: f64, n: u64) -> f64 {
     (start + terminal) * (-tuning.damping_per_s * 5e-6 * n as f64).exp() - terminal
 }
 
-/// Whether a rotor that bounces 60 times, 4 ms each, looks as if the scale were wrong to a vibrometer of `scale` with its noise.
-fn is_told(scale: f64) -> bool {
+/// Whether a wrong scale is detected by a noisy vibrometer of `scale`, from a rotor that bounces 60 times, 4 ms each.
+fn is_detected(scale: f64) -> bool {
     let tuning = tuning(5.0);
     let mut normal = StandardNormal.sample_iter(Pcg64::seed_from_u64(2));
     let mut detector = ImpactDetector::new(tuning);
@@ -35,11 +35,11 @@ fn is_told(scale: f64) -> bool {
 }
 
 #[test]
-fn law_a_rotor_that_does_not_fall_by_g_tells_a_wrong_scale() {
-    for (scale, told) in
+fn law_a_rotor_that_does_not_fall_by_g_shows_a_wrong_scale() {
+    for (scale, detected) in
         [(0.5, true), (0.6, true), (0.9, false), (1.0, false), (1.1, false), (1.4, true), (1.5, true)]
     {
-        assert_eq!(is_told(scale), told, "{scale}");
+        assert_eq!(is_detected(scale), detected, "{scale}");
     }
 }
 
@@ -54,8 +54,8 @@ fn exact_false_alarms_are_the_normal_tail() {
         for n in 0..501 {
             let noise: f64 = normal.next().unwrap();
             let at = run * 1000 + n + 1;
-            let heard = detector.observe(&sample(at, flight(&tuning, 0.04, n) + 2e-4 * noise));
-            alarms += u32::from(matches!(heard, Heard::Impact { .. }));
+            let event = detector.observe(&sample(at, flight(&tuning, 0.04, n) + 2e-4 * noise));
+            alarms += u32::from(matches!(event, VibrometerEvent::Impact { .. }));
         }
     }
     assert!((675 - 4 * 26..=675 + 4 * 26).contains(&alarms), "{alarms}");
@@ -78,8 +78,8 @@ fn exact_detection_probability_against_jump_size() {
                 let noise: f64 = normal.next().unwrap();
                 let jumped = if n == 250 { jump } else { 0.0 };
                 let velocity = flight(&tuning, 0.01, n) + jumped + 2e-4 * noise;
-                let heard = detector.observe(&sample(run * 1000 + n + 1, velocity));
-                found += f64::from(n == 250 && matches!(heard, Heard::Impact { .. }));
+                let event = detector.observe(&sample(run * 1000 + n + 1, velocity));
+                found += f64::from(n == 250 && matches!(event, VibrometerEvent::Impact { .. }));
             }
         }
         let error = (expected * (1.0 - expected) / f64::from(runs)).sqrt();
@@ -99,7 +99,7 @@ fn exact_jump_size() {
             let noise: f64 = normal.next().unwrap();
             let jumped = if n == 20 { 0.03 } else { 0.0 };
             let velocity = flight(&tuning, -0.02, n) + jumped + 2e-4 * noise;
-            if let Heard::Impact { before_m_s, jump_m_s } =
+            if let VibrometerEvent::Impact { before_m_s, jump_m_s } =
                 detector.observe(&sample(run * 1000 + n + 1, velocity))
             {
                 assert_eq!(n, 20);
@@ -118,27 +118,27 @@ fn exact_jump_size() {
 #[test]
 fn law_bad_samples_change_nothing_and_falls_are_no_impacts() {
     let mut detector = ImpactDetector::new(tuning(5.0));
-    assert_eq!(detector.observe(&sample(1, 0.0)), Heard::Gap(0.0));
-    assert_eq!(detector.observe(&sample(2, 0.0)), Heard::Flight);
+    assert_eq!(detector.observe(&sample(1, 0.0)), VibrometerEvent::Gap(0.0));
+    assert_eq!(detector.observe(&sample(2, 0.0)), VibrometerEvent::Flight);
     let before = detector.velocity_m_s;
     for bad in [f64::NAN, f64::INFINITY, -f64::INFINITY, 3.0, -1e30] {
-        assert_eq!(detector.observe(&sample(3, bad)), Heard::Nothing);
+        assert_eq!(detector.observe(&sample(3, bad)), VibrometerEvent::Rejected);
     }
-    assert_eq!(detector.observe(&sample(2, 0.5)), Heard::Nothing, "a duplicate");
-    assert_eq!(detector.observe(&sample(1, 0.5)), Heard::Nothing, "out of order");
+    assert_eq!(detector.observe(&sample(2, 0.5)), VibrometerEvent::Rejected, "a duplicate");
+    assert_eq!(detector.observe(&sample(1, 0.5)), VibrometerEvent::Rejected, "out of order");
     assert!((detector.velocity_m_s - before).abs() <= 0.0);
-    assert_eq!(detector.observe(&sample(3, -0.5)), Heard::Flight);
-    assert!(
-        matches!(detector.observe(&sample(4, -0.5)), Heard::Fall { drop_m_s } if (drop_m_s - 0.5).abs() < 1e-3)
-    );
-    assert_eq!(detector.observe(&sample(5, -0.5)), Heard::Flight);
-    assert!(matches!(detector.observe(&sample(6, -0.4)), Heard::Impact { .. }));
-    assert!(matches!(detector.observe(&sample(1000, 0.9)), Heard::Gap(_)));
+    assert_eq!(detector.observe(&sample(3, -0.5)), VibrometerEvent::Flight);
+    let event = detector.observe(&sample(4, -0.5));
+    assert!(matches!(event, VibrometerEvent::Fall { drop_m_s } if (drop_m_s - 0.5).abs() < 1e-3));
+    assert_eq!(detector.observe(&sample(5, -0.5)), VibrometerEvent::Flight);
+    assert!(matches!(detector.observe(&sample(6, -0.4)), VibrometerEvent::Impact { .. }));
+    assert!(matches!(detector.observe(&sample(1000, 0.9)), VibrometerEvent::Gap(_)));
 }
 
-/// Three samples that are too high by 0.1 m/s: an impact, and a fall as large at the second one after them. From then on for 50 ms nothing is to be believed.
+/// Three samples that are too high by 0.1 m/s: an impact, and a fall as large at the second one after them. For 50 ms
+/// from then on the fault holds.
 #[test]
-fn exact_a_fall_tells_that_samples_were_wrong() {
+fn exact_a_fall_shows_that_samples_were_wrong() {
     let tuning = tuning(5.0);
     let mut detector = ImpactDetector::new(tuning);
     let mut observe = |n: u64| {
@@ -146,13 +146,19 @@ fn exact_a_fall_tells_that_samples_were_wrong() {
         (detector.observe(&sample(n, flight(&tuning, 0.05, n) + wrong)), detector.fault())
     };
     for n in 1..=104 {
-        let (heard, fault) = observe(n);
+        let (event, fault) = observe(n);
         match n {
             100 => {
-                assert!(matches!(heard, Heard::Impact { jump_m_s, .. } if (jump_m_s - 0.1).abs() < 1e-4));
+                assert!(
+                    matches!(event, VibrometerEvent::Impact { jump_m_s, .. } if (jump_m_s - 0.1).abs() < 1e-4)
+                );
             }
-            104 => assert!(matches!(heard, Heard::Fall { drop_m_s } if (drop_m_s - 0.1).abs() < 1e-3)),
-            _ => assert!(matches!(heard, Heard::Flight | Heard::Gap(_)), "{n}: {heard:?}"),
+            104 => {
+                assert!(matches!(event, VibrometerEvent::Fall { drop_m_s } if (drop_m_s - 0.1).abs() < 1e-3));
+            }
+            _ => {
+                assert!(matches!(event, VibrometerEvent::Flight | VibrometerEvent::Gap(_)), "{n}: {event:?}");
+            }
         }
         assert_eq!(fault.is_some(), n == 104);
     }
@@ -160,7 +166,8 @@ fn exact_a_fall_tells_that_samples_were_wrong() {
     assert_eq!(right_again, Some(104 + ImpactDetector::<f64>::ERRATIC_NANOS / NANOS));
 }
 
-/// A single fall, beyond what a jump counts at most, is no proof of the sign; nor is what the scale makes of gravity a wrong sample.
+/// A single fall, beyond what a jump counts at most, is no proof of the sign. A small fall, as a wrong scale makes of
+/// gravity, is no wrong sample.
 #[test]
 fn law_a_single_fall_is_no_wrong_sign_and_a_small_one_nothing() {
     let tuning = tuning(5.0);
@@ -176,11 +183,12 @@ fn law_a_single_fall_is_no_wrong_sign_and_a_small_one_nothing() {
     assert_eq!(after(0.004), None);
 }
 
-/// On the teeth the rotor does not fall: `g t` of velocity is missing, which is found within 50 samples.
+/// In sustained contact the rotor does not fall: `g t` of velocity is missing, which is detected within 50 samples.
 #[test]
-fn law_a_pressed_rotor_is_heard() {
+fn law_a_rotor_in_sustained_contact_is_detected() {
     let mut detector = ImpactDetector::new(tuning(5.0));
-    let heard = (1..=400).filter(|&n| matches!(detector.observe(&sample(n, 0.0)), Heard::Impact { .. }));
-    let count = heard.count();
+    let impacts =
+        (1..=400).filter(|&n| matches!(detector.observe(&sample(n, 0.0)), VibrometerEvent::Impact { .. }));
+    let count = impacts.count();
     assert!((400 / 60..=400 / 30).contains(&count), "{count}");
 }

@@ -1,0 +1,203 @@
+//! Association: which pair of teeth an impact was of, or whether it was noise.
+//!
+//! There are three hypotheses: the first pair, the second pair, and a jump that is the vibrometer's noise. Gap and
+//! approach of a pair ([`super::contact_measurement`]) have the innovation `nu` with covariance
+//!
+//! ```text
+//! S = H P H' + R,    misfit = nu' S^-1 nu          the squared Mahalanobis distance, or normalised innovation squared
+//! ```
+//!
+//! The pair of the smaller misfit is chosen. Its mean is about two, one a measurement, where the filter is consistent.
+//! A jump that is noise has no contact, but the misfit `dv^2 / var dv`, which is above the square of the detector's
+//! threshold. Noise is chosen when it misfits less than the pair by [`ContactTuning::noise_log_odds`] or more.
+//!
+//! # Linearisation
+//!
+//! The tooth accelerates at 3e4 m/s^2, so the gap is curved within the period by 0.1 um. The measurements are
+//! linearised about the prediction; for the chosen pair again about the errors that follow from it; and once more for
+//! the update. These are Gauss-Newton steps to the maximum of the posterior, an iterated Kalman update (Bell and
+//! Cathey, "The iterated Kalman filter update as a Gauss-Newton method", IEEE Transactions on Automatic Control 38,
+//! 1993). The products of errors that remain, an error of the instant times one of speed or acceleration, are counted
+//! as noise: negligible when the stator is known, dominant when it is not.
+
+use motor_model::Real;
+
+use super::contact_measurement::ContactMeasurement;
+use super::measured_impact::{MeasuredImpact, UnassociatedImpact};
+use super::states::{INSTANT, Row, STATES, entry, set_entry};
+use super::stator::StatorFilter;
+use super::tuning::ContactTuning;
+
+/// An impact is noise when the misfit about the prediction exceeds the limit so many times: the second linearisation
+/// would start too far off to mean anything. Assumed.
+const FAR_OFF_RATIO: f64 = 40.0;
+
+/// Factor on the instant's variance per misfit in units of [`ContactTuning::inflation_misfit`], when that is exceeded.
+/// Tuned with it.
+const INFLATION: f64 = 3.0;
+
+/// The pair that an impact is associated with.
+pub(super) struct Association<T> {
+    pub(super) pair: usize,
+    /// Variances of gap and approach by what their linearisation leaves out.
+    pub(super) second_order: [T; 2],
+    /// Errors that the measurements imply: the point of the next linearisation.
+    pub(super) errors: Row<T>,
+    pub(super) misfit: T,
+}
+
+/// A scalar measurement whose row is held as `U' row`.
+pub(super) struct LinearMeasurement<T> {
+    /// Derivative by the impact's instant.
+    pub(super) by_instant: T,
+    pub(super) innovation: T,
+    pub(super) noise: T,
+}
+
+/// One pair as the one in contact: gap and approach.
+pub(super) struct PairHypothesis<T> {
+    pub(super) pair: usize,
+    pub(super) measurements: [LinearMeasurement<T>; 2],
+    /// Their rows times U.
+    pub(super) whitened: [[T; STATES]; 2],
+}
+
+/// A hypothesis against the covariance.
+struct Score<T> {
+    /// Squared Mahalanobis distance.
+    misfit: T,
+    /// Variances of gap and approach by what their linearisation leaves out, beside their noise.
+    second_order: [T; 2],
+    /// `S^-1 nu`: the implied errors are `P H'` times this.
+    weighted_innovation: [T; 2],
+}
+
+impl<T: Real> StatorFilter<T> {
+    /// The pair that the impact is associated with.
+    ///
+    /// # Errors
+    /// When both pairs misfit by more than noise does.
+    #[inline(never)]
+    pub(super) fn associate(
+        &mut self,
+        impact: &MeasuredImpact<T>,
+        contact: &ContactTuning<T>,
+    ) -> Result<Association<T>, UnassociatedImpact<T>> {
+        let predicted = [0, 1].map(|pair| self.pair_hypothesis(impact, pair, &Row::zeros(), contact));
+        let [zero, one] = predicted.each_ref().map(|hypothesis| self.score(hypothesis));
+        let [of_zero, of_one] = &predicted;
+        let (hypothesis, better) = if zero.misfit <= one.misfit { (of_zero, zero) } else { (of_one, one) };
+        let of_noise = impact.jump_m_s * impact.jump_m_s / impact.jump_m2_s2;
+        let limit = of_noise + contact.noise_log_odds;
+        if better.misfit > T::from_f64(FAR_OFF_RATIO) * limit {
+            return Err(UnassociatedImpact { excess_misfit: better.misfit - of_noise });
+        }
+        let pair = hypothesis.pair;
+        let implied = self.implied_errors(impact, hypothesis, &better);
+        let relinearised = self.pair_hypothesis(impact, pair, &implied, contact);
+        let best = self.score(&relinearised);
+        let misfit = best.misfit;
+        if misfit > limit {
+            return Err(UnassociatedImpact { excess_misfit: misfit - of_noise });
+        }
+        if misfit > contact.inflation_misfit {
+            self.covariance.inflate::<INSTANT>(T::from_f64(INFLATION) * misfit / contact.inflation_misfit);
+            let inflated = self.score(hypothesis);
+            let errors = self.implied_errors(impact, hypothesis, &inflated);
+            return Ok(Association { pair, second_order: inflated.second_order, errors, misfit });
+        }
+        let errors = self.implied_errors(impact, &relinearised, &best);
+        Ok(Association { pair, second_order: best.second_order, errors, misfit })
+    }
+
+    /// Gap and approach of `pair`, linearised about `errors`.
+    #[inline(never)]
+    pub(super) fn pair_hypothesis(
+        &self,
+        impact: &MeasuredImpact<T>,
+        pair: usize,
+        errors: &Row<T>,
+        contact: &ContactTuning<T>,
+    ) -> PairHypothesis<T> {
+        let [gap, approach] = self.contact_measurements(impact, pair, errors, contact);
+        let without_row = |of: &ContactMeasurement<T>| LinearMeasurement {
+            by_instant: entry(&of.row, INSTANT),
+            innovation: of.innovation,
+            noise: of.noise,
+        };
+        PairHypothesis {
+            pair,
+            measurements: [without_row(&gap), without_row(&approach)],
+            whitened: self.covariance.whitened([&gap.row, &approach.row]),
+        }
+    }
+
+    /// Scores a hypothesis without an update of the covariance: gap first, then approach given the gap.
+    #[inline(never)]
+    fn score(&self, hypothesis: &PairHypothesis<T>) -> Score<T> {
+        let PairHypothesis { measurements: [gap, approach], whitened: [f, g], .. } = hypothesis;
+        let weights = &self.covariance.weights;
+        let (mut gap_m2, mut approach_m2_s2, mut both) = (T::zero(), T::zero(), T::zero());
+        for ((&f, &g), &d) in f.iter().zip(g).zip(weights) {
+            let (df, dg) = (d * f, d * g);
+            gap_m2 += f * df;
+            approach_m2_s2 += g * dg;
+            both += g * df;
+        }
+        let second_order = self.second_order(&[(gap, gap_m2), (approach, approach_m2_s2)]);
+        let [second_order_m2, second_order_m2_s2] = second_order;
+        let per_gap = T::one() / (gap.noise + second_order_m2 + gap_m2);
+        // Variance of the approach given the gap.
+        let shared = both * per_gap;
+        let mut conditional_m2_s2 = T::zero();
+        for ((&f, &g), &d) in f.iter().zip(g).zip(weights) {
+            conditional_m2_s2 += g * (d * (g - f * shared));
+        }
+        let per_approach = T::one() / (approach.noise + second_order_m2_s2 + not_negative(conditional_m2_s2));
+        let given_gap = approach.innovation - shared * gap.innovation;
+        let (by_gap, by_approach) = (per_gap * gap.innovation, per_approach * given_gap);
+        let misfit = gap.innovation * by_gap + given_gap * by_approach;
+        Score { misfit, second_order, weighted_innovation: [by_gap - shared * by_approach, by_approach] }
+    }
+
+    /// The errors that the measurements imply, `P H' S^-1 nu`, within the support of the rows.
+    #[inline(never)]
+    fn implied_errors(
+        &self,
+        impact: &MeasuredImpact<T>,
+        hypothesis: &PairHypothesis<T>,
+        score: &Score<T>,
+    ) -> Row<T> {
+        let ([f, g], [by_gap, by_approach]) = (&hypothesis.whitened, score.weighted_innovation);
+        let mut y = [T::zero(); STATES];
+        for ((y, &d), (&f, &g)) in y.iter_mut().zip(&self.covariance.weights).zip(f.iter().zip(g)) {
+            *y = d * (f * by_gap + g * by_approach);
+        }
+        let mut errors = self.covariance.coloured(&y);
+        let instant_s = impact.clamp_instant_s(entry(&errors, INSTANT));
+        set_entry(&mut errors, INSTANT, instant_s);
+        errors
+    }
+
+    /// Variances of the second-order terms of gap and approach, whose own variances are given: an error of the instant
+    /// times one of the speed or of the acceleration.
+    fn second_order(
+        &self,
+        [(gap, gap_m2), (approach, approach_m2_s2)]: &[(&LinearMeasurement<T>, T); 2],
+    ) -> [T; 2] {
+        let instant_s2 = self.covariance.variance::<INSTANT>();
+        let beside_instant = |measurement: &LinearMeasurement<T>, variance: T| {
+            not_negative(variance - measurement.by_instant * measurement.by_instant * instant_s2)
+        };
+        let [_, _, stiffest] = &self.oscillators;
+        let per_s4 = stiffest.stiffness_per_s2 * stiffest.stiffness_per_s2;
+        [
+            beside_instant(approach, *approach_m2_s2) * instant_s2,
+            beside_instant(gap, *gap_m2) * per_s4 * instant_s2,
+        ]
+    }
+}
+
+fn not_negative<T: Real>(x: T) -> T {
+    if x > T::zero() { x } else { T::zero() }
+}

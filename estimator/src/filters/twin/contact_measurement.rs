@@ -1,0 +1,96 @@
+//! Gap and approach: the two scalar measurements that an impact makes of the stator.
+//!
+//! The vibrometer gives the rotor's velocity before, `v`, and its jump, `dv`. The pair of teeth that touched the rotor
+//! a time `t` before the end of the sample period satisfies
+//!
+//! ```text
+//! gap        z - v t - phi . g(-t) = 0         z, g: at the end of the period, were there no impact
+//! approach   phi . g'(-t) - v - a = 0          a = dv (1 + r) / (1 + e);  r: mass ratio at the tooth, e: restitution
+//! ```
+//!
+//! Each is linearised about given errors `x0`: `h(x) = h(x0) + H (x - x0)`, so that the measurement reads
+//! `H x = H x0 - h(x0)`, which is the innovation of an iterated Kalman update.
+
+use motor_model::Real;
+
+use super::measured_impact::MeasuredImpact;
+use super::states::{HEIGHT, INSTANT, JUMP, MASS_RATIO, RESTITUTION, Row, TOOTH_ANGLE, entry, set_entry};
+use super::stator::StatorFilter;
+use super::tooth::{by_amplitude, by_angle};
+use super::tuning::ContactTuning;
+
+/// Least variance of the approach, in m^2/s^2: 0.1 mm/s, half of the vibrometer's noise. Assumed, so that an approach
+/// near zero is not taken as exact.
+const APPROACH_M2_S2: f64 = 1e-8;
+
+/// A scalar measurement, linearised about some errors.
+pub(super) struct ContactMeasurement<T> {
+    /// Its Jacobian H.
+    pub(super) row: Row<T>,
+    /// What `row . errors` is measured to be.
+    pub(super) innovation: T,
+    /// Variance of its noise.
+    pub(super) noise: T,
+}
+
+impl<T: Real> StatorFilter<T> {
+    /// Gap and approach of `pair`, linearised about `errors`.
+    #[inline(never)]
+    pub(super) fn contact_measurements(
+        &self,
+        impact: &MeasuredImpact<T>,
+        pair: usize,
+        errors: &Row<T>,
+        contact: &ContactTuning<T>,
+    ) -> [ContactMeasurement<T>; 2] {
+        let one = T::one();
+        let back_s = impact.back_s(entry(errors, INSTANT));
+        let modes = self.modes_at(back_s - impact.behind_s, errors);
+        let tooth = self.tooth(pair, errors);
+        let phi = &tooth.shape;
+        let (phi_by_amplitude, phi_by_angle) = (by_amplitude(phi), by_angle(phi));
+        let parameter = |state: usize| self.parameter(state, errors);
+        let speed = phi.dot(&modes.velocity_m_s);
+        let jump_m_s = impact.jump_m_s + entry(errors, JUMP);
+        // `r` grows with the square of the shape, of which A is a third.
+        let share_by_amplitude = self.recoil_share * T::from_f64(4.0 / 3.0);
+        let per_jump = self.approach_per_jump
+            * (one
+                + self.recoil_share * parameter(MASS_RATIO)
+                + share_by_amplitude * parameter(tooth.amplitude_state)
+                + parameter(RESTITUTION));
+        let swing = (phi.y * modes.displacement_m.y).abs() + (phi.z * modes.displacement_m.z).abs();
+        let square = |x: T| x * x;
+
+        let mut gap_row = modes.row(phi, |r| [-r.c, -r.s]);
+        set_entry(&mut gap_row, HEIGHT, one);
+        set_entry(&mut gap_row, INSTANT, impact.before_m_s - speed);
+        set_entry(&mut gap_row, tooth.amplitude_state, -phi_by_amplitude.dot(&modes.displacement_m));
+        set_entry(&mut gap_row, TOOTH_ANGLE, -phi_by_angle.dot(&modes.displacement_m));
+        let gap_m = self.height_m + entry(errors, HEIGHT)
+            - impact.before_m_s * back_s
+            - phi.dot(&modes.displacement_m);
+        let gap = ContactMeasurement {
+            innovation: gap_row.dot(errors) - gap_m,
+            row: gap_row,
+            noise: square(contact.gap_m) + square(contact.gap_per_swing * swing),
+        };
+        let mut approach_row = modes.row(phi, |r| [r.c_rate, r.s_rate]);
+        set_entry(&mut approach_row, INSTANT, phi.dot(&modes.acceleration_m_s2));
+        set_entry(&mut approach_row, JUMP, -per_jump);
+        let by_mass_ratio = -self.recoil_share * self.approach_per_jump * jump_m_s;
+        set_entry(&mut approach_row, MASS_RATIO, by_mass_ratio);
+        set_entry(&mut approach_row, RESTITUTION, -self.approach_per_jump * jump_m_s);
+        let by_share = share_by_amplitude * self.approach_per_jump * jump_m_s;
+        let by_pair_amplitude = phi_by_amplitude.dot(&modes.velocity_m_s) - by_share;
+        set_entry(&mut approach_row, tooth.amplitude_state, by_pair_amplitude);
+        set_entry(&mut approach_row, TOOTH_ANGLE, phi_by_angle.dot(&modes.velocity_m_s));
+        let surplus_m_s = speed - impact.before_m_s - per_jump * jump_m_s;
+        let approach = ContactMeasurement {
+            innovation: approach_row.dot(errors) - surplus_m_s,
+            row: approach_row,
+            noise: T::from_f64(APPROACH_M2_S2) + square(contact.approach_part * per_jump * jump_m_s),
+        };
+        [gap, approach]
+    }
+}

@@ -1,0 +1,108 @@
+//! From a measured impact to a kick: the regime, the stator filter, or neither.
+
+use motor_model::{Real, Time};
+
+use super::SinceRest;
+use super::TwinFilter;
+use super::kick_record::KickRecord;
+use super::measured_impact::{ExplainedImpact, MeasuredImpact, Uncertain};
+use super::misfit_monitor::MisfitMonitor;
+
+/// A longer time without samples, in s, leaves open which pair was in contact, and where: a quarter of mode A's period.
+const LONGEST_WITHIN_S: f64 = 31e-6;
+
+impl<T: Real> TwinFilter<T> {
+    /// Takes in an impact within the period that ends at `at`.
+    #[inline(never)]
+    pub(super) fn take_impact(&mut self, at: Time, impact: &MeasuredImpact<T>) {
+        self.unrefined_jump_m_s = None;
+        if self.detector.is_wrong() {
+            return;
+        }
+        let before = core::mem::replace(&mut self.since_rest, SinceRest::Impact);
+        if self.update_regime(impact) {
+            return self.record_kick(self.riding_kick(at, impact));
+        }
+        self.stator_follows &= !self.ever_driven
+            || self.drive.mode().is_some()
+            || impact.jump_m_s > self.tuning.contact.landing_m_s;
+        if !self.stator_follows {
+            return self.record_kick(self.unexplained_kick(at, impact));
+        }
+        if impact.within_s > T::from_f64(LONGEST_WITHIN_S) {
+            self.raise_at_midpoint(impact);
+            self.stator.forget_motion();
+            return self.record_kick(self.unexplained_kick(at, impact));
+        }
+        let explained = self.stator.update_by_impact(impact, &self.tuning);
+        let misfits = explained.as_ref().is_ok_and(|explained| self.misfit.note(explained.misfit));
+        if misfits || !self.stator.is_sound() {
+            self.restart_stator();
+            return self.record_kick(self.unexplained_kick(at, impact));
+        }
+        let explained = match explained {
+            Ok(explained) => explained,
+            Err(unassociated) => {
+                self.raise_at_midpoint(impact);
+                return self.record_kick(self.unassociated_kick(at, impact, unassociated));
+            }
+        };
+        self.refine_tooth_velocity(explained.previous_correction);
+        self.unrefined_jump_m_s = Some(impact.jump_m_s);
+        let usable = self.misfit.accepts(explained.misfit);
+        let mut kick =
+            if usable { self.explained_kick(at, &explained) } else { self.unexplained_kick(at, impact) };
+        if before == SinceRest::NoImpact {
+            let threshold_rad_s = self.limit_per_jump_rad_m * self.detector.threshold_m_s();
+            kick.unknown_rad2_s2 += threshold_rad_s * threshold_rad_s;
+        }
+        self.record_kick(kick);
+    }
+
+    /// The height after an impact at the middle of the time since the last sample, where its instant is not known.
+    fn raise_at_midpoint(&mut self, impact: &MeasuredImpact<T>) {
+        self.stator.height_m += T::from_f64(0.5) * impact.within_s * impact.jump_m_s;
+    }
+
+    /// The kick of an explained impact.
+    fn explained_kick(&self, at: Time, explained: &ExplainedImpact<T>) -> KickRecord<T> {
+        let (c, s) = (self.limit_per_jump_rad_m, self.per_radius_m);
+        let ExplainedImpact { back, jump, tooth_velocity, .. } = *explained;
+        let back_nanos = (back.value * T::from_f64(1e9)).whole();
+        KickRecord {
+            at: Time::from_nanos(at.nanos().saturating_add_signed(-i64::from(back_nanos))),
+            at_s2: back.variance,
+            limit_rad_s: Uncertain { value: c * jump.value, variance: c * c * jump.variance },
+            tooth_rate_rad_s: Uncertain {
+                value: s * tooth_velocity.value,
+                variance: s * s * tooth_velocity.variance * self.misfit.variance_inflation(),
+            },
+            unknown_rad2_s2: self.undetected_rad2_s2(),
+            refinable: true,
+            mode_changed: false,
+        }
+    }
+
+    /// Variance of the kicks by impacts below the detector's threshold. Where those are many, as under a rotor that
+    /// hops on a weakly driven stator, the detected ones fit the model badly, so it grows with the mean misfit.
+    fn undetected_rad2_s2(&self) -> T {
+        let threshold_rad_s = self.limit_per_jump_rad_m * self.detector.threshold_m_s();
+        self.tuning.chatter_rad2_s2
+            + self.tuning.undetected_part2
+                * (self.misfit.variance_inflation() - T::one())
+                * threshold_rad_s
+                * threshold_rad_s
+    }
+
+    /// Noise variance of a vibrometer sample.
+    pub(super) fn sample_m2_s2(&self) -> T {
+        self.tuning.detector.noise_m_s * self.tuning.detector.noise_m_s
+    }
+
+    /// Restarts the stator filter and puts it on probation: its estimates contradict the impacts.
+    pub(super) fn restart_stator(&mut self) {
+        self.stator.restart();
+        self.misfit = MisfitMonitor::on_probation();
+        self.unrefined_jump_m_s = None;
+    }
+}

@@ -1,0 +1,154 @@
+//! What is known of the kick by one impact, and how angle and rate take it.
+//!
+//! ```text
+//! kick = clamp(a S - rate, -f L, f L),     S = s' / R_t,     L = mu m_r R_t dv / J
+//! ```
+//!
+//! S is the rate at which the tooth would carry the rotor, L the limit of friction at its nominal value; `a` and `f`
+//! are the tooth factor and the friction of [`super::rotor`]. The slip `a S - rate` is taken as uniform over an
+//! interval, so that mean, Jacobian and noise of the kick are polynomials: [`crate::filters::kick`].
+
+use heapless::Deque;
+use motor_model::{Real, Time};
+
+use super::measured_impact::Uncertain;
+use super::rotor::{KickJacobian, RotorCovariance};
+use crate::camera::track::State;
+use crate::camera::track_covariance::TrackCovariance as _;
+use crate::filters::impact_aided::IMPACTS_KEPT_MAX;
+use crate::filters::kick::KickMoments;
+
+/// What is known of the kick by one impact.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct KickRecord<T> {
+    pub(super) at: Time,
+    /// Variance of the instant, in s^2.
+    pub(super) at_s2: T,
+    /// Limit of the kick at nominal friction, L, in rad/s.
+    pub(super) limit_rad_s: Uncertain<T>,
+    /// Rate at which the tooth would carry the rotor, S, in rad/s.
+    pub(super) tooth_rate_rad_s: Uncertain<T>,
+    /// Variance of what else may have kicked the rate about then, in rad^2/s^2.
+    pub(super) unknown_rad2_s2: T,
+    /// Whether later samples refine it.
+    pub(super) refinable: bool,
+    /// Whether the drive's mode is another than at the kick before.
+    pub(super) mode_changed: bool,
+}
+
+/// The kicks since the oldest frame kept, in the order of time.
+pub(super) type KickRecords<T> = Deque<KickRecord<T>, IMPACTS_KEPT_MAX>;
+
+/// Angle and rate with the covariance of all four states.
+pub(super) type RotorState<T> = State<T, RotorCovariance<T>>;
+
+impl<T: Real> KickRecord<T> {
+    /// A kick of unknown sign with this variance.
+    pub(super) fn of_unknown_sign(at: Time, variance_rad2_s2: T) -> Self {
+        let zero = Uncertain { value: T::zero(), variance: T::zero() };
+        Self {
+            at,
+            at_s2: T::zero(),
+            limit_rad_s: zero,
+            tooth_rate_rad_s: zero,
+            unknown_rad2_s2: variance_rad2_s2,
+            refinable: false,
+            mode_changed: false,
+        }
+    }
+
+    /// Applies the kick to the rate, and its Jacobian and noise to the covariance.
+    pub(super) fn apply(&self, state: &mut RotorState<T>) {
+        let rotor = &mut state.covariance;
+        if self.mode_changed {
+            rotor.change_mode();
+        }
+        let (friction, tooth_factor) = (rotor.friction, rotor.tooth_factor);
+        let friction = if friction > T::zero() { friction } else { T::zero() };
+        let (limit, tooth) = (self.limit_rad_s, self.tooth_rate_rad_s);
+        let limit_rad_s = if limit.value > T::zero() { limit.value * friction } else { T::zero() };
+        let slip = tooth_factor * tooth.value - state.rate_rad_s;
+        let square = |x: T| x * x;
+        // Whether the teeth stick depends on slip and limit alike: the uncertainty of both blurs the corner between
+        // them.
+        let [friction2, tooth_factor2] = rotor.factor_variances();
+        let slip_rad2_s2 = rotor.rate_rad2_s2() + tooth.variance + tooth_factor2 * square(tooth.value);
+        let limit_rad2_s2 = friction2 * square(limit.value) + square(friction) * limit.variance;
+        let width = square_root(T::from_f64(3.0) * (slip_rad2_s2 + limit_rad2_s2));
+        let kick = KickMoments::new(slip, width, limit_rad_s);
+        rotor.kick(&KickJacobian {
+            by_rate: -kick.per_slip,
+            by_friction: kick.per_limit * limit.value,
+            by_tooth_factor: kick.per_slip * tooth.value,
+            variance_rad2_s2: kick.scatter
+                + square(kick.per_slip) * tooth.variance
+                + square(kick.per_limit * friction) * limit.variance
+                + self.unknown_rad2_s2,
+            angle_rad2: self.at_s2 * square(kick.mean),
+        });
+        state.rate_rad_s += kick.mean;
+    }
+}
+
+/// Square root of a number that is not negative, by three Newton steps: to a part in a thousand for results between
+/// 1e-3 and 1e4, to which they are clamped.
+fn square_root<T: Real>(square: T) -> T {
+    let (least, most) = (T::from_f64(1e-6), T::from_f64(1e8));
+    // Compared this way round, so that NaN counts as large.
+    let bounded = if square < most { square } else { most };
+    let bounded = if bounded > least { bounded } else { least };
+    let mut root = T::one();
+    while root * root > T::from_f64(4.0) * bounded {
+        root *= T::from_f64(0.5);
+    }
+    while root * root < T::from_f64(0.25) * bounded {
+        root *= T::from_f64(2.0);
+    }
+    for _ in 0..3 {
+        root = T::from_f64(0.5) * (root + bounded / root);
+    }
+    root
+}
+
+#[cfg(test)]
+mod tests {
+    use motor_model::{Angle, AngleAccumulator};
+
+    use super::*;
+
+    /// A limit of 1 rad/s whose friction is known to 0.29 and a slip of 1 rad/s, exact: their difference is uniform
+    /// within `w = 0.29 sqrt 3`, and the kick falls short of 1 by the mean of what it is above 0, `w / 4`. The kick
+    /// follows half of an error of the friction.
+    #[test]
+    fn exact_an_uncertain_friction_blurs_the_corner_between_stick_and_slip() {
+        let exactly = |value: f64| Uncertain { value, variance: 0.0 };
+        let kick = KickRecord {
+            limit_rad_s: exactly(1.0),
+            tooth_rate_rad_s: exactly(1.0),
+            ..KickRecord::of_unknown_sign(Time::from_nanos(1), 0.0)
+        };
+        let mut state = State {
+            at: Time::ZERO,
+            angle: AngleAccumulator::at(Angle::ZERO),
+            rate_rad_s: 0.0,
+            covariance: RotorCovariance::begin(0.0, 0.0, None),
+        };
+        let [friction2, tooth_factor2] = state.covariance.factor_variances();
+        kick.apply(&mut state);
+        let short = (3.0 * (friction2 + tooth_factor2)).sqrt() / 4.0;
+        assert!((state.rate_rad_s - (1.0 - short)).abs() < 1e-3, "{}", state.rate_rad_s);
+        let variance = state.covariance.rate_rad2_s2();
+        let scatter = (friction2 + tooth_factor2) / 16.0;
+        let expected = 0.25 * (friction2 + tooth_factor2) + scatter;
+        assert!((variance - expected).abs() < 1e-3, "{variance}");
+    }
+
+    #[test]
+    fn exact_square_root() {
+        for square in [1e-6, 3e-4, 0.7, 1.0, 12.0, 4e4, 1e8_f64] {
+            assert!((square_root(square) / square.sqrt() - 1.0).abs() < 1e-3, "{square}");
+        }
+        assert!((square_root(f64::NAN) - 1e4).abs() < 1.0 && (square_root(f64::INFINITY) - 1e4).abs() < 1.0);
+        assert!((square_root(0.0_f64) - 1e-3).abs() < 1e-6);
+    }
+}

@@ -1,0 +1,75 @@
+//! The rotor filter's prediction from frame to frame: through the kicks, with process noise between them.
+
+use motor_model::{Real, Time};
+
+use super::kick_record::{KickRecords, RotorState};
+use super::propagated_track::PropagatedTrack;
+use super::rotor::RotorCovariance;
+use super::tuning::TwinTuning;
+use crate::camera::track::{Jitter, Process};
+use crate::vibrometer::motion::Motion;
+
+/// How angle and rate go on under the kicks of the stator filter.
+pub(super) struct TwinProcess<'a, T> {
+    pub(super) tuning: &'a TwinTuning<T>,
+    pub(super) kicks: &'a KickRecords<T>,
+    pub(super) motion: Motion,
+    /// Until when impacts would have been detected; from then on the rate wanders as in [`crate::ConstantRate`].
+    pub(super) detecting_until: Time,
+    /// Process noise until then, in rad^2/s^3.
+    pub(super) between_rad2_s3: T,
+    /// A prediction made before, from which a later one can go on.
+    pub(super) propagated: Option<&'a PropagatedTrack<T>>,
+}
+
+impl<T: Real> TwinProcess<'_, T> {
+    /// From one impact to the next.
+    fn predict_flight(&self, state: &mut RotorState<T>, resting: bool, until: Time) {
+        let wander = self.tuning.constant_rate.wander.intensity_rad2_s3(self.motion, resting);
+        if self.motion != Motion::Quiet {
+            state.wander(until.min(self.detecting_until), self.between_rad2_s3);
+        }
+        if until > state.at {
+            state.wander(until, wander);
+        }
+    }
+
+    /// Index of the first kick after `from`, found from the newest backwards, since most are older.
+    pub(super) fn first_after(&self, from: Time) -> usize {
+        let newer = self.kicks.iter().rev().take_while(|kick| kick.at > from).count();
+        self.kicks.len() - newer
+    }
+
+    /// Predicts to a kick and applies it, unless the rotor lies still.
+    pub(super) fn predict_through(&self, state: &mut RotorState<T>, resting: bool, kick: usize) {
+        if let Some(kick) = self.kicks.get(kick)
+            && !(resting && self.motion == Motion::Quiet)
+        {
+            self.predict_flight(state, resting, kick.at);
+            kick.apply(state);
+        }
+    }
+}
+
+impl<T: Real> Process<T, RotorCovariance<T>> for TwinProcess<'_, T> {
+    fn carry(&self, state: &mut RotorState<T>, resting: bool, until: Time) {
+        for index in self.first_after(state.at)..self.kicks.len() {
+            if self.kicks.get(index).is_none_or(|kick| kick.at > until) {
+                break;
+            }
+            self.predict_through(state, resting, index);
+        }
+        self.predict_flight(state, resting, until);
+    }
+
+    #[inline]
+    fn cached_state<'a>(&'a self, state: &'a RotorState<T>, resting: bool, until: Time) -> &'a RotorState<T> {
+        let propagated = self.propagated.filter(|propagated| propagated.serves(state.at, until, resting));
+        propagated.map_or(state, |propagated| &propagated.state)
+    }
+
+    fn jitter(&self, at: Time) -> Jitter<T> {
+        let undetected = at > self.detecting_until;
+        if undetected { self.tuning.constant_rate.wander.jitter(self.motion) } else { Jitter::none() }
+    }
+}

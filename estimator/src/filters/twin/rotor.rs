@@ -1,0 +1,271 @@
+//! The four states of the rotor filter: angle, rate, friction and tooth factor.
+//!
+//! | index | symbol | unit | meaning | prior standard deviation |
+//! |---|---|---|---|---|
+//! | 0 | angle | rad | angle of the rotor | that of the first frame, [`crate::TrackTuning::camera_rad2`] |
+//! | 1 | rate | rad/s | angular rate of the rotor | 20 |
+//! | 2 | f | 1 | friction per its nominal value | 0.29 |
+//! | 3 | a | 1 | tangential velocity of the teeth per that of the stator filter | 0.03; 0.01 at a change of mode |
+//!
+//! ```text
+//! prediction     angle' = rate;    kick = clamp(a S - rate, -f L, f L) at an impact       S, L: super::kick_record
+//! measurement    the angle of a camera frame
+//! ```
+//!
+//! Friction and tooth factor are constant in a run, and there are hundreds of kicks a second: the camera determines
+//! both to some percent within a tenth of a second. The tooth factor also takes up errors of other parameters in the
+//! stator filter's tangential velocity. Those differ between the modes by a percent, so a change of mode widens it.
+//!
+//! The covariance is kept as `P = U D U'`. Prediction and kick are written out in its factors: see
+//! [`RotorCovariance::merge_rate_noise`].
+
+use motor_model::Real;
+use nalgebra::Vector4;
+
+use crate::camera::track_covariance::TrackCovariance;
+use crate::factorised::ud_covariance::{UdCovariance, reciprocal};
+
+/// Prior standard deviation of the friction: uniform from 0.2 to 0.6 about 0.4 is 0.115, per 0.4.
+const FRICTION_PRIOR: f64 = 0.29;
+/// Prior standard deviation of the tooth factor: the tolerances of thickness, height and angle of the teeth.
+const TOOTH_FACTOR_PRIOR: f64 = 0.03;
+/// Standard deviation of the tooth factor under one mode about that under the other: 0.009 over 30 motors drawn within
+/// the tolerances.
+const MODE_CHANGE: f64 = 0.01;
+
+/// Largest difference from 1 that an update can lead to: friction from 0.16 to 0.64, beyond its uniform prior on either
+/// side; five standard deviations of the tooth factor.
+const FRICTION_RANGE: f64 = 0.6;
+const TOOTH_FACTOR_RANGE: f64 = 0.15;
+
+/// Covariance of the four states, and the values of the last two.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct RotorCovariance<T> {
+    covariance: UdCovariance<T, 4>,
+    /// Friction per its nominal value.
+    pub(super) friction: T,
+    /// Tangential velocity of the teeth per that of the stator filter.
+    pub(super) tooth_factor: T,
+}
+
+/// Jacobian of a kick by rate, friction and tooth factor, and the noise beside.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct KickJacobian<T> {
+    pub(super) by_rate: T,
+    pub(super) by_friction: T,
+    pub(super) by_tooth_factor: T,
+    pub(super) variance_rad2_s2: T,
+    /// Variance of the angle by the uncertain instant of the kick.
+    pub(super) angle_rad2: T,
+}
+
+/// Effect of one independent error on angle and rate.
+#[derive(Clone, Copy)]
+struct Effect<T> {
+    angle: T,
+    rate: T,
+}
+
+impl<T: Real> RotorCovariance<T> {
+    /// Variances of friction and tooth factor.
+    #[inline]
+    pub(super) fn factor_variances(&self) -> [T; 2] {
+        let ([_, _, _, [_, _, u23, _]], [_, _, d2, d3]) = (&self.covariance.unit, &self.covariance.weights);
+        [*d2 + *u23 * *u23 * *d3, *d3]
+    }
+
+    /// Widens the tooth factor, since the drive excites another mode from now on.
+    pub(super) fn change_mode(&mut self) {
+        self.covariance.add_rank_one(&Vector4::w(), T::from_f64(MODE_CHANGE * MODE_CHANGE));
+    }
+
+    /// `P <- F P F' + Q` at a kick.
+    pub(super) fn kick(&mut self, jacobian: &KickJacobian<T>) {
+        let kept = T::one() + jacobian.by_rate;
+        let [_, [u01, ..], [_, u12, ..], [_, u13, u23, _]] = &mut self.covariance.unit;
+        *u13 = kept * *u13 + jacobian.by_friction * *u23 + jacobian.by_tooth_factor;
+        *u12 = kept * *u12 + jacobian.by_friction;
+        let own = Effect { angle: *u01, rate: kept };
+        let noise = Effect { angle: T::zero(), rate: T::one() };
+        self.merge_rate_noise(own, noise, jacobian.variance_rad2_s2);
+        self.widen_angle(jacobian.angle_rad2);
+    }
+
+    /// Merges the rate's own independent error, of effect `own`, with a `noise` of this variance into one error, and
+    /// the part of the angle that does not follow the rate. Where the teeth stick, the rate's error has no effect on
+    /// the rate after the kick and remains in the angle alone.
+    #[inline]
+    fn merge_rate_noise(&mut self, own: Effect<T>, noise: Effect<T>, variance: T) {
+        let variance = if variance > T::zero() { variance } else { T::zero() };
+        let [_, [u01, ..], ..] = &mut self.covariance.unit;
+        let [angle, rate, ..] = &mut self.covariance.weights;
+        let (by_own, by_noise) = (own.rate * *rate, noise.rate * variance);
+        let sum = own.rate * by_own + noise.rate * by_noise;
+        let Some(per_sum) = reciprocal(sum) else {
+            *angle += own.angle * own.angle * *rate;
+            (*u01, *rate) = (T::zero(), sum);
+            return;
+        };
+        let determinant = own.angle * noise.rate - noise.angle * own.rate;
+        *angle += *rate * variance * (determinant * determinant * per_sum);
+        *u01 = (own.angle * by_own + noise.angle * by_noise) * per_sum;
+        *rate = sum;
+    }
+
+    /// Adds an independent variance to the angle.
+    #[inline]
+    fn widen_angle(&mut self, variance_rad2: T) {
+        let [angle, ..] = &mut self.covariance.weights;
+        if variance_rad2 > T::zero() {
+            *angle += variance_rad2;
+        }
+    }
+
+    /// Corrects friction and tooth factor; returns the corrections of angle and rate.
+    fn corrected(&mut self, errors: Vector4<T>) -> [T; 2] {
+        let within = |x: T, range: f64| T::one() + (x - T::one()).clamp_magnitude(T::from_f64(range));
+        self.friction = within(self.friction + errors.z, FRICTION_RANGE);
+        self.tooth_factor = within(self.tooth_factor + errors.w, TOOTH_FACTOR_RANGE);
+        [errors.x, errors.y]
+    }
+}
+
+impl<T: Real> TrackCovariance<T> for RotorCovariance<T> {
+    fn begin(angle_rad2: T, rate_rad2_s2: T, before: Option<&Self>) -> Self {
+        let square = |part: f64| T::from_f64(part * part);
+        let (friction, tooth_factor) =
+            before.map_or((T::one(), T::one()), |before| (before.friction, before.tooth_factor));
+        let variances =
+            Vector4::new(angle_rad2, rate_rad2_s2, square(FRICTION_PRIOR), square(TOOTH_FACTOR_PRIOR));
+        Self { covariance: UdCovariance::from_diagonal(&variances), friction, tooth_factor }
+    }
+
+    #[inline]
+    fn copied(&self) -> Self {
+        let (one, o) = (T::one(), T::zero());
+        let UdCovariance { unit: [_, [u01, ..], [u02, u12, ..], [u03, u13, u23, _]], weights } =
+            self.covariance;
+        let unit = [[one, o, o, o], [u01, one, o, o], [u02, u12, one, o], [u03, u13, u23, one]];
+        let covariance = UdCovariance { unit, weights };
+        Self { covariance, friction: self.friction, tooth_factor: self.tooth_factor }
+    }
+
+    #[inline]
+    fn angle_rad2(&self) -> T {
+        self.covariance.variance::<0>()
+    }
+
+    #[inline]
+    fn angle_rate_rad2_s(&self) -> T {
+        let [_, [u01, ..], [u02, u12, ..], [u03, u13, ..]] = &self.covariance.unit;
+        let [_, d1, d2, d3] = &self.covariance.weights;
+        *u01 * *d1 + *u02 * *u12 * *d2 + *u03 * *u13 * *d3
+    }
+
+    #[inline]
+    fn rate_rad2_s2(&self) -> T {
+        self.covariance.variance::<1>()
+    }
+
+    fn predict(&mut self, dt_s: T, noise_rad2_s3: T) {
+        let noise_rad2_s2 = noise_rad2_s3 * dt_s;
+        let [_, [u01, ..], [u02, u12, ..], [u03, u13, ..]] = &mut self.covariance.unit;
+        *u02 += dt_s * *u12;
+        *u03 += dt_s * *u13;
+        let own = Effect { angle: *u01 + dt_s, rate: T::one() };
+        let noise = Effect { angle: T::from_f64(0.5) * dt_s, rate: T::one() };
+        self.merge_rate_noise(own, noise, noise_rad2_s2);
+        self.widen_angle(noise_rad2_s2 * dt_s * dt_s * T::from_f64(1.0 / 12.0));
+    }
+
+    fn widen_rate(&mut self, variance_rad2_s2: T) {
+        self.covariance.add_rank_one(&Vector4::y(), variance_rad2_s2);
+    }
+
+    fn kick_rate(&mut self, kept: T, variance_rad2_s2: T) {
+        let (by_rate, zero) = (kept - T::one(), T::zero());
+        self.kick(&KickJacobian {
+            by_rate,
+            by_friction: zero,
+            by_tooth_factor: zero,
+            variance_rad2_s2,
+            angle_rad2: zero,
+        });
+    }
+
+    fn correct_by_angle(&mut self, innovation_rad: T, noise_rad2: T) -> [T; 2] {
+        let mut errors = Vector4::zeros();
+        let _ = self.covariance.update_state::<0>(noise_rad2, innovation_rad, &mut errors);
+        self.corrected(errors)
+    }
+
+    fn correct_by_rate(&mut self, innovation_rad_s: T, noise_rad2_s2: T) -> [T; 2] {
+        let mut errors = Vector4::zeros();
+        let _ = self.covariance.update_state::<1>(noise_rad2_s2, innovation_rad_s, &mut errors);
+        self.corrected(errors)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use core::ops::AddAssign as _;
+
+    use nalgebra::Matrix4;
+    use proptest::prelude::*;
+
+    use super::*;
+
+    fn close(a: &Matrix4<f64>, b: &Matrix4<f64>) -> bool {
+        (a - b).abs().max() < 1e-12 * (1.0 + b.abs().max())
+    }
+
+    fn full() -> impl Strategy<Value = Matrix4<f64>> {
+        proptest::array::uniform16(-1.0..1.0_f64).prop_map(|entries| {
+            let root = Matrix4::<f64>::from_row_slice(&entries);
+            root * root.transpose() + Matrix4::identity() * 1e-3
+        })
+    }
+
+    fn rotor(p: &Matrix4<f64>) -> RotorCovariance<f64> {
+        let covariance = UdCovariance::from_covariance(p).unwrap();
+        RotorCovariance { covariance, friction: 1.0, tooth_factor: 1.0 }
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::default() })]
+
+        /// A prediction and a kick against the full matrices; teeth that stick, `1 + by_rate = 0`, among them.
+        #[test]
+        fn dual_predictions_and_kicks_equal_the_matrices(
+            p in full(), dt in 0.0..2.0_f64, q in 0.0..2.0_f64, slip in prop_oneof![Just(1.0), 0.0..1.0_f64],
+            by_friction in -1.0..1.0_f64, by_tooth_factor in -1.0..1.0_f64,
+            variance in prop_oneof![Just(0.0), 0.0..1.0_f64], angle_rad2 in 0.0..1.0_f64,
+        ) {
+            let mut moved = rotor(&p);
+            moved.predict(dt, q);
+            let mut f = Matrix4::identity();
+            f.m12 = dt;
+            let mut expected = f * p * f.transpose();
+            expected.fixed_view_mut::<2, 2>(0, 0).add_assign(
+                nalgebra::Matrix2::new(dt * dt / 3.0, dt / 2.0, dt / 2.0, 1.0).scale(q * dt),
+            );
+            prop_assert!(close(&moved.covariance.covariance(), &expected));
+            let [friction2, tooth_factor2] = rotor(&p).factor_variances();
+            prop_assert!((friction2 - p.m33).abs() < 1e-12 && (tooth_factor2 - p.m44).abs() < 1e-12);
+            prop_assert!((moved.angle_rate_rad2_s() - expected.m12).abs() < 1e-12 * (1.0 + expected.m12.abs()));
+
+            let mut kicked = rotor(&p);
+            let by_rate = -slip;
+            kicked.kick(&KickJacobian {
+                by_rate, by_friction, by_tooth_factor, variance_rad2_s2: variance, angle_rad2,
+            });
+            let mut f = Matrix4::identity();
+            (f.m22, f.m23, f.m24) = (1.0 - slip, by_friction, by_tooth_factor);
+            let mut expected = f * p * f.transpose();
+            expected.m22 += variance;
+            expected.m11 += angle_rad2;
+            prop_assert!(close(&kicked.covariance.covariance(), &expected));
+            prop_assert!(kicked.covariance.weights().iter().all(|d| *d >= 0.0));
+        }
+    }
+}
