@@ -1,25 +1,47 @@
-//! Rotor angle and rate from what a camera and a laser-Doppler vibrometer (LDV) see.
+//! Angle and rate of a rotor from camera frames and the samples of a laser-Doppler vibrometer, with variances, gate and
+//! health.
 //!
-//! # In the order of the data
+//! # Tour in the order of the data
 //!
-//! - [`CameraFrame`], [`LdvSample`]: measurements, each with the time at which it was taken.
-//! - [`RestDetector`]: from the rotor's vertical velocity, whether it is still being struck; with the drive, [`MotionWatch`] makes a [`Motion`] of it.
-//! - [`ImpactDetector`]: from its jumps, when it is struck and how hard.
-//! - [`AngleFilter`]: what every filter does. [`ConstantRate`]: angle and rate from the camera alone. [`ImpactAided`]: the same two states, kicked where
-//!   the vibrometer hears an impact. [`TwinFilter`]: the motor's twin, carried through each impact that was heard, says which tooth struck and how much it kicked.
-//!   Their covariances are kept factorised, in [`AngleRateCovariance`] and the core; gate, lag of late frames, new start and rest are one code for all.
-//! - [`UdCovariance`]: the numerical core, for any small number of states (below).
-//! - [`AngleFilter::smoothed`]: the same after the fact, from the frames since as well.
-//! - [`Innovation`]: what became of a measurement, used or not, and why.
-//! - [`Estimate`]: angle and rate at an instant, with their variances. [`Health`]: whether it may be used.
+//! ```text
+//! drive command --------+-----------------------------+
+//!                       v                             v
+//! LdvSample ------> MotionWatch (RestDetector) ---> filter -----> Estimate, Health
+//!      |                                              ^   +-----> Innovation of each frame
+//!      +----------> ImpactDetector -------------------+
+//!                                                     |
+//! CameraFrame ----> lag, gate, rest, smoother --------+
+//! ```
+//!
+//! 1. [`CameraFrame`], [`LdvSample`]: measurements, each with the time at which it was taken.
+//! 2. [`MotionWatch`], with [`RestDetector`]: whether the rotor is driven, and in which mode, or quiet: a [`Motion`].
+//! 3. [`ImpactDetector`]: the jumps of the rotor's vertical velocity, their instants and sizes; faults of the
+//!    vibrometer.
+//! 4. The filters. All implement [`AngleFilter`], and share gate, lag of late frames, restart and rest.
+//!
+//!    | filter | measurements | the rate between frames |
+//!    |---|---|---|
+//!    | [`ConstantRate`] | camera | random walk |
+//!    | [`ImpactAided`] | camera, vibrometer | a kick of uncertain size at each impact |
+//!    | [`TwinFilter`] | camera, vibrometer | a kick at each impact, computed by the motor's twin |
+//!
+//! 5. [`Innovation`]: what became of a frame, used or not, and why.
+//! 6. [`Estimate`]: angle and rate at an instant, with their variances. [`Health`]: whether the estimate may be used.
+//! 7. [`AngleFilter::smoothed`]: angle and rate at an earlier instant, from the frames after it as well.
+//!
+//! The module of each filter has a table of its states: symbol, unit, meaning, prior.
 //!
 //! # The core
 //!
-//! [`UdCovariance`] keeps the covariance of N states as `P = U D U'`, so that it is symmetric and not negative by construction, in `f32` as in
-//! `f64`. It is predicted through a [`Transition`] whose shape is known by its type - [`UpperTriangular`] for chains of integrators, [`Blocks2`] for
-//! lightly damped modes, [`Dense`] for the rest - and a list of [`NoiseSource`]s; takes scalar measurements in one by one, refusing what is no number
-//! with a reason ([`Refusal`]); and passes through any linear map, such as an impact's saltation matrix ([`UdCovariance::transform`]). The
-//! filter's state is a vector of the caller's: [`Transition::carry`] moves it, [`UdCovariance::update`] corrects it.
+//! [`UdCovariance`] keeps the covariance of N states as `P = U D U'`, so that it is symmetric and positive semidefinite
+//! by construction, in `f32` as in `f64`. It needs no motor: any filter of a small number of states can use it.
+//!
+//! - Prediction: through a [`Transition`] whose type knows the shape of the matrix, and a list of [`NoiseSource`]s.
+//!   [`UpperTriangular`] is for chains of integrators, [`Blocks2`] for lightly damped modes, [`Dense`] for the rest.
+//! - Update: by one scalar measurement at a time. What cannot be used is refused with a reason ([`Refusal`]).
+//! - Any linear map, such as the saltation matrix of an impact: [`UdCovariance::transform`].
+//!
+//! The state is a vector of the caller's: [`Transition::carry`] moves it, [`UdCovariance::update`] corrects it.
 //!
 //! ```
 //! use estimator::{Blocks2, NoiseSource, Transition, UdCovariance};
@@ -41,25 +63,34 @@
 //! # Ok::<(), estimator::Refusal>(())
 //! ```
 //!
-//! [`ConstantRate`]'s two states have their factors written out by hand in
-//! [`AngleRateCovariance`]: the zeros and ones of its model save a tenth of the time there.
+//! [`AngleRateCovariance`] holds the factors of two states, angle and rate, written out: the zeros and ones of that
+//! model save a tenth of the time.
 //!
-//! # Promises
+//! # Guarantees
 //!
-//! `no_std`, no allocation, no unsafe code. No call can fail or panic; every measurement passes a gate and leaves an
-//! [`Innovation`]. Angles are integers ([`motor_model::Angle`]), so nothing is lost over a million turns in `f32`.
+//! `no_std`, no allocation, no unsafe code. No call panics, and no call of a filter fails: every frame passes a gate
+//! and leaves an [`Innovation`]. Angles are integers ([`motor_model::Angle`]), so nothing is lost over a million turns
+//! in `f32`.
 //!
 //! # Glossary
 //!
 //! | word | meaning |
 //! |---|---|
 //! | innovation | measurement less its prediction |
-//! | test ratio | innovation squared over the gate's limit of its variance: above 1 is refused |
+//! | gate | limit of the innovation squared over its variance, beyond which a frame is refused |
 //! | gain | correction of each state per innovation |
+//! | Jacobian | derivative of the next state, or of a measurement, with respect to the state |
 //! | noise source | a random input of known variance and its effect on each state |
-//! | process noise | how much the rate may wander in a second, in rad^2/s^3 |
-//! | kick | sudden change of the rate at an impact |
-//! | zero-rate update | telling the filter that a rotor at rest does not turn |
+//! | process noise | variance that a random walk adds to the rate in a second, in rad^2/s^3 |
+//! | prior | state and variance before the first measurement |
+//! | impact | contact event of a pair of teeth with the rotor |
+//! | jump | change of the rotor's vertical velocity at an impact, as the vibrometer shows it |
+//! | kick | change of the rotor's angular rate at an impact |
+//! | jitter | variance of the part of angle and rate that changes faster than frames can show |
+//! | code | angle of a frame, rounded to the camera's quantisation step |
+//! | zero-rate update | measurement of the rate as zero, of a rotor at rest |
+//! | lag | time back to the oldest frame kept, within which a late frame is fused in its place |
+//! | ring-down | decay of the stator's modes after an impact or after the drive |
 
 #![no_std]
 #![forbid(unsafe_code)]
@@ -75,7 +106,7 @@
         clippy::cast_possible_truncation,
         clippy::cast_sign_loss,
         clippy::cast_precision_loss,
-        reason = "a test fails by panicking, and takes its yardsticks from another library"
+        reason = "a test fails by panicking, and takes its expected values from another library"
     )
 )]
 
@@ -104,3 +135,8 @@ pub use measurement::{CameraFrame, LdvSample};
 pub use vibrometer::impact_detector::{ImpactDetector, ImpactDetectorTuning, VibrometerEvent};
 pub use vibrometer::motion::{Motion, MotionWatch};
 pub use vibrometer::rest::{RestDetector, RestTuning};
+
+/// The code of the README, compiled and run as a test.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct ReadmeDoctests;
