@@ -1,35 +1,78 @@
-//! Positioning of the rotor: which mode, how strongly, when to stop. And [`tick()`], the one loop body: firmware calls
-//! it, and so does the simulation.
+//! Positions the rotor of the micro-motor in closed loop, and holds or leads its rate. [`tick()`] is the one loop
+//! body: firmware calls it, and so does the simulation.
+//!
+//! # The loop
+//!
+//! ```text
+//!             camera frames, vibrometer samples
+//!  +---------+  [Sense]      +-----------------+  estimate, health  +------------------------+
+//!  | sensors | ------------> | angle filter    | -----------------> | Positioning            |
+//!  +---------+               | [AngleFilter]   |                    |  phase, plan, limits   |
+//!       ^                    +-----------------+                    +------------------------+
+//!       |                            ^                                          |
+//!       |                            | command that is applied                  | command
+//!   +-------+                  +-----------+                                    |
+//!   | rotor | <--------------- | amplifier | <----------------------------------+
+//!   +-------+                  |  [Drive]  |
+//!                              +-----------+
+//! ```
 //!
 //! # In the order of the data
 //!
-//! - [`Sense`], [`Drive`]: what the loop asks of the hardware, in three methods.
-//! - [`tick()`] on a [`PositionLoop`], which holds any [`estimator::AngleFilter`]: fuse what arrived, estimate,
-//!   decide, drive.
-//! - [`response_map`]: what the rotor does under each drive, identified from the plant and compiled in;
-//!   [`correction`]: how this motor differs from it.
-//! - [`ledger`]: what is known of a resting rotor across bursts.
-//! - [`plan`]: what to drive next, from what remains and how well that is known; [`progress`]: whether a driven rotor
-//!   gets on.
-//! - [`Positioning`]: the decision, a state machine over cruise, burst, settling and holding, within [`Limits`].
-//! - [`rate`]: the other task, a rate held or led through a profile; [`tick_rate`] is its loop body.
+//! 1. [`Sense`], [`Drive`]: what the loop needs of the hardware, in three methods.
+//! 2. [`tick()`] on a [`PositionLoop`], which holds any [`estimator::AngleFilter`]: fuse what arrived, estimate,
+//!    decide, drive.
+//! 3. [`Target`], [`Limits`]: what is asked, and within which limits.
+//! 4. [`response_map`]: what the rotor does under each drive, identified from the plant and compiled in.
+//! 5. [`rest_filter`] and [`map_correction`]: one Kalman filter in two parts, the angle of the rotor at rest, and how
+//!    this motor differs from the map.
+//! 6. [`situation`]: what remains, and whether the target counts as reached.
+//! 7. [`drive_plan`]: which drive comes next.
+//! 8. [`progress_window`]: whether a cruise turns the rotor.
+//! 9. [`Positioning`]: the state machine that uses all of these.
+//! 10. [`TickReport`]: what a tick did.
+//!
+//! [`rate`] is the other task, with [`tick_rate`] as its loop body.
+//!
+//! # Phases of positioning
+//!
+//! | phase | drive | ends when | then |
+//! |---|---|---|---|
+//! | `Waiting` | off | there is a usable estimate | `Settling` |
+//! | `Settling` | off | at rest, and the target counts as reached | `Holding` |
+//! | | | at rest, and a drive is due | `Cruise`, `Burst` |
+//! | `Cruise` | on | the coast remains, the angle is too uncertain, or `on_max_nanos` is over | `Settling` |
+//! | | | a window shows a stuck rotor, or one that turns the wrong way | `Settling`, `Stopped` |
+//! | `Burst` | on | its ticks or `on_max_nanos` are over | `Settling` |
+//! | `Holding` | off | the rotor moves, or lies outside the tolerance for certain | `Settling` |
+//! | `Stopped` | off | there is another target | `Settling` |
+//! | all but `Stopped` | | there is no usable estimate | `Waiting` |
+//! | `Cruise`, `Burst` | | the rotor is outside the travel | `Stopped` |
+//! | all but `Holding`, `Stopped` | | the deadline is over | `Stopped` |
 //!
 //! # Promises
 //!
 //! `no_std`, no allocation, no unsafe code. A tick cannot fail or panic and takes bounded time. The drive is on only
-//! during a cruise or a burst, on an estimate that is there and good enough; it is off in the tick that loses the
-//! estimate.
+//! during a cruise or a burst, by an estimate that is usable; it is off in the tick that loses the estimate.
 //!
 //! # Glossary
 //!
 //! | word | meaning |
 //! |---|---|
+//! | tick | period of the loop, 10 us |
 //! | cruise | a drive that stays on until it is cut |
-//! | burst | a drive of a given number of ticks, from rest to rest |
 //! | coast | what the rotor still turns after a cruise is cut: ring-down, flight and sliding |
-//! | family | bursts that differ in amplitude or in length only |
-//! | settling | the drive is off, until the rotor lies still and is measured well enough |
-//! | reached | the estimate lies within the tolerance by so many of its standard deviations |
+//! | burst | a drive of a given number of ticks, from rest to rest |
+//! | family | bursts of one mode that differ in amplitude or in length only |
+//! | step, walk, stride | families of mode C: shortest, fine and coarse |
+//! | nudge, throw | families of mode B: shortest and coarse |
+//! | response map | mean turn or rate of each drive over drawn motors, with its spreads |
+//! | factor | turn or rate of this motor per turn or rate of the map |
+//! | forecast | turn of a burst in this motor, with its variance |
+//! | settling | the drive is off, until the rotor is at rest and measured well enough |
+//! | reached | the risk that the rotor lies outside the tolerance is small enough ([`situation::Confidence`]) |
+//! | probe | a burst of the other mode that tells a lost mode from a stuck rotor |
+//! | direction | +1 clockwise, -1 counter-clockwise |
 
 #![no_std]
 #![forbid(unsafe_code)]
@@ -61,6 +104,11 @@ pub mod rest_filter;
 pub mod situation;
 mod target;
 mod tick;
+
+/// The README's example, which must compile and run.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+pub struct Readme;
 
 pub use ports::{Drive, LDV_SAMPLES_PER_TICK_MAX, Sense};
 pub use positioning::{Positioning, PositioningPhase, PositioningTuning, StopReason};

@@ -16,19 +16,7 @@
 //!   +---------+
 //! ```
 //!
-//! | phase | drive | ends when | then |
-//! |---|---|---|---|
-//! | `Waiting` | off | there is a usable estimate | `Settling` |
-//! | `Settling` | off | at rest, and the target counts as reached | `Holding` |
-//! | | | at rest, and a drive is due | `Cruise`, `Burst` |
-//! | `Cruise` | on | the coast remains, the angle is too uncertain, or `on_max_nanos` is over | `Settling` |
-//! | | | a window shows a stuck rotor, or one that turns the wrong way | `Settling`, `Stopped` |
-//! | `Burst` | on | its ticks or `on_max_nanos` are over | `Settling` |
-//! | `Holding` | off | the rotor moves, or lies outside the tolerance for certain | `Settling` |
-//! | `Stopped` | off | there is another target | `Settling` |
-//! | all but `Stopped` | | there is no usable estimate | `Waiting` |
-//! | `Cruise`, `Burst` | | the rotor is outside the travel | `Stopped` |
-//! | all but `Holding`, `Stopped` | | the deadline is over | `Stopped` |
+//! The head of the crate has a table of what ends each phase.
 //!
 //! The drive is on in `Cruise` and `Burst` only, and off within a tick of the loss of the estimate. What to drive is
 //! decided in [`crate::drive_plan`]; the angle at rest comes from [`crate::rest_filter`], how this motor differs from

@@ -1,9 +1,9 @@
-//! Bytes as they come, cut into frames.
+//! Received bytes, cut into frames.
 
 use crate::frame::FRAME_BYTES_MAX;
 
-/// Collects the bytes of a frame up to the zero that ends it. What is longer than any frame is dropped up to the next
-/// zero, so it takes the same memory whatever comes.
+/// Collects the bytes of a frame up to the zero that ends it. Bytes beyond the longest frame are dropped up to the
+/// next zero, so that the memory is bounded.
 #[derive(Clone, Debug)]
 pub struct Deframer {
     bytes: [u8; FRAME_BYTES_MAX],
@@ -20,8 +20,8 @@ impl Default for Deframer {
 }
 
 impl Deframer {
-    /// Takes a byte in; the frame that it ends, without the zero. Empty frames, which senders use to flush a line, are
-    /// none.
+    /// Adds a byte. Returns the frame that it ends, without the zero. An empty frame, by which a sender flushes a line,
+    /// is skipped.
     #[inline]
     pub fn push(&mut self, byte: u8) -> Option<&mut [u8]> {
         if byte != 0 {

@@ -1,4 +1,4 @@
-//! One message on the wire.
+//! Frames: one message on the wire each.
 //!
 //! ```text
 //! COBS( version u8 | session u32 | sequence u32 | ticks u64 | message, postcard | CRC-32 ) 0        little endian
@@ -26,7 +26,7 @@ const CONTENT_BYTES_MAX: usize = FRAME_BYTES_MAX - 3;
 
 const CRC: Crc<u32> = Crc::<u32>::new(&CRC_32_ISO_HDLC);
 
-/// What goes with every message.
+/// The fields that go with every message.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Header {
     /// The session that it belongs to.
@@ -37,16 +37,16 @@ pub struct Header {
     pub ticks: u64,
 }
 
-/// Why bytes are no frame.
+/// Why bytes are refused as a frame, or a message as too long.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum FrameError {
-    /// Not the code of any bytes.
+    /// No valid COBS.
     #[error("not COBS")]
     Coding,
     /// Too short for a header and a CRC.
     #[error("too short")]
     TooShort,
-    /// Damaged on the way.
+    /// Damaged: the CRC does not match.
     #[error("wrong CRC")]
     Checksum,
     /// Whole, but of another version of the protocol.
@@ -63,10 +63,10 @@ pub enum FrameError {
     TooLong,
 }
 
-/// Writes a frame into `frame`; its length.
+/// Writes a frame into `frame` and returns its length.
 ///
 /// # Errors
-/// When the message does not fit: none of this crate's.
+/// When the message does not fit. Every message of this crate fits.
 pub fn encode<M: Serialize>(
     header: Header,
     message: &M,
@@ -81,7 +81,7 @@ pub fn encode<M: Serialize>(
     Ok(coded + 1)
 }
 
-/// Header, message and CRC; how many bytes.
+/// Writes header, message and CRC, and returns how many bytes they are.
 fn fill<M: Serialize>(header: Header, message: &M, content: &mut [u8]) -> Option<usize> {
     let Header { session, sequence, ticks } = header;
     let (head, rest) = content.split_first_chunk_mut::<HEADER_BYTES>()?;
@@ -95,10 +95,10 @@ fn fill<M: Serialize>(header: Header, message: &M, content: &mut [u8]) -> Option
     Some(end + CRC_BYTES)
 }
 
-/// Reads a frame, with or without its final zero; `frame` is used up.
+/// Reads a frame, with or without its final zero. It is decoded in place, which destroys the bytes of `frame`.
 ///
 /// # Errors
-/// When it is no whole frame of this version that holds an `M` and nothing else.
+/// When `frame` is not a whole frame of this version that holds an `M` and nothing else.
 pub fn decode<M: DeserializeOwned>(frame: &mut [u8]) -> Result<(Header, M), FrameError> {
     let length = cobs::decode_in_place(frame).map_err(|_| FrameError::Coding)?;
     let content = frame.get(..length).ok_or(FrameError::Coding)?;

@@ -1,24 +1,26 @@
-//! What host and microcontroller say to each other, and how it is framed. Every transport carries the same bytes.
+//! The protocol between host and microcontroller, and its frames. Every transport carries the same bytes.
 //!
 //! # In the order of the data
 //!
-//! - [`HostMessage`], [`BoardMessage`]: all that is ever said.
+//! - [`HostMessage`], [`BoardMessage`]: all that is sent.
 //! - [`Configuration`]: which filter, which target. [`TickRecord`]: what a tick of the loop did, every bit of it.
+//! - [`numbering`]: the numbers of enumerations, both ways.
 //! - [`frame`]: a message with its [`Header`], a CRC-32, and no zero byte but the last ([`encode`], [`decode`]).
-//! - [`Deframer`]: from bytes as they come to frames, in bounded memory, whatever comes.
+//! - [`Deframer`]: from received bytes to frames, in bounded memory.
 //! - [`Sequence`]: whether a frame is new, repeated, late, or the first after a gap.
 //!
 //! # Promises
 //!
-//! `no_std`, no allocation, no unsafe code, no panic. A frame is accepted whole or not at all: cobs, length, CRC-32,
-//! version and message must all be right, and nothing may be left over.
+//! `no_std`, no allocation, no unsafe code, no panic. A frame is accepted whole or not at all: COBS, length, CRC-32,
+//! version and message must all be right, and no byte may be left over.
 //!
 //! # Glossary
 //!
 //! | word | meaning |
 //! |---|---|
 //! | frame | one message on the wire, ended by a zero byte |
-//! | session | number that the host picks when it says hello; a frame of another session is refused |
+//! | record | a value of another crate as it goes over the wire |
+//! | session | number that the host picks in its [`HostMessage::Hello`]; a frame of another session is refused |
 //! | sequence | number of a frame within its session and direction |
 //! | tick | period of the loop; the board's count of them is the time of both |
 //! | COBS | consistent overhead byte stuffing: bytes without zeros, one byte longer in 254 |
@@ -45,6 +47,11 @@ mod message;
 pub mod numbering;
 mod sequence;
 mod tick_record;
+
+/// The README's example, which must compile and run.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+pub struct Readme;
 
 pub use deframer::Deframer;
 pub use frame::{FRAME_BYTES_MAX, FrameError, Header, VERSION, decode, encode};

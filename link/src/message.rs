@@ -1,4 +1,4 @@
-//! All that is ever said. Numbers carry their unit; what a number means is checked where it is used.
+//! The messages. Names carry units; bounds are checked where a value is used.
 
 use controller::LDV_SAMPLES_PER_TICK_MAX;
 use estimator::{CameraFrame, LdvSample};
@@ -11,14 +11,13 @@ use crate::tick_record::TickRecord;
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[expect(clippy::large_enum_variant, reason = "there is no heap to put the samples on")]
 pub enum HostMessage {
-    /// Begins a session, that of the header. The board stops driving, forgets its configuration and wants to be armed
-    /// anew.
+    /// Begins the session of the header. The board stops driving and drops its configuration.
     Hello,
-    /// What to do once armed. Refused as a whole when out of bounds, and while armed.
+    /// The move to make once armed. Refused as a whole when a value is out of bounds, and while armed.
     Configure(Configuration),
     /// From now on the loop may drive.
     Arm,
-    /// Drive off, not armed, faults forgotten.
+    /// Drive off, not armed, faults cleared.
     Stop,
     /// A camera frame.
     Camera(CameraRecord),
@@ -26,7 +25,7 @@ pub enum HostMessage {
     Ldv(LdvRecords),
     /// One tick of the loop, now: instead of the board's timer, where host and board go in lock step.
     Step,
-    /// What became of the frames so far.
+    /// Asks for the counters.
     Count,
 }
 
@@ -38,11 +37,11 @@ pub enum BoardMessage {
         /// Period of the loop.
         tick_nanos: u64,
     },
-    /// It is configured.
+    /// The configuration is taken.
     Configured,
-    /// It is armed.
+    /// The loop may drive from now on.
     Armed,
-    /// It is stopped.
+    /// The drive is off and the loop is not armed.
     Stopped,
     /// What a tick did.
     Report(TickRecord),
@@ -63,16 +62,16 @@ pub enum FilterKind {
     Twin,
 }
 
-/// What the board needs to know of a move.
+/// A move.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Configuration {
-    /// How it estimates.
+    /// The filter to estimate by.
     pub filter: FilterKind,
-    /// Where to go, in degrees; bounds as in [`controller::Target::try_new`].
+    /// Target angle in degrees, clockwise positive; bounds as in [`controller::Target::try_new`].
     pub target_deg: f64,
-    /// How close is close enough, in degrees.
+    /// Tolerance to either side of the target, in degrees; bounds as in [`controller::Target::try_new`].
     pub tolerance_deg: f64,
-    /// When to give up, in ns after arming.
+    /// Time after arming at which the move is given up, in ns.
     pub deadline_nanos: u64,
 }
 
@@ -103,11 +102,11 @@ impl From<CameraRecord> for CameraFrame {
 pub struct LdvRecord {
     /// When it was taken, in ns of the board's time.
     pub taken_nanos: u64,
-    /// Vertical velocity in m/s; the filter refuses what is no velocity of a rotor.
+    /// Vertical velocity in m/s, upwards positive; the filter refuses what is no velocity of a rotor.
     pub velocity_m_s: f32,
 }
 
-/// As many as one tick takes in.
+/// As many samples as one tick fuses.
 pub type LdvRecords = heapless::Vec<LdvRecord, LDV_SAMPLES_PER_TICK_MAX>;
 
 impl From<LdvSample> for LdvRecord {
@@ -136,19 +135,20 @@ pub enum BoardFault {
         /// The board's.
         ours: u8,
     },
-    /// A frame of a session that the board does not know: it, or the host, has started anew. Say hello.
+    /// A frame of a session that the board does not know: board or host has restarted. The host has to send
+    /// [`HostMessage::Hello`].
     #[error("the board knows no session {session}: it has started anew")]
     UnknownSession {
         /// The frame's session.
         session: u32,
     },
-    /// Asked to arm or to step without a configuration, or to step without being armed.
+    /// To arm or to step needs a configuration, and to step needs arming.
     #[error("not configured and armed")]
     NotReady,
     /// A configuration came while armed; the loop goes on with the old one, driving.
     #[error("the configuration cannot be changed while armed")]
     Armed,
-    /// A configuration with a value out of bounds; the old one is kept.
+    /// A configuration with a value out of bounds, or a filter that the board was built without; the old one is kept.
     #[error("{key} is out of bounds")]
     OutOfBounds {
         /// The setting.
@@ -162,10 +162,10 @@ pub enum BoardFault {
     Overrun,
 }
 
-/// What became of the bytes that the board received, and how it fares.
+/// Counts of received frames, of dropped measurements and of missed deadlines since the start.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Counters {
-    /// Frames taken.
+    /// Frames accepted.
     pub taken: u32,
     /// Frames that were damaged or no message.
     pub damaged: u32,
@@ -175,16 +175,16 @@ pub struct Counters {
     pub other_version: u32,
     /// Frames of a session that the board does not know.
     pub other_session: u32,
-    /// Frames that came again.
+    /// Frames that were received twice.
     pub duplicates: u32,
-    /// Frames that came after later ones, and were not used.
+    /// Frames that were received after later ones, and not used.
     pub late: u32,
-    /// Frames that never came.
+    /// Frames that were never received, by the gaps in the sequence.
     pub lost: u32,
-    /// Measurements dropped because more came than a tick takes in; the oldest go first.
+    /// Measurements dropped because more arrived than a tick fuses; the oldest are dropped.
     pub dropped: u32,
     /// Ticks that ended after their deadline while the loop was armed.
     pub overruns: u32,
-    /// The most bytes that the stack has taken so far; 0 where nobody knows.
+    /// The most bytes of stack used so far; 0 where it is not measured.
     pub stack_bytes_max: u32,
 }

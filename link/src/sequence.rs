@@ -1,20 +1,20 @@
-//! Whether a frame is new.
+//! Sequence numbers: whether a frame is new.
 
-/// How a frame stands to those before it.
+/// The place of a frame among those before it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Arrival {
-    /// The next one, after so many that never came.
+    /// A new one.
     New {
-        /// Frames lost before it.
+        /// Frames missing before it.
         lost: u32,
     },
     /// The last one again.
     Duplicate,
-    /// One that should have come before.
+    /// An earlier one, received after a later one.
     Late,
 }
 
-/// The number that the next frame should bear. Numbers wrap.
+/// The number that is expected of the next frame. Numbers wrap.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Sequence {
     next: u32,
@@ -26,7 +26,7 @@ impl Sequence {
         Self { next: sequence.wrapping_add(1) }
     }
 
-    /// Judges a frame of number `sequence`; from a new one on, the count goes on.
+    /// Classifies a frame of number `sequence`. After a new one the count goes on from it.
     #[inline]
     pub fn judge(&mut self, sequence: u32) -> Arrival {
         let ahead = sequence.wrapping_sub(self.next);

@@ -51,7 +51,7 @@ fn exact_bytes_of_a_frame() {
     assert_eq!(framed(header, &HostMessage::Arm), expected);
 }
 
-/// Whatever a message holds, its frame is one and gives it back.
+/// Every message comes back from its frame, which has one zero byte.
 #[test]
 fn exact_every_message_comes_back() {
     for message in host_messages() {
@@ -63,7 +63,7 @@ fn exact_every_message_comes_back() {
     assert_eq!(decode(&mut framed(HEADER, &message)), Ok((HEADER, message)));
 }
 
-/// Every single bit flip, wherever it strikes.
+/// Every single bit flip.
 #[test]
 fn law_no_flipped_bit_passes() {
     for message in host_messages() {
