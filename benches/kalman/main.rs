@@ -14,11 +14,11 @@ mod problem;
 
 use std::hint::black_box;
 
+use benches::matrix_covariance::{Conventional, Joseph};
 use criterion::measurement::WallTime;
 use criterion::{BatchSize, BenchmarkGroup, Criterion, Throughput, criterion_group, criterion_main};
 use estimator::{Blocks2, Dense, UdCovariance, UpperTriangular};
 use motor_model::Real;
-use tests::matrix_covariance::{Conventional, Joseph};
 
 use ours::{AngleAndRate, MeasuredState, NoiseDrivenFirst, Ours};
 use problem::{Filter, Problem, measurements};

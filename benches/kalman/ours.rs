@@ -2,12 +2,12 @@
 
 use std::hint::black_box;
 
+use benches::matrix_covariance::CovarianceForm;
 use estimator::{
     AngleRateCovariance, Blocks2, Dense, NoiseSource, Transition, UdCovariance, UpperTriangular,
 };
 use motor_model::Real;
 use nalgebra::SVector;
-use tests::matrix_covariance::CovarianceForm;
 
 use crate::problem::{Filter, Problem};
 

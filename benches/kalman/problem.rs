@@ -2,10 +2,10 @@
 
 use std::hint::black_box;
 
+use benches::matrix_covariance::{CovarianceForm, Joseph};
 use estimator::{Dense, NoiseSource, Transition};
 use motor_model::{Real, math};
 use nalgebra::{Matrix2, SMatrix, SVector};
-use tests::matrix_covariance::{CovarianceForm, Joseph};
 
 /// A linear model with independent measurements of variance 1.
 #[derive(Clone, Copy)]

@@ -1,4 +1,4 @@
-//! Benchmarks by criterion: `cargo bench -p benches`. This library is empty.
+//! Benchmarks by criterion: `cargo bench -p benches`. This library holds what they share with the system tests.
 //!
 //! | benchmark | measures |
 //! |---|---|
@@ -6,3 +6,5 @@
 //! | `twin` | a step of the motor, in flight, in steady motion and at rest |
 //! | `controller_tick` | the decision of the controller, in each of its phases |
 //! | `kalman` | a step of a Kalman filter, by this project and by other crates |
+
+pub mod matrix_covariance;

@@ -5,8 +5,8 @@
 //! | layer | what it is |
 //! |---|---|
 //! | [`cli`] | flags, then a scene, then one call, then output; owns the command's error |
-//! | [`board`] | the firmware in an emulator: built, counted, measured, in the loop, its log decoded |
 //! | [`studies`] | many runs, then rows: what is asked, one function that runs one case, what is concluded |
+//! | [`board`] | the firmware in an emulator: built, counted, measured, in the loop, its log decoded |
 //! | [`runs`] | one motor, one run: open loop, closed loop, a move, a rate |
 //! | [`world`] | the truth and how it is measured: plant, instruments, faults; it never sees an estimate |
 //! | [`report`] | rows in; text, pictures, CSV and JSON out; it knows no motor |

@@ -1,7 +1,5 @@
-//! What the system tests share with the benchmarks, and the code of README and tutorials, which must compile and run. The
-//! system tests are in `system`, those on the emulated microcontroller in `qemu`.
-
-pub mod matrix_covariance;
+//! Nothing but the code of README and tutorials, which must compile and run. The system tests are in `system`, those on the
+//! emulated microcontroller in `qemu`.
 
 #[cfg(doctest)]
 #[doc = include_str!("../../README.md")]

@@ -9,3 +9,4 @@ mod closed_loop;
 mod command;
 mod filters;
 mod motor;
+mod project;

@@ -6,11 +6,11 @@
     reason = "test data, spread over decades"
 )]
 
+use benches::matrix_covariance::{Conventional, CovarianceForm, Joseph};
 use estimator::{Blocks2, Dense, NoiseSource, Refusal, Transition, UdCovariance, UpperTriangular};
 use motor_model::Real;
 use nalgebra::{Matrix2, SMatrix, SVector, Vector2, Vector3};
 use proptest::prelude::*;
-use tests::matrix_covariance::{Conventional, CovarianceForm, Joseph};
 
 use crate::support::precise_filter::PreciseFilter;
 

@@ -8,13 +8,13 @@
     reason = "a yardstick's own model, and counts as numbers"
 )]
 
+use benches::matrix_covariance::{Conventional, CovarianceForm, Joseph};
 use estimator::{Blocks2, NoiseSource, Transition, UdCovariance};
 use motor_model::Real;
 use nalgebra::{Matrix2, SMatrix, SVector};
 use rand_core::SeedableRng;
 use rand_distr::{Distribution, StandardNormal};
 use rand_pcg::Pcg64;
-use tests::matrix_covariance::{Conventional, CovarianceForm, Joseph};
 
 use crate::support::precise_filter::PreciseFilter;
 

@@ -1,0 +1,3 @@
+//! The project's own text: which crate and which folder imports which.
+
+mod law_imports;

@@ -1,0 +1,224 @@
+//! Imports point one way: between the crates, by their manifests, and between the folders of `host-sim`, by their source.
+
+use std::collections::BTreeSet;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use toml::{Table, Value};
+
+/// Every crate of the workspace and the crates of the workspace that it may depend on, tests and build scripts included.
+const CRATES: [(&str, &[&str]); 9] = [
+    ("motor-model", &[]),
+    ("estimator", &["motor-model"]),
+    ("controller", &["motor-model", "estimator"]),
+    ("link", &["motor-model", "estimator", "controller"]),
+    ("firmware", &["motor-model", "estimator", "controller", "link"]),
+    ("firmware-checks", &["motor-model", "estimator", "controller", "link", "firmware"]),
+    ("host-sim", &["motor-model", "estimator", "controller", "link"]),
+    ("benches", &["motor-model", "estimator", "controller"]),
+    (
+        "tests",
+        &[
+            "motor-model",
+            "estimator",
+            "controller",
+            "link",
+            "firmware",
+            "firmware-checks",
+            "host-sim",
+            "benches",
+        ],
+    ),
+];
+
+/// The folders of `host-sim`, top first, each with the folders that it may import besides itself.
+const LAYERS: [(&str, &[&str]); 9] = [
+    ("cli", &["studies", "board", "runs", "world", "report", "scene", "math", "tool"]),
+    ("studies", &["board", "runs", "world", "report", "scene", "math", "tool"]),
+    ("board", &["runs", "world", "report", "scene", "math", "tool"]),
+    ("runs", &["world", "report", "scene", "math"]),
+    ("world", &["scene", "math"]),
+    ("report", &["math"]),
+    ("scene", &["math"]),
+    ("math", &[]),
+    ("tool", &[]),
+];
+
+fn repository() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("..")
+}
+
+fn manifest(folder: &Path) -> Table {
+    let path = folder.join("Cargo.toml");
+    let text = fs::read_to_string(&path).unwrap_or_else(|error| panic!("{}: {error}", path.display()));
+    text.parse().unwrap_or_else(|error| panic!("{}: {error}", path.display()))
+}
+
+/// Names of all dependencies in a manifest, of every kind and for every target.
+fn dependencies(manifest: &Table) -> BTreeSet<String> {
+    let kinds = ["dependencies", "dev-dependencies", "build-dependencies"];
+    let of = |table: &Table| -> Vec<String> {
+        let tables = kinds.iter().filter_map(|kind| table.get(*kind).and_then(Value::as_table));
+        tables.flat_map(Table::keys).cloned().collect()
+    };
+    let targets = manifest.get("target").and_then(Value::as_table);
+    let targets = targets.into_iter().flat_map(Table::values).filter_map(Value::as_table);
+    of(manifest).into_iter().chain(targets.flat_map(of)).collect()
+}
+
+/// Each member of the workspace depends on no other than its row allows, and each member has a row.
+#[test]
+fn law_crates_depend_in_one_direction() {
+    let workspace = manifest(&repository());
+    let members = workspace["workspace"]["members"].as_array().expect("members");
+    let members: Vec<&str> = members.iter().map(|member| member.as_str().expect("a folder")).collect();
+    let known: Vec<&str> = CRATES.iter().map(|(name, _)| *name).collect();
+    assert_eq!(
+        members.iter().collect::<BTreeSet<_>>(),
+        known.iter().collect::<BTreeSet<_>>(),
+        "left: the workspace's members, right: the rows of this test"
+    );
+    for (name, allowed) in CRATES {
+        for dependency in dependencies(&manifest(&repository().join(name))) {
+            let wrong = known.contains(&dependency.as_str()) && !allowed.contains(&dependency.as_str());
+            assert!(!wrong, "{name}/Cargo.toml: {name} may not depend on {dependency}");
+        }
+    }
+}
+
+/// A cycle of two rows would make the order above mean nothing.
+#[test]
+fn law_rows_of_this_test_have_no_cycle() {
+    for rows in [&CRATES[..], &LAYERS[..]] {
+        let allowed = |name: &str| rows.iter().find(|row| row.0 == name).map_or(&[][..], |row| row.1);
+        for (name, below) in rows {
+            for other in *below {
+                assert!(!allowed(other).contains(name), "{name} and {other} may import each other");
+                let through = allowed(other).iter().find(|third| !below.contains(third));
+                assert_eq!(through, None, "{name} may import {other}, but not all that {other} may import");
+            }
+        }
+    }
+}
+
+/// All Rust files below a folder.
+fn sources(folder: &Path, into: &mut Vec<PathBuf>) {
+    for entry in fs::read_dir(folder).unwrap_or_else(|error| panic!("{}: {error}", folder.display())) {
+        let path = entry.expect("a readable folder").path();
+        if path.is_dir() {
+            sources(&path, into);
+        } else if path.extension().is_some_and(|extension| extension == "rs") {
+            into.push(path);
+        }
+    }
+}
+
+/// Code without its line comments, in which links may point anywhere.
+fn without_comments(text: &str) -> String {
+    let lines = text.lines().map(|line| line.split_once("//").map_or(line, |(code, _)| code));
+    lines.collect::<Vec<_>>().join("\n")
+}
+
+/// The first segment of each path in `after`, what follows `crate::`: one name, or the names of a group in braces.
+fn first_segments(after: &str) -> Vec<&str> {
+    let name = |text: &str| text.find(|c: char| !c.is_alphanumeric() && c != '_').unwrap_or(text.len());
+    let Some(group) = after.strip_prefix('{') else { return vec![&after[..name(after)]] };
+    let (mut depth, mut start, mut segments) = (0, 0, Vec::new());
+    for (index, c) in group.char_indices() {
+        match c {
+            '{' => depth += 1,
+            '}' if depth > 0 => depth -= 1,
+            ',' | '}' if depth == 0 => {
+                let item = group[start..index].trim();
+                segments.push(&item[..name(item)]);
+                start = index + 1;
+                if c == '}' {
+                    break;
+                }
+            }
+            _ => {}
+        }
+    }
+    segments.retain(|segment| !segment.is_empty());
+    segments
+}
+
+/// The names right below the crate's root that a file imports, or why that cannot be told.
+fn imports(code: &str, depth: usize) -> Result<BTreeSet<&str>, String> {
+    // A chain of `super` that climbs to the root would be an import by another name.
+    for (index, _) in code.match_indices("super::").filter(|(index, _)| !code[..*index].ends_with("super::"))
+    {
+        let climbed = code[index..].split("::").take_while(|segment| *segment == "super").count();
+        if climbed >= depth && depth > 1 {
+            return Err("`super` climbs to the crate's root; write the path from `crate`".to_owned());
+        }
+    }
+    Ok(code
+        .match_indices("crate::")
+        .flat_map(|(index, found)| first_segments(&code[index + found.len()..]))
+        .collect())
+}
+
+/// Every wrong import of the files below `source`.
+fn wrong_imports(source: &Path) -> Vec<String> {
+    let mut files = Vec::new();
+    sources(source, &mut files);
+    files.sort();
+    let mut wrong = Vec::new();
+    for file in files {
+        let path = file.strip_prefix(source).expect("below the folder").with_extension("");
+        let segments: Vec<String> =
+            path.iter().map(|segment| segment.to_string_lossy().into_owned()).collect();
+        let Some((_, allowed)) = LAYERS.iter().find(|(layer, _)| *layer == segments[0]) else {
+            // What is no layer is the root: it declares the layers and may import from each.
+            if !["lib", "main"].contains(&segments[0].as_str()) {
+                wrong.push(format!("{}: in no layer", path.display()));
+            }
+            continue;
+        };
+        let code = without_comments(&fs::read_to_string(&file).expect("text"));
+        match imports(&code, segments.len()) {
+            Ok(names) => {
+                let above = names.into_iter().filter(|name| *name != segments[0] && !allowed.contains(name));
+                wrong.extend(above.map(|name| format!("{}: imports crate::{name}", path.display())));
+            }
+            Err(why) => wrong.push(format!("{}: {why}", path.display())),
+        }
+    }
+    wrong
+}
+
+#[test]
+fn law_folders_of_host_sim_import_downward() {
+    let source = repository().join("host-sim/src");
+    for (layer, _) in LAYERS {
+        assert!(source.join(layer).with_extension("rs").is_file(), "{layer}: no such layer");
+    }
+    let wrong = wrong_imports(&source);
+    assert!(wrong.is_empty(), "{} wrong imports:\n{}", wrong.len(), wrong.join("\n"));
+}
+
+/// The check itself: what it has to find, and what it has to leave alone.
+#[test]
+fn exact_wrong_imports_are_found_however_they_are_written() {
+    for (path, text, wrong) in [
+        ("world/plant.rs", "use crate::scene::Scene;\nuse crate::math::{mean, sum};", 0),
+        ("world/plant.rs", "use crate::runs::Run;", 1),
+        ("world/plant.rs", "use crate::{scene::Scene, runs::{one, two}, studies};", 2),
+        ("world/plant.rs", "fn f() -> crate::cli::Answer { answer() }", 1),
+        ("world/plant.rs", "/// As [`crate::runs`] does.\nuse super::camera;", 0),
+        ("world/plant/teeth.rs", "use super::super::camera;", 0),
+        ("world/plant/teeth.rs", "use super::super::super::runs;", 1),
+        ("report/chart.rs", "use crate::world::plant;", 1),
+        ("math.rs", "use crate::Scene;", 1),
+        ("lib.rs", "pub use crate::runs::Run;", 0),
+        ("simulate.rs", "", 1),
+    ] {
+        let folder = tempfile::tempdir().expect("a temporary folder");
+        let file = folder.path().join(path);
+        fs::create_dir_all(file.parent().expect("a folder")).expect("a writable folder");
+        fs::write(file, text).expect("a writable folder");
+        let found = wrong_imports(folder.path());
+        assert_eq!(found.len(), wrong, "{path}: {text}\n{found:?}");
+    }
+}
