@@ -24,7 +24,7 @@ filter=${2:-}
 wanted=${FIRMWARE_TOOLCHAIN:-any}
 target_dir=$(cargo metadata --no-deps --format-version 1 | sed -n 's/.*"target_directory":"\([^"]*\)".*/\1/p')
 
-say() { echo "firmware/build.sh: $*" >&2; }
+log() { echo "firmware/build.sh: $*" >&2; }
 allowed() { [[ $wanted == any || $wanted == "$1" ]]; }
 as_root() { if ((EUID == 0)); then "$@"; else sudo "$@"; fi; }
 
@@ -98,14 +98,14 @@ for package in firmware firmware-checks; do
     [[ -f $package/src/bin/$program.rs ]] && break
 done
 if [[ -n $program && ! -f $package/src/bin/$program.rs ]]; then
-    say "$program: no such program in firmware/src/bin or firmware-checks/src/bin"
+    log "$program: no such program in firmware/src/bin or firmware-checks/src/bin"
     exit 2
 fi
 
 case $package/$filter in
 */ | firmware/constant_rate | firmware/impact_aided) ;;
 *)
-    say "$filter: expected constant_rate or impact_aided, for a program of firmware"
+    log "$filter: expected constant_rate or impact_aided, for a program of firmware"
     exit 2
     ;;
 esac
@@ -113,22 +113,22 @@ esac
 case $wanted in
 any | installed | rustup | debian) ;;
 *)
-    say "FIRMWARE_TOOLCHAIN=$wanted: expected installed, rustup or debian"
+    log "FIRMWARE_TOOLCHAIN=$wanted: expected installed, rustup or debian"
     exit 2
     ;;
 esac
 
 if allowed installed && target_installed; then
-    say "toolchain: installed ($(rustc --version))"
+    log "toolchain: installed ($(rustc --version))"
     build_with_rustup
 elif allowed rustup && add_target; then
-    say "toolchain: rustup ($(rustc --version))"
+    log "toolchain: rustup ($(rustc --version))"
     build_with_rustup
 elif allowed debian && add_debian; then
-    say "toolchain: debian ($(/usr/bin/rustc --version))"
+    log "toolchain: debian ($(/usr/bin/rustc --version))"
     build_with_debian
 else
-    say "no Rust for $target: not installed, and neither rustup nor Debian's packages supplied it (allowed: $wanted)"
+    log "no Rust for $target: not installed, and neither rustup nor Debian's packages supplied it (allowed: $wanted)"
     exit 1
 fi
 

@@ -131,7 +131,7 @@ pub(super) fn count(counter: &InstructionCounter<'_, impl InstructionTimer>, rep
     let Problem { measured_variance, start_variance, .. } = problem;
     let mut two_states = TwoStates::new(&problem);
     report(counted(counter, "core_2_predict_and_update", |measured| {
-        step_two_states(&mut two_states, measured)
+        step_two_states(&mut two_states, measured);
     }));
     black_box((two_states.angle, two_states.rate));
     let mut any_states = black_box(AnyStates {

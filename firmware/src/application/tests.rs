@@ -10,9 +10,9 @@ use motor_model::DriveMode;
 use super::*;
 
 /// An amplifier that shows its command.
-struct Watched<'a>(&'a Cell<DriveCommand>);
+struct RecordingAmplifier<'a>(&'a Cell<DriveCommand>);
 
-impl Drive for Watched<'_> {
+impl Drive for RecordingAmplifier<'_> {
     fn drive(&mut self, command: DriveCommand) -> DriveCommand {
         self.0.set(command);
         command
@@ -33,7 +33,7 @@ fn memory() -> &'static mut MoveMemory {
 
 /// A host and its board: a test bench.
 struct Bench<'a> {
-    board: Application<'static, Watched<'a>>,
+    board: Application<'static, RecordingAmplifier<'a>>,
     driven: &'a Cell<DriveCommand>,
     session: u32,
     sequence: u32,
@@ -44,7 +44,13 @@ impl<'a> Bench<'a> {
     /// A board that has just started.
     fn new(driven: &'a Cell<DriveCommand>) -> Self {
         driven.set(DriveCommand::full(DriveMode::C));
-        Self { board: Application::new(Watched(driven), memory()), driven, session: 5, sequence: 0, ticks: 0 }
+        Self {
+            board: Application::new(RecordingAmplifier(driven), memory()),
+            driven,
+            session: 5,
+            sequence: 0,
+            ticks: 0,
+        }
     }
 
     /// A board whose motor turns.
@@ -58,9 +64,9 @@ impl<'a> Bench<'a> {
     /// Hello, configuration, arming.
     fn begin(&mut self) {
         let tick_nanos = PositionLoop::TICK_NANOS;
-        assert_eq!(self.says(&HostMessage::Hello), [BoardMessage::Welcome { tick_nanos }]);
-        assert_eq!(self.says(&HostMessage::Configure(MOVE)), [BoardMessage::Configured]);
-        assert_eq!(self.says(&HostMessage::Arm), [BoardMessage::Armed]);
+        assert_eq!(self.exchange(&HostMessage::Hello), [BoardMessage::Welcome { tick_nanos }]);
+        assert_eq!(self.exchange(&HostMessage::Configure(MOVE)), [BoardMessage::Configured]);
+        assert_eq!(self.exchange(&HostMessage::Arm), [BoardMessage::Armed]);
     }
 
     /// Measures a rotor at rest, far from the target, until the loop drives.
@@ -82,16 +88,16 @@ impl<'a> Bench<'a> {
         // Neighbouring samples differ: equal ones would mean a vibrometer without signal.
         let velocity_m_s = if now.is_multiple_of(20_000) { 1e-5 } else { -1e-5 };
         let sample = LdvRecord { taken_nanos: now + 1, velocity_m_s };
-        assert!(self.says(&HostMessage::Ldv([sample].into_iter().collect())).is_empty());
+        assert!(self.exchange(&HostMessage::Ldv([sample].into_iter().collect())).is_empty());
         if self.ticks.is_multiple_of(10) {
             let angle_units = 350_546 * (self.ticks / 10 % 2) as i32;
             let frame = CameraRecord { exposed_nanos: now + 1, angle_units };
-            assert!(self.says(&HostMessage::Camera(frame)).is_empty());
+            assert!(self.exchange(&HostMessage::Camera(frame)).is_empty());
         }
     }
 
     fn step(&mut self) -> Option<TickRecord> {
-        match self.says(&HostMessage::Step).as_slice() {
+        match self.exchange(&HostMessage::Step).as_slice() {
             [BoardMessage::Report(report)] => Some(*report),
             _ => None,
         }
@@ -103,12 +109,12 @@ impl<'a> Bench<'a> {
         framed(header, message)
     }
 
-    fn says(&mut self, message: &HostMessage) -> Vec<BoardMessage> {
+    fn exchange(&mut self, message: &HostMessage) -> Vec<BoardMessage> {
         let frame = self.frame(message);
-        self.sends(&frame)
+        self.exchange_bytes(&frame)
     }
 
-    fn sends(&mut self, bytes: &[u8]) -> Vec<BoardMessage> {
+    fn exchange_bytes(&mut self, bytes: &[u8]) -> Vec<BoardMessage> {
         let mut answers = Vec::new();
         self.board.receive(bytes, &mut |frame| answers.push(decode(&mut frame.to_vec()).unwrap().1));
         answers
@@ -153,11 +159,11 @@ fn law_the_drive_is_off_from_the_start() {
 fn law_nothing_drives_before_it_is_configured_and_armed() {
     let driven = Cell::new(DriveCommand::OFF);
     let mut bench = Bench::new(&driven);
-    bench.says(&HostMessage::Hello);
-    assert_eq!(bench.says(&HostMessage::Arm), fault(BoardFault::NotReady));
-    assert_eq!(bench.says(&HostMessage::Step), fault(BoardFault::NotReady));
-    bench.says(&HostMessage::Configure(MOVE));
-    assert_eq!(bench.says(&HostMessage::Step), fault(BoardFault::NotReady));
+    bench.exchange(&HostMessage::Hello);
+    assert_eq!(bench.exchange(&HostMessage::Arm), fault(BoardFault::NotReady));
+    assert_eq!(bench.exchange(&HostMessage::Step), fault(BoardFault::NotReady));
+    bench.exchange(&HostMessage::Configure(MOVE));
+    assert_eq!(bench.exchange(&HostMessage::Step), fault(BoardFault::NotReady));
     assert!(!bench.drives_again());
 }
 
@@ -171,17 +177,17 @@ fn law_damaged_frames_change_nothing_but_their_counter() {
         let mut frame = bench.frame(&HostMessage::Stop);
         bench.sequence -= 1;
         frame[place] ^= 0x40;
-        assert!(bench.sends(&frame).is_empty(), "byte {place}");
+        assert!(bench.exchange_bytes(&frame).is_empty(), "byte {place}");
         let frame = bench.frame(&HostMessage::Stop);
         bench.sequence -= 1;
-        assert!(bench.sends(&[&frame[..place], &[0]].concat()).is_empty());
+        assert!(bench.exchange_bytes(&[&frame[..place], &[0]].concat()).is_empty());
     }
     assert!(bench.board.is_armed());
     assert_eq!(driven.get(), before);
     // One of the cut frames is empty and thus none.
     assert!(bench.board.counters().damaged >= 39, "{:?}", bench.board.counters());
     assert_eq!(bench.board.counters().lost, 0);
-    assert_eq!(bench.says(&HostMessage::Stop), [BoardMessage::Stopped]);
+    assert_eq!(bench.exchange(&HostMessage::Stop), [BoardMessage::Stopped]);
 }
 
 /// L2: bytes without the end of a frame take no memory and do not stop the loop.
@@ -189,10 +195,10 @@ fn law_damaged_frames_change_nothing_but_their_counter() {
 fn law_oversize_frames_are_dropped_and_counted() {
     let driven = Cell::new(DriveCommand::OFF);
     let mut bench = Bench::driving(&driven);
-    assert!(bench.sends(&std::vec![1; 100_000]).is_empty());
-    assert!(bench.sends(&[0]).is_empty());
+    assert!(bench.exchange_bytes(&std::vec![1; 100_000]).is_empty());
+    assert!(bench.exchange_bytes(&[0]).is_empty());
     assert_eq!(bench.board.counters().oversize, 1);
-    assert_eq!(bench.says(&HostMessage::Stop), [BoardMessage::Stopped]);
+    assert_eq!(bench.exchange(&HostMessage::Stop), [BoardMessage::Stopped]);
 }
 
 /// L2: when more measurements arrive than ticks take, the oldest are dropped.
@@ -203,7 +209,7 @@ fn law_a_flood_drops_the_oldest_measurements() {
     let now = bench.board.elapsed_ticks * PositionLoop::TICK_NANOS;
     for n in 0..1000 {
         let frame = CameraRecord { exposed_nanos: now + n, angle_units: 0 };
-        bench.says(&HostMessage::Camera(frame));
+        bench.exchange(&HostMessage::Camera(frame));
     }
     assert_eq!(bench.board.counters().dropped, 1000 - 8);
     let report = bench.board.tick().unwrap();
@@ -217,8 +223,8 @@ fn law_duplicates_are_executed_once() {
     let mut bench = Bench::driving(&driven);
     let ticks = bench.board.elapsed_ticks;
     let step = bench.frame(&HostMessage::Step);
-    assert_eq!(bench.sends(&step).len(), 1);
-    assert!(bench.sends(&step).is_empty());
+    assert_eq!(bench.exchange_bytes(&step).len(), 1);
+    assert!(bench.exchange_bytes(&step).is_empty());
     assert_eq!(bench.board.elapsed_ticks, ticks + 1);
     assert_eq!(bench.board.counters().duplicates, 1);
 }
@@ -230,8 +236,8 @@ fn law_gaps_are_counted_and_late_frames_refused() {
     let mut bench = Bench::driving(&driven);
     let late = bench.frame(&HostMessage::Stop);
     let _lost = bench.frame(&HostMessage::Stop);
-    assert_eq!(bench.says(&HostMessage::Step).len(), 1);
-    assert!(bench.sends(&late).is_empty());
+    assert_eq!(bench.exchange(&HostMessage::Step).len(), 1);
+    assert!(bench.exchange_bytes(&late).is_empty());
     assert!(bench.board.is_armed());
     let counters = bench.board.counters();
     assert_eq!((counters.lost, counters.late), (2, 1));
@@ -243,11 +249,11 @@ fn law_a_new_session_has_to_arm_again() {
     let driven = Cell::new(DriveCommand::OFF);
     let mut bench = Bench::driving(&driven);
     (bench.session, bench.sequence) = (6, 0);
-    assert_eq!(bench.says(&HostMessage::Step), fault(BoardFault::UnknownSession { session: 6 }));
+    assert_eq!(bench.exchange(&HostMessage::Step), fault(BoardFault::UnknownSession { session: 6 }));
     assert!(bench.board.is_armed(), "a frame of another session stops nothing");
-    bench.says(&HostMessage::Hello);
+    bench.exchange(&HostMessage::Hello);
     assert!(bench.off() && !bench.board.is_armed());
-    assert_eq!(bench.says(&HostMessage::Arm), fault(BoardFault::NotReady));
+    assert_eq!(bench.exchange(&HostMessage::Arm), fault(BoardFault::NotReady));
     bench.begin();
     bench.drive();
 }
@@ -269,9 +275,9 @@ fn law_another_version_is_refused_by_name() {
     other.push(0);
     let refused = BoardFault::Version { theirs: VERSION + 1, ours: VERSION };
     assert_eq!(std::format!("{refused}"), "the host speaks protocol version 2, the board version 1");
-    assert_eq!(bench.sends(&other), fault(refused));
+    assert_eq!(bench.exchange_bytes(&other), fault(refused));
     assert_eq!(bench.board.counters().other_version, 1);
-    assert_eq!(bench.says(&HostMessage::Arm), fault(BoardFault::UnknownSession { session: 5 }));
+    assert_eq!(bench.exchange(&HostMessage::Arm), fault(BoardFault::UnknownSession { session: 5 }));
 }
 
 /// L5: without a frame for ten milliseconds the drive goes off, and stays off until a stop and a new arming.
@@ -279,7 +285,7 @@ fn law_another_version_is_refused_by_name() {
 fn law_a_silent_host_latches_the_drive_off() {
     let driven = Cell::new(DriveCommand::OFF);
     let mut bench = Bench::driving(&driven);
-    bench.says(&HostMessage::Count);
+    bench.exchange(&HostMessage::Count);
     for tick in 1..=SILENT_TICKS {
         assert!(bench.board.tick().is_some(), "{tick}");
     }
@@ -287,12 +293,12 @@ fn law_a_silent_host_latches_the_drive_off() {
     assert!(bench.off());
     // Frames of the host alone change nothing.
     assert!(!bench.drives_again());
-    assert_eq!(bench.says(&HostMessage::Arm), fault(BoardFault::HostSilent));
-    assert_eq!(bench.says(&HostMessage::Step), fault(BoardFault::HostSilent));
+    assert_eq!(bench.exchange(&HostMessage::Arm), fault(BoardFault::HostSilent));
+    assert_eq!(bench.exchange(&HostMessage::Step), fault(BoardFault::HostSilent));
     assert!(bench.off());
-    assert_eq!(bench.says(&HostMessage::Stop), [BoardMessage::Stopped]);
+    assert_eq!(bench.exchange(&HostMessage::Stop), [BoardMessage::Stopped]);
     assert!(!bench.drives_again(), "a stop does not arm");
-    assert_eq!(bench.says(&HostMessage::Arm), [BoardMessage::Armed]);
+    assert_eq!(bench.exchange(&HostMessage::Arm), [BoardMessage::Armed]);
     bench.drive();
 }
 
@@ -302,7 +308,7 @@ fn law_a_host_that_sends_frames_is_not_silent() {
     let driven = Cell::new(DriveCommand::OFF);
     let mut bench = Bench::driving(&driven);
     for _ in 0..5 {
-        bench.says(&HostMessage::Count);
+        bench.exchange(&HostMessage::Count);
         assert!((0..SILENT_TICKS).all(|_| bench.board.tick().is_some()));
     }
     assert!(bench.board.is_armed());
@@ -313,11 +319,11 @@ fn law_a_host_that_sends_frames_is_not_silent() {
 fn law_a_restarted_board_says_so_and_does_not_drive() {
     let driven = Cell::new(DriveCommand::OFF);
     let mut bench = Bench::driving(&driven);
-    bench.board = Application::new(Watched(&driven), memory());
+    bench.board = Application::new(RecordingAmplifier(&driven), memory());
     assert!(bench.off());
     let session = bench.session;
     for message in [HostMessage::Step, HostMessage::Arm, HostMessage::Configure(MOVE)] {
-        assert_eq!(bench.says(&message), fault(BoardFault::UnknownSession { session }));
+        assert_eq!(bench.exchange(&message), fault(BoardFault::UnknownSession { session }));
     }
     assert_eq!(bench.board.counters().other_session, 3);
     bench.begin();
@@ -329,7 +335,7 @@ fn law_a_restarted_board_says_so_and_does_not_drive() {
 fn law_a_configuration_out_of_bounds_is_refused_whole() {
     let driven = Cell::new(DriveCommand::OFF);
     let mut bench = Bench::new(&driven);
-    bench.says(&HostMessage::Hello);
+    bench.exchange(&HostMessage::Hello);
     for (configuration, key) in [
         (Configuration { target_deg: f64::NAN, ..MOVE }, "position.to_deg"),
         (Configuration { target_deg: 1e9, ..MOVE }, "position.to_deg"),
@@ -338,13 +344,13 @@ fn law_a_configuration_out_of_bounds_is_refused_whole() {
         (Configuration { deadline_nanos: u64::MAX, ..MOVE }, "position.deadline_s"),
     ] {
         let refused = fault(BoardFault::OutOfBounds { key: key.try_into().unwrap() });
-        assert_eq!(bench.says(&HostMessage::Configure(configuration)), refused);
-        assert_eq!(bench.says(&HostMessage::Arm), fault(BoardFault::NotReady));
+        assert_eq!(bench.exchange(&HostMessage::Configure(configuration)), refused);
+        assert_eq!(bench.exchange(&HostMessage::Arm), fault(BoardFault::NotReady));
     }
     // A refused configuration leaves the previous one in force.
-    bench.says(&HostMessage::Configure(MOVE));
-    bench.says(&HostMessage::Configure(Configuration { target_deg: f64::NAN, ..MOVE }));
-    assert_eq!(bench.says(&HostMessage::Arm), [BoardMessage::Armed]);
+    bench.exchange(&HostMessage::Configure(MOVE));
+    bench.exchange(&HostMessage::Configure(Configuration { target_deg: f64::NAN, ..MOVE }));
+    assert_eq!(bench.exchange(&HostMessage::Arm), [BoardMessage::Armed]);
     bench.drive();
 }
 
@@ -355,13 +361,13 @@ fn law_a_configuration_is_not_changed_while_armed() {
     let mut bench = Bench::driving(&driven);
     let clockwise = driven.get().mode();
     let back = Configuration { target_deg: -90.0, ..MOVE };
-    assert_eq!(bench.says(&HostMessage::Configure(back)), fault(BoardFault::Armed));
+    assert_eq!(bench.exchange(&HostMessage::Configure(back)), fault(BoardFault::Armed));
     bench.measure();
     assert_eq!(bench.step().unwrap().applied.mode, Some(DriveMode::B).into());
     assert_eq!(driven.get().mode(), clockwise);
-    bench.says(&HostMessage::Stop);
+    bench.exchange(&HostMessage::Stop);
     assert!(bench.off());
-    assert_eq!(bench.says(&HostMessage::Configure(back)), [BoardMessage::Configured]);
+    assert_eq!(bench.exchange(&HostMessage::Configure(back)), [BoardMessage::Configured]);
 }
 
 /// K9: single late ticks are counted, ten in a row switch off.
@@ -376,9 +382,9 @@ fn law_missed_deadlines_are_counted_and_latch_when_they_last() {
     assert!(bench.board.is_armed() && !bench.off());
     (0..OVERRUNS_MAX).for_each(|_| bench.board.record_deadline(false));
     assert!(bench.off());
-    assert_eq!(bench.says(&HostMessage::Arm), fault(BoardFault::Overrun));
-    bench.says(&HostMessage::Stop);
-    assert_eq!(bench.says(&HostMessage::Arm), [BoardMessage::Armed]);
+    assert_eq!(bench.exchange(&HostMessage::Arm), fault(BoardFault::Overrun));
+    bench.exchange(&HostMessage::Stop);
+    assert_eq!(bench.exchange(&HostMessage::Arm), [BoardMessage::Armed]);
 }
 
 /// The report says what the amplifier really applies.
@@ -393,13 +399,13 @@ fn law_the_report_says_what_is_applied() {
     let mut memory = MoveMemory::new();
     let mut board = Application::new(Broken, &mut memory);
     let mut sent = Vec::new();
-    let mut hear = |board: &mut Application<'_, Broken>, sequence, message: &HostMessage| {
+    let mut exchange = |board: &mut Application<'_, Broken>, sequence, message: &HostMessage| {
         let frame = framed(Header { session: 1, sequence, ticks: 0 }, message);
         board.receive(&frame, &mut |frame| sent.push(decode::<BoardMessage>(&mut frame.to_vec()).unwrap().1));
         sent.last().cloned()
     };
     for (n, message) in (0..).zip([HostMessage::Hello, HostMessage::Configure(MOVE), HostMessage::Arm]) {
-        hear(&mut board, n, &message);
+        exchange(&mut board, n, &message);
     }
     let mut commanded = false;
     for n in 0..3000_u32 {
@@ -407,13 +413,13 @@ fn law_the_report_says_what_is_applied() {
         // Neighbouring samples differ: equal ones would mean a vibrometer without signal.
         let velocity_m_s = if now.is_multiple_of(20_000) { 1e-5 } else { -1e-5 };
         let sample = LdvRecord { taken_nanos: now + 1, velocity_m_s };
-        hear(&mut board, 3 + 3 * n, &HostMessage::Ldv([sample].into_iter().collect()));
+        exchange(&mut board, 3 + 3 * n, &HostMessage::Ldv([sample].into_iter().collect()));
         let frame =
             CameraRecord { exposed_nanos: now + 1, angle_units: 350_546 * (n / 10 % 2).cast_signed() };
         if n % 10 == 0 {
-            hear(&mut board, 4 + 3 * n, &HostMessage::Camera(frame));
+            exchange(&mut board, 4 + 3 * n, &HostMessage::Camera(frame));
         }
-        if let Some(BoardMessage::Report(report)) = hear(&mut board, 5 + 3 * n, &HostMessage::Step) {
+        if let Some(BoardMessage::Report(report)) = exchange(&mut board, 5 + 3 * n, &HostMessage::Step) {
             commanded |= report.command.mode.value() != Some(None);
             assert_eq!(report.applied.mode, None.into());
         }

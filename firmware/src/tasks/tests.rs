@@ -46,16 +46,16 @@ impl OutputPin for Bridge<'_> {
 
 /// The vibrometer of a rotor at rest. Neighbouring samples differ: equal ones would mean a vibrometer without signal.
 #[derive(Default)]
-struct Quiet(bool);
+struct RotorAtRest(bool);
 
-impl Converter for Quiet {
+impl Converter for RotorAtRest {
     fn velocity_m_s(&mut self) -> Option<f32> {
         self.0 = !self.0;
         Some(if self.0 { 1e-5 } else { -1e-5 })
     }
 }
 
-fn says(loop_task: &mut LoopTask<'_>, sequence: &mut u32, message: &HostMessage) -> Vec<BoardMessage> {
+fn exchange(loop_task: &mut LoopTask<'_>, sequence: &mut u32, message: &HostMessage) -> Vec<BoardMessage> {
     let mut frame = [0; FRAME_BYTES_MAX];
     let header = Header { session: 1, sequence: *sequence, ticks: 0 };
     *sequence += 1;
@@ -67,7 +67,7 @@ fn says(loop_task: &mut LoopTask<'_>, sequence: &mut u32, message: &HostMessage)
 
 /// Arms the loop, and measures a rotor at rest until the bridge is on; the next sequence number.
 fn drive(
-    timer_task: &mut TimerTask<'_, Bridge<'_>, Bridge<'_>, Quiet>,
+    timer_task: &mut TimerTask<'_, Bridge<'_>, Bridge<'_>, RotorAtRest>,
     loop_task: &mut LoopTask<'_>,
     on: &Cell<bool>,
 ) -> u32 {
@@ -79,13 +79,13 @@ fn drive(
     };
     let mut sequence = 0;
     for message in [HostMessage::Hello, HostMessage::Configure(configuration), HostMessage::Arm] {
-        assert_eq!(says(loop_task, &mut sequence, &message).len(), 1);
+        assert_eq!(exchange(loop_task, &mut sequence, &message).len(), 1);
     }
     for tick in 1..5000 {
         if tick % 10 == 0 {
             let exposed_nanos = tick * PositionLoop::TICK_NANOS;
             let frame = CameraRecord { exposed_nanos, angle_units: 350_546 * i32::from(tick % 20 == 0) };
-            says(loop_task, &mut sequence, &HostMessage::Camera(frame));
+            exchange(loop_task, &mut sequence, &HostMessage::Camera(frame));
         }
         timer_task.interrupt();
         assert!(
@@ -104,7 +104,8 @@ fn drive(
 fn law_commands_reach_bridge_and_twin() {
     let on = Cell::new(true);
     let mut memory = TaskMemory::new();
-    let (mut timer_task, mut loop_task) = memory.tasks(Bridge(&on), Bridge(&on), Quiet::default()).unwrap();
+    let (mut timer_task, mut loop_task) =
+        memory.tasks(Bridge(&on), Bridge(&on), RotorAtRest::default()).unwrap();
     assert!(!on.get(), "off from the start");
     drive(&mut timer_task, &mut loop_task, &on);
     for _ in 0..300 {
@@ -119,7 +120,8 @@ fn law_commands_reach_bridge_and_twin() {
 fn law_a_twin_at_rest_takes_no_steps() {
     let on = Cell::new(false);
     let mut memory = TaskMemory::new();
-    let (mut timer_task, mut loop_task) = memory.tasks(Bridge(&on), Bridge(&on), Quiet::default()).unwrap();
+    let (mut timer_task, mut loop_task) =
+        memory.tasks(Bridge(&on), Bridge(&on), RotorAtRest::default()).unwrap();
     timer_task.state.rotor.rate_rad_s = 5.0;
     let mut steps = 0;
     for _ in 0..1000 {
@@ -137,7 +139,8 @@ fn law_a_twin_at_rest_takes_no_steps() {
 fn law_late_and_lost_ticks_are_overruns() {
     let on = Cell::new(true);
     let mut memory = TaskMemory::new();
-    let (mut timer_task, mut loop_task) = memory.tasks(Bridge(&on), Bridge(&on), Quiet::default()).unwrap();
+    let (mut timer_task, mut loop_task) =
+        memory.tasks(Bridge(&on), Bridge(&on), RotorAtRest::default()).unwrap();
     drive(&mut timer_task, &mut loop_task, &on);
     (0..7).for_each(|_| timer_task.interrupt());
     while loop_task.run_tick(&mut |_| ()) {}
@@ -145,13 +148,14 @@ fn law_late_and_lost_ticks_are_overruns() {
     timer_task.interrupt();
     assert!(on.get());
     (0..50).for_each(|_| timer_task.interrupt());
-    let mut said = Vec::new();
-    while loop_task.run_tick(&mut |frame| said.push(decode::<BoardMessage>(&mut frame.to_vec()).unwrap().1)) {
-    }
+    let mut received = Vec::new();
+    while loop_task
+        .run_tick(&mut |frame| received.push(decode::<BoardMessage>(&mut frame.to_vec()).unwrap().1))
+    {}
     timer_task.interrupt();
-    loop_task.run_tick(&mut |frame| said.push(decode::<BoardMessage>(&mut frame.to_vec()).unwrap().1));
-    said.retain(|message| !matches!(message, BoardMessage::Report(_)));
-    assert_eq!(said, [BoardMessage::Fault(BoardFault::Overrun)]);
+    loop_task.run_tick(&mut |frame| received.push(decode::<BoardMessage>(&mut frame.to_vec()).unwrap().1));
+    received.retain(|message| !matches!(message, BoardMessage::Report(_)));
+    assert_eq!(received, [BoardMessage::Fault(BoardFault::Overrun)]);
     timer_task.interrupt();
     assert!(!on.get());
 }
@@ -162,25 +166,27 @@ fn law_late_and_lost_ticks_are_overruns() {
 fn law_ticks_before_arming_are_no_silence() {
     let on = Cell::new(true);
     let mut memory = TaskMemory::new();
-    let (mut timer_task, mut loop_task) = memory.tasks(Bridge(&on), Bridge(&on), Quiet::default()).unwrap();
+    let (mut timer_task, mut loop_task) =
+        memory.tasks(Bridge(&on), Bridge(&on), RotorAtRest::default()).unwrap();
     let configuration = Configuration {
         filter: FilterKind::ConstantRate,
         target_deg: 90.0,
         tolerance_deg: 0.02,
         deadline_nanos: 30_000_000_000,
     };
-    says(&mut loop_task, &mut 0, &HostMessage::Hello);
-    says(&mut loop_task, &mut 1, &HostMessage::Configure(configuration));
+    exchange(&mut loop_task, &mut 0, &HostMessage::Hello);
+    exchange(&mut loop_task, &mut 1, &HostMessage::Configure(configuration));
     (0..500).for_each(|_| timer_task.interrupt());
-    assert_eq!(says(&mut loop_task, &mut 2, &HostMessage::Arm), [BoardMessage::Armed]);
+    assert_eq!(exchange(&mut loop_task, &mut 2, &HostMessage::Arm), [BoardMessage::Armed]);
     let mut ticks = 0;
-    let is_silent = |said: &BoardMessage| *said == BoardMessage::Fault(BoardFault::HostSilent);
-    let mut said = Vec::new();
-    while !said.iter().any(is_silent) {
+    let is_silent = |received: &BoardMessage| *received == BoardMessage::Fault(BoardFault::HostSilent);
+    let mut received = Vec::new();
+    while !received.iter().any(is_silent) {
         ticks += 1;
-        assert!(ticks < 2000, "{said:?}");
+        assert!(ticks < 2000, "{received:?}");
         timer_task.interrupt();
-        loop_task.run_tick(&mut |frame| said.push(decode::<BoardMessage>(&mut frame.to_vec()).unwrap().1));
+        loop_task
+            .run_tick(&mut |frame| received.push(decode::<BoardMessage>(&mut frame.to_vec()).unwrap().1));
     }
     assert!((1000..=1002).contains(&ticks), "{ticks}");
 }
@@ -189,18 +195,22 @@ fn law_ticks_before_arming_are_no_silence() {
 fn law_a_silent_host_takes_the_bridge_off() {
     let on = Cell::new(true);
     let mut memory = TaskMemory::new();
-    let (mut timer_task, mut loop_task) = memory.tasks(Bridge(&on), Bridge(&on), Quiet::default()).unwrap();
+    let (mut timer_task, mut loop_task) =
+        memory.tasks(Bridge(&on), Bridge(&on), RotorAtRest::default()).unwrap();
     let mut sequence = drive(&mut timer_task, &mut loop_task, &on);
-    let mut said = Vec::new();
+    let mut received = Vec::new();
     for _ in 0..1010 {
         timer_task.interrupt();
-        loop_task.run_tick(&mut |frame| said.push(decode::<BoardMessage>(&mut frame.to_vec()).unwrap().1));
+        loop_task
+            .run_tick(&mut |frame| received.push(decode::<BoardMessage>(&mut frame.to_vec()).unwrap().1));
     }
     assert!(!on.get());
     // A report every millisecond until then, and the fault once.
-    let faults =
-        said.iter().filter(|said| matches!(said, BoardMessage::Fault(BoardFault::HostSilent))).count();
-    assert!(faults == 1 && (10..=11).contains(&(said.len() - 1)), "{said:?}");
-    says(&mut loop_task, &mut sequence, &HostMessage::Stop);
-    assert_eq!(says(&mut loop_task, &mut sequence, &HostMessage::Arm), [BoardMessage::Armed]);
+    let faults = received
+        .iter()
+        .filter(|received| matches!(received, BoardMessage::Fault(BoardFault::HostSilent)))
+        .count();
+    assert!(faults == 1 && (10..=11).contains(&(received.len() - 1)), "{received:?}");
+    exchange(&mut loop_task, &mut sequence, &HostMessage::Stop);
+    assert_eq!(exchange(&mut loop_task, &mut sequence, &HostMessage::Arm), [BoardMessage::Armed]);
 }
