@@ -133,7 +133,7 @@ impl<T: Real> ImpactAided<T> {
 
     /// Until when impacts would have been detected: never, by a vibrometer whose sign or scale is wrong.
     fn detecting_until(&self) -> Time {
-        let newest = self.detector.newest().filter(|_| !self.detector.is_wrong());
+        let newest = self.detector.newest().filter(|_| !self.detector.has_fault());
         newest.map_or(Time::ZERO, |newest| newest.plus_nanos(self.tuning.detector.gap_nanos))
     }
 
@@ -194,7 +194,7 @@ impl<T: Real> ImpactAided<T> {
                 }
             }
             VibrometerEvent::Impact { before_m_s, jump_m_s } => {
-                if !self.detector.is_wrong() {
+                if !self.detector.has_fault() {
                     let within_s = before.map_or(T::zero(), |before| sample.taken_at.seconds_since(before));
                     let kick = self.impact_kick(sample.taken_at, within_s, before_m_s, jump_m_s);
                     self.record_kick(kick);
@@ -296,9 +296,9 @@ impl<T: Real> AngleFilter<T> for ImpactAided<T> {
     #[inline]
     fn update_ldv(&mut self, sample: &LdvSample) -> Option<Innovation<T>> {
         if self.watch.observe(sample) {
-            let (before, was_wrong) = (self.detector.newest(), self.detector.is_wrong());
+            let (before, had_fault) = (self.detector.newest(), self.detector.has_fault());
             let detection = self.detector.observe(sample);
-            if was_wrong && !self.detector.is_wrong() {
+            if had_fault && !self.detector.has_fault() {
                 self.resume_detection(sample.taken_at);
             }
             if detection != VibrometerEvent::Flight {

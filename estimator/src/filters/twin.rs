@@ -43,25 +43,50 @@
 //! 4. If the track moved, it is propagated again through the kicks since: [`propagated_track`]. An estimate starts
 //!    there.
 //!
-//! # Flags and health
+//! # One impact
 //!
 //! ```text
-//! vibrometer    sound --> VibrometerInverted    sum of signed squared jumps < 0             back: sum > 0
-//!               sound --> VibrometerScale       fall in flight off by 25 % over 16 flights  back: within 15 %
-//!               sound --> VibrometerErratic     a fall of 5 mm/s or more, twice in a row    back: 50 ms without one
-//!                         in each: impacts ignored, the rate wanders as in ConstantRate
-//!                         back from the last of them: stator restarted; on probation after Erratic, else trusted
-//!               sound --> VibrometerSilent      no sample for 1 ms                          back: a sample
-//! misfit        trusted --> on probation        mean misfit > 20, or stator not sound       health: ImpactsUnexplained
-//!               on probation --> trusted        16 impacts more and mean misfit < 10, or rest
-//! regime        bouncing <--> riding            mean jump in thresholds < 1.3, > 1.5        riding: stator not updated
-//! stator_follows  true --> false                drive off and a jump < 10 mm/s              stator not updated
-//!                 false --> true                drive on (motion forgotten), or rest
-//! since_rest    NoImpact --> Impact             first impact; until then process noise      back: rest
-//! newest_refined  false --> true                the newest kick was refined                 back: track propagated
+//! vibrometer at fault?  ------------- yes -->  ignored
+//! riding? (regime)  ----------------- yes -->  riding kick
+//! stator_follows?  ------------------- no -->  unexplained kick
+//! more than 31 us since a sample?  -- yes -->  unexplained kick, motion forgotten
+//! associated with a pair?  ----------- no -->  unassociated kick, of unknown sign
+//! mean misfit > 20, or not sound?  -- yes -->  unexplained kick, stator restarted, on probation
+//! trusted, and its misfit < 40?  ----- no -->  unexplained kick, stator updated
+//!                                     yes -->  explained kick, stator updated; refined by later samples
 //! ```
 //!
-//! Health is the first that holds of: silent, inverted, scale, erratic, unexplained; then the camera's.
+//! # Flags
+//!
+//! ```text
+//!               fall in flight off by 25 %: VibrometerScale         (until within 15 %)
+//!               falls instead of jumps:     VibrometerInverted      (until jumps prevail)
+//!               a fall of 5 mm/s or more:   VibrometerErratic       (until 50 ms after the last)
+//!            .---------------------------------------------------------.
+//! vibrometer sound                                                   fault: impacts ignored, the rate wanders
+//!            '---------------------------------------------------------'
+//!               no fault left: stator restarted; one unknown kick; trusted, but on probation after VibrometerErratic
+//!
+//!               mean misfit > 20, or stator not sound: stator restarted
+//!            .---------------------------------------------------------.
+//! misfit     trusted                                                 on probation: ImpactsUnexplained
+//!            '---------------------------------------------------------'
+//!               16 impacts more and mean misfit < 10; or the rotor is quiet
+//! ```
+//!
+//! | flag | becomes | when |
+//! |---|---|---|
+//! | regime | riding | the mean jump less drift is below 1.3 detector thresholds |
+//! | | bouncing | it is above 1.5 (motion forgotten); the drive is off; the rotor is quiet |
+//! | `stator_follows` | false | the drive is off after it was on, and a jump is below 10 mm/s |
+//! | | true | the drive goes on (motion forgotten); the rotor is quiet |
+//! | `since_rest` | `Impact` | the first impact; until then the rate has process noise |
+//! | | `NoImpact` | the rotor is quiet |
+//! | `newest_refined` | true | the newest kick was refined |
+//! | | false | the track was propagated again |
+//!
+//! Health is the first of these that holds: `VibrometerSilent` (no sample for 1 ms), `VibrometerInverted`,
+//! `VibrometerScale`, `VibrometerErratic`, `ImpactsUnexplained`; then those of the camera.
 //!
 //! Without samples for [`crate::ImpactDetectorTuning::gap_nanos`] the rate wanders as in [`crate::ConstantRate`], and
 //! modes and height become unknown. Gate, restart, rest and the loss of either sensor are those of all filters.
@@ -119,7 +144,18 @@ enum SinceRest {
     Impact,
 }
 
-/// The filter: see the head of the module for its states, its flags and its order of work.
+/// Angle and rate from the camera and from the kicks of a stator that the vibrometer's impacts drive: the filter
+/// `twin`.
+///
+/// An extended Kalman filter of 24 states follows the stator. At each impact the gap between rotor and tooth and the
+/// speed of approach, which follows from the jump and the restitution, correct its modes, the rotor's height and 13
+/// parameters of the motor. It gives the tooth's tangential velocity and so the kick of the rate, with its variance. A
+/// second filter of four states, angle, rate, friction and a factor of the tooth's velocity, takes the kicks as inputs
+/// and the camera's frames as measurements. Both keep their covariances factorised ([`crate::UdCovariance`]).
+///
+/// When the impacts contradict the model, its health says so ([`Reason::ImpactsUnexplained`]) and kicks are as
+/// uncertain as in [`crate::ImpactAided`] until sixteen impacts have been explained again. The head of the module has
+/// the states, the order of work and the flags.
 #[derive(Clone, Debug)]
 pub struct TwinFilter<T: Real> {
     tuning: TwinTuning<T>,
@@ -233,7 +269,7 @@ impl<T: Real> AngleFilter<T> for TwinFilter<T> {
         } else {
             self.stator.advance(sample.taken_at, self.drive);
         }
-        if before.is_wrong() && !self.detector.is_wrong() {
+        if before.has_fault() && !self.detector.has_fault() {
             // Impacts before the fault was detected have led to wrong estimates, and so has the height.
             self.restart_stator();
             if !before.erratic() {

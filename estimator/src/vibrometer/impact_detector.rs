@@ -138,11 +138,11 @@ pub struct ImpactDetector<T> {
     /// Until when impacts are ignored, since some samples were wrong.
     erratic_until: Option<Time>,
     /// Whether any fault holds: kept, since every sample needs it and few change it.
-    wrong: bool,
+    faulty: bool,
 }
 
 impl<T: Real> ImpactDetector<T> {
-    /// Bound of the sum of squares that tells the sign, in m^2/s^2: 16 jumps of 25 mm/s.
+    /// Bound of the sum of squares from which the sign follows, in m^2/s^2: 16 jumps of 25 mm/s.
     const SIGN_M2_S2: f64 = 0.01;
 
     /// Most that the square of a single jump counts: two jumps can turn the sign, a single wrong sample cannot.
@@ -168,7 +168,7 @@ impl<T: Real> ImpactDetector<T> {
             upward_m2_s2: T::from_f64(Self::SIGN_M2_S2),
             free_fall: FreeFall::new(),
             erratic_until: None,
-            wrong: false,
+            faulty: false,
         }
     }
 
@@ -190,18 +190,18 @@ impl<T: Real> ImpactDetector<T> {
 
     /// Whether any fault holds: impacts are to be ignored.
     #[inline]
-    pub(crate) fn is_wrong(&self) -> bool {
-        self.wrong
+    pub(crate) fn has_fault(&self) -> bool {
+        self.faulty
     }
 
     /// The fault that holds, if any; the first of wrong sign, wrong scale and wrong samples.
     pub(crate) fn fault(&self) -> Option<Reason> {
-        let reasons = [
+        let faults = [
             (self.inverted(), Reason::VibrometerInverted),
             (self.mis_scaled(), Reason::VibrometerScale),
             (self.erratic(), Reason::VibrometerErratic),
         ];
-        reasons.into_iter().find_map(|(is_wrong, reason)| is_wrong.then_some(reason))
+        faults.into_iter().find_map(|(holds, reason)| holds.then_some(reason))
     }
 
     /// Adds the square of a jump, negative for a fall, to the statistic of the sign.
@@ -247,7 +247,7 @@ impl<T: Real> ImpactDetector<T> {
             Some(since)
         });
         let Some(since) = soon else { return self.out_of_sequence(sample.taken_at, velocity) };
-        if self.wrong {
+        if self.faulty {
             self.recover(sample.taken_at);
         }
         let since_s = T::from_i32(since.cast_signed()) * T::from_f64(1e-9);
@@ -260,7 +260,7 @@ impl<T: Real> ImpactDetector<T> {
             if innovation > T::zero() {
                 self.note_jump(square_m2_s2);
                 self.end_flight(sample.taken_at, since_s);
-                self.update_wrong();
+                self.update_faulty();
                 self.begin_flight(velocity);
                 self.free_fall.begin(sample.taken_at, innovation);
                 return VibrometerEvent::Impact { before_m_s, jump_m_s: innovation };
@@ -271,7 +271,7 @@ impl<T: Real> ImpactDetector<T> {
                 self.end_flight(sample.taken_at, since_s);
                 self.begin_flight(velocity);
                 let event = self.note_fall(sample.taken_at, -innovation);
-                self.update_wrong();
+                self.update_faulty();
                 return event;
             }
             return VibrometerEvent::Flight;
@@ -312,15 +312,15 @@ impl<T: Real> ImpactDetector<T> {
         if before.is_none() { VibrometerEvent::Fall { drop_m_s } } else { VibrometerEvent::Flight }
     }
 
-    fn update_wrong(&mut self) {
-        self.wrong = self.inverted() || self.mis_scaled() || self.erratic();
+    fn update_faulty(&mut self) {
+        self.faulty = self.inverted() || self.mis_scaled() || self.erratic();
     }
 
     /// Ends the time after wrong samples, if it is over at `at`.
     #[cold]
     fn recover(&mut self, at: Time) {
         self.erratic_until = self.erratic_until.filter(|until| at < *until);
-        self.update_wrong();
+        self.update_faulty();
     }
 
     /// A flight has ended at the sample of `at`, `period_s` after the one before.

@@ -16,7 +16,7 @@ impl<T: Real> TwinFilter<T> {
     #[inline(never)]
     pub(super) fn take_impact(&mut self, at: Time, impact: &MeasuredImpact<T>) {
         self.unrefined_jump_m_s = None;
-        if self.detector.is_wrong() {
+        if self.detector.has_fault() {
             return;
         }
         let before = core::mem::replace(&mut self.since_rest, SinceRest::Impact);

@@ -94,8 +94,8 @@ impl<T: Real> StatorFilter<T> {
         errors
     }
 
-    /// The tooth's tangential velocity `back_s` before the end of the period; it becomes the state that follows it,
-    /// with a standard deviation of `beside_m_s` beside that of the stator.
+    /// The tooth's tangential velocity `back_s` before the end of the period. State 0 is its error from now on: that of
+    /// the stator, plus an independent one of standard deviation `beside_m_s`.
     #[inline(never)]
     fn begin_tooth_velocity(&mut self, tooth: &Tooth<T>, back_s: T, beside_m_s: T) -> Uncertain<T> {
         let modes = self.modes_at(back_s, &Row::zeros());

@@ -9,7 +9,6 @@ use super::SinceRest;
 use super::TwinFilter;
 use super::kick_record::KickRecord;
 use super::process::TwinProcess;
-use super::propagated_track::PropagatedTrack;
 use crate::vibrometer::motion::Motion;
 
 impl<T: Real> TwinFilter<T> {
@@ -31,7 +30,7 @@ impl<T: Real> TwinFilter<T> {
         (self.propagated, self.newest_refined) = (None, false);
         let process = self.process(self.watch.motion(self.watch.clock()));
         let propagated =
-            self.tracker.track().and_then(|track| PropagatedTrack::of(&track.state, track.resting, &process));
+            self.tracker.track().and_then(|track| process.propagate(&track.state, track.resting));
         self.propagated = propagated;
     }
 
@@ -41,13 +40,13 @@ impl<T: Real> TwinFilter<T> {
             && let Some(propagated) = self.propagated
         {
             let process = self.process(self.watch.motion(self.watch.clock()));
-            self.propagated = Some(propagated.with_newest(&process));
+            self.propagated = Some(process.with_newest(&propagated));
         }
     }
 
     /// Until when impacts would have been detected: time zero while the vibrometer is at fault.
     pub(super) fn detecting_until(&self) -> Time {
-        let newest = self.detector.newest().filter(|_| !self.detector.is_wrong());
+        let newest = self.detector.newest().filter(|_| !self.detector.has_fault());
         newest.map_or(Time::ZERO, |newest| newest.plus_nanos(self.tuning.detector.gap_nanos))
     }
 
@@ -91,7 +90,7 @@ impl<T: Real> TwinFilter<T> {
         let _ = self.kicks.push_back(kick);
         let Some(propagated) = self.propagated else { return self.propagate() };
         let process = self.process(self.watch.motion(self.watch.clock()));
-        self.propagated = Some(propagated.extended(&process));
+        self.propagated = Some(process.extend(&propagated));
     }
 
     /// Drops the kicks before the oldest frame kept.

@@ -35,18 +35,53 @@ impl<T: Real> TwinProcess<'_, T> {
     }
 
     /// Index of the first kick after `from`, found from the newest backwards, since most are older.
-    pub(super) fn first_after(&self, from: Time) -> usize {
+    fn first_after(&self, from: Time) -> usize {
         let newer = self.kicks.iter().rev().take_while(|kick| kick.at > from).count();
         self.kicks.len() - newer
     }
 
     /// Predicts to a kick and applies it, unless the rotor lies still.
-    pub(super) fn predict_through(&self, state: &mut RotorState<T>, resting: bool, kick: usize) {
+    fn predict_through(&self, state: &mut RotorState<T>, resting: bool, kick: usize) {
         if let Some(kick) = self.kicks.get(kick)
             && !(resting && self.motion == Motion::Quiet)
         {
             self.predict_flight(state, resting, kick.at);
             kick.apply(state);
+        }
+    }
+
+    /// The track `state`, propagated through all kicks; `None` if there are none after it.
+    pub(super) fn propagate(&self, state: &RotorState<T>, resting: bool) -> Option<PropagatedTrack<T>> {
+        let first = self.first_after(state.at);
+        let newest = self.kicks.len().checked_sub(1).filter(|&newest| newest >= first)?;
+        let mut before_newest = state.copied();
+        (first..newest).for_each(|kick| self.predict_through(&mut before_newest, resting, kick));
+        let track = PropagatedTrack { from: state.at, resting, state: before_newest.copied(), before_newest };
+        Some(self.with_newest(&track))
+    }
+
+    /// The same track through one kick more.
+    pub(super) fn extend(&self, track: &PropagatedTrack<T>) -> PropagatedTrack<T> {
+        let PropagatedTrack { from, resting, state, .. } = track;
+        self.with_newest(&PropagatedTrack {
+            from: *from,
+            resting: *resting,
+            before_newest: state.copied(),
+            state: state.copied(),
+        })
+    }
+
+    /// The same track with the newest kick applied again, after it was refined.
+    pub(super) fn with_newest(&self, track: &PropagatedTrack<T>) -> PropagatedTrack<T> {
+        let mut state = track.before_newest.copied();
+        if let Some(newest) = self.kicks.len().checked_sub(1) {
+            self.predict_through(&mut state, track.resting, newest);
+        }
+        PropagatedTrack {
+            from: track.from,
+            resting: track.resting,
+            before_newest: track.before_newest.copied(),
+            state,
         }
     }
 }

@@ -31,9 +31,9 @@ const AVERAGED_IMPACTS: f64 = 32.0;
 /// hysteresis.
 const RIDING_BELOW: f64 = 1.3;
 const BOUNCING_ABOVE: f64 = 1.5;
-/// Most that an impact counts, so that one wrong sample does not end the riding regime for long.
+/// Most that an impact counts, so that one wrong sample cannot end a riding regime of mean 1.
 const RATIO_MAX: f64 = 8.0;
-/// Mean at the start: a rotor that leaves rest counts as bouncing until the mean tells.
+/// Mean at the start: a rotor that leaves rest counts as bouncing until the mean is lower.
 const AT_START: f64 = 4.0;
 
 /// The jump of a riding rotor up to which it is the weight's, per the threshold. What exceeds it kicks as in mode C.

@@ -24,7 +24,7 @@ impl<T: Real> TwinFilter<T> {
     ) {
         let sample_m_s = T::from_f32(sample.velocity_m_s);
         if self.watch.motion(sample.taken_at) == Motion::Quiet {
-            // What the detector finds now is the rotor's weight on the teeth, not an impact that tells of the stator.
+            // What the detector finds now is the rotor's weight on the teeth, not an impact of a moving stator.
             self.stator.set_at_rest();
             (self.misfit, self.regime) = (MisfitMonitor::trusted(), RegimeDetector::new());
             (self.stator_follows, self.since_rest) = (true, SinceRest::NoImpact);
