@@ -17,7 +17,7 @@ const FRAME_S: f64 = 1e-4;
 fn main() {
     let tuning = ConstantRateTuning::<f64>::default();
     let camera_rad = math::sqrt(tuning.track.camera_rad2);
-    let kick_rad_s = math::sqrt(tuning.wander.impacted_b_rad2_s3 * FRAME_S);
+    let kick_rad_s = math::sqrt(tuning.random_walk.impacted_b_rad2_s3 * FRAME_S);
     let mut filter = ConstantRate::new(&tuning);
 
     let mut rng = Pcg64::seed_from_u64(1);

@@ -126,7 +126,7 @@ pub use factorised::angle_rate::AngleRateCovariance;
 pub use factorised::transition::{Blocks2, Dense, Transition, UpperTriangular};
 pub use factorised::ud_covariance::{Correction, NoiseSource, NotPositiveDefinite, Refusal, UdCovariance};
 pub use filter::{AngleFilter, Estimate, Health, Reason};
-pub use filters::constant_rate::{ConstantRate, ConstantRateTuning, WanderTuning};
+pub use filters::constant_rate::{ConstantRate, ConstantRateTuning, RandomWalkTuning};
 pub use filters::impact_aided::ringing::RingingTuning;
 pub use filters::impact_aided::{IMPACTS_KEPT_MAX, ImpactAided, ImpactAidedTuning};
 pub use filters::twin::{ContactTuning, TwinFilter, TwinPrior, TwinTuning};

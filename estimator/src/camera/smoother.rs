@@ -183,9 +183,9 @@ mod tests {
     #[test]
     fn dual_smoother_is_the_batch_fit() {
         let mut tuning = ConstantRateTuning::<f64>::default();
-        tuning.wander.jitter_b = Jitter::none();
+        tuning.random_walk.jitter_b = Jitter::none();
         let (q, r, dt) =
-            (tuning.wander.impacted_b_rad2_s3, tuning.track.camera_rad2, FRAME_NANOS as f64 * 1e-9);
+            (tuning.random_walk.impacted_b_rad2_s3, tuning.track.camera_rad2, FRAME_NANOS as f64 * 1e-9);
         let f = Matrix2::new(1.0, dt, 0.0, 1.0);
         let noise = Matrix2::new(dt * dt * dt / 3.0, dt * dt / 2.0, dt * dt / 2.0, dt) * q;
         for seed in 0..10 {

@@ -15,9 +15,9 @@
 //! # Exposure
 //!
 //! A frame shows the mean angle over its exposure T. At a steady rate this is the angle at the middle, which is the
-//! time of the frame, and at which it is fused. A rate that wanders with intensity q makes the mean differ from the
-//! middle by the variance `q T^3 / 320`: 1e-11 rad^2 at most (q = 3000, T = 100 us), a ten-thousandth of R. Nothing is
-//! added for it.
+//! time of the frame, and at which it is fused. A rate that is a random walk of intensity q makes the mean differ from
+//! the middle by the variance `q T^3 / 320`: 1e-11 rad^2 at most (q = 3000, T = 100 us), a ten-thousandth of R. Nothing
+//! is added for it.
 //!
 //! # Rest and quantisation
 //!
@@ -182,7 +182,7 @@ impl<T: Real, B: TrackCovariance<T>> State<T, B> {
     /// Propagates it to `until` while the rate is a random walk of intensity `noise_rad2_s3`. Does nothing if `until`
     /// is not later.
     #[inline]
-    pub(crate) fn wander(&mut self, until: Time, noise_rad2_s3: T) {
+    pub(crate) fn propagate(&mut self, until: Time, noise_rad2_s3: T) {
         let dt_s: T = until.seconds_since(self.at);
         self.at = self.at.max(until);
         self.angle.turn_by_radians(self.rate_rad_s * dt_s);

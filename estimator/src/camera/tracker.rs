@@ -1,13 +1,22 @@
 //! Which frames are used, in which order, and what explains a refusal. Every filter of angle and rate shares this code.
 //!
 //! ```text
-//!                    +-- time out of range, or seen before --> refuse_for_time --+
-//!                    |                                                           | refusals_max in a row
-//! update --> stuck? -+-- in order --> process_newest --+-- turn lost ------------+--> restart
-//!             | same code                ^             |                         |
-//!             v                          |             +-- within the gate --> accept --> used, repeated, moved
-//!           refused                      |             |                         ^
-//!                    late --> process_late             +-- beyond the gate --> explain_or_refuse --> refused
+//! update
+//!   exposed after the filter's clock .................. refuse_for_time: Future
+//!   camera stuck, same code ........................... refused: Stuck
+//!   newer than all frames: process_newest
+//!       the turn is lost .............................. restart
+//!       within the gate: accept ....................... used; at rest refused: Repeated, or restart: moved
+//!           equal codes of a driven rotor ............. refused: Stuck
+//!       beyond the gate: explain_or_refuse
+//!           an earlier outlier or a kick explains it .. accept
+//!           refusals_max in a row that agree .......... restart
+//!           otherwise ................................. refused: Gate
+//!   older: process_late
+//!       this exposure is kept already ................. refused: Duplicate
+//!       before the oldest frame kept .................. refuse_for_time: OutOfHorizon
+//!       otherwise ..................................... process_newest, of it and of all newer frames again
+//! refuse_for_time ...................................... refused; after refusals_max in a row restart
 //! ```
 //!
 //! # The lag
@@ -21,7 +30,7 @@
 //! frame.
 //!
 //! - A frame from before the oldest one kept is [`Rejection::OutOfHorizon`].
-//! - A frame of an exposure already seen is [`Rejection::Duplicate`].
+//! - A frame of an exposure that is kept already is [`Rejection::Duplicate`].
 //! - A frame from more than a millisecond after the filter's clock is [`Rejection::Future`]: its own clock is wrong.
 //!   The filter's clock is the latest time of drive and vibrometer ([`crate::MotionWatch`]). Where neither has reported
 //!   a time since the last frame there is no clock to judge by.
@@ -58,10 +67,10 @@ use crate::innovation::{Innovation, Rejection, Source, Verdict};
 use crate::measurement::{CLOCK_TOLERANCE_NANOS, CameraFrame};
 use hypotheses::Fit;
 
-/// Frames kept, so that one that was overtaken can be fused in its place: 3.1 ms at 10,000 frames a second.
+/// Frames kept, so that a late one can be fused in its place: 3.1 ms at 10,000 frames a second.
 pub const FRAMES_KEPT: usize = 32;
 
-/// Equal codes in a row of a struck rotor that make a camera count as stuck: 2 ms at 10,000 frames a second.
+/// Equal codes in a row of a driven rotor at which a camera counts as stuck: 2 ms at 10,000 frames a second.
 pub const STUCK_FRAMES: u8 = 20;
 
 /// What the filter knows when a frame arrives.
@@ -125,7 +134,7 @@ impl<T: Real, B: TrackCovariance<T>> Tracker<T, B> {
     /// within the wide gate by chance.
     const GATE_AFTER_REFUSAL: f64 = 16.0;
 
-    /// A tracker that has seen nothing.
+    /// A tracker without frames.
     pub(crate) fn new(tuning: TrackTuning<T>) -> Self {
         Self { tuning: tuning.validated(), newest: None, older: Deque::new(), stuck: None, latency_nanos: 0 }
     }
@@ -229,13 +238,13 @@ impl<T: Real, B: TrackCovariance<T>> Tracker<T, B> {
         let near = normalised <= T::from_f64(Self::GATE_AFTER_REFUSAL);
         let trusted = near || quiet || track.refusals == 0 || track.nis <= T::from_f64(Self::NIS_DOUBTED);
         let plausible = normalised <= self.tuning.gate && trusted;
-        let seen = (innovation_rad, variance_rad2);
+        let innovation = (innovation_rad, variance_rad2);
         if !turn_known {
             self.restart_here()
         } else if plausible {
-            self.accept(seen, normalised, quiet)
+            self.accept(innovation, normalised, quiet)
         } else {
-            self.explain_or_refuse(seen, quiet, process)
+            self.explain_or_refuse(innovation, quiet, process)
         }
     }
 
@@ -291,7 +300,7 @@ impl<T: Real, B: TrackCovariance<T>> Tracker<T, B> {
     #[cold]
     fn explain_or_refuse(
         &mut self,
-        seen: (T, T),
+        innovation: (T, T),
         quiet: bool,
         process: &impl Process<T, B>,
     ) -> Innovation<T> {
@@ -301,23 +310,25 @@ impl<T: Real, B: TrackCovariance<T>> Tracker<T, B> {
         };
         let (frame, predicted) = (*frame, track.state.angle.angle());
         *track = before.track;
-        if !quiet && let Some(Fit { state, seen, normalised, kicked, .. }) = self.explain_refusals(process) {
+        if !quiet
+            && let Some(Fit { state, innovation, normalised, kicked, .. }) = self.explain_refusals(process)
+        {
             let Some(TrackedFrame { track, .. }) = &mut self.newest else { return self.restart_here() };
             track.state = state;
             track.kicked = kicked;
-            return self.accept(seen, normalised, quiet);
+            return self.accept(innovation, normalised, quiet);
         }
         let Some(TrackedFrame { track, .. }) = &mut self.newest else { return self.restart_here() };
         track.same_code(&frame);
         if !quiet && track.same_codes >= STUCK_FRAMES {
-            return self.declare_stuck(seen);
+            return self.declare_stuck(innovation);
         }
         track.note_innovation(self.tuning.gate);
         track.refusals = track.refusals.saturating_add(1);
         if track.refusals >= self.tuning.refusals_max && self.newest_frames_agree(process) {
             return self.begin(&frame, predicted);
         }
-        refused(&frame, seen, Rejection::Gate)
+        refused(&frame, innovation, Rejection::Gate)
     }
 
     /// A frame that arrives after newer ones: goes back, fuses it, and then the newer ones again.

@@ -53,12 +53,12 @@ pub struct ConstantRateTuning<T> {
     /// When the rotor counts as quiet.
     pub rest: RestTuning<T>,
     /// Process noise between frames.
-    pub wander: WanderTuning<T>,
+    pub random_walk: RandomWalkTuning<T>,
 }
 
 /// Intensity of the white noise that drives the rate.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct WanderTuning<T> {
+pub struct RandomWalkTuning<T> {
     /// Process noise under mode B in rad^2/s^3.
     pub impacted_b_rad2_s3: T,
     /// Process noise under mode C in rad^2/s^3.
@@ -76,11 +76,15 @@ pub struct WanderTuning<T> {
 
 impl<T: Real> Default for ConstantRateTuning<T> {
     fn default() -> Self {
-        Self { track: TrackTuning::default(), rest: RestTuning::default(), wander: WanderTuning::default() }
+        Self {
+            track: TrackTuning::default(),
+            rest: RestTuning::default(),
+            random_walk: RandomWalkTuning::default(),
+        }
     }
 }
 
-impl<T: Real> Default for WanderTuning<T> {
+impl<T: Real> Default for RandomWalkTuning<T> {
     fn default() -> Self {
         Self {
             impacted_b_rad2_s3: T::from_f64(3200.0),
@@ -93,7 +97,7 @@ impl<T: Real> Default for WanderTuning<T> {
     }
 }
 
-impl<T: Real> WanderTuning<T> {
+impl<T: Real> RandomWalkTuning<T> {
     /// The process noise under `motion`.
     #[inline]
     pub(crate) fn intensity_rad2_s3(&self, motion: Motion, resting: bool) -> T {
@@ -117,15 +121,15 @@ impl<T: Real> WanderTuning<T> {
 }
 
 /// The rate is a random walk.
-struct Wandering<'a, T> {
-    tuning: &'a WanderTuning<T>,
+struct RandomWalk<'a, T> {
+    tuning: &'a RandomWalkTuning<T>,
     motion: Motion,
 }
 
-impl<T: Real, B: TrackCovariance<T>> Process<T, B> for Wandering<'_, T> {
+impl<T: Real, B: TrackCovariance<T>> Process<T, B> for RandomWalk<'_, T> {
     #[inline]
     fn carry(&self, state: &mut State<T, B>, resting: bool, until: Time) {
-        state.wander(until, self.tuning.intensity_rad2_s3(self.motion, resting));
+        state.propagate(until, self.tuning.intensity_rad2_s3(self.motion, resting));
     }
 
     #[inline]
@@ -137,7 +141,7 @@ impl<T: Real, B: TrackCovariance<T>> Process<T, B> for Wandering<'_, T> {
 /// The filter of constant rate.
 #[derive(Clone, Debug)]
 pub struct ConstantRate<T> {
-    wander: WanderTuning<T>,
+    random_walk: RandomWalkTuning<T>,
     watch: MotionWatch<T>,
     tracker: Tracker<T>,
 }
@@ -146,18 +150,18 @@ impl<T: Real> ConstantRate<T> {
     /// A filter without measurements.
     pub fn new(tuning: &ConstantRateTuning<T>) -> Self {
         Self {
-            wander: tuning.wander,
+            random_walk: tuning.random_walk,
             watch: MotionWatch::new(&tuning.rest),
             tracker: Tracker::new(tuning.track),
         }
     }
 
-    fn process(&self, motion: Motion) -> Wandering<'_, T> {
-        Wandering { tuning: &self.wander, motion }
+    fn process(&self, motion: Motion) -> RandomWalk<'_, T> {
+        RandomWalk { tuning: &self.random_walk, motion }
     }
 
-    fn take(&mut self, frame: &CameraFrame, motion: Motion) -> Innovation<T> {
-        let process = Wandering { tuning: &self.wander, motion };
+    fn update_with_motion(&mut self, frame: &CameraFrame, motion: Motion) -> Innovation<T> {
+        let process = RandomWalk { tuning: &self.random_walk, motion };
         let context = FrameContext { clock: self.watch.clock(), quiet: motion == Motion::Quiet };
         self.tracker.update(frame, context, &process)
     }
@@ -176,7 +180,7 @@ impl<T: Real> AngleFilter<T> for ConstantRate<T> {
 
     #[inline]
     fn update_camera(&mut self, frame: &CameraFrame) -> Innovation<T> {
-        self.take(frame, self.watch.motion(self.watch.clock().max(frame.exposed_at)))
+        self.update_with_motion(frame, self.watch.motion(self.watch.clock().max(frame.exposed_at)))
     }
 
     #[inline]

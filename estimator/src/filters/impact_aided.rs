@@ -190,7 +190,7 @@ impl<T: Real> ImpactAided<T> {
                     while self.kicks.pop_back_if(|kick| kick.at >= sample.taken_at).is_some() {}
                     self.propagated = None;
                     let VibrometerEvent::Gap(seconds) = self.detector.observe(sample) else { return };
-                    self.wander_through(sample.taken_at, seconds);
+                    self.random_walk_over_gap(sample.taken_at, seconds);
                 }
             }
             VibrometerEvent::Impact { before_m_s, jump_m_s } => {
@@ -206,13 +206,13 @@ impl<T: Real> ImpactAided<T> {
                 self.forget_ringing(sample.taken_at);
                 self.record_kick(ImpactKick::unknown(sample.taken_at, kick_rad_s * kick_rad_s));
             }
-            VibrometerEvent::Gap(seconds) => self.wander_through(sample.taken_at, seconds),
+            VibrometerEvent::Gap(seconds) => self.random_walk_over_gap(sample.taken_at, seconds),
         }
     }
 
     /// After a gap of `seconds` up to `at` the rate is as uncertain as after a random walk.
-    fn wander_through(&mut self, at: Time, seconds: T) {
-        let intensity = self.tuning.constant_rate.wander.intensity_rad2_s3(self.watch.motion(at), false);
+    fn random_walk_over_gap(&mut self, at: Time, seconds: T) {
+        let intensity = self.tuning.constant_rate.random_walk.intensity_rad2_s3(self.watch.motion(at), false);
         self.forget_ringing(at);
         self.record_kick(ImpactKick::unknown(at, intensity * seconds));
     }
@@ -223,8 +223,8 @@ impl<T: Real> ImpactAided<T> {
         let Some(from) = self.tracker.track().map(|track| track.state.at) else { return };
         self.forget_ringing(at);
         // Right after that frame, so that the prediction of a frame exposed since is not too certain.
-        let begun = self.kicks.back().map_or(from, |kick| kick.at.max(from));
-        self.record_kick(ImpactKick::unknown(begun, self.tuning.constant_rate.track.kick_rad2_s2));
+        let start = self.kicks.back().map_or(from, |kick| kick.at.max(from));
+        self.record_kick(ImpactKick::unknown(start, self.tuning.constant_rate.track.kick_rad2_s2));
     }
 
     /// The ringing of the impacts before `at` is not known.

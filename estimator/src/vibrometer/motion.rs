@@ -1,11 +1,12 @@
 //! What moves the rotor, from the drive and the vibrometer; and the filter's clock.
 //!
-//! ```text
-//!                 drive B                    drive C
-//!   Impacted(B) <--------- any state  --------------------> Impacted(C), but Impacted(B) for 25 ms after mode B
-//!       |                                                        |
-//!       +---- drive off: as before, until the vibrometer is quiet ----> Quiet; Impacted again if it is not, or silent
-//! ```
+//! | drive | vibrometer | motion |
+//! |---|---|---|
+//! | B | any | `Impacted(B)` |
+//! | C, within 25 ms of mode B | any | `Impacted(B)` |
+//! | C, later | any | `Impacted(C)` |
+//! | off | not quiet, or silent | `Impacted` by the mode driven last; B before the first drive |
+//! | off | quiet | `Quiet` |
 //!
 //! # Which samples are used
 //!
@@ -149,7 +150,7 @@ mod tests {
         assert_eq!(watch.motion(Time::from_micros(1)), Motion::Impacted(DriveMode::C));
         watch.drive(Time::from_micros(1000), b);
         assert_eq!(watch.motion(Time::from_micros(1000)), Motion::Impacted(DriveMode::B));
-        // Told at every tick or only of changes: the same.
+        // Called at every tick or only at changes: the same.
         watch.drive(Time::from_micros(3000), b);
         watch.drive(Time::from_micros(5000), c);
         watch.drive(Time::from_micros(5010), c);

@@ -23,7 +23,7 @@ use crate::camera::track_covariance::TrackCovariance;
 pub(super) struct Fit<T, B> {
     pub(super) state: State<T, B>,
     /// The innovation and its variance.
-    pub(super) seen: (T, T),
+    pub(super) innovation: (T, T),
     pub(super) normalised: T,
     /// Mean of the normalised innovations squared of all frames tested.
     mean_misfit: T,
@@ -95,8 +95,8 @@ impl<T: Real, B: TrackCovariance<T>> Tracker<T, B> {
                 return None;
             }
             if frame.exposed_at == newest.frame.exposed_at {
-                let seen = (innovation_rad, variance_rad2);
-                return Some(Fit { state, seen, normalised, mean_misfit, kicked: false });
+                let innovation = (innovation_rad, variance_rad2);
+                return Some(Fit { state, innovation, normalised, mean_misfit, kicked: false });
             }
             state.correct(innovation_rad, self.tuning.camera_rad2);
         }

@@ -179,9 +179,9 @@ impl<T: Real, const N: usize> UdCovariance<T, N> {
             *slopes = [of_first, of_second];
         }
         let by_first = first.innovation * one.per_sum;
-        let beside = second.innovation - shared * by_first;
-        let by_second = beside * two.per_sum;
-        let squared = first.innovation * by_first + beside * by_second;
+        let remaining = second.innovation - shared * by_first;
+        let by_second = remaining * two.per_sum;
+        let squared = first.innovation * by_first + remaining * by_second;
         // Written so that NaN is refused too.
         if !(first.noise > T::zero() && second.noise > T::zero() && is_finite(squared + one.sum + two.sum)) {
             return errors;

@@ -14,7 +14,7 @@ const IMPACTED_B: Motion = Motion::Impacted(DriveMode::B);
 /// A truth that follows the filter's assumptions: mean NEES and mean NIS over a run.
 fn consistency<T: Real>(seed: u64, frames: u64) -> (f64, f64) {
     let tuning = ConstantRateTuning::<T>::default();
-    let (q, r) = (tuning.wander.impacted_b_rad2_s3.to_f64(), tuning.track.camera_rad2.to_f64());
+    let (q, r) = (tuning.random_walk.impacted_b_rad2_s3.to_f64(), tuning.track.camera_rad2.to_f64());
     let mut rng = Pcg64::seed_from_u64(seed);
     let mut normal = || -> f64 { StandardNormal.sample(&mut rng) };
     let dt = FRAME_NANOS as f64 * 1e-9;
@@ -26,7 +26,7 @@ fn consistency<T: Real>(seed: u64, frames: u64) -> (f64, f64) {
         let kick = (q * dt).sqrt() * normal();
         angle += rate * dt + 0.5 * dt * kick + (q * dt * dt * dt / 12.0).sqrt() * normal();
         rate += kick;
-        let innovation = filter.take(&frame(n, angle + r.sqrt() * normal()), IMPACTED_B);
+        let innovation = filter.update_with_motion(&frame(n, angle + r.sqrt() * normal()), IMPACTED_B);
         if n > 50 {
             nees_sum += nees(&filter.tracker.track().unwrap().state, angle, rate);
             nis_sum += innovation.normalised_squared().unwrap().to_f64();
@@ -49,7 +49,7 @@ fn exact_turns_are_counted() {
     let frames = 3000 * 4189;
     // Every tenth frame suffices at this rate: 15 mrad apart.
     for n in (0..frames).step_by(10) {
-        filter.take(&frame(n, rate * n as f64 * 1e-4), IMPACTED_B);
+        filter.update_with_motion(&frame(n, rate * n as f64 * 1e-4), IMPACTED_B);
     }
     let now = Time::from_nanos((frames - 10) * FRAME_NANOS);
     let estimate = filter.tracker.estimate(now, &filter.process(IMPACTED_B)).unwrap();
@@ -62,7 +62,7 @@ fn exact_turns_are_counted() {
 fn law_old_frames_and_outliers_change_nothing() {
     let mut filter = ConstantRate::<f32>::new(&ConstantRateTuning::default());
     for n in 1..200 {
-        filter.take(&frame(n, 0.1), Motion::Quiet);
+        filter.update_with_motion(&frame(n, 0.1), Motion::Quiet);
     }
     let before = filter.tracker.track().unwrap().state;
     let unchanged = |filter: &ConstantRate<f32>| {
@@ -72,11 +72,11 @@ fn law_old_frames_and_outliers_change_nothing() {
     for (old, why) in
         [(199, Rejection::Duplicate), (180, Rejection::Duplicate), (100, Rejection::OutOfHorizon)]
     {
-        let innovation = filter.take(&frame(old, 0.1), Motion::Quiet);
+        let innovation = filter.update_with_motion(&frame(old, 0.1), Motion::Quiet);
         assert_eq!(innovation.verdict, Verdict::Rejected(why));
         assert!(unchanged(&filter));
     }
-    let innovation = filter.take(&frame(201, 0.2), Motion::Quiet);
+    let innovation = filter.update_with_motion(&frame(201, 0.2), Motion::Quiet);
     assert_eq!(innovation.verdict, Verdict::Rejected(Rejection::Gate));
     assert!((innovation.innovation_rad - 0.1).abs() < 1e-3);
     assert!(unchanged(&filter));
@@ -90,7 +90,7 @@ fn law_a_kick_is_accepted_at_the_second_frame() {
     let truth = |n: u64| if n < 300 { 18e-4 * n as f64 } else { 18e-4 * 300.0 + 1e-4 * (n as f64 - 300.0) };
     let mut refused = 0;
     for n in 1..400 {
-        let innovation = filter.take(&frame(n, truth(n)), IMPACTED_B);
+        let innovation = filter.update_with_motion(&frame(n, truth(n)), IMPACTED_B);
         refused += u32::from(innovation.verdict == Verdict::Rejected(Rejection::Gate));
         if n > 310 {
             let error = filter
@@ -130,7 +130,7 @@ fn law_the_order_of_arrival_makes_no_difference() {
         let end = |frames: &mut dyn Iterator<Item = CameraFrame>| {
             let mut filter = ConstantRate::<f64>::new(&ConstantRateTuning::default());
             for frame in frames {
-                let verdict = filter.take(&frame, IMPACTED_B).verdict;
+                let verdict = filter.update_with_motion(&frame, IMPACTED_B).verdict;
                 assert!(!matches!(verdict, Verdict::Rejected(Rejection::OutOfHorizon)));
             }
             filter.tracker.track().unwrap().state
@@ -144,7 +144,7 @@ fn law_the_order_of_arrival_makes_no_difference() {
     }
 }
 
-/// A frame older than the lag, seen before or from the future changes nothing. A clock that stands still is not used.
+/// A frame older than the lag, kept already or from the future changes nothing. A clock that stands still is not used.
 #[test]
 fn exact_times_that_cannot_be() {
     let mut filter = ConstantRate::<f64>::new(&ConstantRateTuning::default());
@@ -182,7 +182,8 @@ fn law_intervals_from_a_microsecond_to_ten_seconds() {
             let at = Time::from_nanos(n * interval_nanos);
             let seconds = n as f64 * interval_nanos as f64 * 1e-9;
             let angle = Angle::from_degrees((100.0 * seconds).to_degrees()).wrapped();
-            let verdict = filter.take(&CameraFrame { exposed_at: at, angle }, IMPACTED_B).verdict;
+            let verdict =
+                filter.update_with_motion(&CameraFrame { exposed_at: at, angle }, IMPACTED_B).verdict;
             let used = matches!(verdict, Verdict::Used | Verdict::Restarted);
             assert!(used || n < 30, "{interval_nanos} {n} {verdict:?}");
             let state = filter.tracker.track().unwrap().state;
@@ -208,7 +209,7 @@ fn exact_an_unusable_variance_is_replaced() {
         let tuning = ConstantRateTuning { track, ..ConstantRateTuning::default() };
         let mut filter = ConstantRate::new(&tuning);
         for n in 1..100 {
-            filter.take(&frame(n, 1e-3 * n as f64), IMPACTED_B);
+            filter.update_with_motion(&frame(n, 1e-3 * n as f64), IMPACTED_B);
         }
         let state = filter.tracker.track().unwrap().state;
         assert!(state.rate_rad_s.is_finite() && state.covariance.angle_rad2() > 0.0);
@@ -224,7 +225,7 @@ fn exact_the_variance_of_the_rate_at_rest_follows_the_ringing() {
     let mut filter = ConstantRate::<f64>::new(&tuning);
     let mut variances = Vec::new();
     for n in 1..2000 {
-        filter.take(&frame(n, 0.1), Motion::Quiet);
+        filter.update_with_motion(&frame(n, 0.1), Motion::Quiet);
         let track = filter.tracker.track().unwrap();
         if track.resting {
             variances.push(track.state.covariance.rate_rad2_s2());
@@ -238,7 +239,7 @@ fn exact_the_variance_of_the_rate_at_rest_follows_the_ringing() {
     }
     let fallen = variances[60] / variances[60 + ringing_frames as usize];
     assert!((fallen / (1.0 + 1.0 / ringing_frames).powf(ringing_frames) - 1.0).abs() < 0.02, "{fallen}");
-    let least = (tuning.wander.resting_rad2_s3 * 1e-4 * zero_rate_rad2_s2).sqrt();
+    let least = (tuning.random_walk.resting_rad2_s3 * 1e-4 * zero_rate_rad2_s2).sqrt();
     assert!((variances.last().unwrap() / least - 1.0).abs() < 0.02, "{:?} {least}", variances.last());
 }
 
@@ -249,13 +250,13 @@ fn law_a_long_rest_leaves_a_positive_covariance() {
     let tuning = ConstantRateTuning::<f32>::default();
     let mut filter = ConstantRate::<f32>::new(&tuning);
     let mut state = 1_u32;
-    let mut seen = |truth: f64| {
+    let mut shown = |truth: f64| {
         // Noise of three cells, each as likely.
         state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
         truth + 2e-6 / 3.9e-3 * (f64::from((state >> 8) % 3) - 1.0)
     };
     for n in 1..10_000_000 {
-        filter.take(&frame(n, seen(0.2)), Motion::Quiet);
+        filter.update_with_motion(&frame(n, shown(0.2)), Motion::Quiet);
         let covariance = filter.tracker.track().unwrap().state.covariance;
         let (angle, rate) = (covariance.angle_rad2(), covariance.rate_rad2_s2());
         let correlated = covariance.angle_rate_rad2_s();
@@ -265,7 +266,7 @@ fn law_a_long_rest_leaves_a_positive_covariance() {
         );
     }
     for n in 10_000_000..10_000_400 {
-        filter.take(&frame(n, seen(0.21)), Motion::Quiet);
+        filter.update_with_motion(&frame(n, shown(0.21)), Motion::Quiet);
     }
     let angle = filter.tracker.track().unwrap().state.angle.angle().degrees();
     assert!((angle - 0.21_f64.to_degrees()).abs() < 5e-3, "{angle}");
@@ -276,10 +277,11 @@ fn law_a_long_rest_leaves_a_positive_covariance() {
 fn exact_sustained_refusal_restarts() {
     let mut filter = ConstantRate::<f32>::new(&ConstantRateTuning::default());
     for n in 1..100 {
-        filter.take(&frame(n, 3.1), Motion::Quiet);
+        filter.update_with_motion(&frame(n, 3.1), Motion::Quiet);
     }
-    let verdicts: [Verdict; 21] =
-        core::array::from_fn(|n| filter.take(&frame(100 + n as u64, -3.1), Motion::Quiet).verdict);
+    let verdicts: [Verdict; 21] = core::array::from_fn(|n| {
+        filter.update_with_motion(&frame(100 + n as u64, -3.1), Motion::Quiet).verdict
+    });
     assert!(verdicts[..19].iter().all(|&verdict| verdict == Verdict::Rejected(Rejection::Gate)));
     assert_eq!(verdicts[19], Verdict::Restarted);
     assert_eq!(verdicts[20], Verdict::Used);
@@ -299,7 +301,7 @@ fn law_a_shift_at_rest_is_found_and_there_is_no_false_one() {
         for n in 1..=30_000 {
             let noise: f64 = StandardNormal.sample(&mut rng);
             let cells = ((truth(n) * 3.9e-3 + 1e-6 * noise) / 2e-6).round();
-            let verdict = filter.take(&frame(n, cells * 2e-6 / 3.9e-3), Motion::Quiet).verdict;
+            let verdict = filter.update_with_motion(&frame(n, cells * 2e-6 / 3.9e-3), Motion::Quiet).verdict;
             restarts += u32::from(verdict == Verdict::Restarted);
             if n == 10_200 {
                 assert_eq!(restarts, 1 + u32::from(shift_mdeg.abs() > 0.0), "{shift_mdeg}");
@@ -323,7 +325,7 @@ fn law_rest_is_measured_to_milli_degrees_and_consistently() {
         for n in 1..=300 {
             let noise: f64 = StandardNormal.sample(&mut rng);
             let cells = ((truth * 3.9e-3 + 1e-6 * noise) / 2e-6).round();
-            filter.take(&frame(n, cells * 2e-6 / 3.9e-3), Motion::Quiet);
+            filter.update_with_motion(&frame(n, cells * 2e-6 / 3.9e-3), Motion::Quiet);
         }
         let estimate = filter
             .tracker
@@ -347,11 +349,11 @@ fn law_rest_is_measured_to_milli_degrees_and_consistently() {
 fn law_frames_half_the_clock_apart_restart() {
     for nanos in [(1 << 63) - 1, 1 << 63, (1 << 63) + 1, u64::MAX] {
         let mut filter = ConstantRate::<f32>::new(&ConstantRateTuning::default());
-        filter.take(&frame(0, 0.0), IMPACTED_B);
+        filter.update_with_motion(&frame(0, 0.0), IMPACTED_B);
         let ahead = filter.tracker.estimate(Time::from_nanos(nanos), &filter.process(IMPACTED_B)).unwrap();
         assert!(ahead.angle_rad2 > 0.25 && ahead.rate_rad2_s2 > 400.0, "{nanos} {ahead:?}");
         let late = CameraFrame { exposed_at: Time::from_nanos(nanos), angle: Angle::ZERO };
-        assert_eq!(filter.take(&late, IMPACTED_B).verdict, Verdict::Restarted, "{nanos}");
+        assert_eq!(filter.update_with_motion(&late, IMPACTED_B).verdict, Verdict::Restarted, "{nanos}");
         let covariance = filter.tracker.track().unwrap().state.covariance;
         assert!(covariance.angle_rad2() > 0.0 && covariance.rate_rad2_s2() > 0.0, "{nanos}");
     }
@@ -369,7 +371,7 @@ proptest! {
         for (nanos, units, motion) in frames {
             let motion = [IMPACTED_B, Motion::Impacted(DriveMode::C), Motion::Quiet][usize::from(motion)];
             let frame = CameraFrame { exposed_at: Time::from_nanos(nanos), angle: Angle::from_units(units) };
-            let innovation = filter.take(&frame, motion);
+            let innovation = filter.update_with_motion(&frame, motion);
             prop_assert!(innovation.innovation_rad.is_finite());
             let track = filter.tracker.track().unwrap().state;
             prop_assert!(track.rate_rad_s.is_finite());

@@ -77,15 +77,18 @@ impl<T: Real> KickedRate<'_, T> {
     fn fly<B: TrackCovariance<T>>(&self, state: &mut State<T, B>, resting: bool, until: Time) {
         match self.motion {
             Motion::Impacted(DriveMode::B) => {
-                state.wander(until.min(self.detecting_until), self.tuning.missed_b_rad2_s3);
+                state.propagate(until.min(self.detecting_until), self.tuning.missed_b_rad2_s3);
             }
             Motion::Impacted(DriveMode::C) => {
-                state.wander(until.min(self.detecting_until), self.tuning.missed_rad2_s3);
+                state.propagate(until.min(self.detecting_until), self.tuning.missed_rad2_s3);
             }
             Motion::Quiet => {}
         }
         if until > state.at {
-            state.wander(until, self.tuning.constant_rate.wander.intensity_rad2_s3(self.motion, resting));
+            state.propagate(
+                until,
+                self.tuning.constant_rate.random_walk.intensity_rad2_s3(self.motion, resting),
+            );
         }
     }
 
@@ -128,7 +131,7 @@ impl<T: Real, B: TrackCovariance<T>> Process<T, B> for KickedRate<'_, T> {
 
     fn jitter(&self, at: Time) -> Jitter<T> {
         if at > self.detecting_until {
-            return self.tuning.constant_rate.wander.jitter(self.motion);
+            return self.tuning.constant_rate.random_walk.jitter(self.motion);
         }
         match self.motion {
             Motion::Impacted(DriveMode::C) => self.tuning.jitter_c,

@@ -240,7 +240,7 @@ fn law_duplicates_and_old_frames_change_nothing() {
     assert_eq!(filter.estimate(now), before);
 }
 
-/// Twice round at 15 rad/s: the wrap of the camera's angle is not seen in the estimate.
+/// Twice round at 15 rad/s: the wrap of the camera's angle does not appear in the estimate.
 #[test]
 fn exact_turns_are_counted() {
     let mut filter = driven::<f32>(DriveMode::B);
@@ -253,7 +253,7 @@ fn exact_turns_are_counted() {
     assert!((estimate.angle.degrees() - truth).abs() < 1e-3, "{}", estimate.angle.degrees());
 }
 
-/// A rotor at rest whose frames are `codes`, 1 s long, seen by a quiet vibrometer; angle's variance and the last
+/// A rotor at rest whose frames are `codes`, 1 s long, and a quiet vibrometer; angle's variance and the last
 /// verdict.
 fn at_rest(mut code_m: impl FnMut() -> f64) -> (Estimate<f32>, Verdict) {
     let mut filter = ImpactAided::<f32>::new(&tuning());
@@ -263,8 +263,8 @@ fn at_rest(mut code_m: impl FnMut() -> f64) -> (Estimate<f32>, Verdict) {
             let taken_at = Time::from_nanos(n * FRAME_NANOS - (20 - k) * LDV_NANOS);
             filter.update_ldv(&quiet_sample(taken_at));
         }
-        let seen = 2e-6 * (code_m() / 2e-6).round();
-        verdict = filter.update_camera(&frame(n, seen / 3.9e-3)).verdict;
+        let code_m = 2e-6 * (code_m() / 2e-6).round();
+        verdict = filter.update_camera(&frame(n, code_m / 3.9e-3)).verdict;
     }
     (filter.estimate(Time::from_nanos(10_000 * FRAME_NANOS)).unwrap(), verdict)
 }

@@ -25,12 +25,12 @@ pub(super) struct TwinProcess<'a, T> {
 impl<T: Real> TwinProcess<'_, T> {
     /// From one impact to the next.
     fn predict_flight(&self, state: &mut RotorState<T>, resting: bool, until: Time) {
-        let wander = self.tuning.constant_rate.wander.intensity_rad2_s3(self.motion, resting);
+        let wander = self.tuning.constant_rate.random_walk.intensity_rad2_s3(self.motion, resting);
         if self.motion != Motion::Quiet {
-            state.wander(until.min(self.detecting_until), self.between_rad2_s3);
+            state.propagate(until.min(self.detecting_until), self.between_rad2_s3);
         }
         if until > state.at {
-            state.wander(until, wander);
+            state.propagate(until, wander);
         }
     }
 
@@ -105,6 +105,6 @@ impl<T: Real> Process<T, RotorCovariance<T>> for TwinProcess<'_, T> {
 
     fn jitter(&self, at: Time) -> Jitter<T> {
         let undetected = at > self.detecting_until;
-        if undetected { self.tuning.constant_rate.wander.jitter(self.motion) } else { Jitter::none() }
+        if undetected { self.tuning.constant_rate.random_walk.jitter(self.motion) } else { Jitter::none() }
     }
 }

@@ -1,4 +1,4 @@
-use crate::filters::constant_rate::WanderTuning;
+use crate::filters::constant_rate::RandomWalkTuning;
 use motor_model::{Angle, DriveMode, Motor, MotorSetup, MotorState};
 use proptest::prelude::*;
 use rand_distr::{Distribution as _, StandardNormal};
@@ -128,7 +128,7 @@ fn dual_without_a_vibrometer_the_noise_is_that_of_the_simplest_filter() {
         filter.estimate(detecting_until.plus_nanos(1_000_000)).unwrap(),
     );
     let grown = far.rate_rad2_s2 - near.rate_rad2_s2;
-    let intensity = WanderTuning::<f64>::default().impacted_b_rad2_s3;
+    let intensity = RandomWalkTuning::<f64>::default().impacted_b_rad2_s3;
     assert!((grown - intensity * 1e-3).abs() < 1e-6, "{grown}");
 }
 

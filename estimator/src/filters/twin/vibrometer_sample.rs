@@ -56,7 +56,7 @@ impl<T: Real> TwinFilter<T> {
             }
             VibrometerEvent::Gap(seconds) => {
                 let motion = self.watch.motion(sample.taken_at);
-                let intensity = self.tuning.constant_rate.wander.intensity_rad2_s3(motion, false);
+                let intensity = self.tuning.constant_rate.random_walk.intensity_rad2_s3(motion, false);
                 if seconds > T::zero() {
                     self.stator.forget_motion();
                 }
