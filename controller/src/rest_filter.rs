@@ -18,14 +18,16 @@
 //! | 2 | `s_walk` | 1 | the same for walks | as in [`crate::map_correction`] |
 //!
 //! This module holds row 0 of the covariance: the variance `P` of the angle and its covariance `c` with each factor.
-//! The factors and their covariance `Q` are in [`MapCorrection`], which outlives the move. `m` is the signed turn of
-//! the map, `b` the angle measured since the burst and `R` its variance:
+//! The factors and their covariance `Q` are in [`MapCorrection`], which another target does not reset. `m` is the
+//! signed turn of the map, `b` the angle measured since the burst and `R` its variance:
 //!
 //! ```text
 //! burst of family f:   a += s_f m,      P += m^2 Q_ff + 2 m c_f + noise,    c_g += m Q_fg
 //! at rest:             a += (b - a) P / (P + R),      c_g -= c_g P / (P + R),
 //!                      s_g += (b - a) c_g / (P + R),  Q_gh -= c_g c_h / (P + R)
 //! ```
+//!
+//! The right-hand sides have the values before the step.
 //!
 //! # Two conditions
 //!

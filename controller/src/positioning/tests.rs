@@ -138,7 +138,7 @@ fn law_an_estimate_lost_on_the_way_switches_the_drive_off_in_the_same_tick() {
 
 #[test]
 fn exact_a_cruise_is_cut_where_the_coast_remains() {
-    // Near enough for the gentlest, so that it is not eased on the way.
+    // Near enough for the gentlest, so that no weaker one follows.
     let mut scenario = Scenario::new(2.2e3, 1.0);
     scenario.rest();
     let PositioningPhase::Cruise { cruise, .. } = scenario.phase() else { panic!("{:?}", scenario.phase()) };
@@ -154,7 +154,7 @@ fn exact_a_cruise_is_cut_where_the_coast_remains() {
 
 /// Weaker and weaker as the target comes near, never stronger again, and in no other mode.
 #[test]
-fn law_a_cruise_is_eased_on_the_way() {
+fn law_cruises_weaken_near_the_target() {
     for sign in [1.0, -1.0] {
         let mut scenario = Scenario::new(sign * 90e3, 1.0);
         let mut last = scenario.rest();
