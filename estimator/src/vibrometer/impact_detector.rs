@@ -6,10 +6,15 @@
 //! flight   v(t + h) = v(t) - (g + b_z v / m_r) h,   impact   v+ = v + dv,  dv > 0                     (13a, 14a)
 //! ```
 //!
-//! The velocity in flight is estimated from the samples since the last impact: `v^ <- v^ + w (sample - v^)` with `w =
-//! 1/n` for the first [`ImpactDetectorTuning::window_samples`] of them and constant from then on, so that an error of
-//! `b_z` is forgotten. Its variance is `p sigma^2`, `p <- (1 - w)^2 p + w^2`. A sample above its prediction by more
-//! than `k sigma sqrt(1 + p)` is an impact:
+//! The velocity in flight is estimated from the samples since the last impact: `v^ <- v^ + w (sample - v^)` with
+//! `w = 1/n` for the first [`ImpactDetectorTuning::window_samples`] of them and constant from then on, so that an
+//! error of `b_z` is forgotten. Its variance is `p sigma^2`, `p <- (1 - w)^2 p + w^2`. The filter has one state:
+//!
+//! | index | symbol | unit | meaning | prior, after each impact |
+//! |---|---|---|---|---|
+//! | 0 | `v^` | m/s | vertical velocity in flight | the first sample, with `p = 1` |
+//!
+//! A sample above its prediction by more than `k sigma sqrt(1 + p)` is an impact:
 //!
 //! | | probability | at sigma = 0.2 mm/s, k = 5 |
 //! |---|---|---|
@@ -114,6 +119,11 @@ pub enum VibrometerEvent<T> {
 }
 
 /// Finds impacts and faults in the vibrometer's samples.
+///
+/// It estimates the rotor's velocity in flight, with variance `p sigma^2`. A sample above its prediction by more than
+/// `k sigma sqrt(1 + p)` is an impact, with `sigma` = [`ImpactDetectorTuning::noise_m_s`] and `k` =
+/// [`ImpactDetectorTuning::threshold`]. A single sample gives a false alarm with the probability Q(k), the upper tail
+/// of the standard normal: one in 17 s at k = 5 and 200 kHz.
 #[derive(Clone, Copy, Debug)]
 pub struct ImpactDetector<T> {
     tuning: ImpactDetectorTuning<T>,

@@ -17,9 +17,14 @@
 //! between    z -> exp((i - zeta) w t) z         A' = Re z_A,   C' = +- Re z_C
 //! ```
 //!
+//! | index | symbol | unit | meaning | at the start |
+//! |---|---|---|---|---|
+//! | 0, 1 | `z_A` | m/s | the tooth's velocity in mode A, real part, and its quadrature, imaginary part | 0 |
+//! | 2, 3 | `z_C` | m/s | the same in mode C, of the pair in contact | 0 |
+//!
 //! C moves the two pairs of teeth in opposite senses, as B does. After an odd number of half periods of B the impact
-//! is of the other pair, after an even one of the same. (Over motors drawn within the tolerances this is right for 98
-//! % of the impacts, and for all of them in the trains of impacts 0.2 to 0.4 ms apart by which a flight ends.) With
+//! is of the other pair, after an even one of the same. (Over motors drawn within the tolerances this is right for
+//! 98 % of the impacts, and for all of them in the trains of impacts 0.2 to 0.4 ms apart by which a flight ends.) With
 //! both modes, S is known to 0.5 rad/s of its 7.4; `b u'` alone is 4.3 off.
 
 use motor_model::{MotorParams, Parameter, Phase, Real, Time, math};

@@ -1,8 +1,8 @@
 //! Prediction of the stator's motion: the modes are stepped with the estimated parameters from sample to sample.
 //!
-//! The exact step of the nominal modes is followed by an explicit one of the parameters' effect, the acceleration `-w^2
-//! kappa g - 2 zeta w c g' + (c + f) a sin`, at the middle of the period. Up to [`SENSITIVITY_PERIODS`] periods are
-//! stepped at once, with the motion in registers; then the sensitivities make one step.
+//! The exact step of the nominal modes is followed by an explicit one of the parameters' effect, the acceleration
+//! `-w^2 kappa g - 2 zeta w c g' + (c + f) a sin`, at the middle of the period. Up to [`SENSITIVITY_PERIODS`] periods
+//! are stepped at once, with the motion in registers; then the sensitivities make one step.
 
 use motor_model::{DriveCommand, Phase, Real, Time};
 use nalgebra::Vector3;

@@ -18,7 +18,7 @@
 //! | 19 | `q` | 1 | `1 / (1 + e)`, e the restitution | 0.013 |
 //! | 20, 21 | `s_0`, `s_1` | 1 | amplitude of the first and second pair of teeth in modes B and C | 0.005 each |
 //! | 22 | `d` | rad | angle of the teeth | 2.2e-3 |
-//! | 23 | `theta` | rad | phase of the drive, positive where the drive leads | 0.07 |
+//! | 23 | `alpha` | rad | phase of the drive, positive where the drive leads | 0.07 |
 //!
 //! A unit of 1 means a part of the nominal value. Index 10 to 22 are the 13 parameters of the motor; they and the phase
 //! are constant in a run, so they have no process noise. Their priors are [`super::TwinPrior`]; 1e-8 is a stator at

@@ -9,10 +9,10 @@
 //! ```
 //!
 //! (The lag rises from a half of the window to all of it; this is within 6 % of the exponential.) So e is the
-//! least-squares slope of `drift` on `F` over the last flights, with the standard error `sigma sqrt(1 + p) / sqrt(sum
-//! F^2)`. A scale that is off by a half makes impacts or falls of gravity itself, which cut flights to little more
-//! than n samples, where F is 1 mm/s: sixteen of them give the slope to 0.05. Longer ones are scaled to F = 2 mm/s, so
-//! that none outweighs the flights after it.
+//! least-squares slope of `drift` on `F` over the last flights, with the standard error
+//! `sigma sqrt(1 + p) / sqrt(sum F^2)`. A scale that is off by a half makes impacts or falls of gravity itself, which
+//! cut flights to little more than n samples, where F is 1 mm/s: sixteen of them give the slope to 0.05. Longer ones
+//! are scaled to F = 2 mm/s, so that none outweighs the flights after it.
 //!
 //! A rotor in sustained contact does not fall either, and would look like a vibrometer that shows too little. So a
 //! flight counts only if a jump of [`LAUNCH_M_S`] began it. At low drive in mode C there is none, and the scale is not
