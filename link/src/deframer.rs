@@ -8,14 +8,14 @@ use crate::frame::FRAME_BYTES_MAX;
 pub struct Deframer {
     bytes: [u8; FRAME_BYTES_MAX],
     length: usize,
-    overlong: bool,
+    too_long: bool,
     /// Frames dropped because they were too long.
     pub oversize: u32,
 }
 
 impl Default for Deframer {
     fn default() -> Self {
-        Self { bytes: [0; FRAME_BYTES_MAX], length: 0, overlong: false, oversize: 0 }
+        Self { bytes: [0; FRAME_BYTES_MAX], length: 0, too_long: false, oversize: 0 }
     }
 }
 
@@ -30,12 +30,12 @@ impl Deframer {
                     *place = byte;
                     self.length += 1;
                 }
-                None => self.overlong = true,
+                None => self.too_long = true,
             }
             return None;
         }
         let length = core::mem::take(&mut self.length);
-        if core::mem::take(&mut self.overlong) {
+        if core::mem::take(&mut self.too_long) {
             self.oversize = self.oversize.saturating_add(1);
             return None;
         }

@@ -61,4 +61,4 @@ pub use message::{
 };
 pub use numbering::{Coded, Numbered, PhaseRecord};
 pub use sequence::{Arrival, Sequence};
-pub use tick_record::{CommandRecord, EstimateRecord, FIELDS, InnovationRecord, TickRecord};
+pub use tick_record::{CommandRecord, EstimateRecord, InnovationRecord, TickRecord};

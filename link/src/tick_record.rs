@@ -148,12 +148,12 @@ impl From<&TickReport> for TickRecord {
     }
 }
 
-/// How many fields a report has.
-pub const FIELDS: usize = 21;
-
 impl TickRecord {
-    /// Every field by name, bit by bit; `None` where its part of the report is absent.
-    pub fn fields(&self) -> [(&'static str, Option<u64>); FIELDS] {
+    /// Number of fields.
+    pub const FIELDS: usize = 21;
+
+    /// Every field by name, with its bits; `None` where its part of the report is absent.
+    pub fn fields(&self) -> [(&'static str, Option<u64>); Self::FIELDS] {
         let Self { estimate, health, camera, command, applied, phase, since_nanos } = *self;
         let bits = |value: f32| u64::from(value.to_bits());
         let of_estimate = |field: fn(&EstimateRecord) -> u64| estimate.as_ref().map(field);
@@ -189,5 +189,45 @@ impl TickRecord {
     pub fn difference(&self, other: &Self) -> Option<(&'static str, Option<u64>, Option<u64>)> {
         let pairs = self.fields().into_iter().zip(other.fields());
         pairs.map(|((name, ours), (_, theirs))| (name, ours, theirs)).find(|(_, ours, theirs)| ours != theirs)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use estimator::{Reason, Rejection};
+    use motor_model::Time;
+
+    use super::*;
+
+    /// The bytes of a report, by hand: numbers are one byte, floats four, a time below 128 ns one, and `None` is 0.
+    #[test]
+    fn exact_bytes_of_a_report() {
+        let camera = Innovation {
+            source: Source::Camera,
+            taken_at: Time::from_nanos(5),
+            innovation_rad: 1.0,
+            variance_rad2: 2.0,
+            verdict: Verdict::Rejected(Rejection::Gate),
+        };
+        let report = TickReport {
+            estimate: None,
+            health: Health::Degraded(Reason::FramesRefused),
+            camera: Some(camera),
+            command: DriveCommand::full(DriveMode::C),
+            applied: DriveCommand::OFF,
+            phase: PositioningPhase::Holding,
+        };
+        let mut bytes = [0; 64];
+        let bytes = postcard::to_slice(&TickRecord::from(&report), &mut bytes).unwrap();
+        let expected: [&[u8]; 6] = [
+            &[0, 4],
+            &[1, 0, 5, 0, 0, 0x80, 0x3f, 0, 0, 0, 0x40, 3],
+            &[2, 0, 0, 0x80, 0x3f, 0, 0, 0, 0],
+            &[0, 0, 0, 0, 0, 0, 0, 0, 0],
+            &[4],
+            &[0],
+        ];
+        assert!(expected.iter().copied().flatten().eq(bytes.iter()), "{bytes:?}");
+        assert_eq!(postcard::from_bytes::<TickRecord>(bytes).unwrap().health.value(), Some(report.health));
     }
 }
