@@ -1,11 +1,14 @@
 //! README, docs and the crates' own pages: what they name exists.
 //!
-//! A path in `code`, a link and a script in a shell block must lead to a file or folder of this checkout. A link to a heading needs
-//! that heading. A link of the book stays in the book: other files are named as code. Result files that a command writes (`out/...`) are not part of the checkout and are not asked for.
+//! A path in `code`, a link and a script in a shell block must lead to a file or folder of this checkout. A link to a
+//! heading needs that heading. A link of the book stays in the book: other files are named as code. Result files that a
+//! command writes (`out/...`) are not part of the checkout and are not asked for.
 
 use std::path::{Path, PathBuf};
 
 use pulldown_cmark::{CodeBlockKind, Event, Options, Parser, Tag, TagEnd};
+
+use crate::support::built_command::{folder, succeeds};
 
 /// What a document names.
 #[derive(Debug, Default)]
@@ -93,7 +96,8 @@ fn named(document: &str) -> Named {
     named
 }
 
-/// Whether a piece of code can only be meant as a path of the checkout: it begins with one of its folders, or ends like a file of source.
+/// Whether a piece of code can only be meant as a path of the checkout: it begins with one of its folders, or ends like
+/// a file of source.
 fn is_path(code: &str, root: &Path) -> bool {
     let plain = |c: char| c.is_ascii_alphanumeric() || matches!(c, '/' | '_' | '-' | '.');
     if !code.contains('/') || !code.chars().all(plain) || code.starts_with("out/") || code.starts_with('/') {
@@ -174,6 +178,16 @@ fn tool_documents_are_short_and_complete() {
             assert!(fixed || line.chars().count() <= 120, "{}:{}: long line", place.display(), number + 1);
         }
     }
+}
+
+/// The picture of the front page is what the command in its caption draws.
+#[test]
+fn tool_documents_show_the_picture_that_the_command_draws() {
+    let folder = folder();
+    succeeds(folder.path(), &["position", "--out", "position.svg"]);
+    let drawn = text(&folder.path().join("position.svg"));
+    let shown = text(&root().join("docs/images/position.svg"));
+    assert!(drawn == shown, "run: cargo run --release -- position --out docs/images/position.svg");
 }
 
 /// The test tells a path from a unit, and an anchor is what renderers make of a heading.
