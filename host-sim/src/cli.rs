@@ -11,6 +11,7 @@ pub mod keys;
 mod microcontroller;
 mod open_loop;
 mod publication;
+mod results;
 mod twin;
 
 pub use error::CommandError;
@@ -29,6 +30,7 @@ use closed_loop::{PositionArgs, PositioningTrialsArgs, RateArgs, ResponseMapArgs
 use estimation::{EstimateArgs, FiltersArgs};
 use microcontroller::{InstructionsArgs, PilArgs, SizeArgs};
 use open_loop::{ReproduceArgs, SimulateArgs};
+use results::ResultsArgs;
 use twin::AccuracyArgs;
 
 /// A rotary micro-motor in simulation: open loop, published figures, closed loop.
@@ -68,6 +70,8 @@ enum Command {
     PositioningTrials(PositioningTrialsArgs),
     /// Identify what each drive does, for the controller
     ResponseMap(ResponseMapArgs),
+    /// Write the pages of results from runs of today, or compare them
+    Results(ResultsArgs),
     /// List every key that --set and scene files take.
     Keys,
 }
@@ -130,6 +134,7 @@ impl Command {
             Self::Calibrate(args) => args.execute(),
             Self::PositioningTrials(args) => args.execute(),
             Self::ResponseMap(args) => args.execute(),
+            Self::Results(args) => args.execute(),
             Self::Keys => Ok(files::print(&keys::table())?),
         }
     }

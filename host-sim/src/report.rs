@@ -4,6 +4,6 @@ pub mod chart;
 pub mod document;
 mod error;
 pub mod files;
-pub mod section;
+pub mod page;
 
 pub use error::OutputError;

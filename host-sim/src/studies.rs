@@ -7,6 +7,7 @@ pub mod filter_errors;
 pub mod gyroscope_calibration;
 pub mod paper;
 pub mod positioning_trials;
+pub mod rates;
 pub mod response_map;
 pub mod step_accuracy;
 

@@ -53,6 +53,9 @@ impl ToolError {
 }
 
 /// Standard output of `command`, which is killed when it has not ended within `limit`.
+///
+/// # Errors
+/// When it cannot be started, fails, or does not end in time.
 pub fn run_within(command: &mut Command, tool: &'static str, limit: Duration) -> Result<String, ToolError> {
     let lost = |source| ToolError::NoTool { tool, source };
     // Files, not pipes: nobody has to read while the program runs.
@@ -79,6 +82,9 @@ pub fn run_within(command: &mut Command, tool: &'static str, limit: Duration) ->
 }
 
 /// All that was written to `file`, up to a limit.
+///
+/// # Errors
+/// When it cannot be read.
 pub fn text(mut file: &std::fs::File) -> io::Result<String> {
     file.rewind()?;
     let mut bytes = Vec::new();

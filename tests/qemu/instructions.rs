@@ -139,23 +139,3 @@ fn tool_instructions_that_cannot_be_counted_are_refused_in_one_line() {
     assert!(complaint.contains("line 1 does not name the compiler"), "{complaint}");
     assert_eq!(std::fs::read_to_string(&old).expect("still there"), "old");
 }
-
-/// A page that is not there, or has no place for the table, is noticed before anything is counted.
-#[test]
-fn tool_instructions_without_a_page_for_them_are_refused_in_one_line() {
-    let folder = tempfile::tempdir().expect("a temporary folder");
-    let page = folder.path().join("page.md");
-    let refusal = || {
-        let mut command = host_sim();
-        // Whoever counted would miss the emulator first.
-        command.env("PATH", "/nowhere").args(["instructions", "--readme"]).arg(&page);
-        let Output { status, stderr, .. } = command.output().expect("host-sim starts");
-        let complaint = String::from_utf8(stderr).expect("text");
-        assert_eq!((status.code(), complaint.lines().count()), (Some(2), 1), "{complaint}");
-        complaint
-    };
-    assert!(refusal().contains("cannot read"));
-    std::fs::write(&page, "no markers").expect("a file");
-    assert!(refusal().contains("<!-- instructions:begin -->"));
-    assert_eq!(std::fs::read_to_string(&page).expect("still there"), "no markers");
-}

@@ -16,8 +16,8 @@
 pub mod cycles;
 pub mod emulator;
 mod listing;
+pub mod page;
 pub mod program;
-pub mod readme;
 mod report;
 pub mod targets;
 

@@ -20,14 +20,11 @@ use serde::Serialize;
 use crate::board::BoardError;
 use crate::board::instructions::Board;
 use crate::board::pil::{self, Emulated, Live, Wiring};
-use crate::report::section::Section;
+use crate::report::page::PlacedValue;
 use crate::runs::filter::FILTERS;
 use crate::scene::Scene;
 pub use calls::Forbidden;
 pub use image::Image;
-
-/// Where the README has this section.
-pub const SECTION: Section = Section { begin: "<!-- size:begin -->", end: "<!-- size:end -->" };
 
 /// Flash of the part.
 pub const FLASH_BYTES: u64 = 256 * 1024;
@@ -157,8 +154,8 @@ impl Report {
         format!("A part of {flash} and {ram} would do for: {which}.")
     }
 
-    /// The section of the README.
-    pub fn markdown(&self) -> String {
+    /// The values of the page on the microcontroller that sizes give.
+    pub fn page_values(&self) -> Vec<PlacedValue> {
         let row = |program: &Program| {
             let of = |filter: &str| program.stacks.iter().find(|stack| stack.filter == filter);
             let stack =
@@ -169,20 +166,23 @@ impl Report {
             format!("| {program} | {flash_bytes} | {static_bytes} | {} |", stacks.join(" | "))
         };
         let rows: Vec<String> = self.programs.iter().map(row).collect();
+        let table = format!(
+            "| program | flash | variables | stack, {} |\n| --- | --- | --- |{}\n{}",
+            FILTERS.join(" | stack, "),
+            " --- |".repeat(FILTERS.len()),
+            rows.join("\n")
+        );
         let judged = if self.complaints().is_empty() { "All hold." } else { "Not all hold." };
         let excused: Vec<String> =
             calls::EXCUSED.iter().map(|(callee, reason)| format!("`{callee}`: {reason}")).collect();
-        format!(
-            "| program | flash | variables | stack, {} |\n| --- | --- | --- |{}\n{}\n\n\
-             Bytes; unless it says otherwise a program has all filters, and the stack is the deepest of a move by one, interrupts included in `board`. The part has \
-             {FLASH_BYTES} of flash, and {RAM_BYTES} of RAM for variables and the deepest stack of all. {} Nothing that the tasks can reach may panic, allocate, compute in double precision, or be called by \
-             address. {judged} Excused: {}.\n",
-            FILTERS.join(" | stack, "),
-            " --- |".repeat(FILTERS.len()),
-            rows.join("\n"),
-            self.small(),
-            excused.join("; ")
-        )
+        vec![
+            ("table_sizes", table),
+            ("part_flash_bytes", FLASH_BYTES.to_string()),
+            ("part_ram_bytes", RAM_BYTES.to_string()),
+            ("small_part", self.small()),
+            ("rules_hold", judged.to_owned()),
+            ("excused_calls", excused.join("; ")),
+        ]
     }
 }
 

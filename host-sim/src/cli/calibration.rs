@@ -36,13 +36,12 @@ impl CalibrateArgs {
         let motors = gyroscope_calibration::MOTORS.integer(&self.motors)?;
         let scene = self.scene.load(&[("calibrate.duration_s", &self.duration)])?;
         let plan = gyroscope_calibration::Plan::new(&scene, runs, motors)?;
-        let publication = self.publication.open(&self.out, gyroscope_calibration::SECTION)?;
+        let publication = self.publication.open(&self.out)?;
         let bar = ProgressBar::new(plan.motors()).with_style(progress_style());
         let calibrations = plan.run(&|| bar.inc(1))?;
         bar.finish_and_clear();
         Ok(publication.publish(Findings {
             files: vec![("calibrate.svg", calibrations.picture()?), ("runs.csv", calibrations.csv()?)],
-            section: calibrations.readme_section(),
             text: calibrations.document().text(),
             json: calibrations.json(),
         })?)

@@ -102,7 +102,7 @@ impl PositioningTrialsArgs {
             }
             None => Vec::new(),
         };
-        let publication = self.publication.open(&self.out, positioning_trials::SECTION)?;
+        let publication = self.publication.open(&self.out)?;
         let work = plan.trials() + others.iter().map(positioning_trials::Plan::trials).sum::<u64>();
         let bar = ProgressBar::new(work).with_style(progress_style());
         let progress = |trials| bar.inc(trials);
@@ -113,7 +113,6 @@ impl PositioningTrialsArgs {
         bar.finish_and_clear();
         Ok(publication.publish(Findings {
             files: vec![("positioning-trials.svg", report.picture()?), ("trials.csv", report.csv())],
-            section: report.readme_section(),
             text: report.document().text(),
             json: report.json(),
         })?)

@@ -46,14 +46,15 @@ impl CommandError {
 
     /// Whether the reader of standard output went away, which is no error of the command.
     pub fn is_broken_pipe(&self) -> bool {
-        let output = match self {
+        match self {
             Self::Output(output)
             | Self::Run(RunError::Output(output))
             | Self::Study(StudyError::Output(output) | StudyError::Run(RunError::Output(output)))
-            | Self::Board(BoardError::Output(output) | BoardError::Run(RunError::Output(output))) => output,
-            _ => return false,
-        };
-        output.is_broken_pipe()
+            | Self::Board(BoardError::Output(output) | BoardError::Run(RunError::Output(output))) => {
+                output.is_broken_pipe()
+            }
+            _ => false,
+        }
     }
 
     /// The whole report, on one line.

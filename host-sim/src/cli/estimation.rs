@@ -32,13 +32,12 @@ impl EstimateArgs {
         let plants = filter_errors::PLANTS.integer(&self.plants)?;
         let scene = self.scene.load(&[])?;
         let plan = filter_errors::Plan::new(&scene, plants)?;
-        let publication = self.publication.open(&self.out, filter_errors::SECTION)?;
+        let publication = self.publication.open(&self.out)?;
         let bar = ProgressBar::new(plan.milliseconds()).with_style(progress_style());
         let estimation = plan.run(&|milliseconds| bar.inc(milliseconds))?;
         bar.finish_and_clear();
         Ok(publication.publish(Findings {
             files: vec![("estimate.svg", estimation.picture()?), ("table.csv", estimation.csv()?)],
-            section: estimation.readme_section(),
             text: estimation.document().text(),
             json: estimation.json(),
         })?)
@@ -63,21 +62,17 @@ pub(super) struct FiltersArgs {
 }
 
 impl FiltersArgs {
-    /// How often each cost is measured.
-    const ROUNDS: u32 = 10;
-
     pub(super) fn execute(&self) -> Result<(), CommandError> {
         let plants = filter_costs::PLANTS.integer(&self.plants)?;
         let scene = self.scene.load(&[])?;
-        let plan = filter_costs::Plan::new(&scene, plants, Self::ROUNDS)?;
-        let publication = self.publication.open(&self.out, filter_costs::SECTION)?;
+        let plan = filter_costs::Plan::new(&scene, plants, filter_costs::ROUNDS)?;
+        let publication = self.publication.open(&self.out)?;
         let counts = if self.host_only { None } else { Some(count_instructions(None, Board::M4)?) };
         let bar = ProgressBar::new(plan.recordings()).with_style(progress_style());
         let comparison = plan.run(counts.as_ref(), &|| bar.inc(1))?;
         bar.finish_and_clear();
         Ok(publication.publish(Findings {
             files: vec![("filters.svg", comparison.picture()?), ("table.csv", comparison.csv()?)],
-            section: comparison.readme_section(),
             text: comparison.document().text(),
             json: comparison.json(),
         })?)

@@ -33,9 +33,6 @@ pub(super) struct InstructionsArgs {
     /// Write the counts as JSON, as tests/qemu keeps them
     #[arg(long, value_name = "FILE.json")]
     out: Option<PathBuf>,
-    /// Replace the section between `<!-- instructions:begin -->` and `<!-- instructions:end -->` in this file, other crates' filters and estimated cycles included
-    #[arg(long, value_name = "FILE", conflicts_with_all = ["elf", "cycles", "out"])]
-    readme: Option<PathBuf>,
     /// How to print the result
     #[arg(long, value_enum, default_value = "text")]
     format: Format,
@@ -50,12 +47,9 @@ impl InstructionsArgs {
                 Format::Json => instructions::cycles::json(&estimates),
             })?);
         }
-        if let Some(path) = &self.readme {
-            instructions::readme::SECTION.read(path)?;
-        }
         let file = self.out.as_deref().map(files::Output::create).transpose()?;
         let mut listing = count_instructions(self.elf.as_deref(), self.board)?;
-        if self.peers || self.readme.is_some() {
+        if self.peers {
             let elf = instructions::program::build("peers")?;
             listing.counts.extend(count_instructions(Some(&elf), self.board)?.counts);
         }
@@ -63,11 +57,6 @@ impl InstructionsArgs {
         if let Some(mut file) = file {
             file.write_all(report.json().as_bytes()).map_err(|source| file.unwritable(source))?;
             file.publish()?;
-        }
-        if let Some(path) = &self.readme {
-            let estimates = instructions::cycles::estimate(self.board)?;
-            let section = instructions::readme::section(&report, &estimates);
-            instructions::readme::SECTION.write(path, &section)?;
         }
         Ok(files::print(&match self.format {
             Format::Text => report.to_string(),
@@ -156,9 +145,6 @@ impl PilArgs {
 
 #[derive(Debug, Args)]
 pub(super) struct SizeArgs {
-    /// Replace the section between `<!-- size:begin -->` and `<!-- size:end -->` in this file
-    #[arg(long, value_name = "FILE")]
-    readme: Option<PathBuf>,
     /// How to print the result
     #[arg(long, value_enum, default_value = "text")]
     format: Format,
@@ -166,14 +152,8 @@ pub(super) struct SizeArgs {
 
 impl SizeArgs {
     pub(super) fn execute(&self) -> Result<(), CommandError> {
-        if let Some(path) = &self.readme {
-            size::SECTION.read(path)?;
-        }
         instructions::emulator::check()?;
         let report = size::Report::measure(instructions::program::build_with)?;
-        if let Some(path) = &self.readme {
-            size::SECTION.write(path, &report.markdown())?;
-        }
         files::print(&match self.format {
             Format::Text => report.to_string(),
             Format::Json => report.json(),

@@ -1,4 +1,4 @@
-//! Where a command puts what it found: files in a folder, its section of a page, standard output.
+//! Where a command puts what it found: files in a folder, standard output.
 
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
@@ -8,14 +8,10 @@ use clap::Args;
 use super::Format;
 use crate::report::OutputError;
 use crate::report::files::{self, Output, OutputFolder};
-use crate::report::section::Section;
 
-/// The flags of a command that writes a folder and a section.
+/// The flags of a command that writes a folder.
 #[derive(Debug, Args)]
 pub(super) struct PublicationArgs {
-    /// Replace this command's section, between its two marks, in this file
-    #[arg(long, value_name = "FILE")]
-    readme: Option<PathBuf>,
     /// How to print the result
     #[arg(long, value_enum, default_value = "text")]
     format: Format,
@@ -24,7 +20,6 @@ pub(super) struct PublicationArgs {
 /// A publication whose every destination can be written.
 pub(super) struct Publication<'a> {
     args: &'a PublicationArgs,
-    section: Section,
     path: &'a Path,
     folder: OutputFolder,
 }
@@ -33,8 +28,6 @@ pub(super) struct Publication<'a> {
 pub(super) struct Findings {
     /// Names and contents of the files.
     pub files: Vec<(&'static str, String)>,
-    /// What stands between the section's marks.
-    pub section: String,
     /// For people.
     pub text: String,
     /// For programs.
@@ -43,26 +36,16 @@ pub(super) struct Findings {
 
 impl PublicationArgs {
     /// Makes the folder, and refuses what cannot be written before the computing.
-    pub(super) fn open<'a>(
-        &'a self,
-        folder: &'a Path,
-        section: Section,
-    ) -> Result<Publication<'a>, OutputError> {
-        if let Some(page) = &self.readme {
-            section.read(page)?;
-        }
-        Ok(Publication { args: self, section, path: folder, folder: OutputFolder::create(folder)? })
+    pub(super) fn open<'a>(&'a self, folder: &'a Path) -> Result<Publication<'a>, OutputError> {
+        Ok(Publication { args: self, path: folder, folder: OutputFolder::create(folder)? })
     }
 }
 
 impl Publication<'_> {
     pub(super) fn publish(&self, findings: Findings) -> Result<(), OutputError> {
-        let Findings { files, section, text, json } = findings;
+        let Findings { files, text, json } = findings;
         let files: Vec<_> = files.into_iter().map(|(name, content)| (name.to_owned(), content)).collect();
         self.folder.publish(&files)?;
-        if let Some(page) = &self.args.readme {
-            self.section.write(page, &section)?;
-        }
         files::print(&match self.args.format {
             Format::Text => format!("{text}Written to {}\n", self.path.display()),
             Format::Json => json,

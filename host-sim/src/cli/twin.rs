@@ -22,12 +22,11 @@ pub(super) struct AccuracyArgs {
 
 impl AccuracyArgs {
     pub(super) fn execute(&self) -> Result<(), CommandError> {
-        let publication = self.publication.open(&self.out, step_accuracy::readme::SECTION)?;
+        let publication = self.publication.open(&self.out)?;
         let plan = if self.quick { step_accuracy::Plan::quick() } else { step_accuracy::Plan::full() };
         let accuracy = plan.run()?;
         Ok(publication.publish(Findings {
             files: vec![("accuracy.svg", accuracy.picture()?), ("table.csv", accuracy.csv()?)],
-            section: accuracy.readme_section(),
             text: accuracy.document().text(),
             json: accuracy.json(),
         })?)

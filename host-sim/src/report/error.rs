@@ -24,15 +24,18 @@ pub enum OutputError {
     /// A table that could not be written.
     #[error("cannot write the table: {0}")]
     Table(String),
-    /// A file in which a section is to be replaced, without the section's markers.
-    #[error("{} has not the lines {} and {}, each once and in this order", path.display(), markers[0], markers[1])]
-    NoMarkers {
+    /// A template of a page and the values for it, which do not fit.
+    #[error("the page {0}")]
+    Page(String),
+    /// A page that says something else than its command does today.
+    #[error("{}:{line}: the page is not what its command writes today", path.display())]
+    Outdated {
         /// The file.
         path: PathBuf,
-        /// The first and the last line of the section.
-        markers: [&'static str; 2],
+        /// Line of the first difference, from 1.
+        line: usize,
     },
-    /// A page in which a section is to be replaced, and that cannot be read.
+    /// A page that is to be compared and cannot be read.
     #[error("cannot read {}: {source}", path.display())]
     Unreadable {
         /// The file.
@@ -45,7 +48,7 @@ pub enum OutputError {
 impl OutputError {
     /// What to try instead, where there is something to say.
     pub fn hint(&self) -> Option<String> {
-        matches!(self, Self::NoMarkers { .. }).then(|| "add both where the section shall stand".to_owned())
+        matches!(self, Self::Outdated { .. }).then(|| "`host-sim results` writes it anew".to_owned())
     }
 
     /// Whether the reader of standard output went away, which is no error of the command.

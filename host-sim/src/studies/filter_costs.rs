@@ -22,7 +22,6 @@ use rayon::prelude::*;
 use serde::Serialize;
 
 use crate::board::instructions::Listing;
-use crate::report::section::Section;
 use crate::runs::filter::{AnyFilter, FILTERS};
 use crate::runs::simulate::Precision;
 use crate::scene::{Kind, Scene, Setting};
@@ -31,6 +30,9 @@ use crate::studies::filter_errors::account::Account;
 use recording::Recording;
 use replay::Cost;
 
+/// How often each cost is measured; the least counts.
+pub const ROUNDS: u32 = 10;
+
 /// Motors drawn. A flag of the command, not a key of scenes.
 pub const PLANTS: Setting = Setting {
     key: "--plants",
@@ -38,9 +40,6 @@ pub const PLANTS: Setting = Setting {
     kind: Kind::Integer { default: 20, min: 1, max: 10_000 },
     meaning: "motors drawn, each run in both modes",
 };
-
-/// Where the README's section stands.
-pub const SECTION: Section = Section { begin: "<!-- filters:begin -->", end: "<!-- filters:end -->" };
 
 /// The drives, with their names in the tables.
 const DRIVES: [(DriveMode, &str); 2] = [(DriveMode::B, "b"), (DriveMode::C, "c")];

@@ -37,7 +37,6 @@ use motor_model::DriveMode;
 use rayon::prelude::*;
 use serde::Serialize;
 
-use crate::report::section::Section;
 use crate::scene::{Kind, Scene, Setting};
 use crate::studies::StudyError;
 use account::Account;
@@ -52,9 +51,6 @@ pub const PLANTS: Setting = Setting {
     kind: Kind::Integer { default: 100, min: 1, max: 10_000 },
     meaning: "motors drawn, each run in both modes",
 };
-
-/// Where the README's section stands.
-pub const SECTION: Section = Section { begin: "<!-- estimate:begin -->", end: "<!-- estimate:end -->" };
 
 /// The drives, with their names in the tables.
 const DRIVES: [(DriveMode, &str); 2] = [(DriveMode::B, "b"), (DriveMode::C, "c")];

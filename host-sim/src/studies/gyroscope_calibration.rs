@@ -29,7 +29,6 @@ use serde::Serialize;
 
 use crate::math::allan_deviation;
 use crate::math::statistics::binomial_bounds;
-use crate::report::section::Section;
 use crate::scene::{Kind, Scene, SceneError, Setting};
 use crate::studies::StudyError;
 use crate::world::instruments::gyroscope::{Errors, Gyroscope, Noise, noise::SECONDS_PER_HOUR, noise::Span};
@@ -52,9 +51,6 @@ pub const MOTORS: Setting = Setting {
     kind: Kind::Integer { default: 10, min: 1, max: 100_000 },
     meaning: "motors drawn within the tolerances; at most one a calibration",
 };
-
-/// Where the README's section stands.
-pub const SECTION: Section = Section { begin: "<!-- calibration:begin -->", end: "<!-- calibration:end -->" };
 
 /// Two-sided 95 % of a normal distribution, in standard deviations.
 pub const NORMAL_95: f64 = 1.959_964;

@@ -34,7 +34,6 @@ use std::convert::Infallible;
 use std::ops::ControlFlow;
 
 use crate::math::random_streams::{Source, stream};
-use crate::report::section::Section;
 use crate::runs::filter::FILTERS;
 use crate::runs::position::{self, Outcome};
 use crate::scene::{Kind, Scene, Setting};
@@ -50,9 +49,6 @@ pub const TRIALS: Setting = Setting {
     kind: Kind::Integer { default: 1000, min: 1, max: 10_000_000 },
     meaning: "moves, each of a motor of its own",
 };
-
-/// Where the README's section stands.
-pub const SECTION: Section = Section { begin: "<!-- positioning:begin -->", end: "<!-- positioning:end -->" };
 
 /// Time for which a reached target is held before the error counts.
 pub const HOLD_S: f64 = 0.1;

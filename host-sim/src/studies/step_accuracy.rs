@@ -14,16 +14,16 @@
 //! | [`timing`] | ns a step and a simulated millisecond |
 //! | [`plate`], [`peers`] | a ball on a plate, for other crates' integrators and SciPy's beside ours |
 //! | [`verdict`] | what the twin is held to |
-//! | [`tables`], [`picture`], [`readme`] | all of it in words and in a picture |
+//! | [`tables`], `picture`, `page` | all of it in words and in a picture |
 
 pub mod averaged;
 pub mod bursts;
 pub mod contestant;
 pub mod flights;
+mod page;
 pub mod peers;
 mod picture;
 pub mod plate;
-pub mod readme;
 pub mod reference;
 pub mod steady;
 pub mod tables;

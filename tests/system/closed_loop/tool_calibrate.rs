@@ -10,8 +10,6 @@ use tempfile::TempDir;
 use crate::support::built_command::{folder, number, run, run_on};
 use crate::support::closeness::assert_between;
 
-const BEGIN: &str = "<!-- calibration:begin -->";
-const END: &str = "<!-- calibration:end -->";
 /// Six seconds, and a coarser step of the plant, which locates its impacts.
 const SHORT: [&str; 6] = ["--duration", "6", "--set", "calibrate.steps=1", "--set", "plant.step_s=5e-6"];
 
@@ -24,10 +22,7 @@ fn sixty() -> &'static (TempDir, Value) {
     static SIXTY: OnceLock<(TempDir, Value)> = OnceLock::new();
     SIXTY.get_or_init(|| {
         let folder = folder();
-        std::fs::write(folder.path().join("page.md"), format!("before\n{BEGIN}\nold\n{END}\nafter\n"))
-            .expect("a page");
-        let sixty =
-            ["--runs", "60", "--motors", "2", "--seed", "7", "--readme", "page.md", "--format", "json"];
+        let sixty = ["--runs", "60", "--motors", "2", "--seed", "7", "--format", "json"];
         let output = run_on(2, folder.path(), &arguments(&sixty));
         assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
         let object = serde_json::from_slice(&output.stdout).expect("one JSON object and nothing else");
@@ -185,19 +180,9 @@ fn tool_a_run_is_named_by_seed_and_serial() {
 }
 
 #[test]
-fn tool_the_page_and_the_picture() {
-    let (folder, object) = sixty();
+fn tool_the_picture_shows_every_run() {
+    let (folder, _) = sixty();
     let read = |name: &str| std::fs::read_to_string(folder.path().join(name)).expect("written");
-    let page = read("page.md");
-    assert!(
-        page.starts_with(&format!("before\n{BEGIN}\n")) && page.ends_with(&format!("{END}\nafter\n")),
-        "{page}"
-    );
-    let rms = number(&object["over_runs"], "scale_factor_rms_ppm");
-    assert!(
-        page.contains("| scale factor, ppm |") && page.contains(&format!("| {rms:.2} ")),
-        "{rms}: {page}"
-    );
     let picture = read("out/calibrate/calibrate.svg");
     assert!(
         picture.starts_with("<svg")
@@ -217,7 +202,6 @@ fn tool_what_cannot_be_is_refused_before_the_computing() {
         (&["--set", "gyroscope.random_walk_deg_rh=-1"], "gyroscope.random_walk_deg_rh"),
         (&["--set", "gyroscope.range_deg_s=zero"], "gyroscope.range_deg_s"),
         (&["--set", "gyroscope.scale_ppm=1"], "gyroscope.scale_factor_ppm"),
-        (&["--readme", "absent.md"], "absent.md"),
     ] {
         let output = run(folder.path(), &[&["calibrate"], more].concat());
         let said = String::from_utf8_lossy(&output.stderr).into_owned();

@@ -1,16 +1,13 @@
 //! `host-sim accuracy`: what it computes, what it writes, what it refuses. Never how fast: that is for a user to see.
 
-use std::path::Path;
 use std::sync::OnceLock;
 
 use serde_json::Value;
 use tempfile::TempDir;
 
-use crate::support::built_command::{folder, number, run, run_on};
+use crate::support::built_command::{folder, number, run_on};
 use crate::support::closeness::assert_between;
 
-const BEGIN: &str = "<!-- accuracy:begin -->";
-const END: &str = "<!-- accuracy:end -->";
 /// Tolerance of the adaptive integrators, 1e-9, over the 1.5 ms to the first impact.
 const TOLERANCE_S: f64 = 1.5e-12;
 
@@ -19,15 +16,10 @@ fn quick() -> &'static (TempDir, Value) {
     static QUICK: OnceLock<(TempDir, Value)> = OnceLock::new();
     QUICK.get_or_init(|| {
         let folder = folder();
-        std::fs::write(folder.path().join("page.md"), page("\nold\n")).expect("a page");
-        let arguments = ["accuracy", "--quick", "--format", "json", "--out", "result", "--readme", "page.md"];
+        let arguments = ["accuracy", "--quick", "--format", "json", "--out", "result"];
         let report = parsed(&run_on(2, folder.path(), &arguments).stdout);
         (folder, report)
     })
-}
-
-fn page(section: &str) -> String {
-    format!("# Before\n\ntext\n\n{BEGIN}{section}{END}\n\nafter | it\n")
 }
 
 #[track_caller]
@@ -162,37 +154,9 @@ fn dual_scipy_and_the_twin_meet_the_plate_at_the_same_instant() {
 }
 
 #[test]
-fn tool_files_are_written_and_only_the_section_of_the_page_changes() {
+fn tool_the_table_and_the_picture_are_written() {
     let (folder, _) = quick();
     let read = |name: &str| std::fs::read_to_string(folder.path().join(name)).expect(name);
     assert!(read("result/accuracy.svg").starts_with("<svg"));
     assert_eq!(read("result/table.csv").lines().count(), 1 + 2 * 24);
-    let written = read("page.md");
-    let (before, rest) = written.split_once(BEGIN).expect("the first marker");
-    let (section, after) = rest.split_once(END).expect("the second marker");
-    assert_eq!(format!("{before}{BEGIN}\nold\n{END}{after}"), page("\nold\n"));
-    assert!(section.contains("| located, f64") && section.contains("targets"), "{section}");
-    assert!(!section.contains("old"), "{section}");
-}
-
-/// Refused before anything is computed, and left as it was.
-#[test]
-fn tool_a_page_without_markers_is_refused() {
-    let folder = folder();
-    for (text, words) in
-        [("# No section\n", [BEGIN, END]), (&format!("{END}\n{BEGIN}\n"), ["page.md", "hint"])]
-    {
-        std::fs::write(folder.path().join("page.md"), text).expect("a page");
-        let output = run(folder.path(), &["accuracy", "--quick", "--readme", "page.md"]);
-        let complaint = String::from_utf8_lossy(&output.stderr);
-        assert_eq!(output.status.code(), Some(2), "{complaint}");
-        assert!(output.stdout.is_empty() && complaint.trim_end().lines().count() == 1, "{complaint}");
-        assert!(words.iter().all(|word| complaint.contains(word)), "{complaint}");
-        let left = std::fs::read_to_string(folder.path().join("page.md")).expect("the page");
-        assert_eq!(left, text);
-        assert!(!folder.path().join("out").exists());
-    }
-    let output = run(folder.path(), &["accuracy", "--readme", "nowhere.md"]);
-    assert_eq!(output.status.code(), Some(2));
-    assert!(!Path::new("nowhere.md").exists());
 }

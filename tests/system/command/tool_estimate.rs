@@ -8,8 +8,6 @@ use tempfile::TempDir;
 use crate::support::built_command::{folder, number, run, run_on};
 use crate::support::closeness::assert_between;
 
-const BEGIN: &str = "<!-- estimate:begin -->";
-const END: &str = "<!-- estimate:end -->";
 const PHASES: [&str; 6] = ["spin_up", "steady", "reversal", "stop", "rest_100_ms", "rest_1_s"];
 const ARGUMENTS: [&str; 9] =
     ["estimate", "--plants", "3", "--seed", "11", "--out", "result", "--format", "json"];
@@ -19,9 +17,7 @@ fn three() -> &'static (TempDir, Vec<Value>) {
     static THREE: OnceLock<(TempDir, Vec<Value>)> = OnceLock::new();
     THREE.get_or_init(|| {
         let folder = folder();
-        let page = format!("before\n{BEGIN}\nold\n{END}\nafter | it\n");
-        std::fs::write(folder.path().join("page.md"), page).expect("a page");
-        let rows = rows(&folder, &[&ARGUMENTS, ["--readme", "page.md"].as_slice()].concat());
+        let rows = rows(&folder, &ARGUMENTS);
         (folder, rows)
     })
 }
@@ -150,16 +146,11 @@ fn law_threads_change_nothing() {
 }
 
 #[test]
-fn tool_files_are_written_and_only_the_section_of_the_page_changes() {
+fn tool_the_table_and_the_picture_are_written() {
     let (folder, rows) = three();
     let read = |name: &str| std::fs::read_to_string(folder.path().join(name)).expect(name);
     assert!(read("result/estimate.svg").starts_with("<svg"));
     assert_eq!(read("result/table.csv").lines().count(), 1 + rows.len());
-    let page = read("page.md");
-    let (before, rest) = page.split_once(BEGIN).expect("the first marker");
-    let (section, after) = rest.split_once(END).expect("the second marker");
-    assert_eq!((before, after), ("before\n", "\nafter | it\n"));
-    assert!(section.contains("constant rate") && !section.contains("\nold\n"), "{section}");
 }
 
 /// The instruments' imperfections reach the filters: half of the frames lost costs accuracy, stamps off by 100 us cost more than that.
@@ -186,7 +177,6 @@ fn tool_the_scene_s_instruments_are_used() {
 #[test]
 fn tool_bad_arguments_are_refused_in_one_line() {
     let folder = folder();
-    std::fs::write(folder.path().join("page.md"), "no markers").expect("a page");
     for (arguments, words) in [
         (["--plants", "0"], "--plants = 0 is outside its bounds 1 to 10000"),
         (["--plants", "1.5"], "--plants = 1.5 is not a whole number"),
@@ -196,7 +186,6 @@ fn tool_bad_arguments_are_refused_in_one_line() {
             "camera.drop_probability = 1.5 is outside its bounds 0 to 1",
         ),
         (["--set", "camera.frame_rate_hz=7000"], "does not divide the period of the camera"),
-        (["--readme", "page.md"], BEGIN),
         (["--motors", "3"], "--motors"),
     ] {
         let output = run(folder.path(), &[["estimate"].as_slice(), &arguments].concat());

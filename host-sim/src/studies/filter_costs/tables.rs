@@ -1,4 +1,4 @@
-//! The comparison in words: a document for the terminal, a short one for the README, CSV and JSON for programs.
+//! The comparison in words: a document for the terminal, the values of its page, CSV and JSON for programs.
 
 use serde::Serialize;
 
@@ -6,6 +6,7 @@ use super::replay::Cost;
 use super::{Comparison, DRIVES, Row, SAMPLE_RATES_HZ};
 use crate::report::OutputError;
 use crate::report::document::{Block, Document, Table};
+use crate::report::page::PlacedValue;
 use crate::runs::simulate::Precision;
 
 const ABOUT: &str = "Motors drawn within Table 1's tolerances, driven at full strength; the filters know the nominal motor at most. Error of the angle at the present in \
@@ -53,8 +54,31 @@ impl Comparison {
         }
     }
 
-    /// The README's section: each filter at the default sample rate, modes side by side.
-    pub fn readme_section(&self) -> String {
+    /// The values of its page: each filter at the default sample rate, modes side by side.
+    pub fn page_values(&self) -> Vec<PlacedValue> {
+        let runs = self.rows.first().map_or(0, |row| row.runs);
+        vec![
+            ("cost_motors", runs.to_string()),
+            ("twin_cost_factor", self.twin_cost_factor()),
+            ("table_costs", Document { blocks: vec![Block::Table(self.costs_by_filter())] }.markdown()),
+        ]
+    }
+
+    /// Instructions of a tick with `twin` over those with `impact_aided`, at the default sample rate, both modes together.
+    fn twin_cost_factor(&self) -> String {
+        let instructions = |filter: &str| -> Option<f64> {
+            let of_filter = self.rows.iter().filter(|row| {
+                row.filter == filter
+                    && row.precision == Precision::F32
+                    && row.ldv_sample_rate_hz >= SAMPLE_RATES_HZ[0]
+            });
+            of_filter.map(|row| row.instructions.map(|cost| cost.tick)).sum()
+        };
+        let factor = instructions("twin").zip(instructions("impact_aided"));
+        factor.map_or_else(|| "-".to_owned(), |(twin, impact_aided)| format!("{:.1}", twin / impact_aided))
+    }
+
+    fn costs_by_filter(&self) -> Table {
         let errors = DRIVES.map(|(_, drive)| format!("{} mdeg", drive.to_uppercase()));
         let fixed =
             ["ns: frame", "sample", "prediction", "10 us", "M4F: frame", "sample", "prediction", "10 us"];
@@ -67,17 +91,11 @@ impl Comparison {
             let twins = DRIVES.map(|(_, drive)| self.rows.iter().find(|other| other.is_in(row, drive)));
             let mut cells = vec![format!("{}, {}", row.filter.replace('_', " "), name(row.precision))];
             cells.extend(twins.map(|twin| twin.map_or_else(String::new, |twin| figure(twin.rms_angle_mdeg))));
-            cells.extend(mean(twins.map(|twin| twin.map(|twin| twin.ns))));
+            cells.extend(mean(twins.map(|twin| twin.map(|twin| twin.ns))).map(|ns| format!("~{ns}")));
             cells.extend(mean(twins.map(|twin| twin.and_then(|twin| twin.instructions))));
             table.push(cells);
         }
-        let runs = self.rows.first().map_or(0, |row| row.runs);
-        let about = format!(
-            "Root mean square error of the angle at the present in steady motion over {runs} drawn motors a mode; costs, as means of both modes, of a camera frame, a \
-             vibrometer sample, a prediction, and of all that 10 us of motor time bring (two samples, a tenth of a frame, one prediction): in ns on the machine that builds \
-             this, and in instructions of an emulated Cortex-M4F."
-        );
-        Document { blocks: vec![Block::Table(table), Block::Paragraph(about)] }.markdown()
+        table
     }
 
     /// The table as CSV.

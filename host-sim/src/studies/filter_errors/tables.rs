@@ -1,4 +1,4 @@
-//! The comparison in words: a document for the terminal, a short one for the README, CSV and JSON for programs.
+//! The comparison in words: a document for the terminal, the values of its page, CSV and JSON for programs.
 
 use serde::Serialize;
 
@@ -8,6 +8,8 @@ use super::timeline::Phase;
 use super::{DRIVES, Estimation, Row};
 use crate::report::OutputError;
 use crate::report::document::{Block, Document, Table};
+use crate::report::page::PlacedValue;
+use crate::runs::filter::SMOOTHER_LAG_MS;
 
 const ABOUT: &str = "Motors drawn within Table 1's tolerances, Coulomb friction, located impacts; the filters know the nominal motor at most. Errors \
     of the angle at the present, every 70 us. ANEES: of angle and rate together, 1 in a consistent filter; NIS: of the camera's innovations, likewise; an asterisk \
@@ -78,8 +80,25 @@ impl Estimation {
         }
     }
 
-    /// The README's section: root mean square errors, and whether the filters know them.
-    pub fn readme_section(&self) -> String {
+    /// The values of its page: root mean square errors, and whether the filters know them.
+    pub fn page_values(&self) -> Vec<PlacedValue> {
+        let rms = |filter: &str, drive: &str, phase| {
+            self.row(filter, drive, phase).map_or_else(String::new, |row| millidegrees(row.rms_angle_mdeg))
+        };
+        let runs = self.rows.first().map_or(0, |row| row.runs);
+        vec![
+            ("twin_steady_b_mdeg", rms("twin", "b", Phase::Steady)),
+            ("twin_steady_c_mdeg", rms("twin", "c", Phase::Steady)),
+            ("rest_1s_b_mdeg", rms("twin", "b", Phase::Rest1S)),
+            ("rest_1s_c_mdeg", rms("twin", "c", Phase::Rest1S)),
+            ("error_motors", runs.to_string()),
+            ("smoother_lag_ms", SMOOTHER_LAG_MS.to_string()),
+            ("table_errors", Document { blocks: vec![Block::Table(self.errors_by_phase())] }.markdown()),
+        ]
+    }
+
+    /// Errors of each filter in each phase.
+    fn errors_by_phase(&self) -> Table {
         let header = ["drive", "filter"]
             .into_iter()
             .chain(Phase::ALL.map(title))
@@ -98,13 +117,7 @@ impl Estimation {
                 table.push(row);
             }
         }
-        let runs = self.rows.first().map_or(0, |row| row.runs);
-        let about = format!(
-            "Root mean square error of the angle at the present, in milli-degrees, over {runs} drawn motors a mode, and of steady motion its 99.9 % quantile and ANEES \
-             (mean squared error of angle and rate together per the covariance that the filter gives). Smoothed is after the fact: the error 2 ms ago. The genies are lower bounds: a Kalman filter that is told every kick of the rate \
-             exactly, to 10 % or to 3 %."
-        );
-        Document { blocks: vec![Block::Table(table), Block::Paragraph(about)] }.markdown()
+        table
     }
 
     /// The table as CSV.

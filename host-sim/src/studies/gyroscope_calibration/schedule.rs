@@ -34,6 +34,11 @@ pub struct Schedule {
 }
 
 impl Schedule {
+    /// Rate of the last step clockwise.
+    pub fn clockwise_deg_s(&self) -> f64 {
+        self.clockwise_deg_s
+    }
+
     /// Of a scene.
     ///
     /// # Errors

@@ -1,10 +1,11 @@
-//! The calibration in words: a document for the terminal, a short one for the README, CSV and JSON for programs.
+//! The calibration in words: a document for the terminal, the values of its page, CSV and JSON for programs.
 
 use serde_json::json;
 
 use super::{Calibrations, NORMAL_95, Outcome, Summary};
 use crate::report::OutputError;
 use crate::report::document::{Block, Document, Table};
+use crate::report::page::PlacedValue;
 
 const ABOUT: &str = "Errors are those found less the gyroscope's true ones. sigma: the standard deviation that the fit states, from the gyroscope's random walk and instability, the reference's \
     variances and the correlation of scale factor and bias; 95 %: 1.96 of it to either side.";
@@ -112,14 +113,23 @@ impl Calibrations {
         Document { blocks }
     }
 
-    /// The README's section: over all runs, without headings.
-    pub fn readme_section(&self) -> String {
+    /// The values of its page: over all runs.
+    pub fn page_values(&self) -> Vec<PlacedValue> {
         let summary = self.summary();
-        let blocks = vec![
-            Block::Table(summary.table()),
-            Block::Paragraph(summary.remarks(self.first.outcome.motor_time_s)),
-        ];
-        Document { blocks }.markdown()
+        let first = &self.first.outcome;
+        vec![
+            ("motor_time_s", format!("{:.0}", first.motor_time_s)),
+            ("runs", summary.runs.to_string()),
+            ("scale_rms_ppm", format!("{:.2}", summary.scale_factor_rms_ppm)),
+            ("bias_rms_deg_h", format!("{:.2}", summary.bias_rms_deg_h)),
+            ("within_10_ppm", summary.scale_factor_within_10_ppm.to_string()),
+            ("pair_covered", summary.pair_covered.to_string()),
+            ("bias_over_walk", format!("{:.2}", summary.bias_over_walk)),
+            ("bias_walk_deg_h", format!("{:.2}", first.walk_bias_sigma_deg_h)),
+            ("clockwise_deg_s", format!("{:.0}", self.schedule.clockwise_deg_s())),
+            ("table_calibration", Document { blocks: vec![Block::Table(summary.table())] }.markdown()),
+            ("remarks", summary.remarks(first.motor_time_s)),
+        ]
     }
 
     /// The first run, and with `over_runs` the figures over all, as one JSON object on one line.

@@ -6,6 +6,7 @@ use super::verdict::Comparison;
 use super::{Reproduction, Row, StepRow, TrendResult};
 use crate::math::statistics::Spread;
 use crate::report::document::{Block, Table};
+use crate::report::page::PlacedValue;
 
 pub use crate::report::document::Document;
 
@@ -41,48 +42,72 @@ impl Reproduction {
         Document { blocks }
     }
 
+    /// The values of its page.
+    pub fn page_values(&self) -> Vec<PlacedValue> {
+        let tables = self.count(&[Place::Table2, Place::Table3]);
+        let angles = self.count(&[Place::ToothAngle]);
+        let rate_at = |row: Option<&StepRow>| row.map_or_else(String::new, |row| spread(row.rate_rad_s, 1));
+        let document = |blocks| Document { blocks }.markdown();
+        let by_place = |place| {
+            let of_place = self.rows.iter().filter(|row| row.place == place && row.coarse.is_none());
+            document(vec![Block::Table(figures(of_place))])
+        };
+        vec![
+            ("seeds", self.seeds.to_string()),
+            ("c_figures", tables.figures.to_string()),
+            ("c_within", tables.within.to_string()),
+            ("c_printed", tables.within_as_printed.to_string()),
+            ("angle_figures", angles.figures.to_string()),
+            ("angle_within", angles.within.to_string()),
+            ("b_rate_coarse", rate_at(self.mode_b_steps.first())),
+            ("b_rate_converged", rate_at(self.mode_b_steps.last())),
+            ("table_3", by_place(Place::Table3)),
+            ("table_2", by_place(Place::Table2)),
+            ("table_tooth_angle", by_place(Place::ToothAngle)),
+            ("table_mode_b", document(vec![Block::Table(self.mode_b_by_step())])),
+        ]
+    }
+
+    /// How many figures of mode C in `places` there are, and how many are within, by either rule.
+    fn count(&self, places: &[Place]) -> Count {
+        let rows: Vec<&Row> =
+            self.rows.iter().filter(|row| row.coarse.is_none() && places.contains(&row.place)).collect();
+        let count = |is: fn(&Comparison) -> bool| rows.iter().filter(|row| is(&row.comparison)).count();
+        Count {
+            figures: rows.len(),
+            within: count(|comparison| comparison.within),
+            within_as_printed: count(|comparison| !comparison.within && comparison.within_as_printed),
+            strict: count(Comparison::within_root_sum_of_squares),
+        }
+    }
+
     /// How many figures are within, by either rule.
     pub fn summary(&self) -> String {
-        let count = |places: &[Place]| {
-            let rows: Vec<&Row> =
-                self.rows.iter().filter(|row| row.coarse.is_none() && places.contains(&row.place)).collect();
-            let within = rows.iter().filter(|row| row.comparison.within).count();
-            let printed =
-                rows.iter().filter(|row| !row.comparison.within && row.comparison.within_as_printed).count();
-            let strict = rows.iter().filter(|row| row.comparison.within_root_sum_of_squares()).count();
-            (rows.len(), within, printed, strict)
-        };
-        let (tables, tables_within, tables_printed, tables_strict) = count(&[Place::Table2, Place::Table3]);
-        let (angles, angles_within, angles_printed, angles_strict) = count(&[Place::ToothAngle]);
+        let tables = self.count(&[Place::Table2, Place::Table3]);
+        let angles = self.count(&[Place::ToothAngle]);
         let sense = if self.rows.iter().all(|row| row.right_sense) {
             "In every run mode B turned clockwise and mode C counter-clockwise."
         } else {
             "NOT every run turned the way its mode should."
         };
         format!(
-            "Mode C, Tables 2 and 3: {tables_within} of {tables} figures within, {tables_printed} more at the printed precision \
-             ({tables_strict} with z <= 1). \
-             Mode C, tooth angle: {angles_within} of {angles} within, {angles_printed} more at the printed precision ({angles_strict} with z <= 1). \
-             Mode B: the paper's rates are those of a coarse step, the converged model turns faster; see below. {sense}"
+            "Mode C, Tables 2 and 3: {} of {} figures within, {} more at the printed precision ({} with z <= 1). \
+             Mode C, tooth angle: {} of {} within, {} more at the printed precision ({} with z <= 1). \
+             Mode B: the paper's rates are those of a coarse step, the converged model turns faster; see below. {sense}",
+            tables.within,
+            tables.figures,
+            tables.within_as_printed,
+            tables.strict,
+            angles.within,
+            angles.figures,
+            angles.within_as_printed,
+            angles.strict,
         )
     }
 
     /// Mode B against the step, and what it means.
     fn mode_b(&self) -> Vec<Block> {
-        let mut table =
-            Table::new(&["step", "collision frequency Hz", "collision amplitude mm/s", "rate rad/s"]);
-        for StepRow { step_s, collision_frequency_hz, collision_amplitude_mm_s, rate_rad_s } in
-            &self.mode_b_steps
-        {
-            table.push(vec![
-                format!("{} us", round(1e6 * step_s)),
-                spread(*collision_frequency_hz, 0),
-                spread(*collision_amplitude_mm_s, 2),
-                spread(*rate_rad_s, 2),
-            ]);
-        }
-        table.push(["paper", "88.8 +- 7.1", "4.08 +- 1.17", "8.16 +- 0.80"].map(str::to_owned).to_vec());
-        table.push(["experiment", "76 +- 20", "3.94 +- 0.57", "about 1"].map(str::to_owned).to_vec());
+        let table = self.mode_b_by_step();
         let figures = at_three_steps(self.rows.iter());
         let heading = Block::Heading("Mode B and the step".to_owned());
         let mut blocks = vec![heading, Block::Table(figures), Block::Table(table)];
@@ -103,6 +128,33 @@ impl Reproduction {
             .push(Block::Picture("Rate in mode B against the step".to_owned(), "mode_b_step.svg".to_owned()));
         blocks
     }
+
+    /// Mode B at each step, beside paper and experiment.
+    fn mode_b_by_step(&self) -> Table {
+        let mut table =
+            Table::new(&["step", "collision frequency Hz", "collision amplitude mm/s", "rate rad/s"]);
+        for StepRow { step_s, collision_frequency_hz, collision_amplitude_mm_s, rate_rad_s } in
+            &self.mode_b_steps
+        {
+            table.push(vec![
+                format!("{} us", round(1e6 * step_s)),
+                spread(*collision_frequency_hz, 0),
+                spread(*collision_amplitude_mm_s, 2),
+                spread(*rate_rad_s, 2),
+            ]);
+        }
+        table.push(["paper", "88.8 +- 7.1", "4.08 +- 1.17", "8.16 +- 0.80"].map(str::to_owned).to_vec());
+        table.push(["experiment", "76 +- 20", "3.94 +- 0.57", "about 1"].map(str::to_owned).to_vec());
+        table
+    }
+}
+
+/// Figures of the paper, and how many of them are met.
+struct Count {
+    figures: usize,
+    within: usize,
+    within_as_printed: usize,
+    strict: usize,
 }
 
 /// The pictures that belong to a table.

@@ -1,4 +1,4 @@
-//! Trials in tables: text, JSON and the README's section.
+//! Trials in tables: text, JSON and the values of their page.
 
 use std::fmt::Write as _;
 
@@ -6,6 +6,7 @@ use serde_json::{Value, json};
 
 use super::{FAILED_MDEG, Move, Report, Strategy, Summary, TOLERANCE_DEG, Trial, Trials};
 use crate::report::document::{Block, Document, Table};
+use crate::report::page::PlacedValue;
 
 /// Failures listed at most.
 const LISTED_MAX: usize = 20;
@@ -101,13 +102,21 @@ impl Report {
         Document { blocks }
     }
 
-    /// The README's section: without headings.
-    pub fn readme_section(&self) -> String {
-        let mut blocks = vec![Block::Table(self.by_kind()), Block::Paragraph(self.remarks())];
-        if !self.others.is_empty() {
-            blocks.push(Block::Table(self.by_strategy()));
-        }
-        Document { blocks }.markdown()
+    /// The values of its page.
+    pub fn page_values(&self) -> Vec<PlacedValue> {
+        let summary = self.trials.summary();
+        let table = |table| Document { blocks: vec![Block::Table(table)] }.markdown();
+        vec![
+            ("trials", summary.trials.to_string()),
+            ("failures", summary.failures.to_string()),
+            ("p95_mdeg", millidegrees(summary.p95_mdeg)),
+            ("p999_mdeg", millidegrees(summary.p999_mdeg)),
+            ("worst_mdeg", millidegrees(summary.max_mdeg)),
+            ("quarter_turn_over_bound", format!("{:.2}", summary.settle_over_bound)),
+            ("table_moves", table(self.by_kind())),
+            ("remarks", self.remarks()),
+            ("table_strategies", table(self.by_strategy())),
+        ]
     }
 
     /// Everything but the single trials, as one JSON object on one line.

@@ -35,6 +35,9 @@ pub struct Verdict {
     pub found: String,
     /// Whether it was kept.
     pub met: bool,
+    /// Whether it is of time on one machine.
+    #[serde(skip)]
+    pub timed: bool,
 }
 
 /// A curve's point: cost in ns per simulated ms, error, half width of the error's interval.
@@ -108,11 +111,13 @@ impl Accuracy {
                 ),
                 found: format!("{double_ns:.1} ns"),
                 met: double_ns <= STEP_LIMIT_NS,
+                timed: true,
             });
             all.push(Verdict {
                 target: format!("located f32 at 10 us: a step of mode {mode} takes no more than in f64"),
                 found: format!("{single_ns:.1} ns"),
                 met: single_ns <= double_ns,
+                timed: true,
             });
         }
         all
@@ -132,6 +137,7 @@ impl Accuracy {
                 format!("{kept} of {count} kinds of error; {bound}{times:.1} times for the {error}")
             }),
             met: least.is_some_and(|least| least.times >= CHEAPER),
+            timed: true,
         }
     }
 
@@ -192,6 +198,7 @@ impl Accuracy {
             ),
             found: format!("{ours:.0} times"),
             met: ours >= TIMES_REAL_TIME,
+            timed: true,
         }];
         if fastest > 0.0 {
             all.push(Verdict {
@@ -200,6 +207,7 @@ impl Accuracy {
                 ),
                 found: format!("{:.1} times", ours / fastest),
                 met: ours / fastest >= FASTER_THAN_CRATES,
+                timed: true,
             });
         }
         all
@@ -232,6 +240,7 @@ fn errors(row: &Row, limit: f64) -> Vec<Verdict> {
             target: format!("{who}: {quantity} within {:.0} %", 100.0 * limit),
             found: format!("{:+.2}{interval} % at worst ({name})", 100.0 * relative),
             met: relative.abs() <= limit,
+            timed: false,
         }
     })
     .collect()

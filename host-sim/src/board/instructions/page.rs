@@ -1,14 +1,11 @@
-//! The counts as a section of the README: the operations a user asks for first, in words.
+//! The values of the page on the microcontroller that counts give: the operations a user asks for first, in words.
 
 use std::fmt::Write as _;
 
 use super::cycles::Estimate;
 use super::report::{Report, judged};
-use crate::report::section::Section;
-
-/// Where the section lies.
-pub const SECTION: Section =
-    Section { begin: "<!-- instructions:begin -->", end: "<!-- instructions:end -->" };
+use super::targets::TARGETS;
+use crate::report::page::PlacedValue;
 
 /// What the rows say, and the operations that they tell of.
 const ROWS: [(&str, &str); 22] = [
@@ -36,9 +33,37 @@ const ROWS: [(&str, &str); 22] = [
     ("the same and a located step", "loop_tick_twin_and_step"),
 ];
 
-/// The section: `report`'s counts, and the cycles that `estimates` has of them.
-pub fn section(report: &Report, estimates: &[Estimate]) -> String {
-    let mut text = format!("{}\n\n", report.title());
+/// The values: `report`'s counts, and the cycles that `estimates` has of them.
+pub fn page_values(report: &Report, estimates: &[Estimate]) -> Vec<PlacedValue> {
+    let mean =
+        |operation| report.count(operation).map_or_else(String::new, |count| format!("{:.0}", count.mean()));
+    let longest =
+        report.count("twin_c_vibrometer_sample").map_or_else(String::new, |count| count.max.to_string());
+    let missed = TARGETS
+        .iter()
+        .filter(|target| report.count(target.operation).is_some_and(|count| !target.is_met(count)));
+    vec![
+        ("counted_on", report.title()),
+        ("tick_constant_rate", mean("loop_tick")),
+        ("tick_impact_aided", mean("loop_tick_impact_aided")),
+        ("tick_twin", mean("loop_tick_twin")),
+        ("twin_sample_longest", longest),
+        ("frame_over_core", frame_over_core(report)),
+        ("missed_targets", missed.count().to_string()),
+        ("table_instructions", table(report, estimates)),
+    ]
+}
+
+/// What a camera frame of the simplest filter takes, over the bare core.
+fn frame_over_core(report: &Report) -> String {
+    let frame = report.count("camera_frame_used");
+    let both = frame.zip(report.count("core_2_predict_and_update"));
+    both.map_or_else(String::new, |(frame, core)| format!("{:.1}", frame.mean() / core.mean()))
+}
+
+/// The operations of [`ROWS`].
+fn table(report: &Report, estimates: &[Estimate]) -> String {
+    let mut text = String::new();
     text.push_str(
         "| operation | mean | longest | target | cycles, estimated |\n| --- | --- | --- | --- | --- |\n",
     );
@@ -83,7 +108,7 @@ mod tests {
             instructions: 200,
             cycles_estimate: 253,
         };
-        let text = section(&report, &[estimate]);
+        let text = table(&report, &[estimate]);
         let row = "| driven step of 10 us aloft, impacts located | 300 | 500 | max <= 180 missed | 253 |";
         assert!(text.lines().any(|line| line == row), "{text}");
         assert!(!text.contains("minikalman"), "{text}");

@@ -1,18 +1,13 @@
-//! The README's section on speed against error, written by the command and never by hand.
-
-use std::fmt::Write as _;
+//! The values of the page on speed against error.
 
 use motor_model::ImpactRule;
 
 use super::peers::PeerRow;
-use super::verdict::Verdict;
+use super::verdict::{JUDGED_STEP_S, Verdict};
 use super::{Accuracy, Row};
 use crate::report::document::{Block, Document, Table};
-use crate::report::section::Section;
+use crate::report::page::{ON_ONE_MACHINE, PlacedValue};
 use crate::runs::simulate::Precision;
-
-/// Where the section stands.
-pub const SECTION: Section = Section { begin: "<!-- accuracy:begin -->", end: "<!-- accuracy:end -->" };
 
 /// Rows shown.
 const SHOWN: [(ImpactRule, Precision, f64); 7] = [
@@ -25,12 +20,28 @@ const SHOWN: [(ImpactRule, Precision, f64); 7] = [
     (ImpactRule::Located, Precision::F64, 20e-6),
 ];
 
-const ERRORS: &str = "Errors are those against the event-driven reference: of the time of the next impact, root mean square over flights from the same \
-    states; of the mean rate, +- two standard errors; of the net displacement of bursts of 2 to 10 cycles, the worst.";
-
 impl Accuracy {
-    /// The section: a few rows, two sentences of verdict, the peers.
-    pub fn readme_section(&self) -> String {
+    /// A few rows, the targets, the averaged motor, the other integrators.
+    pub fn page_values(&self) -> Vec<PlacedValue> {
+        let (timed, of_error): (Vec<_>, Vec<_>) =
+            self.verdicts().into_iter().partition(|verdict| verdict.timed);
+        let judged = self.row(ImpactRule::Located, Precision::F64, JUDGED_STEP_S);
+        let rate = |index: usize| judged.map_or_else(String::new, |row| rate(row, index));
+        let real_time = judged.map_or_else(String::new, |row| format!("~{:.0}", row.cost[0].times_real_time));
+        vec![
+            ("rate_b_located_10us", rate(0)),
+            ("rate_c_located_10us", rate(1)),
+            ("real_time_b_located_10us", real_time),
+            ("table_steps", Document { blocks: vec![Block::Table(self.shown())] }.markdown()),
+            ("targets_of_error", met(&of_error)),
+            ("targets_of_time", format!("{ON_ONE_MACHINE} {}", met(&timed))),
+            ("averaged", self.averaged_sentence()),
+            ("averaged_time", self.averaged_time()),
+            ("other_integrators", self.beside_others()),
+        ]
+    }
+
+    fn shown(&self) -> Table {
         let mut table = Table::new(&[
             "impacts",
             "step",
@@ -44,18 +55,10 @@ impl Accuracy {
         for (rule, precision, step_s) in SHOWN {
             self.row(rule, precision, step_s).map(cells).into_iter().for_each(|cells| table.push(cells));
         }
-        let document = Document { blocks: vec![Block::Table(table)] };
-        let mut text = document.markdown();
-        let _ = writeln!(text, "{ERRORS}\n");
-        let _ = writeln!(text, "{}\n", self.averaged_sentence());
-        let verdicts = self.verdicts();
-        let met = verdicts.iter().filter(|verdict| verdict.met).count();
-        let _ = writeln!(text, "Of {} targets {met} are met.{}", verdicts.len(), missed(&verdicts));
-        let _ = writeln!(text, "{}", self.beside_others());
-        text
+        table
     }
 
-    /// One sentence on the averaged motor.
+    /// How far the averaged motor is off.
     fn averaged_sentence(&self) -> String {
         let averaged = self.averaged.iter().map(|row| {
             format!(
@@ -65,13 +68,13 @@ impl Accuracy {
                 100.0 * row.move_half_width
             )
         });
-        let averaged: Vec<String> = averaged.collect();
-        let fastest = self.averaged.iter().map(|row| row.cost.times_real_time).fold(f64::INFINITY, f64::min);
-        format!(
-            "The averaged motor takes steps of 0.1 s at {fastest:.0e} times real time; moves of 1 s from rest are off by {} on \
-             average.",
-            averaged.join(", ")
-        )
+        averaged.collect::<Vec<_>>().join(", ")
+    }
+
+    /// What a step of the averaged motor costs.
+    fn averaged_time(&self) -> String {
+        let slowest = self.averaged.iter().map(|row| row.cost.times_real_time).fold(f64::INFINITY, f64::min);
+        format!("~{slowest:.0e}")
     }
 
     /// One sentence on the other integrators.
@@ -89,34 +92,39 @@ impl Accuracy {
         let others =
             if others.is_empty() { "no other integrator was measured".to_owned() } else { others.join(", ") };
         format!(
-            "A ball on a vibrating plate, largest step 5 us, in times real time: located in f64 {ours:.0}, {others}."
+            "{ON_ONE_MACHINE} a ball on a vibrating plate, largest step 5 us, in times real time: located in f64 {ours:.0}, {others}."
         )
     }
 }
 
-/// What was missed, in a sentence.
-fn missed(verdicts: &[Verdict]) -> String {
-    let missed = verdicts.iter().filter(|verdict| !verdict.met);
-    let missed: Vec<String> =
-        missed.map(|verdict| format!("{} ({})", verdict.target, verdict.found)).collect();
-    if missed.is_empty() { String::new() } else { format!(" Missed: {}.", missed.join("; ")) }
+/// How many of `verdicts` are met, and which are not.
+fn met(verdicts: &[Verdict]) -> String {
+    let missed: Vec<String> = verdicts
+        .iter()
+        .filter(|verdict| !verdict.met)
+        .map(|verdict| format!("{} ({})", verdict.target, verdict.found))
+        .collect();
+    let met = verdicts.len() - missed.len();
+    let missed = if missed.is_empty() { String::new() } else { format!(" Missed: {}.", missed.join("; ")) };
+    format!("{met} of {} targets are met.{missed}", verdicts.len())
+}
+
+fn rate(row: &Row, index: usize) -> String {
+    let rate = &row.steady[index].rate;
+    format!("{:+.1} +- {:.1} %", 100.0 * rate.relative, 100.0 * rate.half_width)
 }
 
 fn cells(row: &Row) -> Vec<String> {
     let [b, c] = row.cost;
-    let percent = |index: usize| {
-        let rate = &row.steady[index].rate;
-        format!("{:+.1} +- {:.1} %", 100.0 * rate.relative, 100.0 * rate.half_width)
-    };
     let step = format!("{} us", (1e9 * row.who.step_s).round() / 1e3);
     vec![
         row.who.name(),
         step,
-        format!("{:.1} / {:.1}", b.ns_per_step, c.ns_per_step),
-        format!("{:.0} / {:.0}", b.times_real_time, c.times_real_time),
+        format!("~{:.1} / ~{:.1}", b.ns_per_step, c.ns_per_step),
+        format!("~{:.0} / ~{:.0}", b.times_real_time, c.times_real_time),
         duration(row.flights[0].first_impact_rms_s.max(row.flights[1].first_impact_rms_s)),
-        percent(0),
-        percent(1),
+        rate(row, 0),
+        rate(row, 1),
         format!("{:.1} %", 100.0 * row.worst_burst()),
     ]
 }

@@ -1,0 +1,220 @@
+//! `results`: the pages of results, each written whole from runs of today, or compared with what stands there.
+
+use std::io::Write as _;
+use std::path::{Path, PathBuf};
+
+use clap::{Args, ValueEnum};
+
+use super::microcontroller::count_instructions;
+use crate::board::instructions::{self, Board};
+use crate::board::{BoardError, size};
+use crate::cli::CommandError;
+use crate::report::OutputError;
+use crate::report::files::{self, Output};
+use crate::report::page::{self, PlacedValue};
+use crate::scene::Scene;
+use crate::studies::positioning_trials::{self, Strategy};
+use crate::studies::{filter_costs, filter_errors, gyroscope_calibration, paper, rates, step_accuracy};
+
+/// A page: one question, and what answers it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum Page {
+    /// Does the model reproduce the paper?
+    Paper,
+    /// What does a step cost, and how far is it off?
+    Step,
+    /// Which filter, and how far is it off?
+    Filters,
+    /// How exactly does the rotor reach an angle?
+    Positioning,
+    /// How well does it hold a rate?
+    Rate,
+    /// How well does it calibrate a gyroscope?
+    Calibration,
+    /// Does it fit a microcontroller?
+    Microcontroller,
+}
+
+impl Page {
+    /// Name of its file, without the ending.
+    fn name(self) -> &'static str {
+        match self {
+            Self::Paper => "paper",
+            Self::Step => "step",
+            Self::Filters => "filters",
+            Self::Positioning => "positioning",
+            Self::Rate => "rate",
+            Self::Calibration => "calibration",
+            Self::Microcontroller => "microcontroller",
+        }
+    }
+
+    /// Its prose.
+    fn template(self) -> &'static str {
+        match self {
+            Self::Paper => include_str!("results/paper.md"),
+            Self::Step => include_str!("results/step.md"),
+            Self::Filters => include_str!("results/filters.md"),
+            Self::Positioning => include_str!("results/positioning.md"),
+            Self::Rate => include_str!("results/rate.md"),
+            Self::Calibration => include_str!("results/calibration.md"),
+            Self::Microcontroller => include_str!("results/microcontroller.md"),
+        }
+    }
+
+    /// Its figures.
+    fn values(self, effort: Effort) -> Result<Vec<PlacedValue>, CommandError> {
+        let scene = &effort.scene()?;
+        Ok(match self {
+            Self::Paper => paper::Plan::new(effort.paper_seeds)?.run(&|_| ())?.page_values(),
+            Self::Step => (effort.step_accuracy)().run()?.page_values(),
+            Self::Filters => filter_values(effort, scene)?,
+            Self::Positioning => positioning_values(effort, scene)?,
+            Self::Rate => rates::run(scene)?.page_values(),
+            Self::Calibration => {
+                let plan = gyroscope_calibration::Plan::new(scene, effort.calibrations, GYROSCOPE_MOTORS)?;
+                plan.run(&|| ())?.page_values()
+            }
+            Self::Microcontroller => microcontroller_values()?,
+        })
+    }
+}
+
+/// How much is simulated for the pages.
+#[derive(Clone, Copy, Debug)]
+struct Effort {
+    /// Runs of each motor of the paper.
+    paper_seeds: u64,
+    /// Motors in each mode, for the filters' errors.
+    error_motors: u64,
+    /// Motors in each mode, for the filters' costs.
+    cost_motors: u64,
+    /// Moves.
+    trials: u64,
+    /// Moves by each other strategy and filter.
+    compared_trials: u64,
+    /// Gyroscopes.
+    calibrations: u64,
+    /// Time of a plan of calibration, and of a rate, in s; as the scene says unless it is given.
+    time_s: Option<&'static str>,
+    step_accuracy: fn() -> step_accuracy::Plan,
+}
+
+impl Effort {
+    /// As many runs as the paper made; 40 motors bound an ANEES to 6 % of 1; of 10,000 moves the worst thousandth is ten;
+    /// of 200 intervals the covered share is known to 1.5 %.
+    const FULL: Self = Self {
+        paper_seeds: 5,
+        error_motors: 40,
+        cost_motors: 20,
+        trials: 10_000,
+        compared_trials: 200,
+        calibrations: 200,
+        time_s: None,
+        step_accuracy: step_accuracy::Plan::full,
+    };
+
+    /// Enough to fill every place of a page.
+    const QUICK: Self = Self {
+        paper_seeds: 2,
+        error_motors: 2,
+        cost_motors: 1,
+        trials: 20,
+        compared_trials: 2,
+        calibrations: 2,
+        time_s: Some("6"),
+        step_accuracy: step_accuracy::Plan::quick,
+    };
+
+    fn scene(self) -> Result<Scene, CommandError> {
+        let mut scene = Scene::default();
+        if let Some(time_s) = self.time_s {
+            scene.set("calibrate.duration_s", time_s)?;
+            scene.set("rate.duration_s", time_s)?;
+        }
+        Ok(scene)
+    }
+}
+
+/// Motors that the gyroscopes are spread over: they do not act back on the rotor.
+const GYROSCOPE_MOTORS: u64 = 10;
+
+fn filter_values(effort: Effort, scene: &Scene) -> Result<Vec<PlacedValue>, CommandError> {
+    let mut values = filter_errors::Plan::new(scene, effort.error_motors)?.run(&|_| ())?.page_values();
+    let counts = count_instructions(None, Board::M4)?;
+    let costs = filter_costs::Plan::new(scene, effort.cost_motors, filter_costs::ROUNDS)?;
+    values.extend(costs.run(Some(&counts), &|| ())?.page_values());
+    Ok(values)
+}
+
+fn positioning_values(effort: Effort, scene: &Scene) -> Result<Vec<PlacedValue>, CommandError> {
+    let trials = positioning_trials::Plan::new(scene, Strategy::Planned, effort.trials)?.run(&|_| ())?;
+    let others = positioning_trials::Plan::others(scene, effort.compared_trials)?;
+    let others: Result<Vec<_>, _> = others.iter().map(|plan| plan.run(&|_| ())).collect();
+    let measuring_s = positioning_trials::measuring_s(scene);
+    Ok(positioning_trials::Report { trials, others: others?, measuring_s }.page_values())
+}
+
+fn microcontroller_values() -> Result<Vec<PlacedValue>, CommandError> {
+    let mut listing = count_instructions(None, Board::M4)?;
+    let peers = instructions::program::build("peers")?;
+    listing.counts.extend(count_instructions(Some(&peers), Board::M4)?.counts);
+    let report = instructions::Report::new(Board::M4, listing).map_err(BoardError::from)?;
+    let estimates = instructions::cycles::estimate(Board::M4)?;
+    let mut values = instructions::page::page_values(&report, &estimates);
+    values.extend(size::Report::measure(instructions::program::build_with)?.page_values());
+    Ok(values)
+}
+
+/// The flags of `results`.
+#[derive(Debug, Args)]
+pub(super) struct ResultsArgs {
+    /// Pages to write; all of them unless some are named
+    #[arg(value_enum)]
+    pages: Vec<Page>,
+    /// Compare the pages with what the command would write, and write nothing; times on one machine are left out
+    #[arg(long)]
+    check: bool,
+    /// Seconds instead of minutes: every place filled, no figure sharp; to try the prose of a page
+    #[arg(long)]
+    quick: bool,
+    /// Folder of the pages
+    #[arg(long, value_name = "DIR", default_value = "docs/results")]
+    out: PathBuf,
+}
+
+impl ResultsArgs {
+    pub(super) fn execute(&self) -> Result<(), CommandError> {
+        let all = Page::value_variants();
+        let effort = if self.quick { Effort::QUICK } else { Effort::FULL };
+        for &page in if self.pages.is_empty() { all } else { &self.pages } {
+            let path = self.out.join(format!("{}.md", page.name()));
+            if self.check {
+                check(page, &path, effort)?;
+            } else {
+                write(page, &path, effort)?;
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Writes a page.
+fn write(page: Page, path: &Path, effort: Effort) -> Result<(), CommandError> {
+    let mut file = Output::create(path)?;
+    let text = page::filled(page.template(), &page.values(effort)?)?;
+    file.write_all(text.as_bytes()).map_err(|source| file.unwritable(source))?;
+    file.publish()?;
+    Ok(files::print(&format!("written            {}\n", path.display()))?)
+}
+
+/// Compares a page with what would be written.
+fn check(page: Page, path: &Path, effort: Effort) -> Result<(), CommandError> {
+    let unreadable = |source| OutputError::Unreadable { path: path.to_owned(), source };
+    let written = std::fs::read_to_string(path).map_err(unreadable)?;
+    let fresh = page::filled(page.template(), &page.values(effort)?)?;
+    match page::first_difference(&written, &fresh) {
+        Some(line) => Err(OutputError::Outdated { path: path.to_owned(), line }.into()),
+        None => Ok(files::print(&format!("as written         {}\n", path.display()))?),
+    }
+}

@@ -1,0 +1,76 @@
+//! `host-sim results`: pages written whole, with the figures that the studies' own commands give; what has changed is told.
+
+use serde_json::Value;
+
+use crate::support::built_command::{folder, number, run, run_on};
+
+/// A page after `results --quick`, and the JSON of the command that it tells of.
+fn page_beside(page: &str, command: &[&str]) -> (String, Value) {
+    let folder = folder();
+    let output = run_on(2, folder.path(), &["results", page, "--quick", "--out", "."]);
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let text = std::fs::read_to_string(folder.path().join(format!("{page}.md"))).expect("written");
+    let output = run_on(2, folder.path(), &[command, &["--format", "json"]].concat());
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    (text, serde_json::from_slice(&output.stdout).expect("one JSON value and nothing else"))
+}
+
+/// No place is left, no line is longer than a page allows, and prose comes before tables.
+fn assert_whole(page: &str) {
+    assert!(page.starts_with("# ") && page.contains("**Verdict.**") && page.contains("**Loss"), "{page}");
+    let prose = page.lines().filter(|line| !line.starts_with('|'));
+    assert!(prose.clone().all(|line| line.chars().count() <= 118), "{page}");
+    assert!(prose.clone().all(|line| !line.contains("{table")), "{page}");
+    assert!(page.ends_with('\n') && !page.ends_with("\n\n"));
+}
+
+#[test]
+fn tool_the_page_on_positioning_says_what_the_trials_say() {
+    let (page, trials) =
+        page_beside("positioning", &["positioning-trials", "--trials", "20", "--compare", "2"]);
+    assert_whole(&page);
+    let (p95, worst) = (number(&trials, "p95_mdeg"), number(&trials, "max_mdeg"));
+    assert!(page.contains(&format!("{p95:.2} mdeg for 95 % of 20 moves")), "{p95}: {page}");
+    assert!(page.contains(&format!("{worst:.2} mdeg at worst")), "{worst}: {page}");
+    assert!(page.contains("| bang-bang on the estimate | 2 "), "{page}");
+}
+
+#[test]
+fn tool_the_page_on_calibration_says_what_the_calibrations_say() {
+    let command = ["calibrate", "--runs", "2", "--duration", "6"];
+    let (page, calibrations) = page_beside("calibration", &command);
+    assert_whole(&page);
+    let rms = number(&calibrations["over_runs"], "scale_factor_rms_ppm");
+    assert!(page.contains(&format!("In 6 s the scale factor is found to {rms:.2} ppm rms")), "{rms}: {page}");
+}
+
+/// A page is as written, times and white space aside, until a figure differs: then the place is named and nothing is written.
+#[test]
+fn tool_a_page_that_has_changed_is_told() {
+    let folder = folder();
+    let results = |more: &[&str]| {
+        run_on(2, folder.path(), &[&["results", "rate", "--quick", "--out", "."], more].concat())
+    };
+    assert!(results(&[]).status.success());
+    let path = folder.path().join("rate.md");
+    let page = std::fs::read_to_string(&path).expect("written");
+    assert_whole(&page);
+    assert!(results(&["--check"]).status.success());
+    let changed = page.replacen("| +600", "| +601", 1);
+    assert_ne!(changed, page);
+    std::fs::write(&path, &changed).expect("a page");
+    let refused = results(&["--check"]);
+    let complaint = String::from_utf8_lossy(&refused.stderr);
+    assert_eq!(refused.status.code(), Some(2), "{complaint}");
+    let line = 1 + changed.lines().position(|line| line.starts_with("| +601")).expect("the row");
+    assert!(complaint.contains(&format!("rate.md:{line}:")) && complaint.contains("hint"), "{complaint}");
+    assert_eq!(std::fs::read_to_string(&path).expect("still there"), changed);
+}
+
+/// The rate's page of the documents is what its command writes today.
+#[test]
+fn tool_the_documents_page_on_rates_is_of_today() {
+    let docs = concat!(env!("CARGO_MANIFEST_DIR"), "/../docs/results");
+    let output = run(std::path::Path::new("."), &["results", "rate", "--check", "--out", docs]);
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+}
