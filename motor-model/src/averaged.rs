@@ -1,7 +1,7 @@
-//! The averaged motor: how a drive turns the rotor on average, and how much that wanders, without a single tooth.
+//! The averaged motor: mean rate of a driven rotor and the random deviations from it, without teeth or impacts.
 //!
-//! Thousands of blows a second make of the rate an Ornstein-Uhlenbeck process about its mean `w`, with time constant `tau`, whose angle
-//! diffuses with `D` (the variance of a long move grows by `2 D` per second):
+//! Thousands of impacts a second make the rate an Ornstein-Uhlenbeck process about its mean `w`, with time constant
+//! `tau`. The angle diffuses with `D`: the variance of a long move grows by `2 D` per second.
 //!
 //! ```text
 //! d(rate) = (w - rate) dt / tau + sqrt(2 D) / tau dW,      d(angle) = rate dt
@@ -15,7 +15,15 @@
 //!                                                 cov(n_r, n_a) = D (1 - E)^2
 //! ```
 //!
-//! For long moves and plans: one step may be a second. It knows nothing of single blows, of bursts of a few cycles or of rest.
+//! For long moves and plans: one step may be a second. Single impacts, bursts of a few cycles and rest are not
+//! modelled.
+//!
+//! The state:
+//!
+//! | index | symbol | unit | meaning | at the start |
+//! |---|---|---|---|---|
+//! | 0 | `rate` | rad/s | angular rate, clockwise | 0 |
+//! | 1 | `angle` | 2^-32 turn | angle turned, clockwise | 0 |
 
 use rand_core::Rng;
 use rand_distr::{Distribution, StandardNormal};
@@ -24,12 +32,12 @@ use crate::angle::{Angle, AngleAccumulator};
 use crate::error::OutOfBounds;
 use crate::math;
 
-/// What a drive mode at an amplitude does on average, identified from the full model or from a motor.
+/// Mean motion under one drive mode and amplitude, identified from the full model or from a motor.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MeanMotion {
     /// Mean rate `w` in rad/s, clockwise positive.
     pub rate_rad_s: f64,
-    /// Time constant `tau` in s in which the rate comes to its mean, within 1e-6 to 1e3.
+    /// Time constant `tau` in s of the approach of the rate to its mean, within 1e-6 to 1e3.
     pub time_constant_s: f64,
     /// Diffusion `D` of the angle in rad^2/s, within 0 to 1e6: half the growth of the variance of a long move.
     pub diffusion_rad2_s: f64,
@@ -65,7 +73,7 @@ pub struct AveragedMotor {
     rate_rad_s: f64,
     /// `E`.
     decay: f64,
-    /// `w h`, however many turns, and what is left of it below an angle's unit.
+    /// `w h`, of any number of turns, and its remainder below the unit of an angle.
     turn: Angle,
     turn_rest_rad: f64,
     /// `tau (1 - E)`.
@@ -87,8 +95,8 @@ impl AveragedMotor {
         let decay = 1.0 - loss;
         // Of 2 x - 3 + 4 E - E^2, with x = h / tau and E = 1 - L: 2 (x - L) - L^2; its leading term is 2 x^3 / 3.
         let x = h / tau;
-        let wander = if x < 1e-2 { series(x) } else { 2.0 * (x - loss) - loss * loss };
-        let (rate_variance, angle_variance) = (d / tau * loss * (2.0 - loss), d * tau * wander);
+        let variance_per_d_tau = if x < 1e-2 { series(x) } else { 2.0 * (x - loss) - loss * loss };
+        let (rate_variance, angle_variance) = (d / tau * loss * (2.0 - loss), d * tau * variance_per_d_tau);
         let covariance = d * loss * loss;
         let a = math::sqrt(rate_variance);
         let b = if a > 0.0 { covariance / a } else { 0.0 };
@@ -104,7 +112,7 @@ impl AveragedMotor {
         })
     }
 
-    /// Advances `state` by one step, with chance from `rng`.
+    /// Advances `state` by one step, with random numbers from `rng`.
     pub fn step<R: Rng + ?Sized>(&self, state: &mut AveragedState, rng: &mut R) {
         let (first, second): (f64, f64) = (StandardNormal.sample(rng), StandardNormal.sample(rng));
         let [a, b, c] = self.root;
@@ -149,14 +157,15 @@ mod tests {
             for _ in 0..steps {
                 motor.step(&mut state, &mut Pcg64Mcg::new(3));
             }
-            let gone = -math::exp_m1(-0.2 / 0.05);
-            assert!((state.rate_rad_s - 2.0 * gone).abs() < 1e-12);
-            let expected_deg = (2.0 * (0.2 - 0.05 * gone)).to_degrees();
+            let approach = -math::exp_m1(-0.2 / 0.05);
+            assert!((state.rate_rad_s - 2.0 * approach).abs() < 1e-12);
+            let expected_deg = (2.0 * (0.2 - 0.05 * approach)).to_degrees();
             assert!((state.angle.angle().degrees() - expected_deg).abs() < 1e-5 * f64::from(steps));
         }
     }
 
-    /// Mean and variance of rate and angle after 0.3 s do not depend on the step, and are the closed form's: 20,000 runs, five standard errors.
+    /// Mean and variance of rate and angle after 0.3 s do not depend on the step, and are the closed form's: 20,000
+    /// runs, five standard errors.
     #[test]
     fn exact_moments_for_any_step() {
         let (h, tau, d) = (0.3, MOTION.time_constant_s, MOTION.diffusion_rad2_s);

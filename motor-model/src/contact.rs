@@ -1,18 +1,20 @@
-//! When does a tooth meet the rotor? The gap through a span of free motion, and its first descent to zero.
+//! The gap between tooth and rotor over a span of free motion, and its first descent to zero.
 //!
-//! The gap `z - u_p`, its rate and its acceleration are known exactly at both ends of the span; the quintic polynomial that
-//! shares these six values stands for it in between. Its error is below `(w h)^6 A / 46080` for an oscillation of amplitude `A`: 2e-12 m
-//! at 10 us, 1e-10 m at 20 us, in mode B at full amplitude.
+//! The gap `z - u_p`, its rate and its acceleration are known exactly at both ends of the span. The quintic
+//! polynomial with these six values stands for the gap in between. Its error is below `(w h)^6 A / 46080` for an
+//! oscillation of amplitude `A`: 2e-12 m at 10 us, 1e-10 m at 20 us, in mode B at full amplitude.
 //!
-//! In Bernstein's form, `gap(x) = sum C(5,i) x^i (1-x)^(5-i) b_i`, the quintic needs no fit: with `g, r, a` at the start and `G, R, A` at the end,
+//! In Bernstein's form, `gap(x) = sum C(5,i) x^i (1-x)^(5-i) b_i`, the quintic needs no fit: with `g, r, a` at the
+//! start and `G, R, A` at the end,
 //!
 //! ```text
 //! b_0 = g    b_1 = g + r h/5    b_2 = g + 2 r h/5 + a h^2/20      b_3 = G - 2 R h/5 + A h^2/20    b_4 = G - R h/5    b_5 = G
 //! ```
 //!
-//! It has no more roots in the span than its coefficients change sign (Descartes' rule, in Bernstein's form): none if all are positive, exactly one
-//! if they change sign once. Else the span is halved (de Casteljau) and each half asked again, the earlier first; a piece of 1/16 in which the curve
-//! may still dip below zero and come back is asked for its lowest point. So no root is passed over, however close two lie together.
+//! It has at most as many roots in the span as its coefficients have changes of sign (Descartes' rule, in Bernstein's
+//! form): none if all are positive, exactly one if there is one change. Otherwise the span is halved (de Casteljau)
+//! and each half is tested, the earlier first. In a piece of 1/16 that may still have two roots, the lowest point
+//! decides. So no root of the quintic is missed, however close two of them are.
 
 use crate::math::Real;
 
@@ -32,9 +34,10 @@ pub(crate) struct GapCurve<T> {
 
 /// Times that a span is halved at most.
 const HALVINGS: u8 = 4;
-/// Most evaluations that refine a root or a lowest point.
+/// Most iterations for a root or a lowest point.
 const REFINEMENTS: u8 = 10;
-/// A correction of the root below this, of third order, leaves an error of its cube.
+/// The iteration for a root ends at a correction below this: it converges with the third order, so the error is its
+/// cube.
 const LAST_CORRECTION: f64 = 1.0 / 262_144.0;
 
 impl<T: Real> GapCurve<T> {
@@ -58,8 +61,8 @@ impl<T: Real> GapCurve<T> {
 
     /// The first `x` in `0..=1` at which the gap, positive before, falls to zero.
     ///
-    /// A curve that starts at or below zero and falls gives 0. One that starts there and rises (a tooth that has just struck) is taken to
-    /// start at zero, and that root is divided out.
+    /// A curve that starts at or below zero and falls gives 0. One that starts there and rises (just after an impact)
+    /// is taken to start at zero, and that root is divided out.
     #[inline]
     pub(crate) fn first_descent(&self) -> Option<T> {
         let [b0, b1, b2, b3, b4, b5] = self.b;
@@ -137,7 +140,7 @@ impl<T: Real> GapCurve<T> {
         (Self { b: [a0, b0, c0, d0, e0, middle] }, Self { b: [middle, e1, d2, c3, b4, a5] })
     }
 
-    /// The first root of a piece so short that the curve turns once in it at most.
+    /// The first root of a piece so short that the curve has at most one minimum in it.
     fn dip(&self) -> Option<T> {
         let curve = Polynomial::of(self);
         let lowest = curve.lowest();
@@ -196,7 +199,8 @@ impl<T: Real> Polynomial<T> {
         self.root_before(x, T::one())
     }
 
-    /// The root between 0, where the curve is positive, and `right`, where it is not: Halley's method, kept in the bracket by bisection.
+    /// The root between 0, where the curve is positive, and `right`, where it is not, by Halley's method, kept in the
+    /// bracket by bisection.
     fn root_before(&self, mut x: T, mut right: T) -> T {
         let mut left = T::zero();
         for _ in 0..REFINEMENTS {
@@ -217,7 +221,8 @@ impl<T: Real> Polynomial<T> {
         right
     }
 
-    /// Where a curve that falls at 0 and rises at 1 turns: Newton's method on the slope, kept in the bracket; else the lower end.
+    /// The minimum of a curve that falls at 0 and rises at 1, by Newton's method on the slope, kept in the bracket;
+    /// otherwise the lower end.
     fn lowest(&self) -> T {
         let (mut left, mut right) = (T::zero(), T::one());
         if self.slope(left) >= T::zero() {
@@ -289,7 +294,7 @@ mod tests {
         let expected = 0.6_f64.sqrt();
         assert!((fall.curve().first_descent().unwrap() - expected).abs() < 1e-14);
         assert!(Motion { height: 0.6, ..fall }.curve().first_descent().is_none());
-        // Thrown up from contact: the root at the start is the blow itself, the next one the landing.
+        // Thrown up from contact: the root at the start is the impact itself, the next one the landing.
         let thrown = Motion { height: 0.0, velocity: 0.25, ..fall };
         assert!((thrown.curve().first_descent().unwrap() - 0.5).abs() < 1e-14);
         assert!(Motion { height: 0.0, velocity: 0.7, ..fall }.curve().first_descent().is_none());
@@ -298,7 +303,7 @@ mod tests {
         assert!(late.curve().first_descent().unwrap().abs() < 1e-300);
     }
 
-    /// A gap that closes and opens again between the ends: found down to the last hair, and none where there is none.
+    /// A gap that closes and opens again between the ends: found at any depth, and not found where the gap stays open.
     #[test]
     fn exact_graze_between_the_ends() {
         for depth in [1e-3, 1e-6, 1e-9, 1e-12] {
@@ -322,8 +327,7 @@ mod tests {
     proptest! {
         #![proptest_config(ProptestConfig { cases: 2000, failure_persistence: None, ..ProptestConfig::default() })]
 
-        /// Against a scan of the true gap: no crossing deeper than the curve's own error is missed, none invented, none later than the
-        /// first.
+        /// Against a scan of the true gap: the first crossing deeper than the curve's own error is found, and no other.
         #[test]
         fn dual_first_descent_equals_a_scan(
             height in 0.0..2.0_f64, velocity in -2.0..2.0_f64, gravity in -1.0..1.0_f64,

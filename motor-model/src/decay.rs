@@ -85,11 +85,13 @@ pub fn decay_loss<T: Real>(y: T) -> T {
     power * (-f * series(f, T::RECIPROCALS)) + (power - T::one())
 }
 
-/// `(exp(-y) - 1, m1, m2)` for `y >= 0`: loss of a decay and the means of it and of its integral, as in [`crate::rotor`].
+/// `(exp(-y) - 1, m1, m2)` for `y >= 0`: loss of a decay and the means of it and of its integral, as in
+/// [`crate::rotor`].
 #[inline]
 pub fn decay_means<T: Real>(y: T) -> (T, T, T) {
     if y < T::from_f64(0.25) {
-        // The same series serves, since y < ln 2 / 2: m2 = 1/2! - y/3! + y^2/4! - ..., then m1 = 1 - y m2 and the loss -y m1: no cancellation anywhere.
+        // The same series serves, since y < ln 2 / 2: m2 = 1/2! - y/3! + y^2/4! - ..., then m1 = 1 - y m2 and the
+        // loss -y m1: no cancellation anywhere.
         let all_but_half = factors(y).split_last().map_or(T::RECIPROCALS, |(_, rest)| rest);
         let series = series(y, all_but_half);
         let second = series * T::from_f64(0.5);

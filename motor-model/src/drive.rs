@@ -29,7 +29,8 @@ pub struct DriveCommand {
     frequency_offset_hz: f32,
 }
 
-/// Bit by bit, which is all that a step needs to see whether the command is a new one, and cheaper than comparing floats.
+/// Bit by bit, which is all that a step needs to see whether the command is a new one, and cheaper than comparing
+/// floats.
 impl PartialEq for DriveCommand {
     #[inline]
     fn eq(&self, other: &Self) -> bool {

@@ -1,10 +1,10 @@
-//! Where the energy goes: an account of every joule, kept beside a run and closed by tests.
+//! Energy ledger: every flow of energy of a run, recorded beside it; tests check that the balance closes.
 //!
 //! ```text
 //! stored = sum 1/2 M_n (g_n'^2 + w_n^2 g_n^2) + 1/2 m_r v_z^2 + m_r g z + 1/2 J rate^2,   M_A = m_s, M_B = M_C = m_s / 2
 //!
 //! d(stored) = supplied + reaction left out + lift
-//!           - modal damping - squeeze film - drag - normal loss - friction loss - pressing loss
+//!           - modal damping - squeeze film - drag - normal loss - friction loss - sustained contact loss
 //! ```
 //!
 //! Each term comes from its own law, none from the balance:
@@ -15,18 +15,21 @@
 //! normal loss     1/2 (1 - e^2) (u' - v_z)^2 / (1/m_r + sum phi_n^2 / M_n)    a collision of two free bodies
 //! friction loss   I_t (slip before + slip after) / 2   reaction left out  I_t s'
 //! lift            m_r g (-gap)
-//! pressing loss   -m_r a_p (gap after - gap before)   of a contact that pushes with the constant acceleration a_p
+//! sustained contact loss   -m_r a_p (gap after - gap before)   of a contact with the constant acceleration a_p
 //! ```
 //!
-//! The *reaction left out* is the work that the teeth would do if they felt the tangential impulse `I_t`: the PMM lets them push the
-//! rotor for nothing. The *lift* is what the end-of-step rule creates when it puts the rotor back on a tooth, the *pressing loss* what a constant
-//! force makes of a gap that is not quite constant: both vanish with the step. The
-//! integrals over the modes are five-point Gauss-Legendre sums over the exact motion, in pieces of which none turns the fastest mode or drive by
-//! more than 0.75 rad: off by less than 1e-10 of the term, in steps up to 1 ms; those of squeeze film and drag, which can stop the rotor within a step, are closed forms.
+//! The *reaction left out*: in the PMM the tangential impulse `I_t` acts on the rotor but not on the teeth. This term
+//! is the work that the teeth would have to do. The *lift* is what the rule of the end of the step adds when it puts
+//! the rotor back on a tooth. The *sustained contact loss* is the work of a constant force on a gap that is not quite
+//! constant. Lift and sustained contact loss vanish with the step.
+//!
+//! The integrals over the modes are five-point Gauss-Legendre sums over the exact motion, in pieces of at most 0.75
+//! rad of the fastest mode or drive: their error is below 1e-10 of the term, in steps up to 1 ms. The integrals of
+//! squeeze film and drag, which can stop the rotor within a step, are closed forms.
 
-use crate::drag::Dragged;
 use crate::drive::DriveCommand;
 use crate::error::OutOfBounds;
+use crate::friction::SustainedFriction;
 use crate::impact::Impact;
 use crate::math::{self, Real};
 use crate::modes::{DriveTuning, Mode};
@@ -36,20 +39,28 @@ use crate::phase::Phase;
 use crate::rotor::tangential_damping_per_s;
 use crate::teeth::ToothPair;
 
-/// What a step tells of itself to whoever keeps the account.
+/// Receives what happens in a step, in order. [`EnergyLedger`] records energies; other implementations can record
+/// impacts.
 pub trait Ledger<T: Real> {
-    /// The fraction `part` of a step passes from `state` on, with the drive in force and no impact, while the pairs of teeth push the rotor up with
-    /// the constant accelerations `push_m_s2`.
+    /// The fraction `part` of a step passes from `state` on, with the drive in force and without an impact, while the
+    /// pairs of teeth push the rotor up with the constant accelerations `push_m_s2`.
     fn motion(&mut self, state: &MotorState<T>, part: T, push_m_s2: [T; 2]);
     /// An impact took `before` to `after`.
     fn impact(&mut self, before: &MotorState<T>, after: &MotorState<T>, impact: &Impact<T>);
     /// The rotor was raised by `height_m`.
     fn lift(&mut self, height_m: T);
-    /// Teeth pressed on the rotor pushed it with `push_m_s2` and dragged it round, while the gaps went from `before_m` to `after_m`.
-    fn pressed(&mut self, before_m: [T; 2], after_m: [T; 2], push_m_s2: [T; 2], dragged: &[Dragged<T>; 2]);
+    /// Teeth in sustained contact pushed the rotor with `push_m_s2` and acted on it by `friction`, while the gaps
+    /// went from `before_m` to `after_m`.
+    fn sustained_contact(
+        &mut self,
+        before_m: [T; 2],
+        after_m: [T; 2],
+        push_m_s2: [T; 2],
+        friction: &[SustainedFriction<T>; 2],
+    );
 }
 
-/// Keeps no account, at no cost.
+/// Records nothing, at no cost.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct NoLedger;
 
@@ -61,15 +72,15 @@ impl<T: Real> Ledger<T> for NoLedger {
     #[inline]
     fn lift(&mut self, _: T) {}
     #[inline]
-    fn pressed(&mut self, _: [T; 2], _: [T; 2], _: [T; 2], _: &[Dragged<T>; 2]) {}
+    fn sustained_contact(&mut self, _: [T; 2], _: [T; 2], _: [T; 2], _: &[SustainedFriction<T>; 2]) {}
 }
 
-/// Energies in J since the account was opened, each positive as its name says.
+/// Energies in J since the ledger was made, each positive as its name says.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct EnergyFlows {
     /// Work of the coil's field on the modes.
     pub supplied_j: f64,
-    /// Work of the teeth on the rotor for which the PMM asks no reaction of them.
+    /// Work of the teeth on the rotor that the PMM does not take from the teeth.
     pub reaction_left_out_j: f64,
     /// Potential energy created by lifting a rotor found inside a tooth.
     pub lift_j: f64,
@@ -81,14 +92,14 @@ pub struct EnergyFlows {
     pub drag_j: f64,
     /// Lost to restitution at impacts.
     pub normal_loss_j: f64,
-    /// Lost to slip, at impacts and under pressed teeth.
+    /// Lost to slip, at impacts and in sustained contact.
     pub friction_loss_j: f64,
-    /// Lost to pressed contacts whose gap was not quite constant.
-    pub pressing_loss_j: f64,
+    /// Lost to sustained contacts whose gap was not quite constant.
+    pub sustained_contact_loss_j: f64,
 }
 
 impl EnergyFlows {
-    /// What should have been added to the stored energy.
+    /// The change of the stored energy that the flows add up to.
     pub fn net_j(&self) -> f64 {
         self.supplied_j + self.reaction_left_out_j + self.lift_j
             - (self.modal_damping_j
@@ -96,10 +107,10 @@ impl EnergyFlows {
                 + self.drag_j
                 + self.normal_loss_j
                 + self.friction_loss_j
-                + self.pressing_loss_j)
+                + self.sustained_contact_loss_j)
     }
 
-    /// Sum of the magnitudes: what an imbalance is to be compared with.
+    /// Sum of the magnitudes: the scale of an imbalance.
     pub fn turnover_j(&self) -> f64 {
         [
             self.supplied_j,
@@ -110,7 +121,7 @@ impl EnergyFlows {
             self.drag_j,
             self.normal_loss_j,
             self.friction_loss_j,
-            self.pressing_loss_j,
+            self.sustained_contact_loss_j,
         ]
         .iter()
         .map(|flow| flow.abs())
@@ -162,7 +173,7 @@ const GAUSS_LEGENDRE: [(f64, f64); NODES] = [
     (0.953_089_922_969_332, 0.118_463_442_528_094_54),
 ];
 
-/// An account of the energy of one motor, in `f64` whatever the motor's precision.
+/// The energy ledger of one motor, in `f64` for a motor of either precision.
 ///
 /// ```
 /// use motor_model::{DriveCommand, DriveMode, EnergyLedger, Motor, MotorParams, MotorSetup, MotorState};
@@ -193,7 +204,7 @@ pub struct EnergyLedger {
 }
 
 impl EnergyLedger {
-    /// An account for the motor of these parameters and this set-up.
+    /// A ledger for the motor of these parameters and this set-up.
     ///
     /// # Errors
     /// When mode A is damped beyond 0.99 of critical.
@@ -247,7 +258,8 @@ impl EnergyLedger {
         let states = g.iter().zip(&v).zip(&recoil);
         for (index, (mode, ((g, v), recoil))) in self.modes.iter().zip(states).enumerate() {
             let driven = drive.as_ref().filter(|drive| drive.mode_index == index);
-            // Free motion is about the equilibrium that constant pushes displace, less the steady motion under the drive.
+            // Free motion is about the equilibrium that constant pushes displace; the steady motion under the drive
+            // is subtracted.
             let equilibrium = -recoil / (mode.natural_rad_s * mode.natural_rad_s);
             let (g_steady, v_steady) = driven.map_or((0.0, 0.0), |drive| drive.motion(0.0));
             let mut free = (g - equilibrium - g_steady, v - v_steady);
@@ -269,7 +281,7 @@ impl EnergyLedger {
         }
     }
 
-    /// Losses of the rotor in flight over the fraction `part` of a step, pushed up with the constant acceleration `push_m_s2`.
+    /// Losses of the rotor over the fraction `part` of a step, pushed up with the constant acceleration `push_m_s2`.
     fn rotor_flows<T: Real>(&mut self, state: &MotorState<T>, part: f64, push_m_s2: f64) {
         let v = state.rotor.velocity_m_s.to_f64();
         let rate = state.rotor.rate_rad_s.to_f64();
@@ -290,7 +302,7 @@ impl EnergyLedger {
     }
 }
 
-/// As many pieces of a step as the quadrature needs of the fastest mode and drive.
+/// How many pieces of a step the quadrature needs for the fastest mode and drive.
 fn pieces(modes: &[Mode; 3], setup: &MotorSetup) -> u8 {
     use core::f64::consts::TAU;
     let natural_rad_s = modes.iter().fold(0.0, |fastest: f64, mode| fastest.max(mode.natural_rad_s));
@@ -313,16 +325,23 @@ impl<T: Real> Ledger<T> for EnergyLedger {
         self.rotor_flows(state, part, push_0 + push_1);
     }
 
-    fn pressed(&mut self, before_m: [T; 2], after_m: [T; 2], push_m_s2: [T; 2], dragged: &[Dragged<T>; 2]) {
+    fn sustained_contact(
+        &mut self,
+        before_m: [T; 2],
+        after_m: [T; 2],
+        push_m_s2: [T; 2],
+        friction: &[SustainedFriction<T>; 2],
+    ) {
         for ((before, after), push) in before_m.into_iter().zip(after_m).zip(push_m_s2) {
             let opened_m = after.to_f64() - before.to_f64();
-            self.flows.pressing_loss_j -= self.params.get(Parameter::RotorMass) * push.to_f64() * opened_m;
+            self.flows.sustained_contact_loss_j -=
+                self.params.get(Parameter::RotorMass) * push.to_f64() * opened_m;
         }
         let radius = self.params.get(Parameter::ToothRadius);
         let tangential_mass = self.params.get(Parameter::RotorInertia) / (radius * radius);
-        for dragged in dragged {
-            self.flows.reaction_left_out_j += tangential_mass * dragged.work_m2_s2.to_f64();
-            self.flows.friction_loss_j += tangential_mass * dragged.heat_m2_s2.to_f64();
+        for friction in friction {
+            self.flows.reaction_left_out_j += tangential_mass * friction.work_m2_s2.to_f64();
+            self.flows.friction_loss_j += tangential_mass * friction.heat_m2_s2.to_f64();
         }
     }
 
@@ -331,7 +350,7 @@ impl<T: Real> Ledger<T> for EnergyLedger {
         let tooth = if impact.pair == 0 { first } else { second };
         let approach = impact.approach_m_s.to_f64();
         let restitution = self.params.get(Parameter::Restitution);
-        // 1/m_r + sum phi_n^2 / M_n: how easily the contact gives way.
+        // 1/m_r + sum phi_n^2 / M_n: velocity of approach per normal impulse.
         let compliance = 1.0 / self.params.get(Parameter::RotorMass)
             + (self.modes.iter().zip(&tooth.shape)).map(|(mode, phi)| phi * phi / mode.mass_kg).sum::<f64>();
         self.flows.normal_loss_j +=
@@ -389,7 +408,8 @@ impl SteadyDrive {
         let stiffness = (mode.natural_rad_s - w) * (mode.natural_rad_s + w);
         let resistance = 2.0 * mode.damping_ratio * mode.natural_rad_s * w;
         let square = stiffness * stiffness + resistance * resistance;
-        // Undamped and on resonance there is no steady motion, but then the drive, which carries zeta, is nothing too.
+        // Undamped and on resonance there is no steady motion, but then the drive, which is proportional to zeta, is
+        // 0 too.
         let per_square = if acceleration_m_s2 == 0.0 { 0.0 } else { acceleration_m_s2 / square };
         Some(Self {
             mode_index,
@@ -422,7 +442,7 @@ impl SteadyDrive {
     }
 }
 
-/// Turns of a phase that gains `increment` modulo a turn: of all that it may be, the nearest to `nominal`.
+/// Turns of a phase that gains `increment` modulo a turn: the candidate nearest to `nominal`.
 #[expect(clippy::cast_precision_loss, reason = "2^-53 of a turn is below the quadrature's error")]
 fn turns(increment: Phase, nominal: f64) -> f64 {
     const UNITS_PER_TURN: f64 = 18_446_744_073_709_551_616.0;

@@ -1,13 +1,14 @@
-//! What happens at an impact: restitution across the contact, momentum shared with the three modes, friction.
+//! The law of impact: restitution across the contact, momentum shared with the three modes, friction.
 //!
-//! A tooth at height `u` strikes the rotor from below when their gap closes and `u' > v_z`. Newton's restitution
+//! There is an impact where the gap between a tooth at height `u` and the rotor closes and `u' > v_z`. Newton's
+//! restitution
 //!
 //! ```text
 //! v_z+ - u'+ = e (u' - v_z)                                                              (10)
 //! ```
 //!
-//! and the exchange of momentum `m_r dv` with the modes, whose tooth jumps by `-r dv`, `r = 3 m_r / m_s` (8b, 12a), give
-//! (13a, 13b in one line)
+//! and the exchange of momentum `m_r dv` with the modes, by which the tooth's velocity jumps by `-r dv`, `r = 3 m_r /
+//! m_s` (8b, 12a), give (13a, 13b in one line)
 //!
 //! ```text
 //! dv = v_z+ - v_z = (1 + e) (u' - v_z) / (1 + r)
@@ -16,7 +17,7 @@
 //!
 //! The printed (12b), with `m_r/m_s` for `r`, breaks momentum conservation and does not reproduce the paper's tables.
 //!
-//! Friction acts on the slip `s' - v_th`, with `v_th = R_t rate`, and at most stops it: it cannot throw the rotor past the tooth.
+//! Friction acts on the slip `s' - v_th`, with `v_th = R_t rate`. It stops the slip at most and never reverses it.
 //!
 //! ```text
 //! v_th += clamp(s' - v_th, -lim, +lim),   lim = c dv m_r R_t^2 / J                       (11, 13c)
@@ -24,7 +25,7 @@
 //! c = mu                 Coulomb's
 //! ```
 
-use crate::drag::{Contact, Dragged, drag};
+use crate::friction::{Contact, SustainedFriction, sustained_friction};
 use crate::math::Real;
 use crate::modes::ModalState;
 use crate::params::{MotorParams, Parameter};
@@ -44,7 +45,7 @@ pub enum FrictionLaw {
 /// The record of one impact.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Impact<T> {
-    /// Which pair of teeth struck, 0 or 1.
+    /// Which pair of teeth, 0 or 1.
     pub pair: u8,
     /// Time from the impact to the end of its step, in s.
     pub before_end_s: T,
@@ -56,8 +57,8 @@ pub struct Impact<T> {
     pub slip_m_s: T,
     /// Tangential impulse on the rotor, of the slip's sign, in N s.
     pub tangential_impulse_n_s: T,
-    /// Height of the rotor over the tooth when the impact was applied, in m. Below 0 it is how far an impact found at the end of a step
-    /// came too late; for an impact located inside the step, what its location is off.
+    /// Height of the rotor over the tooth when the impact was applied, in m. A negative value is the depth at the end
+    /// of the step; for a located impact the value is the error of its location.
     pub gap_m: T,
 }
 
@@ -69,7 +70,7 @@ pub struct ImpactLaw<T> {
     /// `R_t`.
     radius_m: T,
     per_radius: T,
-    /// `J / R_t^2`: what the rotor weighs to a tangential push.
+    /// `J / R_t^2`: the rotor's effective mass for a tangential force at the tooth radius.
     tangential_mass_kg: T,
     per_tangential_mass: T,
     friction: T,
@@ -101,7 +102,7 @@ impl<T: Real> ImpactLaw<T> {
 
     /// Applies an impact of `tooth` that approaches at `approach_m_s > 0`, and returns its impulses and slip.
     #[inline]
-    pub fn strike(
+    pub fn apply(
         &self,
         tooth: &ToothPair<T>,
         approach_m_s: T,
@@ -121,16 +122,16 @@ impl<T: Real> ImpactLaw<T> {
         Impulse { normal_n_s, tangential_n_s: self.tangential_mass_kg * push_m_s, slip_m_s, jump }
     }
 
-    /// Drags the rotor round by `teeth` that push it up with the velocities `dv_m_s` over a span of time, in which their tangential
-    /// velocities go from `from_m_s` to what they are in `modes`.
-    pub(crate) fn drag(
+    /// Applies the friction of `teeth` that push the rotor up with the velocities `dv_m_s` over a span of time, in
+    /// which their tangential velocities go from `from_m_s` to those in `modes`.
+    pub(crate) fn apply_sustained_friction(
         &self,
         teeth: &[ToothPair<T>; 2],
         dv_m_s: [T; 2],
         from_m_s: [T; 2],
         modes: &ModalState<T>,
         rotor: &mut RotorState<T>,
-    ) -> [Dragged<T>; 2] {
+    ) -> [SustainedFriction<T>; 2] {
         let contact = |tooth: &ToothPair<T>, dv: T, from: T| Contact {
             from,
             to: tooth.tangential_velocity(modes),
@@ -140,13 +141,13 @@ impl<T: Real> ImpactLaw<T> {
                 * self.per_tangential_mass,
         };
         let ([first, second], [dv_0, dv_1], [from_0, from_1]) = (teeth, dv_m_s, from_m_s);
-        let dragged = drag(
+        let friction = sustained_friction(
             [contact(first, dv_0, from_0), contact(second, dv_1, from_1)],
             self.radius_m * rotor.rate_rad_s,
         );
-        let [push_0, push_1] = dragged.map(|dragged| dragged.push_m_s);
+        let [push_0, push_1] = friction.map(|friction| friction.push_m_s);
         rotor.rate_rad_s += (push_0 + push_1) * self.per_radius;
-        dragged
+        friction
     }
 
     /// `c` of the law in force.
@@ -157,7 +158,7 @@ impl<T: Real> ImpactLaw<T> {
             FrictionLaw::Paper => {
                 let across = tooth.tangential_displacement(modes).abs();
                 let up = tooth.height(modes).abs();
-                // Compared before dividing: at u = 0 the angle is a right one and mu limits.
+                // Compared before dividing: at u = 0 the angle of contact is a right angle and mu is the limit.
                 if across < self.friction * up { across / up } else { self.friction }
             }
         }
@@ -173,6 +174,6 @@ pub struct Impulse<T> {
     pub tangential_n_s: T,
     /// Slip before the impact, `s' - v_th`, in m/s.
     pub slip_m_s: T,
-    /// What the impulses made of the rotor's motion.
+    /// The jump of the rotor's motion.
     pub jump: RotorJump<T>,
 }

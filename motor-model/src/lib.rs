@@ -1,55 +1,59 @@
-//! Parametric modal model (PMM) of a magnetoelastic rotary micro-motor: the twin on the microcontroller in `f32`, the plant on the host
-//! in `f64`.
+#![doc = include_str!("../README.md")]
 //!
-//! A ring-shaped silicon stator, driven by a coil at one of two resonances, vibrates out of plane and strikes a loose annular rotor from
-//! below with four teeth, thousands of times a second. Each strike throws the rotor up and drags it round. Mode B (6.30 kHz) turns it
-//! clockwise, mode C (7.46 kHz) counter-clockwise.
+//! # Tour, in the order of the data
 //!
-//! Source of the equations and, unless said otherwise, of the numbers in brackets: Qu, Tang, Gianchandani, Oldham, Green, "Dynamic
-//! modeling of a bidirectional magnetoelastic rotary micro-motor", Sensors and Actuators A 223 (2015) 49-60,
-//! doi 10.1016/j.sna.2014.12.029.
-//!
-//! # In the order of the data
-//!
-//! - [`params`]: Table 1 as data; [`MotorParams`] is a checked set, [`MotorParams::draw`] another motor of the same make.
-//! - [`DriveCommand`]: what the coil is told: mode, amplitude, frequency offset. [`Phase`]: its integer phase.
+//! - [`params`]: Table 1 of the paper as data. [`MotorParams`] is a checked set of values; [`MotorParams::draw`]
+//!   gives another motor of the same make.
+//! - [`DriveCommand`]: mode, amplitude and frequency offset of the coil's current. [`Phase`]: its phase as an integer.
 //! - [`modes`]: the stator's three oscillators, advanced exactly over a step with the drive included (7a-c).
-//! - [`ToothPair`]: where two opposite pairs of teeth stand in the modes (4, 9a).
-//! - [`ImpactLaw`]: restitution, recoil of the modes, friction (7a-c, 10-13c).
+//! - [`ToothPair`]: height and tangential motion of two pairs of opposite teeth (4, 9a).
 //! - [`Flight`]: the rotor between impacts, exact (14a, b). [`Angle`]: its angle as an integer.
-//! - [`Motor`]: the whole, one [`Motor::step`] at a time, on a plain [`MotorState`].
-//! - Less than the whole: [`Stator`], the stator without a rotor; [`AveragedMotor`], the mean rate and its wander.
-//! - [`EnergyLedger`]: where every joule went, for those who ask.
+//! - [`ImpactLaw`]: restitution, recoil of the modes, friction (7a-c, 10-13c).
+//! - [`Motor`]: all of these together, one [`Motor::step`] at a time, on a plain [`MotorState`], whose table lists
+//!   the states.
+//! - [`Ledger`]: receives what happens in a step. [`EnergyLedger`] records every flow of energy.
+//! - [`Stator`]: the stator without a rotor. [`AveragedMotor`]: mean rate and its random deviations, without teeth.
 //!
-//! # Exact and not
+//! # What is exact
 //!
 //! The linear parts - stator with its sinusoidal drive, rotor in flight - are exact for any step, drive frequency and
-//! instant of switching. What a step gets wrong is *when an impact happens*, by one of two rules:
+//! instant of switching. The error of a step is in the instant of an impact, which one of two rules gives:
 //!
-//! - [`ImpactRule::Located`]: it happens where the gap closes, within 1e-10 m at 20 us; the state there is exact. Teeth that would strike again at
-//!   once stay *pressed* on the rotor, with a normal force and friction, so a rotor comes to rest and walks on weakly driven teeth.
-//! - [`ImpactRule::EndOfStep`], for comparison: it is noticed at the end of its step, as in the paper's program. Rates of rotation and of impacts
-//!   converge with the first order of the step; mode B needs steps below 1 us.
+//! - [`ImpactRule::Located`]: the instant when the gap closes, to 1e-10 m at 20 us. Teeth whose rebound would be too
+//!   short to resolve stay in *sustained contact* with the rotor, with a normal force and friction. So a rotor comes
+//!   to rest, and weakly driven teeth turn it without impacts.
+//! - [`ImpactRule::EndOfStep`], for comparison: the end of the step, as in the paper's program. Rates of rotation and
+//!   of impacts converge with the first order of the step; mode B needs steps below 1 us.
 //!
-//! # Promises
+//! # Guarantees
 //!
-//! `no_std`, no allocation, no unsafe code. A step cannot fail or panic, takes bounded time and calls no transcendental function. The
-//! same `f32` run gives the same bits on the host and on a Cortex-M. Time, phase and angle are integers. Chance is an argument
-//! ([`AmplitudeVariation::draw`]); there is no clock.
+//! `no_std`, no allocation, no unsafe code. A step cannot fail or panic, takes bounded time and calls no
+//! transcendental function. The same `f32` run gives the same bits on the host and on a Cortex-M. Time, phase and
+//! angle are integers. Random numbers and time are arguments ([`AmplitudeVariation::draw`], [`AveragedMotor::step`]);
+//! there is no clock.
 //!
 //! # Glossary
 //!
-//! | word | meaning |
+//! | term | meaning |
 //! |---|---|
 //! | mode A, B, C | piston-like mode of the stator (only impacts excite it), first and second driven mode |
 //! | antinode amplitude | largest amplitude of a mode round the ring |
 //! | tooth pair | two opposite teeth; the two pairs move in antiphase in B and C |
-//! | approach | speed at which a tooth gains on the rotor, `u' - v_z` |
+//! | gap | height of the rotor above a tooth, `z - u` |
+//! | impact | a contact event of a pair of teeth with the rotor, of no duration |
+//! | impulse | size of an impact in N s, normal or tangential |
+//! | jump | sudden change of a velocity at an impact |
+//! | approach | speed at which the gap closes before an impact, `u' - v_z` |
 //! | slip | tooth's tangential velocity less the rotor's at the tooth radius |
-//! | recoil | drop of the modal velocities under an impact |
-//! | forcing | what a drive command means for one motor and step |
+//! | recoil | change of the modal velocities by an impact, downward |
+//! | rebound | flight after an impact, up to the next one of the same teeth |
+//! | in flight | without contact |
+//! | sustained contact | teeth that stay on the rotor and push it with a force instead of impacts |
+//! | graze | contact without an approach speed |
+//! | forcing | effect of a drive command on the modes of one motor with one step |
 //! | lift | putting a rotor found inside a tooth back on it |
-//! | pressed | of a pair of teeth: in lasting contact with the rotor, pushing instead of striking |
+//! | ledger | receiver of what happens in a step |
+//! | spread of a motor | tolerances of Table 1, from which [`MotorParams::draw`] draws |
 
 #![no_std]
 #![forbid(unsafe_code)]
@@ -65,7 +69,7 @@
         clippy::cast_possible_truncation,
         clippy::cast_sign_loss,
         clippy::cast_precision_loss,
-        reason = "a test fails by panicking, and takes its yardsticks from another library"
+        reason = "a test fails by panicking and takes expected values from another library"
     )
 )]
 
@@ -73,10 +77,10 @@ mod angle;
 mod averaged;
 mod contact;
 mod decay;
-mod drag;
 mod drive;
 mod energy;
 mod error;
+mod friction;
 mod impact;
 pub mod math;
 pub mod modes;
@@ -84,17 +88,16 @@ mod motor;
 pub mod params;
 mod phase;
 mod rotor;
-mod scatter;
 mod stator;
 mod teeth;
 mod time;
 
 pub use angle::{Angle, AngleAccumulator};
 pub use averaged::{AveragedMotor, AveragedState, MeanMotion};
-pub use drag::Dragged;
 pub use drive::{DriveCommand, DriveMode};
 pub use energy::{EnergyFlows, EnergyLedger, Ledger, NoLedger};
 pub use error::OutOfBounds;
+pub use friction::SustainedFriction;
 pub use impact::{FrictionLaw, Impact, ImpactLaw, Impulse};
 pub use math::Real;
 pub use modes::{DriveTuning, Forcing, ModalBank, ModalState, Mode};

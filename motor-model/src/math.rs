@@ -98,7 +98,8 @@ impl Real for f32 {
     fn from_i32(x: i32) -> Self {
         x as f32
     }
-    /// Through `i32` where it fits, which is one instruction where the processor has no 64-bit conversion. Both round to nearest: the same bits.
+    /// Through `i32` where it fits, which is one instruction where the processor has no 64-bit conversion. Both round
+    /// to nearest: the same bits.
     #[inline]
     fn from_i64(x: i64) -> Self {
         // A call, or the compiler would convert in either way and then choose.
@@ -180,7 +181,8 @@ impl Real for f64 {
     fn whole(self) -> i32 {
         self as i32
     }
-    /// Adding 1.5 x 2^52 leaves the nearest whole number in the low bits of the sum: no conversion, so a third of the latency.
+    /// Adding 1.5 x 2^52 leaves the nearest whole number in the low bits of the sum: no conversion, so a third of the
+    /// latency.
     #[inline]
     fn split(self) -> (i32, Self) {
         const SHIFT: f64 = 1.5 * 4_503_599_627_370_496.0;
@@ -254,10 +256,11 @@ pub fn decay_second_mean(x: f64) -> f64 {
     sum
 }
 
-/// `(x - 2 (1 - exp(-x)) + (1 - exp(-2x)) / 2) / x^3`, which is 1/3 at `x = 0`: the mean over a step, per square of the step, of the
-/// square of the integral of [`decay_mean`]'s decay.
+/// `(x - 2 (1 - exp(-x)) + (1 - exp(-2x)) / 2) / x^3`, which is 1/3 at `x = 0`: the mean over a step, per square of
+/// the step, of the square of the integral of [`decay_mean`]'s decay.
 ///
-/// Below `x = 0.5` the Taylor series `sum over n >= 3 of (2^(n-1) - 2) (-x)^(n-3) / n!` replaces the formula, whose numerator cancels.
+/// Below `x = 0.5` the Taylor series `sum over n >= 3 of (2^(n-1) - 2) (-x)^(n-3) / n!` replaces the formula, whose
+/// numerator cancels.
 pub fn decay_square_mean(x: f64) -> f64 {
     if x.abs() >= 0.5 {
         // With u = 1 - exp(-x) the numerator is x - u - u^2 / 2.
@@ -315,7 +318,8 @@ mod tests {
         assert!((decay_square_mean(1e8) - 1e-16).abs() < 1e-23);
     }
 
-    /// Series and formula of the square's mean at the same place, to rounding: the formula's numerator cancels to 1/12 there.
+    /// Series and formula of the square's mean at the same place, to rounding: the formula's numerator cancels to
+    /// 1/12 there.
     #[test]
     fn dual_square_mean_is_continuous_where_the_formula_changes() {
         let (below, above) = (decay_square_mean(0.5 - 1e-15), decay_square_mean(0.5));

@@ -19,8 +19,8 @@
 //! ```
 //!
 //! `P - I` and `R - I` are stored rather than `P` and `R`: at 1 us they are of order 1e-3, and `f32` would lose three
-//! of its seven digits, which is to say the resonance. Steady motion (8a) and impulse response (8b) of the paper are this
-//! equation after a long drive and after a jump of `g'`.
+//! of its seven digits, which is to say the resonance. Steady motion (8a) and impulse response (8b) of the paper are
+//! this equation after a long drive and after a jump of `g'`.
 
 mod forcing;
 mod part;
@@ -60,8 +60,8 @@ impl Mode {
 
     /// Modes A, B and C of a motor.
     ///
-    /// The amplitudes of Table 1 were measured at the tooth angle `theta_t`, without the mode shift, so the antinode's is
-    /// `A_B = a_B / |sin 2 theta_t|` and `A_C = a_C / |cos 2 theta_t|`.
+    /// The amplitudes of Table 1 were measured at the tooth angle `theta_t`, without the mode shift, so the
+    /// antinode's is `A_B = a_B / |sin 2 theta_t|` and `A_C = a_C / |cos 2 theta_t|`.
     ///
     /// # Errors
     /// When mode A's damping ratio `b_A / (2 m_s w_A)` exceeds 0.99.

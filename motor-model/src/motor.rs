@@ -1,9 +1,9 @@
 //! The whole motor: one step of stator, rotor and impacts.
 
 mod clearance;
+mod end_of_step;
 mod located;
-mod press;
-mod strike;
+mod sustained;
 
 use heapless::Vec;
 
@@ -17,7 +17,7 @@ use crate::params::MotorParams;
 use crate::phase::Phase;
 use crate::rotor::{Flight, RotorState};
 use crate::teeth::{AmplitudeVariation, ToothPair};
-use press::Press;
+use sustained::SustainedContact;
 
 /// Most impacts that one step can hold.
 pub const IMPACTS_PER_STEP_MAX: usize = 4;
@@ -28,23 +28,23 @@ pub type Impacts<T> = Vec<Impact<T>, IMPACTS_PER_STEP_MAX>;
 /// How a step finds the impacts that happen in it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum ImpactRule {
-    /// At its end, as the paper's program did: each comes up to a step too late. For comparison.
+    /// At the end of the step, as in the paper's program: each impact is up to a step late. For comparison.
     EndOfStep,
-    /// Where they happen, and teeth that stay on the rotor are pressed contacts.
+    /// At the instant when the gap closes. Teeth that stay on the rotor are in sustained contact.
     #[default]
     Located,
 }
 
-/// What a run chooses besides the motor's parameters.
+/// Settings of a motor model besides the motor's parameters.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MotorSetup {
     /// Length of a step in s, within 1e-9 to 1e-3.
     pub step_s: f64,
-    /// How impacts are found.
+    /// When impacts are applied.
     pub impact_rule: ImpactRule,
     /// What limits the tangential impulse.
     pub friction_law: FrictionLaw,
-    /// Where the generator's frequencies stand.
+    /// The generator's frequencies.
     pub tuning: DriveTuning,
     /// This run's amplitudes of the tooth pairs.
     pub variation: AmplitudeVariation,
@@ -63,7 +63,19 @@ impl MotorSetup {
     }
 }
 
-/// Everything that changes from step to step: a plain value, copied to branch a run.
+/// Everything that changes from step to step. A plain value: copy it to branch a run.
+///
+/// The mechanical state, all zero at the start:
+///
+/// | quantity | symbol | unit | meaning |
+/// |---|---|---|---|
+/// | `modes.displacement_m` | `g_A, g_B, g_C` | m | modal displacements |
+/// | `modes.velocity_m_s` | `g_A', g_B', g_C'` | m/s | their rates |
+/// | `rotor.height_m` | `z` | m | height of the rotor above the teeth at rest |
+/// | `rotor.velocity_m_s` | `v_z` | m/s | its rate, upward |
+/// | `rotor.angle` | `theta` | 2^-32 turn | angle of the rotor, clockwise |
+/// | `rotor.rate_rad_s` | `omega` | rad/s | its rate |
+/// | `in_contact` | | | which pairs are in sustained contact |
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct MotorState<T: Real> {
     /// Steps taken.
@@ -76,31 +88,31 @@ pub struct MotorState<T: Real> {
     pub rotor: RotorState<T>,
     /// The drive now in force.
     pub forcing: Forcing<T>,
-    /// Which pairs of teeth lie pressed on the rotor; only located impacts know of pressed contacts.
-    pub pressed: [bool; 2],
+    /// Which pairs of teeth are in sustained contact with the rotor. Always false with [`ImpactRule::EndOfStep`].
+    pub in_contact: [bool; 2],
 }
 
-/// What moves, as the rarer paths of a step pass it on: the state less the drive in force, which is as large and stays.
+/// The state without the drive in force, for the rarer paths of a step: the drive is as large as the rest and constant.
 #[derive(Clone, Copy, Debug)]
 struct Motion<T> {
     phase: Phase,
     modes: ModalState<T>,
     rotor: RotorState<T>,
-    pressed: [bool; 2],
+    in_contact: [bool; 2],
 }
 
 impl<T: Real> Motion<T> {
     /// The whole state, for the ledger.
     fn under(&self, forcing: &Forcing<T>) -> MotorState<T> {
-        let Self { phase, modes, rotor, pressed } = *self;
-        MotorState { steps: 0, phase, modes, rotor, forcing: *forcing, pressed }
+        let Self { phase, modes, rotor, in_contact } = *self;
+        MotorState { steps: 0, phase, modes, rotor, forcing: *forcing, in_contact }
     }
 }
 
 impl<T: Real> MotorState<T> {
     fn motion(&self) -> Motion<T> {
-        let Self { phase, modes, rotor, pressed, .. } = *self;
-        Motion { phase, modes, rotor, pressed }
+        let Self { phase, modes, rotor, in_contact, .. } = *self;
+        Motion { phase, modes, rotor, in_contact }
     }
 
     /// The end of a step.
@@ -131,12 +143,12 @@ pub struct Motor<T> {
     flight: Flight<T>,
     impact_law: ImpactLaw<T>,
     impact_rule: ImpactRule,
-    press: Press<T>,
+    sustained: SustainedContact<T>,
     step: T,
-    /// How far the cubic through both ends of a step may miss a gap, per change of the gap's rate.
+    /// Largest error of the cubic through both ends of a step, per change of the gap's rate.
     curve_margin_s: T,
-    /// The wider pair's swing per first pair's, at least 1.
-    widest_swing: T,
+    /// Amplitude of the wider pair per that of the first, at least 1.
+    widest_ratio: T,
     step_s: f64,
 }
 
@@ -154,7 +166,7 @@ impl<T: Real> Motor<T> {
         let teeth = ToothPair::both(params, &setup.variation);
         let fastest_rad = modes.iter().map(|mode| mode.natural_rad_s * step_s).fold(0.0, f64::max);
         Ok(Self {
-            press: Press::new(&bank, &flight, &teeth, fastest_rad, step_s),
+            sustained: SustainedContact::new(&bank, &flight, &teeth, fastest_rad, step_s),
             modes: bank,
             teeth,
             flight,
@@ -162,7 +174,7 @@ impl<T: Real> Motor<T> {
             impact_rule: setup.impact_rule,
             step: T::from_f64(step_s),
             curve_margin_s: T::from_f64(clearance::cubic_margin(fastest_rad) * step_s),
-            widest_swing: T::from_f64(setup.variation.widest_per_first()),
+            widest_ratio: T::from_f64(setup.variation.widest_per_first()),
             step_s,
         })
     }
@@ -190,14 +202,14 @@ impl<T: Real> Motor<T> {
 
     /// Advances `state` by one step under `command` and returns the impacts of that step.
     ///
-    /// Cannot fail, allocates nothing and calls nothing transcendental. A command other than the last one takes effect at the
-    /// start of the step.
+    /// Cannot fail, allocates nothing and calls nothing transcendental. A command other than the last one takes
+    /// effect at the start of the step.
     #[inline]
     pub fn step(&self, state: &mut MotorState<T>, command: DriveCommand) -> Impacts<T> {
         self.step_with(state, command, &mut NoLedger)
     }
 
-    /// [`Self::step`], with an account kept of the energy that moves.
+    /// [`Self::step`], with the flows of energy recorded in `ledger`.
     #[inline]
     pub fn step_with<L: Ledger<T>>(
         &self,
@@ -208,9 +220,9 @@ impl<T: Real> Motor<T> {
         if state.forcing.command() != command {
             state.forcing = self.modes.forcing(command);
         }
-        if state.pressed != [false; 2] {
-            let impacts = aside(state, |forcing, motion, impacts| {
-                self.press_through(forcing, motion, impacts, ledger);
+        if state.in_contact != [false; 2] {
+            let impacts = on_copies(state, |forcing, motion, impacts| {
+                self.step_in_contact(forcing, motion, impacts, ledger);
             });
             state.steps += 1;
             return impacts;
@@ -225,8 +237,8 @@ impl<T: Real> Motor<T> {
                 if !self.surely_clear(&start, &self.clearance(&modes, &rotor)) {
                     let start = state.motion();
                     state.move_to(phase, modes, rotor);
-                    return aside(state, |forcing, end, impacts| {
-                        self.strike_inside(forcing, &start, end, impacts, ledger);
+                    return on_copies(state, |forcing, end, impacts| {
+                        self.locate_impacts(forcing, &start, end, impacts, ledger);
                     });
                 }
                 ledger.motion(state, T::one(), [T::zero(); 2]);
@@ -237,8 +249,8 @@ impl<T: Real> Motor<T> {
                 let [first, second] = gaps_m;
                 if first <= T::zero() || second <= T::zero() {
                     state.move_to(phase, modes, rotor);
-                    return aside(state, |forcing, end, impacts| {
-                        self.strike_at_end(forcing, end, gaps_m, impacts, ledger);
+                    return on_copies(state, |forcing, end, impacts| {
+                        self.impacts_at_end(forcing, end, gaps_m, impacts, ledger);
                     });
                 }
             }
@@ -255,16 +267,17 @@ impl<T: Real> Motor<T> {
     }
 }
 
-/// Runs a rare path on copies: a state whose address goes nowhere lives in registers from step to step.
+/// Runs a rare path on copies of the state. No reference to the state then leaves the step, so a compiler can keep it
+/// in registers from step to step.
 #[inline]
-fn aside<T: Real>(
+fn on_copies<T: Real>(
     state: &mut MotorState<T>,
     path: impl FnOnce(&Forcing<T>, &mut Motion<T>, &mut Impacts<T>),
 ) -> Impacts<T> {
     let (forcing, mut motion, mut impacts) = (state.forcing, state.motion(), Impacts::new());
     path(&forcing, &mut motion, &mut impacts);
-    let Motion { phase, modes, rotor, pressed } = motion;
-    (state.phase, state.modes, state.rotor, state.pressed) = (phase, modes, rotor, pressed);
-    // Most steps with pressed teeth have none, whose record need not be copied.
+    let Motion { phase, modes, rotor, in_contact } = motion;
+    (state.phase, state.modes, state.rotor, state.in_contact) = (phase, modes, rotor, in_contact);
+    // Most steps in sustained contact have no impacts: an empty list is cheaper than a copy.
     if impacts.is_empty() { Impacts::new() } else { impacts }
 }

@@ -3,6 +3,7 @@
 //! [`Parameter`] names each one, [`Parameter::spec`] gives its key, unit, nominal value, tolerance, origin and the
 //! bounds within which the model is valid, and [`MotorParams`] holds a checked set of values.
 
+mod draw;
 mod table;
 
 use crate::error::OutOfBounds;
@@ -77,7 +78,7 @@ impl MotorParams {
 
     /// The value of `parameter`, in the unit of its spec.
     pub fn get(&self, parameter: Parameter) -> f64 {
-        #[expect(clippy::indexing_slicing, reason = "the discriminants are 0..COUNT, tested in table.rs")]
+        #[expect(clippy::indexing_slicing, reason = "there is one value per discriminant")]
         self.values[parameter as usize]
     }
 
@@ -88,7 +89,7 @@ impl MotorParams {
     pub fn with(mut self, parameter: Parameter, value: f64) -> Result<Self, OutOfBounds> {
         let spec = parameter.spec();
         OutOfBounds::check(spec.key, value, spec.min, spec.max, spec.unit)?;
-        #[expect(clippy::indexing_slicing, reason = "the discriminants are 0..COUNT, tested in table.rs")]
+        #[expect(clippy::indexing_slicing, reason = "there is one value per discriminant")]
         {
             self.values[parameter as usize] = value;
         }
@@ -97,8 +98,8 @@ impl MotorParams {
 
     /// Effective tooth angle `th = 90 - (theta_t + theta_m)` in degrees.
     ///
-    /// With the nominal values it is 30: the paper calls `theta_t + theta_m` "the sum ... 30 deg" although it is 60; taking 60 gives
-    /// the same magnitudes with the sense of rotation reversed.
+    /// With the nominal values it is 30: the paper calls `theta_t + theta_m` "the sum ... 30 deg" although it is 60;
+    /// taking 60 gives the same magnitudes with the sense of rotation reversed.
     pub fn effective_tooth_angle_deg(&self) -> f64 {
         90.0 - (self.get(Parameter::ToothAngle) + self.get(Parameter::ModeShift))
     }

@@ -74,7 +74,8 @@ impl Phase {
     }
 }
 
-/// Sine and cosine of `turns`, of magnitude up to 1000, like [`Phase::sin_cos`] but for a phase that is no integer: what part of a step takes.
+/// Sine and cosine of `turns`, of magnitude up to 1000, like [`Phase::sin_cos`] but for a phase that is no integer:
+/// what part of a step takes.
 #[inline]
 pub(crate) fn sin_cos_of_turns<T: Real>(turns: T) -> (T, T) {
     const PER_TURN: f64 = 64.0;
@@ -93,8 +94,8 @@ pub trait PhaseTable: Sized + 'static {
     fn short_arc(remainder: i64) -> (Self, Self);
     /// Sine and cosine of `d`, at most `pi / 64` in magnitude.
     fn arc(d: Self) -> (Self, Self);
-    /// For a value in units of 1/64 turn, of magnitude up to 64,000: the number of the nearest root, modulo 64 in its lowest six bits, and the
-    /// signed rest.
+    /// For a value in units of 1/64 turn, of magnitude up to 64,000: the number of the nearest root, modulo 64 in its
+    /// lowest six bits, and the signed rest.
     fn nearest_root(self) -> (usize, Self);
 }
 

@@ -11,8 +11,8 @@
 //! z(t + h) = z + h m1 v - g h^2 m2
 //! ```
 //!
-//! and likewise for rate and angle. `m1` and `m2` are smooth through `x = 0` (1 and 1/2: the parabola) and for large `x`
-//! (terminal speed).
+//! and likewise for rate and angle. `m1` and `m2` are smooth through `x = 0` (1 and 1/2: the parabola) and for large
+//! `x` (terminal speed).
 
 use crate::angle::AngleAccumulator;
 use crate::decay::decay_means;

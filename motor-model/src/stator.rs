@@ -1,4 +1,4 @@
-//! The stator without a rotor: what a frequency sweep needs, and nothing else.
+//! The stator without a rotor: for frequency sweeps and for the tooth's motion between impacts.
 
 use crate::drive::DriveCommand;
 use crate::error::OutOfBounds;
@@ -8,7 +8,7 @@ use crate::params::MotorParams;
 use crate::phase::Phase;
 use crate::teeth::{AmplitudeVariation, ToothPair};
 
-/// What moves of a stator that carries no rotor.
+/// State of a stator without a rotor: the modal rows of [`crate::MotorState`]'s table.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct StatorState<T: Real> {
     /// Phase of the drive.
@@ -19,7 +19,7 @@ pub struct StatorState<T: Real> {
     pub forcing: Forcing<T>,
 }
 
-/// A stator ready to step: exact at any step, since nothing strikes it.
+/// A stator ready to step. It has no impacts, so any step is exact.
 ///
 /// ```
 /// use motor_model::{DriveCommand, DriveMode, DriveTuning, MotorParams, Stator, StatorState};
@@ -44,11 +44,11 @@ pub struct Stator<T> {
 }
 
 impl<T: Real> Stator<T> {
-    /// The stator of `params`' motor, stepped by `step_s`, its generator tuned as said.
+    /// The stator of `params`' motor with the step `step_s` and the generator's `tuning`.
     ///
     /// # Errors
-    /// When the step is outside 1e-9 to 1e-3 s, a fixed drive frequency is outside 1 Hz to 1 MHz, or mode A is damped beyond 0.99 of
-    /// critical.
+    /// When the step is outside 1e-9 to 1e-3 s, a fixed drive frequency is outside 1 Hz to 1 MHz, or mode A is damped
+    /// beyond 0.99 of critical.
     pub fn try_new(params: &MotorParams, tuning: DriveTuning, step_s: f64) -> Result<Self, OutOfBounds> {
         let step_s = OutOfBounds::check("step_s", step_s, 1e-9, 1e-3, "s")?;
         tuning.check()?;
@@ -58,7 +58,7 @@ impl<T: Real> Stator<T> {
         })
     }
 
-    /// The two pairs of teeth, which tell height and tangential motion.
+    /// The two pairs of teeth, which give height and tangential motion.
     pub fn teeth(&self) -> &[ToothPair<T>; 2] {
         &self.teeth
     }

@@ -1,6 +1,7 @@
-//! The teeth: where two opposite pairs stand in the modes.
+//! The teeth: the motion of two pairs of opposite teeth in the modes.
 //!
-//! The pairs are 90 degrees apart and see modes B and C with opposite signs. With `th_p = th + 90 p`, `p` in {0, 1}:
+//! The pairs are 90 degrees apart and move with opposite signs in modes B and C. With `th_p = th + 90 p`, `p` in {0,
+//! 1}:
 //!
 //! ```text
 //! shape   phi_A = 1,  phi_B = sin 2 th_p,    phi_C = cos 2 th_p                       (4)
@@ -9,8 +10,9 @@
 //! recoil  of g_n' per rise of the rotor's velocity: (m_r/m_s) phi_A, 2 (m_r/m_s) phi_B, 2 (m_r/m_s) phi_C   (7a-c, 8b)
 //! ```
 //!
-//! A pair's amplitude varies by half a percent from pair to pair and run to run. The variation scales `phi` and `psi` of B and
-//! C alike, so the pair's height, its push and its recoil stay one consistent shape: momentum and energy balance for any variation.
+//! A pair's amplitude varies by half a percent from pair to pair and run to run. The variation scales `phi` and `psi`
+//! of B and C alike, so height, recoil and lever of a pair belong to one shape: momentum and energy balance for any
+//! variation.
 
 use nalgebra::Vector3;
 use rand_core::Rng;
@@ -23,7 +25,7 @@ use crate::params::{MotorParams, Parameter};
 /// Relative deviation of each pair's amplitude in modes B and C.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct AmplitudeVariation {
-    /// One value a pair; 0 is nominal.
+    /// One value per pair; 0 is nominal.
     pub pairs: [f64; 2],
 }
 
@@ -33,13 +35,13 @@ impl AmplitudeVariation {
         let sigma = params.get(Parameter::AmplitudeVariation);
         let mut one = || {
             let standard: f64 = StandardNormal.sample(rng);
-            // Six sigmas of the widest variation allowed: a pair never loses its motion, nor turns it round.
+            // Six sigmas of the widest variation allowed keep the sign of a pair's motion.
             sigma * standard.clamp(-6.0, 6.0)
         };
         Self { pairs: [one(), one()] }
     }
 
-    /// Amplitude of the wider pair per that of the first, with a little to spare for rounding.
+    /// Amplitude of the wider pair per that of the first, with a margin for rounding.
     pub(crate) fn widest_per_first(&self) -> f64 {
         let [first, second] = self.pairs;
         (((1.0 + second) / (1.0 + first)).abs()).max(1.0) * (1.0 + 1e-6)
@@ -136,7 +138,7 @@ mod tests {
         assert!((p.lever.y + q.lever.y).abs() < 1e-15 && (p.lever.z + q.lever.z).abs() < 1e-15);
     }
 
-    /// (9b) at the tooth's own angle: a vertical blow does not move the tooth sideways.
+    /// (9b) at the tooth's own angle: a vertical impulse does not move the tooth sideways.
     #[test]
     fn law_normal_impulse_leaves_the_tangential_velocity() {
         let variation = AmplitudeVariation { pairs: [0.03, -0.02] };

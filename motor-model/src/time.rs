@@ -44,7 +44,8 @@ impl Time {
         self.0.wrapping_sub(other.0).wrapping_add(nanos) <= 2 * nanos
     }
 
-    /// Nanoseconds from `earlier` to this instant, if it is later, by at most `most`; for instants less than 2^63 apart.
+    /// Nanoseconds from `earlier` to this instant, if it is later, by at most `most`; for instants less than 2^63
+    /// apart.
     #[inline]
     #[expect(clippy::cast_possible_truncation, reason = "it is at most `most`")]
     pub const fn nanos_soon_after(self, earlier: Self, most: u32) -> Option<u32> {

@@ -1,16 +1,17 @@
 //! Impacts where they happen inside a step.
 //!
-//! The free motion of the whole step is known before any impact is sought: `start` and `end` of the step. An impact at `t` makes the
-//! velocities jump, and because the motion is linear the end of the step moves by what becomes of the jump in the time that is left:
+//! The free motion of the whole step is known before any impact is sought: `start` and `end` of the step. An impact
+//! at `t` makes the velocities jump. The motion is linear, so the end of the step changes by the response to that
+//! jump over the time that is left:
 //!
 //! ```text
 //! x(t) = P(t) x(0) + drive        exact, at the instant that the gap's curve gives
 //! x(h) <- x(h) + P(h - t) jump    instead of a second flight with the drive
 //! ```
 //!
-//! and so on from impact to impact. A tooth that would be back at once stays (see [`super::press`]).
+//! and so on from impact to impact. A tooth whose rebound would be too short stays (see [`super::sustained`]).
 
-use super::press::REST_FLIGHT;
+use super::sustained::REST_FLIGHT;
 use super::{Impacts, Motion, Motor};
 use crate::contact::{GapCurve, GapState};
 use crate::energy::Ledger;
@@ -19,8 +20,8 @@ use crate::modes::{Forcing, Phasor};
 use crate::rotor::RotorJump;
 use crate::teeth::ToothPair;
 
-/// A pair of teeth that meets the rotor, and where.
-struct Meeting<'a, T> {
+/// Which pair of teeth meets the rotor next, and when.
+struct NextImpact<'a, T> {
     pair: u8,
     tooth: &'a ToothPair<T>,
     /// Fraction of the span searched.
@@ -28,9 +29,10 @@ struct Meeting<'a, T> {
 }
 
 impl<T: Real> Motor<T> {
-    /// Impacts where they happen: `here` moves from one to the next, `end` is the end of the step as seen from there.
+    /// Finds and applies the impacts of a step: `here` moves from one to the next, `end` is the end of the step as it
+    /// follows from there.
     #[inline(never)]
-    pub(super) fn strike_inside<L: Ledger<T>>(
+    pub(super) fn locate_impacts<L: Ledger<T>>(
         &self,
         forcing: &Forcing<T>,
         start: &Motion<T>,
@@ -43,7 +45,7 @@ impl<T: Real> Motor<T> {
         let mut from = self.gap_states(&here, forcing, &phasor);
         loop {
             let to = self.gap_states(end, forcing, &end_phasor);
-            let Some(Meeting { pair, tooth, at }) = self.first_meeting(&from, &to, T::one() - done) else {
+            let Some(NextImpact { pair, tooth, at }) = self.next_impact(&from, &to, T::one() - done) else {
                 break;
             };
             let part = at * (T::one() - done);
@@ -59,9 +61,10 @@ impl<T: Real> Motor<T> {
             let left = T::one() - done;
             let gap_m = here.rotor.height_m - tooth.height(&here.modes);
             let before_end_s = left * self.step;
-            let struck = self.strike(pair, tooth, gap_m, before_end_s, forcing, &mut here, impacts, ledger);
-            let Some(mut jump) = struck else {
-                // A graze: what is left of it at the end of the step is caught there.
+            let jump = self.impact(pair, tooth, gap_m, before_end_s, forcing, &mut here, impacts, ledger);
+            let Some(mut jump) = jump else {
+                // A graze. If it leaves the rotor inside a tooth at the end of the step, the rule of the end applies
+                // there.
                 break;
             };
             if gap_m < T::zero() {
@@ -71,8 +74,8 @@ impl<T: Real> Motor<T> {
             }
             from = self.gap_states(&here, forcing, &phasor);
             if self.stays(pair, &from) || impacts.is_full() {
-                here.lay(pair);
-                self.press_rest(forcing, here, &phasor, left, end, impacts, ledger);
+                here.put_in_contact(pair);
+                self.stay_in_contact(forcing, here, &phasor, left, end, impacts, ledger);
                 return;
             }
             self.carry_to_end(left, tooth, &jump, end);
@@ -80,41 +83,41 @@ impl<T: Real> Motor<T> {
         if done < T::one() {
             ledger.motion(&here.under(forcing), T::one() - done, [T::zero(); 2]);
         }
-        self.catch_at_end(forcing, end, impacts, ledger);
+        self.missed_impact_at_end(forcing, end, impacts, ledger);
     }
 
-    /// Adds what a blow of `tooth`, the fraction `left` of a step before `end`, has become there.
+    /// Adds to `end` the response to an impact of `tooth` the fraction `left` of a step before.
     fn carry_to_end(&self, left: T, tooth: &ToothPair<T>, jump: &RotorJump<T>, end: &mut Motion<T>) {
         self.modes.add_jump(&mut end.modes, &(tooth.recoil * -jump.velocity_m_s), left);
         self.flight.part(left).add_jump(&mut end.rotor, jump);
     }
 
-    /// The first meeting of either pair with the rotor between two instants the fraction `part` of a step apart.
-    fn first_meeting(
+    /// The first impact of either pair between two instants the fraction `part` of a step apart.
+    fn next_impact(
         &self,
         from: &[GapState<T>; 2],
         to: &[GapState<T>; 2],
         part: T,
-    ) -> Option<Meeting<'_, T>> {
+    ) -> Option<NextImpact<'_, T>> {
         let span_s = part * self.step;
         let ([from_0, from_1], [to_0, to_1], [tooth_0, tooth_1]) = (from, to, &self.teeth);
         let first = GapCurve::new(from_0, to_0, span_s).first_descent();
         let second = GapCurve::new(from_1, to_1, span_s).first_descent();
         match (first, second) {
             (None, None) => None,
-            (Some(at), None) => Some(Meeting { pair: 0, tooth: tooth_0, at }),
-            (Some(x), Some(y)) if x <= y => Some(Meeting { pair: 0, tooth: tooth_0, at: x }),
-            (_, Some(at)) => Some(Meeting { pair: 1, tooth: tooth_1, at }),
+            (Some(at), None) => Some(NextImpact { pair: 0, tooth: tooth_0, at }),
+            (Some(x), Some(y)) if x <= y => Some(NextImpact { pair: 0, tooth: tooth_0, at: x }),
+            (_, Some(at)) => Some(NextImpact { pair: 1, tooth: tooth_1, at }),
         }
     }
 
-    /// Whether the tooth that has just struck will be back at once.
+    /// Whether the rebound from an impact of `pair` is shorter than what is resolved.
     fn stays(&self, pair: u8, [first, second]: &[GapState<T>; 2]) -> bool {
         let gap = if pair == 0 { first } else { second };
         self.is_brief(gap.rate_m_s, gap.acceleration_m_s2, T::from_f64(REST_FLIGHT))
     }
 
-    /// Both gaps, their rates and accelerations.
+    /// The gaps of both pairs, their rates and accelerations.
     #[inline]
     pub(super) fn gap_states(
         &self,

@@ -1,16 +1,18 @@
-//! Teeth that stay on the rotor: contact with a force instead of blows.
+//! Sustained contact: teeth that stay on the rotor act with a force instead of impacts.
 //!
-//! A bouncing rotor that is left alone strikes ever faster and comes to rest after infinitely many impacts in a finite time; a rotor on weakly
-//! driven teeth never leaves them. Both are *pressed* contacts: over a span each pressed pair pushes the rotor up with a constant
-//! acceleration `a_p >= 0` (and the modes down by its recoil), chosen so that at the end of the span no pressed gap closes,
+//! A bouncing rotor without drive makes ever more frequent impacts and comes to rest after infinitely many of them in
+//! a finite time. A rotor on weakly driven teeth never leaves them. Both are *sustained contacts*. Over a span of
+//! time each pair in contact pushes the rotor up with a constant acceleration `a_p >= 0`, and the modes down by its
+//! recoil. The accelerations are chosen so that at the end of the span no gap of a pair in contact closes:
 //!
 //! ```text
 //! c_p = gap_p' + k gap_p / span >= 0,   a_p >= 0,   a_p c_p = 0,      c = c_free + R a
 //! ```
 //!
-//! where `c_free` is the exact free motion, `R` the exact response to unit pushes, and `k` takes back what gap there is (Moreau's velocity
-//! constraint, stabilised). A pair with `a_p = 0` lets go. Friction drags the rotor round all the while (see [`crate::drag`]). A step
-//! is cut into spans of at most [`SPAN_RAD`] of the fastest mode. The error is of second order in the span.
+//! Here `c_free` is the exact free motion and `R` the exact response to unit pushes; `k` makes a gap that is left
+//! over vanish (Moreau's velocity constraint, stabilised). A pair with `a_p = 0` leaves the rotor. Friction turns the
+//! rotor throughout (see [`crate::friction`]). A step is cut into spans of at most [`SPAN_RAD`] of the fastest mode.
+//! The error is of second order in the span.
 
 use super::{Impacts, Motion, Motor};
 use crate::energy::Ledger;
@@ -24,50 +26,52 @@ use crate::teeth::ToothPair;
 const SPAN_RAD: f64 = 0.25;
 /// Most spans of a step.
 const SPANS_MAX: u8 = 16;
-/// `k`: part of a gap that a pressed contact takes back in a span. Little: taking back is pushing, and pushed twice as hard a rotor of a hundredth
-/// of the stator goes on for ever from pair to pair.
-const RETURN: f64 = 0.05;
-/// A rebound whose flight would last less than this part of a step is none: the tooth stays on the rotor.
+/// `k`: part of a gap that a sustained contact closes in a span. A small value, because to close a gap is to push: with
+/// twice this value, a rotor of a hundredth of the stator's mass moves from pair to pair for ever.
+const GAP_RETURN: f64 = 0.05;
+/// Shortest flight that is resolved, as a part of a step: after an impact whose rebound would be shorter, the tooth
+/// stays on the rotor.
 pub(super) const REST_FLIGHT: f64 = 0.125;
-/// The same for a pair that comes up while the other lies pressed, whose blow is noticed at the end of a span only: what it has gathered
-/// over a span it flies off in two, so below this many spans nothing is resolved...
+/// Shortest rebound, in spans, of a pair that meets the rotor while the other pair is in contact. That impact is
+/// found at the end of a span; the velocity gained over one span carries a tooth for two, so shorter flights are not
+/// resolved.
 const JOIN_SPANS: f64 = 4.0;
-/// ... nor below this part of a step.
+/// The same limit as a part of a step; the larger of the two holds.
 const JOIN_FLIGHT: f64 = 1.0;
 
-/// In a long rest the modes die away; what is below a ten-millionth of this (in m and m/s) is dropped, before it becomes a subnormal number, with which
-/// some processors take ten times as long.
-const UNFELT: f64 = 1e-20;
+/// Modal displacements (m) and velocities (m/s) are rounded to multiples of about 1e-16 of this. Otherwise the modes
+/// of a long rest decay to subnormal numbers, with which some processors take ten times as long.
+const MODAL_FLOOR: f64 = 1e-20;
 
-/// Everything that a span of pressed contact needs, for one length of it.
+/// What a span of sustained contact needs, for one length of span.
 #[derive(Clone, Debug)]
-pub(super) struct PressSpan<T> {
+pub(super) struct ContactSpan<T> {
     part: T,
     span_s: T,
-    take_back_per_s: T,
+    gap_return_per_s: T,
     modes: Propagator<T>,
     flight: FlightSpan<T>,
-    /// What a unit push of each pair makes of the modes.
+    /// Response of the modes to a unit push of each pair.
     recoil: [ModalPush<T>; 2],
     response: Response<T>,
 }
 
-impl<T: Real> PressSpan<T> {
+impl<T: Real> ContactSpan<T> {
     fn new(modes: &ModalBank<T>, flight: &Flight<T>, teeth: &[ToothPair<T>; 2], part: T, step: T) -> Self {
         let (propagator, flown) = (modes.part(part), flight.part(part));
         let push = modes.push(&propagator);
         let recoil = teeth.each_ref().map(|tooth| push.times(&tooth.recoil));
         let span_s = part * step;
-        let take_back_per_s = T::from_f64(RETURN) / span_s;
+        let gap_return_per_s = T::from_f64(GAP_RETURN) / span_s;
         let response = |tooth: &ToothPair<T>, by: &ModalPush<T>| {
             let opening_s = flown.rise_s - tooth.over(&by.velocity_s);
-            opening_s + take_back_per_s * (flown.sweep_s2 - tooth.over(&by.displacement_s2))
+            opening_s + gap_return_per_s * (flown.sweep_s2 - tooth.over(&by.displacement_s2))
         };
         let ([first, second], [by_first, by_second]) = (teeth, &recoil);
         Self {
             part,
             span_s,
-            take_back_per_s,
+            gap_return_per_s,
             response: Response::new([
                 [response(first, by_first), response(first, by_second)],
                 [response(second, by_first), response(second, by_second)],
@@ -79,7 +83,7 @@ impl<T: Real> PressSpan<T> {
     }
 }
 
-/// `R`, and what its complementarity problem divides by.
+/// `R`, and the quotients that the complementarity problem needs.
 #[derive(Clone, Debug)]
 struct Response<T> {
     r: [[T; 2]; 2],
@@ -120,16 +124,16 @@ impl<T: Real> Response<T> {
     }
 }
 
-/// The spans of a whole step.
+/// The spans into which a whole step is cut.
 #[derive(Clone, Debug)]
-pub(super) struct Press<T> {
-    span: PressSpan<T>,
+pub(super) struct SustainedContact<T> {
+    span: ContactSpan<T>,
     spans: u8,
-    /// Part of a step below which the rebound of a pair that joins is none.
+    /// Shortest rebound of a pair that joins, as a part of a step.
     join_flight: T,
 }
 
-impl<T: Real> Press<T> {
+impl<T: Real> SustainedContact<T> {
     pub(super) fn new(
         modes: &ModalBank<T>,
         flight: &Flight<T>,
@@ -143,27 +147,27 @@ impl<T: Real> Press<T> {
         }
         let part = T::from_f64(1.0 / f64::from(spans));
         let join_flight = T::from_f64((JOIN_SPANS / f64::from(spans)).max(JOIN_FLIGHT));
-        Self { span: PressSpan::new(modes, flight, teeth, part, T::from_f64(step_s)), spans, join_flight }
+        Self { span: ContactSpan::new(modes, flight, teeth, part, T::from_f64(step_s)), spans, join_flight }
     }
 }
 
 impl<T> Motion<T> {
-    fn lies(&self, pair: u8) -> bool {
-        let [first, second] = self.pressed;
+    fn is_in_contact(&self, pair: u8) -> bool {
+        let [first, second] = self.in_contact;
         if pair == 0 { first } else { second }
     }
 
-    /// From now on `pair` lies pressed.
-    pub(super) fn lay(&mut self, pair: u8) {
-        let [first, second] = &mut self.pressed;
+    /// Starts a sustained contact of `pair`.
+    pub(super) fn put_in_contact(&mut self, pair: u8) {
+        let [first, second] = &mut self.in_contact;
         *(if pair == 0 { first } else { second }) = true;
     }
 }
 
 impl<T: Real> Motor<T> {
-    /// A step that begins with teeth pressed on the rotor.
+    /// A step that begins with teeth in sustained contact.
     #[inline(never)]
-    pub(super) fn press_through<L: Ledger<T>>(
+    pub(super) fn step_in_contact<L: Ledger<T>>(
         &self,
         forcing: &Forcing<T>,
         motion: &mut Motion<T>,
@@ -172,20 +176,21 @@ impl<T: Real> Motor<T> {
     ) {
         let (start, end) = (motion.phase, motion.phase.advanced(forcing.increment()));
         let mut phasor = forcing.phasor(start);
-        for index in 1..=self.press.spans {
-            let done = T::from_i32(i32::from(index)) * self.press.span.part;
-            let last = index == self.press.spans;
+        for index in 1..=self.sustained.spans {
+            let done = T::from_i32(i32::from(index)) * self.sustained.span.part;
+            let last = index == self.sustained.spans;
             let to = if last { end } else { forcing.phase_at(start, done) };
             let before_end_s = (T::one() - done) * self.step;
-            let span = &self.press.span;
-            phasor = self.press_span(span, forcing, &phasor, to, motion, before_end_s, impacts, ledger);
+            let span = &self.sustained.span;
+            phasor =
+                self.advance_in_contact(span, forcing, &phasor, to, motion, before_end_s, impacts, ledger);
         }
     }
 
-    /// The rest of a step, the fraction `left` of it, from `here` on, where a tooth has come to stay; `end` is the end of the step as far as the
-    /// phase goes.
+    /// The rest of a step, the fraction `left` of it, from `here` on, where a sustained contact begins. `end` holds the
+    /// phase at the end of the step and becomes the state there.
     #[expect(clippy::too_many_arguments, reason = "an instant inside a step, and its end")]
-    pub(super) fn press_rest<L: Ledger<T>>(
+    pub(super) fn stay_in_contact<L: Ledger<T>>(
         &self,
         forcing: &Forcing<T>,
         here: Motion<T>,
@@ -198,17 +203,17 @@ impl<T: Real> Motor<T> {
         let to = end.phase;
         *end = here;
         if left > T::zero() {
-            let span = PressSpan::new(&self.modes, &self.flight, &self.teeth, left, self.step);
-            self.press_span(&span, forcing, phasor, to, end, T::zero(), impacts, ledger);
+            let span = ContactSpan::new(&self.modes, &self.flight, &self.teeth, left, self.step);
+            self.advance_in_contact(&span, forcing, phasor, to, end, T::zero(), impacts, ledger);
         }
         end.phase = to;
     }
 
     /// Takes `motion` through one span, to the drive's phase `to`; returns the phasor there.
-    #[expect(clippy::too_many_arguments, reason = "a span, what goes through it and who watches")]
-    fn press_span<L: Ledger<T>>(
+    #[expect(clippy::too_many_arguments, reason = "a span, the state that it advances and the records of it")]
+    fn advance_in_contact<L: Ledger<T>>(
         &self,
-        span: &PressSpan<T>,
+        span: &ContactSpan<T>,
         forcing: &Forcing<T>,
         from: &Phasor<T>,
         to: Phase,
@@ -222,13 +227,13 @@ impl<T: Real> Motor<T> {
         motion.phase = to;
         let to = forcing.phasor(to);
         span.modes.advance(&mut motion.modes, forcing, [from, &to]);
-        motion.modes.drop_below(T::from_f64(UNFELT));
+        motion.modes.drop_below(T::from_f64(MODAL_FLOOR));
         span.flight.advance(&mut motion.rotor);
 
         let ([gap_0, gap_1], [rate_0, rate_1]) =
             (self.gaps_m(&motion.modes, &motion.rotor), self.gap_rates_m_s(motion));
-        let closing = [rate_0 + span.take_back_per_s * gap_0, rate_1 + span.take_back_per_s * gap_1];
-        let push_m_s2 = span.response.pushes(closing, before.pressed);
+        let closing = [rate_0 + span.gap_return_per_s * gap_0, rate_1 + span.gap_return_per_s * gap_1];
+        let push_m_s2 = span.response.pushes(closing, before.in_contact);
         let ([push_0, push_1], [by_0, by_1]) = (push_m_s2, &span.recoil);
         motion.modes.displacement_m += by_0.displacement_s2 * push_0 + by_1.displacement_s2 * push_1;
         motion.modes.velocity_m_s += by_0.velocity_s * push_0 + by_1.velocity_s * push_1;
@@ -237,27 +242,34 @@ impl<T: Real> Motor<T> {
 
         let rate = motion.rotor.rate_rad_s;
         let dv_m_s = push_m_s2.map(|push| push * span.span_s);
-        let dragged = self.impact_law.drag(&self.teeth, dv_m_s, from_m_s, &motion.modes, &mut motion.rotor);
+        let friction = self.impact_law.apply_sustained_friction(
+            &self.teeth,
+            dv_m_s,
+            from_m_s,
+            &motion.modes,
+            &mut motion.rotor,
+        );
         // The change of rate comes evenly over the span.
         let half_span_s = T::from_f64(0.5) * span.span_s;
         motion.rotor.angle.turn_by_radians(half_span_s * (motion.rotor.rate_rad_s - rate));
-        motion.pressed = push_m_s2.map(|push| push > T::zero());
+        motion.in_contact = push_m_s2.map(|push| push > T::zero());
         ledger.motion(&before.under(forcing), span.part, push_m_s2);
-        ledger.pressed(
+        ledger.sustained_contact(
             self.gaps_m(&before.modes, &before.rotor),
             self.gaps_m(&motion.modes, &motion.rotor),
             push_m_s2,
-            &dragged,
+            &friction,
         );
-        if motion.pressed != [true; 2] {
-            self.join(forcing, &to, motion, push_m_s2, before_end_s, impacts, ledger);
+        if motion.in_contact != [true; 2] {
+            self.add_pair(forcing, &to, motion, push_m_s2, before_end_s, impacts, ledger);
         }
         to
     }
 
-    /// A pair that has come up while the other lies pressed stays if it would be back at once; otherwise it strikes, and both let go.
-    #[expect(clippy::too_many_arguments, reason = "what an impact is made of, and who watches")]
-    fn join<L: Ledger<T>>(
+    /// A pair that meets the rotor while the other is in contact: it stays if its rebound would be shorter than what is
+    /// resolved; otherwise there is an impact, and both sustained contacts end.
+    #[expect(clippy::too_many_arguments, reason = "what an impact is made of, and the records of it")]
+    fn add_pair<L: Ledger<T>>(
         &self,
         forcing: &Forcing<T>,
         phasor: &Phasor<T>,
@@ -272,7 +284,7 @@ impl<T: Real> Motor<T> {
             (self.gaps_m(&motion.modes, &motion.rotor), self.gap_rates_m_s(motion));
         for (pair, tooth, gap_m, rate_m_s) in [(0, first, gap_0, rate_0), (1, second, gap_1, rate_1)] {
             let meets = gap_m <= T::zero() && rate_m_s < T::zero();
-            if motion.lies(pair) || !meets || impacts.is_full() {
+            if motion.is_in_contact(pair) || !meets || impacts.is_full() {
                 continue;
             }
             let rebound_m_s = -rate_m_s * self.impact_law.restitution();
@@ -280,14 +292,14 @@ impl<T: Real> Motor<T> {
             let free_m_s2 = (if pair == 0 { free_0 } else { free_1 }).acceleration_m_s2;
             let pushed = first.recoil * push_0 + second.recoil * push_1;
             let pushed_m_s2 = free_m_s2 + push_0 + push_1 + tooth.over(&pushed);
-            // Under the push of the pair that lies, or once that has let go.
+            // Under the push of the pair in contact, or after that push has ended.
             let brief =
-                |acceleration_m_s2| self.is_brief(rebound_m_s, acceleration_m_s2, self.press.join_flight);
+                |acceleration_m_s2| self.is_brief(rebound_m_s, acceleration_m_s2, self.sustained.join_flight);
             if brief(pushed_m_s2) || brief(free_m_s2) {
-                motion.lay(pair);
+                motion.put_in_contact(pair);
             } else {
-                self.strike(pair, tooth, gap_m, before_end_s, forcing, motion, impacts, ledger);
-                motion.pressed = [false; 2];
+                self.impact(pair, tooth, gap_m, before_end_s, forcing, motion, impacts, ledger);
+                motion.in_contact = [false; 2];
                 motion.rotor.height_m -= gap_m;
                 ledger.lift(-gap_m);
                 return;
@@ -295,7 +307,8 @@ impl<T: Real> Motor<T> {
         }
     }
 
-    /// Whether a flight that begins with `rate_m_s` under `acceleration_m_s2` is over within the fraction `part` of a step.
+    /// Whether a flight that begins with the opening rate `rate_m_s` under `acceleration_m_s2` is over within the
+    /// fraction `part` of a step.
     pub(super) fn is_brief(&self, rate_m_s: T, acceleration_m_s2: T, part: T) -> bool {
         let pull = -acceleration_m_s2;
         pull > T::zero() && rate_m_s + rate_m_s < pull * self.step * part

@@ -1,4 +1,4 @@
-//! One impact, and the rule that notices impacts at the end of the step.
+//! One impact, and the rule that finds impacts at the end of the step.
 
 use super::{Impacts, Motion, Motor};
 use crate::energy::Ledger;
@@ -9,11 +9,11 @@ use crate::rotor::RotorJump;
 use crate::teeth::ToothPair;
 
 impl<T: Real> Motor<T> {
-    /// The paper's rule: a contact is noticed at the end of the step, the deeper pair first.
+    /// The paper's rule: a contact is found at the end of the step, the deeper pair first.
     ///
-    /// The rotor is then lifted out of the tooth: without that it would sink, step by step, into teeth that it rests on. The
-    /// lift's energy has its own line in the ledger.
-    pub(super) fn strike_at_end<L: Ledger<T>>(
+    /// The rotor is then lifted out of the tooth. Otherwise a rotor at rest would sink a little deeper in every step.
+    /// The energy of the lift has a line of its own in the ledger.
+    pub(super) fn impacts_at_end<L: Ledger<T>>(
         &self,
         forcing: &Forcing<T>,
         motion: &mut Motion<T>,
@@ -26,7 +26,7 @@ impl<T: Real> Motor<T> {
         let [deeper, other] = if second < first { [one, zero] } else { [zero, one] };
         for (pair, tooth, gap_m) in [deeper, other] {
             if gap_m <= T::zero() {
-                self.strike(pair, tooth, gap_m, T::zero(), forcing, motion, impacts, ledger);
+                self.impact(pair, tooth, gap_m, T::zero(), forcing, motion, impacts, ledger);
             }
         }
         let (_, _, deepest_m) = deeper;
@@ -34,9 +34,9 @@ impl<T: Real> Motor<T> {
         ledger.lift(-deepest_m);
     }
 
-    /// One impact, if tooth and rotor approach, and how the rotor's velocities jumped.
+    /// One impact, if tooth and rotor approach. Returns the jump of the rotor's velocities.
     #[expect(clippy::too_many_arguments, reason = "what an impact is made of")]
-    pub(super) fn strike<L: Ledger<T>>(
+    pub(super) fn impact<L: Ledger<T>>(
         &self,
         pair: u8,
         tooth: &ToothPair<T>,
@@ -52,7 +52,7 @@ impl<T: Real> Motor<T> {
             return None;
         }
         let before = *motion;
-        let impulse = self.impact_law.strike(tooth, approach_m_s, &mut motion.modes, &mut motion.rotor);
+        let impulse = self.impact_law.apply(tooth, approach_m_s, &mut motion.modes, &mut motion.rotor);
         let impact = Impact {
             pair,
             before_end_s,
@@ -63,13 +63,13 @@ impl<T: Real> Motor<T> {
             gap_m,
         };
         ledger.impact(&before.under(forcing), &motion.under(forcing), &impact);
-        // The callers make at most as many impacts as fit.
+        // The callers apply at most as many impacts as fit.
         let _ = impacts.push(impact);
         Some(impulse.jump)
     }
 
-    /// What the search missed by rounding is caught by the end-of-step rule, as far as there is room for its record.
-    pub(super) fn catch_at_end<L: Ledger<T>>(
+    /// Applies the rule of the end of the step to a contact that the search missed by rounding or at a graze.
+    pub(super) fn missed_impact_at_end<L: Ledger<T>>(
         &self,
         forcing: &Forcing<T>,
         motion: &mut Motion<T>,
@@ -79,7 +79,7 @@ impl<T: Real> Motor<T> {
         let gaps_m = self.gaps_m(&motion.modes, &motion.rotor);
         let [first, second] = gaps_m;
         if (first < T::zero() || second < T::zero()) && impacts.is_empty() {
-            self.strike_at_end(forcing, motion, gaps_m, impacts, ledger);
+            self.impacts_at_end(forcing, motion, gaps_m, impacts, ledger);
         }
     }
 }

@@ -8,9 +8,9 @@ use crate::params::{MotorParams, Parameter, Tolerance};
 impl MotorParams {
     /// Another motor of the same make: each parameter scattered about its value here by its [`Tolerance`].
     ///
-    /// A normal tolerance is redrawn until it falls within its cut-off (about one draw in twenty is); a uniform one covers its
-    /// range whatever the value here. Values are limited to the parameter's bounds. Every parameter takes its draws in the order of
-    /// [`Parameter::ALL`], so a seed names a motor.
+    /// A normal tolerance is redrawn until it falls within its cut-off (about one draw in twenty is); a uniform one
+    /// covers its range whatever the value here. Values are limited to the parameter's bounds. Every parameter takes
+    /// its draws in the order of [`Parameter::ALL`], so a seed names a motor.
     #[must_use]
     pub fn draw<R: Rng + ?Sized>(&self, rng: &mut R) -> Self {
         let mut drawn = *self;
