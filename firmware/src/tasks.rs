@@ -170,7 +170,7 @@ impl<P: SetDutyCycle, E: OutputPin, C: Converter> TimerTask<'_, P, E, C> {
     /// A step with sustained contact takes as long as everything else that a small processor does in a tick.
     #[inline]
     fn step_twin(&mut self, applied: DriveCommand) {
-        if applied.mode().is_none() && self.state.pressed == [true; 2] {
+        if applied.mode().is_none() && self.state.in_contact == [true; 2] {
             self.state.rotor.rate_rad_s = 0.0;
         } else {
             self.twin.step(&mut self.state, applied);

@@ -1,7 +1,7 @@
 //! Rotor angle as an integer: nothing is lost over a million turns, in any precision.
 //!
-//! An [`Angle`] counts 2^-32 of a turn (8.4e-8 degree) over +-2^31 turns. An [`AngleAccumulator`] adds to it the
-//! part of a unit that has not yet made a whole one, so that small increments are not rounded away.
+//! An [`Angle`] counts 2^-32 of a turn (8.4e-8 degree) over +-2^31 turns. An [`AngleAccumulator`] keeps the
+//! remaining part of a unit as well, so that small increments are not rounded away.
 
 use core::f64::consts::TAU;
 
@@ -34,7 +34,8 @@ impl Angle {
         Self(libm::round(degrees * (UNITS_PER_TURN / 360.0)) as i64)
     }
 
-    /// The nearest angle to `radians`, for |radians| up to half a turn in either precision; saturates there.
+    /// `radians` as an angle, rounded towards zero to a whole unit (and to the precision of `T`), for |radians| up to
+    /// half a turn; saturates there, and NaN gives zero.
     #[inline]
     pub fn from_radians<T: Real>(radians: T) -> Self {
         Self(i64::from((radians * T::from_f64(UNITS_PER_TURN / TAU)).whole()))
@@ -66,7 +67,7 @@ impl Angle {
         Self(self.0.wrapping_sub(offset.0))
     }
 
-    /// The angle within the turn, as a camera sees it: in `-1/2..1/2` turn.
+    /// The angle within the turn, as a camera measures it: in `-1/2..1/2` turn.
     #[inline]
     #[must_use]
     #[expect(clippy::cast_possible_truncation, reason = "whole turns are dropped on purpose")]
@@ -75,7 +76,7 @@ impl Angle {
     }
 }
 
-/// An angle under accumulation: whole units, and the part of a unit still to come.
+/// An angle as a sum of increments: whole units, and the remaining part of a unit.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct AngleAccumulator<T> {
     angle: Angle,
@@ -84,12 +85,12 @@ pub struct AngleAccumulator<T> {
 }
 
 impl<T: Real> AngleAccumulator<T> {
-    /// An accumulator that stands at `angle`.
+    /// An accumulator at `angle`.
     pub fn at(angle: Angle) -> Self {
         Self { angle, residual_units: T::zero() }
     }
 
-    /// The angle, rounded towards the whole unit.
+    /// The angle in whole units.
     #[inline]
     pub fn angle(&self) -> Angle {
         self.angle

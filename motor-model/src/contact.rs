@@ -8,7 +8,8 @@
 //! start and `G, R, A` at the end,
 //!
 //! ```text
-//! b_0 = g    b_1 = g + r h/5    b_2 = g + 2 r h/5 + a h^2/20      b_3 = G - 2 R h/5 + A h^2/20    b_4 = G - R h/5    b_5 = G
+//! b_0 = g    b_1 = g + r h/5    b_2 = g + 2 r h/5 + a h^2/20
+//! b_3 = G - 2 R h/5 + A h^2/20    b_4 = G - R h/5    b_5 = G
 //! ```
 //!
 //! It has at most as many roots in the span as its coefficients have changes of sign (Descartes' rule, in Bernstein's

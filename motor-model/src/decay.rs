@@ -11,9 +11,10 @@ use core::f64::consts::{LN_2, LOG2_E};
 
 use crate::math::Real;
 
-/// What decay over part of a step needs of a precision.
+/// Constants and bit operations of one precision for the decay over part of a step.
 pub trait DecaySeries: Sized + 'static {
-    /// `1/K, 1/(K-1), ..., 1/2`: the series in Horner's order, as long as this precision can see for `|f| <= ln 2 / 2`.
+    /// `1/K, 1/(K-1), ..., 1/2`: the series in Horner's order, with as many terms as this precision resolves for `|f|
+    /// <= ln 2 / 2`.
     const RECIPROCALS: &'static [Self];
     /// `2^-n`, for `n >= 0`; 0 where it would be subnormal.
     fn inverse_power_of_two(n: i32) -> Self;
@@ -77,7 +78,7 @@ pub fn decay_loss<T: Real>(y: T) -> T {
     if y < T::from_f64(SMALL) {
         return -y * series(y, factors(y));
     }
-    // Nothing is left beyond, and `whole` would saturate.
+    // For larger `y` the decay is complete, and `whole` would saturate.
     let y = if y < T::from_f64(1000.0) { y } else { T::from_f64(1000.0) };
     let n = (y * T::from_f64(LOG2_E) + T::from_f64(0.5)).whole();
     let f = y - T::from_i32(n) * T::from_f64(LN_2);
@@ -85,12 +86,12 @@ pub fn decay_loss<T: Real>(y: T) -> T {
     power * (-f * series(f, T::RECIPROCALS)) + (power - T::one())
 }
 
-/// `(exp(-y) - 1, m1, m2)` for `y >= 0`: loss of a decay and the means of it and of its integral, as in
+/// `(exp(-y) - 1, m1, m2)` for `y >= 0`: the loss of a decay, and the means of the decay and of its integral, as in
 /// [`crate::rotor`].
 #[inline]
 pub fn decay_means<T: Real>(y: T) -> (T, T, T) {
     if y < T::from_f64(0.25) {
-        // The same series serves, since y < ln 2 / 2: m2 = 1/2! - y/3! + y^2/4! - ..., then m1 = 1 - y m2 and the
+        // The same series holds, since y < ln 2 / 2: m2 = 1/2! - y/3! + y^2/4! - ..., then m1 = 1 - y m2 and the
         // loss -y m1: no cancellation anywhere.
         let all_but_half = factors(y).split_last().map_or(T::RECIPROCALS, |(_, rest)| rest);
         let series = series(y, all_but_half);

@@ -1,4 +1,4 @@
-//! What the coil is told to do: which mode, how strongly, how far off resonance.
+//! Drive commands: mode, amplitude and frequency offset of the coil's current.
 //!
 //! The coil's field forces one of the two driven modes, never both:
 //!
@@ -7,8 +7,8 @@
 //! ```
 //!
 //! so that amplitude 1 at resonance makes the steady amplitude equal the measured antinode amplitude `A_n`. The
-//! phase is one integer accumulator: it runs on through changes of frequency and amplitude, and stands still while
-//! the drive is off, so a burst of whole cycles leaves it where it was.
+//! phase is one integer accumulator: it is continuous through changes of frequency and amplitude and constant
+//! while the drive is off, so a burst of whole cycles does not change it.
 
 use crate::error::OutOfBounds;
 
@@ -29,8 +29,7 @@ pub struct DriveCommand {
     frequency_offset_hz: f32,
 }
 
-/// Bit by bit, which is all that a step needs to see whether the command is a new one, and cheaper than comparing
-/// floats.
+/// Bit by bit: this suffices for a step to detect a new command, and is cheaper than comparing floats.
 impl PartialEq for DriveCommand {
     #[inline]
     fn eq(&self, other: &Self) -> bool {

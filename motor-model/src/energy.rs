@@ -1,7 +1,8 @@
 //! Energy ledger: every flow of energy of a run, recorded beside it; tests check that the balance closes.
 //!
 //! ```text
-//! stored = sum 1/2 M_n (g_n'^2 + w_n^2 g_n^2) + 1/2 m_r v_z^2 + m_r g z + 1/2 J rate^2,   M_A = m_s, M_B = M_C = m_s / 2
+//! stored = sum 1/2 M_n (g_n'^2 + w_n^2 g_n^2) + 1/2 m_r v_z^2 + m_r g z + 1/2 J rate^2
+//! M_A = m_s,   M_B = M_C = m_s / 2
 //!
 //! d(stored) = supplied + reaction left out + lift
 //!           - modal damping - squeeze film - drag - normal loss - friction loss - sustained contact loss

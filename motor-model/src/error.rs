@@ -1,4 +1,4 @@
-//! The one way construction fails: a named quantity outside its bounds.
+//! The only error of construction: a named quantity outside its bounds.
 
 use core::fmt;
 

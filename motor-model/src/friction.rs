@@ -215,7 +215,8 @@ mod tests {
 
         #[test]
         fn dual_pieces_equal_small_steps(
-            w in prop::array::uniform4(-1.0..1.0_f64), limits in prop::array::uniform2(0.01..3.0_f64), rotor in -1.0..1.0_f64
+            w in prop::array::uniform4(-1.0..1.0_f64),
+            limits in prop::array::uniform2(0.01..3.0_f64), rotor in -1.0..1.0_f64
         ) {
             let contacts = [contact(w[0], w[1], limits[0]), contact(w[2], w[3], limits[1])];
             let (exact, stepped) = (push(contacts, rotor), by_small_steps(contacts, rotor));
@@ -225,7 +226,8 @@ mod tests {
         /// Kinetic energy gained is work of the teeth less heat, and heat is never negative; the order does not matter.
         #[test]
         fn law_energy_and_symmetry(
-            w in prop::array::uniform4(-1.0..1.0_f64), limits in prop::array::uniform2(0.0..3.0_f64), rotor in -1.0..1.0_f64
+            w in prop::array::uniform4(-1.0..1.0_f64),
+            limits in prop::array::uniform2(0.0..3.0_f64), rotor in -1.0..1.0_f64
         ) {
             let contacts = [contact(w[0], w[1], limits[0]), contact(w[2], w[3], limits[1])];
             let friction = sustained_friction(contacts, rotor);

@@ -1,4 +1,4 @@
-//! The one door to every transcendental function, and the scalar the model is generic over.
+//! The only place that calls transcendental functions, and the scalar type of the model.
 //!
 //! `libm` is called directly, on the host as on the microcontroller, so that both get the same bits whatever
 //! features another crate in the same build turns on. The functions of `f64` serve *construction* only: a step of
@@ -16,10 +16,10 @@ mod sealed {
     impl Sealed for f64 {}
 }
 
-/// The scalar of a model: `f32` on the microcontroller, `f64` for the plant and as the yardstick.
+/// The scalar of a model: `f32` on the microcontroller, `f64` for the plant and as the reference.
 ///
-/// The bounds are those that `nalgebra` needs for sums and products of fixed-size vectors. There is deliberately
-/// no `sin`, `exp` or `sqrt` here.
+/// The bounds are those that `nalgebra` needs for sums and products of fixed-size vectors. It has no `sin`, `exp` or
+/// `sqrt`, so that a step of the model cannot call them.
 pub trait Real:
     sealed::Sealed
     + PhaseTable
@@ -51,9 +51,9 @@ pub trait Real:
     fn to_f32(self) -> f32;
     /// The whole part, rounded towards zero; saturates at the ends of `i32`, and NaN gives 0.
     fn whole(self) -> i32;
-    /// A whole number near the value, and the rest, of magnitude at most 1: their sum is the value, exactly.
+    /// A whole number near the value, and the remainder, of magnitude at most 1: their sum is the value, exactly.
     ///
-    /// Beyond +-2^31 the whole number saturates and the rest is large; NaN stays in the rest.
+    /// Beyond +-2^31 the whole number saturates and the remainder is large; NaN stays in the remainder.
     #[inline]
     #[must_use]
     fn split(self) -> (i32, Self) {
@@ -102,7 +102,7 @@ impl Real for f32 {
     /// to nearest: the same bits.
     #[inline]
     fn from_i64(x: i64) -> Self {
-        // A call, or the compiler would convert in either way and then choose.
+        // Not inlined: otherwise the compiler converts in both ways and then selects.
         #[cold]
         #[inline(never)]
         fn large(x: i64) -> f32 {
@@ -181,8 +181,8 @@ impl Real for f64 {
     fn whole(self) -> i32 {
         self as i32
     }
-    /// Adding 1.5 x 2^52 leaves the nearest whole number in the low bits of the sum: no conversion, so a third of the
-    /// latency.
+    /// Adding 1.5 x 2^52 leaves the nearest whole number in the low bits of the sum. This needs no conversion and
+    /// takes a third of the time.
     #[inline]
     fn split(self) -> (i32, Self) {
         const SHIFT: f64 = 1.5 * 4_503_599_627_370_496.0;

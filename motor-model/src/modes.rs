@@ -18,9 +18,9 @@
 //! x(t + h) = x(t) + (P - I) x(t) + G (sin, cos),     G = M (R - I) - (P - I) M,   R the rotation by w h.
 //! ```
 //!
-//! `P - I` and `R - I` are stored rather than `P` and `R`: at 1 us they are of order 1e-3, and `f32` would lose three
-//! of its seven digits, which is to say the resonance. Steady motion (8a) and impulse response (8b) of the paper are
-//! this equation after a long drive and after a jump of `g'`.
+//! `P - I` and `R - I` are stored rather than `P` and `R`: at 1 us they are of order 1e-3, and `P` in `f32` would
+//! lose three of the seven digits that the resonance needs. Steady motion (8a) and impulse response (8b) of the paper
+//! are this equation after a long drive and after a jump of `g'`.
 
 mod forcing;
 mod part;
@@ -119,7 +119,7 @@ impl Mode {
     }
 }
 
-/// Total modal coordinates and their rates, in the order A, B, C.
+/// Total modal coordinates and their rates, in the order A, B, C: the modal rows of [`crate::MotorState`]'s table.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ModalState<T> {
     /// `g_n` in m.
@@ -135,7 +135,7 @@ impl<T: Real> Default for ModalState<T> {
 }
 
 impl<T: Real> ModalState<T> {
-    /// Rounds to what can be told apart beside `floor`.
+    /// Rounds to the spacing of floating-point numbers near `floor`.
     #[inline]
     pub(crate) fn drop_below(&mut self, floor: T) {
         self.displacement_m = self.displacement_m.add_scalar(floor).add_scalar(-floor);
@@ -165,7 +165,7 @@ impl<T: Real> Propagator<T> {
         }
     }
 
-    /// What free motion from `(g, v)` adds to `state`.
+    /// Adds to `state` the change by free motion from `(g, v)`.
     #[inline]
     fn add_to(&self, state: &mut ModalState<T>, g: &Vector3<T>, v: &Vector3<T>) {
         state.displacement_m += self.gg.component_mul(g) + self.gv.component_mul(v);
@@ -214,7 +214,7 @@ impl<T: Real> ModalBank<T> {
         forcing.add_to(state, phase);
     }
 
-    /// The same for a caller who knows sine and cosine of the drive's phase at the start of the step.
+    /// The same with given sine and cosine of the drive's phase at the start of the step.
     #[inline]
     pub fn advance_from(&self, state: &mut ModalState<T>, forcing: &Forcing<T>, [sin, cos]: [T; 2]) {
         let (g, v) = (state.displacement_m, state.velocity_m_s);

@@ -9,7 +9,7 @@ mod table;
 use crate::error::OutOfBounds;
 pub use table::{COUNT, Parameter};
 
-/// How a parameter scatters from one motor to the next.
+/// Distribution of a parameter over motors of one make.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Tolerance {
     /// The same in every motor.
@@ -37,7 +37,7 @@ pub enum Origin {
     Assumed,
 }
 
-/// What is known of one parameter.
+/// Description of one parameter.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ParameterSpec {
     /// Key in scene files and on the command line.
@@ -46,7 +46,7 @@ pub struct ParameterSpec {
     pub unit: &'static str,
     /// Value of Table 1.
     pub nominal: f64,
-    /// Scatter between motors.
+    /// Distribution over motors.
     pub tolerance: Tolerance,
     /// Smallest value the model accepts.
     pub min: f64,
@@ -54,7 +54,7 @@ pub struct ParameterSpec {
     pub max: f64,
     /// Where the nominal comes from.
     pub origin: Origin,
-    /// What it is, in one line.
+    /// Meaning, in one line.
     pub meaning: &'static str,
 }
 
@@ -98,8 +98,8 @@ impl MotorParams {
 
     /// Effective tooth angle `th = 90 - (theta_t + theta_m)` in degrees.
     ///
-    /// With the nominal values it is 30: the paper calls `theta_t + theta_m` "the sum ... 30 deg" although it is 60;
-    /// taking 60 gives the same magnitudes with the sense of rotation reversed.
+    /// With the nominal values it is 30: the paper calls `theta_t + theta_m` "the sum ... 30 deg" although it is 60.
+    /// With 60 the magnitudes are the same and the sense of rotation is reversed.
     pub fn effective_tooth_angle_deg(&self) -> f64 {
         90.0 - (self.get(Parameter::ToothAngle) + self.get(Parameter::ModeShift))
     }

@@ -74,8 +74,8 @@ impl Phase {
     }
 }
 
-/// Sine and cosine of `turns`, of magnitude up to 1000, like [`Phase::sin_cos`] but for a phase that is no integer:
-/// what part of a step takes.
+/// Sine and cosine of `turns`, of magnitude up to 1000, for part of a step: like [`Phase::sin_cos`] for a phase
+/// in floating point.
 #[inline]
 pub(crate) fn sin_cos_of_turns<T: Real>(turns: T) -> (T, T) {
     const PER_TURN: f64 = 64.0;
@@ -86,7 +86,7 @@ pub(crate) fn sin_cos_of_turns<T: Real>(turns: T) -> (T, T) {
     (root_sin * cos + root_cos * sin, root_cos * cos - root_sin * sin)
 }
 
-/// What [`Phase::sin_cos`] needs of a precision.
+/// Table and polynomial of one precision for [`Phase::sin_cos`].
 pub trait PhaseTable: Sized + 'static {
     /// Sine and cosine of `k / 64` turn.
     const ROOTS_OF_UNITY: &'static [(Self, Self); ROOTS];
@@ -95,7 +95,7 @@ pub trait PhaseTable: Sized + 'static {
     /// Sine and cosine of `d`, at most `pi / 64` in magnitude.
     fn arc(d: Self) -> (Self, Self);
     /// For a value in units of 1/64 turn, of magnitude up to 64,000: the number of the nearest root, modulo 64 in its
-    /// lowest six bits, and the signed rest.
+    /// lowest six bits, and the signed remainder.
     fn nearest_root(self) -> (usize, Self);
 }
 

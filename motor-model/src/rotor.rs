@@ -19,7 +19,7 @@ use crate::decay::decay_means;
 use crate::math::{self, Real};
 use crate::params::{MotorParams, Parameter};
 
-/// The rotor's motion. Upward and clockwise are positive.
+/// The rotor's motion: the rotor rows of [`crate::MotorState`]'s table. Upward and clockwise are positive.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct RotorState<T> {
     /// Height of the rotor's underside above the teeth of the stator at rest, in m.
@@ -35,7 +35,7 @@ pub struct RotorState<T> {
 /// A sudden change of the rotor's motion.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RotorJump<T> {
-    /// Of the height, in m: 0, but for a rotor that is put back on a tooth.
+    /// Of the height, in m: 0 except where a rotor is put back on a tooth.
     pub height_m: T,
     /// Of the vertical velocity, in m/s.
     pub velocity_m_s: T,
@@ -82,7 +82,7 @@ impl<T: Real> FlightSpan<T> {
         rotor.rate_rad_s += self.rate_loss * rate;
     }
 
-    /// Adds what a jump at the start of this time has become at its end.
+    /// Adds the response to a jump at the start of this time.
     #[inline]
     pub(crate) fn add_jump(&self, rotor: &mut RotorState<T>, jump: &RotorJump<T>) {
         rotor.height_m += jump.height_m + self.rise_s * jump.velocity_m_s;

@@ -1,4 +1,4 @@
-//! Time as an integer count of nanoseconds, from whatever instant a run calls zero.
+//! Time as an integer count of nanoseconds, from an instant that the user chooses.
 
 use crate::math::Real;
 
@@ -25,7 +25,7 @@ impl Time {
         self.0
     }
 
-    /// This instant `nanos` later; stands still at the end of time.
+    /// This instant `nanos` later; saturates at the largest count.
     #[inline]
     #[must_use]
     pub const fn plus_nanos(self, nanos: u64) -> Self {

@@ -107,7 +107,7 @@ fn steady(
     for _ in 0..STEPS {
         let (_, instructions) = counted(counter, motor, &mut state, command);
         // With the drive off only steps at rest are counted: with both pairs of teeth in contact.
-        if command != DriveCommand::OFF || state.pressed == [true; 2] {
+        if command != DriveCommand::OFF || state.in_contact == [true; 2] {
             count.add(instructions);
         }
     }

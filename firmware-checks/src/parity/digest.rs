@@ -38,7 +38,7 @@ impl Digest {
     }
 
     pub(super) fn state(&mut self, state: &MotorState<f32>) {
-        let MotorState { steps, phase, modes, rotor, forcing, pressed } = state;
+        let MotorState { steps, phase, modes, rotor, forcing, in_contact } = state;
         self.word(*steps);
         self.word(phase.units());
         self.modes(modes);
@@ -46,7 +46,7 @@ impl Digest {
         // The gains of the forcing are private; they have an effect on the modes.
         self.word(forcing.increment().units());
         self.command(forcing.command());
-        self.word(u64::from(pressed[0]) | u64::from(pressed[1]) << 1);
+        self.word(u64::from(in_contact[0]) | u64::from(in_contact[1]) << 1);
     }
 
     pub(super) fn report(&mut self, report: &TickReport) {
@@ -176,8 +176,8 @@ mod tests {
         let other_drive = |command| motor.modes().forcing(command);
         let b = DriveMode::B;
         let changes: [&Change<'_, MotorState<f32>>; 17] = [
-            &|s| s.pressed[0] = !s.pressed[0],
-            &|s| s.pressed[1] = !s.pressed[1],
+            &|s| s.in_contact[0] = !s.in_contact[0],
+            &|s| s.in_contact[1] = !s.in_contact[1],
             &|s| s.steps += 1,
             &|s| s.phase = s.phase.advanced(Phase::from_units(1)),
             &|s| up(&mut s.modes.displacement_m.x),

@@ -177,7 +177,7 @@ mod tests {
         run_schedule(ImpactRule::Located, |state, impacts| {
             inside += impacts.iter().filter(|impact| impact.before_end_s > 0.0).count();
             several += usize::from(impacts.len() > 1);
-            match state.pressed {
+            match state.in_contact {
                 [true, true] => both_in_contact += 1,
                 [false, false] => {}
                 _ => one_in_contact += 1,

@@ -87,7 +87,7 @@ impl Plant {
     /// One stride with the drive off, if the rotor lies on the teeth and the plant is one that strides; whether it was taken.
     pub fn stride(&mut self) -> bool {
         let Some((strider, steps)) = &self.strider else { return false };
-        if self.state.pressed == [false; 2] {
+        if self.state.in_contact == [false; 2] {
             return false;
         }
         strider.step(&mut self.state, DriveCommand::OFF);

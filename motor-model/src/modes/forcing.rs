@@ -1,4 +1,4 @@
-//! What a drive command means for one motor and step.
+//! Forcing: the effect of a drive command on the modes of one motor over one step.
 
 use core::f64::consts::TAU;
 
@@ -16,7 +16,7 @@ pub enum DriveTuning {
     /// At the motor's own resonances, as in the paper.
     #[default]
     Resonant,
-    /// At fixed frequencies, wherever the motor's resonances are: a generator that does not know its motor.
+    /// At fixed frequencies, which may differ from the motor's resonances.
     Fixed {
         /// Frequency for mode B.
         b_hz: f64,
@@ -36,7 +36,7 @@ impl DriveTuning {
     }
 }
 
-/// A driven mode as the generator sees it.
+/// Constants of a mode and of the generator that drives it.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct DrivenMode<T> {
     natural_rad_s: T,
@@ -52,12 +52,12 @@ pub(super) struct DrivenMode<T> {
     propagator: [[T; 2]; 2],
 }
 
-/// The drive as a step uses it: what a command means for one motor and step.
+/// The effect of a drive command on the modes of one motor over one step.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Forcing<T> {
     command: DriveCommand,
     increment: Phase,
-    /// `G`: what sine and cosine of the phase add to `g` and `g'` over a step.
+    /// `G`: change of `g` and `g'` over a step per sine and cosine of the phase.
     gain: PerPhasor<T>,
     /// `M`: steady `g` and `g'` per sine and cosine of the phase.
     steady: PerPhasor<T>,
@@ -107,7 +107,7 @@ impl<T: Real> Forcing<T> {
         }
     }
 
-    /// What the drive adds to `state` over a step that starts at `phase`.
+    /// Adds to `state` the effect of the drive over a step that starts at `phase`.
     #[inline]
     pub(super) fn add_to(&self, state: &mut ModalState<T>, phase: Phase) {
         if self.command.mode().is_some() {
@@ -116,13 +116,13 @@ impl<T: Real> Forcing<T> {
         }
     }
 
-    /// The same at a phase whose sine and cosine are known; nothing when off.
+    /// The same with given sine and cosine of the phase; nothing when off.
     #[inline]
     pub(super) fn add_from(&self, state: &mut ModalState<T>, [sin, cos]: [T; 2]) {
         self.add(&self.gain, state, &Phasor { sin, cos });
     }
 
-    /// Adds what `gain` makes of `phasor` to the mode that is driven.
+    /// Adds `gain` times `phasor` to the driven mode.
     #[inline]
     fn add(&self, gain: &PerPhasor<T>, state: &mut ModalState<T>, phasor: &Phasor<T>) {
         let g = gain.g_sin * phasor.sin + gain.g_cos * phasor.cos;
@@ -140,7 +140,7 @@ impl<T: Real> Forcing<T> {
         }
     }
 
-    /// Adds the change of the steady motion from one instant of the drive to another, or all of it from rest.
+    /// Adds the steady motion at `phasor`, or its change where `phasor` is a difference.
     #[inline]
     pub(super) fn add_steady(&self, state: &mut ModalState<T>, phasor: &Phasor<T>) {
         self.add(&self.steady, state, phasor);
@@ -170,7 +170,7 @@ pub(crate) struct Phasor<T> {
 }
 
 impl<T: Real> Phasor<T> {
-    /// What has to be added to this one to make it `later`.
+    /// The difference from this phasor to `later`.
     #[inline]
     pub(super) fn until(&self, later: &Self) -> Self {
         Self { sin: later.sin - self.sin, cos: later.cos - self.cos }
@@ -199,7 +199,7 @@ impl<T> PerPhasor<T> {
 }
 
 impl<T: Real> ModalBank<T> {
-    /// What `command` means for this motor and step. No transcendental call: some 60 operations.
+    /// The forcing of `command` for this motor and step. No transcendental call: some 60 operations.
     #[inline(never)]
     pub fn forcing(&self, command: DriveCommand) -> Forcing<T> {
         let Some(mode) = command.mode() else {

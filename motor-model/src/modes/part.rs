@@ -1,7 +1,9 @@
-//! Propagation over part of a step, and what forces in between need: all exact, none with a transcendental call.
+//! Propagation over part of a step, and the response to impulses and constant pushes: exact, without transcendental
+//! calls.
 //!
 //! ```text
-//! exp(A t) - I = [ E cos - 1 + zeta w S    S ; -w^2 S    E cos - 1 - zeta w S ],   S = E sin(wd t) / wd,  E = exp(-zeta w t)
+//! exp(A t) - I = [ E cos - 1 + zeta w S    S ; -w^2 S    E cos - 1 - zeta w S ]
+//! S = E sin(wd t) / wd,   E = exp(-zeta w t),   cos = cos(wd t)
 //! ```
 //!
 //! Sine and cosine come from the table of [`crate::phase`], `E` from its own short series.
@@ -16,7 +18,7 @@ use crate::decay::decay_loss;
 use crate::math::{self, Real};
 use crate::phase::sin_cos_of_turns;
 
-/// What part of a step needs of a mode.
+/// Constants of one mode for part of a step.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct FreeMode<T> {
     /// Half the turns of the free oscillation in a step.
@@ -73,7 +75,7 @@ impl<T: Real> FreeMode<T> {
     }
 }
 
-/// What a constant unit acceleration of each mode adds to its displacement and velocity over some time.
+/// Response of displacement and velocity of each mode to a constant unit acceleration over some time.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct ModalPush<T> {
     pub(crate) displacement_s2: Vector3<T>,
@@ -96,7 +98,7 @@ impl<T: Real> ModalBank<T> {
         Propagator::new(self.free.map(|mode| mode.propagator(part)))
     }
 
-    /// Adds what a jump of the velocities has become the fraction `part` of a step after it.
+    /// Adds the response to a jump of the velocities, the fraction `part` of a step after it.
     pub(crate) fn add_jump(&self, state: &mut ModalState<T>, jump_m_s: &Vector3<T>, part: T) {
         let [[a_g, a_v], [b_g, b_v], [c_g, c_v]] =
             self.free.each_ref().map(|mode| mode.impulse_response(part));
@@ -121,7 +123,7 @@ impl<T: Real> ModalBank<T> {
             - (damped + damped + stiffness.component_mul(&state.displacement_m))
     }
 
-    /// What constant accelerations do over the time of `propagator`.
+    /// Response to constant unit accelerations over the time of `propagator`.
     pub(crate) fn push(&self, propagator: &Propagator<T>) -> ModalPush<T> {
         let [a, b, c] = &self.free;
         // About the displaced equilibrium a / w^2 the motion is free: x = (I - P) (a / w^2, 0).
@@ -157,7 +159,7 @@ mod tests {
     use crate::phase::Phase;
     use crate::{DriveCommand, DriveMode, MotorParams};
 
-    /// Two parts of a step are the step, wherever it is cut and at any phase of the drive.
+    /// Two parts of a step make the whole step, for any cut and phase of the drive.
     #[test]
     fn dual_parts_make_the_step() {
         let modes = Mode::all(&MotorParams::nominal()).unwrap();

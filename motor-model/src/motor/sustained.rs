@@ -326,7 +326,8 @@ mod tests {
         /// The solution of the complementarity problem is what it says, for any stiff enough response.
         #[test]
         fn law_pushes_are_complementary(
-            c in prop::array::uniform2(-1.0..1.0_f64), diagonal in prop::array::uniform2(1.0..3.0_f64), cross in -0.9..0.9_f64,
+            c in prop::array::uniform2(-1.0..1.0_f64),
+            diagonal in prop::array::uniform2(1.0..3.0_f64), cross in -0.9..0.9_f64,
             takes_part in prop::array::uniform2(any::<bool>())
         ) {
             let response = [[diagonal[0], cross], [cross, diagonal[1]]];

@@ -1,4 +1,4 @@
-//! Drawing a motor within Table 1's tolerances.
+//! A random motor within Table 1's tolerances.
 
 use rand_core::Rng;
 use rand_distr::{Distribution, StandardNormal, Uniform};
@@ -6,7 +6,7 @@ use rand_distr::{Distribution, StandardNormal, Uniform};
 use crate::params::{MotorParams, Parameter, Tolerance};
 
 impl MotorParams {
-    /// Another motor of the same make: each parameter scattered about its value here by its [`Tolerance`].
+    /// Another motor of the same make: each parameter drawn about its value here within its [`Tolerance`].
     ///
     /// A normal tolerance is redrawn until it falls within its cut-off (about one draw in twenty is); a uniform one
     /// covers its range whatever the value here. Values are limited to the parameter's bounds. Every parameter takes

@@ -146,7 +146,7 @@ fn exact_several_blows_within_one_step() {
         // Its own recoil meets the rotor again at a relative 1e-8.
         assert_close(impact.approach_m_s, share * GRAVITY_M_S2 * fall_s, Within::relative(1e-7), "approach");
     }
-    assert_ne!(bench.state.pressed, [false; 2]);
+    assert_ne!(bench.state.in_contact, [false; 2]);
     bench.run(DriveCommand::OFF, 5e-3);
     assert_close(bench.state.rotor.height_m, 0.0, Within::absolute(1e-14), "it lies on the floor");
 }
@@ -185,7 +185,7 @@ fn exact_accumulating_blows_end_in_rest_on_time() {
                         format_args!("blow {n}, {what}"),
                     );
                 }
-                assert_ne!(bench.state.pressed, [false; 2], "{what}");
+                assert_ne!(bench.state.in_contact, [false; 2], "{what}");
                 // The gap at which it came to stay is taken back by a twentieth a span of 5 us: to e^-10 of it.
                 bench.run(DriveCommand::OFF, 1e-3);
                 assert_close(bench.state.rotor.height_m, 0.0, Within::absolute(1e-13), &what);
@@ -202,7 +202,7 @@ fn exact_plastic_drop_stays_at_once() {
         for t in falls_s(1e-3, step_s).step_by(9) {
             let mut bench = dropped::<f64>(&on_rigid_floor(0.0), step_s, 0.5 * GRAVITY_M_S2 * t * t);
             blows(&mut bench, 1, 100_000);
-            assert_ne!(bench.state.pressed, [false; 2], "{step_s:e} s, {t:e} s");
+            assert_ne!(bench.state.in_contact, [false; 2], "{step_s:e} s, {t:e} s");
             let later = blows(&mut bench, usize::MAX, steps_in(5e-3, step_s));
             // The floor itself rings with 1e-9 of the speed.
             assert!(later.iter().all(|blow| blow.approach_m_s < 1e-9), "{step_s:e} s, {later:?}");
@@ -374,7 +374,7 @@ fn law_initial_penetration_ends_on_the_teeth() {
                     );
                 }
             }
-            assert_eq!(bench.state.pressed, [true; 2], "{what}");
+            assert_eq!(bench.state.in_contact, [true; 2], "{what}");
             let gaps = [0, 1].map(|pair| {
                 bench.state.rotor.height_m - Tooth::of(&params, pair, 0.0).height_m(&bench.state.modes)
             });

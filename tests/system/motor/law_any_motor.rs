@@ -138,7 +138,7 @@ fn run<T: Real>(
             }
             prop_assert!(impacts.len() <= IMPACTS_PER_STEP_MAX);
             prop_assert!(is_finite(&state), "after {steps} steps: {state:?}");
-            prop_assert!(setup.impact_rule == ImpactRule::Located || state.pressed == [false; 2]);
+            prop_assert!(setup.impact_rule == ImpactRule::Located || state.in_contact == [false; 2]);
             let gap_m = motor.gap_m(&state).to_f64();
             deepest_m = deepest_m.max(-gap_m);
         }

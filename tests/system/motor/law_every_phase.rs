@@ -29,7 +29,7 @@ fn turn_mdeg<T: Real>(
     let mut accounted = Accounted::from(&MotorParams::nominal(), &located(step_s), state);
     accounted.run(command, on_s);
     accounted.run(DriveCommand::OFF, SETTLING_S);
-    assert_eq!(accounted.state.pressed, [true; 2], "{what}");
+    assert_eq!(accounted.state.in_contact, [true; 2], "{what}");
     let single = size_of::<T>() == 4;
     let still = Within::absolute(if single { 1e-8 } else { 1e-12 });
     assert_close(accounted.state.rotor.rate_rad_s.to_f64(), 0.0, still, format_args!("rate, {what}"));
@@ -121,7 +121,7 @@ fn rounded<T: Real>(state: &MotorState<f64>) -> MotorState<T> {
             rate_rad_s: T::from_f64(rotor.rate_rad_s),
         },
         forcing: Forcing::default(),
-        pressed: state.pressed,
+        in_contact: state.in_contact,
     }
 }
 

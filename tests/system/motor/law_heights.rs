@@ -35,7 +35,7 @@ fn dual_heights_do_not_depend_on_friction() {
             let (of_rough, of_smooth) = (rough.step(&mut turning, command), smooth.step(&mut still, command));
             assert_eq!(of_rough.len(), of_smooth.len());
             impacts += of_rough.len();
-            assert_eq!((turning.modes, turning.pressed), (still.modes, still.pressed));
+            assert_eq!((turning.modes, turning.in_contact), (still.modes, still.in_contact));
             assert_eq!(
                 (turning.rotor.height_m, turning.rotor.velocity_m_s),
                 (still.rotor.height_m, still.rotor.velocity_m_s)

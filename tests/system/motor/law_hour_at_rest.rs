@@ -23,7 +23,7 @@ fn motion_bits<T: Real>(state: &MotorState<T>) -> ([[u64; 3]; 3], [bool; 2]) {
     let rotor = [rotor.height_m, rotor.velocity_m_s, rotor.rate_rad_s];
     (
         [bits(modes.displacement_m.as_slice()), bits(modes.velocity_m_s.as_slice()), bits(&rotor)],
-        state.pressed,
+        state.in_contact,
     )
 }
 
@@ -73,7 +73,7 @@ fn law_an_hour_at_rest_with_located_impacts() {
             bench.motor.step(&mut bench.state, DriveCommand::OFF);
             let rate = bench.state.rotor.rate_rad_s;
             assert_close(rate, 0.0, Within::absolute(1e-15), format_args!("{step_s:e} s"));
-            assert_eq!(bench.state.pressed, [true; 2], "{step_s:e} s");
+            assert_eq!(bench.state.in_contact, [true; 2], "{step_s:e} s");
         }
         assert_eq!(bench.state.rotor.angle.angle(), angle, "{step_s:e} s");
     }
@@ -103,7 +103,7 @@ fn check_any_weight<T: Real>(ratio: f64, step_s: f64) {
     let angle = accounted.state.rotor.angle.angle();
     for _ in 0..steps_in(0.1, step_s) {
         assert_eq!(accounted.run(DriveCommand::OFF, step_s), 0, "{what}");
-        assert_eq!(accounted.state.pressed, [true; 2], "{what}");
+        assert_eq!(accounted.state.in_contact, [true; 2], "{what}");
     }
     let single = size_of::<T>() == 4;
     let rate = accounted.state.rotor.rate_rad_s.to_f64();

@@ -27,12 +27,12 @@ fn check_rest<T: Real>(bench: &mut Bench<T>, time_s: f64, what: &str) {
     let single = size_of::<T>() == 4;
     let height = Within::relative(if single { 16.0 * epsilon::<T>() } else { 1e-9 });
     let rate = Within::absolute(if single { 1e-8 } else { 1e-12 });
-    assert_eq!(bench.state.pressed, [true; 2], "{what}");
+    assert_eq!(bench.state.in_contact, [true; 2], "{what}");
     let origin = bench.state.rotor.angle.angle();
     for _ in 0..steps_in(time_s, bench.motor.step_s()) {
         let impacts = bench.motor.step(&mut bench.state, DriveCommand::OFF);
         assert!(impacts.is_empty(), "{what}: {impacts:?}");
-        assert_eq!(bench.state.pressed, [true; 2], "{what}");
+        assert_eq!(bench.state.in_contact, [true; 2], "{what}");
         let rotor = &bench.state.rotor;
         // Pushes that did not sum to g would move it.
         assert_close(rotor.height_m.to_f64(), -sag_m(), height, format_args!("height, {what}"));
@@ -129,7 +129,7 @@ impl ShakenPlate {
         let speed = T::from_f64(self.amplitude_m * self.rad_s);
         bench.state.modes.velocity_m_s.x = speed;
         bench.state.rotor.velocity_m_s = speed;
-        bench.state.pressed = [true; 2];
+        bench.state.in_contact = [true; 2];
         bench
     }
 }
@@ -143,7 +143,7 @@ fn check_detachment<T: Real>(step_s: f64) {
     while time_s < leaves_s + 2.0 * step_s + 10e-6 {
         let impacts = bench.motor.step(&mut bench.state, DriveCommand::OFF);
         time_s += step_s;
-        if bench.state.pressed != [false; 2] {
+        if bench.state.in_contact != [false; 2] {
             pressed_until_s = time_s;
         }
         // In f32 the pairs of a rigid plate, which should move as one, may brush by a rounding.
@@ -199,7 +199,7 @@ fn law_a_plate_below_g_keeps_the_rotor() {
             let mut always = true;
             for _ in 0..steps_in(5e-3, step_s) {
                 let impacts = bench.motor.step(&mut bench.state, DriveCommand::OFF);
-                always &= bench.state.pressed != [false; 2] && impacts.is_empty();
+                always &= bench.state.in_contact != [false; 2] && impacts.is_empty();
                 let gap_m = bench.motor.gap_m(&bench.state);
                 let within = if stays { 1e-3 * plate.amplitude_m } else { 10.0 * plate.amplitude_m };
                 assert_between(
@@ -264,11 +264,11 @@ fn law_without_weight_nothing_stays_pressed() {
         for step_s in STEPS_S {
             let params = changed(&[(Parameter::Gravity, gravity), (Parameter::VerticalDamping, 0.0)]);
             let mut bench = Bench::<f64>::new(&params, &located(step_s));
-            bench.state.pressed = [true; 2];
+            bench.state.in_contact = [true; 2];
             bench.state.rotor.velocity_m_s = 0.01;
             bench.run(DriveCommand::OFF, 10e-3);
             let what = format!("g = {gravity}, {step_s:e} s");
-            assert_eq!(bench.state.pressed, [false; 2], "{what}");
+            assert_eq!(bench.state.in_contact, [false; 2], "{what}");
             assert_close(
                 bench.state.rotor.height_m,
                 0.01 * 0.01 - 0.5 * gravity * 1e-4,
@@ -279,7 +279,7 @@ fn law_without_weight_nothing_stays_pressed() {
                 let mut bench = Bench::<f64>::new(&params, &located(step_s));
                 bench.run(DriveCommand::full(mode), 0.1);
                 bench.run(DriveCommand::OFF, 0.1);
-                assert_eq!(bench.state.pressed, [false; 2], "{mode:?}, {what}");
+                assert_eq!(bench.state.in_contact, [false; 2], "{mode:?}, {what}");
                 assert_between(bench.state.rotor.height_m, 1e-6, 1.0, format_args!("{mode:?}, {what}"));
             }
         }

@@ -187,7 +187,7 @@ struct Instant {
 impl Instant {
     fn of(desk: &Desk) -> Self {
         let (at, state) = (desk.plant().now(), desk.plant().state());
-        let pressed = state.pressed != [false; 2];
+        let pressed = state.in_contact != [false; 2];
         Self { at, angle: state.rotor.angle.angle(), rate_rad_s: state.rotor.rate_rad_s, pressed }
     }
 

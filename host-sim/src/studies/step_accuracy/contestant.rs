@@ -1,8 +1,8 @@
 //! What is judged: the motor with a rule of impacts, a precision and a step.
 
 use motor_model::{
-    AmplitudeVariation, Angle, Dragged, DriveCommand, Impact, ImpactRule, Ledger, ModalState, Motor,
-    MotorParams, MotorSetup, MotorState, OutOfBounds, Phase, Real, RotorState,
+    AmplitudeVariation, Angle, DriveCommand, Impact, ImpactRule, Ledger, ModalState, Motor, MotorParams,
+    MotorSetup, MotorState, OutOfBounds, Phase, Real, RotorState, SustainedFriction,
 };
 use serde::ser::{Serialize, SerializeStruct as _, Serializer};
 
@@ -220,5 +220,5 @@ impl<T: Real, W: FnMut(Strike)> Ledger<T> for Watched<'_, W> {
 
     fn lift(&mut self, _: T) {}
 
-    fn pressed(&mut self, _: [T; 2], _: [T; 2], _: [T; 2], _: &[Dragged<T>; 2]) {}
+    fn sustained_contact(&mut self, _: [T; 2], _: [T; 2], _: [T; 2], _: &[SustainedFriction<T>; 2]) {}
 }
