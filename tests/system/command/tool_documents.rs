@@ -177,6 +177,30 @@ fn tool_documents_are_short_and_complete() {
     }
 }
 
+/// The figures among words: without signs and units.
+fn figures(text: &str) -> Vec<&str> {
+    let digits = |c: char| c.is_ascii_digit() || c == '.';
+    text.split(|c| !digits(c)).map(|word| word.trim_matches('.')).filter(|word| !word.is_empty()).collect()
+}
+
+/// Each figure of the front page stands on the page that it names as its proof.
+#[test]
+fn tool_documents_take_the_front_page_from_the_results() {
+    let root = root();
+    let front = text(&root.join("README.md"));
+    let rows: Vec<&str> = front.lines().filter(|line| line.contains("](docs/results/")).collect();
+    assert_eq!(rows.len(), 8, "headline figures");
+    for row in rows {
+        let answer = row.split('|').nth(2).expect("an answer");
+        let link = named(row).links.pop().expect("a page");
+        let page = text(&root.join(&link));
+        let proof = figures(&page);
+        for figure in figures(answer) {
+            assert!(proof.contains(&figure), "README.md: {figure} of \"{}\" is not on {link}", answer.trim());
+        }
+    }
+}
+
 /// The picture of the front page is what the command in its caption draws.
 #[test]
 fn tool_documents_show_the_picture_that_the_command_draws() {
