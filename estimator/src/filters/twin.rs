@@ -184,8 +184,8 @@ pub struct TwinFilter<T: Real> {
     last_sample_m_s: T,
     /// The last impact's jump as first measured, until it is refined.
     unrefined_jump_m_s: Option<T>,
-    /// Limit of a kick per jump, `mu m_r R_t / J`, in rad/s per m/s.
-    limit_per_jump_rad_m: T,
+    /// Largest kick per jump at nominal friction, `mu m_r R_t / J`, in rad/s per m/s.
+    kick_per_jump_rad_m: T,
     /// `1 / R_t`.
     per_radius_m: T,
 }
@@ -197,7 +197,7 @@ impl<T: Real> TwinFilter<T> {
     /// When the model refuses the parameters.
     pub fn try_new(params: &MotorParams, tuning: &TwinTuning<T>) -> Result<Self, OutOfBounds> {
         let radius = params.get(Parameter::ToothRadius);
-        let limit = params.get(Parameter::Friction) * params.get(Parameter::RotorMass) * radius
+        let kick_per_jump = params.get(Parameter::Friction) * params.get(Parameter::RotorMass) * radius
             / params.get(Parameter::RotorInertia);
         let stator = StatorFilter::try_new(params, tuning)?;
         Ok(Self {
@@ -219,7 +219,7 @@ impl<T: Real> TwinFilter<T> {
             last_kick_mode: None,
             last_sample_m_s: T::zero(),
             unrefined_jump_m_s: None,
-            limit_per_jump_rad_m: T::from_f64(limit),
+            kick_per_jump_rad_m: T::from_f64(kick_per_jump),
             per_radius_m: T::from_f64(1.0 / radius),
         })
     }

@@ -35,8 +35,8 @@ impl<T: Real> TwinFilter<T> {
             return self.record_kick(self.unexplained_kick(at, impact));
         }
         let explained = self.stator.update_by_impact(impact, &self.tuning);
-        let misfits = explained.as_ref().is_ok_and(|explained| self.misfit.note(explained.misfit));
-        if misfits || !self.stator.is_sound() {
+        let contradicts = explained.as_ref().is_ok_and(|explained| self.misfit.note(explained.misfit));
+        if contradicts || !self.stator.is_sound() {
             self.restart_stator();
             return self.record_kick(self.unexplained_kick(at, impact));
         }
@@ -53,7 +53,7 @@ impl<T: Real> TwinFilter<T> {
         let mut kick =
             if usable { self.explained_kick(at, &explained) } else { self.unexplained_kick(at, impact) };
         if before == SinceRest::NoImpact {
-            let threshold_rad_s = self.limit_per_jump_rad_m * self.detector.threshold_m_s();
+            let threshold_rad_s = self.kick_per_jump_rad_m * self.detector.threshold_m_s();
             kick.unknown_rad2_s2 += threshold_rad_s * threshold_rad_s;
         }
         self.record_kick(kick);
@@ -66,13 +66,13 @@ impl<T: Real> TwinFilter<T> {
 
     /// The kick of an explained impact.
     fn explained_kick(&self, at: Time, explained: &ExplainedImpact<T>) -> KickRecord<T> {
-        let (c, s) = (self.limit_per_jump_rad_m, self.per_radius_m);
+        let (c, s) = (self.kick_per_jump_rad_m, self.per_radius_m);
         let ExplainedImpact { back, jump, tooth_velocity, .. } = *explained;
         let back_nanos = (back.value * T::from_f64(1e9)).whole();
         KickRecord {
             at: Time::from_nanos(at.nanos().saturating_add_signed(-i64::from(back_nanos))),
             at_s2: back.variance,
-            limit_rad_s: Uncertain { value: c * jump.value, variance: c * c * jump.variance },
+            kick_max_rad_s: Uncertain { value: c * jump.value, variance: c * c * jump.variance },
             tooth_rate_rad_s: Uncertain {
                 value: s * tooth_velocity.value,
                 variance: s * s * tooth_velocity.variance * self.misfit.variance_inflation(),
@@ -86,7 +86,7 @@ impl<T: Real> TwinFilter<T> {
     /// Variance of the kicks by impacts below the detector's threshold. Where those are many, as under a rotor that
     /// hops on a weakly driven stator, the detected ones fit the model badly, so it grows with the mean misfit.
     fn undetected_rad2_s2(&self) -> T {
-        let threshold_rad_s = self.limit_per_jump_rad_m * self.detector.threshold_m_s();
+        let threshold_rad_s = self.kick_per_jump_rad_m * self.detector.threshold_m_s();
         self.tuning.chatter_rad2_s2
             + self.tuning.undetected_part2
                 * (self.misfit.variance_inflation() - T::one())

@@ -4,7 +4,7 @@
 //! kick = clamp(a S - rate, -f L, f L),     S = s' / R_t,     L = mu m_r R_t dv / J
 //! ```
 //!
-//! S is the rate at which the tooth would carry the rotor, L the limit of friction at its nominal value; `a` and `f`
+//! S is the rate at which the tooth would carry the rotor, L the largest kick at nominal friction; `a` and `f`
 //! are the tooth factor and the friction of [`super::rotor`]. The slip `a S - rate` is taken as uniform over an
 //! interval, so that mean, Jacobian and noise of the kick are polynomials: [`crate::filters::kick`].
 
@@ -24,8 +24,8 @@ pub(super) struct KickRecord<T> {
     pub(super) at: Time,
     /// Variance of the instant, in s^2.
     pub(super) at_s2: T,
-    /// Limit of the kick at nominal friction, L, in rad/s.
-    pub(super) limit_rad_s: Uncertain<T>,
+    /// Largest kick at nominal friction, L, in rad/s.
+    pub(super) kick_max_rad_s: Uncertain<T>,
     /// Rate at which the tooth would carry the rotor, S, in rad/s.
     pub(super) tooth_rate_rad_s: Uncertain<T>,
     /// Variance of what else may have kicked the rate about then, in rad^2/s^2.
@@ -49,7 +49,7 @@ impl<T: Real> KickRecord<T> {
         Self {
             at,
             at_s2: T::zero(),
-            limit_rad_s: zero,
+            kick_max_rad_s: zero,
             tooth_rate_rad_s: zero,
             unknown_rad2_s2: variance_rad2_s2,
             refinable: false,
@@ -65,24 +65,23 @@ impl<T: Real> KickRecord<T> {
         }
         let (friction, tooth_factor) = (rotor.friction, rotor.tooth_factor);
         let friction = if friction > T::zero() { friction } else { T::zero() };
-        let (limit, tooth) = (self.limit_rad_s, self.tooth_rate_rad_s);
-        let limit_rad_s = if limit.value > T::zero() { limit.value * friction } else { T::zero() };
+        let (kick_max, tooth) = (self.kick_max_rad_s, self.tooth_rate_rad_s);
+        let kick_max_rad_s = if kick_max.value > T::zero() { kick_max.value * friction } else { T::zero() };
         let slip = tooth_factor * tooth.value - state.rate_rad_s;
         let square = |x: T| x * x;
-        // Whether the teeth stick depends on slip and limit alike: the uncertainty of both blurs the corner between
-        // them.
+        // Whether the teeth stick depends on slip and largest kick alike: the uncertainty of both blurs the corner.
         let [friction2, tooth_factor2] = rotor.factor_variances();
         let slip_rad2_s2 = rotor.rate_rad2_s2() + tooth.variance + tooth_factor2 * square(tooth.value);
-        let limit_rad2_s2 = friction2 * square(limit.value) + square(friction) * limit.variance;
-        let width = square_root(T::from_f64(3.0) * (slip_rad2_s2 + limit_rad2_s2));
-        let kick = KickMoments::new(slip, width, limit_rad_s);
+        let kick_max_rad2_s2 = friction2 * square(kick_max.value) + square(friction) * kick_max.variance;
+        let width = square_root(T::from_f64(3.0) * (slip_rad2_s2 + kick_max_rad2_s2));
+        let kick = KickMoments::new(slip, width, kick_max_rad_s);
         rotor.kick(&KickJacobian {
             by_rate: -kick.per_slip,
-            by_friction: kick.per_limit * limit.value,
+            by_friction: kick.per_limit * kick_max.value,
             by_tooth_factor: kick.per_slip * tooth.value,
             variance_rad2_s2: kick.scatter
                 + square(kick.per_slip) * tooth.variance
-                + square(kick.per_limit * friction) * limit.variance
+                + square(kick.per_limit * friction) * kick_max.variance
                 + self.unknown_rad2_s2,
             angle_rad2: self.at_s2 * square(kick.mean),
         });
@@ -116,14 +115,14 @@ mod tests {
 
     use super::*;
 
-    /// A limit of 1 rad/s whose friction is known to 0.29 and a slip of 1 rad/s, exact: their difference is uniform
-    /// within `w = 0.29 sqrt 3`, and the kick falls short of 1 by the mean of what it is above 0, `w / 4`. The kick
-    /// follows half of an error of the friction.
+    /// A largest kick of 1 rad/s whose friction is known to 0.29 and a slip of 1 rad/s, exact: their difference is
+    /// uniform within `w = 0.29 sqrt 3`, and the kick falls short of 1 by the mean of what it is above 0, `w / 4`. The
+    /// kick follows half of an error of the friction.
     #[test]
     fn exact_an_uncertain_friction_blurs_the_corner_between_stick_and_slip() {
         let exactly = |value: f64| Uncertain { value, variance: 0.0 };
         let kick = KickRecord {
-            limit_rad_s: exactly(1.0),
+            kick_max_rad_s: exactly(1.0),
             tooth_rate_rad_s: exactly(1.0),
             ..KickRecord::of_unknown_sign(Time::from_nanos(1), 0.0)
         };

@@ -9,7 +9,7 @@ use super::tuning::TwinTuning;
 use crate::camera::track::{Jitter, Process};
 use crate::vibrometer::motion::Motion;
 
-/// How angle and rate go on under the kicks of the stator filter.
+/// Prediction of angle and rate under the kicks of the stator filter.
 pub(super) struct TwinProcess<'a, T> {
     pub(super) tuning: &'a TwinTuning<T>,
     pub(super) kicks: &'a KickRecords<T>,

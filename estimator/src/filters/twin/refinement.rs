@@ -63,10 +63,10 @@ impl<T: Real> TwinFilter<T> {
         };
         let jump = Uncertain { value: correction(JUMP), variance: covariance.variance::<JUMP>() };
         self.refine_tooth_velocity(tooth_velocity);
-        let c = self.limit_per_jump_rad_m;
+        let c = self.kick_per_jump_rad_m;
         if let Some(kick) = self.refinable_kick() {
-            kick.limit_rad_s.value += c * jump.value;
-            kick.limit_rad_s.variance = c * c * jump.variance;
+            kick.kick_max_rad_s.value += c * jump.value;
+            kick.kick_max_rad_s.variance = c * c * jump.variance;
         }
     }
 

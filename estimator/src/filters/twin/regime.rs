@@ -96,7 +96,7 @@ impl<T: Real> TwinFilter<T> {
         };
         let unknown_m2_s2 =
             self.tuning.riding_part2 * square(threshold_m_s) + self.without_stator.unexplained * excess_m2_s2;
-        KickRecord::of_unknown_sign(at, square(self.limit_per_jump_rad_m) * unknown_m2_s2)
+        KickRecord::of_unknown_sign(at, square(self.kick_per_jump_rad_m) * unknown_m2_s2)
     }
 }
 

@@ -6,13 +6,13 @@
 //! drive off    clamp(S - rate, -c dv, c dv),   S = 0 +- k sqrt(v^2 + (a dv)^2)
 //! ```
 //!
-//! `c` is the kick's limit per jump, `k` the tooth's rate per rise in mode B, `a` the approach per jump; the parts of
+//! `c` is the largest kick per jump, `k` the tooth's rate per rise in mode B, `a` the approach per jump; the parts of
 //! the noise are those of [`crate::ImpactAidedTuning`].
 //!
 //! With the drive off the stator moves as little as the impacts are small. Friction then brakes a sliding rotor and
 //! never accelerates it: the friction of its weight acts in the same sense a thousand times, which a noise of unknown
 //! sign would not describe. Half of a resting rotor's weight is undetected and appears as the flight's drift; it adds
-//! to the limit.
+//! to the largest kick.
 
 use motor_model::{DriveMode, Real, Time};
 
@@ -30,29 +30,29 @@ impl<T: Real> TwinFilter<T> {
         let constants = &self.without_stator;
         let square = |x: T| x * x;
         let uncertain = |value: T, variance: T| Uncertain { value, variance };
-        let c = self.limit_per_jump_rad_m;
+        let c = self.kick_per_jump_rad_m;
         let threshold_rad_s = c * self.detector.threshold_m_s();
         let approach_m_s = constants.approach_per_jump * impact.jump_m_s;
-        let kick_max_rad_s = c * impact.jump_m_s;
-        let bound_rad2_s2 = square(kick_max_rad_s) + square(threshold_rad_s);
+        let by_jump_rad_s = c * impact.jump_m_s;
+        let bound_rad2_s2 = square(by_jump_rad_s) + square(threshold_rad_s);
         let zero = uncertain(T::zero(), T::zero());
-        let (limit_rad_s, tooth_rate_rad_s, unknown_rad2_s2) = match self.drive.mode() {
+        let (kick_max_rad_s, tooth_rate_rad_s, unknown_rad2_s2) = match self.drive.mode() {
             Some(DriveMode::B) => {
                 let towards_rad_s = constants.turn_per_rise_rad_m * (impact.before_m_s + approach_m_s);
-                (kick_max_rad_s, uncertain(towards_rad_s, T::zero()), constants.unexplained_b * bound_rad2_s2)
+                (by_jump_rad_s, uncertain(towards_rad_s, T::zero()), constants.unexplained_b * bound_rad2_s2)
             }
             Some(DriveMode::C) => (T::zero(), zero, constants.unexplained * bound_rad2_s2),
             None => {
                 let drift_m_s = if impact.drift_m_s > T::zero() { impact.drift_m_s } else { T::zero() };
                 let swing_m2_s2 = square(impact.before_m_s) + square(approach_m_s);
                 let tooth = uncertain(T::zero(), square(constants.turn_per_rise_rad_m) * swing_m2_s2);
-                (kick_max_rad_s + c * drift_m_s, tooth, square(threshold_rad_s))
+                (by_jump_rad_s + c * drift_m_s, tooth, square(threshold_rad_s))
             }
         };
         KickRecord {
             at,
             at_s2: T::zero(),
-            limit_rad_s: uncertain(limit_rad_s, c * c * impact.jump_m2_s2),
+            kick_max_rad_s: uncertain(kick_max_rad_s, c * c * impact.jump_m2_s2),
             tooth_rate_rad_s,
             unknown_rad2_s2,
             refinable: false,
@@ -67,7 +67,7 @@ impl<T: Real> TwinFilter<T> {
         impact: &MeasuredImpact<T>,
         unassociated: UnassociatedImpact<T>,
     ) -> KickRecord<T> {
-        let kick_max_rad_s = self.limit_per_jump_rad_m * impact.jump_m_s;
+        let kick_max_rad_s = self.kick_per_jump_rad_m * impact.jump_m_s;
         let excess = if self.misfit.is_trusted() {
             unassociated.excess_misfit * T::from_f64(1.0 / EVEN_ODDS_EXCESS)
         } else {

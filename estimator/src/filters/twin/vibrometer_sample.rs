@@ -51,7 +51,7 @@ impl<T: Real> TwinFilter<T> {
             }
             VibrometerEvent::Fall { drop_m_s } => {
                 // A wrong sample, as large as the fall, may have been taken for an impact.
-                let kick_rad_s = self.limit_per_jump_rad_m * drop_m_s;
+                let kick_rad_s = self.kick_per_jump_rad_m * drop_m_s;
                 self.record_unknown_kick(sample.taken_at, kick_rad_s * kick_rad_s);
             }
             VibrometerEvent::Gap(seconds) => {
