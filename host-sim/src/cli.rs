@@ -7,11 +7,12 @@ mod calibration;
 mod closed_loop;
 mod error;
 mod estimation;
-pub mod keys;
+mod keys;
 mod microcontroller;
 mod open_loop;
 mod publication;
 mod results;
+mod readers;
 mod twin;
 
 pub use error::CommandError;
@@ -22,15 +23,16 @@ use std::process::ExitCode;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use indicatif::ProgressStyle;
 
-use crate::report::files;
 use crate::scene::Scene;
 
 use calibration::CalibrateArgs;
 use closed_loop::{PositionArgs, PositioningTrialsArgs, RateArgs, ResponseMapArgs};
 use estimation::{EstimateArgs, FiltersArgs};
+use keys::KeysArgs;
 use microcontroller::{InstructionsArgs, PilArgs, SizeArgs};
 use open_loop::{ReproduceArgs, SimulateArgs};
 use results::ResultsArgs;
+use readers::Reader;
 use twin::AccuracyArgs;
 
 /// A rotary micro-motor in simulation: open loop, published figures, closed loop.
@@ -72,8 +74,8 @@ enum Command {
     ResponseMap(ResponseMapArgs),
     /// Write the pages of results from runs of today, or compare them
     Results(ResultsArgs),
-    /// List every key that --set and scene files take.
-    Keys,
+    /// List the keys that --set and scene files take: all, or those that a command reads
+    Keys(KeysArgs),
 }
 
 /// How results are written to standard output.
@@ -92,7 +94,7 @@ struct SceneArgs {
     /// Scene file in TOML
     #[arg(long, value_name = "FILE.toml")]
     scene: Option<PathBuf>,
-    /// Set one key, over the scene file; repeatable. `host-sim keys` lists them
+    /// Set one key, over the scene file; repeatable. `host-sim keys COMMAND` lists the keys that a command reads
     #[arg(long, value_name = "KEY=VALUE")]
     set: Vec<String>,
     /// Names the random numbers of the run
@@ -101,12 +103,17 @@ struct SceneArgs {
 }
 
 impl SceneArgs {
-    /// The scene, with `flags` (key and value, if given) over everything else.
-    fn load(&self, flags: &[(&str, &Option<String>)]) -> Result<Scene, CommandError> {
-        let mut scene = Scene::load(self.scene.as_deref(), &self.set)?;
+    /// The scene of `command`, with `flags` (key and value, if given) over everything else.
+    ///
+    /// # Errors
+    /// When the scene is refused, or sets a key that the command does not read.
+    fn load(&self, command: &str, flags: &[(&str, &Option<String>)]) -> Result<Scene, CommandError> {
+        let reader = Reader::named(command);
+        let admit = |key| reader.admit(key);
+        let mut scene = Scene::load_admitted(self.scene.as_deref(), &self.set, &admit)?;
         for (key, value) in flags.iter().chain(&[("seed", &self.seed)]) {
             if let Some(value) = value {
-                scene.set(key, value)?;
+                scene.set_admitted(key, value, &admit)?;
             }
         }
         Ok(scene)
@@ -135,7 +142,7 @@ impl Command {
             Self::PositioningTrials(args) => args.execute(),
             Self::ResponseMap(args) => args.execute(),
             Self::Results(args) => args.execute(),
-            Self::Keys => Ok(files::print(&keys::table())?),
+            Self::Keys(args) => args.execute(),
         }
     }
 }
@@ -202,5 +209,20 @@ mod tests {
     #[test]
     fn exact_the_command_line_is_well_formed() {
         Cli::command().debug_assert();
+    }
+
+    /// A command has `--scene` if and only if the table of readers has the command.
+    #[test]
+    fn exact_commands_that_take_a_scene_are_readers() {
+        let takes_scene =
+            |command: &&clap::Command| command.get_arguments().any(|flag| flag.get_id() == "scene");
+        let mut line = Cli::command();
+        line.build();
+        let mut takers: Vec<&str> =
+            line.get_subcommands().filter(takes_scene).map(clap::Command::get_name).collect();
+        let mut readers = readers::READERS.map(|reader| reader.command);
+        takers.sort_unstable();
+        readers.sort_unstable();
+        assert_eq!(takers, readers);
     }
 }

@@ -34,7 +34,7 @@ impl CalibrateArgs {
     pub(super) fn execute(&self) -> Result<(), CommandError> {
         let runs = gyroscope_calibration::RUNS.integer(&self.runs)?;
         let motors = gyroscope_calibration::MOTORS.integer(&self.motors)?;
-        let scene = self.scene.load(&[("calibrate.duration_s", &self.duration)])?;
+        let scene = self.scene.load("calibrate", &[("calibrate.duration_s", &self.duration)])?;
         let plan = gyroscope_calibration::Plan::new(&scene, runs, motors)?;
         let publication = self.publication.open(&self.out)?;
         let bar = ProgressBar::new(plan.motors()).with_style(progress_style());

@@ -32,8 +32,10 @@ pub(super) struct PositionArgs {
 
 impl PositionArgs {
     pub(super) fn execute(&self) -> Result<(), CommandError> {
-        let scene =
-            self.scene.load(&[("position.to_deg", &self.to), ("position.tolerance_deg", &self.tolerance)])?;
+        let scene = self.scene.load(
+            "position",
+            &[("position.to_deg", &self.to), ("position.tolerance_deg", &self.tolerance)],
+        )?;
         let drawing = self.drawing.open("position.svg")?;
         let mut trace = position::Trace::default();
         let outcome = position::run(&scene, |moment| trace.take(moment))?;
@@ -61,11 +63,14 @@ pub(super) struct RateArgs {
 
 impl RateArgs {
     pub(super) fn execute(&self) -> Result<(), CommandError> {
-        let scene = self.scene.load(&[
-            ("rate.deg_s", &self.deg_s),
-            ("rate.profile", &self.profile),
-            ("rate.duration_s", &self.duration),
-        ])?;
+        let scene = self.scene.load(
+            "rate",
+            &[
+                ("rate.deg_s", &self.deg_s),
+                ("rate.profile", &self.profile),
+                ("rate.duration_s", &self.duration),
+            ],
+        )?;
         let drawing = self.drawing.open("rate.svg")?;
         let mut moments = Vec::new();
         let outcome = rate::run(&scene, |moment| moments.push(moment))?;
@@ -94,7 +99,7 @@ pub(super) struct PositioningTrialsArgs {
 impl PositioningTrialsArgs {
     pub(super) fn execute(&self) -> Result<(), CommandError> {
         let trials = positioning_trials::TRIALS.integer(&self.trials)?;
-        let scene = self.scene.load(&[])?;
+        let scene = self.scene.load("positioning-trials", &[])?;
         let plan = positioning_trials::Plan::new(&scene, Strategy::Planned, trials)?;
         let others = match &self.compare {
             Some(count) => {
@@ -137,7 +142,7 @@ pub(super) struct ResponseMapArgs {
 impl ResponseMapArgs {
     pub(super) fn execute(&self) -> Result<(), CommandError> {
         let motors = response_map::MOTORS.integer(&self.motors)?;
-        let scene = self.scene.load(&[])?;
+        let scene = self.scene.load("response-map", &[])?;
         let file = self.write.as_deref().map(files::Output::create).transpose()?;
         let campaign = response_map::Campaign::new(&scene, motors)?;
         let bar = ProgressBar::new(campaign.work()).with_style(progress_style());

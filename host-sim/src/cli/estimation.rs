@@ -30,7 +30,7 @@ pub(super) struct EstimateArgs {
 impl EstimateArgs {
     pub(super) fn execute(&self) -> Result<(), CommandError> {
         let plants = filter_errors::PLANTS.integer(&self.plants)?;
-        let scene = self.scene.load(&[])?;
+        let scene = self.scene.load("estimate", &[])?;
         let plan = filter_errors::Plan::new(&scene, plants)?;
         let publication = self.publication.open(&self.out)?;
         let bar = ProgressBar::new(plan.milliseconds()).with_style(progress_style());
@@ -64,7 +64,7 @@ pub(super) struct FiltersArgs {
 impl FiltersArgs {
     pub(super) fn execute(&self) -> Result<(), CommandError> {
         let plants = filter_costs::PLANTS.integer(&self.plants)?;
-        let scene = self.scene.load(&[])?;
+        let scene = self.scene.load("filters", &[])?;
         let plan = filter_costs::Plan::new(&scene, plants, filter_costs::ROUNDS)?;
         let publication = self.publication.open(&self.out)?;
         let counts = if self.host_only { None } else { Some(count_instructions(None, Board::M4)?) };

@@ -1,18 +1,43 @@
-//! `host-sim keys`: every key that a scene can set.
+//! `keys`: the keys that a scene can set, and which commands read them.
 
 use std::fmt::Write as _;
 
+use clap::Args;
+use clap::builder::PossibleValuesParser;
 use motor_model::Parameter;
 use motor_model::params::{Origin, Tolerance};
 
+use super::readers::{READERS, Reader, readers_of};
+use crate::cli::CommandError;
 use crate::math::plain_number::plain;
-use crate::scene::{Kind, registry};
+use crate::report::files;
+use crate::scene::{Kind, Setting, registry};
 
-/// The registry as a table in columns.
-pub fn table() -> String {
-    let header = ["key", "default", "unit", "bounds", "tolerance", "origin", "meaning"].map(str::to_owned);
-    let mut rows = vec![header];
-    for setting in registry() {
+#[derive(Debug, Args)]
+pub(super) struct KeysArgs {
+    /// List only the keys that this command reads
+    #[arg(value_name = "COMMAND", value_parser = PossibleValuesParser::new(READERS.map(|reader| reader.command)))]
+    command: Option<String>,
+}
+
+impl KeysArgs {
+    pub(super) fn execute(&self) -> Result<(), CommandError> {
+        let text = match &self.command {
+            Some(command) => {
+                let reader = Reader::named(command);
+                table(registry().filter(|setting| reader.reads(setting.key)))
+            }
+            None => table(registry()),
+        };
+        Ok(files::print(&text)?)
+    }
+}
+
+/// The settings as a table in columns.
+fn table(settings: impl Iterator<Item = Setting>) -> String {
+    let header = ["key", "default", "unit", "bounds", "tolerance", "origin", "read by", "meaning"];
+    let mut rows = vec![header.map(str::to_owned)];
+    for setting in settings {
         let (default, bounds) = match setting.kind {
             Kind::Number { default, min, max } => {
                 (plain(default), format!("{} to {}", plain(min), plain(max)))
@@ -37,10 +62,10 @@ pub fn table() -> String {
             None => "",
         };
         let [key, unit, meaning] = [setting.key, setting.unit, setting.meaning].map(str::to_owned);
-        rows.push([key, default, unit, bounds, tolerance, origin.to_owned(), meaning]);
+        rows.push([key, default, unit, bounds, tolerance, origin.to_owned(), read_by(setting.key), meaning]);
     }
     let width = |column: usize| rows.iter().map(|row| row[column].chars().count()).max().unwrap_or(0);
-    let widths: [usize; 7] = std::array::from_fn(width);
+    let widths: [usize; 8] = std::array::from_fn(width);
     let mut text = String::new();
     for row in &rows {
         let mut line = String::new();
@@ -54,13 +79,27 @@ pub fn table() -> String {
     text
 }
 
+/// The commands that read `key`; or the few that do not, where most do.
+fn read_by(key: &str) -> String {
+    let readers: Vec<&str> = readers_of(key).collect();
+    let others: Vec<&str> =
+        READERS.iter().map(|reader| reader.command).filter(|command| !readers.contains(command)).collect();
+    if others.is_empty() {
+        "all".to_owned()
+    } else if others.len() < readers.len() {
+        format!("all but {}", others.join(", "))
+    } else {
+        readers.join(", ")
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
 
     #[test]
     fn exact_every_key_has_a_line_with_its_default() {
-        let table = table();
+        let table = table(registry());
         assert_eq!(table.lines().count(), registry().count() + 1);
         let line = table.lines().find(|line| line.starts_with("motor.stator_mass_kg ")).unwrap();
         let words: Vec<&str> = line.split_whitespace().collect();

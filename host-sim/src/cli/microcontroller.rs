@@ -98,7 +98,7 @@ pub(super) struct PilArgs {
 
 impl PilArgs {
     pub(super) fn execute(&self) -> Result<(), CommandError> {
-        let scene = self.scene.load(&[("position.to_deg", &self.to)])?;
+        let scene = self.scene.load("pil", &[("position.to_deg", &self.to)])?;
         instructions::emulator::check()?;
         let elf = self.elf.clone().map_or_else(|| instructions::program::build("pil"), Ok)?;
         let (run, log) = if let Some(folder) = &self.telemetry {

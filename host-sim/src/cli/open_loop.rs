@@ -51,16 +51,19 @@ pub(super) struct SimulateArgs {
 
 impl SimulateArgs {
     pub(super) fn execute(&self) -> Result<(), CommandError> {
-        let scene = self.scene.load(&[
-            ("simulate.drive", &self.drive),
-            ("simulate.amplitude", &self.amplitude),
-            ("simulate.duration_s", &self.duration),
-            ("simulate.settle_s", &self.settle),
-            ("simulate.step_s", &self.step),
-            ("simulate.friction", &self.friction),
-            ("simulate.impacts", &self.impacts),
-            ("simulate.precision", &self.precision),
-        ])?;
+        let scene = self.scene.load(
+            "simulate",
+            &[
+                ("simulate.drive", &self.drive),
+                ("simulate.amplitude", &self.amplitude),
+                ("simulate.duration_s", &self.duration),
+                ("simulate.settle_s", &self.settle),
+                ("simulate.step_s", &self.step),
+                ("simulate.friction", &self.friction),
+                ("simulate.impacts", &self.impacts),
+                ("simulate.precision", &self.precision),
+            ],
+        )?;
         let run = Run::from_scene(&scene)?;
         run.schedule()?;
         let mut record = self.out.as_deref().map(Record::create).transpose()?;

@@ -69,6 +69,14 @@ pub enum SceneError {
         /// Values that would work.
         hint: String,
     },
+    /// A key that the reader of the scene would ignore or overwrite.
+    #[error("{refusal}")]
+    NotRead {
+        /// The reader and the key, and why the key is refused.
+        refusal: String,
+        /// Who reads it.
+        hint: String,
+    },
     /// A file that cannot be read.
     #[error("cannot read {}: {source}", path.display())]
     Unreadable {
@@ -110,7 +118,7 @@ impl SceneError {
             Self::UnknownKey { nearest: Some(nearest), .. } => Some(format!("did you mean {nearest}?")),
             Self::UnknownKey { nearest: None, .. } => Some("`host-sim keys` lists every key".to_owned()),
             Self::NotAnAssignment { .. } => Some("for example --set motor.stator_mass_kg=9.7e-6".to_owned()),
-            Self::Conflict { hint, .. } => Some(hint.clone()),
+            Self::Conflict { hint, .. } | Self::NotRead { hint, .. } => Some(hint.clone()),
             Self::InFile { source, .. } => source.hint(),
             _ => None,
         }

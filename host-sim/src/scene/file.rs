@@ -7,21 +7,25 @@ use std::path::Path;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
-use super::Scene;
-use crate::scene::SceneError;
+use super::{Admission, Scene, SceneError};
 
 /// A scene is a page of text; whatever is longer is some other file.
 const LENGTH_MAX_BYTES: u64 = 1 << 20;
 
-/// Sets in `scene` everything that the file at `path` sets.
-pub(super) fn read_into(scene: &mut Scene, path: &Path) -> Result<(), SceneError> {
+/// Sets in `scene` everything that the file at `path` sets, as far as `admit` takes it.
+pub(super) fn read_into(scene: &mut Scene, path: &Path, admit: Admission) -> Result<(), SceneError> {
     let text = read(path).map_err(|source| SceneError::Unreadable { path: path.to_owned(), source })?;
-    parse_into(scene, &text, path)
+    parse_into(scene, &text, path, admit)
 }
 
 /// Sets in `scene` everything that `text` sets; `path` is for messages.
-pub(super) fn parse_into(scene: &mut Scene, text: &str, path: &Path) -> Result<(), SceneError> {
-    let place = Place { path, text };
+pub(super) fn parse_into(
+    scene: &mut Scene,
+    text: &str,
+    path: &Path,
+    admit: Admission,
+) -> Result<(), SceneError> {
+    let place = Place { path, text, admit };
     let table = DeTable::parse(text).map_err(|error| place.malformed(error.span(), error.message()))?;
     place.set_table(scene, "", table.get_ref())
 }
@@ -35,10 +39,11 @@ fn read(path: &Path) -> io::Result<String> {
     Ok(text)
 }
 
-/// The file being read, for messages.
+/// The file being read: its name and text for messages, and the keys that it may set.
 struct Place<'a> {
     path: &'a Path,
     text: &'a str,
+    admit: Admission<'a>,
 }
 
 impl Place<'_> {
@@ -69,7 +74,7 @@ impl Place<'_> {
                 return Err(self.malformed(Some(value.span()), &message));
             }
         };
-        scene.set(key, text).map_err(|source| {
+        scene.set_admitted(key, text, self.admit).map_err(|source| {
             let (line, column) = self.line_and_column(value.span().start);
             SceneError::InFile { path: self.path.to_owned(), line, column, source: Box::new(source) }
         })

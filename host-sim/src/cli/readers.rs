@@ -1,0 +1,116 @@
+//! Which command reads which key of a scene, and the refusal of every other key.
+//!
+//! A key that a command would ignore or overwrite is refused before anything runs, wherever it is set: in a scene file,
+//! by `--set` or by a flag.
+
+use crate::scene::{SceneError, registry};
+
+/// A command that takes a scene, and the keys that it reads.
+#[derive(Debug)]
+pub(super) struct Reader {
+    /// Name on the command line.
+    pub command: &'static str,
+    /// Keys, and first words of keys: `seed`, `motor` for every `motor.*`.
+    reads: &'static [&'static str],
+    /// Keys, and first words of keys, whose values come from the command itself.
+    overwrites: &'static [&'static str],
+}
+
+/// Every command that takes a scene.
+pub(super) const READERS: [Reader; 9] = [
+    Reader { command: "simulate", reads: &["seed", "motor", "simulate"], overwrites: &[] },
+    Reader {
+        command: "position",
+        reads: &["seed", "motor", "plant", "camera", "ldv", "fault", "estimator", "position"],
+        overwrites: &[],
+    },
+    Reader {
+        command: "rate",
+        reads: &["seed", "motor", "plant", "camera", "ldv", "fault", "estimator", "rate"],
+        overwrites: &[],
+    },
+    Reader {
+        command: "calibrate",
+        reads: &["seed", "motor", "plant", "camera", "ldv", "gyroscope", "fault", "estimator", "calibrate"],
+        overwrites: &[],
+    },
+    Reader {
+        command: "estimate",
+        reads: &["seed", "motor", "plant", "camera", "ldv", "fault"],
+        overwrites: &[],
+    },
+    Reader {
+        command: "filters",
+        reads: &["seed", "motor", "plant", "camera", "ldv", "fault"],
+        overwrites: &["ldv.sample_rate_hz"],
+    },
+    Reader {
+        command: "positioning-trials",
+        reads: &["seed", "motor", "plant", "camera", "ldv", "fault", "estimator"],
+        overwrites: &["position"],
+    },
+    Reader { command: "response-map", reads: &["seed", "motor", "plant"], overwrites: &["plant.step_s"] },
+    Reader {
+        command: "pil",
+        reads: &["seed", "motor", "plant", "camera", "ldv", "fault", "estimator", "position"],
+        overwrites: &[],
+    },
+];
+
+/// Whether `key` is one of `names` or begins with one as its first word.
+fn is_among(key: &str, names: &[&str]) -> bool {
+    let first = key.split_once('.').map_or(key, |(first, _)| first);
+    names.iter().any(|name| *name == key || *name == first)
+}
+
+impl Reader {
+    /// The reader `command`.
+    ///
+    /// # Panics
+    /// When no such command takes a scene: a slip in the program.
+    pub fn named(command: &str) -> &'static Self {
+        let reader = READERS.iter().find(|reader| reader.command == command);
+        reader.unwrap_or_else(|| panic!("{command} is in no table of readers"))
+    }
+
+    /// Whether the command reads `key`.
+    pub fn reads(&self, key: &str) -> bool {
+        is_among(key, self.reads) && !is_among(key, self.overwrites)
+    }
+
+    /// Takes `key` if the command reads it.
+    ///
+    /// # Errors
+    /// When it does not; the hint names who does.
+    pub fn admit(&self, key: &'static str) -> Result<(), SceneError> {
+        if self.reads(key) {
+            return Ok(());
+        }
+        let command = self.command;
+        let refusal = if is_among(key, self.overwrites) {
+            format!("{command} sets {key} itself")
+        } else {
+            format!("{command} does not read {key}")
+        };
+        let readers: Vec<&str> = readers_of(key).collect();
+        let verb = if readers.len() == 1 { "reads" } else { "read" };
+        let hint = format!("{} {verb} it{}", readers.join(", "), self.namesake(key));
+        Err(SceneError::NotRead { refusal, hint })
+    }
+
+    /// A key of this command whose last word is that of `key`.
+    fn namesake(&self, key: &str) -> String {
+        let last = |key: &'_ str| key.rsplit('.').next().map(str::to_owned);
+        registry()
+            .find(|own| self.reads(own.key) && last(own.key) == last(key))
+            .map_or_else(String::new, |own| format!("; {} reads {}", self.command, own.key))
+    }
+}
+
+/// The commands that read `key`.
+pub(super) fn readers_of(key: &str) -> impl Iterator<Item = &'static str> {
+    READERS.iter().filter(move |reader| reader.reads(key)).map(|reader| reader.command)
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,127 @@
+//! The table of readers beside what each command does with a scene.
+
+use std::collections::BTreeSet;
+
+use super::*;
+use crate::board::pil;
+use crate::runs::{position, rate, simulate};
+use crate::scene::Scene;
+use crate::studies::positioning_trials::{self, Strategy};
+use crate::studies::{filter_costs, filter_errors, gyroscope_calibration, response_map};
+
+/// A scene of short runs that has a fault of each instrument, so that the keys of the faults are read.
+fn short(sets: &[&str], faulty: bool) -> Scene {
+    let faults =
+        ["camera.fault=offset", "camera.fault_from_s=1e5", "ldv.fault=stuck", "ldv.fault_from_s=1e5"];
+    let faults = if faulty { &faults[..] } else { &[] };
+    let sets: Vec<String> = sets.iter().chain(faults).map(|&set| set.to_owned()).collect();
+    Scene::load(None, &sets).unwrap().unread()
+}
+
+/// The table says of `command` what was read of `scene`.
+#[track_caller]
+fn agrees(command: &str, scene: &Scene) {
+    let reader = Reader::named(command);
+    let stated: BTreeSet<&str> =
+        registry().map(|setting| setting.key).filter(|key| reader.reads(key)).collect();
+    let read = scene.keys_read();
+    let missing: Vec<_> = read.difference(&stated).collect();
+    assert!(missing.is_empty(), "{command} reads {missing:?}, which the table leaves out");
+    let ignored: Vec<_> = stated.difference(&read).collect();
+    assert!(ignored.is_empty(), "{command} does not read {ignored:?}, which the table has");
+}
+
+#[test]
+fn exact_simulate_reads_what_the_table_says() {
+    let scene = short(&["simulate.duration_s=0.01", "simulate.settle_s=0"], false);
+    simulate::simulate(&simulate::Run::from_scene(&scene).unwrap(), &mut None).unwrap();
+    agrees("simulate", &scene);
+}
+
+#[test]
+fn exact_position_reads_what_the_table_says() {
+    let scene = short(&["position.deadline_s=0.01"], true);
+    position::run(&scene, |_| ()).unwrap();
+    agrees("position", &scene);
+}
+
+#[test]
+fn exact_pil_reads_what_the_table_says() {
+    let scene = short(&["position.deadline_s=0.01"], true);
+    pil::configuration(&scene);
+    position::run(&scene, |_| ()).unwrap();
+    agrees("pil", &scene);
+}
+
+#[test]
+fn exact_rate_reads_what_the_table_says() {
+    let scene = short(&["rate.duration_s=0.5", "plant.step_s=5e-6"], true);
+    rate::run(&scene, |_| ()).unwrap();
+    agrees("rate", &scene);
+}
+
+#[test]
+fn exact_calibrate_reads_what_the_table_says() {
+    let scene = short(&["calibrate.duration_s=2", "calibrate.rest_s=0.05", "plant.step_s=5e-6"], true);
+    gyroscope_calibration::Plan::new(&scene, 1, 1).unwrap().run(&|| ()).unwrap();
+    agrees("calibrate", &scene);
+}
+
+#[test]
+fn exact_estimate_reads_what_the_table_says() {
+    let scene = short(&["plant.step_s=5e-6"], true);
+    filter_errors::Plan::new(&scene, 1).unwrap().run(&|_| ()).unwrap();
+    agrees("estimate", &scene);
+}
+
+#[test]
+fn exact_filters_reads_what_the_table_says() {
+    let scene = short(&["plant.step_s=5e-6"], true);
+    filter_costs::Plan::new(&scene, 1, 1).unwrap().run(None, &|| ()).unwrap();
+    agrees("filters", &scene);
+}
+
+#[test]
+fn exact_positioning_trials_reads_what_the_table_says() {
+    let seed = (0..).find(|seed| positioning_trials::target(*seed).1.abs() < 0.01).unwrap();
+    let scene = short(&[&format!("seed={seed}"), "plant.step_s=5e-6"], true);
+    positioning_trials::Plan::new(&scene, Strategy::Planned, 1).unwrap().run(&|_| ()).unwrap();
+    agrees("positioning-trials", &scene);
+}
+
+#[test]
+fn exact_response_map_reads_what_the_table_says() {
+    let scene = short(&[], false);
+    response_map::Campaign::new(&scene, 1).unwrap();
+    agrees("response-map", &scene);
+}
+
+#[test]
+fn exact_refusals_name_the_key_and_its_readers() {
+    let refused = |command: &str, key| Reader::named(command).admit(key).unwrap_err().one_line();
+    assert_eq!(
+        refused("simulate", "plant.friction"),
+        "error: simulate does not read plant.friction; hint: position, rate, calibrate, estimate, filters, \
+         positioning-trials, response-map, pil read it; simulate reads simulate.friction"
+    );
+    assert_eq!(
+        refused("response-map", "plant.step_s"),
+        "error: response-map sets plant.step_s itself; hint: position, rate, calibrate, estimate, filters, \
+         positioning-trials, pil read it"
+    );
+    assert_eq!(
+        refused("position", "calibrate.steps"),
+        "error: position does not read calibrate.steps; hint: calibrate reads it"
+    );
+    assert_eq!(
+        refused("positioning-trials", "position.to_deg"),
+        "error: positioning-trials sets position.to_deg itself; hint: position, pil read it"
+    );
+}
+
+#[test]
+fn exact_every_key_has_a_reader() {
+    for setting in registry() {
+        assert!(readers_of(setting.key).next().is_some(), "{}", setting.key);
+    }
+}

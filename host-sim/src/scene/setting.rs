@@ -1,0 +1,170 @@
+//! One setting: its key, its unit and the values that it takes; and the registry of all settings.
+
+use motor_model::{OutOfBounds, Parameter};
+
+use super::{SceneError, keys};
+use crate::math::plain_number::plain;
+
+/// One key that a scene can set.
+#[derive(Clone, Copy, Debug)]
+pub struct Setting {
+    /// Key in scene files and on the command line, with its unit as suffix.
+    pub key: &'static str,
+    /// Unit; empty for a pure number or a word.
+    pub unit: &'static str,
+    /// What values it takes.
+    pub kind: Kind,
+    /// What it is, in one line.
+    pub meaning: &'static str,
+}
+
+/// The values a setting takes.
+#[derive(Clone, Copy, Debug)]
+pub enum Kind {
+    /// A finite number within bounds.
+    Number {
+        /// Value when nothing sets it.
+        default: f64,
+        /// Smallest value allowed.
+        min: f64,
+        /// Largest value allowed.
+        max: f64,
+    },
+    /// A whole number within bounds.
+    Integer {
+        /// Value when nothing sets it.
+        default: u64,
+        /// Smallest value allowed.
+        min: u64,
+        /// Largest value allowed.
+        max: u64,
+    },
+    /// One of a few words.
+    Choice {
+        /// Word when nothing sets it.
+        default: &'static str,
+        /// The words allowed.
+        of: &'static [&'static str],
+    },
+}
+
+/// The setting of every command that takes a scene.
+const SETTINGS: &[Setting] = &[Setting {
+    key: "seed",
+    unit: "",
+    kind: Kind::Integer { default: 1, min: 0, max: u64::MAX },
+    meaning: "names the random numbers of a run: same seed, same run",
+}];
+
+/// Every table of keys except the motor's: a new table adds its line here.
+const TABLES: &[&[Setting]] = &[
+    SETTINGS,
+    keys::simulate::SETTINGS,
+    keys::plant::SETTINGS,
+    keys::camera::SETTINGS,
+    keys::vibrometer::SETTINGS,
+    keys::gyroscope::SETTINGS,
+    keys::faults::SETTINGS,
+    keys::estimator::SETTINGS,
+    keys::position::SETTINGS,
+    keys::rate::SETTINGS,
+    keys::calibrate::SETTINGS,
+];
+
+/// Every key there is: the motor's parameters in the order of Table 1, then [`keys`].
+pub fn registry() -> impl Iterator<Item = Setting> {
+    let motor = Parameter::ALL.into_iter().map(|parameter| {
+        let spec = parameter.spec();
+        let kind = Kind::Number { default: spec.nominal, min: spec.min, max: spec.max };
+        Setting { key: spec.key, unit: spec.unit, kind, meaning: spec.meaning }
+    });
+    motor.chain(TABLES.iter().flat_map(|table| table.iter().copied()))
+}
+
+/// A value that a setting takes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Value {
+    Number(f64),
+    Integer(u64),
+    Choice(&'static str),
+}
+
+impl Setting {
+    /// The value when nothing sets it.
+    pub(super) fn default(&self) -> Value {
+        match self.kind {
+            Kind::Number { default, .. } => Value::Number(default),
+            Kind::Integer { default, .. } => Value::Integer(default),
+            Kind::Choice { default, .. } => Value::Choice(default),
+        }
+    }
+
+    /// The whole number that `text` means, for a flag that is no key of scenes.
+    ///
+    /// # Errors
+    /// When it is malformed or out of bounds.
+    ///
+    /// # Panics
+    /// When the setting takes no whole number: a slip in the program.
+    pub fn integer(&self, text: &str) -> Result<u64, SceneError> {
+        match self.parse(text)? {
+            Value::Integer(integer) => Ok(integer),
+            other => panic!("{} is {other:?}, not a whole number", self.key),
+        }
+    }
+
+    /// The value that `text` means, if the setting takes it.
+    pub(super) fn parse(&self, text: &str) -> Result<Value, SceneError> {
+        let not_a = |wanted, bounds| SceneError::NotANumber {
+            key: self.key.to_owned(),
+            value: text.to_owned(),
+            wanted,
+            bounds,
+            unit: self.unit,
+        };
+        match self.kind {
+            Kind::Number { min, max, .. } => match text.parse::<f64>() {
+                Ok(number) if !number.is_nan() => {
+                    Ok(Value::Number(OutOfBounds::check(self.key, number, min, max, self.unit)?))
+                }
+                _ => Err(not_a("number", format!("{} to {}", plain(min), plain(max)))),
+            },
+            Kind::Integer { min, max, .. } => match text.parse::<i128>() {
+                Ok(integer) => match u64::try_from(integer) {
+                    Ok(integer) if (min..=max).contains(&integer) => Ok(Value::Integer(integer)),
+                    _ => Err(SceneError::OutOfBounds {
+                        key: self.key.to_owned(),
+                        value: text.to_owned(),
+                        bounds: format!("{min} to {max}"),
+                        unit: self.unit,
+                    }),
+                },
+                Err(_) => Err(not_a("whole number", format!("{min} to {max}"))),
+            },
+            Kind::Choice { of, .. } => match of.iter().find(|word| **word == text) {
+                Some(word) => Ok(Value::Choice(word)),
+                None => Err(SceneError::NotAChoice { key: self.key.to_owned(), value: text.to_owned(), of }),
+            },
+        }
+    }
+}
+
+/// The registered key most like `key`, unless none is.
+///
+/// A key without its first table counts as well: `stator_mass_kg` is near `motor.stator_mass_kg`.
+pub(super) fn nearest_key(key: &str) -> Option<&'static str> {
+    // Beyond any key's length there is nothing to compare, only time to lose.
+    if key.len() > 200 {
+        return None;
+    }
+    let alike = |known: &str| {
+        let short = known.split_once('.').map_or(known, |(_, rest)| rest);
+        let score = |text| strsim::normalized_damerau_levenshtein(key, text);
+        score(known).max(score(short))
+    };
+    registry()
+        .map(|setting| (alike(setting.key), setting.key))
+        .max_by(|(a, _), (b, _)| a.total_cmp(b))
+        .filter(|(score, _)| *score >= 0.5)
+        .map(|(_, known)| known)
+}
