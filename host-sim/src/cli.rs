@@ -5,14 +5,15 @@
 
 mod calibration;
 mod closed_loop;
+mod count;
 mod error;
 mod estimation;
 mod keys;
 mod microcontroller;
 mod open_loop;
 mod publication;
-mod results;
 mod readers;
+mod results;
 mod twin;
 
 pub use error::CommandError;
@@ -31,8 +32,8 @@ use estimation::{EstimateArgs, FiltersArgs};
 use keys::KeysArgs;
 use microcontroller::{InstructionsArgs, PilArgs, SizeArgs};
 use open_loop::{ReproduceArgs, SimulateArgs};
-use results::ResultsArgs;
 use readers::Reader;
+use results::ResultsArgs;
 use twin::AccuracyArgs;
 
 /// A rotary micro-motor in simulation: open loop, published figures, closed loop.
@@ -197,6 +198,14 @@ mod tests {
             (
                 vec!["host-sim", "simulate", "--format", "xml"],
                 "error: invalid value 'xml' for '--format <FORMAT>'",
+            ),
+            (
+                vec!["host-sim", "estimate", "--motors", "0"],
+                "error: --motors = 0 is outside its bounds 1 to 10000; hint: ",
+            ),
+            (
+                vec!["host-sim", "filters", "--plants", "1.5"],
+                "error: --motors = 1.5 is not a whole number, bounds 1 to 10000; hint: ",
             ),
             (vec!["host-sim", "fly"], "error: unrecognized subcommand 'fly'; hint: `host-sim --help`"),
         ] {

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use clap::Args;
 use indicatif::ProgressBar;
 
+use super::count::Count;
 use super::publication::{Findings, PublicationArgs};
 use super::{SceneArgs, progress_style};
 use crate::cli::CommandError;
@@ -12,12 +13,12 @@ use crate::studies::gyroscope_calibration;
 
 #[derive(Debug, Args)]
 pub(super) struct CalibrateArgs {
-    /// Calibrations, each of a gyroscope of its own
-    #[arg(long, value_name = "N", default_value = "1", allow_negative_numbers = true)]
-    runs: String,
-    /// Motors that the calibrations are spread over, at most one each
-    #[arg(long, value_name = "N", default_value = "10", allow_negative_numbers = true)]
-    motors: String,
+    /// Calibrations, each of a gyroscope of its own: the sample is of gyroscopes
+    #[arg(long, value_name = "N", default_value = "1", value_parser = Count(1..=1_000_000), allow_negative_numbers = true)]
+    runs: u64,
+    /// Motors drawn within the tolerances, which carry the gyroscopes in turn; at most one a calibration
+    #[arg(long, value_name = "N", default_value = "10", value_parser = Count(1..=100_000), allow_negative_numbers = true)]
+    motors: u64,
     /// Motor time of the plan in s
     #[arg(long, value_name = "S", allow_negative_numbers = true)]
     duration: Option<String>,
@@ -32,10 +33,8 @@ pub(super) struct CalibrateArgs {
 
 impl CalibrateArgs {
     pub(super) fn execute(&self) -> Result<(), CommandError> {
-        let runs = gyroscope_calibration::RUNS.integer(&self.runs)?;
-        let motors = gyroscope_calibration::MOTORS.integer(&self.motors)?;
         let scene = self.scene.load("calibrate", &[("calibrate.duration_s", &self.duration)])?;
-        let plan = gyroscope_calibration::Plan::new(&scene, runs, motors)?;
+        let plan = gyroscope_calibration::Plan::new(&scene, self.runs, self.motors)?;
         let publication = self.publication.open(&self.out)?;
         let bar = ProgressBar::new(plan.motors()).with_style(progress_style());
         let calibrations = plan.run(&|| bar.inc(1))?;

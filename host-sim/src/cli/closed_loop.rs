@@ -6,6 +6,7 @@ use std::path::PathBuf;
 use clap::Args;
 use indicatif::ProgressBar;
 
+use super::count::Count;
 use super::publication::{DrawingArgs, Findings, PublicationArgs};
 use super::{Format, SceneArgs, progress_style};
 use crate::cli::CommandError;
@@ -49,8 +50,8 @@ pub(super) struct RateArgs {
     /// Rate in deg/s, clockwise positive
     #[arg(long, value_name = "RATE", allow_negative_numbers = true)]
     deg_s: Option<String>,
-    /// What to do with it: dwell, staircase or sweep
-    #[arg(long)]
+    /// How the rate goes: dwell (held), staircase (five steps up to it), `both_ways` (turns to either side, rests between) or sweep (a sine about it)
+    #[arg(long, value_name = "PROFILE")]
     profile: Option<String>,
     /// Length of the run in s
     #[arg(long, value_name = "S", allow_negative_numbers = true)]
@@ -79,14 +80,17 @@ impl RateArgs {
     }
 }
 
+/// Bounds of the sample of positioning trials.
+const MOTORS: Count = Count(1..=10_000_000);
+
 #[derive(Debug, Args)]
 pub(super) struct PositioningTrialsArgs {
-    /// Moves, each of a motor of its own
-    #[arg(long, value_name = "N", default_value = "1000", allow_negative_numbers = true)]
-    trials: String,
-    /// Run the simpler strategies and the other filters as well, so many trials each
-    #[arg(long, value_name = "N", allow_negative_numbers = true)]
-    compare: Option<String>,
+    /// Motors drawn within the tolerances; each makes one move, which is one trial
+    #[arg(long, alias = "trials", value_name = "N", default_value = "1000", value_parser = MOTORS, allow_negative_numbers = true)]
+    motors: u64,
+    /// Run the simpler strategies and the other filters as well, each on this many motors
+    #[arg(long, value_name = "N", value_parser = MOTORS, allow_negative_numbers = true)]
+    compare: Option<u64>,
     /// Folder for positioning-trials.svg and trials.csv
     #[arg(long, value_name = "DIR", default_value = "out/positioning-trials")]
     out: PathBuf,
@@ -98,13 +102,10 @@ pub(super) struct PositioningTrialsArgs {
 
 impl PositioningTrialsArgs {
     pub(super) fn execute(&self) -> Result<(), CommandError> {
-        let trials = positioning_trials::TRIALS.integer(&self.trials)?;
         let scene = self.scene.load("positioning-trials", &[])?;
-        let plan = positioning_trials::Plan::new(&scene, Strategy::Planned, trials)?;
-        let others = match &self.compare {
-            Some(count) => {
-                positioning_trials::Plan::others(&scene, positioning_trials::TRIALS.integer(count)?)?
-            }
+        let plan = positioning_trials::Plan::new(&scene, Strategy::Planned, self.motors)?;
+        let others = match self.compare {
+            Some(motors) => positioning_trials::Plan::others(&scene, motors)?,
             None => Vec::new(),
         };
         let publication = self.publication.open(&self.out)?;
@@ -127,8 +128,8 @@ impl PositioningTrialsArgs {
 #[derive(Debug, Args)]
 pub(super) struct ResponseMapArgs {
     /// Motors drawn within the tolerances
-    #[arg(long, value_name = "N", default_value = "200", allow_negative_numbers = true)]
-    motors: String,
+    #[arg(long, value_name = "N", default_value = "200", value_parser = Count(2..=10_000), allow_negative_numbers = true)]
+    motors: u64,
     /// Write the map as Rust source, as the controller keeps it
     #[arg(long, value_name = "FILE.rs")]
     write: Option<PathBuf>,
@@ -141,10 +142,9 @@ pub(super) struct ResponseMapArgs {
 
 impl ResponseMapArgs {
     pub(super) fn execute(&self) -> Result<(), CommandError> {
-        let motors = response_map::MOTORS.integer(&self.motors)?;
         let scene = self.scene.load("response-map", &[])?;
         let file = self.write.as_deref().map(files::Output::create).transpose()?;
-        let campaign = response_map::Campaign::new(&scene, motors)?;
+        let campaign = response_map::Campaign::new(&scene, self.motors)?;
         let bar = ProgressBar::new(campaign.work()).with_style(progress_style());
         let map = campaign.run(&|work| bar.inc(work));
         bar.finish_and_clear();

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use clap::Args;
 use indicatif::ProgressBar;
 
+use super::count::Count;
 use super::microcontroller::count_instructions;
 use super::publication::{Findings, PublicationArgs};
 use super::{SceneArgs, progress_style};
@@ -16,8 +17,8 @@ use crate::studies::filter_errors;
 #[derive(Debug, Args)]
 pub(super) struct EstimateArgs {
     /// Motors drawn within the tolerances, each run in both modes
-    #[arg(long, value_name = "N", default_value = "100", allow_negative_numbers = true)]
-    plants: String,
+    #[arg(long, alias = "plants", value_name = "N", default_value = "100", value_parser = Count(1..=10_000), allow_negative_numbers = true)]
+    motors: u64,
     /// Folder for estimate.svg and table.csv
     #[arg(long, value_name = "DIR", default_value = "out/estimate")]
     out: PathBuf,
@@ -29,9 +30,8 @@ pub(super) struct EstimateArgs {
 
 impl EstimateArgs {
     pub(super) fn execute(&self) -> Result<(), CommandError> {
-        let plants = filter_errors::PLANTS.integer(&self.plants)?;
         let scene = self.scene.load("estimate", &[])?;
-        let plan = filter_errors::Plan::new(&scene, plants)?;
+        let plan = filter_errors::Plan::new(&scene, self.motors)?;
         let publication = self.publication.open(&self.out)?;
         let bar = ProgressBar::new(plan.milliseconds()).with_style(progress_style());
         let estimation = plan.run(&|milliseconds| bar.inc(milliseconds))?;
@@ -47,8 +47,8 @@ impl EstimateArgs {
 #[derive(Debug, Args)]
 pub(super) struct FiltersArgs {
     /// Motors drawn within the tolerances, each run in both modes
-    #[arg(long, value_name = "N", default_value = "20", allow_negative_numbers = true)]
-    plants: String,
+    #[arg(long, alias = "plants", value_name = "N", default_value = "20", value_parser = Count(1..=10_000), allow_negative_numbers = true)]
+    motors: u64,
     /// Leave the microcontroller's instructions out: neither the cross compiler nor the emulator is needed then
     #[arg(long)]
     host_only: bool,
@@ -63,9 +63,8 @@ pub(super) struct FiltersArgs {
 
 impl FiltersArgs {
     pub(super) fn execute(&self) -> Result<(), CommandError> {
-        let plants = filter_costs::PLANTS.integer(&self.plants)?;
         let scene = self.scene.load("filters", &[])?;
-        let plan = filter_costs::Plan::new(&scene, plants, filter_costs::ROUNDS)?;
+        let plan = filter_costs::Plan::new(&scene, self.motors, filter_costs::ROUNDS)?;
         let publication = self.publication.open(&self.out)?;
         let counts = if self.host_only { None } else { Some(count_instructions(None, Board::M4)?) };
         let bar = ProgressBar::new(plan.recordings()).with_style(progress_style());

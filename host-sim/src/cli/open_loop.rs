@@ -6,6 +6,7 @@ use std::time::Instant;
 use clap::Args;
 use indicatif::ProgressBar;
 
+use super::count::Count;
 use super::{Format, SceneArgs, progress_style};
 use crate::cli::CommandError;
 use crate::report::files::{self, OutputFolder};
@@ -83,9 +84,9 @@ pub(super) struct ReproduceArgs {
     /// Folder for reproduce.md and its pictures
     #[arg(long, value_name = "DIR", default_value = "out/reproduce")]
     out: PathBuf,
-    /// Runs of each motor, 2 to 1000; the paper made five
-    #[arg(long, value_name = "N", default_value = "5", allow_negative_numbers = true)]
-    seeds: String,
+    /// Runs of each of the paper's motors, each run with a seed of its own; the paper made five
+    #[arg(long, value_name = "N", default_value = "5", value_parser = Count(2..=1000), allow_negative_numbers = true)]
+    seeds: u64,
     /// How to print the result
     #[arg(long, value_enum, default_value = "text")]
     format: Format,
@@ -93,9 +94,8 @@ pub(super) struct ReproduceArgs {
 
 impl ReproduceArgs {
     pub(super) fn execute(&self) -> Result<(), CommandError> {
-        let seeds = paper::SEEDS.integer(&self.seeds)?;
         let folder = OutputFolder::create(&self.out)?;
-        let plan = paper::Plan::new(seeds)?;
+        let plan = paper::Plan::new(self.seeds)?;
         // On standard error, and only if that is a terminal.
         let bar = ProgressBar::new(plan.steps()).with_style(progress_style());
         let reproduction = plan.run(&|steps| bar.inc(steps))?;

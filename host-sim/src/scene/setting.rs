@@ -99,20 +99,6 @@ impl Setting {
         }
     }
 
-    /// The whole number that `text` means, for a flag that is no key of scenes.
-    ///
-    /// # Errors
-    /// When it is malformed or out of bounds.
-    ///
-    /// # Panics
-    /// When the setting takes no whole number: a slip in the program.
-    pub fn integer(&self, text: &str) -> Result<u64, SceneError> {
-        match self.parse(text)? {
-            Value::Integer(integer) => Ok(integer),
-            other => panic!("{} is {other:?}, not a whole number", self.key),
-        }
-    }
-
     /// The value that `text` means, if the setting takes it.
     pub(super) fn parse(&self, text: &str) -> Result<Value, SceneError> {
         let not_a = |wanted, bounds| SceneError::NotANumber {

@@ -24,7 +24,7 @@ use serde::Serialize;
 use crate::board::instructions::Listing;
 use crate::runs::filter::{AnyFilter, FILTERS};
 use crate::runs::simulate::Precision;
-use crate::scene::{Kind, Scene, Setting};
+use crate::scene::Scene;
 use crate::studies::StudyError;
 use crate::studies::filter_errors::account::Account;
 use recording::Recording;
@@ -32,14 +32,6 @@ use replay::Cost;
 
 /// How often each cost is measured; the least counts.
 pub const ROUNDS: u32 = 10;
-
-/// Motors drawn. A flag of the command, not a key of scenes.
-pub const PLANTS: Setting = Setting {
-    key: "--plants",
-    unit: "",
-    kind: Kind::Integer { default: 20, min: 1, max: 10_000 },
-    meaning: "motors drawn, each run in both modes",
-};
 
 /// The drives, with their names in the tables.
 const DRIVES: [(DriveMode, &str); 2] = [(DriveMode::B, "b"), (DriveMode::C, "c")];

@@ -37,20 +37,12 @@ use motor_model::DriveMode;
 use rayon::prelude::*;
 use serde::Serialize;
 
-use crate::scene::{Kind, Scene, Setting};
+use crate::scene::Scene;
 use crate::studies::StudyError;
 use account::Account;
 use consistency::{Asked, correlation_bound, mean_square_bounds};
 use run::{Accounts, names};
 use timeline::Phase;
-
-/// Motors drawn. A flag of the command, not a key of scenes.
-pub const PLANTS: Setting = Setting {
-    key: "--plants",
-    unit: "",
-    kind: Kind::Integer { default: 100, min: 1, max: 10_000 },
-    meaning: "motors drawn, each run in both modes",
-};
 
 /// The drives, with their names in the tables.
 const DRIVES: [(DriveMode, &str); 2] = [(DriveMode::B, "b"), (DriveMode::C, "c")];

@@ -29,28 +29,12 @@ use serde::Serialize;
 
 use crate::math::allan_deviation;
 use crate::math::statistics::binomial_bounds;
-use crate::scene::{Kind, Scene, SceneError, Setting};
+use crate::scene::{Scene, SceneError};
 use crate::studies::StudyError;
 use crate::world::instruments::gyroscope::{Errors, Gyroscope, Noise, noise::SECONDS_PER_HOUR, noise::Span};
 use fit::{Fit, Interval};
 pub use schedule::Schedule;
 use turning::Turning;
-
-/// Calibrations. A flag of the command, not a key of scenes.
-pub const RUNS: Setting = Setting {
-    key: "--runs",
-    unit: "",
-    kind: Kind::Integer { default: 1, min: 1, max: 1_000_000 },
-    meaning: "calibrations, each of a gyroscope of its own",
-};
-
-/// Motors that they are spread over. A flag of the command, not a key of scenes.
-pub const MOTORS: Setting = Setting {
-    key: "--motors",
-    unit: "",
-    kind: Kind::Integer { default: 10, min: 1, max: 100_000 },
-    meaning: "motors drawn within the tolerances; at most one a calibration",
-};
 
 /// Two-sided 95 % of a normal distribution, in standard deviations.
 pub const NORMAL_95: f64 = 1.959_964;

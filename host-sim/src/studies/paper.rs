@@ -13,7 +13,6 @@ pub mod verdict;
 use serde::{Serialize, Serializer};
 
 use crate::math::statistics::Spread;
-use crate::scene::{Kind, Setting};
 use crate::studies::StudyError;
 use campaign::{Campaign, Ensemble};
 use motor_model::DriveMode;
@@ -21,13 +20,6 @@ use published::{CASES, Case, Figure, Place, Quantity, TRENDS, Trend};
 use trend::Course;
 use verdict::Comparison;
 
-/// Runs of each motor. A flag of the command, not a key of scenes: what is reproduced is fixed.
-pub const SEEDS: Setting = Setting {
-    key: "--seeds",
-    unit: "",
-    kind: Kind::Integer { default: 5, min: 2, max: 1000 },
-    meaning: "runs of each motor",
-};
 /// Step of every run unless the step itself is the subject.
 pub const STEP_S: f64 = 1e-6;
 /// Step that gives the paper's rates in mode B.

@@ -36,19 +36,11 @@ use std::ops::ControlFlow;
 use crate::math::random_streams::{Source, stream};
 use crate::runs::filter::FILTERS;
 use crate::runs::position::{self, Outcome};
-use crate::scene::{Kind, Scene, Setting};
+use crate::scene::Scene;
 use crate::studies::StudyError;
 use crate::world::instruments::Camera;
 pub use naive::Table as NaiveTable;
 pub use simple::Rule;
-
-/// Trials. A flag of the command, not a key of scenes.
-pub const TRIALS: Setting = Setting {
-    key: "--trials",
-    unit: "",
-    kind: Kind::Integer { default: 1000, min: 1, max: 10_000_000 },
-    meaning: "moves, each of a motor of its own",
-};
 
 /// Time for which a reached target is held before the error counts.
 pub const HOLD_S: f64 = 0.1;

@@ -19,17 +19,9 @@ use rayon::prelude::*;
 use serde::Serialize;
 
 use crate::math::statistics::{Line, Spread};
-use crate::scene::{Kind, Scene, SceneError, Setting};
+use crate::scene::{Scene, SceneError};
 use crate::studies::StudyError;
 use crate::world::plant::Plant;
-
-/// Motors drawn. A flag of the command, not a key of scenes.
-pub const MOTORS: Setting = Setting {
-    key: "--motors",
-    unit: "",
-    kind: Kind::Integer { default: 200, min: 2, max: 10_000 },
-    meaning: "motors drawn, the first by the scene's seed",
-};
 
 /// The plant's step in s: located impacts come out the same as at 1 us.
 const STEP_S: &str = "5e-6";

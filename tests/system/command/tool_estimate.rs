@@ -10,7 +10,7 @@ use crate::support::closeness::assert_between;
 
 const PHASES: [&str; 6] = ["spin_up", "steady", "reversal", "stop", "rest_100_ms", "rest_1_s"];
 const ARGUMENTS: [&str; 9] =
-    ["estimate", "--plants", "3", "--seed", "11", "--out", "result", "--format", "json"];
+    ["estimate", "--motors", "3", "--seed", "11", "--out", "result", "--format", "json"];
 
 /// Three motors on two threads, made once for all tests, and the folder that it wrote to.
 fn three() -> &'static (TempDir, Vec<Value>) {
@@ -178,15 +178,15 @@ fn tool_the_scene_s_instruments_are_used() {
 fn tool_bad_arguments_are_refused_in_one_line() {
     let folder = folder();
     for (arguments, words) in [
-        (["--plants", "0"], "--plants = 0 is outside its bounds 1 to 10000"),
-        (["--plants", "1.5"], "--plants = 1.5 is not a whole number"),
+        (["--motors", "0"], "--motors = 0 is outside its bounds 1 to 10000"),
+        (["--plants", "1.5"], "--motors = 1.5 is not a whole number"),
         (["--seed", "-1"], "seed = -1"),
         (
             ["--set", "camera.drop_probability=1.5"],
             "camera.drop_probability = 1.5 is outside its bounds 0 to 1",
         ),
         (["--set", "camera.frame_rate_hz=7000"], "does not divide the period of the camera"),
-        (["--motors", "3"], "--motors"),
+        (["--runs", "3"], "--runs"),
     ] {
         let output = run(folder.path(), &[["estimate"].as_slice(), &arguments].concat());
         let complaint = String::from_utf8_lossy(&output.stderr);

@@ -94,9 +94,9 @@ fn tool_the_table_and_the_picture_are_written() {
 #[test]
 fn tool_what_cannot_be_is_refused_before_the_computing() {
     let folder = folder();
-    let output = run(folder.path(), &["filters", "--plants", "0"]);
+    let output = run(folder.path(), &["filters", "--motors", "0"]);
     let said = String::from_utf8_lossy(&output.stderr).into_owned();
     assert_eq!(output.status.code(), Some(2), "{said}");
-    assert!(said.contains("--plants") && said.lines().count() == 1, "{said}");
+    assert!(said.contains("--motors") && said.lines().count() == 1, "{said}");
     assert!(!folder.path().join("out").exists());
 }
