@@ -98,12 +98,13 @@ impl Reader {
         Err(SceneError::NotRead { refusal, hint })
     }
 
-    /// A key of this command whose last word is that of `key`.
+    /// What to set instead: the key of the command's own table with the last word of `key`, if there is one.
     fn namesake(&self, key: &str) -> String {
-        let last = |key: &'_ str| key.rsplit('.').next().map(str::to_owned);
+        let last = key.rsplit('.').next().unwrap_or(key);
+        let own = format!("{}.{last}", self.command);
         registry()
-            .find(|own| self.reads(own.key) && last(own.key) == last(key))
-            .map_or_else(String::new, |own| format!("; {} reads {}", self.command, own.key))
+            .find(|setting| setting.key == own)
+            .map_or_else(String::new, |_| format!("; {} reads {own}", self.command))
     }
 }
 

@@ -147,6 +147,32 @@ fn tool_refusals_name_key_value_bounds_and_the_nearest_key() {
     }
 }
 
+/// A key that a command would ignore or overwrite, in an argument and in a file: the refusal names who reads it.
+#[test]
+fn tool_keys_that_a_command_does_not_read_are_refused() {
+    let folder = folder();
+    for (command, set, words) in [
+        (
+            "simulate",
+            "plant.friction=paper",
+            &["simulate", "plant.friction", "position", "simulate.friction"][..],
+        ),
+        ("position", "rate.deg_s=5", &["position", "rate.deg_s", "rate reads it"]),
+        ("filters", "ldv.sample_rate_hz=100000", &["filters", "ldv.sample_rate_hz", "estimate"]),
+        ("response-map", "plant.step_s=1e-6", &["response-map", "plant.step_s"]),
+        ("positioning-trials", "position.to_deg=5", &["positioning-trials", "position.to_deg", "pil"]),
+    ] {
+        refuses(folder.path(), &[command, "--set", set], words);
+        std::fs::write(
+            folder.path().join("scene.toml"),
+            format!("seed = 2\n{}\n", set.replace("=paper", "=\"paper\"")),
+        )
+        .expect("a writable folder");
+        refuses(folder.path(), &[command, "--scene", "scene.toml"], &[words, &["scene.toml:2:"]].concat());
+    }
+    assert!(!folder.path().join("out").exists());
+}
+
 /// A flag that does not exist is refused by the parser of the command line, which takes a few lines for it.
 #[test]
 fn tool_unknown_flag_is_refused() {
