@@ -1,8 +1,7 @@
-//! The command line and the documents: results, files, refusals; what documents name.
+//! The command line: results, files, refusals.
 
 mod tool_accuracy;
 mod tool_command_line;
-mod tool_documents;
 mod tool_estimate;
 mod tool_filters;
 mod tool_results;

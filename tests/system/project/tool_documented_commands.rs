@@ -1,0 +1,290 @@
+//! Every command in the documents: those of `host-sim` run, and any other names what is there.
+//!
+//! A document is `README.md` or a Markdown file in `docs`. Its commands are the lines of blocks marked `sh`, and the code in its prose
+//! that begins with `cargo` or `host-sim`.
+
+use std::collections::HashSet;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use tempfile::TempDir;
+use toml::{Table, Value};
+
+use crate::support::built_command::{folder, run};
+
+/// What runs smaller here than it stands in the documents: a flag with its value is put in the place of the documented one, or appended.
+/// The command as it stands must still be parsed.
+const SMALLER: [(&str, &[(&str, &str)]); 8] = [
+    ("accuracy", &[("--quick", "")]),
+    ("calibrate", &[("--runs", "1"), ("--duration", "6"), ("--set", "calibrate.steps=1")]),
+    ("estimate", &[("--motors", "1")]),
+    ("filters", &[("--motors", "1"), ("--host-only", "")]),
+    ("positioning-trials", &[("--trials", "2"), ("--compare", "1")]),
+    ("rate", &[("--duration", "2")]),
+    ("reproduce", &[("--seeds", "2")]),
+    ("response-map", &[("--motors", "2")]),
+];
+
+/// What builds the firmware and runs it in QEMU: it is parsed here and run in `tests/qemu`.
+const IN_QEMU: [&str; 3] = ["instructions", "pil", "size"];
+
+/// What does not belong to the project and is left alone.
+const OTHER_PROGRAMS: [&str; 4] = ["cd", "git", "rustup", "curl"];
+
+/// Commands of cargo that name nothing of the project's.
+const CARGO_ONLY: [&str; 3] = ["fmt", "doc", "clippy"];
+
+fn repository() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("..")
+}
+
+/// The documents, by their paths from the repository's root.
+fn documents() -> Vec<PathBuf> {
+    fn below(folder: &Path, into: &mut Vec<PathBuf>) {
+        let Ok(entries) = fs::read_dir(folder) else { return };
+        for entry in entries {
+            let path = entry.expect("a readable folder").path();
+            if path.is_dir() {
+                below(&path, into);
+            } else if path.extension().is_some_and(|extension| extension == "md") {
+                into.push(path);
+            }
+        }
+    }
+    let mut documents = vec![repository().join("README.md")];
+    below(&repository().join("docs"), &mut documents);
+    documents.sort();
+    documents
+}
+
+/// Where a command stands in its document.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+enum Place {
+    /// A line of a block: it is executed.
+    Block,
+    /// Code in the prose, which may leave out what does not matter there: it is parsed.
+    Prose,
+}
+
+/// The commands of a text, with the number of their first line.
+fn commands(text: &str) -> Vec<(usize, Place, String)> {
+    let mut found = Vec::new();
+    // The language of the block that a line is in.
+    let mut block: Option<&str> = None;
+    let mut lines = text.lines().enumerate();
+    while let Some((index, line)) = lines.next() {
+        if let Some(fence) = line.trim_start().strip_prefix("```") {
+            block = if block.is_some() { None } else { Some(fence.trim()) };
+        } else if block == Some("sh") {
+            let mut command = line.to_owned();
+            while let Some(begun) = command.strip_suffix('\\') {
+                let (_, next) = lines.next().expect("a command that ends");
+                command = format!("{begun} {next}");
+            }
+            found.push((index + 1, Place::Block, command));
+        } else if block.is_none() {
+            let spans = line.split('`').skip(1).step_by(2);
+            let of_ours = spans.filter(|span| span.starts_with("cargo ") || span.starts_with("host-sim "));
+            found.extend(of_ours.map(|span| (index + 1, Place::Prose, span.to_owned())));
+        }
+    }
+    found
+}
+
+/// The words of one command: without its comment, variables set for it, and where its output goes.
+fn words(command: &str) -> Vec<String> {
+    let words = shlex::split(command).unwrap_or_else(|| panic!("quotes that do not end: {command}"));
+    let variable = |word: &String| {
+        let name = word.split_once('=').map_or("", |(name, _)| name);
+        !name.is_empty() && name.chars().all(|c| c.is_ascii_uppercase() || c.is_ascii_digit() || c == '_')
+    };
+    let kept = words.into_iter().skip_while(variable);
+    kept.take_while(|word| !["|", ">", "&&", ";"].contains(&word.as_str())).collect()
+}
+
+/// `documented` with the flags of [`SMALLER`] in the place of its own.
+fn smaller(documented: &[String]) -> Vec<String> {
+    let mut arguments = documented.to_vec();
+    let Some(command) = documented.first() else { return arguments };
+    let flags = SMALLER.iter().find(|(name, _)| name == command).map_or(&[][..], |(_, flags)| *flags);
+    for (flag, value) in flags {
+        // `--set` may stand several times, for several keys.
+        let at = if *flag == "--set" { None } else { arguments.iter().position(|word| word == flag) };
+        match at {
+            Some(at) if !value.is_empty() => (*value).clone_into(&mut arguments[at + 1]),
+            Some(_) => {}
+            None => {
+                let added = [*flag, *value];
+                arguments.extend(added.iter().filter(|word| !word.is_empty()).map(|word| (*word).to_owned()));
+            }
+        }
+    }
+    arguments
+}
+
+/// A folder with the scenes that the documents name, by the same path.
+fn with_scenes() -> TempDir {
+    let (folder, scenes) = (folder(), Path::new("docs/scenes"));
+    fs::create_dir_all(folder.path().join(scenes)).expect("a writable folder");
+    for entry in fs::read_dir(repository().join(scenes)).expect("scenes") {
+        let file = entry.expect("a readable folder");
+        fs::copy(file.path(), folder.path().join(scenes).join(file.file_name())).expect("a scene");
+    }
+    folder
+}
+
+fn succeeds(folder: &TempDir, arguments: &[String]) -> Result<(), String> {
+    let arguments: Vec<&str> = arguments.iter().map(String::as_str).collect();
+    let output = run(folder.path(), &arguments);
+    let complaint = String::from_utf8_lossy(&output.stderr);
+    if output.status.success() { Ok(()) } else { Err(format!("host-sim {arguments:?}: {complaint}")) }
+}
+
+/// The command with its arguments is parsed as it stands, and runs, unless it stands in prose or needs QEMU.
+fn check_host_sim(folder: &TempDir, place: Place, arguments: &[String]) -> Result<(), String> {
+    succeeds(folder, &[arguments, &["--help".to_owned()]].concat())?;
+    let in_qemu = arguments.first().is_some_and(|command| IN_QEMU.contains(&command.as_str()));
+    if place == Place::Prose || in_qemu { Ok(()) } else { succeeds(folder, &smaller(arguments)) }
+}
+
+fn manifest(package: &str) -> Result<Table, String> {
+    let path = repository().join(package).join("Cargo.toml");
+    let text = fs::read_to_string(path).map_err(|error| format!("package {package}: {error}"))?;
+    text.parse().map_err(|error| format!("package {package}: {error}"))
+}
+
+fn there(path: &str) -> Result<(), String> {
+    if repository().join(path).exists() { Ok(()) } else { Err(format!("{path}: no such file")) }
+}
+
+/// What the flags of a cargo command name is there.
+fn check_flags(flags: &[String]) -> Result<(), String> {
+    let value = |names: &[&str]| {
+        let at = flags.iter().position(|word| names.contains(&word.as_str()));
+        at.and_then(|at| flags.get(at + 1)).map(String::as_str)
+    };
+    let package = value(&["-p", "--package"]);
+    if let Some(package) = package {
+        manifest(package)?;
+    }
+    if let Some(path) = value(&["--path"]) {
+        there(&format!("{path}/Cargo.toml"))?;
+    }
+    if let Some(bench) = value(&["--bench"]) {
+        let benches = manifest("benches")?;
+        let named = benches["bench"].as_array().into_iter().flatten();
+        let known =
+            named.filter_map(|table| table.get("name").and_then(Value::as_str)).any(|name| name == bench);
+        known.then_some(()).ok_or(format!("no benchmark {bench}"))?;
+    }
+    if let Some(program) = value(&["--bin", "--example"]) {
+        let package = package.unwrap_or("host-sim");
+        let folder = if flags.iter().any(|word| word == "--example") { "examples" } else { "src/bin" };
+        there(&format!("{package}/{folder}/{program}.rs"))?;
+    }
+    if let Some(features) = value(&["--features"]) {
+        let manifest = manifest(package.unwrap_or("host-sim"))?;
+        for feature in features.split(',') {
+            let known = manifest.get("features").and_then(|table| table.get(feature));
+            known.map(|_| ()).ok_or(format!("no feature {feature}"))?;
+        }
+    }
+    Ok(())
+}
+
+fn check_cargo(folder: &TempDir, place: Place, words: &[String]) -> Result<(), String> {
+    let split = words.iter().position(|word| word == "--").unwrap_or(words.len());
+    let (flags, arguments) = (&words[..split], words.get(split + 1..).unwrap_or(&[]));
+    check_flags(flags)?;
+    let other_package = flags.iter().any(|word| ["-p", "--package", "--example"].contains(&word.as_str()));
+    match flags.first().map(String::as_str) {
+        Some("run") if !other_package => check_host_sim(folder, place, arguments),
+        Some("run" | "bench" | "build" | "test" | "install") => Ok(()),
+        Some(name) if CARGO_ONLY.contains(&name) => Ok(()),
+        other => Err(format!("cargo {other:?}: this test does not know it")),
+    }
+}
+
+/// A script of the project's is there, and its text or a program of the firmware's has the words that it is called with.
+fn check_script(script: &str, arguments: &[String]) -> Result<(), String> {
+    let text = fs::read_to_string(repository().join(script)).map_err(|error| format!("{script}: {error}"))?;
+    let programs = ["firmware/src/bin", "firmware-checks/src/bin"];
+    let known = |word: &str| {
+        let program = programs.iter().any(|folder| there(&format!("{folder}/{word}.rs")).is_ok());
+        let named = text.split(|c: char| c.is_whitespace() || "|,)(;".contains(c)).any(|part| part == word);
+        program || named || word.parse::<f64>().is_ok()
+    };
+    let unknown = arguments.iter().find(|word| !known(word));
+    unknown.map_or(Ok(()), |word| Err(format!("{script}: it does not know {word}")))
+}
+
+fn check(folder: &TempDir, place: Place, command: &str) -> Result<(), String> {
+    let mut words = words(command);
+    if place == Place::Prose {
+        // What follows a word in capitals or dots is left to the reader.
+        let open = |word: &String| word.contains("...") || word.contains('…') || *word == word.to_uppercase();
+        let end = words.iter().position(|word| word.chars().any(char::is_alphabetic) && open(word));
+        words.truncate(end.unwrap_or(words.len()));
+    }
+    let Some((program, arguments)) = words.split_first() else { return Ok(()) };
+    match program.as_str() {
+        "cargo" => check_cargo(folder, place, arguments),
+        "host-sim" => check_host_sim(folder, place, arguments),
+        script if script.contains('/') => check_script(script, arguments),
+        other if OTHER_PROGRAMS.contains(&other) => Ok(()),
+        other => Err(format!("{other}: this test does not know it")),
+    }
+}
+
+#[test]
+fn tool_every_documented_command_runs() {
+    let mut failures = Vec::new();
+    let mut in_blocks = 0;
+    // Where a command stands again, it would do the same again.
+    let mut seen = HashSet::new();
+    let folder = with_scenes();
+    for document in documents() {
+        let text = fs::read_to_string(&document).expect("text");
+        for (line, place, command) in commands(&text) {
+            in_blocks += usize::from(place == Place::Block);
+            if !seen.insert((place, words(&command))) {
+                continue;
+            }
+            if let Err(why) = check(&folder, place, &command) {
+                let name = document.strip_prefix(repository()).expect("in the repository").display();
+                failures.push(format!("{name}:{line}: {command}\n    {why}"));
+            }
+        }
+    }
+    assert!(in_blocks > 1, "no commands found");
+    assert!(failures.is_empty(), "{} commands fail:\n{}", failures.len(), failures.join("\n"));
+}
+
+/// The check itself: what it must refuse, and what it must leave alone.
+#[test]
+fn tool_wrong_commands_are_found() {
+    let folder = folder();
+    for command in [
+        "cargo run --release -- simulat",
+        "cargo run --release -- simulate --durations 1",
+        "cargo run --release -- size --boards m4",
+        "cargo run --release -- simulate --set motor.frictoin=0.4 --duration 0.6",
+        "cargo run --release --features piers",
+        "cargo bench --bench steps",
+        "cargo run -p firmwares --release",
+        "tests/ran.sh",
+        "tests/run.sh quicker",
+        "unknown --flag",
+    ] {
+        assert!(check(&folder, Place::Block, command).is_err(), "{command}");
+    }
+    for command in
+        ["", "# a comment", "tests/run.sh quick", "cd host-sim", "cargo run --release -- keys # all"]
+    {
+        assert_eq!(check(&folder, Place::Block, command), Ok(()), "{command}");
+    }
+    let text = "`cargo bench` and `host-sim keys COMMAND`\n```sh\nA=b cargo run -- \\\n  keys\n```\n```text\nno\n```";
+    let found = commands(text);
+    assert_eq!(found.iter().map(|(line, ..)| *line).collect::<Vec<_>>(), [1, 1, 3]);
+    assert_eq!(words(&found[2].2), ["cargo", "run", "--", "keys"]);
+}
