@@ -2,9 +2,30 @@
 # The one test command: installs what a bare Debian or Ubuntu machine with rustup's Rust lacks, then checks everything and stops at
 # the first failure.
 #
-#   tests/run.sh
+#   tests/run.sh          everything
+#   tests/run.sh quick    format, lints, unit tests and one closed loop
+#
+# Property tests draw the same cases on every machine (.cargo/config.toml); tests/soak.sh draws fresh ones.
 set -euo pipefail
 cd "$(dirname "$0")/.."
+
+lane=${1:-everything}
+case $lane in
+everything | quick) ;;
+*)
+    echo "tests/run.sh: $lane: expected quick, or nothing for everything" >&2
+    exit 2
+    ;;
+esac
+
+# What the background prints, and the tests' own lines, from which the summary is made.
+logs=$(mktemp -d)
+firmware_id=
+finish() {
+    [[ -z $firmware_id ]] || kill "$firmware_id" 2>/dev/null || true
+    rm -r "$logs"
+}
+trap finish EXIT
 
 heading() { printf '\n== %s (%d s)\n' "$*" "$SECONDS"; }
 as_root() { if ((EUID == 0)); then "$@"; else sudo "$@"; fi; }
@@ -16,57 +37,102 @@ component() {
     cargo "$1" --version >/dev/null 2>&1 || timeout 180 rustup component add "$2"
 }
 
+install_tools() {
+    if ! command -v cargo >/dev/null && [[ -r $HOME/.cargo/env ]]; then
+        # shellcheck source=/dev/null
+        . "$HOME/.cargo/env"
+    fi
+    if ! command -v cargo >/dev/null; then
+        echo "tests/run.sh: no cargo; install Rust from https://rustup.rs" >&2
+        exit 1
+    fi
+    needs cc build-essential
+    needs qemu-system-arm qemu-system-arm
+    # One of the integrators that `host-sim accuracy` sets beside the twin.
+    has_scipy() { "$1" -c 'import scipy.integrate' 2>/dev/null; }
+    has_scipy python3 || has_scipy /usr/bin/python3 || packages+=(python3-scipy)
+    if ((${#packages[@]})); then
+        echo "installing ${packages[*]}"
+        as_root timeout 180 apt-get -qq update
+        as_root env DEBIAN_FRONTEND=noninteractive timeout 600 \
+            apt-get -qq install -y --no-install-recommends "${packages[@]}" >/dev/null
+    fi
+    component fmt rustfmt
+    component clippy clippy
+    rustc --version
+    qemu-system-arm --version | sed -n 1p
+}
+
+# All that is for the microcontroller: its own profile has folders of its own, so that it is built while the host's code is linted.
+check_firmware() {
+    local target=thumbv7em-none-eabihf
+    firmware/build.sh
+    if [[ -d $(rustc --print sysroot)/lib/rustlib/$target/lib ]]; then
+        lint() { cargo clippy --profile firmware --target "$target" "$@" -- -D warnings; }
+        lint --package firmware --package firmware-checks --lib --bins
+        lint --package firmware --lib --bin board --features stm32g474
+        cargo build --package firmware --bin board --features stm32g474 --profile firmware --target "$target"
+    else
+        echo "firmware not linted as built for $target: only Debian's toolchain has the target here"
+    fi
+}
+
+# Everything of the host is built once, in one profile, with the integrators of other crates beside the twin (`host-sim accuracy`).
+# The tests run by `cargo test`, which shares a run between the tests of a binary; cargo-nextest would repeat it for each of them.
+features=(--features host-sim/peers)
+
+# The test harness tells how long each test takes only if it may use options that are not stable yet.
+timed_tests() {
+    cargo test --workspace "${features[@]}" \
+        --config 'target."cfg(not(target_os = \"none\"))".runner = ["env", "RUSTC_BOOTSTRAP=1"]' \
+        "$@" -Z unstable-options --report-time 2>&1 | tee -a "$logs/tests"
+}
+
+summary() {
+    echo
+    echo "== the ten slowest tests"
+    sed -n 's/^test \([^ ]*\) .*ok <\([0-9.]*\)s>$/\2 \1/p' "$logs/tests" | sort -rn | head -n 10 |
+        awk '{ printf "%8.1f s  %s\n", $1, $2 }'
+    awk '/^test result: ok/ { passed += $4; failed += $6 } END { print passed " passed, " failed " failed" }' "$logs/tests"
+    printf '%s: %d min %d s in all\n' "$lane" $((SECONDS / 60)) $((SECONDS % 60))
+}
+
 heading "tools"
-if ! command -v cargo >/dev/null && [[ -r $HOME/.cargo/env ]]; then
-    # shellcheck source=/dev/null
-    . "$HOME/.cargo/env"
-fi
-if ! command -v cargo >/dev/null; then
-    echo "tests/run.sh: no cargo; install Rust from https://rustup.rs" >&2
-    exit 1
-fi
-needs cc build-essential
-needs qemu-system-arm qemu-system-arm
-# One of the integrators that `host-sim accuracy` sets beside the twin.
-has_scipy() { "$1" -c 'import scipy.integrate' 2>/dev/null; }
-has_scipy python3 || has_scipy /usr/bin/python3 || packages+=(python3-scipy)
-if ((${#packages[@]})); then
-    echo "installing ${packages[*]}"
-    as_root timeout 180 apt-get -qq update
-    as_root env DEBIAN_FRONTEND=noninteractive timeout 600 \
-        apt-get -qq install -y --no-install-recommends "${packages[@]}" >/dev/null
-fi
-component fmt rustfmt
-component clippy clippy
-rustc --version
-qemu-system-arm --version | sed -n 1p
+install_tools
 
 heading "format"
 cargo fmt --all --check
 
-heading "firmware builds for the microcontroller, and so does each no_std crate by itself"
-elf=$(firmware/build.sh | tail -n 1)
-echo "$elf"
-
-heading "lints"
-cargo clippy --workspace --all-targets -- -D warnings
-target=thumbv7em-none-eabihf
-if [[ -d $(rustc --print sysroot)/lib/rustlib/$target/lib ]]; then
-    cargo clippy --package firmware --package firmware-checks --lib --bins --target "$target" -- -D warnings
-    cargo clippy --package firmware --lib --bin board --features stm32g474 --target "$target" -- -D warnings
-    cargo build --package firmware --bin board --features stm32g474 --profile firmware --target "$target"
-else
-    echo "firmware not linted as built for $target: only Debian's toolchain has the target here"
+if [[ $lane == quick ]]; then
+    heading "lints"
+    cargo clippy --workspace "${features[@]}" --all-targets -- -D warnings
+    heading "unit tests"
+    timed_tests --lib --
+    heading "one closed loop"
+    timed_tests --test system -- closed_loop::tool_position::
+    summary
+    exit
 fi
 
+check_firmware >"$logs/firmware" 2>&1 &
+firmware_id=$!
+
+heading "lints"
+cargo clippy --workspace "${features[@]}" --all-targets -- -D warnings
+
 heading "documentation"
-RUSTDOCFLAGS="-D warnings" cargo doc --workspace --no-deps --document-private-items
+RUSTDOCFLAGS="-D warnings" cargo doc --workspace "${features[@]}" --no-deps --document-private-items
+
+heading "firmware builds for the microcontroller, and so does each no_std crate by itself"
+status=0
+wait "$firmware_id" || status=$?
+firmware_id=
+cat "$logs/firmware"
+((status == 0)) || exit "$status"
 
 # On the host and, through tests/qemu, on the emulated microcontroller.
 heading "tests"
-cargo test --workspace
+timed_tests --lib --bins --tests --
+cargo test --workspace "${features[@]}" --doc
 
-# Optional, so that a build from nothing stays short.
-heading "integrators of other crates"
-cargo clippy --package host-sim --features peers --all-targets -- -D warnings
-cargo test --package host-sim --features peers --lib accuracy
+summary
