@@ -7,5 +7,6 @@ pub mod position;
 pub mod rate;
 pub mod record;
 pub mod simulate;
+pub mod tick_driver;
 
 pub use error::RunError;

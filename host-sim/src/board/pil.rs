@@ -27,8 +27,9 @@ use link::{Configuration, FilterKind, TickRecord};
 use serde::Serialize;
 
 use crate::board::BoardError;
-use crate::runs::closed_loop::{ClosedLoop, Moment, Taken};
+use crate::runs::closed_loop::{ClosedLoop, PositioningMoment};
 use crate::runs::position::{self, Outcome};
+use crate::runs::tick_driver::Taken;
 use crate::scene::Scene;
 pub use emulated::Emulated;
 pub use live::Live;
@@ -127,7 +128,7 @@ pub fn run(scene: &Scene, processor: &mut impl Processor) -> Result<Run, BoardEr
 pub fn run_with(
     scene: &Scene,
     processor: &mut impl Processor,
-    mut observe: impl FnMut(&Moment) -> Result<(), BoardError>,
+    mut observe: impl FnMut(&PositioningMoment) -> Result<(), BoardError>,
 ) -> Result<Run, BoardError> {
     processor.arm(configuration(scene))?;
     let mut steps = 0;
@@ -161,8 +162,8 @@ pub fn run_with(
 fn compared(
     processor: &mut impl Processor,
     closed_loop: &mut ClosedLoop,
-    moment: &Moment,
-    observe: &mut impl FnMut(&Moment) -> Result<(), BoardError>,
+    moment: &PositioningMoment,
+    observe: &mut impl FnMut(&PositioningMoment) -> Result<(), BoardError>,
     step: u64,
     seed: u64,
 ) -> Result<(), BoardError> {

@@ -13,7 +13,7 @@ use motor_model::{Angle, DriveCommand, Time, math};
 use serde::Serialize;
 
 use crate::runs::RunError;
-use crate::runs::closed_loop::{ClosedLoop, Moment};
+use crate::runs::closed_loop::{self, ClosedLoop, PositioningMoment};
 use crate::scene::Scene;
 pub use picture::svg;
 pub use trace::Trace;
@@ -94,7 +94,7 @@ impl fmt::Display for Outcome {
 ///
 /// # Errors
 /// When the scene is refused.
-pub fn run(scene: &Scene, mut observe: impl FnMut(&Moment)) -> Result<Outcome, RunError> {
+pub fn run(scene: &Scene, mut observe: impl FnMut(&PositioningMoment)) -> Result<Outcome, RunError> {
     let ControlFlow::Continue(outcome) = run_with(scene, |_, moment| {
         observe(moment);
         ControlFlow::<Infallible>::Continue(())
@@ -108,7 +108,7 @@ pub fn run(scene: &Scene, mut observe: impl FnMut(&Moment)) -> Result<Outcome, R
 /// When the scene is refused.
 pub fn run_with<B>(
     scene: &Scene,
-    intervene: impl FnMut(&mut ClosedLoop, &Moment) -> ControlFlow<B>,
+    intervene: impl FnMut(&mut ClosedLoop, &PositioningMoment) -> ControlFlow<B>,
 ) -> Result<ControlFlow<B, Outcome>, RunError> {
     let limits = Limits { deadline_nanos: nanos(scene, "position.deadline_s"), ..Limits::default() };
     run_tuned(scene, PositioningTuning { limits, ..PositioningTuning::default() }, intervene)
@@ -121,35 +121,30 @@ pub fn run_with<B>(
 pub fn run_tuned<B>(
     scene: &Scene,
     tuning: PositioningTuning,
-    mut intervene: impl FnMut(&mut ClosedLoop, &Moment) -> ControlFlow<B>,
+    mut intervene: impl FnMut(&mut ClosedLoop, &PositioningMoment) -> ControlFlow<B>,
 ) -> Result<ControlFlow<B, Outcome>, RunError> {
     let target = Target::try_new(scene.number("position.to_deg"), scene.number("position.tolerance_deg"))?;
     let hold_nanos = nanos(scene, "position.hold_s");
-    let mut closed_loop = ClosedLoop::new(scene, target, tuning)?;
     let mut account = Account::new(target);
-    loop {
-        let moment = closed_loop.next_tick();
-        if let ControlFlow::Break(value) = intervene(&mut closed_loop, &moment) {
-            return Ok(ControlFlow::Break(value));
+    let outcome = closed_loop::positioning(scene, target, tuning)?.run(|closed_loop, moment| {
+        if let ControlFlow::Break(value) = intervene(closed_loop, &moment) {
+            return ControlFlow::Break(ControlFlow::Break(value));
         }
         let step = Step::of(&moment);
         account.take(&step);
-        let done = match moment.report.phase {
-            PositioningPhase::Holding => account.held_nanos(moment.at) >= hold_nanos,
-            PositioningPhase::Stopped(_) => true,
-            PositioningPhase::Waiting(_)
-            | PositioningPhase::Cruise { .. }
-            | PositioningPhase::Burst { .. }
-            | PositioningPhase::Settling => false,
-        };
-        if done {
-            let mut outcome = account.close(&step, scene);
-            if let PositioningPhase::Stopped(why) = moment.report.phase {
-                outcome.stopped = Some(format!("{why:?}"));
+        match moment.report.phase {
+            PositioningPhase::Stopped(why) => {
+                let outcome = account.close(&step, scene);
+                let stopped = Some(format!("{why:?}"));
+                ControlFlow::Break(ControlFlow::Continue(Outcome { stopped, ..outcome }))
             }
-            return Ok(ControlFlow::Continue(outcome));
+            PositioningPhase::Holding if account.held_nanos(moment.at) >= hold_nanos => {
+                ControlFlow::Break(ControlFlow::Continue(account.close(&step, scene)))
+            }
+            _ => ControlFlow::Continue(()),
         }
-    }
+    });
+    Ok(outcome)
 }
 
 /// A setting in s, in ns.
@@ -169,7 +164,7 @@ pub(crate) struct Step {
 }
 
 impl Step {
-    fn of(moment: &Moment) -> Self {
+    fn of(moment: &PositioningMoment) -> Self {
         let TickReport { estimate, applied, phase, .. } = moment.report;
         let holding = phase == PositioningPhase::Holding;
         Self { at: moment.at, angle: moment.angle, rate_rad_s: moment.rate_rad_s, estimate, applied, holding }

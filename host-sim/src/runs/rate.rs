@@ -6,11 +6,12 @@
 //! mean error = (turned - asked) / asked          ripple = rms of (angle - reference) and of (rate - asked)
 //! ```
 //!
-//! for a staircase both ways along what is asked for, without the rests; and beside it what this motor reaches: its mean rates at full drive, open loop, in either mode ([`Reach`]).
+//! for a staircase both ways along what is asked for, without the rests; and beside it what this motor reaches: its mean rates at full drive, open loop, in either mode ([`RateRange`]).
 //!
 //! Each mean is over as much of the run as is left, so it is the angle's error over the time: the longer, the better.
 
 use std::fmt;
+use std::ops::ControlFlow;
 
 use controller::rate::{Profile, RateHold, RateTuning};
 use motor_model::{DriveCommand, DriveMode, Time, math};
@@ -19,7 +20,7 @@ use serde::Serialize;
 use crate::report::OutputError;
 use crate::report::chart::{Axis, Colour, Figure, Panel, Series};
 use crate::runs::RunError;
-use crate::runs::closed_loop::ClosedRateLoop;
+use crate::runs::closed_loop;
 use crate::scene::{Scene, SceneError};
 use crate::world::plant::Plant;
 
@@ -32,14 +33,14 @@ const REST_S: f64 = 0.25;
 
 /// What a motor reaches at full drive.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct Reach {
+pub struct RateRange {
     /// Mean rate in mode B, clockwise, in deg/s.
     pub clockwise_deg_s: f64,
     /// Mean rate in mode C, counter-clockwise and so negative.
     pub counter_clockwise_deg_s: f64,
 }
 
-impl Reach {
+impl RateRange {
     /// Mean over this time, after [`SETTLE_S`]: since the rate ripples by a third, it scatters by some 2 %.
     const MEAN_OVER_S: f64 = 5.0;
 
@@ -93,7 +94,7 @@ pub struct Outcome {
     /// Share of the time at full drive: near 1 the motor cannot do more.
     pub saturated: f64,
     /// What this motor reaches at full drive.
-    pub reach: Reach,
+    pub reach: RateRange,
     /// Seed of the run.
     pub seed: u64,
 }
@@ -178,17 +179,15 @@ const TICKS_PER_MOMENT: u64 = 500;
 /// When the scene is refused.
 pub fn run(scene: &Scene, mut observe: impl FnMut(Moment)) -> Result<Outcome, RunError> {
     let hold = RateHold::new(profile(scene)?, RateTuning::default(), Time::ZERO);
-    let mut closed_loop = ClosedRateLoop::new(scene, hold)?;
     let duration_s = scene.number("rate.duration_s");
     let both_ways = scene.choice("rate.profile") == "both_ways";
     let mut sums = Sums::default();
+    let mut closed_loop = closed_loop::rate(scene, hold)?;
     let mut last_angle = closed_loop.plant().state().rotor.angle.angle();
     let (mut moment_angle, mut ticks) = (last_angle, 0_u64);
-    loop {
-        let report = closed_loop.next_tick();
+    closed_loop.run(|_, tick| {
         ticks += 1;
-        let plant = closed_loop.plant();
-        let (angle, time_s) = (plant.state().rotor.angle.angle(), plant.now().seconds_since(Time::ZERO));
+        let (angle, time_s, report) = (tick.angle, tick.seconds(), &tick.report);
         let asked_deg_s = f64::from(report.wanted_rad_s).to_degrees();
         let off_deg = report.reference.map_or(0.0, |reference| angle.minus(reference).degrees());
         let amplitude = f64::from(report.applied.amplitude());
@@ -199,7 +198,7 @@ pub fn run(scene: &Scene, mut observe: impl FnMut(Moment)) -> Result<Outcome, Ru
             sums.turned_deg += along * angle.minus(last_angle).degrees();
             sums.asked_deg += along * asked_deg_s * TICK_S;
             sums.following_deg2 += off_deg * off_deg;
-            let ripple = plant.state().rotor.rate_rad_s.to_degrees() - asked_deg_s;
+            let ripple = tick.rate_rad_s.to_degrees() - asked_deg_s;
             sums.ripple_deg2_s2 += ripple * ripple;
             if let Some(estimate) = report.estimate {
                 let error = 1e3 * estimate.angle.minus(angle).degrees();
@@ -215,10 +214,9 @@ pub fn run(scene: &Scene, mut observe: impl FnMut(Moment)) -> Result<Outcome, Ru
             observe(Moment { time_s, asked_deg_s, rate_deg_s, off_deg, drive });
             moment_angle = angle;
         }
-        if time_s >= duration_s {
-            return Ok(sums.outcome(scene, Reach::of(scene)?));
-        }
-    }
+        if time_s >= duration_s { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+    });
+    Ok(sums.outcome(scene, RateRange::of(scene)?))
 }
 
 fn settled(scene: &Scene, time_s: f64, duration_s: f64) -> bool {
@@ -230,7 +228,7 @@ fn settled(scene: &Scene, time_s: f64, duration_s: f64) -> bool {
 }
 
 impl Sums {
-    fn outcome(&self, scene: &Scene, reach: Reach) -> Outcome {
+    fn outcome(&self, scene: &Scene, reach: RateRange) -> Outcome {
         let measured_s = self.ticks * TICK_S;
         let root = |sum: f64| math::sqrt(sum / self.ticks.max(1.0));
         Outcome {
@@ -273,7 +271,7 @@ impl fmt::Display for Outcome {
         writeln!(f, "ripple             {:.1} deg/s rms", self.ripple_rms_deg_s)?;
         writeln!(f, "estimator error    {:.2} mdeg rms", self.estimate_rms_mdeg)?;
         writeln!(f, "at full drive      {:.1} % of the time", 100.0 * self.saturated)?;
-        let Reach { clockwise_deg_s, counter_clockwise_deg_s } = self.reach;
+        let RateRange { clockwise_deg_s, counter_clockwise_deg_s } = self.reach;
         let both_ways = self.profile == "both_ways";
         let holds = self.reach.holds(self.rate_deg_s) && (!both_ways || self.reach.holds(-self.rate_deg_s));
         let beyond = if holds { "" } else { ": the rate asked for is beyond it" };

@@ -1,19 +1,21 @@
-//! What goes wrong with the motor during a move: an amplifier that is weak, dead in one mode or both, or wired the wrong way round, resonances that drift away from the drive, and a jolt of the rotor.
+//! Faults of the motor during a run: an amplifier that is weak, dead in one mode or both, or wired the wrong way round,
+//! resonances that drift away from the drive, and a jolt of the rotor.
 //!
-//! Faults of the instruments are settings of theirs (`camera.`, `ldv.`); a resonance that has drifted before the start is a parameter of the motor (`motor.mode_b.frequency_hz`).
+//! Faults of the instruments are keys of theirs (`camera.`, `ldv.`). A resonance that has drifted before the start is a
+//! parameter of the motor (`motor.mode_b.frequency_hz`).
 
 use motor_model::{DriveCommand, DriveMode, Time};
 
 use crate::scene::Scene;
 
-/// The disturbances of a run.
+/// The faults of a run.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Disturbance {
+pub struct MotorFaults {
     from: Time,
     drive_gain: f32,
     swapped: bool,
     dead: Option<DriveMode>,
-    /// Until it has struck.
+    /// Until it has happened.
     jolt_rad_s: Option<f64>,
     drift: Drift,
 }
@@ -28,10 +30,11 @@ struct Drift {
     due: Option<Time>,
 }
 
-/// Time from one change of a drifting resonance to the next, in ns: a drift of a percent in a tenth of a second comes in hundredths of the width of a resonance.
+/// Time from one change of a drifting resonance to the next, in ns: a drift of a percent in a tenth of a second comes in
+/// hundredths of the width of a resonance.
 const DRIFT_NANOS: u64 = 1_000_000;
 
-impl Disturbance {
+impl MotorFaults {
     /// Those of a scene; `None` if it sets none.
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "bounded by the settings")]
     pub fn of(scene: &Scene) -> Option<Self> {
@@ -39,7 +42,7 @@ impl Disturbance {
         let nanos = |key| (scene.number(key) * 1e9) as u64;
         let from = Time::from_nanos(nanos("fault.from_s"));
         let to = 0.01 * scene.number("fault.drift_percent");
-        let disturbance = Self {
+        let faults = Self {
             from,
             drive_gain: scene.number("fault.drive_gain") as f32,
             swapped: scene.choice("fault.modes") == "swapped",
@@ -51,10 +54,10 @@ impl Disturbance {
             jolt_rad_s: (jolt_rad_s.abs() > 0.0).then_some(jolt_rad_s),
             drift: Drift { to, over_nanos: nanos("fault.drift_s"), due: (to.abs() > 0.0).then_some(from) },
         };
-        let Self { drive_gain, swapped, dead, jolt_rad_s, drift, .. } = disturbance;
+        let Self { drive_gain, swapped, dead, jolt_rad_s, drift, .. } = faults;
         let any =
             drive_gain < 1.0 || swapped || dead.is_some() || jolt_rad_s.is_some() || drift.due.is_some();
-        any.then_some(disturbance)
+        any.then_some(faults)
     }
 
     /// Relative change of the resonances in the end.
@@ -109,32 +112,32 @@ mod tests {
         {
             scene.set(&format!("fault.{key}"), value).unwrap();
         }
-        let mut disturbance = Disturbance::of(&scene).unwrap();
+        let mut faults = MotorFaults::of(&scene).unwrap();
         let (before, after) = (Time::from_nanos(999_999_999), Time::from_nanos(1_000_000_000));
         let command = DriveCommand::saturating(DriveMode::B, 0.8);
-        assert_eq!(disturbance.drive(before, command), command);
-        assert_eq!(disturbance.drive(after, command), DriveCommand::saturating(DriveMode::C, 0.4));
-        assert_eq!(disturbance.drive(after, DriveCommand::OFF), DriveCommand::OFF);
-        assert_eq!([before, after, after].map(|now| disturbance.jolt(now)), [None, Some(-2.0), None]);
-        assert_eq!(Disturbance::of(&Scene::default()), None);
+        assert_eq!(faults.drive(before, command), command);
+        assert_eq!(faults.drive(after, command), DriveCommand::saturating(DriveMode::C, 0.4));
+        assert_eq!(faults.drive(after, DriveCommand::OFF), DriveCommand::OFF);
+        assert_eq!([before, after, after].map(|now| faults.jolt(now)), [None, Some(-2.0), None]);
+        assert_eq!(MotorFaults::of(&Scene::default()), None);
     }
 
-    /// A percent in two seconds from the first second on: half of it after another, all of it after three, and then no more changes.
+    /// A percent in two seconds from the first second on: half of it at 2 s, all of it at 3 s, and then no more changes.
     #[test]
     fn exact_resonances_drift_in_proportion_to_time() {
         let mut scene = Scene::default();
         for (key, value) in [("from_s", "1"), ("drift_percent", "-1"), ("drift_s", "2")] {
             scene.set(&format!("fault.{key}"), value).unwrap();
         }
-        let mut disturbance = Disturbance::of(&scene).unwrap();
-        let mut at = |millis: u64| disturbance.drifted(Time::from_nanos(millis * 1_000_000));
+        let mut faults = MotorFaults::of(&scene).unwrap();
+        let mut at = |millis: u64| faults.drifted(Time::from_nanos(millis * 1_000_000));
         assert_eq!(at(999), None);
         for (millis, expected) in [(1000, 0.0), (2000, -0.005), (3000, -0.01)] {
             assert!((at(millis).unwrap() - expected).abs() < 1e-12, "{millis}");
         }
         assert_eq!(at(3001), None);
         scene.set("fault.drift_s", "0").unwrap();
-        let mut step = Disturbance::of(&scene).unwrap();
+        let mut step = MotorFaults::of(&scene).unwrap();
         assert_eq!(
             [0, 2, 3].map(|s| step.drifted(Time::from_nanos(s * 1_000_000_000))),
             [None, Some(-0.01), None]
@@ -145,11 +148,11 @@ mod tests {
     fn exact_a_dead_mode_drives_nothing_and_the_other_everything() {
         let mut scene = Scene::default();
         scene.set("fault.dead_mode", "c").unwrap();
-        let disturbance = Disturbance::of(&scene).unwrap();
+        let faults = MotorFaults::of(&scene).unwrap();
         for (mode, applied) in
             [(DriveMode::B, DriveCommand::full(DriveMode::B)), (DriveMode::C, DriveCommand::OFF)]
         {
-            assert_eq!(disturbance.drive(Time::ZERO, DriveCommand::full(mode)), applied);
+            assert_eq!(faults.drive(Time::ZERO, DriveCommand::full(mode)), applied);
         }
     }
 }

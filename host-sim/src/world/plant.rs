@@ -1,11 +1,12 @@
-//! The plant: the motor to be controlled, which nobody in the loop knows.
+//! The plant: the motor to be controlled. The loop does not know its parameters.
 //!
-//! The same physics as the twin, but in `f64`, at a finer step and with parameters drawn within Table 1's tolerances: an estimator
-//! tested on its own model looks better than it is. The generator drives it at the *nominal* resonances, wherever its own are.
+//! It has the same physics as the twin, but in `f64`, at a finer step and with parameters drawn within Table 1's
+//! tolerances: an estimator tested on its own model looks better than it is. The generator drives it at the *nominal*
+//! resonances, wherever its own are.
 //!
-//! A rotor at rest is what a move simulates most of the time, and a step with pressed teeth costs ten times one of free flight. So with the drive off and teeth
-//! pressed on the rotor the plant may stride ([`Plant::striding`]): the same scheme in longer steps, which for pressed teeth is converged at 20 us
-//! (`tests/system/law_pressed.rs`).
+//! Most of the time of a move the rotor is at rest, and a step in sustained contact costs ten times one in flight. With
+//! the drive off and teeth on the rotor the plant may therefore take longer steps ([`Plant::with_rest_steps`]): the same
+//! scheme, which in sustained contact is converged at 20 us (`tests/system/motor/law_sustained_contact.rs`).
 
 use motor_model::params::Parameter;
 use motor_model::{
@@ -27,8 +28,8 @@ pub fn impact_rule(word: &str) -> ImpactRule {
 pub struct Plant {
     motor: Motor<f64>,
     setup: MotorSetup,
-    /// The same motor in longer steps, for a rotor that lies on the teeth, and how many steps one of them is.
-    strider: Option<(Motor<f64>, u64)>,
+    /// The same motor in longer steps, for a rotor at rest on the teeth, and how many steps one of them is.
+    rest_motor: Option<(Motor<f64>, u64)>,
     state: MotorState<f64>,
     params: MotorParams,
     step_nanos_num: f64,
@@ -70,28 +71,29 @@ impl Plant {
         };
         let motor = Motor::try_new(&params, &setup)?;
         let state = MotorState::default();
-        Ok(Self { motor, setup, strider: None, state, params, step_nanos_num: step_s * 1e9 })
+        Ok(Self { motor, setup, rest_motor: None, state, params, step_nanos_num: step_s * 1e9 })
     }
 
-    /// The same plant, which takes `steps` steps at once while the drive is off and its rotor lies on the teeth ([`Self::stride`]); 1 for none.
+    /// The same plant, which can take `steps` steps as one while the drive is off and its rotor is on the teeth
+    /// ([`Self::rest_step`]); 1 for none.
     ///
     /// # Errors
     /// When the model refuses a step of that length.
-    pub fn striding(mut self, steps: u64) -> Result<Self, SceneError> {
+    pub fn with_rest_steps(mut self, steps: u64) -> Result<Self, SceneError> {
         #[expect(clippy::cast_precision_loss, reason = "a few steps")]
         let setup = MotorSetup { step_s: self.setup.step_s * steps as f64, ..self.setup };
-        self.strider = if steps > 1 { Some((Motor::try_new(&self.params, &setup)?, steps)) } else { None };
+        self.rest_motor = if steps > 1 { Some((Motor::try_new(&self.params, &setup)?, steps)) } else { None };
         Ok(self)
     }
 
-    /// One stride with the drive off, if the rotor lies on the teeth and the plant is one that strides; whether it was taken.
-    pub fn stride(&mut self) -> bool {
-        let Some((strider, steps)) = &self.strider else { return false };
+    /// One long step with the drive off, if the rotor is on the teeth and the plant has long steps; whether it was taken.
+    pub fn rest_step(&mut self) -> bool {
+        let Some((rest_motor, steps)) = &self.rest_motor else { return false };
         if self.state.in_contact == [false; 2] {
             return false;
         }
-        strider.step(&mut self.state, DriveCommand::OFF);
-        // The stride counted as one.
+        rest_motor.step(&mut self.state, DriveCommand::OFF);
+        // The long step counted as one.
         self.state.steps += steps - 1;
         true
     }
@@ -116,7 +118,8 @@ impl Plant {
         self.state.rotor.rate_rad_s += rate_rad_s;
     }
 
-    /// Moves the resonances of modes B and C by the part `drift` away from those that were drawn, from now on; the drive keeps its frequencies.
+    /// Moves the resonances of modes B and C by the part `drift` away from those that were drawn, from now on. The drive
+    /// keeps its frequencies.
     ///
     /// # Errors
     /// When the model refuses the frequencies; then they stay.
@@ -125,7 +128,7 @@ impl Plant {
         for parameter in [Parameter::ModeBFrequency, Parameter::ModeCFrequency] {
             params = params.with(parameter, self.params.get(parameter) * (1.0 + drift))?;
         }
-        let strider = match &self.strider {
+        let rest_motor = match &self.rest_motor {
             Some((_, steps)) => {
                 #[expect(clippy::cast_precision_loss, reason = "a few steps")]
                 let setup = MotorSetup { step_s: self.setup.step_s * *steps as f64, ..self.setup };
@@ -134,7 +137,7 @@ impl Plant {
             None => None,
         };
         self.motor = Motor::try_new(&params, &self.setup)?;
-        self.strider = strider;
+        self.rest_motor = rest_motor;
         Ok(())
     }
 

@@ -1,4 +1,4 @@
-//! The desk: a plant and the instruments that look at it.
+//! The rig: a plant and the instruments that look at it.
 //!
 //! ```text
 //! every plant step:  the motor moves under the command applied; instruments that are due look at it
@@ -6,11 +6,10 @@
 
 use controller::PositionLoop;
 use estimator::{CameraFrame, LdvSample};
-use motor_model::{DriveCommand, Impacts};
+use motor_model::{DriveCommand, Impacts, MotorState, Time};
 
-use crate::scene::Scene;
-use crate::scene::SceneError;
-use crate::world::faults::Disturbance;
+use crate::scene::{Scene, SceneError};
+use crate::world::faults::MotorFaults;
 use crate::world::instruments::{Camera, Ldv};
 use crate::world::plant::Plant;
 
@@ -20,12 +19,12 @@ struct Schedule {
     tick: u64,
     camera: u64,
     ldv: u64,
-    /// Steps that the plant may take at once.
-    stride: u64,
+    /// Steps that the plant may take as one at rest.
+    rest: u64,
 }
 
-/// Longest stride of a plant at rest in s: a period of the default vibrometer, and still one span of pressed contact.
-const STRIDE_S: f64 = 5e-6;
+/// Longest step of a plant at rest in s: a period of the default vibrometer, and still one span of sustained contact.
+const REST_STEP_S: f64 = 5e-6;
 
 impl Schedule {
     fn new(scene: &Scene) -> Result<Self, SceneError> {
@@ -55,10 +54,10 @@ impl Schedule {
         let ldv = steps_in("the vibrometer", 1.0 / scene.number("ldv.sample_rate_hz"))?;
         let between = divisor(tick, divisor(camera, ldv));
         #[expect(clippy::cast_precision_loss, reason = "a few steps")]
-        let short = between as f64 * step_s <= STRIDE_S * (1.0 + 1e-9);
+        let short = between as f64 * step_s <= REST_STEP_S * (1.0 + 1e-9);
         // A blurred frame is the mean over every step.
-        let stride = if short && scene.number("camera.exposure_frames") <= 0.0 { between } else { 1 };
-        Ok(Self { tick, camera, ldv, stride })
+        let rest = if short && scene.number("camera.exposure_frames") <= 0.0 { between } else { 1 };
+        Ok(Self { tick, camera, ldv, rest })
     }
 }
 
@@ -69,16 +68,16 @@ const fn divisor(a: u64, b: u64) -> u64 {
 
 /// Plant and instruments.
 #[derive(Clone, Debug)]
-pub struct Desk {
+pub struct Rig {
     plant: Plant,
     camera: Camera,
     ldv: Ldv,
     schedule: Schedule,
-    disturbance: Option<Disturbance>,
+    faults: Option<MotorFaults>,
 }
 
-impl Desk {
-    /// The desk of a scene.
+impl Rig {
+    /// The rig of a scene.
     ///
     /// # Errors
     /// When the model refuses the plant, or the plant's step does not divide a period.
@@ -86,18 +85,18 @@ impl Desk {
         let schedule = Schedule::new(scene)?;
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "at most 1e8 ns")]
         let camera_nanos = (1e9 / scene.number("camera.frame_rate_hz")).round() as u64;
-        let plant = Plant::draw(scene)?.striding(schedule.stride)?;
-        let disturbance = Disturbance::of(scene);
+        let plant = Plant::draw(scene)?.with_rest_steps(schedule.rest)?;
+        let faults = MotorFaults::of(scene);
         // What the model refuses at the end of a drift is refused at the start.
-        if let Some(disturbance) = &disturbance {
-            plant.clone().detune(disturbance.drift())?;
+        if let Some(faults) = &faults {
+            plant.clone().detune(faults.drift())?;
         }
         Ok(Self {
             plant,
             camera: Camera::new(scene, camera_nanos, 1e9 * scene.number("plant.step_s")),
             ldv: Ldv::new(scene),
             schedule,
-            disturbance,
+            faults,
         })
     }
 
@@ -106,26 +105,36 @@ impl Desk {
         &self.plant
     }
 
-    /// Plant steps from one tick of the loop to the next.
-    pub fn steps_per_tick(&self) -> u64 {
-        self.schedule.tick
-    }
-
     /// One step of the plant under `command`, seen by the instruments that are due; its impacts.
     pub fn step(&mut self, command: DriveCommand) -> Impacts<f64> {
-        let command = self.disturb(command);
+        let command = self.faulty(command);
         let impacts = self.plant.step(command);
         self.show();
         impacts
     }
 
-    /// A tick of the loop under `command`, seen by the instruments that are due. A rotor at rest is stepped through in strides from one look to the next.
+    /// A tick of the loop under `command` in single steps, each shown to `observe`: the state before and its
+    /// instant, the impacts, the plant after.
+    pub fn tick_in_steps(
+        &mut self,
+        command: DriveCommand,
+        mut observe: impl FnMut(&MotorState<f64>, Time, &Impacts<f64>, &Plant),
+    ) {
+        for _ in 0..self.schedule.tick {
+            let (before, at) = (*self.plant.state(), self.plant.now());
+            let impacts = self.step(command);
+            observe(&before, at, &impacts, &self.plant);
+        }
+    }
+
+    /// A tick of the loop under `command`, seen by the instruments that are due. At rest the plant takes one step from
+    /// one instant at which an instrument is due to the next.
     pub fn tick(&mut self, command: DriveCommand) {
         let end = self.plant.state().steps + self.schedule.tick;
         while self.plant.state().steps < end {
-            let command = self.disturb(command);
-            let due = self.plant.state().steps.is_multiple_of(self.schedule.stride);
-            if !(due && command == DriveCommand::OFF && self.plant.stride()) {
+            let command = self.faulty(command);
+            let due = self.plant.state().steps.is_multiple_of(self.schedule.rest);
+            if !(due && command == DriveCommand::OFF && self.plant.rest_step()) {
                 self.plant.step(command);
             }
             self.show();
@@ -144,19 +153,19 @@ impl Desk {
         }
     }
 
-    /// What reaches the coil of `command`; jolts the rotor if it is time.
+    /// What reaches the coil of `command`; jolts the rotor and lets the resonances drift when it is time.
     #[inline]
-    fn disturb(&mut self, command: DriveCommand) -> DriveCommand {
-        let Some(disturbance) = &mut self.disturbance else { return command };
+    fn faulty(&mut self, command: DriveCommand) -> DriveCommand {
+        let Some(faults) = &mut self.faults else { return command };
         let now = self.plant.now();
-        if let Some(jolt_rad_s) = disturbance.jolt(now) {
+        if let Some(jolt_rad_s) = faults.jolt(now) {
             self.plant.jolt(jolt_rad_s);
         }
-        if let Some(drift) = disturbance.drifted(now) {
+        if let Some(drift) = faults.drifted(now) {
             // The end was accepted, so whatever lies before it is.
             self.plant.detune(drift).ok();
         }
-        disturbance.drive(now, command)
+        faults.drive(now, command)
     }
 
     /// The first camera frame that has arrived and was not yet read.

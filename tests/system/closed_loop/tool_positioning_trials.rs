@@ -72,30 +72,30 @@ fn tool_positioning_trials_are_the_same_on_any_number_of_threads() {
     assert!(number(&trials, "p95_mdeg") <= number(&trials, "p999_mdeg"));
 }
 
-/// A rotor that comes to rest, and walks, in strides of the plant at rest ends where it does in single steps: to a few thousandths of the turn by short bursts.
-/// A long walk of some motors is chaotic: a start rounded otherwise changes it by some percent, so no more is asked of it.
+/// A plant that takes longer steps at rest ends where it does in single steps: to a few thousandths of the turn by short
+/// bursts. A long walk of some motors is chaotic: a start that is rounded otherwise changes it by some percent.
 #[test]
-fn dual_a_plant_that_strides_at_rest_is_the_same_plant() {
+fn dual_a_plant_with_longer_steps_at_rest_is_the_same_plant() {
     use host_sim::{Scene, world::plant::Plant};
     use motor_model::{DriveCommand, DriveMode};
 
     let turn_mdeg = |mut plant: Plant, command: DriveCommand, ticks: u32| {
-        let mut driven = |command, until: u64, strides: &mut u32| {
+        let mut driven = |command, until: u64, rest_steps: &mut u32| {
             while plant.state().steps < until {
                 let due = plant.state().steps.is_multiple_of(5);
-                if due && command == DriveCommand::OFF && plant.stride() {
-                    *strides += 1;
+                if due && command == DriveCommand::OFF && plant.rest_step() {
+                    *rest_steps += 1;
                 } else {
                     plant.step(command);
                 }
             }
         };
-        let mut strides = 0;
+        let mut rest_steps = 0;
         let rest = 50_000;
-        driven(DriveCommand::OFF, 20_000, &mut strides);
-        driven(command, 20_000 + u64::from(10 * ticks), &mut strides);
-        driven(DriveCommand::OFF, 20_000 + u64::from(10 * ticks) + rest, &mut strides);
-        (1e3 * plant.state().rotor.angle.angle().degrees(), strides)
+        driven(DriveCommand::OFF, 20_000, &mut rest_steps);
+        driven(command, 20_000 + u64::from(10 * ticks), &mut rest_steps);
+        driven(DriveCommand::OFF, 20_000 + u64::from(10 * ticks) + rest, &mut rest_steps);
+        (1e3 * plant.state().rotor.angle.angle().degrees(), rest_steps)
     };
     for seed in 1..=5 {
         let mut scene = Scene::default();
@@ -106,11 +106,12 @@ fn dual_a_plant_that_strides_at_rest_is_the_same_plant() {
         {
             let command = DriveCommand::saturating(DriveMode::C, amplitude);
             let (fine, none) = turn_mdeg(plant(), command, ticks);
-            let (striding, many) = turn_mdeg(plant().striding(5).expect("a step of 5 us"), command, ticks);
+            let (longer, many) =
+                turn_mdeg(plant().with_rest_steps(5).expect("a step of 5 us"), command, ticks);
             assert_eq!(none, 0);
             assert!(many > 8000, "{many}");
             assert!(fine < -0.05, "{fine}");
-            assert_between(striding / fine, 1.0 - part, 1.0 + part, format!("{seed} {amplitude} {ticks}"));
+            assert_between(longer / fine, 1.0 - part, 1.0 + part, format!("{seed} {amplitude} {ticks}"));
         }
     }
 }

@@ -13,7 +13,7 @@ use host_sim::studies::filter_errors::run::SMOOTHED;
 use host_sim::studies::filter_errors::timeline::Phase;
 use host_sim::studies::filter_errors::{Estimation, Plan, Row};
 use host_sim::world::instruments::camera::Camera;
-use host_sim::world::rig::Desk;
+use host_sim::world::rig::Rig;
 use motor_model::{DriveCommand, DriveMode};
 
 const MOTORS: u64 = 12;
@@ -133,28 +133,26 @@ fn dual_the_camera_assumed_is_the_one_there_is() {
 fn watched(motor: u64, drives: &[(DriveCommand, u64)], ticks: u64) -> Account {
     let mut scene = Scene::default();
     scene.set("seed", &motor.to_string()).expect("a seed");
-    let mut desk = Desk::new(&scene).expect("a desk");
+    let mut rig = Rig::new(&scene).expect("a rig");
     let mut twin = AnyFilter::<f32>::named("twin").expect("the nominal motor");
     let commands = drives.iter().flat_map(|&(command, ticks)| (0..ticks).map(move |_| command));
     let from = drives.iter().map(|(_, ticks)| ticks).sum::<u64>() - ticks;
     let mut account = Account::default();
     for (tick, command) in (0_u64..).zip(commands) {
-        twin.drive(desk.plant().now(), command);
-        (0..desk.steps_per_tick()).for_each(|_| {
-            desk.step(command);
-        });
-        while let Some(sample) = desk.ldv_sample() {
+        twin.drive(rig.plant().now(), command);
+        rig.tick_in_steps(command, |_, _, _, _| ());
+        while let Some(sample) = rig.ldv_sample() {
             twin.update_ldv(&sample);
         }
-        while let Some(frame) = desk.camera_frame() {
+        while let Some(frame) = rig.camera_frame() {
             let innovation = twin.update_camera(&frame);
             if tick >= from {
                 account.innovation(&innovation);
             }
         }
         if tick >= from && tick % 7 == 0 {
-            let (estimate, health) = twin.assess(desk.plant().now());
-            let rotor = desk.plant().state().rotor;
+            let (estimate, health) = twin.assess(rig.plant().now());
+            let rotor = rig.plant().state().rotor;
             account.estimate(estimate.as_ref(), health, rotor.angle.angle(), rotor.rate_rad_s);
         }
     }

@@ -5,7 +5,7 @@ use std::ops::RangeInclusive;
 use estimator::{AngleFilter, Estimate, Health, Reason, Verdict};
 use host_sim::Scene;
 use host_sim::runs::filter::AnyFilter;
-use host_sim::world::rig::Desk;
+use host_sim::world::rig::Rig;
 use motor_model::{Angle, DriveCommand, DriveMode, math};
 
 /// Others than those on which the filter was tuned.
@@ -39,9 +39,9 @@ impl Errors {
     }
 }
 
-/// A desk, and filters that see the same.
+/// A rig, and filters that see the same.
 struct Bench<const N: usize> {
-    desk: Desk,
+    rig: Rig,
     filters: [AnyFilter; N],
 }
 
@@ -54,12 +54,12 @@ impl<const N: usize> Bench<N> {
             scene.set(key, value).unwrap();
         }
         let filters = filters.map(|name| AnyFilter::named(name).unwrap());
-        Self { desk: Desk::new(&scene).unwrap(), filters }
+        Self { rig: Rig::new(&scene).unwrap(), filters }
     }
 
     /// Runs for `ms` under `command`; adds up the errors at the present, every 50 us.
     fn run(&mut self, command: DriveCommand, ms: u64, sums: &mut [Errors; N]) {
-        let now = self.desk.plant().now();
+        let now = self.rig.plant().now();
         self.filters.iter_mut().for_each(|filter| filter.drive(now, command));
         self.turn(command, 100 * ms, sums);
     }
@@ -67,15 +67,13 @@ impl<const N: usize> Bench<N> {
     /// The same for so many ticks, the filters not being told.
     fn turn(&mut self, command: DriveCommand, ticks: u64, sums: &mut [Errors; N]) {
         for n in 1..=ticks {
-            for _ in 0..self.desk.steps_per_tick() {
-                self.desk.step(command);
-            }
-            while let Some(sample) = self.desk.ldv_sample() {
+            self.rig.tick_in_steps(command, |_, _, _, _| ());
+            while let Some(sample) = self.rig.ldv_sample() {
                 for filter in &mut self.filters {
                     filter.update_ldv(&sample);
                 }
             }
-            while let Some(frame) = self.desk.camera_frame() {
+            while let Some(frame) = self.rig.camera_frame() {
                 for (filter, sums) in self.filters.iter_mut().zip(sums.iter_mut()) {
                     let innovation = filter.update_camera(&frame);
                     if innovation.verdict == Verdict::Used {
@@ -85,7 +83,7 @@ impl<const N: usize> Bench<N> {
                 }
             }
             if n % 5 == 0 {
-                let (now, truth) = (self.desk.plant().now(), self.desk.plant().state().rotor.angle.angle());
+                let (now, truth) = (self.rig.plant().now(), self.rig.plant().state().rotor.angle.angle());
                 for (filter, sums) in self.filters.iter().zip(sums.iter_mut()) {
                     if let Some(estimate) = filter.estimate(now) {
                         sums.add(&estimate, truth);
@@ -141,7 +139,7 @@ fn law_the_twin_s_rest_is_that_of_the_other_filters() {
     for seed in SEEDS {
         let mut bench = Bench::new(seed, &[], ["twin"]);
         bench.run(DriveCommand::full(DriveMode::B), 50, &mut [Errors::default()]);
-        let still = |bench: &Bench<1>| bench.desk.plant().state().rotor.rate_rad_s.abs() < 1e-6;
+        let still = |bench: &Bench<1>| bench.rig.plant().state().rotor.rate_rad_s.abs() < 1e-6;
         for _ in 0..1000 {
             bench.run(DriveCommand::OFF, 1, &mut [Errors::default()]);
             if still(&bench) {
@@ -169,11 +167,11 @@ fn law_the_vibrometer_may_go_and_come_back() {
         let mut bench = Bench::new(seed, &loss, ["twin", "constant_rate"]);
         bench.run(command, 105, &mut [Errors::default(); 2]);
         bench.run(command, 94, &mut without);
-        let silent = bench.filters[0].health(bench.desk.plant().now());
+        let silent = bench.filters[0].health(bench.rig.plant().now());
         assert_eq!(silent, Health::Degraded(Reason::VibrometerSilent), "seed {seed}");
         bench.run(command, 101, &mut [Errors::default(); 2]);
         bench.run(command, 100, &mut again);
-        assert_eq!(bench.filters[0].health(bench.desk.plant().now()), Health::Good, "seed {seed}");
+        assert_eq!(bench.filters[0].health(bench.rig.plant().now()), Health::Good, "seed {seed}");
     }
     let [without, again] = [without, again].map(|sums| sums.map(|sum| sum.rms_mdeg()));
     println!("[twin, constant rate] without vibrometer {without:.2?} mdeg, after its return {again:.2?}");

@@ -1,9 +1,9 @@
-//! A drawn motor on the desk, all filters beside it, and a fault between instruments and filters.
+//! A drawn motor on the rig, all filters beside it, and a fault between instruments and filters.
 
 use estimator::{AngleFilter as _, CameraFrame, Health, LdvSample, Verdict};
 use host_sim::Scene;
 use host_sim::runs::filter::{AnyFilter, FILTERS};
-use host_sim::world::rig::Desk;
+use host_sim::world::rig::Rig;
 use motor_model::{DriveCommand, Time, math};
 
 /// What the filters are told of a frame, or that there is none; of a sample likewise.
@@ -49,7 +49,7 @@ impl Look {
 }
 
 pub struct Bench {
-    desk: Desk,
+    rig: Rig,
     filters: Vec<(&'static str, AnyFilter)>,
     /// What the filters' time is ahead of the plant's.
     ahead_nanos: u64,
@@ -64,26 +64,24 @@ impl Bench {
     /// The same with all clocks ahead.
     pub fn ahead(sets: &[&str], ahead_nanos: u64) -> Self {
         let sets: Vec<String> = ["seed=21"].iter().chain(sets).map(|&set| set.to_owned()).collect();
-        let desk = Desk::new(&Scene::load(None, &sets).expect("a scene")).expect("a desk");
+        let rig = Rig::new(&Scene::load(None, &sets).expect("a scene")).expect("a rig");
         let filters =
             FILTERS.iter().map(|&name| (name, AnyFilter::named(name).expect("the nominal motor"))).collect();
-        Self { desk, filters, ahead_nanos }
+        Self { rig, filters, ahead_nanos }
     }
 
     pub fn now(&self) -> Time {
-        self.desk.plant().now().plus_nanos(self.ahead_nanos)
+        self.rig.plant().now().plus_nanos(self.ahead_nanos)
     }
 
     /// Runs for `millis` under `command` with `faults`; every filter's looks, tick by tick.
     pub fn run(&mut self, command: DriveCommand, millis: u64, (of_frame, of_sample): Faults) -> Vec<Look> {
         let mut looks = Vec::new();
         for _ in 0..millis * 100 {
-            for _ in 0..self.desk.steps_per_tick() {
-                self.desk.step(command);
-            }
+            self.rig.tick_in_steps(command, |_, _, _, _| ());
             let now = self.now();
             let mut verdicts = vec![None; self.filters.len()];
-            while let Some(mut sample) = self.desk.ldv_sample() {
+            while let Some(mut sample) = self.rig.ldv_sample() {
                 sample.taken_at = sample.taken_at.plus_nanos(self.ahead_nanos);
                 if let Some(sample) = of_sample(now, sample) {
                     self.filters.iter_mut().for_each(|(_, filter)| {
@@ -91,7 +89,7 @@ impl Bench {
                     });
                 }
             }
-            while let Some(mut frame) = self.desk.camera_frame() {
+            while let Some(mut frame) = self.rig.camera_frame() {
                 frame.exposed_at = frame.exposed_at.plus_nanos(self.ahead_nanos);
                 if let Some(frame) = of_frame(now, frame) {
                     for ((_, filter), verdict) in self.filters.iter_mut().zip(&mut verdicts) {
@@ -101,17 +99,17 @@ impl Bench {
             }
             for ((name, filter), verdict) in self.filters.iter_mut().zip(verdicts) {
                 filter.drive(now, command);
-                looks.push(look(name, filter, &self.desk, now, verdict));
+                looks.push(look(name, filter, &self.rig, now, verdict));
             }
         }
         looks
     }
 }
 
-fn look(name: &'static str, filter: &AnyFilter, desk: &Desk, now: Time, verdict: Option<Verdict>) -> Look {
+fn look(name: &'static str, filter: &AnyFilter, rig: &Rig, now: Time, verdict: Option<Verdict>) -> Look {
     let estimate = filter.estimate(now);
     let error = estimate.map(|estimate| {
-        let off = estimate.angle.minus(desk.plant().state().rotor.angle.angle());
+        let off = estimate.angle.minus(rig.plant().state().rotor.angle.angle());
         let sigma = math::sqrt(f64::from(estimate.angle_rad2)).to_degrees();
         assert!(sigma.is_finite() && estimate.rate_rad_s.is_finite(), "{name}: {estimate:?}");
         (1e3 * off.degrees().abs(), off.degrees().abs() / sigma)

@@ -14,7 +14,7 @@ use super::Processor;
 use super::process::{self, Guard, Link, OneProcessor, Wiring};
 use crate::board::BoardError;
 use crate::board::instructions::Board;
-use crate::runs::closed_loop::Taken;
+use crate::runs::tick_driver::Taken;
 
 /// Any number but 0, which the board bears without a host.
 const SESSION: u32 = 1;

@@ -11,7 +11,7 @@ use super::{Entry, picture};
 use crate::board::BoardError;
 use crate::report::OutputError;
 use crate::report::files::Output;
-use crate::runs::closed_loop::Moment;
+use crate::runs::closed_loop::PositioningMoment;
 
 /// Names of the columns. The last four are those of estimates.
 const COLUMNS: [&str; 11] = [
@@ -82,7 +82,7 @@ impl Record {
     ///
     /// # Errors
     /// When an entry tells of another tick, or the table cannot be written.
-    pub fn take(&mut self, entries: &[Entry], truth: &Moment) -> Result<(), BoardError> {
+    pub fn take(&mut self, entries: &[Entry], truth: &PositioningMoment) -> Result<(), BoardError> {
         let tick = truth.at.nanos() / PositionLoop::TICK_NANOS;
         self.end_s = truth.seconds();
         for entry in entries {
@@ -96,7 +96,7 @@ impl Record {
         Ok(())
     }
 
-    fn take_one(&mut self, entry: &Entry, truth: &Moment) -> Result<(), BoardError> {
+    fn take_one(&mut self, entry: &Entry, truth: &PositioningMoment) -> Result<(), BoardError> {
         let time_s = truth.seconds();
         let logged = estimate(entry, truth);
         if let Some(logged) = logged {
@@ -161,7 +161,7 @@ fn put<T>(points: &mut Vec<T>, point: T) {
 }
 
 /// What an entry says of the angle, if it is an estimate.
-fn estimate(entry: &Entry, truth: &Moment) -> Option<Logged> {
+fn estimate(entry: &Entry, truth: &PositioningMoment) -> Option<Logged> {
     let angle = Angle::from_units(entry.field("angle_units")?);
     let variance_rad2: f64 = entry.field("angle_rad2")?;
     Some(Logged {
@@ -192,7 +192,7 @@ mod tests {
     use estimator::Health;
     use motor_model::{DriveCommand, Time};
 
-    fn moment(tick: u64, degrees: f64) -> Moment {
+    fn moment(tick: u64, degrees: f64) -> PositioningMoment {
         let report = TickReport {
             estimate: None,
             health: Health::Good,
@@ -202,7 +202,7 @@ mod tests {
             phase: PositioningPhase::Settling,
         };
         let at = Time::from_nanos(tick * PositionLoop::TICK_NANOS);
-        Moment { at, angle: Angle::from_degrees(degrees), rate_rad_s: 0.5, report }
+        PositioningMoment { at, angle: Angle::from_degrees(degrees), rate_rad_s: 0.5, report }
     }
 
     fn entry(tick: u64, text: String) -> Entry {

@@ -5,7 +5,7 @@ use motor_model::{Angle, DriveCommand, DriveMode};
 use super::{Outcome, Trace};
 use crate::report::OutputError;
 use crate::report::chart::{Axis, Colour, Figure, Panel, Series};
-use crate::runs::closed_loop::Moment;
+use crate::runs::closed_loop::PositioningMoment;
 
 /// The move as an SVG document.
 ///
@@ -38,7 +38,7 @@ fn time(end_s: f64) -> Axis {
     Axis::new("time (s)").within(0.0..end_s)
 }
 
-fn line(trace: &Trace, value: impl Fn(&Moment) -> Option<f64>) -> Vec<(f64, f64)> {
+fn line(trace: &Trace, value: impl Fn(&PositioningMoment) -> Option<f64>) -> Vec<(f64, f64)> {
     trace.moments.iter().filter_map(|moment| Some((moment.seconds(), value(moment)?))).collect()
 }
 
@@ -106,7 +106,7 @@ fn estimator_error(outcome: &Outcome, trace: &Trace) -> Panel {
     let end_s = outcome.duration_s;
     // Before the first frames have settled the band would dwarf the rest.
     let reach_mdeg = (6.0 * outcome.rms_estimate_error_moving_mdeg).max(10.0);
-    let two_sigma = |moment: &Moment| {
+    let two_sigma = |moment: &PositioningMoment| {
         let variance = f64::from(moment.report.estimate?.angle_rad2);
         Some(2e3 * motor_model::math::sqrt(variance).to_degrees())
     };
@@ -118,7 +118,7 @@ fn estimator_error(outcome: &Outcome, trace: &Trace) -> Panel {
     )
     .series(Series::band(band).colour(Colour::Vermilion).label("two standard deviations, as reported"))
     .series(
-        Series::line(line(trace, Moment::estimate_error_mdeg))
+        Series::line(line(trace, PositioningMoment::estimate_error_mdeg))
             .colour(Colour::Black)
             .label("estimate less truth"),
     )

@@ -2,7 +2,7 @@
 
 use motor_model::DriveCommand;
 
-use crate::runs::closed_loop::Moment;
+use crate::runs::closed_loop::PositioningMoment;
 
 /// Moments kept at most.
 const MOMENTS_MAX: usize = 60_000;
@@ -11,7 +11,7 @@ const MOMENTS_MAX: usize = 60_000;
 #[derive(Clone, Debug)]
 pub struct Trace {
     /// Evenly spaced moments.
-    pub moments: Vec<Moment>,
+    pub moments: Vec<PositioningMoment>,
     /// When the drive changed, in s, and what it changed to.
     pub commands: Vec<(f64, DriveCommand)>,
     stride: u64,
@@ -26,7 +26,7 @@ impl Default for Trace {
 
 impl Trace {
     /// Takes a tick down. When the book is full, every second moment goes and from then on half as many come.
-    pub fn take(&mut self, moment: &Moment) {
+    pub fn take(&mut self, moment: &PositioningMoment) {
         if self.ticks.is_multiple_of(self.stride) {
             if self.moments.len() == MOMENTS_MAX {
                 let mut index = 0;
@@ -55,7 +55,7 @@ mod tests {
     use estimator::Health;
     use motor_model::{Angle, DriveMode, Time};
 
-    fn moment(tick: u64, applied: DriveCommand) -> Moment {
+    fn moment(tick: u64, applied: DriveCommand) -> PositioningMoment {
         let report = TickReport {
             estimate: None,
             health: Health::Waiting,
@@ -64,7 +64,7 @@ mod tests {
             applied,
             phase: PositioningPhase::Settling,
         };
-        Moment { at: Time::from_micros(10 * tick), angle: Angle::ZERO, rate_rad_s: 0.0, report }
+        PositioningMoment { at: Time::from_micros(10 * tick), angle: Angle::ZERO, rate_rad_s: 0.0, report }
     }
 
     #[test]

@@ -1,11 +1,14 @@
 //! What the instruments of one motor deliver, and the truth, written down.
 
+use std::ops::ControlFlow;
+
+use controller::Sense as _;
 use estimator::{CameraFrame, LdvSample};
 use motor_model::{Angle, DriveCommand, DriveMode, Time};
 
+use crate::runs::tick_driver::{RigPorts, TickDriver, TickProgram};
 use crate::scene::Scene;
 use crate::studies::StudyError;
-use crate::world::rig::Desk;
 
 /// From rest until the motion counts as steady.
 const STEADY_NANOS: u64 = 250_000_000;
@@ -50,21 +53,36 @@ impl Recording {
     /// When the scene is refused.
     pub fn make(scene: &Scene, mode: DriveMode) -> Result<Self, StudyError> {
         let command = DriveCommand::full(mode);
-        let mut desk = Desk::new(scene)?;
-        let mut events = Vec::new();
+        let mut driver = TickDriver::new(scene, Recorder { events: Vec::new() })?;
+        driver.overrule(command);
         let mut ticks = 0_u64;
-        while desk.plant().now().nanos() < END_NANOS {
-            for _ in 0..desk.steps_per_tick() {
-                desk.step(command);
-            }
+        driver.run(|driver, moment| {
             ticks += 1;
-            events.extend(std::iter::from_fn(|| desk.ldv_sample()).map(Event::Sample));
-            events.extend(std::iter::from_fn(|| desk.camera_frame()).map(Event::Frame));
-            let (at, rotor) = (desk.plant().now(), desk.plant().state().rotor);
+            driver.overrule(command);
+            let at = moment.at;
             if ticks.is_multiple_of(TICKS_PER_LOOK) && at.nanos() >= STEADY_NANOS {
-                events.push(Event::Truth { at, angle: rotor.angle.angle(), rate_rad_s: rotor.rate_rad_s });
+                let truth = Event::Truth { at, angle: moment.angle, rate_rad_s: moment.rate_rad_s };
+                driver.program_mut().events.push(truth);
             }
-        }
-        Ok(Self { command, events })
+            if at.nanos() < END_NANOS { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
+        });
+        Ok(Self { command, events: driver.into_program().events })
+    }
+}
+
+/// Writes down what arrives.
+struct Recorder {
+    events: Vec<Event>,
+}
+
+impl TickProgram for Recorder {
+    type Report = ();
+
+    /// The motor is driven all the time: it has no rest to take long steps in.
+    const OBSERVES_STEPS: bool = true;
+
+    fn tick(&mut self, _: Time, ports: &mut RigPorts) {
+        self.events.extend(std::iter::from_fn(|| ports.ldv_sample()).map(Event::Sample));
+        self.events.extend(std::iter::from_fn(|| ports.camera_frame()).map(Event::Frame));
     }
 }

@@ -1,11 +1,13 @@
 //! The motor's part of a calibration: what the rotor turned, and what the estimator knows of it.
 
+use std::ops::ControlFlow;
+
 use controller::rate::{RateHold, RateTuning};
 use estimator::{AngleFilter as _, Estimate, Health};
 use motor_model::{Angle, Time, math};
 
 use super::schedule::Schedule;
-use crate::runs::closed_loop::ClosedRateLoop;
+use crate::runs::closed_loop;
 use crate::runs::filter::SMOOTHER_LAG_MS;
 use crate::scene::Scene;
 use crate::studies::StudyError;
@@ -41,37 +43,40 @@ impl Turning {
     /// When the scene is refused.
     pub fn run(scene: &Scene, schedule: &Schedule) -> Result<Self, StudyError> {
         let hold = RateHold::new(schedule.profile(), RateTuning::steady(), Time::ZERO);
-        let mut closed_loop = ClosedRateLoop::new(scene, hold)?;
+        let mut closed_loop = closed_loop::rate(scene, hold)?;
         let mut turning = Self {
             seed: scene.seed(),
             truth: vec![closed_loop.plant().state().rotor.angle.angle()],
             anchors: Vec::new(),
         };
         let mut waiting: Option<(Time, usize)> = None;
-        for tick in 1..=schedule.ticks() {
-            let report = closed_loop.next_tick();
-            let now = closed_loop.plant().now();
+        let mut ticks = 0;
+        closed_loop.run(|closed_loop, moment| {
+            ticks += 1;
+            let now = moment.at;
             if let Some((at, anchor)) = waiting
                 && now.nanos_since(at) >= SMOOTHER_LAG_MS * 1_000_000
             {
-                if let Some(smoothed) = closed_loop.filter().smoothed(at) {
+                if let Some(smoothed) = closed_loop.program().filter().smoothed(at) {
                     turning.learn(anchor, &smoothed);
                 }
                 waiting = None;
             }
-            if !tick.is_multiple_of(schedule.ticks_per_sample) {
-                continue;
+            if ticks % schedule.ticks_per_sample == 0 {
+                turning.truth.push(moment.angle);
+                let sample = turning.truth.len() - 1;
+                let report = &moment.report;
+                let usable = report.estimate.filter(|_| !matches!(report.health, Health::Unusable(_)));
+                if let (Some(estimate), true) = (usable, sample.is_multiple_of(schedule.samples_per_interval))
+                {
+                    waiting = Some((now, turning.anchors.len()));
+                    let angle = Angle::ZERO;
+                    turning.anchors.push(Anchor { sample, angle, variance_deg2: 0.0, error_mdeg: 0.0 });
+                    turning.learn(turning.anchors.len() - 1, &estimate);
+                }
             }
-            turning.truth.push(closed_loop.plant().state().rotor.angle.angle());
-            let sample = turning.truth.len() - 1;
-            let usable = report.estimate.filter(|_| !matches!(report.health, Health::Unusable(_)));
-            if let (Some(estimate), true) = (usable, sample.is_multiple_of(schedule.samples_per_interval)) {
-                waiting = Some((now, turning.anchors.len()));
-                let angle = Angle::ZERO;
-                turning.anchors.push(Anchor { sample, angle, variance_deg2: 0.0, error_mdeg: 0.0 });
-                turning.learn(turning.anchors.len() - 1, &estimate);
-            }
-        }
+            if ticks < schedule.ticks() { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
+        });
         Ok(turning)
     }
 

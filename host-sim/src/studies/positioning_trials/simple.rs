@@ -1,16 +1,18 @@
-//! Simpler programs than the controller, on the same desk and filters.
+//! Simpler programs than the controller, on the same rig and filters.
+
+use std::ops::ControlFlow;
 
 use controller::response_map::{direction, strongest_cruise};
-use controller::{TICK_NANOS, Target};
+use controller::{Drive as _, Sense as _, TICK_NANOS, Target};
 use estimator::{AngleFilter as _, CameraFrame, Estimate, Health};
 use motor_model::{Angle, DriveCommand, DriveMode, Time};
 
 use super::naive::{Entry, Table};
 use crate::runs::filter::AnyFilter;
 use crate::runs::position::{Account, Outcome, Step};
+use crate::runs::tick_driver::{RigPorts, TickDriver, TickProgram};
 use crate::scene::Scene;
 use crate::studies::StudyError;
-use crate::world::rig::Desk;
 
 /// How a simple program decides.
 #[derive(Clone, Debug)]
@@ -172,47 +174,67 @@ impl Program {
     }
 }
 
+/// A simple program with its filter.
+struct SimpleLoop {
+    filter: AnyFilter,
+    program: Program,
+}
+
+/// What it says of a tick.
+struct SimpleReport {
+    estimate: Option<Estimate<f32>>,
+    applied: DriveCommand,
+    holding: bool,
+}
+
+impl TickProgram for SimpleLoop {
+    type Report = SimpleReport;
+
+    fn tick(&mut self, now: Time, ports: &mut RigPorts) -> SimpleReport {
+        let Self { filter, program } = self;
+        while let Some(sample) = ports.ldv_sample() {
+            filter.update_ldv(&sample);
+        }
+        let frame = ports.camera_frame();
+        if let Some(frame) = &frame {
+            filter.update_camera(frame);
+        }
+        let estimate = filter.estimate(now);
+        let usable = estimate.as_ref().filter(|_| !matches!(filter.health(now), Health::Unusable(_)));
+        let applied = ports.drive(program.decide(now, usable, frame.as_ref()));
+        filter.drive(now, applied);
+        SimpleReport { estimate, applied, holding: matches!(program.state, State::Done) }
+    }
+}
+
 /// Runs the move of `scene` by `rule`.
 ///
 /// # Errors
 /// When the scene is refused.
 pub(super) fn run(scene: &Scene, rule: Rule) -> Result<Outcome, StudyError> {
     let target = Target::try_new(scene.number("position.to_deg"), scene.number("position.tolerance_deg"))?;
-    let mut desk = Desk::new(scene)?;
-    let mut filter = AnyFilter::of(scene)?;
-    let mut program = Program { rule, target, state: State::Looking, bursts: 0 };
+    let program = Program { rule, target, state: State::Looking, bursts: 0 };
     let mut account = Account::new(target);
-    let mut command = DriveCommand::OFF;
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "bounded by the settings")]
     let [hold_nanos, deadline_nanos] =
         ["position.hold_s", "position.deadline_s"].map(|key| (scene.number(key) * 1e9) as u64);
-    loop {
-        desk.tick(command);
-        let now = desk.plant().now();
-        while let Some(sample) = desk.ldv_sample() {
-            filter.update_ldv(&sample);
-        }
-        let frame = desk.camera_frame();
-        if let Some(frame) = &frame {
-            filter.update_camera(frame);
-        }
-        let estimate = filter.estimate(now);
-        let usable = estimate.as_ref().filter(|_| !matches!(filter.health(now), Health::Unusable(_)));
-        command = program.decide(now, usable, frame.as_ref());
-        filter.drive(now, command);
-        let rotor = desk.plant().state().rotor;
-        let holding = matches!(program.state, State::Done);
+    let mut driver = TickDriver::new(scene, SimpleLoop { filter: AnyFilter::of(scene)?, program })?;
+    Ok(driver.run(|_, moment| {
+        let SimpleReport { estimate, applied, holding } = moment.report;
         let step = Step {
-            at: now,
-            angle: rotor.angle.angle(),
-            rate_rad_s: rotor.rate_rad_s,
+            at: moment.at,
+            angle: moment.angle,
+            rate_rad_s: moment.rate_rad_s,
             estimate,
-            applied: command,
+            applied,
             holding,
         };
         account.take(&step);
-        if account.held_nanos(now) >= hold_nanos && holding || now.nanos() > deadline_nanos {
-            return Ok(account.close(&step, scene));
+        let held = account.held_nanos(moment.at) >= hold_nanos && holding;
+        if held || moment.at.nanos() > deadline_nanos {
+            ControlFlow::Break(account.close(&step, scene))
+        } else {
+            ControlFlow::Continue(())
         }
-    }
+    }))
 }

@@ -1,0 +1,178 @@
+//! One tick after the other: the rig moves under the command applied, then a program reads, estimates and drives.
+//!
+//! ```text
+//! every 10 us:  the rig's plant moves under the command applied;
+//!               the program takes what has arrived and gives the next command;
+//!               an observer sees the moment, with the truth beside it
+//! ```
+//!
+//! Everything that runs a motor in ticks runs here: the controller's loops, simpler strategies, filters under a given
+//! drive, recordings.
+
+use std::ops::ControlFlow;
+
+use controller::{Drive, Sense};
+use estimator::{CameraFrame, LdvSample};
+use motor_model::{Angle, DriveCommand, Impacts, MotorState, Time};
+
+use crate::scene::{Scene, SceneError};
+use crate::world::plant::Plant;
+use crate::world::rig::Rig;
+
+/// What runs on the rig, a tick at a time.
+pub trait TickProgram {
+    /// What it says of a tick.
+    type Report;
+
+    /// Whether it observes every step of the plant. A plant that is not observed takes longer steps at rest.
+    const OBSERVES_STEPS: bool = false;
+
+    /// Observes a step of the plant from the state `before` at the instant `at`.
+    fn step(&mut self, before: &MotorState<f64>, at: Time, impacts: &Impacts<f64>, plant: &Plant) {
+        let _ = (before, at, impacts, plant);
+    }
+
+    /// Takes what has arrived until `now`, and gives the command of the next tick.
+    fn tick(&mut self, now: Time, ports: &mut RigPorts) -> Self::Report;
+}
+
+/// The measurements that a tick took in.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Taken {
+    /// The last camera frame, if one had arrived.
+    pub camera_frame: Option<CameraFrame>,
+    /// Vibrometer samples, oldest first.
+    pub ldv_samples: Vec<LdvSample>,
+}
+
+/// What a program sees of the rig: two instruments and an amplifier.
+#[derive(Clone, Debug)]
+pub struct RigPorts {
+    rig: Rig,
+    command: DriveCommand,
+    taken: Taken,
+}
+
+impl RigPorts {
+    /// The plant: the truth, which only a judge may use.
+    pub fn plant(&self) -> &Plant {
+        self.rig.plant()
+    }
+}
+
+impl Sense for RigPorts {
+    fn camera_frame(&mut self) -> Option<CameraFrame> {
+        let frame = self.rig.camera_frame();
+        self.taken.camera_frame = frame.or(self.taken.camera_frame);
+        frame
+    }
+
+    fn ldv_sample(&mut self) -> Option<LdvSample> {
+        let sample = self.rig.ldv_sample();
+        self.taken.ldv_samples.extend(sample);
+        sample
+    }
+}
+
+impl Drive for RigPorts {
+    fn drive(&mut self, command: DriveCommand) -> DriveCommand {
+        self.command = command;
+        command
+    }
+}
+
+/// A tick's end: what the program says of it, and the truth that only the simulation knows.
+#[derive(Clone, Copy, Debug)]
+pub struct Moment<R> {
+    /// The instant.
+    pub at: Time,
+    /// The rotor's true angle.
+    pub angle: Angle,
+    /// The rotor's true rate in rad/s.
+    pub rate_rad_s: f64,
+    /// What the program says.
+    pub report: R,
+}
+
+impl<R> Moment<R> {
+    /// The instant in s since the start.
+    pub fn seconds(&self) -> f64 {
+        self.at.seconds_since(Time::ZERO)
+    }
+}
+
+/// Rig and program, ready to run.
+#[derive(Clone, Debug)]
+pub struct TickDriver<P> {
+    ports: RigPorts,
+    program: P,
+}
+
+impl<P: TickProgram> TickDriver<P> {
+    /// The rig of a scene, at rest, with the drive off.
+    ///
+    /// # Errors
+    /// When the model refuses the plant, or the plant's step does not divide a period.
+    pub fn new(scene: &Scene, program: P) -> Result<Self, SceneError> {
+        let rig = Rig::new(scene)?;
+        Ok(Self { ports: RigPorts { rig, command: DriveCommand::OFF, taken: Taken::default() }, program })
+    }
+
+    /// The plant.
+    pub fn plant(&self) -> &Plant {
+        self.ports.rig.plant()
+    }
+
+    /// The program, to look at.
+    pub fn program(&self) -> &P {
+        &self.program
+    }
+
+    /// The program, to change.
+    pub fn program_mut(&mut self) -> &mut P {
+        &mut self.program
+    }
+
+    /// The program, when the run is over.
+    pub fn into_program(self) -> P {
+        self.program
+    }
+
+    /// What the last tick took in.
+    pub fn taken(&self) -> &Taken {
+        &self.ports.taken
+    }
+
+    /// Puts `command` in the place of the last tick's: somebody else drives the plant.
+    pub fn overrule(&mut self, command: DriveCommand) {
+        self.ports.command = command;
+    }
+
+    /// Runs to the end of the next tick.
+    pub fn next_tick(&mut self) -> Moment<P::Report> {
+        let Self { ports, program } = self;
+        if P::OBSERVES_STEPS {
+            ports.rig.tick_in_steps(ports.command, |before, at, impacts, plant| {
+                program.step(before, at, impacts, plant)
+            });
+        } else {
+            ports.rig.tick(ports.command);
+        }
+        ports.taken.camera_frame = None;
+        ports.taken.ldv_samples.clear();
+        let at = ports.rig.plant().now();
+        let report = program.tick(at, ports);
+        let rotor = ports.rig.plant().state().rotor;
+        Moment { at, angle: rotor.angle.angle(), rate_rad_s: rotor.rate_rad_s, report }
+    }
+
+    /// Runs until `observe` breaks off, with the value that it gives.
+    pub fn run<B>(&mut self, mut observe: impl FnMut(&mut Self, Moment<P::Report>) -> ControlFlow<B>) -> B {
+        loop {
+            let moment = self.next_tick();
+            if let ControlFlow::Break(value) = observe(self, moment) {
+                return value;
+            }
+        }
+    }
+}
