@@ -43,9 +43,8 @@ impl ToolError {
     /// What to try instead, where there is something to say.
     pub fn hint(&self) -> Option<String> {
         match self {
-            Self::NoTool { tool: "firmware/build.sh", .. } => {
-                Some("--elf FILE names a program that is built already".to_owned())
-            }
+            // It is part of the checkout; it was found, and could not be started.
+            Self::NoTool { tool: "firmware/build.sh", .. } => None,
             Self::NoTool { .. } => Some("tests/run.sh installs it".to_owned()),
             _ => None,
         }
@@ -58,7 +57,7 @@ impl ToolError {
 /// When it cannot be started, fails, or does not end in time.
 pub fn run_within(command: &mut Command, tool: &'static str, limit: Duration) -> Result<String, ToolError> {
     let lost = |source| ToolError::NoTool { tool, source };
-    // Files, not pipes: nobody has to read while the program runs.
+    // Files, not pipes: a program that fills a pipe waits for a reader.
     let (stdout, stderr) = (tempfile::tempfile().map_err(lost)?, tempfile::tempfile().map_err(lost)?);
     let (to_stdout, to_stderr) = (stdout.try_clone().map_err(lost)?, stderr.try_clone().map_err(lost)?);
     let mut child = command.stdin(Stdio::null()).stdout(to_stdout).stderr(to_stderr).spawn().map_err(lost)?;

@@ -33,6 +33,12 @@ pub enum BoardError {
         /// What the system said.
         source: io::Error,
     },
+    /// A program to be built outside a checkout of the project.
+    #[error("the firmware cannot be built here: neither this folder nor one above it holds {script}")]
+    NoCheckout {
+        /// What builds it.
+        script: &'static str,
+    },
     /// The microcontroller computes something else than the host.
     #[error(transparent)]
     Difference(#[from] Difference),
@@ -68,6 +74,11 @@ impl BoardError {
             Self::Run(error) => error.hint(),
             Self::Output(error) => error.hint(),
             Self::Tool(error) => error.hint(),
+            Self::NoCheckout { .. } => Some(
+                "run the command in a checkout of the project; or give `instructions` and `pil` a program that is built \
+                 already, --elf FILE, and `filters` --host-only"
+                    .to_owned(),
+            ),
             Self::Listing(_) => {
                 Some("`firmware/build.sh instructions` builds the program that prints them".to_owned())
             }
