@@ -4,6 +4,7 @@ mod error;
 pub mod instructions;
 pub mod pil;
 pub mod size;
+#[cfg(feature = "telemetry")]
 pub mod telemetry;
 
 pub use error::BoardError;

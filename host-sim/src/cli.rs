@@ -14,6 +14,8 @@ mod open_loop;
 mod publication;
 mod readers;
 mod results;
+#[cfg(feature = "telemetry")]
+mod telemetry;
 mod twin;
 
 pub use error::CommandError;

@@ -26,6 +26,14 @@ pub enum CommandError {
     /// Another program gave no answer.
     #[error(transparent)]
     Tool(#[from] ToolError),
+    /// Something that this command was built without.
+    #[error("{what} is not built into this command")]
+    LeftOut {
+        /// What was asked for.
+        what: &'static str,
+        /// The feature of the crate that builds it in.
+        feature: &'static str,
+    },
     /// The result cannot be given out.
     #[error(transparent)]
     Output(#[from] OutputError),
@@ -40,6 +48,9 @@ impl CommandError {
             Self::Study(error) => error.hint(),
             Self::Board(error) => error.hint(),
             Self::Tool(error) => error.hint(),
+            Self::LeftOut { feature, .. } => {
+                Some(format!("build it with the feature: `cargo run --release --features {feature} -- ...`"))
+            }
             Self::Output(error) => error.hint(),
         }
     }

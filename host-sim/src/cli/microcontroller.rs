@@ -5,15 +5,15 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 
+#[cfg(feature = "telemetry")]
+use super::telemetry;
 use super::{Format, SceneArgs};
 use crate::board::BoardError;
 use crate::board::instructions::{self, Board, Listing};
 use crate::board::pil;
 use crate::board::size;
-use crate::board::telemetry::{Dictionary, Reader, Record};
 use crate::cli::CommandError;
-use crate::report::OutputError;
-use crate::report::files::{self, OutputFolder};
+use crate::report::files;
 use crate::scene::Scene;
 
 #[derive(Debug, Args)]
@@ -86,7 +86,8 @@ pub(super) struct PilArgs {
     /// What carries the frames between host and firmware
     #[arg(long, value_enum, default_value_t)]
     link: pil::Link,
-    /// Decode the program's log (defmt), and write it beside the truth: telemetry.csv and telemetry.svg
+    /// Decode the program's log (defmt), and write it beside the truth: telemetry.csv and telemetry.svg. Only in a
+    /// command that is built with the feature `telemetry`
     #[arg(long, value_name = "FOLDER")]
     telemetry: Option<PathBuf>,
     /// How to print the result
@@ -98,16 +99,16 @@ pub(super) struct PilArgs {
 
 impl PilArgs {
     pub(super) fn execute(&self) -> Result<(), CommandError> {
+        if self.telemetry.is_some() && cfg!(not(feature = "telemetry")) {
+            return Err(CommandError::LeftOut { what: "pil --telemetry", feature: "telemetry" });
+        }
         let scene = self.scene.load("pil", &[("position.to_deg", &self.to)])?;
         instructions::emulator::check()?;
         let elf = self.elf.clone().map_or_else(|| instructions::program::build("pil"), Ok)?;
-        let (run, log) = if let Some(folder) = &self.telemetry {
-            self.run_logged(&scene, &elf, folder)?
-        } else {
-            let mut processor = pil::Emulated::start(&elf, self.board, self.wiring(None))?;
-            let run = pil::run(&scene, &mut processor)?;
-            processor.finish()?;
-            (run, String::new())
+        let (run, log) = match &self.telemetry {
+            #[cfg(feature = "telemetry")]
+            Some(folder) => telemetry::run(&scene, &elf, self.board, self.link, folder)?,
+            _ => (self.run_alone(&scene, &elf)?, String::new()),
         };
         files::print(&match self.format {
             Format::Text => format!("{} (QEMU {})\n{run}{log}", self.board.processor(), self.board.machine()),
@@ -116,30 +117,13 @@ impl PilArgs {
         run.difference.map_or(Ok(()), |difference| Err(BoardError::from(difference).into()))
     }
 
-    fn wiring<'a>(&self, log: Option<&'a Path>) -> pil::Wiring<'a> {
-        pil::Wiring { link: self.link, log }
-    }
-
-    /// The run, its log beside the truth in `folder`, and what is to be said of that.
-    fn run_logged(
-        &self,
-        scene: &Scene,
-        elf: &Path,
-        folder: &Path,
-    ) -> Result<(pil::Run, String), CommandError> {
-        let dictionary = Dictionary::read(elf)?;
-        let output = OutputFolder::create(folder)?;
-        let mut record = Record::create(&folder.join("telemetry.csv"))?;
-        let unwritable = |source| OutputError::Unwritable { path: std::env::temp_dir(), source };
-        let log = tempfile::NamedTempFile::new().map_err(unwritable)?;
-        let mut reader = Reader::open(&dictionary, log.path())?;
-        let mut processor = pil::Emulated::start(elf, self.board, self.wiring(Some(log.path())))?;
-        let run = pil::run_with(scene, &mut processor, |moment| record.take(&reader.entries()?, moment))?;
+    /// The run without its log.
+    fn run_alone(&self, scene: &Scene, elf: &Path) -> Result<pil::Run, BoardError> {
+        let wiring = pil::Wiring { link: self.link, log: None };
+        let mut processor = pil::Emulated::start(elf, self.board, wiring)?;
+        let run = pil::run(scene, &mut processor)?;
         processor.finish()?;
-        let said = format!("{record}written            {}\n", folder.join("telemetry.{csv,svg}").display());
-        output.publish(&[("telemetry.svg".to_owned(), record.svg()?)])?;
-        record.publish()?;
-        Ok((run, said))
+        Ok(run)
     }
 }
 
