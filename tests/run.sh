@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# The one test command: installs what a bare Debian or Ubuntu machine with rustup's Rust lacks, then checks everything and stops at
-# the first failure.
+# The one test command: installs what a bare Debian or Ubuntu machine with rustup's Rust lacks, then checks everything
+# and stops at the first failure.
 #
 #   tests/run.sh          everything
 #   tests/run.sh quick    format, lints, unit tests and one closed loop
@@ -63,7 +63,8 @@ install_tools() {
     qemu-system-arm --version | sed -n 1p
 }
 
-# All that is for the microcontroller: its own profile has folders of its own, so that it is built while the host's code is linted.
+# All that is for the microcontroller: its own profile has folders of its own, so that it is built while the host's code
+# is linted.
 check_firmware() {
     local target=thumbv7em-none-eabihf
     firmware/build.sh
@@ -77,8 +78,9 @@ check_firmware() {
     fi
 }
 
-# Everything of the host is built once, in one profile, with the integrators of other crates beside the twin (`host-sim accuracy`).
-# The tests run by `cargo test`, which shares a run between the tests of a binary; cargo-nextest would repeat it for each of them.
+# Everything of the host is built once, in one profile, with the integrators of other crates beside the twin (`host-sim
+# accuracy`). The tests run by `cargo test`, which shares a run between the tests of a binary; cargo-nextest would
+# repeat it for each of them.
 features=(--features host-sim/peers)
 
 # The test harness tells how long each test takes only if it may use options that are not stable yet.
@@ -93,7 +95,8 @@ summary() {
     echo "== the ten slowest tests"
     sed -n 's/^test \([^ ]*\) .*ok <\([0-9.]*\)s>$/\2 \1/p' "$logs/tests" | sort -rn | head -n 10 |
         awk '{ printf "%8.1f s  %s\n", $1, $2 }'
-    awk '/^test result: ok/ { passed += $4; failed += $6 } END { print passed " passed, " failed " failed" }' "$logs/tests"
+    awk '/^test result: ok/ { passed += $4; failed += $6 } END { print passed " passed, " failed " failed" }' \
+        "$logs/tests"
     printf '%s: %d min %d s in all\n' "$lane" $((SECONDS / 60)) $((SECONDS % 60))
 }
 

@@ -1,11 +1,11 @@
 #!/usr/bin/env bash
-# Looks for what no fixed seed shows: property tests and fuzz targets from fresh seeds, in rotation, for as long as told. Then what takes
-# too long for tests/run.sh.
+# Looks for what no fixed seed shows: property tests and fuzz targets from fresh seeds, in rotation, for as long as
+# told. Then what takes too long for tests/run.sh.
 #
 #   tests/soak.sh [MINUTES]
 #
-# 60 minutes unless told otherwise; builds come on top. Prints each seed and, at a failure, the command that repeats it, and goes on
-# with the others. What it finds stays in out/soak. Exits with 1 if something failed.
+# 60 minutes unless told otherwise; builds come on top. Prints each seed and, at a failure, the command that repeats it,
+# and goes on with the others. What it finds stays in out/soak. Exits with 1 if something failed.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
@@ -134,14 +134,15 @@ fuzz_turn() {
     ((limit < fuzz_turn_s)) || limit=$fuzz_turn_s
     log=$found/fuzz-$target-$seed.log
     began=$SECONDS
-    fuzz run "$target" -- -seed="$seed" -max_total_time="$limit" -timeout=30 -print_final_stats=1 >"$log" 2>&1 || status=$?
+    fuzz run "$target" -- -seed="$seed" -max_total_time="$limit" -timeout=30 -print_final_stats=1 >"$log" 2>&1 ||
+        status=$?
     if ((status == 0)); then
         rm "$log"
     else
         result=failed
+        local command="RUSTC_BOOTSTRAP=1 cargo fuzz run --fuzz-dir tests/fuzz --sanitizer none $target"
         artifact=$(sed -n 's/.*Test unit written to \(.*\)$/\1/p' "$log" | tail -n 1)
-        failed "fuzz target $target, seed $seed" "$log" \
-            "RUSTC_BOOTSTRAP=1 cargo fuzz run --fuzz-dir tests/fuzz --sanitizer none $target ${artifact:--- -seed=$seed}"
+        failed "fuzz target $target, seed $seed" "$log" "$command ${artifact:--- -seed=$seed}"
     fi
     note "fuzz $target" "$seed" $((SECONDS - began)) "$result"
 }

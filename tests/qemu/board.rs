@@ -133,7 +133,8 @@ fn tool_board_survives_a_flood_in_time() {
     assert_eq!(counters.overruns, 0, "{counters:?}");
 }
 
-/// A filter is built when it is configured, in double precision, beside the interrupts: that takes a slow processor long, but is no hang.
+/// A filter is built when it is configured, in double precision, beside the interrupts: that takes a slow processor
+/// long, but is no hang.
 #[test]
 fn tool_board_builds_any_filter_before_the_watchdog_loses_patience() {
     for filter in [FilterKind::ConstantRate, FilterKind::ImpactAided, FilterKind::Twin] {
@@ -141,8 +142,8 @@ fn tool_board_builds_any_filter_before_the_watchdog_loses_patience() {
     }
 }
 
-/// K9: a processor of 2,500 instructions a tick does what the loop takes, but not a flood of questions besides: ten deadlines in a row are missed, and the board
-/// says so, is off, and stays off until a stop.
+/// K9: a processor of 2,500 instructions a tick does what the loop takes, but not a flood of questions besides: ten
+/// deadlines in a row are missed, and the board says so, is off, and stays off until a stop.
 #[test]
 fn tool_board_that_misses_its_deadlines_switches_off() {
     let mut board = Board::start_slower(None, 2);
@@ -180,7 +181,8 @@ fn tool_board_obeys_no_damaged_frame() {
         board.send(&spoilt);
     }
     let after = board.counters();
-    // A bit that makes a zero cuts the frame in two, both damaged, or at its beginning takes nothing but an empty one from it.
+    // A bit that makes a zero cuts the frame in two, both damaged, or at its beginning takes nothing but an empty one
+    // from it.
     let damaged = u32::try_from(bits).expect("small");
     assert!((damaged..=damaged + zeros).contains(&(after.damaged - before.damaged)), "{after:?}");
     assert_eq!(
@@ -190,7 +192,8 @@ fn tool_board_obeys_no_damaged_frame() {
     );
 }
 
-/// L6: a board that has started anew, as the watchdog makes it, knows neither the session nor the configuration, and says so.
+/// L6: a board that has started anew, as the watchdog makes it, knows neither the session nor the configuration, and
+/// says so.
 #[test]
 fn tool_board_that_starts_anew_knows_no_session() {
     let mut board = Board::start(None);

@@ -1,7 +1,8 @@
 //! `host-sim instructions` against the counts that were reviewed, `instructions.m4.json` and `instructions.m7.json`.
 //!
-//! The emulator counts exactly, so with the compiler that the reviewed counts name they may differ by [`MARGIN`] only, which is what the
-//! counting program's own layout moves. Another compiler makes other instructions of the same source: then by [`OTHER_COMPILER_MARGIN`].
+//! The emulator counts exactly, so with the compiler that the reviewed counts name they may differ by [`MARGIN`] only,
+//! which is what the counting program's own layout moves. Another compiler makes other instructions of the same source:
+//! then by [`OTHER_COMPILER_MARGIN`].
 
 use std::path::Path;
 use std::process::Output;
@@ -108,7 +109,8 @@ fn exact_margins() {
     assert_eq!(differs(fewer), 1);
 }
 
-/// Without an emulator, with a program that prints something else, and with a file that is no program: one line and exit code 2.
+/// Without an emulator, with a program that prints something else, and with a file that is no program: one line and
+/// exit code 2.
 #[test]
 fn tool_instructions_that_cannot_be_counted_are_refused_in_one_line() {
     let folder = tempfile::tempdir().expect("a temporary folder");

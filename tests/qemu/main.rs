@@ -1,5 +1,5 @@
-//! The microcontroller's programs, built for it and run on an emulated one: the bits against the same code on the host, the instructions
-//! against counts that were reviewed, the loop with the simulated motor.
+//! The microcontroller's programs, built for it and run on an emulated one: the bits against the same code on the host,
+//! the instructions against counts that were reviewed, the loop with the simulated motor.
 
 mod board;
 mod instructions;
@@ -30,8 +30,8 @@ fn host_sim() -> Command {
     without_unstable_options(env!("CARGO_BIN_EXE_host-sim-under-test"))
 }
 
-/// A command that builds as outside the tests: `tests/run.sh` lets their harness use options that are not stable, with which cargo would
-/// build everything anew.
+/// A command that builds as outside the tests: `tests/run.sh` lets their harness use options that are not stable, with
+/// which cargo would build everything anew.
 fn without_unstable_options(program: &str) -> Command {
     let mut command = Command::new(program);
     command.env_remove("RUSTC_BOOTSTRAP");

@@ -126,8 +126,8 @@ fn scene(sets: &[&str]) -> Scene {
     Scene::load(None, &sets).expect("settings within bounds")
 }
 
-/// What the firmware logs is what the host computes at the same tick, to the last bit; the truth beside it is the plant's; and nothing comes oftener than
-/// it may.
+/// What the firmware logs is what the host computes at the same tick, to the last bit; the truth beside it is the
+/// plant's; and nothing comes oftener than it may.
 #[test]
 fn dual_the_log_of_a_run_is_the_hosts_own_at_every_tick() {
     let folder = tempfile::tempdir().expect("a folder");
@@ -216,7 +216,8 @@ impl Processor for Noisy {
     }
 }
 
-/// L1, over the serial line: noise between the frames of every tick, and every tick is still the host's to the last bit.
+/// L1, over the serial line: noise between the frames of every tick, and every tick is still the host's to the last
+/// bit.
 #[test]
 fn tool_pil_over_a_noisy_serial_line() {
     let scene = scene(&["position.deadline_s=0.005"]);
@@ -259,7 +260,8 @@ impl Processor for Flipped {
     }
 }
 
-/// L9: where firmware and host disagree, the run ends and says at which step, in which field, with which bits, and of which seed.
+/// L9: where firmware and host disagree, the run ends and says at which step, in which field, with which bits, and of
+/// which seed.
 #[test]
 fn tool_pil_names_the_first_difference() {
     let board = Emulated::start(elf().as_ref(), Board::M4, Wiring::default()).expect("QEMU starts");

@@ -1,4 +1,5 @@
-//! `host-sim size`: the firmware fits its part, and its tasks can neither panic nor allocate nor fall back on software's double precision.
+//! `host-sim size`: the firmware fits its part, and its tasks can neither panic nor allocate nor fall back on
+//! software's double precision.
 
 use serde_json::Value;
 

@@ -1,5 +1,5 @@
-//! Nothing but the code of README and tutorials, which must compile and run. The system tests are in `system`, those on the
-//! emulated microcontroller in `qemu`.
+//! Nothing but the code of README and tutorials, which must compile and run. The system tests are in `system`, those on
+//! the emulated microcontroller in `qemu`.
 
 #[cfg(doctest)]
 #[doc = include_str!("../../README.md")]

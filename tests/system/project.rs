@@ -1,4 +1,5 @@
-//! The project's own text: which crate and which folder imports which, which Rust it needs, and what its documents name.
+//! The project's own text: which crate and which folder imports which, which Rust it needs, and what its documents
+//! name.
 
 mod law_imports;
 mod law_minimum_rust;

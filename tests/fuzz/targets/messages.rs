@@ -1,4 +1,5 @@
-//! Any messages and raw bytes to the program of the microcontroller, in any order: it answers with frames only, and never drives unless armed.
+//! Any messages and raw bytes to the program of the microcontroller, in any order: it answers with frames only, and
+//! never drives unless armed.
 
 #![no_main]
 

@@ -1,4 +1,5 @@
-//! `host-sim calibrate`: a gyroscope on the rotor, from the closed loop to the interval; what the command writes and refuses.
+//! `host-sim calibrate`: a gyroscope on the rotor, from the closed loop to the interval; what the command writes and
+//! refuses.
 
 use std::sync::OnceLock;
 
@@ -30,7 +31,8 @@ fn sixty() -> &'static (TempDir, Value) {
     })
 }
 
-/// Errors are those of the truth, and as large as the fit says. In 6 s random walk allows 3.7 deg/h of bias, and about 2.5e-3 / sqrt(2.25 (160^2 + 88^2) - (2.25 (160 - 88))^2 / 6) of the scale factor: 9.4 ppm.
+/// Errors are those of the truth, and as large as the fit says. In 6 s random walk allows 3.7 deg/h of bias, and about
+/// 2.5e-3 / sqrt(2.25 (160^2 + 88^2) - (2.25 (160 - 88))^2 / 6) of the scale factor: 9.4 ppm.
 #[test]
 fn tool_errors_are_as_large_as_stated() {
     let (_, object) = sixty();
@@ -56,7 +58,8 @@ fn tool_errors_are_as_large_as_stated() {
     assert_between(number(object, "correlation"), -0.9, 0.9, object);
 }
 
-/// The plan as it stands, a minute long: whatever the motor, 10 ppm are three standard deviations at least, near what the gyroscope's random walk allows; and the bias is known as well as ever.
+/// The plan as it stands, a minute long: whatever the motor, 10 ppm are three standard deviations at least, near what
+/// the gyroscope's random walk allows; and the bias is known as well as ever.
 #[test]
 fn tool_a_minute_tells_the_scale_factor_to_ten_ppm() {
     let folder = folder();
@@ -83,7 +86,8 @@ fn tool_a_minute_tells_the_scale_factor_to_ten_ppm() {
     assert_eq!(runs, 3);
 }
 
-/// One more ppm and one more deg/h in the gyroscope are one more in what is found, and nothing in the error: the rest of the noise is the same.
+/// One more ppm and one more deg/h in the gyroscope are one more in what is found, and nothing in the error: the rest
+/// of the noise is the same.
 #[test]
 fn exact_what_the_gyroscope_has_more_is_found() {
     let folder = folder();
@@ -118,7 +122,8 @@ fn exact_what_the_gyroscope_has_more_is_found() {
     }
 }
 
-/// Without noise and with a rotor that is known, there is nothing between the gyroscope and its errors but the reference.
+/// Without noise and with a rotor that is known, there is nothing between the gyroscope and its errors but the
+/// reference.
 #[test]
 fn law_a_gyroscope_with_less_noise_is_calibrated_better() {
     let of = |walk: &str| -> Calibrations {

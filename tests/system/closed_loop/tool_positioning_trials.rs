@@ -17,7 +17,7 @@ fn check_moves(degrees: f64, settle_max_s: f64) {
         let moved = json(folder.path(), &["position", "--to", &to, "--seed", &seed, "--format", "json"]);
         let what = format!("{to} degrees, seed {seed}");
         assert_between(number(&moved, "final_error_mdeg"), -WORST_MDEG, WORST_MDEG, &what);
-        // Three witnesses: the error, the angle and the target must agree, to the unit of an angle, 8.4e-5 milli-degrees.
+        // The error, the angle and the target must agree, to the unit of an angle, 8.4e-5 milli-degrees.
         let off_deg = number(&moved, "final_angle_true_deg") - number(&moved, "target_deg");
         assert_between(1e3 * off_deg - number(&moved, "final_error_mdeg"), -1e-4, 1e-4, &what);
         assert_between(number(&moved, "settle_time_s"), 1e-3, settle_max_s, &what);
@@ -72,8 +72,8 @@ fn tool_positioning_trials_are_the_same_on_any_number_of_threads() {
     assert!(number(&trials, "p95_mdeg") <= number(&trials, "p999_mdeg"));
 }
 
-/// A plant that takes longer steps at rest ends where it does in single steps: to a few thousandths of the turn by short
-/// bursts. A long walk of some motors is chaotic: a start that is rounded otherwise changes it by some percent.
+/// A plant that takes longer steps at rest ends where it does in single steps: to a few thousandths of the turn by
+/// short bursts. A long walk of some motors is chaotic: a start that is rounded otherwise changes it by some percent.
 #[test]
 fn dual_a_plant_with_longer_steps_at_rest_is_the_same_plant() {
     use host_sim::{Scene, world::plant::Plant};
@@ -116,7 +116,8 @@ fn dual_a_plant_with_longer_steps_at_rest_is_the_same_plant() {
     }
 }
 
-/// A cell of each family and a cruise, identified again from fewer motors: the same within four standard errors of both.
+/// A cell of each family and a cruise, identified again from fewer motors: the same within four standard errors of
+/// both.
 #[test]
 fn dual_the_compiled_response_map_is_what_the_plant_does() {
     use controller::response_map::{CRUISES, Family};
@@ -205,14 +206,16 @@ fn tool_outliers_of_the_camera_are_survived() {
     check_survived(&["camera.outlier_probability=0.02"]);
 }
 
-/// One vibrometer sample in a thousand wrong by 0.1 m/s: two hundred a second, which hide neither that the rotor lies still nor for how long.
+/// One vibrometer sample in a thousand wrong by 0.1 m/s: two hundred a second, which hide neither that the rotor lies
+/// still nor for how long.
 #[test]
 fn tool_outliers_of_the_vibrometer_are_survived() {
     check_survived(&["ldv.outlier_probability=0.001"]);
     check_survived(&["ldv.outlier_probability=0.001", "position.to_deg=-2"]);
 }
 
-/// K5: both resonances, either way: off resonance by more than its width the stator swings less and the motor turns more slowly, which the bursts teach.
+/// K5: both resonances, either way: off resonance by more than its width the stator swings less and the motor turns
+/// more slowly, which the bursts teach.
 #[test]
 fn tool_resonances_that_have_drifted_by_a_percent_are_survived() {
     check_survived(&["motor.mode_b.frequency_hz=6363", "motor.mode_c.frequency_hz=7534"]);
@@ -246,7 +249,8 @@ fn tool_a_dead_mode_is_told_from_a_dead_drive() {
     }
 }
 
-/// A motor of the 10,000 that turns counter-clockwise at a sixth of the map's rate, now and then not at all: slow, not stuck.
+/// A motor of the 10,000 that turns counter-clockwise at a sixth of the map's rate, now and then not at all: slow, not
+/// stuck.
 #[test]
 fn tool_a_slow_motor_arrives() {
     let moved = faulty("8492", &["position.to_deg=-359.707825", "position.tolerance_deg=0.0005"]);
@@ -279,7 +283,8 @@ fn tool_a_camera_lost_for_good_ends_the_move_in_time() {
     check_stopped(&lost, "TimedOut", 0.2);
 }
 
-/// Without a vibrometer nothing tells that the rotor lies still: silent from the start, or from the middle of the cruise on.
+/// Without a vibrometer nothing tells that the rotor lies still: silent from the start, or from the middle of the
+/// cruise on.
 #[test]
 fn tool_a_vibrometer_silent_for_good_ends_the_move_in_time() {
     for from in ["ldv.lost_from_s=0", "ldv.lost_from_s=0.05"] {
@@ -287,7 +292,8 @@ fn tool_a_vibrometer_silent_for_good_ends_the_move_in_time() {
     }
 }
 
-/// Rates clockwise and counter-clockwise. The angle follows its reference to some 2.5 degrees at 600 deg/s, so a mean over 20 s is good to 0.03 %, one standard deviation: 0.1 % is what is promised.
+/// Rates clockwise and counter-clockwise. The angle follows its reference to some 2.5 degrees at 600 deg/s, so a mean
+/// over 20 s is good to 0.03 %, one standard deviation: 0.1 % is what is promised.
 #[test]
 fn tool_rates_are_held() {
     for deg_s in ["600", "50", "-40"] {
@@ -306,7 +312,8 @@ fn tool_a_rate_is_held_both_ways() {
     let both_ways = ["--profile", "both_ways", "--duration", "12", "--seed", "3", "--format", "json"];
     let folder = folder();
     let held = json(folder.path(), &[&["rate", "--deg-s", "60"], &both_ways[..]].concat());
-    // Two steps, 30 and 60 deg/s, for the same time; of 12 s five rests of 0.25 s and four starts of 0.25 s are left out.
+    // Two steps, 30 and 60 deg/s, for the same time; of 12 s five rests of 0.25 s and four starts of 0.25 s are left
+    // out.
     assert_between(number(&held, "asked_deg_s"), 44.99, 45.01, &held);
     assert_between(number(&held, "measured_s"), 9.74, 9.76, &held);
     assert_between(number(&held, "mean_error_percent"), -0.4, 0.4, &held);
@@ -316,7 +323,8 @@ fn tool_a_rate_is_held_both_ways() {
     assert!(refused.status.code() == Some(2) && said.contains("rate.duration_s"), "{said}");
 }
 
-/// What is beyond a motor is said to be, and what it does then is what it reaches: half a second of 5 % scatter at most.
+/// What is beyond a motor is said to be, and what it does then is what it reaches: half a second of 5 % scatter at
+/// most.
 #[test]
 fn dual_a_motor_asked_for_too_much_turns_at_what_it_reaches() {
     for (deg_s, field) in [("1100", "clockwise_deg_s"), ("-400", "counter_clockwise_deg_s")] {

@@ -72,8 +72,8 @@ fn tool_every_figure_is_there() {
     assert!(note.as_str().is_some_and(|note| note.contains("--features peers")), "{note}");
 }
 
-/// A first impact at the end of its step is late by some 0.6 steps, root mean square of what is spread evenly over one; a located one is off by
-/// the sixth order of the step.
+/// A first impact at the end of its step is late by some 0.6 steps, root mean square of what is spread evenly over one;
+/// a located one is off by the sixth order of the step.
 #[test]
 fn tool_errors_fall_with_the_step() {
     let (_, report) = quick();

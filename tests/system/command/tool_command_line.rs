@@ -5,7 +5,8 @@ use serde_json::Value;
 use crate::support::built_command::{folder, json, number, refuses, run, succeeds};
 use crate::support::closeness::assert_between;
 
-/// The documented fields, with values that the model is known to give: bands of six standard deviations of a run of two seconds.
+/// The documented fields, with values that the model is known to give: bands of six standard deviations of a run of two
+/// seconds.
 #[test]
 fn tool_simulate_reports_plausible_figures_as_json() {
     let folder = folder();

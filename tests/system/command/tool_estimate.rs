@@ -66,8 +66,9 @@ fn tool_every_filter_has_every_figure_of_every_phase() {
     }
 }
 
-/// Frames from before and after an instant tell more of it than those before: a third less error at least, in motion; and no filter that hears impacts is believed while it is wrong
-/// for more than a thousandth of the time. The camera alone sees a landing a frame too late: half a hundredth.
+/// Frames from before and after an instant tell more of it than those before: a third less error at least, in motion;
+/// and no filter that uses impacts is believed while it is wrong for more than a thousandth of the time. The camera
+/// alone sees a landing a frame too late: half a hundredth.
 #[test]
 fn law_hindsight_is_better_and_health_is_true() {
     let (_, rows) = three();
@@ -85,7 +86,8 @@ fn law_hindsight_is_better_and_health_is_true() {
     }
 }
 
-/// Nobody who has to infer the kicks knows the angle better than who is told them, and the better one is told, the better one knows.
+/// Nobody who has to infer the kicks knows the angle better than who is told them, and the better one is told, the
+/// better one knows.
 #[test]
 fn law_the_genie_is_a_bound() {
     let (_, rows) = three();
@@ -106,8 +108,9 @@ fn law_the_genie_is_a_bound() {
     }
 }
 
-/// A genie's model is the truth, so its errors and innovations are as large as it says. Kicks known to 10 % decorrelate within milliseconds, so half a
-/// second of three motors is hundreds of independent errors; some 15,000 innovations have a mean square known to 1.2 %.
+/// A genie's model is the truth, so its errors and innovations are as large as it says. Kicks known to 10 % decorrelate
+/// within milliseconds, so half a second of three motors is hundreds of independent errors; some 15,000 innovations
+/// have a mean square known to 1.2 %.
 #[test]
 fn law_inexact_genies_are_consistent() {
     let (_, rows) = three();
@@ -121,8 +124,9 @@ fn law_inexact_genies_are_consistent() {
     }
 }
 
-/// The two-state filter's steady error of 13 and 7 milli-degrees at the frame (its own module head), and what a rate that is off by 1.3 and
-/// 0.6 rad/s adds over the 100 to 200 us since: 11 and 5 milli-degrees and more, since both errors go together.
+/// The two-state filter's steady error of 13 and 7 milli-degrees at the frame (its own module head), and what a rate
+/// that is off by 1.3 and 0.6 rad/s adds over the 100 to 200 us since: 11 and 5 milli-degrees and more, since both
+/// errors go together.
 #[test]
 fn tool_constant_rate_is_as_good_as_its_design() {
     let (_, rows) = three();
@@ -153,7 +157,8 @@ fn tool_the_table_and_the_picture_are_written() {
     assert_eq!(read("result/table.csv").lines().count(), 1 + rows.len());
 }
 
-/// The instruments' imperfections reach the filters: half of the frames lost costs accuracy, stamps off by 100 us cost more than that.
+/// The instruments' imperfections reach the filters: half of the frames lost costs accuracy, stamps off by 100 us cost
+/// more than that.
 #[test]
 fn tool_the_scene_s_instruments_are_used() {
     let (_, good) = three();

@@ -1,4 +1,5 @@
-//! `host-sim filters`: every filter in every variant, what it costs and how far it is off; what the command writes and refuses.
+//! `host-sim filters`: every filter in every variant, what it costs and how far it is off; what the command writes and
+//! refuses.
 
 use std::sync::OnceLock;
 
@@ -61,7 +62,8 @@ fn tool_every_variant_has_its_error_and_its_cost() {
                     let tick = 0.1 * frame + 1e-5 * rate_hz * sample + prediction;
                     assert_between(number(ns, "tick") / tick, 1.0 - 1e-9, 1.0 + 1e-9, row);
                 }
-                // The same frames and samples: what differs is rounding, and where the twin decides - which pair, stick or slip - what rounding decides.
+                // The same frames and samples: what differs is rounding, and where the twin decides - which pair, stick
+                // or slip - what rounding decides.
                 let ratio = number(single, "rms_angle_mdeg") / number(double, "rms_angle_mdeg");
                 let most = if filter == "twin" { 1.15 } else { 1.03 };
                 assert_between(ratio, 1.0 / most, most, single);
@@ -71,7 +73,8 @@ fn tool_every_variant_has_its_error_and_its_cost() {
     assert_eq!(rows.len(), host_sim::runs::filter::FILTERS.len() * 2 * 3 * 2);
 }
 
-/// The camera alone does not care how often the vibrometer samples, and who hears impacts is better off with more samples.
+/// The camera alone does not care how often the vibrometer samples, and a filter that uses impacts is better off with
+/// more samples.
 #[test]
 fn law_more_samples_help_who_listens() {
     let (_, rows) = two();

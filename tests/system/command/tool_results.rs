@@ -1,4 +1,5 @@
-//! `host-sim results`: pages written whole, with the figures that the studies' own commands give; what has changed is told.
+//! `host-sim results`: pages written whole, with the figures that the studies' own commands give; what has changed is
+//! told.
 
 use serde_json::Value;
 
@@ -44,7 +45,8 @@ fn tool_the_page_on_calibration_says_what_the_calibrations_say() {
     assert!(page.contains(&format!("In 6 s the scale factor is found to {rms:.2} ppm rms")), "{rms}: {page}");
 }
 
-/// A page is as written, times and white space aside, until a figure differs: then the place is named and nothing is written.
+/// A page is as written, times and white space aside, until a figure differs: then the place is named and nothing is
+/// written.
 #[test]
 fn tool_a_page_that_has_changed_is_told() {
     let folder = folder();

@@ -96,8 +96,8 @@ impl<T: Real, const N: usize> Pair<T, N> {
     }
 }
 
-/// Bierman's example: `h = [1, e]` and then `[1, 1]` with e^2 lost to rounding, at a variance of 1 / e^2. The conventional form ends with a
-/// negative variance; here Joseph's still holds.
+/// Bierman's example: `h = [1, e]` and then `[1, 1]` with e^2 lost to rounding, at a variance of 1 / e^2. The
+/// conventional form ends with a negative variance; here Joseph's still holds.
 #[test]
 fn dual_ill_conditioned_updates_stay_definite() {
     let e = 2.0_f64.powi(-13);
@@ -170,8 +170,8 @@ fn assert_spans_decades<T: Real>(bound: f64) {
     assert!(pair.distance() < bound, "{:e}", pair.distance());
 }
 
-/// Start variances of 1e-12 to 1e12, sensors of 1e-14 to 1e10 in turn, no process noise: standard errors thirteen decades apart, so that `f32` can
-/// say no more than that all is positive.
+/// Start variances of 1e-12 to 1e12, sensors of 1e-14 to 1e10 in turn, no process noise: standard errors thirteen
+/// decades apart, so that `f32` can say no more than that all is positive.
 #[test]
 fn dual_variances_twenty_four_decades_apart() {
     assert_spans_decades::<f64>(1e-11);
@@ -244,9 +244,10 @@ fn drift<T: Real>(f: &Matrix2<f64>, doublings: u32) -> f64 {
     distance(&p.covariance(), &exact.covariance())
 }
 
-/// A billion predictions without noise or measurement. A million (2^20) are made one by one and compared with the exact power of the transition, from
-/// twenty squarings in 200 bits; so are 2^16, and the error has grown no faster than the count. A billion (2^30) are then within 2^10 times the error of
-/// a million, and the thirty squarings in one map are what the factors carry at once.
+/// A billion predictions without noise or measurement. A million (2^20) are made one by one and compared with the exact
+/// power of the transition, from twenty squarings in 200 bits; so are 2^16, and the error has grown no faster than the
+/// count. A billion (2^30) are then within 2^10 times the error of a million, and the thirty squarings in one map are
+/// what the factors carry at once.
 #[test]
 fn dual_a_billion_predictions_drift_by_rounding_only() {
     // Nearly a rotation: over 2^30 steps the determinant's rounding changes the scale by 1e-7.
@@ -290,7 +291,7 @@ fn assert_refuses<T: Real, const N: usize>(huge: f64, denormal: f64) {
     let nothing = SVector::zeros();
     assert_eq!(p.update(&nothing, T::zero(), T::one(), &mut x), Err(Refusal::Certain));
     assert_eq!((p, x), before);
-    // A denormal measurement is a measurement like any other, and so is a large one within reach.
+    // A denormal measurement is a measurement like any other, and so is a large one within range.
     for innovation in [denormal, -denormal, huge.sqrt() * 1e-3] {
         let correction = p.update(&row, T::one(), T::from_f64(innovation), &mut x).expect("a measurement");
         assert!(correction.normalised_squared.to_f64().is_finite());
@@ -306,7 +307,8 @@ fn law_measurements_that_are_no_numbers_change_nothing() {
     assert_refuses::<f32, 6>(1e30, 1e-45);
 }
 
-/// A perfect measurement takes one direction out of P; a second of the same is refused as certain; noise brings the direction back.
+/// A perfect measurement takes one direction out of P; a second of the same is refused as certain; noise brings the
+/// direction back.
 #[test]
 fn exact_perfect_measurements_leave_a_semidefinite_covariance() {
     let mut p = UdCovariance::<f64, 2>::from_diagonal(&Vector2::new(1.0, 4.0));
@@ -331,7 +333,8 @@ fn exact_perfect_measurements_leave_a_semidefinite_covariance() {
     assert!(p.covariance().iter().all(|entry| entry.is_finite()));
 }
 
-/// A saltation matrix that forgets one combination of states: the transform is singular, the covariance semidefinite, and nothing is NaN.
+/// A saltation matrix that forgets one combination of states: the transform is singular, the covariance semidefinite,
+/// and nothing is NaN.
 #[test]
 fn exact_a_singular_map_is_carried() {
     let map = SMatrix::<f64, 3, 3>::new(1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.5, 2.0, 1.0);
@@ -416,7 +419,8 @@ fn correlation<const N: usize>(p: &SMatrix<f64, N, N>) -> SMatrix<f64, N, N> {
 proptest! {
     #![proptest_config(ProptestConfig { cases: 64, ..ProptestConfig::default() })]
 
-    /// Random systems, every shape of transition: definite, symmetric to the bit, and off by rounding times the root of the condition only.
+    /// Random systems, every shape of transition: definite, symmetric to the bit, and off by rounding times the root of
+    /// the condition only.
     #[test]
     fn dual_random_systems_agree_to_rounding(scenario in scenario()) {
         let (single, double) = (scenario.worst::<f32>(), scenario.worst::<f64>());

@@ -1,4 +1,5 @@
-//! What the camera may do wrong, and what every filter makes of it: each fault after 100 ms of good frames in mode B, unless it says otherwise.
+//! What the camera may do wrong, and what every filter makes of it: each fault after 100 ms of good frames in mode B,
+//! unless it says otherwise.
 
 use estimator::{CameraFrame, Health, Reason, Rejection, Verdict};
 use host_sim::runs::filter::FILTERS;
@@ -52,7 +53,8 @@ fn law_a_single_jump_is_refused() {
     assert_never_false(&looks);
 }
 
-/// E4: frames twenty degrees off from now on are refused, within 0.5 ms the estimate is not to be used, and after 20 frames it begins anew where they say.
+/// E4: frames twenty degrees off from now on are refused, within 0.5 ms the estimate is not to be used, and after 20
+/// frames it begins anew where they say.
 #[test]
 fn law_a_constant_error_is_believed_after_twenty_frames_and_not_in_silence() {
     let mut bench =
@@ -66,7 +68,8 @@ fn law_a_constant_error_is_believed_after_twenty_frames_and_not_in_silence() {
     }
 }
 
-/// E5: half of the frames lost for good. All that arrive are used, and the health never says more than that some are missing.
+/// E5: half of the frames lost for good. All that arrive are used, and the health never says more than that some are
+/// missing.
 #[test]
 fn law_every_other_frame_suffices() {
     let looks = settled(&["camera.drop_probability=0.5"]).run(B, 200, NONE);
@@ -74,8 +77,9 @@ fn law_every_other_frame_suffices() {
     assert!(!looks.iter().any(|look| look.verdict == Some(Verdict::Restarted)));
 }
 
-/// E5: no frame for 1 ms: said within 0.4 ms, the variance grows, and the next frames are used without a new start. For 1 s: not to be used within 20 ms, by the twin 200 ms, not wrong unawares,
-/// and good again within 10 ms of the first frame.
+/// E5: no frame for 1 ms: said within 0.4 ms, the variance grows, and the next frames are used without a new start. For
+/// 1 s: not to be used within 20 ms, by the twin 200 ms, not wrong without saying so, and good again within 10 ms of
+/// the first frame.
 #[test]
 fn law_outages_are_told_and_overcome() {
     let mut bench = settled(&[]);
@@ -101,8 +105,8 @@ fn law_outages_are_told_and_overcome() {
     }
 }
 
-/// E6: the last picture for ever, while the rotor turns. Found within 2.2 ms, its frames taken back and refused; good again when pictures change, or a new start if it
-/// took long.
+/// E6: the last picture for ever, while the rotor turns. Found within 2.2 ms, its frames taken back and refused; good
+/// again when pictures change, or a new start if it took long.
 #[test]
 fn law_a_stuck_camera_is_found_and_its_frames_taken_back() {
     let mut bench = settled(&["camera.fault=stuck", "camera.fault_from_s=0.1", "camera.fault_until_s=0.12"]);
@@ -120,7 +124,8 @@ fn law_a_stuck_camera_is_found_and_its_frames_taken_back() {
     }
 }
 
-/// E7: 2 to 50 ms of latency, and frames that come up to 2 ms late beside it: all are fused at their exposure, none is beyond the lag, and nobody is wrong unawares.
+/// E7: 2 to 50 ms of latency, and frames that come up to 2 ms late beside it: all are fused at their exposure, none is
+/// beyond the lag, and no filter is wrong without saying so.
 #[test]
 fn law_late_frames_are_fused_where_they_belong() {
     for latency in ["camera.latency_frames=20", "camera.latency_frames=50", "camera.latency_frames=500"] {
@@ -132,7 +137,8 @@ fn law_late_frames_are_fused_where_they_belong() {
     }
 }
 
-/// E8: stamps ten milliseconds ahead are refused, those of a dozen frames change nothing, and the next good one is used.
+/// E8: stamps ten milliseconds ahead are refused, those of a dozen frames change nothing, and the next good one is
+/// used.
 #[test]
 fn law_frames_from_the_future_are_refused() {
     let mut bench = settled(&[]);
@@ -176,8 +182,8 @@ fn law_noise_beyond_what_is_assumed_is_told() {
     }
 }
 
-/// E13: every frame wrong by up to half a degree, 17 times the noise that is assumed: what is made of that is worth nothing, but it is told for as long as it lasts, and
-/// the estimate is good again within 20 ms of its end.
+/// E13: every frame wrong by up to half a degree, 17 times the noise that is assumed: what is made of that is worth
+/// nothing, but it is told for as long as it lasts, and the estimate is good again within 20 ms of its end.
 #[test]
 fn law_a_time_of_noise_is_told_and_overcome() {
     let noise: Faults = (|_, frame| Some(turned(frame, part_drawn(&frame) - 0.5)), NONE.1);
@@ -215,7 +221,8 @@ fn law_outliers_are_borne() {
     }
 }
 
-/// E14: a fifth of all frames outliers of 0.7 degrees: at most twice the error of a clean run by every filter, and never a new start.
+/// E14: a fifth of all frames outliers of 0.7 degrees: at most twice the error of a clean run by every filter, and
+/// never a new start.
 #[test]
 fn law_a_fifth_of_outliers_is_borne() {
     for (command, clean) in driven_clean() {
@@ -228,7 +235,8 @@ fn law_a_fifth_of_outliers_is_borne() {
     }
 }
 
-/// E14: four wrong frames in a row of every twenty, heavy-tailed (Cauchy's law, half of them beyond 0.3 degrees): at most three times the error of a clean run.
+/// E14: four wrong frames in a row of every twenty, heavy-tailed (Cauchy's law, half of them beyond 0.3 degrees): at
+/// most three times the error of a clean run.
 #[test]
 fn law_bursts_of_heavy_tailed_outliers_are_borne() {
     let bursts: Faults = (
@@ -264,8 +272,9 @@ fn assert_rms_at_most(factor: f64, clean: &[(&'static str, f64)], looks: &[Look]
     }
 }
 
-/// E7, E8: frames that arrive up to 2 ms late and in any order leave the estimate that the same frames leave in theirs: to a hundredth of a standard deviation without
-/// vibrometer or with its impacts. The twin amends its last strike as long as the frame after it has not come; so its estimate depends on when it came, by less than half of one.
+/// E7, E8: frames that arrive up to 2 ms late and in any order leave the estimate that the same frames leave in theirs:
+/// to a hundredth of a standard deviation without vibrometer or with its impacts. The twin amends its last strike as
+/// long as the frame after it has not come; so its estimate depends on when it came, by less than half of one.
 #[test]
 fn law_the_order_of_arrival_makes_no_difference() {
     let errors = |sets: &[&str]| -> Vec<(&'static str, f64)> {
@@ -282,7 +291,8 @@ fn law_the_order_of_arrival_makes_no_difference() {
     }
 }
 
-/// E20: a motor that differs from the nominal one by more than any drawn one does: half the Q of mode B, a resonance 2 % off, a deader impact, more friction. Nobody is wrong unawares.
+/// E20: a motor that differs from the nominal one by more than any drawn one does: half the Q of mode B, a resonance 2
+/// % off, a deader impact, more friction. No filter is wrong without saying so.
 #[test]
 fn law_another_motor_costs_no_honesty() {
     for set in [
@@ -300,7 +310,8 @@ fn law_another_motor_costs_no_honesty() {
     }
 }
 
-/// E16: through a whole turn and more every turn is counted; ten frames that show another marker, a quarter or half a turn on, are refused.
+/// E16: through a whole turn and more every turn is counted; ten frames that show another marker, a quarter or half a
+/// turn on, are refused.
 #[test]
 fn law_turns_are_counted_and_another_marker_is_refused() {
     let mut bench = settled(&[]);
@@ -340,7 +351,8 @@ fn law_other_frame_rates_and_jitter_are_borne() {
     }
 }
 
-/// E19: the first frame of a rotor that turns at full rate: waiting before it, never wrong unawares after it, good within 5 ms.
+/// E19: the first frame of a rotor that turns at full rate: waiting before it, never wrong without saying so after it,
+/// good within 5 ms.
 #[test]
 fn law_a_start_in_motion_is_not_believed_too_soon() {
     let mut bench = Bench::new(&["camera.lost_until_s=0.1"]);
@@ -353,7 +365,8 @@ fn law_a_start_in_motion_is_not_believed_too_soon() {
     }
 }
 
-/// Exposure over the whole frame period: the stamp is that of its middle, and nothing is lost. Fused 50 us late the rate alone would be 30 milli-degrees.
+/// Exposure over the whole frame period: the stamp is that of its middle, and nothing is lost. Fused 50 us late the
+/// rate alone would be 30 milli-degrees.
 #[test]
 fn law_blur_costs_nothing_at_the_middle_of_the_exposure() {
     let sharp = rms_mdeg(&settled(&[]).run(B, 200, NONE));

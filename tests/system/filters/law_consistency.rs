@@ -1,7 +1,10 @@
-//! Whether the filters know how wrong they are: normalised errors and innovations, phase by phase, over drawn motors, with the camera's quantisation and without.
+//! Whether the filters know how wrong they are: normalised errors and innovations, phase by phase, over drawn motors,
+//! with the camera's quantisation and without.
 //!
-//! Every row is held to its own two-sided 95 % bounds, whose derivation minds how long errors are correlated ([`host_sim::studies::filter_errors::consistency`]). Of a filter's 24 rows so many may be outside
-//! by chance as of 24 throws of a twentieth: at most four, the upper 97.5 % point of the binomial law. A filter whose variances are scaled by 0.8 or 1.25 has seven outside at least.
+//! Every row is held to its own two-sided 95 % bounds, whose derivation accounts for how long errors are correlated
+//! ([`host_sim::studies::filter_errors::consistency`]). Of a filter's 24 rows so many may be outside by chance as of 24
+//! throws of a twentieth: at most four, the upper 97.5 % point of the binomial law. A filter whose variances are scaled
+//! by 0.8 or 1.25 has seven outside at least.
 
 use estimator::{AngleFilter as _, TrackTuning};
 use host_sim::Scene;
@@ -18,7 +21,8 @@ use motor_model::{DriveCommand, DriveMode};
 
 const MOTORS: u64 = 12;
 
-/// The default camera's 1 um of noise and 2 um of quantisation, and one without quantisation whose noise has the same variance: what the filters assume.
+/// The default camera's 1 um of noise and 2 um of quantisation, and one without quantisation whose noise has the same
+/// variance: what the filters assume.
 const CAMERAS: [(&str, &[(&str, &str)]); 2] = [
     ("quantised", &[]),
     ("continuous", &[("camera.resolution_m", "0"), ("camera.noise_m", "1.154700538e-6")]),
@@ -159,7 +163,8 @@ fn watched(motor: u64, drives: &[(DriveCommand, u64)], ticks: u64) -> Account {
     account
 }
 
-/// The mean normalised square of angle and rate together, that of the innovations, and the two-sided 95 % bounds of each.
+/// The mean normalised square of angle and rate together, that of the innovations, and the two-sided 95 % bounds of
+/// each.
 fn figures(accounts: &[Account]) -> [(&'static str, f64, (f64, f64)); 2] {
     let of = |what, of_run: fn(&Account) -> f64| {
         let means = accounts.iter().map(of_run);
@@ -169,7 +174,8 @@ fn figures(accounts: &[Account]) -> [(&'static str, f64, (f64, f64)); 2] {
     [of("ANEES", |account| account.normalised()[2]), of("NIS", |account| account.innovations().0)]
 }
 
-/// 40 motors, within both bounds. A noise between impacts where the rotor flies freely, and a camera's variance rounded up by 0.4 %, once left both figures below theirs in mode B.
+/// 40 motors, within both bounds. A noise between impacts where the rotor flies freely, and a camera's variance rounded
+/// up by 0.4 %, once left both figures below theirs in mode B.
 #[test]
 fn law_the_twin_knows_its_errors_in_steady_motion() {
     for command in [DriveMode::B, DriveMode::C].map(DriveCommand::full) {
@@ -181,7 +187,8 @@ fn law_the_twin_knows_its_errors_in_steady_motion() {
     }
 }
 
-/// 80 motors in the first 50 ms of a mode that takes over from the other: no surer than right. A reach of the teeth thought to be the same in both modes once left the errors 15 % above in mode B.
+/// 80 motors in the first 50 ms of a mode that takes over from the other: no surer than right. A contact radius of the
+/// teeth thought to be the same in both modes once left the errors 15 % above in mode B.
 #[test]
 fn law_the_twin_is_not_too_sure_after_a_reversal() {
     let [b, c] = [DriveMode::B, DriveMode::C].map(DriveCommand::full);
@@ -194,8 +201,9 @@ fn law_the_twin_is_not_too_sure_after_a_reversal() {
     }
 }
 
-/// 20 motors from rest under less than the full drive, down to where the rotor rides on the teeth: the twin may know its errors to be smaller than it says there, never larger. Before it
-/// told a ride from a bounce the errors in mode C at half the drive were four times what it said, in one motor eleven.
+/// 20 motors from rest under less than the full drive, down to where the rotor rides on the teeth: the twin may know
+/// its errors to be smaller than it says there, never larger. Before it told a ride from a bounce the errors in mode C
+/// at half the drive were four times what it said, in one motor eleven.
 #[test]
 fn law_the_twin_is_not_too_sure_at_any_drive() {
     for mode in [DriveMode::B, DriveMode::C] {

@@ -1,7 +1,8 @@
 //! Ten million steps of lightly damped modes under a nearly perfect sensor.
 //!
-//! The yardstick's covariance is the textbook's in 200 bits ([`PreciseFilter`]) until its gain stands still: from then on, by the model's
-//! constancy, it is that gain for good. Its state recursion runs in `f64` throughout, whose rounding is some 1e-8 of the figures judged here.
+//! The yardstick's covariance is the textbook's in 200 bits ([`PreciseFilter`]) until its gain stands still: from then
+//! on, by the model's constancy, it is that gain for good. Its state recursion runs in `f64` throughout, whose rounding
+//! is some 1e-8 of the figures judged here.
 #![expect(
     clippy::disallowed_methods,
     clippy::cast_precision_loss,
@@ -77,7 +78,8 @@ impl<const N: usize, const M: usize> Reference<N, M> {
                 gains.iter().zip(before).map(|(new, old)| (new - old).norm() / old.norm()).fold(0.0, f64::max)
             });
             steps.push((gains, filter.sigma()));
-            // Convergence is geometric with a ratio of about 1 - sqrt(Q / R): what is still to come is some 300 times the last move.
+            // Convergence is geometric with a ratio of about 1 - sqrt(Q / R): what is still to come is some 300 times
+            // the last move.
             if moved < 1e-14 {
                 return Self { steps };
             }
@@ -178,7 +180,8 @@ fn factors_are_positive<T: Real, const N: usize>(factors: &UdCovariance<T, N>) -
     factors.weights().iter().all(|&weight| weight > T::zero())
 }
 
-/// Root mean squares of the state's distance from the reference, and of that under exact gains, over the first steps of runs with other random numbers.
+/// Root mean squares of the state's distance from the reference, and of that under exact gains, over the first steps of
+/// runs with other random numbers.
 fn root_mean_squares<T: Real, const N: usize, const B: usize, const M: usize>(
     modes: &Modes<T, N, B, M>,
     reference: &Reference<N, M>,
@@ -195,11 +198,12 @@ fn root_mean_squares<T: Real, const N: usize, const B: usize, const M: usize>(
     squares.map(f64::sqrt)
 }
 
-/// Ten million steps of `T` from near rest, then a hundred thousand from an amplitude as large as the start variance allows, of every form.
+/// Ten million steps of `T` from near rest, then a hundred thousand from an amplitude as large as the start variance
+/// allows, of every form.
 ///
-/// Returned are the conventional and Joseph's form in the second run. There the state itself is too large for `f32` to hold to a
-/// hundredth of a standard error, so the factors are judged by what they add; and since the worst moment of one run is luck, by its root mean
-/// square over other runs ([`root_mean_squares`]), too.
+/// Returned are the conventional and Joseph's form in the second run. There the state itself is too large for `f32` to
+/// hold to a hundredth of a standard error, so the factors are judged by what they add; and since the worst moment of
+/// one run is luck, by its root mean square over other runs ([`root_mean_squares`]), too.
 fn assert_endures<T: Real, const N: usize, const B: usize, const M: usize>(
     start_over_r: f64,
     bound_sigma: f64,

@@ -1,7 +1,9 @@
-//! Faults of camera and vibrometer over four drawn motors, in both modes at full and at half drive: for none of them may a filter be wrong unawares.
+//! Faults of camera and vibrometer over four drawn motors, in both modes at full and at half drive: for none of them
+//! may a filter be wrong without saying so.
 //!
-//! Beside that (off by more than six standard deviations and a twentieth of a degree and called good, for at most 0.5 % of the time, and never beyond twelve: [`assert_hardly_false`]) each test bounds the
-//! error by that of the same motors without the fault, or by that of the filter that hears nothing, and says why.
+//! Beside that (off by more than six standard deviations and a twentieth of a degree and called good, for at most 0.5 %
+//! of the time, and never beyond twelve: [`assert_hardly_false`]) each test bounds the error by that of the same motors
+//! without the fault, or by that of the filter without a vibrometer, and says why.
 
 use std::sync::LazyLock;
 
@@ -57,7 +59,7 @@ fn assert_within(factor: f64, clean: &[(&'static str, f64)], looks: &[Look]) {
     }
 }
 
-/// No filter is worse than `factor` times the one that hears nothing.
+/// No filter is worse than `factor` times the one without a vibrometer.
 #[track_caller]
 fn assert_no_worse_than_deaf(factor: f64, looks: &[Look]) {
     let rms = rms_mdeg(looks);
@@ -75,9 +77,10 @@ fn share(looks: &[&Look], of: impl Fn(&Look) -> bool) -> f64 {
     share
 }
 
-/// E14: 0.1 % to 20 % of the vibrometer's samples wrong by 0.1 m/s, in bursts of four on average: whoever takes impacts from it says so, and then takes none. From a hundredth on that is so all of the
-/// time, and the filters are the one that hears nothing; at a thousandth, fifty bursts a second, there are times between them. Up to the first fall (half a frame's period on average) a wrong jump kicks the
-/// rate: a tenth of the error.
+/// E14: 0.1 % to 20 % of the vibrometer's samples wrong by 0.1 m/s, in bursts of four on average: whoever takes impacts
+/// from it says so, and then takes none. From a hundredth on that is so all of the time, and the filters are the one
+/// without a vibrometer; at a thousandth, fifty bursts a second, there are times between them. Up to the first fall
+/// (half a frame's period on average) a wrong jump kicks the rate: a tenth of the error.
 #[test]
 fn law_bursts_of_wrong_samples_are_told() {
     for (probability, least) in [("0.001", 0.6), ("0.01", 0.95), ("0.2", 0.999)] {
@@ -93,7 +96,7 @@ fn law_bursts_of_wrong_samples_are_told() {
     }
 }
 
-/// E14: one burst of ten wrong samples in a run: it is not heard for 50 ms, and no longer.
+/// E14: one burst of ten wrong samples in a run: it is not used for 50 ms, and no longer.
 #[test]
 fn law_a_burst_of_wrong_samples_costs_fifty_milliseconds() {
     let burst: Faults = (NONE.0, |_, sample| {
@@ -112,18 +115,19 @@ fn law_a_burst_of_wrong_samples_costs_fifty_milliseconds() {
     });
 }
 
-/// E14: 1 % to 20 % of the frames wrong by 0.7 degrees, in bursts of four on average. What a filter then calls good is as good as between single ones: at most 1.3 times the error of a clean run, 1.5 times by the filter whose gate is so
-/// wide that it lets in every fifth of them, and
-/// by up to fifteen standard deviations where two wrong frames lay within the gate of six before the third told. Where a fifth are wrong, four fifths of the time are not called good.
+/// E14: 1 % to 20 % of the frames wrong by 0.7 degrees, in bursts of four on average. What a filter then calls good is
+/// as good as between single ones: at most 1.3 times the error of a clean run, 1.5 times by the filter whose gate is so
+/// wide that it lets in every fifth of them, and by up to fifteen standard deviations where two wrong frames lay within
+/// the gate of six before the third told. Where a fifth are wrong, four fifths of the time are not called good.
 #[test]
 fn law_what_is_called_good_between_bursts_of_wrong_frames_is() {
     for (probability, least) in [("0.01", 0.02), ("0.05", 0.1), ("0.2", 0.8)] {
         let probability = format!("camera.outlier_probability={probability}");
         let sets = [probability.as_str(), "camera.outlier_burst_frames=4", "camera.outlier_m=5e-5"];
         within(15.0, &sets, NONE, |clean, looks| {
-            let (deaf, aided): (Vec<Look>, Vec<Look>) =
+            let (camera_only, aided): (Vec<Look>, Vec<Look>) =
                 good(looks).into_iter().partition(|look| look.name == "constant_rate");
-            assert_within(1.5, &clean[..1], &deaf);
+            assert_within(1.5, &clean[..1], &camera_only);
             assert_within(1.3, &clean[1..], &aided);
             for looks in by_filter(looks) {
                 let told = share(&looks, |look| !look.is_good());
@@ -133,8 +137,9 @@ fn law_what_is_called_good_between_bursts_of_wrong_frames_is() {
     }
 }
 
-/// E10: a third of the samples lost, or shown as zeros without a word: a jump is then up to two periods late, which costs at most 1.3 times the error. A third of the frames: the error
-/// of a rate that wanders grows as the interval to the power of 1.5, which is half as long again on average; of what is called good, for longer gaps are told.
+/// E10: a third of the samples lost, or shown as zeros without a word: a jump is then up to two periods late, which
+/// costs at most 1.3 times the error. A third of the frames: the error of a rate that wanders grows as the interval to
+/// the power of 1.5, which is half as long again on average; of what is called good, for longer gaps are told.
 #[test]
 fn law_a_third_lost_at_random_costs_as_much_as_a_lower_rate() {
     let zeros: Faults = (NONE.0, |_, sample| {
@@ -176,8 +181,9 @@ fn is_drawn(span: u64, part: u64, parts: u32) -> bool {
     drawn == part
 }
 
-/// E18: samples and frames at times that scatter over the whole of their period, truthfully stamped: one of five of a faster vibrometer's and one of ten of a faster camera's, drawn for each period. Intervals
-/// are as long on average, and up to twice as long: at most 1.2 times the error.
+/// E18: samples and frames at times that scatter over the whole of their period, truthfully stamped: one of five of a
+/// faster vibrometer's and one of ten of a faster camera's, drawn for each period. Intervals are as long on average,
+/// and up to twice as long: at most 1.2 times the error.
 #[test]
 fn law_irregular_times_cost_little() {
     let samples: Faults = (NONE.0, |_, sample| {
@@ -196,7 +202,8 @@ fn law_irregular_times_cost_little() {
     under(&fast, frames, |clean, looks| assert_within(1.2, clean, looks));
 }
 
-/// E18: half and more than twice the vibrometer's rate, which only the instant of an impact minds; half the camera's, at most twice the error as intervals are twice as long; and twice, which makes none worse.
+/// E18: half and more than twice the vibrometer's rate, which only the instant of an impact depends on; half the
+/// camera's, at most twice the error as intervals are twice as long; and twice, which makes none worse.
 #[test]
 fn law_other_rates_cost_as_much_as_their_intervals() {
     for (rate, factor) in [
@@ -209,7 +216,8 @@ fn law_other_rates_cost_as_much_as_their_intervals() {
     }
 }
 
-/// E18: gaps in the samples longer than what bridges them, from 60 us in half a millisecond to 5 ms in 20: at most 1.1 times as bad as the filter that hears nothing.
+/// E18: gaps in the samples longer than what bridges them, from 60 us in half a millisecond to 5 ms in 20: at most 1.1
+/// times as bad as the filter without a vibrometer.
 #[test]
 fn law_gaps_between_samples_are_no_worse_than_deafness() {
     let faults: [Faults; 3] = [
@@ -222,7 +230,8 @@ fn law_gaps_between_samples_are_no_worse_than_deafness() {
     }
 }
 
-/// E18: gaps between frames, half a millisecond in 5 and 5 ms in 20: told after two and a half intervals, and what is called good is as good as without, but for the frames that it takes to find the rate again.
+/// E18: gaps between frames, half a millisecond in 5 and 5 ms in 20: told after two and a half intervals, and what is
+/// called good is as good as without, but for the frames that it takes to find the rate again.
 #[test]
 fn law_gaps_between_frames_are_told() {
     let faults: [(Faults, f64); 2] = [
@@ -240,9 +249,11 @@ fn law_gaps_between_frames_are_told() {
     }
 }
 
-/// A vibrometer whose scale becomes half as large again, or two thirds, in the middle of a run: in mode B all who take impacts from it have told it after a quarter of a second, and no filter is worse than 1.25 times
-/// the one that hears nothing. In C at full drive that takes longer, and at half drive, where no blow lifts the rotor for long enough, it is never told; there nobody is wrong unawares. Not bounded here is what a
-/// filter is wrong by in mode B until it has told: up to fifteen standard deviations, for one hundredth of these 0.3 s.
+/// A vibrometer whose scale becomes half as large again, or two thirds, in the middle of a run: in mode B all who take
+/// impacts from it have told it after a quarter of a second, and no filter is worse than 1.25 times the one without a
+/// vibrometer. In C at full drive that takes longer, and at half drive, where no impact lifts the rotor for long
+/// enough, it is never told; there no filter is wrong without saying so. Not bounded here is what a filter is wrong by
+/// in mode B until it has told: up to fifteen standard deviations, for one hundredth of these 0.3 s.
 #[test]
 fn law_a_scale_that_becomes_wrong_is_told() {
     let faults: [Faults; 2] = [
@@ -268,8 +279,9 @@ fn law_a_scale_that_becomes_wrong_is_told() {
     }
 }
 
-/// E13: ten times the noise from one frame to the next: not called good from 0.8 ms on. Until then (two frames within the gate of six standard deviations, before the third tells) an estimate called good is off
-/// by up to twice six and its own three.
+/// E13: ten times the noise from one frame to the next: not called good from 0.8 ms on. Until then (two frames within
+/// the gate of six standard deviations, before the third tells) an estimate called good is off by up to twice six and
+/// its own three.
 #[test]
 fn law_noise_is_told_before_it_leads_far_astray() {
     let noise: Faults = (

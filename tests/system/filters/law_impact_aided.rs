@@ -1,4 +1,5 @@
-//! The filter that hears impacts against the one that does not, on motors that neither knows: ten drawn plants in steady motion, and then at rest.
+//! The filter that uses impacts against the one that does not, on motors that neither knows: ten drawn plants in steady
+//! motion, and then at rest.
 
 use std::collections::VecDeque;
 use std::ops::RangeInclusive;
@@ -145,7 +146,8 @@ fn steady(mode: DriveMode) -> Sums {
     sums
 }
 
-/// NIS and NEES of a filter whose kicks are believed to a share of their bound, over motors whose friction is a third off: within a fifth of 1.
+/// NIS and NEES of a filter whose kicks are believed to a share of their bound, over motors whose friction is a third
+/// off: within a fifth of 1.
 fn assert_consistent(sums: &Sums) {
     let nis = sums.aided_nis / sums.frames;
     let [_, nees] = nees(&sums.exposure);
@@ -162,8 +164,8 @@ fn law_impacts_help_in_mode_b() {
     assert_consistent(&sums);
 }
 
-/// In mode C nothing is known of a kick but its bound: that helps where a frame was taken, and is lost again over the frame's way to the filter, where
-/// the two filters are alike: 11.5 milli-degrees each.
+/// In mode C nothing is known of a kick but its bound: that helps where a frame was taken, and is lost again over the
+/// frame's way to the filter, where the two filters are alike: 11.5 milli-degrees each.
 #[test]
 fn law_impacts_do_no_harm_in_mode_c() {
     let sums = steady(DriveMode::C);
@@ -174,7 +176,8 @@ fn law_impacts_do_no_harm_in_mode_c() {
     assert_consistent(&sums);
 }
 
-/// Driven for 50 ms and left alone: at most 0.7 milli-degrees 100 ms after it has stopped, 0.3 after a second, and as good as it says.
+/// Driven for 50 ms and left alone: at most 0.7 milli-degrees 100 ms after it has stopped, 0.3 after a second, and as
+/// good as it says.
 #[test]
 fn law_rest_is_measured_to_a_fraction_of_a_milli_degree() {
     let (mut soon, mut late) = (Sums::default(), Sums::default());

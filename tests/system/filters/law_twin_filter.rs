@@ -1,4 +1,5 @@
-//! The twin's filter against the one that only hears impacts, on motors that neither knows: steady motion, rest, and the vibrometer's loss and return.
+//! The twin's filter against the one that only uses impacts, on motors that neither knows: steady motion, rest, and the
+//! vibrometer's loss and return.
 
 use std::ops::RangeInclusive;
 
@@ -157,7 +158,8 @@ fn law_the_twin_s_rest_is_that_of_the_other_filters() {
     assert!(soon_mdeg <= 0.7 && late_mdeg <= 0.3, "{soon_mdeg} {late_mdeg}");
 }
 
-/// The vibrometer is gone for 0.1 s: meanwhile the filter is no worse than the one without it, and says so; 0.1 s after its return it is what it was.
+/// The vibrometer is gone for 0.1 s: meanwhile the filter is no worse than the one without it, and says so; 0.1 s after
+/// its return it is what it was.
 #[test]
 fn law_the_vibrometer_may_go_and_come_back() {
     let command = DriveCommand::full(DriveMode::B);
@@ -179,7 +181,8 @@ fn law_the_vibrometer_may_go_and_come_back() {
     assert!(again[0] < 0.5 * again[1], "{again:?}");
 }
 
-/// The command is told a tick late, so that the drive is 0.4 rad further in its cycle than the filter thinks: it learns the phase, and is then as good as ever.
+/// The command is told a tick late, so that the drive is 0.4 rad further in its cycle than the filter thinks: it learns
+/// the phase, and is then as good as ever.
 #[test]
 fn law_a_drive_told_late_is_found_out() {
     let command = DriveCommand::full(DriveMode::B);

@@ -1,4 +1,5 @@
-//! What the vibrometer may do wrong, and what every filter makes of it: each fault after 100 ms of good samples in mode B.
+//! What the vibrometer may do wrong, and what every filter makes of it: each fault after 100 ms of good samples in mode
+//! B.
 
 use estimator::{Health, LdvSample, Reason, Verdict};
 use host_sim::runs::filter::FILTERS;
@@ -24,7 +25,8 @@ fn is_silent(look: &Look) -> bool {
     look.health == Health::Degraded(Reason::VibrometerSilent)
 }
 
-/// Told to be silent within 1.2 ms of the fault and not wrong unawares; good within 2 ms of its end, without a new start.
+/// Told to be silent within 1.2 ms of the fault and not wrong without saying so; good within 2 ms of its end, without a
+/// new start.
 #[track_caller]
 fn assert_counts_as_silent(sets: &[&str], faults: Faults) {
     let sets = [sets, &["ldv.fault_from_s=0.1", "ldv.fault_until_s=0.12"]].concat();
@@ -60,8 +62,8 @@ fn law_lost_light_is_silence_whatever_it_looks_like() {
     assert_counts_as_silent(&["ldv.fault=stuck"], NONE);
 }
 
-/// E10: every third sample lost to speckle: no filter is worse than 1.3 times itself. The twin, which lives on the instant of an impact within 5 us, may be 1.4 times as
-/// bad as the filter that minds instants less.
+/// E10: every third sample lost to speckle: no filter is worse than 1.3 times itself. The twin, which lives on the
+/// instant of an impact within 5 us, may be 1.4 times as bad as the filter that depends less on instants.
 #[test]
 fn law_single_lost_samples_cost_little() {
     let whole = rms_mdeg(&settled(&[]).run(B, 200, NONE));
@@ -74,8 +76,8 @@ fn law_single_lost_samples_cost_little() {
     }
 }
 
-/// E10: one sample in a thousand wrong by 0.1 m/s, as large as the impacts: two hundred false ones a second. No filter is worse than 1.5 times the one that hears nothing,
-/// and none begins anew.
+/// E10: one sample in a thousand wrong by 0.1 m/s, as large as the impacts: two hundred false ones a second. No filter
+/// is worse than 1.5 times the one without a vibrometer, and none begins anew.
 #[test]
 fn law_wrong_samples_are_borne() {
     for command in [B, DriveCommand::full(DriveMode::C)] {
@@ -83,26 +85,28 @@ fn law_wrong_samples_are_borne() {
         bench.run(command, 100, NONE);
         let looks = bench.run(command, 200, NONE);
         let rms = rms_mdeg(&looks);
-        let deaf = rms_of(&rms, "constant_rate");
-        assert!(rms.iter().all(|(_, rms)| *rms < 1.5 * deaf), "{rms:?}");
+        let camera_only = rms_of(&rms, "constant_rate");
+        assert!(rms.iter().all(|(_, rms)| *rms < 1.5 * camera_only), "{rms:?}");
         assert!(!looks.iter().any(|look| look.verdict == Some(Verdict::Restarted)));
     }
 }
 
-/// A vibrometer whose scale is off by a tenth, more than any decoder's: nobody is wrong unawares, or worse than the filter that hears nothing.
+/// A vibrometer whose scale is off by a tenth, more than any decoder's: no filter is wrong without saying so, or worse
+/// than the filter without a vibrometer.
 #[test]
 fn law_a_wrong_scale_is_borne() {
     for gain in ["ldv.gain_error=0.1", "ldv.gain_error=-0.1"] {
         let looks = settled(&[gain]).run(B, 200, NONE);
         let rms = rms_mdeg(&looks);
         assert_never_false(&looks);
-        let deaf = rms_of(&rms, "constant_rate");
-        assert!(rms.iter().all(|(_, rms)| *rms <= deaf), "{rms:?}");
+        let camera_only = rms_of(&rms, "constant_rate");
+        assert!(rms.iter().all(|(_, rms)| *rms <= camera_only), "{rms:?}");
     }
 }
 
-/// A scale that is off by a half: whoever takes impacts from the vibrometer says so within 150 ms, by gravity alone and however well the impacts fit, and from then on takes none, and nobody is wrong unawares. 0.3 s
-/// after its end all are good again.
+/// A scale that is off by a half: whoever takes impacts from the vibrometer says so within 150 ms, by gravity alone and
+/// however well the impacts fit, and from then on takes none, and no filter is wrong without saying so. 0.3 s after its
+/// end all are good again.
 #[test]
 fn law_a_scale_off_by_a_half_is_told() {
     let faults: [Faults; 2] = [
@@ -126,19 +130,21 @@ fn law_a_scale_off_by_a_half_is_told() {
     }
 }
 
-/// E11: a range of a third of the rotor's speeds: what saturates is not heard; no filter is wrong unawares, or by more than 1.05 times the filter that hears nothing at all.
+/// E11: a range of a third of the rotor's speeds: what saturates is not used; no filter is wrong without saying so, or
+/// by more than 1.05 times the filter without a vibrometer at all.
 #[test]
 fn law_a_saturated_range_does_not_deceive() {
     let whole = rms_mdeg(&settled(&[]).run(B, 200, NONE));
     let looks = settled(&["ldv.range_m_s=0.03"]).run(B, 200, NONE);
     assert_never_false(&looks);
-    let deaf = rms_of(&whole, "constant_rate");
+    let camera_only = rms_of(&whole, "constant_rate");
     for (name, saturated) in rms_mdeg(&looks) {
-        assert!(saturated < 1.05 * deaf, "{name}: {saturated} against {deaf}");
+        assert!(saturated < 1.05 * camera_only, "{name}: {saturated} against {camera_only}");
     }
 }
 
-/// E11: the sign inverted. Whoever takes impacts from the vibrometer says so within 20 ms, and then does not; nobody is wrong unawares once it has.
+/// E11: the sign inverted. Whoever takes impacts from the vibrometer says so within 20 ms, and then does not; no filter
+/// is wrong without saying so once it has.
 #[test]
 fn law_an_inverted_sign_is_told() {
     let mut bench = settled(&["ldv.fault=inverted", "ldv.fault_from_s=0.1", "ldv.fault_until_s=0.2"]);
@@ -155,7 +161,8 @@ fn law_an_inverted_sign_is_told() {
     }
 }
 
-/// E12: 5 mm/s of bias, and 50 Hz of pickup of the same size: the estimate stays what it says; only rest is not recognised any more.
+/// E12: 5 mm/s of bias, and 50 Hz of pickup of the same size: the estimate stays what it says; only rest is not
+/// recognised any more.
 #[test]
 fn law_bias_and_pickup_cost_no_honesty() {
     let pickup: Faults = (NONE.0, |now, sample| {
@@ -172,7 +179,8 @@ fn law_bias_and_pickup_cost_no_honesty() {
     }
 }
 
-/// E8: one sample from an hour ahead and, where there is no clock to judge by, the silence after it ended: heard again within 2 ms.
+/// E8: one sample from an hour ahead and, where there is no clock to judge by, the silence after it ended: used again
+/// within 2 ms.
 #[test]
 fn law_a_wrong_time_does_not_deafen() {
     let mut bench = settled(&[]);

@@ -6,7 +6,8 @@
 //! | B 0.3 | | 1.049 +- 0.008 rad/s, 2224 +- 12 |
 //! | C 1 | | -1.528 +- 0.003 rad/s, 2308 +- 5 |
 //!
-//! over 320 s of model time in B at full amplitude, 64 s in the others. Impacts are those that approach faster than 1 mm/s.
+//! over 320 s of model time in B at full amplitude, 64 s in the others. Impacts are those that approach faster than 1
+//! mm/s.
 
 use motor_model::{DriveCommand, DriveMode, MotorParams, MotorSetup, Real};
 
@@ -61,7 +62,8 @@ fn dual_mode_c_at_full_amplitude() {
     check_steady::<f32>(DriveMode::C, 1.0, 12, -1.528, 2308.0);
 }
 
-/// Mode C at 0.3 never throws the rotor: it walks on pressed teeth, without chance but for the pairs' amplitudes.
+/// Mode C at 0.3 never throws the rotor: it walks on teeth in sustained contact, without chance but for the pairs'
+/// amplitudes.
 #[test]
 fn dual_walking() {
     let rate = |step_s| {
@@ -113,8 +115,9 @@ fn burst_mdeg<T: Real>(mode: DriveMode, on_s: f64, step_s: f64) -> f64 {
         .sum()
 }
 
-/// Two, five and ten cycles of C, two of B, to the nearest 20 us: a whole number of every step. Measured at 0.5 us: -1.122, -3.624,
-/// -7.826 and 7.359 mdeg; at 10 us off by 0.2, 0.02, 0.01 and 0.7 %, at 20 us by 0.2, 0.02, 0.01 and 0.9 %.
+/// Two, five and ten cycles of C, two of B, to the nearest 20 us: a whole number of every step. Measured at 0.5 us:
+/// -1.122, -3.624, -7.826 and 7.359 mdeg; at 10 us off by 0.2, 0.02, 0.01 and 0.7 %, at 20 us by 0.2, 0.02, 0.01 and
+/// 0.9 %.
 #[test]
 fn dual_bursts_from_rest() {
     for (mode, on_s) in

@@ -6,7 +6,8 @@
 //! |X| |exp(i D t) - exp(-zeta w_n t)|,   |X| = F / |w_n^2 - w^2 + 2 i zeta w_n w|
 //! ```
 //!
-//! up to a share `|D| / w_n` of `|X|`, by which the free oscillation's part in the displacement exceeds that in the velocity: twice the steady amplitude every `1 / D`, nearly nothing between.
+//! up to a share `|D| / w_n` of `|X|`, by which the free oscillation's part in the displacement exceeds that in the
+//! velocity: twice the steady amplitude every `1 / D`, nearly nothing between.
 #![expect(clippy::disallowed_methods, reason = "an independent yardstick")]
 
 use std::f64::consts::TAU;
@@ -37,7 +38,7 @@ fn check_beating<T: Real>(mode: DriveMode, offset_hz: f32, step_s: f64) {
     let steady_m = re.hypot(im);
     let command = DriveCommand::full(mode).with_frequency_offset(offset_hz).expect("within 2 kHz");
     let mut bench = Bench::<T>::new(&params, &MotorSetup::with_step(step_s));
-    // Out of the stator's reach.
+    // Out of the stator's way.
     bench.state.rotor.height_m = T::one();
     let (mut least, mut most) = (f64::INFINITY, 0.0_f64);
     let beat_s = 1.0 / f64::from(offset_hz.abs());

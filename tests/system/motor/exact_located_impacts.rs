@@ -14,14 +14,14 @@ const STEPS_S: [f64; 5] = [1e-6, 5e-6, 10e-6, 20e-6, 50e-6];
 /// Recoil of [`on_rigid_floor`], `3 m_r / m_s`: the only thing that keeps it from being rigid.
 const RECOIL: f64 = 3e-9;
 
-/// What a blow on that floor leaves of the speed.
+/// What an impact on that floor leaves of the speed.
 fn rebound_share(restitution: f64) -> f64 {
     (1.0 + restitution) / (1.0 + RECOIL) - 1.0
 }
 
 /// An impact on the time line.
 #[derive(Clone, Copy, Debug)]
-struct Blow {
+struct TimedImpact {
     time_s: f64,
     approach_m_s: f64,
 }
@@ -33,21 +33,21 @@ fn end_s<T: Real>(bench: &Bench<T>) -> f64 {
 }
 
 /// The first `count` impacts with the drive off, those within `steps_max` steps.
-fn blows<T: Real>(bench: &mut Bench<T>, count: usize, steps_max: u32) -> Vec<Blow> {
-    let mut blows = Vec::new();
+fn timed_impacts<T: Real>(bench: &mut Bench<T>, count: usize, steps_max: u32) -> Vec<TimedImpact> {
+    let mut found = Vec::new();
     for _ in 0..steps_max {
         let impacts = bench.motor.step(&mut bench.state, DriveCommand::OFF);
         let end_s = end_s(bench);
-        blows.extend(impacts.iter().map(|impact| Blow {
+        found.extend(impacts.iter().map(|impact| TimedImpact {
             time_s: end_s - impact.before_end_s.to_f64(),
             approach_m_s: impact.approach_m_s.to_f64(),
         }));
-        if blows.len() >= count {
+        if found.len() >= count {
             break;
         }
     }
-    blows.truncate(count);
-    blows
+    found.truncate(count);
+    found
 }
 
 fn dropped<T: Real>(params: &MotorParams, step_s: f64, drop_m: f64) -> Bench<T> {
@@ -73,8 +73,8 @@ fn fallen(k: f64, t: f64) -> (f64, f64) {
 
 /// First contact at every phase of the step, with and without squeeze film.
 ///
-/// In `f64` an instant is good to 1e-12 s. In `f32` each step rounds velocity and height by half a unit at most, so after `n` steps the
-/// fall is off by `(n + 8) epsilon` of itself at worst; the place in the step is rounded alike.
+/// In `f64` an instant is good to 1e-12 s. In `f32` each step rounds velocity and height by half a unit at most, so
+/// after `n` steps the fall is off by `(n + 8) epsilon` of itself at worst; the place in the step is rounded alike.
 fn check_first_blow<T: Real>(damping_per_s: f64, fall_s: f64) {
     let params =
         on_rigid_floor(0.6).with(Parameter::VerticalDamping, damping_per_s * 1e-9).expect("in bounds");
@@ -82,15 +82,15 @@ fn check_first_blow<T: Real>(damping_per_s: f64, fall_s: f64) {
         for t in falls_s(fall_s, step_s) {
             let (z, v) = fallen(damping_per_s, t);
             let mut bench = dropped::<T>(&params, step_s, -z);
-            let blow = blows(&mut bench, 1, 1_000_000)[0];
+            let impact = timed_impacts(&mut bench, 1, 1_000_000)[0];
             let what = format!("b/m = {damping_per_s}, {step_s:e} s, fall of {t:e} s");
             let rounding = (t / step_s + 8.0) * epsilon::<T>();
             // The quintic's share: the sixth derivative of the fall is k^4 g.
             let curve_m = damping_per_s.powi(4) * GRAVITY_M_S2 * step_s.powi(6) / 46_080.0;
             let within = Within::absolute(1e-12 - curve_m / v + rounding * (t + step_s));
-            assert_close(blow.time_s, t, within, format_args!("instant, {what}"));
+            assert_close(impact.time_s, t, within, format_args!("instant, {what}"));
             assert_close(
-                blow.approach_m_s,
+                impact.approach_m_s,
                 -v,
                 Within { rtol: rounding, atol: within.atol * GRAVITY_M_S2 },
                 format_args!("approach, {what}"),
@@ -118,7 +118,7 @@ fn exact_rebound_height_is_e_squared_at_any_step() {
             for t in falls_s(2e-3, step_s).step_by(7) {
                 let drop_m = 0.5 * GRAVITY_M_S2 * t * t;
                 let mut bench = dropped::<f64>(&params, step_s, drop_m);
-                blows(&mut bench, 1, 1_000_000);
+                timed_impacts(&mut bench, 1, 1_000_000);
                 let up = bench.state.rotor.velocity_m_s;
                 let apex_m = bench.state.rotor.height_m + up * up / (2.0 * GRAVITY_M_S2);
                 let share = rebound_share(restitution);
@@ -133,8 +133,8 @@ fn exact_rebound_height_is_e_squared_at_any_step() {
     }
 }
 
-/// A rotor let go 15 us above the floor, within a step of 50 us: blows after 15, 30 and 37.5 us; the next flight, of 3.75 us, is
-/// under an eighth of a step, so the rotor stays down.
+/// A rotor let go 15 us above the floor, within a step of 50 us: impacts after 15, 30 and 37.5 us; the next flight, of
+/// 3.75 us, is under an eighth of a step, so the rotor stays down.
 #[test]
 fn exact_several_blows_within_one_step() {
     let (fall_s, step_s) = (15e-6, 50e-6);
@@ -151,8 +151,9 @@ fn exact_several_blows_within_one_step() {
     assert_close(bench.state.rotor.height_m, 0.0, Within::absolute(1e-14), "it lies on the floor");
 }
 
-/// Zeno: infinitely many blows until `sqrt(2 h / g) (1 + e) / (1 - e)`. The last one told is followed by a flight `f` under an eighth of
-/// a step or, where four blows fill a step's record, under a third of one, and so comes earlier by `f / (1 - e)`.
+/// Zeno: infinitely many impacts until `sqrt(2 h / g) (1 + e) / (1 - e)`. The last one told is followed by a flight `f`
+/// under an eighth of a step or, where four impacts fill a step's record, under a third of one, and so comes earlier by
+/// `f / (1 - e)`.
 #[test]
 fn exact_accumulating_blows_end_in_rest_on_time() {
     for restitution in [0.2, 0.5, 0.8, 0.9] {
@@ -163,26 +164,27 @@ fn exact_accumulating_blows_end_in_rest_on_time() {
                 let mut bench = dropped::<f64>(&params, step_s, drop_m);
                 let whole_s = t * (1.0 + restitution) / (1.0 - restitution);
                 // Twice the time: whatever comes later would show.
-                let all: Vec<Blow> = blows(&mut bench, usize::MAX, steps_in(2.0 * whole_s, step_s))
-                    .into_iter()
-                    .filter(|blow| blow.approach_m_s > 1e-9)
-                    .collect();
+                let all: Vec<TimedImpact> =
+                    timed_impacts(&mut bench, usize::MAX, steps_in(2.0 * whole_s, step_s))
+                        .into_iter()
+                        .filter(|impact| impact.approach_m_s > 1e-9)
+                        .collect();
                 // The recoil lessens e by (1 + e) of itself; twice as much again for what the floor rings with.
                 let recoil_s = 6.0 * (1.0 + restitution) / (1.0 - restitution).powi(2) * RECOIL * t;
                 let last = all.last().expect("it falls");
                 let rest_s = step_s / 3.0 / (1.0 - restitution);
-                let what = format!("e = {restitution}, {step_s:e} s, fall of {t:e} s, {} blows", all.len());
+                let what = format!("e = {restitution}, {step_s:e} s, fall of {t:e} s, {} impacts", all.len());
                 let short_s = whole_s - last.time_s;
                 assert_between(short_s, 0.0, rest_s * 1.000_001, &what);
-                for (n, blow) in (0..).zip(&all) {
+                for (n, impact) in (0..).zip(&all) {
                     // Flights of e^n each way add up to this.
                     let power = restitution.powi(n);
                     let time_s = t * (1.0 + 2.0 * (restitution - power * restitution) / (1.0 - restitution));
                     assert_close(
-                        blow.time_s,
+                        impact.time_s,
                         time_s,
                         Within::absolute(1e-12 + recoil_s),
-                        format_args!("blow {n}, {what}"),
+                        format_args!("impact {n}, {what}"),
                     );
                 }
                 assert_ne!(bench.state.in_contact, [false; 2], "{what}");
@@ -195,17 +197,17 @@ fn exact_accumulating_blows_end_in_rest_on_time() {
     }
 }
 
-/// `e = 0`: one blow, and the rotor lies there.
+/// `e = 0`: one impact, and the rotor lies there.
 #[test]
 fn exact_plastic_drop_stays_at_once() {
     for step_s in STEPS_S {
         for t in falls_s(1e-3, step_s).step_by(9) {
             let mut bench = dropped::<f64>(&on_rigid_floor(0.0), step_s, 0.5 * GRAVITY_M_S2 * t * t);
-            blows(&mut bench, 1, 100_000);
+            timed_impacts(&mut bench, 1, 100_000);
             assert_ne!(bench.state.in_contact, [false; 2], "{step_s:e} s, {t:e} s");
-            let later = blows(&mut bench, usize::MAX, steps_in(5e-3, step_s));
+            let later = timed_impacts(&mut bench, usize::MAX, steps_in(5e-3, step_s));
             // The floor itself rings with 1e-9 of the speed.
-            assert!(later.iter().all(|blow| blow.approach_m_s < 1e-9), "{step_s:e} s, {later:?}");
+            assert!(later.iter().all(|impact| impact.approach_m_s < 1e-9), "{step_s:e} s, {later:?}");
             assert_close(
                 bench.state.rotor.height_m,
                 0.0,
@@ -216,7 +218,7 @@ fn exact_plastic_drop_stays_at_once() {
     }
 }
 
-/// `e = 1` on a floor without damping: 5,000 blows lose nothing, at any step.
+/// `e = 1` on a floor without damping: 5,000 impacts lose nothing, at any step.
 #[test]
 fn law_elastic_bouncing_keeps_its_energy() {
     let undamped = [Parameter::ModeADamping, Parameter::ModeBDampingRatio, Parameter::ModeCDampingRatio];
@@ -233,7 +235,7 @@ fn law_elastic_bouncing_keeps_its_energy() {
         for _ in 0..steps_in(1.0, step_s) {
             count += bench.motor.step_with(&mut bench.state, DriveCommand::OFF, &mut ledger).len();
         }
-        let what = format!("{step_s:e} s, {count} blows");
+        let what = format!("{step_s:e} s, {count} impacts");
         assert_between(f64::from(u32::try_from(count).expect("few")), 4990.0, 5010.0, &what);
         let within = Within::relative(1e-9);
         assert_close(ledger.stored_j(&bench.state), stored_j, within, format_args!("stored, {what}"));
@@ -252,29 +254,29 @@ fn law_elastic_bouncing_keeps_its_energy() {
     }
 }
 
-/// `e = 0.999`: the thousandth blow comes at `e^1000` of the first one's speed, but for what the floor takes and rings with, at most four
-/// times its recoil a blow.
+/// `e = 0.999`: the thousandth impact comes at `e^1000` of the first one's speed, but for what the floor takes and
+/// rings with, at most four times its recoil an impact.
 #[test]
 fn exact_almost_elastic_bouncing_decays_by_e_a_blow() {
     for step_s in STEPS_S {
         let fall_s = 0.2e-3;
         let mut bench = dropped::<f64>(&on_rigid_floor(0.999), step_s, 0.5 * GRAVITY_M_S2 * fall_s * fall_s);
-        let all = blows(&mut bench, 1001, 10_000_000);
+        let all = timed_impacts(&mut bench, 1001, 10_000_000);
         for n in [1, 10, 100, 1000] {
             assert_close(
                 all[usize::try_from(n).expect("small")].approach_m_s,
                 GRAVITY_M_S2 * fall_s * 0.999_f64.powi(n),
                 Within::relative(4.0 * RECOIL * f64::from(n) + 1e-9),
-                format_args!("blow {n} at {step_s:e} s"),
+                format_args!("impact {n} at {step_s:e} s"),
             );
         }
     }
 }
 
-/// Teeth in full steady motion of mode B and C, at 64 phases of the drive: instant and speed of the first blow.
+/// Teeth in full steady motion of mode B and C, at 64 phases of the drive: instant and speed of the first impact.
 ///
-/// The curve that stands for the gap is off by `(w h)^6 A / 46080` (quintic Hermite interpolation: `|f^(6)| h^6 / 720 / 64`), to be divided by
-/// the approach; 1e-12 s on top for rounding.
+/// The curve that stands for the gap is off by `(w h)^6 A / 46080` (quintic Hermite interpolation: `|f^(6)| h^6 / 720 /
+/// 64`), to be divided by the approach; 1e-12 s on top for rounding.
 #[test]
 fn exact_first_blow_on_live_teeth() {
     let params = changed(&[(Parameter::VerticalDamping, 0.0), (Parameter::Gravity, 0.0)]);
@@ -303,9 +305,9 @@ fn exact_first_blow_on_live_teeth() {
     }
 }
 
-/// Mode A lifts both pairs at once against a heavy rotor: pair 0 strikes, its recoil throws the other pair up by `m_r / m_s` of the blow,
-/// which strikes at the same instant. Speeds of approach by hand, `a_p -> -e a_p` and
-/// `a_q -> a_q + (m_r / m_s - 1) dv` for the other pair, `dv = (1 + e) a_p / (1 + 3 m_r / m_s)`.
+/// Mode A lifts both pairs at once against a heavy rotor: pair 0 strikes, its recoil throws the other pair up by `m_r /
+/// m_s` of the impact, which strikes at the same instant. Speeds of approach by hand, `a_p -> -e a_p` and `a_q -> a_q +
+/// (m_r / m_s - 1) dv` for the other pair, `dv = (1 + e) a_p / (1 + 3 m_r / m_s)`.
 fn check_both_pairs_at_one_instant<T: Real>(step_s: f64) {
     let params = changed(&[
         (Parameter::ModeADamping, 0.0),
@@ -346,7 +348,8 @@ fn exact_both_pairs_strike_at_one_instant() {
     }
 }
 
-/// A rotor that begins inside the teeth, at rest or rising: it is put on them, with the energy accounted for, and comes to rest.
+/// A rotor that begins inside the teeth, at rest or rising: it is put on them, with the energy accounted for, and comes
+/// to rest.
 #[test]
 fn law_initial_penetration_ends_on_the_teeth() {
     for (depth_m, velocity_m_s) in
@@ -364,7 +367,8 @@ fn law_initial_penetration_ends_on_the_teeth() {
             for step in 0..steps_in(0.4, step_s) {
                 bench.motor.step_with(&mut bench.state, DriveCommand::OFF, &mut ledger);
                 if step > 0 {
-                    // A pair that comes up, here with 0.05 m/s at most, while the other lies pressed is noticed at the end of a span.
+                    // A pair that comes up, here with 0.05 m/s at most, while the other is in sustained contact is
+                    // noticed at the end of a span.
                     let depth_m = 0.05 * step_s.min(5e-6);
                     assert_between(
                         bench.motor.gap_m(&bench.state),

@@ -1,10 +1,12 @@
 //! A billion steps and a million turns in `f32`, told from seconds.
 //!
-//! Phase and angle are integers that wrap, so where they stand has no part in how they go on: a run is set down just before the end of a billion
-//! steps and goes the rest. What an `f32` step adds to the angle, `d`, has 24 bits; the part of a unit that is kept beside the integer
-//! lies on the grid of `d`'s last bit, so their sum is exact, unless it passes a power of two: the angle is steps times `d`, to the bit.
+//! Phase and angle are integers that wrap, so where they stand has no part in how they go on: a run is set down just
+//! before the end of a billion steps and goes the rest. What an `f32` step adds to the angle, `d`, has 24 bits; the
+//! part of a unit that is kept beside the integer lies on the grid of `d`'s last bit, so their sum is exact, unless it
+//! passes a power of two: the angle is steps times `d`, to the bit.
 //!
-//! `d` itself is the rate times a constant, both rounded to `f32`: a scale that is off by 2^-23 at most, like the rate's own last bit.
+//! `d` itself is the rate times a constant, both rounded to `f32`: a scale that is off by 2^-23 at most, like the
+//! rate's own last bit.
 
 use std::f64::consts::TAU;
 
@@ -43,7 +45,8 @@ fn gain_units(rate_rad_s: f32, step_s: f64) -> f64 {
     gain
 }
 
-/// What one more step may round away: half of the last bit of `d` and the part of a unit together, if their sum can pass a power of two.
+/// What one more step may round away: half of the last bit of `d` and the part of a unit together, if their sum can
+/// pass a power of two.
 #[expect(clippy::cast_possible_truncation, reason = "f32 is what the motor computes in")]
 fn rounding_units(gain: f64) -> f64 {
     let (single, sum) = (gain.abs() as f32, (gain.abs() + 1.0) as f32);
@@ -91,8 +94,9 @@ fn worst_error(bench: &mut Bench<f32>, gain: f64, count: u32) -> f64 {
     })
 }
 
-/// At the rates and steps of the motor the first million steps are exact, but for the least gains, and the last of a billion steps, a million
-/// turns on, like the first. Rounding all one way would add up to less than a hundredth of a milli-degree in a billion steps.
+/// At the rates and steps of the motor the first million steps are exact, but for the least gains, and the last of a
+/// billion steps, a million turns on, like the first. Rounding all one way would add up to less than a hundredth of a
+/// milli-degree in a billion steps.
 #[test]
 fn exact_angle_after_a_billion_steps() {
     for rate_rad_s in [15.142, -1.528, 0.025, 1e-4_f32] {
@@ -113,7 +117,8 @@ fn exact_angle_after_a_billion_steps() {
     }
 }
 
-/// The drive after a billion and seven steps in `f32`: phase by integer arithmetic, and the stator moves as that phase says.
+/// The drive after a billion and seven steps in `f32`: phase by integer arithmetic, and the stator moves as that phase
+/// says.
 #[test]
 fn exact_drive_after_a_billion_steps() {
     let (b_hz, step_s, settling) = (6301.7, 3e-6, 40_000_u32);

@@ -3,9 +3,10 @@
 //! In steady motion `g = Im(X e^(i phase))` and `g' / w = Re(X e^(i phase))`, so one state and its phase give the whole
 //! complex amplitude `X`, and every instant is a test.
 //!
-//! Rounding: an oscillator forgets at the rate `zeta w_n`, so two units in the last place a step (state and coefficients), always the same way, pile
-//! up to `2 epsilon / (zeta w_n h)` of the amplitude. That, 16 units for the gain, and 1e-12 for the yardstick's own rounding of
-//! a thousand radians is what the tests allow; in `f32` at 0.25 us it is 0.4 %.
+//! Rounding: an oscillator forgets at the rate `zeta w_n`, so two units in the last place a step (state and
+//! coefficients), always the same way, pile up to `2 epsilon / (zeta w_n h)` of the amplitude. That, 16 units for the
+//! gain, and 1e-12 for the yardstick's own rounding of a thousand radians is what the tests allow; in `f32` at 0.25 us
+//! it is 0.4 %.
 #![expect(clippy::disallowed_methods, reason = "an independent yardstick")]
 
 use std::f64::consts::TAU;
@@ -98,8 +99,9 @@ fn exact_steady_amplitude_at_resonance_is_the_antinodes() {
     }
 }
 
-/// Fine steps keep the resonance in `f32`: rounding errors of either sign pile up as a random walk over the `1 / (zeta w h)` steps that the
-/// oscillator remembers, to `epsilon / sqrt(zeta w h)`. A propagator that had lost digits near 1 would be ten times worse.
+/// Fine steps keep the resonance in `f32`: rounding errors of either sign pile up as a random walk over the `1 / (zeta
+/// w h)` steps that the oscillator remembers, to `epsilon / sqrt(zeta w h)`. A propagator that had lost digits near 1
+/// would be ten times worse.
 #[test]
 fn exact_fine_steps_keep_the_resonance_in_f32() {
     let params = MotorParams::nominal();
@@ -239,7 +241,8 @@ fn exact_ring_up_and_ring_down() {
     }
 }
 
-/// At resonance the envelope rises as `1 - exp(-zeta w t)` and falls as `exp(-zeta w t)`, but for terms of order `zeta`.
+/// At resonance the envelope rises as `1 - exp(-zeta w t)` and falls as `exp(-zeta w t)`, but for terms of order
+/// `zeta`.
 #[test]
 fn exact_envelope_has_the_time_constant_of_the_mode() {
     let params = MotorParams::nominal();

@@ -1,5 +1,5 @@
-//! A schedule of commands against a Taylor series that knows only the equation of motion: the switching instant, change of
-//! mode, of amplitude and of frequency, at rounding level and whatever the step.
+//! A schedule of commands against a Taylor series that knows only the equation of motion: the switching instant, change
+//! of mode, of amplitude and of frequency, at rounding level and whatever the step.
 
 use std::f64::consts::TAU;
 
@@ -61,7 +61,7 @@ fn expected_motions(params: &MotorParams, schedule: &Schedule) -> Vec<[Motion; 2
     after
 }
 
-/// The motor's own motion after each entry, with the rotor out of reach.
+/// The motor's own motion after each entry, with the rotor out of contact.
 fn motions_with<T: Real>(params: &MotorParams, schedule: &Schedule, steps_per_unit: u32) -> Vec<[Motion; 2]> {
     let motor = motor::<T>(params, &MotorSetup::with_step(UNIT_S / f64::from(steps_per_unit)));
     let mut state = MotorState::<T>::default();

@@ -1,7 +1,7 @@
 //! Any valid motor under any sequence of commands: no panic, no NaN, impacts that push, books that balance.
 //!
-//! Parameters are drawn over the whole of their bounds, evenly in the logarithm where the bounds span decades; the cases are
-//! the same on every run.
+//! Parameters are drawn over the whole of their bounds, evenly in the logarithm where the bounds span decades; the
+//! cases are the same on every run.
 #![expect(clippy::disallowed_methods, reason = "log-uniform draws")]
 
 use motor_model::{
@@ -14,7 +14,8 @@ use crate::support::closeness::Within;
 use crate::support::motors::epsilon;
 use crate::support::oscillator::Oscillator;
 
-/// A pair that comes up while the other lies pressed is noticed at the end of a span: 0.1 m/s times 4 us at worst (41 nm measured).
+/// A pair that comes up while the other is in sustained contact is noticed at the end of a span: 0.1 m/s times 4 us at
+/// worst (41 nm measured).
 const DEEPEST_M: f64 = 4e-7;
 const RULES: [ImpactRule; 2] = [ImpactRule::EndOfStep, ImpactRule::Located];
 
@@ -123,7 +124,7 @@ fn run<T: Real>(
             steps += 1;
             for impact in &impacts {
                 prop_assert!(impact.approach_m_s > T::zero(), "{impact:?}");
-                // A blow too soft for the precision may round to nothing, never to less.
+                // A impact too soft for the precision may round to nothing, never to less.
                 prop_assert!(
                     impact.normal_impulse_n_s > T::zero() || impact.normal_impulse_n_s.to_f64() == 0.0,
                     "{impact:?}"
@@ -149,7 +150,8 @@ fn run<T: Real>(
     // Potential and kinetic energy may cancel in what is stored, but not in its rounding.
     let potential = potential_energy_j(params, &state);
     let scale = flows.turnover_j() + stored.abs() + potential;
-    // In f32 part of a step is rounded like the steady motion that it is reckoned from, however small the motion yet is.
+    // In f32 part of a step is rounded like the steady motion that it is reckoned from, however small the motion yet
+    // is.
     let single = size_of::<T>() == 4 && setup.impact_rule == ImpactRule::Located;
     let scale = scale + if single { steady_energy_j(params) } else { 0.0 };
     prop_assert!(scale.is_finite());

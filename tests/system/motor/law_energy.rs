@@ -1,7 +1,7 @@
 //! The account of energy: it closes, and its single lines are what closed forms say.
 //!
-//! In `f64` the books close to 1e-9 of the turnover at any step: the ledger's quadrature, five nodes of order 10, goes in pieces over which
-//! the fastest mode turns by 0.75 rad at most.
+//! In `f64` the books close to 1e-9 of the turnover at any step: the ledger's quadrature, five nodes of order 10, goes
+//! in pieces over which the fastest mode turns by 0.75 rad at most.
 #![expect(clippy::disallowed_methods, reason = "an independent yardstick")]
 
 use std::f64::consts::TAU;
@@ -122,7 +122,7 @@ fn law_energy_account_closes() {
     check_books::<f64>(&MotorParams::nominal(), &setup(0.25e-6), 1e-9, "nominal");
 }
 
-/// With located impacts and pressed teeth the books close as well.
+/// With located impacts and teeth in sustained contact the books close as well.
 #[test]
 fn law_energy_account_closes_with_located_impacts() {
     for (what, params) in motors() {
@@ -145,8 +145,8 @@ fn law_energy_account_closes_for_other_setups() {
     }
 }
 
-/// In `f32` a step rounds each state by half a unit, of which the modes lose 2 zeta w h of their energy in the same time. Errors
-/// that all go one way add up to `epsilon / (zeta w h)` of the turnover.
+/// In `f32` a step rounds each state by half a unit, of which the modes lose 2 zeta w h of their energy in the same
+/// time. Errors that all go one way add up to `epsilon / (zeta w h)` of the turnover.
 #[test]
 fn law_energy_account_closes_in_f32_to_rounding() {
     for (what, params) in
@@ -161,7 +161,7 @@ fn law_energy_account_closes_in_f32_to_rounding() {
     }
 }
 
-/// Rotor out of reach, steady state at resonance: supplied power = modal damping = 1/2 M (2 zeta w) (w A)^2.
+/// Rotor out of contact, steady state at resonance: supplied power = modal damping = 1/2 M (2 zeta w) (w A)^2.
 #[test]
 fn exact_supplied_power_and_modal_damping_in_steady_state() {
     let params = MotorParams::nominal();
@@ -238,9 +238,9 @@ fn exact_drag_takes_the_rotation() {
     assert_close(accounted.flows().drag_j, lost, Within::relative(1e-9), "drag");
 }
 
-/// The first blow of a drop on still teeth: `1/2 (1 - e^2) m_eff v^2` with `1 / m_eff = 1 / m_r + 3 / m_s`; a spinning rotor
-/// loses `I_t (slip + slip after) / 2` on top, and the lift is the weight times the depth found. The rotor is light: a heavy one
-/// would meet the other pair, which the blow throws up, in the same step.
+/// The first impact of a drop on still teeth: `1/2 (1 - e^2) m_eff v^2` with `1 / m_eff = 1 / m_r + 3 / m_s`; a
+/// spinning rotor loses `I_t (slip + slip after) / 2` on top, and the lift is the weight times the depth found. The
+/// rotor is light: a heavy one would meet the other pair, which the impact throws up, in the same step.
 #[test]
 fn exact_losses_of_a_drop_on_still_teeth() {
     let mass = 1e-6;
@@ -267,8 +267,8 @@ fn exact_losses_of_a_drop_on_still_teeth() {
     let normal = 0.5 * (1.0 - 0.36) * effective * speed * speed;
     assert_close(flows.normal_loss_j, normal, Within::relative(1e-9), "normal loss");
     assert_close(flows.lift_j, mass * 9.81 * depth, Within { rtol: 1e-6, atol: 1e-22 }, "lift");
-    let blow = 1.6 * effective * speed;
-    let tangential = 0.4 * blow;
+    let impulse = 1.6 * effective * speed;
+    let tangential = 0.4 * impulse;
     let (slip, radius, inertia) = (30.0 * 3.063e-3, 3.063e-3, 4.59e-10);
     let slip_after = slip - tangential * radius * radius / inertia;
     assert!(slip_after > 0.0, "the scene is meant to slide");
@@ -281,7 +281,8 @@ fn exact_losses_of_a_drop_on_still_teeth() {
     assert_close(flows.reaction_left_out_j, 0.0, Within::absolute(1e-25), "still teeth do no work");
 }
 
-/// What feeds the rotation in full drive is only the reaction left out less the friction: `1/2 J rate^2` accounted alone.
+/// What feeds the rotation in full drive is only the reaction left out less the friction: `1/2 J rate^2` accounted
+/// alone.
 #[test]
 fn law_rotation_is_fed_by_friction_alone() {
     for mode in [DriveMode::B, DriveMode::C] {

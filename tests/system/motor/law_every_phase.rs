@@ -1,7 +1,9 @@
-//! The drive switched on from rest and off from full speed at every phase of it, impacts located: 64 phases, modes B and C, both precisions.
+//! The drive switched on from rest and off from full speed at every phase of it, impacts located: 64 phases, modes B
+//! and C, both precisions.
 //!
-//! Each time the rotor lies still again afterwards and the books close. A half turn of the phase later the two pairs of teeth, alike but in
-//! antiphase, have changed roles, so the net turn is the same: the motor does not know which pair is the first.
+//! Each time the rotor lies still again afterwards and the books close. A half turn of the phase later the two pairs of
+//! teeth, alike but in antiphase, have changed roles, so the net turn is the same: nothing tells the first pair from
+//! the second.
 
 use motor_model::{
     AngleAccumulator, DriveCommand, DriveMode, Forcing, ModalState, MotorParams, MotorState, Phase, Real,
@@ -76,8 +78,9 @@ fn check_burst(mode: DriveMode, amplitude: f32, on_s: f64, precision: f64, (low,
     }
 }
 
-/// Two cycles of B, five of C, at 0.3: C walks on pressed teeth, and its turn depends on the phase by less than 1 %; B throws the rotor once
-/// or twice, and its turn depends on when. In `f32` a blow amplifies rounding by about a hundred.
+/// Two cycles of B, five of C, at 0.3: C walks on teeth in sustained contact, and its turn depends on the phase by less
+/// than 1 %; B throws the rotor once or twice, and its turn depends on when. In `f32` an impact amplifies rounding by
+/// about a hundred.
 #[test]
 fn law_weak_burst_from_rest_at_every_phase() {
     check_burst(DriveMode::C, 0.3, 680e-6, 1e-3, (-3.66, -3.59));
@@ -138,8 +141,8 @@ fn full_speed_at_every_phase(mode: DriveMode) -> Vec<MotorState<f64>> {
     at_phase.into_iter().map(|state| state.expect("every phase comes up")).collect()
 }
 
-/// From the same state the way to rest is the same in `f32`, and, at every eighth phase, at a tenth of the step: to 0.5 % in B, whose rotor
-/// lands on teeth at rest, to 10 % of the mean in C, whose rotor is among them.
+/// From the same state the way to rest is the same in `f32`, and, at every eighth phase, at a tenth of the step: to 0.5
+/// % in B, whose rotor lands on teeth at rest, to 10 % of the mean in C, whose rotor is among them.
 #[test]
 fn dual_drive_off_at_every_phase() {
     for (mode, band) in [(DriveMode::B, 0.005), (DriveMode::C, 0.1)] {

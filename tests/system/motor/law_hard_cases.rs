@@ -1,4 +1,5 @@
-//! Hard cases under both impact rules: extreme parameters and commands. Nothing becomes NaN, the books close, the rotor stays near.
+//! Hard cases under both impact rules: extreme parameters and commands. Nothing becomes NaN, the books close, the rotor
+//! stays near.
 
 use motor_model::{
     DriveCommand, DriveMode, IMPACTS_PER_STEP_MAX, ImpactRule, Motor, MotorParams, MotorSetup, MotorState,
@@ -154,8 +155,8 @@ fn law_drive_switched_every_step() {
     }
 }
 
-/// Driven 20 % off resonance either way, and beating 40 Hz beside it: at the damping of Table 1 the beat dies within its first period, at a
-/// sixtieth of it it goes on.
+/// Driven 20 % off resonance either way, and beating 40 Hz beside it: at the damping of Table 1 the beat dies within
+/// its first period, at a sixtieth of it it goes on.
 #[test]
 fn law_detuned_drive() {
     let light = [Parameter::ModeBDampingRatio, Parameter::ModeCDampingRatio].map(|zeta| (zeta, 1e-4));

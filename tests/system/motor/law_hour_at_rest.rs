@@ -1,11 +1,13 @@
 //! An hour at rest, 3.6e9 steps at 1 us, told from seconds.
 //!
-//! With the drive off a step maps the motion (modes, height, velocities, pressed pairs) to the next without regard to angle, phase or time. Once
-//! a motion comes back bit for bit, it comes back for ever: an hour turns the rotor by the mean rate of one cycle times 3600 s. In `f32`, and
-//! under the end-of-step rule in both precisions, such a cycle is found. Located impacts in `f64` leave the last bits of the modes ringing
-//! without a cycle in sight; there the largest rate, some 1e-17 rad/s, bounds the hour.
+//! With the drive off a step maps the motion (modes, height, velocities, pairs in sustained contact) to the next
+//! without regard to angle, phase or time. Once a motion comes back bit for bit, it comes back for ever: an hour turns
+//! the rotor by the mean rate of one cycle times 3600 s. In `f32`, and under the end-of-step rule in both precisions,
+//! such a cycle is found. Located impacts in `f64` leave the last bits of the modes ringing without a cycle in sight;
+//! there the largest rate, some 1e-17 rad/s, bounds the hour.
 //!
-//! The angle's accumulator adds at most a rounding of its residual, 2^-25 of a unit of 2^-32 turn a step in `f32`: 1e-5 degrees in an hour.
+//! The angle's accumulator adds at most a rounding of its residual, 2^-25 of a unit of 2^-32 turn a step in `f32`: 1e-5
+//! degrees in an hour.
 
 use motor_model::{DriveCommand, ImpactRule, MotorSetup, MotorState, Parameter, Real};
 
@@ -36,7 +38,8 @@ fn settled<T: Real>(setup: &MotorSetup) -> Bench<T> {
     bench
 }
 
-/// Mean rate over the cycle into which the motion has fallen, by Brent's search, if there is one of less than a million steps.
+/// Mean rate over the cycle into which the motion has fallen, by Brent's search, if there is one of less than a million
+/// steps.
 fn mean_rate_of_cycle<T: Real>(bench: &mut Bench<T>) -> Option<f64> {
     let (mut limit, mut steps) = (1_u32, 0_u32);
     let (mut reference, mut sum_rad_s) = (motion_bits(&bench.state), 0.0);
@@ -79,7 +82,8 @@ fn law_an_hour_at_rest_with_located_impacts() {
     }
 }
 
-/// At the end of the step: a rhythm of blows for ever, which creeps as it does over seconds. There is no rest beyond 5 us.
+/// At the end of the step: a rhythm of impacts for ever, which creeps as it does over seconds. There is no rest beyond
+/// 5 us.
 #[test]
 fn law_an_hour_at_rest_with_impacts_at_the_end_of_the_step() {
     for step_s in [1e-6, 2e-6, 5e-6] {
@@ -127,8 +131,8 @@ fn law_rest_of_any_weight() {
     }
 }
 
-/// Enormous friction: both pairs hold the rotor with up to `L = mu m_r g span R_t^2 / J` a span, against each other, and where they balance the
-/// rotor keeps the rounding of `L`.
+/// Enormous friction: both pairs hold the rotor with up to `L = mu m_r g span R_t^2 / J` a span, against each other,
+/// and where they balance the rotor keeps the rounding of `L`.
 fn check_residual_rate<T: Real>(friction: f64, step_s: f64) {
     let mut bench = Bench::<T>::new(&changed(&[(Parameter::Friction, friction)]), &located(step_s));
     bench.state.rotor.rate_rad_s = T::from_f64(15.0);

@@ -111,7 +111,7 @@ impl Laws {
     ) {
         let gaps = [0, 1]
             .map(|pair: usize| before.rotor.height_m.to_f64() - self.teeth[pair].height_m(&before.modes));
-        // The deeper pair comes first, and the other's blow may set it approaching again: that is for the next step.
+        // The deeper pair comes first, and the other's impact may set it approaching again: that is for the next step.
         let last = usize::from(gaps[1] > gaps[0]);
         let rounding = 1e-4 * self.epsilon;
         if gaps[last] < -rounding && impacts.iter().all(|impact| usize::from(impact.pair) != last) {
@@ -144,7 +144,7 @@ impl Laws {
             tooth_speed_after,
             tooth_speed,
             within,
-            "a vertical blow leaves the tangential velocity",
+            "a vertical impulse leaves the tangential velocity",
         );
         let (normal, tangential) =
             (impact.normal_impulse_n_s.to_f64(), impact.tangential_impulse_n_s.to_f64());
@@ -239,7 +239,7 @@ fn law_momentum_restitution_and_friction_at_each_impact_in_f32() {
     check_everywhere::<f32>();
 }
 
-/// A heavy rotor dropped flat on still teeth meets both pairs in one step: the first blow throws the other pair up.
+/// A heavy rotor dropped flat on still teeth meets both pairs in one step: the first impact throws the other pair up.
 fn check_both_pairs_in_one_step<T: Real>(share: f64) {
     let params = MotorParams::nominal();
     let mut bench = Bench::<T>::new(&params, &at_end_of_step(1e-6));
@@ -247,10 +247,11 @@ fn check_both_pairs_in_one_step<T: Real>(share: f64) {
     let (_, impacts) = bench.until_impact(DriveCommand::OFF, 100_000);
     let [first, second] = impacts.as_slice() else { panic!("{impacts:?}") };
     assert_eq!((first.pair, second.pair), (0, 1));
-    // The blow `P` on one pair moves the other's teeth by -sum phi_n phi_n' P / M_n = -(1 - 2) P / m_s: up, by P / m_s.
+    // The impulse `P` on one pair moves the other's teeth by -sum phi_n phi_n' P / M_n = -(1 - 2) P / m_s: up, by P /
+    // m_s.
     let (rotor, stator) = (params.get(Parameter::RotorMass), params.get(Parameter::StatorMass));
-    let blow = first.normal_impulse_n_s.to_f64();
-    let approach = blow / stator + first.approach_m_s.to_f64() - blow / rotor;
+    let impulse = first.normal_impulse_n_s.to_f64();
+    let approach = impulse / stator + first.approach_m_s.to_f64() - impulse / rotor;
     assert_close(
         second.approach_m_s.to_f64(),
         approach,
@@ -265,8 +266,8 @@ fn law_both_pairs_strike_in_one_step() {
     check_both_pairs_in_one_step::<f32>(1e-5);
 }
 
-/// With much friction every strike sticks; with none the rotor never turns; with a light rotor the recoil hardly matters and
-/// with a heavy one it is nearly everything.
+/// With much friction every strike sticks; with none the rotor never turns; with a light rotor the recoil hardly
+/// matters and with a heavy one it is nearly everything.
 #[test]
 fn law_impacts_at_extreme_parameters() {
     for (changes, sticks) in [

@@ -1,9 +1,10 @@
-//! A rotor dropped on a stator that cannot give way, and the order of convergence of impacts noticed at the end of a step.
+//! A rotor dropped on a stator that cannot give way, and the order of convergence of impacts noticed at the end of a
+//! step.
 //!
-//! The rebound from a rigid floor reaches `e^2` of the height. The end-of-step rule notices the impact late by `t` in `0..h`,
-//! when the rotor falls faster by `g t`, and puts it back on the floor: the rebound is too high by
-//! `((v + g t)^2 - v^2) e^2 / 2g = e^2 v t`, which averages to `e^2 v h / 2` over all phases of the drop. First order, with
-//! a constant known beforehand.
+//! The rebound from a rigid floor reaches `e^2` of the height. The end-of-step rule notices the impact late by `t` in
+//! `0..h`, when the rotor falls faster by `g t`, and puts it back on the floor: the rebound is too high by `((v + g
+//! t)^2 - v^2) e^2 / 2g = e^2 v t`, which averages to `e^2 v h / 2` over all phases of the drop. First order, with a
+//! constant known beforehand.
 #![expect(clippy::disallowed_methods, reason = "an independent yardstick")]
 
 use motor_model::{DriveCommand, DriveMode, MotorParams, Parameter};
@@ -78,8 +79,8 @@ fn law_rebound_error_is_first_order_with_the_predicted_constant() {
     assert_between(order(&STEPS_S, &errors), 0.95, 1.05, "order of the rebound height");
 }
 
-/// A rotor thrown down at 1.5 m/s on teeth in full mode C motion, 0.17 m/s at most: one crossing, no grazing. Instant and
-/// velocity after the first impact against the closed form, over 64 phases of the drive: first order in the step.
+/// A rotor thrown down at 1.5 m/s on teeth in full mode C motion, 0.17 m/s at most: one crossing, no grazing. Instant
+/// and velocity after the first impact against the closed form, over 64 phases of the drive: first order in the step.
 #[test]
 fn law_first_impact_on_live_teeth_is_first_order_in_time_and_velocity() {
     let params = changed(&[(Parameter::VerticalDamping, 0.0), (Parameter::Gravity, 0.0)]);

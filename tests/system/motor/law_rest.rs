@@ -32,9 +32,10 @@ fn sag_m() -> f64 {
     46e-6 * 9.81 / (10.7e-6 * natural * natural)
 }
 
-/// Rate at which a rotor at rest may creep: the end-of-step rule locks into a rhythm of blows, one in two or three steps, that
-/// tilts a little to one side. Measured 0.5e-6 to 1.1e-6 rad/s at 1 us, 4e-6 at 2 us, up to 130e-6 at 5 us, the same in either precision;
-/// twice that is allowed. At 10 us there are rhythms of seven steps too, which turn the rotor by up to 0.1 rad/s: no rest at all.
+/// Rate at which a rotor at rest may creep: the end-of-step rule locks into a rhythm of impacts, one in two or three
+/// steps, that tilts a little to one side. Measured 0.5e-6 to 1.1e-6 rad/s at 1 us, 4e-6 at 2 us, up to 130e-6 at 5 us,
+/// the same in either precision; twice that is allowed. At 10 us there are rhythms of seven steps too, which turn the
+/// rotor by up to 0.1 rad/s: no rest at all.
 pub fn creep_rad_s(step_s: f64) -> f64 {
     if step_s > 5e-6 { 0.2 } else { 2.2e-6 * (step_s / 1e-6) * (step_s / 1e-6) * (step_s / 1e-6) }
 }
@@ -78,7 +79,8 @@ fn law_rest_on_sagging_teeth_for_seconds() {
     check_rest::<f32>(10e-6, 10.0);
 }
 
-/// A rotor that spins on still teeth: Coulomb's law stops it in `rate J / (mu m_r g R_t)`, after half of `rate` times that.
+/// A rotor that spins on still teeth: Coulomb's law stops it in `rate J / (mu m_r g R_t)`, after half of `rate` times
+/// that.
 #[test]
 fn exact_spin_down_on_still_teeth() {
     let (rate, friction) = (15.0, 0.4);
@@ -147,7 +149,8 @@ fn law_drive_off_from_full_speed_at_several_phases() {
     }
 }
 
-/// Perfectly plastic and perfectly elastic contacts, under both friction laws and full drive, stay finite and near the teeth.
+/// Perfectly plastic and perfectly elastic contacts, under both friction laws and full drive, stay finite and near the
+/// teeth.
 #[test]
 fn law_extreme_restitution_stays_finite() {
     for restitution in [0.0, 0.999_999, 1.0] {
@@ -178,7 +181,8 @@ fn law_plastic_landing_does_not_bounce() {
     bench.state.rotor.height_m = drop;
     bench.until_impact(DriveCommand::OFF, 1_000_000);
     let range = height_over(&mut bench, 0.05);
-    // The heavy rotor and the teeth under it leave the blow with one velocity; the teeth's spring throws them back a little.
+    // The heavy rotor and the teeth under it leave the impact with one velocity; the teeth's spring throws them back a
+    // little.
     assert_between(range.high, -drop, 0.9 * drop, "height after a plastic landing");
     let last = height_over(&mut bench, 0.05);
     assert_between(last.high, -2.0 * sag_m(), 1e-8, "height a little later");

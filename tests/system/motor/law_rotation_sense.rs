@@ -1,10 +1,11 @@
 //! Which way each mode turns the rotor.
 //!
-//! A tooth strikes while it rises. When mode B drives, `u' = sin(2 th) g_B'` and `s' = L cos(2 th) g_B'`, so a rising tooth moves by
-//! `s' = L cot(2 th) u'`: clockwise where `sin 2 th` and `cos 2 th` agree in sign. When mode C drives, `u' = cos(2 th) g_C'`
-//! and `s' = -L sin(2 th) g_C' = -L tan(2 th) u'`: the opposite sense for the same angle. The sense of both modes therefore turns
-//! with the sign of `cos 2 th` and with that of `sin 2 th`, and is back when both have turned: B is driven through `sin` and pushes through
-//! `cos`, C the other way about. The nominal angle is 30 degrees, both positive: B clockwise, C counter-clockwise.
+//! A tooth strikes while it rises. When mode B drives, `u' = sin(2 th) g_B'` and `s' = L cos(2 th) g_B'`, so a rising
+//! tooth moves by `s' = L cot(2 th) u'`: clockwise where `sin 2 th` and `cos 2 th` agree in sign. When mode C drives,
+//! `u' = cos(2 th) g_C'` and `s' = -L sin(2 th) g_C' = -L tan(2 th) u'`: the opposite sense for the same angle. The
+//! sense of both modes therefore turns with the sign of `cos 2 th` and with that of `sin 2 th`, and is back when both
+//! have turned: B is driven through `sin` and pushes through `cos`, C the other way about. The nominal angle is 30
+//! degrees, both positive: B clockwise, C counter-clockwise.
 
 use motor_model::{DriveCommand, DriveMode, MotorParams, Parameter};
 
@@ -46,21 +47,22 @@ fn law_sense_follows_the_signs_of_sine_and_cosine() {
     }
 }
 
-/// Turning one sign is a mirror: same heights and blows, opposite rotation. Compared until chaos has grown from rounding.
+/// Turning one sign is a mirror: same heights and impacts, opposite rotation. Compared until chaos has grown from
+/// rounding.
 #[test]
 fn law_mirrored_teeth_turn_the_rotor_the_other_way() {
     for mode in [DriveMode::B, DriveMode::C] {
         let mut motor = Bench::<f64>::new(&with_angle(30.0), &at_end_of_step(1e-6));
         let mut mirror = Bench::<f64>::new(&with_angle(60.0), &at_end_of_step(1e-6));
-        let mut blows = 0;
-        while blows < 5 {
+        let mut count = 0;
+        while count < 5 {
             let (_, impacts) = motor.step(DriveCommand::full(mode));
             let (_, mirrored) = mirror.step(DriveCommand::full(mode));
             assert_eq!(impacts.len(), mirrored.len());
-            // The first blows are those of a rotor still resting on teeth that begin to stir.
+            // The first impacts are those of a rotor still resting on teeth that begin to stir.
             let hard = impacts.iter().filter(|impact| impact.approach_m_s > 0.02).count();
-            blows += hard;
-            assert!(motor.state.steps < 1_000_000, "no blows");
+            count += hard;
+            assert!(motor.state.steps < 1_000_000, "no impacts");
         }
         let (rotor, other) = (motor.state.rotor, mirror.state.rotor);
         let within = Within { rtol: 1e-6, atol: 1e-9 };
@@ -71,7 +73,8 @@ fn law_mirrored_teeth_turn_the_rotor_the_other_way() {
     }
 }
 
-/// A symmetric tooth does not turn the rotor: at 45 degrees mode B moves the teeth straight up, and mode C leaves them still.
+/// A symmetric tooth does not turn the rotor: at 45 degrees mode B moves the teeth straight up, and mode C leaves them
+/// still.
 #[test]
 fn law_teeth_at_an_antinode_of_b_do_not_turn_the_rotor() {
     let params = with_angle(45.0);

@@ -1,4 +1,5 @@
-//! Teeth pressed on the rotor: rest, walking, detachment, friction, with impacts located inside the step.
+//! Teeth in sustained contact with the rotor: rest, walking, detachment, friction, with impacts located inside the
+//! step.
 #![expect(clippy::disallowed_methods, reason = "an independent yardstick")]
 
 use std::f64::consts::TAU;
@@ -19,10 +20,11 @@ fn sag_m() -> f64 {
     46e-6 * GRAVITY_M_S2 / (10.7e-6 * natural * natural)
 }
 
-/// Both pairs pressed, the height that balances the weight, no rotation; and all of it stays so for `time_s`.
+/// Both pairs in sustained contact, the height that balances the weight, no rotation; and all of it stays so for
+/// `time_s`.
 ///
-/// In `f32` the last bits of the modes go on ringing: gap and height are good to a few units of the sag's last place, and the
-/// teeth's rounded motion may carry the rotor with it, to 1e-8 rad/s.
+/// In `f32` the last bits of the modes go on ringing: gap and height are good to a few units of the sag's last place,
+/// and the teeth's rounded motion may carry the rotor with it, to 1e-8 rad/s.
 fn check_rest<T: Real>(bench: &mut Bench<T>, time_s: f64, what: &str) {
     let single = size_of::<T>() == 4;
     let height = Within::relative(if single { 16.0 * epsilon::<T>() } else { 1e-9 });
@@ -94,8 +96,8 @@ fn law_drive_off_from_full_speed_ends_in_rest() {
     }
 }
 
-/// An hour at rest is too long to run; seconds at 20 us show what it would: from some state on the angle does not change by its last bit, and the
-/// height by less than 1e-20 m.
+/// An hour at rest is too long to run; seconds at 20 us show what it would: from some state on the angle does not
+/// change by its last bit, and the height by less than 1e-20 m.
 #[test]
 fn law_rest_repeats_itself() {
     for step_s in [10e-6, 20e-6] {
@@ -108,8 +110,8 @@ fn law_rest_repeats_itself() {
     }
 }
 
-/// A plate that shakes a light rotor up and down: mode A of a stator of a kilogram, undamped and let go at its middle with
-/// `A w^2 = 2.5 g`. The rotor leaves when the plate falls faster than it can, `A w^2 sin(w t) = g`.
+/// A plate that shakes a light rotor up and down: mode A of a stator of a kilogram, undamped and let go at its middle
+/// with `A w^2 = 2.5 g`. The rotor leaves when the plate falls faster than it can, `A w^2 sin(w t) = g`.
 struct ShakenPlate {
     rad_s: f64,
     amplitude_m: f64,
@@ -134,7 +136,8 @@ impl ShakenPlate {
     }
 }
 
-/// Departure within a span (here 0.25 rad of mode C: 5 us) and a step, the flight after it with an error of second order in the span.
+/// Departure within a span (here 0.25 rad of mode C: 5 us) and a step, the flight after it with an error of second
+/// order in the span.
 fn check_detachment<T: Real>(step_s: f64) {
     let plate = ShakenPlate::NOMINAL;
     let mut bench = plate.bench::<T>(step_s);
@@ -257,7 +260,7 @@ fn exact_spin_down_on_pressed_teeth() {
     }
 }
 
-/// Without weight, or with it upwards, nothing stays pressed: the rotor leaves, in free flight.
+/// Without weight, or with it upwards, nothing stays in contact: the rotor leaves, in free flight.
 #[test]
 fn law_without_weight_nothing_stays_pressed() {
     for gravity in [0.0, -GRAVITY_M_S2] {
@@ -290,7 +293,7 @@ fn command(mode: DriveMode, amplitude: f32) -> DriveCommand {
     DriveCommand::try_new(mode, amplitude).expect("a valid amplitude")
 }
 
-/// Spin-up, pressed walking, cut-off, rest, and again: the books close after every part.
+/// Spin-up, walking in sustained contact, cut-off, rest, and again: the books close after every part.
 fn check_books<T: Real>(step_s: f64, share: f64) {
     let mut accounted = Accounted::<T>::from(&changed(&[]), &located(step_s), MotorState::default());
     for (command, time_s) in [
@@ -315,8 +318,8 @@ fn check_books<T: Real>(step_s: f64, share: f64) {
     }
 }
 
-/// In `f64` to 1e-9 of the turnover. In `f32` a span rounds each state by half a unit, of which the modes lose `2 zeta w` of their energy in
-/// the same time: errors all one way add up to `epsilon / (zeta w span)`.
+/// In `f64` to 1e-9 of the turnover. In `f32` a span rounds each state by half a unit, of which the modes lose `2 zeta
+/// w` of their energy in the same time: errors all one way add up to `epsilon / (zeta w span)`.
 #[test]
 fn law_energy_account_closes_through_pressed_contact() {
     for step_s in STEPS_S {
@@ -326,7 +329,8 @@ fn law_energy_account_closes_through_pressed_contact() {
     }
 }
 
-/// Mode C at 0.3 never lifts the rotor: pressed all the time, no impact, and what pressing costs is far below the friction.
+/// Mode C at 0.3 never lifts the rotor: in sustained contact all the time, no impact, and what the contact costs is far
+/// below the friction.
 #[test]
 fn law_walking_is_pressed() {
     for step_s in [5e-6, 10e-6, 20e-6] {

@@ -1,8 +1,9 @@
 //! Steady rotation and impacts per second in modes B and C, against an independent prototype of the same equations.
 //!
-//! The prototype, with Coulomb's law and impacts noticed at the end of a step of 0.1 us, gave 15.2 +- 0.2 rad/s and 245 impacts/s in
-//! mode B, 1.53 +- 0.01 rad/s and 2,300 impacts/s in mode C. A coarse step distorts: at 10 us mode C comes out 10 % too
-//! fast and mode B, with the paper's law, 35 % too slow. With the paper's law at 1 us it gave 13.1 +- 0.3 in B and 1.71 +- 0.03 in C.
+//! The prototype, with Coulomb's law and impacts noticed at the end of a step of 0.1 us, gave 15.2 +- 0.2 rad/s and 245
+//! impacts/s in mode B, 1.53 +- 0.01 rad/s and 2,300 impacts/s in mode C. A coarse step distorts: at 10 us mode C comes
+//! out 10 % too fast and mode B, with the paper's law, 35 % too slow. With the paper's law at 1 us it gave 13.1 +- 0.3
+//! in B and 1.71 +- 0.03 in C.
 
 use motor_model::{DriveCommand, DriveMode, FrictionLaw, MotorParams, MotorSetup, Parameter, Real};
 
@@ -26,8 +27,8 @@ fn steady_of<T: Real>(
     Steady::over::<T>(params, &setup, DriveCommand::full(mode), seeds, (0.5, 1.5))
 }
 
-/// 0.25 us, ten seeds. Single runs of 1.5 s scatter by 0.5 rad/s and 8 impacts/s in B, by 0.02 rad/s and 30 impacts/s in C; the bands
-/// are four standard errors of the mean of ten either way, and the 1 % that is left of the step's bias.
+/// 0.25 us, ten seeds. Single runs of 1.5 s scatter by 0.5 rad/s and 8 impacts/s in B, by 0.02 rad/s and 30 impacts/s
+/// in C; the bands are four standard errors of the mean of ten either way, and the 1 % that is left of the step's bias.
 #[test]
 fn tool_converged_rates_and_impacts() {
     let b = steady::<f64>(DriveMode::B, 0.25e-6, 10);
@@ -38,8 +39,9 @@ fn tool_converged_rates_and_impacts() {
     assert_between(c.impacts_per_s, 2240.0, 2360.0, format_args!("mode C {c:?}"));
 }
 
-/// 10 us: the known price of noticing an impact at the end of a step, in either precision. With the paper's law the prototype gave
-/// 9.0 +- 0.7 rad/s in B, for 13.8 converged; ours scatters by 0.4 from run to run. Mode C comes out 10 % too fast.
+/// 10 us: the known price of noticing an impact at the end of a step, in either precision. With the paper's law the
+/// prototype gave 9.0 +- 0.7 rad/s in B, for 13.8 converged; ours scatters by 0.4 from run to run. Mode C comes out 10
+/// % too fast.
 #[test]
 fn tool_coarse_step_distorts_as_known() {
     let nominal = MotorParams::nominal();
@@ -68,8 +70,8 @@ fn tool_paper_law_rates() {
     assert_between(c.rate_rad_s, -1.76, -1.66, format_args!("mode C {c:?}"));
 }
 
-/// Trends of the paper's Table 2 in mode C: a heavier stator turns the rotor faster (1.36 to 1.96 rad/s over 9.7 to 11.7 mg),
-/// as does a tooth further from the antinode (0.75 to 3.03 rad/s over 62.1 to 58.1 degrees).
+/// Trends of the paper's Table 2 in mode C: a heavier stator turns the rotor faster (1.36 to 1.96 rad/s over 9.7 to
+/// 11.7 mg), as does a tooth further from the antinode (0.75 to 3.03 rad/s over 62.1 to 58.1 degrees).
 #[test]
 fn tool_trends_of_the_paper_in_mode_c() {
     let rate = |changes: &[(Parameter, f64)]| {

@@ -1,4 +1,5 @@
-//! Imports point one way: between the crates, by their manifests, and between the folders of `host-sim`, by their source.
+//! Imports point one way: between the crates, by their manifests, and between the folders of `host-sim`, by their
+//! source.
 
 use std::collections::BTreeSet;
 use std::fs;
@@ -6,7 +7,8 @@ use std::path::{Path, PathBuf};
 
 use toml::{Table, Value};
 
-/// Every crate of the workspace and the crates of the workspace that it may depend on, tests and build scripts included.
+/// Every crate of the workspace and the crates of the workspace that it may depend on, tests and build scripts
+/// included.
 const CRATES: [(&str, &[&str]); 9] = [
     ("motor-model", &[]),
     ("estimator", &["motor-model"]),

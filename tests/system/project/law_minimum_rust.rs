@@ -1,7 +1,7 @@
 //! The `rust-version` of each crate against those that its dependencies declare.
 //!
-//! With clippy's `incompatible_msrv`, which refuses what the standard library gained later, this holds all that can be seen without the
-//! old compiler; what the language itself gained later is not seen.
+//! With clippy's `incompatible_msrv`, which refuses what the standard library gained later, this holds all that can be
+//! seen without the old compiler; what the language itself gained later is not seen.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::process::Command;

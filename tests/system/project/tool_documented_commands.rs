@@ -1,7 +1,7 @@
 //! Every command in the documents: those of `host-sim` run, and any other names what is there.
 //!
-//! A document is `README.md` or a Markdown file in `docs`. Its commands are the lines of blocks marked `sh`, and the code in its prose
-//! that begins with `cargo` or `host-sim`.
+//! A document is `README.md` or a Markdown file in `docs`. Its commands are the lines of blocks marked `sh`, and the
+//! code in its prose that begins with `cargo` or `host-sim`.
 
 use std::collections::HashSet;
 use std::fs;
@@ -12,8 +12,8 @@ use toml::{Table, Value};
 
 use crate::support::built_command::{folder, run};
 
-/// What runs smaller here than it stands in the documents: a flag with its value is put in the place of the documented one, or appended.
-/// The command as it stands must still be parsed.
+/// What runs smaller here than it stands in the documents: a flag with its value is put in the place of the documented
+/// one, or appended. The command as it stands must still be parsed.
 const SMALLER: [(&str, &[(&str, &str)]); 8] = [
     ("accuracy", &[("--quick", "")]),
     ("calibrate", &[("--runs", "1"), ("--duration", "6"), ("--set", "calibrate.steps=1")]),
@@ -205,7 +205,8 @@ fn check_cargo(folder: &TempDir, place: Place, words: &[String]) -> Result<(), S
     }
 }
 
-/// A script of the project's is there, and its text or a program of the firmware's has the words that it is called with.
+/// A script of the project's is there, and its text or a program of the firmware's has the words that it is called
+/// with.
 fn check_script(script: &str, arguments: &[String]) -> Result<(), String> {
     let text = fs::read_to_string(repository().join(script)).map_err(|error| format!("{script}: {error}"))?;
     let programs = ["firmware/src/bin", "firmware-checks/src/bin"];

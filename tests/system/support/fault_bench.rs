@@ -134,8 +134,9 @@ pub fn delays_ms(looks: &[Look], is_it: impl Fn(&Look) -> bool) -> Vec<(&'static
     by_filter(looks).iter().map(of_one).collect()
 }
 
-/// Asserts that no filter was believed while it was wrong. A rotor that lands is out of its filter's reach until the next frame, which in undisturbed motion takes up to
-/// 0.1 % of the time and eight standard deviations: up to 0.5 % is let pass here, and none beyond twelve.
+/// Asserts that no filter was believed while it was wrong. A rotor that lands is out of its filter's reach until the
+/// next frame, which in undisturbed motion takes up to 0.1 % of the time and eight standard deviations: up to 0.5 % is
+/// let pass here, and none beyond twelve.
 #[track_caller]
 pub fn assert_never_false(looks: &[Look]) {
     assert_hardly_false(12.0, looks);

@@ -12,7 +12,7 @@ use crate::support::tooth::Tooth;
 /// Gravity of all these scenes in m/s^2.
 pub const GRAVITY_M_S2: f64 = 9.81;
 
-/// A rotor of a microgram on a stator of a kilogram: the recoil is 3e-9 of the blow.
+/// A rotor of a microgram on a stator of a kilogram: the recoil is 3e-9 of the impact.
 #[track_caller]
 pub fn on_rigid_floor(restitution: f64) -> MotorParams {
     changed(&[
@@ -36,8 +36,8 @@ pub fn descent(function: impl Fn(f64) -> f64, until: f64) -> f64 {
     0.5 * (early + late)
 }
 
-/// Both pairs in the steady motion of a fully driven mode, the rotor thrown down from `height_m` without gravity or damping, faster
-/// than any tooth falls: each pair is met once.
+/// Both pairs in the steady motion of a fully driven mode, the rotor thrown down from `height_m` without gravity or
+/// damping, faster than any tooth falls: each pair is met once.
 pub struct LiveTeeth {
     oscillator: Oscillator,
     mode: DriveMode,
@@ -60,7 +60,8 @@ pub struct Contact {
 }
 
 impl LiveTeeth {
-    /// Nominal teeth at a phase of the drive; the throw is from 45 to 57 um (mode C) or 80 to 92 um (B), which is out of their reach.
+    /// Nominal teeth at a phase of the drive; the throw is from 45 to 57 um (mode C) or 80 to 92 um (B), which is above
+    /// them.
     pub fn thrown_at(params: &MotorParams, mode: DriveMode, index: u32, of: u32) -> Self {
         let oscillator = Oscillator::of(params, mode);
         let phase_turns = (f64::from(index) + 0.37) / f64::from(of);

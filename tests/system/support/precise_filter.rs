@@ -1,4 +1,5 @@
-//! The textbook's Kalman filter in 200-bit arithmetic: a covariance matrix, no factors, nothing in common with the filter under test.
+//! The textbook's Kalman filter in 200-bit arithmetic: a covariance matrix, no factors, nothing in common with the
+//! filter under test.
 
 use dashu_float::FBig;
 use dashu_float::round::mode::HalfEven;

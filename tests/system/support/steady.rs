@@ -16,7 +16,8 @@ pub struct Steady {
 }
 
 impl Steady {
-    /// Averages over `seeds` runs of `time_s` after `settle_s`; each seed draws its own variation between the tooth pairs.
+    /// Averages over `seeds` runs of `time_s` after `settle_s`; each seed draws its own variation between the tooth
+    /// pairs.
     pub fn over<T: Real>(
         params: &MotorParams,
         setup: &MotorSetup,
