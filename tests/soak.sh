@@ -1,11 +1,11 @@
 #!/usr/bin/env bash
 # Looks for what no fixed seed shows: property tests and fuzz targets from fresh seeds, in rotation, for as long as
-# told. Then what takes too long for tests/run.sh.
+# told. Then it compares the pages of results with new runs, and the dependencies with deny.toml, which takes minutes.
 #
 #   tests/soak.sh [MINUTES]
 #
-# 60 minutes unless told otherwise; builds come on top. Prints each seed and, at a failure, the command that repeats it,
-# and goes on with the others. What it finds stays in out/soak. Exits with 1 if something failed.
+# 60 minutes unless told otherwise; builds and the pages come on top. Prints each seed and, at a failure, the command
+# that repeats it, and goes on with the others. What it finds stays in out/soak. Exits with 1 if something failed.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
@@ -171,6 +171,22 @@ trap 'kill "$properties_id" "$targets_id" 2>/dev/null || true' EXIT
 wait "$properties_id"
 wait "$targets_id"
 trap - EXIT
+
+# A check of its own: NAME COMMAND...
+check() {
+    local name=$1 log=$found/$1.log began=$SECONDS result=passed
+    heading "$name"
+    if ! "${@:2}" 2>&1 | tee "$log"; then
+        result=failed
+        failed "$name" "$log" "${*:2}"
+    fi
+    note "$name" - $((SECONDS - began)) "$result"
+}
+check results cargo run --release --package host-sim -- results --check
+# Without cargo-deny on the machine it is left out: its installation takes longer than all the rest.
+if command -v cargo-deny >/dev/null; then
+    check dependencies cargo deny --workspace check bans licenses sources
+fi
 
 heading "summary"
 awk -F'\t' '
