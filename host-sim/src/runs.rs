@@ -5,7 +5,6 @@ mod error;
 pub mod filter;
 pub mod position;
 pub mod rate;
-pub mod record;
 pub mod simulate;
 pub mod tick_driver;
 

@@ -111,6 +111,19 @@ impl Scene {
         }
     }
 
+    /// The value of a number of seconds, rounded to the nanosecond.
+    ///
+    /// # Panics
+    /// When `key` names no number: a slip in the program, never in a scene.
+    #[expect(
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss,
+        reason = "bounded by the setting; a cast saturates"
+    )]
+    pub fn nanos(&self, key: &'static str) -> u64 {
+        (self.number(key) * 1e9).round() as u64
+    }
+
     /// The value of a whole number.
     ///
     /// # Panics

@@ -10,7 +10,7 @@ use host_sim::board::instructions::Board;
 use host_sim::board::pil::{Emulated, Link, Processor, Wiring};
 use host_sim::board::telemetry::Entry;
 use host_sim::runs::position;
-use host_sim::runs::tick_driver::Taken;
+use host_sim::runs::tick_driver::TickMeasurements;
 use rand_core::Rng as _;
 use rand_pcg::Pcg64;
 use serde_json::Value;
@@ -206,13 +206,13 @@ impl Processor for Noisy {
         self.board.arm(configuration)
     }
 
-    fn tick(&mut self, taken: &Taken) -> Result<link::TickRecord, BoardError> {
+    fn tick(&mut self, measurements: &TickMeasurements) -> Result<link::TickRecord, BoardError> {
         self.ticks += 1;
         // Longer than any frame, now and then.
         let length = if self.ticks.is_multiple_of(100) { 1000 } else { self.ticks % 40 };
         let noise: Vec<u8> = (0..length).map(|_| self.random.next_u32().to_le_bytes()[0]).collect();
         self.board.disturb(&noise)?;
-        self.board.tick(taken)
+        self.board.tick(measurements)
     }
 }
 
@@ -250,8 +250,8 @@ impl Processor for Flipped {
         self.0.arm(configuration)
     }
 
-    fn tick(&mut self, taken: &Taken) -> Result<link::TickRecord, BoardError> {
-        let mut report = self.0.tick(taken)?;
+    fn tick(&mut self, measurements: &TickMeasurements) -> Result<link::TickRecord, BoardError> {
+        let mut report = self.0.tick(measurements)?;
         self.1 -= 1;
         if self.1 == 0 {
             report.applied.amplitude = f32::from_bits(report.applied.amplitude.to_bits() ^ 1);

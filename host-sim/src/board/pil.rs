@@ -28,8 +28,8 @@ use serde::Serialize;
 
 use crate::board::BoardError;
 use crate::runs::closed_loop::{ClosedLoop, PositioningMoment};
-use crate::runs::position::{self, Outcome};
-use crate::runs::tick_driver::Taken;
+use crate::runs::position::{self, MoveOutcome};
+use crate::runs::tick_driver::TickMeasurements;
 use crate::scene::Scene;
 pub use emulated::Emulated;
 pub use live::Live;
@@ -47,7 +47,7 @@ pub trait Processor {
     ///
     /// # Errors
     /// When it does not answer with a report.
-    fn tick(&mut self, taken: &Taken) -> Result<TickRecord, BoardError>;
+    fn tick(&mut self, measurements: &TickMeasurements) -> Result<TickRecord, BoardError>;
 }
 
 /// Where the microcontroller first computed something else than the host.
@@ -78,7 +78,7 @@ pub struct Run {
     /// The first difference.
     pub difference: Option<Difference>,
     /// The move, as the microcontroller drove it; `null` after a difference.
-    pub outcome: Option<Outcome>,
+    pub outcome: Option<MoveOutcome>,
 }
 
 impl Run {
@@ -109,7 +109,7 @@ pub(crate) fn configuration(scene: &Scene) -> Configuration {
         },
         target_deg: scene.number("position.to_deg"),
         tolerance_deg: scene.number("position.tolerance_deg"),
-        deadline_nanos: position::nanos(scene, "position.deadline_s"),
+        deadline_nanos: scene.nanos("position.deadline_s"),
     }
 }
 
@@ -168,7 +168,7 @@ fn compared(
     seed: u64,
 ) -> Result<(), BoardError> {
     let ours = TickRecord::from(&moment.report);
-    let theirs = processor.tick(closed_loop.taken())?;
+    let theirs = processor.tick(closed_loop.measurements())?;
     observe(moment)?;
     if let Some((field, host, board)) = ours.difference(&theirs) {
         let host = told(&ours, field, host);

@@ -38,7 +38,7 @@ impl PositionArgs {
             &[("position.to_deg", &self.to), ("position.tolerance_deg", &self.tolerance)],
         )?;
         let drawing = self.drawing.open("position.svg")?;
-        let mut trace = position::Trace::default();
+        let mut trace = position::PictureTrace::default();
         let outcome = position::run(&scene, |moment| trace.take(moment))?;
         let svg = position::svg(&outcome, &trace)?;
         Ok(drawing.publish(&svg, &outcome.to_string(), outcome.json())?)
@@ -73,9 +73,9 @@ impl RateArgs {
             ],
         )?;
         let drawing = self.drawing.open("rate.svg")?;
-        let mut moments = Vec::new();
-        let outcome = rate::run(&scene, |moment| moments.push(moment))?;
-        let svg = rate::svg(&outcome, &moments)?;
+        let mut points = Vec::new();
+        let outcome = rate::run(&scene, |point| points.push(point))?;
+        let svg = rate::svg(&outcome, &points)?;
         Ok(drawing.publish(&svg, &outcome.to_string(), outcome.json())?)
     }
 }

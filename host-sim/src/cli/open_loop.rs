@@ -10,8 +10,8 @@ use super::count::Count;
 use super::{Format, SceneArgs, progress_style};
 use crate::cli::CommandError;
 use crate::report::files::{self, OutputFolder};
-use crate::runs::record::Record;
-use crate::runs::simulate::{Report, Run, simulate};
+use crate::runs::simulate::samples_csv::SamplesCsv;
+use crate::runs::simulate::{OpenLoopReport, OpenLoopRun, simulate};
 use crate::studies::paper;
 
 #[derive(Debug, Args)]
@@ -65,13 +65,13 @@ impl SimulateArgs {
                 ("simulate.precision", &self.precision),
             ],
         )?;
-        let run = Run::from_scene(&scene)?;
-        run.schedule()?;
-        let mut record = self.out.as_deref().map(Record::create).transpose()?;
+        let run = OpenLoopRun::from_scene(&scene)?;
+        run.step_counts()?;
+        let mut record = self.out.as_deref().map(SamplesCsv::create).transpose()?;
         let start = Instant::now();
         let summary = simulate(&run, &mut record)?;
-        let report = Report::new(&run, &summary, start.elapsed().as_secs_f64());
-        record.map_or(Ok(()), Record::publish)?;
+        let report = OpenLoopReport::new(&run, &summary, start.elapsed().as_secs_f64());
+        record.map_or(Ok(()), SamplesCsv::publish)?;
         Ok(files::print(&match self.format {
             Format::Text => report.to_string(),
             Format::Json => report.json(),

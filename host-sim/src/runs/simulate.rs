@@ -1,7 +1,8 @@
 //! The open loop: one motor under one constant drive, watched while it runs and summed up after it has settled.
 
 mod report;
-mod run;
+pub mod samples_csv;
+mod stepping;
 
 use motor_model::{DriveCommand, DriveMode, FrictionLaw, ImpactRule, MotorParams, MotorSetup};
 use serde::Serialize;
@@ -12,8 +13,8 @@ use crate::runs::RunError;
 use crate::scene::{Scene, SceneError};
 use crate::world::plant::impact_rule;
 
-pub use report::Report;
-pub use run::{FAST_APPROACH_M_S, Observer, RunSummary, Sample, simulate};
+pub use report::OpenLoopReport;
+pub use stepping::{FAST_APPROACH_M_S, MotorSample, Observer, OpenLoopSummary, simulate};
 
 /// Most steps of a run: a few minutes of computing.
 const STEPS_MAX: f64 = 1e10;
@@ -30,7 +31,7 @@ pub enum Precision {
 
 /// What to run.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Run {
+pub struct OpenLoopRun {
     /// The motor.
     pub params: MotorParams,
     /// The drive, from the first step to the last.
@@ -53,7 +54,7 @@ pub struct Run {
 
 /// A run counted in steps.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Schedule {
+pub struct StepCounts {
     /// Steps in all.
     pub steps: u64,
     /// Steps before the statistics start.
@@ -62,7 +63,7 @@ pub struct Schedule {
     pub sample_steps: u64,
 }
 
-impl Run {
+impl OpenLoopRun {
     /// The run that a scene asks for.
     ///
     /// # Errors
@@ -101,7 +102,7 @@ impl Run {
     ///
     /// # Errors
     /// When there are too many steps, or too few after settling to say anything.
-    pub fn schedule(&self) -> Result<Schedule, RunError> {
+    pub fn step_counts(&self) -> Result<StepCounts, RunError> {
         let Self { duration_s, settle_s, step_s, .. } = *self;
         if duration_s / step_s > STEPS_MAX {
             return Err(SceneError::Conflict {
@@ -118,14 +119,14 @@ impl Run {
                 ),
             }.into());
         }
-        let schedule = Schedule {
+        let counts = StepCounts {
             steps: steps_in(duration_s, step_s),
             settle_steps: steps_in(settle_s, step_s),
             sample_steps: steps_in(1.0 / SAMPLE_RATE_HZ, step_s).max(1),
         };
-        let samples = |steps| steps / schedule.sample_steps;
-        if samples(schedule.steps) < samples(schedule.settle_steps) + 2 {
-            let two_samples_s = 2.0 / self.sample_rate_hz(&schedule);
+        let samples = |steps| steps / counts.sample_steps;
+        if samples(counts.steps) < samples(counts.settle_steps) + 2 {
+            let two_samples_s = 2.0 / self.sample_rate_hz(&counts);
             return Err(SceneError::Conflict {
                 conflict: format!(
                     "simulate.settle_s = {} s leaves nothing of simulate.duration_s = {} s for the statistics",
@@ -138,13 +139,13 @@ impl Run {
                 ),
             }.into());
         }
-        Ok(schedule)
+        Ok(counts)
     }
 
     /// Samples per second of the statistics: 20 kHz, or the nearest that whole steps make.
     #[expect(clippy::cast_precision_loss, reason = "at most 50,000 steps a sample")]
-    pub fn sample_rate_hz(&self, schedule: &Schedule) -> f64 {
-        let rate_hz = 1.0 / (schedule.sample_steps as f64 * self.step_s);
+    pub fn sample_rate_hz(&self, counts: &StepCounts) -> f64 {
+        let rate_hz = 1.0 / (counts.sample_steps as f64 * self.step_s);
         let is_nominal = (rate_hz / SAMPLE_RATE_HZ - 1.0).abs() < 1e-12;
         if is_nominal { SAMPLE_RATE_HZ } else { rate_hz }
     }
@@ -179,13 +180,13 @@ pub(crate) fn steps_in(time_s: f64, step_s: f64) -> u64 {
 mod tests {
     use super::*;
 
-    fn run_of(sets: &[&str]) -> Run {
+    fn run_of(sets: &[&str]) -> OpenLoopRun {
         let mut scene = Scene::default();
         for set in sets {
             let (key, value) = set.split_once('=').unwrap();
             scene.set(key, value).unwrap();
         }
-        Run::from_scene(&scene).unwrap()
+        OpenLoopRun::from_scene(&scene).unwrap()
     }
 
     #[test]
@@ -193,34 +194,36 @@ mod tests {
         let run = run_of(&[]);
         assert_eq!(run.drive, DriveCommand::full(DriveMode::C));
         assert_eq!((run.friction_law, run.precision, run.seed), (FrictionLaw::Coulomb, Precision::F64, 1));
-        let schedule = run.schedule().unwrap();
-        assert_eq!(schedule, Schedule { steps: 2_000_000, settle_steps: 500_000, sample_steps: 50 });
-        assert!((run.sample_rate_hz(&schedule) - 20_000.0).abs() < 1e-9);
+        let counts = run.step_counts().unwrap();
+        assert_eq!(counts, StepCounts { steps: 2_000_000, settle_steps: 500_000, sample_steps: 50 });
+        assert!((run.sample_rate_hz(&counts) - 20_000.0).abs() < 1e-9);
     }
 
     /// 50 us is 16.67 steps of 3 us: 17 of them make 19,608 samples per second.
     #[test]
     fn exact_sample_rate_of_a_step_that_does_not_divide() {
         let run = run_of(&["simulate.step_s=3e-6"]);
-        let schedule = run.schedule().unwrap();
-        assert_eq!(schedule.sample_steps, 17);
-        assert!((run.sample_rate_hz(&schedule) - 19_607.843_137).abs() < 1e-5);
+        let counts = run.step_counts().unwrap();
+        assert_eq!(counts.sample_steps, 17);
+        assert!((run.sample_rate_hz(&counts) - 19_607.843_137).abs() < 1e-5);
     }
 
     #[test]
     fn exact_times_that_clash_are_refused_with_numbers_that_work() {
-        let refused = run_of(&["simulate.settle_s=2"]).schedule().unwrap_err().one_line();
+        let refused = run_of(&["simulate.settle_s=2"]).step_counts().unwrap_err().one_line();
         assert_eq!(
             refused,
             "error: simulate.settle_s = 2 s leaves nothing of simulate.duration_s = 2 s for the statistics; \
              hint: simulate.duration_s of at least 2.0001 s, two samples more than the settling"
         );
-        assert!(run_of(&["simulate.settle_s=2", "simulate.duration_s=2.0001"]).schedule().is_ok());
+        assert!(run_of(&["simulate.settle_s=2", "simulate.duration_s=2.0001"]).step_counts().is_ok());
 
-        let refused =
-            run_of(&["simulate.step_s=1e-9", "simulate.duration_s=100"]).schedule().unwrap_err().one_line();
+        let refused = run_of(&["simulate.step_s=1e-9", "simulate.duration_s=100"])
+            .step_counts()
+            .unwrap_err()
+            .one_line();
         assert!(refused.contains("1e11 steps, more than 1e10"), "{refused}");
         assert!(refused.ends_with("hint: steps of at least 1e-8 s, or at most 10 s of time"), "{refused}");
-        assert!(run_of(&["simulate.step_s=1e-8", "simulate.duration_s=100"]).schedule().is_ok());
+        assert!(run_of(&["simulate.step_s=1e-8", "simulate.duration_s=100"]).step_counts().is_ok());
     }
 }

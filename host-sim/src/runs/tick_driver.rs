@@ -38,7 +38,7 @@ pub trait TickProgram {
 
 /// The measurements that a tick took in.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Taken {
+pub struct TickMeasurements {
     /// The last camera frame, if one had arrived.
     pub camera_frame: Option<CameraFrame>,
     /// Vibrometer samples, oldest first.
@@ -50,11 +50,11 @@ pub struct Taken {
 pub struct RigPorts {
     rig: Rig,
     command: DriveCommand,
-    taken: Taken,
+    measurements: TickMeasurements,
 }
 
 impl RigPorts {
-    /// The plant: the truth, which only a judge may use.
+    /// The plant: the truth. A filter may not use it.
     pub fn plant(&self) -> &Plant {
         self.rig.plant()
     }
@@ -63,13 +63,13 @@ impl RigPorts {
 impl Sense for RigPorts {
     fn camera_frame(&mut self) -> Option<CameraFrame> {
         let frame = self.rig.camera_frame();
-        self.taken.camera_frame = frame.or(self.taken.camera_frame);
+        self.measurements.camera_frame = frame.or(self.measurements.camera_frame);
         frame
     }
 
     fn ldv_sample(&mut self) -> Option<LdvSample> {
         let sample = self.rig.ldv_sample();
-        self.taken.ldv_samples.extend(sample);
+        self.measurements.ldv_samples.extend(sample);
         sample
     }
 }
@@ -115,7 +115,10 @@ impl<P: TickProgram> TickDriver<P> {
     /// When the model refuses the plant, or the plant's step does not divide a period.
     pub fn new(scene: &Scene, program: P) -> Result<Self, SceneError> {
         let rig = Rig::new(scene)?;
-        Ok(Self { ports: RigPorts { rig, command: DriveCommand::OFF, taken: Taken::default() }, program })
+        Ok(Self {
+            ports: RigPorts { rig, command: DriveCommand::OFF, measurements: TickMeasurements::default() },
+            program,
+        })
     }
 
     /// The plant.
@@ -138,12 +141,12 @@ impl<P: TickProgram> TickDriver<P> {
         self.program
     }
 
-    /// What the last tick took in.
-    pub fn taken(&self) -> &Taken {
-        &self.ports.taken
+    /// The measurements of the last tick.
+    pub fn measurements(&self) -> &TickMeasurements {
+        &self.ports.measurements
     }
 
-    /// Puts `command` in the place of the last tick's: somebody else drives the plant.
+    /// Puts `command` in the place of the last command of the program.
     pub fn overrule(&mut self, command: DriveCommand) {
         self.ports.command = command;
     }
@@ -158,8 +161,8 @@ impl<P: TickProgram> TickDriver<P> {
         } else {
             ports.rig.tick(ports.command);
         }
-        ports.taken.camera_frame = None;
-        ports.taken.ldv_samples.clear();
+        ports.measurements.camera_frame = None;
+        ports.measurements.ldv_samples.clear();
         let at = ports.rig.plant().now();
         let report = program.tick(at, ports);
         let rotor = ports.rig.plant().state().rotor;

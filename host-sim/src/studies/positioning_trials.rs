@@ -35,7 +35,7 @@ use std::ops::ControlFlow;
 
 use crate::math::random_streams::{Source, stream};
 use crate::runs::filter::FILTERS;
-use crate::runs::position::{self, Outcome};
+use crate::runs::position::{self, MoveOutcome};
 use crate::scene::Scene;
 use crate::studies::StudyError;
 use crate::world::instruments::Camera;
@@ -99,7 +99,7 @@ pub struct Trial {
     /// The kind of move.
     pub kind: Move,
     /// What became of it.
-    pub outcome: Outcome,
+    pub outcome: MoveOutcome,
     /// No controller could have been done before this.
     pub bound_s: f64,
 }
@@ -194,7 +194,7 @@ impl Plan {
         let outcome = match self.strategy {
             Strategy::Planned => position::run(&scene, |_| ())?,
             Strategy::Unlearned => {
-                let tuning = PositioningTuning { learning: false, ..tuning() };
+                let tuning = PositioningTuning { learning: false, ..tuning(&scene) };
                 let watch = |_: &mut _, _: &_| ControlFlow::<Infallible>::Continue(());
                 let ControlFlow::Continue(outcome) = position::run_tuned(&scene, tuning, watch)?;
                 outcome
@@ -207,10 +207,8 @@ impl Plan {
     }
 }
 
-fn tuning() -> PositioningTuning {
-    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "60 s")]
-    let deadline_nanos = (DEADLINE_S * 1e9) as u64;
-    let limits = Limits { deadline_nanos, ..Limits::default() };
+fn tuning(scene: &Scene) -> PositioningTuning {
+    let limits = Limits { deadline_nanos: scene.nanos("position.deadline_s"), ..Limits::default() };
     PositioningTuning { limits, ..PositioningTuning::default() }
 }
 

@@ -4,7 +4,7 @@ use rayon::prelude::*;
 
 use crate::report::document::{Block, Document, Table};
 use crate::report::page::PlacedValue;
-use crate::runs::rate::{self, Outcome};
+use crate::runs::rate::{self, RateOutcome};
 use crate::scene::Scene;
 use crate::studies::StudyError;
 
@@ -14,7 +14,7 @@ const RATES_DEG_S: [f64; 5] = [600.0, 160.0, 50.0, -40.0, -80.0];
 /// What became of each rate.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Rates {
-    outcomes: Vec<Outcome>,
+    outcomes: Vec<RateOutcome>,
 }
 
 /// Holds each rate with the motor of `scene`.
@@ -27,7 +27,7 @@ pub fn run(scene: &Scene) -> Result<Rates, StudyError> {
         scene.set("rate.deg_s", &rate_deg_s.to_string())?;
         Ok::<_, StudyError>(rate::run(&scene, |_| ())?)
     };
-    let outcomes: Result<Vec<Outcome>, StudyError> = RATES_DEG_S.par_iter().map(held).collect();
+    let outcomes: Result<Vec<RateOutcome>, StudyError> = RATES_DEG_S.par_iter().map(held).collect();
     Ok(Rates { outcomes: outcomes? })
 }
 
@@ -35,7 +35,7 @@ impl Rates {
     /// The values of its page.
     pub fn page_values(&self) -> Vec<PlacedValue> {
         let first = self.outcomes.first();
-        let figure = |of: fn(&Outcome) -> String| first.map_or_else(String::new, of);
+        let figure = |of: fn(&RateOutcome) -> String| first.map_or_else(String::new, of);
         vec![
             ("rate_deg_s", figure(|outcome| format!("{:.0}", outcome.rate_deg_s))),
             ("mean_error_percent", figure(|outcome| format!("{:.3}", outcome.mean_error_percent.abs()))),

@@ -36,11 +36,10 @@ const DRIFT_NANOS: u64 = 1_000_000;
 
 impl MotorFaults {
     /// Those of a scene; `None` if it sets none.
-    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "bounded by the settings")]
+    #[expect(clippy::cast_possible_truncation, reason = "rounded to f32")]
     pub fn of(scene: &Scene) -> Option<Self> {
         let jolt_rad_s = scene.number("fault.jolt_rad_s");
-        let nanos = |key| (scene.number(key) * 1e9) as u64;
-        let from = Time::from_nanos(nanos("fault.from_s"));
+        let from = Time::from_nanos(scene.nanos("fault.from_s"));
         let to = 0.01 * scene.number("fault.drift_percent");
         let faults = Self {
             from,
@@ -52,7 +51,11 @@ impl MotorFaults {
                 _ => None,
             },
             jolt_rad_s: (jolt_rad_s.abs() > 0.0).then_some(jolt_rad_s),
-            drift: Drift { to, over_nanos: nanos("fault.drift_s"), due: (to.abs() > 0.0).then_some(from) },
+            drift: Drift {
+                to,
+                over_nanos: scene.nanos("fault.drift_s"),
+                due: (to.abs() > 0.0).then_some(from),
+            },
         };
         let Self { drive_gain, swapped, dead, jolt_rad_s, drift, .. } = faults;
         let any =

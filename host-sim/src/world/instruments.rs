@@ -25,12 +25,7 @@ struct Span {
 impl Span {
     /// Between two settings of `scene`, in s; none where they are equal.
     fn of(scene: &Scene, from: &'static str, until: &'static str) -> Self {
-        #[expect(
-            clippy::cast_possible_truncation,
-            clippy::cast_sign_loss,
-            reason = "bounded by the settings"
-        )]
-        let at = |key| Time::from_nanos((scene.number(key) * 1e9).round() as u64);
+        let at = |key| Time::from_nanos(scene.nanos(key));
         Self { from: at(from), until: at(until) }
     }
 

@@ -14,7 +14,7 @@ use super::Processor;
 use super::process::{self, Guard, Link, OneProcessor, Wiring};
 use crate::board::BoardError;
 use crate::board::instructions::Board;
-use crate::runs::tick_driver::Taken;
+use crate::runs::tick_driver::TickMeasurements;
 
 /// Any number but 0, which the board bears without a host.
 const SESSION: u32 = 1;
@@ -173,13 +173,13 @@ impl Processor for Emulated {
         self.ask(&HostMessage::Arm, &BoardMessage::Armed)
     }
 
-    fn tick(&mut self, taken: &Taken) -> Result<TickRecord, BoardError> {
+    fn tick(&mut self, measurements: &TickMeasurements) -> Result<TickRecord, BoardError> {
         let mut bytes = Vec::with_capacity(2 * FRAME_BYTES_MAX);
-        if !taken.ldv_samples.is_empty() {
-            let samples: LdvRecords = taken.ldv_samples.iter().map(|&sample| sample.into()).collect();
+        if !measurements.ldv_samples.is_empty() {
+            let samples: LdvRecords = measurements.ldv_samples.iter().map(|&sample| sample.into()).collect();
             self.put(&mut bytes, &HostMessage::Ldv(samples))?;
         }
-        if let Some(frame) = taken.camera_frame {
+        if let Some(frame) = measurements.camera_frame {
             self.put(&mut bytes, &HostMessage::Camera(frame.into()))?;
         }
         self.put(&mut bytes, &HostMessage::Step)?;

@@ -61,11 +61,11 @@ impl Processor for Second {
         Ok(())
     }
 
-    fn tick(&mut self, taken: &Taken) -> Result<TickRecord, BoardError> {
+    fn tick(&mut self, measurements: &TickMeasurements) -> Result<TickRecord, BoardError> {
         self.ticks += 1;
         let now = Time::from_nanos(self.ticks * PositionLoop::TICK_NANOS);
         let position_loop = self.position_loop.as_mut().expect("armed first");
-        let mut ports = Ports(taken.camera_frame, taken.ldv_samples.iter());
+        let mut ports = Ports(measurements.camera_frame, measurements.ldv_samples.iter());
         let mut report = TickRecord::from(&controller::tick(position_loop, now, &mut ports));
         if self.ticks == self.spoil_at {
             (self.spoil)(&mut report);

@@ -2,7 +2,7 @@
 
 use motor_model::{Angle, DriveCommand, DriveMode};
 
-use super::{Outcome, Trace};
+use super::{MoveOutcome, PictureTrace};
 use crate::report::OutputError;
 use crate::report::chart::{Axis, Colour, Figure, Panel, Series};
 use crate::runs::closed_loop::PositioningMoment;
@@ -11,7 +11,7 @@ use crate::runs::closed_loop::PositioningMoment;
 ///
 /// # Errors
 /// When the picture cannot be laid out.
-pub fn svg(outcome: &Outcome, trace: &Trace) -> Result<String, OutputError> {
+pub fn svg(outcome: &MoveOutcome, trace: &PictureTrace) -> Result<String, OutputError> {
     let end_s = outcome.duration_s;
     let caption = format!(
         "plant drawn by seed {}: ended {:+.2} milli-degrees from the target after {:.3} s, {} drive switches, estimator within {:.1} milli-degrees rms",
@@ -38,7 +38,7 @@ fn time(end_s: f64) -> Axis {
     Axis::new("time (s)").within(0.0..end_s)
 }
 
-fn line(trace: &Trace, value: impl Fn(&PositioningMoment) -> Option<f64>) -> Vec<(f64, f64)> {
+fn line(trace: &PictureTrace, value: impl Fn(&PositioningMoment) -> Option<f64>) -> Vec<(f64, f64)> {
     trace.moments.iter().filter_map(|moment| Some((moment.seconds(), value(moment)?))).collect()
 }
 
@@ -51,7 +51,7 @@ fn estimate(points: Vec<(f64, f64)>) -> Series {
 }
 
 /// Intervals during which `mode` was driven.
-fn driven(trace: &Trace, mode: DriveMode, end_s: f64) -> Vec<(f64, f64)> {
+fn driven(trace: &PictureTrace, mode: DriveMode, end_s: f64) -> Vec<(f64, f64)> {
     let ends = trace.commands.iter().skip(1).map(|(at, _)| *at).chain([end_s]);
     trace
         .commands
@@ -62,7 +62,7 @@ fn driven(trace: &Trace, mode: DriveMode, end_s: f64) -> Vec<(f64, f64)> {
         .collect()
 }
 
-fn angle(outcome: &Outcome, trace: &Trace) -> Panel {
+fn angle(outcome: &MoveOutcome, trace: &PictureTrace) -> Panel {
     let end_s = outcome.duration_s;
     Panel::new("Angle", time(end_s), Axis::new("angle (deg)"))
         .series(Series::spans(driven(trace, DriveMode::B, end_s)).colour(Colour::Orange).label("mode B on"))
@@ -76,17 +76,17 @@ fn angle(outcome: &Outcome, trace: &Trace) -> Panel {
         .series(estimate(line(trace, |moment| Some(moment.report.estimate?.angle.degrees()))))
 }
 
-/// From the moment the rotor last came within `reach_mdeg` of the target, in milli-degrees from it.
-fn last_stretch(title: &str, reach_mdeg: f64, outcome: &Outcome, trace: &Trace) -> Panel {
+/// From the moment the rotor last came within `range_mdeg` of the target, in milli-degrees from it.
+fn last_stretch(title: &str, range_mdeg: f64, outcome: &MoveOutcome, trace: &PictureTrace) -> Panel {
     let tolerance_mdeg = 1e3 * outcome.tolerance_deg;
     let end_s = outcome.duration_s;
     let target = Angle::from_degrees(outcome.target_deg);
     let off = |angle: Angle| 1e3 * angle.minus(target).degrees();
-    let outside = trace.moments.iter().rev().find(|moment| off(moment.angle).abs() > reach_mdeg);
+    let outside = trace.moments.iter().rev().find(|moment| off(moment.angle).abs() > range_mdeg);
     let start_s = outside.map_or(0.0, |moment| (moment.seconds() - 0.02 * end_s).max(0.0)).min(0.9 * end_s);
     let tolerance =
         vec![(start_s, -tolerance_mdeg, tolerance_mdeg), (end_s, -tolerance_mdeg, tolerance_mdeg)];
-    let axis = Axis::new("off target (mdeg)").within(-reach_mdeg..reach_mdeg);
+    let axis = Axis::new("off target (mdeg)").within(-range_mdeg..range_mdeg);
     Panel::new(title, Axis::new("time (s)").within(start_s..end_s), axis)
         .series(Series::spans(driven(trace, DriveMode::B, end_s)).colour(Colour::Orange))
         .series(Series::spans(driven(trace, DriveMode::C, end_s)).colour(Colour::Green))
@@ -95,17 +95,17 @@ fn last_stretch(title: &str, reach_mdeg: f64, outcome: &Outcome, trace: &Trace) 
         .series(estimate(line(trace, |moment| Some(off(moment.report.estimate?.angle)))))
 }
 
-fn rate(trace: &Trace, end_s: f64) -> Panel {
+fn rate(trace: &PictureTrace, end_s: f64) -> Panel {
     Panel::new("Rate", time(end_s), Axis::new("rate (rad/s)"))
         .series(truth(line(trace, |moment| Some(moment.rate_rad_s))))
         .series(estimate(line(trace, |moment| Some(f64::from(moment.report.estimate?.rate_rad_s)))))
 }
 
 /// Estimated less true angle within the two standard deviations that the filter reports.
-fn estimator_error(outcome: &Outcome, trace: &Trace) -> Panel {
+fn estimator_error(outcome: &MoveOutcome, trace: &PictureTrace) -> Panel {
     let end_s = outcome.duration_s;
     // Before the first frames have settled the band would dwarf the rest.
-    let reach_mdeg = (6.0 * outcome.rms_estimate_error_moving_mdeg).max(10.0);
+    let range_mdeg = (6.0 * outcome.rms_estimate_error_moving_mdeg).max(10.0);
     let two_sigma = |moment: &PositioningMoment| {
         let variance = f64::from(moment.report.estimate?.angle_rad2);
         Some(2e3 * motor_model::math::sqrt(variance).to_degrees())
@@ -114,7 +114,7 @@ fn estimator_error(outcome: &Outcome, trace: &Trace) -> Panel {
     Panel::new(
         "Error of the estimate",
         time(end_s),
-        Axis::new("error (mdeg)").within(-reach_mdeg..reach_mdeg),
+        Axis::new("error (mdeg)").within(-range_mdeg..range_mdeg),
     )
     .series(Series::band(band).colour(Colour::Vermilion).label("two standard deviations, as reported"))
     .series(
@@ -125,7 +125,7 @@ fn estimator_error(outcome: &Outcome, trace: &Trace) -> Panel {
 }
 
 /// Amplitude, upwards for mode B and downwards for mode C.
-fn drive(trace: &Trace, end_s: f64) -> Panel {
+fn drive(trace: &PictureTrace, end_s: f64) -> Panel {
     let signed = |command: &DriveCommand| match command.mode() {
         Some(DriveMode::B) => f64::from(command.amplitude()),
         Some(DriveMode::C) => -f64::from(command.amplitude()),

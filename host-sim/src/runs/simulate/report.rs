@@ -5,11 +5,11 @@ use std::fmt;
 use motor_model::{DriveMode, FrictionLaw, ImpactRule};
 use serde::Serialize;
 
-use super::{Precision, Run, RunSummary};
+use super::{OpenLoopRun, OpenLoopSummary, Precision};
 
 /// The result of a run with the settings that made it; JSON by its field names.
 #[derive(Clone, Copy, Debug, Serialize)]
-pub struct Report {
+pub struct OpenLoopReport {
     /// `b`, `c` or `off`.
     pub drive: &'static str,
     /// Drive amplitude.
@@ -50,9 +50,9 @@ pub struct Report {
     pub wall_s: f64,
 }
 
-impl Report {
+impl OpenLoopReport {
     /// The report of `run`, which ended as `summary` and took `wall_s`.
-    pub fn new(run: &Run, summary: &RunSummary, wall_s: f64) -> Self {
+    pub fn new(run: &OpenLoopRun, summary: &OpenLoopSummary, wall_s: f64) -> Self {
         Self {
             drive: match run.drive.mode() {
                 Some(DriveMode::B) => "b",
@@ -95,7 +95,7 @@ impl Report {
     }
 }
 
-impl fmt::Display for Report {
+impl fmt::Display for OpenLoopReport {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { drive, amplitude, duration_s, settle_s, step_s, seed, friction, precision, .. } = self;
         writeln!(f, "drive {drive}, amplitude {amplitude}, {friction} friction, {precision}, seed {seed}")?;

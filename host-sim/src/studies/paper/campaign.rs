@@ -5,7 +5,7 @@ use rayon::prelude::*;
 
 use super::published::Quantity;
 use crate::math::statistics::Spread;
-use crate::runs::simulate::{Precision, Run, RunSummary, simulate};
+use crate::runs::simulate::{OpenLoopRun, OpenLoopSummary, Precision, simulate};
 use crate::studies::StudyError;
 
 /// The paper's runs: its friction law, impacts at the end of the step, full drive, 2 s with 0.5 s to settle.
@@ -17,11 +17,11 @@ pub fn paper_run(
     changes: &[(Parameter, f64)],
     step_s: f64,
     seed: u64,
-) -> Result<Run, StudyError> {
+) -> Result<OpenLoopRun, StudyError> {
     let changed = changes
         .iter()
         .try_fold(MotorParams::nominal(), |params, &(parameter, value)| params.with(parameter, value));
-    Ok(Run {
+    Ok(OpenLoopRun {
         params: changed?,
         drive: DriveCommand::full(mode),
         duration_s: 2.0,
@@ -40,7 +40,7 @@ pub struct Ensemble {
     /// Mode driven.
     pub mode: DriveMode,
     /// One summary a seed.
-    pub summaries: Vec<RunSummary>,
+    pub summaries: Vec<OpenLoopSummary>,
 }
 
 impl Ensemble {
@@ -70,7 +70,7 @@ impl Ensemble {
 /// A list of motors to run.
 #[derive(Clone, Debug, Default)]
 pub struct Campaign {
-    motors: Vec<Vec<Run>>,
+    motors: Vec<Vec<OpenLoopRun>>,
 }
 
 impl Campaign {
@@ -85,7 +85,7 @@ impl Campaign {
         step_s: f64,
         seeds: u64,
     ) -> Result<usize, StudyError> {
-        let runs: Result<Vec<Run>, _> =
+        let runs: Result<Vec<OpenLoopRun>, _> =
             (1..=seeds).map(|seed| paper_run(mode, changes, step_s, seed)).collect();
         self.motors.push(runs?);
         Ok(self.motors.len() - 1)
@@ -102,9 +102,9 @@ impl Campaign {
     /// # Errors
     /// When a run fails.
     pub fn run(&self, progress: &(impl Fn(u64) + Sync)) -> Result<Vec<Ensemble>, StudyError> {
-        let runs: Vec<&Run> = self.motors.iter().flatten().collect();
+        let runs: Vec<&OpenLoopRun> = self.motors.iter().flatten().collect();
         // One thread's share is one run; the results come back in the order of the list.
-        let summaries: Result<Vec<RunSummary>, StudyError> = (runs.par_iter().with_max_len(1))
+        let summaries: Result<Vec<OpenLoopSummary>, StudyError> = (runs.par_iter().with_max_len(1))
             .map(|run| {
                 let summary = simulate(run, &mut ())?;
                 progress(summary.steps);

@@ -11,7 +11,7 @@ use super::{Reproduction, STEP_S, TrendResult};
 use crate::math::spectrum::{SAMPLE_RATE_HZ, Spectrum, Tail};
 use crate::report::chart::{Axis, Colour, Figure, Panel, Series};
 use crate::runs::RunError;
-use crate::runs::simulate::{Observer, Sample, simulate};
+use crate::runs::simulate::{MotorSample, Observer, simulate};
 use crate::studies::StudyError;
 
 /// Keeps the samples of a window of time.
@@ -19,7 +19,7 @@ struct Window {
     interval_s: f64,
     from_s: f64,
     to_s: f64,
-    samples: Vec<Sample>,
+    samples: Vec<MotorSample>,
 }
 
 impl Observer for Window {
@@ -27,7 +27,7 @@ impl Observer for Window {
         Some(self.interval_s)
     }
 
-    fn observe(&mut self, sample: &Sample) -> Result<(), RunError> {
+    fn observe(&mut self, sample: &MotorSample) -> Result<(), RunError> {
         if sample.time_s >= self.from_s && sample.time_s <= self.to_s {
             self.samples.push(*sample);
         }
@@ -40,13 +40,13 @@ fn watched(
     (mode, step_s, seed): (DriveMode, f64, u64),
     interval_s: f64,
     (from_s, to_s): (f64, f64),
-) -> Result<Vec<Sample>, StudyError> {
+) -> Result<Vec<MotorSample>, StudyError> {
     let mut window = Window { interval_s, from_s, to_s, samples: Vec::new() };
     simulate(&paper_run(mode, &[], step_s, seed)?, &mut window)?;
     Ok(window.samples)
 }
 
-fn points(samples: &[Sample], value: impl Fn(&Sample) -> (f64, f64)) -> Vec<(f64, f64)> {
+fn points(samples: &[MotorSample], value: impl Fn(&MotorSample) -> (f64, f64)) -> Vec<(f64, f64)> {
     samples.iter().map(value).collect()
 }
 
@@ -188,8 +188,8 @@ fn mean_of(runs: &[Vec<(f64, f64)>]) -> Vec<(f64, f64)> {
 const SPIN_UP_S: f64 = 0.6;
 
 /// Mean rate between samples, from the angle turned: the rate itself is a sawtooth of impacts.
-fn mean_rates(samples: &[Sample]) -> Vec<(f64, f64)> {
-    let between = |pair: &[Sample]| {
+fn mean_rates(samples: &[MotorSample]) -> Vec<(f64, f64)> {
+    let between = |pair: &[MotorSample]| {
         let (from, to) = (pair[0], pair[1]);
         let turned_rad = (to.angle_deg - from.angle_deg).to_radians();
         (0.5 * (from.time_s + to.time_s), turned_rad / (to.time_s - from.time_s))
@@ -238,18 +238,18 @@ fn spectra(seeds: u64) -> Result<Figure, StudyError> {
         "20 kHz, last 16,384 samples, mean removed, no window: mean amplitude of {seeds} runs over each run drawn faintly."
     ));
     for (mode, limit_hz) in [(DriveMode::B, 400.0), (DriveMode::C, 1500.0)] {
-        let samples: Result<Vec<Vec<Sample>>, _> =
+        let samples: Result<Vec<Vec<MotorSample>>, _> =
             (1..=seeds).map(|seed| watched((mode, STEP_S, seed), 1.0 / SAMPLE_RATE_HZ, (0.5, 2.0))).collect();
         let samples = samples?;
-        let lines = |value: fn(&Sample) -> f64| -> Vec<Vec<(f64, f64)>> {
-            let spectrum = |run: &Vec<Sample>| -> Spectrum {
+        let lines = |value: fn(&MotorSample) -> f64| -> Vec<Vec<(f64, f64)>> {
+            let spectrum = |run: &Vec<MotorSample>| -> Spectrum {
                 let mut tail = Tail::default();
                 for sample in run {
                     tail.push(value(sample));
                 }
                 tail.spectrum(SAMPLE_RATE_HZ)
             };
-            let shown = |run: &Vec<Sample>| {
+            let shown = |run: &Vec<MotorSample>| {
                 let lines =
                     spectrum(run).lines.into_iter().skip(1).take_while(|line| line.frequency_hz <= limit_hz);
                 lines.map(|line| (line.frequency_hz, line.amplitude)).collect()

@@ -9,7 +9,7 @@ use motor_model::{Angle, DriveCommand, DriveMode, Time};
 
 use super::naive::{Entry, Table};
 use crate::runs::filter::AnyFilter;
-use crate::runs::position::{Account, Outcome, Step};
+use crate::runs::position::{MoveOutcome, MoveSums, MoveTick};
 use crate::runs::tick_driver::{RigPorts, TickDriver, TickProgram};
 use crate::scene::Scene;
 use crate::studies::StudyError;
@@ -211,17 +211,15 @@ impl TickProgram for SimpleLoop {
 ///
 /// # Errors
 /// When the scene is refused.
-pub(super) fn run(scene: &Scene, rule: Rule) -> Result<Outcome, StudyError> {
+pub(super) fn run(scene: &Scene, rule: Rule) -> Result<MoveOutcome, StudyError> {
     let target = Target::try_new(scene.number("position.to_deg"), scene.number("position.tolerance_deg"))?;
     let program = Program { rule, target, state: State::Looking, bursts: 0 };
-    let mut account = Account::new(target);
-    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "bounded by the settings")]
-    let [hold_nanos, deadline_nanos] =
-        ["position.hold_s", "position.deadline_s"].map(|key| (scene.number(key) * 1e9) as u64);
+    let mut sums = MoveSums::new(target);
+    let [hold_nanos, deadline_nanos] = ["position.hold_s", "position.deadline_s"].map(|key| scene.nanos(key));
     let mut driver = TickDriver::new(scene, SimpleLoop { filter: AnyFilter::of(scene)?, program })?;
     Ok(driver.run(|_, moment| {
         let SimpleReport { estimate, applied, holding } = moment.report;
-        let step = Step {
+        let step = MoveTick {
             at: moment.at,
             angle: moment.angle,
             rate_rad_s: moment.rate_rad_s,
@@ -229,10 +227,10 @@ pub(super) fn run(scene: &Scene, rule: Rule) -> Result<Outcome, StudyError> {
             applied,
             holding,
         };
-        account.take(&step);
-        let held = account.held_nanos(moment.at) >= hold_nanos && holding;
+        sums.take(&step);
+        let held = sums.held_nanos(moment.at) >= hold_nanos && holding;
         if held || moment.at.nanos() > deadline_nanos {
-            ControlFlow::Break(account.close(&step, scene))
+            ControlFlow::Break(sums.close(&step, scene))
         } else {
             ControlFlow::Continue(())
         }

@@ -1,4 +1,4 @@
-//! A run written down for its picture: evenly spaced moments in bounded memory, and every change of the drive.
+//! The course of a move for its picture: evenly spaced moments in bounded memory, and every change of the drive.
 
 use motor_model::DriveCommand;
 
@@ -7,36 +7,36 @@ use crate::runs::closed_loop::PositioningMoment;
 /// Moments kept at most.
 const MOMENTS_MAX: usize = 60_000;
 
-/// The course of a run.
+/// The course of a move.
 #[derive(Clone, Debug)]
-pub struct Trace {
+pub struct PictureTrace {
     /// Evenly spaced moments.
     pub moments: Vec<PositioningMoment>,
     /// When the drive changed, in s, and what it changed to.
     pub commands: Vec<(f64, DriveCommand)>,
-    stride: u64,
+    ticks_per_moment: u64,
     ticks: u64,
 }
 
-impl Default for Trace {
+impl Default for PictureTrace {
     fn default() -> Self {
-        Self { moments: Vec::new(), commands: vec![(0.0, DriveCommand::OFF)], stride: 1, ticks: 0 }
+        Self { moments: Vec::new(), commands: vec![(0.0, DriveCommand::OFF)], ticks_per_moment: 1, ticks: 0 }
     }
 }
 
-impl Trace {
-    /// Takes a tick down. When the book is full, every second moment goes and from then on half as many come.
+impl PictureTrace {
+    /// Takes a tick. When the memory is full, every second moment is removed, and from then on half as many are kept.
     pub fn take(&mut self, moment: &PositioningMoment) {
-        if self.ticks.is_multiple_of(self.stride) {
+        if self.ticks.is_multiple_of(self.ticks_per_moment) {
             if self.moments.len() == MOMENTS_MAX {
                 let mut index = 0;
                 self.moments.retain(|_| {
                     index += 1;
                     index % 2 == 1
                 });
-                self.stride *= 2;
+                self.ticks_per_moment *= 2;
             }
-            if self.ticks.is_multiple_of(self.stride) {
+            if self.ticks.is_multiple_of(self.ticks_per_moment) {
                 self.moments.push(*moment);
             }
         }
@@ -69,7 +69,7 @@ mod tests {
 
     #[test]
     fn law_long_runs_stay_bounded_and_evenly_spaced() {
-        let mut trace = Trace::default();
+        let mut trace = PictureTrace::default();
         for tick in 0..500_000 {
             trace.take(&moment(tick, DriveCommand::OFF));
         }
@@ -81,7 +81,7 @@ mod tests {
 
     #[test]
     fn exact_every_change_of_drive_is_kept() {
-        let mut trace = Trace::default();
+        let mut trace = PictureTrace::default();
         let (b, off) = (DriveCommand::full(DriveMode::B), DriveCommand::OFF);
         for (tick, command) in [off, b, b, off, b].into_iter().enumerate() {
             trace.take(&moment(tick as u64, command));

@@ -4,11 +4,11 @@ use std::path::Path;
 
 use motor_model::DriveMode;
 
+use super::{MotorSample, Observer};
 use crate::math::spectrum::SAMPLE_RATE_HZ;
 use crate::report::OutputError;
 use crate::report::files::Output;
 use crate::runs::RunError;
-use crate::runs::simulate::{Observer, Sample};
 
 /// Names of the columns.
 const COLUMNS: [&str; 9] = [
@@ -25,11 +25,11 @@ const COLUMNS: [&str; 9] = [
 
 /// Writes the samples of a run as CSV.
 #[derive(Debug)]
-pub struct Record {
+pub struct SamplesCsv {
     csv: csv::Writer<Output>,
 }
 
-impl Record {
+impl SamplesCsv {
     /// A record that will be at `path` after [`Self::publish`].
     ///
     /// # Errors
@@ -57,12 +57,12 @@ impl Record {
     }
 }
 
-impl Observer for Record {
+impl Observer for SamplesCsv {
     fn interval_s(&self) -> Option<f64> {
         Some(1.0 / SAMPLE_RATE_HZ)
     }
 
-    fn observe(&mut self, sample: &Sample) -> Result<(), RunError> {
+    fn observe(&mut self, sample: &MotorSample) -> Result<(), RunError> {
         let drive = match sample.drive.mode() {
             Some(DriveMode::B) => "b",
             Some(DriveMode::C) => "c",
@@ -86,12 +86,12 @@ impl Observer for Record {
 }
 
 /// A record that may not be wanted.
-impl Observer for Option<Record> {
+impl Observer for Option<SamplesCsv> {
     fn interval_s(&self) -> Option<f64> {
-        self.as_ref().and_then(Record::interval_s)
+        self.as_ref().and_then(SamplesCsv::interval_s)
     }
 
-    fn observe(&mut self, sample: &Sample) -> Result<(), RunError> {
+    fn observe(&mut self, sample: &MotorSample) -> Result<(), RunError> {
         self.as_mut().map_or(Ok(()), |record| record.observe(sample))
     }
 }
@@ -99,7 +99,7 @@ impl Observer for Option<Record> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::runs::simulate::{Run, simulate};
+    use crate::runs::simulate::{OpenLoopRun, simulate};
     use crate::scene::Scene;
 
     #[test]
@@ -109,8 +109,8 @@ mod tests {
         let mut scene = Scene::default();
         scene.set("simulate.duration_s", "0.01").unwrap();
         scene.set("simulate.settle_s", "0").unwrap();
-        let mut record = Record::create(&path).unwrap();
-        simulate(&Run::from_scene(&scene).unwrap(), &mut record).unwrap();
+        let mut record = SamplesCsv::create(&path).unwrap();
+        simulate(&OpenLoopRun::from_scene(&scene).unwrap(), &mut record).unwrap();
         assert!(!path.exists(), "nothing is there before the end");
         record.publish().unwrap();
 

@@ -2,7 +2,7 @@
 
 use motor_model::{DriveCommand, Motor, MotorState, Real};
 
-use super::{Precision, Run, Schedule, steps_in};
+use super::{OpenLoopRun, Precision, StepCounts, steps_in};
 use crate::math::spectrum::{LIMIT_HZ, SpectralLine, Tail};
 use crate::math::statistics::{Accumulator, Spread};
 use crate::runs::RunError;
@@ -12,7 +12,7 @@ pub const FAST_APPROACH_M_S: f64 = 1e-3;
 
 /// What can be seen of a motor at an instant.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Sample {
+pub struct MotorSample {
     /// Simulated time.
     pub time_s: f64,
     /// Height of the rotor over the teeth at rest.
@@ -38,7 +38,7 @@ pub trait Observer {
     ///
     /// # Errors
     /// When it cannot go on; the run then stops with that error.
-    fn observe(&mut self, sample: &Sample) -> Result<(), RunError>;
+    fn observe(&mut self, sample: &MotorSample) -> Result<(), RunError>;
 }
 
 /// Watches nothing.
@@ -47,14 +47,14 @@ impl Observer for () {
         None
     }
 
-    fn observe(&mut self, _: &Sample) -> Result<(), RunError> {
+    fn observe(&mut self, _: &MotorSample) -> Result<(), RunError> {
         Ok(())
     }
 }
 
 /// What is said of a run, from the end of settling to the end.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct RunSummary {
+pub struct OpenLoopSummary {
     /// Rate of the rotor, over samples at [`crate::math::spectrum::SAMPLE_RATE_HZ`].
     pub rate_rad_s: Spread,
     /// Largest line of the vertical velocity below [`LIMIT_HZ`]; `None` when no impact counted.
@@ -75,23 +75,23 @@ pub struct RunSummary {
 ///
 /// # Errors
 /// When the run's settings do not go together, its numbers grow beyond all bounds, or the observer gives up.
-pub fn simulate(run: &Run, observer: &mut impl Observer) -> Result<RunSummary, RunError> {
-    let schedule = run.schedule()?;
+pub fn simulate(run: &OpenLoopRun, observer: &mut impl Observer) -> Result<OpenLoopSummary, RunError> {
+    let counts = run.step_counts()?;
     match run.precision {
-        Precision::F32 => simulate_in::<f32>(run, &schedule, observer),
-        Precision::F64 => simulate_in::<f64>(run, &schedule, observer),
+        Precision::F32 => simulate_in::<f32>(run, &counts, observer),
+        Precision::F64 => simulate_in::<f64>(run, &counts, observer),
     }
 }
 
 #[expect(clippy::cast_precision_loss, reason = "step counts stay below 2^53")]
 fn simulate_in<T: Real>(
-    run: &Run,
-    schedule: &Schedule,
+    run: &OpenLoopRun,
+    counts: &StepCounts,
     observer: &mut impl Observer,
-) -> Result<RunSummary, RunError> {
+) -> Result<OpenLoopSummary, RunError> {
     let motor = Motor::<T>::try_new(&run.params, &run.setup())?;
     let mut state = MotorState::default();
-    let sample_rate_hz = run.sample_rate_hz(schedule);
+    let sample_rate_hz = run.sample_rate_hz(counts);
     let fast_approach = T::from_f64(FAST_APPROACH_M_S);
     let observer_steps = observer.interval_s().map(|interval_s| steps_in(interval_s, run.step_s).max(1));
 
@@ -102,22 +102,21 @@ fn simulate_in<T: Real>(
     if observer_steps.is_some() {
         observer.observe(&sample(&motor, &state, run.drive))?;
     }
-    while state.steps < schedule.steps {
-        let settling_ends =
-            if state.steps < schedule.settle_steps { schedule.settle_steps } else { u64::MAX };
-        let stop = next_multiple(state.steps, schedule.sample_steps)
+    while state.steps < counts.steps {
+        let settling_ends = if state.steps < counts.settle_steps { counts.settle_steps } else { u64::MAX };
+        let stop = next_multiple(state.steps, counts.sample_steps)
             .min(observer_steps.map_or(u64::MAX, |interval| next_multiple(state.steps, interval)))
             .min(settling_ends)
-            .min(schedule.steps);
+            .min(counts.steps);
         while state.steps < stop {
             for impact in &motor.step(&mut state, run.drive) {
                 fast_impacts += u64::from(impact.approach_m_s > fast_approach);
             }
         }
-        if stop == schedule.settle_steps {
+        if stop == counts.settle_steps {
             fast_impacts_settled = fast_impacts;
         }
-        if stop.is_multiple_of(schedule.sample_steps) {
+        if stop.is_multiple_of(counts.sample_steps) {
             let (rate_rad_s, velocity_m_s) =
                 (state.rotor.rate_rad_s.to_f64(), state.rotor.velocity_m_s.to_f64());
             let time_s = stop as f64 * run.step_s;
@@ -128,7 +127,7 @@ fn simulate_in<T: Real>(
                     return Err(RunError::Diverged { quantity, time_s });
                 }
             }
-            if stop > schedule.settle_steps {
+            if stop > counts.settle_steps {
                 rate.add(rate_rad_s);
                 velocity.push(velocity_m_s);
             }
@@ -139,9 +138,9 @@ fn simulate_in<T: Real>(
     }
 
     let counted = fast_impacts - fast_impacts_settled;
-    let settled_s = (schedule.steps - schedule.settle_steps) as f64 * run.step_s;
+    let settled_s = (counts.steps - counts.settle_steps) as f64 * run.step_s;
     let largest = || velocity.spectrum(sample_rate_hz).largest_below(LIMIT_HZ);
-    Ok(RunSummary {
+    Ok(OpenLoopSummary {
         rate_rad_s: rate.spread(),
         collision: if counted > 0 { largest() } else { None },
         impacts_per_s: counted as f64 / settled_s,
@@ -158,9 +157,9 @@ fn next_multiple(step: u64, interval: u64) -> u64 {
 }
 
 #[expect(clippy::cast_precision_loss, reason = "step counts stay below 2^53")]
-fn sample<T: Real>(motor: &Motor<T>, state: &MotorState<T>, drive: DriveCommand) -> Sample {
+fn sample<T: Real>(motor: &Motor<T>, state: &MotorState<T>, drive: DriveCommand) -> MotorSample {
     let [first, second] = motor.teeth();
-    Sample {
+    MotorSample {
         time_s: state.steps as f64 * motor.step_s(),
         height_m: state.rotor.height_m.to_f64(),
         velocity_m_s: state.rotor.velocity_m_s.to_f64(),
@@ -176,23 +175,23 @@ mod tests {
     use super::*;
     use crate::scene::Scene;
 
-    fn run_of(sets: &[(&str, &str)]) -> Run {
+    fn run_of(sets: &[(&str, &str)]) -> OpenLoopRun {
         let mut scene = Scene::default();
         for (key, value) in [("simulate.duration_s", "0.3"), ("simulate.settle_s", "0.1")].iter().chain(sets)
         {
             scene.set(key, value).unwrap();
         }
-        Run::from_scene(&scene).unwrap()
+        OpenLoopRun::from_scene(&scene).unwrap()
     }
 
     /// Keeps what it is shown.
-    struct Keep(f64, Vec<Sample>);
+    struct Keep(f64, Vec<MotorSample>);
 
     impl Observer for Keep {
         fn interval_s(&self) -> Option<f64> {
             Some(self.0)
         }
-        fn observe(&mut self, sample: &Sample) -> Result<(), RunError> {
+        fn observe(&mut self, sample: &MotorSample) -> Result<(), RunError> {
             self.1.push(*sample);
             Ok(())
         }
@@ -204,7 +203,7 @@ mod tests {
         let mut keep = Keep(7e-6, Vec::new());
         let unseen = simulate(&run, &mut ()).unwrap();
         assert_eq!(unseen, simulate(&run, &mut keep).unwrap());
-        assert_ne!(unseen, simulate(&Run { seed: 2, ..run }, &mut ()).unwrap());
+        assert_ne!(unseen, simulate(&OpenLoopRun { seed: 2, ..run }, &mut ()).unwrap());
         // 0.3 s / 7 us = 42857.1, and the start.
         assert_eq!(keep.1.len(), 42_858);
         assert!((keep.1[3].time_s - 21e-6).abs() < 1e-15);
@@ -216,7 +215,7 @@ mod tests {
         let run = run_of(&[("simulate.drive", "b")]);
         let mut keep = Keep(50e-6, Vec::new());
         let summary = simulate(&run, &mut keep).unwrap();
-        let settled: Vec<&Sample> = keep.1.iter().filter(|sample| sample.time_s > 0.1 + 1e-9).collect();
+        let settled: Vec<&MotorSample> = keep.1.iter().filter(|sample| sample.time_s > 0.1 + 1e-9).collect();
         assert_eq!((summary.spectrum_samples, settled.len()), (4000, 4000));
         let mean = settled.iter().map(|sample| sample.rate_rad_s).sum::<f64>() / 4000.0;
         assert!((summary.rate_rad_s.mean - mean).abs() < 1e-12 * mean.abs());

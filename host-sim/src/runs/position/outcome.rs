@@ -1,0 +1,77 @@
+//! What became of a move, in numbers and in words.
+
+use std::fmt;
+
+use serde::Serialize;
+
+/// What became of a move.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct MoveOutcome {
+    /// Target angle.
+    pub target_deg: f64,
+    /// Tolerance asked for.
+    pub tolerance_deg: f64,
+    /// True angle at the end.
+    pub final_angle_true_deg: f64,
+    /// True angle at the end less the target.
+    pub final_error_mdeg: f64,
+    /// When the controller found itself at the target and stayed; `null` if it never did.
+    pub settle_time_s: Option<f64>,
+    /// Simulated time.
+    pub duration_s: f64,
+    /// How often the drive changed between off, mode B and mode C.
+    pub drive_switches: u32,
+    /// Time with the drive on.
+    pub drive_on_s: f64,
+    /// Root mean square of estimated less true angle over the whole run.
+    pub rms_estimate_error_mdeg: f64,
+    /// The same while the rotor moved.
+    pub rms_estimate_error_moving_mdeg: f64,
+    /// Farthest that the rotor went beyond the target, 0 if it did not.
+    pub overshoot_deg: f64,
+    /// Why the controller gave up; `null` if it did not.
+    pub stopped: Option<String>,
+    /// Whether the controller reached the target and the rotor truly lies within the tolerance.
+    pub ok: bool,
+    /// The seed of the run.
+    pub seed: u64,
+}
+
+impl MoveOutcome {
+    /// The outcome as one JSON object on one line.
+    pub fn json(&self) -> String {
+        crate::report::files::json_line(self)
+    }
+}
+
+impl fmt::Display for MoveOutcome {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let verdict = match (&self.stopped, self.ok) {
+            (Some(why), _) => format!("gave up, {why}"),
+            (None, true) => "on target".to_owned(),
+            (None, false) => "believed on target, but is not".to_owned(),
+        };
+        writeln!(
+            f,
+            "target             {:+.4} deg, tolerance {} deg, seed {}",
+            self.target_deg, self.tolerance_deg, self.seed
+        )?;
+        writeln!(f, "true final angle   {:+.5} deg", self.final_angle_true_deg)?;
+        writeln!(f, "error              {:+.3} mdeg: {verdict}", self.final_error_mdeg)?;
+        match self.settle_time_s {
+            Some(settle_time_s) => writeln!(
+                f,
+                "time taken         {settle_time_s:.4} s, watched until {:.4} s",
+                self.duration_s
+            )?,
+            None => writeln!(f, "time taken         {:.4} s", self.duration_s)?,
+        }
+        writeln!(f, "drive              {} switches, {:.4} s on", self.drive_switches, self.drive_on_s)?;
+        writeln!(f, "overshoot          {:.4} deg", self.overshoot_deg)?;
+        writeln!(
+            f,
+            "estimator error    {:.2} mdeg rms, {:.2} while moving",
+            self.rms_estimate_error_mdeg, self.rms_estimate_error_moving_mdeg
+        )
+    }
+}

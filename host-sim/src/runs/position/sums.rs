@@ -1,0 +1,115 @@
+//! What a move adds up to, tick by tick: whoever drives the motor, the outcome has one meaning.
+
+use controller::{PositionLoop, PositioningPhase, Target, TickReport};
+use estimator::Estimate;
+use motor_model::{Angle, DriveCommand, Time, math};
+
+use super::MoveOutcome;
+use crate::runs::closed_loop::PositioningMoment;
+use crate::scene::Scene;
+
+/// What an sums is kept of, every tick.
+pub(crate) struct MoveTick {
+    pub(crate) at: Time,
+    pub(crate) angle: Angle,
+    pub(crate) rate_rad_s: f64,
+    pub(crate) estimate: Option<Estimate<f32>>,
+    pub(crate) applied: DriveCommand,
+    pub(crate) holding: bool,
+}
+
+impl MoveTick {
+    pub(super) fn of(moment: &PositioningMoment) -> Self {
+        let TickReport { estimate, applied, phase, .. } = moment.report;
+        let holding = phase == PositioningPhase::Holding;
+        Self { at: moment.at, angle: moment.angle, rate_rad_s: moment.rate_rad_s, estimate, applied, holding }
+    }
+}
+
+/// The sums of a move.
+pub(crate) struct MoveSums {
+    target: Target,
+    last_command: DriveCommand,
+    holding_since: Option<Time>,
+    drive_switches: u32,
+    driven_ticks: u64,
+    square_mdeg2: MeanSquare,
+    square_moving_mdeg2: MeanSquare,
+    overshoot_deg: f64,
+}
+
+#[derive(Default)]
+struct MeanSquare {
+    sum: f64,
+    count: f64,
+}
+
+impl MeanSquare {
+    fn add(&mut self, square: f64) {
+        self.sum += square;
+        self.count += 1.0;
+    }
+
+    fn root(&self) -> f64 {
+        math::sqrt(self.sum / self.count.max(1.0))
+    }
+}
+
+impl MoveSums {
+    pub(crate) fn new(target: Target) -> Self {
+        Self {
+            target,
+            last_command: DriveCommand::OFF,
+            holding_since: None,
+            drive_switches: 0,
+            driven_ticks: 0,
+            square_mdeg2: MeanSquare::default(),
+            square_moving_mdeg2: MeanSquare::default(),
+            overshoot_deg: 0.0,
+        }
+    }
+
+    pub(crate) fn take(&mut self, tick: &MoveTick) {
+        let applied = tick.applied;
+        self.drive_switches += u32::from(applied.mode() != self.last_command.mode());
+        self.driven_ticks += u64::from(applied.mode().is_some());
+        self.last_command = applied;
+        self.holding_since = if tick.holding { self.holding_since.or(Some(tick.at)) } else { None };
+        if let Some(estimate) = tick.estimate {
+            let error = 1e3 * estimate.angle.minus(tick.angle).degrees();
+            self.square_mdeg2.add(error * error);
+            if tick.rate_rad_s.abs() > 1e-3 {
+                self.square_moving_mdeg2.add(error * error);
+            }
+        }
+        let beyond = tick.angle.minus(self.target.angle()).degrees() * self.target.angle().degrees().signum();
+        self.overshoot_deg = self.overshoot_deg.max(beyond);
+    }
+
+    pub(crate) fn held_nanos(&self, now: Time) -> u64 {
+        self.holding_since.map_or(0, |since| now.nanos_since(since))
+    }
+
+    pub(crate) fn close(&self, last: &MoveTick, scene: &Scene) -> MoveOutcome {
+        let error_deg = last.angle.minus(self.target.angle()).degrees();
+        let tolerance_deg = scene.number("position.tolerance_deg");
+        #[expect(clippy::cast_precision_loss, reason = "far below 2^53")]
+        let drive_on_s = (self.driven_ticks * PositionLoop::TICK_NANOS) as f64 * 1e-9;
+        MoveOutcome {
+            target_deg: scene.number("position.to_deg"),
+            tolerance_deg,
+            final_angle_true_deg: last.angle.degrees(),
+            final_error_mdeg: 1e3 * error_deg,
+            settle_time_s: self.holding_since.map(|since| since.seconds_since(Time::ZERO)),
+            duration_s: last.at.seconds_since(Time::ZERO),
+            drive_switches: self.drive_switches,
+            drive_on_s,
+            rms_estimate_error_mdeg: self.square_mdeg2.root(),
+            rms_estimate_error_moving_mdeg: self.square_moving_mdeg2.root(),
+            overshoot_deg: self.overshoot_deg,
+            stopped: None,
+            ok: self.holding_since.is_some() && error_deg.abs() <= tolerance_deg,
+            seed: scene.seed(),
+        }
+    }
+}

@@ -1,0 +1,67 @@
+//! What became of a held rate, in numbers and in words.
+
+use std::fmt;
+
+use serde::Serialize;
+
+use super::RateRange;
+
+/// What became of a run.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct RateOutcome {
+    /// Rate asked for.
+    pub rate_deg_s: f64,
+    /// Profile.
+    pub profile: &'static str,
+    /// Time after settling.
+    pub measured_s: f64,
+    /// Mean of what was asked for in that time; both ways, of its magnitude.
+    pub asked_deg_s: f64,
+    /// True mean rate in that time.
+    pub mean_deg_s: f64,
+    /// Error of the mean, in percent of what was asked for.
+    pub mean_error_percent: f64,
+    /// Root mean square of the true angle less the reference.
+    pub following_rms_deg: f64,
+    /// Root mean square of the true rate less the one asked for.
+    pub ripple_rms_deg_s: f64,
+    /// Root mean square of the estimated less the true angle.
+    pub estimate_rms_mdeg: f64,
+    /// Share of the time at full drive: near 1 the motor cannot do more.
+    pub saturated: f64,
+    /// What this motor reaches at full drive.
+    pub reach: RateRange,
+    /// Seed of the run.
+    pub seed: u64,
+}
+
+impl RateOutcome {
+    /// The outcome as one JSON object on one line.
+    pub fn json(&self) -> String {
+        crate::report::files::json_line(self)
+    }
+}
+
+impl fmt::Display for RateOutcome {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        writeln!(
+            f,
+            "rate               {:+.2} deg/s, {}, seed {}",
+            self.rate_deg_s, self.profile, self.seed
+        )?;
+        writeln!(
+            f,
+            "true mean rate     {:+.4} deg/s for {:+.4} over {:.2} s: {:+.4} % off",
+            self.mean_deg_s, self.asked_deg_s, self.measured_s, self.mean_error_percent
+        )?;
+        writeln!(f, "following          {:.3} deg rms off the reference angle", self.following_rms_deg)?;
+        writeln!(f, "ripple             {:.1} deg/s rms", self.ripple_rms_deg_s)?;
+        writeln!(f, "estimator error    {:.2} mdeg rms", self.estimate_rms_mdeg)?;
+        writeln!(f, "at full drive      {:.1} % of the time", 100.0 * self.saturated)?;
+        let RateRange { clockwise_deg_s, counter_clockwise_deg_s } = self.reach;
+        let both_ways = self.profile == "both_ways";
+        let holds = self.reach.holds(self.rate_deg_s) && (!both_ways || self.reach.holds(-self.rate_deg_s));
+        let beyond = if holds { "" } else { ": the rate asked for is beyond it" };
+        writeln!(f, "this motor reaches {counter_clockwise_deg_s:+.0} to {clockwise_deg_s:+.0} deg/s{beyond}")
+    }
+}
