@@ -1,8 +1,10 @@
-//! Mean and spread, in one pass and constant memory.
+//! Statistics of samples: mean and spread in one pass, a straight line, quantiles; and the quantiles of the normal,
+//! chi-square, t and binomial distributions that 95 % bounds need.
 
 use average::{Estimate, Variance};
 use motor_model::math;
 use serde::Serialize;
+use statrs::distribution::{Binomial, ChiSquared, ContinuousCDF as _, DiscreteCDF as _, StudentsT};
 
 /// Mean and sample standard deviation of a quantity.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
@@ -71,63 +73,87 @@ impl Line {
     }
 }
 
-/// Two-sided 95 % bounds of the mean of `n` independent squares of standard normals, `chi^2_n / n`; `n` at least 1.
+/// Mean of squares of a stream of values.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct MeanSquare {
+    sum: f64,
+    count: f64,
+}
+
+impl MeanSquare {
+    /// Takes a value into account.
+    pub fn add(&mut self, value: f64) {
+        self.sum += value * value;
+        self.count += 1.0;
+    }
+
+    /// Root of the mean square so far; 0 of no value.
+    pub fn root(self) -> f64 {
+        math::sqrt(self.sum / self.count.max(1.0))
+    }
+}
+
+/// Root of the mean square of `values`; 0 of no value.
+pub fn root_mean_square(values: impl IntoIterator<Item = f64>) -> f64 {
+    let mut squares = MeanSquare::default();
+    values.into_iter().for_each(|value| squares.add(value));
+    squares.root()
+}
+
+/// Lower quantile by the nearest rank: the smallest of `values` that at least `per_mille` thousandths of them do not
+/// exceed. `None` of no value. Reorders `values`.
+pub fn quantile<T: Copy + Into<f64>>(values: &mut [T], per_mille: usize) -> Option<f64> {
+    let rank = (values.len() * per_mille).div_ceil(1000);
+    of_rank(values, rank.saturating_sub(1))
+}
+
+/// Upper quantile: the smallest of `values` that more than `per_mille` thousandths of them do not exceed. It differs from
+/// [`quantile`] where the thousandths come to a whole number of values. `None` of no value. Reorders `values`.
+pub fn upper_quantile<T: Copy + Into<f64>>(values: &mut [T], per_mille: usize) -> Option<f64> {
+    of_rank(values, values.len() * per_mille / 1000)
+}
+
+/// The value that `place` others precede in the order of size; the largest for a place beyond it.
+fn of_rank<T: Copy + Into<f64>>(values: &mut [T], place: usize) -> Option<f64> {
+    let place = place.min(values.len().checked_sub(1)?);
+    let (_, value, _) = values.select_nth_unstable_by(place, |a, b| (*a).into().total_cmp(&(*b).into()));
+    Some((*value).into())
+}
+
+/// Two-sided 95 % quantile of the standard normal distribution.
+pub const NORMAL_95: f64 = 1.959_963_984_540_054;
+
+/// Probability below the lower and below the upper of two-sided 95 % bounds.
+const TWO_SIDED_95: [f64; 2] = [0.025, 0.975];
+
+/// Two-sided 95 % bounds of the mean of `n` independent squares of standard normals, `chi^2_n / n`.
 ///
-/// By Wilson and Hilferty (1931, PNAS 17, 684): the cube root of `chi^2_n / n` is nearly normal with mean `1 - 2 / (9 n)` and variance `2 / (9 n)`.
-/// Within 1 % at `n = 10`, 0.2 % from `n = 20` on.
+/// `n` is at least 1 and need not be whole. The bounds meet at 1 where it is infinite, and are NaN where it is not a number.
 pub fn chi_square_mean_bounds(n: f64) -> (f64, f64) {
-    const TWO_SIDED_95: f64 = 1.959_964;
-    let variance = 2.0 / (9.0 * n);
-    let bound = |normal: f64| {
-        let root = (1.0 - variance + normal * math::sqrt(variance)).max(0.0);
-        root * root * root
-    };
-    (bound(-TWO_SIDED_95), bound(TWO_SIDED_95))
+    if n.is_infinite() {
+        return (1.0, 1.0);
+    }
+    let bound = |below| ChiSquared::new(n).map_or(f64::NAN, |squares| squares.inverse_cdf(below) / n);
+    let [low, high] = TWO_SIDED_95.map(bound);
+    (low, high)
 }
 
-/// Two-sided 95 % quantile of Student's t for so many degrees of freedom, at least 1: Fisher's expansion about the normal one, from three on within 1 %; exact below.
+/// Two-sided 95 % quantile of Student's t for so many degrees of freedom; infinite for none.
 pub fn student_95(degrees_of_freedom: f64) -> f64 {
-    if degrees_of_freedom < 1.5 {
-        return 12.706_2;
-    }
-    if degrees_of_freedom < 2.5 {
-        return 4.302_7;
-    }
-    let x = 1.0 / degrees_of_freedom;
-    1.959_964 + x * (2.372_3 + x * (2.822_5 + x * 2.555_9))
+    let [_, below] = TWO_SIDED_95;
+    StudentsT::new(0.0, 1.0, degrees_of_freedom)
+        .map_or(f64::INFINITY, |distribution| distribution.inverse_cdf(below))
 }
 
-/// Two-sided 95 % bounds of how many of `n` independent trials succeed with `probability` each, within 0 to 1: at most 2.5 % of all sets lie below, and 2.5 % above.
-///
-/// Probabilities follow from their ratios to the most likely count's, so that none of importance vanishes.
+/// Two-sided 95 % bounds of how many of `n` independent trials succeed with `probability` each, within 0 to 1: at most
+/// 2.5 % of all sets lie below, and 2.5 % above.
 pub fn binomial_bounds(n: u32, probability: f64) -> (u32, u32) {
-    let odds = probability / (1.0 - probability);
-    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "at most n")]
-    let likeliest = (f64::from(n) * probability) as u32;
-    // P(k + 1) / P(k)
-    let ratio = |k: u32| f64::from(n - k) / f64::from(k + 1) * odds;
-    let upward = (likeliest..n).scan(1.0, |weight, k| {
-        *weight *= ratio(k);
-        Some(*weight)
-    });
-    let downward = (0..likeliest).rev().scan(1.0, |weight, k| {
-        *weight /= ratio(k);
-        Some(*weight)
-    });
-    let mut weights: Vec<f64> = downward.collect();
-    weights.reverse();
-    weights.push(1.0);
-    weights.extend(upward);
-    let total: f64 = weights.iter().sum();
-    let count_reaching = |part: f64| {
-        let mut sum = 0.0;
-        let below = weights.iter().take_while(|weight| {
-            sum += **weight / total;
-            sum < part
-        });
-        u32::try_from(below.count()).map_or(n, |below| below.min(n))
+    let bound = |below| {
+        let count = Binomial::new(probability, n.into()).map_or(0, |trials| trials.inverse_cdf(below));
+        u32::try_from(count).map_or(n, |count| count.min(n))
     };
-    (count_reaching(0.025), count_reaching(0.975))
+    let [low, high] = TWO_SIDED_95.map(bound);
+    (low, high)
 }
 
 #[cfg(test)]
@@ -166,6 +192,25 @@ mod tests {
         assert!((line.intercept - 3.000_09).abs() < 1e-5);
         assert!((line.correlation - 0.816_42).abs() < 1e-5);
         assert_eq!(Line::through(&points[..1]), None);
+    }
+
+    #[test]
+    fn exact_quantiles_by_nearest_rank() {
+        let values = || [4.0, 1.0, 3.0, 2.0];
+        for (per_mille, lower, upper) in
+            [(0, 1.0, 1.0), (250, 1.0, 2.0), (500, 2.0, 3.0), (510, 3.0, 3.0), (1000, 4.0, 4.0)]
+        {
+            assert_eq!(quantile(&mut values(), per_mille), Some(lower), "{per_mille}");
+            assert_eq!(upper_quantile(&mut values(), per_mille), Some(upper), "{per_mille}");
+        }
+        assert_eq!((quantile::<f64>(&mut [], 500), upper_quantile::<f32>(&mut [], 500)), (None, None));
+    }
+
+    /// 3 and -4: `sqrt((9 + 16) / 2)`.
+    #[test]
+    fn exact_root_mean_square() {
+        assert!((root_mean_square([3.0, -4.0]) - math::sqrt(12.5)).abs() < 1e-15);
+        assert!(root_mean_square([]).abs() <= 0.0);
     }
 
     /// Quantiles 0.025 and 0.975 of chi-square as tables print them (NIST/SEMATECH e-Handbook, 1.3.6.7.4).

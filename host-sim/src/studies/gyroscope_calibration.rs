@@ -28,7 +28,7 @@ use rayon::prelude::*;
 use serde::Serialize;
 
 use crate::math::allan_deviation;
-use crate::math::statistics::binomial_bounds;
+use crate::math::statistics::{NORMAL_95, binomial_bounds, root_mean_square};
 use crate::scene::{Scene, SceneError};
 use crate::studies::StudyError;
 use crate::world::instruments::gyroscope::{Errors, Gyroscope, Noise, noise::SECONDS_PER_HOUR, noise::Span};
@@ -36,8 +36,6 @@ use fit::{Fit, Interval};
 pub use schedule::Schedule;
 use turning::Turning;
 
-/// Two-sided 95 % of a normal distribution, in standard deviations.
-pub const NORMAL_95: f64 = 1.959_964;
 /// 95 % of chi-square with two degrees of freedom: `-2 ln 0.05`.
 const PAIR_95: f64 = 5.991_465;
 /// Length of the record at rest behind the picture's Allan deviation.
@@ -358,8 +356,7 @@ impl Calibrations {
         #[expect(clippy::cast_precision_loss, reason = "counts")]
         let count = all.len().max(1) as f64;
         let mean = |of: fn(&Outcome) -> f64| all.iter().map(of).sum::<f64>() / count;
-        let rms =
-            |of: fn(&Outcome) -> f64| math::sqrt(all.iter().map(|o| of(o) * of(o)).sum::<f64>() / count);
+        let rms = |of: fn(&Outcome) -> f64| root_mean_square(all.iter().map(of));
         let worst = |of: fn(&Outcome) -> f64| all.iter().map(|o| of(o).abs()).fold(0.0, f64::max);
         let those = |of: fn(&Outcome) -> bool| all.iter().filter(|o| of(o)).count();
         let bias_rms_deg_h = rms(|o| o.bias_error_deg_h);

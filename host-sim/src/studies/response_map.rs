@@ -18,7 +18,7 @@ use motor_model::{DriveCommand, DriveMode};
 use rayon::prelude::*;
 use serde::Serialize;
 
-use crate::math::statistics::{Line, Spread};
+use crate::math::statistics::{Line, Spread, upper_quantile};
 use crate::scene::{Scene, SceneError};
 use crate::studies::StudyError;
 use crate::world::plant::Plant;
@@ -190,8 +190,7 @@ impl Campaign {
         let motors = self.turns_mdeg(mode, amplitude, ticks);
         let means: Spread = motors.iter().map(|motor| motor.mean).collect();
         let mut within: Vec<f64> = motors.iter().map(|motor| motor.sd).collect();
-        within.sort_by(f64::total_cmp);
-        let repeat_mdeg = within.get(within.len() * 4 / 5).copied().unwrap_or_default();
+        let repeat_mdeg = upper_quantile(&mut within, 800).unwrap_or_default();
         BurstRow { amplitude, ticks, turn_mdeg: means.mean, motors_mdeg: means.sd, repeat_mdeg }
     }
 

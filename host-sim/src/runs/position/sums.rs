@@ -2,9 +2,10 @@
 
 use controller::{PositionLoop, PositioningPhase, Target, TickReport};
 use estimator::Estimate;
-use motor_model::{Angle, DriveCommand, Time, math};
+use motor_model::{Angle, DriveCommand, Time};
 
 use super::MoveOutcome;
+use crate::math::statistics::MeanSquare;
 use crate::runs::closed_loop::PositioningMoment;
 use crate::scene::Scene;
 
@@ -38,23 +39,6 @@ pub(crate) struct MoveSums {
     overshoot_deg: f64,
 }
 
-#[derive(Default)]
-struct MeanSquare {
-    sum: f64,
-    count: f64,
-}
-
-impl MeanSquare {
-    fn add(&mut self, square: f64) {
-        self.sum += square;
-        self.count += 1.0;
-    }
-
-    fn root(&self) -> f64 {
-        math::sqrt(self.sum / self.count.max(1.0))
-    }
-}
-
 impl MoveSums {
     pub(crate) fn new(target: Target) -> Self {
         Self {
@@ -77,9 +61,9 @@ impl MoveSums {
         self.holding_since = if tick.holding { self.holding_since.or(Some(tick.at)) } else { None };
         if let Some(estimate) = tick.estimate {
             let error = 1e3 * estimate.angle.minus(tick.angle).degrees();
-            self.square_mdeg2.add(error * error);
+            self.square_mdeg2.add(error);
             if tick.rate_rad_s.abs() > 1e-3 {
-                self.square_moving_mdeg2.add(error * error);
+                self.square_moving_mdeg2.add(error);
             }
         }
         let beyond = tick.angle.minus(self.target.angle()).degrees() * self.target.angle().degrees().signum();

@@ -3,6 +3,8 @@
 use estimator::{Estimate, Health, Innovation, Source, Verdict};
 use motor_model::{Angle, Real, math};
 
+use crate::math::statistics::upper_quantile;
+
 /// Sums over one phase of one or more runs.
 #[derive(Clone, Debug, Default)]
 pub struct Account {
@@ -121,10 +123,7 @@ impl Account {
 
     /// Magnitude of the angle's error in milli-degrees that 99.9 % of the samples do not exceed.
     pub fn p999_angle_mdeg(&self) -> f64 {
-        let mut sorted = self.errors_mdeg.clone();
-        let Some(last) = sorted.len().checked_sub(1) else { return f64::NAN };
-        let place = last - last / 1000;
-        f64::from(*sorted.select_nth_unstable_by(place, f32::total_cmp).1)
+        upper_quantile(&mut self.errors_mdeg.clone(), 999).unwrap_or(f64::NAN)
     }
 
     /// Root mean square of the rate's error in rad/s.

@@ -15,9 +15,7 @@
 use motor_model::math;
 
 use super::timeline::Phase;
-use crate::math::statistics::{Spread, chi_square_mean_bounds, student_95};
-
-const NORMAL_95: f64 = 1.959_964;
+use crate::math::statistics::{NORMAL_95, Spread, chi_square_mean_bounds, student_95};
 
 /// What runs say of a quantity, one value each; those that say nothing are left out.
 fn of_runs(values: impl Iterator<Item = f64>) -> (Spread, f64, f64) {

@@ -2,7 +2,8 @@
 
 use motor_model::math;
 
-use super::{Calibration, Calibrations, NORMAL_95, Outcome, fit::Interval};
+use super::{Calibration, Calibrations, Outcome, fit::Interval};
+use crate::math::statistics::NORMAL_95;
 use crate::report::OutputError;
 use crate::report::chart::{Axis, Colour, Figure, Panel, Series};
 use crate::world::instruments::gyroscope::noise::Span;

@@ -2,7 +2,8 @@
 
 use serde_json::json;
 
-use super::{Calibrations, NORMAL_95, Outcome, Summary};
+use super::{Calibrations, Outcome, Summary};
+use crate::math::statistics::NORMAL_95;
 use crate::report::OutputError;
 use crate::report::document::{Block, Document, Table};
 use crate::report::page::PlacedValue;

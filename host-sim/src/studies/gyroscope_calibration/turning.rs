@@ -4,9 +4,10 @@ use std::ops::ControlFlow;
 
 use controller::rate::{RateHold, RateTuning};
 use estimator::{AngleFilter as _, Estimate, Health};
-use motor_model::{Angle, Time, math};
+use motor_model::{Angle, Time};
 
 use super::schedule::Schedule;
+use crate::math::statistics::root_mean_square;
 use crate::runs::closed_loop;
 use crate::runs::filter::SMOOTHER_LAG_MS;
 use crate::scene::Scene;
@@ -92,10 +93,6 @@ impl Turning {
 
     /// Root mean square error of the reference in milli-degrees.
     pub fn reference_rms_mdeg(&self) -> f64 {
-        #[expect(clippy::cast_precision_loss, reason = "a count")]
-        let anchors = self.anchors.len().max(1) as f64;
-        math::sqrt(
-            self.anchors.iter().map(|anchor| anchor.error_mdeg * anchor.error_mdeg).sum::<f64>() / anchors,
-        )
+        root_mean_square(self.anchors.iter().map(|anchor| anchor.error_mdeg))
     }
 }
