@@ -1,7 +1,7 @@
 //! The command line: one struct a subcommand, each a thin layer over a scene.
 //!
-//! A flag of its own is only a shorter name for a key, so it is checked, refused and hinted at like one. Errors of any kind
-//! are one line on standard error and exit code 2.
+//! A command's own flag for a setting is a shorter name of a key, so the same bounds and the same refusals hold for it.
+//! Errors of any kind are one line on standard error and exit code 2.
 
 mod calibration;
 mod closed_loop;
@@ -42,32 +42,40 @@ use twin::AccuracyArgs;
 #[derive(Debug, Parser)]
 #[command(name = "host-sim", version, about)]
 struct Cli {
-    /// What to do; without it, the default scene's move in closed loop.
+    /// What to do; without a command, `position` with the default scene
     #[command(subcommand)]
     command: Option<Command>,
 }
 
 #[derive(Debug, Subcommand)]
 enum Command {
-    /// Run the motor under a constant drive and say how fast it turns.
+    /// Run the nominal motor under a constant drive and say how fast it turns
+    ///
+    /// The motor is that of Table 1 with the keys `motor.` that the scene sets. Step, friction, impacts and precision
+    /// are keys `simulate.`: there are neither instruments nor a controller, and the keys `plant.` are refused. The
+    /// seed draws the drive's variation, not the motor; `position` runs the motor that the seed draws.
     Simulate(SimulateArgs),
-    /// Move the rotor to an angle in closed loop, and draw what happened.
+    /// Move the rotor of a drawn motor to an angle in closed loop, and draw what happened
+    ///
+    /// The seed draws the motor within the tolerances of Table 1; a key `motor.` that the scene sets is kept, and
+    /// `--set plant.parameters=nominal` draws nothing. Step, friction and impacts are keys `plant.`. `simulate` runs the
+    /// nominal motor with keys of its own.
     Position(PositionArgs),
-    /// Simulate the published tables and figures again and set them side by side
+    /// Simulate the published tables and figures and compare them with the paper
     Reproduce(ReproduceArgs),
-    /// Count the instructions of each operation on an emulated microcontroller.
+    /// Count the instructions of each operation on an emulated microcontroller
     Instructions(InstructionsArgs),
-    /// Run the firmware on an emulated microcontroller against the simulated motor, and compare it with the host bit by bit.
+    /// Run the firmware on an emulated microcontroller with the simulated motor, beside the host bit by bit
     Pil(PilArgs),
-    /// Measure the firmware's flash, RAM and stack, and check what its loop calls.
+    /// Measure the firmware's flash, RAM and stack, and check what its loop calls
     Size(SizeArgs),
-    /// Set the twin's speed against its error, beside other integrators
+    /// Measure speed and error of the twin, beside other integrators
     Accuracy(AccuracyArgs),
     /// Compare the filters with the truth of many drawn motors, beside a lower bound
     Estimate(EstimateArgs),
-    /// Set what each filter costs against how far it is off
+    /// Measure cost and error of each filter
     Filters(FiltersArgs),
-    /// Hold a rate in closed loop, or lead the rotor through a profile of rates
+    /// Hold a rate in closed loop, or follow a profile of rates
     Rate(RateArgs),
     /// Calibrate a gyroscope on the rotor: scale factor and bias with their intervals, against the truth
     Calibrate(CalibrateArgs),
@@ -100,7 +108,7 @@ struct SceneArgs {
     /// Set one key, over the scene file; repeatable. `host-sim keys COMMAND` lists the keys that a command reads
     #[arg(long, value_name = "KEY=VALUE")]
     set: Vec<String>,
-    /// Names the random numbers of the run
+    /// Seed of the random numbers of the run
     #[arg(long, value_name = "N", allow_negative_numbers = true)]
     seed: Option<String>,
 }

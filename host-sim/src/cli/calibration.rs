@@ -13,11 +13,13 @@ use crate::studies::gyroscope_calibration;
 
 #[derive(Debug, Args)]
 pub(super) struct CalibrateArgs {
-    /// Calibrations, each of a gyroscope of its own: the sample is of gyroscopes
-    #[arg(long, value_name = "N", default_value = "1", value_parser = Count(1..=1_000_000), allow_negative_numbers = true)]
+    /// Calibrations, each of another gyroscope
+    #[arg(long, value_name = "N", default_value = "1")]
+    #[arg(value_parser = Count(1..=1_000_000), allow_negative_numbers = true)]
     runs: u64,
-    /// Motors drawn within the tolerances, which carry the gyroscopes in turn; at most one a calibration
-    #[arg(long, value_name = "N", default_value = "10", value_parser = Count(1..=100_000), allow_negative_numbers = true)]
+    /// Motors drawn within the tolerances; the gyroscopes are shared out among them, at most one motor a calibration
+    #[arg(long, value_name = "N", default_value = "10")]
+    #[arg(value_parser = Count(1..=100_000), allow_negative_numbers = true)]
     motors: u64,
     /// Motor time of the plan in s
     #[arg(long, value_name = "S", allow_negative_numbers = true)]

@@ -50,7 +50,7 @@ pub(super) struct RateArgs {
     /// Rate in deg/s, clockwise positive
     #[arg(long, value_name = "RATE", allow_negative_numbers = true)]
     deg_s: Option<String>,
-    /// How the rate goes: dwell (held), staircase (five steps up to it), `both_ways` (turns to either side, rests between) or sweep (a sine about it)
+    /// Course of the rate: dwell, staircase (five steps), `both_ways` (turns both ways with rests) or sweep (a sine)
     #[arg(long, value_name = "PROFILE")]
     profile: Option<String>,
     /// Length of the run in s
@@ -86,7 +86,8 @@ const MOTORS: Count = Count(1..=10_000_000);
 #[derive(Debug, Args)]
 pub(super) struct PositioningTrialsArgs {
     /// Motors drawn within the tolerances; each makes one move, which is one trial
-    #[arg(long, alias = "trials", value_name = "N", default_value = "1000", value_parser = MOTORS, allow_negative_numbers = true)]
+    #[arg(long, alias = "trials", value_name = "N", default_value = "1000")]
+    #[arg(value_parser = MOTORS, allow_negative_numbers = true)]
     motors: u64,
     /// Run the simpler strategies and the other filters as well, each on this many motors
     #[arg(long, value_name = "N", value_parser = MOTORS, allow_negative_numbers = true)]
@@ -128,7 +129,8 @@ impl PositioningTrialsArgs {
 #[derive(Debug, Args)]
 pub(super) struct ResponseMapArgs {
     /// Motors drawn within the tolerances
-    #[arg(long, value_name = "N", default_value = "200", value_parser = Count(2..=10_000), allow_negative_numbers = true)]
+    #[arg(long, value_name = "N", default_value = "200")]
+    #[arg(value_parser = Count(2..=10_000), allow_negative_numbers = true)]
     motors: u64,
     /// Write the map as Rust source, as the controller keeps it
     #[arg(long, value_name = "FILE.rs")]

@@ -17,7 +17,8 @@ use crate::studies::filter_errors;
 #[derive(Debug, Args)]
 pub(super) struct EstimateArgs {
     /// Motors drawn within the tolerances, each run in both modes
-    #[arg(long, alias = "plants", value_name = "N", default_value = "100", value_parser = Count(1..=10_000), allow_negative_numbers = true)]
+    #[arg(long, alias = "plants", value_name = "N", default_value = "100")]
+    #[arg(value_parser = Count(1..=10_000), allow_negative_numbers = true)]
     motors: u64,
     /// Folder for estimate.svg and table.csv
     #[arg(long, value_name = "DIR", default_value = "out/estimate")]
@@ -47,7 +48,8 @@ impl EstimateArgs {
 #[derive(Debug, Args)]
 pub(super) struct FiltersArgs {
     /// Motors drawn within the tolerances, each run in both modes
-    #[arg(long, alias = "plants", value_name = "N", default_value = "20", value_parser = Count(1..=10_000), allow_negative_numbers = true)]
+    #[arg(long, alias = "plants", value_name = "N", default_value = "20")]
+    #[arg(value_parser = Count(1..=10_000), allow_negative_numbers = true)]
     motors: u64,
     /// Leave the microcontroller's instructions out: neither the cross compiler nor the emulator is needed then
     #[arg(long)]

@@ -101,8 +101,8 @@ struct Effort {
 }
 
 impl Effort {
-    /// As many runs as the paper made; 40 motors bound an ANEES to 6 % of 1; of 10,000 moves the worst thousandth is ten;
-    /// of 200 intervals the covered share is known to 1.5 %.
+    /// As many runs as the paper made; 40 motors bound an ANEES to 6 % of 1; of 10,000 moves the worst thousandth is
+    /// ten; of 200 intervals the covered share is known to 1.5 %.
     const FULL: Self = Self {
         paper_seeds: 5,
         error_motors: 40,

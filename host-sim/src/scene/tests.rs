@@ -125,7 +125,10 @@ proptest! {
 
     /// No text makes the reader panic, and every error is a single line.
     #[test]
-    fn law_any_text_gives_a_scene_or_one_line(text in "\\PC*|(\\[?[a-z_.]{0,12}\\]? ?=? ?[0-9a-z\".'\\[{-]{0,6}\n){0,4}", set in ".*") {
+    fn law_any_text_gives_a_scene_or_one_line(
+        text in "\\PC*|(\\[?[a-z_.]{0,12}\\]? ?=? ?[0-9a-z\".'\\[{-]{0,6}\n){0,4}",
+        set in ".*",
+    ) {
         let file = scene_file(&text);
         if let Err(error) = Scene::load(Some(file.path()), &[]) {
             prop_assert_eq!(error.one_line().lines().count(), 1);

@@ -14,7 +14,8 @@ pub const SETTINGS: &[Setting] = &[
         key: "calibrate.clockwise_deg_s",
         unit: "deg/s",
         kind: Kind::Number { default: 160.0, min: 1.0, max: 1000.0 },
-        meaning: "last step of the staircase clockwise: far enough below the gyroscope's range that the ripple seldom saturates it",
+        meaning: "last step of the staircase clockwise, far below the gyroscope's range, so that the ripple seldom \
+                  saturates it",
     },
     Setting {
         key: "calibrate.counter_clockwise_deg_s",

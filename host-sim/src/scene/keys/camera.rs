@@ -104,7 +104,8 @@ pub const SETTINGS: &[Setting] = &[
         key: "camera.fault",
         unit: "",
         kind: Kind::Choice { default: "none", of: &["none", "stuck", "zeros", "offset"] },
-        meaning: "what the camera shows from camera.fault_from_s on: the last picture again, angle zero, or another feature",
+        meaning: "what the camera shows from camera.fault_from_s on: the last picture again, angle zero, or another \
+                  feature",
     },
     Setting {
         key: "camera.fault_from_s",

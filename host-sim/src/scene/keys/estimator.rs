@@ -10,5 +10,5 @@ pub const SETTINGS: &[Setting] = &[Setting {
     key: "estimator.filter",
     unit: "",
     kind: Kind::Choice { default: "twin", of: FILTERS },
-    meaning: "filter of angle and rate: from the camera alone, with the vibrometer's impacts, or with a twin that these drive",
+    meaning: "filter of angle and rate: from the camera alone, with the vibrometer's impacts, or with a twin as well",
 }];

@@ -1,14 +1,14 @@
-//! Keys of what goes wrong with the motor during a run.
+//! Keys of the faults of drive and motor.
 
 use crate::scene::{Kind, Setting};
 
-/// Settings of the disturbances.
+/// Settings of the faults.
 pub const SETTINGS: &[Setting] = &[
     Setting {
         key: "fault.from_s",
         unit: "s",
         kind: Kind::Number { default: 0.0, min: 0.0, max: 1e5 },
-        meaning: "from when on the drive is faulty, and when the rotor is jolted",
+        meaning: "time from which the drive is faulty, and at which the rotor is jolted",
     },
     Setting {
         key: "fault.drive_gain",
@@ -26,7 +26,7 @@ pub const SETTINGS: &[Setting] = &[
         key: "fault.drift_percent",
         unit: "%",
         kind: Kind::Number { default: 0.0, min: -5.0, max: 5.0 },
-        meaning: "by how much the resonances of modes B and C drift in the end, while the drive keeps its frequencies",
+        meaning: "change of the resonances of modes B and C at the end of their drift; the drive keeps its frequencies",
     },
     Setting {
         key: "fault.drift_s",
@@ -38,7 +38,7 @@ pub const SETTINGS: &[Setting] = &[
         key: "fault.modes",
         unit: "",
         kind: Kind::Choice { default: "right", of: &["right", "swapped"] },
-        meaning: "whether the coil is driven in the other mode than the amplifier reports",
+        meaning: "right, or swapped: the coil is driven in the other mode than the amplifier reports",
     },
     Setting {
         key: "fault.jolt_rad_s",

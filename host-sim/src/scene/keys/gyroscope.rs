@@ -8,7 +8,8 @@ pub const SETTINGS: &[Setting] = &[
         key: "gyroscope.parameters",
         unit: "",
         kind: Kind::Choice { default: "drawn", of: &["drawn", "nominal"] },
-        meaning: "scale factor and bias drawn by seed and serial (normal, the two below for standard deviations), or as they stand",
+        meaning: "scale factor and bias drawn by seed and serial (normal, the next two keys are the standard \
+                  deviations), or as they stand",
     },
     Setting {
         key: "gyroscope.scale_factor_ppm",

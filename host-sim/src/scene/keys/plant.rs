@@ -1,4 +1,6 @@
-//! Keys of the plant.
+//! Keys of the plant: the motor of every command that draws one.
+//!
+//! The command `simulate` draws no motor: it runs the nominal one with the keys of [`super::simulate`].
 
 use crate::scene::{Kind, Setting};
 
@@ -8,13 +10,14 @@ pub const SETTINGS: &[Setting] = &[
         key: "plant.step_s",
         unit: "s",
         kind: Kind::Number { default: 1e-6, min: 1e-8, max: 1e-5 },
-        meaning: "step of the plant; must divide the loop's 10 us and the instruments' periods",
+        meaning: "step of the plant; must divide the loop's 10 us and the instruments' periods; simulate has \
+                  simulate.step_s",
     },
     Setting {
         key: "plant.parameters",
         unit: "",
         kind: Kind::Choice { default: "drawn", of: &["drawn", "nominal"] },
-        meaning: "drawn within Table 1's tolerances by the seed (what a scene sets is kept), or as they stand",
+        meaning: "drawn within Table 1's tolerances by the seed (what a scene sets is kept), or nominal as in simulate",
     },
     Setting {
         key: "plant.impacts",
@@ -26,6 +29,6 @@ pub const SETTINGS: &[Setting] = &[
         key: "plant.friction",
         unit: "",
         kind: Kind::Choice { default: "coulomb", of: &["coulomb", "paper"] },
-        meaning: "friction law",
+        meaning: "law of friction: paper limits it by the angle of contact as well; simulate has simulate.friction",
     },
 ];

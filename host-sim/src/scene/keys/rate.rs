@@ -14,7 +14,8 @@ pub const SETTINGS: &[Setting] = &[
         key: "rate.profile",
         unit: "",
         kind: Kind::Choice { default: "dwell", of: &["dwell", "staircase", "both_ways", "sweep"] },
-        meaning: "one rate, five equal steps up to it, two such turns either way with rests between, or a sine of 1 to 5 Hz and a quarter of it about it",
+        meaning: "one rate; five equal steps up to it; turns at steps of it both ways with rests between; or a sine of \
+                  1 to 5 Hz about it, a quarter of it in amplitude",
     },
     Setting {
         key: "rate.duration_s",

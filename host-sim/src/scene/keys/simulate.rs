@@ -1,4 +1,6 @@
-//! Keys of one run in open loop.
+//! Keys of one run of the nominal motor in open loop.
+//!
+//! Every other command draws its motors and has the keys of [`super::plant`] instead.
 
 use motor_model::DriveCommand;
 
@@ -34,19 +36,21 @@ pub const SETTINGS: &[Setting] = &[
         key: "simulate.step_s",
         unit: "s",
         kind: Kind::Number { default: 1e-6, min: 1e-9, max: 1e-3 },
-        meaning: "length of a step",
+        meaning: "length of a step; commands that draw the motor have plant.step_s",
     },
     Setting {
         key: "simulate.friction",
         unit: "",
         kind: Kind::Choice { default: "coulomb", of: &["paper", "coulomb"] },
-        meaning: "law of friction: paper limits it by the angle of contact as well",
+        meaning: "law of friction: paper limits it by the angle of contact as well; commands that draw the motor have \
+                  plant.friction",
     },
     Setting {
         key: "simulate.impacts",
         unit: "",
         kind: Kind::Choice { default: "located", of: &["end_of_step", "located"] },
-        meaning: "when an impact is applied: where it happens, or at the end of its step, as in the paper's program",
+        meaning: "when an impact is applied: where it happens, or at the end of its step, as in the paper's program; \
+                  commands that draw the motor have plant.impacts",
     },
     Setting {
         key: "simulate.precision",

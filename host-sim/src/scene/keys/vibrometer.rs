@@ -74,7 +74,8 @@ pub const SETTINGS: &[Setting] = &[
         key: "ldv.fault",
         unit: "",
         kind: Kind::Choice { default: "none", of: &["none", "stuck", "zeros", "inverted", "not_a_number"] },
-        meaning: "what the vibrometer delivers from ldv.fault_from_s on: the last value again, zeros, the velocity's negative, or no numbers",
+        meaning: "what the vibrometer delivers from ldv.fault_from_s on: the last value again, zeros, the negative \
+                  velocity, or no numbers",
     },
     Setting {
         key: "ldv.fault_from_s",
