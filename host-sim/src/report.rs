@@ -5,5 +5,6 @@ pub mod document;
 mod error;
 pub mod files;
 pub mod page;
+pub(crate) mod table;
 
 pub use error::OutputError;

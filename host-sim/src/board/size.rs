@@ -21,6 +21,7 @@ use crate::board::BoardError;
 use crate::board::instructions::Board;
 use crate::board::pil::{self, Emulated, Live, Wiring};
 use crate::report::page::PlacedValue;
+use crate::report::table::Table;
 use crate::runs::filter::FILTERS;
 use crate::scene::Scene;
 pub use calls::Forbidden;
@@ -154,29 +155,32 @@ impl Report {
         format!("A part of {flash} and {ram} would do for: {which}.")
     }
 
+    /// Bytes of each program, with the stack in a move by each filter that it has.
+    fn table(&self) -> Table {
+        let stacks: Vec<String> = FILTERS.iter().map(|filter| format!("stack, {filter}")).collect();
+        let mut header = vec!["program", "flash", "variables"];
+        header.extend(stacks.iter().map(String::as_str));
+        let mut table = Table::new(&header);
+        for program in &self.programs {
+            let stack = |filter: &&str| {
+                let of_filter = program.stacks.iter().find(|stack| stack.filter == *filter);
+                of_filter.map_or("-".to_owned(), |stack| stack.bytes.to_string())
+            };
+            let mut row = vec![program.name()];
+            row.extend([program.flash_bytes, program.static_bytes].map(|bytes| bytes.to_string()));
+            row.extend(FILTERS.iter().map(stack));
+            table.push(row);
+        }
+        table
+    }
+
     /// The values of the page on the microcontroller that sizes give.
     pub fn page_values(&self) -> Vec<PlacedValue> {
-        let row = |program: &Program| {
-            let of = |filter: &str| program.stacks.iter().find(|stack| stack.filter == filter);
-            let stack =
-                |filter: &&'static str| of(filter).map_or("-".to_owned(), |stack| stack.bytes.to_string());
-            let stacks: Vec<String> = FILTERS.iter().map(stack).collect();
-            let (program, flash_bytes, static_bytes) =
-                (program.name(), program.flash_bytes, program.static_bytes);
-            format!("| {program} | {flash_bytes} | {static_bytes} | {} |", stacks.join(" | "))
-        };
-        let rows: Vec<String> = self.programs.iter().map(row).collect();
-        let table = format!(
-            "| program | flash | variables | stack, {} |\n| --- | --- | --- |{}\n{}",
-            FILTERS.join(" | stack, "),
-            " --- |".repeat(FILTERS.len()),
-            rows.join("\n")
-        );
         let judged = if self.complaints().is_empty() { "All hold." } else { "Not all hold." };
         let excused: Vec<String> =
             calls::EXCUSED.iter().map(|(callee, reason)| format!("`{callee}`: {reason}")).collect();
         vec![
-            ("table_sizes", table),
+            ("table_sizes", self.table().markdown()),
             ("part_flash_bytes", FLASH_BYTES.to_string()),
             ("part_ram_bytes", RAM_BYTES.to_string()),
             ("small_part", self.small()),
@@ -248,19 +252,9 @@ fn live_stack(elf: &Path, scene: &Scene) -> Result<u32, BoardError> {
 
 impl fmt::Display for Report {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        writeln!(
-            f,
-            "{:26} {:>8} {:>10} {:>8} {:>10}",
-            "program", "flash", "variables", "stack", "functions"
-        )?;
+        writeln!(f, "{}", self.table().text())?;
         for program in &self.programs {
-            let stack = program.deepest().map_or("-".to_owned(), |stack| stack.bytes.to_string());
-            let name = program.name();
-            let Program { flash_bytes, static_bytes, stacks, functions, .. } = program;
-            writeln!(f, "{name:26} {flash_bytes:>8} {static_bytes:>10} {stack:>8} {functions:>10}")?;
-            for Stack { filter, bytes } in stacks {
-                writeln!(f, "  stack in a move by {filter}: {bytes}")?;
-            }
+            writeln!(f, "{}: its tasks can reach {} functions", program.name(), program.functions)?;
         }
         writeln!(f, "{}", self.small())?;
         for complaint in self.complaints() {

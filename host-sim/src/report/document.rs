@@ -2,7 +2,11 @@
 
 use std::fmt::Write as _;
 
-/// A report, ready to be written either way.
+use textwrap::{Options, WordSplitter};
+
+pub(crate) use super::table::Table;
+
+/// A result in words and tables, ready to be written either way.
 #[derive(Clone, Debug)]
 pub struct Document {
     pub(crate) blocks: Vec<Block>,
@@ -17,37 +21,8 @@ pub(crate) enum Block {
     Picture(String, String),
 }
 
-/// A table of text.
-#[derive(Clone, Debug)]
-pub(crate) struct Table {
-    header: Vec<String>,
-    rows: Vec<Vec<String>>,
-}
-
 /// Width of paragraphs on the terminal.
 const LINE_WIDTH: usize = 110;
-
-impl Table {
-    pub(crate) fn new(header: &[&str]) -> Self {
-        Self { header: header.iter().map(|&cell| cell.to_owned()).collect(), rows: Vec::new() }
-    }
-
-    /// Adds a row of as many cells as the header has.
-    pub(crate) fn push(&mut self, row: Vec<String>) {
-        self.rows.push(row);
-    }
-
-    /// Lines with cells padded to their column's width.
-    fn padded(&self) -> Vec<Vec<String>> {
-        let all = || std::iter::once(&self.header).chain(&self.rows);
-        let width =
-            |column: usize| all().filter_map(|row| row.get(column)).map(|cell| cell.chars().count()).max();
-        let widths: Vec<usize> = (0..self.header.len()).map(|column| width(column).unwrap_or(0)).collect();
-        all()
-            .map(|row| row.iter().zip(&widths).map(|(cell, &width)| format!("{cell:width$}")).collect())
-            .collect()
-    }
-}
 
 impl Document {
     /// For the terminal; pictures are left out.
@@ -60,17 +35,7 @@ impl Document {
                     writeln!(text, "{heading}\n{}\n", "-".repeat(heading.chars().count()))
                 }
                 Block::Paragraph(paragraph) => writeln!(text, "{}\n", wrapped(paragraph)),
-                Block::Table(table) => {
-                    for (index, line) in table.padded().iter().enumerate() {
-                        let _ = writeln!(text, "{}", line.join("  ").trim_end());
-                        if index == 0 {
-                            let rule: Vec<String> =
-                                line.iter().map(|cell| "-".repeat(cell.chars().count())).collect();
-                            let _ = writeln!(text, "{}", rule.join("  "));
-                        }
-                    }
-                    writeln!(text)
-                }
+                Block::Table(table) => writeln!(text, "{}", table.text()),
                 Block::Picture(..) => Ok(()),
             };
         }
@@ -86,17 +51,7 @@ impl Document {
                     writeln!(text, "{} {heading}\n", if index == 0 { "#" } else { "##" })
                 }
                 Block::Paragraph(paragraph) => writeln!(text, "{}\n", paragraph.replace('*', "\\*")),
-                Block::Table(table) => {
-                    for (index, line) in table.padded().iter().enumerate() {
-                        let _ = writeln!(text, "| {} |", line.join(" | ").replace('*', "\\*"));
-                        if index == 0 {
-                            let rule: Vec<String> =
-                                line.iter().map(|cell| "-".repeat(cell.chars().count())).collect();
-                            let _ = writeln!(text, "| {} |", rule.join(" | "));
-                        }
-                    }
-                    writeln!(text)
-                }
+                Block::Table(table) => writeln!(text, "{}", table.markdown()),
                 Block::Picture(title, file) => writeln!(text, "![{title}]({file})\n"),
             };
         }
@@ -104,40 +59,31 @@ impl Document {
     }
 }
 
-/// `text` in lines of at most [`LINE_WIDTH`], broken at spaces.
-fn wrapped(text: &str) -> String {
-    let mut lines = vec![String::new()];
-    for word in text.split_whitespace() {
-        let line = lines.last_mut().filter(|line| line.len() + 1 + word.len() <= LINE_WIDTH);
-        match line {
-            Some(line) if line.is_empty() => line.push_str(word),
-            Some(line) => {
-                line.push(' ');
-                line.push_str(word);
-            }
-            None => lines.push(word.to_owned()),
-        }
-    }
-    lines.join("\n")
+/// `paragraph` in lines of at most [`LINE_WIDTH`], broken at spaces.
+fn wrapped(paragraph: &str) -> String {
+    textwrap::fill(paragraph, Options::new(LINE_WIDTH).word_splitter(WordSplitter::NoHyphenation))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    fn document() -> Document {
-        let mut table = Table::new(&["a", "bcd"]);
-        table.push(vec!["1234*".to_owned(), "5".to_owned()]);
-        let picture = Block::Picture("Rate".to_owned(), "rate.svg".to_owned());
-        Document { blocks: vec![Block::Heading("Head".to_owned()), Block::Table(table), picture] }
-    }
-
     #[test]
     fn exact_text_and_markdown() {
-        assert_eq!(document().text(), "Head\n----\n\na      bcd\n-----  ---\n1234*  5\n\n");
+        let mut table = Table::new(&["a", "b"]);
+        table.push(vec!["1".to_owned(), "2".to_owned()]);
+        let picture = Block::Picture("Rate".to_owned(), "rate.svg".to_owned());
+        let blocks = vec![
+            Block::Heading("Head".to_owned()),
+            Block::Paragraph("x * y".to_owned()),
+            Block::Table(table),
+            picture,
+        ];
+        let document = Document { blocks };
+        assert_eq!(document.text(), "Head\n----\n\nx * y\n\na  b\n-  -\n1  2\n\n");
         assert_eq!(
-            document().markdown(),
-            "# Head\n\n| a     | bcd |\n| ----- | --- |\n| 1234\\* | 5   |\n\n![Rate](rate.svg)\n\n"
+            document.markdown(),
+            "# Head\n\nx \\* y\n\n| a | b |\n| - | - |\n| 1 | 2 |\n\n![Rate](rate.svg)\n\n"
         );
     }
 

@@ -6,7 +6,6 @@
 //! `llvm-mca` has no model of an instruction (a comparison of floats on the Cortex-M7) it counts as one that does nothing.
 
 use std::collections::HashMap;
-use std::fmt::Write as _;
 use std::io::{BufRead as _, BufReader, Write as _};
 use std::path::Path;
 use std::process::{Command, Stdio};
@@ -17,6 +16,7 @@ use super::emulator::{self, Board};
 use super::program;
 use crate::board::BoardError;
 use crate::board::size::Image;
+use crate::report::table::Table;
 use crate::tool::ToolError;
 
 /// Operations, by the end of the function's name, and what they are called.
@@ -211,13 +211,12 @@ fn straight_line(call: &[u32], code: &HashMap<u32, String>, board: Board) -> Str
 
 /// For the terminal.
 pub fn table(board: Board, estimates: &[Estimate]) -> String {
-    let mut text =
-        format!("{}, cycles estimated by {ANALYSER}: no wait states, no caches\n\n", board.processor());
-    let _ = writeln!(text, "{:<26} {:>12} {:>9}", "operation", "instructions", "cycles");
+    let mut table = Table::new(&["operation", "instructions", "cycles"]);
     for Estimate { operation, instructions, cycles_estimate, .. } in estimates {
-        let _ = writeln!(text, "{operation:<26} {instructions:>12} {cycles_estimate:>9}");
+        table.push(vec![(*operation).to_owned(), instructions.to_string(), cycles_estimate.to_string()]);
     }
-    text
+    let processor = board.processor();
+    format!("{processor}, cycles estimated by {ANALYSER}: no wait states, no caches\n\n{}", table.text())
 }
 
 /// An array of [`Estimate`]s, one a line.

@@ -1,11 +1,10 @@
 //! The values of the page on the microcontroller that counts give: the operations a user asks for first, in words.
 
-use std::fmt::Write as _;
-
 use super::cycles::Estimate;
 use super::report::{Report, judged};
 use super::targets::TARGETS;
 use crate::report::page::PlacedValue;
+use crate::report::table::Table;
 
 /// What the rows say, and the operations that they tell of.
 const ROWS: [(&str, &str); 22] = [
@@ -63,18 +62,15 @@ fn frame_over_core(report: &Report) -> String {
 
 /// The operations of [`ROWS`].
 fn table(report: &Report, estimates: &[Estimate]) -> String {
-    let mut text = String::new();
-    text.push_str(
-        "| operation | mean | longest | target | cycles, estimated |\n| --- | --- | --- | --- | --- |\n",
-    );
+    let mut table = Table::new(&["operation", "mean", "longest", "target", "cycles, estimated"]);
     for (says, operation) in ROWS {
         let Some(count) = report.count(operation) else { continue };
         let cycles = estimates.iter().find(|estimate| estimate.operation == operation);
         let cycles = cycles.map_or(String::new(), |estimate| estimate.cycles_estimate.to_string());
-        let _ =
-            writeln!(text, "| {says} | {:.0} | {} | {} | {cycles} |", count.mean(), count.max, judged(count));
+        let mean = format!("{:.0}", count.mean());
+        table.push(vec![says.to_owned(), mean, count.max.to_string(), judged(count), cycles]);
     }
-    text
+    table.markdown()
 }
 
 #[cfg(test)]
@@ -109,8 +105,9 @@ mod tests {
             cycles_estimate: 253,
         };
         let text = table(&report, &[estimate]);
+        let words = |line: &str| line.split_whitespace().collect::<Vec<_>>().join(" ");
         let row = "| driven step of 10 us aloft, impacts located | 300 | 500 | max <= 180 missed | 253 |";
-        assert!(text.lines().any(|line| line == row), "{text}");
+        assert!(text.lines().any(|line| words(line) == row), "{text}");
         assert!(!text.contains("minikalman"), "{text}");
     }
 }

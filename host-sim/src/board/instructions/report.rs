@@ -7,6 +7,7 @@ use serde::Serialize;
 use super::emulator::Board;
 use super::listing::{Count, Listing, ListingError};
 use super::targets::TARGETS;
+use crate::report::table::Table;
 
 /// A believable listing of a board.
 #[derive(Clone, Debug)]
@@ -89,18 +90,15 @@ pub(super) fn judged(count: &Count) -> String {
 
 impl fmt::Display for Report {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let listing = &self.listing;
         writeln!(f, "{}", self.title())?;
         writeln!(f, "instructions of an operation, its call included\n")?;
-        let width = listing.counts.iter().map(|count| count.operation.len()).max().unwrap_or(0);
-        writeln!(f, "{:width$} {:>8} {:>10} {:>7}  target", "operation", "samples", "mean", "max")?;
-        for count in &listing.counts {
+        let mut table = Table::new(&["operation", "samples", "mean", "max", "target"]);
+        for count in &self.listing.counts {
             let Count { operation, samples, total: _, max } = count;
-            let row =
-                format!("{operation:width$} {samples:>8} {:>10.2} {max:>7}  {}", count.mean(), judged(count));
-            writeln!(f, "{}", row.trim_end())?;
+            let mean = format!("{:.2}", count.mean());
+            table.push(vec![operation.clone(), samples.to_string(), mean, max.to_string(), judged(count)]);
         }
-        Ok(())
+        f.write_str(&table.text())
     }
 }
 
