@@ -58,8 +58,8 @@ enum Command {
     /// Move the rotor of a drawn motor to an angle in closed loop, and draw what happened
     ///
     /// The seed draws the motor within the tolerances of Table 1; a key `motor.` that the scene sets is kept, and
-    /// `--set plant.parameters=nominal` draws nothing. Step, friction and impacts are keys `plant.`. `simulate` runs the
-    /// nominal motor with keys of its own.
+    /// `--set plant.parameters=nominal` draws nothing. Step, friction and impacts are keys `plant.`. `simulate` runs
+    /// the nominal motor with keys of its own.
     Position(PositionArgs),
     /// Simulate the published tables and figures and compare them with the paper
     Reproduce(ReproduceArgs),
