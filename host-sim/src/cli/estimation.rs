@@ -32,7 +32,7 @@ pub(super) struct EstimateArgs {
 impl EstimateArgs {
     pub(super) fn execute(&self) -> Result<(), CommandError> {
         let scene = self.scene.load("estimate", &[])?;
-        let plan = filter_errors::Plan::new(&scene, self.motors)?;
+        let plan = filter_errors::FilterErrorsPlan::new(&scene, self.motors)?;
         let publication = self.publication.open(&self.out)?;
         let bar = ProgressBar::new(plan.milliseconds()).with_style(progress_style());
         let estimation = plan.run(&|milliseconds| bar.inc(milliseconds))?;
@@ -66,7 +66,7 @@ pub(super) struct FiltersArgs {
 impl FiltersArgs {
     pub(super) fn execute(&self) -> Result<(), CommandError> {
         let scene = self.scene.load("filters", &[])?;
-        let plan = filter_costs::Plan::new(&scene, self.motors, filter_costs::ROUNDS)?;
+        let plan = filter_costs::FilterCostsPlan::new(&scene, self.motors, filter_costs::ROUNDS)?;
         let publication = self.publication.open(&self.out)?;
         let counts = if self.host_only { None } else { Some(count_instructions(None, Board::M4)?) };
         let bar = ProgressBar::new(plan.recordings()).with_style(progress_style());

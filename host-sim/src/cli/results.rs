@@ -140,9 +140,10 @@ impl Effort {
 const GYROSCOPE_MOTORS: u64 = 10;
 
 fn filter_values(effort: Effort, scene: &Scene) -> Result<Vec<PlacedValue>, CommandError> {
-    let mut values = filter_errors::Plan::new(scene, effort.error_motors)?.run(&|_| ())?.page_values();
+    let mut values =
+        filter_errors::FilterErrorsPlan::new(scene, effort.error_motors)?.run(&|_| ())?.page_values();
     let counts = count_instructions(None, Board::M4)?;
-    let costs = filter_costs::Plan::new(scene, effort.cost_motors, filter_costs::ROUNDS)?;
+    let costs = filter_costs::FilterCostsPlan::new(scene, effort.cost_motors, filter_costs::ROUNDS)?;
     values.extend(costs.run(Some(&counts), &|| ())?.page_values());
     Ok(values)
 }

@@ -1,16 +1,17 @@
-//! `host-sim filters`: what each filter costs, beside how far it is off.
+//! What each filter costs, beside how far it is off: `host-sim filters`.
 //!
-//! Motors are drawn within Table 1's tolerances and driven at full strength from rest in both modes; what their instruments deliver is [recorded](mod@recording), and every
-//! [`Variant`] of every [filter](crate::runs::filter) - in both precisions, with the vibrometer's samples at several rates - is [replayed](replay) over the same recordings.
-//! The rate of the samples is also the step at which a filter that runs the twin steps it.
+//! Motors are drawn within Table 1's tolerances and driven at full strength from rest in both modes. What their
+//! instruments deliver is [recorded](mod@recording). Every [`FilterVariant`] of every [filter](crate::runs::filter) is
+//! [replayed](replay) over the same recordings, in both precisions and with the vibrometer's samples at several rates.
+//! A filter with a twin steps it at the rate of the samples.
 //!
 //! | figure | meaning |
 //! |---|---|
 //! | rms | of the error of the angle at the present in steady motion, the camera's latency included |
-//! | ns | of a camera update, a vibrometer update and a prediction on this machine; of all that 10 us of motor time bring together |
+//! | ns | of a camera update, a vibrometer update and a prediction on this machine, and of all of them in 10 us |
 //! | instructions | the same on a Cortex-M4F, where the emulator counted them ([`crate::board::instructions`]) |
 //!
-//! In 10 us there come as many samples as the vibrometer's rate says, a tenth of a frame, and one prediction.
+//! In 10 us of motor time there are a tenth of a frame, one prediction, and samples at the rate of the vibrometer.
 
 mod picture;
 pub mod recording;
@@ -26,9 +27,9 @@ use crate::runs::filter::{AnyFilter, FILTERS};
 use crate::runs::simulate::Precision;
 use crate::scene::Scene;
 use crate::studies::StudyError;
-use crate::studies::filter_errors::account::Account;
+use crate::studies::filter_errors::error_sums::ErrorSums;
 use recording::Recording;
-use replay::Cost;
+use replay::OperationCosts;
 
 /// How often each cost is measured; the least counts.
 pub const ROUNDS: u32 = 10;
@@ -39,9 +40,9 @@ const DRIVES: [(DriveMode, &str); 2] = [(DriveMode::B, "b"), (DriveMode::C, "c")
 /// Rates of the vibrometer in Hz, the default's first.
 const SAMPLE_RATES_HZ: [f64; 3] = [200e3, 100e3, 50e3];
 
-/// A filter as it is run.
+/// A filter with its precision and the rate of its samples.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Variant {
+pub struct FilterVariant {
     /// Its name, as a scene picks it.
     pub filter: &'static str,
     /// Its arithmetic.
@@ -50,9 +51,9 @@ pub struct Variant {
     pub sample_rate_hz: f64,
 }
 
-/// One variant in one mode.
+/// Error and costs of one variant in one mode.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Row {
+pub struct FilterCostsRow {
     /// The filter.
     pub filter: &'static str,
     /// `f32` or `f64`.
@@ -65,30 +66,30 @@ pub struct Row {
     pub rms_angle_mdeg: f64,
     /// Root mean square error of the rate.
     pub rms_rate_rad_s: f64,
-    /// What it takes on this machine.
-    pub ns: Cost,
-    /// What it takes on a Cortex-M4F, in instructions; counted for `f32` at the default rate.
-    pub instructions: Option<Cost>,
+    /// Costs on this machine in ns.
+    pub ns: OperationCosts,
+    /// Costs on a Cortex-M4F in instructions; counted for `f32` at the default rate.
+    pub instructions: Option<OperationCosts>,
     /// Motors.
     pub runs: u64,
 }
 
-/// Everything to be run.
+/// The motors to be run, in both modes.
 #[derive(Clone, Debug)]
-pub struct Plan {
+pub struct FilterCostsPlan {
     scenes: Vec<Scene>,
     /// How often each cost is measured; the least counts.
     rounds: u32,
 }
 
-/// What came out: rows by drive, then filter, precision and rate.
+/// Error and costs of every variant.
 #[derive(Clone, Debug)]
-pub struct Comparison {
-    /// The rows.
-    pub rows: Vec<Row>,
+pub struct FilterCosts {
+    /// By drive, then filter, precision and rate.
+    pub rows: Vec<FilterCostsRow>,
 }
 
-impl Variant {
+impl FilterVariant {
     /// All, by filter, precision and rate.
     pub fn all() -> impl Iterator<Item = Self> {
         let rates = |filter, precision| {
@@ -99,34 +100,35 @@ impl Variant {
         })
     }
 
-    fn is(&self, row: &Row) -> bool {
+    fn is(&self, row: &FilterCostsRow) -> bool {
         let same_rate = self.sample_rate_hz.total_cmp(&row.ldv_sample_rate_hz).is_eq();
         (self.filter, self.precision) == (row.filter, row.precision) && same_rate
     }
 }
 
-impl Plan {
-    /// `plants` motors, named by the scene's seed and those that follow it.
+impl FilterCostsPlan {
+    /// `motors` motors, named by the scene's seed and those that follow it.
     ///
     /// # Errors
     /// When a scene is refused.
-    pub fn new(scene: &Scene, plants: u64, rounds: u32) -> Result<Self, StudyError> {
+    pub fn new(scene: &Scene, motors: u64, rounds: u32) -> Result<Self, StudyError> {
         let drawn = |number: u64| {
             let mut drawn = scene.clone();
             // Beyond the last seed the first follows.
             drawn.set("seed", &scene.seed().wrapping_add(number).to_string())?;
             Ok(drawn)
         };
-        let scenes: Result<_, StudyError> = (0..plants).map(drawn).collect();
+        let scenes: Result<_, StudyError> = (0..motors).map(drawn).collect();
         Ok(Self { scenes: scenes?, rounds })
     }
 
-    /// Recordings that will be made: what progress is measured in.
+    /// Number of recordings to be made: progress counts them.
     pub fn recordings(&self) -> u64 {
         (self.scenes.len() * DRIVES.len() * SAMPLE_RATES_HZ.len()) as u64
     }
 
-    /// Runs everything, telling `progress` of each recording done with. `counts` are those of the microcontroller, if there are any.
+    /// Runs everything, and calls `progress` after each recording. `counts` are the instructions on the
+    /// microcontroller, if they were counted.
     ///
     /// # Errors
     /// When a run fails.
@@ -134,51 +136,51 @@ impl Plan {
         &self,
         counts: Option<&Listing>,
         progress: &(impl Fn() + Sync),
-    ) -> Result<Comparison, StudyError> {
+    ) -> Result<FilterCosts, StudyError> {
         let mut rows = Vec::new();
         for (mode, drive) in DRIVES {
             for rate_hz in SAMPLE_RATES_HZ {
-                let variants: Vec<Variant> =
-                    Variant::all().filter(|v| v.sample_rate_hz.total_cmp(&rate_hz).is_eq()).collect();
-                let accounts = self.accounts(mode, rate_hz, &variants, progress)?;
+                let variants: Vec<FilterVariant> =
+                    FilterVariant::all().filter(|v| v.sample_rate_hz.total_cmp(&rate_hz).is_eq()).collect();
+                let sums = self.sums(mode, rate_hz, &variants, progress)?;
                 let recording = recording(&self.scenes[0], mode, rate_hz)?;
                 let costs = replay::costs(&variants, &recording, self.rounds)?;
-                for ((variant, account), ns) in variants.iter().zip(&accounts).zip(costs) {
+                for ((variant, error_sums), ns) in variants.iter().zip(&sums).zip(costs) {
                     let instructions = counts.and_then(|counts| variant.instructions(drive, counts));
                     let runs = self.scenes.len() as u64;
-                    rows.push(Row::new(variant, drive, account, ns, instructions, runs));
+                    rows.push(FilterCostsRow::new(variant, drive, error_sums, ns, instructions, runs));
                 }
             }
         }
-        // By filter and precision rather than by the rate that a recording has.
-        let place = |row: &Row| {
+        // By filter and precision; the rows were made by the rate of the recording.
+        let place = |row: &FilterCostsRow| {
             let drive = DRIVES.iter().position(|(_, drive)| *drive == row.drive);
-            (drive, Variant::all().position(|variant| variant.is(row)))
+            (drive, FilterVariant::all().position(|variant| variant.is(row)))
         };
         rows.sort_by_key(place);
-        Ok(Comparison { rows })
+        Ok(FilterCosts { rows })
     }
 
-    /// What the errors of each variant add up to, over all motors.
-    fn accounts(
+    /// The error sums of each variant over all motors.
+    fn sums(
         &self,
         mode: DriveMode,
         rate_hz: f64,
-        variants: &[Variant],
+        variants: &[FilterVariant],
         progress: &(impl Fn() + Sync),
-    ) -> Result<Vec<Account>, StudyError> {
+    ) -> Result<Vec<ErrorSums>, StudyError> {
         let of_motor = |scene: &Scene| {
             let recording = recording(scene, mode, rate_hz)?;
-            let accounts: Result<Vec<Account>, _> = variants.iter().map(|v| v.account(&recording)).collect();
+            let sums: Result<Vec<ErrorSums>, _> = variants.iter().map(|v| v.error_sums(&recording)).collect();
             progress();
-            Ok(accounts?)
+            Ok(sums?)
         };
-        // One thread's share is one motor; the accounts come back in the order of the list, and are added up in it.
-        let of_motors: Result<Vec<Vec<Account>>, StudyError> =
+        // One thread's share is one motor; the sums come back in the order of the list, and are added up in it.
+        let of_motors: Result<Vec<Vec<ErrorSums>>, StudyError> =
             self.scenes.par_iter().with_max_len(1).map(of_motor).collect();
-        let mut total = vec![Account::default(); variants.len()];
-        for accounts in of_motors? {
-            total.iter_mut().zip(&accounts).for_each(|(total, account)| total.absorb(account));
+        let mut total = vec![ErrorSums::default(); variants.len()];
+        for sums in of_motors? {
+            total.iter_mut().zip(&sums).for_each(|(total, error_sums)| total.absorb(error_sums));
         }
         Ok(total)
     }
@@ -190,20 +192,20 @@ fn recording(scene: &Scene, mode: DriveMode, rate_hz: f64) -> Result<Recording, 
     Recording::make(&scene, mode)
 }
 
-impl Variant {
-    /// What the errors in steady motion add up to.
+impl FilterVariant {
+    /// The error sums in steady motion.
     ///
     /// # Errors
     /// As of [`AnyFilter::named`].
-    pub fn account(&self, recording: &Recording) -> Result<Account, OutOfBounds> {
+    pub fn error_sums(&self, recording: &Recording) -> Result<ErrorSums, OutOfBounds> {
         Ok(match self.precision {
-            Precision::F32 => replay::account(AnyFilter::<f32>::named(self.filter)?, recording),
-            Precision::F64 => replay::account(AnyFilter::<f64>::named(self.filter)?, recording),
+            Precision::F32 => replay::error_sums(AnyFilter::<f32>::named(self.filter)?, recording),
+            Precision::F64 => replay::error_sums(AnyFilter::<f64>::named(self.filter)?, recording),
         })
     }
 
     /// The instructions of its operations on the microcontroller; `None` where they were not counted.
-    fn instructions(&self, drive: &str, counts: &Listing) -> Option<Cost> {
+    fn instructions(&self, drive: &str, counts: &Listing) -> Option<OperationCosts> {
         let counted =
             self.precision == Precision::F32 && self.sample_rate_hz.total_cmp(&SAMPLE_RATES_HZ[0]).is_eq();
         let mean = |operation: &str| {
@@ -215,7 +217,7 @@ impl Variant {
                 .map(crate::board::instructions::Count::mean)
         };
         counted.then_some(())?;
-        Some(Cost::new(
+        Some(OperationCosts::new(
             mean("camera_frame")?,
             mean("vibrometer_sample")?,
             mean("prediction")?,
@@ -224,13 +226,13 @@ impl Variant {
     }
 }
 
-impl Row {
+impl FilterCostsRow {
     fn new(
-        variant: &Variant,
+        variant: &FilterVariant,
         drive: &'static str,
-        account: &Account,
-        ns: Cost,
-        instructions: Option<Cost>,
+        error_sums: &ErrorSums,
+        ns: OperationCosts,
+        instructions: Option<OperationCosts>,
         runs: u64,
     ) -> Self {
         Self {
@@ -238,8 +240,8 @@ impl Row {
             precision: variant.precision,
             ldv_sample_rate_hz: variant.sample_rate_hz,
             drive,
-            rms_angle_mdeg: account.rms_angle_mdeg(),
-            rms_rate_rad_s: account.rms_rate_rad_s(),
+            rms_angle_mdeg: error_sums.rms_angle_mdeg(),
+            rms_rate_rad_s: error_sums.rms_rate_rad_s(),
             ns,
             instructions,
             runs,

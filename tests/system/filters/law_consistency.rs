@@ -1,7 +1,7 @@
 //! Whether the filters know how wrong they are: normalised errors and innovations, phase by phase, over drawn motors,
 //! with the camera's quantisation and without.
 //!
-//! Every row is held to its own two-sided 95 % bounds, whose derivation accounts for how long errors are correlated
+//! Every row is held to its own two-sided 95 % bounds, whose derivation of_motors for how long errors are correlated
 //! ([`host_sim::studies::filter_errors::consistency`]). Of a filter's 24 rows so many may be outside by chance as of 24
 //! throws of a twentieth: at most four, the upper 97.5 % point of the binomial law. A filter whose variances are scaled
 //! by 0.8 or 1.25 has seven outside at least.
@@ -10,11 +10,11 @@ use estimator::{AngleFilter as _, TrackTuning};
 use host_sim::Scene;
 use host_sim::math::statistics::{Spread, binomial_bounds};
 use host_sim::runs::filter::{AnyFilter, FILTERS};
-use host_sim::studies::filter_errors::account::Account;
+use host_sim::studies::filter_errors::comparison::SMOOTHED;
 use host_sim::studies::filter_errors::consistency::mean_square_bounds;
-use host_sim::studies::filter_errors::run::SMOOTHED;
-use host_sim::studies::filter_errors::timeline::Phase;
-use host_sim::studies::filter_errors::{Estimation, Plan, Row};
+use host_sim::studies::filter_errors::error_sums::ErrorSums;
+use host_sim::studies::filter_errors::timeline::TimelinePhase;
+use host_sim::studies::filter_errors::{FilterErrors, FilterErrorsPlan, FilterErrorsRow};
 use host_sim::world::instruments::camera::Camera;
 use host_sim::world::rig::Rig;
 use motor_model::{DriveCommand, DriveMode};
@@ -28,12 +28,12 @@ const CAMERAS: [(&str, &[(&str, &str)]); 2] = [
     ("continuous", &[("camera.resolution_m", "0"), ("camera.noise_m", "1.154700538e-6")]),
 ];
 
-fn estimation(camera: &[(&str, &str)]) -> Estimation {
+fn estimation(camera: &[(&str, &str)]) -> FilterErrors {
     let mut scene = Scene::default();
     for (key, value) in camera {
         scene.set(key, value).expect("a key of the camera");
     }
-    Plan::new(&scene, MOTORS).expect("a plan").run(&|_| ()).expect("a run")
+    FilterErrorsPlan::new(&scene, MOTORS).expect("a plan").run(&|_| ()).expect("a run")
 }
 
 /// What is outside, in words, of one kind of figure of one filter; and of how many rows.
@@ -48,8 +48,8 @@ impl Verdict {
     fn judge(
         kind: &'static str,
         filter: &'static str,
-        rows: &[(&str, &Row)],
-        fine: fn(&Row) -> bool,
+        rows: &[(&str, &FilterErrorsRow)],
+        fine: fn(&FilterErrorsRow) -> bool,
     ) -> Self {
         let of_filter = rows.iter().filter(|(_, row)| row.filter == filter);
         let outside = of_filter.clone().filter(|(_, row)| !fine(row)).map(|(camera, row)| line(camera, row));
@@ -63,12 +63,12 @@ impl Verdict {
     }
 }
 
-fn phase_of(row: &Row) -> Phase {
-    Phase::ALL.into_iter().find(|phase| phase.name() == row.phase).expect("a phase")
+fn phase_of(row: &FilterErrorsRow) -> TimelinePhase {
+    TimelinePhase::ALL.into_iter().find(|phase| phase.name() == row.phase).expect("a phase")
 }
 
-fn line(camera: &str, row: &Row) -> String {
-    let Row { anees, angle_anees, nis, whiteness, .. } = row;
+fn line(camera: &str, row: &FilterErrorsRow) -> String {
+    let FilterErrorsRow { anees, angle_anees, nis, whiteness, .. } = row;
     format!(
         "{camera} {} {} {}: ANEES {anees:.3} {:.3?}, of the angle {angle_anees:.3} {:.3?}, NIS {nis:.4} {:.4?}, correlation {whiteness:.4} {:.4}",
         row.drive,
@@ -84,7 +84,7 @@ fn line(camera: &str, row: &Row) -> String {
 #[test]
 fn law_filters_are_consistent_in_every_phase() {
     let estimations = CAMERAS.map(|(name, camera)| (name, estimation(camera)));
-    let rows: Vec<(&str, &Row)> = estimations
+    let rows: Vec<(&str, &FilterErrorsRow)> = estimations
         .iter()
         .flat_map(|(name, estimation)| estimation.rows.iter().map(move |row| (*name, row)))
         .filter(|(_, row)| !row.filter.starts_with("genie"))
@@ -134,14 +134,14 @@ fn dual_the_camera_assumed_is_the_one_there_is() {
 }
 
 /// The twin in the last `ticks` of drives that follow each other, each for some ticks of 10 us.
-fn watched(motor: u64, drives: &[(DriveCommand, u64)], ticks: u64) -> Account {
+fn watched(motor: u64, drives: &[(DriveCommand, u64)], ticks: u64) -> ErrorSums {
     let mut scene = Scene::default();
     scene.set("seed", &motor.to_string()).expect("a seed");
     let mut rig = Rig::new(&scene).expect("a rig");
     let mut twin = AnyFilter::<f32>::named("twin").expect("the nominal motor");
     let commands = drives.iter().flat_map(|&(command, ticks)| (0..ticks).map(move |_| command));
     let from = drives.iter().map(|(_, ticks)| ticks).sum::<u64>() - ticks;
-    let mut account = Account::default();
+    let mut sums = ErrorSums::default();
     for (tick, command) in (0_u64..).zip(commands) {
         twin.drive(rig.plant().now(), command);
         rig.tick_in_steps(command, |_, _, _, _| ());
@@ -151,27 +151,27 @@ fn watched(motor: u64, drives: &[(DriveCommand, u64)], ticks: u64) -> Account {
         while let Some(frame) = rig.camera_frame() {
             let innovation = twin.update_camera(&frame);
             if tick >= from {
-                account.innovation(&innovation);
+                sums.innovation(&innovation);
             }
         }
         if tick >= from && tick % 7 == 0 {
             let (estimate, health) = twin.assess(rig.plant().now());
             let rotor = rig.plant().state().rotor;
-            account.estimate(estimate.as_ref(), health, rotor.angle.angle(), rotor.rate_rad_s);
+            sums.estimate(estimate.as_ref(), health, rotor.angle.angle(), rotor.rate_rad_s);
         }
     }
-    account
+    sums
 }
 
 /// The mean normalised square of angle and rate together, that of the innovations, and the two-sided 95 % bounds of
 /// each.
-fn figures(accounts: &[Account]) -> [(&'static str, f64, (f64, f64)); 2] {
-    let of = |what, of_run: fn(&Account) -> f64| {
-        let means = accounts.iter().map(of_run);
+fn figures(of_motors: &[ErrorSums]) -> [(&'static str, f64, (f64, f64)); 2] {
+    let of = |what, of_run: fn(&ErrorSums) -> f64| {
+        let means = of_motors.iter().map(of_run);
         let mean: Spread = means.clone().collect();
         (what, mean.mean, mean_square_bounds(means))
     };
-    [of("ANEES", |account| account.normalised()[2]), of("NIS", |account| account.innovations().0)]
+    [of("ANEES", |sums| sums.normalised()[2]), of("NIS", |sums| sums.innovations().0)]
 }
 
 /// 40 motors, within both bounds. A noise between impacts where the rotor flies freely, and a camera's variance rounded
@@ -179,9 +179,9 @@ fn figures(accounts: &[Account]) -> [(&'static str, f64, (f64, f64)); 2] {
 #[test]
 fn law_the_twin_knows_its_errors_in_steady_motion() {
     for command in [DriveMode::B, DriveMode::C].map(DriveCommand::full) {
-        let accounts: Vec<Account> =
+        let of_motors: Vec<ErrorSums> =
             (1..=40).map(|motor| watched(motor, &[(command, 75_000)], 50_000)).collect();
-        for (what, mean, (low, high)) in figures(&accounts) {
+        for (what, mean, (low, high)) in figures(&of_motors) {
             assert!((low..=high).contains(&mean), "{command:?}: {what} {mean}: {low} to {high}");
         }
     }
@@ -194,8 +194,8 @@ fn law_the_twin_is_not_too_sure_after_a_reversal() {
     let [b, c] = [DriveMode::B, DriveMode::C].map(DriveCommand::full);
     for (before, after) in [(b, c), (c, b)] {
         let drives = [(before, 30_000), (after, 5_000)];
-        let accounts: Vec<Account> = (1..=80).map(|motor| watched(motor, &drives, 5_000)).collect();
-        for (what, mean, (_, high)) in figures(&accounts) {
+        let of_motors: Vec<ErrorSums> = (1..=80).map(|motor| watched(motor, &drives, 5_000)).collect();
+        for (what, mean, (_, high)) in figures(&of_motors) {
             assert!(mean <= high, "{after:?} after the other: {what} {mean}, at most {high}");
         }
     }
@@ -209,9 +209,9 @@ fn law_the_twin_is_not_too_sure_at_any_drive() {
     for mode in [DriveMode::B, DriveMode::C] {
         for amplitude in [0.15, 0.2, 0.3, 0.4, 0.5, 0.7] {
             let command = DriveCommand::try_new(mode, amplitude).expect("an amplitude");
-            let accounts: Vec<Account> =
+            let of_motors: Vec<ErrorSums> =
                 (1..=20).map(|motor| watched(motor, &[(command, 35_000)], 33_000)).collect();
-            for (what, mean, (_, high)) in figures(&accounts) {
+            for (what, mean, (_, high)) in figures(&of_motors) {
                 assert!(mean <= high, "{command:?}: {what} {mean}, at most {high}");
             }
         }

@@ -70,14 +70,14 @@ fn exact_calibrate_reads_what_the_table_says() {
 #[test]
 fn exact_estimate_reads_what_the_table_says() {
     let scene = short(&["plant.step_s=5e-6"], true);
-    filter_errors::Plan::new(&scene, 1).unwrap().run(&|_| ()).unwrap();
+    filter_errors::FilterErrorsPlan::new(&scene, 1).unwrap().run(&|_| ()).unwrap();
     agrees("estimate", &scene);
 }
 
 #[test]
 fn exact_filters_reads_what_the_table_says() {
     let scene = short(&["plant.step_s=5e-6"], true);
-    filter_costs::Plan::new(&scene, 1, 1).unwrap().run(None, &|| ()).unwrap();
+    filter_costs::FilterCostsPlan::new(&scene, 1, 1).unwrap().run(None, &|| ()).unwrap();
     agrees("filters", &scene);
 }
 

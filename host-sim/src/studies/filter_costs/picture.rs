@@ -1,6 +1,6 @@
 //! Cost against error, in one picture.
 
-use super::{Comparison, DRIVES, Row};
+use super::{DRIVES, FilterCosts, FilterCostsRow};
 use crate::report::OutputError;
 use crate::report::chart::{Axis, Colour, Figure, Panel, Series};
 use crate::runs::filter::FILTERS;
@@ -8,14 +8,15 @@ use crate::runs::simulate::Precision;
 
 const COLOURS: [Colour; 4] = [Colour::Blue, Colour::Vermilion, Colour::Green, Colour::Purple];
 
-impl Comparison {
+impl FilterCosts {
     /// The picture as SVG.
     ///
     /// # Errors
     /// When it cannot be laid out.
     pub fn picture(&self) -> Result<String, OutputError> {
         let figure = Figure::new("What each filter costs, and how far it is off").caption(
-            "A line joins vibrometer rates of 50, 100 and 200 kHz; dashed in f64. Steady motion at full drive; error at the present.",
+            "A line joins vibrometer rates of 50, 100 and 200 kHz; dashed in f64. Steady motion at full drive; error \
+             at the present.",
         );
         let figure = DRIVES.iter().fold(figure, |figure, (_, drive)| figure.panel(self.time_panel(drive)));
         if self.rows.iter().all(|row| row.instructions.is_none()) {
@@ -30,7 +31,7 @@ impl Comparison {
         let title = format!("Mode {}", drive.to_uppercase());
         let panel = Panel::new(title, x, self.error_axis()).height(260);
         FILTERS.iter().zip(COLOURS).fold(panel, |panel, (filter, colour)| {
-            let of = |precision| self.course(filter, drive, precision);
+            let of = |precision| self.curve(filter, drive, precision);
             let (single, double) = (of(Precision::F32), of(Precision::F64));
             panel
                 .series(Series::line(single.clone()).colour(colour).label(filter.replace('_', " ")))
@@ -46,8 +47,9 @@ impl Comparison {
         let panel = Panel::new("On the microcontroller, both modes", x, self.error_axis()).height(230);
         FILTERS.iter().zip(COLOURS).fold(panel, |panel, (filter, colour)| {
             let rows = self.rows.iter().filter(|row| row.filter == *filter);
-            let point =
-                |row: &Row| Some((row.instructions?.tick, row.rms_angle_mdeg, row.drive.to_uppercase()));
+            let point = |row: &FilterCostsRow| {
+                Some((row.instructions?.tick, row.rms_angle_mdeg, row.drive.to_uppercase()))
+            };
             let named: Vec<_> = rows.filter_map(point).collect();
             let bare = named.iter().map(|&(x, y, _)| (x, y)).collect();
             panel
@@ -57,7 +59,7 @@ impl Comparison {
     }
 
     /// Cost and error of a filter by rate.
-    fn course(&self, filter: &str, drive: &str, precision: Precision) -> Vec<(f64, f64)> {
+    fn curve(&self, filter: &str, drive: &str, precision: Precision) -> Vec<(f64, f64)> {
         let rows = self
             .rows
             .iter()
@@ -65,14 +67,14 @@ impl Comparison {
         rows.map(|row| (row.ns.tick, row.rms_angle_mdeg)).collect()
     }
 
-    /// From no error at all to a little more than the largest.
+    /// From 0 to a little more than the largest error.
     fn error_axis(&self) -> Axis {
         let largest = self.rows.iter().map(|row| row.rms_angle_mdeg).fold(0.0, f64::max);
         Axis::new("error (mdeg rms)").within(0.0..1.15 * largest)
     }
 }
 
-/// Room for the names beside the points.
+/// Logarithmic, with room for the names beside the points.
 fn cost_axis(label: &str, costs: impl Iterator<Item = f64>) -> Axis {
     let (least, most) =
         costs.fold((f64::INFINITY, 0.0_f64), |(least, most), cost| (least.min(cost), most.max(cost)));

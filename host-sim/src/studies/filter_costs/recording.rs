@@ -1,4 +1,4 @@
-//! What the instruments of one motor deliver, and the truth, written down.
+//! A recording: what the instruments of one motor deliver, and the truth.
 
 use std::ops::ControlFlow;
 
@@ -10,18 +10,19 @@ use crate::runs::tick_driver::{RigPorts, TickDriver, TickProgram};
 use crate::scene::Scene;
 use crate::studies::StudyError;
 
-/// From rest until the motion counts as steady.
+/// From the start at rest until the motion counts as steady.
 const STEADY_NANOS: u64 = 250_000_000;
 
-/// Steady motion that is recorded.
+/// From the start until the end of the recording.
 const END_NANOS: u64 = 500_000_000;
 
-/// Ticks from one look at the truth to the next: 70 us, so that all ages of the last frame have their turn.
-const TICKS_PER_LOOK: u64 = 7;
+/// Ticks from one record of the truth to the next. 7 is prime to the 10 ticks of a camera period, so that frames of all
+/// ages occur.
+const TICKS_PER_TRUTH: u64 = 7;
 
-/// Something that a filter is told or asked, in the order in which it happens.
+/// A measurement for a filter, or an instant of comparison.
 #[derive(Clone, Copy, Debug)]
-pub enum Event {
+pub enum RecordedEvent {
     /// A vibrometer sample has come.
     Sample(LdvSample),
     /// A camera frame has arrived.
@@ -42,8 +43,8 @@ pub enum Event {
 pub struct Recording {
     /// The drive.
     pub command: DriveCommand,
-    /// What happened.
-    pub events: Vec<Event>,
+    /// The events, in order of time.
+    pub events: Vec<RecordedEvent>,
 }
 
 impl Recording {
@@ -60,8 +61,8 @@ impl Recording {
             ticks += 1;
             driver.overrule(command);
             let at = moment.at;
-            if ticks.is_multiple_of(TICKS_PER_LOOK) && at.nanos() >= STEADY_NANOS {
-                let truth = Event::Truth { at, angle: moment.angle, rate_rad_s: moment.rate_rad_s };
+            if ticks.is_multiple_of(TICKS_PER_TRUTH) && at.nanos() >= STEADY_NANOS {
+                let truth = RecordedEvent::Truth { at, angle: moment.angle, rate_rad_s: moment.rate_rad_s };
                 driver.program_mut().events.push(truth);
             }
             if at.nanos() < END_NANOS { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
@@ -70,19 +71,19 @@ impl Recording {
     }
 }
 
-/// Writes down what arrives.
+/// Records what arrives.
 struct Recorder {
-    events: Vec<Event>,
+    events: Vec<RecordedEvent>,
 }
 
 impl TickProgram for Recorder {
     type Report = ();
 
-    /// The motor is driven all the time: it has no rest to take long steps in.
+    /// The motor is driven all the time, so that the plant takes no long steps in any case.
     const OBSERVES_STEPS: bool = true;
 
     fn tick(&mut self, _: Time, ports: &mut RigPorts) {
-        self.events.extend(std::iter::from_fn(|| ports.ldv_sample()).map(Event::Sample));
-        self.events.extend(std::iter::from_fn(|| ports.camera_frame()).map(Event::Frame));
+        self.events.extend(std::iter::from_fn(|| ports.ldv_sample()).map(RecordedEvent::Sample));
+        self.events.extend(std::iter::from_fn(|| ports.camera_frame()).map(RecordedEvent::Frame));
     }
 }

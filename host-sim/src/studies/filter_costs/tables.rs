@@ -1,23 +1,24 @@
-//! The comparison in words: a document for the terminal, the values of its page, CSV and JSON for programs.
+//! The costs in words: a document for the terminal, the values of its page, CSV and JSON for programs.
 
 use serde::Serialize;
 
-use super::replay::Cost;
-use super::{Comparison, DRIVES, Row, SAMPLE_RATES_HZ};
+use super::replay::OperationCosts;
+use super::{DRIVES, FilterCosts, FilterCostsRow, SAMPLE_RATES_HZ};
 use crate::report::OutputError;
 use crate::report::document::{Block, Document, Table};
 use crate::report::page::PlacedValue;
 use crate::runs::simulate::Precision;
 
-const ABOUT: &str = "Motors drawn within Table 1's tolerances, driven at full strength; the filters know the nominal motor at most. Error of the angle at the present in \
-    steady motion, the camera's latency included. Costs are means of a camera frame, a vibrometer sample, a prediction, and of all that 10 us of motor time bring: in ns on this \
+const ABOUT: &str = "Motors drawn within Table 1's tolerances, driven at full strength; the filters know the nominal \
+    motor at most. Error of the angle at the present in steady motion, the camera's latency included. Costs are means \
+    of a camera frame, a vibrometer sample, a prediction, and of all operations in 10 us of motor time: in ns on this \
     machine, and in instructions of an emulated Cortex-M4F.";
 
 const COSTS: [&str; 4] = ["frame", "sample", "prediction", "10 us"];
 
 /// A line of the CSV: a row, its costs as columns.
 #[derive(Serialize)]
-struct Line<'a> {
+struct CsvLine<'a> {
     filter: &'a str,
     precision: Precision,
     ldv_sample_rate_hz: f64,
@@ -35,7 +36,7 @@ struct Line<'a> {
     runs: u64,
 }
 
-impl Comparison {
+impl FilterCosts {
     /// The whole table.
     pub fn document(&self) -> Document {
         let costs = |unit: &str| COSTS.map(|cost| format!("{cost} {unit}"));
@@ -64,7 +65,7 @@ impl Comparison {
         ]
     }
 
-    /// Instructions of a tick with `twin` over those with `impact_aided`, at the default sample rate, both modes together.
+    /// Instructions of a tick with `twin` over those with `impact_aided`, at the default sample rate, over both modes.
     fn twin_cost_factor(&self) -> String {
         let instructions = |filter: &str| -> Option<f64> {
             let of_filter = self.rows.iter().filter(|row| {
@@ -86,13 +87,14 @@ impl Comparison {
             ["filter"].into_iter().chain(errors.iter().map(String::as_str)).chain(fixed).collect();
         let mut table = Table::new(&header);
         let [(_, first), ..] = DRIVES;
-        let shown = |row: &&Row| row.drive == first && row.ldv_sample_rate_hz >= SAMPLE_RATES_HZ[0];
+        let shown =
+            |row: &&FilterCostsRow| row.drive == first && row.ldv_sample_rate_hz >= SAMPLE_RATES_HZ[0];
         for row in self.rows.iter().filter(shown) {
-            let twins = DRIVES.map(|(_, drive)| self.rows.iter().find(|other| other.is_in(row, drive)));
+            let of_modes = DRIVES.map(|(_, drive)| self.rows.iter().find(|other| other.is_in(row, drive)));
             let mut cells = vec![format!("{}, {}", row.filter.replace('_', " "), name(row.precision))];
-            cells.extend(twins.map(|twin| twin.map_or_else(String::new, |twin| figure(twin.rms_angle_mdeg))));
-            cells.extend(mean(twins.map(|twin| twin.map(|twin| twin.ns))).map(|ns| format!("~{ns}")));
-            cells.extend(mean(twins.map(|twin| twin.and_then(|twin| twin.instructions))));
+            cells.extend(of_modes.map(|row| row.map_or_else(String::new, |row| figure(row.rms_angle_mdeg))));
+            cells.extend(mean(of_modes.map(|row| row.map(|row| row.ns))).map(|ns| format!("~{ns}")));
+            cells.extend(mean(of_modes.map(|row| row.and_then(|row| row.instructions))));
             table.push(cells);
         }
         table
@@ -103,7 +105,7 @@ impl Comparison {
     /// # Errors
     /// When it cannot be written.
     pub fn csv(&self) -> Result<String, OutputError> {
-        crate::report::files::csv(self.rows.iter().map(Line::of))
+        crate::report::files::csv(self.rows.iter().map(CsvLine::of))
     }
 
     /// The rows as one JSON array on one line.
@@ -112,7 +114,7 @@ impl Comparison {
     }
 }
 
-impl Row {
+impl FilterCostsRow {
     /// Whether this is the variant of `other` in `drive`.
     fn is_in(&self, other: &Self, drive: &str) -> bool {
         let same_rate = self.ldv_sample_rate_hz.total_cmp(&other.ldv_sample_rate_hz).is_eq();
@@ -120,9 +122,9 @@ impl Row {
     }
 }
 
-impl<'a> Line<'a> {
-    fn of(row: &'a Row) -> Self {
-        let instructions = |of: fn(&Cost) -> f64| row.instructions.as_ref().map(of);
+impl<'a> CsvLine<'a> {
+    fn of(row: &'a FilterCostsRow) -> Self {
+        let instructions = |of: fn(&OperationCosts) -> f64| row.instructions.as_ref().map(of);
         Self {
             filter: row.filter,
             precision: row.precision,
@@ -151,7 +153,7 @@ const fn name(precision: Precision) -> &'static str {
     }
 }
 
-fn cells(row: &Row) -> Vec<String> {
+fn cells(row: &FilterCostsRow) -> Vec<String> {
     let mut cells = vec![
         row.drive.to_owned(),
         row.filter.to_owned(),
@@ -165,18 +167,18 @@ fn cells(row: &Row) -> Vec<String> {
     cells
 }
 
-fn costs(cost: Option<Cost>) -> [String; 4] {
-    let Some(Cost { camera_frame, vibrometer_sample, prediction, tick }) = cost else {
+fn costs(cost: Option<OperationCosts>) -> [String; 4] {
+    let Some(OperationCosts { camera_frame, vibrometer_sample, prediction, tick }) = cost else {
         return Default::default();
     };
     [camera_frame, vibrometer_sample, prediction, tick].map(figure)
 }
 
 /// The mean of both modes.
-fn mean([b, c]: [Option<Cost>; 2]) -> [String; 4] {
+fn mean([b, c]: [Option<OperationCosts>; 2]) -> [String; 4] {
     let (Some(b), Some(c)) = (b, c) else { return Default::default() };
     let half = |b: f64, c: f64| 0.5 * (b + c);
-    costs(Some(Cost {
+    costs(Some(OperationCosts {
         camera_frame: half(b.camera_frame, c.camera_frame),
         vibrometer_sample: half(b.vibrometer_sample, c.vibrometer_sample),
         prediction: half(b.prediction, c.prediction),

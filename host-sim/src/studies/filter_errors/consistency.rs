@@ -1,23 +1,31 @@
-//! Whether a filter's variances are its errors': bounds for means over time, which mind how long errors are correlated.
+//! Whether a filter's variances fit its errors: bounds of means over time, which account for how long errors are
+//! correlated.
 //!
-//! Of `n` independent normalised squares the mean is `chi^2_n / n` (Bar-Shalom, Li and Kirubarajan 2001, section 5.4). Errors within a run are not independent: a kick
-//! that was taken wrong is felt for milliseconds, the angle of a rotor at rest is one number for ever, and all kicks of a motor share its friction. How many independent ones
-//! they come to is measured, by batch means with a run for a batch (Law and Kelton, "Simulation Modeling and Analysis", section 9.5.3), since runs are of motors and noise drawn anew:
+//! The mean of `n` independent normalised squares is `chi^2_n / n` (Bar-Shalom, Li and Kirubarajan 2001, section 5.4).
+//! Errors within a run are not independent: an error of one kick lasts for milliseconds, the angle of a rotor at rest
+//! stays one number, and all kicks of a motor share its friction. The number of independent errors is measured by batch
+//! means (Law and Kelton, "Simulation Modeling and Analysis", section 9.5.3). A batch is a run, since each run has a
+//! motor and noise of its own:
 //!
 //! ```text
 //! m_i: mean over run i of N,   m: their mean,   s: their standard deviation
-//! n = 2 / (s / m)^2 N (1.96 / t)^2          chi^2_n / n has the mean's variance (Satterthwaite 1946); t: Student's, since s is known from N runs only
+//! n = 2 / (s / m)^2 N (1.96 / t)^2
 //! ```
 //!
-//! What is tested is therefore a motor drawn at random, not each: that one motor's friction is twice another's, which no filter knows beforehand, widens the bounds.
-//! The bounds of the correlation of neighbouring innovations are `+- t s / sqrt N`, likewise.
+//! So `chi^2_n / n` has the variance of the mean (Satterthwaite 1946). `t` is Student's, since `s` is known from N runs
+//! only.
+//!
+//! What is tested is therefore a motor drawn at random, not each motor. The friction of one motor may be twice that of
+//! another. No filter knows this beforehand, and it widens the bounds. The bounds of the correlation of neighbouring
+//! innovations are `+- t s / sqrt N`.
 
 use motor_model::math;
 
-use super::timeline::Phase;
+use super::timeline::TimelinePhase;
 use crate::math::statistics::{NORMAL_95, Spread, chi_square_mean_bounds, student_95};
 
-/// What runs say of a quantity, one value each; those that say nothing are left out.
+/// Mean and deviation of one value for each run, their number, and Student's t. Values that are not finite are left
+/// out.
 fn of_runs(values: impl Iterator<Item = f64>) -> (Spread, f64, f64) {
     let finite: Vec<f64> = values.filter(|value| value.is_finite()).collect();
     #[expect(clippy::cast_precision_loss, reason = "at most 10,000")]
@@ -25,7 +33,8 @@ fn of_runs(values: impl Iterator<Item = f64>) -> (Spread, f64, f64) {
     (finite.into_iter().collect(), runs, student_95(runs - 1.0))
 }
 
-/// Two-sided 95 % bounds of the mean over all runs of normalised squares, whose means in each run are given; 0 and infinite for fewer than two.
+/// Two-sided 95 % bounds of the mean of normalised squares over all runs, from the mean of each run; 0 and infinite for
+/// fewer than two runs.
 pub fn mean_square_bounds(means: impl Iterator<Item = f64>) -> (f64, f64) {
     let (Spread { mean, sd }, runs, student) = of_runs(means);
     if runs < 2.0 {
@@ -35,30 +44,31 @@ pub fn mean_square_bounds(means: impl Iterator<Item = f64>) -> (f64, f64) {
     chi_square_mean_bounds(2.0 / (deviation * deviation))
 }
 
-/// Bound, either way, of the mean over all runs of a correlation that is 0, whose values in each run are given.
+/// Bound in both directions of the mean of a correlation over all runs if it is 0, from the value of each run.
 pub fn correlation_bound(correlations: impl Iterator<Item = f64>) -> f64 {
     let (Spread { sd, .. }, runs, student) = of_runs(correlations);
     if runs < 2.0 { f64::INFINITY } else { student * sd / math::sqrt(runs) }
 }
 
-/// What can be asked of errors in a phase.
+/// The test of the errors in a phase.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Asked {
-    /// That angle and rate together are as far off as said.
+pub enum ConsistencyTest {
+    /// Angle and rate together are as far off as the filter says.
     Both,
-    /// That the angle is: the rate is exactly zero, and any variance of it too large.
+    /// The angle is as far off as the filter says. The rate is exactly zero, so that any variance of it is too large.
     Angle,
-    /// That both are not further off than said: a rotor that comes to rest is believed to creep with the ringing stator for some 30 ms, in one motor more and in another less.
+    /// Angle and rate are not further off than the filter says. While the stator rings down, for some 30 ms, the
+    /// filters assume that the rotor may creep. How much it creeps differs from motor to motor.
     AtMost,
 }
 
-impl Asked {
-    /// What can be asked of a phase.
-    pub const fn of(phase: Phase) -> Self {
+impl ConsistencyTest {
+    /// The test of a phase.
+    pub const fn of(phase: TimelinePhase) -> Self {
         match phase {
-            Phase::SpinUp | Phase::Steady | Phase::Reversal => Self::Both,
-            Phase::Stop => Self::AtMost,
-            Phase::Rest100Ms | Phase::Rest1S => Self::Angle,
+            TimelinePhase::SpinUp | TimelinePhase::Steady | TimelinePhase::Reversal => Self::Both,
+            TimelinePhase::Stop => Self::AtMost,
+            TimelinePhase::Rest100Ms | TimelinePhase::Rest1S => Self::Angle,
         }
     }
 }
@@ -73,7 +83,7 @@ mod tests {
 
     const RUNS: u32 = 12;
 
-    /// A run of 500 errors whose neighbours are correlated by `kept`: mean square, scaled by `wrong`.
+    /// A run of 500 errors whose neighbours are correlated by `kept`: their mean square, scaled by `wrong`.
     fn run(normal: &mut impl FnMut() -> f64, kept: f64, wrong: f64) -> f64 {
         let mut error = normal();
         let squares = (0..500).map(|_| {
@@ -97,21 +107,24 @@ mod tests {
         count
     }
 
-    /// 95 % are within, whether errors are independent or correlated over 20 or 100 of the 500 samples: 950 +- 7, and 2 % more or less where the runs' means are as skew as chi-square itself.
-    /// Were the samples taken for independent 6,000 of them would be known to 3.6 %, and two in three experiments of the correlated ones be refused. Where neighbours
-    /// are correlated by 0.8 the mean is known to 4 %, so variances that are wrong by 1.25 either way are found out.
+    /// 95 % are within, whether errors are independent or correlated over 20 or 100 of the 500 samples: 950 +- 7, and 2
+    /// % more or less where the runs' means are as skew as chi-square itself. If the samples were taken for
+    /// independent, the mean of 6,000 of them would be known to 3.6 %, and two of three experiments with correlated
+    /// errors would be outside. Where neighbours are correlated by 0.8 the mean is known to 4 %, so that variances that
+    /// are wrong by a factor of 1.25 are detected.
     #[test]
     fn law_the_bounds_hold_95_percent_however_long_errors_are_correlated() {
         for kept in [0.0, 0.95, 0.99] {
             let count = within(kept, 1.0);
             assert!((920..=975).contains(&count), "{kept}: {count}");
         }
-        let naive = chi_square_mean_bounds(500.0 * f64::from(RUNS));
+        let if_independent = chi_square_mean_bounds(500.0 * f64::from(RUNS));
         let mut rng = Pcg64::seed_from_u64(3);
         let mut normal = || -> f64 { StandardNormal.sample(&mut rng) };
         let experiments =
             (0..300).map(|_| (0..RUNS).map(|_| run(&mut normal, 0.95, 1.0)).sum::<f64>() / f64::from(RUNS));
-        let accepted = experiments.filter(|mean| (naive.0..=naive.1).contains(mean)).count();
+        let accepted =
+            experiments.filter(|mean| (if_independent.0..=if_independent.1).contains(mean)).count();
         assert!(accepted < 200, "{accepted}");
         assert!(within(0.8, 1.25) < 10 && within(0.8, 0.8) < 10);
     }

@@ -1,24 +1,35 @@
-//! A lower bound: a Kalman filter to which a genie tells every kick of the rate.
+//! The genie: an oracle-aided lower bound. It is a Kalman filter that is given every kick of the rate.
 //!
 //! ```text
 //! state (angle, rate):   angle += rate dt + a_k,   rate += r_k,   camera = angle + noise of variance R
 //! ```
 //!
-//! `r_k` is the change of the rotor's rate in step `k` of the plant - blows, the drag of pressed teeth, air - and `a_k` what that change adds to the
-//! angle within the step. The genie that knows them exactly has no process noise. One that knows each kick of a contact to a share `s` is told
-//! `(1 + s n) (a_k, r_k)`, `n` a standard normal of its own for every step with contact, and takes `(s r_k)^2` as the kick's variance.
+//! `r_k` is the change of the rotor's rate in step `k` of the plant, by impacts, by friction in sustained contact and
+//! by air. `a_k` is what that change adds to the angle within the step. A genie that is given them exactly has no
+//! process noise. A genie that knows each kick of a contact to a share `s` is given `(1 + s n) (a_k, r_k)`, where `n`
+//! is a standard normal number, drawn anew for every step with contact. It takes `(s r_k)^2` as the variance of the
+//! kick.
 //!
 //! # Why it is a bound
 //!
-//! Every filter has to infer the kicks, from the LDV and from the camera itself; the mean square error of the best estimate cannot rise when
-//! what is to be inferred is given instead. What is left, given the kicks, is linear with white camera noise of variance R, started at a
-//! known rate (rest) and at the first frame's angle. For a linear system with Gaussian noise the Kalman filter's covariance is the posterior
-//! Cramer-Rao bound (Tichavsky, Muravchik and Nehorai 1998, IEEE Trans. Signal Processing 46, 1386-1396, section III), and of all noise of variance R the
-//! Gaussian tells least: so this bounds every estimator that takes the camera's noise for what its variance says. One that
-//! knew the cells of the quantiser could be a little better. With inexact kicks the bound is one among estimators that know the kicks to that share.
+//! Every filter has to infer the kicks from the vibrometer and the camera. The mean square error of the best estimate
+//! cannot rise when they are given. Given the kicks the system is linear, with white camera noise of variance R. It
+//! starts at a known rate (rest) and at the angle of the first frame. For a linear system with Gaussian noise the
+//! covariance of the Kalman filter is the posterior Cramer-Rao bound (Tichavsky, Muravchik and Nehorai 1998, IEEE
+//! Trans. Signal Processing 46, 1386-1396, section III). Of all noise of variance R the Gaussian is the least
+//! informative. So this bounds every estimator that uses no more of the camera's noise than its variance. An estimator
+//! that knew the cells of the quantiser could be a little better. With inexact kicks the bound is one among estimators
+//! that know the kicks to that share.
 //!
-//! The errors of an inexact genie are independent from step to step: through a long press they average out, which a real model's friction error
-//! would not. It is a bound all the more.
+//! The errors of an inexact genie are independent from step to step. Through a long sustained contact they average out.
+//! The friction error of a real model does not. So the bound holds for a real model too.
+//!
+//! # State
+//!
+//! | index | symbol | unit | meaning | prior |
+//! |---|---|---|---|---|
+//! | 0 | angle | rad | angle of the rotor | the first frame's, variance R |
+//! | 1 | rate | rad/s | rate of the rotor | 0 at the start, variance 1e-12 rad^2/s^2, with every kick since |
 
 use std::collections::VecDeque;
 
@@ -27,35 +38,21 @@ use motor_model::{Angle, AngleAccumulator, Time};
 use rand_distr::{Distribution, StandardNormal};
 use rand_pcg::Pcg64;
 
+use super::kicks::Kick;
 use crate::math::random_streams;
 
 /// Variance of the rate of a rotor that is known to start at rest, in rad^2/s^2.
 const REST_RAD2_S2: f64 = 1e-12;
 
-/// What the rotor did over a span of time beside turning at the rate with which it entered.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Kick {
-    /// The end of the span.
-    pub until: Time,
-    /// Its length in s.
-    pub span_s: f64,
-    /// Angle turned beyond `rate * span`, in rad.
-    pub angle_rad: f64,
-    /// Change of the rate, in rad/s.
-    pub rate_rad_s: f64,
-    /// Whether teeth touched the rotor: otherwise the change is air drag, which is known.
-    pub contact: bool,
-}
-
-/// A kick as an inexact genie is told of it, with its variance in rad^2/s^2.
+/// A kick as the genie is given it, with its variance in rad^2/s^2.
 #[derive(Clone, Copy, Debug)]
-struct Told {
+struct ToldKick {
     kick: Kick,
     variance_rad2_s2: f64,
 }
 
-impl Told {
-    /// Both parts of the span, cut at `at` inside it, as of an even acceleration.
+impl ToldKick {
+    /// Both parts of the span, cut at `at` inside it, as if the acceleration were constant.
     fn cut(self, at: Time) -> [Self; 2] {
         let Self { kick, variance_rad2_s2 } = self;
         let late_s: f64 = kick.until.seconds_since(at);
@@ -78,30 +75,31 @@ impl Told {
     }
 }
 
-/// The filter.
+/// The Kalman filter that is given the kicks.
 #[derive(Clone, Debug)]
 pub struct Genie {
     share: f64,
     errors: Pcg64,
     camera_rad2: f64,
-    /// At the last frame.
-    track: Option<Track>,
-    /// What happened since.
-    told: VecDeque<Told>,
-    /// The track carried through it.
-    ahead: Option<Track>,
+    /// Angle and rate at the last frame.
+    track: Option<GenieTrack>,
+    /// The kicks since.
+    told: VecDeque<ToldKick>,
+    /// The track carried through the kicks.
+    ahead: Option<GenieTrack>,
 }
 
+/// Angle and rate at an instant, with their covariance.
 #[derive(Clone, Copy, Debug)]
-struct Track {
+struct GenieTrack {
     at: Time,
     angle: AngleAccumulator<f64>,
     rate_rad_s: f64,
     covariance: AngleRateCovariance<f64>,
 }
 
-impl Track {
-    fn through(&mut self, told: &Told) {
+impl GenieTrack {
+    fn through(&mut self, told: &ToldKick) {
         let Kick { until, span_s, angle_rad, rate_rad_s, .. } = told.kick;
         self.angle.turn_by_radians(self.rate_rad_s * span_s + angle_rad);
         self.rate_rad_s += rate_rad_s;
@@ -112,8 +110,8 @@ impl Track {
         self.at = until;
     }
 
-    /// Goes through what was `told` up to `until`, and takes it off.
-    fn advance(&mut self, told: &mut VecDeque<Told>, until: Time) {
+    /// Applies the kicks of `told` up to `until`, and removes them.
+    fn advance(&mut self, told: &mut VecDeque<ToldKick>, until: Time) {
         while let Some(next) = told.pop_front() {
             if next.kick.until <= until {
                 self.through(&next);
@@ -135,9 +133,9 @@ impl Genie {
         Self { share, errors, camera_rad2, track: None, told: VecDeque::new(), ahead: None }
     }
 
-    /// Tells it what the rotor did.
-    pub fn tell(&mut self, kick: &Kick) {
-        let mut told = Told { kick: *kick, variance_rad2_s2: 0.0 };
+    /// Gives it a kick.
+    pub fn give(&mut self, kick: &Kick) {
+        let mut told = ToldKick { kick: *kick, variance_rad2_s2: 0.0 };
         if kick.contact && self.share > 0.0 {
             let error: f64 = StandardNormal.sample(&mut self.errors);
             told.kick.angle_rad *= 1.0 + self.share * error;
@@ -151,7 +149,7 @@ impl Genie {
         self.told.push_back(told);
     }
 
-    /// Takes a frame in, at its exposure or at the end of what it was told, whichever is earlier.
+    /// Corrects by a frame, at its exposure or at the end of the last kick, whichever is earlier.
     pub fn update_camera(&mut self, frame: &CameraFrame) -> Innovation<f64> {
         let (innovation_rad, variance_rad2, verdict) = match self.track.take() {
             Some(track) if frame.exposed_at <= track.at => {
@@ -176,7 +174,7 @@ impl Genie {
 
     /// Begins at the frame's angle and at the rate of a rotor that was at rest before the first kick.
     fn started(&mut self, frame: &CameraFrame) -> (f64, f64, Verdict) {
-        let mut track = Track {
+        let mut track = GenieTrack {
             at: Time::ZERO,
             angle: AngleAccumulator::default(),
             rate_rad_s: 0.0,
@@ -188,7 +186,7 @@ impl Genie {
         (0.0, 0.0, Verdict::Restarted)
     }
 
-    fn corrected(&mut self, mut track: Track, frame: &CameraFrame) -> (f64, f64, Verdict) {
+    fn corrected(&mut self, mut track: GenieTrack, frame: &CameraFrame) -> (f64, f64, Verdict) {
         track.advance(&mut self.told, frame.exposed_at);
         let innovation_rad = frame.angle.minus(track.angle.angle()).wrapped().radians_since(Angle::ZERO);
         let variance_rad2 = track.covariance.angle_innovation_rad2(self.camera_rad2);
@@ -199,7 +197,7 @@ impl Genie {
         (innovation_rad, variance_rad2, Verdict::Used)
     }
 
-    /// Angle and rate at the end of what it was told; `None` before the first frame.
+    /// Angle and rate at the end of the last kick; `None` before the first frame.
     pub fn estimate(&self) -> Option<Estimate<f64>> {
         self.ahead.map(|ahead| Estimate {
             at: ahead.at,
@@ -230,7 +228,8 @@ mod tests {
         }
     }
 
-    /// A rotor that starts at rest and is kicked to and fro, its true angle after each span and an exact camera.
+    /// A rotor that starts at rest and is kicked in both directions, with an exact camera after each span. Its true
+    /// angle and rate at the end.
     fn follow(genie: &mut Genie, spans: u64) -> (f64, f64) {
         let (mut angle_rad, mut rate_rad_s) = (0.0, 0.0);
         for n in 1..=spans {
@@ -238,7 +237,7 @@ mod tests {
             let kick = kick(n, 3.0 * motor_model::math::sin_cos(0.7 * n as f64).0);
             angle_rad += rate_rad_s * SPAN_S + kick.angle_rad;
             rate_rad_s += kick.rate_rad_s;
-            genie.tell(&kick);
+            genie.give(&kick);
             let angle = Angle::from_degrees(angle_rad.to_degrees()).wrapped();
             genie.update_camera(&CameraFrame { exposed_at: kick.until, angle });
         }
@@ -257,25 +256,27 @@ mod tests {
         assert!(off_rad.abs() < 1e-8 && (estimate.rate_rad_s - rate_rad_s).abs() < 1e-6, "{off_rad}");
     }
 
-    /// A kick not yet seen by the camera adds (s r)^2 to the variance of the rate and, later, dt^2 times that to the angle's.
+    /// A kick that no frame has shown adds (s r)^2 to the variance of the rate and, later, dt^2 times that to the
+    /// angle's.
     #[test]
     fn exact_an_inexact_kick_adds_its_variance() {
         let mut genie = Genie::new(0.1, CAMERA_RAD2, 1);
         genie.update_camera(&CameraFrame { exposed_at: Time::ZERO, angle: Angle::ZERO });
-        genie.tell(&kick(1, 2.0));
+        genie.give(&kick(1, 2.0));
         let kicked = genie.estimate().unwrap();
         assert!((kicked.rate_rad2_s2 - 0.04).abs() < 1e-9, "{}", kicked.rate_rad2_s2);
         assert!((kicked.angle_rad2 - CAMERA_RAD2).abs() < 1e-12);
-        genie.tell(&kick(2, 0.0));
+        genie.give(&kick(2, 0.0));
         let later = genie.estimate().unwrap();
         assert!((later.angle_rad2 - CAMERA_RAD2 - SPAN_S * SPAN_S * 0.04).abs() < 1e-12);
     }
 
-    /// The errors that it is told have the variance that it believes in: mean square of (told - true) over it is 1.
+    /// The errors of the kicks have the variance that it takes for them: the mean square of (given - true) over it is
+    /// 1.
     #[test]
-    fn law_an_inexact_genie_is_told_errors_of_its_variance() {
+    fn law_an_inexact_genie_is_given_errors_of_its_variance() {
         let mut genie = Genie::new(0.03, CAMERA_RAD2, 9);
-        (1..=10_000).for_each(|n| genie.tell(&kick(n, 2.0)));
+        (1..=10_000).for_each(|n| genie.give(&kick(n, 2.0)));
         let squares = genie.told.iter().map(|told| {
             let error = told.kick.rate_rad_s - 2.0;
             error * error / told.variance_rad2_s2
@@ -289,18 +290,18 @@ mod tests {
     fn exact_air_drag_is_known_to_every_genie() {
         let mut genie = Genie::new(0.1, CAMERA_RAD2, 1);
         let kick = Kick { contact: false, ..kick(1, 2.0) };
-        genie.tell(&kick);
+        genie.give(&kick);
         assert_eq!(genie.told[0].kick, kick);
         assert!(genie.told[0].variance_rad2_s2 <= 0.0);
     }
 
-    /// A span cut in two ends where the whole one does.
+    /// A span that is cut in two ends where the whole span ends.
     #[test]
     fn law_a_frame_within_a_span_changes_nothing_of_the_motion() {
         let through = |cuts: &[u64]| {
             let whole =
-                Told { kick: Kick { angle_rad: 0.3 * SPAN_S, ..kick(1, 1.0) }, variance_rad2_s2: 0.04 };
-            let mut track = Track {
+                ToldKick { kick: Kick { angle_rad: 0.3 * SPAN_S, ..kick(1, 1.0) }, variance_rad2_s2: 0.04 };
+            let mut track = GenieTrack {
                 at: Time::ZERO,
                 angle: AngleAccumulator::default(),
                 rate_rad_s: 5.0,

@@ -1,50 +1,49 @@
 //! Error by filter and phase, with the bound, in one picture.
 
-use super::run::{GENIES, names};
+use super::comparison::{GENIES, names};
 use super::tables::title;
-use super::timeline::Phase;
-use super::{DRIVES, Estimation};
+use super::timeline::TimelinePhase;
+use super::{DRIVES, FilterErrors};
 use crate::report::OutputError;
 use crate::report::chart::{Axis, Colour, Figure, Panel, Series};
 
 const COLOURS: [Colour; 6] =
     [Colour::Blue, Colour::Vermilion, Colour::Green, Colour::Purple, Colour::Orange, Colour::Grey];
 
-impl Estimation {
+impl FilterErrors {
     /// The picture as SVG.
     ///
     /// # Errors
     /// When it cannot be laid out.
     pub fn picture(&self) -> Result<String, OutputError> {
         let figure = Figure::new("How far the filters are off the truth").caption(
-            "Root mean square error of the angle by phase. Dashed: the lower bound of a filter that is told every kick of the rate.",
+            "Root mean square error of the angle by phase. Dashed: the lower bound of a filter that is given every \
+             kick of the rate.",
         );
         DRIVES.iter().fold(figure, |figure, (_, drive)| figure.panel(self.panel(drive))).svg()
     }
 
     fn panel(&self, drive: &str) -> Panel {
         let phases: Vec<String> =
-            (1..).zip(Phase::ALL).map(|(place, phase)| format!("{place} {}", title(phase))).collect();
+            (1..).zip(TimelinePhase::ALL).map(|(place, phase)| format!("{place} {}", title(phase))).collect();
         #[expect(clippy::cast_precision_loss, reason = "six")]
-        let span = 0.5..Phase::ALL.len() as f64 + 0.5;
+        let span = 0.5..TimelinePhase::ALL.len() as f64 + 0.5;
         let x = Axis::new(phases.join(", ")).within(span);
         let y = Axis::new("error (mdeg rms)").logarithmic();
         let panel = Panel::new(format!("Mode {}", drive.to_uppercase()), x, y).height(290);
-        let bound = Series::dashes(self.course(GENIES[0].0, drive)).colour(Colour::Black).label("bound");
+        let bound = Series::dashes(self.curve(GENIES[0].0, drive)).colour(Colour::Black).label("bound");
         let others = names().filter(|name| *name != GENIES[0].0);
         others.zip(COLOURS.into_iter().cycle()).fold(panel.series(bound), |panel, (name, colour)| {
-            let course = self.course(name, drive);
+            let curve = self.curve(name, drive);
             panel
-                .series(
-                    Series::line(course.clone()).colour(colour).opacity(0.5).label(name.replace('_', " ")),
-                )
-                .series(Series::points(course).colour(colour))
+                .series(Series::line(curve.clone()).colour(colour).opacity(0.5).label(name.replace('_', " ")))
+                .series(Series::points(curve).colour(colour))
         })
     }
 
     /// Error of a filter over the places of the phases.
-    fn course(&self, filter: &str, drive: &str) -> Vec<(f64, f64)> {
-        let places = (1_u32..).map(f64::from).zip(Phase::ALL);
+    fn curve(&self, filter: &str, drive: &str) -> Vec<(f64, f64)> {
+        let places = (1_u32..).map(f64::from).zip(TimelinePhase::ALL);
         let point = |(x, phase)| Some((x, self.row(filter, drive, phase)?.rms_angle_mdeg));
         places.filter_map(point).collect()
     }

@@ -1,24 +1,28 @@
-//! The comparison in words: a document for the terminal, the values of its page, CSV and JSON for programs.
+//! The errors in words: a document for the terminal, the values of its page, CSV and JSON for programs.
 
 use serde::Serialize;
 
-use super::consistency::Asked;
-use super::run::names;
-use super::timeline::Phase;
-use super::{DRIVES, Estimation, Row};
+use super::comparison::names;
+use super::consistency::ConsistencyTest;
+use super::timeline::TimelinePhase;
+use super::{DRIVES, FilterErrors, FilterErrorsRow};
 use crate::report::OutputError;
 use crate::report::document::{Block, Document, Table};
 use crate::report::page::PlacedValue;
 use crate::runs::filter::SMOOTHER_LAG_MS;
 
-const ABOUT: &str = "Motors drawn within Table 1's tolerances, Coulomb friction, located impacts; the filters know the nominal motor at most. Errors \
-    of the angle at the present, every 70 us. ANEES: of angle and rate together, 1 in a consistent filter; NIS: of the camera's innovations, likewise; an asterisk \
-    marks what is outside its two-sided 95 % bounds, which mind how long errors are correlated; at rest the rate is exactly zero, so that the angle's own is judged, and of the stop, mostly rest, the upper bound alone. False: said to be good, and wrong by more than six standard deviations and 50 milli-degrees. Whiteness: correlation of neighbouring innovations. smoothed: of 2 ms ago, from the frames since as well. genie: a lower bound, the Kalman filter \
-    that is told every kick of the rate exactly, or to 10 or 3 %.";
+const ABOUT: &str = "Motors drawn within Table 1's tolerances, Coulomb friction, located impacts; the filters know the \
+    nominal motor at most. Errors of the angle at the present, every 70 us. ANEES: of angle and rate together, 1 in a \
+    consistent filter; NIS: of the camera's innovations, likewise. An asterisk marks a value outside its two-sided 95 \
+    % bounds, which account for how long errors are correlated. At rest the rate is exactly zero, so that the ANEES of \
+    the angle is tested; the stop is mostly rest, and tested by the upper bound alone. False: the health is good, and \
+    the angle wrong by more than six standard deviations and 50 milli-degrees. Whiteness: correlation of neighbouring \
+    innovations. smoothed: of 2 ms ago, from the frames since as well. genie: a lower bound, the Kalman filter that is \
+    given every kick of the rate exactly, or to 10 or 3 %.";
 
 /// A line of the CSV: a row, its bounds as columns.
 #[derive(Serialize)]
-struct Line<'a> {
+struct CsvLine<'a> {
     filter: &'a str,
     drive: &'a str,
     phase: &'a str,
@@ -48,7 +52,7 @@ struct Line<'a> {
     runs: u64,
 }
 
-impl Estimation {
+impl FilterErrors {
     /// The whole table.
     pub fn document(&self) -> Document {
         let mut table = Table::new(&[
@@ -87,10 +91,10 @@ impl Estimation {
         };
         let runs = self.rows.first().map_or(0, |row| row.runs);
         vec![
-            ("twin_steady_b_mdeg", rms("twin", "b", Phase::Steady)),
-            ("twin_steady_c_mdeg", rms("twin", "c", Phase::Steady)),
-            ("rest_1s_b_mdeg", rms("twin", "b", Phase::Rest1S)),
-            ("rest_1s_c_mdeg", rms("twin", "c", Phase::Rest1S)),
+            ("twin_steady_b_mdeg", rms("twin", "b", TimelinePhase::Steady)),
+            ("twin_steady_c_mdeg", rms("twin", "c", TimelinePhase::Steady)),
+            ("rest_1s_b_mdeg", rms("twin", "b", TimelinePhase::Rest1S)),
+            ("rest_1s_c_mdeg", rms("twin", "c", TimelinePhase::Rest1S)),
             ("error_motors", runs.to_string()),
             ("smoother_lag_ms", SMOOTHER_LAG_MS.to_string()),
             ("table_errors", Document { blocks: vec![Block::Table(self.errors_by_phase())] }.markdown()),
@@ -101,17 +105,17 @@ impl Estimation {
     fn errors_by_phase(&self) -> Table {
         let header = ["drive", "filter"]
             .into_iter()
-            .chain(Phase::ALL.map(title))
+            .chain(TimelinePhase::ALL.map(title))
             .chain(["99.9 % steady", "ANEES steady"]);
         let mut table = Table::new(&header.collect::<Vec<_>>());
         for (_, drive) in DRIVES {
             for filter in names() {
-                let of_phases = Phase::ALL.iter().map(|&phase| self.row(filter, drive, phase));
+                let of_phases = TimelinePhase::ALL.iter().map(|&phase| self.row(filter, drive, phase));
                 let mut row = vec![drive.to_uppercase(), filter.replace('_', " ")];
                 row.extend(
                     of_phases.map(|row| row.map_or_else(String::new, |row| millidegrees(row.rms_angle_mdeg))),
                 );
-                let steady = self.row(filter, drive, Phase::Steady);
+                let steady = self.row(filter, drive, TimelinePhase::Steady);
                 row.extend(steady.map(|row| millidegrees(row.p999_angle_mdeg)));
                 row.extend(steady.map(|row| format!("{:.2}", row.anees)));
                 table.push(row);
@@ -125,7 +129,7 @@ impl Estimation {
     /// # Errors
     /// When it cannot be written.
     pub fn csv(&self) -> Result<String, OutputError> {
-        crate::report::files::csv(self.rows.iter().map(Line::of))
+        crate::report::files::csv(self.rows.iter().map(CsvLine::of))
     }
 
     /// The rows as one JSON array on one line.
@@ -134,8 +138,8 @@ impl Estimation {
     }
 }
 
-impl<'a> Line<'a> {
-    fn of(row: &'a Row) -> Self {
+impl<'a> CsvLine<'a> {
+    fn of(row: &'a FilterErrorsRow) -> Self {
         Self {
             filter: row.filter,
             drive: row.drive,
@@ -169,21 +173,21 @@ impl<'a> Line<'a> {
 }
 
 /// A phase as a heading.
-pub(super) const fn title(phase: Phase) -> &'static str {
+pub(super) const fn title(phase: TimelinePhase) -> &'static str {
     match phase {
-        Phase::SpinUp => "spin-up",
-        Phase::Steady => "steady",
-        Phase::Reversal => "reversal",
-        Phase::Stop => "stop",
-        Phase::Rest100Ms => "rest after 100 ms",
-        Phase::Rest1S => "rest after 1 s",
+        TimelinePhase::SpinUp => "spin-up",
+        TimelinePhase::Steady => "steady",
+        TimelinePhase::Reversal => "reversal",
+        TimelinePhase::Stop => "stop",
+        TimelinePhase::Rest100Ms => "rest after 100 ms",
+        TimelinePhase::Rest1S => "rest after 1 s",
     }
 }
 
-fn cells(row: &Row) -> Vec<String> {
-    let phase = Phase::ALL.into_iter().find(|phase| phase.name() == row.phase);
+fn cells(row: &FilterErrorsRow) -> Vec<String> {
+    let phase = TimelinePhase::ALL.into_iter().find(|phase| phase.name() == row.phase);
     let errors_within = phase.is_none_or(|phase| row.errors_within(phase));
-    let of_angle = phase.is_some_and(|phase| Asked::of(phase) == Asked::Angle);
+    let of_angle = phase.is_some_and(|phase| ConsistencyTest::of(phase) == ConsistencyTest::Angle);
     let marked = |text: String, fine: bool| if fine { text } else { text + "*" };
     vec![
         row.drive.to_owned(),

@@ -1,11 +1,11 @@
-//! What every run does, and which part of it counts as what.
+//! The timeline of a run: the drive, and the phase that each part belongs to. `d` is the mode that the run is about.
 //!
 //! ```text
 //! from rest   d drives 0.25 s   spin-up
 //!             d drives 0.5 s    steady
 //!             the other 0.15 s  reversal
 //!             d drives 0.15 s   reversal
-//!             d drives 0.2 s    (not counted: d's own motion comes back)
+//!             d drives 0.2 s    (not counted: the steady motion of d sets in)
 //!             off 0.1 s         stop
 //!             off 0.1 s         rest after 100 ms
 //!             off 0.8 s         (not counted)
@@ -14,9 +14,9 @@
 
 use motor_model::{DriveCommand, DriveMode, Time};
 
-/// A part of a run about which a row of the table speaks.
+/// A part of a run with a row in the table.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Phase {
+pub enum TimelinePhase {
     /// The first 0.25 s of the drive, from rest.
     SpinUp,
     /// 0.5 s of the drive that follow.
@@ -31,7 +31,7 @@ pub enum Phase {
     Rest1S,
 }
 
-impl Phase {
+impl TimelinePhase {
     /// All, in the order of a run.
     pub const ALL: [Self; 6] =
         [Self::SpinUp, Self::Steady, Self::Reversal, Self::Stop, Self::Rest100Ms, Self::Rest1S];
@@ -49,9 +49,10 @@ impl Phase {
     }
 }
 
-/// A stretch of a run: how long, in ms; whether the drive named, its opposite or none; what it counts as.
-struct Stretch(u64, Driven, Option<Phase>);
+/// A part of the timeline: its length in ms, the drive, and the phase that it belongs to.
+struct TimelinePart(u64, Driven, Option<TimelinePhase>);
 
+/// Which mode is driven: the one that the run is about, the other, or none.
 #[derive(Clone, Copy)]
 enum Driven {
     Named,
@@ -59,27 +60,27 @@ enum Driven {
     Off,
 }
 
-const STRETCHES: [Stretch; 9] = [
-    Stretch(250, Driven::Named, Some(Phase::SpinUp)),
-    Stretch(500, Driven::Named, Some(Phase::Steady)),
-    Stretch(150, Driven::Opposite, Some(Phase::Reversal)),
-    Stretch(150, Driven::Named, Some(Phase::Reversal)),
-    Stretch(200, Driven::Named, None),
-    Stretch(100, Driven::Off, Some(Phase::Stop)),
-    Stretch(100, Driven::Off, Some(Phase::Rest100Ms)),
-    Stretch(800, Driven::Off, None),
-    Stretch(100, Driven::Off, Some(Phase::Rest1S)),
+const PARTS: [TimelinePart; 9] = [
+    TimelinePart(250, Driven::Named, Some(TimelinePhase::SpinUp)),
+    TimelinePart(500, Driven::Named, Some(TimelinePhase::Steady)),
+    TimelinePart(150, Driven::Opposite, Some(TimelinePhase::Reversal)),
+    TimelinePart(150, Driven::Named, Some(TimelinePhase::Reversal)),
+    TimelinePart(200, Driven::Named, None),
+    TimelinePart(100, Driven::Off, Some(TimelinePhase::Stop)),
+    TimelinePart(100, Driven::Off, Some(TimelinePhase::Rest100Ms)),
+    TimelinePart(800, Driven::Off, None),
+    TimelinePart(100, Driven::Off, Some(TimelinePhase::Rest1S)),
 ];
 
 /// Length of a run in ns.
 pub fn duration_nanos() -> u64 {
-    STRETCHES.iter().map(|stretch| stretch.0 * 1_000_000).sum()
+    PARTS.iter().map(|part| part.0 * 1_000_000).sum()
 }
 
-/// The drive at `now` in a run of `mode`, and what the instant counts as.
-pub fn at(now: Time, mode: DriveMode) -> (DriveCommand, Option<Phase>) {
+/// The drive at `now` in a run of `mode`, and the phase that the instant belongs to.
+pub fn at(now: Time, mode: DriveMode) -> (DriveCommand, Option<TimelinePhase>) {
     let mut end_nanos = 0;
-    for Stretch(ms, driven, phase) in &STRETCHES {
+    for TimelinePart(ms, driven, phase) in &PARTS {
         end_nanos += ms * 1_000_000;
         if now.nanos() < end_nanos {
             let command = match driven {
@@ -108,15 +109,15 @@ mod tests {
     fn exact_drive_and_phase_of_instants() {
         let (b, c) = (DriveCommand::full(DriveMode::B), DriveCommand::full(DriveMode::C));
         for (ms, expected) in [
-            (0, (c, Some(Phase::SpinUp))),
-            (250, (c, Some(Phase::Steady))),
-            (750, (b, Some(Phase::Reversal))),
-            (900, (c, Some(Phase::Reversal))),
+            (0, (c, Some(TimelinePhase::SpinUp))),
+            (250, (c, Some(TimelinePhase::Steady))),
+            (750, (b, Some(TimelinePhase::Reversal))),
+            (900, (c, Some(TimelinePhase::Reversal))),
             (1050, (c, None)),
-            (1250, (DriveCommand::OFF, Some(Phase::Stop))),
-            (1350, (DriveCommand::OFF, Some(Phase::Rest100Ms))),
+            (1250, (DriveCommand::OFF, Some(TimelinePhase::Stop))),
+            (1350, (DriveCommand::OFF, Some(TimelinePhase::Rest100Ms))),
             (1450, (DriveCommand::OFF, None)),
-            (2250, (DriveCommand::OFF, Some(Phase::Rest1S))),
+            (2250, (DriveCommand::OFF, Some(TimelinePhase::Rest1S))),
             (2350, (DriveCommand::OFF, None)),
         ] {
             assert_eq!(at(Time::from_micros(1000 * ms), DriveMode::C), expected, "{ms}");

@@ -1,4 +1,4 @@
-//! What a filter's errors and innovations in one phase add up to.
+//! The sums of a filter's errors and innovations in one phase.
 
 use estimator::{Estimate, Health, Innovation, Source, Verdict};
 use motor_model::{Angle, Real, math};
@@ -7,19 +7,20 @@ use crate::math::statistics::upper_quantile;
 
 /// Sums over one phase of one or more runs.
 #[derive(Clone, Debug, Default)]
-pub struct Account {
-    /// Magnitudes, for their quantile.
+pub struct ErrorSums {
+    /// Magnitudes of the angle's errors, for their quantile.
     errors_mdeg: Vec<f32>,
     square_mdeg2: f64,
     square_rad2_s2: f64,
     /// Squared errors of angle and rate, each per its variance, and of both together, `e' P^-1 e / 2`.
     normalised: [f64; 3],
     missing: u64,
-    /// Samples at which the health was good, degraded, unusable; and of the good ones those that were wrong.
+    /// Samples at which the health was good, degraded, unusable.
     health: [u64; 3],
+    /// Samples at which the health was good and the estimate wrong.
     false_valid: u64,
     camera: Innovations,
-    /// Measurements of either instrument that the filter gave a record of.
+    /// Measurements of either instrument of which the filter returned an innovation.
     offered: u64,
     rejected: u64,
     restarts: u64,
@@ -36,11 +37,13 @@ struct Innovations {
     last: Option<f64>,
 }
 
-impl Account {
-    /// Error of the angle in milli-degrees, and per its standard deviation, beyond which an estimate said to be good is wrong.
-    const FALSE: (f64, f64) = (50.0, 6.0);
+impl ErrorSums {
+    /// An estimate of good health is falsely valid if the angle's error exceeds this, in milli-degrees,
+    const FALSE_VALID_MDEG: f64 = 50.0;
+    /// and this many standard deviations of the filter.
+    const FALSE_VALID_SIGMAS: f64 = 6.0;
 
-    /// Takes an estimate into account, `None` where the filter had none to give, and what it says of its health.
+    /// Adds an estimate, `None` where the filter had none, and the filter's health.
     pub fn estimate<T: Real>(
         &mut self,
         estimate: Option<&Estimate<T>>,
@@ -71,12 +74,12 @@ impl Account {
         self.normalised[0] += of_angle;
         self.normalised[1] += off_rad_s * off_rad_s / p22;
         self.normalised[2] += 0.5 * joint / (p11 * p22 - p12 * p12);
-        let (least_mdeg, least_sigmas) = Self::FALSE;
-        let wrong = off_mdeg.abs() > least_mdeg && of_angle > least_sigmas * least_sigmas;
+        let wrong = off_mdeg.abs() > Self::FALSE_VALID_MDEG
+            && of_angle > Self::FALSE_VALID_SIGMAS * Self::FALSE_VALID_SIGMAS;
         self.false_valid += u64::from(wrong && health == Health::Good);
     }
 
-    /// Takes the record of a measurement into account.
+    /// Adds the innovation of a measurement.
     pub fn innovation<T: Real>(&mut self, innovation: &Innovation<T>) {
         self.offered += 1;
         match innovation.verdict {
@@ -96,12 +99,12 @@ impl Account {
         }
     }
 
-    /// The phase is over: what comes next is no neighbour of what was.
+    /// Ends a phase: the next innovation is no neighbour of the last one.
     pub fn interrupt(&mut self) {
         self.camera.last = None;
     }
 
-    /// Adds what another run comes to.
+    /// Adds the sums of another run.
     pub fn absorb(&mut self, other: &Self) {
         self.errors_mdeg.extend_from_slice(&other.errors_mdeg);
         self.square_mdeg2 += other.square_mdeg2;
@@ -131,15 +134,16 @@ impl Account {
         math::sqrt(self.square_rad2_s2 / self.samples())
     }
 
-    /// Shares of the time in which the health was good, degraded, unusable (waiting included); and in which it was good and the estimate wrong: by more than six
-    /// standard deviations and 50 milli-degrees.
+    /// Shares of the time in which the health was good, degraded, unusable (waiting included), and in which it was good
+    /// and the estimate wrong by more than six standard deviations and 50 milli-degrees.
     #[expect(clippy::cast_precision_loss, reason = "far below 2^53")]
     pub fn health(&self) -> ([f64; 3], f64) {
         let all = self.health.iter().sum::<u64>() as f64;
         (self.health.map(|count| count as f64 / all), self.false_valid as f64 / all)
     }
 
-    /// Mean squared error of angle and of rate, each per its variance, and of both together, `e' P^-1 e / 2`: 1 each in a consistent filter.
+    /// Mean squared error of angle and of rate, each per its variance, and of both together, `e' P^-1 e / 2`: 1 each in
+    /// a consistent filter.
     pub fn normalised(&self) -> [f64; 3] {
         self.normalised.map(|sum| sum / self.samples())
     }
@@ -164,7 +168,7 @@ impl Account {
         self.rejected as f64 / self.offered.max(1) as f64
     }
 
-    /// How often the filter began anew, its start included.
+    /// How often the filter started anew, its first start included.
     pub fn restarts(&self) -> u64 {
         self.restarts
     }
@@ -225,43 +229,45 @@ mod tests {
     /// Errors of 3 and -4 milli-degrees, of 1 and 3 rad/s.
     #[test]
     fn exact_root_mean_squares_and_normalised_errors() {
-        let mut account = Account::default();
-        account.estimate::<f64>(None, Health::Waiting, Angle::ZERO, 0.0);
-        account.estimate(Some(&estimate(90.003, 1.0)), Health::Good, Angle::from_degrees(90.0), 0.0);
-        account.estimate(Some(&estimate(-720.004, -5.0)), Health::Good, Angle::from_degrees(-720.0), -2.0);
-        assert!((account.rms_angle_mdeg() - math::sqrt(12.5)).abs() < 1e-3);
-        assert!((account.rms_rate_rad_s() - math::sqrt(5.0)).abs() < 1e-12);
-        let [angle, rate, _] = account.normalised();
+        let mut sums = ErrorSums::default();
+        sums.estimate::<f64>(None, Health::Waiting, Angle::ZERO, 0.0);
+        sums.estimate(Some(&estimate(90.003, 1.0)), Health::Good, Angle::from_degrees(90.0), 0.0);
+        sums.estimate(Some(&estimate(-720.004, -5.0)), Health::Good, Angle::from_degrees(-720.0), -2.0);
+        assert!((sums.rms_angle_mdeg() - math::sqrt(12.5)).abs() < 1e-3);
+        assert!((sums.rms_rate_rad_s() - math::sqrt(5.0)).abs() < 1e-12);
+        let [angle, rate, _] = sums.normalised();
         let mdeg_rad = 1e-3_f64.to_radians();
         assert!((angle - 12.5 * mdeg_rad * mdeg_rad / 1e-6).abs() < 1e-6, "{angle}");
         assert!((rate - 5.0 / 4.0).abs() < 1e-12);
-        assert!((account.missing() - 1.0 / 3.0).abs() < 1e-12);
+        assert!((sums.missing() - 1.0 / 3.0).abs() < 1e-12);
     }
 
-    /// An error of half a standard deviation of the angle, none of the rate, correlated by 0.6: `0.25 / (1 - 0.36) / 2`.
+    /// An error of half a standard deviation of the angle, none of the rate, correlated by 0.6: `0.25 / (1 - 0.36) /
+    /// 2`.
     #[test]
-    fn exact_joint_error_minds_the_correlation() {
-        let mut account = Account::default();
+    fn exact_joint_error_includes_the_correlation() {
+        let mut sums = ErrorSums::default();
         let off = 0.5e-3_f64.to_degrees();
         let correlated = Estimate { angle_rate_rad2_s: 0.6 * 1e-3 * 2.0, ..estimate(off, 0.0) };
-        account.estimate(Some(&correlated), Health::Good, Angle::ZERO, 0.0);
-        let [.., joint] = account.normalised();
+        sums.estimate(Some(&correlated), Health::Good, Angle::ZERO, 0.0);
+        let [.., joint] = sums.normalised();
         assert!((joint - 0.25 / 0.64 / 2.0).abs() < 1e-5, "{joint}");
     }
 
-    /// Wrong is beyond six standard deviations (of 57.3 milli-degrees here); wrong and not said to be good is not false.
+    /// Wrong is beyond six standard deviations (of 57.3 milli-degrees here). A wrong estimate without good health is
+    /// not falsely valid.
     #[test]
     fn exact_shares_of_health() {
-        let mut account = Account::default();
+        let mut sums = ErrorSums::default();
         for (degrees, health) in [
             (0.34, Health::Good),
             (0.35, Health::Good),
             (0.35, Health::Degraded(Reason::CameraSilent)),
             (0.35, Health::Unusable(Reason::Uncertain)),
         ] {
-            account.estimate(Some(&estimate(degrees, 0.0)), health, Angle::ZERO, 0.0);
+            sums.estimate(Some(&estimate(degrees, 0.0)), health, Angle::ZERO, 0.0);
         }
-        let ([good, degraded, unusable], wrong) = account.health();
+        let ([good, degraded, unusable], wrong) = sums.health();
         for (share, expected) in [(good, 0.5), (degraded, 0.25), (unusable, 0.25), (wrong, 0.25)] {
             assert!((share - expected).abs() < 1e-12, "{share} {expected}");
         }
@@ -270,25 +276,26 @@ mod tests {
     /// Of 2,000 errors, two are larger than the 99.9 % quantile.
     #[test]
     fn exact_quantile() {
-        let mut account = Account::default();
+        let mut sums = ErrorSums::default();
         for n in 1..=2000_u32 {
-            account.estimate(Some(&estimate(1e-3 * f64::from(n), 0.0)), Health::Good, Angle::ZERO, 0.0);
+            sums.estimate(Some(&estimate(1e-3 * f64::from(n), 0.0)), Health::Good, Angle::ZERO, 0.0);
         }
-        assert!((account.p999_angle_mdeg() - 1999.0).abs() < 1e-2, "{}", account.p999_angle_mdeg());
+        assert!((sums.p999_angle_mdeg() - 1999.0).abs() < 1e-2, "{}", sums.p999_angle_mdeg());
     }
 
-    /// 2, -2, 4 over a deviation of 2: squares 1, 1, 4, neighbours -1 - 2 over 1 + 1. A refusal separates neighbours.
+    /// 2, -2, 4 over a deviation of 2: squares 1, 1, 4, neighbours -1 - 2 over 1 + 1. A rejected frame separates
+    /// neighbours.
     #[test]
     fn exact_innovations() {
-        let mut account = Account::default();
+        let mut sums = ErrorSums::default();
         for value in [2.0, -2.0, 4.0] {
-            account.innovation(&innovation(value, Verdict::Used));
+            sums.innovation(&innovation(value, Verdict::Used));
         }
-        account.innovation(&innovation(50.0, Verdict::Rejected(Rejection::Gate)));
-        account.innovation(&innovation(2.0, Verdict::Used));
-        let (nis, whiteness) = account.innovations();
+        sums.innovation(&innovation(50.0, Verdict::Rejected(Rejection::Gate)));
+        sums.innovation(&innovation(2.0, Verdict::Used));
+        let (nis, whiteness) = sums.innovations();
         assert!((nis - 7.0 / 4.0).abs() < 1e-12);
         assert!((whiteness + 1.5).abs() < 1e-12, "{whiteness}");
-        assert!((account.rejected() - 0.2).abs() < 1e-12);
+        assert!((sums.rejected() - 0.2).abs() < 1e-12);
     }
 }
