@@ -32,7 +32,7 @@ pub use range::RateRange;
 /// Left out at the start, and after each step of a staircase.
 pub const SETTLE_S: f64 = 0.25;
 
-/// RateSums over the measured time.
+/// Sums over the measured time.
 #[derive(Default)]
 struct RateSums {
     ticks: f64,

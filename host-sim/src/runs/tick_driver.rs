@@ -156,7 +156,7 @@ impl<P: TickProgram> TickDriver<P> {
         let Self { ports, program } = self;
         if P::OBSERVES_STEPS {
             ports.rig.tick_in_steps(ports.command, |before, at, impacts, plant| {
-                program.step(before, at, impacts, plant)
+                program.step(before, at, impacts, plant);
             });
         } else {
             ports.rig.tick(ports.command);
