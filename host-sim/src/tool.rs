@@ -55,7 +55,11 @@ impl ToolError {
 ///
 /// # Errors
 /// When it cannot be started, fails, or does not end in time.
-pub fn run_within(command: &mut Command, tool: &'static str, limit: Duration) -> Result<String, ToolError> {
+pub(crate) fn run_within(
+    command: &mut Command,
+    tool: &'static str,
+    limit: Duration,
+) -> Result<String, ToolError> {
     let lost = |source| ToolError::NoTool { tool, source };
     // Files, not pipes: a program that fills a pipe waits for a reader.
     let (stdout, stderr) = (tempfile::tempfile().map_err(lost)?, tempfile::tempfile().map_err(lost)?);
@@ -84,7 +88,7 @@ pub fn run_within(command: &mut Command, tool: &'static str, limit: Duration) ->
 ///
 /// # Errors
 /// When it cannot be read.
-pub fn text(mut file: &std::fs::File) -> io::Result<String> {
+pub(crate) fn text(mut file: &std::fs::File) -> io::Result<String> {
     file.rewind()?;
     let mut bytes = Vec::new();
     file.take(OUTPUT_BYTES_MAX).read_to_end(&mut bytes)?;

@@ -1,7 +1,5 @@
 //! `keys`: the keys that a scene can set, and which commands read them.
 
-use std::fmt::Write as _;
-
 use clap::Args;
 use clap::builder::PossibleValuesParser;
 use motor_model::Parameter;
@@ -11,6 +9,7 @@ use super::readers::{READERS, Reader, readers_of};
 use crate::cli::CommandError;
 use crate::math::plain_number::plain;
 use crate::report::files;
+use crate::report::table::Table;
 use crate::scene::{Kind, Setting, registry};
 
 #[derive(Debug, Args)]
@@ -36,7 +35,7 @@ impl KeysArgs {
 /// The settings as a table in columns.
 fn table(settings: impl Iterator<Item = Setting>) -> String {
     let header = ["key", "default", "unit", "bounds", "tolerance", "origin", "read by", "meaning"];
-    let mut rows = vec![header.map(str::to_owned)];
+    let mut table = Table::new(&header);
     for setting in settings {
         let (default, bounds) = match setting.kind {
             Kind::Number { default, min, max } => {
@@ -45,38 +44,34 @@ fn table(settings: impl Iterator<Item = Setting>) -> String {
             Kind::Integer { default, min, max } => (default.to_string(), format!("{min} to {max}")),
             Kind::Choice { default, of } => (default.to_owned(), of.join("|")),
         };
-        let known = Parameter::from_key(setting.key).map(Parameter::spec);
-        let tolerance = known.map_or("", |_| "exact").to_owned();
-        let tolerance = match known.map(|spec| spec.tolerance) {
-            Some(Tolerance::Normal(within)) => format!("+-{}", plain(within)),
-            Some(Tolerance::Uniform(low, high)) => format!("{} to {}", plain(low), plain(high)),
-            _ => tolerance,
-        };
-        let origin = match known.map(|spec| spec.origin) {
-            Some(Origin::Measured) => "measured",
-            Some(Origin::FiniteElement) => "finite elements",
-            Some(Origin::Calculated) => "calculated",
-            Some(Origin::Literature) => "literature",
-            Some(Origin::Tuned) => "tuned",
-            Some(Origin::Assumed) => "assumed",
-            None => "",
-        };
+        let parameter = Parameter::from_key(setting.key).map(Parameter::spec);
+        let tolerance = parameter.map_or_else(String::new, |spec| tolerance(spec.tolerance));
+        let origin = parameter.map_or("", |spec| origin(spec.origin)).to_owned();
         let [key, unit, meaning] = [setting.key, setting.unit, setting.meaning].map(str::to_owned);
-        rows.push([key, default, unit, bounds, tolerance, origin.to_owned(), read_by(setting.key), meaning]);
+        table.push(vec![key, default, unit, bounds, tolerance, origin, read_by(setting.key), meaning]);
     }
-    let width = |column: usize| rows.iter().map(|row| row[column].chars().count()).max().unwrap_or(0);
-    let widths: [usize; 8] = std::array::from_fn(width);
-    let mut text = String::new();
-    for row in &rows {
-        let mut line = String::new();
-        for (cell, width) in row.iter().zip(widths) {
-            // Writing to a string cannot fail.
-            let _ = write!(line, "{cell:width$}  ");
-        }
-        text.push_str(line.trim_end());
-        text.push('\n');
+    table.text()
+}
+
+/// How far a motor's parameter may be off its nominal value.
+fn tolerance(tolerance: Tolerance) -> String {
+    match tolerance {
+        Tolerance::Normal(within) => format!("+-{}", plain(within)),
+        Tolerance::Uniform(low, high) => format!("{} to {}", plain(low), plain(high)),
+        Tolerance::Exact => "exact".to_owned(),
     }
-    text
+}
+
+/// Where the nominal value of a motor's parameter comes from.
+fn origin(origin: Origin) -> &'static str {
+    match origin {
+        Origin::Measured => "measured",
+        Origin::FiniteElement => "finite elements",
+        Origin::Calculated => "calculated",
+        Origin::Literature => "literature",
+        Origin::Tuned => "tuned",
+        Origin::Assumed => "assumed",
+    }
 }
 
 /// The commands that read `key`; or the few that do not, where most do.
@@ -100,7 +95,11 @@ mod tests {
     #[test]
     fn exact_every_key_has_a_line_with_its_default() {
         let table = table(registry());
-        assert_eq!(table.lines().count(), registry().count() + 1);
+        assert_eq!(
+            table.lines().count(),
+            registry().count() + 2,
+            "a header, a rule, and a line for each key"
+        );
         let line = table.lines().find(|line| line.starts_with("motor.stator_mass_kg ")).unwrap();
         let words: Vec<&str> = line.split_whitespace().collect();
         assert_eq!(words[1..8], ["1.07e-5", "kg", "1e-9", "to", "1", "+-1e-6", "calculated"]);
