@@ -97,7 +97,7 @@ struct Effort {
     calibrations: u64,
     /// Time of a plan of calibration, and of a rate, in s; as the scene says unless it is given.
     time_s: Option<&'static str>,
-    step_accuracy: fn() -> step_accuracy::Plan,
+    step_accuracy: fn() -> step_accuracy::StepAccuracyPlan,
 }
 
 impl Effort {
@@ -111,7 +111,7 @@ impl Effort {
         compared_trials: 200,
         calibrations: 200,
         time_s: None,
-        step_accuracy: step_accuracy::Plan::full,
+        step_accuracy: step_accuracy::StepAccuracyPlan::full,
     };
 
     /// Enough to fill every place of a page.
@@ -123,7 +123,7 @@ impl Effort {
         compared_trials: 2,
         calibrations: 2,
         time_s: Some("6"),
-        step_accuracy: step_accuracy::Plan::quick,
+        step_accuracy: step_accuracy::StepAccuracyPlan::quick,
     };
 
     fn scene(self) -> Result<Scene, CommandError> {

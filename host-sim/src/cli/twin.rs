@@ -6,7 +6,7 @@ use clap::Args;
 
 use super::publication::{Findings, PublicationArgs};
 use crate::cli::CommandError;
-use crate::studies::step_accuracy;
+use crate::studies::step_accuracy::StepAccuracyPlan;
 
 #[derive(Debug, Args)]
 pub(super) struct AccuracyArgs {
@@ -23,7 +23,7 @@ pub(super) struct AccuracyArgs {
 impl AccuracyArgs {
     pub(super) fn execute(&self) -> Result<(), CommandError> {
         let publication = self.publication.open(&self.out)?;
-        let plan = if self.quick { step_accuracy::Plan::quick() } else { step_accuracy::Plan::full() };
+        let plan = if self.quick { StepAccuracyPlan::quick() } else { StepAccuracyPlan::full() };
         let accuracy = plan.run()?;
         Ok(publication.publish(Findings {
             files: vec![("accuracy.svg", accuracy.picture()?), ("table.csv", accuracy.csv()?)],

@@ -21,7 +21,7 @@ use crate::runs::simulate::steps_in;
 
 /// How much is run.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Campaign {
+pub struct SpinUpCampaign {
     /// Spin-ups, at least 2.
     pub runs: u32,
     /// `t_s`.
@@ -32,7 +32,7 @@ pub struct Campaign {
     pub blocks: u32,
 }
 
-impl Default for Campaign {
+impl Default for SpinUpCampaign {
     /// Some 200 s of the motor.
     fn default() -> Self {
         Self { runs: 64, settle_s: 0.2, block_s: 0.1, blocks: 30 }
@@ -41,7 +41,7 @@ impl Default for Campaign {
 
 /// The averaged motor and how well it is known.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct Identified {
+pub struct IdentifiedMotion {
     /// Mean rate in rad/s.
     pub rate_rad_s: f64,
     /// Its standard error.
@@ -56,7 +56,7 @@ pub struct Identified {
     pub diffusion_error_rad2_s: f64,
 }
 
-impl Identified {
+impl IdentifiedMotion {
     /// For [`motor_model::AveragedMotor`]. A lag that noise has made negative is none.
     pub fn motion(&self) -> MeanMotion {
         let Self { rate_rad_s, time_constant_s, diffusion_rad2_s, .. } = *self;
@@ -70,7 +70,7 @@ struct SpinUp {
     blocks_rad: Vec<f64>,
 }
 
-impl Campaign {
+impl SpinUpCampaign {
     /// Identifies the motor of `params` and `setup` under `command`.
     ///
     /// # Errors
@@ -81,7 +81,7 @@ impl Campaign {
         setup: &MotorSetup,
         command: DriveCommand,
         seed: u64,
-    ) -> Result<Identified, OutOfBounds> {
+    ) -> Result<IdentifiedMotion, OutOfBounds> {
         Ok(self.summary(&self.spin_ups(params, setup, command, seed)?))
     }
 
@@ -127,7 +127,7 @@ impl Campaign {
         }
     }
 
-    fn summary(&self, spin_ups: &[SpinUp]) -> Identified {
+    fn summary(&self, spin_ups: &[SpinUp]) -> IdentifiedMotion {
         let runs = f64::from(self.runs);
         let of_runs: Spread = spin_ups
             .iter()
@@ -143,7 +143,7 @@ impl Campaign {
         }
         let variance = variance.spread();
         let standard_error = |spread: Spread| spread.sd / math::sqrt(runs);
-        Identified {
+        IdentifiedMotion {
             rate_rad_s: rate,
             rate_error_rad_s: standard_error(of_runs),
             time_constant_s: self.settle_s - settled.mean / rate,
@@ -163,7 +163,7 @@ mod tests {
     #[test]
     fn dual_an_averaged_motor_is_identified() {
         let truth = MeanMotion { rate_rad_s: -1.5, time_constant_s: 0.012, diffusion_rad2_s: 4e-4 };
-        let campaign = Campaign { runs: 200, ..Campaign::default() };
+        let campaign = SpinUpCampaign { runs: 200, ..SpinUpCampaign::default() };
         let motor = AveragedMotor::try_new(&truth, 1e-3).unwrap();
         let spin_up = |seed| {
             let (mut state, mut rng) = (AveragedState::default(), stream(seed, Source::StartPhase));
@@ -190,9 +190,9 @@ mod tests {
         let (params, setup) = (MotorParams::nominal(), MotorSetup::with_step(10e-6));
         for mode in [DriveMode::B, DriveMode::C] {
             let command = DriveCommand::full(mode);
-            let found = Campaign::default().identify(&params, &setup, command, 1).unwrap();
+            let found = SpinUpCampaign::default().identify(&params, &setup, command, 1).unwrap();
             // Seeds that the identification has not seen, a second from rest.
-            let check = Campaign { runs: 64, settle_s: 1.0, block_s: 0.1, blocks: 0 };
+            let check = SpinUpCampaign { runs: 64, settle_s: 1.0, block_s: 0.1, blocks: 0 };
             let full = check.settled_rad(&params, &setup, command, 1000).unwrap();
             let expected = found.rate_rad_s * (1.0 - found.time_constant_s);
             let sd = math::sqrt(2.0 * found.diffusion_rad2_s);

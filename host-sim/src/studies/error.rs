@@ -2,7 +2,7 @@
 
 use motor_model::OutOfBounds;
 
-use super::step_accuracy::reference::patience::Stalled;
+use super::step_accuracy::reference::tie_breaking::Stalled;
 use crate::report::OutputError;
 use crate::runs::RunError;
 use crate::scene::SceneError;

@@ -6,69 +6,74 @@
 //!
 //! | module | what is compared |
 //! |---|---|
-//! | [`contestant`] | who is judged |
-//! | [`flights`] | time of the first impact, and the map to the next, from the same states |
-//! | [`steady`] | mean rate, impacts per second and collision frequency of steady motion |
+//! | [`method`] | who is judged |
+//! | [`impact_map`] | time of the first impact, and the map to the next, from the same states |
+//! | [`steady_motion`] | mean rate, impacts per second and collision frequency of steady motion |
 //! | [`bursts`] | net displacement of a few cycles from rest |
-//! | [`averaged`] | the averaged motor on long moves |
-//! | [`timing`] | ns a step and a simulated millisecond |
-//! | [`plate`], [`peers`] | a ball on a plate, for other crates' integrators and SciPy's beside ours |
-//! | [`verdict`] | what the twin is held to |
+//! | [`averaged_moves`] | the averaged motor on long moves |
+//! | [`step_cost`] | ns a step and a simulated millisecond |
+//! | [`vibrating_plate`], [`peers`] | a ball on a plate, for other crates' integrators and SciPy's beside ours |
+//! | [`targets`] | what the twin is held to |
 //! | [`tables`], `picture`, `page` | all of it in words and in a picture |
 
-pub mod averaged;
+pub mod averaged_moves;
 pub mod bursts;
-pub mod contestant;
-pub mod flights;
+pub mod comparison;
+pub mod impact_map;
+pub mod method;
 mod page;
 pub mod peers;
 mod picture;
-pub mod plate;
 pub mod reference;
-pub mod steady;
+pub mod steady_motion;
+pub mod step_cost;
 pub mod tables;
-pub mod timing;
-pub mod verdict;
+pub mod targets;
+pub mod vibrating_plate;
 
 use motor_model::DriveMode;
 use rayon::prelude::*;
-use serde::Serialize;
 
 use crate::studies::StudyError;
-use crate::studies::averaged_motor::Campaign;
-use averaged::AveragedRow;
+use crate::studies::averaged_motor::SpinUpCampaign;
 use bursts::{BURSTS, BurstError};
-use contestant::{Contestant, STEPS_S, contestants};
-use flights::{FlightErrors, Flights, Fly};
+use comparison::{MethodRow, StepAccuracy};
+use impact_map::{ImpactMapErrors, ImpactMapMeasurement, MapSamples};
+use method::{STEPS_S, StepMethod, step_methods};
 use motor_model::AmplitudeVariation;
-use peers::PeerRow;
-use steady::{Batch, Batches, CONDITIONS, SteadyErrors};
-use timing::{Cost, Effort};
+use steady_motion::{CONDITIONS, SteadyErrors, SteadyMeans, SteadySchedule};
+use step_cost::TimingEffort;
 
 /// How much is simulated.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Plan {
+pub struct StepAccuracyPlan {
     /// Steps judged, from fine to coarse.
     pub steps_s: &'static [f64],
-    /// Flights of each mode.
+    /// Samples of each mode.
     pub flights: usize,
     /// Runs of each condition.
-    pub batches: Batches,
+    pub batches: SteadySchedule,
     /// Runs from which the averaged motor is identified.
-    pub identification: Campaign,
+    pub identification: SpinUpCampaign,
     /// Timed work.
-    pub effort: Effort,
+    pub effort: TimingEffort,
 }
 
-impl Plan {
+impl StepAccuracyPlan {
     /// A few minutes of computing on two cores.
     pub fn full() -> Self {
         Self {
             steps_s: &STEPS_S,
             flights: 400,
-            batches: Batches { seeds: 160, seeds_min: 8, steps_max: 6e7, settle_s: 0.4, time_s: 1.6384 },
-            identification: Campaign::default(),
-            effort: Effort { rounds: 7, settle_s: 0.2, time_s: 0.4, plate_s: 0.1 },
+            batches: SteadySchedule {
+                seeds: 160,
+                seeds_min: 8,
+                steps_max: 6e7,
+                settle_s: 0.4,
+                time_s: 1.6384,
+            },
+            identification: SpinUpCampaign::default(),
+            effort: TimingEffort { rounds: 7, settle_s: 0.2, time_s: 0.4, plate_s: 0.1 },
         }
     }
 
@@ -77,109 +82,60 @@ impl Plan {
         Self {
             steps_s: &STEPS_S[2..],
             flights: 40,
-            batches: Batches { seeds: 4, seeds_min: 2, steps_max: 1e6, settle_s: 0.1, time_s: 0.2 },
-            identification: Campaign { runs: 4, blocks: 4, ..Campaign::default() },
-            effort: Effort { rounds: 2, settle_s: 0.02, time_s: 0.02, plate_s: 0.01 },
+            batches: SteadySchedule { seeds: 4, seeds_min: 2, steps_max: 1e6, settle_s: 0.1, time_s: 0.2 },
+            identification: SpinUpCampaign { runs: 4, blocks: 4, ..SpinUpCampaign::default() },
+            effort: TimingEffort { rounds: 2, settle_s: 0.02, time_s: 0.02, plate_s: 0.01 },
         }
-    }
-}
-
-/// One contestant, its costs and its errors.
-#[derive(Clone, Debug, Serialize)]
-pub struct Row {
-    /// Who.
-    #[serde(flatten)]
-    pub who: Contestant,
-    /// Cost at full drive of modes B and C.
-    pub cost: [Cost; 2],
-    /// Errors of the map from impact to impact at full drive of modes B and C.
-    pub flights: [FlightErrors; 2],
-    /// Errors of steady motion, one of each of [`CONDITIONS`].
-    pub steady: [SteadyErrors; 4],
-    /// Errors of net displacement, one of each of [`BURSTS`].
-    pub bursts: [BurstError; 4],
-}
-
-impl Row {
-    /// Cost at full drive of `mode`.
-    pub fn cost_of(&self, mode: DriveMode) -> Cost {
-        let [b, c] = self.cost;
-        match mode {
-            DriveMode::B => b,
-            DriveMode::C => c,
-        }
-    }
-
-    /// Largest relative error of the displacement of any burst.
-    pub fn worst_burst(&self) -> f64 {
-        self.bursts.iter().map(|burst| burst.relative.abs()).fold(0.0, f64::max)
-    }
-
-    /// Largest relative error of the displacement of a burst of `mode`.
-    pub fn worst_burst_of(&self, mode: DriveMode) -> f64 {
-        let bursts = BURSTS.iter().zip(&self.bursts).filter(|(burst, _)| burst.mode == mode);
-        bursts.map(|(_, error)| error.relative.abs()).fold(0.0, f64::max)
     }
 }
 
 /// Everything that can be said without a clock.
-struct Errors {
-    flights: [FlightErrors; 2],
+struct MethodErrors {
+    flights: [ImpactMapErrors; 2],
     steady: [SteadyErrors; 4],
     bursts: [BurstError; 4],
 }
 
-/// The whole comparison.
-#[derive(Clone, Debug, Serialize)]
-pub struct Accuracy {
-    /// One row a contestant.
-    pub rows: Vec<Row>,
-    /// The averaged motor under each of [`CONDITIONS`].
-    pub averaged: Vec<AveragedRow>,
-    /// Ours and others' integrators on the ball on the plate.
-    pub peers: Vec<PeerRow>,
-}
-
-impl Plan {
+impl StepAccuracyPlan {
     /// Computes everything: errors on all threads, then costs on one.
     ///
     /// # Errors
     /// When the reference stalls.
-    pub fn run(&self) -> Result<Accuracy, StudyError> {
-        let contestants = contestants(self.steps_s);
-        let errors = self.errors(&contestants)?;
-        let costs = timing::costs(&contestants, self.effort)?;
-        let rows = contestants.into_iter().zip(errors).zip(costs).map(|((who, errors), cost)| Row {
-            who,
+    pub fn run(&self) -> Result<StepAccuracy, StudyError> {
+        let methods = step_methods(self.steps_s);
+        let errors = self.errors(&methods)?;
+        let costs = step_cost::costs(&methods, self.effort)?;
+        let rows = methods.into_iter().zip(errors).zip(costs).map(|((method, errors), cost)| MethodRow {
+            method,
             cost,
             flights: errors.flights,
             steady: errors.steady,
             bursts: errors.bursts,
         });
-        Ok(Accuracy {
+        Ok(StepAccuracy {
             rows: rows.collect(),
-            averaged: averaged::rows(&self.identification, self.effort.rounds)?,
+            averaged: averaged_moves::rows(&self.identification, self.effort.rounds)?,
             peers: peers::peers(self.steps_s, self.effort)?,
         })
     }
 
-    fn errors(&self, contestants: &[Contestant]) -> Result<Vec<Errors>, StudyError> {
-        let flights = [DriveMode::B, DriveMode::C].map(|mode| Flights::draw(mode, self.flights));
+    fn errors(&self, methods: &[StepMethod]) -> Result<Vec<MethodErrors>, StudyError> {
+        let flights = [DriveMode::B, DriveMode::C].map(|mode| MapSamples::draw(mode, self.flights));
         let [b, c] = flights;
         let flights = [b?, c?];
         let converged = self.converged()?;
         // The fine steps first: they take longest, and no thread is left alone with them at the end.
-        (contestants.par_iter().with_max_len(1))
-            .map(|contestant| {
+        (methods.par_iter().with_max_len(1))
+            .map(|method| {
                 let fly = |flights| {
-                    let question = Fly { flights, step_s: contestant.step_s };
-                    contestant.examine(AmplitudeVariation::default(), &question)
+                    let measurement = ImpactMapMeasurement { flights, step_s: method.step_s };
+                    method.apply(AmplitudeVariation::default(), &measurement)
                 };
                 let steady = |index: usize| {
-                    steady::errors(contestant, &CONDITIONS[index], self.batches, &converged[index])
+                    steady_motion::errors(method, &CONDITIONS[index], self.batches, &converged[index])
                 };
-                let burst = |index: usize| BURSTS[index].error(contestant);
-                Ok(Errors {
+                let burst = |index: usize| BURSTS[index].error(method);
+                Ok(MethodErrors {
                     flights: [fly(&flights[0])?, fly(&flights[1])?],
                     steady: [steady(0)?, steady(1)?, steady(2)?, steady(3)?],
                     bursts: [burst(0)?, burst(1)?, burst(2)?, burst(3)?],
@@ -189,12 +145,12 @@ impl Plan {
     }
 
     /// The reference's batches of each condition.
-    fn converged(&self) -> Result<Vec<Vec<Batch>>, StudyError> {
+    fn converged(&self) -> Result<Vec<Vec<SteadyMeans>>, StudyError> {
         let of = |condition| {
             let seeds = self.batches.of(condition).seeds;
             (1..=seeds)
                 .into_par_iter()
-                .map(|seed| steady::reference_batch(condition, self.batches, seed))
+                .map(|seed| steady_motion::reference_batch(condition, self.batches, seed))
                 .collect()
         };
         CONDITIONS.iter().map(of).collect()

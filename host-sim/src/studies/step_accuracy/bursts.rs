@@ -7,10 +7,10 @@
 use motor_model::{AmplitudeVariation, Angle, DriveCommand, DriveMode, MotorParams, Parameter};
 use serde::Serialize;
 
-use super::contestant::{Contestant, Question, Twin};
-use super::flights::reference;
+use super::method::{FixedStepModel, Measurement, StepMethod};
+use super::reference::Reference;
+use super::reference::state::ReferenceState;
 use crate::studies::StudyError;
-use crate::studies::step_accuracy::reference::ReferenceState;
 
 /// Rest before and after the drive.
 const REST_S: f64 = 60e-3;
@@ -77,7 +77,7 @@ impl Burst {
     /// # Errors
     /// When the reference stalls.
     pub fn converged_mdeg(self, on_s: f64) -> Result<f64, StudyError> {
-        let reference = reference(&AmplitudeVariation::default())?;
+        let reference = Reference::nominal(&AmplitudeVariation::default())?;
         let mut state = ReferenceState::default();
         reference.run(&mut state, DriveCommand::OFF, REST_S, &mut ())?;
         let origin_rad = state.angle_rad;
@@ -86,38 +86,38 @@ impl Burst {
         Ok(1e3 * (state.angle_rad - origin_rad).to_degrees())
     }
 
-    /// What `contestant` makes of it.
+    /// What `method` makes of it.
     ///
     /// # Errors
-    /// When the reference stalls or the contestant's step is out of bounds.
-    pub fn error(self, contestant: &Contestant) -> Result<BurstError, StudyError> {
-        let on_s = self.on_s(contestant.step_s);
+    /// When the reference stalls or the method's step is out of bounds.
+    pub fn error(self, method: &StepMethod) -> Result<BurstError, StudyError> {
+        let on_s = self.on_s(method.step_s);
         let converged_mdeg = self.converged_mdeg(on_s)?;
-        let run = Run { burst: self, on_s, step_s: contestant.step_s };
-        let found_mdeg = contestant.examine(AmplitudeVariation::default(), &run)?;
+        let run = BurstMeasurement { burst: self, on_s, step_s: method.step_s };
+        let found_mdeg = method.apply(AmplitudeVariation::default(), &run)?;
         let relative = (found_mdeg - converged_mdeg) / converged_mdeg.abs();
         Ok(BurstError { on_s, converged_mdeg, relative })
     }
 }
 
 /// Asks a twin for its net displacement in milli-degrees.
-struct Run {
+struct BurstMeasurement {
     burst: Burst,
     on_s: f64,
     step_s: f64,
 }
 
-impl Question for Run {
-    type Answer = f64;
+impl Measurement for BurstMeasurement {
+    type Outcome = f64;
 
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a count of steps")]
-    fn ask(&self, twin: &impl Twin) -> f64 {
-        let mut state = twin.state(&ReferenceState::default());
+    fn measure(&self, model: &impl FixedStepModel) -> f64 {
+        let mut state = model.state(&ReferenceState::default());
         let mut hold = |command, time_s: f64| {
             for _ in 0..(time_s / self.step_s).round() as u64 {
-                twin.step(&mut state, command);
+                model.step(&mut state, command);
             }
-            twin.rotor(&state)
+            model.rotor(&state)
         };
         let origin = hold(DriveCommand::OFF, REST_S);
         hold(self.burst.command(), self.on_s);

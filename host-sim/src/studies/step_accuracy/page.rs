@@ -2,9 +2,10 @@
 
 use motor_model::ImpactRule;
 
+use super::comparison::{MethodRow, StepAccuracy};
+use super::method::JUDGED_STEP_S;
 use super::peers::PeerRow;
-use super::verdict::{JUDGED_STEP_S, Verdict};
-use super::{Accuracy, Row};
+use super::targets::TargetResult;
 use crate::report::document::{Block, Document, Table};
 use crate::report::page::{ON_ONE_MACHINE, PlacedValue};
 use crate::runs::simulate::Precision;
@@ -20,7 +21,7 @@ const SHOWN: [(ImpactRule, Precision, f64); 7] = [
     (ImpactRule::Located, Precision::F64, 20e-6),
 ];
 
-impl Accuracy {
+impl StepAccuracy {
     /// A few rows, the targets, the averaged motor, the other integrators.
     pub fn page_values(&self) -> Vec<PlacedValue> {
         let (timed, of_error): (Vec<_>, Vec<_>) =
@@ -98,7 +99,7 @@ impl Accuracy {
 }
 
 /// How many of `verdicts` are met, and which are not.
-fn met(verdicts: &[Verdict]) -> String {
+fn met(verdicts: &[TargetResult]) -> String {
     let missed: Vec<String> = verdicts
         .iter()
         .filter(|verdict| !verdict.met)
@@ -109,16 +110,16 @@ fn met(verdicts: &[Verdict]) -> String {
     format!("{met} of {} targets are met.{missed}", verdicts.len())
 }
 
-fn rate(row: &Row, index: usize) -> String {
+fn rate(row: &MethodRow, index: usize) -> String {
     let rate = &row.steady[index].rate;
     format!("{:+.1} +- {:.1} %", 100.0 * rate.relative, 100.0 * rate.half_width)
 }
 
-fn cells(row: &Row) -> Vec<String> {
+fn cells(row: &MethodRow) -> Vec<String> {
     let [b, c] = row.cost;
-    let step = format!("{} us", (1e9 * row.who.step_s).round() / 1e3);
+    let step = format!("{} us", (1e9 * row.method.step_s).round() / 1e3);
     vec![
-        row.who.name(),
+        row.method.name(),
         step,
         format!("~{:.1} / ~{:.1}", b.ns_per_step, c.ns_per_step),
         format!("~{:.0} / ~{:.0}", b.times_real_time, c.times_real_time),

@@ -7,17 +7,17 @@
 mod differential_equations;
 #[cfg(feature = "peers")]
 mod diffsol;
+mod fixed_step;
 #[cfg(feature = "peers")]
 mod ode_solvers;
 mod scipy;
-mod twin;
 
 use serde::Serialize;
 
-use super::contestant::{Contestant, contestants};
-use super::flights::root_mean_square;
-use super::plate::{FIRST_BEFORE_S, Plate, START_M, starts_m};
-use super::timing::{Cost, Effort, least_s};
+use super::method::{StepMethod, step_methods};
+use super::step_cost::{StepCost, TimingEffort, least_times_s};
+use super::vibrating_plate::{FIRST_BEFORE_S, START_M, VibratingPlate, start_heights_m};
+use crate::math::statistics::root_mean_square;
 use crate::studies::StudyError;
 
 /// Largest step of the peers.
@@ -35,21 +35,21 @@ pub struct PeerRow {
     /// Largest step.
     pub step_s: f64,
     /// What it costs, if it was measured.
-    pub cost: Option<Cost>,
-    /// Error of the time of the first impact, root mean square over the heights of [`starts_m`].
+    pub cost: Option<StepCost>,
+    /// Error of the time of the first impact, root mean square over the heights of [`start_heights_m`].
     pub first_impact_rms_s: Option<f64>,
     /// Impacts in the time that is timed.
     pub impacts: Option<usize>,
     /// Whether it is a crate's, which ours is compared with.
     pub is_crate: bool,
     /// Which of ours it is, if it is.
-    pub twin: Option<Contestant>,
+    pub twin: Option<StepMethod>,
     /// Why it was not measured.
     pub note: Option<String>,
 }
 
 /// An integrator: the times of the impacts of a ball that falls from rest at `start_m`, up to `until_s`.
-type Integrator = fn(&Plate, start_m: f64, until_s: f64) -> Result<Vec<f64>, String>;
+type Integrator = fn(&VibratingPlate, start_m: f64, until_s: f64) -> Result<Vec<f64>, String>;
 
 /// The Rust peers, by name.
 #[cfg(feature = "peers")]
@@ -65,8 +65,8 @@ const RUST: [(&str, Integrator); 0] = [];
 ///
 /// # Errors
 /// When the plate's parameters are refused by the model.
-pub fn peers(steps_s: &[f64], effort: Effort) -> Result<Vec<PeerRow>, StudyError> {
-    let plate = Plate::nominal()?;
+pub fn peers(steps_s: &[f64], effort: TimingEffort) -> Result<Vec<PeerRow>, StudyError> {
+    let plate = VibratingPlate::nominal()?;
     let mut rows = twins(&plate, steps_s, effort)?;
     rows.extend(crates(&plate, effort));
     rows.extend(scipy::rows(&plate, effort.plate_s));
@@ -74,62 +74,62 @@ pub fn peers(steps_s: &[f64], effort: Effort) -> Result<Vec<PeerRow>, StudyError
 }
 
 /// The twin at every step, by either rule, in either precision.
-fn twins(plate: &Plate, steps_s: &[f64], effort: Effort) -> Result<Vec<PeerRow>, StudyError> {
-    let contestants = contestants(steps_s);
-    let least = least_s(contestants.len(), effort.rounds, |index| {
-        twin::taken_s(&contestants[index], plate, effort.plate_s)
+fn twins(plate: &VibratingPlate, steps_s: &[f64], effort: TimingEffort) -> Result<Vec<PeerRow>, StudyError> {
+    let methods = step_methods(steps_s);
+    let least = least_times_s(methods.len(), effort.rounds, |index| {
+        fixed_step::taken_s(&methods[index], plate, effort.plate_s)
     })?;
-    let row = |(contestant, &taken_s): (&Contestant, &f64)| {
-        let step_s = contestant.step_s;
-        let errors: Result<Vec<f64>, StudyError> = starts_m()
+    let row = |(method, &taken_s): (&StepMethod, &f64)| {
+        let step_s = method.step_s;
+        let errors: Result<Vec<f64>, StudyError> = start_heights_m()
             .map(|start_m| {
-                Ok(twin::impacts(contestant, plate, start_m, FIRST_BEFORE_S)?.first_error_s(plate, start_m))
+                Ok(fixed_step::impacts(method, plate, start_m, FIRST_BEFORE_S)?.first_error_s(plate, start_m))
             })
             .collect();
         Ok(PeerRow {
-            name: format!("twin {}", contestant.name()),
+            name: format!("twin {}", method.name()),
             step_s,
-            cost: Some(Cost::new(step_s, effort.plate_s, taken_s)),
-            first_impact_rms_s: Some(root_mean_square(&errors?)),
-            impacts: Some(twin::impacts(contestant, plate, START_M, effort.plate_s)?.len()),
+            cost: Some(StepCost::new(step_s, effort.plate_s, taken_s)),
+            first_impact_rms_s: Some(root_mean_square(errors?)),
+            impacts: Some(fixed_step::impacts(method, plate, START_M, effort.plate_s)?.len()),
             is_crate: false,
-            twin: Some(*contestant),
+            twin: Some(*method),
             note: None,
         })
     };
-    contestants.iter().zip(&least).map(row).collect()
+    methods.iter().zip(&least).map(row).collect()
 }
 
 /// How far the first of these impacts is from that of the ball from `start_m`.
 trait FirstError {
-    fn first_error_s(&self, plate: &Plate, start_m: f64) -> f64;
+    fn first_error_s(&self, plate: &VibratingPlate, start_m: f64) -> f64;
 }
 
 impl FirstError for Vec<f64> {
-    fn first_error_s(&self, plate: &Plate, start_m: f64) -> f64 {
+    fn first_error_s(&self, plate: &VibratingPlate, start_m: f64) -> f64 {
         self.first().map_or(f64::INFINITY, |time_s| (time_s - plate.first_impact_s(start_m)).abs())
     }
 }
 
 /// The Rust crates at [`PEER_STEP_S`].
-fn crates(plate: &Plate, effort: Effort) -> Vec<PeerRow> {
+fn crates(plate: &VibratingPlate, effort: TimingEffort) -> Vec<PeerRow> {
     if RUST.is_empty() {
         return vec![PeerRow::unmeasured("diffsol, differential-equations, ode_solvers", WITHOUT_PEERS)];
     }
     let row = |&(name, integrator): &(&str, Integrator)| {
-        let timed = least_s(1, effort.rounds, |_| {
+        let timed = least_times_s(1, effort.rounds, |_| {
             let start = std::time::Instant::now();
             integrator(plate, START_M, effort.plate_s).map(|_| start.elapsed().as_secs_f64())
         });
-        let errors: Result<Vec<f64>, String> = starts_m()
+        let errors: Result<Vec<f64>, String> = start_heights_m()
             .map(|start_m| Ok(integrator(plate, start_m, FIRST_BEFORE_S)?.first_error_s(plate, start_m)))
             .collect();
         match (timed, errors, integrator(plate, START_M, effort.plate_s)) {
             (Ok(taken_s), Ok(errors), Ok(impacts)) => PeerRow {
                 name: name.to_owned(),
                 step_s: PEER_STEP_S,
-                cost: Some(Cost::new(PEER_STEP_S, effort.plate_s, taken_s[0])),
-                first_impact_rms_s: Some(root_mean_square(&errors)),
+                cost: Some(StepCost::new(PEER_STEP_S, effort.plate_s, taken_s[0])),
+                first_impact_rms_s: Some(root_mean_square(errors)),
                 impacts: Some(impacts.len()),
                 is_crate: true,
                 twin: None,
@@ -188,7 +188,7 @@ mod tests {
     /// nanoseconds by the fourth impact.
     #[test]
     fn dual_crates_agree_on_every_impact() {
-        let plate = Plate::nominal().unwrap();
+        let plate = VibratingPlate::nominal().unwrap();
         let all = RUST.map(|(_, integrator)| integrator(&plate, START_M, 0.05).unwrap());
         assert!(all[0].len() >= 3, "{all:?}");
         for times_s in &all {

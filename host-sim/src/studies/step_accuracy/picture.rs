@@ -2,8 +2,8 @@
 
 use motor_model::ImpactRule;
 
+use super::comparison::{MethodRow, StepAccuracy};
 use super::peers::PeerRow;
-use super::{Accuracy, Row};
 use crate::report::OutputError;
 use crate::report::chart::{Axis, Colour, Figure, Panel, Series};
 use crate::runs::simulate::Precision;
@@ -26,13 +26,13 @@ const COLUMN: (f64, f64) = (8e4, 1e-6);
 /// A twin's point: step in s, cost in ns per ms, error.
 type Point = (f64, f64, f64);
 
-impl Accuracy {
+impl StepAccuracy {
     /// The picture as SVG.
     ///
     /// # Errors
     /// When it cannot be laid out.
     pub fn picture(&self) -> Result<String, OutputError> {
-        let finest_s = self.rows.first().map_or(0.0, |row| row.who.step_s);
+        let finest_s = self.rows.first().map_or(0.0, |row| row.method.step_s);
         Figure::new("What a simulated millisecond costs, and how far off it is")
             .caption(format!(
                 "Points: steps from 50 us (left) to {} us (right). Grey: errors that these runs are too short to tell from chance.",
@@ -47,14 +47,14 @@ impl Accuracy {
 
     fn rate_panel(&self, title: &str, index: usize) -> Panel {
         let y = Axis::new("error (%)").logarithmic().within(LOWEST..150.0);
-        let rate = |row: &Row| (row.cost[index].ns_per_ms, row.steady[index].rate);
+        let rate = |row: &MethodRow| (row.cost[index].ns_per_ms, row.steady[index].rate);
         let chance = self.curve(ImpactRule::Located, Precision::F64).map(rate);
         let chance = chance.map(|(cost, rate)| (cost, LOWEST, 100.0 * rate.half_width)).collect();
         let panel = Panel::new(title, Axis::new(COST).logarithmic(), y).height(250);
         curves(panel.series(Series::band(chance).colour(Colour::Grey).opacity(0.3)), |rule, precision| {
-            let point = |row: &Row| {
+            let point = |row: &MethodRow| {
                 let (cost, rate) = rate(row);
-                (row.who.step_s, cost, 100.0 * rate.resolved())
+                (row.method.step_s, cost, 100.0 * rate.resolved())
             };
             self.curve(rule, precision).map(point).collect()
         })
@@ -64,9 +64,9 @@ impl Accuracy {
         let y = Axis::new("error (%)").logarithmic().within(1e-3..1e4);
         let title = "Bursts of 2 to 10 cycles: worst net displacement";
         let panel = curves(Panel::new(title, Axis::new(COST).logarithmic(), y), |rule, precision| {
-            let point = |row: &Row| {
+            let point = |row: &MethodRow| {
                 let cost = 0.5 * (row.cost[0].ns_per_ms + row.cost[1].ns_per_ms);
-                (row.who.step_s, cost, 100.0 * row.worst_burst())
+                (row.method.step_s, cost, 100.0 * row.worst_burst())
             };
             self.curve(rule, precision).map(point).collect()
         });

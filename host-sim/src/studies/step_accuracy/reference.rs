@@ -8,7 +8,7 @@
 //! | [`system`] | stator and rotor between two events, with no, one or two pairs of teeth in contact |
 //! | [`contact`] | an instant of contact: impacts in sequence, the end of chattering, who stays |
 //! | [`friction`] | the rotor's turning between two events: free, sliding, sticking |
-//! | [`patience`] | ties within rounding |
+//! | [`tie_breaking`] | ties within rounding |
 //!
 //! # How it goes
 //!
@@ -30,118 +30,38 @@
 //! drive is off.
 
 pub mod contact;
+pub mod events;
 pub mod friction;
-pub mod patience;
 pub mod series;
+pub mod state;
 pub mod system;
+pub mod tie_breaking;
 
 #[cfg(test)]
 mod tests;
 
 use motor_model::params::Parameter;
-use motor_model::{
-    AmplitudeVariation, Angle, AngleAccumulator, DriveCommand, DriveTuning, FrictionLaw, ModalState,
-    MotorParams, MotorState, OutOfBounds, Phase, RotorState,
-};
+use motor_model::{AmplitudeVariation, DriveCommand, DriveTuning, FrictionLaw, MotorParams, OutOfBounds};
 
-use contact::{Instant, TOUCH_M};
-use friction::Turning;
-use patience::{Patience, Stalled};
-use system::{Contact, Drive, Segment, System, Vertical};
+use contact::{ContactInstant, TOUCH_M};
+use events::{ContactEvent, ContactEventKind, ReferenceObserver};
+use friction::Rotation;
+use state::ReferenceState;
+use system::{Contact, Drive, Segment, System};
+use tie_breaking::{Stalled, TieBreaker};
 
 /// A motor for the reference integrator: immutable, one for any number of states.
-///
-/// ```
-/// use host_sim::reference::{Reference, ReferenceState};
-/// use motor_model::{AmplitudeVariation, DriveCommand, DriveMode, DriveTuning, FrictionLaw, MotorParams};
-///
-/// let reference = Reference::try_new(
-///     &MotorParams::nominal(),
-///     &AmplitudeVariation::default(),
-///     FrictionLaw::Coulomb,
-///     DriveTuning::Resonant,
-/// )?;
-/// let mut state = ReferenceState::default();
-/// reference.run(&mut state, DriveCommand::full(DriveMode::C), 0.05, &mut ())?;
-/// assert!(state.rate_rad_s < -0.3, "mode C turns counter-clockwise");
-/// # Ok::<(), Box<dyn std::error::Error>>(())
-/// ```
 #[derive(Clone, Debug)]
 pub struct Reference {
     system: System,
-    turning: Turning,
+    rotation: Rotation,
     restitution: f64,
 }
 
-/// Everything that changes.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct ReferenceState {
-    /// Time since the start.
-    pub time_s: f64,
-    /// The stator.
-    pub modes: ModalState<f64>,
-    /// Height of the rotor above the teeth at rest.
-    pub height_m: f64,
-    /// Vertical velocity of the rotor.
-    pub velocity_m_s: f64,
-    /// Angle turned, clockwise positive.
-    pub angle_rad: f64,
-    /// Angular rate.
-    pub rate_rad_s: f64,
-    /// Phase of the drive, in 0..1.
-    pub phase_turns: f64,
-    /// Pairs of teeth in lasting contact.
-    pub contact: Contact,
-    /// Multiplicity of the root that each gap has now: 1 after an impact, 2 or 3 after a contact, else 0.
-    roots_at_start: [usize; 2],
-}
-
-/// Something that happens at an instant.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Event {
-    /// When.
-    pub time_s: f64,
-    /// Which pair of teeth.
-    pub pair: usize,
-    /// What.
-    pub kind: EventKind,
-}
-
-/// What can happen at an instant.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum EventKind {
-    /// Tooth strikes rotor.
-    Impact {
-        /// Speed of approach, `u' - v_z`.
-        approach_m_s: f64,
-        /// Normal impulse on the rotor.
-        normal_impulse_n_s: f64,
-        /// Slip before the impact.
-        slip_m_s: f64,
-        /// Tangential impulse on the rotor.
-        tangential_impulse_n_s: f64,
-    },
-    /// Chattering is over and lasting contact begins.
-    Capture,
-    /// Lasting contact ends: the normal force has fallen to zero.
-    Detach,
-}
-
-/// Watches a run.
-pub trait Observer {
-    /// The motion until the next event, of which the part from 0 to `end` of the segment happens, starting at `start`.
-    fn segment(&mut self, _start: &ReferenceState, _segment: &Segment, _end: f64) {}
-    /// An event, as it happens.
-    fn event(&mut self, _event: &Event) {}
-}
-
-/// Watches nothing.
-impl Observer for () {}
-
 /// The first event of a segment.
 enum Next {
-    Strike,
-    Release(usize),
+    Impact,
+    Detachment(usize),
     End,
 }
 
@@ -160,7 +80,7 @@ impl Reference {
         let tangential_mass_kg = params.get(Parameter::RotorInertia) / (radius_m * radius_m);
         Ok(Self {
             system: System::try_new(params, variation, tuning)?,
-            turning: Turning {
+            rotation: Rotation {
                 radius_m,
                 tangential_mass_kg,
                 damping_per_s: params.get(Parameter::TangentialDrag) / tangential_mass_kg,
@@ -169,6 +89,14 @@ impl Reference {
             },
             restitution: params.get(Parameter::Restitution),
         })
+    }
+
+    /// The nominal motor with Coulomb friction, driven at resonance.
+    ///
+    /// # Errors
+    /// Never, unless the bounds of the parameters are changed.
+    pub fn nominal(variation: &AmplitudeVariation) -> Result<Self, OutOfBounds> {
+        Self::try_new(&MotorParams::nominal(), variation, FrictionLaw::Coulomb, DriveTuning::Resonant)
     }
 
     /// Stator and rotor.
@@ -187,13 +115,13 @@ impl Reference {
         state: &mut ReferenceState,
         command: DriveCommand,
         duration_s: f64,
-        observer: &mut impl Observer,
+        observer: &mut impl ReferenceObserver,
     ) -> Result<(), Stalled> {
         let drive = self.system.drive(command);
-        let longest_s = 1.0 / self.system.fastest_rate_per_s(&drive).max(self.turning.damping_per_s);
-        let instant = Instant {
+        let longest_s = 1.0 / self.system.fastest_rate_per_s(&drive).max(self.rotation.damping_per_s);
+        let instant = ContactInstant {
             system: &self.system,
-            turning: &self.turning,
+            rotation: &self.rotation,
             restitution: self.restitution,
             drive: &drive,
         };
@@ -206,16 +134,16 @@ impl Reference {
 
         let start_s = state.time_s;
         let mut elapsed_s = 0.0;
-        let mut patience = Patience::default();
+        let mut ties = TieBreaker::default();
         while elapsed_s < duration_s {
             let remaining_s = duration_s - elapsed_s;
             let h = longest_s.min(remaining_s);
             let segment = self.system.expand(&state.vertical(), &drive, state.phase_turns, state.contact, h);
-            let (end, next) = match patience.ignored() {
+            let (end, next) = match ties.ignored_part() {
                 Some(part) => (part, Next::End),
                 None => self.next(state, &segment),
             };
-            patience.take(end)?;
+            ties.record_advance(end)?;
             observer.segment(state, &segment, end);
             let last = end >= 1.0 && h >= remaining_s;
             elapsed_s = if last { duration_s } else { elapsed_s + h * end };
@@ -223,12 +151,16 @@ impl Reference {
             state.time_s = start_s + elapsed_s;
             match next {
                 Next::End => {}
-                Next::Release(p) => {
+                Next::Detachment(p) => {
                     state.contact[p] = false;
                     state.roots_at_start[p] = 3;
-                    observer.event(&Event { time_s: state.time_s, pair: p, kind: EventKind::Detach });
+                    observer.event(&ContactEvent {
+                        time_s: state.time_s,
+                        pair: p,
+                        kind: ContactEventKind::Detach,
+                    });
                 }
-                Next::Strike => {
+                Next::Impact => {
                     let touching = self.touching(state);
                     instant.settle(state, touching, observer);
                 }
@@ -242,10 +174,10 @@ impl Reference {
         let (mut end, mut next) = (1.0, Next::End);
         for p in 0..2 {
             let (watched, what) = if state.contact[p] {
-                (segment.push_m_s2[p], Next::Release(p))
+                (segment.push_m_s2[p], Next::Detachment(p))
             } else {
                 let gap = segment.gap(&self.system.teeth[p]);
-                (gap.without_root_at_start(state.roots_at_start[p]), Next::Strike)
+                (gap.without_root_at_start(state.roots_at_start[p]), Next::Impact)
             };
             if let Some(tau) = watched.first_descent(end) {
                 (end, next) = (tau, what);
@@ -263,10 +195,10 @@ impl Reference {
         drive: &Drive,
     ) -> Result<(), Stalled> {
         if end > 0.0 {
-            let v = self.turning.radius_m * state.rate_rad_s;
-            let (v, arc_m) = self.turning.over(&self.system, segment, end, v)?;
-            state.rate_rad_s = v / self.turning.radius_m;
-            state.angle_rad += arc_m / self.turning.radius_m;
+            let v = self.rotation.radius_m * state.rate_rad_s;
+            let (v, arc_m) = self.rotation.over(&self.system, segment, end, v)?;
+            state.rate_rad_s = v / self.rotation.radius_m;
+            state.angle_rad += arc_m / self.rotation.radius_m;
             let turns = state.phase_turns + drive.frequency_hz * segment.duration_s * end;
             state.phase_turns = turns - turns.floor();
             let mut vertical = segment.at(end);
@@ -291,56 +223,6 @@ impl Reference {
         let lowest_m = self.system.gap_m(&vertical, 0).min(self.system.gap_m(&vertical, 1));
         if lowest_m < 0.0 {
             state.height_m -= lowest_m;
-        }
-    }
-}
-
-impl ReferenceState {
-    fn vertical(&self) -> Vertical {
-        Vertical { modes: self.modes, height_m: self.height_m, velocity_m_s: self.velocity_m_s }
-    }
-
-    fn set_vertical(&mut self, vertical: &Vertical) {
-        self.modes = vertical.modes;
-        self.height_m = vertical.height_m;
-        self.velocity_m_s = vertical.velocity_m_s;
-    }
-}
-
-/// The state of a fixed-step motor, at time zero.
-impl From<&MotorState<f64>> for ReferenceState {
-    #[expect(clippy::cast_precision_loss, reason = "rounds to 53 bits: 1e-16 of a turn")]
-    fn from(state: &MotorState<f64>) -> Self {
-        let angle = &state.rotor.angle;
-        let unit_rad = Angle::from_units(1).radians_since::<f64>(Angle::ZERO);
-        Self {
-            modes: state.modes,
-            height_m: state.rotor.height_m,
-            velocity_m_s: state.rotor.velocity_m_s,
-            angle_rad: angle.angle().radians_since::<f64>(Angle::ZERO) + unit_rad * angle.residual_units(),
-            rate_rad_s: state.rotor.rate_rad_s,
-            phase_turns: state.phase.units() as f64 / 18_446_744_073_709_551_616.0,
-            ..Self::default()
-        }
-    }
-}
-
-/// For a fixed-step motor to go on from; it counts its steps from zero.
-impl From<&ReferenceState> for MotorState<f64> {
-    fn from(state: &ReferenceState) -> Self {
-        let whole = Angle::from_degrees(state.angle_rad.to_degrees());
-        let mut angle = AngleAccumulator::at(whole);
-        angle.turn_by_radians(state.angle_rad - whole.radians_since::<f64>(Angle::ZERO));
-        Self {
-            phase: Phase::from_turns(state.phase_turns),
-            modes: state.modes,
-            rotor: RotorState {
-                height_m: state.height_m,
-                velocity_m_s: state.velocity_m_s,
-                angle,
-                rate_rad_s: state.rate_rad_s,
-            },
-            ..Self::default()
         }
     }
 }

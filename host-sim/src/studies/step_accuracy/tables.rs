@@ -3,43 +3,43 @@
 use motor_model::DriveMode;
 use serde::Serialize;
 
-use super::averaged::AveragedRow;
+use super::averaged_moves::AveragedRow;
 use super::bursts::BURSTS;
-use super::contestant::MODEL;
+use super::comparison::{MethodRow, StepAccuracy};
+use super::method::MODEL;
 use super::peers::PeerRow;
-use super::steady::{CONDITIONS, Deviation};
-use super::verdict::{Cheaper, Verdict};
-use super::{Accuracy, Row};
+use super::steady_motion::{CONDITIONS, Deviation};
+use super::targets::{CostRatio, TargetResult};
 use crate::report::OutputError;
 use crate::report::document::{Block, Document, Table};
-use crate::studies::averaged_motor::Identified;
+use crate::studies::averaged_motor::IdentifiedMotion;
 
 const ABOUT: &str = "Twin: motor_model::Motor, the nominal motor, Coulomb friction. Judge: the event-driven integrator host_sim::reference, \
-    run here as well. Flights: time of the next impact, and vertical velocity and rate just after the impact that follows it, from the same \
+    run here as well. MapSamples: time of the next impact, and vertical velocity and rate just after the impact that follows it, from the same \
     states of steady motion, root mean square of the error. Mean rate, impacts per second (faster than 1 mm/s) and collision frequency (largest line \
     below 5 kHz): error of steady motion in per cent, +- two standard errors over independent runs. Bursts: largest error of the net \
     displacement of a mode's bursts of 2 to 10 cycles at 0.3. Costs: least of several batches, at full drive.";
 const ABOUT_AVERAGED: &str = "Averaged motor, identified from the full one at 10 us: mean rate, time constant, diffusion of the angle, +- two standard \
-    errors. Cost of a step of 0.1 s. Error of the mean of moves of 1 s from rest against runs that the identification has not seen; standard deviation of such \
+    errors. StepCost of a step of 0.1 s. Error of the mean of moves of 1 s from rest against runs that the identification has not seen; standard deviation of such \
     moves per theirs. Of single blows and bursts it knows nothing.";
 const ABOUT_PLATE: &str = "A ball on a vibrating plate (the rotor, and a tooth in mode C at full drive, infinitely heavy), 0.1 s: a problem that every \
     integrator with events can take. Error: time of the first impact against the closed form, root mean square over 16 heights.";
 
 /// JSON's one object.
 #[derive(Serialize)]
-struct Report<'a> {
-    rows: &'a [Row],
+struct StepAccuracyJson<'a> {
+    rows: &'a [MethodRow],
     conditions: Vec<String>,
     bursts: Vec<String>,
     averaged: &'a [AveragedRow],
     peers: &'a [PeerRow],
-    cheaper: Vec<Cheaper>,
-    verdicts: Vec<Verdict>,
+    cheaper: Vec<CostRatio>,
+    verdicts: Vec<TargetResult>,
 }
 
 /// A line of the CSV: one row and mode.
 #[derive(Serialize)]
-struct Line {
+struct CsvLine {
     model: &'static str,
     impacts: &'static str,
     precision: &'static str,
@@ -66,8 +66,8 @@ struct Line {
     burst_worst_error_percent: f64,
 }
 
-impl Line {
-    fn new(row: &Row, driven: DriveMode) -> Self {
+impl CsvLine {
+    fn new(row: &MethodRow, driven: DriveMode) -> Self {
         let mode = usize::from(driven == DriveMode::C);
         let (cost, flights) = (&row.cost[mode], &row.flights[mode]);
         let (full, small) = (&row.steady[mode], &row.steady[mode + 2]);
@@ -75,9 +75,9 @@ impl Line {
         let half = |deviation: &Deviation| 100.0 * deviation.half_width;
         Self {
             model: MODEL,
-            impacts: row.who.impacts(),
-            precision: row.who.precision_word(),
-            step_us: 1e6 * row.who.step_s,
+            impacts: row.method.impacts(),
+            precision: row.method.precision_word(),
+            step_us: 1e6 * row.method.step_s,
             mode: ["B", "C"][mode],
             ns_per_step: cost.ns_per_step,
             ns_per_ms: cost.ns_per_ms,
@@ -146,9 +146,9 @@ const HEADER: [&str; 16] = [
     "burst %",
 ];
 
-impl Accuracy {
-    fn lines(&self) -> impl Iterator<Item = Line> {
-        self.rows.iter().flat_map(|row| [DriveMode::B, DriveMode::C].map(|mode| Line::new(row, mode)))
+impl StepAccuracy {
+    fn lines(&self) -> impl Iterator<Item = CsvLine> {
+        self.rows.iter().flat_map(|row| [DriveMode::B, DriveMode::C].map(|mode| CsvLine::new(row, mode)))
     }
 
     /// Everything for the terminal.
@@ -211,7 +211,7 @@ impl Accuracy {
             "its spread",
         ]);
         for row in &self.averaged {
-            let Identified {
+            let IdentifiedMotion {
                 rate_rad_s,
                 rate_error_rad_s,
                 time_constant_s,
@@ -275,9 +275,9 @@ impl Accuracy {
 
     /// Everything as one JSON object on one line.
     pub fn json(&self) -> String {
-        let report = Report {
+        let report = StepAccuracyJson {
             rows: &self.rows,
-            conditions: CONDITIONS.iter().map(super::steady::Condition::name).collect(),
+            conditions: CONDITIONS.iter().map(super::steady_motion::DriveCondition::name).collect(),
             bursts: BURSTS.iter().map(|burst| burst.name()).collect(),
             averaged: &self.averaged,
             peers: &self.peers,

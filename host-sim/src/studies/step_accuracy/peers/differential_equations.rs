@@ -3,19 +3,19 @@
 
 use differential_equations::prelude::*;
 
-use super::super::plate::{ABSOLUTE_TOLERANCE, Ball, Plate, RELATIVE_TOLERANCE};
+use super::super::vibrating_plate::{ABSOLUTE_TOLERANCE, Ball, RELATIVE_TOLERANCE, VibratingPlate};
 use super::{PEER_STEP_S, descent};
 
-struct Flight<'a>(&'a Plate);
+struct BallInFlight<'a>(&'a VibratingPlate);
 
-impl ODE<f64, [f64; 2]> for Flight<'_> {
+impl ODE<f64, [f64; 2]> for BallInFlight<'_> {
     fn diff(&self, _: f64, y: &[f64; 2], dydt: &mut [f64; 2]) {
         *dydt = [y[1], self.0.acceleration_m_s2(y[1])];
     }
 }
 
 struct Bounce<'a> {
-    plate: &'a Plate,
+    plate: &'a VibratingPlate,
     times_s: Vec<f64>,
 }
 
@@ -39,13 +39,13 @@ impl Solout<f64, [f64; 2]> for Bounce<'_> {
         };
         let time_s = descent(before_s, now_s, |time_s| self.plate.gap_m(&at(time_s)));
         self.times_s.push(time_s);
-        let ball = self.plate.meet(&at(time_s));
+        let ball = self.plate.after_impact(&at(time_s));
         ControlFlag::ModifyState(ball.time_s, [ball.height_m, ball.velocity_m_s])
     }
 }
 
 /// Times of the impacts.
-pub fn impacts(plate: &Plate, start_m: f64, until_s: f64) -> Result<Vec<f64>, String> {
+pub fn impacts(plate: &VibratingPlate, start_m: f64, until_s: f64) -> Result<Vec<f64>, String> {
     let method = ExplicitRungeKutta::dopri5()
         .rtol(RELATIVE_TOLERANCE)
         .atol(ABSOLUTE_TOLERANCE)
@@ -54,7 +54,7 @@ pub fn impacts(plate: &Plate, start_m: f64, until_s: f64) -> Result<Vec<f64>, St
     let mut bounce = Bounce { plate, times_s: Vec::new() };
     differential_equations::ode::solve_ode(
         &mut { method },
-        &Flight(plate),
+        &BallInFlight(plate),
         0.0,
         until_s,
         &[start_m, 0.0],

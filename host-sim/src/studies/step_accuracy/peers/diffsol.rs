@@ -2,15 +2,15 @@
 
 use diffsol::{NalgebraMat, OdeBuilder, OdeSolverMethod as _, OdeSolverStopReason, Vector as _};
 
-use super::super::plate::{ABSOLUTE_TOLERANCE, Ball, Plate, RELATIVE_TOLERANCE};
+use super::super::vibrating_plate::{ABSOLUTE_TOLERANCE, Ball, RELATIVE_TOLERANCE, VibratingPlate};
 use super::PEER_STEP_S;
 
 /// Times of the impacts.
-pub fn impacts(plate: &Plate, start_m: f64, until_s: f64) -> Result<Vec<f64>, String> {
+pub fn impacts(plate: &VibratingPlate, start_m: f64, until_s: f64) -> Result<Vec<f64>, String> {
     run(plate, start_m, until_s).map_err(|error| error.to_string())
 }
 
-fn run(plate: &Plate, start_m: f64, until_s: f64) -> Result<Vec<f64>, diffsol::error::DiffsolError> {
+fn run(plate: &VibratingPlate, start_m: f64, until_s: f64) -> Result<Vec<f64>, diffsol::error::DiffsolError> {
     let problem = OdeBuilder::<NalgebraMat<f64>>::new()
         .rtol(RELATIVE_TOLERANCE)
         .atol([ABSOLUTE_TOLERANCE, ABSOLUTE_TOLERANCE])
@@ -41,7 +41,7 @@ fn run(plate: &Plate, start_m: f64, until_s: f64) -> Result<Vec<f64>, diffsol::e
                     times_s.push(time_s);
                     let met = solver.interpolate(time_s)?;
                     let (height_m, velocity_m_s) = (met.get_index(0), met.get_index(1));
-                    let ball = plate.meet(&Ball { time_s, height_m, velocity_m_s });
+                    let ball = plate.after_impact(&Ball { time_s, height_m, velocity_m_s });
                     solver.state_mut_back(time_s)?;
                     let state = solver.state_mut();
                     *state.t = ball.time_s;

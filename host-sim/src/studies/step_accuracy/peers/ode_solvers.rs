@@ -3,12 +3,12 @@
 use ode_solvers::dop_shared::IntegrationError;
 use ode_solvers::{Dopri5, OutputType, System, Vector2};
 
-use super::super::plate::{ABSOLUTE_TOLERANCE, Ball, Plate, RELATIVE_TOLERANCE};
+use super::super::vibrating_plate::{ABSOLUTE_TOLERANCE, Ball, RELATIVE_TOLERANCE, VibratingPlate};
 use super::{PEER_STEP_S, descent};
 
-struct Flight<'a>(&'a Plate);
+struct BallInFlight<'a>(&'a VibratingPlate);
 
-impl System<f64, Vector2<f64>> for Flight<'_> {
+impl System<f64, Vector2<f64>> for BallInFlight<'_> {
     fn system(&self, _: f64, y: &Vector2<f64>, dy: &mut Vector2<f64>) {
         dy.x = y.y;
         dy.y = self.0.acceleration_m_s2(y.y);
@@ -20,7 +20,7 @@ impl System<f64, Vector2<f64>> for Flight<'_> {
 }
 
 /// Times of the impacts.
-pub fn impacts(plate: &Plate, start_m: f64, until_s: f64) -> Result<Vec<f64>, String> {
+pub fn impacts(plate: &VibratingPlate, start_m: f64, until_s: f64) -> Result<Vec<f64>, String> {
     let mut times_s = Vec::new();
     let mut ball = Ball { time_s: 0.0, height_m: start_m, velocity_m_s: 0.0 };
     while ball.time_s < until_s {
@@ -32,16 +32,16 @@ pub fn impacts(plate: &Plate, start_m: f64, until_s: f64) -> Result<Vec<f64>, St
             plate.gap_m(&between(plate, &before, &after, time_s))
         });
         times_s.push(time_s);
-        ball = plate.meet(&between(plate, &before, &after, time_s));
+        ball = plate.after_impact(&between(plate, &before, &after, time_s));
     }
     Ok(times_s)
 }
 
 /// The last step of a flight from `ball`.
-fn flight(plate: &Plate, ball: &Ball, until_s: f64) -> Result<[Ball; 2], IntegrationError> {
+fn flight(plate: &VibratingPlate, ball: &Ball, until_s: f64) -> Result<[Ball; 2], IntegrationError> {
     let start = Vector2::new(ball.height_m, ball.velocity_m_s);
     let mut solver = Dopri5::from_param(
-        Flight(plate),
+        BallInFlight(plate),
         ball.time_s,
         until_s,
         until_s,
@@ -66,7 +66,7 @@ fn flight(plate: &Plate, ball: &Ball, until_s: f64) -> Result<[Ball; 2], Integra
 }
 
 /// The cubic through height and velocity at both ends, and its slope.
-fn between(plate: &Plate, before: &Ball, after: &Ball, time_s: f64) -> Ball {
+fn between(plate: &VibratingPlate, before: &Ball, after: &Ball, time_s: f64) -> Ball {
     let h = after.time_s - before.time_s;
     let x = (time_s - before.time_s) / h;
     let hermite = |from: f64, slope: f64, to: f64, end_slope: f64| {

@@ -5,12 +5,13 @@ use std::process::{Command, Stdio};
 
 use serde::{Deserialize, Serialize};
 
-use super::super::flights::root_mean_square;
-use super::super::plate::{
-    ABSOLUTE_TOLERANCE, CLEAR_M, FIRST_BEFORE_S, Plate, RELATIVE_TOLERANCE, START_M, STICK_M_S, starts_m,
+use super::super::step_cost::StepCost;
+use super::super::vibrating_plate::{
+    ABSOLUTE_TOLERANCE, CAPTURE_M_S, CLEARANCE_M, FIRST_BEFORE_S, RELATIVE_TOLERANCE, START_M,
+    VibratingPlate, start_heights_m,
 };
-use super::super::timing::Cost;
 use super::{PEER_STEP_S, PeerRow};
+use crate::math::statistics::root_mean_square;
 
 const SCRIPT: &str = include_str!("scipy.py");
 const METHODS: [&str; 2] = ["LSODA", "RK45"];
@@ -21,7 +22,7 @@ const MISSING: &str = "not measured: python3 with SciPy not found (apt install p
 /// What the script is told.
 #[derive(Serialize)]
 struct Problem<'a> {
-    plate: &'a Plate,
+    plate: &'a VibratingPlate,
     methods: [&'static str; 2],
     step_s: f64,
     relative_tolerance: f64,
@@ -36,7 +37,7 @@ struct Problem<'a> {
 
 /// What it says of a method.
 #[derive(Deserialize)]
-struct Answer {
+struct MethodResult {
     method: String,
     taken_s: f64,
     impacts: usize,
@@ -44,25 +45,25 @@ struct Answer {
 }
 
 /// One row a method, or one that says what is missing.
-pub fn rows(plate: &Plate, time_s: f64) -> Vec<PeerRow> {
+pub fn rows(plate: &VibratingPlate, time_s: f64) -> Vec<PeerRow> {
     let problem = Problem {
         plate,
         methods: METHODS,
         step_s: PEER_STEP_S,
         relative_tolerance: RELATIVE_TOLERANCE,
         absolute_tolerance: ABSOLUTE_TOLERANCE,
-        stick_m_s: STICK_M_S,
-        clear_m: CLEAR_M,
+        stick_m_s: CAPTURE_M_S,
+        clear_m: CLEARANCE_M,
         start_m: START_M,
         time_s,
-        starts_m: starts_m().collect(),
+        starts_m: start_heights_m().collect(),
         first_before_s: FIRST_BEFORE_S,
     };
     let Some(python) = PYTHONS.into_iter().find(|python| has_scipy(python)) else {
         return vec![PeerRow::unmeasured("SciPy solve_ivp", MISSING)];
     };
-    match answers(python, &problem) {
-        Ok(answers) => answers.iter().map(|answer| row(plate, time_s, answer)).collect(),
+    match results(python, &problem) {
+        Ok(results) => results.iter().map(|result| row(plate, time_s, result)).collect(),
         Err(why) => vec![PeerRow::unmeasured("SciPy solve_ivp", &format!("not measured: {why}"))],
     }
 }
@@ -77,7 +78,7 @@ fn has_scipy(python: &str) -> bool {
     command.status().is_ok_and(|status| status.success())
 }
 
-fn answers(python: &str, problem: &Problem<'_>) -> Result<Vec<Answer>, String> {
+fn results(python: &str, problem: &Problem<'_>) -> Result<Vec<MethodResult>, String> {
     let mut command = Command::new(python);
     command.args(["-c", SCRIPT]).stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::piped());
     let mut child = command.spawn().map_err(|error| error.to_string())?;
@@ -93,15 +94,15 @@ fn answers(python: &str, problem: &Problem<'_>) -> Result<Vec<Answer>, String> {
     serde_json::from_slice(&output.stdout).map_err(|error| error.to_string())
 }
 
-fn row(plate: &Plate, simulated_s: f64, answer: &Answer) -> PeerRow {
-    let firsts = answer.first_impacts_s.iter().zip(starts_m());
+fn row(plate: &VibratingPlate, simulated_s: f64, result: &MethodResult) -> PeerRow {
+    let firsts = result.first_impacts_s.iter().zip(start_heights_m());
     let errors: Vec<f64> = firsts.map(|(time_s, start_m)| time_s - plate.first_impact_s(start_m)).collect();
     PeerRow {
-        name: format!("SciPy solve_ivp {}", answer.method),
+        name: format!("SciPy solve_ivp {}", result.method),
         step_s: PEER_STEP_S,
-        cost: Some(Cost::new(PEER_STEP_S, simulated_s, answer.taken_s)),
-        first_impact_rms_s: Some(root_mean_square(&errors)),
-        impacts: Some(answer.impacts),
+        cost: Some(StepCost::new(PEER_STEP_S, simulated_s, result.taken_s)),
+        first_impact_rms_s: Some(root_mean_square(errors)),
+        impacts: Some(result.impacts),
         is_crate: false,
         twin: None,
         note: None,

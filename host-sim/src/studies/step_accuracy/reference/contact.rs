@@ -16,9 +16,10 @@
 //! lasts. What is
 //! left out is a rise of `v^2 / 2 a`, below 1e-19 m at `a = 9.81`.
 
-use super::friction::Turning;
+use super::events::{ContactEvent, ContactEventKind, ReferenceObserver};
+use super::friction::Rotation;
+use super::state::ReferenceState;
 use super::system::{Contact, Drive, System, Vertical};
-use super::{Event, EventKind, Observer, ReferenceState};
 
 /// Approaches up to this end chattering.
 pub const CAPTURE_M_S: f64 = 1e-9;
@@ -28,20 +29,25 @@ pub const TOUCH_M: f64 = 1e-19;
 const SEQUENCE_MAX: u32 = 1000;
 
 /// What decides an instant of contact.
-pub struct Instant<'a> {
+pub struct ContactInstant<'a> {
     /// Stator and rotor.
     pub system: &'a System,
-    /// The rotor's turning.
-    pub turning: &'a Turning,
+    /// The rotor's rotation.
+    pub rotation: &'a Rotation,
     /// Coefficient of restitution.
     pub restitution: f64,
     /// The drive in force.
     pub drive: &'a Drive,
 }
 
-impl Instant<'_> {
+impl ContactInstant<'_> {
     /// Lets the pairs of `touching` strike until none approaches, and decides which of them stay.
-    pub fn settle(&self, state: &mut ReferenceState, mut touching: Contact, observer: &mut impl Observer) {
+    pub fn settle(
+        &self,
+        state: &mut ReferenceState,
+        mut touching: Contact,
+        observer: &mut impl ReferenceObserver,
+    ) {
         let mut vertical = state.vertical();
         let mut impacts = 0;
         let mut staying = loop {
@@ -86,10 +92,10 @@ impl Instant<'_> {
         }
         self.system.project(&mut vertical, staying);
         for p in (0..2).filter(|&p| staying[p] && !state.contact[p]) {
-            observer.event(&Event { time_s: state.time_s, pair: p, kind: EventKind::Capture });
+            observer.event(&ContactEvent { time_s: state.time_s, pair: p, kind: ContactEventKind::Capture });
         }
         for p in (0..2).filter(|&p| !staying[p] && state.contact[p]) {
-            observer.event(&Event { time_s: state.time_s, pair: p, kind: EventKind::Detach });
+            observer.event(&ContactEvent { time_s: state.time_s, pair: p, kind: ContactEventKind::Detach });
         }
         state.contact = staying;
         state.set_vertical(&vertical);
@@ -101,26 +107,26 @@ impl Instant<'_> {
         state: &mut ReferenceState,
         vertical: &mut Vertical,
         p: usize,
-        observer: &mut impl Observer,
+        observer: &mut impl ReferenceObserver,
     ) {
         let tooth = &self.system.teeth[p];
-        let turning = self.turning;
+        let rotation = self.rotation;
         let approach_m_s = self.system.approach_m_s(vertical, p);
         let rise_m_s = (1.0 + self.restitution) * approach_m_s / (1.0 + tooth.shape.dot(&tooth.recoil));
-        let slip_m_s = tooth.tangential_velocity(&vertical.modes) - turning.radius_m * state.rate_rad_s;
-        let coefficient = turning
+        let slip_m_s = tooth.tangential_velocity(&vertical.modes) - rotation.radius_m * state.rate_rad_s;
+        let coefficient = rotation
             .coefficient(tooth.tangential_displacement(&vertical.modes), tooth.height(&vertical.modes));
         let normal_impulse_n_s = self.system.rotor_mass_kg * rise_m_s;
-        let limit_m_s = coefficient * normal_impulse_n_s / turning.tangential_mass_kg;
+        let limit_m_s = coefficient * normal_impulse_n_s / rotation.tangential_mass_kg;
         let drag_m_s = slip_m_s.clamp(-limit_m_s, limit_m_s);
-        state.rate_rad_s += drag_m_s / turning.radius_m;
+        state.rate_rad_s += drag_m_s / rotation.radius_m;
         self.system.push(vertical, p, rise_m_s);
-        let kind = EventKind::Impact {
+        let kind = ContactEventKind::Impact {
             approach_m_s,
             normal_impulse_n_s,
             slip_m_s,
-            tangential_impulse_n_s: turning.tangential_mass_kg * drag_m_s,
+            tangential_impulse_n_s: rotation.tangential_mass_kg * drag_m_s,
         };
-        observer.event(&Event { time_s: state.time_s, pair: p, kind });
+        observer.event(&ContactEvent { time_s: state.time_s, pair: p, kind });
     }
 }

@@ -14,9 +14,9 @@
 
 use motor_model::FrictionLaw;
 
-use super::patience::{Patience, Stalled};
 use super::series::{ORDER, Series};
 use super::system::{Segment, System};
+use super::tie_breaking::{Stalled, TieBreaker};
 
 /// Slips below this are zero.
 const SLIP_TOLERANCE_M_S: f64 = 1e-13;
@@ -27,9 +27,9 @@ const PART_OF_RADIUS: f64 = 1.0 / 6.0;
 /// Shortest part of a segment over which `s / u` is expanded.
 const PART_MIN: f64 = 1e-9;
 
-/// The constants of the rotor's turning.
+/// The constants of the rotor's rotation.
 #[derive(Clone, Copy, Debug)]
-pub struct Turning {
+pub struct Rotation {
     /// `R_t`.
     pub radius_m: f64,
     /// `m_t`.
@@ -42,24 +42,24 @@ pub struct Turning {
     pub law: FrictionLaw,
 }
 
-/// How a pair of teeth acts on the turning.
+/// How a pair of teeth acts on the rotation.
 #[derive(Clone, Copy, Debug, PartialEq)]
-enum Grip {
+enum PairFriction {
     /// Not in contact.
-    None,
+    Open,
     /// Slips; the slip has this sign.
-    Slides(f64),
+    Slipping(f64),
     /// Slips, and started from no slip: its series has a root of this multiplicity at the start.
-    Starts(f64, usize),
+    StartsToSlip(f64, usize),
     /// Holds the rotor.
-    Sticks,
+    Sticking,
 }
 
-impl Grip {
+impl PairFriction {
     fn sign(self) -> f64 {
         match self {
-            Self::Slides(sign) | Self::Starts(sign, _) => sign,
-            Self::None | Self::Sticks => 0.0,
+            Self::Slipping(sign) | Self::StartsToSlip(sign, _) => sign,
+            Self::Open | Self::Sticking => 0.0,
         }
     }
 }
@@ -82,7 +82,7 @@ struct Part {
     ratio_limits: [Option<f64>; 2],
 }
 
-impl Turning {
+impl Rotation {
     /// `c` at an instant.
     pub fn coefficient(&self, across_m: f64, up_m: f64) -> f64 {
         match self.law {
@@ -104,11 +104,11 @@ impl Turning {
             return Ok((0.0, 0.0));
         }
         for part in self.parts(system, segment, end) {
-            let (mut start, mut known, mut patience) = (part.start, None, Patience::default());
+            let (mut start, mut known, mut ties) = (part.start, None, TieBreaker::default());
             while start < part.end {
-                let ignored = patience.ignored();
+                let ignored = ties.ignored_part();
                 let piece = self.piece(system, segment, &part, (start, ignored), known, v);
-                patience.take(piece.width)?;
+                ties.record_advance(piece.width)?;
                 v = piece.speed.at(piece.width);
                 arc += segment.duration_s * piece.speed.integral_to(piece.width);
                 start = if piece.whole { part.end } else { start + piece.width };
@@ -165,11 +165,11 @@ impl Turning {
         let teeth = [0, 1].map(|p| self.tooth(system, segment, part, start, p, &mut width));
         width = width.min(ignored.unwrap_or(width));
         let cut_short = width < part.end - start;
-        let grips = self.grips(segment, &teeth, known, v);
+        let frictions = self.frictions(segment, &teeth, known, v);
         let h = segment.duration_s;
 
-        let sticking = (0..2).find(|&p| grips[p] == Grip::Sticks);
-        let pulls = (0..2).fold(Series::ZERO, |sum, p| sum.plus(grips[p].sign(), &teeth[p].limit));
+        let sticking = (0..2).find(|&p| frictions[p] == PairFriction::Sticking);
+        let pulls = (0..2).fold(Series::ZERO, |sum, p| sum.plus(frictions[p].sign(), &teeth[p].limit));
         let speed = match sticking {
             Some(p) => teeth[p].velocity,
             None => self.sliding(&pulls, h, v),
@@ -182,15 +182,15 @@ impl Turning {
                 next.slips = slips;
             }
         };
-        for (p, grip) in grips.into_iter().enumerate() {
+        for (p, friction) in frictions.into_iter().enumerate() {
             let slip = |sign: f64| teeth[p].velocity.times(sign).plus(-sign, &speed);
-            match grip {
-                Grip::None => {}
-                Grip::Slides(sign) => switch(slip(sign).first_descent(width), None),
-                Grip::Starts(sign, roots) => {
+            match friction {
+                PairFriction::Open => {}
+                PairFriction::Slipping(sign) => switch(slip(sign).first_descent(width), None),
+                PairFriction::StartsToSlip(sign, roots) => {
                     switch(slip(sign).without_root_at_start(roots).first_descent(width), None);
                 }
-                Grip::Sticks => {
+                PairFriction::Sticking => {
                     let needed = self.needed(&teeth[p].velocity, h).plus(-1.0, &pulls);
                     for sign in [-1.0, 1.0] {
                         let spare = teeth[p].limit.plus(-sign, &needed);
@@ -255,20 +255,26 @@ impl Turning {
     }
 
     /// What each pair does from now on. `known`: a pair that has just begun to slip, and which way.
-    fn grips(&self, segment: &Segment, teeth: &[Tooth; 2], known: Option<(usize, f64)>, v: f64) -> [Grip; 2] {
-        let mut grips = [Grip::None; 2];
+    fn frictions(
+        &self,
+        segment: &Segment,
+        teeth: &[Tooth; 2],
+        known: Option<(usize, f64)>,
+        v: f64,
+    ) -> [PairFriction; 2] {
+        let mut frictions = [PairFriction::Open; 2];
         let mut undecided = [false; 2];
         for p in (0..2).filter(|&p| segment.contact[p]) {
             let slip = teeth[p].velocity.0[0] - v;
             match known {
-                Some((slipping, sign)) if slipping == p => grips[p] = Grip::Starts(sign, 2),
+                Some((slipping, sign)) if slipping == p => frictions[p] = PairFriction::StartsToSlip(sign, 2),
                 _ if slip.abs() <= SLIP_TOLERANCE_M_S => undecided[p] = true,
-                _ => grips[p] = Grip::Slides(slip.signum()),
+                _ => frictions[p] = PairFriction::Slipping(slip.signum()),
             }
         }
         let acceleration = |p: usize| teeth[p].velocity.0[1] / segment.duration_s;
         let limit = |p: usize| teeth[p].limit.0[0];
-        let decided: f64 = (0..2).map(|p| grips[p].sign() * limit(p)).sum();
+        let decided: f64 = (0..2).map(|p| frictions[p].sign() * limit(p)).sum();
         // Held by p: the other pair, if undecided, slips as the teeth part.
         for p in (0..2).filter(|&p| undecided[p]) {
             let other = 1 - p;
@@ -277,10 +283,10 @@ impl Turning {
             let needed = acceleration(p) + self.damping_per_s * v - decided - parting * limit(other);
             if needed.abs() <= limit(p) {
                 if undecided[other] {
-                    grips[other] = Grip::Starts(parting, 1);
+                    frictions[other] = PairFriction::StartsToSlip(parting, 1);
                 }
-                grips[p] = Grip::Sticks;
-                return grips;
+                frictions[p] = PairFriction::Sticking;
+                return frictions;
             }
         }
         // Held by none: each slips the way in which its tooth accelerates away from the rotor.
@@ -292,9 +298,9 @@ impl Turning {
         };
         let signs = choices.into_iter().find(consistent).unwrap_or([1.0, 1.0]);
         for p in (0..2).filter(|&p| undecided[p]) {
-            grips[p] = Grip::Starts(signs[p], 1);
+            frictions[p] = PairFriction::StartsToSlip(signs[p], 1);
         }
-        grips
+        frictions
     }
 }
 

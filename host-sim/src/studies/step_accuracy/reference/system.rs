@@ -230,7 +230,7 @@ impl System {
         let mut velocity = at.modes.velocity_m_s.data.0[0].map(constant);
         let (mut height, mut climb) = (constant(at.height_m), constant(at.velocity_m_s));
         let mut pushes = [Series::ZERO; 2];
-        let turning = TAU * drive.frequency_hz * h;
+        let drive_angle = TAU * drive.frequency_hz * h;
         let (mut sin, mut cos) = math::sin_cos(TAU * phase_turns);
         let mut power = 0.0;
         for k in 0..=ORDER {
@@ -264,7 +264,7 @@ impl System {
             }
             height.0[k + 1] = next * climb.0[k];
             climb.0[k + 1] = next * vertical;
-            (sin, cos) = (turning / power * cos, -turning / power * sin);
+            (sin, cos) = (drive_angle / power * cos, -drive_angle / power * sin);
         }
         Segment {
             duration_s,

@@ -1,14 +1,15 @@
 //! The reference against closed forms, conservation laws, a brute-force integration and the fixed step.
 
 mod bouncing;
-mod resting;
-mod turning;
-mod twin;
+mod fixed_step;
+mod rotation;
+mod sustained_contact;
 
 use motor_model::params::Parameter;
 use motor_model::{AmplitudeVariation, DriveTuning, FrictionLaw, MotorParams};
 
-use super::{Event, EventKind, Observer, Reference};
+use super::Reference;
+use super::events::{ContactEvent, ContactEventKind, ReferenceObserver};
 
 /// Nominal parameters with changes.
 fn params(changes: &[(Parameter, f64)]) -> MotorParams {
@@ -35,10 +36,10 @@ fn rigid(changes: &[(Parameter, f64)]) -> MotorParams {
 
 /// Keeps every event.
 #[derive(Default)]
-struct Events(Vec<Event>);
+struct Events(Vec<ContactEvent>);
 
-impl Observer for Events {
-    fn event(&mut self, event: &Event) {
+impl ReferenceObserver for Events {
+    fn event(&mut self, event: &ContactEvent) {
         self.0.push(*event);
     }
 }
@@ -47,14 +48,14 @@ impl Events {
     /// Times and speeds of approach of the impacts.
     fn impacts(&self) -> Vec<(f64, f64)> {
         let impacts = self.0.iter().filter_map(|event| match event.kind {
-            EventKind::Impact { approach_m_s, .. } => Some((event.time_s, approach_m_s)),
+            ContactEventKind::Impact { approach_m_s, .. } => Some((event.time_s, approach_m_s)),
             _ => None,
         });
         impacts.collect()
     }
 
     /// When a kind of event first happened.
-    fn first(&self, kind: EventKind) -> Option<f64> {
+    fn first(&self, kind: ContactEventKind) -> Option<f64> {
         self.0.iter().find(|event| event.kind == kind).map(|event| event.time_s)
     }
 }

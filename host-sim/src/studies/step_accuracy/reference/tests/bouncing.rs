@@ -5,8 +5,10 @@ use core::f64::consts::TAU;
 use motor_model::params::Parameter;
 use motor_model::{DriveCommand, DriveMode, FrictionLaw, math};
 
+use super::super::Reference;
+use super::super::events::{ContactEvent, ContactEventKind, ReferenceObserver};
+use super::super::state::ReferenceState;
 use super::super::system::Segment;
-use super::super::{Event, EventKind, Observer, Reference, ReferenceState};
 use super::{Events, params, reference, rigid};
 
 /// A ball dropped from `h` on a rigid floor strikes at `t0 (1 + 2 e + ... + 2 e^k)`, `t0 = sqrt(2 h / g)`, with `sqrt(2 g
@@ -36,7 +38,7 @@ fn exact_bouncing_ball_and_its_accumulation() {
             flight_s *= e;
         }
         assert!(speed < 1e-6, "{e}: the series was followed down to {speed}");
-        let rest_s = events.first(EventKind::Capture).unwrap();
+        let rest_s = events.first(ContactEventKind::Capture).unwrap();
         let expected_s = fall_s * (1.0 + e) / (1.0 - e);
         // The last bounces, cut off below 1e-9 m/s or stirred by the floor's 4e-11 m/s, and the rounding of rigidity.
         let cut_off_s = 2.0 * 3e-9 / (9.81 * (1.0 - e));
@@ -76,14 +78,14 @@ fn law_momentum_and_restitution() {
 }
 
 /// Keeps the account of stator and vertical motion.
-struct Account<'a> {
+struct EnergyBalance<'a> {
     motor: &'a Reference,
     frequency_hz: f64,
     net_j: f64,
     turnover_j: f64,
 }
 
-impl Account<'_> {
+impl EnergyBalance<'_> {
     fn book(&mut self, energy_j: f64) {
         self.net_j += energy_j;
         self.turnover_j += energy_j.abs();
@@ -99,7 +101,7 @@ const NODES: [(f64, f64); 5] = [
     (0.953_089_922_969_332, 0.118_463_442_528_094_54),
 ];
 
-impl Observer for Account<'_> {
+impl ReferenceObserver for EnergyBalance<'_> {
     fn segment(&mut self, start: &ReferenceState, segment: &Segment, end: f64) {
         let system = self.motor.system();
         let drive = system.modes[2].drive_acceleration_m_s2();
@@ -118,8 +120,8 @@ impl Observer for Account<'_> {
         }
     }
 
-    fn event(&mut self, event: &Event) {
-        if let EventKind::Impact { approach_m_s, .. } = event.kind {
+    fn event(&mut self, event: &ContactEvent) {
+        if let ContactEventKind::Impact { approach_m_s, .. } = event.kind {
             let system = self.motor.system();
             let shape = system.teeth[event.pair].shape;
             let compliance: f64 = (0..3).map(|n| shape[n] * shape[n] / system.modes[n].mass_kg).sum();
@@ -134,7 +136,7 @@ impl Observer for Account<'_> {
 fn law_energy_balance() {
     let motor = reference(&params(&[]), FrictionLaw::Coulomb);
     let mut state = ReferenceState::default();
-    let mut account = Account { motor: &motor, frequency_hz: 7460.0, net_j: 0.0, turnover_j: 0.0 };
+    let mut account = EnergyBalance { motor: &motor, frequency_hz: 7460.0, net_j: 0.0, turnover_j: 0.0 };
     motor.run(&mut state, DriveCommand::full(DriveMode::C), 0.03, &mut account).unwrap();
     let system = motor.system();
     let modal = (0..3).map(|n| {

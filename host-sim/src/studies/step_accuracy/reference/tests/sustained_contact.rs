@@ -5,7 +5,8 @@ use core::f64::consts::TAU;
 use motor_model::params::Parameter;
 use motor_model::{DriveCommand, DriveMode, FrictionLaw, math};
 
-use super::super::{EventKind, ReferenceState};
+use super::super::events::ContactEventKind;
+use super::super::state::ReferenceState;
 use super::{Events, params, reference, rigid};
 
 type Three = [f64; 3];
@@ -116,7 +117,7 @@ fn exact_detachment_from_a_rigid_plate() {
     state.velocity_m_s = amplitude * w * cos;
     let mut events = Events::default();
     motor.run(&mut state, DriveCommand::full(DriveMode::B), 1e-4, &mut events).unwrap();
-    assert_eq!(events.first(EventKind::Capture), Some(0.0));
-    let detached_s = events.first(EventKind::Detach).unwrap();
+    assert_eq!(events.first(ContactEventKind::Capture), Some(0.0));
+    let detached_s = events.first(ContactEventKind::Detach).unwrap();
     assert!((detached_s - 25.0 / 360.0 / 6300.0).abs() < 1e-8 * 1e-5, "{detached_s}");
 }

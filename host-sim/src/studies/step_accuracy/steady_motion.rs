@@ -6,19 +6,20 @@
 use motor_model::{AmplitudeVariation, Angle, DriveCommand, DriveMode, MotorParams, math};
 use serde::Serialize;
 
-use super::contestant::{Contestant, Question, Twin};
-use super::flights::reference;
+use super::method::{FixedStepModel, Measurement, StepMethod};
+use super::reference::Reference;
+use super::reference::events::{ContactEvent, ContactEventKind, ReferenceObserver};
+use super::reference::state::ReferenceState;
+use super::reference::system::Segment;
 use crate::math::random_streams::{Source, stream};
 use crate::math::spectrum::{LIMIT_HZ, SAMPLE_RATE_HZ, SAMPLES_MAX, Spectrum};
 use crate::math::statistics::Spread;
 use crate::runs::simulate::FAST_APPROACH_M_S;
 use crate::studies::StudyError;
-use crate::studies::step_accuracy::reference::system::Segment;
-use crate::studies::step_accuracy::reference::{Event, EventKind, Observer, ReferenceState};
 
 /// A drive held until the motion is steady, and how long it is watched.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Condition {
+pub struct DriveCondition {
     /// Mode driven.
     pub mode: DriveMode,
     /// Amplitude of the drive.
@@ -28,16 +29,16 @@ pub struct Condition {
 }
 
 /// Full drive and 0.3 in either mode.
-pub const CONDITIONS: [Condition; 4] = [
-    Condition { mode: DriveMode::B, amplitude: 1.0, collides: true },
-    Condition { mode: DriveMode::C, amplitude: 1.0, collides: true },
-    Condition { mode: DriveMode::B, amplitude: 0.3, collides: true },
-    Condition { mode: DriveMode::C, amplitude: 0.3, collides: false },
+pub const CONDITIONS: [DriveCondition; 4] = [
+    DriveCondition { mode: DriveMode::B, amplitude: 1.0, collides: true },
+    DriveCondition { mode: DriveMode::C, amplitude: 1.0, collides: true },
+    DriveCondition { mode: DriveMode::B, amplitude: 0.3, collides: true },
+    DriveCondition { mode: DriveMode::C, amplitude: 0.3, collides: false },
 ];
 
 /// How long and how often.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Batches {
+pub struct SteadySchedule {
     /// Runs of a condition.
     pub seeds: u64,
     /// Least number of runs.
@@ -52,7 +53,7 @@ pub struct Batches {
 
 /// What one run says.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Batch {
+pub struct SteadyMeans {
     /// Mean rate.
     pub rate_rad_s: f64,
     /// Impacts faster than 1 mm/s, per second.
@@ -85,7 +86,7 @@ pub struct SteadyErrors {
     pub collision: Option<Deviation>,
 }
 
-impl Condition {
+impl DriveCondition {
     /// The drive.
     pub fn command(&self) -> DriveCommand {
         DriveCommand::saturating(self.mode, self.amplitude)
@@ -98,10 +99,10 @@ impl Condition {
     }
 }
 
-impl Batches {
+impl SteadySchedule {
     /// The time schedule of `condition`: a walk without chance needs less of everything.
     #[must_use]
-    pub fn of(self, condition: &Condition) -> Self {
+    pub fn of(self, condition: &DriveCondition) -> Self {
         if condition.collides {
             self
         } else {
@@ -139,14 +140,14 @@ fn collision_hz(samples: &[f64], rate_hz: f64) -> f64 {
 }
 
 /// Asks a twin for one batch.
-struct Run<'a> {
-    condition: &'a Condition,
-    batches: Batches,
+struct SteadyMeasurement<'a> {
+    condition: &'a DriveCondition,
+    batches: SteadySchedule,
     step_s: f64,
 }
 
-impl Question for Run<'_> {
-    type Answer = Batch;
+impl Measurement for SteadyMeasurement<'_> {
+    type Outcome = SteadyMeans;
 
     #[expect(
         clippy::cast_possible_truncation,
@@ -154,27 +155,27 @@ impl Question for Run<'_> {
         clippy::cast_precision_loss,
         reason = "counts of steps and samples"
     )]
-    fn ask(&self, twin: &impl Twin) -> Batch {
+    fn measure(&self, model: &impl FixedStepModel) -> SteadyMeans {
         let Self { condition, batches, step_s } = *self;
         let command = condition.command();
         let per_sample = (1.0 / (SAMPLE_RATE_HZ * step_s)).round().max(1.0) as u64;
         let interval_s = per_sample as f64 * step_s;
-        let mut state = twin.state(&ReferenceState::default());
+        let mut state = model.state(&ReferenceState::default());
         for _ in 0..(batches.settle_s / step_s).round() as u64 {
-            twin.step(&mut state, command);
+            model.step(&mut state, command);
         }
-        let origin = twin.rotor(&state).angle;
+        let origin = model.rotor(&state).angle;
         let (mut fast, mut samples) = (0_u64, Vec::new());
         let count = (batches.time_s / interval_s).round() as u64;
         for _ in 0..count {
             for _ in 0..per_sample {
-                fast += u64::from(twin.step(&mut state, command));
+                fast += u64::from(model.step(&mut state, command));
             }
-            samples.push(twin.rotor(&state).velocity_m_s);
+            samples.push(model.rotor(&state).velocity_m_s);
         }
         let time_s = count as f64 * interval_s;
-        Batch {
-            rate_rad_s: turned_rad(origin, twin.rotor(&state).angle) / time_s,
+        SteadyMeans {
+            rate_rad_s: turned_rad(origin, model.rotor(&state).angle) / time_s,
             impacts_per_s: fast as f64 / time_s,
             collision_hz: collision_hz(&samples, 1.0 / interval_s),
         }
@@ -188,14 +189,14 @@ fn turned_rad(from: Angle, to: Angle) -> f64 {
 
 /// Samples the vertical velocity of the reference and counts its fast impacts.
 #[derive(Default)]
-struct Watch {
+struct SteadyObserver {
     interval_s: f64,
     next_s: f64,
     samples: Vec<f64>,
     fast: u32,
 }
 
-impl Observer for Watch {
+impl ReferenceObserver for SteadyObserver {
     fn segment(&mut self, start: &ReferenceState, segment: &Segment, end: f64) {
         while self.next_s <= start.time_s + segment.duration_s * end {
             let tau = ((self.next_s - start.time_s) / segment.duration_s).max(0.0);
@@ -204,8 +205,8 @@ impl Observer for Watch {
         }
     }
 
-    fn event(&mut self, event: &Event) {
-        if let EventKind::Impact { approach_m_s, .. } = event.kind {
+    fn event(&mut self, event: &ContactEvent) {
+        if let ContactEventKind::Impact { approach_m_s, .. } = event.kind {
             self.fast += u32::from(approach_m_s > FAST_APPROACH_M_S);
         }
     }
@@ -215,39 +216,44 @@ impl Observer for Watch {
 ///
 /// # Errors
 /// When the reference stalls.
-pub fn reference_batch(condition: &Condition, batches: Batches, seed: u64) -> Result<Batch, StudyError> {
-    let reference = reference(&variation(seed))?;
+pub fn reference_batch(
+    condition: &DriveCondition,
+    batches: SteadySchedule,
+    seed: u64,
+) -> Result<SteadyMeans, StudyError> {
+    let reference = Reference::nominal(&variation(seed))?;
     let command = condition.command();
-    let Batches { settle_s, time_s, .. } = batches.of(condition);
+    let SteadySchedule { settle_s, time_s, .. } = batches.of(condition);
     let mut state = ReferenceState::default();
     reference.run(&mut state, command, settle_s, &mut ())?;
     let origin_rad = state.angle_rad;
     let interval_s = 1.0 / SAMPLE_RATE_HZ;
-    let mut watch = Watch { interval_s, next_s: state.time_s + interval_s, ..Watch::default() };
+    let mut watch =
+        SteadyObserver { interval_s, next_s: state.time_s + interval_s, ..SteadyObserver::default() };
     reference.run(&mut state, command, time_s, &mut watch)?;
-    Ok(Batch {
+    Ok(SteadyMeans {
         rate_rad_s: (state.angle_rad - origin_rad) / time_s,
         impacts_per_s: f64::from(watch.fast) / time_s,
         collision_hz: collision_hz(&watch.samples, SAMPLE_RATE_HZ),
     })
 }
 
-/// The errors of `contestant` under `condition`, against what the reference says of the same seeds.
+/// The errors of `method` under `condition`, against what the reference says of the same seeds.
 ///
 /// # Errors
-/// When the contestant's step is out of bounds.
+/// When the method's step is out of bounds.
 pub fn errors(
-    contestant: &Contestant,
-    condition: &Condition,
-    batches: Batches,
-    converged: &[Batch],
+    method: &StepMethod,
+    condition: &DriveCondition,
+    batches: SteadySchedule,
+    converged: &[SteadyMeans],
 ) -> Result<SteadyErrors, StudyError> {
     let batches = batches.of(condition);
-    let run = Run { condition, batches, step_s: contestant.step_s };
-    let seeds = 1..=batches.seeds_at(contestant.step_s);
-    let found: Result<Vec<Batch>, _> = seeds.map(|seed| contestant.examine(variation(seed), &run)).collect();
+    let run = SteadyMeasurement { condition, batches, step_s: method.step_s };
+    let seeds = 1..=batches.seeds_at(method.step_s);
+    let found: Result<Vec<SteadyMeans>, _> = seeds.map(|seed| method.apply(variation(seed), &run)).collect();
     let found = found?;
-    let deviation = |of: fn(&Batch) -> f64| Deviation::between(&found, converged, of);
+    let deviation = |of: fn(&SteadyMeans) -> f64| Deviation::between(&found, converged, of);
     let collisions = |of| condition.collides.then(|| deviation(of));
     Ok(SteadyErrors {
         runs: found.len(),
@@ -260,7 +266,7 @@ pub fn errors(
 impl Deviation {
     /// Of the runs `found` from the first of the runs `converged`, seed by seed.
     #[expect(clippy::cast_precision_loss, reason = "few runs")]
-    fn between(found: &[Batch], converged: &[Batch], of: impl Fn(&Batch) -> f64) -> Self {
+    fn between(found: &[SteadyMeans], converged: &[SteadyMeans], of: impl Fn(&SteadyMeans) -> f64) -> Self {
         let all: Spread = converged.iter().map(&of).collect();
         let differences: Spread = found.iter().zip(converged).map(|(a, b)| of(a) - of(b)).collect();
         let magnitude = all.mean.abs();

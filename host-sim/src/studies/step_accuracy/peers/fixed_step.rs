@@ -9,10 +9,10 @@ use std::time::Instant;
 
 use motor_model::{AmplitudeVariation, DriveCommand, DriveMode, Mode, MotorParams, Parameter};
 
-use super::super::contestant::{Contestant, Question, Twin};
-use super::super::plate::{Plate, START_M};
+use super::super::method::{FixedStepModel, Measurement, StepMethod};
+use super::super::reference::state::ReferenceState;
+use super::super::vibrating_plate::{START_M, VibratingPlate};
 use crate::studies::StudyError;
-use crate::studies::step_accuracy::reference::ReferenceState;
 
 const ROTOR_KG: f64 = 1e-9;
 const STATOR_KG: f64 = 1.0;
@@ -23,7 +23,7 @@ const PHASE_TURNS: f64 = 0.25;
 const ONE_PLATE: AmplitudeVariation = AmplitudeVariation { pairs: [0.0, -2.0] };
 
 /// The motor that is a plate.
-fn motor(plate: &Plate) -> Result<MotorParams, StudyError> {
+fn motor(plate: &VibratingPlate) -> Result<MotorParams, StudyError> {
     let changes = [
         (Parameter::RotorMass, ROTOR_KG),
         (Parameter::StatorMass, STATOR_KG),
@@ -49,19 +49,19 @@ fn start(start_m: f64) -> Result<ReferenceState, StudyError> {
 
 /// Times of the impacts of the ball from `start_m` up to `until_s`.
 pub fn impacts(
-    contestant: &Contestant,
-    plate: &Plate,
+    method: &StepMethod,
+    plate: &VibratingPlate,
     start_m: f64,
     until_s: f64,
 ) -> Result<Vec<f64>, StudyError> {
-    let question = Impacts { start: start(start_m)?, until_s, step_s: contestant.step_s };
-    Ok(contestant.examine_motor(&motor(plate)?, ONE_PLATE, &question)?)
+    let measurement = Impacts { start: start(start_m)?, until_s, step_s: method.step_s };
+    Ok(method.apply_to(&motor(plate)?, ONE_PLATE, &measurement)?)
 }
 
 /// Time that it takes to simulate `plate_s`, in s.
-pub fn taken_s(contestant: &Contestant, plate: &Plate, plate_s: f64) -> Result<f64, StudyError> {
-    let question = Timed(Impacts { start: start(START_M)?, until_s: plate_s, step_s: contestant.step_s });
-    Ok(contestant.examine_motor(&motor(plate)?, ONE_PLATE, &question)?)
+pub fn taken_s(method: &StepMethod, plate: &VibratingPlate, plate_s: f64) -> Result<f64, StudyError> {
+    let measurement = Timed(Impacts { start: start(START_M)?, until_s: plate_s, step_s: method.step_s });
+    Ok(method.apply_to(&motor(plate)?, ONE_PLATE, &measurement)?)
 }
 
 struct Impacts {
@@ -77,16 +77,16 @@ impl Impacts {
     }
 }
 
-impl Question for Impacts {
-    type Answer = Vec<f64>;
+impl Measurement for Impacts {
+    type Outcome = Vec<f64>;
 
-    fn ask(&self, twin: &impl Twin) -> Vec<f64> {
-        let mut state = twin.state(&self.start);
+    fn measure(&self, model: &impl FixedStepModel) -> Vec<f64> {
+        let mut state = model.state(&self.start);
         let mut times_s = Vec::new();
         for step in 1..=self.steps() {
             let end_s = f64::from(step) * self.step_s;
             let command = DriveCommand::full(DriveMode::C);
-            twin.step_watched(&mut state, command, &mut |strike| times_s.push(end_s + strike.time_s));
+            model.step_recording(&mut state, command, &mut |impact| times_s.push(end_s + impact.time_s));
         }
         times_s
     }
@@ -94,16 +94,16 @@ impl Question for Impacts {
 
 struct Timed(Impacts);
 
-impl Question for Timed {
-    type Answer = f64;
+impl Measurement for Timed {
+    type Outcome = f64;
 
-    fn ask(&self, twin: &impl Twin) -> f64 {
+    fn measure(&self, model: &impl FixedStepModel) -> f64 {
         let command = black_box(DriveCommand::full(DriveMode::C));
-        let mut state = twin.state(&self.0.start);
+        let mut state = model.state(&self.0.start);
         let start = Instant::now();
         let mut fast = 0;
         for _ in 0..self.0.steps() {
-            fast += twin.step(&mut state, command);
+            fast += model.step(&mut state, command);
         }
         let taken_s = start.elapsed().as_secs_f64();
         black_box((state, fast));

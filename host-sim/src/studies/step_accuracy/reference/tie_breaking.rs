@@ -25,20 +25,20 @@ const LAST_PART: f64 = 1e-2;
 
 /// Counts the events that come without an advance in time.
 #[derive(Clone, Copy, Debug)]
-pub struct Patience {
+pub struct TieBreaker {
     at_once: u32,
     part: f64,
 }
 
-impl Default for Patience {
+impl Default for TieBreaker {
     fn default() -> Self {
         Self { at_once: 0, part: FIRST_PART }
     }
 }
 
-impl Patience {
+impl TieBreaker {
     /// Part of the next step over which events are to be ignored, if it has come to that.
-    pub fn ignored(&self) -> Option<f64> {
+    pub fn ignored_part(&self) -> Option<f64> {
         (self.at_once > AT_ONCE_MAX).then_some(self.part)
     }
 
@@ -46,8 +46,8 @@ impl Patience {
     ///
     /// # Errors
     /// When ignoring events has not helped.
-    pub fn take(&mut self, part: f64) -> Result<(), Stalled> {
-        if self.ignored().is_some() {
+    pub fn record_advance(&mut self, part: f64) -> Result<(), Stalled> {
+        if self.ignored_part().is_some() {
             self.at_once = 0;
             self.part *= 2.0;
             if self.part > LAST_PART {

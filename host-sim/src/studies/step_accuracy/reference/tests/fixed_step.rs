@@ -2,7 +2,7 @@
 
 use motor_model::{DriveCommand, DriveMode, FrictionLaw, Motor, MotorSetup, MotorState};
 
-use super::super::ReferenceState;
+use super::super::state::ReferenceState;
 use super::{Events, params, reference};
 
 fn above() -> ReferenceState {

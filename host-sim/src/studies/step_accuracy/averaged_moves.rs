@@ -6,12 +6,12 @@ use std::time::Instant;
 use motor_model::{AveragedMotor, AveragedState, DriveCommand, MotorParams, MotorSetup, math};
 use serde::Serialize;
 
-use super::steady::{CONDITIONS, Condition};
-use super::timing::{Cost, least_s};
-use super::verdict::JUDGED_STEP_S;
+use super::method::JUDGED_STEP_S;
+use super::steady_motion::{CONDITIONS, DriveCondition};
+use super::step_cost::{StepCost, least_times_s};
 use crate::math::random_streams::{Source, stream};
 use crate::studies::StudyError;
-use crate::studies::averaged_motor::{Campaign, Identified};
+use crate::studies::averaged_motor::{IdentifiedMotion, SpinUpCampaign};
 
 /// Step of the averaged motor.
 pub const STEP_S: f64 = 0.1;
@@ -26,7 +26,7 @@ pub struct AveragedRow {
     /// Such as `B` or `C 0.3`.
     pub condition: String,
     /// What was identified from the full motor.
-    pub identified: Identified,
+    pub identified: IdentifiedMotion,
     /// Mean of a move of 1 s from rest, less that of the full motor's, per the latter.
     pub move_relative: f64,
     /// Two standard errors of it.
@@ -34,18 +34,18 @@ pub struct AveragedRow {
     /// Standard deviation of such a move per that of the full motor's.
     pub spread_ratio: f64,
     /// Cost of a step of 0.1 s.
-    pub cost: Cost,
+    pub cost: StepCost,
 }
 
 /// All conditions.
 ///
 /// # Errors
 /// When a motor is refused: never, unless its bounds are changed.
-pub fn rows(campaign: &Campaign, rounds: u32) -> Result<Vec<AveragedRow>, StudyError> {
+pub fn rows(campaign: &SpinUpCampaign, rounds: u32) -> Result<Vec<AveragedRow>, StudyError> {
     CONDITIONS.iter().map(|&condition| row(condition, campaign, rounds)).collect()
 }
 
-fn row(condition: Condition, campaign: &Campaign, rounds: u32) -> Result<AveragedRow, StudyError> {
+fn row(condition: DriveCondition, campaign: &SpinUpCampaign, rounds: u32) -> Result<AveragedRow, StudyError> {
     let (params, setup, command) =
         (MotorParams::nominal(), MotorSetup::with_step(JUDGED_STEP_S), condition.command());
     let identified = campaign.identify(&params, &setup, command, 1)?;
@@ -69,18 +69,18 @@ fn row(condition: Condition, campaign: &Campaign, rounds: u32) -> Result<Average
 
 /// Moves of 1 s of the full motor.
 fn fresh_moves(
-    campaign: &Campaign,
+    campaign: &SpinUpCampaign,
     params: &MotorParams,
     setup: &MotorSetup,
     command: DriveCommand,
 ) -> Result<crate::math::statistics::Spread, StudyError> {
-    let moves = Campaign { settle_s: STEP_S * f64::from(MOVE_STEPS), blocks: 0, ..*campaign };
+    let moves = SpinUpCampaign { settle_s: STEP_S * f64::from(MOVE_STEPS), blocks: 0, ..*campaign };
     Ok(moves.settled_rad(params, setup, command, FRESH_SEED)?)
 }
 
-fn cost(motor: &AveragedMotor, rounds: u32) -> Result<Cost, StudyError> {
+fn cost(motor: &AveragedMotor, rounds: u32) -> Result<StepCost, StudyError> {
     const STEPS: u32 = 100_000;
-    let least = least_s(1, rounds, |_| {
+    let least = least_times_s(1, rounds, |_| {
         let (mut state, mut rng) = (AveragedState::default(), stream(1, Source::StartPhase));
         let start = Instant::now();
         for _ in 0..STEPS {
@@ -90,5 +90,5 @@ fn cost(motor: &AveragedMotor, rounds: u32) -> Result<Cost, StudyError> {
         black_box(state);
         Ok::<f64, StudyError>(taken_s)
     })?;
-    Ok(Cost::new(STEP_S, STEP_S * f64::from(STEPS), least.iter().sum()))
+    Ok(StepCost::new(STEP_S, STEP_S * f64::from(STEPS), least.iter().sum()))
 }

@@ -3,8 +3,10 @@
 use motor_model::params::Parameter;
 use motor_model::{AmplitudeVariation, DriveCommand, DriveMode, DriveTuning, FrictionLaw, MotorParams};
 
+use super::super::Reference;
+use super::super::events::ReferenceObserver;
+use super::super::state::ReferenceState;
 use super::super::system::Segment;
-use super::super::{Observer, Reference, ReferenceState};
 use super::{params, reference};
 use crate::math::random_streams::{Source, stream};
 
@@ -35,7 +37,7 @@ struct BruteForce<'a> {
     arc_m: f64,
 }
 
-impl Observer for BruteForce<'_> {
+impl ReferenceObserver for BruteForce<'_> {
     fn segment(&mut self, _: &ReferenceState, segment: &Segment, end: f64) {
         let system = self.motor.system();
         let radius = self.params.get(Parameter::ToothRadius);

@@ -8,13 +8,12 @@ use motor_model::{ImpactRule, math};
 use serde::Serialize;
 
 use super::bursts::BURSTS;
+use super::comparison::{MethodRow, StepAccuracy};
+use super::method::JUDGED_STEP_S;
 use super::peers::{PEER_STEP_S, PeerRow};
-use super::steady::{CONDITIONS, Deviation};
-use super::{Accuracy, Row};
+use super::steady_motion::{CONDITIONS, Deviation};
 use crate::runs::simulate::Precision;
 
-/// The step whose cost and error are judged.
-pub const JUDGED_STEP_S: f64 = 10e-6;
 /// Largest relative error allowed at a step.
 pub const ERROR_LIMITS: [(f64, f64); 2] = [(JUDGED_STEP_S, 0.02), (20e-6, 0.05)];
 /// Largest time that a step may take on average in steady motion.
@@ -28,7 +27,7 @@ pub const FASTER_THAN_CRATES: f64 = 5.0;
 
 /// A target and what became of it.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Verdict {
+pub struct TargetResult {
     /// What was asked.
     pub target: String,
     /// What was found.
@@ -45,7 +44,7 @@ type Point = (f64, f64, f64);
 
 /// How many times cheaper located impacts are for one kind of error.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Cheaper {
+pub struct CostRatio {
     /// Kind of error.
     pub error: String,
     /// Cost of end-of-step impacts over that of located ones.
@@ -54,15 +53,15 @@ pub struct Cheaper {
     pub at_least: bool,
 }
 
-impl Accuracy {
+impl StepAccuracy {
     /// The row of the whole motor with these.
-    pub fn row(&self, impact_rule: ImpactRule, precision: Precision, step_s: f64) -> Option<&Row> {
-        self.curve(impact_rule, precision).find(|row| row.who.steps_by(step_s))
+    pub fn row(&self, impact_rule: ImpactRule, precision: Precision, step_s: f64) -> Option<&MethodRow> {
+        self.curve(impact_rule, precision).find(|row| row.method.steps_by(step_s))
     }
 
     /// The rows of the whole motor with these, from the fine to the coarse step.
-    pub fn curve(&self, impact_rule: ImpactRule, precision: Precision) -> impl Iterator<Item = &Row> {
-        self.rows.iter().filter(move |row| row.who.is(impact_rule, precision))
+    pub fn curve(&self, impact_rule: ImpactRule, precision: Precision) -> impl Iterator<Item = &MethodRow> {
+        self.rows.iter().filter(move |row| row.method.is(impact_rule, precision))
     }
 
     /// The twin on the ball on the plate: these rows of [`Self::peers`].
@@ -82,7 +81,7 @@ impl Accuracy {
     }
 
     /// Every target.
-    pub fn verdicts(&self) -> Vec<Verdict> {
+    pub fn verdicts(&self) -> Vec<TargetResult> {
         let mut all = Vec::new();
         for precision in [Precision::F64, Precision::F32] {
             for (step_s, limit) in ERROR_LIMITS {
@@ -97,7 +96,7 @@ impl Accuracy {
         all
     }
 
-    fn step_costs(&self) -> Vec<Verdict> {
+    fn step_costs(&self) -> Vec<TargetResult> {
         let at = |precision| self.row(ImpactRule::Located, precision, JUDGED_STEP_S);
         let (Some(double), Some(single)) = (at(Precision::F64), at(Precision::F32)) else {
             return Vec::new();
@@ -105,7 +104,7 @@ impl Accuracy {
         let mut all = Vec::new();
         for (index, mode) in ["B", "C"].into_iter().enumerate() {
             let (double_ns, single_ns) = (double.cost[index].ns_per_step, single.cost[index].ns_per_step);
-            all.push(Verdict {
+            all.push(TargetResult {
                 target: format!(
                     "located f64 at 10 us: a step of mode {mode} takes at most {STEP_LIMIT_NS} ns"
                 ),
@@ -113,7 +112,7 @@ impl Accuracy {
                 met: double_ns <= STEP_LIMIT_NS,
                 timed: true,
             });
-            all.push(Verdict {
+            all.push(TargetResult {
                 target: format!("located f32 at 10 us: a step of mode {mode} takes no more than in f64"),
                 found: format!("{single_ns:.1} ns"),
                 met: single_ns <= double_ns,
@@ -123,10 +122,10 @@ impl Accuracy {
         all
     }
 
-    fn cheaper_verdict(&self) -> Verdict {
+    fn cheaper_verdict(&self) -> TargetResult {
         let all = self.cheaper();
         let least = all.iter().min_by(|a, b| a.times.total_cmp(&b.times));
-        Verdict {
+        TargetResult {
             target: format!(
                 "located at 10 us: at equal error at least {CHEAPER} times cheaper than end of step"
             ),
@@ -142,10 +141,10 @@ impl Accuracy {
     }
 
     /// How many times cheaper located impacts are at 10 us in `f64`, for each kind of error.
-    pub fn cheaper(&self) -> Vec<Cheaper> {
+    pub fn cheaper(&self) -> Vec<CostRatio> {
         let mut all = Vec::new();
         for (index, mode) in ["B", "C"].into_iter().enumerate() {
-            let cost = move |row: &Row| row.cost[index].ns_per_ms;
+            let cost = move |row: &MethodRow| row.cost[index].ns_per_ms;
             all.extend(self.one_cheaper(format!("time of the next impact in {mode}"), |row| {
                 (cost(row), row.flights[index].first_impact_rms_s, 0.0)
             }));
@@ -161,8 +160,8 @@ impl Accuracy {
             );
         }
         for (index, condition) in CONDITIONS.iter().enumerate() {
-            let cost = move |row: &Row| row.cost_of(condition.mode).ns_per_ms;
-            let point = move |row: &Row, deviation: Deviation| {
+            let cost = move |row: &MethodRow| row.cost_of(condition.mode).ns_per_ms;
+            let point = move |row: &MethodRow, deviation: Deviation| {
                 (cost(row), deviation.relative.abs(), deviation.half_width)
             };
             all.extend(self.one_cheaper(format!("mean rate in {}", condition.name()), |row| {
@@ -180,19 +179,19 @@ impl Accuracy {
         all
     }
 
-    fn one_cheaper(&self, error: String, point: impl Fn(&Row) -> Point) -> Option<Cheaper> {
+    fn one_cheaper(&self, error: String, point: impl Fn(&MethodRow) -> Point) -> Option<CostRatio> {
         let located = point(self.row(ImpactRule::Located, Precision::F64, JUDGED_STEP_S)?);
         let curve: Vec<Point> = self.curve(ImpactRule::EndOfStep, Precision::F64).map(point).collect();
         let (cost, at_least) = cost_at(&curve, located.1.max(located.2))?;
-        Some(Cheaper { error, times: cost / located.0, at_least })
+        Some(CostRatio { error, times: cost / located.0, at_least })
     }
 
-    fn ball_on_plate(&self) -> Vec<Verdict> {
+    fn ball_on_plate(&self) -> Vec<TargetResult> {
         let times = |row: &PeerRow| row.cost.map(|cost| cost.times_real_time);
         let Some(ours) = self.plate_times_real_time() else { return Vec::new() };
         let crates = self.peers.iter().filter(|row| row.is_crate).filter_map(times);
         let fastest = crates.fold(0.0, f64::max);
-        let mut all = vec![Verdict {
+        let mut all = vec![TargetResult {
             target: format!(
                 "ball on a plate, located f64 at 5 us: at least {TIMES_REAL_TIME} times real time"
             ),
@@ -201,7 +200,7 @@ impl Accuracy {
             timed: true,
         }];
         if fastest > 0.0 {
-            all.push(Verdict {
+            all.push(TargetResult {
                 target: format!(
                     "ball on a plate: at least {FASTER_THAN_CRATES} times as fast as the fastest of the Rust crates"
                 ),
@@ -215,7 +214,7 @@ impl Accuracy {
 }
 
 /// The errors of a located row against `limit`.
-fn errors(row: &Row, limit: f64) -> Vec<Verdict> {
+fn errors(row: &MethodRow, limit: f64) -> Vec<TargetResult> {
     let named = |of: &dyn Fn(usize) -> Option<Deviation>| -> Vec<(String, f64, f64)> {
         let all = CONDITIONS.iter().enumerate().filter_map(|(index, condition)| {
             of(index).map(|found| (condition.name(), found.relative, found.half_width))
@@ -231,12 +230,12 @@ fn errors(row: &Row, limit: f64) -> Vec<Verdict> {
     ]
     .into_iter()
     .map(|(quantity, found)| {
-        let who = format!("located {} at {:.0} us", row.who.precision_word(), 1e6 * row.who.step_s);
+        let who = format!("located {} at {:.0} us", row.method.precision_word(), 1e6 * row.method.step_s);
         let worst = found.into_iter().max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()));
         let (name, relative, half_width) = worst.unwrap_or_default();
         let interval =
             if half_width > 0.0 { format!(" +- {:.2}", 100.0 * half_width) } else { String::new() };
-        Verdict {
+        TargetResult {
             target: format!("{who}: {quantity} within {:.0} %", 100.0 * limit),
             found: format!("{:+.2}{interval} % at worst ({name})", 100.0 * relative),
             met: relative.abs() <= limit,

@@ -4,50 +4,53 @@
 //! placed in time; the rotor's velocity and rate just after the impact that follows say how well one map of the bouncing is done.
 //! Further impacts are not compared: the motion is chaotic, and trajectories part after some four of them.
 
-use motor_model::{AmplitudeVariation, DriveCommand, DriveMode, DriveTuning, FrictionLaw, MotorParams, math};
+use motor_model::{AmplitudeVariation, DriveCommand, DriveMode};
 use rand_distr::{Distribution, StandardUniform};
 use serde::Serialize;
 
-use super::contestant::{Question, Strike, Twin};
+use super::method::{FixedStepModel, ImpactRecord, Measurement};
+use super::reference::Reference;
+use super::reference::events::{ContactEvent, ContactEventKind, ReferenceObserver};
+use super::reference::state::ReferenceState;
+use super::reference::system::Segment;
 use crate::math::random_streams::{Source, stream};
+use crate::math::statistics::{root_mean_square, upper_quantile};
 use crate::runs::simulate::FAST_APPROACH_M_S;
 use crate::studies::StudyError;
-use crate::studies::step_accuracy::reference::system::Segment;
-use crate::studies::step_accuracy::reference::{Event, EventKind, Observer, Reference, ReferenceState};
 
 /// Steady motion before the first flight is drawn.
 const SETTLE_S: f64 = 0.4;
 /// Time between two draws.
 const APART_S: (f64, f64) = (2e-3, 8e-3);
-/// Flights with no second impact in this time are not taken, and a twin that finds none has missed it.
+/// Samples with no second impact in this time are not taken, and a twin that finds none has missed it.
 const LONGEST_S: f64 = 30e-3;
 /// Names the draws.
 const SEED: u64 = 1;
 
 /// A start and what follows it.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Flight {
+pub struct MapSample {
     /// The state to start from.
     pub start: ReferenceState,
     /// The next two impacts of the reference, in time since the start.
-    pub strikes: [Strike; 2],
+    pub impacts: [ImpactRecord; 2],
 }
 
-/// Flights of one mode.
+/// Samples of one mode.
 #[derive(Clone, Debug)]
-pub struct Flights {
+pub struct MapSamples {
     /// Mode driven, at full amplitude.
     pub mode: DriveMode,
     /// The flights.
-    pub flights: Vec<Flight>,
+    pub flights: Vec<MapSample>,
 }
 
 /// How far a twin is off over a set of flights.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
-pub struct FlightErrors {
-    /// Flights in which it found both impacts.
+pub struct ImpactMapErrors {
+    /// Samples in which it found both impacts.
     pub flights: u32,
-    /// Flights in which it did not.
+    /// Samples in which it did not.
     pub missed: u32,
     /// Time of the first impact, root mean square.
     pub first_impact_rms_s: f64,
@@ -63,22 +66,13 @@ pub struct FlightErrors {
     pub rate_median_rad_s: f64,
 }
 
-/// The nominal motor's reference, for one run's `variation`.
-///
-/// # Errors
-/// Never for nominal parameters.
-pub fn reference(variation: &AmplitudeVariation) -> Result<Reference, StudyError> {
-    let tuning = DriveTuning::Resonant;
-    Ok(Reference::try_new(&MotorParams::nominal(), variation, FrictionLaw::Coulomb, tuning)?)
-}
-
-impl Flights {
+impl MapSamples {
     /// Draws `count` flights in `mode`.
     ///
     /// # Errors
     /// When the reference stalls.
     pub fn draw(mode: DriveMode, count: usize) -> Result<Self, StudyError> {
-        let reference = reference(&AmplitudeVariation::default())?;
+        let reference = Reference::nominal(&AmplitudeVariation::default())?;
         let drive = DriveCommand::full(mode);
         let mut chance = stream(SEED, Source::StartStates);
         let mut state = ReferenceState::default();
@@ -90,9 +84,9 @@ impl Flights {
             let mut start = state;
             start.time_s = 0.0;
             if start.contact == [false; 2] {
-                let mut next = NextStrikes::default();
+                let mut next = NextImpacts::default();
                 reference.run(&mut start.clone(), drive, LONGEST_S, &mut next)?;
-                flights.extend(next.two().map(|strikes| Flight { start, strikes }));
+                flights.extend(next.two().map(|impacts| MapSample { start, impacts }));
             }
         }
         Ok(Self { mode, flights })
@@ -101,35 +95,35 @@ impl Flights {
 
 /// Keeps the first impacts of a run of the reference.
 #[derive(Default)]
-struct NextStrikes {
-    strikes: Vec<Strike>,
+struct NextImpacts {
+    impacts: Vec<ImpactRecord>,
     approaches_m_s: Vec<f64>,
     /// An impact whose outcome the next segment starts with.
     pending: bool,
 }
 
-impl NextStrikes {
+impl NextImpacts {
     /// The first two, if both are fast and apart: chattering is another matter.
-    fn two(&self) -> Option<[Strike; 2]> {
-        let [first, second, ..] = self.strikes[..] else { return None };
+    fn two(&self) -> Option<[ImpactRecord; 2]> {
+        let [first, second, ..] = self.impacts[..] else { return None };
         let fast = self.approaches_m_s.iter().take(2).all(|&approach| approach > FAST_APPROACH_M_S);
         (fast && second.time_s - first.time_s > 1e-9).then_some([first, second])
     }
 }
 
-impl Observer for NextStrikes {
+impl ReferenceObserver for NextImpacts {
     fn segment(&mut self, start: &ReferenceState, _: &Segment, _: f64) {
-        if let (true, Some(last)) = (self.pending, self.strikes.last_mut()) {
+        if let (true, Some(last)) = (self.pending, self.impacts.last_mut()) {
             (last.velocity_m_s, last.rate_rad_s) = (start.velocity_m_s, start.rate_rad_s);
             self.pending = false;
         }
     }
 
-    fn event(&mut self, event: &Event) {
-        if let EventKind::Impact { approach_m_s, .. } = event.kind
-            && self.strikes.len() < 3
+    fn event(&mut self, event: &ContactEvent) {
+        if let ContactEventKind::Impact { approach_m_s, .. } = event.kind
+            && self.impacts.len() < 3
         {
-            self.strikes.push(Strike { time_s: event.time_s, velocity_m_s: 0.0, rate_rad_s: 0.0 });
+            self.impacts.push(ImpactRecord { time_s: event.time_s, velocity_m_s: 0.0, rate_rad_s: 0.0 });
             self.approaches_m_s.push(approach_m_s);
             self.pending = true;
         }
@@ -137,22 +131,22 @@ impl Observer for NextStrikes {
 }
 
 /// Asks a twin to fly them all, in steps of `step_s`.
-pub struct Fly<'a> {
+pub struct ImpactMapMeasurement<'a> {
     /// The flights.
-    pub flights: &'a Flights,
+    pub flights: &'a MapSamples,
     /// The twin's step.
     pub step_s: f64,
 }
 
-impl Question for Fly<'_> {
-    type Answer = FlightErrors;
+impl Measurement for ImpactMapMeasurement<'_> {
+    type Outcome = ImpactMapErrors;
 
-    fn ask(&self, twin: &impl Twin) -> FlightErrors {
-        let mut errors = Errors::default();
+    fn measure(&self, model: &impl FixedStepModel) -> ImpactMapErrors {
+        let mut errors = ErrorSamples::default();
         for flight in &self.flights.flights {
-            let found = self.fly(twin, flight);
+            let found = self.fly(model, flight);
             match found[..] {
-                [first, second, ..] => errors.add([first, second], &flight.strikes),
+                [first, second, ..] => errors.add([first, second], &flight.impacts),
                 _ => errors.missed += 1,
             }
         }
@@ -160,19 +154,19 @@ impl Question for Fly<'_> {
     }
 }
 
-impl Fly<'_> {
+impl ImpactMapMeasurement<'_> {
     /// The twin's next impacts.
-    fn fly(&self, twin: &impl Twin, flight: &Flight) -> Vec<Strike> {
+    fn fly(&self, model: &impl FixedStepModel, flight: &MapSample) -> Vec<ImpactRecord> {
         let drive = DriveCommand::full(self.flights.mode);
-        let mut state = twin.state(&flight.start);
+        let mut state = model.state(&flight.start);
         let mut found = Vec::new();
         let mut steps = 0_u32;
         let mut time_s = 0.0;
-        while found.len() < 2 && time_s < LONGEST_S + flight.strikes[1].time_s {
+        while found.len() < 2 && time_s < LONGEST_S + flight.impacts[1].time_s {
             steps += 1;
             time_s = f64::from(steps) * self.step_s;
-            twin.step_watched(&mut state, drive, &mut |strike| {
-                found.push(Strike { time_s: time_s + strike.time_s, ..strike });
+            model.step_recording(&mut state, drive, &mut |impact| {
+                found.push(ImpactRecord { time_s: time_s + impact.time_s, ..impact });
             });
         }
         found
@@ -181,43 +175,35 @@ impl Fly<'_> {
 
 /// Errors under way.
 #[derive(Default)]
-struct Errors {
+struct ErrorSamples {
     missed: u32,
     first_s: Vec<f64>,
     velocity_m_s: Vec<f64>,
     rate_rad_s: Vec<f64>,
 }
 
-impl Errors {
-    fn add(&mut self, found: [Strike; 2], truth: &[Strike; 2]) {
+impl ErrorSamples {
+    fn add(&mut self, found: [ImpactRecord; 2], truth: &[ImpactRecord; 2]) {
         self.first_s.push((found[0].time_s - truth[0].time_s).abs());
         self.velocity_m_s.push((found[1].velocity_m_s - truth[1].velocity_m_s).abs());
         self.rate_rad_s.push((found[1].rate_rad_s - truth[1].rate_rad_s).abs());
     }
 
-    fn summary(self) -> FlightErrors {
-        FlightErrors {
+    fn summary(self) -> ImpactMapErrors {
+        ImpactMapErrors {
             flights: u32::try_from(self.first_s.len()).unwrap_or(u32::MAX),
             missed: self.missed,
-            first_impact_rms_s: root_mean_square(&self.first_s),
+            first_impact_rms_s: root_mean_square(self.first_s.iter().copied()),
             first_impact_max_s: self.first_s.iter().copied().fold(0.0, f64::max),
-            velocity_rms_m_s: root_mean_square(&self.velocity_m_s),
+            velocity_rms_m_s: root_mean_square(self.velocity_m_s.iter().copied()),
             velocity_median_m_s: median(self.velocity_m_s),
-            rate_rms_rad_s: root_mean_square(&self.rate_rad_s),
+            rate_rms_rad_s: root_mean_square(self.rate_rad_s.iter().copied()),
             rate_median_rad_s: median(self.rate_rad_s),
         }
     }
 }
 
-/// Root of the mean square; 0 of nothing.
-#[expect(clippy::cast_precision_loss, reason = "few values")]
-pub fn root_mean_square(values: &[f64]) -> f64 {
-    let sum: f64 = values.iter().map(|value| value * value).sum();
-    math::sqrt(sum / values.len().max(1) as f64)
-}
-
-/// The value in the middle; 0 of nothing.
+/// The value in the middle, the upper one of two; 0 of no value.
 fn median(mut values: Vec<f64>) -> f64 {
-    values.sort_by(f64::total_cmp);
-    values.get(values.len() / 2).copied().unwrap_or(0.0)
+    upper_quantile(&mut values, 500).unwrap_or(0.0)
 }

@@ -18,16 +18,16 @@ use crate::studies::StudyError;
 
 /// Height of the start that is timed.
 pub const START_M: f64 = 10e-6;
-/// Heights from which the first impact is judged: this many, [`APART_M`] apart.
-pub const STARTS: u8 = 16;
+/// Heights from which the first impact is judged: this many, [`START_SPACING_M`] apart.
+pub const START_COUNT: u8 = 16;
 /// Between two of the heights.
-pub const APART_M: f64 = 0.1e-6;
+pub const START_SPACING_M: f64 = 0.1e-6;
 /// The first impact from any of the heights comes before this.
 pub const FIRST_BEFORE_S: f64 = 2.5e-3;
 /// Approach below which the ball stays.
-pub const STICK_M_S: f64 = 1e-4;
+pub const CAPTURE_M_S: f64 = 1e-4;
 /// Where a ball is put after an impact, above the plate: an event function that starts at zero says nothing.
-pub const CLEAR_M: f64 = 1e-12;
+pub const CLEARANCE_M: f64 = 1e-12;
 /// Tolerances of adaptive integrators.
 pub const RELATIVE_TOLERANCE: f64 = 1e-9;
 /// In m and, for the velocity, in m/s.
@@ -35,7 +35,7 @@ pub const ABSOLUTE_TOLERANCE: f64 = 1e-12;
 
 /// Ball and plate.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct Plate {
+pub struct VibratingPlate {
     /// `A`.
     pub amplitude_m: f64,
     /// `w`.
@@ -59,7 +59,7 @@ pub struct Ball {
     pub velocity_m_s: f64,
 }
 
-impl Plate {
+impl VibratingPlate {
     /// Of the nominal motor: tooth and rotor.
     ///
     /// # Errors
@@ -99,7 +99,7 @@ impl Plate {
     }
 
     /// The ball that falls from rest at `start_m` after `time_s`.
-    pub fn fallen(&self, start_m: f64, time_s: f64) -> Ball {
+    pub fn falling_from(&self, start_m: f64, time_s: f64) -> Ball {
         let x = self.damping_per_s * time_s;
         Ball {
             time_s,
@@ -110,13 +110,13 @@ impl Plate {
 
     /// When the ball that falls from rest at `start_m` first meets the plate: Newton's method on the closed form, from a bracket of 0.1 us.
     pub fn first_impact_s(&self, start_m: f64) -> f64 {
-        let gap_m = |time_s| self.gap_m(&self.fallen(start_m, time_s));
+        let gap_m = |time_s| self.gap_m(&self.falling_from(start_m, time_s));
         let mut time_s = 0.0;
         while gap_m(time_s) > 0.0 {
             time_s += 1e-7;
         }
         for _ in 0..6 {
-            let ball = self.fallen(start_m, time_s);
+            let ball = self.falling_from(start_m, time_s);
             time_s -= self.gap_m(&ball) / (ball.velocity_m_s - self.velocity_m_s(time_s));
         }
         time_s
@@ -124,19 +124,19 @@ impl Plate {
 
     /// What comes of a ball that meets the plate.
     #[must_use]
-    pub fn meet(&self, ball: &Ball) -> Ball {
+    pub fn after_impact(&self, ball: &Ball) -> Ball {
         let plate_m_s = self.velocity_m_s(ball.time_s);
         let approach_m_s = plate_m_s - ball.velocity_m_s;
-        if approach_m_s < STICK_M_S {
-            return self.released(ball.time_s);
+        if approach_m_s < CAPTURE_M_S {
+            return self.after_riding(ball.time_s);
         }
-        let height_m = self.height_m(ball.time_s) + CLEAR_M;
+        let height_m = self.height_m(ball.time_s) + CLEARANCE_M;
         Ball { height_m, velocity_m_s: plate_m_s + self.restitution * approach_m_s, ..*ball }
     }
 
     /// A ball that rides on the plate from `time_s`, where the plate lets go of it: it does while
     /// `-A w^2 sin(w t) + k A w cos(w t) + g < 0`.
-    fn released(&self, time_s: f64) -> Ball {
+    fn after_riding(&self, time_s: f64) -> Ball {
         let Self { amplitude_m, rate_rad_s, damping_per_s, gravity_m_s2, .. } = *self;
         let size =
             amplitude_m * rate_rad_s * math::sqrt(rate_rad_s * rate_rad_s + damping_per_s * damping_per_s);
@@ -152,13 +152,17 @@ impl Plate {
             first + TAU - phase
         };
         let time_s = time_s + wait / rate_rad_s;
-        Ball { time_s, height_m: self.height_m(time_s) + CLEAR_M, velocity_m_s: self.velocity_m_s(time_s) }
+        Ball {
+            time_s,
+            height_m: self.height_m(time_s) + CLEARANCE_M,
+            velocity_m_s: self.velocity_m_s(time_s),
+        }
     }
 }
 
 /// The heights from which the first impact is judged.
-pub fn starts_m() -> impl Iterator<Item = f64> {
-    (0..STARTS).map(|index| START_M + f64::from(index) * APART_M)
+pub fn start_heights_m() -> impl Iterator<Item = f64> {
+    (0..START_COUNT).map(|index| START_M + f64::from(index) * START_SPACING_M)
 }
 
 #[cfg(test)]
@@ -167,21 +171,24 @@ mod tests {
 
     #[test]
     fn exact_the_plate_is_a_tooth_in_mode_c() {
-        let plate = Plate::nominal().unwrap();
+        let plate = VibratingPlate::nominal().unwrap();
         assert!((plate.amplitude_m - 1.57e-6).abs() < 0.005e-6, "{}", plate.amplitude_m);
         assert!((plate.rate_rad_s / TAU - 7460.0).abs() < 1e-9);
     }
 
     #[test]
     fn law_the_first_impact_closes_the_gap_and_nothing_does_before() {
-        let plate = Plate::nominal().unwrap();
-        for start_m in starts_m() {
+        let plate = VibratingPlate::nominal().unwrap();
+        for start_m in start_heights_m() {
             let first_s = plate.first_impact_s(start_m);
             assert!(first_s < FIRST_BEFORE_S);
-            assert!(plate.gap_m(&plate.fallen(start_m, first_s)).abs() < 1e-19);
+            assert!(plate.gap_m(&plate.falling_from(start_m, first_s)).abs() < 1e-19);
             let before = (0..1000).map(|part| first_s * (f64::from(part) / 1000.0 - 1e-6));
             assert!(
-                before.into_iter().skip(1).all(|time_s| plate.gap_m(&plate.fallen(start_m, time_s)) > 0.0)
+                before
+                    .into_iter()
+                    .skip(1)
+                    .all(|time_s| plate.gap_m(&plate.falling_from(start_m, time_s)) > 0.0)
             );
         }
     }
@@ -189,12 +196,12 @@ mod tests {
     /// A slow ball is let go where the plate's fall outruns its own: `z_p'' = -g - k z_p'`.
     #[test]
     fn law_release_where_the_plate_falls_away() {
-        let plate = Plate::nominal().unwrap();
+        let plate = VibratingPlate::nominal().unwrap();
         for part in 0..20 {
             let time_s = f64::from(part) * 0.05 * TAU / plate.rate_rad_s;
             let ball =
                 Ball { time_s, height_m: plate.height_m(time_s), velocity_m_s: plate.velocity_m_s(time_s) };
-            let free = plate.meet(&ball);
+            let free = plate.after_impact(&ball);
             let pull = |time_s: f64| {
                 -plate.rate_rad_s * plate.rate_rad_s * plate.height_m(time_s)
                     - plate.acceleration_m_s2(plate.velocity_m_s(time_s))

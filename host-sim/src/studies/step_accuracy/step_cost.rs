@@ -9,14 +9,14 @@ use std::time::Instant;
 use motor_model::{AmplitudeVariation, DriveCommand, DriveMode};
 use serde::Serialize;
 
-use super::contestant::{Contestant, Question, Twin};
+use super::method::{FixedStepModel, Measurement, StepMethod};
+use super::reference::state::ReferenceState;
 use crate::studies::StudyError;
-use crate::studies::step_accuracy::reference::ReferenceState;
 
 /// How much is timed.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Effort {
-    /// Batches of each.
+pub struct TimingEffort {
+    /// SteadySchedule of each.
     pub rounds: u32,
     /// Time from rest before a batch.
     pub settle_s: f64,
@@ -28,7 +28,7 @@ pub struct Effort {
 
 /// What simulating costs.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct Cost {
+pub struct StepCost {
     /// Time a step takes, impacts included.
     pub ns_per_step: f64,
     /// Time a simulated millisecond takes.
@@ -37,7 +37,7 @@ pub struct Cost {
     pub times_real_time: f64,
 }
 
-impl Cost {
+impl StepCost {
     /// Of steps of `step_s`, when `time_s` of simulated time takes `taken_s`.
     pub fn new(step_s: f64, time_s: f64, taken_s: f64) -> Self {
         Self {
@@ -52,7 +52,7 @@ impl Cost {
 ///
 /// # Errors
 /// When a batch fails.
-pub fn least_s<E>(
+pub fn least_times_s<E>(
     count: usize,
     rounds: u32,
     mut batch: impl FnMut(usize) -> Result<f64, E>,
@@ -66,48 +66,47 @@ pub fn least_s<E>(
     Ok(least)
 }
 
-/// The costs of all `contestants` at full drive of modes B and C.
+/// The costs of all `methods` at full drive of modes B and C.
 ///
 /// # Errors
-/// When a contestant's step is out of bounds.
-pub fn costs(contestants: &[Contestant], effort: Effort) -> Result<Vec<[Cost; 2]>, StudyError> {
+/// When a method's step is out of bounds.
+pub fn costs(methods: &[StepMethod], effort: TimingEffort) -> Result<Vec<[StepCost; 2]>, StudyError> {
     let of_mode = |mode| {
-        let least = least_s(contestants.len(), effort.rounds, |index| {
-            let contestant = &contestants[index];
-            let batch = Batch { command: DriveCommand::full(mode), effort, step_s: contestant.step_s };
-            contestant.examine(AmplitudeVariation::default(), &batch)
+        let least = least_times_s(methods.len(), effort.rounds, |index| {
+            let method = &methods[index];
+            let batch = TimedBatch { command: DriveCommand::full(mode), effort, step_s: method.step_s };
+            method.apply(AmplitudeVariation::default(), &batch)
         })?;
-        let cost = |(contestant, &taken_s): (&Contestant, &f64)| {
-            Cost::new(contestant.step_s, effort.time_s, taken_s)
-        };
-        Ok::<Vec<Cost>, StudyError>(contestants.iter().zip(&least).map(cost).collect())
+        let cost =
+            |(method, &taken_s): (&StepMethod, &f64)| StepCost::new(method.step_s, effort.time_s, taken_s);
+        Ok::<Vec<StepCost>, StudyError>(methods.iter().zip(&least).map(cost).collect())
     };
     let (b, c) = (of_mode(DriveMode::B)?, of_mode(DriveMode::C)?);
     Ok(b.into_iter().zip(c).map(|(b, c)| [b, c]).collect())
 }
 
 /// Asks a twin for the time that a batch of steps takes, in s.
-struct Batch {
+struct TimedBatch {
     command: DriveCommand,
-    effort: Effort,
+    effort: TimingEffort,
     step_s: f64,
 }
 
-impl Question for Batch {
-    type Answer = f64;
+impl Measurement for TimedBatch {
+    type Outcome = f64;
 
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a count of steps")]
-    fn ask(&self, twin: &impl Twin) -> f64 {
+    fn measure(&self, model: &impl FixedStepModel) -> f64 {
         let command = black_box(self.command);
-        let mut state = twin.state(&ReferenceState::default());
+        let mut state = model.state(&ReferenceState::default());
         let steps_in = |time_s: f64| (time_s / self.step_s).round() as u64;
         for _ in 0..steps_in(self.effort.settle_s) {
-            twin.step(&mut state, command);
+            model.step(&mut state, command);
         }
         let start = Instant::now();
         let mut fast = 0;
         for _ in 0..steps_in(self.effort.time_s) {
-            fast += twin.step(&mut state, command);
+            fast += model.step(&mut state, command);
         }
         let taken_s = start.elapsed().as_secs_f64();
         black_box((state, fast));

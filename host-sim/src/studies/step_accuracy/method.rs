@@ -6,15 +6,17 @@ use motor_model::{
 };
 use serde::ser::{Serialize, SerializeStruct as _, Serializer};
 
+use super::reference::state::ReferenceState;
 use crate::runs::simulate::{FAST_APPROACH_M_S, Precision};
-use crate::studies::step_accuracy::reference::ReferenceState;
 
 /// Steps judged.
 pub const STEPS_S: [f64; 8] = [0.25e-6, 0.5e-6, 1e-6, 2e-6, 5e-6, 10e-6, 20e-6, 50e-6];
+/// The step whose cost and error are held to the targets.
+pub const JUDGED_STEP_S: f64 = 10e-6;
 
 /// One row of the table.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Contestant {
+pub struct StepMethod {
     /// When impacts are applied.
     pub impact_rule: ImpactRule,
     /// Arithmetic.
@@ -24,11 +26,11 @@ pub struct Contestant {
 }
 
 /// Everyone at `steps_s`, the curves one after the other, each from the fine to the coarse step.
-pub fn contestants(steps_s: &[f64]) -> Vec<Contestant> {
+pub fn step_methods(steps_s: &[f64]) -> Vec<StepMethod> {
     let mut all = Vec::new();
     for impact_rule in [ImpactRule::EndOfStep, ImpactRule::Located] {
         for precision in [Precision::F64, Precision::F32] {
-            let row = |&step_s| Contestant { impact_rule, precision, step_s };
+            let row = |&step_s| StepMethod { impact_rule, precision, step_s };
             all.extend(steps_s.iter().map(row));
         }
     }
@@ -37,7 +39,7 @@ pub fn contestants(steps_s: &[f64]) -> Vec<Contestant> {
 
 /// What can be read off a rotor.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Rotor {
+pub struct RotorReading {
     /// Vertical velocity.
     pub velocity_m_s: f64,
     /// Angular rate.
@@ -50,7 +52,7 @@ pub struct Rotor {
 
 /// An impact as it happened.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Strike {
+pub struct ImpactRecord {
     /// When, since the start.
     pub time_s: f64,
     /// Vertical velocity of the rotor just after it.
@@ -60,7 +62,7 @@ pub struct Strike {
 }
 
 /// A fixed-step model of the motor.
-pub trait Twin {
+pub trait FixedStepModel {
     /// Everything that changes.
     type State: Copy;
 
@@ -71,48 +73,53 @@ pub trait Twin {
     fn step(&self, state: &mut Self::State, command: DriveCommand) -> u32;
 
     /// Takes a step and shows every impact, its time counted from the end of the step (so negative or zero).
-    fn step_watched(&self, state: &mut Self::State, command: DriveCommand, watch: &mut impl FnMut(Strike));
+    fn step_recording(
+        &self,
+        state: &mut Self::State,
+        command: DriveCommand,
+        watch: &mut impl FnMut(ImpactRecord),
+    );
 
     /// The rotor now.
-    fn rotor(&self, state: &Self::State) -> Rotor;
+    fn rotor(&self, state: &Self::State) -> RotorReading;
 }
 
 /// Something asked of a twin of any kind.
-pub trait Question {
+pub trait Measurement {
     /// What comes back.
-    type Answer;
+    type Outcome;
     /// Asks it.
-    fn ask(&self, twin: &impl Twin) -> Self::Answer;
+    fn measure(&self, model: &impl FixedStepModel) -> Self::Outcome;
 }
 
-impl Contestant {
-    /// Asks `question` of the nominal motor with this run's `variation` of amplitudes.
+impl StepMethod {
+    /// Asks `measurement` of the nominal motor with this run's `variation` of amplitudes.
     ///
     /// # Errors
     /// When the step is out of the model's bounds.
-    pub fn examine<Q: Question>(
+    pub fn apply<Q: Measurement>(
         &self,
         variation: AmplitudeVariation,
-        question: &Q,
-    ) -> Result<Q::Answer, OutOfBounds> {
-        self.examine_motor(&MotorParams::nominal(), variation, question)
+        measurement: &Q,
+    ) -> Result<Q::Outcome, OutOfBounds> {
+        self.apply_to(&MotorParams::nominal(), variation, measurement)
     }
 
-    /// Asks `question` of any motor.
+    /// Asks `measurement` of any motor.
     ///
     /// # Errors
     /// When step or parameters are out of the model's bounds.
-    pub fn examine_motor<Q: Question>(
+    pub fn apply_to<Q: Measurement>(
         &self,
         params: &MotorParams,
         variation: AmplitudeVariation,
-        question: &Q,
-    ) -> Result<Q::Answer, OutOfBounds> {
+        measurement: &Q,
+    ) -> Result<Q::Outcome, OutOfBounds> {
         let setup =
             MotorSetup { impact_rule: self.impact_rule, variation, ..MotorSetup::with_step(self.step_s) };
         Ok(match self.precision {
-            Precision::F32 => question.ask(&Motor::<f32>::try_new(params, &setup)?),
-            Precision::F64 => question.ask(&Motor::<f64>::try_new(params, &setup)?),
+            Precision::F32 => measurement.measure(&Motor::<f32>::try_new(params, &setup)?),
+            Precision::F64 => measurement.measure(&Motor::<f64>::try_new(params, &setup)?),
         })
     }
 
@@ -152,9 +159,9 @@ impl Contestant {
 pub const MODEL: &str = "whole";
 
 /// By the words that scenes use.
-impl Serialize for Contestant {
+impl Serialize for StepMethod {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        let mut fields = serializer.serialize_struct("Contestant", 4)?;
+        let mut fields = serializer.serialize_struct("StepMethod", 4)?;
         fields.serialize_field("model", MODEL)?;
         fields.serialize_field("impacts", self.impacts())?;
         fields.serialize_field("precision", self.precision_word())?;
@@ -163,7 +170,7 @@ impl Serialize for Contestant {
     }
 }
 
-impl<T: Real> Twin for Motor<T> {
+impl<T: Real> FixedStepModel for Motor<T> {
     type State = MotorState<T>;
 
     fn state(&self, of: &ReferenceState) -> MotorState<T> {
@@ -190,12 +197,17 @@ impl<T: Real> Twin for Motor<T> {
         impacts.iter().map(|impact| u32::from(impact.approach_m_s > fast)).sum()
     }
 
-    fn step_watched(&self, state: &mut MotorState<T>, command: DriveCommand, watch: &mut impl FnMut(Strike)) {
-        self.step_with(state, command, &mut Watched(watch));
+    fn step_recording(
+        &self,
+        state: &mut MotorState<T>,
+        command: DriveCommand,
+        watch: &mut impl FnMut(ImpactRecord),
+    ) {
+        self.step_with(state, command, &mut ImpactRecorder(watch));
     }
 
-    fn rotor(&self, state: &MotorState<T>) -> Rotor {
-        Rotor {
+    fn rotor(&self, state: &MotorState<T>) -> RotorReading {
+        RotorReading {
             velocity_m_s: state.rotor.velocity_m_s.to_f64(),
             rate_rad_s: state.rotor.rate_rad_s.to_f64(),
             angle: state.rotor.angle.angle(),
@@ -205,13 +217,13 @@ impl<T: Real> Twin for Motor<T> {
 }
 
 /// Hears of impacts through the account of energy.
-struct Watched<'a, W>(&'a mut W);
+struct ImpactRecorder<'a, W>(&'a mut W);
 
-impl<T: Real, W: FnMut(Strike)> Ledger<T> for Watched<'_, W> {
+impl<T: Real, W: FnMut(ImpactRecord)> Ledger<T> for ImpactRecorder<'_, W> {
     fn motion(&mut self, _: &MotorState<T>, _: T, _: [T; 2]) {}
 
     fn impact(&mut self, _: &MotorState<T>, after: &MotorState<T>, impact: &Impact<T>) {
-        (self.0)(Strike {
+        (self.0)(ImpactRecord {
             time_s: -impact.before_end_s.to_f64(),
             velocity_m_s: after.rotor.velocity_m_s.to_f64(),
             rate_rad_s: after.rotor.rate_rad_s.to_f64(),
