@@ -104,19 +104,20 @@ pub(super) struct PositioningTrialsArgs {
 impl PositioningTrialsArgs {
     pub(super) fn execute(&self) -> Result<(), CommandError> {
         let scene = self.scene.load("positioning-trials", &[])?;
-        let plan = positioning_trials::Plan::new(&scene, Strategy::Planned, self.motors)?;
+        let plan = positioning_trials::PositioningTrialsPlan::new(&scene, Strategy::Planned, self.motors)?;
         let others = match self.compare {
-            Some(motors) => positioning_trials::Plan::others(&scene, motors)?,
+            Some(motors) => positioning_trials::PositioningTrialsPlan::others(&scene, motors)?,
             None => Vec::new(),
         };
         let publication = self.publication.open(&self.out)?;
-        let work = plan.trials() + others.iter().map(positioning_trials::Plan::trials).sum::<u64>();
+        let work =
+            plan.trials() + others.iter().map(positioning_trials::PositioningTrialsPlan::trials).sum::<u64>();
         let bar = ProgressBar::new(work).with_style(progress_style());
         let progress = |trials| bar.inc(trials);
         let trials = plan.run(&progress)?;
         let others: Result<Vec<_>, StudyError> = others.iter().map(|plan| plan.run(&progress)).collect();
         let measuring_s = positioning_trials::measuring_s(&scene);
-        let report = positioning_trials::Report { trials, others: others?, measuring_s };
+        let report = positioning_trials::PositioningTrials { trials, others: others?, measuring_s };
         bar.finish_and_clear();
         Ok(publication.publish(Findings {
             files: vec![("positioning-trials.svg", report.picture()?), ("trials.csv", report.csv())],

@@ -149,11 +149,12 @@ fn filter_values(effort: Effort, scene: &Scene) -> Result<Vec<PlacedValue>, Comm
 }
 
 fn positioning_values(effort: Effort, scene: &Scene) -> Result<Vec<PlacedValue>, CommandError> {
-    let trials = positioning_trials::Plan::new(scene, Strategy::Planned, effort.trials)?.run(&|_| ())?;
-    let others = positioning_trials::Plan::others(scene, effort.compared_trials)?;
+    let trials = positioning_trials::PositioningTrialsPlan::new(scene, Strategy::Planned, effort.trials)?
+        .run(&|_| ())?;
+    let others = positioning_trials::PositioningTrialsPlan::others(scene, effort.compared_trials)?;
     let others: Result<Vec<_>, _> = others.iter().map(|plan| plan.run(&|_| ())).collect();
     let measuring_s = positioning_trials::measuring_s(scene);
-    Ok(positioning_trials::Report { trials, others: others?, measuring_s }.page_values())
+    Ok(positioning_trials::PositioningTrials { trials, others: others?, measuring_s }.page_values())
 }
 
 fn microcontroller_values() -> Result<Vec<PlacedValue>, CommandError> {

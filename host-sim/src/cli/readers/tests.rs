@@ -85,7 +85,10 @@ fn exact_filters_reads_what_the_table_says() {
 fn exact_positioning_trials_reads_what_the_table_says() {
     let seed = (0..1000).find(|seed| positioning_trials::target(*seed).1.abs() < 0.01).unwrap();
     let scene = short(&[&format!("seed={seed}"), "plant.step_s=5e-6"], true);
-    positioning_trials::Plan::new(&scene, Strategy::Planned, 1).unwrap().run(&|_| ()).unwrap();
+    positioning_trials::PositioningTrialsPlan::new(&scene, Strategy::Planned, 1)
+        .unwrap()
+        .run(&|_| ())
+        .unwrap();
     agrees("positioning-trials", &scene);
 }
 

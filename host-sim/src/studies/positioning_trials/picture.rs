@@ -1,6 +1,6 @@
-//! Distributions over the trials: which share exceeds what.
+//! The picture: for each figure, the share of trials beyond each value.
 
-use super::{Report, Trial, Trials};
+use super::{PositioningTrial, PositioningTrials, StrategyTrials};
 use crate::report::OutputError;
 use crate::report::chart::{Axis, Colour, Figure, Panel, Series};
 
@@ -16,7 +16,7 @@ const COLOURS: [Colour; 7] = [
 ];
 
 /// Share of the trials that exceed each value, the largest left out.
-fn exceedance(trials: &Trials, of: impl Fn(&Trial) -> Option<f64>) -> Vec<(f64, f64)> {
+fn exceedance(trials: &StrategyTrials, of: impl Fn(&PositioningTrial) -> Option<f64>) -> Vec<(f64, f64)> {
     let mut values: Vec<f64> = trials.trials.iter().filter_map(of).collect();
     values.sort_by(f64::total_cmp);
     let count = values.len();
@@ -25,7 +25,7 @@ fn exceedance(trials: &Trials, of: impl Fn(&Trial) -> Option<f64>) -> Vec<(f64, 
     values.into_iter().enumerate().map(|(rank, value)| (value, share(count - rank))).collect()
 }
 
-impl Report {
+impl PositioningTrials {
     /// The picture as SVG.
     ///
     /// # Errors
@@ -49,7 +49,7 @@ impl Report {
                 panel.series(Series::line(points).colour(colour).width(1.5))
             },
         );
-        let own = |title: &str, x: &str, of: fn(&Trial) -> f64| {
+        let own = |title: &str, x: &str, of: fn(&PositioningTrial) -> f64| {
             let points = exceedance(&self.trials, |trial| Some(of(trial)));
             panel(title, Axis::new(x))
                 .series(Series::line(points).colour(Colour::Blue).width(1.5))
@@ -57,7 +57,8 @@ impl Report {
         };
         Figure::new("Positioning trials")
             .caption(format!(
-                "{} motors drawn within their tolerances, each with a target of its own. The last three panels: the controller.",
+                "{} motors drawn within their tolerances, each with a target of its own. The last three panels: the \
+                 controller.",
                 self.trials.trials.len()
             ))
             .panel(errors.height(360))

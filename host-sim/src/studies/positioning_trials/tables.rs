@@ -4,9 +4,13 @@ use std::fmt::Write as _;
 
 use serde_json::{Value, json};
 
-use super::{FAILED_MDEG, Move, Report, Strategy, Summary, TOLERANCE_DEG, Trial, Trials};
+use super::trial::FAILED_MDEG;
+use super::{
+    MoveKind, PositioningTrial, PositioningTrials, Strategy, StrategyTrials, TOLERANCE_DEG, TrialSummary,
+};
 use crate::report::document::{Block, Document, Table};
 use crate::report::page::PlacedValue;
+use crate::runs::position::MoveOutcome;
 
 /// Failures listed at most.
 const LISTED_MAX: usize = 20;
@@ -14,7 +18,7 @@ const LISTED_MAX: usize = 20;
 const HEADER: [&str; 10] =
     ["", "trials", "failed", "50 %", "95 %", "99.9 %", "worst", "settle s", "switches", "drive on s"];
 
-fn cells(name: &str, summary: &Summary) -> Vec<String> {
+fn cells(name: &str, summary: &TrialSummary) -> Vec<String> {
     let mut cells = vec![name.to_owned(), summary.trials.to_string(), summary.failures.to_string()];
     let errors = [summary.p50_mdeg, summary.p95_mdeg, summary.p999_mdeg, summary.max_mdeg];
     cells.extend(errors.map(millidegrees));
@@ -28,29 +32,29 @@ fn millidegrees(error: f64) -> String {
     if error < 10.0 { format!("{error:.2}") } else { format!("{error:.0}") }
 }
 
-fn name_of(trials: &Trials) -> String {
+fn name_of(trials: &StrategyTrials) -> String {
     match trials.strategy {
         Strategy::Planned => format!("controller, {}", trials.filter.replace('_', " ")),
         other => other.name().to_owned(),
     }
 }
 
-/// The command that shows a trial again.
-fn command(trial: &Trial) -> String {
+/// The command that repeats a trial.
+fn command(trial: &PositioningTrial) -> String {
     format!(
         "host-sim position --to {} --seed {} --tolerance {TOLERANCE_DEG}",
         trial.outcome.target_deg, trial.outcome.seed
     )
 }
 
-impl Report {
+impl PositioningTrials {
     fn by_kind(&self) -> Table {
         let mut table = Table::new(&HEADER);
         table.push(cells("all", &self.trials.summary()));
         for (kind, name) in [
-            (Move::Long, "uniform in +-360 degrees"),
-            (Move::QuarterTurn, "90 degrees either way"),
-            (Move::Short, "1 milli-degree to 1 degree"),
+            (MoveKind::Long, "uniform in +-360 degrees"),
+            (MoveKind::QuarterTurn, "90 degrees either way"),
+            (MoveKind::Short, "1 milli-degree to 1 degree"),
         ] {
             table.push(cells(name, &self.trials.summary_of(kind)));
         }
@@ -68,8 +72,10 @@ impl Report {
     fn remarks(&self) -> String {
         let summary = self.trials.summary();
         let mut text = format!(
-            "True angle less target, in milli-degrees; medians of time to settle, drive changes and time with the drive on. Settling takes {:.2} times its bound (median over quarter turns): \
-             the distance at the mean rate of the strongest drive and {:.2} s of measuring at rest. A trial fails if it is given up, or ends more than {FAILED_MDEG} milli-degrees off.",
+            "True angle less target, in milli-degrees; medians of time to settle, drive changes and time with the \
+             drive on. Settling takes {:.2} times its bound (median over quarter turns): the distance at the mean rate \
+             of the strongest drive and {:.2} s of measuring at rest. A trial fails if it is given up, or ends more \
+             than {FAILED_MDEG} milli-degrees off.",
             summary.settle_over_bound, self.measuring_s
         );
         if summary.failures > 0 {
@@ -121,13 +127,17 @@ impl Report {
 
     /// Everything but the single trials, as one JSON object on one line.
     pub fn json(&self) -> String {
-        let value = |summary: &Summary| serde_json::to_value(summary).unwrap_or_default();
+        let value = |summary: &TrialSummary| serde_json::to_value(summary).unwrap_or_default();
         let mut object = value(&self.trials.summary());
-        let kinds = [("long", Move::Long), ("quarter_turn", Move::QuarterTurn), ("short", Move::Short)];
+        let kinds =
+            [("long", MoveKind::Long), ("quarter_turn", MoveKind::QuarterTurn), ("short", MoveKind::Short)];
         let failed: Vec<Value> = self
             .trials
             .failures()
-            .map(|trial| json!({"seed": trial.outcome.seed, "target_deg": trial.outcome.target_deg, "final_error_mdeg": trial.outcome.final_error_mdeg}))
+            .map(|trial| {
+                let MoveOutcome { seed, target_deg, final_error_mdeg, .. } = &trial.outcome;
+                json!({"seed": seed, "target_deg": target_deg, "final_error_mdeg": final_error_mdeg})
+            })
             .collect();
         object["measuring_s"] = json!(self.measuring_s);
         object["failed"] = json!(failed);
@@ -149,7 +159,7 @@ impl Report {
         let mut text = String::from(
             "seed,target_deg,final_error_mdeg,settle_s,bound_s,overshoot_deg,switches,drive_on_s\n",
         );
-        for Trial { outcome, bound_s, .. } in &self.trials.trials {
+        for PositioningTrial { outcome, bound_s, .. } in &self.trials.trials {
             let settle = outcome.settle_time_s.map(|s| s.to_string()).unwrap_or_default();
             let _ = writeln!(
                 text,

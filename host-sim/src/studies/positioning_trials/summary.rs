@@ -1,0 +1,88 @@
+//! The figures of a set of trials.
+
+use serde::Serialize;
+
+use super::StrategyTrials;
+use super::trial::{MoveKind, PositioningTrial};
+use crate::math::statistics;
+
+/// Figures of a set of trials.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct TrialSummary {
+    /// StrategyTrials.
+    pub trials: usize,
+    /// StrategyTrials that failed.
+    pub failures: usize,
+    /// Median magnitude of the true final error.
+    pub p50_mdeg: f64,
+    /// What 95 % of the errors do not exceed.
+    pub p95_mdeg: f64,
+    /// What 99.9 % do not exceed.
+    pub p999_mdeg: f64,
+    /// The largest error.
+    pub max_mdeg: f64,
+    /// Median time to settle, of those that did.
+    pub median_settle_s: f64,
+    /// What 95 % of them take at most.
+    pub p95_settle_s: f64,
+    /// Median, over quarter turns that settled, of the time per its bound; over all moves if there was no quarter turn.
+    pub settle_over_bound: f64,
+    /// Median overshoot.
+    pub median_overshoot_mdeg: f64,
+    /// Median number of changes of the drive.
+    pub median_switches: f64,
+    /// Median time with the drive on.
+    pub median_on_s: f64,
+}
+
+impl TrialSummary {
+    /// The figures of `trials`.
+    pub fn of(trials: &[&PositioningTrial]) -> Self {
+        let quantile = |mut values: Vec<f64>, per_mille| {
+            statistics::quantile(&mut values, per_mille).unwrap_or(f64::NAN)
+        };
+        let all =
+            |of: fn(&PositioningTrial) -> f64| trials.iter().map(|trial| of(trial)).collect::<Vec<f64>>();
+        let error = |per_mille| quantile(all(|trial| trial.outcome.final_error_mdeg.abs()), per_mille);
+        let settle: Vec<f64> = trials.iter().filter_map(|trial| trial.outcome.settle_time_s).collect();
+        let ratio = |trial: &&&PositioningTrial| Some(trial.outcome.settle_time_s? / trial.bound_s);
+        let quarters: Vec<f64> = trials
+            .iter()
+            .filter(|trial| trial.kind == MoveKind::QuarterTurn)
+            .filter_map(|t| ratio(&t))
+            .collect();
+        let ratios =
+            if quarters.is_empty() { trials.iter().filter_map(|t| ratio(&t)).collect() } else { quarters };
+        Self {
+            trials: trials.len(),
+            failures: trials.iter().filter(|trial| trial.failed()).count(),
+            p50_mdeg: error(500),
+            p95_mdeg: error(950),
+            p999_mdeg: error(999),
+            max_mdeg: error(1000),
+            median_settle_s: quantile(settle.clone(), 500),
+            p95_settle_s: quantile(settle, 950),
+            settle_over_bound: quantile(ratios, 500),
+            median_overshoot_mdeg: quantile(all(|trial| 1e3 * trial.outcome.overshoot_deg), 500),
+            median_switches: quantile(all(|trial| f64::from(trial.outcome.drive_switches)), 500),
+            median_on_s: quantile(all(|trial| trial.outcome.drive_on_s), 500),
+        }
+    }
+}
+
+impl StrategyTrials {
+    /// Figures of all trials.
+    pub fn summary(&self) -> TrialSummary {
+        TrialSummary::of(&self.trials.iter().collect::<Vec<_>>())
+    }
+
+    /// Figures of the trials of one kind of move.
+    pub fn summary_of(&self, kind: MoveKind) -> TrialSummary {
+        TrialSummary::of(&self.trials.iter().filter(|trial| trial.kind == kind).collect::<Vec<_>>())
+    }
+
+    /// The trials that failed.
+    pub fn failures(&self) -> impl Iterator<Item = &PositioningTrial> {
+        self.trials.iter().filter(|trial| trial.failed())
+    }
+}

@@ -1,0 +1,108 @@
+//! One trial: its target, what became of it, and the least time that it could take.
+
+use controller::response_map::{direction, strongest_cruise};
+use motor_model::DriveMode;
+use rand_distr::{Distribution, Uniform};
+use serde::Serialize;
+
+use super::TOLERANCE_DEG;
+use crate::math::random_streams::{Source, stream};
+use crate::runs::position::MoveOutcome;
+use crate::scene::Scene;
+use crate::world::instruments::Camera;
+
+/// A trial that claims success has failed if its true error exceeds this.
+pub(super) const FAILED_MDEG: f64 = 3.0;
+
+/// The kind of a trial's move.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum MoveKind {
+    /// Uniform in +-360 degrees.
+    Long,
+    /// Log-uniform from 1 milli-degree to 1 degree.
+    Short,
+    /// 90 degrees either way.
+    QuarterTurn,
+}
+
+/// A trial and what became of it.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct PositioningTrial {
+    /// The kind of move.
+    pub kind: MoveKind,
+    /// What became of it.
+    pub outcome: MoveOutcome,
+    /// The least time that any controller needs.
+    pub bound_s: f64,
+}
+
+impl PositioningTrial {
+    /// Whether the controller did not reach the target, or says so although the rotor is far off.
+    pub fn failed(&self) -> bool {
+        self.outcome.settle_time_s.is_none() || self.outcome.final_error_mdeg.abs() > FAILED_MDEG
+    }
+}
+
+/// The move that a seed names: its kind and its target in degrees, rounded to a micro-degree so that it can be typed.
+pub fn target(seed: u64) -> (MoveKind, f64) {
+    let mut rng = stream(seed, Source::Target);
+    let mut unit = || Uniform::new(0.0, 1.0).map_or(0.5, |unit| unit.sample(&mut rng));
+    let (kind, size, sign) = (unit(), unit(), if unit() < 0.5 { 1.0 } else { -1.0 });
+    let (kind, degrees) = if kind < 0.4 {
+        (MoveKind::Long, 360.0 * size)
+    } else if kind < 0.8 {
+        // Three decades.
+        (MoveKind::Short, 1e-3 * motor_model::math::exp(size * core::f64::consts::LN_10 * 3.0))
+    } else {
+        (MoveKind::QuarterTurn, 90.0)
+    };
+    (kind, sign * (degrees * 1e6).round() / 1e6)
+}
+
+/// The least time that any controller needs.
+pub(super) fn bound_s(scene: &Scene, target_deg: f64) -> f64 {
+    let mode = if target_deg > 0.0 { DriveMode::B } else { DriveMode::C };
+    let rate = strongest_cruise(mode, 1.0)
+        .map_or(f64::INFINITY, |cruise| f64::from(direction(mode) * cruise.rate_rad_s));
+    target_deg.abs().to_radians() / rate + measuring_s(scene)
+}
+
+/// Time at rest after which [`TOLERANCE_DEG`] is 1.96 standard deviations of the mean of the frames.
+pub fn measuring_s(scene: &Scene) -> f64 {
+    let wanted_rad = TOLERANCE_DEG.to_radians() / 1.96;
+    Camera::variance_rad2(scene) / (wanted_rad * wanted_rad) / scene.number("camera.frame_rate_hz")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// 0.255 milli-degrees from frames of 17: (2e-6 / 3.9e-3)^2 (1/4 + 1/12) rad^2 at 10 kHz.
+    #[test]
+    fn exact_measuring_time_of_the_default_camera() {
+        let frame_mdeg = 1e3 * (2e-6_f64 / 3.9e-3).to_degrees() / motor_model::math::sqrt(3.0);
+        let ratio = frame_mdeg / (0.5 / 1.96);
+        let expected = ratio * ratio / 1e4;
+        assert!((measuring_s(&Scene::default()) / expected - 1.0).abs() < 1e-9, "{expected}");
+    }
+
+    /// Shares, ranges and signs of 4,000 targets, within four standard deviations.
+    #[test]
+    fn law_targets_are_drawn_as_stated() {
+        let targets: Vec<(MoveKind, f64)> = (0..4000).map(target).collect();
+        let share = |kind| targets.iter().filter(|(k, _)| *k == kind).count();
+        assert!(
+            share(MoveKind::Long).abs_diff(1600) < 124 && share(MoveKind::QuarterTurn).abs_diff(800) < 102
+        );
+        assert!(targets.iter().filter(|(_, deg)| *deg > 0.0).count().abs_diff(2000) < 127);
+        for (kind, deg) in targets {
+            let (low, high) = match kind {
+                MoveKind::Long => (0.0, 360.0),
+                MoveKind::Short => (0.001, 1.0),
+                MoveKind::QuarterTurn => (90.0, 90.0),
+            };
+            assert!((low..=high).contains(&deg.abs()), "{kind:?} {deg}");
+        }
+    }
+}
