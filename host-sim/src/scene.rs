@@ -21,7 +21,7 @@ use motor_model::{MotorParams, Parameter};
 
 use setting::{Value, nearest_key};
 
-/// Says of a key whether the reader of a scene takes it, and why not.
+/// Whether a command takes a key: an error says why not.
 pub type Admission<'a> = &'a dyn Fn(&'static str) -> Result<(), SceneError>;
 
 /// A checked set of settings; what was not set has its default.

@@ -1,4 +1,4 @@
-//! Other programs: started, given a limited time, and quoted where they fail.
+//! Other programs: each is started and given a limited time; a failure is reported in the program's own words.
 
 use std::io::{self, Read as _, Seek as _};
 use std::process::{Command, Stdio};
@@ -6,10 +6,10 @@ use std::time::Duration;
 
 use wait_timeout::ChildExt as _;
 
-/// More than this no program that is run here prints.
+/// Longest output that is read.
 const OUTPUT_BYTES_MAX: u64 = 1 << 20;
 
-/// Why another program gave no answer.
+/// Why another program gave no result.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum ToolError {
@@ -67,7 +67,7 @@ pub(crate) fn run_within(
     let mut child = command.stdin(Stdio::null()).stdout(to_stdout).stderr(to_stderr).spawn().map_err(lost)?;
     let waited = child.wait_timeout(limit);
     if !matches!(waited, Ok(Some(_))) {
-        // It may have ended just now; either way it is reaped.
+        // The wait reaps it, whether it was killed or ended at the last moment.
         let _ = child.kill();
         let _ = child.wait();
     }

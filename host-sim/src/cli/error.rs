@@ -1,4 +1,4 @@
-//! Everything that can go wrong in the command, as one line that names the culprit and the way out.
+//! Every error of the command, as one line that names what is wrong and what to do.
 
 use crate::board::BoardError;
 use crate::report::OutputError;
@@ -23,7 +23,7 @@ pub enum CommandError {
     /// The firmware gave no result.
     #[error(transparent)]
     Board(#[from] BoardError),
-    /// Another program gave no answer.
+    /// Another program gave no result.
     #[error(transparent)]
     Tool(#[from] ToolError),
     /// Something that this command was built without.
@@ -55,7 +55,7 @@ impl CommandError {
         }
     }
 
-    /// Whether the reader of standard output went away, which is no error of the command.
+    /// Whether the reader of standard output has closed it, which is no error of the command.
     pub fn is_broken_pipe(&self) -> bool {
         match self {
             Self::Output(output)

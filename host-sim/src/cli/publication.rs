@@ -1,4 +1,4 @@
-//! Where a command puts what it found: files in a folder, standard output.
+//! Where a command writes its results: files in a folder, standard output.
 
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
@@ -24,7 +24,7 @@ pub(super) struct Publication<'a> {
     folder: OutputFolder,
 }
 
-/// What a command found, in each form that it is given out in.
+/// The results of a command, in each form in which they are written.
 pub(super) struct Findings {
     /// Names and contents of the files.
     pub files: Vec<(&'static str, String)>,

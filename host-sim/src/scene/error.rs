@@ -69,12 +69,12 @@ pub enum SceneError {
         /// Values that would work.
         hint: String,
     },
-    /// A key that the reader of the scene would ignore or overwrite.
+    /// A key that the command with the scene would ignore or overwrite.
     #[error("{refusal}")]
     NotRead {
-        /// The reader and the key, and why the key is refused.
+        /// The command, the key and why it is refused.
         refusal: String,
-        /// Who reads it.
+        /// The commands that read it.
         hint: String,
     },
     /// A file that cannot be read.

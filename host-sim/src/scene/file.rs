@@ -9,7 +9,7 @@ use toml::de::{DeTable, DeValue};
 
 use super::{Admission, Scene, SceneError};
 
-/// A scene is a page of text; whatever is longer is some other file.
+/// Longest scene file; a scene is a page of text.
 const LENGTH_MAX_BYTES: u64 = 1 << 20;
 
 /// Sets in `scene` everything that the file at `path` sets, as far as `admit` takes it.
