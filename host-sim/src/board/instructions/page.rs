@@ -19,8 +19,8 @@ const ROWS: [(&str, &str); 22] = [
     ("vibrometer sample, `impact_aided`, mode B", "impact_aided_b_vibrometer_sample"),
     ("vibrometer sample, `twin`, mode B", "twin_b_vibrometer_sample"),
     ("vibrometer sample, `twin`, mode C", "twin_c_vibrometer_sample"),
-    ("driven step of 10 us aloft, impacts at the end of the step", "end_of_step_aloft"),
-    ("driven step of 10 us aloft, impacts located", "located_step_aloft"),
+    ("driven step of 10 us in flight, impacts at the end of the step", "end_of_step_aloft"),
+    ("driven step of 10 us in flight, impacts located", "located_step_aloft"),
     ("located step, mode B", "located_step_b"),
     ("located step, mode C", "located_step_c"),
     ("located step, at rest on the teeth", "located_step_at_rest"),
@@ -106,7 +106,7 @@ mod tests {
         };
         let text = table(&report, &[estimate]);
         let words = |line: &str| line.split_whitespace().collect::<Vec<_>>().join(" ");
-        let row = "| driven step of 10 us aloft, impacts located | 300 | 500 | max <= 180 missed | 253 |";
+        let row = "| driven step of 10 us in flight, impacts located | 300 | 500 | max <= 180 missed | 253 |";
         assert!(text.lines().any(|line| words(line) == row), "{text}");
         assert!(!text.contains("minikalman"), "{text}");
     }
