@@ -1,8 +1,19 @@
 //! The firmware on an emulated microcontroller: built, counted, measured, in the loop, its log decoded.
+//!
+//! | module | what it is |
+//! |---|---|
+//! | [`qemu`] | the emulator: boards, arguments, start, watch, end |
+//! | [`instructions`] | instructions and estimated cycles of each operation |
+//! | [`size`] | bytes of flash, RAM and stack, and calls that the loop must not make |
+//! | [`pil`] | processor in the loop: the firmware positions the simulated motor |
+//! | `telemetry` | the firmware's log beside the truth; only with the feature of that name |
+//! | `elf_image` | an ELF of the microcontroller: its functions and sections |
 
+mod elf_image;
 mod error;
 pub mod instructions;
 pub mod pil;
+pub mod qemu;
 pub mod size;
 #[cfg(feature = "telemetry")]
 pub mod telemetry;

@@ -4,8 +4,8 @@ use std::io::Write as _;
 use std::path::Path;
 use std::process::{Command, Stdio};
 
-use host_sim::board::pil::Live;
-use host_sim::board::telemetry::{Dictionary, Entry, Reader};
+use host_sim::board::pil::FreeRunningBoard;
+use host_sim::board::telemetry::{LogDictionary, LogEntry, LogReader};
 use link::{BoardFault, BoardMessage, Configuration, Counters, FilterKind, HostMessage, VERSION};
 
 const MOVE: Configuration = Configuration {
@@ -16,7 +16,7 @@ const MOVE: Configuration = Configuration {
 };
 
 /// A board, and what it has said.
-struct Board(Live);
+struct Board(FreeRunningBoard);
 
 impl Board {
     fn start(log: Option<&Path>) -> Self {
@@ -24,17 +24,17 @@ impl Board {
     }
 
     fn start_slower(log: Option<&Path>, halvings: u32) -> Self {
-        let live = Live::start_slower(Path::new(&crate::elf("board")), log, halvings);
+        let live = FreeRunningBoard::start_slower(Path::new(&crate::elf("board")), log, halvings);
         Self(live.expect("QEMU starts, tests/run.sh installs it"))
     }
 
     fn send(&mut self, bytes: &[u8]) {
-        self.0.send(bytes).expect("the board listens");
+        self.0.send_bytes(bytes).expect("the board listens");
     }
 
     /// The next thing said that is no report.
     fn hears(&mut self) -> BoardMessage {
-        self.0.hear_answer().expect("the board answers")
+        self.0.receive_answer().expect("the board answers")
     }
 
     /// The next thing said that is no count either.
@@ -45,7 +45,7 @@ impl Board {
 
     #[track_caller]
     fn answers(&mut self, message: &HostMessage, expected: &BoardMessage) {
-        self.0.say(message).expect("the board listens");
+        self.0.send(message).expect("the board listens");
         assert_eq!(self.hears(), *expected, "to {message:?}");
     }
 
@@ -95,10 +95,10 @@ fn tool_board_logs_its_fault_and_its_timing() {
         board.answers(&HostMessage::Arm, &BoardMessage::Armed);
         assert_eq!(board.hears(), BoardMessage::Fault(BoardFault::HostSilent));
     }
-    let dictionary = Dictionary::read(Path::new(&crate::elf("board"))).expect("a program that logs");
-    let mut reader = Reader::open(&dictionary, log.path()).expect("a log");
+    let dictionary = LogDictionary::read(Path::new(&crate::elf("board"))).expect("a program that logs");
+    let mut reader = LogReader::open(&dictionary, log.path()).expect("a log");
     let mut entries = Vec::new();
-    while !entries.iter().any(|entry: &Entry| entry.kind() == "timing") {
+    while !entries.iter().any(|entry: &LogEntry| entry.kind() == "timing") {
         entries.extend(reader.entries().expect("a log that its ELF explains"));
     }
     let at = |text: &str| entries.iter().find(|entry| entry.text.starts_with(text)).map(|entry| entry.tick);
@@ -114,7 +114,7 @@ fn tool_board_logs_its_fault_and_its_timing() {
 }
 
 /// Ticks and texts of the first entries.
-fn texts(entries: &[Entry]) -> Vec<(u64, &str)> {
+fn texts(entries: &[LogEntry]) -> Vec<(u64, &str)> {
     entries.iter().take(20).map(|entry| (entry.tick, entry.text.as_str())).collect()
 }
 
@@ -156,9 +156,9 @@ fn tool_board_that_misses_its_deadlines_switches_off() {
     board.send(&questions);
     let overrun = BoardMessage::Fault(BoardFault::Overrun);
     assert_eq!(board.hears_beside_counts(), overrun);
-    board.0.say(&HostMessage::Arm).expect("the board listens");
+    board.0.send(&HostMessage::Arm).expect("the board listens");
     assert_eq!(board.hears_beside_counts(), overrun);
-    board.0.say(&HostMessage::Stop).expect("the board listens");
+    board.0.send(&HostMessage::Stop).expect("the board listens");
     assert_eq!(board.hears_beside_counts(), BoardMessage::Stopped);
     let counters = board.counters();
     assert!(counters.overruns >= 10, "{counters:?}");
@@ -198,7 +198,7 @@ fn tool_board_obeys_no_damaged_frame() {
 fn tool_board_that_starts_anew_knows_no_session() {
     let mut board = Board::start(None);
     for message in [HostMessage::Count, HostMessage::Step, HostMessage::Arm] {
-        let unknown = BoardFault::UnknownSession { session: Live::SESSION };
+        let unknown = BoardFault::UnknownSession { session: FreeRunningBoard::SESSION };
         board.answers(&message, &BoardMessage::Fault(unknown));
     }
     board.answers(&HostMessage::Hello, &BoardMessage::Welcome { tick_nanos: 10_000 });

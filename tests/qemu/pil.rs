@@ -6,9 +6,9 @@ use std::sync::OnceLock;
 use controller::{PositionLoop, TickReport};
 use host_sim::Scene;
 use host_sim::board::BoardError;
-use host_sim::board::instructions::Board;
-use host_sim::board::pil::{Emulated, Link, Processor, Wiring};
-use host_sim::board::telemetry::Entry;
+use host_sim::board::pil::{LockStepBoard, Processor};
+use host_sim::board::qemu::{Board, Transport, Wiring};
+use host_sim::board::telemetry::LogEntry;
 use host_sim::runs::position;
 use host_sim::runs::tick_driver::TickMeasurements;
 use rand_core::Rng as _;
@@ -151,7 +151,7 @@ fn dual_the_log_of_a_run_is_the_hosts_own_at_every_tick() {
     let mut last_tick = 0;
     let mut kinds = std::collections::BTreeMap::<String, u32>::new();
     for row in csv.lines().skip(1).map(|row| row.split(',').collect::<Vec<_>>()) {
-        let entry = Entry { tick: row[0].parse().expect("a tick"), level: "", text: row[4].to_owned() };
+        let entry = LogEntry { tick: row[0].parse().expect("a tick"), level: "", text: row[4].to_owned() };
         assert!(last_tick == 0 || entry.tick >= last_tick + 10, "{entry:?}");
         last_tick = entry.tick;
         *kinds.entry(entry.text.split('=').next().unwrap_or_default().to_owned()).or_default() += 1;
@@ -196,7 +196,7 @@ fn dual_the_log_of_a_run_is_the_hosts_own_at_every_tick() {
 
 /// A serial line on which others speak as well.
 struct Noisy {
-    board: Emulated,
+    board: LockStepBoard,
     random: Pcg64,
     ticks: u32,
 }
@@ -211,7 +211,7 @@ impl Processor for Noisy {
         // Longer than any frame, now and then.
         let length = if self.ticks.is_multiple_of(100) { 1000 } else { self.ticks % 40 };
         let noise: Vec<u8> = (0..length).map(|_| self.random.next_u32().to_le_bytes()[0]).collect();
-        self.board.disturb(&noise)?;
+        self.board.inject_noise(&noise)?;
         self.board.tick(measurements)
     }
 }
@@ -221,8 +221,8 @@ impl Processor for Noisy {
 #[test]
 fn tool_pil_over_a_noisy_serial_line() {
     let scene = scene(&["position.deadline_s=0.005"]);
-    let wiring = Wiring { link: Link::Uart, log: None };
-    let board = Emulated::start(elf().as_ref(), Board::M4, wiring).expect("QEMU starts");
+    let wiring = Wiring { transport: Transport::Uart, log: None };
+    let board = LockStepBoard::start(elf().as_ref(), Board::M4, wiring).expect("QEMU starts");
     let mut noisy = Noisy { board, random: Pcg64::new(7, 1), ticks: 0 };
     let run = host_sim::board::pil::run(&scene, &mut noisy).expect("it answers");
     assert!(run.identical && run.steps > 480, "{run:?}");
@@ -243,7 +243,7 @@ fn dual_pil_ends_where_the_host_ends() {
 }
 
 /// The firmware, one bit of whose report is flipped at a tick.
-struct Flipped(Emulated, u64);
+struct Flipped(LockStepBoard, u64);
 
 impl Processor for Flipped {
     fn arm(&mut self, configuration: link::Configuration) -> Result<(), BoardError> {
@@ -264,7 +264,7 @@ impl Processor for Flipped {
 /// which seed.
 #[test]
 fn tool_pil_names_the_first_difference() {
-    let board = Emulated::start(elf().as_ref(), Board::M4, Wiring::default()).expect("QEMU starts");
+    let board = LockStepBoard::start(elf().as_ref(), Board::M4, Wiring::default()).expect("QEMU starts");
     let run = host_sim::board::pil::run(&scene(&["seed=6"]), &mut Flipped(board, 321)).expect("it answers");
     let difference = run.difference.expect("there is one");
     let said = "step 321 of seed 6: applied.amplitude is 0x1 on the microcontroller and 0x0 on the host";

@@ -2,25 +2,25 @@
 //!
 //! In the order of the data:
 //!
-//! - [`program`]: builds the ELF of `firmware-checks/src/bin/instructions.rs`, or takes one that is there.
-//! - [`emulator`]: runs it on a [`Board`], in bounded time.
-//! - [`Listing`]: what it printed, read with suspicion, and proved by loops of known length.
-//! - [`targets`]: what the project wants the operations to take.
-//! - [`Report`]: all of it as a table or as JSON.
-//! - [`cycles`]: what the hot operations would take in cycles, an estimate.
-//! - [`readme`]: the README's table of all that.
+//! | module | what it is |
+//! |---|---|
+//! | [`program`] | builds the ELF of `firmware-checks/src/bin/instructions.rs` |
+//! | [`qemu`](crate::board::qemu) | runs it on a [`Board`](crate::board::qemu::Board), in limited time |
+//! | [`Listing`] | what it printed, checked, and proved by loops of known length |
+//! | [`targets`] | the most instructions that the operations should take |
+//! | [`CountReport`] | the counts beside their targets, as a table or as JSON |
+//! | [`cycles`] | what the hot operations would take in cycles, an estimate |
+//! | [`page_values`](page_values::page_values) | the values of the page on the microcontroller |
 //!
-//! The call of an operation and the passing of its arguments are counted with it. An emulator has neither wait states nor a pipeline: counts are
-//! of instructions, not of cycles.
+//! The call of an operation and the passing of its arguments are counted with it. An emulator has neither wait states
+//! nor a pipeline: counts are of instructions, not of cycles.
 
+mod count_report;
 pub mod cycles;
-pub mod emulator;
 mod listing;
-pub mod page;
+pub mod page_values;
 pub mod program;
-mod report;
 pub mod targets;
 
-pub use emulator::Board;
-pub use listing::{Count, Listing, ListingError};
-pub use report::{Record, Report};
+pub use count_report::{CountRecord, CountReport};
+pub use listing::{Listing, ListingError, OperationCount};

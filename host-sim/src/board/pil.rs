@@ -1,4 +1,5 @@
-//! Processor in the loop: the firmware, on an emulated microcontroller, positions the simulated motor, and the host computes every tick as well.
+//! Processor in the loop: the firmware, on an emulated microcontroller, positions the simulated motor; the host computes
+//! every tick as well.
 //!
 //! ```text
 //!                  +--> host: controller::tick -----------> report ----+
@@ -8,15 +9,19 @@
 //!      +---------------- command of the microcontroller --------+
 //! ```
 //!
-//! In lock step: the plant stands still until the microcontroller has answered, so a run does not depend on how fast anything is.
+//! In lock step: the plant stands still until the microcontroller has answered. A run does not depend on the speed of
+//! anything.
 //!
-//! - [`Processor`]: whoever answers measurements with a report. [`Emulated`]: QEMU, over the frames of the [`link`] crate, by semihosting or the emulated serial line.
-//! - [`Live`]: the whole program of a board instead, on its own timer, out of step.
-//! - [`run`]: a move of a scene; what became of it, and the first [`Difference`].
+//! | item | what it is |
+//! |---|---|
+//! | [`Processor`] | answers measurements with a report |
+//! | [`LockStepBoard`] | a processor: QEMU, over the frames of the [`link`] crate, by semihosting or the serial line |
+//! | [`FreeRunningBoard`] | no processor of a run: the whole program of a board, on its own timer, out of step |
+//! | [`run`] | a move of a scene: a [`ComparedMove`], with the first [`Difference`] |
 
-mod emulated;
-mod live;
-mod process;
+mod frames;
+mod free_running_board;
+mod lock_step_board;
 #[cfg(test)]
 mod tests;
 
@@ -31,11 +36,10 @@ use crate::runs::closed_loop::{ClosedLoop, PositioningMoment};
 use crate::runs::position::{self, MoveOutcome};
 use crate::runs::tick_driver::TickMeasurements;
 use crate::scene::Scene;
-pub use emulated::Emulated;
-pub use live::Live;
-pub use process::{Link, Wiring};
+pub use free_running_board::FreeRunningBoard;
+pub use lock_step_board::LockStepBoard;
 
-/// Whoever is in the loop beside the host.
+/// A processor in the loop beside the host.
 pub trait Processor {
     /// Prepares for a move.
     ///
@@ -43,7 +47,7 @@ pub trait Processor {
     /// When it refuses the move or does not answer.
     fn arm(&mut self, configuration: Configuration) -> Result<(), BoardError>;
 
-    /// What a tick makes of the measurements that the host's tick took in.
+    /// Runs one tick on the measurements of the host's tick.
     ///
     /// # Errors
     /// When it does not answer with a report.
@@ -58,7 +62,8 @@ pub struct Difference {
     pub step: u64,
     /// Part of the report.
     pub field: &'static str,
-    /// Its bits on the host in hexadecimal, with the meaning of a numbered field; `absent` where that part of the report is.
+    /// Its bits on the host in hexadecimal, with the meaning of a numbered field; `absent` where the report has no such
+    /// part.
     pub host: String,
     /// Its bits on the microcontroller.
     pub board: String,
@@ -66,9 +71,9 @@ pub struct Difference {
     pub seed: u64,
 }
 
-/// What became of a run. It ends at the first difference.
+/// A move that host and microcontroller computed both. It ends at the first difference.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Run {
+pub struct ComparedMove {
     /// Whether both computed the same bits in every tick.
     pub identical: bool,
     /// Ticks compared.
@@ -81,14 +86,14 @@ pub struct Run {
     pub outcome: Option<MoveOutcome>,
 }
 
-impl Run {
-    /// The run as one JSON object on one line.
+impl ComparedMove {
+    /// The move as one JSON object on one line.
     pub fn json(&self) -> String {
         crate::report::files::json_line(self)
     }
 }
 
-impl fmt::Display for Run {
+impl fmt::Display for ComparedMove {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         if let Some(outcome) = &self.outcome {
             write!(f, "{outcome}")?;
@@ -99,7 +104,7 @@ impl fmt::Display for Run {
     }
 }
 
-/// The move of `scene`, as the microcontroller has to know it.
+/// The move of `scene`, as it is sent to the microcontroller.
 pub(crate) fn configuration(scene: &Scene) -> Configuration {
     Configuration {
         filter: match scene.choice("estimator.filter") {
@@ -113,15 +118,15 @@ pub(crate) fn configuration(scene: &Scene) -> Configuration {
     }
 }
 
-/// Runs the move of `scene` with `processor` at the controls.
+/// Runs the move of `scene`; the commands of `processor` drive the motor.
 ///
 /// # Errors
 /// When the scene is refused, or the processor fails. A difference is no error here.
-pub fn run(scene: &Scene, processor: &mut impl Processor) -> Result<Run, BoardError> {
+pub fn run(scene: &Scene, processor: &mut impl Processor) -> Result<ComparedMove, BoardError> {
     run_with(scene, processor, |_| Ok(()))
 }
 
-/// The same, showing every tick to `observe` when the processor has answered, whatever it answered.
+/// The same; `observe` sees every tick after the processor has answered, also where the answer differs.
 ///
 /// # Errors
 /// When the scene is refused, or the processor or `observe` fails.
@@ -129,7 +134,7 @@ pub fn run_with(
     scene: &Scene,
     processor: &mut impl Processor,
     mut observe: impl FnMut(&PositioningMoment) -> Result<(), BoardError>,
-) -> Result<Run, BoardError> {
+) -> Result<ComparedMove, BoardError> {
     processor.arm(configuration(scene))?;
     let mut steps = 0;
     let outcome = position::run_with(scene, |closed_loop, moment| {
@@ -140,14 +145,14 @@ pub fn run_with(
         }
     })?;
     match outcome {
-        ControlFlow::Continue(outcome) => Ok(Run {
+        ControlFlow::Continue(outcome) => Ok(ComparedMove {
             identical: true,
             steps,
             final_error_mdeg: Some(outcome.final_error_mdeg),
             difference: None,
             outcome: Some(outcome),
         }),
-        ControlFlow::Break(BoardError::Difference(difference)) => Ok(Run {
+        ControlFlow::Break(BoardError::Difference(difference)) => Ok(ComparedMove {
             identical: false,
             steps,
             final_error_mdeg: None,
@@ -171,8 +176,8 @@ fn compared(
     let theirs = processor.tick(closed_loop.measurements())?;
     observe(moment)?;
     if let Some((field, host, board)) = ours.difference(&theirs) {
-        let host = told(&ours, field, host);
-        let board = told(&theirs, field, board);
+        let host = with_meaning(&ours, field, host);
+        let board = with_meaning(&theirs, field, board);
         return Err(Difference { step, field, host, board, seed }.into());
     }
     let command = theirs.applied.command();
@@ -181,7 +186,7 @@ fn compared(
 }
 
 /// The bits of `field` of `record` in hexadecimal, and what they mean where they are the number of an enumeration.
-fn told(record: &TickRecord, field: &str, bits: Option<u64>) -> String {
+fn with_meaning(record: &TickRecord, field: &str, bits: Option<u64>) -> String {
     let Some(bits) = bits else { return "absent".to_owned() };
     let meaning = match field {
         "health" => Some(format!("{:?}", record.health)),

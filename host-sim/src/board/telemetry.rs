@@ -1,13 +1,13 @@
 //! The firmware's log of a run, read by defmt's own decoder, beside the plant's record of the same ticks.
 //!
-//! - [`Dictionary`]: the texts of the log, which are in the ELF and nowhere else.
-//! - [`Reader`]: entries as they come into the file that the emulated program logs to.
-//! - [`Record`]: each [`Entry`] with the truth of its tick, as a table (CSV) and a picture.
+//! - [`LogDictionary`]: the texts of the log, which are in the ELF and nowhere else.
+//! - [`LogReader`]: entries as they come into the file that the emulated program logs to.
+//! - [`LogBesideTruth`]: each [`LogEntry`] with the truth of its tick, as a table (CSV) and a picture.
 //!
 //! What the firmware logs, and how often: `firmware/src/telemetry.rs`.
 
+mod log_beside_truth;
 mod picture;
-mod record;
 
 use std::fmt;
 use std::fs::File;
@@ -17,14 +17,14 @@ use std::path::Path;
 use defmt_decoder::{DecodeError, StreamDecoder, Table};
 
 use crate::board::BoardError;
-pub use record::Record;
+pub use log_beside_truth::LogBesideTruth;
 
 /// The texts of a program's log.
-pub struct Dictionary {
+pub struct LogDictionary {
     table: Table,
 }
 
-impl Dictionary {
+impl LogDictionary {
     /// Reads them out of the ELF at `path`.
     ///
     /// # Errors
@@ -39,15 +39,15 @@ impl Dictionary {
     }
 }
 
-impl fmt::Debug for Dictionary {
+impl fmt::Debug for LogDictionary {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.debug_struct("Dictionary").finish_non_exhaustive()
+        f.debug_struct("LogDictionary").finish_non_exhaustive()
     }
 }
 
 /// Something that the firmware told.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Entry {
+pub struct LogEntry {
     /// The loop's tick that it tells of.
     pub tick: u64,
     /// How grave it is: `info`, `warn` or `error`.
@@ -56,7 +56,7 @@ pub struct Entry {
     pub text: String,
 }
 
-impl Entry {
+impl LogEntry {
     /// Its first word: `estimate`, `innovation`, `phase`...
     pub fn kind(&self) -> &str {
         self.text.split(' ').next().unwrap_or_default()
@@ -70,23 +70,23 @@ impl Entry {
 }
 
 /// Reads a log while it is written.
-pub struct Reader<'d> {
+pub struct LogReader<'d> {
     file: File,
     decoder: Box<dyn StreamDecoder + Send + Sync + 'd>,
 }
 
-impl fmt::Debug for Reader<'_> {
+impl fmt::Debug for LogReader<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.debug_struct("Reader").field("file", &self.file).finish_non_exhaustive()
+        f.debug_struct("LogReader").field("file", &self.file).finish_non_exhaustive()
     }
 }
 
-impl<'d> Reader<'d> {
+impl<'d> LogReader<'d> {
     /// Reads the log of the program of `dictionary` at `path`.
     ///
     /// # Errors
     /// When it cannot be opened.
-    pub fn open(dictionary: &'d Dictionary, path: &Path) -> Result<Self, BoardError> {
+    pub fn open(dictionary: &'d LogDictionary, path: &Path) -> Result<Self, BoardError> {
         let file =
             File::open(path).map_err(|source| BoardError::Unreadable { path: path.to_owned(), source })?;
         Ok(Self { file, decoder: dictionary.table.new_stream_decoder() })
@@ -96,7 +96,7 @@ impl<'d> Reader<'d> {
     ///
     /// # Errors
     /// When it cannot be read, or is no log of this program.
-    pub fn entries(&mut self) -> Result<Vec<Entry>, BoardError> {
+    pub fn entries(&mut self) -> Result<Vec<LogEntry>, BoardError> {
         let mut bytes = Vec::new();
         self.file
             .read_to_end(&mut bytes)
@@ -112,7 +112,7 @@ impl<'d> Reader<'d> {
                     let tick = frame.display_timestamp().and_then(|tick| tick.to_string().parse().ok());
                     let tick = tick.ok_or_else(|| BoardError::Board("logs without a tick".to_owned()))?;
                     let level = frame.level().map_or("info", |level| level.as_str());
-                    entries.push(Entry { tick, level, text: frame.display_message().to_string() });
+                    entries.push(LogEntry { tick, level, text: frame.display_message().to_string() });
                 }
                 Err(DecodeError::UnexpectedEof) => return Ok(entries),
                 Err(DecodeError::Malformed) => {
@@ -130,7 +130,7 @@ mod tests {
     #[test]
     fn exact_fields_of_an_entry() {
         let text = "estimate angle_units=-7 rate_rad_s=1.0e-5 resting=true".to_owned();
-        let entry = Entry { tick: 1, level: "info", text };
+        let entry = LogEntry { tick: 1, level: "info", text };
         assert_eq!(entry.kind(), "estimate");
         assert_eq!(entry.field::<i64>("angle_units"), Some(-7));
         assert_eq!(entry.field::<f32>("rate_rad_s").map(f32::to_bits), Some(1e-5_f32.to_bits()));
@@ -142,11 +142,11 @@ mod tests {
     fn exact_what_is_no_program_that_logs_is_refused() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("elf");
-        assert!(matches!(Dictionary::read(&path), Err(BoardError::Unreadable { .. })));
+        assert!(matches!(LogDictionary::read(&path), Err(BoardError::Unreadable { .. })));
         std::fs::write(&path, "text").unwrap();
-        assert!(matches!(Dictionary::read(&path), Err(BoardError::NoElf { .. })));
+        assert!(matches!(LogDictionary::read(&path), Err(BoardError::NoElf { .. })));
         // An ELF, but of a program that does not log.
         let ourselves = std::env::current_exe().unwrap();
-        assert!(matches!(Dictionary::read(&ourselves), Err(BoardError::NoElf { .. })));
+        assert!(matches!(LogDictionary::read(&ourselves), Err(BoardError::NoElf { .. })));
     }
 }

@@ -9,7 +9,7 @@ use super::count::Count;
 use super::microcontroller::count_instructions;
 use super::publication::{Findings, PublicationArgs};
 use super::{SceneArgs, progress_style};
-use crate::board::instructions::Board;
+use crate::board::qemu::Board;
 use crate::cli::CommandError;
 use crate::studies::filter_costs;
 use crate::studies::filter_errors;

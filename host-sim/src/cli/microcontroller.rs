@@ -9,8 +9,9 @@ use clap::Args;
 use super::telemetry;
 use super::{Format, SceneArgs};
 use crate::board::BoardError;
-use crate::board::instructions::{self, Board, Listing};
+use crate::board::instructions::{self, Listing};
 use crate::board::pil;
+use crate::board::qemu::{self, Board, Wiring};
 use crate::board::size;
 use crate::cli::CommandError;
 use crate::report::files;
@@ -53,7 +54,7 @@ impl InstructionsArgs {
             let elf = instructions::program::build("peers")?;
             listing.counts.extend(count_instructions(Some(&elf), self.board)?.counts);
         }
-        let report = instructions::Report::new(self.board, listing).map_err(BoardError::from)?;
+        let report = instructions::CountReport::new(self.board, listing).map_err(BoardError::from)?;
         if let Some(mut file) = file {
             file.write_all(report.json().as_bytes()).map_err(|source| file.unwritable(source))?;
             file.publish()?;
@@ -67,9 +68,9 @@ impl InstructionsArgs {
 
 /// What the program prints that counts, run on `board`: that in `elf`, or one built for it.
 pub(super) fn count_instructions(elf: Option<&Path>, board: Board) -> Result<Listing, BoardError> {
-    instructions::emulator::check()?;
+    qemu::check()?;
     let elf = elf.map_or_else(|| instructions::program::build("instructions"), |elf| Ok(elf.to_owned()))?;
-    Ok(Listing::parse(&instructions::emulator::run(&elf, board)?)?)
+    Ok(Listing::parse(&qemu::run(&elf, board)?)?)
 }
 
 #[derive(Debug, Args)]
@@ -85,7 +86,7 @@ pub(super) struct PilArgs {
     elf: Option<PathBuf>,
     /// What carries the frames between host and firmware
     #[arg(long, value_enum, default_value_t)]
-    link: pil::Link,
+    link: qemu::Transport,
     /// Decode the program's log (defmt), and write it beside the truth: telemetry.csv and telemetry.svg. Only in a
     /// command that is built with the feature `telemetry`
     #[arg(long, value_name = "FOLDER")]
@@ -103,7 +104,7 @@ impl PilArgs {
             return Err(CommandError::LeftOut { what: "pil --telemetry", feature: "telemetry" });
         }
         let scene = self.scene.load("pil", &[("position.to_deg", &self.to)])?;
-        instructions::emulator::check()?;
+        qemu::check()?;
         let elf = self.elf.clone().map_or_else(|| instructions::program::build("pil"), Ok)?;
         let (run, log) = match &self.telemetry {
             #[cfg(feature = "telemetry")]
@@ -118,9 +119,9 @@ impl PilArgs {
     }
 
     /// The run without its log.
-    fn run_alone(&self, scene: &Scene, elf: &Path) -> Result<pil::Run, BoardError> {
-        let wiring = pil::Wiring { link: self.link, log: None };
-        let mut processor = pil::Emulated::start(elf, self.board, wiring)?;
+    fn run_alone(&self, scene: &Scene, elf: &Path) -> Result<pil::ComparedMove, BoardError> {
+        let wiring = Wiring { transport: self.link, log: None };
+        let mut processor = pil::LockStepBoard::start(elf, self.board, wiring)?;
         let run = pil::run(scene, &mut processor)?;
         processor.finish()?;
         Ok(run)
@@ -136,8 +137,8 @@ pub(super) struct SizeArgs {
 
 impl SizeArgs {
     pub(super) fn execute(&self) -> Result<(), CommandError> {
-        instructions::emulator::check()?;
-        let report = size::Report::measure(instructions::program::build_with)?;
+        qemu::check()?;
+        let report = size::SizeReport::measure(instructions::program::build_with)?;
         files::print(&match self.format {
             Format::Text => report.to_string(),
             Format::Json => report.json(),

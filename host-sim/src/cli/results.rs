@@ -6,8 +6,8 @@ use std::path::{Path, PathBuf};
 use clap::{Args, ValueEnum};
 
 use super::microcontroller::count_instructions;
-use crate::board::instructions::{self, Board};
-use crate::board::{BoardError, size};
+use crate::board::qemu::Board;
+use crate::board::{BoardError, instructions, size};
 use crate::cli::CommandError;
 use crate::report::OutputError;
 use crate::report::files::{self, Output};
@@ -161,10 +161,10 @@ fn microcontroller_values() -> Result<Vec<PlacedValue>, CommandError> {
     let mut listing = count_instructions(None, Board::M4)?;
     let peers = instructions::program::build("peers")?;
     listing.counts.extend(count_instructions(Some(&peers), Board::M4)?.counts);
-    let report = instructions::Report::new(Board::M4, listing).map_err(BoardError::from)?;
+    let report = instructions::CountReport::new(Board::M4, listing).map_err(BoardError::from)?;
     let estimates = instructions::cycles::estimate(Board::M4)?;
-    let mut values = instructions::page::page_values(&report, &estimates);
-    values.extend(size::Report::measure(instructions::program::build_with)?.page_values());
+    let mut values = instructions::page_values::page_values(&report, &estimates);
+    values.extend(size::SizeReport::measure(instructions::program::build_with)?.page_values());
     Ok(values)
 }
 

@@ -2,9 +2,9 @@
 
 use std::path::Path;
 
-use crate::board::instructions::Board;
-use crate::board::pil::{self, Emulated, Link, Wiring};
-use crate::board::telemetry::{Dictionary, Reader, Record};
+use crate::board::pil::{self, LockStepBoard};
+use crate::board::qemu::{Board, Transport, Wiring};
+use crate::board::telemetry::{LogBesideTruth, LogDictionary, LogReader};
 use crate::cli::CommandError;
 use crate::report::OutputError;
 use crate::report::files::OutputFolder;
@@ -15,16 +15,16 @@ pub(super) fn run(
     scene: &Scene,
     elf: &Path,
     board: Board,
-    link: Link,
+    link: Transport,
     folder: &Path,
-) -> Result<(pil::Run, String), CommandError> {
-    let dictionary = Dictionary::read(elf)?;
+) -> Result<(pil::ComparedMove, String), CommandError> {
+    let dictionary = LogDictionary::read(elf)?;
     let output = OutputFolder::create(folder)?;
-    let mut record = Record::create(&folder.join("telemetry.csv"))?;
+    let mut record = LogBesideTruth::create(&folder.join("telemetry.csv"))?;
     let unwritable = |source| OutputError::Unwritable { path: std::env::temp_dir(), source };
     let log = tempfile::NamedTempFile::new().map_err(unwritable)?;
-    let mut reader = Reader::open(&dictionary, log.path())?;
-    let mut processor = Emulated::start(elf, board, Wiring { link, log: Some(log.path()) })?;
+    let mut reader = LogReader::open(&dictionary, log.path())?;
+    let mut processor = LockStepBoard::start(elf, board, Wiring { transport: link, log: Some(log.path()) })?;
     let run = pil::run_with(scene, &mut processor, |moment| record.take(&reader.entries()?, moment))?;
     processor.finish()?;
     let said = format!("{record}written            {}\n", folder.join("telemetry.{csv,svg}").display());

@@ -214,7 +214,7 @@ impl FilterVariant {
                 .counts
                 .iter()
                 .find(|count| count.operation == name)
-                .map(crate::board::instructions::Count::mean)
+                .map(crate::board::instructions::OperationCount::mean)
         };
         counted.then_some(())?;
         Some(OperationCosts::new(

@@ -1,25 +1,29 @@
 //! Cycles of the hot operations: an estimate, since no emulator has a pipeline.
 //!
-//! The emulator tells every instruction that the program `hot_operations` executes, one by one. Of each operation the call of median length is taken, written down as
-//! the straight line that it was, and given to `llvm-mca`, which knows how long the units of the processor take and what waits for what. On top
-//! come [`Board::cycles_per_jump`] for every jump that was taken, which it does not know. Wait states of the flash, caches and interrupts are left out; where
-//! `llvm-mca` has no model of an instruction (a comparison of floats on the Cortex-M7) it counts as one that does nothing.
+//! 1. The emulator prints the address of every instruction that the program `hot_operations` executes.
+//! 2. Of each operation the call of median length is taken.
+//! 3. It is written down as assembly without jumps, in the order of execution.
+//! 4. `llvm-mca`, which knows latencies and units of the processor, analyses that.
+//! 5. [`Board::cycles_per_jump`] is added for every jump that was taken; `llvm-mca` does not know it.
+//!
+//! Wait states of the flash, caches and interrupts are left out. Where `llvm-mca` has no model of an instruction (a
+//! comparison of floats on the Cortex-M7), it counts as one that does nothing.
 
 use std::collections::HashMap;
-use std::io::{BufRead as _, BufReader, Write as _};
+use std::io::Write as _;
 use std::path::Path;
 use std::process::{Command, Stdio};
 
 use serde::Serialize;
 
-use super::emulator::{self, Board};
 use super::program;
 use crate::board::BoardError;
-use crate::board::size::Image;
+use crate::board::elf_image::ElfImage;
+use crate::board::qemu::{self, Board, Trace};
 use crate::report::table::Table;
 use crate::tool::ToolError;
 
-/// Operations, by the end of the function's name, and what they are called.
+/// Ends of the names of functions, and the operations that they are.
 const OPERATIONS: [(&str, &str); 4] = [
     ("instructions::twin_step::step", "located_step_aloft"),
     ("instructions::filter_core::step_two_states", "core_2_predict_and_update"),
@@ -30,18 +34,19 @@ const OPERATIONS: [(&str, &str); 4] = [
 /// Calls of the last operation that are followed: 20 ms of motion.
 const TICKS: usize = 2000;
 
-/// Debian's package `llvm`.
+/// Of Debian's package `llvm`.
 const DISASSEMBLER: &str = "llvm-objdump";
+/// Of the same package.
 const ANALYSER: &str = "llvm-mca";
 
-/// What an operation took.
+/// The cycles of an operation.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Estimate {
+pub struct CycleEstimate {
     /// `m4` or `m7`.
     pub board: &'static str,
     /// Name of the operation.
     pub operation: &'static str,
-    /// Instructions of the call followed.
+    /// Instructions of the call of median length.
     pub instructions: usize,
     /// Cycles, estimated.
     pub cycles_estimate: usize,
@@ -56,7 +61,7 @@ impl Board {
         }
     }
 
-    /// What a jump costs beside its own cycle: the pipeline is filled anew, or was predicted.
+    /// Cycles of a jump beside its own: to fill the pipeline anew, or none where the jump is predicted.
     fn cycles_per_jump(self) -> usize {
         match self {
             Self::M4 => 2,
@@ -74,10 +79,10 @@ impl Board {
 ///
 /// # Errors
 /// When a tool is missing or fails.
-pub fn estimate(board: Board) -> Result<Vec<Estimate>, BoardError> {
-    emulator::check()?;
+pub fn estimate(board: Board) -> Result<Vec<CycleEstimate>, BoardError> {
+    qemu::check()?;
     let elf = program::build("hot_operations")?;
-    let image = Image::read(&elf)?;
+    let image = ElfImage::read(&elf)?;
     let code = disassembled(&elf, board)?;
     let entries = OPERATIONS.map(|(name, _)| {
         image.functions.iter().find(|function| function.name.ends_with(name)).map(|function| function.address)
@@ -87,32 +92,24 @@ pub fn estimate(board: Board) -> Result<Vec<Estimate>, BoardError> {
         calls.sort_by_key(Vec::len);
         let Some(call) = calls.get(calls.len() / 2) else { continue };
         let cycles_estimate = analysed(call, &code, board)? + jumps(call, &code) * board.cycles_per_jump();
-        estimates.push(Estimate { board: board.key(), operation, instructions: call.len(), cycles_estimate });
+        estimates.push(CycleEstimate {
+            board: board.key(),
+            operation,
+            instructions: call.len(),
+            cycles_estimate,
+        });
     }
     Ok(estimates)
 }
 
-/// What was executed in every call of the functions that begin at `entries`, up to the return.
+/// The instructions of every call of the functions that begin at `entries`, up to the return.
 fn followed(elf: &Path, board: Board, entries: [Option<u32>; 4]) -> Result<[Vec<Vec<u32>>; 4], BoardError> {
-    let tool = emulator::QEMU;
-    let lost = |source| ToolError::NoTool { tool, source };
-    let mut child = Command::new(tool)
-        .args(["-M", board.machine(), "-display", "none", "-monitor", "none", "-serial", "none"])
-        .args(["-singlestep", "-d", "exec,nochain"])
-        .args(["-semihosting-config", "enable=on,target=native", "-kernel"])
-        .arg(elf)
-        .stdin(Stdio::null())
-        .stdout(Stdio::null())
-        .stderr(Stdio::piped())
-        .spawn()
-        .map_err(lost)?;
     let mut calls: [Vec<Vec<u32>>; 4] = Default::default();
     // The operation that runs, where it returns to, and what it has executed.
     let mut running: Option<(usize, u32, Vec<u32>)> = None;
     let mut before = 0;
-    for line in child.stderr.take().into_iter().flat_map(|said| BufReader::new(said).lines()) {
-        let line = line.map_err(lost)?;
-        let Some(at) = address(&line) else { continue };
+    for at in Trace::start(elf, board)? {
+        let at = at?;
         if let Some((operation, back, executed)) = &mut running {
             if at == *back {
                 calls[*operation].push(std::mem::take(executed));
@@ -129,16 +126,7 @@ fn followed(elf: &Path, board: Board, entries: [Option<u32>; 4]) -> Result<[Vec<
             break;
         }
     }
-    // It may have ended by itself; either way it is reaped.
-    let _ = child.kill();
-    let _ = child.wait();
     Ok(calls)
-}
-
-/// The program counter in a line like `Trace 0: 0x7f.. [00800408/0000040a/00000110/ff000201] name`.
-fn address(line: &str) -> Option<u32> {
-    let (_, fields) = line.strip_prefix("Trace")?.split_once('[')?;
-    u32::from_str_radix(fields.split('/').nth(1)?, 16).ok()
 }
 
 /// The text of every instruction by its address.
@@ -149,25 +137,25 @@ fn disassembled(elf: &Path, board: Board) -> Result<HashMap<u32, String>, BoardE
         .arg(elf)
         .output()
         .map_err(|source| ToolError::NoTool { tool, source })?;
-    let said = String::from_utf8_lossy(&output.stdout);
+    let printed = String::from_utf8_lossy(&output.stdout);
     let instruction = |line: &str| {
         let (at, text) = line.split_once(':')?;
         let text = text.split(['@', '<']).next()?.trim();
         Some((u32::from_str_radix(at.trim(), 16).ok()?, text.to_owned()))
     };
-    Ok(said.lines().filter_map(instruction).collect())
+    Ok(printed.lines().filter_map(instruction).collect())
 }
 
-/// How often a call went on elsewhere than behind the instruction before.
+/// How often the next instruction of a call was not the one behind.
 fn jumps(call: &[u32], code: &HashMap<u32, String>) -> usize {
     let next = |at: u32| if code.contains_key(&(at + 2)) { at + 2 } else { at + 4 };
     call.windows(2).filter(|pair| pair[1] != next(pair[0])).count()
 }
 
-/// Cycles of a straight line of instructions.
+/// Cycles of a call, without those of its jumps.
 fn analysed(call: &[u32], code: &HashMap<u32, String>, board: Board) -> Result<usize, BoardError> {
     let tool = ANALYSER;
-    let lost = |source| ToolError::NoTool { tool, source };
+    let not_run = |source| ToolError::NoTool { tool, source };
     let mut child = Command::new(tool)
         .args(["-mtriple=thumbv7em-none-eabihf", &format!("-mcpu={}", board.cpu()), "-iterations=1"])
         .args(["-instruction-info=0", "-resource-pressure=0"])
@@ -175,14 +163,14 @@ fn analysed(call: &[u32], code: &HashMap<u32, String>, board: Board) -> Result<u
         .stdout(Stdio::piped())
         .stderr(Stdio::piped())
         .spawn()
-        .map_err(lost)?;
+        .map_err(not_run)?;
     let line = straight_line(call, code, board);
     if let Some(mut stdin) = child.stdin.take() {
-        stdin.write_all(line.as_bytes()).map_err(lost)?;
+        stdin.write_all(line.as_bytes()).map_err(not_run)?;
     }
-    let output = child.wait_with_output().map_err(lost)?;
-    let said = String::from_utf8_lossy(&output.stdout);
-    let cycles = said.lines().find_map(|line| line.strip_prefix("Total Cycles:")?.trim().parse().ok());
+    let output = child.wait_with_output().map_err(not_run)?;
+    let printed = String::from_utf8_lossy(&output.stdout);
+    let cycles = printed.lines().find_map(|line| line.strip_prefix("Total Cycles:")?.trim().parse().ok());
     cycles.ok_or_else(|| {
         let complaint = String::from_utf8_lossy(&output.stderr);
         let complaint = complaint.lines().next().unwrap_or_default().to_owned();
@@ -190,7 +178,7 @@ fn analysed(call: &[u32], code: &HashMap<u32, String>, board: Board) -> Result<u
     })
 }
 
-/// A call as assembly: what was executed, one after the other, each jump to a label that is passed anyway.
+/// A call as assembly: its instructions in the order of execution, each jump to a label before all of them.
 fn straight_line(call: &[u32], code: &HashMap<u32, String>, board: Board) -> String {
     let mut text = String::from(".syntax unified\n.thumb\n1:\n");
     for instruction in call.iter().filter_map(|at| code.get(at)) {
@@ -198,7 +186,7 @@ fn straight_line(call: &[u32], code: &HashMap<u32, String>, board: Board) -> Str
         let written = match instruction.rsplit_once(char::is_whitespace) {
             // Tables of jumps hold addresses of their own.
             _ if mnemonic.starts_with("tb") || !board.is_modelled(mnemonic) => "nop".to_owned(),
-            // Conditions come from an `it` that the analyser does not follow.
+            // The analyser does not follow the condition of an `it`.
             _ if mnemonic.starts_with("it") => "nop".to_owned(),
             Some((head, target)) if target.starts_with("0x") => format!("{head} 1b"),
             _ => instruction.clone(),
@@ -210,17 +198,17 @@ fn straight_line(call: &[u32], code: &HashMap<u32, String>, board: Board) -> Str
 }
 
 /// For the terminal.
-pub fn table(board: Board, estimates: &[Estimate]) -> String {
+pub fn table(board: Board, estimates: &[CycleEstimate]) -> String {
     let mut table = Table::new(&["operation", "instructions", "cycles"]);
-    for Estimate { operation, instructions, cycles_estimate, .. } in estimates {
+    for CycleEstimate { operation, instructions, cycles_estimate, .. } in estimates {
         table.push(vec![(*operation).to_owned(), instructions.to_string(), cycles_estimate.to_string()]);
     }
     let processor = board.processor();
     format!("{processor}, cycles estimated by {ANALYSER}: no wait states, no caches\n\n{}", table.text())
 }
 
-/// An array of [`Estimate`]s, one a line.
-pub fn json(estimates: &[Estimate]) -> String {
+/// An array of [`CycleEstimate`]s, one a line.
+pub fn json(estimates: &[CycleEstimate]) -> String {
     let records: Vec<String> =
         estimates.iter().map(|estimate| serde_json::to_string(estimate).unwrap_or_default()).collect();
     format!("[\n{}\n]\n", records.join(",\n"))
@@ -229,14 +217,6 @@ pub fn json(estimates: &[Estimate]) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn exact_address_of_a_line() {
-        let line = "Trace 0: 0x7faa98000b40 [00800408/0000040a/00000110/ff000201] Reset";
-        assert_eq!(address(line), Some(0x40a));
-        assert_eq!(address("Trace 0: 0x7faa98000b40"), None);
-        assert_eq!(address("qemu: hello"), None);
-    }
 
     /// Two instructions in line, a jump back, and what follows it.
     #[test]

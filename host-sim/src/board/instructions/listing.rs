@@ -4,7 +4,7 @@ use std::collections::HashSet;
 
 /// What an operation took.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Count {
+pub struct OperationCount {
     /// Name of the operation: small letters, digits, `_` and `.`.
     pub operation: String,
     /// How many times it was counted, at least once.
@@ -15,7 +15,7 @@ pub struct Count {
     pub max: u32,
 }
 
-impl Count {
+impl OperationCount {
     /// Mean of the samples.
     #[expect(clippy::cast_precision_loss, reason = "totals stay below 2^53")]
     pub fn mean(&self) -> f64 {
@@ -29,7 +29,7 @@ pub struct Listing {
     /// The compiler that built the program, as `rustc --version` names it.
     pub compiler: String,
     /// The counts, each operation once.
-    pub counts: Vec<Count>,
+    pub counts: Vec<OperationCount>,
 }
 
 /// Why a listing is not believed.
@@ -113,7 +113,7 @@ impl Listing {
     ///
     /// # Errors
     /// When there is none.
-    pub fn count(&self, operation: &'static str) -> Result<&Count, ListingError> {
+    pub fn count(&self, operation: &'static str) -> Result<&OperationCount, ListingError> {
         self.counts
             .iter()
             .find(|count| count.operation == operation)
@@ -126,7 +126,7 @@ impl Listing {
     /// When that is not what was counted.
     pub fn prove(&self) -> Result<(), ListingError> {
         let (short, long) = (self.count("loop_of_1000_turns")?, self.count("loop_of_10000_turns")?);
-        let alike = |count: &Count| u64::from(count.samples) * u64::from(count.max) == count.total;
+        let alike = |count: &OperationCount| u64::from(count.samples) * u64::from(count.max) == count.total;
         let counted = i64::from(long.max) - i64::from(short.max);
         if counted == 18_000 && alike(short) && alike(long) {
             Ok(())
@@ -136,7 +136,7 @@ impl Listing {
     }
 }
 
-fn count(text: &str, line: usize) -> Result<Count, ListingError> {
+fn count(text: &str, line: usize) -> Result<OperationCount, ListingError> {
     let malformed = || ListingError::Malformed { line };
     let fields: Vec<&str> = text.split(' ').collect();
     let &[operation, samples, total, max] = fields.as_slice() else { return Err(malformed()) };
@@ -150,7 +150,7 @@ fn count(text: &str, line: usize) -> Result<Count, ListingError> {
     let operation = operation.to_owned();
     let possible = samples > 0 && u64::from(max) <= total && total <= u64::from(samples) * u64::from(max);
     if possible {
-        Ok(Count { operation, samples, total, max })
+        Ok(OperationCount { operation, samples, total, max })
     } else {
         Err(ListingError::Contradiction { line, operation, samples, total, max })
     }
@@ -224,9 +224,9 @@ mod tests {
         fn law_written_counts_are_read_back(
             samples in prop::collection::btree_map("[a-z0-9_.]{1,30}", prop::collection::vec(any::<u32>(), 1..9), 0..9)
         ) {
-            let counts: Vec<Count> = samples
+            let counts: Vec<OperationCount> = samples
                 .into_iter()
-                .map(|(operation, samples)| Count {
+                .map(|(operation, samples)| OperationCount {
                     operation,
                     samples: u32::try_from(samples.len()).unwrap(),
                     total: samples.iter().map(|&sample| u64::from(sample)).sum(),
@@ -235,7 +235,7 @@ mod tests {
                 .collect();
             let lines: Vec<String> = counts
                 .iter()
-                .map(|Count { operation, samples, total, max }| format!("{operation} {samples} {total} {max}\n"))
+                .map(|OperationCount { operation, samples, total, max }| format!("{operation} {samples} {total} {max}\n"))
                 .collect();
             let text = format!("compiler rustc 1.95.0\n{}", lines.concat());
             prop_assert_eq!(Listing::parse(&text).unwrap().counts, counts);

@@ -5,7 +5,7 @@
 
 use std::fmt;
 
-use super::listing::Count;
+use super::listing::OperationCount;
 
 /// Which figure of a count is held to a limit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -52,7 +52,7 @@ pub const TARGETS: [Target; 13] = {
 
 impl Target {
     /// Whether `count`, which is this target's operation's, meets it.
-    pub fn is_met(&self, count: &Count) -> bool {
+    pub fn is_met(&self, count: &OperationCount) -> bool {
         let figure = match self.statistic {
             Statistic::Mean => count.mean(),
             Statistic::Max => f64::from(count.max),
@@ -77,7 +77,7 @@ mod tests {
 
     #[test]
     fn exact_a_target_is_met_up_to_its_limit() {
-        let count = Count { operation: "a".to_owned(), samples: 2, total: 300, max: 200 };
+        let count = OperationCount { operation: "a".to_owned(), samples: 2, total: 300, max: 200 };
         let met = |statistic, limit| Target { operation: "a", statistic, limit }.is_met(&count);
         assert!(met(Statistic::Mean, 150) && !met(Statistic::Mean, 149));
         assert!(met(Statistic::Max, 200) && !met(Statistic::Max, 199));

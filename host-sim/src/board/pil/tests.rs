@@ -6,7 +6,7 @@ use motor_model::{DriveCommand, Time};
 
 use crate::runs::filter::AnyFilter;
 
-/// What is done to a report.
+/// A change of a report.
 type Spoil = fn(&mut TickRecord);
 
 /// Flips the lowest bit of a number on the wire.
@@ -14,15 +14,15 @@ fn flip<T>(coded: &mut Coded<T>) {
     *coded = Coded::from_number(coded.number() ^ 1);
 }
 
-/// Another processor: the loop once more, from the configuration alone, which spoils a field at a tick.
-struct Second {
+/// A processor that is the host's own loop once more, from the configuration alone. It spoils a field at a tick.
+struct SecondLoop {
     position_loop: Option<PositionLoop<AnyFilter>>,
     ticks: u64,
     spoil_at: u64,
     spoil: Spoil,
 }
 
-impl Second {
+impl SecondLoop {
     fn new(spoil_at: u64, spoil: Spoil) -> Self {
         Self { position_loop: None, ticks: 0, spoil_at, spoil }
     }
@@ -46,7 +46,7 @@ impl Drive for Ports<'_> {
     }
 }
 
-impl Processor for Second {
+impl Processor for SecondLoop {
     fn arm(&mut self, configuration: Configuration) -> Result<(), BoardError> {
         let Configuration { filter, target_deg, tolerance_deg, deadline_nanos } = configuration;
         let filter = match filter {
@@ -93,7 +93,7 @@ fn dual_a_second_loop_computes_the_same_from_what_it_is_told() {
         ][..],
     ] {
         let scene = scene(sets);
-        let run = run(&scene, &mut Second::new(0, |_| ())).unwrap();
+        let run = run(&scene, &mut SecondLoop::new(0, |_| ())).unwrap();
         assert!(run.identical, "{run:?}");
         let alone = position::run(&scene, |_| ()).unwrap();
         assert_eq!(run.outcome, Some(alone));
@@ -117,7 +117,7 @@ fn exact_a_difference_is_named_by_step_field_and_both_values() {
         let estimate = report.estimate.as_mut().unwrap();
         estimate.rate_rad_s = f32::from_bits(estimate.rate_rad_s.to_bits() ^ 1);
     };
-    let run = run(&scene, &mut Second::new(2000, spoil)).unwrap();
+    let run = run(&scene, &mut SecondLoop::new(2000, spoil)).unwrap();
     assert!(!run.identical && run.outcome.is_none());
     assert_eq!(run.steps, 2000);
     let host = host.get();
@@ -160,7 +160,7 @@ fn law_no_field_of_a_report_is_left_out() {
     ];
     for (field, spoil) in spoils {
         // A tick with a camera frame: one comes every ten.
-        let difference = run(&scene, &mut Second::new(1000, spoil)).unwrap().difference.unwrap();
+        let difference = run(&scene, &mut SecondLoop::new(1000, spoil)).unwrap().difference.unwrap();
         assert_eq!((difference.step, difference.field), (1000, field));
     }
 }
@@ -169,7 +169,7 @@ fn law_no_field_of_a_report_is_left_out() {
 #[test]
 fn exact_a_numbered_field_is_told_by_its_meaning() {
     let spoil = |r: &mut TickRecord| r.health = estimator::Health::Waiting.into();
-    let run = run(&scene(&["position.deadline_s=0.02"]), &mut Second::new(1000, spoil)).unwrap();
+    let run = run(&scene(&["position.deadline_s=0.02"]), &mut SecondLoop::new(1000, spoil)).unwrap();
     let difference = run.difference.unwrap();
     assert_eq!((difference.field, difference.board.as_str()), ("health", "0x1 (Waiting)"));
 }

@@ -1,12 +1,12 @@
 //! The picture of a log: angle, error and innovations as they were logged, beside the truth.
 
-use super::Record;
-use super::record::Logged;
+use super::LogBesideTruth;
+use super::log_beside_truth::Logged;
 use crate::report::OutputError;
 use crate::report::chart::{Axis, Colour, Figure, Panel, Series};
 
 /// The log as an SVG document.
-pub(super) fn svg(record: &Record) -> Result<String, OutputError> {
+pub(super) fn svg(record: &LogBesideTruth) -> Result<String, OutputError> {
     let entries: u64 = record.counts().values().sum();
     Figure::new("What the firmware logged, beside the truth")
         .caption(format!("{entries} entries in {:.3} s, at the ticks that they bear", record.end_s))
@@ -16,22 +16,22 @@ pub(super) fn svg(record: &Record) -> Result<String, OutputError> {
         .svg()
 }
 
-fn time(record: &Record) -> Axis {
+fn time(record: &LogBesideTruth) -> Axis {
     Axis::new("time (s)").within(0.0..record.end_s)
 }
 
-fn line(record: &Record, value: fn(&Logged) -> f64) -> Vec<(f64, f64)> {
+fn line(record: &LogBesideTruth, value: fn(&Logged) -> f64) -> Vec<(f64, f64)> {
     record.estimates.iter().map(|logged| (logged.time_s, value(logged))).collect()
 }
 
 /// Intervals during which `mode` was driven.
-fn driven(record: &Record, mode: &str) -> Vec<(f64, f64)> {
+fn driven(record: &LogBesideTruth, mode: &str) -> Vec<(f64, f64)> {
     let ends = record.drives.iter().skip(1).map(|(at, _)| *at).chain([record.end_s]);
     let spans = record.drives.iter().zip(ends);
     spans.filter(|((_, drive), _)| drive == mode).map(|((from, _), to)| (*from, to)).collect()
 }
 
-fn angle(record: &Record) -> Panel {
+fn angle(record: &LogBesideTruth) -> Panel {
     let truth = Series::line(line(record, |logged| logged.true_deg)).colour(Colour::Blue).width(2.0);
     let logged =
         Series::line(line(record, |logged| logged.estimated_deg)).colour(Colour::Vermilion).width(1.0);
@@ -42,7 +42,7 @@ fn angle(record: &Record) -> Panel {
         .series(logged.label("logged estimate"))
 }
 
-fn error(record: &Record) -> Panel {
+fn error(record: &LogBesideTruth) -> Panel {
     let within = |logged: &Logged| (logged.time_s, -2.0 * logged.sigma_mdeg, 2.0 * logged.sigma_mdeg);
     let band = Series::band(record.estimates.iter().map(within).collect()).colour(Colour::Vermilion);
     let error = Series::line(line(record, |logged| logged.error_mdeg)).colour(Colour::Black);
@@ -56,7 +56,7 @@ fn error(record: &Record) -> Panel {
     .series(error.label("logged estimate less truth"))
 }
 
-fn innovation(record: &Record) -> Panel {
+fn innovation(record: &LogBesideTruth) -> Panel {
     let [used, refused] = record.innovations.clone();
     Panel::new("Camera frames", time(record), Axis::new("innovation (mdeg)"))
         .series(Series::points(used).colour(Colour::Blue).label("used"))

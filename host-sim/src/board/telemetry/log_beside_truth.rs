@@ -7,7 +7,7 @@ use std::path::Path;
 use controller::PositionLoop;
 use motor_model::{Angle, math};
 
-use super::{Entry, picture};
+use super::{LogEntry, picture};
 use crate::board::BoardError;
 use crate::report::OutputError;
 use crate::report::files::Output;
@@ -43,7 +43,7 @@ pub(super) struct Logged {
 
 /// Writes the log beside the truth, and keeps what its picture needs.
 #[derive(Debug)]
-pub struct Record {
+pub struct LogBesideTruth {
     csv: csv::Writer<Output>,
     counts: BTreeMap<String, u64>,
     squares_mdeg2: f64,
@@ -55,7 +55,7 @@ pub struct Record {
     pub(super) end_s: f64,
 }
 
-impl Record {
+impl LogBesideTruth {
     /// A table that will be at `path` after [`Self::publish`].
     ///
     /// # Errors
@@ -82,7 +82,7 @@ impl Record {
     ///
     /// # Errors
     /// When an entry tells of another tick, or the table cannot be written.
-    pub fn take(&mut self, entries: &[Entry], truth: &PositioningMoment) -> Result<(), BoardError> {
+    pub fn take(&mut self, entries: &[LogEntry], truth: &PositioningMoment) -> Result<(), BoardError> {
         let tick = truth.at.nanos() / PositionLoop::TICK_NANOS;
         self.end_s = truth.seconds();
         for entry in entries {
@@ -96,7 +96,7 @@ impl Record {
         Ok(())
     }
 
-    fn take_one(&mut self, entry: &Entry, truth: &PositioningMoment) -> Result<(), BoardError> {
+    fn take_one(&mut self, entry: &LogEntry, truth: &PositioningMoment) -> Result<(), BoardError> {
         let time_s = truth.seconds();
         let logged = estimate(entry, truth);
         if let Some(logged) = logged {
@@ -161,7 +161,7 @@ fn put<T>(points: &mut Vec<T>, point: T) {
 }
 
 /// What an entry says of the angle, if it is an estimate.
-fn estimate(entry: &Entry, truth: &PositioningMoment) -> Option<Logged> {
+fn estimate(entry: &LogEntry, truth: &PositioningMoment) -> Option<Logged> {
     let angle = Angle::from_units(entry.field("angle_units")?);
     let variance_rad2: f64 = entry.field("angle_rad2")?;
     Some(Logged {
@@ -173,7 +173,7 @@ fn estimate(entry: &Entry, truth: &PositioningMoment) -> Option<Logged> {
     })
 }
 
-impl fmt::Display for Record {
+impl fmt::Display for LogBesideTruth {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let kinds: Vec<String> = self.counts.iter().map(|(kind, count)| format!("{count} {kind}")).collect();
         let all: u64 = self.counts.values().sum();
@@ -205,15 +205,15 @@ mod tests {
         PositioningMoment { at, angle: Angle::from_degrees(degrees), rate_rad_s: 0.5, report }
     }
 
-    fn entry(tick: u64, text: String) -> Entry {
-        Entry { tick, level: "info", text }
+    fn entry(tick: u64, text: String) -> LogEntry {
+        LogEntry { tick, level: "info", text }
     }
 
     #[test]
     fn exact_a_row_has_the_truth_of_its_tick_and_its_error() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("telemetry.csv");
-        let mut record = Record::create(&path).unwrap();
+        let mut record = LogBesideTruth::create(&path).unwrap();
         let units = Angle::from_degrees(10.003).units();
         let text = format!("estimate angle_units={units} rate_rad_s=0.25 angle_rad2=1e-10 resting=false");
         record.take(&[entry(7, text), entry(7, "phase settling".to_owned())], &moment(7, 10.0)).unwrap();

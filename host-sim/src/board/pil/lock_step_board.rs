@@ -1,4 +1,4 @@
-//! The firmware in QEMU, at the other end of two pipes.
+//! A board in lock step: the program `pil` in QEMU, at the other end of two pipes.
 
 use std::io::{Read as _, Write as _};
 use std::path::Path;
@@ -7,21 +7,21 @@ use std::process::{ChildStdin, ChildStdout};
 use controller::PositionLoop;
 use link::{
     BoardMessage, Configuration, Counters, Deframer, FRAME_BYTES_MAX, Header, HostMessage, LdvRecords,
-    TickRecord, decode, encode,
+    TickRecord, decode,
 };
 
 use super::Processor;
-use super::process::{self, Guard, Link, OneProcessor, Wiring};
+use super::frames::{frame, unexpected};
 use crate::board::BoardError;
-use crate::board::instructions::Board;
+use crate::board::qemu::{Board, OneProcessor, Transport, Watchdog, WatchedProcess, Wiring};
 use crate::runs::tick_driver::TickMeasurements;
 
-/// Any number but 0, which the board bears without a host.
+/// Session of every message to the board. The board takes session 0 for its own before a host speaks to it.
 const SESSION: u32 = 1;
 
-/// A board at work.
+/// A board that answers every tick of the plant, and waits for the next one.
 #[derive(Debug)]
-pub struct Emulated {
+pub struct LockStepBoard {
     to_board: Option<ChildStdin>,
     from_board: ChildStdout,
     deframer: Deframer,
@@ -30,21 +30,22 @@ pub struct Emulated {
     used: usize,
     sequence: u32,
     ticks: u64,
-    guard: Guard,
-    /// Whether what is no frame may come over the link: it is passed over.
-    disturbed: bool,
+    watchdog: Watchdog,
+    transport: Transport,
     _one_processor: Option<OneProcessor>,
 }
 
-impl Emulated {
+impl LockStepBoard {
     /// Starts the program `pil` in `elf` on `board`.
     ///
     /// # Errors
-    /// When the program cannot be read, or the emulator not be started.
+    /// When the program cannot be read, or the emulator cannot be started.
     pub fn start(elf: &Path, board: Board, wiring: Wiring<'_>) -> Result<Self, BoardError> {
-        // The emulated serial line is served by another thread of the emulator than the processor: they do not take turns.
-        let one_processor = if wiring.link == Link::Semihosting { OneProcessor::hold() } else { None };
-        let (to_board, from_board, guard) = process::start(elf, board, wiring, &[])?;
+        // Another thread of the emulator than its processor serves the serial line: there they do not take turns.
+        let takes_turns = wiring.transport == Transport::Semihosting;
+        let one_processor = if takes_turns { OneProcessor::hold() } else { None };
+        let WatchedProcess { to_board, from_board, watchdog } =
+            WatchedProcess::start(elf, board, wiring, &[])?;
         Ok(Self {
             to_board: Some(to_board),
             from_board,
@@ -53,23 +54,22 @@ impl Emulated {
             used: 0,
             sequence: 0,
             ticks: 0,
-            guard,
-            disturbed: wiring.link == Link::Uart,
+            watchdog,
+            transport: wiring.transport,
             _one_processor: one_processor,
         })
     }
 
-    /// How the board fares.
+    /// The board's counters of frames, ticks and stack.
     ///
     /// # Errors
-    /// When it does not say.
+    /// When the board does not answer with them.
     pub fn counters(&mut self) -> Result<Counters, BoardError> {
-        let mut bytes = Vec::new();
-        self.put(&mut bytes, &HostMessage::Count)?;
+        let bytes = self.frame(&HostMessage::Count)?;
         self.send(&bytes)?;
         match self.receive()? {
             BoardMessage::Counters(counters) => Ok(counters),
-            said => Err(unexpected(&said)),
+            other => Err(unexpected(&other)),
         }
     }
 
@@ -79,38 +79,42 @@ impl Emulated {
     /// When it ends in failure.
     pub fn finish(mut self) -> Result<(), BoardError> {
         self.to_board = None;
-        // A serial line has no end: the program waits for more.
-        if self.disturbed { Ok(()) } else { self.guard.wait() }
+        match self.transport {
+            Transport::Semihosting => self.watchdog.wait(),
+            // A serial line has no end: the program waits for more, and is killed.
+            Transport::Uart => Ok(()),
+        }
     }
 
-    /// Puts bytes on the link that are none of the host's, as a disturbance would.
+    /// Puts bytes on the transport that are no frame of the host, as noise on a serial line does.
     ///
     /// # Errors
-    /// When the board has gone.
-    pub fn disturb(&mut self, bytes: &[u8]) -> Result<(), BoardError> {
+    /// When the board has ended.
+    pub fn inject_noise(&mut self, bytes: &[u8]) -> Result<(), BoardError> {
         self.send(bytes)
     }
 
-    /// Puts a message at the end of `bytes`.
-    fn put(&mut self, bytes: &mut Vec<u8>, message: &HostMessage) -> Result<(), BoardError> {
+    /// The next frame of the session.
+    fn frame(&mut self, message: &HostMessage) -> Result<Vec<u8>, BoardError> {
         let header = Header { session: SESSION, sequence: self.sequence, ticks: self.ticks };
         self.sequence = self.sequence.wrapping_add(1);
-        let mut frame = [0; FRAME_BYTES_MAX];
-        let length =
-            encode(header, message, &mut frame).map_err(|error| BoardError::Board(error.to_string()))?;
-        bytes.extend_from_slice(&frame[..length]);
-        Ok(())
+        frame(header, message)
     }
 
     fn send(&mut self, bytes: &[u8]) -> Result<(), BoardError> {
-        // Ends whatever a disturbance has begun.
-        let end: &[u8] = if self.disturbed { &[0] } else { &[] };
+        // A zero ends whatever noise has begun on the serial line.
+        let end: &[u8] = if self.is_noisy() { &[0] } else { &[] };
         let bytes = &[end, bytes].concat();
         let written = self.to_board.as_mut().map(|pipe| pipe.write_all(bytes).and_then(|()| pipe.flush()));
         match written {
             Some(Ok(())) => Ok(()),
-            _ => Err(self.guard.lost()),
+            _ => Err(self.watchdog.kill_and_explain()),
         }
+    }
+
+    /// Whether the transport may carry bytes that are no frame; they are passed over.
+    fn is_noisy(&self) -> bool {
+        self.transport == Transport::Uart
     }
 
     fn receive(&mut self) -> Result<BoardMessage, BoardError> {
@@ -120,19 +124,13 @@ impl Emulated {
                 let Some(frame) = self.deframer.push(byte) else { continue };
                 let (header, message) = match decode::<BoardMessage>(frame) {
                     Ok(whole) => whole,
-                    Err(_) if self.disturbed => continue,
+                    Err(_) if self.is_noisy() => continue,
                     Err(error) => {
                         return Err(BoardError::Board(format!("sends a frame that is none: {error}")));
                     }
                 };
-                self.guard.alive();
-                if header.session != SESSION && !matches!(message, BoardMessage::Fault(_)) {
-                    return Err(BoardError::Board("has started anew".to_owned()));
-                }
-                if header.ticks != self.ticks {
-                    let (theirs, ours) = (header.ticks, self.ticks);
-                    return Err(BoardError::Board(format!("is at tick {theirs}, the plant at {ours}")));
-                }
+                self.watchdog.note_message();
+                self.check(header, &message)?;
                 return Ok(message);
             }
             self.block.resize(4 * FRAME_BYTES_MAX, 0);
@@ -141,31 +139,35 @@ impl Emulated {
                     self.block.truncate(length);
                     self.used = 0;
                 }
-                Ok(0) | Err(_) => return Err(self.guard.lost()),
+                Ok(0) | Err(_) => return Err(self.watchdog.kill_and_explain()),
             }
         }
     }
 
-    /// Says `message` and wants `answer`.
+    /// Whether a message is of this session and of the plant's tick.
+    fn check(&self, header: Header, message: &BoardMessage) -> Result<(), BoardError> {
+        if header.session != SESSION && !matches!(message, BoardMessage::Fault(_)) {
+            return Err(BoardError::Board("has started anew".to_owned()));
+        }
+        if header.ticks != self.ticks {
+            let (theirs, ours) = (header.ticks, self.ticks);
+            return Err(BoardError::Board(format!("is at tick {theirs}, the plant at {ours}")));
+        }
+        Ok(())
+    }
+
+    /// Sends `message` and expects `answer`.
     fn ask(&mut self, message: &HostMessage, answer: &BoardMessage) -> Result<(), BoardError> {
-        let mut bytes = Vec::new();
-        self.put(&mut bytes, message)?;
+        let bytes = self.frame(message)?;
         self.send(&bytes)?;
         match self.receive()? {
-            said if said == *answer => Ok(()),
-            said => Err(unexpected(&said)),
+            received if received == *answer => Ok(()),
+            other => Err(unexpected(&other)),
         }
     }
 }
 
-fn unexpected(said: &BoardMessage) -> BoardError {
-    BoardError::Board(match said {
-        BoardMessage::Fault(fault) => format!("reports a fault: {fault}"),
-        other => format!("answers something else than was asked: {other:?}"),
-    })
-}
-
-impl Processor for Emulated {
+impl Processor for LockStepBoard {
     fn arm(&mut self, configuration: Configuration) -> Result<(), BoardError> {
         let tick_nanos = PositionLoop::TICK_NANOS;
         self.ask(&HostMessage::Hello, &BoardMessage::Welcome { tick_nanos })?;
@@ -177,17 +179,17 @@ impl Processor for Emulated {
         let mut bytes = Vec::with_capacity(2 * FRAME_BYTES_MAX);
         if !measurements.ldv_samples.is_empty() {
             let samples: LdvRecords = measurements.ldv_samples.iter().map(|&sample| sample.into()).collect();
-            self.put(&mut bytes, &HostMessage::Ldv(samples))?;
+            bytes.extend(self.frame(&HostMessage::Ldv(samples))?);
         }
         if let Some(frame) = measurements.camera_frame {
-            self.put(&mut bytes, &HostMessage::Camera(frame.into()))?;
+            bytes.extend(self.frame(&HostMessage::Camera(frame.into()))?);
         }
-        self.put(&mut bytes, &HostMessage::Step)?;
+        bytes.extend(self.frame(&HostMessage::Step)?);
         self.send(&bytes)?;
         self.ticks += 1;
         match self.receive()? {
             BoardMessage::Report(report) => Ok(report),
-            said => Err(unexpected(&said)),
+            other => Err(unexpected(&other)),
         }
     }
 }

@@ -4,21 +4,21 @@ use std::fmt;
 
 use serde::Serialize;
 
-use super::emulator::Board;
-use super::listing::{Count, Listing, ListingError};
+use super::listing::{Listing, ListingError, OperationCount};
 use super::targets::TARGETS;
+use crate::board::qemu::Board;
 use crate::report::table::Table;
 
-/// A believable listing of a board.
+/// A listing of a board that has passed its checks.
 #[derive(Clone, Debug)]
-pub struct Report {
+pub struct CountReport {
     board: Board,
     listing: Listing,
 }
 
 /// One operation, in JSON by its field names.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Record<'a> {
+pub struct CountRecord<'a> {
     /// `m4` or `m7`.
     pub board: &'static str,
     /// The compiler that built the program.
@@ -33,7 +33,7 @@ pub struct Record<'a> {
     pub max: u32,
 }
 
-impl Report {
+impl CountReport {
     /// The report of what was printed on `board`.
     ///
     /// # Errors
@@ -47,9 +47,9 @@ impl Report {
     }
 
     /// The records, in the order in which they were counted.
-    pub fn records(&self) -> impl Iterator<Item = Record<'_>> {
+    pub fn records(&self) -> impl Iterator<Item = CountRecord<'_>> {
         let Self { board, listing } = self;
-        listing.counts.iter().map(|count| Record {
+        listing.counts.iter().map(|count| CountRecord {
             board: board.key(),
             rustc: &listing.compiler,
             operation: &count.operation,
@@ -66,11 +66,11 @@ impl Report {
     }
 
     /// What an operation took, if it was counted.
-    pub fn count(&self, operation: &str) -> Option<&Count> {
+    pub fn count(&self, operation: &str) -> Option<&OperationCount> {
         self.listing.counts.iter().find(|count| count.operation == operation)
     }
 
-    /// An array of [`Record`]s, one a line.
+    /// An array of [`CountRecord`]s, one a line.
     pub fn json(&self) -> String {
         let records: Vec<String> =
             self.records().map(|record| serde_json::to_string(&record).unwrap_or_default()).collect();
@@ -79,7 +79,7 @@ impl Report {
 }
 
 /// The targets of an operation and whether it meets them.
-pub(super) fn judged(count: &Count) -> String {
+pub(super) fn judged(count: &OperationCount) -> String {
     let judged: Vec<String> = TARGETS
         .iter()
         .filter(|target| target.operation == count.operation)
@@ -88,13 +88,13 @@ pub(super) fn judged(count: &Count) -> String {
     judged.join(", ")
 }
 
-impl fmt::Display for Report {
+impl fmt::Display for CountReport {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         writeln!(f, "{}", self.title())?;
         writeln!(f, "instructions of an operation, its call included\n")?;
         let mut table = Table::new(&["operation", "samples", "mean", "max", "target"]);
         for count in &self.listing.counts {
-            let Count { operation, samples, total: _, max } = count;
+            let OperationCount { operation, samples, total: _, max } = count;
             let mean = format!("{:.2}", count.mean());
             table.push(vec![operation.clone(), samples.to_string(), mean, max.to_string(), judged(count)]);
         }
@@ -119,7 +119,7 @@ pub(super) mod tests {
 
     #[test]
     fn exact_table_and_json() {
-        let report = Report::new(Board::M7, listing()).unwrap();
+        let report = CountReport::new(Board::M7, listing()).unwrap();
         let table = report.to_string();
         assert!(table.starts_with("Cortex-M7 (QEMU mps2-an500), rustc 1.95.0\n"), "{table}");
         let words = |line: &str| line.split_whitespace().collect::<Vec<_>>().join(" ");
@@ -140,7 +140,7 @@ pub(super) mod tests {
             let mut listing = listing();
             listing.counts.retain(|count| count.operation != target.operation);
             let operation = target.operation;
-            assert_eq!(Report::new(Board::M4, listing).err(), Some(ListingError::Missing { operation }));
+            assert_eq!(CountReport::new(Board::M4, listing).err(), Some(ListingError::Missing { operation }));
         }
     }
 }

@@ -1,58 +1,59 @@
-//! Which functions the tasks can reach: every branch from their code that leads out of its own function, and so on from there.
+//! Which functions the tasks can reach: by every branch from their code that leads out of its own function, and by the
+//! branches of the functions reached.
 //!
 //! ```text
 //! 11110 S imm10 | 11 J1 1 J2 imm11      BL     I = not (J xor S),  offset = S I1 I2 imm10 imm11 0
 //! 11110 S imm10 | 10 J1 1 J2 imm11      B.W    the same
 //! 11110 S cond imm6 | 10 J1 0 J2 imm11  B.W if,  offset = S J2 J1 imm6 imm11 0
 //! 11100 imm11, 1101 cond imm8           B, B if
-//! 010001111 Rm 000                      BLX by address: nobody knows where to
+//! 010001111 Rm 000                      BLX by address: the target is not in the code
 //! ```
 //!
-//! (Armv7-M Architecture Reference Manual, A7.7.) Branches by address are calls that cannot be followed, and so may not be.
+//! (Armv7-M Architecture Reference Manual, A7.7.) A branch by address cannot be followed, and is therefore forbidden.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt;
 
 use serde::Serialize;
 
-use super::image::{Function, Image};
 use crate::board::BoardError;
+use crate::board::elf_image::{ElfImage, Function};
 
-/// Where the tasks begin: parts of demangled names. The first must be in every program.
-pub const ROOTS: [&str; 3] =
+/// Parts of the demangled names of the functions in which the tasks begin. The first must be in every program.
+const ROOTS: [&str; 3] =
     ["firmware::application::Application<D>::tick", "SysTick", "firmware::telemetry::log::log"];
 
-/// Calls that can be reached by the text of the program only, and why they never happen.
-pub const EXCUSED: [(&str, &str); 1] = [(
+/// Calls that are in the code and never happen: the beginning of the callee's name, and why.
+pub(crate) const EXCUSED: [(&str, &str); 1] = [(
     "core::panicking::panic_const::panic_const_rem_by_zero",
-    "heapless's queue divides by its capacity: a constant above 0, which its ends do not know any more",
+    "the queue of `heapless` divides by its capacity, a constant above 0 that the compiler does not see there",
 )];
 
-/// A call that must not be.
+/// A call that the tasks must not make.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
-pub struct Forbidden {
-    /// Who calls.
+pub struct ForbiddenCall {
+    /// The function that calls.
     pub caller: String,
-    /// What is called.
+    /// The function that is called.
     pub callee: String,
-    /// Why not.
+    /// Why it is forbidden.
     pub reason: &'static str,
 }
 
-impl fmt::Display for Forbidden {
+impl fmt::Display for ForbiddenCall {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { caller, callee, reason } = self;
         write!(f, "{caller} calls {callee}: {reason}")
     }
 }
 
-/// What the tasks can reach.
+/// The functions that the tasks can reach.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Reached {
-    /// How many functions.
+pub struct ReachableCalls {
+    /// Number of functions.
     pub functions: usize,
-    /// Calls among them that must not be.
-    pub forbidden: Vec<Forbidden>,
+    /// Forbidden calls among them.
+    pub forbidden: Vec<ForbiddenCall>,
 }
 
 /// A branch out of a function.
@@ -97,31 +98,31 @@ fn reason(name: &str) -> Option<&'static str> {
 ///
 /// # Errors
 /// When the image has no task.
-pub fn reached(image: &Image) -> Result<Reached, BoardError> {
+pub fn reached(image: &ElfImage) -> Result<ReachableCalls, BoardError> {
     let by_address: BTreeMap<u32, &Function> =
         image.functions.iter().map(|function| (function.address, function)).collect();
     let is_root = |function: &&&Function| ROOTS.iter().any(|root| function.name.contains(root));
-    let mut waiting: Vec<&Function> = by_address.values().filter(is_root).copied().collect();
-    if !waiting.iter().any(|function| function.name.contains(ROOTS[0])) {
+    let mut to_follow: Vec<&Function> = by_address.values().filter(is_root).copied().collect();
+    if !to_follow.iter().any(|function| function.name.contains(ROOTS[0])) {
         return Err(BoardError::NoTask { task: ROOTS[0] });
     }
-    let mut seen: BTreeSet<u32> = waiting.iter().map(|function| function.address).collect();
+    let mut seen: BTreeSet<u32> = to_follow.iter().map(|function| function.address).collect();
     let mut forbidden = Vec::new();
-    while let Some(function) = waiting.pop() {
+    while let Some(function) = to_follow.pop() {
         for branch in branches(function, &image.code_from) {
             let mut forbid = |callee: &str, reason| {
                 let (caller, callee) = (function.name.clone(), callee.to_owned());
-                forbidden.push(Forbidden { caller, callee, reason });
+                forbidden.push(ForbiddenCall { caller, callee, reason });
             };
             match branch {
-                Branch::ByAddress => forbid("a function by address", "nobody knows which"),
+                Branch::ByAddress => forbid("a function by address", "its target cannot be followed"),
                 Branch::To(address) => match holding(&by_address, address) {
                     None => forbid(&format!("{address:#x}"), "no function is there"),
                     Some(callee) => {
                         if let Some(reason) = reason(&callee.name) {
                             forbid(&callee.name, reason);
                         } else if !is_excused(&callee.name) && seen.insert(callee.address) {
-                            waiting.push(callee);
+                            to_follow.push(callee);
                         }
                     }
                 },
@@ -129,7 +130,7 @@ pub fn reached(image: &Image) -> Result<Reached, BoardError> {
         }
     }
     forbidden.dedup();
-    Ok(Reached { functions: seen.len(), forbidden })
+    Ok(ReachableCalls { functions: seen.len(), forbidden })
 }
 
 /// The function whose code is at `address`.
@@ -178,7 +179,7 @@ fn signed(value: u32, bits: u32) -> u32 {
     ((value << (32 - bits)).cast_signed() >> (32 - bits)).cast_unsigned()
 }
 
-/// Where a branch at `at` leads: the program counter is two instructions ahead.
+/// The target of a branch at `at`: the program counter is four bytes ahead.
 fn to(at: u32, offset: u32) -> Branch {
     Branch::To(at.wrapping_add(4).wrapping_add(offset))
 }
@@ -245,11 +246,11 @@ mod tests {
         }
     }
 
-    fn image(functions: Vec<Function>, code_from: Vec<(u32, bool)>) -> Image {
-        Image::of(functions, code_from)
+    fn image(functions: Vec<Function>, code_from: Vec<(u32, bool)>) -> ElfImage {
+        ElfImage::of(functions, code_from)
     }
 
-    /// Two calls away, and no further than a constant that looks like a call.
+    /// A forbidden function two calls away is found; a constant with the bits of a call is not followed.
     #[test]
     fn exact_what_is_reached_and_what_is_forbidden() {
         let tick = |halves| function(ROOTS[0], 0x1000, halves);
@@ -262,7 +263,7 @@ mod tests {
         };
         let with = |halves| [vec![tick(halves)], rest()].concat();
         let harmless = reached(&image(with(&[0x4770]), vec![])).unwrap();
-        assert_eq!(harmless, Reached { functions: 1, forbidden: vec![] });
+        assert_eq!(harmless, ReachableCalls { functions: 1, forbidden: vec![] });
         let panics = reached(&image(with(&[0xf000, 0xf87e]), vec![])).unwrap();
         assert_eq!(panics.functions, 2);
         assert_eq!(panics.forbidden[0].to_string(), "filter calls core::panicking::panic: it panics");

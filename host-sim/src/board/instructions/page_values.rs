@@ -1,7 +1,7 @@
 //! The values of the page on the microcontroller that counts give: the operations a user asks for first, in words.
 
-use super::cycles::Estimate;
-use super::report::{Report, judged};
+use super::count_report::{CountReport, judged};
+use super::cycles::CycleEstimate;
 use super::targets::TARGETS;
 use crate::report::page::PlacedValue;
 use crate::report::table::Table;
@@ -33,7 +33,7 @@ const ROWS: [(&str, &str); 22] = [
 ];
 
 /// The values: `report`'s counts, and the cycles that `estimates` has of them.
-pub fn page_values(report: &Report, estimates: &[Estimate]) -> Vec<PlacedValue> {
+pub fn page_values(report: &CountReport, estimates: &[CycleEstimate]) -> Vec<PlacedValue> {
     let mean =
         |operation| report.count(operation).map_or_else(String::new, |count| format!("{:.0}", count.mean()));
     let longest =
@@ -54,14 +54,14 @@ pub fn page_values(report: &Report, estimates: &[Estimate]) -> Vec<PlacedValue> 
 }
 
 /// What a camera frame of the simplest filter takes, over the bare core.
-fn frame_over_core(report: &Report) -> String {
+fn frame_over_core(report: &CountReport) -> String {
     let frame = report.count("camera_frame_used");
     let both = frame.zip(report.count("core_2_predict_and_update"));
     both.map_or_else(String::new, |(frame, core)| format!("{:.1}", frame.mean() / core.mean()))
 }
 
 /// The operations of [`ROWS`].
-fn table(report: &Report, estimates: &[Estimate]) -> String {
+fn table(report: &CountReport, estimates: &[CycleEstimate]) -> String {
     let mut table = Table::new(&["operation", "mean", "longest", "target", "cycles, estimated"]);
     for (says, operation) in ROWS {
         let Some(count) = report.count(operation) else { continue };
@@ -75,8 +75,9 @@ fn table(report: &Report, estimates: &[Estimate]) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::super::{Board, Listing};
+    use super::super::Listing;
     use super::*;
+    use crate::board::qemu::Board;
 
     /// Every row but those of other crates, which a plain count leaves out, tells of an operation that the reviewed counts have.
     #[test]
@@ -95,10 +96,10 @@ mod tests {
     fn exact_rows_have_counts_targets_and_cycles() {
         let listing = Listing {
             compiler: "rustc 1.95.0".to_owned(),
-            counts: super::super::report::tests::listing().counts,
+            counts: super::super::count_report::tests::listing().counts,
         };
-        let report = Report::new(Board::M4, listing).unwrap();
-        let estimate = Estimate {
+        let report = CountReport::new(Board::M4, listing).unwrap();
+        let estimate = CycleEstimate {
             board: "m4",
             operation: "located_step_aloft",
             instructions: 200,

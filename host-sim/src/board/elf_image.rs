@@ -1,4 +1,4 @@
-//! An ELF of the microcontroller.
+//! An ELF of the microcontroller: its functions, and the bytes of its sections.
 
 use std::path::Path;
 
@@ -18,9 +18,9 @@ pub struct Function {
     pub bytes: Vec<u8>,
 }
 
-/// What a linker made.
+/// A linked program.
 #[derive(Clone, Debug)]
-pub struct Image {
+pub struct ElfImage {
     /// In the order of their addresses, each address once.
     pub functions: Vec<Function>,
     /// Where code ends and constants begin (`false`), and code begins again (`true`), in the order of addresses.
@@ -29,7 +29,7 @@ pub struct Image {
     static_bytes: u64,
 }
 
-impl Image {
+impl ElfImage {
     /// Reads the ELF at `path`.
     ///
     /// # Errors
@@ -80,9 +80,9 @@ impl Image {
         Ok(Self { functions, code_from, flash_bytes, static_bytes })
     }
 
-    /// Functions alone.
+    /// An image of functions alone.
     #[cfg(test)]
-    pub(super) fn of(functions: Vec<Function>, code_from: Vec<(u32, bool)>) -> Self {
+    pub(crate) fn of(functions: Vec<Function>, code_from: Vec<(u32, bool)>) -> Self {
         Self { functions, code_from, flash_bytes: 0, static_bytes: 0 }
     }
 

@@ -1,0 +1,23 @@
+//! Messages to the board as frames, and the errors of what comes back.
+
+use link::{BoardMessage, FRAME_BYTES_MAX, Header, HostMessage, encode};
+
+use crate::board::BoardError;
+
+/// The bytes of `message`.
+///
+/// # Errors
+/// When the message does not fit a frame; every message of the host does.
+pub(super) fn frame(header: Header, message: &HostMessage) -> Result<Vec<u8>, BoardError> {
+    let mut frame = [0; FRAME_BYTES_MAX];
+    let length = encode(header, message, &mut frame).map_err(|error| BoardError::Board(error.to_string()))?;
+    Ok(frame[..length].to_vec())
+}
+
+/// The error that says that `received` is not the answer to what was asked.
+pub(super) fn unexpected(received: &BoardMessage) -> BoardError {
+    BoardError::Board(match received {
+        BoardMessage::Fault(fault) => format!("reports a fault: {fault}"),
+        other => format!("answers something else than was asked: {other:?}"),
+    })
+}
