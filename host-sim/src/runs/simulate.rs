@@ -152,10 +152,10 @@ impl OpenLoopRun {
 
     /// How the motor of this run is set up.
     pub fn setup(&self) -> MotorSetup {
-        use crate::math::random_streams::{Source, stream};
+        use crate::math::random_streams::{RandomSource, stream};
         let variation = motor_model::AmplitudeVariation::draw(
             &self.params,
-            &mut stream(self.seed, Source::AmplitudeVariation),
+            &mut stream(self.seed, RandomSource::AmplitudeVariation),
         );
         MotorSetup {
             impact_rule: self.impact_rule,

@@ -15,7 +15,7 @@ use rand_core::Rng;
 use rayon::prelude::*;
 use serde::Serialize;
 
-use crate::math::random_streams::{Source, stream};
+use crate::math::random_streams::{RandomSource, stream};
 use crate::math::statistics::{Accumulator, Spread};
 use crate::runs::simulate::steps_in;
 
@@ -112,7 +112,7 @@ impl SpinUpCampaign {
     }
 
     fn spin_up(&self, motor: &Motor<f64>, command: DriveCommand, seed: u64) -> SpinUp {
-        let phase = Phase::from_units(stream(seed, Source::StartPhase).next_u64());
+        let phase = Phase::from_units(stream(seed, RandomSource::StartPhase).next_u64());
         let mut state = MotorState { phase, ..MotorState::default() };
         let mut turn = |time_s: f64| {
             let before = state.rotor.angle.angle();
@@ -166,7 +166,7 @@ mod tests {
         let campaign = SpinUpCampaign { runs: 200, ..SpinUpCampaign::default() };
         let motor = AveragedMotor::try_new(&truth, 1e-3).unwrap();
         let spin_up = |seed| {
-            let (mut state, mut rng) = (AveragedState::default(), stream(seed, Source::StartPhase));
+            let (mut state, mut rng) = (AveragedState::default(), stream(seed, RandomSource::StartPhase));
             let mut turn = |steps: u32| {
                 let before = state.angle.angle();
                 (0..steps).for_each(|_| motor.step(&mut state, &mut rng));

@@ -14,7 +14,7 @@ use motor_model::{
     MotorSetup, MotorState, Time,
 };
 
-use crate::math::random_streams::{self, Source};
+use crate::math::random_streams::{self, RandomSource};
 use crate::scene::Scene;
 use crate::scene::SceneError;
 
@@ -43,8 +43,9 @@ impl Plant {
     pub fn draw(scene: &Scene) -> Result<Self, SceneError> {
         let params = match scene.choice("plant.parameters") {
             "drawn" => {
-                let drawn =
-                    scene.motor_params().draw(&mut random_streams::stream(scene.seed(), Source::PlantDraw));
+                let drawn = scene
+                    .motor_params()
+                    .draw(&mut random_streams::stream(scene.seed(), RandomSource::PlantDraw));
                 // What the scene sets, it means: only the rest is drawn.
                 scene
                     .motor_overrides()
@@ -53,7 +54,7 @@ impl Plant {
             _ => scene.motor_params(),
         };
         let nominal = MotorParams::nominal();
-        let mut variation = random_streams::stream(scene.seed(), Source::AmplitudeVariation);
+        let mut variation = random_streams::stream(scene.seed(), RandomSource::AmplitudeVariation);
         let step_s = scene.number("plant.step_s");
         let setup = MotorSetup {
             impact_rule: impact_rule(scene.choice("plant.impacts")),

@@ -129,7 +129,7 @@ impl GenieTrack {
 impl Genie {
     /// A genie that knows each kick to `share` of it, and the variance of the camera in rad^2.
     pub fn new(share: f64, camera_rad2: f64, seed: u64) -> Self {
-        let errors = random_streams::stream(seed, random_streams::Source::GenieKicks);
+        let errors = random_streams::stream(seed, random_streams::RandomSource::GenieKicks);
         Self { share, errors, camera_rad2, track: None, told: VecDeque::new(), ahead: None }
     }
 

@@ -6,7 +6,7 @@ use rand_distr::{Distribution, Uniform};
 use serde::Serialize;
 
 use super::TOLERANCE_DEG;
-use crate::math::random_streams::{Source, stream};
+use crate::math::random_streams::{RandomSource, stream};
 use crate::runs::position::MoveOutcome;
 use crate::scene::Scene;
 use crate::world::instruments::Camera;
@@ -46,7 +46,7 @@ impl PositioningTrial {
 
 /// The move that a seed names: its kind and its target in degrees, rounded to a micro-degree so that it can be typed.
 pub fn target(seed: u64) -> (MoveKind, f64) {
-    let mut rng = stream(seed, Source::Target);
+    let mut rng = stream(seed, RandomSource::Target);
     let mut unit = || Uniform::new(0.0, 1.0).map_or(0.5, |unit| unit.sample(&mut rng));
     let (kind, size, sign) = (unit(), unit(), if unit() < 0.5 { 1.0 } else { -1.0 });
     let (kind, degrees) = if kind < 0.4 {

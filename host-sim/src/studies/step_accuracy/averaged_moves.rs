@@ -9,7 +9,7 @@ use serde::Serialize;
 use super::method::JUDGED_STEP_S;
 use super::steady_motion::{CONDITIONS, DriveCondition};
 use super::step_cost::{StepCost, least_times_s};
-use crate::math::random_streams::{Source, stream};
+use crate::math::random_streams::{RandomSource, stream};
 use crate::studies::StudyError;
 use crate::studies::averaged_motor::{IdentifiedMotion, SpinUpCampaign};
 
@@ -81,7 +81,7 @@ fn fresh_moves(
 fn cost(motor: &AveragedMotor, rounds: u32) -> Result<StepCost, StudyError> {
     const STEPS: u32 = 100_000;
     let least = least_times_s(1, rounds, |_| {
-        let (mut state, mut rng) = (AveragedState::default(), stream(1, Source::StartPhase));
+        let (mut state, mut rng) = (AveragedState::default(), stream(1, RandomSource::StartPhase));
         let start = Instant::now();
         for _ in 0..STEPS {
             motor.step(&mut state, &mut rng);

@@ -13,7 +13,7 @@ use super::reference::Reference;
 use super::reference::events::{ContactEvent, ContactEventKind, ReferenceObserver};
 use super::reference::state::ReferenceState;
 use super::reference::system::Segment;
-use crate::math::random_streams::{Source, stream};
+use crate::math::random_streams::{RandomSource, stream};
 use crate::math::statistics::{root_mean_square, upper_quantile};
 use crate::runs::simulate::FAST_APPROACH_M_S;
 use crate::studies::StudyError;
@@ -74,7 +74,7 @@ impl MapSamples {
     pub fn draw(mode: DriveMode, count: usize) -> Result<Self, StudyError> {
         let reference = Reference::nominal(&AmplitudeVariation::default())?;
         let drive = DriveCommand::full(mode);
-        let mut chance = stream(SEED, Source::StartStates);
+        let mut chance = stream(SEED, RandomSource::StartStates);
         let mut state = ReferenceState::default();
         reference.run(&mut state, drive, SETTLE_S, &mut ())?;
         let mut flights = Vec::with_capacity(count);

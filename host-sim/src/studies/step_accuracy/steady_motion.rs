@@ -11,7 +11,7 @@ use super::reference::Reference;
 use super::reference::events::{ContactEvent, ContactEventKind, ReferenceObserver};
 use super::reference::state::ReferenceState;
 use super::reference::system::Segment;
-use crate::math::random_streams::{Source, stream};
+use crate::math::random_streams::{RandomSource, stream};
 use crate::math::spectrum::{LIMIT_HZ, SAMPLE_RATE_HZ, SAMPLES_MAX, Spectrum};
 use crate::math::statistics::Spread;
 use crate::runs::simulate::FAST_APPROACH_M_S;
@@ -126,7 +126,7 @@ impl SteadySchedule {
 
 /// The amplitudes that `seed` draws.
 fn variation(seed: u64) -> AmplitudeVariation {
-    AmplitudeVariation::draw(&MotorParams::nominal(), &mut stream(seed, Source::AmplitudeVariation))
+    AmplitudeVariation::draw(&MotorParams::nominal(), &mut stream(seed, RandomSource::AmplitudeVariation))
 }
 
 /// Mean of the largest lines of as many full windows as there are samples for, or of all that there is.

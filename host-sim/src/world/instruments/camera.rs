@@ -30,7 +30,7 @@ use rand_distr::{Distribution, StandardNormal, Uniform};
 use rand_pcg::Pcg64;
 
 use super::Span;
-use crate::math::random_streams::{self, Mishap, Source};
+use crate::math::random_streams::{self, RandomFault, RandomSource};
 use crate::scene::Scene;
 use exposure::Exposure;
 
@@ -55,13 +55,13 @@ pub struct Camera {
     period_nanos: u64,
     noise: Pcg64,
     exposure: Exposure,
-    drop: Mishap,
-    duplicate: Mishap,
-    outlier: Mishap,
+    drop: RandomFault,
+    duplicate: RandomFault,
+    outlier: RandomFault,
     outlier_m: f64,
     stamp_jitter_nanos: f64,
     stamps: Pcg64,
-    late: Mishap,
+    late: RandomFault,
     late_frames: u64,
     outage: Span,
     fault: Option<(Fault, Span)>,
@@ -76,27 +76,27 @@ impl Camera {
     /// `look_nanos`.
     pub fn new(scene: &Scene, period_nanos: u64, look_nanos: f64) -> Self {
         let seed = scene.seed();
-        let mishap = |source, probability| Mishap::new(seed, source, scene.number(probability));
+        let fault = |source, probability| RandomFault::new(seed, source, scene.number(probability));
         Self {
             radius_m: scene.number("camera.tracking_radius_m"),
             resolution_m: scene.number("camera.resolution_m"),
             noise_m: scene.number("camera.noise_m"),
             latency_nanos: scene.integer("camera.latency_frames") * period_nanos,
             period_nanos,
-            noise: random_streams::stream(seed, Source::Camera),
+            noise: random_streams::stream(seed, RandomSource::Camera),
             exposure: Exposure::new(scene.number("camera.exposure_frames"), period_nanos, look_nanos),
-            drop: mishap(Source::CameraDrop, "camera.drop_probability"),
-            duplicate: mishap(Source::CameraDuplicate, "camera.duplicate_probability"),
-            outlier: Mishap::in_bursts(
+            drop: fault(RandomSource::CameraDrop, "camera.drop_probability"),
+            duplicate: fault(RandomSource::CameraDuplicate, "camera.duplicate_probability"),
+            outlier: RandomFault::in_bursts(
                 seed,
-                Source::CameraOutlier,
+                RandomSource::CameraOutlier,
                 scene.number("camera.outlier_probability"),
                 scene.number("camera.outlier_burst_frames"),
             ),
             outlier_m: scene.number("camera.outlier_m"),
             stamp_jitter_nanos: 1e9 * scene.number("camera.stamp_jitter_s"),
-            stamps: random_streams::stream(seed, Source::CameraStamp),
-            late: mishap(Source::CameraLate, "camera.late_probability"),
+            stamps: random_streams::stream(seed, RandomSource::CameraStamp),
+            late: fault(RandomSource::CameraLate, "camera.late_probability"),
             late_frames: scene.integer("camera.late_frames"),
             outage: Span::of(scene, "camera.lost_from_s", "camera.lost_until_s"),
             fault: Self::fault(scene),
@@ -134,11 +134,11 @@ impl Camera {
         let exposed_at = self.stamped(now, middle_nanos);
         let seen = self.seen(shown);
         let seen = self.spoilt(now, seen);
-        // Every mishap has its draw, whatever becomes of the frame.
-        let dropped = self.drop.strikes().is_some();
-        let twice = self.duplicate.strikes().is_some();
+        // Every fault has its draw, also where the frame is dropped.
+        let dropped = self.drop.occurs().is_some();
+        let twice = self.duplicate.occurs().is_some();
         let most = self.late_frames;
-        let late_frames = self.late.strikes().map_or(0, |rng| whole_up_to(most, rng));
+        let late_frames = self.late.occurs().map_or(0, |rng| whole_up_to(most, rng));
         if dropped || self.outage.covers(now) {
             return;
         }
@@ -152,7 +152,7 @@ impl Camera {
     /// What tracking makes of an angle.
     fn seen(&mut self, shown: Angle) -> Angle {
         let noise: f64 = StandardNormal.sample(&mut self.noise);
-        let outlier = self.outlier.strikes().map_or(0.0, |rng| StandardNormal.sample(rng));
+        let outlier = self.outlier.occurs().map_or(0.0, |rng| StandardNormal.sample(rng));
         let arc_m = self.radius_m * shown.wrapped().radians_since::<f64>(Angle::ZERO)
             + self.noise_m * noise
             + self.outlier_m * outlier;
@@ -390,9 +390,9 @@ mod tests {
         }
     }
 
-    /// One mishap leaves what the others and the noise draw as it was.
+    /// A fault does not change the draws of the others and of the noise.
     #[test]
-    fn law_mishaps_do_not_shift_the_noise() {
+    fn law_faults_do_not_shift_the_noise() {
         let undisturbed = delivered(&[], 1000);
         for set in
             ["camera.drop_probability=0.5", "camera.late_probability=0.5", "camera.outlier_probability=0.01"]

@@ -21,7 +21,7 @@ use motor_model::math;
 use rand_distr::{Distribution, StandardNormal};
 use rand_pcg::Pcg64;
 
-use crate::math::random_streams::{self, Source};
+use crate::math::random_streams::{self, RandomSource};
 use crate::scene::Scene;
 use crate::scene::SceneError;
 pub use noise::Noise;
@@ -63,7 +63,7 @@ fn seed_of(scene: &Scene) -> u64 {
 impl Errors {
     /// Of the gyroscope that the scene names.
     fn of(scene: &Scene) -> Self {
-        let mut draw = random_streams::stream(seed_of(scene), Source::GyroscopeDraw);
+        let mut draw = random_streams::stream(seed_of(scene), RandomSource::GyroscopeDraw);
         let mut factor = || match scene.choice("gyroscope.parameters") {
             "drawn" => StandardNormal.sample(&mut draw),
             _ => 1.0,
@@ -80,13 +80,13 @@ impl Gyroscope {
     pub fn new(scene: &Scene) -> Self {
         let seed = seed_of(scene);
         let noise = Noise::of(scene);
-        let mut instability = random_streams::stream(seed, Source::GyroscopeInstability);
+        let mut instability = random_streams::stream(seed, RandomSource::GyroscopeInstability);
         let first: f64 = StandardNormal.sample(&mut instability);
         Self {
             errors: Errors::of(scene),
             noise,
             limit_deg: scene.number("gyroscope.range_deg_s") * noise.period_s,
-            walk: random_streams::stream(seed, Source::GyroscopeWalk),
+            walk: random_streams::stream(seed, RandomSource::GyroscopeWalk),
             drift_deg_s: noise.drift_deg_s * first,
             instability,
         }

@@ -18,7 +18,7 @@ use rand_distr::{Distribution, StandardNormal};
 use rand_pcg::Pcg64;
 
 use super::Span;
-use crate::math::random_streams::{self, Mishap, Source};
+use crate::math::random_streams::{self, RandomFault, RandomSource};
 use crate::scene::Scene;
 
 /// What a faulty vibrometer delivers.
@@ -37,8 +37,8 @@ enum Fault {
 pub struct Ldv {
     noise_m_s: f64,
     noise: Pcg64,
-    drop: Mishap,
-    outlier: Mishap,
+    drop: RandomFault,
+    outlier: RandomFault,
     outlier_m_s: f64,
     range_m_s: f64,
     gain: f64,
@@ -54,15 +54,15 @@ impl Ldv {
     /// The vibrometer of a scene.
     pub fn new(scene: &Scene) -> Self {
         let seed = scene.seed();
-        let mishap = |source, probability| Mishap::new(seed, source, scene.number(probability));
+        let fault = |source, probability| RandomFault::new(seed, source, scene.number(probability));
         let range_m_s = scene.number("ldv.range_m_s");
         Self {
             noise_m_s: scene.number("ldv.noise_m_s"),
-            noise: random_streams::stream(seed, Source::Ldv),
-            drop: mishap(Source::LdvDrop, "ldv.drop_probability"),
-            outlier: Mishap::in_bursts(
+            noise: random_streams::stream(seed, RandomSource::Ldv),
+            drop: fault(RandomSource::LdvDrop, "ldv.drop_probability"),
+            outlier: RandomFault::in_bursts(
                 seed,
-                Source::LdvOutlier,
+                RandomSource::LdvOutlier,
                 scene.number("ldv.outlier_probability"),
                 scene.number("ldv.outlier_burst_samples"),
             ),
@@ -105,8 +105,8 @@ impl Ldv {
     /// Takes a sample.
     pub fn sample(&mut self, now: Time, velocity_m_s: f64) {
         let noise: f64 = StandardNormal.sample(&mut self.noise);
-        let outlier = self.outlier.strikes().map_or(0.0, |rng| StandardNormal.sample(rng));
-        if self.drop.strikes().is_some() || self.outage.covers(now) {
+        let outlier = self.outlier.occurs().map_or(0.0, |rng| StandardNormal.sample(rng));
+        if self.drop.occurs().is_some() || self.outage.covers(now) {
             return;
         }
         let shown_m_s =

@@ -8,7 +8,7 @@ use super::super::events::ReferenceObserver;
 use super::super::state::ReferenceState;
 use super::super::system::Segment;
 use super::{params, reference};
-use crate::math::random_streams::{Source, stream};
+use crate::math::random_streams::{RandomSource, stream};
 
 /// A rotor that turns on still teeth slows by `mu m_r g R_t / J` and stops after `rate^2 / 2` over that.
 #[test]
@@ -100,7 +100,8 @@ fn regress_mean_rates() {
     for (mode, expected, band) in [(DriveMode::B, 15.2, 0.8), (DriveMode::C, -1.53, 0.04)] {
         let params = params(&[]);
         let rates = (1..=3).map(|seed| {
-            let variation = AmplitudeVariation::draw(&params, &mut stream(seed, Source::AmplitudeVariation));
+            let variation =
+                AmplitudeVariation::draw(&params, &mut stream(seed, RandomSource::AmplitudeVariation));
             let motor =
                 Reference::try_new(&params, &variation, FrictionLaw::Coulomb, DriveTuning::Resonant).unwrap();
             let mut state = ReferenceState::default();
