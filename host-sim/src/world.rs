@@ -1,4 +1,4 @@
-//! The truth and how it is measured: the plant, the instruments, what goes wrong with them. Nothing here sees an estimate.
+//! The truth and how it is measured: the plant, the instruments, and the faults of both. Nothing here sees an estimate.
 
 pub mod faults;
 pub mod instruments;

@@ -36,7 +36,7 @@ pub(super) struct CalibrateArgs {
 impl CalibrateArgs {
     pub(super) fn execute(&self) -> Result<(), CommandError> {
         let scene = self.scene.load("calibrate", &[("calibrate.duration_s", &self.duration)])?;
-        let plan = gyroscope_calibration::Plan::new(&scene, self.runs, self.motors)?;
+        let plan = gyroscope_calibration::CalibrationPlan::new(&scene, self.runs, self.motors)?;
         let publication = self.publication.open(&self.out)?;
         let bar = ProgressBar::new(plan.motors()).with_style(progress_style());
         let calibrations = plan.run(&|| bar.inc(1))?;

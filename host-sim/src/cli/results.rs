@@ -72,7 +72,11 @@ impl Page {
             Self::Positioning => positioning_values(effort, scene)?,
             Self::Rate => rates::run(scene)?.page_values(),
             Self::Calibration => {
-                let plan = gyroscope_calibration::Plan::new(scene, effort.calibrations, GYROSCOPE_MOTORS)?;
+                let plan = gyroscope_calibration::CalibrationPlan::new(
+                    scene,
+                    effort.calibrations,
+                    GYROSCOPE_MOTORS,
+                )?;
                 plan.run(&|| ())?.page_values()
             }
             Self::Microcontroller => microcontroller_values()?,

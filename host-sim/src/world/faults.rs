@@ -15,7 +15,7 @@ pub struct MotorFaults {
     drive_gain: f32,
     swapped: bool,
     dead: Option<DriveMode>,
-    /// Until it has happened.
+    /// The jolt, until it has happened.
     jolt_rad_s: Option<f64>,
     drift: Drift,
 }
@@ -30,8 +30,8 @@ struct Drift {
     due: Option<Time>,
 }
 
-/// Time from one change of a drifting resonance to the next, in ns: a drift of a percent in a tenth of a second comes in
-/// hundredths of the width of a resonance.
+/// Time from one change of a drifting resonance to the next, in ns: a drift of a percent in a tenth of a second comes
+/// in hundredths of the width of a resonance.
 const DRIFT_NANOS: u64 = 1_000_000;
 
 impl MotorFaults {
@@ -125,7 +125,8 @@ mod tests {
         assert_eq!(MotorFaults::of(&Scene::default()), None);
     }
 
-    /// A percent in two seconds from the first second on: half of it at 2 s, all of it at 3 s, and then no more changes.
+    /// A percent in two seconds from the first second on: half of it at 2 s, all of it at 3 s, and then no more
+    /// changes.
     #[test]
     fn exact_resonances_drift_in_proportion_to_time() {
         let mut scene = Scene::default();

@@ -5,8 +5,8 @@
 //! resonances, wherever its own are.
 //!
 //! Most of the time of a move the rotor is at rest, and a step in sustained contact costs ten times one in flight. With
-//! the drive off and teeth on the rotor the plant may therefore take longer steps ([`Plant::with_rest_steps`]): the same
-//! scheme, which in sustained contact is converged at 20 us (`tests/system/motor/law_sustained_contact.rs`).
+//! the drive off and teeth on the rotor the plant may therefore take longer steps ([`Plant::with_rest_steps`]): the
+//! same scheme, which in sustained contact is converged at 20 us (`tests/system/motor/law_sustained_contact.rs`).
 
 use motor_model::params::Parameter;
 use motor_model::{
@@ -23,7 +23,7 @@ pub fn impact_rule(word: &str) -> ImpactRule {
     if word == "located" { ImpactRule::Located } else { ImpactRule::EndOfStep }
 }
 
-/// The motor under control, and where it is.
+/// The motor under control, and its state.
 #[derive(Clone, Debug)]
 pub struct Plant {
     motor: Motor<f64>,
@@ -46,7 +46,7 @@ impl Plant {
                 let drawn = scene
                     .motor_params()
                     .draw(&mut random_streams::stream(scene.seed(), RandomSource::PlantDraw));
-                // What the scene sets, it means: only the rest is drawn.
+                // What the scene sets is not drawn.
                 scene
                     .motor_overrides()
                     .try_fold(drawn, |params, (parameter, value)| params.with(parameter, value))?
@@ -87,14 +87,15 @@ impl Plant {
         Ok(self)
     }
 
-    /// One long step with the drive off, if the rotor is on the teeth and the plant has long steps; whether it was taken.
+    /// One long step with the drive off, if the rotor is on the teeth and the plant has long steps; whether it was
+    /// taken.
     pub fn rest_step(&mut self) -> bool {
         let Some((rest_motor, steps)) = &self.rest_motor else { return false };
         if self.state.in_contact == [false; 2] {
             return false;
         }
         rest_motor.step(&mut self.state, DriveCommand::OFF);
-        // The long step counted as one.
+        // The long step was counted as one.
         self.state.steps += steps - 1;
         true
     }
@@ -104,7 +105,7 @@ impl Plant {
         &self.params
     }
 
-    /// Where the motor is.
+    /// The state of the motor.
     pub fn state(&self) -> &MotorState<f64> {
         &self.state
     }
@@ -119,8 +120,8 @@ impl Plant {
         self.state.rotor.rate_rad_s += rate_rad_s;
     }
 
-    /// Moves the resonances of modes B and C by the part `drift` away from those that were drawn, from now on. The drive
-    /// keeps its frequencies.
+    /// Moves the resonances of modes B and C by the part `drift` away from those that were drawn, from now on. The
+    /// drive keeps its frequencies.
     ///
     /// # Errors
     /// When the model refuses the frequencies; then they stay.

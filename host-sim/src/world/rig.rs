@@ -15,7 +15,7 @@ use crate::world::plant::Plant;
 
 /// How many plant steps lie between two events of each kind.
 #[derive(Clone, Copy, Debug)]
-struct Schedule {
+struct EventSteps {
     tick: u64,
     camera: u64,
     ldv: u64,
@@ -23,10 +23,10 @@ struct Schedule {
     rest: u64,
 }
 
-/// Longest step of a plant at rest in s: a period of the default vibrometer, and still one span of sustained contact.
+/// Longest step of a plant at rest in s: a period of the default vibrometer, and one step of sustained contact.
 const REST_STEP_S: f64 = 5e-6;
 
-impl Schedule {
+impl EventSteps {
     fn new(scene: &Scene) -> Result<Self, SceneError> {
         let step_s = scene.number("plant.step_s");
         let steps_in = |what: &str, period_s: f64| {
@@ -72,7 +72,7 @@ pub struct Rig {
     plant: Plant,
     camera: Camera,
     ldv: Ldv,
-    schedule: Schedule,
+    event_steps: EventSteps,
     faults: Option<MotorFaults>,
 }
 
@@ -82,12 +82,12 @@ impl Rig {
     /// # Errors
     /// When the model refuses the plant, or the plant's step does not divide a period.
     pub fn new(scene: &Scene) -> Result<Self, SceneError> {
-        let schedule = Schedule::new(scene)?;
+        let event_steps = EventSteps::new(scene)?;
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "at most 1e8 ns")]
         let camera_nanos = (1e9 / scene.number("camera.frame_rate_hz")).round() as u64;
-        let plant = Plant::draw(scene)?.with_rest_steps(schedule.rest)?;
+        let plant = Plant::draw(scene)?.with_rest_steps(event_steps.rest)?;
         let faults = MotorFaults::of(scene);
-        // What the model refuses at the end of a drift is refused at the start.
+        // What the model would refuse at the end of a drift is refused before the start.
         if let Some(faults) = &faults {
             plant.clone().detune(faults.drift())?;
         }
@@ -95,7 +95,7 @@ impl Rig {
             plant,
             camera: Camera::new(scene, camera_nanos, 1e9 * scene.number("plant.step_s")),
             ldv: Ldv::new(scene),
-            schedule,
+            event_steps,
             faults,
         })
     }
@@ -120,7 +120,7 @@ impl Rig {
         command: DriveCommand,
         mut observe: impl FnMut(&MotorState<f64>, Time, &Impacts<f64>, &Plant),
     ) {
-        for _ in 0..self.schedule.tick {
+        for _ in 0..self.event_steps.tick {
             let (before, at) = (*self.plant.state(), self.plant.now());
             let impacts = self.step(command);
             observe(&before, at, &impacts, &self.plant);
@@ -130,10 +130,10 @@ impl Rig {
     /// A tick of the loop under `command`, seen by the instruments that are due. At rest the plant takes one step from
     /// one instant at which an instrument is due to the next.
     pub fn tick(&mut self, command: DriveCommand) {
-        let end = self.plant.state().steps + self.schedule.tick;
+        let end = self.plant.state().steps + self.event_steps.tick;
         while self.plant.state().steps < end {
             let command = self.faulty(command);
-            let due = self.plant.state().steps.is_multiple_of(self.schedule.rest);
+            let due = self.plant.state().steps.is_multiple_of(self.event_steps.rest);
             if !(due && command == DriveCommand::OFF && self.plant.rest_step()) {
                 self.plant.step(command);
             }
@@ -145,15 +145,15 @@ impl Rig {
     fn show(&mut self) {
         let (now, steps, rotor) = (self.plant.now(), self.plant.state().steps, self.plant.state().rotor);
         self.camera.look(rotor.angle.angle());
-        if steps.is_multiple_of(self.schedule.ldv) {
+        if steps.is_multiple_of(self.event_steps.ldv) {
             self.ldv.sample(now, rotor.velocity_m_s);
         }
-        if steps.is_multiple_of(self.schedule.camera) {
+        if steps.is_multiple_of(self.event_steps.camera) {
             self.camera.expose(now, rotor.angle.angle());
         }
     }
 
-    /// What reaches the coil of `command`; jolts the rotor and lets the resonances drift when it is time.
+    /// The command that reaches the coil. Applies the jolt and the drift of the resonances when they are due.
     #[inline]
     fn faulty(&mut self, command: DriveCommand) -> DriveCommand {
         let Some(faults) = &mut self.faults else { return command };
@@ -162,7 +162,7 @@ impl Rig {
             self.plant.jolt(jolt_rad_s);
         }
         if let Some(drift) = faults.drifted(now) {
-            // The end was accepted, so whatever lies before it is.
+            // The end of the drift was accepted, so that every change before it is.
             self.plant.detune(drift).ok();
         }
         faults.drive(now, command)

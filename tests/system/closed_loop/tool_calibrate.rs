@@ -4,7 +4,7 @@
 use std::sync::OnceLock;
 
 use host_sim::Scene;
-use host_sim::studies::gyroscope_calibration::{Calibrations, Plan};
+use host_sim::studies::gyroscope_calibration::{CalibrationPlan, Calibrations};
 use serde_json::Value;
 use tempfile::TempDir;
 
@@ -137,7 +137,7 @@ fn law_a_gyroscope_with_less_noise_is_calibrated_better() {
         ] {
             scene.set(key, value).expect("a setting");
         }
-        Plan::new(&scene, 1, 1).expect("a plan").run(&|| ()).expect("a calibration")
+        CalibrationPlan::new(&scene, 1, 1).expect("a plan").run(&|| ()).expect("a calibration")
     };
     let (noisy, quiet) = (of("0.6"), of("0.0015"));
     let [noisy, quiet] = [noisy, quiet].map(|calibrations| calibrations.first.outcome);

@@ -63,7 +63,7 @@ fn exact_rate_reads_what_the_table_says() {
 #[test]
 fn exact_calibrate_reads_what_the_table_says() {
     let scene = short(&["calibrate.duration_s=2", "calibrate.rest_s=0.05", "plant.step_s=5e-6"], true);
-    gyroscope_calibration::Plan::new(&scene, 1, 1).unwrap().run(&|| ()).unwrap();
+    gyroscope_calibration::CalibrationPlan::new(&scene, 1, 1).unwrap().run(&|| ()).unwrap();
     agrees("calibrate", &scene);
 }
 

@@ -1,46 +1,54 @@
 //! Scale factor and bias by generalised least squares.
 //!
-//! Over the interval k from anchor a to anchor b the gyroscope shows `g`, the sum of its samples, and the reference turns by `r`:
+//! Over an interval from anchor a to anchor b the gyroscope shows `g`, the sum of its samples, and the reference turns
+//! by `r`:
 //!
 //! ```text
-//! g - r = s r + b T + noise,      cov(noise) = V:   the gyroscope's own angle over the spans ([`Noise::covariance_deg2`]: random walk, instability, units)
-//!                                                   + variance of the reference at a and at b, which neighbours share with the opposite sign
-//! x = (A' V^-1 A)^-1 A' V^-1 y,   cov(x) = (A' V^-1 A)^-1,   chi^2 = (y - A x)' V^-1 (y - A x)      A: rows (r, T), y: g - r, x: (s, b)
+//! g - r = s r + b T + noise,      cov(noise) = V
+//! x = (A' V^-1 A)^-1 A' V^-1 y,   cov(x) = (A' V^-1 A)^-1,   chi^2 = (y - A x)' V^-1 (y - A x)
+//!
+//! A: rows (r, T)      y: g - r      x: (s, b)
+//! V: the gyroscope's own angle over the spans (random walk, instability, units)
+//!    + variance of the reference at a and at b, which neighbours share with the opposite sign
 //! ```
 //!
-//! By the Cholesky factor of V. So the drift of the bias during the plan and the correlation of scale factor and bias are in the intervals; the bias is the constant part, of which the drift is noise.
-//! The reference's error in A (some 5 milli-degrees in 10 degrees and more) is left out: it lowers `s` by its own square, 1e-7 of s. Intervals in which a sample was saturated are left out.
-//! The filter's variances are its own opinion, and where a motor turns slowly it is too sure. If chi-square per degree of freedom is above 1, they are all raised by one factor until it is 1: the gyroscope's noise, which the data sheet tells, stays.
+//! The gyroscope's part of V is [`GyroscopeNoise::covariance_deg2`]. The sums are solved by the Cholesky factor of V. V
+//! contains the drift of the bias during the run, and cov(x) the correlation of scale factor and bias. The bias is the
+//! constant part; the drift is noise about it. The reference's error in A (some 5 milli-degrees in 10 degrees and more)
+//! is left out: it lowers `s` by its own square, 1e-7 of s. Intervals in which a sample was saturated are left out. The
+//! filter's variances are too small where a motor turns slowly. If chi-square per degree of freedom is above 1, one
+//! factor raises them all until it is 1. The gyroscope's noise, which the data sheet gives, stays.
+//!
 //! Source: Aitken, Proc. Roy. Soc. Edinburgh 55 (1935) 42-48.
 
 use motor_model::math;
 use nalgebra::{DMatrix, DVector, Dyn, Matrix2, OMatrix, U2, Vector2};
 
-use crate::world::instruments::gyroscope::{Noise, noise::Span};
+use crate::world::instruments::gyroscope::{GyroscopeNoise, noise::TimeSpan};
 
 /// Gyroscope and reference between two anchors.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Interval {
+pub struct FitInterval {
     /// The time between them.
-    pub span: Span,
-    /// What the gyroscope says was turned, in degrees.
+    pub span: TimeSpan,
+    /// The turn that the gyroscope shows, in degrees.
     pub shown_deg: f64,
-    /// What the reference turned by, in degrees.
+    /// The turn of the reference, in degrees.
     pub turned_deg: f64,
     /// Variances of the reference at the beginning and at the end, in deg^2.
     pub variances_deg2: (f64, f64),
 }
 
-/// Scale factor and bias, with what they are worth.
+/// Scale factor and bias with their covariance.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Fit {
+pub struct CalibrationFit {
     /// Error of the scale factor.
     pub scale: f64,
     /// Bias in deg/s.
     pub bias_deg_s: f64,
     /// Covariance of both: 1, deg/s and deg^2/s^2.
     pub covariance: Matrix2<f64>,
-    /// Weighted sum of the squared residuals, with the reference's variances as raised.
+    /// Weighted sum of the squared residuals, with the raised variances of the reference.
     pub chi_square: f64,
     /// Intervals less unknowns.
     pub degrees_of_freedom: usize,
@@ -48,11 +56,11 @@ pub struct Fit {
     pub reference_factor: f64,
 }
 
-/// Most times that the factor on the reference's variances is improved.
+/// Most iterations of the factor on the reference's variances.
 const ROUNDS_MAX: u32 = 20;
 
 /// The covariance of the differences between gyroscope and reference, in deg^2.
-fn covariance(intervals: &[Interval], noise: &Noise, reference_factor: f64) -> DMatrix<f64> {
+fn covariance(intervals: &[FitInterval], noise: &GyroscopeNoise, reference_factor: f64) -> DMatrix<f64> {
     DMatrix::from_fn(intervals.len(), intervals.len(), |row, column| {
         let (one, other) = (&intervals[row], &intervals[column]);
         let shared = if row == column {
@@ -68,9 +76,10 @@ fn covariance(intervals: &[Interval], noise: &Noise, reference_factor: f64) -> D
     })
 }
 
-impl Fit {
-    /// The fit to `intervals`, which are in order and do not overlap; `None` where they do not tell scale factor from bias, or their noise is none.
-    pub fn to(intervals: &[Interval], noise: &Noise) -> Option<Self> {
+impl CalibrationFit {
+    /// The fit to `intervals`, which are in order and do not overlap; `None` where they do not tell scale factor from
+    /// bias, or have no noise.
+    pub fn to(intervals: &[FitInterval], noise: &GyroscopeNoise) -> Option<Self> {
         let mut fit = Self::weighted(intervals, noise, 1.0)?;
         for _ in 0..ROUNDS_MAX {
             #[expect(clippy::cast_precision_loss, reason = "a count")]
@@ -85,7 +94,7 @@ impl Fit {
     }
 
     /// With the reference's variances raised by a factor.
-    fn weighted(intervals: &[Interval], noise: &Noise, reference_factor: f64) -> Option<Self> {
+    fn weighted(intervals: &[FitInterval], noise: &GyroscopeNoise, reference_factor: f64) -> Option<Self> {
         let degrees_of_freedom = intervals.len().checked_sub(2)?;
         let factor = covariance(intervals, noise, reference_factor).cholesky()?;
         let regressors = OMatrix::<f64, Dyn, U2>::from_fn(intervals.len(), |row, column| {
@@ -100,7 +109,7 @@ impl Fit {
         let seen_white = white(&seen)?;
         let information: Matrix2<f64> = regressors_white.tr_mul(&regressors_white);
         let right: Vector2<f64> = regressors_white.tr_mul(&seen_white);
-        // 1 - square of the correlation: nothing where all intervals have one rate, a rounding's worth of it included.
+        // 1 - square of the correlation: 0 but for rounding where all intervals have one rate.
         let told_apart = information.determinant() / (information.m11 * information.m22);
         let covariance = information.try_inverse().filter(|_| told_apart > 1e-9)?;
         let [[scale, bias_deg_s]] = (covariance * right).data.0;
@@ -130,7 +139,8 @@ impl Fit {
         self.covariance.m12 / (self.scale_sigma() * self.bias_sigma_deg_s())
     }
 
-    /// Square of the distance from the pair `(scale, bias_deg_s)` in standard deviations, correlation included: chi-square of two degrees of freedom for the truth.
+    /// Square of the distance from the pair `(scale, bias_deg_s)` in standard deviations, correlation included. For the
+    /// true pair it is chi-square with two degrees of freedom.
     pub fn distance_square(&self, scale: f64, bias_deg_s: f64) -> f64 {
         let off = Vector2::new(self.scale - scale, self.bias_deg_s - bias_deg_s);
         self.covariance.try_inverse().map_or(f64::INFINITY, |inverse| off.dot(&(inverse * off)))

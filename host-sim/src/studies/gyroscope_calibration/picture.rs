@@ -1,19 +1,20 @@
-//! The picture of a calibration: gyroscope against reference, what is left after the fit, Allan deviation, and every run's intervals.
+//! The picture of a calibration: gyroscope against reference, the residuals of the fit, Allan deviation, and the
+//! intervals of every run.
 
 use motor_model::math;
 
-use super::{Calibration, Calibrations, Outcome, fit::Interval};
+use super::{Calibration, CalibrationOutcome, Calibrations, fit::FitInterval};
 use crate::math::statistics::NORMAL_95;
 use crate::report::OutputError;
 use crate::report::chart::{Axis, Colour, Figure, Panel, Series};
-use crate::world::instruments::gyroscope::noise::Span;
+use crate::world::instruments::gyroscope::noise::TimeSpan;
 
-/// Runs whose intervals are drawn: more are a blur.
+/// Most runs whose intervals are drawn.
 const SHOWN_MAX: usize = 200;
 
 impl Calibration {
     /// The sum of `of` over the intervals fitted, by the time at which each ends.
-    fn sums(&self, of: impl Fn(&Interval) -> f64) -> Vec<(f64, f64)> {
+    fn sums(&self, of: impl Fn(&FitInterval) -> f64) -> Vec<(f64, f64)> {
         let mut sum = 0.0;
         let kept = self.intervals.iter().filter(|(_, saturated)| !saturated);
         kept.map(|(interval, _)| {
@@ -31,8 +32,9 @@ impl Calibration {
 
     fn before(&self) -> Panel {
         let fit = &self.fit;
-        let explained =
-            |interval: &Interval| fit.scale * interval.turned_deg + fit.bias_deg_s * interval.span.length_s();
+        let explained = |interval: &FitInterval| {
+            fit.scale * interval.turned_deg + fit.bias_deg_s * interval.span.length_s()
+        };
         Panel::new("Gyroscope less reference, summed", Axis::new("time (s)"), Axis::new("angle (deg)"))
             .series(
                 Series::line(self.sums(|interval| interval.shown_deg - interval.turned_deg))
@@ -45,21 +47,21 @@ impl Calibration {
 
     fn after<'a>(&'a self) -> Panel {
         let fit = &self.fit;
-        let left_mdeg = |interval: &Interval| {
+        let left_mdeg = |interval: &FitInterval| {
             let explained = fit.scale * interval.turned_deg + fit.bias_deg_s * interval.span.length_s();
             1e3 * (interval.shown_deg - interval.turned_deg - explained)
         };
         // Where intervals are left out, the reference counts at both ends of the gap.
-        let mut before: Option<&Interval> = None;
+        let mut before: Option<&FitInterval> = None;
         let mut gaps_deg2 = 0.0;
-        let noise = |(interval, _): &'a (Interval, bool)| {
-            let Span { from_s, until_s } = interval.span;
+        let noise = |(interval, _): &'a (FitInterval, bool)| {
+            let TimeSpan { from_s, until_s } = interval.span;
             let adjoins = before.is_some_and(|before| before.span.until_s.total_cmp(&from_s).is_eq());
             if !adjoins {
                 gaps_deg2 += before.map_or(0.0, |before| before.variances_deg2.1) + interval.variances_deg2.0;
             }
             before = Some(interval);
-            let whole = Span { from_s: 0.0, until_s };
+            let whole = TimeSpan { from_s: 0.0, until_s };
             let reference_deg2 = fit.reference_factor * (gaps_deg2 + interval.variances_deg2.1);
             let sigma_deg = math::sqrt(self.noise.covariance_deg2(whole, whole) + reference_deg2);
             let half = 1e3 * NORMAL_95 * sigma_deg;
@@ -83,7 +85,7 @@ impl Calibrations {
     /// # Errors
     /// When it cannot be laid out.
     pub fn picture(&self) -> Result<String, OutputError> {
-        let Outcome {
+        let CalibrationOutcome {
             seed,
             serial,
             scale_factor_ppm,
@@ -94,7 +96,8 @@ impl Calibrations {
         } = &self.first.outcome;
         let figure = Figure::new("Calibration of a gyroscope in closed loop")
             .caption(format!(
-                "motor drawn by seed {seed}, gyroscope {serial}: scale factor {scale_factor_ppm:+.1} +- {:.1} ppm, bias {bias_deg_h:+.1} +- {:.1} deg/h (95 %)",
+                "motor drawn by seed {seed}, gyroscope {serial}: scale factor {scale_factor_ppm:+.1} +- {:.1} ppm, \
+                 bias {bias_deg_h:+.1} +- {:.1} deg/h (95 %)",
                 NORMAL_95 * scale_factor_sigma_ppm,
                 NORMAL_95 * bias_sigma_deg_h
             ))
@@ -144,11 +147,16 @@ impl Calibrations {
         .series(Series::points(seen).colour(Colour::Blue).label("samples"))
     }
 
-    /// Errors with their intervals by run; those that miss the truth stand out.
-    fn intervals(&self, title: &str, unit: &str, of: impl Fn(&Outcome) -> (f64, f64, bool)) -> Panel {
+    /// Errors with their intervals by run; those that miss the truth have a colour of their own.
+    fn intervals(
+        &self,
+        title: &str,
+        unit: &str,
+        of: impl Fn(&CalibrationOutcome) -> (f64, f64, bool),
+    ) -> Panel {
         let bars = |covered: bool| {
             let shown = (0_u32..).zip(self.outcomes.iter().take(SHOWN_MAX));
-            let bar = |(run, outcome): (u32, &Outcome)| {
+            let bar = |(run, outcome): (u32, &CalibrationOutcome)| {
                 let (error, sigma, holds) = of(outcome);
                 (holds == covered).then_some((f64::from(run), error, NORMAL_95 * sigma))
             };

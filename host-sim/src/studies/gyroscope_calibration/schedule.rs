@@ -1,27 +1,31 @@
-//! The plan of moves and dwells: rests, and turns to either side at a staircase of rates.
+//! The schedule of a calibration: rests, and turns to either side at a staircase of rates.
 //!
-//! # What a plan can tell
+//! # What a schedule can tell
 //!
-//! Had the gyroscope nothing but its random walk `N`, and were the reference exact, a plan of rates `r(t)` would tell the scale factor to
+//! With a gyroscope that has no noise but its random walk `N`, and an exact reference, rates `r(t)` tell the scale
+//! factor to
 //!
 //! ```text
 //! sigma = N / sqrt( integral (r - mean of r)^2 dt )
 //! ```
 //!
-//! the bias being unknown too. So the plan turns as fast as it may to one side for half of the time and to the other for the rest. Counter-clockwise that is all that the motor gives, 88 +- 19 deg/s, which ripples little. Clockwise it could turn at 870,
-//! but the rate ripples by 0.33 of its mean, and a sample beyond the gyroscope's range costs more than its interval: what is turned meanwhile is lost, so that the reference, 5 milli-degrees at either end of the gap, has to stand for it, as much as 8 s of random walk.
-//! A third of the range, 160 deg/s of 400 with five standard deviations of the ripple above it, loses least. One step of the staircase is best for the scale factor; more of them would show a gyroscope that is not linear.
+//! if the bias is unknown too. So the schedule turns as fast as it may to one side for half of the time and to the
+//! other for the rest. Counter-clockwise that is the motor's full rate, 88 +- 19 deg/s, which has little ripple.
+//! Clockwise it could turn at 870 deg/s, with a ripple of 0.33 of the mean. But a sample beyond the gyroscope's range
+//! costs more than its interval. The turn in that time is lost and taken from the reference instead, whose 5
+//! milli-degrees at either end of the gap are as much as 8 s of random walk. The best rate is 160 deg/s, with five
+//! standard deviations of the ripple up to the range of 400. One step of the staircase is best for the scale factor.
+//! More steps would show whether a gyroscope is linear.
 
 use controller::rate::Profile;
 
 use crate::scene::{Scene, SceneError};
-
 use crate::world::instruments::gyroscope;
 
-/// The plan of a scene, checked.
+/// The schedule of a scene, checked.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Schedule {
-    /// Loop's ticks from one sample of the gyroscope to the next.
+pub struct TurnSchedule {
+    /// Ticks of the loop from one sample of the gyroscope to the next.
     pub ticks_per_sample: u64,
     /// Samples from one comparison to the next.
     pub samples_per_interval: usize,
@@ -33,7 +37,7 @@ pub struct Schedule {
     rest_s: f64,
 }
 
-impl Schedule {
+impl TurnSchedule {
     /// Rate of the last step clockwise.
     pub fn clockwise_deg_s(&self) -> f64 {
         self.clockwise_deg_s
@@ -42,7 +46,7 @@ impl Schedule {
     /// Of a scene.
     ///
     /// # Errors
-    /// When the rests leave no time for the turns, or the gyroscope's samples do not go into the loop's ticks.
+    /// When the rests leave no time for the turns, or the gyroscope's period is no whole number of ticks.
     pub fn of(scene: &Scene) -> Result<Self, SceneError> {
         let ticks_per_sample = gyroscope::ticks_per_sample(scene)?;
         let steps = u16::try_from(scene.integer("calibrate.steps")).unwrap_or(u16::MAX);
@@ -53,9 +57,13 @@ impl Schedule {
         if turn_s < 2.0 * interval_s {
             return Err(SceneError::Conflict {
                 conflict: format!(
-                    "calibrate.duration_s = {duration_s} s leaves {turn_s:.3} s for each of {turns} turns between rests of calibrate.rest_s = {rest_s} s"
+                    "calibrate.duration_s = {duration_s} s leaves {turn_s:.3} s for each of {turns} turns between \
+                     rests of calibrate.rest_s = {rest_s} s"
                 ),
-                hint: "a turn takes two intervals at least: fewer calibrate.steps, shorter rests or a longer plan".to_owned(),
+                hint:
+                    "a turn takes two intervals at least: fewer calibrate.steps, shorter rests or a longer \
+                    plan"
+                        .to_owned(),
             });
         }
         let samples = (interval_s * scene.number("gyroscope.sample_rate_hz")).round().max(1.0);
@@ -90,7 +98,7 @@ impl Schedule {
         ticks
     }
 
-    /// What the controller follows.
+    /// The profile of the rate for the controller.
     #[expect(clippy::cast_possible_truncation, reason = "rounded to f32")]
     pub fn profile(&self) -> Profile {
         Profile::BothWays {
@@ -107,14 +115,15 @@ impl Schedule {
 mod tests {
     use super::*;
 
-    /// Rests before each turn and after the last: 30 s with two steps and rests of 2 s are four turns of 5 s and five rests.
+    /// Rests before each turn and after the last: 30 s with two steps and rests of 2 s are four turns of 5 s and five
+    /// rests.
     #[test]
-    fn exact_turns_and_rests_fill_the_plan() {
+    fn exact_turns_and_rests_fill_the_schedule() {
         let mut scene = Scene::default();
         for (key, value) in [("duration_s", "30"), ("steps", "2"), ("rest_s", "2")] {
             scene.set(&format!("calibrate.{key}"), value).unwrap();
         }
-        let schedule = Schedule::of(&scene).unwrap();
+        let schedule = TurnSchedule::of(&scene).unwrap();
         let Profile::BothWays { steps, turn_s, rest_s, .. } = schedule.profile() else {
             panic!("{:?}", schedule.profile())
         };
@@ -123,8 +132,8 @@ mod tests {
         assert_eq!(schedule.ticks(), 3_000_000);
         // A turn of two intervals is the shortest.
         scene.set("calibrate.duration_s", "11.99").unwrap();
-        assert!(Schedule::of(&scene).is_err());
+        assert!(TurnSchedule::of(&scene).is_err());
         scene.set("calibrate.duration_s", "12.01").unwrap();
-        assert!(Schedule::of(&scene).is_ok());
+        assert!(TurnSchedule::of(&scene).is_ok());
     }
 }

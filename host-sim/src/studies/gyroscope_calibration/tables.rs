@@ -2,16 +2,17 @@
 
 use serde_json::json;
 
-use super::{Calibrations, Outcome, Summary};
+use super::{CalibrationOutcome, CalibrationSummary, Calibrations};
 use crate::math::statistics::NORMAL_95;
 use crate::report::OutputError;
 use crate::report::document::{Block, Document, Table};
 use crate::report::page::PlacedValue;
 
-const ABOUT: &str = "Errors are those found less the gyroscope's true ones. sigma: the standard deviation that the fit states, from the gyroscope's random walk and instability, the reference's \
-    variances and the correlation of scale factor and bias; 95 %: 1.96 of it to either side.";
+const ABOUT: &str = "Errors are those found less the gyroscope's true ones. sigma: the standard deviation \
+    that the fit states, from the gyroscope's random walk and instability, the reference's variances and the \
+    correlation of scale factor and bias; 95 %: 1.96 of it to either side.";
 
-impl Outcome {
+impl CalibrationOutcome {
     fn table(&self) -> Table {
         let mut table = Table::new(&["", "found", "95 %", "truth", "error", "sigma"]);
         for (name, unit, found, error, sigma) in [
@@ -38,8 +39,11 @@ impl Outcome {
 
     fn remarks(&self) -> String {
         format!(
-            "{:.0} s of motor time, seed {}, gyroscope {}: {} intervals, and {} left out because the gyroscope was saturated in them. The filter's variances of the reference were raised by {:.2} to match the residuals; \
-             correlation of scale factor and bias {:+.2}. The gyroscope's random walk alone allows, one sigma, {:.2} ppm of any scale factor at these rates and {:.2} deg/h of any bias in this time. The reference was off by {:.1} milli-degrees rms.",
+            "{:.0} s of motor time, seed {}, gyroscope {}: {} intervals, and {} left out because the gyroscope was \
+             saturated in them. The filter's variances of the reference were raised by {:.2} to match the residuals; \
+             correlation of scale factor and bias {:+.2}. The gyroscope's random walk alone allows, one sigma, {:.2} \
+             ppm of any scale factor at these rates and {:.2} deg/h of any bias in this time. The reference was off by \
+             {:.1} milli-degrees rms.",
             self.motor_time_s,
             self.seed,
             self.serial,
@@ -54,7 +58,7 @@ impl Outcome {
     }
 }
 
-impl Summary {
+impl CalibrationSummary {
     fn table(&self) -> Table {
         let mut table = Table::new(&["", "error rms", "sigma stated", "worst", "in the 95 % interval"]);
         let of = |count: usize| format!("{count} of {}", self.runs);
@@ -80,8 +84,12 @@ impl Summary {
     fn remarks(&self, motor_time_s: f64) -> String {
         let (low, high) = self.covered_bounds;
         format!(
-            "{} gyroscopes, drawn, on {} drawn motors; {motor_time_s:.0} s of motor time each. {} scale factors are within 10 ppm of the truth, and at the rates that were turned the gyroscope's random walk alone allows {:.2} ppm, one sigma; the bias's error is {:.2} times what random walk alone allows in the time. \
-             Of {} intervals at 95 % between {low} and {high} hold the truth in 95 % of such sets. The reference's variances were raised by {:.2} on average; {:.1} % of the intervals were left out for saturation; the reference was off by {:.1} milli-degrees rms.",
+            "{} gyroscopes, drawn, on {} drawn motors; {motor_time_s:.0} s of motor time each. {} scale factors are \
+             within 10 ppm of the truth, and at the rates that were turned the gyroscope's random walk alone allows \
+             {:.2} ppm, one sigma; the bias's error is {:.2} times what random walk alone allows in the time. Of {} \
+             intervals at 95 % between {low} and {high} hold the truth in 95 % of such sets. The reference's variances \
+             were raised by {:.2} on average; {:.1} % of the intervals were left out for saturation; the reference was \
+             off by {:.1} milli-degrees rms.",
             self.runs,
             self.motors,
             self.scale_factor_within_10_ppm,

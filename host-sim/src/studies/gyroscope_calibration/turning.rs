@@ -1,4 +1,4 @@
-//! The motor's part of a calibration: what the rotor turned, and what the estimator knows of it.
+//! The motor's run of a calibration: the true angle of the rotor, and the angle that the estimator gives.
 
 use std::ops::ControlFlow;
 
@@ -6,7 +6,7 @@ use controller::rate::{RateHold, RateTuning};
 use estimator::{AngleFilter as _, Estimate, Health};
 use motor_model::{Angle, Time};
 
-use super::schedule::Schedule;
+use super::schedule::TurnSchedule;
 use crate::math::statistics::root_mean_square;
 use crate::runs::closed_loop;
 use crate::runs::filter::SMOOTHER_LAG_MS;
@@ -18,31 +18,31 @@ use crate::studies::StudyError;
 pub struct Anchor {
     /// Which of the gyroscope's samples ends here; 0 is the start.
     pub sample: usize,
-    /// Estimated angle: after the fact where the filter has a smoother.
+    /// Estimated angle; smoothed where the filter has a smoother.
     pub angle: Angle,
     /// Its variance in deg^2, as the filter states it.
     pub variance_deg2: f64,
-    /// Estimated less true angle in milli-degrees: for judging, never for the fit.
+    /// Estimated less true angle in milli-degrees. The fit does not use it.
     pub error_mdeg: f64,
 }
 
-/// A run of a motor through the plan.
+/// A run of a motor through the schedule.
 #[derive(Clone, Debug)]
-pub struct Turning {
+pub struct TurningRun {
     /// Seed of the run, which draws the motor and its instruments' noise.
     pub seed: u64,
-    /// True angles at the start and at the end of every sample of a gyroscope: what it integrates.
+    /// True angles at the start and at the end of every sample of a gyroscope, which integrates between them.
     pub truth: Vec<Angle>,
-    /// Where the reference is known, in order.
+    /// The anchors, in order of time.
     pub anchors: Vec<Anchor>,
 }
 
-impl Turning {
-    /// Leads the motor of `scene` through the schedule, in closed loop.
+impl TurningRun {
+    /// Runs the motor of `scene` through the schedule in closed loop.
     ///
     /// # Errors
     /// When the scene is refused.
-    pub fn run(scene: &Scene, schedule: &Schedule) -> Result<Self, StudyError> {
+    pub fn run(scene: &Scene, schedule: &TurnSchedule) -> Result<Self, StudyError> {
         let hold = RateHold::new(schedule.profile(), RateTuning::steady(), Time::ZERO);
         let mut closed_loop = closed_loop::rate(scene, hold)?;
         let mut turning = Self {
@@ -59,7 +59,7 @@ impl Turning {
                 && now.nanos_since(at) >= SMOOTHER_LAG_MS * 1_000_000
             {
                 if let Some(smoothed) = closed_loop.program().filter().smoothed(at) {
-                    turning.learn(anchor, &smoothed);
+                    turning.set_anchor(anchor, &smoothed);
                 }
                 waiting = None;
             }
@@ -73,7 +73,7 @@ impl Turning {
                     waiting = Some((now, turning.anchors.len()));
                     let angle = Angle::ZERO;
                     turning.anchors.push(Anchor { sample, angle, variance_deg2: 0.0, error_mdeg: 0.0 });
-                    turning.learn(turning.anchors.len() - 1, &estimate);
+                    turning.set_anchor(turning.anchors.len() - 1, &estimate);
                 }
             }
             if ticks < schedule.ticks() { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
@@ -81,8 +81,8 @@ impl Turning {
         Ok(turning)
     }
 
-    /// Takes what is known of the angle at an anchor.
-    fn learn(&mut self, anchor: usize, estimate: &Estimate<f32>) {
+    /// Sets the angle of an anchor from an estimate.
+    fn set_anchor(&mut self, anchor: usize, estimate: &Estimate<f32>) {
         let Some(anchor) = self.anchors.get_mut(anchor) else { return };
         let Some(truth) = self.truth.get(anchor.sample) else { return };
         anchor.angle = estimate.angle;

@@ -1,14 +1,21 @@
-//! A laser-Doppler vibrometer on the rotor: its vertical velocity at one point, with white noise.
+//! A laser-Doppler vibrometer (LDV) on the rotor: its vertical velocity at one point, with white noise.
 //!
-//! Default noise: 0.2 mm/s a sample at 200,000 samples/s, that is 0.6 um/s per root hertz, the order of a vibrometer of the paper's
-//! kind on a coarse range.
+//! Default noise: 0.2 mm/s a sample at 200,000 samples/s, that is 0.6 um/s per root hertz, the order of a vibrometer of
+//! the paper's kind on a coarse range.
 //!
 //! ```text
 //! sample = clamp((1 + gain error) velocity + bias + noise + outlier, -range, range)
 //! ```
 //!
-//! Off unless a scene sets them: gain error and bias of the decoder, outliers and drop-outs of the speckle (Gaussian; a sample that does not
-//! exist), the saturation of the range, and between two times the loss of the signal, or a fault: the last value again, zeros, the wrong sign, no numbers.
+//! Off unless a scene sets them:
+//!
+//! | what | model |
+//! |---|---|
+//! | gain error and bias | of the decoder |
+//! | outlier, drop-out | of the speckle: a Gaussian error; a sample that does not exist |
+//! | saturation | the range clamps the sample |
+//! | loss | samples within the outage do not exist |
+//! | fault, from one time to another | the last value again, zeros, the wrong sign, or no number |
 
 use std::collections::VecDeque;
 
@@ -17,13 +24,13 @@ use motor_model::Time;
 use rand_distr::{Distribution, StandardNormal};
 use rand_pcg::Pcg64;
 
-use super::Span;
+use super::FaultWindow;
 use crate::math::random_streams::{self, RandomFault, RandomSource};
 use crate::scene::Scene;
 
 /// What a faulty vibrometer delivers.
 #[derive(Clone, Copy, Debug)]
-enum Fault {
+enum LdvFault {
     /// The last value before the fault.
     Stuck,
     Zeros,
@@ -32,7 +39,7 @@ enum Fault {
     NotANumber,
 }
 
-/// The vibrometer, and the samples not yet read.
+/// The vibrometer, with the samples that are not yet read.
 #[derive(Clone, Debug)]
 pub struct Ldv {
     noise_m_s: f64,
@@ -43,9 +50,9 @@ pub struct Ldv {
     range_m_s: f64,
     gain: f64,
     bias_m_s: f64,
-    outage: Span,
-    fault: Option<(Fault, Span)>,
-    /// The last value that no fault has spoilt.
+    outage: FaultWindow,
+    fault: Option<(LdvFault, FaultWindow)>,
+    /// The last value without a fault.
     shown_m_s: f32,
     unread: VecDeque<LdvSample>,
 }
@@ -70,31 +77,31 @@ impl Ldv {
             range_m_s: if range_m_s > 0.0 { range_m_s } else { f64::INFINITY },
             gain: 1.0 + scene.number("ldv.gain_error"),
             bias_m_s: scene.number("ldv.bias_m_s"),
-            outage: Span::of(scene, "ldv.lost_from_s", "ldv.lost_until_s"),
+            outage: FaultWindow::of(scene, "ldv.lost_from_s", "ldv.lost_until_s"),
             fault: Self::fault(scene),
             shown_m_s: 0.0,
             unread: VecDeque::new(),
         }
     }
 
-    fn fault(scene: &Scene) -> Option<(Fault, Span)> {
+    fn fault(scene: &Scene) -> Option<(LdvFault, FaultWindow)> {
         let fault = match scene.choice("ldv.fault") {
-            "stuck" => Fault::Stuck,
-            "zeros" => Fault::Zeros,
-            "inverted" => Fault::Inverted,
-            "not_a_number" => Fault::NotANumber,
+            "stuck" => LdvFault::Stuck,
+            "zeros" => LdvFault::Zeros,
+            "inverted" => LdvFault::Inverted,
+            "not_a_number" => LdvFault::NotANumber,
             _ => return None,
         };
-        Some((fault, Span::of(scene, "ldv.fault_from_s", "ldv.fault_until_s")))
+        Some((fault, FaultWindow::of(scene, "ldv.fault_from_s", "ldv.fault_until_s")))
     }
 
-    /// What a fault makes of a value.
-    fn spoilt(&mut self, now: Time, velocity_m_s: f32) -> f32 {
+    /// The value that is delivered, with the fault at `now` if there is one.
+    fn with_fault(&mut self, now: Time, velocity_m_s: f32) -> f32 {
         match self.fault.filter(|(_, span)| span.covers(now)) {
-            Some((Fault::Stuck, _)) => self.shown_m_s,
-            Some((Fault::Zeros, _)) => 0.0,
-            Some((Fault::Inverted, _)) => -velocity_m_s,
-            Some((Fault::NotANumber, _)) => f32::NAN,
+            Some((LdvFault::Stuck, _)) => self.shown_m_s,
+            Some((LdvFault::Zeros, _)) => 0.0,
+            Some((LdvFault::Inverted, _)) => -velocity_m_s,
+            Some((LdvFault::NotANumber, _)) => f32::NAN,
             None => {
                 self.shown_m_s = velocity_m_s;
                 velocity_m_s
@@ -113,7 +120,7 @@ impl Ldv {
             self.gain * velocity_m_s + self.bias_m_s + self.noise_m_s * noise + self.outlier_m_s * outlier;
         #[expect(clippy::cast_possible_truncation, reason = "the instrument delivers f32")]
         let velocity_m_s = shown_m_s.clamp(-self.range_m_s, self.range_m_s) as f32;
-        let velocity_m_s = self.spoilt(now, velocity_m_s);
+        let velocity_m_s = self.with_fault(now, velocity_m_s);
         self.unread.push_back(LdvSample { taken_at: now, velocity_m_s });
     }
 
@@ -188,11 +195,11 @@ mod tests {
             ("ldv.fault=inverted", |_, value| -value),
             ("ldv.fault=not_a_number", |_, _| f32::NAN),
         ] {
-            let spoilt = shown(&[fault, "ldv.fault_from_s=1e-4", "ldv.fault_until_s=2e-4"], 0.1, 60);
-            for (n, (spoilt, right)) in spoilt.iter().zip(&good).enumerate() {
+            let faulty = shown(&[fault, "ldv.fault_from_s=1e-4", "ldv.fault_until_s=2e-4"], 0.1, 60);
+            for (n, (faulty, right)) in faulty.iter().zip(&good).enumerate() {
                 let value = right.velocity_m_s;
                 let expected = if (20..40).contains(&n) { expected(&good, value) } else { value };
-                assert_eq!(spoilt.velocity_m_s.to_bits(), expected.to_bits(), "{fault} {n}");
+                assert_eq!(faulty.velocity_m_s.to_bits(), expected.to_bits(), "{fault} {n}");
             }
         }
     }
@@ -200,9 +207,9 @@ mod tests {
     #[test]
     fn exact_a_lost_vibrometer_delivers_nothing_of_the_loss_and_its_noise_goes_on() {
         let lost = shown(&["ldv.lost_from_s=1e-4", "ldv.lost_until_s=2e-4"], 0.1, 60);
-        let undisturbed = shown(&[], 0.1, 60);
+        let without = shown(&[], 0.1, 60);
         let expected: Vec<LdvSample> =
-            (0..60).filter(|i| !(20..40).contains(i)).map(|i| undisturbed[i]).collect();
+            (0..60).filter(|i| !(20..40).contains(i)).map(|i| without[i]).collect();
         assert_eq!(lost, expected);
     }
 }

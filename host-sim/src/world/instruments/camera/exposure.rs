@@ -4,10 +4,10 @@ use std::collections::VecDeque;
 
 use motor_model::Angle;
 
-/// The light gathered over an exposure that ends with the frame.
+/// The angles over an exposure that ends with the frame.
 #[derive(Clone, Debug)]
 pub(super) struct Exposure {
-    /// Steps between two looks that the exposure lasts.
+    /// Length of the exposure in steps between two looks.
     steps: usize,
     middle_nanos: u64,
     /// The last `steps + 1` looks, the newest last.

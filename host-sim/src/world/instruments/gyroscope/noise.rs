@@ -1,7 +1,8 @@
-//! The noise of a gyroscope: what its integrated angle scatters by, and its Allan deviation.
+//! The noise of a gyroscope: the covariance of its integrated angle, and its Allan deviation.
 //!
-//! White noise of the rate walks the angle; the bias's instability is a first-order Gauss-Markov process, `E d(t) d(t + u) = D^2 exp(-u / C)`. With
-//! `m1(x) = (1 - exp(-x)) / x` and `m2(x) = (x - 1 + exp(-x)) / x^2` ([`motor_model::math::decay_mean`] and [`motor_model::math::decay_second_mean`]):
+//! White noise of the rate gives a random walk of the angle. The bias's instability is a first-order Gauss-Markov
+//! process, `E d(t) d(t + u) = D^2 exp(-u / C)`. With `m1(x) = (1 - exp(-x)) / x` and `m2(x) = (x - 1 + exp(-x)) / x^2`
+//! ([`motor_model::math::decay_mean`] and [`motor_model::math::decay_second_mean`]):
 //!
 //! ```text
 //! variance of the angle over a span T                 N^2 T + 2 D^2 T^2 m2(T / C)
@@ -10,8 +11,10 @@
 //!                                                     N^2 / T + D^2 (2 m2(T / C) - m1(T / C)^2)
 //! ```
 //!
-//! Of the drift alone the Allan deviation rises to 0.6174 D at T = 1.893 C and falls again: that plateau is the instability of the data sheet. The units of the samples, rounded one by one, add q^2 / 12
-//! a sample to the random walk. Source: IEEE Std 952-1997, annex C, where the plateau is written `0.437 q_c sqrt(T_c)`, with `q_c = D sqrt(2 / C)`.
+//! The Allan deviation of the drift alone rises to 0.6174 D at T = 1.893 C and falls again. That plateau is the
+//! instability of the data sheet. The units `q` of the samples, rounded one by one, add `q^2 / 12` a sample to the
+//! random walk. Source: IEEE Std 952-1997, annex C, where the plateau is written `0.437 q_c sqrt(T_c)`, with `q_c = D
+//! sqrt(2 / C)`.
 
 use motor_model::math;
 
@@ -23,9 +26,9 @@ const ROOT_SECONDS_PER_ROOT_HOUR: f64 = 60.0;
 /// Largest Allan deviation of a Gauss-Markov process per its standard deviation.
 const PLATEAU: f64 = 0.617_362;
 
-/// Noise of a gyroscope.
+/// The noise of a gyroscope.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Noise {
+pub struct GyroscopeNoise {
     /// Time between samples in s.
     pub period_s: f64,
     /// Angle random walk in degrees per root second.
@@ -40,21 +43,21 @@ pub struct Noise {
 
 /// A span of time in s.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Span {
+pub struct TimeSpan {
     /// Where it begins.
     pub from_s: f64,
     /// Where it ends, after that.
     pub until_s: f64,
 }
 
-impl Span {
+impl TimeSpan {
     /// Its length in s.
     pub fn length_s(self) -> f64 {
         self.until_s - self.from_s
     }
 }
 
-impl Noise {
+impl GyroscopeNoise {
     /// Of a scene.
     pub fn of(scene: &Scene) -> Self {
         Self {
@@ -73,16 +76,16 @@ impl Noise {
     }
 
     /// Covariance in deg^2 of the angles over two spans, which are the same or do not overlap.
-    pub fn covariance_deg2(&self, one: Span, other: Span) -> f64 {
+    pub fn covariance_deg2(&self, one: TimeSpan, other: TimeSpan) -> f64 {
         let variance = self.drift_deg_s * self.drift_deg_s;
-        let per_time = |span: Span| span.length_s() / self.drift_time_s;
+        let per_time = |span: TimeSpan| span.length_s() / self.drift_time_s;
         if one == other {
             let length_s = one.length_s();
             let drift_deg2 = 2.0 * variance * length_s * length_s * math::decay_second_mean(per_time(one));
             return self.white_deg2_s() * length_s + drift_deg2;
         }
         let apart_s = (one.from_s - other.until_s).max(other.from_s - one.until_s);
-        let mean = |span: Span| span.length_s() * math::decay_mean(per_time(span));
+        let mean = |span: TimeSpan| span.length_s() * math::decay_mean(per_time(span));
         variance * mean(one) * mean(other) * math::exp(-apart_s / self.drift_time_s)
     }
 

@@ -1,4 +1,4 @@
-use super::noise::Span;
+use super::noise::TimeSpan;
 use super::*;
 use crate::math::allan_deviation;
 use crate::math::statistics::Spread;
@@ -36,7 +36,7 @@ fn exact_scale_factor_and_bias() {
         let sample = gyroscope.sample(turned_deg);
         assert!((sample.turned_deg - expected_deg).abs() < 1e-15 && !sample.saturated, "{sample:?}");
     }
-    assert_eq!(gyroscope.errors(), Errors { scale: 5e-4, bias_deg_s: 0.01 });
+    assert_eq!(gyroscope.errors(), GyroscopeErrors { scale: 5e-4, bias_deg_s: 0.01 });
 }
 
 /// +-400 deg/s are 0.8 degrees a sample; it is the mean over the sample that saturates.
@@ -69,9 +69,11 @@ fn exact_samples_are_whole_units() {
     }
 }
 
-/// The slope of random walk, the plateau of the instability, both, and coarse units: Allan deviation of four hours at rest against the closed form.
+/// The slope of random walk, the plateau of the instability, both, and coarse units: Allan deviation of four hours at
+/// rest against the closed form.
 ///
-/// An estimate over spans of m of N samples scatters by about sqrt(m / N); four times that is allowed. The drift is constant over a sample, which matters where the span is hardly longer.
+/// An estimate over spans of m of N samples scatters by about sqrt(m / N); four times that is allowed. The drift is
+/// constant over a sample, which matters where the span is hardly longer.
 #[test]
 fn dual_allan_deviation_is_the_closed_form() {
     let samples = 4 * 3600 * 10;
@@ -83,7 +85,7 @@ fn dual_allan_deviation_is_the_closed_form() {
     ] {
         let common = ["gyroscope.sample_rate_hz=10", "gyroscope.instability_time_s=20"];
         let scene = scene(&[&common[..], sets].concat());
-        let noise = Noise::of(&scene);
+        let noise = GyroscopeNoise::of(&scene);
         let angles = at_rest(&scene, samples);
         for span in spans {
             let seen = allan_deviation::deviation_deg_s(&angles, noise.period_s, span).unwrap();
@@ -96,10 +98,11 @@ fn dual_allan_deviation_is_the_closed_form() {
     }
 }
 
-/// What the data sheet says: 0.15 deg/h of means over an hour and sixty times that over a second; and 0.5 deg/h at the plateau, 1.893 correlation times.
+/// What the data sheet says: 0.15 deg/h of means over an hour and sixty times that over a second; and 0.5 deg/h at the
+/// plateau, 1.893 correlation times.
 #[test]
 fn exact_random_walk_and_plateau_are_those_of_the_data_sheet() {
-    let of = |set: &str| Noise::of(&scene(&[set]));
+    let of = |set: &str| GyroscopeNoise::of(&scene(&[set]));
     let walk = of("gyroscope.instability_deg_h=0");
     for (span_s, deg_h) in [(3600.0, 0.15), (1.0, 9.0), (100.0, 0.9)] {
         assert!((3600.0 * walk.allan_deviation_deg_s(span_s) / deg_h - 1.0).abs() < 1e-4);
@@ -110,12 +113,13 @@ fn exact_random_walk_and_plateau_are_those_of_the_data_sheet() {
     assert!(deg_h(1.7) < deg_h(1.8926) && deg_h(2.1) < deg_h(1.8926));
 }
 
-/// The covariance of angles over two spans is half of what joining them adds to the variance; and over many gyroscopes it is what they scatter by.
+/// The covariance of angles over two spans is half of what joining them adds to the variance; and over many gyroscopes
+/// it is what they scatter by.
 #[test]
 fn dual_covariance_of_spans() {
     let scene = scene(&["gyroscope.instability_time_s=3", "gyroscope.instability_deg_h=100"]);
-    let noise = Noise::of(&scene);
-    let span = |from_s, until_s| Span { from_s, until_s };
+    let noise = GyroscopeNoise::of(&scene);
+    let span = |from_s, until_s| TimeSpan { from_s, until_s };
     let (one, two, both) = (span(1.0, 2.5), span(2.5, 6.0), span(1.0, 6.0));
     let sum = noise.covariance_deg2(one, one)
         + noise.covariance_deg2(two, two)
@@ -126,7 +130,7 @@ fn dual_covariance_of_spans() {
     let rest = noise.covariance_deg2(one, three);
     // By the trapezoidal rule over both spans.
     let n = 200_u32;
-    let at = |span: Span, i: u32| span.from_s + span.length_s() * (f64::from(i) + 0.5) / f64::from(n);
+    let at = |span: TimeSpan, i: u32| span.from_s + span.length_s() * (f64::from(i) + 0.5) / f64::from(n);
     let d2 = noise.drift_deg_s * noise.drift_deg_s / f64::from(n * n) * one.length_s() * three.length_s();
     let sum: f64 = (0..n)
         .flat_map(|i| (0..n).map(move |j| (i, j)))
@@ -135,7 +139,8 @@ fn dual_covariance_of_spans() {
     assert!((rest / sum - 1.0).abs() < 1e-4, "{rest} {sum}");
 }
 
-/// Serial numbers and seeds name gyroscopes; the errors of 4,000 scatter as they should, and switching noise off leaves them as they are.
+/// Serial numbers and seeds name gyroscopes; the errors of 4,000 scatter as they should, and switching noise off leaves
+/// them as they are.
 #[test]
 fn law_gyroscopes_are_drawn_by_seed_and_serial() {
     let errors = |serial: u32, more: &str| {

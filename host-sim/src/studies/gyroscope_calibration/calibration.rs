@@ -1,0 +1,199 @@
+//! One calibration: a gyroscope on the run of a motor, and what became of it.
+
+use motor_model::math;
+use serde::Serialize;
+
+use super::fit::{CalibrationFit, FitInterval};
+use super::turning::{Anchor, TurningRun};
+use crate::math::statistics::NORMAL_95;
+use crate::world::instruments::gyroscope::noise::{SECONDS_PER_HOUR, TimeSpan};
+use crate::world::instruments::gyroscope::{Gyroscope, GyroscopeErrors, GyroscopeNoise, GyroscopeSample};
+
+/// 95 % of chi-square with two degrees of freedom: `-2 ln 0.05`.
+const PAIR_95: f64 = 5.991_465;
+
+/// What became of a calibration.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct CalibrationOutcome {
+    /// Seed of the run: the motor.
+    pub seed: u64,
+    /// Which gyroscope (`gyroscope.serial`).
+    pub serial: u64,
+    /// Motor time.
+    pub motor_time_s: f64,
+    /// Scale-factor error found.
+    pub scale_factor_ppm: f64,
+    /// Found less true.
+    pub scale_factor_error_ppm: f64,
+    /// Its standard deviation; 1.96 of it to either side are the 95 % interval.
+    pub scale_factor_sigma_ppm: f64,
+    /// Bias found.
+    pub bias_deg_h: f64,
+    /// Found less true.
+    pub bias_error_deg_h: f64,
+    /// Its standard deviation.
+    pub bias_sigma_deg_h: f64,
+    /// Correlation of both errors, as the fit states it.
+    pub correlation: f64,
+    /// Square of the distance of the true pair in standard deviations, correlation included.
+    pub pair_distance_square: f64,
+    /// Standard deviation of the bias that the gyroscope's random walk allows in this time, at rest.
+    pub walk_bias_sigma_deg_h: f64,
+    /// Standard deviation of the scale factor that the gyroscope's random walk allows at these rates, with an exact
+    /// reference and without saturation: see [`super::schedule`].
+    pub walk_scale_factor_sigma_ppm: f64,
+    /// Factor on the filter's variances of the reference that makes the residuals as large as the fit says, at least 1.
+    pub reference_factor: f64,
+    /// Intervals fitted.
+    pub intervals: usize,
+    /// Intervals left out because a sample in them was saturated.
+    pub saturated_intervals: usize,
+    /// Root mean square error of the reference at the ends of the intervals.
+    pub reference_rms_mdeg: f64,
+}
+
+impl CalibrationOutcome {
+    /// Whether the 95 % interval of the scale factor holds the truth.
+    pub fn covers_scale_factor(&self) -> bool {
+        self.scale_factor_error_ppm.abs() <= NORMAL_95 * self.scale_factor_sigma_ppm
+    }
+
+    /// Whether that of the bias does.
+    pub fn covers_bias(&self) -> bool {
+        self.bias_error_deg_h.abs() <= NORMAL_95 * self.bias_sigma_deg_h
+    }
+
+    /// Whether the 95 % ellipse of both does.
+    pub fn covers_pair(&self) -> bool {
+        self.pair_distance_square <= PAIR_95
+    }
+}
+
+/// A calibration with its intervals and its fit.
+#[derive(Clone, Debug)]
+pub struct Calibration {
+    /// What became of it.
+    pub outcome: CalibrationOutcome,
+    /// The intervals between the anchors, in order, and whether each is left out.
+    pub intervals: Vec<(FitInterval, bool)>,
+    /// The gyroscope's mean rate over each twentieth of a second: middle in s, deg/s.
+    pub rates_deg_s: Vec<(f64, f64)>,
+    pub(super) fit: CalibrationFit,
+    pub(super) noise: GyroscopeNoise,
+}
+
+impl Calibration {
+    /// The calibration of `gyroscope` on the run of a motor; `None` where scale factor and bias cannot be told apart.
+    pub(super) fn of(
+        gyroscope: &mut Gyroscope,
+        serial: u64,
+        turning: &TurningRun,
+        motor_time_s: f64,
+    ) -> Option<Self> {
+        let noise = gyroscope.noise();
+        let samples: Vec<_> =
+            turning.truth.windows(2).map(|pair| gyroscope.sample(pair[1].minus(pair[0]).degrees())).collect();
+        #[expect(clippy::cast_precision_loss, reason = "counts")]
+        let time_s = |sample: usize| sample as f64 * noise.period_s;
+        let interval = |pair: &[Anchor]| {
+            let [from, until] = [pair[0], pair[1]];
+            let within = &samples[from.sample..until.sample];
+            let interval = FitInterval {
+                span: TimeSpan { from_s: time_s(from.sample), until_s: time_s(until.sample) },
+                shown_deg: within.iter().map(|sample| sample.turned_deg).sum(),
+                turned_deg: until.angle.minus(from.angle).degrees(),
+                variances_deg2: (from.variance_deg2, until.variance_deg2),
+            };
+            (interval, within.iter().any(|sample| sample.saturated))
+        };
+        let intervals: Vec<_> = turning.anchors.windows(2).map(interval).collect();
+        let kept: Vec<FitInterval> =
+            intervals.iter().filter(|(_, saturated)| !saturated).map(|(interval, _)| *interval).collect();
+        let fit = CalibrationFit::to(&kept, &noise)?;
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "at least 1")]
+        let chunk = (0.05 / noise.period_s).round().max(1.0) as usize;
+        let mean = |(index, chunk_of): (usize, &[GyroscopeSample])| {
+            let turned_deg: f64 = chunk_of.iter().map(|sample| sample.turned_deg).sum();
+            let length_s = time_s(chunk_of.len());
+            (time_s(index * chunk) + 0.5 * length_s, turned_deg / length_s)
+        };
+        let rates_deg_s = samples.chunks(chunk).enumerate().map(mean).collect();
+        let outcome = CalibrationOutcome::of(&fit, gyroscope.errors(), &noise, motor_time_s);
+        let outcome = CalibrationOutcome {
+            seed: turning.seed,
+            serial,
+            walk_scale_factor_sigma_ppm: 1e6 * walk_scale_sigma(&intervals, &noise),
+            intervals: kept.len(),
+            saturated_intervals: intervals.len() - kept.len(),
+            reference_rms_mdeg: turning.reference_rms_mdeg(),
+            ..outcome
+        };
+        Some(Self { outcome, intervals, rates_deg_s, fit, noise })
+    }
+}
+
+impl CalibrationOutcome {
+    fn of(fit: &CalibrationFit, truth: GyroscopeErrors, noise: &GyroscopeNoise, motor_time_s: f64) -> Self {
+        let (ppm, deg_h) = (1e6, SECONDS_PER_HOUR);
+        Self {
+            seed: 0,
+            serial: 0,
+            motor_time_s,
+            scale_factor_ppm: ppm * fit.scale,
+            scale_factor_error_ppm: ppm * (fit.scale - truth.scale),
+            scale_factor_sigma_ppm: ppm * fit.scale_sigma(),
+            bias_deg_h: deg_h * fit.bias_deg_s,
+            bias_error_deg_h: deg_h * (fit.bias_deg_s - truth.bias_deg_s),
+            bias_sigma_deg_h: deg_h * fit.bias_sigma_deg_s(),
+            correlation: fit.correlation(),
+            pair_distance_square: fit.distance_square(truth.scale, truth.bias_deg_s),
+            walk_bias_sigma_deg_h: deg_h * noise.walk_bias_deg_s(motor_time_s),
+            walk_scale_factor_sigma_ppm: 0.0,
+            reference_factor: fit.reference_factor,
+            intervals: 0,
+            saturated_intervals: 0,
+            reference_rms_mdeg: 0.0,
+        }
+    }
+}
+
+/// Standard deviation of the scale factor that random walk alone allows at the rates of all intervals.
+fn walk_scale_sigma(intervals: &[(FitInterval, bool)], noise: &GyroscopeNoise) -> f64 {
+    let sum = |of: fn(&FitInterval) -> f64| intervals.iter().map(|(interval, _)| of(interval)).sum::<f64>();
+    let (length_s, turned_deg) = (sum(|i| i.span.length_s()), sum(|i| i.turned_deg));
+    let squares = sum(|i| i.turned_deg * i.turned_deg / i.span.length_s());
+    noise.walk_deg_rs / math::sqrt(squares - turned_deg * turned_deg / length_s)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A straight line through rates 0, 100 and -50 deg/s over 1, 2 and 1 s: `S = sum r^2 T - (sum r T)^2 / sum T =
+    /// 22,500 - 150^2 / 4`, which is `37.5^2 + 2 62.5^2 + 87.5^2` about the mean rate of 37.5 deg/s. Intervals that are
+    /// left out count too.
+    #[test]
+    fn exact_random_walk_bounds_the_scale_factor_by_the_spread_of_the_rates() {
+        let noise = GyroscopeNoise {
+            period_s: 2e-3,
+            walk_deg_rs: 2.5e-3,
+            drift_deg_s: 0.0,
+            drift_time_s: 200.0,
+            resolution_deg: 0.0,
+        };
+        let interval = |from_s: f64, until_s: f64, turned_deg: f64| FitInterval {
+            span: TimeSpan { from_s, until_s },
+            shown_deg: turned_deg,
+            turned_deg,
+            variances_deg2: (0.0, 0.0),
+        };
+        let all = [
+            (interval(0.0, 1.0, 0.0), false),
+            (interval(1.0, 3.0, 200.0), true),
+            (interval(3.0, 4.0, -50.0), false),
+        ];
+        let spread_deg2_s = 37.5_f64 * 37.5 + 2.0 * 62.5 * 62.5 + 87.5 * 87.5;
+        let expected = 2.5e-3 / math::sqrt(spread_deg2_s);
+        assert!((walk_scale_sigma(&all, &noise) / expected - 1.0).abs() < 1e-12);
+    }
+}

@@ -1,0 +1,86 @@
+//! The figures over all calibrations.
+
+use serde::Serialize;
+
+use super::Calibrations;
+use super::calibration::CalibrationOutcome;
+use crate::math::statistics::{binomial_bounds, root_mean_square};
+
+/// Figures over all runs.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct CalibrationSummary {
+    /// Calibrations.
+    pub runs: usize,
+    /// Motors.
+    pub motors: u64,
+    /// Root mean square error of the scale factor.
+    pub scale_factor_rms_ppm: f64,
+    /// The same, as the fits state it.
+    pub scale_factor_stated_ppm: f64,
+    /// The largest error.
+    pub scale_factor_worst_ppm: f64,
+    /// The same, as random walk alone allows at these rates.
+    pub scale_factor_walk_ppm: f64,
+    /// Runs within 10 ppm of the truth.
+    pub scale_factor_within_10_ppm: usize,
+    /// Runs whose 95 % interval of the scale factor holds the truth.
+    pub scale_factor_covered: usize,
+    /// Root mean square error of the bias.
+    pub bias_rms_deg_h: f64,
+    /// The same, as the fits state it.
+    pub bias_stated_deg_h: f64,
+    /// The largest error.
+    pub bias_worst_deg_h: f64,
+    /// Root mean square error of the bias per what random walk allows in the time.
+    pub bias_over_walk: f64,
+    /// Runs whose 95 % interval of the bias holds the truth.
+    pub bias_covered: usize,
+    /// Runs whose 95 % ellipse of both holds the truth.
+    pub pair_covered: usize,
+    /// Two-sided 95 % bounds of these counts if each interval holds the truth with a probability of 95 %.
+    pub covered_bounds: (u32, u32),
+    /// Mean of the factors by which the reference's variances were raised.
+    pub reference_factor: f64,
+    /// Share of the intervals that are left out for saturation.
+    pub saturated: f64,
+    /// Root mean square error of the reference.
+    pub reference_rms_mdeg: f64,
+}
+
+impl Calibrations {
+    /// Figures over all runs.
+    pub fn summary(&self) -> CalibrationSummary {
+        let all = &self.outcomes;
+        #[expect(clippy::cast_precision_loss, reason = "counts")]
+        let count = all.len().max(1) as f64;
+        let mean = |of: fn(&CalibrationOutcome) -> f64| all.iter().map(of).sum::<f64>() / count;
+        let rms = |of: fn(&CalibrationOutcome) -> f64| root_mean_square(all.iter().map(of));
+        let worst = |of: fn(&CalibrationOutcome) -> f64| all.iter().map(|o| of(o).abs()).fold(0.0, f64::max);
+        let those = |of: fn(&CalibrationOutcome) -> bool| all.iter().filter(|o| of(o)).count();
+        let bias_rms_deg_h = rms(|o| o.bias_error_deg_h);
+        #[expect(clippy::cast_precision_loss, reason = "counts")]
+        let part = |o: &CalibrationOutcome| {
+            o.saturated_intervals as f64 / (o.intervals + o.saturated_intervals) as f64
+        };
+        CalibrationSummary {
+            runs: all.len(),
+            motors: self.motors,
+            scale_factor_rms_ppm: rms(|o| o.scale_factor_error_ppm),
+            scale_factor_stated_ppm: rms(|o| o.scale_factor_sigma_ppm),
+            scale_factor_worst_ppm: worst(|o| o.scale_factor_error_ppm),
+            scale_factor_walk_ppm: rms(|o| o.walk_scale_factor_sigma_ppm),
+            scale_factor_within_10_ppm: those(|o| o.scale_factor_error_ppm.abs() <= 10.0),
+            scale_factor_covered: those(CalibrationOutcome::covers_scale_factor),
+            bias_rms_deg_h,
+            bias_stated_deg_h: rms(|o| o.bias_sigma_deg_h),
+            bias_worst_deg_h: worst(|o| o.bias_error_deg_h),
+            bias_over_walk: bias_rms_deg_h / mean(|o| o.walk_bias_sigma_deg_h),
+            bias_covered: those(CalibrationOutcome::covers_bias),
+            pair_covered: those(CalibrationOutcome::covers_pair),
+            covered_bounds: binomial_bounds(u32::try_from(all.len()).unwrap_or(u32::MAX), 0.95),
+            reference_factor: mean(|o| o.reference_factor),
+            saturated: all.iter().map(part).sum::<f64>() / count,
+            reference_rms_mdeg: rms(|o| o.reference_rms_mdeg),
+        }
+    }
+}

@@ -1,0 +1,75 @@
+//! The way of the frames from the camera: latency, lost frames, copies, and frames that come late.
+
+use std::collections::VecDeque;
+
+use estimator::CameraFrame;
+use motor_model::Time;
+use rand_distr::{Distribution, Uniform};
+use rand_pcg::Pcg64;
+
+use crate::math::random_streams::{RandomFault, RandomSource};
+use crate::scene::Scene;
+use crate::world::instruments::FaultWindow;
+
+/// The frames on their way.
+#[derive(Clone, Debug)]
+pub(super) struct Delivery {
+    latency_nanos: u64,
+    period_nanos: u64,
+    drop: RandomFault,
+    duplicate: RandomFault,
+    late: RandomFault,
+    /// Most periods that a late frame comes late.
+    late_frames: u64,
+    outage: FaultWindow,
+    /// Time of arrival and frame, in order of arrival.
+    on_the_way: VecDeque<(Time, CameraFrame)>,
+}
+
+impl Delivery {
+    /// The delivery of a scene with frames every `period_nanos`.
+    pub(super) fn new(scene: &Scene, period_nanos: u64) -> Self {
+        let fault = |source, probability| RandomFault::new(scene.seed(), source, scene.number(probability));
+        Self {
+            latency_nanos: scene.integer("camera.latency_frames") * period_nanos,
+            period_nanos,
+            drop: fault(RandomSource::CameraDrop, "camera.drop_probability"),
+            duplicate: fault(RandomSource::CameraDuplicate, "camera.duplicate_probability"),
+            late: fault(RandomSource::CameraLate, "camera.late_probability"),
+            late_frames: scene.integer("camera.late_frames"),
+            outage: FaultWindow::of(scene, "camera.lost_from_s", "camera.lost_until_s"),
+            on_the_way: VecDeque::new(),
+        }
+    }
+
+    /// Sends the frame whose exposure ends at `now`, unless it is lost.
+    pub(super) fn send(&mut self, now: Time, frame: CameraFrame) {
+        // Every fault has its draw, also where the frame is dropped.
+        let dropped = self.drop.occurs().is_some();
+        let twice = self.duplicate.occurs().is_some();
+        let most = self.late_frames;
+        let late_frames = self.late.occurs().map_or(0, |rng| whole_up_to(most, rng));
+        if dropped || self.outage.covers(now) {
+            return;
+        }
+        let arrives_at = now.plus_nanos(self.latency_nanos + late_frames * self.period_nanos);
+        let place = self.on_the_way.partition_point(|(earlier, _)| *earlier <= arrives_at);
+        for _ in 0..=u8::from(twice) {
+            self.on_the_way.insert(place, (arrives_at, frame));
+        }
+    }
+
+    /// The oldest frame that has arrived by `now`.
+    pub(super) fn arrived(&mut self, now: Time) -> Option<CameraFrame> {
+        let (arrives_at, frame) = *self.on_the_way.front()?;
+        (arrives_at <= now).then(|| {
+            self.on_the_way.pop_front();
+            frame
+        })
+    }
+}
+
+/// A whole number from 1 to `most`.
+fn whole_up_to(most: u64, rng: &mut Pcg64) -> u64 {
+    Uniform::new_inclusive(1, most.max(1)).map_or(1, |uniform| uniform.sample(rng))
+}

@@ -1,0 +1,189 @@
+//! The camera against its model, fault by fault.
+
+use super::*;
+
+fn camera(sets: &[&str]) -> Camera {
+    let sets: Vec<String> = sets.iter().map(|&set| set.to_owned()).collect();
+    Camera::new(&Scene::load(None, &sets).unwrap(), 100_000, 1000.0)
+}
+
+fn seen_deg(camera: &mut Camera, degrees: f64) -> f64 {
+    camera.expose(Time::ZERO, Angle::from_degrees(degrees));
+    camera.arrived(Time::from_micros(1000)).unwrap().angle.degrees()
+}
+
+#[test]
+fn exact_quantisation_without_noise() {
+    let mut camera = camera(&["camera.noise_m=0"]);
+    let cell_deg = (2e-6_f64 / 3.9e-3).to_degrees();
+    for (given, cells) in [(0.0, 0.0), (0.4 * cell_deg, 0.0), (0.6 * cell_deg, 1.0), (-7.4 * cell_deg, -7.0)]
+    {
+        assert!((seen_deg(&mut camera, given) - cells * cell_deg).abs() < 1e-6, "{given}");
+    }
+    assert!(
+        (seen_deg(&mut camera, 720.0 + 7.0 * cell_deg) - 7.0 * cell_deg).abs() < 1e-6,
+        "whole turns are not seen"
+    );
+}
+
+/// Gaussian noise of 1 um and uniform quantisation of 2 um add as variances: 1 + 4/12 um^2, 17 milli-degrees at 3.9 mm.
+#[test]
+fn law_noise_has_the_variance_of_tracking_and_quantisation() {
+    let mut camera = camera(&[]);
+    let n = 40_000;
+    // Truth moves by an irrational part of a cell, so that quantisation errors are uniform.
+    let errors = (0..n).map(|i| {
+        let truth = f64::from(i) * 0.007_639_320_225;
+        let error = seen_deg(&mut camera, truth) - Angle::from_degrees(truth).wrapped().degrees();
+        Angle::from_degrees(error).wrapped().degrees()
+    });
+    let mean_square = errors.map(|e| e * e).sum::<f64>() / f64::from(n);
+    let expected_deg2 =
+        (1e-12_f64 + 4e-12 / 12.0) / (3.9e-3 * 3.9e-3) * 1_f64.to_degrees() * 1_f64.to_degrees();
+    // The variance of 40,000 squares of a normal is known to 0.7 %.
+    assert!((mean_square / expected_deg2 - 1.0).abs() < 0.03, "{mean_square} {expected_deg2}");
+    assert!((motor_model::math::sqrt(mean_square) - 0.017).abs() < 0.0005);
+}
+
+#[test]
+fn exact_a_frame_arrives_one_frame_late_and_once() {
+    let mut camera = camera(&[]);
+    camera.expose(Time::from_micros(500), Angle::ZERO);
+    assert!(camera.arrived(Time::from_micros(599)).is_none());
+    assert_eq!(camera.arrived(Time::from_micros(600)).unwrap().exposed_at, Time::from_micros(500));
+    assert!(camera.arrived(Time::from_micros(700)).is_none());
+}
+
+/// Frames exposed every 100 us on a rotor at rest, in order of arrival, with the times of arrival in us.
+fn delivered(sets: &[&str], frames: u64) -> Vec<(u64, CameraFrame)> {
+    let mut camera = camera(sets);
+    let mut delivered = Vec::new();
+    for n in 0..frames + 100 {
+        let now = Time::from_micros(100 * n);
+        if n < frames {
+            camera.expose(now, Angle::ZERO);
+        }
+        delivered.extend(std::iter::from_fn(|| camera.arrived(now)).map(|frame| (100 * n, frame)));
+    }
+    delivered
+}
+
+fn stamps_us(delivered: &[(u64, CameraFrame)]) -> Vec<u64> {
+    delivered.iter().map(|(_, frame)| frame.exposed_at.nanos() / 1000).collect()
+}
+
+/// Over an exposure T that ends at t, the mean of a + w t + c t^2 / 2 is its value at the middle and c T^2 / 24 more.
+#[test]
+fn exact_blur_is_the_mean_over_the_exposure() {
+    let mut camera = camera(&["camera.exposure_frames=0.5", "camera.noise_m=0", "camera.resolution_m=0"]);
+    let (rate_deg_s, curve_deg_s2) = (900.0, 4e7);
+    let at = |t_s: f64| 100.0 + rate_deg_s * t_s + 0.5 * curve_deg_s2 * t_s * t_s;
+    for n in 0..=100_u32 {
+        camera.look(Angle::from_degrees(at(1e-6 * f64::from(n))));
+    }
+    camera.expose(Time::from_micros(100), Angle::from_degrees(at(1e-4)));
+    let frame = camera.arrived(Time::from_micros(200)).unwrap();
+    assert_eq!(frame.exposed_at, Time::from_micros(75));
+    let blurred = at(75e-6) + curve_deg_s2 * 50e-6 * 50e-6 / 24.0;
+    // Trapezia of 1 us add c h^2 / 12; units of 2^-32 turn are 8.4e-8 degrees.
+    let trapezia = curve_deg_s2 * 1e-12 / 12.0;
+    assert!((frame.angle.degrees() - blurred - trapezia).abs() < 2e-7, "{}", frame.angle.degrees());
+}
+
+/// A mean of probability p over n frames is known to sqrt(p (1 - p) / n).
+#[test]
+fn law_dropped_and_duplicated_frames_are_as_many_as_they_should() {
+    let n = 20_000;
+    let dropped = delivered(&["camera.drop_probability=0.3"], n);
+    assert!(dropped.len().abs_diff(14_000) < 260, "{}", dropped.len());
+    let twice = delivered(&["camera.duplicate_probability=0.3"], n);
+    assert!(twice.len().abs_diff(26_000) < 260, "{}", twice.len());
+    let repeats = twice.windows(2).filter(|pair| pair[0] == pair[1]).count();
+    assert_eq!(repeats, twice.len() - 20_000, "the second is the first again");
+    assert!(delivered(&["camera.drop_probability=1"], 10).is_empty());
+}
+
+/// Without noise, a part p of outliers of deviation s is a root mean square of s sqrt p.
+#[test]
+fn law_outliers_have_their_frequency_and_size() {
+    let only = ["camera.noise_m=0", "camera.resolution_m=0", "camera.outlier_m=2e-4"];
+    let sets = [only.as_slice(), &["camera.outlier_probability=0.1"]].concat();
+    let frames = delivered(&sets, 40_000);
+    let arcs_m: Vec<f64> = frames.iter().map(|(_, f)| 3.9e-3 * f.angle.degrees().to_radians()).collect();
+    let outliers = arcs_m.iter().filter(|arc_m| arc_m.abs() > 0.0).count();
+    assert!(outliers.abs_diff(4000) < 240, "{outliers}");
+    let mean_square = arcs_m.iter().map(|arc_m| arc_m * arc_m).sum::<f64>() / 4e4;
+    assert!((mean_square / (0.1 * 4e-8) - 1.0).abs() < 0.15, "{mean_square}");
+}
+
+#[test]
+fn law_stamps_are_off_by_their_jitter_and_the_angle_is_not() {
+    let frames = delivered(&["camera.stamp_jitter_s=1e-5"], 20_000);
+    let errors_us: Vec<f64> = (frames.iter().enumerate().skip(10))
+        .map(|(n, (_, frame))| 1e-3 * frame.exposed_at.nanos() as f64 - 100.0 * n as f64)
+        .collect();
+    let mean = errors_us.iter().sum::<f64>() / 2e4;
+    let mean_square = errors_us.iter().map(|e| e * e).sum::<f64>() / 2e4;
+    assert!(mean.abs() < 0.3 && (mean_square / 100.0 - 1.0).abs() < 0.05, "{mean} {mean_square}");
+    let without = delivered(&[], 20_000);
+    assert!(frames.iter().zip(&without).all(|(a, b)| a.1.angle == b.1.angle && a.0 == b.0));
+}
+
+/// Half of the frames come 1, 2 or 3 periods later: 100 us of latency and 0.5 * 200 us on average, and some are
+/// overtaken.
+#[test]
+fn law_late_frames_are_overtaken_and_none_is_lost() {
+    let frames = delivered(&["camera.late_probability=0.5"], 20_000);
+    let mut stamps = stamps_us(&frames);
+    assert!(stamps.windows(2).any(|pair| pair[0] > pair[1]), "out of order");
+    let mean_us =
+        frames.iter().zip(&stamps).map(|((arrived, _), stamp)| arrived - stamp).sum::<u64>() as f64 / 2e4;
+    assert!((mean_us - 200.0).abs() < 4.0, "{mean_us}");
+    let latest = frames.iter().zip(&stamps).map(|((arrived, _), stamp)| arrived - stamp).max();
+    assert_eq!(latest, Some(400));
+    stamps.sort_unstable();
+    assert_eq!(stamps, (0..20_000).map(|n| 100 * n).collect::<Vec<_>>());
+}
+
+#[test]
+fn exact_a_lost_camera_delivers_nothing_of_the_loss() {
+    let frames = delivered(&["camera.lost_from_s=0.001", "camera.lost_until_s=0.002"], 30);
+    let expected: Vec<u64> = (0..30).filter(|n| !(10..20).contains(n)).map(|n| 100 * n).collect();
+    assert_eq!(stamps_us(&frames), expected);
+}
+
+/// Pictures 1 ms long from 1 ms on: the last one, zero, or ten degrees further; before and after as without a fault.
+#[test]
+fn exact_faulty_pictures() {
+    let good = delivered(&[], 30);
+    let ten = Angle::from_degrees(10.0);
+    for (fault, expected) in [
+        ("camera.fault=stuck", (|frames, _| frames[9].1.angle) as fn(&[(u64, CameraFrame)], Angle) -> Angle),
+        ("camera.fault=zeros", |_, _| Angle::ZERO),
+        ("camera.fault=offset", |_, further| further),
+    ] {
+        let span = ["camera.fault_from_s=0.001", "camera.fault_until_s=0.002"];
+        let sets = [fault, span[0], span[1], "camera.fault_offset_deg=10"];
+        for (n, (faulty, good_one)) in delivered(&sets, 30).iter().zip(&good).enumerate() {
+            let angle = if (10..20).contains(&n) {
+                expected(&good, good_one.1.angle.plus(ten).wrapped())
+            } else {
+                good_one.1.angle
+            };
+            assert_eq!((faulty.1.angle, faulty.0), (angle, good_one.0), "{fault} {n}");
+        }
+    }
+}
+
+/// A fault does not change the draws of the others and of the noise.
+#[test]
+fn law_faults_do_not_shift_the_noise() {
+    let without = delivered(&[], 1000);
+    for set in
+        ["camera.drop_probability=0.5", "camera.late_probability=0.5", "camera.outlier_probability=0.01"]
+    {
+        let disturbed = delivered(&[set], 1000);
+        let same = disturbed.iter().filter(|(_, frame)| without.iter().any(|(_, other)| other == frame));
+        assert!(same.count() * 100 >= 95 * disturbed.len(), "{set}");
+    }
+}
