@@ -28,3 +28,8 @@ pub mod world;
 
 pub use cli::CommandError;
 pub use scene::{Kind, Scene, Setting};
+
+/// The README's example, which must compile and run.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;
