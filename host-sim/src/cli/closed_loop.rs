@@ -147,7 +147,7 @@ impl ResponseMapArgs {
     pub(super) fn execute(&self) -> Result<(), CommandError> {
         let scene = self.scene.load("response-map", &[])?;
         let file = self.write.as_deref().map(files::Output::create).transpose()?;
-        let campaign = response_map::Campaign::new(&scene, self.motors)?;
+        let campaign = response_map::ResponseMapCampaign::new(&scene, self.motors)?;
         let bar = ProgressBar::new(campaign.work()).with_style(progress_style());
         let map = campaign.run(&|work| bar.inc(work));
         bar.finish_and_clear();

@@ -95,7 +95,7 @@ pub(super) struct ReproduceArgs {
 impl ReproduceArgs {
     pub(super) fn execute(&self) -> Result<(), CommandError> {
         let folder = OutputFolder::create(&self.out)?;
-        let plan = paper::Plan::new(self.seeds)?;
+        let plan = paper::PaperPlan::new(self.seeds)?;
         // On standard error, and only if that is a terminal.
         let bar = ProgressBar::new(plan.steps()).with_style(progress_style());
         let reproduction = plan.run(&|steps| bar.inc(steps))?;

@@ -66,7 +66,7 @@ impl Page {
     fn values(self, effort: Effort) -> Result<Vec<PlacedValue>, CommandError> {
         let scene = &effort.scene()?;
         Ok(match self {
-            Self::Paper => paper::Plan::new(effort.paper_seeds)?.run(&|_| ())?.page_values(),
+            Self::Paper => paper::PaperPlan::new(effort.paper_seeds)?.run(&|_| ())?.page_values(),
             Self::Step => (effort.step_accuracy)().run()?.page_values(),
             Self::Filters => filter_values(effort, scene)?,
             Self::Positioning => positioning_values(effort, scene)?,

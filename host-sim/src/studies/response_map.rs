@@ -74,7 +74,7 @@ pub struct CruiseRow {
 
 /// The whole map.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Identified {
+pub struct IdentifiedResponseMap {
     /// Cruises by mode, weakest first.
     pub cruises: Vec<CruiseRow>,
     /// Bursts of each family, in the order of [`Family::ALL`].
@@ -117,12 +117,12 @@ pub fn cruises() -> Vec<(DriveMode, f32)> {
 
 /// Drawn motors.
 #[derive(Clone, Debug)]
-pub struct Campaign {
+pub struct ResponseMapCampaign {
     plants: Vec<Plant>,
     seed: u64,
 }
 
-impl Campaign {
+impl ResponseMapCampaign {
     /// `motors` motors, named by the scene's seed and those that follow it.
     ///
     /// # Errors
@@ -145,7 +145,7 @@ impl Campaign {
     }
 
     /// Identifies everything, telling `progress` of each motor done with a drive.
-    pub fn run(&self, progress: &(impl Fn(u64) + Sync)) -> Identified {
+    pub fn run(&self, progress: &(impl Fn(u64) + Sync)) -> IdentifiedResponseMap {
         let cruises = cruises().into_iter().map(|(mode, amplitude)| {
             progress(self.plants.len() as u64);
             self.cruise(mode, amplitude)
@@ -158,7 +158,7 @@ impl Campaign {
             };
             bursts_of(family).into_iter().map(row).collect()
         };
-        Identified {
+        IdentifiedResponseMap {
             cruises,
             bursts: Family::ALL.into_iter().map(bursts).collect(),
             step_walk_correlation: self.correlation((0.3, 27), (0.3, 1072)),
@@ -204,23 +204,24 @@ impl Campaign {
     /// Identifies one cruise.
     pub fn cruise(&self, mode: DriveMode, amplitude: f32) -> CruiseRow {
         let command = DriveCommand::saturating(mode, amplitude);
-        let motors: Vec<Vec<Run>> = self
+        let motors: Vec<Vec<CruiseRun>> = self
             .plants
             .par_iter()
             .map(|plant| {
                 let mut plant = plant.clone();
-                (0..CRUISES_REPEATED).map(|_| Run::of(&mut plant, command)).collect()
+                (0..CRUISES_REPEATED).map(|_| CruiseRun::of(&mut plant, command)).collect()
             })
             .collect();
-        let mean = |runs: &[Run], of: fn(&Run) -> f64| runs.iter().map(of).collect::<Spread>().mean;
+        let mean =
+            |runs: &[CruiseRun], of: fn(&CruiseRun) -> f64| runs.iter().map(of).collect::<Spread>().mean;
         let rates: Spread = motors.iter().map(|runs| mean(runs, |run| run.rate_rad_s)).collect();
-        let lag = |runs: &Vec<Run>| {
+        let lag = |runs: &Vec<CruiseRun>| {
             let rate = mean(runs, |run| run.rate_rad_s);
             SPIN_UP_S - mean(runs, |run| run.spun_up_rad) / rate
         };
         let lags: Spread = motors.iter().map(lag).collect();
-        let all: Vec<&Run> = motors.iter().flatten().collect();
-        let sum = |of: fn(&Run) -> f64| all.iter().map(|run| of(run)).sum::<f64>();
+        let all: Vec<&CruiseRun> = motors.iter().flatten().collect();
+        let sum = |of: fn(&CruiseRun) -> f64| all.iter().map(|run| of(run)).sum::<f64>();
         let coast_s = sum(|run| run.cut_rad_s * run.coast_rad) / sum(|run| run.cut_rad_s * run.cut_rad_s);
         let left: Spread = all.iter().map(|run| run.coast_rad - coast_s * run.cut_rad_s).collect();
         CruiseRow {
@@ -236,14 +237,14 @@ impl Campaign {
 }
 
 /// One cruise of one motor.
-struct Run {
+struct CruiseRun {
     spun_up_rad: f64,
     rate_rad_s: f64,
     cut_rad_s: f64,
     coast_rad: f64,
 }
 
-impl Run {
+impl CruiseRun {
     fn of(plant: &mut Plant, command: DriveCommand) -> Self {
         let mut turn = |time_s: f64, command| {
             let before = plant.state().rotor.angle.angle();

@@ -121,13 +121,13 @@ fn dual_a_plant_with_longer_steps_at_rest_is_the_same_plant() {
 #[test]
 fn dual_the_compiled_response_map_is_what_the_plant_does() {
     use controller::response_map::{CRUISES, Family};
-    use host_sim::{Scene, studies::response_map::Campaign};
+    use host_sim::{Scene, studies::response_map::ResponseMapCampaign};
 
     const MOTORS: u64 = 40;
     let mut scene = Scene::default();
     // Motors that the map was not identified from.
     scene.set("seed", "5000").expect("a seed");
-    let campaign = Campaign::new(&scene, MOTORS).expect("a campaign");
+    let campaign = ResponseMapCampaign::new(&scene, MOTORS).expect("a campaign");
     #[expect(clippy::cast_precision_loss, reason = "40")]
     let root = motor_model::math::sqrt(MOTORS as f64);
     for family in Family::ALL {

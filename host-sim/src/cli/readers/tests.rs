@@ -95,7 +95,7 @@ fn exact_positioning_trials_reads_what_the_table_says() {
 #[test]
 fn exact_response_map_reads_what_the_table_says() {
     let scene = short(&[], false);
-    response_map::Campaign::new(&scene, 1).unwrap();
+    response_map::ResponseMapCampaign::new(&scene, 1).unwrap();
     agrees("response-map", &scene);
 }
 

@@ -1,20 +1,20 @@
-//! The reproduction in pictures: what the paper's Figs 5 to 7 and 9 to 11 show, and mode B against the step.
+//! The reproduction as pictures: counterparts of the paper's Figs 5 to 7 and 9 to 11, and mode B against the step.
 //!
-//! Fig. 8 is a record of the experiment; its counterpart here is the motion of the model.
+//! Fig. 8 is a record of the experiment. Its counterpart is the simulated motion.
 
 use motor_model::DriveMode;
 
-use super::campaign::paper_run;
-use super::published::{CASES, Place, Printed, Quantity};
-use super::trend::Course;
-use super::{Reproduction, STEP_S, TrendResult};
+use super::published::{CASES, PaperSection, Printed, Quantity};
+use super::reproduction::{PaperReproduction, SimulatedTrend};
+use super::runs::{STEP_S, paper_run};
+use super::trend::TrendLine;
 use crate::math::spectrum::{SAMPLE_RATE_HZ, Spectrum, Tail};
 use crate::report::chart::{Axis, Colour, Figure, Panel, Series};
 use crate::runs::RunError;
 use crate::runs::simulate::{MotorSample, Observer, simulate};
 use crate::studies::StudyError;
 
-/// Keeps the samples of a window of time.
+/// Keeps the samples from `from_s` to `to_s`.
 struct Window {
     interval_s: f64,
     from_s: f64,
@@ -35,8 +35,8 @@ impl Observer for Window {
     }
 }
 
-/// What a run of the paper looks like from `from_s` to `to_s`.
-fn watched(
+/// The samples of a run of the paper from `from_s` to `to_s`.
+fn recorded(
     (mode, step_s, seed): (DriveMode, f64, u64),
     interval_s: f64,
     (from_s, to_s): (f64, f64),
@@ -50,9 +50,9 @@ fn points(samples: &[MotorSample], value: impl Fn(&MotorSample) -> (f64, f64)) -
     samples.iter().map(value).collect()
 }
 
-/// Table 3's figure for a mode.
+/// The figure of Table 3 for a mode.
 fn printed(mode: DriveMode, quantity: Quantity) -> Option<Printed> {
-    let case = CASES.iter().find(|case| case.place == Place::Table3 && case.mode == mode)?;
+    let case = CASES.iter().find(|case| case.place == PaperSection::Table3 && case.mode == mode)?;
     case.figures.iter().find(|figure| figure.quantity == quantity).map(|figure| figure.paper)
 }
 
@@ -70,8 +70,8 @@ const fn colour(mode: DriveMode) -> Colour {
     }
 }
 
-impl Reproduction {
-    /// Every picture: name of its file, and the SVG.
+impl PaperReproduction {
+    /// Every picture: the name of its file, and the SVG.
     ///
     /// # Errors
     /// When a run or a picture fails.
@@ -115,20 +115,20 @@ impl Reproduction {
             .series(Series::error_bars(rates).colour(Colour::Vermilion).label("ours, \u{b1} sd"));
         Figure::new("Mode B: the published rate is that of a coarse step")
             .caption(
-                "Impacts found at the end of a step come late; the finer the step, the less that matters.",
+                "An impact at the end of its step comes late. The finer the step, the smaller the effect.",
             )
             .panel(panel)
     }
 }
 
-/// Velocity and height of the rotor, and a detail with the teeth: as Figs 5 and 6.
+/// Velocity and height of the rotor, and a detail with the teeth. Counterpart of Figs 5 and 6.
 fn motion(mode: DriveMode, length_s: f64, detail_s: f64) -> Result<Figure, StudyError> {
     let end_s = 2.0;
     let start_s = end_s - length_s;
-    let samples = watched((mode, STEP_S, 1), 10e-6, (start_s, end_s))?;
-    // The detail starts where half of the record is over.
+    let samples = recorded((mode, STEP_S, 1), 10e-6, (start_s, end_s))?;
+    // The detail starts in the middle of the record.
     let detail_from_s = start_s + 0.5 * length_s;
-    let detail = watched((mode, STEP_S, 1), STEP_S, (detail_from_s, detail_from_s + detail_s))?;
+    let detail = recorded((mode, STEP_S, 1), STEP_S, (detail_from_s, detail_from_s + detail_s))?;
     let milliseconds = |time_s: f64| 1e3 * (time_s - start_s);
     let time = || Axis::new("time (ms)").within(0.0..1e3 * length_s);
     let detail_time =
@@ -174,7 +174,7 @@ fn motion(mode: DriveMode, length_s: f64, detail_s: f64) -> Result<Figure, Study
     Ok(figure)
 }
 
-/// Mean over seeds of a series of equal times.
+/// Mean over the seeds of records with the same times.
 fn mean_of(runs: &[Vec<(f64, f64)>]) -> Vec<(f64, f64)> {
     let Some((first, others)) = runs.split_first() else { return Vec::new() };
     let count = runs.iter().fold(0.0, |count, _| count + 1.0);
@@ -184,10 +184,10 @@ fn mean_of(runs: &[Vec<(f64, f64)>]) -> Vec<(f64, f64)> {
     first.iter().enumerate().map(|(index, &(x, y))| (x, sum(index, y) / count)).collect()
 }
 
-/// How much of the spin-up is shown.
+/// Length of the spin-up that is shown.
 const SPIN_UP_S: f64 = 0.6;
 
-/// Mean rate between samples, from the angle turned: the rate itself is a sawtooth of impacts.
+/// Mean rate between samples, from the angle turned. The rate itself jumps at each impact.
 fn mean_rates(samples: &[MotorSample]) -> Vec<(f64, f64)> {
     let between = |pair: &[MotorSample]| {
         let (from, to) = (pair[0], pair[1]);
@@ -197,15 +197,16 @@ fn mean_rates(samples: &[MotorSample]) -> Vec<(f64, f64)> {
     std::iter::once((0.0, 0.0)).chain(samples.windows(2).map(between)).collect()
 }
 
-/// Rate from standstill: as Fig. 7.
+/// Rate from standstill. Counterpart of Fig. 7.
 fn spin_up(seeds: u64) -> Result<Figure, StudyError> {
     let rates = |mode, step_s| -> Result<Vec<Vec<(f64, f64)>>, StudyError> {
         (1..=seeds)
-            .map(|seed| Ok(mean_rates(&watched((mode, step_s, seed), 5e-3, (0.0, SPIN_UP_S))?)))
+            .map(|seed| Ok(mean_rates(&recorded((mode, step_s, seed), 5e-3, (0.0, SPIN_UP_S))?)))
             .collect()
     };
     let mut figure = Figure::new("Spin-up from standstill").caption(format!(
-        "Angle turned in each 5 ms: mean of {seeds} runs over each run drawn faintly. Clockwise is positive; only the drive differs."
+        "Rate from the angle turned in each 5 ms: each run in a faint line, and the mean of {seeds} runs. Clockwise is \
+         positive. Only the drive differs."
     ));
     for mode in [DriveMode::B, DriveMode::C] {
         let sign = if mode == DriveMode::B { 1.0 } else { -1.0 };
@@ -232,14 +233,16 @@ fn spin_up(seeds: u64) -> Result<Figure, StudyError> {
     Ok(figure)
 }
 
-/// Spectra of velocity and height: as Fig. 9.
+/// Spectra of velocity and height. Counterpart of Fig. 9.
 fn spectra(seeds: u64) -> Result<Figure, StudyError> {
     let mut figure = Figure::new("Spectra of the rotor's vertical motion").caption(format!(
-        "20 kHz, last 16,384 samples, mean removed, no window: mean amplitude of {seeds} runs over each run drawn faintly."
+        "20 kHz, last 16,384 samples, mean removed, no window: each run in a faint line, and the mean amplitude of \
+         {seeds} runs."
     ));
     for (mode, limit_hz) in [(DriveMode::B, 400.0), (DriveMode::C, 1500.0)] {
-        let samples: Result<Vec<Vec<MotorSample>>, _> =
-            (1..=seeds).map(|seed| watched((mode, STEP_S, seed), 1.0 / SAMPLE_RATE_HZ, (0.5, 2.0))).collect();
+        let samples: Result<Vec<Vec<MotorSample>>, _> = (1..=seeds)
+            .map(|seed| recorded((mode, STEP_S, seed), 1.0 / SAMPLE_RATE_HZ, (0.5, 2.0)))
+            .collect();
         let samples = samples?;
         let lines = |value: fn(&MotorSample) -> f64| -> Vec<Vec<(f64, f64)>> {
             let spectrum = |run: &Vec<MotorSample>| -> Spectrum {
@@ -280,12 +283,15 @@ fn spectra(seeds: u64) -> Result<Figure, StudyError> {
     Ok(figure)
 }
 
-/// Frequency and rate against a parameter: as Figs 10 and 11.
-fn trend_picture(trend: &TrendResult) -> Figure {
+/// Frequency and rate against a parameter. Counterpart of Figs 10 and 11.
+fn trend_picture(trend: &SimulatedTrend) -> Figure {
     let axis = format!("{} ({})", trend.varied, trend.trend.unit.0);
     let mut figure = Figure::new(format!("Mode C against {}", trend.varied))
-        .caption(format!("Counterpart of the paper's Fig. {}: mean and sd over the seeds, and the straight line through the means.", trend.picture));
-    for Course { quantity, unit, points, line, paper_rises, .. } in &trend.courses {
+        .caption(format!(
+            "Counterpart of the paper's Fig. {}: mean and sd over the seeds, and the straight line through the means.",
+            trend.picture
+        ));
+    for TrendLine { quantity, unit, points, line, paper_rises, .. } in &trend.courses {
         let bars = points.iter().map(|(x, spread)| (*x, spread.mean, spread.sd)).collect();
         let ends = [points.first(), points.last()].into_iter().flatten();
         let fit = ends.map(|(x, _)| (*x, line.intercept + line.slope * x)).collect();

@@ -1,13 +1,15 @@
-//! The published figures, as printed: the only place where they stand.
+//! The published figures, as printed. They stand in this file only.
 //!
-//! Source: Qu, Tang, Gianchandani, Oldham, Green, "Dynamic modeling of a bidirectional magnetoelastic rotary micro-motor",
-//! Sensors and Actuators A 223 (2015) 49-60. Rates are magnitudes there; the sense is checked on its own.
+//! Source: Qu, Tang, Gianchandani, Oldham, Green, "Dynamic modeling of a bidirectional magnetoelastic rotary
+//! micro-motor", Sensors and Actuators A 223 (2015) 49-60. It prints magnitudes of rates. The sense of rotation is
+//! compared apart.
 
 use std::fmt;
 
 use motor_model::{DriveMode, Parameter};
+use serde::Serializer;
 
-/// What was measured of a run.
+/// A quantity of a run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Quantity {
     /// Frequency of the largest line of the vertical velocity below 5 kHz.
@@ -19,7 +21,7 @@ pub enum Quantity {
 }
 
 impl Quantity {
-    /// Unit in which it is printed.
+    /// The unit in which it is printed.
     pub const fn unit(self) -> &'static str {
         match self {
             Self::CollisionFrequency => "Hz",
@@ -39,6 +41,11 @@ impl fmt::Display for Quantity {
     }
 }
 
+/// Serializes a value as the text that `Display` gives.
+pub fn as_words<S: Serializer>(value: &impl fmt::Display, serializer: S) -> Result<S::Ok, S::Error> {
+    serializer.collect_str(value)
+}
+
 /// A printed mean, with its standard deviation where one is printed.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Printed {
@@ -49,7 +56,7 @@ pub struct Printed {
 }
 
 impl Printed {
-    /// Decimals with which it is printed: mode B's frequency is the only one with a tenth of a hertz.
+    /// Decimals with which it is printed. Only the frequency of mode B has a tenth of a hertz.
     pub fn decimals(&self, quantity: Quantity) -> usize {
         match quantity {
             Quantity::CollisionFrequency => usize::from(self.mean.fract() != 0.0),
@@ -60,27 +67,27 @@ impl Printed {
 
 /// One published figure.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Figure {
-    /// What it is.
+pub struct PublishedFigure {
+    /// The quantity.
     pub quantity: Quantity,
-    /// The paper's model.
+    /// What the paper's model gave.
     pub paper: Printed,
-    /// The paper's experiment, where it gives one.
+    /// What the paper's experiment gave, where the paper prints it.
     pub experiment: Option<Printed>,
 }
 
-/// Where in the paper a case stands.
+/// The part of the paper that prints a case.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Place {
+pub enum PaperSection {
     /// Model and experiment in both modes, `theta_m` = -2.635.
     Table3,
-    /// Uncertain parameters, one at a time, mode C, `theta_m` = -2.5.
+    /// One uncertain parameter changed at a time, mode C, `theta_m` = -2.5.
     Table2,
     /// Tooth angle, both modes, `theta_m` = -2.5, no spread printed.
     ToothAngle,
 }
 
-impl fmt::Display for Place {
+impl fmt::Display for PaperSection {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
             Self::Table3 => "Table 3: both modes (mode shift -2.635 deg)",
@@ -90,35 +97,35 @@ impl fmt::Display for Place {
     }
 }
 
-/// A motor that the paper simulated, and what it found.
+/// A motor that the paper simulated, and the printed figures.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Case {
-    /// Where it stands.
-    pub place: Place,
-    /// What is changed, in words.
+pub struct PublishedCase {
+    /// The part of the paper that prints it.
+    pub place: PaperSection,
+    /// The change, in words.
     pub label: &'static str,
     /// Mode driven.
     pub mode: DriveMode,
     /// Parameters that are not nominal.
     pub changes: &'static [(Parameter, f64)],
-    /// What it found.
-    pub figures: &'static [Figure],
+    /// The printed figures.
+    pub figures: &'static [PublishedFigure],
 }
 
 const fn printed(mean: f64, sd: f64) -> Printed {
     Printed { mean, sd: Some(sd) }
 }
 
-const fn bare(mean: f64) -> Printed {
+const fn without_spread(mean: f64) -> Printed {
     Printed { mean, sd: None }
 }
 
-const fn figure(quantity: Quantity, paper: Printed, experiment: Option<Printed>) -> Figure {
-    Figure { quantity, paper, experiment }
+const fn figure(quantity: Quantity, paper: Printed, experiment: Option<Printed>) -> PublishedFigure {
+    PublishedFigure { quantity, paper, experiment }
 }
 
 /// Frequency and rate of a row of Table 2.
-const fn row(frequency: (f64, f64), rate: (f64, f64)) -> [Figure; 2] {
+const fn row(frequency: (f64, f64), rate: (f64, f64)) -> [PublishedFigure; 2] {
     [
         figure(Quantity::CollisionFrequency, printed(frequency.0, frequency.1), None),
         figure(Quantity::Rate, printed(rate.0, rate.1), None),
@@ -126,14 +133,17 @@ const fn row(frequency: (f64, f64), rate: (f64, f64)) -> [Figure; 2] {
 }
 
 /// Frequency and rate of a tooth angle.
-const fn angle(frequency: f64, rate: f64) -> [Figure; 2] {
-    [figure(Quantity::CollisionFrequency, bare(frequency), None), figure(Quantity::Rate, bare(rate), None)]
+const fn angle(frequency: f64, rate: f64) -> [PublishedFigure; 2] {
+    [
+        figure(Quantity::CollisionFrequency, without_spread(frequency), None),
+        figure(Quantity::Rate, without_spread(rate), None),
+    ]
 }
 
 /// Mode shift of Tables 1 and 2, of the tooth angles and of the trends.
 pub const TABLE_2_MODE_SHIFT: (Parameter, f64) = (Parameter::ModeShift, -2.5);
 
-/// Relative spread of Table 2's first row, which stands in where a figure has none printed.
+/// Relative spread of Table 2's first row. It is used for a figure without a printed spread.
 pub const fn borrowed_relative_sd(quantity: Quantity) -> f64 {
     match quantity {
         Quantity::CollisionFrequency | Quantity::CollisionAmplitude => 22.0 / 448.0,
@@ -144,33 +154,33 @@ pub const fn borrowed_relative_sd(quantity: Quantity) -> f64 {
 const fn table_2(
     label: &'static str,
     changes: &'static [(Parameter, f64)],
-    figures: &'static [Figure],
-) -> Case {
-    Case { place: Place::Table2, label, mode: DriveMode::C, changes, figures }
+    figures: &'static [PublishedFigure],
+) -> PublishedCase {
+    PublishedCase { place: PaperSection::Table2, label, mode: DriveMode::C, changes, figures }
 }
 
 /// Every case with printed figures, in the order in which they are shown.
-pub const CASES: &[Case] = &[
-    Case {
-        place: Place::Table3,
+pub const CASES: &[PublishedCase] = &[
+    PublishedCase {
+        place: PaperSection::Table3,
         label: "mode C",
         mode: DriveMode::C,
         changes: &[],
         figures: &[
             figure(Quantity::CollisionFrequency, printed(422.0, 52.0), Some(printed(400.0, 104.0))),
             figure(Quantity::CollisionAmplitude, printed(1.48, 0.26), Some(printed(0.88, 0.28))),
-            figure(Quantity::Rate, printed(1.72, 0.22), Some(bare(1.4))),
+            figure(Quantity::Rate, printed(1.72, 0.22), Some(without_spread(1.4))),
         ],
     },
-    Case {
-        place: Place::Table3,
+    PublishedCase {
+        place: PaperSection::Table3,
         label: "mode B",
         mode: DriveMode::B,
         changes: &[],
         figures: &[
             figure(Quantity::CollisionFrequency, printed(88.8, 7.1), Some(printed(76.0, 20.0))),
             figure(Quantity::CollisionAmplitude, printed(4.08, 1.17), Some(printed(3.94, 0.57))),
-            figure(Quantity::Rate, printed(8.16, 0.80), Some(bare(1.0))),
+            figure(Quantity::Rate, printed(8.16, 0.80), Some(without_spread(1.0))),
         ],
     },
     table_2("nothing", &[TABLE_2_MODE_SHIFT], &row((448.0, 22.0), (1.72, 0.09))),
@@ -234,29 +244,29 @@ pub const CASES: &[Case] = &[
         &[TABLE_2_MODE_SHIFT, (Parameter::VerticalDamping, 3.6e-3)],
         &row((448.0, 22.0), (1.72, 0.09)),
     ),
-    Case {
-        place: Place::ToothAngle,
+    PublishedCase {
+        place: PaperSection::ToothAngle,
         label: "mode C, 62.135 deg",
         mode: DriveMode::C,
         changes: &[TABLE_2_MODE_SHIFT, (Parameter::ToothAngle, 64.635)],
         figures: &angle(705.0, 0.75),
     },
-    Case {
-        place: Place::ToothAngle,
+    PublishedCase {
+        place: PaperSection::ToothAngle,
         label: "mode C, 58.135 deg",
         mode: DriveMode::C,
         changes: &[TABLE_2_MODE_SHIFT, (Parameter::ToothAngle, 60.635)],
         figures: &angle(314.0, 3.03),
     },
-    Case {
-        place: Place::ToothAngle,
+    PublishedCase {
+        place: PaperSection::ToothAngle,
         label: "mode B, 62.135 deg",
         mode: DriveMode::B,
         changes: &[TABLE_2_MODE_SHIFT, (Parameter::ToothAngle, 64.635)],
         figures: &angle(101.0, 9.05),
     },
-    Case {
-        place: Place::ToothAngle,
+    PublishedCase {
+        place: PaperSection::ToothAngle,
         label: "mode B, 58.135 deg",
         mode: DriveMode::B,
         changes: &[TABLE_2_MODE_SHIFT, (Parameter::ToothAngle, 60.635)],
@@ -264,26 +274,26 @@ pub const CASES: &[Case] = &[
     },
 ];
 
-/// What the paper says of a parameter's influence, in a picture without printed numbers.
+/// The influence of a parameter that the paper shows in a picture without printed numbers.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Trend {
+pub struct PublishedTrend {
     /// Number of the picture.
     pub picture: u8,
-    /// What is varied, in words.
+    /// The varied parameter, in words.
     pub label: &'static str,
-    /// Unit in which it is shown, and how many of it make an SI unit.
+    /// The unit in which it is shown, and the number of these units in an SI unit.
     pub unit: (&'static str, f64),
-    /// What is varied.
+    /// The varied parameter.
     pub parameter: Parameter,
-    /// From where to where it is varied here, about the nominal.
+    /// Least and largest value here, about the nominal one.
     pub range: (f64, f64),
-    /// Quantity, and whether it rises.
+    /// Each quantity, and whether it rises with the parameter.
     pub rises: [(Quantity, bool); 2],
 }
 
 /// Figs 10 and 11, mode C: each "roughly linear".
-pub const TRENDS: [Trend; 2] = [
-    Trend {
+pub const TRENDS: [PublishedTrend; 2] = [
+    PublishedTrend {
         picture: 10,
         label: "rotor mass",
         unit: ("mg", 1e6),
@@ -291,7 +301,7 @@ pub const TRENDS: [Trend; 2] = [
         range: (38e-6, 54e-6),
         rises: [(Quantity::CollisionFrequency, true), (Quantity::Rate, false)],
     },
-    Trend {
+    PublishedTrend {
         picture: 11,
         label: "tooth amplitude",
         unit: ("um", 1e6),
@@ -309,7 +319,10 @@ mod tests {
     #[test]
     fn exact_every_row_of_the_tables_is_here_and_can_be_run() {
         let count = |place| CASES.iter().filter(|case| case.place == place).count();
-        assert_eq!([Place::Table3, Place::Table2, Place::ToothAngle].map(count), [2, 13, 4]);
+        assert_eq!(
+            [PaperSection::Table3, PaperSection::Table2, PaperSection::ToothAngle].map(count),
+            [2, 13, 4]
+        );
         for case in CASES {
             let changed = case
                 .changes
@@ -318,9 +331,9 @@ mod tests {
             let params = changed.unwrap();
             let angle_deg = params.get(Parameter::ToothAngle) + params.get(Parameter::ModeShift);
             match case.place {
-                Place::ToothAngle => assert!(case.label.ends_with(&format!("{angle_deg:.3} deg"))),
-                Place::Table2 => assert!((angle_deg - 60.135).abs() < 1e-9),
-                Place::Table3 => assert!((angle_deg - 60.0).abs() < 1e-9),
+                PaperSection::ToothAngle => assert!(case.label.ends_with(&format!("{angle_deg:.3} deg"))),
+                PaperSection::Table2 => assert!((angle_deg - 60.135).abs() < 1e-9),
+                PaperSection::Table3 => assert!((angle_deg - 60.0).abs() < 1e-9),
             }
         }
     }

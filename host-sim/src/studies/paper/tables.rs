@@ -1,35 +1,37 @@
-//! The reproduction in words: one document, as text for the terminal and as Markdown for keeping.
+//! The reproduction as one document, for the terminal and as Markdown, and the values of its page.
 
-use super::published::Place;
+use super::comparison::FigureComparison;
+use super::published::PaperSection;
+use super::reproduction::{FigureRow, PaperReproduction, SimulatedTrend, StepRow};
 use super::trend::LINEAR_CORRELATION;
-use super::verdict::Comparison;
-use super::{Reproduction, Row, StepRow, TrendResult};
 use crate::math::statistics::Spread;
 use crate::report::document::{Block, Table};
 use crate::report::page::PlacedValue;
 
 pub use crate::report::document::Document;
 
-impl Reproduction {
-    /// The whole report.
+impl PaperReproduction {
+    /// The whole reproduction.
     pub fn document(&self) -> Document {
         let mut blocks = vec![Block::Heading("The published figures, simulated again".to_owned())];
         blocks.push(Block::Paragraph(format!(
-            "Paper: Qu, Tang, Gianchandani, Oldham, Green, Sensors and Actuators A 223 (2015) 49-60. Ours: the paper's friction law, \
-             end-of-step impacts, step 1 us unless said otherwise, 2 s of which 0.5 s to settle, {} seeds each, f64. Collision frequency and \
-             amplitude: largest line below 5 kHz of the spectrum of the vertical velocity, 20 kHz, last 16,384 samples. Rates are magnitudes, as printed; \
-             each +- is one standard deviation over the runs.",
+            "Paper: Qu, Tang, Gianchandani, Oldham, Green, Sensors and Actuators A 223 (2015) 49-60. Ours: the paper's \
+             law of friction, end-of-step impacts, a step of 1 us unless said otherwise, 2 s of which 0.5 s to settle, \
+             {} seeds each, f64. Collision frequency and amplitude: largest line below 5 kHz of the spectrum of the \
+             vertical velocity, 20 kHz, last 16,384 samples. Rates are magnitudes, as printed. Each +- is one standard \
+             deviation over the runs.",
             self.seeds
         )));
         blocks.push(Block::Paragraph(
-            "Rule: a figure is within when |ours - paper| <= sd(paper) + sd(ours), the printed spread combined with ours. \
-             A figure that misses this, but meets it with ours rounded to the digits that the paper prints, is marked as such. \
-             z = |ours - paper| / sqrt(sd(paper)^2 + sd(ours)^2) stands beside it for a stricter reader. Where the paper prints no spread (marked *), \
-             the relative spread of Table 2's first row stands in: 22/448 for frequencies, 0.09/1.72 for rates."
+            "Rule: a figure is within when |ours - paper| <= sd(paper) + sd(ours). A figure that fails this rule, but \
+             passes it after ours is rounded to the digits that the paper prints, is marked as within at the printed \
+             precision. A stricter rule is z = |ours - paper| / sqrt(sd(paper)^2 + sd(ours)^2) <= 1. Where the paper \
+             prints no spread (marked *), the relative spread of Table 2's first row is used: 22/448 for frequencies, \
+             0.09/1.72 for rates."
                 .to_owned(),
         ));
         blocks.push(Block::Paragraph(self.summary()));
-        for place in [Place::Table3, Place::Table2, Place::ToothAngle] {
+        for place in [PaperSection::Table3, PaperSection::Table2, PaperSection::ToothAngle] {
             let of_place = self.rows.iter().filter(|row| row.place == place);
             blocks.push(Block::Heading(place.to_string()));
             blocks.push(Block::Table(figures(of_place)));
@@ -42,10 +44,10 @@ impl Reproduction {
         Document { blocks }
     }
 
-    /// The values of its page.
+    /// The values of the page on the paper.
     pub fn page_values(&self) -> Vec<PlacedValue> {
-        let tables = self.count(&[Place::Table2, Place::Table3]);
-        let angles = self.count(&[Place::ToothAngle]);
+        let tables = self.count(&[PaperSection::Table2, PaperSection::Table3]);
+        let angles = self.count(&[PaperSection::ToothAngle]);
         let rate_at = |row: Option<&StepRow>| row.map_or_else(String::new, |row| spread(row.rate_rad_s, 1));
         let document = |blocks| Document { blocks }.markdown();
         let by_place = |place| {
@@ -61,39 +63,39 @@ impl Reproduction {
             ("angle_within", angles.within.to_string()),
             ("b_rate_coarse", rate_at(self.mode_b_steps.first())),
             ("b_rate_converged", rate_at(self.mode_b_steps.last())),
-            ("table_3", by_place(Place::Table3)),
-            ("table_2", by_place(Place::Table2)),
-            ("table_tooth_angle", by_place(Place::ToothAngle)),
+            ("table_3", by_place(PaperSection::Table3)),
+            ("table_2", by_place(PaperSection::Table2)),
+            ("table_tooth_angle", by_place(PaperSection::ToothAngle)),
             ("table_mode_b", document(vec![Block::Table(self.mode_b_by_step())])),
         ]
     }
 
-    /// How many figures of mode C in `places` there are, and how many are within, by either rule.
-    fn count(&self, places: &[Place]) -> Count {
-        let rows: Vec<&Row> =
+    /// The number of figures of mode C in `places`, and how many of them are within by each rule.
+    fn count(&self, places: &[PaperSection]) -> FigureCount {
+        let rows: Vec<&FigureRow> =
             self.rows.iter().filter(|row| row.coarse.is_none() && places.contains(&row.place)).collect();
-        let count = |is: fn(&Comparison) -> bool| rows.iter().filter(|row| is(&row.comparison)).count();
-        Count {
+        let count = |is: fn(&FigureComparison) -> bool| rows.iter().filter(|row| is(&row.comparison)).count();
+        FigureCount {
             figures: rows.len(),
             within: count(|comparison| comparison.within),
             within_as_printed: count(|comparison| !comparison.within && comparison.within_as_printed),
-            strict: count(Comparison::within_root_sum_of_squares),
+            strict: count(FigureComparison::within_root_sum_of_squares),
         }
     }
 
-    /// How many figures are within, by either rule.
+    /// One paragraph: how many figures are within by each rule.
     pub fn summary(&self) -> String {
-        let tables = self.count(&[Place::Table2, Place::Table3]);
-        let angles = self.count(&[Place::ToothAngle]);
+        let tables = self.count(&[PaperSection::Table2, PaperSection::Table3]);
+        let angles = self.count(&[PaperSection::ToothAngle]);
         let sense = if self.rows.iter().all(|row| row.right_sense) {
             "In every run mode B turned clockwise and mode C counter-clockwise."
         } else {
-            "NOT every run turned the way its mode should."
+            "NOT every run turned in the sense of its mode."
         };
         format!(
-            "Mode C, Tables 2 and 3: {} of {} figures within, {} more at the printed precision ({} with z <= 1). \
-             Mode C, tooth angle: {} of {} within, {} more at the printed precision ({} with z <= 1). \
-             Mode B: the paper's rates are those of a coarse step, the converged model turns faster; see below. {sense}",
+            "Mode C, Tables 2 and 3: {} of {} figures within, {} more at the printed precision ({} with z <= 1). Mode \
+             C, tooth angle: {} of {} within, {} more at the printed precision ({} with z <= 1). Mode B: the paper's \
+             rates are those of a coarse step. The converged model turns faster, see below. {sense}",
             tables.within,
             tables.figures,
             tables.within_as_printed,
@@ -105,7 +107,7 @@ impl Reproduction {
         )
     }
 
-    /// Mode B against the step, and what it means.
+    /// Mode B against the step.
     fn mode_b(&self) -> Vec<Block> {
         let table = self.mode_b_by_step();
         let figures = at_three_steps(self.rows.iter());
@@ -113,11 +115,12 @@ impl Reproduction {
         let mut blocks = vec![heading, Block::Table(figures), Block::Table(table)];
         if let (Some(coarse), Some(fine)) = (self.mode_b_steps.first(), self.mode_b_steps.last()) {
             blocks.push(Block::Paragraph(format!(
-                "The published 8.16 rad/s is what a coarse step gives: impacts found at the end of a step come late, and the \
-                 friction of one late impact is another. At {} us we get {} rad/s, at {} us, where the step no longer matters, {} rad/s: the model, solved \
-                 to convergence, turns faster than the paper says. The experiment's 1 rad/s is below both, because wobble, tilt and contact \
-                 with the hub hold the rotor back, which the model leaves out. The collision amplitude is about twice the paper's at every step: \
-                 the largest line of a broad spectrum falls with the length of the record, which the paper does not state.",
+                "The published 8.16 rad/s is the rate of a coarse step. An impact at the end of its step comes late, \
+                 and a late impact has another friction impulse. At {} us the rate is {} rad/s. At {} us the model \
+                 has converged: {} rad/s, faster than the paper's. The rotor of the experiment turns with 1 rad/s. It \
+                 wobbles, tilts and touches the hub, which the model leaves out. The collision amplitude is about \
+                 twice the paper's at every step: the largest line of a broad spectrum falls with the length of the \
+                 record, which the paper does not state.",
                 round(1e6 * coarse.step_s),
                 spread(coarse.rate_rad_s, 2),
                 round(1e6 * fine.step_s),
@@ -129,7 +132,7 @@ impl Reproduction {
         blocks
     }
 
-    /// Mode B at each step, beside paper and experiment.
+    /// Mode B at each step, paper and experiment.
     fn mode_b_by_step(&self) -> Table {
         let mut table =
             Table::new(&["step", "collision frequency Hz", "collision amplitude mm/s", "rate rad/s"]);
@@ -149,8 +152,8 @@ impl Reproduction {
     }
 }
 
-/// Figures of the paper, and how many of them are met.
-struct Count {
+/// The number of printed figures, and how many of them are within.
+struct FigureCount {
     figures: usize,
     within: usize,
     within_as_printed: usize,
@@ -158,20 +161,20 @@ struct Count {
 }
 
 /// The pictures that belong to a table.
-fn pictures_of(place: Place) -> Vec<Block> {
+fn pictures_of(place: PaperSection) -> Vec<Block> {
     let pictures: &[(&str, &str)] = match place {
-        Place::Table3 => &[
+        PaperSection::Table3 => &[
             ("Motion in mode B (as Figs 5 and 6)", "motion_mode_b.svg"),
             ("Motion in mode C (as Figs 5 and 6)", "motion_mode_c.svg"),
             ("Spin-up of both modes (as Fig. 7)", "spin_up.svg"),
             ("Spectra of the vertical motion (as Fig. 9)", "spectra.svg"),
         ],
-        Place::Table2 | Place::ToothAngle => &[],
+        PaperSection::Table2 | PaperSection::ToothAngle => &[],
     };
     pictures.iter().map(|(title, file)| Block::Picture((*title).to_owned(), (*file).to_owned())).collect()
 }
 
-fn figures<'a>(rows: impl Iterator<Item = &'a Row>) -> Table {
+fn figures<'a>(rows: impl Iterator<Item = &'a FigureRow>) -> Table {
     let mut table =
         Table::new(&["motor", "figure", "paper", "experiment", "ours", "difference", "z", "verdict"]);
     for row in rows {
@@ -191,8 +194,9 @@ fn figures<'a>(rows: impl Iterator<Item = &'a Row>) -> Table {
     table
 }
 
-fn verdict(row: &Row) -> &'static str {
-    let within = |comparison: &Option<Comparison>| comparison.is_some_and(|comparison| comparison.within);
+fn verdict(row: &FigureRow) -> &'static str {
+    let within =
+        |comparison: &Option<FigureComparison>| comparison.is_some_and(|comparison| comparison.within);
     match (row.right_sense, row.comparison.within) {
         (false, _) => "WRONG SENSE",
         (true, true) => "within",
@@ -204,12 +208,13 @@ fn verdict(row: &Row) -> &'static str {
 }
 
 /// Every figure of mode B at three steps.
-fn at_three_steps<'a>(rows: impl Iterator<Item = &'a Row>) -> Table {
+fn at_three_steps<'a>(rows: impl Iterator<Item = &'a FigureRow>) -> Table {
     let header = ["motor", "figure", "paper", "10 us", "z", "1 us", "z", "0.1 us", "z"];
     let mut table = Table::new(&header);
     for row in rows {
-        let cells =
-            |comparison: &Comparison| [spread(comparison.ours, row.decimals), format!("{:.2}", comparison.z)];
+        let cells = |comparison: &FigureComparison| {
+            [spread(comparison.ours, row.decimals), format!("{:.2}", comparison.z)]
+        };
         let (Some(coarse), Some(converged)) = (&row.coarse, &row.converged) else { continue };
         let mut line = vec![row.case.to_owned(), format!("{} {}", row.quantity, row.unit), paper(row)];
         line.extend([coarse, &row.comparison, converged].into_iter().flat_map(cells));
@@ -219,13 +224,13 @@ fn at_three_steps<'a>(rows: impl Iterator<Item = &'a Row>) -> Table {
 }
 
 /// What the paper's model gave.
-fn paper(row: &Row) -> String {
+fn paper(row: &FigureRow) -> String {
     let star = if row.comparison.spread_borrowed { "*" } else { "" };
     spread(row.comparison.paper, row.decimals) + star
 }
 
 /// What the paper's experiment gave.
-fn experiment(row: &Row) -> String {
+fn experiment(row: &FigureRow) -> String {
     match row.experiment {
         Some((mean, Some(sd))) => spread(Spread { mean, sd }, row.decimals),
         Some((mean, None)) => format!("about {mean}"),
@@ -233,7 +238,7 @@ fn experiment(row: &Row) -> String {
     }
 }
 
-fn trend_blocks(trend: &TrendResult) -> Vec<Block> {
+fn trend_blocks(trend: &SimulatedTrend) -> Vec<Block> {
     let header = ["figure", "paper", "ours: slope", "% per %", "correlation", "line from", "to", "verdict"];
     let mut table = Table::new(&header);
     let (unit, per_si) = trend.trend.unit;
@@ -258,8 +263,9 @@ fn trend_blocks(trend: &TrendResult) -> Vec<Block> {
         Block::Heading(format!("Fig. {}: {} (mode C, mode shift -2.5 deg)", trend.picture, trend.varied)),
         Block::Table(table),
         Block::Paragraph(format!(
-            "Varied from {low:.2} to {high:.2} {unit} in nine values. The line is the least-squares line through their means, % per % its \
-             relative slope in the middle; a correlation of the means of {LINEAR_CORRELATION} or more counts as roughly linear."
+            "Varied from {low:.2} to {high:.2} {unit} in nine values. The line is the least-squares line through the \
+             means, % per % is its relative slope in the middle. A correlation of the means of {LINEAR_CORRELATION} \
+             or more counts as roughly linear."
         )),
         Block::Picture(format!("Against {} (as Fig. {})", trend.varied, trend.picture), file),
     ]
@@ -269,7 +275,7 @@ fn spread(spread: Spread, decimals: usize) -> String {
     format!("{:.decimals$} +- {:.decimals$}", spread.mean, spread.sd)
 }
 
-/// Steps are round numbers of microseconds, but not in binary.
+/// Removes the rounding of a step in microseconds: it is a round number in decimal, but not in binary.
 fn round(x: f64) -> f64 {
     (x * 1e6).round() / 1e6
 }
@@ -277,14 +283,14 @@ fn round(x: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::studies::paper::published::{Place, Printed, Quantity};
+    use crate::studies::paper::published::{PaperSection, Printed, Quantity};
 
     /// A rate printed as 1.72 +- 0.09, with ours at three steps as given.
-    fn row(ours: f64, coarse: Option<f64>) -> Row {
+    fn row(ours: f64, coarse: Option<f64>) -> FigureRow {
         let printed = Printed { mean: 1.72, sd: Some(0.09) };
-        let compared = |mean| Comparison::new(Quantity::Rate, printed, Spread { mean, sd: 0.02 });
-        Row {
-            place: Place::Table3,
+        let compared = |mean| FigureComparison::new(Quantity::Rate, printed, Spread { mean, sd: 0.02 });
+        FigureRow {
+            place: PaperSection::Table3,
             case: "mode",
             quantity: Quantity::Rate,
             unit: "rad/s",
@@ -304,7 +310,7 @@ mod tests {
         assert_eq!(verdict(&row(1.84, None)), "OUTSIDE");
         assert_eq!(verdict(&row(1.84, Some(1.70))), "outside; within at 10 us");
         assert_eq!(verdict(&row(1.84, Some(1.84))), "OUTSIDE at either step");
-        assert_eq!(verdict(&Row { right_sense: false, ..row(1.72, None) }), "WRONG SENSE");
+        assert_eq!(verdict(&FigureRow { right_sense: false, ..row(1.72, None) }), "WRONG SENSE");
     }
 
     #[test]

@@ -1,66 +1,64 @@
-//! How frequency and rate follow a parameter: the paper's Figs 10 and 11.
+//! Collision frequency and rate against a parameter: the paper's Figs 10 and 11.
 
 use motor_model::DriveMode;
 use serde::Serialize;
 
-use super::campaign::{Campaign, Ensemble};
-use super::published::{Quantity, TABLE_2_MODE_SHIFT, Trend};
+use super::published::{PublishedTrend, Quantity, TABLE_2_MODE_SHIFT};
+use super::runs::{Ensemble, PaperRuns};
 use crate::math::statistics::{Line, Spread};
 use crate::studies::StudyError;
 
-/// Values of the parameter in a trend.
+/// Number of values of the parameter in a trend.
 const POINTS: u8 = 9;
 
-/// "Roughly linear": the means correlate linearly by at least this much.
+/// Least magnitude of the linear correlation of the means for "roughly linear".
 pub const LINEAR_CORRELATION: f64 = 0.9;
 
-/// Values that `trend` takes, in SI units.
-pub fn values(trend: &Trend) -> impl Iterator<Item = f64> {
+/// The values of the parameter of `trend`, in SI units.
+pub fn values(trend: &PublishedTrend) -> impl Iterator<Item = f64> {
     let (low, high) = trend.range;
     (0..POINTS).map(move |index| low + (high - low) * f64::from(index) / f64::from(POINTS - 1))
 }
 
-/// Adds the motors of `trend` to a campaign; returns their places in the results.
+/// Adds the motors of `trend` to `runs`. Returns their places in the results.
 ///
 /// # Errors
 /// When a value is out of bounds.
-pub fn plan(
-    trend: &Trend,
-    campaign: &mut Campaign,
+pub fn add_runs(
+    trend: &PublishedTrend,
+    runs: &mut PaperRuns,
     step_s: f64,
     seeds: u64,
 ) -> Result<Vec<usize>, StudyError> {
     values(trend)
-        .map(|value| {
-            campaign.add(DriveMode::C, &[TABLE_2_MODE_SHIFT, (trend.parameter, value)], step_s, seeds)
-        })
+        .map(|value| runs.add(DriveMode::C, &[TABLE_2_MODE_SHIFT, (trend.parameter, value)], step_s, seeds))
         .collect()
 }
 
-/// How one quantity follows the parameter.
+/// One quantity against the parameter, and the straight line through it.
 #[derive(Clone, Debug, Serialize)]
-pub struct Course {
+pub struct TrendLine {
     /// The quantity, in words.
-    #[serde(serialize_with = "super::as_words")]
+    #[serde(serialize_with = "super::published::as_words")]
     pub quantity: Quantity,
     /// Its unit.
     pub unit: &'static str,
     /// Whether the paper says that it rises.
     pub paper_rises: bool,
-    /// Parameter, in the trend's unit, with mean and spread of the quantity.
+    /// The parameter in the trend's unit, with mean and spread of the quantity.
     pub points: Vec<(f64, Spread)>,
     /// The straight line through the means.
     pub line: Line,
-    /// The slope has the paper's sign.
+    /// Whether the slope has the paper's sign.
     pub same_direction: bool,
-    /// The means lie close to a straight line.
+    /// Whether the means lie close to a straight line.
     pub roughly_linear: bool,
 }
 
-impl Course {
-    /// The course of `quantity` over the ensembles of `trend`; `None` without two values.
+impl TrendLine {
+    /// `quantity` over the runs of `trend`. `None` unless the parameter takes two values.
     pub fn of(
-        trend: &Trend,
+        trend: &PublishedTrend,
         (quantity, paper_rises): (Quantity, bool),
         ensembles: &[&Ensemble],
     ) -> Option<Self> {
@@ -80,7 +78,7 @@ impl Course {
         })
     }
 
-    /// The verdict in words.
+    /// The result in words.
     pub fn verdict(&self) -> &'static str {
         match (self.same_direction, self.roughly_linear) {
             (true, true) => "as in the paper",

@@ -5,7 +5,7 @@ use motor_model::DriveCommand;
 
 use crate::scene::Scene;
 use crate::studies::StudyError;
-use crate::studies::response_map::{Campaign, bursts_of};
+use crate::studies::response_map::{ResponseMapCampaign, bursts_of};
 
 /// A burst, and how far it turns the nominal motor.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -32,7 +32,7 @@ impl BurstTable {
     pub fn nominal() -> Result<Self, StudyError> {
         let mut scene = Scene::default();
         scene.set("plant.parameters", "nominal")?;
-        let motors = Campaign::new(&scene, 4)?;
+        let motors = ResponseMapCampaign::new(&scene, 4)?;
         let of_family = |family: Family| {
             let motors = &motors;
             bursts_of(family).into_iter().map(move |(amplitude, ticks)| {

@@ -5,10 +5,10 @@ use std::fmt::Write as _;
 use controller::response_map::Family;
 use motor_model::DriveMode;
 
-use super::{BurstRow, Identified};
+use super::{BurstRow, IdentifiedResponseMap};
 use crate::report::document::{Block, Document, Table};
 
-impl Identified {
+impl IdentifiedResponseMap {
     /// The module `controller::response_map::table`, as `rustfmt` leaves it.
     pub fn source(&self) -> String {
         let Self { motors, seed, step_walk_correlation, .. } = self;
@@ -144,7 +144,7 @@ mod tests {
             motors_mdeg: mdeg(burst.motors_sd_rad),
             repeat_mdeg: mdeg(burst.repeat_sd_rad),
         };
-        let identified = Identified {
+        let identified = IdentifiedResponseMap {
             cruises: CRUISES.iter().map(cruise_row).collect(),
             bursts: Family::ALL.map(|family| family.bursts().iter().map(burst_row).collect()).into(),
             step_walk_correlation: STEP_WALK_CORRELATION.into(),

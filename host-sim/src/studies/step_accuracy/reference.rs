@@ -100,7 +100,8 @@ impl Reference {
     }
 
     /// Stator and rotor.
-    pub fn system(&self) -> &System {
+    #[cfg(test)]
+    fn system(&self) -> &System {
         &self.system
     }
 

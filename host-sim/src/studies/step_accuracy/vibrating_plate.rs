@@ -9,6 +9,7 @@
 //!
 //! The first impact is known in closed form but for one root: with `k = b / m`, `z = z_0 - (g / k) (t - (1 - exp(-k t)) / k)`.
 
+#[cfg(any(test, feature = "peers"))]
 use core::f64::consts::{PI, TAU};
 
 use motor_model::{Mode, MotorParams, Parameter, ToothPair, math};
@@ -93,6 +94,7 @@ impl VibratingPlate {
     }
 
     /// Acceleration of the ball in flight.
+    #[cfg(any(test, feature = "peers"))]
     #[inline]
     pub fn acceleration_m_s2(&self, velocity_m_s: f64) -> f64 {
         -self.gravity_m_s2 - self.damping_per_s * velocity_m_s
@@ -123,6 +125,7 @@ impl VibratingPlate {
     }
 
     /// What comes of a ball that meets the plate.
+    #[cfg(any(test, feature = "peers"))]
     #[must_use]
     pub fn after_impact(&self, ball: &Ball) -> Ball {
         let plate_m_s = self.velocity_m_s(ball.time_s);
@@ -136,6 +139,7 @@ impl VibratingPlate {
 
     /// A ball that rides on the plate from `time_s`, where the plate lets go of it: it does while
     /// `-A w^2 sin(w t) + k A w cos(w t) + g < 0`.
+    #[cfg(any(test, feature = "peers"))]
     fn after_riding(&self, time_s: f64) -> Ball {
         let Self { amplitude_m, rate_rad_s, damping_per_s, gravity_m_s2, .. } = *self;
         let size =

@@ -1,12 +1,13 @@
-//! How a figure of ours is judged against a printed one.
+//! The rule by which a simulated figure is compared with a printed one.
 //!
-//! A figure is *within* when the means differ by no more than the two standard deviations together, `sd_paper + sd_ours`: the printed
-//! spread combined with ours, both of five runs. Beside it stands `z = |difference| / sqrt(sd_paper^2 + sd_ours^2)`, the difference in
-//! units of the spread of a difference, so that a reader can hold it to a stricter rule: two single runs of the same
-//! law differ by less than `z = 1` two times in three.
+//! A figure is *within* when the means differ by no more than the two standard deviations together,
+//! `sd_paper + sd_ours`. Both deviations are those of five runs. The comparison also gives
+//! `z = |difference| / sqrt(sd_paper^2 + sd_ours^2)`, the difference in units of its standard deviation, for a stricter
+//! rule: two single runs of the same law differ by less than `z = 1` two times in three.
 //!
-//! The paper prints means and spreads to a few digits, so a comparison finer than its last digit means little: a figure that misses the
-//! rule but meets it once ours is rounded the same way is said to be within at the printed precision, never silently counted as within.
+//! The paper prints means and spreads to a few digits. A comparison finer than the last digit has no meaning. A figure
+//! that fails the rule, but passes it after ours is rounded as the paper rounds, is *within at the printed precision*.
+//! It is not counted as within.
 
 use motor_model::math;
 use serde::Serialize;
@@ -14,25 +15,25 @@ use serde::Serialize;
 use super::published::{Printed, Quantity, borrowed_relative_sd};
 use crate::math::statistics::Spread;
 
-/// A figure of ours beside a printed one.
+/// A simulated figure beside a printed one.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct Comparison {
+pub struct FigureComparison {
     /// The printed mean and spread, in the quantity's unit.
     pub paper: Spread,
-    /// Whether that spread is not the figure's own, but Table 2's first row's.
+    /// Whether that spread is that of Table 2's first row, because none is printed for the figure.
     pub spread_borrowed: bool,
-    /// Ours, over the seeds.
+    /// The simulated mean and spread over the seeds.
     pub ours: Spread,
     /// `|ours - paper| <= sd_paper + sd_ours`.
     pub within: bool,
-    /// The same with ours rounded to the decimals that the paper prints.
+    /// The same after the simulated values are rounded to the decimals that the paper prints.
     pub within_as_printed: bool,
     /// `|ours - paper| / sqrt(sd_paper^2 + sd_ours^2)`.
     pub z: f64,
 }
 
-impl Comparison {
-    /// `ours` beside `printed`.
+impl FigureComparison {
+    /// Compares `ours` with `printed`.
     pub fn new(quantity: Quantity, printed: Printed, ours: Spread) -> Self {
         let sd = printed.sd.unwrap_or(borrowed_relative_sd(quantity) * printed.mean);
         let difference = (ours.mean - printed.mean).abs();
@@ -50,13 +51,13 @@ impl Comparison {
         }
     }
 
-    /// The strictest of the usual rules: the means differ by no more than the root sum of squares.
+    /// Whether the means differ by no more than the root sum of squares of both deviations, `z <= 1`.
     pub fn within_root_sum_of_squares(&self) -> bool {
         self.z <= 1.0
     }
 }
 
-/// The rule in whole units of the last printed digit, so that the sums are exact.
+/// The rule in units of the last printed digit. These are whole numbers, so that the sums are exact.
 fn within_as_printed(decimals: usize, paper: Spread, ours: Spread) -> bool {
     let units_per_one = (0..decimals).fold(1.0, |units, _| 10.0 * units);
     let units = |value: f64| (value * units_per_one).round();
@@ -67,8 +68,8 @@ fn within_as_printed(decimals: usize, paper: Spread, ours: Spread) -> bool {
 mod tests {
     use super::*;
 
-    fn compared(paper: f64, sd: Option<f64>, mean: f64, our_sd: f64) -> Comparison {
-        Comparison::new(Quantity::Rate, Printed { mean: paper, sd }, Spread { mean, sd: our_sd })
+    fn compared(paper: f64, sd: Option<f64>, mean: f64, our_sd: f64) -> FigureComparison {
+        FigureComparison::new(Quantity::Rate, Printed { mean: paper, sd }, Spread { mean, sd: our_sd })
     }
 
     /// 3 and 4 combine to 7 one way, to 5 the other.

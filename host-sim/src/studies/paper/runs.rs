@@ -1,4 +1,4 @@
-//! Many runs at once: the same bytes on any number of threads.
+//! The paper's motors and their runs. The results are the same bytes on any number of threads.
 
 use motor_model::{DriveCommand, DriveMode, FrictionLaw, ImpactRule, MotorParams, Parameter};
 use rayon::prelude::*;
@@ -8,7 +8,14 @@ use crate::math::statistics::Spread;
 use crate::runs::simulate::{OpenLoopRun, OpenLoopSummary, Precision, simulate};
 use crate::studies::StudyError;
 
-/// The paper's runs: its friction law, impacts at the end of the step, full drive, 2 s with 0.5 s to settle.
+/// Step of every run except where the step is varied.
+pub const STEP_S: f64 = 1e-6;
+/// Step with which the model gives the paper's rates in mode B.
+pub const COARSE_STEP_S: f64 = 10e-6;
+/// Step at which the rate in mode B has converged.
+pub const CONVERGED_STEP_S: f64 = 0.1e-6;
+
+/// A run of the paper: its law of friction, impacts at the end of the step, full drive, 2 s of which 0.5 s to settle.
 ///
 /// # Errors
 /// When a change is out of bounds.
@@ -34,12 +41,12 @@ pub fn paper_run(
     })
 }
 
-/// The runs of one motor, one a seed.
+/// The runs of one motor, one for each seed.
 #[derive(Clone, Debug)]
 pub struct Ensemble {
     /// Mode driven.
     pub mode: DriveMode,
-    /// One summary a seed.
+    /// One summary for each seed.
     pub summaries: Vec<OpenLoopSummary>,
 }
 
@@ -58,8 +65,8 @@ impl Ensemble {
         })
     }
 
-    /// Whether every seed turns the way its mode should: B clockwise, C counter-clockwise.
-    pub fn turns_the_right_way(&self) -> bool {
+    /// Whether every run turns in the sense of its mode: B clockwise, C counter-clockwise.
+    pub fn turns_in_the_sense_of_its_mode(&self) -> bool {
         self.summaries.iter().all(|summary| match self.mode {
             DriveMode::B => summary.rate_rad_s.mean > 0.0,
             DriveMode::C => summary.rate_rad_s.mean < 0.0,
@@ -67,14 +74,14 @@ impl Ensemble {
     }
 }
 
-/// A list of motors to run.
+/// A list of motors, each with several seeds.
 #[derive(Clone, Debug, Default)]
-pub struct Campaign {
+pub struct PaperRuns {
     motors: Vec<Vec<OpenLoopRun>>,
 }
 
-impl Campaign {
-    /// Adds a motor, to be run with seeds 1 to `seeds`; returns its place in the results.
+impl PaperRuns {
+    /// Adds a motor that runs with the seeds 1 to `seeds`. Returns its place in the results.
     ///
     /// # Errors
     /// When a change is out of bounds.
@@ -91,19 +98,19 @@ impl Campaign {
         Ok(self.motors.len() - 1)
     }
 
-    /// Number of steps in all: what progress is measured in.
+    /// Number of steps of all runs: the unit of progress.
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "for display")]
     pub fn steps(&self) -> u64 {
         self.motors.iter().flatten().map(|run| (run.duration_s / run.step_s) as u64).sum()
     }
 
-    /// Runs everything, telling `progress` of the steps done.
+    /// Makes every run. `progress` gets the number of steps of each run that has ended.
     ///
     /// # Errors
     /// When a run fails.
     pub fn run(&self, progress: &(impl Fn(u64) + Sync)) -> Result<Vec<Ensemble>, StudyError> {
         let runs: Vec<&OpenLoopRun> = self.motors.iter().flatten().collect();
-        // One thread's share is one run; the results come back in the order of the list.
+        // A thread takes one run at a time. The results come back in the order of the list.
         let summaries: Result<Vec<OpenLoopSummary>, StudyError> = (runs.par_iter().with_max_len(1))
             .map(|run| {
                 let summary = simulate(run, &mut ())?;
@@ -126,20 +133,20 @@ mod tests {
 
     #[test]
     fn law_threads_change_nothing() {
-        let mut campaign = Campaign::default();
+        let mut runs = PaperRuns::default();
         for mode in [DriveMode::B, DriveMode::C] {
-            campaign.add(mode, &[], 1e-5, 3).unwrap();
+            runs.add(mode, &[], 1e-5, 3).unwrap();
         }
         let run_on = |threads| {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-            pool.install(|| campaign.run(&|_| ())).unwrap()
+            pool.install(|| runs.run(&|_| ())).unwrap()
         };
         let (one, many) = (run_on(1), run_on(4));
         assert_eq!(one.len(), 2);
         for (a, b) in one.iter().zip(&many) {
             assert_eq!((a.mode, &a.summaries), (b.mode, &b.summaries));
             assert_eq!(a.summaries.len(), 3);
-            assert!(a.turns_the_right_way());
+            assert!(a.turns_in_the_sense_of_its_mode());
         }
         let mean = |ensemble: &Ensemble| ensemble.spread(Quantity::Rate).mean;
         assert!(mean(&one[0]) > 3.0 * mean(&one[1]), "mode B is several times faster");
