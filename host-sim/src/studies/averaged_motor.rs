@@ -1,6 +1,7 @@
 //! Identification of the averaged motor ([`motor_model::AveragedMotor`]) from the full one.
 //!
-//! From `n` spin-ups of length `T` from rest, each at a phase of the drive of its own, after a settling time `t_s` long against `tau`:
+//! `n` spin-ups of length `T` start from rest, each at its own phase of the drive. The settling time `t_s` is long
+//! against `tau`:
 //!
 //! ```text
 //! w   = mean of (angle(T) - angle(t_s)) / (T - t_s)
@@ -19,27 +20,27 @@ use crate::math::random_streams::{RandomSource, stream};
 use crate::math::statistics::{Accumulator, Spread};
 use crate::runs::simulate::steps_in;
 
-/// How much is run.
+/// The spin-ups from which the averaged motor is identified.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SpinUpCampaign {
-    /// Spin-ups, at least 2.
+    /// Number of spin-ups, at least 2.
     pub runs: u32,
-    /// `t_s`.
+    /// Settling time `t_s` in s.
     pub settle_s: f64,
-    /// Length of a block in s.
+    /// Length of a block in s, long against `tau`.
     pub block_s: f64,
-    /// Blocks of a run, at least 2.
+    /// Number of blocks of a spin-up, at least 2.
     pub blocks: u32,
 }
 
 impl Default for SpinUpCampaign {
-    /// Some 200 s of the motor.
+    /// About 200 s of simulated time.
     fn default() -> Self {
         Self { runs: 64, settle_s: 0.2, block_s: 0.1, blocks: 30 }
     }
 }
 
-/// The averaged motor and how well it is known.
+/// The parameters of the averaged motor, each with its standard error.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct IdentifiedMotion {
     /// Mean rate in rad/s.
@@ -57,14 +58,14 @@ pub struct IdentifiedMotion {
 }
 
 impl IdentifiedMotion {
-    /// For [`motor_model::AveragedMotor`]. A lag that noise has made negative is none.
+    /// The parameters for [`motor_model::AveragedMotor`]. A lag that noise has made negative counts as none.
     pub fn motion(&self) -> MeanMotion {
         let Self { rate_rad_s, time_constant_s, diffusion_rad2_s, .. } = *self;
         MeanMotion { rate_rad_s, time_constant_s: time_constant_s.max(1e-6), diffusion_rad2_s }
     }
 }
 
-/// One spin-up: the angle at its end of settling, and over each block, in rad.
+/// One spin-up: the angle turned in the settling time, and in each block, in rad.
 struct SpinUp {
     settled_rad: f64,
     blocks_rad: Vec<f64>,
@@ -85,7 +86,7 @@ impl SpinUpCampaign {
         Ok(self.summary(&self.spin_ups(params, setup, command, seed)?))
     }
 
-    /// Mean and spread of the angle turned in the settling time, in rad.
+    /// Mean and spread over the spin-ups of the angle turned in the settling time, in rad.
     ///
     /// # Errors
     /// As [`Self::identify`].
@@ -135,7 +136,7 @@ impl SpinUpCampaign {
             .collect();
         let settled: Spread = spin_ups.iter().map(|up| up.settled_rad).collect();
         let rate = of_runs.mean;
-        // Within each run, so that a mean that differs from run to run is no diffusion.
+        // The variance within each run: means that differ from run to run do not count as diffusion.
         let mut variance = Accumulator::default();
         for up in spin_ups {
             let blocks: Spread = up.blocks_rad.iter().copied().collect();
@@ -159,7 +160,7 @@ mod tests {
     use super::*;
     use motor_model::{AveragedMotor, AveragedState, DriveMode};
 
-    /// Spin-ups of an averaged motor are identified as what they are, within four standard errors.
+    /// The parameters of an averaged motor are identified within four standard errors.
     #[test]
     fn dual_an_averaged_motor_is_identified() {
         let truth = MeanMotion { rate_rad_s: -1.5, time_constant_s: 0.012, diffusion_rad2_s: 4e-4 };
@@ -178,20 +179,20 @@ mod tests {
         let found = campaign.summary(&spin_ups);
         assert!((found.rate_rad_s + 1.5).abs() < 4.0 * found.rate_error_rad_s, "{found:?}");
         assert!((found.time_constant_s - 0.012).abs() < 4.0 * found.time_constant_error_s, "{found:?}");
-        // The rate remembers tau, so a block of 0.1 s holds 1 - tau / block of the diffusion.
+        // The noise of the rate is correlated over tau: a block of 0.1 s has 1 - tau / block of the diffusion.
         let expected = 4e-4 * (1.0 - 0.12);
         assert!((found.diffusion_rad2_s - expected).abs() < 4.0 * found.diffusion_error_rad2_s, "{found:?}");
         assert!(found.diffusion_error_rad2_s < 0.05 * found.diffusion_rad2_s, "{found:?}");
     }
 
-    /// The full motor and what is identified of it go equally far in a second, on average and in spread: 64 moves each.
+    /// In 1 s the full motor and the identified one turn equally far, in mean and spread of 64 moves.
     #[test]
     fn dual_long_moves_go_as_far_as_the_full_motor() {
         let (params, setup) = (MotorParams::nominal(), MotorSetup::with_step(10e-6));
         for mode in [DriveMode::B, DriveMode::C] {
             let command = DriveCommand::full(mode);
             let found = SpinUpCampaign::default().identify(&params, &setup, command, 1).unwrap();
-            // Seeds that the identification has not seen, a second from rest.
+            // A second from rest, with seeds that the identification does not use.
             let check = SpinUpCampaign { runs: 64, settle_s: 1.0, block_s: 0.1, blocks: 0 };
             let full = check.settled_rad(&params, &setup, command, 1000).unwrap();
             let expected = found.rate_rad_s * (1.0 - found.time_constant_s);
@@ -200,7 +201,7 @@ mod tests {
                 (full.mean - expected).abs() < 4.0 * sd / 8.0 + 4.0 * found.rate_error_rad_s,
                 "{mode:?} {full:?} {found:?}"
             );
-            // The standard error of a deviation of 64 is 9 %.
+            // The standard error of a standard deviation of 64 values is 9 %.
             assert!((full.sd / sd - 1.0).abs() < 0.4, "{mode:?} {full:?} {sd} {found:?}");
             assert!(found.time_constant_s > 0.0 && found.time_constant_s < 0.1, "{found:?}");
         }

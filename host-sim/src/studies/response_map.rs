@@ -1,7 +1,8 @@
-//! `host-sim response-map`: identification of what the controller plans by, [`controller::response_map`], from drawn motors of the plant.
+//! Identification of the controller's response map ([`controller::response_map`]) from a sample of motors of the plant.
 //!
-//! Motors are drawn within Table 1's tolerances and driven open loop, at the nominal frequencies, wherever their resonances lie. A burst starts from
-//! rest, at a phase of the drive that the one before has left, and is followed by [`REST_S`] of rest:
+//! Motors are drawn within the tolerances of Table 1 and driven open loop at the nominal frequencies, not at their own
+//! resonances. A burst starts from rest, at the phase of the drive at which the burst before it ended. [`REST_S`] of
+//! rest follow it:
 //!
 //! ```text
 //! turn = mean over motors of a motor's mean        motors = standard deviation of those means
@@ -9,7 +10,8 @@
 //! coast = least squares of coast per rate at the cut
 //! ```
 //!
-//! The fifth motor is left out because one in a hundred now and then does something else altogether, which would stand for all in a mean.
+//! `repeat` is a quantile, not a mean: about one motor in a hundred sometimes turns by a very different angle, which
+//! would dominate a mean.
 
 mod source;
 
@@ -23,21 +25,24 @@ use crate::scene::{Scene, SceneError};
 use crate::studies::StudyError;
 use crate::world::plant::Plant;
 
-/// The plant's step in s: located impacts come out the same as at 1 us.
+/// The plant's step in s. With located impacts the turns are those of a step of 1 us.
 const STEP_S: &str = "5e-6";
-const STEPS_PER_TICK: u32 = 2;
-/// By then every rotor has stopped.
-const REST_S: f64 = 0.06;
+/// [`STEP_S`] as a number.
 const STEP_LENGTH_S: f64 = 5e-6;
-/// Bursts of one kind by one motor.
+/// Steps in a tick of the controller.
+const STEPS_PER_TICK: u32 = 2;
+/// Time of rest after a burst: within it every rotor stops.
+const REST_S: f64 = 0.06;
+/// Repetitions of a burst by one motor.
 const REPEATS: u32 = 5;
-/// Cruises of one kind by one motor.
-const CRUISES_REPEATED: u32 = 3;
-/// A cruise before its rate counts, and in all; the cut then follows.
+/// Repetitions of a cruise by one motor.
+const CRUISE_REPEATS: u32 = 3;
+/// Time of a cruise before its rate is measured.
 const SPIN_UP_S: f64 = 0.15;
+/// Time of a cruise. The drive then goes off.
 const CRUISE_S: f64 = 0.4;
 
-/// A burst and its figures.
+/// A burst and its turns.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct BurstRow {
     /// Drive amplitude.
@@ -52,7 +57,7 @@ pub struct BurstRow {
     pub repeat_mdeg: f64,
 }
 
-/// A cruise and its figures.
+/// A cruise, its rates and the coast after it.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct CruiseRow {
     /// The mode.
@@ -66,31 +71,31 @@ pub struct CruiseRow {
     pub rate_sd_rad_s: f64,
     /// Lag of a first-order rise.
     pub spin_up_s: f64,
-    /// Coast per rate at the cut.
+    /// Coast per rate at the instant at which the drive goes off.
     pub coast_s: f64,
-    /// Standard deviation of the coast about that.
+    /// Standard deviation of the coast about `coast_s` times the rate.
     pub coast_sd_mdeg: f64,
 }
 
-/// The whole map.
+/// The identified map.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct IdentifiedResponseMap {
+pub(crate) struct IdentifiedResponseMap {
     /// Cruises by mode, weakest first.
     pub cruises: Vec<CruiseRow>,
     /// Bursts of each family, in the order of [`Family::ALL`].
     pub bursts: Vec<Vec<BurstRow>>,
-    /// Correlation over motors of the turn by a step and by a walk, each in the middle of its family.
+    /// Correlation over motors of the turn by a step and of that by a walk, each in the middle of its family.
     pub step_walk_correlation: f64,
     /// Motors drawn.
     pub motors: u64,
-    /// Seed of the first.
+    /// Seed of the first motor.
     pub seed: u64,
 }
 
-/// What is driven: amplitude and ticks of each burst of `family`.
+/// Amplitude and ticks of each burst of `family`.
 ///
-/// Ticks are near whole cycles: 13.4 ticks of mode C, 15.9 of mode B.
-pub fn bursts_of(family: Family) -> Vec<(f32, u32)> {
+/// The ticks are near whole cycles: a cycle has 13.4 ticks in mode C, 15.9 in mode B.
+pub(crate) fn bursts_of(family: Family) -> Vec<(f32, u32)> {
     let at = |ticks: u32, amplitudes: &[f32]| amplitudes.iter().map(|&a| (a, ticks)).collect();
     let long = |amplitude: f32, ticks: &[u32]| ticks.iter().map(|&t| (amplitude, t)).collect();
     match family {
@@ -108,14 +113,14 @@ pub fn bursts_of(family: Family) -> Vec<(f32, u32)> {
 }
 
 /// Modes and amplitudes of the cruises.
-pub fn cruises() -> Vec<(DriveMode, f32)> {
+fn cruises() -> Vec<(DriveMode, f32)> {
     let of = |mode, amplitudes: &[f32]| amplitudes.iter().map(|&a| (mode, a)).collect::<Vec<_>>();
     let mut all = of(DriveMode::B, &[0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0]);
     all.extend(of(DriveMode::C, &[0.3, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0]));
     all
 }
 
-/// Drawn motors.
+/// A sample of motors, driven open loop.
 #[derive(Clone, Debug)]
 pub struct ResponseMapCampaign {
     plants: Vec<Plant>,
@@ -123,7 +128,7 @@ pub struct ResponseMapCampaign {
 }
 
 impl ResponseMapCampaign {
-    /// `motors` motors, named by the scene's seed and those that follow it.
+    /// Draws `motors` motors. The scene's seed is that of the first, each other has the next one.
     ///
     /// # Errors
     /// When a scene is refused.
@@ -138,14 +143,14 @@ impl ResponseMapCampaign {
         Ok(Self { plants: plants?, seed: scene.seed() })
     }
 
-    /// What progress is measured in: motors times drives.
-    pub fn work(&self) -> u64 {
+    /// The unit of progress: motors times drives.
+    pub(crate) fn work(&self) -> u64 {
         let drives = cruises().len() + Family::ALL.into_iter().map(|f| bursts_of(f).len()).sum::<usize>();
         (drives * self.plants.len()) as u64
     }
 
-    /// Identifies everything, telling `progress` of each motor done with a drive.
-    pub fn run(&self, progress: &(impl Fn(u64) + Sync)) -> IdentifiedResponseMap {
+    /// Identifies the whole map. `progress` gets the number of motors at each drive.
+    pub(crate) fn run(&self, progress: &(impl Fn(u64) + Sync)) -> IdentifiedResponseMap {
         let cruises = cruises().into_iter().map(|(mode, amplitude)| {
             progress(self.plants.len() as u64);
             self.cruise(mode, amplitude)
@@ -167,12 +172,12 @@ impl ResponseMapCampaign {
         }
     }
 
-    /// Turns of one burst by each motor, [`REPEATS`] each.
+    /// Mean and spread of the turns of one burst by each motor, [`REPEATS`] turns each.
     fn turns_mdeg(&self, mode: DriveMode, amplitude: f32, ticks: u32) -> Vec<Spread> {
         let command = DriveCommand::saturating(mode, amplitude);
         let of_motor = |plant: &Plant| {
             let mut plant = plant.clone();
-            // A motor fresh from the drawing hangs a hair above its teeth.
+            // The rotor of a drawn motor starts slightly above the teeth.
             rest(&mut plant);
             let mut turn = || {
                 let before = plant.state().rotor.angle.angle();
@@ -209,7 +214,7 @@ impl ResponseMapCampaign {
             .par_iter()
             .map(|plant| {
                 let mut plant = plant.clone();
-                (0..CRUISES_REPEATED).map(|_| CruiseRun::of(&mut plant, command)).collect()
+                (0..CRUISE_REPEATS).map(|_| CruiseRun::of(&mut plant, command)).collect()
             })
             .collect();
         let mean =
@@ -236,7 +241,7 @@ impl ResponseMapCampaign {
     }
 }
 
-/// One cruise of one motor.
+/// One cruise of one motor: angle turned in the spin-up, mean rate after it, rate at the cut, coast after it.
 struct CruiseRun {
     spun_up_rad: f64,
     rate_rad_s: f64,

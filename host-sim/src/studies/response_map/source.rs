@@ -1,4 +1,4 @@
-//! The map as Rust source for `controller`, and as text.
+//! The map as Rust source for `controller`, as a document and as JSON.
 
 use std::fmt::Write as _;
 
@@ -10,16 +10,17 @@ use crate::report::document::{Block, Document, Table};
 
 impl IdentifiedResponseMap {
     /// The module `controller::response_map::table`, as `rustfmt` leaves it.
-    pub fn source(&self) -> String {
+    pub(crate) fn source(&self) -> String {
         let Self { motors, seed, step_walk_correlation, .. } = self;
         let mut text = format!(
-            "//! Written by `host-sim response-map --motors {motors} --seed {seed} --write controller/src/response_map/table.rs`: do not edit.\n\n\
+            "//! Written by `host-sim response-map --motors {motors} --seed {seed} --write \
+             controller/src/response_map/table.rs`: do not edit.\n\n\
              use motor_model::DriveMode::{{B, C}};\n\n\
              use super::{{Burst, Cruise, burst, cruise}};\n\n\
              /// Correlation over motors of the turns by a step and by a walk.\n\
              pub const STEP_WALK_CORRELATION: f32 = {step_walk_correlation:.2};\n\n\
-             /// Cruises of each mode, weakest first: drive, rate and its spread over motors in rad/s, coast per rate in s\n\
-             /// and its spread in milli-degrees.\n\
+             /// Cruises of each mode, weakest first: drive, rate and its spread over motors in rad/s, coast per \
+             rate in s\n/// and its spread in milli-degrees.\n\
              #[rustfmt::skip]\npub const CRUISES: [Cruise; {}] = [\n",
             self.cruises.len()
         );
@@ -31,8 +32,9 @@ impl IdentifiedResponseMap {
             let _ = writeln!(text, "    cruise({drive}, ({rate}, {sd}), ({coast}, {off})),");
         }
         text.push_str(
-            "];\n\n/// Bursts of each family, in the order of [`super::Family::ALL`], shortest first: amplitude, ticks, turn,\n\
-             /// its spread over motors and from burst to burst in milli-degrees.\n#[rustfmt::skip]\npub const BURSTS_OF: [&[Burst]; 5] = [\n",
+            "];\n\n/// Bursts of each family, in the order of [`super::Family::ALL`], shortest first: amplitude, ticks, \
+             turn,\n/// its spread over motors and from burst to burst in milli-degrees.\n\
+             #[rustfmt::skip]\npub const BURSTS_OF: [&[Burst]; 5] = [\n",
         );
         for (family, rows) in Family::ALL.into_iter().zip(&self.bursts) {
             let _ = writeln!(text, "    // {family:?}\n    &[");
@@ -48,8 +50,8 @@ impl IdentifiedResponseMap {
         text
     }
 
-    /// For the terminal.
-    pub fn document(&self) -> Document {
+    /// The map as a document for the terminal.
+    pub(crate) fn document(&self) -> Document {
         let mut cruises =
             Table::new(&["drive", "rate rad/s", "over motors", "lag ms", "coast ms", "coast off mdeg"]);
         for row in &self.cruises {
@@ -77,7 +79,8 @@ impl IdentifiedResponseMap {
             }
         }
         let summary = format!(
-            "{} motors drawn from seed {}; spreads are standard deviations. Steps and walks of a motor are correlated by {:.2}.",
+            "{} motors drawn from seed {}; spreads are standard deviations. Steps and walks of a motor are correlated \
+             by {:.2}.",
             self.motors, self.seed, self.step_walk_correlation
         );
         Document {
@@ -90,13 +93,13 @@ impl IdentifiedResponseMap {
         }
     }
 
-    /// Everything as one JSON object on one line.
-    pub fn json(&self) -> String {
+    /// The map as one JSON object on one line.
+    pub(crate) fn json(&self) -> String {
         crate::report::files::json_line(self)
     }
 }
 
-/// Four significant digits, as Rust writes an `f32`.
+/// `value` with four significant digits, as Rust writes an `f32`.
 fn figure(value: f64) -> String {
     let rounded: f32 = format!("{value:.3e}").parse().unwrap_or_default();
     format!("{rounded:?}")
@@ -122,7 +125,7 @@ mod tests {
         }
     }
 
-    /// The map that is compiled in, written again: generator and table have the same form.
+    /// The map in `controller`, written again, is the same bytes.
     #[test]
     fn exact_the_compiled_map_is_as_the_command_writes_it() {
         use controller::response_map::{CRUISES, STEP_WALK_CORRELATION};
