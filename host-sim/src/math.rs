@@ -1,7 +1,15 @@
-//! Numbers only: what is said of samples, and where random numbers come from.
+//! Numbers only; nothing here knows a motor.
+//!
+//! | module | what it is |
+//! |---|---|
+//! | [`statistics`] | mean, spread, quantiles, a straight line, quantiles of distributions |
+//! | [`spectrum`] | Fourier spectrum of a sampled motion |
+//! | [`allan_deviation`] | Allan deviation of a record of angles |
+//! | [`random_streams`] | one seeded stream of random numbers per source |
+//! | [`plain_number`] | numbers as a person writes them |
 
-pub mod allan_deviation;
-pub mod plain_number;
-pub mod random_streams;
-pub mod spectrum;
+pub(crate) mod allan_deviation;
+pub(crate) mod plain_number;
+pub(crate) mod random_streams;
+pub(crate) mod spectrum;
 pub mod statistics;

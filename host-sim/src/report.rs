@@ -1,4 +1,12 @@
 //! Rows in; text, pictures and files out. Nothing here knows a motor.
+//!
+//! | module | what it is |
+//! |---|---|
+//! | [`document`] | headings, paragraphs, tables and pictures, as text and as Markdown |
+//! | `table` | the layout of every table |
+//! | [`page`] | pages of results: a template, its values, and the comparison of two pages |
+//! | [`chart`] | pictures: panels of series over axes, as SVG |
+//! | [`files`] | files that appear whole or not at all; CSV and JSON |
 
 pub mod chart;
 pub mod document;

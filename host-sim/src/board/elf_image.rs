@@ -12,7 +12,7 @@ use crate::board::BoardError;
 pub struct Function {
     /// Its name, demangled.
     pub name: String,
-    /// Where it begins.
+    /// Its first address.
     pub address: u32,
     /// Its bytes, constants between them included.
     pub bytes: Vec<u8>,
@@ -21,9 +21,9 @@ pub struct Function {
 /// A linked program.
 #[derive(Clone, Debug)]
 pub struct ElfImage {
-    /// In the order of their addresses, each address once.
+    /// The functions in the order of their addresses, each address once.
     pub functions: Vec<Function>,
-    /// Where code ends and constants begin (`false`), and code begins again (`true`), in the order of addresses.
+    /// Addresses at which constants begin (`false`) or code begins (`true`), in their order.
     pub code_from: Vec<(u32, bool)>,
     flash_bytes: u64,
     static_bytes: u64,
@@ -67,7 +67,7 @@ impl ElfImage {
             } else if symbol.kind() == SymbolKind::Text && symbol.size() > 0 {
                 let Some(index) = symbol.section_index() else { continue };
                 let section = file.section_by_index(index)?;
-                // The lowest bit of a function's address says that it is Thumb code.
+                // The lowest bit of a function's address marks Thumb code.
                 let address = address & !1;
                 let data = section.data_range(address.into(), symbol.size())?.unwrap_or_default();
                 let name = format!("{:#}", rustc_demangle::demangle(name));
@@ -86,7 +86,7 @@ impl ElfImage {
         Self { functions, code_from, flash_bytes: 0, static_bytes: 0 }
     }
 
-    /// Code, constants, and what variables begin with.
+    /// Code, constants and initial values of variables.
     pub fn flash_bytes(&self) -> u64 {
         self.flash_bytes
     }

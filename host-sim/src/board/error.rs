@@ -1,4 +1,4 @@
-//! Why the firmware gave no result.
+//! The error of a program of the microcontroller that gives no result.
 
 use std::io;
 use std::path::PathBuf;
@@ -30,16 +30,16 @@ pub enum BoardError {
     Unreadable {
         /// The file.
         path: PathBuf,
-        /// What the system said.
+        /// The system's error.
         source: io::Error,
     },
     /// A program to be built outside a checkout of the project.
     #[error("the firmware cannot be built here: neither this folder nor one above it holds {script}")]
     NoCheckout {
-        /// What builds it.
+        /// The script that builds it.
         script: &'static str,
     },
-    /// The microcontroller computes something else than the host.
+    /// The microcontroller and the host compute different bits.
     #[error(transparent)]
     Difference(#[from] Difference),
     /// The microcontroller refused something, or answered something else than was asked.
@@ -56,27 +56,27 @@ pub enum BoardError {
     /// A program without the loop.
     #[error("the program has no function {task}")]
     NoTask {
-        /// What should be there.
+        /// The missing function.
         task: &'static str,
     },
-    /// The firmware takes more than it may, or calls what it must not.
+    /// The firmware exceeds the limits of the part, or makes a forbidden call.
     #[error("{}", .0.join("; "))]
     Oversize(Vec<String>),
-    /// Instruction counts that are none.
+    /// A listing of instruction counts that is refused.
     #[error("the emulated program printed no instruction counts: {0}")]
     Listing(#[from] ListingError),
 }
 
 impl BoardError {
-    /// What to try instead, where there is something to say.
+    /// What to try instead, where there is something to try.
     pub fn hint(&self) -> Option<String> {
         match self {
             Self::Run(error) => error.hint(),
             Self::Output(error) => error.hint(),
             Self::Tool(error) => error.hint(),
             Self::NoCheckout { .. } => Some(
-                "run the command in a checkout of the project; or give `instructions` and `pil` a program that is built \
-                 already, --elf FILE, and `filters` --host-only"
+                "run the command in a checkout of the project; or give `instructions` and `pil` a program that is \
+                 built already, --elf FILE, and `filters` --host-only"
                     .to_owned(),
             ),
             Self::Listing(_) => {
@@ -86,7 +86,7 @@ impl BoardError {
         }
     }
 
-    /// The whole report, on one line.
+    /// Error and hint on one line.
     pub fn one_line(&self) -> String {
         crate::scene::one_line(self, self.hint())
     }

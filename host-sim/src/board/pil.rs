@@ -1,5 +1,5 @@
-//! Processor in the loop: the firmware, on an emulated microcontroller, positions the simulated motor; the host computes
-//! every tick as well.
+//! Processor in the loop: the firmware, on an emulated microcontroller, positions the simulated motor. The host
+//! computes every tick as well.
 //!
 //! ```text
 //!                  +--> host: controller::tick -----------> report ----+
@@ -163,7 +163,7 @@ pub fn run_with(
     }
 }
 
-/// One tick: the processor's report beside the host's, and then its command in the place of the host's.
+/// Compares one tick of processor and host, and applies the command of the processor.
 fn compared(
     processor: &mut impl Processor,
     closed_loop: &mut ClosedLoop,

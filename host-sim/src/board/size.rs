@@ -7,9 +7,9 @@
 //! | [`ForbiddenCall`] | a call that the tasks can reach and must not make |
 //! | [`SizeReport`] | all of it for every program, beside the limits |
 //!
-//! The limits are those of the part that `firmware/memory` declares: 256 KiB of flash and 64 KiB of RAM. In a program with
-//! all three filters, the twin's takes 15 kB of variables and three quarters of the stack. A program with one of the others
-//! fits a smaller part.
+//! The limits are those of the part that `firmware/memory` declares: 256 KiB of flash and 64 KiB of RAM. In a program
+//! with all three filters, the twin's takes 15 kB of variables and three quarters of the stack. A program with one of
+//! the others fits a smaller part.
 
 mod reachable_calls;
 mod stack_depth;
@@ -36,8 +36,8 @@ const RAM_BYTES: u64 = 64 * 1024;
 /// Flash, and RAM for variables and stack, of a small part.
 const SMALL_BYTES: [u64; 2] = [96 * 1024, 16 * 1024];
 
-/// The programs, each with the only filter that it is built with, if it is not built with all: the one for the board, the
-/// one in lock step with the simulated motor, and the first with one filter alone.
+/// The programs, each with the only filter that it is built with, `None` for all: the one for the board, the one in
+/// lock step with the simulated motor, and the first with one filter alone.
 const PROGRAMS: [(&str, Option<&str>); 4] =
     [("board", None), ("pil", None), ("board", Some("constant_rate")), ("board", Some("impact_aided"))];
 
@@ -48,7 +48,7 @@ pub struct ProgramSize {
     pub program: &'static str,
     /// The only filter that it was built with; `null` when it has all.
     pub only: Option<&'static str>,
-    /// Code, constants, and what variables begin with.
+    /// Code, constants and initial values of variables.
     pub flash_bytes: u64,
     /// Variables.
     pub static_bytes: u64,
@@ -148,7 +148,7 @@ impl SizeReport {
         format!("A part of {flash} and {ram} would do for: {which}.")
     }
 
-    /// Bytes of each program, with the stack in a move by each filter that it has.
+    /// Bytes of each program, with the stack of a move by each of its filters.
     fn table(&self) -> Table {
         let stacks: Vec<String> = FILTERS.iter().map(|filter| format!("stack, {filter}")).collect();
         let mut header = vec!["program", "flash", "variables"];

@@ -1,4 +1,4 @@
-//! The firmware's log of a run, read by defmt's own decoder, beside the plant's record of the same ticks.
+//! The firmware's log of a run, read by defmt's own decoder, with the true motion at the same ticks.
 //!
 //! - [`LogDictionary`]: the texts of the log, which are in the ELF and nowhere else.
 //! - [`LogReader`]: entries as they come into the file that the emulated program logs to.
@@ -45,14 +45,14 @@ impl fmt::Debug for LogDictionary {
     }
 }
 
-/// Something that the firmware told.
+/// One entry of the log.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct LogEntry {
-    /// The loop's tick that it tells of.
+    /// The tick of the loop at which it was logged.
     pub tick: u64,
-    /// How grave it is: `info`, `warn` or `error`.
+    /// Its level: `info`, `warn` or `error`.
     pub level: &'static str,
-    /// What it says: its kind, then words and fields `name=value`.
+    /// Its text: the kind, then words and fields `name=value`.
     pub text: String,
 }
 
@@ -69,7 +69,7 @@ impl LogEntry {
     }
 }
 
-/// Reads a log while it is written.
+/// Reads a log while the firmware writes it.
 pub struct LogReader<'d> {
     file: File,
     decoder: Box<dyn StreamDecoder + Send + Sync + 'd>,
@@ -92,7 +92,7 @@ impl<'d> LogReader<'d> {
         Ok(Self { file, decoder: dictionary.table.new_stream_decoder() })
     }
 
-    /// What has been logged since the last call.
+    /// The entries since the last call.
     ///
     /// # Errors
     /// When it cannot be read, or is no log of this program.

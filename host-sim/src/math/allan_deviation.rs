@@ -1,14 +1,19 @@
 //! Allan deviation of a gyroscope's record: how far means over neighbouring spans differ, by the length of the span.
 //!
 //! ```text
-//! sigma^2(m T) = sum over k of (theta(k + 2m) - 2 theta(k + m) + theta(k))^2 / (2 (m T)^2 (K - 2m))         theta: angle at sample k of K, T: period
+//! sigma^2(m T) = sum over k of (theta(k + 2m) - 2 theta(k + m) + theta(k))^2 / (2 (m T)^2 (K - 2m))
+//!
+//! theta(k): angle at sample k of K       T: period       m: samples of a span
 //! ```
 //!
-//! Spans overlap, which makes the most of the record. Source: IEEE Std 952-1997, annex C; the overlapping estimator: Riley, NIST Special Publication 1065, 5.2.4.
+//! The spans overlap: this estimator varies least for a record of a given length. Sources: IEEE Std 952-1997, annex
+//! C; the overlapping estimator: Riley, NIST Special Publication 1065, 5.2.4.
 
 use motor_model::math;
 
-/// Allan deviation in deg/s of means over `samples` samples; `None` unless the record of angles in degrees, a `period_s` apart, is longer than two such spans.
+/// Allan deviation in deg/s of means over spans of `samples` samples. The angles, in degrees, are `period_s` apart.
+///
+/// `None` unless the record is longer than two such spans.
 pub fn deviation_deg_s(angles_deg: &[f64], period_s: f64, samples: usize) -> Option<f64> {
     let late = angles_deg.get(2 * samples..).filter(|late| samples > 0 && !late.is_empty())?;
     let middle = &angles_deg[samples..];
@@ -19,7 +24,8 @@ pub fn deviation_deg_s(angles_deg: &[f64], period_s: f64, samples: usize) -> Opt
     Some(math::sqrt(0.5 * mean_square) / span_s)
 }
 
-/// Numbers of samples to look at, about `per_decade` a decade, up to a fifth of a record of `samples`: beyond that the deviation is mostly chance.
+/// Lengths of spans in samples, about `per_decade` a decade, up to a fifth of a record of `samples`. In longer spans
+/// the deviation is mostly chance.
 pub fn spans(samples: usize, per_decade: u32) -> Vec<usize> {
     let ratio = math::exp(core::f64::consts::LN_10 / f64::from(per_decade));
     let mut spans = Vec::new();
@@ -41,7 +47,7 @@ pub fn spans(samples: usize, per_decade: u32) -> Vec<usize> {
 mod tests {
     use super::*;
 
-    /// A constant rate has none; a rate that rises by R a second has R tau / sqrt(2) (IEEE Std 952, rate ramp).
+    /// A constant rate has no deviation; a rate that rises by R a second has R tau / sqrt(2) (IEEE Std 952, rate ramp).
     #[test]
     fn exact_constant_rate_and_ramp() {
         let record = |of: fn(f64) -> f64| (0..1000_u32).map(|k| of(0.1 * f64::from(k))).collect::<Vec<f64>>();

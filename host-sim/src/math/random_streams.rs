@@ -47,8 +47,8 @@ pub enum RandomSource {
 
 /// The stream of `source` in the run that `seed` names.
 ///
-/// RandomSource 0 is the generator that `seed` seeds; every other source starts at a state drawn from that one and runs on a
-/// sequence of its own.
+/// Source 0 is the generator that `seed` seeds; every other source starts at a state drawn from that one and
+/// runs on a sequence of its own.
 pub fn stream(seed: u64, source: RandomSource) -> Pcg64 {
     let mut first = Pcg64::seed_from_u64(seed);
     match source {

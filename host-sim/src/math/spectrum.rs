@@ -1,9 +1,11 @@
 //! Spectrum of a sampled motion, and its largest line below a limit.
 //!
-//! A line of amplitude A at a bin shows as A: `2 |X_k| / N` of the discrete Fourier transform, mean removed, no window. Every figure
-//! of a collision's frequency and amplitude is read this way, from the last [`SAMPLES_MAX`] samples at [`SAMPLE_RATE_HZ`],
-//! below [`LIMIT_HZ`]: the vertical motion is chaotic and its spectrum broad, so the amplitude of the largest line falls with
-//! the record's length and means something only at a stated one.
+//! The amplitude at bin k is `2 |X_k| / N` of the discrete Fourier transform, without the mean and without a window:
+//! a sine of amplitude A at a bin has amplitude A.
+//!
+//! Every frequency and amplitude of impacts is read this way, from the last [`SAMPLES_MAX`] samples at
+//! [`SAMPLE_RATE_HZ`], below [`LIMIT_HZ`]. The vertical motion is chaotic and its spectrum broad. The amplitude of
+//! the largest line falls with the length of the record, so that it is meaningful only with a stated length.
 
 use std::collections::VecDeque;
 
@@ -15,7 +17,7 @@ use rustfft::num_complex::Complex;
 pub const SAMPLE_RATE_HZ: f64 = 20_000.0;
 /// Longest record that is transformed.
 pub const SAMPLES_MAX: usize = 16_384;
-/// The lines of the drive and above are no collisions.
+/// Highest frequency of impacts; lines of the drive and above are no impacts.
 pub const LIMIT_HZ: f64 = 5000.0;
 
 /// The last samples of a signal.
@@ -25,7 +27,7 @@ pub struct Tail {
 }
 
 impl Tail {
-    /// Adds a sample; the oldest goes when there are more than [`SAMPLES_MAX`].
+    /// Adds a sample, and drops the oldest when there are more than [`SAMPLES_MAX`].
     pub fn push(&mut self, sample: f64) {
         if self.samples.len() == SAMPLES_MAX {
             self.samples.pop_front();
@@ -38,12 +40,7 @@ impl Tail {
         self.samples.len()
     }
 
-    /// Whether no sample is held.
-    pub fn is_empty(&self) -> bool {
-        self.samples.is_empty()
-    }
-
-    /// The spectrum of what is held.
+    /// The spectrum of the samples held.
     pub fn spectrum(&self, sample_rate_hz: f64) -> Spectrum {
         Spectrum::of(self.samples.iter().copied(), sample_rate_hz)
     }
@@ -61,7 +58,7 @@ pub struct SpectralLine {
 /// Amplitudes at the bins from 0 to half the sample rate.
 #[derive(Clone, Debug)]
 pub struct Spectrum {
-    /// One line a bin, the first at frequency 0 (empty of the mean).
+    /// One line a bin; the first is at frequency 0, where the mean is removed.
     pub lines: Vec<SpectralLine>,
 }
 
@@ -100,7 +97,7 @@ mod tests {
         amplitude * math::sin_cos(TAU * frequency_hz * time_s).0
     }
 
-    /// Bin 360 of 16384 at 20 kHz, beside a larger line above 5 kHz, a smaller one below, and a mean.
+    /// Bin 360 of 16384 at 20 kHz, with a larger line above 5 kHz, a smaller one below, and a mean.
     #[test]
     fn exact_a_sine_at_a_bin_shows_its_amplitude() {
         let bin_hz = SAMPLE_RATE_HZ / 16_384.0;

@@ -101,14 +101,18 @@ pub fn root_mean_square(values: impl IntoIterator<Item = f64>) -> f64 {
 }
 
 /// Lower quantile by the nearest rank: the smallest of `values` that at least `per_mille` thousandths of them do not
-/// exceed. `None` of no value. Reorders `values`.
+/// exceed.
+///
+/// `None` of no value. Reorders `values`.
 pub fn quantile<T: Copy + Into<f64>>(values: &mut [T], per_mille: usize) -> Option<f64> {
     let rank = (values.len() * per_mille).div_ceil(1000);
     of_rank(values, rank.saturating_sub(1))
 }
 
-/// Upper quantile: the smallest of `values` that more than `per_mille` thousandths of them do not exceed. It differs from
-/// [`quantile`] where the thousandths come to a whole number of values. `None` of no value. Reorders `values`.
+/// Upper quantile: the smallest of `values` that more than `per_mille` thousandths of them do not exceed.
+///
+/// It differs from [`quantile`] where the thousandths are a whole number of values. `None` of no value. Reorders
+/// `values`.
 pub fn upper_quantile<T: Copy + Into<f64>>(values: &mut [T], per_mille: usize) -> Option<f64> {
     of_rank(values, values.len() * per_mille / 1000)
 }
@@ -128,7 +132,7 @@ const TWO_SIDED_95: [f64; 2] = [0.025, 0.975];
 
 /// Two-sided 95 % bounds of the mean of `n` independent squares of standard normals, `chi^2_n / n`.
 ///
-/// `n` is at least 1 and need not be whole. The bounds meet at 1 where it is infinite, and are NaN where it is not a number.
+/// `n` is at least 1 and need not be whole. Both bounds are 1 where it is infinite, and NaN where it is not a number.
 pub fn chi_square_mean_bounds(n: f64) -> (f64, f64) {
     if n.is_infinite() {
         return (1.0, 1.0);
@@ -138,7 +142,7 @@ pub fn chi_square_mean_bounds(n: f64) -> (f64, f64) {
     (low, high)
 }
 
-/// Two-sided 95 % quantile of Student's t for so many degrees of freedom; infinite for none.
+/// Two-sided 95 % quantile of Student's t for `degrees_of_freedom` above 0; infinite for 0.
 pub fn student_95(degrees_of_freedom: f64) -> f64 {
     let [_, below] = TWO_SIDED_95;
     StudentsT::new(0.0, 1.0, degrees_of_freedom)
@@ -174,7 +178,7 @@ mod tests {
         assert_eq!([3.0].into_iter().collect::<Spread>(), Spread { mean: 3.0, sd: 0.0 });
     }
 
-    /// Large offset, small spread: the sum of squares would lose every digit.
+    /// Large offset, small spread: the difference of sums of squares would lose every digit.
     #[test]
     fn law_shift_leaves_the_spread() {
         let spread: Spread = [1e9 + 1.0, 1e9 + 2.0, 1e9 + 3.0].into_iter().collect();
@@ -241,7 +245,8 @@ mod tests {
         }
     }
 
-    /// 2.5 % and 97.5 % quantiles of binomial distributions, as R's `qbinom` gives them; a fair coin thrown thrice by hand.
+    /// 2.5 % and 97.5 % quantiles of binomial distributions, as R's `qbinom` gives them; three throws of a fair coin by
+    /// hand.
     #[test]
     fn exact_binomial_bounds() {
         for (n, probability, bounds) in [

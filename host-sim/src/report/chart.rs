@@ -1,10 +1,10 @@
 //! Pictures: panels one under the other that share a look, as SVG.
 //!
-//! A [`Figure`] is made of [`Panel`]s, a panel of [`Series`] over two [`Axis`]. Series of any length may be given: lines are thinned
-//! to the lowest and highest point of each pixel column, which leaves the picture as it was.
+//! A [`Figure`] is made of [`Panel`]s, a panel of [`Series`] over two [`Axis`]. A series may have any length: lines are
+//! thinned to the lowest and highest point of each pixel column, which does not change the picture.
 //!
 //! ```
-//! use host_sim::chart::{Axis, Colour, Figure, Panel, Series};
+//! use host_sim::report::chart::{Axis, Colour, Figure, Panel, Series};
 //!
 //! let rate = vec![(0.0, 0.0), (0.1, -1.2), (0.2, -1.5)];
 //! let svg = Figure::new("Spin-up")
@@ -14,7 +14,7 @@
 //!     )
 //!     .svg()?;
 //! assert!(svg.starts_with("<svg"));
-//! # Ok::<(), host_sim::OutputError>(())
+//! # Ok::<(), host_sim::report::OutputError>(())
 //! ```
 
 mod axis;
@@ -71,18 +71,18 @@ enum Mark {
     ErrorBars(Vec<(f64, f64, f64)>),
     /// x, lower, upper.
     Band(Vec<(f64, f64, f64)>),
-    /// x, y, what is written beside it.
+    /// x, y, words.
     Names(Vec<(f64, f64, String)>),
     /// Full height, from x to x.
     Spans(Vec<(f64, f64)>),
 }
 
-/// Colours that stay apart for every kind of colour vision (Okabe and Ito), and in print.
+/// Colours that every kind of colour vision can tell apart (Okabe and Ito), also in print.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Colour {
     /// For the first thing on a panel.
     Blue,
-    /// For what is set against it.
+    /// For what the first thing is compared with.
     Vermilion,
     /// For a third thing.
     Green,
@@ -92,7 +92,7 @@ pub enum Colour {
     Orange,
     /// For targets and published figures.
     Black,
-    /// For what stands back.
+    /// For the background.
     Grey,
 }
 
@@ -131,7 +131,7 @@ impl Panel {
         Self { title: title.into(), x, y, series: Vec::new(), height: 230 }
     }
 
-    /// Draws `series` over what is there already.
+    /// Draws `series` over those before it.
     #[must_use]
     pub fn series(mut self, series: Series) -> Self {
         self.series.push(series);
@@ -147,19 +147,19 @@ impl Panel {
 }
 
 impl Axis {
-    /// A linear axis that spans whatever is drawn.
+    /// A linear axis that spans all that is drawn.
     pub fn new(label: impl Into<String>) -> Self {
         Self { label: label.into(), range: None, logarithmic: false }
     }
 
-    /// Spans exactly `range`; what lies outside is cut off.
+    /// Makes the axis span exactly `range`; points outside are cut off.
     #[must_use]
     pub fn within(mut self, range: Range<f64>) -> Self {
         self.range = Some(range);
         self
     }
 
-    /// Equal ratios take equal lengths; what is not positive is left out.
+    /// Makes the axis logarithmic; points that are not positive are left out.
     #[must_use]
     pub fn logarithmic(mut self) -> Self {
         self.logarithmic = true;
@@ -212,7 +212,7 @@ impl Series {
         Self::of(Mark::Spans(spans), 0.13)
     }
 
-    /// Its entry in the legend; without one it has none.
+    /// Its words in the legend; a series without them is not in the legend.
     #[must_use]
     pub fn label(mut self, label: impl Into<String>) -> Self {
         self.label = Some(label.into());
@@ -240,7 +240,7 @@ impl Series {
         self
     }
 
-    /// The corners of the box that it fills, where it has any; spans leave y to the others.
+    /// Points between which the series lies; spans have no y.
     fn extent(&self) -> Vec<(f64, Option<f64>)> {
         match &self.mark {
             Mark::Line(points) | Mark::Dashes(points) | Mark::Steps(points) | Mark::Points(points) => {

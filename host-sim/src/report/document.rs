@@ -25,7 +25,7 @@ pub(crate) enum Block {
 const LINE_WIDTH: usize = 110;
 
 impl Document {
-    /// For the terminal; pictures are left out.
+    /// The document for the terminal, without its pictures.
     pub fn text(&self) -> String {
         let mut text = String::new();
         for block in &self.blocks {
@@ -42,7 +42,7 @@ impl Document {
         text
     }
 
-    /// For keeping, with the pictures beside it.
+    /// The document in Markdown; its pictures are files in the same folder.
     pub fn markdown(&self) -> String {
         let mut text = String::new();
         for (index, block) in self.blocks.iter().enumerate() {

@@ -1,4 +1,4 @@
-//! Why a result cannot be given out.
+//! The error of a result that cannot be laid out or written.
 
 use std::io;
 use std::path::PathBuf;
@@ -12,7 +12,7 @@ pub enum OutputError {
     Unwritable {
         /// The file or folder.
         path: PathBuf,
-        /// What the system said.
+        /// The system's error.
         source: io::Error,
     },
     /// Standard output refused the result.
@@ -27,7 +27,7 @@ pub enum OutputError {
     /// A template of a page and the values for it, which do not fit.
     #[error("the page {0}")]
     Page(String),
-    /// A page that says something else than its command does today.
+    /// A page that differs from what its command writes.
     #[error("{}:{line}: the page is not what its command writes today", path.display())]
     Outdated {
         /// The file.
@@ -40,18 +40,18 @@ pub enum OutputError {
     Unreadable {
         /// The file.
         path: PathBuf,
-        /// What the system said.
+        /// The system's error.
         source: io::Error,
     },
 }
 
 impl OutputError {
-    /// What to try instead, where there is something to say.
+    /// What to try instead, where there is something to try.
     pub fn hint(&self) -> Option<String> {
         matches!(self, Self::Outdated { .. }).then(|| "`host-sim results` writes it anew".to_owned())
     }
 
-    /// Whether the reader of standard output went away, which is no error of the command.
+    /// Whether the reader of standard output has closed it, which is no error of the command.
     pub fn is_broken_pipe(&self) -> bool {
         matches!(self, Self::StandardOutput(error) if error.kind() == io::ErrorKind::BrokenPipe)
     }

@@ -1,7 +1,7 @@
 //! Files that appear whole or not at all.
 //!
-//! A result is written to a temporary file beside its destination, which is opened before the run starts, and renamed over the
-//! destination when everything is in it. A failed run leaves what was there before.
+//! A result is written to a temporary file in the folder of its destination. It is opened before the run starts, and
+//! renamed over the destination when everything is in it. A failed run leaves the earlier file.
 
 use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
@@ -30,7 +30,7 @@ pub fn json_line<V: Serialize + ?Sized>(value: &V) -> String {
     text
 }
 
-/// A file under way.
+/// A file that is being written.
 #[derive(Debug)]
 pub struct Output {
     path: PathBuf,
@@ -41,7 +41,7 @@ impl Output {
     /// Opens a file that will be at `path` after [`Self::publish`].
     ///
     /// # Errors
-    /// When `path` is a folder, or nothing can be written beside it.
+    /// When `path` is a folder, or no file can be written in its folder.
     pub fn create(path: &Path) -> Result<Self, OutputError> {
         let unwritable = |source| OutputError::Unwritable { path: path.to_owned(), source };
         if path.is_dir() {
@@ -72,10 +72,10 @@ impl Output {
         Ok(Self { path: path.to_owned(), writer: BufWriter::new(file) })
     }
 
-    /// Puts the file in its place, over what was there.
+    /// Renames the file over its destination.
     ///
     /// # Errors
-    /// When the rest cannot be written or the file not be renamed; the destination is then as it was.
+    /// When the rest cannot be written or the file cannot be renamed; the destination is then unchanged.
     pub fn publish(self) -> Result<(), OutputError> {
         let Self { path, writer } = self;
         let written = writer.into_inner().map_err(io::IntoInnerError::into_error);
@@ -108,19 +108,19 @@ pub struct OutputFolder {
 }
 
 impl OutputFolder {
-    /// Makes the folder if need be and checks that files can be written there.
+    /// Makes the folder if it does not exist, and checks that files can be written there.
     ///
     /// # Errors
     /// When they cannot.
     pub fn create(folder: &Path) -> Result<Self, OutputError> {
         std::fs::create_dir_all(folder)
             .map_err(|source| OutputError::Unwritable { path: folder.to_owned(), source })?;
-        // Opened and dropped: the temporary file goes with it.
+        // Opened and dropped, which deletes the temporary file.
         Output::create(&folder.join("probe"))?;
         Ok(Self { folder: folder.to_owned() })
     }
 
-    /// Writes every file, name and text, before the first of them is put in its place.
+    /// Writes every file, name and text, before the first of them is renamed over its destination.
     ///
     /// # Errors
     /// When one cannot be written.

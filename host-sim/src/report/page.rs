@@ -142,15 +142,16 @@ mod tests {
 
     #[test]
     fn exact_every_place_is_filled_and_prose_is_wrapped() {
-        let template = "# A page\n\nIt is {a} and {b}.\n\n{table}\n\n- an item of\n  {a}\n\n```sh\nrun {not a place}\n```\n";
+        let prose = "# A page\n\nIt is {a} and {b}.\n\n{table}\n\n- an item of\n  {a}\n";
+        let template = format!("{prose}\n```sh\nrun {{not a place}}\n```\n");
         let long = "word ".repeat(40);
         let values =
             [("a", long.clone()), ("b", "2".to_owned()), ("table", "| x |\n| - |\n| 1 |\n".to_owned())];
-        let page = filled(template, &values).unwrap();
+        let page = filled(&template, &values).unwrap();
         assert!(page.lines().all(|line| line.chars().count() <= LINE_WIDTH), "{page}");
         assert_eq!(page.matches("word").count(), 80);
         assert!(page.contains("| x |\n| - |\n| 1 |\n"));
-        assert!(page.contains("\n  word"), "an item goes on below its text: {page}");
+        assert!(page.contains("\n  word"), "further lines of an item are indented: {page}");
         assert!(page.contains("run {not a place}"));
     }
 

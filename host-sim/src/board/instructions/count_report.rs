@@ -1,4 +1,4 @@
-//! Counts beside their targets, as a table or as JSON.
+//! Counts with their targets, as a table or as JSON.
 
 use std::fmt;
 
@@ -128,12 +128,13 @@ pub(super) mod tests {
         let json: serde_json::Value = serde_json::from_str(&report.json()).unwrap();
         let record = json.as_array().unwrap().iter().find(|r| r["operation"] == "located_step_b").unwrap();
         let expected = serde_json::json!(
-            { "board": "m7", "rustc": "rustc 1.95.0", "operation": "located_step_b", "count": 3, "mean": 300.33, "max": 500 }
+            { "board": "m7", "rustc": "rustc 1.95.0", "operation": "located_step_b",
+              "count": 3, "mean": 300.33, "max": 500 }
         );
         assert_eq!(*record, expected);
     }
 
-    /// A target nobody counts would never be missed.
+    /// A target without a count would never be missed; a listing without one of them is refused.
     #[test]
     fn exact_every_target_needs_its_count() {
         for target in TARGETS {

@@ -2,12 +2,12 @@
 
 use std::collections::HashSet;
 
-/// What an operation took.
+/// Instructions of one operation.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct OperationCount {
     /// Name of the operation: small letters, digits, `_` and `.`.
     pub operation: String,
-    /// How many times it was counted, at least once.
+    /// Number of samples, at least one.
     pub samples: u32,
     /// Instructions of all samples.
     pub total: u64,
@@ -32,7 +32,7 @@ pub struct Listing {
     pub counts: Vec<OperationCount>,
 }
 
-/// Why a listing is not believed.
+/// Why a listing is refused.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum ListingError {
     /// The first line does not name the compiler.
@@ -44,7 +44,7 @@ pub enum ListingError {
         /// Line, from 1.
         line: usize,
     },
-    /// A line whose numbers contradict each other: no samples, a longest sample above the total or below the mean.
+    /// A line with inconsistent numbers: no samples, or a longest sample above the total or below the mean.
     #[error(
         "line {line}: {operation} cannot have taken {total} in {samples} samples and {max} in the longest"
     )]
@@ -120,7 +120,7 @@ impl Listing {
             .ok_or(ListingError::Missing { operation })
     }
 
-    /// Holds the counter to loops of known length: 9,000 turns more are 18,000 instructions more, in every sample.
+    /// Checks the counter by loops of known length: 9,000 turns more are 18,000 instructions more, in every sample.
     ///
     /// # Errors
     /// When that is not what was counted.
@@ -199,7 +199,7 @@ mod tests {
         }
     }
 
-    /// A timer that does not count instructions is found out.
+    /// A timer that does not count instructions is detected.
     #[test]
     fn exact_proof_by_loops_of_known_length() {
         let of = |short: &str, long: &str| {
@@ -208,7 +208,7 @@ mod tests {
         };
         assert_eq!(Listing::parse(LOOPS).unwrap().prove(), Ok(()));
         assert_eq!(of("1 2007 2007", "1 20006 20006"), Err(ListingError::Miscounted { counted: 17_999 }));
-        // Right at its longest, wrong now and then.
+        // Right in its longest sample, wrong in another.
         assert_eq!(of("2 4013 2007", "2 40014 20007"), Err(ListingError::Miscounted { counted: 18_000 }));
         assert_eq!(
             Listing::parse("compiler r\n").unwrap().prove(),
@@ -219,7 +219,7 @@ mod tests {
     proptest! {
         #![proptest_config(ProptestConfig { cases: 4000, failure_persistence: None, ..ProptestConfig::default() })]
 
-        /// What the firmware prints is read back as it was, whatever the samples were.
+        /// The printed counts of any samples are read back unchanged.
         #[test]
         fn law_written_counts_are_read_back(
             samples in prop::collection::btree_map("[a-z0-9_.]{1,30}", prop::collection::vec(any::<u32>(), 1..9), 0..9)
@@ -235,15 +235,18 @@ mod tests {
                 .collect();
             let lines: Vec<String> = counts
                 .iter()
-                .map(|OperationCount { operation, samples, total, max }| format!("{operation} {samples} {total} {max}\n"))
+                .map(|count| {
+                    let OperationCount { operation, samples, total, max } = count;
+                    format!("{operation} {samples} {total} {max}\n")
+                })
                 .collect();
             let text = format!("compiler rustc 1.95.0\n{}", lines.concat());
             prop_assert_eq!(Listing::parse(&text).unwrap().counts, counts);
         }
 
-        /// Whatever comes, garbage or numbers at odds, it is refused or makes sense.
+        /// Any text is refused, or its numbers are consistent.
         #[test]
-        fn law_nothing_senseless_is_accepted(
+        fn law_nothing_inconsistent_is_accepted(
             lines in prop::collection::vec(prop_oneof![8 => "[a-c]{1,2} [0-2] [0-3] [0-3]", 1 => "\\PC{0,12}"], 0..4),
             named in any::<bool>()
         ) {

@@ -1,4 +1,4 @@
-//! The values of the page on the microcontroller that counts give: the operations a user asks for first, in words.
+//! The values of the page on the microcontroller that come from counts: the main operations, in words.
 
 use super::count_report::{CountReport, judged};
 use super::cycles::CycleEstimate;
@@ -6,7 +6,7 @@ use super::targets::TARGETS;
 use crate::report::page::PlacedValue;
 use crate::report::table::Table;
 
-/// What the rows say, and the operations that they tell of.
+/// The words of each row of the table, and its operation.
 const ROWS: [(&str, &str); 22] = [
     ("filter core, two states: a prediction and a measurement", "core_2_predict_and_update"),
     ("the same by the core of any size", "general_core_2_predict_and_update"),
@@ -63,12 +63,12 @@ fn frame_over_core(report: &CountReport) -> String {
 /// The operations of [`ROWS`].
 fn table(report: &CountReport, estimates: &[CycleEstimate]) -> String {
     let mut table = Table::new(&["operation", "mean", "longest", "target", "cycles, estimated"]);
-    for (says, operation) in ROWS {
+    for (words, operation) in ROWS {
         let Some(count) = report.count(operation) else { continue };
         let cycles = estimates.iter().find(|estimate| estimate.operation == operation);
         let cycles = cycles.map_or(String::new(), |estimate| estimate.cycles_estimate.to_string());
         let mean = format!("{:.0}", count.mean());
-        table.push(vec![says.to_owned(), mean, count.max.to_string(), judged(count), cycles]);
+        table.push(vec![words.to_owned(), mean, count.max.to_string(), judged(count), cycles]);
     }
     table.markdown()
 }
@@ -79,16 +79,17 @@ mod tests {
     use super::*;
     use crate::board::qemu::Board;
 
-    /// Every row but those of other crates, which a plain count leaves out, tells of an operation that the reviewed counts have.
+    /// The reviewed counts have the operation of every row, but for those of other crates: they are counted with
+    /// --peers only.
     #[test]
     fn exact_every_row_is_counted() {
         let reviewed: serde_json::Value =
             serde_json::from_str(include_str!("../../../../tests/qemu/instructions.m4.json")).unwrap();
         let counted: Vec<&str> =
             reviewed.as_array().unwrap().iter().map(|record| record["operation"].as_str().unwrap()).collect();
-        for (says, operation) in ROWS {
+        for (words, operation) in ROWS {
             let foreign = operation.starts_with("minikalman") || operation.starts_with("adskalman");
-            assert!(foreign || counted.contains(&operation), "{says}: {operation}");
+            assert!(foreign || counted.contains(&operation), "{words}: {operation}");
         }
     }
 

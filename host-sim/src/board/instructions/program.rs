@@ -15,7 +15,8 @@ fn checkout(here: &Path) -> Result<PathBuf, BoardError> {
     found.map(Path::to_owned).ok_or(BoardError::NoCheckout { script: BUILD })
 }
 
-/// Builds the program `name` of `firmware` or `firmware-checks` and returns its ELF. How the build comes along is shown on standard error.
+/// Builds the program `name` of `firmware` or `firmware-checks` and returns its ELF. The build prints its progress to
+/// standard error.
 ///
 /// # Errors
 /// When the current folder is in no checkout, or no toolchain for the microcontroller can be had.

@@ -1,7 +1,8 @@
-//! What the project wants the operations to take.
+//! The most instructions that the operations should take.
 //!
-//! A driven step without impact has one way through, and its longest counts. The core's prediction and correction are what other crates' filters
-//! do; a camera frame that is used is as much and all that makes it fit to be used. The loop's target with the twin's filter is meant for a Cortex-M7.
+//! A driven step without impact always takes the same way through the code; its target is for the longest. The core's
+//! prediction and correction are the whole of other crates' filters. A camera frame that is used takes the same, and
+//! also the time stamp, the delay and the gate. The loop's target with the twin's filter is meant for a Cortex-M7.
 
 use std::fmt;
 
@@ -27,7 +28,7 @@ pub struct Target {
     pub limit: u32,
 }
 
-/// All of them.
+/// All targets.
 pub const TARGETS: [Target; 13] = {
     use Statistic::{Max, Mean};
     const fn target(operation: &'static str, statistic: Statistic, limit: u32) -> Target {

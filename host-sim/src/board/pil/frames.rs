@@ -1,4 +1,4 @@
-//! Messages to the board as frames, and the errors of what comes back.
+//! Messages to the board as frames, and the error of an unexpected answer.
 
 use link::{BoardMessage, FRAME_BYTES_MAX, Header, HostMessage, encode};
 

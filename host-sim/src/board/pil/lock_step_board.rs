@@ -16,10 +16,10 @@ use crate::board::BoardError;
 use crate::board::qemu::{Board, OneProcessor, Transport, Watchdog, WatchedProcess, Wiring};
 use crate::runs::tick_driver::TickMeasurements;
 
-/// Session of every message to the board. The board takes session 0 for its own before a host speaks to it.
+/// Session of every message to the board. A board to which no host has sent a message uses session 0.
 const SESSION: u32 = 1;
 
-/// A board that answers every tick of the plant, and waits for the next one.
+/// A board that computes each tick when the host asks for it, and waits for the next.
 #[derive(Debug)]
 pub struct LockStepBoard {
     to_board: Option<ChildStdin>,

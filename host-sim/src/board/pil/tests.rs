@@ -165,9 +165,9 @@ fn law_no_field_of_a_report_is_left_out() {
     }
 }
 
-/// A numbered field is told by its number and by what the number means.
+/// A numbered field is given by its number and by what the number means.
 #[test]
-fn exact_a_numbered_field_is_told_by_its_meaning() {
+fn exact_a_numbered_field_is_given_with_its_meaning() {
     let spoil = |r: &mut TickRecord| r.health = estimator::Health::Waiting.into();
     let run = run(&scene(&["position.deadline_s=0.02"]), &mut SecondLoop::new(1000, spoil)).unwrap();
     let difference = run.difference.unwrap();

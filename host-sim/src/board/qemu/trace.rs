@@ -7,7 +7,7 @@ use std::process::{Child, ChildStderr, Stdio};
 use super::{Board, SEMIHOSTING, command, not_run};
 use crate::board::BoardError;
 
-/// The addresses, in the order of execution. The program is ended when this goes.
+/// The addresses, in the order of execution. Its drop ends the program.
 #[derive(Debug)]
 pub(in crate::board) struct Trace {
     child: Child,

@@ -1,4 +1,4 @@
-//! The emulator as a process that talks through pipes, and that is ended whatever happens.
+//! The emulator as a process with pipes, and the watchdog that ends it.
 
 use std::fs::File;
 use std::path::Path;
@@ -56,7 +56,7 @@ impl WatchedProcess {
     }
 }
 
-/// Kills the emulator when it sends no message for [`SILENCE_MAX`], and when this goes.
+/// Kills the emulator when it sends no message for [`SILENCE_MAX`], and when this is dropped.
 ///
 /// A reader of the killed emulator's pipe reads the end of the pipe.
 #[derive(Debug)]

@@ -1,4 +1,4 @@
-//! Entries beside the truth.
+//! A table of the log's entries, each with the true angle and rate of its tick.
 
 use std::collections::BTreeMap;
 use std::fmt;
@@ -28,10 +28,10 @@ const COLUMNS: [&str; 11] = [
     "error_mdeg",
 ];
 
-/// Points of a picture: a few minutes of a run. Later ones are in the table only.
+/// Most points of a picture: a few minutes of a run. Later ones are in the table only.
 pub(super) const POINTS_MAX: usize = 200_000;
 
-/// An estimate as it was logged, and the truth.
+/// A logged estimate, and the truth.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Logged {
     pub(super) time_s: f64,
@@ -41,7 +41,7 @@ pub(super) struct Logged {
     pub(super) error_mdeg: f64,
 }
 
-/// Writes the log beside the truth, and keeps what its picture needs.
+/// Writes the table, and keeps the points of its picture.
 #[derive(Debug)]
 pub struct LogBesideTruth {
     csv: csv::Writer<Output>,
@@ -78,10 +78,10 @@ impl LogBesideTruth {
         self.csv.write_record(row).map_err(|error| self.csv.get_ref().unwritable(error.into()))
     }
 
-    /// Takes down what the firmware told of the tick that the plant has just made.
+    /// Adds the entries of the tick that the plant has just made.
     ///
     /// # Errors
-    /// When an entry tells of another tick, or the table cannot be written.
+    /// When an entry is of another tick, or the table cannot be written.
     pub fn take(&mut self, entries: &[LogEntry], truth: &PositioningMoment) -> Result<(), BoardError> {
         let tick = truth.at.nanos() / PositionLoop::TICK_NANOS;
         self.end_s = truth.seconds();
@@ -141,7 +141,7 @@ impl LogBesideTruth {
         picture::svg(self)
     }
 
-    /// Puts the table in its place.
+    /// Puts the table at its path.
     ///
     /// # Errors
     /// When the rest cannot be written.
@@ -160,7 +160,7 @@ fn put<T>(points: &mut Vec<T>, point: T) {
     }
 }
 
-/// What an entry says of the angle, if it is an estimate.
+/// The estimate of an entry with the truth, if the entry is an estimate.
 fn estimate(entry: &LogEntry, truth: &PositioningMoment) -> Option<Logged> {
     let angle = Angle::from_units(entry.field("angle_units")?);
     let variance_rad2: f64 = entry.field("angle_rad2")?;

@@ -1,4 +1,4 @@
-//! The picture of a log: angle, error and innovations as they were logged, beside the truth.
+//! The picture of a log: angle, error and innovations as they were logged, and the truth.
 
 use super::LogBesideTruth;
 use super::log_beside_truth::Logged;

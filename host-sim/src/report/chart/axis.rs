@@ -1,4 +1,4 @@
-//! From values to places on an axis, and where its ticks stand.
+//! From values to places on an axis, and the places of its ticks.
 
 use std::ops::Range;
 
@@ -7,7 +7,7 @@ use plotters::coord::ranged1d::{KeyPointHint, NoDefaultFormatting, Ranged, Value
 use super::Axis;
 use crate::math::plain_number::plain;
 
-/// An axis with its span decided, in its own coordinate (the value, or its decadic logarithm).
+/// An axis with its span, in its own coordinate: the value, or its decadic logarithm.
 #[derive(Clone)]
 pub(super) struct Scale {
     pub(super) span: Range<f64>,
@@ -17,14 +17,15 @@ pub(super) struct Scale {
 }
 
 impl Scale {
-    /// The scale of `axis` for what is drawn at `values`, with `margin` of the span left free at both ends and about `count` ticks.
+    /// The scale of `axis` for points at `values`, with about `count` ticks. The part `margin` of the span is left
+    /// free at both ends.
     pub(super) fn new(axis: &Axis, values: impl Iterator<Item = f64>, margin: f64, count: f64) -> Self {
         let logarithmic = axis.logarithmic;
         let place = |value: f64| if logarithmic { value.log10() } else { value };
         let span = if let Some(range) = &axis.range {
             place(range.start)..place(range.end)
         } else {
-            // Beyond 1e150 a span is no longer finite.
+            // Beyond 1e150 a span may be infinite.
             let drawn = values.map(place).filter(|value| value.abs() < 1e150);
             let (low, high) = drawn.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| {
                 (low.min(value), high.max(value))
@@ -44,18 +45,18 @@ impl Scale {
         Self { span, ticks, logarithmic, decimals }
     }
 
-    /// Where `value` stands; `None` where it cannot.
+    /// The place of `value`; `None` where it has none on this axis.
     pub(super) fn place(&self, value: f64) -> Option<f64> {
         let place = if self.logarithmic { value.log10() } else { value };
         place.is_finite().then_some(place)
     }
 
-    /// Where `value` stands, brought inside the span.
+    /// The place of `value`, clamped to the span.
     pub(super) fn place_inside(&self, value: f64) -> Option<f64> {
         self.place(value).map(|place| place.clamp(self.span.start, self.span.end))
     }
 
-    /// What is written at a tick.
+    /// The text at a tick.
     fn tick_text(&self, tick: f64) -> String {
         if self.logarithmic {
             let value = power_of_ten(tick);
@@ -69,7 +70,7 @@ impl Scale {
     }
 }
 
-/// The axis as `plotters` sees it.
+/// The axis for `plotters`.
 impl Ranged for Scale {
     type FormatOption = NoDefaultFormatting;
     type ValueType = f64;
@@ -100,7 +101,7 @@ fn power_of_ten(exponent: f64) -> f64 {
     motor_model::math::exp(exponent * core::f64::consts::LN_10)
 }
 
-/// Multiples of 1, 2 or 5 times a power of ten, about `count` of them, and the decimals that tell them apart.
+/// Multiples of 1, 2 or 5 times a power of ten, about `count` of them, and the decimals that distinguish them.
 #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a few ticks, a few decimals")]
 fn round_numbers(span: &Range<f64>, count: f64) -> (Vec<f64>, usize) {
     let rough = (span.end - span.start) / count;
@@ -114,7 +115,7 @@ fn round_numbers(span: &Range<f64>, count: f64) -> (Vec<f64>, usize) {
     (ticks, (-(step * 1.001).log10().floor()).clamp(0.0, 12.0) as usize)
 }
 
-/// 1, 2 and 5 times each power of ten; of many powers only themselves, and of very many every third.
+/// 1, 2 and 5 times each power of ten; only the powers where they are many, and every third where they are very many.
 fn decades(span: &Range<f64>) -> (Vec<f64>, usize) {
     let wide = span.end - span.start;
     let (apart, digits): (f64, &[f64]) = match wide {

@@ -1,7 +1,7 @@
 //! Drawing a figure through `plotters`.
 //!
-//! The backend rounds to whole pixels, which would show as staircases: the canvas is [`FINE`] times the size at
-//! which the picture is shown.
+//! The backend rounds to whole pixels; slanted lines would look like staircases. The canvas is therefore [`FINE`]
+//! times the size at which the picture is shown.
 
 use plotters::coord::Shift;
 use plotters::prelude::*;
@@ -29,7 +29,7 @@ const SWATCH: (f64, f64, f64) = (20.0, 7.0, 18.0);
 const LEFT: i32 = 60;
 const BOTTOM: i32 = 36;
 const RIGHT: i32 = 18;
-/// Kept free at the left and below, where `plotters` sets labels flush with the edge.
+/// Free space at the left and below, where `plotters` puts labels at the very edge.
 const MARGIN: i32 = 10;
 const FONT: &str = "Helvetica, Arial, 'DejaVu Sans', sans-serif";
 /// Mean width of a character in that font, as a part of its size as `plotters` counts it.
@@ -180,13 +180,14 @@ fn draw_series(series: &Series, chart: &mut Chart<'_, '_>, x: &Scale, y: &Scale)
     }
 }
 
-/// Width that words of that size take.
+/// Width of words of a size.
 fn width(words: &str, size: f64) -> f64 {
     let characters = u32::try_from(words.chars().count()).unwrap_or(u32::MAX);
     CHARACTER_WIDTH * size * f64::from(characters)
 }
 
-/// The legend: at the right of the panel's title, or in rows below it where it does not fit there. How many rows.
+/// Draws the legend at the right of the panel's title, or in rows below it where it does not fit there. Returns the
+/// number of rows below.
 fn draw_legend(panel: &Panel, area: &Area<'_>) -> Drawn<u32> {
     let (swatch, after, between) = SWATCH;
     let entries: Vec<(&Series, &str, f64)> = panel
@@ -199,7 +200,7 @@ fn draw_legend(panel: &Panel, area: &Area<'_>) -> Drawn<u32> {
         .collect();
     let total: f64 = entries.iter().map(|(_, _, width)| width + between).sum::<f64>() - between;
     let (left, right) = (f64::from(LEFT + MARGIN), f64::from(WIDTH) - f64::from(RIGHT));
-    // The title is bold, which takes somewhat more.
+    // Bold words are wider.
     let beside = left + 1.2 * width(&panel.title, 15.0) + between + total <= right;
     let (mut at, mut row) = if beside { (right - total, 0) } else { (left, 1) };
     for (series, label, width) in entries {

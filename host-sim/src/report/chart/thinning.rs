@@ -1,9 +1,9 @@
-//! Thinning a line to what a pixel column can show.
+//! Thinning of a line to the points that a pixel column can show.
 
 use std::ops::Range;
 
-/// The part of `points` within `span` (with one neighbour at each side), at most a first, lowest, highest and last point per
-/// column.
+/// The part of `points` within `span` and one neighbour at each side: at most the first, the lowest, the highest and
+/// the last point of each column.
 pub(super) fn thinned(points: &[(f64, f64)], span: &Range<f64>, columns: u32) -> Vec<(f64, f64)> {
     let column_width = (span.end - span.start) / f64::from(columns);
     let column = |x: f64| ((x - span.start) / column_width).floor();
@@ -30,7 +30,7 @@ pub(super) fn thinned(points: &[(f64, f64)], span: &Range<f64>, columns: u32) ->
     kept
 }
 
-/// The points, in order of x, that a window on `span` shows or is cut by.
+/// The points within `span` and one neighbour at each side. The points are in order of x.
 fn inside<'a>(points: &'a [(f64, f64)], span: &Range<f64>) -> &'a [(f64, f64)] {
     let first = points.partition_point(|point| point.0 < span.start).saturating_sub(1);
     let last = (points.partition_point(|point| point.0 <= span.end) + 1).min(points.len());
