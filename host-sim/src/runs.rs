@@ -1,11 +1,11 @@
 //! One motor, one run: in open loop, in closed loop, a move, a rate.
 
-pub mod closed_loop;
+pub(crate) mod closed_loop;
 mod error;
 pub mod filter;
 pub mod position;
-pub mod rate;
-pub mod simulate;
+pub(crate) mod rate;
+pub(crate) mod simulate;
 pub mod tick_driver;
 
 pub use error::RunError;

@@ -1,6 +1,6 @@
 //! The truth and how it is measured: the plant, the instruments, and the faults of both. Nothing here sees an estimate.
 
-pub mod faults;
+pub(crate) mod faults;
 pub mod instruments;
 pub mod plant;
 pub mod rig;

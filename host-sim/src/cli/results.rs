@@ -14,7 +14,7 @@ use crate::report::files::{self, Output};
 use crate::report::page::{self, PlacedValue};
 use crate::scene::Scene;
 use crate::studies::positioning_trials::{self, Strategy};
-use crate::studies::{filter_costs, filter_errors, gyroscope_calibration, paper, rates, step_accuracy};
+use crate::studies::{filter_costs, filter_errors, gyroscope_calibration, held_rates, paper, step_accuracy};
 
 /// A page: one question, and what answers it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
@@ -70,7 +70,7 @@ impl Page {
             Self::Step => (effort.step_accuracy)().run()?.page_values(),
             Self::Filters => filter_values(effort, scene)?,
             Self::Positioning => positioning_values(effort, scene)?,
-            Self::Rate => rates::run(scene)?.page_values(),
+            Self::Rate => held_rates::run(scene)?.page_values(),
             Self::Calibration => {
                 let plan = gyroscope_calibration::CalibrationPlan::new(
                     scene,

@@ -31,7 +31,7 @@ pub type ClosedLoop = TickDriver<PositionLoop<AnyFilter>>;
 /// Rig and a loop that holds a rate.
 pub type ClosedRateLoop = TickDriver<RateLoop<AnyFilter>>;
 
-/// A tick's end in positioning.
+/// The end of a tick of a positioning loop.
 pub type PositioningMoment = Moment<TickReport>;
 
 /// The positioning loop of a scene.
@@ -52,7 +52,7 @@ pub fn rate(scene: &Scene, hold: RateHold) -> Result<ClosedRateLoop, RunError> {
 }
 
 impl PositioningMoment {
-    /// Estimated less true angle in milli-degrees, once there is an estimate.
+    /// Estimated less true angle in milli-degrees, if there is an estimate.
     pub fn estimate_error_mdeg(&self) -> Option<f64> {
         self.report.estimate.map(|estimate| 1e3 * estimate.angle.minus(self.angle).degrees())
     }

@@ -15,7 +15,7 @@ pub enum RunError {
     /// The record of the run cannot be written.
     #[error(transparent)]
     Output(#[from] OutputError),
-    /// A run whose numbers grew beyond all bounds.
+    /// A number of the run is not finite.
     #[error("the run diverged: {quantity} is no longer finite after {time_s} s")]
     Diverged {
         /// What is not finite.
@@ -26,7 +26,7 @@ pub enum RunError {
 }
 
 impl RunError {
-    /// What to try instead, where there is something to say.
+    /// What to try instead, if anything.
     pub fn hint(&self) -> Option<String> {
         match self {
             Self::Scene(error) => error.hint(),

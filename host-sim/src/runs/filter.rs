@@ -32,7 +32,7 @@ impl<T: Real> AnyFilter<T> {
         Self::named(scene.choice("estimator.filter"))
     }
 
-    /// The filter of this name; the simplest for any other word. What it knows of the motor is nominal.
+    /// The filter of this name; the simplest for any other word. Its parameters are those of the nominal motor.
     ///
     /// # Errors
     /// When the model refuses the nominal motor: never.

@@ -1,9 +1,9 @@
-//! One move in closed loop.
+//! One move in closed loop: `host-sim position`.
 //!
 //! | module | what it is |
 //! |---|---|
 //! | this one | the runner: it runs the loop until the move ends |
-//! | `sums` | what a move adds up to, tick by tick |
+//! | `sums` | the sums of a move over its ticks, for any program that drives the motor |
 //! | `outcome` | what became of a move |
 //! | `picture_trace` | the course of a move, thinned for its picture |
 //! | `picture` | the picture |
@@ -26,7 +26,7 @@ pub use picture::svg;
 pub use picture_trace::PictureTrace;
 pub(crate) use sums::{MoveSums, MoveTick};
 
-/// Runs the move of `scene`, showing every tick to `observe`.
+/// Runs the move of `scene`, and calls `observe` after every tick.
 ///
 /// # Errors
 /// When the scene is refused.
@@ -50,7 +50,7 @@ pub fn run_with<B>(
     run_tuned(scene, PositioningTuning { limits, ..PositioningTuning::default() }, intervene)
 }
 
-/// The same, with the controller tuned otherwise.
+/// The same, with another tuning of the controller.
 ///
 /// # Errors
 /// When the scene is refused.
@@ -67,15 +67,15 @@ pub fn run_tuned<B>(
             return ControlFlow::Break(ControlFlow::Break(value));
         }
         let tick = MoveTick::of(&moment);
-        sums.take(&tick);
+        sums.add(&tick);
         match moment.report.phase {
             PositioningPhase::Stopped(why) => {
-                let outcome = sums.close(&tick, scene);
+                let outcome = sums.outcome(&tick, scene);
                 let stopped = Some(format!("{why:?}"));
                 ControlFlow::Break(ControlFlow::Continue(MoveOutcome { stopped, ..outcome }))
             }
             PositioningPhase::Holding if sums.held_nanos(moment.at) >= hold_nanos => {
-                ControlFlow::Break(ControlFlow::Continue(sums.close(&tick, scene)))
+                ControlFlow::Break(ControlFlow::Continue(sums.outcome(&tick, scene)))
             }
             _ => ControlFlow::Continue(()),
         }

@@ -1,14 +1,16 @@
-//! `host-sim rate`: a rate held in closed loop, or led through a profile, against the truth.
+//! A rate held in closed loop, or a profile of rates, against the truth: `host-sim rate`.
 //!
-//! The first [`SETTLE_S`] are left out. Over the rest, in the plant's own angle:
+//! The first [`SETTLE_S`] are left out. Over the rest, by the true angle:
 //!
 //! ```text
 //! mean error = (turned - asked) / asked          ripple = rms of (angle - reference) and of (rate - asked)
 //! ```
 //!
-//! for a staircase both ways along what is asked for, without the rests; and beside it what this motor reaches: its mean rates at full drive, open loop, in either mode ([`RateRange`]).
+//! For a staircase both ways, turns count in the direction asked for, without the rests. Beside it stands the range of
+//! this motor: its mean rates at full drive in open loop, in either mode ([`RateRange`]).
 //!
-//! Each mean is over as much of the run as is left, so it is the angle's error over the time: the longer, the better.
+//! The mean is over the rest of the run. Its error is the angle's error over that time, so a longer run measures it
+//! better.
 
 mod outcome;
 mod picture;
@@ -50,7 +52,7 @@ const TICK_S: f64 = TICK_NANOS as f64 / 1e9;
 /// Ticks from one point of the picture to the next.
 const TICKS_PER_POINT: u64 = 500;
 
-/// Runs the rate of `scene`, showing a point every 5 ms to `observe`.
+/// Runs the rate of `scene`, and calls `observe` with a point of the picture every 5 ms.
 ///
 /// # Errors
 /// When the scene is refused.
@@ -70,7 +72,7 @@ pub fn run(scene: &Scene, mut observe: impl FnMut(RatePoint)) -> Result<RateOutc
         let amplitude = f64::from(report.applied.amplitude());
         if profile::settled(scene, time_s, duration_s) {
             sums.ticks += 1.0;
-            // Both ways along what is asked for: else nothing would be left of it.
+            // Both ways, turns count in the direction asked for: otherwise they would cancel.
             let along = if both_ways { asked_deg_s.signum() } else { 1.0 };
             sums.turned_deg += along * angle.minus(last_angle).degrees();
             sums.asked_deg += along * asked_deg_s * TICK_S;

@@ -1,4 +1,5 @@
-//! The open loop: one motor under one constant drive, watched while it runs and summed up after it has settled.
+//! The open loop: one motor under one constant drive, observed while it runs, with statistics after it has settled:
+//! `host-sim simulate`.
 
 mod report;
 pub mod samples_csv;
@@ -29,7 +30,7 @@ pub enum Precision {
     F64,
 }
 
-/// What to run.
+/// The settings of a run.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct OpenLoopRun {
     /// The motor.
@@ -48,7 +49,7 @@ pub struct OpenLoopRun {
     pub friction_law: FrictionLaw,
     /// Arithmetic of the motor.
     pub precision: Precision,
-    /// Names the run's random numbers.
+    /// Seed of the run's random numbers.
     pub seed: u64,
 }
 
@@ -101,13 +102,14 @@ impl OpenLoopRun {
     /// The run in steps, if its times go together.
     ///
     /// # Errors
-    /// When there are too many steps, or too few after settling to say anything.
+    /// When there are too many steps, or too few after settling for the statistics.
     pub fn step_counts(&self) -> Result<StepCounts, RunError> {
         let Self { duration_s, settle_s, step_s, .. } = *self;
         if duration_s / step_s > STEPS_MAX {
             return Err(SceneError::Conflict {
                 conflict: format!(
-                    "simulate.duration_s = {} s in steps of simulate.step_s = {} s are {:e} steps, more than {STEPS_MAX:e}",
+                    "simulate.duration_s = {} s in steps of simulate.step_s = {} s are {:e} steps, \
+                     more than {STEPS_MAX:e}",
                     plain(duration_s),
                     plain(step_s),
                     duration_s / step_s
@@ -117,7 +119,8 @@ impl OpenLoopRun {
                     plain(duration_s / STEPS_MAX),
                     plain(step_s * STEPS_MAX)
                 ),
-            }.into());
+            }
+            .into());
         }
         let counts = StepCounts {
             steps: steps_in(duration_s, step_s),

@@ -1,4 +1,4 @@
-//! One tick after the other: the rig moves under the command applied, then a program reads, estimates and drives.
+//! The tick driver: in every tick the rig moves under the command applied, then a program reads, estimates and drives.
 //!
 //! ```text
 //! every 10 us:  the rig's plant moves under the command applied;
@@ -6,8 +6,8 @@
 //!               an observer sees the moment, with the truth beside it
 //! ```
 //!
-//! Everything that runs a motor in ticks runs here: the controller's loops, simpler strategies, filters under a given
-//! drive, recordings.
+//! All programs that run a motor in ticks run here: the controller's loops, baselines, filters under a given drive,
+//! recordings.
 
 use std::ops::ControlFlow;
 
@@ -19,9 +19,9 @@ use crate::scene::{Scene, SceneError};
 use crate::world::plant::Plant;
 use crate::world::rig::Rig;
 
-/// What runs on the rig, a tick at a time.
+/// A program that runs on the rig, tick by tick.
 pub trait TickProgram {
-    /// What it says of a tick.
+    /// Its report of a tick.
     type Report;
 
     /// Whether it observes every step of the plant. A plant that is not observed takes longer steps at rest.
@@ -45,7 +45,7 @@ pub struct TickMeasurements {
     pub ldv_samples: Vec<LdvSample>,
 }
 
-/// What a program sees of the rig: two instruments and an amplifier.
+/// The ports of the rig for a program: two instruments and an amplifier.
 #[derive(Clone, Debug)]
 pub struct RigPorts {
     rig: Rig,
@@ -81,7 +81,7 @@ impl Drive for RigPorts {
     }
 }
 
-/// A tick's end: what the program says of it, and the truth that only the simulation knows.
+/// The end of a tick: the program's report, and the truth, which only the simulation knows.
 #[derive(Clone, Copy, Debug)]
 pub struct Moment<R> {
     /// The instant.
@@ -90,7 +90,7 @@ pub struct Moment<R> {
     pub angle: Angle,
     /// The rotor's true rate in rad/s.
     pub rate_rad_s: f64,
-    /// What the program says.
+    /// The program's report.
     pub report: R,
 }
 
@@ -169,7 +169,7 @@ impl<P: TickProgram> TickDriver<P> {
         Moment { at, angle: rotor.angle.angle(), rate_rad_s: rotor.rate_rad_s, report }
     }
 
-    /// Runs until `observe` breaks off, with the value that it gives.
+    /// Runs until `observe` breaks, and returns its value.
     pub fn run<B>(&mut self, mut observe: impl FnMut(&mut Self, Moment<P::Report>) -> ControlFlow<B>) -> B {
         loop {
             let moment = self.next_tick();

@@ -12,13 +12,13 @@ use crate::tool::ToolError;
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum StudyError {
-    /// One of its runs stopped.
+    /// One of the runs stopped.
     #[error(transparent)]
     Run(#[from] RunError),
-    /// Its result cannot be laid out or written.
+    /// The result cannot be laid out or written.
     #[error(transparent)]
     Output(#[from] OutputError),
-    /// A program that it compares with gave no answer.
+    /// A program of a comparison gave no answer.
     #[error(transparent)]
     Tool(#[from] ToolError),
     /// The reference integrator gave up.
@@ -27,7 +27,7 @@ pub enum StudyError {
 }
 
 impl StudyError {
-    /// What to try instead, where there is something to say.
+    /// What to try instead, if anything.
     pub fn hint(&self) -> Option<String> {
         match self {
             Self::Run(error) => error.hint(),

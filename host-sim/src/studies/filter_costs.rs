@@ -14,8 +14,8 @@
 //! In 10 us of motor time there are a tenth of a frame, one prediction, and samples at the rate of the vibrometer.
 
 mod picture;
-pub mod recording;
-pub mod replay;
+mod recording;
+mod replay;
 mod tables;
 
 use motor_model::{DriveMode, OutOfBounds};

@@ -1,7 +1,7 @@
 //! How far the filters are off the truth, phase by phase, beside a lower bound: `host-sim estimate`.
 //!
 //! Motors are drawn within Table 1's tolerances ([`crate::world::plant`]) and driven through one [`timeline`] in both
-//! modes. All [filters](crate::runs::filter) and the [`genie`]s run on the same frames and samples, every tick of 10
+//! modes. All [filters](crate::runs::filter) and the genies run on the same frames and samples, every tick of 10
 //! us. Every 70 us their estimates are compared with the truth ([`comparison`]), and the errors are summed by phase
 //! ([`error_sums`]). The scene's settings apply, above all those of the instruments.
 //!
@@ -34,7 +34,7 @@
 pub mod comparison;
 pub mod consistency;
 pub mod error_sums;
-pub mod genie;
+pub(crate) mod genie;
 mod kicks;
 mod picture;
 mod tables;

@@ -4,10 +4,10 @@
 //!
 //! | module | what it is |
 //! |---|---|
-//! | [`schedule`] | the schedule: rests, and turns to either side at a staircase of rates |
-//! | [`turning`] | the run of the motor under the rate controller; the reference is the angle of its estimator |
+//! | `schedule` | the schedule: rests, and turns to either side at a staircase of rates |
+//! | `turning` | the run of the motor under the rate controller; the reference is the angle of its estimator |
 //! | [`crate::world::instruments::gyroscope`] | the gyroscope's samples of the rotor's true angle |
-//! | [`fit`] | generalised least squares: scale factor and bias with their covariance |
+//! | `fit` | generalised least squares: scale factor and bias with their covariance |
 //! | `calibration` | one calibration: its intervals, its fit, what became of it |
 //! | `summary`, `tables`, `picture` | the figures over all calibrations, and what is shown of them |
 //!
@@ -23,12 +23,12 @@
 //! those that follow it. Calibrations on one motor share the error of the reference, a small part of the whole.
 
 mod calibration;
-pub mod fit;
+mod fit;
 mod picture;
-pub mod schedule;
+mod schedule;
 mod summary;
 mod tables;
-pub mod turning;
+mod turning;
 
 use motor_model::Angle;
 use rayon::prelude::*;

@@ -5,11 +5,10 @@
 //! ([`crate::math::random_streams`]). So switching one on leaves the noise of the others as it is.
 
 pub mod camera;
-pub mod gyroscope;
-pub mod ldv;
+pub(crate) mod gyroscope;
+pub(crate) mod ldv;
 
 pub use camera::Camera;
-pub use gyroscope::Gyroscope;
 pub use ldv::Ldv;
 
 use motor_model::Time;

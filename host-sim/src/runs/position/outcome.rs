@@ -15,7 +15,7 @@ pub struct MoveOutcome {
     pub final_angle_true_deg: f64,
     /// True angle at the end less the target.
     pub final_error_mdeg: f64,
-    /// When the controller found itself at the target and stayed; `null` if it never did.
+    /// When the controller began to hold the target that it held to the end; `null` if it did not.
     pub settle_time_s: Option<f64>,
     /// Simulated time.
     pub duration_s: f64,
@@ -27,11 +27,11 @@ pub struct MoveOutcome {
     pub rms_estimate_error_mdeg: f64,
     /// The same while the rotor moved.
     pub rms_estimate_error_moving_mdeg: f64,
-    /// Farthest that the rotor went beyond the target, 0 if it did not.
+    /// Largest true angle beyond the target, at least 0.
     pub overshoot_deg: f64,
     /// Why the controller gave up; `null` if it did not.
     pub stopped: Option<String>,
-    /// Whether the controller reached the target and the rotor truly lies within the tolerance.
+    /// Whether the controller holds the target and the true angle is within the tolerance.
     pub ok: bool,
     /// The seed of the run.
     pub seed: u64,
@@ -49,7 +49,7 @@ impl fmt::Display for MoveOutcome {
         let verdict = match (&self.stopped, self.ok) {
             (Some(why), _) => format!("gave up, {why}"),
             (None, true) => "on target".to_owned(),
-            (None, false) => "believed on target, but is not".to_owned(),
+            (None, false) => "held as on target, but off it".to_owned(),
         };
         writeln!(
             f,

@@ -14,7 +14,8 @@ use crate::runs::closed_loop::PositioningMoment;
 pub fn svg(outcome: &MoveOutcome, trace: &PictureTrace) -> Result<String, OutputError> {
     let end_s = outcome.duration_s;
     let caption = format!(
-        "plant drawn by seed {}: ended {:+.2} milli-degrees from the target after {:.3} s, {} drive switches, estimator within {:.1} milli-degrees rms",
+        "plant drawn by seed {}: ended {:+.2} milli-degrees from the target after {:.3} s, {} drive switches, \
+         estimator within {:.1} milli-degrees rms",
         outcome.seed,
         outcome.final_error_mdeg,
         outcome.duration_s,
@@ -76,7 +77,7 @@ fn angle(outcome: &MoveOutcome, trace: &PictureTrace) -> Panel {
         .series(estimate(line(trace, |moment| Some(moment.report.estimate?.angle.degrees()))))
 }
 
-/// From the moment the rotor last came within `range_mdeg` of the target, in milli-degrees from it.
+/// From the moment at which the rotor last came within `range_mdeg` of the target, in milli-degrees from it.
 fn last_stretch(title: &str, range_mdeg: f64, outcome: &MoveOutcome, trace: &PictureTrace) -> Panel {
     let tolerance_mdeg = 1e3 * outcome.tolerance_deg;
     let end_s = outcome.duration_s;
@@ -104,7 +105,7 @@ fn rate(trace: &PictureTrace, end_s: f64) -> Panel {
 /// Estimated less true angle within the two standard deviations that the filter reports.
 fn estimator_error(outcome: &MoveOutcome, trace: &PictureTrace) -> Panel {
     let end_s = outcome.duration_s;
-    // Before the first frames have settled the band would dwarf the rest.
+    // The band of the first frames is left out: it is far wider than the rest.
     let range_mdeg = (6.0 * outcome.rms_estimate_error_moving_mdeg).max(10.0);
     let two_sigma = |moment: &PositioningMoment| {
         let variance = f64::from(moment.report.estimate?.angle_rad2);

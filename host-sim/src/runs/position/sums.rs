@@ -1,4 +1,5 @@
-//! What a move adds up to, tick by tick: whoever drives the motor, the outcome has one meaning.
+//! The sums of a move over its ticks. They give the outcome of the controller's moves, of the microcontroller's and of
+//! the baselines' of a study.
 
 use controller::{PositionLoop, PositioningPhase, Target, TickReport};
 use estimator::Estimate;
@@ -9,7 +10,7 @@ use crate::math::statistics::MeanSquare;
 use crate::runs::closed_loop::PositioningMoment;
 use crate::scene::Scene;
 
-/// What an sums is kept of, every tick.
+/// The values of a tick that are summed.
 pub(crate) struct MoveTick {
     pub(crate) at: Time,
     pub(crate) angle: Angle,
@@ -40,6 +41,7 @@ pub(crate) struct MoveSums {
 }
 
 impl MoveSums {
+    /// Sums of a move to `target`, before its first tick.
     pub(crate) fn new(target: Target) -> Self {
         Self {
             target,
@@ -53,7 +55,8 @@ impl MoveSums {
         }
     }
 
-    pub(crate) fn take(&mut self, tick: &MoveTick) {
+    /// Adds a tick.
+    pub(crate) fn add(&mut self, tick: &MoveTick) {
         let applied = tick.applied;
         self.drive_switches += u32::from(applied.mode() != self.last_command.mode());
         self.driven_ticks += u64::from(applied.mode().is_some());
@@ -70,11 +73,13 @@ impl MoveSums {
         self.overshoot_deg = self.overshoot_deg.max(beyond);
     }
 
+    /// Time for which the target has been held, in ns.
     pub(crate) fn held_nanos(&self, now: Time) -> u64 {
         self.holding_since.map_or(0, |since| now.nanos_since(since))
     }
 
-    pub(crate) fn close(&self, last: &MoveTick, scene: &Scene) -> MoveOutcome {
+    /// The outcome after the `last` tick.
+    pub(crate) fn outcome(&self, last: &MoveTick, scene: &Scene) -> MoveOutcome {
         let error_deg = last.angle.minus(self.target.angle()).degrees();
         let tolerance_deg = scene.number("position.tolerance_deg");
         #[expect(clippy::cast_precision_loss, reason = "far below 2^53")]

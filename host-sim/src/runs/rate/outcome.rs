@@ -6,7 +6,7 @@ use serde::Serialize;
 
 use super::RateRange;
 
-/// What became of a run.
+/// What became of a held rate.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct RateOutcome {
     /// Rate asked for.
@@ -15,7 +15,7 @@ pub struct RateOutcome {
     pub profile: &'static str,
     /// Time after settling.
     pub measured_s: f64,
-    /// Mean of what was asked for in that time; both ways, of its magnitude.
+    /// Mean rate asked for in that time; for a staircase both ways, of its magnitude.
     pub asked_deg_s: f64,
     /// True mean rate in that time.
     pub mean_deg_s: f64,
@@ -29,7 +29,7 @@ pub struct RateOutcome {
     pub estimate_rms_mdeg: f64,
     /// Share of the time at full drive: near 1 the motor cannot do more.
     pub saturated: f64,
-    /// What this motor reaches at full drive.
+    /// The range of this motor at full drive.
     pub reach: RateRange,
     /// Seed of the run.
     pub seed: u64,

@@ -1,4 +1,4 @@
-//! What a motor reaches at full drive, in open loop.
+//! The range of a motor's rates, at full drive in open loop.
 
 use motor_model::{DriveCommand, DriveMode, Time};
 use serde::Serialize;
@@ -8,7 +8,7 @@ use crate::runs::RunError;
 use crate::scene::Scene;
 use crate::world::plant::Plant;
 
-/// What a motor reaches at full drive.
+/// The mean rates of a motor at full drive.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct RateRange {
     /// Mean rate in mode B, clockwise, in deg/s.
@@ -18,10 +18,10 @@ pub struct RateRange {
 }
 
 impl RateRange {
-    /// Mean over this time, after [`SETTLE_S`]: since the rate ripples by a third, it scatters by some 2 %.
+    /// Time of the mean in s, after [`SETTLE_S`]. Since the rate ripples by a third, the mean scatters by some 2 %.
     const MEAN_OVER_S: f64 = 5.0;
 
-    /// Of the motor of `scene`, by itself, with neither loop nor faults.
+    /// The range of the motor of `scene`, without loop and faults.
     ///
     /// # Errors
     /// When the model refuses the scene's parameters.
@@ -41,7 +41,7 @@ impl RateRange {
         Ok(Self { clockwise_deg_s: mean(DriveMode::B)?, counter_clockwise_deg_s: mean(DriveMode::C)? })
     }
 
-    /// Whether it holds `rate_deg_s` on average.
+    /// Whether `rate_deg_s` is within it.
     pub fn holds(self, rate_deg_s: f64) -> bool {
         (self.counter_clockwise_deg_s..=self.clockwise_deg_s).contains(&rate_deg_s)
     }

@@ -1,4 +1,4 @@
-//! What `host-sim simulate` says of a run.
+//! The report of `host-sim simulate` on a run.
 
 use std::fmt;
 
@@ -7,7 +7,7 @@ use serde::Serialize;
 
 use super::{OpenLoopRun, OpenLoopSummary, Precision};
 
-/// The result of a run with the settings that made it; JSON by its field names.
+/// The result of a run with its settings; JSON by its field names.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub struct OpenLoopReport {
     /// `b`, `c` or `off`.

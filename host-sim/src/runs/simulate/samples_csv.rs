@@ -1,4 +1,4 @@
-//! A run written down: CSV, one row every 50 us, units in the names of the columns.
+//! The samples of an open-loop run as CSV: one row every 50 us, units in the names of the columns.
 
 use std::path::Path;
 
@@ -30,21 +30,21 @@ pub struct SamplesCsv {
 }
 
 impl SamplesCsv {
-    /// A record that will be at `path` after [`Self::publish`].
+    /// A file that will be at `path` after [`Self::publish`].
     ///
     /// # Errors
     /// When nothing can be written there.
     pub fn create(path: &Path) -> Result<Self, OutputError> {
-        let mut record = Self { csv: csv::Writer::from_writer(Output::create(path)?) };
-        record.write(&COLUMNS.map(str::to_owned))?;
-        Ok(record)
+        let mut file = Self { csv: csv::Writer::from_writer(Output::create(path)?) };
+        file.write(&COLUMNS.map(str::to_owned))?;
+        Ok(file)
     }
 
     fn write(&mut self, row: &[String; 9]) -> Result<(), OutputError> {
         self.csv.write_record(row).map_err(|error| self.csv.get_ref().unwritable(error.into()))
     }
 
-    /// Puts the record in its place.
+    /// Writes the rest, and puts the file in its place.
     ///
     /// # Errors
     /// When the rest cannot be written.
@@ -85,7 +85,7 @@ impl Observer for SamplesCsv {
     }
 }
 
-/// A record that may not be wanted.
+/// Writes nothing for `None`.
 impl Observer for Option<SamplesCsv> {
     fn interval_s(&self) -> Option<f64> {
         self.as_ref().and_then(SamplesCsv::interval_s)

@@ -1,4 +1,4 @@
-//! Running a motor, in either precision, with somebody watching.
+//! The steps of an open-loop run, in either precision, with an observer.
 
 use motor_model::{DriveCommand, Motor, MotorState, Real};
 
@@ -7,10 +7,11 @@ use crate::math::spectrum::{LIMIT_HZ, SpectralLine, Tail};
 use crate::math::statistics::{Accumulator, Spread};
 use crate::runs::RunError;
 
-/// An impact counts when tooth and rotor approach faster than this: chattering makes the bare count depend on the step.
+/// An impact counts when tooth and rotor approach faster than this. The number of slower ones, by chattering, depends
+/// on the step.
 pub const FAST_APPROACH_M_S: f64 = 1e-3;
 
-/// What can be seen of a motor at an instant.
+/// The motion of a motor at an instant.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MotorSample {
     /// Simulated time.
@@ -29,9 +30,9 @@ pub struct MotorSample {
     pub drive: DriveCommand,
 }
 
-/// Watches a run.
+/// Observes a run.
 pub trait Observer {
-    /// Time between the samples it wants, rounded to whole steps; `None` for no samples.
+    /// Time between its samples, rounded to whole steps; `None` for no samples.
     fn interval_s(&self) -> Option<f64>;
 
     /// Takes a sample: the first at the start, the last not after the end.
@@ -41,7 +42,7 @@ pub trait Observer {
     fn observe(&mut self, sample: &MotorSample) -> Result<(), RunError>;
 }
 
-/// Watches nothing.
+/// Observes nothing.
 impl Observer for () {
     fn interval_s(&self) -> Option<f64> {
         None
@@ -52,7 +53,7 @@ impl Observer for () {
     }
 }
 
-/// What is said of a run, from the end of settling to the end.
+/// The statistics of a run, from the end of settling to its end.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct OpenLoopSummary {
     /// Rate of the rotor, over samples at [`crate::math::spectrum::SAMPLE_RATE_HZ`].
@@ -71,10 +72,10 @@ pub struct OpenLoopSummary {
     pub sample_rate_hz: f64,
 }
 
-/// Runs `run` from rest while `observer` watches.
+/// Runs `run` from rest, observed by `observer`.
 ///
 /// # Errors
-/// When the run's settings do not go together, its numbers grow beyond all bounds, or the observer gives up.
+/// When the run's settings do not go together, a number is not finite, or the observer cannot go on.
 pub fn simulate(run: &OpenLoopRun, observer: &mut impl Observer) -> Result<OpenLoopSummary, RunError> {
     let counts = run.step_counts()?;
     match run.precision {
@@ -184,7 +185,7 @@ mod tests {
         OpenLoopRun::from_scene(&scene).unwrap()
     }
 
-    /// Keeps what it is shown.
+    /// Keeps all samples.
     struct Keep(f64, Vec<MotorSample>);
 
     impl Observer for Keep {
@@ -198,7 +199,7 @@ mod tests {
     }
 
     #[test]
-    fn law_watching_changes_nothing_and_the_seed_does() {
+    fn law_an_observer_changes_nothing_and_the_seed_does() {
         let run = run_of(&[]);
         let mut keep = Keep(7e-6, Vec::new());
         let unseen = simulate(&run, &mut ()).unwrap();
@@ -209,7 +210,7 @@ mod tests {
         assert!((keep.1[3].time_s - 21e-6).abs() < 1e-15);
     }
 
-    /// The summary against the same figures taken from what an observer saw, in plain sums.
+    /// The summary against the same figures as plain sums of an observer's samples.
     #[test]
     fn dual_summary_is_that_of_the_samples() {
         let run = run_of(&[("simulate.drive", "b")]);
@@ -226,7 +227,8 @@ mod tests {
 
     #[test]
     fn law_nothing_collides_and_nothing_turns_without_drive() {
-        // A rotor at rest still falls onto the teeth each step: friction at that impulse, mu g dt m_r R_t / J, is the most it can turn.
+        // A rotor at rest falls onto the teeth in each step. Friction at that impulse, mu g dt m_r R_t / J, bounds its
+        // turn.
         let one_step_rad_s = 0.4 * 9.81 * 1e-6 * 46e-6 * 3.063e-3 / 4.59e-10;
         for precision in ["f32", "f64"] {
             let run = run_of(&[("simulate.drive", "off"), ("simulate.precision", precision)]);

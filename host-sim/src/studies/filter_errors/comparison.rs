@@ -20,7 +20,8 @@ use crate::world::instruments::Camera;
 use crate::world::plant::Plant;
 
 /// Genies: name, and the share to which each knows the kicks.
-pub const GENIES: [(&str, f64); 3] = [("genie", 0.0), ("genie_10_percent", 0.1), ("genie_3_percent", 0.03)];
+pub(crate) const GENIES: [(&str, f64); 3] =
+    [("genie", 0.0), ("genie_10_percent", 0.1), ("genie_3_percent", 0.03)];
 
 /// Smoothed estimates, [`SMOOTHER_LAG_MS`] later: name, and the filter's place in [`FILTERS`].
 pub const SMOOTHED: [(&str, usize); 2] = [("constant_rate_smoothed", 0), ("impact_aided_smoothed", 1)];
@@ -30,10 +31,10 @@ pub const SMOOTHED: [(&str, usize); 2] = [("constant_rate_smoothed", 0), ("impac
 const TICKS_PER_COMPARISON: u64 = 7;
 
 /// The error sums of one filter, by phase.
-pub type PhaseSums = [ErrorSums; TimelinePhase::ALL.len()];
+pub(crate) type PhaseSums = [ErrorSums; TimelinePhase::ALL.len()];
 
 /// Names of what is compared, in the order of the sums.
-pub fn names() -> impl Iterator<Item = &'static str> {
+pub(crate) fn names() -> impl Iterator<Item = &'static str> {
     FILTERS.iter().copied().chain(SMOOTHED.iter().map(|of| of.0)).chain(GENIES.iter().map(|genie| genie.0))
 }
 
@@ -41,7 +42,11 @@ pub fn names() -> impl Iterator<Item = &'static str> {
 ///
 /// # Errors
 /// When the scene is refused.
-pub fn run(scene: &Scene, mode: DriveMode, progress: &impl Fn(u64)) -> Result<Vec<PhaseSums>, StudyError> {
+pub(crate) fn run(
+    scene: &Scene,
+    mode: DriveMode,
+    progress: &impl Fn(u64),
+) -> Result<Vec<PhaseSums>, StudyError> {
     let mut driver = TickDriver::new(scene, Comparison::new(scene, mode)?)?;
     let command = driver.program_mut().enter(Time::ZERO);
     driver.overrule(command);

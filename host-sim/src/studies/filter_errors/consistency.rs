@@ -45,14 +45,14 @@ pub fn mean_square_bounds(means: impl Iterator<Item = f64>) -> (f64, f64) {
 }
 
 /// Bound in both directions of the mean of a correlation over all runs if it is 0, from the value of each run.
-pub fn correlation_bound(correlations: impl Iterator<Item = f64>) -> f64 {
+pub(crate) fn correlation_bound(correlations: impl Iterator<Item = f64>) -> f64 {
     let (Spread { sd, .. }, runs, student) = of_runs(correlations);
     if runs < 2.0 { f64::INFINITY } else { student * sd / math::sqrt(runs) }
 }
 
 /// The test of the errors in a phase.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum ConsistencyTest {
+pub(crate) enum ConsistencyTest {
     /// Angle and rate together are as far off as the filter says.
     Both,
     /// The angle is as far off as the filter says. The rate is exactly zero, so that any variance of it is too large.
@@ -64,7 +64,7 @@ pub enum ConsistencyTest {
 
 impl ConsistencyTest {
     /// The test of a phase.
-    pub const fn of(phase: TimelinePhase) -> Self {
+    pub(crate) const fn of(phase: TimelinePhase) -> Self {
         match phase {
             TimelinePhase::SpinUp | TimelinePhase::Steady | TimelinePhase::Reversal => Self::Both,
             TimelinePhase::Stop => Self::AtMost,

@@ -73,12 +73,12 @@ const PARTS: [TimelinePart; 9] = [
 ];
 
 /// Length of a run in ns.
-pub fn duration_nanos() -> u64 {
+pub(crate) fn duration_nanos() -> u64 {
     PARTS.iter().map(|part| part.0 * 1_000_000).sum()
 }
 
 /// The drive at `now` in a run of `mode`, and the phase that the instant belongs to.
-pub fn at(now: Time, mode: DriveMode) -> (DriveCommand, Option<TimelinePhase>) {
+pub(crate) fn at(now: Time, mode: DriveMode) -> (DriveCommand, Option<TimelinePhase>) {
     let mut end_nanos = 0;
     for TimelinePart(ms, driven, phase) in &PARTS {
         end_nanos += ms * 1_000_000;

@@ -244,10 +244,10 @@ pub(super) fn run(scene: &Scene, rule: BaselineRule) -> Result<MoveOutcome, Stud
             applied,
             holding,
         };
-        sums.take(&tick);
+        sums.add(&tick);
         let held = sums.held_nanos(moment.at) >= hold_nanos && holding;
         if held || moment.at.nanos() > deadline_nanos {
-            ControlFlow::Break(sums.close(&tick, scene))
+            ControlFlow::Break(sums.outcome(&tick, scene))
         } else {
             ControlFlow::Continue(())
         }

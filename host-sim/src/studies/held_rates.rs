@@ -1,4 +1,4 @@
-//! Rates held by one motor, each in a run of its own: how far the mean is off, and how well the angle is known meanwhile.
+//! Rates held by one motor, each in a run of its own: the error of the mean rate, and the error of the estimated angle.
 
 use rayon::prelude::*;
 
@@ -8,12 +8,13 @@ use crate::runs::rate::{self, RateOutcome};
 use crate::scene::Scene;
 use crate::studies::StudyError;
 
-/// The rates, in deg/s, clockwise positive: fast, and as a calibration turns, and slow; the first opens the page.
+/// The rates in deg/s, clockwise positive: a fast one, those of a calibration, and slow ones. The page opens with the
+/// first.
 const RATES_DEG_S: [f64; 5] = [600.0, 160.0, 50.0, -40.0, -80.0];
 
-/// What became of each rate.
+/// The outcome of each rate.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Rates {
+pub struct HeldRates {
     outcomes: Vec<RateOutcome>,
 }
 
@@ -21,17 +22,17 @@ pub struct Rates {
 ///
 /// # Errors
 /// When the scene is refused.
-pub fn run(scene: &Scene) -> Result<Rates, StudyError> {
+pub fn run(scene: &Scene) -> Result<HeldRates, StudyError> {
     let held = |rate_deg_s: &f64| {
         let mut scene = scene.clone();
         scene.set("rate.deg_s", &rate_deg_s.to_string())?;
         Ok::<_, StudyError>(rate::run(&scene, |_| ())?)
     };
     let outcomes: Result<Vec<RateOutcome>, StudyError> = RATES_DEG_S.par_iter().map(held).collect();
-    Ok(Rates { outcomes: outcomes? })
+    Ok(HeldRates { outcomes: outcomes? })
 }
 
-impl Rates {
+impl HeldRates {
     /// The values of its page.
     pub fn page_values(&self) -> Vec<PlacedValue> {
         let first = self.outcomes.first();
