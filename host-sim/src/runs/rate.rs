@@ -99,7 +99,7 @@ pub fn run(scene: &Scene, mut observe: impl FnMut(RatePoint)) -> Result<RateOutc
 }
 
 impl RateSums {
-    fn outcome(&self, scene: &Scene, reach: RateRange) -> RateOutcome {
+    fn outcome(&self, scene: &Scene, range: RateRange) -> RateOutcome {
         let measured_s = self.ticks * TICK_S;
         let root = |sum: f64| math::sqrt(sum / self.ticks.max(1.0));
         RateOutcome {
@@ -113,7 +113,7 @@ impl RateSums {
             ripple_rms_deg_s: root(self.ripple_deg2_s2),
             estimate_rms_mdeg: root(self.estimate_mdeg2),
             saturated: self.saturated / self.ticks.max(1.0),
-            reach,
+            range,
             seed: scene.seed(),
         }
     }

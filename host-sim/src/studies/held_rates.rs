@@ -43,10 +43,10 @@ impl HeldRates {
             ("measured_s", figure(|outcome| format!("{:.1}", outcome.measured_s))),
             ("following_rms_deg", figure(|outcome| format!("{:.1}", outcome.following_rms_deg))),
             ("ripple_rms_deg_s", figure(|outcome| format!("{:.0}", outcome.ripple_rms_deg_s))),
-            ("reach_clockwise_deg_s", figure(|outcome| format!("{:.0}", outcome.reach.clockwise_deg_s))),
+            ("reach_clockwise_deg_s", figure(|outcome| format!("{:.0}", outcome.range.clockwise_deg_s))),
             (
                 "reach_counter_clockwise_deg_s",
-                figure(|outcome| format!("{:.0}", outcome.reach.counter_clockwise_deg_s.abs())),
+                figure(|outcome| format!("{:.0}", outcome.range.counter_clockwise_deg_s.abs())),
             ),
             ("table_rates", Document { blocks: vec![Block::Table(self.table())] }.markdown()),
         ]

@@ -90,7 +90,7 @@ impl Strategy {
     }
 }
 
-/// StrategyTrials to be run by one strategy on one filter.
+/// Trials to be run by one strategy on one filter.
 #[derive(Clone, Debug)]
 pub struct PositioningTrialsPlan {
     scene: Scene,

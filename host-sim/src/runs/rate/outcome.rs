@@ -30,7 +30,8 @@ pub struct RateOutcome {
     /// Share of the time at full drive: near 1 the motor cannot do more.
     pub saturated: f64,
     /// The range of this motor at full drive.
-    pub reach: RateRange,
+    #[serde(rename = "reach")]
+    pub range: RateRange,
     /// Seed of the run.
     pub seed: u64,
 }
@@ -58,9 +59,9 @@ impl fmt::Display for RateOutcome {
         writeln!(f, "ripple             {:.1} deg/s rms", self.ripple_rms_deg_s)?;
         writeln!(f, "estimator error    {:.2} mdeg rms", self.estimate_rms_mdeg)?;
         writeln!(f, "at full drive      {:.1} % of the time", 100.0 * self.saturated)?;
-        let RateRange { clockwise_deg_s, counter_clockwise_deg_s } = self.reach;
+        let RateRange { clockwise_deg_s, counter_clockwise_deg_s } = self.range;
         let both_ways = self.profile == "both_ways";
-        let holds = self.reach.holds(self.rate_deg_s) && (!both_ways || self.reach.holds(-self.rate_deg_s));
+        let holds = self.range.holds(self.rate_deg_s) && (!both_ways || self.range.holds(-self.rate_deg_s));
         let beyond = if holds { "" } else { ": the rate asked for is beyond it" };
         writeln!(f, "this motor reaches {counter_clockwise_deg_s:+.0} to {clockwise_deg_s:+.0} deg/s{beyond}")
     }

@@ -86,8 +86,8 @@ pub fn costs(
     rounds: u32,
 ) -> Result<Vec<OperationCosts>, OutOfBounds> {
     let (settling, timed) = recording.events.split_at(timed_from(&recording.events));
-    let settled = variants.iter().map(|variant| Settled::new(variant, recording.command, settling));
-    let settled: Vec<Settled> = settled.collect::<Result<_, _>>()?;
+    let settled = variants.iter().map(|variant| SettledFilter::new(variant, recording.command, settling));
+    let settled: Vec<SettledFilter> = settled.collect::<Result<_, _>>()?;
     let unmeasured = OperationCosts::new(f64::INFINITY, f64::INFINITY, f64::INFINITY, 1.0);
     let mut least = vec![unmeasured; variants.len()];
     for _ in 0..rounds.max(1) {
@@ -99,12 +99,12 @@ pub fn costs(
 }
 
 /// A filter that has run up to steady motion.
-enum Settled {
+enum SettledFilter {
     F32(AnyFilter<f32>),
     F64(AnyFilter<f64>),
 }
 
-impl Settled {
+impl SettledFilter {
     fn new(
         variant: &FilterVariant,
         command: DriveCommand,
@@ -206,7 +206,7 @@ fn time_event<T: Real>(event: &RecordedEvent, copies: &mut [AnyFilter<T>], stopw
     match event {
         RecordedEvent::Frame(frame) => camera.time(copies, |filter| filter.update_camera(black_box(frame))),
         RecordedEvent::Sample(sample) => {
-            vibrometer.time(copies, |filter| filter.update_ldv(black_box(sample)))
+            vibrometer.time(copies, |filter| filter.update_ldv(black_box(sample)));
         }
         RecordedEvent::Truth { at, .. } => {
             let now: Time = black_box(*at);

@@ -47,7 +47,7 @@ pub(crate) fn run(
     mode: DriveMode,
     progress: &impl Fn(u64),
 ) -> Result<Vec<PhaseSums>, StudyError> {
-    let mut driver = TickDriver::new(scene, Comparison::new(scene, mode)?)?;
+    let mut driver = TickDriver::new(scene, FilterComparison::new(scene, mode)?)?;
     let command = driver.program_mut().enter(Time::ZERO);
     driver.overrule(command);
     let mut ticks = 0;
@@ -68,7 +68,7 @@ const TICKS_PER_MS: u64 = 100;
 const LAG_TICKS: usize = (SMOOTHER_LAG_MS * TICKS_PER_MS) as usize;
 
 /// All filters and genies on the same frames and samples, and the error sums of each.
-struct Comparison {
+struct FilterComparison {
     mode: DriveMode,
     phase: Option<TimelinePhase>,
     free_motion: FreeMotion,
@@ -81,7 +81,7 @@ struct Comparison {
     ticks: u64,
 }
 
-impl Comparison {
+impl FilterComparison {
     fn new(scene: &Scene, mode: DriveMode) -> Result<Self, StudyError> {
         let camera_rad2 = Camera::variance_rad2(scene);
         let genie = |&(_, share): &(_, f64)| Genie::new(share, camera_rad2, scene.seed());
@@ -156,7 +156,7 @@ impl Comparison {
     }
 }
 
-impl TickProgram for Comparison {
+impl TickProgram for FilterComparison {
     type Report = ();
 
     /// The genies are given every kick.

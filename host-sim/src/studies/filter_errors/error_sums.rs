@@ -19,16 +19,16 @@ pub struct ErrorSums {
     health: [u64; 3],
     /// Samples at which the health was good and the estimate wrong.
     false_valid: u64,
-    camera: Innovations,
+    camera: InnovationSums,
     /// Measurements of either instrument of which the filter returned an innovation.
     offered: u64,
     rejected: u64,
     restarts: u64,
 }
 
-/// The camera's innovations that were used.
+/// Sums over the camera's innovations that were used.
 #[derive(Clone, Copy, Debug, Default)]
-struct Innovations {
+struct InnovationSums {
     count: u64,
     square: f64,
     /// Sum of the products of neighbours, and of the squares of those that have a later neighbour.
@@ -158,7 +158,7 @@ impl ErrorSums {
     /// Mean square per variance of the camera's innovations that were used, and the correlation of neighbours.
     #[expect(clippy::cast_precision_loss, reason = "far below 2^53")]
     pub fn innovations(&self) -> (f64, f64) {
-        let Innovations { count, square, lagged, squares_before, .. } = self.camera;
+        let InnovationSums { count, square, lagged, squares_before, .. } = self.camera;
         (square / count as f64, lagged / squares_before)
     }
 
@@ -179,7 +179,7 @@ impl ErrorSums {
     }
 }
 
-impl Innovations {
+impl InnovationSums {
     fn add(&mut self, normalised: f64) {
         self.count += 1;
         self.square += normalised * normalised;

@@ -9,9 +9,9 @@ use crate::math::statistics;
 /// Figures of a set of trials.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct TrialSummary {
-    /// StrategyTrials.
+    /// Trials.
     pub trials: usize,
-    /// StrategyTrials that failed.
+    /// Trials that failed.
     pub failures: usize,
     /// Median magnitude of the true final error.
     pub p50_mdeg: f64,
