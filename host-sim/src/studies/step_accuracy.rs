@@ -1,20 +1,22 @@
-//! Speed against error of the fixed-step twin: the `accuracy` command.
+//! Cost and error of a step of the fixed-step model: the `accuracy` command.
 //!
-//! What a step of [`motor_model::Motor`] costs, and how far it is from the event-driven [`crate::studies::step_accuracy::reference`], which shares no line of it.
-//! Chaos limits what can be compared. Two trajectories agree for about four impacts in `f64` and two in `f32`; beyond that only single maps and
-//! statistics mean anything:
+//! The study times [`motor_model::Motor`] and compares it with an event-driven integrator, [`reference`], which shares
+//! no line of its step. The motion is chaotic: two trajectories agree for about four impacts in `f64` and two in `f32`.
+//! So the study compares single impacts from equal states, and statistics.
 //!
-//! | module | what is compared |
+//! | module | what it is |
 //! |---|---|
-//! | [`method`] | who is judged |
-//! | [`impact_map`] | time of the first impact, and the map to the next, from the same states |
+//! | [`method`] | what is compared: rule of impacts, precision, step |
+//! | [`impact_map`] | time of the first impact, and the map from it to the next, from equal states |
 //! | [`steady_motion`] | mean rate, impacts per second and collision frequency of steady motion |
 //! | [`bursts`] | net displacement of a few cycles from rest |
 //! | [`averaged_moves`] | the averaged motor on long moves |
-//! | [`step_cost`] | ns a step and a simulated millisecond |
-//! | [`vibrating_plate`], [`peers`] | a ball on a plate, for other crates' integrators and SciPy's beside ours |
-//! | [`targets`] | what the twin is held to |
-//! | [`tables`], `picture`, `page` | all of it in words and in a picture |
+//! | [`step_cost`] | time of a step, and of a simulated millisecond |
+//! | [`vibrating_plate`] | a ball on a vibrating plate: a problem for any integrator with events |
+//! | [`peers`] | integrators of other crates and of SciPy on that problem |
+//! | [`comparison`] | the result |
+//! | [`targets`] | the targets for error and cost, and whether they are met |
+//! | [`tables`], `page`, `picture` | the result as text, CSV and JSON, as values of a page, as a picture |
 
 pub mod averaged_moves;
 pub mod bursts;
@@ -31,7 +33,7 @@ pub mod tables;
 pub mod targets;
 pub mod vibrating_plate;
 
-use motor_model::DriveMode;
+use motor_model::{AmplitudeVariation, DriveMode};
 use rayon::prelude::*;
 
 use crate::studies::StudyError;
@@ -40,32 +42,31 @@ use bursts::{BURSTS, BurstError};
 use comparison::{MethodRow, StepAccuracy};
 use impact_map::{ImpactMapErrors, ImpactMapMeasurement, MapSamples};
 use method::{STEPS_S, StepMethod, step_methods};
-use motor_model::AmplitudeVariation;
 use steady_motion::{CONDITIONS, SteadyErrors, SteadyMeans, SteadySchedule};
 use step_cost::TimingEffort;
 
-/// How much is simulated.
+/// The number and length of the runs.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct StepAccuracyPlan {
-    /// Steps judged, from fine to coarse.
+    /// Steps of every method, from fine to coarse.
     pub steps_s: &'static [f64],
-    /// Samples of each mode.
-    pub flights: usize,
-    /// Runs of each condition.
-    pub batches: SteadySchedule,
+    /// Samples of the map from impact to impact in each mode.
+    pub map_samples: usize,
+    /// Runs of each condition of steady motion.
+    pub steady: SteadySchedule,
     /// Runs from which the averaged motor is identified.
     pub identification: SpinUpCampaign,
-    /// Timed work.
-    pub effort: TimingEffort,
+    /// What is timed.
+    pub timing: TimingEffort,
 }
 
 impl StepAccuracyPlan {
-    /// A few minutes of computing on two cores.
+    /// Takes some minutes on two cores.
     pub fn full() -> Self {
         Self {
             steps_s: &STEPS_S,
-            flights: 400,
-            batches: SteadySchedule {
+            map_samples: 400,
+            steady: SteadySchedule {
                 seeds: 160,
                 seeds_min: 8,
                 steps_max: 6e7,
@@ -73,70 +74,60 @@ impl StepAccuracyPlan {
                 time_s: 1.6384,
             },
             identification: SpinUpCampaign::default(),
-            effort: TimingEffort { rounds: 7, settle_s: 0.2, time_s: 0.4, plate_s: 0.1 },
+            timing: TimingEffort { rounds: 7, settle_s: 0.2, time_s: 0.4, plate_s: 0.1 },
         }
     }
 
-    /// A few seconds of computing: every figure, none of them sharp.
+    /// Takes some seconds. Every figure is there, with a wide interval.
     pub fn quick() -> Self {
         Self {
             steps_s: &STEPS_S[2..],
-            flights: 40,
-            batches: SteadySchedule { seeds: 4, seeds_min: 2, steps_max: 1e6, settle_s: 0.1, time_s: 0.2 },
+            map_samples: 40,
+            steady: SteadySchedule { seeds: 4, seeds_min: 2, steps_max: 1e6, settle_s: 0.1, time_s: 0.2 },
             identification: SpinUpCampaign { runs: 4, blocks: 4, ..SpinUpCampaign::default() },
-            effort: TimingEffort { rounds: 2, settle_s: 0.02, time_s: 0.02, plate_s: 0.01 },
+            timing: TimingEffort { rounds: 2, settle_s: 0.02, time_s: 0.02, plate_s: 0.01 },
         }
     }
-}
 
-/// Everything that can be said without a clock.
-struct MethodErrors {
-    flights: [ImpactMapErrors; 2],
-    steady: [SteadyErrors; 4],
-    bursts: [BurstError; 4],
-}
-
-impl StepAccuracyPlan {
-    /// Computes everything: errors on all threads, then costs on one.
+    /// Computes the errors on all threads, then the costs on one.
     ///
     /// # Errors
     /// When the reference stalls.
     pub fn run(&self) -> Result<StepAccuracy, StudyError> {
         let methods = step_methods(self.steps_s);
         let errors = self.errors(&methods)?;
-        let costs = step_cost::costs(&methods, self.effort)?;
+        let costs = step_cost::costs(&methods, self.timing)?;
         let rows = methods.into_iter().zip(errors).zip(costs).map(|((method, errors), cost)| MethodRow {
             method,
             cost,
-            flights: errors.flights,
+            impact_map: errors.impact_map,
             steady: errors.steady,
             bursts: errors.bursts,
         });
         Ok(StepAccuracy {
             rows: rows.collect(),
-            averaged: averaged_moves::rows(&self.identification, self.effort.rounds)?,
-            peers: peers::peers(self.steps_s, self.effort)?,
+            averaged: averaged_moves::rows(&self.identification, self.timing.rounds)?,
+            peers: peers::peers(self.steps_s, self.timing)?,
         })
     }
 
     fn errors(&self, methods: &[StepMethod]) -> Result<Vec<MethodErrors>, StudyError> {
-        let flights = [DriveMode::B, DriveMode::C].map(|mode| MapSamples::draw(mode, self.flights));
-        let [b, c] = flights;
-        let flights = [b?, c?];
-        let converged = self.converged()?;
-        // The fine steps first: they take longest, and no thread is left alone with them at the end.
+        let [b, c] = [DriveMode::B, DriveMode::C].map(|mode| MapSamples::draw(mode, self.map_samples));
+        let samples = [b?, c?];
+        let reference = self.reference_means()?;
+        // The fine steps come first, because they take longest: no thread is still at work when the others have ended.
         (methods.par_iter().with_max_len(1))
             .map(|method| {
-                let fly = |flights| {
-                    let measurement = ImpactMapMeasurement { flights, step_s: method.step_s };
+                let impact_map = |samples| {
+                    let measurement = ImpactMapMeasurement { samples, step_s: method.step_s };
                     method.apply(AmplitudeVariation::default(), &measurement)
                 };
                 let steady = |index: usize| {
-                    steady_motion::errors(method, &CONDITIONS[index], self.batches, &converged[index])
+                    steady_motion::errors(method, &CONDITIONS[index], self.steady, &reference[index])
                 };
                 let burst = |index: usize| BURSTS[index].error(method);
                 Ok(MethodErrors {
-                    flights: [fly(&flights[0])?, fly(&flights[1])?],
+                    impact_map: [impact_map(&samples[0])?, impact_map(&samples[1])?],
                     steady: [steady(0)?, steady(1)?, steady(2)?, steady(3)?],
                     bursts: [burst(0)?, burst(1)?, burst(2)?, burst(3)?],
                 })
@@ -144,15 +135,22 @@ impl StepAccuracyPlan {
             .collect()
     }
 
-    /// The reference's batches of each condition.
-    fn converged(&self) -> Result<Vec<Vec<SteadyMeans>>, StudyError> {
+    /// The reference's means under each condition, one for each seed.
+    fn reference_means(&self) -> Result<Vec<Vec<SteadyMeans>>, StudyError> {
         let of = |condition| {
-            let seeds = self.batches.of(condition).seeds;
+            let seeds = self.steady.of(condition).seeds;
             (1..=seeds)
                 .into_par_iter()
-                .map(|seed| steady_motion::reference_batch(condition, self.batches, seed))
+                .map(|seed| steady_motion::reference_means(condition, self.steady, seed))
                 .collect()
         };
         CONDITIONS.iter().map(of).collect()
     }
+}
+
+/// The errors of a method: all results that no clock measures.
+struct MethodErrors {
+    impact_map: [ImpactMapErrors; 2],
+    steady: [SteadyErrors; 4],
+    bursts: [BurstError; 4],
 }

@@ -205,8 +205,7 @@ fn spin_up(seeds: u64) -> Result<Figure, StudyError> {
             .collect()
     };
     let mut figure = Figure::new("Spin-up from standstill").caption(format!(
-        "Rate from the angle turned in each 5 ms: each run in a faint line, and the mean of {seeds} runs. Clockwise is \
-         positive. Only the drive differs."
+        "Rate over each 5 ms: {seeds} runs drawn faintly, and their mean. Clockwise is positive; only the drive differs."
     ));
     for mode in [DriveMode::B, DriveMode::C] {
         let sign = if mode == DriveMode::B { 1.0 } else { -1.0 };
@@ -236,8 +235,7 @@ fn spin_up(seeds: u64) -> Result<Figure, StudyError> {
 /// Spectra of velocity and height. Counterpart of Fig. 9.
 fn spectra(seeds: u64) -> Result<Figure, StudyError> {
     let mut figure = Figure::new("Spectra of the rotor's vertical motion").caption(format!(
-        "20 kHz, last 16,384 samples, mean removed, no window: each run in a faint line, and the mean amplitude of \
-         {seeds} runs."
+        "20 kHz, last 16,384 samples, mean removed, no window: {seeds} runs drawn faintly, and their mean amplitude."
     ));
     for (mode, limit_hz) in [(DriveMode::B, 400.0), (DriveMode::C, 1500.0)] {
         let samples: Result<Vec<Vec<MotorSample>>, _> = (1..=seeds)

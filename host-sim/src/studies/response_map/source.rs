@@ -32,8 +32,8 @@ impl IdentifiedResponseMap {
             let _ = writeln!(text, "    cruise({drive}, ({rate}, {sd}), ({coast}, {off})),");
         }
         text.push_str(
-            "];\n\n/// Bursts of each family, in the order of [`super::Family::ALL`], shortest first: amplitude, ticks, \
-             turn,\n/// its spread over motors and from burst to burst in milli-degrees.\n\
+            "];\n\n/// Bursts of each family, in the order of [`super::Family::ALL`], shortest first: amplitude, \
+             ticks, turn,\n/// its spread over motors and from burst to burst in milli-degrees.\n\
              #[rustfmt::skip]\npub const BURSTS_OF: [&[Burst]; 5] = [\n",
         );
         for (family, rows) in Family::ALL.into_iter().zip(&self.bursts) {

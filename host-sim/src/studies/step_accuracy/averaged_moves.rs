@@ -1,4 +1,4 @@
-//! The averaged motor beside the full one: long moves, where single blows no longer matter.
+//! The averaged motor beside the full one, on long moves. It has no single impacts.
 
 use std::hint::black_box;
 use std::time::Instant;
@@ -10,37 +10,38 @@ use super::method::JUDGED_STEP_S;
 use super::steady_motion::{CONDITIONS, DriveCondition};
 use super::step_cost::{StepCost, least_times_s};
 use crate::math::random_streams::{RandomSource, stream};
+use crate::math::statistics::Spread;
 use crate::studies::StudyError;
 use crate::studies::averaged_motor::{IdentifiedMotion, SpinUpCampaign};
 
 /// Step of the averaged motor.
 pub const STEP_S: f64 = 0.1;
-/// Length of the moves that are compared, in steps.
+/// Length of a move in steps of the averaged motor.
 const MOVE_STEPS: u32 = 10;
-/// Seeds from here on are not those of the identification.
-const FRESH_SEED: u64 = 1_000_000;
+/// First seed of the moves. The identification does not use it nor the seeds after it.
+const FIRST_MOVE_SEED: u64 = 1_000_000;
 
 /// The averaged motor under one condition.
 #[derive(Clone, Debug, Serialize)]
 pub struct AveragedRow {
     /// Such as `B` or `C 0.3`.
     pub condition: String,
-    /// What was identified from the full motor.
+    /// The parameters that were identified from the full motor.
     pub identified: IdentifiedMotion,
-    /// Mean of a move of 1 s from rest, less that of the full motor's, per the latter.
+    /// Error of the mean of moves of 1 s from rest, relative to the full motor's mean.
     pub move_relative: f64,
-    /// Two standard errors of it.
+    /// Two standard errors of that error.
     pub move_half_width: f64,
-    /// Standard deviation of such a move per that of the full motor's.
+    /// Standard deviation of such moves over that of the full motor's moves.
     pub spread_ratio: f64,
     /// Cost of a step of 0.1 s.
     pub cost: StepCost,
 }
 
-/// All conditions.
+/// One row for each condition.
 ///
 /// # Errors
-/// When a motor is refused: never, unless its bounds are changed.
+/// Never, unless the bounds of the parameters are changed.
 pub fn rows(campaign: &SpinUpCampaign, rounds: u32) -> Result<Vec<AveragedRow>, StudyError> {
     CONDITIONS.iter().map(|&condition| row(condition, campaign, rounds)).collect()
 }
@@ -49,7 +50,7 @@ fn row(condition: DriveCondition, campaign: &SpinUpCampaign, rounds: u32) -> Res
     let (params, setup, command) =
         (MotorParams::nominal(), MotorSetup::with_step(JUDGED_STEP_S), condition.command());
     let identified = campaign.identify(&params, &setup, command, 1)?;
-    let full = fresh_moves(campaign, &params, &setup, command)?;
+    let full = moves_of_full_motor(campaign, &params, &setup, command)?;
     let motion = identified.motion();
     let move_s = STEP_S * f64::from(MOVE_STEPS);
     let coast = -motion.time_constant_s * math::exp_m1(-move_s / motion.time_constant_s);
@@ -67,15 +68,15 @@ fn row(condition: DriveCondition, campaign: &SpinUpCampaign, rounds: u32) -> Res
     })
 }
 
-/// Moves of 1 s of the full motor.
-fn fresh_moves(
+/// Mean and spread of the angle of moves of 1 s of the full motor, with seeds of their own.
+fn moves_of_full_motor(
     campaign: &SpinUpCampaign,
     params: &MotorParams,
     setup: &MotorSetup,
     command: DriveCommand,
-) -> Result<crate::math::statistics::Spread, StudyError> {
+) -> Result<Spread, StudyError> {
     let moves = SpinUpCampaign { settle_s: STEP_S * f64::from(MOVE_STEPS), blocks: 0, ..*campaign };
-    Ok(moves.settled_rad(params, setup, command, FRESH_SEED)?)
+    Ok(moves.settled_rad(params, setup, command, FIRST_MOVE_SEED)?)
 }
 
 fn cost(motor: &AveragedMotor, rounds: u32) -> Result<StepCost, StudyError> {

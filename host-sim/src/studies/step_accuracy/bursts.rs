@@ -1,8 +1,8 @@
 //! Net displacement of short bursts from rest, as a positioning loop makes its last steps.
 //!
-//! The rotor rests on the teeth for 60 ms; the drive comes on at phase zero for a few cycles at 0.3 of full amplitude; 60 ms later all is at rest
-//! again. A burst is meant to last whole cycles, but a twin can only drive whole steps: the time is rounded to 20 us, a whole number of
-//! every step to 20 us, and above that to the step itself. The reference drives for the same time.
+//! The rotor rests on the teeth for 60 ms. The drive comes on at phase zero for a few cycles at 0.3 of full amplitude.
+//! 60 ms later all is at rest again. A burst has whole cycles, but a model drives for whole steps. So the time is
+//! rounded to a multiple of 20 us, or of the step if that is longer. The reference drives for the same time.
 
 use motor_model::{AmplitudeVariation, Angle, DriveCommand, DriveMode, MotorParams, Parameter};
 use serde::Serialize;
@@ -12,9 +12,9 @@ use super::reference::Reference;
 use super::reference::state::ReferenceState;
 use crate::studies::StudyError;
 
-/// Rest before and after the drive.
+/// Time of rest before and after the drive.
 const REST_S: f64 = 60e-3;
-/// What the time of a burst is rounded to, for steps that divide it.
+/// The time of a burst is a multiple of this, for steps up to it.
 const GRID_S: f64 = 20e-6;
 /// Amplitude of the drive.
 const AMPLITUDE: f32 = 0.3;
@@ -24,7 +24,7 @@ const AMPLITUDE: f32 = 0.3;
 pub struct Burst {
     /// Mode driven.
     pub mode: DriveMode,
-    /// Cycles.
+    /// Number of cycles.
     pub cycles: u8,
 }
 
@@ -36,14 +36,14 @@ pub const BURSTS: [Burst; 4] = [
     Burst { mode: DriveMode::B, cycles: 2 },
 ];
 
-/// What a twin makes of a burst.
+/// The error of one method in one burst.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct BurstError {
-    /// Time for which twin and reference drive.
+    /// Time for which model and reference drive.
     pub on_s: f64,
     /// Net displacement of the reference, clockwise positive.
     pub converged_mdeg: f64,
-    /// Net displacement of the twin less that of the reference, per the latter's magnitude.
+    /// Error of the net displacement, relative to the reference's magnitude.
     pub relative: f64,
 }
 
@@ -66,7 +66,7 @@ impl Burst {
         f64::from(self.cycles) / MotorParams::nominal().get(frequency)
     }
 
-    /// Time for which a twin of this step drives.
+    /// Time for which a model of this step drives.
     pub fn on_s(self, step_s: f64) -> f64 {
         let grid_s = GRID_S.max(step_s);
         (self.whole_cycles_s() / grid_s).round() * grid_s
@@ -86,7 +86,7 @@ impl Burst {
         Ok(1e3 * (state.angle_rad - origin_rad).to_degrees())
     }
 
-    /// What `method` makes of it.
+    /// The error of `method` in this burst.
     ///
     /// # Errors
     /// When the reference stalls or the method's step is out of bounds.
@@ -100,7 +100,7 @@ impl Burst {
     }
 }
 
-/// Asks a twin for its net displacement in milli-degrees.
+/// Measures the net displacement of a model in milli-degrees.
 struct BurstMeasurement {
     burst: Burst,
     on_s: f64,
@@ -132,7 +132,7 @@ impl Measurement for BurstMeasurement {
 mod tests {
     use super::*;
 
-    /// Whole cycles, against figures recorded before this command was written.
+    /// Whole cycles, against figures that another program recorded.
     #[test]
     fn tool_bursts_of_whole_cycles_come_out_as_recorded() {
         for (burst, mdeg) in BURSTS.into_iter().zip([-1.131_416, -3.640_581, -7.824_877, 7.378_494]) {

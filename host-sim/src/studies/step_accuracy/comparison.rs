@@ -14,16 +14,17 @@ use super::step_cost::StepCost;
 /// One method, its costs and its errors.
 #[derive(Clone, Debug, Serialize)]
 pub struct MethodRow {
-    /// Who.
+    /// The method.
     #[serde(flatten)]
     pub method: StepMethod,
-    /// Cost at full drive of modes B and C.
+    /// Cost of a step at full drive of modes B and C.
     pub cost: [StepCost; 2],
     /// Errors of the map from impact to impact at full drive of modes B and C.
-    pub flights: [ImpactMapErrors; 2],
-    /// Errors of steady motion, one of each of [`CONDITIONS`].
+    #[serde(rename = "flights")]
+    pub impact_map: [ImpactMapErrors; 2],
+    /// Errors of steady motion under each of [`super::steady_motion::CONDITIONS`].
     pub steady: [SteadyErrors; 4],
-    /// Errors of net displacement, one of each of [`BURSTS`].
+    /// Error of the net displacement of each of [`BURSTS`].
     pub bursts: [BurstError; 4],
 }
 
@@ -37,25 +38,25 @@ impl MethodRow {
         }
     }
 
-    /// Largest relative error of the displacement of any burst.
+    /// Largest relative error of the displacement over all bursts.
     pub fn worst_burst(&self) -> f64 {
         self.bursts.iter().map(|burst| burst.relative.abs()).fold(0.0, f64::max)
     }
 
-    /// Largest relative error of the displacement of a burst of `mode`.
+    /// Largest relative error of the displacement over the bursts of `mode`.
     pub fn worst_burst_of(&self, mode: DriveMode) -> f64 {
         let bursts = BURSTS.iter().zip(&self.bursts).filter(|(burst, _)| burst.mode == mode);
         bursts.map(|(_, error)| error.relative.abs()).fold(0.0, f64::max)
     }
 }
 
-/// The whole comparison.
+/// The result of the study.
 #[derive(Clone, Debug, Serialize)]
 pub struct StepAccuracy {
-    /// One row a method.
+    /// One row for each method.
     pub rows: Vec<MethodRow>,
-    /// The averaged motor under each of [`CONDITIONS`].
+    /// The averaged motor under each of [`super::steady_motion::CONDITIONS`].
     pub averaged: Vec<AveragedRow>,
-    /// Ours and others' integrators on the ball on the plate.
+    /// The fixed-step model and other integrators on the ball on the vibrating plate.
     pub peers: Vec<PeerRow>,
 }

@@ -1,8 +1,9 @@
-//! The map from impact to impact: the same flights for everyone, drawn from the steady motion of the reference.
+//! The map from impact to impact, from equal states of steady motion.
 //!
-//! A flight starts at a random instant of steady motion at full drive, with nothing in contact. Its first impact says how well an impact is
-//! placed in time; the rotor's velocity and rate just after the impact that follows say how well one map of the bouncing is done.
-//! Further impacts are not compared: the motion is chaotic, and trajectories part after some four of them.
+//! A sample starts at a random instant of the reference's steady motion at full drive, with nothing in contact. The
+//! time of its first impact shows how well a method places an impact. The rotor's velocity and rate just after the
+//! second impact show the error of one application of the map. Further impacts are not compared: the motion is chaotic,
+//! and trajectories diverge after about four of them.
 
 use motor_model::{AmplitudeVariation, DriveCommand, DriveMode};
 use rand_distr::{Distribution, StandardUniform};
@@ -18,39 +19,40 @@ use crate::math::statistics::{root_mean_square, upper_quantile};
 use crate::runs::simulate::FAST_APPROACH_M_S;
 use crate::studies::StudyError;
 
-/// Steady motion before the first flight is drawn.
+/// Time of steady motion before the first sample is drawn.
 const SETTLE_S: f64 = 0.4;
-/// Time between two draws.
-const APART_S: (f64, f64) = (2e-3, 8e-3);
-/// Samples with no second impact in this time are not taken, and a twin that finds none has missed it.
+/// Least and largest time between two draws.
+const SPACING_S: (f64, f64) = (2e-3, 8e-3);
+/// A start without a second impact in this time is not taken. A model that finds none in this time has missed it.
 const LONGEST_S: f64 = 30e-3;
-/// Names the draws.
+/// Seed of the draws.
 const SEED: u64 = 1;
 
-/// A start and what follows it.
+/// A start in flight, and the two impacts that follow it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MapSample {
     /// The state to start from.
     pub start: ReferenceState,
-    /// The next two impacts of the reference, in time since the start.
+    /// The next two impacts of the reference. Their time counts from the start.
     pub impacts: [ImpactRecord; 2],
 }
 
-/// Samples of one mode.
+/// Samples of one mode of the drive.
 #[derive(Clone, Debug)]
 pub struct MapSamples {
     /// Mode driven, at full amplitude.
     pub mode: DriveMode,
-    /// The flights.
-    pub flights: Vec<MapSample>,
+    /// The samples.
+    pub samples: Vec<MapSample>,
 }
 
-/// How far a twin is off over a set of flights.
+/// The errors of a method over the samples of one mode.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct ImpactMapErrors {
-    /// Samples in which it found both impacts.
-    pub flights: u32,
-    /// Samples in which it did not.
+    /// Samples in which the model found both impacts.
+    #[serde(rename = "flights")]
+    pub compared: u32,
+    /// Samples in which it did not find them.
     pub missed: u32,
     /// Time of the first impact, root mean square.
     pub first_impact_rms_s: f64,
@@ -58,16 +60,16 @@ pub struct ImpactMapErrors {
     pub first_impact_max_s: f64,
     /// Vertical velocity after the second impact, root mean square.
     pub velocity_rms_m_s: f64,
-    /// Vertical velocity after the second impact, half of the flights are better.
+    /// Vertical velocity after the second impact, median of the magnitude.
     pub velocity_median_m_s: f64,
     /// Rate after the second impact, root mean square.
     pub rate_rms_rad_s: f64,
-    /// Rate after the second impact, half of the flights are better.
+    /// Rate after the second impact, median of the magnitude.
     pub rate_median_rad_s: f64,
 }
 
 impl MapSamples {
-    /// Draws `count` flights in `mode`.
+    /// Draws `count` samples in `mode`.
     ///
     /// # Errors
     /// When the reference stalls.
@@ -77,19 +79,19 @@ impl MapSamples {
         let mut chance = stream(SEED, RandomSource::StartStates);
         let mut state = ReferenceState::default();
         reference.run(&mut state, drive, SETTLE_S, &mut ())?;
-        let mut flights = Vec::with_capacity(count);
-        while flights.len() < count {
+        let mut samples = Vec::with_capacity(count);
+        while samples.len() < count {
             let part: f64 = StandardUniform.sample(&mut chance);
-            reference.run(&mut state, drive, APART_S.0 + part * (APART_S.1 - APART_S.0), &mut ())?;
+            reference.run(&mut state, drive, SPACING_S.0 + part * (SPACING_S.1 - SPACING_S.0), &mut ())?;
             let mut start = state;
             start.time_s = 0.0;
             if start.contact == [false; 2] {
                 let mut next = NextImpacts::default();
                 reference.run(&mut start.clone(), drive, LONGEST_S, &mut next)?;
-                flights.extend(next.two().map(|impacts| MapSample { start, impacts }));
+                samples.extend(next.two().map(|impacts| MapSample { start, impacts }));
             }
         }
-        Ok(Self { mode, flights })
+        Ok(Self { mode, samples })
     }
 }
 
@@ -98,12 +100,12 @@ impl MapSamples {
 struct NextImpacts {
     impacts: Vec<ImpactRecord>,
     approaches_m_s: Vec<f64>,
-    /// An impact whose outcome the next segment starts with.
+    /// Whether the state after the last impact is still to come: the next segment starts with it.
     pending: bool,
 }
 
 impl NextImpacts {
-    /// The first two, if both are fast and apart: chattering is another matter.
+    /// The first two impacts, if both are fast and at different times: they are no chattering.
     fn two(&self) -> Option<[ImpactRecord; 2]> {
         let [first, second, ..] = self.impacts[..] else { return None };
         let fast = self.approaches_m_s.iter().take(2).all(|&approach| approach > FAST_APPROACH_M_S);
@@ -130,11 +132,11 @@ impl ReferenceObserver for NextImpacts {
     }
 }
 
-/// Asks a twin to fly them all, in steps of `step_s`.
+/// Measures the errors of a model over all samples.
 pub struct ImpactMapMeasurement<'a> {
-    /// The flights.
-    pub flights: &'a MapSamples,
-    /// The twin's step.
+    /// The samples.
+    pub samples: &'a MapSamples,
+    /// The model's step.
     pub step_s: f64,
 }
 
@@ -143,10 +145,10 @@ impl Measurement for ImpactMapMeasurement<'_> {
 
     fn measure(&self, model: &impl FixedStepModel) -> ImpactMapErrors {
         let mut errors = ErrorSamples::default();
-        for flight in &self.flights.flights {
-            let found = self.fly(model, flight);
+        for sample in &self.samples.samples {
+            let found = self.impacts(model, sample);
             match found[..] {
-                [first, second, ..] => errors.add([first, second], &flight.impacts),
+                [first, second, ..] => errors.add([first, second], &sample.impacts),
                 _ => errors.missed += 1,
             }
         }
@@ -155,14 +157,14 @@ impl Measurement for ImpactMapMeasurement<'_> {
 }
 
 impl ImpactMapMeasurement<'_> {
-    /// The twin's next impacts.
-    fn fly(&self, model: &impl FixedStepModel, flight: &MapSample) -> Vec<ImpactRecord> {
-        let drive = DriveCommand::full(self.flights.mode);
-        let mut state = model.state(&flight.start);
+    /// The model's next impacts.
+    fn impacts(&self, model: &impl FixedStepModel, sample: &MapSample) -> Vec<ImpactRecord> {
+        let drive = DriveCommand::full(self.samples.mode);
+        let mut state = model.state(&sample.start);
         let mut found = Vec::new();
         let mut steps = 0_u32;
         let mut time_s = 0.0;
-        while found.len() < 2 && time_s < LONGEST_S + flight.impacts[1].time_s {
+        while found.len() < 2 && time_s < LONGEST_S + sample.impacts[1].time_s {
             steps += 1;
             time_s = f64::from(steps) * self.step_s;
             model.step_recording(&mut state, drive, &mut |impact| {
@@ -173,7 +175,7 @@ impl ImpactMapMeasurement<'_> {
     }
 }
 
-/// Errors under way.
+/// The magnitudes of the errors, one of each sample.
 #[derive(Default)]
 struct ErrorSamples {
     missed: u32,
@@ -191,7 +193,7 @@ impl ErrorSamples {
 
     fn summary(self) -> ImpactMapErrors {
         ImpactMapErrors {
-            flights: u32::try_from(self.first_s.len()).unwrap_or(u32::MAX),
+            compared: u32::try_from(self.first_s.len()).unwrap_or(u32::MAX),
             missed: self.missed,
             first_impact_rms_s: root_mean_square(self.first_s.iter().copied()),
             first_impact_max_s: self.first_s.iter().copied().fold(0.0, f64::max),

@@ -1,4 +1,4 @@
-//! What is judged: the motor with a rule of impacts, a precision and a step.
+//! The fixed-step methods that are compared: the motor model with a rule of impacts, a precision and a step.
 
 use motor_model::{
     AmplitudeVariation, Angle, DriveCommand, Impact, ImpactRule, Ledger, ModalState, Motor, MotorParams,
@@ -9,23 +9,23 @@ use serde::ser::{Serialize, SerializeStruct as _, Serializer};
 use super::reference::state::ReferenceState;
 use crate::runs::simulate::{FAST_APPROACH_M_S, Precision};
 
-/// Steps judged.
+/// All steps that are compared.
 pub const STEPS_S: [f64; 8] = [0.25e-6, 0.5e-6, 1e-6, 2e-6, 5e-6, 10e-6, 20e-6, 50e-6];
 /// The step whose cost and error are held to the targets.
 pub const JUDGED_STEP_S: f64 = 10e-6;
 
-/// One row of the table.
+/// A fixed-step method: rule of impacts, precision and step.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct StepMethod {
-    /// When impacts are applied.
+    /// The rule that places an impact in a step.
     pub impact_rule: ImpactRule,
-    /// Arithmetic.
+    /// Precision of the arithmetic.
     pub precision: Precision,
     /// Length of a step.
     pub step_s: f64,
 }
 
-/// Everyone at `steps_s`, the curves one after the other, each from the fine to the coarse step.
+/// Both rules in both precisions, each with all of `steps_s` in order.
 pub fn step_methods(steps_s: &[f64]) -> Vec<StepMethod> {
     let mut all = Vec::new();
     for impact_rule in [ImpactRule::EndOfStep, ImpactRule::Located] {
@@ -37,7 +37,7 @@ pub fn step_methods(steps_s: &[f64]) -> Vec<StepMethod> {
     all
 }
 
-/// What can be read off a rotor.
+/// The state of the rotor that a measurement reads.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RotorReading {
     /// Vertical velocity.
@@ -46,14 +46,14 @@ pub struct RotorReading {
     pub rate_rad_s: f64,
     /// Angle turned.
     pub angle: Angle,
-    /// What is turned beyond [`Self::angle`], in units of 2^-32 turn.
+    /// The part of the angle beyond [`Self::angle`], in units of 2^-32 turn.
     pub residual_units: f64,
 }
 
-/// An impact as it happened.
+/// An impact, and the rotor just after it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ImpactRecord {
-    /// When, since the start.
+    /// Time since the start.
     pub time_s: f64,
     /// Vertical velocity of the rotor just after it.
     pub velocity_m_s: f64,
@@ -63,58 +63,58 @@ pub struct ImpactRecord {
 
 /// A fixed-step model of the motor.
 pub trait FixedStepModel {
-    /// Everything that changes.
+    /// State of the model.
     type State: Copy;
 
-    /// A state of the reference in this model's variables and precision.
+    /// The state of the reference in this model's variables and precision.
     fn state(&self, of: &ReferenceState) -> Self::State;
 
-    /// Takes a step and counts its impacts faster than [`FAST_APPROACH_M_S`].
+    /// Takes a step. Returns the number of its impacts faster than [`FAST_APPROACH_M_S`].
     fn step(&self, state: &mut Self::State, command: DriveCommand) -> u32;
 
-    /// Takes a step and shows every impact, its time counted from the end of the step (so negative or zero).
+    /// Takes a step. `record` gets every impact, with its time from the end of the step, negative or zero.
     fn step_recording(
         &self,
         state: &mut Self::State,
         command: DriveCommand,
-        watch: &mut impl FnMut(ImpactRecord),
+        record: &mut impl FnMut(ImpactRecord),
     );
 
-    /// The rotor now.
+    /// The state of the rotor.
     fn rotor(&self, state: &Self::State) -> RotorReading;
 }
 
-/// Something asked of a twin of any kind.
+/// A measurement on any fixed-step model.
 pub trait Measurement {
-    /// What comes back.
+    /// Its result.
     type Outcome;
-    /// Asks it.
+    /// Makes the measurement.
     fn measure(&self, model: &impl FixedStepModel) -> Self::Outcome;
 }
 
 impl StepMethod {
-    /// Asks `measurement` of the nominal motor with this run's `variation` of amplitudes.
+    /// Makes `measurement` on the nominal motor with this `variation` of its tooth amplitudes.
     ///
     /// # Errors
     /// When the step is out of the model's bounds.
-    pub fn apply<Q: Measurement>(
+    pub fn apply<M: Measurement>(
         &self,
         variation: AmplitudeVariation,
-        measurement: &Q,
-    ) -> Result<Q::Outcome, OutOfBounds> {
+        measurement: &M,
+    ) -> Result<M::Outcome, OutOfBounds> {
         self.apply_to(&MotorParams::nominal(), variation, measurement)
     }
 
-    /// Asks `measurement` of any motor.
+    /// Makes `measurement` on the motor of `params`.
     ///
     /// # Errors
     /// When step or parameters are out of the model's bounds.
-    pub fn apply_to<Q: Measurement>(
+    pub fn apply_to<M: Measurement>(
         &self,
         params: &MotorParams,
         variation: AmplitudeVariation,
-        measurement: &Q,
-    ) -> Result<Q::Outcome, OutOfBounds> {
+        measurement: &M,
+    ) -> Result<M::Outcome, OutOfBounds> {
         let setup =
             MotorSetup { impact_rule: self.impact_rule, variation, ..MotorSetup::with_step(self.step_s) };
         Ok(match self.precision {
@@ -128,13 +128,13 @@ impl StepMethod {
         format!("{}, {}", self.impacts().replace('_', " "), self.precision_word())
     }
 
-    /// Whether it finds impacts by this rule in this precision.
+    /// Whether it has this rule of impacts and this precision.
     pub fn is(&self, impact_rule: ImpactRule, precision: Precision) -> bool {
         (self.impact_rule, self.precision) == (impact_rule, precision)
     }
 
     /// Whether its step is `step_s`.
-    pub fn steps_by(&self, step_s: f64) -> bool {
+    pub fn has_step(&self, step_s: f64) -> bool {
         (self.step_s / step_s - 1.0).abs() < 1e-9
     }
 
@@ -155,10 +155,10 @@ impl StepMethod {
     }
 }
 
-/// What every row of JSON and CSV says of its model: nothing of the motor is left out.
+/// The value of `model` in each row of JSON and CSV: no part of the motor is left out.
 pub const MODEL: &str = "whole";
 
-/// By the words that scenes use.
+/// Serialized with the words that scenes use.
 impl Serialize for StepMethod {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         let mut fields = serializer.serialize_struct("StepMethod", 4)?;
@@ -201,9 +201,9 @@ impl<T: Real> FixedStepModel for Motor<T> {
         &self,
         state: &mut MotorState<T>,
         command: DriveCommand,
-        watch: &mut impl FnMut(ImpactRecord),
+        record: &mut impl FnMut(ImpactRecord),
     ) {
-        self.step_with(state, command, &mut ImpactRecorder(watch));
+        self.step_with(state, command, &mut ImpactRecorder(record));
     }
 
     fn rotor(&self, state: &MotorState<T>) -> RotorReading {
@@ -216,7 +216,7 @@ impl<T: Real> FixedStepModel for Motor<T> {
     }
 }
 
-/// Hears of impacts through the account of energy.
+/// Records impacts through the model's energy ledger.
 struct ImpactRecorder<'a, W>(&'a mut W);
 
 impl<T: Real, W: FnMut(ImpactRecord)> Ledger<T> for ImpactRecorder<'_, W> {

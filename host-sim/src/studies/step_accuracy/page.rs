@@ -1,4 +1,4 @@
-//! The values of the page on speed against error.
+//! The values of the page on the cost and error of a step.
 
 use motor_model::ImpactRule;
 
@@ -10,7 +10,7 @@ use crate::report::document::{Block, Document, Table};
 use crate::report::page::{ON_ONE_MACHINE, PlacedValue};
 use crate::runs::simulate::Precision;
 
-/// Rows shown.
+/// The methods of the page's table.
 const SHOWN: [(ImpactRule, Precision, f64); 7] = [
     (ImpactRule::EndOfStep, Precision::F64, 0.25e-6),
     (ImpactRule::EndOfStep, Precision::F64, 1e-6),
@@ -22,10 +22,10 @@ const SHOWN: [(ImpactRule, Precision, f64); 7] = [
 ];
 
 impl StepAccuracy {
-    /// A few rows, the targets, the averaged motor, the other integrators.
+    /// Some rows, the targets, the averaged motor, the other integrators.
     pub fn page_values(&self) -> Vec<PlacedValue> {
         let (timed, of_error): (Vec<_>, Vec<_>) =
-            self.verdicts().into_iter().partition(|verdict| verdict.timed);
+            self.target_results().into_iter().partition(|result| result.timed);
         let judged = self.row(ImpactRule::Located, Precision::F64, JUDGED_STEP_S);
         let rate = |index: usize| judged.map_or_else(String::new, |row| rate(row, index));
         let real_time = judged.map_or_else(String::new, |row| format!("~{:.0}", row.cost[0].times_real_time));
@@ -59,7 +59,7 @@ impl StepAccuracy {
         table
     }
 
-    /// How far the averaged motor is off.
+    /// The errors of the averaged motor's moves.
     fn averaged_sentence(&self) -> String {
         let averaged = self.averaged.iter().map(|row| {
             format!(
@@ -72,13 +72,13 @@ impl StepAccuracy {
         averaged.collect::<Vec<_>>().join(", ")
     }
 
-    /// What a step of the averaged motor costs.
+    /// The least speed of the averaged motor.
     fn averaged_time(&self) -> String {
         let slowest = self.averaged.iter().map(|row| row.cost.times_real_time).fold(f64::INFINITY, f64::min);
         format!("~{slowest:.0e}")
     }
 
-    /// One sentence on the other integrators.
+    /// One sentence with the speeds on the ball on the plate.
     fn beside_others(&self) -> String {
         let named = |row: &PeerRow| {
             row.cost.map(|cost| {
@@ -88,26 +88,27 @@ impl StepAccuracy {
             })
         };
         let others: Vec<String> =
-            self.peers.iter().filter(|row| row.twin.is_none()).filter_map(named).collect();
+            self.peers.iter().filter(|row| row.method.is_none()).filter_map(named).collect();
         let ours = self.plate_times_real_time().unwrap_or(0.0);
         let others =
             if others.is_empty() { "no other integrator was measured".to_owned() } else { others.join(", ") };
         format!(
-            "{ON_ONE_MACHINE} a ball on a vibrating plate, largest step 5 us, in times real time: located in f64 {ours:.0}, {others}."
+            "{ON_ONE_MACHINE} a ball on a vibrating plate, largest step 5 us, in times real time: located in f64 \
+             {ours:.0}, {others}."
         )
     }
 }
 
-/// How many of `verdicts` are met, and which are not.
-fn met(verdicts: &[TargetResult]) -> String {
-    let missed: Vec<String> = verdicts
+/// How many of `targets` are met, and which are not.
+fn met(targets: &[TargetResult]) -> String {
+    let missed: Vec<String> = targets
         .iter()
-        .filter(|verdict| !verdict.met)
-        .map(|verdict| format!("{} ({})", verdict.target, verdict.found))
+        .filter(|target| !target.met)
+        .map(|result| format!("{} ({})", result.target, result.found))
         .collect();
-    let met = verdicts.len() - missed.len();
+    let met = targets.len() - missed.len();
     let missed = if missed.is_empty() { String::new() } else { format!(" Missed: {}.", missed.join("; ")) };
-    format!("{met} of {} targets are met.{missed}", verdicts.len())
+    format!("{met} of {} targets are met.{missed}", targets.len())
 }
 
 fn rate(row: &MethodRow, index: usize) -> String {
@@ -123,14 +124,14 @@ fn cells(row: &MethodRow) -> Vec<String> {
         step,
         format!("~{:.1} / ~{:.1}", b.ns_per_step, c.ns_per_step),
         format!("~{:.0} / ~{:.0}", b.times_real_time, c.times_real_time),
-        duration(row.flights[0].first_impact_rms_s.max(row.flights[1].first_impact_rms_s)),
+        duration(row.impact_map[0].first_impact_rms_s.max(row.impact_map[1].first_impact_rms_s)),
         rate(row, 0),
         rate(row, 1),
         format!("{:.1} %", 100.0 * row.worst_burst()),
     ]
 }
 
-/// A short time with the unit that suits it.
+/// A short time in the largest unit of which it has at least one.
 fn duration(time_s: f64) -> String {
     let units = [(1e-6, "us"), (1e-9, "ns"), (1e-12, "ps")];
     let suitable = units.into_iter().find(|(unit_s, _)| time_s >= *unit_s);

@@ -1,7 +1,7 @@
-//! What a user would pick instead: integrators of other crates, and SciPy's, on the ball on the plate.
+//! Integrators of other crates and of SciPy on the ball on the vibrating plate: what a user could take instead.
 //!
-//! Each takes the same problem with the same tolerances, and a largest step small enough not to step over an impact. Those of Rust come with the
-//! feature `peers`; SciPy's are run by a Python that has it.
+//! Each integrates the same problem with the same tolerances. Its largest step is short enough not to step over an
+//! impact. The Rust crates come with the feature `peers`. SciPy runs in a Python that has it.
 
 #[cfg(feature = "peers")]
 mod differential_equations;
@@ -23,27 +23,28 @@ use crate::studies::StudyError;
 /// Largest step of the peers.
 pub const PEER_STEP_S: f64 = 5e-6;
 
-/// Says how to get the Rust peers.
+/// Note of a build without the Rust peers.
 pub const WITHOUT_PEERS: &str =
     "not measured: built without them (cargo run --release --features peers -- accuracy)";
 
 /// An integrator on the ball on the plate.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct PeerRow {
-    /// Who.
+    /// Name of the integrator.
     pub name: String,
     /// Largest step.
     pub step_s: f64,
-    /// What it costs, if it was measured.
+    /// Its cost, if it was measured.
     pub cost: Option<StepCost>,
     /// Error of the time of the first impact, root mean square over the heights of [`start_heights_m`].
     pub first_impact_rms_s: Option<f64>,
-    /// Impacts in the time that is timed.
+    /// Number of impacts in the timed run.
     pub impacts: Option<usize>,
-    /// Whether it is a crate's, which ours is compared with.
+    /// Whether it is the integrator of another Rust crate.
     pub is_crate: bool,
-    /// Which of ours it is, if it is.
-    pub twin: Option<StepMethod>,
+    /// The method, if it is the fixed-step model.
+    #[serde(rename = "twin")]
+    pub method: Option<StepMethod>,
     /// Why it was not measured.
     pub note: Option<String>,
 }
@@ -61,20 +62,24 @@ const RUST: [(&str, Integrator); 3] = [
 #[cfg(not(feature = "peers"))]
 const RUST: [(&str, Integrator); 0] = [];
 
-/// Everyone on the ball on the plate, ours first, at `steps_s`.
+/// All integrators on the ball on the plate: first the fixed-step model at `steps_s`, then the others.
 ///
 /// # Errors
 /// When the plate's parameters are refused by the model.
 pub fn peers(steps_s: &[f64], effort: TimingEffort) -> Result<Vec<PeerRow>, StudyError> {
     let plate = VibratingPlate::nominal()?;
-    let mut rows = twins(&plate, steps_s, effort)?;
+    let mut rows = fixed_step_models(&plate, steps_s, effort)?;
     rows.extend(crates(&plate, effort));
     rows.extend(scipy::rows(&plate, effort.plate_s));
     Ok(rows)
 }
 
-/// The twin at every step, by either rule, in either precision.
-fn twins(plate: &VibratingPlate, steps_s: &[f64], effort: TimingEffort) -> Result<Vec<PeerRow>, StudyError> {
+/// The fixed-step model at every step, by either rule, in either precision.
+fn fixed_step_models(
+    plate: &VibratingPlate,
+    steps_s: &[f64],
+    effort: TimingEffort,
+) -> Result<Vec<PeerRow>, StudyError> {
     let methods = step_methods(steps_s);
     let least = least_times_s(methods.len(), effort.rounds, |index| {
         fixed_step::taken_s(&methods[index], plate, effort.plate_s)
@@ -93,14 +98,14 @@ fn twins(plate: &VibratingPlate, steps_s: &[f64], effort: TimingEffort) -> Resul
             first_impact_rms_s: Some(root_mean_square(errors?)),
             impacts: Some(fixed_step::impacts(method, plate, START_M, effort.plate_s)?.len()),
             is_crate: false,
-            twin: Some(*method),
+            method: Some(*method),
             note: None,
         })
     };
     methods.iter().zip(&least).map(row).collect()
 }
 
-/// How far the first of these impacts is from that of the ball from `start_m`.
+/// The error of the first of these times of impacts of the ball from `start_m`.
 trait FirstError {
     fn first_error_s(&self, plate: &VibratingPlate, start_m: f64) -> f64;
 }
@@ -132,7 +137,7 @@ fn crates(plate: &VibratingPlate, effort: TimingEffort) -> Vec<PeerRow> {
                 first_impact_rms_s: Some(root_mean_square(errors)),
                 impacts: Some(impacts.len()),
                 is_crate: true,
-                twin: None,
+                method: None,
                 note: None,
             },
             (Err(why), ..) | (_, Err(why), _) | (.., Err(why)) => {
@@ -152,7 +157,7 @@ impl PeerRow {
             first_impact_rms_s: None,
             impacts: None,
             is_crate: false,
-            twin: None,
+            method: None,
             note: Some(note.to_owned()),
         }
     }
@@ -184,8 +189,8 @@ fn descent(mut low: f64, mut high: f64, gap: impl Fn(f64) -> f64) -> f64 {
 mod tests {
     use super::*;
 
-    /// Three crates, two methods, one ball: every impact of 50 ms at the same instant. The motion is chaotic: 1e-9 of tolerance grows to some
-    /// nanoseconds by the fourth impact.
+    /// Three crates with two methods find every impact of 50 ms at the same instant. The motion is chaotic: a tolerance
+    /// of 1e-9 grows to some nanoseconds by the fourth impact.
     #[test]
     fn dual_crates_agree_on_every_impact() {
         let plate = VibratingPlate::nominal().unwrap();

@@ -1,4 +1,4 @@
-//! Cost against error, in one picture.
+//! Cost against error, as a picture.
 
 use motor_model::ImpactRule;
 
@@ -8,7 +8,7 @@ use crate::report::OutputError;
 use crate::report::chart::{Axis, Colour, Figure, Panel, Series};
 use crate::runs::simulate::Precision;
 
-/// The four curves: rule, precision, what the legend calls it.
+/// The four curves: rule, precision, label.
 const CURVES: [(ImpactRule, Precision, &str); 4] = [
     (ImpactRule::EndOfStep, Precision::F64, "end of step, f64"),
     (ImpactRule::EndOfStep, Precision::F32, "f32"),
@@ -18,12 +18,12 @@ const CURVES: [(ImpactRule, Precision, &str); 4] = [
 const COST: &str = "cost (ns per simulated ms): cheaper to the left";
 /// Steps whose points are marked.
 const MARKED_S: [f64; 3] = [1e-6, 10e-6, 20e-6];
-/// Lowest error of steady motion drawn, in per cent.
+/// Lowest error of steady motion that is drawn, in per cent.
 const LOWEST: f64 = 0.1;
-/// Where the names of the crates stand, from the top.
-const COLUMN: (f64, f64) = (8e4, 1e-6);
+/// Where the first of the crates' names stands: cost and error.
+const FIRST_NAME: (f64, f64) = (8e4, 1e-6);
 
-/// A twin's point: step in s, cost in ns per ms, error.
+/// A point of a method: step in s, cost in ns per ms, error.
 type Point = (f64, f64, f64);
 
 impl StepAccuracy {
@@ -35,7 +35,7 @@ impl StepAccuracy {
         let finest_s = self.rows.first().map_or(0.0, |row| row.method.step_s);
         Figure::new("What a simulated millisecond costs, and how far off it is")
             .caption(format!(
-                "Points: steps from 50 us (left) to {} us (right). Grey: errors that these runs are too short to tell from chance.",
+                "Points: steps from 50 us (left) to {} us (right). Grey: errors below the resolution of these runs.",
                 1e6 * finest_s
             ))
             .panel(self.plate_panel())
@@ -81,13 +81,13 @@ impl StepAccuracy {
             let place = |row: &PeerRow| place(row).map(|(x, y)| (row.step_s, x, y));
             self.plate_curve(rule, precision).filter_map(place).collect()
         });
-        let others = self.peers.iter().filter(|row| row.twin.is_none());
+        let others = self.peers.iter().filter(|row| row.method.is_none());
         let mut others: Vec<_> = others.filter_map(|row| Some((place(row)?, row))).collect();
         others.sort_by(|a, b| a.0.0.total_cmp(&b.0.0));
         let colours = [Colour::Green, Colour::Purple, Colour::Orange, Colour::Black, Colour::Grey];
-        let mut name_y = COLUMN.1;
+        let mut name_y = FIRST_NAME.1;
         for ((point, row), colour) in others.into_iter().zip(colours) {
-            let (x, y) = if row.is_crate { (COLUMN.0, name_y) } else { point };
+            let (x, y) = if row.is_crate { (FIRST_NAME.0, name_y) } else { point };
             name_y /= 20.0;
             panel = panel
                 .series(Series::points(vec![point]).colour(colour))
@@ -97,12 +97,12 @@ impl StepAccuracy {
     }
 }
 
-/// Where an integrator stands on the plate's panel.
+/// The point of an integrator on the plate's panel.
 fn place(row: &PeerRow) -> Option<(f64, f64)> {
     Some((row.cost?.ns_per_ms, 1e9 * row.first_impact_rms_s?))
 }
 
-/// The four curves of the twin, some steps named.
+/// The four curves of the fixed-step model, with the names of some steps.
 fn curves(mut panel: Panel, points: impl Fn(ImpactRule, Precision) -> Vec<Point>) -> Panel {
     for (rule, precision, label) in CURVES {
         let points = points(rule, precision);

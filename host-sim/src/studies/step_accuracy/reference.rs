@@ -21,10 +21,10 @@
 //!    divided by time, so
 //!    that the contact just left is not found again and the next, however soon, is.
 //!
-//! An event is placed to some 1e-16 of a step plus rounding of the gap over its rate (1e-21 m over the approach): 1e-18 s
-//! at 1 mm/s. Through chattering and
-//! contact nothing is approximated but the end of the geometric series of impacts. The motor itself is chaotic: two of its
-//! trajectories that differ in the last bit agree for a few dozen impacts, so beyond that only statistics can be compared.
+//! An event is placed to some 1e-16 of a step plus rounding of the gap over its rate (1e-21 m over the approach): 1e-18
+//! s at 1 mm/s. Through chattering and contact nothing is approximated but the end of the geometric series of impacts.
+//! The motor itself is chaotic: two of its trajectories that differ in the last bit agree for a few dozen impacts, so
+//! beyond that only statistics can be compared.
 //!
 //! A drive command holds over one [`Reference::run`]; the phase runs on from one to the next and stands still while the
 //! drive is off.

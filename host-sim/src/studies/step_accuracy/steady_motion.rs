@@ -1,7 +1,8 @@
 //! Steady motion: mean rate, impacts per second and collision frequency, each with its interval.
 //!
-//! A batch is one run from rest that has settled, under the amplitudes of the tooth pairs that its seed draws. Twin and reference run the same seeds,
-//! so a seed gives one difference; their mean is the error, and twice its standard error is the half width of its interval of some 95 %.
+//! A run starts from rest and settles. Its seed draws the amplitudes of the tooth pairs. Model and reference run with
+//! the same seeds, so each seed gives one difference. The mean of the differences is the error. Twice its standard
+//! error is the half width of its interval of about 95 %.
 
 use motor_model::{AmplitudeVariation, Angle, DriveCommand, DriveMode, MotorParams, math};
 use serde::Serialize;
@@ -17,14 +18,14 @@ use crate::math::statistics::Spread;
 use crate::runs::simulate::FAST_APPROACH_M_S;
 use crate::studies::StudyError;
 
-/// A drive held until the motion is steady, and how long it is watched.
+/// A constant drive under which the motion becomes steady.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DriveCondition {
     /// Mode driven.
     pub mode: DriveMode,
     /// Amplitude of the drive.
     pub amplitude: f32,
-    /// Whether anything collides: mode C at 0.3 walks on pressed teeth.
+    /// Whether there are impacts. In mode C at 0.3 the rotor stays in sustained contact.
     pub collides: bool,
 }
 
@@ -36,29 +37,29 @@ pub const CONDITIONS: [DriveCondition; 4] = [
     DriveCondition { mode: DriveMode::C, amplitude: 0.3, collides: false },
 ];
 
-/// How long and how often.
+/// Number and length of the runs.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SteadySchedule {
     /// Runs of a condition.
     pub seeds: u64,
     /// Least number of runs.
     pub seeds_min: u64,
-    /// Steps that all runs of a condition may take together: fine steps get fewer runs.
+    /// Largest number of steps of all runs of a condition together. So fine steps get fewer runs.
     pub steps_max: f64,
-    /// Time from rest that is not watched.
+    /// Time from rest before the measurement.
     pub settle_s: f64,
-    /// Time watched.
+    /// Time of the measurement.
     pub time_s: f64,
 }
 
-/// What one run says.
+/// The means over one run.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct SteadyMeans {
     /// Mean rate.
     pub rate_rad_s: f64,
     /// Impacts faster than 1 mm/s, per second.
     pub impacts_per_s: f64,
-    /// Largest line of the vertical velocity below 5 kHz.
+    /// Frequency of the largest line of the vertical velocity below 5 kHz.
     pub collision_hz: f64,
 }
 
@@ -67,27 +68,27 @@ pub struct SteadyMeans {
 pub struct Deviation {
     /// The reference's mean over all of its runs.
     pub converged: f64,
-    /// The twin's mean less the reference's over the same runs, per the latter's magnitude.
+    /// The model's mean less the reference's over the same seeds, relative to the latter's magnitude.
     pub relative: f64,
-    /// Two standard errors of it.
+    /// Two standard errors of that difference, relative to the same magnitude.
     pub half_width: f64,
 }
 
-/// The errors of a twin under one condition.
+/// The errors of a method under one condition.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct SteadyErrors {
-    /// Runs compared.
+    /// Number of runs compared.
     pub runs: usize,
     /// Mean rate.
     pub rate: Deviation,
-    /// Impacts per second; `null` where nothing collides.
+    /// Impacts per second; `null` without impacts.
     pub impacts: Option<Deviation>,
-    /// Collision frequency; `null` where nothing collides.
+    /// Collision frequency; `null` without impacts.
     pub collision: Option<Deviation>,
 }
 
 impl DriveCondition {
-    /// The drive.
+    /// The command of the drive.
     pub fn command(&self) -> DriveCommand {
         DriveCommand::saturating(self.mode, self.amplitude)
     }
@@ -100,7 +101,7 @@ impl DriveCondition {
 }
 
 impl SteadySchedule {
-    /// The time schedule of `condition`: a walk without chance needs less of everything.
+    /// The schedule for `condition`. Motion without impacts is not chaotic, so fewer and shorter runs suffice.
     #[must_use]
     pub fn of(self, condition: &DriveCondition) -> Self {
         if condition.collides {
@@ -116,7 +117,7 @@ impl SteadySchedule {
         }
     }
 
-    /// Runs that a twin of this step makes.
+    /// Number of runs of a model of this step.
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "few runs; a cast saturates")]
     pub fn seeds_at(&self, step_s: f64) -> u64 {
         let steps = (self.settle_s + self.time_s) / step_s;
@@ -124,12 +125,13 @@ impl SteadySchedule {
     }
 }
 
-/// The amplitudes that `seed` draws.
+/// The tooth amplitudes that `seed` draws.
 fn variation(seed: u64) -> AmplitudeVariation {
     AmplitudeVariation::draw(&MotorParams::nominal(), &mut stream(seed, RandomSource::AmplitudeVariation))
 }
 
-/// Mean of the largest lines of as many full windows as there are samples for, or of all that there is.
+/// Mean frequency of the largest line over all full windows of the samples. Samples for less than a window count as
+/// one.
 fn collision_hz(samples: &[f64], rate_hz: f64) -> f64 {
     let windows = samples.chunks_exact(SAMPLES_MAX.min(samples.len().max(1)));
     let lines = windows.filter_map(|window| {
@@ -139,10 +141,10 @@ fn collision_hz(samples: &[f64], rate_hz: f64) -> f64 {
     lines.collect::<Spread>().mean
 }
 
-/// Asks a twin for one batch.
+/// Measures the means over one run of a model.
 struct SteadyMeasurement<'a> {
     condition: &'a DriveCondition,
-    batches: SteadySchedule,
+    schedule: SteadySchedule,
     step_s: f64,
 }
 
@@ -156,17 +158,17 @@ impl Measurement for SteadyMeasurement<'_> {
         reason = "counts of steps and samples"
     )]
     fn measure(&self, model: &impl FixedStepModel) -> SteadyMeans {
-        let Self { condition, batches, step_s } = *self;
+        let Self { condition, schedule, step_s } = *self;
         let command = condition.command();
         let per_sample = (1.0 / (SAMPLE_RATE_HZ * step_s)).round().max(1.0) as u64;
         let interval_s = per_sample as f64 * step_s;
         let mut state = model.state(&ReferenceState::default());
-        for _ in 0..(batches.settle_s / step_s).round() as u64 {
+        for _ in 0..(schedule.settle_s / step_s).round() as u64 {
             model.step(&mut state, command);
         }
         let origin = model.rotor(&state).angle;
         let (mut fast, mut samples) = (0_u64, Vec::new());
-        let count = (batches.time_s / interval_s).round() as u64;
+        let count = (schedule.time_s / interval_s).round() as u64;
         for _ in 0..count {
             for _ in 0..per_sample {
                 fast += u64::from(model.step(&mut state, command));
@@ -182,7 +184,7 @@ impl Measurement for SteadyMeasurement<'_> {
     }
 }
 
-/// Angles count whole turns, too.
+/// The angle from `from` to `to` in rad, whole turns included.
 fn turned_rad(from: Angle, to: Angle) -> f64 {
     to.radians_since::<f64>(from)
 }
@@ -212,18 +214,18 @@ impl ReferenceObserver for SteadyObserver {
     }
 }
 
-/// One batch of the reference.
+/// The means over one run of the reference.
 ///
 /// # Errors
 /// When the reference stalls.
-pub fn reference_batch(
+pub fn reference_means(
     condition: &DriveCondition,
-    batches: SteadySchedule,
+    schedule: SteadySchedule,
     seed: u64,
 ) -> Result<SteadyMeans, StudyError> {
     let reference = Reference::nominal(&variation(seed))?;
     let command = condition.command();
-    let SteadySchedule { settle_s, time_s, .. } = batches.of(condition);
+    let SteadySchedule { settle_s, time_s, .. } = schedule.of(condition);
     let mut state = ReferenceState::default();
     reference.run(&mut state, command, settle_s, &mut ())?;
     let origin_rad = state.angle_rad;
@@ -238,22 +240,22 @@ pub fn reference_batch(
     })
 }
 
-/// The errors of `method` under `condition`, against what the reference says of the same seeds.
+/// The errors of `method` under `condition`. `reference` holds the reference's means for each seed.
 ///
 /// # Errors
 /// When the method's step is out of bounds.
 pub fn errors(
     method: &StepMethod,
     condition: &DriveCondition,
-    batches: SteadySchedule,
-    converged: &[SteadyMeans],
+    schedule: SteadySchedule,
+    reference: &[SteadyMeans],
 ) -> Result<SteadyErrors, StudyError> {
-    let batches = batches.of(condition);
-    let run = SteadyMeasurement { condition, batches, step_s: method.step_s };
-    let seeds = 1..=batches.seeds_at(method.step_s);
+    let schedule = schedule.of(condition);
+    let run = SteadyMeasurement { condition, schedule, step_s: method.step_s };
+    let seeds = 1..=schedule.seeds_at(method.step_s);
     let found: Result<Vec<SteadyMeans>, _> = seeds.map(|seed| method.apply(variation(seed), &run)).collect();
     let found = found?;
-    let deviation = |of: fn(&SteadyMeans) -> f64| Deviation::between(&found, converged, of);
+    let deviation = |of: fn(&SteadyMeans) -> f64| Deviation::between(&found, reference, of);
     let collisions = |of| condition.collides.then(|| deviation(of));
     Ok(SteadyErrors {
         runs: found.len(),
@@ -264,11 +266,11 @@ pub fn errors(
 }
 
 impl Deviation {
-    /// Of the runs `found` from the first of the runs `converged`, seed by seed.
+    /// Compares the runs `found` with the first of the runs `reference`, seed by seed.
     #[expect(clippy::cast_precision_loss, reason = "few runs")]
-    fn between(found: &[SteadyMeans], converged: &[SteadyMeans], of: impl Fn(&SteadyMeans) -> f64) -> Self {
-        let all: Spread = converged.iter().map(&of).collect();
-        let differences: Spread = found.iter().zip(converged).map(|(a, b)| of(a) - of(b)).collect();
+    fn between(found: &[SteadyMeans], reference: &[SteadyMeans], of: impl Fn(&SteadyMeans) -> f64) -> Self {
+        let all: Spread = reference.iter().map(&of).collect();
+        let differences: Spread = found.iter().zip(reference).map(|(a, b)| of(a) - of(b)).collect();
         let magnitude = all.mean.abs();
         Self {
             converged: all.mean,
@@ -277,7 +279,7 @@ impl Deviation {
         }
     }
 
-    /// What is known of the error's magnitude: the error, or the width of its interval where that is larger.
+    /// The larger of the error's magnitude and its half width: no smaller error can be resolved.
     pub fn resolved(&self) -> f64 {
         self.relative.abs().max(self.half_width)
     }

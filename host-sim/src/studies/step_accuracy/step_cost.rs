@@ -1,7 +1,7 @@
-//! What a step costs in steady motion.
+//! The time of a step in steady motion.
 //!
-//! Nothing else of the process runs meanwhile. Everyone's batch is timed in turn, round after round, and the least time of each counts: what
-//! else the machine does can only add.
+//! Nothing else of the process runs meanwhile. Each round times one batch of each method. The least time over the
+//! rounds counts, because other work of the machine can only add to it.
 
 use std::hint::black_box;
 use std::time::Instant;
@@ -13,7 +13,7 @@ use super::method::{FixedStepModel, Measurement, StepMethod};
 use super::reference::state::ReferenceState;
 use crate::studies::StudyError;
 
-/// How much is timed.
+/// Number and length of the timed batches.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TimingEffort {
     /// SteadySchedule of each.
@@ -26,19 +26,19 @@ pub struct TimingEffort {
     pub plate_s: f64,
 }
 
-/// What simulating costs.
+/// The cost of a simulation.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct StepCost {
-    /// Time a step takes, impacts included.
+    /// Time of a step, impacts included.
     pub ns_per_step: f64,
-    /// Time a simulated millisecond takes.
+    /// Time of a simulated millisecond.
     pub ns_per_ms: f64,
-    /// Simulated time per time taken.
+    /// Simulated time over time taken.
     pub times_real_time: f64,
 }
 
 impl StepCost {
-    /// Of steps of `step_s`, when `time_s` of simulated time takes `taken_s`.
+    /// The cost of steps of `step_s`, when `time_s` of simulated time takes `taken_s`.
     pub fn new(step_s: f64, time_s: f64, taken_s: f64) -> Self {
         Self {
             ns_per_step: 1e9 * taken_s * step_s / time_s,
@@ -48,7 +48,7 @@ impl StepCost {
     }
 }
 
-/// The least time of one batch of each of `count` in turn, over all rounds, in s.
+/// The least time of a batch of each of `count` methods in s. Each round times one batch of each.
 ///
 /// # Errors
 /// When a batch fails.
@@ -85,7 +85,7 @@ pub fn costs(methods: &[StepMethod], effort: TimingEffort) -> Result<Vec<[StepCo
     Ok(b.into_iter().zip(c).map(|(b, c)| [b, c]).collect())
 }
 
-/// Asks a twin for the time that a batch of steps takes, in s.
+/// Measures the time of a batch of steps in s.
 struct TimedBatch {
     command: DriveCommand,
     effort: TimingEffort,

@@ -1,4 +1,4 @@
-//! The comparison in words: a document for the terminal, CSV and JSON for programs.
+//! The result as a document for the terminal, as CSV and as JSON.
 
 use motor_model::DriveMode;
 use serde::Serialize;
@@ -14,18 +14,21 @@ use crate::report::OutputError;
 use crate::report::document::{Block, Document, Table};
 use crate::studies::averaged_motor::IdentifiedMotion;
 
-const ABOUT: &str = "Twin: motor_model::Motor, the nominal motor, Coulomb friction. Judge: the event-driven integrator host_sim::reference, \
-    run here as well. MapSamples: time of the next impact, and vertical velocity and rate just after the impact that follows it, from the same \
-    states of steady motion, root mean square of the error. Mean rate, impacts per second (faster than 1 mm/s) and collision frequency (largest line \
-    below 5 kHz): error of steady motion in per cent, +- two standard errors over independent runs. Bursts: largest error of the net \
-    displacement of a mode's bursts of 2 to 10 cycles at 0.3. Costs: least of several batches, at full drive.";
-const ABOUT_AVERAGED: &str = "Averaged motor, identified from the full one at 10 us: mean rate, time constant, diffusion of the angle, +- two standard \
-    errors. StepCost of a step of 0.1 s. Error of the mean of moves of 1 s from rest against runs that the identification has not seen; standard deviation of such \
-    moves per theirs. Of single blows and bursts it knows nothing.";
-const ABOUT_PLATE: &str = "A ball on a vibrating plate (the rotor, and a tooth in mode C at full drive, infinitely heavy), 0.1 s: a problem that every \
-    integrator with events can take. Error: time of the first impact against the closed form, root mean square over 16 heights.";
+const ABOUT: &str = "Method: motor_model::Motor, the nominal motor, Coulomb friction. Reference: an event-driven \
+    integrator. Next impact: error of the time of the next impact, and of vertical velocity and rate just after the \
+    impact that follows it, from equal states of steady motion, root mean square. Mean rate, impacts per second (faster \
+    than 1 mm/s) and collision frequency (largest line below 5 kHz): error of steady motion in per cent, +- two standard \
+    errors over independent runs. Burst: largest error of the net displacement of a mode's bursts of 2 to 10 cycles at \
+    0.3. Costs: least of several batches, at full drive.";
+const ABOUT_AVERAGED: &str = "Averaged motor, identified from the full one at 10 us: mean rate, time constant, diffusion \
+    of the angle, +- two standard errors. Cost of a step of 0.1 s. Error of the mean of moves of 1 s from rest against \
+    runs with other seeds than the identification; standard deviation of such moves over that of these runs. The \
+    averaged motor has no single impacts and no bursts.";
+const ABOUT_PLATE: &str = "A ball on a vibrating plate (the rotor, and a tooth in mode C at full drive, infinitely \
+    heavy), 0.1 s: a problem for any integrator with events. Error: time of the first impact against the closed form, \
+    root mean square over 16 heights.";
 
-/// JSON's one object.
+/// The JSON object of the study.
 #[derive(Serialize)]
 struct StepAccuracyJson<'a> {
     rows: &'a [MethodRow],
@@ -37,7 +40,7 @@ struct StepAccuracyJson<'a> {
     verdicts: Vec<TargetResult>,
 }
 
-/// A line of the CSV: one row and mode.
+/// A line of the CSV: one method in one mode.
 #[derive(Serialize)]
 struct CsvLine {
     model: &'static str,
@@ -69,7 +72,7 @@ struct CsvLine {
 impl CsvLine {
     fn new(row: &MethodRow, driven: DriveMode) -> Self {
         let mode = usize::from(driven == DriveMode::C);
-        let (cost, flights) = (&row.cost[mode], &row.flights[mode]);
+        let (cost, flights) = (&row.cost[mode], &row.impact_map[mode]);
         let (full, small) = (&row.steady[mode], &row.steady[mode + 2]);
         let error = |deviation: &Deviation| 100.0 * deviation.relative;
         let half = |deviation: &Deviation| 100.0 * deviation.half_width;
@@ -127,22 +130,23 @@ impl CsvLine {
     }
 }
 
+/// Columns of the table for the terminal: the values of [`CsvLine::cells`].
 const HEADER: [&str; 16] = [
     "impacts",
-    "",
-    "us",
-    "",
+    "precision",
+    "step us",
+    "mode",
     "ns/step",
-    "ns/ms",
-    "x real",
-    "next ns",
+    "ns per ms",
+    "x real time",
+    "next impact ns",
     "then mm/s",
-    "mrad/s",
+    "then mrad/s",
     "rate %",
     "impacts/s %",
-    "line %",
+    "collision Hz %",
     "rate % at 0.3",
-    "impacts/s %",
+    "impacts/s % at 0.3",
     "burst %",
 ];
 
@@ -151,39 +155,39 @@ impl StepAccuracy {
         self.rows.iter().flat_map(|row| [DriveMode::B, DriveMode::C].map(|mode| CsvLine::new(row, mode)))
     }
 
-    /// Everything for the terminal.
+    /// The result as a document for the terminal.
     pub fn document(&self) -> Document {
         let mut rows = Table::new(&HEADER);
         self.lines().for_each(|line| rows.push(line.cells()));
-        let mut cheaper =
+        let mut ratios =
             Table::new(&["located at 10 us in f64, at equal error", "times cheaper than end of step"]);
-        for one in self.cheaper() {
+        for one in self.cost_ratios() {
             let bound = if one.at_least { "more than " } else { "" };
-            cheaper.push(vec![one.error, format!("{bound}{:.1}", one.times)]);
+            ratios.push(vec![one.error, format!("{bound}{:.1}", one.times)]);
         }
-        let mut verdicts = Table::new(&["target", "found", ""]);
-        for verdict in self.verdicts() {
-            let word = if verdict.met { "met" } else { "missed" };
-            verdicts.push(vec![verdict.target, verdict.found, word.to_owned()]);
+        let mut targets = Table::new(&["target", "found", ""]);
+        for result in self.target_results() {
+            let word = if result.met { "met" } else { "missed" };
+            targets.push(vec![result.target, result.found, word.to_owned()]);
         }
         Document {
             blocks: vec![
                 Block::Heading("Speed against error".to_owned()),
                 Block::Paragraph(ABOUT.to_owned()),
-                Block::Paragraph(self.converged()),
+                Block::Paragraph(self.reference_values()),
                 Block::Table(rows),
                 Block::Paragraph(ABOUT_AVERAGED.to_owned()),
                 Block::Table(self.averaged_table()),
                 Block::Paragraph(ABOUT_PLATE.to_owned()),
                 Block::Table(self.plate_table()),
-                Block::Table(cheaper),
-                Block::Table(verdicts),
+                Block::Table(ratios),
+                Block::Table(targets),
             ],
         }
     }
 
-    /// What the reference says.
-    fn converged(&self) -> String {
+    /// One paragraph with the values of the reference.
+    fn reference_values(&self) -> String {
         let Some(row) = self.rows.first() else { return String::new() };
         let steady = CONDITIONS.iter().zip(&row.steady).map(|(condition, errors)| {
             let impacts = errors
@@ -196,7 +200,7 @@ impl StepAccuracy {
         let bursts =
             bursts.map(|(burst, error)| format!("{} {:+.4} mdeg", burst.name(), error.converged_mdeg));
         let all: Vec<String> = steady.chain(bursts).collect();
-        format!("Converged: {}.", all.join("; "))
+        format!("Reference: {}.", all.join("; "))
     }
 
     fn averaged_table(&self) -> Table {
@@ -265,15 +269,15 @@ impl StepAccuracy {
         table
     }
 
-    /// One line a row and mode.
+    /// The result as CSV, one line for each method and mode.
     ///
     /// # Errors
-    /// When a line cannot be written, which memory never refuses.
+    /// When a line cannot be serialized.
     pub fn csv(&self) -> Result<String, OutputError> {
         crate::report::files::csv(self.lines())
     }
 
-    /// Everything as one JSON object on one line.
+    /// The result as one JSON object on one line.
     pub fn json(&self) -> String {
         let report = StepAccuracyJson {
             rows: &self.rows,
@@ -281,8 +285,8 @@ impl StepAccuracy {
             bursts: BURSTS.iter().map(|burst| burst.name()).collect(),
             averaged: &self.averaged,
             peers: &self.peers,
-            cheaper: self.cheaper(),
-            verdicts: self.verdicts(),
+            cheaper: self.cost_ratios(),
+            verdicts: self.target_results(),
         };
         crate::report::files::json_line(&report)
     }

@@ -1,8 +1,10 @@
-//! What the twin is held to, and whether it keeps it.
+//! The targets for error and cost of the fixed-step model, and whether they are met.
 //!
-//! "At equal error" compares along the curves of cost against error: located impacts at 10 us have some error, and end-of-step impacts reach it at
-//! some finer step, found by interpolation of the logarithms, or not at any step tried, and then the finest step's cost is a lower bound. Where an
-//! error is statistical, located impacts are charged with the whole of their interval and end-of-step impacts are given the benefit of theirs.
+//! Costs at equal error are compared along the curves of cost against error. Located impacts at 10 us have some error.
+//! The finer step at which end-of-step impacts have the same error is interpolated in the logarithms. If no step
+//! reaches that error, the cost of the finest step is a lower bound. Where an error is statistical, the comparison
+//! favours end-of-step impacts: located impacts count with at least the half width of their interval, end-of-step
+//! impacts with their error less the half width.
 
 use motor_model::{ImpactRule, math};
 use serde::Serialize;
@@ -14,84 +16,86 @@ use super::peers::{PEER_STEP_S, PeerRow};
 use super::steady_motion::{CONDITIONS, Deviation};
 use crate::runs::simulate::Precision;
 
-/// Largest relative error allowed at a step.
+/// Steps, and the largest relative error allowed at each.
 pub const ERROR_LIMITS: [(f64, f64); 2] = [(JUDGED_STEP_S, 0.02), (20e-6, 0.05)];
 /// Largest time that a step may take on average in steady motion.
 pub const STEP_LIMIT_NS: f64 = 15.0;
-/// How many times cheaper located impacts shall be at equal error.
-pub const CHEAPER: f64 = 10.0;
-/// How fast the ball on the plate shall be.
+/// Least ratio of the costs of end-of-step and located impacts at equal error.
+pub const COST_RATIO: f64 = 10.0;
+/// Least speed on the ball on the plate, in times real time.
 pub const TIMES_REAL_TIME: f64 = 400.0;
-/// How many times faster than the fastest of the crates.
+/// Least ratio of that speed to the speed of the fastest of the other crates.
 pub const FASTER_THAN_CRATES: f64 = 5.0;
 
-/// A target and what became of it.
+/// A target, and whether it is met.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct TargetResult {
-    /// What was asked.
+    /// The target in words.
     pub target: String,
-    /// What was found.
+    /// The result in words.
     pub found: String,
-    /// Whether it was kept.
+    /// Whether the target is met.
     pub met: bool,
-    /// Whether it is of time on one machine.
+    /// Whether the target is a time on one machine.
     #[serde(skip)]
     pub timed: bool,
 }
 
-/// A curve's point: cost in ns per simulated ms, error, half width of the error's interval.
+/// A point of a curve: cost in ns per simulated ms, error, half width of the error's interval.
 type Point = (f64, f64, f64);
 
-/// How many times cheaper located impacts are for one kind of error.
+/// The ratio of the costs of end-of-step and located impacts at equal error, for one kind of error.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct CostRatio {
     /// Kind of error.
     pub error: String,
-    /// Cost of end-of-step impacts over that of located ones.
+    /// Cost of end-of-step impacts over cost of located ones.
     pub times: f64,
-    /// Whether end-of-step impacts never get there: then it is more than that.
+    /// Whether `times` is a lower bound, because no step of end-of-step impacts reaches the error.
     pub at_least: bool,
 }
 
 impl StepAccuracy {
-    /// The row of the whole motor with these.
+    /// The row of this method.
     pub fn row(&self, impact_rule: ImpactRule, precision: Precision, step_s: f64) -> Option<&MethodRow> {
-        self.curve(impact_rule, precision).find(|row| row.method.steps_by(step_s))
+        self.curve(impact_rule, precision).find(|row| row.method.has_step(step_s))
     }
 
-    /// The rows of the whole motor with these, from the fine to the coarse step.
+    /// The rows of this rule and precision, from the fine to the coarse step.
     pub fn curve(&self, impact_rule: ImpactRule, precision: Precision) -> impl Iterator<Item = &MethodRow> {
         self.rows.iter().filter(move |row| row.method.is(impact_rule, precision))
     }
 
-    /// The twin on the ball on the plate: these rows of [`Self::peers`].
+    /// The fixed-step model on the ball on the plate: its rows of [`Self::peers`].
     pub fn plate_curve(
         &self,
         impact_rule: ImpactRule,
         precision: Precision,
     ) -> impl Iterator<Item = &PeerRow> {
-        self.peers.iter().filter(move |row| row.twin.is_some_and(|twin| twin.is(impact_rule, precision)))
+        self.peers
+            .iter()
+            .filter(move |row| row.method.is_some_and(|method| method.is(impact_rule, precision)))
     }
 
-    /// How many times faster than real time the twin with located impacts takes the ball on the plate, in `f64` at the peers' step.
+    /// Speed of the model with located impacts in `f64` on the ball on the plate at the peers' step, in times real time.
     pub fn plate_times_real_time(&self) -> Option<f64> {
         let mut curve = self.plate_curve(ImpactRule::Located, Precision::F64);
-        let row = curve.find(|row| row.twin.is_some_and(|twin| twin.steps_by(PEER_STEP_S)))?;
+        let row = curve.find(|row| row.method.is_some_and(|method| method.has_step(PEER_STEP_S)))?;
         Some(row.cost?.times_real_time)
     }
 
-    /// Every target.
-    pub fn verdicts(&self) -> Vec<TargetResult> {
+    /// All targets.
+    pub fn target_results(&self) -> Vec<TargetResult> {
         let mut all = Vec::new();
         for precision in [Precision::F64, Precision::F32] {
             for (step_s, limit) in ERROR_LIMITS {
                 if let Some(row) = self.row(ImpactRule::Located, precision, step_s) {
-                    all.extend(errors(row, limit));
+                    all.extend(error_targets(row, limit));
                 }
             }
         }
         all.extend(self.step_costs());
-        all.push(self.cheaper_verdict());
+        all.push(self.cost_ratio_result());
         all.extend(self.ball_on_plate());
         all
     }
@@ -122,40 +126,38 @@ impl StepAccuracy {
         all
     }
 
-    fn cheaper_verdict(&self) -> TargetResult {
-        let all = self.cheaper();
+    fn cost_ratio_result(&self) -> TargetResult {
+        let all = self.cost_ratios();
         let least = all.iter().min_by(|a, b| a.times.total_cmp(&b.times));
         TargetResult {
             target: format!(
-                "located at 10 us: at equal error at least {CHEAPER} times cheaper than end of step"
+                "located at 10 us: at equal error at least {COST_RATIO} times cheaper than end of step"
             ),
             found: least.map_or_else(String::new, |least| {
                 let bound = if least.at_least { "at least " } else { "" };
-                let kept = all.iter().filter(|one| one.times >= CHEAPER).count();
+                let kept = all.iter().filter(|one| one.times >= COST_RATIO).count();
                 let (times, error, count) = (least.times, &least.error, all.len());
                 format!("{kept} of {count} kinds of error; {bound}{times:.1} times for the {error}")
             }),
-            met: least.is_some_and(|least| least.times >= CHEAPER),
+            met: least.is_some_and(|least| least.times >= COST_RATIO),
             timed: true,
         }
     }
 
-    /// How many times cheaper located impacts are at 10 us in `f64`, for each kind of error.
-    pub fn cheaper(&self) -> Vec<CostRatio> {
+    /// The ratios of costs against located impacts at 10 us in `f64`, one for each kind of error.
+    pub fn cost_ratios(&self) -> Vec<CostRatio> {
         let mut all = Vec::new();
         for (index, mode) in ["B", "C"].into_iter().enumerate() {
             let cost = move |row: &MethodRow| row.cost[index].ns_per_ms;
-            all.extend(self.one_cheaper(format!("time of the next impact in {mode}"), |row| {
-                (cost(row), row.flights[index].first_impact_rms_s, 0.0)
+            all.extend(self.cost_ratio(format!("time of the next impact in {mode}"), |row| {
+                (cost(row), row.impact_map[index].first_impact_rms_s, 0.0)
+            }));
+            all.extend(self.cost_ratio(format!("velocity after the impact that follows in {mode}"), |row| {
+                (cost(row), row.impact_map[index].velocity_rms_m_s, 0.0)
             }));
             all.extend(
-                self.one_cheaper(format!("velocity after the impact that follows in {mode}"), |row| {
-                    (cost(row), row.flights[index].velocity_rms_m_s, 0.0)
-                }),
-            );
-            all.extend(
-                self.one_cheaper(format!("rotor rate after the impact that follows in {mode}"), |row| {
-                    (cost(row), row.flights[index].rate_rms_rad_s, 0.0)
+                self.cost_ratio(format!("rotor rate after the impact that follows in {mode}"), |row| {
+                    (cost(row), row.impact_map[index].rate_rms_rad_s, 0.0)
                 }),
             );
         }
@@ -164,22 +166,22 @@ impl StepAccuracy {
             let point = move |row: &MethodRow, deviation: Deviation| {
                 (cost(row), deviation.relative.abs(), deviation.half_width)
             };
-            all.extend(self.one_cheaper(format!("mean rate in {}", condition.name()), |row| {
+            all.extend(self.cost_ratio(format!("mean rate in {}", condition.name()), |row| {
                 point(row, row.steady[index].rate)
             }));
             if condition.collides {
-                all.extend(self.one_cheaper(format!("impacts per second in {}", condition.name()), |row| {
+                all.extend(self.cost_ratio(format!("impacts per second in {}", condition.name()), |row| {
                     point(row, row.steady[index].impacts.unwrap_or(row.steady[index].rate))
                 }));
             }
         }
-        all.extend(self.one_cheaper("displacement of bursts".to_owned(), |row| {
+        all.extend(self.cost_ratio("displacement of bursts".to_owned(), |row| {
             (0.5 * (row.cost[0].ns_per_ms + row.cost[1].ns_per_ms), row.worst_burst(), 0.0)
         }));
         all
     }
 
-    fn one_cheaper(&self, error: String, point: impl Fn(&MethodRow) -> Point) -> Option<CostRatio> {
+    fn cost_ratio(&self, error: String, point: impl Fn(&MethodRow) -> Point) -> Option<CostRatio> {
         let located = point(self.row(ImpactRule::Located, Precision::F64, JUDGED_STEP_S)?);
         let curve: Vec<Point> = self.curve(ImpactRule::EndOfStep, Precision::F64).map(point).collect();
         let (cost, at_least) = cost_at(&curve, located.1.max(located.2))?;
@@ -213,8 +215,8 @@ impl StepAccuracy {
     }
 }
 
-/// The errors of a located row against `limit`.
-fn errors(row: &MethodRow, limit: f64) -> Vec<TargetResult> {
+/// The targets of error of a row with located impacts.
+fn error_targets(row: &MethodRow, limit: f64) -> Vec<TargetResult> {
     let named = |of: &dyn Fn(usize) -> Option<Deviation>| -> Vec<(String, f64, f64)> {
         let all = CONDITIONS.iter().enumerate().filter_map(|(index, condition)| {
             of(index).map(|found| (condition.name(), found.relative, found.half_width))
@@ -245,7 +247,8 @@ fn errors(row: &MethodRow, limit: f64) -> Vec<TargetResult> {
     .collect()
 }
 
-/// What it costs on `curve`, from the fine step to the coarse, to come down to `error`; or the cost at the finest step, as a lower bound.
+/// The cost on `curve`, given from the fine to the coarse step, at which the error is `error`. Where no step reaches
+/// `error`: the cost of the finest step and `true`, a lower bound.
 fn cost_at(curve: &[Point], error: f64) -> Option<(f64, bool)> {
     let reaches = |&&(_, found, half_width): &&Point| found - half_width <= error;
     let fine = curve.iter().take_while(reaches).count();
@@ -277,14 +280,14 @@ mod tests {
         assert_eq!(cost_at(&[], 1.0), None);
     }
 
-    /// An accidental zero at a coarse step is no convergence: the finer steps have to keep it.
+    /// A small error at a coarse step counts only if all finer steps have one too.
     #[test]
-    fn exact_cost_ignores_a_lucky_coarse_step() {
+    fn exact_cost_ignores_a_small_error_at_a_coarse_step_only() {
         let curve = [(100.0, 2.0, 0.0), (10.0, 0.1, 0.0)];
         assert_eq!(cost_at(&curve, 1.0), Some((100.0, true)));
     }
 
-    /// Half widths count for it.
+    /// The half width is subtracted from the error.
     #[test]
     fn exact_cost_gives_the_benefit_of_the_interval() {
         let curve = [(100.0, 2.0, 3.0), (10.0, 5.0, 1.0)];

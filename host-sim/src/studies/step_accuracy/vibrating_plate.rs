@@ -1,13 +1,15 @@
-//! A problem that any integrator with events can take: a ball that bounces on a vibrating plate.
+//! A problem for any integrator with events: a ball that bounces on a vibrating plate.
 //!
 //! ```text
 //! m z'' = -m g - b z',   plate z_p = A sin(w t),   at an impact z' -> z_p' + e (z_p' - z')
 //! ```
 //!
-//! The mass is the rotor's, the plate a tooth in mode C at full drive, infinitely heavy. The ball starts at rest some 10 um up. Impacts slower than
-//! 0.1 mm/s end the bouncing: the ball then rides on the plate until the plate falls away beneath it.
+//! The ball has the rotor's mass. The plate is a tooth in mode C at full drive, infinitely heavy. The ball starts at
+//! rest at a height of about 10 um. An impact slower than 0.1 mm/s ends the bouncing: the ball then rides on the plate
+//! until the plate falls faster than the ball.
 //!
-//! The first impact is known in closed form but for one root: with `k = b / m`, `z = z_0 - (g / k) (t - (1 - exp(-k t)) / k)`.
+//! The time of the first impact is a root of a closed form: with `k = b / m`,
+//! `z = z_0 - (g / k) (t - (1 - exp(-k t)) / k)`.
 
 #[cfg(any(test, feature = "peers"))]
 use core::f64::consts::{PI, TAU};
@@ -17,24 +19,24 @@ use serde::Serialize;
 
 use crate::studies::StudyError;
 
-/// Height of the start that is timed.
+/// Start height of the timed run.
 pub const START_M: f64 = 10e-6;
-/// Heights from which the first impact is judged: this many, [`START_SPACING_M`] apart.
+/// Number of start heights for the error of the first impact.
 pub const START_COUNT: u8 = 16;
-/// Between two of the heights.
+/// Spacing of these heights.
 pub const START_SPACING_M: f64 = 0.1e-6;
-/// The first impact from any of the heights comes before this.
+/// Upper bound of the time of the first impact from any of these heights.
 pub const FIRST_BEFORE_S: f64 = 2.5e-3;
-/// Approach below which the ball stays.
+/// Speed of approach below which the ball stays on the plate.
 pub const CAPTURE_M_S: f64 = 1e-4;
-/// Where a ball is put after an impact, above the plate: an event function that starts at zero says nothing.
+/// Height of the ball above the plate after an impact, because an event function must not start at zero.
 pub const CLEARANCE_M: f64 = 1e-12;
-/// Tolerances of adaptive integrators.
+/// Relative tolerance of the adaptive integrators.
 pub const RELATIVE_TOLERANCE: f64 = 1e-9;
-/// In m and, for the velocity, in m/s.
+/// Absolute tolerance of the adaptive integrators, in m and, for the velocity, in m/s.
 pub const ABSOLUTE_TOLERANCE: f64 = 1e-12;
 
-/// Ball and plate.
+/// The parameters of ball and plate.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct VibratingPlate {
     /// `A`.
@@ -49,10 +51,10 @@ pub struct VibratingPlate {
     pub restitution: f64,
 }
 
-/// The ball at an instant.
+/// The state of the ball at an instant.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Ball {
-    /// When.
+    /// The instant.
     pub time_s: f64,
     /// Height above the middle of the plate's motion.
     pub height_m: f64,
@@ -61,7 +63,7 @@ pub struct Ball {
 }
 
 impl VibratingPlate {
-    /// Of the nominal motor: tooth and rotor.
+    /// The plate is a tooth, the ball the rotor of the nominal motor.
     ///
     /// # Errors
     /// Never for nominal parameters.
@@ -88,7 +90,7 @@ impl VibratingPlate {
         self.amplitude_m * self.rate_rad_s * math::sin_cos(self.rate_rad_s * time_s).1
     }
 
-    /// How far the ball is above the plate.
+    /// Height of the ball above the plate.
     pub fn gap_m(&self, ball: &Ball) -> f64 {
         ball.height_m - self.height_m(ball.time_s)
     }
@@ -100,7 +102,7 @@ impl VibratingPlate {
         -self.gravity_m_s2 - self.damping_per_s * velocity_m_s
     }
 
-    /// The ball that falls from rest at `start_m` after `time_s`.
+    /// State at `time_s` of a ball that falls from rest at `start_m`.
     pub fn falling_from(&self, start_m: f64, time_s: f64) -> Ball {
         let x = self.damping_per_s * time_s;
         Ball {
@@ -110,7 +112,8 @@ impl VibratingPlate {
         }
     }
 
-    /// When the ball that falls from rest at `start_m` first meets the plate: Newton's method on the closed form, from a bracket of 0.1 us.
+    /// Time of the first impact of a ball that falls from rest at `start_m`: Newton's method on the closed form, from a
+    /// bracket of 0.1 us.
     pub fn first_impact_s(&self, start_m: f64) -> f64 {
         let gap_m = |time_s| self.gap_m(&self.falling_from(start_m, time_s));
         let mut time_s = 0.0;
@@ -124,7 +127,7 @@ impl VibratingPlate {
         time_s
     }
 
-    /// What comes of a ball that meets the plate.
+    /// State of the ball after its impact on the plate.
     #[cfg(any(test, feature = "peers"))]
     #[must_use]
     pub fn after_impact(&self, ball: &Ball) -> Ball {
@@ -137,8 +140,8 @@ impl VibratingPlate {
         Ball { height_m, velocity_m_s: plate_m_s + self.restitution * approach_m_s, ..*ball }
     }
 
-    /// A ball that rides on the plate from `time_s`, where the plate lets go of it: it does while
-    /// `-A w^2 sin(w t) + k A w cos(w t) + g < 0`.
+    /// State of a ball that rides on the plate from `time_s`, at the instant at which it leaves the plate. It leaves
+    /// while `-A w^2 sin(w t) + k A w cos(w t) + g < 0`.
     #[cfg(any(test, feature = "peers"))]
     fn after_riding(&self, time_s: f64) -> Ball {
         let Self { amplitude_m, rate_rad_s, damping_per_s, gravity_m_s2, .. } = *self;
@@ -164,7 +167,7 @@ impl VibratingPlate {
     }
 }
 
-/// The heights from which the first impact is judged.
+/// The start heights for the error of the first impact.
 pub fn start_heights_m() -> impl Iterator<Item = f64> {
     (0..START_COUNT).map(|index| START_M + f64::from(index) * START_SPACING_M)
 }
@@ -181,7 +184,7 @@ mod tests {
     }
 
     #[test]
-    fn law_the_first_impact_closes_the_gap_and_nothing_does_before() {
+    fn law_the_gap_is_zero_at_the_first_impact_and_positive_before() {
         let plate = VibratingPlate::nominal().unwrap();
         for start_m in start_heights_m() {
             let first_s = plate.first_impact_s(start_m);
@@ -197,7 +200,7 @@ mod tests {
         }
     }
 
-    /// A slow ball is let go where the plate's fall outruns its own: `z_p'' = -g - k z_p'`.
+    /// A ball that rides leaves the plate where the plate falls faster than the ball: `z_p'' < -g - k z_p'`.
     #[test]
     fn law_release_where_the_plate_falls_away() {
         let plate = VibratingPlate::nominal().unwrap();

@@ -1,5 +1,5 @@
-//! `differential-equations`: Dormand-Prince 5(4) with dense output. Its own event detection skips the first step after a restart, where short
-//! hops end, so the output hook looks for the impact itself.
+//! `differential-equations`: Dormand-Prince 5(4) with dense output. Its event detection skips the first step after a
+//! restart, where a short flight ends, so the output hook finds the impact.
 
 use differential_equations::prelude::*;
 

@@ -1,4 +1,5 @@
-//! `diffsol`: Tsitouras 5(4) with its own root finding. It has no largest step: a stop time every step keeps it from stepping over an impact.
+//! `diffsol`: Tsitouras 5(4) with its own root finding. It has no largest step. A stop time after every step keeps it
+//! from stepping over an impact.
 
 use diffsol::{NalgebraMat, OdeBuilder, OdeSolverMethod as _, OdeSolverStopReason, Vector as _};
 

@@ -1,8 +1,9 @@
-//! Ours on the ball on the plate: a motor whose parameters make it one.
+//! The fixed-step model on the ball on the vibrating plate: a motor whose parameters make it one.
 //!
-//! A rotor of 1 ug on a stator of 1 kg feels the plate, not the plate the rotor (3e-9 of it). Mode C is driven at resonance and starts in its
-//! steady motion, so it stays there; modes A and B stay at rest. Both pairs of teeth move alike, as one plate: the second pair's amplitude has
-//! the opposite sign of what it is in a motor. Without friction and drag the ball does not turn.
+//! With a rotor of 1 ug on a stator of 1 kg the rotor's recoil on the plate is negligible (3e-9). Mode C starts in the
+//! steady motion of its drive at resonance and stays in it. Modes A and B stay at rest. Both pairs of teeth move
+//! together as one plate: the second pair's amplitude has the opposite sign of that in a motor. Without friction and
+//! drag the ball does not turn.
 
 use std::hint::black_box;
 use std::time::Instant;
@@ -16,13 +17,13 @@ use crate::studies::StudyError;
 
 const ROTOR_KG: f64 = 1e-9;
 const STATOR_KG: f64 = 1.0;
-/// Mode C at resonance lags by a quarter: from here on, the plate moves as `sin(w t)`.
+/// Start of the drive's phase. Mode C at resonance lags by a quarter turn, so the plate moves as `sin(w t)`.
 const PHASE_TURNS: f64 = 0.25;
 
-/// Scales the second pair's amplitude by -1: in modes B and C it moves with the first, not against it.
+/// Scales the second pair's amplitude by -1, so that in modes B and C it moves with the first pair.
 const ONE_PLATE: AmplitudeVariation = AmplitudeVariation { pairs: [0.0, -2.0] };
 
-/// The motor that is a plate.
+/// Parameters of the motor that is a ball on a plate.
 fn motor(plate: &VibratingPlate) -> Result<MotorParams, StudyError> {
     let changes = [
         (Parameter::RotorMass, ROTOR_KG),
@@ -37,7 +38,7 @@ fn motor(plate: &VibratingPlate) -> Result<MotorParams, StudyError> {
     Ok(changed?)
 }
 
-/// The ball at rest at `start_m`, the plate in steady motion.
+/// State with the ball at rest at `start_m` and the plate in steady motion.
 fn start(start_m: f64) -> Result<ReferenceState, StudyError> {
     let [_, _, mode] = Mode::all(&MotorParams::nominal())?;
     let mut state = ReferenceState::default();
@@ -54,30 +55,32 @@ pub fn impacts(
     start_m: f64,
     until_s: f64,
 ) -> Result<Vec<f64>, StudyError> {
-    let measurement = Impacts { start: start(start_m)?, until_s, step_s: method.step_s };
+    let measurement = ImpactTimes { start: start(start_m)?, until_s, step_s: method.step_s };
     Ok(method.apply_to(&motor(plate)?, ONE_PLATE, &measurement)?)
 }
 
-/// Time that it takes to simulate `plate_s`, in s.
+/// Time to simulate `plate_s`, in s.
 pub fn taken_s(method: &StepMethod, plate: &VibratingPlate, plate_s: f64) -> Result<f64, StudyError> {
-    let measurement = Timed(Impacts { start: start(START_M)?, until_s: plate_s, step_s: method.step_s });
+    let measurement =
+        TimedRun(ImpactTimes { start: start(START_M)?, until_s: plate_s, step_s: method.step_s });
     Ok(method.apply_to(&motor(plate)?, ONE_PLATE, &measurement)?)
 }
 
-struct Impacts {
+/// Measures the times of the impacts of a ball.
+struct ImpactTimes {
     start: ReferenceState,
     until_s: f64,
     step_s: f64,
 }
 
-impl Impacts {
+impl ImpactTimes {
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a count of steps")]
     fn steps(&self) -> u32 {
         (self.until_s / self.step_s).round() as u32
     }
 }
 
-impl Measurement for Impacts {
+impl Measurement for ImpactTimes {
     type Outcome = Vec<f64>;
 
     fn measure(&self, model: &impl FixedStepModel) -> Vec<f64> {
@@ -92,9 +95,10 @@ impl Measurement for Impacts {
     }
 }
 
-struct Timed(Impacts);
+/// Measures the time of the same run in s.
+struct TimedRun(ImpactTimes);
 
-impl Measurement for Timed {
+impl Measurement for TimedRun {
     type Outcome = f64;
 
     fn measure(&self, model: &impl FixedStepModel) -> f64 {

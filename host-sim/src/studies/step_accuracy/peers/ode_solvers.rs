@@ -1,4 +1,5 @@
-//! `ode_solvers`: Dormand-Prince 5(4), no events. A step that ends below the plate stops it; the impact is sought on the cubic through both ends.
+//! `ode_solvers`: Dormand-Prince 5(4) without events. A step that ends below the plate stops it. The impact is a root
+//! of the cubic through both ends of that step.
 
 use ode_solvers::dop_shared::IntegrationError;
 use ode_solvers::{Dopri5, OutputType, System, Vector2};

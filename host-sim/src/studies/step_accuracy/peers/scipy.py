@@ -1,4 +1,7 @@
-"""A ball that bounces on a vibrating plate, by SciPy's solve_ivp with events: problem on standard input, figures on standard output, as JSON."""
+"""A ball that bounces on a vibrating plate, by SciPy's solve_ivp with events.
+
+The problem comes on standard input, the results go to standard output, both as JSON.
+"""
 
 import json
 import math
@@ -34,7 +37,7 @@ gap.direction = -1
 
 
 def released(t):
-    """When the plate lets go of a ball that rides on it from `t`."""
+    """Instant at which a ball that rides on the plate from `t` leaves it."""
     lag = math.atan(damping / rate)
     first = lag + math.asin(gravity / (amplitude * rate * math.hypot(rate, damping)))
     last = math.pi + 2.0 * lag - first
@@ -70,11 +73,11 @@ def impacts(method, start, until):
     return times
 
 
-answers = []
+results = []
 for method in problem["methods"]:
     firsts = [impacts(method, start, problem["first_before_s"])[0] for start in problem["starts_m"]]
     begin = time.perf_counter()
     count = len(impacts(method, problem["start_m"], problem["time_s"]))
     taken = time.perf_counter() - begin
-    answers.append({"method": method, "taken_s": taken, "impacts": count, "first_impacts_s": firsts})
-json.dump(answers, sys.stdout)
+    results.append({"method": method, "taken_s": taken, "impacts": count, "first_impacts_s": firsts})
+json.dump(results, sys.stdout)

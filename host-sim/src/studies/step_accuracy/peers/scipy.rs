@@ -1,4 +1,4 @@
-//! SciPy's `solve_ivp` with events, in a Python of its own.
+//! SciPy's `solve_ivp` with events, in a Python process.
 
 use std::io::Write as _;
 use std::process::{Command, Stdio};
@@ -15,11 +15,11 @@ use crate::math::statistics::root_mean_square;
 
 const SCRIPT: &str = include_str!("scipy.py");
 const METHODS: [&str; 2] = ["LSODA", "RK45"];
-/// The second is where the system's packages go, should another Python stand first on the path.
+/// The second is the Python of the system's packages, for a path on which another Python comes first.
 const PYTHONS: [&str; 2] = ["python3", "/usr/bin/python3"];
 const MISSING: &str = "not measured: python3 with SciPy not found (apt install python3-scipy)";
 
-/// What the script is told.
+/// The input of the script.
 #[derive(Serialize)]
 struct Problem<'a> {
     plate: &'a VibratingPlate,
@@ -35,7 +35,7 @@ struct Problem<'a> {
     first_before_s: f64,
 }
 
-/// What it says of a method.
+/// The script's result for one method.
 #[derive(Deserialize)]
 struct MethodResult {
     method: String,
@@ -44,7 +44,7 @@ struct MethodResult {
     first_impacts_s: Vec<f64>,
 }
 
-/// One row a method, or one that says what is missing.
+/// One row for each method, or one row that says what is missing.
 pub fn rows(plate: &VibratingPlate, time_s: f64) -> Vec<PeerRow> {
     let problem = Problem {
         plate,
@@ -87,9 +87,9 @@ fn results(python: &str, problem: &Problem<'_>) -> Result<Vec<MethodResult>, Str
         stdin.write_all(text.as_bytes()).map_err(|error| error.to_string())?;
     }
     let output = child.wait_with_output().map_err(|error| error.to_string())?;
-    let complaint = String::from_utf8_lossy(&output.stderr);
+    let message = String::from_utf8_lossy(&output.stderr);
     if !output.status.success() {
-        return Err(complaint.lines().last().unwrap_or("the script failed").to_owned());
+        return Err(message.lines().last().unwrap_or("the script failed").to_owned());
     }
     serde_json::from_slice(&output.stdout).map_err(|error| error.to_string())
 }
@@ -104,7 +104,7 @@ fn row(plate: &VibratingPlate, simulated_s: f64, result: &MethodResult) -> PeerR
         first_impact_rms_s: Some(root_mean_square(errors)),
         impacts: Some(result.impacts),
         is_crate: false,
-        twin: None,
+        method: None,
         note: None,
     }
 }
