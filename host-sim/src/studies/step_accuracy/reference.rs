@@ -1,33 +1,34 @@
-//! A second integrator of the same motor, to judge the fixed step by: event-driven, `f64`, to rounding.
+//! A second integrator of the same motor, event-driven and in `f64`, exact to rounding: the reference for the fixed
+//! step.
 //!
 //! It shares parameters and geometry with `motor_model`, and no line of its step. In the order of the data:
 //!
 //! | module | what it is |
 //! |---|---|
-//! | [`series`] | power series in time, and where one first falls through zero, without a root missed |
+//! | [`series`] | power series in time, and the first instant at which one falls through zero, no root missed |
 //! | [`system`] | stator and rotor between two events, with no, one or two pairs of teeth in contact |
-//! | [`contact`] | an instant of contact: impacts in sequence, the end of chattering, who stays |
-//! | [`friction`] | the rotor's turning between two events: free, sliding, sticking |
-//! | [`tie_breaking`] | ties within rounding |
+//! | [`contact`] | an instant of contact: impacts in sequence, the end of chattering, sustained contact |
+//! | [`friction`] | the rotor's rotation between two events: free, slipping, sticking |
+//! | [`tie_breaking`] | events at the same instant to within rounding |
+//! | [`state`], [`events`] | the state, and the events that an observer gets |
 //!
-//! # How it goes
+//! # Method
 //!
 //! 1. The motion is expanded in powers of time about the present, to order 20, over the time in which the fastest
-//!    oscillation turns by
-//!    one radian (20 us): the terms left out are below 1e-19 of those kept.
-//! 2. The first event on it is found: a gap that closes, or a normal force that ends.
-//! 3. The rotor's turning follows, with its own switchings; it does not act back on the rest.
-//! 4. The state moves to the event, which [`contact`] resolves. A gap just opened is known to be zero: its series is
-//!    divided by time, so
-//!    that the contact just left is not found again and the next, however soon, is.
+//!    oscillation turns by one radian (20 us). The terms left out are below 1e-19 of those kept.
+//! 2. The first event of the expansion is found: a gap that closes, or a normal force that ends.
+//! 3. The rotation of the rotor follows, with its own switchings. It does not act back on the rest.
+//! 4. The state moves to the event, which [`contact`] resolves. A gap that has just opened is zero to rounding. Its
+//!    series is divided by time. So the contact that has just ended is not found again, and the next one is found
+//!    however soon it is.
 //!
-//! An event is placed to some 1e-16 of a step plus rounding of the gap over its rate (1e-21 m over the approach): 1e-18
-//! s at 1 mm/s. Through chattering and contact nothing is approximated but the end of the geometric series of impacts.
-//! The motor itself is chaotic: two of its trajectories that differ in the last bit agree for a few dozen impacts, so
-//! beyond that only statistics can be compared.
+//! An event is placed to about 1e-16 of a step, plus the rounding of the gap over its rate (1e-21 m over the approach):
+//! 1e-18 s at 1 mm/s. The only approximation in chattering and contact is the end of the geometric series of impacts.
+//! The motor itself is chaotic: two trajectories that differ in the last bit agree for a few dozen impacts. Beyond that
+//! only statistics can be compared.
 //!
-//! A drive command holds over one [`Reference::run`]; the phase runs on from one to the next and stands still while the
-//! drive is off.
+//! A drive command holds over one [`Reference::run`]. The phase continues from one run to the next. It does not change
+//! while the drive is off.
 
 pub mod contact;
 pub mod events;
@@ -50,7 +51,7 @@ use state::ReferenceState;
 use system::{Contact, Drive, Segment, System};
 use tie_breaking::{Stalled, TieBreaker};
 
-/// A motor for the reference integrator: immutable, one for any number of states.
+/// A motor for the reference integrator. It is immutable and serves any number of states.
 #[derive(Clone, Debug)]
 pub struct Reference {
     system: System,
@@ -66,7 +67,7 @@ enum Next {
 }
 
 impl Reference {
-    /// A motor of these parameters.
+    /// The motor of `params` with this `variation` of its tooth amplitudes.
     ///
     /// # Errors
     /// When mode A is damped beyond 0.99 of critical.
@@ -107,10 +108,10 @@ impl Reference {
 
     /// Runs `state` for `duration_s` under `command`.
     ///
-    /// A rotor found inside a tooth is first put on it, as the fixed step does.
+    /// A rotor inside a tooth is first raised to the tooth's height, as in the fixed-step model.
     ///
     /// # Errors
-    /// When events pile up at one instant without end.
+    /// When events follow each other at one instant without end.
     pub fn run(
         &self,
         state: &mut ReferenceState,
@@ -126,8 +127,8 @@ impl Reference {
             restitution: self.restitution,
             drive: &drive,
         };
-        self.lift(state);
-        // The drive may have changed: whoever is on a tooth is asked again whether it stays.
+        self.raise_out_of_teeth(state);
+        // The drive may have changed, so contacts are decided again.
         let touching = self.touching(state);
         if touching != [false, false] {
             instant.settle(state, touching, observer);
@@ -175,7 +176,7 @@ impl Reference {
         let (mut end, mut next) = (1.0, Next::End);
         for p in 0..2 {
             let (watched, what) = if state.contact[p] {
-                (segment.push_m_s2[p], Next::Detachment(p))
+                (segment.normal_force_per_mass_m_s2[p], Next::Detachment(p))
             } else {
                 let gap = segment.gap(&self.system.teeth[p]);
                 (gap.without_root_at_start(state.roots_at_start[p]), Next::Impact)
@@ -210,7 +211,7 @@ impl Reference {
         Ok(())
     }
 
-    /// Pairs whose gap is zero.
+    /// The pairs whose gap is zero.
     fn touching(&self, state: &ReferenceState) -> Contact {
         let vertical = state.vertical();
         [0, 1].map(|p| {
@@ -218,8 +219,8 @@ impl Reference {
         })
     }
 
-    /// Raises a rotor that is inside a tooth by more than rounding.
-    fn lift(&self, state: &mut ReferenceState) {
+    /// Raises a rotor that is inside a tooth.
+    fn raise_out_of_teeth(&self, state: &mut ReferenceState) {
         let vertical = state.vertical();
         let lowest_m = self.system.gap_m(&vertical, 0).min(self.system.gap_m(&vertical, 1));
         if lowest_m < 0.0 {

@@ -1,23 +1,23 @@
-//! What an observer of a run of the reference integrator is told.
+//! The contact events of a run of the reference integrator, and the observer that gets them.
 
 use super::state::ReferenceState;
 use super::system::Segment;
 
-/// Something that happens at an instant.
+/// A contact event of a pair of teeth.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ContactEvent {
-    /// When.
+    /// Its instant.
     pub time_s: f64,
-    /// Which pair of teeth.
+    /// Index of the pair.
     pub pair: usize,
-    /// What.
+    /// Its kind.
     pub kind: ContactEventKind,
 }
 
-/// What can happen at an instant.
+/// The kinds of contact events.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum ContactEventKind {
-    /// Tooth strikes rotor.
+    /// An impact.
     Impact {
         /// Speed of approach, `u' - v_z`.
         approach_m_s: f64,
@@ -28,19 +28,19 @@ pub enum ContactEventKind {
         /// Tangential impulse on the rotor.
         tangential_impulse_n_s: f64,
     },
-    /// Chattering is over and lasting contact begins.
+    /// Chattering ends and sustained contact begins.
     Capture,
-    /// Lasting contact ends: the normal force has fallen to zero.
+    /// Sustained contact ends: the normal force has fallen to zero.
     Detach,
 }
 
-/// Watches a run.
+/// Gets the motion and the events of a run.
 pub trait ReferenceObserver {
-    /// The motion until the next event, of which the part from 0 to `end` of the segment happens, starting at `start`.
+    /// The motion from `start` to the next event: `segment` from 0 to `end`.
     fn segment(&mut self, _start: &ReferenceState, _segment: &Segment, _end: f64) {}
     /// An event, as it happens.
     fn event(&mut self, _event: &ContactEvent) {}
 }
 
-/// Watches nothing.
+/// Ignores everything.
 impl ReferenceObserver for () {}

@@ -1,16 +1,15 @@
-//! The rotor's turning: free, dragged by sliding teeth, or held by a tooth that does not slip.
+//! The rotor's rotation: free, with slipping teeth, or held by a tooth that sticks.
 //!
 //! ```text
 //! m_t (v' + k v) = sum_p F_p,     v = R_t rate,   m_t = J / R_t^2,   k = b_th R_t^2 / J                  (14b)
-//! F_p in L_p Sgn(s_p' - v),       L_p = c N_p,    c = mu or min(mu, |s_p / u_p|): the law of the impacts, per unit of time
+//! F_p in L_p Sgn(s_p' - v),       L_p = c N_p,    c = mu or min(mu, |s_p / u_p|): the law of impacts, per unit of time
 //! ```
 //!
-//! `Sgn` is the sign, and at zero anything between -1 and 1. In the PMM the teeth feel no tangential force, so the
-//! vertical motion
-//! comes first and this follows from its series. Between two switchings - a slip that reaches zero, a holding force
-//! that reaches its limit, `|s|` passing `mu |u|` - every term is a power series, and so is `v`. `F` falls as `v` grows,
-//! so what
-//! follows a switching is unique: it is the one choice whose slips, or their first derivatives, have the signs of its forces.
+//! `Sgn` is the sign, and at zero any value between -1 and 1. In the motor model the tangential force does not act on
+//! the teeth. So the vertical motion comes first, and the rotation follows from its series. A switching is a slip that
+//! reaches zero, a holding force that reaches its limit, or `|s|` that passes `mu |u|`. Between two switchings every
+//! term is a power series, and so is `v`. `F` falls as `v` grows, so the motion after a switching is unique: exactly
+//! one choice of forces has the signs of the slips, or of their first derivatives.
 
 use motor_model::FrictionLaw;
 
@@ -18,9 +17,9 @@ use super::series::{ORDER, Series};
 use super::system::{Segment, System};
 use super::tie_breaking::{Stalled, TieBreaker};
 
-/// Slips below this are zero.
+/// Slips below this count as zero.
 const SLIP_TOLERANCE_M_S: f64 = 1e-13;
-/// Teeth and rotor that all move slower than this are at rest.
+/// Teeth and rotor are at rest if they all move slower than this.
 const REST_M_S: f64 = 1e-12;
 /// A ratio `s / u` is expanded over at most this part of the radius in which `u` has no root: `6^-21 = 5e-17`.
 const PART_OF_RADIUS: f64 = 1.0 / 6.0;
@@ -38,20 +37,21 @@ pub struct Rotation {
     pub damping_per_s: f64,
     /// `mu`.
     pub friction: f64,
-    /// What limits the tangential force.
+    /// The law that limits the tangential force.
     pub law: FrictionLaw,
 }
 
 /// How a pair of teeth acts on the rotation.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum PairFriction {
-    /// Not in contact.
+    /// The pair is not in contact.
     Open,
-    /// Slips; the slip has this sign.
+    /// The pair slips. The slip has this sign.
     Slipping(f64),
-    /// Slips, and started from no slip: its series has a root of this multiplicity at the start.
+    /// The pair starts to slip in the direction of this sign. The series of its slip has a root of this multiplicity
+    /// at the start.
     StartsToSlip(f64, usize),
-    /// Holds the rotor.
+    /// The pair does not slip: it holds the rotor.
     Sticking,
 }
 
@@ -83,7 +83,7 @@ struct Part {
 }
 
 impl Rotation {
-    /// `c` at an instant.
+    /// Coefficient `c` at displacements `across_m` (`s_p`) and `up_m` (`u_p`).
     pub fn coefficient(&self, across_m: f64, up_m: f64) -> f64 {
         match self.law {
             FrictionLaw::Coulomb => self.friction,
@@ -94,7 +94,7 @@ impl Rotation {
         }
     }
 
-    /// The rotor's tangential speed at `tau = end` of `segment` from `v` at its start, and the arc it made.
+    /// The rotor's tangential speed at `tau = end` of `segment`, from `v` at its start, and the arc that it makes.
     ///
     /// # Errors
     /// When switchings follow each other without end at one instant.
@@ -118,7 +118,7 @@ impl Rotation {
         Ok((v, arc))
     }
 
-    /// Cuts a segment where the law of friction changes its branch.
+    /// Divides a segment where the law of friction changes its branch.
     fn parts(&self, system: &System, segment: &Segment, end: f64) -> Vec<Part> {
         let whole = Part { start: 0.0, end, ratio_limits: [None; 2] };
         if self.law == FrictionLaw::Coulomb || segment.contact == [false, false] {
@@ -137,7 +137,8 @@ impl Rotation {
             let limits = segment.contact[p] && across.abs() < self.friction * up.abs();
             limits.then_some(if (across < 0.0) == (up < 0.0) { 1.0 } else { -1.0 })
         };
-        // |s / u| has a kink where s changes its sign: cut there too, by the sign at the middle of each part.
+        // |s / u| has a kink where s changes its sign, so the segment is divided there too. The sign at the middle of
+        // each part holds for the part.
         for (across, _) in (0..2).filter(|&p| segment.contact[p]).map(|p| &paths[p]) {
             cuts.extend(across.sign_changes_within(end));
         }
@@ -151,7 +152,7 @@ impl Rotation {
             .collect()
     }
 
-    /// The motion from `start` until something switches, or for as long as switchings are to be ignored.
+    /// The motion from `start` to the next switching, or for the part over which switchings are ignored.
     fn piece(
         &self,
         system: &System,
@@ -219,7 +220,7 @@ impl Rotation {
         speed
     }
 
-    /// Series of pair `p` about `start`; `width` shrinks to where they hold.
+    /// The series of pair `p` about `start`. `width` shrinks to the part in which they hold.
     fn tooth(
         &self,
         system: &System,
@@ -232,7 +233,9 @@ impl Rotation {
         if !segment.contact[p] {
             return Tooth { velocity: Series::ZERO, limit: Series::ZERO };
         }
-        let normal = segment.push_m_s2[p].times(system.rotor_mass_kg / self.tangential_mass_kg).about(start);
+        let normal = segment.normal_force_per_mass_m_s2[p]
+            .times(system.rotor_mass_kg / self.tangential_mass_kg)
+            .about(start);
         let limit = match part.ratio_limits[p] {
             None => normal.times(self.friction),
             Some(sign) => {
@@ -243,7 +246,7 @@ impl Rotation {
                     *width = width.min(safe);
                     normal.product(&across.quotient(&up)).times(sign)
                 } else {
-                    // Tooth and path pass zero together: the ratio is taken as constant over an instant.
+                    // s and u pass zero together: their ratio counts as constant over a very short part.
                     *width = width.min(PART_MIN);
                     let middle = 0.5 * *width;
                     normal.times(self.coefficient(across.at(middle), up.at(middle)))
@@ -254,7 +257,7 @@ impl Rotation {
         Tooth { velocity: velocity.about(start), limit }
     }
 
-    /// What each pair does from now on. `known`: a pair that has just begun to slip, and which way.
+    /// The friction of each pair from now on. `known`: a pair that has just started to slip, and the sign of its slip.
     fn frictions(
         &self,
         segment: &Segment,
@@ -275,7 +278,7 @@ impl Rotation {
         let acceleration = |p: usize| teeth[p].velocity.0[1] / segment.duration_s;
         let limit = |p: usize| teeth[p].limit.0[0];
         let decided: f64 = (0..2).map(|p| frictions[p].sign() * limit(p)).sum();
-        // Held by p: the other pair, if undecided, slips as the teeth part.
+        // Pair p sticks: the other pair, if undecided, slips in the direction in which its tooth moves away from p.
         for p in (0..2).filter(|&p| undecided[p]) {
             let other = 1 - p;
             let parting =
@@ -289,7 +292,7 @@ impl Rotation {
                 return frictions;
             }
         }
-        // Held by none: each slips the way in which its tooth accelerates away from the rotor.
+        // No pair sticks: each slips in the direction in which its tooth accelerates away from the rotor.
         let choices = [[-1.0, -1.0], [-1.0, 1.0], [1.0, -1.0], [1.0, 1.0]];
         let consistent = |signs: &[f64; 2]| {
             let pull: f64 = (0..2).filter(|&p| undecided[p]).map(|p| signs[p] * limit(p)).sum();
@@ -308,9 +311,9 @@ impl Rotation {
 struct Piece {
     speed: Series,
     width: f64,
-    /// Whether it reaches the end of its part.
+    /// Whether it reaches the end of its part of the segment.
     whole: bool,
-    /// Pair that begins to slip at the end, and the sign of its slip.
+    /// The pair that starts to slip at the end, and the sign of its slip.
     slips: Option<(usize, f64)>,
 }
 

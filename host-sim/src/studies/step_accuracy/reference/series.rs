@@ -2,26 +2,22 @@
 //!
 //! A quantity over a step of length `h` is `x(t) = sum c_k tau^k`, `tau = t / h` in 0..1, `k` up to [`ORDER`].
 //!
-//! A root cannot be missed: on `0..w` the polynomial is a weighted mean, with weights that are nowhere negative, of its
-//! Bernstein
-//! coefficients
+//! No root can be missed. On `0..w` the polynomial is a mean of its Bernstein coefficients with non-negative weights:
 //!
 //! ```text
-//! b_j = sum_{i <= j} (C(j, i) / C(n, i)) c_i w^i ,
+//! b_j = sum_{i <= j} (C(j, i) / C(n, i)) c_i w^i
 //! ```
 //!
-//! so where no `b_j` is negative it is not either, and where their signs change once it has exactly one root (Descartes).
-//! Between the two the
-//! interval is halved (de Casteljau), which only takes means; the weights of the sum above are within 0..1 as well, so
-//! `b_j` carry no
-//! more than the rounding of the `c_i` themselves. A double root - a grazing contact - that does not go below zero is no
-//! contact; one that does is found if it goes below by more than the rounding of the series, 16 units in the last place of
-//! its largest term.
+//! Where no `b_j` is negative, the polynomial is not negative either. Where the signs of `b_j` change once, it has
+//! exactly one root (Descartes). In all other cases the interval is halved (de Casteljau), which only takes means. The
+//! weights of the sum above are within 0..1 as well, so the `b_j` have no more rounding than the `c_i`. A double root
+//! that does not go below zero, a grazing contact, is no contact. One that goes below zero is found if it does so by
+//! more than the rounding of the series, 16 units in the last place of its largest term.
 
-/// Highest power kept. For steps with `rate h <= 1` the terms left out are below `1 / 21! = 2e-20` of the first.
+/// Highest power. For steps with `rate h <= 1` the terms left out are below `1 / 21! = 2e-20` of the first.
 pub const ORDER: usize = 20;
 
-/// Most halvings in search of a root: `2^-60` of a 20 us step is 2e-23 s.
+/// Largest number of halvings in the search for a root: `2^-60` of a 20 us step is 2e-23 s.
 const HALVINGS_MAX: u32 = 60;
 
 /// Number of coefficients.
@@ -82,7 +78,8 @@ impl Series {
         shifted
     }
 
-    /// Divided by `tau^multiplicity`: for a quantity known to start with a root, whose rounded low coefficients mean nothing.
+    /// Divided by `tau^multiplicity`, for a quantity that is known to start with a root. Its low coefficients are only
+    /// rounding.
     #[must_use]
     pub fn without_root_at_start(&self, multiplicity: usize) -> Self {
         let mut rest = Self::ZERO;
@@ -118,7 +115,7 @@ impl Series {
         product
     }
 
-    /// `self / divisor`, truncated; good to a sixth of [`Self::zero_free_radius`] of the divisor.
+    /// `self / divisor`, truncated. It holds up to a sixth of the divisor's [`Self::zero_free_radius`].
     #[must_use]
     pub fn quotient(&self, divisor: &Self) -> Self {
         let mut quotient = Self::ZERO;
@@ -134,7 +131,7 @@ impl Series {
         self.0.iter().map(|c| c.abs()).sum()
     }
 
-    /// A radius, at most `radius_max`, of a disc of complex `tau` without a root (Rouche); within a factor of two.
+    /// A radius, at most `radius_max`, of a disc of complex `tau` without a root (Rouche), within a factor of two.
     pub fn zero_free_radius(&self, radius_max: f64) -> f64 {
         let mut radius = radius_max;
         for _ in 0..60 {
@@ -159,7 +156,7 @@ impl Series {
         if scaled[0] >= rest {
             return None;
         }
-        // Not a number: an event at once, again and again, which the caller reports as standing still.
+        // A value that is no number is an event at once, each time. The caller then reports a stall.
         if scaled[0] < 0.0 || !(scaled[0] + rest).is_finite() {
             return Some(0.0);
         }
@@ -181,7 +178,7 @@ impl Series {
         if b.iter().all(|&b| b <= 0.0) {
             return Some(low);
         }
-        // Zero within rounding all along: what comes after decides.
+        // Zero within rounding on the whole interval is no descent.
         if b.iter().all(|&b| b.abs() <= rounding) {
             return None;
         }
@@ -197,7 +194,7 @@ impl Series {
             .or_else(|| self.descent_within(&right, (middle, high), rounding, halvings - 1))
     }
 
-    /// The one root between `low` (positive) and `high` (negative): Newton's steps, kept within a shrinking bracket.
+    /// The one root between `low` (positive) and `high` (negative): Newton's method within a shrinking bracket.
     fn root_between(&self, mut low: f64, mut high: f64) -> f64 {
         let mut tau = 0.5 * (low + high);
         for _ in 0..200 {
@@ -240,7 +237,7 @@ const ORDER_F64: f64 = 20.0;
 
 /// Bernstein coefficients on 0..=1 of a polynomial given by its powers.
 fn bernstein(powers: &[f64; COUNT]) -> [f64; COUNT] {
-    // Differences undone: with d_i = c_i / C(n, i), b_j = sum_i C(j, i) d_i is Pascal's rule applied in place.
+    // With d_i = c_i / C(n, i), b_j = sum_i C(j, i) d_i is Pascal's rule applied in place.
     let mut b = *powers;
     let mut binomial = 1.0;
     let (mut taken, mut left) = (0.0, ORDER_F64);

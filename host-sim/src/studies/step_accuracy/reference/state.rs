@@ -1,10 +1,22 @@
-//! What changes during a run of the reference integrator.
+//! The state of the reference integrator.
+//!
+//! | field | symbol | unit | meaning | at the start |
+//! |---|---|---|---|---|
+//! | `time_s` | `t` | s | time | 0 |
+//! | `modes` | `g_n`, `g_n'` | m, m/s | displacements and velocities of modes A, B, C | 0 |
+//! | `height_m` | `z` | m | height of the rotor above the teeth at rest | 0 |
+//! | `velocity_m_s` | `v_z` | m/s | vertical velocity of the rotor | 0 |
+//! | `angle_rad` | `theta` | rad | angle turned, clockwise positive | 0 |
+//! | `rate_rad_s` | `theta'` | rad/s | angular rate | 0 |
+//! | `phase_turns` | | turns | phase of the drive, in 0..1 | 0 |
+//! | `contact` | | | pairs of teeth in sustained contact | none |
+//! | `roots_at_start` | | | multiplicity of the root of each gap now | 0 |
 
 use motor_model::{Angle, AngleAccumulator, ModalState, MotorState, Phase, RotorState};
 
 use super::system::{Contact, Vertical};
 
-/// Everything that changes.
+/// The state of the motor in the reference integrator.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ReferenceState {
     /// Time since the start.
@@ -21,9 +33,9 @@ pub struct ReferenceState {
     pub rate_rad_s: f64,
     /// Phase of the drive, in 0..1.
     pub phase_turns: f64,
-    /// Pairs of teeth in lasting contact.
+    /// Pairs of teeth in sustained contact.
     pub contact: Contact,
-    /// Multiplicity of the root that each gap has now: 1 after an impact, 2 or 3 after a contact, else 0.
+    /// Multiplicity of the root of each gap now: 1 after an impact, 2 or 3 after sustained contact, else 0.
     pub(super) roots_at_start: [usize; 2],
 }
 
@@ -57,7 +69,7 @@ impl From<&MotorState<f64>> for ReferenceState {
     }
 }
 
-/// For a fixed-step motor to go on from; it counts its steps from zero.
+/// The state from which a fixed-step motor continues. It counts its steps from zero.
 impl From<&ReferenceState> for MotorState<f64> {
     fn from(state: &ReferenceState) -> Self {
         let whole = Angle::from_degrees(state.angle_rad.to_degrees());

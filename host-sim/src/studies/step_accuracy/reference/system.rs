@@ -1,8 +1,8 @@
-//! Stator and rotor between two events: four coordinates, and none, one or both pairs of teeth held against the rotor.
+//! Stator and rotor between two events: four coordinates, and none, one or both pairs of teeth in contact with the
+//! rotor.
 //!
-//! With `q = (g_A, g_B, g_C, z)`, the gap of pair `p` is `z - phi_p . g`. While a set of pairs is in contact their gaps
-//! stay zero and
-//! each presses with a normal force `N_p = m_r n_p`:
+//! With `q = (g_A, g_B, g_C, z)`, the gap of pair `p` is `z - phi_p . g`. While a set of pairs is in contact, their
+//! gaps stay zero and each has a normal force `N_p = m_r n_p`:
 //!
 //! ```text
 //! g_n'' = a_n(t) - 2 zeta_n w_n g_n' - w_n^2 g_n - sum_p rho_pn n_p
@@ -10,9 +10,8 @@
 //! 0     = z'' - phi_p . g''       hence       sum_q (1 + phi_p . rho_q) n_q = -(z'' - phi_p . g'') without contact
 //! ```
 //!
-//! This is linear with constant coefficients and a sinusoidal drive in every case, so its power series in time follows
-//! from itself,
-//! coefficient by coefficient, and so does that of each normal force. No step size enters but through the convergence of
+//! In every case this is linear with constant coefficients and a sinusoidal drive. So its power series in time follows
+//! coefficient by coefficient, and so does that of each normal force. The step is limited only by the convergence of
 //! the series: `h <= 1 / rate`, where `rate` is the fastest of the natural, drive and decay rates.
 
 use core::f64::consts::TAU;
@@ -27,7 +26,7 @@ use std::array;
 
 use super::series::{ORDER, Series};
 
-/// Which pairs of teeth are in lasting contact with the rotor.
+/// Which pairs of teeth are in sustained contact with the rotor.
 pub type Contact = [bool; 2];
 
 /// The constants of stator and rotor.
@@ -41,22 +40,22 @@ pub struct System {
     pub rotor_mass_kg: f64,
     /// `b_z / m_r`.
     pub vertical_damping_per_s: f64,
-    /// Gravity.
+    /// Acceleration of gravity.
     pub gravity_m_s2: f64,
-    /// Generator frequencies for B and C at zero offset.
+    /// Frequencies of the drive in B and C at zero offset.
     drive_hz: [f64; 2],
     /// `1 + phi_p . rho_q`.
     coupling: [[f64; 2]; 2],
 }
 
-/// The drive between two commands.
+/// The drive under one command.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Drive {
     /// Index of the driven mode in A, B, C; `None` when off.
     pub mode: Option<usize>,
     /// Amplitude of the modal acceleration.
     pub acceleration_m_s2: f64,
-    /// Frequency; 0 when off, for the phase then stands still.
+    /// Frequency; 0 when off, because the phase then does not change.
     pub frequency_hz: f64,
 }
 
@@ -72,7 +71,7 @@ pub struct Vertical {
 }
 
 impl System {
-    /// The system of `params`' motor.
+    /// The system of the motor of `params`.
     ///
     /// # Errors
     /// When mode A is damped beyond 0.99 of critical.
@@ -99,7 +98,7 @@ impl System {
         })
     }
 
-    /// What `command` means for this motor.
+    /// The drive of this motor under `command`.
     pub fn drive(&self, command: DriveCommand) -> Drive {
         let Some(mode) = command.mode() else {
             return Drive { mode: None, acceleration_m_s2: 0.0, frequency_hz: 0.0 };
@@ -126,19 +125,19 @@ impl System {
         at.height_m - self.teeth[p].height(&at.modes)
     }
 
-    /// Speed at which tooth `p` gains on the rotor, `u' - v_z`.
+    /// Speed of approach of tooth `p` to the rotor, `u' - v_z`.
     pub fn approach_m_s(&self, at: &Vertical, p: usize) -> f64 {
         self.teeth[p].vertical_velocity(&at.modes) - at.velocity_m_s
     }
 
-    /// Raises the rotor's velocity by `push_m_s` through pair `p`; the modes recoil.
-    pub fn push(&self, at: &mut Vertical, p: usize, push_m_s: f64) {
-        at.velocity_m_s += push_m_s;
-        at.modes.velocity_m_s -= self.teeth[p].recoil * push_m_s;
+    /// Raises the rotor's velocity by `rise_m_s` through an impulse of pair `p`. The modes recoil.
+    pub fn apply_impulse(&self, at: &mut Vertical, p: usize, rise_m_s: f64) {
+        at.velocity_m_s += rise_m_s;
+        at.modes.velocity_m_s -= self.teeth[p].recoil * rise_m_s;
     }
 
     /// `n` with `sum_q (1 + phi_p . rho_q) n_q = wanted_p` over the pairs of `contact`, 0 for the others.
-    pub fn pushes(&self, contact: Contact, wanted: [f64; 2]) -> [f64; 2] {
+    fn solved_for(&self, contact: Contact, wanted: [f64; 2]) -> [f64; 2] {
         let [[a, b], [c, d]] = self.coupling;
         match contact {
             [false, false] => [0.0, 0.0],
@@ -151,22 +150,22 @@ impl System {
         }
     }
 
-    /// Puts the pairs of `contact` exactly on the rotor, in position and velocity, by the smallest change in the metric of
-    /// the masses.
+    /// Moves rotor and modes so that the gaps of the pairs of `contact` are zero in position and velocity, by the
+    /// smallest change in the metric of the masses.
     pub fn project(&self, at: &mut Vertical, contact: Contact) {
         let gaps = [0, 1].map(|p| -self.gap_m(at, p));
         let approaches = [0, 1].map(|p| self.approach_m_s(at, p));
-        let (shifts, pushes) = (self.pushes(contact, gaps), self.pushes(contact, approaches));
+        let (shifts, pushes) = (self.solved_for(contact, gaps), self.solved_for(contact, approaches));
         for p in 0..2 {
             at.height_m += shifts[p];
             at.modes.displacement_m -= self.teeth[p].recoil * shifts[p];
-            self.push(at, p, pushes[p]);
+            self.apply_impulse(at, p, pushes[p]);
         }
     }
 
-    /// Which pairs of `touching` (gap and approach zero) stay in contact, by their accelerations: the one set whose pairs all
-    /// press and from which all the others part.
-    pub fn staying(&self, at: &Vertical, drive: &Drive, phase_turns: f64, touching: Contact) -> Contact {
+    /// Which pairs of `touching` (gap and approach zero) stay in contact, by their accelerations: the one set whose
+    /// pairs all have a positive normal force and from which all other pairs move away.
+    pub fn sustained(&self, at: &Vertical, drive: &Drive, phase_turns: f64, touching: Contact) -> Contact {
         let (sin, _) = math::sin_cos(TAU * phase_turns);
         let (modal, vertical) = self.free_accelerations(
             drive,
@@ -178,7 +177,7 @@ impl System {
         let free = self.gap_accelerations(modal, vertical - self.gravity_m_s2);
         let sets = [[true, true], [true, false], [false, true]];
         let fits = |contact: &Contact| {
-            let pushes = self.pushes(*contact, free.map(|acceleration| -acceleration));
+            let pushes = self.solved_for(*contact, free.map(|acceleration| -acceleration));
             (0..2).all(|p| {
                 let relative = free[p] + (0..2).map(|q| self.coupling[p][q] * pushes[q]).sum::<f64>();
                 match (touching[p], contact[p]) {
@@ -191,15 +190,15 @@ impl System {
         sets.into_iter().find(fits).unwrap_or([false, false])
     }
 
-    /// Accelerations of modes and rotor without contact and gravity; linear in all arguments, so good for a coefficient as
-    /// for a value.
+    /// Accelerations of modes and rotor without contact and gravity. They are linear in all arguments, so they hold for
+    /// coefficients as for values.
     fn free_accelerations(
         &self,
         drive: &Drive,
         drive_sine: f64,
         displacement: [f64; 3],
         velocity: [f64; 3],
-        climb: f64,
+        rotor_velocity: f64,
     ) -> ([f64; 3], f64) {
         let mut modal = array::from_fn(|n| {
             let Mode { natural_rad_s: w, damping_ratio: zeta, .. } = self.modes[n];
@@ -208,7 +207,7 @@ impl System {
         if let Some(n) = drive.mode {
             modal[n] += drive.acceleration_m_s2 * drive_sine;
         }
-        (modal, -self.vertical_damping_per_s * climb)
+        (modal, -self.vertical_damping_per_s * rotor_velocity)
     }
 
     /// `z'' - phi_p . g''` of both pairs.
@@ -216,7 +215,7 @@ impl System {
         array::from_fn(|p| vertical - (0..3).map(|n| self.teeth[p].shape[n] * modal[n]).sum::<f64>())
     }
 
-    /// The motion of the next `duration_s`, if nothing but `contact` happens.
+    /// The motion of the next `duration_s` with this `contact` and without events.
     pub fn expand(
         &self,
         at: &Vertical,
@@ -228,7 +227,7 @@ impl System {
         let h = duration_s;
         let mut displacement = at.modes.displacement_m.data.0[0].map(constant);
         let mut velocity = at.modes.velocity_m_s.data.0[0].map(constant);
-        let (mut height, mut climb) = (constant(at.height_m), constant(at.velocity_m_s));
+        let (mut height, mut rotor_velocity) = (constant(at.height_m), constant(at.velocity_m_s));
         let mut pushes = [Series::ZERO; 2];
         let drive_angle = TAU * drive.frequency_hz * h;
         let (mut sin, mut cos) = math::sin_cos(TAU * phase_turns);
@@ -239,13 +238,13 @@ impl System {
                 sin,
                 array::from_fn(|n| displacement[n].0[k]),
                 array::from_fn(|n| velocity[n].0[k]),
-                climb.0[k],
+                rotor_velocity.0[k],
             );
             if k == 0 {
                 vertical -= self.gravity_m_s2;
             }
             let gaps = self.gap_accelerations(modal, vertical);
-            let held = self.pushes(contact, gaps.map(|gap| -gap));
+            let held = self.solved_for(contact, gaps.map(|gap| -gap));
             for (p, push) in held.into_iter().enumerate() {
                 pushes[p].0[k] = push;
                 vertical += push;
@@ -262,8 +261,8 @@ impl System {
                 displacement[n].0[k + 1] = next * velocity[n].0[k];
                 velocity[n].0[k + 1] = next * modal[n];
             }
-            height.0[k + 1] = next * climb.0[k];
-            climb.0[k + 1] = next * vertical;
+            height.0[k + 1] = next * rotor_velocity.0[k];
+            rotor_velocity.0[k + 1] = next * vertical;
             (sin, cos) = (drive_angle / power * cos, -drive_angle / power * sin);
         }
         Segment {
@@ -271,8 +270,8 @@ impl System {
             displacement_m: displacement,
             velocity_m_s: velocity,
             rotor_height_m: height,
-            rotor_velocity_m_s: climb,
-            push_m_s2: pushes,
+            rotor_velocity_m_s: rotor_velocity,
+            normal_force_per_mass_m_s2: pushes,
             contact,
         }
     }
@@ -287,7 +286,7 @@ fn constant(value: f64) -> Series {
 /// The motion between two events as power series in the fraction `tau` of [`Self::duration_s`].
 #[derive(Clone, Debug)]
 pub struct Segment {
-    /// What `tau = 1` stands for. The motion may end earlier, by an event.
+    /// Time at `tau = 1`. An event may end the motion earlier.
     pub duration_s: f64,
     /// `g_n`.
     pub displacement_m: [Series; 3],
@@ -297,8 +296,8 @@ pub struct Segment {
     pub rotor_height_m: Series,
     /// `v_z`.
     pub rotor_velocity_m_s: Series,
-    /// `N_p / m_r`; zero for a pair out of contact.
-    pub push_m_s2: [Series; 2],
+    /// Normal force over rotor mass, `n_p = N_p / m_r`; zero for a pair out of contact.
+    pub normal_force_per_mass_m_s2: [Series; 2],
     /// Pairs in contact.
     pub contact: Contact,
 }

@@ -34,7 +34,7 @@ fn rigid(changes: &[(Parameter, f64)]) -> MotorParams {
     params
 }
 
-/// Keeps every event.
+/// Records every event.
 #[derive(Default)]
 struct Events(Vec<ContactEvent>);
 
@@ -54,7 +54,7 @@ impl Events {
         impacts.collect()
     }
 
-    /// When a kind of event first happened.
+    /// The instant of the first event of a kind.
     fn first(&self, kind: ContactEventKind) -> Option<f64> {
         self.0.iter().find(|event| event.kind == kind).map(|event| event.time_s)
     }

@@ -11,9 +11,8 @@ use super::super::state::ReferenceState;
 use super::super::system::Segment;
 use super::{Events, params, reference, rigid};
 
-/// A ball dropped from `h` on a rigid floor strikes at `t0 (1 + 2 e + ... + 2 e^k)`, `t0 = sqrt(2 h / g)`, with `sqrt(2 g
-/// h) e^k`, and lies
-/// still from `t0 (1 + e) / (1 - e)`.
+/// A ball dropped from `h` on a rigid floor has its impacts at `t0 (1 + 2 e + ... + 2 e^k)`, `t0 = sqrt(2 h / g)`, with
+/// the speeds `sqrt(2 g h) e^k`. It is at rest from `t0 (1 + e) / (1 - e)`.
 #[test]
 fn exact_bouncing_ball_and_its_accumulation() {
     for e in [0.3, 0.6, 0.9] {
@@ -25,8 +24,8 @@ fn exact_bouncing_ball_and_its_accumulation() {
 
         let (mut time_s, mut speed, mut flight_s) = (fall_s, 9.81 * fall_s, 2.0 * e * fall_s);
         let impacts = events.impacts();
-        // Both pairs are touched at once, but the first to strike sends the rotor off.
-        // The floor, struck with 14 mm/s, itself moves at some 4e-11 m/s: followed down to 1 um/s.
+        // Both pairs touch at once, but the impact of the first one lifts the rotor off.
+        // After an impact of 14 mm/s the floor itself moves at about 4e-11 m/s, so impacts are compared down to 1 um/s.
         for &(at_s, approach) in &impacts {
             if speed < 1e-6 {
                 break;
@@ -37,10 +36,10 @@ fn exact_bouncing_ball_and_its_accumulation() {
             speed *= e;
             flight_s *= e;
         }
-        assert!(speed < 1e-6, "{e}: the series was followed down to {speed}");
+        assert!(speed < 1e-6, "{e}: the series was compared down to {speed}");
         let rest_s = events.first(ContactEventKind::Capture).unwrap();
         let expected_s = fall_s * (1.0 + e) / (1.0 - e);
-        // The last bounces, cut off below 1e-9 m/s or stirred by the floor's 4e-11 m/s, and the rounding of rigidity.
+        // The impacts left out below 1e-9 m/s, the floor's 4e-11 m/s, and the finite stiffness of the floor.
         let cut_off_s = 2.0 * 3e-9 / (9.81 * (1.0 - e));
         let most_s = cut_off_s + 1e-8 * expected_s;
         assert!((rest_s - expected_s).abs() < most_s, "{e}: {rest_s} {expected_s}");
@@ -77,7 +76,7 @@ fn law_momentum_and_restitution() {
     assert!((torque_impulse - most).abs() < 1e-12 * most, "sliding at mu N");
 }
 
-/// Keeps the account of stator and vertical motion.
+/// The energy balance of stator and vertical motion.
 struct EnergyBalance<'a> {
     motor: &'a Reference,
     frequency_hz: f64,
@@ -86,7 +85,7 @@ struct EnergyBalance<'a> {
 }
 
 impl EnergyBalance<'_> {
-    fn book(&mut self, energy_j: f64) {
+    fn add(&mut self, energy_j: f64) {
         self.net_j += energy_j;
         self.turnover_j += energy_j.abs();
     }
@@ -110,13 +109,13 @@ impl ReferenceObserver for EnergyBalance<'_> {
             let at = segment.at(tau);
             let turns = start.phase_turns + self.frequency_hz * segment.duration_s * tau;
             let sine = math::sin_cos(TAU * turns).0;
-            self.book(system.modes[2].mass_kg * drive * sine * at.modes.velocity_m_s.z * dt);
+            self.add(system.modes[2].mass_kg * drive * sine * at.modes.velocity_m_s.z * dt);
             for (n, mode) in system.modes.iter().enumerate() {
                 let v = at.modes.velocity_m_s[n];
-                self.book(-mode.mass_kg * 2.0 * mode.damping_ratio * mode.natural_rad_s * v * v * dt);
+                self.add(-mode.mass_kg * 2.0 * mode.damping_ratio * mode.natural_rad_s * v * v * dt);
             }
             let v = at.velocity_m_s;
-            self.book(-system.rotor_mass_kg * system.vertical_damping_per_s * v * v * dt);
+            self.add(-system.rotor_mass_kg * system.vertical_damping_per_s * v * v * dt);
         }
     }
 
@@ -126,7 +125,7 @@ impl ReferenceObserver for EnergyBalance<'_> {
             let shape = system.teeth[event.pair].shape;
             let compliance: f64 = (0..3).map(|n| shape[n] * shape[n] / system.modes[n].mass_kg).sum();
             let mass_kg = 1.0 / (1.0 / system.rotor_mass_kg + compliance);
-            self.book(-0.5 * (1.0 - 0.6 * 0.6) * mass_kg * approach_m_s * approach_m_s);
+            self.add(-0.5 * (1.0 - 0.6 * 0.6) * mass_kg * approach_m_s * approach_m_s);
         }
     }
 }
@@ -136,8 +135,8 @@ impl ReferenceObserver for EnergyBalance<'_> {
 fn law_energy_balance() {
     let motor = reference(&params(&[]), FrictionLaw::Coulomb);
     let mut state = ReferenceState::default();
-    let mut account = EnergyBalance { motor: &motor, frequency_hz: 7460.0, net_j: 0.0, turnover_j: 0.0 };
-    motor.run(&mut state, DriveCommand::full(DriveMode::C), 0.03, &mut account).unwrap();
+    let mut balance = EnergyBalance { motor: &motor, frequency_hz: 7460.0, net_j: 0.0, turnover_j: 0.0 };
+    motor.run(&mut state, DriveCommand::full(DriveMode::C), 0.03, &mut balance).unwrap();
     let system = motor.system();
     let modal = (0..3).map(|n| {
         let mode = &system.modes[n];
@@ -149,5 +148,5 @@ fn law_energy_balance() {
     let stored = modal.sum::<f64>() + rotor;
     assert!(state.contact == [false, false], "it has left the teeth");
     assert!(stored > 1e-9);
-    assert!((stored - account.net_j).abs() < 1e-11 * account.turnover_j, "{stored} {}", account.net_j);
+    assert!((stored - balance.net_j).abs() < 1e-11 * balance.turnover_j, "{stored} {}", balance.net_j);
 }

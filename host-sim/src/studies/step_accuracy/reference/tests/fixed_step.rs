@@ -1,18 +1,18 @@
-//! Beside the fixed step.
+//! The reference against the fixed step.
 
 use motor_model::{DriveCommand, DriveMode, FrictionLaw, Motor, MotorSetup, MotorState};
 
 use super::super::state::ReferenceState;
 use super::{Events, params, reference};
 
-fn above() -> ReferenceState {
+fn in_flight() -> ReferenceState {
     ReferenceState { height_m: 2e-6, rate_rad_s: 0.3, phase_turns: 0.1, ..ReferenceState::default() }
 }
 
 /// Times of the first two impacts of the fixed step.
 fn first_two(step_s: f64, drive: DriveCommand) -> [f64; 2] {
     let motor = Motor::<f64>::try_new(&params(&[]), &MotorSetup::with_step(step_s)).unwrap();
-    let mut state = MotorState::from(&above());
+    let mut state = MotorState::from(&in_flight());
     let mut next = || {
         loop {
             if !motor.step(&mut state, drive).is_empty() {
@@ -24,13 +24,13 @@ fn first_two(step_s: f64, drive: DriveCommand) -> [f64; 2] {
     [next(), next()]
 }
 
-/// The end-of-step rule notices the first impact within one step, and the second with an error of the first order.
+/// The end-of-step rule finds the first impact within one step, and the second with an error of the first order.
 #[test]
 fn dual_first_impacts_converge_to_the_reference() {
     for mode in [DriveMode::B, DriveMode::C] {
         let drive = DriveCommand::full(mode);
         let mut events = Events::default();
-        let mut state = above();
+        let mut state = in_flight();
         reference(&params(&[]), FrictionLaw::Coulomb).run(&mut state, drive, 3e-3, &mut events).unwrap();
         let impacts = events.impacts();
         let [(first_s, _), (second_s, _)] = [impacts[0], impacts[1]];
@@ -50,20 +50,20 @@ fn dual_first_impacts_converge_to_the_reference() {
 #[test]
 fn dual_free_motion_agrees_to_rounding() {
     let drive = DriveCommand::full(DriveMode::B).with_frequency_offset(137.0).unwrap();
-    let mut state = ReferenceState { height_m: 1e-3, ..above() };
+    let mut state = ReferenceState { height_m: 1e-3, ..in_flight() };
     state.modes.velocity_m_s.x = 0.01;
     let motor = Motor::<f64>::try_new(&params(&[]), &MotorSetup::with_step(1e-6)).unwrap();
-    let mut twin = MotorState::from(&state);
+    let mut model = MotorState::from(&state);
     for _ in 0..500 {
-        motor.step(&mut twin, drive);
+        motor.step(&mut model, drive);
     }
     reference(&params(&[]), FrictionLaw::Coulomb).run(&mut state, drive, 5e-4, &mut ()).unwrap();
-    let twin = ReferenceState::from(&twin);
-    assert!((twin.modes.displacement_m - state.modes.displacement_m).norm() < 1e-13 * 1e-5);
-    assert!((twin.modes.velocity_m_s - state.modes.velocity_m_s).norm() < 1e-13);
-    assert!((twin.height_m - state.height_m).abs() < 1e-16);
-    assert!((twin.velocity_m_s - state.velocity_m_s).abs() < 1e-14);
-    assert!((twin.rate_rad_s - state.rate_rad_s).abs() < 1e-14);
-    assert!((twin.angle_rad - state.angle_rad).abs() < 1e-9, "2^-32 turn");
-    assert!((twin.phase_turns - state.phase_turns).abs() < 1e-12);
+    let model = ReferenceState::from(&model);
+    assert!((model.modes.displacement_m - state.modes.displacement_m).norm() < 1e-13 * 1e-5);
+    assert!((model.modes.velocity_m_s - state.modes.velocity_m_s).norm() < 1e-13);
+    assert!((model.height_m - state.height_m).abs() < 1e-16);
+    assert!((model.velocity_m_s - state.velocity_m_s).abs() < 1e-14);
+    assert!((model.rate_rad_s - state.rate_rad_s).abs() < 1e-14);
+    assert!((model.angle_rad - state.angle_rad).abs() < 1e-9, "2^-32 turn");
+    assert!((model.phase_turns - state.phase_turns).abs() < 1e-12);
 }

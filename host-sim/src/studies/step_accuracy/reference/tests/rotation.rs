@@ -1,4 +1,4 @@
-//! Friction in lasting contact, and the mean rates.
+//! Friction in sustained contact, and the mean rates.
 
 use motor_model::params::Parameter;
 use motor_model::{AmplitudeVariation, DriveCommand, DriveMode, DriveTuning, FrictionLaw, MotorParams};
@@ -28,7 +28,7 @@ fn exact_sliding_to_a_stop() {
     assert!((state.angle_rad - 0.5 / slowing).abs() < 1e-12 * 0.5 / slowing + 1e-13);
 }
 
-/// The turning by many small explicit steps along the reference's own vertical motion.
+/// The rotation by many small explicit steps along the reference's vertical motion.
 struct BruteForce<'a> {
     motor: &'a Reference,
     params: MotorParams,
@@ -50,7 +50,8 @@ impl ReferenceObserver for BruteForce<'_> {
             for (p, tooth) in system.teeth.iter().enumerate() {
                 let ratio = (tooth.tangential_displacement(&modes) / tooth.height(&modes)).abs();
                 let c = if self.law == FrictionLaw::Paper && ratio < mu { ratio } else { mu };
-                let most = c * system.rotor_mass_kg * segment.push_m_s2[p].at(tau) / mass * dt;
+                let most =
+                    c * system.rotor_mass_kg * segment.normal_force_per_mass_m_s2[p].at(tau) / mass * dt;
                 let slip = tooth.tangential_velocity(&modes) - self.v;
                 self.v += slip.clamp(-most, most);
             }
@@ -59,7 +60,7 @@ impl ReferenceObserver for BruteForce<'_> {
     }
 }
 
-/// A burst of ten cycles in mode C at 0.3, on the teeth all the time, sticking and slipping.
+/// A burst of ten cycles in mode C at 0.3, in sustained contact, sticking and slipping.
 #[test]
 fn dual_a_burst_against_brute_force() {
     for law in [FrictionLaw::Coulomb, FrictionLaw::Paper] {
@@ -78,7 +79,7 @@ fn dual_a_burst_against_brute_force() {
     }
 }
 
-/// A run cut into pieces of 7 us is the same run.
+/// A run divided into pieces of 7 us gives the same angle.
 #[test]
 fn law_pieces_make_the_whole() {
     let motor = reference(&params(&[]), FrictionLaw::Coulomb);
@@ -92,9 +93,8 @@ fn law_pieces_make_the_whole() {
     assert!((whole.height_m - pieces.height_m).abs() < 1e-18);
 }
 
-/// Mean rates against a fixed step of 0.1 us, five seeds of 2 s: B 15.2 +- 0.2 rad/s, C -1.53 +- 0.01. Here three seeds of
-/// 2 s, so 0.2 and 0.01 of
-/// standard error; the bands are four times that.
+/// Mean rates against a fixed step of 0.1 us with five seeds of 2 s: B 15.2 +- 0.2 rad/s, C -1.53 +- 0.01. Here three
+/// seeds of 2 s have a standard error of 0.2 and 0.01. The bands are four times that.
 #[test]
 fn regress_mean_rates() {
     for (mode, expected, band) in [(DriveMode::B, 15.2, 0.8), (DriveMode::C, -1.53, 0.04)] {
@@ -115,7 +115,7 @@ fn regress_mean_rates() {
     }
 }
 
-/// Degenerate motors under changing drive: nothing stands still, no tooth enters the rotor.
+/// Degenerate motors under changing drive: no run stalls, no tooth enters the rotor.
 #[test]
 fn law_degenerate_motors() {
     use Parameter::{Friction, Gravity, ModeBDampingRatio, Restitution, RotorMass, VerticalDamping};

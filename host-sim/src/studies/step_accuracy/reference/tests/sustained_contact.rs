@@ -1,4 +1,4 @@
-//! Lasting contact: sag and oscillation on the teeth, one pair, detachment.
+//! Sustained contact: sag and oscillation on the teeth, one pair, detachment.
 
 use core::f64::consts::TAU;
 
@@ -46,7 +46,8 @@ fn exact_sag_on_both_pairs() {
     assert!((state.height_m + sag).abs() < 1e-14 * sag);
 }
 
-/// On one pair, stator and rotor are `(M + m_r phi phi') g'' = -D g' - K g - m_r g phi - b_z phi phi' g'`: Runge-Kutta, 5 ns.
+/// On one pair, stator and rotor obey `(M + m_r phi phi') g'' = -D g' - K g - m_r g phi - b_z phi phi' g'`: Runge-Kutta
+/// with a step of 5 ns.
 #[test]
 fn dual_one_pair_against_runge_kutta() {
     let p = params(&[]);
@@ -94,7 +95,8 @@ fn dual_one_pair_against_runge_kutta() {
     assert!((state.height_m - dot(phi, g)).abs() < 1e-18);
 }
 
-/// A mass on a plate that moves as `a sin wt` leaves it where `a w^2 sin wt = gravity`: for `a w^2 = 2 gravity` at 30 degrees.
+/// A mass on a plate that moves as `a sin wt` leaves it where `a w^2 sin wt = gravity`: at 30 degrees for
+/// `a w^2 = 2 gravity`.
 #[test]
 fn exact_detachment_from_a_rigid_plate() {
     let w = TAU * 6300.0;
