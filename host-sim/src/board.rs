@@ -11,10 +11,10 @@
 
 mod elf_image;
 mod error;
-pub mod instructions;
+pub(crate) mod instructions;
 pub mod pil;
 pub mod qemu;
-pub mod size;
+pub(crate) mod size;
 #[cfg(feature = "telemetry")]
 pub mod telemetry;
 

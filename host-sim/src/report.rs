@@ -9,10 +9,10 @@
 //! | [`files`] | files that appear whole or not at all; CSV and JSON |
 
 pub mod chart;
-pub mod document;
+pub(crate) mod document;
 mod error;
-pub mod files;
-pub mod page;
+pub(crate) mod files;
+pub(crate) mod page;
 pub(crate) mod table;
 
 pub use error::OutputError;

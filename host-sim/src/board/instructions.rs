@@ -22,5 +22,5 @@ pub mod page_values;
 pub mod program;
 pub mod targets;
 
-pub use count_report::{CountRecord, CountReport};
+pub use count_report::CountReport;
 pub use listing::{Listing, ListingError, OperationCount};

@@ -12,7 +12,8 @@
 use std::collections::HashMap;
 use std::io::Write as _;
 use std::path::Path;
-use std::process::{Command, Stdio};
+use std::process::Command;
+use std::time::Duration;
 
 use serde::Serialize;
 
@@ -21,7 +22,7 @@ use crate::board::BoardError;
 use crate::board::elf_image::ElfImage;
 use crate::board::qemu::{self, Board, Trace};
 use crate::report::table::Table;
-use crate::tool::ToolError;
+use crate::tool::{ToolError, run_within};
 
 /// Ends of the names of functions, and the operations that they are.
 const OPERATIONS: [(&str, &str); 4] = [
@@ -38,6 +39,9 @@ const TICKS: usize = 2000;
 const DISASSEMBLER: &str = "llvm-objdump";
 /// Of the same package.
 const ANALYSER: &str = "llvm-mca";
+
+/// Time for one analysis, which takes some seconds.
+const ANALYSIS_LIMIT: Duration = Duration::from_secs(120);
 
 /// The cycles of an operation.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -156,26 +160,16 @@ fn jumps(call: &[u32], code: &HashMap<u32, String>) -> usize {
 fn analysed(call: &[u32], code: &HashMap<u32, String>, board: Board) -> Result<usize, BoardError> {
     let tool = ANALYSER;
     let not_run = |source| ToolError::NoTool { tool, source };
-    let mut child = Command::new(tool)
+    let mut assembly = tempfile::NamedTempFile::new().map_err(not_run)?;
+    assembly.write_all(straight_line(call, code, board).as_bytes()).map_err(not_run)?;
+    let mut command = Command::new(tool);
+    command
         .args(["-mtriple=thumbv7em-none-eabihf", &format!("-mcpu={}", board.cpu()), "-iterations=1"])
         .args(["-instruction-info=0", "-resource-pressure=0"])
-        .stdin(Stdio::piped())
-        .stdout(Stdio::piped())
-        .stderr(Stdio::piped())
-        .spawn()
-        .map_err(not_run)?;
-    let line = straight_line(call, code, board);
-    if let Some(mut stdin) = child.stdin.take() {
-        stdin.write_all(line.as_bytes()).map_err(not_run)?;
-    }
-    let output = child.wait_with_output().map_err(not_run)?;
-    let printed = String::from_utf8_lossy(&output.stdout);
+        .arg(assembly.path());
+    let printed = run_within(&mut command, tool, ANALYSIS_LIMIT)?;
     let cycles = printed.lines().find_map(|line| line.strip_prefix("Total Cycles:")?.trim().parse().ok());
-    cycles.ok_or_else(|| {
-        let complaint = String::from_utf8_lossy(&output.stderr);
-        let complaint = complaint.lines().next().unwrap_or_default().to_owned();
-        ToolError::ToolFailed { tool, complaint }.into()
-    })
+    cycles.ok_or_else(|| ToolError::ToolFailed { tool, complaint: "it printed no cycles".to_owned() }.into())
 }
 
 /// A call as assembly: its instructions in the order of execution, each jump to a label before all of them.
