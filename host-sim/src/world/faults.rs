@@ -26,7 +26,7 @@ struct Drift {
     /// Relative change in the end.
     to: f64,
     over_nanos: u64,
-    /// When the next change is due; `None` once it is over.
+    /// When the next change is due; `None` after the last.
     due: Option<Time>,
 }
 
@@ -97,7 +97,7 @@ impl MotorFaults {
         }
     }
 
-    /// The jolt, in rad/s, once, when it is due.
+    /// The jolt in rad/s, at the first call when it is due.
     pub fn jolt(&mut self, now: Time) -> Option<f64> {
         if now >= self.from { self.jolt_rad_s.take() } else { None }
     }

@@ -32,9 +32,9 @@ pub struct OpenLoopReport {
     pub rotor_rate_mean_rad_s: f64,
     /// Standard deviation of the rate.
     pub rotor_rate_sd_rad_s: f64,
-    /// Frequency of the largest line of the vertical velocity below 5 kHz; null when nothing collides.
+    /// Frequency of the largest line of the vertical velocity below 5 kHz; null without an impact.
     pub collision_frequency_hz: Option<f64>,
-    /// Amplitude of that line; 0 when nothing collides.
+    /// Amplitude of that line; 0 without an impact.
     pub collision_amplitude_m_s: f64,
     /// Impacts that approach faster than 1 mm/s.
     pub impacts_per_s: f64,

@@ -46,12 +46,12 @@ const REST_RAD2_S2: f64 = 1e-12;
 
 /// A kick as the genie is given it, with its variance in rad^2/s^2.
 #[derive(Clone, Copy, Debug)]
-struct ToldKick {
+struct GivenKick {
     kick: Kick,
     variance_rad2_s2: f64,
 }
 
-impl ToldKick {
+impl GivenKick {
     /// Both parts of the span, cut at `at` inside it, as if the acceleration were constant.
     fn cut(self, at: Time) -> [Self; 2] {
         let Self { kick, variance_rad2_s2 } = self;
@@ -84,7 +84,7 @@ pub struct Genie {
     /// Angle and rate at the last frame.
     track: Option<GenieTrack>,
     /// The kicks since.
-    told: VecDeque<ToldKick>,
+    given: VecDeque<GivenKick>,
     /// The track carried through the kicks.
     ahead: Option<GenieTrack>,
 }
@@ -99,28 +99,28 @@ struct GenieTrack {
 }
 
 impl GenieTrack {
-    fn through(&mut self, told: &ToldKick) {
-        let Kick { until, span_s, angle_rad, rate_rad_s, .. } = told.kick;
+    fn through(&mut self, given: &GivenKick) {
+        let Kick { until, span_s, angle_rad, rate_rad_s, .. } = given.kick;
         self.angle.turn_by_radians(self.rate_rad_s * span_s + angle_rad);
         self.rate_rad_s += rate_rad_s;
         self.covariance.predict(span_s, 0.0);
-        if told.variance_rad2_s2 > 0.0 {
-            self.covariance.widen_rate(told.variance_rad2_s2);
+        if given.variance_rad2_s2 > 0.0 {
+            self.covariance.widen_rate(given.variance_rad2_s2);
         }
         self.at = until;
     }
 
-    /// Applies the kicks of `told` up to `until`, and removes them.
-    fn advance(&mut self, told: &mut VecDeque<ToldKick>, until: Time) {
-        while let Some(next) = told.pop_front() {
+    /// Applies the kicks of `given` up to `until`, and removes them.
+    fn advance(&mut self, given: &mut VecDeque<GivenKick>, until: Time) {
+        while let Some(next) = given.pop_front() {
             if next.kick.until <= until {
                 self.through(&next);
             } else if until.seconds_since::<f64>(self.at) > 0.0 {
                 let [early, late] = next.cut(until);
                 self.through(&early);
-                return told.push_front(late);
+                return given.push_front(late);
             } else {
-                return told.push_front(next);
+                return given.push_front(next);
             }
         }
     }
@@ -130,23 +130,23 @@ impl Genie {
     /// A genie that knows each kick to `share` of it, and the variance of the camera in rad^2.
     pub fn new(share: f64, camera_rad2: f64, seed: u64) -> Self {
         let errors = random_streams::stream(seed, random_streams::RandomSource::GenieKicks);
-        Self { share, errors, camera_rad2, track: None, told: VecDeque::new(), ahead: None }
+        Self { share, errors, camera_rad2, track: None, given: VecDeque::new(), ahead: None }
     }
 
     /// Gives it a kick.
     pub fn give(&mut self, kick: &Kick) {
-        let mut told = ToldKick { kick: *kick, variance_rad2_s2: 0.0 };
+        let mut given = GivenKick { kick: *kick, variance_rad2_s2: 0.0 };
         if kick.contact && self.share > 0.0 {
             let error: f64 = StandardNormal.sample(&mut self.errors);
-            told.kick.angle_rad *= 1.0 + self.share * error;
-            told.kick.rate_rad_s *= 1.0 + self.share * error;
+            given.kick.angle_rad *= 1.0 + self.share * error;
+            given.kick.rate_rad_s *= 1.0 + self.share * error;
             let deviation_rad_s = self.share * kick.rate_rad_s;
-            told.variance_rad2_s2 = deviation_rad_s * deviation_rad_s;
+            given.variance_rad2_s2 = deviation_rad_s * deviation_rad_s;
         }
         if let Some(ahead) = &mut self.ahead {
-            ahead.through(&told);
+            ahead.through(&given);
         }
-        self.told.push_back(told);
+        self.given.push_back(given);
     }
 
     /// Corrects by a frame, at its exposure or at the end of the last kick, whichever is earlier.
@@ -161,7 +161,7 @@ impl Genie {
         };
         self.ahead = self.track;
         if let Some(ahead) = &mut self.ahead {
-            self.told.iter().for_each(|told| ahead.through(told));
+            self.given.iter().for_each(|given| ahead.through(given));
         }
         Innovation {
             source: Source::Camera,
@@ -180,14 +180,14 @@ impl Genie {
             rate_rad_s: 0.0,
             covariance: AngleRateCovariance::diagonal(self.camera_rad2, REST_RAD2_S2),
         };
-        track.advance(&mut self.told, frame.exposed_at);
+        track.advance(&mut self.given, frame.exposed_at);
         track.angle = AngleAccumulator::at(frame.angle);
         self.track = Some(track);
         (0.0, 0.0, Verdict::Restarted)
     }
 
     fn corrected(&mut self, mut track: GenieTrack, frame: &CameraFrame) -> (f64, f64, Verdict) {
-        track.advance(&mut self.told, frame.exposed_at);
+        track.advance(&mut self.given, frame.exposed_at);
         let innovation_rad = frame.angle.minus(track.angle.angle()).wrapped().radians_since(Angle::ZERO);
         let variance_rad2 = track.covariance.angle_innovation_rad2(self.camera_rad2);
         let gain = track.covariance.update_angle(self.camera_rad2);
@@ -277,9 +277,9 @@ mod tests {
     fn law_an_inexact_genie_is_given_errors_of_its_variance() {
         let mut genie = Genie::new(0.03, CAMERA_RAD2, 9);
         (1..=10_000).for_each(|n| genie.give(&kick(n, 2.0)));
-        let squares = genie.told.iter().map(|told| {
-            let error = told.kick.rate_rad_s - 2.0;
-            error * error / told.variance_rad2_s2
+        let squares = genie.given.iter().map(|given| {
+            let error = given.kick.rate_rad_s - 2.0;
+            error * error / given.variance_rad2_s2
         });
         let mean = squares.sum::<f64>() / 1e4;
         // Four standard errors of the mean of 10,000 squares of a normal.
@@ -291,8 +291,8 @@ mod tests {
         let mut genie = Genie::new(0.1, CAMERA_RAD2, 1);
         let kick = Kick { contact: false, ..kick(1, 2.0) };
         genie.give(&kick);
-        assert_eq!(genie.told[0].kick, kick);
-        assert!(genie.told[0].variance_rad2_s2 <= 0.0);
+        assert_eq!(genie.given[0].kick, kick);
+        assert!(genie.given[0].variance_rad2_s2 <= 0.0);
     }
 
     /// A span that is cut in two ends where the whole span ends.
@@ -300,16 +300,16 @@ mod tests {
     fn law_a_frame_within_a_span_changes_nothing_of_the_motion() {
         let through = |cuts: &[u64]| {
             let whole =
-                ToldKick { kick: Kick { angle_rad: 0.3 * SPAN_S, ..kick(1, 1.0) }, variance_rad2_s2: 0.04 };
+                GivenKick { kick: Kick { angle_rad: 0.3 * SPAN_S, ..kick(1, 1.0) }, variance_rad2_s2: 0.04 };
             let mut track = GenieTrack {
                 at: Time::ZERO,
                 angle: AngleAccumulator::default(),
                 rate_rad_s: 5.0,
                 covariance: AngleRateCovariance::diagonal(CAMERA_RAD2, 1.0),
             };
-            let mut told = VecDeque::from([whole]);
+            let mut given = VecDeque::from([whole]);
             for &us in cuts {
-                track.advance(&mut told, Time::from_micros(us));
+                track.advance(&mut given, Time::from_micros(us));
             }
             track
         };

@@ -59,21 +59,21 @@ impl FreeMotion {
         before: &TrueMotion,
         after: &TrueMotion,
         touched: bool,
-        mut tell: impl FnMut(Kick),
+        mut emit: impl FnMut(Kick),
     ) {
         let changed = before.rate_rad_s.to_bits() != after.rate_rad_s.to_bits();
         if touched && changed {
-            self.close(before, &mut tell);
-            tell(after.kick_since(before, true));
+            self.close(before, &mut emit);
+            emit(after.kick_since(before, true));
         } else if self.free_since.is_none() {
             self.free_since = Some(*before);
         }
     }
 
     /// Ends the steps in which teeth changed nothing at `now`.
-    pub(super) fn close(&mut self, now: &TrueMotion, mut tell: impl FnMut(Kick)) {
+    pub(super) fn close(&mut self, now: &TrueMotion, mut emit: impl FnMut(Kick)) {
         if let Some(since) = self.free_since.take() {
-            tell(now.kick_since(&since, false));
+            emit(now.kick_since(&since, false));
         }
     }
 }

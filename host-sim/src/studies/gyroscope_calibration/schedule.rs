@@ -1,8 +1,8 @@
 //! The schedule of a calibration: rests, and turns to either side at a staircase of rates.
 //!
-//! # What a schedule can tell
+//! # How well a schedule determines the scale factor
 //!
-//! With a gyroscope that has no noise but its random walk `N`, and an exact reference, rates `r(t)` tell the scale
+//! With a gyroscope that has no noise but its random walk `N`, and an exact reference, rates `r(t)` determine the scale
 //! factor to
 //!
 //! ```text

@@ -41,7 +41,7 @@ enum CameraFault {
     Stuck,
     /// Tracking finds nothing: angle zero.
     Zeros,
-    /// Tracking follows another feature, at a constant angle.
+    /// Tracking follows another feature, a constant angle away.
     Offset(Angle),
 }
 

@@ -1,3 +1,5 @@
+//! The fit against closed forms.
+
 use super::*;
 
 const NOISE: GyroscopeNoise = GyroscopeNoise {

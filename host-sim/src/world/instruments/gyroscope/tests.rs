@@ -1,3 +1,5 @@
+//! The gyroscope against its model and its data sheet.
+
 use super::noise::TimeSpan;
 use super::*;
 use crate::math::allan_deviation;
@@ -8,7 +10,7 @@ fn scene(sets: &[&str]) -> Scene {
     Scene::load(None, &sets).unwrap()
 }
 
-/// Without noise of any kind, and with errors as they stand.
+/// No noise of any kind, and errors that are not drawn.
 const PURE: [&str; 4] = [
     "gyroscope.parameters=nominal",
     "gyroscope.random_walk_deg_rh=0",
@@ -16,7 +18,7 @@ const PURE: [&str; 4] = [
     "gyroscope.resolution_deg=0",
 ];
 
-/// Angles of a gyroscope that lies still.
+/// Angles of a gyroscope at rest.
 fn at_rest(scene: &Scene, samples: usize) -> Vec<f64> {
     let mut gyroscope = Gyroscope::new(scene);
     let mut angle_deg = 0.0;
@@ -39,7 +41,7 @@ fn exact_scale_factor_and_bias() {
     assert_eq!(gyroscope.errors(), GyroscopeErrors { scale: 5e-4, bias_deg_s: 0.01 });
 }
 
-/// +-400 deg/s are 0.8 degrees a sample; it is the mean over the sample that saturates.
+/// +-400 deg/s are 0.8 degrees a sample; the mean over the sample saturates.
 #[test]
 fn exact_saturation_clamps_and_says_so() {
     let mut gyroscope = Gyroscope::new(&scene(
@@ -73,7 +75,7 @@ fn exact_samples_are_whole_units() {
 /// rest against the closed form.
 ///
 /// An estimate over spans of m of N samples scatters by about sqrt(m / N); four times that is allowed. The drift is
-/// constant over a sample, which matters where the span is hardly longer.
+/// constant over a sample, which matters where the span is of a few samples.
 #[test]
 fn dual_allan_deviation_is_the_closed_form() {
     let samples = 4 * 3600 * 10;
@@ -113,8 +115,8 @@ fn exact_random_walk_and_plateau_are_those_of_the_data_sheet() {
     assert!(deg_h(1.7) < deg_h(1.8926) && deg_h(2.1) < deg_h(1.8926));
 }
 
-/// The covariance of angles over two spans is half of what joining them adds to the variance; and over many gyroscopes
-/// it is what they scatter by.
+/// The covariance of the angles over two spans is half of what joining them adds to the variance. Of two spans that are
+/// apart it is the double integral of the drift's covariance.
 #[test]
 fn dual_covariance_of_spans() {
     let scene = scene(&["gyroscope.instability_time_s=3", "gyroscope.instability_deg_h=100"]);
@@ -139,8 +141,8 @@ fn dual_covariance_of_spans() {
     assert!((rest / sum - 1.0).abs() < 1e-4, "{rest} {sum}");
 }
 
-/// Serial numbers and seeds name gyroscopes; the errors of 4,000 scatter as they should, and switching noise off leaves
-/// them as they are.
+/// Serial numbers and seeds name gyroscopes; the errors of 4,000 have the stated deviations, and do not depend on the
+/// noise.
 #[test]
 fn law_gyroscopes_are_drawn_by_seed_and_serial() {
     let errors = |serial: u32, more: &str| {
