@@ -60,8 +60,6 @@ pub struct CalibrationPlan {
 pub struct Calibrations {
     /// The first, with its intervals and its fit.
     pub first: Calibration,
-    /// The motor's run of the first.
-    pub turning: TurningRun,
     /// Allan deviation of the first gyroscope, an hour at rest: span in s, deg/h of the samples, deg/h of the model.
     pub allan_deg_h: Vec<(f64, f64, f64)>,
     /// All outcomes, that of the first included.
@@ -99,7 +97,7 @@ impl CalibrationPlan {
             let mut calibrations = calibrations.collect::<Result<Vec<_>, StudyError>>()?;
             progress();
             let outcomes: Vec<CalibrationOutcome> = calibrations.iter().map(|c| c.outcome.clone()).collect();
-            Ok((outcomes, (number == 0).then(|| (calibrations.swap_remove(0), turning))))
+            Ok((outcomes, (number == 0).then(|| calibrations.swap_remove(0))))
         };
         let numbers: Vec<u64> = (0..self.motors).collect();
         let of_motors: Result<Vec<_>, StudyError> =
@@ -107,7 +105,7 @@ impl CalibrationPlan {
         let mut of_motors = of_motors?;
         let first = of_motors.first_mut().and_then(|(_, first)| first.take());
         // There is at least one motor, and the first has a run.
-        let (first, turning) = first.ok_or_else(not_told_apart)?;
+        let first = first.ok_or_else(not_told_apart)?;
         let mut by_motor: Vec<_> = of_motors.into_iter().map(|(outcomes, _)| outcomes.into_iter()).collect();
         let mut outcomes = Vec::new();
         while let Some(round) =
@@ -118,7 +116,6 @@ impl CalibrationPlan {
         }
         Ok(Calibrations {
             first,
-            turning,
             allan_deg_h: at_rest(&self.scene),
             outcomes,
             motors: self.motors,

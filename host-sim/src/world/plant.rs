@@ -100,11 +100,6 @@ impl Plant {
         true
     }
 
-    /// The parameters drawn.
-    pub fn params(&self) -> &MotorParams {
-        &self.params
-    }
-
     /// The state of the motor.
     pub fn state(&self) -> &MotorState<f64> {
         &self.state
