@@ -1,10 +1,12 @@
 //! The firmware's log of a run, read by defmt's own decoder, with the true motion at the same ticks.
 //!
-//! - [`LogDictionary`]: the texts of the log, which are in the ELF and nowhere else.
-//! - [`LogReader`]: entries as they come into the file that the emulated program logs to.
-//! - [`LogBesideTruth`]: each [`LogEntry`] with the truth of its tick, as a table (CSV) and a picture.
+//! | item | what it is |
+//! |---|---|
+//! | [`LogDictionary`] | the texts of the log, which only the ELF has |
+//! | [`LogReader`] | reads the entries of the file that the emulated program logs into |
+//! | [`LogBesideTruth`] | each [`LogEntry`] with the truth of its tick, as a table (CSV) and a picture |
 //!
-//! What the firmware logs, and how often: `firmware/src/telemetry.rs`.
+//! `firmware/src/telemetry.rs` says what the firmware logs, and how often.
 
 mod log_beside_truth;
 mod picture;
@@ -100,7 +102,7 @@ impl<'d> LogReader<'d> {
         let mut bytes = Vec::new();
         self.file
             .read_to_end(&mut bytes)
-            .map_err(|error| BoardError::Board(format!("logs into a file that is lost: {error}")))?;
+            .map_err(|error| BoardError::Board(format!("logs into a file that cannot be read: {error}")))?;
         if bytes.is_empty() {
             return Ok(Vec::new());
         }

@@ -9,6 +9,7 @@ use motor_model::{Angle, math};
 
 use super::{LogEntry, picture};
 use crate::board::BoardError;
+use crate::math::statistics::MeanSquare;
 use crate::report::OutputError;
 use crate::report::files::Output;
 use crate::runs::closed_loop::PositioningMoment;
@@ -46,7 +47,7 @@ pub(super) struct Logged {
 pub struct LogBesideTruth {
     csv: csv::Writer<Output>,
     counts: BTreeMap<String, u64>,
-    squares_mdeg2: f64,
+    errors_mdeg: MeanSquare,
     pub(super) estimates: Vec<Logged>,
     /// Time and innovation in milli-degrees: of frames used, and of frames refused.
     pub(super) innovations: [Vec<(f64, f64)>; 2],
@@ -64,7 +65,7 @@ impl LogBesideTruth {
         let mut record = Self {
             csv: csv::Writer::from_writer(Output::create(path)?),
             counts: BTreeMap::new(),
-            squares_mdeg2: 0.0,
+            errors_mdeg: MeanSquare::default(),
             estimates: Vec::new(),
             innovations: [Vec::new(), Vec::new()],
             drives: Vec::new(),
@@ -100,7 +101,7 @@ impl LogBesideTruth {
         let time_s = truth.seconds();
         let logged = estimate(entry, truth);
         if let Some(logged) = logged {
-            self.squares_mdeg2 += logged.error_mdeg * logged.error_mdeg;
+            self.errors_mdeg.add(logged.error_mdeg);
             put(&mut self.estimates, logged);
         } else if let Some(rad) = entry.field::<f64>("rad") {
             let [used, refused] = &mut self.innovations;
@@ -178,9 +179,7 @@ impl fmt::Display for LogBesideTruth {
         let kinds: Vec<String> = self.counts.iter().map(|(kind, count)| format!("{count} {kind}")).collect();
         let all: u64 = self.counts.values().sum();
         writeln!(f, "log                {all} entries: {}", kinds.join(", "))?;
-        #[expect(clippy::cast_precision_loss, reason = "far below 2^53")]
-        let estimates = self.counts.get("estimate").copied().unwrap_or(0).max(1) as f64;
-        let rms_mdeg = math::sqrt(self.squares_mdeg2 / estimates);
+        let rms_mdeg = self.errors_mdeg.root();
         writeln!(f, "logged estimates   {rms_mdeg:.2} mdeg rms off the truth of their tick")
     }
 }
