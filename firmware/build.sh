@@ -55,7 +55,7 @@ build_all() {
     if [[ -z $program ]]; then
         # Each library by itself first: none may need another's features to do without std.
         local each
-        for each in motor-model estimator controller link firmware firmware-checks; do
+        for each in micromotor-model micromotor-estimator micromotor-controller micromotor-link firmware firmware-checks; do
             "${build[@]}" -p "$each" >&2
         done
         elf=$target_dir/$target/$profile/parity
@@ -71,7 +71,7 @@ build_all() {
         # only the construction of filters here, and the controller only the next command, so both are small, not fast.
         "${build[@]}" -p "$package" --bin "$program" --no-default-features "${features[@]}" \
             --config "profile.$profile.package.libm.opt-level='s'" \
-            --config "profile.$profile.package.controller.opt-level='s'" \
+            --config "profile.$profile.package.micromotor-controller.opt-level='s'" \
             --target-dir "$target_dir/one-filter" >&2
         elf=$target_dir/one-filter/$target/$profile/$program-$filter
         cp "$target_dir/one-filter/$target/$profile/$program" "$elf"

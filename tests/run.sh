@@ -81,7 +81,7 @@ check_firmware() {
 # Everything of the host is built once, in one profile, with the integrators of other crates beside the twin (`host-sim
 # accuracy`). The tests run by `cargo test`, which shares a run between the tests of a binary; cargo-nextest would
 # repeat it for each of them.
-features=(--features host-sim/peers)
+features=(--features micromotor-sim/peers)
 
 # The test harness tells how long each test takes only if it may use options that are not stable yet.
 timed_tests() {

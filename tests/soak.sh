@@ -105,7 +105,7 @@ property() {
     124) result="cut short" && rm "$log" ;;
     *)
         result=failed
-        failed "$package $name, seed $seed" "$log" "${variables[*]} cargo test --package $package -- --exact $name"
+        failed "$package $name, seed $seed" "$log" "${variables[*]} cargo test --manifest-path $package/Cargo.toml -- --exact $name"
         ;;
     esac
     note "$package $name" "$seed" $((SECONDS - began)) "$result"
@@ -182,7 +182,7 @@ check() {
     fi
     note "$name" - $((SECONDS - began)) "$result"
 }
-check results cargo run --release --package host-sim -- results --check
+check results cargo run --release --package micromotor-sim -- results --check
 # Without cargo-deny on the machine it is left out: its installation takes longer than all the rest.
 if command -v cargo-deny >/dev/null; then
     check dependencies cargo deny --workspace check bans licenses sources

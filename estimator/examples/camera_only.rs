@@ -3,7 +3,7 @@
 //! A rotor turns at 10 rad/s, and its rate is a random walk. A camera of 10,000 frames a second shows its angle with
 //! the noise that the filter assumes. Printed are angle, error and standard deviation every 10 ms.
 //!
-//! `cargo run -p estimator --example camera_only`
+//! `cargo run -p micromotor-estimator --example camera_only`
 
 use estimator::{AngleFilter, CameraFrame, ConstantRate, ConstantRateTuning};
 use motor_model::{Angle, DriveCommand, DriveMode, Time, math};

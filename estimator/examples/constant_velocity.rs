@@ -9,7 +9,7 @@
 //! x+ = x + dt v + dt^2/2 a,   v+ = v + dt a,   a: white noise, standard deviation 0.5 m/s^2,   z = x + 0.2 m of noise
 //! ```
 //!
-//! `cargo run -p estimator --example constant_velocity`
+//! `cargo run -p micromotor-estimator --example constant_velocity`
 
 use estimator::{NoiseSource, Refusal, Transition, UdCovariance, UpperTriangular};
 use motor_model::math;

@@ -147,10 +147,21 @@ fn check_host_sim(folder: &TempDir, place: Place, arguments: &[String]) -> Resul
     if place == Place::Prose || in_qemu { Ok(()) } else { succeeds(folder, &smaller(arguments)) }
 }
 
-fn manifest(package: &str) -> Result<Table, String> {
-    let path = repository().join(package).join("Cargo.toml");
-    let text = fs::read_to_string(path).map_err(|error| format!("package {package}: {error}"))?;
-    text.parse().map_err(|error| format!("package {package}: {error}"))
+fn manifest(folder: &str) -> Result<Table, String> {
+    let path = repository().join(folder).join("Cargo.toml");
+    let text = fs::read_to_string(path).map_err(|error| format!("{folder}: {error}"))?;
+    text.parse().map_err(|error| format!("{folder}: {error}"))
+}
+
+/// The folder of a package, whose name in the registry may be another than that of its folder.
+fn folder_of(package: &str) -> Result<String, String> {
+    let workspace: Table = manifest(".")?;
+    let members = workspace["workspace"]["members"].as_array().into_iter().flatten();
+    let is_it = |folder: &&str| {
+        manifest(folder).is_ok_and(|manifest| manifest["package"]["name"].as_str() == Some(package))
+    };
+    let folder = members.filter_map(Value::as_str).find(is_it);
+    folder.map(str::to_owned).ok_or_else(|| format!("no package {package}"))
 }
 
 fn there(path: &str) -> Result<(), String> {
@@ -163,10 +174,10 @@ fn check_flags(flags: &[String]) -> Result<(), String> {
         let at = flags.iter().position(|word| names.contains(&word.as_str()));
         at.and_then(|at| flags.get(at + 1)).map(String::as_str)
     };
-    let package = value(&["-p", "--package"]);
-    if let Some(package) = package {
-        manifest(package)?;
-    }
+    let folder = match value(&["-p", "--package"]) {
+        Some(package) => folder_of(package)?,
+        None => "host-sim".to_owned(),
+    };
     if let Some(path) = value(&["--path"]) {
         there(&format!("{path}/Cargo.toml"))?;
     }
@@ -178,12 +189,11 @@ fn check_flags(flags: &[String]) -> Result<(), String> {
         known.then_some(()).ok_or(format!("no benchmark {bench}"))?;
     }
     if let Some(program) = value(&["--bin", "--example"]) {
-        let package = package.unwrap_or("host-sim");
-        let folder = if flags.iter().any(|word| word == "--example") { "examples" } else { "src/bin" };
-        there(&format!("{package}/{folder}/{program}.rs"))?;
+        let programs = if flags.iter().any(|word| word == "--example") { "examples" } else { "src/bin" };
+        there(&format!("{folder}/{programs}/{program}.rs"))?;
     }
     if let Some(features) = value(&["--features"]) {
-        let manifest = manifest(package.unwrap_or("host-sim"))?;
+        let manifest = manifest(&folder)?;
         for feature in features.split(',') {
             let known = manifest.get("features").and_then(|table| table.get(feature));
             known.map(|_| ()).ok_or(format!("no feature {feature}"))?;
