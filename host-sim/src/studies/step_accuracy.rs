@@ -123,7 +123,7 @@ impl StepAccuracyPlan {
                     method.apply(AmplitudeVariation::default(), &measurement)
                 };
                 let steady = |index: usize| {
-                    steady_motion::errors(method, &CONDITIONS[index], self.steady, &reference[index])
+                    steady_motion::errors(method, CONDITIONS[index], self.steady, &reference[index])
                 };
                 let burst = |index: usize| BURSTS[index].error(method);
                 Ok(MethodErrors {
@@ -144,7 +144,7 @@ impl StepAccuracyPlan {
                 .map(|seed| steady_motion::reference_means(condition, self.steady, seed))
                 .collect()
         };
-        CONDITIONS.iter().map(of).collect()
+        CONDITIONS.into_iter().map(of).collect()
     }
 }
 

@@ -6,7 +6,7 @@ use std::time::Instant;
 use motor_model::{AveragedMotor, AveragedState, DriveCommand, MotorParams, MotorSetup, math};
 use serde::Serialize;
 
-use super::method::JUDGED_STEP_S;
+use super::method::TARGET_STEP_S;
 use super::steady_motion::{CONDITIONS, DriveCondition};
 use super::step_cost::{StepCost, least_times_s};
 use crate::math::random_streams::{RandomSource, stream};
@@ -48,7 +48,7 @@ pub fn rows(campaign: &SpinUpCampaign, rounds: u32) -> Result<Vec<AveragedRow>, 
 
 fn row(condition: DriveCondition, campaign: &SpinUpCampaign, rounds: u32) -> Result<AveragedRow, StudyError> {
     let (params, setup, command) =
-        (MotorParams::nominal(), MotorSetup::with_step(JUDGED_STEP_S), condition.command());
+        (MotorParams::nominal(), MotorSetup::with_step(TARGET_STEP_S), condition.command());
     let identified = campaign.identify(&params, &setup, command, 1)?;
     let full = moves_of_full_motor(campaign, &params, &setup, command)?;
     let motion = identified.motion();

@@ -76,12 +76,12 @@ impl MapSamples {
     pub fn draw(mode: DriveMode, count: usize) -> Result<Self, StudyError> {
         let reference = Reference::nominal(&AmplitudeVariation::default())?;
         let drive = DriveCommand::full(mode);
-        let mut chance = stream(SEED, RandomSource::StartStates);
+        let mut random = stream(SEED, RandomSource::StartStates);
         let mut state = ReferenceState::default();
         reference.run(&mut state, drive, SETTLE_S, &mut ())?;
         let mut samples = Vec::with_capacity(count);
         while samples.len() < count {
-            let part: f64 = StandardUniform.sample(&mut chance);
+            let part: f64 = StandardUniform.sample(&mut random);
             reference.run(&mut state, drive, SPACING_S.0 + part * (SPACING_S.1 - SPACING_S.0), &mut ())?;
             let mut start = state;
             start.time_s = 0.0;

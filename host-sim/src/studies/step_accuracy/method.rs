@@ -12,7 +12,7 @@ use crate::runs::simulate::{FAST_APPROACH_M_S, Precision};
 /// All steps that are compared.
 pub const STEPS_S: [f64; 8] = [0.25e-6, 0.5e-6, 1e-6, 2e-6, 5e-6, 10e-6, 20e-6, 50e-6];
 /// The step whose cost and error are held to the targets.
-pub const JUDGED_STEP_S: f64 = 10e-6;
+pub const TARGET_STEP_S: f64 = 10e-6;
 
 /// A fixed-step method: rule of impacts, precision and step.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -52,6 +52,7 @@ pub struct RotorReading {
 
 /// An impact, and the rotor just after it.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[expect(clippy::struct_field_names, reason = "each name ends with its unit")]
 pub struct ImpactRecord {
     /// Time since the start.
     pub time_s: f64,

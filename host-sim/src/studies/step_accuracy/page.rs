@@ -3,7 +3,7 @@
 use motor_model::ImpactRule;
 
 use super::comparison::{MethodRow, StepAccuracy};
-use super::method::JUDGED_STEP_S;
+use super::method::TARGET_STEP_S;
 use super::peers::PeerRow;
 use super::targets::TargetResult;
 use crate::report::document::{Block, Document, Table};
@@ -26,9 +26,9 @@ impl StepAccuracy {
     pub fn page_values(&self) -> Vec<PlacedValue> {
         let (timed, of_error): (Vec<_>, Vec<_>) =
             self.target_results().into_iter().partition(|result| result.timed);
-        let judged = self.row(ImpactRule::Located, Precision::F64, JUDGED_STEP_S);
-        let rate = |index: usize| judged.map_or_else(String::new, |row| rate(row, index));
-        let real_time = judged.map_or_else(String::new, |row| format!("~{:.0}", row.cost[0].times_real_time));
+        let target = self.row(ImpactRule::Located, Precision::F64, TARGET_STEP_S);
+        let rate = |index: usize| target.map_or_else(String::new, |row| rate(row, index));
+        let real_time = target.map_or_else(String::new, |row| format!("~{:.0}", row.cost[0].times_real_time));
         vec![
             ("rate_b_located_10us", rate(0)),
             ("rate_c_located_10us", rate(1)),

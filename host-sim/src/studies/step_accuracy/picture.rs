@@ -48,10 +48,10 @@ impl StepAccuracy {
     fn rate_panel(&self, title: &str, index: usize) -> Panel {
         let y = Axis::new("error (%)").logarithmic().within(LOWEST..150.0);
         let rate = |row: &MethodRow| (row.cost[index].ns_per_ms, row.steady[index].rate);
-        let chance = self.curve(ImpactRule::Located, Precision::F64).map(rate);
-        let chance = chance.map(|(cost, rate)| (cost, LOWEST, 100.0 * rate.half_width)).collect();
+        let resolution = self.curve(ImpactRule::Located, Precision::F64).map(rate);
+        let resolution = resolution.map(|(cost, rate)| (cost, LOWEST, 100.0 * rate.half_width)).collect();
         let panel = Panel::new(title, Axis::new(COST).logarithmic(), y).height(250);
-        curves(panel.series(Series::band(chance).colour(Colour::Grey).opacity(0.3)), |rule, precision| {
+        curves(panel.series(Series::band(resolution).colour(Colour::Grey).opacity(0.3)), |rule, precision| {
             let point = |row: &MethodRow| {
                 let (cost, rate) = rate(row);
                 (row.method.step_s, cost, 100.0 * rate.resolved())

@@ -175,14 +175,14 @@ impl Reference {
     fn next(&self, state: &ReferenceState, segment: &Segment) -> (f64, Next) {
         let (mut end, mut next) = (1.0, Next::End);
         for p in 0..2 {
-            let (watched, what) = if state.contact[p] {
+            let (series, event) = if state.contact[p] {
                 (segment.normal_force_per_mass_m_s2[p], Next::Detachment(p))
             } else {
                 let gap = segment.gap(&self.system.teeth[p]);
                 (gap.without_root_at_start(state.roots_at_start[p]), Next::Impact)
             };
-            if let Some(tau) = watched.first_descent(end) {
-                (end, next) = (tau, what);
+            if let Some(tau) = series.first_descent(end) {
+                (end, next) = (tau, event);
             }
         }
         (end, next)

@@ -89,12 +89,12 @@ pub struct SteadyErrors {
 
 impl DriveCondition {
     /// The command of the drive.
-    pub fn command(&self) -> DriveCommand {
+    pub fn command(self) -> DriveCommand {
         DriveCommand::saturating(self.mode, self.amplitude)
     }
 
     /// Such as `B` or `C 0.3`.
-    pub fn name(&self) -> String {
+    pub fn name(self) -> String {
         let full = self.amplitude >= 1.0;
         if full { format!("{:?}", self.mode) } else { format!("{:?} {}", self.mode, self.amplitude) }
     }
@@ -103,7 +103,7 @@ impl DriveCondition {
 impl SteadySchedule {
     /// The schedule for `condition`. Motion without impacts is not chaotic, so fewer and shorter runs suffice.
     #[must_use]
-    pub fn of(self, condition: &DriveCondition) -> Self {
+    pub fn of(self, condition: DriveCondition) -> Self {
         if condition.collides {
             self
         } else {
@@ -142,13 +142,13 @@ fn collision_hz(samples: &[f64], rate_hz: f64) -> f64 {
 }
 
 /// Measures the means over one run of a model.
-struct SteadyMeasurement<'a> {
-    condition: &'a DriveCondition,
+struct SteadyMeasurement {
+    condition: DriveCondition,
     schedule: SteadySchedule,
     step_s: f64,
 }
 
-impl Measurement for SteadyMeasurement<'_> {
+impl Measurement for SteadyMeasurement {
     type Outcome = SteadyMeans;
 
     #[expect(
@@ -219,7 +219,7 @@ impl ReferenceObserver for SteadyObserver {
 /// # Errors
 /// When the reference stalls.
 pub fn reference_means(
-    condition: &DriveCondition,
+    condition: DriveCondition,
     schedule: SteadySchedule,
     seed: u64,
 ) -> Result<SteadyMeans, StudyError> {
@@ -230,13 +230,13 @@ pub fn reference_means(
     reference.run(&mut state, command, settle_s, &mut ())?;
     let origin_rad = state.angle_rad;
     let interval_s = 1.0 / SAMPLE_RATE_HZ;
-    let mut watch =
+    let mut observer =
         SteadyObserver { interval_s, next_s: state.time_s + interval_s, ..SteadyObserver::default() };
-    reference.run(&mut state, command, time_s, &mut watch)?;
+    reference.run(&mut state, command, time_s, &mut observer)?;
     Ok(SteadyMeans {
         rate_rad_s: (state.angle_rad - origin_rad) / time_s,
-        impacts_per_s: f64::from(watch.fast) / time_s,
-        collision_hz: collision_hz(&watch.samples, SAMPLE_RATE_HZ),
+        impacts_per_s: f64::from(observer.fast) / time_s,
+        collision_hz: collision_hz(&observer.samples, SAMPLE_RATE_HZ),
     })
 }
 
@@ -246,7 +246,7 @@ pub fn reference_means(
 /// When the method's step is out of bounds.
 pub fn errors(
     method: &StepMethod,
-    condition: &DriveCondition,
+    condition: DriveCondition,
     schedule: SteadySchedule,
     reference: &[SteadyMeans],
 ) -> Result<SteadyErrors, StudyError> {

@@ -16,7 +16,7 @@ use crate::studies::StudyError;
 /// Number and length of the timed batches.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TimingEffort {
-    /// SteadySchedule of each.
+    /// Number of batches of each method.
     pub rounds: u32,
     /// Time from rest before a batch.
     pub settle_s: f64,

@@ -8,7 +8,7 @@ use super::bursts::BURSTS;
 use super::comparison::{MethodRow, StepAccuracy};
 use super::method::MODEL;
 use super::peers::PeerRow;
-use super::steady_motion::{CONDITIONS, Deviation};
+use super::steady_motion::{CONDITIONS, Deviation, DriveCondition};
 use super::targets::{CostRatio, TargetResult};
 use crate::report::OutputError;
 use crate::report::document::{Block, Document, Table};
@@ -72,7 +72,7 @@ struct CsvLine {
 impl CsvLine {
     fn new(row: &MethodRow, driven: DriveMode) -> Self {
         let mode = usize::from(driven == DriveMode::C);
-        let (cost, flights) = (&row.cost[mode], &row.impact_map[mode]);
+        let (cost, impact_map) = (&row.cost[mode], &row.impact_map[mode]);
         let (full, small) = (&row.steady[mode], &row.steady[mode + 2]);
         let error = |deviation: &Deviation| 100.0 * deviation.relative;
         let half = |deviation: &Deviation| 100.0 * deviation.half_width;
@@ -85,11 +85,11 @@ impl CsvLine {
             ns_per_step: cost.ns_per_step,
             ns_per_ms: cost.ns_per_ms,
             times_real_time: cost.times_real_time,
-            next_impact_rms_ns: 1e9 * flights.first_impact_rms_s,
-            next_impact_max_ns: 1e9 * flights.first_impact_max_s,
-            velocity_rms_mm_s: 1e3 * flights.velocity_rms_m_s,
-            rate_rms_mrad_s: 1e3 * flights.rate_rms_rad_s,
-            flights_missed: flights.missed,
+            next_impact_rms_ns: 1e9 * impact_map.first_impact_rms_s,
+            next_impact_max_ns: 1e9 * impact_map.first_impact_max_s,
+            velocity_rms_mm_s: 1e3 * impact_map.velocity_rms_m_s,
+            rate_rms_mrad_s: 1e3 * impact_map.rate_rms_rad_s,
+            flights_missed: impact_map.missed,
             rate_error_percent: error(&full.rate),
             rate_half_width_percent: half(&full.rate),
             impacts_error_percent: full.impacts.as_ref().map(error),
@@ -281,7 +281,7 @@ impl StepAccuracy {
     pub fn json(&self) -> String {
         let report = StepAccuracyJson {
             rows: &self.rows,
-            conditions: CONDITIONS.iter().map(super::steady_motion::DriveCondition::name).collect(),
+            conditions: CONDITIONS.into_iter().map(DriveCondition::name).collect(),
             bursts: BURSTS.iter().map(|burst| burst.name()).collect(),
             averaged: &self.averaged,
             peers: &self.peers,

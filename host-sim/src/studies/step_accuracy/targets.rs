@@ -11,13 +11,13 @@ use serde::Serialize;
 
 use super::bursts::BURSTS;
 use super::comparison::{MethodRow, StepAccuracy};
-use super::method::JUDGED_STEP_S;
+use super::method::TARGET_STEP_S;
 use super::peers::{PEER_STEP_S, PeerRow};
 use super::steady_motion::{CONDITIONS, Deviation};
 use crate::runs::simulate::Precision;
 
 /// Steps, and the largest relative error allowed at each.
-pub const ERROR_LIMITS: [(f64, f64); 2] = [(JUDGED_STEP_S, 0.02), (20e-6, 0.05)];
+pub const ERROR_LIMITS: [(f64, f64); 2] = [(TARGET_STEP_S, 0.02), (20e-6, 0.05)];
 /// Largest time that a step may take on average in steady motion.
 pub const STEP_LIMIT_NS: f64 = 15.0;
 /// Least ratio of the costs of end-of-step and located impacts at equal error.
@@ -101,7 +101,7 @@ impl StepAccuracy {
     }
 
     fn step_costs(&self) -> Vec<TargetResult> {
-        let at = |precision| self.row(ImpactRule::Located, precision, JUDGED_STEP_S);
+        let at = |precision| self.row(ImpactRule::Located, precision, TARGET_STEP_S);
         let (Some(double), Some(single)) = (at(Precision::F64), at(Precision::F32)) else {
             return Vec::new();
         };
@@ -182,7 +182,7 @@ impl StepAccuracy {
     }
 
     fn cost_ratio(&self, error: String, point: impl Fn(&MethodRow) -> Point) -> Option<CostRatio> {
-        let located = point(self.row(ImpactRule::Located, Precision::F64, JUDGED_STEP_S)?);
+        let located = point(self.row(ImpactRule::Located, Precision::F64, TARGET_STEP_S)?);
         let curve: Vec<Point> = self.curve(ImpactRule::EndOfStep, Precision::F64).map(point).collect();
         let (cost, at_least) = cost_at(&curve, located.1.max(located.2))?;
         Some(CostRatio { error, times: cost / located.0, at_least })
@@ -232,13 +232,13 @@ fn error_targets(row: &MethodRow, limit: f64) -> Vec<TargetResult> {
     ]
     .into_iter()
     .map(|(quantity, found)| {
-        let who = format!("located {} at {:.0} us", row.method.precision_word(), 1e6 * row.method.step_s);
+        let method = format!("located {} at {:.0} us", row.method.precision_word(), 1e6 * row.method.step_s);
         let worst = found.into_iter().max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()));
         let (name, relative, half_width) = worst.unwrap_or_default();
         let interval =
             if half_width > 0.0 { format!(" +- {:.2}", 100.0 * half_width) } else { String::new() };
         TargetResult {
-            target: format!("{who}: {quantity} within {:.0} %", 100.0 * limit),
+            target: format!("{method}: {quantity} within {:.0} %", 100.0 * limit),
             found: format!("{:+.2}{interval} % at worst ({name})", 100.0 * relative),
             met: relative.abs() <= limit,
             timed: false,
