@@ -205,7 +205,8 @@ fn spin_up(seeds: u64) -> Result<Figure, StudyError> {
             .collect()
     };
     let mut figure = Figure::new("Spin-up from standstill").caption(format!(
-        "Rate over each 5 ms: {seeds} runs drawn faintly, and their mean. Clockwise is positive; only the drive differs."
+        "Rate over each 5 ms: {seeds} runs drawn faintly, and their mean. Clockwise is positive; only the drive \
+         differs."
     ));
     for mode in [DriveMode::B, DriveMode::C] {
         let sign = if mode == DriveMode::B { 1.0 } else { -1.0 };

@@ -16,17 +16,17 @@ use crate::studies::averaged_motor::IdentifiedMotion;
 
 const ABOUT: &str = "Method: motor_model::Motor, the nominal motor, Coulomb friction. Reference: an event-driven \
     integrator. Next impact: error of the time of the next impact, and of vertical velocity and rate just after the \
-    impact that follows it, from equal states of steady motion, root mean square. Mean rate, impacts per second (faster \
-    than 1 mm/s) and collision frequency (largest line below 5 kHz): error of steady motion in per cent, +- two standard \
-    errors over independent runs. Burst: largest error of the net displacement of a mode's bursts of 2 to 10 cycles at \
-    0.3. Costs: least of several batches, at full drive.";
-const ABOUT_AVERAGED: &str = "Averaged motor, identified from the full one at 10 us: mean rate, time constant, diffusion \
-    of the angle, +- two standard errors. Cost of a step of 0.1 s. Error of the mean of moves of 1 s from rest against \
-    runs with other seeds than the identification; standard deviation of such moves over that of these runs. The \
-    averaged motor has no single impacts and no bursts.";
-const ABOUT_PLATE: &str = "A ball on a vibrating plate (the rotor, and a tooth in mode C at full drive, infinitely \
-    heavy), 0.1 s: a problem for any integrator with events. Error: time of the first impact against the closed form, \
-    root mean square over 16 heights.";
+    impact that follows it, from equal states of steady motion, root mean square. Mean rate, impacts per second \
+    (faster than 1 mm/s) and collision frequency (largest line below 5 kHz): error of steady motion in per cent, +- \
+    two standard errors over independent runs. Burst: largest error of the net displacement of a mode's bursts of 2 \
+    to 10 cycles at 0.3. Costs: least of several batches, at full drive.";
+const ABOUT_AVERAGED: &str = "Averaged motor, identified from the full one at 10 us: mean rate, time constant, \
+    diffusion of the angle, +- two standard errors. Cost of a step of 0.1 s. Error of the mean of moves of 1 s from \
+    rest against runs with other seeds than the identification; standard deviation of such moves over that of these \
+    runs. The averaged motor has no single impacts and no bursts.";
+const ABOUT_PLATE: &str = "A ball on a vibrating plate (the rotor, and a tooth in mode C at full drive, \
+    infinitely heavy), 0.1 s: a problem for any integrator with events. Error: time of the first impact against the \
+    closed form, root mean square over 16 heights.";
 
 /// The JSON object of the study.
 #[derive(Serialize)]

@@ -77,7 +77,8 @@ impl StepAccuracy {
             .filter(move |row| row.method.is_some_and(|method| method.is(impact_rule, precision)))
     }
 
-    /// Speed of the model with located impacts in `f64` on the ball on the plate at the peers' step, in times real time.
+    /// Speed of the model with located impacts in `f64` on the ball on the plate at the peers' step, in times real
+    /// time.
     pub fn plate_times_real_time(&self) -> Option<f64> {
         let mut curve = self.plate_curve(ImpactRule::Located, Precision::F64);
         let row = curve.find(|row| row.method.is_some_and(|method| method.has_step(PEER_STEP_S)))?;
