@@ -91,6 +91,11 @@ impl Scene {
         Ok(())
     }
 
+    /// The keys that were set, in alphabetical order.
+    pub fn keys_set(&self) -> impl Iterator<Item = &'static str> {
+        self.set.keys().copied()
+    }
+
     fn value(&self, key: &'static str) -> Value {
         #[cfg(test)]
         self.reads.read(key);

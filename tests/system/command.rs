@@ -5,3 +5,4 @@ mod tool_command_line;
 mod tool_estimate;
 mod tool_filters;
 mod tool_results;
+mod tool_simulate_models;

@@ -1,21 +1,27 @@
 //! `simulate` and `reproduce`: the motor under a given drive.
 
+use std::fmt::Display;
 use std::path::PathBuf;
 use std::time::Instant;
 
 use clap::Args;
 use indicatif::ProgressBar;
+use serde::Serialize;
 
 use super::count::Count;
 use super::{Format, SceneArgs, progress_style};
 use crate::cli::CommandError;
 use crate::report::files::{self, OutputFolder};
 use crate::runs::simulate::samples_csv::SamplesCsv;
-use crate::runs::simulate::{OpenLoopReport, OpenLoopRun, simulate};
-use crate::studies::paper;
+use crate::runs::simulate::{OpenLoopModel, OpenLoopReport, OpenLoopRun, simulate, simulate_stator};
+use crate::scene::SceneError;
+use crate::studies::{averaged_motor, paper};
 
 #[derive(Debug, Args)]
 pub(super) struct SimulateArgs {
+    /// What is simulated: motor, stator (without a rotor) or averaged (mean rate and random deviations)
+    #[arg(long)]
+    model: Option<String>,
     /// Mode to drive: b, c or off
     #[arg(long)]
     drive: Option<String>,
@@ -55,6 +61,7 @@ impl SimulateArgs {
         let scene = self.scene.load(
             "simulate",
             &[
+                ("simulate.model", &self.model),
                 ("simulate.drive", &self.drive),
                 ("simulate.amplitude", &self.amplitude),
                 ("simulate.duration_s", &self.duration),
@@ -65,17 +72,37 @@ impl SimulateArgs {
                 ("simulate.precision", &self.precision),
             ],
         )?;
+        let model = OpenLoopModel::from_scene(&scene)?;
         let run = OpenLoopRun::from_scene(&scene)?;
+        if model != OpenLoopModel::Motor && self.out.is_some() {
+            let conflict = format!("simulate.model = {} has no --out", scene.choice("simulate.model"));
+            return Err(SceneError::Conflict { conflict, hint: "simulate.model=motor has".to_owned() }.into());
+        }
+        let text = match model {
+            OpenLoopModel::Motor => self.full_motor(&run)?,
+            OpenLoopModel::Stator => self.written(&simulate_stator(&run)?),
+            OpenLoopModel::Averaged => self.written(&averaged_motor::long_moves(&run)?),
+        };
+        Ok(files::print(&text)?)
+    }
+
+    /// Runs the full motor and writes its motion, if that was asked for.
+    fn full_motor(&self, run: &OpenLoopRun) -> Result<String, CommandError> {
         run.step_counts()?;
         let mut record = self.out.as_deref().map(SamplesCsv::create).transpose()?;
         let start = Instant::now();
-        let summary = simulate(&run, &mut record)?;
-        let report = OpenLoopReport::new(&run, &summary, start.elapsed().as_secs_f64());
+        let summary = simulate(run, &mut record)?;
+        let report = OpenLoopReport::new(run, &summary, start.elapsed().as_secs_f64());
         record.map_or(Ok(()), SamplesCsv::publish)?;
-        Ok(files::print(&match self.format {
+        Ok(self.written(&report))
+    }
+
+    /// A report in the format asked for.
+    fn written<R: Display + Serialize>(&self, report: &R) -> String {
+        match self.format {
             Format::Text => report.to_string(),
-            Format::Json => report.json(),
-        })?)
+            Format::Json => files::json_line(report),
+        }
     }
 }
 

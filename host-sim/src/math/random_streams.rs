@@ -37,6 +37,8 @@ pub enum RandomSource {
     GenieKicks = 13,
     /// The target of a positioning trial.
     Target = 14,
+    /// Random deviations of the averaged motor.
+    AveragedMotion = 15,
     /// A gyroscope's scale factor and bias.
     GyroscopeDraw = 20,
     /// Its angle random walk.

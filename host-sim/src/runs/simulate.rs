@@ -1,8 +1,10 @@
 //! The open loop: one motor under one constant drive, observed while it runs, with statistics after it has settled:
 //! `host-sim simulate`.
 
+mod model;
 mod report;
 pub mod samples_csv;
+mod stator;
 mod stepping;
 
 use motor_model::{DriveCommand, DriveMode, FrictionLaw, ImpactRule, MotorParams, MotorSetup};
@@ -14,7 +16,9 @@ use crate::runs::RunError;
 use crate::scene::{Scene, SceneError};
 use crate::world::plant::impact_rule;
 
-pub use report::OpenLoopReport;
+pub use model::OpenLoopModel;
+pub use report::{OpenLoopReport, drive_name};
+pub use stator::simulate_stator;
 pub use stepping::{FAST_APPROACH_M_S, MotorSample, Observer, OpenLoopSummary, simulate};
 
 /// Most steps of a run: a few minutes of computing.

@@ -9,6 +9,8 @@
 //! D   = var(angle over a block) / (2 length of a block)  blocks long against tau
 //! ```
 
+mod long_moves;
+
 use motor_model::{
     DriveCommand, MeanMotion, Motor, MotorParams, MotorSetup, MotorState, OutOfBounds, Phase, math,
 };
@@ -19,6 +21,8 @@ use serde::Serialize;
 use crate::math::random_streams::{RandomSource, stream};
 use crate::math::statistics::{Accumulator, Spread};
 use crate::runs::simulate::steps_in;
+
+pub use long_moves::long_moves;
 
 /// The spin-ups from which the averaged motor is identified.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -34,6 +34,7 @@ fn agrees(command: &str, scene: &Scene) {
 #[test]
 fn exact_simulate_reads_what_the_table_says() {
     let scene = short(&["simulate.duration_s=0.01", "simulate.settle_s=0"], false);
+    simulate::OpenLoopModel::from_scene(&scene).unwrap();
     simulate::simulate(&simulate::OpenLoopRun::from_scene(&scene).unwrap(), &mut None).unwrap();
     agrees("simulate", &scene);
 }

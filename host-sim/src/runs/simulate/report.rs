@@ -2,10 +2,19 @@
 
 use std::fmt;
 
-use motor_model::{DriveMode, FrictionLaw, ImpactRule};
+use motor_model::{DriveCommand, DriveMode, FrictionLaw, ImpactRule};
 use serde::Serialize;
 
 use super::{OpenLoopRun, OpenLoopSummary, Precision};
+
+/// `b`, `c` or `off`.
+pub fn drive_name(drive: DriveCommand) -> &'static str {
+    match drive.mode() {
+        Some(DriveMode::B) => "b",
+        Some(DriveMode::C) => "c",
+        None => "off",
+    }
+}
 
 /// The result of a run with its settings; JSON by its field names.
 #[derive(Clone, Copy, Debug, Serialize)]
@@ -54,11 +63,7 @@ impl OpenLoopReport {
     /// The report of `run`, which ended as `summary` and took `wall_s`.
     pub fn new(run: &OpenLoopRun, summary: &OpenLoopSummary, wall_s: f64) -> Self {
         Self {
-            drive: match run.drive.mode() {
-                Some(DriveMode::B) => "b",
-                Some(DriveMode::C) => "c",
-                None => "off",
-            },
+            drive: drive_name(run.drive),
             amplitude: run.drive.amplitude(),
             duration_s: run.duration_s,
             settle_s: run.settle_s,
@@ -87,11 +92,6 @@ impl OpenLoopReport {
             steps: summary.steps,
             wall_s,
         }
-    }
-
-    /// The report as one JSON object on one line.
-    pub fn json(&self) -> String {
-        crate::report::files::json_line(self)
     }
 }
 

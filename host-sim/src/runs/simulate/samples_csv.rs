@@ -2,8 +2,6 @@
 
 use std::path::Path;
 
-use motor_model::DriveMode;
-
 use super::{MotorSample, Observer};
 use crate::math::spectrum::SAMPLE_RATE_HZ;
 use crate::report::OutputError;
@@ -63,11 +61,6 @@ impl Observer for SamplesCsv {
     }
 
     fn observe(&mut self, sample: &MotorSample) -> Result<(), RunError> {
-        let drive = match sample.drive.mode() {
-            Some(DriveMode::B) => "b",
-            Some(DriveMode::C) => "c",
-            None => "off",
-        };
         let [first, second] = sample.tooth_heights_m;
         self.write(&[
             // Times are whole steps of at least 1 ns.
@@ -78,7 +71,7 @@ impl Observer for SamplesCsv {
             format!("{}", sample.rate_rad_s),
             format!("{first:e}"),
             format!("{second:e}"),
-            drive.to_owned(),
+            super::drive_name(sample.drive).to_owned(),
             format!("{}", sample.drive.amplitude()),
         ])?;
         Ok(())

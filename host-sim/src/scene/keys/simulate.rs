@@ -9,6 +9,13 @@ use crate::scene::{Kind, Setting};
 /// Settings of a run.
 pub const SETTINGS: &[Setting] = &[
     Setting {
+        key: "simulate.model",
+        unit: "",
+        kind: Kind::Choice { default: "motor", of: &["motor", "stator", "averaged"] },
+        meaning: "what is simulated: the motor, its stator without a rotor, or its mean rate and random deviations; \
+                  the latter two refuse the keys that they do not use",
+    },
+    Setting {
         key: "simulate.drive",
         unit: "",
         kind: Kind::Choice { default: "c", of: &["b", "c", "off"] },
