@@ -126,7 +126,8 @@ fn predicted<T: Real, const N: usize, F: Transition<T, N>, const M: usize>(
     sum
 }
 
-/// Gain and innovation variance by the textbook. Refuses what [`UdCovariance::update`] refuses, and a negative variance.
+/// Gain and innovation variance by the textbook. Refuses what [`UdCovariance::update`] refuses, and a negative
+/// variance.
 fn correction<T: Real, const N: usize>(
     covariance: &SMatrix<T, N, N>,
     row: &SVector<T, N>,
