@@ -123,6 +123,9 @@ firmware_id=$!
 heading "lints"
 cargo clippy --workspace "${features[@]}" --all-targets -- -D warnings
 
+heading "the command as a user builds it, without optional features"
+cargo clippy --package micromotor-sim -- -D warnings
+
 heading "documentation"
 RUSTDOCFLAGS="-D warnings" cargo doc --workspace "${features[@]}" --no-deps --document-private-items
 
