@@ -67,9 +67,12 @@ fn tool_every_figure_is_there() {
             assert_between(number(&row["bursts"][burst], "relative").abs(), 0.0, 200.0, row);
         }
     }
-    // The tests build the command without its optional peers, and it says how to have them.
-    let note = &peer(report, "diffsol, differential-equations, ode_solvers", 5e-6)["note"];
-    assert!(note.as_str().is_some_and(|note| note.contains("--features peers")), "{note}");
+    // The tests build the command with its optional peers.
+    for name in ["diffsol 0.18 tsit45", "differential-equations 0.7 dopri5", "ode_solvers 0.6 dopri5"] {
+        let peer = peer(report, name, 5e-6);
+        assert_between(number(&peer["cost"], "ns_per_step"), 1.0, 1e6, peer);
+        assert_between(number(peer, "first_impact_rms_s"), 0.0, TOLERANCE_S, peer);
+    }
 }
 
 /// A first impact at the end of its step is late by some 0.6 steps, root mean square of what is spread evenly over one;

@@ -19,7 +19,7 @@ const SMALLER: [(&str, &[(&str, &str)]); 8] = [
     ("calibrate", &[("--runs", "1"), ("--duration", "6"), ("--set", "calibrate.steps=1")]),
     ("estimate", &[("--motors", "1")]),
     ("filters", &[("--motors", "1"), ("--host-only", "")]),
-    ("positioning-trials", &[("--trials", "2"), ("--compare", "1")]),
+    ("positioning-trials", &[("--motors", "2"), ("--compare", "1")]),
     ("rate", &[("--duration", "2")]),
     ("reproduce", &[("--seeds", "2")]),
     ("response-map", &[("--motors", "2")]),
