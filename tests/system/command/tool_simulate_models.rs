@@ -1,5 +1,7 @@
 //! `simulate --model`: the stator without a rotor, the averaged motor, and the keys that they refuse.
 
+#![expect(clippy::disallowed_methods, reason = "an independent yardstick")]
+
 use controller::response_map::strongest_cruise;
 use motor_model::DriveMode;
 

@@ -1,7 +1,7 @@
 //! Whether the filters know how wrong they are: normalised errors and innovations, phase by phase, over drawn motors,
 //! with the camera's quantisation and without.
 //!
-//! Every row is held to its own two-sided 95 % bounds, whose derivation of_motors for how long errors are correlated
+//! Every row is held to its own two-sided 95 % bounds, whose derivation accounts for how long errors are correlated
 //! ([`host_sim::studies::filter_errors::consistency`]). Of a filter's 24 rows so many may be outside by chance as of 24
 //! throws of a twentieth: at most four, the upper 97.5 % point of the binomial law. A filter whose variances are scaled
 //! by 0.8 or 1.25 has seven outside at least.
