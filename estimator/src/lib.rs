@@ -13,6 +13,7 @@
 //! CameraFrame ----> lag, gate, rest, smoother --------+
 //! ```
 //!
+//! 0. [`Instruments`]: what camera and vibrometer are, as data. Every filter is built from it.
 //! 1. [`CameraFrame`], [`LdvSample`]: measurements, each with the time at which it was taken.
 //! 2. [`MotionWatch`], with [`RestDetector`]: whether the rotor is driven, and in which mode, or quiet: a [`Motion`].
 //! 3. [`ImpactDetector`]: the jumps of the rotor's vertical velocity, their instants and sizes; faults of the
@@ -115,6 +116,7 @@ mod factorised;
 mod filter;
 mod filters;
 mod innovation;
+mod instruments;
 mod measurement;
 #[cfg(test)]
 mod test_support;
@@ -131,6 +133,7 @@ pub use filters::impact_aided::ringing::RingingTuning;
 pub use filters::impact_aided::{IMPACTS_KEPT_MAX, ImpactAided, ImpactAidedTuning};
 pub use filters::twin::{ContactTuning, TwinFilter, TwinPrior, TwinTuning};
 pub use innovation::{Innovation, Rejection, Source, Verdict};
+pub use instruments::{CameraDescription, Instruments, VibrometerDescription};
 pub use measurement::{CameraFrame, LdvSample};
 pub use vibrometer::impact_detector::{ImpactDetector, ImpactDetectorTuning, VibrometerEvent};
 pub use vibrometer::motion::{Motion, MotionWatch};

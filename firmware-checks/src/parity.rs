@@ -10,6 +10,6 @@ mod digest;
 mod loop_run;
 mod twin_run;
 
-pub(crate) use loop_run::{Instruments, build_loop, run_loop};
 pub use loop_run::{LoopMemory, LoopRun};
+pub(crate) use loop_run::{TwinInstruments, build_loop, run_loop};
 pub use twin_run::TwinRun;

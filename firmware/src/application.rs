@@ -20,12 +20,12 @@ mod tests;
 use core::mem;
 
 use controller::{Drive, Limits, PositionLoop, PositioningTuning, Sense, Target};
-use estimator::{CameraFrame, LdvSample};
+use estimator::{CameraFrame, Instruments, LdvSample};
 use link::{
     Arrival, BoardFault, BoardMessage, Configuration, Counters, Deframer, FRAME_BYTES_MAX, FrameError,
     Header, HostMessage, Sequence, SettingKey, TickRecord, VERSION, decode, encode,
 };
-use motor_model::{DriveCommand, OutOfBounds, Time};
+use motor_model::{DriveCommand, MotorParams, OutOfBounds, Time};
 
 use crate::filter::SelectedFilter;
 use crate::telemetry::{ArmingState, Entry, Telemetry};
@@ -63,7 +63,7 @@ impl Move {
         OutOfBounds::check(DEADLINE_KEY, deadline_nanos as f64 * 1e-9, 0.0, DEADLINE_MAX_S, "s")?;
         let limits = Limits { deadline_nanos, ..Limits::default() };
         let tuning = PositioningTuning { limits, ..PositioningTuning::default() };
-        let filter = SelectedFilter::try_new(filter)?;
+        let filter = SelectedFilter::try_new(filter, &MotorParams::nominal(), &Instruments::default())?;
         let position_loop = PositionLoop::new(filter, target, tuning, Time::ZERO);
         *memory = Some(Self { configuration, target, tuning, position_loop });
         Ok(())

@@ -2,16 +2,15 @@
 //! `impact_aided` and `twin` by the features of their names.
 
 use estimator::{
-    AngleFilter, CameraFrame, ConstantRate, ConstantRateTuning, Estimate, Health, Innovation, LdvSample,
+    AngleFilter, CameraFrame, ConstantRate, ConstantRateTuning, Estimate, Health, Innovation, Instruments,
+    LdvSample,
 };
 #[cfg(feature = "impact_aided")]
 use estimator::{ImpactAided, ImpactAidedTuning};
 #[cfg(feature = "twin")]
 use estimator::{TwinFilter, TwinTuning};
 use link::FilterKind;
-#[cfg(any(feature = "impact_aided", feature = "twin"))]
-use motor_model::MotorParams;
-use motor_model::{DriveCommand, OutOfBounds, Time};
+use motor_model::{DriveCommand, MotorParams, OutOfBounds, Time};
 
 /// The filter that a configuration selects.
 #[derive(Debug)]
@@ -41,26 +40,29 @@ macro_rules! forward {
 }
 
 impl SelectedFilter {
-    /// A filter without measurements, with nominal motor parameters.
+    /// A filter without measurements, for a motor of `params` under `instruments`.
     ///
     /// # Errors
-    /// When the program was built without it. (The model never refuses the nominal motor.)
+    /// When the program was built without it, or the model refuses the motor.
     // Inlined, so that it is constructed at its destination: it is too large for the stack.
     #[expect(clippy::inline_always, reason = "it saves a copy of the filter")]
     #[inline(always)]
-    pub fn try_new(kind: FilterKind) -> Result<Self, OutOfBounds> {
+    pub fn try_new(
+        kind: FilterKind,
+        params: &MotorParams,
+        instruments: &Instruments,
+    ) -> Result<Self, OutOfBounds> {
         match kind {
             FilterKind::ConstantRate => {
-                Ok(Self::ConstantRate(ConstantRate::new(&ConstantRateTuning::default())))
+                Ok(Self::ConstantRate(ConstantRate::new(&ConstantRateTuning::new(instruments))))
             }
             #[cfg(feature = "impact_aided")]
             FilterKind::ImpactAided => {
-                Ok(Self::ImpactAided(ImpactAided::new(&ImpactAidedTuning::new(&MotorParams::nominal()))))
+                Ok(Self::ImpactAided(ImpactAided::new(&ImpactAidedTuning::new(params, instruments))))
             }
             #[cfg(feature = "twin")]
             FilterKind::Twin => {
-                let nominal = MotorParams::nominal();
-                Ok(Self::Twin(TwinFilter::try_new(&nominal, &TwinTuning::new(&nominal))?))
+                Ok(Self::Twin(TwinFilter::try_new(params, &TwinTuning::new(params, instruments))?))
             }
             #[cfg(not(all(feature = "impact_aided", feature = "twin")))]
             absent => Err(OutOfBounds {

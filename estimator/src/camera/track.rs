@@ -56,6 +56,7 @@ use motor_model::{Angle, AngleAccumulator, Real, Time};
 
 use crate::camera::track_covariance::TrackCovariance;
 use crate::factorised::angle_rate::AngleRateCovariance;
+use crate::instruments::CameraDescription;
 use crate::measurement::CameraFrame;
 
 /// The camera, the gate and rest.
@@ -89,13 +90,18 @@ pub struct TrackTuning<T> {
 }
 
 impl<T: Real> Default for TrackTuning<T> {
-    /// For the default camera: 1 um of tracking noise and 2 um of quantisation at 3.9 mm are 2.96e-4 rad.
+    /// For the default camera.
     fn default() -> Self {
-        const NOISE_RAD: f64 = 1e-6 / 3.9e-3;
-        const QUANTISATION_RAD2: f64 = 4.0 * NOISE_RAD * NOISE_RAD / 12.0;
+        Self::new(&CameraDescription::default())
+    }
+}
+
+impl<T: Real> TrackTuning<T> {
+    /// For `camera`.
+    pub fn new(camera: &CameraDescription) -> Self {
         Self {
-            camera_rad2: T::from_f64(NOISE_RAD * NOISE_RAD + QUANTISATION_RAD2),
-            quantisation_rad2: T::from_f64(QUANTISATION_RAD2),
+            camera_rad2: T::from_f64(camera.variance_rad2()),
+            quantisation_rad2: T::from_f64(camera.quantisation_rad2()),
             zero_rate_rad2_s2: T::from_f64(1e-8),
             ringing_rad2_s2: T::from_f64(5e-6),
             ringing_frames: T::from_f64(40.0),
@@ -106,9 +112,7 @@ impl<T: Real> Default for TrackTuning<T> {
             refusals_max: 20,
         }
     }
-}
 
-impl<T: Real> TrackTuning<T> {
     /// Variance of an angle rounded to units of 2^-32 turn, in rad^2: no frame can be better.
     const FLOOR_RAD2: f64 = 1.8e-19;
 

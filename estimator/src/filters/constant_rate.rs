@@ -41,6 +41,7 @@ use crate::camera::track_covariance::TrackCovariance;
 use crate::camera::tracker::{FrameContext, Tracker};
 use crate::filter::{AngleFilter, Estimate, Health, Reason};
 use crate::innovation::Innovation;
+use crate::instruments::Instruments;
 use crate::measurement::{CameraFrame, LdvSample};
 use crate::vibrometer::motion::{Motion, MotionWatch};
 use crate::vibrometer::rest::RestTuning;
@@ -75,9 +76,17 @@ pub struct RandomWalkTuning<T> {
 }
 
 impl<T: Real> Default for ConstantRateTuning<T> {
+    /// For the default instruments.
     fn default() -> Self {
+        Self::new(&Instruments::default())
+    }
+}
+
+impl<T: Real> ConstantRateTuning<T> {
+    /// For `instruments`.
+    pub fn new(instruments: &Instruments) -> Self {
         Self {
-            track: TrackTuning::default(),
+            track: TrackTuning::new(&instruments.camera),
             rest: RestTuning::default(),
             random_walk: RandomWalkTuning::default(),
         }

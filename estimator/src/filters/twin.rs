@@ -121,7 +121,6 @@ use motor_model::{DriveCommand, DriveMode, MotorParams, OutOfBounds, Parameter, 
 
 use crate::camera::tracker::{FrameContext, Tracker};
 use crate::filter::{AngleFilter, Estimate, Health, Reason};
-use crate::filters::impact_aided::ImpactAidedTuning;
 use crate::innovation::Innovation;
 use crate::measurement::{CameraFrame, LdvSample};
 use crate::vibrometer::impact_detector::{ImpactDetector, VibrometerEvent};
@@ -176,8 +175,6 @@ pub struct TwinFilter<T: Real> {
     since_rest: SinceRest,
     /// Whether the drive has ever been on: before that the rotor lies on a stator at rest.
     ever_driven: bool,
-    /// What is known of a kick that the stator filter does not explain.
-    without_stator: ImpactAidedTuning<T>,
     drive: DriveCommand,
     /// Mode of the drive at the last kick kept.
     last_kick_mode: Option<DriveMode>,
@@ -214,7 +211,6 @@ impl<T: Real> TwinFilter<T> {
             stator_follows: true,
             ever_driven: false,
             since_rest: SinceRest::NoImpact,
-            without_stator: ImpactAidedTuning::new(params),
             drive: DriveCommand::OFF,
             last_kick_mode: None,
             last_sample_m_s: T::zero(),

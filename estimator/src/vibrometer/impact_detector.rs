@@ -55,6 +55,7 @@ use free_fall::FreeFall;
 use motor_model::{MotorParams, Parameter, Real, Time};
 
 use crate::filter::Reason;
+use crate::instruments::VibrometerDescription;
 use crate::measurement::LdvSample;
 
 /// Least fall that shows wrong samples, in m/s: five thresholds of 1 mm/s.
@@ -80,17 +81,17 @@ pub struct ImpactDetectorTuning<T> {
 }
 
 impl<T: Real> ImpactDetectorTuning<T> {
-    /// For a motor of `params` under the default vibrometer.
-    pub fn new(params: &MotorParams) -> Self {
+    /// For a motor of `params` under `vibrometer`.
+    pub fn new(params: &MotorParams, vibrometer: &VibrometerDescription) -> Self {
         let damping = params.get(Parameter::VerticalDamping) / params.get(Parameter::RotorMass);
         Self {
-            noise_m_s: T::from_f64(2e-4),
+            noise_m_s: T::from_f64(vibrometer.sample_sd_m_s()),
             threshold: T::from_f64(5.0),
             window_samples: T::from_f64(40.0),
             limit_m_s: T::from_f64(2.0),
             gravity_m_s2: T::from_f64(params.get(Parameter::Gravity)),
             damping_per_s: T::from_f64(damping),
-            gap_nanos: 50_000,
+            gap_nanos: 10 * vibrometer.period_nanos,
         }
     }
 }

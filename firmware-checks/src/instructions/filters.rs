@@ -8,7 +8,7 @@ use core::hint::black_box;
 use controller::Target;
 use estimator::{
     AngleFilter, CameraFrame, ConstantRate, ConstantRateTuning, Estimate, ImpactAided, ImpactAidedTuning,
-    Innovation, LdvSample,
+    Innovation, Instruments, LdvSample,
 };
 use firmware::filter::SelectedFilter;
 use link::FilterKind;
@@ -114,7 +114,7 @@ fn count_impact_aided(
     mode: DriveMode,
     names: Names,
 ) -> Result<[Count; 3], OutOfBounds> {
-    let tuning = ImpactAidedTuning::new(&MotorParams::nominal());
+    let tuning = ImpactAidedTuning::new(&MotorParams::nominal(), &Instruments::default());
     run(counter, &mut ImpactAided::<f32>::new(&tuning), mode, names)
 }
 
@@ -126,8 +126,18 @@ fn count_twin(
     names: Names,
 ) -> Result<[Count; 3], OutOfBounds> {
     let target = Target::try_new(1.0, 0.001)?;
-    let position_loop =
-        build_loop(memory, &|| SelectedFilter::try_new(black_box(FilterKind::Twin)), target, Time::ZERO)?;
+    let position_loop = build_loop(
+        memory,
+        &|| {
+            SelectedFilter::try_new(
+                black_box(FilterKind::Twin),
+                &MotorParams::nominal(),
+                &Instruments::default(),
+            )
+        },
+        target,
+        Time::ZERO,
+    )?;
     run(counter, position_loop.filter_mut(), mode, names)
 }
 

@@ -3,11 +3,12 @@
 use core::hint::black_box;
 
 use controller::{PositionLoop, TickReport, tick};
+use estimator::Instruments;
 use link::FilterKind;
 use motor_model::{Motor, MotorParams, MotorSetup, MotorState, OutOfBounds, Time};
 
 use super::{Count, InstructionCounter, InstructionTimer, twin_step};
-use crate::parity::{Instruments, LoopMemory};
+use crate::parity::{LoopMemory, TwinInstruments};
 use firmware::filter::SelectedFilter;
 
 /// The counted operation: a tick with the instruments of [`crate::parity::LoopRun`], each with at most one measurement.
@@ -15,7 +16,7 @@ use firmware::filter::SelectedFilter;
 fn tick_once(
     position_loop: &mut PositionLoop<SelectedFilter>,
     now: Time,
-    instruments: &mut Instruments,
+    instruments: &mut TwinInstruments,
 ) -> TickReport {
     tick(position_loop, now, instruments)
 }
@@ -35,7 +36,7 @@ fn count_kind(
     let [mut alone, mut with_step, mut driven] = names.map(Count::new);
     crate::parity::run_loop(
         memory,
-        || SelectedFilter::try_new(kind),
+        || SelectedFilter::try_new(kind, &MotorParams::nominal(), &Instruments::default()),
         |position_loop, now, instruments| {
             let now = black_box(now);
             let (report, of_tick) = black_box(counter.count(|| tick_once(position_loop, now, instruments)));
@@ -55,7 +56,8 @@ fn count_kind(
 
 /// The loop with the filter `impact_aided`.
 pub(super) fn run_hot_operations(memory: &mut LoopMemory) -> Result<(), OutOfBounds> {
-    let filter = || SelectedFilter::try_new(FilterKind::ImpactAided);
+    let filter =
+        || SelectedFilter::try_new(FilterKind::ImpactAided, &MotorParams::nominal(), &Instruments::default());
     crate::parity::run_loop(memory, filter, tick_once, |report, _| {
         black_box(report);
     })

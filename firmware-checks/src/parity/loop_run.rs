@@ -8,7 +8,7 @@
 use core::fmt;
 
 use controller::{Drive, PositionLoop, PositioningTuning, Sense, Target, TickReport, tick};
-use estimator::{AngleFilter, CameraFrame, LdvSample};
+use estimator::{AngleFilter, CameraFrame, Instruments, LdvSample};
 use link::FilterKind;
 use motor_model::{Angle, DriveCommand, Motor, MotorParams, MotorSetup, MotorState, OutOfBounds, Time};
 
@@ -76,7 +76,12 @@ impl LoopRun {
         };
         let mut angle_units = 0;
         for kind in KINDS {
-            let end = run_loop(memory, || SelectedFilter::try_new(kind), tick, &mut take)?;
+            let end = run_loop(
+                memory,
+                || SelectedFilter::try_new(kind, &MotorParams::nominal(), &Instruments::default()),
+                tick,
+                &mut take,
+            )?;
             angle_units = end.rotor.angle.angle().units();
         }
         Ok(Self { digest: digest.value(), ticks, angle_units })
@@ -98,7 +103,7 @@ impl fmt::Display for LoopRun {
 pub(crate) fn run_loop<F: AngleFilter<f32>>(
     memory: &mut Option<PositionLoop<F>>,
     filter: impl Fn() -> Result<F, OutOfBounds>,
-    mut tick_once: impl FnMut(&mut PositionLoop<F>, Time, &mut Instruments) -> TickReport,
+    mut tick_once: impl FnMut(&mut PositionLoop<F>, Time, &mut TwinInstruments) -> TickReport,
     mut observe: impl FnMut(&TickReport, &MotorState<f32>),
 ) -> Result<MotorState<f32>, OutOfBounds> {
     #[expect(clippy::cast_precision_loss, reason = "10,000 is exact")]
@@ -106,7 +111,7 @@ pub(crate) fn run_loop<F: AngleFilter<f32>>(
     let setup = MotorSetup::with_step(step_s);
     let motor = Motor::<f32>::try_new(&MotorParams::nominal(), &setup)?;
     let mut state = MotorState::default();
-    let mut instruments = Instruments::default();
+    let mut instruments = TwinInstruments::default();
     let mut ticks = 0;
     for target_deg in TARGETS_DEG {
         let target = Target::try_new(target_deg, TOLERANCE_DEG)?;
@@ -139,7 +144,7 @@ pub(crate) fn build_loop<'m, F>(
 
 /// Camera and vibrometer of the twin, and an amplifier without limits.
 #[derive(Default)]
-pub(crate) struct Instruments {
+pub(crate) struct TwinInstruments {
     /// The newest frame, not yet delivered.
     exposed: Option<CameraFrame>,
     /// The frame before it, delivered and not yet read.
@@ -147,7 +152,7 @@ pub(crate) struct Instruments {
     ldv: Option<LdvSample>,
 }
 
-impl Instruments {
+impl TwinInstruments {
     /// Measures the twin at `now`.
     fn measure(&mut self, state: &MotorState<f32>, ticks: u64, now: Time) {
         let noise_m_s = if ticks.is_multiple_of(2) { LDV_NOISE_M_S } else { -LDV_NOISE_M_S };
@@ -169,7 +174,7 @@ impl Instruments {
     }
 }
 
-impl Sense for Instruments {
+impl Sense for TwinInstruments {
     fn camera_frame(&mut self) -> Option<CameraFrame> {
         self.arrived.take()
     }
@@ -179,7 +184,7 @@ impl Sense for Instruments {
     }
 }
 
-impl Drive for Instruments {
+impl Drive for TwinInstruments {
     fn drive(&mut self, command: DriveCommand) -> DriveCommand {
         command
     }
@@ -202,7 +207,7 @@ mod tests {
         let (mut modes, mut phases, mut verdicts) = ([0; 2], [0; 5], [0; 5]);
         run_loop(
             &mut None,
-            || SelectedFilter::try_new(kind),
+            || SelectedFilter::try_new(kind, &MotorParams::nominal(), &Instruments::default()),
             tick,
             |report, _| {
                 match report.applied.mode() {

@@ -2,12 +2,13 @@
 
 use estimator::{
     AngleFilter, CameraFrame, ConstantRate, ConstantRateTuning, Estimate, Health, ImpactAided,
-    ImpactAidedTuning, Innovation, LdvSample, TwinFilter, TwinTuning,
+    ImpactAidedTuning, Innovation, Instruments, LdvSample, TwinFilter, TwinTuning,
 };
 use motor_model::{DriveCommand, MotorParams, OutOfBounds, Real, Time};
 
 use crate::scene::Scene;
 pub use crate::scene::keys::estimator::FILTERS;
+use crate::world::instruments::assumed;
 
 /// How far back a smoothed estimate lies, in ms.
 pub const SMOOTHER_LAG_MS: u64 = 2;
@@ -27,23 +28,33 @@ impl<T: Real> AnyFilter<T> {
     /// The filter of a scene.
     ///
     /// # Errors
-    /// As of [`Self::named`].
+    /// When the model refuses the motor.
     pub fn of(scene: &Scene) -> Result<Self, OutOfBounds> {
-        Self::named(scene.choice("estimator.filter"))
+        Self::named(scene.choice("estimator.filter"), scene)
     }
 
-    /// The filter of this name; the simplest for any other word. Its parameters are those of the nominal motor.
+    /// The filter of this name, the simplest for any other word: for the design of the motor and the instruments that
+    /// `scene` describes.
     ///
     /// # Errors
-    /// When the model refuses the nominal motor: never.
-    pub fn named(name: &str) -> Result<Self, OutOfBounds> {
-        let nominal = MotorParams::nominal();
+    /// When the model refuses the motor.
+    pub fn named(name: &str, scene: &Scene) -> Result<Self, OutOfBounds> {
+        Self::new(name, &scene.motor_params(), &assumed(scene))
+    }
+
+    /// The same for a motor of `design` under `instruments`.
+    ///
+    /// # Errors
+    /// When the model refuses the motor.
+    pub fn new(name: &str, design: &MotorParams, instruments: &Instruments) -> Result<Self, OutOfBounds> {
         Ok(match name {
-            "twin" => Self::Twin(Box::new(TwinFilter::try_new(&nominal, &TwinTuning::new(&nominal))?)),
-            "impact_aided" => {
-                Self::ImpactAided(Box::new(ImpactAided::new(&ImpactAidedTuning::new(&nominal))))
+            "twin" => {
+                Self::Twin(Box::new(TwinFilter::try_new(design, &TwinTuning::new(design, instruments))?))
             }
-            _ => Self::ConstantRate(Box::new(ConstantRate::new(&ConstantRateTuning::default()))),
+            "impact_aided" => {
+                Self::ImpactAided(Box::new(ImpactAided::new(&ImpactAidedTuning::new(design, instruments))))
+            }
+            _ => Self::ConstantRate(Box::new(ConstantRate::new(&ConstantRateTuning::new(instruments)))),
         })
     }
 

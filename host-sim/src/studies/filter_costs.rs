@@ -23,7 +23,7 @@ use rayon::prelude::*;
 use serde::Serialize;
 
 use crate::board::instructions::Listing;
-use crate::runs::filter::{AnyFilter, FILTERS};
+use crate::runs::filter::FILTERS;
 use crate::runs::simulate::Precision;
 use crate::scene::Scene;
 use crate::studies::StudyError;
@@ -196,11 +196,11 @@ impl FilterVariant {
     /// The error sums in steady motion.
     ///
     /// # Errors
-    /// As of [`AnyFilter::named`].
+    /// When the model refuses the motor.
     pub fn error_sums(&self, recording: &Recording) -> Result<ErrorSums, OutOfBounds> {
         Ok(match self.precision {
-            Precision::F32 => replay::error_sums(AnyFilter::<f32>::named(self.filter)?, recording),
-            Precision::F64 => replay::error_sums(AnyFilter::<f64>::named(self.filter)?, recording),
+            Precision::F32 => replay::error_sums(recording.filter::<f32>(self.filter)?, recording),
+            Precision::F64 => replay::error_sums(recording.filter::<f64>(self.filter)?, recording),
         })
     }
 

@@ -138,7 +138,7 @@ fn watched(motor: u64, drives: &[(DriveCommand, u64)], ticks: u64) -> ErrorSums 
     let mut scene = Scene::default();
     scene.set("seed", &motor.to_string()).expect("a seed");
     let mut rig = Rig::new(&scene).expect("a rig");
-    let mut twin = AnyFilter::<f32>::named("twin").expect("the nominal motor");
+    let mut twin = AnyFilter::<f32>::named("twin", &scene).expect("the nominal motor");
     let commands = drives.iter().flat_map(|&(command, ticks)| (0..ticks).map(move |_| command));
     let from = drives.iter().map(|(_, ticks)| ticks).sum::<u64>() - ticks;
     let mut sums = ErrorSums::default();

@@ -73,7 +73,10 @@ impl Bench {
             camera: Camera::new(&scene, 100_000, 1e3),
             ldv: Ldv::new(&scene),
             plain: ConstantRate::new(&ConstantRateTuning::default()),
-            aided: ImpactAided::new(&ImpactAidedTuning::new(&MotorParams::nominal())),
+            aided: ImpactAided::new(&ImpactAidedTuning::new(
+                &MotorParams::nominal(),
+                &estimator::Instruments::default(),
+            )),
             exposed: VecDeque::new(),
         }
     }

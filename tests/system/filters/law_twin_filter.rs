@@ -54,7 +54,7 @@ impl<const N: usize> Bench<N> {
             let (key, value) = setting.split_once('=').unwrap();
             scene.set(key, value).unwrap();
         }
-        let filters = filters.map(|name| AnyFilter::named(name).unwrap());
+        let filters = filters.map(|name| AnyFilter::named(name, &Scene::default()).unwrap());
         Self { rig: Rig::new(&scene).unwrap(), filters }
     }
 

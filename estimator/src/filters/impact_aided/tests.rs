@@ -2,6 +2,7 @@ use super::*;
 use crate::camera::track::Track;
 use crate::filters::constant_rate::ConstantRateTuning;
 use crate::innovation::{Rejection, Verdict};
+use crate::instruments::Instruments;
 use crate::test_support::{FRAME_NANOS, LDV_NANOS, assert_consistent, frame, nees, quiet_sample};
 use motor_model::{Angle, MotorParams};
 use proptest::prelude::*;
@@ -10,7 +11,7 @@ use rand_pcg::Pcg64;
 use rand_pcg::rand_core::SeedableRng;
 
 fn tuning<T: Real>() -> ImpactAidedTuning<T> {
-    ImpactAidedTuning::new(&MotorParams::nominal())
+    ImpactAidedTuning::new(&MotorParams::nominal(), &Instruments::default())
 }
 
 fn driven<T: Real>(mode: DriveMode) -> ImpactAided<T> {

@@ -5,6 +5,7 @@ use motor_model::{MotorParams, Parameter, Real, math};
 use crate::camera::track::Jitter;
 use crate::filters::constant_rate::ConstantRateTuning;
 use crate::filters::impact_aided::ringing::RingingTuning;
+use crate::instruments::Instruments;
 use crate::vibrometer::impact_detector::ImpactDetectorTuning;
 
 /// What the filter assumes of motor and sensors.
@@ -41,16 +42,17 @@ pub struct ImpactAidedTuning<T> {
 }
 
 impl<T: Real> ImpactAidedTuning<T> {
-    /// For a motor of `params` under the default sensors.
-    pub fn new(params: &MotorParams) -> Self {
+    /// For a motor of `params` under `instruments`; the default vibrometer where there is none.
+    pub fn new(params: &MotorParams, instruments: &Instruments) -> Self {
+        let vibrometer = instruments.vibrometer.unwrap_or_default();
         let get = |parameter| params.get(parameter);
         let kick = get(Parameter::Friction) * get(Parameter::RotorMass) * get(Parameter::ToothRadius)
             / get(Parameter::RotorInertia);
         let approach = (1.0 + 3.0 * params.mass_ratio()) / (1.0 + get(Parameter::Restitution));
         let (sin, cos) = math::sin_cos(2.0 * params.effective_tooth_angle_deg().to_radians());
         Self {
-            constant_rate: ConstantRateTuning::default(),
-            detector: ImpactDetectorTuning::new(params),
+            constant_rate: ConstantRateTuning::new(instruments),
+            detector: ImpactDetectorTuning::new(params, &vibrometer),
             kick_per_jump_rad_m: T::from_f64(kick),
             approach_per_jump: T::from_f64(approach),
             turn_per_rise_rad_m: T::from_f64(params.lever() * cos / (sin * get(Parameter::ToothRadius))),

@@ -148,12 +148,14 @@ mod tests {
     use super::*;
     use crate::filters::twin::states::STATES;
     use crate::filters::twin::stator::PERIOD_S;
+    use crate::instruments::Instruments;
 
     /// A stator that swings in mode B, an impact of a tooth `back_s` before the end of the period that approaches the
     /// rotor at `speed_m_s`, and its exact measurement.
     fn impact_of(back_s: f64, speed_m_s: f64) -> (StatorFilter<f64>, MeasuredImpact<f64>) {
         let params = MotorParams::nominal();
-        let mut stator = StatorFilter::try_new(&params, &TwinTuning::new(&params)).unwrap();
+        let mut stator =
+            StatorFilter::try_new(&params, &TwinTuning::new(&params, &Instruments::default())).unwrap();
         // Low in its swing, where the tooth's speed changes by 0.15 m/s within a period.
         stator.state.modes.displacement_m = Vector3::new(0.0, -2.2e-5, 0.0);
         let shape = stator.tooth(0, &Row::zeros()).shape;
@@ -180,7 +182,7 @@ mod tests {
         impact: &MeasuredImpact<f64>,
         normals: &Errors<f64>,
     ) -> f64 {
-        let contact = TwinTuning::new(&MotorParams::nominal()).contact;
+        let contact = TwinTuning::new(&MotorParams::nominal(), &Instruments::default()).contact;
         let variances = stator.covariance.variances();
         let mut errors = Row::zeros();
         for state in (HEIGHT..=JUMP).chain(MASS_RATIO..STATES) {
@@ -220,7 +222,7 @@ mod tests {
     /// some microseconds off, the misfit is 7 to 13 % beside it.
     #[test]
     fn dual_the_misfit_is_the_minimum_of_the_negative_log_posterior() {
-        let tuning = TwinTuning::new(&MotorParams::nominal());
+        let tuning = TwinTuning::new(&MotorParams::nominal(), &Instruments::default());
         for (back_s, speed_m_s) in [(0.6e-6, 0.12), (1.0e-6, 0.1), (4.0e-6, 0.15), (4.6e-6, 0.2)] {
             let (mut stator, impact) = impact_of(back_s, speed_m_s);
             stator.covariance.replace_state(JUMP, impact.jump_m2_s2);

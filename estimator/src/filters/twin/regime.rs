@@ -94,8 +94,8 @@ impl<T: Real> TwinFilter<T> {
         } else {
             T::zero()
         };
-        let unknown_m2_s2 =
-            self.tuning.riding_part2 * square(threshold_m_s) + self.without_stator.unexplained * excess_m2_s2;
+        let unknown_m2_s2 = self.tuning.riding_part2 * square(threshold_m_s)
+            + self.tuning.without_stator.unexplained * excess_m2_s2;
         KickRecord::of_unknown_sign(at, square(self.kick_per_jump_rad_m) * unknown_m2_s2)
     }
 }

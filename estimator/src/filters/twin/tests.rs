@@ -6,10 +6,11 @@ use rand_pcg::Pcg64;
 use rand_pcg::rand_core::SeedableRng as _;
 
 use super::*;
+use crate::instruments::Instruments;
 
 fn filter<T: Real>() -> TwinFilter<T> {
     let params = MotorParams::nominal();
-    TwinFilter::try_new(&params, &TwinTuning::new(&params)).unwrap()
+    TwinFilter::try_new(&params, &TwinTuning::new(&params, &Instruments::default())).unwrap()
 }
 
 /// The nominal motor at full drive, with exact samples and noisy frames.

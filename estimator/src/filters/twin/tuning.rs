@@ -6,6 +6,8 @@
 use motor_model::{MotorParams, Real};
 
 use crate::filters::constant_rate::ConstantRateTuning;
+use crate::filters::impact_aided::ImpactAidedTuning;
+use crate::instruments::Instruments;
 use crate::vibrometer::impact_detector::ImpactDetectorTuning;
 
 /// Prior of the motor, noise of the sensors, and noise of what the model leaves out.
@@ -13,6 +15,8 @@ use crate::vibrometer::impact_detector::ImpactDetectorTuning;
 pub struct TwinTuning<T> {
     /// Camera, rest, and the process noise without a vibrometer.
     pub constant_rate: ConstantRateTuning<T>,
+    /// The kicks that the stator's estimate does not explain: as in [`crate::ImpactAided`].
+    pub without_stator: ImpactAidedTuning<T>,
     /// The impact detector: threshold 3.6, lower than elsewhere since association finds false alarms; window 20.
     pub detector: ImpactDetectorTuning<T>,
     /// Prior of the motor's parameters.
@@ -82,15 +86,17 @@ pub struct ContactTuning<T> {
 }
 
 impl<T: Real> TwinTuning<T> {
-    /// For a motor whose nominal parameters are `params`, under the default sensors.
-    pub fn new(params: &MotorParams) -> Self {
+    /// For a motor whose nominal parameters are `params`, under `instruments`; the default vibrometer where there is none.
+    pub fn new(params: &MotorParams, instruments: &Instruments) -> Self {
+        let vibrometer = instruments.vibrometer.unwrap_or_default();
         let n = T::from_f64;
         Self {
-            constant_rate: ConstantRateTuning::default(),
+            constant_rate: ConstantRateTuning::new(instruments),
+            without_stator: ImpactAidedTuning::new(params, instruments),
             detector: ImpactDetectorTuning {
                 threshold: n(3.6),
                 window_samples: n(20.0),
-                ..ImpactDetectorTuning::new(params)
+                ..ImpactDetectorTuning::new(params, &vibrometer)
             },
             prior: TwinPrior::default(),
             contact: ContactTuning::default(),

@@ -27,7 +27,7 @@ const EVEN_ODDS_EXCESS: f64 = 600.0;
 impl<T: Real> TwinFilter<T> {
     /// The kick of an impact whose tooth is not known.
     pub(super) fn unexplained_kick(&self, at: Time, impact: &MeasuredImpact<T>) -> KickRecord<T> {
-        let constants = &self.without_stator;
+        let constants = &self.tuning.without_stator;
         let square = |x: T| x * x;
         let uncertain = |value: T, variance: T| Uncertain { value, variance };
         let c = self.kick_per_jump_rad_m;

@@ -1,4 +1,5 @@
 use super::*;
+use crate::instruments::VibrometerDescription;
 use rand_distr::{Distribution, StandardNormal};
 use rand_pcg::Pcg64;
 use rand_pcg::rand_core::SeedableRng;
@@ -6,7 +7,10 @@ use rand_pcg::rand_core::SeedableRng;
 const NANOS: u64 = 5_000;
 
 fn tuning(threshold: f64) -> ImpactDetectorTuning<f64> {
-    ImpactDetectorTuning { threshold, ..ImpactDetectorTuning::new(&MotorParams::nominal()) }
+    ImpactDetectorTuning {
+        threshold,
+        ..ImpactDetectorTuning::new(&MotorParams::nominal(), &VibrometerDescription::default())
+    }
 }
 
 fn sample(n: u64, velocity_m_s: f64) -> LdvSample {

@@ -57,7 +57,8 @@ impl Processor for SecondLoop {
         let target = Target::try_new(target_deg, tolerance_deg)?;
         let limits = Limits { deadline_nanos, ..Limits::default() };
         let tuning = PositioningTuning { limits, ..PositioningTuning::default() };
-        self.position_loop = Some(PositionLoop::new(AnyFilter::named(filter)?, target, tuning, Time::ZERO));
+        self.position_loop =
+            Some(PositionLoop::new(AnyFilter::named(filter, &Scene::default())?, target, tuning, Time::ZERO));
         Ok(())
     }
 

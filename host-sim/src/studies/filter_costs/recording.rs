@@ -3,12 +3,14 @@
 use std::ops::ControlFlow;
 
 use controller::Sense as _;
-use estimator::{CameraFrame, LdvSample};
-use motor_model::{Angle, DriveCommand, DriveMode, Time};
+use estimator::{CameraFrame, Instruments, LdvSample};
+use motor_model::{Angle, DriveCommand, DriveMode, MotorParams, OutOfBounds, Real, Time};
 
+use crate::runs::filter::AnyFilter;
 use crate::runs::tick_driver::{RigPorts, TickDriver, TickProgram};
 use crate::scene::Scene;
 use crate::studies::StudyError;
+use crate::world::instruments::assumed;
 
 /// From the start at rest until the motion counts as steady.
 const STEADY_NANOS: u64 = 250_000_000;
@@ -45,9 +47,21 @@ pub struct Recording {
     pub command: DriveCommand,
     /// The events, in order of time.
     pub events: Vec<RecordedEvent>,
+    /// What a filter assumes of the motor.
+    pub design: MotorParams,
+    /// What a filter assumes of the instruments.
+    pub instruments: Instruments,
 }
 
 impl Recording {
+    /// The filter `name` for the motor and the instruments of the recording.
+    ///
+    /// # Errors
+    /// When the model refuses the motor.
+    pub fn filter<T: Real>(&self, name: &str) -> Result<AnyFilter<T>, OutOfBounds> {
+        AnyFilter::new(name, &self.design, &self.instruments)
+    }
+
     /// Runs the motor of `scene` at full drive of `mode`.
     ///
     /// # Errors
@@ -67,7 +81,12 @@ impl Recording {
             }
             if at.nanos() < END_NANOS { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
         });
-        Ok(Self { command, events: driver.into_program().events })
+        Ok(Self {
+            command,
+            events: driver.into_program().events,
+            design: scene.motor_params(),
+            instruments: assumed(scene),
+        })
     }
 }
 

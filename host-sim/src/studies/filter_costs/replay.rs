@@ -79,14 +79,14 @@ pub fn error_sums<T: Real>(mut filter: AnyFilter<T>, recording: &Recording) -> E
 /// The costs of each variant on this machine, in ns.
 ///
 /// # Errors
-/// As of [`AnyFilter::named`].
+/// When the model refuses the motor.
 pub fn costs(
     variants: &[FilterVariant],
     recording: &Recording,
     rounds: u32,
 ) -> Result<Vec<OperationCosts>, OutOfBounds> {
     let (settling, timed) = recording.events.split_at(timed_from(&recording.events));
-    let settled = variants.iter().map(|variant| SettledFilter::new(variant, recording.command, settling));
+    let settled = variants.iter().map(|variant| SettledFilter::new(variant, recording, settling));
     let settled: Vec<SettledFilter> = settled.collect::<Result<_, _>>()?;
     let unmeasured = OperationCosts::new(f64::INFINITY, f64::INFINITY, f64::INFINITY, 1.0);
     let mut least = vec![unmeasured; variants.len()];
@@ -107,12 +107,13 @@ enum SettledFilter {
 impl SettledFilter {
     fn new(
         variant: &FilterVariant,
-        command: DriveCommand,
+        recording: &Recording,
         events: &[RecordedEvent],
     ) -> Result<Self, OutOfBounds> {
+        let command = recording.command;
         Ok(match variant.precision {
-            Precision::F32 => Self::F32(settle(AnyFilter::named(variant.filter)?, command, events)),
-            Precision::F64 => Self::F64(settle(AnyFilter::named(variant.filter)?, command, events)),
+            Precision::F32 => Self::F32(settle(recording.filter(variant.filter)?, command, events)),
+            Precision::F64 => Self::F64(settle(recording.filter(variant.filter)?, command, events)),
         })
     }
 

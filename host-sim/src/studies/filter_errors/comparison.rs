@@ -89,7 +89,7 @@ impl FilterComparison {
             mode,
             phase: None,
             free_motion: FreeMotion::default(),
-            filters: FILTERS.iter().map(|name| AnyFilter::named(name)).collect::<Result<_, _>>()?,
+            filters: FILTERS.iter().map(|name| AnyFilter::named(name, scene)).collect::<Result<_, _>>()?,
             genies: GENIES.iter().map(genie).collect(),
             sums: names().map(|_| PhaseSums::default()).collect(),
             truths: VecDeque::new(),
