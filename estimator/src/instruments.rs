@@ -13,8 +13,48 @@
 //! ```text
 //! variance of a frame's angle   R = (sigma^2 + Delta^2 / 12) / rho^2
 //! ```
+//!
+//! # What averaging cannot remove
+//!
+//! A mark at rest stays at one place of one cell of the quantiser. The mean of its codes, over the tracking noise, is
+//! off by a periodic function of that place x (Widrow and Kollar, "Quantization Noise", 2008, chapter 4):
+//!
+//! ```text
+//! bias(x)  = sum over k = 1, 2, ... of (-1)^k Delta / (pi k) exp(-2 pi^2 k^2 sigma^2 / Delta^2) sin(2 pi k x / Delta)
+//! variance = sum of Delta^2 / (2 pi^2 k^2) exp(-4 pi^2 k^2 sigma^2 / Delta^2)          over places in the cell
+//! ```
+//!
+//! Without noise the sum is `Delta^2 / 12`. At `sigma = Delta / 2` it is that of the first term, 0.05 milli-degrees of
+//! the default camera.
 
-use motor_model::OutOfBounds;
+use core::f64::consts::PI;
+
+use motor_model::{OutOfBounds, math};
+
+/// Harmonics of the quantiser's bias that are summed: those left out are a hundredth of the sum at most.
+const HARMONICS: f64 = 64.0;
+
+/// Which of the filters.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum FilterKind {
+    /// [`crate::ConstantRate`]: camera only.
+    ConstantRate,
+    /// [`crate::ImpactAided`]: camera, and impacts from the vibrometer.
+    ImpactAided,
+    /// [`crate::TwinFilter`]: camera, and the twin driven by the vibrometer's impacts.
+    Twin,
+}
+
+impl FilterKind {
+    /// Its name in scenes and reports.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::ConstantRate => "constant_rate",
+            Self::ImpactAided => "impact_aided",
+            Self::Twin => "twin",
+        }
+    }
+}
 
 /// The instruments of a bench.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -99,6 +139,26 @@ impl CameraDescription {
         noise_rad * noise_rad + self.quantisation_rad2()
     }
 
+    /// Variance of a resting rotor's mean angle in rad^2 that no number of frames removes, see the head of this module.
+    ///
+    /// It is never above [`Self::quantisation_rad2`], which it reaches without noise.
+    pub fn floor_rad2(&self) -> f64 {
+        if self.resolution_m <= 0.0 {
+            return 0.0;
+        }
+        let noise_steps = core::f64::consts::TAU * self.noise_m / self.resolution_m;
+        // The terms from the first one left out on sum to at most 1/HARMONICS times their exponential.
+        let mut sum = math::exp(-noise_steps * noise_steps * HARMONICS * HARMONICS) / HARMONICS;
+        let mut k = HARMONICS;
+        while k >= 1.0 {
+            sum += math::exp(-noise_steps * noise_steps * k * k) / (k * k);
+            k -= 1.0;
+        }
+        let step_rad = self.resolution_m / self.radius_m;
+        let variance_rad2 = step_rad * step_rad * sum / (2.0 * PI * PI);
+        variance_rad2.min(self.quantisation_rad2())
+    }
+
     /// Time between two frames, in s.
     #[expect(clippy::cast_precision_loss, reason = "bounds are far below 2^53")]
     pub fn period_s(&self) -> f64 {
@@ -132,9 +192,7 @@ impl VibrometerDescription {
 
     /// Standard deviation of a sample in m/s: its noise, and its steps as a uniform error.
     pub fn sample_sd_m_s(&self) -> f64 {
-        motor_model::math::sqrt(
-            self.noise_m_s * self.noise_m_s + self.resolution_m_s * self.resolution_m_s / 12.0,
-        )
+        math::sqrt(self.noise_m_s * self.noise_m_s + self.resolution_m_s * self.resolution_m_s / 12.0)
     }
 
     /// The description, if all of it is within bounds.
@@ -152,6 +210,34 @@ impl VibrometerDescription {
 }
 
 impl Instruments {
+    /// Longest period of a vibrometer from which the twin follows the stator, in ns: that at which it is stepped.
+    const TWIN_PERIOD_NANOS: u64 = 5_000;
+
+    /// Longest period of a vibrometer of which single impacts are told apart, in ns: a sixth of the shortest time
+    /// between two impacts of a pair of teeth, a period of mode C.
+    const IMPACTS_PERIOD_NANOS: u64 = 20_000;
+
+    /// Largest standard deviation of a sample from which the twin follows the stator, and from which impacts are
+    /// detected, in m/s: a tenth and a third of the smallest jump that turns the rotor by a milli-degree in a flight.
+    const TWIN_SD_M_S: f64 = 5e-4;
+    const IMPACTS_SD_M_S: f64 = 2e-3;
+
+    /// The filter that is the most accurate with these instruments.
+    pub fn best_filter(&self) -> FilterKind {
+        let Some(vibrometer) = self.vibrometer else { return FilterKind::ConstantRate };
+        let (sd_m_s, period_nanos) = (vibrometer.sample_sd_m_s(), vibrometer.period_nanos);
+        if sd_m_s <= Self::TWIN_SD_M_S
+            && period_nanos <= Self::TWIN_PERIOD_NANOS
+            && self.camera.period_nanos <= CameraDescription::default().period_nanos
+        {
+            FilterKind::Twin
+        } else if sd_m_s <= Self::IMPACTS_SD_M_S && period_nanos <= Self::IMPACTS_PERIOD_NANOS {
+            FilterKind::ImpactAided
+        } else {
+            FilterKind::ConstantRate
+        }
+    }
+
     /// The description, if all of it is within bounds.
     ///
     /// # Errors
@@ -172,6 +258,46 @@ mod tests {
         let step_rad = 2e-6_f64 / 3.9e-3;
         let variance_rad2 = CameraDescription::default().variance_rad2();
         assert!((variance_rad2 * 3.0 / (step_rad * step_rad) - 1.0).abs() < 1e-12);
+    }
+
+    /// The mean square of the bias, from the distribution of the codes by itself, over the places in a cell.
+    #[test]
+    fn dual_floor_is_the_mean_square_of_the_mean_codes_error() {
+        // The standard normal's distribution, by Simpson's rule.
+        let below = |x: f64| {
+            let (n, h) = (200, x.clamp(-9.0, 9.0) / 200.0);
+            let density = |i: i32| (-0.5 * (f64::from(i) * h).powi(2)).exp();
+            let inner: f64 = (1..n).map(|i| density(i) * if i % 2 == 1 { 4.0 } else { 2.0 }).sum();
+            0.5 + (density(0) + inner + density(n)) * h / 3.0 / core::f64::consts::TAU.sqrt()
+        };
+        for noise_steps in [0.02, 0.1, 0.25, 0.5, 1.0] {
+            let places = 60;
+            let mean_square = (0..places)
+                .map(|place| {
+                    let x = (f64::from(place) + 0.5) / f64::from(places) - 0.5;
+                    let code = |n: i32| {
+                        let (low, high) = (f64::from(n) - 0.5 - x, f64::from(n) + 0.5 - x);
+                        f64::from(n) * (below(high / noise_steps) - below(low / noise_steps))
+                    };
+                    let bias = (-12..=12).map(code).sum::<f64>() - x;
+                    bias * bias
+                })
+                .sum::<f64>()
+                / f64::from(places);
+            let camera = CameraDescription {
+                noise_m: 4e-6 * noise_steps,
+                resolution_m: 4e-6,
+                radius_m: 2e-3,
+                ..CameraDescription::default()
+            };
+            let floor_steps2 = camera.floor_rad2() / (2e-3 * 2e-3);
+            assert!((floor_steps2 - mean_square).abs() < 0.01 * mean_square + 1e-15, "{noise_steps}");
+        }
+        let without_noise = CameraDescription { noise_m: 0.0, ..CameraDescription::default() };
+        let whole_rad2 = without_noise.quantisation_rad2();
+        assert!((without_noise.floor_rad2() / whole_rad2 - 1.0).abs() < 0.01);
+        let without_steps = CameraDescription { resolution_m: 0.0, ..CameraDescription::default() };
+        assert!(without_steps.floor_rad2().abs() < f64::MIN_POSITIVE);
     }
 
     #[test]

@@ -133,7 +133,7 @@ pub use filters::impact_aided::ringing::RingingTuning;
 pub use filters::impact_aided::{IMPACTS_KEPT_MAX, ImpactAided, ImpactAidedTuning};
 pub use filters::twin::{ContactTuning, TwinFilter, TwinPrior, TwinTuning};
 pub use innovation::{Innovation, Rejection, Source, Verdict};
-pub use instruments::{CameraDescription, Instruments, VibrometerDescription};
+pub use instruments::{CameraDescription, FilterKind, Instruments, VibrometerDescription};
 pub use measurement::{CameraFrame, LdvSample};
 pub use vibrometer::impact_detector::{ImpactDetector, ImpactDetectorTuning, VibrometerEvent};
 pub use vibrometer::motion::{Motion, MotionWatch};
