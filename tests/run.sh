@@ -78,6 +78,8 @@ check_firmware() {
     fi
 }
 
+# The fuzz targets are linted here and run by tests/soak.sh: they have a main function of their own, which does not end.
+#
 # Everything of the host is built once, in one profile, with the integrators of other crates beside the twin (`host-sim
 # accuracy`). The tests run by `cargo test`, which shares a run between the tests of a binary; cargo-nextest would
 # repeat it for each of them.
@@ -85,7 +87,7 @@ features=(--features micromotor-sim/peers)
 
 # The test harness tells how long each test takes only if it may use options that are not stable yet.
 timed_tests() {
-    cargo test --workspace "${features[@]}" \
+    cargo test --workspace --exclude fuzz "${features[@]}" \
         --config 'target."cfg(not(target_os = \"none\"))".runner = ["env", "RUSTC_BOOTSTRAP=1"]' \
         "$@" -Z unstable-options --report-time 2>&1 | tee -a "$logs/tests"
 }
@@ -140,6 +142,6 @@ cat "$logs/firmware"
 # On the host and, through tests/qemu, on the emulated microcontroller.
 heading "tests"
 timed_tests --lib --bins --tests --
-cargo test --workspace "${features[@]}" --doc
+cargo test --workspace --exclude fuzz "${features[@]}" --doc
 
 summary

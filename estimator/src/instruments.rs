@@ -58,6 +58,7 @@ impl FilterKind {
 
 /// The instruments of a bench.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Instruments {
     /// The camera: every bench has one.
     pub camera: CameraDescription,
@@ -67,6 +68,7 @@ pub struct Instruments {
 
 /// A camera, as far as a filter needs to know it.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct CameraDescription {
     /// Time between two frames, in ns: 10,000 to 100,000,000 (100 kHz to 10 Hz).
     pub period_nanos: u64,
@@ -84,6 +86,7 @@ pub struct CameraDescription {
 
 /// A vibrometer, as far as a filter needs to know it.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct VibrometerDescription {
     /// Time between two samples, in ns: 1,000 to 100,000 (1 MHz to 10 kHz).
     pub period_nanos: u64,

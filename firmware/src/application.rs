@@ -23,9 +23,9 @@ use controller::{Drive, Limits, PositionLoop, PositioningTuning, Sense, Target};
 use estimator::{CameraFrame, Instruments, LdvSample};
 use link::{
     Arrival, BoardFault, BoardMessage, Configuration, Counters, Deframer, FRAME_BYTES_MAX, FrameError,
-    Header, HostMessage, Sequence, SettingKey, TickRecord, VERSION, decode, encode,
+    Header, HostMessage, MotorParameterRecord, Sequence, SettingKey, TickRecord, VERSION, decode, encode,
 };
-use motor_model::{DriveCommand, MotorParams, OutOfBounds, Time};
+use motor_model::{DriveCommand, MotorParams, OutOfBounds, Parameter, Time};
 
 use crate::filter::SelectedFilter;
 use crate::telemetry::{ArmingState, Entry, Telemetry};
@@ -37,9 +37,38 @@ pub const SILENT_TICKS: u64 = 1000;
 /// The drive goes off after this many missed deadlines in a row.
 pub const OVERRUNS_MAX: u32 = 10;
 
+/// Index of the last parameter of the motor.
+#[expect(clippy::cast_possible_truncation, reason = "a few dozen")]
+const PARAMETER_INDEX_MAX: u8 = (Parameter::ALL.len() - 1) as u8;
+
 /// Longest deadline of a move, in ns, and its key: a day.
 const DEADLINE_MAX_S: f64 = 86_400.0;
 const DEADLINE_KEY: &str = "position.deadline_s";
+
+/// Motor and instruments of the bench, as the host has described them.
+#[derive(Clone, Copy, Debug, Default)]
+struct Bench {
+    design: MotorParams,
+    instruments: Instruments,
+}
+
+impl Bench {
+    /// Sets a parameter of the motor.
+    fn set(
+        &mut self,
+        MotorParameterRecord { index, value }: MotorParameterRecord,
+    ) -> Result<(), OutOfBounds> {
+        let parameter = Parameter::ALL.get(usize::from(index)).ok_or(OutOfBounds {
+            key: "motor",
+            value: f64::from(index),
+            min: 0.0,
+            max: f64::from(PARAMETER_INDEX_MAX),
+            unit: "",
+        })?;
+        self.design = self.design.with(*parameter, value)?;
+        Ok(())
+    }
+}
 
 /// A configuration that was checked, with its loop.
 ///
@@ -56,14 +85,18 @@ struct Move {
 
 impl Move {
     /// Builds the move in `memory`, or leaves `memory` unchanged.
-    fn build(memory: &mut Option<Self>, configuration: Configuration) -> Result<(), OutOfBounds> {
+    fn build(
+        memory: &mut Option<Self>,
+        configuration: Configuration,
+        bench: &Bench,
+    ) -> Result<(), OutOfBounds> {
         let Configuration { filter, target_deg, tolerance_deg, deadline_nanos } = configuration;
         let target = Target::try_new(target_deg, tolerance_deg)?;
         #[expect(clippy::cast_precision_loss, reason = "bounds are far below 2^53")]
         OutOfBounds::check(DEADLINE_KEY, deadline_nanos as f64 * 1e-9, 0.0, DEADLINE_MAX_S, "s")?;
         let limits = Limits { deadline_nanos, ..Limits::default() };
         let tuning = PositioningTuning { limits, ..PositioningTuning::default() };
-        let filter = SelectedFilter::try_new(filter, &MotorParams::nominal(), &Instruments::default())?;
+        let filter = SelectedFilter::try_new(filter, &bench.design, &bench.instruments)?;
         let position_loop = PositionLoop::new(filter, target, tuning, Time::ZERO);
         *memory = Some(Self { configuration, target, tuning, position_loop });
         Ok(())
@@ -107,6 +140,7 @@ pub struct Application<'m, D> {
     deframer: Deframer,
     counters: Counters,
     session: Option<Session>,
+    bench: Bench,
     configured: &'m mut MoveMemory,
     state: State,
     measurements: MeasurementQueues,
@@ -154,6 +188,7 @@ impl<'m, D: Drive> Application<'m, D> {
             deframer: Deframer::default(),
             counters: Counters::default(),
             session: None,
+            bench: Bench::default(),
             configured: memory,
             state: State::Safe,
             measurements: MeasurementQueues::default(),
@@ -372,10 +407,16 @@ impl<'m, D: Drive> Application<'m, D> {
         Some(match message {
             HostMessage::Hello => {
                 self.configured.0 = None;
+                self.bench = Bench::default();
                 self.stop();
                 BoardMessage::Welcome { tick_nanos: PositionLoop::TICK_NANOS }
             }
             HostMessage::Configure(configuration) => self.configure(*configuration),
+            HostMessage::Instruments(instruments) => self.describe(|bench| {
+                bench.instruments = instruments.checked()?;
+                Ok(())
+            }),
+            HostMessage::MotorParameter(parameter) => self.describe(|bench| bench.set(*parameter)),
             HostMessage::Arm => self.arm(),
             HostMessage::Stop => {
                 self.stop();
@@ -411,12 +452,20 @@ impl<'m, D: Drive> Application<'m, D> {
         if self.is_armed() {
             return BoardMessage::Fault(BoardFault::Armed);
         }
-        match Move::build(&mut self.configured.0, configuration) {
+        match Move::build(&mut self.configured.0, configuration, &self.bench) {
             Ok(()) => BoardMessage::Configured,
-            Err(error) => {
-                let key = SettingKey::try_from(error.key).unwrap_or_default();
-                BoardMessage::Fault(BoardFault::OutOfBounds { key })
-            }
+            Err(error) => refused(&error),
+        }
+    }
+
+    /// Changes the description of the bench, for the configurations that follow.
+    fn describe(&mut self, change: impl FnOnce(&mut Bench) -> Result<(), OutOfBounds>) -> BoardMessage {
+        if self.is_armed() {
+            return BoardMessage::Fault(BoardFault::Armed);
+        }
+        match change(&mut self.bench) {
+            Ok(()) => BoardMessage::Described,
+            Err(error) => refused(&error),
         }
     }
 
@@ -431,6 +480,11 @@ impl<'m, D: Drive> Application<'m, D> {
             (State::Safe | State::Latched(_), _) => BoardMessage::Fault(self.fault()),
         }
     }
+}
+
+fn refused(error: &OutOfBounds) -> BoardMessage {
+    let key = SettingKey::try_from(error.key).unwrap_or_default();
+    BoardMessage::Fault(BoardFault::OutOfBounds { key })
 }
 
 fn time(ticks: u64) -> Time {

@@ -57,7 +57,7 @@ pub use deframer::Deframer;
 pub use frame::{FRAME_BYTES_MAX, FrameError, Header, VERSION, decode, encode};
 pub use message::{
     BoardFault, BoardMessage, CameraRecord, Configuration, Counters, FilterKind, HostMessage, LdvRecord,
-    LdvRecords, SettingKey,
+    LdvRecords, MotorParameterRecord, SettingKey,
 };
 pub use numbering::{Coded, Numbered, PhaseRecord};
 pub use sequence::{Arrival, Sequence};

@@ -1,7 +1,7 @@
 //! The messages. Names carry units; bounds are checked where a value is used.
 
 use controller::LDV_SAMPLES_PER_TICK_MAX;
-use estimator::{CameraFrame, LdvSample};
+use estimator::{CameraFrame, Instruments, LdvSample};
 use motor_model::{Angle, Time};
 use serde::{Deserialize, Serialize};
 
@@ -27,6 +27,12 @@ pub enum HostMessage {
     Step,
     /// Asks for the counters.
     Count,
+    /// What camera and vibrometer are, for the configurations that follow; the default instruments without it. Refused
+    /// as a whole when a value is out of bounds.
+    Instruments(Instruments),
+    /// A parameter of the motor's design, for the configurations that follow; that of Table 1 without it. Refused when
+    /// there is no such parameter, or its value is out of bounds.
+    MotorParameter(MotorParameterRecord),
 }
 
 /// From the board to the host.
@@ -49,6 +55,8 @@ pub enum BoardMessage {
     Counters(Counters),
     /// What is wrong; the drive is off unless the fault says otherwise.
     Fault(BoardFault),
+    /// The description of the instruments, or the parameter of the motor, is taken.
+    Described,
 }
 
 /// The filters that the board has.
@@ -73,6 +81,15 @@ pub struct Configuration {
     pub tolerance_deg: f64,
     /// Time after arming at which the move is given up, in ns.
     pub deadline_nanos: u64,
+}
+
+/// A parameter of the motor on the wire.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct MotorParameterRecord {
+    /// Its index in [`motor_model::Parameter::ALL`].
+    pub index: u8,
+    /// Its value, in the unit of its specification.
+    pub value: f64,
 }
 
 /// [`CameraFrame`] on the wire.

@@ -202,8 +202,8 @@ struct Noisy {
 }
 
 impl Processor for Noisy {
-    fn arm(&mut self, configuration: link::Configuration) -> Result<(), BoardError> {
-        self.board.arm(configuration)
+    fn arm(&mut self, preparation: &[link::HostMessage]) -> Result<(), BoardError> {
+        self.board.arm(preparation)
     }
 
     fn tick(&mut self, measurements: &TickMeasurements) -> Result<link::TickRecord, BoardError> {
@@ -246,8 +246,8 @@ fn dual_pil_ends_where_the_host_ends() {
 struct Flipped(LockStepBoard, u64);
 
 impl Processor for Flipped {
-    fn arm(&mut self, configuration: link::Configuration) -> Result<(), BoardError> {
-        self.0.arm(configuration)
+    fn arm(&mut self, preparation: &[link::HostMessage]) -> Result<(), BoardError> {
+        self.0.arm(preparation)
     }
 
     fn tick(&mut self, measurements: &TickMeasurements) -> Result<link::TickRecord, BoardError> {

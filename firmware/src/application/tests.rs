@@ -4,6 +4,7 @@ use core::cell::Cell;
 use std::boxed::Box;
 use std::vec::Vec;
 
+use estimator::CameraDescription;
 use link::{CameraRecord, FilterKind, LdvRecord};
 use motor_model::DriveMode;
 
@@ -274,7 +275,7 @@ fn law_another_version_is_refused_by_name() {
     let mut other = cobs::encode_vec(&content);
     other.push(0);
     let refused = BoardFault::Version { theirs: VERSION + 1, ours: VERSION };
-    assert_eq!(std::format!("{refused}"), "the host speaks protocol version 2, the board version 1");
+    assert_eq!(std::format!("{refused}"), "the host speaks protocol version 3, the board version 2");
     assert_eq!(bench.exchange_bytes(&other), fault(refused));
     assert_eq!(bench.board.counters().other_version, 1);
     assert_eq!(bench.exchange(&HostMessage::Arm), fault(BoardFault::UnknownSession { session: 5 }));
@@ -352,6 +353,43 @@ fn law_a_configuration_out_of_bounds_is_refused_whole() {
     bench.exchange(&HostMessage::Configure(Configuration { target_deg: f64::NAN, ..MOVE }));
     assert_eq!(bench.exchange(&HostMessage::Arm), [BoardMessage::Armed]);
     bench.drive();
+}
+
+/// L8: what the host says of instruments and motor is refused out of bounds, and serves the configurations that follow
+/// until another session.
+#[test]
+fn law_the_bench_is_described_before_the_move_is_configured() {
+    let driven = Cell::new(DriveCommand::OFF);
+    let mut bench = Bench::new(&driven);
+    bench.exchange(&HostMessage::Hello);
+    let Instruments { camera, vibrometer } = Instruments::default();
+    let slow = CameraDescription { period_nanos: 5_000_000, ..camera };
+    let blind = CameraDescription { period_nanos: 0, ..camera };
+    for (message, key) in [
+        (HostMessage::Instruments(Instruments { camera: blind, vibrometer }), "camera.frame_rate_hz"),
+        (HostMessage::MotorParameter(MotorParameterRecord { index: 255, value: 1.0 }), "motor"),
+        (
+            HostMessage::MotorParameter(MotorParameterRecord {
+                index: Parameter::RotorMass as u8,
+                value: f64::NAN,
+            }),
+            "motor.rotor_mass_kg",
+        ),
+    ] {
+        let refused = fault(BoardFault::OutOfBounds { key: key.try_into().unwrap() });
+        assert_eq!(bench.exchange(&message), refused);
+    }
+    let instruments = Instruments { camera: slow, vibrometer: None };
+    assert_eq!(bench.exchange(&HostMessage::Instruments(instruments)), [BoardMessage::Described]);
+    let heavier = MotorParameterRecord { index: Parameter::RotorMass as u8, value: 2e-4 };
+    assert_eq!(bench.exchange(&HostMessage::MotorParameter(heavier)), [BoardMessage::Described]);
+    assert_eq!(bench.board.bench.instruments, instruments);
+    assert!((bench.board.bench.design.get(Parameter::RotorMass) - 2e-4).abs() < f64::EPSILON);
+    assert_eq!(bench.exchange(&HostMessage::Configure(MOVE)), [BoardMessage::Configured]);
+    bench.exchange(&HostMessage::Arm);
+    assert_eq!(bench.exchange(&HostMessage::MotorParameter(heavier)), fault(BoardFault::Armed));
+    bench.begin();
+    assert_eq!(bench.board.bench.instruments, Instruments::default());
 }
 
 /// L8: an armed loop keeps its configuration.

@@ -28,7 +28,8 @@ mod tests;
 use std::fmt;
 use std::ops::ControlFlow;
 
-use link::{Configuration, FilterKind, TickRecord};
+use link::{BoardMessage, Configuration, FilterKind, HostMessage, MotorParameterRecord, TickRecord};
+use motor_model::Parameter;
 use serde::Serialize;
 
 use crate::board::BoardError;
@@ -36,6 +37,7 @@ use crate::runs::closed_loop::{ClosedLoop, PositioningMoment};
 use crate::runs::position::{self, MoveOutcome};
 use crate::runs::tick_driver::TickMeasurements;
 use crate::scene::Scene;
+use crate::world::instruments::assumed;
 pub use free_running_board::FreeRunningBoard;
 pub use lock_step_board::LockStepBoard;
 
@@ -45,7 +47,7 @@ pub trait Processor {
     ///
     /// # Errors
     /// When it refuses the move or does not answer.
-    fn arm(&mut self, configuration: Configuration) -> Result<(), BoardError>;
+    fn arm(&mut self, preparation: &[HostMessage]) -> Result<(), BoardError>;
 
     /// Runs one tick on the measurements of the host's tick.
     ///
@@ -104,8 +106,29 @@ impl fmt::Display for ComparedMove {
     }
 }
 
-/// The move of `scene`, as it is sent to the microcontroller.
-pub(crate) fn configuration(scene: &Scene) -> Configuration {
+/// What the microcontroller is told before it is armed: the instruments, the parameters of the motor that `scene` sets,
+/// and the move.
+pub(crate) fn preparation(scene: &Scene) -> Vec<HostMessage> {
+    let index = |parameter: Parameter| Parameter::ALL.iter().position(|other| *other == parameter);
+    let parameters = scene.motor_overrides().filter_map(|(parameter, value)| {
+        let index = u8::try_from(index(parameter)?).ok()?;
+        Some(HostMessage::MotorParameter(MotorParameterRecord { index, value }))
+    });
+    let instruments = HostMessage::Instruments(assumed(scene));
+    let mut messages: Vec<HostMessage> = std::iter::once(instruments).chain(parameters).collect();
+    messages.push(HostMessage::Configure(configuration(scene)));
+    messages
+}
+
+/// The board's answer to a message of [`preparation`].
+pub(crate) fn acknowledgement(message: &HostMessage) -> BoardMessage {
+    match message {
+        HostMessage::Configure(_) => BoardMessage::Configured,
+        _ => BoardMessage::Described,
+    }
+}
+
+fn configuration(scene: &Scene) -> Configuration {
     Configuration {
         filter: match scene.choice("estimator.filter") {
             "impact_aided" => FilterKind::ImpactAided,
@@ -135,7 +158,7 @@ pub fn run_with(
     processor: &mut impl Processor,
     mut observe: impl FnMut(&PositioningMoment) -> Result<(), BoardError>,
 ) -> Result<ComparedMove, BoardError> {
-    processor.arm(configuration(scene))?;
+    processor.arm(&preparation(scene))?;
     let mut steps = 0;
     let outcome = position::run_with(scene, |closed_loop, moment| {
         steps += 1;

@@ -2,6 +2,7 @@ extern crate std;
 
 use std::vec::Vec;
 
+use estimator::Instruments;
 use proptest::prelude::*;
 use rand_core::Rng;
 use rand_pcg::Pcg64;
@@ -9,7 +10,7 @@ use rand_pcg::Pcg64;
 use super::*;
 use crate::{
     BoardFault, BoardMessage, CameraRecord, Configuration, Deframer, FilterKind, HostMessage, LdvRecord,
-    LdvRecords,
+    LdvRecords, MotorParameterRecord,
 };
 
 const HEADER: Header = Header { session: 0x0102_0304, sequence: 7, ticks: 1 << 40 };
@@ -34,9 +35,12 @@ fn configure() -> HostMessage {
     })
 }
 
-fn host_messages() -> [HostMessage; 7] {
+fn host_messages() -> [HostMessage; 9] {
     let camera = HostMessage::Camera(CameraRecord { exposed_nanos: 123_456_789, angle_units: -5 });
-    [HostMessage::Hello, configure(), HostMessage::Arm, HostMessage::Step, camera, ldv(2), ldv(16)]
+    let instruments = HostMessage::Instruments(Instruments::default());
+    let parameter = HostMessage::MotorParameter(MotorParameterRecord { index: 7, value: -0.5 });
+    let arm = HostMessage::Arm;
+    [HostMessage::Hello, configure(), arm, HostMessage::Step, camera, ldv(2), ldv(16), instruments, parameter]
 }
 
 /// The bytes of a frame, computed by hand: CRC-32 by zlib, no zero byte to hide but those shown.

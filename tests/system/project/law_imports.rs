@@ -9,7 +9,7 @@ use toml::{Table, Value};
 
 /// Every crate of the workspace and the crates of the workspace that it may depend on, tests and build scripts
 /// included.
-const CRATES: [(&str, &[&str]); 9] = [
+const CRATES: [(&str, &[&str]); 10] = [
     ("motor-model", &[]),
     ("estimator", &["motor-model"]),
     ("controller", &["motor-model", "estimator"]),
@@ -18,6 +18,7 @@ const CRATES: [(&str, &[&str]); 9] = [
     ("firmware-checks", &["motor-model", "estimator", "controller", "link", "firmware"]),
     ("host-sim", &["motor-model", "estimator", "controller", "link"]),
     ("benches", &["motor-model", "estimator", "controller"]),
+    ("tests/fuzz", &["motor-model", "estimator", "controller", "link", "firmware", "host-sim"]),
     (
         "tests",
         &[

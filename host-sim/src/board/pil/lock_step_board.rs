@@ -6,12 +6,11 @@ use std::process::{ChildStdin, ChildStdout};
 
 use controller::PositionLoop;
 use link::{
-    BoardMessage, Configuration, Counters, Deframer, FRAME_BYTES_MAX, Header, HostMessage, LdvRecords,
-    TickRecord, decode,
+    BoardMessage, Counters, Deframer, FRAME_BYTES_MAX, Header, HostMessage, LdvRecords, TickRecord, decode,
 };
 
-use super::Processor;
 use super::frames::{frame, unexpected};
+use super::{Processor, acknowledgement};
 use crate::board::BoardError;
 use crate::board::qemu::{Board, OneProcessor, Transport, Watchdog, WatchedProcess, Wiring};
 use crate::runs::tick_driver::TickMeasurements;
@@ -168,10 +167,12 @@ impl LockStepBoard {
 }
 
 impl Processor for LockStepBoard {
-    fn arm(&mut self, configuration: Configuration) -> Result<(), BoardError> {
+    fn arm(&mut self, preparation: &[HostMessage]) -> Result<(), BoardError> {
         let tick_nanos = PositionLoop::TICK_NANOS;
         self.ask(&HostMessage::Hello, &BoardMessage::Welcome { tick_nanos })?;
-        self.ask(&HostMessage::Configure(configuration), &BoardMessage::Configured)?;
+        for message in preparation {
+            self.ask(message, &acknowledgement(message))?;
+        }
         self.ask(&HostMessage::Arm, &BoardMessage::Armed)
     }
 

@@ -47,8 +47,9 @@ impl Drive for Ports<'_> {
 }
 
 impl Processor for SecondLoop {
-    fn arm(&mut self, configuration: Configuration) -> Result<(), BoardError> {
-        let Configuration { filter, target_deg, tolerance_deg, deadline_nanos } = configuration;
+    fn arm(&mut self, preparation: &[HostMessage]) -> Result<(), BoardError> {
+        let Some(HostMessage::Configure(configuration)) = preparation.last() else { panic!("no move") };
+        let Configuration { filter, target_deg, tolerance_deg, deadline_nanos } = *configuration;
         let filter = match filter {
             FilterKind::ConstantRate => "constant_rate",
             FilterKind::ImpactAided => "impact_aided",
