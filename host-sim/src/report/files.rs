@@ -11,14 +11,19 @@ use tempfile::NamedTempFile;
 
 use crate::report::OutputError;
 
-/// Lines as CSV, their fields as columns.
+/// Rows as CSV, their fields as columns. `header` has the names of the columns with commas between them; without it they
+/// are the names of the fields, and no field has parts of its own.
 ///
 /// # Errors
-/// When a line is no row of a table.
-pub fn csv<L: Serialize>(mut lines: impl Iterator<Item = L>) -> Result<String, OutputError> {
-    let mut writer = csv::Writer::from_writer(Vec::new());
-    let written = lines.try_for_each(|line| writer.serialize(line));
-    written.map_err(|error| OutputError::Table(error.to_string()))?;
+/// When a row has more or fewer columns than the header.
+pub fn csv<R: Serialize>(
+    header: Option<&str>,
+    mut rows: impl Iterator<Item = R>,
+) -> Result<String, OutputError> {
+    let refused = |error: csv::Error| OutputError::Table(error.to_string());
+    let mut writer = csv::WriterBuilder::new().has_headers(header.is_none()).from_writer(Vec::new());
+    header.map_or(Ok(()), |names| writer.write_record(names.split(','))).map_err(refused)?;
+    rows.try_for_each(|row| writer.serialize(row)).map_err(refused)?;
     let bytes = writer.into_inner().map_err(|error| OutputError::Table(error.to_string()))?;
     Ok(String::from_utf8_lossy(&bytes).into_owned())
 }

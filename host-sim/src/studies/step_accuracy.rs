@@ -38,12 +38,12 @@ use rayon::prelude::*;
 
 use crate::studies::StudyError;
 use crate::studies::averaged_motor::SpinUpCampaign;
-use bursts::{BURSTS, BurstError};
+use bursts::BURSTS;
 use comparison::{MethodRow, StepAccuracy};
-use impact_map::{ImpactMapErrors, ImpactMapMeasurement, MapSamples};
+use impact_map::{ImpactMapMeasurement, MapSamples};
 use method::{STEPS_S, StepMethod, step_methods};
-use steady_motion::{CONDITIONS, SteadyErrors, SteadyMeans, SteadySchedule};
-use step_cost::TimingEffort;
+use steady_motion::{CONDITIONS, SteadyMeans, SteadySchedule};
+use step_cost::{StepCost, TimingEffort};
 
 /// The number and length of the runs.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -89,44 +89,38 @@ impl StepAccuracyPlan {
         }
     }
 
-    /// Computes the errors on all threads, then the costs on one.
+    /// Measures the costs on one thread, then computes the errors on all.
     ///
     /// # Errors
     /// When the reference stalls.
     pub fn run(&self) -> Result<StepAccuracy, StudyError> {
         let methods = step_methods(self.steps_s);
-        let errors = self.errors(&methods)?;
         let costs = step_cost::costs(&methods, self.timing)?;
-        let rows = methods.into_iter().zip(errors).zip(costs).map(|((method, errors), cost)| MethodRow {
-            method,
-            cost,
-            impact_map: errors.impact_map,
-            steady: errors.steady,
-            bursts: errors.bursts,
-        });
         Ok(StepAccuracy {
-            rows: rows.collect(),
+            rows: self.rows(&methods, &costs)?,
             averaged: averaged_moves::rows(&self.identification, self.timing.rounds)?,
             peers: peers::peers(self.steps_s, self.timing)?,
         })
     }
 
-    fn errors(&self, methods: &[StepMethod]) -> Result<Vec<MethodErrors>, StudyError> {
+    fn rows(&self, methods: &[StepMethod], costs: &[[StepCost; 2]]) -> Result<Vec<MethodRow>, StudyError> {
         let [b, c] = [DriveMode::B, DriveMode::C].map(|mode| MapSamples::draw(mode, self.map_samples));
         let samples = [b?, c?];
         let reference = self.reference_means()?;
         // The fine steps come first, because they take longest: no thread is still at work when the others have ended.
-        (methods.par_iter().with_max_len(1))
-            .map(|method| {
+        (methods.par_iter().zip(costs).with_max_len(1))
+            .map(|(&method, &cost)| {
                 let impact_map = |samples| {
                     let measurement = ImpactMapMeasurement { samples, step_s: method.step_s };
                     method.apply(AmplitudeVariation::default(), &measurement)
                 };
                 let steady = |index: usize| {
-                    steady_motion::errors(method, CONDITIONS[index], self.steady, &reference[index])
+                    steady_motion::errors(&method, CONDITIONS[index], self.steady, &reference[index])
                 };
-                let burst = |index: usize| BURSTS[index].error(method);
-                Ok(MethodErrors {
+                let burst = |index: usize| BURSTS[index].error(&method);
+                Ok(MethodRow {
+                    method,
+                    cost,
                     impact_map: [impact_map(&samples[0])?, impact_map(&samples[1])?],
                     steady: [steady(0)?, steady(1)?, steady(2)?, steady(3)?],
                     bursts: [burst(0)?, burst(1)?, burst(2)?, burst(3)?],
@@ -146,11 +140,4 @@ impl StepAccuracyPlan {
         };
         CONDITIONS.into_iter().map(of).collect()
     }
-}
-
-/// The errors of a method: all results that no clock measures.
-struct MethodErrors {
-    impact_map: [ImpactMapErrors; 2],
-    steady: [SteadyErrors; 4],
-    bursts: [BurstError; 4],
 }

@@ -47,6 +47,11 @@ impl OperationCosts {
         Self { camera_frame, vibrometer_sample, prediction, tick }
     }
 
+    /// Frame, sample, prediction, tick.
+    pub fn each(&self) -> [f64; 4] {
+        [self.camera_frame, self.vibrometer_sample, self.prediction, self.tick]
+    }
+
     fn least(self, other: Self, sample_rate_hz: f64) -> Self {
         Self::new(
             self.camera_frame.min(other.camera_frame),

@@ -1,7 +1,5 @@
 //! The costs in words: a document for the terminal, the values of its page, CSV and JSON for programs.
 
-use serde::Serialize;
-
 use super::replay::OperationCosts;
 use super::{DRIVES, FilterCosts, FilterCostsRow, SAMPLE_RATES_HZ};
 use crate::report::OutputError;
@@ -16,25 +14,10 @@ const ABOUT: &str = "Motors drawn within Table 1's tolerances, driven at full st
 
 const COSTS: [&str; 4] = ["frame", "sample", "prediction", "10 us"];
 
-/// A line of the CSV: a row, its costs as columns.
-#[derive(Serialize)]
-struct CsvLine<'a> {
-    filter: &'a str,
-    precision: Precision,
-    ldv_sample_rate_hz: f64,
-    drive: &'a str,
-    rms_angle_mdeg: f64,
-    rms_rate_rad_s: f64,
-    camera_frame_ns: f64,
-    vibrometer_sample_ns: f64,
-    prediction_ns: f64,
-    tick_ns: f64,
-    camera_frame_instructions: Option<f64>,
-    vibrometer_sample_instructions: Option<f64>,
-    prediction_instructions: Option<f64>,
-    tick_instructions: Option<f64>,
-    runs: u64,
-}
+/// Columns of the CSV: the fields of a row, each cost one of its own.
+const CSV_HEADER: &str = "filter,precision,ldv_sample_rate_hz,drive,rms_angle_mdeg,rms_rate_rad_s,camera_frame_ns,\
+    vibrometer_sample_ns,prediction_ns,tick_ns,camera_frame_instructions,vibrometer_sample_instructions,\
+    prediction_instructions,tick_instructions,runs";
 
 impl FilterCosts {
     /// The whole table.
@@ -105,7 +88,12 @@ impl FilterCosts {
     /// # Errors
     /// When it cannot be written.
     pub fn csv(&self) -> Result<String, OutputError> {
-        crate::report::files::csv(self.rows.iter().map(CsvLine::of))
+        let columns = |row: &FilterCostsRow| {
+            let variant = (row.filter, row.precision, row.ldv_sample_rate_hz, row.drive);
+            let instructions = row.instructions.map_or([None; 4], |cost| cost.each().map(Some));
+            (variant, row.rms_angle_mdeg, row.rms_rate_rad_s, row.ns, instructions, row.runs)
+        };
+        crate::report::files::csv(Some(CSV_HEADER), self.rows.iter().map(columns))
     }
 
     /// The rows as one JSON array on one line.
@@ -119,29 +107,6 @@ impl FilterCostsRow {
     fn is_in(&self, other: &Self, drive: &str) -> bool {
         let same_rate = self.ldv_sample_rate_hz.total_cmp(&other.ldv_sample_rate_hz).is_eq();
         (self.filter, self.precision, self.drive) == (other.filter, other.precision, drive) && same_rate
-    }
-}
-
-impl<'a> CsvLine<'a> {
-    fn of(row: &'a FilterCostsRow) -> Self {
-        let instructions = |of: fn(&OperationCosts) -> f64| row.instructions.as_ref().map(of);
-        Self {
-            filter: row.filter,
-            precision: row.precision,
-            ldv_sample_rate_hz: row.ldv_sample_rate_hz,
-            drive: row.drive,
-            rms_angle_mdeg: row.rms_angle_mdeg,
-            rms_rate_rad_s: row.rms_rate_rad_s,
-            camera_frame_ns: row.ns.camera_frame,
-            vibrometer_sample_ns: row.ns.vibrometer_sample,
-            prediction_ns: row.ns.prediction,
-            tick_ns: row.ns.tick,
-            camera_frame_instructions: instructions(|cost| cost.camera_frame),
-            vibrometer_sample_instructions: instructions(|cost| cost.vibrometer_sample),
-            prediction_instructions: instructions(|cost| cost.prediction),
-            tick_instructions: instructions(|cost| cost.tick),
-            runs: row.runs,
-        }
     }
 }
 
@@ -168,22 +133,14 @@ fn cells(row: &FilterCostsRow) -> Vec<String> {
 }
 
 fn costs(cost: Option<OperationCosts>) -> [String; 4] {
-    let Some(OperationCosts { camera_frame, vibrometer_sample, prediction, tick }) = cost else {
-        return Default::default();
-    };
-    [camera_frame, vibrometer_sample, prediction, tick].map(figure)
+    cost.map_or_else(Default::default, |cost| cost.each().map(figure))
 }
 
 /// The mean of both modes.
 fn mean([b, c]: [Option<OperationCosts>; 2]) -> [String; 4] {
     let (Some(b), Some(c)) = (b, c) else { return Default::default() };
-    let half = |b: f64, c: f64| 0.5 * (b + c);
-    costs(Some(OperationCosts {
-        camera_frame: half(b.camera_frame, c.camera_frame),
-        vibrometer_sample: half(b.vibrometer_sample, c.vibrometer_sample),
-        prediction: half(b.prediction, c.prediction),
-        tick: half(b.tick, c.tick),
-    }))
+    let (b, c) = (b.each(), c.each());
+    std::array::from_fn(|cost| figure(0.5 * (b[cost] + c[cost])))
 }
 
 /// Two significant digits at least.

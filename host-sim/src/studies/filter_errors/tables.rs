@@ -1,7 +1,5 @@
 //! The errors in words: a document for the terminal, the values of its page, CSV and JSON for programs.
 
-use serde::Serialize;
-
 use super::comparison::names;
 use super::consistency::ConsistencyTest;
 use super::timeline::TimelinePhase;
@@ -20,37 +18,10 @@ const ABOUT: &str = "Motors drawn within Table 1's tolerances, Coulomb friction,
     innovations. smoothed: of 2 ms ago, from the frames since as well. genie: a lower bound, the Kalman filter that is \
     given every kick of the rate exactly, or to 10 or 3 %.";
 
-/// A line of the CSV: a row, its bounds as columns.
-#[derive(Serialize)]
-struct CsvLine<'a> {
-    filter: &'a str,
-    drive: &'a str,
-    phase: &'a str,
-    rms_angle_mdeg: f64,
-    p999_angle_mdeg: f64,
-    rms_rate_rad_s: f64,
-    times_genie: f64,
-    anees: f64,
-    anees_low: f64,
-    anees_high: f64,
-    angle_anees: f64,
-    angle_anees_low: f64,
-    angle_anees_high: f64,
-    rate_anees: f64,
-    nis: f64,
-    nis_low: f64,
-    nis_high: f64,
-    whiteness: f64,
-    whiteness_bound: f64,
-    rejected: f64,
-    restarts: u64,
-    missing: f64,
-    good: f64,
-    degraded: f64,
-    unusable: f64,
-    false_valid: f64,
-    runs: u64,
-}
+/// Columns of the CSV: the fields of a row, of bounds the lower and the upper one.
+const CSV_HEADER: &str = "filter,drive,phase,rms_angle_mdeg,p999_angle_mdeg,rms_rate_rad_s,times_genie,anees,anees_low,\
+    anees_high,angle_anees,angle_anees_low,angle_anees_high,rate_anees,nis,nis_low,nis_high,whiteness,whiteness_bound,\
+    rejected,restarts,missing,good,degraded,unusable,false_valid,runs";
 
 impl FilterErrors {
     /// The whole table.
@@ -129,46 +100,12 @@ impl FilterErrors {
     /// # Errors
     /// When it cannot be written.
     pub fn csv(&self) -> Result<String, OutputError> {
-        crate::report::files::csv(self.rows.iter().map(CsvLine::of))
+        crate::report::files::csv(Some(CSV_HEADER), self.rows.iter())
     }
 
     /// The rows as one JSON array on one line.
     pub fn json(&self) -> String {
         crate::report::files::json_line(&self.rows)
-    }
-}
-
-impl<'a> CsvLine<'a> {
-    fn of(row: &'a FilterErrorsRow) -> Self {
-        Self {
-            filter: row.filter,
-            drive: row.drive,
-            phase: row.phase,
-            rms_angle_mdeg: row.rms_angle_mdeg,
-            p999_angle_mdeg: row.p999_angle_mdeg,
-            rms_rate_rad_s: row.rms_rate_rad_s,
-            times_genie: row.times_genie,
-            anees: row.anees,
-            anees_low: row.anees_bounds.0,
-            anees_high: row.anees_bounds.1,
-            angle_anees: row.angle_anees,
-            angle_anees_low: row.angle_anees_bounds.0,
-            angle_anees_high: row.angle_anees_bounds.1,
-            rate_anees: row.rate_anees,
-            nis: row.nis,
-            nis_low: row.nis_bounds.0,
-            nis_high: row.nis_bounds.1,
-            whiteness: row.whiteness,
-            whiteness_bound: row.whiteness_bound,
-            rejected: row.rejected,
-            restarts: row.restarts,
-            missing: row.missing,
-            good: row.good,
-            degraded: row.degraded,
-            unusable: row.unusable,
-            false_valid: row.false_valid,
-            runs: row.runs,
-        }
     }
 }
 

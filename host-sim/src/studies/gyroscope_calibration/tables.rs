@@ -153,10 +153,6 @@ impl Calibrations {
     /// # Errors
     /// When it cannot be written.
     pub fn csv(&self) -> Result<String, OutputError> {
-        let mut writer = csv::Writer::from_writer(Vec::new());
-        let written = self.outcomes.iter().try_for_each(|outcome| writer.serialize(outcome));
-        written.map_err(|error| OutputError::Table(error.to_string()))?;
-        let bytes = writer.into_inner().map_err(|error| OutputError::Table(error.to_string()))?;
-        Ok(String::from_utf8_lossy(&bytes).into_owned())
+        crate::report::files::csv(None, self.outcomes.iter())
     }
 }

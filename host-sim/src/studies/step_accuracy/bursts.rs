@@ -4,10 +4,12 @@
 //! 60 ms later all is at rest again. A burst has whole cycles, but a model drives for whole steps. So the time is
 //! rounded to a multiple of 20 us, or of the step if that is longer. The reference drives for the same time.
 
-use motor_model::{AmplitudeVariation, Angle, DriveCommand, DriveMode, MotorParams, Parameter};
+use motor_model::{
+    AmplitudeVariation, Angle, DriveCommand, DriveMode, Motor, MotorParams, MotorState, Parameter, Real,
+};
 use serde::Serialize;
 
-use super::method::{FixedStepModel, Measurement, StepMethod};
+use super::method::{Measurement, StepMethod};
 use super::reference::Reference;
 use super::reference::state::ReferenceState;
 use crate::studies::StudyError;
@@ -111,20 +113,20 @@ impl Measurement for BurstMeasurement {
     type Outcome = f64;
 
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a count of steps")]
-    fn measure(&self, model: &impl FixedStepModel) -> f64 {
-        let mut state = model.state(&ReferenceState::default());
+    fn measure<T: Real>(&self, motor: &Motor<T>) -> f64 {
+        let mut state = MotorState::default();
         let mut hold = |command, time_s: f64| {
             for _ in 0..(time_s / self.step_s).round() as u64 {
-                model.step(&mut state, command);
+                motor.step(&mut state, command);
             }
-            model.rotor(&state)
+            state.rotor.angle
         };
         let origin = hold(DriveCommand::OFF, REST_S);
         hold(self.burst.command(), self.on_s);
         let end = hold(DriveCommand::OFF, REST_S);
         let unit_deg = Angle::from_units(1).degrees();
-        1e3 * (end.angle.minus(origin.angle).degrees()
-            + unit_deg * (end.residual_units - origin.residual_units))
+        let residual_units = end.residual_units().to_f64() - origin.residual_units().to_f64();
+        1e3 * (end.angle().minus(origin.angle()).degrees() + unit_deg * residual_units)
     }
 }
 

@@ -5,11 +5,11 @@
 //! second impact show the error of one application of the map. Further impacts are not compared: the motion is chaotic,
 //! and trajectories diverge after about four of them.
 
-use motor_model::{AmplitudeVariation, DriveCommand, DriveMode};
+use motor_model::{AmplitudeVariation, DriveCommand, DriveMode, Motor, Real};
 use rand_distr::{Distribution, StandardUniform};
 use serde::Serialize;
 
-use super::method::{FixedStepModel, ImpactRecord, Measurement};
+use super::method::{ImpactRecord, Measurement, start, step_recording};
 use super::reference::Reference;
 use super::reference::events::{ContactEvent, ContactEventKind, ReferenceObserver};
 use super::reference::state::ReferenceState;
@@ -143,11 +143,10 @@ pub struct ImpactMapMeasurement<'a> {
 impl Measurement for ImpactMapMeasurement<'_> {
     type Outcome = ImpactMapErrors;
 
-    fn measure(&self, model: &impl FixedStepModel) -> ImpactMapErrors {
+    fn measure<T: Real>(&self, motor: &Motor<T>) -> ImpactMapErrors {
         let mut errors = ErrorSamples::default();
         for sample in &self.samples.samples {
-            let found = self.impacts(model, sample);
-            match found[..] {
+            match self.impacts(motor, sample)[..] {
                 [first, second, ..] => errors.add([first, second], &sample.impacts),
                 _ => errors.missed += 1,
             }
@@ -158,16 +157,16 @@ impl Measurement for ImpactMapMeasurement<'_> {
 
 impl ImpactMapMeasurement<'_> {
     /// The model's next impacts.
-    fn impacts(&self, model: &impl FixedStepModel, sample: &MapSample) -> Vec<ImpactRecord> {
+    fn impacts<T: Real>(&self, motor: &Motor<T>, sample: &MapSample) -> Vec<ImpactRecord> {
         let drive = DriveCommand::full(self.samples.mode);
-        let mut state = model.state(&sample.start);
+        let mut state = start(&sample.start);
         let mut found = Vec::new();
         let mut steps = 0_u32;
         let mut time_s = 0.0;
         while found.len() < 2 && time_s < LONGEST_S + sample.impacts[1].time_s {
             steps += 1;
             time_s = f64::from(steps) * self.step_s;
-            model.step_recording(&mut state, drive, &mut |impact| {
+            step_recording(motor, &mut state, drive, |impact| {
                 found.push(ImpactRecord { time_s: time_s + impact.time_s, ..impact });
             });
         }

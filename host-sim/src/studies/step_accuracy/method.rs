@@ -1,8 +1,8 @@
 //! The fixed-step methods that are compared: the motor model with a rule of impacts, a precision and a step.
 
 use motor_model::{
-    AmplitudeVariation, Angle, DriveCommand, Impact, ImpactRule, Ledger, ModalState, Motor, MotorParams,
-    MotorSetup, MotorState, OutOfBounds, Phase, Real, RotorState, SustainedFriction,
+    AmplitudeVariation, DriveCommand, Impact, ImpactRule, Ledger, ModalState, Motor, MotorParams, MotorSetup,
+    MotorState, OutOfBounds, Phase, Real, RotorState, SustainedFriction,
 };
 use serde::ser::{Serialize, SerializeStruct as _, Serializer};
 
@@ -37,19 +37,6 @@ pub fn step_methods(steps_s: &[f64]) -> Vec<StepMethod> {
     all
 }
 
-/// The state of the rotor that a measurement reads.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct RotorReading {
-    /// Vertical velocity.
-    pub velocity_m_s: f64,
-    /// Angular rate.
-    pub rate_rad_s: f64,
-    /// Angle turned.
-    pub angle: Angle,
-    /// The part of the angle beyond [`Self::angle`], in units of 2^-32 turn.
-    pub residual_units: f64,
-}
-
 /// An impact, and the rotor just after it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[expect(clippy::struct_field_names, reason = "each name ends with its unit")]
@@ -62,35 +49,12 @@ pub struct ImpactRecord {
     pub rate_rad_s: f64,
 }
 
-/// A fixed-step model of the motor.
-pub trait FixedStepModel {
-    /// State of the model.
-    type State: Copy;
-
-    /// The state of the reference in this model's variables and precision.
-    fn state(&self, of: &ReferenceState) -> Self::State;
-
-    /// Takes a step. Returns the number of its impacts faster than [`FAST_APPROACH_M_S`].
-    fn step(&self, state: &mut Self::State, command: DriveCommand) -> u32;
-
-    /// Takes a step. `record` gets every impact, with its time from the end of the step, negative or zero.
-    fn step_recording(
-        &self,
-        state: &mut Self::State,
-        command: DriveCommand,
-        record: &mut impl FnMut(ImpactRecord),
-    );
-
-    /// The state of the rotor.
-    fn rotor(&self, state: &Self::State) -> RotorReading;
-}
-
-/// A measurement on any fixed-step model.
+/// A measurement on a motor of either precision.
 pub trait Measurement {
     /// Its result.
     type Outcome;
     /// Makes the measurement.
-    fn measure(&self, model: &impl FixedStepModel) -> Self::Outcome;
+    fn measure<T: Real>(&self, motor: &Motor<T>) -> Self::Outcome;
 }
 
 impl StepMethod {
@@ -171,56 +135,45 @@ impl Serialize for StepMethod {
     }
 }
 
-impl<T: Real> FixedStepModel for Motor<T> {
-    type State = MotorState<T>;
-
-    fn state(&self, of: &ReferenceState) -> MotorState<T> {
-        MotorState {
-            phase: Phase::from_turns(of.phase_turns),
-            modes: ModalState {
-                displacement_m: of.modes.displacement_m.map(T::from_f64),
-                velocity_m_s: of.modes.velocity_m_s.map(T::from_f64),
-            },
-            rotor: RotorState {
-                height_m: T::from_f64(of.height_m),
-                velocity_m_s: T::from_f64(of.velocity_m_s),
-                rate_rad_s: T::from_f64(of.rate_rad_s),
-                ..RotorState::default()
-            },
-            ..MotorState::default()
-        }
-    }
-
-    #[inline]
-    fn step(&self, state: &mut MotorState<T>, command: DriveCommand) -> u32 {
-        let fast = T::from_f64(FAST_APPROACH_M_S);
-        let impacts = Self::step(self, state, command);
-        impacts.iter().map(|impact| u32::from(impact.approach_m_s > fast)).sum()
-    }
-
-    fn step_recording(
-        &self,
-        state: &mut MotorState<T>,
-        command: DriveCommand,
-        record: &mut impl FnMut(ImpactRecord),
-    ) {
-        self.step_with(state, command, &mut ImpactRecorder(record));
-    }
-
-    fn rotor(&self, state: &MotorState<T>) -> RotorReading {
-        RotorReading {
-            velocity_m_s: state.rotor.velocity_m_s.to_f64(),
-            rate_rad_s: state.rotor.rate_rad_s.to_f64(),
-            angle: state.rotor.angle.angle(),
-            residual_units: state.rotor.angle.residual_units().to_f64(),
-        }
+/// The state of the reference in the variables and the precision of the model, its angle zero.
+pub fn start<T: Real>(from: &ReferenceState) -> MotorState<T> {
+    MotorState {
+        phase: Phase::from_turns(from.phase_turns),
+        modes: ModalState {
+            displacement_m: from.modes.displacement_m.map(T::from_f64),
+            velocity_m_s: from.modes.velocity_m_s.map(T::from_f64),
+        },
+        rotor: RotorState {
+            height_m: T::from_f64(from.height_m),
+            velocity_m_s: T::from_f64(from.velocity_m_s),
+            rate_rad_s: T::from_f64(from.rate_rad_s),
+            ..RotorState::default()
+        },
+        ..MotorState::default()
     }
 }
 
-/// Records impacts through the model's energy ledger.
-struct ImpactRecorder<'a, W>(&'a mut W);
+/// Takes a step. Returns the number of its impacts faster than [`FAST_APPROACH_M_S`].
+#[inline]
+pub fn fast_impacts<T: Real>(motor: &Motor<T>, state: &mut MotorState<T>, command: DriveCommand) -> u32 {
+    let fast = T::from_f64(FAST_APPROACH_M_S);
+    motor.step(state, command).iter().map(|impact| u32::from(impact.approach_m_s > fast)).sum()
+}
 
-impl<T: Real, W: FnMut(ImpactRecord)> Ledger<T> for ImpactRecorder<'_, W> {
+/// Takes a step. `record` gets every impact, with its time from the end of the step, negative or zero.
+pub fn step_recording<T: Real>(
+    motor: &Motor<T>,
+    state: &mut MotorState<T>,
+    command: DriveCommand,
+    record: impl FnMut(ImpactRecord),
+) {
+    motor.step_with(state, command, &mut ImpactRecorder(record));
+}
+
+/// Records impacts through the model's energy ledger.
+struct ImpactRecorder<W>(W);
+
+impl<T: Real, W: FnMut(ImpactRecord)> Ledger<T> for ImpactRecorder<W> {
     fn motion(&mut self, _: &MotorState<T>, _: T, _: [T; 2]) {}
 
     fn impact(&mut self, _: &MotorState<T>, after: &MotorState<T>, impact: &Impact<T>) {

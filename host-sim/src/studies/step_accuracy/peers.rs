@@ -91,16 +91,10 @@ fn fixed_step_models(
                 Ok(fixed_step::impacts(method, plate, start_m, FIRST_BEFORE_S)?.first_error_s(plate, start_m))
             })
             .collect();
-        Ok(PeerRow {
-            name: format!("twin {}", method.name()),
-            step_s,
-            cost: Some(StepCost::new(step_s, effort.plate_s, taken_s)),
-            first_impact_rms_s: Some(root_mean_square(errors?)),
-            impacts: Some(fixed_step::impacts(method, plate, START_M, effort.plate_s)?.len()),
-            is_crate: false,
-            method: Some(*method),
-            note: None,
-        })
+        let impacts = fixed_step::impacts(method, plate, START_M, effort.plate_s)?.len();
+        let cost = StepCost::new(step_s, effort.plate_s, taken_s);
+        let row = PeerRow::measured(&format!("twin {}", method.name()), cost, errors?, impacts);
+        Ok(PeerRow { step_s, method: Some(*method), ..row })
     };
     methods.iter().zip(&least).map(row).collect()
 }
@@ -130,16 +124,11 @@ fn crates(plate: &VibratingPlate, effort: TimingEffort) -> Vec<PeerRow> {
             .map(|start_m| Ok(integrator(plate, start_m, FIRST_BEFORE_S)?.first_error_s(plate, start_m)))
             .collect();
         match (timed, errors, integrator(plate, START_M, effort.plate_s)) {
-            (Ok(taken_s), Ok(errors), Ok(impacts)) => PeerRow {
-                name: name.to_owned(),
-                step_s: PEER_STEP_S,
-                cost: Some(StepCost::new(PEER_STEP_S, effort.plate_s, taken_s[0])),
-                first_impact_rms_s: Some(root_mean_square(errors)),
-                impacts: Some(impacts.len()),
-                is_crate: true,
-                method: None,
-                note: None,
-            },
+            (Ok(taken_s), Ok(errors), Ok(impacts)) => {
+                let cost = StepCost::new(PEER_STEP_S, effort.plate_s, taken_s[0]);
+                let row = PeerRow::measured(name, cost, errors, impacts.len());
+                PeerRow { is_crate: true, ..row }
+            }
             (Err(why), ..) | (_, Err(why), _) | (.., Err(why)) => {
                 PeerRow::unmeasured(name, &format!("not measured: {why}"))
             }
@@ -149,6 +138,17 @@ fn crates(plate: &VibratingPlate, effort: TimingEffort) -> Vec<PeerRow> {
 }
 
 impl PeerRow {
+    /// An integrator at [`PEER_STEP_S`] with the errors of the first impact, and the number of impacts of the timed run.
+    fn measured(name: &str, cost: StepCost, errors_s: Vec<f64>, impacts: usize) -> Self {
+        Self {
+            cost: Some(cost),
+            first_impact_rms_s: Some(root_mean_square(errors_s)),
+            impacts: Some(impacts),
+            note: None,
+            ..Self::unmeasured(name, "")
+        }
+    }
+
     fn unmeasured(name: &str, note: &str) -> Self {
         Self {
             name: name.to_owned(),

@@ -42,7 +42,7 @@ pub mod tie_breaking;
 mod tests;
 
 use motor_model::params::Parameter;
-use motor_model::{AmplitudeVariation, DriveCommand, DriveTuning, FrictionLaw, MotorParams, OutOfBounds};
+use motor_model::{AmplitudeVariation, DriveCommand, MotorParams, OutOfBounds};
 
 use contact::{ContactInstant, TOUCH_M};
 use events::{ContactEvent, ContactEventKind, ReferenceObserver};
@@ -67,37 +67,31 @@ enum Next {
 }
 
 impl Reference {
-    /// The motor of `params` with this `variation` of its tooth amplitudes.
+    /// The motor of `params` with this `variation` of its tooth amplitudes, driven at resonance, with Coulomb friction.
     ///
     /// # Errors
     /// When mode A is damped beyond 0.99 of critical.
-    pub fn try_new(
-        params: &MotorParams,
-        variation: &AmplitudeVariation,
-        friction_law: FrictionLaw,
-        tuning: DriveTuning,
-    ) -> Result<Self, OutOfBounds> {
+    pub fn try_new(params: &MotorParams, variation: &AmplitudeVariation) -> Result<Self, OutOfBounds> {
         let radius_m = params.get(Parameter::ToothRadius);
         let tangential_mass_kg = params.get(Parameter::RotorInertia) / (radius_m * radius_m);
         Ok(Self {
-            system: System::try_new(params, variation, tuning)?,
+            system: System::try_new(params, variation)?,
             rotation: Rotation {
                 radius_m,
                 tangential_mass_kg,
                 damping_per_s: params.get(Parameter::TangentialDrag) / tangential_mass_kg,
                 friction: params.get(Parameter::Friction),
-                law: friction_law,
             },
             restitution: params.get(Parameter::Restitution),
         })
     }
 
-    /// The nominal motor with Coulomb friction, driven at resonance.
+    /// The nominal motor.
     ///
     /// # Errors
     /// Never, unless the bounds of the parameters are changed.
     pub fn nominal(variation: &AmplitudeVariation) -> Result<Self, OutOfBounds> {
-        Self::try_new(&MotorParams::nominal(), variation, FrictionLaw::Coulomb, DriveTuning::Resonant)
+        Self::try_new(&MotorParams::nominal(), variation)
     }
 
     /// Stator and rotor.

@@ -4,10 +4,10 @@
 //! the same seeds, so each seed gives one difference. The mean of the differences is the error. Twice its standard
 //! error is the half width of its interval of about 95 %.
 
-use motor_model::{AmplitudeVariation, Angle, DriveCommand, DriveMode, MotorParams, math};
+use motor_model::{AmplitudeVariation, DriveCommand, DriveMode, Motor, MotorParams, MotorState, Real, math};
 use serde::Serialize;
 
-use super::method::{FixedStepModel, Measurement, StepMethod};
+use super::method::{Measurement, StepMethod, fast_impacts};
 use super::reference::Reference;
 use super::reference::events::{ContactEvent, ContactEventKind, ReferenceObserver};
 use super::reference::state::ReferenceState;
@@ -157,36 +157,31 @@ impl Measurement for SteadyMeasurement {
         clippy::cast_precision_loss,
         reason = "counts of steps and samples"
     )]
-    fn measure(&self, model: &impl FixedStepModel) -> SteadyMeans {
+    fn measure<T: Real>(&self, motor: &Motor<T>) -> SteadyMeans {
         let Self { condition, schedule, step_s } = *self;
         let command = condition.command();
         let per_sample = (1.0 / (SAMPLE_RATE_HZ * step_s)).round().max(1.0) as u64;
         let interval_s = per_sample as f64 * step_s;
-        let mut state = model.state(&ReferenceState::default());
+        let mut state = MotorState::default();
         for _ in 0..(schedule.settle_s / step_s).round() as u64 {
-            model.step(&mut state, command);
+            motor.step(&mut state, command);
         }
-        let origin = model.rotor(&state).angle;
+        let origin = state.rotor.angle.angle();
         let (mut fast, mut samples) = (0_u64, Vec::new());
         let count = (schedule.time_s / interval_s).round() as u64;
         for _ in 0..count {
             for _ in 0..per_sample {
-                fast += u64::from(model.step(&mut state, command));
+                fast += u64::from(fast_impacts(motor, &mut state, command));
             }
-            samples.push(model.rotor(&state).velocity_m_s);
+            samples.push(state.rotor.velocity_m_s.to_f64());
         }
         let time_s = count as f64 * interval_s;
         SteadyMeans {
-            rate_rad_s: turned_rad(origin, model.rotor(&state).angle) / time_s,
+            rate_rad_s: state.rotor.angle.angle().radians_since::<f64>(origin) / time_s,
             impacts_per_s: fast as f64 / time_s,
             collision_hz: collision_hz(&samples, 1.0 / interval_s),
         }
     }
-}
-
-/// The angle from `from` to `to` in rad, whole turns included.
-fn turned_rad(from: Angle, to: Angle) -> f64 {
-    to.radians_since::<f64>(from)
 }
 
 /// Samples the vertical velocity of the reference and counts its fast impacts.

@@ -6,11 +6,10 @@
 use std::hint::black_box;
 use std::time::Instant;
 
-use motor_model::{AmplitudeVariation, DriveCommand, DriveMode};
+use motor_model::{AmplitudeVariation, DriveCommand, DriveMode, Motor, MotorState, Real};
 use serde::Serialize;
 
-use super::method::{FixedStepModel, Measurement, StepMethod};
-use super::reference::state::ReferenceState;
+use super::method::{Measurement, StepMethod, fast_impacts};
 use crate::studies::StudyError;
 
 /// Number and length of the timed batches.
@@ -96,17 +95,17 @@ impl Measurement for TimedBatch {
     type Outcome = f64;
 
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a count of steps")]
-    fn measure(&self, model: &impl FixedStepModel) -> f64 {
+    fn measure<T: Real>(&self, motor: &Motor<T>) -> f64 {
         let command = black_box(self.command);
-        let mut state = model.state(&ReferenceState::default());
+        let mut state = MotorState::default();
         let steps_in = |time_s: f64| (time_s / self.step_s).round() as u64;
         for _ in 0..steps_in(self.effort.settle_s) {
-            model.step(&mut state, command);
+            motor.step(&mut state, command);
         }
         let start = Instant::now();
         let mut fast = 0;
         for _ in 0..steps_in(self.effort.time_s) {
-            fast += model.step(&mut state, command);
+            fast += fast_impacts(motor, &mut state, command);
         }
         let taken_s = start.elapsed().as_secs_f64();
         black_box((state, fast));

@@ -40,97 +40,60 @@ struct StepAccuracyJson<'a> {
     verdicts: Vec<TargetResult>,
 }
 
-/// A line of the CSV: one method in one mode.
-#[derive(Serialize)]
-struct CsvLine {
-    model: &'static str,
-    impacts: &'static str,
-    precision: &'static str,
-    step_us: f64,
-    mode: &'static str,
-    ns_per_step: f64,
-    ns_per_ms: f64,
-    times_real_time: f64,
-    next_impact_rms_ns: f64,
-    next_impact_max_ns: f64,
-    velocity_rms_mm_s: f64,
-    rate_rms_mrad_s: f64,
-    flights_missed: u32,
-    rate_error_percent: f64,
-    rate_half_width_percent: f64,
-    impacts_error_percent: Option<f64>,
-    impacts_half_width_percent: Option<f64>,
-    collision_error_percent: Option<f64>,
-    collision_half_width_percent: Option<f64>,
-    rate_at_0_3_error_percent: f64,
-    rate_at_0_3_half_width_percent: f64,
-    impacts_at_0_3_error_percent: Option<f64>,
-    impacts_at_0_3_half_width_percent: Option<f64>,
-    burst_worst_error_percent: f64,
+/// Columns of the CSV, a row for each method and mode: the values of [`columns`].
+const CSV_HEADER: &str = "model,impacts,precision,step_us,mode,ns_per_step,ns_per_ms,times_real_time,next_impact_rms_ns,\
+    next_impact_max_ns,velocity_rms_mm_s,rate_rms_mrad_s,flights_missed,rate_error_percent,rate_half_width_percent,\
+    impacts_error_percent,impacts_half_width_percent,collision_error_percent,collision_half_width_percent,\
+    rate_at_0_3_error_percent,rate_at_0_3_half_width_percent,impacts_at_0_3_error_percent,\
+    impacts_at_0_3_half_width_percent,burst_worst_error_percent";
+
+/// Names of the driven modes, in the order of the costs of a [`MethodRow`].
+const MODES: [(DriveMode, &str); 2] = [(DriveMode::B, "B"), (DriveMode::C, "C")];
+
+/// Errors of steady motion at full drive of a mode, then at 0.3 of it.
+fn deviations(row: &MethodRow, mode: usize) -> [Option<Deviation>; 5] {
+    let (full, small) = (&row.steady[mode], &row.steady[mode + 2]);
+    [Some(full.rate), full.impacts, full.collision, Some(small.rate), small.impacts]
 }
 
-impl CsvLine {
-    fn new(row: &MethodRow, driven: DriveMode) -> Self {
-        let mode = usize::from(driven == DriveMode::C);
-        let (cost, impact_map) = (&row.cost[mode], &row.impact_map[mode]);
-        let (full, small) = (&row.steady[mode], &row.steady[mode + 2]);
-        let error = |deviation: &Deviation| 100.0 * deviation.relative;
-        let half = |deviation: &Deviation| 100.0 * deviation.half_width;
-        Self {
-            model: MODEL,
-            impacts: row.method.impacts(),
-            precision: row.method.precision_word(),
-            step_us: 1e6 * row.method.step_s,
-            mode: ["B", "C"][mode],
-            ns_per_step: cost.ns_per_step,
-            ns_per_ms: cost.ns_per_ms,
-            times_real_time: cost.times_real_time,
-            next_impact_rms_ns: 1e9 * impact_map.first_impact_rms_s,
-            next_impact_max_ns: 1e9 * impact_map.first_impact_max_s,
-            velocity_rms_mm_s: 1e3 * impact_map.velocity_rms_m_s,
-            rate_rms_mrad_s: 1e3 * impact_map.rate_rms_rad_s,
-            flights_missed: impact_map.missed,
-            rate_error_percent: error(&full.rate),
-            rate_half_width_percent: half(&full.rate),
-            impacts_error_percent: full.impacts.as_ref().map(error),
-            impacts_half_width_percent: full.impacts.as_ref().map(half),
-            collision_error_percent: full.collision.as_ref().map(error),
-            collision_half_width_percent: full.collision.as_ref().map(half),
-            rate_at_0_3_error_percent: error(&small.rate),
-            rate_at_0_3_half_width_percent: half(&small.rate),
-            impacts_at_0_3_error_percent: small.impacts.as_ref().map(error),
-            impacts_at_0_3_half_width_percent: small.impacts.as_ref().map(half),
-            burst_worst_error_percent: 100.0 * row.worst_burst_of(driven),
-        }
-    }
-
-    fn cells(&self) -> Vec<String> {
-        let percent = |error: Option<f64>, half: Option<f64>| match (error, half) {
-            (Some(error), Some(half)) => format!("{error:+.2} +- {half:.2}"),
-            _ => "none".to_owned(),
-        };
-        vec![
-            self.impacts.replace('_', " "),
-            self.precision.to_owned(),
-            format!("{}", (1e3 * self.step_us).round() / 1e3),
-            self.mode.to_owned(),
-            format!("{:.1}", self.ns_per_step),
-            format!("{:.0}", self.ns_per_ms),
-            format!("{:.0}", self.times_real_time),
-            format!("{:.1e}", self.next_impact_rms_ns),
-            format!("{:.1e}", self.velocity_rms_mm_s),
-            format!("{:.1e}", self.rate_rms_mrad_s),
-            percent(Some(self.rate_error_percent), Some(self.rate_half_width_percent)),
-            percent(self.impacts_error_percent, self.impacts_half_width_percent),
-            percent(self.collision_error_percent, self.collision_half_width_percent),
-            percent(Some(self.rate_at_0_3_error_percent), Some(self.rate_at_0_3_half_width_percent)),
-            percent(self.impacts_at_0_3_error_percent, self.impacts_at_0_3_half_width_percent),
-            format!("{:.2}", self.burst_worst_error_percent),
-        ]
-    }
+/// The columns of a method in a mode.
+fn columns(row: &MethodRow, mode: usize) -> impl Serialize + use<> {
+    let (method, map) = (&row.method, &row.impact_map[mode]);
+    let name = (MODEL, method.impacts(), method.precision_word(), 1e6 * method.step_s, MODES[mode].1);
+    let next_impact = [1e9 * map.first_impact_rms_s, 1e9 * map.first_impact_max_s];
+    let after = (1e3 * map.velocity_rms_m_s, 1e3 * map.rate_rms_rad_s, map.missed);
+    let percent = |deviation: Option<Deviation>| {
+        let both = |of: fn(Deviation) -> f64| deviation.map(|deviation| 100.0 * of(deviation));
+        [both(|deviation| deviation.relative), both(|deviation| deviation.half_width)]
+    };
+    let burst_percent = 100.0 * row.worst_burst_of(MODES[mode].0);
+    (name, row.cost[mode], next_impact, after, deviations(row, mode).map(percent), burst_percent)
 }
 
-/// Columns of the table for the terminal: the values of [`CsvLine::cells`].
+/// The cells of a method in a mode on the terminal.
+fn cells(row: &MethodRow, mode: usize) -> Vec<String> {
+    let (method, cost, map) = (&row.method, &row.cost[mode], &row.impact_map[mode]);
+    let mut cells = vec![
+        method.impacts().replace('_', " "),
+        method.precision_word().to_owned(),
+        format!("{}", (1e9 * method.step_s).round() / 1e3),
+        MODES[mode].1.to_owned(),
+        format!("{:.1}", cost.ns_per_step),
+        format!("{:.0}", cost.ns_per_ms),
+        format!("{:.0}", cost.times_real_time),
+        format!("{:.1e}", 1e9 * map.first_impact_rms_s),
+        format!("{:.1e}", 1e3 * map.velocity_rms_m_s),
+        format!("{:.1e}", 1e3 * map.rate_rms_rad_s),
+    ];
+    let percent = |deviation: Deviation| {
+        format!("{:+.2} +- {:.2}", 100.0 * deviation.relative, 100.0 * deviation.half_width)
+    };
+    cells.extend(deviations(row, mode).map(|found| found.map_or_else(|| "none".to_owned(), percent)));
+    cells.push(format!("{:.2}", 100.0 * row.worst_burst_of(MODES[mode].0)));
+    cells
+}
+
+/// Columns of the table for the terminal: the values of [`cells`].
 const HEADER: [&str; 16] = [
     "impacts",
     "precision",
@@ -151,14 +114,15 @@ const HEADER: [&str; 16] = [
 ];
 
 impl StepAccuracy {
-    fn lines(&self) -> impl Iterator<Item = CsvLine> {
-        self.rows.iter().flat_map(|row| [DriveMode::B, DriveMode::C].map(|mode| CsvLine::new(row, mode)))
+    /// `of` each method in each mode.
+    fn by_mode<T>(&self, of: fn(&MethodRow, usize) -> T) -> impl Iterator<Item = T> {
+        self.rows.iter().flat_map(move |row| [0, 1].map(|mode| of(row, mode)))
     }
 
     /// The result as a document for the terminal.
     pub fn document(&self) -> Document {
         let mut rows = Table::new(&HEADER);
-        self.lines().for_each(|line| rows.push(line.cells()));
+        self.by_mode(cells).for_each(|cells| rows.push(cells));
         let mut ratios =
             Table::new(&["located at 10 us in f64, at equal error", "times cheaper than end of step"]);
         for one in self.cost_ratios() {
@@ -243,14 +207,9 @@ impl StepAccuracy {
         for row in &self.peers {
             let (Some(cost), Some(error)) = (row.cost, row.first_impact_rms_s) else {
                 let note = row.note.clone().unwrap_or_default();
-                table.push(vec![
-                    format!("{}: {note}", row.name),
-                    String::new(),
-                    String::new(),
-                    String::new(),
-                    String::new(),
-                    String::new(),
-                ]);
+                let mut cells = vec![String::new(); 6];
+                cells[0] = format!("{}: {note}", row.name);
+                table.push(cells);
                 continue;
             };
             table.push(vec![
@@ -274,7 +233,7 @@ impl StepAccuracy {
     /// # Errors
     /// When a line cannot be serialized.
     pub fn csv(&self) -> Result<String, OutputError> {
-        crate::report::files::csv(self.lines())
+        crate::report::files::csv(Some(CSV_HEADER), self.by_mode(columns))
     }
 
     /// The result as one JSON object on one line.

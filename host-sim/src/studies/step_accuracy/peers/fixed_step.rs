@@ -8,9 +8,9 @@
 use std::hint::black_box;
 use std::time::Instant;
 
-use motor_model::{AmplitudeVariation, DriveCommand, DriveMode, Mode, MotorParams, Parameter};
+use motor_model::{AmplitudeVariation, DriveCommand, DriveMode, Mode, Motor, MotorParams, Parameter, Real};
 
-use super::super::method::{FixedStepModel, Measurement, StepMethod};
+use super::super::method::{self, Measurement, StepMethod, fast_impacts, step_recording};
 use super::super::reference::state::ReferenceState;
 use super::super::vibrating_plate::{START_M, VibratingPlate};
 use crate::studies::StudyError;
@@ -83,13 +83,13 @@ impl ImpactTimes {
 impl Measurement for ImpactTimes {
     type Outcome = Vec<f64>;
 
-    fn measure(&self, model: &impl FixedStepModel) -> Vec<f64> {
-        let mut state = model.state(&self.start);
+    fn measure<T: Real>(&self, motor: &Motor<T>) -> Vec<f64> {
+        let mut state = method::start(&self.start);
         let mut times_s = Vec::new();
         for step in 1..=self.steps() {
             let end_s = f64::from(step) * self.step_s;
             let command = DriveCommand::full(DriveMode::C);
-            model.step_recording(&mut state, command, &mut |impact| times_s.push(end_s + impact.time_s));
+            step_recording(motor, &mut state, command, |impact| times_s.push(end_s + impact.time_s));
         }
         times_s
     }
@@ -101,13 +101,13 @@ struct TimedRun(ImpactTimes);
 impl Measurement for TimedRun {
     type Outcome = f64;
 
-    fn measure(&self, model: &impl FixedStepModel) -> f64 {
+    fn measure<T: Real>(&self, motor: &Motor<T>) -> f64 {
         let command = black_box(DriveCommand::full(DriveMode::C));
-        let mut state = model.state(&self.0.start);
+        let mut state = method::start(&self.0.start);
         let start = Instant::now();
         let mut fast = 0;
         for _ in 0..self.0.steps() {
-            fast += model.step(&mut state, command);
+            fast += fast_impacts(motor, &mut state, command);
         }
         let taken_s = start.elapsed().as_secs_f64();
         black_box((state, fast));

@@ -11,7 +11,6 @@ use super::super::vibrating_plate::{
     VibratingPlate, start_heights_m,
 };
 use super::{PEER_STEP_S, PeerRow};
-use crate::math::statistics::root_mean_square;
 
 const SCRIPT: &str = include_str!("scipy.py");
 const METHODS: [&str; 2] = ["LSODA", "RK45"];
@@ -97,14 +96,7 @@ fn results(python: &str, problem: &Problem<'_>) -> Result<Vec<MethodResult>, Str
 fn row(plate: &VibratingPlate, simulated_s: f64, result: &MethodResult) -> PeerRow {
     let firsts = result.first_impacts_s.iter().zip(start_heights_m());
     let errors: Vec<f64> = firsts.map(|(time_s, start_m)| time_s - plate.first_impact_s(start_m)).collect();
-    PeerRow {
-        name: format!("SciPy solve_ivp {}", result.method),
-        step_s: PEER_STEP_S,
-        cost: Some(StepCost::new(PEER_STEP_S, simulated_s, result.taken_s)),
-        first_impact_rms_s: Some(root_mean_square(errors)),
-        impacts: Some(result.impacts),
-        is_crate: false,
-        method: None,
-        note: None,
-    }
+    let name = format!("SciPy solve_ivp {}", result.method);
+    let cost = StepCost::new(PEER_STEP_S, simulated_s, result.taken_s);
+    PeerRow::measured(&name, cost, errors, result.impacts)
 }

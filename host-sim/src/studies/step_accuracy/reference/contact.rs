@@ -112,19 +112,11 @@ impl ContactInstant<'_> {
         let approach_m_s = self.system.approach_m_s(vertical, p);
         let rise_m_s = (1.0 + self.restitution) * approach_m_s / (1.0 + tooth.shape.dot(&tooth.recoil));
         let slip_m_s = tooth.tangential_velocity(&vertical.modes) - rotation.radius_m * state.rate_rad_s;
-        let coefficient = rotation
-            .coefficient(tooth.tangential_displacement(&vertical.modes), tooth.height(&vertical.modes));
         let normal_impulse_n_s = self.system.rotor_mass_kg * rise_m_s;
-        let limit_m_s = coefficient * normal_impulse_n_s / rotation.tangential_mass_kg;
-        let drag_m_s = slip_m_s.clamp(-limit_m_s, limit_m_s);
-        state.rate_rad_s += drag_m_s / rotation.radius_m;
+        let limit_m_s = rotation.friction * normal_impulse_n_s / rotation.tangential_mass_kg;
+        state.rate_rad_s += slip_m_s.clamp(-limit_m_s, limit_m_s) / rotation.radius_m;
         self.system.apply_impulse(vertical, p, rise_m_s);
-        let kind = ContactEventKind::Impact {
-            approach_m_s,
-            normal_impulse_n_s,
-            slip_m_s,
-            tangential_impulse_n_s: rotation.tangential_mass_kg * drag_m_s,
-        };
+        let kind = ContactEventKind::Impact { approach_m_s };
         observer.event(&ContactEvent { time_s: state.time_s, pair: p, kind });
     }
 }

@@ -21,12 +21,6 @@ pub enum ContactEventKind {
     Impact {
         /// Speed of approach, `u' - v_z`.
         approach_m_s: f64,
-        /// Normal impulse on the rotor.
-        normal_impulse_n_s: f64,
-        /// Slip before the impact.
-        slip_m_s: f64,
-        /// Tangential impulse on the rotor.
-        tangential_impulse_n_s: f64,
     },
     /// Chattering ends and sustained contact begins.
     Capture,

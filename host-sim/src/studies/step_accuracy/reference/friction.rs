@@ -2,16 +2,14 @@
 //!
 //! ```text
 //! m_t (v' + k v) = sum_p F_p,     v = R_t rate,   m_t = J / R_t^2,   k = b_th R_t^2 / J                  (14b)
-//! F_p in L_p Sgn(s_p' - v),       L_p = c N_p,    c = mu or min(mu, |s_p / u_p|): the law of impacts, per unit of time
+//! F_p in L_p Sgn(s_p' - v),       L_p = mu N_p: Coulomb's law, per unit of time
 //! ```
 //!
 //! `Sgn` is the sign, and at zero any value between -1 and 1. In the motor model the tangential force does not act on
 //! the teeth. So the vertical motion comes first, and the rotation follows from its series. A switching is a slip that
-//! reaches zero, a holding force that reaches its limit, or `|s|` that passes `mu |u|`. Between two switchings every
-//! term is a power series, and so is `v`. `F` falls as `v` grows, so the motion after a switching is unique: exactly
-//! one choice of forces has the signs of the slips, or of their first derivatives.
-
-use motor_model::FrictionLaw;
+//! reaches zero, or a holding force that reaches its limit. Between two switchings every term is a power series, and so
+//! is `v`. `F` falls as `v` grows, so the motion after a switching is unique: exactly one choice of forces has the signs
+//! of the slips, or of their first derivatives.
 
 use super::series::{ORDER, Series};
 use super::system::{Segment, System};
@@ -21,10 +19,6 @@ use super::tie_breaking::{Stalled, TieBreaker};
 const SLIP_TOLERANCE_M_S: f64 = 1e-13;
 /// Teeth and rotor are at rest if they all move slower than this.
 const REST_M_S: f64 = 1e-12;
-/// A ratio `s / u` is expanded over at most this part of the radius in which `u` has no root: `6^-21 = 5e-17`.
-const PART_OF_RADIUS: f64 = 1.0 / 6.0;
-/// Shortest part of a segment over which `s / u` is expanded.
-const PART_MIN: f64 = 1e-9;
 
 /// The constants of the rotor's rotation.
 #[derive(Clone, Copy, Debug)]
@@ -37,8 +31,6 @@ pub struct Rotation {
     pub damping_per_s: f64,
     /// `mu`.
     pub friction: f64,
-    /// The law that limits the tangential force.
-    pub law: FrictionLaw,
 }
 
 /// How a pair of teeth acts on the rotation.
@@ -64,7 +56,7 @@ impl PairFriction {
     }
 }
 
-/// Series of one pair about the start of a part of a segment.
+/// Series of one pair about an instant of a segment.
 #[derive(Clone, Copy, Debug)]
 struct Tooth {
     /// `s'`.
@@ -73,27 +65,7 @@ struct Tooth {
     limit: Series,
 }
 
-/// A part of a segment in which the coefficient of friction follows one branch of its law.
-#[derive(Clone, Copy, Debug)]
-struct Part {
-    start: f64,
-    end: f64,
-    /// Sign of `s / u` where that ratio limits; `None` where `mu` does.
-    ratio_limits: [Option<f64>; 2],
-}
-
 impl Rotation {
-    /// Coefficient `c` at displacements `across_m` (`s_p`) and `up_m` (`u_p`).
-    pub fn coefficient(&self, across_m: f64, up_m: f64) -> f64 {
-        match self.law {
-            FrictionLaw::Coulomb => self.friction,
-            FrictionLaw::Paper => {
-                let (across, up) = (across_m.abs(), up_m.abs());
-                if across < self.friction * up { across / up } else { self.friction }
-            }
-        }
-    }
-
     /// The rotor's tangential speed at `tau = end` of `segment`, from `v` at its start, and the arc that it makes.
     ///
     /// # Errors
@@ -103,69 +75,31 @@ impl Rotation {
         if at_rest(system, segment, v) {
             return Ok((0.0, 0.0));
         }
-        for part in self.parts(system, segment, end) {
-            let (mut start, mut known, mut ties) = (part.start, None, TieBreaker::default());
-            while start < part.end {
-                let ignored = ties.ignored_part();
-                let piece = self.piece(system, segment, &part, (start, ignored), known, v);
-                ties.record_advance(piece.width)?;
-                v = piece.speed.at(piece.width);
-                arc += segment.duration_s * piece.speed.integral_to(piece.width);
-                start = if piece.whole { part.end } else { start + piece.width };
-                known = piece.slips;
-            }
+        let (mut start, mut known, mut ties) = (0.0, None, TieBreaker::default());
+        while start < end {
+            let ignored = ties.ignored_part();
+            let piece = self.piece(system, segment, (start, end), ignored, known, v);
+            ties.record_advance(piece.width)?;
+            v = piece.speed.at(piece.width);
+            arc += segment.duration_s * piece.speed.integral_to(piece.width);
+            start = if piece.whole { end } else { start + piece.width };
+            known = piece.slips;
         }
         Ok((v, arc))
     }
 
-    /// Divides a segment where the law of friction changes its branch.
-    fn parts(&self, system: &System, segment: &Segment, end: f64) -> Vec<Part> {
-        let whole = Part { start: 0.0, end, ratio_limits: [None; 2] };
-        if self.law == FrictionLaw::Coulomb || segment.contact == [false, false] {
-            return vec![whole];
-        }
-        let paths = [0, 1].map(|p| across_and_up(system, segment, p));
-        let mut cuts = vec![0.0, end];
-        for (across, up) in (0..2).filter(|&p| segment.contact[p]).map(|p| &paths[p]) {
-            for sign in [-1.0, 1.0] {
-                cuts.extend(across.plus(sign * self.friction, up).sign_changes_within(end));
-            }
-        }
-        cuts.sort_by(f64::total_cmp);
-        let branch = |middle: f64, p: usize| {
-            let (across, up) = (paths[p].0.at(middle), paths[p].1.at(middle));
-            let limits = segment.contact[p] && across.abs() < self.friction * up.abs();
-            limits.then_some(if (across < 0.0) == (up < 0.0) { 1.0 } else { -1.0 })
-        };
-        // |s / u| has a kink where s changes its sign, so the segment is divided there too. The sign at the middle of
-        // each part holds for the part.
-        for (across, _) in (0..2).filter(|&p| segment.contact[p]).map(|p| &paths[p]) {
-            cuts.extend(across.sign_changes_within(end));
-        }
-        cuts.sort_by(f64::total_cmp);
-        let between = cuts.windows(2).filter(|pair| pair[1] > pair[0]);
-        between
-            .map(|pair| {
-                let middle = 0.5 * (pair[0] + pair[1]);
-                Part { start: pair[0], end: pair[1], ratio_limits: [branch(middle, 0), branch(middle, 1)] }
-            })
-            .collect()
-    }
-
-    /// The motion from `start` to the next switching, or for the part over which switchings are ignored.
+    /// The motion from `start` to the next switching or to `end`, or over the part in which switchings are ignored.
     fn piece(
         &self,
         system: &System,
         segment: &Segment,
-        part: &Part,
-        (start, ignored): (f64, Option<f64>),
+        (start, end): (f64, f64),
+        ignored: Option<f64>,
         known: Option<(usize, f64)>,
         v: f64,
     ) -> Piece {
-        let mut width = part.end - start;
-        let teeth = [0, 1].map(|p| self.tooth(system, segment, part, start, p, &mut width));
-        width = width.min(ignored.unwrap_or(width));
-        let cut_short = width < part.end - start;
+        let teeth = [0, 1].map(|p| self.tooth(system, segment, start, p));
+        let width = (end - start).min(ignored.unwrap_or(f64::INFINITY));
         let frictions = self.frictions(segment, &teeth, known, v);
         let h = segment.duration_s;
 
@@ -175,7 +109,7 @@ impl Rotation {
             Some(p) => teeth[p].velocity,
             None => self.sliding(&pulls, h, v),
         };
-        let mut next = Piece { speed, width, whole: !cut_short, slips: None };
+        let mut next = Piece { speed, width, whole: width >= end - start, slips: None };
         let mut switch = |tau: Option<f64>, slips| {
             if let Some(tau) = tau.filter(|&tau| tau < next.width && ignored.is_none()) {
                 next.width = tau;
@@ -220,41 +154,15 @@ impl Rotation {
         speed
     }
 
-    /// The series of pair `p` about `start`. `width` shrinks to the part in which they hold.
-    fn tooth(
-        &self,
-        system: &System,
-        segment: &Segment,
-        part: &Part,
-        start: f64,
-        p: usize,
-        width: &mut f64,
-    ) -> Tooth {
+    /// The series of pair `p` about `start`.
+    fn tooth(&self, system: &System, segment: &Segment, start: f64, p: usize) -> Tooth {
         if !segment.contact[p] {
             return Tooth { velocity: Series::ZERO, limit: Series::ZERO };
         }
-        let normal = segment.normal_force_per_mass_m_s2[p]
-            .times(system.rotor_mass_kg / self.tangential_mass_kg)
-            .about(start);
-        let limit = match part.ratio_limits[p] {
-            None => normal.times(self.friction),
-            Some(sign) => {
-                let (across, up) = across_and_up(system, segment, p);
-                let (across, up) = (across.about(start), up.about(start));
-                let safe = PART_OF_RADIUS * up.zero_free_radius(*width / PART_OF_RADIUS);
-                if safe > PART_MIN {
-                    *width = width.min(safe);
-                    normal.product(&across.quotient(&up)).times(sign)
-                } else {
-                    // s and u pass zero together: their ratio counts as constant over a very short part.
-                    *width = width.min(PART_MIN);
-                    let middle = 0.5 * *width;
-                    normal.times(self.coefficient(across.at(middle), up.at(middle)))
-                }
-            }
-        };
+        let normal =
+            segment.normal_force_per_mass_m_s2[p].times(system.rotor_mass_kg / self.tangential_mass_kg);
         let velocity = Segment::combine(&segment.velocity_m_s, system.teeth[p].lever.as_slice());
-        Tooth { velocity: velocity.about(start), limit }
+        Tooth { velocity: velocity.about(start), limit: normal.about(start).times(self.friction) }
     }
 
     /// The friction of each pair from now on. `known`: a pair that has just started to slip, and the sign of its slip.
@@ -311,16 +219,10 @@ impl Rotation {
 struct Piece {
     speed: Series,
     width: f64,
-    /// Whether it reaches the end of its part of the segment.
+    /// Whether it reaches the end of the motion asked for.
     whole: bool,
     /// The pair that starts to slip at the end, and the sign of its slip.
     slips: Option<(usize, f64)>,
-}
-
-/// `s_p` and `u_p`.
-fn across_and_up(system: &System, segment: &Segment, p: usize) -> (Series, Series) {
-    let along = |weights: &[f64]| Segment::combine(&segment.displacement_m, weights);
-    (along(system.teeth[p].lever.as_slice()), along(system.teeth[p].shape.as_slice()))
 }
 
 /// Whether teeth and rotor rest on each other.

@@ -105,43 +105,9 @@ impl Series {
         Self(self.0.map(|c| factor * c))
     }
 
-    /// `self other`, truncated.
-    #[must_use]
-    pub fn product(&self, other: &Self) -> Self {
-        let mut product = Self::ZERO;
-        for k in 0..COUNT {
-            product.0[k] = (0..=k).map(|i| self.0[i] * other.0[k - i]).sum();
-        }
-        product
-    }
-
-    /// `self / divisor`, truncated. It holds up to a sixth of the divisor's [`Self::zero_free_radius`].
-    #[must_use]
-    pub fn quotient(&self, divisor: &Self) -> Self {
-        let mut quotient = Self::ZERO;
-        for k in 0..COUNT {
-            let known: f64 = (1..=k).map(|i| divisor.0[i] * quotient.0[k - i]).sum();
-            quotient.0[k] = (self.0[k] - known) / divisor.0[0];
-        }
-        quotient
-    }
-
     /// Bound of the magnitude on 0..=1.
     pub fn bound(&self) -> f64 {
         self.0.iter().map(|c| c.abs()).sum()
-    }
-
-    /// A radius, at most `radius_max`, of a disc of complex `tau` without a root (Rouche), within a factor of two.
-    pub fn zero_free_radius(&self, radius_max: f64) -> f64 {
-        let mut radius = radius_max;
-        for _ in 0..60 {
-            let rest = self.0[1..].iter().rev().fold(0.0, |sum, c| (sum + c.abs()) * radius);
-            if rest < self.0[0].abs() {
-                break;
-            }
-            radius *= 0.5;
-        }
-        radius
     }
 
     /// The first `tau` in `0..=width` at which the polynomial goes from positive to negative; 0 if it starts negative.
@@ -212,23 +178,6 @@ impl Series {
             tau = next;
         }
         tau
-    }
-
-    /// Every `tau` in `0..width` at which the polynomial changes its sign, in order.
-    pub fn sign_changes_within(&self, width: f64) -> Vec<f64> {
-        let mut found = Vec::new();
-        let (mut origin, mut local) = (0.0, *self);
-        for _ in 0..ORDER {
-            let sign = if local.0.iter().find(|c| **c != 0.0).is_some_and(|c| *c < 0.0) { -1.0 } else { 1.0 };
-            let Some(root) = local.times(sign).first_descent(width - origin) else { break };
-            origin += root;
-            if origin >= width {
-                break;
-            }
-            found.push(origin);
-            local = self.about(origin).without_root_at_start(1);
-        }
-        found
     }
 }
 
@@ -318,15 +267,7 @@ mod tests {
         assert!((series.without_root_at_start(1).first_descent(1.0).unwrap() - 0.25).abs() < 1e-15);
     }
 
-    #[test]
-    fn exact_every_sign_change() {
-        let series = with_roots(3.0, &[0.1, 0.5, 0.5, 0.7]);
-        let changes = series.sign_changes_within(1.0);
-        assert_eq!(changes.len(), 2, "{changes:?}");
-        assert!((changes[0] - 0.1).abs() < 1e-12 && (changes[1] - 0.7).abs() < 1e-12);
-    }
-
-    /// exp(x) at x = 0.3, from itself about 0.2; its product with exp(-x); its quotient by cosh-like 2 + x.
+    /// exp(x) at x = 0.3, from itself about 0.2; its integral and its derivative.
     #[test]
     fn exact_arithmetic() {
         let mut exp = Series::ZERO;
@@ -336,14 +277,6 @@ mod tests {
             term /= f64::from(u32::try_from(k).unwrap() + 1);
         }
         assert!((exp.about(0.2).at(0.1) - motor_model::math::exp(0.3)).abs() < 1e-15);
-        let mut sign = -1.0;
-        let negative = Series(exp.0.map(|c| {
-            sign = -sign;
-            sign * c
-        }));
-        let one = exp.product(&negative);
-        assert!((one.at(0.9) - 1.0).abs() < 1e-14);
-        assert!((exp.quotient(&exp).at(0.9) - 1.0).abs() < 1e-14);
         assert!((exp.integral_to(0.5) - (motor_model::math::exp(0.5) - 1.0)).abs() < 1e-15);
         assert!((exp.derivative().at(0.4) - motor_model::math::exp(0.4)).abs() < 1e-15);
     }

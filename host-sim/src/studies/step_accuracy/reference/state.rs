@@ -12,7 +12,7 @@
 //! | `contact` | | | pairs of teeth in sustained contact | none |
 //! | `roots_at_start` | | | multiplicity of the root of each gap now | 0 |
 
-use motor_model::{Angle, AngleAccumulator, ModalState, MotorState, Phase, RotorState};
+use motor_model::ModalState;
 
 use super::system::{Contact, Vertical};
 
@@ -48,43 +48,5 @@ impl ReferenceState {
         self.modes = vertical.modes;
         self.height_m = vertical.height_m;
         self.velocity_m_s = vertical.velocity_m_s;
-    }
-}
-
-/// The state of a fixed-step motor, at time zero.
-impl From<&MotorState<f64>> for ReferenceState {
-    #[expect(clippy::cast_precision_loss, reason = "rounds to 53 bits: 1e-16 of a turn")]
-    fn from(state: &MotorState<f64>) -> Self {
-        let angle = &state.rotor.angle;
-        let unit_rad = Angle::from_units(1).radians_since::<f64>(Angle::ZERO);
-        Self {
-            modes: state.modes,
-            height_m: state.rotor.height_m,
-            velocity_m_s: state.rotor.velocity_m_s,
-            angle_rad: angle.angle().radians_since::<f64>(Angle::ZERO) + unit_rad * angle.residual_units(),
-            rate_rad_s: state.rotor.rate_rad_s,
-            phase_turns: state.phase.units() as f64 / 18_446_744_073_709_551_616.0,
-            ..Self::default()
-        }
-    }
-}
-
-/// The state from which a fixed-step motor continues. It counts its steps from zero.
-impl From<&ReferenceState> for MotorState<f64> {
-    fn from(state: &ReferenceState) -> Self {
-        let whole = Angle::from_degrees(state.angle_rad.to_degrees());
-        let mut angle = AngleAccumulator::at(whole);
-        angle.turn_by_radians(state.angle_rad - whole.radians_since::<f64>(Angle::ZERO));
-        Self {
-            phase: Phase::from_turns(state.phase_turns),
-            modes: state.modes,
-            rotor: RotorState {
-                height_m: state.height_m,
-                velocity_m_s: state.velocity_m_s,
-                angle,
-                rate_rad_s: state.rate_rad_s,
-            },
-            ..Self::default()
-        }
     }
 }

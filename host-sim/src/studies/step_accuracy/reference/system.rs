@@ -19,8 +19,7 @@ use core::f64::consts::TAU;
 use motor_model::math;
 use motor_model::params::Parameter;
 use motor_model::{
-    AmplitudeVariation, DriveCommand, DriveMode, DriveTuning, ModalState, Mode, MotorParams, OutOfBounds,
-    ToothPair,
+    AmplitudeVariation, DriveCommand, DriveMode, ModalState, Mode, MotorParams, OutOfBounds, ToothPair,
 };
 use std::array;
 
@@ -42,8 +41,6 @@ pub struct System {
     pub vertical_damping_per_s: f64,
     /// Acceleration of gravity.
     pub gravity_m_s2: f64,
-    /// Frequencies of the drive in B and C at zero offset.
-    drive_hz: [f64; 2],
     /// `1 + phi_p . rho_q`.
     coupling: [[f64; 2]; 2],
 }
@@ -75,17 +72,9 @@ impl System {
     ///
     /// # Errors
     /// When mode A is damped beyond 0.99 of critical.
-    pub fn try_new(
-        params: &MotorParams,
-        variation: &AmplitudeVariation,
-        tuning: DriveTuning,
-    ) -> Result<Self, OutOfBounds> {
+    pub fn try_new(params: &MotorParams, variation: &AmplitudeVariation) -> Result<Self, OutOfBounds> {
         let modes = Mode::all(params)?;
         let teeth = ToothPair::both(params, variation);
-        let drive_hz = match tuning {
-            DriveTuning::Resonant => [modes[1].natural_rad_s / TAU, modes[2].natural_rad_s / TAU],
-            DriveTuning::Fixed { b_hz, c_hz } => [b_hz, c_hz],
-        };
         let rotor_mass_kg = params.get(Parameter::RotorMass);
         Ok(Self {
             modes,
@@ -93,7 +82,6 @@ impl System {
             rotor_mass_kg,
             vertical_damping_per_s: params.get(Parameter::VerticalDamping) / rotor_mass_kg,
             gravity_m_s2: params.get(Parameter::Gravity),
-            drive_hz,
             coupling: teeth.map(|p| teeth.map(|q| 1.0 + p.shape.dot(&q.recoil))),
         })
     }
@@ -103,14 +91,14 @@ impl System {
         let Some(mode) = command.mode() else {
             return Drive { mode: None, acceleration_m_s2: 0.0, frequency_hz: 0.0 };
         };
-        let (index, base_hz) = match mode {
-            DriveMode::B => (1, self.drive_hz[0]),
-            DriveMode::C => (2, self.drive_hz[1]),
+        let index = match mode {
+            DriveMode::B => 1,
+            DriveMode::C => 2,
         };
         Drive {
             mode: Some(index),
             acceleration_m_s2: f64::from(command.amplitude()) * self.modes[index].drive_acceleration_m_s2(),
-            frequency_hz: base_hz + f64::from(command.frequency_offset_hz()),
+            frequency_hz: self.modes[index].natural_rad_s / TAU + f64::from(command.frequency_offset_hz()),
         }
     }
 

@@ -6,7 +6,7 @@ mod rotation;
 mod sustained_contact;
 
 use motor_model::params::Parameter;
-use motor_model::{AmplitudeVariation, DriveTuning, FrictionLaw, MotorParams};
+use motor_model::{AmplitudeVariation, MotorParams};
 
 use super::Reference;
 use super::events::{ContactEvent, ContactEventKind, ReferenceObserver};
@@ -18,9 +18,9 @@ fn params(changes: &[(Parameter, f64)]) -> MotorParams {
         .fold(MotorParams::nominal(), |params, &(parameter, value)| params.with(parameter, value).unwrap())
 }
 
-/// A motor without variation, driven at resonance.
-fn reference(params: &MotorParams, law: FrictionLaw) -> Reference {
-    Reference::try_new(params, &AmplitudeVariation::default(), law, DriveTuning::Resonant).unwrap()
+/// A motor without variation.
+fn reference(params: &MotorParams) -> Reference {
+    Reference::try_new(params, &AmplitudeVariation::default()).unwrap()
 }
 
 /// A rotor of 1 ug on a stator of 1 kg: rigid to 3e-9. No squeeze film.

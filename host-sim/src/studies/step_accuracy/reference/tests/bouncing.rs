@@ -3,7 +3,7 @@
 use core::f64::consts::TAU;
 
 use motor_model::params::Parameter;
-use motor_model::{DriveCommand, DriveMode, FrictionLaw, math};
+use motor_model::{DriveCommand, DriveMode, math};
 
 use super::super::Reference;
 use super::super::events::{ContactEvent, ContactEventKind, ReferenceObserver};
@@ -16,7 +16,7 @@ use super::{Events, params, reference, rigid};
 #[test]
 fn exact_bouncing_ball_and_its_accumulation() {
     for e in [0.3, 0.6, 0.9] {
-        let motor = reference(&rigid(&[(Parameter::Restitution, e)]), FrictionLaw::Coulomb);
+        let motor = reference(&rigid(&[(Parameter::Restitution, e)]));
         let mut state = ReferenceState { height_m: 1e-5, ..ReferenceState::default() };
         let mut events = Events::default();
         let fall_s = math::sqrt(2.0 * 1e-5 / 9.81);
@@ -51,7 +51,7 @@ fn exact_bouncing_ball_and_its_accumulation() {
 #[test]
 fn law_momentum_and_restitution() {
     let p = params(&[]);
-    let motor = reference(&p, FrictionLaw::Coulomb);
+    let motor = reference(&p);
     let (m_r, m_s) = (p.get(Parameter::RotorMass), p.get(Parameter::StatorMass));
     let mut state = ReferenceState { velocity_m_s: -0.1, rate_rad_s: -20.0, ..ReferenceState::default() };
     state.modes.displacement_m.y = 1e-6;
@@ -133,7 +133,7 @@ impl ReferenceObserver for EnergyBalance<'_> {
 /// Stored energy against drive work less damping and impact losses, from rest through contact, bounces and full speed.
 #[test]
 fn law_energy_balance() {
-    let motor = reference(&params(&[]), FrictionLaw::Coulomb);
+    let motor = reference(&params(&[]));
     let mut state = ReferenceState::default();
     let mut balance = EnergyBalance { motor: &motor, frequency_hz: 7460.0, net_j: 0.0, turnover_j: 0.0 };
     motor.run(&mut state, DriveCommand::full(DriveMode::C), 0.03, &mut balance).unwrap();

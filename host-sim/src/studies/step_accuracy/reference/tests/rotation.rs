@@ -1,7 +1,7 @@
 //! Friction in sustained contact, and the mean rates.
 
 use motor_model::params::Parameter;
-use motor_model::{AmplitudeVariation, DriveCommand, DriveMode, DriveTuning, FrictionLaw, MotorParams};
+use motor_model::{AmplitudeVariation, DriveCommand, DriveMode, MotorParams};
 
 use super::super::Reference;
 use super::super::events::ReferenceObserver;
@@ -14,7 +14,7 @@ use crate::math::random_streams::{RandomSource, stream};
 #[test]
 fn exact_sliding_to_a_stop() {
     let p = params(&[(Parameter::TangentialDrag, 0.0)]);
-    let motor = reference(&p, FrictionLaw::Coulomb);
+    let motor = reference(&p);
     let mut state = ReferenceState::default();
     motor.run(&mut state, DriveCommand::OFF, 0.2, &mut ()).unwrap();
     state.rate_rad_s = 1.0;
@@ -32,7 +32,6 @@ fn exact_sliding_to_a_stop() {
 struct BruteForce<'a> {
     motor: &'a Reference,
     params: MotorParams,
-    law: FrictionLaw,
     v: f64,
     arc_m: f64,
 }
@@ -48,10 +47,8 @@ impl ReferenceObserver for BruteForce<'_> {
             let tau = end * (f64::from(step) + 0.5) / 400.0;
             let modes = segment.at(tau).modes;
             for (p, tooth) in system.teeth.iter().enumerate() {
-                let ratio = (tooth.tangential_displacement(&modes) / tooth.height(&modes)).abs();
-                let c = if self.law == FrictionLaw::Paper && ratio < mu { ratio } else { mu };
                 let most =
-                    c * system.rotor_mass_kg * segment.normal_force_per_mass_m_s2[p].at(tau) / mass * dt;
+                    mu * system.rotor_mass_kg * segment.normal_force_per_mass_m_s2[p].at(tau) / mass * dt;
                 let slip = tooth.tangential_velocity(&modes) - self.v;
                 self.v += slip.clamp(-most, most);
             }
@@ -63,26 +60,24 @@ impl ReferenceObserver for BruteForce<'_> {
 /// A burst of ten cycles in mode C at 0.3, in sustained contact, sticking and slipping.
 #[test]
 fn dual_a_burst_against_brute_force() {
-    for law in [FrictionLaw::Coulomb, FrictionLaw::Paper] {
-        let params = params(&[]);
-        let motor = reference(&params, law);
-        let mut state = ReferenceState::default();
-        motor.run(&mut state, DriveCommand::OFF, 0.05, &mut ()).unwrap();
-        state.angle_rad = 0.0;
-        let mut brute = BruteForce { motor: &motor, params, law, v: 0.0, arc_m: 0.0 };
-        let drive = DriveCommand::try_new(DriveMode::C, 0.3).unwrap();
-        motor.run(&mut state, drive, 10.0 / 7460.0, &mut brute).unwrap();
-        motor.run(&mut state, DriveCommand::OFF, 0.01, &mut brute).unwrap();
-        let expected = brute.arc_m / params.get(Parameter::ToothRadius);
-        assert!(state.angle_rad < -1e-5, "{law:?}: {}", state.angle_rad);
-        assert!((state.angle_rad / expected - 1.0).abs() < 2e-3, "{law:?}: {} {expected}", state.angle_rad);
-    }
+    let params = params(&[]);
+    let motor = reference(&params);
+    let mut state = ReferenceState::default();
+    motor.run(&mut state, DriveCommand::OFF, 0.05, &mut ()).unwrap();
+    state.angle_rad = 0.0;
+    let mut brute = BruteForce { motor: &motor, params, v: 0.0, arc_m: 0.0 };
+    let drive = DriveCommand::try_new(DriveMode::C, 0.3).unwrap();
+    motor.run(&mut state, drive, 10.0 / 7460.0, &mut brute).unwrap();
+    motor.run(&mut state, DriveCommand::OFF, 0.01, &mut brute).unwrap();
+    let expected = brute.arc_m / params.get(Parameter::ToothRadius);
+    assert!(state.angle_rad < -1e-5, "{}", state.angle_rad);
+    assert!((state.angle_rad / expected - 1.0).abs() < 2e-3, "{} {expected}", state.angle_rad);
 }
 
 /// A run divided into pieces of 7 us gives the same angle.
 #[test]
 fn law_pieces_make_the_whole() {
-    let motor = reference(&params(&[]), FrictionLaw::Coulomb);
+    let motor = reference(&params(&[]));
     let drive = DriveCommand::try_new(DriveMode::C, 0.3).unwrap();
     let (mut whole, mut pieces) = (ReferenceState::default(), ReferenceState::default());
     motor.run(&mut whole, drive, 7e-3, &mut ()).unwrap();
@@ -102,8 +97,7 @@ fn regress_mean_rates() {
         let rates = (1..=3).map(|seed| {
             let variation =
                 AmplitudeVariation::draw(&params, &mut stream(seed, RandomSource::AmplitudeVariation));
-            let motor =
-                Reference::try_new(&params, &variation, FrictionLaw::Coulomb, DriveTuning::Resonant).unwrap();
+            let motor = Reference::try_new(&params, &variation).unwrap();
             let mut state = ReferenceState::default();
             motor.run(&mut state, DriveCommand::full(mode), 0.5, &mut ()).unwrap();
             let start_rad = state.angle_rad;
@@ -130,22 +124,20 @@ fn law_degenerate_motors() {
         &[(RotorMass, 1e-7), (VerticalDamping, 0.0)],
     ];
     for changes in motors {
-        for law in [FrictionLaw::Coulomb, FrictionLaw::Paper] {
-            let motor = reference(&params(changes), law);
-            let mut state = ReferenceState::default();
-            for (command, duration_s) in [
-                (DriveCommand::full(DriveMode::C), 5e-3),
-                (DriveCommand::OFF, 1e-3),
-                (DriveCommand::full(DriveMode::B), 5e-3),
-                (DriveCommand::saturating(DriveMode::B, 0.1), 5e-3),
-                (DriveCommand::OFF, 2e-2),
-            ] {
-                motor.run(&mut state, command, duration_s, &mut ()).unwrap();
-                assert!(state.angle_rad.is_finite() && state.velocity_m_s.is_finite(), "{changes:?}");
-                for tooth in &motor.system().teeth {
-                    let gap_m = state.height_m - tooth.height(&state.modes);
-                    assert!(gap_m > -1e-18, "{changes:?} {law:?}: {gap_m}");
-                }
+        let motor = reference(&params(changes));
+        let mut state = ReferenceState::default();
+        for (command, duration_s) in [
+            (DriveCommand::full(DriveMode::C), 5e-3),
+            (DriveCommand::OFF, 1e-3),
+            (DriveCommand::full(DriveMode::B), 5e-3),
+            (DriveCommand::saturating(DriveMode::B, 0.1), 5e-3),
+            (DriveCommand::OFF, 2e-2),
+        ] {
+            motor.run(&mut state, command, duration_s, &mut ()).unwrap();
+            assert!(state.angle_rad.is_finite() && state.velocity_m_s.is_finite(), "{changes:?}");
+            for tooth in &motor.system().teeth {
+                let gap_m = state.height_m - tooth.height(&state.modes);
+                assert!(gap_m > -1e-18, "{changes:?}: {gap_m}");
             }
         }
     }

@@ -3,7 +3,7 @@
 use core::f64::consts::TAU;
 
 use motor_model::params::Parameter;
-use motor_model::{DriveCommand, DriveMode, FrictionLaw, math};
+use motor_model::{DriveCommand, DriveMode, math};
 
 use super::super::events::ContactEventKind;
 use super::super::state::ReferenceState;
@@ -24,7 +24,7 @@ fn dot(x: Three, y: Three) -> f64 {
 #[test]
 fn exact_sag_on_both_pairs() {
     let p = params(&[]);
-    let motor = reference(&p, FrictionLaw::Coulomb);
+    let motor = reference(&p);
     let (m_r, m_s) = (p.get(Parameter::RotorMass), p.get(Parameter::StatorMass));
     let stiffness = m_s * (TAU * p.get(Parameter::ModeAFrequency)) * (TAU * p.get(Parameter::ModeAFrequency));
     let sag = m_r * 9.81 / stiffness;
@@ -51,7 +51,7 @@ fn exact_sag_on_both_pairs() {
 #[test]
 fn dual_one_pair_against_runge_kutta() {
     let p = params(&[]);
-    let motor = reference(&p, FrictionLaw::Coulomb);
+    let motor = reference(&p);
     let system = motor.system();
     let phi: Three = system.teeth[0].shape.into();
     let mass = system.modes.map(|mode| mode.mass_kg);
@@ -102,13 +102,13 @@ fn exact_detachment_from_a_rigid_plate() {
     let w = TAU * 6300.0;
     let p = rigid(&[]);
     let amplitude = 2.0 * 9.81 / (w * w);
-    let motor = reference(&p, FrictionLaw::Coulomb);
+    let motor = reference(&p);
     let phi = motor.system().teeth[0].shape.y;
     let full = motor.system().modes[1].antinode_amplitude_m;
     // Full drive, its amplitude set by the parameter; steady motion lags the drive by a quarter turn.
     let scale = amplitude / (phi * full);
     let p = p.with(Parameter::ModeBToothAmplitude, 20.72e-6 * scale).unwrap();
-    let motor = reference(&p, FrictionLaw::Coulomb);
+    let motor = reference(&p);
     let start_turns = 5.0 / 360.0;
     let (sin, cos) = math::sin_cos(TAU * start_turns);
     let mut state = ReferenceState::default();
