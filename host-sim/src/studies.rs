@@ -2,7 +2,6 @@
 //! picture.
 
 pub(crate) mod averaged_motor;
-mod error;
 pub(crate) mod filter_costs;
 pub mod filter_errors;
 pub mod gyroscope_calibration;
@@ -11,5 +10,3 @@ pub(crate) mod paper;
 pub(crate) mod positioning_trials;
 pub mod response_map;
 pub(crate) mod step_accuracy;
-
-pub use error::StudyError;

@@ -3,25 +3,18 @@
 use std::io;
 use std::path::PathBuf;
 
-use motor_model::OutOfBounds;
-
 use super::instructions::ListingError;
 use super::pil::Difference;
-use crate::report::OutputError;
 use crate::runs::RunError;
-use crate::scene::SceneError;
 use crate::tool::ToolError;
 
 /// Why a program of the microcontroller could not be built, run, measured or compared.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum BoardError {
-    /// The host's own run stopped.
+    /// The host's own run stopped, or its result cannot be laid out or written.
     #[error(transparent)]
-    Run(#[from] RunError),
-    /// The result cannot be laid out or written.
-    #[error(transparent)]
-    Output(#[from] OutputError),
+    Run(RunError),
     /// The emulator or the compiler gave no answer.
     #[error(transparent)]
     Tool(#[from] ToolError),
@@ -72,7 +65,6 @@ impl BoardError {
     pub fn hint(&self) -> Option<String> {
         match self {
             Self::Run(error) => error.hint(),
-            Self::Output(error) => error.hint(),
             Self::Tool(error) => error.hint(),
             Self::NoCheckout { .. } => Some(
                 "run the command in a checkout of the project; or give `instructions` and `pil` a program that is \
@@ -85,21 +77,10 @@ impl BoardError {
             _ => None,
         }
     }
-
-    /// Error and hint on one line.
-    pub fn one_line(&self) -> String {
-        crate::scene::one_line(self, self.hint())
-    }
 }
 
-impl From<SceneError> for BoardError {
-    fn from(error: SceneError) -> Self {
-        RunError::from(error).into()
-    }
-}
-
-impl From<OutOfBounds> for BoardError {
-    fn from(error: OutOfBounds) -> Self {
-        SceneError::from(error).into()
+impl<E: Into<RunError>> From<E> for BoardError {
+    fn from(error: E) -> Self {
+        Self::Run(error.into())
     }
 }

@@ -75,8 +75,9 @@ impl Board {
 ///
 /// # Errors
 /// When it cannot.
-pub(crate) fn check() -> Result<(), ToolError> {
-    run_within(Command::new(QEMU).arg("--version"), QEMU, LIMIT).map(drop)
+pub(crate) fn check() -> Result<(), BoardError> {
+    run_within(Command::new(QEMU).arg("--version"), QEMU, LIMIT)?;
+    Ok(())
 }
 
 /// What the program `elf` prints on `board` until it ends.

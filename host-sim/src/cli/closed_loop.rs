@@ -11,9 +11,7 @@ use super::publication::{DrawingArgs, Findings, PublicationArgs};
 use super::{Format, SceneArgs, progress_style};
 use crate::cli::CommandError;
 use crate::report::files;
-use crate::runs::position;
-use crate::runs::rate;
-use crate::studies::StudyError;
+use crate::runs::{RunError, position, rate};
 use crate::studies::positioning_trials::{self, Strategy};
 use crate::studies::response_map;
 
@@ -115,7 +113,7 @@ impl PositioningTrialsArgs {
         let bar = ProgressBar::new(work).with_style(progress_style());
         let progress = |trials| bar.inc(trials);
         let trials = plan.run(&progress)?;
-        let others: Result<Vec<_>, StudyError> = others.iter().map(|plan| plan.run(&progress)).collect();
+        let others: Result<Vec<_>, RunError> = others.iter().map(|plan| plan.run(&progress)).collect();
         let measuring_s = positioning_trials::measuring_s(&scene);
         let report = positioning_trials::PositioningTrials { trials, others: others?, measuring_s };
         bar.finish_and_clear();

@@ -23,6 +23,9 @@ pub enum RunError {
         /// Simulated time.
         time_s: f64,
     },
+    /// Events of the reference integrator follow each other without an advance in time.
+    #[error("the reference integrator stands still: events without end at one instant")]
+    Stalled,
 }
 
 impl RunError {
@@ -34,6 +37,7 @@ impl RunError {
             Self::Diverged { .. } => {
                 Some("a smaller simulate.step_s, or parameters nearer to nominal".to_owned())
             }
+            Self::Stalled => None,
         }
     }
 

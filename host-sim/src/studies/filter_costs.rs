@@ -23,10 +23,10 @@ use rayon::prelude::*;
 use serde::Serialize;
 
 use crate::board::instructions::Listing;
+use crate::runs::RunError;
 use crate::runs::filter::FILTERS;
 use crate::runs::simulate::Precision;
 use crate::scene::Scene;
-use crate::studies::StudyError;
 use crate::studies::filter_errors::error_sums::ErrorSums;
 use recording::Recording;
 use replay::OperationCosts;
@@ -111,14 +111,14 @@ impl FilterCostsPlan {
     ///
     /// # Errors
     /// When a scene is refused.
-    pub fn new(scene: &Scene, motors: u64, rounds: u32) -> Result<Self, StudyError> {
+    pub fn new(scene: &Scene, motors: u64, rounds: u32) -> Result<Self, RunError> {
         let drawn = |number: u64| {
             let mut drawn = scene.clone();
             // Beyond the last seed the first follows.
             drawn.set("seed", &scene.seed().wrapping_add(number).to_string())?;
             Ok(drawn)
         };
-        let scenes: Result<_, StudyError> = (0..motors).map(drawn).collect();
+        let scenes: Result<_, RunError> = (0..motors).map(drawn).collect();
         Ok(Self { scenes: scenes?, rounds })
     }
 
@@ -136,7 +136,7 @@ impl FilterCostsPlan {
         &self,
         counts: Option<&Listing>,
         progress: &(impl Fn() + Sync),
-    ) -> Result<FilterCosts, StudyError> {
+    ) -> Result<FilterCosts, RunError> {
         let mut rows = Vec::new();
         for (mode, drive) in DRIVES {
             for rate_hz in SAMPLE_RATES_HZ {
@@ -168,7 +168,7 @@ impl FilterCostsPlan {
         rate_hz: f64,
         variants: &[FilterVariant],
         progress: &(impl Fn() + Sync),
-    ) -> Result<Vec<ErrorSums>, StudyError> {
+    ) -> Result<Vec<ErrorSums>, RunError> {
         let of_motor = |scene: &Scene| {
             let recording = recording(scene, mode, rate_hz)?;
             let sums: Result<Vec<ErrorSums>, _> = variants.iter().map(|v| v.error_sums(&recording)).collect();
@@ -176,7 +176,7 @@ impl FilterCostsPlan {
             Ok(sums?)
         };
         // One thread's share is one motor; the sums come back in the order of the list, and are added up in it.
-        let of_motors: Result<Vec<Vec<ErrorSums>>, StudyError> =
+        let of_motors: Result<Vec<Vec<ErrorSums>>, RunError> =
             self.scenes.par_iter().with_max_len(1).map(of_motor).collect();
         let mut total = vec![ErrorSums::default(); variants.len()];
         for sums in of_motors? {
@@ -186,7 +186,7 @@ impl FilterCostsPlan {
     }
 }
 
-fn recording(scene: &Scene, mode: DriveMode, rate_hz: f64) -> Result<Recording, StudyError> {
+fn recording(scene: &Scene, mode: DriveMode, rate_hz: f64) -> Result<Recording, RunError> {
     let mut scene = scene.clone();
     scene.set("ldv.sample_rate_hz", &rate_hz.to_string())?;
     Recording::make(&scene, mode)

@@ -44,8 +44,8 @@ use motor_model::DriveMode;
 use rayon::prelude::*;
 use serde::Serialize;
 
+use crate::runs::RunError;
 use crate::scene::Scene;
-use crate::studies::StudyError;
 use comparison::{PhaseSums, names};
 use consistency::{ConsistencyTest, correlation_bound, mean_square_bounds};
 use error_sums::ErrorSums;
@@ -125,14 +125,14 @@ impl FilterErrorsPlan {
     ///
     /// # Errors
     /// When the seeds do not suffice, or a scene is refused.
-    pub fn new(scene: &Scene, motors: u64) -> Result<Self, StudyError> {
+    pub fn new(scene: &Scene, motors: u64) -> Result<Self, RunError> {
         let of_motor = |number: u64| {
             let mut drawn = scene.clone();
             // Beyond the last seed the first follows.
             drawn.set("seed", &scene.seed().wrapping_add(number).to_string())?;
             Ok(drawn)
         };
-        let scenes: Result<Vec<Scene>, StudyError> = (0..motors).map(of_motor).collect();
+        let scenes: Result<Vec<Scene>, RunError> = (0..motors).map(of_motor).collect();
         let scenes = scenes?;
         let runs = DRIVES.iter().flat_map(|(mode, _)| scenes.iter().map(|scene| (*mode, scene.clone())));
         Ok(Self { runs: runs.collect() })
@@ -147,9 +147,9 @@ impl FilterErrorsPlan {
     ///
     /// # Errors
     /// When a run fails.
-    pub fn run(&self, progress: &(impl Fn(u64) + Sync)) -> Result<FilterErrors, StudyError> {
+    pub fn run(&self, progress: &(impl Fn(u64) + Sync)) -> Result<FilterErrors, RunError> {
         // One thread's share is one run; the sums come back in the order of the list, and are added up in it.
-        let sums: Result<Vec<Vec<PhaseSums>>, StudyError> = (self.runs.par_iter().with_max_len(1))
+        let sums: Result<Vec<Vec<PhaseSums>>, RunError> = (self.runs.par_iter().with_max_len(1))
             .map(|(mode, scene)| comparison::run(scene, *mode, progress))
             .collect();
         let sums = sums?;

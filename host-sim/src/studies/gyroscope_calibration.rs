@@ -34,8 +34,8 @@ use motor_model::Angle;
 use rayon::prelude::*;
 
 use crate::math::allan_deviation;
+use crate::runs::RunError;
 use crate::scene::{Scene, SceneError};
-use crate::studies::StudyError;
 use crate::world::instruments::gyroscope::Gyroscope;
 use crate::world::instruments::gyroscope::noise::SECONDS_PER_HOUR;
 pub use calibration::{Calibration, CalibrationOutcome};
@@ -74,7 +74,7 @@ impl CalibrationPlan {
     ///
     /// # Errors
     /// When the schedule of the scene is refused.
-    pub fn new(scene: &Scene, runs: u64, motors: u64) -> Result<Self, StudyError> {
+    pub fn new(scene: &Scene, runs: u64, motors: u64) -> Result<Self, RunError> {
         Ok(Self { scene: scene.clone(), schedule: TurnSchedule::of(scene)?, motors: motors.min(runs), runs })
     }
 
@@ -87,20 +87,20 @@ impl CalibrationPlan {
     ///
     /// # Errors
     /// When a scene is refused, or a run does not tell scale factor from bias.
-    pub fn run(&self, progress: &(impl Fn() + Sync)) -> Result<Calibrations, StudyError> {
+    pub fn run(&self, progress: &(impl Fn() + Sync)) -> Result<Calibrations, RunError> {
         let motor = |number: u64| {
             let mut scene = self.scene.clone();
             scene.set("seed", &self.scene.seed().wrapping_add(number).to_string())?;
             let turning = TurningRun::run(&scene, &self.schedule)?;
             let runs = (number..self.runs).step_by(usize::try_from(self.motors).unwrap_or(usize::MAX));
             let calibrations = runs.map(|run| self.calibrate(&mut scene, run, &turning));
-            let mut calibrations = calibrations.collect::<Result<Vec<_>, StudyError>>()?;
+            let mut calibrations = calibrations.collect::<Result<Vec<_>, RunError>>()?;
             progress();
             let outcomes: Vec<CalibrationOutcome> = calibrations.iter().map(|c| c.outcome.clone()).collect();
             Ok((outcomes, (number == 0).then(|| calibrations.swap_remove(0))))
         };
         let numbers: Vec<u64> = (0..self.motors).collect();
-        let of_motors: Result<Vec<_>, StudyError> =
+        let of_motors: Result<Vec<_>, RunError> =
             numbers.into_par_iter().with_max_len(1).map(motor).collect();
         let mut of_motors = of_motors?;
         let first = of_motors.first_mut().and_then(|(_, first)| first.take());
@@ -124,12 +124,7 @@ impl CalibrationPlan {
     }
 
     /// The calibration of the gyroscope of `run` on its motor.
-    fn calibrate(
-        &self,
-        scene: &mut Scene,
-        run: u64,
-        turning: &TurningRun,
-    ) -> Result<Calibration, StudyError> {
+    fn calibrate(&self, scene: &mut Scene, run: u64, turning: &TurningRun) -> Result<Calibration, RunError> {
         let serial = self.scene.integer("gyroscope.serial") + run / self.motors;
         scene.set("gyroscope.serial", &serial.to_string())?;
         let mut gyroscope = Gyroscope::new(scene);
@@ -138,7 +133,7 @@ impl CalibrationPlan {
     }
 }
 
-fn not_told_apart() -> StudyError {
+fn not_told_apart() -> RunError {
     SceneError::Conflict {
         conflict: "this run does not tell scale factor from bias".to_owned(),
         hint: "it needs intervals of different rates without saturation, and a gyroscope or a camera with noise: see \

@@ -4,9 +4,9 @@ use rayon::prelude::*;
 
 use crate::report::document::{Block, Document, Table};
 use crate::report::page::PlacedValue;
+use crate::runs::RunError;
 use crate::runs::rate::{self, RateOutcome};
 use crate::scene::Scene;
-use crate::studies::StudyError;
 
 /// The rates in deg/s, clockwise positive: a fast one, those of a calibration, and slow ones. The page opens with the
 /// first.
@@ -22,13 +22,13 @@ pub struct HeldRates {
 ///
 /// # Errors
 /// When the scene is refused.
-pub fn run(scene: &Scene) -> Result<HeldRates, StudyError> {
+pub fn run(scene: &Scene) -> Result<HeldRates, RunError> {
     let held = |rate_deg_s: &f64| {
         let mut scene = scene.clone();
         scene.set("rate.deg_s", &rate_deg_s.to_string())?;
-        Ok::<_, StudyError>(rate::run(&scene, |_| ())?)
+        Ok::<_, RunError>(rate::run(&scene, |_| ())?)
     };
-    let outcomes: Result<Vec<RateOutcome>, StudyError> = RATES_DEG_S.par_iter().map(held).collect();
+    let outcomes: Result<Vec<RateOutcome>, RunError> = RATES_DEG_S.par_iter().map(held).collect();
     Ok(HeldRates { outcomes: outcomes? })
 }
 

@@ -20,7 +20,7 @@ pub mod trend;
 
 use motor_model::DriveMode;
 
-use crate::studies::StudyError;
+use crate::runs::RunError;
 use published::{CASES, Quantity, TRENDS};
 use reproduction::{FigureRow, PaperReproduction, SimulatedTrend, StepRow};
 use runs::{COARSE_STEP_S, CONVERGED_STEP_S, Ensemble, PaperRuns, STEP_S};
@@ -49,7 +49,7 @@ impl PaperPlan {
     ///
     /// # Errors
     /// When a published motor is out of the model's bounds.
-    pub fn new(seeds: u64) -> Result<Self, StudyError> {
+    pub fn new(seeds: u64) -> Result<Self, RunError> {
         let mut runs = PaperRuns::default();
         // The longest runs come first. So no thread still works on one of them when the others have ended.
         let mode_b_steps: Result<_, _> =
@@ -61,7 +61,7 @@ impl PaperPlan {
             .map(|case| {
                 let mut at = |step_s| runs.add(case.mode, case.changes, step_s, seeds);
                 let is_mode_b = case.mode == DriveMode::B;
-                Ok::<_, StudyError>(if is_mode_b {
+                Ok::<_, RunError>(if is_mode_b {
                     Some([at(COARSE_STEP_S)?, at(CONVERGED_STEP_S)?])
                 } else {
                     None
@@ -89,7 +89,7 @@ impl PaperPlan {
     ///
     /// # Errors
     /// When a run fails.
-    pub fn run(&self, progress: &(impl Fn(u64) + Sync)) -> Result<PaperReproduction, StudyError> {
+    pub fn run(&self, progress: &(impl Fn(u64) + Sync)) -> Result<PaperReproduction, RunError> {
         let ensembles = self.runs.run(progress)?;
         let places = self.cases.iter().zip(&self.other_steps);
         let rows = CASES.iter().zip(places).flat_map(|(case, (&index, others))| {

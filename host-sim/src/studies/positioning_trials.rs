@@ -42,10 +42,10 @@ use std::ops::ControlFlow;
 use controller::{Limits, PositioningTuning};
 use rayon::prelude::*;
 
+use crate::runs::RunError;
 use crate::runs::filter::FILTERS;
 use crate::runs::position;
 use crate::scene::Scene;
-use crate::studies::StudyError;
 use baselines::BaselineRule;
 use burst_table::BurstTable;
 pub use summary::TrialSummary;
@@ -116,7 +116,7 @@ impl PositioningTrialsPlan {
     ///
     /// # Errors
     /// When the scene is refused.
-    pub fn new(scene: &Scene, strategy: Strategy, trials: u64) -> Result<Self, StudyError> {
+    pub fn new(scene: &Scene, strategy: Strategy, trials: u64) -> Result<Self, RunError> {
         let needs_table = strategy == Strategy::BurstTable;
         let burst_table = if needs_table { BurstTable::nominal()? } else { BurstTable::default() };
         Ok(Self { scene: scene.clone(), strategy, trials, burst_table })
@@ -126,7 +126,7 @@ impl PositioningTrialsPlan {
     ///
     /// # Errors
     /// When the scene is refused.
-    pub fn others(scene: &Scene, trials: u64) -> Result<Vec<Self>, StudyError> {
+    pub fn others(scene: &Scene, trials: u64) -> Result<Vec<Self>, RunError> {
         let strategies = Strategy::ALL.into_iter().skip(1).map(|strategy| Self::new(scene, strategy, trials));
         let chosen = scene.choice("estimator.filter");
         let filters = FILTERS.iter().filter(|filter| **filter != chosen).map(|filter| {
@@ -146,20 +146,20 @@ impl PositioningTrialsPlan {
     ///
     /// # Errors
     /// When a scene is refused.
-    pub fn run(&self, progress: &(impl Fn(u64) + Sync)) -> Result<StrategyTrials, StudyError> {
+    pub fn run(&self, progress: &(impl Fn(u64) + Sync)) -> Result<StrategyTrials, RunError> {
         let trial = |number| {
             let trial = self.trial(number);
             progress(1);
             trial
         };
         let numbers: Vec<u64> = (0..self.trials).collect();
-        let trials: Result<Vec<PositioningTrial>, StudyError> =
+        let trials: Result<Vec<PositioningTrial>, RunError> =
             numbers.into_par_iter().with_max_len(1).map(trial).collect();
         let filter = self.scene.choice("estimator.filter");
         Ok(StrategyTrials { strategy: self.strategy, filter, trials: trials? })
     }
 
-    fn trial(&self, number: u64) -> Result<PositioningTrial, StudyError> {
+    fn trial(&self, number: u64) -> Result<PositioningTrial, RunError> {
         let seed = self.scene.seed().wrapping_add(number);
         let (kind, target_deg) = target(seed);
         let mut scene = self.scene.clone();

@@ -21,8 +21,8 @@ use rayon::prelude::*;
 use serde::Serialize;
 
 use crate::math::statistics::{Line, Spread, upper_quantile};
+use crate::runs::RunError;
 use crate::scene::{Scene, SceneError};
-use crate::studies::StudyError;
 use crate::world::plant::Plant;
 
 /// The plant's step in s. With located impacts the turns are those of a step of 1 us.
@@ -132,7 +132,7 @@ impl ResponseMapCampaign {
     ///
     /// # Errors
     /// When a scene is refused.
-    pub fn new(scene: &Scene, motors: u64) -> Result<Self, StudyError> {
+    pub fn new(scene: &Scene, motors: u64) -> Result<Self, RunError> {
         let draw = |number: u64| {
             let mut drawn = scene.clone();
             drawn.set("seed", &scene.seed().wrapping_add(number).to_string())?;

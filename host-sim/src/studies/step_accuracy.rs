@@ -36,7 +36,7 @@ pub mod vibrating_plate;
 use motor_model::{AmplitudeVariation, DriveMode};
 use rayon::prelude::*;
 
-use crate::studies::StudyError;
+use crate::runs::RunError;
 use crate::studies::averaged_motor::SpinUpCampaign;
 use bursts::BURSTS;
 use comparison::{MethodRow, StepAccuracy};
@@ -93,7 +93,7 @@ impl StepAccuracyPlan {
     ///
     /// # Errors
     /// When the reference stalls.
-    pub fn run(&self) -> Result<StepAccuracy, StudyError> {
+    pub fn run(&self) -> Result<StepAccuracy, RunError> {
         let methods = step_methods(self.steps_s);
         let costs = step_cost::costs(&methods, self.timing)?;
         Ok(StepAccuracy {
@@ -103,7 +103,7 @@ impl StepAccuracyPlan {
         })
     }
 
-    fn rows(&self, methods: &[StepMethod], costs: &[[StepCost; 2]]) -> Result<Vec<MethodRow>, StudyError> {
+    fn rows(&self, methods: &[StepMethod], costs: &[[StepCost; 2]]) -> Result<Vec<MethodRow>, RunError> {
         let [b, c] = [DriveMode::B, DriveMode::C].map(|mode| MapSamples::draw(mode, self.map_samples));
         let samples = [b?, c?];
         let reference = self.reference_means()?;
@@ -130,7 +130,7 @@ impl StepAccuracyPlan {
     }
 
     /// The reference's means under each condition, one for each seed.
-    fn reference_means(&self) -> Result<Vec<Vec<SteadyMeans>>, StudyError> {
+    fn reference_means(&self) -> Result<Vec<Vec<SteadyMeans>>, RunError> {
         let of = |condition| {
             let seeds = self.steady.of(condition).seeds;
             (1..=seeds)

@@ -56,8 +56,9 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let inside = folder.path().join("a/b");
         std::fs::create_dir_all(&inside).unwrap();
-        let refusal = checkout(&inside).unwrap_err().one_line();
-        assert!(refusal.contains(BUILD) && refusal.contains("--elf FILE"), "{refusal}");
+        let refusal = checkout(&inside).unwrap_err();
+        assert!(refusal.to_string().contains(BUILD), "{refusal}");
+        assert!(refusal.hint().unwrap().contains("--elf FILE"));
         std::fs::create_dir(folder.path().join("firmware")).unwrap();
         std::fs::write(folder.path().join(BUILD), "").unwrap();
         assert_eq!(checkout(&inside).unwrap(), folder.path());

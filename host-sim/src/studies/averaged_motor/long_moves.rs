@@ -9,9 +9,9 @@ use serde::Serialize;
 use super::{IdentifiedMotion, SpinUpCampaign};
 use crate::math::random_streams::{RandomSource, stream};
 use crate::math::statistics::{Accumulator, Spread};
+use crate::runs::RunError;
 use crate::runs::simulate::{OpenLoopRun, drive_name};
 use crate::scene::SceneError;
-use crate::studies::StudyError;
 
 /// Step of the full motor in s: with located impacts its mean rate is that of far smaller steps.
 const SPIN_UP_STEP_S: f64 = 10e-6;
@@ -46,7 +46,7 @@ pub struct AveragedReport {
 ///
 /// # Errors
 /// When the full motor does not turn steadily under the drive, so that it has no mean motion.
-pub fn long_moves(run: &OpenLoopRun) -> Result<AveragedReport, StudyError> {
+pub fn long_moves(run: &OpenLoopRun) -> Result<AveragedReport, RunError> {
     let campaign = SpinUpCampaign::default();
     if run.drive.amplitude() <= 0.0 {
         return Err(no_mean_motion("the drive is off"));
@@ -93,7 +93,7 @@ pub fn long_moves(run: &OpenLoopRun) -> Result<AveragedReport, StudyError> {
     })
 }
 
-fn no_mean_motion(why: &str) -> StudyError {
+fn no_mean_motion(why: &str) -> RunError {
     let conflict = format!("simulate.model = averaged has no mean motion: {why}");
     SceneError::Conflict { conflict, hint: "a stronger drive, or simulate.model=motor".to_owned() }.into()
 }

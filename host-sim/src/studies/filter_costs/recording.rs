@@ -6,10 +6,10 @@ use controller::Sense as _;
 use estimator::{CameraFrame, Instruments, LdvSample};
 use motor_model::{Angle, DriveCommand, DriveMode, MotorParams, OutOfBounds, Real, Time};
 
+use crate::runs::RunError;
 use crate::runs::filter::AnyFilter;
 use crate::runs::tick_driver::{RigPorts, TickDriver, TickProgram};
 use crate::scene::Scene;
-use crate::studies::StudyError;
 use crate::world::instruments::assumed;
 
 /// From the start at rest until the motion counts as steady.
@@ -66,7 +66,7 @@ impl Recording {
     ///
     /// # Errors
     /// When the scene is refused.
-    pub fn make(scene: &Scene, mode: DriveMode) -> Result<Self, StudyError> {
+    pub fn make(scene: &Scene, mode: DriveMode) -> Result<Self, RunError> {
         let command = DriveCommand::full(mode);
         let mut driver = TickDriver::new(scene, Recorder { events: Vec::new() })?;
         driver.overrule(command);

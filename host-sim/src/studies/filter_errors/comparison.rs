@@ -12,10 +12,10 @@ use super::error_sums::ErrorSums;
 use super::genie::Genie;
 use super::kicks::{FreeMotion, TrueMotion};
 use super::timeline::{self, TimelinePhase};
+use crate::runs::RunError;
 use crate::runs::filter::{AnyFilter, FILTERS, SMOOTHER_LAG_MS};
 use crate::runs::tick_driver::{RigPorts, TickDriver, TickProgram};
 use crate::scene::Scene;
-use crate::studies::StudyError;
 use crate::world::instruments::Camera;
 use crate::world::plant::Plant;
 
@@ -46,7 +46,7 @@ pub(crate) fn run(
     scene: &Scene,
     mode: DriveMode,
     progress: &impl Fn(u64),
-) -> Result<Vec<PhaseSums>, StudyError> {
+) -> Result<Vec<PhaseSums>, RunError> {
     let mut driver = TickDriver::new(scene, FilterComparison::new(scene, mode)?)?;
     let command = driver.program_mut().enter(Time::ZERO);
     driver.overrule(command);
@@ -82,7 +82,7 @@ struct FilterComparison {
 }
 
 impl FilterComparison {
-    fn new(scene: &Scene, mode: DriveMode) -> Result<Self, StudyError> {
+    fn new(scene: &Scene, mode: DriveMode) -> Result<Self, RunError> {
         let camera_rad2 = Camera::variance_rad2(scene);
         let genie = |&(_, share): &(_, f64)| Genie::new(share, camera_rad2, scene.seed());
         Ok(Self {

@@ -8,10 +8,10 @@ use motor_model::{Angle, Time};
 
 use super::schedule::TurnSchedule;
 use crate::math::statistics::root_mean_square;
+use crate::runs::RunError;
 use crate::runs::closed_loop;
 use crate::runs::filter::SMOOTHER_LAG_MS;
 use crate::scene::Scene;
-use crate::studies::StudyError;
 
 /// An instant at which the reference angle is known.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -42,7 +42,7 @@ impl TurningRun {
     ///
     /// # Errors
     /// When the scene is refused.
-    pub fn run(scene: &Scene, schedule: &TurnSchedule) -> Result<Self, StudyError> {
+    pub fn run(scene: &Scene, schedule: &TurnSchedule) -> Result<Self, RunError> {
         let hold = RateHold::new(schedule.profile(), RateTuning::steady(), Time::ZERO);
         let mut closed_loop = closed_loop::rate(scene, hold)?;
         let mut turning = Self {

@@ -12,7 +12,6 @@ use crate::math::spectrum::{SAMPLE_RATE_HZ, Spectrum, Tail};
 use crate::report::chart::{Axis, Colour, Figure, Panel, Series};
 use crate::runs::RunError;
 use crate::runs::simulate::{MotorSample, Observer, simulate};
-use crate::studies::StudyError;
 
 /// Keeps the samples from `from_s` to `to_s`.
 struct Window {
@@ -40,7 +39,7 @@ fn recorded(
     (mode, step_s, seed): (DriveMode, f64, u64),
     interval_s: f64,
     (from_s, to_s): (f64, f64),
-) -> Result<Vec<MotorSample>, StudyError> {
+) -> Result<Vec<MotorSample>, RunError> {
     let mut window = Window { interval_s, from_s, to_s, samples: Vec::new() };
     simulate(&paper_run(mode, &[], step_s, seed)?, &mut window)?;
     Ok(window.samples)
@@ -75,7 +74,7 @@ impl PaperReproduction {
     ///
     /// # Errors
     /// When a run or a picture fails.
-    pub fn pictures(&self) -> Result<Vec<(String, String)>, StudyError> {
+    pub fn pictures(&self) -> Result<Vec<(String, String)>, RunError> {
         let mut pictures = vec![
             ("motion_mode_b.svg".to_owned(), motion(DriveMode::B, 0.2, 0.006)?.svg()?),
             ("motion_mode_c.svg".to_owned(), motion(DriveMode::C, 0.05, 0.003)?.svg()?),
@@ -122,7 +121,7 @@ impl PaperReproduction {
 }
 
 /// Velocity and height of the rotor, and a detail with the teeth. Counterpart of Figs 5 and 6.
-fn motion(mode: DriveMode, length_s: f64, detail_s: f64) -> Result<Figure, StudyError> {
+fn motion(mode: DriveMode, length_s: f64, detail_s: f64) -> Result<Figure, RunError> {
     let end_s = 2.0;
     let start_s = end_s - length_s;
     let samples = recorded((mode, STEP_S, 1), 10e-6, (start_s, end_s))?;
@@ -198,8 +197,8 @@ fn mean_rates(samples: &[MotorSample]) -> Vec<(f64, f64)> {
 }
 
 /// Rate from standstill. Counterpart of Fig. 7.
-fn spin_up(seeds: u64) -> Result<Figure, StudyError> {
-    let rates = |mode, step_s| -> Result<Vec<Vec<(f64, f64)>>, StudyError> {
+fn spin_up(seeds: u64) -> Result<Figure, RunError> {
+    let rates = |mode, step_s| -> Result<Vec<Vec<(f64, f64)>>, RunError> {
         (1..=seeds)
             .map(|seed| Ok(mean_rates(&recorded((mode, step_s, seed), 5e-3, (0.0, SPIN_UP_S))?)))
             .collect()
@@ -234,7 +233,7 @@ fn spin_up(seeds: u64) -> Result<Figure, StudyError> {
 }
 
 /// Spectra of velocity and height. Counterpart of Fig. 9.
-fn spectra(seeds: u64) -> Result<Figure, StudyError> {
+fn spectra(seeds: u64) -> Result<Figure, RunError> {
     let mut figure = Figure::new("Spectra of the rotor's vertical motion").caption(format!(
         "20 kHz, last 16,384 samples, mean removed, no window: {seeds} runs drawn faintly, and their mean amplitude."
     ));

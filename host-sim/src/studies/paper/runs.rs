@@ -5,8 +5,8 @@ use rayon::prelude::*;
 
 use super::published::Quantity;
 use crate::math::statistics::Spread;
+use crate::runs::RunError;
 use crate::runs::simulate::{OpenLoopRun, OpenLoopSummary, Precision, simulate};
-use crate::studies::StudyError;
 
 /// Step of every run except where the step is varied.
 pub const STEP_S: f64 = 1e-6;
@@ -24,7 +24,7 @@ pub fn paper_run(
     changes: &[(Parameter, f64)],
     step_s: f64,
     seed: u64,
-) -> Result<OpenLoopRun, StudyError> {
+) -> Result<OpenLoopRun, RunError> {
     let changed = changes
         .iter()
         .try_fold(MotorParams::nominal(), |params, &(parameter, value)| params.with(parameter, value));
@@ -91,7 +91,7 @@ impl PaperRuns {
         changes: &[(Parameter, f64)],
         step_s: f64,
         seeds: u64,
-    ) -> Result<usize, StudyError> {
+    ) -> Result<usize, RunError> {
         let runs: Result<Vec<OpenLoopRun>, _> =
             (1..=seeds).map(|seed| paper_run(mode, changes, step_s, seed)).collect();
         self.motors.push(runs?);
@@ -108,10 +108,10 @@ impl PaperRuns {
     ///
     /// # Errors
     /// When a run fails.
-    pub fn run(&self, progress: &(impl Fn(u64) + Sync)) -> Result<Vec<Ensemble>, StudyError> {
+    pub fn run(&self, progress: &(impl Fn(u64) + Sync)) -> Result<Vec<Ensemble>, RunError> {
         let runs: Vec<&OpenLoopRun> = self.motors.iter().flatten().collect();
         // A thread takes one run at a time. The results come back in the order of the list.
-        let summaries: Result<Vec<OpenLoopSummary>, StudyError> = (runs.par_iter().with_max_len(1))
+        let summaries: Result<Vec<OpenLoopSummary>, RunError> = (runs.par_iter().with_max_len(1))
             .map(|run| {
                 let summary = simulate(run, &mut ())?;
                 progress(summary.steps);

@@ -6,7 +6,7 @@ use serde::Serialize;
 use super::published::{PublishedTrend, Quantity, TABLE_2_MODE_SHIFT};
 use super::runs::{Ensemble, PaperRuns};
 use crate::math::statistics::{Line, Spread};
-use crate::studies::StudyError;
+use crate::runs::RunError;
 
 /// Number of values of the parameter in a trend.
 const POINTS: u8 = 9;
@@ -29,7 +29,7 @@ pub fn add_runs(
     runs: &mut PaperRuns,
     step_s: f64,
     seeds: u64,
-) -> Result<Vec<usize>, StudyError> {
+) -> Result<Vec<usize>, RunError> {
     values(trend)
         .map(|value| runs.add(DriveMode::C, &[TABLE_2_MODE_SHIFT, (trend.parameter, value)], step_s, seeds))
         .collect()

@@ -8,11 +8,11 @@ use estimator::{AngleFilter as _, CameraFrame, Estimate, Health};
 use motor_model::{Angle, DriveCommand, DriveMode, Time};
 
 use super::burst_table::{BurstTable, TableBurst};
+use crate::runs::RunError;
 use crate::runs::filter::AnyFilter;
 use crate::runs::position::{MoveOutcome, MoveSums, MoveTick};
 use crate::runs::tick_driver::{RigPorts, TickDriver, TickProgram};
 use crate::scene::Scene;
-use crate::studies::StudyError;
 
 /// The rule by which a baseline decides.
 #[derive(Clone, Debug)]
@@ -228,7 +228,7 @@ impl TickProgram for BaselineLoop {
 ///
 /// # Errors
 /// When the scene is refused.
-pub(super) fn run(scene: &Scene, rule: BaselineRule) -> Result<MoveOutcome, StudyError> {
+pub(super) fn run(scene: &Scene, rule: BaselineRule) -> Result<MoveOutcome, RunError> {
     let target = Target::try_new(scene.number("position.to_deg"), scene.number("position.tolerance_deg"))?;
     let program = BaselineProgram { rule, target, state: BaselineState::WaitingForEstimate, bursts: 0 };
     let mut sums = MoveSums::new(target);

@@ -3,8 +3,8 @@
 use controller::response_map::Family;
 use motor_model::DriveCommand;
 
+use crate::runs::RunError;
 use crate::scene::Scene;
-use crate::studies::StudyError;
 use crate::studies::response_map::{ResponseMapCampaign, bursts_of};
 
 /// A burst, and how far it turns the nominal motor.
@@ -29,7 +29,7 @@ impl BurstTable {
     ///
     /// # Errors
     /// When the model refuses the nominal motor: never.
-    pub fn nominal() -> Result<Self, StudyError> {
+    pub fn nominal() -> Result<Self, RunError> {
         let mut scene = Scene::default();
         scene.set("plant.parameters", "nominal")?;
         let motors = ResponseMapCampaign::new(&scene, 4)?;

@@ -11,7 +11,7 @@ use super::steady_motion::{CONDITIONS, DriveCondition};
 use super::step_cost::{StepCost, least_times_s};
 use crate::math::random_streams::{RandomSource, stream};
 use crate::math::statistics::Spread;
-use crate::studies::StudyError;
+use crate::runs::RunError;
 use crate::studies::averaged_motor::{IdentifiedMotion, SpinUpCampaign};
 
 /// Step of the averaged motor.
@@ -42,11 +42,11 @@ pub struct AveragedRow {
 ///
 /// # Errors
 /// Never, unless the bounds of the parameters are changed.
-pub fn rows(campaign: &SpinUpCampaign, rounds: u32) -> Result<Vec<AveragedRow>, StudyError> {
+pub fn rows(campaign: &SpinUpCampaign, rounds: u32) -> Result<Vec<AveragedRow>, RunError> {
     CONDITIONS.iter().map(|&condition| row(condition, campaign, rounds)).collect()
 }
 
-fn row(condition: DriveCondition, campaign: &SpinUpCampaign, rounds: u32) -> Result<AveragedRow, StudyError> {
+fn row(condition: DriveCondition, campaign: &SpinUpCampaign, rounds: u32) -> Result<AveragedRow, RunError> {
     let (params, setup, command) =
         (MotorParams::nominal(), MotorSetup::with_step(TARGET_STEP_S), condition.command());
     let identified = campaign.identify(&params, &setup, command, 1)?;
@@ -74,12 +74,12 @@ fn moves_of_full_motor(
     params: &MotorParams,
     setup: &MotorSetup,
     command: DriveCommand,
-) -> Result<Spread, StudyError> {
+) -> Result<Spread, RunError> {
     let moves = SpinUpCampaign { settle_s: STEP_S * f64::from(MOVE_STEPS), blocks: 0, ..*campaign };
     Ok(moves.settled_rad(params, setup, command, FIRST_MOVE_SEED)?)
 }
 
-fn cost(motor: &AveragedMotor, rounds: u32) -> Result<StepCost, StudyError> {
+fn cost(motor: &AveragedMotor, rounds: u32) -> Result<StepCost, RunError> {
     const STEPS: u32 = 100_000;
     let least = least_times_s(1, rounds, |_| {
         let (mut state, mut rng) = (AveragedState::default(), stream(1, RandomSource::StartPhase));
@@ -89,7 +89,7 @@ fn cost(motor: &AveragedMotor, rounds: u32) -> Result<StepCost, StudyError> {
         }
         let taken_s = start.elapsed().as_secs_f64();
         black_box(state);
-        Ok::<f64, StudyError>(taken_s)
+        Ok::<f64, RunError>(taken_s)
     })?;
     Ok(StepCost::new(STEP_S, STEP_S * f64::from(STEPS), least.iter().sum()))
 }

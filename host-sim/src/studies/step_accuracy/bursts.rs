@@ -12,7 +12,7 @@ use serde::Serialize;
 use super::method::{Measurement, StepMethod};
 use super::reference::Reference;
 use super::reference::state::ReferenceState;
-use crate::studies::StudyError;
+use crate::runs::RunError;
 
 /// Time of rest before and after the drive.
 const REST_S: f64 = 60e-3;
@@ -78,7 +78,7 @@ impl Burst {
     ///
     /// # Errors
     /// When the reference stalls.
-    pub fn converged_mdeg(self, on_s: f64) -> Result<f64, StudyError> {
+    pub fn converged_mdeg(self, on_s: f64) -> Result<f64, RunError> {
         let reference = Reference::nominal(&AmplitudeVariation::default())?;
         let mut state = ReferenceState::default();
         reference.run(&mut state, DriveCommand::OFF, REST_S, &mut ())?;
@@ -92,7 +92,7 @@ impl Burst {
     ///
     /// # Errors
     /// When the reference stalls or the method's step is out of bounds.
-    pub fn error(self, method: &StepMethod) -> Result<BurstError, StudyError> {
+    pub fn error(self, method: &StepMethod) -> Result<BurstError, RunError> {
         let on_s = self.on_s(method.step_s);
         let converged_mdeg = self.converged_mdeg(on_s)?;
         let run = BurstMeasurement { burst: self, on_s, step_s: method.step_s };

@@ -16,8 +16,8 @@ use super::reference::state::ReferenceState;
 use super::reference::system::Segment;
 use crate::math::random_streams::{RandomSource, stream};
 use crate::math::statistics::{root_mean_square, upper_quantile};
+use crate::runs::RunError;
 use crate::runs::simulate::FAST_APPROACH_M_S;
-use crate::studies::StudyError;
 
 /// Time of steady motion before the first sample is drawn.
 const SETTLE_S: f64 = 0.4;
@@ -73,7 +73,7 @@ impl MapSamples {
     ///
     /// # Errors
     /// When the reference stalls.
-    pub fn draw(mode: DriveMode, count: usize) -> Result<Self, StudyError> {
+    pub fn draw(mode: DriveMode, count: usize) -> Result<Self, RunError> {
         let reference = Reference::nominal(&AmplitudeVariation::default())?;
         let drive = DriveCommand::full(mode);
         let mut random = stream(SEED, RandomSource::StartStates);

@@ -18,7 +18,7 @@ use super::method::{StepMethod, step_methods};
 use super::step_cost::{StepCost, TimingEffort, least_times_s};
 use super::vibrating_plate::{FIRST_BEFORE_S, START_M, VibratingPlate, start_heights_m};
 use crate::math::statistics::root_mean_square;
-use crate::studies::StudyError;
+use crate::runs::RunError;
 
 /// Largest step of the peers.
 pub const PEER_STEP_S: f64 = 5e-6;
@@ -66,7 +66,7 @@ const RUST: [(&str, Integrator); 0] = [];
 ///
 /// # Errors
 /// When the plate's parameters are refused by the model.
-pub fn peers(steps_s: &[f64], effort: TimingEffort) -> Result<Vec<PeerRow>, StudyError> {
+pub fn peers(steps_s: &[f64], effort: TimingEffort) -> Result<Vec<PeerRow>, RunError> {
     let plate = VibratingPlate::nominal()?;
     let mut rows = fixed_step_models(&plate, steps_s, effort)?;
     rows.extend(crates(&plate, effort));
@@ -79,14 +79,14 @@ fn fixed_step_models(
     plate: &VibratingPlate,
     steps_s: &[f64],
     effort: TimingEffort,
-) -> Result<Vec<PeerRow>, StudyError> {
+) -> Result<Vec<PeerRow>, RunError> {
     let methods = step_methods(steps_s);
     let least = least_times_s(methods.len(), effort.rounds, |index| {
         fixed_step::taken_s(&methods[index], plate, effort.plate_s)
     })?;
     let row = |(method, &taken_s): (&StepMethod, &f64)| {
         let step_s = method.step_s;
-        let errors: Result<Vec<f64>, StudyError> = start_heights_m()
+        let errors: Result<Vec<f64>, RunError> = start_heights_m()
             .map(|start_m| {
                 Ok(fixed_step::impacts(method, plate, start_m, FIRST_BEFORE_S)?.first_error_s(plate, start_m))
             })

@@ -44,12 +44,13 @@ mod tests;
 use motor_model::params::Parameter;
 use motor_model::{AmplitudeVariation, DriveCommand, MotorParams, OutOfBounds};
 
+use crate::runs::RunError;
 use contact::{ContactInstant, TOUCH_M};
 use events::{ContactEvent, ContactEventKind, ReferenceObserver};
 use friction::Rotation;
 use state::ReferenceState;
 use system::{Contact, Drive, Segment, System};
-use tie_breaking::{Stalled, TieBreaker};
+use tie_breaking::TieBreaker;
 
 /// A motor for the reference integrator. It is immutable and serves any number of states.
 #[derive(Clone, Debug)]
@@ -112,7 +113,7 @@ impl Reference {
         command: DriveCommand,
         duration_s: f64,
         observer: &mut impl ReferenceObserver,
-    ) -> Result<(), Stalled> {
+    ) -> Result<(), RunError> {
         let drive = self.system.drive(command);
         let longest_s = 1.0 / self.system.fastest_rate_per_s(&drive).max(self.rotation.damping_per_s);
         let instant = ContactInstant {
@@ -189,7 +190,7 @@ impl Reference {
         segment: &Segment,
         end: f64,
         drive: &Drive,
-    ) -> Result<(), Stalled> {
+    ) -> Result<(), RunError> {
         if end > 0.0 {
             let v = self.rotation.radius_m * state.rate_rad_s;
             let (v, arc_m) = self.rotation.over(&self.system, segment, end, v)?;

@@ -15,8 +15,8 @@ use super::reference::system::Segment;
 use crate::math::random_streams::{RandomSource, stream};
 use crate::math::spectrum::{LIMIT_HZ, SAMPLE_RATE_HZ, SAMPLES_MAX, Spectrum};
 use crate::math::statistics::Spread;
+use crate::runs::RunError;
 use crate::runs::simulate::FAST_APPROACH_M_S;
-use crate::studies::StudyError;
 
 /// A constant drive under which the motion becomes steady.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -217,7 +217,7 @@ pub fn reference_means(
     condition: DriveCondition,
     schedule: SteadySchedule,
     seed: u64,
-) -> Result<SteadyMeans, StudyError> {
+) -> Result<SteadyMeans, RunError> {
     let reference = Reference::nominal(&variation(seed))?;
     let command = condition.command();
     let SteadySchedule { settle_s, time_s, .. } = schedule.of(condition);
@@ -244,7 +244,7 @@ pub fn errors(
     condition: DriveCondition,
     schedule: SteadySchedule,
     reference: &[SteadyMeans],
-) -> Result<SteadyErrors, StudyError> {
+) -> Result<SteadyErrors, RunError> {
     let schedule = schedule.of(condition);
     let run = SteadyMeasurement { condition, schedule, step_s: method.step_s };
     let seeds = 1..=schedule.seeds_at(method.step_s);

@@ -10,7 +10,7 @@ use motor_model::{AmplitudeVariation, DriveCommand, DriveMode, Motor, MotorState
 use serde::Serialize;
 
 use super::method::{Measurement, StepMethod, fast_impacts};
-use crate::studies::StudyError;
+use crate::runs::RunError;
 
 /// Number and length of the timed batches.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -69,7 +69,7 @@ pub fn least_times_s<E>(
 ///
 /// # Errors
 /// When a method's step is out of bounds.
-pub fn costs(methods: &[StepMethod], effort: TimingEffort) -> Result<Vec<[StepCost; 2]>, StudyError> {
+pub fn costs(methods: &[StepMethod], effort: TimingEffort) -> Result<Vec<[StepCost; 2]>, RunError> {
     let of_mode = |mode| {
         let least = least_times_s(methods.len(), effort.rounds, |index| {
             let method = &methods[index];
@@ -78,7 +78,7 @@ pub fn costs(methods: &[StepMethod], effort: TimingEffort) -> Result<Vec<[StepCo
         })?;
         let cost =
             |(method, &taken_s): (&StepMethod, &f64)| StepCost::new(method.step_s, effort.time_s, taken_s);
-        Ok::<Vec<StepCost>, StudyError>(methods.iter().zip(&least).map(cost).collect())
+        Ok::<Vec<StepCost>, RunError>(methods.iter().zip(&least).map(cost).collect())
     };
     let (b, c) = (of_mode(DriveMode::B)?, of_mode(DriveMode::C)?);
     Ok(b.into_iter().zip(c).map(|(b, c)| [b, c]).collect())

@@ -17,7 +17,7 @@ use core::f64::consts::{PI, TAU};
 use motor_model::{Mode, MotorParams, Parameter, ToothPair, math};
 use serde::Serialize;
 
-use crate::studies::StudyError;
+use crate::runs::RunError;
 
 /// Start height of the timed run.
 pub const START_M: f64 = 10e-6;
@@ -67,7 +67,7 @@ impl VibratingPlate {
     ///
     /// # Errors
     /// Never for nominal parameters.
-    pub fn nominal() -> Result<Self, StudyError> {
+    pub fn nominal() -> Result<Self, RunError> {
         let params = MotorParams::nominal();
         let [_, _, mode] = Mode::all(&params)?;
         let [pair, _] = ToothPair::<f64>::both(&params, &motor_model::AmplitudeVariation::default());

@@ -13,7 +13,7 @@ use motor_model::{AmplitudeVariation, DriveCommand, DriveMode, Mode, Motor, Moto
 use super::super::method::{self, Measurement, StepMethod, fast_impacts, step_recording};
 use super::super::reference::state::ReferenceState;
 use super::super::vibrating_plate::{START_M, VibratingPlate};
-use crate::studies::StudyError;
+use crate::runs::RunError;
 
 const ROTOR_KG: f64 = 1e-9;
 const STATOR_KG: f64 = 1.0;
@@ -24,7 +24,7 @@ const PHASE_TURNS: f64 = 0.25;
 const ONE_PLATE: AmplitudeVariation = AmplitudeVariation { pairs: [0.0, -2.0] };
 
 /// Parameters of the motor that is a ball on a plate.
-fn motor(plate: &VibratingPlate) -> Result<MotorParams, StudyError> {
+fn motor(plate: &VibratingPlate) -> Result<MotorParams, RunError> {
     let changes = [
         (Parameter::RotorMass, ROTOR_KG),
         (Parameter::StatorMass, STATOR_KG),
@@ -39,7 +39,7 @@ fn motor(plate: &VibratingPlate) -> Result<MotorParams, StudyError> {
 }
 
 /// State with the ball at rest at `start_m` and the plate in steady motion.
-fn start(start_m: f64) -> Result<ReferenceState, StudyError> {
+fn start(start_m: f64) -> Result<ReferenceState, RunError> {
     let [_, _, mode] = Mode::all(&MotorParams::nominal())?;
     let mut state = ReferenceState::default();
     state.height_m = start_m;
@@ -54,13 +54,13 @@ pub fn impacts(
     plate: &VibratingPlate,
     start_m: f64,
     until_s: f64,
-) -> Result<Vec<f64>, StudyError> {
+) -> Result<Vec<f64>, RunError> {
     let measurement = ImpactTimes { start: start(start_m)?, until_s, step_s: method.step_s };
     Ok(method.apply_to(&motor(plate)?, ONE_PLATE, &measurement)?)
 }
 
 /// Time to simulate `plate_s`, in s.
-pub fn taken_s(method: &StepMethod, plate: &VibratingPlate, plate_s: f64) -> Result<f64, StudyError> {
+pub fn taken_s(method: &StepMethod, plate: &VibratingPlate, plate_s: f64) -> Result<f64, RunError> {
     let measurement =
         TimedRun(ImpactTimes { start: start(START_M)?, until_s: plate_s, step_s: method.step_s });
     Ok(method.apply_to(&motor(plate)?, ONE_PLATE, &measurement)?)

@@ -13,7 +13,8 @@
 
 use super::series::{ORDER, Series};
 use super::system::{Segment, System};
-use super::tie_breaking::{Stalled, TieBreaker};
+use super::tie_breaking::TieBreaker;
+use crate::runs::RunError;
 
 /// Slips below this count as zero.
 const SLIP_TOLERANCE_M_S: f64 = 1e-13;
@@ -70,7 +71,7 @@ impl Rotation {
     ///
     /// # Errors
     /// When switchings follow each other without end at one instant.
-    pub fn over(&self, system: &System, segment: &Segment, end: f64, v: f64) -> Result<(f64, f64), Stalled> {
+    pub fn over(&self, system: &System, segment: &Segment, end: f64, v: f64) -> Result<(f64, f64), RunError> {
         let (mut v, mut arc) = (v, 0.0);
         if at_rest(system, segment, v) {
             return Ok((0.0, 0.0));

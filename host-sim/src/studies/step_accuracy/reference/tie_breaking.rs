@@ -7,10 +7,7 @@
 //! for that time leaves an error of 1e-20 m/s. If the tie remains, the time is doubled. At a hundredth of a step the
 //! integration stops with an error.
 
-/// The integration has stalled: events follow each other without an advance in time.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("the reference integrator stands still: events without end at one instant")]
-pub struct Stalled;
+use crate::runs::RunError;
 
 /// Largest part of a step that is no advance: 2e-18 s, below any flight of chattering.
 const NO_ADVANCE: f64 = 1e-13;
@@ -44,12 +41,12 @@ impl TieBreaker {
     ///
     /// # Errors
     /// When events still follow each other after they were ignored.
-    pub fn record_advance(&mut self, part: f64) -> Result<(), Stalled> {
+    pub fn record_advance(&mut self, part: f64) -> Result<(), RunError> {
         if self.ignored_part().is_some() {
             self.at_once = 0;
             self.part *= 2.0;
             if self.part > LAST_PART {
-                return Err(Stalled);
+                return Err(RunError::Stalled);
             }
         } else if part > NO_ADVANCE {
             self.at_once = 0;
