@@ -99,6 +99,16 @@ pub(crate) enum Format {
     Json,
 }
 
+impl Format {
+    /// The result in this form, out of both.
+    fn of(self, text: String, json: String) -> String {
+        match self {
+            Self::Text => text,
+            Self::Json => json,
+        }
+    }
+}
+
 /// Where the settings of a command come from.
 #[derive(Debug, Default, Args)]
 struct SceneArgs {

@@ -156,6 +156,17 @@ impl Scene {
         self.integer("seed")
     }
 
+    /// The scene of run `number` of a sample: its seed names the first run, the seeds that follow it the others. Beyond
+    /// the last seed the first follows.
+    ///
+    /// # Errors
+    /// Never, unless the bounds of the seed are changed.
+    pub fn of_run(&self, number: u64) -> Result<Self, SceneError> {
+        let mut scene = self.clone();
+        scene.set("seed", &self.seed().wrapping_add(number).to_string())?;
+        Ok(scene)
+    }
+
     /// The motor's parameters that were set, in the order of Table 1.
     pub fn motor_overrides(&self) -> impl Iterator<Item = (Parameter, f64)> {
         Parameter::ALL.into_iter().filter_map(|parameter| {

@@ -23,4 +23,4 @@ pub mod program;
 pub mod targets;
 
 pub use count_report::CountReport;
-pub use listing::{Listing, ListingError, OperationCount};
+pub use listing::{Listing, ListingError};

@@ -42,7 +42,10 @@ impl CalibrateArgs {
         let calibrations = plan.run(&|| bar.inc(1))?;
         bar.finish_and_clear();
         Ok(publication.publish(Findings {
-            files: vec![("calibrate.svg", calibrations.picture()?), ("runs.csv", calibrations.csv()?)],
+            files: vec![
+                ("calibrate.svg".to_owned(), calibrations.picture()?),
+                ("runs.csv".to_owned(), calibrations.csv()?),
+            ],
             text: calibrations.document().text(),
             json: calibrations.json(),
         })?)

@@ -118,7 +118,10 @@ impl PositioningTrialsArgs {
         let report = positioning_trials::PositioningTrials { trials, others: others?, measuring_s };
         bar.finish_and_clear();
         Ok(publication.publish(Findings {
-            files: vec![("positioning-trials.svg", report.picture()?), ("trials.csv", report.csv())],
+            files: vec![
+                ("positioning-trials.svg".to_owned(), report.picture()?),
+                ("trials.csv".to_owned(), report.csv()),
+            ],
             text: report.document().text(),
             json: report.json(),
         })?)
@@ -153,9 +156,6 @@ impl ResponseMapArgs {
             file.write_all(map.source().as_bytes()).map_err(|source| file.unwritable(source))?;
             file.publish()?;
         }
-        Ok(files::print(&match self.format {
-            Format::Text => map.document().text(),
-            Format::Json => map.json(),
-        })?)
+        Ok(files::print(&self.format.of(map.document().text(), map.json()))?)
     }
 }

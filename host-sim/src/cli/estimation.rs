@@ -38,7 +38,10 @@ impl EstimateArgs {
         let estimation = plan.run(&|milliseconds| bar.inc(milliseconds))?;
         bar.finish_and_clear();
         Ok(publication.publish(Findings {
-            files: vec![("estimate.svg", estimation.picture()?), ("table.csv", estimation.csv()?)],
+            files: vec![
+                ("estimate.svg".to_owned(), estimation.picture()?),
+                ("table.csv".to_owned(), estimation.csv()?),
+            ],
             text: estimation.document().text(),
             json: estimation.json(),
         })?)
@@ -73,7 +76,10 @@ impl FiltersArgs {
         let comparison = plan.run(counts.as_ref(), &|| bar.inc(1))?;
         bar.finish_and_clear();
         Ok(publication.publish(Findings {
-            files: vec![("filters.svg", comparison.picture()?), ("table.csv", comparison.csv()?)],
+            files: vec![
+                ("filters.svg".to_owned(), comparison.picture()?),
+                ("table.csv".to_owned(), comparison.csv()?),
+            ],
             text: comparison.document().text(),
             json: comparison.json(),
         })?)

@@ -43,10 +43,8 @@ impl InstructionsArgs {
     pub(super) fn execute(&self) -> Result<(), CommandError> {
         if self.cycles {
             let estimates = instructions::cycles::estimate(self.board)?;
-            return Ok(files::print(&match self.format {
-                Format::Text => instructions::cycles::table(self.board, &estimates),
-                Format::Json => instructions::cycles::json(&estimates),
-            })?);
+            let text = instructions::cycles::table(self.board, &estimates);
+            return Ok(files::print(&self.format.of(text, files::json_lines(&estimates)))?);
         }
         let file = self.out.as_deref().map(files::Output::create).transpose()?;
         let mut listing = count_instructions(self.elf.as_deref(), self.board)?;
@@ -59,10 +57,7 @@ impl InstructionsArgs {
             file.write_all(report.json().as_bytes()).map_err(|source| file.unwritable(source))?;
             file.publish()?;
         }
-        Ok(files::print(&match self.format {
-            Format::Text => report.to_string(),
-            Format::Json => report.json(),
-        })?)
+        Ok(files::print(&self.format.of(report.to_string(), report.json()))?)
     }
 }
 
@@ -111,10 +106,8 @@ impl PilArgs {
             Some(folder) => telemetry::run(&scene, &elf, self.board, self.link, folder)?,
             _ => (self.run_alone(&scene, &elf)?, String::new()),
         };
-        files::print(&match self.format {
-            Format::Text => format!("{} (QEMU {})\n{run}{log}", self.board.processor(), self.board.machine()),
-            Format::Json => run.json(),
-        })?;
+        let text = format!("{} (QEMU {})\n{run}{log}", self.board.processor(), self.board.machine());
+        files::print(&self.format.of(text, run.json()))?;
         run.difference.map_or(Ok(()), |difference| Err(BoardError::from(difference).into()))
     }
 
@@ -139,10 +132,7 @@ impl SizeArgs {
     pub(super) fn execute(&self) -> Result<(), CommandError> {
         qemu::check()?;
         let report = size::SizeReport::measure(instructions::program::build_with)?;
-        files::print(&match self.format {
-            Format::Text => report.to_string(),
-            Format::Json => report.json(),
-        })?;
+        files::print(&self.format.of(report.to_string(), report.json()))?;
         let complaints = report.complaints();
         if complaints.is_empty() { Ok(()) } else { Err(BoardError::Oversize(complaints).into()) }
     }

@@ -9,9 +9,10 @@ use indicatif::ProgressBar;
 use serde::Serialize;
 
 use super::count::Count;
+use super::publication::{Findings, PublicationArgs};
 use super::{Format, SceneArgs, progress_style};
 use crate::cli::CommandError;
-use crate::report::files::{self, OutputFolder};
+use crate::report::files;
 use crate::runs::simulate::samples_csv::SamplesCsv;
 use crate::runs::simulate::{OpenLoopModel, OpenLoopReport, OpenLoopRun, simulate, simulate_stator};
 use crate::scene::SceneError;
@@ -99,10 +100,7 @@ impl SimulateArgs {
 
     /// A report in the format asked for.
     fn written<R: Display + Serialize>(&self, report: &R) -> String {
-        match self.format {
-            Format::Text => report.to_string(),
-            Format::Json => files::json_line(report),
-        }
+        self.format.of(report.to_string(), files::json_line(report))
     }
 }
 
@@ -114,14 +112,13 @@ pub(super) struct ReproduceArgs {
     /// Runs of each of the paper's motors, each run with a seed of its own; the paper made five
     #[arg(long, value_name = "N", default_value = "5", value_parser = Count(2..=1000), allow_negative_numbers = true)]
     seeds: u64,
-    /// How to print the result
-    #[arg(long, value_enum, default_value = "text")]
-    format: Format,
+    #[command(flatten)]
+    publication: PublicationArgs,
 }
 
 impl ReproduceArgs {
     pub(super) fn execute(&self) -> Result<(), CommandError> {
-        let folder = OutputFolder::create(&self.out)?;
+        let publication = self.publication.open(&self.out)?;
         let plan = paper::PaperPlan::new(self.seeds)?;
         // On standard error, and only if that is a terminal.
         let bar = ProgressBar::new(plan.steps()).with_style(progress_style());
@@ -130,10 +127,6 @@ impl ReproduceArgs {
         let document = reproduction.document();
         let mut files = reproduction.pictures()?;
         files.push(("reproduce.md".to_owned(), document.markdown()));
-        folder.publish(&files)?;
-        Ok(files::print(&match self.format {
-            Format::Text => format!("{}Written to {}\n", document.text(), self.out.display()),
-            Format::Json => reproduction.json(),
-        })?)
+        Ok(publication.publish(Findings { files, text: document.text(), json: reproduction.json() })?)
     }
 }

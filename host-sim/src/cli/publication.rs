@@ -27,7 +27,7 @@ pub(super) struct Publication<'a> {
 /// The results of a command, in each form in which they are written.
 pub(super) struct Findings {
     /// Names and contents of the files.
-    pub files: Vec<(&'static str, String)>,
+    pub files: Vec<(String, String)>,
     /// For people.
     pub text: String,
     /// For programs.
@@ -44,12 +44,8 @@ impl PublicationArgs {
 impl Publication<'_> {
     pub(super) fn publish(&self, findings: Findings) -> Result<(), OutputError> {
         let Findings { files, text, json } = findings;
-        let files: Vec<_> = files.into_iter().map(|(name, content)| (name.to_owned(), content)).collect();
         self.folder.publish(&files)?;
-        files::print(&match self.args.format {
-            Format::Text => format!("{text}Written to {}\n", self.path.display()),
-            Format::Json => json,
-        })
+        files::print(&self.args.format.of(format!("{text}Written to {}\n", self.path.display()), json))
     }
 }
 
@@ -90,9 +86,6 @@ impl Drawing {
     pub(super) fn publish(mut self, svg: &str, text: &str, json: String) -> Result<(), OutputError> {
         self.file.write_all(svg.as_bytes()).map_err(|source| self.file.unwritable(source))?;
         self.file.publish()?;
-        files::print(&match self.format {
-            Format::Text => format!("{text}picture            {}\n", self.path.display()),
-            Format::Json => json,
-        })
+        files::print(&self.format.of(format!("{text}picture            {}\n", self.path.display()), json))
     }
 }

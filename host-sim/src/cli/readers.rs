@@ -16,45 +16,31 @@ pub(super) struct Reader {
     overwrites: &'static [&'static str],
 }
 
+/// A command that sets no key itself.
+const fn reader(command: &'static str, reads: &'static [&'static str]) -> Reader {
+    Reader { command, reads, overwrites: &[] }
+}
+
 /// Every command that takes a scene.
 pub(super) const READERS: [Reader; 9] = [
-    Reader { command: "simulate", reads: &["seed", "motor", "simulate"], overwrites: &[] },
+    reader("simulate", &["seed", "motor", "simulate"]),
+    reader("position", &["seed", "motor", "plant", "camera", "ldv", "fault", "estimator", "position"]),
+    reader("rate", &["seed", "motor", "plant", "camera", "ldv", "fault", "estimator", "rate"]),
+    reader(
+        "calibrate",
+        &["seed", "motor", "plant", "camera", "ldv", "gyroscope", "fault", "estimator", "calibrate"],
+    ),
+    reader("estimate", &["seed", "motor", "plant", "camera", "ldv", "fault"]),
     Reader {
-        command: "position",
-        reads: &["seed", "motor", "plant", "camera", "ldv", "fault", "estimator", "position"],
-        overwrites: &[],
-    },
-    Reader {
-        command: "rate",
-        reads: &["seed", "motor", "plant", "camera", "ldv", "fault", "estimator", "rate"],
-        overwrites: &[],
-    },
-    Reader {
-        command: "calibrate",
-        reads: &["seed", "motor", "plant", "camera", "ldv", "gyroscope", "fault", "estimator", "calibrate"],
-        overwrites: &[],
-    },
-    Reader {
-        command: "estimate",
-        reads: &["seed", "motor", "plant", "camera", "ldv", "fault"],
-        overwrites: &[],
-    },
-    Reader {
-        command: "filters",
-        reads: &["seed", "motor", "plant", "camera", "ldv", "fault"],
         overwrites: &["ldv.sample_rate_hz"],
+        ..reader("filters", &["seed", "motor", "plant", "camera", "ldv", "fault"])
     },
     Reader {
-        command: "positioning-trials",
-        reads: &["seed", "motor", "plant", "camera", "ldv", "fault", "estimator"],
         overwrites: &["position"],
+        ..reader("positioning-trials", &["seed", "motor", "plant", "camera", "ldv", "fault", "estimator"])
     },
-    Reader { command: "response-map", reads: &["seed", "motor", "plant"], overwrites: &["plant.step_s"] },
-    Reader {
-        command: "pil",
-        reads: &["seed", "motor", "plant", "camera", "ldv", "fault", "estimator", "position"],
-        overwrites: &[],
-    },
+    Reader { overwrites: &["plant.step_s"], ..reader("response-map", &["seed", "motor", "plant"]) },
+    reader("pil", &["seed", "motor", "plant", "camera", "ldv", "fault", "estimator", "position"]),
 ];
 
 /// Whether `key` is one of `names` or begins with one as its first word.

@@ -37,16 +37,8 @@ enum Page {
 
 impl Page {
     /// Name of its file, without the ending.
-    fn name(self) -> &'static str {
-        match self {
-            Self::Paper => "paper",
-            Self::Step => "step",
-            Self::Filters => "filters",
-            Self::Positioning => "positioning",
-            Self::Rate => "rate",
-            Self::Calibration => "calibration",
-            Self::Microcontroller => "microcontroller",
-        }
+    fn name(self) -> String {
+        self.to_possible_value().map_or_else(String::new, |value| value.get_name().to_owned())
     }
 
     /// Its prose.

@@ -26,7 +26,10 @@ impl AccuracyArgs {
         let plan = if self.quick { StepAccuracyPlan::quick() } else { StepAccuracyPlan::full() };
         let accuracy = plan.run()?;
         Ok(publication.publish(Findings {
-            files: vec![("accuracy.svg", accuracy.picture()?), ("table.csv", accuracy.csv()?)],
+            files: vec![
+                ("accuracy.svg".to_owned(), accuracy.picture()?),
+                ("table.csv".to_owned(), accuracy.csv()?),
+            ],
             text: accuracy.document().text(),
             json: accuracy.json(),
         })?)

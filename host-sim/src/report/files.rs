@@ -35,6 +35,13 @@ pub fn json_line<V: Serialize + ?Sized>(value: &V) -> String {
     text
 }
 
+/// A JSON array with one value a line.
+pub fn json_lines<V: Serialize>(values: &[V]) -> String {
+    let values: Vec<String> =
+        values.iter().map(|value| serde_json::to_string(value).unwrap_or_default()).collect();
+    format!("[\n{}\n]\n", values.join(",\n"))
+}
+
 /// A file that is being written.
 #[derive(Debug)]
 pub struct Output {

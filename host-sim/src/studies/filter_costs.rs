@@ -40,15 +40,13 @@ const DRIVES: [(DriveMode, &str); 2] = [(DriveMode::B, "b"), (DriveMode::C, "c")
 /// Rates of the vibrometer in Hz, the default's first.
 const SAMPLE_RATES_HZ: [f64; 3] = [200e3, 100e3, 50e3];
 
-/// A filter with its precision and the rate of its samples.
-#[derive(Clone, Copy, Debug, PartialEq)]
+/// A filter with its precision.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct FilterVariant {
     /// Its name, as a scene picks it.
     pub filter: &'static str,
     /// Its arithmetic.
     pub precision: Precision,
-    /// Rate of the vibrometer's samples in Hz.
-    pub sample_rate_hz: f64,
 }
 
 /// Error and costs of one variant in one mode.
@@ -90,19 +88,10 @@ pub struct FilterCosts {
 }
 
 impl FilterVariant {
-    /// All, by filter, precision and rate.
-    pub fn all() -> impl Iterator<Item = Self> {
-        let rates = |filter, precision| {
-            SAMPLE_RATES_HZ.map(|sample_rate_hz| Self { filter, precision, sample_rate_hz })
-        };
-        FILTERS.iter().flat_map(move |&filter| {
-            [Precision::F32, Precision::F64].into_iter().flat_map(move |precision| rates(filter, precision))
-        })
-    }
-
-    fn is(&self, row: &FilterCostsRow) -> bool {
-        let same_rate = self.sample_rate_hz.total_cmp(&row.ldv_sample_rate_hz).is_eq();
-        (self.filter, self.precision) == (row.filter, row.precision) && same_rate
+    /// All, by filter and precision.
+    fn all() -> Vec<Self> {
+        let both = |&filter| [Precision::F32, Precision::F64].map(|precision| Self { filter, precision });
+        FILTERS.iter().flat_map(both).collect()
     }
 }
 
@@ -112,13 +101,7 @@ impl FilterCostsPlan {
     /// # Errors
     /// When a scene is refused.
     pub fn new(scene: &Scene, motors: u64, rounds: u32) -> Result<Self, RunError> {
-        let drawn = |number: u64| {
-            let mut drawn = scene.clone();
-            // Beyond the last seed the first follows.
-            drawn.set("seed", &scene.seed().wrapping_add(number).to_string())?;
-            Ok(drawn)
-        };
-        let scenes: Result<_, RunError> = (0..motors).map(drawn).collect();
+        let scenes: Result<_, _> = (0..motors).map(|number| scene.of_run(number)).collect();
         Ok(Self { scenes: scenes?, rounds })
     }
 
@@ -137,27 +120,33 @@ impl FilterCostsPlan {
         counts: Option<&Listing>,
         progress: &(impl Fn() + Sync),
     ) -> Result<FilterCosts, RunError> {
+        let variants = FilterVariant::all();
         let mut rows = Vec::new();
         for (mode, drive) in DRIVES {
+            let mut of_drive = Vec::new();
             for rate_hz in SAMPLE_RATES_HZ {
-                let variants: Vec<FilterVariant> =
-                    FilterVariant::all().filter(|v| v.sample_rate_hz.total_cmp(&rate_hz).is_eq()).collect();
                 let sums = self.sums(mode, rate_hz, &variants, progress)?;
                 let recording = recording(&self.scenes[0], mode, rate_hz)?;
-                let costs = replay::costs(&variants, &recording, self.rounds)?;
-                for ((variant, error_sums), ns) in variants.iter().zip(&sums).zip(costs) {
-                    let instructions = counts.and_then(|counts| variant.instructions(drive, counts));
-                    let runs = self.scenes.len() as u64;
-                    rows.push(FilterCostsRow::new(variant, drive, error_sums, ns, instructions, runs));
+                let costs = replay::costs(&variants, &recording, rate_hz, self.rounds)?;
+                for (place, ((variant, sums), ns)) in variants.iter().zip(&sums).zip(costs).enumerate() {
+                    let row = FilterCostsRow {
+                        filter: variant.filter,
+                        precision: variant.precision,
+                        ldv_sample_rate_hz: rate_hz,
+                        drive,
+                        rms_angle_mdeg: sums.rms_angle_mdeg(),
+                        rms_rate_rad_s: sums.rms_rate_rad_s(),
+                        ns,
+                        instructions: counts.and_then(|counts| variant.instructions(drive, rate_hz, counts)),
+                        runs: self.scenes.len() as u64,
+                    };
+                    of_drive.push((place, row));
                 }
             }
+            // By filter and precision; the rows were made by the rate of the recording.
+            of_drive.sort_by_key(|(place, _)| *place);
+            rows.extend(of_drive.into_iter().map(|(_, row)| row));
         }
-        // By filter and precision; the rows were made by the rate of the recording.
-        let place = |row: &FilterCostsRow| {
-            let drive = DRIVES.iter().position(|(_, drive)| *drive == row.drive);
-            (drive, FilterVariant::all().position(|variant| variant.is(row)))
-        };
-        rows.sort_by_key(place);
         Ok(FilterCosts { rows })
     }
 
@@ -205,46 +194,14 @@ impl FilterVariant {
     }
 
     /// The instructions of its operations on the microcontroller; `None` where they were not counted.
-    fn instructions(&self, drive: &str, counts: &Listing) -> Option<OperationCosts> {
-        let counted =
-            self.precision == Precision::F32 && self.sample_rate_hz.total_cmp(&SAMPLE_RATES_HZ[0]).is_eq();
+    fn instructions(&self, drive: &str, sample_rate_hz: f64, counts: &Listing) -> Option<OperationCosts> {
+        let counted = self.precision == Precision::F32 && sample_rate_hz >= SAMPLE_RATES_HZ[0];
+        counted.then_some(())?;
         let mean = |operation: &str| {
             let name = format!("{}_{drive}_{operation}", self.filter);
-            counts
-                .counts
-                .iter()
-                .find(|count| count.operation == name)
-                .map(crate::board::instructions::OperationCount::mean)
+            Some(counts.counts.iter().find(|count| count.operation == name)?.mean())
         };
-        counted.then_some(())?;
-        Some(OperationCosts::new(
-            mean("camera_frame")?,
-            mean("vibrometer_sample")?,
-            mean("prediction")?,
-            self.sample_rate_hz,
-        ))
-    }
-}
-
-impl FilterCostsRow {
-    fn new(
-        variant: &FilterVariant,
-        drive: &'static str,
-        error_sums: &ErrorSums,
-        ns: OperationCosts,
-        instructions: Option<OperationCosts>,
-        runs: u64,
-    ) -> Self {
-        Self {
-            filter: variant.filter,
-            precision: variant.precision,
-            ldv_sample_rate_hz: variant.sample_rate_hz,
-            drive,
-            rms_angle_mdeg: error_sums.rms_angle_mdeg(),
-            rms_rate_rad_s: error_sums.rms_rate_rad_s(),
-            ns,
-            instructions,
-            runs,
-        }
+        let [frame, sample, prediction] = ["camera_frame", "vibrometer_sample", "prediction"].map(mean);
+        Some(OperationCosts::new(frame?, sample?, prediction?, sample_rate_hz))
     }
 }

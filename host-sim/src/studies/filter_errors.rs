@@ -126,13 +126,7 @@ impl FilterErrorsPlan {
     /// # Errors
     /// When the seeds do not suffice, or a scene is refused.
     pub fn new(scene: &Scene, motors: u64) -> Result<Self, RunError> {
-        let of_motor = |number: u64| {
-            let mut drawn = scene.clone();
-            // Beyond the last seed the first follows.
-            drawn.set("seed", &scene.seed().wrapping_add(number).to_string())?;
-            Ok(drawn)
-        };
-        let scenes: Result<Vec<Scene>, RunError> = (0..motors).map(of_motor).collect();
+        let scenes: Result<Vec<Scene>, _> = (0..motors).map(|number| scene.of_run(number)).collect();
         let scenes = scenes?;
         let runs = DRIVES.iter().flat_map(|(mode, _)| scenes.iter().map(|scene| (*mode, scene.clone())));
         Ok(Self { runs: runs.collect() })

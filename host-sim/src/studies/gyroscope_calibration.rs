@@ -89,8 +89,7 @@ impl CalibrationPlan {
     /// When a scene is refused, or a run does not tell scale factor from bias.
     pub fn run(&self, progress: &(impl Fn() + Sync)) -> Result<Calibrations, RunError> {
         let motor = |number: u64| {
-            let mut scene = self.scene.clone();
-            scene.set("seed", &self.scene.seed().wrapping_add(number).to_string())?;
+            let mut scene = self.scene.of_run(number)?;
             let turning = TurningRun::run(&scene, &self.schedule)?;
             let runs = (number..self.runs).step_by(usize::try_from(self.motors).unwrap_or(usize::MAX));
             let calibrations = runs.map(|run| self.calibrate(&mut scene, run, &turning));

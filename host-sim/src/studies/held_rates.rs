@@ -2,8 +2,8 @@
 
 use rayon::prelude::*;
 
-use crate::report::document::{Block, Document, Table};
 use crate::report::page::PlacedValue;
+use crate::report::table::Table;
 use crate::runs::RunError;
 use crate::runs::rate::{self, RateOutcome};
 use crate::scene::Scene;
@@ -48,7 +48,7 @@ impl HeldRates {
                 "reach_counter_clockwise_deg_s",
                 figure(|outcome| format!("{:.0}", outcome.range.counter_clockwise_deg_s.abs())),
             ),
-            ("table_rates", Document { blocks: vec![Block::Table(self.table())] }.markdown()),
+            ("table_rates", self.table().markdown()),
         ]
     }
 

@@ -29,19 +29,12 @@ use trend::TrendLine;
 /// Steps at which mode B of Table 3 is simulated, from the coarse to the converged one.
 const MODE_B_STEPS_S: [f64; 7] = [10e-6, 5e-6, 2e-6, 1e-6, 0.5e-6, 0.2e-6, 0.1e-6];
 
-/// Every motor to be simulated, and the place of each one's runs in the results.
+/// Every motor to be simulated: mode B of Table 3 from the converged step to the coarse one, [`CASES`], the cases of mode
+/// B at the coarse and at the converged step, [`TRENDS`].
 #[derive(Clone, Debug)]
 pub struct PaperPlan {
     seeds: u64,
     runs: PaperRuns,
-    /// Place of each of [`CASES`].
-    cases: Vec<usize>,
-    /// Places of each case of mode B at the coarse and at the converged step.
-    other_steps: Vec<Option<[usize; 2]>>,
-    /// Places of mode B of Table 3, from the converged step to the coarse one.
-    mode_b_steps: Vec<usize>,
-    /// Places of each of [`TRENDS`].
-    trends: Vec<Vec<usize>>,
 }
 
 impl PaperPlan {
@@ -52,32 +45,21 @@ impl PaperPlan {
     pub fn new(seeds: u64) -> Result<Self, RunError> {
         let mut runs = PaperRuns::default();
         // The longest runs come first. So no thread still works on one of them when the others have ended.
-        let mode_b_steps: Result<_, _> =
-            MODE_B_STEPS_S.iter().rev().map(|step_s| runs.add(DriveMode::B, &[], *step_s, seeds)).collect();
-        let cases: Result<_, _> =
-            CASES.iter().map(|case| runs.add(case.mode, case.changes, STEP_S, seeds)).collect();
-        let other_steps: Result<_, _> = CASES
-            .iter()
-            .map(|case| {
-                let mut at = |step_s| runs.add(case.mode, case.changes, step_s, seeds);
-                let is_mode_b = case.mode == DriveMode::B;
-                Ok::<_, RunError>(if is_mode_b {
-                    Some([at(COARSE_STEP_S)?, at(CONVERGED_STEP_S)?])
-                } else {
-                    None
-                })
-            })
-            .collect();
-        let trends: Result<_, _> =
-            TRENDS.iter().map(|trend| trend::add_runs(trend, &mut runs, STEP_S, seeds)).collect();
-        Ok(Self {
-            seeds,
-            cases: cases?,
-            other_steps: other_steps?,
-            mode_b_steps: mode_b_steps?,
-            trends: trends?,
-            runs,
-        })
+        for step_s in MODE_B_STEPS_S.into_iter().rev() {
+            runs.add(DriveMode::B, &[], step_s, seeds)?;
+        }
+        for case in CASES {
+            runs.add(case.mode, case.changes, STEP_S, seeds)?;
+        }
+        for case in CASES.iter().filter(|case| case.mode == DriveMode::B) {
+            for step_s in [COARSE_STEP_S, CONVERGED_STEP_S] {
+                runs.add(case.mode, case.changes, step_s, seeds)?;
+            }
+        }
+        for trend in &TRENDS {
+            trend::add_runs(trend, &mut runs, STEP_S, seeds)?;
+        }
+        Ok(Self { seeds, runs })
     }
 
     /// Number of steps of all runs: the unit of progress.
@@ -90,30 +72,30 @@ impl PaperPlan {
     /// # Errors
     /// When a run fails.
     pub fn run(&self, progress: &(impl Fn(u64) + Sync)) -> Result<PaperReproduction, RunError> {
-        let ensembles = self.runs.run(progress)?;
-        let places = self.cases.iter().zip(&self.other_steps);
-        let rows = CASES.iter().zip(places).flat_map(|(case, (&index, others))| {
-            let others = others.map(|both| both.map(|other| &ensembles[other]));
-            let row = |figure| FigureRow::new(case, figure, &ensembles[index], others);
-            case.figures.iter().map(row).collect::<Vec<_>>()
+        let mut ensembles = self.runs.run(progress)?.into_iter();
+        let mut next = |count: usize| ensembles.by_ref().take(count).collect::<Vec<Ensemble>>();
+        let steps = MODE_B_STEPS_S.into_iter().rev().zip(next(MODE_B_STEPS_S.len()));
+        let steps = steps.map(|(step_s, ensemble)| StepRow {
+            step_s,
+            collision_frequency_hz: ensemble.spread(Quantity::CollisionFrequency),
+            collision_amplitude_mm_s: ensemble.spread(Quantity::CollisionAmplitude),
+            rate_rad_s: ensemble.spread(Quantity::Rate),
         });
-        let steps =
-            MODE_B_STEPS_S.iter().zip(self.mode_b_steps.iter().rev()).map(|(&step_s, &index)| StepRow {
-                step_s,
-                collision_frequency_hz: ensembles[index].spread(Quantity::CollisionFrequency),
-                collision_amplitude_mm_s: ensembles[index].spread(Quantity::CollisionAmplitude),
-                rate_rad_s: ensembles[index].spread(Quantity::Rate),
-            });
-        let trends = TRENDS.iter().zip(&self.trends).map(|(trend, indices)| {
-            let of_trend: Vec<&Ensemble> = indices.iter().map(|&index| &ensembles[index]).collect();
+        let mut rows = Vec::new();
+        for (case, ensemble) in CASES.iter().zip(next(CASES.len())) {
+            let others = if case.mode == DriveMode::B { next(2) } else { Vec::new() };
+            rows.extend(case.figures.iter().map(|figure| FigureRow::new(case, figure, &ensemble, &others)));
+        }
+        let trends = TRENDS.iter().map(|trend| {
+            let of_trend = next(trend::values(trend).count());
             let courses =
                 trend.rises.iter().filter_map(|&rises| TrendLine::of(trend, rises, &of_trend)).collect();
             SimulatedTrend { picture: trend.picture, varied: trend.label, courses, trend: *trend }
         });
         Ok(PaperReproduction {
             seeds: self.seeds,
-            rows: rows.collect(),
-            mode_b_steps: steps.collect(),
+            rows,
+            mode_b_steps: steps.rev().collect(),
             trends: trends.collect(),
         })
     }

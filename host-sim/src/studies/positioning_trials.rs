@@ -160,11 +160,9 @@ impl PositioningTrialsPlan {
     }
 
     fn trial(&self, number: u64) -> Result<PositioningTrial, RunError> {
-        let seed = self.scene.seed().wrapping_add(number);
-        let (kind, target_deg) = target(seed);
-        let mut scene = self.scene.clone();
+        let mut scene = self.scene.of_run(number)?;
+        let (kind, target_deg) = target(scene.seed());
         for (key, value) in [
-            ("seed", seed.to_string()),
             ("position.to_deg", target_deg.to_string()),
             ("position.tolerance_deg", TOLERANCE_DEG.to_string()),
             ("position.hold_s", HOLD_S.to_string()),

@@ -22,6 +22,7 @@ use serde::Serialize;
 
 use crate::math::statistics::{Line, Spread, upper_quantile};
 use crate::runs::RunError;
+use crate::runs::simulate::steps_in;
 use crate::scene::{Scene, SceneError};
 use crate::world::plant::Plant;
 
@@ -134,8 +135,7 @@ impl ResponseMapCampaign {
     /// When a scene is refused.
     pub fn new(scene: &Scene, motors: u64) -> Result<Self, RunError> {
         let draw = |number: u64| {
-            let mut drawn = scene.clone();
-            drawn.set("seed", &scene.seed().wrapping_add(number).to_string())?;
+            let mut drawn = scene.of_run(number)?;
             drawn.set("plant.step_s", STEP_S)?;
             Plant::draw(&drawn)
         };
@@ -268,9 +268,7 @@ impl CruiseRun {
 }
 
 fn run_for(plant: &mut Plant, time_s: f64, command: DriveCommand) {
-    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "below a second")]
-    let steps = (time_s / STEP_LENGTH_S).round() as u64;
-    (0..steps).for_each(|_| drop(plant.step(command)));
+    (0..steps_in(time_s, STEP_LENGTH_S)).for_each(|_| drop(plant.step(command)));
 }
 
 fn rest(plant: &mut Plant) {

@@ -7,6 +7,7 @@ use serde::Serialize;
 use super::listing::{Listing, ListingError, OperationCount};
 use super::targets::TARGETS;
 use crate::board::qemu::Board;
+use crate::report::files::json_lines;
 use crate::report::table::Table;
 
 /// A listing of a board that has passed its checks.
@@ -72,9 +73,7 @@ impl CountReport {
 
     /// An array of [`CountRecord`]s, one a line.
     pub fn json(&self) -> String {
-        let records: Vec<String> =
-            self.records().map(|record| serde_json::to_string(&record).unwrap_or_default()).collect();
-        format!("[\n{}\n]\n", records.join(",\n"))
+        json_lines(&self.records().collect::<Vec<_>>())
     }
 }
 

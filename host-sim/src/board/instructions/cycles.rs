@@ -201,13 +201,6 @@ pub fn table(board: Board, estimates: &[CycleEstimate]) -> String {
     format!("{processor}, cycles estimated by {ANALYSER}: no wait states, no caches\n\n{}", table.text())
 }
 
-/// An array of [`CycleEstimate`]s, one a line.
-pub fn json(estimates: &[CycleEstimate]) -> String {
-    let records: Vec<String> =
-        estimates.iter().map(|estimate| serde_json::to_string(estimate).unwrap_or_default()).collect();
-    format!("[\n{}\n]\n", records.join(",\n"))
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -62,15 +62,17 @@ impl OperationCosts {
     }
 }
 
-/// The error sums of `filter` in steady motion.
-pub fn error_sums<T: Real>(mut filter: AnyFilter<T>, recording: &Recording) -> ErrorSums {
-    filter.drive(Time::ZERO, recording.command);
+/// `filter` after the events of a recording under the drive `command`, and its error sums in steady motion.
+fn replayed<T: Real>(
+    mut filter: AnyFilter<T>,
+    command: DriveCommand,
+    events: &[RecordedEvent],
+) -> (AnyFilter<T>, ErrorSums) {
+    filter.drive(Time::ZERO, command);
     let mut error_sums = ErrorSums::default();
-    for event in &recording.events {
+    for event in events {
         match event {
-            RecordedEvent::Sample(sample) => {
-                filter.update_ldv(sample);
-            }
+            RecordedEvent::Sample(sample) => drop(filter.update_ldv(sample)),
             RecordedEvent::Frame(frame) => error_sums.innovation(&filter.update_camera(frame)),
             RecordedEvent::Truth { at, angle, rate_rad_s } => {
                 let (estimate, health) = (filter.estimate(*at), filter.health(*at));
@@ -78,7 +80,12 @@ pub fn error_sums<T: Real>(mut filter: AnyFilter<T>, recording: &Recording) -> E
             }
         }
     }
-    error_sums
+    (filter, error_sums)
+}
+
+/// The error sums of `filter` in steady motion.
+pub fn error_sums<T: Real>(filter: AnyFilter<T>, recording: &Recording) -> ErrorSums {
+    replayed(filter, recording.command, &recording.events).1
 }
 
 /// The costs of each variant on this machine, in ns.
@@ -88,67 +95,36 @@ pub fn error_sums<T: Real>(mut filter: AnyFilter<T>, recording: &Recording) -> E
 pub fn costs(
     variants: &[FilterVariant],
     recording: &Recording,
+    sample_rate_hz: f64,
     rounds: u32,
 ) -> Result<Vec<OperationCosts>, OutOfBounds> {
-    let (settling, timed) = recording.events.split_at(timed_from(&recording.events));
-    let settled = variants.iter().map(|variant| SettledFilter::new(variant, recording, settling));
-    let settled: Vec<SettledFilter> = settled.collect::<Result<_, _>>()?;
+    let timing = |variant: &FilterVariant| {
+        Ok(match variant.precision {
+            Precision::F32 => timing::<f32>(recording.filter(variant.filter)?, recording, sample_rate_hz),
+            Precision::F64 => timing::<f64>(recording.filter(variant.filter)?, recording, sample_rate_hz),
+        })
+    };
+    let timings: Vec<Box<dyn Fn() -> OperationCosts>> =
+        variants.iter().map(timing).collect::<Result<_, _>>()?;
     let unmeasured = OperationCosts::new(f64::INFINITY, f64::INFINITY, f64::INFINITY, 1.0);
     let mut least = vec![unmeasured; variants.len()];
     for _ in 0..rounds.max(1) {
-        for ((variant, settled), least) in variants.iter().zip(&settled).zip(&mut least) {
-            *least = least.least(settled.cost(timed, variant.sample_rate_hz), variant.sample_rate_hz);
+        for (timing, least) in timings.iter().zip(&mut least) {
+            *least = least.least(timing(), sample_rate_hz);
         }
     }
     Ok(least)
 }
 
-/// A filter that has run up to steady motion.
-enum SettledFilter {
-    F32(AnyFilter<f32>),
-    F64(AnyFilter<f64>),
-}
-
-impl SettledFilter {
-    fn new(
-        variant: &FilterVariant,
-        recording: &Recording,
-        events: &[RecordedEvent],
-    ) -> Result<Self, OutOfBounds> {
-        let command = recording.command;
-        Ok(match variant.precision {
-            Precision::F32 => Self::F32(settle(recording.filter(variant.filter)?, command, events)),
-            Precision::F64 => Self::F64(settle(recording.filter(variant.filter)?, command, events)),
-        })
-    }
-
-    fn cost(&self, events: &[RecordedEvent], sample_rate_hz: f64) -> OperationCosts {
-        match self {
-            Self::F32(filter) => cost(filter, events, sample_rate_hz),
-            Self::F64(filter) => cost(filter, events, sample_rate_hz),
-        }
-    }
-}
-
-/// The filter after `events` under the drive `command`.
-fn settle<T: Real>(
-    mut filter: AnyFilter<T>,
-    command: DriveCommand,
-    events: &[RecordedEvent],
-) -> AnyFilter<T> {
-    filter.drive(Time::ZERO, command);
-    for event in events {
-        match event {
-            RecordedEvent::Sample(sample) => {
-                filter.update_ldv(sample);
-            }
-            RecordedEvent::Frame(frame) => {
-                filter.update_camera(frame);
-            }
-            RecordedEvent::Truth { .. } => (),
-        }
-    }
-    filter
+/// Runs `filter` up to steady motion. Each call of the result then times its operations.
+fn timing<T: Real>(
+    filter: AnyFilter<T>,
+    recording: &Recording,
+    sample_rate_hz: f64,
+) -> Box<dyn Fn() -> OperationCosts + '_> {
+    let (settling, timed) = recording.events.split_at(timed_from(&recording.events));
+    let (settled, _) = replayed(filter, recording.command, settling);
+    Box::new(move || cost(&settled, timed, sample_rate_hz))
 }
 
 /// Times taken by one operation.

@@ -44,7 +44,7 @@ impl FilterCosts {
         vec![
             ("cost_motors", runs.to_string()),
             ("twin_cost_factor", self.twin_cost_factor()),
-            ("table_costs", Document { blocks: vec![Block::Table(self.costs_by_filter())] }.markdown()),
+            ("table_costs", self.costs_by_filter().markdown()),
         ]
     }
 

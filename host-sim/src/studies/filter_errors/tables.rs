@@ -68,7 +68,7 @@ impl FilterErrors {
             ("rest_1s_c_mdeg", rms("twin", "c", TimelinePhase::Rest1S)),
             ("error_motors", runs.to_string()),
             ("smoother_lag_ms", SMOOTHER_LAG_MS.to_string()),
-            ("table_errors", Document { blocks: vec![Block::Table(self.errors_by_phase())] }.markdown()),
+            ("table_errors", self.errors_by_phase().markdown()),
         ]
     }
 

@@ -7,7 +7,7 @@ use super::fit::{CalibrationFit, FitInterval};
 use super::turning::{Anchor, TurningRun};
 use crate::math::statistics::NORMAL_95;
 use crate::world::instruments::gyroscope::noise::{SECONDS_PER_HOUR, TimeSpan};
-use crate::world::instruments::gyroscope::{Gyroscope, GyroscopeErrors, GyroscopeNoise, GyroscopeSample};
+use crate::world::instruments::gyroscope::{Gyroscope, GyroscopeNoise, GyroscopeSample};
 
 /// 95 % of chi-square with two degrees of freedom: `-2 ln 0.05`.
 const PAIR_95: f64 = 5.991_465;
@@ -118,26 +118,10 @@ impl Calibration {
             (time_s(index * chunk) + 0.5 * length_s, turned_deg / length_s)
         };
         let rates_deg_s = samples.chunks(chunk).enumerate().map(mean).collect();
-        let outcome = CalibrationOutcome::of(&fit, gyroscope.errors(), &noise, motor_time_s);
+        let (truth, ppm, deg_h) = (gyroscope.errors(), 1e6, SECONDS_PER_HOUR);
         let outcome = CalibrationOutcome {
             seed: turning.seed,
             serial,
-            walk_scale_factor_sigma_ppm: 1e6 * walk_scale_sigma(&intervals, &noise),
-            intervals: kept.len(),
-            saturated_intervals: intervals.len() - kept.len(),
-            reference_rms_mdeg: turning.reference_rms_mdeg(),
-            ..outcome
-        };
-        Some(Self { outcome, intervals, rates_deg_s, fit, noise })
-    }
-}
-
-impl CalibrationOutcome {
-    fn of(fit: &CalibrationFit, truth: GyroscopeErrors, noise: &GyroscopeNoise, motor_time_s: f64) -> Self {
-        let (ppm, deg_h) = (1e6, SECONDS_PER_HOUR);
-        Self {
-            seed: 0,
-            serial: 0,
             motor_time_s,
             scale_factor_ppm: ppm * fit.scale,
             scale_factor_error_ppm: ppm * (fit.scale - truth.scale),
@@ -148,12 +132,13 @@ impl CalibrationOutcome {
             correlation: fit.correlation(),
             pair_distance_square: fit.distance_square(truth.scale, truth.bias_deg_s),
             walk_bias_sigma_deg_h: deg_h * noise.walk_bias_deg_s(motor_time_s),
-            walk_scale_factor_sigma_ppm: 0.0,
+            walk_scale_factor_sigma_ppm: ppm * walk_scale_sigma(&intervals, &noise),
             reference_factor: fit.reference_factor,
-            intervals: 0,
-            saturated_intervals: 0,
-            reference_rms_mdeg: 0.0,
-        }
+            intervals: kept.len(),
+            saturated_intervals: intervals.len() - kept.len(),
+            reference_rms_mdeg: turning.reference_rms_mdeg(),
+        };
+        Some(Self { outcome, intervals, rates_deg_s, fit, noise })
     }
 }
 

@@ -6,6 +6,9 @@
 
 use std::fmt;
 
+use motor_model::Parameter::{
+    Friction, Restitution, StatorMass, StatorThickness, ToothAngle, ToothHeight, VerticalDamping,
+};
 use motor_model::{DriveMode, Parameter};
 use serde::Serializer;
 
@@ -141,7 +144,7 @@ const fn angle(frequency: f64, rate: f64) -> [PublishedFigure; 2] {
 }
 
 /// Mode shift of Tables 1 and 2, of the tooth angles and of the trends.
-pub const TABLE_2_MODE_SHIFT: (Parameter, f64) = (Parameter::ModeShift, -2.5);
+pub const SHIFT: (Parameter, f64) = (Parameter::ModeShift, -2.5);
 
 /// Relative spread of Table 2's first row. It is used for a figure without a printed spread.
 pub const fn borrowed_relative_sd(quantity: Quantity) -> f64 {
@@ -157,6 +160,15 @@ const fn table_2(
     figures: &'static [PublishedFigure],
 ) -> PublishedCase {
     PublishedCase { place: PaperSection::Table2, label, mode: DriveMode::C, changes, figures }
+}
+
+const fn tooth_angle(
+    label: &'static str,
+    mode: DriveMode,
+    changes: &'static [(Parameter, f64)],
+    figures: &'static [PublishedFigure],
+) -> PublishedCase {
+    PublishedCase { place: PaperSection::ToothAngle, label, mode, changes, figures }
 }
 
 /// Every case with printed figures, in the order in which they are shown.
@@ -183,95 +195,31 @@ pub const CASES: &[PublishedCase] = &[
             figure(Quantity::Rate, printed(8.16, 0.80), Some(without_spread(1.0))),
         ],
     },
-    table_2("nothing", &[TABLE_2_MODE_SHIFT], &row((448.0, 22.0), (1.72, 0.09))),
-    table_2(
-        "stator mass 9.7 mg",
-        &[TABLE_2_MODE_SHIFT, (Parameter::StatorMass, 9.7e-6)],
-        &row((591.0, 170.0), (1.36, 0.17)),
-    ),
-    table_2(
-        "stator mass 11.7 mg",
-        &[TABLE_2_MODE_SHIFT, (Parameter::StatorMass, 11.7e-6)],
-        &row((402.0, 36.0), (1.96, 0.15)),
-    ),
-    table_2(
-        "stator thickness 60 um",
-        &[TABLE_2_MODE_SHIFT, (Parameter::StatorThickness, 60e-6)],
-        &row((434.0, 72.0), (1.67, 0.13)),
-    ),
-    table_2(
-        "stator thickness 80 um",
-        &[TABLE_2_MODE_SHIFT, (Parameter::StatorThickness, 80e-6)],
-        &row((440.0, 42.0), (1.72, 0.10)),
-    ),
-    table_2(
-        "tooth height 250 um",
-        &[TABLE_2_MODE_SHIFT, (Parameter::ToothHeight, 250e-6)],
-        &row((440.0, 32.0), (1.67, 0.13)),
-    ),
-    table_2(
-        "tooth height 270 um",
-        &[TABLE_2_MODE_SHIFT, (Parameter::ToothHeight, 270e-6)],
-        &row((432.0, 52.0), (1.75, 0.16)),
-    ),
-    table_2(
-        "restitution 0.57",
-        &[TABLE_2_MODE_SHIFT, (Parameter::Restitution, 0.57)],
-        &row((450.0, 37.0), (1.73, 0.15)),
-    ),
-    table_2(
-        "restitution 0.642",
-        &[TABLE_2_MODE_SHIFT, (Parameter::Restitution, 0.642)],
-        &row((413.0, 55.0), (1.64, 0.07)),
-    ),
-    table_2(
-        "friction 0.03",
-        &[TABLE_2_MODE_SHIFT, (Parameter::Friction, 0.03)],
-        &row((430.0, 49.0), (1.80, 0.07)),
-    ),
-    table_2(
-        "friction 0.69",
-        &[TABLE_2_MODE_SHIFT, (Parameter::Friction, 0.69)],
-        &row((430.0, 20.0), (1.68, 0.18)),
-    ),
+    table_2("nothing", &[SHIFT], &row((448.0, 22.0), (1.72, 0.09))),
+    table_2("stator mass 9.7 mg", &[SHIFT, (StatorMass, 9.7e-6)], &row((591.0, 170.0), (1.36, 0.17))),
+    table_2("stator mass 11.7 mg", &[SHIFT, (StatorMass, 11.7e-6)], &row((402.0, 36.0), (1.96, 0.15))),
+    table_2("stator thickness 60 um", &[SHIFT, (StatorThickness, 60e-6)], &row((434.0, 72.0), (1.67, 0.13))),
+    table_2("stator thickness 80 um", &[SHIFT, (StatorThickness, 80e-6)], &row((440.0, 42.0), (1.72, 0.10))),
+    table_2("tooth height 250 um", &[SHIFT, (ToothHeight, 250e-6)], &row((440.0, 32.0), (1.67, 0.13))),
+    table_2("tooth height 270 um", &[SHIFT, (ToothHeight, 270e-6)], &row((432.0, 52.0), (1.75, 0.16))),
+    table_2("restitution 0.57", &[SHIFT, (Restitution, 0.57)], &row((450.0, 37.0), (1.73, 0.15))),
+    table_2("restitution 0.642", &[SHIFT, (Restitution, 0.642)], &row((413.0, 55.0), (1.64, 0.07))),
+    table_2("friction 0.03", &[SHIFT, (Friction, 0.03)], &row((430.0, 49.0), (1.80, 0.07))),
+    table_2("friction 0.69", &[SHIFT, (Friction, 0.69)], &row((430.0, 20.0), (1.68, 0.18))),
     table_2(
         "vertical damping 0.6 mN s/m",
-        &[TABLE_2_MODE_SHIFT, (Parameter::VerticalDamping, 0.6e-3)],
+        &[SHIFT, (VerticalDamping, 0.6e-3)],
         &row((416.0, 59.0), (1.72, 0.13)),
     ),
     table_2(
         "vertical damping 3.6 mN s/m",
-        &[TABLE_2_MODE_SHIFT, (Parameter::VerticalDamping, 3.6e-3)],
+        &[SHIFT, (VerticalDamping, 3.6e-3)],
         &row((448.0, 22.0), (1.72, 0.09)),
     ),
-    PublishedCase {
-        place: PaperSection::ToothAngle,
-        label: "mode C, 62.135 deg",
-        mode: DriveMode::C,
-        changes: &[TABLE_2_MODE_SHIFT, (Parameter::ToothAngle, 64.635)],
-        figures: &angle(705.0, 0.75),
-    },
-    PublishedCase {
-        place: PaperSection::ToothAngle,
-        label: "mode C, 58.135 deg",
-        mode: DriveMode::C,
-        changes: &[TABLE_2_MODE_SHIFT, (Parameter::ToothAngle, 60.635)],
-        figures: &angle(314.0, 3.03),
-    },
-    PublishedCase {
-        place: PaperSection::ToothAngle,
-        label: "mode B, 62.135 deg",
-        mode: DriveMode::B,
-        changes: &[TABLE_2_MODE_SHIFT, (Parameter::ToothAngle, 64.635)],
-        figures: &angle(101.0, 9.05),
-    },
-    PublishedCase {
-        place: PaperSection::ToothAngle,
-        label: "mode B, 58.135 deg",
-        mode: DriveMode::B,
-        changes: &[TABLE_2_MODE_SHIFT, (Parameter::ToothAngle, 60.635)],
-        figures: &angle(85.0, 7.14),
-    },
+    tooth_angle("mode C, 62.135 deg", DriveMode::C, &[SHIFT, (ToothAngle, 64.635)], &angle(705.0, 0.75)),
+    tooth_angle("mode C, 58.135 deg", DriveMode::C, &[SHIFT, (ToothAngle, 60.635)], &angle(314.0, 3.03)),
+    tooth_angle("mode B, 62.135 deg", DriveMode::B, &[SHIFT, (ToothAngle, 64.635)], &angle(101.0, 9.05)),
+    tooth_angle("mode B, 58.135 deg", DriveMode::B, &[SHIFT, (ToothAngle, 60.635)], &angle(85.0, 7.14)),
 ];
 
 /// The influence of a parameter that the paper shows in a picture without printed numbers.
@@ -329,7 +277,7 @@ mod tests {
                 .iter()
                 .try_fold(MotorParams::nominal(), |params, &(p, value)| params.with(p, value));
             let params = changed.unwrap();
-            let angle_deg = params.get(Parameter::ToothAngle) + params.get(Parameter::ModeShift);
+            let angle_deg = params.get(ToothAngle) + params.get(Parameter::ModeShift);
             match case.place {
                 PaperSection::ToothAngle => assert!(case.label.ends_with(&format!("{angle_deg:.3} deg"))),
                 PaperSection::Table2 => assert!((angle_deg - 60.135).abs() < 1e-9),

@@ -77,17 +77,16 @@ pub struct PaperReproduction {
 
 impl FigureRow {
     /// `figure` of `case` beside the runs at the usual step.
-    /// `others` holds the runs of mode B at the coarse and at the converged step.
+    /// `others` holds the runs at the coarse and at the converged step, if there are any.
     pub fn new(
         case: &PublishedCase,
         figure: &PublishedFigure,
         ensemble: &Ensemble,
-        others: Option<[&Ensemble; 2]>,
+        others: &[Ensemble],
     ) -> Self {
         let PublishedFigure { quantity, paper, experiment } = *figure;
         let compared =
             |ensemble: &Ensemble| FigureComparison::new(quantity, paper, ensemble.spread(quantity));
-        let [coarse, converged] = others.map_or([None, None], |both| both.map(|other| Some(compared(other))));
         Self {
             place: case.place,
             case: case.label,
@@ -97,8 +96,8 @@ impl FigureRow {
             experiment: experiment.map(|printed| (printed.mean, printed.sd)),
             comparison: compared(ensemble),
             right_sense: ensemble.turns_in_the_sense_of_its_mode(),
-            coarse,
-            converged,
+            coarse: others.first().map(compared),
+            converged: others.get(1).map(compared),
         }
     }
 }

@@ -81,7 +81,7 @@ pub struct PaperRuns {
 }
 
 impl PaperRuns {
-    /// Adds a motor that runs with the seeds 1 to `seeds`. Returns its place in the results.
+    /// Adds a motor that runs with the seeds 1 to `seeds`.
     ///
     /// # Errors
     /// When a change is out of bounds.
@@ -91,11 +91,11 @@ impl PaperRuns {
         changes: &[(Parameter, f64)],
         step_s: f64,
         seeds: u64,
-    ) -> Result<usize, RunError> {
+    ) -> Result<(), RunError> {
         let runs: Result<Vec<OpenLoopRun>, _> =
             (1..=seeds).map(|seed| paper_run(mode, changes, step_s, seed)).collect();
         self.motors.push(runs?);
-        Ok(self.motors.len() - 1)
+        Ok(())
     }
 
     /// Number of steps of all runs: the unit of progress.

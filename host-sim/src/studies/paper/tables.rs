@@ -49,10 +49,9 @@ impl PaperReproduction {
         let tables = self.count(&[PaperSection::Table2, PaperSection::Table3]);
         let angles = self.count(&[PaperSection::ToothAngle]);
         let rate_at = |row: Option<&StepRow>| row.map_or_else(String::new, |row| spread(row.rate_rad_s, 1));
-        let document = |blocks| Document { blocks }.markdown();
         let by_place = |place| {
             let of_place = self.rows.iter().filter(|row| row.place == place && row.coarse.is_none());
-            document(vec![Block::Table(figures(of_place))])
+            figures(of_place).markdown()
         };
         vec![
             ("seeds", self.seeds.to_string()),
@@ -66,7 +65,7 @@ impl PaperReproduction {
             ("table_3", by_place(PaperSection::Table3)),
             ("table_2", by_place(PaperSection::Table2)),
             ("table_tooth_angle", by_place(PaperSection::ToothAngle)),
-            ("table_mode_b", document(vec![Block::Table(self.mode_b_by_step())])),
+            ("table_mode_b", self.mode_b_by_step().markdown()),
         ]
     }
 
@@ -316,7 +315,7 @@ mod tests {
     #[test]
     fn exact_a_figure_beside_the_printed_one() {
         let rows = [row(1.70, None)];
-        let text = Document { blocks: vec![Block::Table(figures(rows.iter()))] }.text();
+        let text = figures(rows.iter()).text();
         let line = text.lines().nth(2).unwrap();
         let words: Vec<&str> = line.split("  ").map(str::trim).filter(|cell| !cell.is_empty()).collect();
         let wanted =

@@ -3,7 +3,7 @@
 use motor_model::DriveMode;
 use serde::Serialize;
 
-use super::published::{PublishedTrend, Quantity, TABLE_2_MODE_SHIFT};
+use super::published::{PublishedTrend, Quantity, SHIFT};
 use super::runs::{Ensemble, PaperRuns};
 use crate::math::statistics::{Line, Spread};
 use crate::runs::RunError;
@@ -20,7 +20,7 @@ pub fn values(trend: &PublishedTrend) -> impl Iterator<Item = f64> {
     (0..POINTS).map(move |index| low + (high - low) * f64::from(index) / f64::from(POINTS - 1))
 }
 
-/// Adds the motors of `trend` to `runs`. Returns their places in the results.
+/// Adds the motors of `trend` to `runs`.
 ///
 /// # Errors
 /// When a value is out of bounds.
@@ -29,10 +29,9 @@ pub fn add_runs(
     runs: &mut PaperRuns,
     step_s: f64,
     seeds: u64,
-) -> Result<Vec<usize>, RunError> {
+) -> Result<(), RunError> {
     values(trend)
-        .map(|value| runs.add(DriveMode::C, &[TABLE_2_MODE_SHIFT, (trend.parameter, value)], step_s, seeds))
-        .collect()
+        .try_for_each(|value| runs.add(DriveMode::C, &[SHIFT, (trend.parameter, value)], step_s, seeds))
 }
 
 /// One quantity against the parameter, and the straight line through it.
@@ -60,7 +59,7 @@ impl TrendLine {
     pub fn of(
         trend: &PublishedTrend,
         (quantity, paper_rises): (Quantity, bool),
-        ensembles: &[&Ensemble],
+        ensembles: &[Ensemble],
     ) -> Option<Self> {
         let (_, per_si) = trend.unit;
         let spreads = ensembles.iter().map(|ensemble| ensemble.spread(quantity));

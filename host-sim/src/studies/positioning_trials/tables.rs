@@ -111,7 +111,6 @@ impl PositioningTrials {
     /// The values of its page.
     pub fn page_values(&self) -> Vec<PlacedValue> {
         let summary = self.trials.summary();
-        let table = |table| Document { blocks: vec![Block::Table(table)] }.markdown();
         vec![
             ("trials", summary.trials.to_string()),
             ("failures", summary.failures.to_string()),
@@ -119,9 +118,9 @@ impl PositioningTrials {
             ("p999_mdeg", millidegrees(summary.p999_mdeg)),
             ("worst_mdeg", millidegrees(summary.max_mdeg)),
             ("quarter_turn_over_bound", format!("{:.2}", summary.settle_over_bound)),
-            ("table_moves", table(self.by_kind())),
+            ("table_moves", self.by_kind().markdown()),
             ("remarks", self.remarks()),
-            ("table_strategies", table(self.by_strategy())),
+            ("table_strategies", self.by_strategy().markdown()),
         ]
     }
 

@@ -3,14 +3,13 @@
 use std::hint::black_box;
 use std::time::Instant;
 
-use motor_model::{AveragedMotor, AveragedState, DriveCommand, MotorParams, MotorSetup, math};
+use motor_model::{AveragedMotor, AveragedState, MotorParams, MotorSetup, math};
 use serde::Serialize;
 
 use super::method::TARGET_STEP_S;
 use super::steady_motion::{CONDITIONS, DriveCondition};
 use super::step_cost::{StepCost, least_times_s};
 use crate::math::random_streams::{RandomSource, stream};
-use crate::math::statistics::Spread;
 use crate::runs::RunError;
 use crate::studies::averaged_motor::{IdentifiedMotion, SpinUpCampaign};
 
@@ -50,7 +49,9 @@ fn row(condition: DriveCondition, campaign: &SpinUpCampaign, rounds: u32) -> Res
     let (params, setup, command) =
         (MotorParams::nominal(), MotorSetup::with_step(TARGET_STEP_S), condition.command());
     let identified = campaign.identify(&params, &setup, command, 1)?;
-    let full = moves_of_full_motor(campaign, &params, &setup, command)?;
+    // Moves of the full motor, with seeds of their own.
+    let moves = SpinUpCampaign { settle_s: STEP_S * f64::from(MOVE_STEPS), blocks: 0, ..*campaign };
+    let full = moves.settled_rad(&params, &setup, command, FIRST_MOVE_SEED)?;
     let motion = identified.motion();
     let move_s = STEP_S * f64::from(MOVE_STEPS);
     let coast = -motion.time_constant_s * math::exp_m1(-move_s / motion.time_constant_s);
@@ -66,17 +67,6 @@ fn row(condition: DriveCondition, campaign: &SpinUpCampaign, rounds: u32) -> Res
         spread_ratio: sd_rad / full.sd,
         cost: cost(&AveragedMotor::try_new(&motion, STEP_S)?, rounds)?,
     })
-}
-
-/// Mean and spread of the angle of moves of 1 s of the full motor, with seeds of their own.
-fn moves_of_full_motor(
-    campaign: &SpinUpCampaign,
-    params: &MotorParams,
-    setup: &MotorSetup,
-    command: DriveCommand,
-) -> Result<Spread, RunError> {
-    let moves = SpinUpCampaign { settle_s: STEP_S * f64::from(MOVE_STEPS), blocks: 0, ..*campaign };
-    Ok(moves.settled_rad(params, setup, command, FIRST_MOVE_SEED)?)
 }
 
 fn cost(motor: &AveragedMotor, rounds: u32) -> Result<StepCost, RunError> {

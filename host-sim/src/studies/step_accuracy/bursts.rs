@@ -13,6 +13,7 @@ use super::method::{Measurement, StepMethod};
 use super::reference::Reference;
 use super::reference::state::ReferenceState;
 use crate::runs::RunError;
+use crate::runs::simulate::steps_in;
 
 /// Time of rest before and after the drive.
 const REST_S: f64 = 60e-3;
@@ -112,11 +113,10 @@ struct BurstMeasurement {
 impl Measurement for BurstMeasurement {
     type Outcome = f64;
 
-    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a count of steps")]
     fn measure<T: Real>(&self, motor: &Motor<T>) -> f64 {
         let mut state = MotorState::default();
         let mut hold = |command, time_s: f64| {
-            for _ in 0..(time_s / self.step_s).round() as u64 {
+            for _ in 0..steps_in(time_s, self.step_s) {
                 motor.step(&mut state, command);
             }
             state.rotor.angle

@@ -6,8 +6,8 @@ use super::comparison::{MethodRow, StepAccuracy};
 use super::method::TARGET_STEP_S;
 use super::peers::PeerRow;
 use super::targets::TargetResult;
-use crate::report::document::{Block, Document, Table};
 use crate::report::page::{ON_ONE_MACHINE, PlacedValue};
+use crate::report::table::Table;
 use crate::runs::simulate::Precision;
 
 /// The methods of the page's table.
@@ -33,7 +33,7 @@ impl StepAccuracy {
             ("rate_b_located_10us", rate(0)),
             ("rate_c_located_10us", rate(1)),
             ("real_time_b_located_10us", real_time),
-            ("table_steps", Document { blocks: vec![Block::Table(self.shown())] }.markdown()),
+            ("table_steps", self.shown().markdown()),
             ("targets_of_error", met(&of_error)),
             ("targets_of_time", format!("{ON_ONE_MACHINE} {}", met(&timed))),
             ("averaged", self.averaged_sentence()),

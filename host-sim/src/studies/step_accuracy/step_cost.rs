@@ -6,11 +6,13 @@
 use std::hint::black_box;
 use std::time::Instant;
 
-use motor_model::{AmplitudeVariation, DriveCommand, DriveMode, Motor, MotorState, Real};
+use motor_model::{AmplitudeVariation, DriveCommand, DriveMode, Motor, Real};
 use serde::Serialize;
 
-use super::method::{Measurement, StepMethod, fast_impacts};
+use super::method::{Measurement, StepMethod, fast_impacts, start};
+use super::reference::state::ReferenceState;
 use crate::runs::RunError;
+use crate::runs::simulate::steps_in;
 
 /// Number and length of the timed batches.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -73,7 +75,9 @@ pub fn costs(methods: &[StepMethod], effort: TimingEffort) -> Result<Vec<[StepCo
     let of_mode = |mode| {
         let least = least_times_s(methods.len(), effort.rounds, |index| {
             let method = &methods[index];
-            let batch = TimedBatch { command: DriveCommand::full(mode), effort, step_s: method.step_s };
+            let TimingEffort { settle_s, time_s, .. } = effort;
+            let (start, command) = (ReferenceState::default(), DriveCommand::full(mode));
+            let batch = TimedBatch { start, command, settle_s, time_s, step_s: method.step_s };
             method.apply(AmplitudeVariation::default(), &batch)
         })?;
         let cost =
@@ -85,26 +89,32 @@ pub fn costs(methods: &[StepMethod], effort: TimingEffort) -> Result<Vec<[StepCo
 }
 
 /// Measures the time of a batch of steps in s.
-struct TimedBatch {
-    command: DriveCommand,
-    effort: TimingEffort,
-    step_s: f64,
+pub struct TimedBatch {
+    /// Where the motor starts.
+    pub start: ReferenceState,
+    /// Its drive.
+    pub command: DriveCommand,
+    /// Time before the batch.
+    pub settle_s: f64,
+    /// Simulated time of the batch.
+    pub time_s: f64,
+    /// The motor's step.
+    pub step_s: f64,
 }
 
 impl Measurement for TimedBatch {
     type Outcome = f64;
 
-    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a count of steps")]
     fn measure<T: Real>(&self, motor: &Motor<T>) -> f64 {
         let command = black_box(self.command);
-        let mut state = MotorState::default();
-        let steps_in = |time_s: f64| (time_s / self.step_s).round() as u64;
-        for _ in 0..steps_in(self.effort.settle_s) {
+        let mut state = start(&self.start);
+        for _ in 0..steps_in(self.settle_s, self.step_s) {
             motor.step(&mut state, command);
         }
+        let steps = steps_in(self.time_s, self.step_s);
         let start = Instant::now();
         let mut fast = 0;
-        for _ in 0..steps_in(self.effort.time_s) {
+        for _ in 0..steps {
             fast += fast_impacts(motor, &mut state, command);
         }
         let taken_s = start.elapsed().as_secs_f64();

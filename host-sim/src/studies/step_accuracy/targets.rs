@@ -11,6 +11,7 @@ use serde::Serialize;
 
 use super::bursts::BURSTS;
 use super::comparison::{MethodRow, StepAccuracy};
+use super::impact_map::ImpactMapErrors;
 use super::method::TARGET_STEP_S;
 use super::peers::{PEER_STEP_S, PeerRow};
 use super::steady_motion::{CONDITIONS, Deviation};
@@ -39,6 +40,12 @@ pub struct TargetResult {
     /// Whether the target is a time on one machine.
     #[serde(skip)]
     pub timed: bool,
+}
+
+impl TargetResult {
+    fn timed(target: String, found: String, met: bool) -> Self {
+        Self { target, found, met, timed: true }
+    }
 }
 
 /// A point of a curve: cost in ns per simulated ms, error, half width of the error's interval.
@@ -109,20 +116,11 @@ impl StepAccuracy {
         let mut all = Vec::new();
         for (index, mode) in ["B", "C"].into_iter().enumerate() {
             let (double_ns, single_ns) = (double.cost[index].ns_per_step, single.cost[index].ns_per_step);
-            all.push(TargetResult {
-                target: format!(
-                    "located f64 at 10 us: a step of mode {mode} takes at most {STEP_LIMIT_NS} ns"
-                ),
-                found: format!("{double_ns:.1} ns"),
-                met: double_ns <= STEP_LIMIT_NS,
-                timed: true,
-            });
-            all.push(TargetResult {
-                target: format!("located f32 at 10 us: a step of mode {mode} takes no more than in f64"),
-                found: format!("{single_ns:.1} ns"),
-                met: single_ns <= double_ns,
-                timed: true,
-            });
+            let most =
+                format!("located f64 at 10 us: a step of mode {mode} takes at most {STEP_LIMIT_NS} ns");
+            all.push(TargetResult::timed(most, format!("{double_ns:.1} ns"), double_ns <= STEP_LIMIT_NS));
+            let no_more = format!("located f32 at 10 us: a step of mode {mode} takes no more than in f64");
+            all.push(TargetResult::timed(no_more, format!("{single_ns:.1} ns"), single_ns <= double_ns));
         }
         all
     }
@@ -150,17 +148,15 @@ impl StepAccuracy {
         let mut all = Vec::new();
         for (index, mode) in ["B", "C"].into_iter().enumerate() {
             let cost = move |row: &MethodRow| row.cost[index].ns_per_ms;
-            all.extend(self.cost_ratio(format!("time of the next impact in {mode}"), |row| {
-                (cost(row), row.impact_map[index].first_impact_rms_s, 0.0)
+            let kinds: [(&str, fn(&ImpactMapErrors) -> f64); 3] = [
+                ("time of the next impact", |map| map.first_impact_rms_s),
+                ("velocity after the impact that follows", |map| map.velocity_rms_m_s),
+                ("rotor rate after the impact that follows", |map| map.rate_rms_rad_s),
+            ];
+            all.extend(kinds.into_iter().filter_map(|(kind, error)| {
+                let point = |row: &MethodRow| (cost(row), error(&row.impact_map[index]), 0.0);
+                self.cost_ratio(format!("{kind} in {mode}"), point)
             }));
-            all.extend(self.cost_ratio(format!("velocity after the impact that follows in {mode}"), |row| {
-                (cost(row), row.impact_map[index].velocity_rms_m_s, 0.0)
-            }));
-            all.extend(
-                self.cost_ratio(format!("rotor rate after the impact that follows in {mode}"), |row| {
-                    (cost(row), row.impact_map[index].rate_rms_rad_s, 0.0)
-                }),
-            );
         }
         for (index, condition) in CONDITIONS.iter().enumerate() {
             let cost = move |row: &MethodRow| row.cost_of(condition.mode).ns_per_ms;
@@ -194,23 +190,14 @@ impl StepAccuracy {
         let Some(ours) = self.plate_times_real_time() else { return Vec::new() };
         let crates = self.peers.iter().filter(|row| row.is_crate).filter_map(times);
         let fastest = crates.fold(0.0, f64::max);
-        let mut all = vec![TargetResult {
-            target: format!(
-                "ball on a plate, located f64 at 5 us: at least {TIMES_REAL_TIME} times real time"
-            ),
-            found: format!("{ours:.0} times"),
-            met: ours >= TIMES_REAL_TIME,
-            timed: true,
-        }];
+        let least =
+            format!("ball on a plate, located f64 at 5 us: at least {TIMES_REAL_TIME} times real time");
+        let mut all = vec![TargetResult::timed(least, format!("{ours:.0} times"), ours >= TIMES_REAL_TIME)];
         if fastest > 0.0 {
-            all.push(TargetResult {
-                target: format!(
-                    "ball on a plate: at least {FASTER_THAN_CRATES} times as fast as the fastest of the Rust crates"
-                ),
-                found: format!("{:.1} times", ours / fastest),
-                met: ours / fastest >= FASTER_THAN_CRATES,
-                timed: true,
-            });
+            let (ratio, least) = (ours / fastest, FASTER_THAN_CRATES);
+            let target =
+                format!("ball on a plate: at least {least} times as fast as the fastest of the Rust crates");
+            all.push(TargetResult::timed(target, format!("{ratio:.1} times"), ratio >= least));
         }
         all
     }

@@ -5,15 +5,14 @@
 //! together as one plate: the second pair's amplitude has the opposite sign of that in a motor. Without friction and
 //! drag the ball does not turn.
 
-use std::hint::black_box;
-use std::time::Instant;
-
 use motor_model::{AmplitudeVariation, DriveCommand, DriveMode, Mode, Motor, MotorParams, Parameter, Real};
 
-use super::super::method::{self, Measurement, StepMethod, fast_impacts, step_recording};
+use super::super::method::{self, Measurement, StepMethod, step_recording};
 use super::super::reference::state::ReferenceState;
+use super::super::step_cost::TimedBatch;
 use super::super::vibrating_plate::{START_M, VibratingPlate};
 use crate::runs::RunError;
+use crate::runs::simulate::steps_in;
 
 const ROTOR_KG: f64 = 1e-9;
 const STATOR_KG: f64 = 1.0;
@@ -61,8 +60,9 @@ pub fn impacts(
 
 /// Time to simulate `plate_s`, in s.
 pub fn taken_s(method: &StepMethod, plate: &VibratingPlate, plate_s: f64) -> Result<f64, RunError> {
+    let command = DriveCommand::full(DriveMode::C);
     let measurement =
-        TimedRun(ImpactTimes { start: start(START_M)?, until_s: plate_s, step_s: method.step_s });
+        TimedBatch { start: start(START_M)?, command, settle_s: 0.0, time_s: plate_s, step_s: method.step_s };
     Ok(method.apply_to(&motor(plate)?, ONE_PLATE, &measurement)?)
 }
 
@@ -73,44 +73,18 @@ struct ImpactTimes {
     step_s: f64,
 }
 
-impl ImpactTimes {
-    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a count of steps")]
-    fn steps(&self) -> u32 {
-        (self.until_s / self.step_s).round() as u32
-    }
-}
-
 impl Measurement for ImpactTimes {
     type Outcome = Vec<f64>;
 
     fn measure<T: Real>(&self, motor: &Motor<T>) -> Vec<f64> {
         let mut state = method::start(&self.start);
         let mut times_s = Vec::new();
-        for step in 1..=self.steps() {
+        let steps = u32::try_from(steps_in(self.until_s, self.step_s)).unwrap_or(u32::MAX);
+        for step in 1..=steps {
             let end_s = f64::from(step) * self.step_s;
             let command = DriveCommand::full(DriveMode::C);
             step_recording(motor, &mut state, command, |impact| times_s.push(end_s + impact.time_s));
         }
         times_s
-    }
-}
-
-/// Measures the time of the same run in s.
-struct TimedRun(ImpactTimes);
-
-impl Measurement for TimedRun {
-    type Outcome = f64;
-
-    fn measure<T: Real>(&self, motor: &Motor<T>) -> f64 {
-        let command = black_box(DriveCommand::full(DriveMode::C));
-        let mut state = method::start(&self.0.start);
-        let start = Instant::now();
-        let mut fast = 0;
-        for _ in 0..self.0.steps() {
-            fast += fast_impacts(motor, &mut state, command);
-        }
-        let taken_s = start.elapsed().as_secs_f64();
-        black_box((state, fast));
-        taken_s
     }
 }

@@ -3,7 +3,8 @@
 use std::io::Write as _;
 use std::process::{Command, Stdio};
 
-use serde::{Deserialize, Serialize};
+use serde::Deserialize;
+use serde_json::{Value, json};
 
 use super::super::step_cost::StepCost;
 use super::super::vibrating_plate::{
@@ -18,22 +19,6 @@ const METHODS: [&str; 2] = ["LSODA", "RK45"];
 const PYTHONS: [&str; 2] = ["python3", "/usr/bin/python3"];
 const MISSING: &str = "not measured: python3 with SciPy not found (apt install python3-scipy)";
 
-/// The input of the script.
-#[derive(Serialize)]
-struct Problem<'a> {
-    plate: &'a VibratingPlate,
-    methods: [&'static str; 2],
-    step_s: f64,
-    relative_tolerance: f64,
-    absolute_tolerance: f64,
-    stick_m_s: f64,
-    clear_m: f64,
-    start_m: f64,
-    time_s: f64,
-    starts_m: Vec<f64>,
-    first_before_s: f64,
-}
-
 /// The script's result for one method.
 #[derive(Deserialize)]
 struct MethodResult {
@@ -45,19 +30,19 @@ struct MethodResult {
 
 /// One row for each method, or one row that says what is missing.
 pub fn rows(plate: &VibratingPlate, time_s: f64) -> Vec<PeerRow> {
-    let problem = Problem {
-        plate,
-        methods: METHODS,
-        step_s: PEER_STEP_S,
-        relative_tolerance: RELATIVE_TOLERANCE,
-        absolute_tolerance: ABSOLUTE_TOLERANCE,
-        stick_m_s: CAPTURE_M_S,
-        clear_m: CLEARANCE_M,
-        start_m: START_M,
-        time_s,
-        starts_m: start_heights_m().collect(),
-        first_before_s: FIRST_BEFORE_S,
-    };
+    let problem = json!({
+        "plate": plate,
+        "methods": METHODS,
+        "step_s": PEER_STEP_S,
+        "relative_tolerance": RELATIVE_TOLERANCE,
+        "absolute_tolerance": ABSOLUTE_TOLERANCE,
+        "stick_m_s": CAPTURE_M_S,
+        "clear_m": CLEARANCE_M,
+        "start_m": START_M,
+        "time_s": time_s,
+        "starts_m": start_heights_m().collect::<Vec<f64>>(),
+        "first_before_s": FIRST_BEFORE_S,
+    });
     let Some(python) = PYTHONS.into_iter().find(|python| has_scipy(python)) else {
         return vec![PeerRow::unmeasured("SciPy solve_ivp", MISSING)];
     };
@@ -77,13 +62,12 @@ fn has_scipy(python: &str) -> bool {
     command.status().is_ok_and(|status| status.success())
 }
 
-fn results(python: &str, problem: &Problem<'_>) -> Result<Vec<MethodResult>, String> {
+fn results(python: &str, problem: &Value) -> Result<Vec<MethodResult>, String> {
     let mut command = Command::new(python);
     command.args(["-c", SCRIPT]).stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::piped());
     let mut child = command.spawn().map_err(|error| error.to_string())?;
     if let Some(mut stdin) = child.stdin.take() {
-        let text = serde_json::to_string(problem).map_err(|error| error.to_string())?;
-        stdin.write_all(text.as_bytes()).map_err(|error| error.to_string())?;
+        stdin.write_all(problem.to_string().as_bytes()).map_err(|error| error.to_string())?;
     }
     let output = child.wait_with_output().map_err(|error| error.to_string())?;
     let message = String::from_utf8_lossy(&output.stderr);
