@@ -7,8 +7,10 @@
 //! | [`allan_deviation`] | Allan deviation of a record of angles |
 //! | [`random_streams`] | one seeded stream of random numbers per source |
 //! | [`plain_number`] | numbers as a person writes them |
+//! | [`count`] | counts in arithmetic |
 
 pub(crate) mod allan_deviation;
+pub(crate) mod count;
 pub(crate) mod plain_number;
 pub(crate) mod random_streams;
 pub(crate) mod spectrum;

@@ -211,7 +211,7 @@ impl Processor for Noisy {
         // Longer than any frame, now and then.
         let length = if self.ticks.is_multiple_of(100) { 1000 } else { self.ticks % 40 };
         let noise: Vec<u8> = (0..length).map(|_| self.random.next_u32().to_le_bytes()[0]).collect();
-        self.board.inject_noise(&noise)?;
+        self.board.send(&noise)?;
         self.board.tick(measurements)
     }
 }

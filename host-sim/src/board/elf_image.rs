@@ -25,8 +25,10 @@ pub struct ElfImage {
     pub functions: Vec<Function>,
     /// Addresses at which constants begin (`false`) or code begins (`true`), in their order.
     pub code_from: Vec<(u32, bool)>,
-    flash_bytes: u64,
-    static_bytes: u64,
+    /// Code, constants and initial values of variables.
+    pub flash_bytes: u64,
+    /// Variables.
+    pub static_bytes: u64,
 }
 
 impl ElfImage {
@@ -84,15 +86,5 @@ impl ElfImage {
     #[cfg(test)]
     pub(crate) fn of(functions: Vec<Function>, code_from: Vec<(u32, bool)>) -> Self {
         Self { functions, code_from, flash_bytes: 0, static_bytes: 0 }
-    }
-
-    /// Code, constants and initial values of variables.
-    pub fn flash_bytes(&self) -> u64 {
-        self.flash_bytes
-    }
-
-    /// Variables.
-    pub fn static_bytes(&self) -> u64 {
-        self.static_bytes
     }
 }

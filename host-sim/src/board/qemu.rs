@@ -48,25 +48,24 @@ pub enum Board {
 impl Board {
     /// QEMU's name of the board.
     pub fn machine(self) -> &'static str {
-        match self {
-            Self::M4 => "mps2-an386",
-            Self::M7 => "mps2-an500",
-        }
+        self.of("mps2-an386", "mps2-an500")
     }
 
     /// Name of the processor.
     pub fn processor(self) -> &'static str {
-        match self {
-            Self::M4 => "Cortex-M4F",
-            Self::M7 => "Cortex-M7",
-        }
+        self.of("Cortex-M4F", "Cortex-M7")
     }
 
     /// The word that the command line takes.
     pub fn key(self) -> &'static str {
+        self.of("m4", "m7")
+    }
+
+    /// What holds for this board.
+    pub(super) fn of<T>(self, m4: T, m7: T) -> T {
         match self {
-            Self::M4 => "m4",
-            Self::M7 => "m7",
+            Self::M4 => m4,
+            Self::M7 => m7,
         }
     }
 }

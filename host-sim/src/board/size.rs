@@ -119,8 +119,8 @@ impl SizeReport {
             Ok(ProgramSize {
                 program,
                 only,
-                flash_bytes: image.flash_bytes(),
-                static_bytes: image.static_bytes(),
+                flash_bytes: image.flash_bytes,
+                static_bytes: image.static_bytes,
                 stacks: stack_depth::of_each_filter(program, only, elf.as_ref())?,
                 functions: reached.functions,
                 forbidden: reached.forbidden,

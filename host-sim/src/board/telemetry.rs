@@ -11,7 +11,6 @@
 mod log_beside_truth;
 mod picture;
 
-use std::fmt;
 use std::fs::File;
 use std::io::Read as _;
 use std::path::Path;
@@ -38,12 +37,6 @@ impl LogDictionary {
         let table = Table::parse(&bytes).map_err(|error| no_elf(error.to_string()))?;
         let table = table.filter(|table| !table.is_empty() && table.has_timestamp());
         Ok(Self { table: table.ok_or_else(|| no_elf("it logs nothing".to_owned()))? })
-    }
-}
-
-impl fmt::Debug for LogDictionary {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.debug_struct("LogDictionary").finish_non_exhaustive()
     }
 }
 
@@ -75,12 +68,6 @@ impl LogEntry {
 pub struct LogReader<'d> {
     file: File,
     decoder: Box<dyn StreamDecoder + Send + Sync + 'd>,
-}
-
-impl fmt::Debug for LogReader<'_> {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.debug_struct("LogReader").field("file", &self.file).finish_non_exhaustive()
-    }
 }
 
 impl<'d> LogReader<'d> {

@@ -38,7 +38,7 @@ impl CalibrateArgs {
         let scene = self.scene.load("calibrate", &[("calibrate.duration_s", &self.duration)])?;
         let plan = gyroscope_calibration::CalibrationPlan::new(&scene, self.runs, self.motors)?;
         let publication = self.publication.open(&self.out)?;
-        let bar = ProgressBar::new(plan.motors()).with_style(progress_style());
+        let bar = ProgressBar::new(plan.motors).with_style(progress_style());
         let calibrations = plan.run(&|| bar.inc(1))?;
         bar.finish_and_clear();
         Ok(publication.publish(Findings {

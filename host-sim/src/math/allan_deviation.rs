@@ -9,6 +9,7 @@
 //! The spans overlap: this estimator varies least for a record of a given length. Sources: IEEE Std 952-1997, annex
 //! C; the overlapping estimator: Riley, NIST Special Publication 1065, 5.2.4.
 
+use super::count::real;
 use motor_model::math;
 
 /// Allan deviation in deg/s of means over spans of `samples` samples. The angles, in degrees, are `period_s` apart.
@@ -18,8 +19,7 @@ pub fn deviation_deg_s(angles_deg: &[f64], period_s: f64, samples: usize) -> Opt
     let late = angles_deg.get(2 * samples..).filter(|late| samples > 0 && !late.is_empty())?;
     let middle = &angles_deg[samples..];
     let differences = late.iter().zip(middle).zip(angles_deg).map(|((c, b), a)| c - 2.0 * b + a);
-    #[expect(clippy::cast_precision_loss, reason = "counts")]
-    let (spans, span_s) = (late.len() as f64, samples as f64 * period_s);
+    let (spans, span_s) = (real(late.len()), real(samples) * period_s);
     let mean_square = differences.map(|difference| difference * difference).sum::<f64>() / spans;
     Some(math::sqrt(0.5 * mean_square) / span_s)
 }

@@ -9,6 +9,7 @@
 
 use std::collections::VecDeque;
 
+use super::count::real;
 use motor_model::math;
 use rustfft::FftPlanner;
 use rustfft::num_complex::Complex;
@@ -64,18 +65,17 @@ pub struct Spectrum {
 
 impl Spectrum {
     /// The spectrum of `samples`.
-    #[expect(clippy::cast_precision_loss, reason = "records are far shorter than 2^53 samples")]
     pub fn of(samples: impl ExactSizeIterator<Item = f64> + Clone, sample_rate_hz: f64) -> Self {
         let count = samples.len();
         if count == 0 {
             return Self { lines: Vec::new() };
         }
-        let mean = samples.clone().sum::<f64>() / count as f64;
+        let mean = samples.clone().sum::<f64>() / real(count);
         let mut values: Vec<Complex<f64>> = samples.map(|sample| Complex::new(sample - mean, 0.0)).collect();
         FftPlanner::new().plan_fft_forward(count).process(&mut values);
-        let scale = 2.0 / count as f64;
+        let scale = 2.0 / real(count);
         let line = |(bin, value): (usize, &Complex<f64>)| SpectralLine {
-            frequency_hz: bin as f64 * sample_rate_hz / count as f64,
+            frequency_hz: real(bin) * sample_rate_hz / real(count),
             amplitude: scale * math::sqrt(value.norm_sqr()),
         };
         Self { lines: values.iter().enumerate().take(count / 2 + 1).map(line).collect() }

@@ -46,11 +46,10 @@ pub fn run_with<B>(
     scene: &Scene,
     intervene: impl FnMut(&mut ClosedLoop, &PositioningMoment) -> ControlFlow<B>,
 ) -> Result<ControlFlow<B, MoveOutcome>, RunError> {
-    let limits = Limits { deadline_nanos: scene.nanos("position.deadline_s"), ..Limits::default() };
-    run_tuned(scene, PositioningTuning { limits, ..PositioningTuning::default() }, intervene)
+    run_tuned(scene, PositioningTuning::default(), intervene)
 }
 
-/// The same, with another tuning of the controller.
+/// The same, with another tuning of the controller, whose deadline is the scene's.
 ///
 /// # Errors
 /// When the scene is refused.
@@ -60,6 +59,8 @@ pub fn run_tuned<B>(
     mut intervene: impl FnMut(&mut ClosedLoop, &PositioningMoment) -> ControlFlow<B>,
 ) -> Result<ControlFlow<B, MoveOutcome>, RunError> {
     let target = Target::try_new(scene.number("position.to_deg"), scene.number("position.tolerance_deg"))?;
+    let limits = Limits { deadline_nanos: scene.nanos("position.deadline_s"), ..Limits::default() };
+    let tuning = PositioningTuning { limits, ..tuning };
     let hold_nanos = scene.nanos("position.hold_s");
     let mut sums = MoveSums::new(target);
     let outcome = closed_loop::positioning(scene, target, tuning)?.run(|closed_loop, moment| {

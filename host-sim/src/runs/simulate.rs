@@ -17,7 +17,7 @@ use crate::scene::{Scene, SceneError};
 use crate::world::plant::impact_rule;
 
 pub use model::OpenLoopModel;
-pub use report::{OpenLoopReport, drive_name};
+pub use report::{OpenLoopReport, drive_name, rule_name};
 pub use stator::simulate_stator;
 pub use stepping::{FAST_APPROACH_M_S, MotorSample, Observer, OpenLoopSummary, simulate};
 
@@ -32,6 +32,16 @@ pub enum Precision {
     F32,
     /// The plant's.
     F64,
+}
+
+impl Precision {
+    /// `f32` or `f64`.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::F32 => "f32",
+            Self::F64 => "f64",
+        }
+    }
 }
 
 /// The settings of a run.

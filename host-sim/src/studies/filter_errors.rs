@@ -203,7 +203,7 @@ impl FilterErrorsRow {
             whiteness,
             whiteness_bound: correlation_bound(runs.iter().map(|run| run.innovations().1)),
             rejected: sums.rejected(),
-            restarts: sums.restarts(),
+            restarts: sums.restarts,
             missing: sums.missing(),
             good,
             degraded,

@@ -34,6 +34,7 @@ use motor_model::Angle;
 use rayon::prelude::*;
 
 use crate::math::allan_deviation;
+use crate::math::count::real;
 use crate::runs::RunError;
 use crate::scene::{Scene, SceneError};
 use crate::world::instruments::gyroscope::Gyroscope;
@@ -51,7 +52,8 @@ const AT_REST_S: f64 = 3600.0;
 pub struct CalibrationPlan {
     scene: Scene,
     schedule: TurnSchedule,
-    motors: u64,
+    /// Motors to be run: progress counts them.
+    pub motors: u64,
     runs: u64,
 }
 
@@ -76,11 +78,6 @@ impl CalibrationPlan {
     /// When the schedule of the scene is refused.
     pub fn new(scene: &Scene, runs: u64, motors: u64) -> Result<Self, RunError> {
         Ok(Self { scene: scene.clone(), schedule: TurnSchedule::of(scene)?, motors: motors.min(runs), runs })
-    }
-
-    /// Number of motors to be run: progress counts them.
-    pub fn motors(&self) -> u64 {
-        self.motors
     }
 
     /// Runs everything, and calls `progress` after each motor. The result does not depend on the number of threads.
@@ -127,8 +124,7 @@ impl CalibrationPlan {
         let serial = self.scene.integer("gyroscope.serial") + run / self.motors;
         scene.set("gyroscope.serial", &serial.to_string())?;
         let mut gyroscope = Gyroscope::new(scene);
-        Calibration::of(&mut gyroscope, serial, turning, self.schedule.duration_s())
-            .ok_or_else(not_told_apart)
+        Calibration::of(&mut gyroscope, serial, turning, self.schedule.duration_s).ok_or_else(not_told_apart)
     }
 }
 
@@ -156,8 +152,7 @@ fn at_rest(scene: &Scene) -> Vec<(f64, f64, f64)> {
         })
         .collect();
     let of = |samples: usize| {
-        #[expect(clippy::cast_precision_loss, reason = "a count")]
-        let span_s = samples as f64 * noise.period_s;
+        let span_s = real(samples) * noise.period_s;
         let seen = allan_deviation::deviation_deg_s(&angles, noise.period_s, samples)?;
         Some((span_s, SECONDS_PER_HOUR * seen, SECONDS_PER_HOUR * noise.allan_deviation_deg_s(span_s)))
     };

@@ -39,7 +39,7 @@ mod trial;
 use std::convert::Infallible;
 use std::ops::ControlFlow;
 
-use controller::{Limits, PositioningTuning};
+use controller::PositioningTuning;
 use rayon::prelude::*;
 
 use crate::runs::RunError;
@@ -173,7 +173,7 @@ impl PositioningTrialsPlan {
         let outcome = match self.strategy {
             Strategy::Planned => position::run(&scene, |_| ())?,
             Strategy::Unlearned => {
-                let tuning = PositioningTuning { learning: false, ..tuning(&scene) };
+                let tuning = PositioningTuning { learning: false, ..PositioningTuning::default() };
                 let watch = |_: &mut _, _: &_| ControlFlow::<Infallible>::Continue(());
                 let ControlFlow::Continue(outcome) = position::run_tuned(&scene, tuning, watch)?;
                 outcome
@@ -186,11 +186,6 @@ impl PositioningTrialsPlan {
         };
         Ok(PositioningTrial { kind, outcome, bound_s: trial::bound_s(&scene, target_deg) })
     }
-}
-
-fn tuning(scene: &Scene) -> PositioningTuning {
-    let limits = Limits { deadline_nanos: scene.nanos("position.deadline_s"), ..Limits::default() };
-    PositioningTuning { limits, ..PositioningTuning::default() }
 }
 
 /// The controller's trials, and those of every strategy and filter that it is compared with.

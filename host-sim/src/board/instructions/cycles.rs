@@ -59,18 +59,12 @@ pub struct CycleEstimate {
 impl Board {
     /// LLVM's name of the processor.
     fn cpu(self) -> &'static str {
-        match self {
-            Self::M4 => "cortex-m4",
-            Self::M7 => "cortex-m7",
-        }
+        self.of("cortex-m4", "cortex-m7")
     }
 
     /// Cycles of a jump beside its own: to fill the pipeline anew, or none where the jump is predicted.
     fn cycles_per_jump(self) -> usize {
-        match self {
-            Self::M4 => 2,
-            Self::M7 => 0,
-        }
+        self.of(2, 0)
     }
 
     /// Whether LLVM knows how long an instruction takes.

@@ -2,6 +2,8 @@
 
 use std::collections::HashSet;
 
+use crate::math::count::real;
+
 /// Instructions of one operation.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct OperationCount {
@@ -17,9 +19,8 @@ pub struct OperationCount {
 
 impl OperationCount {
     /// Mean of the samples.
-    #[expect(clippy::cast_precision_loss, reason = "totals stay below 2^53")]
     pub fn mean(&self) -> f64 {
-        self.total as f64 / f64::from(self.samples)
+        real(self.total) / f64::from(self.samples)
     }
 }
 

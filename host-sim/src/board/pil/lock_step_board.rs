@@ -64,9 +64,7 @@ impl LockStepBoard {
     /// # Errors
     /// When the board does not answer with them.
     pub fn counters(&mut self) -> Result<Counters, BoardError> {
-        let bytes = self.frame(&HostMessage::Count)?;
-        self.send(&bytes)?;
-        match self.receive()? {
+        match self.answer(&HostMessage::Count)? {
             BoardMessage::Counters(counters) => Ok(counters),
             other => Err(unexpected(&other)),
         }
@@ -85,14 +83,6 @@ impl LockStepBoard {
         }
     }
 
-    /// Puts bytes on the transport that are no frame of the host, as noise on a serial line does.
-    ///
-    /// # Errors
-    /// When the board has ended.
-    pub fn inject_noise(&mut self, bytes: &[u8]) -> Result<(), BoardError> {
-        self.send(bytes)
-    }
-
     /// The next frame of the session.
     fn frame(&mut self, message: &HostMessage) -> Result<Vec<u8>, BoardError> {
         let header = Header { session: SESSION, sequence: self.sequence, ticks: self.ticks };
@@ -100,7 +90,11 @@ impl LockStepBoard {
         frame(header, message)
     }
 
-    fn send(&mut self, bytes: &[u8]) -> Result<(), BoardError> {
+    /// Puts bytes on the transport, those of frames, or noise on a serial line.
+    ///
+    /// # Errors
+    /// When the board has ended.
+    pub fn send(&mut self, bytes: &[u8]) -> Result<(), BoardError> {
         // A zero ends whatever noise has begun on the serial line.
         let end: &[u8] = if self.is_noisy() { &[0] } else { &[] };
         let bytes = &[end, bytes].concat();
@@ -155,11 +149,16 @@ impl LockStepBoard {
         Ok(())
     }
 
-    /// Sends `message` and expects `answer`.
-    fn ask(&mut self, message: &HostMessage, answer: &BoardMessage) -> Result<(), BoardError> {
+    /// Sends `message` and receives the answer.
+    fn answer(&mut self, message: &HostMessage) -> Result<BoardMessage, BoardError> {
         let bytes = self.frame(message)?;
         self.send(&bytes)?;
-        match self.receive()? {
+        self.receive()
+    }
+
+    /// Sends `message` and expects `answer`.
+    fn ask(&mut self, message: &HostMessage, answer: &BoardMessage) -> Result<(), BoardError> {
+        match self.answer(message)? {
             received if received == *answer => Ok(()),
             other => Err(unexpected(&other)),
         }

@@ -46,7 +46,8 @@ pub(super) struct Logged {
 #[derive(Debug)]
 pub struct LogBesideTruth {
     csv: csv::Writer<Output>,
-    counts: BTreeMap<String, u64>,
+    /// How often each kind of entry came.
+    pub(super) counts: BTreeMap<String, u64>,
     errors_mdeg: MeanSquare,
     pub(super) estimates: Vec<Logged>,
     /// Time and innovation in milli-degrees: of frames used, and of frames refused.
@@ -127,11 +128,6 @@ impl LogBesideTruth {
             of(|logged| logged.error_mdeg),
         ])?;
         Ok(())
-    }
-
-    /// How often each kind of entry came.
-    pub fn counts(&self) -> &BTreeMap<String, u64> {
-        &self.counts
     }
 
     /// The picture as an SVG document.
@@ -217,7 +213,7 @@ mod tests {
         let text = format!("estimate angle_units={units} rate_rad_s=0.25 angle_rad2=1e-10 resting=false");
         record.take(&[entry(7, text), entry(7, "phase settling".to_owned())], &moment(7, 10.0)).unwrap();
         assert!(record.take(&[entry(7, "phase cruise".to_owned())], &moment(8, 10.0)).is_err());
-        assert_eq!(record.counts().values().copied().collect::<Vec<_>>(), [1, 1]);
+        assert_eq!(record.counts.values().copied().collect::<Vec<_>>(), [1, 1]);
         assert!(record.to_string().contains("3.00 mdeg rms"), "{record}");
         record.publish().unwrap();
         let mut csv = csv::Reader::from_path(&path).unwrap();

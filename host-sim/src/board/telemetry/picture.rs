@@ -7,7 +7,7 @@ use crate::report::chart::{Axis, Colour, Figure, Panel, Series};
 
 /// The log as an SVG document.
 pub(super) fn svg(record: &LogBesideTruth) -> Result<String, OutputError> {
-    let entries: u64 = record.counts().values().sum();
+    let entries: u64 = record.counts.values().sum();
     Figure::new("What the firmware logged, beside the truth")
         .caption(format!("{entries} entries in {:.3} s, at the ticks that they bear", record.end_s))
         .panel(angle(record).height(300))

@@ -5,7 +5,7 @@ use std::fmt;
 use motor_model::{DriveCommand, DriveMode, FrictionLaw, ImpactRule};
 use serde::Serialize;
 
-use super::{OpenLoopRun, OpenLoopSummary, Precision};
+use super::{OpenLoopRun, OpenLoopSummary};
 
 /// `b`, `c` or `off`.
 pub fn drive_name(drive: DriveCommand) -> &'static str {
@@ -13,6 +13,14 @@ pub fn drive_name(drive: DriveCommand) -> &'static str {
         Some(DriveMode::B) => "b",
         Some(DriveMode::C) => "c",
         None => "off",
+    }
+}
+
+/// The word of a scene for a rule of impacts.
+pub fn rule_name(rule: ImpactRule) -> &'static str {
+    match rule {
+        ImpactRule::EndOfStep => "end_of_step",
+        ImpactRule::Located => "located",
     }
 }
 
@@ -69,18 +77,12 @@ impl OpenLoopReport {
             settle_s: run.settle_s,
             step_s: run.step_s,
             seed: run.seed,
-            impacts: match run.impact_rule {
-                ImpactRule::EndOfStep => "end_of_step",
-                ImpactRule::Located => "located",
-            },
+            impacts: rule_name(run.impact_rule),
             friction: match run.friction_law {
                 FrictionLaw::Paper => "paper",
                 FrictionLaw::Coulomb => "coulomb",
             },
-            precision: match run.precision {
-                Precision::F32 => "f32",
-                Precision::F64 => "f64",
-            },
+            precision: run.precision.name(),
             rotor_rate_mean_rad_s: summary.rate_rad_s.mean,
             rotor_rate_sd_rad_s: summary.rate_rad_s.sd,
             collision_frequency_hz: summary.collision.map(|line| line.frequency_hz),

@@ -13,6 +13,7 @@ use serde::Serialize;
 
 use super::FilterVariant;
 use super::recording::{RecordedEvent, Recording};
+use crate::math::count::real;
 use crate::runs::filter::AnyFilter;
 use crate::runs::simulate::Precision;
 use crate::studies::filter_errors::error_sums::ErrorSums;
@@ -142,15 +143,12 @@ impl Stopwatch {
             black_box(operation(copy));
         }
         self.taken_ns += 1e9 * start.elapsed().as_secs_f64();
-        #[expect(clippy::cast_precision_loss, reason = "sixteen")]
-        let done = copies.len() as f64;
-        self.operations += done;
+        self.operations += real(copies.len());
     }
 
     /// Mean time of an operation, less the time to read the clock.
     fn mean_ns(&self, reading_ns: f64) -> f64 {
-        #[expect(clippy::cast_precision_loss, reason = "sixteen")]
-        let readings = self.operations / COPIES as f64;
+        let readings = self.operations / real(COPIES);
         ((self.taken_ns - readings * reading_ns) / self.operations).max(0.0)
     }
 }

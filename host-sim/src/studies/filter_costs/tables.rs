@@ -74,7 +74,7 @@ impl FilterCosts {
             |row: &&FilterCostsRow| row.drive == first && row.ldv_sample_rate_hz >= SAMPLE_RATES_HZ[0];
         for row in self.rows.iter().filter(shown) {
             let of_modes = DRIVES.map(|(_, drive)| self.rows.iter().find(|other| other.is_in(row, drive)));
-            let mut cells = vec![format!("{}, {}", row.filter.replace('_', " "), name(row.precision))];
+            let mut cells = vec![format!("{}, {}", row.filter.replace('_', " "), row.precision.name())];
             cells.extend(of_modes.map(|row| row.map_or_else(String::new, |row| figure(row.rms_angle_mdeg))));
             cells.extend(mean(of_modes.map(|row| row.map(|row| row.ns))).map(|ns| format!("~{ns}")));
             cells.extend(mean(of_modes.map(|row| row.and_then(|row| row.instructions))));
@@ -110,19 +110,11 @@ impl FilterCostsRow {
     }
 }
 
-/// `f32` or `f64`.
-const fn name(precision: Precision) -> &'static str {
-    match precision {
-        Precision::F32 => "f32",
-        Precision::F64 => "f64",
-    }
-}
-
 fn cells(row: &FilterCostsRow) -> Vec<String> {
     let mut cells = vec![
         row.drive.to_owned(),
         row.filter.to_owned(),
-        name(row.precision).to_owned(),
+        row.precision.name().to_owned(),
         format!("{:.0}", 1e-3 * row.ldv_sample_rate_hz),
         figure(row.rms_angle_mdeg),
         format!("{:.3}", row.rms_rate_rad_s),

@@ -22,14 +22,14 @@
 use motor_model::math;
 
 use super::timeline::TimelinePhase;
+use crate::math::count::real;
 use crate::math::statistics::{NORMAL_95, Spread, chi_square_mean_bounds, student_95};
 
 /// Mean and deviation of one value for each run, their number, and Student's t. Values that are not finite are left
 /// out.
 fn of_runs(values: impl Iterator<Item = f64>) -> (Spread, f64, f64) {
     let finite: Vec<f64> = values.filter(|value| value.is_finite()).collect();
-    #[expect(clippy::cast_precision_loss, reason = "at most 10,000")]
-    let runs = finite.len() as f64;
+    let runs = real(finite.len());
     (finite.into_iter().collect(), runs, student_95(runs - 1.0))
 }
 

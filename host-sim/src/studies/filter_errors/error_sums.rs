@@ -3,6 +3,7 @@
 use estimator::{Estimate, Health, Innovation, Source, Verdict};
 use motor_model::{Angle, Real, math};
 
+use crate::math::count::real;
 use crate::math::statistics::upper_quantile;
 
 /// Sums over one phase of one or more runs.
@@ -23,7 +24,8 @@ pub struct ErrorSums {
     /// Measurements of either instrument of which the filter returned an innovation.
     offered: u64,
     rejected: u64,
-    restarts: u64,
+    /// How often the filter started anew, its first start included.
+    pub restarts: u64,
 }
 
 /// Sums over the camera's innovations that were used.
@@ -136,10 +138,9 @@ impl ErrorSums {
 
     /// Shares of the time in which the health was good, degraded, unusable (waiting included), and in which it was good
     /// and the estimate wrong by more than six standard deviations and 50 milli-degrees.
-    #[expect(clippy::cast_precision_loss, reason = "far below 2^53")]
     pub fn health(&self) -> ([f64; 3], f64) {
-        let all = self.health.iter().sum::<u64>() as f64;
-        (self.health.map(|count| count as f64 / all), self.false_valid as f64 / all)
+        let all = real(self.health.iter().sum::<u64>());
+        (self.health.map(|count| real(count) / all), real(self.false_valid) / all)
     }
 
     /// Mean squared error of angle and of rate, each per its variance, and of both together, `e' P^-1 e / 2`: 1 each in
@@ -150,32 +151,23 @@ impl ErrorSums {
 
     /// Share of the samples for which there was no estimate.
     pub fn missing(&self) -> f64 {
-        #[expect(clippy::cast_precision_loss, reason = "far below 2^53")]
-        let missing = self.missing as f64;
+        let missing = real(self.missing);
         missing / (missing + self.samples())
     }
 
     /// Mean square per variance of the camera's innovations that were used, and the correlation of neighbours.
-    #[expect(clippy::cast_precision_loss, reason = "far below 2^53")]
     pub fn innovations(&self) -> (f64, f64) {
         let InnovationSums { count, square, lagged, squares_before, .. } = self.camera;
-        (square / count as f64, lagged / squares_before)
+        (square / real(count), lagged / squares_before)
     }
 
     /// Share of the measurements that were rejected.
-    #[expect(clippy::cast_precision_loss, reason = "far below 2^53")]
     pub fn rejected(&self) -> f64 {
-        self.rejected as f64 / self.offered.max(1) as f64
+        real(self.rejected) / real(self.offered.max(1))
     }
 
-    /// How often the filter started anew, its first start included.
-    pub fn restarts(&self) -> u64 {
-        self.restarts
-    }
-
-    #[expect(clippy::cast_precision_loss, reason = "far below 2^53")]
     fn samples(&self) -> f64 {
-        self.errors_mdeg.len() as f64
+        real(self.errors_mdeg.len())
     }
 }
 

@@ -4,6 +4,7 @@ use super::comparison::{GENIES, names};
 use super::tables::title;
 use super::timeline::TimelinePhase;
 use super::{DRIVES, FilterErrors};
+use crate::math::count::real;
 use crate::report::OutputError;
 use crate::report::chart::{Axis, Colour, Figure, Panel, Series};
 
@@ -26,8 +27,7 @@ impl FilterErrors {
     fn panel(&self, drive: &str) -> Panel {
         let phases: Vec<String> =
             (1..).zip(TimelinePhase::ALL).map(|(place, phase)| format!("{place} {}", title(phase))).collect();
-        #[expect(clippy::cast_precision_loss, reason = "six")]
-        let span = 0.5..TimelinePhase::ALL.len() as f64 + 0.5;
+        let span = 0.5..real(TimelinePhase::ALL.len()) + 0.5;
         let x = Axis::new(phases.join(", ")).within(span);
         let y = Axis::new("error (mdeg rms)").logarithmic();
         let panel = Panel::new(format!("Mode {}", drive.to_uppercase()), x, y).height(290);

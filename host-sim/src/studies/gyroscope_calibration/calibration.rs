@@ -5,6 +5,7 @@ use serde::Serialize;
 
 use super::fit::{CalibrationFit, FitInterval};
 use super::turning::{Anchor, TurningRun};
+use crate::math::count::real;
 use crate::math::statistics::NORMAL_95;
 use crate::world::instruments::gyroscope::noise::{SECONDS_PER_HOUR, TimeSpan};
 use crate::world::instruments::gyroscope::{Gyroscope, GyroscopeNoise, GyroscopeSample};
@@ -93,8 +94,7 @@ impl Calibration {
         let noise = gyroscope.noise();
         let samples: Vec<_> =
             turning.truth.windows(2).map(|pair| gyroscope.sample(pair[1].minus(pair[0]).degrees())).collect();
-        #[expect(clippy::cast_precision_loss, reason = "counts")]
-        let time_s = |sample: usize| sample as f64 * noise.period_s;
+        let time_s = |sample: usize| real(sample) * noise.period_s;
         let interval = |pair: &[Anchor]| {
             let [from, until] = [pair[0], pair[1]];
             let within = &samples[from.sample..until.sample];

@@ -24,6 +24,7 @@
 use motor_model::math;
 use nalgebra::{DMatrix, DVector, Dyn, Matrix2, OMatrix, U2, Vector2};
 
+use crate::math::count::real;
 use crate::world::instruments::gyroscope::{GyroscopeNoise, noise::TimeSpan};
 
 /// Gyroscope and reference between two anchors.
@@ -82,8 +83,7 @@ impl CalibrationFit {
     pub fn to(intervals: &[FitInterval], noise: &GyroscopeNoise) -> Option<Self> {
         let mut fit = Self::weighted(intervals, noise, 1.0)?;
         for _ in 0..ROUNDS_MAX {
-            #[expect(clippy::cast_precision_loss, reason = "a count")]
-            let excess = fit.chi_square / fit.degrees_of_freedom.max(1) as f64;
+            let excess = fit.chi_square / real(fit.degrees_of_freedom.max(1));
             let reference_factor = (fit.reference_factor * excess).max(1.0);
             if (reference_factor / fit.reference_factor - 1.0).abs() < 0.01 {
                 break;

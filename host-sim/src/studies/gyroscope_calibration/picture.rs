@@ -4,6 +4,7 @@
 use motor_model::math;
 
 use super::{Calibration, CalibrationOutcome, Calibrations, fit::FitInterval};
+use crate::math::count::real;
 use crate::math::statistics::NORMAL_95;
 use crate::report::OutputError;
 use crate::report::chart::{Axis, Colour, Figure, Panel, Series};
@@ -162,8 +163,7 @@ impl Calibrations {
             };
             shown.filter_map(bar).collect::<Vec<_>>()
         };
-        #[expect(clippy::cast_precision_loss, reason = "at most 200")]
-        let end = self.outcomes.len().min(SHOWN_MAX) as f64;
+        let end = real(self.outcomes.len().min(SHOWN_MAX));
         Panel::new(title, Axis::new("run").within(-1.0..end), Axis::new(unit))
             .series(
                 Series::error_bars(bars(true))

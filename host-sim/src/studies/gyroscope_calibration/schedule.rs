@@ -19,6 +19,8 @@
 
 use controller::rate::Profile;
 
+use crate::math::count::real;
+use crate::runs::simulate::steps_in;
 use crate::scene::{Scene, SceneError};
 use crate::world::instruments::gyroscope;
 
@@ -29,8 +31,10 @@ pub struct TurnSchedule {
     pub ticks_per_sample: u64,
     /// Samples from one comparison to the next.
     pub samples_per_interval: usize,
-    duration_s: f64,
-    clockwise_deg_s: f64,
+    /// Motor time.
+    pub duration_s: f64,
+    /// Rate of the last step clockwise.
+    pub clockwise_deg_s: f64,
     counter_clockwise_deg_s: f64,
     steps: u16,
     turn_s: f64,
@@ -38,11 +42,6 @@ pub struct TurnSchedule {
 }
 
 impl TurnSchedule {
-    /// Rate of the last step clockwise.
-    pub fn clockwise_deg_s(&self) -> f64 {
-        self.clockwise_deg_s
-    }
-
     /// Of a scene.
     ///
     /// # Errors
@@ -81,21 +80,9 @@ impl TurnSchedule {
         })
     }
 
-    /// Motor time in s.
-    pub fn duration_s(&self) -> f64 {
-        self.duration_s
-    }
-
     /// Ticks of the loop.
     pub fn ticks(&self) -> u64 {
-        #[expect(
-            clippy::cast_precision_loss,
-            clippy::cast_possible_truncation,
-            clippy::cast_sign_loss,
-            reason = "at most 1e9"
-        )]
-        let ticks = (self.duration_s * 1e9 / controller::TICK_NANOS as f64).round() as u64;
-        ticks
+        steps_in(self.duration_s * 1e9, real(controller::TICK_NANOS))
     }
 
     /// The profile of the rate for the controller.

@@ -4,6 +4,7 @@ use serde::Serialize;
 
 use super::Calibrations;
 use super::calibration::CalibrationOutcome;
+use crate::math::count::real;
 use crate::math::statistics::{binomial_bounds, root_mean_square};
 
 /// Figures over all runs.
@@ -51,17 +52,14 @@ impl Calibrations {
     /// Figures over all runs.
     pub fn summary(&self) -> CalibrationSummary {
         let all = &self.outcomes;
-        #[expect(clippy::cast_precision_loss, reason = "counts")]
-        let count = all.len().max(1) as f64;
+        let count = real(all.len().max(1));
         let mean = |of: fn(&CalibrationOutcome) -> f64| all.iter().map(of).sum::<f64>() / count;
         let rms = |of: fn(&CalibrationOutcome) -> f64| root_mean_square(all.iter().map(of));
         let worst = |of: fn(&CalibrationOutcome) -> f64| all.iter().map(|o| of(o).abs()).fold(0.0, f64::max);
         let those = |of: fn(&CalibrationOutcome) -> bool| all.iter().filter(|o| of(o)).count();
         let bias_rms_deg_h = rms(|o| o.bias_error_deg_h);
-        #[expect(clippy::cast_precision_loss, reason = "counts")]
-        let part = |o: &CalibrationOutcome| {
-            o.saturated_intervals as f64 / (o.intervals + o.saturated_intervals) as f64
-        };
+        let part =
+            |o: &CalibrationOutcome| real(o.saturated_intervals) / real(o.intervals + o.saturated_intervals);
         CalibrationSummary {
             runs: all.len(),
             motors: self.motors,

@@ -135,7 +135,7 @@ impl Calibrations {
             ("pair_covered", summary.pair_covered.to_string()),
             ("bias_over_walk", format!("{:.2}", summary.bias_over_walk)),
             ("bias_walk_deg_h", format!("{:.2}", first.walk_bias_sigma_deg_h)),
-            ("clockwise_deg_s", format!("{:.0}", self.schedule.clockwise_deg_s())),
+            ("clockwise_deg_s", format!("{:.0}", self.schedule.clockwise_deg_s)),
             ("table_calibration", summary.table().markdown()),
             ("remarks", summary.remarks(first.motor_time_s)),
         ]

@@ -55,13 +55,6 @@ fn printed(mode: DriveMode, quantity: Quantity) -> Option<Printed> {
     case.figures.iter().find(|figure| figure.quantity == quantity).map(|figure| figure.paper)
 }
 
-const fn name(mode: DriveMode) -> &'static str {
-    match mode {
-        DriveMode::B => "B",
-        DriveMode::C => "C",
-    }
-}
-
 const fn colour(mode: DriveMode) -> Colour {
     match mode {
         DriveMode::B => Colour::Vermilion,
@@ -137,7 +130,7 @@ fn motion(mode: DriveMode, length_s: f64, detail_s: f64) -> Result<Figure, RunEr
         Series::spans(span).colour(Colour::Orange).opacity(0.3)
     };
     let tooth = |index: usize| points(&detail, |s| (milliseconds(s.time_s), 1e6 * s.tooth_heights_m[index]));
-    let figure = Figure::new(format!("Mode {}: the rotor on the vibrating teeth", name(mode)))
+    let figure = Figure::new(format!("Mode {mode:?}: the rotor on the vibrating teeth"))
         .caption(format!(
             "Paper's friction law, step 1 us, seed 1; time from {start_s:.2} s after the drive came on."
         ))
@@ -209,7 +202,7 @@ fn spin_up(seeds: u64) -> Result<Figure, RunError> {
     ));
     for mode in [DriveMode::B, DriveMode::C] {
         let sign = if mode == DriveMode::B { 1.0 } else { -1.0 };
-        let title = format!("Mode {}", name(mode));
+        let title = format!("Mode {mode:?}");
         let mut panel =
             Panel::new(title, Axis::new("time (s)").within(0.0..SPIN_UP_S), Axis::new("rate (rad/s)"))
                 .height(270);
@@ -262,7 +255,7 @@ fn spectra(seeds: u64) -> Result<Figure, RunError> {
             ("velocity (mm/s)", lines(|sample| 1e3 * sample.velocity_m_s)),
             ("height (um)", lines(|sample| 1e6 * sample.height_m)),
         ] {
-            let title = format!("Mode {}: {}", name(mode), what.split(' ').next().unwrap_or(what));
+            let title = format!("Mode {mode:?}: {}", what.split(' ').next().unwrap_or(what));
             let mut panel =
                 Panel::new(title, Axis::new("frequency (Hz)").within(0.0..limit_hz), Axis::new(what))
                     .height(205);

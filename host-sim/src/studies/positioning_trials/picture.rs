@@ -1,6 +1,7 @@
 //! The picture: for each figure, the share of trials beyond each value.
 
 use super::{PositioningTrial, PositioningTrials, StrategyTrials};
+use crate::math::count::real;
 use crate::report::OutputError;
 use crate::report::chart::{Axis, Colour, Figure, Panel, Series};
 
@@ -20,8 +21,7 @@ fn exceedance(trials: &StrategyTrials, of: impl Fn(&PositioningTrial) -> Option<
     let mut values: Vec<f64> = trials.trials.iter().filter_map(of).collect();
     values.sort_by(f64::total_cmp);
     let count = values.len();
-    #[expect(clippy::cast_precision_loss, reason = "a count")]
-    let share = |above: usize| above as f64 / count as f64;
+    let share = |above: usize| real(above) / real(count);
     values.into_iter().enumerate().map(|(rank, value)| (value, share(count - rank))).collect()
 }
 

@@ -3,7 +3,6 @@
 use std::fmt::Write as _;
 
 use controller::response_map::Family;
-use motor_model::DriveMode;
 
 use super::{BurstRow, IdentifiedResponseMap};
 use crate::report::document::{Block, Document, Table};
@@ -28,7 +27,7 @@ impl IdentifiedResponseMap {
         for row in &self.cruises {
             let [rate, sd, coast, off] =
                 [row.rate_rad_s, row.rate_sd_rad_s, row.coast_s, row.coast_sd_mdeg].map(figure);
-            let drive = format!("({}, {:?})", letter(row.mode), row.amplitude);
+            let drive = format!("({:?}, {:?})", row.mode, row.amplitude);
             let _ = writeln!(text, "    cruise({drive}, ({rate}, {sd}), ({coast}, {off})),");
         }
         text.push_str(
@@ -56,7 +55,7 @@ impl IdentifiedResponseMap {
             Table::new(&["drive", "rate rad/s", "over motors", "lag ms", "coast ms", "coast off mdeg"]);
         for row in &self.cruises {
             cruises.push(vec![
-                format!("{} {:.2}", letter(row.mode), row.amplitude),
+                format!("{:?} {:.2}", row.mode, row.amplitude),
                 format!("{:+.3}", row.rate_rad_s),
                 format!("{:.3}", row.rate_sd_rad_s),
                 format!("{:.1}", 1e3 * row.spin_up_s),
@@ -103,13 +102,6 @@ impl IdentifiedResponseMap {
 fn figure(value: f64) -> String {
     let rounded: f32 = format!("{value:.3e}").parse().unwrap_or_default();
     format!("{rounded:?}")
-}
-
-fn letter(mode: DriveMode) -> &'static str {
-    match mode {
-        DriveMode::B => "B",
-        DriveMode::C => "C",
-    }
 }
 
 #[cfg(test)]

@@ -7,7 +7,7 @@ use motor_model::{
 use serde::ser::{Serialize, SerializeStruct as _, Serializer};
 
 use super::reference::state::ReferenceState;
-use crate::runs::simulate::{FAST_APPROACH_M_S, Precision};
+use crate::runs::simulate::{FAST_APPROACH_M_S, Precision, rule_name};
 
 /// All steps that are compared.
 pub const STEPS_S: [f64; 8] = [0.25e-6, 0.5e-6, 1e-6, 2e-6, 5e-6, 10e-6, 20e-6, 50e-6];
@@ -90,7 +90,7 @@ impl StepMethod {
 
     /// Such as `end of step, f64`.
     pub fn name(&self) -> String {
-        format!("{}, {}", self.impacts().replace('_', " "), self.precision_word())
+        format!("{}, {}", self.impacts().replace('_', " "), self.precision.name())
     }
 
     /// Whether it has this rule of impacts and this precision.
@@ -105,18 +105,7 @@ impl StepMethod {
 
     /// `located` or `end_of_step`.
     pub fn impacts(&self) -> &'static str {
-        match self.impact_rule {
-            ImpactRule::EndOfStep => "end_of_step",
-            ImpactRule::Located => "located",
-        }
-    }
-
-    /// `f32` or `f64`.
-    pub fn precision_word(&self) -> &'static str {
-        match self.precision {
-            Precision::F32 => "f32",
-            Precision::F64 => "f64",
-        }
+        rule_name(self.impact_rule)
     }
 }
 
@@ -129,7 +118,7 @@ impl Serialize for StepMethod {
         let mut fields = serializer.serialize_struct("StepMethod", 4)?;
         fields.serialize_field("model", MODEL)?;
         fields.serialize_field("impacts", self.impacts())?;
-        fields.serialize_field("precision", self.precision_word())?;
+        fields.serialize_field("precision", self.precision.name())?;
         fields.serialize_field("step_s", &self.step_s)?;
         fields.end()
     }

@@ -95,12 +95,6 @@ impl Reference {
         Self::try_new(&MotorParams::nominal(), variation)
     }
 
-    /// Stator and rotor.
-    #[cfg(test)]
-    fn system(&self) -> &System {
-        &self.system
-    }
-
     /// Runs `state` for `duration_s` under `command`.
     ///
     /// A rotor inside a tooth is first raised to the tooth's height, as in the fixed-step model.

@@ -12,11 +12,12 @@ use super::reference::Reference;
 use super::reference::events::{ContactEvent, ContactEventKind, ReferenceObserver};
 use super::reference::state::ReferenceState;
 use super::reference::system::Segment;
+use crate::math::count::real;
 use crate::math::random_streams::{RandomSource, stream};
 use crate::math::spectrum::{LIMIT_HZ, SAMPLE_RATE_HZ, SAMPLES_MAX, Spectrum};
 use crate::math::statistics::Spread;
 use crate::runs::RunError;
-use crate::runs::simulate::FAST_APPROACH_M_S;
+use crate::runs::simulate::{FAST_APPROACH_M_S, steps_in};
 
 /// A constant drive under which the motion becomes steady.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -151,34 +152,28 @@ struct SteadyMeasurement {
 impl Measurement for SteadyMeasurement {
     type Outcome = SteadyMeans;
 
-    #[expect(
-        clippy::cast_possible_truncation,
-        clippy::cast_sign_loss,
-        clippy::cast_precision_loss,
-        reason = "counts of steps and samples"
-    )]
     fn measure<T: Real>(&self, motor: &Motor<T>) -> SteadyMeans {
         let Self { condition, schedule, step_s } = *self;
         let command = condition.command();
-        let per_sample = (1.0 / (SAMPLE_RATE_HZ * step_s)).round().max(1.0) as u64;
-        let interval_s = per_sample as f64 * step_s;
+        let per_sample = steps_in(1.0, SAMPLE_RATE_HZ * step_s).max(1);
+        let interval_s = real(per_sample) * step_s;
         let mut state = MotorState::default();
-        for _ in 0..(schedule.settle_s / step_s).round() as u64 {
+        for _ in 0..steps_in(schedule.settle_s, step_s) {
             motor.step(&mut state, command);
         }
         let origin = state.rotor.angle.angle();
         let (mut fast, mut samples) = (0_u64, Vec::new());
-        let count = (schedule.time_s / interval_s).round() as u64;
+        let count = steps_in(schedule.time_s, interval_s);
         for _ in 0..count {
             for _ in 0..per_sample {
                 fast += u64::from(fast_impacts(motor, &mut state, command));
             }
             samples.push(state.rotor.velocity_m_s.to_f64());
         }
-        let time_s = count as f64 * interval_s;
+        let time_s = real(count) * interval_s;
         SteadyMeans {
             rate_rad_s: state.rotor.angle.angle().radians_since::<f64>(origin) / time_s,
-            impacts_per_s: fast as f64 / time_s,
+            impacts_per_s: real(fast) / time_s,
             collision_hz: collision_hz(&samples, 1.0 / interval_s),
         }
     }
@@ -262,7 +257,6 @@ pub fn errors(
 
 impl Deviation {
     /// Compares the runs `found` with the first of the runs `reference`, seed by seed.
-    #[expect(clippy::cast_precision_loss, reason = "few runs")]
     fn between(found: &[SteadyMeans], reference: &[SteadyMeans], of: impl Fn(&SteadyMeans) -> f64) -> Self {
         let all: Spread = reference.iter().map(&of).collect();
         let differences: Spread = found.iter().zip(reference).map(|(a, b)| of(a) - of(b)).collect();
@@ -270,7 +264,7 @@ impl Deviation {
         Self {
             converged: all.mean,
             relative: differences.mean / magnitude,
-            half_width: 2.0 * differences.sd / math::sqrt(found.len() as f64) / magnitude,
+            half_width: 2.0 * differences.sd / math::sqrt(real(found.len())) / magnitude,
         }
     }
 

@@ -59,7 +59,7 @@ fn deviations(row: &MethodRow, mode: usize) -> [Option<Deviation>; 5] {
 /// The columns of a method in a mode.
 fn columns(row: &MethodRow, mode: usize) -> impl Serialize + use<> {
     let (method, map) = (&row.method, &row.impact_map[mode]);
-    let name = (MODEL, method.impacts(), method.precision_word(), 1e6 * method.step_s, MODES[mode].1);
+    let name = (MODEL, method.impacts(), method.precision.name(), 1e6 * method.step_s, MODES[mode].1);
     let next_impact = [1e9 * map.first_impact_rms_s, 1e9 * map.first_impact_max_s];
     let after = (1e3 * map.velocity_rms_m_s, 1e3 * map.rate_rms_rad_s, map.missed);
     let percent = |deviation: Option<Deviation>| {
@@ -75,7 +75,7 @@ fn cells(row: &MethodRow, mode: usize) -> Vec<String> {
     let (method, cost, map) = (&row.method, &row.cost[mode], &row.impact_map[mode]);
     let mut cells = vec![
         method.impacts().replace('_', " "),
-        method.precision_word().to_owned(),
+        method.precision.name().to_owned(),
         format!("{}", (1e9 * method.step_s).round() / 1e3),
         MODES[mode].1.to_owned(),
         format!("{:.1}", cost.ns_per_step),

@@ -220,7 +220,7 @@ fn error_targets(row: &MethodRow, limit: f64) -> Vec<TargetResult> {
     ]
     .into_iter()
     .map(|(quantity, found)| {
-        let method = format!("located {} at {:.0} us", row.method.precision_word(), 1e6 * row.method.step_s);
+        let method = format!("located {} at {:.0} us", row.method.precision.name(), 1e6 * row.method.step_s);
         let worst = found.into_iter().max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()));
         let (name, relative, half_width) = worst.unwrap_or_default();
         let interval =

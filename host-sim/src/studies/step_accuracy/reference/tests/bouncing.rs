@@ -56,7 +56,7 @@ fn law_momentum_and_restitution() {
     let mut state = ReferenceState { velocity_m_s: -0.1, rate_rad_s: -20.0, ..ReferenceState::default() };
     state.modes.displacement_m.y = 1e-6;
     state.modes.velocity_m_s.z = 0.2;
-    let [tooth, _] = motor.system().teeth;
+    let [tooth, _] = motor.system.teeth;
     state.height_m = tooth.height(&state.modes);
     let before = state;
     let mut events = Events::default();
@@ -102,7 +102,7 @@ const NODES: [(f64, f64); 5] = [
 
 impl ReferenceObserver for EnergyBalance<'_> {
     fn segment(&mut self, start: &ReferenceState, segment: &Segment, end: f64) {
-        let system = self.motor.system();
+        let system = &self.motor.system;
         let drive = system.modes[2].drive_acceleration_m_s2();
         for (node, weight) in NODES {
             let (tau, dt) = (node * end, weight * end * segment.duration_s);
@@ -121,7 +121,7 @@ impl ReferenceObserver for EnergyBalance<'_> {
 
     fn event(&mut self, event: &ContactEvent) {
         if let ContactEventKind::Impact { approach_m_s, .. } = event.kind {
-            let system = self.motor.system();
+            let system = &self.motor.system;
             let shape = system.teeth[event.pair].shape;
             let compliance: f64 = (0..3).map(|n| shape[n] * shape[n] / system.modes[n].mass_kg).sum();
             let mass_kg = 1.0 / (1.0 / system.rotor_mass_kg + compliance);
@@ -137,7 +137,7 @@ fn law_energy_balance() {
     let mut state = ReferenceState::default();
     let mut balance = EnergyBalance { motor: &motor, frequency_hz: 7460.0, net_j: 0.0, turnover_j: 0.0 };
     motor.run(&mut state, DriveCommand::full(DriveMode::C), 0.03, &mut balance).unwrap();
-    let system = motor.system();
+    let system = &motor.system;
     let modal = (0..3).map(|n| {
         let mode = &system.modes[n];
         let (g, v) = (state.modes.displacement_m[n] * mode.natural_rad_s, state.modes.velocity_m_s[n]);

@@ -38,7 +38,7 @@ struct BruteForce<'a> {
 
 impl ReferenceObserver for BruteForce<'_> {
     fn segment(&mut self, _: &ReferenceState, segment: &Segment, end: f64) {
-        let system = self.motor.system();
+        let system = &self.motor.system;
         let radius = self.params.get(Parameter::ToothRadius);
         let mass = self.params.get(Parameter::RotorInertia) / (radius * radius);
         let mu = self.params.get(Parameter::Friction);
@@ -135,7 +135,7 @@ fn law_degenerate_motors() {
         ] {
             motor.run(&mut state, command, duration_s, &mut ()).unwrap();
             assert!(state.angle_rad.is_finite() && state.velocity_m_s.is_finite(), "{changes:?}");
-            for tooth in &motor.system().teeth {
+            for tooth in &motor.system.teeth {
                 let gap_m = state.height_m - tooth.height(&state.modes);
                 assert!(gap_m > -1e-18, "{changes:?}: {gap_m}");
             }

@@ -52,7 +52,7 @@ fn exact_sag_on_both_pairs() {
 fn dual_one_pair_against_runge_kutta() {
     let p = params(&[]);
     let motor = reference(&p);
-    let system = motor.system();
+    let system = &motor.system;
     let phi: Three = system.teeth[0].shape.into();
     let mass = system.modes.map(|mode| mode.mass_kg);
     let m_r = system.rotor_mass_kg;
@@ -103,8 +103,8 @@ fn exact_detachment_from_a_rigid_plate() {
     let p = rigid(&[]);
     let amplitude = 2.0 * 9.81 / (w * w);
     let motor = reference(&p);
-    let phi = motor.system().teeth[0].shape.y;
-    let full = motor.system().modes[1].antinode_amplitude_m;
+    let phi = motor.system.teeth[0].shape.y;
+    let full = motor.system.modes[1].antinode_amplitude_m;
     // Full drive, its amplitude set by the parameter; steady motion lags the drive by a quarter turn.
     let scale = amplitude / (phi * full);
     let p = p.with(Parameter::ModeBToothAmplitude, 20.72e-6 * scale).unwrap();
