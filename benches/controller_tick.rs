@@ -3,7 +3,7 @@
 
 use std::hint::black_box;
 
-use controller::{Limits, Positioning, PositioningPhase, PositioningTuning, TICK_NANOS, Target};
+use controller::{Limits, Positioning, PositioningPhase, PositioningTuning, ResponseMap, TICK_NANOS, Target};
 use criterion::{Criterion, criterion_group, criterion_main};
 use estimator::{Estimate, Health, Reason};
 use motor_model::{Angle, Time};
@@ -99,10 +99,15 @@ fn prepared(case: &Case) -> (Positioning, Estimate<f32>, Time) {
     let target = Target::try_new(case.target_deg, 0.0005).expect("a target");
     let limits = Limits { deadline_nanos: u64::MAX, ..Limits::default() };
     let tuning = PositioningTuning { limits, ..PositioningTuning::default() };
-    let mut positioning = Positioning::new(target, tuning, Time::ZERO);
+    let mut positioning = Positioning::new(ResponseMap::table_1(), target, tuning, Time::ZERO);
     if !case.name.starts_with("settling") {
         // An estimate at rest, precise enough to begin.
-        positioning.decide(Time::ZERO, Some(&estimate(Time::ZERO, 0.0, 0.1, true)), Health::Good);
+        positioning.decide(
+            ResponseMap::table_1(),
+            Time::ZERO,
+            Some(&estimate(Time::ZERO, 0.0, 0.1, true)),
+            Health::Good,
+        );
     }
     let now = Time::from_nanos(TICK_NANOS);
     (positioning, estimate(now, 0.0, case.sigma_mdeg, case.resting), now)
@@ -113,12 +118,17 @@ fn ticks(criterion: &mut Criterion) {
     for case in &CASES {
         let (positioning, estimate, now) = prepared(case);
         let mut after = positioning;
-        after.decide(now, Some(&estimate), case.health);
+        after.decide(ResponseMap::table_1(), now, Some(&estimate), case.health);
         assert!((case.is_in_phase)(&after.phase()), "{}: {:?}", case.name, after.phase());
         group.bench_function(case.name, |bencher| {
             bencher.iter(|| {
                 let mut positioning = black_box(positioning);
-                positioning.decide(black_box(now), black_box(Some(&estimate)), case.health)
+                positioning.decide(
+                    ResponseMap::table_1(),
+                    black_box(now),
+                    black_box(Some(&estimate)),
+                    case.health,
+                )
             });
         });
     }

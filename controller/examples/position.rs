@@ -3,7 +3,9 @@
 //! The motor is the nominal one of `motor_model`. Its camera takes 10,000 frames a second with the noise of two
 //! pixels, each delivered one frame late.
 
-use controller::{Drive, PositionLoop, PositioningPhase, PositioningTuning, Sense, TICK_NANOS, Target, tick};
+use controller::{
+    Drive, PositionLoop, PositioningPhase, PositioningTuning, ResponseMap, Sense, TICK_NANOS, Target, tick,
+};
 use estimator::{CameraFrame, ConstantRate, ConstantRateTuning, LdvSample};
 use motor_model::{Angle, DriveCommand, Motor, MotorParams, MotorSetup, MotorState, OutOfBounds, Time};
 
@@ -78,7 +80,8 @@ fn main() -> Result<(), OutOfBounds> {
     let mut rig = Rig::default();
     let filter = ConstantRate::<f32>::new(&ConstantRateTuning::default());
     let target = Target::try_new(TARGET_DEG, TOLERANCE_DEG)?;
-    let mut position_loop = PositionLoop::new(filter, target, PositioningTuning::default(), Time::ZERO);
+    let map = ResponseMap::table_1();
+    let mut position_loop = PositionLoop::new(filter, map, target, PositioningTuning::default(), Time::ZERO);
     let mut last = String::new();
     for ticks in 0..TICKS_MAX {
         let now = Time::from_nanos(ticks * TICK_NANOS);

@@ -27,8 +27,8 @@
 
 use motor_model::{DriveMode, math};
 
-use crate::map_correction::{Forecast, MapCorrection};
-use crate::response_map::{Burst, Cruise, Family, cruise_within, strongest_cruise};
+use crate::map_correction::{Forecast, MotorResponse};
+use crate::response_map::{Burst, Cruise, Family};
 use crate::situation::Situation;
 
 /// The next drive.
@@ -95,22 +95,22 @@ impl Situation {
         EARLY_TOLERANCES.contains(&(self.sigma_rad / self.tolerance_rad))
     }
 
-    /// The next drive for a motor of that `correction`; `None` to measure on.
-    pub fn plan(&self, correction: &MapCorrection) -> Option<DrivePlan> {
+    /// The next drive for a motor of that response; `None` to measure on.
+    pub fn plan(&self, motor: MotorResponse<'_>) -> Option<DrivePlan> {
         if self.reached() {
             None
         } else if self.remaining_rad > if self.early() { -EARLY_BEHIND_SIGMAS * self.sigma_rad } else { 0.0 }
         {
-            self.clockwise(correction)
+            self.clockwise(motor)
         } else {
-            self.counter_clockwise(correction)
+            self.counter_clockwise(motor)
         }
     }
 
-    fn clockwise(&self, correction: &MapCorrection) -> Option<DrivePlan> {
+    fn clockwise(&self, motor: MotorResponse<'_>) -> Option<DrivePlan> {
         let remaining_rad = self.remaining_rad;
         if remaining_rad >= CRUISE_B_RAD
-            && let Some(cruise) = self.cruise(correction, DriveMode::B)
+            && let Some(cruise) = self.cruise(motor, DriveMode::B)
         {
             return Some(DrivePlan::Cruise(cruise));
         }
@@ -122,70 +122,68 @@ impl Situation {
         if !certain && !measured_out && !self.early() {
             return None;
         }
-        let spread_rad = remaining_rad * correction.spread(Family::Throw);
+        let spread_rad = remaining_rad * motor.spread(Family::Throw);
         let aim_rad = if remaining_rad > BEYOND_RAD && spread_rad < FINE_SPREAD_PART * self.tolerance_rad {
             remaining_rad
         } else {
             remaining_rad + (BEYOND_SPREADS * spread_rad).max(BEYOND_RAD)
         };
-        let nudges = self.longest_rad(correction, Family::Nudge).is_some_and(|longest| aim_rad < longest);
-        let plan = self.burst(correction, if nudges { Family::Nudge } else { Family::Throw }, aim_rad)?;
+        let nudges = self.longest_rad(motor, Family::Nudge).is_some_and(|longest| aim_rad < longest);
+        let plan = self.burst(motor, if nudges { Family::Nudge } else { Family::Throw }, aim_rad)?;
         self.due(plan)
     }
 
-    fn cruise(&self, correction: &MapCorrection, mode: DriveMode) -> Option<Cruise> {
-        // A motor of half the rate coasts half as far: it is driven as if twice as much remained.
-        cruise_within(mode, self.amplitude_max, self.remaining_rad.abs() / correction.rate_scale(mode))
-            .or_else(|| strongest_cruise(mode, self.amplitude_max))
+    fn cruise(&self, motor: MotorResponse<'_>, mode: DriveMode) -> Option<Cruise> {
+        motor
+            .cruise_within(mode, self.amplitude_max, self.remaining_rad.abs())
+            .or_else(|| motor.map.strongest_cruise(mode, self.amplitude_max))
     }
 
-    fn counter_clockwise(&self, correction: &MapCorrection) -> Option<DrivePlan> {
+    fn counter_clockwise(&self, motor: MotorResponse<'_>) -> Option<DrivePlan> {
         let remaining_rad = -self.remaining_rad;
         if remaining_rad >= CRUISE_C_RAD
-            && let Some(cruise) = self.cruise(correction, DriveMode::C)
+            && let Some(cruise) = self.cruise(motor, DriveMode::C)
         {
             return Some(DrivePlan::Cruise(cruise));
         }
         if remaining_rad >= STRIDE_RAD && self.amplitude_max >= 1.0 {
-            let aim_rad = remaining_rad / (1.0 + STRIDE_SHORT_SPREADS * correction.spread(Family::Stride));
-            return self.due(self.burst(correction, Family::Stride, aim_rad)?);
+            let aim_rad = remaining_rad / (1.0 + STRIDE_SHORT_SPREADS * motor.spread(Family::Stride));
+            return self.due(self.burst(motor, Family::Stride, aim_rad)?);
         }
         if self
-            .longest_rad(correction, Family::Step)
+            .longest_rad(motor, Family::Step)
             .is_some_and(|longest| remaining_rad < STEP_RANGE_PART * longest)
         {
-            return self.step(correction, remaining_rad);
+            return self.step(motor, remaining_rad);
         }
-        let short_rad =
-            WALK_SHORT_SIGMAS * (remaining_rad * correction.spread(Family::Walk) + self.sigma_rad);
-        let plan = self.burst(correction, Family::Walk, remaining_rad - short_rad)?;
+        let short_rad = WALK_SHORT_SIGMAS * (remaining_rad * motor.spread(Family::Walk) + self.sigma_rad);
+        let plan = self.burst(motor, Family::Walk, remaining_rad - short_rad)?;
         (self.sigma_rad <= WALK_KNOWN_PART * remaining_rad).then_some(plan)
     }
 
-    fn step(&self, correction: &MapCorrection, remaining_rad: f32) -> Option<DrivePlan> {
-        let last =
-            self.sigma_rad <= self.sigma_enough_rad() || self.reached_after_step(correction, remaining_rad);
+    fn step(&self, motor: MotorResponse<'_>, remaining_rad: f32) -> Option<DrivePlan> {
+        let last = self.sigma_rad <= self.sigma_enough_rad() || self.reached_after_step(motor, remaining_rad);
         let aim_rad = if last {
             remaining_rad
         } else {
-            let spread_rad = remaining_rad * correction.spread(Family::Step);
+            let spread_rad = remaining_rad * motor.spread(Family::Step);
             // By how much measuring on will still move the estimate: down to the variance that is enough.
             let enough_rad = self.sigma_enough_rad();
             let to_measure_rad2 = self.sigma_rad * self.sigma_rad - enough_rad * enough_rad;
             remaining_rad - STEP_SHORT_SIGMAS * math::sqrt_f32(to_measure_rad2 + spread_rad * spread_rad)
         };
-        let (shortest, _) = Family::Step.range_rad(self.amplitude_max)?;
+        let (shortest, _) = motor.map.range_rad(Family::Step, self.amplitude_max)?;
         // Less than the shortest step is within any tolerance.
-        if aim_rad < shortest * correction.scale(Family::Step) {
+        if aim_rad < shortest * motor.correction.scale(Family::Step) {
             return None;
         }
         let is_worth_it = last || aim_rad >= STEP_PART_MIN * remaining_rad;
-        is_worth_it.then(|| self.burst(correction, Family::Step, aim_rad))?
+        is_worth_it.then(|| self.burst(motor, Family::Step, aim_rad))?
     }
 
     /// Whether the target would count as reached after a step of `aim_rad`, without another measurement.
-    fn reached_after_step(&self, correction: &MapCorrection, aim_rad: f32) -> bool {
-        let Some(DrivePlan::Burst(_, _, forecast)) = self.burst(correction, Family::Step, aim_rad) else {
+    fn reached_after_step(&self, motor: MotorResponse<'_>, aim_rad: f32) -> bool {
+        let Some(DrivePlan::Burst(_, _, forecast)) = self.burst(motor, Family::Step, aim_rad) else {
             return false;
         };
         let after = Self {
@@ -197,13 +195,14 @@ impl Situation {
     }
 
     /// The burst of `family` that turns this motor by `aim_rad`, as nearly as the table allows.
-    fn burst(&self, correction: &MapCorrection, family: Family, aim_rad: f32) -> Option<DrivePlan> {
-        let burst = family.burst(aim_rad / correction.scale(family), self.amplitude_max)?;
-        Some(DrivePlan::Burst(family, burst, correction.forecast(family, &burst)))
+    fn burst(&self, motor: MotorResponse<'_>, family: Family, aim_rad: f32) -> Option<DrivePlan> {
+        let burst = motor.burst(family, aim_rad, self.amplitude_max)?;
+        Some(DrivePlan::Burst(family, burst, motor.correction.forecast(family, &burst)))
     }
 
-    fn longest_rad(&self, correction: &MapCorrection, family: Family) -> Option<f32> {
-        family.range_rad(self.amplitude_max).map(|(_, longest)| longest * correction.scale(family))
+    fn longest_rad(&self, motor: MotorResponse<'_>, family: Family) -> Option<f32> {
+        let (_, longest) = motor.map.range_rad(family, self.amplitude_max)?;
+        Some(longest * motor.correction.scale(family))
     }
 
     /// `plan`, once the standard deviation of the angle is at most half of its burst's.
@@ -217,11 +216,20 @@ impl Situation {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::response_map::Family;
+    use crate::map_correction::MapCorrection;
+    use crate::response_map::ResponseMap;
     use crate::situation::tests::situation;
 
+    fn map() -> &'static ResponseMap {
+        ResponseMap::table_1()
+    }
+
+    fn motor(correction: &MapCorrection) -> MotorResponse<'_> {
+        MotorResponse { map: map(), correction }
+    }
+
     fn family(remaining_mdeg: f32, sigma_mdeg: f32) -> Option<Family> {
-        match situation(remaining_mdeg, sigma_mdeg).plan(&MapCorrection::default()) {
+        match situation(remaining_mdeg, sigma_mdeg).plan(motor(&MapCorrection::of(map()))) {
             Some(DrivePlan::Burst(family, ..)) => Some(family),
             _ => None,
         }
@@ -242,7 +250,7 @@ mod tests {
             [(90e3, DriveMode::B), (2.5e3, DriveMode::B), (-90e3, DriveMode::C), (-500.0, DriveMode::C)]
         {
             let Some(DrivePlan::Cruise(cruise)) =
-                situation(remaining_mdeg, 5.0).plan(&MapCorrection::default())
+                situation(remaining_mdeg, 5.0).plan(motor(&MapCorrection::of(map())))
             else {
                 panic!("{remaining_mdeg}");
             };
@@ -253,15 +261,15 @@ mod tests {
     /// The last step goes to the target, one before it stops short, and with little measured none is driven.
     #[test]
     fn law_steps_stay_on_the_fine_side() {
-        let correction = MapCorrection::default();
-        let turn_mdeg = |sigma_mdeg| match situation(-2.0, sigma_mdeg).plan(&correction) {
+        let correction = MapCorrection::of(map());
+        let turn_mdeg = |sigma_mdeg| match situation(-2.0, sigma_mdeg).plan(motor(&correction)) {
             Some(DrivePlan::Burst(Family::Step, _, forecast)) => 1e3 * forecast.turn_rad.to_degrees(),
             _ => 0.0,
         };
         assert!((turn_mdeg(0.2) - 2.0).abs() < 1e-3);
         // Of 0.4 milli-degrees all but 0.2375, 0.95 of the tolerance over z2, are still to be measured; and the step
         // has a spread of its own.
-        let spread_mdeg = 2.0 * correction.spread(Family::Step);
+        let spread_mdeg = 2.0 * motor(&correction).spread(Family::Step);
         let expected_mdeg =
             2.0 - STEP_SHORT_SIGMAS * (0.4_f32.powi(2) - 0.2375_f32.powi(2) + spread_mdeg.powi(2)).sqrt();
         assert!((turn_mdeg(0.4) - expected_mdeg).abs() < 1e-3, "{} {expected_mdeg}", turn_mdeg(0.4));
@@ -271,9 +279,10 @@ mod tests {
     /// Clockwise bursts are aimed beyond the target; a short uncertain way clockwise is measured, not driven.
     #[test]
     fn law_clockwise_bursts_go_beyond_and_need_certainty() {
-        let correction = MapCorrection::default();
+        let correction = MapCorrection::of(map());
         for remaining_mdeg in [0.6, 3.0, 30.0, 300.0, 1900.0] {
-            let Some(DrivePlan::Burst(_, _, forecast)) = situation(remaining_mdeg, 0.2).plan(&correction)
+            let Some(DrivePlan::Burst(_, _, forecast)) =
+                situation(remaining_mdeg, 0.2).plan(motor(&correction))
             else {
                 panic!("{remaining_mdeg}");
             };
@@ -287,19 +296,19 @@ mod tests {
     /// times the distance.
     #[test]
     fn law_a_slow_motor_eases_off_later() {
-        let mut slow = MapCorrection::default();
-        let full = strongest_cruise(DriveMode::B, 1.0).unwrap();
+        let mut slow = MapCorrection::of(map());
+        let full = map().strongest_cruise(DriveMode::B, 1.0).unwrap();
         (0..50).for_each(|_| slow.learn_rate(&full, 0.25 * full.rate_rad_s));
         let amplitude = |remaining_mdeg, correction: &MapCorrection| {
-            let plan = situation(remaining_mdeg, 5.0).plan(correction);
+            let plan = situation(remaining_mdeg, 5.0).plan(motor(correction));
             let Some(DrivePlan::Cruise(cruise)) = plan else { panic!("{remaining_mdeg}") };
             cruise.amplitude
         };
-        let map = MapCorrection::default();
+        let mean = MapCorrection::of(map());
         let stronger = [3e3, 5e3, 10e3, 20e3].map(|remaining_mdeg| {
             let of_slow = amplitude(remaining_mdeg, &slow);
-            assert!((of_slow - amplitude(4.0 * remaining_mdeg, &map)).abs() < 1e-6, "{remaining_mdeg}");
-            of_slow > amplitude(remaining_mdeg, &map)
+            assert!((of_slow - amplitude(4.0 * remaining_mdeg, &mean)).abs() < 1e-6, "{remaining_mdeg}");
+            of_slow > amplitude(remaining_mdeg, &mean)
         });
         assert!(stronger.contains(&true));
     }
@@ -307,13 +316,13 @@ mod tests {
     /// A weaker amplifier gets other bursts, never stronger ones.
     #[test]
     fn law_nothing_exceeds_the_amplitude_allowed() {
-        let correction = MapCorrection::default();
+        let correction = MapCorrection::of(map());
         for amplitude_max in [0.02, 0.3, 0.45, 0.9] {
             for exponent in 0..60 {
                 let magnitude = 0.1 * 1.3_f32.powi(exponent);
                 for remaining_mdeg in [magnitude, -magnitude] {
                     let limited = Situation { amplitude_max, ..situation(remaining_mdeg, 0.01) };
-                    let amplitude = match limited.plan(&correction) {
+                    let amplitude = match limited.plan(motor(&correction)) {
                         Some(DrivePlan::Burst(_, burst, _)) => burst.amplitude,
                         Some(DrivePlan::Cruise(cruise)) => cruise.amplitude,
                         None => 0.0,

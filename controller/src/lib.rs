@@ -23,7 +23,7 @@
 //! 2. [`tick()`] on a [`PositionLoop`], which holds any [`estimator::AngleFilter`]: fuse what arrived, estimate,
 //!    decide, drive.
 //! 3. [`Target`], [`Limits`]: what is asked, and within which limits.
-//! 4. [`response_map`]: what the rotor does under each drive, identified from the plant and compiled in.
+//! 4. [`ResponseMap`]: what the rotor does under each drive, identified from motors drawn around a design.
 //! 5. [`rest_filter`] and [`map_correction`]: one Kalman filter in two parts, the angle of the rotor at rest, and how
 //!    this motor differs from the map.
 //! 6. [`situation`]: what remains, and whether the target counts as reached.
@@ -112,5 +112,6 @@ pub struct Readme;
 
 pub use ports::{Drive, LDV_SAMPLES_PER_TICK_MAX, Sense};
 pub use positioning::{Positioning, PositioningPhase, PositioningTuning, StopReason};
+pub use response_map::ResponseMap;
 pub use target::{Limits, Target, Travel};
 pub use tick::{PositionLoop, RateLoop, RateReport, TICK_NANOS, TickReport, tick, tick_rate};

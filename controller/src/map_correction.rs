@@ -20,7 +20,7 @@
 //! |---|---|---|---|---|
 //! | 0 | `a` | rad | angle at rest, in [`crate::rest_filter`] | none: measured |
 //! | 1 | `s_step` | 1 | turn of this motor's steps per turn of the map's | 1, spread of the middle step |
-//! | 2 | `s_walk` | 1 | the same for walks | 1, spread of the middle walk; correlation [`STEP_WALK_CORRELATION`] |
+//! | 2 | `s_walk` | 1 | the same for walks | 1, spread of the middle walk; correlation of the map |
 //!
 //! Spreads are standard deviations over the motors of the map. The other factors are filters of one state each,
 //! independent of these and of one another:
@@ -38,7 +38,7 @@
 
 use motor_model::{DriveMode, math};
 
-use crate::response_map::{Burst, Cruise, Family, STEP_WALK_CORRELATION, direction, strongest_cruise};
+use crate::response_map::{Burst, Cruise, Family, ResponseMap, direction};
 
 /// The factors of all families, with their variances.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -49,6 +49,15 @@ pub struct MapCorrection {
     step_walk: f32,
     /// Of the rates in modes B and C.
     rates: [Factor; 2],
+}
+
+/// The response of one motor: the map of its design, corrected.
+#[derive(Clone, Copy, Debug)]
+pub struct MotorResponse<'a> {
+    /// The map.
+    pub map: &'a ResponseMap,
+    /// What was learnt of this motor.
+    pub correction: &'a MapCorrection,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -66,23 +75,43 @@ pub struct Forecast {
     pub turn_rad2: f32,
 }
 
-impl Default for MapCorrection {
-    /// The map as it stands.
-    fn default() -> Self {
+impl MapCorrection {
+    /// `map` as it stands.
+    pub fn of(map: &ResponseMap) -> Self {
         let families = Family::ALL.map(|family| {
-            let bursts = family.bursts();
-            let relative =
-                bursts.get(bursts.len() / 2).map_or(0.0, |middle| middle.motors_sd_rad / middle.turn_rad);
+            let relative = map.middle(family).map_or(0.0, |middle| middle.motors_sd_rad / middle.turn_rad);
             Factor { value: 1.0, variance: relative * relative }
         });
         let [step, walk, ..] = families;
-        let step_walk = STEP_WALK_CORRELATION * math::sqrt_f32(step.variance * walk.variance);
+        let step_walk = map.step_walk_correlation() * math::sqrt_f32(step.variance * walk.variance);
         let rates = [DriveMode::B, DriveMode::C].map(|mode| {
-            let relative = strongest_cruise(mode, 1.0)
+            let relative = map
+                .strongest_cruise(mode, 1.0)
                 .map_or(0.0, |cruise| cruise.rate_sd_rad_s / (direction(mode) * cruise.rate_rad_s));
             Factor { value: 1.0, variance: relative * relative }
         });
         Self { families, step_walk, rates }
+    }
+}
+
+impl MotorResponse<'_> {
+    /// Standard deviation of the turn of the middle burst of `family`, relative to the turn: of the factor, and from
+    /// burst to burst.
+    pub fn spread(&self, family: Family) -> f32 {
+        let repeat = self.map.middle(family).map_or(0.0, |middle| middle.repeat_sd_rad / middle.turn_rad);
+        let variance = self.correction.factor(family).variance;
+        math::sqrt_f32(variance + MapCorrection::shape(family) + repeat * repeat)
+    }
+
+    /// The burst of `family` up to `amplitude_max` that turns this motor by `turn_rad`, as nearly as the map allows.
+    pub fn burst(&self, family: Family, turn_rad: f32, amplitude_max: f32) -> Option<Burst> {
+        self.map.burst(family, turn_rad / self.correction.scale(family), amplitude_max)
+    }
+
+    /// The cruise of `mode` up to `amplitude_max` for the last `remaining_rad`, see [`ResponseMap::cruise_within`]. A
+    /// motor of half the rate coasts half as far: it is driven as if twice as much remained.
+    pub fn cruise_within(&self, mode: DriveMode, amplitude_max: f32, remaining_rad: f32) -> Option<Cruise> {
+        self.map.cruise_within(mode, amplitude_max, remaining_rad / self.correction.rate_scale(mode))
     }
 }
 
@@ -182,15 +211,6 @@ impl MapCorrection {
         factor.variance = factor.variance.max(Self::RATE_VARIANCE_MIN * Self::RATE_RIPPLE);
     }
 
-    /// Standard deviation of the turn of the middle burst of `family`, relative to the turn: of the factor, and from
-    /// burst to burst.
-    pub fn spread(&self, family: Family) -> f32 {
-        let bursts = family.bursts();
-        let repeat =
-            bursts.get(bursts.len() / 2).map_or(0.0, |middle| middle.repeat_sd_rad / middle.turn_rad);
-        math::sqrt_f32(self.factor(family).variance + Self::shape(family) + repeat * repeat)
-    }
-
     /// What `burst` of `family` is forecast to do in this motor.
     pub fn forecast(&self, family: Family, burst: &Burst) -> Forecast {
         let Factor { value, variance } = self.factor(family);
@@ -275,14 +295,18 @@ impl MapCorrection {
 mod tests {
     use super::*;
 
+    fn map() -> &'static ResponseMap {
+        ResponseMap::table_1()
+    }
+
     fn middle(family: Family) -> Burst {
-        family.bursts()[family.bursts().len() / 2]
+        *map().middle(family).unwrap()
     }
 
     /// One measurement without noise: the factor is right up to the map's spread from burst to burst and the shape.
     #[test]
     fn law_one_burst_teaches_its_family_and_the_related_one() {
-        let mut correction = MapCorrection::default();
+        let mut correction = MapCorrection::of(map());
         let burst = middle(Family::Step);
         correction.learn(Family::Step, &burst, 1.3 * burst.turn_rad, 0.0);
         assert!((correction.scale(Family::Step) - 1.3).abs() < 0.03, "{correction:?}");
@@ -290,13 +314,13 @@ mod tests {
         assert!((1.15..1.3).contains(&walk), "{walk}");
         assert!((correction.scale(Family::Throw) - 1.0).abs() < f32::EPSILON);
         let left = correction.factor(Family::Walk).variance;
-        assert!(left < 0.5 * MapCorrection::default().factor(Family::Walk).variance, "{correction:?}");
+        assert!(left < 0.5 * MapCorrection::of(map()).factor(Family::Walk).variance, "{correction:?}");
     }
 
     /// Bayes with two Gaussians of equal variance: half way, half the variance.
     #[test]
     fn exact_a_measurement_as_uncertain_as_the_factor_counts_half() {
-        let mut correction = MapCorrection::default();
+        let mut correction = MapCorrection::of(map());
         let burst = Burst { repeat_sd_rad: 0.0, ..middle(Family::Nudge) };
         let mean = burst.turn_rad;
         let prior = correction.factor(Family::Nudge).variance;
@@ -310,8 +334,8 @@ mod tests {
     /// three. The other mode's factor stays.
     #[test]
     fn law_the_rate_of_a_slow_motor_is_learnt() {
-        let mut correction = MapCorrection::default();
-        let cruise = strongest_cruise(DriveMode::C, 1.0).unwrap();
+        let mut correction = MapCorrection::of(map());
+        let cruise = map().strongest_cruise(DriveMode::C, 1.0).unwrap();
         let rate_rad_s = -0.15 * cruise.rate_rad_s;
         correction.learn_rate(&cruise, rate_rad_s);
         assert!(correction.rate_scale(DriveMode::C) < 0.5, "{correction:?}");
@@ -328,7 +352,7 @@ mod tests {
     /// A drive that halves is learnt within three bursts, however small the variance of the factor was.
     #[test]
     fn law_a_change_beyond_the_gate_is_learnt() {
-        let mut correction = MapCorrection::default();
+        let mut correction = MapCorrection::of(map());
         let burst = middle(Family::Step);
         for _ in 0..50 {
             correction.learn(Family::Step, &burst, burst.turn_rad, 0.0);
@@ -342,7 +366,7 @@ mod tests {
     /// Whatever turn is measured, factors stay in range and variances positive.
     #[test]
     fn law_any_measurement_leaves_factors_in_range() {
-        let mut correction = MapCorrection::default();
+        let mut correction = MapCorrection::of(map());
         for turned in [1e9, -1e9, 0.0, 1e-30, f32::MAX] {
             for family in Family::ALL {
                 correction.learn(family, &middle(family), turned, 1e-20);

@@ -30,9 +30,9 @@ use estimator::{Estimate, Health};
 use motor_model::{Angle, DriveCommand, DriveMode, Time, math};
 
 use crate::drive_plan::DrivePlan;
-use crate::map_correction::MapCorrection;
+use crate::map_correction::{MapCorrection, MotorResponse};
 use crate::progress_window::{ProgressWindow, WindowOutcome};
-use crate::response_map::{Burst, Cruise, Family, coast_rad, cruise_within, direction};
+use crate::response_map::{Burst, Cruise, Family, ResponseMap, direction};
 use crate::rest_filter::{RestFilter, Resting};
 use crate::situation::Situation;
 use crate::target::Target;
@@ -63,15 +63,15 @@ pub struct Positioning {
 }
 
 impl Positioning {
-    /// Positioning to `target`, starting at `now` by measuring where the rotor is.
-    pub fn new(target: Target, tuning: PositioningTuning, now: Time) -> Self {
+    /// Positioning to `target` by `map`, starting at `now` by measuring where the rotor is.
+    pub fn new(map: &ResponseMap, target: Target, tuning: PositioningTuning, now: Time) -> Self {
         let mut positioning = Self {
             target,
             tuning,
             started_at: now,
             phase: PositioningPhase::Settling,
             rest: RestFilter::default(),
-            correction: MapCorrection::default(),
+            correction: MapCorrection::of(map),
             drives: 0,
             stalls: 0,
             untested: 0,
@@ -124,8 +124,15 @@ impl Positioning {
         self.rest.resting(estimate)
     }
 
-    /// The command for the tick at `now`, by the present estimate, which counts only if `health` allows.
-    pub fn decide(&mut self, now: Time, estimate: Option<&Estimate<f32>>, health: Health) -> DriveCommand {
+    /// The command for the tick at `now`, by the present estimate, which counts only if `health` allows, and by the map
+    /// with which the state machine was made.
+    pub fn decide(
+        &mut self,
+        map: &ResponseMap,
+        now: Time,
+        estimate: Option<&Estimate<f32>>,
+        health: Health,
+    ) -> DriveCommand {
         let usable = estimate.filter(|_| !matches!(health, Health::Unusable(_)));
         self.phase = match (self.phase, usable) {
             (PositioningPhase::Stopped(why), _) => PositioningPhase::Stopped(why),
@@ -135,7 +142,7 @@ impl Positioning {
             }
             (phase, Some(estimate)) => {
                 self.rest.note_variance(estimate);
-                self.step(phase, now, estimate)
+                self.step(map, phase, now, estimate)
             }
         };
         let late = now.nanos_since(self.started_at) > self.tuning.limits.deadline_nanos;
@@ -158,15 +165,21 @@ impl Positioning {
         }
     }
 
-    fn step(&mut self, phase: PositioningPhase, now: Time, estimate: &Estimate<f32>) -> PositioningPhase {
+    fn step(
+        &mut self,
+        map: &ResponseMap,
+        phase: PositioningPhase,
+        now: Time,
+        estimate: &Estimate<f32>,
+    ) -> PositioningPhase {
         match phase {
             PositioningPhase::Cruise { cruise, since, progress } => {
-                self.cruise(cruise, since, progress, now, estimate)
+                self.cruise(map, cruise, since, progress, now, estimate)
             }
             PositioningPhase::Burst { family, burst, since } => {
                 self.burst(family, burst, since, now, estimate)
             }
-            PositioningPhase::Settling => self.settle(now, estimate),
+            PositioningPhase::Settling => self.settle(map, now, estimate),
             PositioningPhase::Holding => self.hold(now, estimate),
             PositioningPhase::Waiting(_) => PositioningPhase::Settling,
             PositioningPhase::Stopped(why) => PositioningPhase::Stopped(why),
@@ -176,6 +189,7 @@ impl Positioning {
     /// Drive on: goes on, or is cut.
     fn cruise(
         &mut self,
+        map: &ResponseMap,
         cruise: Cruise,
         since: Time,
         progress: ProgressWindow,
@@ -200,7 +214,7 @@ impl Positioning {
             WindowOutcome::WrongWay => return self.wrong_way(),
         };
         let remaining_rad = direction * self.target.angle().radians_since::<f32>(estimate.angle);
-        let coast_rad = coast_rad(cruise.mode, (direction * estimate.rate_rad_s).max(0.0));
+        let coast_rad = map.coast_rad(cruise.mode, (direction * estimate.rate_rad_s).max(0.0));
         let arrived = remaining_rad <= coast_rad - CLOCKWISE_COAST_SIGMAS * direction * cruise.coast_sd_rad;
         let too_long = now.nanos_since(since) >= self.tuning.limits.on_max_nanos;
         let uncertain = estimate.angle_rad2 > self.tuning.cruise_variance_max_rad2;
@@ -210,7 +224,7 @@ impl Positioning {
             }
             return PositioningPhase::Settling;
         }
-        PositioningPhase::Cruise { cruise: self.weakened(cruise, remaining_rad), since, progress }
+        PositioningPhase::Cruise { cruise: self.weakened(map, cruise, remaining_rad), since, progress }
     }
 
     fn learn_rate(&mut self, cruise: &Cruise, rate_rad_s: f32) {
@@ -220,13 +234,13 @@ impl Positioning {
     }
 
     /// The cruise for what remains: a weaker one where the coast of `cruise` is too uncertain.
-    fn weakened(&self, cruise: Cruise, remaining_rad: f32) -> Cruise {
+    fn weakened(&self, map: &ResponseMap, cruise: Cruise, remaining_rad: f32) -> Cruise {
         // A motor of half the rate coasts half as far: it is driven as if twice as much remained.
         let remaining_rad = remaining_rad / self.correction.rate_scale(cruise.mode);
         if remaining_rad >= cruise.room_rad() {
             return cruise;
         }
-        cruise_within(cruise.mode, self.tuning.limits.amplitude_max, remaining_rad)
+        map.cruise_within(cruise.mode, self.tuning.limits.amplitude_max, remaining_rad)
             .filter(|weaker| weaker.amplitude < cruise.amplitude)
             .unwrap_or(cruise)
     }
@@ -249,12 +263,12 @@ impl Positioning {
     }
 
     /// Drive off: measures on, holds, or begins the next drive.
-    fn settle(&mut self, now: Time, estimate: &Estimate<f32>) -> PositioningPhase {
+    fn settle(&mut self, map: &ResponseMap, now: Time, estimate: &Estimate<f32>) -> PositioningPhase {
         if !estimate.resting {
             return PositioningPhase::Settling;
         }
         if let Some(probe) = self.probe {
-            return self.probe(probe, now, estimate);
+            return self.probe(map, probe, now, estimate);
         }
         let situation = self.situation(estimate);
         let corrected = self.corrected(estimate);
@@ -263,7 +277,9 @@ impl Positioning {
             self.rest.compare(estimate);
             return PositioningPhase::Holding;
         }
-        let Some(plan) = situation.plan(&corrected) else { return PositioningPhase::Settling };
+        let Some(plan) = situation.plan(MotorResponse { map, correction: &corrected }) else {
+            return PositioningPhase::Settling;
+        };
         if self.waits_for_test(&plan, &situation, estimate) {
             return PositioningPhase::Settling;
         }

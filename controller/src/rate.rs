@@ -17,7 +17,7 @@ use estimator::{Estimate, Health};
 use motor_model::{Angle, AngleAccumulator, DriveCommand, DriveMode, Time};
 
 pub use self::profile::{Profile, RATE_MAX_RAD_S};
-use crate::response_map::{CRUISES, direction};
+use crate::response_map::{ResponseMap, direction};
 
 /// Tuning of the rate controller.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -92,9 +92,15 @@ impl RateHold {
         self.reference.map(|reference| reference.angle())
     }
 
-    /// The command for the tick at `now`. Without a usable estimate the drive is off, and the reference starts again
+    /// The command for the tick at `now`, by the rates of `map`. Without a usable estimate the drive is off, and the reference starts again
     /// at the next usable estimate.
-    pub fn decide(&mut self, now: Time, estimate: Option<&Estimate<f32>>, health: Health) -> DriveCommand {
+    pub fn decide(
+        &mut self,
+        map: &ResponseMap,
+        now: Time,
+        estimate: Option<&Estimate<f32>>,
+        health: Health,
+    ) -> DriveCommand {
         let usable = estimate.filter(|_| !matches!(health, Health::Unusable(_)));
         let dt_s: f32 = now.seconds_since(self.decided_at);
         self.decided_at = now;
@@ -114,7 +120,7 @@ impl RateHold {
         let behind_rad: f32 = reference.angle().radians_since(estimate.angle);
         if now.nanos_since(self.changed_at) >= self.tuning.hold_nanos {
             self.changed_at = now;
-            self.command = self.tuning.drive(rate_rad_s, behind_rad);
+            self.command = self.tuning.drive(map, rate_rad_s, behind_rad);
         }
         self.command
     }
@@ -122,24 +128,30 @@ impl RateHold {
 
 impl RateTuning {
     /// The drive for a rotor that should turn at `rate_rad_s` and is behind by `behind_rad`, clockwise positive.
-    fn drive(&self, rate_rad_s: f32, behind_rad: f32) -> DriveCommand {
+    fn drive(&self, map: &ResponseMap, rate_rad_s: f32, behind_rad: f32) -> DriveCommand {
         let mode = if rate_rad_s > 0.0 { DriveMode::B } else { DriveMode::C };
         let along = direction(mode);
         let (rate, behind) = (along * rate_rad_s, along * behind_rad);
         if behind < -self.ahead_rad {
             let back = if mode == DriveMode::B { DriveMode::C } else { DriveMode::B };
-            return amplitude_for(back, -behind / self.catch_up_s, self.amplitude_max, true);
+            return amplitude_for(map, back, -behind / self.catch_up_s, self.amplitude_max, true);
         }
         let wanted = rate + behind / self.catch_up_s;
-        amplitude_for(mode, wanted, self.amplitude_max, behind > self.behind_rad)
+        amplitude_for(map, mode, wanted, self.amplitude_max, behind > self.behind_rad)
     }
 }
 
 /// The drive of `mode` whose mean rate is `rate_rad_s` in its direction. Below the rate of the weakest cruise: that
 /// cruise if a pulse is `due`, otherwise off.
-fn amplitude_for(mode: DriveMode, rate_rad_s: f32, amplitude_max: f32, due: bool) -> DriveCommand {
+fn amplitude_for(
+    map: &ResponseMap,
+    mode: DriveMode,
+    rate_rad_s: f32,
+    amplitude_max: f32,
+    due: bool,
+) -> DriveCommand {
     let along = direction(mode);
-    let mut cruises = CRUISES.iter().filter(|cruise| cruise.mode == mode);
+    let mut cruises = map.cruises().iter().filter(|cruise| cruise.mode == mode);
     let Some(mut below) = cruises.next() else { return DriveCommand::OFF };
     if rate_rad_s < along * below.rate_rad_s {
         return if due {
@@ -165,6 +177,10 @@ mod tests {
     use super::*;
     use estimator::Reason;
 
+    fn map() -> &'static ResponseMap {
+        ResponseMap::table_1()
+    }
+
     fn estimate(at: Time, deg: f64) -> Estimate<f32> {
         Estimate {
             at,
@@ -181,18 +197,18 @@ mod tests {
     /// between the amplitudes.
     #[test]
     fn exact_amplitudes_invert_the_map() {
-        for pair in CRUISES.windows(2).filter(|pair| pair[0].mode == pair[1].mode) {
+        for pair in map().cruises().windows(2).filter(|pair| pair[0].mode == pair[1].mode) {
             let along = direction(pair[0].mode);
             for part in [0.0, 0.5] {
                 let of = |f: fn(&crate::response_map::Cruise) -> f32| {
                     f(&pair[0]) + part * (f(&pair[1]) - f(&pair[0]))
                 };
-                let command = amplitude_for(pair[0].mode, along * of(|c| c.rate_rad_s), 1.0, false);
+                let command = amplitude_for(map(), pair[0].mode, along * of(|c| c.rate_rad_s), 1.0, false);
                 assert_eq!(command.mode(), Some(pair[0].mode));
                 assert!((command.amplitude() - of(|c| c.amplitude)).abs() < 1e-4, "{pair:?} {command:?}");
             }
         }
-        let fast = amplitude_for(DriveMode::B, 1e3, 0.8, false).amplitude();
+        let fast = amplitude_for(map(), DriveMode::B, 1e3, 0.8, false).amplitude();
         assert!((fast - 0.8).abs() < f32::EPSILON);
     }
 
@@ -206,7 +222,7 @@ mod tests {
             let mut command = DriveCommand::OFF;
             for tick in 1..=100_000 {
                 let now = Time::from_nanos(tick * crate::TICK_NANOS);
-                command = hold.decide(now, Some(&estimate(now, 0.0)), Health::Good);
+                command = hold.decide(map(), now, Some(&estimate(now, 0.0)), Health::Good);
             }
             let turned = hold.reference().unwrap().degrees();
             assert!((turned - rate_deg_s).abs() < 1e-3 * rate_deg_s.abs(), "{turned}");
@@ -221,23 +237,23 @@ mod tests {
         let mut hold = RateHold::new(profile, RateTuning::default(), Time::ZERO);
         let at = |tick| Time::from_nanos(tick * crate::TICK_NANOS);
         for tick in 0..1000 {
-            hold.decide(at(tick), Some(&estimate(at(tick), 0.0)), Health::Good);
+            hold.decide(map(), at(tick), Some(&estimate(at(tick), 0.0)), Health::Good);
         }
         let lost = Health::Unusable(Reason::Uncertain);
-        assert_eq!(hold.decide(at(1000), Some(&estimate(at(1000), 0.0)), lost), DriveCommand::OFF);
+        assert_eq!(hold.decide(map(), at(1000), Some(&estimate(at(1000), 0.0)), lost), DriveCommand::OFF);
         assert_eq!(hold.reference(), None);
-        assert_eq!(hold.decide(at(1001), None, Health::Waiting), DriveCommand::OFF);
+        assert_eq!(hold.decide(map(), at(1001), None, Health::Waiting), DriveCommand::OFF);
     }
 
     /// A rotor ahead is slowed by friction, and driven back only beyond the limit.
     #[test]
     fn exact_a_rotor_ahead_is_left_alone_until_it_is_far_ahead() {
         let tuning = RateTuning::default();
-        assert_eq!(tuning.drive(1.0, -0.04), DriveCommand::OFF);
-        assert_eq!(tuning.drive(1.0, -0.06).mode(), Some(DriveMode::C));
-        assert_eq!(tuning.drive(-1.0, 0.06).mode(), Some(DriveMode::B));
-        assert_eq!(tuning.drive(0.1, 0.0), DriveCommand::OFF);
-        assert_eq!(tuning.drive(0.1, 0.001).mode(), Some(DriveMode::B));
+        assert_eq!(tuning.drive(map(), 1.0, -0.04), DriveCommand::OFF);
+        assert_eq!(tuning.drive(map(), 1.0, -0.06).mode(), Some(DriveMode::C));
+        assert_eq!(tuning.drive(map(), -1.0, 0.06).mode(), Some(DriveMode::B));
+        assert_eq!(tuning.drive(map(), 0.1, 0.0), DriveCommand::OFF);
+        assert_eq!(tuning.drive(map(), 0.1, 0.001).mode(), Some(DriveMode::B));
     }
 
     /// While a profile rests the drive is off, and the next turn begins where the rotor came to rest, however far it
@@ -254,7 +270,7 @@ mod tests {
         let mut hold = RateHold::new(profile, RateTuning::default(), Time::ZERO);
         for tick in 1..200_000 {
             let now = Time::from_nanos(tick * crate::TICK_NANOS);
-            let command = hold.decide(now, Some(&estimate(now, 7.0)), Health::Good);
+            let command = hold.decide(map(), now, Some(&estimate(now, 7.0)), Health::Good);
             let asked = hold.wanted_rad_s(now);
             if asked.abs() > 0.0 {
                 assert!(command.mode() != Some(if asked > 0.0 { DriveMode::C } else { DriveMode::B }));

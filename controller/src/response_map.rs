@@ -1,13 +1,14 @@
 //! The response map: what the rotor does under each drive. Positioning and rate control plan by it.
 //!
-//! The table is identified from drawn motors of the plant (`host-sim response-map` prints and writes it) and compiled
-//! in. It has two kinds of drive:
+//! A [`ResponseMap`] is a value. It is identified from motors drawn around a design (`host-sim response-map` prints and
+//! writes it) and holds for that design only. [`ResponseMap::table_1`] is that of Table 1, compiled in. A map has two
+//! kinds of drive:
 //!
 //! - a [`Cruise`] stays on until it is cut: mean rate, and the coast, which is proportional to the rate at the cut;
 //! - a [`Burst`] of whole ticks starts and ends at rest: how far it turns the rotor, how much that differs from motor
 //!   to motor, and how much in one motor from burst to burst.
 //!
-//! # What the bursts do
+//! # What the bursts do, in the map of Table 1
 //!
 //! | family | drive | turns by | one motor repeats it to |
 //! |---|---|---|---|
@@ -21,13 +22,151 @@
 //! differ by one factor (20 %), nearly the same for both families, which the first burst measures
 //! ([`crate::map_correction`]). So the last approach to a target is always by these, counter-clockwise.
 
+mod check;
+mod rows;
 mod table;
 
 use core::f32::consts::PI;
 
-use motor_model::{DriveCommand, DriveMode};
+use motor_model::{DriveCommand, DriveMode, MotorParams};
 
-pub use table::{BURSTS_OF, CRUISES, STEP_WALK_CORRELATION};
+pub use check::{MapError, MapField, MapPlace};
+use rows::Rows;
+
+/// Most cruises of a map, both modes together.
+pub const CRUISES_MAX: usize = 16;
+/// Most bursts of a family.
+pub const BURSTS_MAX: usize = 16;
+
+/// The response map of a design: about 2.3 kB.
+///
+/// It is passed by reference: a microcontroller reads the map of Table 1 from flash, and another one from where it was
+/// received.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ResponseMap {
+    design: MotorParams,
+    /// Mode B, then mode C, each weakest first.
+    cruises: Rows<Cruise, CRUISES_MAX>,
+    /// In the order of [`Family::ALL`], shortest turn first.
+    bursts: [Rows<Burst, BURSTS_MAX>; Family::ALL.len()],
+    step_walk_correlation: f32,
+}
+
+impl Default for ResponseMap {
+    /// That of Table 1.
+    fn default() -> Self {
+        *Self::table_1()
+    }
+}
+
+static TABLE_1: ResponseMap = ResponseMap {
+    design: MotorParams::nominal(),
+    cruises: cruise_rows(&table::CRUISES),
+    bursts: {
+        let [step, walk, stride, nudge, throw] = table::BURSTS_OF;
+        [burst_rows(step), burst_rows(walk), burst_rows(stride), burst_rows(nudge), burst_rows(throw)]
+    },
+    step_walk_correlation: table::STEP_WALK_CORRELATION,
+};
+
+impl ResponseMap {
+    /// The map of motors drawn around Table 1, compiled in.
+    pub fn table_1() -> &'static Self {
+        &TABLE_1
+    }
+
+    /// The design whose motors it describes.
+    pub fn design(&self) -> &MotorParams {
+        &self.design
+    }
+
+    /// The cruises of both modes, each weakest first.
+    pub fn cruises(&self) -> &[Cruise] {
+        self.cruises.as_slice()
+    }
+
+    /// The bursts of `family`, shortest turn first.
+    pub fn bursts(&self, family: Family) -> &[Burst] {
+        let [step, walk, stride, nudge, throw] = &self.bursts;
+        match family {
+            Family::Step => step,
+            Family::Walk => walk,
+            Family::Stride => stride,
+            Family::Nudge => nudge,
+            Family::Throw => throw,
+        }
+        .as_slice()
+    }
+
+    /// The burst in the middle of `family`, whose spread stands for the family's; `None` if it has no bursts.
+    pub fn middle(&self, family: Family) -> Option<&Burst> {
+        let bursts = self.bursts(family);
+        bursts.get(bursts.len() / 2)
+    }
+
+    /// Correlation over motors of the turns by a step and by a walk, -1 to 1.
+    pub fn step_walk_correlation(&self) -> f32 {
+        self.step_walk_correlation
+    }
+
+    /// Shortest and longest mean turn in rad of bursts of `family` up to `amplitude_max`; `None` if it forbids them
+    /// all.
+    pub fn range_rad(&self, family: Family, amplitude_max: f32) -> Option<(f32, f32)> {
+        let mut allowed = self.bursts(family).iter().filter(|burst| burst.amplitude <= amplitude_max);
+        let first = allowed.next()?;
+        Some((first.turn_rad, allowed.next_back().unwrap_or(first).turn_rad))
+    }
+
+    /// The burst of `family` up to `amplitude_max` whose mean turn is nearest to `turn_rad`, by linear interpolation in
+    /// the table.
+    pub fn burst(&self, family: Family, turn_rad: f32, amplitude_max: f32) -> Option<Burst> {
+        let mut allowed = self.bursts(family).iter().filter(|burst| burst.amplitude <= amplitude_max);
+        let mut below = *allowed.next()?;
+        for above in allowed {
+            if turn_rad < above.turn_rad {
+                let part = (turn_rad - below.turn_rad) / (above.turn_rad - below.turn_rad);
+                return Some(below.towards(above, part.max(0.0)));
+            }
+            below = *above;
+        }
+        Some(below)
+    }
+
+    /// The strongest cruise of `mode` up to `amplitude_max`; `None` if it forbids them all.
+    pub fn strongest_cruise(&self, mode: DriveMode, amplitude_max: f32) -> Option<Cruise> {
+        let mut allowed =
+            self.cruises().iter().filter(|cruise| cruise.mode == mode && cruise.amplitude <= amplitude_max);
+        allowed.next_back().copied()
+    }
+
+    /// The cruise of `mode` up to `amplitude_max` for the last `remaining_rad`: the strongest that has
+    /// [`Cruise::room_rad`], or the weakest that turns nearly every motor; `None` if all of those are forbidden.
+    pub fn cruise_within(&self, mode: DriveMode, amplitude_max: f32, remaining_rad: f32) -> Option<Cruise> {
+        let allowed = |cruise: &&Cruise| {
+            cruise.mode == mode && cruise.amplitude <= amplitude_max && cruise.turns_every_motor()
+        };
+        let mut chosen: Option<&Cruise> = None;
+        for cruise in self.cruises().iter().filter(allowed) {
+            if chosen.is_none() || cruise.room_rad() <= remaining_rad {
+                chosen = Some(cruise);
+            }
+        }
+        chosen.copied()
+    }
+
+    /// Turn in rad from the cut of `mode` at a rate of that magnitude until rest. Sliding grows with the square of the
+    /// rate, so the coast per rate is that of the next higher rate in the table.
+    pub fn coast_rad(&self, mode: DriveMode, rate_rad_s: f32) -> f32 {
+        let mut coast_s = 0.0;
+        for cruise in self.cruises().iter().filter(|cruise| cruise.mode == mode) {
+            coast_s = cruise.coast_s;
+            if direction(mode) * cruise.rate_rad_s >= rate_rad_s {
+                break;
+            }
+        }
+        rate_rad_s * coast_s
+    }
+}
 
 /// A drive that stays on until it is cut.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -96,45 +235,23 @@ impl Family {
     /// Every family, in the order of their discriminants.
     pub const ALL: [Self; 5] = [Self::Step, Self::Walk, Self::Stride, Self::Nudge, Self::Throw];
 
+    /// Its name in a map's file.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Step => "step",
+            Self::Walk => "walk",
+            Self::Stride => "stride",
+            Self::Nudge => "nudge",
+            Self::Throw => "throw",
+        }
+    }
+
     /// The mode that its bursts drive.
     pub const fn mode(self) -> DriveMode {
         match self {
             Self::Step | Self::Walk | Self::Stride => DriveMode::C,
             Self::Nudge | Self::Throw => DriveMode::B,
         }
-    }
-
-    /// Its bursts, shortest turn first.
-    pub fn bursts(self) -> &'static [Burst] {
-        let [step, walk, stride, nudge, throw] = &BURSTS_OF;
-        match self {
-            Self::Step => step,
-            Self::Walk => walk,
-            Self::Stride => stride,
-            Self::Nudge => nudge,
-            Self::Throw => throw,
-        }
-    }
-
-    /// Shortest and longest mean turn in rad of bursts up to `amplitude_max`; `None` if it forbids them all.
-    pub fn range_rad(self, amplitude_max: f32) -> Option<(f32, f32)> {
-        let mut allowed = self.bursts().iter().filter(|burst| burst.amplitude <= amplitude_max);
-        let first = allowed.next()?;
-        Some((first.turn_rad, allowed.next_back().unwrap_or(first).turn_rad))
-    }
-
-    /// The burst up to `amplitude_max` whose mean turn is nearest to `turn_rad`, by linear interpolation in the table.
-    pub fn burst(self, turn_rad: f32, amplitude_max: f32) -> Option<Burst> {
-        let mut allowed = self.bursts().iter().filter(|burst| burst.amplitude <= amplitude_max);
-        let mut below = *allowed.next()?;
-        for above in allowed {
-            if turn_rad < above.turn_rad {
-                let part = (turn_rad - below.turn_rad) / (above.turn_rad - below.turn_rad);
-                return Some(below.towards(above, part.max(0.0)));
-            }
-            below = *above;
-        }
-        Some(below)
     }
 }
 
@@ -170,47 +287,29 @@ impl Burst {
     }
 }
 
-/// The strongest cruise of `mode` up to `amplitude_max`; `None` if it forbids them all.
-pub fn strongest_cruise(mode: DriveMode, amplitude_max: f32) -> Option<Cruise> {
-    let mut allowed =
-        CRUISES.iter().filter(|cruise| cruise.mode == mode && cruise.amplitude <= amplitude_max);
-    allowed.next_back().copied()
-}
-
-/// The cruise of `mode` up to `amplitude_max` for the last `remaining_rad`: the strongest that has
-/// [`Cruise::room_rad`], or the weakest that turns nearly every motor; `None` if all of those are forbidden.
-pub fn cruise_within(mode: DriveMode, amplitude_max: f32, remaining_rad: f32) -> Option<Cruise> {
-    let allowed = |cruise: &&Cruise| {
-        cruise.mode == mode && cruise.amplitude <= amplitude_max && cruise.turns_every_motor()
-    };
-    let mut chosen: Option<&Cruise> = None;
-    for cruise in CRUISES.iter().filter(allowed) {
-        if chosen.is_none() || cruise.room_rad() <= remaining_rad {
-            chosen = Some(cruise);
-        }
-    }
-    chosen.copied()
-}
-
-/// Turn in rad from the cut of `mode` at a rate of that magnitude until rest. Sliding grows with the square of the
-/// rate, so the coast per rate is that of the next higher rate in the table.
-pub fn coast_rad(mode: DriveMode, rate_rad_s: f32) -> f32 {
-    let mut coast_s = 0.0;
-    for cruise in CRUISES.iter().filter(|cruise| cruise.mode == mode) {
-        coast_s = cruise.coast_s;
-        if direction(mode) * cruise.rate_rad_s >= rate_rad_s {
-            break;
-        }
-    }
-    rate_rad_s * coast_s
-}
-
 /// +1 for the clockwise mode, -1 for the other.
 pub const fn direction(mode: DriveMode) -> f32 {
     match mode {
         DriveMode::B => 1.0,
         DriveMode::C => -1.0,
     }
+}
+
+const fn cruise_rows(rows: &[Cruise]) -> Rows<Cruise, CRUISES_MAX> {
+    let fill = Cruise {
+        mode: DriveMode::B,
+        amplitude: 0.0,
+        rate_rad_s: 0.0,
+        rate_sd_rad_s: 0.0,
+        coast_s: 0.0,
+        coast_sd_rad: 0.0,
+    };
+    Rows::of(rows, fill)
+}
+
+const fn burst_rows(rows: &[Burst]) -> Rows<Burst, BURSTS_MAX> {
+    let fill = Burst { amplitude: 0.0, ticks: 0, turn_rad: 0.0, motors_sd_rad: 0.0, repeat_sd_rad: 0.0 };
+    Rows::of(rows, fill)
 }
 
 const RAD_PER_MDEG: f32 = PI / 180e3;
@@ -238,18 +337,22 @@ const fn cruise(
 mod tests {
     use super::*;
 
+    fn map() -> &'static ResponseMap {
+        ResponseMap::table_1()
+    }
+
     /// Planning inverts each family, so the turn must rise along it. Steps and walks must repeat far better than
     /// motors agree.
     #[test]
     fn law_families_rise_and_the_fine_ones_repeat() {
         for family in Family::ALL {
-            for pair in family.bursts().windows(2) {
+            for pair in map().bursts(family).windows(2) {
                 assert!(pair[0].turn_rad < pair[1].turn_rad, "{family:?} {pair:?}");
                 assert!(pair[0].amplitude <= pair[1].amplitude && pair[0].ticks <= pair[1].ticks);
             }
         }
         for family in [Family::Step, Family::Walk] {
-            for burst in family.bursts() {
+            for burst in map().bursts(family) {
                 assert!(burst.repeat_sd_rad < 0.2 * burst.motors_sd_rad, "{family:?} {burst:?}");
             }
         }
@@ -260,8 +363,8 @@ mod tests {
     fn law_every_distance_has_a_burst() {
         for chain in [&[Family::Step, Family::Walk, Family::Stride][..], &[Family::Nudge, Family::Throw]] {
             for pair in chain.windows(2) {
-                let (_, longest) = pair[0].range_rad(1.0).unwrap();
-                let (shortest, _) = pair[1].range_rad(1.0).unwrap();
+                let (_, longest) = map().range_rad(pair[0], 1.0).unwrap();
+                let (shortest, _) = map().range_rad(pair[1], 1.0).unwrap();
                 assert!(shortest <= longest, "{pair:?}");
             }
         }
@@ -269,13 +372,13 @@ mod tests {
 
     #[test]
     fn exact_interpolation_between_two_bursts() {
-        let [first, second, ..] = Family::Step.bursts() else { unreachable!() };
-        let half = Family::Step.burst(0.5 * (first.turn_rad + second.turn_rad), 1.0).unwrap();
+        let [first, second, ..] = map().bursts(Family::Step) else { unreachable!() };
+        let half = map().burst(Family::Step, 0.5 * (first.turn_rad + second.turn_rad), 1.0).unwrap();
         assert!((half.amplitude - 0.5 * (first.amplitude + second.amplitude)).abs() < 1e-6);
         assert_eq!(half.ticks, first.ticks);
-        let throws = Family::Throw.bursts();
+        let throws = map().bursts(Family::Throw);
         let wanted = 0.3 * throws[0].turn_rad + 0.7 * throws[1].turn_rad;
-        let between = Family::Throw.burst(wanted, 1.0).unwrap();
+        let between = map().burst(Family::Throw, wanted, 1.0).unwrap();
         let ticks = 0.3 * throws[0].ticks as f32 + 0.7 * throws[1].ticks as f32;
         assert!((between.ticks as f32 - ticks).abs() <= 0.5);
         // A whole number of ticks, and the turn that belongs to it.
@@ -285,15 +388,17 @@ mod tests {
 
     #[test]
     fn exact_beyond_the_ends_the_ends_and_weaker_if_limited() {
-        let walks = Family::Walk.bursts();
-        assert_eq!(Family::Walk.burst(1e9, 1.0).unwrap(), walks[walks.len() - 1]);
-        assert_eq!(Family::Walk.burst(0.0, 1.0).unwrap(), walks[0]);
-        assert_eq!(Family::Throw.burst(1.0, 0.5), None);
-        assert_eq!(Family::Throw.range_rad(0.5), None);
-        assert!(Family::Step.range_rad(0.5).unwrap().1 < Family::Step.range_rad(1.0).unwrap().1);
-        assert!(Family::Step.burst(1e9, 0.5).unwrap().amplitude <= 0.5);
-        assert!(strongest_cruise(DriveMode::C, 1.0).unwrap().amplitude > 0.99);
-        assert!(strongest_cruise(DriveMode::C, 0.55).unwrap().amplitude <= 0.55);
-        assert_eq!(strongest_cruise(DriveMode::B, 0.0), None);
+        let walks = map().bursts(Family::Walk);
+        assert_eq!(map().burst(Family::Walk, 1e9, 1.0).unwrap(), walks[walks.len() - 1]);
+        assert_eq!(map().burst(Family::Walk, 0.0, 1.0).unwrap(), walks[0]);
+        assert_eq!(map().burst(Family::Throw, 1.0, 0.5), None);
+        assert_eq!(map().range_rad(Family::Throw, 0.5), None);
+        assert!(
+            map().range_rad(Family::Step, 0.5).unwrap().1 < map().range_rad(Family::Step, 1.0).unwrap().1
+        );
+        assert!(map().burst(Family::Step, 1e9, 0.5).unwrap().amplitude <= 0.5);
+        assert!(map().strongest_cruise(DriveMode::C, 1.0).unwrap().amplitude > 0.99);
+        assert!(map().strongest_cruise(DriveMode::C, 0.55).unwrap().amplitude <= 0.55);
+        assert_eq!(map().strongest_cruise(DriveMode::B, 0.0), None);
     }
 }

@@ -239,7 +239,12 @@ impl RestFilter {
 #[cfg(test)]
 pub(crate) mod tests {
     use super::*;
+    use crate::response_map::ResponseMap;
     use motor_model::Time;
+
+    fn map() -> &'static ResponseMap {
+        ResponseMap::table_1()
+    }
 
     /// The estimate of a rotor at rest.
     pub(crate) fn estimate(mdeg: f64, sigma_mdeg: f32) -> Estimate<f32> {
@@ -259,8 +264,8 @@ pub(crate) mod tests {
     fn stepped() -> RestFilter {
         let mut filter = RestFilter::default();
         let forecast = Forecast { turn_rad: 1e-3_f32.to_radians(), turn_rad2: estimate(0.0, 0.3).angle_rad2 };
-        let step = Family::Step.burst(1e-3_f32.to_radians(), 1.0).unwrap();
-        filter.predict(Family::Step, step, forecast, &estimate(10.0, 0.4), &MapCorrection::default());
+        let step = map().burst(Family::Step, 1e-3_f32.to_radians(), 1.0).unwrap();
+        filter.predict(Family::Step, step, forecast, &estimate(10.0, 0.4), &MapCorrection::of(map()));
         filter
     }
 
@@ -281,7 +286,7 @@ pub(crate) mod tests {
         let seen = estimate(10.0, 0.5);
         let measured = Resting { angle: seen.angle, angle_rad2: seen.angle_rad2 };
         assert_eq!(filter.resting(&seen), measured);
-        assert_eq!(filter.corrected(&seen, &MapCorrection::default()), MapCorrection::default());
+        assert_eq!(filter.corrected(&seen, &MapCorrection::of(map())), MapCorrection::of(map()));
         filter.note_variance(&estimate(0.0, 100.0));
         assert_ne!(filter.resting(&seen), measured);
         filter.forget();
@@ -326,7 +331,7 @@ pub(crate) mod tests {
     fn dual_angle_and_factors_are_one_kalman_filter() {
         use nalgebra::{Matrix3, RowVector3, Vector3};
 
-        let mut correction = MapCorrection::default();
+        let mut correction = MapCorrection::of(map());
         let mut filter = RestFilter::default();
         let [[step, across], [_, walk]] =
             [Family::Step, Family::Walk].map(|family| correction.covariances(family).map(f64::from));
@@ -336,7 +341,7 @@ pub(crate) mod tests {
         for (family, wanted_mdeg, seen_mdeg, sigma_mdeg) in
             [(Family::Walk, 15.0, 16.0, 0.9), (Family::Step, 5.0, 10.2, 0.5), (Family::Step, 2.0, 7.8, 0.3)]
         {
-            let burst = family.burst((1e-3_f32 * wanted_mdeg).to_radians(), 1.0).unwrap();
+            let burst = map().burst(family, (1e-3_f32 * wanted_mdeg).to_radians(), 1.0).unwrap();
             correction = filter.corrected(&seen, &correction);
             let forecast = correction.forecast(family, &burst);
             filter.predict(family, burst, forecast, &seen, &correction);

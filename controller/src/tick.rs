@@ -1,21 +1,27 @@
 //! The loop body of firmware and simulation: fuse what arrived, estimate, decide, drive.
 
+use core::borrow::Borrow;
+
 use estimator::{AngleFilter, ConstantRate, Estimate, Health, Innovation};
 use motor_model::{Angle, DriveCommand, Time};
 
 use crate::ports::{Drive, LDV_SAMPLES_PER_TICK_MAX, Sense};
 use crate::positioning::{Positioning, PositioningPhase, PositioningTuning};
 use crate::rate::RateHold;
+use crate::response_map::ResponseMap;
 use crate::target::Target;
 
 /// Period of the loop in ns. The bursts of [`crate::response_map`] are counted in it, so another period needs another
 /// map.
 pub const TICK_NANOS: u64 = 10_000;
 
-/// The state of the positioning loop, with the filter `F` that it estimates by.
+/// The state of the positioning loop, with the filter `F` that it estimates by and the response map that it plans by.
+///
+/// `M` is the map or refers to it: by default to a static one, which takes no memory in the loop.
 #[derive(Clone, Copy, Debug)]
-pub struct PositionLoop<F = ConstantRate<f32>> {
+pub struct PositionLoop<F = ConstantRate<f32>, M = &'static ResponseMap> {
     filter: F,
+    map: M,
     positioning: Positioning,
 }
 
@@ -24,21 +30,22 @@ impl PositionLoop {
     pub const TICK_NANOS: u64 = TICK_NANOS;
 }
 
-impl<F> PositionLoop<F> {
+impl<F, M: Borrow<ResponseMap>> PositionLoop<F, M> {
     /// The filter, to run or read on its own.
     pub fn filter_mut(&mut self) -> &mut F {
         &mut self.filter
     }
 
     /// A loop that positions to `target` from `now` on, by a filter that is new or goes on from an earlier move.
-    pub fn new(filter: F, target: Target, tuning: PositioningTuning, now: Time) -> Self {
-        Self { filter, positioning: Positioning::new(target, tuning, now) }
+    pub fn new(filter: F, map: M, target: Target, tuning: PositioningTuning, now: Time) -> Self {
+        let positioning = Positioning::new(map.borrow(), target, tuning, now);
+        Self { filter, map, positioning }
     }
 
     /// Begins another move at `now`, as a loop from [`Self::new`] would, with the filter as it is. The filter is not
     /// moved in memory: a large one needs no second place on the stack.
     pub fn begin(&mut self, target: Target, tuning: PositioningTuning, now: Time) {
-        self.positioning = Positioning::new(target, tuning, now);
+        self.positioning = Positioning::new(self.map.borrow(), target, tuning, now);
     }
 
     /// Replaces the target from `now` on, see [`Positioning::retarget`].
@@ -49,6 +56,11 @@ impl<F> PositionLoop<F> {
     /// Ends the move, drive off.
     pub fn cancel(&mut self) {
         self.positioning.cancel();
+    }
+
+    /// The response map, to read.
+    pub fn map(&self) -> &ResponseMap {
+        self.map.borrow()
     }
 
     /// The state machine, to read.
@@ -79,30 +91,31 @@ pub struct TickReport {
 /// To be called every [`PositionLoop::TICK_NANOS`]. A late or missed tick costs accuracy of the cut-off, nothing else,
 /// since every measurement carries its own time. Takes at most one camera frame and [`LDV_SAMPLES_PER_TICK_MAX`]
 /// vibrometer samples. An estimate whose health is [`Health::Unusable`] counts as none.
-pub fn tick<F: AngleFilter<f32>, P: Sense + Drive>(
-    state: &mut PositionLoop<F>,
+pub fn tick<F: AngleFilter<f32>, M: Borrow<ResponseMap>, P: Sense + Drive>(
+    state: &mut PositionLoop<F, M>,
     now: Time,
     ports: &mut P,
 ) -> TickReport {
-    let PositionLoop { filter, positioning } = state;
+    let PositionLoop { filter, map, positioning } = state;
     let Fused { camera, estimate, health } = fuse(filter, now, ports);
-    let command = positioning.decide(now, estimate.as_ref(), health);
+    let command = positioning.decide((*map).borrow(), now, estimate.as_ref(), health);
     let applied = ports.drive(command);
     filter.drive(now, applied);
     TickReport { estimate, health, camera, command, applied, phase: positioning.phase() }
 }
 
-/// The state of the rate loop, with the filter `F` that it estimates by.
+/// The state of the rate loop, with the filter `F` that it estimates by and the response map, as in [`PositionLoop`].
 #[derive(Clone, Copy, Debug)]
-pub struct RateLoop<F> {
+pub struct RateLoop<F, M = &'static ResponseMap> {
     filter: F,
+    map: M,
     hold: RateHold,
 }
 
-impl<F> RateLoop<F> {
+impl<F, M: Borrow<ResponseMap>> RateLoop<F, M> {
     /// A loop that follows a rate, by a filter that is new or goes on from earlier.
-    pub fn new(filter: F, hold: RateHold) -> Self {
-        Self { filter, hold }
+    pub fn new(filter: F, map: M, hold: RateHold) -> Self {
+        Self { filter, map, hold }
     }
 
     /// The filter, to read.
@@ -132,14 +145,14 @@ pub struct RateReport {
 }
 
 /// One tick of the rate loop at `now`, otherwise as [`tick`].
-pub fn tick_rate<F: AngleFilter<f32>, P: Sense + Drive>(
-    state: &mut RateLoop<F>,
+pub fn tick_rate<F: AngleFilter<f32>, M: Borrow<ResponseMap>, P: Sense + Drive>(
+    state: &mut RateLoop<F, M>,
     now: Time,
     ports: &mut P,
 ) -> RateReport {
-    let RateLoop { filter, hold } = state;
+    let RateLoop { filter, map, hold } = state;
     let Fused { estimate, health, .. } = fuse(filter, now, ports);
-    let applied = ports.drive(hold.decide(now, estimate.as_ref(), health));
+    let applied = ports.drive(hold.decide((*map).borrow(), now, estimate.as_ref(), health));
     filter.drive(now, applied);
     RateReport {
         estimate,
@@ -232,8 +245,8 @@ mod tests {
             (Health::Unusable(Reason::FramesRefused), None),
             (Health::Unusable(Reason::Uncertain), None),
         ] {
-            let mut state =
-                PositionLoop::new(FixedHealth(health), target, PositioningTuning::default(), Time::ZERO);
+            let (map, tuning) = (ResponseMap::table_1(), PositioningTuning::default());
+            let mut state = PositionLoop::new(FixedHealth(health), map, target, tuning, Time::ZERO);
             let report = tick(&mut state, Time::ZERO, &mut NoInstruments);
             assert_eq!((report.command.mode(), report.health), (mode, health));
         }

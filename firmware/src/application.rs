@@ -19,7 +19,7 @@ mod tests;
 
 use core::mem;
 
-use controller::{Drive, Limits, PositionLoop, PositioningTuning, Sense, Target};
+use controller::{Drive, Limits, PositionLoop, PositioningTuning, ResponseMap, Sense, Target};
 use estimator::{CameraFrame, Instruments, LdvSample};
 use link::{
     Arrival, BoardFault, BoardMessage, Configuration, Counters, Deframer, FRAME_BYTES_MAX, FrameError,
@@ -97,7 +97,7 @@ impl Move {
         let limits = Limits { deadline_nanos, ..Limits::default() };
         let tuning = PositioningTuning { limits, ..PositioningTuning::default() };
         let filter = SelectedFilter::try_new(filter, &bench.design, &bench.instruments)?;
-        let position_loop = PositionLoop::new(filter, target, tuning, Time::ZERO);
+        let position_loop = PositionLoop::new(filter, ResponseMap::table_1(), target, tuning, Time::ZERO);
         *memory = Some(Self { configuration, target, tuning, position_loop });
         Ok(())
     }

@@ -72,8 +72,17 @@ impl Default for MotorParams {
 
 impl MotorParams {
     /// Table 1's nominal values (with Table 3's mode shift).
-    pub fn nominal() -> Self {
-        Self { values: Parameter::ALL.map(|parameter| parameter.spec().nominal) }
+    pub const fn nominal() -> Self {
+        let mut values = [0.0; COUNT];
+        let mut number = 0;
+        while number < COUNT {
+            #[expect(clippy::indexing_slicing, reason = "below the length of both")]
+            {
+                values[number] = Parameter::ALL[number].spec().nominal;
+            }
+            number += 1;
+        }
+        Self { values }
     }
 
     /// The value of `parameter`, in the unit of its spec.

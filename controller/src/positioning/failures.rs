@@ -20,7 +20,7 @@ use motor_model::{DriveMode, Time};
 use super::{Positioning, PositioningPhase, StopReason};
 use crate::drive_plan::DrivePlan;
 use crate::map_correction::Forecast;
-use crate::response_map::{Family, direction};
+use crate::response_map::{Family, ResponseMap, direction};
 use crate::rest_filter::{BurstComparison, Resting};
 use crate::situation::Situation;
 
@@ -93,13 +93,19 @@ impl Positioning {
     }
 
     /// At rest, with a mode that turns nothing: drives a burst of the other, or tests that burst.
-    pub(super) fn probe(&mut self, probe: Probe, now: Time, estimate: &Estimate<f32>) -> PositioningPhase {
+    pub(super) fn probe(
+        &mut self,
+        map: &ResponseMap,
+        probe: Probe,
+        now: Time,
+        estimate: &Estimate<f32>,
+    ) -> PositioningPhase {
         let other = match probe.lost {
             DriveMode::B => Family::Step,
             DriveMode::C => Family::Nudge,
         };
         let Some((before, forecast_rad)) = probe.driven else {
-            let Some(burst) = other.burst(PROBE_RAD, self.tuning.limits.amplitude_max) else {
+            let Some(burst) = map.burst(other, PROBE_RAD, self.tuning.limits.amplitude_max) else {
                 return PositioningPhase::Stopped(StopReason::Stalled);
             };
             // An angle of large variance before the burst would leave the probe without an outcome.

@@ -8,6 +8,10 @@ mod faults;
 
 const TICK: u64 = crate::TICK_NANOS;
 
+fn map() -> &'static ResponseMap {
+    ResponseMap::table_1()
+}
+
 /// A rotor, its estimate, and the time of the loop.
 struct Scenario {
     positioning: Positioning,
@@ -25,7 +29,7 @@ impl Scenario {
     fn limited(target_mdeg: f64, tolerance_mdeg: f64, limits: Limits) -> Self {
         let target = Target::try_new(1e-3 * target_mdeg, 1e-3 * tolerance_mdeg).unwrap();
         let tuning = PositioningTuning { limits, ..PositioningTuning::default() };
-        let positioning = Positioning::new(target, tuning, Time::ZERO);
+        let positioning = Positioning::new(map(), target, tuning, Time::ZERO);
         Self { positioning, now: Time::ZERO, mdeg: 0.0, sigma_mdeg: 0.1, rate_rad_s: 0.0 }
     }
 
@@ -46,14 +50,14 @@ impl Scenario {
     fn rest(&mut self) -> DriveCommand {
         self.now = self.now.plus_nanos(TICK);
         let estimate = self.estimate(true, self.sigma_mdeg);
-        self.positioning.decide(self.now, Some(&estimate), Health::Good)
+        self.positioning.decide(map(), self.now, Some(&estimate), Health::Good)
     }
 
     /// A tick in motion, when the variance of the filter is large.
     fn moving(&mut self) -> DriveCommand {
         self.now = self.now.plus_nanos(TICK);
         let estimate = self.estimate(false, 20.0);
-        self.positioning.decide(self.now, Some(&estimate), Health::Good)
+        self.positioning.decide(map(), self.now, Some(&estimate), Health::Good)
     }
 
     fn phase(&self) -> PositioningPhase {
@@ -116,7 +120,7 @@ impl Scenario {
 #[test]
 fn law_no_drive_without_an_estimate_and_it_says_why() {
     let mut scenario = Scenario::new(90e3, 1.0);
-    assert_eq!(scenario.positioning.decide(Time::ZERO, None, Health::Waiting), DriveCommand::OFF);
+    assert_eq!(scenario.positioning.decide(map(), Time::ZERO, None, Health::Waiting), DriveCommand::OFF);
     assert_eq!(scenario.phase(), PositioningPhase::Waiting(Health::Waiting));
     scenario.rest();
     assert_eq!(scenario.rest().mode(), Some(DriveMode::B), "health has returned");
@@ -131,7 +135,10 @@ fn law_an_estimate_lost_on_the_way_switches_the_drive_off_in_the_same_tick() {
         scenario.now = scenario.now.plus_nanos(TICK);
         let estimate = scenario.estimate(false, 20.0);
         let lost = Health::Unusable(Reason::FramesRefused);
-        assert_eq!(scenario.positioning.decide(scenario.now, Some(&estimate), lost), DriveCommand::OFF);
+        assert_eq!(
+            scenario.positioning.decide(map(), scenario.now, Some(&estimate), lost),
+            DriveCommand::OFF
+        );
         assert_eq!(scenario.phase(), PositioningPhase::Waiting(lost));
     }
 }
@@ -142,7 +149,7 @@ fn exact_a_cruise_is_cut_where_the_coast_remains() {
     let mut scenario = Scenario::new(2.2e3, 1.0);
     scenario.rest();
     let PositioningPhase::Cruise { cruise, .. } = scenario.phase() else { panic!("{:?}", scenario.phase()) };
-    assert_eq!(Some(cruise), cruise_within(DriveMode::B, 1.0, 0.0));
+    assert_eq!(Some(cruise), map().cruise_within(DriveMode::B, 1.0, 0.0));
     scenario.rate_rad_s = cruise.rate_rad_s;
     let cut_rad = cruise.rate_rad_s * cruise.coast_s - 0.5 * cruise.coast_sd_rad;
     scenario.mdeg = 2.2e3 - 1e3 * f64::from(cut_rad.to_degrees()) - 10.0;

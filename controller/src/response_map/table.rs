@@ -5,12 +5,12 @@ use motor_model::DriveMode::{B, C};
 use super::{Burst, Cruise, burst, cruise};
 
 /// Correlation over motors of the turns by a step and by a walk.
-pub const STEP_WALK_CORRELATION: f32 = 0.87;
+pub(super) const STEP_WALK_CORRELATION: f32 = 0.87;
 
 /// Cruises of each mode, weakest first: drive, rate and its spread over motors in rad/s, coast per rate in s
 /// and its spread in milli-degrees.
 #[rustfmt::skip]
-pub const CRUISES: [Cruise; 15] = [
+pub(super) const CRUISES: [Cruise; 15] = [
     cruise((B, 0.3), (0.9913, 0.8923), (0.00269, 91.6)),
     cruise((B, 0.4), (3.365, 0.9743), (0.00424, 272.3)),
     cruise((B, 0.5), (5.574, 0.9603), (0.00539, 628.8)),
@@ -31,7 +31,7 @@ pub const CRUISES: [Cruise; 15] = [
 /// Bursts of each family, in the order of [`super::Family::ALL`], shortest first: amplitude, ticks, turn,
 /// its spread over motors and from burst to burst in milli-degrees.
 #[rustfmt::skip]
-pub const BURSTS_OF: [&[Burst]; 5] = [
+pub(super) const BURSTS_OF: [&[Burst]; 5] = [
     // Step
     &[
         burst(0.05, 27, 0.1423, 0.0391, 0.0002),

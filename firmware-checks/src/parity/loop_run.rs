@@ -7,7 +7,7 @@
 
 use core::fmt;
 
-use controller::{Drive, PositionLoop, PositioningTuning, Sense, Target, TickReport, tick};
+use controller::{Drive, PositionLoop, PositioningTuning, ResponseMap, Sense, Target, TickReport, tick};
 use estimator::{AngleFilter, CameraFrame, Instruments, LdvSample};
 use link::FilterKind;
 use motor_model::{Angle, DriveCommand, Motor, MotorParams, MotorSetup, MotorState, OutOfBounds, Time};
@@ -139,7 +139,8 @@ pub(crate) fn build_loop<'m, F>(
     now: Time,
 ) -> Result<&'m mut PositionLoop<F>, OutOfBounds> {
     let filter = filter()?;
-    Ok(memory.insert(PositionLoop::new(filter, target, PositioningTuning::default(), now)))
+    let (map, tuning) = (ResponseMap::table_1(), PositioningTuning::default());
+    Ok(memory.insert(PositionLoop::new(filter, map, target, tuning, now)))
 }
 
 /// Camera and vibrometer of the twin, and an amplifier without limits.

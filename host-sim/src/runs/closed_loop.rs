@@ -1,7 +1,7 @@
 //! The closed loop: the controller's own loop bodies, [`controller::tick`] and [`controller::tick_rate`], on the rig.
 
 use controller::rate::RateHold;
-use controller::{PositionLoop, PositioningTuning, RateLoop, RateReport, Target, TickReport};
+use controller::{PositionLoop, PositioningTuning, RateLoop, RateReport, ResponseMap, Target, TickReport};
 use motor_model::Time;
 
 use crate::runs::RunError;
@@ -39,7 +39,8 @@ pub type PositioningMoment = Moment<TickReport>;
 /// # Errors
 /// When the model refuses the plant, or the plant's step does not divide a period.
 pub fn positioning(scene: &Scene, target: Target, tuning: PositioningTuning) -> Result<ClosedLoop, RunError> {
-    let position_loop = PositionLoop::new(AnyFilter::of(scene)?, target, tuning, Time::ZERO);
+    let position_loop =
+        PositionLoop::new(AnyFilter::of(scene)?, ResponseMap::table_1(), target, tuning, Time::ZERO);
     Ok(TickDriver::new(scene, position_loop)?)
 }
 
@@ -48,7 +49,7 @@ pub fn positioning(scene: &Scene, target: Target, tuning: PositioningTuning) -> 
 /// # Errors
 /// When the model refuses the plant, or the plant's step does not divide a period.
 pub fn rate(scene: &Scene, hold: RateHold) -> Result<ClosedRateLoop, RunError> {
-    Ok(TickDriver::new(scene, RateLoop::new(AnyFilter::of(scene)?, hold))?)
+    Ok(TickDriver::new(scene, RateLoop::new(AnyFilter::of(scene)?, ResponseMap::table_1(), hold))?)
 }
 
 impl PositioningMoment {

@@ -120,7 +120,7 @@ fn dual_a_plant_with_longer_steps_at_rest_is_the_same_plant() {
 /// both.
 #[test]
 fn dual_the_compiled_response_map_is_what_the_plant_does() {
-    use controller::response_map::{CRUISES, Family};
+    use controller::response_map::{Family, ResponseMap};
     use host_sim::{Scene, studies::response_map::ResponseMapCampaign};
 
     const MOTORS: u64 = 40;
@@ -131,14 +131,14 @@ fn dual_the_compiled_response_map_is_what_the_plant_does() {
     #[expect(clippy::cast_precision_loss, reason = "40")]
     let root = motor_model::math::sqrt(MOTORS as f64);
     for family in Family::ALL {
-        let burst = family.bursts()[2];
+        let burst = ResponseMap::table_1().bursts(family)[2];
         let row = campaign.burst(family.mode(), burst.amplitude, burst.ticks);
         let mdeg = |rad: f32| 1e3 * f64::from(rad).to_degrees();
         let within = 4.5 * mdeg(burst.motors_sd_rad) / root;
         let expected = mdeg(burst.turn_rad);
         assert_between(row.turn_mdeg.abs(), expected - within, expected + within, format!("{family:?}"));
     }
-    let cruise = CRUISES[CRUISES.len() - 1];
+    let cruise = *ResponseMap::table_1().cruises().last().expect("a cruise");
     let row = campaign.cruise(cruise.mode, cruise.amplitude);
     let (expected, within) = (f64::from(cruise.rate_rad_s), 4.5 * f64::from(cruise.rate_sd_rad_s) / root);
     assert_between(row.rate_rad_s, expected - within, expected + within, "cruise");

@@ -2,7 +2,7 @@
 
 #![expect(clippy::disallowed_methods, reason = "an independent yardstick")]
 
-use controller::response_map::strongest_cruise;
+use controller::ResponseMap;
 use motor_model::DriveMode;
 
 use crate::support::built_command::{folder, json, number, refuses, succeeds};
@@ -46,7 +46,7 @@ fn dual_averaged_motor_turns_as_the_response_map_says() {
     let run = ["simulate", "--model", "averaged", "--duration", "10", "--format", "json", "--drive"];
     for (mode, drive) in [(DriveMode::B, "b"), (DriveMode::C, "c")] {
         let report = json(folder.path(), &[&run[..], &[drive]].concat());
-        let cruise = strongest_cruise(mode, 1.0).expect("a full drive is allowed");
+        let cruise = ResponseMap::table_1().strongest_cruise(mode, 1.0).expect("a full drive is allowed");
         let (map, sd) = (f64::from(cruise.rate_rad_s), f64::from(cruise.rate_sd_rad_s));
         let rate = number(&report["rotor_rate_rad_s"], "mean");
         assert_between(rate, map - 2.0 * sd, map + 2.0 * sd, "rate");

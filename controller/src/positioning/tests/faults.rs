@@ -2,7 +2,6 @@
 
 use super::*;
 use crate::positioning::failures::FAILURES_MAX;
-use crate::response_map::strongest_cruise;
 use crate::target::Travel;
 
 /// K3: bursts without effect, and a cruise without effect: given up after a bounded number, each time.
@@ -38,7 +37,7 @@ fn law_a_slow_motor_arrives() {
             assert_eq!(end, PositioningPhase::Holding, "{part} {target_mdeg} at {}", scenario.mdeg);
             assert!((scenario.mdeg - target_mdeg).abs() <= 0.5, "{part} {target_mdeg} {}", scenario.mdeg);
             let mode = if target_mdeg > 0.0 { DriveMode::B } else { DriveMode::C };
-            let rate_rad_s = part * direction(mode) * strongest_cruise(mode, 1.0).unwrap().rate_rad_s;
+            let rate_rad_s = part * direction(mode) * map().strongest_cruise(mode, 1.0).unwrap().rate_rad_s;
             let least_s = (1e-3 * target_mdeg.abs()).to_radians() / f64::from(rate_rad_s);
             let taken_s = 1e-9 * scenario.now.nanos() as f64;
             assert!(taken_s < 1.25 * least_s + 1.0, "{part} {target_mdeg}: {taken_s} s for {least_s} s");

@@ -1,5 +1,5 @@
 use super::*;
-use controller::{Drive, Limits, PositionLoop, PositioningTuning, Sense, Target};
+use controller::{Drive, Limits, PositionLoop, PositioningTuning, ResponseMap, Sense, Target};
 use estimator::{CameraFrame, LdvSample};
 use link::Coded;
 use motor_model::{DriveCommand, Time};
@@ -58,8 +58,9 @@ impl Processor for SecondLoop {
         let target = Target::try_new(target_deg, tolerance_deg)?;
         let limits = Limits { deadline_nanos, ..Limits::default() };
         let tuning = PositioningTuning { limits, ..PositioningTuning::default() };
-        self.position_loop =
-            Some(PositionLoop::new(AnyFilter::named(filter, &Scene::default())?, target, tuning, Time::ZERO));
+        let filter = AnyFilter::named(filter, &Scene::default())?;
+        let position_loop = PositionLoop::new(filter, ResponseMap::table_1(), target, tuning, Time::ZERO);
+        self.position_loop = Some(position_loop);
         Ok(())
     }
 

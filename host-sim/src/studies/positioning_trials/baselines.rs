@@ -2,7 +2,7 @@
 
 use std::ops::ControlFlow;
 
-use controller::response_map::{direction, strongest_cruise};
+use controller::response_map::{ResponseMap, direction};
 use controller::{Drive as _, Sense as _, TICK_NANOS, Target};
 use estimator::{AngleFilter as _, CameraFrame, Estimate, Health};
 use motor_model::{Angle, DriveCommand, DriveMode, Time};
@@ -141,7 +141,7 @@ impl BaselineProgram {
         let coast_s = match self.rule {
             BaselineRule::BangBang => 0.0,
             BaselineRule::BurstTable(_) | BaselineRule::CutOff => {
-                strongest_cruise(mode, 1.0).map_or(0.0, |cruise| cruise.coast_s)
+                ResponseMap::table_1().strongest_cruise(mode, 1.0).map_or(0.0, |cruise| cruise.coast_s)
             }
         };
         let coast_rad = (direction * estimate.rate_rad_s).max(0.0) * coast_s;

@@ -17,10 +17,10 @@ impl IdentifiedResponseMap {
              use motor_model::DriveMode::{{B, C}};\n\n\
              use super::{{Burst, Cruise, burst, cruise}};\n\n\
              /// Correlation over motors of the turns by a step and by a walk.\n\
-             pub const STEP_WALK_CORRELATION: f32 = {step_walk_correlation:.2};\n\n\
+             pub(super) const STEP_WALK_CORRELATION: f32 = {step_walk_correlation:.2};\n\n\
              /// Cruises of each mode, weakest first: drive, rate and its spread over motors in rad/s, coast per \
              rate in s\n/// and its spread in milli-degrees.\n\
-             #[rustfmt::skip]\npub const CRUISES: [Cruise; {}] = [\n",
+             #[rustfmt::skip]\npub(super) const CRUISES: [Cruise; {}] = [\n",
             self.cruises.len()
         );
         // Writing to a string cannot fail.
@@ -33,7 +33,7 @@ impl IdentifiedResponseMap {
         text.push_str(
             "];\n\n/// Bursts of each family, in the order of [`super::Family::ALL`], shortest first: amplitude, \
              ticks, turn,\n/// its spread over motors and from burst to burst in milli-degrees.\n\
-             #[rustfmt::skip]\npub const BURSTS_OF: [&[Burst]; 5] = [\n",
+             #[rustfmt::skip]\npub(super) const BURSTS_OF: [&[Burst]; 5] = [\n",
         );
         for (family, rows) in Family::ALL.into_iter().zip(&self.bursts) {
             let _ = writeln!(text, "    // {family:?}\n    &[");
@@ -120,7 +120,7 @@ mod tests {
     /// The map in `controller`, written again, is the same bytes.
     #[test]
     fn exact_the_compiled_map_is_as_the_command_writes_it() {
-        use controller::response_map::{CRUISES, STEP_WALK_CORRELATION};
+        let map = controller::ResponseMap::table_1();
 
         let mdeg = |rad: f32| 1e3 * f64::from(rad).to_degrees();
         let cruise_row = |cruise: &controller::response_map::Cruise| super::super::CruiseRow {
@@ -140,9 +140,9 @@ mod tests {
             repeat_mdeg: mdeg(burst.repeat_sd_rad),
         };
         let identified = IdentifiedResponseMap {
-            cruises: CRUISES.iter().map(cruise_row).collect(),
-            bursts: Family::ALL.map(|family| family.bursts().iter().map(burst_row).collect()).into(),
-            step_walk_correlation: STEP_WALK_CORRELATION.into(),
+            cruises: map.cruises().iter().map(cruise_row).collect(),
+            bursts: Family::ALL.map(|family| map.bursts(family).iter().map(burst_row).collect()).into(),
+            step_walk_correlation: map.step_walk_correlation().into(),
             motors: 200,
             seed: 1,
         };
