@@ -6,6 +6,7 @@ use object::read::elf::ElfFile32;
 use object::{LittleEndian, Object as _, ObjectSection as _, ObjectSymbol as _, SectionFlags, SymbolKind};
 
 use crate::board::BoardError;
+use crate::report::files;
 
 /// A function.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -37,9 +38,7 @@ impl ElfImage {
     /// # Errors
     /// When it cannot be read or is no ELF of a 32-bit machine.
     pub fn read(path: &Path) -> Result<Self, BoardError> {
-        let bytes =
-            std::fs::read(path).map_err(|source| BoardError::Unreadable { path: path.to_owned(), source })?;
-        Self::parse(&bytes)
+        Self::parse(&files::read(path)?)
             .map_err(|error| BoardError::NoElf { path: path.to_owned(), error: error.to_string() })
     }
 

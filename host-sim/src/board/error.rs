@@ -1,6 +1,5 @@
 //! The error of a program of the microcontroller that gives no result.
 
-use std::io;
 use std::path::PathBuf;
 
 use super::instructions::ListingError;
@@ -18,14 +17,6 @@ pub enum BoardError {
     /// The emulator or the compiler gave no answer.
     #[error(transparent)]
     Tool(#[from] ToolError),
-    /// A program or a log that cannot be read.
-    #[error("cannot read {}: {source}", path.display())]
-    Unreadable {
-        /// The file.
-        path: PathBuf,
-        /// The system's error.
-        source: io::Error,
-    },
     /// A program to be built outside a checkout of the project.
     #[error("the firmware cannot be built here: neither this folder nor one above it holds {script}")]
     NoCheckout {

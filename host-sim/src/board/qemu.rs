@@ -20,6 +20,7 @@ use std::time::Duration;
 use clap::ValueEnum;
 
 use crate::board::BoardError;
+use crate::report::files;
 use crate::tool::{ToolError, run_within};
 pub(super) use one_processor::OneProcessor;
 pub(super) use trace::Trace;
@@ -105,6 +106,6 @@ fn not_run(source: std::io::Error) -> ToolError {
 
 /// Whether there is a program `elf`.
 fn readable(elf: &Path) -> Result<(), BoardError> {
-    let unreadable = |source| BoardError::Unreadable { path: elf.to_owned(), source };
-    std::fs::File::open(elf).map(drop).map_err(unreadable)
+    files::read(elf)?;
+    Ok(())
 }

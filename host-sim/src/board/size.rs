@@ -15,12 +15,12 @@ mod reachable_calls;
 mod stack_depth;
 
 use std::fmt;
-use std::path::Path;
 
 use serde::Serialize;
 
 use crate::board::BoardError;
 use crate::board::elf_image::ElfImage;
+use crate::board::instructions::program::build_with;
 use crate::report::page::PlacedValue;
 use crate::report::table::Table;
 use crate::runs::filter::FILTERS;
@@ -105,23 +105,21 @@ pub struct SizeReport {
 }
 
 impl SizeReport {
-    /// Measures the ELF that `elf_of` gives for a program, and runs it.
+    /// Builds, measures and runs every program.
     ///
     /// # Errors
-    /// When an ELF cannot be had, read or run.
-    pub fn measure<P: AsRef<Path>>(
-        mut elf_of: impl FnMut(&str, Option<&str>) -> Result<P, BoardError>,
-    ) -> Result<Self, BoardError> {
+    /// When a program cannot be built, read or run.
+    pub fn measure() -> Result<Self, BoardError> {
         let measured = PROGRAMS.map(|(program, only)| {
-            let elf = elf_of(program, only)?;
-            let image = ElfImage::read(elf.as_ref())?;
+            let elf = build_with(program, only)?;
+            let image = ElfImage::read(&elf)?;
             let reached = reachable_calls::reached(&image)?;
             Ok(ProgramSize {
                 program,
                 only,
                 flash_bytes: image.flash_bytes,
                 static_bytes: image.static_bytes,
-                stacks: stack_depth::of_each_filter(program, only, elf.as_ref())?,
+                stacks: stack_depth::of_each_filter(program, only, &elf)?,
                 functions: reached.functions,
                 forbidden: reached.forbidden,
             })

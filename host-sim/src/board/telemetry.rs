@@ -18,6 +18,7 @@ use std::path::Path;
 use defmt_decoder::{DecodeError, StreamDecoder, Table};
 
 use crate::board::BoardError;
+use crate::report::{OutputError, files};
 pub use log_beside_truth::LogBesideTruth;
 
 /// The texts of a program's log.
@@ -31,8 +32,7 @@ impl LogDictionary {
     /// # Errors
     /// When it cannot be read, or is no ELF of a program that logs.
     pub fn read(path: &Path) -> Result<Self, BoardError> {
-        let bytes =
-            std::fs::read(path).map_err(|source| BoardError::Unreadable { path: path.to_owned(), source })?;
+        let bytes = files::read(path)?;
         let no_elf = |error: String| BoardError::NoElf { path: path.to_owned(), error };
         let table = Table::parse(&bytes).map_err(|error| no_elf(error.to_string()))?;
         let table = table.filter(|table| !table.is_empty() && table.has_timestamp());
@@ -77,7 +77,7 @@ impl<'d> LogReader<'d> {
     /// When it cannot be opened.
     pub fn open(dictionary: &'d LogDictionary, path: &Path) -> Result<Self, BoardError> {
         let file =
-            File::open(path).map_err(|source| BoardError::Unreadable { path: path.to_owned(), source })?;
+            File::open(path).map_err(|source| OutputError::Unreadable { path: path.to_owned(), source })?;
         Ok(Self { file, decoder: dictionary.table.new_stream_decoder() })
     }
 
@@ -115,6 +115,7 @@ impl<'d> LogReader<'d> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::runs::RunError;
 
     #[test]
     fn exact_fields_of_an_entry() {
@@ -131,7 +132,10 @@ mod tests {
     fn exact_what_is_no_program_that_logs_is_refused() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("elf");
-        assert!(matches!(LogDictionary::read(&path), Err(BoardError::Unreadable { .. })));
+        assert!(matches!(
+            LogDictionary::read(&path),
+            Err(BoardError::Run(RunError::Output(OutputError::Unreadable { .. })))
+        ));
         std::fs::write(&path, "text").unwrap();
         assert!(matches!(LogDictionary::read(&path), Err(BoardError::NoElf { .. })));
         // An ELF, but of a program that does not log.

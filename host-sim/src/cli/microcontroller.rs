@@ -131,7 +131,7 @@ pub(super) struct SizeArgs {
 impl SizeArgs {
     pub(super) fn execute(&self) -> Result<(), CommandError> {
         qemu::check()?;
-        let report = size::SizeReport::measure(instructions::program::build_with)?;
+        let report = size::SizeReport::measure()?;
         files::print(&self.format.of(report.to_string(), report.json()))?;
         let complaints = report.complaints();
         if complaints.is_empty() { Ok(()) } else { Err(BoardError::Oversize(complaints).into()) }

@@ -160,7 +160,7 @@ fn microcontroller_values() -> Result<Vec<PlacedValue>, CommandError> {
     let report = instructions::CountReport::new(Board::M4, listing).map_err(BoardError::from)?;
     let estimates = instructions::cycles::estimate(Board::M4)?;
     let mut values = instructions::page_values::page_values(&report, &estimates);
-    values.extend(size::SizeReport::measure(instructions::program::build_with)?.page_values());
+    values.extend(size::SizeReport::measure()?.page_values());
     Ok(values)
 }
 
@@ -208,8 +208,7 @@ fn write(page: Page, path: &Path, effort: Effort) -> Result<(), CommandError> {
 
 /// Compares a page with what would be written.
 fn check(page: Page, path: &Path, effort: Effort) -> Result<(), CommandError> {
-    let unreadable = |source| OutputError::Unreadable { path: path.to_owned(), source };
-    let written = std::fs::read_to_string(path).map_err(unreadable)?;
+    let written = String::from_utf8_lossy(&files::read(path)?).into_owned();
     let fresh = page::filled(page.template(), &page.values(effort)?)?;
     match page::first_difference(&written, &fresh) {
         Some(line) => Err(OutputError::Outdated { path: path.to_owned(), line }.into()),

@@ -11,8 +11,8 @@ use tempfile::NamedTempFile;
 
 use crate::report::OutputError;
 
-/// Rows as CSV, their fields as columns. `header` has the names of the columns with commas between them; without it they
-/// are the names of the fields, and no field has parts of its own.
+/// Rows as CSV, their fields as columns. `header` has the names of the columns with commas between them; without it
+/// they are the names of the fields, and no field has parts of its own.
 ///
 /// # Errors
 /// When a row has more or fewer columns than the header.
@@ -33,6 +33,14 @@ pub fn json_line<V: Serialize + ?Sized>(value: &V) -> String {
     let mut text = serde_json::to_string(value).unwrap_or_default();
     text.push('\n');
     text
+}
+
+/// All bytes of the file at `path`.
+///
+/// # Errors
+/// When it cannot be read.
+pub fn read(path: &Path) -> Result<Vec<u8>, OutputError> {
+    std::fs::read(path).map_err(|source| OutputError::Unreadable { path: path.to_owned(), source })
 }
 
 /// A JSON array with one value a line.

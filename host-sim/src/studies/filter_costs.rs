@@ -197,10 +197,8 @@ impl FilterVariant {
     fn instructions(&self, drive: &str, sample_rate_hz: f64, counts: &Listing) -> Option<OperationCosts> {
         let counted = self.precision == Precision::F32 && sample_rate_hz >= SAMPLE_RATES_HZ[0];
         counted.then_some(())?;
-        let mean = |operation: &str| {
-            let name = format!("{}_{drive}_{operation}", self.filter);
-            Some(counts.counts.iter().find(|count| count.operation == name)?.mean())
-        };
+        let mean =
+            |operation: &str| Some(counts.find(&format!("{}_{drive}_{operation}", self.filter))?.mean());
         let [frame, sample, prediction] = ["camera_frame", "vibrometer_sample", "prediction"].map(mean);
         Some(OperationCosts::new(frame?, sample?, prediction?, sample_rate_hz))
     }

@@ -29,8 +29,8 @@ use trend::TrendLine;
 /// Steps at which mode B of Table 3 is simulated, from the coarse to the converged one.
 const MODE_B_STEPS_S: [f64; 7] = [10e-6, 5e-6, 2e-6, 1e-6, 0.5e-6, 0.2e-6, 0.1e-6];
 
-/// Every motor to be simulated: mode B of Table 3 from the converged step to the coarse one, [`CASES`], the cases of mode
-/// B at the coarse and at the converged step, [`TRENDS`].
+/// Every motor to be simulated: mode B of Table 3 from the converged step to the coarse one, [`CASES`], the cases of
+/// mode B at the coarse and at the converged step, [`TRENDS`].
 #[derive(Clone, Debug)]
 pub struct PaperPlan {
     seeds: u64,

@@ -68,7 +68,7 @@ impl CountReport {
 
     /// What an operation took, if it was counted.
     pub fn count(&self, operation: &str) -> Option<&OperationCount> {
-        self.listing.counts.iter().find(|count| count.operation == operation)
+        self.listing.find(operation)
     }
 
     /// An array of [`CountRecord`]s, one a line.

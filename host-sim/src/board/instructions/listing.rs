@@ -39,8 +39,8 @@ pub enum ListingError {
     /// The first line does not name the compiler.
     #[error("line 1 does not name the compiler")]
     NoCompiler,
-    /// A line is not of the form `operation samples total max`, has numbers that contradict each other (no samples, or a
-    /// longest sample above the total or below the mean), or repeats an operation.
+    /// A line is not of the form `operation samples total max`, has numbers that contradict each other (no samples, or
+    /// a longest sample above the total or below the mean), or repeats an operation.
     #[error("line {line} is not `operation samples total max` of another operation")]
     Malformed {
         /// Line, from 1.
@@ -82,15 +82,17 @@ impl Listing {
         Ok(Self { compiler: compiler.to_owned(), counts })
     }
 
+    /// The count of one operation, if there is one.
+    pub fn find(&self, operation: &str) -> Option<&OperationCount> {
+        self.counts.iter().find(|count| count.operation == operation)
+    }
+
     /// The count of one operation.
     ///
     /// # Errors
     /// When there is none.
     pub fn count(&self, operation: &'static str) -> Result<&OperationCount, ListingError> {
-        self.counts
-            .iter()
-            .find(|count| count.operation == operation)
-            .ok_or(ListingError::Missing { operation })
+        self.find(operation).ok_or(ListingError::Missing { operation })
     }
 
     /// Checks the counter by loops of known length: 9,000 turns more are 18,000 instructions more, in every sample.

@@ -121,7 +121,7 @@ impl Calibrations {
 
     fn rates(&self) -> Panel {
         #[expect(clippy::cast_possible_truncation, reason = "for the eye")]
-        let asked = |time_s: f64| f64::from(self.schedule.profile().rate_rad_s(time_s as f32)).to_degrees();
+        let asked = |time_s: f64| f64::from(self.schedule.profile.rate_rad_s(time_s as f32)).to_degrees();
         let middles = self.first.rates_deg_s.iter().map(|&(time_s, _)| (time_s, asked(time_s)));
         let asked = middles.collect();
         Panel::new(

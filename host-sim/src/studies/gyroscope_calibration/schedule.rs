@@ -35,10 +35,8 @@ pub struct TurnSchedule {
     pub duration_s: f64,
     /// Rate of the last step clockwise.
     pub clockwise_deg_s: f64,
-    counter_clockwise_deg_s: f64,
-    steps: u16,
-    turn_s: f64,
-    rest_s: f64,
+    /// The profile of the rate for the controller.
+    pub profile: Profile,
 }
 
 impl TurnSchedule {
@@ -68,33 +66,22 @@ impl TurnSchedule {
         let samples = (interval_s * scene.number("gyroscope.sample_rate_hz")).round().max(1.0);
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "1 to 1e5")]
         let samples_per_interval = samples as usize;
-        Ok(Self {
-            ticks_per_sample,
-            samples_per_interval,
-            duration_s,
-            clockwise_deg_s: scene.number("calibrate.clockwise_deg_s"),
-            counter_clockwise_deg_s: scene.number("calibrate.counter_clockwise_deg_s"),
+        let [clockwise_deg_s, counter_clockwise_deg_s] =
+            ["calibrate.clockwise_deg_s", "calibrate.counter_clockwise_deg_s"].map(|key| scene.number(key));
+        #[expect(clippy::cast_possible_truncation, reason = "rounded to f32")]
+        let profile = Profile::BothWays {
+            clockwise_rad_s: clockwise_deg_s.to_radians() as f32,
+            counter_clockwise_rad_s: -counter_clockwise_deg_s.to_radians() as f32,
             steps,
-            turn_s,
-            rest_s,
-        })
+            turn_s: turn_s as f32,
+            rest_s: rest_s as f32,
+        };
+        Ok(Self { ticks_per_sample, samples_per_interval, duration_s, clockwise_deg_s, profile })
     }
 
     /// Ticks of the loop.
     pub fn ticks(&self) -> u64 {
         steps_in(self.duration_s * 1e9, real(controller::TICK_NANOS))
-    }
-
-    /// The profile of the rate for the controller.
-    #[expect(clippy::cast_possible_truncation, reason = "rounded to f32")]
-    pub fn profile(&self) -> Profile {
-        Profile::BothWays {
-            clockwise_rad_s: self.clockwise_deg_s.to_radians() as f32,
-            counter_clockwise_rad_s: -self.counter_clockwise_deg_s.to_radians() as f32,
-            steps: self.steps,
-            turn_s: self.turn_s as f32,
-            rest_s: self.rest_s as f32,
-        }
     }
 }
 
@@ -111,8 +98,8 @@ mod tests {
             scene.set(&format!("calibrate.{key}"), value).unwrap();
         }
         let schedule = TurnSchedule::of(&scene).unwrap();
-        let Profile::BothWays { steps, turn_s, rest_s, .. } = schedule.profile() else {
-            panic!("{:?}", schedule.profile())
+        let Profile::BothWays { steps, turn_s, rest_s, .. } = schedule.profile else {
+            panic!("{:?}", schedule.profile)
         };
         assert_eq!(steps, 2);
         assert!((turn_s - 5.0).abs() < 1e-6 && (rest_s - 2.0).abs() < 1e-6, "{turn_s} {rest_s}");

@@ -62,20 +62,14 @@ impl CalibrationSummary {
     fn table(&self) -> Table {
         let mut table = Table::new(&["", "error rms", "sigma stated", "worst", "in the 95 % interval"]);
         let of = |count: usize| format!("{count} of {}", self.runs);
-        table.push(vec![
-            "scale factor, ppm".to_owned(),
-            format!("{:.2}", self.scale_factor_rms_ppm),
-            format!("{:.2}", self.scale_factor_stated_ppm),
-            format!("{:.1}", self.scale_factor_worst_ppm),
-            of(self.scale_factor_covered),
-        ]);
-        table.push(vec![
-            "bias, deg/h".to_owned(),
-            format!("{:.2}", self.bias_rms_deg_h),
-            format!("{:.2}", self.bias_stated_deg_h),
-            format!("{:.1}", self.bias_worst_deg_h),
-            of(self.bias_covered),
-        ]);
+        let mut row = |name: &str, [rms, stated, worst]: [f64; 3], covered| {
+            let errors = [format!("{rms:.2}"), format!("{stated:.2}"), format!("{worst:.1}")];
+            table.push([vec![name.to_owned()], errors.to_vec(), vec![of(covered)]].concat());
+        };
+        let scale = [self.scale_factor_rms_ppm, self.scale_factor_stated_ppm, self.scale_factor_worst_ppm];
+        row("scale factor, ppm", scale, self.scale_factor_covered);
+        let bias = [self.bias_rms_deg_h, self.bias_stated_deg_h, self.bias_worst_deg_h];
+        row("bias, deg/h", bias, self.bias_covered);
         let empty = String::new;
         table.push(vec!["both".to_owned(), empty(), empty(), empty(), of(self.pair_covered)]);
         table

@@ -43,7 +43,7 @@ impl TurningRun {
     /// # Errors
     /// When the scene is refused.
     pub fn run(scene: &Scene, schedule: &TurnSchedule) -> Result<Self, RunError> {
-        let hold = RateHold::new(schedule.profile(), RateTuning::steady(), Time::ZERO);
+        let hold = RateHold::new(schedule.profile, RateTuning::steady(), Time::ZERO);
         let mut closed_loop = closed_loop::rate(scene, hold)?;
         let mut turning = Self {
             seed: scene.seed(),

@@ -45,14 +45,12 @@ impl TrialSummary {
             |of: fn(&PositioningTrial) -> f64| trials.iter().map(|trial| of(trial)).collect::<Vec<f64>>();
         let error = |per_mille| quantile(all(|trial| trial.outcome.final_error_mdeg.abs()), per_mille);
         let settle: Vec<f64> = trials.iter().filter_map(|trial| trial.outcome.settle_time_s).collect();
-        let ratio = |trial: &&&PositioningTrial| Some(trial.outcome.settle_time_s? / trial.bound_s);
-        let quarters: Vec<f64> = trials
-            .iter()
-            .filter(|trial| trial.kind == MoveKind::QuarterTurn)
-            .filter_map(|t| ratio(&t))
-            .collect();
-        let ratios =
-            if quarters.is_empty() { trials.iter().filter_map(|t| ratio(&t)).collect() } else { quarters };
+        let ratios = |of_kind: fn(MoveKind) -> bool| -> Vec<f64> {
+            let moves = trials.iter().filter(|trial| of_kind(trial.kind));
+            moves.filter_map(|trial| Some(trial.outcome.settle_time_s? / trial.bound_s)).collect()
+        };
+        let quarters = ratios(|kind| kind == MoveKind::QuarterTurn);
+        let ratios = if quarters.is_empty() { ratios(|_| true) } else { quarters };
         Self {
             trials: trials.len(),
             failures: trials.iter().filter(|trial| trial.failed()).count(),

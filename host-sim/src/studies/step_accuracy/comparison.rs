@@ -29,15 +29,6 @@ pub struct MethodRow {
 }
 
 impl MethodRow {
-    /// Cost at full drive of `mode`.
-    pub fn cost_of(&self, mode: DriveMode) -> StepCost {
-        let [b, c] = self.cost;
-        match mode {
-            DriveMode::B => b,
-            DriveMode::C => c,
-        }
-    }
-
     /// Largest relative error of the displacement over all bursts.
     pub fn worst_burst(&self) -> f64 {
         self.bursts.iter().map(|burst| burst.relative.abs()).fold(0.0, f64::max)

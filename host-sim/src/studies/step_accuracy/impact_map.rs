@@ -144,14 +144,29 @@ impl Measurement for ImpactMapMeasurement<'_> {
     type Outcome = ImpactMapErrors;
 
     fn measure<T: Real>(&self, motor: &Motor<T>) -> ImpactMapErrors {
-        let mut errors = ErrorSamples::default();
+        let mut missed = 0;
+        // Magnitudes of the errors of each sample.
+        let (mut first_s, mut velocity_m_s, mut rate_rad_s) = (Vec::new(), Vec::new(), Vec::new());
         for sample in &self.samples.samples {
-            match self.impacts(motor, sample)[..] {
-                [first, second, ..] => errors.add([first, second], &sample.impacts),
-                _ => errors.missed += 1,
+            let [first, second] = &sample.impacts;
+            if let [found_first, found_second, ..] = self.impacts(motor, sample)[..] {
+                first_s.push((found_first.time_s - first.time_s).abs());
+                velocity_m_s.push((found_second.velocity_m_s - second.velocity_m_s).abs());
+                rate_rad_s.push((found_second.rate_rad_s - second.rate_rad_s).abs());
+            } else {
+                missed += 1;
             }
         }
-        errors.summary()
+        ImpactMapErrors {
+            compared: u32::try_from(first_s.len()).unwrap_or(u32::MAX),
+            missed,
+            first_impact_rms_s: root_mean_square(first_s.iter().copied()),
+            first_impact_max_s: first_s.into_iter().fold(0.0, f64::max),
+            velocity_rms_m_s: root_mean_square(velocity_m_s.iter().copied()),
+            velocity_median_m_s: median(velocity_m_s),
+            rate_rms_rad_s: root_mean_square(rate_rad_s.iter().copied()),
+            rate_median_rad_s: median(rate_rad_s),
+        }
     }
 }
 
@@ -171,36 +186,6 @@ impl ImpactMapMeasurement<'_> {
             });
         }
         found
-    }
-}
-
-/// The magnitudes of the errors, one of each sample.
-#[derive(Default)]
-struct ErrorSamples {
-    missed: u32,
-    first_s: Vec<f64>,
-    velocity_m_s: Vec<f64>,
-    rate_rad_s: Vec<f64>,
-}
-
-impl ErrorSamples {
-    fn add(&mut self, found: [ImpactRecord; 2], truth: &[ImpactRecord; 2]) {
-        self.first_s.push((found[0].time_s - truth[0].time_s).abs());
-        self.velocity_m_s.push((found[1].velocity_m_s - truth[1].velocity_m_s).abs());
-        self.rate_rad_s.push((found[1].rate_rad_s - truth[1].rate_rad_s).abs());
-    }
-
-    fn summary(self) -> ImpactMapErrors {
-        ImpactMapErrors {
-            compared: u32::try_from(self.first_s.len()).unwrap_or(u32::MAX),
-            missed: self.missed,
-            first_impact_rms_s: root_mean_square(self.first_s.iter().copied()),
-            first_impact_max_s: self.first_s.iter().copied().fold(0.0, f64::max),
-            velocity_rms_m_s: root_mean_square(self.velocity_m_s.iter().copied()),
-            velocity_median_m_s: median(self.velocity_m_s),
-            rate_rms_rad_s: root_mean_square(self.rate_rad_s.iter().copied()),
-            rate_median_rad_s: median(self.rate_rad_s),
-        }
     }
 }
 

@@ -88,7 +88,8 @@ fn fixed_step_models(
         let step_s = method.step_s;
         let errors: Result<Vec<f64>, RunError> = start_heights_m()
             .map(|start_m| {
-                Ok(fixed_step::impacts(method, plate, start_m, FIRST_BEFORE_S)?.first_error_s(plate, start_m))
+                Ok(plate
+                    .first_error_s(&fixed_step::impacts(method, plate, start_m, FIRST_BEFORE_S)?, start_m))
             })
             .collect();
         let impacts = fixed_step::impacts(method, plate, START_M, effort.plate_s)?.len();
@@ -97,17 +98,6 @@ fn fixed_step_models(
         Ok(PeerRow { step_s, method: Some(*method), ..row })
     };
     methods.iter().zip(&least).map(row).collect()
-}
-
-/// The error of the first of these times of impacts of the ball from `start_m`.
-trait FirstError {
-    fn first_error_s(&self, plate: &VibratingPlate, start_m: f64) -> f64;
-}
-
-impl FirstError for Vec<f64> {
-    fn first_error_s(&self, plate: &VibratingPlate, start_m: f64) -> f64 {
-        self.first().map_or(f64::INFINITY, |time_s| (time_s - plate.first_impact_s(start_m)).abs())
-    }
 }
 
 /// The Rust crates at [`PEER_STEP_S`].
@@ -121,7 +111,7 @@ fn crates(plate: &VibratingPlate, effort: TimingEffort) -> Vec<PeerRow> {
             integrator(plate, START_M, effort.plate_s).map(|_| start.elapsed().as_secs_f64())
         });
         let errors: Result<Vec<f64>, String> = start_heights_m()
-            .map(|start_m| Ok(integrator(plate, start_m, FIRST_BEFORE_S)?.first_error_s(plate, start_m)))
+            .map(|start_m| Ok(plate.first_error_s(&integrator(plate, start_m, FIRST_BEFORE_S)?, start_m)))
             .collect();
         match (timed, errors, integrator(plate, START_M, effort.plate_s)) {
             (Ok(taken_s), Ok(errors), Ok(impacts)) => {
@@ -138,7 +128,8 @@ fn crates(plate: &VibratingPlate, effort: TimingEffort) -> Vec<PeerRow> {
 }
 
 impl PeerRow {
-    /// An integrator at [`PEER_STEP_S`] with the errors of the first impact, and the number of impacts of the timed run.
+    /// An integrator at [`PEER_STEP_S`] with the errors of the first impact and the number of impacts in the timed
+    /// run.
     fn measured(name: &str, cost: StepCost, errors_s: Vec<f64>, impacts: usize) -> Self {
         Self {
             cost: Some(cost),

@@ -41,11 +41,11 @@ struct StepAccuracyJson<'a> {
 }
 
 /// Columns of the CSV, a row for each method and mode: the values of [`columns`].
-const CSV_HEADER: &str = "model,impacts,precision,step_us,mode,ns_per_step,ns_per_ms,times_real_time,next_impact_rms_ns,\
-    next_impact_max_ns,velocity_rms_mm_s,rate_rms_mrad_s,flights_missed,rate_error_percent,rate_half_width_percent,\
-    impacts_error_percent,impacts_half_width_percent,collision_error_percent,collision_half_width_percent,\
-    rate_at_0_3_error_percent,rate_at_0_3_half_width_percent,impacts_at_0_3_error_percent,\
-    impacts_at_0_3_half_width_percent,burst_worst_error_percent";
+const CSV_HEADER: &str = "model,impacts,precision,step_us,mode,ns_per_step,ns_per_ms,times_real_time,\
+    next_impact_rms_ns,next_impact_max_ns,velocity_rms_mm_s,rate_rms_mrad_s,flights_missed,rate_error_percent,\
+    rate_half_width_percent,impacts_error_percent,impacts_half_width_percent,collision_error_percent,\
+    collision_half_width_percent,rate_at_0_3_error_percent,rate_at_0_3_half_width_percent,\
+    impacts_at_0_3_error_percent,impacts_at_0_3_half_width_percent,burst_worst_error_percent";
 
 /// Names of the driven modes, in the order of the costs of a [`MethodRow`].
 const MODES: [(DriveMode, &str); 2] = [(DriveMode::B, "B"), (DriveMode::C, "C")];

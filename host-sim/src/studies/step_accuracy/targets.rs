@@ -6,7 +6,7 @@
 //! favours end-of-step impacts: located impacts count with at least the half width of their interval, end-of-step
 //! impacts with their error less the half width.
 
-use motor_model::{ImpactRule, math};
+use motor_model::{DriveMode, ImpactRule, math};
 use serde::Serialize;
 
 use super::bursts::BURSTS;
@@ -159,9 +159,9 @@ impl StepAccuracy {
             }));
         }
         for (index, condition) in CONDITIONS.iter().enumerate() {
-            let cost = move |row: &MethodRow| row.cost_of(condition.mode).ns_per_ms;
+            let mode = usize::from(condition.mode == DriveMode::C);
             let point = move |row: &MethodRow, deviation: Deviation| {
-                (cost(row), deviation.relative.abs(), deviation.half_width)
+                (row.cost[mode].ns_per_ms, deviation.relative.abs(), deviation.half_width)
             };
             all.extend(self.cost_ratio(format!("mean rate in {}", condition.name()), |row| {
                 point(row, row.steady[index].rate)

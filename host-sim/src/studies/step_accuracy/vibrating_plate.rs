@@ -127,6 +127,11 @@ impl VibratingPlate {
         time_s
     }
 
+    /// Error of the first of the times of impacts of a ball that falls from rest at `start_m`.
+    pub fn first_error_s(&self, times_s: &[f64], start_m: f64) -> f64 {
+        times_s.first().map_or(f64::INFINITY, |time_s| (time_s - self.first_impact_s(start_m)).abs())
+    }
+
     /// State of the ball after its impact on the plate.
     #[cfg(any(test, feature = "peers"))]
     #[must_use]

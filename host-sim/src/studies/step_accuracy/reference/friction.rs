@@ -8,8 +8,8 @@
 //! `Sgn` is the sign, and at zero any value between -1 and 1. In the motor model the tangential force does not act on
 //! the teeth. So the vertical motion comes first, and the rotation follows from its series. A switching is a slip that
 //! reaches zero, or a holding force that reaches its limit. Between two switchings every term is a power series, and so
-//! is `v`. `F` falls as `v` grows, so the motion after a switching is unique: exactly one choice of forces has the signs
-//! of the slips, or of their first derivatives.
+//! is `v`. `F` falls as `v` grows, so the motion after a switching is unique: exactly one choice of forces has the
+//! signs of the slips, or of their first derivatives.
 
 use super::series::{ORDER, Series};
 use super::system::{Segment, System};
