@@ -73,7 +73,7 @@ const CASES: [Case; 7] = [
         sigma_mdeg: 10.0,
         resting: false,
         health: Health::Good,
-        is_in_phase: |phase| matches!(phase, PositioningPhase::Settling),
+        is_in_phase: |phase| matches!(phase, PositioningPhase::Settling(_)),
     },
     Case {
         name: "settling, planning a step",
@@ -81,7 +81,7 @@ const CASES: [Case; 7] = [
         sigma_mdeg: 1.0,
         resting: true,
         health: Health::Good,
-        is_in_phase: |phase| matches!(phase, PositioningPhase::Settling),
+        is_in_phase: |phase| matches!(phase, PositioningPhase::Settling(_)),
     },
     Case {
         name: "holding",

@@ -67,7 +67,8 @@ fn name(phase: &PositioningPhase) -> String {
             format!("cruise {:?} at {:.0} %", cruise.mode, 100.0 * cruise.amplitude)
         }
         PositioningPhase::Burst { family, burst, .. } => format!("{family:?} of {} ticks", burst.ticks),
-        PositioningPhase::Settling => "settling".to_owned(),
+        PositioningPhase::Settling(_) => "settling".to_owned(),
+        PositioningPhase::Brake { mode, .. } => format!("brake by {mode:?}"),
         PositioningPhase::Holding => "holding".to_owned(),
         PositioningPhase::Stopped(why) => format!("stopped: {why:?}"),
     }

@@ -69,9 +69,6 @@ const FINE_SPREAD_PART: f32 = 0.5;
 const NUDGE_SIGMAS: f32 = 1.2;
 /// Part of the tolerance that must remain for the same. Trials.
 const NUDGE_TOLERANCES: f32 = 0.35;
-/// Part of the standard deviation that is enough on target, below which measuring on cannot end the move off target.
-/// Assumption.
-const MEASURED_OUT_PART: f32 = 0.7;
 
 /// Spreads by which a stride stops short. Trials.
 const STRIDE_SHORT_SPREADS: f32 = 1.3;
@@ -116,10 +113,9 @@ impl Situation {
         }
         // A nudge spoils the measurement. Early on that is no loss. Later the target must lie clockwise for certain, or
         // measuring on must be of no use.
-        let measured_out = self.sigma_rad <= MEASURED_OUT_PART * self.sigma_enough_rad();
         let certain =
             remaining_rad >= (NUDGE_SIGMAS * self.sigma_rad).max(NUDGE_TOLERANCES * self.tolerance_rad);
-        if !certain && !measured_out && !self.early() {
+        if !certain && !self.measured_out() && !self.early() {
             return None;
         }
         let spread_rad = remaining_rad * motor.spread(Family::Throw);

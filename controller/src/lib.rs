@@ -29,8 +29,9 @@
 //! 6. [`situation`]: what remains, and whether the target counts as reached.
 //! 7. [`drive_plan`]: which drive comes next.
 //! 8. [`progress_window`]: whether a cruise turns the rotor.
-//! 9. [`Positioning`]: the state machine that uses all of these.
-//! 10. [`TickReport`]: what a tick did.
+//! 9. [`settling_watch`]: what becomes of the rotor once the drive is off.
+//! 10. [`Positioning`]: the state machine that uses all of these.
+//! 11. [`TickReport`]: what a tick did.
 //!
 //! [`rate`] is the other task, with [`tick_rate`] as its loop body.
 //!
@@ -44,6 +45,10 @@
 //! | `Cruise` | on | the coast remains, the angle is too uncertain, or `on_max_nanos` is over | `Settling` |
 //! | | | a window shows a stuck rotor, or one that turns the wrong way | `Settling`, `Stopped` |
 //! | `Burst` | on | its ticks or `on_max_nanos` are over | `Settling` |
+//! | `Settling` | off | the rotor turns on, and never stops | `Brake`, `Stopped` |
+//! | | | measuring on cannot end before the deadline | `Stopped` |
+//! | `Brake` | on | the rotor no longer turns that way, or half a second is over | `Settling` |
+//! | `Waiting` | off | there is no usable estimate for too long | `Stopped` |
 //! | `Holding` | off | the rotor moves, or lies outside the tolerance for certain | `Settling` |
 //! | `Stopped` | off | there is another target | `Settling` |
 //! | all but `Stopped` | | there is no usable estimate | `Waiting` |
@@ -53,7 +58,9 @@
 //! # Promises
 //!
 //! `no_std`, no allocation, no unsafe code. A tick cannot fail or panic and takes bounded time. The drive is on only
-//! during a cruise or a burst, by an estimate that is usable; it is off in the tick that loses the estimate.
+//! during a cruise, a burst or a brake, by an estimate that is usable; it is off in the tick that loses the estimate.
+//! An estimate that is only wide ([`estimator::Reason::Uncertain`]) begins nothing and ends a cruise, but not a burst,
+//! whose end is known beforehand.
 //!
 //! # Glossary
 //!
@@ -101,6 +108,7 @@ pub mod progress_window;
 pub mod rate;
 pub mod response_map;
 pub mod rest_filter;
+pub mod settling_watch;
 pub mod situation;
 mod target;
 mod tick;
@@ -111,7 +119,7 @@ mod tick;
 pub struct Readme;
 
 pub use ports::{Drive, LDV_SAMPLES_PER_TICK_MAX, Sense};
-pub use positioning::{Positioning, PositioningPhase, PositioningTuning, StopReason};
+pub use positioning::{Positioning, PositioningPhase, PositioningTuning, StopReason, Wait};
 pub use response_map::ResponseMap;
 pub use target::{Limits, Target, Travel};
 pub use tick::{PositionLoop, RateLoop, RateReport, TICK_NANOS, TickReport, tick, tick_rate};

@@ -12,37 +12,43 @@
 //!     ^   | reached  ^-----------------------------------------------+
 //!     |   v
 //!   +---------+        no usable estimate, in any phase: Waiting, then Settling again
-//!   | Holding |        a limit, a stuck or a wrong-way rotor, a cancel: Stopped
-//!   +---------+
+//!   | Holding |        a rotor that turns on with the drive off: Brake, then Settling again
+//!   +---------+        a limit, a stuck or a wrong-way rotor, a cancel, nothing to wait for: Stopped
 //! ```
 //!
 //! The head of the crate has a table of what ends each phase.
 //!
-//! The drive is on in `Cruise` and `Burst` only, and off within a tick of the loss of the estimate. What to drive is
+//! The drive is on in `Cruise`, `Burst` and `Brake` only, and off within a tick of the loss of the estimate. What to drive is
 //! decided in [`crate::drive_plan`]; the angle at rest comes from [`crate::rest_filter`], how this motor differs from
 //! the map from [`crate::map_correction`], and whether a cruise turns the rotor from [`crate::progress_window`].
-//! Drives that fail are handled in [`failures`].
+//! Drives that fail are handled in [`failures`], and a rotor with the drive off in [`settling`].
 
 mod failures;
 mod phase;
+mod settling;
 
-use estimator::{Estimate, Health};
+use estimator::{Estimate, Health, Reason};
 use motor_model::{Angle, DriveCommand, DriveMode, Time, math};
 
 use crate::drive_plan::DrivePlan;
-use crate::map_correction::{MapCorrection, MotorResponse};
+use crate::map_correction::MapCorrection;
 use crate::progress_window::{ProgressWindow, WindowOutcome};
 use crate::response_map::{Burst, Cruise, Family, ResponseMap, direction};
 use crate::rest_filter::{RestFilter, Resting};
+use crate::settling_watch::{CoastBound, SettlingWatch};
 use crate::situation::Situation;
 use crate::target::Target;
 use failures::Probe;
-pub use phase::{PositioningPhase, PositioningTuning, StopReason};
+pub use phase::{PositioningPhase, PositioningTuning, StopReason, Wait};
 
 /// Part of the standard deviation of the coast by which a cruise is cut early in mode C and late in mode B, so that the
 /// rotor tends to come to rest clockwise of the target, from where the fine bursts lead back. Scored by
 /// `host-sim positioning-trials`.
 const CLOCKWISE_COAST_SIGMAS: f32 = 0.5;
+
+/// Standard deviations by which a coast may be longer than the map says, before the rotor counts as one that does not
+/// stop. An assumption: friction differs between motors by up to a factor of two.
+const COAST_BOUND_SIGMAS: f32 = 5.0;
 
 /// The state machine.
 #[derive(Clone, Copy, Debug)]
@@ -60,6 +66,12 @@ pub struct Positioning {
     /// Bursts since the last that was seen to turn the rotor.
     untested: u8,
     probe: Option<Probe>,
+    /// The rotor since the drive went off.
+    watch: SettlingWatch,
+    /// Brakes of this move.
+    brakes: u8,
+    /// Since when there is no usable estimate.
+    blind_since: Option<Time>,
 }
 
 impl Positioning {
@@ -69,7 +81,7 @@ impl Positioning {
             target,
             tuning,
             started_at: now,
-            phase: PositioningPhase::Settling,
+            phase: PositioningPhase::Settling(Wait::Rest),
             rest: RestFilter::default(),
             correction: MapCorrection::of(map),
             drives: 0,
@@ -77,6 +89,9 @@ impl Positioning {
             untested: 0,
             wrong_ways: 0,
             probe: None,
+            watch: SettlingWatch::new(None),
+            brakes: 0,
+            blind_since: None,
         };
         positioning.retarget(target, now);
         positioning
@@ -89,10 +104,12 @@ impl Positioning {
         self.started_at = now;
         (self.drives, self.stalls, self.wrong_ways, self.untested) = (0, 0, 0, 0);
         self.probe = None;
+        self.brakes = 0;
         self.phase = if !self.tuning.limits.travel.contains(target.angle()) {
             PositioningPhase::Stopped(StopReason::OutOfTravel)
         } else if matches!(self.phase, PositioningPhase::Stopped(_) | PositioningPhase::Holding) {
-            PositioningPhase::Settling
+            self.watch = SettlingWatch::new(None);
+            PositioningPhase::Settling(Wait::Rest)
         } else {
             self.phase
         };
@@ -133,16 +150,16 @@ impl Positioning {
         estimate: Option<&Estimate<f32>>,
         health: Health,
     ) -> DriveCommand {
-        let usable = estimate.filter(|_| !matches!(health, Health::Unusable(_)));
+        // An estimate that is wide but right is not lost.
+        let wide = health == Health::Unusable(Reason::Uncertain);
+        let usable = estimate.filter(|_| wide || !matches!(health, Health::Unusable(_)));
         self.phase = match (self.phase, usable) {
             (PositioningPhase::Stopped(why), _) => PositioningPhase::Stopped(why),
-            (_, None) => {
-                self.rest.forget();
-                PositioningPhase::Waiting(health)
-            }
+            (_, None) => self.wait(now, health),
             (phase, Some(estimate)) => {
+                self.blind_since = None;
                 self.rest.note_variance(estimate);
-                self.step(map, phase, now, estimate)
+                self.step(map, phase, now, estimate, wide)
             }
         };
         let late = now.nanos_since(self.started_at) > self.tuning.limits.deadline_nanos;
@@ -158,19 +175,24 @@ impl Positioning {
                 DriveCommand::saturating(cruise.mode, cruise.amplitude)
             }
             PositioningPhase::Burst { family, burst, .. } => burst.command(family.mode()),
+            PositioningPhase::Brake { mode, .. } => {
+                DriveCommand::saturating(mode, self.tuning.limits.amplitude_max)
+            }
             PositioningPhase::Waiting(_)
-            | PositioningPhase::Settling
+            | PositioningPhase::Settling(_)
             | PositioningPhase::Holding
             | PositioningPhase::Stopped(_) => DriveCommand::OFF,
         }
     }
 
+    /// `wide` is whether the estimate is too uncertain to begin a drive by.
     fn step(
         &mut self,
         map: &ResponseMap,
         phase: PositioningPhase,
         now: Time,
         estimate: &Estimate<f32>,
+        wide: bool,
     ) -> PositioningPhase {
         match phase {
             PositioningPhase::Cruise { cruise, since, progress } => {
@@ -179,9 +201,13 @@ impl Positioning {
             PositioningPhase::Burst { family, burst, since } => {
                 self.burst(family, burst, since, now, estimate)
             }
-            PositioningPhase::Settling => self.settle(map, now, estimate),
+            PositioningPhase::Brake { mode, since } => self.brake(mode, since, now, estimate),
+            PositioningPhase::Settling(_) => self.settle(map, now, estimate, wide),
             PositioningPhase::Holding => self.hold(now, estimate),
-            PositioningPhase::Waiting(_) => PositioningPhase::Settling,
+            PositioningPhase::Waiting(_) => {
+                self.watch = SettlingWatch::new(None);
+                PositioningPhase::Settling(Wait::Rest)
+            }
             PositioningPhase::Stopped(why) => PositioningPhase::Stopped(why),
         }
     }
@@ -200,7 +226,8 @@ impl Positioning {
             return PositioningPhase::Stopped(StopReason::OutOfTravel);
         }
         let direction = direction(cruise.mode);
-        let progress = match progress.outcome(direction, now, estimate) {
+        let window_nanos = self.tuning.progress_window_nanos;
+        let progress = match progress.outcome(cruise.rate_rad_s, window_nanos, now, estimate) {
             WindowOutcome::Open => progress,
             WindowOutcome::Turns(rate_rad_s) => {
                 (self.stalls, self.wrong_ways) = (0, 0);
@@ -209,20 +236,27 @@ impl Positioning {
             }
             WindowOutcome::Stuck => {
                 self.learn_rate(&cruise, 0.0);
+                self.watch = SettlingWatch::new(None);
                 return self.stall(cruise.mode);
             }
-            WindowOutcome::WrongWay => return self.wrong_way(),
+            WindowOutcome::WrongWay => {
+                self.watch = SettlingWatch::new(None);
+                return self.wrong_way();
+            }
         };
         let remaining_rad = direction * self.target.angle().radians_since::<f32>(estimate.angle);
         let coast_rad = map.coast_rad(cruise.mode, (direction * estimate.rate_rad_s).max(0.0));
-        let arrived = remaining_rad <= coast_rad - CLOCKWISE_COAST_SIGMAS * direction * cruise.coast_sd_rad;
+        // The coast is not known better than the angle at the cut.
+        let coast_rad2 = cruise.coast_sd_rad * cruise.coast_sd_rad;
+        let coast_sd_rad = math::sqrt_f32(coast_rad2 + estimate.angle_rad2);
+        let arrived = remaining_rad <= coast_rad - CLOCKWISE_COAST_SIGMAS * direction * coast_sd_rad;
         let too_long = now.nanos_since(since) >= self.tuning.limits.on_max_nanos;
-        let uncertain = estimate.angle_rad2 > self.tuning.cruise_variance_max_rad2;
+        let uncertain = estimate.angle_rad2 > self.tuning.cruise_variance_max_rad2.max(coast_rad2);
         if arrived || too_long || uncertain {
             if arrived {
                 (self.stalls, self.wrong_ways) = (0, 0);
             }
-            return PositioningPhase::Settling;
+            return self.coast(direction, coast_rad, coast_sd_rad);
         }
         PositioningPhase::Cruise { cruise: self.weakened(map, cruise, remaining_rad), since, progress }
     }
@@ -259,60 +293,19 @@ impl Positioning {
         }
         let wanted_nanos = u64::from(burst.ticks) * crate::TICK_NANOS;
         let over = now.nanos_since(since) >= wanted_nanos.min(self.tuning.limits.on_max_nanos);
-        if over { PositioningPhase::Settling } else { PositioningPhase::Burst { family, burst, since } }
+        if over {
+            let spread_rad2 =
+                burst.motors_sd_rad * burst.motors_sd_rad + burst.repeat_sd_rad * burst.repeat_sd_rad;
+            return self.coast(direction(family.mode()), burst.turn_rad, math::sqrt_f32(spread_rad2));
+        }
+        PositioningPhase::Burst { family, burst, since }
     }
 
-    /// Drive off: measures on, holds, or begins the next drive.
-    fn settle(&mut self, map: &ResponseMap, now: Time, estimate: &Estimate<f32>) -> PositioningPhase {
-        if !estimate.resting {
-            return PositioningPhase::Settling;
-        }
-        if let Some(probe) = self.probe {
-            return self.probe(map, probe, now, estimate);
-        }
-        let situation = self.situation(estimate);
-        let corrected = self.corrected(estimate);
-        if situation.reached() {
-            self.correction = corrected;
-            self.rest.compare(estimate);
-            return PositioningPhase::Holding;
-        }
-        let Some(plan) = situation.plan(MotorResponse { map, correction: &corrected }) else {
-            return PositioningPhase::Settling;
-        };
-        if self.waits_for_test(&plan, &situation, estimate) {
-            return PositioningPhase::Settling;
-        }
-        // Only when the next drive is due, since the last burst has then been measured as well as it will be.
-        if let Some(phase) = self.test_burst(estimate) {
-            return phase;
-        }
-        self.correction = corrected;
-        // A burst that is driven again on its forecast alone is never measured well enough for a test.
-        if let DrivePlan::Burst(family, ..) = plan
-            && corrected.is_without_effect(family)
-        {
-            self.stall(family.mode());
-            if self.probe.is_some() {
-                return PositioningPhase::Settling;
-            }
-        }
-        self.begin(plan, now, estimate)
-    }
-
-    /// At the target: stays unless the rotor moves, or lies outside the tolerance for certain.
-    fn hold(&mut self, now: Time, estimate: &Estimate<f32>) -> PositioningPhase {
-        if !estimate.resting {
-            // A jolt: the angle before it does not count, and the move begins anew.
-            self.rest.forget();
-            self.retarget(self.target, now);
-            return self.phase;
-        }
-        let Situation { remaining_rad, sigma_rad, tolerance_rad, confidence, .. } = self.situation(estimate);
-        if remaining_rad.abs() > tolerance_rad.max(confidence.two_sided * sigma_rad) {
-            self.retarget(self.target, now);
-        }
-        self.phase
+    /// The drive goes off; the rotor turns on by `coast_rad` at most, but for `coast_sd_rad`.
+    fn coast(&mut self, direction: f32, coast_rad: f32, coast_sd_rad: f32) -> PositioningPhase {
+        let rad = coast_rad + COAST_BOUND_SIGMAS * coast_sd_rad;
+        self.watch = SettlingWatch::new(Some(CoastBound { direction, rad }));
+        PositioningPhase::Settling(Wait::Rest)
     }
 
     fn begin(&mut self, plan: DrivePlan, now: Time, estimate: &Estimate<f32>) -> PositioningPhase {
@@ -351,6 +344,7 @@ impl Positioning {
             tolerance_rad: self.target.tolerance().radians_since(Angle::ZERO),
             confidence: self.tuning.confidence,
             amplitude_max: self.tuning.limits.amplitude_max,
+            floor_rad2: self.tuning.floor_rad2,
         }
     }
 }

@@ -1,11 +1,13 @@
 //! Whether a cruise turns the rotor: told slow from stuck, and from turning the wrong way.
 //!
-//! A cruise is tested in windows of [`WINDOW_NANOS`]. With `d` the turn in the direction of the mode since the window
-//! began, and `s^2` the sum of the variances of the angles at both of its ends:
+//! A cruise is tested in windows of [`WINDOW_NANOS`], or of some frames where those come more slowly. With `d` the
+//! turn in the direction of the mode since the window began, `m` that of the map, and `s^2` the sum of the variances of
+//! the angles at both of its ends:
 //!
 //! ```text
 //! at its end:     d > 5 s     the rotor turns, however slowly: the mean rate is d over the window
 //!                 d < -5 s    it turns the wrong way
+//!                 m < 5 s     not known well enough to tell: the window goes on
 //!                 else        it is stuck
 //! before its end: d < -1 degree and d < -5 s    it turns the wrong way
 //! ```
@@ -53,18 +55,29 @@ impl ProgressWindow {
         Self { since: now, from: estimate.angle, from_rad2: estimate.angle_rad2 }
     }
 
-    /// What the window has shown by `now` of a rotor driven in `direction`, 1 clockwise or -1.
-    pub fn outcome(&self, direction: f32, now: Time, estimate: &Estimate<f32>) -> WindowOutcome {
+    /// What the window, `window_nanos` long, has shown by `now` of a rotor that the map turns at `rate_rad_s`, clockwise
+    /// positive.
+    pub fn outcome(
+        &self,
+        rate_rad_s: f32,
+        window_nanos: u64,
+        now: Time,
+        estimate: &Estimate<f32>,
+    ) -> WindowOutcome {
+        let direction = if rate_rad_s < 0.0 { -1.0 } else { 1.0 };
+        let expected_rad = rate_rad_s * now.seconds_since::<f32>(self.since);
         let turned_rad = direction * estimate.angle.radians_since::<f32>(self.from);
         let limit_rad2 = SIGNIFICANT_SIGMAS * SIGNIFICANT_SIGMAS * (self.from_rad2 + estimate.angle_rad2);
         let significant = turned_rad * turned_rad > limit_rad2;
-        let over = now.nanos_since(self.since) >= WINDOW_NANOS;
+        let over = now.nanos_since(self.since) >= window_nanos;
         if significant && turned_rad < 0.0 && (over || turned_rad < -WRONG_WAY_RAD) {
             WindowOutcome::WrongWay
         } else if !over {
             WindowOutcome::Open
         } else if significant {
             WindowOutcome::Turns(turned_rad / now.seconds_since::<f32>(self.since))
+        } else if expected_rad * expected_rad < limit_rad2 {
+            WindowOutcome::Open
         } else {
             WindowOutcome::Stuck
         }
@@ -80,7 +93,8 @@ mod tests {
     #[test]
     fn exact_five_standard_deviations_tell_slow_from_stuck() {
         let progress = ProgressWindow::from(Time::ZERO, &estimate(0.0, 3.0));
-        let after = |nanos, mdeg| progress.outcome(-1.0, Time::from_nanos(nanos), &estimate(mdeg, 4.0));
+        let after =
+            |nanos, mdeg| progress.outcome(-1.0, WINDOW_NANOS, Time::from_nanos(nanos), &estimate(mdeg, 4.0));
         let WindowOutcome::Turns(rate_rad_s) = after(WINDOW_NANOS, -25.1) else { panic!("it turns") };
         assert!((rate_rad_s.to_degrees() - 0.0251 / 0.15).abs() < 1e-5, "{rate_rad_s}");
         assert_eq!(after(WINDOW_NANOS, -24.9), WindowOutcome::Stuck);
@@ -90,5 +104,17 @@ mod tests {
             assert_eq!(after(WINDOW_NANOS - 1, mdeg), WindowOutcome::Open, "{mdeg}");
         }
         assert_eq!(after(10_000, 1000.0), WindowOutcome::WrongWay);
+    }
+
+    /// Angles of 3 and 40 milli-degrees: the map's turn must exceed 0.2 degrees before the rotor can count as stuck.
+    #[test]
+    fn exact_a_wide_estimate_does_not_show_a_stuck_rotor() {
+        let progress = ProgressWindow::from(Time::ZERO, &estimate(0.0, 3.0));
+        let limit_s = 5.0 * 1e-3 * 1609_f64.sqrt().to_radians() / 0.02;
+        for (part, outcome) in [(0.99, WindowOutcome::Open), (1.01, WindowOutcome::Stuck)] {
+            let now = Time::from_nanos((1e9 * part * limit_s) as u64);
+            assert!(now.nanos() > WINDOW_NANOS);
+            assert_eq!(progress.outcome(0.02, WINDOW_NANOS, now, &estimate(0.0, 40.0)), outcome, "{part}");
+        }
     }
 }

@@ -13,6 +13,8 @@ pub struct Situation {
     pub confidence: Confidence,
     /// Strongest drive, 0 to 1.
     pub amplitude_max: f32,
+    /// The part of the variance in rad^2 that measuring does not remove.
+    pub floor_rad2: f32,
 }
 
 /// The accepted risk that the rotor lies outside the tolerance, as quantiles of a normal error.
@@ -48,6 +50,10 @@ impl Default for Confidence {
 /// it. An assumption.
 const ENOUGH_PART: f32 = 0.95;
 
+/// Part of the standard deviation that is enough on target, below which measuring on cannot end the move off target.
+/// Assumption.
+const MEASURED_OUT_PART: f32 = 0.7;
+
 impl Situation {
     /// Whether the target counts as reached: see [`Confidence`].
     pub fn reached(&self) -> bool {
@@ -59,6 +65,18 @@ impl Situation {
     /// Standard deviation at which a rotor on target counts as there, in rad, with some to spare for a last step.
     pub(crate) fn sigma_enough_rad(&self) -> f32 {
         ENOUGH_PART * self.tolerance_rad / self.confidence.two_sided
+    }
+
+    /// Whether measuring on cannot end the move off target: of what measuring can still remove little is left.
+    pub(crate) fn measured_out(&self) -> bool {
+        self.sigma_rad * self.sigma_rad - self.floor_rad2 <= self.needed_rad2()
+    }
+
+    /// Variance in rad^2, without the floor, at which a rotor counts as measured out; not positive if the floor is too
+    /// high for the tolerance.
+    pub(crate) fn needed_rad2(&self) -> f32 {
+        let enough_rad = self.sigma_enough_rad();
+        MEASURED_OUT_PART * MEASURED_OUT_PART * (enough_rad * enough_rad - self.floor_rad2)
     }
 }
 
@@ -75,6 +93,7 @@ pub(crate) mod tests {
             tolerance_rad: radians(0.5),
             confidence: Confidence { one_sided: 1.7, two_sided: 2.0 },
             amplitude_max: 1.0,
+            floor_rad2: 0.0,
         }
     }
 

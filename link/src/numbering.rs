@@ -105,6 +105,8 @@ pub enum PhaseRecord {
     Burst,
     /// Drive off, waiting for rest and a good measurement.
     Settling,
+    /// A rotor that turns on is stopped. The command of the report says by which mode.
+    Brake,
     /// At the target.
     Holding,
     /// Given up, and why.
@@ -117,7 +119,8 @@ impl From<PositioningPhase> for PhaseRecord {
             PositioningPhase::Waiting(_) => Self::Waiting,
             PositioningPhase::Cruise { .. } => Self::Cruise,
             PositioningPhase::Burst { .. } => Self::Burst,
-            PositioningPhase::Settling => Self::Settling,
+            PositioningPhase::Settling(_) => Self::Settling,
+            PositioningPhase::Brake { .. } => Self::Brake,
             PositioningPhase::Holding => Self::Holding,
             PositioningPhase::Stopped(why) => Self::Stopped(why),
         }
@@ -138,6 +141,10 @@ numbered!(PhaseRecord {
     10 = [Self::Stopped(StopReason::TooManyDrives)],
     11 = [Self::Stopped(StopReason::ModeBLost)],
     12 = [Self::Stopped(StopReason::ModeCLost)],
+    13 = [Self::Brake],
+    14 = [Self::Stopped(StopReason::KeepsTurning)],
+    15 = [Self::Stopped(StopReason::NotMeasurable)],
+    16 = [Self::Stopped(StopReason::NoEstimate)],
 });
 
 /// The byte of a `T` as it came over the wire. Two are equal when their bytes are.
@@ -229,15 +236,15 @@ mod tests {
         }
     }
 
-    /// As many as the enumerations have values: 2 and twice 10 reasons, 1, 2 and 6 rejections, off and 2 modes, 5 and
-    /// 8 reasons.
+    /// As many as the enumerations have values: 2 and twice 10 reasons, 1, 2 and 6 rejections, off and 2 modes, 6 and
+    /// 11 reasons.
     #[test]
     fn exact_every_value_comes_back_and_other_numbers_have_none() {
         check_round_trip::<Health>(22);
         check_round_trip::<Source>(1);
         check_round_trip::<Verdict>(8);
         check_round_trip::<Option<DriveMode>>(3);
-        check_round_trip::<PhaseRecord>(13);
+        check_round_trip::<PhaseRecord>(17);
     }
 
     /// Numbers that are in use: the protocol.
@@ -248,6 +255,7 @@ mod tests {
         assert_eq!(Verdict::Rejected(Rejection::Duplicate).number(), 5);
         assert_eq!(Some(DriveMode::C).number(), 2);
         assert_eq!(PhaseRecord::Stopped(StopReason::ModeCLost).number(), 12);
+        assert_eq!(PhaseRecord::Stopped(StopReason::NoEstimate).number(), 16);
     }
 
     #[test]

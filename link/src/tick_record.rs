@@ -130,9 +130,11 @@ impl From<&TickReport> for TickRecord {
     fn from(report: &TickReport) -> Self {
         let TickReport { estimate, health, camera, command, applied, phase } = *report;
         let since_nanos = match phase {
-            PositioningPhase::Cruise { since, .. } | PositioningPhase::Burst { since, .. } => since.nanos(),
+            PositioningPhase::Cruise { since, .. }
+            | PositioningPhase::Burst { since, .. }
+            | PositioningPhase::Brake { since, .. } => since.nanos(),
             PositioningPhase::Waiting(_)
-            | PositioningPhase::Settling
+            | PositioningPhase::Settling(_)
             | PositioningPhase::Holding
             | PositioningPhase::Stopped(_) => 0,
         };

@@ -17,7 +17,7 @@
 use estimator::Estimate;
 use motor_model::{DriveMode, Time};
 
-use super::{Positioning, PositioningPhase, StopReason};
+use super::{Positioning, PositioningPhase, StopReason, Wait};
 use crate::drive_plan::DrivePlan;
 use crate::map_correction::Forecast;
 use crate::response_map::{Family, ResponseMap, direction};
@@ -77,7 +77,7 @@ impl Positioning {
             Turn::None => self.stall(mode),
             Turn::RightWay => {
                 (self.stalls, self.wrong_ways, self.untested) = (0, 0, 0);
-                PositioningPhase::Settling
+                PositioningPhase::Settling(Wait::Rest)
             }
         };
         (matches!(outcome, PositioningPhase::Stopped(_)) || self.probe.is_some()).then_some(outcome)
@@ -89,7 +89,7 @@ impl Positioning {
         if self.stalls >= FAILURES_MAX {
             self.probe = Some(Probe { lost: mode, driven: None });
         }
-        PositioningPhase::Settling
+        PositioningPhase::Settling(Wait::Rest)
     }
 
     /// At rest, with a mode that turns nothing: drives a burst of the other, or tests that burst.
@@ -110,7 +110,7 @@ impl Positioning {
             };
             // An angle of large variance before the burst would leave the probe without an outcome.
             if burst.turn_rad * burst.turn_rad < 2.0 * PROBE_SIGMAS * PROBE_SIGMAS * estimate.angle_rad2 {
-                return PositioningPhase::Settling;
+                return self.measure(now, estimate);
             }
             self.rest.forget();
             let resting = Resting { angle: estimate.angle, angle_rad2: estimate.angle_rad2 };
@@ -120,10 +120,10 @@ impl Positioning {
         let turned_rad = direction(other.mode()) * estimate.angle.radians_since::<f32>(before.angle);
         let turned_rad2 = before.angle_rad2 + estimate.angle_rad2;
         if forecast_rad * forecast_rad < PROBE_SIGMAS * PROBE_SIGMAS * turned_rad2 {
-            return PositioningPhase::Settling;
+            return self.measure(now, estimate);
         }
         match (outcome(forecast_rad, turned_rad, turned_rad2), probe.lost) {
-            (None, _) => PositioningPhase::Settling,
+            (None, _) => self.measure(now, estimate),
             (Some(Turn::None), _) => PositioningPhase::Stopped(StopReason::Stalled),
             (Some(Turn::WrongWay), _) => PositioningPhase::Stopped(StopReason::ModeInverted),
             (Some(Turn::RightWay), DriveMode::B) => PositioningPhase::Stopped(StopReason::ModeBLost),
@@ -137,7 +137,7 @@ impl Positioning {
         if self.wrong_ways >= FAILURES_MAX / 2 {
             PositioningPhase::Stopped(StopReason::ModeInverted)
         } else {
-            PositioningPhase::Settling
+            PositioningPhase::Settling(Wait::Rest)
         }
     }
 }

@@ -65,12 +65,14 @@ impl Digest {
         let (phase, since_nanos) = match phase {
             // Which drive it is, the command shows.
             Positioning::Cruise { cruise: _, since, progress: _ } => (0, since.nanos()),
-            Positioning::Settling => (1, 0),
+            // What it waits for follows from the estimates.
+            Positioning::Settling(_) => (1, 0),
             Positioning::Holding => (2, 0),
             Positioning::Burst { family: _, burst: _, since } => (3, since.nanos()),
             // The reason is in the health of the report.
             Positioning::Waiting(_) => (4, 0),
             Positioning::Stopped(why) => (5, *why as u64),
+            Positioning::Brake { mode: _, since } => (6, since.nanos()),
         };
         self.word(phase);
         self.word(since_nanos);

@@ -218,11 +218,13 @@ mod tests {
                 }
                 match report.phase {
                     PositioningPhase::Cruise { .. } => phases[0] += 1,
-                    PositioningPhase::Settling => phases[1] += 1,
+                    PositioningPhase::Settling(_) => phases[1] += 1,
                     PositioningPhase::Holding => phases[2] += 1,
                     PositioningPhase::Burst { .. } => phases[3] += 1,
                     PositioningPhase::Waiting(_) => phases[4] += 1,
-                    PositioningPhase::Stopped(why) => panic!("{why:?}"),
+                    PositioningPhase::Brake { .. } | PositioningPhase::Stopped(_) => {
+                        panic!("{:?}", report.phase)
+                    }
                 }
                 match report.camera.map(|innovation| innovation.verdict) {
                     Some(Verdict::Used) => verdicts[0] += 1,

@@ -88,7 +88,8 @@ fn log_phase(phase: &PositioningPhase) {
         PositioningPhase::Waiting(health) => info!("phase waiting {}", health),
         PositioningPhase::Cruise { .. } => info!("phase cruise"),
         PositioningPhase::Burst { .. } => info!("phase burst"),
-        PositioningPhase::Settling => info!("phase settling"),
+        PositioningPhase::Settling(_) => info!("phase settling"),
+        PositioningPhase::Brake { .. } => info!("phase brake"),
         PositioningPhase::Holding => info!("phase holding"),
         PositioningPhase::Stopped(why) => warn!("phase stopped {}", why),
     }

@@ -2,7 +2,7 @@ extern crate std;
 
 use std::vec::Vec;
 
-use controller::StopReason;
+use controller::{StopReason, Wait};
 use estimator::{Reason, Rejection, Source};
 use motor_model::{Angle, DriveMode, Time};
 
@@ -26,7 +26,7 @@ fn quiet() -> TickReport {
         camera: None,
         command: DriveCommand::OFF,
         applied: DriveCommand::OFF,
-        phase: PositioningPhase::Settling,
+        phase: PositioningPhase::Settling(Wait::Rest),
     }
 }
 
@@ -119,7 +119,7 @@ fn exact_a_quiet_loop() {
 fn exact_changes_are_logged_at_once() {
     let stopped = PositioningPhase::Stopped(StopReason::Stalled);
     let logged = logged(1000, |tick| TickReport {
-        phase: if tick < 555 { PositioningPhase::Settling } else { stopped },
+        phase: if tick < 555 { PositioningPhase::Settling(Wait::Rest) } else { stopped },
         command: if tick < 777 { DriveCommand::OFF } else { B },
         ..quiet()
     });

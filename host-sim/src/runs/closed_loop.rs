@@ -1,13 +1,16 @@
 //! The closed loop: the controller's own loop bodies, [`controller::tick`] and [`controller::tick_rate`], on the rig.
 
 use controller::rate::RateHold;
-use controller::{PositionLoop, PositioningTuning, RateLoop, RateReport, ResponseMap, Target, TickReport};
+use controller::{
+    Limits, PositionLoop, PositioningTuning, RateLoop, RateReport, ResponseMap, Target, TickReport,
+};
 use motor_model::Time;
 
 use crate::runs::RunError;
 use crate::runs::filter::AnyFilter;
 use crate::runs::tick_driver::{Moment, RigPorts, TickDriver, TickProgram};
 use crate::scene::Scene;
+use crate::world::instruments::assumed;
 
 impl TickProgram for PositionLoop<AnyFilter> {
     type Report = TickReport;
@@ -33,6 +36,12 @@ pub type ClosedRateLoop = TickDriver<RateLoop<AnyFilter>>;
 
 /// The end of a tick of a positioning loop.
 pub type PositioningMoment = Moment<TickReport>;
+
+/// The controller's tuning for the instruments and the deadline of a scene.
+pub fn tuning(scene: &Scene) -> PositioningTuning {
+    let limits = Limits { deadline_nanos: scene.nanos("position.deadline_s"), ..Limits::default() };
+    PositioningTuning { limits, ..PositioningTuning::new(&assumed(scene)) }
+}
 
 /// The positioning loop of a scene.
 ///

@@ -4,19 +4,23 @@
 //! |---|---|
 //! | this one | the runner: it runs the loop until the move ends |
 //! | `sums` | the sums of a move over its ticks, for any program that drives the motor |
+//! | `waits` | what the controller waited for, and the health of the estimate, over the time of a move |
 //! | `outcome` | what became of a move |
+//! | `reason` | why a move was given up, and what to change |
 //! | `picture_trace` | the course of a move, thinned for its picture |
 //! | `picture` | the picture |
 
 mod outcome;
 mod picture;
 mod picture_trace;
+mod reason;
 mod sums;
+mod waits;
 
 use std::convert::Infallible;
 use std::ops::ControlFlow;
 
-use controller::{Limits, PositioningPhase, PositioningTuning, Target};
+use controller::{PositioningPhase, PositioningTuning, Target};
 
 use crate::runs::RunError;
 use crate::runs::closed_loop::{self, ClosedLoop, PositioningMoment};
@@ -46,10 +50,10 @@ pub fn run_with<B>(
     scene: &Scene,
     intervene: impl FnMut(&mut ClosedLoop, &PositioningMoment) -> ControlFlow<B>,
 ) -> Result<ControlFlow<B, MoveOutcome>, RunError> {
-    run_tuned(scene, PositioningTuning::default(), intervene)
+    run_tuned(scene, closed_loop::tuning(scene), intervene)
 }
 
-/// The same, with another tuning of the controller, whose deadline is the scene's.
+/// The same, with another tuning of the controller.
 ///
 /// # Errors
 /// When the scene is refused.
@@ -59,8 +63,6 @@ pub fn run_tuned<B>(
     mut intervene: impl FnMut(&mut ClosedLoop, &PositioningMoment) -> ControlFlow<B>,
 ) -> Result<ControlFlow<B, MoveOutcome>, RunError> {
     let target = Target::try_new(scene.number("position.to_deg"), scene.number("position.tolerance_deg"))?;
-    let limits = Limits { deadline_nanos: scene.nanos("position.deadline_s"), ..Limits::default() };
-    let tuning = PositioningTuning { limits, ..tuning };
     let hold_nanos = scene.nanos("position.hold_s");
     let mut sums = MoveSums::new(target);
     let outcome = closed_loop::positioning(scene, target, tuning)?.run(|closed_loop, moment| {
@@ -71,9 +73,7 @@ pub fn run_tuned<B>(
         sums.add(&tick);
         match moment.report.phase {
             PositioningPhase::Stopped(why) => {
-                let outcome = sums.outcome(&tick, scene);
-                let stopped = Some(format!("{why:?}"));
-                ControlFlow::Break(ControlFlow::Continue(MoveOutcome { stopped, ..outcome }))
+                ControlFlow::Break(ControlFlow::Continue(sums.outcome(&tick, scene).stopped(why)))
             }
             PositioningPhase::Holding if sums.held_nanos(moment.at) >= hold_nanos => {
                 ControlFlow::Break(ControlFlow::Continue(sums.outcome(&tick, scene)))

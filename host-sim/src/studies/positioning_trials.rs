@@ -43,6 +43,7 @@ use controller::PositioningTuning;
 use rayon::prelude::*;
 
 use crate::runs::RunError;
+use crate::runs::closed_loop;
 use crate::runs::filter::FILTERS;
 use crate::runs::position;
 use crate::scene::Scene;
@@ -173,7 +174,7 @@ impl PositioningTrialsPlan {
         let outcome = match self.strategy {
             Strategy::Planned => position::run(&scene, |_| ())?,
             Strategy::Unlearned => {
-                let tuning = PositioningTuning { learning: false, ..PositioningTuning::default() };
+                let tuning = PositioningTuning { learning: false, ..closed_loop::tuning(&scene) };
                 let watch = |_: &mut _, _: &_| ControlFlow::<Infallible>::Continue(());
                 let ControlFlow::Continue(outcome) = position::run_tuned(&scene, tuning, watch)?;
                 outcome

@@ -183,7 +183,7 @@ impl fmt::Display for LogBesideTruth {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use controller::{PositioningPhase, TickReport};
+    use controller::{PositioningPhase, TickReport, Wait};
     use estimator::Health;
     use motor_model::{DriveCommand, Time};
 
@@ -194,7 +194,7 @@ mod tests {
             camera: None,
             command: DriveCommand::OFF,
             applied: DriveCommand::OFF,
-            phase: PositioningPhase::Settling,
+            phase: PositioningPhase::Settling(Wait::Rest),
         };
         let at = Time::from_nanos(tick * PositionLoop::TICK_NANOS);
         PositioningMoment { at, angle: Angle::from_degrees(degrees), rate_rad_s: 0.5, report }

@@ -1,8 +1,12 @@
 //! What became of a move, in numbers and in words.
 
+use std::collections::BTreeMap;
 use std::fmt;
 
+use controller::StopReason;
 use serde::Serialize;
+
+use super::reason;
 
 /// What became of a move.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -31,6 +35,14 @@ pub struct MoveOutcome {
     pub overshoot_deg: f64,
     /// Why the controller gave up; `null` if it did not.
     pub stopped: Option<String>,
+    /// The same as a sentence; `null` if it did not.
+    pub reason: Option<String>,
+    /// What to change; `null` if it did not give up.
+    pub hint: Option<String>,
+    /// Time that the controller waited with the drive off, by what it waited for.
+    pub waited_s: BTreeMap<&'static str, f64>,
+    /// Share of the time, 0 to 1, per health of the estimate.
+    pub health: BTreeMap<String, f64>,
     /// Whether the controller holds the target and the true angle is within the tolerance.
     pub ok: bool,
     /// The seed of the run.
@@ -38,6 +50,12 @@ pub struct MoveOutcome {
 }
 
 impl MoveOutcome {
+    /// The same of a controller that gave up.
+    pub(super) fn stopped(self, why: StopReason) -> Self {
+        let (reason, hint) = reason::sentences(why, &self);
+        Self { stopped: Some(format!("{why:?}")), reason: Some(reason), hint: Some(hint), ..self }
+    }
+
     /// The outcome as one JSON object on one line.
     pub fn json(&self) -> String {
         crate::report::files::json_line(self)
@@ -72,6 +90,21 @@ impl fmt::Display for MoveOutcome {
             f,
             "estimator error    {:.2} mdeg rms, {:.2} while moving",
             self.rms_estimate_error_mdeg, self.rms_estimate_error_moving_mdeg
-        )
+        )?;
+        let waits: Vec<String> =
+            self.waited_s.iter().map(|(what, seconds)| format!("{seconds:.2} s for {what}")).collect();
+        if !waits.is_empty() {
+            writeln!(f, "drive off          {}", waits.join(", "))?;
+        }
+        let health: Vec<String> =
+            self.health.iter().map(|(health, share)| format!("{health} {:.0} %", 100.0 * share)).collect();
+        if !health.is_empty() {
+            writeln!(f, "estimate           {}", health.join(", "))?;
+        }
+        if let (Some(reason), Some(hint)) = (&self.reason, &self.hint) {
+            writeln!(f, "reason             {reason}")?;
+            writeln!(f, "what to change     {hint}")?;
+        }
+        Ok(())
     }
 }

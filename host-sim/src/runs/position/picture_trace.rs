@@ -51,7 +51,7 @@ impl PictureTrace {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use controller::{PositioningPhase, TickReport};
+    use controller::{PositioningPhase, TickReport, Wait};
     use estimator::Health;
     use motor_model::{Angle, DriveMode, Time};
 
@@ -62,7 +62,7 @@ mod tests {
             camera: None,
             command: applied,
             applied,
-            phase: PositioningPhase::Settling,
+            phase: PositioningPhase::Settling(Wait::Rest),
         };
         PositioningMoment { at: Time::from_micros(10 * tick), angle: Angle::ZERO, rate_rad_s: 0.0, report }
     }

@@ -2,10 +2,11 @@
 //! the baselines' of a study.
 
 use controller::{PositionLoop, PositioningPhase, Target, TickReport};
-use estimator::Estimate;
+use estimator::{Estimate, Health};
 use motor_model::{Angle, DriveCommand, Time};
 
 use super::MoveOutcome;
+use super::waits::Waits;
 use crate::math::statistics::MeanSquare;
 use crate::runs::closed_loop::PositioningMoment;
 use crate::scene::Scene;
@@ -18,13 +19,23 @@ pub(crate) struct MoveTick {
     pub(crate) estimate: Option<Estimate<f32>>,
     pub(crate) applied: DriveCommand,
     pub(crate) holding: bool,
+    /// Phase and health of a loop that has them.
+    pub(crate) loop_state: Option<(PositioningPhase, Health)>,
 }
 
 impl MoveTick {
     pub(super) fn of(moment: &PositioningMoment) -> Self {
-        let TickReport { estimate, applied, phase, .. } = moment.report;
+        let TickReport { estimate, applied, phase, health, .. } = moment.report;
         let holding = phase == PositioningPhase::Holding;
-        Self { at: moment.at, angle: moment.angle, rate_rad_s: moment.rate_rad_s, estimate, applied, holding }
+        Self {
+            at: moment.at,
+            angle: moment.angle,
+            rate_rad_s: moment.rate_rad_s,
+            estimate,
+            applied,
+            holding,
+            loop_state: Some((phase, health)),
+        }
     }
 }
 
@@ -38,6 +49,7 @@ pub(crate) struct MoveSums {
     square_mdeg2: MeanSquare,
     square_moving_mdeg2: MeanSquare,
     overshoot_deg: f64,
+    waits: Waits,
 }
 
 impl MoveSums {
@@ -52,12 +64,16 @@ impl MoveSums {
             square_mdeg2: MeanSquare::default(),
             square_moving_mdeg2: MeanSquare::default(),
             overshoot_deg: 0.0,
+            waits: Waits::default(),
         }
     }
 
     /// Adds a tick.
     pub(crate) fn add(&mut self, tick: &MoveTick) {
         let applied = tick.applied;
+        if let Some((phase, health)) = tick.loop_state {
+            self.waits.add(phase, health);
+        }
         self.drive_switches += u32::from(applied.mode() != self.last_command.mode());
         self.driven_ticks += u64::from(applied.mode().is_some());
         self.last_command = applied;
@@ -97,6 +113,10 @@ impl MoveSums {
             rms_estimate_error_moving_mdeg: self.square_moving_mdeg2.root(),
             overshoot_deg: self.overshoot_deg,
             stopped: None,
+            reason: None,
+            hint: None,
+            waited_s: self.waits.waited_s(),
+            health: self.waits.health_shares(),
             ok: self.holding_since.is_some() && error_deg.abs() <= tolerance_deg,
             seed: scene.seed(),
         }

@@ -243,6 +243,7 @@ pub(super) fn run(scene: &Scene, rule: BaselineRule) -> Result<MoveOutcome, RunE
             estimate,
             applied,
             holding,
+            loop_state: None,
         };
         sums.add(&tick);
         let held = sums.held_nanos(moment.at) >= hold_nanos && holding;

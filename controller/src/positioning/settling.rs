@@ -1,0 +1,146 @@
+//! A rotor with the drive off: it comes to rest and is measured, turns on and is braked, or the move ends with a reason.
+//!
+//! The filter says when the rotor is at rest. Where it does not, because the vibrometer is too noisy for it or wrong, the
+//! camera's frames decide after the time that a coast can take ([`crate::settling_watch`]), and the move goes on by
+//! them.
+
+use estimator::{Estimate, Health};
+use motor_model::{DriveMode, Time};
+
+use super::{Positioning, PositioningPhase, StopReason, Wait};
+use crate::drive_plan::DrivePlan;
+use crate::map_correction::MotorResponse;
+use crate::response_map::{ResponseMap, direction};
+use crate::settling_watch::{SettlingWatch, Shown};
+use crate::situation::Situation;
+
+/// Longest brake in ns: a hundred times what mode C takes to spin a rotor up.
+const BRAKE_NANOS: u64 = 500_000_000;
+/// Brakes of one move, after which a rotor that turns on ends it. An assumption: one that stops by friction needs none.
+const BRAKES_MAX: u8 = 3;
+
+impl Positioning {
+    /// No usable estimate: drive off, for a bounded time.
+    pub(super) fn wait(&mut self, now: Time, health: Health) -> PositioningPhase {
+        self.rest.forget();
+        let since = *self.blind_since.get_or_insert(now);
+        if now.nanos_since(since) > self.tuning.blind_max_nanos {
+            PositioningPhase::Stopped(StopReason::NoEstimate)
+        } else {
+            PositioningPhase::Waiting(health)
+        }
+    }
+
+    /// Drive off: measures on, holds, or begins the next drive, unless the estimate is too `wide` for one.
+    pub(super) fn settle(
+        &mut self,
+        map: &ResponseMap,
+        now: Time,
+        estimate: &Estimate<f32>,
+        wide: bool,
+    ) -> PositioningPhase {
+        if !estimate.resting {
+            match self.watch.look(self.tuning.settling_window_nanos, now, estimate) {
+                Shown::Nothing => return PositioningPhase::Settling(Wait::Rest),
+                Shown::Turns { clockwise } => return self.stop_the_rotor(clockwise, now),
+                Shown::Still => (),
+            }
+        }
+        if wide {
+            return self.measure(now, estimate);
+        }
+        if let Some(probe) = self.probe {
+            return self.probe(map, probe, now, estimate);
+        }
+        let situation = self.situation(estimate);
+        let corrected = self.corrected(estimate);
+        if situation.reached() {
+            self.correction = corrected;
+            self.rest.compare(estimate);
+            return PositioningPhase::Holding;
+        }
+        let Some(plan) = situation.plan(MotorResponse { map, correction: &corrected }) else {
+            return self.measure(now, estimate);
+        };
+        if self.waits_for_test(&plan, &situation, estimate) {
+            return self.measure(now, estimate);
+        }
+        // Only when the next drive is due, since the last burst has then been measured as well as it will be.
+        if let Some(phase) = self.test_burst(estimate) {
+            return phase;
+        }
+        self.correction = corrected;
+        // A burst that is driven again on its forecast alone is never measured well enough for a test.
+        if let DrivePlan::Burst(family, ..) = plan
+            && corrected.is_without_effect(family)
+        {
+            self.stall(family.mode());
+            if self.probe.is_some() {
+                return self.measure(now, estimate);
+            }
+        }
+        self.begin(plan, now, estimate)
+    }
+
+    /// At the target: stays unless the rotor moves, or lies outside the tolerance for certain.
+    pub(super) fn hold(&mut self, now: Time, estimate: &Estimate<f32>) -> PositioningPhase {
+        if !estimate.resting
+            && self.watch.look(self.tuning.settling_window_nanos, now, estimate) != Shown::Still
+        {
+            // A jolt: the angle before it does not count, and the move begins anew.
+            self.rest.forget();
+            self.retarget(self.target, now);
+            return self.phase;
+        }
+        let Situation { remaining_rad, sigma_rad, tolerance_rad, confidence, .. } = self.situation(estimate);
+        if remaining_rad.abs() > tolerance_rad.max(confidence.two_sided * sigma_rad) {
+            self.retarget(self.target, now);
+        }
+        self.phase
+    }
+
+    /// At rest: measures on, or gives up where that cannot end before the deadline.
+    pub(super) fn measure(&mut self, now: Time, estimate: &Estimate<f32>) -> PositioningPhase {
+        let needed_rad2 = self.situation(estimate).needed_rad2();
+        let gone_s = now.seconds_since::<f32>(self.started_at);
+        #[expect(clippy::cast_precision_loss, reason = "a deadline needs no more than single precision")]
+        let left_s = 1e-9 * self.tuning.limits.deadline_nanos as f32 - gone_s;
+        let resting = self.rest.resting(estimate);
+        let window_nanos = self.tuning.settling_window_nanos;
+        let (to_go_s, in_vain) = self.watch.measure(needed_rad2, left_s, window_nanos, now, &resting);
+        if in_vain {
+            PositioningPhase::Stopped(StopReason::NotMeasurable)
+        } else if estimate.resting {
+            PositioningPhase::Settling(Wait::Measuring { to_go_s })
+        } else {
+            PositioningPhase::Settling(Wait::MeasuringUnrested { to_go_s })
+        }
+    }
+
+    /// Brakes a rotor that turns on with the drive off by the other mode, or gives up.
+    fn stop_the_rotor(&mut self, clockwise: bool, now: Time) -> PositioningPhase {
+        if self.brakes >= BRAKES_MAX {
+            return PositioningPhase::Stopped(StopReason::KeepsTurning);
+        }
+        self.brakes += 1;
+        self.rest.forget();
+        let mode = if clockwise { DriveMode::C } else { DriveMode::B };
+        PositioningPhase::Brake { mode, since: now }
+    }
+
+    /// Drive on until the rotor no longer turns against `mode`.
+    pub(super) fn brake(
+        &mut self,
+        mode: DriveMode,
+        since: Time,
+        now: Time,
+        estimate: &Estimate<f32>,
+    ) -> PositioningPhase {
+        let limit_nanos = BRAKE_NANOS.min(self.tuning.limits.on_max_nanos);
+        if direction(mode) * estimate.rate_rad_s < 0.0 && now.nanos_since(since) < limit_nanos {
+            return PositioningPhase::Brake { mode, since };
+        }
+        self.watch = SettlingWatch::new(None);
+        PositioningPhase::Settling(Wait::Turning)
+    }
+}
