@@ -1,7 +1,7 @@
 //! Time of a driven step that the compiler inlines into the caller's loop.
 //!
-//! There is one call site for each precision, as in a program that simulates one motor. `twin.rs` has many call sites:
-//! there a step is a call, its state is in memory, and it takes half as much time again.
+//! There is one call site for each precision, as in a program that simulates one motor. `motor_step.rs` has many call
+//! sites: there a step is a call, its state is in memory, and it takes half as much time again.
 
 use std::hint::black_box;
 

@@ -68,9 +68,8 @@ where
         self.covariance.predict(&self.transition, &self.noise);
         for (row, &z) in self.rows.iter().zip(measured) {
             let innovation = z - row.dot(&self.state);
-            self.covariance
-                .update(row, self.measured_variance, innovation, &mut self.state)
-                .expect("a plain measurement");
+            let taken = self.covariance.take_in(row, self.measured_variance, innovation, &mut self.state);
+            assert!(taken, "a plain measurement");
         }
     }
 

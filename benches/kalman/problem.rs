@@ -123,7 +123,7 @@ impl<T: Real, const N: usize, const M: usize> Problem<T, N, M> {
             for (m, z) in z.iter().enumerate() {
                 let row = self.rows.row(m).transpose().map(Real::to_f64);
                 let innovation = z.to_f64() - row.dot(&state);
-                covariance.update(&row, 1.0, innovation, &mut state).expect("a plain measurement");
+                assert!(covariance.take_in(&row, 1.0, innovation, &mut state), "a plain measurement");
             }
         }
         state

@@ -3,8 +3,7 @@
 //! | benchmark | measures |
 //! |---|---|
 //! | `driven_step` | a driven step of the motor without impact, inlined into one loop |
-//! | `twin` | a step of the motor, in flight, in steady motion and at rest |
-//! | `controller_tick` | the decision of the controller, in each of its phases |
+//! | `motor_step` | a step of the motor, in flight, in steady motion and at rest |
 //! | `kalman` | a step of a Kalman filter, by this project and by other crates |
 
 pub mod matrix_covariance;

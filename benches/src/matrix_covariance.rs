@@ -8,7 +8,7 @@
 //! Both are the textbook's; neither makes P symmetric again. Sources: Kalman (1960); Bucy and Joseph, "Filtering for
 //! Stochastic Processes with Applications to Guidance" (1968).
 
-use estimator::{Correction, NoiseSource, Refusal, Transition, UdCovariance};
+use estimator::{NoiseSource, Transition, UdCovariance};
 use motor_model::Real;
 use nalgebra::{SMatrix, SVector};
 
@@ -24,17 +24,8 @@ pub trait CovarianceForm<T: Real, const N: usize>: Copy {
         transition: &F,
         noise: &[NoiseSource<T, N>; M],
     );
-    /// Takes in `z = h'x + noise`.
-    ///
-    /// # Errors
-    /// When the measurement cannot be used; nothing has changed then.
-    fn update(
-        &mut self,
-        row: &SVector<T, N>,
-        noise: T,
-        innovation: T,
-        state: &mut SVector<T, N>,
-    ) -> Result<Correction<T, N>, Refusal>;
+    /// Takes in `z = h'x + noise`; false when the measurement cannot be used and nothing has changed.
+    fn take_in(&mut self, row: &SVector<T, N>, noise: T, innovation: T, state: &mut SVector<T, N>) -> bool;
 }
 
 /// The covariance as a matrix, updated by Joseph's form or conventionally.
@@ -61,14 +52,8 @@ impl<T: Real, const N: usize> CovarianceForm<T, N> for UdCovariance<T, N> {
     ) {
         self.predict(transition, noise);
     }
-    fn update(
-        &mut self,
-        row: &SVector<T, N>,
-        noise: T,
-        innovation: T,
-        state: &mut SVector<T, N>,
-    ) -> Result<Correction<T, N>, Refusal> {
-        self.update(row, noise, innovation, state)
+    fn take_in(&mut self, row: &SVector<T, N>, noise: T, innovation: T, state: &mut SVector<T, N>) -> bool {
+        self.update(row, noise, innovation, state).is_ok()
     }
 }
 
@@ -86,23 +71,21 @@ impl<T: Real, const N: usize, const JOSEPH: bool> CovarianceForm<T, N> for Matri
     ) {
         self.0 = predicted(&self.0, transition, noise);
     }
-    fn update(
-        &mut self,
-        row: &SVector<T, N>,
-        noise: T,
-        innovation: T,
-        state: &mut SVector<T, N>,
-    ) -> Result<Correction<T, N>, Refusal> {
-        let correction = correction(&self.0, row, noise, innovation)?;
-        let gain = correction.gain;
-        if JOSEPH {
-            let kept = SMatrix::<T, N, N>::identity() - gain * row.transpose();
-            self.0 = kept * self.0 * kept.transpose() + gain * gain.transpose() * noise;
-        } else {
-            self.0 -= gain * (row.transpose() * self.0);
+    fn take_in(&mut self, row: &SVector<T, N>, noise: T, innovation: T, state: &mut SVector<T, N>) -> bool {
+        let cross = self.0 * row;
+        let variance = (row.transpose() * cross).x + noise;
+        let usable = variance > T::zero() && variance * T::zero() == T::zero();
+        if usable {
+            let gain = cross * (T::one() / variance);
+            if JOSEPH {
+                let kept = SMatrix::<T, N, N>::identity() - gain * row.transpose();
+                self.0 = kept * self.0 * kept.transpose() + gain * gain.transpose() * noise;
+            } else {
+                self.0 -= gain * (row.transpose() * self.0);
+            }
+            *state += gain * innovation;
         }
-        *state += gain * innovation;
-        Ok(correction)
+        usable
     }
 }
 
@@ -124,38 +107,4 @@ fn predicted<T: Real, const N: usize, F: Transition<T, N>, const M: usize>(
         sum += source.gain * source.gain.transpose() * source.variance;
     }
     sum
-}
-
-/// Gain and innovation variance by the textbook. Refuses what [`UdCovariance::update`] refuses, and a negative
-/// variance.
-fn correction<T: Real, const N: usize>(
-    covariance: &SMatrix<T, N, N>,
-    row: &SVector<T, N>,
-    noise: T,
-    innovation: T,
-) -> Result<Correction<T, N>, Refusal> {
-    let noise_known = noise >= T::zero();
-    if !noise_known {
-        return Err(Refusal::Noise);
-    }
-    let cross = covariance * row;
-    let [[variance]] = (row.transpose() * cross).data.0;
-    let variance = variance + noise;
-    if !is_finite(variance) {
-        return Err(Refusal::Uncertain);
-    }
-    let per_variance = T::one() / variance;
-    if !(is_finite(per_variance) && per_variance > T::zero()) {
-        return Err(Refusal::Certain);
-    }
-    let normalised_squared = innovation * per_variance * innovation;
-    if !is_finite(normalised_squared) {
-        return Err(Refusal::Innovation);
-    }
-    Ok(Correction { variance, gain: cross * per_variance, normalised_squared })
-}
-
-/// Whether `x` is neither infinite nor NaN.
-fn is_finite<T: Real>(x: T) -> bool {
-    x * T::zero() == T::zero()
 }

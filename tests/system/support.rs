@@ -1,6 +1,7 @@
 //! What the tests share: tolerances, second implementations to compare with, motors, runs, the built command.
 
 pub mod built_command;
+pub mod checkout;
 pub mod closeness;
 pub mod fault_bench;
 pub mod live_teeth;

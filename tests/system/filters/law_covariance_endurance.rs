@@ -136,7 +136,7 @@ fn endure<T: Real, C: CovarianceForm<T, N>, const N: usize, const B: usize, cons
             expected += gain * (measured.to_f64() - exact_row.dot(&expected));
             floor += gain.map(T::from_f64) * (measured - row.dot(&floor));
             let innovation = measured - row.dot(&state);
-            outcome.refused += u64::from(form.update(row, T::from_f64(R), innovation, &mut state).is_err());
+            outcome.refused += u64::from(!form.take_in(row, T::from_f64(R), innovation, &mut state));
         }
         outcome.worst_sigma = outcome.worst_sigma.max(distance(&state, &expected, sigma));
         outcome.worst_sigma_exact_gain =

@@ -3,9 +3,11 @@
 
 use std::collections::BTreeSet;
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use toml::{Table, Value};
+
+use crate::support::checkout::{files_below, root, text};
 
 /// Every crate of the workspace and the crates of the workspace that it may depend on, tests and build scripts
 /// included.
@@ -17,7 +19,7 @@ const CRATES: [(&str, &[&str]); 10] = [
     ("firmware", &["motor-model", "estimator", "controller", "link"]),
     ("firmware-checks", &["motor-model", "estimator", "controller", "link", "firmware"]),
     ("host-sim", &["motor-model", "estimator", "controller", "link"]),
-    ("benches", &["motor-model", "estimator", "controller"]),
+    ("benches", &["motor-model", "estimator"]),
     ("tests/fuzz", &["motor-model", "estimator", "controller", "link", "firmware", "host-sim"]),
     (
         "tests",
@@ -47,14 +49,9 @@ const LAYERS: [(&str, &[&str]); 9] = [
     ("tool", &[]),
 ];
 
-fn repository() -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("..")
-}
-
 fn manifest(folder: &Path) -> Table {
     let path = folder.join("Cargo.toml");
-    let text = fs::read_to_string(&path).unwrap_or_else(|error| panic!("{}: {error}", path.display()));
-    text.parse().unwrap_or_else(|error| panic!("{}: {error}", path.display()))
+    text(&path).parse().unwrap_or_else(|error| panic!("{}: {error}", path.display()))
 }
 
 /// Names of all dependencies in a manifest, of every kind and for every target.
@@ -72,7 +69,7 @@ fn dependencies(manifest: &Table) -> BTreeSet<String> {
 /// Each member of the workspace depends on no other than its row allows, and each member has a row.
 #[test]
 fn law_crates_depend_in_one_direction() {
-    let workspace = manifest(&repository());
+    let workspace = manifest(&root());
     let members = workspace["workspace"]["members"].as_array().expect("members");
     let members: Vec<&str> = members.iter().map(|member| member.as_str().expect("a folder")).collect();
     let known: Vec<&str> = CRATES.iter().map(|(name, _)| *name).collect();
@@ -82,7 +79,7 @@ fn law_crates_depend_in_one_direction() {
         "left: the workspace's members, right: the rows of this test"
     );
     for (name, allowed) in CRATES {
-        for dependency in dependencies(&manifest(&repository().join(name))) {
+        for dependency in dependencies(&manifest(&root().join(name))) {
             let wrong = known.contains(&dependency.as_str()) && !allowed.contains(&dependency.as_str());
             assert!(!wrong, "{name}/Cargo.toml: {name} may not depend on {dependency}");
         }
@@ -100,18 +97,6 @@ fn law_rows_of_this_test_have_no_cycle() {
                 let through = allowed(other).iter().find(|third| !below.contains(third));
                 assert_eq!(through, None, "{name} may import {other}, but not all that {other} may import");
             }
-        }
-    }
-}
-
-/// All Rust files below a folder.
-fn sources(folder: &Path, into: &mut Vec<PathBuf>) {
-    for entry in fs::read_dir(folder).unwrap_or_else(|error| panic!("{}: {error}", folder.display())) {
-        let path = entry.expect("a readable folder").path();
-        if path.is_dir() {
-            sources(&path, into);
-        } else if path.extension().is_some_and(|extension| extension == "rs") {
-            into.push(path);
         }
     }
 }
@@ -164,11 +149,8 @@ fn imports(code: &str, depth: usize) -> Result<BTreeSet<&str>, String> {
 
 /// Every wrong import of the files below `source`.
 fn wrong_imports(source: &Path) -> Vec<String> {
-    let mut files = Vec::new();
-    sources(source, &mut files);
-    files.sort();
     let mut wrong = Vec::new();
-    for file in files {
+    for file in files_below(source, "rs") {
         let path = file.strip_prefix(source).expect("below the folder").with_extension("");
         let segments: Vec<String> =
             path.iter().map(|segment| segment.to_string_lossy().into_owned()).collect();
@@ -179,7 +161,7 @@ fn wrong_imports(source: &Path) -> Vec<String> {
             }
             continue;
         };
-        let code = without_comments(&fs::read_to_string(&file).expect("text"));
+        let code = without_comments(&text(&file));
         match imports(&code, segments.len()) {
             Ok(names) => {
                 let above = names.into_iter().filter(|name| *name != segments[0] && !allowed.contains(name));
@@ -193,7 +175,7 @@ fn wrong_imports(source: &Path) -> Vec<String> {
 
 #[test]
 fn law_folders_of_host_sim_import_downward() {
-    let source = repository().join("host-sim/src");
+    let source = root().join("host-sim/src");
     for (layer, _) in LAYERS {
         assert!(source.join(layer).with_extension("rs").is_file(), "{layer}: no such layer");
     }

@@ -11,6 +11,7 @@ use tempfile::TempDir;
 use toml::{Table, Value};
 
 use crate::support::built_command::{folder, run};
+use crate::support::checkout::{files_below, root, text};
 
 /// What runs smaller here than it stands in the documents: a flag with its value is put in the place of the documented
 /// one, or appended. The command as it stands must still be parsed.
@@ -34,26 +35,10 @@ const OTHER_PROGRAMS: [&str; 4] = ["cd", "git", "rustup", "curl"];
 /// Commands of cargo that name nothing of the project's.
 const CARGO_ONLY: [&str; 3] = ["fmt", "doc", "clippy"];
 
-fn repository() -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("..")
-}
-
-/// The documents, by their paths from the repository's root.
+/// The documents.
 fn documents() -> Vec<PathBuf> {
-    fn below(folder: &Path, into: &mut Vec<PathBuf>) {
-        let Ok(entries) = fs::read_dir(folder) else { return };
-        for entry in entries {
-            let path = entry.expect("a readable folder").path();
-            if path.is_dir() {
-                below(&path, into);
-            } else if path.extension().is_some_and(|extension| extension == "md") {
-                into.push(path);
-            }
-        }
-    }
-    let mut documents = vec![repository().join("README.md")];
-    below(&repository().join("docs"), &mut documents);
-    documents.sort();
+    let mut documents = files_below(&root().join("docs"), "md");
+    documents.insert(0, root().join("README.md"));
     documents
 }
 
@@ -126,7 +111,7 @@ fn smaller(documented: &[String]) -> Vec<String> {
 fn with_scenes() -> TempDir {
     let (folder, scenes) = (folder(), Path::new("docs/scenes"));
     fs::create_dir_all(folder.path().join(scenes)).expect("a writable folder");
-    for entry in fs::read_dir(repository().join(scenes)).expect("scenes") {
+    for entry in fs::read_dir(root().join(scenes)).expect("scenes") {
         let file = entry.expect("a readable folder");
         fs::copy(file.path(), folder.path().join(scenes).join(file.file_name())).expect("a scene");
     }
@@ -148,7 +133,7 @@ fn check_host_sim(folder: &TempDir, place: Place, arguments: &[String]) -> Resul
 }
 
 fn manifest(folder: &str) -> Result<Table, String> {
-    let path = repository().join(folder).join("Cargo.toml");
+    let path = root().join(folder).join("Cargo.toml");
     let text = fs::read_to_string(path).map_err(|error| format!("{folder}: {error}"))?;
     text.parse().map_err(|error| format!("{folder}: {error}"))
 }
@@ -165,7 +150,7 @@ fn folder_of(package: &str) -> Result<String, String> {
 }
 
 fn there(path: &str) -> Result<(), String> {
-    if repository().join(path).exists() { Ok(()) } else { Err(format!("{path}: no such file")) }
+    if root().join(path).exists() { Ok(()) } else { Err(format!("{path}: no such file")) }
 }
 
 /// What the flags of a cargo command name is there.
@@ -218,7 +203,7 @@ fn check_cargo(folder: &TempDir, place: Place, words: &[String]) -> Result<(), S
 /// A script of the project's is there, and its text or a program of the firmware's has the words that it is called
 /// with.
 fn check_script(script: &str, arguments: &[String]) -> Result<(), String> {
-    let text = fs::read_to_string(repository().join(script)).map_err(|error| format!("{script}: {error}"))?;
+    let text = fs::read_to_string(root().join(script)).map_err(|error| format!("{script}: {error}"))?;
     let programs = ["firmware/src/bin", "firmware-checks/src/bin"];
     let known = |word: &str| {
         let program = programs.iter().any(|folder| there(&format!("{folder}/{word}.rs")).is_ok());
@@ -255,14 +240,14 @@ fn tool_every_documented_command_runs() {
     let mut seen = HashSet::new();
     let folder = with_scenes();
     for document in documents() {
-        let text = fs::read_to_string(&document).expect("text");
+        let text = text(&document);
         for (line, place, command) in commands(&text) {
             in_blocks += usize::from(place == Place::Block);
             if !seen.insert((place, words(&command))) {
                 continue;
             }
             if let Err(why) = check(&folder, place, &command) {
-                let name = document.strip_prefix(repository()).expect("in the repository").display();
+                let name = document.strip_prefix(root()).expect("in the repository").display();
                 failures.push(format!("{name}:{line}: {command}\n    {why}"));
             }
         }

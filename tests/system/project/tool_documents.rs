@@ -9,6 +9,7 @@ use std::path::{Path, PathBuf};
 use pulldown_cmark::{CodeBlockKind, Event, Options, Parser, Tag, TagEnd};
 
 use crate::support::built_command::{folder, succeeds};
+use crate::support::checkout::{files_below, root, text};
 
 /// What a document names.
 #[derive(Debug, Default)]
@@ -19,32 +20,10 @@ struct Named {
     headings: Vec<String>,
 }
 
-fn root() -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("..").canonicalize().expect("the checkout")
-}
-
-fn text(path: &Path) -> String {
-    std::fs::read_to_string(path).unwrap_or_else(|error| panic!("{}: {error}", path.display()))
-}
-
-fn add_documents(folder: &Path, depth: usize, found: &mut Vec<PathBuf>) {
-    for entry in std::fs::read_dir(folder).expect("a folder").map(|entry| entry.expect("an entry").path()) {
-        let name = entry.file_name().and_then(|name| name.to_str()).unwrap_or_default().to_owned();
-        if entry.is_dir() {
-            if depth > 0 && !name.starts_with('.') && name != "target" && name != "out" {
-                add_documents(&entry, depth - 1, found);
-            }
-        } else if entry.extension().is_some_and(|extension| extension == "md") {
-            found.push(entry);
-        }
-    }
-}
-
-/// Every Markdown file at the root, in the crates and in `docs`.
+/// Every Markdown file at the root, in the crates and in `docs`: in `src` are templates.
 fn documents() -> Vec<PathBuf> {
-    let mut found = Vec::new();
-    add_documents(&root(), 3, &mut found);
-    found.sort();
+    let mut found = files_below(&root(), "md");
+    found.retain(|path| !path.iter().any(|part| part == "src"));
     assert!(found.iter().any(|path| path.ends_with("docs/EQUATIONS.md")), "{found:?}");
     found
 }
