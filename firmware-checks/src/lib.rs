@@ -32,3 +32,16 @@
 
 pub mod instructions;
 pub mod parity;
+
+/// Ends a program on the microcontroller; after an error it has failed.
+#[cfg(target_os = "none")]
+pub fn end_with(outcome: Result<(), motor_model::OutOfBounds>) -> ! {
+    use cortex_m_semihosting::{debug, heprintln};
+
+    if let Err(error) = outcome {
+        // The key alone: printing its numbers would link decimal conversion of f64.
+        heprintln!("{} is out of bounds", error.key);
+        firmware::board::end(debug::EXIT_FAILURE)
+    }
+    firmware::board::end(debug::EXIT_SUCCESS)
+}

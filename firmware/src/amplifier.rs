@@ -80,71 +80,10 @@ fn duty(level: f32, max: u16) -> u16 {
 
 #[cfg(test)]
 mod tests {
-    extern crate std;
-
-    use core::cell::{Cell, RefCell};
-    use std::vec::Vec;
-
-    use embedded_hal::{digital, pwm};
     use motor_model::DriveMode;
 
     use super::*;
-
-    /// The pins of an amplifier, as a test sees them.
-    #[derive(Default)]
-    struct Pins {
-        widths: RefCell<Vec<u16>>,
-        enabled: Cell<bool>,
-        broken: Cell<bool>,
-    }
-
-    #[derive(Debug)]
-    struct Broken;
-
-    struct Pin<'a>(&'a Pins);
-
-    impl pwm::Error for Broken {
-        fn kind(&self) -> pwm::ErrorKind {
-            pwm::ErrorKind::Other
-        }
-    }
-
-    impl digital::Error for Broken {
-        fn kind(&self) -> digital::ErrorKind {
-            digital::ErrorKind::Other
-        }
-    }
-
-    impl pwm::ErrorType for Pin<'_> {
-        type Error = Broken;
-    }
-
-    impl digital::ErrorType for Pin<'_> {
-        type Error = Broken;
-    }
-
-    impl SetDutyCycle for Pin<'_> {
-        fn max_duty_cycle(&self) -> u16 {
-            1000
-        }
-
-        fn set_duty_cycle(&mut self, duty: u16) -> Result<(), Broken> {
-            self.0.widths.borrow_mut().push(duty);
-            if self.0.broken.get() { Err(Broken) } else { Ok(()) }
-        }
-    }
-
-    impl OutputPin for Pin<'_> {
-        fn set_low(&mut self) -> Result<(), Broken> {
-            self.0.enabled.set(false);
-            Ok(())
-        }
-
-        fn set_high(&mut self) -> Result<(), Broken> {
-            self.0.enabled.set(true);
-            Ok(())
-        }
-    }
+    use crate::test_support::{Pin, Pins};
 
     fn amplifier(pins: &Pins) -> Amplifier<Pin<'_>, Pin<'_>> {
         pins.enabled.set(true);

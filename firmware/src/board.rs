@@ -20,6 +20,23 @@ pub use mps2 as hardware;
 #[cfg(feature = "stm32g474")]
 pub use stm32g474 as hardware;
 
+use hardware::{Enable, Line, Vibrometer, Watchdog, Width};
+
+/// Everything of the board that the program uses.
+#[derive(Debug)]
+pub struct Parts {
+    /// The pulse width.
+    pub width: Width,
+    /// The bridge's enabling pin.
+    pub enable: Enable,
+    /// The serial line.
+    pub line: Line,
+    /// The vibrometer.
+    pub vibrometer: Vibrometer,
+    /// The watchdog, not yet started.
+    pub watchdog: Watchdog,
+}
+
 #[expect(unsafe_code, reason = "the linker script names the ends of the stack")]
 // SAFETY: both are symbols of the linker script, whatever their type; only their addresses are used.
 unsafe extern "C" {

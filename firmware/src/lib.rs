@@ -40,4 +40,18 @@ pub mod filter;
 pub mod semihosting;
 pub mod tasks;
 pub mod telemetry;
+#[cfg(test)]
+mod test_support;
 pub mod waveform;
+
+/// The `main` of a microcontroller's program on every other machine: says what to do instead, and fails.
+#[macro_export]
+macro_rules! only_on_the_board {
+    ($instead:literal) => {
+        #[cfg(not(target_os = "none"))]
+        fn main() -> std::process::ExitCode {
+            eprintln!($instead);
+            std::process::ExitCode::from(2)
+        }
+    };
+}

@@ -3,11 +3,7 @@
 
 #![cfg_attr(target_os = "none", no_std, no_main)]
 
-#[cfg(not(target_os = "none"))]
-fn main() -> std::process::ExitCode {
-    eprintln!("this runs on the microcontroller: firmware/qemu.sh ELF");
-    std::process::ExitCode::from(2)
-}
+firmware::only_on_the_board!("this runs on the microcontroller: firmware/qemu.sh ELF");
 
 #[cfg(target_os = "none")]
 mod board {
@@ -16,8 +12,8 @@ mod board {
     use cortex_m_rt::entry;
     use cortex_m_semihosting::{debug, heprintln};
     use embedded_hal::digital::OutputPin;
-    use firmware::board::mps2::{Enable, Parts, drive_is_on};
-    use firmware::board::{end, stack_bytes_max};
+    use firmware::board::mps2::{Enable, drive_is_on};
+    use firmware::board::{Parts, end, stack_bytes_max};
     use firmware::semihosting::HostFile;
 
     #[entry]

@@ -3,11 +3,9 @@
 
 #![cfg_attr(target_os = "none", no_std, no_main)]
 
-#[cfg(not(target_os = "none"))]
-fn main() -> std::process::ExitCode {
-    eprintln!("only the microcontroller's instructions are followed: run `host-sim instructions --cycles`");
-    std::process::ExitCode::from(2)
-}
+firmware::only_on_the_board!(
+    "only the microcontroller's instructions are followed: run `host-sim instructions --cycles`"
+);
 
 #[cfg(target_os = "none")]
 mod board {
@@ -15,13 +13,12 @@ mod board {
     use cortex_m_rt::entry;
     use cortex_m_semihosting::debug;
     use firmware::board::end;
-    use firmware_checks::instructions;
     use firmware_checks::parity::LoopMemory;
+    use firmware_checks::{end_with, instructions};
 
     #[entry]
     fn main() -> ! {
         let Some(memory) = singleton!(: LoopMemory = None) else { end(debug::EXIT_FAILURE) };
-        let ran = instructions::run_hot_operations(memory).is_ok();
-        end(if ran { debug::EXIT_SUCCESS } else { debug::EXIT_FAILURE })
+        end_with(instructions::run_hot_operations(memory))
     }
 }

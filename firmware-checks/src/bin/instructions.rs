@@ -3,18 +3,17 @@
 
 #![cfg_attr(target_os = "none", no_std, no_main)]
 
-#[cfg(not(target_os = "none"))]
-fn main() -> std::process::ExitCode {
-    eprintln!("only the microcontroller's instructions are counted: run `host-sim instructions`");
-    std::process::ExitCode::from(2)
-}
+firmware::only_on_the_board!(
+    "only the microcontroller's instructions are counted: run `host-sim instructions`"
+);
 
 #[cfg(target_os = "none")]
 mod board {
     use cortex_m::{Peripherals, singleton};
     use cortex_m_rt::entry;
-    use cortex_m_semihosting::{debug, heprintln, hprintln};
+    use cortex_m_semihosting::{debug, hprintln};
     use firmware::board::end;
+    use firmware_checks::end_with;
     use firmware_checks::instructions::{self, SysTick};
     use firmware_checks::parity::LoopMemory;
 
@@ -25,14 +24,6 @@ mod board {
         let Some(memory) = singleton!(: LoopMemory = None) else { end(debug::EXIT_FAILURE) };
         let timer = SysTick::start(peripherals.SYST);
         hprintln!("compiler {}", env!("COMPILER"));
-        let outcome = match instructions::count_all(&timer, memory, |count| hprintln!("{}", count)) {
-            Ok(()) => debug::EXIT_SUCCESS,
-            Err(error) => {
-                // The key alone: printing its numbers would link decimal conversion of f64.
-                heprintln!("{} is out of bounds", error.key);
-                debug::EXIT_FAILURE
-            }
-        };
-        end(outcome)
+        end_with(instructions::count_all(&timer, memory, |count| hprintln!("{}", count)))
     }
 }

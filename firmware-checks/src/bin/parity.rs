@@ -18,23 +18,16 @@ mod board {
     // Supplies the critical section that semihosting needs as well.
     use cortex_m::singleton;
     use cortex_m_rt::entry;
-    use cortex_m_semihosting::{debug, heprintln, hprintln};
+    use cortex_m_semihosting::{debug, hprintln};
     use firmware::board::end;
+    use firmware_checks::end_with;
     use firmware_checks::parity::{LoopMemory, LoopRun, TwinRun};
     use motor_model::{ImpactRule, OutOfBounds};
 
     #[entry]
     fn main() -> ! {
         let Some(memory) = singleton!(: LoopMemory = None) else { end(debug::EXIT_FAILURE) };
-        let outcome = match print(memory) {
-            Ok(()) => debug::EXIT_SUCCESS,
-            Err(error) => {
-                // The key alone: printing its numbers would link decimal conversion of f64.
-                heprintln!("{} is out of bounds", error.key);
-                debug::EXIT_FAILURE
-            }
-        };
-        end(outcome)
+        end_with(print(memory))
     }
 
     fn print(memory: &mut LoopMemory) -> Result<(), OutOfBounds> {

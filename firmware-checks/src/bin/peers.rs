@@ -3,11 +3,9 @@
 
 #![cfg_attr(target_os = "none", no_std, no_main)]
 
-#[cfg(not(target_os = "none"))]
-fn main() -> std::process::ExitCode {
-    eprintln!("only the microcontroller's instructions are counted: run `host-sim instructions --peers`");
-    std::process::ExitCode::from(2)
-}
+firmware::only_on_the_board!(
+    "only the microcontroller's instructions are counted: run `host-sim instructions --peers`"
+);
 
 #[cfg(target_os = "none")]
 mod board {

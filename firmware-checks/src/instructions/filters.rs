@@ -35,47 +35,26 @@ const COUNTED_SAMPLES: u64 = 20_000;
 /// Names of a filter's operations in one mode: a frame, a sample, a prediction.
 type Names = [&'static str; 3];
 
+macro_rules! names {
+    ($filter_and_mode:literal) => {
+        [
+            concat!($filter_and_mode, "_camera_frame"),
+            concat!($filter_and_mode, "_vibrometer_sample"),
+            concat!($filter_and_mode, "_prediction"),
+        ]
+    };
+}
+
 #[inline(never)]
 pub(super) fn count(
     counter: &InstructionCounter<'_, impl InstructionTimer>,
     memory: &mut LoopMemory,
     report: &mut impl FnMut(Count),
 ) -> Result<(), OutOfBounds> {
-    for (mode, names) in [
-        (
-            DriveMode::B,
-            [
-                [
-                    "constant_rate_b_camera_frame",
-                    "constant_rate_b_vibrometer_sample",
-                    "constant_rate_b_prediction",
-                ],
-                [
-                    "impact_aided_b_camera_frame",
-                    "impact_aided_b_vibrometer_sample",
-                    "impact_aided_b_prediction",
-                ],
-                ["twin_b_camera_frame", "twin_b_vibrometer_sample", "twin_b_prediction"],
-            ],
-        ),
-        (
-            DriveMode::C,
-            [
-                [
-                    "constant_rate_c_camera_frame",
-                    "constant_rate_c_vibrometer_sample",
-                    "constant_rate_c_prediction",
-                ],
-                [
-                    "impact_aided_c_camera_frame",
-                    "impact_aided_c_vibrometer_sample",
-                    "impact_aided_c_prediction",
-                ],
-                ["twin_c_camera_frame", "twin_c_vibrometer_sample", "twin_c_prediction"],
-            ],
-        ),
+    for (mode, of_constant_rate, of_impact_aided, of_twin) in [
+        (DriveMode::B, names!("constant_rate_b"), names!("impact_aided_b"), names!("twin_b")),
+        (DriveMode::C, names!("constant_rate_c"), names!("impact_aided_c"), names!("twin_c")),
     ] {
-        let [of_constant_rate, of_impact_aided, of_twin] = names;
         count_constant_rate(counter, mode, of_constant_rate)?.into_iter().for_each(&mut *report);
         count_impact_aided(counter, mode, of_impact_aided)?.into_iter().for_each(&mut *report);
         count_twin(counter, memory, mode, of_twin)?.into_iter().for_each(&mut *report);

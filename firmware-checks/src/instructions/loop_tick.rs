@@ -64,18 +64,17 @@ pub(super) fn run_hot_operations(memory: &mut LoopMemory) -> Result<(), OutOfBou
     .map(drop)
 }
 
-/// Names of each filter's operations: the tick alone, with the step, and with the step while the drive is on.
+/// Names of a filter's operations: the tick alone, with the step, and with the step while the drive is on.
+macro_rules! names {
+    ($tick:literal) => {
+        [$tick, concat!($tick, "_and_step"), concat!($tick, "_and_driven_step")]
+    };
+}
+
 const NAMES: [(FilterKind, [&str; 3]); 3] = [
-    (FilterKind::ConstantRate, ["loop_tick", "loop_tick_and_step", "loop_tick_and_driven_step"]),
-    (
-        FilterKind::ImpactAided,
-        [
-            "loop_tick_impact_aided",
-            "loop_tick_impact_aided_and_step",
-            "loop_tick_impact_aided_and_driven_step",
-        ],
-    ),
-    (FilterKind::Twin, ["loop_tick_twin", "loop_tick_twin_and_step", "loop_tick_twin_and_driven_step"]),
+    (FilterKind::ConstantRate, names!("loop_tick")),
+    (FilterKind::ImpactAided, names!("loop_tick_impact_aided")),
+    (FilterKind::Twin, names!("loop_tick_twin")),
 ];
 
 pub(super) fn count(

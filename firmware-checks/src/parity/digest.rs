@@ -155,6 +155,20 @@ mod tests {
     /// A change of a value.
     type Change<'a, T> = dyn Fn(&mut T) + 'a;
 
+    /// Each change changes the digest.
+    fn assert_all_count<T: Copy>(value: &T, digest: fn(&mut Digest, &T), changes: &[&Change<'_, T>]) {
+        let of = |change: &Change<'_, T>| {
+            let (mut changed, mut sum) = (*value, Digest::default());
+            change(&mut changed);
+            digest(&mut sum, &changed);
+            sum.value()
+        };
+        let same = of(&|_| ());
+        for (index, change) in changes.iter().enumerate() {
+            assert_ne!(of(change), same, "change {index}");
+        }
+    }
+
     /// The lowest bit of each number of a state and of an impact reaches the digest.
     #[test]
     fn exact_every_bit_counts() {
@@ -167,14 +181,6 @@ mod tests {
         for _ in 0..1000 {
             motor.step(&mut state, DriveCommand::full(DriveMode::B));
         }
-        let of_state = |change: &Change<'_, MotorState<f32>>| {
-            let mut changed = state;
-            change(&mut changed);
-            let mut digest = Digest::default();
-            digest.state(&changed);
-            digest.value()
-        };
-        let same = of_state(&|_| ());
         let other_drive = |command| motor.modes().forcing(command);
         let b = DriveMode::B;
         let changes: [&Change<'_, MotorState<f32>>; 17] = [
@@ -202,9 +208,7 @@ mod tests {
                 s.forcing = other_drive(command.with_frequency_offset(f32::from_bits(1)).unwrap());
             },
         ];
-        for (index, change) in changes.into_iter().enumerate() {
-            assert_ne!(of_state(change), same, "change {index}");
-        }
+        assert_all_count(&state, Digest::state, &changes);
 
         let impact = Impact {
             pair: 0,
@@ -215,14 +219,6 @@ mod tests {
             tangential_impulse_n_s: 1e-7,
             gap_m: -1e-7,
         };
-        let of_impact = |change: &Change<'_, Impact<f32>>| {
-            let mut changed = impact;
-            change(&mut changed);
-            let mut digest = Digest::default();
-            digest.impact(&changed);
-            digest.value()
-        };
-        let same = of_impact(&|_| ());
         let changes: [&Change<'_, Impact<f32>>; 7] = [
             &|i| i.pair = 1,
             &|i| up(&mut i.before_end_s),
@@ -232,8 +228,6 @@ mod tests {
             &|i| up(&mut i.tangential_impulse_n_s),
             &|i| up(&mut i.gap_m),
         ];
-        for (index, change) in changes.into_iter().enumerate() {
-            assert_ne!(of_impact(change), same, "change {index}");
-        }
+        assert_all_count(&impact, Digest::impact, &changes);
     }
 }

@@ -1,62 +1,50 @@
 extern crate std;
 
-use core::cell::Cell;
 use std::boxed::Box;
 use std::vec::Vec;
 
 use estimator::CameraDescription;
-use link::{CameraRecord, FilterKind, LdvRecord};
+use link::{CameraRecord, LdvRecord};
 use motor_model::DriveMode;
 
 use super::*;
+use crate::test_support::{MOVE, framed};
 
-/// An amplifier that shows its command.
-struct RecordingAmplifier<'a>(&'a Cell<DriveCommand>);
+/// An amplifier that shows its command, and applies none when it is broken.
+struct RecordingAmplifier {
+    command: DriveCommand,
+    broken: bool,
+}
 
-impl Drive for RecordingAmplifier<'_> {
+impl Drive for RecordingAmplifier {
     fn drive(&mut self, command: DriveCommand) -> DriveCommand {
-        self.0.set(command);
-        command
+        self.command = command;
+        if self.broken { DriveCommand::OFF } else { command }
     }
 }
 
-const MOVE: Configuration = Configuration {
-    filter: FilterKind::ConstantRate,
-    target_deg: 90.0,
-    tolerance_deg: 0.02,
-    deadline_nanos: 30_000_000_000,
-};
-
-/// Memory that lives until the tests end.
-fn memory() -> &'static mut MoveMemory {
-    Box::leak(Box::default())
+/// A board that has just started, with the drive on.
+fn board() -> Application<'static, RecordingAmplifier> {
+    let amplifier = RecordingAmplifier { command: DriveCommand::full(DriveMode::C), broken: false };
+    Application::new(amplifier, Box::leak(Box::default()))
 }
 
 /// A host and its board: a test bench.
-struct Bench<'a> {
-    board: Application<'static, RecordingAmplifier<'a>>,
-    driven: &'a Cell<DriveCommand>,
+struct Bench {
+    board: Application<'static, RecordingAmplifier>,
     session: u32,
     sequence: u32,
     ticks: u64,
 }
 
-impl<'a> Bench<'a> {
-    /// A board that has just started.
-    fn new(driven: &'a Cell<DriveCommand>) -> Self {
-        driven.set(DriveCommand::full(DriveMode::C));
-        Self {
-            board: Application::new(RecordingAmplifier(driven), memory()),
-            driven,
-            session: 5,
-            sequence: 0,
-            ticks: 0,
-        }
+impl Bench {
+    fn new() -> Self {
+        Self { board: board(), session: 5, sequence: 0, ticks: 0 }
     }
 
     /// A board whose motor turns.
-    fn driving(driven: &'a Cell<DriveCommand>) -> Self {
-        let mut bench = Self::new(driven);
+    fn driving() -> Self {
+        let mut bench = Self::new();
         bench.begin();
         bench.drive();
         bench
@@ -75,7 +63,7 @@ impl<'a> Bench<'a> {
         for _ in 0..3000 {
             self.measure();
             if self.step().is_some_and(|report| report.applied.mode.value() != Some(None)) {
-                assert!(self.driven.get().mode().is_some());
+                assert!(!self.off());
                 return;
             }
         }
@@ -121,8 +109,12 @@ impl<'a> Bench<'a> {
         answers
     }
 
+    fn driven(&self) -> DriveCommand {
+        self.board.amplifier().command
+    }
+
     fn off(&self) -> bool {
-        self.driven.get() == DriveCommand::OFF
+        self.driven() == DriveCommand::OFF
     }
 
     /// Whether it drives within a thousand ticks of the same measurements.
@@ -135,12 +127,6 @@ impl<'a> Bench<'a> {
     }
 }
 
-fn framed(header: Header, message: &HostMessage) -> Vec<u8> {
-    let mut frame = [0; FRAME_BYTES_MAX];
-    let length = encode(header, message, &mut frame).unwrap();
-    frame[..length].to_vec()
-}
-
 fn fault(fault: BoardFault) -> [BoardMessage; 1] {
     [BoardMessage::Fault(fault)]
 }
@@ -148,18 +134,16 @@ fn fault(fault: BoardFault) -> [BoardMessage; 1] {
 /// The program switches the drive off before all else.
 #[test]
 fn law_the_drive_is_off_from_the_start() {
-    let driven = Cell::new(DriveCommand::OFF);
-    let mut bench = Bench::new(&driven);
+    let mut bench = Bench::new();
     assert!(bench.off());
-    driven.set(DriveCommand::full(DriveMode::B));
+    bench.board.amplifier_mut().command = DriveCommand::full(DriveMode::B);
     assert_eq!(bench.board.tick(), None);
     assert!(bench.off(), "not armed");
 }
 
 #[test]
 fn law_nothing_drives_before_it_is_configured_and_armed() {
-    let driven = Cell::new(DriveCommand::OFF);
-    let mut bench = Bench::new(&driven);
+    let mut bench = Bench::new();
     bench.exchange(&HostMessage::Hello);
     assert_eq!(bench.exchange(&HostMessage::Arm), fault(BoardFault::NotReady));
     assert_eq!(bench.exchange(&HostMessage::Step), fault(BoardFault::NotReady));
@@ -171,9 +155,8 @@ fn law_nothing_drives_before_it_is_configured_and_armed() {
 /// L1: noise between frames, cut frames and damaged frames stop nothing and start nothing.
 #[test]
 fn law_damaged_frames_change_nothing_but_their_counter() {
-    let driven = Cell::new(DriveCommand::OFF);
-    let mut bench = Bench::driving(&driven);
-    let before = driven.get();
+    let mut bench = Bench::driving();
+    let before = bench.driven();
     for place in 0..20 {
         let mut frame = bench.frame(&HostMessage::Stop);
         bench.sequence -= 1;
@@ -184,7 +167,7 @@ fn law_damaged_frames_change_nothing_but_their_counter() {
         assert!(bench.exchange_bytes(&[&frame[..place], &[0]].concat()).is_empty());
     }
     assert!(bench.board.is_armed());
-    assert_eq!(driven.get(), before);
+    assert_eq!(bench.driven(), before);
     // One of the cut frames is empty and thus none.
     assert!(bench.board.counters().damaged >= 39, "{:?}", bench.board.counters());
     assert_eq!(bench.board.counters().lost, 0);
@@ -194,8 +177,7 @@ fn law_damaged_frames_change_nothing_but_their_counter() {
 /// L2: bytes without the end of a frame take no memory and do not stop the loop.
 #[test]
 fn law_oversize_frames_are_dropped_and_counted() {
-    let driven = Cell::new(DriveCommand::OFF);
-    let mut bench = Bench::driving(&driven);
+    let mut bench = Bench::driving();
     assert!(bench.exchange_bytes(&std::vec![1; 100_000]).is_empty());
     assert!(bench.exchange_bytes(&[0]).is_empty());
     assert_eq!(bench.board.counters().oversize, 1);
@@ -205,8 +187,7 @@ fn law_oversize_frames_are_dropped_and_counted() {
 /// L2: when more measurements arrive than ticks take, the oldest are dropped.
 #[test]
 fn law_a_flood_drops_the_oldest_measurements() {
-    let driven = Cell::new(DriveCommand::OFF);
-    let mut bench = Bench::driving(&driven);
+    let mut bench = Bench::driving();
     let now = bench.board.elapsed_ticks * PositionLoop::TICK_NANOS;
     for n in 0..1000 {
         let frame = CameraRecord { exposed_nanos: now + n, angle_units: 0 };
@@ -220,8 +201,7 @@ fn law_a_flood_drops_the_oldest_measurements() {
 /// L3: a frame that comes twice is executed once.
 #[test]
 fn law_duplicates_are_executed_once() {
-    let driven = Cell::new(DriveCommand::OFF);
-    let mut bench = Bench::driving(&driven);
+    let mut bench = Bench::driving();
     let ticks = bench.board.elapsed_ticks;
     let step = bench.frame(&HostMessage::Step);
     assert_eq!(bench.exchange_bytes(&step).len(), 1);
@@ -233,8 +213,7 @@ fn law_duplicates_are_executed_once() {
 /// L3: a lost frame is counted, a late frame is not executed.
 #[test]
 fn law_gaps_are_counted_and_late_frames_refused() {
-    let driven = Cell::new(DriveCommand::OFF);
-    let mut bench = Bench::driving(&driven);
+    let mut bench = Bench::driving();
     let late = bench.frame(&HostMessage::Stop);
     let _lost = bench.frame(&HostMessage::Stop);
     assert_eq!(bench.exchange(&HostMessage::Step).len(), 1);
@@ -247,8 +226,7 @@ fn law_gaps_are_counted_and_late_frames_refused() {
 /// L3: after a restart of the host the drive is off, and the host has to configure and arm again.
 #[test]
 fn law_a_new_session_has_to_arm_again() {
-    let driven = Cell::new(DriveCommand::OFF);
-    let mut bench = Bench::driving(&driven);
+    let mut bench = Bench::driving();
     (bench.session, bench.sequence) = (6, 0);
     assert_eq!(bench.exchange(&HostMessage::Step), fault(BoardFault::UnknownSession { session: 6 }));
     assert!(bench.board.is_armed(), "a frame of another session stops nothing");
@@ -262,8 +240,7 @@ fn law_a_new_session_has_to_arm_again() {
 /// L4: the answer names both versions, and nothing else happens.
 #[test]
 fn law_another_version_is_refused_by_name() {
-    let driven = Cell::new(DriveCommand::OFF);
-    let mut bench = Bench::new(&driven);
+    let mut bench = Bench::new();
     let frame = bench.frame(&HostMessage::Hello);
     let mut content = std::vec![0; frame.len()];
     let length = cobs::decode(&frame[..frame.len() - 1], &mut content).unwrap().frame_size();
@@ -284,8 +261,7 @@ fn law_another_version_is_refused_by_name() {
 /// L5: without a frame for ten milliseconds the drive goes off, and stays off until a stop and a new arming.
 #[test]
 fn law_a_silent_host_latches_the_drive_off() {
-    let driven = Cell::new(DriveCommand::OFF);
-    let mut bench = Bench::driving(&driven);
+    let mut bench = Bench::driving();
     bench.exchange(&HostMessage::Count);
     for tick in 1..=SILENT_TICKS {
         assert!(bench.board.tick().is_some(), "{tick}");
@@ -306,8 +282,7 @@ fn law_a_silent_host_latches_the_drive_off() {
 /// L5: a frame of any kind within the time keeps the loop going.
 #[test]
 fn law_a_host_that_sends_frames_is_not_silent() {
-    let driven = Cell::new(DriveCommand::OFF);
-    let mut bench = Bench::driving(&driven);
+    let mut bench = Bench::driving();
     for _ in 0..5 {
         bench.exchange(&HostMessage::Count);
         assert!((0..SILENT_TICKS).all(|_| bench.board.tick().is_some()));
@@ -318,9 +293,8 @@ fn law_a_host_that_sends_frames_is_not_silent() {
 /// L6: after a restart the board has no session: its answers say so, and it does not drive.
 #[test]
 fn law_a_restarted_board_says_so_and_does_not_drive() {
-    let driven = Cell::new(DriveCommand::OFF);
-    let mut bench = Bench::driving(&driven);
-    bench.board = Application::new(RecordingAmplifier(&driven), memory());
+    let mut bench = Bench::driving();
+    bench.board = board();
     assert!(bench.off());
     let session = bench.session;
     for message in [HostMessage::Step, HostMessage::Arm, HostMessage::Configure(MOVE)] {
@@ -334,8 +308,7 @@ fn law_a_restarted_board_says_so_and_does_not_drive() {
 /// L8: a configuration with one value out of bounds is refused as a whole.
 #[test]
 fn law_a_configuration_out_of_bounds_is_refused_whole() {
-    let driven = Cell::new(DriveCommand::OFF);
-    let mut bench = Bench::new(&driven);
+    let mut bench = Bench::new();
     bench.exchange(&HostMessage::Hello);
     for (configuration, key) in [
         (Configuration { target_deg: f64::NAN, ..MOVE }, "position.to_deg"),
@@ -359,8 +332,7 @@ fn law_a_configuration_out_of_bounds_is_refused_whole() {
 /// until another session.
 #[test]
 fn law_the_bench_is_described_before_the_move_is_configured() {
-    let driven = Cell::new(DriveCommand::OFF);
-    let mut bench = Bench::new(&driven);
+    let mut bench = Bench::new();
     bench.exchange(&HostMessage::Hello);
     let Instruments { camera, vibrometer } = Instruments::default();
     let slow = CameraDescription { period_nanos: 5_000_000, ..camera };
@@ -395,14 +367,13 @@ fn law_the_bench_is_described_before_the_move_is_configured() {
 /// L8: an armed loop keeps its configuration.
 #[test]
 fn law_a_configuration_is_not_changed_while_armed() {
-    let driven = Cell::new(DriveCommand::OFF);
-    let mut bench = Bench::driving(&driven);
-    let clockwise = driven.get().mode();
+    let mut bench = Bench::driving();
+    let clockwise = bench.driven().mode();
     let back = Configuration { target_deg: -90.0, ..MOVE };
     assert_eq!(bench.exchange(&HostMessage::Configure(back)), fault(BoardFault::Armed));
     bench.measure();
     assert_eq!(bench.step().unwrap().applied.mode, Some(DriveMode::B).into());
-    assert_eq!(driven.get().mode(), clockwise);
+    assert_eq!(bench.driven().mode(), clockwise);
     bench.exchange(&HostMessage::Stop);
     assert!(bench.off());
     assert_eq!(bench.exchange(&HostMessage::Configure(back)), [BoardMessage::Configured]);
@@ -411,8 +382,7 @@ fn law_a_configuration_is_not_changed_while_armed() {
 /// K9: single late ticks are counted, ten in a row switch off.
 #[test]
 fn law_missed_deadlines_are_counted_and_latch_when_they_last() {
-    let driven = Cell::new(DriveCommand::OFF);
-    let mut bench = Bench::driving(&driven);
+    let mut bench = Bench::driving();
     for n in 1..=5 * OVERRUNS_MAX {
         bench.board.record_deadline(n % OVERRUNS_MAX == 0);
     }
@@ -428,36 +398,13 @@ fn law_missed_deadlines_are_counted_and_latch_when_they_last() {
 /// The report says what the amplifier really applies.
 #[test]
 fn law_the_report_says_what_is_applied() {
-    struct Broken;
-    impl Drive for Broken {
-        fn drive(&mut self, _: DriveCommand) -> DriveCommand {
-            DriveCommand::OFF
-        }
-    }
-    let mut memory = MoveMemory::new();
-    let mut board = Application::new(Broken, &mut memory);
-    let mut sent = Vec::new();
-    let mut exchange = |board: &mut Application<'_, Broken>, sequence, message: &HostMessage| {
-        let frame = framed(Header { session: 1, sequence, ticks: 0 }, message);
-        board.receive(&frame, &mut |frame| sent.push(decode::<BoardMessage>(&mut frame.to_vec()).unwrap().1));
-        sent.last().cloned()
-    };
-    for (n, message) in (0..).zip([HostMessage::Hello, HostMessage::Configure(MOVE), HostMessage::Arm]) {
-        exchange(&mut board, n, &message);
-    }
+    let mut bench = Bench::new();
+    bench.board.amplifier_mut().broken = true;
+    bench.begin();
     let mut commanded = false;
-    for n in 0..3000_u32 {
-        let now = u64::from(n) * PositionLoop::TICK_NANOS;
-        // Neighbouring samples differ: equal ones would mean a vibrometer without signal.
-        let velocity_m_s = if now.is_multiple_of(20_000) { 1e-5 } else { -1e-5 };
-        let sample = LdvRecord { taken_nanos: now + 1, velocity_m_s };
-        exchange(&mut board, 3 + 3 * n, &HostMessage::Ldv([sample].into_iter().collect()));
-        let frame =
-            CameraRecord { exposed_nanos: now + 1, angle_units: 350_546 * (n / 10 % 2).cast_signed() };
-        if n % 10 == 0 {
-            exchange(&mut board, 4 + 3 * n, &HostMessage::Camera(frame));
-        }
-        if let Some(BoardMessage::Report(report)) = exchange(&mut board, 5 + 3 * n, &HostMessage::Step) {
+    for _ in 0..3000 {
+        bench.measure();
+        if let Some(report) = bench.step() {
             commanded |= report.command.mode.value() != Some(None);
             assert_eq!(report.applied.mode, None.into());
         }

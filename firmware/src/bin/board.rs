@@ -5,11 +5,9 @@
 
 #![cfg_attr(target_os = "none", no_std, no_main)]
 
-#[cfg(not(target_os = "none"))]
-fn main() -> std::process::ExitCode {
-    eprintln!("this runs on the microcontroller: firmware/qemu.sh ELF, or firmware/BRINGUP.md");
-    std::process::ExitCode::from(2)
-}
+firmware::only_on_the_board!(
+    "this runs on the microcontroller: firmware/qemu.sh ELF, or firmware/BRINGUP.md"
+);
 
 #[cfg(target_os = "none")]
 mod board {
@@ -20,8 +18,8 @@ mod board {
     use cortex_m::peripheral::syst::SystClkSource;
     use cortex_m::{Peripherals, singleton};
     use cortex_m_rt::{entry, exception};
-    use firmware::board::hardware::{CLOCK_HZ, Enable, Parts, Vibrometer, Width};
-    use firmware::board::{end, stack_bytes_max};
+    use firmware::board::hardware::{CLOCK_HZ, Enable, Vibrometer, Width};
+    use firmware::board::{Parts, end, stack_bytes_max};
     use firmware::tasks::{BYTES_PER_TICK_MAX, TaskMemory, TimerTask};
     use firmware::telemetry::{self, log};
     use heapless::Deque;

@@ -7,11 +7,7 @@
 
 #![cfg_attr(target_os = "none", no_std, no_main)]
 
-#[cfg(not(target_os = "none"))]
-fn main() -> std::process::ExitCode {
-    eprintln!("this runs on the microcontroller: run `host-sim pil`");
-    std::process::ExitCode::from(2)
-}
+firmware::only_on_the_board!("this runs on the microcontroller: run `host-sim pil`");
 
 #[cfg(target_os = "none")]
 mod board {
@@ -21,8 +17,8 @@ mod board {
     use cortex_m_rt::entry;
     use cortex_m_semihosting::{debug, heprintln};
     use firmware::application::{Application, MoveMemory};
-    use firmware::board::hardware::{Line, Parts};
-    use firmware::board::{end, stack_bytes_max};
+    use firmware::board::hardware::Line;
+    use firmware::board::{Parts, end, stack_bytes_max};
     use firmware::semihosting::{HostFile, has_argument};
     use firmware::telemetry::{self, log};
     use motor_model::DriveCommand;

@@ -8,6 +8,7 @@ use core::convert::Infallible;
 use embedded_hal::digital::{self, OutputPin};
 use embedded_hal::pwm::{self, SetDutyCycle};
 
+use super::Parts;
 use crate::tasks::NoConverter;
 
 /// Lamp 0 stands for the bridge's enabling pin.
@@ -43,21 +44,6 @@ pub fn drive_off() {
 pub fn drive_is_on() -> bool {
     // SAFETY: the address of a register.
     unsafe { LAMPS.read_volatile() & 1 == 1 }
-}
-
-/// Everything of the board that the program uses.
-#[derive(Debug)]
-pub struct Parts {
-    /// The pulse width.
-    pub width: Width,
-    /// The bridge's enabling pin.
-    pub enable: Enable,
-    /// The serial line.
-    pub line: Line,
-    /// The vibrometer.
-    pub vibrometer: Vibrometer,
-    /// The watchdog, not yet started.
-    pub watchdog: Watchdog,
 }
 
 impl Parts {

@@ -15,6 +15,7 @@ use embedded_hal::digital::{self, OutputPin};
 use embedded_hal::pwm::{self, SetDutyCycle};
 use stm32g4::stm32g474 as pac;
 
+use super::Parts;
 use crate::tasks::Converter;
 
 /// Frequency of the processor and of everything on its bus.
@@ -45,21 +46,6 @@ pub fn drive_is_on() -> bool {
     // SAFETY: a reading without effect.
     let port = unsafe { pac::GPIOB::steal() };
     port.odr().read().odr0().bit_is_set()
-}
-
-/// Everything of the board that the program uses.
-#[derive(Debug)]
-pub struct Parts {
-    /// The pulse width.
-    pub width: Width,
-    /// The bridge's enabling pin.
-    pub enable: Enable,
-    /// The serial line.
-    pub line: Line,
-    /// The vibrometer.
-    pub vibrometer: Vibrometer,
-    /// The watchdog, not yet started.
-    pub watchdog: Watchdog,
 }
 
 impl Parts {

@@ -1,48 +1,12 @@
 extern crate std;
 
-use core::cell::Cell;
-use core::convert::Infallible;
+use std::boxed::Box;
 use std::vec::Vec;
 
-use embedded_hal::{digital, pwm};
-use link::{
-    BoardFault, CameraRecord, Configuration, FRAME_BYTES_MAX, FilterKind, Header, HostMessage, decode, encode,
-};
+use link::{BoardFault, CameraRecord, Header, HostMessage, decode};
 
 use super::*;
-
-/// A bridge that shows whether it is on.
-struct Bridge<'a>(&'a Cell<bool>);
-
-impl pwm::ErrorType for Bridge<'_> {
-    type Error = Infallible;
-}
-
-impl digital::ErrorType for Bridge<'_> {
-    type Error = Infallible;
-}
-
-impl SetDutyCycle for Bridge<'_> {
-    fn max_duty_cycle(&self) -> u16 {
-        1000
-    }
-
-    fn set_duty_cycle(&mut self, _: u16) -> Result<(), Infallible> {
-        Ok(())
-    }
-}
-
-impl OutputPin for Bridge<'_> {
-    fn set_low(&mut self) -> Result<(), Infallible> {
-        self.0.set(false);
-        Ok(())
-    }
-
-    fn set_high(&mut self) -> Result<(), Infallible> {
-        self.0.set(true);
-        Ok(())
-    }
-}
+use crate::test_support::{MOVE, Pin, Pins, framed};
 
 /// The vibrometer of a rotor at rest. Neighbouring samples differ: equal ones would mean a vibrometer without signal.
 #[derive(Default)]
@@ -55,162 +19,145 @@ impl Converter for RotorAtRest {
     }
 }
 
-fn exchange(loop_task: &mut LoopTask<'_>, sequence: &mut u32, message: &HostMessage) -> Vec<BoardMessage> {
-    let mut frame = [0; FRAME_BYTES_MAX];
-    let header = Header { session: 1, sequence: *sequence, ticks: 0 };
-    *sequence += 1;
-    let length = encode(header, message, &mut frame).unwrap();
-    let mut answers = Vec::new();
-    loop_task.receive(&frame[..length], &mut |frame| answers.push(decode(&mut frame.to_vec()).unwrap().1));
-    answers
+/// Both tasks, and the host.
+struct Bench {
+    pins: &'static Pins,
+    timer_task: TimerTask<'static, Pin<'static>, Pin<'static>, RotorAtRest>,
+    loop_task: LoopTask<'static>,
+    sequence: u32,
+    /// What the board has sent with its ticks.
+    received: Vec<BoardMessage>,
 }
 
-/// Arms the loop, and measures a rotor at rest until the bridge is on; the next sequence number.
-fn drive(
-    timer_task: &mut TimerTask<'_, Bridge<'_>, Bridge<'_>, RotorAtRest>,
-    loop_task: &mut LoopTask<'_>,
-    on: &Cell<bool>,
-) -> u32 {
-    let configuration = Configuration {
-        filter: FilterKind::ConstantRate,
-        target_deg: 90.0,
-        tolerance_deg: 0.02,
-        deadline_nanos: 30_000_000_000,
-    };
-    let mut sequence = 0;
-    for message in [HostMessage::Hello, HostMessage::Configure(configuration), HostMessage::Arm] {
-        assert_eq!(exchange(loop_task, &mut sequence, &message).len(), 1);
+impl Bench {
+    /// A board that has just started with the bridge on.
+    fn new() -> Self {
+        let pins: &Pins = Box::leak(Box::default());
+        pins.enabled.set(true);
+        let memory = Box::leak(Box::new(TaskMemory::new()));
+        let (timer_task, loop_task) = memory.tasks(Pin(pins), Pin(pins), RotorAtRest::default()).unwrap();
+        assert!(!pins.enabled.get(), "off from the start");
+        Self { pins, timer_task, loop_task, sequence: 0, received: Vec::new() }
     }
-    for tick in 1..5000 {
-        if tick % 10 == 0 {
-            let exposed_nanos = tick * PositionLoop::TICK_NANOS;
-            let frame = CameraRecord { exposed_nanos, angle_units: 350_546 * i32::from(tick % 20 == 0) };
-            exchange(loop_task, &mut sequence, &HostMessage::Camera(frame));
+
+    /// Arms the loop, and measures a rotor at rest until the bridge is on.
+    fn driving() -> Self {
+        let mut bench = Self::new();
+        for message in [HostMessage::Hello, HostMessage::Configure(MOVE), HostMessage::Arm] {
+            assert_eq!(bench.exchange(&message).len(), 1);
         }
-        timer_task.interrupt();
-        assert!(
-            loop_task.run_tick(&mut |_| ()) && !loop_task.run_tick(&mut |_| ()),
-            "one tick for one interrupt"
-        );
-        if on.get() {
-            return sequence;
+        for tick in 1..5000 {
+            if tick % 10 == 0 {
+                let exposed_nanos = tick * PositionLoop::TICK_NANOS;
+                let frame = CameraRecord { exposed_nanos, angle_units: 350_546 * i32::from(tick % 20 == 0) };
+                bench.exchange(&HostMessage::Camera(frame));
+            }
+            bench.timer_task.interrupt();
+            assert!(bench.run_tick() && !bench.run_tick(), "one tick for one interrupt");
+            if bench.is_on() {
+                bench.received.clear();
+                return bench;
+            }
+        }
+        panic!("the loop does not drive");
+    }
+
+    fn is_on(&self) -> bool {
+        self.pins.enabled.get()
+    }
+
+    fn exchange(&mut self, message: &HostMessage) -> Vec<BoardMessage> {
+        let header = Header { session: 1, sequence: self.sequence, ticks: 0 };
+        self.sequence += 1;
+        let mut answers = Vec::new();
+        let frame = framed(header, message);
+        self.loop_task.receive(&frame, &mut |frame| answers.push(decode(&mut frame.to_vec()).unwrap().1));
+        answers
+    }
+
+    fn run_tick(&mut self) -> bool {
+        let Self { loop_task, received, .. } = self;
+        loop_task.run_tick(&mut |frame| received.push(decode(&mut frame.to_vec()).unwrap().1))
+    }
+
+    /// Interrupts, each with its tick.
+    fn run(&mut self, ticks: u32) {
+        for _ in 0..ticks {
+            self.timer_task.interrupt();
+            self.run_tick();
         }
     }
-    panic!("the loop does not drive");
 }
 
 /// A command takes effect at the next interrupt, and the twin turns.
 #[test]
 fn law_commands_reach_bridge_and_twin() {
-    let on = Cell::new(true);
-    let mut memory = TaskMemory::new();
-    let (mut timer_task, mut loop_task) =
-        memory.tasks(Bridge(&on), Bridge(&on), RotorAtRest::default()).unwrap();
-    assert!(!on.get(), "off from the start");
-    drive(&mut timer_task, &mut loop_task, &on);
-    for _ in 0..300 {
-        timer_task.interrupt();
-        loop_task.run_tick(&mut |_| ());
-    }
-    assert!(on.get() && loop_task.twin_rate_rad_s() > 0.5, "{}", loop_task.twin_rate_rad_s());
+    let mut bench = Bench::driving();
+    bench.run(300);
+    let rate_rad_s = bench.loop_task.twin_rate_rad_s();
+    assert!(bench.is_on() && rate_rad_s > 0.5, "{rate_rad_s}");
 }
 
 /// Steps with sustained contact take long, and are not needed at rest.
 #[test]
 fn law_a_twin_at_rest_takes_no_steps() {
-    let on = Cell::new(false);
-    let mut memory = TaskMemory::new();
-    let (mut timer_task, mut loop_task) =
-        memory.tasks(Bridge(&on), Bridge(&on), RotorAtRest::default()).unwrap();
-    timer_task.state.rotor.rate_rad_s = 5.0;
-    let mut steps = 0;
-    for _ in 0..1000 {
-        steps = timer_task.state.steps;
-        timer_task.interrupt();
-        loop_task.run_tick(&mut |_| ());
-    }
-    assert!((1..500).contains(&steps) && timer_task.state.steps == steps, "{steps}");
-    assert!(loop_task.twin_rate_rad_s().abs() < f32::EPSILON, "{}", loop_task.twin_rate_rad_s());
+    let mut bench = Bench::new();
+    bench.timer_task.state.rotor.rate_rad_s = 5.0;
+    bench.run(999);
+    let steps = bench.timer_task.state.steps;
+    bench.run(1);
+    assert!((1..500).contains(&steps) && bench.timer_task.state.steps == steps, "{steps}");
+    let rate_rad_s = bench.loop_task.twin_rate_rad_s();
+    assert!(rate_rad_s.abs() < f32::EPSILON, "{rate_rad_s}");
 }
 
 /// The loop task hangs for eight ticks and for fifty. Late ticks and lost ticks are overruns, and ten in a row switch
 /// off.
 #[test]
 fn law_late_and_lost_ticks_are_overruns() {
-    let on = Cell::new(true);
-    let mut memory = TaskMemory::new();
-    let (mut timer_task, mut loop_task) =
-        memory.tasks(Bridge(&on), Bridge(&on), RotorAtRest::default()).unwrap();
-    drive(&mut timer_task, &mut loop_task, &on);
-    (0..7).for_each(|_| timer_task.interrupt());
-    while loop_task.run_tick(&mut |_| ()) {}
-    assert_eq!(loop_task.application.counters().overruns, 6, "the last of seven is in time");
-    timer_task.interrupt();
-    assert!(on.get());
-    (0..50).for_each(|_| timer_task.interrupt());
-    let mut received = Vec::new();
-    while loop_task
-        .run_tick(&mut |frame| received.push(decode::<BoardMessage>(&mut frame.to_vec()).unwrap().1))
-    {}
-    timer_task.interrupt();
-    loop_task.run_tick(&mut |frame| received.push(decode::<BoardMessage>(&mut frame.to_vec()).unwrap().1));
-    received.retain(|message| !matches!(message, BoardMessage::Report(_)));
-    assert_eq!(received, [BoardMessage::Fault(BoardFault::Overrun)]);
-    timer_task.interrupt();
-    assert!(!on.get());
+    let mut bench = Bench::driving();
+    (0..7).for_each(|_| bench.timer_task.interrupt());
+    while bench.run_tick() {}
+    assert_eq!(bench.loop_task.application.counters().overruns, 6, "the last of seven is in time");
+    bench.timer_task.interrupt();
+    assert!(bench.is_on());
+    (0..50).for_each(|_| bench.timer_task.interrupt());
+    while bench.run_tick() {}
+    bench.run(1);
+    bench.received.retain(|message| !matches!(message, BoardMessage::Report(_)));
+    assert_eq!(bench.received, [BoardMessage::Fault(BoardFault::Overrun)]);
+    bench.timer_task.interrupt();
+    assert!(!bench.is_on());
 }
 
 /// Construction of a filter takes hundreds of ticks on a slow processor, and most are not yet counted when the host
 /// arms. The time of the host's silence begins at arming.
 #[test]
 fn law_ticks_before_arming_are_no_silence() {
-    let on = Cell::new(true);
-    let mut memory = TaskMemory::new();
-    let (mut timer_task, mut loop_task) =
-        memory.tasks(Bridge(&on), Bridge(&on), RotorAtRest::default()).unwrap();
-    let configuration = Configuration {
-        filter: FilterKind::ConstantRate,
-        target_deg: 90.0,
-        tolerance_deg: 0.02,
-        deadline_nanos: 30_000_000_000,
-    };
-    exchange(&mut loop_task, &mut 0, &HostMessage::Hello);
-    exchange(&mut loop_task, &mut 1, &HostMessage::Configure(configuration));
-    (0..500).for_each(|_| timer_task.interrupt());
-    assert_eq!(exchange(&mut loop_task, &mut 2, &HostMessage::Arm), [BoardMessage::Armed]);
+    let mut bench = Bench::new();
+    bench.exchange(&HostMessage::Hello);
+    bench.exchange(&HostMessage::Configure(MOVE));
+    (0..500).for_each(|_| bench.timer_task.interrupt());
+    assert_eq!(bench.exchange(&HostMessage::Arm), [BoardMessage::Armed]);
+    let silent = BoardMessage::Fault(BoardFault::HostSilent);
     let mut ticks = 0;
-    let is_silent = |received: &BoardMessage| *received == BoardMessage::Fault(BoardFault::HostSilent);
-    let mut received = Vec::new();
-    while !received.iter().any(is_silent) {
+    while !bench.received.contains(&silent) {
         ticks += 1;
-        assert!(ticks < 2000, "{received:?}");
-        timer_task.interrupt();
-        loop_task
-            .run_tick(&mut |frame| received.push(decode::<BoardMessage>(&mut frame.to_vec()).unwrap().1));
+        assert!(ticks < 2000, "{:?}", bench.received);
+        bench.run(1);
     }
     assert!((1000..=1002).contains(&ticks), "{ticks}");
 }
 
 #[test]
 fn law_a_silent_host_takes_the_bridge_off() {
-    let on = Cell::new(true);
-    let mut memory = TaskMemory::new();
-    let (mut timer_task, mut loop_task) =
-        memory.tasks(Bridge(&on), Bridge(&on), RotorAtRest::default()).unwrap();
-    let mut sequence = drive(&mut timer_task, &mut loop_task, &on);
-    let mut received = Vec::new();
-    for _ in 0..1010 {
-        timer_task.interrupt();
-        loop_task
-            .run_tick(&mut |frame| received.push(decode::<BoardMessage>(&mut frame.to_vec()).unwrap().1));
-    }
-    assert!(!on.get());
+    let mut bench = Bench::driving();
+    bench.run(1010);
+    assert!(!bench.is_on());
     // A report every millisecond until then, and the fault once.
-    let faults = received
-        .iter()
-        .filter(|received| matches!(received, BoardMessage::Fault(BoardFault::HostSilent)))
-        .count();
-    assert!(faults == 1 && (10..=11).contains(&(received.len() - 1)), "{received:?}");
-    exchange(&mut loop_task, &mut sequence, &HostMessage::Stop);
-    assert_eq!(exchange(&mut loop_task, &mut sequence, &HostMessage::Arm), [BoardMessage::Armed]);
+    let silent = BoardMessage::Fault(BoardFault::HostSilent);
+    let faults = bench.received.iter().filter(|received| **received == silent).count();
+    assert!(faults == 1 && (10..=11).contains(&(bench.received.len() - 1)), "{:?}", bench.received);
+    bench.exchange(&HostMessage::Stop);
+    assert_eq!(bench.exchange(&HostMessage::Arm), [BoardMessage::Armed]);
 }
