@@ -54,7 +54,8 @@ heading "property tests are built"
 mapfile -t sources < <(git ls-files --cached --others --exclude-standard '*.rs' | xargs grep -l 'proptest!')
 names=$(awk -f tests/property_tests.awk "${sources[@]}" | sort -u)
 build_log=$found/build.log
-cargo test --workspace --exclude fuzz --features micromotor-sim/peers --lib --bins --tests --no-run 2>&1 | tee "$build_log" | grep -v Compiling || true
+cargo test --workspace --exclude fuzz --features micromotor-sim/peers --lib --bins --tests --no-run 2>&1 |
+    tee "$build_log" | grep -v Compiling || true
 mapfile -t binaries < <(sed -n 's/^ *Executable .*(\(.*\))$/\1/p' "$build_log")
 if ((${#binaries[@]} == 0)); then
     echo "tests/soak.sh: the tests do not build" >&2
@@ -105,7 +106,8 @@ property() {
     124) result="cut short" && rm "$log" ;;
     *)
         result=failed
-        failed "$package $name, seed $seed" "$log" "${variables[*]} cargo test --manifest-path $package/Cargo.toml -- --exact $name"
+        failed "$package $name, seed $seed" "$log" \
+            "${variables[*]} cargo test --manifest-path $package/Cargo.toml -- --exact $name"
         ;;
     esac
     note "$package $name" "$seed" $((SECONDS - began)) "$result"

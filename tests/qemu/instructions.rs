@@ -65,7 +65,8 @@ fn assert_reviewed(board: &str, reviewed: &str) {
         records.iter().map(|record| record["operation"].clone()).collect()
     };
     let accept = format!(
-        "to accept what is counted now: cargo run -- instructions --board {board} --out tests/qemu/instructions.{board}.json"
+        "to accept what is counted now: \
+         cargo run -- instructions --board {board} --out tests/qemu/instructions.{board}.json"
     );
     assert_eq!(operations(&counted), operations(&reviewed), "left: counted, right: reviewed; {accept}");
     let mut all = Vec::new();
@@ -76,7 +77,8 @@ fn assert_reviewed(board: &str, reviewed: &str) {
     let compilers = (&counted[0]["rustc"], &reviewed[0]["rustc"]);
     assert!(
         all.is_empty(),
-        "{}\ncompiled by {}, reviewed with {}: {MARGIN} instructions are allowed with the same compiler, {} % with another\n{accept}",
+        "{}\ncompiled by {}, reviewed with {}: {MARGIN} instructions are allowed with the same compiler, \
+         {} % with another\n{accept}",
         all.join("\n"),
         compilers.0,
         compilers.1,

@@ -8,7 +8,7 @@ use host_sim::studies::gyroscope_calibration::{CalibrationPlan, Calibrations};
 use serde_json::Value;
 use tempfile::TempDir;
 
-use crate::support::built_command::{folder, number, run, run_on};
+use crate::support::built_command::{folder, json, json_on_two, number, output_on, refuses, written};
 use crate::support::closeness::assert_between;
 
 /// Six seconds, and a coarser step of the plant, which locates its impacts.
@@ -24,9 +24,7 @@ fn sixty() -> &'static (TempDir, Value) {
     SIXTY.get_or_init(|| {
         let folder = folder();
         let sixty = ["--runs", "60", "--motors", "2", "--seed", "7", "--format", "json"];
-        let output = run_on(2, folder.path(), &arguments(&sixty));
-        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
-        let object = serde_json::from_slice(&output.stdout).expect("one JSON object and nothing else");
+        let object = json_on_two(folder.path(), &arguments(&sixty));
         (folder, object)
     })
 }
@@ -65,9 +63,8 @@ fn tool_a_minute_tells_the_scale_factor_to_ten_ppm() {
     let folder = folder();
     let minute =
         ["calibrate", "--runs", "3", "--motors", "3", "--set", "plant.step_s=5e-6", "--format", "json"];
-    let output = run(folder.path(), &minute);
-    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
-    let rows = std::fs::read_to_string(folder.path().join("out/calibrate/runs.csv")).expect("written");
+    json(folder.path(), &minute);
+    let rows = written(folder.path(), "out/calibrate/runs.csv");
     let header: Vec<&str> = rows.lines().next().expect("a header").split(',').collect();
     let mut runs = 0;
     for line in rows.lines().skip(1) {
@@ -94,20 +91,11 @@ fn exact_what_the_gyroscope_has_more_is_found() {
     let found = |scale: &str, bias: &str| {
         let (scale, bias) =
             (format!("gyroscope.scale_factor_ppm={scale}"), format!("gyroscope.bias_deg_h={bias}"));
-        let more = [
-            "--set",
-            "gyroscope.parameters=nominal",
-            "--set",
-            // Never saturated: which intervals are fitted is the same.
-            "gyroscope.range_deg_s=2000",
-            "--set",
-            &scale,
-            "--set",
-            &bias,
-            "--format",
-            "json",
-        ];
-        crate::support::built_command::json(folder.path(), &arguments(&more))
+        // Never saturated: which intervals are fitted is the same.
+        let sets = ["gyroscope.parameters=nominal", "gyroscope.range_deg_s=2000", &scale, &bias];
+        let more: Vec<&str> =
+            sets.iter().flat_map(|set| ["--set", set]).chain(["--format", "json"]).collect();
+        json(folder.path(), &arguments(&more))
     };
     let (one, other) = (found("-200", "5"), found("800", "-45"));
     for (field, more) in [
@@ -152,14 +140,12 @@ fn tool_the_same_bytes_on_any_number_of_threads() {
     let outputs = [1, 3].map(|threads| {
         let more = ["--runs", "7", "--motors", "3", "--format", "json", "--duration", "3"];
         let arguments = [&["calibrate"], &SHORT[2..], &more].concat();
-        let output = run_on(threads, folder.path(), &arguments);
-        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
-        let read =
-            |name: &str| std::fs::read(folder.path().join("out/calibrate").join(name)).expect("written");
-        (output.stdout, read("runs.csv"), read("calibrate.svg"))
+        let output = output_on(threads, folder.path(), &arguments);
+        let read = |name: &str| written(folder.path(), &format!("out/calibrate/{name}"));
+        (output, read("runs.csv"), read("calibrate.svg"))
     });
     assert_eq!(outputs[0], outputs[1]);
-    let rows = String::from_utf8(outputs[0].1.clone()).expect("text");
+    let rows = &outputs[0].1;
     // Run i: gyroscope i / 3 on motor i mod 3.
     let names: Vec<String> =
         rows.lines().skip(1).map(|row| row.split(',').take(2).collect::<Vec<_>>().join(" ")).collect();
@@ -170,13 +156,13 @@ fn tool_the_same_bytes_on_any_number_of_threads() {
 #[test]
 fn tool_a_run_is_named_by_seed_and_serial() {
     let (made, _) = sixty();
-    let rows = std::fs::read_to_string(made.path().join("out/calibrate/runs.csv")).expect("written");
+    let rows = written(made.path(), "out/calibrate/runs.csv");
     let header: Vec<&str> = rows.lines().next().expect("a header").split(',').collect();
     let last: Vec<&str> = rows.lines().last().expect("a row").split(',').collect();
     let folder = folder();
     let serial = format!("gyroscope.serial={}", last[1]);
     let again = ["--seed", last[0], "--set", &serial, "--format", "json"];
-    let again = crate::support::built_command::json(folder.path(), &arguments(&again));
+    let again = json(folder.path(), &arguments(&again));
     for field in ["scale_factor_error_ppm", "bias_sigma_deg_h"] {
         let column = header.iter().position(|name| *name == field).expect("a column");
         let expected: f64 = last[column].parse().expect("a number");
@@ -187,8 +173,7 @@ fn tool_a_run_is_named_by_seed_and_serial() {
 #[test]
 fn tool_the_picture_shows_every_run() {
     let (folder, _) = sixty();
-    let read = |name: &str| std::fs::read_to_string(folder.path().join(name)).expect("written");
-    let picture = read("out/calibrate/calibrate.svg");
+    let picture = written(folder.path(), "out/calibrate/calibrate.svg");
     assert!(
         picture.starts_with("<svg")
             && picture.contains("Allan deviation")
@@ -208,10 +193,7 @@ fn tool_what_cannot_be_is_refused_before_the_computing() {
         (&["--set", "gyroscope.range_deg_s=zero"], "gyroscope.range_deg_s"),
         (&["--set", "gyroscope.scale_ppm=1"], "gyroscope.scale_factor_ppm"),
     ] {
-        let output = run(folder.path(), &[&["calibrate"], more].concat());
-        let said = String::from_utf8_lossy(&output.stderr).into_owned();
-        assert_eq!(output.status.code(), Some(2), "{more:?}: {said}");
-        assert!(said.contains(complaint) && said.lines().count() == 1, "{more:?}: {said}");
+        refuses(folder.path(), &[&["calibrate"], more].concat(), &[complaint]);
     }
     assert!(!folder.path().join("out").exists());
 }
@@ -222,9 +204,7 @@ fn tool_a_plan_that_tells_nothing_is_refused() {
     let folder = folder();
     // The rests are shorter than an interval, so that the rotor turns in all of them.
     let more = ["--duration", "3", "--set", "gyroscope.range_deg_s=1", "--set", "calibrate.rest_s=0.05"];
-    let output = run(folder.path(), &[&["calibrate"], &SHORT[2..], &more].concat());
-    let said = String::from_utf8_lossy(&output.stderr).into_owned();
-    assert_eq!(output.status.code(), Some(2), "{said}");
-    assert!(said.contains("does not tell scale factor from bias") && said.lines().count() == 1, "{said}");
+    let arguments = [&["calibrate"], &SHORT[2..], &more].concat();
+    refuses(folder.path(), &arguments, &["does not tell scale factor from bias"]);
     assert!(!folder.path().join("out/calibrate/calibrate.svg").exists());
 }

@@ -1,6 +1,6 @@
 //! The closed loop on motors that nobody has tuned it for.
 
-use crate::support::built_command::{folder, json, number, run, run_on};
+use crate::support::built_command::{folder, json, number, output_on, refuses, written};
 use crate::support::closeness::assert_between;
 
 const SEEDS: u32 = 20;
@@ -56,10 +56,8 @@ fn tool_positioning_trials_are_the_same_on_any_number_of_threads() {
     let arguments = ["positioning-trials", "--trials", "12", "--seed", "100", "--format", "json"];
     let folder = folder();
     let outputs = [1, 3].map(|threads| {
-        let output = run_on(threads, folder.path(), &arguments);
-        assert!(output.status.success());
-        let csv = std::fs::read(folder.path().join("out/positioning-trials/trials.csv")).expect("a table");
-        (output.stdout, csv)
+        let output = output_on(threads, folder.path(), &arguments);
+        (output, written(folder.path(), "out/positioning-trials/trials.csv"))
     });
     assert_eq!(outputs[0], outputs[1]);
     let trials: serde_json::Value = serde_json::from_slice(&outputs[0].0).expect("one JSON object");
@@ -318,9 +316,8 @@ fn tool_a_rate_is_held_both_ways() {
     assert_between(number(&held, "measured_s"), 9.74, 9.76, &held);
     assert_between(number(&held, "mean_error_percent"), -0.4, 0.4, &held);
     assert_between(number(&held, "ripple_rms_deg_s"), 5.0, 100.0, &held);
-    let refused = run(folder.path(), &["rate", "--profile", "both_ways", "--duration", "4"]);
-    let said = String::from_utf8_lossy(&refused.stderr).into_owned();
-    assert!(refused.status.code() == Some(2) && said.contains("rate.duration_s"), "{said}");
+    let short = ["rate", "--profile", "both_ways", "--duration", "4"];
+    refuses(folder.path(), &short, &["rate.duration_s"]);
 }
 
 /// What is beyond a motor is said to be, and what it does then is what it reaches: half a second of 5 % scatter at

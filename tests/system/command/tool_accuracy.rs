@@ -5,7 +5,7 @@ use std::sync::OnceLock;
 use serde_json::Value;
 use tempfile::TempDir;
 
-use crate::support::built_command::{folder, number, run_on};
+use crate::support::built_command::{folder, json_on_two, number, output_on, written};
 use crate::support::closeness::assert_between;
 
 /// Tolerance of the adaptive integrators, 1e-9, over the 1.5 ms to the first impact.
@@ -17,14 +17,9 @@ fn quick() -> &'static (TempDir, Value) {
     QUICK.get_or_init(|| {
         let folder = folder();
         let arguments = ["accuracy", "--quick", "--format", "json", "--out", "result"];
-        let report = parsed(&run_on(2, folder.path(), &arguments).stdout);
+        let report = json_on_two(folder.path(), &arguments);
         (folder, report)
     })
-}
-
-#[track_caller]
-fn parsed(stdout: &[u8]) -> Value {
-    serde_json::from_slice(stdout).expect("one JSON value and nothing else")
 }
 
 fn rows<'a>(report: &'a Value, of: &str) -> &'a Vec<Value> {
@@ -134,14 +129,15 @@ fn tool_verdicts_say_met_or_missed() {
 fn law_threads_change_no_error() {
     let (_, on_two) = quick();
     let folder = folder();
-    let output = run_on(1, folder.path(), &["accuracy", "--quick", "--format", "json"]);
+    let on_one = output_on(1, folder.path(), &["accuracy", "--quick", "--format", "json"]);
+    let on_one: Value = serde_json::from_slice(&on_one).expect("JSON");
     let errors = |report: &Value| -> Vec<Value> {
         let of_row = |row: &Value| {
             Value::from(["flights", "steady", "bursts"].map(|field| row[field].clone()).to_vec())
         };
         rows(report, "rows").iter().map(of_row).collect()
     };
-    assert_eq!(errors(on_two), errors(&parsed(&output.stdout)));
+    assert_eq!(errors(on_two), errors(&on_one));
     assert!(folder.path().join("out/accuracy/accuracy.svg").is_file());
 }
 
@@ -159,7 +155,6 @@ fn dual_scipy_and_the_twin_meet_the_plate_at_the_same_instant() {
 #[test]
 fn tool_the_table_and_the_picture_are_written() {
     let (folder, _) = quick();
-    let read = |name: &str| std::fs::read_to_string(folder.path().join(name)).expect(name);
-    assert!(read("result/accuracy.svg").starts_with("<svg"));
-    assert_eq!(read("result/table.csv").lines().count(), 1 + 2 * 24);
+    assert!(written(folder.path(), "result/accuracy.svg").starts_with("<svg"));
+    assert_eq!(written(folder.path(), "result/table.csv").lines().count(), 1 + 2 * 24);
 }

@@ -43,7 +43,8 @@ fn tool_flag_key_and_file_agree() {
     let folder = folder();
     std::fs::write(
         folder.path().join("scene.toml"),
-        "seed = 5\n[simulate]\nduration_s = 0.6\ndrive = \"b\"\nprecision = \"f32\"\n[motor]\nstator_mass_kg = 9.7e-6\n",
+        "seed = 5\n[simulate]\nduration_s = 0.6\ndrive = \"b\"\nprecision = \"f32\"\n\
+         [motor]\nstator_mass_kg = 9.7e-6\n",
     )
     .expect("a writable folder");
     let bare = |arguments: &[&str]| {
@@ -51,37 +52,15 @@ fn tool_flag_key_and_file_agree() {
         report.as_object_mut().expect("an object").remove("wall_s");
         report
     };
-    let by_flags = bare(&[
-        "simulate",
-        "--seed",
-        "5",
-        "--duration",
-        "0.6",
-        "--drive",
-        "b",
-        "--precision",
-        "f32",
-        "--set",
-        "motor.stator_mass_kg=9.7e-6",
-        "--format",
-        "json",
-    ]);
+    let words = |line: &str| -> Value { bare(&line.split(' ').collect::<Vec<_>>()) };
+    let by_flags = words(
+        "simulate --seed 5 --duration 0.6 --drive b --precision f32 --set motor.stator_mass_kg=9.7e-6 --format json",
+    );
     let by_file = bare(&["simulate", "--scene", "scene.toml", "--format", "json"]);
-    let by_keys = bare(&[
-        "simulate",
-        "--set",
-        "seed=5",
-        "--set",
-        "simulate.duration_s=0.6",
-        "--set",
-        "simulate.drive=b",
-        "--set",
-        "simulate.precision=f32",
-        "--set",
-        "motor.stator_mass_kg=9.7e-6",
-        "--format",
-        "json",
-    ]);
+    let by_keys = words(
+        "simulate --set seed=5 --set simulate.duration_s=0.6 --set simulate.drive=b --set simulate.precision=f32 \
+         --set motor.stator_mass_kg=9.7e-6 --format json",
+    );
     assert_eq!(by_flags, by_file);
     assert_eq!(by_flags, by_keys);
     let other = bare(&["simulate", "--scene", "scene.toml", "--seed", "6", "--format", "json"]);

@@ -5,7 +5,7 @@ use std::sync::OnceLock;
 use serde_json::Value;
 use tempfile::TempDir;
 
-use crate::support::built_command::{folder, number, run, run_on};
+use crate::support::built_command::{folder, json_on_two, number, output_on, refuses, written};
 use crate::support::closeness::assert_between;
 
 const PHASES: [&str; 6] = ["spin_up", "steady", "reversal", "stop", "rest_100_ms", "rest_1_s"];
@@ -24,9 +24,7 @@ fn three() -> &'static (TempDir, Vec<Value>) {
 
 #[track_caller]
 fn rows(folder: &TempDir, arguments: &[&str]) -> Vec<Value> {
-    let output = run_on(2, folder.path(), arguments);
-    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
-    serde_json::from_slice(&output.stdout).expect("one JSON array and nothing else")
+    json_on_two(folder.path(), arguments).as_array().expect("an array").clone()
 }
 
 #[track_caller]
@@ -139,22 +137,19 @@ fn tool_constant_rate_is_as_good_as_its_design() {
 fn law_threads_change_nothing() {
     let (of_two, _) = three();
     let folder = folder();
-    let on_one = run_on(1, folder.path(), &ARGUMENTS);
-    let again =
-        run_on(2, of_two.path(), &[&ARGUMENTS[..5], &["--out", "again", "--format", "json"]].concat());
-    assert!(on_one.status.success() && on_one.stdout == again.stdout);
-    for name in ["table.csv", "estimate.svg"] {
-        let read = |folder: &TempDir| std::fs::read(folder.path().join("result").join(name)).expect(name);
-        assert!(read(of_two) == read(&folder), "{name}");
+    let on_one = output_on(1, folder.path(), &ARGUMENTS);
+    let again = [&ARGUMENTS[..5], &["--out", "again", "--format", "json"]].concat();
+    assert!(on_one == output_on(2, of_two.path(), &again));
+    for name in ["result/table.csv", "result/estimate.svg"] {
+        assert!(written(of_two.path(), name) == written(folder.path(), name), "{name}");
     }
 }
 
 #[test]
 fn tool_the_table_and_the_picture_are_written() {
     let (folder, rows) = three();
-    let read = |name: &str| std::fs::read_to_string(folder.path().join(name)).expect(name);
-    assert!(read("result/estimate.svg").starts_with("<svg"));
-    assert_eq!(read("result/table.csv").lines().count(), 1 + rows.len());
+    assert!(written(folder.path(), "result/estimate.svg").starts_with("<svg"));
+    assert_eq!(written(folder.path(), "result/table.csv").lines().count(), 1 + rows.len());
 }
 
 /// The instruments' imperfections reach the filters: half of the frames lost costs accuracy, stamps off by 100 us cost
@@ -193,11 +188,7 @@ fn tool_bad_arguments_are_refused_in_one_line() {
         (["--set", "camera.frame_rate_hz=7000"], "does not divide the period of the camera"),
         (["--runs", "3"], "--runs"),
     ] {
-        let output = run(folder.path(), &[["estimate"].as_slice(), &arguments].concat());
-        let complaint = String::from_utf8_lossy(&output.stderr);
-        assert_eq!(output.status.code(), Some(2), "{arguments:?}: {complaint}");
-        assert!(output.stdout.is_empty() && complaint.trim_end().lines().count() == 1, "{complaint}");
-        assert!(complaint.starts_with("error: ") && complaint.contains(words), "{complaint}");
+        refuses(folder.path(), &[["estimate"].as_slice(), &arguments].concat(), &["error: ", words]);
     }
     assert!(!folder.path().join("out/estimate/table.csv").exists());
 }

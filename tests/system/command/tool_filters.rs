@@ -6,7 +6,7 @@ use std::sync::OnceLock;
 use serde_json::Value;
 use tempfile::TempDir;
 
-use crate::support::built_command::{folder, number, run, run_on};
+use crate::support::built_command::{folder, json_on_two, number, refuses, written};
 use crate::support::closeness::assert_between;
 
 const ARGUMENTS: [&str; 10] =
@@ -18,9 +18,7 @@ fn two() -> &'static (TempDir, Vec<Value>) {
     static TWO: OnceLock<(TempDir, Vec<Value>)> = OnceLock::new();
     TWO.get_or_init(|| {
         let folder = folder();
-        let output = run_on(2, folder.path(), &ARGUMENTS);
-        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
-        let rows = serde_json::from_slice(&output.stdout).expect("one JSON array and nothing else");
+        let rows = json_on_two(folder.path(), &ARGUMENTS).as_array().expect("an array").clone();
         (folder, rows)
     })
 }
@@ -88,18 +86,14 @@ fn law_more_samples_help_who_listens() {
 #[test]
 fn tool_the_table_and_the_picture_are_written() {
     let (folder, rows) = two();
-    let read = |name: &str| std::fs::read_to_string(folder.path().join(name)).expect("written");
-    assert_eq!(read("result/table.csv").lines().count(), rows.len() + 1);
-    let picture = read("result/filters.svg");
+    assert_eq!(written(folder.path(), "result/table.csv").lines().count(), rows.len() + 1);
+    let picture = written(folder.path(), "result/filters.svg");
     assert!(picture.starts_with("<svg") && picture.contains("impact aided"));
 }
 
 #[test]
 fn tool_what_cannot_be_is_refused_before_the_computing() {
     let folder = folder();
-    let output = run(folder.path(), &["filters", "--motors", "0"]);
-    let said = String::from_utf8_lossy(&output.stderr).into_owned();
-    assert_eq!(output.status.code(), Some(2), "{said}");
-    assert!(said.contains("--motors") && said.lines().count() == 1, "{said}");
+    refuses(folder.path(), &["filters", "--motors", "0"], &["--motors"]);
     assert!(!folder.path().join("out").exists());
 }

@@ -3,17 +3,14 @@
 
 use serde_json::Value;
 
-use crate::support::built_command::{folder, number, run, run_on};
+use crate::support::built_command::{folder, json_on_two, number, output_on, run, written};
 
 /// A page after `results --quick`, and the JSON of the command that it tells of.
 fn page_beside(page: &str, command: &[&str]) -> (String, Value) {
     let folder = folder();
-    let output = run_on(2, folder.path(), &["results", page, "--quick", "--out", "."]);
-    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
-    let text = std::fs::read_to_string(folder.path().join(format!("{page}.md"))).expect("written");
-    let output = run_on(2, folder.path(), &[command, &["--format", "json"]].concat());
-    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
-    (text, serde_json::from_slice(&output.stdout).expect("one JSON value and nothing else"))
+    output_on(2, folder.path(), &["results", page, "--quick", "--out", "."]);
+    let text = written(folder.path(), &format!("{page}.md"));
+    (text, json_on_two(folder.path(), &[command, &["--format", "json"]].concat()))
 }
 
 /// No place is left, no line is longer than a page allows, and prose comes before tables.
@@ -50,29 +47,27 @@ fn tool_the_page_on_calibration_says_what_the_calibrations_say() {
 #[test]
 fn tool_a_page_that_has_changed_is_told() {
     let folder = folder();
-    let results = |more: &[&str]| {
-        run_on(2, folder.path(), &[&["results", "rate", "--quick", "--out", "."], more].concat())
-    };
-    assert!(results(&[]).status.success());
+    let write = ["results", "rate", "--quick", "--out", "."];
+    let check = [&write[..], &["--check"]].concat();
+    output_on(2, folder.path(), &write);
     let path = folder.path().join("rate.md");
-    let page = std::fs::read_to_string(&path).expect("written");
+    let page = written(folder.path(), "rate.md");
     assert_whole(&page);
-    assert!(results(&["--check"]).status.success());
+    output_on(2, folder.path(), &check);
     let changed = page.replacen("| +600", "| +601", 1);
     assert_ne!(changed, page);
     std::fs::write(&path, &changed).expect("a page");
-    let refused = results(&["--check"]);
+    let refused = run(folder.path(), &check);
     let complaint = String::from_utf8_lossy(&refused.stderr);
     assert_eq!(refused.status.code(), Some(2), "{complaint}");
     let line = 1 + changed.lines().position(|line| line.starts_with("| +601")).expect("the row");
     assert!(complaint.contains(&format!("rate.md:{line}:")) && complaint.contains("hint"), "{complaint}");
-    assert_eq!(std::fs::read_to_string(&path).expect("still there"), changed);
+    assert_eq!(written(folder.path(), "rate.md"), changed);
 }
 
 /// The rate's page of the documents is what its command writes today.
 #[test]
 fn tool_the_documents_page_on_rates_is_of_today() {
     let docs = concat!(env!("CARGO_MANIFEST_DIR"), "/../docs/results");
-    let output = run(std::path::Path::new("."), &["results", "rate", "--check", "--out", docs]);
-    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    output_on(2, std::path::Path::new("."), &["results", "rate", "--check", "--out", docs]);
 }

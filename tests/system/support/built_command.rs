@@ -15,12 +15,27 @@ pub fn run(folder: &Path, arguments: &[&str]) -> Output {
     command().args(arguments).current_dir(folder).output().expect("the command starts")
 }
 
-/// Runs the command on so many threads.
+/// Standard output of a run on so many threads that succeeds.
 #[track_caller]
-pub fn run_on(threads: u32, folder: &Path, arguments: &[&str]) -> Output {
+pub fn output_on(threads: u32, folder: &Path, arguments: &[&str]) -> Vec<u8> {
     let mut command = command();
     command.env("RAYON_NUM_THREADS", threads.to_string());
-    command.args(arguments).current_dir(folder).output().expect("the command starts")
+    let output = command.args(arguments).current_dir(folder).output().expect("the command starts");
+    let complaint = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success(), "{arguments:?}: {complaint}");
+    output.stdout
+}
+
+/// The JSON of a run on two threads that succeeds: one value and nothing else.
+#[track_caller]
+pub fn json_on_two(folder: &Path, arguments: &[&str]) -> Value {
+    serde_json::from_slice(&output_on(2, folder, arguments)).expect("one JSON value and nothing else")
+}
+
+/// A text that a run wrote.
+#[track_caller]
+pub fn written(folder: &Path, name: &str) -> String {
+    std::fs::read_to_string(folder.join(name)).unwrap_or_else(|error| panic!("{name}: {error}"))
 }
 
 pub fn folder() -> tempfile::TempDir {
