@@ -1,6 +1,5 @@
 //! The model of the motor, in the order of the data: stator, rotor, contact, energy, heights, whole motor.
 
-mod exact_beating;
 mod exact_drive_phase;
 mod exact_resonance;
 mod exact_switching;

@@ -3,7 +3,7 @@
 use motor_model::{DriveCommand, DriveMode, DriveTuning, MotorParams, MotorSetup, MotorState, Phase};
 
 use crate::support::closeness::{Within, assert_close};
-use crate::support::motors::motor;
+use crate::support::motors::{command, motor};
 
 #[expect(clippy::cast_precision_loss, reason = "1e-16 of a turn")]
 fn turns(phase: Phase) -> f64 {
@@ -18,11 +18,6 @@ fn apart(actual: f64, expected: f64) -> f64 {
 
 #[test]
 fn exact_phase_stands_still_while_off_and_runs_on_through_changes() {
-    let command = |mode, amplitude, offset_hz| {
-        DriveCommand::try_new(mode, amplitude)
-            .and_then(|command| command.with_frequency_offset(offset_hz))
-            .expect("a valid command")
-    };
     let schedule = [
         (command(DriveMode::B, 1.0, 0.0), 6300.0, 1234_u32),
         (DriveCommand::OFF, 0.0, 777),
@@ -45,19 +40,11 @@ fn exact_phase_stands_still_while_off_and_runs_on_through_changes() {
                 assert_eq!(state.phase, before, "the phase stands still while off");
             }
             expected += hz * step_s * f64::from(steps);
-            assert_close(
-                apart(turns(state.phase), expected),
-                0.0,
-                Within::absolute(1e-11),
-                command_name(command),
-            );
+            let what = format!("{command:?}");
+            assert_close(apart(turns(state.phase), expected), 0.0, Within::absolute(1e-11), what);
         }
         assert_eq!(state.steps, schedule.iter().map(|entry| u64::from(entry.2)).sum::<u64>());
     }
-}
-
-fn command_name(command: DriveCommand) -> String {
-    format!("{command:?}")
 }
 
 /// Both precisions count the same integers at the nominal frequency, so twin and plant never drift apart.

@@ -84,18 +84,6 @@ fn exact_damped_flight() {
     }
 }
 
-/// After many time constants the fall is at `m_r g / b_z`, 125 mm/s.
-#[test]
-fn exact_terminal_speed() {
-    for step_s in [10e-6, 50e-6] {
-        let mut bench = Bench::<f64>::new(&changed(&[]), &MotorSetup::with_step(step_s));
-        bench.state.rotor.height_m = 0.2;
-        bench.run(DriveCommand::OFF, 0.5);
-        let terminal = 46e-6 * GRAVITY_M_S2 / 3.6e-3;
-        assert_close(bench.state.rotor.velocity_m_s, -terminal, Within::relative(1e-12), "terminal speed");
-    }
-}
-
 fn check_drag<T: Real>(step_s: f64) {
     // A drag strong enough to matter: decay rate b_th R_t^2 / J = 20 / s.
     let drag = 20.0 * 4.59e-10 / (3.063e-3 * 3.063e-3);
@@ -121,17 +109,4 @@ fn exact_drag_decay() {
         check_drag::<f64>(step_s);
         check_drag::<f32>(step_s);
     }
-}
-
-/// A million turns without drag: the angle is rate times time, to the rounding of one step's gain in `f32`.
-#[test]
-fn exact_angle_over_a_million_turns() {
-    let params = changed(&[(Parameter::TangentialDrag, 0.0), (Parameter::Gravity, 0.0)]);
-    let mut bench = Bench::<f32>::new(&params, &MotorSetup::with_step(1e-3));
-    bench.state.rotor.height_m = 1e-3;
-    bench.state.rotor.rate_rad_s = 2048.0;
-    bench.run(DriveCommand::OFF, 3100.0);
-    let turned_deg = bench.state.rotor.angle.angle().degrees();
-    let expected_deg = (2048.0_f64 * 3100.0).to_degrees();
-    assert_close(turned_deg, expected_deg, Within::relative(f64::from(f32::EPSILON)), "angle");
 }

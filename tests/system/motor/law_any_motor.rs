@@ -11,7 +11,7 @@ use motor_model::{
 use proptest::prelude::*;
 
 use crate::support::closeness::Within;
-use crate::support::motors::epsilon;
+use crate::support::motors::{epsilon, is_finite};
 use crate::support::oscillator::Oscillator;
 
 /// A pair that comes up while the other is in sustained contact is noticed at the end of a span: 0.1 m/s times 4 us at
@@ -89,14 +89,6 @@ fn commands() -> impl Strategy<Value = Vec<(DriveCommand, u32)>> {
         }),
     ];
     proptest::collection::vec((command, prop_oneof![Just(1_u32), 1..600_u32]), 1..8)
-}
-
-fn is_finite<T: Real>(state: &MotorState<T>) -> bool {
-    let modes = &state.modes;
-    let rotor = &state.rotor;
-    (modes.displacement_m.iter().chain(&modes.velocity_m_s))
-        .chain([&rotor.height_m, &rotor.velocity_m_s, &rotor.rate_rad_s, &rotor.angle.residual_units()])
-        .all(|value| value.to_f64().is_finite())
 }
 
 /// What a run left behind.
@@ -208,7 +200,8 @@ proptest! {
             prop_assert!(deepest_m <= DEEPEST_M, "{impact_rule:?}: {deepest_m:e} m deep");
             // In f32 at most the rounding of each of up to 4,200 steps, all one way.
             let Outcome { imbalance, deepest_m } = run::<f32>(&params, &setup, &commands)?;
-            prop_assert!(Within::absolute(4200.0 * epsilon::<f32>()).holds(imbalance, 0.0), "{impact_rule:?}: {imbalance:e}");
+            let within = Within::absolute(4200.0 * epsilon::<f32>());
+            prop_assert!(within.holds(imbalance, 0.0), "{impact_rule:?}: {imbalance:e}");
             prop_assert!(deepest_m <= DEEPEST_M, "{impact_rule:?}: {deepest_m:e} m deep");
         }
     }

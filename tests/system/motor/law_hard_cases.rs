@@ -8,7 +8,7 @@ use motor_model::{
 
 use crate::motor::law_energy::Accounted;
 use crate::support::closeness::{Within, assert_between, assert_close};
-use crate::support::motors::{changed, epsilon};
+use crate::support::motors::{changed, epsilon, is_finite, steps_in};
 
 const RULES: [ImpactRule; 2] = [ImpactRule::EndOfStep, ImpactRule::Located];
 
@@ -16,12 +16,6 @@ fn setups() -> impl Iterator<Item = MotorSetup> {
     RULES.into_iter().flat_map(|impact_rule| {
         [1e-6, 10e-6, 20e-6].map(|step_s| MotorSetup { impact_rule, ..MotorSetup::with_step(step_s) })
     })
-}
-
-fn rotor_is_finite<T: Real>(state: &MotorState<T>) -> bool {
-    let rotor = &state.rotor;
-    [rotor.height_m, rotor.velocity_m_s, rotor.rate_rad_s].iter().all(|value| value.to_f64().is_finite())
-        && state.modes.displacement_m.iter().chain(&state.modes.velocity_m_s).all(|x| x.to_f64().is_finite())
 }
 
 /// Runs `commands`, step by step, from a drop of 5 um with some spin.
@@ -50,7 +44,7 @@ fn check_from<T: Real>(
     for command in commands {
         let impacts = accounted.run(command, setup.step_s);
         assert!(impacts as usize <= IMPACTS_PER_STEP_MAX);
-        assert!(rotor_is_finite(&accounted.state), "{what}, {setup:?}: {:?}", accounted.state);
+        assert!(is_finite(&accounted.state), "{what}, {setup:?}: {:?}", accounted.state);
         steps += 1;
     }
     // In f32 at most the rounding of each step, all one way.
@@ -68,7 +62,7 @@ fn schedule(step_s: f64, time_s: f64) -> impl Iterator<Item = DriveCommand> {
         DriveCommand::saturating(DriveMode::C, 0.5),
         DriveCommand::OFF,
     ];
-    let each = crate::support::motors::steps_in(time_s / 4.0, step_s);
+    let each = steps_in(time_s / 4.0, step_s);
     commands.into_iter().flat_map(move |command| (0..each).map(move |_| command))
 }
 
@@ -166,7 +160,7 @@ fn law_detuned_drive() {
                 let command =
                     DriveCommand::full(mode).with_frequency_offset(offset_hz).expect("within 2 kHz");
                 for setup in setups() {
-                    let steps = crate::support::motors::steps_in(0.06, setup.step_s) as usize;
+                    let steps = steps_in(0.06, setup.step_s) as usize;
                     check::<f64>(&params, &setup, std::iter::repeat_n(command, steps), "detuned");
                     check::<f32>(&params, &setup, std::iter::repeat_n(command, steps), "detuned");
                 }
@@ -208,7 +202,7 @@ fn check_denormals<T: Real>(setup: &MotorSetup, small: f64) {
     let mut accounted = Accounted::from(&weightless, setup, start);
     for _ in 0..5000 {
         accounted.run(DriveCommand::OFF, setup.step_s);
-        assert!(rotor_is_finite(&accounted.state), "{setup:?}");
+        assert!(is_finite(&accounted.state), "{setup:?}");
     }
     assert_close(accounted.state.rotor.height_m.to_f64(), 0.0, Within::absolute(1e4 * small), "weightless");
 }

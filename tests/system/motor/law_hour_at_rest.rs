@@ -71,11 +71,13 @@ fn law_an_hour_at_rest_with_located_impacts() {
     for step_s in STEPS_S {
         check_cycle::<f32>(&located(step_s), 1e-9);
         let mut bench = settled::<f64>(&located(step_s));
-        let angle = bench.state.rotor.angle.angle();
+        let (angle, height_m) = (bench.state.rotor.angle.angle(), bench.state.rotor.height_m);
         for _ in 0..steps_in(2.0, step_s) {
             bench.motor.step(&mut bench.state, DriveCommand::OFF);
             let rate = bench.state.rotor.rate_rad_s;
             assert_close(rate, 0.0, Within::absolute(1e-15), format_args!("{step_s:e} s"));
+            let within = Within::absolute(1e-20);
+            assert_close(bench.state.rotor.height_m, height_m, within, format_args!("{step_s:e} s"));
             assert_eq!(bench.state.in_contact, [true; 2], "{step_s:e} s");
         }
         assert_eq!(bench.state.rotor.angle.angle(), angle, "{step_s:e} s");

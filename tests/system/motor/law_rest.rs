@@ -27,7 +27,7 @@ fn height_over<T: Real>(bench: &mut Bench<T>, time_s: f64) -> Range {
 }
 
 /// How far the rotor's weight presses the stator down: mode A carries it all, `m_r g / (m_s w_A^2)`.
-fn sag_m() -> f64 {
+pub fn sag_m() -> f64 {
     let natural = std::f64::consts::TAU * 2150.0;
     46e-6 * 9.81 / (10.7e-6 * natural * natural)
 }
@@ -117,8 +117,7 @@ fn check_drive_off<T: Real>(mode: DriveMode, step_s: f64) {
     for phase in 0..8 {
         // A few steps further each time, so that the drive stops at another phase of it and of the bounce.
         running.run(DriveCommand::full(mode), 0.013 + f64::from(phase) * 19.7e-6);
-        let mut bench =
-            Bench { motor: running.motor.clone(), flight: running.flight.clone(), state: running.state };
+        let mut bench = running.clone();
         let phase_at_stop = bench.state.phase;
         bench.run(DriveCommand::OFF, 0.25);
         assert_close(

@@ -4,21 +4,15 @@
 
 use std::f64::consts::TAU;
 
-use motor_model::{DriveCommand, DriveMode, MotorState, Parameter, Real};
+use motor_model::{DriveCommand, DriveMode, Parameter, Real};
 
-use crate::motor::law_energy::Accounted;
+use crate::motor::law_rest::sag_m;
 use crate::support::closeness::{Within, assert_between, assert_close};
 use crate::support::live_teeth::{GRAVITY_M_S2, on_rigid_floor};
 use crate::support::motors::{Bench, changed, epsilon, located, steps_in};
 use crate::support::tooth::Tooth;
 
 const STEPS_S: [f64; 4] = [1e-6, 5e-6, 10e-6, 20e-6];
-
-/// How far the rotor's weight presses the stator down: mode A carries it all, `m_r g / (m_s w_A^2)`.
-fn sag_m() -> f64 {
-    let natural = TAU * 2150.0;
-    46e-6 * GRAVITY_M_S2 / (10.7e-6 * natural * natural)
-}
 
 /// Both pairs in sustained contact, the height that balances the weight, no rotation; and all of it stays so for
 /// `time_s`.
@@ -77,8 +71,7 @@ fn check_drive_off<T: Real>(mode: DriveMode, step_s: f64) {
     for phase in 0..8 {
         // Another phase of the drive and of the bounce each time.
         running.run(DriveCommand::full(mode), 0.013 + f64::from(phase) * 19.7e-6);
-        let mut bench =
-            Bench { motor: running.motor.clone(), flight: running.flight.clone(), state: running.state };
+        let mut bench = running.clone();
         bench.run(DriveCommand::OFF, 0.3);
         let what = format!("{mode:?}, phase {phase}, {step_s:e} s, {} bytes", size_of::<T>());
         check_rest(&mut bench, 0.1, &what);
@@ -93,20 +86,6 @@ fn law_drive_off_from_full_speed_ends_in_rest() {
             check_drive_off::<f64>(mode, step_s);
             check_drive_off::<f32>(mode, step_s);
         }
-    }
-}
-
-/// An hour at rest is too long to run; seconds at 20 us show what it would: from some state on the angle does not
-/// change by its last bit, and the height by less than 1e-20 m.
-#[test]
-fn law_rest_repeats_itself() {
-    for step_s in [10e-6, 20e-6] {
-        let mut bench = Bench::<f64>::new(&changed(&[]), &located(step_s));
-        bench.run(DriveCommand::OFF, 5.0);
-        let (angle, height_m) = (bench.state.rotor.angle.angle(), bench.state.rotor.height_m);
-        bench.run(DriveCommand::OFF, 5.0);
-        assert_eq!(bench.state.rotor.angle.angle(), angle);
-        assert_close(bench.state.rotor.height_m, height_m, Within::absolute(1e-20), "height");
     }
 }
 
@@ -291,42 +270,6 @@ fn law_without_weight_nothing_stays_pressed() {
 
 fn command(mode: DriveMode, amplitude: f32) -> DriveCommand {
     DriveCommand::try_new(mode, amplitude).expect("a valid amplitude")
-}
-
-/// Spin-up, walking in sustained contact, cut-off, rest, and again: the books close after every part.
-fn check_books<T: Real>(step_s: f64, share: f64) {
-    let mut accounted = Accounted::<T>::from(&changed(&[]), &located(step_s), MotorState::default());
-    for (command, time_s) in [
-        (DriveCommand::OFF, 0.02),
-        (command(DriveMode::C, 0.3), 0.1),
-        (DriveCommand::OFF, 0.05),
-        (DriveCommand::full(DriveMode::B), 0.1),
-        (DriveCommand::OFF, 0.2),
-        (command(DriveMode::C, 0.3), 0.1),
-        (DriveCommand::full(DriveMode::C), 0.1),
-        (command(DriveMode::B, 0.1), 0.1),
-        (command(DriveMode::C, 0.5), 0.1),
-        (DriveCommand::OFF, 0.1),
-    ] {
-        accounted.run(command, time_s);
-        assert_close(
-            accounted.imbalance(),
-            0.0,
-            Within::absolute(share),
-            format_args!("{step_s:e} s, {command:?}, {:?}", accounted.flows()),
-        );
-    }
-}
-
-/// In `f64` to 1e-9 of the turnover. In `f32` a span rounds each state by half a unit, of which the modes lose `2 zeta
-/// w` of their energy in the same time: errors all one way add up to `epsilon / (zeta w span)`.
-#[test]
-fn law_energy_account_closes_through_pressed_contact() {
-    for step_s in STEPS_S {
-        check_books::<f64>(step_s, 1e-9);
-        let decay_per_s = 0.0063 * TAU * 6300.0;
-        check_books::<f32>(step_s, epsilon::<f32>() / (decay_per_s * step_s.min(4e-6)));
-    }
 }
 
 /// Mode C at 0.3 never lifts the rotor: in sustained contact all the time, no impact, and what the contact costs is far

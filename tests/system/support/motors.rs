@@ -1,7 +1,8 @@
 //! Motors and runs that several tests share.
 
 use motor_model::{
-    DriveCommand, Flight, ImpactRule, Impacts, Motor, MotorParams, MotorSetup, MotorState, Parameter, Real,
+    DriveCommand, DriveMode, Flight, ImpactRule, Impacts, Motor, MotorParams, MotorSetup, MotorState,
+    Parameter, Real,
 };
 
 /// Table 1's motor with some parameters changed.
@@ -16,6 +17,13 @@ pub fn changed(changes: &[(Parameter, f64)]) -> MotorParams {
 #[track_caller]
 pub fn motor<T: Real>(params: &MotorParams, setup: &MotorSetup) -> Motor<T> {
     Motor::try_new(params, setup).expect("a valid motor")
+}
+
+/// A command that the test knows to be valid.
+#[track_caller]
+pub fn command(mode: DriveMode, amplitude: f32, offset_hz: f32) -> DriveCommand {
+    let command = DriveCommand::try_new(mode, amplitude).expect("a valid amplitude");
+    command.with_frequency_offset(offset_hz).expect("a valid offset")
 }
 
 /// Impacts at the end of the step, and everything else as usual.
@@ -33,6 +41,14 @@ pub fn epsilon<T: Real>() -> f64 {
     if size_of::<T>() == 4 { f64::from(f32::EPSILON) } else { f64::EPSILON }
 }
 
+/// Whether no part of the motion is infinite or NaN.
+pub fn is_finite<T: Real>(state: &MotorState<T>) -> bool {
+    let (modes, rotor) = (&state.modes, &state.rotor);
+    (modes.displacement_m.iter().chain(&modes.velocity_m_s))
+        .chain([&rotor.height_m, &rotor.velocity_m_s, &rotor.rate_rad_s, &rotor.angle.residual_units()])
+        .all(|value| value.to_f64().is_finite())
+}
+
 /// A count of steps that covers `time_s`.
 #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "tests run for seconds")]
 pub fn steps_in(time_s: f64, step_s: f64) -> u32 {
@@ -40,6 +56,7 @@ pub fn steps_in(time_s: f64, step_s: f64) -> u32 {
 }
 
 /// A motor with what it takes to follow one step by hand.
+#[derive(Clone)]
 pub struct Bench<T: Real> {
     /// The motor under test.
     pub motor: Motor<T>,
