@@ -4,8 +4,7 @@ mod dual_covariance;
 mod law_covariance_endurance;
 
 mod law_consistency;
-mod law_impact_aided;
-mod law_twin_filter;
+mod law_worth_of_impacts;
 
 mod law_camera_faults;
 mod law_faults_of_many_motors;

@@ -6,10 +6,8 @@ use host_sim::runs::filter::FILTERS;
 use motor_model::{Angle, DriveCommand, DriveMode, Time, math};
 
 use crate::support::fault_bench::{
-    Bench, Faults, Look, NONE, assert_never_false, by_filter, delays_ms, drawn, rms_mdeg,
+    B, Bench, Faults, Look, NONE, assert_never_false, by_filter, delays_ms, drawn, rms_mdeg,
 };
-
-const B: DriveCommand = DriveCommand::full(DriveMode::B);
 
 fn millis(millis: u64) -> Time {
     Time::from_micros(1000 * millis)
@@ -17,10 +15,7 @@ fn millis(millis: u64) -> Time {
 
 /// 100 ms of good measurements.
 fn settled(sets: &[&str]) -> Bench {
-    let mut bench = Bench::new(sets);
-    let looks = bench.run(B, 100, NONE);
-    assert!(looks.iter().rev().take(4).all(|look| look.error.is_some()));
-    bench
+    Bench::driven(sets, B)
 }
 
 fn turned(frame: CameraFrame, degrees: f64) -> CameraFrame {
@@ -188,8 +183,7 @@ fn law_noise_beyond_what_is_assumed_is_told() {
 fn law_a_time_of_noise_is_told_and_overcome() {
     let noise: Faults = (|_, frame| Some(turned(frame, part_drawn(&frame) - 0.5)), NONE.1);
     for command in [B, DriveCommand::full(DriveMode::C)] {
-        let mut bench = Bench::new(&[]);
-        bench.run(command, 100, NONE);
+        let mut bench = Bench::driven(&[], command);
         let looks = bench.run(command, 50, noise);
         for looks in by_filter(&looks) {
             let (begun, late) = looks.split_at(500);
@@ -226,9 +220,8 @@ fn law_outliers_are_borne() {
 #[test]
 fn law_a_fifth_of_outliers_is_borne() {
     for (command, clean) in driven_clean() {
-        let mut bench = Bench::new(&["camera.outlier_probability=0.2", "camera.outlier_m=5e-5"]);
-        bench.run(command, 100, NONE);
-        let looks = bench.run(command, 200, NONE);
+        let outliers = ["camera.outlier_probability=0.2", "camera.outlier_m=5e-5"];
+        let looks = Bench::driven(&outliers, command).run(command, 200, NONE);
         println!("{:?}", rms_mdeg(&looks));
         assert_rms_at_most(2.0, &clean, &looks);
         assert!(!looks.iter().any(|look| look.verdict == Some(Verdict::Restarted)));
@@ -258,11 +251,8 @@ fn law_bursts_of_heavy_tailed_outliers_are_borne() {
 
 /// Both modes, and the errors of a clean run in them.
 fn driven_clean() -> [(DriveCommand, Vec<(&'static str, f64)>); 2] {
-    [B, DriveCommand::full(DriveMode::C)].map(|command| {
-        let mut bench = Bench::new(&[]);
-        bench.run(command, 100, NONE);
-        (command, rms_mdeg(&bench.run(command, 200, NONE)))
-    })
+    [B, DriveCommand::full(DriveMode::C)]
+        .map(|command| (command, rms_mdeg(&Bench::driven(&[], command).run(command, 200, NONE))))
 }
 
 #[track_caller]

@@ -263,9 +263,7 @@ fn law_a_scale_that_becomes_wrong_is_told() {
     for (motor, (mode, amplitude)) in MOTORS.iter().flat_map(|motor| DRIVES.map(|drive| (motor, drive))) {
         for fault in faults {
             let command = DriveCommand::saturating(mode, amplitude);
-            let mut bench = Bench::new(&[*motor]);
-            bench.run(command, 100, NONE);
-            let looks = bench.run(command, 300, fault);
+            let looks = Bench::driven(&[*motor], command).run(command, 300, fault);
             let case = format!("{motor} {mode:?} {amplitude}: {:.1?}", rms_mdeg(&looks));
             assert_no_worse_than_deaf(1.25, &looks);
             if mode == DriveMode::C {
@@ -296,9 +294,7 @@ fn law_noise_is_told_before_it_leads_far_astray() {
     );
     for (motor, (mode, amplitude)) in MOTORS.iter().flat_map(|motor| DRIVES.map(|drive| (motor, drive))) {
         let command = DriveCommand::saturating(mode, amplitude);
-        let mut bench = Bench::new(&[*motor]);
-        bench.run(command, 100, NONE);
-        let looks = bench.run(command, 20, noise);
+        let looks = Bench::driven(&[*motor], command).run(command, 20, noise);
         let late = Time::from_micros(100_800);
         for look in looks.iter().filter(|look| look.is_good()) {
             let sigmas = look.error.map_or(f64::INFINITY, |error| error.1);

@@ -6,15 +6,11 @@ use host_sim::runs::filter::FILTERS;
 use motor_model::{DriveCommand, DriveMode, Time, math};
 
 use crate::support::fault_bench::{
-    Bench, Faults, Look, NONE, assert_never_false, by_filter, delays_ms, rms_mdeg,
+    B, Bench, Faults, Look, NONE, assert_never_false, by_filter, delays_ms, rms_mdeg,
 };
 
-const B: DriveCommand = DriveCommand::full(DriveMode::B);
-
 fn settled(sets: &[&str]) -> Bench {
-    let mut bench = Bench::new(sets);
-    bench.run(B, 100, NONE);
-    bench
+    Bench::driven(sets, B)
 }
 
 fn rms_of(rms: &[(&str, f64)], name: &str) -> f64 {
@@ -62,28 +58,12 @@ fn law_lost_light_is_silence_whatever_it_looks_like() {
     assert_counts_as_silent(&["ldv.fault=stuck"], NONE);
 }
 
-/// E10: every third sample lost to speckle: no filter is worse than 1.3 times itself. The twin, which lives on the
-/// instant of an impact within 5 us, may be 1.4 times as bad as the filter that depends less on instants.
-#[test]
-fn law_single_lost_samples_cost_little() {
-    let whole = rms_mdeg(&settled(&[]).run(B, 200, NONE));
-    let looks = settled(&["ldv.drop_probability=0.33"]).run(B, 200, NONE);
-    assert_never_false(&looks);
-    let aided = rms_of(&whole, "impact_aided");
-    for ((name, whole), (_, lossy)) in whole.into_iter().zip(rms_mdeg(&looks)) {
-        let most = if name == "twin" { 1.4 * aided } else { 1.3 * whole };
-        assert!(lossy < most, "{name}: {lossy} against {whole}");
-    }
-}
-
 /// E10: one sample in a thousand wrong by 0.1 m/s, as large as the impacts: two hundred false ones a second. No filter
 /// is worse than 1.5 times the one without a vibrometer, and none begins anew.
 #[test]
 fn law_wrong_samples_are_borne() {
     for command in [B, DriveCommand::full(DriveMode::C)] {
-        let mut bench = Bench::new(&["ldv.outlier_probability=0.001"]);
-        bench.run(command, 100, NONE);
-        let looks = bench.run(command, 200, NONE);
+        let looks = Bench::driven(&["ldv.outlier_probability=0.001"], command).run(command, 200, NONE);
         let rms = rms_mdeg(&looks);
         let camera_only = rms_of(&rms, "constant_rate");
         assert!(rms.iter().all(|(_, rms)| *rms < 1.5 * camera_only), "{rms:?}");

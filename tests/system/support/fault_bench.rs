@@ -4,7 +4,7 @@ use estimator::{AngleFilter as _, CameraFrame, Health, LdvSample, Verdict};
 use host_sim::Scene;
 use host_sim::runs::filter::{AnyFilter, FILTERS};
 use host_sim::world::rig::Rig;
-use motor_model::{DriveCommand, Time, math};
+use motor_model::{Angle, DriveCommand, DriveMode, Time, math};
 
 /// What the filters are told of a frame, or that there is none; of a sample likewise.
 pub type Faults = (fn(Time, CameraFrame) -> Option<CameraFrame>, fn(Time, LdvSample) -> Option<LdvSample>);
@@ -29,6 +29,8 @@ pub struct Look {
     pub health: Health,
     /// Of the angle: its magnitude, and in standard deviations that the filter gives; none without an estimate.
     pub error: Option<(f64, f64)>,
+    /// The same at the exposure of the frame that came, if one did.
+    pub error_at_exposure: Option<(f64, f64)>,
     /// What became of the frame, if one came.
     pub verdict: Option<Verdict>,
 }
@@ -48,11 +50,16 @@ impl Look {
     }
 }
 
+/// Full drive in mode B.
+pub const B: DriveCommand = DriveCommand::full(DriveMode::B);
+
 pub struct Bench {
     rig: Rig,
     filters: Vec<(&'static str, AnyFilter)>,
     /// What the filters' time is ahead of the plant's.
     ahead_nanos: u64,
+    /// The true angle at the end of every tick so far.
+    angles: Vec<Angle>,
 }
 
 impl Bench {
@@ -69,7 +76,26 @@ impl Bench {
         let assumed = Scene::default();
         let filter = |&name| (name, AnyFilter::named(name, &assumed).expect("the nominal motor"));
         let filters = FILTERS.iter().map(filter).collect();
-        Self { rig, filters, ahead_nanos }
+        Self { rig, filters, ahead_nanos, angles: Vec::new() }
+    }
+
+    /// The motor of seed 21 under `sets`, after 100 ms of `command` without faults.
+    pub fn driven(sets: &[&str], command: DriveCommand) -> Self {
+        let mut bench = Self::new(sets);
+        let looks = bench.run(command, 100, NONE);
+        assert!(looks.iter().rev().take(FILTERS.len()).all(|look| look.error.is_some()), "{sets:?}");
+        bench
+    }
+
+    /// Tells the filters a command before it acts. [`Self::run`] tells it a tick late.
+    pub fn tell(&mut self, command: DriveCommand) {
+        let now = self.now();
+        self.filters.iter_mut().for_each(|(_, filter)| filter.drive(now, command));
+    }
+
+    /// Whether the rotor does not turn.
+    pub fn is_still(&self) -> bool {
+        self.rig.plant().state().rotor.rate_rad_s.abs() < 1e-6
     }
 
     pub fn now(&self) -> Time {
@@ -81,8 +107,10 @@ impl Bench {
         let mut looks = Vec::new();
         for _ in 0..millis * 100 {
             self.rig.tick_in_steps(command, |_, _, _, _| ());
-            let now = self.now();
+            let (now, truth) = (self.now(), self.rig.plant().state().rotor.angle.angle());
+            self.angles.push(truth);
             let mut verdicts = vec![None; self.filters.len()];
+            let mut exposed = None;
             while let Some(mut sample) = self.rig.ldv_sample() {
                 sample.taken_at = sample.taken_at.plus_nanos(self.ahead_nanos);
                 if let Some(sample) = of_sample(now, sample) {
@@ -92,6 +120,7 @@ impl Bench {
                 }
             }
             while let Some(mut frame) = self.rig.camera_frame() {
+                exposed = Some(frame.exposed_at);
                 frame.exposed_at = frame.exposed_at.plus_nanos(self.ahead_nanos);
                 if let Some(frame) = of_frame(now, frame) {
                     for ((_, filter), verdict) in self.filters.iter_mut().zip(&mut verdicts) {
@@ -101,22 +130,31 @@ impl Bench {
             }
             for ((name, filter), verdict) in self.filters.iter_mut().zip(verdicts) {
                 filter.drive(now, command);
-                looks.push(look(name, filter, &self.rig, now, verdict));
+                let at_exposure = exposed.and_then(|at| {
+                    let truth = self.angles.get(usize::try_from(at.nanos() / 10_000 - 1).ok()?)?;
+                    error(filter, at.plus_nanos(self.ahead_nanos), *truth)
+                });
+                looks.push(Look {
+                    name,
+                    at: now,
+                    health: filter.health(now),
+                    error: error(filter, now, truth),
+                    error_at_exposure: at_exposure,
+                    verdict,
+                });
             }
         }
         looks
     }
 }
 
-fn look(name: &'static str, filter: &AnyFilter, rig: &Rig, now: Time, verdict: Option<Verdict>) -> Look {
-    let estimate = filter.estimate(now);
-    let error = estimate.map(|estimate| {
-        let off = estimate.angle.minus(rig.plant().state().rotor.angle.angle());
-        let sigma = math::sqrt(f64::from(estimate.angle_rad2)).to_degrees();
-        assert!(sigma.is_finite() && estimate.rate_rad_s.is_finite(), "{name}: {estimate:?}");
-        (1e3 * off.degrees().abs(), off.degrees().abs() / sigma)
-    });
-    Look { name, at: now, health: filter.health(now), error, verdict }
+/// Of an estimate's angle, in milli-degrees and in standard deviations.
+fn error(filter: &AnyFilter, at: Time, truth: Angle) -> Option<(f64, f64)> {
+    let estimate = filter.estimate(at)?;
+    let off_deg = estimate.angle.minus(truth).degrees().abs();
+    let sigma_deg = math::sqrt(f64::from(estimate.angle_rad2)).to_degrees();
+    assert!(sigma_deg.is_finite() && estimate.rate_rad_s.is_finite(), "{estimate:?}");
+    Some((1e3 * off_deg, off_deg / sigma_deg))
 }
 
 /// The looks of each filter by itself, of those that have any.
@@ -158,10 +196,13 @@ pub fn assert_hardly_false(sigmas_most: f64, looks: &[Look]) {
 /// Root mean square error by filter, in milli-degrees.
 pub fn rms_mdeg(looks: &[Look]) -> Vec<(&'static str, f64)> {
     let of_one = |looks: &Vec<&Look>| {
-        let squares: f64 = looks.iter().map(|look| look.error_mdeg() * look.error_mdeg()).sum();
-        #[expect(clippy::cast_precision_loss, reason = "thousands")]
-        let count = looks.len() as f64;
-        (looks[0].name, math::sqrt(squares / count))
+        (looks[0].name, math::sqrt(mean_square(looks.iter().map(|look| look.error_mdeg()))))
     };
     by_filter(looks).iter().map(of_one).collect()
+}
+
+/// Mean of the squares.
+pub fn mean_square(values: impl Iterator<Item = f64>) -> f64 {
+    let (sum, count) = values.fold((0.0, 0.0), |(sum, count), value| (sum + value * value, count + 1.0));
+    sum / count
 }
