@@ -6,7 +6,8 @@ use host_sim::runs::filter::FILTERS;
 use motor_model::{Angle, DriveCommand, DriveMode, Time, math};
 
 use crate::support::fault_bench::{
-    B, Bench, Faults, Look, NONE, assert_never_false, by_filter, delays_ms, drawn, rms_mdeg,
+    B, Bench, Faults, Look, NONE, assert_never_false, assert_rms_at_most, assert_within_ms, by_filter,
+    delays_ms, drawn, rms_mdeg,
 };
 
 fn millis(millis: u64) -> Time {
@@ -79,9 +80,7 @@ fn law_every_other_frame_suffices() {
 fn law_outages_are_told_and_overcome() {
     let mut bench = settled(&[]);
     let looks = bench.run(B, 1, (|_, _| None, NONE.1));
-    for (name, delay) in delays_ms(&looks, |look| look.health == Health::Degraded(Reason::CameraSilent)) {
-        assert!(delay < 0.4, "{name}: {delay} ms");
-    }
+    assert_within_ms(0.4, &looks, |look| look.health == Health::Degraded(Reason::CameraSilent));
     assert_never_false(&looks);
     let looks = bench.run(B, 50, NONE);
     assert!(!looks.iter().any(|look| look.verdict == Some(Verdict::Restarted)));
@@ -95,9 +94,7 @@ fn law_outages_are_told_and_overcome() {
     assert_never_false(&looks);
     assert!(looks[20_000 * FILTERS.len()..].iter().all(|look| is_unusable(look, Reason::Uncertain)));
     let looks = bench.run(B, 50, NONE);
-    for (name, delay) in delays_ms(&looks, Look::is_good) {
-        assert!(delay < 10.0, "{name}: {delay} ms");
-    }
+    assert_within_ms(10.0, &looks, Look::is_good);
 }
 
 /// E6: the last picture for ever, while the rotor turns. Found within 2.2 ms, its frames taken back and refused; good
@@ -106,17 +103,13 @@ fn law_outages_are_told_and_overcome() {
 fn law_a_stuck_camera_is_found_and_its_frames_taken_back() {
     let mut bench = settled(&["camera.fault=stuck", "camera.fault_from_s=0.1", "camera.fault_until_s=0.12"]);
     let looks = bench.run(B, 20, NONE);
-    for (name, delay) in delays_ms(&looks, |look| is_unusable(look, Reason::CameraStuck)) {
-        assert!(delay < 4.4, "{name}: {delay} ms");
-    }
+    assert_within_ms(4.4, &looks, |look| is_unusable(look, Reason::CameraStuck));
     for looks in by_filter(&looks) {
         let late = looks.iter().skip(1000).all(|look| is_unusable(look, Reason::CameraStuck));
         assert!(late, "{}: {:?}", looks[0].name, looks[1500]);
     }
     let looks = bench.run(B, 20, NONE);
-    for (name, delay) in delays_ms(&looks, Look::is_good) {
-        assert!(delay < 5.0, "{name}: {delay} ms");
-    }
+    assert_within_ms(5.0, &looks, Look::is_good);
 }
 
 /// E7: 2 to 50 ms of latency, and frames that come up to 2 ms late beside it: all are fused at their exposure, none is
@@ -193,9 +186,7 @@ fn law_a_time_of_noise_is_told_and_overcome() {
         }
         assert_never_false(&looks[200 * FILTERS.len()..]);
         let looks = bench.run(command, 50, NONE);
-        for (name, delay) in delays_ms(&looks, Look::is_good) {
-            assert!(delay < 20.0, "{name}: {delay} ms");
-        }
+        assert_within_ms(20.0, &looks, Look::is_good);
         assert_never_false(&looks);
     }
 }
@@ -210,9 +201,7 @@ fn part_drawn(frame: &CameraFrame) -> f64 {
 fn law_outliers_are_borne() {
     let clean = rms_mdeg(&settled(&[]).run(B, 200, NONE));
     let spoilt = settled(&["camera.outlier_probability=0.02", "camera.outlier_m=5e-5"]).run(B, 200, NONE);
-    for ((name, clean), (_, spoilt)) in clean.into_iter().zip(rms_mdeg(&spoilt)) {
-        assert!(spoilt < 1.3 * clean, "{name}: {spoilt} against {clean}");
-    }
+    assert_rms_at_most(1.3, &clean, &spoilt);
 }
 
 /// E14: a fifth of all frames outliers of 0.7 degrees: at most twice the error of a clean run by every filter, and
@@ -253,13 +242,6 @@ fn law_bursts_of_heavy_tailed_outliers_are_borne() {
 fn driven_clean() -> [(DriveCommand, Vec<(&'static str, f64)>); 2] {
     [B, DriveCommand::full(DriveMode::C)]
         .map(|command| (command, rms_mdeg(&Bench::driven(&[], command).run(command, 200, NONE))))
-}
-
-#[track_caller]
-fn assert_rms_at_most(factor: f64, clean: &[(&'static str, f64)], looks: &[Look]) {
-    for ((name, clean), (_, spoilt)) in clean.iter().zip(rms_mdeg(looks)) {
-        assert!(spoilt < factor * clean, "{name}: {spoilt} against {clean}");
-    }
 }
 
 /// E7, E8: frames that arrive up to 2 ms late and in any order leave the estimate that the same frames leave in theirs:
@@ -350,9 +332,7 @@ fn law_a_start_in_motion_is_not_believed_too_soon() {
         bench.run(B, 100, NONE).iter().all(|look| look.health == Health::Waiting && look.error.is_none())
     );
     let looks = bench.run(B, 20, NONE);
-    for (name, delay) in delays_ms(&looks, Look::is_good) {
-        assert!(delay < 5.0, "{name}: {delay} ms");
-    }
+    assert_within_ms(5.0, &looks, Look::is_good);
 }
 
 /// Exposure over the whole frame period: the stamp is that of its middle, and nothing is lost. Fused 50 us late the
@@ -360,9 +340,7 @@ fn law_a_start_in_motion_is_not_believed_too_soon() {
 #[test]
 fn law_blur_costs_nothing_at_the_middle_of_the_exposure() {
     let sharp = rms_mdeg(&settled(&[]).run(B, 200, NONE));
-    let blurred = rms_mdeg(&settled(&["camera.exposure_frames=1"]).run(B, 200, NONE));
-    for ((name, sharp), (_, blurred)) in sharp.into_iter().zip(blurred) {
-        // The frame is half a period older when it comes: the error of the rate, some 1.3 rad/s, over 50 us more.
-        assert!(blurred < 1.5 * sharp, "{name}: {blurred} against {sharp}");
-    }
+    let blurred = settled(&["camera.exposure_frames=1"]).run(B, 200, NONE);
+    // The frame is half a period older when it comes: the error of the rate, some 1.3 rad/s, over 50 us more.
+    assert_rms_at_most(1.5, &sharp, &blurred);
 }

@@ -6,15 +6,12 @@ use host_sim::runs::filter::FILTERS;
 use motor_model::{DriveCommand, DriveMode, Time, math};
 
 use crate::support::fault_bench::{
-    B, Bench, Faults, Look, NONE, assert_never_false, by_filter, delays_ms, rms_mdeg,
+    B, Bench, Faults, Look, NONE, assert_never_false, assert_within_ms, of_filters_with_impacts, rms_mdeg,
+    rms_of,
 };
 
 fn settled(sets: &[&str]) -> Bench {
     Bench::driven(sets, B)
-}
-
-fn rms_of(rms: &[(&str, f64)], name: &str) -> f64 {
-    rms.iter().find(|(of, _)| *of == name).expect("a filter").1
 }
 
 fn is_silent(look: &Look) -> bool {
@@ -28,14 +25,10 @@ fn assert_counts_as_silent(sets: &[&str], faults: Faults) {
     let sets = [sets, &["ldv.fault_from_s=0.1", "ldv.fault_until_s=0.12"]].concat();
     let mut bench = settled(&sets);
     let looks = bench.run(B, 20, faults);
-    for (name, delay) in delays_ms(&looks, is_silent) {
-        assert!(delay < 1.2, "{name}: {delay} ms");
-    }
+    assert_within_ms(1.2, &looks, is_silent);
     assert_never_false(&looks);
     let looks = bench.run(B, 50, NONE);
-    for (name, delay) in delays_ms(&looks, Look::is_good) {
-        assert!(delay < 2.0, "{name}: {delay} ms");
-    }
+    assert_within_ms(2.0, &looks, Look::is_good);
     assert_never_false(&looks);
     assert!(!looks.iter().any(|look| look.verdict == Some(Verdict::Restarted)));
 }
@@ -96,7 +89,7 @@ fn law_a_scale_off_by_a_half_is_told() {
     for wrong in faults {
         let mut bench = settled(&[]);
         let looks = bench.run(B, 400, wrong);
-        for looks in by_filter(&looks).into_iter().filter(|looks| looks[0].name != "constant_rate") {
+        for looks in of_filters_with_impacts(&looks) {
             let late = &looks[15_000..];
             assert!(!late.iter().any(|look| look.is_good()), "{}", looks[0].name);
             let told = looks.iter().any(|look| look.health == Health::Degraded(Reason::VibrometerScale));
@@ -129,16 +122,14 @@ fn law_a_saturated_range_does_not_deceive() {
 fn law_an_inverted_sign_is_told() {
     let mut bench = settled(&["ldv.fault=inverted", "ldv.fault_from_s=0.1", "ldv.fault_until_s=0.2"]);
     let looks = bench.run(B, 100, NONE);
-    for looks in by_filter(&looks).into_iter().filter(|looks| looks[0].name != "constant_rate") {
+    for looks in of_filters_with_impacts(&looks) {
         let told = looks.iter().position(|look| look.health == Health::Degraded(Reason::VibrometerInverted));
         assert!(told.is_some_and(|told| told < 2000), "{}: {told:?}", looks[0].name);
     }
     let late: Vec<Look> = looks.into_iter().filter(|look| look.at > Time::from_micros(120_000)).collect();
     assert_never_false(&late);
     let looks = bench.run(B, 100, NONE);
-    for (name, delay) in delays_ms(&looks, Look::is_good) {
-        assert!(delay < 20.0, "{name}: {delay} ms");
-    }
+    assert_within_ms(20.0, &looks, Look::is_good);
 }
 
 /// E12: 5 mm/s of bias, and 50 Hz of pickup of the same size: the estimate stays what it says; only rest is not
@@ -179,11 +170,7 @@ fn law_a_wrong_time_does_not_deafen() {
 fn law_without_either_there_is_no_estimate_to_use() {
     let mut bench = settled(&[]);
     let looks = bench.run(B, 100, (|_, _| None, |_, _| None));
-    for (name, delay) in delays_ms(&looks, |look| look.health == Health::Unusable(Reason::Uncertain)) {
-        assert!(delay < 10.0, "{name}: {delay} ms");
-    }
+    assert_within_ms(10.0, &looks, |look| look.health == Health::Unusable(Reason::Uncertain));
     assert_never_false(&looks);
-    for (name, delay) in delays_ms(&bench.run(B, 50, NONE), Look::is_good) {
-        assert!(delay < 10.0, "{name}: {delay} ms");
-    }
+    assert_within_ms(10.0, &bench.run(B, 50, NONE), Look::is_good);
 }

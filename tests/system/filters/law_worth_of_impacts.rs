@@ -9,7 +9,7 @@ use estimator::{Health, Reason};
 use host_sim::runs::filter::FILTERS;
 use motor_model::{DriveCommand, DriveMode, math};
 
-use crate::support::fault_bench::{B, Bench, Look, NONE, by_filter, mean_square, rms_mdeg};
+use crate::support::fault_bench::{B, Bench, Look, NONE, by_filter, mean_square, rms_mdeg, rms_of};
 
 /// Others than those on which the filters were tuned.
 const SEEDS: RangeInclusive<u64> = 501..=510;
@@ -19,11 +19,6 @@ fn bench(seed: u64, sets: &[&str], command: DriveCommand) -> Bench {
     let mut bench = Bench::new(&[&[format!("seed={seed}").as_str()], sets].concat());
     bench.tell(command);
     bench
-}
-
-/// Root mean square errors of a filter.
-fn rms_of(looks: &[Look], name: &str) -> f64 {
-    rms_mdeg(looks).into_iter().find(|(of, _)| *of == name).expect("a filter").1
 }
 
 /// Figures of a filter in steady motion: errors in milli-degrees, and mean squares in standard deviations.
@@ -124,7 +119,8 @@ fn law_the_vibrometer_may_go_and_come_back() {
         again.extend(bench.run(B, 100, NONE));
         assert_eq!(health(&again), Health::Good, "seed {seed}");
     }
-    println!("without vibrometer {:.2?}, after its return {:.2?}", rms_mdeg(&without), rms_mdeg(&again));
+    let (without, again) = (rms_mdeg(&without), rms_mdeg(&again));
+    println!("without vibrometer {without:.2?}, after its return {again:.2?}");
     assert!(rms_of(&without, "twin") < 1.1 * rms_of(&without, "constant_rate"));
     assert!(rms_of(&again, "twin") < 0.5 * rms_of(&again, "constant_rate"));
 }
@@ -139,7 +135,7 @@ fn law_a_drive_told_late_is_found_out() {
             bench.run(B, 150, NONE);
             bench.run(B, 200, NONE)
         };
-        rms_of(&SEEDS.flat_map(of_motor).collect::<Vec<Look>>(), "twin")
+        rms_of(&rms_mdeg(&SEEDS.flat_map(of_motor).collect::<Vec<Look>>()), "twin")
     });
     println!("told on time {on_time_mdeg:.2} mdeg, late {late_mdeg:.2}");
     assert!(late_mdeg < 1.1 * on_time_mdeg, "{late_mdeg} against {on_time_mdeg}");

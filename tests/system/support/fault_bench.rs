@@ -163,6 +163,19 @@ pub fn by_filter(looks: &[Look]) -> Vec<Vec<&Look>> {
     FILTERS.iter().map(of).filter(|looks| !looks.is_empty()).collect()
 }
 
+/// The looks of each filter that takes impacts from the vibrometer.
+pub fn of_filters_with_impacts(looks: &[Look]) -> Vec<Vec<&Look>> {
+    by_filter(looks).into_iter().filter(|looks| looks[0].name != "constant_rate").collect()
+}
+
+/// Asserts that each filter's first look for which `is_it` holds comes within `most_ms` of the first look.
+#[track_caller]
+pub fn assert_within_ms(most_ms: f64, looks: &[Look], is_it: impl Fn(&Look) -> bool) {
+    for (name, delay_ms) in delays_ms(looks, is_it) {
+        assert!(delay_ms < most_ms, "{name}: {delay_ms} ms");
+    }
+}
+
 /// Milliseconds from the first look to the first for which `is_it` holds, by filter.
 #[track_caller]
 pub fn delays_ms(looks: &[Look], is_it: impl Fn(&Look) -> bool) -> Vec<(&'static str, f64)> {
@@ -199,6 +212,22 @@ pub fn rms_mdeg(looks: &[Look]) -> Vec<(&'static str, f64)> {
         (looks[0].name, math::sqrt(mean_square(looks.iter().map(|look| look.error_mdeg()))))
     };
     by_filter(looks).iter().map(of_one).collect()
+}
+
+/// Each filter of `clean`, its error without the fault, is less than `factor` times as bad in `looks`.
+#[track_caller]
+pub fn assert_rms_at_most(factor: f64, clean: &[(&'static str, f64)], looks: &[Look]) {
+    let spoilt = rms_mdeg(looks);
+    for (name, clean) in clean {
+        let spoilt = rms_of(&spoilt, name);
+        assert!(spoilt < factor * clean, "{name}: {spoilt} for {clean}");
+    }
+}
+
+/// The error of one filter.
+#[track_caller]
+pub fn rms_of(rms: &[(&'static str, f64)], name: &str) -> f64 {
+    rms.iter().find(|(of, _)| *of == name).expect("a filter").1
 }
 
 /// Mean of the squares.
