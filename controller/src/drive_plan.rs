@@ -10,6 +10,8 @@
 //!   below                cruise C, weaker near the target, cut when the coast remains
 //! ```
 //!
+//! The distances are those of Table 1's map; another map has its own ([`crate::ResponseMap::cruise_from_rad`]).
+//!
 //! Mode C has bursts that one motor repeats to a percent, mode B has none ([`crate::response_map`]). So the last
 //! approach is always counter-clockwise, and clockwise bursts end beyond the target.
 //!
@@ -43,15 +45,6 @@ pub enum DrivePlan {
 const fn degrees(deg: f32) -> f32 {
     deg * (core::f32::consts::PI / 180.0)
 }
-
-/// Clockwise distance in rad from which a cruise is driven. Map: the weakest cruise B of use coasts for a degree.
-const CRUISE_B_RAD: f32 = degrees(2.0);
-/// Counter-clockwise distance in rad from which a cruise is driven. Map: twice what the weakest cruise C of use needs
-/// to coast ([`Cruise::room_rad`]).
-const CRUISE_C_RAD: f32 = degrees(0.15);
-/// Counter-clockwise distance in rad from which a stride is driven. Map: between the shortest stride, 0.084 degrees,
-/// and the longest walk, 0.13.
-const STRIDE_RAD: f32 = degrees(0.11);
 
 /// Standard deviation, per tolerance, between which so little has been measured that a nudge spoils nothing. Trials.
 const EARLY_TOLERANCES: core::ops::Range<f32> = 1.2..4.0;
@@ -106,7 +99,7 @@ impl Situation {
 
     fn clockwise(&self, motor: MotorResponse<'_>) -> Option<DrivePlan> {
         let remaining_rad = self.remaining_rad;
-        if remaining_rad >= CRUISE_B_RAD
+        if remaining_rad >= motor.map.cruise_from_rad(DriveMode::B)
             && let Some(cruise) = self.cruise(motor, DriveMode::B)
         {
             return Some(DrivePlan::Cruise(cruise));
@@ -137,12 +130,12 @@ impl Situation {
 
     fn counter_clockwise(&self, motor: MotorResponse<'_>) -> Option<DrivePlan> {
         let remaining_rad = -self.remaining_rad;
-        if remaining_rad >= CRUISE_C_RAD
+        if remaining_rad >= motor.map.cruise_from_rad(DriveMode::C)
             && let Some(cruise) = self.cruise(motor, DriveMode::C)
         {
             return Some(DrivePlan::Cruise(cruise));
         }
-        if remaining_rad >= STRIDE_RAD && self.amplitude_max >= 1.0 {
+        if remaining_rad >= motor.map.stride_from_rad() && self.amplitude_max >= 1.0 {
             let aim_rad = remaining_rad / (1.0 + STRIDE_SHORT_SPREADS * motor.spread(Family::Stride));
             return self.due(self.burst(motor, Family::Stride, aim_rad)?);
         }

@@ -50,6 +50,21 @@ pub struct ResponseMap {
     /// In the order of [`Family::ALL`], shortest turn first.
     bursts: [Rows<Burst, BURSTS_MAX>; Family::ALL.len()],
     step_walk_correlation: f32,
+    /// Distances in rad from which cruises of modes B and C are driven.
+    cruise_from_rad: [f32; 2],
+    /// Distance in rad from which strides are driven.
+    stride_from_rad: f32,
+}
+
+/// Distances from which the motors of Table 1 are driven by cruises of modes B and C: the weakest cruise B of use
+/// coasts for a degree; twice what the weakest cruise C of use needs to coast.
+const CRUISE_FROM_RAD: [f32; 2] = [degrees(2.0), degrees(0.15)];
+/// Distance from which the motors of Table 1 are driven by strides: between the shortest stride, 0.084 degrees, and the
+/// longest walk, 0.13.
+const STRIDE_FROM_RAD: f32 = degrees(0.11);
+
+const fn degrees(deg: f32) -> f32 {
+    deg * (PI / 180.0)
 }
 
 impl Default for ResponseMap {
@@ -67,6 +82,8 @@ static TABLE_1: ResponseMap = ResponseMap {
         [burst_rows(step), burst_rows(walk), burst_rows(stride), burst_rows(nudge), burst_rows(throw)]
     },
     step_walk_correlation: table::STEP_WALK_CORRELATION,
+    cruise_from_rad: CRUISE_FROM_RAD,
+    stride_from_rad: STRIDE_FROM_RAD,
 };
 
 impl ResponseMap {
@@ -107,6 +124,41 @@ impl ResponseMap {
     /// Correlation over motors of the turns by a step and by a walk, -1 to 1.
     pub fn step_walk_correlation(&self) -> f32 {
         self.step_walk_correlation
+    }
+
+    /// The same map with distances that are to its cruises and walks as those of Table 1 are to its own: the room of
+    /// the weakest cruise of use, the turn of the longest walk. Without cruises, or without strides, they are infinite.
+    fn with_distances(mut self) -> Self {
+        let room_rad = |map: &Self, mode| {
+            let weakest = map.cruise_within(mode, 1.0, 0.0).or_else(|| map.strongest_cruise(mode, 1.0));
+            weakest.map(|cruise| cruise.room_rad())
+        };
+        let [clockwise, counter_clockwise] = CRUISE_FROM_RAD;
+        self.cruise_from_rad =
+            [(DriveMode::B, clockwise), (DriveMode::C, counter_clockwise)].map(|(mode, from)| {
+                scaled(from, room_rad(&self, mode), room_rad(&TABLE_1, mode)).unwrap_or(f32::INFINITY)
+            });
+        let longest_rad = |map: &Self| map.range_rad(Family::Walk, 1.0).map(|(_, longest)| longest);
+        self.stride_from_rad = if self.bursts(Family::Stride).is_empty() {
+            f32::INFINITY
+        } else {
+            scaled(STRIDE_FROM_RAD, longest_rad(&self), longest_rad(&TABLE_1)).unwrap_or(0.0)
+        };
+        self
+    }
+
+    /// Distance in rad from which a cruise of `mode` is driven.
+    pub fn cruise_from_rad(&self, mode: DriveMode) -> f32 {
+        let [clockwise, counter_clockwise] = self.cruise_from_rad;
+        match mode {
+            DriveMode::B => clockwise,
+            DriveMode::C => counter_clockwise,
+        }
+    }
+
+    /// Distance in rad from which a stride is driven.
+    pub fn stride_from_rad(&self) -> f32 {
+        self.stride_from_rad
     }
 
     /// Shortest and longest mean turn in rad of bursts of `family` up to `amplitude_max`; `None` if it forbids them
@@ -287,6 +339,11 @@ impl Burst {
     }
 }
 
+/// `value` by how much `own` is larger than `other`.
+fn scaled(value: f32, own: Option<f32>, other: Option<f32>) -> Option<f32> {
+    Some(value * (own? / other?))
+}
+
 /// +1 for the clockwise mode, -1 for the other.
 pub const fn direction(mode: DriveMode) -> f32 {
     match mode {
@@ -312,7 +369,8 @@ const fn burst_rows(rows: &[Burst]) -> Rows<Burst, BURSTS_MAX> {
     Rows::of(rows, fill)
 }
 
-const RAD_PER_MDEG: f32 = PI / 180e3;
+/// A milli-degree in rad.
+pub const RAD_PER_MDEG: f32 = PI / 180e3;
 
 const fn burst(amplitude: f32, ticks: u32, turn_mdeg: f32, motors_mdeg: f32, repeat_mdeg: f32) -> Burst {
     Burst {

@@ -24,9 +24,10 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
-use indicatif::ProgressStyle;
+use indicatif::{ProgressBar, ProgressStyle};
 
-use crate::scene::Scene;
+use crate::scene::{Scene, read_response_map};
+use crate::studies::response_map;
 
 use calibration::CalibrateArgs;
 use closed_loop::{PositionArgs, PositioningTrialsArgs, RateArgs, ResponseMapArgs};
@@ -57,9 +58,9 @@ enum Command {
     Simulate(SimulateArgs),
     /// Move the rotor of a drawn motor to an angle in closed loop, and draw what happened
     ///
-    /// The seed draws the motor within the tolerances of Table 1; a key `motor.` that the scene sets is kept, and
-    /// `--set plant.parameters=nominal` draws nothing. Step, friction and impacts are keys `plant.`. `simulate` runs
-    /// the nominal motor with keys of its own.
+    /// The seed draws the motor around the design, which is Table 1 with the keys `motor.` that the scene sets. A key
+    /// `plant.motor.` sets the true motor alone, and `--set plant.parameters=nominal` draws nothing. Step, friction and
+    /// impacts are keys `plant.`. `simulate` runs the nominal motor with keys of its own.
     Position(PositionArgs),
     /// Simulate the published tables and figures and compare them with the paper
     Reproduce(ReproduceArgs),
@@ -138,6 +139,39 @@ impl SceneArgs {
             }
         }
         Ok(scene)
+    }
+}
+
+/// The response map by which the controller plans.
+#[derive(Debug, Default, Args)]
+struct MapArgs {
+    /// Response map of the scene's design, as `response-map --out` writes it. Without it: that of Table 1, or one that
+    /// is made first for the design that the keys `motor.` describe
+    #[arg(long, value_name = "FILE.toml")]
+    map: Option<PathBuf>,
+}
+
+impl MapArgs {
+    /// `scene` with its map.
+    ///
+    /// # Errors
+    /// When the map's file is refused or is for another design, or no map can be made.
+    fn provide(&self, scene: Scene) -> Result<Scene, CommandError> {
+        if let Some(path) = &self.map {
+            let scene = scene.with_response_map(read_response_map(path)?);
+            scene.response_map()?;
+            return Ok(scene);
+        }
+        if response_map::is_table_1(&scene) {
+            return Ok(scene);
+        }
+        eprintln!(
+            "making the response map of this design; `response-map --out` and `--map` make and take one"
+        );
+        let bar = ProgressBar::new(0).with_style(progress_style());
+        let map = response_map::of_design(&scene, &|work| bar.inc(work), |work| bar.set_length(work))?;
+        bar.finish_and_clear();
+        Ok(scene.with_response_map(map))
     }
 }
 

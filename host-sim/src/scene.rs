@@ -9,17 +9,21 @@ mod file;
 pub mod keys;
 #[cfg(test)]
 pub(crate) mod reads;
+mod response_map_file;
 mod setting;
 
 pub use error::{SceneError, one_line};
+pub use response_map_file::{parse_response_map, read_response_map, response_map_text};
 pub use setting::{Kind, Setting, registry};
 
 use std::collections::BTreeMap;
 use std::path::Path;
+use std::sync::Arc;
 
+use controller::ResponseMap;
 use motor_model::{MotorParams, Parameter};
 
-use setting::{Value, nearest_key};
+use setting::{Value, nearest_key, plant_key};
 
 /// Whether a command takes a key: an error says why not.
 pub type Admission<'a> = &'a dyn Fn(&'static str) -> Result<(), SceneError>;
@@ -28,6 +32,7 @@ pub type Admission<'a> = &'a dyn Fn(&'static str) -> Result<(), SceneError>;
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Scene {
     set: BTreeMap<&'static str, Value>,
+    response_map: Option<Arc<ResponseMap>>,
     #[cfg(test)]
     reads: reads::Reads,
 }
@@ -64,6 +69,42 @@ impl Scene {
     /// When it is malformed, or a key or value is refused; what stands before the place named is then set.
     pub fn set_all(&mut self, toml: &str, path: &Path) -> Result<(), SceneError> {
         file::parse_into(self, toml, path, &|_| Ok(()))
+    }
+
+    /// The same scene with a true motor drawn around the design: no parameter of its own.
+    #[must_use]
+    pub fn without_plant_overrides(&self) -> Self {
+        let mut scene = self.clone();
+        for key in Parameter::ALL.map(plant_key) {
+            #[cfg(test)]
+            scene.reads.overwrite(key);
+            scene.set.remove(key);
+        }
+        scene
+    }
+
+    /// The response map by which the scene's motor is driven: the one that was given ([`Self::with_response_map`]), or
+    /// that of Table 1.
+    ///
+    /// # Errors
+    /// When the map is that of another design.
+    pub fn response_map(&self) -> Result<Arc<ResponseMap>, SceneError> {
+        let design = self.motor_params();
+        let map = self.response_map.as_deref().unwrap_or(ResponseMap::table_1());
+        for parameter in Parameter::ALL {
+            let (of_map, of_scene) = (map.design().get(parameter), design.get(parameter));
+            if of_map.to_bits() != of_scene.to_bits() {
+                return Err(SceneError::OtherDesign { key: parameter.spec().key, of_map, of_scene });
+            }
+        }
+        Ok(self.response_map.clone().unwrap_or_else(|| Arc::new(*ResponseMap::table_1())))
+    }
+
+    /// The same scene with a response map.
+    #[must_use]
+    pub fn with_response_map(mut self, map: ResponseMap) -> Self {
+        self.response_map = Some(Arc::new(map));
+        self
     }
 
     /// Sets one key from text.
@@ -167,10 +208,19 @@ impl Scene {
         Ok(scene)
     }
 
-    /// The motor's parameters that were set, in the order of Table 1.
+    /// The design's parameters that were set, in the order of Table 1.
     pub fn motor_overrides(&self) -> impl Iterator<Item = (Parameter, f64)> {
-        Parameter::ALL.into_iter().filter_map(|parameter| {
-            let key = parameter.spec().key;
+        self.overrides(|parameter| parameter.spec().key)
+    }
+
+    /// The true motor's parameters that were set, in the order of Table 1.
+    pub fn plant_overrides(&self) -> impl Iterator<Item = (Parameter, f64)> {
+        self.overrides(plant_key)
+    }
+
+    fn overrides(&self, key: fn(Parameter) -> &'static str) -> impl Iterator<Item = (Parameter, f64)> {
+        Parameter::ALL.into_iter().filter_map(move |parameter| {
+            let key = key(parameter);
             #[cfg(test)]
             self.reads.read(key);
             match self.set.get(key) {
@@ -180,7 +230,8 @@ impl Scene {
         })
     }
 
-    /// The nominal motor, with what was set.
+    /// The design of the motor: Table 1, with what was set. Twin, drive frequencies and response map are those of the
+    /// design, and motors are drawn around it.
     pub fn motor_params(&self) -> MotorParams {
         self.motor_overrides().fold(MotorParams::nominal(), |params, (parameter, value)| {
             // Cannot fail: the registry's bounds are the parameter's.

@@ -5,7 +5,8 @@ use core::fmt;
 use motor_model::{DriveMode, MotorParams};
 
 use super::{
-    BURSTS_MAX, Burst, CRUISES_MAX, Cruise, Family, ResponseMap, burst_rows, cruise_rows, direction,
+    BURSTS_MAX, Burst, CRUISE_FROM_RAD, CRUISES_MAX, Cruise, Family, ResponseMap, STRIDE_FROM_RAD,
+    burst_rows, cruise_rows, direction,
 };
 
 /// Longest burst of a map in ticks: ten seconds.
@@ -178,7 +179,9 @@ impl ResponseMap {
             return Err(MapError::Correlation { value: step_walk_correlation });
         }
         let (cruises, bursts) = (cruise_rows(cruises), bursts.map(burst_rows));
-        Ok(Self { design, cruises, bursts, step_walk_correlation })
+        let (cruise_from_rad, stride_from_rad) = (CRUISE_FROM_RAD, STRIDE_FROM_RAD);
+        let map = Self { design, cruises, bursts, step_walk_correlation, cruise_from_rad, stride_from_rad };
+        Ok(map.with_distances())
     }
 }
 

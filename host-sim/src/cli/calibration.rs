@@ -7,7 +7,7 @@ use indicatif::ProgressBar;
 
 use super::count::Count;
 use super::publication::{Findings, PublicationArgs};
-use super::{SceneArgs, progress_style};
+use super::{MapArgs, SceneArgs, progress_style};
 use crate::cli::CommandError;
 use crate::studies::gyroscope_calibration;
 
@@ -30,12 +30,15 @@ pub(super) struct CalibrateArgs {
     #[command(flatten)]
     publication: PublicationArgs,
     #[command(flatten)]
+    map: MapArgs,
+    #[command(flatten)]
     scene: SceneArgs,
 }
 
 impl CalibrateArgs {
     pub(super) fn execute(&self) -> Result<(), CommandError> {
-        let scene = self.scene.load("calibrate", &[("calibrate.duration_s", &self.duration)])?;
+        let settings = [("calibrate.duration_s", &self.duration)];
+        let scene = self.map.provide(self.scene.load("calibrate", &settings)?)?;
         let plan = gyroscope_calibration::CalibrationPlan::new(&scene, self.runs, self.motors)?;
         let publication = self.publication.open(&self.out)?;
         let bar = ProgressBar::new(plan.motors).with_style(progress_style());

@@ -8,10 +8,11 @@ use indicatif::ProgressBar;
 
 use super::count::Count;
 use super::publication::{DrawingArgs, Findings, PublicationArgs};
-use super::{Format, SceneArgs, progress_style};
+use super::{Format, MapArgs, SceneArgs, progress_style};
 use crate::cli::CommandError;
 use crate::report::files;
 use crate::runs::{RunError, position, rate};
+use crate::scene::{SceneError, response_map_text};
 use crate::studies::positioning_trials::{self, Strategy};
 use crate::studies::response_map;
 
@@ -26,15 +27,17 @@ pub(super) struct PositionArgs {
     #[command(flatten)]
     drawing: DrawingArgs,
     #[command(flatten)]
+    map: MapArgs,
+    #[command(flatten)]
     scene: SceneArgs,
 }
 
 impl PositionArgs {
     pub(super) fn execute(&self) -> Result<(), CommandError> {
-        let scene = self.scene.load(
+        let scene = self.map.provide(self.scene.load(
             "position",
             &[("position.to_deg", &self.to), ("position.tolerance_deg", &self.tolerance)],
-        )?;
+        )?)?;
         let drawing = self.drawing.open("position.svg")?;
         let mut trace = position::PictureTrace::default();
         let outcome = position::run(&scene, |moment| trace.take(moment))?;
@@ -57,19 +60,21 @@ pub(super) struct RateArgs {
     #[command(flatten)]
     drawing: DrawingArgs,
     #[command(flatten)]
+    map: MapArgs,
+    #[command(flatten)]
     scene: SceneArgs,
 }
 
 impl RateArgs {
     pub(super) fn execute(&self) -> Result<(), CommandError> {
-        let scene = self.scene.load(
+        let scene = self.map.provide(self.scene.load(
             "rate",
             &[
                 ("rate.deg_s", &self.deg_s),
                 ("rate.profile", &self.profile),
                 ("rate.duration_s", &self.duration),
             ],
-        )?;
+        )?)?;
         let drawing = self.drawing.open("rate.svg")?;
         let mut points = Vec::new();
         let outcome = rate::run(&scene, |point| points.push(point))?;
@@ -96,12 +101,14 @@ pub(super) struct PositioningTrialsArgs {
     #[command(flatten)]
     publication: PublicationArgs,
     #[command(flatten)]
+    map: MapArgs,
+    #[command(flatten)]
     scene: SceneArgs,
 }
 
 impl PositioningTrialsArgs {
     pub(super) fn execute(&self) -> Result<(), CommandError> {
-        let scene = self.scene.load("positioning-trials", &[])?;
+        let scene = self.map.provide(self.scene.load("positioning-trials", &[])?)?;
         let plan = positioning_trials::PositioningTrialsPlan::new(&scene, Strategy::Planned, self.motors)?;
         let others = match self.compare {
             Some(motors) => positioning_trials::PositioningTrialsPlan::others(&scene, motors)?,
@@ -137,6 +144,9 @@ pub(super) struct ResponseMapArgs {
     /// Write the map as Rust source, as the controller keeps it
     #[arg(long, value_name = "FILE.rs")]
     write: Option<PathBuf>,
+    /// Write the map as a file for `--map`
+    #[arg(long, value_name = "FILE.toml")]
+    out: Option<PathBuf>,
     /// How to print the result
     #[arg(long, value_enum, default_value = "text")]
     format: Format,
@@ -148,6 +158,7 @@ impl ResponseMapArgs {
     pub(super) fn execute(&self) -> Result<(), CommandError> {
         let scene = self.scene.load("response-map", &[])?;
         let file = self.write.as_deref().map(files::Output::create).transpose()?;
+        let out = self.out.as_deref().map(files::Output::create).transpose()?;
         let campaign = response_map::ResponseMapCampaign::new(&scene, self.motors)?;
         let bar = ProgressBar::new(campaign.work()).with_style(progress_style());
         let map = campaign.run(&|work| bar.inc(work));
@@ -155,6 +166,12 @@ impl ResponseMapArgs {
         if let Some(mut file) = file {
             file.write_all(map.source().as_bytes()).map_err(|source| file.unwritable(source))?;
             file.publish()?;
+        }
+        if let Some(mut out) = out {
+            let value = map.value().map_err(|source| SceneError::NoResponseMap { source })?;
+            let text = response_map_text(&value);
+            out.write_all(text.as_bytes()).map_err(|source| out.unwritable(source))?;
+            out.publish()?;
         }
         Ok(files::print(&self.format.of(map.document().text(), map.json()))?)
     }

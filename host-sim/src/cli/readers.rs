@@ -39,14 +39,18 @@ pub(super) const READERS: [Reader; 9] = [
         overwrites: &["position"],
         ..reader("positioning-trials", &["seed", "motor", "plant", "camera", "ldv", "fault", "estimator"])
     },
-    Reader { overwrites: &["plant.step_s"], ..reader("response-map", &["seed", "motor", "plant"]) },
+    Reader {
+        overwrites: &["plant.step_s", "plant.motor"],
+        ..reader("response-map", &["seed", "motor", "plant"])
+    },
     reader("pil", &["seed", "motor", "plant", "camera", "ldv", "fault", "estimator", "position"]),
 ];
 
-/// Whether `key` is one of `names` or begins with one as its first word.
+/// Whether `key` is one of `names` or begins with the words of one.
 fn is_among(key: &str, names: &[&str]) -> bool {
-    let first = key.split_once('.').map_or(key, |(first, _)| first);
-    names.iter().any(|name| *name == key || *name == first)
+    let begins =
+        |name: &&str| key.strip_prefix(*name).is_some_and(|rest| rest.is_empty() || rest.starts_with('.'));
+    names.iter().any(begins)
 }
 
 impl Reader {

@@ -1,5 +1,7 @@
 //! The closed loop: the controller's own loop bodies, [`controller::tick`] and [`controller::tick_rate`], on the rig.
 
+use std::sync::Arc;
+
 use controller::rate::RateHold;
 use controller::{
     Limits, PositionLoop, PositioningTuning, RateLoop, RateReport, ResponseMap, Target, TickReport,
@@ -12,7 +14,7 @@ use crate::runs::tick_driver::{Moment, RigPorts, TickDriver, TickProgram};
 use crate::scene::Scene;
 use crate::world::instruments::assumed;
 
-impl TickProgram for PositionLoop<AnyFilter> {
+impl TickProgram for PositionLoop<AnyFilter, Arc<ResponseMap>> {
     type Report = TickReport;
 
     fn tick(&mut self, now: Time, ports: &mut RigPorts) -> TickReport {
@@ -20,7 +22,7 @@ impl TickProgram for PositionLoop<AnyFilter> {
     }
 }
 
-impl TickProgram for RateLoop<AnyFilter> {
+impl TickProgram for RateLoop<AnyFilter, Arc<ResponseMap>> {
     type Report = RateReport;
 
     fn tick(&mut self, now: Time, ports: &mut RigPorts) -> RateReport {
@@ -29,10 +31,10 @@ impl TickProgram for RateLoop<AnyFilter> {
 }
 
 /// Rig and positioning loop.
-pub type ClosedLoop = TickDriver<PositionLoop<AnyFilter>>;
+pub type ClosedLoop = TickDriver<PositionLoop<AnyFilter, Arc<ResponseMap>>>;
 
 /// Rig and a loop that holds a rate.
-pub type ClosedRateLoop = TickDriver<RateLoop<AnyFilter>>;
+pub type ClosedRateLoop = TickDriver<RateLoop<AnyFilter, Arc<ResponseMap>>>;
 
 /// The end of a tick of a positioning loop.
 pub type PositioningMoment = Moment<TickReport>;
@@ -46,19 +48,21 @@ pub fn tuning(scene: &Scene) -> PositioningTuning {
 /// The positioning loop of a scene.
 ///
 /// # Errors
-/// When the model refuses the plant, or the plant's step does not divide a period.
+/// When the model refuses the plant, the plant's step does not divide a period, or the response map is for another
+/// design.
 pub fn positioning(scene: &Scene, target: Target, tuning: PositioningTuning) -> Result<ClosedLoop, RunError> {
     let position_loop =
-        PositionLoop::new(AnyFilter::of(scene)?, ResponseMap::table_1(), target, tuning, Time::ZERO);
+        PositionLoop::new(AnyFilter::of(scene)?, scene.response_map()?, target, tuning, Time::ZERO);
     Ok(TickDriver::new(scene, position_loop)?)
 }
 
 /// The loop of a scene that holds a rate.
 ///
 /// # Errors
-/// When the model refuses the plant, or the plant's step does not divide a period.
+/// When the model refuses the plant, the plant's step does not divide a period, or the response map is for another
+/// design.
 pub fn rate(scene: &Scene, hold: RateHold) -> Result<ClosedRateLoop, RunError> {
-    Ok(TickDriver::new(scene, RateLoop::new(AnyFilter::of(scene)?, ResponseMap::table_1(), hold))?)
+    Ok(TickDriver::new(scene, RateLoop::new(AnyFilter::of(scene)?, scene.response_map()?, hold))?)
 }
 
 impl PositioningMoment {

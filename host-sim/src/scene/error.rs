@@ -3,6 +3,7 @@
 use std::io;
 use std::path::PathBuf;
 
+use controller::response_map::MapError;
 use motor_model::OutOfBounds;
 
 use crate::math::plain_number::plain;
@@ -69,6 +70,32 @@ pub enum SceneError {
         /// Values that would work.
         hint: String,
     },
+    /// A response map made for another motor than the scene's design.
+    #[error("the response map is for {key} = {}, the design has {}", plain(*of_map), plain(*of_scene))]
+    OtherDesign {
+        /// Key of the parameter.
+        key: &'static str,
+        /// Its value in the design of the map.
+        of_map: f64,
+        /// Its value in the scene's design.
+        of_scene: f64,
+    },
+    /// A response map that breaks a rule.
+    #[error("{}:{line}: {source}", path.display())]
+    ResponseMap {
+        /// The map's file.
+        path: PathBuf,
+        /// Line, from 1.
+        line: usize,
+        /// What is wrong.
+        source: MapError,
+    },
+    /// A design whose motors no drive turns as a map needs.
+    #[error("no response map can be made for this design: {source}")]
+    NoResponseMap {
+        /// What is wrong.
+        source: MapError,
+    },
     /// A key that the command with the scene would ignore or overwrite.
     #[error("{refusal}")]
     NotRead {
@@ -119,6 +146,11 @@ impl SceneError {
             Self::UnknownKey { nearest: None, .. } => Some("`host-sim keys` lists every key".to_owned()),
             Self::NotAnAssignment { .. } => Some("for example --set motor.stator_mass_kg=9.7e-6".to_owned()),
             Self::Conflict { hint, .. } | Self::NotRead { hint, .. } => Some(hint.clone()),
+            Self::OtherDesign { .. } => Some(
+                "`host-sim response-map --out map.toml` with the same scene makes one, `--map map.toml` takes it; \
+                 what the true motor has beside its design are keys `plant.motor.`"
+                    .to_owned(),
+            ),
             Self::InFile { source, .. } => source.hint(),
             _ => None,
         }

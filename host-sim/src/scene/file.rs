@@ -30,11 +30,11 @@ pub(super) fn parse_into(
     place.set_table(scene, "", table.get_ref())
 }
 
-fn read(path: &Path) -> io::Result<String> {
+pub(super) fn read(path: &Path) -> io::Result<String> {
     let mut text = String::new();
     let length = std::fs::File::open(path)?.take(LENGTH_MAX_BYTES + 1).read_to_string(&mut text)?;
     if u64::try_from(length).unwrap_or(u64::MAX) > LENGTH_MAX_BYTES {
-        return Err(io::Error::new(io::ErrorKind::FileTooLarge, "longer than 1 MiB, so it is no scene"));
+        return Err(io::Error::new(io::ErrorKind::FileTooLarge, "longer than 1 MiB"));
     }
     Ok(text)
 }
@@ -75,22 +75,22 @@ impl Place<'_> {
             }
         };
         scene.set_admitted(key, text, self.admit).map_err(|source| {
-            let (line, column) = self.line_and_column(value.span().start);
+            let (line, column) = line_and_column(self.text, value.span().start);
             SceneError::InFile { path: self.path.to_owned(), line, column, source: Box::new(source) }
         })
     }
 
     fn malformed(&self, span: Option<Range<usize>>, message: &str) -> SceneError {
-        let (line, column) = self.line_and_column(span.map_or(self.text.len(), |span| span.start));
+        let (line, column) = line_and_column(self.text, span.map_or(self.text.len(), |span| span.start));
         SceneError::Malformed { path: self.path.to_owned(), line, column, message: message.to_owned() }
     }
+}
 
-    /// Line and column, in characters and from 1, of a byte offset.
-    fn line_and_column(&self, offset: usize) -> (usize, usize) {
-        let before = self.text.get(..offset).unwrap_or(self.text);
-        let line_start = before.rfind('\n').map_or(0, |newline| newline + 1);
-        (before.matches('\n').count() + 1, before[line_start..].chars().count() + 1)
-    }
+/// Line and column, in characters and from 1, of a byte offset in `text`.
+pub(super) fn line_and_column(text: &str, offset: usize) -> (usize, usize) {
+    let before = text.get(..offset).unwrap_or(text);
+    let line_start = before.rfind('\n').map_or(0, |newline| newline + 1);
+    (before.matches('\n').count() + 1, before[line_start..].chars().count() + 1)
 }
 
 #[cfg(test)]

@@ -1,5 +1,7 @@
 //! One setting: its key, its unit and the values that it takes; and the registry of all settings.
 
+use std::sync::LazyLock;
+
 use motor_model::{OutOfBounds, Parameter};
 
 use super::{SceneError, keys};
@@ -71,14 +73,26 @@ const TABLES: &[&[Setting]] = &[
     keys::calibrate::SETTINGS,
 ];
 
-/// Every key there is: the motor's parameters in the order of Table 1, then [`keys`].
+/// Every key there is: the design's parameters in the order of Table 1, [`keys`], and the true motor's parameters.
 pub fn registry() -> impl Iterator<Item = Setting> {
-    let motor = Parameter::ALL.into_iter().map(|parameter| {
-        let spec = parameter.spec();
-        let kind = Kind::Number { default: spec.nominal, min: spec.min, max: spec.max };
-        Setting { key: spec.key, unit: spec.unit, kind, meaning: spec.meaning }
+    let of = |key: fn(Parameter) -> &'static str| {
+        Parameter::ALL.into_iter().map(move |parameter| {
+            let spec = parameter.spec();
+            let kind = Kind::Number { default: spec.nominal, min: spec.min, max: spec.max };
+            Setting { key: key(parameter), unit: spec.unit, kind, meaning: spec.meaning }
+        })
+    };
+    let tables = TABLES.iter().flat_map(|table| table.iter().copied());
+    of(|parameter| parameter.spec().key).chain(tables).chain(of(plant_key))
+}
+
+/// The key of the true motor's `parameter`: `plant.` and the key of the design's.
+pub(super) fn plant_key(parameter: Parameter) -> &'static str {
+    static KEYS: LazyLock<Vec<&'static str>> = LazyLock::new(|| {
+        let key = |parameter: Parameter| &*format!("plant.{}", parameter.spec().key).leak();
+        Parameter::ALL.map(key).to_vec()
     });
-    motor.chain(TABLES.iter().flat_map(|table| table.iter().copied()))
+    KEYS[parameter as usize]
 }
 
 /// A value that a setting takes.
@@ -150,7 +164,8 @@ pub(super) fn nearest_key(key: &str) -> Option<&'static str> {
     };
     registry()
         .map(|setting| (alike(setting.key), setting.key))
-        .max_by(|(a, _), (b, _)| a.total_cmp(b))
+        // Of two keys that are equally near, the shorter one: that of the design.
+        .max_by(|(a, one), (b, other)| a.total_cmp(b).then(other.len().cmp(&one.len())))
         .filter(|(score, _)| *score >= 0.5)
         .map(|(_, known)| known)
 }

@@ -1,7 +1,7 @@
 //! Identification of the controller's response map ([`controller::response_map`]) from a sample of motors of the plant.
 //!
-//! Motors are drawn within the tolerances of Table 1 and driven open loop at the nominal frequencies, not at their own
-//! resonances. A burst starts from rest, at the phase of the drive at which the burst before it ended. [`REST_S`] of
+//! Motors are drawn around the scene's design (keys `motor.`) and driven open loop at the design's frequencies, not at
+//! their own resonances. A burst starts from rest, at the phase of the drive at which the burst before it ended. [`REST_S`] of
 //! rest follow it:
 //!
 //! ```text
@@ -14,9 +14,13 @@
 //! would dominate a mean.
 
 mod source;
+mod value;
 
+pub use value::{is_table_1, of_design};
+
+use controller::PositionLoop;
 use controller::response_map::Family;
-use motor_model::{DriveCommand, DriveMode};
+use motor_model::{DriveCommand, DriveMode, MotorParams, Parameter};
 use rayon::prelude::*;
 use serde::Serialize;
 
@@ -43,6 +47,11 @@ const SPIN_UP_S: f64 = 0.15;
 /// Time of a cruise. The drive then goes off.
 const CRUISE_S: f64 = 0.4;
 
+/// Amplitudes of walks to choose from: the first for Table 1.
+const WALK_AMPLITUDES: [f32; 4] = [0.3, 0.2, 0.14, 0.1];
+/// Spread of a fine burst in one motor, per spread over motors, below which learning the motor's factor pays.
+const FINE_REPEAT_PART: f64 = 0.2;
+
 /// A burst and its turns.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct BurstRow {
@@ -56,6 +65,13 @@ pub struct BurstRow {
     pub motors_mdeg: f64,
     /// Standard deviation from burst to burst of one motor.
     pub repeat_mdeg: f64,
+}
+
+impl BurstRow {
+    /// Whether one motor repeats it far better than motors agree.
+    fn is_fine(&self) -> bool {
+        self.repeat_mdeg < FINE_REPEAT_PART * self.motors_mdeg
+    }
 }
 
 /// A cruise, its rates and the coast after it.
@@ -87,29 +103,76 @@ pub(crate) struct IdentifiedResponseMap {
     pub bursts: Vec<Vec<BurstRow>>,
     /// Correlation over motors of the turn by a step and of that by a walk, each in the middle of its family.
     pub step_walk_correlation: f64,
+    /// The design of the motors.
+    #[serde(skip)]
+    pub design: MotorParams,
     /// Motors drawn.
     pub motors: u64,
     /// Seed of the first motor.
     pub seed: u64,
 }
 
-/// Amplitude and ticks of each burst of `family`.
-///
-/// The ticks are near whole cycles: a cycle has 13.4 ticks in mode C, 15.9 in mode B.
-pub(crate) fn bursts_of(family: Family) -> Vec<(f32, u32)> {
-    let at = |ticks: u32, amplitudes: &[f32]| amplitudes.iter().map(|&a| (a, ticks)).collect();
-    let long = |amplitude: f32, ticks: &[u32]| ticks.iter().map(|&t| (amplitude, t)).collect();
-    match family {
-        Family::Step => {
-            let mut steps: Vec<(f32, u32)> =
-                at(27, &[0.05, 0.07, 0.1, 0.14, 0.2, 0.25, 0.3, 0.4, 0.5, 0.6, 0.7, 0.85, 1.0]);
-            steps.push((1.0, 34));
-            steps
+/// The bursts to identify in motors of a design.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct BurstPlan {
+    /// Ticks of a cycle in modes B and C: 15.9 and 13.4 in Table 1.
+    cycle_ticks: [f64; 2],
+    /// Amplitude of walks.
+    walk_amplitude: f32,
+}
+
+impl BurstPlan {
+    /// For motors of `design` that walk at `walk_amplitude`.
+    pub(crate) fn new(design: &MotorParams, walk_amplitude: f32) -> Self {
+        #[expect(clippy::cast_precision_loss, reason = "10,000 is exact")]
+        let ticks = |parameter| 1e9 / design.get(parameter) / PositionLoop::TICK_NANOS as f64;
+        let cycle_ticks = [Parameter::ModeBFrequency, Parameter::ModeCFrequency].map(ticks);
+        Self { cycle_ticks, walk_amplitude }
+    }
+
+    /// How many bursts there are.
+    fn bursts(&self) -> usize {
+        Family::ALL.into_iter().map(|family| self.bursts_of(family).len()).sum()
+    }
+
+    /// `times` the whole number of ticks that is nearest to `cycles` of `mode`.
+    fn ticks(&self, mode: DriveMode, cycles: f64, times: u32) -> u32 {
+        let [b, c] = self.cycle_ticks;
+        let ticks = cycles * if mode == DriveMode::B { b } else { c };
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "at most some 10,000")]
+        let whole = ticks.round() as u32;
+        times * whole.max(1)
+    }
+
+    /// Amplitude and ticks of each burst of `family`: near whole cycles.
+    pub(crate) fn bursts_of(&self, family: Family) -> Vec<(f32, u32)> {
+        let mode = family.mode();
+        let at = |cycles, amplitudes: &[f32]| {
+            amplitudes.iter().map(|&amplitude| (amplitude, self.ticks(mode, cycles, 1))).collect::<Vec<_>>()
+        };
+        let long = |amplitude: f32, lengths: &[(f64, u32)]| {
+            lengths.iter().map(|&(cycles, times)| (amplitude, self.ticks(mode, cycles, times))).collect()
+        };
+        let tens = [1, 2, 4, 8, 16, 32, 64].map(|times| (10.0, times));
+        match family {
+            Family::Step => {
+                let mut steps =
+                    at(2.0, &[0.05, 0.07, 0.1, 0.14, 0.2, 0.25, 0.3, 0.4, 0.5, 0.6, 0.7, 0.85, 1.0]);
+                steps.extend(at(2.5, &[1.0]));
+                steps
+            }
+            Family::Walk => long(self.walk_amplitude, &[&[(5.0, 1), (7.0, 1)], &tens[..]].concat()),
+            Family::Stride => {
+                let [ten, rest @ ..] = tens;
+                long(1.0, &[&[ten, (14.0, 1)], &rest[..]].concat())
+            }
+            Family::Nudge => at(1.0, &[0.2, 0.25, 0.3, 0.4, 0.5, 0.6, 0.7, 0.85, 1.0]),
+            Family::Throw => {
+                let short = [1.0, 1.5, 2.0, 3.0, 4.0, 6.0, 8.0, 12.0, 16.0].map(|cycles| (cycles, 1));
+                let rest = [(12.0, 2), (32.0, 1), (48.0, 1), (64.0, 1), (96.0, 1), (128.0, 1)];
+                long(1.0, &[&short[..], &rest[..]].concat())
+            }
         }
-        Family::Walk => long(0.3, &[67, 94, 134, 268, 536, 1072, 2144, 4288, 8576]),
-        Family::Stride => long(1.0, &[134, 188, 268, 536, 1072, 2144, 4288, 8576]),
-        Family::Nudge => at(16, &[0.2, 0.25, 0.3, 0.4, 0.5, 0.6, 0.7, 0.85, 1.0]),
-        Family::Throw => long(1.0, &[16, 24, 32, 48, 63, 95, 127, 190, 254, 380, 508, 762, 1016, 1524, 2032]),
     }
 }
 
@@ -124,6 +187,7 @@ fn cruises() -> Vec<(DriveMode, f32)> {
 /// A sample of motors, driven open loop.
 #[derive(Clone, Debug)]
 pub struct ResponseMapCampaign {
+    design: MotorParams,
     plants: Vec<Plant>,
     seed: u64,
 }
@@ -135,22 +199,37 @@ impl ResponseMapCampaign {
     /// When a scene is refused.
     pub fn new(scene: &Scene, motors: u64) -> Result<Self, RunError> {
         let draw = |number: u64| {
-            let mut drawn = scene.of_run(number)?;
+            let mut drawn = scene.without_plant_overrides().of_run(number)?;
             drawn.set("plant.step_s", STEP_S)?;
             Plant::draw(&drawn)
         };
         let plants: Result<Vec<Plant>, SceneError> = (0..motors).map(draw).collect();
-        Ok(Self { plants: plants?, seed: scene.seed() })
+        Ok(Self { design: scene.motor_params(), plants: plants?, seed: scene.seed() })
+    }
+
+    /// The bursts to identify, with that amplitude of walks.
+    pub(crate) fn plan(&self, walk_amplitude: f32) -> BurstPlan {
+        BurstPlan::new(&self.design, walk_amplitude)
+    }
+
+    /// The strongest of [`WALK_AMPLITUDES`] at which a walk of 40 cycles repeats as a fine burst does; the weakest if
+    /// none does.
+    fn walk_amplitude(&self) -> f32 {
+        let [strongest, .., weakest] = WALK_AMPLITUDES;
+        let ticks = self.plan(strongest).ticks(DriveMode::C, 10.0, 4);
+        let is_fine = |amplitude: &f32| self.burst(DriveMode::C, *amplitude, ticks).is_fine();
+        WALK_AMPLITUDES.into_iter().find(is_fine).unwrap_or(weakest)
     }
 
     /// The unit of progress: motors times drives.
     pub(crate) fn work(&self) -> u64 {
-        let drives = cruises().len() + Family::ALL.into_iter().map(|f| bursts_of(f).len()).sum::<usize>();
+        let drives = cruises().len() + self.plan(WALK_AMPLITUDES[0]).bursts();
         (drives * self.plants.len()) as u64
     }
 
     /// Identifies the whole map. `progress` gets the number of motors at each drive.
     pub(crate) fn run(&self, progress: &(impl Fn(u64) + Sync)) -> IdentifiedResponseMap {
+        let plan = self.plan(self.walk_amplitude());
         let cruises = cruises().into_iter().map(|(mode, amplitude)| {
             progress(self.plants.len() as u64);
             self.cruise(mode, amplitude)
@@ -161,12 +240,16 @@ impl ResponseMapCampaign {
                 progress(self.plants.len() as u64);
                 self.burst(family.mode(), amplitude, ticks)
             };
-            bursts_of(family).into_iter().map(row).collect()
+            plan.bursts_of(family).into_iter().map(row).collect()
         };
         IdentifiedResponseMap {
             cruises,
             bursts: Family::ALL.into_iter().map(bursts).collect(),
-            step_walk_correlation: self.correlation((0.3, 27), (0.3, 1072)),
+            step_walk_correlation: self.correlation(
+                (0.3, plan.ticks(DriveMode::C, 2.0, 1)),
+                (plan.walk_amplitude, plan.ticks(DriveMode::C, 10.0, 8)),
+            ),
+            design: self.design,
             motors: self.plants.len() as u64,
             seed: self.seed,
         }

@@ -2,7 +2,7 @@
 //! resonances that drift away from the drive, and a jolt of the rotor.
 //!
 //! Faults of the instruments are keys of theirs (`camera.`, `ldv.`). A resonance that has drifted before the start is a
-//! parameter of the motor (`motor.mode_b.frequency_hz`).
+//! parameter of the true motor (`plant.motor.mode_b.frequency_hz`).
 
 use motor_model::{DriveCommand, DriveMode, Time};
 

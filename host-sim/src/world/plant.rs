@@ -1,8 +1,9 @@
 //! The plant: the motor to be controlled. The loop does not know its parameters.
 //!
-//! It has the same physics as the twin, but in `f64`, at a finer step and with parameters drawn within Table 1's
-//! tolerances: an estimator tested on its own model looks better than it is. The generator drives it at the *nominal*
-//! resonances, wherever its own are.
+//! It has the same physics as the twin, but in `f64`, at a finer step and with parameters drawn around the design
+//! (keys `motor.`) within Table 1's tolerances: an estimator tested on its own model looks better than it is. A key
+//! `plant.motor.` sets a parameter of the true motor, whatever the design. The generator drives it at the resonances of
+//! the *design*, wherever its own are.
 //!
 //! Most of the time of a move the rotor is at rest, and a step in sustained contact costs ten times one in flight. With
 //! the drive off and teeth on the rotor the plant may therefore take longer steps ([`Plant::with_rest_steps`]): the
@@ -41,19 +42,15 @@ impl Plant {
     /// # Errors
     /// When the model refuses the scene's parameters.
     pub fn draw(scene: &Scene) -> Result<Self, SceneError> {
-        let params = match scene.choice("plant.parameters") {
-            "drawn" => {
-                let drawn = scene
-                    .motor_params()
-                    .draw(&mut random_streams::stream(scene.seed(), RandomSource::PlantDraw));
-                // What the scene sets is not drawn.
-                scene
-                    .motor_overrides()
-                    .try_fold(drawn, |params, (parameter, value)| params.with(parameter, value))?
-            }
-            _ => scene.motor_params(),
+        let design = scene.motor_params();
+        let around = match scene.choice("plant.parameters") {
+            "drawn" => design.draw(&mut random_streams::stream(scene.seed(), RandomSource::PlantDraw)),
+            _ => design,
         };
-        let nominal = MotorParams::nominal();
+        // What the scene sets of the true motor is not drawn.
+        let params = scene
+            .plant_overrides()
+            .try_fold(around, |params, (parameter, value)| params.with(parameter, value))?;
         let mut variation = random_streams::stream(scene.seed(), RandomSource::AmplitudeVariation);
         let step_s = scene.number("plant.step_s");
         let setup = MotorSetup {
@@ -64,8 +61,8 @@ impl Plant {
                 FrictionLaw::Coulomb
             },
             tuning: DriveTuning::Fixed {
-                b_hz: nominal.get(Parameter::ModeBFrequency),
-                c_hz: nominal.get(Parameter::ModeCFrequency),
+                b_hz: design.get(Parameter::ModeBFrequency),
+                c_hz: design.get(Parameter::ModeCFrequency),
             },
             variation: AmplitudeVariation::draw(&params, &mut variation),
             ..MotorSetup::with_step(step_s)

@@ -6,20 +6,28 @@ use rand_distr::{Distribution, StandardNormal, Uniform};
 use crate::params::{MotorParams, Parameter, Tolerance};
 
 impl MotorParams {
-    /// Another motor of the same make: each parameter drawn about its value here within its [`Tolerance`].
+    /// Another motor of the design whose values these are: each parameter drawn within its [`Tolerance`], which scales
+    /// with the design's value.
     ///
-    /// A normal tolerance is redrawn until it falls within its cut-off (about one draw in twenty is); a uniform one
-    /// covers its range whatever the value here. Values are limited to the parameter's bounds. Every parameter takes
-    /// its draws in the order of [`Parameter::ALL`], so a seed names a motor.
+    /// ```text
+    /// k = |design value / Table 1's value|
+    /// normal:  design value +- k tolerance          uniform:  k low to k high
+    /// ```
+    ///
+    /// A normal tolerance is redrawn until it falls within its cut-off (about one draw in twenty is). Values are limited
+    /// to the parameter's bounds. Every parameter takes its draws in the order of [`Parameter::ALL`], so a seed names a
+    /// motor.
     #[must_use]
     pub fn draw<R: Rng + ?Sized>(&self, rng: &mut R) -> Self {
         let mut drawn = *self;
         for parameter in Parameter::ALL {
             let spec = parameter.spec();
+            let design = self.get(parameter);
+            let scale = (design / spec.nominal).abs();
             let value = match spec.tolerance {
                 Tolerance::Exact => continue,
-                Tolerance::Normal(tolerance) => self.get(parameter) + tolerance * half_normal_within_one(rng),
-                Tolerance::Uniform(low, high) => match Uniform::new_inclusive(low, high) {
+                Tolerance::Normal(tolerance) => design + scale * tolerance * half_normal_within_one(rng),
+                Tolerance::Uniform(low, high) => match Uniform::new_inclusive(scale * low, scale * high) {
                     Ok(uniform) => uniform.sample(rng),
                     Err(_) => continue,
                 },
@@ -56,16 +64,31 @@ mod tests {
     /// A normal of deviation s cut at 2 s has deviation 0.8796 s (1 - 2 * 2 phi(2) / (2 Phi(2) - 1), square root).
     #[test]
     fn law_draws_have_the_tolerance_s_mean_and_deviation() {
+        check_draws(&MotorParams::nominal());
+        // Another design: every toleranced value larger or smaller by another factor, within the parameters' bounds.
+        let toleranced = Parameter::ALL.into_iter().zip([0.5, 1.25, 2.0].into_iter().cycle());
+        let design = toleranced.fold(MotorParams::nominal(), |design, (parameter, factor)| {
+            design.with(parameter, factor * parameter.spec().nominal).unwrap_or(design)
+        });
+        check_draws(&design);
+    }
+
+    fn check_draws(design: &MotorParams) {
         let mut rng = Pcg64::seed_from_u64(7);
-        let nominal = MotorParams::nominal();
         let n = 4000;
-        let draws: [MotorParams; 4000] = core::array::from_fn(|_| nominal.draw(&mut rng));
+        let draws: [MotorParams; 4000] = core::array::from_fn(|_| design.draw(&mut rng));
         for parameter in Parameter::ALL {
             let spec = parameter.spec();
+            let value = design.get(parameter);
+            let scale = (value / spec.nominal).abs();
             let (low, high, mean, sigma) = match spec.tolerance {
-                Tolerance::Exact => (spec.nominal, spec.nominal, spec.nominal, 0.0),
-                Tolerance::Normal(t) => (spec.nominal - t, spec.nominal + t, spec.nominal, 0.5 * 0.8796 * t),
+                Tolerance::Exact => (value, value, value, 0.0),
+                Tolerance::Normal(t) => {
+                    let t = scale * t;
+                    (value - t, value + t, value, 0.5 * 0.8796 * t)
+                }
                 Tolerance::Uniform(low, high) => {
+                    let (low, high) = (scale * low, scale * high);
                     (low, high, 0.5 * (low + high), (high - low) / 12_f64.sqrt())
                 }
             };

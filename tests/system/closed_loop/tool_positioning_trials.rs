@@ -216,10 +216,10 @@ fn tool_outliers_of_the_vibrometer_are_survived() {
 /// more slowly, which the bursts teach.
 #[test]
 fn tool_resonances_that_have_drifted_by_a_percent_are_survived() {
-    check_survived(&["motor.mode_b.frequency_hz=6363", "motor.mode_c.frequency_hz=7534"]);
+    check_survived(&["plant.motor.mode_b.frequency_hz=6363", "plant.motor.mode_c.frequency_hz=7534"]);
     check_survived(&[
-        "motor.mode_b.frequency_hz=6237",
-        "motor.mode_c.frequency_hz=7386",
+        "plant.motor.mode_b.frequency_hz=6237",
+        "plant.motor.mode_c.frequency_hz=7386",
         "position.to_deg=-2",
     ]);
 }

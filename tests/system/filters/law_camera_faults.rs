@@ -268,11 +268,11 @@ fn law_the_order_of_arrival_makes_no_difference() {
 #[test]
 fn law_another_motor_costs_no_honesty() {
     for set in [
-        "motor.mode_b.damping_ratio=0.0126",
-        "motor.mode_b.frequency_hz=6426",
-        "motor.mode_b.frequency_hz=6174",
-        "motor.restitution=0.5",
-        "motor.friction=0.8",
+        "plant.motor.mode_b.damping_ratio=0.0126",
+        "plant.motor.mode_b.frequency_hz=6426",
+        "plant.motor.mode_b.frequency_hz=6174",
+        "plant.motor.restitution=0.5",
+        "plant.motor.friction=0.8",
     ] {
         let mut bench = settled(&[set]);
         let looks = bench.run(B, 200, NONE);

@@ -1,6 +1,7 @@
 //! Keys of the plant: the motor of every command that draws one.
 //!
-//! The command `simulate` draws no motor: it runs the nominal one with the keys of [`super::simulate`].
+//! The registry adds a key `plant.motor.` for each parameter of the motor: the true motor's, where it is not drawn
+//! around the design. The command `simulate` draws no motor: it runs the design with the keys of [`super::simulate`].
 
 use crate::scene::{Kind, Setting};
 
@@ -17,7 +18,7 @@ pub const SETTINGS: &[Setting] = &[
         key: "plant.parameters",
         unit: "",
         kind: Kind::Choice { default: "drawn", of: &["drawn", "nominal"] },
-        meaning: "drawn within Table 1's tolerances by the seed (what a scene sets is kept), or nominal as in simulate",
+        meaning: "drawn around the design (motor.*) by the seed, or the design as in simulate; plant.motor.* are kept",
     },
     Setting {
         key: "plant.impacts",

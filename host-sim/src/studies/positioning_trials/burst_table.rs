@@ -5,7 +5,10 @@ use motor_model::DriveCommand;
 
 use crate::runs::RunError;
 use crate::scene::Scene;
-use crate::studies::response_map::{ResponseMapCampaign, bursts_of};
+use crate::studies::response_map::ResponseMapCampaign;
+
+/// Amplitude of walks, as in the response map of Table 1.
+const WALK_AMPLITUDE: f32 = 0.3;
 
 /// A burst, and how far it turns the nominal motor.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -35,7 +38,7 @@ impl BurstTable {
         let motors = ResponseMapCampaign::new(&scene, 4)?;
         let of_family = |family: Family| {
             let motors = &motors;
-            bursts_of(family).into_iter().map(move |(amplitude, ticks)| {
+            motors.plan(WALK_AMPLITUDE).bursts_of(family).into_iter().map(move |(amplitude, ticks)| {
                 let turn_mdeg = motors.burst(family.mode(), amplitude, ticks).turn_mdeg;
                 TableBurst { command: DriveCommand::saturating(family.mode(), amplitude), ticks, turn_mdeg }
             })

@@ -1,6 +1,6 @@
 //! One trial: its target, what became of it, and the least time that it could take.
 
-use controller::response_map::{ResponseMap, direction};
+use controller::response_map::direction;
 use motor_model::DriveMode;
 use rand_distr::{Distribution, Uniform};
 use serde::Serialize;
@@ -63,8 +63,10 @@ pub fn target(seed: u64) -> (MoveKind, f64) {
 /// The least time that any controller needs.
 pub(super) fn bound_s(scene: &Scene, target_deg: f64) -> f64 {
     let mode = if target_deg > 0.0 { DriveMode::B } else { DriveMode::C };
-    let rate = ResponseMap::table_1()
-        .strongest_cruise(mode, 1.0)
+    let rate = scene
+        .response_map()
+        .ok()
+        .and_then(|map| map.strongest_cruise(mode, 1.0))
         .map_or(f64::INFINITY, |cruise| f64::from(direction(mode) * cruise.rate_rad_s));
     target_deg.abs().to_radians() / rate + measuring_s(scene)
 }

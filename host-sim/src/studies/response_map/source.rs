@@ -100,8 +100,12 @@ impl IdentifiedResponseMap {
 
 /// `value` with four significant digits, as Rust writes an `f32`.
 fn figure(value: f64) -> String {
-    let rounded: f32 = format!("{value:.3e}").parse().unwrap_or_default();
-    format!("{rounded:?}")
+    format!("{:?}", rounded(value))
+}
+
+/// `value` with four significant digits.
+pub(super) fn rounded(value: f64) -> f32 {
+    format!("{value:.3e}").parse().unwrap_or_default()
 }
 
 #[cfg(test)]
@@ -143,6 +147,7 @@ mod tests {
             cruises: map.cruises().iter().map(cruise_row).collect(),
             bursts: Family::ALL.map(|family| map.bursts(family).iter().map(burst_row).collect()).into(),
             step_walk_correlation: map.step_walk_correlation().into(),
+            design: motor_model::MotorParams::nominal(),
             motors: 200,
             seed: 1,
         };

@@ -1,0 +1,106 @@
+//! The file of a response map: written and read again, and refused with the place of what is wrong.
+
+use super::*;
+use proptest::prelude::*;
+
+fn parsed(text: &str) -> Result<ResponseMap, String> {
+    parse_response_map(text, Path::new("map.toml")).map_err(|error| error.one_line())
+}
+
+fn table_1() -> String {
+    response_map_text(ResponseMap::table_1())
+}
+
+#[test]
+fn exact_the_map_of_table_1_survives_its_file() {
+    assert_eq!(parsed(&table_1()).as_ref(), Ok(ResponseMap::table_1()));
+}
+
+#[test]
+fn exact_refusals_name_the_line_and_what_is_wrong() {
+    let text = table_1();
+    let line = |part: &str| text.lines().position(|line| line.contains(part)).unwrap() + 1;
+    for (from, to, at, wrong) in [
+        ("ticks = 67, ", "", line("ticks = 67,"), "missing field `ticks`"),
+        ("ticks = 67, ", "tick = 67, ", line("ticks = 67,"), "unknown field `tick`"),
+        ("ticks = 67, ", "ticks = 95, ", line("ticks = 94,"), "walk row 2: ticks = 94 after 95"),
+        ("ticks = 67, ", "ticks = -1, ", line("ticks = 67,"), "invalid value"),
+        (
+            "rate_rad_s = 3.365,",
+            "rate_rad_s = 0.365,",
+            line("rate_rad_s = 3.365,"),
+            "cruises row 2: rate_rad_s",
+        ),
+        ("rate_rad_s = 3.365,", "rate_rad_s = nan,", line("rate_rad_s = 3.365,"), "rate_rad_s = NaN"),
+        ("rate_rad_s = -1.539,", "rate_rad_s = inf,", line("rate_rad_s = -1.539,"), "cruises row 15"),
+        ("correlation = 0.87", "correlation = 1.5", 2, "step_walk_correlation = 1.5"),
+        ("\"motor.rotor_mass_kg\" = 4.6e-5\n", "", line("[design]"), "the design lacks motor.rotor_mass_kg"),
+        (
+            "\"motor.rotor_mass_kg\" = 4.6e-5",
+            "\"motor.rotor_mass_kg\" = -1.0",
+            line("rotor_mass"),
+            "1e-9 to 1 kg",
+        ),
+        ("motor.rotor_mass_kg", "motor.rotor_mas_kg", line("rotor_mass"), "no parameter"),
+    ] {
+        assert!(text.contains(from), "{from}");
+        let error = parsed(&text.replacen(from, to, 1)).unwrap_err();
+        assert!(
+            error.starts_with(&format!("error: map.toml:{at}:")) && error.contains(wrong),
+            "{at} {wrong}: {error}"
+        );
+    }
+    let without: String =
+        text.lines().filter(|line| !line.starts_with("nudge")).map(|line| format!("{line}\n")).collect();
+    assert!(parsed(&without).is_err());
+    assert!(parsed("").unwrap_err().contains("missing field"));
+}
+
+#[test]
+fn exact_a_map_of_another_design_is_refused() {
+    let mut heavy = crate::Scene::default();
+    heavy.set("motor.rotor_mass_kg", "184e-6").unwrap();
+    let refused = heavy.response_map().unwrap_err().one_line();
+    let expected =
+        "error: the response map is for motor.rotor_mass_kg = 4.6e-5, the design has 1.84e-4; hint: ";
+    assert!(refused.starts_with(expected), "{refused}");
+    let own = parsed(&table_1().replace("rotor_mass_kg\" = 4.6e-5", "rotor_mass_kg\" = 0.000184")).unwrap();
+    assert_eq!(*heavy.with_response_map(own).response_map().unwrap(), own);
+    let nominal = crate::Scene::default().with_response_map(own).response_map().unwrap_err();
+    assert!(matches!(nominal, SceneError::OtherDesign { key: "motor.rotor_mass_kg", .. }), "{nominal}");
+}
+
+proptest! {
+    /// Any finite numbers within their bounds come back bit for bit.
+    #[test]
+    fn law_numbers_survive_the_file(
+        amplitude in 1e-6_f32..=1.0,
+        turn in 1e-12_f32..1.0,
+        sd in 0.0_f32..1.0,
+        mass in 1e-9..1.0,
+    ) {
+        let burst = Burst { amplitude, ticks: 7, turn_rad: turn, motors_sd_rad: sd, repeat_sd_rad: sd * turn };
+        let design = MotorParams::nominal().with(Parameter::RotorMass, mass).unwrap();
+        let map = ResponseMap::try_new(design, &[], [&[burst], &[], &[], &[], &[]], sd).unwrap();
+        prop_assert_eq!(parsed(&response_map_text(&map)), Ok(map));
+    }
+
+    /// A file with any piece of it cut out or overwritten is refused in one line or is a map that keeps the rules.
+    #[test]
+    fn law_any_damage_gives_a_map_or_one_line(from in 0..6000_usize, length in 0..60_usize, new in "[-0-9a-z.={} \n\\[\\]]{0,6}") {
+        let mut text = table_1();
+        let from = from.min(text.len());
+        let to = (from + length).min(text.len());
+        text.replace_range(from..to, &new);
+        match parsed(&text) {
+            Ok(map) => prop_assert_eq!(parsed(&response_map_text(&map)), Ok(map)),
+            Err(error) => prop_assert_eq!(error.lines().count(), 1),
+        }
+    }
+
+    #[test]
+    fn law_any_text_is_refused_in_one_line(text in "\\PC*|(\\[?[a-z_.]{0,12}\\]? ?=? ?[0-9a-z\".'\\[{-]{0,6}\n){0,4}") {
+        let error = parsed(&text).unwrap_err();
+        prop_assert_eq!(error.lines().count(), 1);
+    }
+}
