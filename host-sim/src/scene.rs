@@ -140,10 +140,10 @@ impl Scene {
     fn value(&self, key: &'static str) -> Value {
         #[cfg(test)]
         self.reads.read(key);
-        self.set.get(key).copied().unwrap_or_else(|| {
-            let setting = registry().find(|setting| setting.key == key);
-            setting.unwrap_or_else(|| panic!("{key} is in no table of settings")).default()
-        })
+        match self.set.get(key) {
+            Some(value) => *value,
+            None => setting::find(key).default().unwrap_or_else(|other| self.value(other)),
+        }
     }
 
     /// The value of a number.

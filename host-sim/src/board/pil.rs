@@ -34,6 +34,7 @@ use serde::Serialize;
 
 use crate::board::BoardError;
 use crate::runs::closed_loop::{ClosedLoop, PositioningMoment};
+use crate::runs::filter;
 use crate::runs::position::{self, MoveOutcome};
 use crate::runs::tick_driver::TickMeasurements;
 use crate::scene::Scene;
@@ -130,7 +131,7 @@ pub(crate) fn acknowledgement(message: &HostMessage) -> BoardMessage {
 
 fn configuration(scene: &Scene) -> Configuration {
     Configuration {
-        filter: match scene.choice("estimator.filter") {
+        filter: match filter::chosen(scene) {
             "impact_aided" => FilterKind::ImpactAided,
             "twin" => FilterKind::Twin,
             _ => FilterKind::ConstantRate,

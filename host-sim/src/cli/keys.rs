@@ -37,13 +37,7 @@ fn table(settings: impl Iterator<Item = Setting>) -> String {
     let header = ["key", "default", "unit", "bounds", "tolerance", "origin", "read by", "meaning"];
     let mut table = Table::new(&header);
     for setting in settings {
-        let (default, bounds) = match setting.kind {
-            Kind::Number { default, min, max } => {
-                (plain(default), format!("{} to {}", plain(min), plain(max)))
-            }
-            Kind::Integer { default, min, max } => (default.to_string(), format!("{min} to {max}")),
-            Kind::Choice { default, of } => (default.to_owned(), of.join("|")),
-        };
+        let (default, bounds) = default_and_bounds(setting.kind);
         let parameter = Parameter::from_key(setting.key).map(Parameter::spec);
         let tolerance = parameter.map_or_else(String::new, |spec| tolerance(spec.tolerance));
         let origin = parameter.map_or("", |spec| origin(spec.origin)).to_owned();
@@ -51,6 +45,16 @@ fn table(settings: impl Iterator<Item = Setting>) -> String {
         table.push(vec![key, default, unit, bounds, tolerance, origin, read_by(setting.key), meaning]);
     }
     table.text()
+}
+
+/// The value when nothing sets it, and the values that it takes.
+fn default_and_bounds(kind: Kind) -> (String, String) {
+    match kind {
+        Kind::Number { default, min, max } => (plain(default), format!("{} to {}", plain(min), plain(max))),
+        Kind::Integer { default, min, max } => (default.to_string(), format!("{min} to {max}")),
+        Kind::Choice { default, of } => (default.to_owned(), of.join("|")),
+        Kind::As { key } => (format!("as {key}"), default_and_bounds(kind.resolved()).1),
+    }
 }
 
 /// How far a motor's parameter may be off its nominal value.
@@ -103,5 +107,8 @@ mod tests {
         let line = table.lines().find(|line| line.starts_with("motor.stator_mass_kg ")).unwrap();
         let words: Vec<&str> = line.split_whitespace().collect();
         assert_eq!(words[1..8], ["1.07e-5", "kg", "1e-9", "to", "1", "+-1e-6", "calculated"]);
+        let line = table.lines().find(|line| line.starts_with("estimator.assumed.camera.noise_m ")).unwrap();
+        let words: Vec<&str> = line.split_whitespace().collect();
+        assert_eq!(words[1..7], ["as", "camera.noise_m", "m", "0", "to", "0.001"]);
     }
 }

@@ -10,7 +10,8 @@ use crate::scene::{SceneError, registry};
 pub(super) struct Reader {
     /// Name on the command line.
     pub command: &'static str,
-    /// Keys, and first words of keys: `seed`, `motor` for every `motor.*`.
+    /// Keys, and first words of keys: `seed`, `motor` for every `motor.*`, `estimator.assumed` for every
+    /// `estimator.assumed.*`.
     reads: &'static [&'static str],
     /// Keys, and first words of keys, whose values come from the command itself.
     overwrites: &'static [&'static str],
@@ -30,10 +31,10 @@ pub(super) const READERS: [Reader; 9] = [
         "calibrate",
         &["seed", "motor", "plant", "camera", "ldv", "gyroscope", "fault", "estimator", "calibrate"],
     ),
-    reader("estimate", &["seed", "motor", "plant", "camera", "ldv", "fault"]),
+    reader("estimate", &["seed", "motor", "plant", "camera", "ldv", "fault", "estimator.assumed"]),
     Reader {
         overwrites: &["ldv.sample_rate_hz"],
-        ..reader("filters", &["seed", "motor", "plant", "camera", "ldv", "fault"])
+        ..reader("filters", &["seed", "motor", "plant", "camera", "ldv", "fault", "estimator.assumed"])
     },
     Reader {
         overwrites: &["position"],

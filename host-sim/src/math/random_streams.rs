@@ -39,6 +39,10 @@ pub enum RandomSource {
     Target = 14,
     /// Random deviations of the averaged motor.
     AveragedMotion = 15,
+    /// Jitter of the camera's frames.
+    CameraClock = 16,
+    /// Jitter of the vibrometer's samples.
+    LdvClock = 17,
     /// A gyroscope's scale factor and bias.
     GyroscopeDraw = 20,
     /// Its angle random walk.
@@ -119,6 +123,8 @@ mod tests {
             RandomSource::LdvOutlier,
             RandomSource::GenieKicks,
             RandomSource::Target,
+            RandomSource::CameraClock,
+            RandomSource::LdvClock,
             RandomSource::GyroscopeDraw,
             RandomSource::GyroscopeWalk,
             RandomSource::GyroscopeInstability,

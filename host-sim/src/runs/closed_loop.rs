@@ -48,7 +48,7 @@ pub fn tuning(scene: &Scene) -> PositioningTuning {
 /// The positioning loop of a scene.
 ///
 /// # Errors
-/// When the model refuses the plant, the plant's step does not divide a period, or the response map is for another
+/// When the model refuses the plant, the rig its instruments or the plant's step, or the response map is for another
 /// design.
 pub fn positioning(scene: &Scene, target: Target, tuning: PositioningTuning) -> Result<ClosedLoop, RunError> {
     let position_loop =
@@ -59,7 +59,7 @@ pub fn positioning(scene: &Scene, target: Target, tuning: PositioningTuning) -> 
 /// The loop of a scene that holds a rate.
 ///
 /// # Errors
-/// When the model refuses the plant, the plant's step does not divide a period, or the response map is for another
+/// When the model refuses the plant, the rig its instruments or the plant's step, or the response map is for another
 /// design.
 pub fn rate(scene: &Scene, hold: RateHold) -> Result<ClosedRateLoop, RunError> {
     Ok(TickDriver::new(scene, RateLoop::new(AnyFilter::of(scene)?, scene.response_map()?, hold))?)

@@ -10,6 +10,14 @@ use crate::scene::Scene;
 pub use crate::scene::keys::estimator::FILTERS;
 use crate::world::instruments::assumed;
 
+/// The filter that a scene picks, by name: `best` is the best that the assumed instruments allow.
+pub fn chosen(scene: &Scene) -> &'static str {
+    match scene.choice("estimator.filter") {
+        "best" => assumed(scene).best_filter().name(),
+        name => name,
+    }
+}
+
 /// How far back a smoothed estimate lies, in ms.
 pub const SMOOTHER_LAG_MS: u64 = 2;
 
@@ -30,7 +38,7 @@ impl<T: Real> AnyFilter<T> {
     /// # Errors
     /// When the model refuses the motor.
     pub fn of(scene: &Scene) -> Result<Self, OutOfBounds> {
-        Self::named(scene.choice("estimator.filter"), scene)
+        Self::named(chosen(scene), scene)
     }
 
     /// The filter of this name, the simplest for any other word: for the design of the motor and the instruments that
@@ -98,5 +106,24 @@ impl<T: Real> AngleFilter<T> for AnyFilter<T> {
 
     fn health(&self, now: Time) -> Health {
         self.get().health(now)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn exact_the_best_filter_is_that_of_the_assumed_instruments() {
+        for (sets, name) in [
+            (&[][..], "twin"),
+            (&["ldv.installed=no"], "constant_rate"),
+            (&["estimator.assumed.ldv.installed=no"], "constant_rate"),
+            (&["estimator.filter=impact_aided"], "impact_aided"),
+            (&["ldv.installed=no", "estimator.filter=twin"], "twin"),
+        ] {
+            let sets: Vec<String> = sets.iter().map(|&set: &&str| set.to_owned()).collect();
+            assert_eq!(chosen(&Scene::load(None, &sets).unwrap()), name, "{sets:?}");
+        }
     }
 }

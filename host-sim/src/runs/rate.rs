@@ -25,6 +25,7 @@ use motor_model::{DriveMode, Time, math};
 
 use crate::runs::RunError;
 use crate::runs::closed_loop;
+use crate::runs::filter;
 use crate::scene::Scene;
 pub use outcome::RateOutcome;
 pub use picture::{RatePoint, svg};
@@ -112,6 +113,7 @@ impl RateSums {
             following_rms_deg: root(self.following_deg2),
             ripple_rms_deg_s: root(self.ripple_deg2_s2),
             estimate_rms_mdeg: root(self.estimate_mdeg2),
+            filter: filter::chosen(scene),
             saturated: self.saturated / self.ticks.max(1.0),
             range,
             seed: scene.seed(),

@@ -112,7 +112,7 @@ impl<P: TickProgram> TickDriver<P> {
     /// The rig of a scene, at rest, with the drive off.
     ///
     /// # Errors
-    /// When the model refuses the plant, or the plant's step does not divide a period.
+    /// When the model refuses the plant, or the rig its instruments or the plant's step.
     pub fn new(scene: &Scene, program: P) -> Result<Self, SceneError> {
         let rig = Rig::new(scene)?;
         Ok(Self {

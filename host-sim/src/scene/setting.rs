@@ -48,6 +48,25 @@ pub enum Kind {
         /// The words allowed.
         of: &'static [&'static str],
     },
+    /// The values that another setting takes.
+    As {
+        /// Key of the other setting. Its value is this one's when nothing sets this one.
+        key: &'static str,
+    },
+}
+
+impl Kind {
+    /// What values it takes: of the other setting, where it takes those of another.
+    ///
+    /// # Panics
+    /// When the other key is in no table: a slip in the program.
+    #[must_use]
+    pub fn resolved(self) -> Self {
+        match self {
+            Self::As { key } => find(key).kind.resolved(),
+            other => other,
+        }
+    }
 }
 
 /// The setting of every command that takes a scene.
@@ -95,6 +114,15 @@ pub(super) fn plant_key(parameter: Parameter) -> &'static str {
     KEYS[parameter as usize]
 }
 
+/// The setting of `key`.
+///
+/// # Panics
+/// When there is none: a slip in the program.
+pub(super) fn find(key: &str) -> Setting {
+    let setting = registry().find(|setting| setting.key == key);
+    setting.unwrap_or_else(|| panic!("{key} is in no table of settings"))
+}
+
 /// A value that a setting takes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Value {
@@ -104,12 +132,13 @@ pub(super) enum Value {
 }
 
 impl Setting {
-    /// The value when nothing sets it.
-    pub(super) fn default(&self) -> Value {
+    /// The value when nothing sets it, or the key whose value it is then.
+    pub(super) fn default(&self) -> Result<Value, &'static str> {
         match self.kind {
-            Kind::Number { default, .. } => Value::Number(default),
-            Kind::Integer { default, .. } => Value::Integer(default),
-            Kind::Choice { default, .. } => Value::Choice(default),
+            Kind::Number { default, .. } => Ok(Value::Number(default)),
+            Kind::Integer { default, .. } => Ok(Value::Integer(default)),
+            Kind::Choice { default, .. } => Ok(Value::Choice(default)),
+            Kind::As { key } => Err(key),
         }
     }
 
@@ -122,7 +151,7 @@ impl Setting {
             bounds,
             unit: self.unit,
         };
-        match self.kind {
+        match self.kind.resolved() {
             Kind::Number { min, max, .. } => match text.parse::<f64>() {
                 Ok(number) if !number.is_nan() => {
                     Ok(Value::Number(OutOfBounds::check(self.key, number, min, max, self.unit)?))
@@ -145,6 +174,8 @@ impl Setting {
                 Some(word) => Ok(Value::Choice(word)),
                 None => Err(SceneError::NotAChoice { key: self.key.to_owned(), value: text.to_owned(), of }),
             },
+            // Resolved before.
+            Kind::As { key } => find(key).parse(text),
         }
     }
 }

@@ -27,10 +27,11 @@ fn exact_keys_are_unique() {
 #[test]
 fn exact_defaults_are_values_that_could_be_set() {
     for setting in registry() {
-        let text = match setting.kind {
+        let text = match setting.kind.resolved() {
             Kind::Number { default, .. } => default.to_string(),
             Kind::Integer { default, .. } => default.to_string(),
             Kind::Choice { default, .. } => default.to_owned(),
+            Kind::As { key } => panic!("{key} is not resolved"),
         };
         assert!(setting.parse(&text).is_ok(), "{} = {text}", setting.key);
     }
@@ -51,6 +52,28 @@ fn exact_later_sources_win() {
     assert_eq!(scene.seed(), 9);
     scene.set("seed", "18446744073709551615").unwrap();
     assert_eq!(scene.seed(), u64::MAX);
+}
+
+/// A key that is as another follows it until it is set itself, and has its bounds under its own name.
+#[test]
+fn exact_a_key_that_is_as_another_follows_it() {
+    let mut scene = Scene::default();
+    let late = |scene: &Scene| {
+        ["camera.latency_frames", "estimator.assumed.camera.latency_frames"].map(|key| scene.integer(key))
+    };
+    assert_eq!(late(&scene), [1, 1]);
+    scene.set("camera.latency_frames", "4").unwrap();
+    assert_eq!(late(&scene), [4, 4]);
+    scene.set("estimator.assumed.camera.latency_frames", "2").unwrap();
+    assert_eq!(late(&scene), [4, 2]);
+    assert_eq!(
+        refused(&["estimator.assumed.camera.noise_m=1"]),
+        "error: estimator.assumed.camera.noise_m = 1 is outside its bounds 0 to 0.001 m"
+    );
+    assert_eq!(
+        refused(&["estimator.assumed.ldv.installed=maybe"]),
+        "error: estimator.assumed.ldv.installed = maybe is none of yes, no"
+    );
 }
 
 #[test]
@@ -99,13 +122,14 @@ proptest! {
         let setting = registry().nth(index).unwrap();
         let mut scene = Scene::default();
         if scene.set(setting.key, &value).is_ok() {
-            match setting.kind {
+            match setting.kind.resolved() {
                 Kind::Number { min, max, .. } => {
                     let number = scene.number(setting.key);
                     prop_assert!(number.is_finite() && number >= min && number <= max);
                 }
                 Kind::Integer { min, max, .. } => prop_assert!((min..=max).contains(&scene.integer(setting.key))),
                 Kind::Choice { of, .. } => prop_assert!(of.contains(&scene.choice(setting.key))),
+                Kind::As { key } => prop_assert!(false, "{key} is not resolved"),
             }
         } else {
             prop_assert_eq!(scene, Scene::default());
@@ -115,7 +139,7 @@ proptest! {
     #[test]
     fn law_every_number_within_bounds_is_accepted(index in 0..registry().count(), part in 0.0..=1.0_f64) {
         let setting = registry().nth(index).unwrap();
-        if let Kind::Number { min, max, .. } = setting.kind {
+        if let Kind::Number { min, max, .. } = setting.kind.resolved() {
             let number: f64 = f64::min(min + part * (max - min), max);
             let mut scene = Scene::default();
             scene.set(setting.key, &number.to_string()).unwrap();

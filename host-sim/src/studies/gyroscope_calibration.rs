@@ -36,6 +36,7 @@ use rayon::prelude::*;
 use crate::math::allan_deviation;
 use crate::math::count::real;
 use crate::runs::RunError;
+use crate::runs::filter;
 use crate::scene::{Scene, SceneError};
 use crate::world::instruments::gyroscope::Gyroscope;
 use crate::world::instruments::gyroscope::noise::SECONDS_PER_HOUR;
@@ -68,6 +69,8 @@ pub struct Calibrations {
     pub outcomes: Vec<CalibrationOutcome>,
     /// Motors that they are spread over.
     pub motors: u64,
+    /// The filter whose angle is the reference.
+    pub filter: &'static str,
     schedule: TurnSchedule,
 }
 
@@ -115,6 +118,7 @@ impl CalibrationPlan {
             allan_deg_h: at_rest(&self.scene),
             outcomes,
             motors: self.motors,
+            filter: filter::chosen(&self.scene),
             schedule: self.schedule,
         })
     }

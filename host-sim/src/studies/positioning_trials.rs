@@ -44,7 +44,7 @@ use rayon::prelude::*;
 
 use crate::runs::RunError;
 use crate::runs::closed_loop;
-use crate::runs::filter::FILTERS;
+use crate::runs::filter::{self, FILTERS};
 use crate::runs::position;
 use crate::scene::Scene;
 use baselines::BaselineRule;
@@ -129,7 +129,7 @@ impl PositioningTrialsPlan {
     /// When the scene is refused.
     pub fn others(scene: &Scene, trials: u64) -> Result<Vec<Self>, RunError> {
         let strategies = Strategy::ALL.into_iter().skip(1).map(|strategy| Self::new(scene, strategy, trials));
-        let chosen = scene.choice("estimator.filter");
+        let chosen = filter::chosen(scene);
         let filters = FILTERS.iter().filter(|filter| **filter != chosen).map(|filter| {
             let mut other = scene.clone();
             other.set("estimator.filter", filter)?;
@@ -156,7 +156,7 @@ impl PositioningTrialsPlan {
         let numbers: Vec<u64> = (0..self.trials).collect();
         let trials: Result<Vec<PositioningTrial>, RunError> =
             numbers.into_par_iter().with_max_len(1).map(trial).collect();
-        let filter = self.scene.choice("estimator.filter");
+        let filter = filter::chosen(&self.scene);
         Ok(StrategyTrials { strategy: self.strategy, filter, trials: trials? })
     }
 

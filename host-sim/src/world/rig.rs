@@ -1,8 +1,11 @@
 //! The rig: a plant and the instruments that look at it.
 //!
 //! ```text
-//! every plant step:  the motor moves under the command applied; instruments that are due look at it
+//! every plant step:  the motor moves under the command applied;
+//!                    the instruments see its path, and measure at the instants at which they are due
 //! ```
+//!
+//! Instruments keep their own clocks ([`crate::world::event_clock`]). Only the loop's tick is a whole number of steps.
 
 use controller::PositionLoop;
 use estimator::{CameraFrame, LdvSample};
@@ -10,60 +13,40 @@ use motor_model::{DriveCommand, Impacts, MotorState, Time};
 
 use crate::scene::{Scene, SceneError};
 use crate::world::faults::MotorFaults;
-use crate::world::instruments::{Camera, Ldv};
+use crate::world::instruments::{self, Camera, Ldv};
 use crate::world::plant::Plant;
-
-/// How many plant steps lie between two events of each kind.
-#[derive(Clone, Copy, Debug)]
-struct EventSteps {
-    tick: u64,
-    camera: u64,
-    ldv: u64,
-    /// Steps that the plant may take as one at rest.
-    rest: u64,
-}
+use crate::world::rotor_path::{RotorPath, RotorPoint};
 
 /// Longest step of a plant at rest in s: a period of the default vibrometer, and one step of sustained contact.
 const REST_STEP_S: f64 = 5e-6;
 
-impl EventSteps {
-    fn new(scene: &Scene) -> Result<Self, SceneError> {
-        let step_s = scene.number("plant.step_s");
-        let steps_in = |what: &str, period_s: f64| {
-            let steps = (period_s / step_s).round();
-            if steps >= 1.0 && (steps * step_s - period_s).abs() < 1e-9 * period_s {
-                #[expect(
-                    clippy::cast_possible_truncation,
-                    clippy::cast_sign_loss,
-                    reason = "at least 1, at most 1e7"
-                )]
-                Ok(steps as u64)
-            } else {
-                Err(SceneError::Conflict {
-                    conflict: format!(
-                        "plant.step_s = {step_s:e} s does not divide the period of {what}, {period_s:e} s"
-                    ),
-                    hint: "a step of 1e-6, 5e-7 or 2.5e-7 s divides all default periods".to_owned(),
-                })
-            }
-        };
-        #[expect(clippy::cast_precision_loss, reason = "a period is far below 2^53 ns")]
-        let tick_s = PositionLoop::TICK_NANOS as f64 * 1e-9;
-        let tick = steps_in("the loop", tick_s)?;
-        let camera = steps_in("the camera", 1.0 / scene.number("camera.frame_rate_hz"))?;
-        let ldv = steps_in("the vibrometer", 1.0 / scene.number("ldv.sample_rate_hz"))?;
-        let between = divisor(tick, divisor(camera, ldv));
-        #[expect(clippy::cast_precision_loss, reason = "a few steps")]
-        let short = between as f64 * step_s <= REST_STEP_S * (1.0 + 1e-9);
-        // A blurred frame is the mean over every step.
-        let rest = if short && scene.number("camera.exposure_frames") <= 0.0 { between } else { 1 };
-        Ok(Self { tick, camera, ldv, rest })
+/// Steps of the plant in a tick of the loop.
+fn tick_steps(step_s: f64) -> Result<u64, SceneError> {
+    #[expect(clippy::cast_precision_loss, reason = "10,000 ns")]
+    let tick_s = PositionLoop::TICK_NANOS as f64 * 1e-9;
+    let steps = (tick_s / step_s).round();
+    if steps >= 1.0 && (steps * step_s - tick_s).abs() < 1e-9 * tick_s {
+        #[expect(
+            clippy::cast_possible_truncation,
+            clippy::cast_sign_loss,
+            reason = "at least 1, at most 1e3"
+        )]
+        Ok(steps as u64)
+    } else {
+        Err(SceneError::Conflict {
+            conflict: format!(
+                "plant.step_s = {step_s:e} s does not divide the period of the loop, {tick_s:e} s"
+            ),
+            hint: "a step of 1e-6, 5e-7 or 2.5e-7 s does".to_owned(),
+        })
     }
 }
 
-/// Greatest common divisor.
-const fn divisor(a: u64, b: u64) -> u64 {
-    if b == 0 { a } else { divisor(b, a % b) }
+/// Steps that a plant at rest may take as one: the most that divide a tick and are not longer than [`REST_STEP_S`].
+fn rest_steps(step_s: f64, tick_steps: u64) -> u64 {
+    #[expect(clippy::cast_precision_loss, reason = "at most 1e3")]
+    let short = |steps: &u64| *steps as f64 * step_s <= REST_STEP_S * (1.0 + 1e-9);
+    (1..=tick_steps).filter(|steps| tick_steps.is_multiple_of(*steps)).filter(short).max().unwrap_or(1)
 }
 
 /// Plant and instruments.
@@ -72,7 +55,12 @@ pub struct Rig {
     plant: Plant,
     camera: Camera,
     ldv: Ldv,
-    event_steps: EventSteps,
+    tick_steps: u64,
+    rest_steps: u64,
+    /// The rotor at the end of the last step.
+    seen: RotorPoint,
+    /// When an instrument is to be shown the rotor next.
+    due: Time,
     faults: Option<MotorFaults>,
 }
 
@@ -80,24 +68,22 @@ impl Rig {
     /// The rig of a scene.
     ///
     /// # Errors
-    /// When the model refuses the plant, or the plant's step does not divide a period.
+    /// When the model refuses the plant, the plant's step does not divide the loop's period, or settings of the
+    /// instruments do not go together.
     pub fn new(scene: &Scene) -> Result<Self, SceneError> {
-        let event_steps = EventSteps::new(scene)?;
-        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "at most 1e8 ns")]
-        let camera_nanos = (1e9 / scene.number("camera.frame_rate_hz")).round() as u64;
-        let plant = Plant::draw(scene)?.with_rest_steps(event_steps.rest)?;
+        let step_s = scene.number("plant.step_s");
+        let tick_steps = tick_steps(step_s)?;
+        let rest_steps = rest_steps(step_s, tick_steps);
+        instruments::check(scene)?;
+        let plant = Plant::draw(scene)?.with_rest_steps(rest_steps)?;
         let faults = MotorFaults::of(scene);
         // What the model would refuse at the end of a drift is refused before the start.
         if let Some(faults) = &faults {
             plant.clone().detune(faults.drift())?;
         }
-        Ok(Self {
-            plant,
-            camera: Camera::new(scene, camera_nanos, 1e9 * scene.number("plant.step_s")),
-            ldv: Ldv::new(scene),
-            event_steps,
-            faults,
-        })
+        let (seen, due) = (RotorPoint::of(&plant), Time::ZERO);
+        let (camera, ldv) = (Camera::new(scene), Ldv::new(scene));
+        Ok(Self { plant, camera, ldv, tick_steps, rest_steps, seen, due, faults })
     }
 
     /// The plant.
@@ -120,37 +106,47 @@ impl Rig {
         command: DriveCommand,
         mut observe: impl FnMut(&MotorState<f64>, Time, &Impacts<f64>, &Plant),
     ) {
-        for _ in 0..self.event_steps.tick {
+        for _ in 0..self.tick_steps {
             let (before, at) = (*self.plant.state(), self.plant.now());
             let impacts = self.step(command);
             observe(&before, at, &impacts, &self.plant);
         }
     }
 
-    /// A tick of the loop under `command`, seen by the instruments that are due. At rest the plant takes one step from
-    /// one instant at which an instrument is due to the next.
+    /// A tick of the loop under `command`, seen by the instruments that are due. At rest the plant takes long steps,
+    /// where the vibrometer, which sees the ringing teeth, is not due within one.
     pub fn tick(&mut self, command: DriveCommand) {
-        let end = self.plant.state().steps + self.event_steps.tick;
+        let end = self.plant.state().steps + self.tick_steps;
         while self.plant.state().steps < end {
             let command = self.faulty(command);
-            let due = self.plant.state().steps.is_multiple_of(self.event_steps.rest);
-            if !(due && command == DriveCommand::OFF && self.plant.rest_step()) {
+            if !(command == DriveCommand::OFF && self.may_rest() && self.plant.rest_step()) {
                 self.plant.step(command);
             }
             self.show();
         }
     }
 
-    /// The instruments that are due look at the plant.
+    /// Whether a long step may begin.
+    fn may_rest(&self) -> bool {
+        self.plant.state().steps.is_multiple_of(self.rest_steps)
+            && self.ldv.due() >= self.plant.time_after(self.rest_steps)
+    }
+
+    /// Shows the last step to the instruments that are due.
+    #[inline]
     fn show(&mut self) {
-        let (now, steps, rotor) = (self.plant.now(), self.plant.state().steps, self.plant.state().rotor);
-        self.camera.look(rotor.angle.angle());
-        if steps.is_multiple_of(self.event_steps.ldv) {
-            self.ldv.sample(now, rotor.velocity_m_s);
+        let until = RotorPoint::of(&self.plant);
+        if until.at >= self.due {
+            let path = RotorPath { from: self.seen, until };
+            if until.at >= self.ldv.due() {
+                self.ldv.follow(&path);
+            }
+            if until.at >= self.camera.due() {
+                self.camera.follow(&path);
+            }
+            self.due = self.camera.due().min(self.ldv.due());
         }
-        if steps.is_multiple_of(self.event_steps.camera) {
-            self.camera.expose(now, rotor.angle.angle());
-        }
+        self.seen = until;
     }
 
     /// The command that reaches the coil. Applies the jolt and the drift of the resonances when they are due.
@@ -178,3 +174,6 @@ impl Rig {
         self.ldv.read()
     }
 }
+
+#[cfg(test)]
+mod tests;

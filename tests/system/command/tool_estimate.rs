@@ -185,7 +185,8 @@ fn tool_bad_arguments_are_refused_in_one_line() {
             ["--set", "camera.drop_probability=1.5"],
             "camera.drop_probability = 1.5 is outside its bounds 0 to 1",
         ),
-        (["--set", "camera.frame_rate_hz=7000"], "does not divide the period of the camera"),
+        (["--set", "plant.step_s=3e-6"], "does not divide the period of the loop"),
+        (["--set", "ldv.bits=12"], "ldv.bits = 12 needs a range, and ldv.range_m_s = 0 is none"),
         (["--runs", "3"], "--runs"),
     ] {
         refuses(folder.path(), &[["estimate"].as_slice(), &arguments].concat(), &["error: ", words]);

@@ -33,6 +33,8 @@ pub struct MoveOutcome {
     pub rms_estimate_error_moving_mdeg: f64,
     /// Largest true angle beyond the target, at least 0.
     pub overshoot_deg: f64,
+    /// The filter that ran.
+    pub filter: &'static str,
     /// Why the controller gave up; `null` if it did not.
     pub stopped: Option<String>,
     /// The same as a sentence; `null` if it did not.
@@ -86,6 +88,7 @@ impl fmt::Display for MoveOutcome {
         }
         writeln!(f, "drive              {} switches, {:.4} s on", self.drive_switches, self.drive_on_s)?;
         writeln!(f, "overshoot          {:.4} deg", self.overshoot_deg)?;
+        writeln!(f, "filter             {}", self.filter)?;
         writeln!(
             f,
             "estimator error    {:.2} mdeg rms, {:.2} while moving",

@@ -9,6 +9,7 @@ use super::MoveOutcome;
 use super::waits::Waits;
 use crate::math::statistics::MeanSquare;
 use crate::runs::closed_loop::PositioningMoment;
+use crate::runs::filter;
 use crate::scene::Scene;
 
 /// The values of a tick that are summed.
@@ -112,6 +113,7 @@ impl MoveSums {
             rms_estimate_error_mdeg: self.square_mdeg2.root(),
             rms_estimate_error_moving_mdeg: self.square_moving_mdeg2.root(),
             overshoot_deg: self.overshoot_deg,
+            filter: filter::chosen(scene),
             stopped: None,
             reason: None,
             hint: None,

@@ -27,6 +27,8 @@ pub struct RateOutcome {
     pub ripple_rms_deg_s: f64,
     /// Root mean square of the estimated less the true angle.
     pub estimate_rms_mdeg: f64,
+    /// The filter that ran.
+    pub filter: &'static str,
     /// Share of the time at full drive: near 1 the motor cannot do more.
     pub saturated: f64,
     /// The range of this motor at full drive.
@@ -57,6 +59,7 @@ impl fmt::Display for RateOutcome {
         )?;
         writeln!(f, "following          {:.3} deg rms off the reference angle", self.following_rms_deg)?;
         writeln!(f, "ripple             {:.1} deg/s rms", self.ripple_rms_deg_s)?;
+        writeln!(f, "filter             {}", self.filter)?;
         writeln!(f, "estimator error    {:.2} mdeg rms", self.estimate_rms_mdeg)?;
         writeln!(f, "at full drive      {:.1} % of the time", 100.0 * self.saturated)?;
         let RateRange { clockwise_deg_s, counter_clockwise_deg_s } = self.range;

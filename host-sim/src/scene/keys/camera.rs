@@ -11,6 +11,19 @@ pub const SETTINGS: &[Setting] = &[
         meaning: "frames a second",
     },
     Setting {
+        key: "camera.phase_frames",
+        unit: "",
+        kind: Kind::Number { default: 0.0, min: 0.0, max: 1.0 },
+        meaning: "part of a frame period by which all frames come later than whole periods from the start",
+    },
+    Setting {
+        key: "camera.period_jitter_s",
+        unit: "s",
+        kind: Kind::Number { default: 0.0, min: 0.0, max: 1e-2 },
+        meaning: "standard deviation of a frame's instant about even ones, at most a tenth of a period; its time stamp \
+                  is right",
+    },
+    Setting {
         key: "camera.tracking_radius_m",
         unit: "m",
         kind: Kind::Number { default: 3.9e-3, min: 1e-4, max: 1e-1 },
@@ -32,7 +45,13 @@ pub const SETTINGS: &[Setting] = &[
         key: "camera.latency_frames",
         unit: "",
         kind: Kind::Integer { default: 1, min: 0, max: 1000 },
-        meaning: "frames between exposure and arrival",
+        meaning: "frame periods between the end of the exposure and the arrival",
+    },
+    Setting {
+        key: "camera.latency_s",
+        unit: "s",
+        kind: Kind::Number { default: 0.0, min: 0.0, max: 1.0 },
+        meaning: "time between the end of the exposure and the arrival, added to camera.latency_frames",
     },
     Setting {
         key: "camera.exposure_frames",

@@ -11,8 +11,7 @@ pub const SETTINGS: &[Setting] = &[
         key: "plant.step_s",
         unit: "s",
         kind: Kind::Number { default: 1e-6, min: 1e-8, max: 1e-5 },
-        meaning: "step of the plant; must divide the loop's 10 us and the instruments' periods; simulate has \
-                  simulate.step_s",
+        meaning: "step of the plant; must divide the loop's 10 us; simulate has simulate.step_s",
     },
     Setting {
         key: "plant.parameters",

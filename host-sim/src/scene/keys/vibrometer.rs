@@ -5,10 +5,29 @@ use crate::scene::{Kind, Setting};
 /// The vibrometer's settings.
 pub const SETTINGS: &[Setting] = &[
     Setting {
+        key: "ldv.installed",
+        unit: "",
+        kind: Kind::Choice { default: "yes", of: &["yes", "no"] },
+        meaning: "whether there is a vibrometer",
+    },
+    Setting {
         key: "ldv.sample_rate_hz",
         unit: "Hz",
         kind: Kind::Number { default: 200_000.0, min: 10_000.0, max: 1e6 },
         meaning: "samples a second",
+    },
+    Setting {
+        key: "ldv.phase_samples",
+        unit: "",
+        kind: Kind::Number { default: 0.0, min: 0.0, max: 1.0 },
+        meaning: "part of a sample period by which all samples come later than whole periods from the start",
+    },
+    Setting {
+        key: "ldv.period_jitter_s",
+        unit: "s",
+        kind: Kind::Number { default: 0.0, min: 0.0, max: 1e-5 },
+        meaning: "standard deviation of a sample's instant about even ones, at most a tenth of a period; its time \
+                  stamp is right",
     },
     Setting {
         key: "ldv.noise_m_s",
@@ -45,6 +64,12 @@ pub const SETTINGS: &[Setting] = &[
         unit: "m/s",
         kind: Kind::Number { default: 0.0, min: 0.0, max: 100.0 },
         meaning: "speed at which samples saturate; 0 for no limit",
+    },
+    Setting {
+        key: "ldv.bits",
+        unit: "",
+        kind: Kind::Integer { default: 0, min: 0, max: 24 },
+        meaning: "bits of a sample, 6 to 24: steps of 2 ldv.range_m_s / 2^bits; 0 for no steps",
     },
     Setting {
         key: "ldv.gain_error",

@@ -105,7 +105,11 @@ impl Calibrations {
             Block::Heading("Calibration of a gyroscope".to_owned()),
             Block::Table(first.table()),
             Block::Paragraph(ABOUT.to_owned()),
-            Block::Paragraph(first.remarks()),
+            Block::Paragraph(format!(
+                "{} The reference is the angle of the filter {}.",
+                first.remarks(),
+                self.filter
+            )),
         ];
         if self.outcomes.len() > 1 {
             let summary = self.summary();
@@ -138,6 +142,7 @@ impl Calibrations {
     /// The first run, and with `over_runs` the figures over all, as one JSON object on one line.
     pub fn json(&self) -> String {
         let mut object = serde_json::to_value(&self.first.outcome).unwrap_or_default();
+        object["filter"] = json!(self.filter);
         object["over_runs"] = json!(self.summary());
         format!("{object}\n")
     }

@@ -11,7 +11,8 @@
 //!
 //! | what | model |
 //! |---|---|
-//! | exposure blur | a frame shows the mean angle over its exposure (trapezoidal rule) and has the time of its middle |
+//! | phase, jitter | when a frame's exposure ends: [`crate::world::event_clock`] |
+//! | exposure blur | a frame shows the mean angle over its exposure and has the time of its middle |
 //! | dropped frame | it never arrives |
 //! | duplicated frame | it arrives a second time, right after the first |
 //! | outlier | Gaussian error of the tracked position, before quantisation |
@@ -31,6 +32,8 @@ use rand_pcg::Pcg64;
 use super::FaultWindow;
 use crate::math::random_streams::{self, RandomFault, RandomSource};
 use crate::scene::Scene;
+use crate::world::event_clock::{EventClock, EventRate};
+use crate::world::rotor_path::RotorPath;
 use delivery::Delivery;
 use exposure::Exposure;
 
@@ -48,6 +51,8 @@ enum CameraFault {
 /// The camera, with the frames that are on their way from it.
 #[derive(Clone, Debug)]
 pub struct Camera {
+    /// Ends of the exposures.
+    clock: EventClock,
     radius_m: f64,
     resolution_m: f64,
     noise_m: f64,
@@ -64,16 +69,22 @@ pub struct Camera {
 }
 
 impl Camera {
-    /// The camera of a scene, with a frame every `period_nanos`, which is a whole number of the steps of `look_nanos`
-    /// at which [`Self::look`] is called.
-    pub fn new(scene: &Scene, period_nanos: u64, look_nanos: f64) -> Self {
+    /// The camera of a scene.
+    pub fn new(scene: &Scene) -> Self {
         let seed = scene.seed();
+        let rate = EventRate::from_hz(scene.number("camera.frame_rate_hz"));
+        let clock = EventClock::new(rate, scene.number("camera.phase_frames")).with_jitter(
+            1e9 * scene.number("camera.period_jitter_s"),
+            random_streams::stream(seed, RandomSource::CameraClock),
+        );
+        let exposure_nanos = rate.part_nanos(scene.number("camera.exposure_frames"));
         Self {
+            exposure: Exposure::new(exposure_nanos, clock.due()),
+            clock,
             radius_m: scene.number("camera.tracking_radius_m"),
             resolution_m: scene.number("camera.resolution_m"),
             noise_m: scene.number("camera.noise_m"),
             noise: random_streams::stream(seed, RandomSource::Camera),
-            exposure: Exposure::new(scene.number("camera.exposure_frames"), period_nanos, look_nanos),
             outlier: RandomFault::in_bursts(
                 seed,
                 RandomSource::CameraOutlier,
@@ -83,7 +94,7 @@ impl Camera {
             outlier_m: scene.number("camera.outlier_m"),
             stamp_jitter_nanos: 1e9 * scene.number("camera.stamp_jitter_s"),
             stamps: random_streams::stream(seed, RandomSource::CameraStamp),
-            delivery: Delivery::new(scene, period_nanos),
+            delivery: Delivery::new(scene, rate),
             fault: Self::fault(scene),
             picture: Angle::ZERO,
         }
@@ -108,14 +119,32 @@ impl Camera {
         (noise_m * noise_m + resolution_m * resolution_m / 12.0) / (radius_m * radius_m)
     }
 
-    /// Takes the rotor's angle at a step, for the mean over an exposure. To be called at every step.
-    pub fn look(&mut self, angle: Angle) {
-        self.exposure.look(angle);
+    /// When it is to be shown the rotor next: at once while a shutter is open.
+    #[inline]
+    pub fn due(&self) -> Time {
+        self.exposure.due(self.clock.due())
+    }
+
+    /// Sees the rotor over a step: begins and ends the exposures that are due.
+    pub fn follow(&mut self, path: &RotorPath) {
+        loop {
+            if let Some(at) = self.exposure.opens_at().filter(|at| *at <= path.until.at) {
+                self.exposure.open(at, path.angle_at(at));
+            }
+            let ends = self.clock.due();
+            if ends > path.until.at {
+                break;
+            }
+            self.expose(ends, path.angle_at(ends));
+            self.clock.advance();
+            self.exposure.plan(ends, self.clock.due());
+        }
+        self.exposure.look(path.until.at, path.until.angle);
     }
 
     /// Ends the exposure of a frame at `now`, when the rotor stands at `angle`.
     pub fn expose(&mut self, now: Time, angle: Angle) {
-        let (shown, middle_nanos) = self.exposure.shown(angle);
+        let (shown, middle_nanos) = self.exposure.close(now, angle);
         let exposed_at = self.stamped(now, middle_nanos);
         let seen = self.seen(shown);
         let seen = self.with_fault(now, seen);

@@ -4,13 +4,15 @@
 //! the paper's kind on a coarse range.
 //!
 //! ```text
-//! sample = clamp((1 + gain error) velocity + bias + noise + outlier, -range, range)
+//! sample = clamp(step round(((1 + gain error) velocity + bias + noise + outlier) / step), -range, range)
+//! step   = 2 range / 2^bits, none without bits
 //! ```
 //!
-//! Off unless a scene sets them:
+//! A scene may have no vibrometer: then no sample ever comes. Off unless a scene sets them:
 //!
 //! | what | model |
 //! |---|---|
+//! | phase, jitter | when a sample is taken: [`crate::world::event_clock`] |
 //! | gain error and bias | of the decoder |
 //! | outlier, drop-out | of the speckle: a Gaussian error; a sample that does not exist |
 //! | saturation | the range clamps the sample |
@@ -27,6 +29,8 @@ use rand_pcg::Pcg64;
 use super::FaultWindow;
 use crate::math::random_streams::{self, RandomFault, RandomSource};
 use crate::scene::Scene;
+use crate::world::event_clock::{EventClock, EventRate};
+use crate::world::rotor_path::RotorPath;
 
 /// What a faulty vibrometer delivers.
 #[derive(Clone, Copy, Debug)]
@@ -39,15 +43,25 @@ enum LdvFault {
     NotANumber,
 }
 
+/// Step of samples of `bits` over the range to either side, in m/s; 0 for no bits.
+#[expect(clippy::cast_precision_loss, reason = "at most 2^24")]
+pub(super) fn resolution_m_s(range_m_s: f64, bits: u64) -> f64 {
+    if bits == 0 { 0.0 } else { 2.0 * range_m_s / (1_u64 << bits.min(24)) as f64 }
+}
+
 /// The vibrometer, with the samples that are not yet read.
 #[derive(Clone, Debug)]
 pub struct Ldv {
+    /// Instants of the samples; `None` in a scene without a vibrometer.
+    clock: Option<EventClock>,
     noise_m_s: f64,
     noise: Pcg64,
     drop: RandomFault,
     outlier: RandomFault,
     outlier_m_s: f64,
     range_m_s: f64,
+    /// Step of the samples; 0 for none.
+    resolution_m_s: f64,
     gain: f64,
     bias_m_s: f64,
     outage: FaultWindow,
@@ -63,7 +77,14 @@ impl Ldv {
         let seed = scene.seed();
         let fault = |source, probability| RandomFault::new(seed, source, scene.number(probability));
         let range_m_s = scene.number("ldv.range_m_s");
+        let rate = EventRate::from_hz(scene.number("ldv.sample_rate_hz"));
+        let clock = EventClock::new(rate, scene.number("ldv.phase_samples")).with_jitter(
+            1e9 * scene.number("ldv.period_jitter_s"),
+            random_streams::stream(seed, RandomSource::LdvClock),
+        );
         Self {
+            clock: (scene.choice("ldv.installed") == "yes").then_some(clock),
+            resolution_m_s: resolution_m_s(range_m_s, scene.integer("ldv.bits")),
             noise_m_s: scene.number("ldv.noise_m_s"),
             noise: random_streams::stream(seed, RandomSource::Ldv),
             drop: fault(RandomSource::LdvDrop, "ldv.drop_probability"),
@@ -109,6 +130,21 @@ impl Ldv {
         }
     }
 
+    /// When the next sample is due; never without a vibrometer.
+    #[inline]
+    pub fn due(&self) -> Time {
+        self.clock.as_ref().map_or(Time::from_nanos(u64::MAX), EventClock::due)
+    }
+
+    /// Sees the rotor over a step: takes the samples that are due.
+    pub fn follow(&mut self, path: &RotorPath) {
+        while self.due() <= path.until.at {
+            let at = self.due();
+            self.sample(at, path.velocity_at(at));
+            self.clock.iter_mut().for_each(EventClock::advance);
+        }
+    }
+
     /// Takes a sample.
     pub fn sample(&mut self, now: Time, velocity_m_s: f64) {
         let noise: f64 = StandardNormal.sample(&mut self.noise);
@@ -118,6 +154,11 @@ impl Ldv {
         }
         let shown_m_s =
             self.gain * velocity_m_s + self.bias_m_s + self.noise_m_s * noise + self.outlier_m_s * outlier;
+        let shown_m_s = if self.resolution_m_s > 0.0 {
+            self.resolution_m_s * (shown_m_s / self.resolution_m_s).round()
+        } else {
+            shown_m_s
+        };
         #[expect(clippy::cast_possible_truncation, reason = "the instrument delivers f32")]
         let velocity_m_s = shown_m_s.clamp(-self.range_m_s, self.range_m_s) as f32;
         let velocity_m_s = self.with_fault(now, velocity_m_s);
@@ -131,85 +172,4 @@ impl Ldv {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn law_noise_has_its_standard_deviation_and_no_bias() {
-        let mut ldv = Ldv::new(&Scene::default());
-        let n = 40_000;
-        for i in 0..n {
-            ldv.sample(Time::from_micros(5 * i), 0.1);
-        }
-        let errors: Vec<f64> =
-            std::iter::from_fn(|| ldv.read()).map(|s| f64::from(s.velocity_m_s) - 0.1).collect();
-        assert_eq!(errors.len(), 40_000);
-        let mean = errors.iter().sum::<f64>() / 4e4;
-        let mean_square = errors.iter().map(|e| e * e).sum::<f64>() / 4e4;
-        assert!(mean.abs() < 4.0 * 2e-4 / 200.0, "{mean}");
-        assert!((mean_square / 4e-8 - 1.0).abs() < 0.03, "{mean_square}");
-    }
-
-    /// Samples of a rotor that rises at `velocity_m_s`, every 5 us.
-    fn shown(sets: &[&str], velocity_m_s: f64, n: u64) -> Vec<LdvSample> {
-        let sets: Vec<String> = sets.iter().map(|&set| set.to_owned()).collect();
-        let mut ldv = Ldv::new(&Scene::load(None, &sets).unwrap());
-        (0..n).for_each(|i| ldv.sample(Time::from_micros(5 * i), velocity_m_s));
-        std::iter::from_fn(|| ldv.read()).collect()
-    }
-
-    #[test]
-    fn exact_gain_bias_and_range() {
-        for (sets, given, expected) in [
-            (["ldv.gain_error=0.02", "ldv.bias_m_s=0"], 0.1, 0.102),
-            (["ldv.gain_error=-0.1", "ldv.bias_m_s=0.003"], 0.1, 0.093),
-            (["ldv.range_m_s=0.05", "ldv.bias_m_s=0"], 0.1, 0.05),
-            (["ldv.range_m_s=0.05", "ldv.gain_error=0.5"], -0.1, -0.05),
-            (["ldv.range_m_s=0.05", "ldv.bias_m_s=0.01"], 0.02, 0.03),
-        ] {
-            let seen = shown(&[sets[0], sets[1], "ldv.noise_m_s=0"], given, 1)[0].velocity_m_s;
-            assert!((f64::from(seen) - expected).abs() < 1e-8, "{sets:?}: {seen}");
-        }
-    }
-
-    #[test]
-    fn law_drop_outs_and_outliers_have_their_frequency_and_size() {
-        let kept = shown(&["ldv.drop_probability=0.25"], 0.0, 40_000).len();
-        assert!(kept.abs_diff(30_000) < 350, "{kept}");
-        let sets = ["ldv.noise_m_s=0", "ldv.outlier_probability=0.1", "ldv.outlier_m_s=0.2"];
-        let samples = shown(&sets, 0.0, 40_000);
-        let outliers = samples.iter().filter(|sample| sample.velocity_m_s.abs() > 0.0).count();
-        assert!(outliers.abs_diff(4000) < 240, "{outliers}");
-        let square = |sample: &LdvSample| f64::from(sample.velocity_m_s) * f64::from(sample.velocity_m_s);
-        let mean_square = samples.iter().map(square).sum::<f64>() / 4e4;
-        assert!((mean_square / (0.1 * 0.04) - 1.0).abs() < 0.15, "{mean_square}");
-    }
-
-    /// From the twentieth sample to the fortieth; before and after as without a fault.
-    #[test]
-    fn exact_faulty_samples() {
-        let good = shown(&[], 0.1, 60);
-        for (fault, expected) in [
-            ("ldv.fault=stuck", (|good, _| good[19].velocity_m_s) as fn(&[LdvSample], f32) -> f32),
-            ("ldv.fault=zeros", |_, _| 0.0),
-            ("ldv.fault=inverted", |_, value| -value),
-            ("ldv.fault=not_a_number", |_, _| f32::NAN),
-        ] {
-            let faulty = shown(&[fault, "ldv.fault_from_s=1e-4", "ldv.fault_until_s=2e-4"], 0.1, 60);
-            for (n, (faulty, right)) in faulty.iter().zip(&good).enumerate() {
-                let value = right.velocity_m_s;
-                let expected = if (20..40).contains(&n) { expected(&good, value) } else { value };
-                assert_eq!(faulty.velocity_m_s.to_bits(), expected.to_bits(), "{fault} {n}");
-            }
-        }
-    }
-
-    #[test]
-    fn exact_a_lost_vibrometer_delivers_nothing_of_the_loss_and_its_noise_goes_on() {
-        let lost = shown(&["ldv.lost_from_s=1e-4", "ldv.lost_until_s=2e-4"], 0.1, 60);
-        let without = shown(&[], 0.1, 60);
-        let expected: Vec<LdvSample> =
-            (0..60).filter(|i| !(20..40).contains(i)).map(|i| without[i]).collect();
-        assert_eq!(lost, expected);
-    }
-}
+mod tests;

@@ -9,6 +9,7 @@ use rand_pcg::Pcg64;
 
 use crate::math::random_streams::{RandomFault, RandomSource};
 use crate::scene::Scene;
+use crate::world::event_clock::EventRate;
 use crate::world::instruments::FaultWindow;
 
 /// The frames on their way.
@@ -27,12 +28,13 @@ pub(super) struct Delivery {
 }
 
 impl Delivery {
-    /// The delivery of a scene with frames every `period_nanos`.
-    pub(super) fn new(scene: &Scene, period_nanos: u64) -> Self {
+    /// The delivery of a scene with frames at this rate.
+    pub(super) fn new(scene: &Scene, rate: EventRate) -> Self {
         let fault = |source, probability| RandomFault::new(scene.seed(), source, scene.number(probability));
         Self {
-            latency_nanos: scene.integer("camera.latency_frames") * period_nanos,
-            period_nanos,
+            latency_nanos: rate.span_nanos(scene.integer("camera.latency_frames"))
+                + scene.nanos("camera.latency_s"),
+            period_nanos: rate.span_nanos(1),
             drop: fault(RandomSource::CameraDrop, "camera.drop_probability"),
             duplicate: fault(RandomSource::CameraDuplicate, "camera.duplicate_probability"),
             late: fault(RandomSource::CameraLate, "camera.late_probability"),

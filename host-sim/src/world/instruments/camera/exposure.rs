@@ -1,54 +1,90 @@
 //! Exposure blur: a frame shows the mean angle over its exposure.
+//!
+//! The angle is summed up while the shutter is open, by the trapezoidal rule over the plant's steps, in integers:
+//!
+//! ```text
+//! mean = first + integral of (angle - first) over the exposure / exposure
+//! ```
+//!
+//! An exposure begins at the end of the one before it at the earliest.
 
-use std::collections::VecDeque;
+use motor_model::{Angle, Time};
 
-use motor_model::Angle;
-
-/// The angles over an exposure that ends with the frame.
+/// The exposure that ends with the next frame.
 #[derive(Clone, Debug)]
 pub(super) struct Exposure {
-    /// Length of the exposure in steps between two looks.
-    steps: usize,
-    middle_nanos: u64,
-    /// The last `steps + 1` looks, the newest last.
-    looks: VecDeque<Angle>,
+    /// 0 for none.
+    length_nanos: u64,
+    opens_at: Time,
+    open: Option<OpenShutter>,
+}
+
+/// The sum while the shutter is open.
+#[derive(Clone, Copy, Debug)]
+struct OpenShutter {
+    opened_at: Time,
+    first: Angle,
+    seen_at: Time,
+    seen: Angle,
+    /// Twice the integral of the angle less the first, in units of 2^-32 turn times ns.
+    twice: i128,
 }
 
 impl Exposure {
-    #[expect(
-        clippy::cast_possible_truncation,
-        clippy::cast_sign_loss,
-        clippy::cast_precision_loss,
-        reason = "at most 1e8 ns in at most 1e7 steps"
-    )]
-    pub(super) fn new(frames: f64, period_nanos: u64, look_nanos: f64) -> Self {
-        let steps = (frames * period_nanos as f64 / look_nanos).round();
-        Self {
-            steps: steps as usize,
-            middle_nanos: (0.5 * steps * look_nanos).round() as u64,
-            looks: VecDeque::new(),
+    /// Exposures of this length, the first of which ends at `ends`.
+    pub(super) fn new(length_nanos: u64, ends: Time) -> Self {
+        let mut exposure = Self { length_nanos, opens_at: Time::ZERO, open: None };
+        exposure.plan(Time::ZERO, ends);
+        exposure
+    }
+
+    /// Plans the exposure that ends at `ends`, not before `last`, the end of the one before it.
+    pub(super) fn plan(&mut self, last: Time, ends: Time) {
+        self.opens_at = Time::from_nanos(ends.nanos().saturating_sub(self.length_nanos)).max(last);
+    }
+
+    /// When it is to be shown the rotor next, where its frame ends at `ends`: at once while the shutter is open.
+    #[inline]
+    pub(super) fn due(&self, ends: Time) -> Time {
+        match self.open {
+            None if self.length_nanos == 0 => ends,
+            None => self.opens_at,
+            Some(_) => Time::ZERO,
         }
     }
 
-    pub(super) fn look(&mut self, angle: Angle) {
-        if self.steps > 0 {
-            if self.looks.len() > self.steps {
-                self.looks.pop_front();
-            }
-            self.looks.push_back(angle);
+    /// When the shutter is to be opened, if it is closed and there is an exposure.
+    pub(super) fn opens_at(&self) -> Option<Time> {
+        (self.open.is_none() && self.length_nanos > 0).then_some(self.opens_at)
+    }
+
+    /// Opens the shutter.
+    pub(super) fn open(&mut self, at: Time, angle: Angle) {
+        self.open = Some(OpenShutter { opened_at: at, first: angle, seen_at: at, seen: angle, twice: 0 });
+    }
+
+    /// Takes the angle at a step, if the shutter is open.
+    pub(super) fn look(&mut self, at: Time, angle: Angle) {
+        if let Some(open) = &mut self.open {
+            let [before, after] = [open.seen, angle].map(|angle| i128::from(angle.minus(open.first).units()));
+            open.twice += (before + after) * i128::from(at.nanos_since(open.seen_at));
+            (open.seen_at, open.seen) = (at, angle);
         }
     }
 
-    /// The mean over the exposure that ends at `angle`, and how long ago its middle was.
-    pub(super) fn shown(&self, angle: Angle) -> (Angle, u64) {
-        if self.looks.len() <= self.steps || self.steps == 0 {
+    /// Closes the shutter at `at`, when the rotor stands at `angle`: the mean over the exposure, and how long ago its
+    /// middle was.
+    #[expect(clippy::cast_possible_truncation, reason = "a mean of angles")]
+    pub(super) fn close(&mut self, at: Time, angle: Angle) -> (Angle, u64) {
+        self.look(at, angle);
+        let Some(OpenShutter { opened_at, first, twice, .. }) = self.open.take() else { return (angle, 0) };
+        let length_nanos = at.nanos_since(opened_at);
+        if length_nanos == 0 {
             return (angle, 0);
         }
-        let units = |index: usize| self.looks.get(index).map_or(0, |look| look.minus(angle).units());
-        let inner: i64 = (1..self.steps).map(units).sum();
-        // At most 1e7 looks within half a turn each: far below 2^63.
-        let twice = 2 * inner + units(0) + units(self.steps);
-        let mean = twice / i64::try_from(2 * self.steps).unwrap_or(i64::MAX);
-        (angle.plus(Angle::from_units(mean)), self.middle_nanos)
+        let twice_length = 2 * i128::from(length_nanos);
+        // Relative to the last angle and rounded towards it.
+        let mean = (twice - twice_length * i128::from(angle.minus(first).units())) / twice_length;
+        (angle.plus(Angle::from_units(mean as i64)), length_nanos.div_ceil(2))
     }
 }

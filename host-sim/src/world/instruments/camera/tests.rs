@@ -1,10 +1,11 @@
 //! The camera against its model, fault by fault.
 
 use super::*;
+use crate::world::rotor_path::RotorPoint;
 
 fn camera(sets: &[&str]) -> Camera {
     let sets: Vec<String> = sets.iter().map(|&set| set.to_owned()).collect();
-    Camera::new(&Scene::load(None, &sets).unwrap(), 100_000, 1000.0)
+    Camera::new(&Scene::load(None, &sets).unwrap())
 }
 
 fn seen_deg(camera: &mut Camera, degrees: f64) -> f64 {
@@ -72,17 +73,89 @@ fn stamps_us(delivered: &[(u64, CameraFrame)]) -> Vec<u64> {
     delivered.iter().map(|(_, frame)| frame.exposed_at.nanos() / 1000).collect()
 }
 
+/// Frames without noise of a rotor at `degrees` of the time in s, in steps of `step_nanos`.
+fn followed(sets: &[&str], step_nanos: u64, nanos: u64, degrees: impl Fn(f64) -> f64) -> Vec<CameraFrame> {
+    let exact = ["camera.noise_m=0", "camera.resolution_m=0", "camera.latency_frames=0"];
+    let mut camera = camera(&[exact.as_slice(), sets].concat());
+    let point = |nanos: u64| RotorPoint {
+        at: Time::from_nanos(nanos),
+        angle: Angle::from_degrees(degrees(1e-9 * nanos as f64)),
+        velocity_m_s: 0.0,
+    };
+    for step in 0..nanos / step_nanos {
+        let [from, until] = [step, step + 1].map(|step| point(step * step_nanos));
+        // As the rig does: only when it is due.
+        if until.at >= camera.due() {
+            camera.follow(&RotorPath { from, until });
+        }
+    }
+    std::iter::from_fn(|| camera.arrived(Time::from_nanos(nanos))).collect()
+}
+
+/// Angles are in units of 2^-32 turn, 8.4e-8 degrees: the rotor's at both steps, the one between, the mean, and the
+/// camera's arc are each rounded to one.
+const ROUNDED_DEG: f64 = 3.0 * 8.4e-8;
+
+/// A frame of a rotor in uniform rotation shows the angle at its stamp, wherever it lies between two steps, and blur
+/// does not change it.
+#[test]
+fn exact_frames_of_uniform_rotation_at_any_rate() {
+    let at = |t_s: f64| -20.0 + 613.0 * t_s;
+    for sets in [
+        &["camera.frame_rate_hz=60"][..],
+        &["camera.frame_rate_hz=3000", "camera.phase_frames=0.123"],
+        &["camera.frame_rate_hz=29.97", "camera.phase_frames=0.5"],
+        &["camera.frame_rate_hz=60", "camera.exposure_frames=0.96"],
+        &["camera.frame_rate_hz=29.97", "camera.exposure_frames=1", "camera.phase_frames=0.25"],
+        &["camera.frame_rate_hz=3000", "camera.exposure_frames=0.7", "camera.period_jitter_s=2e-5"],
+        &["camera.frame_rate_hz=1e5", "camera.exposure_frames=0.05"],
+    ] {
+        let frames = followed(sets, 1000, 500_000_000, at);
+        assert!(frames.len() >= 14, "{sets:?}");
+        for frame in frames {
+            let expected_deg = at(1e-9 * frame.exposed_at.nanos() as f64);
+            let off = frame.angle.minus(Angle::from_degrees(expected_deg)).wrapped().degrees();
+            // The middle of an exposure of an odd number of ns is half a ns from its stamp.
+            let stamp_deg = 613.0 * 0.5e-9;
+            assert!(off.abs() < ROUNDED_DEG + stamp_deg, "{sets:?} {frame:?}: {off:e}");
+        }
+    }
+}
+
+/// An exposure of 16 ms over a curved course is its closed form, in 16,000 steps and in 1,600.
+#[test]
+fn exact_blur_of_a_slow_camera() {
+    let (rate_deg_s, curve_deg_s2) = (900.0, 4e3);
+    let at = |t_s: f64| rate_deg_s * t_s + 0.5 * curve_deg_s2 * t_s * t_s;
+    for step_nanos in [1000, 10_000] {
+        let frames =
+            followed(&["camera.frame_rate_hz=50", "camera.exposure_frames=0.8"], step_nanos, 20_000_000, at);
+        let [frame] = frames[..] else { panic!("{frames:?}") };
+        assert_eq!(frame.exposed_at, Time::from_micros(12_000));
+        let step_s = 1e-9 * step_nanos as f64;
+        let blurred = at(12e-3) + curve_deg_s2 * (16e-3 * 16e-3 / 24.0 + step_s * step_s / 12.0);
+        assert!((frame.angle.degrees() - blurred).abs() < ROUNDED_DEG, "{}", frame.angle.degrees() - blurred);
+    }
+}
+
+/// Latency is the frames and the seconds, from the end of the exposure.
+#[test]
+fn exact_latency_in_frames_and_in_seconds() {
+    let sets = ["camera.frame_rate_hz=60", "camera.latency_frames=2", "camera.latency_s=5e-3"];
+    let mut camera = camera(&sets);
+    camera.expose(Time::from_micros(500), Angle::ZERO);
+    let arrives_at = Time::from_nanos(500_000 + 33_333_333 + 5_000_000);
+    assert!(camera.arrived(Time::from_nanos(arrives_at.nanos() - 1)).is_none());
+    assert!(camera.arrived(arrives_at).is_some());
+}
+
 /// Over an exposure T that ends at t, the mean of a + w t + c t^2 / 2 is its value at the middle and c T^2 / 24 more.
 #[test]
 fn exact_blur_is_the_mean_over_the_exposure() {
-    let mut camera = camera(&["camera.exposure_frames=0.5", "camera.noise_m=0", "camera.resolution_m=0"]);
     let (rate_deg_s, curve_deg_s2) = (900.0, 4e7);
     let at = |t_s: f64| 100.0 + rate_deg_s * t_s + 0.5 * curve_deg_s2 * t_s * t_s;
-    for n in 0..=100_u32 {
-        camera.look(Angle::from_degrees(at(1e-6 * f64::from(n))));
-    }
-    camera.expose(Time::from_micros(100), Angle::from_degrees(at(1e-4)));
-    let frame = camera.arrived(Time::from_micros(200)).unwrap();
+    let frames = followed(&["camera.exposure_frames=0.5"], 1000, 100_000, at);
+    let [frame] = frames[..] else { panic!("{frames:?}") };
     assert_eq!(frame.exposed_at, Time::from_micros(75));
     let blurred = at(75e-6) + curve_deg_s2 * 50e-6 * 50e-6 / 24.0;
     // Trapezia of 1 us add c h^2 / 12; units of 2^-32 turn are 8.4e-8 degrees.

@@ -1,0 +1,114 @@
+//! Instruments whose periods do not divide the plant's step, on a motor that turns.
+
+use motor_model::{Angle, DriveMode};
+
+use super::*;
+
+fn rig(sets: &[&str]) -> Rig {
+    let exact = ["camera.noise_m=0", "camera.resolution_m=0", "camera.latency_frames=0", "ldv.noise_m_s=0"];
+    let sets: Vec<String> = exact.iter().chain(sets).map(|&set| set.to_owned()).collect();
+    Rig::new(&Scene::load(None, &sets).unwrap()).unwrap()
+}
+
+/// What a run of some ticks measured, and the angle and the velocity at every step, from the start on.
+struct Record {
+    frames: Vec<CameraFrame>,
+    samples: Vec<LdvSample>,
+    steps: Vec<(Angle, f64)>,
+}
+
+fn run(mut rig: Rig, command: DriveCommand, ticks: u32) -> Record {
+    let rotor = |plant: &Plant| (plant.state().rotor.angle.angle(), plant.state().rotor.velocity_m_s);
+    let mut record = Record { frames: vec![], samples: vec![], steps: vec![rotor(rig.plant())] };
+    for _ in 0..ticks {
+        rig.tick_in_steps(command, |_, _, _, plant| record.steps.push(rotor(plant)));
+        record.frames.extend(std::iter::from_fn(|| rig.camera_frame()));
+        record.samples.extend(std::iter::from_fn(|| rig.ldv_sample()));
+    }
+    record
+}
+
+/// The values at the steps of 1 us on either side of an instant.
+fn around<T: Copy>(steps: &[T], at: Time) -> [T; 2] {
+    let nanos = usize::try_from(at.nanos()).unwrap();
+    [steps[nanos / 1000], steps[nanos.div_ceil(1000)]]
+}
+
+/// 0.1 s at 3,000 frames and 30,000 samples a second: every instant is that of its number, and what it shows lies
+/// between the rotor's states at the steps on either side.
+#[test]
+fn exact_instruments_measure_between_two_steps() {
+    let rig = rig(&["camera.frame_rate_hz=3000", "ldv.sample_rate_hz=30000"]);
+    let record = run(rig, DriveCommand::full(DriveMode::B), 10_000);
+    let instant = |n: usize, rate: usize| Time::from_nanos(((2_000_000_000 * n / rate).div_ceil(2)) as u64);
+    assert_eq!((record.frames.len(), record.samples.len()), (300, 3000));
+    let mut turned = 0;
+    for (n, frame) in record.frames.iter().enumerate() {
+        assert_eq!(frame.exposed_at, instant(n + 1, 3000));
+        let angles = around(&record.steps, frame.exposed_at).map(|(angle, _)| angle);
+        // The camera's arc and back is within a unit.
+        let [after, before] = angles.map(|angle| frame.angle.minus(angle).wrapped().units());
+        assert!(after >= -1 && before <= 1 || after <= 1 && before >= -1, "{n}: {after} {before}");
+        turned += u32::from(angles[0] != angles[1]);
+    }
+    assert!(turned > 150, "{turned}: the rotor turns while frames are exposed");
+    for (n, sample) in record.samples.iter().enumerate() {
+        assert_eq!(sample.taken_at, instant(n + 1, 30_000));
+        let [before, after] = around(&record.steps, sample.taken_at).map(|(_, velocity)| velocity);
+        let shown = f64::from(sample.velocity_m_s);
+        assert!(shown > before.min(after) - 1e-7 && shown < before.max(after) + 1e-7, "{n}: {shown}");
+    }
+}
+
+/// Where periods are whole steps, measurements are the plant's own states.
+#[test]
+fn exact_instruments_at_steps_show_the_plant_itself() {
+    let record = run(rig(&[]), DriveCommand::full(DriveMode::C), 1000);
+    assert_eq!((record.frames.len(), record.samples.len()), (100, 2000));
+    for sample in &record.samples {
+        let [(_, velocity), _] = around(&record.steps, sample.taken_at);
+        #[expect(clippy::cast_possible_truncation, reason = "the instrument delivers f32")]
+        let expected = velocity as f32;
+        assert_eq!(sample.velocity_m_s.to_bits(), expected.to_bits());
+    }
+}
+
+#[test]
+fn exact_without_a_vibrometer_no_sample_comes() {
+    let record = run(rig(&["ldv.installed=no"]), DriveCommand::full(DriveMode::B), 1000);
+    assert_eq!((record.frames.len(), record.samples.len()), (100, 0));
+}
+
+/// Long steps at rest change nothing of when instruments measure.
+#[test]
+fn exact_instants_are_the_same_at_rest() {
+    for sets in [
+        &["camera.frame_rate_hz=3000", "ldv.sample_rate_hz=30000"][..],
+        &["camera.frame_rate_hz=29.97", "camera.exposure_frames=1", "ldv.installed=no"],
+        &["camera.frame_rate_hz=700", "camera.phase_frames=0.3"],
+    ] {
+        let in_steps = run(rig(sets), DriveCommand::OFF, 10_000);
+        let mut rig = rig(sets);
+        let (mut frames, mut samples) = (vec![], vec![]);
+        for _ in 0..10_000 {
+            rig.tick(DriveCommand::OFF);
+            frames.extend(std::iter::from_fn(|| rig.camera_frame()));
+            samples.extend(std::iter::from_fn(|| rig.ldv_sample()));
+        }
+        let stamps = |frames: &[CameraFrame]| frames.iter().map(|f| f.exposed_at).collect::<Vec<_>>();
+        let taken = |samples: &[LdvSample]| samples.iter().map(|s| s.taken_at).collect::<Vec<_>>();
+        assert!(!frames.is_empty() && stamps(&frames) == stamps(&in_steps.frames), "{sets:?}");
+        assert_eq!(taken(&samples), taken(&in_steps.samples), "{sets:?}");
+    }
+}
+
+/// Only the loop's tick needs to be a whole number of steps.
+#[test]
+fn exact_a_step_that_does_not_divide_a_tick_is_refused() {
+    for (step_s, steps) in [(1e-5, 1), (5e-6, 2), (2e-6, 5), (1e-6, 10), (2.5e-7, 40)] {
+        assert_eq!(tick_steps(step_s).unwrap(), steps);
+    }
+    let line = tick_steps(3e-6).unwrap_err().one_line();
+    assert!(line.contains("plant.step_s = 3e-6 s does not divide the period of the loop"), "{line}");
+    assert_eq!([(1e-5, 1), (5e-6, 2), (2e-6, 5), (1e-6, 10)].map(|(s, n)| rest_steps(s, n)), [1, 1, 1, 5]);
+}
