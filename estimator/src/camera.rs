@@ -3,10 +3,14 @@
 //! | module | what it does |
 //! |---|---|
 //! | [`tracker`] | which frames are used, and in which order: gate, lag of late frames, restart, stuck camera |
+//! | [`rest_test`] | whether a quiet rotor has stopped |
+//! | [`noise`] | the noise of the frames, learnt |
 //! | [`track`] | the two states, what a frame does to them, and rest |
 //! | [`track_covariance`] | what tracker and track need of a filter's covariance |
 //! | [`smoother`] | angle and rate at an earlier instant, from the frames after it as well |
 
+pub(crate) mod noise;
+pub(crate) mod rest_test;
 pub(crate) mod smoother;
 pub(crate) mod track;
 pub(crate) mod track_covariance;

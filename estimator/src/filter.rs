@@ -74,7 +74,7 @@ pub struct Estimate<T> {
 /// ```text
 /// Waiting
 /// Unusable    CameraStuck, FramesRefused, Uncertain, NoiseMismatch (more frames refused than used)
-/// Degraded    CameraSilent, NoiseMismatch, VibrometerSilent, then the faults of the vibrometer
+/// Degraded    Uncertain (a slow camera, on time), CameraSilent, NoiseMismatch, VibrometerSilent, then the faults of the vibrometer
 /// Good
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -96,6 +96,8 @@ pub enum Health {
 pub enum Reason {
     /// No usable vibrometer sample has arrived for a millisecond.
     VibrometerSilent,
+    /// The vibrometer's noise hides the impacts: none is taken from it, and the camera alone is used.
+    VibrometerUnfit,
     /// The vibrometer shows a rotor that is pulled down and never pushed up: its sign is wrong, and no impact is taken
     /// from it.
     VibrometerInverted,
@@ -117,6 +119,7 @@ pub enum Reason {
     NoiseMismatch,
     /// The last frames were refused, one after the other.
     FramesRefused,
-    /// The standard deviation of the angle exceeds half a degree: the camera is silent, or has just started.
+    /// The standard deviation of the angle exceeds half a degree. Unusable: the camera is silent, or has just started.
+    /// Degraded: the camera is slow, and the estimate between two frames is right, but wide.
     Uncertain,
 }

@@ -118,12 +118,13 @@ mod filters;
 mod innovation;
 mod instruments;
 mod measurement;
+mod settling;
 #[cfg(test)]
 mod test_support;
 mod vibrometer;
 
 pub use camera::track::{Jitter, TrackTuning};
-pub use camera::tracker::{FRAMES_KEPT, STUCK_FRAMES};
+pub use camera::tracker::FRAMES_KEPT;
 pub use factorised::angle_rate::AngleRateCovariance;
 pub use factorised::transition::{Blocks2, Dense, Transition, UpperTriangular};
 pub use factorised::ud_covariance::{Correction, NoiseSource, NotPositiveDefinite, Refusal, UdCovariance};

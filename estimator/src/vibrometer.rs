@@ -2,10 +2,12 @@
 //!
 //! | module | what it finds |
 //! |---|---|
+//! | [`calibration`] | bias and noise of the vibrometer, learnt at rest |
 //! | [`impact_detector`] | impacts: jumps of the velocity in flight; faults of the vibrometer |
 //! | [`rest`] | whether the rotor is quiet: the mean square of the velocity |
 //! | [`motion`] | from both the drive and the vibrometer: driven in which mode, or quiet; the filter's clock |
 
+pub(crate) mod calibration;
 pub(crate) mod impact_detector;
 pub(crate) mod motion;
 pub(crate) mod rest;

@@ -54,7 +54,7 @@ impl SelectedFilter {
     ) -> Result<Self, OutOfBounds> {
         match kind {
             FilterKind::ConstantRate => {
-                Ok(Self::ConstantRate(ConstantRate::new(&ConstantRateTuning::new(instruments))))
+                Ok(Self::ConstantRate(ConstantRate::new(&ConstantRateTuning::for_motor(params, instruments))))
             }
             #[cfg(feature = "impact_aided")]
             FilterKind::ImpactAided => {

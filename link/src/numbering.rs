@@ -68,6 +68,8 @@ numbered!(Health {
     19 = [Self::Unusable(Reason::VibrometerScale)],
     20 = [Self::Degraded(Reason::VibrometerErratic)],
     21 = [Self::Unusable(Reason::VibrometerErratic)],
+    22 = [Self::Degraded(Reason::VibrometerUnfit)],
+    23 = [Self::Unusable(Reason::VibrometerUnfit)],
 });
 
 numbered!(Source {

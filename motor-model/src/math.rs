@@ -209,6 +209,11 @@ pub fn exp(x: f64) -> f64 {
     libm::exp(x)
 }
 
+/// Natural logarithm.
+pub fn ln(x: f64) -> f64 {
+    libm::log(x)
+}
+
 /// `exp(x) - 1`, without cancellation near zero.
 pub fn exp_m1(x: f64) -> f64 {
     libm::expm1(x)

@@ -52,12 +52,58 @@
 //! it was for as long as it had been measured there. So at rest the mean of the innovations is followed. When it is off
 //! by six of its standard deviations the estimate restarts.
 
-use motor_model::{Angle, AngleAccumulator, Real, Time};
+use motor_model::{Angle, AngleAccumulator, Real, Time, math};
 
+use crate::camera::noise::COARSE;
+use crate::camera::rest_test::{RestTest, resting_frames};
 use crate::camera::track_covariance::TrackCovariance;
 use crate::factorised::angle_rate::AngleRateCovariance;
 use crate::instruments::CameraDescription;
 use crate::measurement::CameraFrame;
+
+/// Period of the default camera, in s.
+const DEFAULT_PERIOD_S: f64 = 1e-4;
+/// Time in which the ringing under a resting rotor falls by the factor e, in s.
+const RINGING_S: f64 = 4e-3;
+/// Times in s: of refusals until the estimate restarts; over which normalised innovations, and innovations at rest, are
+/// averaged where that is frames enough for a mean.
+const REFUSALS_S: f64 = 2e-3;
+const NIS_S: f64 = 6.4e-3;
+const MEAN_S: f64 = 12.8e-3;
+
+/// Twice the standard error of the rate of a sliding rotor, `sqrt(sqrt 2 q^(3/4) (R dt)^(1/4))` at q = 3000, in rad/s;
+/// at least 2.
+fn resting_rate_rad_s(variance_rad2: f64, period_s: f64) -> f64 {
+    const SLIDING_RAD2_S3: f64 = 3000.0;
+    let product = SLIDING_RAD2_S3 * SLIDING_RAD2_S3 * SLIDING_RAD2_S3 * variance_rad2 * period_s;
+    let variance = core::f64::consts::SQRT_2 * math::sqrt(math::sqrt(product));
+    (2.0 * math::sqrt(variance)).max(2.0)
+}
+
+/// Refusals until the estimate restarts: as many frames as come in 2 ms, at least as many as have to agree and two.
+#[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "between 6 and 200")]
+fn refusals_max(frames: f64) -> u8 {
+    (frames + 0.5).clamp(6.0, 200.0) as u8
+}
+
+/// Equal codes in a row of which the probability is 1e-5 for a rotor that does not turn, in the middle of a cell, where
+/// equal codes are likeliest; 20 to 1,000. With p_k the probability of code k, two in a row are equal with the
+/// probability `sum p_k^2`.
+#[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "between 20 and 1,000")]
+fn stuck_frames(camera: &CameraDescription) -> u16 {
+    let steps = camera.noise_m / camera.resolution_m;
+    // The normal distribution by the logistic one, within 0.01.
+    let below = |x: f64| 1.0 / (1.0 + math::exp(-1.702 * x / steps));
+    let equal: f64 = (-3..=3)
+        .map(|code| {
+            let probability = below(f64::from(code) + 0.5) - below(f64::from(code) - 0.5);
+            probability * probability
+        })
+        .sum();
+    let frames = math::ln(1e-5) / math::ln(equal);
+    // NaN, of a camera without steps or noise, is the least: its codes never repeat, or show every motion.
+    if frames > 20.0 { frames.min(1000.0) as u16 } else { 20 }
+}
 
 /// The camera, the gate and rest.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -76,9 +122,9 @@ pub struct TrackTuning<T> {
     /// A quiet rotor is at rest once its rate has stayed within this of zero, in rad/s, for [`Self::resting_frames`]:
     /// twice the standard error of the rate.
     pub resting_rate_rad_s: T,
-    /// Number of quiet and slow frames that conclude rest: with the smallest friction of Table 1, 0.2, a rotor slows
-    /// down by 600 rad/s^2, and so has stopped by then.
-    pub resting_frames: u8,
+    /// Number of quiet and slow frames that conclude rest: 3.4 ms or more, see [`crate::camera::rest_test`]. With the
+    /// smallest friction of Table 1, 0.2, a rotor slows down by 600 rad/s^2, and so has stopped by then.
+    pub resting_frames: u16,
     /// A frame is refused when its innovation squared exceeds this many times its variance.
     pub gate: T,
     /// Variance of the kick that may explain frames in a row beyond the gate, in rad^2/s^2. Such a kick is as a rule
@@ -87,6 +133,19 @@ pub struct TrackTuning<T> {
     pub kick_rad2_s2: T,
     /// After this many refusals in a row the estimate restarts, once the newest frames agree.
     pub refusals_max: u8,
+    /// Equal codes in a row of a driven rotor at which a camera counts as stuck: such a row is one chance in 10^5 of a
+    /// live camera.
+    pub stuck_frames: u16,
+    /// Frames over which the normalised innovations and, at rest, the innovations are averaged.
+    pub nis_frames: T,
+    /// The same for the innovations at rest.
+    pub mean_frames: T,
+    /// Whether the resolution is so coarse, more than 2.5 times the noise, that a rotor at rest shows one code or two.
+    pub coarse: bool,
+    /// What averaging at rest cannot remove, in rad^2: [`CameraDescription::floor_rad2`].
+    pub floor_rad2: T,
+    /// The camera that this was made for.
+    pub camera: CameraDescription,
 }
 
 impl<T: Real> Default for TrackTuning<T> {
@@ -99,17 +158,27 @@ impl<T: Real> Default for TrackTuning<T> {
 impl<T: Real> TrackTuning<T> {
     /// For `camera`.
     pub fn new(camera: &CameraDescription) -> Self {
+        let (period_s, variance_rad2) = (camera.period_s(), camera.variance_rad2());
+        // More frames a second tell more of a motion that lasts as long: each of them tells less.
+        let frames_in = |seconds: f64| seconds / period_s;
+        let shared = (DEFAULT_PERIOD_S / period_s).max(1.0);
         Self {
-            camera_rad2: T::from_f64(camera.variance_rad2()),
+            camera_rad2: T::from_f64(variance_rad2),
             quantisation_rad2: T::from_f64(camera.quantisation_rad2()),
-            zero_rate_rad2_s2: T::from_f64(1e-8),
-            ringing_rad2_s2: T::from_f64(5e-6),
-            ringing_frames: T::from_f64(40.0),
-            resting_rate_rad_s: T::from_f64(2.0),
-            resting_frames: 34,
+            zero_rate_rad2_s2: T::from_f64(1e-8 * shared),
+            ringing_rad2_s2: T::from_f64(5e-6 * shared),
+            ringing_frames: T::from_f64(frames_in(RINGING_S).max(1.0)),
+            resting_rate_rad_s: T::from_f64(resting_rate_rad_s(variance_rad2, period_s)),
+            resting_frames: resting_frames(variance_rad2, period_s),
             gate: T::from_f64(36.0),
             kick_rad2_s2: T::from_f64(30.0),
-            refusals_max: 20,
+            refusals_max: refusals_max(frames_in(REFUSALS_S)),
+            stuck_frames: stuck_frames(camera),
+            nis_frames: T::from_f64(frames_in(NIS_S).clamp(16.0, 64.0)),
+            mean_frames: T::from_f64(frames_in(MEAN_S).clamp(16.0, 1280.0)),
+            coarse: camera.resolution_m > COARSE * camera.noise_m,
+            floor_rad2: T::from_f64(camera.floor_rad2()),
+            camera: *camera,
         }
     }
 
@@ -221,9 +290,9 @@ pub(crate) struct Track<T, B = AngleRateCovariance<T>> {
     /// Frames refused since one was used.
     pub(crate) refusals: u8,
     /// Frames in a row that brought the code of the last frame used.
-    pub(crate) same_codes: u8,
+    pub(crate) same_codes: u16,
     /// Frames in a row for which the rotor has been quiet and slow.
-    still_frames: u8,
+    still_frames: u16,
     pub(crate) resting: bool,
     /// Whether a kick was assumed right before the last frame.
     pub(crate) kicked: bool,
@@ -233,16 +302,14 @@ impl<T: Real, B: TrackCovariance<T>> Track<T, B> {
     /// Standard deviation of the rate at the start, in rad/s.
     const START_RATE_RAD_S: f64 = 20.0;
 
-    /// Frames over which the innovations at rest are averaged.
-    const MEAN_FRAMES: f64 = 128.0;
+    /// Square of the mean innovation over n frames, per the variance of a frame and per `1 / (2 n - 1)`, beyond which the
+    /// rotor has been moved: six standard deviations of a mean of white innovations. With the default camera a shift of
+    /// 6 milli-degrees is found, and one of 50 within 2 ms.
+    const MOVED_MAX: f64 = 0.14 * 255.0;
 
-    /// Square of the mean innovation, per the variance of a frame, beyond which the rotor has been moved: six standard
-    /// deviations of a mean of white innovations, `1 / sqrt(2 n - 1)`. With the default camera a shift of 6
-    /// milli-degrees is found, and one of 50 within 2 ms.
-    const MOVED_MAX: f64 = 0.14;
-
-    /// Frames over which the normalised innovations are averaged.
-    const NIS_FRAMES: f64 = 64.0;
+    /// Square of the mean innovation without dither that a rotor explains which has not moved, per the variance of a
+    /// uniform error: three quarters of a step, half of it the code's and the rest the estimate's.
+    const CELL: f64 = 6.75;
 
     /// Normalised innovation squared beyond which a frame counts as far off.
     const FAR: f64 = 16.0;
@@ -308,8 +375,8 @@ impl<T: Real, B: TrackCovariance<T>> Track<T, B> {
 
     /// Averages the normalised innovation squared, at most the gate.
     #[inline]
-    pub(crate) fn note_innovation(&mut self, normalised: T) {
-        self.nis += (normalised - self.nis) * T::from_f64(1.0 / Self::NIS_FRAMES);
+    pub(crate) fn note_innovation(&mut self, normalised: T, tuning: &TrackTuning<T>) {
+        self.nis += (normalised - self.nis) / tuning.nis_frames;
         self.far = (self.far << 1) | u8::from(normalised > T::from_f64(Self::FAR));
     }
 
@@ -338,21 +405,24 @@ impl<T: Real, B: TrackCovariance<T>> Track<T, B> {
         if !self.resting {
             return FrameAtRest::Informative;
         }
-        // The angle is known as well as quantisation allows, and the code repeats without dither.
-        let repeats = same
-            && self.change_share < T::from_f64(0.2)
+        // The angle is known as well as quantisation allows, and the code repeats without dither. Of a coarse camera a
+        // rare other code is left out as well: it alone would pull the estimate to its side.
+        let undithered = self.change_share < T::from_f64(0.2)
             && self.state.covariance.angle_rad2() <= tuning.quantisation_rad2;
+        let repeats = undithered && (same || tuning.coarse);
         let changed = if frame.angle == self.code { T::zero() } else { T::one() };
         self.change_share += (changed - self.change_share) * T::from_f64(1.0 / 64.0);
-        if repeats {
+        if repeats && !tuning.coarse {
             return FrameAtRest::Repeated;
         }
-        self.mean_innovation_rad +=
-            (innovation_rad - self.mean_innovation_rad) * T::from_f64(1.0 / Self::MEAN_FRAMES);
-        if self.mean_innovation_rad * self.mean_innovation_rad
-            > T::from_f64(Self::MOVED_MAX) * tuning.camera_rad2
-        {
+        self.mean_innovation_rad += (innovation_rad - self.mean_innovation_rad) / tuning.mean_frames;
+        let twice_frames = tuning.mean_frames + tuning.mean_frames - T::one();
+        let unexplained_rad2 = self.mean_innovation_rad * self.mean_innovation_rad
+            - if repeats { T::from_f64(Self::CELL) * tuning.quantisation_rad2 } else { T::zero() };
+        if unexplained_rad2 * twice_frames > T::from_f64(Self::MOVED_MAX) * tuning.camera_rad2 {
             FrameAtRest::Moved
+        } else if repeats {
+            FrameAtRest::Repeated
         } else {
             FrameAtRest::Informative
         }
@@ -371,14 +441,29 @@ impl<T: Real, B: TrackCovariance<T>> Track<T, B> {
         self.state.correct(innovation_rad, tuning.camera_rad2);
     }
 
-    /// Counts the frames of a quiet and slow rotor, and fuses a rate of zero at rest, with the variance that the
-    /// ringing stator causes.
+    /// The rotor may move again: the next frames have to show rest anew.
+    #[inline]
+    pub(crate) fn end_rest(&mut self) {
+        (self.resting, self.still_frames) = (false, 0);
+    }
+
+    /// Counts the frames of a quiet and slow rotor until `test` confirms that it has stopped, and fuses a rate of zero
+    /// at rest, with the variance that the ringing stator causes.
     #[inline(never)]
-    pub(crate) fn update_rest(&mut self, quiet: bool, frame: FrameAtRest, tuning: &TrackTuning<T>) {
+    pub(crate) fn update_rest(
+        &mut self,
+        quiet: bool,
+        frame: FrameAtRest,
+        tuning: &TrackTuning<T>,
+        test: &mut RestTest<T>,
+    ) {
         if frame == FrameAtRest::Informative {
             let still = quiet && self.state.rate_rad_s.abs() < tuning.resting_rate_rad_s;
-            self.still_frames = if still { self.still_frames.saturating_add(1) } else { 0 };
-            self.resting = self.still_frames >= tuning.resting_frames;
+            if !still {
+                self.end_rest();
+            } else if !self.resting {
+                self.count_still_frame(tuning, test);
+            }
         }
         if self.resting {
             let State { angle, rate_rad_s, covariance, .. } = &mut self.state;
@@ -391,6 +476,24 @@ impl<T: Real, B: TrackCovariance<T>> Track<T, B> {
             *rate_rad_s += faster_rad_s;
         } else {
             (self.change_share, self.mean_innovation_rad) = (T::zero(), T::zero());
+        }
+    }
+}
+
+impl<T: Real, B: TrackCovariance<T>> Track<T, B> {
+    /// Counts one more frame of a quiet and slow rotor. Those of the second half are tested.
+    fn count_still_frame(&mut self, tuning: &TrackTuning<T>, test: &mut RestTest<T>) {
+        let frames = test.frames(tuning.resting_frames);
+        self.still_frames = self.still_frames.saturating_add(1);
+        if self.still_frames == frames / 2 {
+            test.begin();
+        }
+        if self.still_frames >= frames / 2 {
+            test.take(self.state.at, self.code);
+        }
+        if self.still_frames >= frames {
+            self.resting = test.confirms(tuning.camera_rad2);
+            self.still_frames = if self.resting { frames } else { frames / 2 };
         }
     }
 }

@@ -47,8 +47,9 @@
 //! # A stuck camera
 //!
 //! A camera that delivers its last picture for ever shows the same code frame after frame. Tracking noise and motion
-//! change the code of a live camera with probability 0.46 or more, so [`STUCK_FRAMES`] equal codes in a row are one
-//! chance in 10^5 even for a driven rotor that does not turn. Then the camera counts as stuck: the frames with that
+//! change the code of the default camera with probability 0.46 or more, so 20 equal codes in a row are one chance in
+//! 10^5 even for a driven rotor that does not turn. A coarser camera repeats codes by itself, so the number follows
+//! from noise and resolution ([`TrackTuning::stuck_frames`]). Then the camera counts as stuck: the frames with that
 //! code are taken back, and refused ([`Rejection::Stuck`]) until another code comes. At rest the same code proves
 //! nothing, see [`crate::camera::track`]. So a camera that stuck before the rotor was known to turn is used again once
 //! the rotor lies quiet, for it may be a live camera without dither. Limit: a camera that really is stuck, and became
@@ -60,6 +61,8 @@ mod hypotheses;
 use heapless::Deque;
 use motor_model::{Angle, Real, Time};
 
+use crate::camera::noise::CameraNoise;
+use crate::camera::rest_test::RestTest;
 use crate::camera::track::{FrameAtRest, Process, State, Track, TrackTuning};
 use crate::camera::track_covariance::TrackCovariance;
 use crate::factorised::angle_rate::AngleRateCovariance;
@@ -69,9 +72,6 @@ use hypotheses::Fit;
 
 /// Frames kept, so that a late one can be fused in its place: 3.1 ms at 10,000 frames a second.
 pub const FRAMES_KEPT: usize = 32;
-
-/// Equal codes in a row of a driven rotor at which a camera counts as stuck: 2 ms at 10,000 frames a second.
-pub const STUCK_FRAMES: u8 = 20;
 
 /// What the filter knows when a frame arrives.
 #[derive(Clone, Copy, Debug)]
@@ -117,6 +117,8 @@ pub(crate) struct Tracker<T, B = AngleRateCovariance<T>> {
     /// Those before it, by exposure.
     older: Deque<TrackedFrame<T, B>, { FRAMES_KEPT - 1 }>,
     stuck: Option<Stuck>,
+    rest_test: RestTest<T>,
+    noise: CameraNoise<T>,
     /// Age of the last frame by the filter's clock when it came, in ns.
     latency_nanos: u64,
 }
@@ -136,7 +138,38 @@ impl<T: Real, B: TrackCovariance<T>> Tracker<T, B> {
 
     /// A tracker without frames.
     pub(crate) fn new(tuning: TrackTuning<T>) -> Self {
-        Self { tuning: tuning.validated(), newest: None, older: Deque::new(), stuck: None, latency_nanos: 0 }
+        Self {
+            tuning: tuning.validated(),
+            newest: None,
+            older: Deque::new(),
+            stuck: None,
+            rest_test: RestTest::new(),
+            noise: CameraNoise::new(),
+            latency_nanos: 0,
+        }
+    }
+
+    /// Whether the rotor lies still.
+    #[inline]
+    pub(crate) fn is_resting(&self) -> bool {
+        self.track().is_some_and(|track| track.resting)
+    }
+
+    /// Time of the last frame used; zero before the first.
+    #[inline]
+    pub(crate) fn newest_at(&self) -> Time {
+        self.track().map_or(Time::ZERO, |track| track.state.at)
+    }
+
+    /// The rotor is driven: it may move, however short the drive and however long the time to the next frame.
+    #[inline]
+    pub(crate) fn end_rest(&mut self) {
+        if let Some(TrackedFrame { track, .. }) = &mut self.newest
+            && track.may_rest()
+        {
+            track.end_rest();
+            self.rest_test.forget();
+        }
     }
 
     /// The track at the last frame used.
@@ -186,6 +219,9 @@ impl<T: Real, B: TrackCovariance<T>> Tracker<T, B> {
             return self.refuse_for_time(frame, Rejection::Future);
         } else {
             self.latency_nanos = 0;
+        }
+        if context.quiet && self.noise.take(frame, &mut self.tuning) {
+            self.rest_test.begin();
         }
         if self.stuck.is_some() && self.still_stuck(frame, context.quiet) {
             return refused(frame, (T::zero(), T::zero()), Rejection::Stuck);
@@ -262,10 +298,10 @@ impl<T: Real, B: TrackCovariance<T>> Tracker<T, B> {
     ) -> Innovation<T> {
         let Some(TrackedFrame { frame, track }) = &mut self.newest else { return self.restart_here() };
         let same = track.same_code(frame);
-        if track.same_codes >= STUCK_FRAMES && !quiet {
+        if track.same_codes >= self.tuning.stuck_frames && !quiet {
             return self.declare_stuck((innovation_rad, variance_rad2));
         }
-        track.note_innovation(normalised);
+        track.note_innovation(normalised, &self.tuning);
         track.refusals = 0;
         // A rotor that moves skips what concerns rest.
         let lying = quiet || track.may_rest();
@@ -281,10 +317,13 @@ impl<T: Real, B: TrackCovariance<T>> Tracker<T, B> {
                 Verdict::Used
             }
             FrameAtRest::Repeated => Verdict::Rejected(Rejection::Repeated),
-            FrameAtRest::Moved => return self.restart_here(),
+            FrameAtRest::Moved => {
+                self.rest_test.withdraw();
+                return self.restart_here();
+            }
         };
         if lying {
-            track.update_rest(quiet, at_rest, &self.tuning);
+            track.update_rest(quiet, at_rest, &self.tuning, &mut self.rest_test);
         }
         Innovation {
             source: Source::Camera,
@@ -320,10 +359,10 @@ impl<T: Real, B: TrackCovariance<T>> Tracker<T, B> {
         }
         let Some(TrackedFrame { track, .. }) = &mut self.newest else { return self.restart_here() };
         track.same_code(&frame);
-        if !quiet && track.same_codes >= STUCK_FRAMES {
+        if !quiet && track.same_codes >= self.tuning.stuck_frames {
             return self.declare_stuck(innovation);
         }
-        track.note_innovation(self.tuning.gate);
+        track.note_innovation(self.tuning.gate, &self.tuning);
         track.refusals = track.refusals.saturating_add(1);
         if track.refusals >= self.tuning.refusals_max && self.newest_frames_agree(process) {
             return self.begin(&frame, predicted);

@@ -32,19 +32,35 @@
 //! variance, and 1.15 and 1.57 times that of the smoother, where later frames reduce the filter's own share and the
 //! jitter remains.
 //!
+//! # Slow cameras
+//!
+//! Between the frames of a slow camera ([`RandomWalkTuning::returns_to_mean`]) a random walk would lose the turn: in 0.1
+//! s it adds 18 rad/s. In truth the rate returns to its mean with the correlation time T. So there the rate and its
+//! error decay by `exp(-h / T)` after each step h of the random walk, at most T / 3 long, or a sixteenth of the time to
+//! the next frame. The mean is that of the mode ([`mean_rate`]), and zero for a rotor that slides to a stop.
+//!
 //! The state is that at the exposure of the last frame; [`ConstantRate::estimate`] carries it to the present.
 
-use motor_model::{DriveCommand, DriveMode, Real, Time};
+mod mean_rate;
+
+use motor_model::{DriveCommand, DriveMode, MotorParams, Real, Time};
 
 use crate::camera::track::{Jitter, Process, State, TrackTuning};
 use crate::camera::track_covariance::TrackCovariance;
 use crate::camera::tracker::{FrameContext, Tracker};
 use crate::filter::{AngleFilter, Estimate, Health, Reason};
 use crate::innovation::Innovation;
-use crate::instruments::Instruments;
+use crate::instruments::{CameraDescription, Instruments};
 use crate::measurement::{CameraFrame, LdvSample};
 use crate::vibrometer::motion::{Motion, MotionWatch};
 use crate::vibrometer::rest::RestTuning;
+use mean_rate::MeanRates;
+
+/// Correlation time of the rate in modes B and C, in s.
+const CORRELATION_B_S: f64 = 12e-3;
+const CORRELATION_C_S: f64 = 2e-3;
+/// Most steps to the next frame.
+const STEPS_MAX: u64 = 16;
 
 /// Noise of process and camera.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -69,6 +85,8 @@ pub struct RandomWalkTuning<T> {
     pub sliding_rad2_s3: T,
     /// Process noise at rest in rad^2/s^3.
     pub resting_rad2_s3: T,
+    /// Whether the rate returns to its mean between frames, see the head of this module.
+    pub returns_to_mean: bool,
     /// Jitter under mode B.
     pub jitter_b: Jitter<T>,
     /// Jitter under mode C.
@@ -83,19 +101,37 @@ impl<T: Real> Default for ConstantRateTuning<T> {
 }
 
 impl<T: Real> ConstantRateTuning<T> {
-    /// For `instruments`.
+    /// For the nominal motor under `instruments`.
     pub fn new(instruments: &Instruments) -> Self {
+        Self::for_motor(&MotorParams::nominal(), instruments)
+    }
+
+    /// For a motor of `params` under `instruments`.
+    pub fn for_motor(params: &MotorParams, instruments: &Instruments) -> Self {
         Self {
             track: TrackTuning::new(&instruments.camera),
-            rest: RestTuning::default(),
-            random_walk: RandomWalkTuning::default(),
+            rest: RestTuning::new(params, instruments),
+            random_walk: RandomWalkTuning::new(&instruments.camera),
         }
     }
 }
 
 impl<T: Real> Default for RandomWalkTuning<T> {
+    /// For the default camera.
     fn default() -> Self {
+        Self::new(&CameraDescription::default())
+    }
+}
+
+impl<T: Real> RandomWalkTuning<T> {
+    /// Period of the frames from which on the rate returns to its mean between them, in ns: a sixth of its correlation
+    /// time in mode B.
+    const SLOW_NANOS: u64 = 2_000_000;
+
+    /// For `camera`.
+    pub fn new(camera: &CameraDescription) -> Self {
         Self {
+            returns_to_mean: camera.period_nanos > Self::SLOW_NANOS,
             impacted_b_rad2_s3: T::from_f64(3200.0),
             impacted_c_rad2_s3: T::from_f64(300.0),
             sliding_rad2_s3: T::from_f64(3000.0),
@@ -133,12 +169,49 @@ impl<T: Real> RandomWalkTuning<T> {
 struct RandomWalk<'a, T> {
     tuning: &'a RandomWalkTuning<T>,
     motion: Motion,
+    /// Mean rate in modes B and C, in rad/s.
+    mean_rate_rad_s: [T; 2],
+}
+
+impl<T: Real> RandomWalk<'_, T> {
+    /// Carries the state to `until` while the rate returns to its mean.
+    #[cold]
+    fn return_to_mean<B: TrackCovariance<T>>(
+        &self,
+        state: &mut State<T, B>,
+        until: Time,
+        intensity_rad2_s3: T,
+    ) {
+        let (correlation_s, mean_rad_s) = match self.motion {
+            Motion::Impacted(DriveMode::B) => (CORRELATION_B_S, self.mean_rate_rad_s[0]),
+            Motion::Impacted(DriveMode::C) => (CORRELATION_C_S, self.mean_rate_rad_s[1]),
+            Motion::Quiet => (CORRELATION_B_S, T::zero()),
+        };
+        let per_correlation = T::from_f64(1.0 / correlation_s);
+        let span_nanos = until.nanos_since(state.at);
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "some milliseconds")]
+        let step_nanos = ((1e9 / 3.0 * correlation_s) as u64).max(span_nanos / STEPS_MAX);
+        while until > state.at {
+            let next = until.min(state.at.plus_nanos(step_nanos));
+            let x: T = next.seconds_since::<T>(state.at) * per_correlation;
+            // exp(-x) to third order in x, and positive for any x.
+            let kept = T::one() / (T::one() + x + T::from_f64(0.5) * x * x);
+            state.propagate(next, intensity_rad2_s3);
+            state.rate_rad_s = mean_rad_s + (state.rate_rad_s - mean_rad_s) * kept;
+            state.covariance.kick_rate(kept, T::zero());
+        }
+    }
 }
 
 impl<T: Real, B: TrackCovariance<T>> Process<T, B> for RandomWalk<'_, T> {
     #[inline]
     fn carry(&self, state: &mut State<T, B>, resting: bool, until: Time) {
-        state.propagate(until, self.tuning.intensity_rad2_s3(self.motion, resting));
+        let intensity_rad2_s3 = self.tuning.intensity_rad2_s3(self.motion, resting);
+        if self.tuning.returns_to_mean && !resting {
+            self.return_to_mean(state, until, intensity_rad2_s3);
+        } else {
+            state.propagate(until, intensity_rad2_s3);
+        }
     }
 
     #[inline]
@@ -151,6 +224,7 @@ impl<T: Real, B: TrackCovariance<T>> Process<T, B> for RandomWalk<'_, T> {
 #[derive(Clone, Debug)]
 pub struct ConstantRate<T> {
     random_walk: RandomWalkTuning<T>,
+    mean_rates: MeanRates<T>,
     watch: MotionWatch<T>,
     tracker: Tracker<T>,
 }
@@ -160,25 +234,43 @@ impl<T: Real> ConstantRate<T> {
     pub fn new(tuning: &ConstantRateTuning<T>) -> Self {
         Self {
             random_walk: tuning.random_walk,
+            mean_rates: MeanRates::new(),
             watch: MotionWatch::new(&tuning.rest),
             tracker: Tracker::new(tuning.track),
         }
     }
 
     fn process(&self, motion: Motion) -> RandomWalk<'_, T> {
-        RandomWalk { tuning: &self.random_walk, motion }
+        RandomWalk { tuning: &self.random_walk, motion, mean_rate_rad_s: self.mean_rates.rad_s() }
     }
 
     fn update_with_motion(&mut self, frame: &CameraFrame, motion: Motion) -> Innovation<T> {
-        let process = RandomWalk { tuning: &self.random_walk, motion };
-        let context = FrameContext { clock: self.watch.clock(), quiet: motion == Motion::Quiet };
-        self.tracker.update(frame, context, &process)
+        let clock = self.watch.clock();
+        let process =
+            RandomWalk { tuning: &self.random_walk, motion, mean_rate_rad_s: self.mean_rates.rad_s() };
+        let context = FrameContext { clock, quiet: motion == Motion::Quiet };
+        let innovation = self.tracker.update(frame, context, &process);
+        self.watch.note_rest(self.tracker.is_resting(), clock);
+        if self.random_walk.returns_to_mean {
+            self.mean_rates.note_frame(&innovation, self.watch.driven_mode());
+        }
+        innovation
+    }
+
+    /// What has moved the rotor since the last frame used.
+    #[inline]
+    fn motion(&self, now: Time) -> Motion {
+        self.watch.motion_since(self.tracker.newest_at(), now)
     }
 }
 
 impl<T: Real> AngleFilter<T> for ConstantRate<T> {
     fn drive(&mut self, at: Time, command: DriveCommand) {
         self.watch.drive(at, command);
+        self.mean_rates.note_drive(command.mode());
+        if command.mode().is_some() {
+            self.tracker.end_rest();
+        }
     }
 
     #[inline]
@@ -189,16 +281,20 @@ impl<T: Real> AngleFilter<T> for ConstantRate<T> {
 
     #[inline]
     fn update_camera(&mut self, frame: &CameraFrame) -> Innovation<T> {
-        self.update_with_motion(frame, self.watch.motion(self.watch.clock().max(frame.exposed_at)))
+        let now = self.watch.clock().max(frame.exposed_at);
+        self.update_with_motion(
+            frame,
+            self.watch.motion_since(self.tracker.newest_at().min(frame.exposed_at), now),
+        )
     }
 
     #[inline]
     fn estimate(&self, now: Time) -> Option<Estimate<T>> {
-        self.tracker.estimate(now, &self.process(self.watch.motion(now)))
+        self.tracker.estimate(now, &self.process(self.motion(now)))
     }
 
     fn smoothed(&self, at: Time) -> Option<Estimate<T>> {
-        self.tracker.smoothed(at, &self.process(self.watch.motion(self.watch.clock().max(at))))
+        self.tracker.smoothed(at, &self.process(self.motion(self.watch.clock().max(at))))
     }
 
     fn health(&self, now: Time) -> Health {

@@ -87,6 +87,9 @@ const PENDING_KICKS_MAX: usize = 8;
 /// Time after which the ringing of an impact has decayed: two time constants of mode C.
 const RINGING_NANOS: u64 = 6_000_000;
 
+/// Time after which the rate has forgotten what it was, in s: a longer gap makes it no less certain.
+pub(crate) const RATE_MEMORY_S: f64 = 12e-3;
+
 /// Longest spacing of two samples in s at which the phase of the ringing is known: a third of a radian of mode C.
 const SAMPLE_SPACING_MAX_S: f64 = 7e-6;
 
@@ -126,9 +129,16 @@ impl<T: Real> ImpactAided<T> {
         KickedRate {
             tuning: &self.tuning,
             kicks: &self.kicks,
-            motion: self.watch.motion(now),
+            motion: self.watch.motion_since(self.tracker.newest_at(), now),
             detecting_until: self.detecting_until(),
         }
+    }
+
+    /// Uses the noise of the vibrometer that was learnt at rest.
+    #[cold]
+    fn use_learnt_noise(&mut self) {
+        self.tuning = self.tuning.with_noise(self.watch.noise_m_s());
+        self.detector.set_noise(self.tuning.detector.noise_m_s);
     }
 
     /// Until when impacts would have been detected: never, by a vibrometer whose sign or scale is wrong.
@@ -214,6 +224,8 @@ impl<T: Real> ImpactAided<T> {
     fn random_walk_over_gap(&mut self, at: Time, seconds: T) {
         let intensity = self.tuning.constant_rate.random_walk.intensity_rad2_s3(self.watch.motion(at), false);
         self.forget_ringing(at);
+        let longest_s = T::from_f64(RATE_MEMORY_S);
+        let seconds = if seconds < longest_s { seconds } else { longest_s };
         self.record_kick(ImpactKick::unknown(at, intensity * seconds));
     }
 
@@ -291,12 +303,16 @@ impl<T: Real> AngleFilter<T> for ImpactAided<T> {
     fn drive(&mut self, at: Time, command: DriveCommand) {
         self.drive = command;
         self.watch.drive(at, command);
+        if command.mode().is_some() {
+            self.tracker.end_rest();
+        }
     }
 
     #[inline]
     fn update_ldv(&mut self, sample: &LdvSample) -> Option<Innovation<T>> {
         if self.watch.observe(sample) {
             let (before, had_fault) = (self.detector.newest(), self.detector.has_fault());
+            let sample = &self.watch.corrected(sample);
             let detection = self.detector.observe(sample);
             if had_fault && !self.detector.has_fault() {
                 self.resume_detection(sample.taken_at);
@@ -310,7 +326,8 @@ impl<T: Real> AngleFilter<T> for ImpactAided<T> {
 
     fn update_camera(&mut self, frame: &CameraFrame) -> Innovation<T> {
         let clock = self.watch.clock();
-        let motion = self.watch.motion(clock.max(frame.exposed_at));
+        let from = self.tracker.newest_at().min(frame.exposed_at);
+        let motion = self.watch.motion_since(from, clock.max(frame.exposed_at));
         let process = KickedRate {
             tuning: &self.tuning,
             kicks: &self.kicks,
@@ -320,6 +337,10 @@ impl<T: Real> AngleFilter<T> for ImpactAided<T> {
         let context = FrameContext { clock, quiet: motion == Motion::Quiet };
         let before = self.propagated.as_ref().and(self.tracker.place());
         let innovation = self.tracker.update(frame, context, &process);
+        self.watch.note_rest(self.tracker.is_resting(), clock);
+        if self.watch.noise_m_s() != self.tuning.detector.noise_m_s {
+            self.use_learnt_noise();
+        }
         self.drop_old_kicks();
         if before.is_none() || self.tracker.place() != before {
             self.propagated = None;

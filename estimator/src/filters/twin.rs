@@ -220,6 +220,15 @@ impl<T: Real> TwinFilter<T> {
         })
     }
 
+    /// Uses the noise of the vibrometer that was learnt at rest.
+    #[cold]
+    fn use_learnt_noise(&mut self) {
+        self.tuning.without_stator = self.tuning.without_stator.with_noise(self.watch.noise_m_s());
+        self.tuning.detector.noise_m_s = self.watch.noise_m_s();
+        self.detector.set_noise(self.tuning.detector.noise_m_s);
+        self.stator.height_noise_m2_s = stator::height_noise_m2_s(&self.tuning);
+    }
+
     /// Starts again at a sample whose time is not after the newest: the times before were wrong.
     fn resume_at(&mut self, taken_at: Time) {
         self.detector = ImpactDetector::new(self.tuning.detector);
@@ -243,12 +252,16 @@ impl<T: Real> AngleFilter<T> for TwinFilter<T> {
         self.ever_driven |= command.mode().is_some();
         self.drive = command;
         self.watch.drive(at, command);
+        if command.mode().is_some() {
+            self.tracker.end_rest();
+        }
     }
 
     fn update_ldv(&mut self, sample: &LdvSample) -> Option<Innovation<T>> {
         if !self.watch.observe(sample) {
             return None;
         }
+        let sample = &self.watch.corrected(sample);
         if self.detector.newest().is_some_and(|newest| sample.taken_at <= newest) {
             self.resume_at(sample.taken_at);
         }
@@ -286,7 +299,8 @@ impl<T: Real> AngleFilter<T> for TwinFilter<T> {
 
     fn update_camera(&mut self, frame: &CameraFrame) -> Innovation<T> {
         let clock = self.watch.clock();
-        let motion = self.watch.motion(clock.max(frame.exposed_at));
+        let from = self.tracker.newest_at().min(frame.exposed_at);
+        let motion = self.watch.motion_since(from, clock.max(frame.exposed_at));
         let process = TwinProcess {
             tuning: &self.tuning,
             kicks: &self.kicks,
@@ -298,6 +312,10 @@ impl<T: Real> AngleFilter<T> for TwinFilter<T> {
         let context = FrameContext { clock, quiet: motion == Motion::Quiet };
         let before = self.tracker.place();
         let innovation = self.tracker.update(frame, context, &process);
+        self.watch.note_rest(self.tracker.is_resting(), clock);
+        if self.watch.noise_m_s() != self.tuning.detector.noise_m_s {
+            self.use_learnt_noise();
+        }
         self.drop_old_kicks();
         if self.tracker.place() != before {
             self.propagate();
@@ -306,7 +324,7 @@ impl<T: Real> AngleFilter<T> for TwinFilter<T> {
     }
 
     fn estimate(&self, now: Time) -> Option<Estimate<T>> {
-        self.tracker.estimate(now, &self.process(self.watch.motion(now)))
+        self.tracker.estimate(now, &self.process(self.watch.motion_since(self.tracker.newest_at(), now)))
     }
 
     fn health(&self, now: Time) -> Health {

@@ -35,6 +35,7 @@
 //!
 //! | fault | sign | [`crate::Reason`] | ends |
 //! |---|---|---|---|
+//! | too much noise | as described, or learnt at rest | `VibrometerUnfit` | never, or when less is learnt |
 //! | wrong sign | every impact appears as a fall | `VibrometerInverted` | when jumps are upwards again |
 //! | wrong scale | a rotor in flight does not fall by g: [`free_fall`] | `VibrometerScale` | when it does again |
 //! | wrong samples | a fall of [`FALL_M_S`] or more | `VibrometerErratic` | 50 ms after the last such fall |
@@ -61,6 +62,25 @@ use crate::measurement::LdvSample;
 /// Least fall that shows wrong samples, in m/s: five thresholds of 1 mm/s.
 const FALL_M_S: f64 = 0.005;
 
+/// Time over which the velocity in flight is averaged, in s.
+const WINDOW_S: f64 = 2e-4;
+/// Noise above which impacts are not told from noise, in m/s: the threshold of 20 mm/s is as large as the largest jumps
+/// of mode C and a fifth of those of mode B.
+const BLIND_M_S: f64 = 4e-3;
+/// Speed beyond which a sample is wrong, in m/s: twice that of any real rotor.
+const LIMIT_M_S: f64 = 2.0;
+
+/// Samples of a window of this length in s: at least two, at most 1,000.
+pub(crate) fn window_samples<T: Real>(window_s: f64, vibrometer: &VibrometerDescription) -> T {
+    T::from_f64((window_s / vibrometer.period_s()).clamp(2.0, 1000.0))
+}
+
+/// Speed from which on a sample is not used, in m/s: beyond any rotor's, or saturated.
+pub(crate) fn limit_m_s(vibrometer: &VibrometerDescription) -> f64 {
+    let saturated_m_s = 0.99 * vibrometer.range_m_s;
+    if saturated_m_s > 0.0 { saturated_m_s.min(LIMIT_M_S) } else { LIMIT_M_S }
+}
+
 /// Noise, threshold and model of the impact detector.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ImpactDetectorTuning<T> {
@@ -76,6 +96,8 @@ pub struct ImpactDetectorTuning<T> {
     pub gravity_m_s2: T,
     /// Damping by the squeeze film, `b_z / m_r`, in 1/s.
     pub damping_per_s: T,
+    /// With more noise than this, in m/s, impacts are not told from noise, and none is taken from the samples.
+    pub blind_m_s: T,
     /// A longer time between samples is a gap, in ns: impacts in it are not known. Default 50,000, ten periods.
     pub gap_nanos: u64,
 }
@@ -87,8 +109,9 @@ impl<T: Real> ImpactDetectorTuning<T> {
         Self {
             noise_m_s: T::from_f64(vibrometer.sample_sd_m_s()),
             threshold: T::from_f64(5.0),
-            window_samples: T::from_f64(40.0),
-            limit_m_s: T::from_f64(2.0),
+            window_samples: window_samples(WINDOW_S, vibrometer),
+            limit_m_s: T::from_f64(limit_m_s(vibrometer)),
+            blind_m_s: T::from_f64(BLIND_M_S),
             gravity_m_s2: T::from_f64(params.get(Parameter::Gravity)),
             damping_per_s: T::from_f64(damping),
             gap_nanos: 10 * vibrometer.period_nanos,
@@ -179,8 +202,21 @@ impl<T: Real> ImpactDetector<T> {
             upward_m2_s2: T::from_f64(Self::SIGN_M2_S2),
             free_fall: FreeFall::new(),
             erratic_until: None,
-            faulty: false,
+            faulty: tuning.noise_m_s > tuning.blind_m_s,
         }
+    }
+
+    /// Detects with samples of this noise from now on.
+    pub(crate) fn set_noise(&mut self, noise_m_s: T) {
+        self.tuning.noise_m_s = noise_m_s;
+        let limit_m_s = self.threshold_m_s();
+        self.limit_m2_s2 = limit_m_s * limit_m_s;
+        self.update_faulty();
+    }
+
+    /// Whether the noise hides the impacts.
+    pub fn blind(&self) -> bool {
+        self.tuning.noise_m_s > self.tuning.blind_m_s
     }
 
     /// Whether the vibrometer's scale is wrong: the rotor falls faster or more slowly than gravity makes it, by a
@@ -205,9 +241,10 @@ impl<T: Real> ImpactDetector<T> {
         self.faulty
     }
 
-    /// The fault that holds, if any; the first of wrong sign, wrong scale and wrong samples.
+    /// The fault that holds, if any; the first of too much noise, wrong sign, wrong scale and wrong samples.
     pub(crate) fn fault(&self) -> Option<Reason> {
         let faults = [
+            (self.blind(), Reason::VibrometerUnfit),
             (self.inverted(), Reason::VibrometerInverted),
             (self.mis_scaled(), Reason::VibrometerScale),
             (self.erratic(), Reason::VibrometerErratic),
@@ -324,7 +361,7 @@ impl<T: Real> ImpactDetector<T> {
     }
 
     fn update_faulty(&mut self) {
-        self.faulty = self.inverted() || self.mis_scaled() || self.erratic();
+        self.faulty = self.blind() || self.inverted() || self.mis_scaled() || self.erratic();
     }
 
     /// Ends the time after wrong samples, if it is over at `at`.

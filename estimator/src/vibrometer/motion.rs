@@ -5,14 +5,30 @@
 //! | B | any | `Impacted(B)` |
 //! | C, within 25 ms of mode B | any | `Impacted(B)` |
 //! | C, later | any | `Impacted(C)` |
-//! | off | not quiet, or silent | `Impacted` by the mode driven last; B before the first drive |
 //! | off | quiet | `Quiet` |
+//! | off, for the motor's settling time | any | `Quiet` |
+//! | off, shorter | not quiet, or silent | `Impacted` by the mode driven last; B before the first drive |
+//!
+//! # Without a vibrometer, or with one that cannot tell
+//!
+//! A motor of known design lies quiet a known time after its drive is off ([`crate::settling`]). So the rotor counts as
+//! quiet then, whatever the vibrometer shows. A vibrometer can only shorten that time. Before the first drive the time
+//! runs from the first call of [`MotionWatch::drive`]. Quiet is no rest: a rotor may slide, or turn without friction.
+//! Rest is concluded from the frames ([`crate::camera::rest_test`]). At rest, bias and noise of the vibrometer are learnt
+//! ([`crate::vibrometer::calibration`]), and from then on it tells quiet again.
+//!
+//! # The past
+//!
+//! A frame shows the rotor at its exposure. With a latency of more than one frame the motion may have changed since: the
+//! watch keeps the last change and what was before it. A latency of up to one frame is not told apart from none.
 //!
 //! # Which samples are used
 //!
 //! A vibrometer that has lost its light, or whose range is exceeded, may deliver zeros or repeat one value without a
 //! flag. Noise of 0.2 mm/s makes two equal neighbours in `f32` one in 10^5, and an exact zero rarer still. So neither
-//! is used: a sample lost by chance costs nothing, and a dead vibrometer counts as silent. A sample from more than a
+//! is used: a sample lost by chance costs nothing, and a dead vibrometer counts as silent. Where the vibrometer's steps
+//! are wider than a tenth of its noise, equal neighbours are usual: there the driven rotor's samples are dropped after a
+//! millisecond of equal ones, and those of a rotor without drive are used but do not show quiet. A sample from more than a
 //! millisecond after the clock has a wrong time and is not used. Neither is one no newer than the last, unless
 //! [`MotionWatch::OLD_SAMPLES_MAX`] of those come in a row: then the time of the last one was wrong, and the watch
 //! starts again at the next sample.
@@ -20,7 +36,8 @@
 use motor_model::{DriveCommand, DriveMode, Real, Time};
 
 use crate::measurement::{CLOCK_TOLERANCE_NANOS, LdvSample};
-use crate::vibrometer::rest::{RestDetector, RestTuning};
+use crate::vibrometer::calibration::Calibration;
+use crate::vibrometer::rest::{RestDetector, RestTuning, quiet_m2_s2};
 
 /// What moves the rotor.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -31,10 +48,38 @@ pub enum Motion {
     Quiet,
 }
 
+/// The last change of the motion.
+#[derive(Clone, Copy, Debug)]
+struct MotionHistory {
+    before: Motion,
+    changed_at: Time,
+    now: Motion,
+}
+
+impl MotionHistory {
+    /// Before the first drive.
+    fn at_start() -> Self {
+        let moving = Motion::Impacted(DriveMode::B);
+        Self { before: moving, changed_at: Time::ZERO, now: moving }
+    }
+}
+
 /// Finds the motion from the drive really applied and the vibrometer's samples, and keeps the clock.
 #[derive(Clone, Copy, Debug)]
 pub struct MotionWatch<T> {
     rest: RestDetector<T>,
+    calibration: Calibration<T>,
+    /// [`RestTuning::settling_nanos`].
+    settling_nanos: [u64; 2],
+    /// [`RestTuning::fitted`].
+    fitted: bool,
+    /// [`RestTuning::equal_samples`], and how many equal samples have come in a row.
+    equal_samples_max: u16,
+    equal_samples: u16,
+    /// Since when the drive is off; `None` while it is on, and before the first call of [`Self::drive`].
+    off_since: Option<Time>,
+    /// The last change of the motion, where frames are late enough for it to matter.
+    history: Option<MotionHistory>,
     applied: DriveCommand,
     impact_mode: DriveMode,
     /// Until when the motion counts as that of mode B under another drive.
@@ -49,6 +94,7 @@ pub struct MotionWatch<T> {
 
 impl<T: Real> MotionWatch<T> {
     /// After so many samples in a row no newer than the last one used, the watch starts again: 1 ms at 200 kHz.
+    /// A number, not a time: by samples of wrong times nothing can be timed.
     pub const OLD_SAMPLES_MAX: u8 = 200;
 
     /// How long the motion remains that of mode B when mode C follows, in ns: high flights and a rate ten times that of
@@ -59,6 +105,13 @@ impl<T: Real> MotionWatch<T> {
     pub fn new(tuning: &RestTuning<T>) -> Self {
         Self {
             rest: RestDetector::new(tuning),
+            calibration: Calibration::new(tuning.noise_m_s),
+            settling_nanos: tuning.settling_nanos,
+            fitted: tuning.fitted,
+            equal_samples_max: tuning.equal_samples,
+            equal_samples: 0,
+            off_since: None,
+            history: tuning.late_frames.then(MotionHistory::at_start),
             applied: DriveCommand::OFF,
             impact_mode: DriveMode::B,
             mode_b_until: Time::ZERO,
@@ -76,7 +129,60 @@ impl<T: Real> MotionWatch<T> {
             self.mode_b_until = at.plus_nanos(Self::MODE_B_NANOS);
         }
         self.applied = command;
-        self.impact_mode = command.mode().unwrap_or(self.impact_mode);
+        if let Some(mode) = command.mode() {
+            (self.impact_mode, self.off_since) = (mode, None);
+        } else if self.off_since.is_none() {
+            self.off_since = Some(at);
+        }
+        if self.history.is_some() {
+            self.note_change(at);
+        }
+    }
+
+    /// Keeps a change of the motion.
+    #[cold]
+    fn note_change(&mut self, now: Time) {
+        let motion = self.motion(now);
+        if let Some(history) = &mut self.history
+            && history.now != motion
+        {
+            *history = MotionHistory { before: history.now, changed_at: now, now: motion };
+        }
+    }
+
+    /// What has moved the rotor from `from` to `now`: quiet only if it was quiet all the time, as far as the last change
+    /// tells.
+    #[inline]
+    pub(crate) fn motion_since(&self, from: Time, now: Time) -> Motion {
+        let motion = self.motion(now);
+        match &self.history {
+            Some(history) if motion == Motion::Quiet && history.changed_at > from => history.before,
+            _ => motion,
+        }
+    }
+
+    /// Whether the rotor rests at `now`, by the camera: then bias and noise of the vibrometer are learnt.
+    #[inline]
+    pub(crate) fn note_rest(&mut self, resting: bool, now: Time) {
+        self.calibration.note_rest(resting && self.applied.mode().is_none(), now);
+    }
+
+    /// The sample without the bias that was learnt.
+    #[inline]
+    pub(crate) fn corrected(&self, sample: &LdvSample) -> LdvSample {
+        LdvSample { velocity_m_s: sample.velocity_m_s - self.calibration.bias_m_s().to_f32(), ..*sample }
+    }
+
+    /// Standard deviation of a sample in m/s, as described or as learnt.
+    #[inline]
+    pub(crate) fn noise_m_s(&self) -> T {
+        self.calibration.noise_m_s()
+    }
+
+    /// The mode that is driven.
+    #[inline]
+    pub(crate) fn driven_mode(&self) -> Option<DriveMode> {
+        self.applied.mode()
     }
 
     /// The latest time of drive or vibrometer.
@@ -89,10 +195,13 @@ impl<T: Real> MotionWatch<T> {
     #[inline]
     pub fn observe(&mut self, sample: &LdvSample) -> bool {
         let value = sample.velocity_m_s;
-        let lifeless = value.to_bits() == self.last_value_m_s.to_bits() || value.to_bits() << 1 == 0;
+        let equal = value.to_bits() == self.last_value_m_s.to_bits() || value.to_bits() << 1 == 0;
         self.last_value_m_s = value;
-        if lifeless {
+        if equal && self.lifeless() {
             return false;
+        }
+        if !equal {
+            self.equal_samples = 0;
         }
         if let Some(newest) = self.rest.newest() {
             // The usual case: a little newer than the last sample, which the clock is not behind.
@@ -102,7 +211,27 @@ impl<T: Real> MotionWatch<T> {
             }
         }
         self.old_samples = 0;
-        self.rest.take(sample)
+        if self.calibration.learns(sample.taken_at) {
+            self.learn(value);
+        }
+        self.rest.take(&self.corrected(sample))
+    }
+
+    /// Counts one more equal sample; returns whether the vibrometer counts as lifeless.
+    fn lifeless(&mut self) -> bool {
+        self.equal_samples = self.equal_samples.saturating_add(1);
+        self.equal_samples >= self.equal_samples_max
+            && (self.equal_samples_max == 1 || self.applied.mode().is_some())
+    }
+
+    /// Learns bias and noise from a sample of a rotor at rest.
+    fn learn(&mut self, velocity_m_s: f32) {
+        let velocity_m_s = T::from_f32(velocity_m_s);
+        // Written so that NaN is not learnt from.
+        if velocity_m_s.abs() < T::one() && self.calibration.learn(velocity_m_s) {
+            let noise_m_s = self.calibration.noise_m_s().to_f64();
+            self.rest.set_limit(T::from_f64(quiet_m2_s2(noise_m_s * noise_m_s)));
+        }
     }
 
     /// Whether a sample that is no newer than the last one, or much newer, is to be dropped.
@@ -125,15 +254,31 @@ impl<T: Real> MotionWatch<T> {
         match self.applied.mode() {
             Some(DriveMode::C) if now < self.mode_b_until => Motion::Impacted(DriveMode::B),
             Some(mode) => Motion::Impacted(mode),
-            None if self.rest.quiet_since(now).is_some() => Motion::Quiet,
+            None if self.rest.quiet_since(now).is_some() && !self.repeats() => Motion::Quiet,
+            None if self.settled(now) => Motion::Quiet,
             None => Motion::Impacted(self.impact_mode),
         }
     }
 
-    /// Whether the vibrometer has been silent for a millisecond before `now`.
+    /// Whether the vibrometer repeats one value for so long that it shows nothing.
+    #[inline]
+    fn repeats(&self) -> bool {
+        self.equal_samples >= self.equal_samples_max
+    }
+
+    /// Whether the drive has been off for the motor's settling time.
+    #[inline]
+    fn settled(&self, now: Time) -> bool {
+        let [after_b, after_c] = self.settling_nanos;
+        let after_c_only = self.impact_mode == DriveMode::C && now >= self.mode_b_until;
+        let settling_nanos = if after_c_only { after_c } else { after_b };
+        self.off_since.is_some_and(|off| now >= off.plus_nanos(settling_nanos))
+    }
+
+    /// Whether the vibrometer has been silent for a millisecond before `now`; never, where there is none.
     #[inline]
     pub fn silent(&self, now: Time) -> bool {
-        self.rest.silent(now)
+        self.fitted && self.rest.silent(now)
     }
 }
 

@@ -1,4 +1,5 @@
-//! Whether impacts act on the rotor: the mean square of its vertical velocity, from the vibrometer.
+//! Whether impacts act on the rotor: the mean square of its vertical velocity, from the vibrometer, less the bias that
+//! was learnt ([`crate::vibrometer::calibration`]).
 //!
 //! ```text
 //! s+ = s + (min(v, v-)^2 - s) / n       quiet when s < limit, for as long as it stays so
@@ -8,12 +9,42 @@
 //! both, while a wrong sample stands alone. (Otherwise one sample of 0.1 m/s would hide for 5 ms that the rotor lies
 //! still, and two hundred of them a second would hide it for ever.)
 //!
+//! # The limit
+//!
+//! Of noise of variance sigma^2 the slower of two samples has the mean square `(1 - 2 / pi) sigma^2 = 0.36 sigma^2`. The
+//! limit lies at twice that, and a signal of 0.57 mm/s above it:
+//!
+//! ```text
+//! limit = (0.6 mm/s)^2 + 0.75 (sigma^2 - (0.2 mm/s)^2)        0.6 mm/s at the default noise of 0.2 mm/s
+//! ```
+//!
 //! A quiet rotor may still slide: friction stops it within `rate J / (mu m_r g R_t)`, 25 ms from the highest rates. So
 //! the filter, which knows the rate, concludes rest; this module only finds whether the rotor is quiet.
 
-use motor_model::{Real, Time};
+use motor_model::{DriveMode, MotorParams, Real, Time, math};
 
+use crate::instruments::{Instruments, VibrometerDescription};
 use crate::measurement::LdvSample;
+use crate::settling::settling_nanos;
+use crate::vibrometer::impact_detector::limit_m_s;
+
+/// Time over which the mean square is taken, in s.
+const WINDOW_S: f64 = 1e-3;
+/// Samples of the shortest window: their mean square is known to a fifth.
+const WINDOW_SAMPLES_MIN: f64 = 20.0;
+/// The limit at the default noise, the default noise, in m/s, and what noise adds.
+const QUIET_M_S: f64 = 6e-4;
+const DEFAULT_NOISE_M_S: f64 = 2e-4;
+const NOISE_PART: f64 = 0.75;
+
+/// Most equal samples in a row of a live vibrometer whose steps are wider than its noise, in s: in that time a rotor in
+/// flight changes its velocity by 10 mm/s.
+const EQUAL_S: f64 = 1e-3;
+
+/// Mean square below which a rotor is quiet, in m^2/s^2, at noise of this variance.
+pub(crate) fn quiet_m2_s2(noise_m2_s2: f64) -> f64 {
+    QUIET_M_S * QUIET_M_S + NOISE_PART * (noise_m2_s2 - DEFAULT_NOISE_M_S * DEFAULT_NOISE_M_S)
+}
 
 /// How the detector decides.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -23,14 +54,56 @@ pub struct RestTuning<T> {
     /// Root mean square vertical velocity below which the rotor counts as quiet, in m/s: above the vibrometer's noise,
     /// below the ringing of the stator that still moves the rotor.
     pub quiet_m_s: T,
+    /// Standard deviation of a sample that the vibrometer is assumed to have, in m/s.
+    pub noise_m_s: T,
+    /// Equal samples in a row from which on a vibrometer counts as lifeless.
+    pub equal_samples: u16,
+    /// Whether there is a vibrometer.
+    pub fitted: bool,
+    /// Whether frames arrive so late that the motion may have changed since their exposure: a latency of more than one
+    /// frame.
+    pub late_frames: bool,
+    /// Time in ns after the drive, in mode B and in mode C, after which the rotor is quiet by its design, whatever the
+    /// vibrometer shows.
+    pub settling_nanos: [u64; 2],
     /// Samples faster than this are dropped, in m/s: no real rotor is half as fast.
     pub limit_m_s: T,
 }
 
 impl<T: Real> Default for RestTuning<T> {
-    /// 1 ms at 200 kHz; 0.6 mm/s, three times the default noise and a thousandth of a tooth's speed in mode B.
+    /// For the nominal motor under the default instruments: 1 ms at 200 kHz; 0.6 mm/s, three times the default noise
+    /// and a thousandth of a tooth's speed in mode B.
     fn default() -> Self {
-        Self { window_samples: T::from_f64(200.0), quiet_m_s: T::from_f64(6e-4), limit_m_s: T::from_f64(2.0) }
+        Self::new(&MotorParams::nominal(), &Instruments::default())
+    }
+}
+
+impl<T: Real> RestTuning<T> {
+    /// For a motor of `params` under `instruments`.
+    pub fn new(params: &MotorParams, instruments: &Instruments) -> Self {
+        let vibrometer = instruments.vibrometer.unwrap_or_default();
+        let sd_m_s = vibrometer.sample_sd_m_s();
+        Self {
+            window_samples: T::from_f64((WINDOW_S / vibrometer.period_s()).max(WINDOW_SAMPLES_MIN)),
+            quiet_m_s: T::from_f64(math::sqrt(quiet_m2_s2(sd_m_s * sd_m_s))),
+            noise_m_s: T::from_f64(sd_m_s),
+            equal_samples: equal_samples(&vibrometer),
+            fitted: instruments.vibrometer.is_some(),
+            late_frames: instruments.camera.latency_nanos > instruments.camera.period_nanos,
+            settling_nanos: [DriveMode::B, DriveMode::C].map(|mode| settling_nanos(params, mode)),
+            limit_m_s: T::from_f64(limit_m_s(&vibrometer)),
+        }
+    }
+}
+
+/// Equal samples in a row from which on a vibrometer counts as lifeless: the second, if its steps are a tenth of its
+/// noise or less. Coarser steps repeat by themselves.
+#[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "at most 1,000")]
+fn equal_samples(vibrometer: &VibrometerDescription) -> u16 {
+    if vibrometer.resolution_m_s <= 0.1 * vibrometer.noise_m_s {
+        1
+    } else {
+        (EQUAL_S / vibrometer.period_s()).clamp(20.0, 1000.0) as u16
     }
 }
 
@@ -73,6 +146,11 @@ impl<T: Real> RestDetector<T> {
     #[inline]
     pub(crate) fn newest(&self) -> Option<Time> {
         self.newest
+    }
+
+    /// Counts a rotor as quiet below a mean square of this from now on.
+    pub(crate) fn set_limit(&mut self, quiet_m2_s2: T) {
+        self.quiet_m2_s2 = quiet_m2_s2;
     }
 
     /// Takes in a sample that is newer than the last. One that is not finite or too fast is dropped. Returns whether it

@@ -62,7 +62,10 @@ impl<T: Real> AnyFilter<T> {
             "impact_aided" => {
                 Self::ImpactAided(Box::new(ImpactAided::new(&ImpactAidedTuning::new(design, instruments))))
             }
-            _ => Self::ConstantRate(Box::new(ConstantRate::new(&ConstantRateTuning::new(instruments)))),
+            _ => Self::ConstantRate(Box::new(ConstantRate::new(&ConstantRateTuning::for_motor(
+                design,
+                instruments,
+            )))),
         })
     }
 

@@ -12,6 +12,9 @@ impl<T: Real, B: TrackCovariance<T>> Tracker<T, B> {
     /// Angle variance in rad^2 beyond which an estimate is of no use: half a degree.
     const UNCERTAIN_RAD2: f64 = 7.6e-5;
 
+    /// Variance of the rate before a second frame: half the prior.
+    const RATE_UNKNOWN_RAD2_S2: f64 = 200.0;
+
     /// Refusals in a row from which on the estimate is of no use: a single outlier or a landing causes one or two.
     const REFUSALS_SUSTAINED: u8 = 3;
 
@@ -46,11 +49,14 @@ impl<T: Real, B: TrackCovariance<T>> Tracker<T, B> {
         let track = self.track()?;
         process.carry(&mut ahead, track.resting, now);
         let jitter = process.jitter(now);
+        let (angle_rad2, floor_rad2) = (ahead.covariance.angle_rad2(), self.tuning.floor_rad2);
+        // Written so that a variance that has overflowed stays.
+        let angle_rad2 = if angle_rad2 < floor_rad2 { floor_rad2 } else { angle_rad2 };
         Some(Estimate {
             at: now,
             angle: ahead.angle.angle(),
             rate_rad_s: ahead.rate_rad_s,
-            angle_rad2: ahead.covariance.angle_rad2() + jitter.angle_rad2,
+            angle_rad2: angle_rad2 + jitter.angle_rad2,
             angle_rate_rad2_s: ahead.covariance.angle_rate_rad2_s(),
             rate_rad2_s2: ahead.covariance.rate_rad2_s2() + jitter.rate_rad2_s2,
             resting: track.resting,
@@ -77,7 +83,12 @@ impl<T: Real, B: TrackCovariance<T>> Tracker<T, B> {
         } else if track.refusals >= Self::REFUSALS_SUSTAINED {
             Health::Unusable(Reason::FramesRefused)
         } else if !certain {
-            Health::Unusable(Reason::Uncertain)
+            // Between the frames of a slow camera the estimate is wide, but right.
+            if self.on_time(now) && variance_rad2 <= T::from_f64(Self::LOST_RAD2) {
+                Health::Degraded(Reason::Uncertain)
+            } else {
+                Health::Unusable(Reason::Uncertain)
+            }
         } else if track.nis > T::from_f64(Self::NIS_LOST) * self.tuning.gate {
             Health::Unusable(Reason::NoiseMismatch)
         } else if self.silent(now) {
@@ -87,6 +98,15 @@ impl<T: Real, B: TrackCovariance<T>> Tracker<T, B> {
         } else {
             vibrometer.map_or(Health::Good, Health::Degraded)
         }
+    }
+
+    /// Whether frames come as they should, and the rate has been measured since the start.
+    #[cold]
+    fn on_time(&self, now: Time) -> bool {
+        let rate_known = self.track().is_some_and(|track| {
+            track.state.covariance.rate_rad2_s2() < T::from_f64(Self::RATE_UNKNOWN_RAD2_S2)
+        });
+        rate_known && !self.older.is_empty() && !self.silent(now)
     }
 
     /// Whether no frame has come for two and a half of the mean time between them, with the latency of the last one.

@@ -8,6 +8,10 @@ use crate::filters::impact_aided::ringing::RingingTuning;
 use crate::instruments::Instruments;
 use crate::vibrometer::impact_detector::ImpactDetectorTuning;
 
+/// Process noise by impacts below a threshold of 1 mm/s, in modes B and C, in rad^2/s^3.
+const MISSED_RAD2_S3: [f64; 2] = [0.4, 4.0];
+const THRESHOLD_M_S: f64 = 1e-3;
+
 /// What the filter assumes of motor and sensors.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ImpactAidedTuning<T> {
@@ -50,9 +54,10 @@ impl<T: Real> ImpactAidedTuning<T> {
             / get(Parameter::RotorInertia);
         let approach = (1.0 + 3.0 * params.mass_ratio()) / (1.0 + get(Parameter::Restitution));
         let (sin, cos) = math::sin_cos(2.0 * params.effective_tooth_angle_deg().to_radians());
+        let detector = ImpactDetectorTuning::new(params, &vibrometer);
         Self {
-            constant_rate: ConstantRateTuning::new(instruments),
-            detector: ImpactDetectorTuning::new(params, &vibrometer),
+            constant_rate: ConstantRateTuning::for_motor(params, instruments),
+            detector,
             kick_per_jump_rad_m: T::from_f64(kick),
             approach_per_jump: T::from_f64(approach),
             turn_per_rise_rad_m: T::from_f64(params.lever() * cos / (sin * get(Parameter::ToothRadius))),
@@ -61,9 +66,33 @@ impl<T: Real> ImpactAidedTuning<T> {
             tooth_width_rad_s: T::from_f64(1.5),
             friction_part2: T::from_f64(0.045),
             unexplained: T::from_f64(0.68),
-            missed_b_rad2_s3: T::from_f64(0.4),
-            missed_rad2_s3: T::from_f64(4.0),
+            missed_b_rad2_s3: T::from_f64(MISSED_RAD2_S3[0]),
+            missed_rad2_s3: T::from_f64(MISSED_RAD2_S3[1]),
             jitter_c: Jitter { angle_rad2: T::from_f64(1e-9), rate_rad2_s2: T::from_f64(1.2e-3) },
         }
+        .with_noise(detector.noise_m_s)
+    }
+
+    /// For a vibrometer of this noise: a wider threshold misses larger impacts.
+    ///
+    /// Jumps up to the threshold are about equally frequent, so their kicks add to the variance as its third power: from
+    /// the values at 1 mm/s up to those of the random walk, which has all kicks.
+    #[must_use]
+    pub(crate) fn with_noise(mut self, noise_m_s: T) -> Self {
+        self.detector.noise_m_s = noise_m_s;
+        let wider = noise_m_s * self.detector.threshold * T::from_f64(1.0 / THRESHOLD_M_S);
+        // The default's own threshold is 1, but for rounding.
+        if wider > T::from_f64(1.001) {
+            let volume = wider * wider * wider;
+            let missed = |at_default: f64, most: T| {
+                let missed = T::from_f64(at_default) * volume;
+                if missed < most { missed } else { most }
+            };
+            let walk = &self.constant_rate.random_walk;
+            let [b, c] = MISSED_RAD2_S3;
+            self.missed_b_rad2_s3 = missed(b, walk.impacted_b_rad2_s3);
+            self.missed_rad2_s3 = missed(c, walk.impacted_c_rad2_s3);
+        }
+        self
     }
 }

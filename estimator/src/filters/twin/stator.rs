@@ -102,7 +102,6 @@ impl<T: Real> StatorFilter<T> {
             let part = tuning.contact.process_noise_part;
             part * part * T::from_f64(4.0 * mode.damping_ratio * mode.natural_rad_s * speed * speed)
         };
-        let square = |x: T| x * x;
         let prior_variances = prior_variances(&tuning.prior);
         Ok(Self {
             model: Stator::try_new(params, DriveTuning::Resonant, PERIOD_S)?,
@@ -125,7 +124,7 @@ impl<T: Real> StatorFilter<T> {
             approach_per_jump: T::from_f64((1.0 + r) / (1.0 + params.get(Parameter::Restitution))),
             recoil_share: T::from_f64(r / (1.0 + r)),
             velocity_noise_m2_s3: modes.each_ref().map(velocity_noise),
-            height_noise_m2_s: square(tuning.detector.noise_m_s) * T::from_f64(PERIOD_S),
+            height_noise_m2_s: height_noise_m2_s(tuning),
         })
     }
 
@@ -199,6 +198,12 @@ impl<T: Real> StatorFilter<T> {
             && [k_a, k_b, k_c].iter().all(bounded(STIFFNESS_MAX))
             && bounded(TRACE_MAX)(&self.covariance.trace())
     }
+}
+
+/// Process noise of the height, the integral of samples of this noise and period, in m^2/s.
+pub(super) fn height_noise_m2_s<T: Real>(tuning: &TwinTuning<T>) -> T {
+    let noise_m_s = tuning.detector.noise_m_s;
+    noise_m_s * noise_m_s * tuning.sample_period_s
 }
 
 fn transition<T: Real>(mode: &Mode, time_s: f64) -> Matrix2<T> {

@@ -8,7 +8,10 @@ use motor_model::{MotorParams, Real};
 use crate::filters::constant_rate::ConstantRateTuning;
 use crate::filters::impact_aided::ImpactAidedTuning;
 use crate::instruments::Instruments;
-use crate::vibrometer::impact_detector::ImpactDetectorTuning;
+use crate::vibrometer::impact_detector::{ImpactDetectorTuning, window_samples};
+
+/// Time over which the velocity in flight is averaged, in s.
+const WINDOW_S: f64 = 1e-4;
 
 /// Prior of the motor, noise of the sensors, and noise of what the model leaves out.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -19,6 +22,8 @@ pub struct TwinTuning<T> {
     pub without_stator: ImpactAidedTuning<T>,
     /// The impact detector: threshold 3.6, lower than elsewhere since association finds false alarms; window 20.
     pub detector: ImpactDetectorTuning<T>,
+    /// Time between two samples of the vibrometer, in s.
+    pub sample_period_s: T,
     /// Prior of the motor's parameters.
     pub prior: TwinPrior<T>,
     /// Noise of the contact measurements, and the gates of their association.
@@ -91,13 +96,14 @@ impl<T: Real> TwinTuning<T> {
         let vibrometer = instruments.vibrometer.unwrap_or_default();
         let n = T::from_f64;
         Self {
-            constant_rate: ConstantRateTuning::new(instruments),
+            constant_rate: ConstantRateTuning::for_motor(params, instruments),
             without_stator: ImpactAidedTuning::new(params, instruments),
             detector: ImpactDetectorTuning {
                 threshold: n(3.6),
-                window_samples: n(20.0),
+                window_samples: window_samples(WINDOW_S, &vibrometer),
                 ..ImpactDetectorTuning::new(params, &vibrometer)
             },
+            sample_period_s: n(vibrometer.period_s()),
             prior: TwinPrior::default(),
             contact: ContactTuning::default(),
             tooth_velocity_m_s: n(5e-5),

@@ -9,6 +9,7 @@ use super::kick_record::KickRecord;
 use super::measured_impact::MeasuredImpact;
 use super::misfit_monitor::MisfitMonitor;
 use super::regime::RegimeDetector;
+use crate::filters::impact_aided::RATE_MEMORY_S;
 use crate::measurement::LdvSample;
 use crate::vibrometer::impact_detector::{ImpactDetector, VibrometerEvent};
 use crate::vibrometer::motion::Motion;
@@ -60,6 +61,8 @@ impl<T: Real> TwinFilter<T> {
                 if seconds > T::zero() {
                     self.stator.forget_motion();
                 }
+                let longest_s = T::from_f64(RATE_MEMORY_S);
+                let seconds = if seconds < longest_s { seconds } else { longest_s };
                 self.record_unknown_kick(sample.taken_at, intensity * seconds);
             }
         }

@@ -1,0 +1,230 @@
+//! The noise of the frames, learnt while the rotor is quiet.
+//!
+//! The second difference of three frames at equal times is free of angle and rate, and needs no filter:
+//!
+//! ```text
+//! d = z_n - 2 z_(n-1) + z_(n-2),    E d^2 = 6 R,    ratio = mean of d^2 / 6 R, over the last 1,024
+//! ```
+//!
+//! The variance R in use becomes the assumed one times the ratio when that differs from 1 by half, and by six standard
+//! errors `2 / sqrt(n)` (second differences overlap: white noise correlates them over two frames). Within that, the
+//! camera counts as described. The ratio is limited to noise of a quarter and of four times the assumed one.
+//!
+//! A resolution coarser than 2.5 times the noise shows a resting rotor one code or two, depending on its place in the
+//! cell. So the variance in use does not become less than that of noise of 0.4 steps. The floor of the variance
+//! ([`CameraDescription::floor_rad2`]) follows the noise learnt without that limit: where the codes change less than
+//! assumed, an average of them is worse than assumed.
+
+use motor_model::{Angle, Real, Time, math};
+
+use crate::camera::rest_test::resting_frames;
+use crate::camera::track::TrackTuning;
+use crate::instruments::CameraDescription;
+use crate::measurement::CameraFrame;
+
+/// Most frames that the mean is taken over.
+const FRAMES_MAX: f64 = 1024.0;
+/// Least number of second differences from which another noise is used.
+const FRAMES_MIN: f64 = 24.0;
+/// Standard errors of the mean, and least difference from the ratio in use.
+const STANDARD_ERRORS: f64 = 6.0;
+const DIFFERS: f64 = 0.5;
+/// Least difference from a ratio that was learnt.
+const DIFFERS_AGAIN: f64 = 0.2;
+/// Most that one second difference counts, per the variance in use, so that an outlier is little evidence: three
+/// standard deviations. One frame in a hundred that is wrong spoils three differences, which count 0.27 in the mean.
+const SQUARE_MAX: f64 = 9.0;
+/// Largest factor of the noise, either way.
+const FACTOR_MAX: f64 = 4.0;
+/// Noise per that of codes at one place of a cell, where it is less than assumed: between the middle of the cell, where
+/// it is 1, and the edge.
+const EDGE: f64 = 0.7;
+/// Variance of the codes at the edge of a cell, `Delta^2 / 4`, per that of a uniform error: no evidence of noise.
+const EDGE_STEPS: f64 = 3.0;
+/// Resolution per noise beyond which a smaller noise is not learnt.
+pub(crate) const COARSE: f64 = 2.5;
+
+/// The last two frames, and the mean square of the second differences.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct CameraNoise<T> {
+    last: Option<(Time, Angle)>,
+    before: Option<(Time, Angle)>,
+    frames: T,
+    ratio: T,
+    /// The ratio that the floor in use has, and that of the variance in use.
+    adopted: T,
+    used: T,
+}
+
+impl<T: Real> CameraNoise<T> {
+    /// Noise as assumed.
+    pub(crate) fn new() -> Self {
+        Self {
+            last: None,
+            before: None,
+            frames: T::zero(),
+            ratio: T::one(),
+            adopted: T::one(),
+            used: T::one(),
+        }
+    }
+
+    /// Takes in a frame of a quiet rotor, and corrects the tuning when the noise differs from what it says; returns
+    /// whether it has.
+    #[inline(never)]
+    pub(crate) fn take(&mut self, frame: &CameraFrame, tuning: &mut TrackTuning<T>) -> bool {
+        let newest = (frame.exposed_at, frame.angle);
+        let (before, last) = (self.before, self.last);
+        (self.before, self.last) = (last, Some(newest));
+        let (Some((at_2, angle_2)), Some((at_1, angle_1))) = (before, last) else { return false };
+        let (span_2, span_1) = (at_1.nanos_since(at_2), frame.exposed_at.nanos_since(at_1));
+        // Late, lost or repeated frames are not evenly spaced. After a long time the rotor may have been driven.
+        if span_1 == 0 || span_1.abs_diff(span_2) > span_1 / 8 || span_1 > 3 * tuning.camera.period_nanos {
+            return false;
+        }
+        let step_rad =
+            |later: Angle, earlier: Angle| -> T { later.minus(earlier).wrapped().radians_since(Angle::ZERO) };
+        let second_rad = step_rad(frame.angle, angle_1) - step_rad(angle_1, angle_2);
+        let assumed_rad2 = tuning.camera_rad2 / self.used;
+        let square = second_rad * second_rad / (T::from_f64(6.0) * assumed_rad2);
+        let most = T::from_f64(SQUARE_MAX) * self.used;
+        let square = if square < most { square } else { most };
+        if self.frames < T::from_f64(FRAMES_MAX) {
+            self.frames += T::one();
+        }
+        self.ratio += (square - self.ratio) / self.frames;
+        let differs = self.differs();
+        if differs {
+            self.adopt(assumed_rad2, tuning);
+        }
+        differs
+    }
+
+    /// Whether the ratio differs from the one adopted.
+    fn differs(&self) -> bool {
+        if self.frames < T::from_f64(FRAMES_MIN) {
+            return false;
+        }
+        let as_assumed = self.adopted == T::one();
+        let least = T::from_f64(if as_assumed { DIFFERS } else { DIFFERS_AGAIN });
+        let off = self.ratio - self.adopted;
+        let error2 = T::from_f64(4.0) * self.adopted * self.adopted / self.frames;
+        let noticeable = off > least * self.adopted || -off > least * self.ratio;
+        noticeable && off * off > T::from_f64(STANDARD_ERRORS * STANDARD_ERRORS) * error2
+    }
+
+    /// Adopts the ratio: for the floor as it is, for the variance as far as the camera's resolution lets it be known.
+    #[cold]
+    fn adopt(&mut self, assumed_rad2: T, tuning: &mut TrackTuning<T>) {
+        let camera = &tuning.camera;
+        let ratio = self.ratio.to_f64();
+        if !ratio.is_finite() || camera.variance_rad2() <= 0.0 {
+            return;
+        }
+        self.adopted = self.ratio;
+        let steps_m2 = camera.resolution_m * camera.resolution_m / 12.0;
+        let assumed_m2 = camera.noise_m * camera.noise_m;
+        let shown_m2 = ratio * (assumed_m2 + steps_m2);
+        let squared = |x: f64| x * x;
+        let (noise_m2, floor_noise_m2) = if ratio > 1.0 {
+            let largest_m2 = FACTOR_MAX * FACTOR_MAX * assumed_m2.max(steps_m2);
+            let more_m2 = (shown_m2 - EDGE_STEPS * steps_m2).clamp(assumed_m2, largest_m2);
+            (more_m2, more_m2)
+        } else {
+            let less_m2 = (shown_m2 - steps_m2).clamp(assumed_m2 / (FACTOR_MAX * FACTOR_MAX), assumed_m2);
+            let dithered_m2 = squared(camera.resolution_m / COARSE).min(assumed_m2);
+            (less_m2.max(dithered_m2), EDGE * EDGE * less_m2)
+        };
+        self.used = T::from_f64((noise_m2 + steps_m2) / (assumed_m2 + steps_m2));
+        tuning.floor_rad2 =
+            T::from_f64(CameraDescription { noise_m: math::sqrt(floor_noise_m2), ..*camera }.floor_rad2());
+        tuning.camera_rad2 = assumed_rad2 * self.used;
+        tuning.resting_frames = resting_frames(tuning.camera_rad2.to_f64(), camera.period_s());
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rand_distr::{Distribution, StandardNormal};
+    use rand_pcg::Pcg64;
+    use rand_pcg::rand_core::SeedableRng;
+
+    /// The tuning for a camera after 2,000 frames of a rotor at rest whose noise is `factor` times the assumed one.
+    fn learnt(camera: &CameraDescription, factor: f64, seed: u64) -> TrackTuning<f32> {
+        let mut rng = Pcg64::seed_from_u64(seed);
+        let mut tuning = TrackTuning::<f32>::new(camera);
+        let mut noise = CameraNoise::new();
+        for n in 0..2000 {
+            let normal: f64 = StandardNormal.sample(&mut rng);
+            let shown_m = 1.3e-6 + factor * camera.noise_m * normal;
+            let code_m = (shown_m / camera.resolution_m).round() * camera.resolution_m;
+            let angle = Angle::from_degrees((code_m / camera.radius_m).to_degrees());
+            let exposed_at = Time::from_nanos(n * camera.period_nanos);
+            noise.take(&CameraFrame { exposed_at, angle }, &mut tuning);
+        }
+        tuning
+    }
+
+    /// Half the noise up to four times of it: the variance within 40 %, 1.2 of rounding in use and four standard errors
+    /// of the mean (6 %).
+    #[test]
+    fn law_the_noise_is_learnt_within_a_factor_of_four() {
+        for period_nanos in [10_000, 100_000, 100_000_000] {
+            let camera =
+                CameraDescription { period_nanos, resolution_m: 3e-7, ..CameraDescription::default() };
+            for factor in [0.3, 0.5, 2.0, 3.0, 4.0] {
+                for seed in 0..5 {
+                    let truth =
+                        CameraDescription { noise_m: factor * camera.noise_m, ..camera }.variance_rad2();
+                    let off = f64::from(learnt(&camera, factor, seed).camera_rad2) / truth;
+                    assert!((0.71..1.41).contains(&off), "{period_nanos} {factor} {off}");
+                }
+            }
+        }
+    }
+
+    /// A camera that is as described is used as described, to the bit; a coarse one too, though it repeats its codes.
+    #[test]
+    fn exact_nothing_changes_where_the_description_is_right() {
+        let default = CameraDescription::default();
+        let coarse = CameraDescription { resolution_m: 1e-5, ..default };
+        for camera in [default, coarse] {
+            for seed in 0..20 {
+                let tuning = learnt(&camera, 1.0, seed);
+                assert_eq!(
+                    tuning.camera_rad2.to_bits(),
+                    TrackTuning::<f32>::new(&camera).camera_rad2.to_bits()
+                );
+            }
+        }
+    }
+
+    /// Half the noise that was assumed, at steps of two: the codes of a rotor between the middle and the edge of a cell
+    /// change too rarely, and the floor says so: at most 0.2 of a step's error, at least a twentieth.
+    #[test]
+    fn law_the_floor_follows_less_dither_than_assumed() {
+        let camera = CameraDescription::default();
+        let step_rad = camera.resolution_m / camera.radius_m;
+        for seed in 0..5 {
+            let floor_rad = f64::from(learnt(&camera, 0.4, seed).floor_rad2).sqrt();
+            assert!((0.05..0.29).contains(&(floor_rad / step_rad)), "{}", floor_rad / step_rad);
+        }
+    }
+
+    /// One frame in a hundred is wrong by 20 degrees.
+    #[test]
+    fn exact_outliers_teach_nothing() {
+        let camera = CameraDescription::default();
+        let mut tuning = TrackTuning::<f32>::new(&camera);
+        let mut noise = CameraNoise::new();
+        let mut rng = Pcg64::seed_from_u64(3);
+        for n in 0..2000_u64 {
+            let outlier = if n % 100 == 50 { 20.0 } else { 0.0 };
+            let normal: f64 = StandardNormal.sample(&mut rng);
+            let angle = Angle::from_degrees((camera.variance_rad2().sqrt() * normal).to_degrees() + outlier);
+            noise.take(&CameraFrame { exposed_at: Time::from_nanos(n * 100_000), angle }, &mut tuning);
+        }
+        assert_eq!(tuning.camera_rad2.to_bits(), TrackTuning::<f32>::new(&camera).camera_rad2.to_bits());
+    }
+}

@@ -1,0 +1,68 @@
+//! The mean rate in each mode, to which the rate of a driven rotor returns between the frames of a slow camera.
+//!
+//! ```text
+//! m <- m + w innovation / t        t: time between two frames between which the drive was on in one mode, w = 0.3
+//! ```
+//!
+//! Prior: 16 and -1.7 rad/s at full amplitude in modes B and C, from the model.
+
+use motor_model::{DriveMode, Real, Time};
+
+use crate::innovation::{Innovation, Verdict};
+
+/// Prior in rad/s, modes B and C.
+const PRIOR_RAD_S: [f64; 2] = [16.0, -1.7];
+/// Weight of a frame.
+const WEIGHT: f64 = 0.3;
+/// Largest mean rate, in rad/s.
+const MOST_RAD_S: f64 = 60.0;
+
+/// The mean rates, and whether the drive has been on in one mode since the last frame.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct MeanRates<T> {
+    rad_s: [T; 2],
+    /// The mode in force since the frame exposed at the time beside it.
+    driven: Option<(DriveMode, Time)>,
+}
+
+impl<T: Real> MeanRates<T> {
+    pub(super) fn new() -> Self {
+        Self { rad_s: PRIOR_RAD_S.map(T::from_f64), driven: None }
+    }
+
+    /// Mean rates in modes B and C, in rad/s.
+    #[inline]
+    pub(super) fn rad_s(&self) -> [T; 2] {
+        self.rad_s
+    }
+
+    /// The drive in force.
+    #[inline]
+    pub(super) fn note_drive(&mut self, mode: Option<DriveMode>) {
+        if self.driven.is_some_and(|(driven, _)| mode != Some(driven)) {
+            self.driven = None;
+        }
+    }
+
+    /// Learns from a frame, while `mode` is driven.
+    pub(super) fn note_frame(&mut self, frame: &Innovation<T>, mode: Option<DriveMode>) {
+        let since = self.driven.replace((mode.unwrap_or(DriveMode::B), frame.taken_at));
+        if mode.is_none() || frame.verdict == Verdict::Restarted {
+            self.driven = None;
+        }
+        let (Some((driven, from)), Verdict::Used) = (since, frame.verdict) else { return };
+        let seconds: T = frame.taken_at.seconds_since(from);
+        let [b, c] = &mut self.rad_s;
+        let mean = match driven {
+            DriveMode::B => b,
+            DriveMode::C => c,
+        };
+        if seconds > T::zero() {
+            let learnt = *mean + T::from_f64(WEIGHT) * frame.innovation_rad / seconds;
+            // Written so that NaN is not learnt.
+            if learnt.abs() < T::from_f64(MOST_RAD_S) {
+                *mean = learnt;
+            }
+        }
+    }
+}

@@ -1,0 +1,168 @@
+//! Bias and noise of the vibrometer, learnt from a rotor that the camera shows at rest.
+//!
+//! ```text
+//! m <- m + (v - m) / n,    s^2 <- s^2 + ((v - m)^2 - s^2) / n,    n = 1, 2, ... up to 20,000
+//! ```
+//!
+//! | what | is used instead of the description | probability by chance, at each sample |
+//! |---|---|---|
+//! | bias m | when `m^2 > 36 s^2 / n` after a thousand samples, and from then on | 2e-9 |
+//! | noise s | when `s^2` differs from the assumed variance by half, after a thousand samples | eleven standard errors |
+//!
+//! A vibrometer that is as described is therefore used as described. A sample eight standard deviations away is left
+//! out, once a hundred are known. Nothing is learnt in the first 20 ms of rest, while the stator rings down.
+
+use motor_model::{Real, Time, math};
+
+/// Samples over which mean and variance are taken: 0.1 s at 200 kHz.
+const SAMPLES_MAX: f64 = 20_000.0;
+/// Samples before anything is used.
+const SAMPLES_MIN: f64 = 1000.0;
+/// Samples from which on outliers are left out.
+const SAMPLES_OF_A_SCALE: f64 = 100.0;
+/// Square of the standard deviations beyond which a sample is left out.
+const OUTLIER: f64 = 64.0;
+/// Square of the standard errors from which on a bias is one.
+const SIGNIFICANT: f64 = 36.0;
+/// Factor between learnt and assumed variance from which on the learnt one is used.
+const DIFFERS: f64 = 1.5;
+/// Factor of the variance by which the noise in use is changed at least.
+const NOTICEABLE: f64 = 1.1;
+/// Time at rest before anything is learnt, in ns.
+const RINGING_NANOS: u64 = 20_000_000;
+
+/// Mean and variance of the samples at rest, and what is used of them.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Calibration<T> {
+    assumed_m2_s2: T,
+    samples: T,
+    mean_m_s: T,
+    variance_m2_s2: T,
+    bias_m_s: T,
+    noise_m_s: T,
+    /// From when on samples are learnt from; `None` while the rotor may move.
+    from: Option<Time>,
+}
+
+impl<T: Real> Calibration<T> {
+    /// Nothing learnt about a vibrometer of this noise.
+    pub(crate) fn new(assumed_m_s: T) -> Self {
+        Self {
+            assumed_m2_s2: assumed_m_s * assumed_m_s,
+            samples: T::zero(),
+            mean_m_s: T::zero(),
+            variance_m2_s2: T::zero(),
+            bias_m_s: T::zero(),
+            noise_m_s: assumed_m_s,
+            from: None,
+        }
+    }
+
+    /// What the vibrometer shows of a rotor at rest, in m/s; 0 until it is significant.
+    #[inline]
+    pub(crate) fn bias_m_s(&self) -> T {
+        self.bias_m_s
+    }
+
+    /// Standard deviation of a sample, in m/s: as assumed, until another is learnt.
+    #[inline]
+    pub(crate) fn noise_m_s(&self) -> T {
+        self.noise_m_s
+    }
+
+    /// Whether the rotor is at rest at `now`, by the camera.
+    #[inline]
+    pub(crate) fn note_rest(&mut self, resting: bool, now: Time) {
+        self.from = if resting { self.from.or(Some(now.plus_nanos(RINGING_NANOS))) } else { None };
+    }
+
+    /// Whether a sample taken at `at` is one to learn from.
+    #[inline]
+    pub(crate) fn learns(&self, at: Time) -> bool {
+        self.from.is_some_and(|from| at >= from)
+    }
+
+    /// Learns from a sample of a rotor at rest; returns whether bias or noise have changed.
+    #[inline(never)]
+    pub(crate) fn learn(&mut self, velocity_m_s: T) -> bool {
+        let n = T::from_f64;
+        let off_m_s = velocity_m_s - self.mean_m_s;
+        let square = off_m_s * off_m_s;
+        if self.samples > n(SAMPLES_OF_A_SCALE) && square > n(OUTLIER) * self.variance_m2_s2 + n(1e-12) {
+            return false;
+        }
+        if self.samples < n(SAMPLES_MAX) {
+            self.samples += T::one();
+        }
+        let weight = T::one() / self.samples;
+        self.mean_m_s += weight * off_m_s;
+        if self.samples > T::one() {
+            self.variance_m2_s2 += weight * (square - self.variance_m2_s2);
+        }
+        self.samples >= n(SAMPLES_MIN) && self.adopt()
+    }
+
+    /// Uses what differs from the description.
+    fn adopt(&mut self) -> bool {
+        let n = T::from_f64;
+        let mut changed = false;
+        let significant = self.mean_m_s * self.mean_m_s * self.samples > n(SIGNIFICANT) * self.variance_m2_s2;
+        let zero_bias = !(self.bias_m_s.abs() > T::zero());
+        if significant || !zero_bias {
+            changed = zero_bias;
+            self.bias_m_s = self.mean_m_s;
+        }
+        let differs = |x: T, y: T, factor: f64| x > n(factor) * y || y > n(factor) * x;
+        let as_assumed = !differs(self.variance_m2_s2, self.assumed_m2_s2, DIFFERS);
+        let best_m2_s2 = if as_assumed { self.assumed_m2_s2 } else { self.variance_m2_s2 };
+        if differs(best_m2_s2, self.noise_m_s * self.noise_m_s, NOTICEABLE) {
+            self.noise_m_s = n(math::sqrt(best_m2_s2.to_f64()));
+            changed = true;
+        }
+        changed
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rand_distr::{Distribution, StandardNormal};
+    use rand_pcg::Pcg64;
+    use rand_pcg::rand_core::SeedableRng;
+
+    /// What is learnt in 0.2 s of a vibrometer of this bias and noise that was assumed to have none and 0.2 mm/s.
+    fn learnt(bias_m_s: f64, noise_m_s: f64, seed: u64) -> Calibration<f32> {
+        let mut rng = Pcg64::seed_from_u64(seed);
+        let mut calibration = Calibration::<f32>::new(2e-4);
+        for n in 0..40_000 {
+            let noise: f64 = StandardNormal.sample(&mut rng);
+            // Every thousandth sample is a wrong one.
+            let wrong = if n % 1000 == 999 { 0.3 } else { 0.0 };
+            calibration.learn((bias_m_s + noise_m_s * noise + wrong) as f32);
+        }
+        calibration
+    }
+
+    /// Bias within six standard errors over 20,000 samples, noise within a tenth.
+    #[test]
+    fn law_bias_and_noise_are_learnt() {
+        for (bias_m_s, noise_m_s) in [(1e-3, 2e-4), (0.05, 2e-4), (-3e-3, 1e-2), (0.01, 5e-5), (0.0, 2e-3)] {
+            for seed in 0..5 {
+                let learnt = learnt(bias_m_s, noise_m_s, seed);
+                let error = (f64::from(learnt.bias_m_s()) - bias_m_s).abs();
+                assert!(error < 6.0 * noise_m_s / 141.0, "{bias_m_s} {noise_m_s} {error}");
+                let noise = f64::from(learnt.noise_m_s()) / noise_m_s;
+                assert!((noise - 1.0).abs() < 0.1, "{bias_m_s} {noise_m_s} {noise}");
+            }
+        }
+    }
+
+    /// A vibrometer that is as described is used as described, to the bit.
+    #[test]
+    fn exact_nothing_changes_where_the_description_is_right() {
+        for seed in 0..20 {
+            let learnt = learnt(0.0, 2e-4, seed);
+            assert_eq!((learnt.bias_m_s().to_bits(), learnt.noise_m_s().to_bits()), (0, 2e-4_f32.to_bits()));
+        }
+    }
+}
