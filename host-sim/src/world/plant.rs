@@ -136,19 +136,13 @@ impl Plant {
     }
 
     /// The present, rounded to the nanosecond.
-    pub fn now(&self) -> Time {
-        self.time_after(0)
-    }
-
-    /// The instant `steps` steps from now, rounded to the nanosecond.
     #[expect(
         clippy::cast_precision_loss,
         clippy::cast_possible_truncation,
         clippy::cast_sign_loss,
         reason = "2^53 steps are years"
     )]
-    #[inline]
-    pub fn time_after(&self, steps: u64) -> Time {
-        Time::from_nanos(((self.state.steps + steps) as f64 * self.step_nanos_num).round() as u64)
+    pub fn now(&self) -> Time {
+        Time::from_nanos((self.state.steps as f64 * self.step_nanos_num).round() as u64)
     }
 }

@@ -11,6 +11,7 @@ use controller::PositionLoop;
 use estimator::{CameraFrame, LdvSample};
 use motor_model::{DriveCommand, Impacts, MotorState, Time};
 
+use crate::math::count::real;
 use crate::scene::{Scene, SceneError};
 use crate::world::faults::MotorFaults;
 use crate::world::instruments::{self, Camera, Ldv};
@@ -57,6 +58,8 @@ pub struct Rig {
     ldv: Ldv,
     tick_steps: u64,
     rest_steps: u64,
+    /// Length of a long step, rounded down.
+    rest_nanos: u64,
     /// The rotor at the end of the last step.
     seen: RotorPoint,
     /// When an instrument is to be shown the rotor next.
@@ -81,9 +84,11 @@ impl Rig {
         if let Some(faults) = &faults {
             plant.clone().detune(faults.drift())?;
         }
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "at most 10,000 ns")]
+        let rest_nanos = (1e9 * step_s * real(rest_steps) + 1e-6) as u64;
         let (seen, due) = (RotorPoint::of(&plant), Time::ZERO);
         let (camera, ldv) = (Camera::new(scene), Ldv::new(scene));
-        Ok(Self { plant, camera, ldv, tick_steps, rest_steps, seen, due, faults })
+        Ok(Self { plant, camera, ldv, tick_steps, rest_steps, rest_nanos, seen, due, faults })
     }
 
     /// The plant.
@@ -129,7 +134,7 @@ impl Rig {
     /// Whether a long step may begin.
     fn may_rest(&self) -> bool {
         self.plant.state().steps.is_multiple_of(self.rest_steps)
-            && self.ldv.due() >= self.plant.time_after(self.rest_steps)
+            && self.ldv.due() >= self.seen.at.plus_nanos(self.rest_nanos)
     }
 
     /// Shows the last step to the instruments that are due.
