@@ -38,6 +38,9 @@ impl PositionArgs {
             "position",
             &[("position.to_deg", &self.to), ("position.tolerance_deg", &self.tolerance)],
         )?)?;
+        if let Some(note) = position::note(&scene)? {
+            eprintln!("{note}");
+        }
         let drawing = self.drawing.open("position.svg")?;
         let mut trace = position::PictureTrace::default();
         let outcome = position::run(&scene, |moment| trace.take(moment))?;

@@ -9,10 +9,12 @@
 //! | `reason` | why a move was given up, and what to change |
 //! | `picture_trace` | the course of a move, thinned for its picture |
 //! | `picture` | the picture |
+//! | `reach` | what the response map allows of a move |
 
 mod outcome;
 mod picture;
 mod picture_trace;
+mod reach;
 mod reason;
 mod sums;
 mod waits;
@@ -28,6 +30,7 @@ use crate::scene::Scene;
 pub use outcome::MoveOutcome;
 pub use picture::svg;
 pub use picture_trace::PictureTrace;
+pub use reach::note;
 pub(crate) use sums::{MoveSums, MoveTick};
 
 /// Runs the move of `scene`, and calls `observe` after every tick.
@@ -62,7 +65,10 @@ pub fn run_tuned<B>(
     tuning: PositioningTuning,
     mut intervene: impl FnMut(&mut ClosedLoop, &PositioningMoment) -> ControlFlow<B>,
 ) -> Result<ControlFlow<B, MoveOutcome>, RunError> {
-    let target = Target::try_new(scene.number("position.to_deg"), scene.number("position.tolerance_deg"))?;
+    let (to_deg, tolerance_deg) = (scene.number("position.to_deg"), scene.number("position.tolerance_deg"));
+    let target = Target::try_new(to_deg, tolerance_deg)?;
+    let map = scene.response_map()?;
+    reach::check(&map, &tuning.limits, to_deg, tolerance_deg)?;
     let hold_nanos = scene.nanos("position.hold_s");
     let mut sums = MoveSums::new(target);
     let outcome = closed_loop::positioning(scene, target, tuning)?.run(|closed_loop, moment| {

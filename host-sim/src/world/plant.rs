@@ -146,3 +146,42 @@ impl Plant {
         Time::from_nanos((self.state.steps as f64 * self.step_nanos_num).round() as u64)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn drawn(sets: &[&str]) -> Plant {
+        let sets: Vec<String> = sets.iter().map(|&set| set.to_owned()).collect();
+        Plant::draw(&Scene::load(None, &sets).unwrap()).unwrap()
+    }
+
+    /// The drive has the frequencies of the design, wherever the true motor's are.
+    #[test]
+    fn exact_the_drive_follows_the_design_and_not_the_motor() {
+        for (set, b_hz, c_hz) in [
+            ("motor.mode_b.frequency_hz=12000", 12_000.0, 7460.0),
+            ("motor.mode_c.frequency_hz=14000", 6300.0, 14_000.0),
+            ("plant.motor.mode_b.frequency_hz=6426", 6300.0, 7460.0),
+        ] {
+            assert_eq!(drawn(&[set]).setup.tuning, DriveTuning::Fixed { b_hz, c_hz }, "{set}");
+        }
+    }
+
+    /// What the scene sets of the true motor is kept, everything else is drawn around the design as without it.
+    #[test]
+    fn exact_the_true_motor_is_drawn_around_the_design_but_for_what_is_set() {
+        let (nominal, heavy) = (drawn(&[]), drawn(&["motor.rotor_mass_kg=184e-6"]));
+        let off = drawn(&["plant.motor.rotor_mass_kg=184e-6"]);
+        for parameter in Parameter::ALL {
+            let [nominal, heavy, off] = [&nominal, &heavy, &off].map(|plant| plant.params.get(parameter));
+            if parameter == Parameter::RotorMass {
+                assert!((heavy / nominal / 4.0 - 1.0).abs() < 1e-12, "{heavy} {nominal}");
+                assert!((heavy - 184e-6).abs() > 1e-9, "drawn");
+                assert_eq!(off.to_bits(), 184e-6_f64.to_bits());
+            } else {
+                assert_eq!([heavy.to_bits(), off.to_bits()], [nominal.to_bits(); 2], "{parameter:?}");
+            }
+        }
+    }
+}

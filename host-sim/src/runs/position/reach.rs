@@ -1,0 +1,162 @@
+//! What the response map allows of a move, said before it begins.
+//!
+//! A move is refused that no drive of the map can make: a tolerance that the finest burst steps over, a mode that turns
+//! nothing, or a way that is longer than all bursts that a move may have, in a mode without cruises. A move that motors
+//! of the design may not end by the deadline gets a note.
+
+use controller::response_map::{Family, direction};
+use controller::{Limits, ResponseMap};
+use motor_model::DriveMode;
+
+use crate::math::plain_number::plain;
+use crate::scene::{Scene, SceneError};
+
+/// Families of each mode, longest bursts first.
+const FAMILIES: [(DriveMode, &[Family]); 2] = [
+    (DriveMode::B, &[Family::Throw, Family::Nudge]),
+    (DriveMode::C, &[Family::Stride, Family::Walk, Family::Step]),
+];
+
+fn degrees(rad: f32) -> f64 {
+    f64::from(rad).to_degrees()
+}
+
+/// Two significant digits.
+fn figure(value: f64) -> String {
+    plain(format!("{value:.1e}").parse().unwrap_or(value))
+}
+
+/// Checks that a move of `to_deg` to a tolerance of `tolerance_deg` can be made by `map` within `limits`.
+///
+/// # Errors
+/// When it cannot; the hint names what can.
+pub(super) fn check(
+    map: &ResponseMap,
+    limits: &Limits,
+    to_deg: f64,
+    tolerance_deg: f64,
+) -> Result<(), SceneError> {
+    let refused = |conflict, hint| Err(SceneError::Conflict { conflict, hint });
+    let Some((shortest_rad, _)) = map.range_rad(Family::Step, limits.amplitude_max) else {
+        let conflict = "no family of mode C makes fine steps with this motor".to_owned();
+        return refused(conflict, "`response-map` prints what each drive does".to_owned());
+    };
+    let shortest_deg = degrees(shortest_rad);
+    if shortest_deg > 2.0 * tolerance_deg {
+        let (shortest, tolerance) = (figure(shortest_deg), plain(tolerance_deg));
+        let conflict = format!(
+            "no family turns this motor by less than {shortest} deg, position.tolerance_deg = {tolerance}"
+        );
+        return refused(conflict, format!("position.tolerance_deg={}", figure(0.5 * shortest_deg)));
+    }
+    let wanted = if to_deg > 0.0 { DriveMode::B } else { DriveMode::C };
+    for (mode, families) in FAMILIES.into_iter().filter(|(mode, _)| *mode == wanted) {
+        if map.strongest_cruise(mode, limits.amplitude_max).is_some() {
+            continue;
+        }
+        let ranges = families.iter().filter_map(|family| map.range_rad(*family, limits.amplitude_max));
+        let longest_deg = ranges.map(|(_, longest)| degrees(longest)).fold(0.0, f64::max);
+        let most_deg = longest_deg * f64::from(limits.drives_max);
+        if to_deg.abs() > most_deg {
+            let way = if mode == DriveMode::B { "clockwise" } else { "counter-clockwise" };
+            let conflict = format!(
+                "{way}, no constant drive turns nearly every motor of this design, and bursts turn it by at most {} \
+                 deg each: position.to_deg = {} takes more than {} of them",
+                figure(longest_deg),
+                plain(to_deg),
+                limits.drives_max
+            );
+            return refused(
+                conflict,
+                format!("at most {} deg {way}, or the other way round", figure(most_deg)),
+            );
+        }
+    }
+    Ok(())
+}
+
+/// A note for a move that motors of the scene's design may not end by the deadline: its time in a motor of the mean rate
+/// and in one that is two standard deviations slower. `None` if even the slow one ends in time.
+///
+/// # Errors
+/// When the response map is for another design.
+pub fn note(scene: &Scene) -> Result<Option<String>, SceneError> {
+    let (to_deg, deadline_s) = (scene.number("position.to_deg"), scene.number("position.deadline_s"));
+    let mode = if to_deg > 0.0 { DriveMode::B } else { DriveMode::C };
+    let map = scene.response_map()?;
+    Ok(map.strongest_cruise(mode, 1.0).and_then(|cruise| {
+        let mean = degrees(direction(mode) * cruise.rate_rad_s);
+        let slow = mean - 2.0 * degrees(cruise.rate_sd_rad_s);
+        let [mean_s, slow_s] = [mean, slow].map(|rate| to_deg.abs() / rate.max(0.0));
+        let longer = if slow_s.is_finite() { format!("{} s", figure(slow_s)) } else { "ever".to_owned() };
+        (slow_s > deadline_s).then(|| {
+            format!(
+                "note: this way takes {} s at the mean rate of the design's motors, up to {longer} in slow ones; \
+                 position.deadline_s = {}",
+                figure(mean_s),
+                plain(deadline_s)
+            )
+        })
+    }))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use controller::response_map::{Burst, Cruise};
+
+    /// The map of Table 1 with other cruises and steps.
+    fn map(cruises: &[Cruise], steps: &[Burst]) -> ResponseMap {
+        let table_1 = ResponseMap::table_1();
+        let bursts =
+            Family::ALL.map(|family| if family == Family::Step { steps } else { table_1.bursts(family) });
+        ResponseMap::try_new(*table_1.design(), cruises, bursts, 0.0).unwrap()
+    }
+
+    fn refused(map: &ResponseMap, to_deg: f64, tolerance_deg: f64) -> Option<String> {
+        check(map, &Limits::default(), to_deg, tolerance_deg).err().map(|error| error.one_line())
+    }
+
+    #[test]
+    fn exact_the_map_of_table_1_allows_every_move() {
+        for to_deg in [0.0, 1e-3, 90.0, -90.0, 360_000.0, -360_000.0] {
+            assert_eq!(refused(ResponseMap::table_1(), to_deg, 1e-4), None);
+        }
+        assert_eq!(note(&Scene::default()).unwrap(), None);
+    }
+
+    #[test]
+    fn exact_a_tolerance_below_the_finest_burst_is_refused_with_the_one_that_can_be_met() {
+        let table_1 = ResponseMap::table_1();
+        let coarse = map(table_1.cruises(), &table_1.bursts(Family::Step)[8..]);
+        assert_eq!(
+            refused(&coarse, 90.0, 1e-3).unwrap(),
+            "error: no family turns this motor by less than 0.0023 deg, position.tolerance_deg = 0.001; hint: \
+             position.tolerance_deg=0.0012"
+        );
+        assert_eq!(refused(&coarse, 90.0, 2e-3), None);
+        assert!(refused(&map(table_1.cruises(), &[]), 90.0, 1.0).is_some());
+    }
+
+    /// Without cruises a move has 400 throws of 16.65 degrees, or 400 strides of 7.447.
+    #[test]
+    fn exact_a_way_longer_than_all_bursts_is_refused() {
+        let none = map(&[], ResponseMap::table_1().bursts(Family::Step));
+        for (longest_deg, sign) in [(400.0 * 16.65, 1.0), (400.0 * 7.447, -1.0)] {
+            assert_eq!(refused(&none, sign * 0.999 * longest_deg, 1e-3), None);
+            assert!(refused(&none, sign * 1.001 * longest_deg, 1e-3).is_some());
+        }
+    }
+
+    /// 360,000 degrees at 15.14 rad/s take 415 s, and 492 s at 12.774.
+    #[test]
+    fn exact_a_way_that_may_take_longer_than_the_deadline_is_noted() {
+        let mut scene = Scene::default();
+        scene.set("position.to_deg", "360000").unwrap();
+        let text = note(&scene).unwrap().unwrap();
+        assert!(text.contains("takes 410 s") || text.contains("takes 420 s"), "{text}");
+        assert!(text.contains("up to 490 s"), "{text}");
+        scene.set("position.deadline_s", "500").unwrap();
+        assert_eq!(note(&scene).unwrap(), None);
+    }
+}
