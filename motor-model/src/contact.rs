@@ -204,6 +204,11 @@ impl<T: Real> Polynomial<T> {
     /// bracket by bisection.
     fn root_before(&self, mut x: T, mut right: T) -> T {
         let mut left = T::zero();
+        // A curve that starts below zero has no such bracket; rounding may give one too.
+        let bracketed = x >= left && x <= right;
+        if !bracketed {
+            x = T::from_f64(0.5) * right;
+        }
         for _ in 0..REFINEMENTS {
             let (value, slope) = (self.value(x), self.slope(x));
             if value > T::zero() {
@@ -327,6 +332,22 @@ mod tests {
 
     proptest! {
         #![proptest_config(ProptestConfig { cases: 2000, failure_persistence: None, ..ProptestConfig::default() })]
+
+        /// Whatever the gaps, also those of a rotor inside a tooth: a descent lies within the span.
+        #[test]
+        fn law_a_descent_lies_within_the_span(
+            gaps in prop::array::uniform2(-1.0..1.0_f64), rates in prop::array::uniform2(-9.0..9.0_f64),
+            accelerations in prop::array::uniform2(-90.0..90.0_f64)
+        ) {
+            let [start, end] = [0, 1].map(|i| GapState {
+                gap_m: gaps[i],
+                rate_m_s: rates[i],
+                acceleration_m_s2: accelerations[i],
+            });
+            if let Some(x) = GapCurve::new(&start, &end, 1.0).first_descent() {
+                prop_assert!((0.0..=1.0).contains(&x), "{x}");
+            }
+        }
 
         /// Against a scan of the true gap: the first crossing deeper than the curve's own error is found, and no other.
         #[test]

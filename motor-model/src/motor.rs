@@ -30,7 +30,8 @@ pub type Impacts<T> = Vec<Impact<T>, IMPACTS_PER_STEP_MAX>;
 pub enum ImpactRule {
     /// At the end of the step, as in the paper's program: each impact is up to a step late. For comparison.
     EndOfStep,
-    /// At the instant when the gap closes. Teeth that stay on the rotor are in sustained contact.
+    /// At the instant when the gap closes. Teeth that stay on the rotor are in sustained contact. A step longer than
+    /// half a period of the fastest mode shows neither: there impacts are applied at its end.
     #[default]
     Located,
 }
@@ -152,6 +153,10 @@ pub struct Motor<T> {
     step_s: f64,
 }
 
+/// Longest step within which contacts are resolved, in radians of the fastest mode. Up to half a period a constant push
+/// moves every mode in its own direction, so that the response of the gaps to pushes is positive definite.
+const RESOLVED_RAD: f64 = core::f64::consts::PI;
+
 impl<T: Real> Motor<T> {
     /// A motor of these parameters and this step.
     ///
@@ -171,7 +176,7 @@ impl<T: Real> Motor<T> {
             teeth,
             flight,
             impact_law: ImpactLaw::new(params, setup.friction_law),
-            impact_rule: setup.impact_rule,
+            impact_rule: if fastest_rad > RESOLVED_RAD { ImpactRule::EndOfStep } else { setup.impact_rule },
             step: T::from_f64(step_s),
             curve_margin_s: T::from_f64(clearance::cubic_margin(fastest_rad) * step_s),
             widest_ratio: T::from_f64(setup.variation.widest_per_first()),
