@@ -31,6 +31,7 @@ fn exact_empty_families_are_allowed_and_drive_nothing() {
 #[test]
 fn exact_each_number_out_of_its_bounds_is_named() {
     type Change = fn(&mut Burst, f32);
+    type CruiseChange = fn(&mut Cruise, f32);
     let cases: [(MapField, Change); 4] = [
         (MapField::Amplitude, |burst, value| burst.amplitude = value),
         (MapField::Turn, |burst, value| burst.turn_rad = value),
@@ -46,7 +47,7 @@ fn exact_each_number_out_of_its_bounds_is_named() {
             assert_eq!((place, row, named), (MapPlace::Bursts(Family::Walk), 4, field), "{error}");
         }
     }
-    let cases: [(MapField, fn(&mut Cruise, f32)); 5] = [
+    let cases: [(MapField, CruiseChange); 5] = [
         (MapField::Amplitude, |cruise, value| cruise.amplitude = value),
         (MapField::Rate, |cruise, value| cruise.rate_rad_s = value),
         (MapField::RateSd, |cruise, value| cruise.rate_sd_rad_s = value),

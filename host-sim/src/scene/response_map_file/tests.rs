@@ -50,8 +50,8 @@ fn exact_refusals_name_the_line_and_what_is_wrong() {
             "{at} {wrong}: {error}"
         );
     }
-    let without: String =
-        text.lines().filter(|line| !line.starts_with("nudge")).map(|line| format!("{line}\n")).collect();
+    let without: Vec<&str> = text.lines().filter(|line| !line.starts_with("nudge")).collect();
+    let without = without.join("\n");
     assert!(parsed(&without).is_err());
     assert!(parsed("").unwrap_err().contains("missing field"));
 }
