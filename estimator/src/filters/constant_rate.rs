@@ -59,6 +59,8 @@ use mean_rate::MeanRates;
 /// Correlation time of the rate in modes B and C, in s.
 const CORRELATION_B_S: f64 = 12e-3;
 const CORRELATION_C_S: f64 = 2e-3;
+/// Factor of the process noise while the rate goes to another mean: in mode B a standard deviation of 10 rad/s.
+const TRANSITION: f64 = 5.0;
 /// Most steps to the next frame.
 const STEPS_MAX: u64 = 16;
 
@@ -171,6 +173,8 @@ struct RandomWalk<'a, T> {
     motion: Motion,
     /// Mean rate in modes B and C, in rad/s.
     mean_rate_rad_s: [T; 2],
+    /// Whether the rate is not yet at its mean.
+    in_transition: bool,
 }
 
 impl<T: Real> RandomWalk<'_, T> {
@@ -182,6 +186,9 @@ impl<T: Real> RandomWalk<'_, T> {
         until: Time,
         intensity_rad2_s3: T,
     ) {
+        // The mean of the mode before, of the next one, or between them: not known to some ten rad/s.
+        let intensity_rad2_s3 =
+            if self.in_transition { T::from_f64(TRANSITION) * intensity_rad2_s3 } else { intensity_rad2_s3 };
         let (correlation_s, mean_rad_s) = match self.motion {
             Motion::Impacted(DriveMode::B) => (CORRELATION_B_S, self.mean_rate_rad_s[0]),
             Motion::Impacted(DriveMode::C) => (CORRELATION_C_S, self.mean_rate_rad_s[1]),
@@ -241,13 +248,16 @@ impl<T: Real> ConstantRate<T> {
     }
 
     fn process(&self, motion: Motion) -> RandomWalk<'_, T> {
-        RandomWalk { tuning: &self.random_walk, motion, mean_rate_rad_s: self.mean_rates.rad_s() }
+        let in_transition = self.random_walk.returns_to_mean && self.watch.in_transition(self.watch.clock());
+        let mean_rate_rad_s = self.mean_rates.rad_s();
+        RandomWalk { tuning: &self.random_walk, motion, mean_rate_rad_s, in_transition }
     }
 
     fn update_with_motion(&mut self, frame: &CameraFrame, motion: Motion) -> Innovation<T> {
         let clock = self.watch.clock();
-        let process =
-            RandomWalk { tuning: &self.random_walk, motion, mean_rate_rad_s: self.mean_rates.rad_s() };
+        let in_transition = self.random_walk.returns_to_mean && self.watch.in_transition(clock);
+        let mean_rate_rad_s = self.mean_rates.rad_s();
+        let process = RandomWalk { tuning: &self.random_walk, motion, mean_rate_rad_s, in_transition };
         let context = FrameContext { clock, quiet: motion == Motion::Quiet };
         let innovation = self.tracker.update(frame, context, &process);
         self.watch.note_rest(self.tracker.is_resting(), clock);

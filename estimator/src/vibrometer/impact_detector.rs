@@ -56,7 +56,7 @@ use free_fall::FreeFall;
 use motor_model::{MotorParams, Parameter, Real, Time};
 
 use crate::filter::Reason;
-use crate::instruments::VibrometerDescription;
+use crate::instruments::{Instruments, VibrometerDescription};
 use crate::measurement::LdvSample;
 
 /// Least fall that shows wrong samples, in m/s: five thresholds of 1 mm/s.
@@ -64,9 +64,6 @@ const FALL_M_S: f64 = 0.005;
 
 /// Time over which the velocity in flight is averaged, in s.
 const WINDOW_S: f64 = 2e-4;
-/// Noise above which impacts are not told from noise, in m/s: the threshold of 20 mm/s is as large as the largest jumps
-/// of mode C and a fifth of those of mode B.
-const BLIND_M_S: f64 = 4e-3;
 /// Speed beyond which a sample is wrong, in m/s: twice that of any real rotor.
 const LIMIT_M_S: f64 = 2.0;
 
@@ -96,7 +93,8 @@ pub struct ImpactDetectorTuning<T> {
     pub gravity_m_s2: T,
     /// Damping by the squeeze film, `b_z / m_r`, in 1/s.
     pub damping_per_s: T,
-    /// With more noise than this, in m/s, impacts are not told from noise, and none is taken from the samples.
+    /// With more noise than this, in m/s, impacts are not told from noise, and none is taken from the samples. Default
+    /// 4e-3: the threshold of 20 mm/s is as large as the largest jumps of mode C and a fifth of those of mode B.
     pub blind_m_s: T,
     /// A longer time between samples is a gap, in ns: impacts in it are not known. Default 50,000, ten periods.
     pub gap_nanos: u64,
@@ -111,7 +109,7 @@ impl<T: Real> ImpactDetectorTuning<T> {
             threshold: T::from_f64(5.0),
             window_samples: window_samples(WINDOW_S, vibrometer),
             limit_m_s: T::from_f64(limit_m_s(vibrometer)),
-            blind_m_s: T::from_f64(BLIND_M_S),
+            blind_m_s: T::from_f64(Instruments::IMPACTS_SD_M_S),
             gravity_m_s2: T::from_f64(params.get(Parameter::Gravity)),
             damping_per_s: T::from_f64(damping),
             gap_nanos: 10 * vibrometer.period_nanos,

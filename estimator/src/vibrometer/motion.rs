@@ -78,6 +78,8 @@ pub struct MotionWatch<T> {
     equal_samples: u16,
     /// Since when the drive is off; `None` while it is on, and before the first call of [`Self::drive`].
     off_since: Option<Time>,
+    /// When the mode of the drive last changed.
+    changed_at: Time,
     /// The last change of the motion, where frames are late enough for it to matter.
     history: Option<MotionHistory>,
     applied: DriveCommand,
@@ -101,6 +103,9 @@ impl<T: Real> MotionWatch<T> {
     /// C decay in 20 to 30 ms.
     const MODE_B_NANOS: u64 = 25_000_000;
 
+    /// Time after a change of the drive until the rate is at its mean, in ns: four correlation times of mode B.
+    const TRANSITION_NANOS: u64 = 50_000_000;
+
     /// A watch without measurements. Until the rotor is found quiet it may move as in mode B, the faster mode.
     pub fn new(tuning: &RestTuning<T>) -> Self {
         Self {
@@ -111,6 +116,7 @@ impl<T: Real> MotionWatch<T> {
             equal_samples_max: tuning.equal_samples,
             equal_samples: 0,
             off_since: None,
+            changed_at: Time::ZERO,
             history: tuning.late_frames.then(MotionHistory::at_start),
             applied: DriveCommand::OFF,
             impact_mode: DriveMode::B,
@@ -127,6 +133,10 @@ impl<T: Real> MotionWatch<T> {
         self.drive_told_at = self.drive_told_at.max(at);
         if self.applied.mode() == Some(DriveMode::B) {
             self.mode_b_until = at.plus_nanos(Self::MODE_B_NANOS);
+        }
+        if self.applied.mode() != command.mode() {
+            self.changed_at = at;
+            self.calibration.interrupt();
         }
         self.applied = command;
         if let Some(mode) = command.mode() {
@@ -159,6 +169,12 @@ impl<T: Real> MotionWatch<T> {
             Some(history) if motion == Motion::Quiet && history.changed_at > from => history.before,
             _ => motion,
         }
+    }
+
+    /// Whether the drive has changed its mode, or has gone on or off, in the last 50 ms: the rate is not yet at its mean.
+    #[inline]
+    pub(crate) fn in_transition(&self, now: Time) -> bool {
+        now < self.changed_at.plus_nanos(Self::TRANSITION_NANOS)
     }
 
     /// Whether the rotor rests at `now`, by the camera: then bias and noise of the vibrometer are learnt.
@@ -198,6 +214,7 @@ impl<T: Real> MotionWatch<T> {
         let equal = value.to_bits() == self.last_value_m_s.to_bits() || value.to_bits() << 1 == 0;
         self.last_value_m_s = value;
         if equal && self.lifeless() {
+            self.calibration.interrupt();
             return false;
         }
         if !equal {
@@ -213,8 +230,14 @@ impl<T: Real> MotionWatch<T> {
         self.old_samples = 0;
         if self.calibration.learns(sample.taken_at) {
             self.learn(value);
+        } else if self.applied.mode().is_some() {
+            self.calibration.run(T::from_f32(value), sample.taken_at);
         }
-        self.rest.take(&self.corrected(sample))
+        let used = self.rest.take(&self.corrected(sample));
+        if !used {
+            self.calibration.interrupt();
+        }
+        used
     }
 
     /// Counts one more equal sample; returns whether the vibrometer counts as lifeless.

@@ -100,6 +100,7 @@ impl<T: Real> TwinTuning<T> {
             without_stator: ImpactAidedTuning::new(params, instruments),
             detector: ImpactDetectorTuning {
                 threshold: n(3.6),
+                blind_m_s: n(Instruments::TWIN_SD_M_S),
                 window_samples: window_samples(WINDOW_S, &vibrometer),
                 ..ImpactDetectorTuning::new(params, &vibrometer)
             },
