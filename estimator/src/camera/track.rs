@@ -87,7 +87,7 @@ fn refusals_max(frames: f64) -> u8 {
 }
 
 /// Equal codes in a row of which the probability is 1e-5 for a rotor that does not turn, in the middle of a cell, where
-/// equal codes are likeliest; 20 to 1,000. With p_k the probability of code k, two in a row are equal with the
+/// equal codes are likeliest; 20 to 1,000. With `p_k` the probability of code k, two in a row are equal with the
 /// probability `sum p_k^2`.
 #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "between 20 and 1,000")]
 fn stuck_frames(camera: &CameraDescription) -> u16 {

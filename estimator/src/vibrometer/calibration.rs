@@ -154,9 +154,9 @@ impl<T: Real> Calibration<T> {
         let n = T::from_f64;
         let mut changed = false;
         let significant = self.mean_m_s * self.mean_m_s * self.samples > n(SIGNIFICANT) * self.variance_m2_s2;
-        let zero_bias = !(self.bias_m_s.abs() > T::zero());
-        if significant || !zero_bias {
-            changed = zero_bias;
+        let biased = self.bias_m_s.abs() > T::zero();
+        if significant || biased {
+            changed = !biased;
             self.bias_m_s = self.mean_m_s;
         }
         let differs = |x: T, y: T, factor: f64| x > n(factor) * y || y > n(factor) * x;
