@@ -9,7 +9,6 @@ use crate::tick_record::TickRecord;
 
 /// From the host to the board.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[expect(clippy::large_enum_variant, reason = "there is no heap to put the samples on")]
 pub enum HostMessage {
     /// Begins the session of the header. The board stops driving and drops its configuration.
     Hello,
