@@ -15,6 +15,11 @@
 //! Mode C has bursts that one motor repeats to a percent, mode B has none ([`crate::response_map`]). So the last
 //! approach is always counter-clockwise, and clockwise bursts end beyond the target.
 //!
+//! A cruise is cut by prediction from the last frame. Where the frames come too slowly, or too late, for that, the
+//! rotor goes by throws and strides instead, from rest to rest, with a look after each: their turn is known beforehand,
+//! whatever the frames show meanwhile, and far below half a turn, so that no turn is lost
+//! ([`frames_follow`]).
+//!
 //! A burst is due when measuring on would not improve it: when the angle is known as well as the burst can be
 //! forecast. The last step is due only when the angle is known well enough to call the target reached after it. Steps
 //! before it stop short of the target by some standard deviations of what is still to be measured, so that the next
@@ -45,6 +50,12 @@ pub enum DrivePlan {
 const fn degrees(deg: f32) -> f32 {
     deg * (core::f32::consts::PI / 180.0)
 }
+
+/// Part of its rate by which the rate of a cruise fluctuates: 4.4 of 15 rad/s in mode B, 0.54 of 1.5 in mode C.
+/// From the model, see [`estimator::ConstantRate`].
+const RATE_FLUCTUATION: f32 = 0.3;
+/// An angle at the cut that is known to this standard deviation in rad is known well enough. Assumption.
+const CUT_RAD: f32 = degrees(0.5);
 
 /// Standard deviation, per tolerance, between which so little has been measured that a nudge spoils nothing. Trials.
 const EARLY_TOLERANCES: core::ops::Range<f32> = 1.2..4.0;
@@ -78,6 +89,12 @@ const STEP_PART_MIN: f32 = 0.45;
 /// A burst is due when its variance is so many times that of the angle: the standard deviation of the angle is at most
 /// half of the burst's. Assumption.
 const DUE_VARIANCES: f32 = 4.0;
+
+/// Whether frames come soon enough to cut `cruise` by: what its rate fluctuates until the next frame is there, after
+/// `frame_wait_s`, must not exceed the spread of its coast, or half a degree.
+pub fn frames_follow(cruise: &Cruise, frame_wait_s: f32) -> bool {
+    RATE_FLUCTUATION * cruise.rate_rad_s.abs() * frame_wait_s <= cruise.coast_sd_rad.max(CUT_RAD)
+}
 
 impl Situation {
     /// Whether so little has been measured that it may be spoilt.
@@ -126,6 +143,16 @@ impl Situation {
         motor
             .cruise_within(mode, self.amplitude_max, self.remaining_rad.abs())
             .or_else(|| motor.map.strongest_cruise(mode, self.amplitude_max))
+            .filter(|cruise| frames_follow(cruise, self.frame_wait_s) || !self.has_coarse_bursts(motor, mode))
+    }
+
+    /// Whether there are bursts of `mode` that take the place of its cruises.
+    fn has_coarse_bursts(&self, motor: MotorResponse<'_>, mode: DriveMode) -> bool {
+        let coarse = match mode {
+            DriveMode::B => Family::Throw,
+            DriveMode::C => Family::Stride,
+        };
+        motor.map.range_rad(coarse, self.amplitude_max).is_some()
     }
 
     fn counter_clockwise(&self, motor: MotorResponse<'_>) -> Option<DrivePlan> {
@@ -279,6 +306,27 @@ mod tests {
         }
         assert_eq!(family(0.4, 0.5), None);
         assert_eq!(family(0.8, 0.5), Some(Family::Nudge));
+    }
+
+    /// With 60 frames a second no cruise is cut in time: bursts go there, none longer than the longest of the map. With
+    /// 500 the strongest cruise is, at a distance.
+    #[test]
+    fn law_slow_frames_are_met_by_bursts() {
+        for remaining_mdeg in [90e3, 2.5e3, -90e3, -500.0] {
+            let slow = Situation { frame_wait_s: 2.0 / 60.0, ..situation(remaining_mdeg, 5.0) };
+            let Some(DrivePlan::Burst(family, burst, _)) = slow.plan(motor(&MapCorrection::of(map()))) else {
+                panic!("{remaining_mdeg}");
+            };
+            assert!(matches!(family, Family::Throw | Family::Stride), "{family:?}");
+            assert!(burst.turn_rad + 5.0 * burst.motors_sd_rad < core::f32::consts::FRAC_PI_2);
+        }
+        for remaining_mdeg in [90e3, -90e3] {
+            let faster = Situation { frame_wait_s: 2.0 / 500.0, ..situation(remaining_mdeg, 5.0) };
+            assert!(matches!(faster.plan(motor(&MapCorrection::of(map()))), Some(DrivePlan::Cruise(_))));
+            // Under a weak amplifier there are no such bursts.
+            let weak = Situation { frame_wait_s: 0.1, amplitude_max: 0.7, ..situation(remaining_mdeg, 5.0) };
+            assert!(matches!(weak.plan(motor(&MapCorrection::of(map()))), Some(DrivePlan::Cruise(_))));
+        }
     }
 
     /// A motor of a quarter of the map's rate coasts a quarter as far: it is driven as a motor of the map is at four

@@ -31,7 +31,8 @@
 //! 8. [`progress_window`]: whether a cruise turns the rotor.
 //! 9. [`settling_watch`]: what becomes of the rotor once the drive is off.
 //! 10. [`Positioning`]: the state machine that uses all of these.
-//! 11. [`TickReport`]: what a tick did.
+//! 11. [`MoveForecast`]: what a move will take, and what cannot be reached, before it starts.
+//! 12. [`TickReport`]: what a tick did.
 //!
 //! [`rate`] is the other task, with [`tick_rate`] as its loop body.
 //!
@@ -102,6 +103,7 @@
 pub mod drive_plan;
 pub mod map_correction;
 
+mod move_forecast;
 mod ports;
 mod positioning;
 pub mod progress_window;
@@ -118,6 +120,7 @@ mod tick;
 #[doc = include_str!("../README.md")]
 pub struct Readme;
 
+pub use move_forecast::{MoveForecast, Unreachable};
 pub use ports::{Drive, LDV_SAMPLES_PER_TICK_MAX, Sense};
 pub use positioning::{Positioning, PositioningPhase, PositioningTuning, StopReason, Wait};
 pub use response_map::ResponseMap;

@@ -30,7 +30,7 @@ mod settling;
 use estimator::{Estimate, Health, Reason};
 use motor_model::{Angle, DriveCommand, DriveMode, Time, math};
 
-use crate::drive_plan::DrivePlan;
+use crate::drive_plan::{DrivePlan, frames_follow};
 use crate::map_correction::MapCorrection;
 use crate::progress_window::{ProgressWindow, WindowOutcome};
 use crate::response_map::{Burst, Cruise, Family, ResponseMap, direction};
@@ -276,6 +276,7 @@ impl Positioning {
         }
         map.cruise_within(cruise.mode, self.tuning.limits.amplitude_max, remaining_rad)
             .filter(|weaker| weaker.amplitude < cruise.amplitude)
+            .filter(|weaker| frames_follow(weaker, self.tuning.frame_wait_s()))
             .unwrap_or(cruise)
     }
 
@@ -345,6 +346,7 @@ impl Positioning {
             confidence: self.tuning.confidence,
             amplitude_max: self.tuning.limits.amplitude_max,
             floor_rad2: self.tuning.floor_rad2,
+            frame_wait_s: self.tuning.frame_wait_s(),
         }
     }
 }

@@ -15,6 +15,8 @@ pub struct Situation {
     pub amplitude_max: f32,
     /// The part of the variance in rad^2 that measuring does not remove.
     pub floor_rad2: f32,
+    /// Time in s from the exposure of a frame until the next one arrives: for so long the angle is predicted.
+    pub frame_wait_s: f32,
 }
 
 /// The accepted risk that the rotor lies outside the tolerance, as quantiles of a normal error.
@@ -94,6 +96,7 @@ pub(crate) mod tests {
             confidence: Confidence { one_sided: 1.7, two_sided: 2.0 },
             amplitude_max: 1.0,
             floor_rad2: 0.0,
+            frame_wait_s: 2e-4,
         }
     }
 

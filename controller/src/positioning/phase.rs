@@ -42,6 +42,12 @@ impl Default for PositioningTuning {
 impl PositioningTuning {
     /// Frames in a window at least: a line through so many has a slope as good as that through all, within a third.
     const WINDOW_FRAMES: u64 = 10;
+    /// [`Self::frame_wait_nanos`] in s.
+    #[expect(clippy::cast_precision_loss, reason = "a wait needs no more than single precision")]
+    pub(crate) fn frame_wait_s(&self) -> f32 {
+        1e-9 * self.frame_wait_nanos as f32
+    }
+
     /// Least time without an estimate after which a move is given up, in ns. An assumption: a camera that is switched
     /// over is back by then.
     const BLIND_NANOS: u64 = 2_000_000_000;

@@ -5,6 +5,7 @@ use crate::target::Limits;
 use estimator::Reason;
 
 mod faults;
+mod waits;
 
 const TICK: u64 = crate::TICK_NANOS;
 

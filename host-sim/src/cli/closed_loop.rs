@@ -24,6 +24,9 @@ pub(super) struct PositionArgs {
     /// Distance from the target that counts as reached
     #[arg(long, value_name = "DEG", allow_negative_numbers = true)]
     tolerance: Option<String>,
+    /// Print what the move will take, without moving
+    #[arg(long)]
+    plan: bool,
     #[command(flatten)]
     drawing: DrawingArgs,
     #[command(flatten)]
@@ -38,6 +41,13 @@ impl PositionArgs {
             "position",
             &[("position.to_deg", &self.to), ("position.tolerance_deg", &self.tolerance)],
         )?)?;
+        let plan = position::plan(&scene)?;
+        if self.plan {
+            return Ok(files::print(&self.drawing.format().of(plan.to_string(), plan.json()))?);
+        }
+        if let Some(warning) = plan.warning() {
+            eprintln!("{warning}");
+        }
         if let Some(note) = position::note(&scene)? {
             eprintln!("{note}");
         }

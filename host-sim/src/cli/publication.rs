@@ -68,6 +68,11 @@ pub(super) struct Drawing {
 }
 
 impl DrawingArgs {
+    /// How to print the result.
+    pub(super) fn format(&self) -> Format {
+        self.format
+    }
+
     /// Opens the file, which is `name` in the folder `out` unless a flag says otherwise.
     pub(super) fn open(&self, name: &str) -> Result<Drawing, OutputError> {
         let path = if let Some(path) = &self.out {

@@ -5,6 +5,7 @@
 //! | this one | the runner: it runs the loop until the move ends |
 //! | `sums` | the sums of a move over its ticks, for any program that drives the motor |
 //! | `waits` | what the controller waited for, and the health of the estimate, over the time of a move |
+//! | `plan` | what a move will take, before it starts |
 //! | `outcome` | what became of a move |
 //! | `reason` | why a move was given up, and what to change |
 //! | `picture_trace` | the course of a move, thinned for its picture |
@@ -14,6 +15,7 @@
 mod outcome;
 mod picture;
 mod picture_trace;
+mod plan;
 mod reach;
 mod reason;
 mod sums;
@@ -30,6 +32,7 @@ use crate::scene::Scene;
 pub use outcome::MoveOutcome;
 pub use picture::svg;
 pub use picture_trace::PictureTrace;
+pub use plan::{MovePlan, plan};
 pub use reach::note;
 pub(crate) use sums::{MoveSums, MoveTick};
 

@@ -39,6 +39,8 @@ pub struct MoveOutcome {
     pub stopped: Option<String>,
     /// The same as a sentence; `null` if it did not.
     pub reason: Option<String>,
+    /// Time that was expected before the move; `null` if the tolerance cannot be met before the deadline.
+    pub expected_s: Option<f64>,
     /// What to change; `null` if it did not give up.
     pub hint: Option<String>,
     /// Time that the controller waited with the drive off, by what it waited for.

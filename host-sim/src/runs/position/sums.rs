@@ -116,6 +116,7 @@ impl MoveSums {
             filter: filter::chosen(scene),
             stopped: None,
             reason: None,
+            expected_s: super::plan(scene).ok().map(|plan| plan.expected_s),
             hint: None,
             waited_s: self.waits.waited_s(),
             health: self.waits.health_shares(),

@@ -1,0 +1,336 @@
+//! What a move will take, said before it starts: its error, its time and the spread of that, from the instruments, the
+//! response map and the tolerance.
+//!
+//! ```text
+//! frames to measure to s       n = R / (s^2 - floor),    R: variance of a frame
+//! way                          cruise: distance / rate;   burst by burst: each leaves its spread of its turn
+//! a look after each drive      until rest, and frames until half of what the drive has left is known
+//! at the end                   1.3 times the frames to measure to the tolerance: some corrections lose what was known
+//! ```
+//!
+//! The target counts as reached at a risk of 3.6 % at most ([`crate::situation::Confidence`]), so the error promised to
+//! 95 % of the moves is the tolerance. A tolerance is refused when the camera's floor does not let it be known, and when
+//! the way and one measurement alone take longer than the deadline.
+
+use core::fmt;
+
+use estimator::{CameraDescription, Instruments};
+use motor_model::{DriveMode, math};
+
+use crate::TICK_NANOS;
+use crate::drive_plan::frames_follow;
+use crate::positioning::PositioningTuning;
+use crate::response_map::{Burst, Family, ResponseMap};
+use crate::situation::Situation;
+use crate::target::Limits;
+
+/// What a move will take.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct MoveForecast {
+    /// Error in rad within which 95 % of the moves end.
+    pub error_rad: f32,
+    /// Expected time in s.
+    pub time_s: f32,
+    /// Standard deviation of that over motors, in s.
+    pub time_sd_s: f32,
+    /// Its part that measures to the tolerance, in s.
+    pub measuring_s: f32,
+    /// Frames that are measured for that.
+    pub frames: f32,
+    /// Drives until the target is near enough to be measured to the tolerance.
+    pub drives: u32,
+}
+
+/// A tolerance that cannot be met.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Unreachable {
+    /// The tolerance asked for, in rad.
+    pub tolerance_rad: f32,
+    /// The least tolerance that can be met before the deadline, in rad; `None` if not even ten degrees can.
+    pub least_rad: Option<f32>,
+    /// The time that it takes, in s.
+    pub time_s: f32,
+}
+
+/// Largest tolerance that is searched, in rad: ten degrees.
+const TOLERANCE_MAX_RAD: f32 = 0.1745;
+/// Halvings of the search: from ten degrees to a tenth of the smallest tolerance, and to a thousandth of that.
+const HALVINGS: u32 = 40;
+/// Most drives that are counted: a thousand turns by throws are more, and take as long.
+const DRIVES_MAX: u32 = 2_000;
+/// Frames measured in all, per frames that the tolerance needs: a correction loses a part of what was known before it.
+/// From `host-sim positioning-trials`.
+const MEASURED_TWICE: f32 = 1.3;
+/// Standard deviation of the time, per time measured. From the same.
+const MEASURING_SPREAD: f32 = 0.45;
+/// Part of a look's time by which looks differ. An assumption.
+const LOOK_SPREAD: f32 = 0.5;
+/// Time in s from the end of a drive until rest is concluded, beside frames: coast and ring-down.
+const RUN_OUT_S: f32 = 0.02;
+/// Frames that conclude rest.
+const REST_FRAMES: f32 = 12.0;
+/// Part of its spread to which the angle after a drive is measured before the next.
+const LOOK_PART: f32 = 0.5;
+/// Floors, in variances, by which what is needed must exceed the floor, so that a target can be told from its
+/// neighbours.
+const FLOORS: f32 = 2.0;
+
+/// Sums over the way.
+#[derive(Clone, Copy, Default)]
+struct Way {
+    drive_s: f32,
+    look_s: f32,
+    drives: u32,
+}
+
+impl MoveForecast {
+    /// The forecast of a move by `distance_rad`, clockwise positive, to within `tolerance_rad`.
+    ///
+    /// # Errors
+    /// When the tolerance cannot be met by these instruments, or not before the deadline.
+    pub fn try_new(
+        instruments: &Instruments,
+        map: &ResponseMap,
+        limits: &Limits,
+        distance_rad: f32,
+        tolerance_rad: f32,
+    ) -> Result<Self, Unreachable> {
+        #[expect(clippy::cast_precision_loss, reason = "a deadline needs no more than single precision")]
+        let deadline_s = 1e-9 * limits.deadline_nanos as f32;
+        let tuning = PositioningTuning { limits: *limits, ..PositioningTuning::new(instruments) };
+        let of = |tolerance_rad| Self::of(&instruments.camera, map, &tuning, distance_rad, tolerance_rad);
+        if let Some(forecast) = of(tolerance_rad)
+            && forecast.least_s() <= deadline_s
+        {
+            return Ok(forecast);
+        }
+        let (mut refused_rad, mut least) = (tolerance_rad, None);
+        let (mut most_rad, mut halvings) = (TOLERANCE_MAX_RAD, 0);
+        while halvings < HALVINGS {
+            let middle_rad = if halvings == 0 { most_rad } else { math::sqrt_f32(refused_rad * most_rad) };
+            match of(middle_rad).filter(|forecast| forecast.time_s <= deadline_s) {
+                Some(forecast) => (most_rad, least) = (middle_rad, Some(forecast)),
+                None if halvings == 0 => break,
+                None => refused_rad = middle_rad,
+            }
+            halvings += 1;
+        }
+        Err(Unreachable {
+            tolerance_rad,
+            least_rad: least.map(|forecast| forecast.error_rad),
+            time_s: least.map_or(0.0, |forecast| forecast.time_s),
+        })
+    }
+
+    /// The least time in s that the move can take: the way, and one measurement.
+    fn least_s(&self) -> f32 {
+        self.time_s - self.measuring_s * (1.0 - 1.0 / MEASURED_TWICE)
+    }
+
+    /// Time in s within which 95 % of the moves end: expected, and 1.65 standard deviations.
+    pub fn time_95_s(&self) -> f32 {
+        self.time_s + 1.65 * self.time_sd_s
+    }
+
+    /// `None` where the floor is too high for the tolerance.
+    fn of(
+        camera: &CameraDescription,
+        map: &ResponseMap,
+        tuning: &PositioningTuning,
+        distance_rad: f32,
+        tolerance_rad: f32,
+    ) -> Option<Self> {
+        let enough_rad = tuning.sigma_enough_rad(tolerance_rad);
+        let enough_rad2 = enough_rad * enough_rad;
+        if enough_rad2 < FLOORS * tuning.floor_rad2 {
+            return None;
+        }
+        #[expect(clippy::cast_possible_truncation, reason = "the controller computes in f32")]
+        let (frame_rad2, period_s) = (camera.variance_rad2() as f32, camera.period_s() as f32);
+        let rest_s = RUN_OUT_S + REST_FRAMES * period_s + tuning.frame_wait_s();
+        let frames = (frame_rad2 / (enough_rad2 - tuning.floor_rad2)).max(1.0) * MEASURED_TWICE;
+        let look_s = |left_rad: f32| {
+            let known_rad = LOOK_PART * left_rad;
+            rest_s + period_s * (frame_rad2 / (known_rad * known_rad)).min(frames)
+        };
+        let way = way(map, tuning, distance_rad, enough_rad, look_s);
+        let measuring_s = frames * period_s;
+        let spread_s2 = [MEASURING_SPREAD * measuring_s, LOOK_SPREAD * way.look_s, rest_s]
+            .map(|part_s| part_s * part_s)
+            .into_iter()
+            .sum::<f32>();
+        Some(Self {
+            error_rad: tolerance_rad,
+            time_s: rest_s + way.drive_s + way.look_s + measuring_s,
+            time_sd_s: math::sqrt_f32(spread_s2 + way.drive_s * way.drive_s * RATE_SPREAD * RATE_SPREAD),
+            measuring_s,
+            frames,
+            drives: way.drives,
+        })
+    }
+}
+
+/// Standard deviation of the time of a cruise over motors, per time. From the map: 8 % in mode B, 21 % in mode C.
+const RATE_SPREAD: f32 = 0.2;
+
+/// The way to within `enough_rad` of the target, drive by drive.
+fn way(
+    map: &ResponseMap,
+    tuning: &PositioningTuning,
+    distance_rad: f32,
+    enough_rad: f32,
+    look_s: impl Fn(f32) -> f32,
+) -> Way {
+    let mode = if distance_rad > 0.0 { DriveMode::B } else { DriveMode::C };
+    let amplitude_max = tuning.limits.amplitude_max;
+    let mut way = Way::default();
+    let mut left_rad = distance_rad.abs();
+    let cruise = map
+        .cruise_within(mode, amplitude_max, left_rad)
+        .filter(|cruise| left_rad >= cruise.room_rad() && frames_follow(cruise, tuning.frame_wait_s()));
+    if let Some(cruise) = cruise {
+        way.drive_s += left_rad / cruise.rate_rad_s.abs();
+        way.drives += 1;
+        left_rad = cruise.coast_sd_rad.min(0.3 * left_rad);
+        way.look_s += look_s(left_rad);
+    }
+    while left_rad > enough_rad && way.drives < DRIVES_MAX {
+        let Some(burst) = burst(map, mode, amplitude_max, left_rad) else { break };
+        let spread_rad = math::sqrt_f32(
+            burst.motors_sd_rad * burst.motors_sd_rad + burst.repeat_sd_rad * burst.repeat_sd_rad,
+        );
+        #[expect(clippy::cast_precision_loss, reason = "at most some 10,000 ticks")]
+        let burst_s = burst.ticks as f32 * 1e-9 * TICK_NANOS as f32;
+        way.drive_s += burst_s;
+        way.drives += 1;
+        // At least a tenth of the way is gone with each: else the map has no burst for it.
+        left_rad = ((left_rad - burst.turn_rad).max(0.0) + spread_rad).min(0.9 * left_rad);
+        way.look_s += look_s(left_rad);
+    }
+    way
+}
+
+/// The burst for `left_rad`: the coarse family of the mode, then the fine ones of mode C, from which the target is
+/// approached last.
+fn burst(map: &ResponseMap, mode: DriveMode, amplitude_max: f32, left_rad: f32) -> Option<Burst> {
+    let coarse = match mode {
+        DriveMode::B => Family::Throw,
+        DriveMode::C => Family::Stride,
+    };
+    [Family::Step, Family::Walk, coarse]
+        .into_iter()
+        .filter_map(|family| {
+            let (_, longest_rad) = map.range_rad(family, amplitude_max)?;
+            Some((left_rad <= longest_rad, map.burst(family, left_rad, amplitude_max)?))
+        })
+        .reduce(|finer, coarser| if finer.0 { finer } else { coarser })
+        .map(|(_, burst)| burst)
+}
+
+impl PositioningTuning {
+    /// [`Situation::sigma_enough_rad`] for a tolerance.
+    fn sigma_enough_rad(&self, tolerance_rad: f32) -> f32 {
+        let situation = Situation {
+            remaining_rad: 0.0,
+            sigma_rad: 0.0,
+            tolerance_rad,
+            confidence: self.confidence,
+            amplitude_max: self.limits.amplitude_max,
+            floor_rad2: self.floor_rad2,
+            frame_wait_s: self.frame_wait_s(),
+        };
+        situation.sigma_enough_rad()
+    }
+}
+
+impl fmt::Display for Unreachable {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { tolerance_rad, least_rad, time_s } = self;
+        write!(f, "a tolerance of {:.5} deg cannot be met before the deadline", tolerance_rad.to_degrees())?;
+        match least_rad {
+            Some(least_rad) => write!(f, "; {:.5} deg takes {time_s:.1} s", least_rad.to_degrees()),
+            None => write!(f, ", and no tolerance up to 10 deg can"),
+        }
+    }
+}
+
+impl core::error::Error for Unreachable {}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use estimator::VibrometerDescription;
+
+    fn instruments(frames_per_s: u64) -> Instruments {
+        let period_nanos = 1_000_000_000 / frames_per_s;
+        let camera =
+            CameraDescription { period_nanos, latency_nanos: period_nanos, ..CameraDescription::default() };
+        Instruments { camera, vibrometer: Some(VibrometerDescription::default()) }
+    }
+
+    fn forecast(
+        frames_per_s: u64,
+        distance_deg: f32,
+        tolerance_mdeg: f32,
+    ) -> Result<MoveForecast, Unreachable> {
+        let limits = Limits { deadline_nanos: 30_000_000_000, ..Limits::default() };
+        let tolerance_rad = (1e-3 * tolerance_mdeg).to_radians();
+        MoveForecast::try_new(
+            &instruments(frames_per_s),
+            ResponseMap::table_1(),
+            &limits,
+            distance_deg.to_radians(),
+            tolerance_rad,
+        )
+    }
+
+    /// Frames of 17 milli-degrees: to 0.452 of a tolerance of 1, less the floor of 0.05, and 1.3 times as many.
+    #[test]
+    fn exact_frames_of_the_default_camera() {
+        let seen = forecast(10_000, 37.0, 1.0).unwrap();
+        let frame_mdeg = 1e3 * (2e-6_f64 / 3.9e-3).to_degrees() / 3_f64.sqrt();
+        let needed_mdeg2 = (0.95_f64 / 2.1).powi(2) - 0.0478_f64.powi(2);
+        let expected = 1.3 * frame_mdeg * frame_mdeg / needed_mdeg2;
+        assert!((f64::from(seen.frames) / expected - 1.0).abs() < 2e-3, "{} {expected}", seen.frames);
+        assert!((f64::from(seen.measuring_s) - 1e-4 * expected).abs() < 1e-3 * expected * 1e-4 + 1e-3);
+    }
+
+    /// A finer tolerance, slower frames and a longer way take longer.
+    #[test]
+    fn law_time_grows_with_what_is_asked() {
+        let time_s = |frames_per_s, distance_deg, tolerance_mdeg| {
+            forecast(frames_per_s, distance_deg, tolerance_mdeg).unwrap().time_s
+        };
+        for distance_deg in [-90.0, -1.0, -0.05, 0.05, 1.0, 90.0] {
+            assert!(time_s(10_000, distance_deg, 0.5) > time_s(10_000, distance_deg, 1.0));
+            assert!(time_s(1_000, distance_deg, 5.0) > time_s(10_000, distance_deg, 5.0));
+            assert!(time_s(200, 4.0 * distance_deg, 50.0) >= time_s(200, distance_deg, 50.0));
+        }
+    }
+
+    /// The tolerance that is offered instead can be met, and a little less cannot be met in time.
+    #[test]
+    fn law_what_is_offered_instead_is_the_least() {
+        let refused = forecast(200, 37.0, 0.5).unwrap_err();
+        let least_mdeg = 1e3 * refused.least_rad.unwrap().to_degrees();
+        assert!(least_mdeg > 0.5, "{least_mdeg}");
+        let offered = forecast(200, 37.0, least_mdeg).unwrap();
+        assert!(offered.time_s <= 30.0 && offered.time_s > 29.0, "{offered:?}");
+    }
+
+    /// A camera of coarse steps and little noise has a floor: no time is enough for less.
+    #[test]
+    fn law_the_floor_refuses_whatever_the_deadline() {
+        let camera = CameraDescription { resolution_m: 4e-6, ..CameraDescription::default() };
+        let coarse = Instruments { camera, ..Instruments::default() };
+        let limits = Limits { deadline_nanos: 86_400_000_000_000, ..Limits::default() };
+        let of = |tolerance_mdeg: f32| {
+            let tolerance_rad = (1e-3 * tolerance_mdeg).to_radians();
+            MoveForecast::try_new(&coarse, ResponseMap::table_1(), &limits, 0.6, tolerance_rad)
+        };
+        let least_mdeg = 1e3 * of(1.0).unwrap_err().least_rad.unwrap().to_degrees();
+        // The floor of 3.86 milli-degrees, twice in variances, over 0.95 / 2.1.
+        assert!((least_mdeg / (3.86 * 2_f32.sqrt() * 2.1 / 0.95) - 1.0).abs() < 0.02, "{least_mdeg}");
+        assert!(of(1.01 * least_mdeg).is_ok() && of(0.99 * least_mdeg).is_err());
+    }
+}

@@ -1,0 +1,108 @@
+//! A rotor that never rests, turns on, or cannot be measured: every wait has a reason and an end.
+
+use super::*;
+
+/// The camera shows a rotor that lies still, and the filter never says that it rests: the move goes on within half a
+/// second, and ends.
+#[test]
+fn law_a_rotor_that_never_rests_by_the_filter_is_driven_by_the_camera() {
+    let mut scenario = Scenario::new(90e3, 1.0);
+    let mut waited_ticks = 0;
+    while scenario.moving().mode().is_none() {
+        assert!(matches!(scenario.phase(), PositioningPhase::Settling(Wait::Rest)));
+        waited_ticks += 1;
+    }
+    assert!(waited_ticks * TICK < 500_000_000, "{waited_ticks}");
+    assert!(matches!(scenario.phase(), PositioningPhase::Cruise { .. }));
+    scenario.mdeg = 90e3;
+    let end_at = scenario.now.plus_nanos(2_000_000_000);
+    while !matches!(scenario.phase(), PositioningPhase::Stopped(_)) {
+        assert!(scenario.now < end_at, "{:?}", scenario.phase());
+        scenario.moving();
+    }
+    assert_eq!(scenario.phase(), PositioningPhase::Stopped(StopReason::NotMeasurable));
+}
+
+/// A rotor that turns on after a cruise is braked by the other mode soon after its longest coast, and the move goes on
+/// when it stands.
+#[test]
+fn law_a_rotor_that_turns_on_is_braked() {
+    for sign in [1.0, -1.0] {
+        let mut scenario = Scenario::new(sign * 90e3, 1.0);
+        let driven = scenario.rest().mode();
+        scenario.rate_rad_s = if sign > 0.0 { 15.0 } else { -1.5 };
+        let per_tick_mdeg = 1e3 * f64::from((scenario.rate_rad_s * 1e-5).to_degrees());
+        let mut brake = None;
+        while brake.is_none() {
+            scenario.mdeg += per_tick_mdeg;
+            let mode = scenario.moving().mode();
+            brake = mode.filter(|_| mode != driven);
+        }
+        assert!(matches!(scenario.phase(), PositioningPhase::Brake { .. }), "{:?}", scenario.phase());
+        // The longest coast: 9.5 degrees and five times 3.5 in mode B.
+        assert!(sign * scenario.mdeg < 90e3 + 28e3, "{sign} {}", scenario.mdeg);
+        scenario.rate_rad_s = 0.0;
+        assert_eq!(scenario.moving(), DriveCommand::OFF);
+        assert_eq!(scenario.phase(), PositioningPhase::Settling(Wait::Turning));
+        assert!(scenario.rest().mode().is_some(), "on to the target");
+    }
+}
+
+/// One that no brake stops ends the move, after a bounded time and a bounded number of brakes.
+#[test]
+fn law_a_rotor_that_no_brake_stops_ends_the_move() {
+    let mut scenario = Scenario::new(90e3, 1.0);
+    scenario.rate_rad_s = 1.0;
+    while !matches!(scenario.phase(), PositioningPhase::Stopped(_)) {
+        scenario.mdeg += 1e3 * f64::from((scenario.rate_rad_s * 1e-5).to_degrees());
+        scenario.moving();
+        assert!(scenario.now.nanos() < 4_000_000_000, "{:?}", scenario.phase());
+    }
+    assert_eq!(scenario.phase(), PositioningPhase::Stopped(StopReason::KeepsTurning));
+}
+
+/// An estimate that is wide but right ends no burst and begins none.
+#[test]
+fn law_a_wide_estimate_cuts_no_burst() {
+    let wide = Health::Unusable(Reason::Uncertain);
+    let mut scenario = Scenario::new(900.0, 1.0);
+    let uncertain = |scenario: &mut Scenario, resting| {
+        scenario.now = scenario.now.plus_nanos(TICK);
+        let estimate = scenario.estimate(resting, 800.0);
+        scenario.positioning.decide(map(), scenario.now, Some(&estimate), wide)
+    };
+    for _ in 0..10 {
+        assert_eq!(uncertain(&mut scenario, true), DriveCommand::OFF, "nothing begins");
+    }
+    assert!(matches!(scenario.phase(), PositioningPhase::Settling(Wait::Measuring { .. })));
+    scenario.rest();
+    let PositioningPhase::Burst { burst, .. } = scenario.phase() else { panic!("{:?}", scenario.phase()) };
+    let mut ticks = 1;
+    while uncertain(&mut scenario, false).mode().is_some() {
+        ticks += 1;
+    }
+    assert_eq!(ticks, burst.ticks);
+}
+
+/// A variance that falls too slowly for the deadline is noticed within some windows, and so is a camera that is gone.
+#[test]
+fn law_what_cannot_end_in_time_ends_early() {
+    let mut scenario = Scenario::new(0.4, 0.5);
+    scenario.sigma_mdeg = 17.0;
+    while !matches!(scenario.phase(), PositioningPhase::Stopped(_)) {
+        // As 1 / sqrt(t) from 10 frames of 17 milli-degrees a second: 1,400 frames are needed.
+        let seconds = scenario.now.seconds_since::<f32>(Time::ZERO);
+        scenario.sigma_mdeg = 17.0 / (1.0 + 10.0 * seconds).sqrt();
+        scenario.rest();
+    }
+    assert_eq!(scenario.phase(), PositioningPhase::Stopped(StopReason::NotMeasurable));
+    assert!(scenario.now.nanos() < 1_200_000_000, "{}", scenario.now.nanos());
+
+    let mut scenario = Scenario::new(90e3, 1.0);
+    while !matches!(scenario.phase(), PositioningPhase::Stopped(_)) {
+        scenario.now = scenario.now.plus_nanos(TICK);
+        scenario.positioning.decide(map(), scenario.now, None, Health::Waiting);
+    }
+    assert_eq!(scenario.phase(), PositioningPhase::Stopped(StopReason::NoEstimate));
+    assert!(scenario.now.nanos() < 2_100_000_000, "{}", scenario.now.nanos());
+}
