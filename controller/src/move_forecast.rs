@@ -4,7 +4,8 @@
 //! ```text
 //! frames to measure to s       n = R / (s^2 - floor),    R: variance of a frame
 //! way                          cruise: distance / rate;   burst by burst: each leaves its spread of its turn
-//! a look after each drive      until rest, and frames until half of what the drive has left is known
+//! a look after each drive      until rest, and frames until half of what a coarse drive has left is known; what is
+//!                              measured between steps and walks counts at the end
 //! at the end                   1.3 times the frames to measure to the tolerance: some corrections lose what was known
 //! ```
 //!
@@ -67,8 +68,8 @@ const MEASURING_SPREAD: f32 = 0.45;
 const LOOK_SPREAD: f32 = 0.5;
 /// Time in s from the end of a drive until rest is concluded, beside frames: coast and ring-down.
 const RUN_OUT_S: f32 = 0.02;
-/// Frames that conclude rest.
-const REST_FRAMES: f32 = 12.0;
+/// Frames that conclude rest: four, and two until the first of a rotor at rest is there. An assumption.
+const REST_FRAMES: f32 = 6.0;
 /// Part of its spread to which the angle after a drive is measured before the next.
 const LOOK_PART: f32 = 0.5;
 /// Floors, in variances, by which what is needed must exceed the floor, so that a target can be told from its
@@ -149,9 +150,12 @@ impl MoveForecast {
         let (frame_rad2, period_s) = (camera.variance_rad2() as f32, camera.period_s() as f32);
         let rest_s = RUN_OUT_S + REST_FRAMES * period_s + tuning.frame_wait_s();
         let frames = (frame_rad2 / (enough_rad2 - tuning.floor_rad2)).max(1.0) * MEASURED_TWICE;
-        let look_s = |left_rad: f32| {
-            let known_rad = LOOK_PART * left_rad;
-            rest_s + period_s * (frame_rad2 / (known_rad * known_rad)).min(frames)
+        let look_s = |left_rad: Option<f32>| {
+            let frames = left_rad.map_or(0.0, |left_rad| {
+                let known_rad = LOOK_PART * left_rad;
+                (frame_rad2 / (known_rad * known_rad)).min(frames)
+            });
+            rest_s + period_s * frames
         };
         let way = way(map, tuning, distance_rad, enough_rad, look_s);
         let measuring_s = frames * period_s;
@@ -179,7 +183,7 @@ fn way(
     tuning: &PositioningTuning,
     distance_rad: f32,
     enough_rad: f32,
-    look_s: impl Fn(f32) -> f32,
+    look_s: impl Fn(Option<f32>) -> f32,
 ) -> Way {
     let mode = if distance_rad > 0.0 { DriveMode::B } else { DriveMode::C };
     let amplitude_max = tuning.limits.amplitude_max;
@@ -192,10 +196,10 @@ fn way(
         way.drive_s += left_rad / cruise.rate_rad_s.abs();
         way.drives += 1;
         left_rad = cruise.coast_sd_rad.min(0.3 * left_rad);
-        way.look_s += look_s(left_rad);
+        way.look_s += look_s(Some(left_rad));
     }
     while left_rad > enough_rad && way.drives < DRIVES_MAX {
-        let Some(burst) = burst(map, mode, amplitude_max, left_rad) else { break };
+        let Some((family, burst)) = burst(map, mode, amplitude_max, left_rad) else { break };
         let spread_rad = math::sqrt_f32(
             burst.motors_sd_rad * burst.motors_sd_rad + burst.repeat_sd_rad * burst.repeat_sd_rad,
         );
@@ -205,14 +209,15 @@ fn way(
         way.drives += 1;
         // At least a tenth of the way is gone with each: else the map has no burst for it.
         left_rad = ((left_rad - burst.turn_rad).max(0.0) + spread_rad).min(0.9 * left_rad);
-        way.look_s += look_s(left_rad);
+        let fine = matches!(family, Family::Step | Family::Walk);
+        way.look_s += look_s((!fine).then_some(left_rad));
     }
     way
 }
 
 /// The burst for `left_rad`: the coarse family of the mode, then the fine ones of mode C, from which the target is
 /// approached last.
-fn burst(map: &ResponseMap, mode: DriveMode, amplitude_max: f32, left_rad: f32) -> Option<Burst> {
+fn burst(map: &ResponseMap, mode: DriveMode, amplitude_max: f32, left_rad: f32) -> Option<(Family, Burst)> {
     let coarse = match mode {
         DriveMode::B => Family::Throw,
         DriveMode::C => Family::Stride,
@@ -221,7 +226,7 @@ fn burst(map: &ResponseMap, mode: DriveMode, amplitude_max: f32, left_rad: f32) 
         .into_iter()
         .filter_map(|family| {
             let (_, longest_rad) = map.range_rad(family, amplitude_max)?;
-            Some((left_rad <= longest_rad, map.burst(family, left_rad, amplitude_max)?))
+            Some((left_rad <= longest_rad, (family, map.burst(family, left_rad, amplitude_max)?)))
         })
         .reduce(|finer, coarser| if finer.0 { finer } else { coarser })
         .map(|(_, burst)| burst)

@@ -1,7 +1,8 @@
 //! What becomes of a rotor after the drive goes off: whether it turns on, lies still, or is measured better.
 //!
 //! The filter says when the rotor is at rest. Where it does not say so, the camera's frames decide, in windows from
-//! [`RUN_OUT_NANOS`] after the drive went off. With `d` the turn within a window and `s^2` the sum of the variances of
+//! [`RUN_OUT_NANOS`] after the drive went off, and not before two frames exposed since then have arrived: what is
+//! predicted from frames of a driven rotor says nothing of it. With `d` the turn within a window and `s^2` the sum of the variances of
 //! the angles at both of its ends:
 //!
 //! ```text
@@ -22,7 +23,7 @@ use motor_model::{Angle, Time};
 
 use crate::rest_filter::Resting;
 
-/// Time in ns after the drive goes off in which a rotor may still turn: twice what it takes to stop from the highest
+/// Time in ns after the drive goes off in which a rotor may still turn, beside what frames take: twice what it takes to stop from the highest
 /// rate at the smallest friction of Table 1.
 const RUN_OUT_NANOS: u64 = 50_000_000;
 /// Shortest window of measuring in ns: the time without progress after which a move says what it waits for.
@@ -96,10 +97,20 @@ impl SettlingWatch {
     }
 
     /// What the camera has shown by `now`, in windows `window_nanos` long, of a rotor that is not at rest by
-    /// `estimate`.
-    pub fn look(&mut self, window_nanos: u64, now: Time, estimate: &Estimate<f32>) -> Shown {
+    /// `estimate`. The next frame arrives at most `frame_wait_nanos` after the exposure of the last one.
+    pub fn look(
+        &mut self,
+        window_nanos: u64,
+        frame_wait_nanos: u64,
+        now: Time,
+        estimate: &Estimate<f32>,
+    ) -> Shown {
         let (off_at, from) = *self.off.get_or_insert((now, estimate.angle));
-        if now.nanos_since(off_at) < RUN_OUT_NANOS {
+        let off_nanos = now.nanos_since(off_at);
+        if off_nanos < 2 * frame_wait_nanos {
+            return Shown::Nothing;
+        }
+        if off_nanos < RUN_OUT_NANOS + 2 * frame_wait_nanos {
             return self.coasts_on(from, estimate);
         }
         let start = *self.window.get_or_insert(WindowStart::from(now, estimate));
@@ -181,13 +192,29 @@ mod tests {
         ] {
             let mut watch = SettlingWatch::new(None);
             for (nanos, mdeg) in [(0, -9e3), (RUN_OUT_NANOS - 1, 0.0), (RUN_OUT_NANOS, 0.0)] {
-                assert_eq!(watch.look(WINDOW, at(nanos), &moving(mdeg, 0.0)), Shown::Nothing);
+                assert_eq!(watch.look(WINDOW, 0, at(nanos), &moving(mdeg, 0.0)), Shown::Nothing);
             }
             assert_eq!(
-                watch.look(WINDOW, at(RUN_OUT_NANOS + WINDOW - 1), &moving(turned_mdeg, 0.0)),
+                watch.look(WINDOW, 0, at(RUN_OUT_NANOS + WINDOW - 1), &moving(turned_mdeg, 0.0)),
                 Shown::Nothing
             );
-            assert_eq!(watch.look(WINDOW, at(RUN_OUT_NANOS + WINDOW), &moving(turned_mdeg, 0.0)), shown);
+            assert_eq!(watch.look(WINDOW, 0, at(RUN_OUT_NANOS + WINDOW), &moving(turned_mdeg, 0.0)), shown);
+        }
+    }
+
+    /// Until two frames exposed with the drive off are there, nothing is shown, however far the prediction goes.
+    #[test]
+    fn law_a_prediction_from_driven_frames_shows_nothing() {
+        const FRAME: u64 = 40_000_000;
+        let mut watch = SettlingWatch::new(Some(CoastBound { direction: 1.0, rad: 0.01 }));
+        for (nanos, mdeg, shown) in [
+            (0, 0.0, Shown::Nothing),
+            (2 * FRAME - 1, 90e3, Shown::Nothing),
+            (2 * FRAME, 90e3, Shown::Turns { clockwise: true }),
+            (2 * FRAME + RUN_OUT_NANOS, 10.0, Shown::Nothing),
+            (2 * FRAME + RUN_OUT_NANOS + WINDOW, 10.0, Shown::Still),
+        ] {
+            assert_eq!(watch.look(WINDOW, FRAME, at(nanos), &moving(mdeg, 15.0)), shown, "{nanos}");
         }
     }
 
@@ -199,8 +226,8 @@ mod tests {
             [(-1049.0, -2.0, false), (-1051.0, -2.0, true), (-1051.0, -0.4, false), (3000.0, 2.0, false)]
         {
             let mut watch = SettlingWatch::new(Some(coast));
-            watch.look(WINDOW, at(0), &moving(0.0, -10.0));
-            let shown = watch.look(WINDOW, at(10_000), &moving(mdeg, rate_rad_s));
+            watch.look(WINDOW, 0, at(0), &moving(0.0, -10.0));
+            let shown = watch.look(WINDOW, 0, at(10_000), &moving(mdeg, rate_rad_s));
             let expected = if turns { Shown::Turns { clockwise: false } } else { Shown::Nothing };
             assert_eq!(shown, expected, "{mdeg} {rate_rad_s}");
         }

@@ -7,7 +7,7 @@
 use estimator::{Estimate, Health};
 use motor_model::{DriveMode, Time};
 
-use super::{Positioning, PositioningPhase, StopReason, Wait};
+use super::{Positioning, PositioningPhase, PositioningTuning, StopReason, Wait};
 use crate::drive_plan::DrivePlan;
 use crate::map_correction::MotorResponse;
 use crate::response_map::{ResponseMap, direction};
@@ -16,6 +16,10 @@ use crate::situation::Situation;
 
 /// Longest brake in ns: a hundred times what mode C takes to spin a rotor up.
 const BRAKE_NANOS: u64 = 500_000_000;
+/// Longest wait for a frame, in ns, at which a brake is ended by the estimate.
+const BRAKE_FRAME_NANOS: u64 = 5_000_000;
+/// Longest brake in ns where frames come more slowly: less than either mode takes to spin a rotor up the other way.
+const BRAKE_BLIND_NANOS: u64 = 10_000_000;
 /// Brakes of one move, after which a rotor that turns on ends it. An assumption: one that stops by friction needs none.
 const BRAKES_MAX: u8 = 3;
 
@@ -40,7 +44,7 @@ impl Positioning {
         wide: bool,
     ) -> PositioningPhase {
         if !estimate.resting {
-            match self.watch.look(self.tuning.settling_window_nanos, now, estimate) {
+            match self.look(now, estimate) {
                 Shown::Nothing => return PositioningPhase::Settling(Wait::Rest),
                 Shown::Turns { clockwise } => return self.stop_the_rotor(clockwise, now),
                 Shown::Still => (),
@@ -84,9 +88,7 @@ impl Positioning {
 
     /// At the target: stays unless the rotor moves, or lies outside the tolerance for certain.
     pub(super) fn hold(&mut self, now: Time, estimate: &Estimate<f32>) -> PositioningPhase {
-        if !estimate.resting
-            && self.watch.look(self.tuning.settling_window_nanos, now, estimate) != Shown::Still
-        {
+        if !estimate.resting && self.look(now, estimate) != Shown::Still {
             // A jolt: the angle before it does not count, and the move begins anew.
             self.rest.forget();
             self.retarget(self.target, now);
@@ -97,6 +99,11 @@ impl Positioning {
             self.retarget(self.target, now);
         }
         self.phase
+    }
+
+    fn look(&mut self, now: Time, estimate: &Estimate<f32>) -> Shown {
+        let PositioningTuning { settling_window_nanos, frame_wait_nanos, .. } = self.tuning;
+        self.watch.look(settling_window_nanos, frame_wait_nanos, now, estimate)
     }
 
     /// At rest: measures on, or gives up where that cannot end before the deadline.
@@ -136,7 +143,9 @@ impl Positioning {
         now: Time,
         estimate: &Estimate<f32>,
     ) -> PositioningPhase {
-        let limit_nanos = BRAKE_NANOS.min(self.tuning.limits.on_max_nanos);
+        let seen = self.tuning.frame_wait_nanos <= BRAKE_FRAME_NANOS;
+        let limit_nanos =
+            if seen { BRAKE_NANOS } else { BRAKE_BLIND_NANOS }.min(self.tuning.limits.on_max_nanos);
         if direction(mode) * estimate.rate_rad_s < 0.0 && now.nanos_since(since) < limit_nanos {
             return PositioningPhase::Brake { mode, since };
         }
