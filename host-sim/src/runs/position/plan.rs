@@ -5,8 +5,8 @@ use std::fmt;
 use controller::MoveForecast;
 use serde::Serialize;
 
-use crate::runs::RunError;
 use super::reach;
+use crate::runs::RunError;
 use crate::runs::closed_loop;
 use crate::scene::{Scene, SceneError};
 use crate::world::instruments::assumed;
