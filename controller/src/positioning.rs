@@ -157,7 +157,9 @@ impl Positioning {
             (PositioningPhase::Stopped(why), _) => PositioningPhase::Stopped(why),
             (_, None) => self.wait(now, health),
             (phase, Some(estimate)) => {
-                self.blind_since = None;
+                if !wide {
+                    self.blind_since = None;
+                }
                 self.rest.note_variance(estimate);
                 self.step(map, phase, now, estimate, wide)
             }
