@@ -8,6 +8,7 @@ mod closed_loop;
 mod count;
 mod error;
 mod estimation;
+mod instruments;
 mod keys;
 mod microcontroller;
 mod open_loop;
@@ -32,6 +33,7 @@ use crate::studies::response_map;
 use calibration::CalibrateArgs;
 use closed_loop::{PositionArgs, PositioningTrialsArgs, RateArgs, ResponseMapArgs};
 use estimation::{EstimateArgs, FiltersArgs};
+use instruments::InstrumentsArgs;
 use keys::KeysArgs;
 use microcontroller::{InstructionsArgs, PilArgs, SizeArgs};
 use open_loop::{ReproduceArgs, SimulateArgs};
@@ -82,6 +84,8 @@ enum Command {
     Calibrate(CalibrateArgs),
     /// Move many drawn motors to many targets, beside simpler strategies
     PositioningTrials(PositioningTrialsArgs),
+    /// Move drawn motors under many cameras and vibrometers, each move beside what was promised before it
+    Instruments(InstrumentsArgs),
     /// Identify what each drive does, for the controller
     ResponseMap(ResponseMapArgs),
     /// Write the pages of results from runs of today, or compare them
@@ -195,6 +199,7 @@ impl Command {
             Self::Rate(args) => args.execute(),
             Self::Calibrate(args) => args.execute(),
             Self::PositioningTrials(args) => args.execute(),
+            Self::Instruments(args) => args.execute(),
             Self::ResponseMap(args) => args.execute(),
             Self::Results(args) => args.execute(),
             Self::Keys(args) => args.execute(),

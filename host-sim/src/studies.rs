@@ -6,6 +6,7 @@ pub(crate) mod filter_costs;
 pub mod filter_errors;
 pub mod gyroscope_calibration;
 pub(crate) mod held_rates;
+pub mod instrument_grid;
 pub(crate) mod paper;
 pub(crate) mod positioning_trials;
 pub mod response_map;

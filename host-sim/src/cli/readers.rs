@@ -23,7 +23,7 @@ const fn reader(command: &'static str, reads: &'static [&'static str]) -> Reader
 }
 
 /// Every command that takes a scene.
-pub(super) const READERS: [Reader; 9] = [
+pub(super) const READERS: [Reader; 10] = [
     reader("simulate", &["seed", "motor", "simulate"]),
     reader("position", &["seed", "motor", "plant", "camera", "ldv", "fault", "estimator", "position"]),
     reader("rate", &["seed", "motor", "plant", "camera", "ldv", "fault", "estimator", "rate"]),
@@ -39,6 +39,10 @@ pub(super) const READERS: [Reader; 9] = [
     Reader {
         overwrites: &["position"],
         ..reader("positioning-trials", &["seed", "motor", "plant", "camera", "ldv", "fault", "estimator"])
+    },
+    Reader {
+        overwrites: &["estimator.filter", "position"],
+        ..reader("instruments", &["seed", "motor", "plant", "camera", "ldv", "fault", "estimator"])
     },
     Reader {
         overwrites: &["plant.step_s", "plant.motor"],

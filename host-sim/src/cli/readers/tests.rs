@@ -6,6 +6,7 @@ use super::*;
 use crate::board::pil;
 use crate::runs::{position, rate, simulate};
 use crate::scene::Scene;
+use crate::studies::instrument_grid::{InstrumentGridPlan, Shard};
 use crate::studies::positioning_trials::{self, Strategy};
 use crate::studies::{filter_costs, filter_errors, gyroscope_calibration, response_map};
 
@@ -101,17 +102,25 @@ fn exact_response_map_reads_what_the_table_says() {
 }
 
 #[test]
+fn exact_instruments_reads_what_the_table_says() {
+    let scene = short(&["plant.step_s=5e-6"], true);
+    let one = Shard { index: 1, count: 16 };
+    InstrumentGridPlan::new(&scene, 1, "500 frames/s alone", one).run(&|| ()).unwrap();
+    agrees("instruments", &scene);
+}
+
+#[test]
 fn exact_refusals_name_the_key_and_its_readers() {
     let refused = |command: &str, key| Reader::named(command).admit(key).unwrap_err().one_line();
     assert_eq!(
         refused("simulate", "plant.friction"),
         "error: simulate does not read plant.friction; hint: position, rate, calibrate, estimate, filters, \
-         positioning-trials, response-map, pil read it; simulate reads simulate.friction"
+         positioning-trials, instruments, response-map, pil read it; simulate reads simulate.friction"
     );
     assert_eq!(
         refused("response-map", "plant.step_s"),
         "error: response-map sets plant.step_s itself; hint: position, rate, calibrate, estimate, filters, \
-         positioning-trials, pil read it"
+         positioning-trials, instruments, pil read it"
     );
     assert_eq!(
         refused("position", "calibrate.steps"),

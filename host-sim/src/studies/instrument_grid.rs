@@ -1,0 +1,280 @@
+//! Moves under many cameras and vibrometers, each beside what was promised before it began: `host-sim instruments`.
+//!
+//! Every bench of [`benches`] differs from the scene in one or two keys. On each, motors drawn within their tolerances
+//! make four moves, with every filter and with the one that is chosen when none is named. The tolerance of a move is
+//! the finest of [`TOLERANCES_DEG`] that the bench promises to meet before the deadline ([`crate::runs::position::plan`]).
+//!
+//! | outcome | meaning |
+//! |---|---|
+//! | refused | no tolerance can be promised: nothing moves |
+//! | reached | held as on target, and the true angle is within three tolerances |
+//! | wrong | held as on target, and it is not |
+//! | gave up | ended with a reason before the deadline |
+//! | sat still | ended by the deadline alone |
+//!
+//! | module | what it is |
+//! |---|---|
+//! | this one | the plan: which benches, filters, motors and moves; one move |
+//! | `benches` | the instruments that are tried |
+//! | `summary` | the counts of a bench |
+//! | `tables`, `picture` | what is shown of them |
+
+mod benches;
+mod picture;
+mod summary;
+mod tables;
+
+use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
+
+use crate::runs::RunError;
+use crate::runs::filter::FILTERS;
+use crate::runs::position::{self, MoveOutcome};
+use crate::scene::{Scene, SceneError};
+pub use benches::{Bench, benches};
+pub use summary::BenchSummary;
+
+/// Targets of the moves, in degrees.
+const TARGETS_DEG: [f64; 4] = [90.0, -90.0, 1.0, -0.05];
+/// Tolerances that are asked for, the finest that is promised first.
+const TOLERANCES_DEG: [f64; 7] = [0.001, 0.003, 0.01, 0.03, 0.1, 0.3, 1.0];
+/// A move that is held as on target is wrong from so many tolerances on.
+const WRONG_TOLERANCES: f64 = 3.0;
+/// Time after which a move is given up, in s.
+const DEADLINE_S: &str = "30";
+/// Time for which a target is held before the error counts, in s.
+const HOLD_S: &str = "0.1";
+/// The choice of the filter that the instruments allow best.
+const CHOSEN: &str = "best";
+
+/// What became of a move.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum GridOutcome {
+    /// No tolerance can be promised.
+    Refused,
+    /// On target, rightly.
+    Reached,
+    /// On target, wrongly.
+    Wrong,
+    /// Ended with a reason.
+    GaveUp,
+    /// Ended by the deadline.
+    SatStill,
+}
+
+/// A move, as it is written and read.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct GridMove {
+    /// Its place among all moves.
+    pub number: u64,
+    /// The bench.
+    pub bench: String,
+    /// The filter asked for.
+    pub filter: String,
+    /// Seed of motor and noise.
+    pub seed: u64,
+    /// Target.
+    pub target_deg: f64,
+    /// Tolerance asked for; 0 where it was refused.
+    pub tolerance_deg: f64,
+    /// Time promised in s.
+    pub promised_s: f64,
+    /// What became of it.
+    pub outcome: GridOutcome,
+    /// Why it ended, where it gave up.
+    pub reason: String,
+    /// True angle at the end less the target.
+    pub error_mdeg: f64,
+    /// Time until the target was held, or until the end, in s.
+    pub time_s: f64,
+}
+
+/// A part of the moves: those whose number leaves `index` when divided by `count`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Shard {
+    /// Which part, from 0.
+    pub index: u64,
+    /// Of how many.
+    pub count: u64,
+}
+
+impl Shard {
+    /// All moves.
+    pub const ALL: Self = Self { index: 0, count: 1 };
+}
+
+/// Moves to be made.
+#[derive(Clone, Debug)]
+pub struct InstrumentGridPlan {
+    scene: Scene,
+    benches: Vec<Bench>,
+    motors: u64,
+    shard: Shard,
+}
+
+/// Moves that were made, in the order of their numbers.
+#[derive(Clone, Debug)]
+pub struct InstrumentGrid {
+    /// The moves.
+    pub moves: Vec<GridMove>,
+}
+
+impl InstrumentGridPlan {
+    /// The moves of `motors` motors on every bench whose name contains `only`.
+    pub fn new(scene: &Scene, motors: u64, only: &str, shard: Shard) -> Self {
+        let benches = benches().into_iter().filter(|bench| bench.name.contains(only)).collect();
+        Self { scene: scene.clone(), benches, motors, shard }
+    }
+
+    /// The numbers of the moves of this shard.
+    fn numbers(&self) -> Vec<u64> {
+        let filters = FILTERS.len() as u64 + 1;
+        let all = self.benches.len() as u64 * filters * self.motors * TARGETS_DEG.len() as u64;
+        (0..all).filter(|number| number % self.shard.count == self.shard.index).collect()
+    }
+
+    /// How many moves this shard makes.
+    pub fn work(&self) -> u64 {
+        self.numbers().len() as u64
+    }
+
+    /// Makes the moves of this shard, and calls `progress` after each. The result does not depend on the number of
+    /// threads.
+    ///
+    /// # Errors
+    /// When a scene is refused.
+    pub fn run(&self, progress: &(impl Fn() + Sync)) -> Result<InstrumentGrid, RunError> {
+        let one = |number| {
+            let made = self.make(number);
+            progress();
+            made
+        };
+        let moves: Result<Vec<GridMove>, RunError> =
+            self.numbers().into_par_iter().with_max_len(1).map(one).collect();
+        Ok(InstrumentGrid { moves: moves? })
+    }
+
+    /// Bench, filter, motor and target of a number: the last varies fastest.
+    fn case(&self, number: u64) -> Option<(&Bench, &'static str, u64, f64)> {
+        let targets = TARGETS_DEG.len() as u64;
+        let filters = FILTERS.len() as u64 + 1;
+        let at = |index: u64| usize::try_from(index).ok();
+        let target_deg = TARGETS_DEG.get(at(number % targets)?)?;
+        let rest = number / targets;
+        let (motor, rest) = (rest % self.motors, rest / self.motors);
+        let filter =
+            at(rest % filters)?.checked_sub(1).map_or(Some(CHOSEN), |index| FILTERS.get(index).copied())?;
+        Some((self.benches.get(at(rest / filters)?)?, filter, motor, *target_deg))
+    }
+
+    fn make(&self, number: u64) -> Result<GridMove, RunError> {
+        let (bench, filter, motor, target_deg) = self.case(number).expect("a number below the count");
+        let mut scene = self.scene.of_run(motor)?;
+        let to = target_deg.to_string();
+        let own =
+            [("estimator.filter", filter), ("position.to_deg", &to), ("position.deadline_s", DEADLINE_S)];
+        for (key, value) in bench.sets.iter().copied().chain(own) {
+            scene.set(key, value)?;
+        }
+        let made = GridMove {
+            number,
+            bench: bench.name.to_owned(),
+            filter: filter.to_owned(),
+            seed: scene.seed(),
+            target_deg,
+            tolerance_deg: 0.0,
+            promised_s: 0.0,
+            outcome: GridOutcome::Refused,
+            reason: String::new(),
+            error_mdeg: 0.0,
+            time_s: 0.0,
+        };
+        let Some((tolerance_deg, promised_s)) = finest(&mut scene)? else { return Ok(made) };
+        let outcome = position::run(&scene, |_| ())?;
+        Ok(GridMove {
+            tolerance_deg,
+            promised_s,
+            outcome: judge(&outcome),
+            reason: outcome.stopped.clone().unwrap_or_default(),
+            error_mdeg: outcome.final_error_mdeg,
+            time_s: outcome.settle_time_s.unwrap_or(outcome.duration_s),
+            ..made
+        })
+    }
+}
+
+/// The finest tolerance that is promised, set in `scene`, and the time promised.
+fn finest(scene: &mut Scene) -> Result<Option<(f64, f64)>, RunError> {
+    for tolerance_deg in TOLERANCES_DEG {
+        scene.set("position.tolerance_deg", &tolerance_deg.to_string())?;
+        match position::plan(scene) {
+            Ok(plan) => return Ok(Some((tolerance_deg, plan.expected_s))),
+            Err(RunError::Scene(SceneError::Conflict { .. })) => {}
+            Err(error) => return Err(error),
+        }
+    }
+    Ok(None)
+}
+
+fn judge(outcome: &MoveOutcome) -> GridOutcome {
+    match (&outcome.stopped, outcome.settle_time_s) {
+        (Some(why), _) if why == "TimedOut" => GridOutcome::SatStill,
+        (Some(_), _) | (None, None) => GridOutcome::GaveUp,
+        (None, Some(_))
+            if 1e-3 * outcome.final_error_mdeg.abs() > WRONG_TOLERANCES * outcome.tolerance_deg =>
+        {
+            GridOutcome::Wrong
+        }
+        (None, Some(_)) => GridOutcome::Reached,
+    }
+}
+
+impl InstrumentGrid {
+    /// The moves of several shards, as of one run.
+    pub fn merged(parts: Vec<Self>) -> Self {
+        let mut moves: Vec<GridMove> = parts.into_iter().flat_map(|part| part.moves).collect();
+        moves.sort_by_key(|made| made.number);
+        moves.dedup();
+        Self { moves }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Every bench, filter, motor and target comes once, and the shards share them out.
+    #[test]
+    fn law_shards_share_the_moves_out() {
+        let plan = |shard| InstrumentGridPlan::new(&Scene::default(), 3, "", shard);
+        let all = plan(Shard::ALL);
+        let mut cases: Vec<_> = all
+            .numbers()
+            .into_iter()
+            .map(|number| {
+                let (bench, filter, motor, target_deg) = all.case(number).unwrap();
+                (bench.name, filter, motor, target_deg.to_bits())
+            })
+            .collect();
+        assert_eq!(cases.len(), benches().len() * 4 * 3 * 4);
+        cases.sort_unstable();
+        cases.dedup();
+        assert_eq!(cases.len() as u64, all.work());
+        let mut shared: Vec<u64> =
+            (0..5).flat_map(|index| plan(Shard { index, count: 5 }).numbers()).collect();
+        shared.sort_unstable();
+        assert_eq!(shared, all.numbers());
+    }
+
+    /// Every bench is a scene that is taken.
+    #[test]
+    fn exact_every_bench_is_a_scene() {
+        for bench in benches() {
+            let mut scene = Scene::default();
+            for (key, value) in &bench.sets {
+                scene.set(key, value).unwrap_or_else(|error| panic!("{}: {error}", bench.name));
+            }
+        }
+    }
+}

@@ -1,0 +1,131 @@
+//! The grid in tables: text, JSON, and rows to be written and read again.
+
+use std::path::Path;
+
+use serde_json::json;
+
+use super::{BenchSummary, CHOSEN, GridMove, InstrumentGrid};
+use crate::report::OutputError;
+use crate::report::document::{Block, Document, Table};
+use crate::report::page::PlacedValue;
+use crate::runs::filter::FILTERS;
+
+const HEADER: [&str; 11] = [
+    "bench",
+    "moves",
+    "refused",
+    "reached",
+    "wrong",
+    "gave up",
+    "sat still",
+    "tolerance mdeg",
+    "within it",
+    "in time",
+    "median s",
+];
+
+fn cells(name: &str, summary: &BenchSummary) -> Vec<String> {
+    let percent =
+        |share: Option<f64>| share.map_or("-".to_owned(), |share| format!("{:.0} %", 100.0 * share));
+    vec![
+        name.to_owned(),
+        summary.moves.to_string(),
+        summary.refused.to_string(),
+        summary.reached.to_string(),
+        summary.wrong.to_string(),
+        summary.gave_up.to_string(),
+        summary.sat_still.to_string(),
+        if summary.tolerance_deg > 0.0 { format!("{}", 1e3 * summary.tolerance_deg) } else { "-".to_owned() },
+        percent(summary.within_promise),
+        percent(summary.in_time),
+        summary.median_s.map_or("-".to_owned(), |s| format!("{s:.2}")),
+    ]
+}
+
+impl InstrumentGrid {
+    fn by_filter(&self) -> Table {
+        let mut table = Table::new(&HEADER);
+        for filter in std::iter::once(&CHOSEN).chain(FILTERS) {
+            let total = self.total(filter);
+            if total.moves > 0 {
+                table.push(cells(&filter.replace('_', " "), &total));
+            }
+        }
+        table
+    }
+
+    fn by_bench(&self) -> Table {
+        let mut table = Table::new(&HEADER);
+        for summary in self.of_filter(CHOSEN) {
+            table.push(cells(&summary.bench, &summary));
+        }
+        table
+    }
+
+    /// What to look at first.
+    fn verdict(&self) -> String {
+        let total = self.total(CHOSEN);
+        format!(
+            "With the filter that the instruments allow best, of {} moves {} reached the target, {} were refused \
+             beforehand, {} gave up with a reason, {} were ended by the deadline alone, and {} were held as on target \
+             more than three tolerances off it.",
+            total.moves, total.reached, total.refused, total.gave_up, total.sat_still, total.wrong
+        )
+    }
+
+    /// For the terminal.
+    pub fn document(&self) -> Document {
+        Document {
+            blocks: vec![
+                Block::Heading("Moves under other instruments".to_owned()),
+                Block::Paragraph(self.verdict()),
+                Block::Table(self.by_filter()),
+                Block::Heading("Each bench, with the filter that it allows best".to_owned()),
+                Block::Table(self.by_bench()),
+            ],
+        }
+    }
+
+    /// The values of its page.
+    pub fn page_values(&self) -> Vec<PlacedValue> {
+        vec![
+            ("verdict", self.verdict()),
+            ("table_filters", self.by_filter().markdown()),
+            ("table_benches", self.by_bench().markdown()),
+        ]
+    }
+
+    /// The counts of every bench and filter, as one JSON object on one line.
+    pub fn json(&self) -> String {
+        let filters: Vec<&str> = std::iter::once(CHOSEN).chain(FILTERS.iter().copied()).collect();
+        let totals: Vec<BenchSummary> = filters.iter().map(|filter| self.total(filter)).collect();
+        let benches: Vec<BenchSummary> = filters.iter().flat_map(|filter| self.of_filter(filter)).collect();
+        format!("{}\n", json!({"totals": totals, "benches": benches}))
+    }
+
+    /// A row a move.
+    ///
+    /// # Errors
+    /// When a row cannot be laid out: never.
+    pub fn csv(&self) -> Result<String, OutputError> {
+        let refused = |error: csv::Error| OutputError::Table(error.to_string());
+        let mut writer = csv::Writer::from_writer(Vec::new());
+        for made in &self.moves {
+            writer.serialize(made).map_err(refused)?;
+        }
+        let bytes = writer.into_inner().map_err(|error| OutputError::Table(error.to_string()))?;
+        String::from_utf8(bytes).map_err(|error| OutputError::Table(error.to_string()))
+    }
+
+    /// The moves of a file that [`Self::csv`] has made.
+    ///
+    /// # Errors
+    /// When it cannot be read, or has other rows.
+    pub fn read(path: &Path) -> Result<Self, OutputError> {
+        let refused = |error: csv::Error| OutputError::Table(format!("{}: {error}", path.display()));
+        let mut reader = csv::Reader::from_path(path).map_err(refused)?;
+        let moves: Result<Vec<GridMove>, OutputError> =
+            reader.deserialize().map(|row| row.map_err(refused)).collect();
+        Ok(Self { moves: moves? })
+    }
+}
