@@ -23,10 +23,10 @@ pub struct HeldRates {
 /// # Errors
 /// When the scene is refused.
 pub fn run(scene: &Scene) -> Result<HeldRates, RunError> {
-    let held = |rate_deg_s: &f64| {
+    let held = |rate_deg_s: &f64| -> Result<RateOutcome, RunError> {
         let mut scene = scene.clone();
         scene.set("rate.deg_s", &rate_deg_s.to_string())?;
-        Ok::<_, RunError>(rate::run(&scene, |_| ())?)
+        rate::run(&scene, |_| ())
     };
     let outcomes: Result<Vec<RateOutcome>, RunError> = RATES_DEG_S.par_iter().map(held).collect();
     Ok(HeldRates { outcomes: outcomes? })

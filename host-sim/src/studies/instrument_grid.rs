@@ -172,14 +172,18 @@ impl InstrumentGridPlan {
         let (bench, filter, motor, target_deg) = self.case(number).expect("a number below the count");
         let mut scene = self.scene.of_run(motor)?;
         let to = target_deg.to_string();
-        let own =
-            [("estimator.filter", filter), ("position.to_deg", &to), ("position.deadline_s", DEADLINE_S)];
+        let own = [
+            ("estimator.filter", filter),
+            ("position.to_deg", &to),
+            ("position.deadline_s", DEADLINE_S),
+            ("position.hold_s", HOLD_S),
+        ];
         for (key, value) in bench.sets.iter().copied().chain(own) {
             scene.set(key, value)?;
         }
         let made = GridMove {
             number,
-            bench: bench.name.to_owned(),
+            bench: bench.name.clone(),
             filter: filter.to_owned(),
             seed: scene.seed(),
             target_deg,
@@ -254,7 +258,7 @@ mod tests {
             .into_iter()
             .map(|number| {
                 let (bench, filter, motor, target_deg) = all.case(number).unwrap();
-                (bench.name, filter, motor, target_deg.to_bits())
+                (bench.name.clone(), filter, motor, target_deg.to_bits())
             })
             .collect();
         assert_eq!(cases.len(), benches().len() * 4 * 3 * 4);

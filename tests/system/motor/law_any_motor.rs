@@ -337,7 +337,7 @@ fn regress_the_books_of_a_first_step_balance_to_the_rounding_of_the_steady_motio
     );
     let pulled = small(
         [7_399.382_921_886_756, 0.004_813_258_165_975_985_5, 1.200_661_443_500_976e-4],
-        0.0003063,
+        0.000_306_3,
         -1.991_262_886_209_261_4,
     );
     for (params, step_s, amplitude) in

@@ -3,6 +3,7 @@
 use std::fmt;
 
 use controller::MoveForecast;
+use motor_model::math;
 use serde::Serialize;
 
 use super::reach;
@@ -74,7 +75,7 @@ pub fn plan(scene: &Scene) -> Result<MovePlan, RunError> {
         expected_sd_s: time_sd_s.into(),
         measuring_s: measuring_s.into(),
         frames: frames.into(),
-        frame_mdeg: 1e3 * instruments.camera.variance_rad2().sqrt().to_degrees(),
+        frame_mdeg: 1e3 * math::sqrt(instruments.camera.variance_rad2()).to_degrees(),
         drives,
         deadline_s,
     })

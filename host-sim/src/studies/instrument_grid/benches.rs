@@ -1,38 +1,41 @@
 //! The instruments that are tried: what differs from the default bench.
 
+/// Keys and values.
+type Sets = &'static [(&'static str, &'static str)];
+
 /// A bench.
 #[derive(Clone, Debug)]
 pub struct Bench {
     /// Its name.
-    pub name: &'static str,
+    pub name: String,
     /// Keys and values.
     pub sets: Vec<(&'static str, &'static str)>,
 }
 
 /// Cameras, each tried with the default vibrometer and without one.
-const CAMERAS: [(&str, &str, &[(&str, &str)]); 18] = [
-    ("10 frames/s", "10 frames/s alone", &[("camera.frame_rate_hz", "10")]),
-    ("60 frames/s", "60 frames/s alone", &[("camera.frame_rate_hz", "60")]),
-    ("500 frames/s", "500 frames/s alone", &[("camera.frame_rate_hz", "500")]),
-    ("1,000 frames/s", "1,000 frames/s alone", &[("camera.frame_rate_hz", "1000")]),
-    ("2,000 frames/s", "2,000 frames/s alone", &[("camera.frame_rate_hz", "2000")]),
-    ("5,000 frames/s", "5,000 frames/s alone", &[("camera.frame_rate_hz", "5000")]),
-    ("10,000 frames/s", "10,000 frames/s alone", &[]),
-    ("30,000 frames/s", "30,000 frames/s alone", &[("camera.frame_rate_hz", "30000")]),
-    ("noise 0.2 um", "noise 0.2 um alone", &[("camera.noise_m", "2e-7"), ("camera.resolution_m", "2e-7")]),
-    ("noise 5 um", "noise 5 um alone", &[("camera.noise_m", "5e-6")]),
-    ("noise 20 um", "noise 20 um alone", &[("camera.noise_m", "2e-5")]),
-    ("resolution 0.2 um", "resolution 0.2 um alone", &[("camera.resolution_m", "2e-7")]),
-    ("resolution 6 um", "resolution 6 um alone", &[("camera.resolution_m", "6e-6")]),
-    ("resolution 20 um", "resolution 20 um alone", &[("camera.resolution_m", "2e-5")]),
-    ("radius 1 mm", "radius 1 mm alone", &[("camera.tracking_radius_m", "1e-3")]),
-    ("radius 30 mm", "radius 30 mm alone", &[("camera.tracking_radius_m", "3e-2")]),
-    ("latency 10 ms", "latency 10 ms alone", &[("camera.latency_s", "0.01")]),
-    ("latency 50 ms", "latency 50 ms alone", &[("camera.latency_s", "0.05")]),
+const CAMERAS: [(&str, Sets); 18] = [
+    ("10 frames/s", &[("camera.frame_rate_hz", "10")]),
+    ("60 frames/s", &[("camera.frame_rate_hz", "60")]),
+    ("500 frames/s", &[("camera.frame_rate_hz", "500")]),
+    ("1,000 frames/s", &[("camera.frame_rate_hz", "1000")]),
+    ("2,000 frames/s", &[("camera.frame_rate_hz", "2000")]),
+    ("5,000 frames/s", &[("camera.frame_rate_hz", "5000")]),
+    ("10,000 frames/s", &[]),
+    ("30,000 frames/s", &[("camera.frame_rate_hz", "30000")]),
+    ("noise 0.2 um", &[("camera.noise_m", "2e-7"), ("camera.resolution_m", "2e-7")]),
+    ("noise 5 um", &[("camera.noise_m", "5e-6")]),
+    ("noise 20 um", &[("camera.noise_m", "2e-5")]),
+    ("resolution 0.2 um", &[("camera.resolution_m", "2e-7")]),
+    ("resolution 6 um", &[("camera.resolution_m", "6e-6")]),
+    ("resolution 20 um", &[("camera.resolution_m", "2e-5")]),
+    ("radius 1 mm", &[("camera.tracking_radius_m", "1e-3")]),
+    ("radius 30 mm", &[("camera.tracking_radius_m", "3e-2")]),
+    ("latency 10 ms", &[("camera.latency_s", "0.01")]),
+    ("latency 50 ms", &[("camera.latency_s", "0.05")]),
 ];
 
 /// Vibrometers, each tried with the default camera.
-const VIBROMETERS: [(&str, &[(&str, &str)]); 12] = [
+const VIBROMETERS: [(&str, Sets); 12] = [
     ("vibrometer 20 kHz", &[("ldv.sample_rate_hz", "20000")]),
     ("vibrometer 500 kHz", &[("ldv.sample_rate_hz", "500000")]),
     ("vibrometer noise 0.05 mm/s", &[("ldv.noise_m_s", "5e-5")]),
@@ -48,7 +51,7 @@ const VIBROMETERS: [(&str, &[(&str, &str)]); 12] = [
 ];
 
 /// What the filters assume wrongly, with the default instruments.
-const ASSUMED: [(&str, &[(&str, &str)]); 7] = [
+const ASSUMED: [(&str, Sets); 7] = [
     ("camera noise assumed half", &[("estimator.assumed.camera.noise_m", "5e-7")]),
     ("camera noise assumed double", &[("estimator.assumed.camera.noise_m", "2e-6")]),
     ("camera noise assumed four times", &[("estimator.assumed.camera.noise_m", "4e-6")]),
@@ -60,10 +63,15 @@ const ASSUMED: [(&str, &[(&str, &str)]); 7] = [
 
 /// Every bench.
 pub fn benches() -> Vec<Bench> {
-    let cameras = CAMERAS.iter().flat_map(|(name, alone, sets)| {
+    let cameras = CAMERAS.iter().flat_map(|(name, sets)| {
         let without = sets.iter().copied().chain([("ldv.installed", "no")]).collect();
-        [Bench { name, sets: sets.to_vec() }, Bench { name: alone, sets: without }]
+        [
+            Bench { name: (*name).to_owned(), sets: sets.to_vec() },
+            Bench { name: format!("{name} alone"), sets: without },
+        ]
     });
     let others = VIBROMETERS.iter().chain(&ASSUMED);
-    cameras.chain(others.map(|(name, sets)| Bench { name, sets: sets.to_vec() })).collect()
+    cameras
+        .chain(others.map(|(name, sets)| Bench { name: (*name).to_owned(), sets: sets.to_vec() }))
+        .collect()
 }

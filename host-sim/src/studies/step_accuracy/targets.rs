@@ -42,6 +42,9 @@ pub struct TargetResult {
     pub timed: bool,
 }
 
+/// One of the errors of an impact map.
+type ErrorOf = fn(&ImpactMapErrors) -> f64;
+
 impl TargetResult {
     fn timed(target: String, found: String, met: bool) -> Self {
         Self { target, found, met, timed: true }
@@ -148,7 +151,7 @@ impl StepAccuracy {
         let mut all = Vec::new();
         for (index, mode) in ["B", "C"].into_iter().enumerate() {
             let cost = move |row: &MethodRow| row.cost[index].ns_per_ms;
-            let kinds: [(&str, fn(&ImpactMapErrors) -> f64); 3] = [
+            let kinds: [(&str, ErrorOf); 3] = [
                 ("time of the next impact", |map| map.first_impact_rms_s),
                 ("velocity after the impact that follows", |map| map.velocity_rms_m_s),
                 ("rotor rate after the impact that follows", |map| map.rate_rms_rad_s),
