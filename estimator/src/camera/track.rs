@@ -280,7 +280,7 @@ pub(crate) struct Track<T, B = AngleRateCovariance<T>> {
     code: Angle,
     /// Share of frames at rest whose code differs from the code before.
     change_share: T,
-    /// Mean innovation at rest, in rad: of the last [`Self::MEAN_FRAMES`], the latest weighing most.
+    /// Mean innovation at rest, in rad: of the last [`TrackTuning::mean_frames`], the latest weighing most.
     mean_innovation_rad: T,
     /// Running mean of the normalised innovations squared, each at most the gate: 1 if the camera is as good as its
     /// variance says.

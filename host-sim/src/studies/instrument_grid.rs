@@ -1,6 +1,6 @@
 //! Moves under many cameras and vibrometers, each beside what was promised before it began: `host-sim instruments`.
 //!
-//! Every bench of [`benches`] differs from the scene in one or two keys. On each, motors drawn within their tolerances
+//! Every bench of [`benches()`] differs from the scene in one or two keys. On each, motors drawn within their tolerances
 //! make four moves, with every filter and with the one that is chosen when none is named. The tolerance of a move is
 //! the finest of [`TOLERANCES_DEG`] that the bench promises to meet before the deadline ([`crate::runs::position::plan`]).
 //!
