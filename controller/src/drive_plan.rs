@@ -173,8 +173,14 @@ impl Situation {
             return self.step(motor, remaining_rad);
         }
         let short_rad = WALK_SHORT_SIGMAS * (remaining_rad * motor.spread(Family::Walk) + self.sigma_rad);
-        let plan = self.burst(motor, Family::Walk, remaining_rad - short_rad)?;
-        (self.sigma_rad <= WALK_KNOWN_PART * remaining_rad).then_some(plan)
+        if self.sigma_rad <= WALK_KNOWN_PART * remaining_rad {
+            self.burst(motor, Family::Walk, remaining_rad - short_rad)
+        } else if self.measured_out() {
+            // The tolerance is wide beside the steps: measuring on says no more.
+            self.burst(motor, Family::Walk, remaining_rad)
+        } else {
+            None
+        }
     }
 
     fn step(&self, motor: MotorResponse<'_>, remaining_rad: f32) -> Option<DrivePlan> {

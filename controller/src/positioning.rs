@@ -160,7 +160,7 @@ impl Positioning {
                 if !wide {
                     self.blind_since = None;
                 }
-                self.rest.note_variance(estimate);
+                self.rest.note_variance(estimate, self.tuning.floor_rad2);
                 self.step(map, phase, now, estimate, wide)
             }
         };
@@ -343,7 +343,7 @@ impl Positioning {
         let Resting { angle, angle_rad2 } = self.rest.resting(estimate);
         Situation {
             remaining_rad: self.target.angle().radians_since(angle),
-            sigma_rad: math::sqrt_f32(angle_rad2 + self.tuning.floor_rad2),
+            sigma_rad: math::sqrt_f32(angle_rad2),
             tolerance_rad: self.target.tolerance().radians_since(Angle::ZERO),
             confidence: self.tuning.confidence,
             amplitude_max: self.tuning.limits.amplitude_max,

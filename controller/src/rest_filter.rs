@@ -171,10 +171,14 @@ impl RestFilter {
     }
 
     /// Notes, in every tick, whether the angle filter has become independent of the angle before the burst.
-    pub fn note_variance(&mut self, estimate: &Estimate<f32>) {
+    ///
+    /// `floor_rad2` is what no frame removes of either variance.
+    pub fn note_variance(&mut self, estimate: &Estimate<f32>, floor_rad2: f32) {
         if let Some(prediction) = &mut self.prediction {
+            let before_rad2 = prediction.before.angle_rad2;
+            let measured_rad2 = (before_rad2 - floor_rad2).max(PREDICTED_VARIANCE_MIN * before_rad2);
             prediction.independent |=
-                estimate.angle_rad2 > INDEPENDENT_VARIANCES * prediction.before.angle_rad2;
+                estimate.angle_rad2 - floor_rad2 > INDEPENDENT_VARIANCES * measured_rad2;
         }
     }
 
@@ -272,7 +276,7 @@ pub(crate) mod tests {
     #[test]
     fn exact_prediction_and_measurement_of_equal_variance_meet_half_way() {
         let mut filter = stepped();
-        filter.note_variance(&estimate(0.0, 100.0));
+        filter.note_variance(&estimate(0.0, 100.0), 0.0);
         let Resting { angle, angle_rad2 } = filter.resting(&estimate(10.0, 0.5));
         assert!((angle.degrees() - 9.5e-3).abs() < 2e-7, "{}", angle.degrees());
         assert!((angle_rad2 / estimate(0.0, 0.5).angle_rad2 - 0.5).abs() < 1e-4);
@@ -282,12 +286,12 @@ pub(crate) mod tests {
     #[test]
     fn law_no_measurement_counts_twice() {
         let mut filter = stepped();
-        filter.note_variance(&estimate(0.0, 0.6));
+        filter.note_variance(&estimate(0.0, 0.6), 0.0);
         let seen = estimate(10.0, 0.5);
         let measured = Resting { angle: seen.angle, angle_rad2: seen.angle_rad2 };
         assert_eq!(filter.resting(&seen), measured);
         assert_eq!(filter.corrected(&seen, &MapCorrection::of(map())), MapCorrection::of(map()));
-        filter.note_variance(&estimate(0.0, 100.0));
+        filter.note_variance(&estimate(0.0, 100.0), 0.0);
         assert_ne!(filter.resting(&seen), measured);
         filter.forget();
         assert_eq!(filter.resting(&seen), measured);
@@ -311,7 +315,7 @@ pub(crate) mod tests {
     #[test]
     fn law_an_innovation_beyond_the_gate_drops_the_forecast() {
         let mut filter = stepped();
-        filter.note_variance(&estimate(0.0, 100.0));
+        filter.note_variance(&estimate(0.0, 100.0), 0.0);
         let elsewhere = estimate(14.0, 0.5);
         assert_eq!(filter.resting(&elsewhere).angle, elsewhere.angle);
     }
@@ -319,7 +323,7 @@ pub(crate) mod tests {
     #[test]
     fn exact_a_burst_is_compared_once() {
         let mut filter = stepped();
-        filter.note_variance(&estimate(0.0, 100.0));
+        filter.note_variance(&estimate(0.0, 100.0), 0.0);
         let comparison = filter.compare(&estimate(8.0, 0.3)).unwrap();
         assert!((comparison.turned_rad.to_degrees() - 2e-3).abs() < 1e-6);
         assert!((comparison.turned_rad2 / estimate(0.0, 0.5).angle_rad2 - 1.0).abs() < 1e-4);
@@ -345,7 +349,7 @@ pub(crate) mod tests {
             correction = filter.corrected(&seen, &correction);
             let forecast = correction.forecast(family, &burst);
             filter.predict(family, burst, forecast, &seen, &correction);
-            filter.note_variance(&estimate(0.0, 1000.0));
+            filter.note_variance(&estimate(0.0, 1000.0), 0.0);
             seen = estimate(seen_mdeg, sigma_mdeg);
 
             let (place, m) = (if family == Family::Step { 1 } else { 2 }, -f64::from(burst.turn_rad));

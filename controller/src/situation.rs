@@ -13,7 +13,7 @@ pub struct Situation {
     pub confidence: Confidence,
     /// Strongest drive, 0 to 1.
     pub amplitude_max: f32,
-    /// The part of the variance in rad^2 that measuring does not remove.
+    /// The part of the estimate's variance in rad^2 that measuring does not remove.
     pub floor_rad2: f32,
     /// Time in s from the exposure of a frame until the next one arrives: for so long the angle is predicted.
     pub frame_wait_s: f32,
@@ -76,9 +76,14 @@ impl Situation {
 
     /// Variance in rad^2, without the floor, at which a rotor counts as measured out; not positive if the floor is too
     /// high for the tolerance.
-    pub(crate) fn needed_rad2(&self) -> f32 {
+    fn needed_rad2(&self) -> f32 {
+        MEASURED_OUT_PART * MEASURED_OUT_PART * self.enough_rad2()
+    }
+
+    /// Variance in rad^2, without the floor, at which a rotor on target counts as there, and the last step is due.
+    pub(crate) fn enough_rad2(&self) -> f32 {
         let enough_rad = self.sigma_enough_rad();
-        MEASURED_OUT_PART * MEASURED_OUT_PART * (enough_rad * enough_rad - self.floor_rad2)
+        enough_rad * enough_rad - self.floor_rad2
     }
 }
 

@@ -26,6 +26,13 @@
 //!
 //! Without noise the sum is `Delta^2 / 12`. At `sigma = Delta / 2` it is that of the first term, 0.05 milli-degrees of
 //! the default camera.
+//!
+//! The variance of the codes depends on the place as well. It is least in the middle of a cell:
+//!
+//! ```text
+//! least = sigma^2 + Delta^2 / 12
+//!         + sum over k of (-1)^k (4 sigma^2 + Delta^2 / (pi k)^2) exp(-2 pi^2 k^2 sigma^2 / Delta^2)
+//! ```
 
 use core::f64::consts::PI;
 
@@ -162,6 +169,26 @@ impl CameraDescription {
         variance_rad2.min(self.quantisation_rad2())
     }
 
+    /// Least variance of the codes of a rotor at rest in rad^2, that of one in the middle of a cell: see the head of
+    /// this module.
+    pub fn dither_rad2(&self) -> f64 {
+        let noise_rad2 = (self.noise_m / self.radius_m) * (self.noise_m / self.radius_m);
+        if self.resolution_m <= 0.0 {
+            return noise_rad2;
+        }
+        let noise_steps = PI * self.noise_m / self.resolution_m;
+        let (mut sum, mut weighted, mut k, mut sign) = (0.0, 0.0, 1.0, -1.0);
+        while k <= HARMONICS {
+            let kept = sign * math::exp(-2.0 * noise_steps * noise_steps * k * k);
+            sum += kept;
+            weighted += kept / (k * k);
+            (k, sign) = (k + 1.0, -sign);
+        }
+        let step_rad2 = 12.0 * self.quantisation_rad2();
+        let variance_rad2 = self.variance_rad2() + 4.0 * noise_rad2 * sum + step_rad2 * weighted / (PI * PI);
+        variance_rad2.clamp(0.0, self.variance_rad2())
+    }
+
     /// Time between two frames, in s.
     #[expect(clippy::cast_precision_loss, reason = "bounds are far below 2^53")]
     pub fn period_s(&self) -> f64 {
@@ -282,6 +309,18 @@ mod tests {
         let step_rad = 2e-6_f64 / 3.9e-3;
         let variance_rad2 = CameraDescription::default().variance_rad2();
         assert!((variance_rad2 * 3.0 / (step_rad * step_rad) - 1.0).abs() < 1e-12);
+    }
+
+    /// The variance of the codes in the middle of a cell, `sum of k^2 p_k` by the normal distribution's tails, in steps
+    /// squared: `2 Q(2)` and a little for noise of a quarter of a step.
+    #[test]
+    fn exact_least_dither_is_the_sum_over_codes() {
+        for (steps, expected) in [(0.15, 0.000858121), (0.25, 0.0455003), (0.5, 0.325413), (1.0, 1.08333)] {
+            let camera =
+                CameraDescription { noise_m: 2e-6 * steps, radius_m: 1e-3, ..CameraDescription::default() };
+            let dither_steps2 = camera.dither_rad2() / (2e-3 * 2e-3);
+            assert!((dither_steps2 / expected - 1.0).abs() < 1e-4, "{steps}: {dither_steps2}");
+        }
     }
 
     /// The mean square of the bias, from the distribution of the codes by itself, over the places in a cell.

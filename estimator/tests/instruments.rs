@@ -267,6 +267,62 @@ fn law_slow_and_late_cameras_keep_the_turn() {
     }
 }
 
+/// Frames of a rotor that lies still at `place_rad`, and the last estimate.
+fn at_rest(
+    filter: &mut dyn AngleFilter<f32>,
+    camera: CameraDescription,
+    place_rad: f64,
+    frames: u64,
+) -> Estimate<f32> {
+    let mut bench = Bench::new(camera, 7 + frames);
+    for n in 0..frames {
+        let shown_m = place_rad * camera.radius_m + camera.noise_m * bench.normal();
+        let shown_rad = (shown_m / camera.resolution_m).round() * camera.resolution_m / camera.radius_m;
+        let exposed_at = Time::from_nanos(n * camera.period_nanos);
+        filter.drive(exposed_at, DriveCommand::OFF);
+        filter.update_camera(&CameraFrame { exposed_at, angle: Angle::from_degrees(shown_rad.to_degrees()) });
+    }
+    filter.estimate(Time::from_nanos((frames - 1) * camera.period_nanos)).unwrap()
+}
+
+/// Rest is averaged as R / n, whatever the rate of the frames: but for the forty frames until rest and dither are seen,
+/// and an eighth for process noise and ringing; and no better.
+#[test]
+fn law_rest_is_averaged_at_any_rate_of_frames() {
+    for (period_nanos, frames) in
+        [(100_000, 10_000), (1_000_000, 3_000), (5_000_000, 1_500), (20_000_000, 500), (100_000_000, 300)]
+    {
+        let camera = CameraDescription { period_nanos, ..CameraDescription::default() };
+        // With ten frames a second the filters with impacts do not know the turn between two frames.
+        let able = if period_nanos > 50_000_000 { 1 } else { 3 };
+        for mut filter in filters(&Instruments { camera, vibrometer: None }).into_iter().take(able) {
+            let estimate = at_rest(filter.as_mut(), camera, 0.2, frames);
+            assert!(estimate.resting, "{period_nanos}");
+            let measured_rad2 = f64::from(estimate.angle_rad2) - camera.floor_rad2();
+            let counted = frames as f64 - 40.0;
+            let off = measured_rad2 * counted / camera.variance_rad2();
+            assert!((0.99 * counted / frames as f64..1.125).contains(&off), "{period_nanos} {frames}: {off}");
+        }
+    }
+}
+
+/// A coarse camera that is as described is averaged down to the described floor wherever in its cell the rotor lies:
+/// what a tolerance is accepted by can be measured.
+#[test]
+fn law_a_coarse_camera_reaches_its_floor_anywhere_in_a_cell() {
+    for resolution_m in [4e-6, 6e-6, 1e-5] {
+        let camera = CameraDescription { resolution_m, ..CameraDescription::default() };
+        for place in 0..20 {
+            let place_rad = 0.2 + resolution_m / camera.radius_m * f64::from(place) / 20.0;
+            let mut filter = filters(&Instruments { camera, vibrometer: None }).swap_remove(0);
+            let estimate = at_rest(filter.as_mut(), camera, place_rad, 3_000);
+            // Frames leave little beside the floor: R / n is at most a seventieth of it.
+            let off = f64::from(estimate.angle_rad2) / camera.floor_rad2();
+            assert!((1.0..1.1).contains(&off), "{resolution_m} {place}: {off}");
+        }
+    }
+}
+
 /// A coarse camera without dither: the error of a rotor at rest, anywhere in a cell, is honest. Over forty places the
 /// mean square of error over deviation is at most 2 (1 expected, forty places of a uniform error give +- 0.15).
 #[test]

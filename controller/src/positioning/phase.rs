@@ -18,7 +18,8 @@ pub struct PositioningTuning {
     /// Variance of the angle in rad^2 above which a cruise ends, where the coast of the cruise is known better than
     /// that.
     pub cruise_variance_max_rad2: f32,
-    /// Variance in rad^2 that averaging at rest does not remove: the camera's quantisation.
+    /// Variance in rad^2 that averaging at rest does not remove: the camera's quantisation. It is a part of the
+    /// variance of every estimate.
     pub floor_rad2: f32,
     /// Longest time in ns for which the angle is predicted: from the exposure of a frame until the next one arrives.
     pub frame_wait_nanos: u64,

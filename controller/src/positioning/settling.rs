@@ -11,6 +11,7 @@ use super::{Positioning, PositioningPhase, PositioningTuning, StopReason, Wait};
 use crate::drive_plan::DrivePlan;
 use crate::map_correction::MotorResponse;
 use crate::response_map::{ResponseMap, direction};
+use crate::rest_filter::Resting;
 use crate::settling_watch::{SettlingWatch, Shown};
 use crate::situation::Situation;
 
@@ -20,6 +21,8 @@ const BRAKE_NANOS: u64 = 500_000_000;
 const BRAKE_FRAME_NANOS: u64 = 5_000_000;
 /// Longest brake in ns where frames come more slowly: less than either mode takes to spin a rotor up the other way.
 const BRAKE_BLIND_NANOS: u64 = 10_000_000;
+/// Least part of the angle's variance that counts as removable, where the filter knows a lower floor than assumed.
+const REMOVABLE_PART: f32 = 0.01;
 /// Brakes of one move, after which a rotor that turns on ends it. An assumption: one that stops by friction needs none.
 const BRAKES_MAX: u8 = 3;
 
@@ -108,11 +111,14 @@ impl Positioning {
 
     /// At rest: measures on, or gives up where that cannot end before the deadline.
     pub(super) fn measure(&mut self, now: Time, estimate: &Estimate<f32>) -> PositioningPhase {
-        let needed_rad2 = self.situation(estimate).needed_rad2();
+        let needed_rad2 = self.situation(estimate).enough_rad2();
         let gone_s = now.seconds_since::<f32>(self.started_at);
         #[expect(clippy::cast_precision_loss, reason = "a deadline needs no more than single precision")]
         let left_s = 1e-9 * self.tuning.limits.deadline_nanos as f32 - gone_s;
-        let resting = self.rest.resting(estimate);
+        let Resting { angle, angle_rad2 } = self.rest.resting(estimate);
+        // Frames remove all but the floor.
+        let removable_rad2 = (angle_rad2 - self.tuning.floor_rad2).max(REMOVABLE_PART * angle_rad2);
+        let resting = Resting { angle, angle_rad2: removable_rad2 };
         let window_nanos = self.tuning.settling_window_nanos;
         let (to_go_s, in_vain) = self.watch.measure(needed_rad2, left_s, window_nanos, now, &resting);
         if in_vain {

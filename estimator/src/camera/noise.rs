@@ -14,6 +14,11 @@
 //! cell. So the variance in use does not become less than that of noise of 0.4 steps. The floor of the variance
 //! ([`CameraDescription::floor_rad2`]) follows the noise learnt without that limit: where the codes change less than
 //! assumed, an average of them is worse than assumed.
+//!
+//! Of a coarse camera few changes of the code say nothing of the noise, unless they are fewer than half of those in the
+//! middle of a cell ([`CameraDescription::dither_rad2`]), where the codes change least, and at least thirty were to be
+//! expected. Then the floor is the quantisation's variance, and else the described one. More changes than described
+//! lower no floor: they are those at the edge of a cell.
 
 use motor_model::{Angle, Real, Time, math};
 
@@ -41,6 +46,11 @@ const FACTOR_MAX: f64 = 4.0;
 const EDGE: f64 = 0.7;
 /// Variance of the codes at the edge of a cell, `Delta^2 / 4`, per that of a uniform error: no evidence of noise.
 const EDGE_STEPS: f64 = 3.0;
+/// Part of the changes of the code in the middle of a cell below which a coarse camera has less noise than assumed.
+const UNDITHERED: f64 = 0.5;
+/// Changes to be expected before that is judged, in second differences per those of independent errors: of thirty
+/// changes half are missing by chance once in a thousand times.
+const CHANGES_MIN: f64 = 30.0;
 /// Resolution per noise beyond which a smaller noise is not learnt.
 pub(crate) const COARSE: f64 = 2.5;
 
@@ -97,6 +107,9 @@ impl<T: Real> CameraNoise<T> {
         if differs {
             self.adopt(assumed_rad2, tuning);
         }
+        if tuning.coarse && self.ratio < T::one() {
+            self.follow_dither(tuning);
+        }
         differs
     }
 
@@ -111,6 +124,19 @@ impl<T: Real> CameraNoise<T> {
         let error2 = T::from_f64(4.0) * self.adopted * self.adopted / self.frames;
         let noticeable = off > least * self.adopted || -off > least * self.ratio;
         noticeable && off * off > T::from_f64(STANDARD_ERRORS * STANDARD_ERRORS) * error2
+    }
+
+    /// The floor of a coarse camera, by whether its codes change as often as described.
+    fn follow_dither(&self, tuning: &mut TrackTuning<T>) {
+        // The variance of a code, in steps squared, is the share of codes beside the most frequent one.
+        let steps2 = tuning.camera_rad2 / (self.used * T::from_f64(12.0) * tuning.quantisation_rad2);
+        let least = tuning.least_dither;
+        let judged = self.frames * least * steps2 >= T::from_f64(CHANGES_MIN);
+        if judged && self.ratio < T::from_f64(UNDITHERED) * least {
+            tuning.floor_rad2 = tuning.quantisation_rad2;
+        } else if judged {
+            tuning.floor_rad2 = tuning.described_floor_rad2;
+        }
     }
 
     /// Adopts the ratio: for the floor as it is, for the variance as far as the camera's resolution lets it be known.
@@ -136,8 +162,11 @@ impl<T: Real> CameraNoise<T> {
             (less_m2.max(dithered_m2), EDGE * EDGE * less_m2)
         };
         self.used = T::from_f64((noise_m2 + steps_m2) / (assumed_m2 + steps_m2));
-        tuning.floor_rad2 =
-            T::from_f64(CameraDescription { noise_m: math::sqrt(floor_noise_m2), ..*camera }.floor_rad2());
+        if !tuning.coarse {
+            tuning.floor_rad2 = T::from_f64(
+                CameraDescription { noise_m: math::sqrt(floor_noise_m2), ..*camera }.floor_rad2(),
+            );
+        }
         tuning.camera_rad2 = assumed_rad2 * self.used;
         tuning.resting_frames = resting_frames(tuning.camera_rad2.to_f64(), camera.period_s());
     }

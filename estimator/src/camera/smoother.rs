@@ -183,7 +183,9 @@ mod tests {
     #[test]
     fn dual_smoother_is_the_batch_fit() {
         let mut tuning = ConstantRateTuning::<f64>::default();
+        // The fit knows neither jitter nor a quantiser.
         tuning.random_walk.jitter_b = Jitter::none();
+        tuning.track.floor_rad2 = 0.0;
         let (q, r, dt) =
             (tuning.random_walk.impacted_b_rad2_s3, tuning.track.camera_rad2, FRAME_NANOS as f64 * 1e-9);
         let f = Matrix2::new(1.0, dt, 0.0, 1.0);

@@ -46,6 +46,11 @@
 //! of rest leaves. (With `v_0` from the first frame on, P22 would be a hundredth of the squared error in the first
 //! milliseconds.) Long after the ringing the rate is exactly zero, and any variance of it is too large.
 //!
+//! `v_0` and `v_1` are those of the default camera. Another one's are as many times larger as its frames are more, so
+//! that the angle's variance grows by `v_0 dt = 1e-12 rad^2` in a second at rest, whatever the rate of the frames. The average
+//! of n frames is then worse than `R / n` by a third of `1e-12 n^2 dt / R`: 4 % after a second of the default camera's
+//! frames, and after ten seconds of 200 a second.
+//!
 //! # Moved at rest
 //!
 //! A rotor that is moved by less than the gate, without an impact that the vibrometer detects, would be estimated where
@@ -142,8 +147,13 @@ pub struct TrackTuning<T> {
     pub mean_frames: T,
     /// Whether the resolution is so coarse, more than 2.5 times the noise, that a rotor at rest shows one code or two.
     pub coarse: bool,
-    /// What averaging at rest cannot remove, in rad^2: [`CameraDescription::floor_rad2`].
+    /// What averaging at rest cannot remove, in rad^2: [`CameraDescription::floor_rad2`]. It is a part of every
+    /// estimate's variance.
     pub floor_rad2: T,
+    /// The same as described, whatever was learnt.
+    pub described_floor_rad2: T,
+    /// Least mean square of second differences of a resting rotor's codes, per that of independent errors.
+    pub least_dither: T,
     /// The camera that this was made for.
     pub camera: CameraDescription,
 }
@@ -159,9 +169,9 @@ impl<T: Real> TrackTuning<T> {
     /// For `camera`.
     pub fn new(camera: &CameraDescription) -> Self {
         let (period_s, variance_rad2) = (camera.period_s(), camera.variance_rad2());
-        // More frames a second tell more of a motion that lasts as long: each of them tells less.
+        // One frame a period tells as much in a second at any rate: each of a fast camera's tells less.
         let frames_in = |seconds: f64| seconds / period_s;
-        let shared = (DEFAULT_PERIOD_S / period_s).max(1.0);
+        let shared = DEFAULT_PERIOD_S / period_s;
         Self {
             camera_rad2: T::from_f64(variance_rad2),
             quantisation_rad2: T::from_f64(camera.quantisation_rad2()),
@@ -178,6 +188,8 @@ impl<T: Real> TrackTuning<T> {
             mean_frames: T::from_f64(frames_in(MEAN_S).clamp(16.0, 1280.0)),
             coarse: camera.resolution_m > COARSE * camera.noise_m,
             floor_rad2: T::from_f64(camera.floor_rad2()),
+            described_floor_rad2: T::from_f64(camera.floor_rad2()),
+            least_dither: T::from_f64(camera.dither_rad2() / variance_rad2),
             camera: *camera,
         }
     }
@@ -307,10 +319,6 @@ impl<T: Real, B: TrackCovariance<T>> Track<T, B> {
     /// 6 milli-degrees is found, and one of 50 within 2 ms.
     const MOVED_MAX: f64 = 0.14 * 255.0;
 
-    /// Square of the mean innovation without dither that a rotor explains which has not moved, per the variance of a
-    /// uniform error: three quarters of a step, half of it the code's and the rest the estimate's.
-    const CELL: f64 = 6.75;
-
     /// Normalised innovation squared beyond which a frame counts as far off.
     const FAR: f64 = 16.0;
 
@@ -405,24 +413,21 @@ impl<T: Real, B: TrackCovariance<T>> Track<T, B> {
         if !self.resting {
             return FrameAtRest::Informative;
         }
-        // The angle is known as well as quantisation allows, and the code repeats without dither. Of a coarse camera a
-        // rare other code is left out as well: it alone would pull the estimate to its side.
+        // The angle is known as well as quantisation allows, and the code repeats without dither. The codes of a coarse
+        // camera are averaged: the floor of the variance holds what that leaves.
         let undithered = self.change_share < T::from_f64(0.2)
             && self.state.covariance.angle_rad2() <= tuning.quantisation_rad2;
-        let repeats = undithered && (same || tuning.coarse);
+        let repeats = undithered && same && !tuning.coarse;
         let changed = if frame.angle == self.code { T::zero() } else { T::one() };
         self.change_share += (changed - self.change_share) * T::from_f64(1.0 / 64.0);
-        if repeats && !tuning.coarse {
+        if repeats {
             return FrameAtRest::Repeated;
         }
         self.mean_innovation_rad += (innovation_rad - self.mean_innovation_rad) / tuning.mean_frames;
         let twice_frames = tuning.mean_frames + tuning.mean_frames - T::one();
-        let unexplained_rad2 = self.mean_innovation_rad * self.mean_innovation_rad
-            - if repeats { T::from_f64(Self::CELL) * tuning.quantisation_rad2 } else { T::zero() };
-        if unexplained_rad2 * twice_frames > T::from_f64(Self::MOVED_MAX) * tuning.camera_rad2 {
+        let mean_rad2 = self.mean_innovation_rad * self.mean_innovation_rad;
+        if mean_rad2 * twice_frames > T::from_f64(Self::MOVED_MAX) * tuning.camera_rad2 {
             FrameAtRest::Moved
-        } else if repeats {
-            FrameAtRest::Repeated
         } else {
             FrameAtRest::Informative
         }

@@ -118,6 +118,14 @@ impl<T: Real> ConstantRateTuning<T> {
     }
 }
 
+/// Process noise at rest in rad^2/s^3. With the zero-rate update it is forgotten within 10 ms; between slower frames it
+/// turns the angle by no more than then: by `1e-12 dt` in variance, `q dt^3 / 3` at most.
+fn resting_rad2_s3(period_s: f64) -> f64 {
+    const FORGOTTEN_S: f64 = 0.01;
+    let part = (FORGOTTEN_S / period_s).min(1.0);
+    1e-8 * part * part
+}
+
 impl<T: Real> Default for RandomWalkTuning<T> {
     /// For the default camera.
     fn default() -> Self {
@@ -137,7 +145,7 @@ impl<T: Real> RandomWalkTuning<T> {
             impacted_b_rad2_s3: T::from_f64(3200.0),
             impacted_c_rad2_s3: T::from_f64(300.0),
             sliding_rad2_s3: T::from_f64(3000.0),
-            resting_rad2_s3: T::from_f64(1e-8),
+            resting_rad2_s3: T::from_f64(resting_rad2_s3(camera.period_s())),
             jitter_b: Jitter { angle_rad2: T::from_f64(5e-10), rate_rad2_s2: T::from_f64(0.1) },
             jitter_c: Jitter { angle_rad2: T::from_f64(1e-9), rate_rad2_s2: T::from_f64(0.05) },
         }

@@ -4,7 +4,7 @@ use motor_model::{Real, Time};
 
 use super::Tracker;
 use crate::camera::smoother::{Reversible, Smoothed};
-use crate::camera::track::{Process, State};
+use crate::camera::track::{Jitter, Process, State};
 use crate::camera::track_covariance::TrackCovariance;
 use crate::filter::{Estimate, Health, Reason};
 
@@ -49,14 +49,11 @@ impl<T: Real, B: TrackCovariance<T>> Tracker<T, B> {
         let track = self.track()?;
         process.carry(&mut ahead, track.resting, now);
         let jitter = process.jitter(now);
-        let (angle_rad2, floor_rad2) = (ahead.covariance.angle_rad2(), self.tuning.floor_rad2);
-        // Written so that a variance that has overflowed stays.
-        let angle_rad2 = if angle_rad2 < floor_rad2 { floor_rad2 } else { angle_rad2 };
         Some(Estimate {
             at: now,
             angle: ahead.angle.angle(),
             rate_rad_s: ahead.rate_rad_s,
-            angle_rad2: angle_rad2 + jitter.angle_rad2,
+            angle_rad2: ahead.covariance.angle_rad2() + self.tuning.floor_rad2 + jitter.angle_rad2,
             angle_rate_rad2_s: ahead.covariance.angle_rate_rad2_s(),
             rate_rad2_s2: ahead.covariance.rate_rad2_s2() + jitter.rate_rad2_s2,
             resting: track.resting,
@@ -138,7 +135,9 @@ impl<T: Real> Tracker<T> {
                 let mut state = earlier.state;
                 process.carry(&mut state, earlier.resting, at);
                 let smoothed = smoothed.step_back_to(&state, earlier.resting, kick, process);
-                return Some(smoothed.estimate(earlier.resting, Process::<T>::jitter(process, at)));
+                let Jitter { angle_rad2, rate_rad2_s2 } = Process::<T>::jitter(process, at);
+                let added = Jitter { angle_rad2: angle_rad2 + self.tuning.floor_rad2, rate_rad2_s2 };
+                return Some(smoothed.estimate(earlier.resting, added));
             }
             smoothed = smoothed.step_back_to(&earlier.state, earlier.resting, kick, process);
             later = earlier;
