@@ -18,7 +18,12 @@ fn main() {
     println!("cargo::rerun-if-changed=build.rs");
     if env::var("CARGO_CFG_TARGET_OS").as_deref() == Ok("none") {
         let folder = env::var("CARGO_MANIFEST_DIR").expect("cargo sets CARGO_MANIFEST_DIR");
-        let board = if env::var_os("CARGO_FEATURE_STM32G474").is_some() { "stm32g474" } else { "mps2" };
+        let has = |feature: &str| env::var_os(format!("CARGO_FEATURE_{feature}")).is_some();
+        let board = match (has("STM32G474"), has("CHECKS")) {
+            (true, _) => "stm32g474",
+            (false, true) => "mps2-checks",
+            (false, false) => "mps2",
+        };
         println!("cargo::rustc-link-search={folder}/memory/{board}");
         for argument in LINK_ARGUMENTS {
             println!("cargo::rustc-link-arg-bins={argument}");

@@ -126,9 +126,9 @@ impl ResponseMap {
         self.step_walk_correlation
     }
 
-    /// The same map with distances that are to its cruises and walks as those of Table 1 are to its own: the room of
-    /// the weakest cruise of use, the turn of the longest walk. Without cruises, or without strides, they are infinite.
-    fn with_distances(mut self) -> Self {
+    /// Sets distances that are to its cruises and walks as those of Table 1 are to its own: the room of the weakest
+    /// cruise of use, the turn of the longest walk. Without cruises, or without strides, they are infinite.
+    fn find_distances(&mut self) {
         let room_rad = |map: &Self, mode| {
             let weakest = map.cruise_within(mode, 1.0, 0.0).or_else(|| map.strongest_cruise(mode, 1.0));
             weakest.map(|cruise| cruise.room_rad())
@@ -136,15 +136,14 @@ impl ResponseMap {
         let [clockwise, counter_clockwise] = CRUISE_FROM_RAD;
         self.cruise_from_rad =
             [(DriveMode::B, clockwise), (DriveMode::C, counter_clockwise)].map(|(mode, from)| {
-                scaled(from, room_rad(&self, mode), room_rad(&TABLE_1, mode)).unwrap_or(f32::INFINITY)
+                scaled(from, room_rad(self, mode), room_rad(&TABLE_1, mode)).unwrap_or(f32::INFINITY)
             });
         let longest_rad = |map: &Self| map.range_rad(Family::Walk, 1.0).map(|(_, longest)| longest);
         self.stride_from_rad = if self.bursts(Family::Stride).is_empty() {
             f32::INFINITY
         } else {
-            scaled(STRIDE_FROM_RAD, longest_rad(&self), longest_rad(&TABLE_1)).unwrap_or(0.0)
+            scaled(STRIDE_FROM_RAD, longest_rad(self), longest_rad(&TABLE_1)).unwrap_or(0.0)
         };
-        self
     }
 
     /// Distance in rad from which a cruise of `mode` is driven.

@@ -97,8 +97,20 @@ pub fn tick<F: AngleFilter<f32>, M: Borrow<ResponseMap>, P: Sense + Drive>(
     ports: &mut P,
 ) -> TickReport {
     let PositionLoop { filter, map, positioning } = state;
+    tick_by((*map).borrow(), filter, positioning, now, ports)
+}
+
+/// The same with `map`, `filter` and `positioning` in places of their own, for a program that keeps one map, which
+/// outlives its moves.
+pub fn tick_by<F: AngleFilter<f32>, P: Sense + Drive>(
+    map: &ResponseMap,
+    filter: &mut F,
+    positioning: &mut Positioning,
+    now: Time,
+    ports: &mut P,
+) -> TickReport {
     let Fused { camera, estimate, health } = fuse(filter, now, ports);
-    let command = positioning.decide((*map).borrow(), now, estimate.as_ref(), health);
+    let command = positioning.decide(map, now, estimate.as_ref(), health);
     let applied = ports.drive(command);
     filter.drive(now, applied);
     TickReport { estimate, health, camera, command, applied, phase: positioning.phase() }

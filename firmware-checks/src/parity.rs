@@ -11,5 +11,5 @@ mod loop_run;
 mod twin_run;
 
 pub use loop_run::{LoopMemory, LoopRun};
-pub(crate) use loop_run::{TwinInstruments, build_loop, run_loop};
+pub(crate) use loop_run::{LoopParts, TwinInstruments, build_loop, run_loop, tick_parts};
 pub use twin_run::TwinRun;

@@ -13,22 +13,25 @@
 //! begins a new session: a link that comes back does not start the motor. The board counts ticks from its start; this
 //! count is the time of both sides.
 
+mod map_memory;
 mod measurements;
 #[cfg(test)]
 mod tests;
 
 use core::mem;
 
-use controller::{Drive, Limits, PositionLoop, PositioningTuning, ResponseMap, Sense, Target};
+use controller::{Drive, Limits, PositionLoop, Positioning, PositioningTuning, Sense, Target};
 use estimator::{CameraFrame, Instruments, LdvSample};
 use link::{
     Arrival, BoardFault, BoardMessage, Configuration, Counters, Deframer, FRAME_BYTES_MAX, FrameError,
-    Header, HostMessage, MotorParameterRecord, Sequence, SettingKey, TickRecord, VERSION, decode, encode,
+    Header, HostMessage, MapFault, MotorParameterRecord, Sequence, SettingKey, TickRecord, VERSION, decode,
+    encode,
 };
 use motor_model::{DriveCommand, MotorParams, OutOfBounds, Parameter, Time};
 
 use crate::filter::SelectedFilter;
 use crate::telemetry::{ArmingState, Entry, Telemetry};
+use map_memory::MapMemory;
 use measurements::MeasurementQueues;
 
 /// The host is silent after this many ticks without a frame: 10 ms, a hundred camera frames.
@@ -70,7 +73,7 @@ impl Bench {
     }
 }
 
-/// A configuration that was checked, with its loop.
+/// A configuration that was checked. Its filter has a place of its own in [`MoveMemory`].
 ///
 /// Construction of the filter computes in double precision and takes longer than a tick. It happens here, before
 /// arming.
@@ -80,37 +83,61 @@ struct Move {
     target: Target,
     tuning: PositioningTuning,
     /// The move begins at arming.
-    position_loop: PositionLoop<SelectedFilter>,
+    positioning: Positioning,
+}
+
+/// Why a configuration is refused.
+#[derive(Clone, Copy, Debug)]
+enum MoveError {
+    Setting(OutOfBounds),
+    Map(MapFault),
+}
+
+impl From<OutOfBounds> for MoveError {
+    fn from(error: OutOfBounds) -> Self {
+        Self::Setting(error)
+    }
+}
+
+impl From<MapFault> for MoveError {
+    fn from(fault: MapFault) -> Self {
+        Self::Map(fault)
+    }
 }
 
 impl Move {
-    /// Builds the move in `memory`, or leaves `memory` unchanged.
-    fn build(
-        memory: &mut Option<Self>,
-        configuration: Configuration,
-        bench: &Bench,
-    ) -> Result<(), OutOfBounds> {
+    /// Builds the move in `memory`, by the map there, or leaves `memory` unchanged.
+    fn build(memory: &mut MoveMemory, configuration: Configuration, bench: &Bench) -> Result<(), MoveError> {
+        let map = memory.map.map()?;
+        if *map.design() != bench.design {
+            return Err(MapFault::OtherDesign.into());
+        }
         let Configuration { filter, target_deg, tolerance_deg, deadline_nanos } = configuration;
         let target = Target::try_new(target_deg, tolerance_deg)?;
         #[expect(clippy::cast_precision_loss, reason = "bounds are far below 2^53")]
         OutOfBounds::check(DEADLINE_KEY, deadline_nanos as f64 * 1e-9, 0.0, DEADLINE_MAX_S, "s")?;
         let limits = Limits { deadline_nanos, ..Limits::default() };
-        let tuning = PositioningTuning { limits, ..PositioningTuning::default() };
-        let filter = SelectedFilter::try_new(filter, &bench.design, &bench.instruments)?;
-        let position_loop = PositionLoop::new(filter, ResponseMap::table_1(), target, tuning, Time::ZERO);
-        *memory = Some(Self { configuration, target, tuning, position_loop });
+        let tuning = PositioningTuning { limits, ..PositioningTuning::new(&bench.instruments) };
+        SelectedFilter::build(&mut memory.filter, filter, &bench.design, &bench.instruments)?;
+        let positioning = Positioning::new(map, target, tuning, Time::ZERO);
+        memory.configured = Some(Self { configuration, target, tuning, positioning });
         Ok(())
     }
 }
 
-/// Memory of the configured move. A filter is too large for the stack, so on a board this is a static.
+/// Memory of the configured move and of the host's response map. A filter is too large for the stack, so on a board
+/// this is a static.
 #[derive(Debug, Default)]
-pub struct MoveMemory(Option<Move>);
+pub struct MoveMemory {
+    configured: Option<Move>,
+    filter: Option<SelectedFilter>,
+    map: MapMemory,
+}
 
 impl MoveMemory {
-    /// No move.
+    /// No move, and the map of Table 1.
     pub const fn new() -> Self {
-        Self(None)
+        Self { configured: None, filter: None, map: MapMemory::new() }
     }
 }
 
@@ -141,7 +168,7 @@ pub struct Application<'m, D> {
     counters: Counters,
     session: Option<Session>,
     bench: Bench,
-    configured: &'m mut MoveMemory,
+    memory: &'m mut MoveMemory,
     state: State,
     measurements: MeasurementQueues,
     /// Ticks since the start, lost ones included: the time of both sides.
@@ -182,14 +209,14 @@ impl<'m, D: Drive> Application<'m, D> {
     /// The program as it starts: drive off, no host.
     pub fn new(mut amplifier: D, memory: &'m mut MoveMemory) -> Self {
         amplifier.drive(DriveCommand::OFF);
-        memory.0 = None;
+        *memory = MoveMemory::new();
         Self {
             amplifier,
             deframer: Deframer::default(),
             counters: Counters::default(),
             session: None,
             bench: Bench::default(),
-            configured: memory,
+            memory,
             state: State::Safe,
             measurements: MeasurementQueues::default(),
             elapsed_ticks: 0,
@@ -290,15 +317,17 @@ impl<'m, D: Drive> Application<'m, D> {
 
     /// The tick of the loop, if it is armed; otherwise the drive is off.
     fn run(&mut self) -> Option<controller::TickReport> {
-        let Self {
-            state, configured: MoveMemory(configured), measurements, amplifier, elapsed_ticks, ..
-        } = self;
-        let (State::Armed, Some(Move { position_loop, .. })) = (state, configured) else {
+        let Self { state, memory: MoveMemory { configured, filter, map }, measurements, amplifier, .. } =
+            self;
+        let (State::Armed, Some(Move { positioning, .. }), Some(filter), Ok(map)) =
+            (state, configured, filter, map.map())
+        else {
             amplifier.drive(DriveCommand::OFF);
             return None;
         };
-        let now = time(*elapsed_ticks);
-        Some(controller::tick(position_loop, now, &mut Ports { measurements, amplifier }))
+        let now = time(self.elapsed_ticks);
+        let ports = &mut Ports { measurements, amplifier };
+        Some(controller::tick_by(map, filter, positioning, now, ports))
     }
 
     fn arming(&self) -> ArmingState {
@@ -369,7 +398,7 @@ impl<'m, D: Drive> Application<'m, D> {
         let was_armed = !matches!(mem::replace(&mut self.state, State::Safe), State::Safe);
         self.measurements.clear();
         self.overruns_in_a_row = 0;
-        if let Some(Move { configuration, .. }) = self.configured.0.as_ref().filter(|_| was_armed) {
+        if let Some(Move { configuration, .. }) = self.memory.configured.as_ref().filter(|_| was_armed) {
             self.configure(*configuration);
         }
     }
@@ -406,7 +435,8 @@ impl<'m, D: Drive> Application<'m, D> {
     fn execute(&mut self, message: &HostMessage) -> Option<BoardMessage> {
         Some(match message {
             HostMessage::Hello => {
-                self.configured.0 = None;
+                self.memory.configured = None;
+                self.memory.map.forget();
                 self.bench = Bench::default();
                 self.stop();
                 BoardMessage::Welcome { tick_nanos: PositionLoop::TICK_NANOS }
@@ -417,6 +447,9 @@ impl<'m, D: Drive> Application<'m, D> {
                 Ok(())
             }),
             HostMessage::MotorParameter(parameter) => self.describe(|bench| bench.set(*parameter)),
+            HostMessage::MapBegin | HostMessage::MapRows(_) | HostMessage::MapEnd(_) => {
+                self.describe_map(message)
+            }
             HostMessage::Arm => self.arm(),
             HostMessage::Stop => {
                 self.stop();
@@ -452,9 +485,10 @@ impl<'m, D: Drive> Application<'m, D> {
         if self.is_armed() {
             return BoardMessage::Fault(BoardFault::Armed);
         }
-        match Move::build(&mut self.configured.0, configuration, &self.bench) {
+        match Move::build(self.memory, configuration, &self.bench) {
             Ok(()) => BoardMessage::Configured,
-            Err(error) => refused(&error),
+            Err(MoveError::Setting(error)) => refused(&error),
+            Err(MoveError::Map(fault)) => BoardMessage::Fault(BoardFault::Map(fault)),
         }
     }
 
@@ -469,15 +503,39 @@ impl<'m, D: Drive> Application<'m, D> {
         }
     }
 
+    /// Takes a part of the response map, for the configurations that follow.
+    // Never inlined: as above.
+    #[inline(never)]
+    fn describe_map(&mut self, part: &HostMessage) -> BoardMessage {
+        if self.is_armed() {
+            return BoardMessage::Fault(BoardFault::Armed);
+        }
+        let MoveMemory { configured, map, .. } = &mut *self.memory;
+        let taken = match part {
+            HostMessage::MapRows(rows) => map.append(rows),
+            HostMessage::MapEnd(end) => map.end(*end),
+            _ => {
+                *configured = None;
+                map.begin(&self.bench.design);
+                Ok(())
+            }
+        };
+        match taken {
+            Ok(()) => BoardMessage::Described,
+            Err(fault) => BoardMessage::Fault(BoardFault::Map(fault)),
+        }
+    }
+
     fn arm(&mut self) -> BoardMessage {
-        match (&self.state, &mut self.configured.0) {
-            (State::Armed, _) => BoardMessage::Armed,
-            (State::Safe, Some(Move { target, tuning, position_loop, .. })) => {
-                position_loop.begin(*target, *tuning, time(self.elapsed_ticks));
+        let MoveMemory { configured, map, .. } = &mut *self.memory;
+        match (&self.state, configured, map.map()) {
+            (State::Armed, ..) => BoardMessage::Armed,
+            (State::Safe, Some(Move { target, tuning, positioning, .. }), Ok(map)) => {
+                *positioning = Positioning::new(map, *target, *tuning, time(self.elapsed_ticks));
                 self.state = State::Armed;
                 BoardMessage::Armed
             }
-            (State::Safe | State::Latched(_), _) => BoardMessage::Fault(self.fault()),
+            (State::Safe | State::Latched(_), ..) => BoardMessage::Fault(self.fault()),
         }
     }
 }

@@ -40,30 +40,24 @@ macro_rules! forward {
 }
 
 impl SelectedFilter {
-    /// A filter without measurements, for a motor of `params` under `instruments`.
+    /// Puts a filter without measurements in `place`, for a motor of `params` under `instruments`, and returns it.
     ///
     /// # Errors
-    /// When the program was built without it, or the model refuses the motor.
-    // Inlined, so that it is constructed at its destination: it is too large for the stack.
-    #[expect(clippy::inline_always, reason = "it saves a copy of the filter")]
-    #[inline(always)]
-    pub fn try_new(
+    /// When the program was built without it, or the model refuses the motor; `place` is then as before.
+    // Each filter has a function of its own, which is not inlined: the stack then holds one filter, and not one of each
+    // kind.
+    pub fn build<'m>(
+        place: &'m mut Option<Self>,
         kind: FilterKind,
         params: &MotorParams,
         instruments: &Instruments,
-    ) -> Result<Self, OutOfBounds> {
+    ) -> Result<&'m mut Self, OutOfBounds> {
         match kind {
-            FilterKind::ConstantRate => {
-                Ok(Self::ConstantRate(ConstantRate::new(&ConstantRateTuning::for_motor(params, instruments))))
-            }
+            FilterKind::ConstantRate => Ok(Self::build_constant_rate(place, params, instruments)),
             #[cfg(feature = "impact_aided")]
-            FilterKind::ImpactAided => {
-                Ok(Self::ImpactAided(ImpactAided::new(&ImpactAidedTuning::new(params, instruments))))
-            }
+            FilterKind::ImpactAided => Ok(Self::build_impact_aided(place, params, instruments)),
             #[cfg(feature = "twin")]
-            FilterKind::Twin => {
-                Ok(Self::Twin(TwinFilter::try_new(params, &TwinTuning::new(params, instruments))?))
-            }
+            FilterKind::Twin => Self::build_twin(place, params, instruments),
             #[cfg(not(all(feature = "impact_aided", feature = "twin")))]
             absent => Err(OutOfBounds {
                 key: "estimator.filter",
@@ -73,6 +67,38 @@ impl SelectedFilter {
                 unit: "",
             }),
         }
+    }
+
+    #[inline(never)]
+    fn build_constant_rate<'m>(
+        place: &'m mut Option<Self>,
+        params: &MotorParams,
+        instruments: &Instruments,
+    ) -> &'m mut Self {
+        let tuning = ConstantRateTuning::for_motor(params, instruments);
+        place.insert(Self::ConstantRate(ConstantRate::new(&tuning)))
+    }
+
+    #[cfg(feature = "impact_aided")]
+    #[inline(never)]
+    fn build_impact_aided<'m>(
+        place: &'m mut Option<Self>,
+        params: &MotorParams,
+        instruments: &Instruments,
+    ) -> &'m mut Self {
+        let tuning = ImpactAidedTuning::new(params, instruments);
+        place.insert(Self::ImpactAided(ImpactAided::new(&tuning)))
+    }
+
+    #[cfg(feature = "twin")]
+    #[inline(never)]
+    fn build_twin<'m>(
+        place: &'m mut Option<Self>,
+        params: &MotorParams,
+        instruments: &Instruments,
+    ) -> Result<&'m mut Self, OutOfBounds> {
+        let tuning = TwinTuning::new(params, instruments);
+        Ok(place.insert(Self::Twin(TwinFilter::try_new(params, &tuning)?)))
     }
 }
 

@@ -4,6 +4,7 @@
 //!
 //! - [`HostMessage`], [`BoardMessage`]: all that is sent.
 //! - [`Configuration`]: which filter, which target. [`TickRecord`]: what a tick of the loop did, every bit of it.
+//! - [`MapRows`], [`map_messages`]: a response map, a few rows in each frame; [`MapFault`]: why it is refused.
 //! - [`numbering`]: the numbers of enumerations, both ways.
 //! - [`frame`]: a message with its [`Header`], a CRC-32, and no zero byte but the last ([`encode`], [`decode`]).
 //! - [`Deframer`]: from received bytes to frames, in bounded memory.
@@ -43,6 +44,7 @@
 
 mod deframer;
 pub mod frame;
+mod map_rows;
 mod message;
 pub mod numbering;
 mod sequence;
@@ -55,6 +57,9 @@ pub struct Readme;
 
 pub use deframer::Deframer;
 pub use frame::{FRAME_BYTES_MAX, FrameError, Header, VERSION, decode, encode};
+pub use map_rows::{
+    BurstRecord, CruiseRecord, MAP_ROWS_MAX, MapEnd, MapFault, MapRows, map_messages, rows_of,
+};
 pub use message::{
     BoardFault, BoardMessage, CameraRecord, Configuration, Counters, FilterKind, HostMessage, LdvRecord,
     LdvRecords, MotorParameterRecord, SettingKey,

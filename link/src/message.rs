@@ -5,6 +5,7 @@ use estimator::{CameraFrame, Instruments, LdvSample};
 use motor_model::{Angle, Time};
 use serde::{Deserialize, Serialize};
 
+use crate::map_rows::{MapEnd, MapFault, MapRows};
 use crate::tick_record::TickRecord;
 
 /// From the host to the board.
@@ -32,6 +33,13 @@ pub enum HostMessage {
     /// A parameter of the motor's design, for the configurations that follow; that of Table 1 without it. Refused when
     /// there is no such parameter, or its value is out of bounds.
     MotorParameter(MotorParameterRecord),
+    /// A response map of the motor that was described begins, without rows: the one before it, or that of Table 1, is
+    /// forgotten, and so is the configuration, which plans by it. Refused while armed.
+    MapBegin,
+    /// Rows of this map. Refused as a whole when a row is, and while armed.
+    MapRows(MapRows),
+    /// The map is complete: the configurations that follow plan by it. Refused when a row is missing.
+    MapEnd(MapEnd),
 }
 
 /// From the board to the host.
@@ -54,7 +62,7 @@ pub enum BoardMessage {
     Counters(Counters),
     /// What is wrong; the drive is off unless the fault says otherwise.
     Fault(BoardFault),
-    /// The description of the instruments, or the parameter of the motor, is taken.
+    /// The description of the instruments, the parameter of the motor, or the part of the response map is taken.
     Described,
 }
 
@@ -161,7 +169,7 @@ pub enum BoardFault {
     /// To arm or to step needs a configuration, and to step needs arming.
     #[error("not configured and armed")]
     NotReady,
-    /// A configuration came while armed; the loop goes on with the old one, driving.
+    /// A configuration or a description came while armed; the loop goes on with the old one, driving.
     #[error("the configuration cannot be changed while armed")]
     Armed,
     /// A configuration with a value out of bounds, or a filter that the board was built without; the old one is kept.
@@ -176,6 +184,9 @@ pub enum BoardFault {
     /// Too many deadlines were missed while the loop was armed. Latched: only [`HostMessage::Stop`] clears it.
     #[error("deadlines were missed: the drive is off until a stop")]
     Overrun,
+    /// A response map is refused, or does not go with the motor. Rows that are refused leave those before them.
+    #[error("response map: {0}")]
+    Map(MapFault),
 }
 
 /// Counts of received frames, of dropped measurements and of missed deadlines since the start.

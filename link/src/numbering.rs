@@ -11,6 +11,7 @@
 use core::fmt;
 use core::marker::PhantomData;
 
+use controller::response_map::{Family, MapField, MapPlace};
 use controller::{PositioningPhase, StopReason};
 use estimator::{Health, Reason, Rejection, Source, Verdict};
 use motor_model::DriveMode;
@@ -94,6 +95,35 @@ numbered!(Driven {
     0 = [None],
     1 = [Some(DriveMode::B)],
     2 = [Some(DriveMode::C)],
+});
+
+numbered!(Family {
+    0 = [Self::Step],
+    1 = [Self::Walk],
+    2 = [Self::Stride],
+    3 = [Self::Nudge],
+    4 = [Self::Throw],
+});
+
+numbered!(MapPlace {
+    0 = [Self::Cruises],
+    1 = [Self::Bursts(Family::Step)],
+    2 = [Self::Bursts(Family::Walk)],
+    3 = [Self::Bursts(Family::Stride)],
+    4 = [Self::Bursts(Family::Nudge)],
+    5 = [Self::Bursts(Family::Throw)],
+});
+
+numbered!(MapField {
+    0 = [Self::Amplitude],
+    1 = [Self::Ticks],
+    2 = [Self::Turn],
+    3 = [Self::MotorsSd],
+    4 = [Self::RepeatSd],
+    5 = [Self::Rate],
+    6 = [Self::RateSd],
+    7 = [Self::Coast],
+    8 = [Self::CoastSd],
 });
 
 /// [`PositioningPhase`] on the wire: without what other fields of the report tell already.
@@ -207,6 +237,16 @@ impl<T: Numbered + fmt::Debug> fmt::Debug for Coded<T> {
     }
 }
 
+/// The same for a reader.
+impl<T: Numbered + fmt::Display> fmt::Display for Coded<T> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self.value() {
+            Some(value) => value.fmt(f),
+            None => write!(f, "number {} without a meaning", self.number),
+        }
+    }
+}
+
 impl<T> Serialize for Coded<T> {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         serializer.serialize_u8(self.number)
@@ -238,15 +278,18 @@ mod tests {
         }
     }
 
-    /// As many as the enumerations have values: 2 and twice 10 reasons, 1, 2 and 6 rejections, off and 2 modes, 6 and
-    /// 11 reasons.
+    /// As many as the enumerations have values: 2 and twice 11 reasons, 1, 2 and 6 rejections, off and 2 modes, 6 and
+    /// 11 reasons, 5 families, these and the cruises, 9 numbers.
     #[test]
     fn exact_every_value_comes_back_and_other_numbers_have_none() {
-        check_round_trip::<Health>(22);
+        check_round_trip::<Health>(24);
         check_round_trip::<Source>(1);
         check_round_trip::<Verdict>(8);
         check_round_trip::<Option<DriveMode>>(3);
         check_round_trip::<PhaseRecord>(17);
+        check_round_trip::<Family>(5);
+        check_round_trip::<MapPlace>(6);
+        check_round_trip::<MapField>(9);
     }
 
     /// Numbers that are in use: the protocol.
@@ -258,6 +301,8 @@ mod tests {
         assert_eq!(Some(DriveMode::C).number(), 2);
         assert_eq!(PhaseRecord::Stopped(StopReason::ModeCLost).number(), 12);
         assert_eq!(PhaseRecord::Stopped(StopReason::NoEstimate).number(), 16);
+        assert_eq!((Family::Throw.number(), MapPlace::Bursts(Family::Throw).number()), (4, 5));
+        assert_eq!(MapField::CoastSd.number(), 8);
     }
 
     #[test]

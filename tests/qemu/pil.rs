@@ -79,6 +79,30 @@ fn tool_pil_a_move_by_the_twin_on_either_board() {
     }
 }
 
+/// Other instruments and another motor, which the board learns from the host: a slow camera alone, and modes at other
+/// frequencies with a response map of their own.
+#[test]
+fn tool_pil_other_instruments_and_another_motor() {
+    let slow = ["camera.frame_rate_hz=200", "ldv.installed=no", "estimator.filter=best"];
+    let mut arguments = vec!["--board", "m4", "--to", "-1"];
+    arguments.extend(slow.iter().flat_map(|set| ["--set", set]));
+    arguments.extend(["--set", "position.deadline_s=1"]);
+    let run = identical(&arguments);
+    assert!(run["outcome"]["drive_switches"].as_u64().expect("a number") > 0, "{run}");
+
+    let folder = tempfile::tempdir().expect("a folder");
+    let map = folder.path().join("map.toml");
+    let map = map.to_str().expect("a name in UTF-8");
+    let scene = crate::repository().join("docs/scenes/higher-modes.toml");
+    let scene = scene.to_str().expect("a name in UTF-8");
+    let made = host_sim().args(["response-map", "--motors", "4", "--scene", scene, "--out", map]).output();
+    let made = made.expect("host-sim starts");
+    assert!(made.status.success(), "{}", String::from_utf8_lossy(&made.stderr));
+    let tolerance = "position.tolerance_deg=0.02";
+    let run = identical(&["--board", "m7", "--to", "2", "--scene", scene, "--map", map, "--set", tolerance]);
+    assert!(run["outcome"]["ok"] == true, "{run}");
+}
+
 /// Short scenes with instruments that drop, repeat, delay and spoil what they measure.
 #[test]
 fn tool_pil_random_scenes() {

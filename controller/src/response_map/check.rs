@@ -5,8 +5,7 @@ use core::fmt;
 use motor_model::{DriveMode, MotorParams};
 
 use super::{
-    BURSTS_MAX, Burst, CRUISE_FROM_RAD, CRUISES_MAX, Cruise, Family, ResponseMap, STRIDE_FROM_RAD,
-    burst_rows, cruise_rows, direction,
+    BURSTS_MAX, Burst, CRUISES_MAX, Cruise, Family, ResponseMap, burst_rows, cruise_rows, direction,
 };
 
 /// Longest burst of a map in ticks: ten seconds.
@@ -128,6 +127,12 @@ impl fmt::Display for MapPlace {
     }
 }
 
+impl fmt::Display for MapField {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.name())
+    }
+}
+
 impl fmt::Display for MapError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
@@ -171,17 +176,73 @@ impl ResponseMap {
         bursts: [&[Burst]; Family::ALL.len()],
         step_walk_correlation: f32,
     ) -> Result<Self, MapError> {
-        check_cruises(cruises)?;
+        let mut map = Self::without_rows(design);
+        map.append_cruises(cruises)?;
         for (family, rows) in Family::ALL.into_iter().zip(bursts) {
-            check_bursts(family, rows)?;
+            map.append_bursts(family, rows)?;
         }
+        map.complete(step_walk_correlation)?;
+        Ok(map)
+    }
+
+    /// A map for motors drawn around `design` that has no rows yet, for a program that gets them in parts. Each part is
+    /// checked with the rows that came before it; [`Self::complete`] ends the map.
+    pub const fn without_rows(design: MotorParams) -> Self {
+        Self {
+            design,
+            cruises: cruise_rows(&[]),
+            bursts: [const { burst_rows(&[]) }; Family::ALL.len()],
+            step_walk_correlation: 0.0,
+            cruise_from_rad: [f32::INFINITY; 2],
+            stride_from_rad: f32::INFINITY,
+        }
+    }
+
+    /// Appends `rows` to the cruises.
+    ///
+    /// # Errors
+    /// As [`Self::try_new`]; the map is then as before.
+    pub fn append_cruises(&mut self, rows: &[Cruise]) -> Result<(), MapError> {
+        let before = self.cruises.as_slice().len();
+        if !self.cruises.append(rows) {
+            let (place, count) = (MapPlace::Cruises, before + rows.len());
+            return Err(MapError::TooMany { place, count, max: CRUISES_MAX });
+        }
+        check_cruises(self.cruises.as_slice()).inspect_err(|_| self.cruises.truncate(before))
+    }
+
+    /// Appends `rows` to the bursts of `family`.
+    ///
+    /// # Errors
+    /// As [`Self::try_new`]; the map is then as before.
+    pub fn append_bursts(&mut self, family: Family, rows: &[Burst]) -> Result<(), MapError> {
+        let [step, walk, stride, nudge, throw] = &mut self.bursts;
+        let bursts = match family {
+            Family::Step => step,
+            Family::Walk => walk,
+            Family::Stride => stride,
+            Family::Nudge => nudge,
+            Family::Throw => throw,
+        };
+        let before = bursts.as_slice().len();
+        if !bursts.append(rows) {
+            let (place, count) = (MapPlace::Bursts(family), before + rows.len());
+            return Err(MapError::TooMany { place, count, max: BURSTS_MAX });
+        }
+        check_bursts(family, bursts.as_slice()).inspect_err(|_| bursts.truncate(before))
+    }
+
+    /// Ends a map that has all its rows. Until then it has no distances from which it is driven by cruises and strides.
+    ///
+    /// # Errors
+    /// When the correlation is outside of -1 to 1, or not finite; the map is then as before.
+    pub fn complete(&mut self, step_walk_correlation: f32) -> Result<(), MapError> {
         if !(-1.0..=1.0).contains(&step_walk_correlation) {
             return Err(MapError::Correlation { value: step_walk_correlation });
         }
-        let (cruises, bursts) = (cruise_rows(cruises), bursts.map(burst_rows));
-        let (cruise_from_rad, stride_from_rad) = (CRUISE_FROM_RAD, STRIDE_FROM_RAD);
-        let map = Self { design, cruises, bursts, step_walk_correlation, cruise_from_rad, stride_from_rad };
-        Ok(map.with_distances())
+        self.step_walk_correlation = step_walk_correlation;
+        self.find_distances();
+        Ok(())
     }
 }
 
@@ -212,13 +273,8 @@ impl Row {
     }
 }
 
-fn check_count(place: MapPlace, count: usize, max: usize) -> Result<(), MapError> {
-    if count <= max { Ok(()) } else { Err(MapError::TooMany { place, count, max }) }
-}
-
 fn check_cruises(cruises: &[Cruise]) -> Result<(), MapError> {
     let place = MapPlace::Cruises;
-    check_count(place, cruises.len(), CRUISES_MAX)?;
     let mut before: Option<&Cruise> = None;
     for (row, cruise) in (1..).zip(cruises) {
         let at = Row { place, row };
@@ -245,7 +301,6 @@ fn check_cruises(cruises: &[Cruise]) -> Result<(), MapError> {
 
 fn check_bursts(family: Family, bursts: &[Burst]) -> Result<(), MapError> {
     let place = MapPlace::Bursts(family);
-    check_count(place, bursts.len(), BURSTS_MAX)?;
     let mut before: Option<&Burst> = None;
     for (row, burst) in (1..).zip(bursts) {
         let at = Row { place, row };

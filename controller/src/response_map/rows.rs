@@ -24,6 +24,22 @@ impl<T: Copy, const N: usize> Rows<T, N> {
         Self { rows: kept, count }
     }
 
+    /// Appends `rows`; whether there is room for them. Without room nothing is appended.
+    pub(super) fn append(&mut self, rows: &[T]) -> bool {
+        let room = self.rows.get_mut(self.count..).and_then(|rest| rest.get_mut(..rows.len()));
+        let Some(room) = room else { return false };
+        for (place, row) in room.iter_mut().zip(rows) {
+            *place = *row;
+        }
+        self.count += rows.len();
+        true
+    }
+
+    /// Keeps the first `count` rows.
+    pub(super) fn truncate(&mut self, count: usize) {
+        self.count = self.count.min(count);
+    }
+
     /// The rows.
     pub(super) fn as_slice(&self) -> &[T] {
         self.rows.get(..self.count).unwrap_or(&self.rows)

@@ -154,10 +154,11 @@ impl<T: Real> CameraNoise<T> {
         let squared = |x: f64| x * x;
         let (noise_m2, floor_noise_m2) = if ratio > 1.0 {
             let largest_m2 = FACTOR_MAX * FACTOR_MAX * assumed_m2.max(steps_m2);
-            let more_m2 = (shown_m2 - EDGE_STEPS * steps_m2).clamp(assumed_m2, largest_m2);
+            let more_m2 = (shown_m2 - EDGE_STEPS * steps_m2).max(assumed_m2).min(largest_m2);
             (more_m2, more_m2)
         } else {
-            let less_m2 = (shown_m2 - steps_m2).clamp(assumed_m2 / (FACTOR_MAX * FACTOR_MAX), assumed_m2);
+            let least_m2 = assumed_m2 / (FACTOR_MAX * FACTOR_MAX);
+            let less_m2 = (shown_m2 - steps_m2).max(least_m2).min(assumed_m2);
             let dithered_m2 = squared(camera.resolution_m / COARSE).min(assumed_m2);
             (less_m2.max(dithered_m2), EDGE * EDGE * less_m2)
         };

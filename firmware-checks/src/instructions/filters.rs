@@ -10,7 +10,6 @@ use estimator::{
     AngleFilter, CameraFrame, ConstantRate, ConstantRateTuning, Estimate, ImpactAided, ImpactAidedTuning,
     Innovation, Instruments, LdvSample,
 };
-use firmware::filter::SelectedFilter;
 use link::FilterKind;
 use motor_model::{DriveCommand, DriveMode, Motor, MotorParams, MotorSetup, MotorState, OutOfBounds, Time};
 
@@ -105,19 +104,8 @@ fn count_twin(
     names: Names,
 ) -> Result<[Count; 3], OutOfBounds> {
     let target = Target::try_new(1.0, 0.001)?;
-    let position_loop = build_loop(
-        memory,
-        &|| {
-            SelectedFilter::try_new(
-                black_box(FilterKind::Twin),
-                &MotorParams::nominal(),
-                &Instruments::default(),
-            )
-        },
-        target,
-        Time::ZERO,
-    )?;
-    run(counter, position_loop.filter_mut(), mode, names)
+    let parts = build_loop(memory, black_box(FilterKind::Twin), target, Time::ZERO)?;
+    run(counter, parts.filter, mode, names)
 }
 
 /// Runs `filter` on measurements of the motor driven in `mode`.

@@ -2,23 +2,17 @@
 
 use core::hint::black_box;
 
-use controller::{PositionLoop, TickReport, tick};
-use estimator::Instruments;
+use controller::{PositionLoop, TickReport};
 use link::FilterKind;
 use motor_model::{Motor, MotorParams, MotorSetup, MotorState, OutOfBounds, Time};
 
 use super::{Count, InstructionCounter, InstructionTimer, twin_step};
-use crate::parity::{LoopMemory, TwinInstruments};
-use firmware::filter::SelectedFilter;
+use crate::parity::{LoopMemory, LoopParts, TwinInstruments, tick_parts};
 
 /// The counted operation: a tick with the instruments of [`crate::parity::LoopRun`], each with at most one measurement.
 #[inline(never)]
-fn tick_once(
-    position_loop: &mut PositionLoop<SelectedFilter>,
-    now: Time,
-    instruments: &mut TwinInstruments,
-) -> TickReport {
-    tick(position_loop, now, instruments)
+fn tick_once(parts: &mut LoopParts, now: Time, instruments: &mut TwinInstruments) -> TickReport {
+    tick_parts(parts, now, instruments)
 }
 
 /// Counts the tick alone, the tick with a step of a twin under the same drive, and the latter while the drive is on.
@@ -36,10 +30,10 @@ fn count_kind(
     let [mut alone, mut with_step, mut driven] = names.map(Count::new);
     crate::parity::run_loop(
         memory,
-        || SelectedFilter::try_new(kind, &MotorParams::nominal(), &Instruments::default()),
-        |position_loop, now, instruments| {
+        kind,
+        |parts, now, instruments| {
             let now = black_box(now);
-            let (report, of_tick) = black_box(counter.count(|| tick_once(position_loop, now, instruments)));
+            let (report, of_tick) = black_box(counter.count(|| tick_once(parts, now, instruments)));
             let (_, of_step) =
                 black_box(counter.count(|| twin_step::step(&motor, &mut state, report.applied)));
             alone.add(of_tick);
@@ -56,9 +50,7 @@ fn count_kind(
 
 /// The loop with the filter `impact_aided`.
 pub(super) fn run_hot_operations(memory: &mut LoopMemory) -> Result<(), OutOfBounds> {
-    let filter =
-        || SelectedFilter::try_new(FilterKind::ImpactAided, &MotorParams::nominal(), &Instruments::default());
-    crate::parity::run_loop(memory, filter, tick_once, |report, _| {
+    crate::parity::run_loop(memory, FilterKind::ImpactAided, tick_once, |report, _| {
         black_box(report);
     })
     .map(drop)

@@ -1,4 +1,4 @@
-//! The loop body, [`controller::tick`], positions the twin, first clockwise, then counter-clockwise, with one filter
+//! The loop body, [`controller::tick_by`], positions the twin, first clockwise, then counter-clockwise, with one filter
 //! after the other.
 //!
 //! The twin simulates the motor as well, because this run compares machines and does not judge the loop. Its camera
@@ -7,8 +7,10 @@
 
 use core::fmt;
 
-use controller::{Drive, PositionLoop, PositioningTuning, ResponseMap, Sense, Target, TickReport, tick};
-use estimator::{AngleFilter, CameraFrame, Instruments, LdvSample};
+use controller::{
+    Drive, PositionLoop, Positioning, PositioningTuning, ResponseMap, Sense, Target, TickReport, tick_by,
+};
+use estimator::{CameraFrame, Instruments, LdvSample};
 use link::FilterKind;
 use motor_model::{Angle, DriveCommand, Motor, MotorParams, MotorSetup, MotorState, OutOfBounds, Time};
 
@@ -47,8 +49,20 @@ const OUTLIER: Angle = Angle::from_units(59_652_324);
 /// The filters, one after the other.
 const KINDS: [FilterKind; 3] = [FilterKind::ConstantRate, FilterKind::ImpactAided, FilterKind::Twin];
 
-/// Memory of the loop, which is too large for the stack. Empty at first.
-pub type LoopMemory = Option<PositionLoop<SelectedFilter>>;
+/// Memory of the loop's filter, which is too large for the stack. Empty at first.
+pub type LoopMemory = Option<SelectedFilter>;
+
+/// The loop in its parts, as the firmware runs it.
+pub(crate) struct LoopParts<'m> {
+    pub(crate) filter: &'m mut SelectedFilter,
+    positioning: Positioning,
+}
+
+/// One tick.
+#[inline]
+pub(crate) fn tick_parts(parts: &mut LoopParts, now: Time, instruments: &mut TwinInstruments) -> TickReport {
+    tick_by(ResponseMap::table_1(), parts.filter, &mut parts.positioning, now, instruments)
+}
 
 /// Result of the run. Its text is that of the program: one `key value` a line.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -76,12 +90,7 @@ impl LoopRun {
         };
         let mut angle_units = 0;
         for kind in KINDS {
-            let end = run_loop(
-                memory,
-                || SelectedFilter::try_new(kind, &MotorParams::nominal(), &Instruments::default()),
-                tick,
-                &mut take,
-            )?;
+            let end = run_loop(memory, kind, tick_parts, &mut take)?;
             angle_units = end.rotor.angle.angle().units();
         }
         Ok(Self { digest: digest.value(), ticks, angle_units })
@@ -97,13 +106,13 @@ impl fmt::Display for LoopRun {
     }
 }
 
-/// Positions the twin, with a new `filter` for each target and `tick_once` at each tick.
+/// Positions the twin, with a new filter of `kind` for each target and `tick_once` at each tick.
 ///
 /// `observe` gets each report, with the state that was measured for it. The result is the last state.
-pub(crate) fn run_loop<F: AngleFilter<f32>>(
-    memory: &mut Option<PositionLoop<F>>,
-    filter: impl Fn() -> Result<F, OutOfBounds>,
-    mut tick_once: impl FnMut(&mut PositionLoop<F>, Time, &mut TwinInstruments) -> TickReport,
+pub(crate) fn run_loop(
+    memory: &mut LoopMemory,
+    kind: FilterKind,
+    mut tick_once: impl FnMut(&mut LoopParts, Time, &mut TwinInstruments) -> TickReport,
     mut observe: impl FnMut(&TickReport, &MotorState<f32>),
 ) -> Result<MotorState<f32>, OutOfBounds> {
     #[expect(clippy::cast_precision_loss, reason = "10,000 is exact")]
@@ -116,11 +125,11 @@ pub(crate) fn run_loop<F: AngleFilter<f32>>(
     for target_deg in TARGETS_DEG {
         let target = Target::try_new(target_deg, TOLERANCE_DEG)?;
         let now = Time::from_nanos(ticks * PositionLoop::TICK_NANOS);
-        let position_loop = build_loop(memory, &filter, target, now)?;
+        let mut parts = build_loop(memory, kind, target, now)?;
         for _ in 0..TICKS_PER_TARGET {
             let now = Time::from_nanos(ticks * PositionLoop::TICK_NANOS);
             instruments.measure(&state, ticks, now);
-            let report = tick_once(position_loop, now, &mut instruments);
+            let report = tick_once(&mut parts, now, &mut instruments);
             observe(&report, &state);
             motor.step(&mut state, report.applied);
             ticks += 1;
@@ -132,15 +141,15 @@ pub(crate) fn run_loop<F: AngleFilter<f32>>(
 /// Builds the loop in `memory`.
 // Never inlined: the stack that construction of a filter takes is then not part of every tick's.
 #[inline(never)]
-pub(crate) fn build_loop<'m, F>(
-    memory: &'m mut Option<PositionLoop<F>>,
-    filter: &impl Fn() -> Result<F, OutOfBounds>,
+pub(crate) fn build_loop(
+    memory: &mut LoopMemory,
+    kind: FilterKind,
     target: Target,
     now: Time,
-) -> Result<&'m mut PositionLoop<F>, OutOfBounds> {
-    let filter = filter()?;
-    let (map, tuning) = (ResponseMap::table_1(), PositioningTuning::default());
-    Ok(memory.insert(PositionLoop::new(filter, map, target, tuning, now)))
+) -> Result<LoopParts<'_>, OutOfBounds> {
+    let filter = SelectedFilter::build(memory, kind, &MotorParams::nominal(), &Instruments::default())?;
+    let positioning = Positioning::new(ResponseMap::table_1(), target, PositioningTuning::default(), now);
+    Ok(LoopParts { filter, positioning })
 }
 
 /// Camera and vibrometer of the twin, and an amplifier without limits.
@@ -206,36 +215,31 @@ mod tests {
 
     fn executes_all(kind: FilterKind) {
         let (mut modes, mut phases, mut verdicts) = ([0; 2], [0; 5], [0; 5]);
-        run_loop(
-            &mut None,
-            || SelectedFilter::try_new(kind, &MotorParams::nominal(), &Instruments::default()),
-            tick,
-            |report, _| {
-                match report.applied.mode() {
-                    Some(DriveMode::B) => modes[0] += 1,
-                    Some(DriveMode::C) => modes[1] += 1,
-                    None => (),
+        run_loop(&mut None, kind, tick_parts, |report, _| {
+            match report.applied.mode() {
+                Some(DriveMode::B) => modes[0] += 1,
+                Some(DriveMode::C) => modes[1] += 1,
+                None => (),
+            }
+            match report.phase {
+                PositioningPhase::Cruise { .. } => phases[0] += 1,
+                PositioningPhase::Settling(_) => phases[1] += 1,
+                PositioningPhase::Holding => phases[2] += 1,
+                PositioningPhase::Burst { .. } => phases[3] += 1,
+                PositioningPhase::Waiting(_) => phases[4] += 1,
+                PositioningPhase::Brake { .. } | PositioningPhase::Stopped(_) => {
+                    panic!("{:?}", report.phase)
                 }
-                match report.phase {
-                    PositioningPhase::Cruise { .. } => phases[0] += 1,
-                    PositioningPhase::Settling(_) => phases[1] += 1,
-                    PositioningPhase::Holding => phases[2] += 1,
-                    PositioningPhase::Burst { .. } => phases[3] += 1,
-                    PositioningPhase::Waiting(_) => phases[4] += 1,
-                    PositioningPhase::Brake { .. } | PositioningPhase::Stopped(_) => {
-                        panic!("{:?}", report.phase)
-                    }
-                }
-                match report.camera.map(|innovation| innovation.verdict) {
-                    Some(Verdict::Used) => verdicts[0] += 1,
-                    Some(Verdict::Restarted) => verdicts[1] += 1,
-                    Some(Verdict::Rejected(Rejection::Gate)) => verdicts[2] += 1,
-                    Some(Verdict::Rejected(Rejection::Duplicate)) => verdicts[3] += 1,
-                    Some(Verdict::Rejected(Rejection::Repeated)) => verdicts[4] += 1,
-                    Some(Verdict::Rejected(_)) | None => (),
-                }
-            },
-        )
+            }
+            match report.camera.map(|innovation| innovation.verdict) {
+                Some(Verdict::Used) => verdicts[0] += 1,
+                Some(Verdict::Restarted) => verdicts[1] += 1,
+                Some(Verdict::Rejected(Rejection::Gate)) => verdicts[2] += 1,
+                Some(Verdict::Rejected(Rejection::Duplicate)) => verdicts[3] += 1,
+                Some(Verdict::Rejected(Rejection::Repeated)) => verdicts[4] += 1,
+                Some(Verdict::Rejected(_)) | None => (),
+            }
+        })
         .unwrap();
         let mut all = modes.iter().chain(&phases).chain(&verdicts);
         assert!(all.all(|&n| n > 0), "{modes:?} {phases:?} {verdicts:?}");

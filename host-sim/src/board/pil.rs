@@ -28,7 +28,9 @@ mod tests;
 use std::fmt;
 use std::ops::ControlFlow;
 
-use link::{BoardMessage, Configuration, FilterKind, HostMessage, MotorParameterRecord, TickRecord};
+use link::{
+    BoardMessage, Configuration, FilterKind, HostMessage, MotorParameterRecord, TickRecord, map_messages,
+};
 use motor_model::Parameter;
 use serde::Serialize;
 
@@ -108,8 +110,11 @@ impl fmt::Display for ComparedMove {
 }
 
 /// What the microcontroller is told before it is armed: the instruments, the parameters of the motor that `scene` sets,
-/// and the move.
-pub(crate) fn preparation(scene: &Scene) -> Vec<HostMessage> {
+/// the response map, and the move.
+///
+/// # Errors
+/// When the scene's map is for another design.
+pub(crate) fn preparation(scene: &Scene) -> Result<Vec<HostMessage>, BoardError> {
     let index = |parameter: Parameter| Parameter::ALL.iter().position(|other| *other == parameter);
     let parameters = scene.motor_overrides().filter_map(|(parameter, value)| {
         let index = u8::try_from(index(parameter)?).ok()?;
@@ -117,8 +122,9 @@ pub(crate) fn preparation(scene: &Scene) -> Vec<HostMessage> {
     });
     let instruments = HostMessage::Instruments(assumed(scene));
     let mut messages: Vec<HostMessage> = std::iter::once(instruments).chain(parameters).collect();
+    messages.extend(map_messages(&*scene.response_map()?));
     messages.push(HostMessage::Configure(configuration(scene)));
-    messages
+    Ok(messages)
 }
 
 /// The board's answer to a message of [`preparation`].
@@ -159,7 +165,7 @@ pub fn run_with(
     processor: &mut impl Processor,
     mut observe: impl FnMut(&PositioningMoment) -> Result<(), BoardError>,
 ) -> Result<ComparedMove, BoardError> {
-    processor.arm(&preparation(scene))?;
+    processor.arm(&preparation(scene)?)?;
     let mut steps = 0;
     let outcome = position::run_with(scene, |closed_loop, moment| {
         steps += 1;

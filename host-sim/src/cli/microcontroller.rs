@@ -7,7 +7,7 @@ use clap::Args;
 
 #[cfg(feature = "telemetry")]
 use super::telemetry;
-use super::{Format, SceneArgs};
+use super::{Format, MapArgs, SceneArgs};
 use crate::board::BoardError;
 use crate::board::instructions::{self, Listing};
 use crate::board::pil;
@@ -90,6 +90,8 @@ pub(super) struct PilArgs {
     #[arg(long, value_enum, default_value = "text")]
     format: Format,
     #[command(flatten)]
+    map: MapArgs,
+    #[command(flatten)]
     scene: SceneArgs,
 }
 
@@ -98,7 +100,7 @@ impl PilArgs {
         if self.telemetry.is_some() && cfg!(not(feature = "telemetry")) {
             return Err(CommandError::LeftOut { what: "pil --telemetry", feature: "telemetry" });
         }
-        let scene = self.scene.load("pil", &[("position.to_deg", &self.to)])?;
+        let scene = self.map.provide(self.scene.load("pil", &[("position.to_deg", &self.to)])?)?;
         qemu::check()?;
         let elf = self.elf.clone().map_or_else(|| instructions::program::build("pil"), Ok)?;
         let (run, log) = match &self.telemetry {

@@ -10,7 +10,7 @@ use rand_pcg::Pcg64;
 use super::*;
 use crate::{
     BoardFault, BoardMessage, CameraRecord, Configuration, Deframer, FilterKind, HostMessage, LdvRecord,
-    LdvRecords, MotorParameterRecord,
+    LdvRecords, MotorParameterRecord, map_messages,
 };
 
 const HEADER: Header = Header { session: 0x0102_0304, sequence: 7, ticks: 1 << 40 };
@@ -35,12 +35,28 @@ fn configure() -> HostMessage {
     })
 }
 
-fn host_messages() -> [HostMessage; 9] {
+fn host_messages() -> Vec<HostMessage> {
     let camera = HostMessage::Camera(CameraRecord { exposed_nanos: 123_456_789, angle_units: -5 });
     let instruments = HostMessage::Instruments(Instruments::default());
     let parameter = HostMessage::MotorParameter(MotorParameterRecord { index: 7, value: -0.5 });
     let arm = HostMessage::Arm;
-    [HostMessage::Hello, configure(), arm, HostMessage::Step, camera, ldv(2), ldv(16), instruments, parameter]
+    let short = [
+        HostMessage::Hello,
+        configure(),
+        arm,
+        HostMessage::Step,
+        camera,
+        ldv(2),
+        ldv(16),
+        instruments,
+        parameter,
+    ];
+    // Begin and end of a map, and of rows the longest and the shortest.
+    let map: Vec<_> = map_messages(controller::ResponseMap::table_1()).collect();
+    short
+        .into_iter()
+        .chain([map[0].clone(), map[1].clone(), map[4].clone(), map[map.len() - 1].clone()])
+        .collect()
 }
 
 /// The bytes of a frame, computed by hand: CRC-32 by zlib, no zero byte to hide but those shown.

@@ -1,8 +1,9 @@
 use super::*;
+use controller::response_map::Burst;
 use controller::{Drive, Limits, PositionLoop, PositioningTuning, ResponseMap, Sense, Target};
-use estimator::{CameraFrame, LdvSample};
-use link::Coded;
-use motor_model::{DriveCommand, Time};
+use estimator::{CameraFrame, Instruments, LdvSample};
+use link::{Coded, MapRows};
+use motor_model::{DriveCommand, MotorParams, Time};
 
 use crate::runs::filter::AnyFilter;
 
@@ -14,9 +15,9 @@ fn flip<T>(coded: &mut Coded<T>) {
     *coded = Coded::from_number(coded.number() ^ 1);
 }
 
-/// A processor that is the host's own loop once more, from the configuration alone. It spoils a field at a tick.
+/// A processor that is the host's own loop once more, from what it is told alone. It spoils a field at a tick.
 struct SecondLoop {
-    position_loop: Option<PositionLoop<AnyFilter>>,
+    position_loop: Option<PositionLoop<AnyFilter, ResponseMap>>,
     ticks: u64,
     spoil_at: u64,
     spoil: Spoil,
@@ -50,6 +51,27 @@ impl Processor for SecondLoop {
     fn arm(&mut self, preparation: &[HostMessage]) -> Result<(), BoardError> {
         let Some(HostMessage::Configure(configuration)) = preparation.last() else { panic!("no move") };
         let Configuration { filter, target_deg, tolerance_deg, deadline_nanos } = *configuration;
+        let (mut instruments, mut design) = (Instruments::default(), MotorParams::nominal());
+        let mut map = *ResponseMap::table_1();
+        for message in preparation {
+            match message {
+                HostMessage::Instruments(described) => instruments = *described,
+                HostMessage::MotorParameter(record) => {
+                    design = design.with(Parameter::ALL[usize::from(record.index)], record.value)?;
+                }
+                HostMessage::MapBegin => map = ResponseMap::without_rows(design),
+                HostMessage::MapRows(MapRows::Cruises(rows)) => {
+                    let rows: Vec<_> = rows.iter().map(|row| row.cruise().unwrap()).collect();
+                    map.append_cruises(&rows).unwrap();
+                }
+                HostMessage::MapRows(MapRows::Bursts { family, rows }) => {
+                    let rows: Vec<_> = rows.iter().map(Burst::from).collect();
+                    map.append_bursts(family.value().unwrap(), &rows).unwrap();
+                }
+                HostMessage::MapEnd(end) => map.complete(end.step_walk_correlation).unwrap(),
+                _ => (),
+            }
+        }
         let filter = match filter {
             FilterKind::ConstantRate => "constant_rate",
             FilterKind::ImpactAided => "impact_aided",
@@ -57,9 +79,9 @@ impl Processor for SecondLoop {
         };
         let target = Target::try_new(target_deg, tolerance_deg)?;
         let limits = Limits { deadline_nanos, ..Limits::default() };
-        let tuning = PositioningTuning { limits, ..PositioningTuning::default() };
-        let filter = AnyFilter::named(filter, &Scene::default())?;
-        let position_loop = PositionLoop::new(filter, ResponseMap::table_1(), target, tuning, Time::ZERO);
+        let tuning = PositioningTuning { limits, ..PositioningTuning::new(&instruments) };
+        let filter = AnyFilter::new(filter, &design, &instruments)?;
+        let position_loop = PositionLoop::new(filter, map, target, tuning, Time::ZERO);
         self.position_loop = Some(position_loop);
         Ok(())
     }
@@ -94,6 +116,7 @@ fn dual_a_second_loop_computes_the_same_from_what_it_is_told() {
             "camera.drop_probability=0.3",
             "position.deadline_s=0.1",
         ][..],
+        &["camera.frame_rate_hz=200", "ldv.installed=no", "position.deadline_s=0.1"][..],
     ] {
         let scene = scene(sets);
         let run = run(&scene, &mut SecondLoop::new(0, |_| ())).unwrap();

@@ -57,7 +57,7 @@ const REPORTS: u32 = 200;
 /// fifth time a camera frame comes after a later one.
 fn free_running(elf: &Path, scene: &Scene) -> Result<u32, BoardError> {
     let mut board = FreeRunningBoard::start(elf, None)?;
-    let preparation = pil::preparation(scene);
+    let preparation = pil::preparation(scene)?;
     for message in [&HostMessage::Hello].into_iter().chain(&preparation).chain([&HostMessage::Arm]) {
         board.send(message)?;
         board.receive_answer()?;

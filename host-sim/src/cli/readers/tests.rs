@@ -50,7 +50,7 @@ fn exact_position_reads_what_the_table_says() {
 #[test]
 fn exact_pil_reads_what_the_table_says() {
     let scene = short(&["position.deadline_s=0.01"], true);
-    pil::preparation(&scene);
+    pil::preparation(&scene).unwrap();
     position::run(&scene, |_| ()).unwrap();
     agrees("pil", &scene);
 }
