@@ -399,14 +399,15 @@ fn dual_the_map_that_came_is_the_one_that_was_sent() {
     let mut bench = Bench::new();
     bench.exchange(&HostMessage::Hello);
     bench.describe_map(&other_map());
-    assert_eq!(bench.board.memory.map.map(), Ok(&other_map()));
+    let plans_by = |bench: &Bench, map: &ResponseMap| bench.board.memory.map.map() == Ok(map);
+    assert!(plans_by(&bench, &other_map()));
     assert_eq!(bench.exchange(&HostMessage::Configure(MOVE)), [BoardMessage::Configured]);
     bench.exchange(&HostMessage::Arm);
     bench.drive();
     assert_eq!(bench.exchange(&HostMessage::MapBegin), fault(BoardFault::Armed));
-    assert_eq!(bench.board.memory.map.map(), Ok(&other_map()), "armed, it stays");
+    assert!(plans_by(&bench, &other_map()), "armed, it stays");
     bench.exchange(&HostMessage::Hello);
-    assert_eq!(bench.board.memory.map.map(), Ok(ResponseMap::table_1()));
+    assert!(plans_by(&bench, ResponseMap::table_1()));
 }
 
 /// L8: a map that has begun takes the place of the one before it. Nothing is configured until it is complete.
