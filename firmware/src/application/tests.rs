@@ -385,7 +385,9 @@ fn other_map() -> ResponseMap {
     let table_1 = ResponseMap::table_1();
     let longer = |family| -> Vec<_> {
         let mut bursts = table_1.bursts(family).to_vec();
-        bursts.iter_mut().for_each(|burst| burst.turn_rad *= 1.25);
+        for burst in &mut bursts {
+            burst.turn_rad *= 1.25;
+        }
         bursts
     };
     let bursts = Family::ALL.map(longer);
@@ -429,7 +431,7 @@ fn law_an_incomplete_map_drives_nothing() {
     assert_eq!(bench.exchange(&HostMessage::MapBegin), [BoardMessage::Described]);
     assert_eq!(bench.exchange(&HostMessage::Arm), fault(BoardFault::NotReady), "the old move is dropped");
     assert_eq!(bench.exchange(&messages[1]), [BoardMessage::Described]);
-    let rows = first.len() as u8;
+    let rows = u8::try_from(first.len()).unwrap();
     // The other rows were lost on the line.
     assert_eq!(bench.exchange(&HostMessage::MapEnd(*end)), incomplete(rows));
     assert_eq!(bench.exchange(&HostMessage::Configure(MOVE)), incomplete(rows));
