@@ -10,6 +10,7 @@
 //! | [`smoother`] | angle and rate at an earlier instant, from the frames after it as well |
 
 pub(crate) mod noise;
+pub(crate) mod noise_levels;
 pub(crate) mod rest_test;
 pub(crate) mod smoother;
 pub(crate) mod track;

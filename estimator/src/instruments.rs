@@ -315,7 +315,9 @@ mod tests {
     /// squared: `2 Q(2)` and a little for noise of a quarter of a step.
     #[test]
     fn exact_least_dither_is_the_sum_over_codes() {
-        for (steps, expected) in [(0.15, 0.000858121), (0.25, 0.0455003), (0.5, 0.325413), (1.0, 1.08333)] {
+        for (steps, expected) in
+            [(0.15, 0.000_858_121), (0.25, 0.045_500_3), (0.5, 0.325_413), (1.0, 1.083_33)]
+        {
             let camera =
                 CameraDescription { noise_m: 2e-6 * steps, radius_m: 1e-3, ..CameraDescription::default() };
             let dither_steps2 = camera.dither_rad2() / (2e-3 * 2e-3);

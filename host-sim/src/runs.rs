@@ -4,7 +4,7 @@ pub(crate) mod closed_loop;
 mod error;
 pub mod filter;
 pub mod position;
-pub(crate) mod rate;
+pub mod rate;
 pub(crate) mod simulate;
 pub mod tick_driver;
 

@@ -1,5 +1,6 @@
 //! The closed loop of motor, instruments, filter and controller.
 
+mod law_other_instruments;
 mod tool_calibrate;
 mod tool_position;
 mod tool_positioning_trials;

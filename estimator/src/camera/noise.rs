@@ -20,9 +20,9 @@
 //! expected. Then the floor is the quantisation's variance, and else the described one. More changes than described
 //! lower no floor: they are those at the edge of a cell.
 
-use motor_model::{Angle, Real, Time, math};
+use motor_model::{Angle, Real, Time};
 
-use crate::camera::rest_test::resting_frames;
+use crate::camera::noise_levels::NoiseLevels;
 use crate::camera::track::TrackTuning;
 use crate::instruments::CameraDescription;
 use crate::measurement::CameraFrame;
@@ -64,11 +64,12 @@ pub(crate) struct CameraNoise<T> {
     /// The ratio that the floor in use has, and that of the variance in use.
     adopted: T,
     used: T,
+    levels: NoiseLevels<T>,
 }
 
 impl<T: Real> CameraNoise<T> {
-    /// Noise as assumed.
-    pub(crate) fn new() -> Self {
+    /// Noise as `camera` is described.
+    pub(crate) fn new(camera: &CameraDescription) -> Self {
         Self {
             last: None,
             before: None,
@@ -76,6 +77,7 @@ impl<T: Real> CameraNoise<T> {
             ratio: T::one(),
             adopted: T::one(),
             used: T::one(),
+            levels: NoiseLevels::new(camera),
         }
     }
 
@@ -142,34 +144,33 @@ impl<T: Real> CameraNoise<T> {
     /// Adopts the ratio: for the floor as it is, for the variance as far as the camera's resolution lets it be known.
     #[cold]
     fn adopt(&mut self, assumed_rad2: T, tuning: &mut TrackTuning<T>) {
-        let camera = &tuning.camera;
-        let ratio = self.ratio.to_f64();
-        if !ratio.is_finite() || camera.variance_rad2() <= 0.0 {
+        let levels = &self.levels;
+        let (assumed_m2, steps_m2, n) = (levels.assumed_m2, levels.steps_m2, T::from_f64);
+        let most = |x: T, y: T| if x > y { x } else { y };
+        let least = |x: T, y: T| if x < y { x } else { y };
+        let all_m2 = assumed_m2 + steps_m2;
+        // Written so that what is not finite is not adopted.
+        let usable = self.ratio * T::zero() == T::zero() && all_m2 > T::zero();
+        if !usable {
             return;
         }
         self.adopted = self.ratio;
-        let steps_m2 = camera.resolution_m * camera.resolution_m / 12.0;
-        let assumed_m2 = camera.noise_m * camera.noise_m;
-        let shown_m2 = ratio * (assumed_m2 + steps_m2);
-        let squared = |x: f64| x * x;
-        let (noise_m2, floor_noise_m2) = if ratio > 1.0 {
-            let largest_m2 = FACTOR_MAX * FACTOR_MAX * assumed_m2.max(steps_m2);
-            let more_m2 = (shown_m2 - EDGE_STEPS * steps_m2).max(assumed_m2).min(largest_m2);
+        let shown_m2 = self.ratio * all_m2;
+        let (noise_m2, floor_noise_m2) = if self.ratio > T::one() {
+            let largest_m2 = n(FACTOR_MAX * FACTOR_MAX) * most(assumed_m2, steps_m2);
+            let more_m2 = least(most(shown_m2 - n(EDGE_STEPS) * steps_m2, assumed_m2), largest_m2);
             (more_m2, more_m2)
         } else {
-            let least_m2 = assumed_m2 / (FACTOR_MAX * FACTOR_MAX);
-            let less_m2 = (shown_m2 - steps_m2).max(least_m2).min(assumed_m2);
-            let dithered_m2 = squared(camera.resolution_m / COARSE).min(assumed_m2);
-            (less_m2.max(dithered_m2), EDGE * EDGE * less_m2)
+            let least_m2 = n(1.0 / (FACTOR_MAX * FACTOR_MAX)) * assumed_m2;
+            let less_m2 = least(most(shown_m2 - steps_m2, least_m2), assumed_m2);
+            (most(less_m2, least(levels.dithered_m2, assumed_m2)), n(EDGE * EDGE) * less_m2)
         };
-        self.used = T::from_f64((noise_m2 + steps_m2) / (assumed_m2 + steps_m2));
+        self.used = (noise_m2 + steps_m2) / all_m2;
         if !tuning.coarse {
-            tuning.floor_rad2 = T::from_f64(
-                CameraDescription { noise_m: math::sqrt(floor_noise_m2), ..*camera }.floor_rad2(),
-            );
+            tuning.floor_rad2 = levels.floor_rad2(floor_noise_m2).unwrap_or(tuning.quantisation_rad2);
         }
         tuning.camera_rad2 = assumed_rad2 * self.used;
-        tuning.resting_frames = resting_frames(tuning.camera_rad2.to_f64(), camera.period_s());
+        tuning.resting_frames = levels.resting_frames(noise_m2);
     }
 }
 
@@ -184,7 +185,7 @@ mod tests {
     fn learnt(camera: &CameraDescription, factor: f64, seed: u64) -> TrackTuning<f32> {
         let mut rng = Pcg64::seed_from_u64(seed);
         let mut tuning = TrackTuning::<f32>::new(camera);
-        let mut noise = CameraNoise::new();
+        let mut noise = CameraNoise::new(camera);
         for n in 0..2000 {
             let normal: f64 = StandardNormal.sample(&mut rng);
             let shown_m = 1.3e-6 + factor * camera.noise_m * normal;
@@ -247,7 +248,7 @@ mod tests {
     fn exact_outliers_teach_nothing() {
         let camera = CameraDescription::default();
         let mut tuning = TrackTuning::<f32>::new(&camera);
-        let mut noise = CameraNoise::new();
+        let mut noise = CameraNoise::new(&camera);
         let mut rng = Pcg64::seed_from_u64(3);
         for n in 0..2000_u64 {
             let outlier = if n % 100 == 50 { 20.0 } else { 0.0 };

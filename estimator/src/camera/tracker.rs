@@ -144,7 +144,7 @@ impl<T: Real, B: TrackCovariance<T>> Tracker<T, B> {
             older: Deque::new(),
             stuck: None,
             rest_test: RestTest::new(),
-            noise: CameraNoise::new(),
+            noise: CameraNoise::new(&tuning.camera),
             latency_nanos: 0,
         }
     }

@@ -59,6 +59,9 @@ use mean_rate::MeanRates;
 /// Correlation time of the rate in modes B and C, in s.
 const CORRELATION_B_S: f64 = 12e-3;
 const CORRELATION_C_S: f64 = 2e-3;
+/// Longest step of the return to the mean, a third of the correlation time, in ns.
+const THIRD_B_NANOS: u64 = 4_000_000;
+const THIRD_C_NANOS: u64 = 666_666;
 /// Factor of the process noise while the rate goes to another mean: in mode B a standard deviation of 10 rad/s.
 const TRANSITION: f64 = 5.0;
 /// Most steps to the next frame.
@@ -197,15 +200,14 @@ impl<T: Real> RandomWalk<'_, T> {
         // The mean of the mode before, of the next one, or between them: not known to some ten rad/s.
         let intensity_rad2_s3 =
             if self.in_transition { T::from_f64(TRANSITION) * intensity_rad2_s3 } else { intensity_rad2_s3 };
-        let (correlation_s, mean_rad_s) = match self.motion {
-            Motion::Impacted(DriveMode::B) => (CORRELATION_B_S, self.mean_rate_rad_s[0]),
-            Motion::Impacted(DriveMode::C) => (CORRELATION_C_S, self.mean_rate_rad_s[1]),
-            Motion::Quiet => (CORRELATION_B_S, T::zero()),
+        let (of_b, of_c) = (T::from_f64(1.0 / CORRELATION_B_S), T::from_f64(1.0 / CORRELATION_C_S));
+        let (per_correlation, third_nanos, mean_rad_s) = match self.motion {
+            Motion::Impacted(DriveMode::B) => (of_b, THIRD_B_NANOS, self.mean_rate_rad_s[0]),
+            Motion::Impacted(DriveMode::C) => (of_c, THIRD_C_NANOS, self.mean_rate_rad_s[1]),
+            Motion::Quiet => (of_b, THIRD_B_NANOS, T::zero()),
         };
-        let per_correlation = T::from_f64(1.0 / correlation_s);
         let span_nanos = until.nanos_since(state.at);
-        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "some milliseconds")]
-        let step_nanos = ((1e9 / 3.0 * correlation_s) as u64).max(span_nanos / STEPS_MAX);
+        let step_nanos = third_nanos.max(span_nanos / STEPS_MAX);
         while until > state.at {
             let next = until.min(state.at.plus_nanos(step_nanos));
             let x: T = next.seconds_since::<T>(state.at) * per_correlation;

@@ -252,8 +252,8 @@ impl<T: Real> MotionWatch<T> {
         let velocity_m_s = T::from_f32(velocity_m_s);
         // Written so that NaN is not learnt from.
         if velocity_m_s.abs() < T::one() && self.calibration.learn(velocity_m_s) {
-            let noise_m_s = self.calibration.noise_m_s().to_f64();
-            self.rest.set_limit(T::from_f64(quiet_m2_s2(noise_m_s * noise_m_s)));
+            let noise_m_s = self.calibration.noise_m_s();
+            self.rest.set_limit(quiet_m2_s2(noise_m_s * noise_m_s));
         }
     }
 

@@ -42,8 +42,9 @@ const NOISE_PART: f64 = 0.75;
 const EQUAL_S: f64 = 1e-3;
 
 /// Mean square below which a rotor is quiet, in m^2/s^2, at noise of this variance.
-pub(crate) fn quiet_m2_s2(noise_m2_s2: f64) -> f64 {
-    QUIET_M_S * QUIET_M_S + NOISE_PART * (noise_m2_s2 - DEFAULT_NOISE_M_S * DEFAULT_NOISE_M_S)
+pub(crate) fn quiet_m2_s2<T: Real>(noise_m2_s2: T) -> T {
+    let n = T::from_f64;
+    n(QUIET_M_S * QUIET_M_S) + n(NOISE_PART) * (noise_m2_s2 - n(DEFAULT_NOISE_M_S * DEFAULT_NOISE_M_S))
 }
 
 /// How the detector decides.

@@ -13,6 +13,7 @@ use crate::report::OutputError;
 use crate::report::files::{self, Output};
 use crate::report::page::{self, PlacedValue};
 use crate::scene::Scene;
+use crate::studies::instrument_grid::{InstrumentGridPlan, Shard};
 use crate::studies::positioning_trials::{self, Strategy};
 use crate::studies::{filter_costs, filter_errors, gyroscope_calibration, held_rates, paper, step_accuracy};
 
@@ -27,6 +28,8 @@ enum Page {
     Filters,
     /// How exactly does the rotor reach an angle?
     Positioning,
+    /// Which instruments does it work with?
+    Instruments,
     /// How well does it hold a rate?
     Rate,
     /// How well does it calibrate a gyroscope?
@@ -48,6 +51,7 @@ impl Page {
             Self::Step => include_str!("results/step.md"),
             Self::Filters => include_str!("results/filters.md"),
             Self::Positioning => include_str!("results/positioning.md"),
+            Self::Instruments => include_str!("results/instruments.md"),
             Self::Rate => include_str!("results/rate.md"),
             Self::Calibration => include_str!("results/calibration.md"),
             Self::Microcontroller => include_str!("results/microcontroller.md"),
@@ -62,6 +66,12 @@ impl Page {
             Self::Step => (effort.step_accuracy)().run()?.page_values(),
             Self::Filters => filter_values(effort, scene)?,
             Self::Positioning => positioning_values(effort, scene)?,
+            Self::Instruments => {
+                let Effort { grid_motors, grid_benches, .. } = effort;
+                InstrumentGridPlan::new(scene, grid_motors, grid_benches, Shard::ALL)
+                    .run(&|| ())?
+                    .page_values()
+            }
             Self::Rate => held_rates::run(scene)?.page_values(),
             Self::Calibration => {
                 let plan = gyroscope_calibration::CalibrationPlan::new(
@@ -89,6 +99,9 @@ struct Effort {
     trials: u64,
     /// Moves by each other strategy and filter.
     compared_trials: u64,
+    /// Motors of each bench of instruments, and what the names of the benches contain.
+    grid_motors: u64,
+    grid_benches: &'static str,
     /// Gyroscopes.
     calibrations: u64,
     /// Time of a plan of calibration, and of a rate, in s; as the scene says unless it is given.
@@ -105,6 +118,8 @@ impl Effort {
         cost_motors: 20,
         trials: 10_000,
         compared_trials: 200,
+        grid_motors: 4,
+        grid_benches: "",
         calibrations: 200,
         time_s: None,
         step_accuracy: step_accuracy::StepAccuracyPlan::full,
@@ -117,6 +132,8 @@ impl Effort {
         cost_motors: 1,
         trials: 20,
         compared_trials: 2,
+        grid_motors: 1,
+        grid_benches: "30,000 frames/s",
         calibrations: 2,
         time_s: Some("6"),
         step_accuracy: step_accuracy::StepAccuracyPlan::quick,

@@ -45,6 +45,9 @@ struct RateSums {
     ripple_deg2_s2: f64,
     estimate_mdeg2: f64,
     saturated: f64,
+    /// Whether there was a reference in the last tick, and how often it was lost.
+    had_reference: bool,
+    reference_losses: u32,
 }
 
 /// A tick of the loop in s.
@@ -71,6 +74,9 @@ pub fn run(scene: &Scene, mut observe: impl FnMut(RatePoint)) -> Result<RateOutc
         let asked_deg_s = f64::from(report.wanted_rad_s).to_degrees();
         let off_deg = report.reference.map_or(0.0, |reference| angle.minus(reference).degrees());
         let amplitude = f64::from(report.applied.amplitude());
+        let has_reference = report.reference.is_some();
+        sums.reference_losses += u32::from(sums.had_reference && !has_reference);
+        sums.had_reference = has_reference;
         if profile::settled(scene, time_s, duration_s) {
             sums.ticks += 1.0;
             // Both ways, turns count in the direction asked for: otherwise they would cancel.
@@ -113,6 +119,7 @@ impl RateSums {
             following_rms_deg: root(self.following_deg2),
             ripple_rms_deg_s: root(self.ripple_deg2_s2),
             estimate_rms_mdeg: root(self.estimate_mdeg2),
+            reference_losses: self.reference_losses,
             filter: filter::chosen(scene),
             saturated: self.saturated / self.ticks.max(1.0),
             range,

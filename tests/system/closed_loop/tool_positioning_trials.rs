@@ -281,15 +281,6 @@ fn tool_a_camera_lost_for_good_ends_the_move_in_time() {
     check_stopped(&lost, "TimedOut", 0.2);
 }
 
-/// Without a vibrometer nothing tells that the rotor lies still: silent from the start, or from the middle of the
-/// cruise on.
-#[test]
-fn tool_a_vibrometer_silent_for_good_ends_the_move_in_time() {
-    for from in ["ldv.lost_from_s=0", "ldv.lost_from_s=0.05"] {
-        check_stopped(&[from, "ldv.lost_until_s=100", "position.deadline_s=1"], "TimedOut", 0.3);
-    }
-}
-
 /// Rates clockwise and counter-clockwise. The angle follows its reference to some 2.5 degrees at 600 deg/s, so a mean
 /// over 20 s is good to 0.03 %, one standard deviation: 0.1 % is what is promised.
 #[test]

@@ -23,7 +23,7 @@ const SMALLER: [(&str, &[(&str, &str)]); 8] = [
     ("positioning-trials", &[("--motors", "2"), ("--compare", "1")]),
     ("rate", &[("--duration", "2")]),
     ("reproduce", &[("--seeds", "2")]),
-    ("response-map", &[("--motors", "2")]),
+    ("response-map", &[("--motors", "4")]),
 ];
 
 /// What builds the firmware and runs it in QEMU: it is parsed here and run in `tests/qemu`.

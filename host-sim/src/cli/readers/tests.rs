@@ -104,8 +104,8 @@ fn exact_response_map_reads_what_the_table_says() {
 #[test]
 fn exact_instruments_reads_what_the_table_says() {
     let scene = short(&["plant.step_s=5e-6"], true);
-    let one = Shard { index: 1, count: 16 };
-    InstrumentGridPlan::new(&scene, 1, "500 frames/s alone", one).run(&|| ()).unwrap();
+    let one = Shard { index: 1, count: 32 };
+    InstrumentGridPlan::new(&scene, 1, "10,000 frames/s", one).run(&|| ()).unwrap();
     agrees("instruments", &scene);
 }
 

@@ -27,6 +27,8 @@ pub struct RateOutcome {
     pub ripple_rms_deg_s: f64,
     /// Root mean square of the estimated less the true angle.
     pub estimate_rms_mdeg: f64,
+    /// How often the estimate was lost in the whole run: each time the reference begins anew where the rotor then is.
+    pub reference_losses: u32,
     /// The filter that ran.
     pub filter: &'static str,
     /// Share of the time at full drive: near 1 the motor cannot do more.
@@ -58,6 +60,10 @@ impl fmt::Display for RateOutcome {
             self.mean_deg_s, self.asked_deg_s, self.measured_s, self.mean_error_percent
         )?;
         writeln!(f, "following          {:.3} deg rms off the reference angle", self.following_rms_deg)?;
+        if self.reference_losses > 0 {
+            let losses = self.reference_losses;
+            writeln!(f, "reference          begun anew {losses} times, since the estimate was lost")?;
+        }
         writeln!(f, "ripple             {:.1} deg/s rms", self.ripple_rms_deg_s)?;
         writeln!(f, "filter             {}", self.filter)?;
         writeln!(f, "estimator error    {:.2} mdeg rms", self.estimate_rms_mdeg)?;

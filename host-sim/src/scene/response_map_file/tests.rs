@@ -1,6 +1,7 @@
 //! The file of a response map: written and read again, and refused with the place of what is wrong.
 
 use super::*;
+use crate::scene::Scene;
 use proptest::prelude::*;
 
 fn parsed(text: &str) -> Result<ResponseMap, String> {
@@ -58,7 +59,7 @@ fn exact_refusals_name_the_line_and_what_is_wrong() {
 
 #[test]
 fn exact_a_map_of_another_design_is_refused() {
-    let mut heavy = crate::Scene::default();
+    let mut heavy = Scene::default();
     heavy.set("motor.rotor_mass_kg", "184e-6").unwrap();
     let refused = heavy.response_map().unwrap_err().one_line();
     let expected =
@@ -66,7 +67,7 @@ fn exact_a_map_of_another_design_is_refused() {
     assert!(refused.starts_with(expected), "{refused}");
     let own = parsed(&table_1().replace("rotor_mass_kg\" = 4.6e-5", "rotor_mass_kg\" = 0.000184")).unwrap();
     assert_eq!(*heavy.with_response_map(own).response_map().unwrap(), own);
-    let nominal = crate::Scene::default().with_response_map(own).response_map().unwrap_err();
+    let nominal = Scene::default().with_response_map(own).response_map().unwrap_err();
     assert!(matches!(nominal, SceneError::OtherDesign { key: "motor.rotor_mass_kg", .. }), "{nominal}");
 }
 
