@@ -152,6 +152,7 @@ impl CameraDescription {
     /// Variance of a resting rotor's mean angle in rad^2 that no number of frames removes, see the head of this module.
     ///
     /// It is never above [`Self::quantisation_rad2`], which it reaches without noise.
+    #[inline(never)]
     pub fn floor_rad2(&self) -> f64 {
         if self.resolution_m <= 0.0 {
             return 0.0;
@@ -171,6 +172,7 @@ impl CameraDescription {
 
     /// Least variance of the codes of a rotor at rest in rad^2, that of one in the middle of a cell: see the head of
     /// this module.
+    #[inline(never)]
     pub fn dither_rad2(&self) -> f64 {
         let noise_rad2 = (self.noise_m / self.radius_m) * (self.noise_m / self.radius_m);
         if self.resolution_m <= 0.0 {
@@ -186,7 +188,7 @@ impl CameraDescription {
         }
         let step_rad2 = 12.0 * self.quantisation_rad2();
         let variance_rad2 = self.variance_rad2() + 4.0 * noise_rad2 * sum + step_rad2 * weighted / (PI * PI);
-        variance_rad2.clamp(0.0, self.variance_rad2())
+        variance_rad2.max(0.0).min(self.variance_rad2())
     }
 
     /// Time between two frames, in s.
@@ -200,6 +202,7 @@ impl CameraDescription {
     /// # Errors
     /// When a field is not: named by its key in a scene, with its bounds.
     #[expect(clippy::cast_precision_loss, reason = "bounds are far below 2^53")]
+    #[inline(never)]
     pub fn checked(self) -> Result<Self, OutOfBounds> {
         let period_s = self.period_s();
         OutOfBounds::check("camera.frame_rate_hz", 1.0 / period_s, 10.0, 100_000.0, "Hz")?;

@@ -28,6 +28,7 @@ pub(crate) struct NoiseLevels<T> {
 
 impl<T: Real> NoiseLevels<T> {
     /// Those of `camera`.
+    #[inline(never)]
     pub(crate) fn new(camera: &CameraDescription) -> Self {
         let steps_m2 = camera.resolution_m * camera.resolution_m / 12.0;
         let assumed_m2 = camera.noise_m * camera.noise_m;

@@ -37,6 +37,7 @@ const CONTRADICTIONS_MAX: u8 = 23;
 
 /// Frames that conclude rest, of a camera of this variance in rad^2 and period in s.
 #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "between 4 and 1,000")]
+#[inline(never)]
 pub(crate) fn resting_frames(variance_rad2: f64, period_s: f64) -> u16 {
     let half_s3 = 12.0 * variance_rad2 * period_s / (SLOPE_RAD_S * SLOPE_RAD_S);
     let half_s = motor_model::math::exp(motor_model::math::ln(half_s3) / 3.0);

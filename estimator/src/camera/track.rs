@@ -167,6 +167,8 @@ impl<T: Real> Default for TrackTuning<T> {
 
 impl<T: Real> TrackTuning<T> {
     /// For `camera`.
+    // Never inlined: every filter is built with it, and double precision is large on a microcontroller.
+    #[inline(never)]
     pub fn new(camera: &CameraDescription) -> Self {
         let (period_s, variance_rad2) = (camera.period_s(), camera.variance_rad2());
         // One frame a period tells as much in a second at any rate: each of a fast camera's tells less.

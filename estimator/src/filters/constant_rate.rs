@@ -112,6 +112,7 @@ impl<T: Real> ConstantRateTuning<T> {
     }
 
     /// For a motor of `params` under `instruments`.
+    #[inline(never)]
     pub fn for_motor(params: &MotorParams, instruments: &Instruments) -> Self {
         Self {
             track: TrackTuning::new(&instruments.camera),

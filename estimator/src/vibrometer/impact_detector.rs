@@ -102,6 +102,7 @@ pub struct ImpactDetectorTuning<T> {
 
 impl<T: Real> ImpactDetectorTuning<T> {
     /// For a motor of `params` under `vibrometer`.
+    #[inline(never)]
     pub fn new(params: &MotorParams, vibrometer: &VibrometerDescription) -> Self {
         let damping = params.get(Parameter::VerticalDamping) / params.get(Parameter::RotorMass);
         Self {

@@ -118,7 +118,7 @@ impl Effort {
         cost_motors: 20,
         trials: 10_000,
         compared_trials: 200,
-        grid_motors: 4,
+        grid_motors: 2,
         grid_benches: "",
         calibrations: 200,
         time_s: None,

@@ -47,6 +47,7 @@ pub struct ImpactAidedTuning<T> {
 
 impl<T: Real> ImpactAidedTuning<T> {
     /// For a motor of `params` under `instruments`; the default vibrometer where there is none.
+    #[inline(never)]
     pub fn new(params: &MotorParams, instruments: &Instruments) -> Self {
         let vibrometer = instruments.vibrometer.unwrap_or_default();
         let get = |parameter| params.get(parameter);
