@@ -136,6 +136,12 @@ impl Default for Instruments {
     }
 }
 
+/// The last harmonic `k` that counts: beyond it `exp(-noise_steps^2 k^2)` is below 1e-18.
+#[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "between 1 and 64")]
+fn harmonics(noise_steps: f64) -> f64 {
+    f64::from((6.5 / noise_steps + 1.0).min(HARMONICS) as u32)
+}
+
 impl CameraDescription {
     /// Variance of the quantisation's error in rad^2, as of a uniform error: `Delta^2 / (12 rho^2)`.
     pub fn quantisation_rad2(&self) -> f64 {
@@ -160,7 +166,7 @@ impl CameraDescription {
         let noise_steps = core::f64::consts::TAU * self.noise_m / self.resolution_m;
         // The terms from the first one left out on sum to at most 1/HARMONICS times their exponential.
         let mut sum = math::exp(-noise_steps * noise_steps * HARMONICS * HARMONICS) / HARMONICS;
-        let mut k = HARMONICS;
+        let mut k = harmonics(noise_steps);
         while k >= 1.0 {
             sum += math::exp(-noise_steps * noise_steps * k * k) / (k * k);
             k -= 1.0;
@@ -180,7 +186,8 @@ impl CameraDescription {
         }
         let noise_steps = PI * self.noise_m / self.resolution_m;
         let (mut sum, mut weighted, mut k, mut sign) = (0.0, 0.0, 1.0, -1.0);
-        while k <= HARMONICS {
+        let last = harmonics(core::f64::consts::SQRT_2 * noise_steps);
+        while k <= last {
             let kept = sign * math::exp(-2.0 * noise_steps * noise_steps * k * k);
             sum += kept;
             weighted += kept / (k * k);
