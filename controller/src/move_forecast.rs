@@ -6,13 +6,13 @@
 //! way                          cruise: distance / rate;   burst by burst: each leaves its spread of its turn
 //! a look after each drive      until rest, and frames until half of what a coarse drive has left is known; what is
 //!                              measured between steps and walks counts at the end
-//! at the end                   1.3 times the frames to measure to the tolerance, and the rests of four corrections: some
-//!                              of them lose what was known
+//! at the end                   1.3 times the frames to measure to the tolerance, and the rests of four corrections:
+//!                              some of them lose what was known
 //! ```
 //!
 //! The target counts as reached at a risk of 3.6 % at most ([`crate::situation::Confidence`]), so the error promised to
-//! 95 % of the moves is the tolerance. A tolerance is refused when the camera's floor does not let it be known, and when
-//! fewer than 95 % of the moves would end before the deadline.
+//! 95 % of the moves is the tolerance. A tolerance is refused when the camera's floor does not let it be known, and
+//! when fewer than 95 % of the moves would end before the deadline.
 
 use core::fmt;
 

@@ -18,10 +18,11 @@
 //!
 //! The head of the crate has a table of what ends each phase.
 //!
-//! The drive is on in `Cruise`, `Burst` and `Brake` only, and off within a tick of the loss of the estimate. What to drive is
-//! decided in [`crate::drive_plan`]; the angle at rest comes from [`crate::rest_filter`], how this motor differs from
-//! the map from [`crate::map_correction`], and whether a cruise turns the rotor from [`crate::progress_window`].
-//! Drives that fail are handled in [`failures`], and a rotor with the drive off in [`settling`].
+//! The drive is on in `Cruise`, `Burst` and `Brake` only, and off within a tick of the loss of the estimate. What to
+//! drive is decided in [`crate::drive_plan`]; the angle at rest comes from [`crate::rest_filter`], how this motor
+//! differs from the map from [`crate::map_correction`], and whether a cruise turns the rotor from
+//! [`crate::progress_window`]. Drives that fail are handled in [`failures`], and a rotor with the drive off in
+//! [`settling`].
 
 mod failures;
 mod phase;

@@ -55,8 +55,8 @@ impl ProgressWindow {
         Self { since: now, from: estimate.angle, from_rad2: estimate.angle_rad2 }
     }
 
-    /// What the window, `window_nanos` long, has shown by `now` of a rotor that the map turns at `rate_rad_s`, clockwise
-    /// positive.
+    /// What the window, `window_nanos` long, has shown by `now` of a rotor that the map turns at `rate_rad_s`,
+    /// clockwise positive.
     pub fn outcome(
         &self,
         rate_rad_s: f32,

@@ -92,8 +92,8 @@ impl RateHold {
         self.reference.map(|reference| reference.angle())
     }
 
-    /// The command for the tick at `now`, by the rates of `map`. Without a usable estimate the drive is off, and the reference starts again
-    /// at the next usable estimate.
+    /// The command for the tick at `now`, by the rates of `map`. Without a usable estimate the drive is off, and the
+    /// reference starts again at the next usable estimate.
     pub fn decide(
         &mut self,
         map: &ResponseMap,

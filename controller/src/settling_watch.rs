@@ -2,8 +2,8 @@
 //!
 //! The filter says when the rotor is at rest. Where it does not say so, the camera's frames decide, in windows from
 //! [`RUN_OUT_NANOS`] after the drive went off, and not before two frames exposed since then have arrived: what is
-//! predicted from frames of a driven rotor says nothing of it. With `d` the turn within a window and `s^2` the sum of the variances of
-//! the angles at both of its ends:
+//! predicted from frames of a driven rotor says nothing of it. With `d` the turn within a window and `s^2` the sum of
+//! the variances of the angles at both of its ends:
 //!
 //! ```text
 //! |d| > 5 s                                       the rotor turns
@@ -23,8 +23,8 @@ use motor_model::{Angle, Time};
 
 use crate::rest_filter::Resting;
 
-/// Time in ns after the drive goes off in which a rotor may still turn, beside what frames take: twice what it takes to stop from the highest
-/// rate at the smallest friction of Table 1.
+/// Time in ns after the drive goes off in which a rotor may still turn, beside what frames take: twice what it takes to
+/// stop from the highest rate at the smallest friction of Table 1.
 const RUN_OUT_NANOS: u64 = 50_000_000;
 /// Shortest window of measuring in ns: the time without progress after which a move says what it waits for.
 const MEASURING_NANOS: u64 = 500_000_000;

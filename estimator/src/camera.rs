@@ -5,6 +5,8 @@
 //! | [`tracker`] | which frames are used, and in which order: gate, lag of late frames, restart, stuck camera |
 //! | [`rest_test`] | whether a quiet rotor has stopped |
 //! | [`noise`] | the noise of the frames, learnt |
+//! | [`noise_levels`] | what follows from that noise, computed beforehand |
+//! | [`track_tuning`] | what is assumed of the camera, and the counts of frames that follow from its rate |
 //! | [`track`] | the two states, what a frame does to them, and rest |
 //! | [`track_covariance`] | what tracker and track need of a filter's covariance |
 //! | [`smoother`] | angle and rate at an earlier instant, from the frames after it as well |
@@ -15,4 +17,5 @@ pub(crate) mod rest_test;
 pub(crate) mod smoother;
 pub(crate) mod track;
 pub(crate) mod track_covariance;
+pub(crate) mod track_tuning;
 pub(crate) mod tracker;

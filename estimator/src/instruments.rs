@@ -1,7 +1,7 @@
 //! The instruments as data: what a filter assumes of the camera and the vibrometer.
 //!
-//! One description serves all: filters take variances, gates, windows and horizons from it, the controller its measuring
-//! times, and the firmware receives it with its configuration.
+//! One description serves all: filters take variances, gates, windows and horizons from it, the controller its
+//! measuring times, and the firmware receives it with its configuration.
 //!
 //! | symbol | field | meaning |
 //! |---|---|---|
@@ -250,13 +250,13 @@ impl VibrometerDescription {
 }
 
 impl Instruments {
-    /// Longest period of a vibrometer with which the twin's rate is right, and with which impacts are told apart at all,
-    /// in ns.
+    /// Longest period of a vibrometer with which the twin's rate is right, and with which impacts are told apart at
+    /// all, in ns.
     const TWIN_PERIOD_NANOS: u64 = 10_000;
     const IMPACTS_PERIOD_NANOS: u64 = 50_000;
 
-    /// Largest standard deviation of a sample with which the twin's variances are right, and with which an impact shows,
-    /// in m/s.
+    /// Largest standard deviation of a sample with which the twin's variances are right, and with which an impact
+    /// shows, in m/s.
     pub(crate) const TWIN_SD_M_S: f64 = 1.2e-3;
     pub(crate) const IMPACTS_SD_M_S: f64 = 4e-3;
 
@@ -269,8 +269,8 @@ impl Instruments {
 
     /// The filter that is the most accurate with these instruments, and whose variances are right.
     ///
-    /// Measured with `host-sim estimate`, rms of the angle in milli-degrees and mean normalised error squared, steady in
-    /// mode B and C, four drawn motors:
+    /// Measured with `host-sim estimate`, rms of the angle in milli-degrees and mean normalised error squared, steady
+    /// in mode B and C, four drawn motors:
     ///
     /// | instruments | `constant_rate` | `impact_aided` | `twin` |
     /// |---|---|---|---|

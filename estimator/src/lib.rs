@@ -123,7 +123,8 @@ mod settling;
 mod test_support;
 mod vibrometer;
 
-pub use camera::track::{Jitter, TrackTuning};
+pub use camera::track::Jitter;
+pub use camera::track_tuning::TrackTuning;
 pub use camera::tracker::FRAMES_KEPT;
 pub use factorised::angle_rate::AngleRateCovariance;
 pub use factorised::transition::{Blocks2, Dense, Transition, UpperTriangular};

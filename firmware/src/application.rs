@@ -12,134 +12,42 @@
 //! The loop may drive while it is armed, and in no other state. A latched fault stays until the host sends stop or
 //! begins a new session: a link that comes back does not start the motor. The board counts ticks from its start; this
 //! count is the time of both sides.
+//!
+//! | module | what it is |
+//! |---|---|
+//! | this one | session, states and messages |
+//! | `configured_move` | the bench as the host describes it, and the move that is configured on it |
+//! | `map_memory` | the response map, as it comes in parts |
+//! | `measurements`, `ports` | the queues of measurements until the next tick, and what a tick sees of the board |
 
+mod configured_move;
 mod map_memory;
 mod measurements;
+mod ports;
 #[cfg(test)]
 mod tests;
 
 use core::mem;
 
-use controller::{Drive, Limits, PositionLoop, Positioning, PositioningTuning, Sense, Target};
-use estimator::{CameraFrame, Instruments, LdvSample};
+use controller::{Drive, PositionLoop, Positioning};
+use estimator::LdvSample;
 use link::{
     Arrival, BoardFault, BoardMessage, Configuration, Counters, Deframer, FRAME_BYTES_MAX, FrameError,
-    Header, HostMessage, MapFault, MotorParameterRecord, Sequence, SettingKey, TickRecord, VERSION, decode,
-    encode,
+    Header, HostMessage, Sequence, SettingKey, TickRecord, VERSION, decode, encode,
 };
-use motor_model::{DriveCommand, MotorParams, OutOfBounds, Parameter, Time};
+use motor_model::{DriveCommand, OutOfBounds, Time};
 
-use crate::filter::SelectedFilter;
 use crate::telemetry::{ArmingState, Entry, Telemetry};
-use map_memory::MapMemory;
+pub use configured_move::MoveMemory;
+use configured_move::{Bench, Move, MoveError};
 use measurements::MeasurementQueues;
+use ports::Ports;
 
 /// The host is silent after this many ticks without a frame: 10 ms, a hundred camera frames.
 pub const SILENT_TICKS: u64 = 1000;
 
 /// The drive goes off after this many missed deadlines in a row.
 pub const OVERRUNS_MAX: u32 = 10;
-
-/// Index of the last parameter of the motor.
-#[expect(clippy::cast_possible_truncation, reason = "a few dozen")]
-const PARAMETER_INDEX_MAX: u8 = (Parameter::ALL.len() - 1) as u8;
-
-/// Longest deadline of a move, in ns, and its key: a day.
-const DEADLINE_MAX_S: f64 = 86_400.0;
-const DEADLINE_KEY: &str = "position.deadline_s";
-
-/// Motor and instruments of the bench, as the host has described them.
-#[derive(Clone, Copy, Debug, Default)]
-struct Bench {
-    design: MotorParams,
-    instruments: Instruments,
-}
-
-impl Bench {
-    /// Sets a parameter of the motor.
-    fn set(
-        &mut self,
-        MotorParameterRecord { index, value }: MotorParameterRecord,
-    ) -> Result<(), OutOfBounds> {
-        let parameter = Parameter::ALL.get(usize::from(index)).ok_or(OutOfBounds {
-            key: "motor",
-            value: f64::from(index),
-            min: 0.0,
-            max: f64::from(PARAMETER_INDEX_MAX),
-            unit: "",
-        })?;
-        self.design = self.design.with(*parameter, value)?;
-        Ok(())
-    }
-}
-
-/// A configuration that was checked. Its filter has a place of its own in [`MoveMemory`].
-///
-/// Construction of the filter computes in double precision and takes longer than a tick. It happens here, before
-/// arming.
-#[derive(Debug)]
-struct Move {
-    configuration: Configuration,
-    target: Target,
-    tuning: PositioningTuning,
-    /// The move begins at arming.
-    positioning: Positioning,
-}
-
-/// Why a configuration is refused.
-#[derive(Clone, Copy, Debug)]
-enum MoveError {
-    Setting(OutOfBounds),
-    Map(MapFault),
-}
-
-impl From<OutOfBounds> for MoveError {
-    fn from(error: OutOfBounds) -> Self {
-        Self::Setting(error)
-    }
-}
-
-impl From<MapFault> for MoveError {
-    fn from(fault: MapFault) -> Self {
-        Self::Map(fault)
-    }
-}
-
-impl Move {
-    /// Builds the move in `memory`, by the map there, or leaves `memory` unchanged.
-    fn build(memory: &mut MoveMemory, configuration: Configuration, bench: &Bench) -> Result<(), MoveError> {
-        let map = memory.map.map()?;
-        if *map.design() != bench.design {
-            return Err(MapFault::OtherDesign.into());
-        }
-        let Configuration { filter, target_deg, tolerance_deg, deadline_nanos } = configuration;
-        let target = Target::try_new(target_deg, tolerance_deg)?;
-        #[expect(clippy::cast_precision_loss, reason = "bounds are far below 2^53")]
-        OutOfBounds::check(DEADLINE_KEY, deadline_nanos as f64 * 1e-9, 0.0, DEADLINE_MAX_S, "s")?;
-        let limits = Limits { deadline_nanos, ..Limits::default() };
-        let tuning = PositioningTuning { limits, ..PositioningTuning::new(&bench.instruments) };
-        SelectedFilter::build(&mut memory.filter, filter, &bench.design, &bench.instruments)?;
-        let positioning = Positioning::new(map, target, tuning, Time::ZERO);
-        memory.configured = Some(Self { configuration, target, tuning, positioning });
-        Ok(())
-    }
-}
-
-/// Memory of the configured move and of the host's response map. A filter is too large for the stack, so on a board
-/// this is a static.
-#[derive(Debug, Default)]
-pub struct MoveMemory {
-    configured: Option<Move>,
-    filter: Option<SelectedFilter>,
-    map: MapMemory,
-}
-
-impl MoveMemory {
-    /// No move, and the map of Table 1.
-    pub const fn new() -> Self {
-        Self { configured: None, filter: None, map: MapMemory::new() }
-    }
-}
 
 /// What the loop may do.
 #[derive(Debug)]
@@ -181,28 +89,6 @@ pub struct Application<'m, D> {
     telemetry: Telemetry,
     /// Measures the most bytes that the stack has taken.
     stack_bytes_max: fn() -> u32,
-}
-
-/// Instruments and amplifier: what the loop needs of the board.
-struct Ports<'a, D> {
-    measurements: &'a mut MeasurementQueues,
-    amplifier: &'a mut D,
-}
-
-impl<D> Sense for Ports<'_, D> {
-    fn camera_frame(&mut self) -> Option<CameraFrame> {
-        self.measurements.camera_frame()
-    }
-
-    fn ldv_sample(&mut self) -> Option<LdvSample> {
-        self.measurements.ldv_sample()
-    }
-}
-
-impl<D: Drive> Drive for Ports<'_, D> {
-    fn drive(&mut self, command: DriveCommand) -> DriveCommand {
-        self.amplifier.drive(command)
-    }
 }
 
 impl<'m, D: Drive> Application<'m, D> {

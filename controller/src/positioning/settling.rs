@@ -1,7 +1,8 @@
-//! A rotor with the drive off: it comes to rest and is measured, turns on and is braked, or the move ends with a reason.
+//! A rotor with the drive off: it comes to rest and is measured, turns on and is braked, or the move ends with a
+//! reason.
 //!
-//! The filter says when the rotor is at rest. Where it does not, because the vibrometer is too noisy for it or wrong, the
-//! camera's frames decide after the time that a coast can take ([`crate::settling_watch`]), and the move goes on by
+//! The filter says when the rotor is at rest. Where it does not, because the vibrometer is too noisy for it or wrong,
+//! the camera's frames decide after the time that a coast can take ([`crate::settling_watch`]), and the move goes on by
 //! them.
 
 use estimator::{Estimate, Health};

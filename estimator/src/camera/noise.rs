@@ -23,7 +23,7 @@
 use motor_model::{Angle, Real, Time};
 
 use crate::camera::noise_levels::NoiseLevels;
-use crate::camera::track::TrackTuning;
+use crate::camera::track_tuning::TrackTuning;
 use crate::instruments::CameraDescription;
 use crate::measurement::CameraFrame;
 

@@ -14,10 +14,10 @@
 //! half time T:   12 R dt / T^3 = (0.15 rad/s)^2
 //! ```
 //!
-//! A slope that is not zero, or a rotor at rest that the frames show to have moved, withdraws the hypothesis. After four
-//! slopes, or one withdrawal, the next test takes twice the time, up to 32 times: the standard deviation falls by 2.8
-//! each time. So a rotor that coasts without friction is not called at rest for more than a small part of the time, and
-//! a slower one is found out as well. The next drive ends this.
+//! A slope that is not zero, or a rotor at rest that the frames show to have moved, withdraws the hypothesis. After
+//! four slopes, or one withdrawal, the next test takes twice the time, up to 32 times: the standard deviation falls by
+//! 2.8 each time. So a rotor that coasts without friction is not called at rest for more than a small part of the time,
+//! and a slower one is found out as well. The next drive ends this.
 
 use motor_model::{Angle, Real, Time};
 

@@ -34,8 +34,8 @@
 //!
 //! # Slow cameras
 //!
-//! Between the frames of a slow camera ([`RandomWalkTuning::returns_to_mean`]) a random walk would lose the turn: in 0.1
-//! s it adds 18 rad/s. In truth the rate returns to its mean with the correlation time T. So there the rate and its
+//! Between the frames of a slow camera ([`RandomWalkTuning::returns_to_mean`]) a random walk would lose the turn: in
+//! 0.1 s it adds 18 rad/s. In truth the rate returns to its mean with the correlation time T. So there the rate and its
 //! error decay by `exp(-h / T)` after each step h of the random walk, at most T / 3 long, or a sixteenth of the time to
 //! the next frame. The mean is that of the mode ([`mean_rate`]), and zero for a rotor that slides to a stop.
 //!
@@ -45,8 +45,9 @@ mod mean_rate;
 
 use motor_model::{DriveCommand, DriveMode, MotorParams, Real, Time};
 
-use crate::camera::track::{Jitter, Process, State, TrackTuning};
+use crate::camera::track::{Jitter, Process, State};
 use crate::camera::track_covariance::TrackCovariance;
+use crate::camera::track_tuning::TrackTuning;
 use crate::camera::tracker::{FrameContext, Tracker};
 use crate::filter::{AngleFilter, Estimate, Health, Reason};
 use crate::innovation::Innovation;

@@ -7,13 +7,13 @@
 //! | what | is used instead of the description | probability by chance, at each sample |
 //! |---|---|---|
 //! | bias m | when `m^2 > 36 s^2 / n` after a thousand samples, and from then on | 2e-9 |
-//! | noise s | when `s^2` differs from the assumed variance by half, after a thousand samples | eleven standard errors |
+//! | noise s | when `s^2` differs by half from that assumed, after a thousand samples | eleven standard errors |
 //!
-//! While the rotor runs it goes on bouncing between the teeth and a tenth of a millimetre above them. So the mean of its
-//! vertical velocity over a time T is the bias, within 0.1 mm / T: 0.4 mm/s over a quarter of a second. When that mean
-//! differs by a millimetre a second from the bias in use, it is used. The mean is over time, not over samples, so that
-//! lost samples leave it as it is. A time in which a sample was refused, as a saturated one is, or in which none came
-//! for a millisecond, does not count.
+//! While the rotor runs it goes on bouncing between the teeth and a tenth of a millimetre above them. So the mean of
+//! its vertical velocity over a time T is the bias, within 0.1 mm / T: 0.4 mm/s over a quarter of a second. When that
+//! mean differs by a millimetre a second from the bias in use, it is used. The mean is over time, not over samples, so
+//! that lost samples leave it as it is. A time in which a sample was refused, as a saturated one is, or in which none
+//! came for a millisecond, does not count.
 //!
 //! A vibrometer that is as described is therefore used as described. A sample eight standard deviations away is left
 //! out, once a hundred are known. Nothing is learnt in the first 20 ms of rest, while the stator rings down.
@@ -222,8 +222,8 @@ mod tests {
         }
     }
 
-    /// Samples lost for 0.1 s, and a third of them lost at any time, show no bias: what the rotor moves meanwhile is not
-    /// one.
+    /// Samples lost for 0.1 s, and a third of them lost at any time, show no bias: what the rotor moves meanwhile is
+    /// not one.
     #[test]
     fn law_lost_samples_are_no_bias() {
         for lost in [|n: u64| (20_000..40_000).contains(&n), |n: u64| n.wrapping_mul(0x9E37_79B9) % 97 < 32] {

@@ -14,22 +14,22 @@
 //! A motor of known design lies quiet a known time after its drive is off ([`crate::settling`]). So the rotor counts as
 //! quiet then, whatever the vibrometer shows. A vibrometer can only shorten that time. Before the first drive the time
 //! runs from the first call of [`MotionWatch::drive`]. Quiet is no rest: a rotor may slide, or turn without friction.
-//! Rest is concluded from the frames ([`crate::camera::rest_test`]). At rest, bias and noise of the vibrometer are learnt
-//! ([`crate::vibrometer::calibration`]), and from then on it tells quiet again.
+//! Rest is concluded from the frames ([`crate::camera::rest_test`]). At rest, bias and noise of the vibrometer are
+//! learnt ([`crate::vibrometer::calibration`]), and from then on it tells quiet again.
 //!
 //! # The past
 //!
-//! A frame shows the rotor at its exposure. With a latency of more than one frame the motion may have changed since: the
-//! watch keeps the last change and what was before it. A latency of up to one frame is not told apart from none.
+//! A frame shows the rotor at its exposure. With a latency of more than one frame the motion may have changed since:
+//! the watch keeps the last change and what was before it. A latency of up to one frame is not told apart from none.
 //!
 //! # Which samples are used
 //!
 //! A vibrometer that has lost its light, or whose range is exceeded, may deliver zeros or repeat one value without a
 //! flag. Noise of 0.2 mm/s makes two equal neighbours in `f32` one in 10^5, and an exact zero rarer still. So neither
 //! is used: a sample lost by chance costs nothing, and a dead vibrometer counts as silent. Where the vibrometer's steps
-//! are wider than a tenth of its noise, equal neighbours are usual: there the driven rotor's samples are dropped after a
-//! millisecond of equal ones, and those of a rotor without drive are used but do not show quiet. A sample from more than a
-//! millisecond after the clock has a wrong time and is not used. Neither is one no newer than the last, unless
+//! are wider than a tenth of its noise, equal neighbours are usual: there the driven rotor's samples are dropped after
+//! a millisecond of equal ones, and those of a rotor without drive are used but do not show quiet. A sample from more
+//! than a millisecond after the clock has a wrong time and is not used. Neither is one no newer than the last, unless
 //! [`MotionWatch::OLD_SAMPLES_MAX`] of those come in a row: then the time of the last one was wrong, and the watch
 //! starts again at the next sample.
 
@@ -160,8 +160,8 @@ impl<T: Real> MotionWatch<T> {
         }
     }
 
-    /// What has moved the rotor from `from` to `now`: quiet only if it was quiet all the time, as far as the last change
-    /// tells.
+    /// What has moved the rotor from `from` to `now`: quiet only if it was quiet all the time, as far as the last
+    /// change tells.
     #[inline]
     pub(crate) fn motion_since(&self, from: Time, now: Time) -> Motion {
         let motion = self.motion(now);
@@ -171,7 +171,8 @@ impl<T: Real> MotionWatch<T> {
         }
     }
 
-    /// Whether the drive has changed its mode, or has gone on or off, in the last 50 ms: the rate is not yet at its mean.
+    /// Whether the drive has changed its mode, or has gone on or off, in the last 50 ms: the rate is not yet at its
+    /// mean.
     #[inline]
     pub(crate) fn in_transition(&self, now: Time) -> bool {
         now < self.changed_at.plus_nanos(Self::TRANSITION_NANOS)

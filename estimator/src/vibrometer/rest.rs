@@ -11,8 +11,8 @@
 //!
 //! # The limit
 //!
-//! Of noise of variance sigma^2 the slower of two samples has the mean square `(1 - 2 / pi) sigma^2 = 0.36 sigma^2`. The
-//! limit lies at twice that, and a signal of 0.57 mm/s above it:
+//! Of noise of variance sigma^2 the slower of two samples has the mean square `(1 - 2 / pi) sigma^2 = 0.36 sigma^2`.
+//! The limit lies at twice that, and a signal of 0.57 mm/s above it:
 //!
 //! ```text
 //! limit = (0.6 mm/s)^2 + 0.75 (sigma^2 - (0.2 mm/s)^2)        0.6 mm/s at the default noise of 0.2 mm/s

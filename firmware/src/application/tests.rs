@@ -3,14 +3,14 @@ extern crate std;
 use std::boxed::Box;
 use std::vec::Vec;
 
-use estimator::CameraDescription;
-use link::{BurstRecord, CameraRecord, LdvRecord, MapEnd, MapRows, map_messages};
+use controller::ResponseMap;
+use link::{CameraRecord, LdvRecord, map_messages};
 use motor_model::DriveMode;
+
+mod description;
 
 use super::*;
 use crate::test_support::{MOVE, framed};
-use controller::ResponseMap;
-use controller::response_map::{Family, MapField, MapPlace};
 
 /// An amplifier that shows its command, and applies none when it is broken.
 struct RecordingAmplifier {
@@ -312,171 +312,6 @@ fn law_a_restarted_board_says_so_and_does_not_drive() {
     assert_eq!(bench.board.counters().other_session, 3);
     bench.begin();
     bench.drive();
-}
-
-/// L8: a configuration with one value out of bounds is refused as a whole.
-#[test]
-fn law_a_configuration_out_of_bounds_is_refused_whole() {
-    let mut bench = Bench::new();
-    bench.exchange(&HostMessage::Hello);
-    for (configuration, key) in [
-        (Configuration { target_deg: f64::NAN, ..MOVE }, "position.to_deg"),
-        (Configuration { target_deg: 1e9, ..MOVE }, "position.to_deg"),
-        (Configuration { tolerance_deg: 0.0, ..MOVE }, "position.tolerance_deg"),
-        (Configuration { tolerance_deg: f64::INFINITY, ..MOVE }, "position.tolerance_deg"),
-        (Configuration { deadline_nanos: u64::MAX, ..MOVE }, "position.deadline_s"),
-    ] {
-        let refused = fault(BoardFault::OutOfBounds { key: key.try_into().unwrap() });
-        assert_eq!(bench.exchange(&HostMessage::Configure(configuration)), refused);
-        assert_eq!(bench.exchange(&HostMessage::Arm), fault(BoardFault::NotReady));
-    }
-    // A refused configuration leaves the previous one in force.
-    bench.exchange(&HostMessage::Configure(MOVE));
-    bench.exchange(&HostMessage::Configure(Configuration { target_deg: f64::NAN, ..MOVE }));
-    assert_eq!(bench.exchange(&HostMessage::Arm), [BoardMessage::Armed]);
-    bench.drive();
-}
-
-/// L8: what the host says of instruments and motor is refused out of bounds, and serves the configurations that follow
-/// until another session.
-#[test]
-fn law_the_bench_is_described_before_the_move_is_configured() {
-    let mut bench = Bench::new();
-    bench.exchange(&HostMessage::Hello);
-    let Instruments { camera, vibrometer } = Instruments::default();
-    let slow = CameraDescription { period_nanos: 5_000_000, ..camera };
-    let blind = CameraDescription { period_nanos: 0, ..camera };
-    for (message, key) in [
-        (HostMessage::Instruments(Instruments { camera: blind, vibrometer }), "camera.frame_rate_hz"),
-        (HostMessage::MotorParameter(MotorParameterRecord { index: 255, value: 1.0 }), "motor"),
-        (
-            HostMessage::MotorParameter(MotorParameterRecord {
-                index: Parameter::RotorMass as u8,
-                value: f64::NAN,
-            }),
-            "motor.rotor_mass_kg",
-        ),
-    ] {
-        let refused = fault(BoardFault::OutOfBounds { key: key.try_into().unwrap() });
-        assert_eq!(bench.exchange(&message), refused);
-    }
-    let instruments = Instruments { camera: slow, vibrometer: None };
-    assert_eq!(bench.exchange(&HostMessage::Instruments(instruments)), [BoardMessage::Described]);
-    let heavier = MotorParameterRecord { index: Parameter::RotorMass as u8, value: 2e-4 };
-    assert_eq!(bench.exchange(&HostMessage::MotorParameter(heavier)), [BoardMessage::Described]);
-    assert_eq!(bench.board.bench.instruments, instruments);
-    assert!((bench.board.bench.design.get(Parameter::RotorMass) - 2e-4).abs() < f64::EPSILON);
-    // The map of Table 1 is for another motor.
-    let other = fault(BoardFault::Map(MapFault::OtherDesign));
-    assert_eq!(bench.exchange(&HostMessage::Configure(MOVE)), other);
-    bench.describe_map(ResponseMap::table_1());
-    assert_eq!(bench.exchange(&HostMessage::Configure(MOVE)), [BoardMessage::Configured]);
-    let tuning = bench.board.memory.configured.as_ref().unwrap().tuning;
-    assert_eq!(tuning.frame_wait_nanos, PositioningTuning::new(&instruments).frame_wait_nanos);
-    assert_ne!(tuning.frame_wait_nanos, PositioningTuning::default().frame_wait_nanos);
-    bench.exchange(&HostMessage::Arm);
-    assert_eq!(bench.exchange(&HostMessage::MotorParameter(heavier)), fault(BoardFault::Armed));
-    bench.begin();
-    assert_eq!(bench.board.bench.instruments, Instruments::default());
-}
-
-/// The rows of Table 1 under every drive turned by a part more: another map.
-fn other_map() -> ResponseMap {
-    let table_1 = ResponseMap::table_1();
-    let longer = |family| -> Vec<_> {
-        let mut bursts = table_1.bursts(family).to_vec();
-        for burst in &mut bursts {
-            burst.turn_rad *= 1.25;
-        }
-        bursts
-    };
-    let bursts = Family::ALL.map(longer);
-    let tables = bursts.each_ref().map(Vec::as_slice);
-    ResponseMap::try_new(*table_1.design(), table_1.cruises(), tables, 0.5).unwrap()
-}
-
-/// L8: the loop plans by the map that came, bit by bit, until another session.
-#[test]
-fn dual_the_map_that_came_is_the_one_that_was_sent() {
-    let mut bench = Bench::new();
-    bench.exchange(&HostMessage::Hello);
-    bench.describe_map(&other_map());
-    let plans_by = |bench: &Bench, map: &ResponseMap| bench.board.memory.map.map() == Ok(map);
-    assert!(plans_by(&bench, &other_map()));
-    assert_eq!(bench.exchange(&HostMessage::Configure(MOVE)), [BoardMessage::Configured]);
-    bench.exchange(&HostMessage::Arm);
-    bench.drive();
-    assert_eq!(bench.exchange(&HostMessage::MapBegin), fault(BoardFault::Armed));
-    assert!(plans_by(&bench, &other_map()), "armed, it stays");
-    bench.exchange(&HostMessage::Hello);
-    assert!(plans_by(&bench, ResponseMap::table_1()));
-}
-
-/// L8: a map that has begun takes the place of the one before it. Nothing is configured until it is complete.
-#[test]
-fn law_an_incomplete_map_drives_nothing() {
-    let mut bench = Bench::new();
-    bench.exchange(&HostMessage::Hello);
-    bench.exchange(&HostMessage::Configure(MOVE));
-    let messages: Vec<_> = map_messages(&other_map()).collect();
-    let (Some(HostMessage::MapEnd(end)), Some(HostMessage::MapRows(MapRows::Cruises(first)))) =
-        (messages.last(), messages.get(1))
-    else {
-        panic!("a map begins with cruises and has an end")
-    };
-    let incomplete = |rows| fault(BoardFault::Map(MapFault::Incomplete { rows }));
-    // Rows, or an end, without a begin.
-    assert_eq!(bench.exchange(&messages[1]), incomplete(0));
-    assert_eq!(bench.exchange(&HostMessage::MapEnd(*end)), incomplete(0));
-    assert_eq!(bench.exchange(&HostMessage::MapBegin), [BoardMessage::Described]);
-    assert_eq!(bench.exchange(&HostMessage::Arm), fault(BoardFault::NotReady), "the old move is dropped");
-    assert_eq!(bench.exchange(&messages[1]), [BoardMessage::Described]);
-    let rows = u8::try_from(first.len()).unwrap();
-    // The other rows were lost on the line.
-    assert_eq!(bench.exchange(&HostMessage::MapEnd(*end)), incomplete(rows));
-    assert_eq!(bench.exchange(&HostMessage::Configure(MOVE)), incomplete(rows));
-    assert_eq!(bench.exchange(&HostMessage::Arm), fault(BoardFault::NotReady));
-    bench.describe_map(&other_map());
-    assert_eq!(bench.exchange(&HostMessage::Configure(MOVE)), [BoardMessage::Configured]);
-}
-
-/// L8: rows that are refused are named by table, row and number, and leave the rows before them.
-#[test]
-fn law_rows_out_of_bounds_are_refused_by_name() {
-    let mut bench = Bench::new();
-    bench.exchange(&HostMessage::Hello);
-    bench.exchange(&HostMessage::MapBegin);
-    let steps: Vec<BurstRecord> =
-        ResponseMap::table_1().bursts(Family::Step).iter().map(BurstRecord::from).collect();
-    let rows = |family: Family, rows: &[BurstRecord]| {
-        HostMessage::MapRows(MapRows::Bursts { family: family.into(), rows: rows.iter().copied().collect() })
-    };
-    let refused = |fault| [BoardMessage::Fault(BoardFault::Map(fault))];
-    assert_eq!(bench.exchange(&rows(Family::Step, &steps[..2])), [BoardMessage::Described]);
-    let table = MapPlace::Bursts(Family::Step).into();
-    let no_number = BurstRecord { turn_rad: f32::NAN, ..steps[2] };
-    assert_eq!(
-        bench.exchange(&rows(Family::Step, &[no_number])),
-        refused(MapFault::OutOfBounds { table, row: 3, field: MapField::Turn.into() })
-    );
-    assert_eq!(
-        bench.exchange(&rows(Family::Step, &[steps[2], steps[0]])),
-        refused(MapFault::Unordered { table, row: 4, field: MapField::Turn.into() })
-    );
-    let no_family =
-        MapRows::Bursts { family: link::Coded::from_number(200), rows: [steps[2]].into_iter().collect() };
-    assert_eq!(bench.exchange(&HostMessage::MapRows(no_family)), refused(MapFault::Unknown));
-    // As many as there is room for, and one more.
-    let row = |n: u16| BurstRecord { turn_rad: 0.1 * f32::from(n + 1), ..steps[0] };
-    for first in [0, 8] {
-        let eight: Vec<_> = (first..first + 8).map(row).collect();
-        assert_eq!(bench.exchange(&rows(Family::Walk, &eight)), [BoardMessage::Described]);
-    }
-    let walk = MapPlace::Bursts(Family::Walk).into();
-    assert_eq!(bench.exchange(&rows(Family::Walk, &[row(16)])), refused(MapFault::TooMany { table: walk }));
-    let end = |rows, step_walk_correlation| HostMessage::MapEnd(MapEnd { rows, step_walk_correlation });
-    assert_eq!(bench.exchange(&end(18, 1.5)), refused(MapFault::Correlation));
-    assert_eq!(bench.exchange(&end(18, 0.5)), [BoardMessage::Described]);
 }
 
 /// L8: an armed loop keeps its configuration.

@@ -1,8 +1,9 @@
 //! Moves under many cameras and vibrometers, each beside what was promised before it began: `host-sim instruments`.
 //!
-//! Every bench of [`benches()`] differs from the scene in one or two keys. On each, motors drawn within their tolerances
-//! make four moves, with every filter and with the one that is chosen when none is named. The tolerance of a move is
-//! the finest of [`TOLERANCES_DEG`] that the bench promises to meet before the deadline ([`crate::runs::position::plan`]).
+//! Every bench of [`benches()`] differs from the scene in one or two keys. On each, motors drawn within their
+//! tolerances make four moves, with every filter and with the one that is chosen when none is named. The tolerance of a
+//! move is the finest of [`TOLERANCES_DEG`] that the bench promises to meet before the deadline
+//! ([`crate::runs::position::plan`]).
 //!
 //! | outcome | meaning |
 //! |---|---|

@@ -1,8 +1,8 @@
 //! Identification of the controller's response map ([`controller::response_map`]) from a sample of motors of the plant.
 //!
 //! Motors are drawn around the scene's design (keys `motor.`) and driven open loop at the design's frequencies, not at
-//! their own resonances. A burst starts from rest, at the phase of the drive at which the burst before it ended. [`REST_S`] of
-//! rest follow it:
+//! their own resonances. A burst starts from rest, at the phase of the drive at which the burst before it ended.
+//! [`REST_S`] of rest follow it:
 //!
 //! ```text
 //! turn = mean over motors of a motor's mean        motors = standard deviation of those means

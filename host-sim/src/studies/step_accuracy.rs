@@ -1,8 +1,8 @@
 //! Cost and error of a step of the fixed-step model: the `accuracy` command.
 //!
 //! The study times [`motor_model::Motor`] and compares it with an event-driven integrator, [`mod@reference`], which
-//! shares no line of its step. The motion is chaotic: two trajectories agree for about four impacts in `f64` and two in `f32`.
-//! So the study compares single impacts from equal states, and statistics.
+//! shares no line of its step. The motion is chaotic: two trajectories agree for about four impacts in `f64` and two in
+//! `f32`. So the study compares single impacts from equal states, and statistics.
 //!
 //! | module | what it is |
 //! |---|---|

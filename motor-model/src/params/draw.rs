@@ -14,9 +14,9 @@ impl MotorParams {
     /// normal:  design value +- k tolerance          uniform:  k low to k high
     /// ```
     ///
-    /// A normal tolerance is redrawn until it falls within its cut-off (about one draw in twenty is). Values are limited
-    /// to the parameter's bounds. Every parameter takes its draws in the order of [`Parameter::ALL`], so a seed names a
-    /// motor.
+    /// A normal tolerance is redrawn until it falls within its cut-off (about one draw in twenty is). Values are
+    /// limited to the parameter's bounds. Every parameter takes its draws in the order of [`Parameter::ALL`], so a seed
+    /// names a motor.
     #[must_use]
     pub fn draw<R: Rng + ?Sized>(&self, rng: &mut R) -> Self {
         let mut drawn = *self;

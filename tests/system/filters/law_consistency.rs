@@ -175,8 +175,8 @@ fn figures(of_motors: &[ErrorSums]) -> [(&'static str, f64, (f64, f64)); 2] {
     [of("ANEES", |sums| sums.normalised()[2]), of("NIS", |sums| sums.innovations().0)]
 }
 
-/// 40 motors, within both bounds. A noise between impacts where the rotor flies freely, or a camera's variance rounded up
-/// by 0.4 %, puts both figures below theirs in mode B.
+/// 40 motors, within both bounds. A noise between impacts where the rotor flies freely, or a camera's variance rounded
+/// up by 0.4 %, puts both figures below theirs in mode B.
 #[test]
 fn law_the_twin_knows_its_errors_in_steady_motion() {
     for command in [DriveMode::B, DriveMode::C].map(DriveCommand::full) {

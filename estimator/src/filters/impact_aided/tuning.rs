@@ -76,8 +76,8 @@ impl<T: Real> ImpactAidedTuning<T> {
 
     /// For a vibrometer of this noise: a wider threshold misses larger impacts.
     ///
-    /// Jumps up to the threshold are about equally frequent, so their kicks add to the variance as its third power: from
-    /// the values at 1 mm/s up to those of the random walk, which has all kicks.
+    /// Jumps up to the threshold are about equally frequent, so their kicks add to the variance as its third power:
+    /// from the values at 1 mm/s up to those of the random walk, which has all kicks.
     #[must_use]
     pub(crate) fn with_noise(mut self, noise_m_s: T) -> Self {
         self.detector.noise_m_s = noise_m_s;

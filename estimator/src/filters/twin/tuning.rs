@@ -91,7 +91,8 @@ pub struct ContactTuning<T> {
 }
 
 impl<T: Real> TwinTuning<T> {
-    /// For a motor whose nominal parameters are `params`, under `instruments`; the default vibrometer where there is none.
+    /// For a motor whose nominal parameters are `params`, under `instruments`; the default vibrometer where there is
+    /// none.
     pub fn new(params: &MotorParams, instruments: &Instruments) -> Self {
         let vibrometer = instruments.vibrometer.unwrap_or_default();
         let n = T::from_f64;

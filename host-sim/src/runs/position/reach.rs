@@ -75,8 +75,8 @@ pub(super) fn check(
     Ok(())
 }
 
-/// A note for a move that motors of the scene's design may not end by the deadline: its time in a motor of the mean rate
-/// and in one that is two standard deviations slower. `None` if even the slow one ends in time.
+/// A note for a move that motors of the scene's design may not end by the deadline: its time in a motor of the mean
+/// rate and in one that is two standard deviations slower. `None` if even the slow one ends in time.
 ///
 /// # Errors
 /// When the response map is for another design.

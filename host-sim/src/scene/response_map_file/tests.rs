@@ -88,7 +88,10 @@ proptest! {
 
     /// A file with any piece of it cut out or overwritten is refused in one line or is a map that keeps the rules.
     #[test]
-    fn law_any_damage_gives_a_map_or_one_line(from in 0..6000_usize, length in 0..60_usize, new in "[-0-9a-z.={} \n\\[\\]]{0,6}") {
+    fn law_any_damage_gives_a_map_or_one_line(
+        from in 0..6000_usize,
+        length in 0..60_usize,
+        new in "[-0-9a-z.={} \n\\[\\]]{0,6}") {
         let mut text = table_1();
         let from = from.min(text.len());
         let to = (from + length).min(text.len());

@@ -1,0 +1,157 @@
+//! What the track assumes of the camera, and the counts of frames that follow from its rate: gate, rest, restart, floor.
+//!
+//! Every count of frames stands for a time in s, so that a camera of another rate is judged over the same time.
+
+use motor_model::{Real, math};
+
+use crate::camera::noise::COARSE;
+use crate::camera::rest_test::resting_frames;
+use crate::instruments::CameraDescription;
+
+/// Period of the default camera, in s.
+const DEFAULT_PERIOD_S: f64 = 1e-4;
+/// Time in which the ringing under a resting rotor falls by the factor e, in s.
+const RINGING_S: f64 = 4e-3;
+/// Times in s: of refusals until the estimate restarts; over which normalised innovations, and innovations at rest, are
+/// averaged where that is frames enough for a mean.
+const REFUSALS_S: f64 = 2e-3;
+const NIS_S: f64 = 6.4e-3;
+const MEAN_S: f64 = 12.8e-3;
+
+/// Twice the standard error of the rate of a sliding rotor, `sqrt(sqrt 2 q^(3/4) (R dt)^(1/4))` at q = 3000, in rad/s;
+/// at least 2.
+fn resting_rate_rad_s(variance_rad2: f64, period_s: f64) -> f64 {
+    const SLIDING_RAD2_S3: f64 = 3000.0;
+    let product = SLIDING_RAD2_S3 * SLIDING_RAD2_S3 * SLIDING_RAD2_S3 * variance_rad2 * period_s;
+    let variance = core::f64::consts::SQRT_2 * math::sqrt(math::sqrt(product));
+    (2.0 * math::sqrt(variance)).max(2.0)
+}
+
+/// Refusals until the estimate restarts: as many frames as come in 2 ms, at least as many as have to agree and two.
+#[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "between 6 and 200")]
+fn refusals_max(frames: f64) -> u8 {
+    (frames + 0.5).clamp(6.0, 200.0) as u8
+}
+
+/// Equal codes in a row of which the probability is 1e-5 for a rotor that does not turn, in the middle of a cell, where
+/// equal codes are likeliest; 20 to 1,000. With `p_k` the probability of code k, two in a row are equal with the
+/// probability `sum p_k^2`.
+#[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "between 20 and 1,000")]
+fn stuck_frames(camera: &CameraDescription) -> u16 {
+    let steps = camera.noise_m / camera.resolution_m;
+    // The normal distribution by the logistic one, within 0.01.
+    let below = |x: f64| 1.0 / (1.0 + math::exp(-1.702 * x / steps));
+    let equal: f64 = (-3..=3)
+        .map(|code| {
+            let probability = below(f64::from(code) + 0.5) - below(f64::from(code) - 0.5);
+            probability * probability
+        })
+        .sum();
+    let frames = math::ln(1e-5) / math::ln(equal);
+    // NaN, of a camera without steps or noise, is the least: its codes never repeat, or show every motion.
+    if frames > 20.0 { frames.min(1000.0) as u16 } else { 20 }
+}
+
+/// The camera, the gate and rest.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TrackTuning<T> {
+    /// Variance of a frame's angle in rad^2, quantisation included. If it is not positive and finite the default is
+    /// used; below that of an angle's own resolution it is raised to that ([`TrackTuning::validated`]).
+    pub camera_rad2: T,
+    /// The quantisation's part of it, in rad^2: step squared over 12.
+    pub quantisation_rad2: T,
+    /// Least variance of the zero-rate update in rad^2/s^2, one a frame.
+    pub zero_rate_rad2_s2: T,
+    /// Largest variance of the zero-rate update in rad^2/s^2, while the stator rings down under the resting rotor.
+    pub ringing_rad2_s2: T,
+    /// Number of frames in which the variance of the rate that the ringing causes falls by the factor e.
+    pub ringing_frames: T,
+    /// A quiet rotor is at rest once its rate has stayed within this of zero, in rad/s, for [`Self::resting_frames`]:
+    /// twice the standard error of the rate.
+    pub resting_rate_rad_s: T,
+    /// Number of quiet and slow frames that conclude rest: 3.4 ms or more, see [`crate::camera::rest_test`]. With the
+    /// smallest friction of Table 1, 0.2, a rotor slows down by 600 rad/s^2, and so has stopped by then.
+    pub resting_frames: u16,
+    /// A frame is refused when its innovation squared exceeds this many times its variance.
+    pub gate: T,
+    /// Variance of the kick that may explain frames in a row beyond the gate, in rad^2/s^2. Such a kick is as a rule
+    /// the burst of impacts of a landing, which changes the rate by more than ten rad/s, two standard deviations, in a
+    /// fraction of a millisecond.
+    pub kick_rad2_s2: T,
+    /// After this many refusals in a row the estimate restarts, once the newest frames agree.
+    pub refusals_max: u8,
+    /// Equal codes in a row of a driven rotor at which a camera counts as stuck: such a row is one chance in 10^5 of a
+    /// live camera.
+    pub stuck_frames: u16,
+    /// Frames over which the normalised innovations and, at rest, the innovations are averaged.
+    pub nis_frames: T,
+    /// The same for the innovations at rest.
+    pub mean_frames: T,
+    /// Whether the resolution is so coarse, more than 2.5 times the noise, that a rotor at rest shows one code or two.
+    pub coarse: bool,
+    /// What averaging at rest cannot remove, in rad^2: [`CameraDescription::floor_rad2`]. It is a part of every
+    /// estimate's variance.
+    pub floor_rad2: T,
+    /// The same as described, whatever was learnt.
+    pub described_floor_rad2: T,
+    /// Least mean square of second differences of a resting rotor's codes, per that of independent errors.
+    pub least_dither: T,
+    /// The camera that this was made for.
+    pub camera: CameraDescription,
+}
+
+impl<T: Real> Default for TrackTuning<T> {
+    /// For the default camera.
+    fn default() -> Self {
+        Self::new(&CameraDescription::default())
+    }
+}
+
+impl<T: Real> TrackTuning<T> {
+    /// For `camera`.
+    // Never inlined: every filter is built with it, and double precision is large on a microcontroller.
+    #[inline(never)]
+    pub fn new(camera: &CameraDescription) -> Self {
+        let (period_s, variance_rad2) = (camera.period_s(), camera.variance_rad2());
+        // One frame a period tells as much in a second at any rate: each of a fast camera's tells less.
+        let frames_in = |seconds: f64| seconds / period_s;
+        let shared = DEFAULT_PERIOD_S / period_s;
+        Self {
+            camera_rad2: T::from_f64(variance_rad2),
+            quantisation_rad2: T::from_f64(camera.quantisation_rad2()),
+            zero_rate_rad2_s2: T::from_f64(1e-8 * shared),
+            ringing_rad2_s2: T::from_f64(5e-6 * shared),
+            ringing_frames: T::from_f64(frames_in(RINGING_S).max(1.0)),
+            resting_rate_rad_s: T::from_f64(resting_rate_rad_s(variance_rad2, period_s)),
+            resting_frames: resting_frames(variance_rad2, period_s),
+            gate: T::from_f64(36.0),
+            kick_rad2_s2: T::from_f64(30.0),
+            refusals_max: refusals_max(frames_in(REFUSALS_S)),
+            stuck_frames: stuck_frames(camera),
+            nis_frames: T::from_f64(frames_in(NIS_S).clamp(16.0, 64.0)),
+            mean_frames: T::from_f64(frames_in(MEAN_S).clamp(16.0, 1280.0)),
+            coarse: camera.resolution_m > COARSE * camera.noise_m,
+            floor_rad2: T::from_f64(camera.floor_rad2()),
+            described_floor_rad2: T::from_f64(camera.floor_rad2()),
+            least_dither: T::from_f64(camera.dither_rad2() / variance_rad2),
+            camera: *camera,
+        }
+    }
+
+    /// Variance of an angle rounded to units of 2^-32 turn, in rad^2: no frame can be better.
+    const FLOOR_RAD2: f64 = 1.8e-19;
+
+    /// The same with a usable camera variance.
+    #[must_use]
+    pub fn validated(mut self) -> Self {
+        let finite = self.camera_rad2 * T::zero() == T::zero();
+        if !(finite && self.camera_rad2 > T::zero()) {
+            self.camera_rad2 = Self::default().camera_rad2;
+        }
+        let floor = T::from_f64(Self::FLOOR_RAD2);
+        if self.camera_rad2 < floor {
+            self.camera_rad2 = floor;
+        }
+        self
+    }
+}
