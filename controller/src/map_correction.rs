@@ -38,13 +38,12 @@
 
 use motor_model::{DriveMode, math};
 
-use crate::response_map::{Burst, Cruise, Family, ResponseMap, direction};
+use crate::response_map::{Burst, Cruise, Family, PerFamily, ResponseMap, direction};
 
 /// The factors of all families, with their variances.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MapCorrection {
-    /// In the order of [`Family::ALL`].
-    families: [Factor; Family::ALL.len()],
+    families: PerFamily<Factor>,
     /// Covariance of the factors of steps and walks.
     step_walk: f32,
     /// Of the rates in modes B and C.
@@ -78,11 +77,11 @@ pub struct Forecast {
 impl MapCorrection {
     /// `map` as it stands.
     pub fn of(map: &ResponseMap) -> Self {
-        let families = Family::ALL.map(|family| {
+        let families = PerFamily::of(Family::ALL.map(|family| {
             let relative = map.middle(family).map_or(0.0, |middle| middle.motors_sd_rad / middle.turn_rad);
             Factor { value: 1.0, variance: relative * relative }
-        });
-        let [step, walk, ..] = families;
+        }));
+        let [step, walk] = [Family::Step, Family::Walk].map(|family| *families.get(family));
         let step_walk = map.step_walk_correlation() * math::sqrt_f32(step.variance * walk.variance);
         let rates = [DriveMode::B, DriveMode::C].map(|mode| {
             let relative = map
@@ -172,14 +171,7 @@ impl MapCorrection {
     }
 
     fn factor(&self, family: Family) -> Factor {
-        let [step, walk, stride, nudge, throw] = self.families;
-        match family {
-            Family::Step => step,
-            Family::Walk => walk,
-            Family::Stride => stride,
-            Family::Nudge => nudge,
-            Family::Throw => throw,
-        }
+        *self.families.get(family)
     }
 
     /// Turn of this motor's bursts of `family` per turn of the map's, 0.1 to 4.
@@ -221,10 +213,10 @@ impl MapCorrection {
 
     /// Covariances of `family`'s factor with those of steps and walks; zero but for these two.
     pub(crate) fn covariances(&self, family: Family) -> [f32; 2] {
-        let [step, walk, ..] = self.families;
+        let variance = self.factor(family).variance;
         match family {
-            Family::Step => [step.variance, self.step_walk],
-            Family::Walk => [self.step_walk, walk.variance],
+            Family::Step => [variance, self.step_walk],
+            Family::Walk => [self.step_walk, variance],
             Family::Stride | Family::Nudge | Family::Throw => [0.0; 2],
         }
     }
@@ -238,15 +230,16 @@ impl MapCorrection {
         innovation_rad: f32,
         innovation_rad2: f32,
     ) {
-        let [step, walk, ..] = &mut self.families;
         let [with_step, with_walk] = angle_factors_rad;
         let per_rad2 = 1.0 / innovation_rad2;
-        for (factor, with) in [(&mut *step, with_step), (&mut *walk, with_walk)] {
+        for (family, with) in [(Family::Step, with_step), (Family::Walk, with_walk)] {
+            let factor = self.families.get_mut(family);
             factor.value = Self::limited(factor.value + with * per_rad2 * innovation_rad);
             factor.variance = (factor.variance - with * with * per_rad2).max(Self::VARIANCE_MIN);
         }
         // A covariance is at most the geometric mean of the variances.
-        let most = math::sqrt_f32(step.variance * walk.variance);
+        let [step, walk] = [Family::Step, Family::Walk].map(|family| self.factor(family).variance);
+        let most = math::sqrt_f32(step * walk);
         self.step_walk = (self.step_walk - with_step * with_walk * per_rad2).min(most).max(-most);
     }
 
@@ -265,14 +258,12 @@ impl MapCorrection {
         let mean_rad = burst.turn_rad;
         // `clamp` would panic at bounds in the wrong order.
         let turned_rad = turned_rad.max(-Self::TURN_MAX * mean_rad).min(Self::TURN_MAX * mean_rad);
-        let [step, walk, stride, nudge, throw] = &mut self.families;
-        let (own, other) = match family {
-            Family::Step => (step, Some(walk)),
-            Family::Walk => (walk, Some(step)),
-            Family::Stride => (stride, None),
-            Family::Nudge => (nudge, None),
-            Family::Throw => (throw, None),
+        let related = match family {
+            Family::Step => Some(Family::Walk),
+            Family::Walk => Some(Family::Step),
+            Family::Stride | Family::Nudge | Family::Throw => None,
         };
+        let own = self.families.get_mut(family);
         let shape = Self::shape(family) * mean_rad * mean_rad;
         let noise_rad2 = burst.repeat_sd_rad * burst.repeat_sd_rad + shape + measured_rad2;
         let innovation_rad = turned_rad - own.value * mean_rad;
@@ -281,7 +272,8 @@ impl MapCorrection {
         }
         let before = own.variance;
         let gain = own.update(mean_rad, innovation_rad, noise_rad2);
-        if let Some(other) = other {
+        if let Some(related) = related {
+            let other = self.families.get_mut(related);
             let across = self.step_walk / before;
             other.value = Self::limited(other.value + across * gain * innovation_rad);
             other.variance =

@@ -23,14 +23,20 @@
 //! ([`crate::map_correction`]). So the last approach to a target is always by these, counter-clockwise.
 
 mod check;
+mod drives;
+mod family;
 mod rows;
 mod table;
 
 use core::f32::consts::PI;
 
-use motor_model::{DriveCommand, DriveMode, MotorParams};
+use motor_model::{DriveMode, MotorParams};
 
 pub use check::{MapError, MapField, MapPlace};
+pub use drives::{Burst, Cruise, RAD_PER_MDEG, direction};
+use drives::{burst, cruise};
+pub use family::Family;
+pub(crate) use family::PerFamily;
 use rows::Rows;
 
 /// Most cruises of a map, both modes together.
@@ -47,8 +53,8 @@ pub struct ResponseMap {
     design: MotorParams,
     /// Mode B, then mode C, each weakest first.
     cruises: Rows<Cruise, CRUISES_MAX>,
-    /// In the order of [`Family::ALL`], shortest turn first.
-    bursts: [Rows<Burst, BURSTS_MAX>; Family::ALL.len()],
+    /// Shortest turn first.
+    bursts: PerFamily<Rows<Burst, BURSTS_MAX>>,
     step_walk_correlation: f32,
     /// Distances in rad from which cruises of modes B and C are driven.
     cruise_from_rad: [f32; 2],
@@ -79,7 +85,13 @@ static TABLE_1: ResponseMap = ResponseMap {
     cruises: cruise_rows(&table::CRUISES),
     bursts: {
         let [step, walk, stride, nudge, throw] = table::BURSTS_OF;
-        [burst_rows(step), burst_rows(walk), burst_rows(stride), burst_rows(nudge), burst_rows(throw)]
+        PerFamily::of([
+            burst_rows(step),
+            burst_rows(walk),
+            burst_rows(stride),
+            burst_rows(nudge),
+            burst_rows(throw),
+        ])
     },
     step_walk_correlation: table::STEP_WALK_CORRELATION,
     cruise_from_rad: CRUISE_FROM_RAD,
@@ -104,15 +116,7 @@ impl ResponseMap {
 
     /// The bursts of `family`, shortest turn first.
     pub fn bursts(&self, family: Family) -> &[Burst] {
-        let [step, walk, stride, nudge, throw] = &self.bursts;
-        match family {
-            Family::Step => step,
-            Family::Walk => walk,
-            Family::Stride => stride,
-            Family::Nudge => nudge,
-            Family::Throw => throw,
-        }
-        .as_slice()
+        self.bursts.get(family).as_slice()
     }
 
     /// The burst in the middle of `family`, whose spread stands for the family's; `None` if it has no bursts.
@@ -219,136 +223,9 @@ impl ResponseMap {
     }
 }
 
-/// A drive that stays on until it is cut.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Cruise {
-    /// The mode, which sets the direction.
-    pub mode: DriveMode,
-    /// Drive amplitude, 0 to 1.
-    pub amplitude: f32,
-    /// Mean rate over motors, in rad/s.
-    pub rate_rad_s: f32,
-    /// Standard deviation of the rate over motors, in rad/s.
-    pub rate_sd_rad_s: f32,
-    /// Coast per rate at the cut, in s.
-    pub coast_s: f32,
-    /// Standard deviation of the coast about that, in rad.
-    pub coast_sd_rad: f32,
-}
-
-impl Cruise {
-    /// A weaker cruise follows when the coast and a standard deviation of it are this part of what remains. An
-    /// assumption.
-    const COAST_PART: f32 = 0.6;
-
-    /// Distance in rad below which a weaker cruise ends nearer to the target.
-    pub fn room_rad(&self) -> f32 {
-        (direction(self.mode) * self.rate_rad_s * self.coast_s + self.coast_sd_rad) / Self::COAST_PART
-    }
-
-    /// Whether nearly every motor turns under it: the mean rate is more than two standard deviations over motors.
-    pub fn turns_every_motor(&self) -> bool {
-        2.0 * self.rate_sd_rad_s < direction(self.mode) * self.rate_rad_s
-    }
-}
-
-/// A burst from rest to rest, and the turn that it makes.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Burst {
-    /// Drive amplitude, 0 to 1.
-    pub amplitude: f32,
-    /// Ticks of the loop for which the drive is on.
-    pub ticks: u32,
-    /// Magnitude of the mean turn over motors, in rad; the family's mode gives the sign.
-    pub turn_rad: f32,
-    /// Standard deviation over motors of a motor's mean turn, in rad.
-    pub motors_sd_rad: f32,
-    /// Standard deviation from burst to burst of one motor, in rad.
-    pub repeat_sd_rad: f32,
-}
-
-/// Bursts of one mode that differ in amplitude or in length only, ordered by their turn.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Family {
-    /// Mode C, two cycles, the amplitude differs.
-    Step,
-    /// Mode C, amplitude 0.3, the length differs.
-    Walk,
-    /// Mode C, full, the length differs.
-    Stride,
-    /// Mode B, one cycle, the amplitude differs.
-    Nudge,
-    /// Mode B, full, the length differs.
-    Throw,
-}
-
-impl Family {
-    /// Every family, in the order of their discriminants.
-    pub const ALL: [Self; 5] = [Self::Step, Self::Walk, Self::Stride, Self::Nudge, Self::Throw];
-
-    /// Its name in a map's file.
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Step => "step",
-            Self::Walk => "walk",
-            Self::Stride => "stride",
-            Self::Nudge => "nudge",
-            Self::Throw => "throw",
-        }
-    }
-
-    /// The mode that its bursts drive.
-    pub const fn mode(self) -> DriveMode {
-        match self {
-            Self::Step | Self::Walk | Self::Stride => DriveMode::C,
-            Self::Nudge | Self::Throw => DriveMode::B,
-        }
-    }
-}
-
-impl Burst {
-    /// The burst `part` of the way to `other`, 0 to 1, with a whole number of ticks and the turn of those.
-    fn towards(&self, other: &Self, part: f32) -> Self {
-        let between = |from: f32, to: f32, part: f32| from + (to - from) * part;
-        let more = other.ticks.saturating_sub(self.ticks);
-        #[expect(
-            clippy::cast_precision_loss,
-            clippy::cast_possible_truncation,
-            clippy::cast_sign_loss,
-            reason = "at most some 10,000 ticks, and not negative"
-        )]
-        let (added, part) = if more == 0 {
-            (0, part)
-        } else {
-            let added = (part * more as f32 + 0.5) as u32;
-            (added, added as f32 / more as f32)
-        };
-        Self {
-            amplitude: between(self.amplitude, other.amplitude, part),
-            ticks: self.ticks + added,
-            turn_rad: between(self.turn_rad, other.turn_rad, part),
-            motors_sd_rad: between(self.motors_sd_rad, other.motors_sd_rad, part),
-            repeat_sd_rad: between(self.repeat_sd_rad, other.repeat_sd_rad, part),
-        }
-    }
-
-    /// The command that drives it in `mode`.
-    pub fn command(&self, mode: DriveMode) -> DriveCommand {
-        DriveCommand::saturating(mode, self.amplitude)
-    }
-}
-
 /// `value` by how much `own` is larger than `other`.
 fn scaled(value: f32, own: Option<f32>, other: Option<f32>) -> Option<f32> {
     Some(value * (own? / other?))
-}
-
-/// +1 for the clockwise mode, -1 for the other.
-pub const fn direction(mode: DriveMode) -> f32 {
-    match mode {
-        DriveMode::B => 1.0,
-        DriveMode::C => -1.0,
-    }
 }
 
 const fn cruise_rows(rows: &[Cruise]) -> Rows<Cruise, CRUISES_MAX> {
@@ -366,28 +243,6 @@ const fn cruise_rows(rows: &[Cruise]) -> Rows<Cruise, CRUISES_MAX> {
 const fn burst_rows(rows: &[Burst]) -> Rows<Burst, BURSTS_MAX> {
     let fill = Burst { amplitude: 0.0, ticks: 0, turn_rad: 0.0, motors_sd_rad: 0.0, repeat_sd_rad: 0.0 };
     Rows::of(rows, fill)
-}
-
-/// A milli-degree in rad.
-pub const RAD_PER_MDEG: f32 = PI / 180e3;
-
-const fn burst(amplitude: f32, ticks: u32, turn_mdeg: f32, motors_mdeg: f32, repeat_mdeg: f32) -> Burst {
-    Burst {
-        amplitude,
-        ticks,
-        turn_rad: turn_mdeg * RAD_PER_MDEG,
-        motors_sd_rad: motors_mdeg * RAD_PER_MDEG,
-        repeat_sd_rad: repeat_mdeg * RAD_PER_MDEG,
-    }
-}
-
-const fn cruise(
-    (mode, amplitude): (DriveMode, f32),
-    (rate_rad_s, rate_sd_rad_s): (f32, f32),
-    (coast_s, coast_sd_mdeg): (f32, f32),
-) -> Cruise {
-    let coast_sd_rad = coast_sd_mdeg * RAD_PER_MDEG;
-    Cruise { mode, amplitude, rate_rad_s, rate_sd_rad_s, coast_s, coast_sd_rad }
 }
 
 #[cfg(test)]

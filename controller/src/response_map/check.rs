@@ -5,7 +5,8 @@ use core::fmt;
 use motor_model::{DriveMode, MotorParams};
 
 use super::{
-    BURSTS_MAX, Burst, CRUISES_MAX, Cruise, Family, ResponseMap, burst_rows, cruise_rows, direction,
+    BURSTS_MAX, Burst, CRUISES_MAX, Cruise, Family, PerFamily, ResponseMap, burst_rows, cruise_rows,
+    direction,
 };
 
 /// Longest burst of a map in ticks: ten seconds.
@@ -191,7 +192,7 @@ impl ResponseMap {
         Self {
             design,
             cruises: cruise_rows(&[]),
-            bursts: [const { burst_rows(&[]) }; Family::ALL.len()],
+            bursts: PerFamily::of([const { burst_rows(&[]) }; Family::ALL.len()]),
             step_walk_correlation: 0.0,
             cruise_from_rad: [f32::INFINITY; 2],
             stride_from_rad: f32::INFINITY,
@@ -216,14 +217,7 @@ impl ResponseMap {
     /// # Errors
     /// As [`Self::try_new`]; the map is then as before.
     pub fn append_bursts(&mut self, family: Family, rows: &[Burst]) -> Result<(), MapError> {
-        let [step, walk, stride, nudge, throw] = &mut self.bursts;
-        let bursts = match family {
-            Family::Step => step,
-            Family::Walk => walk,
-            Family::Stride => stride,
-            Family::Nudge => nudge,
-            Family::Throw => throw,
-        };
+        let bursts = self.bursts.get_mut(family);
         let before = bursts.as_slice().len();
         if !bursts.append(rows) {
             let (place, count) = (MapPlace::Bursts(family), before + rows.len());
