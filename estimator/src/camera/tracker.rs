@@ -46,17 +46,11 @@
 //!
 //! # A stuck camera
 //!
-//! A camera that delivers its last picture for ever shows the same code frame after frame. Tracking noise and motion
-//! change the code of the default camera with probability 0.46 or more, so 20 equal codes in a row are one chance in
-//! 10^5 even for a driven rotor that does not turn. A coarser camera repeats codes by itself, so the number follows
-//! from noise and resolution ([`TrackTuning::stuck_frames`]). Then the camera counts as stuck: the frames with that
-//! code are taken back, and refused ([`Rejection::Stuck`]) until another code comes. At rest the same code proves
-//! nothing, see [`crate::camera::track`]. So a camera that stuck before the rotor was known to turn is used again once
-//! the rotor lies quiet, for it may be a live camera without dither. Limit: a camera that really is stuck, and became
-//! so while the rotor reversed, is used too.
+//! A camera that shows one code for ever is refused until another code comes: [`stuck`].
 
 mod estimate;
 mod hypotheses;
+mod stuck;
 
 use heapless::Deque;
 use motor_model::{Angle, Real, Time};
@@ -70,6 +64,7 @@ use crate::factorised::angle_rate::AngleRateCovariance;
 use crate::innovation::{Innovation, Rejection, Source, Verdict};
 use crate::measurement::{CLOCK_TOLERANCE_NANOS, CameraFrame};
 use hypotheses::Fit;
+use stuck::Stuck;
 
 /// Frames kept, so that a late one can be fused in its place: 3.1 ms at 10,000 frames a second.
 pub const FRAMES_KEPT: usize = 32;
@@ -98,15 +93,6 @@ impl<T: Real, B: TrackCovariance<T>> TrackedFrame<T, B> {
         let Self { frame: CameraFrame { exposed_at, angle }, track } = self;
         Self { frame: CameraFrame { exposed_at: *exposed_at, angle: *angle }, track: track.copied() }
     }
-}
-
-/// A camera that is stuck.
-#[derive(Clone, Copy, Debug)]
-struct Stuck {
-    /// The code that it shows.
-    code: Angle,
-    /// Whether the rotor was known to turn when the code first came.
-    turning: bool,
 }
 
 /// The track after the last frames.
@@ -232,16 +218,6 @@ impl<T: Real, B: TrackCovariance<T>> Tracker<T, B> {
         } else {
             self.process_late(frame, context.quiet, process)
         }
-    }
-
-    /// Whether a stuck camera shows the same code as before. Another code ends the fault.
-    #[cold]
-    fn still_stuck(&mut self, frame: &CameraFrame, quiet: bool) -> bool {
-        let still = self.stuck.is_some_and(|stuck| stuck.code == frame.angle && (stuck.turning || !quiet));
-        if !still {
-            self.stuck = None;
-        }
-        still
     }
 
     /// Predicts, gates and fuses a frame newer than all others.
@@ -413,21 +389,6 @@ impl<T: Real, B: TrackCovariance<T>> Tracker<T, B> {
             }
         }
         refused(frame, (T::zero(), T::zero()), why)
-    }
-
-    /// Declares the camera stuck at the newest frame's code, and takes back the frames that brought it, as far as they
-    /// are kept.
-    #[cold]
-    fn declare_stuck(&mut self, innovation: (T, T)) -> Innovation<T> {
-        let Some(TrackedFrame { frame, .. }) = self.newest else { return self.restart_here() };
-        while self.newest.is_some_and(|tracked| tracked.track.same_codes > 0) && !self.older.is_empty() {
-            self.newest = self.older.pop_back();
-        }
-        let turning = self.track().is_some_and(|Track { state, .. }| {
-            state.rate_rad_s * state.rate_rad_s > T::from_f64(9.0) * state.covariance.rate_rad2_s2()
-        });
-        self.stuck = Some(Stuck { code: frame.angle, turning });
-        refused(&frame, innovation, Rejection::Stuck)
     }
 
     /// Restarts at the newest frame, in the turn nearest to its prediction.

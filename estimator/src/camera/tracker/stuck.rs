@@ -1,0 +1,54 @@
+//! A stuck camera: when it counts as one, and when it is used again.
+//!
+//! A camera that delivers its last picture for ever shows the same code frame after frame. Tracking noise and motion
+//! change the code of the default camera with probability 0.46 or more, so 20 equal codes in a row are one chance in
+//! 10^5 even for a driven rotor that does not turn. A coarser camera repeats codes by itself, so the number follows
+//! from noise and resolution ([`TrackTuning::stuck_frames`]). Then the camera counts as stuck: the frames with that
+//! code are taken back, and refused ([`Rejection::Stuck`]) until another code comes. At rest the same code proves
+//! nothing, see [`crate::camera::track`]. So a camera that stuck before the rotor was known to turn is used again once
+//! the rotor lies quiet, for it may be a live camera without dither. Limit: a camera that really is stuck, and became
+//! so while the rotor reversed, is used too.
+
+use motor_model::{Angle, Real};
+
+use super::{TrackedFrame, Tracker, refused};
+use crate::camera::track::Track;
+use crate::camera::track_covariance::TrackCovariance;
+use crate::innovation::{Innovation, Rejection};
+use crate::measurement::CameraFrame;
+
+/// A camera that is stuck.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Stuck {
+    /// The code that it shows.
+    code: Angle,
+    /// Whether the rotor was known to turn when the code first came.
+    turning: bool,
+}
+
+impl<T: Real, B: TrackCovariance<T>> Tracker<T, B> {
+    /// Whether a stuck camera shows the same code as before. Another code ends the fault.
+    #[cold]
+    pub(super) fn still_stuck(&mut self, frame: &CameraFrame, quiet: bool) -> bool {
+        let still = self.stuck.is_some_and(|stuck| stuck.code == frame.angle && (stuck.turning || !quiet));
+        if !still {
+            self.stuck = None;
+        }
+        still
+    }
+
+    /// Declares the camera stuck at the newest frame's code, and takes back the frames that brought it, as far as they
+    /// are kept.
+    #[cold]
+    pub(super) fn declare_stuck(&mut self, innovation: (T, T)) -> Innovation<T> {
+        let Some(TrackedFrame { frame, .. }) = self.newest else { return self.restart_here() };
+        while self.newest.is_some_and(|tracked| tracked.track.same_codes > 0) && !self.older.is_empty() {
+            self.newest = self.older.pop_back();
+        }
+        let turning = self.track().is_some_and(|Track { state, .. }| {
+            state.rate_rad_s * state.rate_rad_s > T::from_f64(9.0) * state.covariance.rate_rad2_s2()
+        });
+        self.stuck = Some(Stuck { code: frame.angle, turning });
+        refused(&frame, innovation, Rejection::Stuck)
+    }
+}
