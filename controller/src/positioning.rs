@@ -51,6 +51,10 @@ const CLOCKWISE_COAST_SIGMAS: f32 = 0.5;
 /// stop. An assumption: friction differs between motors by up to a factor of two.
 const COAST_BOUND_SIGMAS: f32 = 5.0;
 
+/// Standard deviations of the angle within which a cruise is near where it is to be cut: farther away an uncertain
+/// angle ends no cruise. An assumption: one normal error in 700 is larger.
+const NEAR_SIGMAS: f32 = 3.0;
+
 /// The state machine.
 #[derive(Clone, Copy, Debug)]
 pub struct Positioning {
@@ -73,6 +77,8 @@ pub struct Positioning {
     brakes: u8,
     /// Since when there is no usable estimate.
     blind_since: Option<Time>,
+    /// Whether the angle was too uncertain to cut a cruise of this move by: bursts take its place.
+    bursts_only: bool,
 }
 
 impl Positioning {
@@ -93,6 +99,7 @@ impl Positioning {
             watch: SettlingWatch::new(None),
             brakes: 0,
             blind_since: None,
+            bursts_only: false,
         };
         positioning.retarget(target, now);
         positioning
@@ -106,6 +113,7 @@ impl Positioning {
         (self.drives, self.stalls, self.wrong_ways, self.untested) = (0, 0, 0, 0);
         self.probe = None;
         self.brakes = 0;
+        self.bursts_only = false;
         self.phase = if !self.tuning.limits.travel.contains(target.angle()) {
             PositioningPhase::Stopped(StopReason::OutOfTravel)
         } else if matches!(self.phase, PositioningPhase::Stopped(_) | PositioningPhase::Holding) {
@@ -255,7 +263,12 @@ impl Positioning {
         let arrived = remaining_rad <= coast_rad - CLOCKWISE_COAST_SIGMAS * direction * coast_sd_rad;
         let too_long = now.nanos_since(since) >= self.tuning.limits.on_max_nanos;
         let uncertain = estimate.angle_rad2 > self.tuning.cruise_variance_max_rad2.max(coast_rad2);
-        if arrived || too_long || uncertain {
+        let near = remaining_rad - coast_rad < NEAR_SIGMAS * math::sqrt_f32(estimate.angle_rad2);
+        if arrived || too_long || (uncertain && near) {
+            if uncertain && near {
+                // The next cruise would end the same way, perhaps before it has turned the rotor.
+                self.bursts_only = true;
+            }
             if arrived {
                 (self.stalls, self.wrong_ways) = (0, 0);
             }
@@ -349,7 +362,7 @@ impl Positioning {
             confidence: self.tuning.confidence,
             amplitude_max: self.tuning.limits.amplitude_max,
             floor_rad2: self.tuning.floor_rad2,
-            frame_wait_s: self.tuning.frame_wait_s(),
+            frame_wait_s: if self.bursts_only { f32::INFINITY } else { self.tuning.frame_wait_s() },
         }
     }
 }

@@ -98,6 +98,16 @@ fn law_a_vibrometer_may_be_biased_noisy_clipped_coarse_or_slow() {
     ]);
 }
 
+/// Frames that show the rotor as it was 9 to 17 ms before: the angle of a driven rotor is known to degrees only.
+#[test]
+fn law_a_camera_without_a_vibrometer_may_be_late() {
+    all_arrive(&[
+        &["camera.latency_s=0.009", "ldv.installed=no"],
+        &["camera.latency_s=0.012", "ldv.installed=no", "position.to_deg=-37"],
+        &["camera.latency_s=0.017", "ldv.installed=no", "position.to_deg=1"],
+    ]);
+}
+
 /// 73 milli-degrees a frame are averaged to one, and so are 66 of a mark near the axis.
 #[test]
 fn law_a_camera_may_be_noisy_or_look_near_the_axis() {

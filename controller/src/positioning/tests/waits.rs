@@ -106,3 +106,36 @@ fn law_what_cannot_end_in_time_ends_early() {
     assert_eq!(scenario.phase(), PositioningPhase::Stopped(StopReason::NoEstimate));
     assert!(scenario.now.nanos() < 2_100_000_000, "{}", scenario.now.nanos());
 }
+
+/// Where the angle of a driven rotor is known to three degrees only, as with late frames, no cruise is begun that would
+/// be cut at once: after the first one bursts lead to the target. Far from the target the same angle
+/// ends no cruise.
+#[test]
+fn law_an_uncertain_angle_ends_no_cruise_for_ever() {
+    for (target_mdeg, cruises) in [(-400.0, 1), (-37e3, 1), (37e3, 1)] {
+        let mut scenario = Scenario::new(target_mdeg, 1.0);
+        let mut begun = 0;
+        for _ in 0..60 {
+            scenario.rest();
+            if let PositioningPhase::Cruise { .. } = scenario.phase() {
+                begun += 1;
+                let from_mdeg = scenario.mdeg;
+                while let PositioningPhase::Cruise { cruise, .. } = scenario.phase() {
+                    scenario.rate_rad_s = cruise.rate_rad_s;
+                    scenario.mdeg += 1e3 * f64::from((cruise.rate_rad_s * 1e-5).to_degrees());
+                    scenario.now = scenario.now.plus_nanos(TICK);
+                    let estimate = scenario.estimate(false, 3e3);
+                    scenario.positioning.decide(map(), scenario.now, Some(&estimate), Health::Good);
+                }
+                scenario.rate_rad_s = 0.0;
+                let turned_mdeg = (scenario.mdeg - from_mdeg).abs();
+                // Three standard deviations, the coast and its own spread of 3.5 degrees.
+                assert!(turned_mdeg > target_mdeg.abs() - 24e3, "{target_mdeg} {turned_mdeg}");
+            } else if matches!(scenario.phase(), PositioningPhase::Burst { .. }) {
+                scenario.burst(1.0);
+            }
+        }
+        assert_eq!(scenario.phase(), PositioningPhase::Holding, "{target_mdeg}");
+        assert_eq!(begun, cruises, "{target_mdeg}");
+    }
+}
