@@ -13,14 +13,16 @@
 //! A resolution coarser than 2.5 times the noise shows a resting rotor one code or two, depending on its place in the
 //! cell. So the variance in use does not become less than that of noise of 0.4 steps. The floor of the variance
 //! ([`CameraDescription::floor_rad2`]) follows the noise learnt without that limit: where the codes change less than
-//! assumed, an average of them is worse than assumed.
+//! assumed, an average of them is worse than assumed. The noise counts there as the least that is certain: two standard
+//! errors less than shown, and less by what codes at the edge of a cell change more than those elsewhere, or 0.7 times
+//! the noise shown, whichever is more.
 //!
 //! Of a coarse camera few changes of the code say nothing of the noise, unless they are fewer than half of those in the
 //! middle of a cell ([`CameraDescription::dither_rad2`]), where the codes change least, and at least thirty were to be
 //! expected. Then the floor is the quantisation's variance, and else the described one. More changes than described
 //! lower no floor: they are those at the edge of a cell.
 
-use motor_model::{Angle, Real, Time};
+use motor_model::{Angle, Real, Time, math};
 
 use crate::camera::noise_levels::NoiseLevels;
 use crate::camera::track_tuning::TrackTuning;
@@ -44,6 +46,10 @@ const FACTOR_MAX: f64 = 4.0;
 /// Noise per that of codes at one place of a cell, where it is less than assumed: between the middle of the cell, where
 /// it is 1, and the edge.
 const EDGE: f64 = 0.7;
+/// Standard errors of the mean by which the noise may be less than shown, for the floor.
+const CERTAIN_ERRORS: f64 = 2.0;
+/// Frames between two changes of the floor.
+const FLOOR_FRAMES: u8 = 64;
 /// Variance of the codes at the edge of a cell, `Delta^2 / 4`, per that of a uniform error: no evidence of noise.
 const EDGE_STEPS: f64 = 3.0;
 /// Part of the changes of the code in the middle of a cell below which a coarse camera has less noise than assumed.
@@ -64,6 +70,8 @@ pub(crate) struct CameraNoise<T> {
     /// The ratio that the floor in use has, and that of the variance in use.
     adopted: T,
     used: T,
+    /// Frames since the floor was last set by what was learnt.
+    since_floor: u8,
     levels: NoiseLevels<T>,
 }
 
@@ -77,6 +85,7 @@ impl<T: Real> CameraNoise<T> {
             ratio: T::one(),
             adopted: T::one(),
             used: T::one(),
+            since_floor: 0,
             levels: NoiseLevels::new(camera),
         }
     }
@@ -108,6 +117,8 @@ impl<T: Real> CameraNoise<T> {
         let differs = self.differs();
         if differs {
             self.adopt(assumed_rad2, tuning);
+        } else if self.adopted < T::one() && !tuning.coarse {
+            self.follow_noise(tuning);
         }
         if tuning.coarse && self.ratio < T::one() {
             self.follow_dither(tuning);
@@ -141,6 +152,33 @@ impl<T: Real> CameraNoise<T> {
         }
     }
 
+    /// The floor of a camera of less noise than assumed, as well as that is known by now: every so many frames.
+    fn follow_noise(&mut self, tuning: &mut TrackTuning<T>) {
+        self.since_floor += 1;
+        if self.since_floor == FLOOR_FRAMES {
+            self.since_floor = 0;
+            let levels = &self.levels;
+            let shown_m2 = self.ratio * (levels.assumed_m2 + levels.steps_m2);
+            let floor_rad2 = levels.floor_rad2(self.certain_m2(shown_m2));
+            tuning.floor_rad2 = floor_rad2.unwrap_or(tuning.quantisation_rad2);
+        }
+    }
+
+    /// The noise that codes of variance `shown_m2` have for certain, wherever in a cell the rotor lies.
+    fn certain_m2(&self, shown_m2: T) -> T {
+        let levels = &self.levels;
+        let assumed_m2 = levels.assumed_m2;
+        let least_m2 = T::from_f64(1.0 / (FACTOR_MAX * FACTOR_MAX)) * assumed_m2;
+        let mean_m2 = shown_m2 - levels.steps_m2;
+        let mean_m2 = if mean_m2 < assumed_m2 { mean_m2 } else { assumed_m2 };
+        let mean_m2 = if mean_m2 > least_m2 { mean_m2 } else { least_m2 };
+        let error = T::from_f32(2.0 / math::sqrt_f32(self.frames.to_f32()));
+        let place_m2 = levels.place_m2(mean_m2).unwrap_or(mean_m2);
+        let certain_m2 = mean_m2 - place_m2 - T::from_f64(CERTAIN_ERRORS) * error * shown_m2;
+        let edge_m2 = T::from_f64(EDGE * EDGE) * mean_m2;
+        if certain_m2 > edge_m2 { certain_m2 } else { edge_m2 }
+    }
+
     /// Adopts the ratio: for the floor as it is, for the variance as far as the camera's resolution lets it be known.
     #[cold]
     fn adopt(&mut self, assumed_rad2: T, tuning: &mut TrackTuning<T>) {
@@ -163,7 +201,7 @@ impl<T: Real> CameraNoise<T> {
         } else {
             let least_m2 = n(1.0 / (FACTOR_MAX * FACTOR_MAX)) * assumed_m2;
             let less_m2 = least(most(shown_m2 - steps_m2, least_m2), assumed_m2);
-            (most(less_m2, least(levels.dithered_m2, assumed_m2)), n(EDGE * EDGE) * less_m2)
+            (most(less_m2, least(levels.dithered_m2, assumed_m2)), self.certain_m2(shown_m2))
         };
         self.used = (noise_m2 + steps_m2) / all_m2;
         if !tuning.coarse {
@@ -240,6 +278,26 @@ mod tests {
         for seed in 0..5 {
             let floor_rad = f64::from(learnt(&camera, 0.4, seed).floor_rad2).sqrt();
             assert!((0.05..0.29).contains(&(floor_rad / step_rad)), "{}", floor_rad / step_rad);
+        }
+    }
+
+    /// Noise of half a step, assumed to be twice to four times as much: the floor becomes the true one, 0.0016 steps, but
+    /// for what is not known of the noise: two standard errors of 6 %, and the place in the cell.
+    #[test]
+    fn law_the_floor_of_a_camera_assumed_too_noisy_is_nearly_its_own() {
+        let truth = CameraDescription::default();
+        let step_rad = truth.resolution_m / truth.radius_m;
+        for factor in [2.0, 4.0] {
+            let assumed = CameraDescription { noise_m: factor * truth.noise_m, ..truth };
+            for seed in 0..5 {
+                let floor_rad = f64::from(learnt(&assumed, 1.0 / factor, seed).floor_rad2).sqrt();
+                // exp(-2 pi^2 (0.25 - 0.041 - 0.008)) / (pi sqrt 2), and a fifth of the noise for chance.
+                assert!(
+                    (0.0016..0.0107).contains(&(floor_rad / step_rad)),
+                    "{factor} {}",
+                    floor_rad / step_rad
+                );
+            }
         }
     }
 

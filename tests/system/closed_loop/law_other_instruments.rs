@@ -114,6 +114,21 @@ fn law_a_camera_may_be_noisy_or_look_near_the_axis() {
     all_arrive(&[&["camera.noise_m=5e-6"], &["camera.tracking_radius_m=1e-3"], &["camera.latency_s=0.05"]]);
 }
 
+/// Noise assumed to be a half to four times what it is, a latency that is a frame off, a radius that is a hundredth off.
+/// Noise assumed too small makes the floor of averages too high: then a wider tolerance is promised.
+#[test]
+fn law_what_is_assumed_of_the_camera_may_be_wrong() {
+    all_arrive(&[
+        &["estimator.assumed.camera.noise_m=2e-6"],
+        &["estimator.assumed.camera.noise_m=4e-6"],
+        &["estimator.assumed.camera.noise_m=5e-7", "position.tolerance_deg=0.01"],
+        &["estimator.assumed.camera.latency_frames=0"],
+        &["estimator.assumed.camera.latency_frames=2"],
+        &["estimator.assumed.camera.tracking_radius_m=3.861e-3"],
+        &["estimator.assumed.camera.tracking_radius_m=3.939e-3"],
+    ]);
+}
+
 #[test]
 fn law_a_camera_may_be_slow() {
     all_arrive(&[
