@@ -39,7 +39,7 @@ impl Rig {
             // Half a pixel is in the noise, so that the division rounds to the nearest pixel.
             let pixels = (state.rotor.angle.angle().units() + noise).div_euclid(PIXEL_UNITS);
             let angle = Angle::from_units(pixels * PIXEL_UNITS).wrapped();
-            self.arrived = self.exposed.replace(CameraFrame { exposed_at: now, angle });
+            self.arrived = self.exposed.replace(CameraFrame::new(now, angle));
         }
     }
 }

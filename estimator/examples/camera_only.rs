@@ -33,7 +33,7 @@ fn main() {
         let now = Time::from_micros(100 * u64::from(frame));
         filter.drive(now, DriveCommand::full(DriveMode::B));
         let shown = Angle::from_radians(angle_rad + camera_rad * normal()).wrapped();
-        filter.update_camera(&CameraFrame { exposed_at: now, angle: shown });
+        filter.update_camera(&CameraFrame::new(now, shown));
 
         if frame % 100 == 0
             && let Some(estimate) = filter.estimate(now)

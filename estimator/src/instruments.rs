@@ -9,10 +9,14 @@
 //! | `sigma` | [`CameraDescription::noise_m`] | tracking noise, before quantisation |
 //! | `Delta` | [`CameraDescription::resolution_m`] | quantisation step |
 //! | `rho` | [`CameraDescription::radius_m`] | distance of the marks from the axis |
+//! | `n` | [`CameraDescription::marks`] | number of marks |
 //!
 //! ```text
-//! variance of a frame's angle   R = (sigma^2 + Delta^2 / 12) / rho^2
+//! variance of a frame's angle   R = (sigma^2 + Delta^2 / 12) / (n rho^2)
 //! ```
+//!
+//! Marks are equally spaced on their circle, and the angle is that of the rigid motion that fits them best. With `m < n`
+//! of them the variance is larger: [`CameraDescription::variance_factor`].
 //!
 //! # What averaging cannot remove
 //!
@@ -36,7 +40,9 @@
 
 use core::f64::consts::PI;
 
-use motor_model::{OutOfBounds, math};
+use motor_model::{OutOfBounds, Real, math};
+
+use crate::measurement::CameraFrame;
 
 /// Harmonics of the quantiser's bias that are summed: those left out are a hundredth of the sum at most.
 const HARMONICS: f64 = 64.0;
@@ -87,8 +93,10 @@ pub struct CameraDescription {
     pub noise_m: f64,
     /// Quantisation step of the tracked position, in m: 0 to 1e-3; 0 for none.
     pub resolution_m: f64,
-    /// Distance of the tracked mark from the axis, in m: 1e-4 to 0.1.
+    /// Distance of the tracked marks from the axis, in m: 1e-4 to 0.1.
     pub radius_m: f64,
+    /// Number of marks, equally spaced round the axis: 1 to 16.
+    pub marks: u8,
 }
 
 /// A vibrometer, as far as a filter needs to know it.
@@ -118,6 +126,7 @@ impl Default for CameraDescription {
             noise_m: 1e-6,
             resolution_m: 2e-6,
             radius_m: 3.9e-3,
+            marks: 1,
         }
     }
 }
@@ -143,16 +152,47 @@ fn harmonics(noise_steps: f64) -> f64 {
 }
 
 impl CameraDescription {
-    /// Variance of the quantisation's error in rad^2, as of a uniform error: `Delta^2 / (12 rho^2)`.
-    pub fn quantisation_rad2(&self) -> f64 {
-        let step_rad = self.resolution_m / self.radius_m;
-        step_rad * step_rad / 12.0
+    /// Number of marks, at least 1.
+    fn marks(&self) -> f64 {
+        f64::from(self.marks.max(1))
     }
 
-    /// Variance of a frame's angle in rad^2, quantisation included.
+    /// The square of a length at the marks as that of an angle, `length^2 / (n rho^2)`, in rad^2.
+    fn angle_rad2(&self, length_m: f64) -> f64 {
+        let angle_rad = length_m / self.radius_m;
+        angle_rad * angle_rad / self.marks()
+    }
+
+    /// Variance of the quantisation's error in rad^2, as of uniform errors: `Delta^2 / (12 n rho^2)`.
+    pub fn quantisation_rad2(&self) -> f64 {
+        self.angle_rad2(self.resolution_m) / 12.0
+    }
+
+    /// Variance of a frame's angle in rad^2, quantisation included, with no mark left out.
     pub fn variance_rad2(&self) -> f64 {
-        let noise_rad = self.noise_m / self.radius_m;
-        noise_rad * noise_rad + self.quantisation_rad2()
+        self.angle_rad2(self.noise_m) + self.quantisation_rad2()
+    }
+
+    /// The variance of an angle from `used` of `n` marks, per that from all.
+    ///
+    /// ```text
+    /// used   all or 0   1    n - 1               fewer
+    /// factor 1          n    (n - 1) / (n - 2)   2 n / used
+    /// ```
+    ///
+    /// One mark is taken to be shifted by nothing. With two left out or more the factor depends on which; a camera
+    /// delivers no frame of which it is more than this.
+    pub fn variance_factor<T: Real>(&self, used: u8) -> T {
+        let [all, marks] = [self.marks, used].map(|count| T::from_i32(count.into()));
+        if used == CameraFrame::ALL_MARKS || used >= self.marks {
+            T::one()
+        } else if used == 1 {
+            all
+        } else if used + 1 == self.marks {
+            marks / (marks - T::one())
+        } else {
+            (all + all) / marks
+        }
     }
 
     /// Variance of a resting rotor's mean angle in rad^2 that no number of frames removes, see the head of this module.
@@ -171,8 +211,7 @@ impl CameraDescription {
             sum += math::exp(-noise_steps * noise_steps * k * k) / (k * k);
             k -= 1.0;
         }
-        let step_rad = self.resolution_m / self.radius_m;
-        let variance_rad2 = step_rad * step_rad * sum / (2.0 * PI * PI);
+        let variance_rad2 = self.angle_rad2(self.resolution_m) * sum / (2.0 * PI * PI);
         variance_rad2.min(self.quantisation_rad2())
     }
 
@@ -180,7 +219,7 @@ impl CameraDescription {
     /// this module.
     #[inline(never)]
     pub fn dither_rad2(&self) -> f64 {
-        let noise_rad2 = (self.noise_m / self.radius_m) * (self.noise_m / self.radius_m);
+        let noise_rad2 = self.angle_rad2(self.noise_m);
         if self.resolution_m <= 0.0 {
             return noise_rad2;
         }
@@ -219,6 +258,7 @@ impl CameraDescription {
         OutOfBounds::check("camera.noise_m", self.noise_m, 0.0, 1e-3, "m")?;
         OutOfBounds::check("camera.resolution_m", self.resolution_m, 0.0, 1e-3, "m")?;
         OutOfBounds::check("camera.tracking_radius_m", self.radius_m, 1e-4, 0.1, "m")?;
+        OutOfBounds::check("camera.marks", self.marks.into(), 1.0, 16.0, "")?;
         Ok(self)
     }
 }
@@ -319,6 +359,52 @@ mod tests {
         let step_rad = 2e-6_f64 / 3.9e-3;
         let variance_rad2 = CameraDescription::default().variance_rad2();
         assert!((variance_rad2 * 3.0 / (step_rad * step_rad) - 1.0).abs() < 1e-12);
+    }
+
+    /// `n` marks are one at `sqrt n` times the radius: so variance, quantisation, floor and dither are an `n`-th each.
+    #[test]
+    fn exact_marks_divide_all_variances() {
+        for marks in [2_u8, 5, 16] {
+            let n = f64::from(marks);
+            let one = CameraDescription::default();
+            let several = CameraDescription { marks, ..one };
+            for of in [
+                CameraDescription::variance_rad2,
+                CameraDescription::quantisation_rad2,
+                CameraDescription::floor_rad2,
+                CameraDescription::dither_rad2,
+            ] {
+                assert!((n * of(&several) / of(&one) - 1.0).abs() < 1e-12, "{marks}");
+            }
+        }
+    }
+
+    /// Of marks on a circle, without those left out: the inverse of `sum |X - mean X|^2` per that of all. Of fewer than
+    /// all but one the factor is that of the most crowded that a camera delivers, half the spread of as many all round.
+    #[test]
+    fn dual_variance_factor_is_that_of_the_marks_places() {
+        for marks in 2_u8..=16 {
+            let camera = CameraDescription { marks, ..CameraDescription::default() };
+            let place = |j: u8| {
+                let (s, c) = math::sin_cos(core::f64::consts::TAU * f64::from(j) / f64::from(marks));
+                [c, s]
+            };
+            for used in 0..=20_u8 {
+                let factor: f64 = camera.variance_factor(used);
+                let kept = if used == 0 { marks } else { used.min(marks) };
+                let sums = (0..kept).map(place).fold([0.0; 2], |[x, y], [c, s]| [x + c, y + s]);
+                let spread = f64::from(kept) - (sums[0] * sums[0] + sums[1] * sums[1]) / f64::from(kept);
+                let expected = match marks - kept {
+                    0 => 1.0,
+                    _ if kept == 1 => f64::from(marks),
+                    1 => f64::from(marks) / spread,
+                    _ => 2.0 * f64::from(marks) / f64::from(kept),
+                };
+                assert!((factor / expected - 1.0).abs() < 1e-12, "{used} of {marks}: {factor} {expected}");
+                let factor: f32 = camera.variance_factor(used);
+                assert!((f64::from(factor) / expected - 1.0).abs() < 1e-6);
+            }
+        }
     }
 
     /// The variance of the codes in the middle of a cell, `sum of k^2 p_k` by the normal distribution's tails, in steps

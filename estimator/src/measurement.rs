@@ -2,13 +2,26 @@
 
 use motor_model::{Angle, Time};
 
-/// One camera frame, reduced to the angle of the tracked feature.
+/// One camera frame, reduced to the angle of the tracked marks.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct CameraFrame {
     /// The middle of the frame's exposure; it arrives later.
     pub exposed_at: Time,
     /// Angle within the turn; a camera does not show whole turns.
     pub angle: Angle,
+    /// Marks that the angle is from; [`Self::ALL_MARKS`] where none of the camera's was left out. The variance of the
+    /// angle follows from it: [`crate::CameraDescription::variance_factor`].
+    pub marks_used: u8,
+}
+
+impl CameraFrame {
+    /// Stands for all marks that the camera has.
+    pub const ALL_MARKS: u8 = 0;
+
+    /// A frame of which no mark was left out.
+    pub const fn new(exposed_at: Time, angle: Angle) -> Self {
+        Self { exposed_at, angle, marks_used: Self::ALL_MARKS }
+    }
 }
 
 /// One sample of the laser-Doppler vibrometer.

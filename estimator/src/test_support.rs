@@ -14,7 +14,7 @@ pub(crate) const LDV_NANOS: u64 = 5_000;
 /// Frame number `n`, which shows `radians`.
 pub(crate) fn frame(n: u64, radians: f64) -> CameraFrame {
     let angle = Angle::from_degrees(radians.to_degrees()).wrapped();
-    CameraFrame { exposed_at: Time::from_nanos(n * FRAME_NANOS), angle }
+    CameraFrame::new(Time::from_nanos(n * FRAME_NANOS), angle)
 }
 
 /// A sample of a rotor at rest by a live vibrometer: far below its noise, and neighbours are never equal.

@@ -82,7 +82,7 @@ impl Bench {
             let step_m = self.camera.resolution_m.max(1e-12);
             let shown_rad = (shown_m / step_m).round() * step_m / self.camera.radius_m;
             let angle = Angle::from_degrees(shown_rad.to_degrees()).wrapped();
-            let frame = CameraFrame { exposed_at: self.now, angle };
+            let frame = CameraFrame::new(self.now, angle);
             self.frames.push_back((self.now.plus_nanos(self.camera.latency_nanos), frame));
         }
         while self.frames.front().is_some_and(|(due, _)| *due <= self.now) {
@@ -280,7 +280,7 @@ fn at_rest(
         let shown_rad = (shown_m / camera.resolution_m).round() * camera.resolution_m / camera.radius_m;
         let exposed_at = Time::from_nanos(n * camera.period_nanos);
         filter.drive(exposed_at, DriveCommand::OFF);
-        filter.update_camera(&CameraFrame { exposed_at, angle: Angle::from_degrees(shown_rad.to_degrees()) });
+        filter.update_camera(&CameraFrame::new(exposed_at, Angle::from_degrees(shown_rad.to_degrees())));
     }
     filter.estimate(Time::from_nanos((frames - 1) * camera.period_nanos)).unwrap()
 }
@@ -383,6 +383,7 @@ prop_compose! {
         noise_log in -9.0..-3.0_f64,
         resolution_log in -9.0..-3.0_f64,
         radius_log in -4.0..-1.0_f64,
+        marks in 1..=16_u8,
         ldv_nanos in 1000_u64..100_000,
         ldv_log in -6.0..0.0_f64,
         range in prop_oneof![Just(0.0), 0.01..100.0_f64],
@@ -397,6 +398,7 @@ prop_compose! {
             noise_m: power(noise_log),
             resolution_m: power(resolution_log),
             radius_m: power(radius_log).clamp(1e-4, 0.1),
+            marks,
         };
         let vibrometer = VibrometerDescription {
             period_nanos: ldv_nanos,
@@ -428,7 +430,7 @@ proptest! {
                     2 => drop(filter.update_ldv(&LdvSample { taken_at: now, velocity_m_s })),
                     _ => {
                         let angle = Angle::from_degrees(units as f64 / 1e19 * 360.0).wrapped();
-                        let _ = filter.update_camera(&CameraFrame { exposed_at: now, angle });
+                        let _ = filter.update_camera(&CameraFrame::new(now, angle));
                     }
                 }
                 if let (Some(estimate), _) = filter.assess(now) {

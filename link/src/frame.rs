@@ -12,7 +12,7 @@ use serde::Serialize;
 use serde::de::DeserializeOwned;
 
 /// Version of header and messages: it goes up whenever either changes.
-pub const VERSION: u8 = 2;
+pub const VERSION: u8 = 3;
 
 /// Longest frame, its final zero included.
 pub const FRAME_BYTES_MAX: usize = 384;

@@ -106,18 +106,21 @@ pub struct CameraRecord {
     pub exposed_nanos: u64,
     /// Angle within the turn, in units of 2^-32 turn.
     pub angle_units: i32,
+    /// Marks that the angle is from; 0 where none of the camera's was left out.
+    pub marks_used: u8,
 }
 
 impl From<CameraFrame> for CameraRecord {
     #[expect(clippy::cast_possible_truncation, reason = "an angle within the turn has 32 bits")]
-    fn from(CameraFrame { exposed_at, angle }: CameraFrame) -> Self {
-        Self { exposed_nanos: exposed_at.nanos(), angle_units: angle.wrapped().units() as i32 }
+    fn from(CameraFrame { exposed_at, angle, marks_used }: CameraFrame) -> Self {
+        Self { exposed_nanos: exposed_at.nanos(), angle_units: angle.wrapped().units() as i32, marks_used }
     }
 }
 
 impl From<CameraRecord> for CameraFrame {
-    fn from(CameraRecord { exposed_nanos, angle_units }: CameraRecord) -> Self {
-        Self { exposed_at: Time::from_nanos(exposed_nanos), angle: Angle::from_units(angle_units.into()) }
+    fn from(CameraRecord { exposed_nanos, angle_units, marks_used }: CameraRecord) -> Self {
+        let angle = Angle::from_units(angle_units.into());
+        Self { exposed_at: Time::from_nanos(exposed_nanos), angle, marks_used }
     }
 }
 

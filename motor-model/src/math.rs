@@ -204,6 +204,11 @@ pub fn sin_cos(x: f64) -> (f64, f64) {
     libm::sincos(x)
 }
 
+/// Angle of the point (`x`, `y`) in rad, counter-clockwise from the x axis, within half a turn.
+pub fn atan2(y: f64, x: f64) -> f64 {
+    libm::atan2(y, x)
+}
+
 /// `exp(x)`.
 pub fn exp(x: f64) -> f64 {
     libm::exp(x)

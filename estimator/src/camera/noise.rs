@@ -10,6 +10,8 @@
 //! errors `2 / sqrt(n)` (second differences overlap: white noise correlates them over two frames). Within that, the
 //! camera counts as described. The ratio is limited to noise of a quarter and of four times the assumed one.
 //!
+//! Frames of which marks were left out teach nothing.
+//!
 //! A resolution coarser than 2.5 times the noise shows a resting rotor one code or two, depending on its place in the
 //! cell. So the variance in use does not become less than that of noise of 0.4 steps. The floor of the variance
 //! ([`CameraDescription::floor_rad2`]) follows the noise learnt without that limit: where the codes change less than
@@ -94,6 +96,10 @@ impl<T: Real> CameraNoise<T> {
     /// whether it has.
     #[inline(never)]
     pub(crate) fn take(&mut self, frame: &CameraFrame, tuning: &mut TrackTuning<T>) -> bool {
+        if !tuning.has_all_marks(frame) {
+            (self.before, self.last) = (None, None);
+            return false;
+        }
         let newest = (frame.exposed_at, frame.angle);
         let (before, last) = (self.before, self.last);
         (self.before, self.last) = (last, Some(newest));
@@ -230,7 +236,7 @@ mod tests {
             let code_m = (shown_m / camera.resolution_m).round() * camera.resolution_m;
             let angle = Angle::from_degrees((code_m / camera.radius_m).to_degrees());
             let exposed_at = Time::from_nanos(n * camera.period_nanos);
-            noise.take(&CameraFrame { exposed_at, angle }, &mut tuning);
+            noise.take(&CameraFrame::new(exposed_at, angle), &mut tuning);
         }
         tuning
     }
@@ -312,7 +318,7 @@ mod tests {
             let outlier = if n % 100 == 50 { 20.0 } else { 0.0 };
             let normal: f64 = StandardNormal.sample(&mut rng);
             let angle = Angle::from_degrees((camera.variance_rad2().sqrt() * normal).to_degrees() + outlier);
-            noise.take(&CameraFrame { exposed_at: Time::from_nanos(n * 100_000), angle }, &mut tuning);
+            noise.take(&CameraFrame::new(Time::from_nanos(n * 100_000), angle), &mut tuning);
         }
         assert_eq!(tuning.camera_rad2.to_bits(), TrackTuning::<f32>::new(&camera).camera_rad2.to_bits());
     }

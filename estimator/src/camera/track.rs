@@ -190,7 +190,7 @@ impl<T: Real, B: TrackCovariance<T>> Track<T, B> {
                 angle: AngleAccumulator::at(near.plus(frame.angle.minus(near).wrapped())),
                 rate_rad_s: T::zero(),
                 covariance: B::begin(
-                    tuning.camera_rad2,
+                    tuning.frame_rad2(frame),
                     rate * rate,
                     before.map(|track| &track.state.covariance),
                 ),
@@ -279,7 +279,7 @@ impl<T: Real, B: TrackCovariance<T>> Track<T, B> {
         self.mean_innovation_rad += (innovation_rad - self.mean_innovation_rad) / tuning.mean_frames;
         let twice_frames = tuning.mean_frames + tuning.mean_frames - T::one();
         let mean_rad2 = self.mean_innovation_rad * self.mean_innovation_rad;
-        if mean_rad2 * twice_frames > T::from_f64(Self::MOVED_MAX) * tuning.camera_rad2 {
+        if mean_rad2 * twice_frames > T::from_f64(Self::MOVED_MAX) * tuning.frame_rad2(frame) {
             FrameAtRest::Moved
         } else {
             FrameAtRest::Informative
@@ -292,11 +292,11 @@ impl<T: Real, B: TrackCovariance<T>> Track<T, B> {
         self.code = frame.angle;
     }
 
-    /// Fuses a frame with this innovation.
+    /// Fuses `frame`, which has this innovation.
     #[inline(always)]
     #[expect(clippy::inline_always, reason = "a call costs a quarter of it")]
-    pub(crate) fn correct(&mut self, innovation_rad: T, tuning: &TrackTuning<T>) {
-        self.state.correct(innovation_rad, tuning.camera_rad2);
+    pub(crate) fn correct(&mut self, frame: &CameraFrame, innovation_rad: T, tuning: &TrackTuning<T>) {
+        self.state.correct(innovation_rad, tuning.frame_rad2(frame));
     }
 
     /// The rotor may move again: the next frames have to show rest anew.

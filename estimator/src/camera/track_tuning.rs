@@ -7,6 +7,7 @@ use motor_model::{Real, math};
 use crate::camera::noise::COARSE;
 use crate::camera::rest_test::resting_frames;
 use crate::instruments::CameraDescription;
+use crate::measurement::CameraFrame;
 
 /// Period of the default camera, in s.
 const DEFAULT_PERIOD_S: f64 = 1e-4;
@@ -55,7 +56,7 @@ fn stuck_frames(camera: &CameraDescription) -> u16 {
 /// The camera, the gate and rest.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TrackTuning<T> {
-    /// Variance of a frame's angle in rad^2, quantisation included. If it is not positive and finite the default is
+    /// Variance of a frame's angle in rad^2, quantisation included, with no mark left out. If it is not positive and finite the default is
     /// used; below that of an angle's own resolution it is raised to that ([`TrackTuning::validated`]).
     pub camera_rad2: T,
     /// The quantisation's part of it, in rad^2: step squared over 12.
@@ -136,6 +137,24 @@ impl<T: Real> TrackTuning<T> {
             least_dither: T::from_f64(camera.dither_rad2() / variance_rad2),
             camera: *camera,
         }
+    }
+
+    /// Variance of the angle of `frame` in rad^2: larger than [`Self::camera_rad2`] if marks were left out.
+    #[inline]
+    pub(crate) fn frame_rad2(&self, frame: &CameraFrame) -> T {
+        if self.has_all_marks(frame) { self.camera_rad2 } else { self.camera_rad2 * self.factor_of(frame) }
+    }
+
+    /// Whether no mark was left out.
+    #[inline]
+    pub(crate) fn has_all_marks(&self, frame: &CameraFrame) -> bool {
+        frame.marks_used == CameraFrame::ALL_MARKS || frame.marks_used >= self.camera.marks
+    }
+
+    #[cold]
+    #[inline(never)]
+    fn factor_of(&self, frame: &CameraFrame) -> T {
+        self.camera.variance_factor(frame.marks_used)
     }
 
     /// Variance of an angle rounded to units of 2^-32 turn, in rad^2: no frame can be better.

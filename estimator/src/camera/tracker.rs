@@ -90,8 +90,9 @@ impl<T: Real, B: TrackCovariance<T>> TrackedFrame<T, B> {
     /// update.
     #[inline]
     fn copied(&self) -> Self {
-        let Self { frame: CameraFrame { exposed_at, angle }, track } = self;
-        Self { frame: CameraFrame { exposed_at: *exposed_at, angle: *angle }, track: track.copied() }
+        let Self { frame: CameraFrame { exposed_at, angle, marks_used }, track } = self;
+        let frame = CameraFrame { exposed_at: *exposed_at, angle: *angle, marks_used: *marks_used };
+        Self { frame, track: track.copied() }
     }
 }
 
@@ -244,7 +245,7 @@ impl<T: Real, B: TrackCovariance<T>> Tracker<T, B> {
         process.carry(&mut track.state, track.resting, frame.exposed_at);
         let innovation_rad: T =
             frame.angle.minus(track.state.angle.angle()).wrapped().radians_since(Angle::ZERO);
-        let variance_rad2 = track.state.covariance.innovation_rad2(self.tuning.camera_rad2);
+        let variance_rad2 = track.state.covariance.innovation_rad2(self.tuning.frame_rad2(frame));
         let normalised = innovation_rad * innovation_rad * (T::one() / variance_rad2);
         // Written so that NaN and a variance that has overflowed fail both.
         let turn_known = variance_rad2 <= T::from_f64(Self::LOST_RAD2);
@@ -290,7 +291,7 @@ impl<T: Real, B: TrackCovariance<T>> Tracker<T, B> {
         track.note_code(frame);
         let verdict = match at_rest {
             FrameAtRest::Informative => {
-                track.correct(innovation_rad, &self.tuning);
+                track.correct(frame, innovation_rad, &self.tuning);
                 Verdict::Used
             }
             FrameAtRest::Repeated => Verdict::Rejected(Rejection::Repeated),
@@ -395,8 +396,7 @@ impl<T: Real, B: TrackCovariance<T>> Tracker<T, B> {
     #[cold]
     fn restart_here(&mut self) -> Innovation<T> {
         let place = self.newest.map(|tracked| (tracked.frame, tracked.track.state.angle.angle()));
-        let (frame, near) =
-            place.unwrap_or((CameraFrame { exposed_at: Time::ZERO, angle: Angle::ZERO }, Angle::ZERO));
+        let (frame, near) = place.unwrap_or((CameraFrame::new(Time::ZERO, Angle::ZERO), Angle::ZERO));
         self.begin(&frame, near)
     }
 

@@ -72,7 +72,7 @@ pub(super) fn run_hot_operations() {
     for n in 1..=2 * SETTLING_FRAMES {
         let exposed_at = Time::from_nanos(u64::from(n) * FRAME_NANOS);
         let angle = Angle::from_units(i64::from(n) * TURNED_UNITS).wrapped();
-        black_box(update(&mut filter, &black_box(CameraFrame { exposed_at, angle })));
+        black_box(update(&mut filter, &black_box(CameraFrame::new(exposed_at, angle))));
     }
 }
 
@@ -90,8 +90,8 @@ fn turning(counter: &InstructionCounter<'_, impl InstructionTimer>, report: &mut
         let exposed_at = Time::from_nanos(u64::from(n) * FRAME_NANOS);
         let now = black_box(exposed_at.plus_nanos(LATENCY_NANOS));
         let angle = Angle::from_units(i64::from(n) * TURNED_UNITS).wrapped();
-        let frame = black_box(CameraFrame { exposed_at, angle });
-        let outlier = black_box(CameraFrame { exposed_at, angle: angle.plus(OUTLIER).wrapped() });
+        let frame = black_box(CameraFrame::new(exposed_at, angle));
+        let outlier = black_box(CameraFrame::new(exposed_at, angle.plus(OUTLIER).wrapped()));
         if n <= SETTLING_FRAMES {
             black_box(update(&mut filter, &frame));
             continue;
@@ -138,7 +138,7 @@ fn at_rest(counter: &InstructionCounter<'_, impl InstructionTimer>) -> Count {
             filter.update_ldv(&LdvSample { taken_at, velocity_m_s: noise(sample) });
         }
         let angle = Angle::from_units(TURNED_UNITS * i64::from(n % 2));
-        let frame = black_box(CameraFrame { exposed_at, angle });
+        let frame = black_box(CameraFrame::new(exposed_at, angle));
         let (_, instructions) = black_box(counter.count(|| update(&mut filter, &frame)));
         if filter.estimate(exposed_at).is_some_and(|estimate| estimate.resting) {
             count.add(instructions);

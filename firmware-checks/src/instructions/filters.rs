@@ -140,7 +140,7 @@ fn run<F: AngleFilter<f32>>(
                     frames.add(instructions);
                 }
             }
-            exposed = Some(CameraFrame { exposed_at: now, angle: state.rotor.angle.angle().wrapped() });
+            exposed = Some(CameraFrame::new(now, state.rotor.angle.angle().wrapped()));
         }
         if counted && n.is_multiple_of(SAMPLES_PER_PREDICTION) {
             let (_, instructions) = black_box(counter.count(|| predict(filter, now)));

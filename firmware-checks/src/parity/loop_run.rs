@@ -179,7 +179,7 @@ impl TwinInstruments {
         }
         self.arrived = self.exposed;
         if frame % FRAMES_PER_REPEAT != 1 {
-            self.exposed = Some(CameraFrame { exposed_at: now, angle });
+            self.exposed = Some(CameraFrame::new(now, angle));
         }
     }
 }

@@ -89,7 +89,7 @@ impl Bench {
         assert!(self.exchange(&HostMessage::Ldv([sample].into_iter().collect())).is_empty());
         if self.ticks.is_multiple_of(10) {
             let angle_units = 350_546 * (self.ticks / 10 % 2) as i32;
-            let frame = CameraRecord { exposed_nanos: now + 1, angle_units };
+            let frame = CameraRecord { exposed_nanos: now + 1, angle_units, marks_used: 0 };
             assert!(self.exchange(&HostMessage::Camera(frame)).is_empty());
         }
     }
@@ -199,7 +199,7 @@ fn law_a_flood_drops_the_oldest_measurements() {
     let mut bench = Bench::driving();
     let now = bench.board.elapsed_ticks * PositionLoop::TICK_NANOS;
     for n in 0..1000 {
-        let frame = CameraRecord { exposed_nanos: now + n, angle_units: 0 };
+        let frame = CameraRecord { exposed_nanos: now + n, angle_units: 0, marks_used: 0 };
         bench.exchange(&HostMessage::Camera(frame));
     }
     assert_eq!(bench.board.counters().dropped, 1000 - 8);

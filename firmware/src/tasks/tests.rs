@@ -49,7 +49,11 @@ impl Bench {
         for tick in 1..5000 {
             if tick % 10 == 0 {
                 let exposed_nanos = tick * PositionLoop::TICK_NANOS;
-                let frame = CameraRecord { exposed_nanos, angle_units: 350_546 * i32::from(tick % 20 == 0) };
+                let frame = CameraRecord {
+                    exposed_nanos,
+                    angle_units: 350_546 * i32::from(tick % 20 == 0),
+                    marks_used: 0,
+                };
                 bench.exchange(&HostMessage::Camera(frame));
             }
             bench.timer_task.interrupt();

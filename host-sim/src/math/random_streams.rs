@@ -43,6 +43,8 @@ pub enum RandomSource {
     CameraClock = 16,
     /// Jitter of the vibrometer's samples.
     LdvClock = 17,
+    /// Place of the pin's axis within a pixel of the camera.
+    CameraAxis = 18,
     /// A gyroscope's scale factor and bias.
     GyroscopeDraw = 20,
     /// Its angle random walk.
@@ -125,6 +127,7 @@ mod tests {
             RandomSource::Target,
             RandomSource::CameraClock,
             RandomSource::LdvClock,
+            RandomSource::CameraAxis,
             RandomSource::GyroscopeDraw,
             RandomSource::GyroscopeWalk,
             RandomSource::GyroscopeInstability,

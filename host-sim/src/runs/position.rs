@@ -80,12 +80,13 @@ pub fn run_tuned<B>(
         }
         let tick = MoveTick::of(&moment);
         sums.add(&tick);
+        let outcome = || MoveOutcome { marks: closed_loop.mark_counts(), ..sums.outcome(&tick, scene) };
         match moment.report.phase {
             PositioningPhase::Stopped(why) => {
-                ControlFlow::Break(ControlFlow::Continue(sums.outcome(&tick, scene).stopped(why)))
+                ControlFlow::Break(ControlFlow::Continue(outcome().stopped(why)))
             }
             PositioningPhase::Holding if sums.held_nanos(moment.at) >= hold_nanos => {
-                ControlFlow::Break(ControlFlow::Continue(sums.outcome(&tick, scene)))
+                ControlFlow::Break(ControlFlow::Continue(outcome()))
             }
             _ => ControlFlow::Continue(()),
         }

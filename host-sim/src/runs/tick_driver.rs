@@ -16,6 +16,7 @@ use estimator::{CameraFrame, LdvSample};
 use motor_model::{Angle, DriveCommand, Impacts, MotorState, Time};
 
 use crate::scene::{Scene, SceneError};
+use crate::world::instruments::camera::MarkCounts;
 use crate::world::plant::Plant;
 use crate::world::rig::Rig;
 
@@ -57,6 +58,11 @@ impl RigPorts {
     /// The plant: the truth. A filter may not use it.
     pub fn plant(&self) -> &Plant {
         self.rig.plant()
+    }
+
+    /// How many of the camera's pictures were not made of all marks; `None` of a single mark.
+    pub fn mark_counts(&self) -> Option<MarkCounts> {
+        self.rig.mark_counts()
     }
 }
 
@@ -124,6 +130,11 @@ impl<P: TickProgram> TickDriver<P> {
     /// The plant.
     pub fn plant(&self) -> &Plant {
         self.ports.rig.plant()
+    }
+
+    /// How many of the camera's pictures were not made of all marks; `None` of a single mark.
+    pub fn mark_counts(&self) -> Option<MarkCounts> {
+        self.ports.mark_counts()
     }
 
     /// The program, to look at.

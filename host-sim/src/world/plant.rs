@@ -18,6 +18,7 @@ use motor_model::{
 use crate::math::random_streams::{self, RandomSource};
 use crate::scene::Scene;
 use crate::scene::SceneError;
+use crate::world::pose::Pose;
 
 /// The rule that a scene calls `word`.
 pub fn impact_rule(word: &str) -> ImpactRule {
@@ -100,6 +101,13 @@ impl Plant {
     /// The state of the motor.
     pub fn state(&self) -> &MotorState<f64> {
         &self.state
+    }
+
+    /// How the rotor is shifted and tilted: the rotor of the height-only motor lies level and centred.
+    #[inline]
+    #[must_use]
+    pub fn pose(&self) -> Pose {
+        Pose::LEVEL
     }
 
     /// One step under `command`, and its impacts.

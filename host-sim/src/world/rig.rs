@@ -14,6 +14,7 @@ use motor_model::{DriveCommand, Impacts, MotorState, Time};
 use crate::math::count::real;
 use crate::scene::{Scene, SceneError};
 use crate::world::faults::MotorFaults;
+use crate::world::instruments::camera::MarkCounts;
 use crate::world::instruments::{self, Camera, Ldv};
 use crate::world::plant::Plant;
 use crate::world::rotor_path::{RotorPath, RotorPoint};
@@ -167,6 +168,11 @@ impl Rig {
             self.plant.detune(drift).ok();
         }
         faults.drive(now, command)
+    }
+
+    /// How many of the camera's pictures were not made of all marks; `None` of a single mark.
+    pub fn mark_counts(&self) -> Option<MarkCounts> {
+        self.camera.mark_counts()
     }
 
     /// The first camera frame that has arrived and was not yet read.

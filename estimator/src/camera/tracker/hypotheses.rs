@@ -86,7 +86,8 @@ impl<T: Real, B: TrackCovariance<T>> Tracker<T, B> {
             process.carry(&mut state, newest.track.resting, frame.exposed_at);
             let innovation_rad: T =
                 frame.angle.minus(state.angle.angle()).wrapped().radians_since(Angle::ZERO);
-            let variance_rad2 = state.covariance.innovation_rad2(self.tuning.camera_rad2);
+            let noise_rad2 = self.tuning.frame_rad2(frame);
+            let variance_rad2 = state.covariance.innovation_rad2(noise_rad2);
             let normalised = innovation_rad * innovation_rad / variance_rad2;
             mean_misfit += normalised * part;
             // Written so that NaN is refused.
@@ -98,7 +99,7 @@ impl<T: Real, B: TrackCovariance<T>> Tracker<T, B> {
                 let innovation = (innovation_rad, variance_rad2);
                 return Some(Fit { state, innovation, normalised, mean_misfit, kicked: false });
             }
-            state.correct(innovation_rad, self.tuning.camera_rad2);
+            state.correct(innovation_rad, noise_rad2);
         }
         None
     }

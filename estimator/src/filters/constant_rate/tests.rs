@@ -13,20 +13,31 @@ const IMPACTED_B: Motion = Motion::Impacted(DriveMode::B);
 
 /// A truth that follows the filter's assumptions: mean NEES and mean NIS over a run.
 fn consistency<T: Real>(seed: u64, frames: u64) -> (f64, f64) {
-    let tuning = ConstantRateTuning::<T>::default();
+    consistency_of(&ConstantRateTuning::<T>::default(), |_| CameraFrame::ALL_MARKS, seed, frames)
+}
+
+/// The same with frames from `used` marks, by their number.
+fn consistency_of<T: Real>(
+    tuning: &ConstantRateTuning<T>,
+    used: impl Fn(u64) -> u8,
+    seed: u64,
+    frames: u64,
+) -> (f64, f64) {
     let (q, r) = (tuning.random_walk.impacted_b_rad2_s3.to_f64(), tuning.track.camera_rad2.to_f64());
     let mut rng = Pcg64::seed_from_u64(seed);
     let mut normal = || -> f64 { StandardNormal.sample(&mut rng) };
     let dt = FRAME_NANOS as f64 * 1e-9;
     let (mut angle, mut rate) = (0.0, 10.0 * normal());
-    let mut filter = ConstantRate::new(&tuning);
+    let mut filter = ConstantRate::new(tuning);
     let (mut nees_sum, mut nis_sum) = (0.0, 0.0);
     for n in 1..=frames + 50 {
         // Covariance q [dt^3/3 dt^2/2; dt^2/2 dt].
         let kick = (q * dt).sqrt() * normal();
         angle += rate * dt + 0.5 * dt * kick + (q * dt * dt * dt / 12.0).sqrt() * normal();
         rate += kick;
-        let innovation = filter.update_with_motion(&frame(n, angle + r.sqrt() * normal()), IMPACTED_B);
+        let factor: f64 = tuning.track.camera.variance_factor(used(n));
+        let seen = frame(n, angle + (factor * r).sqrt() * normal());
+        let innovation = filter.update_with_motion(&CameraFrame { marks_used: used(n), ..seen }, IMPACTED_B);
         if n > 50 {
             nees_sum += nees(&filter.tracker.track().unwrap().state, angle, rate);
             nis_sum += innovation.normalised_squared().unwrap().to_f64();
@@ -39,6 +50,17 @@ fn consistency<T: Real>(seed: u64, frames: u64) -> (f64, f64) {
 fn law_filter_is_consistent_in_both_precisions() {
     assert_consistent(|seed| consistency::<f64>(seed, 400));
     assert_consistent(|seed| consistency::<f32>(seed, 400));
+}
+
+/// Three marks, of which one or two are missing in half of the frames: the variance of each frame is taken from how many
+/// there were.
+#[test]
+fn law_filter_is_consistent_when_marks_come_and_go() {
+    let camera = CameraDescription { marks: 3, ..CameraDescription::default() };
+    let track = TrackTuning::<f32>::new(&camera);
+    let tuning = ConstantRateTuning { track, ..ConstantRateTuning::default() };
+    let used = |n: u64| [3, 1, 0, 2][(n % 4) as usize];
+    assert_consistent(|seed| consistency_of(&tuning, used, seed, 400));
 }
 
 /// 3,000 turns at 15 rad/s: every turn is counted, and the error is as small in the last as in the first.
@@ -182,8 +204,7 @@ fn law_intervals_from_a_microsecond_to_ten_seconds() {
             let at = Time::from_nanos(n * interval_nanos);
             let seconds = n as f64 * interval_nanos as f64 * 1e-9;
             let angle = Angle::from_degrees((100.0 * seconds).to_degrees()).wrapped();
-            let verdict =
-                filter.update_with_motion(&CameraFrame { exposed_at: at, angle }, IMPACTED_B).verdict;
+            let verdict = filter.update_with_motion(&CameraFrame::new(at, angle), IMPACTED_B).verdict;
             let used = matches!(verdict, Verdict::Used | Verdict::Restarted);
             assert!(used || n < 30, "{interval_nanos} {n} {verdict:?}");
             let state = filter.tracker.track().unwrap().state;
@@ -352,7 +373,7 @@ fn law_frames_half_the_clock_apart_restart() {
         filter.update_with_motion(&frame(0, 0.0), IMPACTED_B);
         let ahead = filter.tracker.estimate(Time::from_nanos(nanos), &filter.process(IMPACTED_B)).unwrap();
         assert!(ahead.angle_rad2 > 0.25 && ahead.rate_rad2_s2 > 400.0, "{nanos} {ahead:?}");
-        let late = CameraFrame { exposed_at: Time::from_nanos(nanos), angle: Angle::ZERO };
+        let late = CameraFrame::new(Time::from_nanos(nanos), Angle::ZERO);
         assert_eq!(filter.update_with_motion(&late, IMPACTED_B).verdict, Verdict::Restarted, "{nanos}");
         let covariance = filter.tracker.track().unwrap().state.covariance;
         assert!(covariance.angle_rad2() > 0.0 && covariance.rate_rad2_s2() > 0.0, "{nanos}");
@@ -370,7 +391,7 @@ proptest! {
         let mut filter = ConstantRate::<f32>::new(&ConstantRateTuning::default());
         for (nanos, units, motion) in frames {
             let motion = [IMPACTED_B, Motion::Impacted(DriveMode::C), Motion::Quiet][usize::from(motion)];
-            let frame = CameraFrame { exposed_at: Time::from_nanos(nanos), angle: Angle::from_units(units) };
+            let frame = CameraFrame::new(Time::from_nanos(nanos), Angle::from_units(units));
             let innovation = filter.update_with_motion(&frame, motion);
             prop_assert!(innovation.innovation_rad.is_finite());
             let track = filter.tracker.track().unwrap().state;

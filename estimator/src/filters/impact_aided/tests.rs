@@ -315,8 +315,7 @@ fn pass_event(filter: &mut ImpactAided<f32>, (nanos, units, velocity_m_s, what):
             filter.update_ldv(&LdvSample { taken_at: at, velocity_m_s });
         }
         _ => {
-            let innovation =
-                filter.update_camera(&CameraFrame { exposed_at: at, angle: Angle::from_units(units) });
+            let innovation = filter.update_camera(&CameraFrame::new(at, Angle::from_units(units)));
             assert!(
                 innovation.innovation_rad.is_finite() && innovation.variance_rad2 >= 0.0,
                 "{innovation:?}"

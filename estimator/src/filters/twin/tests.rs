@@ -42,7 +42,7 @@ impl Rig {
                 let noise: f64 = StandardNormal.sample(&mut self.noise);
                 let off = noise * filter.tuning.constant_rate.track.camera_rad2.sqrt();
                 let angle = Angle::from_degrees(rotor.angle.angle().degrees() + off.to_degrees());
-                filter.update_camera(&CameraFrame { exposed_at: at, angle });
+                filter.update_camera(&CameraFrame::new(at, angle));
             }
         }
     }
@@ -176,7 +176,7 @@ fn feed<T: Real>(script: &[(Input, u8, u64)]) -> TwinFilter<T> {
                 filter.update_ldv(&LdvSample { taken_at: at, velocity_m_s });
             }
             Input::Frame(degrees) => {
-                filter.update_camera(&CameraFrame { exposed_at: at, angle: Angle::from_degrees(degrees) });
+                filter.update_camera(&CameraFrame::new(at, Angle::from_degrees(degrees)));
             }
             Input::Drive(mode, amplitude) => {
                 let command =
@@ -236,7 +236,7 @@ fn law_a_wild_vibrometer_leaves_a_sound_stator() {
                 single.drive(at, command);
                 double.drive(at, command);
             } else if what < 0.05 {
-                let frame = CameraFrame { exposed_at: at, angle: Angle::from_degrees(400.0 * part()) };
+                let frame = CameraFrame::new(at, Angle::from_degrees(400.0 * part()));
                 single.update_camera(&frame);
                 double.update_camera(&frame);
             } else {

@@ -74,7 +74,11 @@ fn free_running(elf: &Path, scene: &Scene) -> Result<u32, BoardError> {
                 let ages_nanos: &[u64] = if reports % 5 == 0 { &[0, 500_000] } else { &[0] };
                 for age_nanos in ages_nanos {
                     let exposed_nanos = now_nanos.saturating_sub(*age_nanos);
-                    board.send(&HostMessage::Camera(CameraRecord { exposed_nanos, angle_units: 0 }))?;
+                    board.send(&HostMessage::Camera(CameraRecord {
+                        exposed_nanos,
+                        angle_units: 0,
+                        marks_used: 0,
+                    }))?;
                 }
             }
             // This machine was too slow for the board. The move starts again.

@@ -7,6 +7,7 @@ use controller::StopReason;
 use serde::Serialize;
 
 use super::reason;
+use crate::world::instruments::camera::MarkCounts;
 
 /// What became of a move.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -47,6 +48,9 @@ pub struct MoveOutcome {
     pub waited_s: BTreeMap<&'static str, f64>,
     /// Share of the time, 0 to 1, per health of the estimate.
     pub health: BTreeMap<String, f64>,
+    /// Frames that were not made of all marks; left out of a camera that tracks a single mark.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub marks: Option<MarkCounts>,
     /// Whether the controller holds the target and the true angle is within the tolerance.
     pub ok: bool,
     /// The seed of the run.
@@ -105,6 +109,13 @@ impl fmt::Display for MoveOutcome {
             self.health.iter().map(|(health, share)| format!("{health} {:.0} %", 100.0 * share)).collect();
         if !health.is_empty() {
             writeln!(f, "estimate           {}", health.join(", "))?;
+        }
+        if let Some(MarkCounts { frames, mark_lost, mark_left_out, refused }) = self.marks {
+            writeln!(
+                f,
+                "marks              of {frames} frames {mark_lost} missed one, {mark_left_out} left one out, \
+                 {refused} were refused"
+            )?;
         }
         if let (Some(reason), Some(hint)) = (&self.reason, &self.hint) {
             writeln!(f, "reason             {reason}")?;

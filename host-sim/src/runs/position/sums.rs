@@ -120,6 +120,7 @@ impl MoveSums {
             hint: None,
             waited_s: self.waits.waited_s(),
             health: self.waits.health_shares(),
+            marks: None,
             ok: self.holding_since.is_some() && error_deg.abs() <= tolerance_deg,
             seed: scene.seed(),
         }

@@ -27,7 +27,20 @@ pub const SETTINGS: &[Setting] = &[
         key: "camera.tracking_radius_m",
         unit: "m",
         kind: Kind::Number { default: 3.9e-3, min: 1e-4, max: 1e-1 },
-        meaning: "distance of the tracked feature from the axis",
+        meaning: "distance of the tracked marks from the axis",
+    },
+    Setting {
+        key: "camera.marks",
+        unit: "",
+        kind: Kind::Integer { default: 1, min: 1, max: 16 },
+        meaning: "marks tracked, equally spaced on their circle; two or more tell the rotor's angle from its shift",
+    },
+    Setting {
+        key: "camera.mark_tolerance_m",
+        unit: "m",
+        kind: Kind::Number { default: 5e-6, min: 0.0, max: 1e-3 },
+        meaning: "residual of a mark that counts as right beside the noise, for what tilt does to the picture; of two \
+                  marks or more",
     },
     Setting {
         key: "camera.resolution_m",
@@ -143,5 +156,36 @@ pub const SETTINGS: &[Setting] = &[
         unit: "deg",
         kind: Kind::Number { default: 90.0, min: -360.0, max: 360.0 },
         meaning: "how much further the other feature stands",
+    },
+    Setting {
+        key: "camera.mark_fault",
+        unit: "",
+        kind: Kind::Choice { default: "none", of: &["none", "lost", "stuck", "false", "exchanged"] },
+        meaning: "what is wrong with a mark from camera.mark_fault_from_s on: not found, stays where it was in the \
+                  picture, another feature of the rotor, or taken for its neighbour and the neighbour for it",
+    },
+    Setting {
+        key: "camera.faulty_mark",
+        unit: "",
+        kind: Kind::Integer { default: 1, min: 1, max: 16 },
+        meaning: "number of that mark, counter-clockwise",
+    },
+    Setting {
+        key: "camera.false_mark_m",
+        unit: "m",
+        kind: Kind::Number { default: 1e-4, min: -1e-2, max: 1e-2 },
+        meaning: "how much further round the axis the other feature is, clockwise",
+    },
+    Setting {
+        key: "camera.mark_fault_from_s",
+        unit: "s",
+        kind: Kind::Number { default: 0.0, min: 0.0, max: 1e5 },
+        meaning: "time from which the mark's fault lasts",
+    },
+    Setting {
+        key: "camera.mark_fault_until_s",
+        unit: "s",
+        kind: Kind::Number { default: 1e5, min: 0.0, max: 1e5 },
+        meaning: "time from which the mark is right again",
     },
 ];

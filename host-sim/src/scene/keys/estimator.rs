@@ -67,8 +67,9 @@ pub const SETTINGS: &[Setting] = &[
         "estimator.assumed.camera.tracking_radius_m",
         "camera.tracking_radius_m",
         "m",
-        "distance of the tracked feature from the axis, as the filters assume",
+        "distance of the tracked marks from the axis, as the filters assume",
     ),
+    assumed("estimator.assumed.camera.marks", "camera.marks", "", "marks tracked, as the filters assume"),
     assumed(
         "estimator.assumed.ldv.installed",
         "ldv.installed",

@@ -11,6 +11,18 @@ pub const SETTINGS: &[Setting] = &[
         meaning: "whether there is a vibrometer",
     },
     Setting {
+        key: "ldv.radius_m",
+        unit: "m",
+        kind: Kind::Number { default: 0.0, min: 0.0, max: 1e-2 },
+        meaning: "distance of the spot from the axis; 0 for the axis",
+    },
+    Setting {
+        key: "ldv.angle_deg",
+        unit: "deg",
+        kind: Kind::Number { default: 0.0, min: -360.0, max: 360.0 },
+        meaning: "where the spot is round the axis, counter-clockwise; 0 is the x axis of camera and rotor",
+    },
+    Setting {
         key: "ldv.sample_rate_hz",
         unit: "Hz",
         kind: Kind::Number { default: 200_000.0, min: 10_000.0, max: 1e6 },

@@ -239,7 +239,7 @@ mod tests {
             rate_rad_s += kick.rate_rad_s;
             genie.give(&kick);
             let angle = Angle::from_degrees(angle_rad.to_degrees()).wrapped();
-            genie.update_camera(&CameraFrame { exposed_at: kick.until, angle });
+            genie.update_camera(&CameraFrame::new(kick.until, angle));
         }
         (angle_rad, rate_rad_s)
     }
@@ -261,7 +261,7 @@ mod tests {
     #[test]
     fn exact_an_inexact_kick_adds_its_variance() {
         let mut genie = Genie::new(0.1, CAMERA_RAD2, 1);
-        genie.update_camera(&CameraFrame { exposed_at: Time::ZERO, angle: Angle::ZERO });
+        genie.update_camera(&CameraFrame::new(Time::ZERO, Angle::ZERO));
         genie.give(&kick(1, 2.0));
         let kicked = genie.estimate().unwrap();
         assert!((kicked.rate_rad2_s2 - 0.04).abs() < 1e-9, "{}", kicked.rate_rad2_s2);

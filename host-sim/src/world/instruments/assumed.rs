@@ -26,6 +26,7 @@ fn camera(scene: &Scene) -> CameraDescription {
         noise_m: scene.number("estimator.assumed.camera.noise_m"),
         resolution_m: scene.number("estimator.assumed.camera.resolution_m"),
         radius_m: scene.number("estimator.assumed.camera.tracking_radius_m"),
+        marks: u8::try_from(scene.integer("estimator.assumed.camera.marks")).unwrap_or(1),
     }
 }
 

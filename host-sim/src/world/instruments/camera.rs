@@ -1,8 +1,13 @@
-//! A high-speed camera on a microscope, following a feature at a known radius.
+//! A high-speed camera on a microscope, following marks at a known radius on the rotor.
+//!
+//! With one mark the camera follows its direction from the axis, along the arc. A shift of the rotor is then an angle:
 //!
 //! ```text
-//! arc = radius * angle (within the turn) + tracking noise,   seen = resolution * round(arc / resolution)
+//! arc = radius * (angle (within the turn) - direction's change by shift and tilt) + tracking noise
+//! seen = resolution * round(arc / resolution)
 //! ```
+//!
+//! With two marks or more it follows each by two image coordinates, and tells angle from shift: [`marks`].
 //!
 //! Defaults: the paper's camera, 10,000 frames/s and 2 um of resolution, at a feature 3.9 mm from the axis; 1 um of
 //! Gaussian tracking noise, and one frame of latency for reading out and tracking.
@@ -12,30 +17,37 @@
 //! | what | model |
 //! |---|---|
 //! | phase, jitter | when a frame's exposure ends: [`crate::world::event_clock`] |
-//! | exposure blur | a frame shows the mean angle over its exposure and has the time of its middle |
+//! | exposure blur | a frame shows the mean angle, shift and tilt over its exposure and has the time of its middle |
 //! | dropped frame | it never arrives |
 //! | duplicated frame | it arrives a second time, right after the first |
-//! | outlier | Gaussian error of the tracked position, before quantisation |
+//! | outlier | Gaussian error of the tracked position along the arc, of all marks alike, before quantisation |
 //! | stamp jitter | Gaussian error of the time stamp alone |
 //! | late frame | it arrives 1 to `camera.late_frames` frames later, all as likely, and later frames overtake it |
 //! | loss | frames exposed within the outage do not exist |
 //! | fault, from one time to another | frames show the last picture, angle zero, or a constant more than the angle |
+//! | fault of a mark, from one time to another | a mark is not found, stuck, false or exchanged: [`marks`] |
 
 mod delivery;
 mod exposure;
+mod marks;
+mod rigid_motion;
 
 use estimator::CameraFrame;
-use motor_model::{Angle, Time};
+use motor_model::{Angle, Time, math};
 use rand_distr::{Distribution, StandardNormal};
 use rand_pcg::Pcg64;
 
 use super::FaultWindow;
+use crate::math::count::real;
 use crate::math::random_streams::{self, RandomFault, RandomSource};
 use crate::scene::Scene;
 use crate::world::event_clock::{EventClock, EventRate};
+use crate::world::pose::Pose;
 use crate::world::rotor_path::RotorPath;
 use delivery::Delivery;
-use exposure::Exposure;
+use exposure::{Exposure, Shown};
+use marks::Marks;
+pub use marks::{MarkCounts, MarkedPose};
 
 /// What a faulty camera shows.
 #[derive(Clone, Copy, Debug)]
@@ -57,6 +69,10 @@ pub struct Camera {
     resolution_m: f64,
     noise_m: f64,
     noise: Pcg64,
+    /// `None` of a camera that follows a single mark.
+    marks: Option<Marks>,
+    /// What the marks showed last.
+    marked: Option<MarkedPose>,
     exposure: Exposure,
     outlier: RandomFault,
     outlier_m: f64,
@@ -64,8 +80,8 @@ pub struct Camera {
     stamps: Pcg64,
     delivery: Delivery,
     fault: Option<(CameraFault, FaultWindow)>,
-    /// The last picture without a fault.
-    picture: Angle,
+    /// The last picture without a fault: its angle, and the marks used.
+    picture: (Angle, u8),
 }
 
 impl Camera {
@@ -85,6 +101,8 @@ impl Camera {
             resolution_m: scene.number("camera.resolution_m"),
             noise_m: scene.number("camera.noise_m"),
             noise: random_streams::stream(seed, RandomSource::Camera),
+            marks: Marks::of(scene),
+            marked: None,
             outlier: RandomFault::in_bursts(
                 seed,
                 RandomSource::CameraOutlier,
@@ -96,7 +114,7 @@ impl Camera {
             stamps: random_streams::stream(seed, RandomSource::CameraStamp),
             delivery: Delivery::new(scene, rate),
             fault: Self::fault(scene),
-            picture: Angle::ZERO,
+            picture: (Angle::ZERO, 1),
         }
     }
 
@@ -111,12 +129,23 @@ impl Camera {
     }
 
     /// Variance of a frame's angle in rad^2: tracking noise, and the quantisation's as if it were uniform and
-    /// independent.
+    /// independent; of all marks together.
     pub fn variance_rad2(scene: &Scene) -> f64 {
         let [noise_m, resolution_m, radius_m] =
             ["camera.noise_m", "camera.resolution_m", "camera.tracking_radius_m"]
                 .map(|key| scene.number(key));
-        (noise_m * noise_m + resolution_m * resolution_m / 12.0) / (radius_m * radius_m)
+        (noise_m * noise_m + resolution_m * resolution_m / 12.0)
+            / (real(scene.integer("camera.marks")) * radius_m * radius_m)
+    }
+
+    /// What the marks of the last picture showed; `None` of a single mark, and if they did not agree.
+    pub fn marked(&self) -> Option<&MarkedPose> {
+        self.marked.as_ref()
+    }
+
+    /// How many pictures were not made of all marks; `None` of a single mark.
+    pub fn mark_counts(&self) -> Option<MarkCounts> {
+        self.marks.as_ref().map(Marks::counts)
     }
 
     /// When it is to be shown the rotor next: at once while a shutter is open.
@@ -127,35 +156,45 @@ impl Camera {
 
     /// Sees the rotor over a step: begins and ends the exposures that are due.
     pub fn follow(&mut self, path: &RotorPath) {
+        let at_instant = |at| Shown { angle: path.angle_at(at), pose: path.pose_at(at) };
         loop {
             if let Some(at) = self.exposure.opens_at().filter(|at| *at <= path.until.at) {
-                self.exposure.open(at, path.angle_at(at));
+                self.exposure.open(at, at_instant(at));
             }
             let ends = self.clock.due();
             if ends > path.until.at {
                 break;
             }
-            self.expose(ends, path.angle_at(ends));
+            self.expose(ends, at_instant(ends));
             self.clock.advance();
             self.exposure.plan(ends, self.clock.due());
         }
-        self.exposure.look(path.until.at, path.until.angle);
+        self.exposure.look(path.until.at, Shown { angle: path.until.angle, pose: path.until.pose });
     }
 
-    /// Ends the exposure of a frame at `now`, when the rotor stands at `angle`.
-    pub fn expose(&mut self, now: Time, angle: Angle) {
-        let (shown, middle_nanos) = self.exposure.close(now, angle);
+    /// Ends the exposure of a frame at `now`, when the rotor stands as `shown`.
+    pub fn expose(&mut self, now: Time, shown: Shown) {
+        let (shown, middle_nanos) = self.exposure.close(now, shown);
         let exposed_at = self.stamped(now, middle_nanos);
-        let seen = self.seen(shown);
-        let seen = self.with_fault(now, seen);
-        self.delivery.send(now, CameraFrame { exposed_at, angle: seen });
+        let seen = self.seen(now, shown);
+        if let Some((angle, marks_used)) = self.with_fault(now, seen) {
+            self.delivery.send(now, Some(CameraFrame { exposed_at, angle, marks_used }));
+        } else {
+            self.delivery.send(now, None);
+        }
     }
 
-    /// The angle that tracking gives for a true one.
-    fn seen(&mut self, shown: Angle) -> Angle {
+    /// The angle that tracking gives for a true one, and the marks that it is from; `None` when no picture comes of
+    /// them.
+    fn seen(&mut self, now: Time, shown: Shown) -> Option<(Angle, u8)> {
+        if self.marks.is_some() {
+            return self.seen_by_marks(now, shown);
+        }
         let noise: f64 = StandardNormal.sample(&mut self.noise);
         let outlier = self.outlier.occurs().map_or(0.0, |rng| StandardNormal.sample(rng));
-        let arc_m = self.radius_m * shown.wrapped().radians_since::<f64>(Angle::ZERO)
+        let angle_rad = shown.angle.wrapped().radians_since::<f64>(Angle::ZERO);
+        let arc_m = self.radius_m * angle_rad
+            - self.radius_m * self.change_of_direction(angle_rad, &shown.pose)
             + self.noise_m * noise
             + self.outlier_m * outlier;
         let seen_m = if self.resolution_m > 0.0 {
@@ -163,17 +202,38 @@ impl Camera {
         } else {
             arc_m
         };
-        Angle::from_degrees((seen_m / self.radius_m).to_degrees()).wrapped()
+        Some((Angle::from_degrees((seen_m / self.radius_m).to_degrees()).wrapped(), 1))
     }
 
-    /// The angle that is delivered, with the fault at `now` if there is one.
-    fn with_fault(&mut self, now: Time, seen: Angle) -> Angle {
+    /// By how much shift and tilt turn the direction of a single mark as seen from the axis, in rad, counter-clockwise.
+    fn change_of_direction(&self, angle_rad: f64, pose: &Pose) -> f64 {
+        if *pose == Pose::LEVEL {
+            return 0.0;
+        }
+        let (sine, cosine) = math::sin_cos(-angle_rad);
+        let [x, y] = pose.seen_from_above([self.radius_m * cosine, self.radius_m * sine]);
+        math::atan2(cosine * y - sine * x, cosine * x + sine * y)
+    }
+
+    /// The same of two marks or more.
+    fn seen_by_marks(&mut self, now: Time, Shown { angle, pose }: Shown) -> Option<(Angle, u8)> {
+        let outlier: f64 = self.outlier.occurs().map_or(0.0, |rng| StandardNormal.sample(rng));
+        let off = Angle::from_degrees((self.outlier_m * outlier / self.radius_m).to_degrees());
+        self.marked = self.marks.as_mut()?.picture(now, angle.plus(off), &pose, &mut self.noise);
+        self.marked.map(|marked| (marked.angle, marked.marks_used))
+    }
+
+    /// What is delivered, with the fault at `now` if there is one.
+    fn with_fault(&mut self, now: Time, seen: Option<(Angle, u8)>) -> Option<(Angle, u8)> {
+        let all = |angle| Some((angle, self.picture.1));
         match self.fault.filter(|(_, span)| span.covers(now)) {
-            Some((CameraFault::Stuck, _)) => self.picture,
-            Some((CameraFault::Zeros, _)) => Angle::ZERO,
-            Some((CameraFault::Offset(further), _)) => seen.plus(further).wrapped(),
+            Some((CameraFault::Stuck, _)) => Some(self.picture),
+            Some((CameraFault::Zeros, _)) => all(Angle::ZERO),
+            Some((CameraFault::Offset(further), _)) => {
+                seen.map(|(angle, marks_used)| (angle.plus(further).wrapped(), marks_used))
+            }
             None => {
-                self.picture = seen;
+                self.picture = seen.unwrap_or(self.picture);
                 seen
             }
         }

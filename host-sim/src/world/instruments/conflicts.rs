@@ -26,6 +26,7 @@ pub(crate) fn check(scene: &Scene) -> Result<(), SceneError> {
     )?;
     jitter(scene, "camera.period_jitter_s", "camera.frame_rate_hz")?;
     jitter(scene, "ldv.period_jitter_s", "ldv.sample_rate_hz")?;
+    marks(scene)?;
     bits(scene, "ldv.bits", "ldv.range_m_s")?;
     bits(scene, "estimator.assumed.ldv.bits", "estimator.assumed.ldv.range_m_s")
 }
@@ -65,6 +66,24 @@ fn jitter(scene: &Scene, jitter: &'static str, rate: &'static str) -> Result<(),
     })
 }
 
+/// A fault of a mark is one of several marks, and of one that there is.
+fn marks(scene: &Scene) -> Result<(), SceneError> {
+    let (marks, fault) = (scene.integer("camera.marks"), scene.choice("camera.mark_fault"));
+    let faulty = scene.integer("camera.faulty_mark");
+    if fault == "none" || (marks > 1 && faulty <= marks) {
+        return Ok(());
+    }
+    let (conflict, hint) = if marks < 2 {
+        let conflict =
+            format!("camera.mark_fault = {fault} is a fault of one of several marks, and camera.marks = 1");
+        (conflict, "camera.marks=3; the fault of a single mark is camera.fault".to_owned())
+    } else {
+        let conflict = format!("camera.faulty_mark = {faulty} is none of camera.marks = {marks} marks");
+        (conflict, format!("1 to {marks}"))
+    };
+    Err(SceneError::Conflict { conflict, hint })
+}
+
 fn bits(scene: &Scene, bits: &'static str, range: &'static str) -> Result<(), SceneError> {
     let (number, range_m_s) = (scene.integer(bits), scene.number(range));
     let conflict = match number {
@@ -98,6 +117,11 @@ mod tests {
                 &["camera.frame_rate_hz=10", "camera.latency_frames=100", "camera.latency_s=0.1"],
                 ["camera.latency_frames = 100", "camera.latency_s = 0.1"],
             ),
+            (&["camera.mark_fault=lost"], ["camera.mark_fault = lost", "camera.marks = 1"]),
+            (
+                &["camera.marks=3", "camera.mark_fault=false", "camera.faulty_mark=4"],
+                ["camera.faulty_mark = 4", "camera.marks = 3"],
+            ),
             (&["camera.period_jitter_s=1.1e-5"], ["camera.period_jitter_s", "camera.frame_rate_hz = 10000"]),
             (&["ldv.period_jitter_s=1e-6"], ["ldv.period_jitter_s", "ldv.sample_rate_hz"]),
         ] {
@@ -113,6 +137,7 @@ mod tests {
             &["ldv.bits=6", "ldv.range_m_s=0.02"],
             &["ldv.bits=24", "ldv.range_m_s=100"],
             &["camera.frame_rate_hz=10", "camera.latency_frames=90", "camera.latency_s=1"],
+            &["camera.marks=2", "camera.mark_fault=exchanged", "camera.faulty_mark=2"],
             &["camera.period_jitter_s=1e-5"],
             &["camera.frame_rate_hz=10", "camera.period_jitter_s=0.01"],
         ] {

@@ -1,4 +1,7 @@
-//! A laser-Doppler vibrometer (LDV) on the rotor: its vertical velocity at one point, with white noise.
+//! A laser-Doppler vibrometer (LDV) on the rotor: the vertical velocity of its surface at one spot, with white noise.
+//!
+//! The spot stays where it is while the rotor turns below it. By default it is on the axis, where it shows the velocity
+//! of the rotor's centre; at a radius it shows the tilt as well ([`crate::world::pose`]).
 //!
 //! Default noise: 0.2 mm/s a sample at 200,000 samples/s, that is 0.6 um/s per root hertz, the order of a vibrometer of
 //! the paper's kind on a coarse range.
@@ -22,7 +25,7 @@
 use std::collections::VecDeque;
 
 use estimator::LdvSample;
-use motor_model::Time;
+use motor_model::{Time, math};
 use rand_distr::{Distribution, StandardNormal};
 use rand_pcg::Pcg64;
 
@@ -54,6 +57,8 @@ pub(super) fn resolution_m_s(range_m_s: f64, bits: u64) -> f64 {
 pub struct Ldv {
     /// Instants of the samples; `None` in a scene without a vibrometer.
     clock: Option<EventClock>,
+    /// Place of the spot in m from the axis.
+    spot_m: [f64; 2],
     noise_m_s: f64,
     noise: Pcg64,
     drop: RandomFault,
@@ -82,8 +87,12 @@ impl Ldv {
             1e9 * scene.number("ldv.period_jitter_s"),
             random_streams::stream(seed, RandomSource::LdvClock),
         );
+        let (radius_m, angle_rad) =
+            (scene.number("ldv.radius_m"), scene.number("ldv.angle_deg").to_radians());
+        let (sine, cosine) = math::sin_cos(angle_rad);
         Self {
             clock: (scene.choice("ldv.installed") == "yes").then_some(clock),
+            spot_m: [radius_m * cosine, radius_m * sine],
             resolution_m_s: resolution_m_s(range_m_s, scene.integer("ldv.bits")),
             noise_m_s: scene.number("ldv.noise_m_s"),
             noise: random_streams::stream(seed, RandomSource::Ldv),
@@ -140,7 +149,7 @@ impl Ldv {
     pub fn follow(&mut self, path: &RotorPath) {
         while self.due() <= path.until.at {
             let at = self.due();
-            self.sample(at, path.velocity_at(at));
+            self.sample(at, path.velocity_at(at, self.spot_m));
             self.clock.iter_mut().for_each(EventClock::advance);
         }
     }

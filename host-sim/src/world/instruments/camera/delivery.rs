@@ -44,16 +44,14 @@ impl Delivery {
         }
     }
 
-    /// Sends the frame whose exposure ends at `now`, unless it is lost.
-    pub(super) fn send(&mut self, now: Time, frame: CameraFrame) {
-        // Every fault has its draw, also where the frame is dropped.
+    /// Sends the frame whose exposure ends at `now`, unless it is lost; `None` if there is none.
+    pub(super) fn send(&mut self, now: Time, frame: Option<CameraFrame>) {
+        // Every fault has its draw, also where the frame is dropped or there is none.
         let dropped = self.drop.occurs().is_some();
         let twice = self.duplicate.occurs().is_some();
         let most = self.late_frames;
         let late_frames = self.late.occurs().map_or(0, |rng| whole_up_to(most, rng));
-        if dropped || self.outage.covers(now) {
-            return;
-        }
+        let Some(frame) = frame.filter(|_| !dropped && !self.outage.covers(now)) else { return };
         let arrives_at = now.plus_nanos(self.latency_nanos + late_frames * self.period_nanos);
         let place = self.on_the_way.partition_point(|(earlier, _)| *earlier <= arrives_at);
         for _ in 0..=u8::from(twice) {

@@ -8,8 +8,13 @@ fn camera(sets: &[&str]) -> Camera {
     Camera::new(&Scene::load(None, &sets).unwrap())
 }
 
+/// A level rotor at `angle`.
+fn level(angle: Angle) -> Shown {
+    Shown { angle, pose: Pose::LEVEL }
+}
+
 fn seen_deg(camera: &mut Camera, degrees: f64) -> f64 {
-    camera.expose(Time::ZERO, Angle::from_degrees(degrees));
+    camera.expose(Time::ZERO, level(Angle::from_degrees(degrees)));
     camera.arrived(Time::from_micros(1000)).unwrap().angle.degrees()
 }
 
@@ -25,6 +30,41 @@ fn exact_quantisation_without_noise() {
         (seen_deg(&mut camera, 720.0 + 7.0 * cell_deg) - 7.0 * cell_deg).abs() < 1e-6,
         "whole turns are not seen"
     );
+}
+
+/// A single mark is followed along its arc: the frames are the formula at the head of the camera, to the last bit.
+#[test]
+fn dual_frames_of_a_single_mark_are_those_of_its_arc() {
+    let mut camera = camera(&["seed=7"]);
+    let mut noise = random_streams::stream(7, RandomSource::Camera);
+    for n in 0..2000_u64 {
+        let angle = Angle::from_degrees(0.37 * n as f64);
+        camera.expose(Time::from_micros(100 * n), level(angle));
+        let error: f64 = StandardNormal.sample(&mut noise);
+        let arc_m = 3.9e-3 * angle.wrapped().radians_since::<f64>(Angle::ZERO) + 1e-6 * error;
+        let seen_m = 2e-6 * (arc_m / 2e-6).round();
+        let expected = Angle::from_degrees((seen_m / 3.9e-3).to_degrees()).wrapped();
+        let frame = camera.arrived(Time::from_micros(100 * n + 100)).unwrap();
+        assert_eq!((frame.angle, frame.marks_used), (expected, 1), "{n}");
+    }
+}
+
+/// 7 um across the arc of a single mark are 7 um / 3.9 mm of angle, 103 milli-degrees; along its radius nothing.
+#[test]
+fn exact_a_shift_of_a_single_mark_is_an_angle() {
+    let exact = ["camera.noise_m=0", "camera.resolution_m=0"];
+    let frame = |sets: &[&str], shift_m: [f64; 2]| {
+        let mut camera = camera(&[exact.as_slice(), sets].concat());
+        let pose = Pose { shift_m, ..Pose::LEVEL };
+        camera.expose(Time::ZERO, Shown { angle: Angle::from_degrees(90.0), pose });
+        camera.arrived(Time::from_micros(100)).unwrap().angle.degrees() - 90.0
+    };
+    // At 90 degrees clockwise the mark stands on the negative y axis; a shift to the right turns it counter-clockwise.
+    let alias_deg = math::atan2(7e-6, 3.9e-3).to_degrees();
+    assert!((alias_deg - 0.1028).abs() < 1e-4);
+    assert!((frame(&[], [7e-6, 0.0]) + alias_deg).abs() < ROUNDED_DEG);
+    assert!(frame(&[], [0.0, 7e-6]).abs() < ROUNDED_DEG);
+    assert!(frame(&["camera.marks=2"], [7e-6, 0.0]).abs() < ROUNDED_DEG);
 }
 
 /// Gaussian noise of 1 um and uniform quantisation of 2 um add as variances: 1 + 4/12 um^2, 17 milli-degrees at 3.9 mm.
@@ -43,13 +83,13 @@ fn law_noise_has_the_variance_of_tracking_and_quantisation() {
         (1e-12_f64 + 4e-12 / 12.0) / (3.9e-3 * 3.9e-3) * 1_f64.to_degrees() * 1_f64.to_degrees();
     // The variance of 40,000 squares of a normal is known to 0.7 %.
     assert!((mean_square / expected_deg2 - 1.0).abs() < 0.03, "{mean_square} {expected_deg2}");
-    assert!((motor_model::math::sqrt(mean_square) - 0.017).abs() < 0.0005);
+    assert!((math::sqrt(mean_square) - 0.017).abs() < 0.0005);
 }
 
 #[test]
 fn exact_a_frame_arrives_one_frame_late_and_once() {
     let mut camera = camera(&[]);
-    camera.expose(Time::from_micros(500), Angle::ZERO);
+    camera.expose(Time::from_micros(500), level(Angle::ZERO));
     assert!(camera.arrived(Time::from_micros(599)).is_none());
     assert_eq!(camera.arrived(Time::from_micros(600)).unwrap().exposed_at, Time::from_micros(500));
     assert!(camera.arrived(Time::from_micros(700)).is_none());
@@ -62,7 +102,7 @@ fn delivered(sets: &[&str], frames: u64) -> Vec<(u64, CameraFrame)> {
     for n in 0..frames + 100 {
         let now = Time::from_micros(100 * n);
         if n < frames {
-            camera.expose(now, Angle::ZERO);
+            camera.expose(now, level(Angle::ZERO));
         }
         delivered.extend(std::iter::from_fn(|| camera.arrived(now)).map(|frame| (100 * n, frame)));
     }
@@ -80,7 +120,7 @@ fn followed(sets: &[&str], step_nanos: u64, nanos: u64, degrees: impl Fn(f64) ->
     let point = |nanos: u64| RotorPoint {
         at: Time::from_nanos(nanos),
         angle: Angle::from_degrees(degrees(1e-9 * nanos as f64)),
-        velocity_m_s: 0.0,
+        ..RotorPoint::default()
     };
     for step in 0..nanos / step_nanos {
         let [from, until] = [step, step + 1].map(|step| point(step * step_nanos));
@@ -143,7 +183,7 @@ fn exact_blur_of_a_slow_camera() {
 fn exact_latency_in_frames_and_in_seconds() {
     let sets = ["camera.frame_rate_hz=60", "camera.latency_frames=2", "camera.latency_s=5e-3"];
     let mut camera = camera(&sets);
-    camera.expose(Time::from_micros(500), Angle::ZERO);
+    camera.expose(Time::from_micros(500), level(Angle::ZERO));
     let arrives_at = Time::from_nanos(500_000 + 33_333_333 + 5_000_000);
     assert!(camera.arrived(Time::from_nanos(arrives_at.nanos() - 1)).is_none());
     assert!(camera.arrived(arrives_at).is_some());

@@ -1,6 +1,8 @@
 //! The vibrometer against its model, fault by fault.
 
 use super::*;
+use crate::world::pose::Pose;
+use crate::world::rotor_path::RotorPoint;
 
 #[test]
 fn law_noise_has_its_standard_deviation_and_no_bias() {
@@ -103,14 +105,34 @@ fn exact_samples_of_12_bits_lie_on_the_grid_and_saturate() {
 
 #[test]
 fn exact_without_a_vibrometer_none_is_due() {
-    let point = |micros| crate::world::rotor_path::RotorPoint {
-        at: Time::from_micros(micros),
-        angle: motor_model::Angle::ZERO,
-        velocity_m_s: 0.1,
-    };
+    let point =
+        |micros| RotorPoint { at: Time::from_micros(micros), velocity_m_s: 0.1, ..RotorPoint::default() };
     for (set, samples) in [("ldv.installed=no", 0), ("ldv.installed=yes", 200)] {
         let mut ldv = Ldv::new(&Scene::load(None, &[set.to_owned()]).unwrap());
         ldv.follow(&RotorPath { from: point(0), until: point(1000) });
         assert_eq!(std::iter::from_fn(|| ldv.read()).count(), samples, "{set}");
+    }
+}
+
+/// A rotor that falls at 4 mm/s and tilts at 5 and -3 1/s: `v_z + eta' . X` at 3.8 mm and 30 degrees, `v_z` at the axis.
+#[test]
+fn exact_the_spot_shows_the_tilt_where_it_is() {
+    let point = |micros| RotorPoint {
+        at: Time::from_micros(micros),
+        velocity_m_s: -4e-3,
+        pose: Pose { slope_rate_s: [5.0, -3.0], ..Pose::LEVEL },
+        ..RotorPoint::default()
+    };
+    let half_root_3 = 0.5 * math::sqrt(3.0);
+    let at_the_spot = -4e-3 + 3.8e-3 * (5.0 * half_root_3 - 3.0 * 0.5);
+    for (sets, expected) in [
+        (&["ldv.radius_m=3.8e-3", "ldv.angle_deg=30", "ldv.noise_m_s=0"][..], at_the_spot),
+        (&["ldv.angle_deg=30", "ldv.noise_m_s=0"], -4e-3),
+    ] {
+        let sets: Vec<String> = sets.iter().map(|&set| set.to_owned()).collect();
+        let mut ldv = Ldv::new(&Scene::load(None, &sets).unwrap());
+        ldv.follow(&RotorPath { from: point(0), until: point(10) });
+        let shown = f64::from(ldv.read().unwrap().velocity_m_s);
+        assert!((shown / expected - 1.0).abs() < 1e-6, "{sets:?}: {shown} {expected}");
     }
 }
