@@ -60,6 +60,25 @@ impl<T: Real> GapCurve<T> {
         }
     }
 
+    /// The cubic through gap and rate at both ends of a span of `span_s`.
+    #[inline]
+    pub(crate) fn cubic([start_m, end_m]: [T; 2], [start_m_s, end_m_s]: [T; 2], span_s: T) -> Self {
+        let third_s = T::from_f64(1.0 / 3.0) * span_s;
+        let (c1, c2) = (start_m + start_m_s * third_s, end_m - end_m_s * third_s);
+        let n = T::from_f64;
+        // Raised from the third degree to the fifth.
+        Self {
+            b: [
+                start_m,
+                n(0.4) * start_m + n(0.6) * c1,
+                n(0.1) * start_m + n(0.6) * c1 + n(0.3) * c2,
+                n(0.3) * c1 + n(0.6) * c2 + n(0.1) * end_m,
+                n(0.6) * c2 + n(0.4) * end_m,
+                end_m,
+            ],
+        }
+    }
+
     /// The first `x` in `0..=1` at which the gap, positive before, falls to zero.
     ///
     /// A curve that starts at or below zero and falls gives 0. One that starts there and rises (just after an impact)

@@ -163,10 +163,10 @@ const PIECE_RAD: f64 = 0.75;
 const PIECES_MAX: u8 = 64;
 
 /// Nodes of the Gauss-Legendre rule on 0..1.
-const NODES: usize = 5;
+pub(crate) const NODES: usize = 5;
 /// Nodes and weights of order 10 on 0..1: `(1 +- sqrt(5 +- 2 sqrt(10/7)) / 3) / 2`, with `128/450` and
 /// `(322 +- 13 sqrt 70) / 1800`.
-const GAUSS_LEGENDRE: [(f64, f64); NODES] = [
+pub(crate) const GAUSS_LEGENDRE: [(f64, f64); NODES] = [
     (0.046_910_077_030_668_004, 0.118_463_442_528_094_54),
     (0.230_765_344_947_158_45, 0.239_314_335_249_683_23),
     (0.5, 0.284_444_444_444_444_44),

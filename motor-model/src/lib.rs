@@ -90,6 +90,7 @@ mod phase;
 mod rotor;
 mod stator;
 mod teeth;
+mod tilting;
 mod time;
 
 pub use angle::{Angle, AngleAccumulator};
@@ -102,9 +103,14 @@ pub use impact::{FrictionLaw, Impact, ImpactLaw, Impulse};
 pub use math::Real;
 pub use modes::{DriveTuning, Forcing, ModalBank, ModalState, Mode};
 pub use motor::{IMPACTS_PER_STEP_MAX, ImpactRule, Impacts, Motor, MotorSetup, MotorState};
-pub use params::{MotorParams, Parameter};
+pub use params::{MotorParams, Parameter, TiltingParameter, TiltingParams};
 pub use phase::{Phase, PhaseTable};
 pub use rotor::{Flight, RotorJump, RotorState};
 pub use stator::{Stator, StatorState};
 pub use teeth::{AmplitudeVariation, ToothPair};
+pub use tilting::{
+    CONTACTS_PER_STEP_MAX, ContactPlace, ContactPlaces, Freedom, NoTiltingLedger, ShiftState,
+    StatorTiltState, TiltState, TiltingContact, TiltingContacts, TiltingEnergyFlows, TiltingEnergyLedger,
+    TiltingLedger, TiltingMotor, TiltingSetup, TiltingState, TiltingVariation, Tooth,
+};
 pub use time::Time;

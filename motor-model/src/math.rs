@@ -18,8 +18,8 @@ mod sealed {
 
 /// The scalar of a model: `f32` on the microcontroller, `f64` for the plant and as the reference.
 ///
-/// The bounds are those that `nalgebra` needs for sums and products of fixed-size vectors. It has no `sin`, `exp` or
-/// `sqrt`, so that a step of the model cannot call them.
+/// The bounds are those that `nalgebra` needs for sums and products of fixed-size vectors. It has no `sin` or `exp`, so
+/// that a step of the model cannot call them. Its square root is rounded correctly, so it has the same bits everywhere.
 pub trait Real:
     sealed::Sealed
     + PhaseTable
@@ -65,6 +65,9 @@ pub trait Real:
     /// Magnitude.
     #[must_use]
     fn abs(self) -> Self;
+    /// Square root, correctly rounded; NaN below zero.
+    #[must_use]
+    fn sqrt(self) -> Self;
     /// `self` limited to `-limit..=limit`; `limit` is not negative.
     #[must_use]
     #[inline]
@@ -140,6 +143,10 @@ impl Real for f32 {
     fn abs(self) -> Self {
         f32::abs(self)
     }
+    #[inline]
+    fn sqrt(self) -> Self {
+        libm::sqrtf(self)
+    }
 }
 
 #[expect(
@@ -196,6 +203,10 @@ impl Real for f64 {
     #[inline]
     fn abs(self) -> Self {
         f64::abs(self)
+    }
+    #[inline]
+    fn sqrt(self) -> Self {
+        libm::sqrt(self)
     }
 }
 

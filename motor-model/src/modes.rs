@@ -36,8 +36,7 @@ use crate::phase::Phase;
 use forcing::DrivenMode;
 pub(crate) use forcing::Phasor;
 pub use forcing::{DriveTuning, Forcing};
-use part::FreeMode;
-pub(crate) use part::ModalPush;
+pub(crate) use part::{FreeMode, ModalPush};
 
 /// The constants of one mode.
 #[derive(Clone, Copy, Debug, PartialEq)]

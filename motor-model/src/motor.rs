@@ -1,6 +1,6 @@
 //! The whole motor: one step of stator, rotor and impacts.
 
-mod clearance;
+pub(crate) mod clearance;
 mod end_of_step;
 mod located;
 mod sustained;

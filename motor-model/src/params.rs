@@ -5,9 +5,12 @@
 
 mod draw;
 mod table;
+mod tilting;
+mod tilting_table;
 
 use crate::error::OutOfBounds;
 pub use table::{COUNT, Parameter};
+pub use tilting::{TiltingParameter, TiltingParams};
 
 /// Distribution of a parameter over motors of one make.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -24,4 +24,5 @@ mod law_every_phase;
 mod law_hard_cases;
 mod law_hour_at_rest;
 mod law_rotation_sense;
+mod tilting;
 mod tool_steady_rates;

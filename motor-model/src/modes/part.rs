@@ -20,7 +20,7 @@ use crate::phase::sin_cos_of_turns;
 
 /// Constants of one mode for part of a step.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct FreeMode<T> {
+pub(crate) struct FreeMode<T> {
     /// Half the turns of the free oscillation in a step.
     half_turns: T,
     /// `zeta w h`: decay in a step.
@@ -35,7 +35,7 @@ pub(super) struct FreeMode<T> {
 }
 
 impl<T: Real> FreeMode<T> {
-    pub(super) fn new(mode: &Mode, step_s: f64) -> Self {
+    pub(crate) fn new(mode: &Mode, step_s: f64) -> Self {
         let (w, zeta) = (mode.natural_rad_s, mode.damping_ratio);
         let wd = w * math::sqrt((1.0 - zeta) * (1.0 + zeta));
         Self {
@@ -50,7 +50,7 @@ impl<T: Real> FreeMode<T> {
 
     /// `P - I` over the fraction `part` of a step.
     #[inline]
-    fn propagator(&self, part: T) -> [[T; 2]; 2] {
+    pub(crate) fn propagator(&self, part: T) -> [[T; 2]; 2] {
         // From half the angle: sin = 2 sin cos, cos - 1 = -2 sin^2, the latter without cancellation.
         let (half_sin, half_cos) = sin_cos_of_turns(self.half_turns * part);
         let twice_half_sin = half_sin + half_sin;

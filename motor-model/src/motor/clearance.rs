@@ -13,7 +13,7 @@ use crate::rotor::RotorState;
 
 /// Bound of the error of a cubic through value and slope at both ends of a step, per step and change of slope: four
 /// times `(w h)^2 / 384`, the error for a pure oscillation at `w`.
-pub(super) fn cubic_margin(fastest_rad: f64) -> f64 {
+pub(crate) fn cubic_margin(fastest_rad: f64) -> f64 {
     4.0 / 384.0 * fastest_rad * fastest_rad
 }
 

@@ -3,7 +3,7 @@
 use rand_core::Rng;
 use rand_distr::{Distribution, StandardNormal, Uniform};
 
-use crate::params::{MotorParams, Parameter, Tolerance};
+use crate::params::{MotorParams, Parameter, ParameterSpec, Tolerance};
 
 impl MotorParams {
     /// Another motor of the design whose values these are: each parameter drawn within its [`Tolerance`], which scales
@@ -21,23 +21,29 @@ impl MotorParams {
     pub fn draw<R: Rng + ?Sized>(&self, rng: &mut R) -> Self {
         let mut drawn = *self;
         for parameter in Parameter::ALL {
-            let spec = parameter.spec();
-            let design = self.get(parameter);
-            let scale = (design / spec.nominal).abs();
-            let value = match spec.tolerance {
-                Tolerance::Exact => continue,
-                Tolerance::Normal(tolerance) => design + scale * tolerance * half_normal_within_one(rng),
-                Tolerance::Uniform(low, high) => match Uniform::new_inclusive(scale * low, scale * high) {
-                    Ok(uniform) => uniform.sample(rng),
-                    Err(_) => continue,
-                },
-            };
-            if let Ok(changed) = drawn.with(parameter, value.clamp(spec.min, spec.max)) {
+            let value = drawn_value(&parameter.spec(), self.get(parameter), rng);
+            if let Ok(changed) = drawn.with(parameter, value) {
                 drawn = changed;
             }
         }
         drawn
     }
+}
+
+/// One draw of the parameter `spec` describes, in a motor of a design with the value `design`.
+///
+/// A tolerance scales with the design's value, except about a nominal value of 0.
+pub(super) fn drawn_value<R: Rng + ?Sized>(spec: &ParameterSpec, design: f64, rng: &mut R) -> f64 {
+    let scale = if spec.nominal.abs() > 0.0 { (design / spec.nominal).abs() } else { 1.0 };
+    let value = match spec.tolerance {
+        Tolerance::Exact => design,
+        Tolerance::Normal(tolerance) => design + scale * tolerance * half_normal_within_one(rng),
+        Tolerance::Uniform(low, high) => match Uniform::new_inclusive(scale * low, scale * high) {
+            Ok(uniform) => uniform.sample(rng),
+            Err(_) => design,
+        },
+    };
+    value.clamp(spec.min, spec.max)
 }
 
 /// A normal deviate of standard deviation 1/2, redrawn until within +-1.

@@ -1,7 +1,6 @@
 //! Table 1, one entry per parameter.
 
 use super::Origin::{Assumed, Calculated, FiniteElement, Literature, Measured, Tuned};
-use super::ParameterSpec;
 use super::Tolerance::{Exact, Normal, Uniform};
 
 const RADIUS: (f64, f64) = (1e-5, 1.0);
@@ -11,27 +10,25 @@ const AMPLITUDE: (f64, f64) = (0.0, 1e-2);
 const DAMPING_RATIO: (f64, f64) = (0.0, 0.99);
 const MASS: (f64, f64) = (1e-9, 1.0);
 
-/// Defines [`Parameter`], the list of all its variants and the table of their specs from one list.
+/// Defines an enumeration of parameters, the list of all its variants and the table of their specs from one list.
 ///
 /// A row is `Variant: key, unit, nominal, tolerance, (min, max), origin, meaning;`. The order of the rows is the
-/// order in which [`crate::MotorParams::draw`] takes random numbers: a row in a new place changes the motor that a
-/// seed names.
+/// order in which [`crate::MotorParams::draw`] and [`crate::TiltingParams::draw`] take random numbers: a row in a new
+/// place changes the motor that a seed names.
 macro_rules! parameters {
-    ($($(#[$doc:meta])* $name:ident:
+    ($(#[$enum_doc:meta])* $parameter:ident; $($(#[$doc:meta])* $name:ident:
         $key:literal, $unit:literal, $nominal:expr, $tolerance:expr, $bounds:expr, $origin:expr, $meaning:literal;
     )*) => {
-        /// A parameter of the motor.
-        ///
-        /// The paper's symbol stands in brackets.
+        $(#[$enum_doc])*
         #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-        pub enum Parameter {
+        pub enum $parameter {
             $($(#[$doc])* $name,)*
         }
 
         /// Number of parameters.
         pub const COUNT: usize = [$($key),*].len();
 
-        const SPECS: [ParameterSpec; COUNT] = [$(ParameterSpec {
+        const SPECS: [$crate::params::ParameterSpec; COUNT] = [$($crate::params::ParameterSpec {
             key: $key,
             unit: $unit,
             nominal: $nominal,
@@ -42,29 +39,33 @@ macro_rules! parameters {
             meaning: $meaning,
         }),*];
 
-        impl Parameter {
-            /// Every parameter, in the order of Table 1.
+        impl $parameter {
+            /// Every parameter, in the order of the table.
             pub const ALL: [Self; COUNT] = [$(Self::$name),*];
+
+            /// The parameter with this key.
+            pub fn from_key(key: &str) -> Option<Self> {
+                Self::ALL.into_iter().find(|parameter| parameter.spec().key == key)
+            }
+
+            /// Key, unit, nominal, tolerance, origin, bounds and meaning.
+            ///
+            /// The bounds are those of the model's arithmetic and of sense (a mass is positive), far wider than any
+            /// real motor.
+            pub const fn spec(self) -> $crate::params::ParameterSpec {
+                #[expect(clippy::indexing_slicing, reason = "there is one row per discriminant by construction")]
+                SPECS[self as usize]
+            }
         }
     };
 }
-
-impl Parameter {
-    /// The parameter with this key.
-    pub fn from_key(key: &str) -> Option<Self> {
-        Self::ALL.into_iter().find(|parameter| parameter.spec().key == key)
-    }
-
-    /// Key, unit, nominal, tolerance, origin, bounds and meaning.
-    ///
-    /// The bounds are those of the model's arithmetic and of sense (a mass is positive), far wider than any real motor.
-    pub const fn spec(self) -> ParameterSpec {
-        #[expect(clippy::indexing_slicing, reason = "there is one row per discriminant by construction")]
-        SPECS[self as usize]
-    }
-}
+pub(super) use parameters;
 
 parameters! {
+    /// A parameter of the motor.
+    ///
+    /// The paper's symbol stands in brackets.
+    Parameter;
     /// Inner radius of the stator ring (`R_i`).
     StatorInnerRadius: "motor.stator_inner_radius_m", "m", 2.125e-3, Normal(0.02e-3), RADIUS, Measured,
         "inner radius of the stator ring, R_i";

@@ -1,0 +1,456 @@
+//! The tilting motor: a rotor that tilts and shifts on its pin, over four separate teeth.
+//!
+//! It shares modes, drive, flight and laws of contact with the height-only [`crate::Motor`] and adds:
+//!
+//! | part | what it is |
+//! |---|---|
+//! | `rigid_body` | tilt, shift and spin in flight; how a point of the rotor moves |
+//! | `stator_tilt` | the stator's two tilting modes, by which a single tooth recoils |
+//! | `tooth` | four teeth with their own amplitudes and heights |
+//! | `hub` | the hole's two edges at the pin |
+//! | `stop` | optional floor under the rim and ceiling |
+//! | `contact`, `contact_set` | directions of a contact; all closed contacts solved together |
+//! | `clearance` | a cheap test that nothing can be met in a step |
+//! | `located`, `end_of_step` | when contacts are found, and what a step then does |
+//! | `energy` | where the energy goes |
+//!
+//! Inside, x, y and angles are counter-clockwise; rates of rotation are clockwise, as everywhere.
+
+mod clearance;
+mod contact;
+mod contact_set;
+mod end_of_step;
+mod energy;
+mod hub;
+mod located;
+mod rigid_body;
+mod stator_tilt;
+mod stop;
+mod tooth;
+
+use heapless::Vec;
+use nalgebra::Vector3;
+
+use crate::drive::DriveCommand;
+use crate::error::OutOfBounds;
+use crate::impact::FrictionLaw;
+use crate::math::Real;
+use crate::modes::{DriveTuning, Forcing, ModalBank, ModalState, Mode};
+use crate::motor::ImpactRule;
+use crate::params::{MotorParams, TiltingParams};
+use crate::phase::Phase;
+use crate::rotor::{Flight, RotorState};
+use clearance::ClearTest;
+pub use contact::{ContactPlace, ContactPlaces};
+use contact::{Mobility, Velocities};
+pub use energy::{NoTiltingLedger, TiltingEnergyFlows, TiltingEnergyLedger, TiltingLedger};
+use hub::Hub;
+use rigid_body::{LeanFlight, RotorMobility, Twist};
+pub use rigid_body::{ShiftState, TiltState};
+pub use stator_tilt::StatorTiltState;
+use stator_tilt::{StatorTiltFlight, stator_tilt_mode};
+use stop::Stop;
+pub use tooth::{TiltingVariation, Tooth};
+
+/// Most contacts that one step reports; later ones of the same step are not reported.
+pub const CONTACTS_PER_STEP_MAX: usize = 16;
+
+/// The contacts of one step, in the order in which they happened.
+pub type TiltingContacts<T> = Vec<TiltingContact<T>, CONTACTS_PER_STEP_MAX>;
+
+/// What the rotor can do.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Freedom {
+    /// Height, tilt, shift and spin.
+    #[default]
+    Full,
+    /// Height, tilt and spin; its mass centre stays on the axis. The tilt stop is kept, the rubbing of a shifted rotor is
+    /// not.
+    WithoutShift,
+    /// Height and spin: the height-only motor, with four teeth in place of two pairs. For comparison.
+    HeightOnly,
+}
+
+/// Settings of a tilting motor besides the motor's parameters.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TiltingSetup {
+    /// Length of a step in s, within 1e-9 to 1e-3. Above 20 us contacts are found at the end of the step.
+    pub step_s: f64,
+    /// When contacts are applied.
+    pub impact_rule: ImpactRule,
+    /// What limits the tangential impulse at the teeth.
+    pub friction_law: FrictionLaw,
+    /// The generator's frequencies.
+    pub tuning: DriveTuning,
+    /// This motor's teeth and pin.
+    pub variation: TiltingVariation,
+    /// What the rotor can do.
+    pub freedom: Freedom,
+}
+
+impl TiltingSetup {
+    /// Located contacts, Coulomb friction, driven at resonance, equal teeth, all freedom.
+    pub fn with_step(step_s: f64) -> Self {
+        Self {
+            step_s,
+            impact_rule: ImpactRule::default(),
+            friction_law: FrictionLaw::default(),
+            tuning: DriveTuning::default(),
+            variation: TiltingVariation::default(),
+            freedom: Freedom::default(),
+        }
+    }
+}
+
+/// The record of one contact in a step.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TiltingContact<T> {
+    /// Where.
+    pub place: ContactPlace,
+    /// Whether it is a sustained contact, whose impulse acts throughout the span that ends here, and not an impact.
+    pub sustained: bool,
+    /// Time from the contact to the end of its step, in s.
+    pub before_end_s: T,
+    /// Speed at which the gap closed, in m/s. Negative where it opened while another contact pressed it shut.
+    pub approach_m_s: T,
+    /// Normal impulse on the rotor, positive, in N s.
+    pub normal_impulse_n_s: T,
+    /// Tangential impulses on the rotor, in N s: at a tooth, floor or ceiling clockwise and outward, at the pin
+    /// counter-clockwise and up.
+    pub tangential_impulse_n_s: [T; 2],
+    /// Slip before friction, rotor less surface, in the same directions, in m/s.
+    pub slip_m_s: [T; 2],
+    /// Gap where the contact was applied, in m.
+    pub gap_m: T,
+}
+
+/// Everything that changes from step to step. A plain value: copy it to branch a run.
+///
+/// The mechanical state, all zero at the start:
+///
+/// | index | quantity | symbol | unit | meaning |
+/// |---|---|---|---|---|
+/// | 0-2 | `modes.displacement_m` | `g_A, g_B, g_C` | m | modal displacements |
+/// | 3-5 | `modes.velocity_m_s` | `g_A', g_B', g_C'` | m/s | their rates |
+/// | 6, 7 | `stator_tilt.displacement_m` | `g_T1, g_T2` | m | displacements of the stator's tilting modes |
+/// | 8, 9 | `stator_tilt.velocity_m_s` | `g_T1', g_T2'` | m/s | their rates |
+/// | 10 | `rotor.height_m` | `z` | m | height of the middle of the rotor's underside above the teeth at rest |
+/// | 11 | `rotor.velocity_m_s` | `v_z` | m/s | its rate, upward |
+/// | 12 | `rotor.angle` | `theta` | 2^-32 turn | angle of the rotor about its own axis, clockwise |
+/// | 13 | `rotor.rate_rad_s` | `omega = -W` | rad/s | its rate |
+/// | 14, 15 | `tilt.slope` | `eta_x, eta_y` | 1 | slopes of the rotor's plane |
+/// | 16, 17 | `tilt.rate_rad_s` | `eta_x', eta_y'` | rad/s | their rates |
+/// | 18, 19 | `shift.displacement_m` | `x, y` | m | shift of the mass centre from the axis |
+/// | 20, 21 | `shift.velocity_m_s` | `x', y'` | m/s | its rate |
+/// | | `in_contact` | | | where the rotor is in sustained contact |
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct TiltingState<T: Real> {
+    /// Steps taken.
+    pub steps: u64,
+    /// Phase of the drive.
+    pub phase: Phase,
+    /// The stator's modes A, B and C.
+    pub modes: ModalState<T>,
+    /// The stator's tilting modes.
+    pub stator_tilt: StatorTiltState<T>,
+    /// Height and spin of the rotor.
+    pub rotor: RotorState<T>,
+    /// Tilt of the rotor.
+    pub tilt: TiltState<T>,
+    /// Shift of the rotor.
+    pub shift: ShiftState<T>,
+    /// The drive now in force.
+    pub forcing: Forcing<T>,
+    /// Where the rotor is in sustained contact. Always empty with [`ImpactRule::EndOfStep`].
+    pub in_contact: ContactPlaces,
+}
+
+/// The state without the drive in force and the count of steps.
+#[derive(Clone, Copy, Debug)]
+struct TiltingMotion<T> {
+    phase: Phase,
+    modes: ModalState<T>,
+    stator_tilt: StatorTiltState<T>,
+    rotor: RotorState<T>,
+    tilt: TiltState<T>,
+    shift: ShiftState<T>,
+    in_contact: ContactPlaces,
+}
+
+impl<T: Real> TiltingMotion<T> {
+    /// The whole state, for the ledger.
+    fn under(&self, forcing: &Forcing<T>) -> TiltingState<T> {
+        let Self { phase, modes, stator_tilt, rotor, tilt, shift, in_contact } = *self;
+        TiltingState {
+            steps: 0,
+            phase,
+            modes,
+            stator_tilt,
+            rotor,
+            tilt,
+            shift,
+            forcing: *forcing,
+            in_contact,
+        }
+    }
+
+    fn velocities(&self) -> Velocities<T> {
+        Velocities {
+            rotor: Twist {
+                rise: self.rotor.velocity_m_s,
+                turn: self.rotor.rate_rad_s,
+                shift: self.shift.velocity_m_s,
+                slope: self.tilt.rate_rad_s,
+            },
+            modes: self.modes.velocity_m_s,
+            stator_tilt: self.stator_tilt.velocity_m_s,
+        }
+    }
+
+    fn set_velocities(&mut self, velocities: &Velocities<T>) {
+        let Velocities { rotor, modes, stator_tilt } = velocities;
+        self.rotor.velocity_m_s = rotor.rise;
+        self.rotor.rate_rad_s = rotor.turn;
+        self.shift.velocity_m_s = rotor.shift;
+        self.tilt.rate_rad_s = rotor.slope;
+        self.modes.velocity_m_s = *modes;
+        self.stator_tilt.velocity_m_s = *stator_tilt;
+    }
+
+    /// The same velocities, which changed evenly over the last `span_s`: the positions follow by half of the change.
+    fn set_velocities_evenly(&mut self, velocities: &Velocities<T>, span_s: T) {
+        let half_s = T::from_f64(0.5) * span_s;
+        let Velocities { rotor, modes, stator_tilt } = velocities;
+        self.rotor.height_m += half_s * (rotor.rise - self.rotor.velocity_m_s);
+        self.rotor.angle.turn_by_radians(half_s * (rotor.turn - self.rotor.rate_rad_s));
+        self.shift.displacement_m += (rotor.shift - self.shift.velocity_m_s) * half_s;
+        self.tilt.slope += (rotor.slope - self.tilt.rate_rad_s) * half_s;
+        self.modes.displacement_m += (modes - self.modes.velocity_m_s) * half_s;
+        self.stator_tilt.displacement_m += (stator_tilt - self.stator_tilt.velocity_m_s) * half_s;
+        self.set_velocities(velocities);
+    }
+}
+
+impl<T: Real> TiltingState<T> {
+    #[inline]
+    fn motion(&self) -> TiltingMotion<T> {
+        let Self { phase, modes, stator_tilt, rotor, tilt, shift, in_contact, .. } = *self;
+        TiltingMotion { phase, modes, stator_tilt, rotor, tilt, shift, in_contact }
+    }
+
+    #[inline]
+    fn move_to(&mut self, motion: &TiltingMotion<T>) {
+        let TiltingMotion { phase, modes, stator_tilt, rotor, tilt, shift, in_contact } = *motion;
+        self.steps += 1;
+        (self.phase, self.modes, self.stator_tilt) = (phase, modes, stator_tilt);
+        (self.rotor, self.tilt, self.shift, self.in_contact) = (rotor, tilt, shift, in_contact);
+    }
+}
+
+/// A tilting motor ready to step: immutable, one for any number of states.
+///
+/// ```
+/// use motor_model::{DriveCommand, DriveMode, MotorParams, TiltingMotor, TiltingParams, TiltingSetup, TiltingState};
+///
+/// let (params, tilting) = (MotorParams::nominal(), TiltingParams::nominal());
+/// let motor = TiltingMotor::<f64>::try_new(&params, &tilting, &TiltingSetup::with_step(1e-6))?;
+/// let mut state = TiltingState::default();
+/// for _ in 0..100_000 {
+///     motor.step(&mut state, DriveCommand::full(DriveMode::C));
+/// }
+/// assert!(state.rotor.rate_rad_s < -0.5, "mode C turns counter-clockwise");
+/// assert!(state.tilt.slope.norm_squared() > 0.0, "and the rotor tilts");
+/// # Ok::<(), motor_model::OutOfBounds>(())
+/// ```
+#[derive(Clone, Debug)]
+pub struct TiltingMotor<T> {
+    modes: ModalBank<T>,
+    stator_tilt: StatorTiltFlight<T>,
+    flight: Flight<T>,
+    lean: LeanFlight<T>,
+    teeth: [Tooth<T>; 4],
+    hub: Hub<T>,
+    stops: [Option<Stop<T>>; 2],
+    mobility: Mobility<T>,
+    clear: ClearTest<T>,
+    freedom: Freedom,
+    impact_rule: ImpactRule,
+    step: T,
+    step_s: f64,
+}
+
+/// Longest step within which contacts are located, in radians of the fastest mode.
+const RESOLVED_RAD: f64 = 1.0;
+
+impl<T: Real> TiltingMotor<T> {
+    /// A motor of these parameters and this step.
+    ///
+    /// # Errors
+    /// When the step is outside 1e-9 to 1e-3 s, a fixed drive frequency is outside 1 Hz to 1 MHz, mode A is damped
+    /// beyond 0.99 of critical, or a value of the variation is not finite.
+    pub fn try_new(
+        params: &MotorParams,
+        tilting: &TiltingParams,
+        setup: &TiltingSetup,
+    ) -> Result<Self, OutOfBounds> {
+        let step_s = OutOfBounds::check("step_s", setup.step_s, 1e-9, 1e-3, "s")?;
+        setup.tuning.check()?;
+        setup.variation.check()?;
+        let modes = Mode::all(params)?;
+        let pair = stator_tilt_mode(params, tilting);
+        let [per_a, per_b, per_c] = modes.each_ref().map(|mode| T::from_f64(1.0 / mode.mass_kg));
+        let fastest_rad =
+            (modes.iter().map(|mode| mode.natural_rad_s)).chain([pair.natural_rad_s]).fold(0.0, f64::max)
+                * step_s;
+        let tilts = setup.freedom != Freedom::HeightOnly;
+        let teeth = Tooth::all(params, tilting, setup);
+        let hub = Hub::new(tilting, setup.variation.pin_direction_deg);
+        Ok(Self {
+            modes: ModalBank::new(&modes, setup.tuning, step_s),
+            stator_tilt: StatorTiltFlight::new(&pair, step_s),
+            flight: Flight::new(params, step_s),
+            lean: LeanFlight::new(params, tilting, step_s),
+            clear: ClearTest::new(params, tilting, setup, &teeth, fastest_rad),
+            teeth,
+            hub,
+            stops: if tilts { Stop::both(params, tilting) } else { [None, None] },
+            mobility: Mobility {
+                rotor: RotorMobility::new(params, tilting, setup.freedom),
+                modes: Vector3::new(per_a, per_b, per_c),
+                stator_tilt: if tilts { T::from_f64(1.0 / pair.mass_kg) } else { T::zero() },
+            },
+            freedom: setup.freedom,
+            impact_rule: if fastest_rad > RESOLVED_RAD { ImpactRule::EndOfStep } else { setup.impact_rule },
+            step: T::from_f64(step_s),
+            step_s,
+        })
+    }
+
+    /// Length of a step in s.
+    pub fn step_s(&self) -> f64 {
+        self.step_s
+    }
+
+    /// The four teeth.
+    pub fn teeth(&self) -> &[Tooth<T>; 4] {
+        &self.teeth
+    }
+
+    /// Gap at `place`, in m; `None` where there is nothing to meet.
+    pub fn gap_m(&self, state: &TiltingState<T>, place: ContactPlace) -> Option<T> {
+        self.gap_at(&state.motion(), place).map(|(gap_m, _)| gap_m)
+    }
+
+    /// Vertical velocity of the rotor's underside at the fixed point `(x_m, y_m)`, as a vibrometer sees it, in m/s.
+    pub fn underside_velocity_m_s(&self, state: &TiltingState<T>, [x_m, y_m]: [T; 2]) -> T {
+        let (shift, tilt) = (&state.shift, &state.tilt);
+        let (x, y) = (x_m - shift.displacement_m.x, y_m - shift.displacement_m.y);
+        state.rotor.velocity_m_s + tilt.rate_rad_s.x * x + tilt.rate_rad_s.y * y
+            - tilt.slope.dot(&shift.velocity_m_s)
+    }
+
+    /// Advances `state` by one step under `command` and returns the contacts of that step.
+    ///
+    /// Cannot fail, allocates nothing and calls nothing transcendental. A command other than the last one takes
+    /// effect at the start of the step.
+    #[inline]
+    pub fn step(&self, state: &mut TiltingState<T>, command: DriveCommand) -> TiltingContacts<T> {
+        self.step_with(state, command, &mut NoTiltingLedger)
+    }
+
+    /// [`Self::step`], with what happens recorded in `ledger`.
+    #[inline]
+    pub fn step_with<L: TiltingLedger<T>>(
+        &self,
+        state: &mut TiltingState<T>,
+        command: DriveCommand,
+        ledger: &mut L,
+    ) -> TiltingContacts<T> {
+        if state.forcing.command() != command {
+            state.forcing = self.modes.forcing(command);
+        }
+        if self.freedom == Freedom::Full {
+            self.step_freely::<true, L>(state, ledger)
+        } else {
+            self.step_freely::<false, L>(state, ledger)
+        }
+    }
+
+    /// A step with or without shifts.
+    #[inline]
+    fn step_freely<const SHIFTS: bool, L: TiltingLedger<T>>(
+        &self,
+        state: &mut TiltingState<T>,
+        ledger: &mut L,
+    ) -> TiltingContacts<T> {
+        let start = state.motion();
+        let mut end = start;
+        self.modes.advance(&mut end.modes, &state.forcing, start.phase);
+        self.stator_tilt.step.advance(&mut end.stator_tilt);
+        self.lean.step.advance::<SHIFTS>(&mut end.tilt, &mut end.shift, start.rotor.rate_rad_s);
+        self.flight.advance(&mut end.rotor);
+        end.phase = start.phase.advanced(state.forcing.increment());
+        if start.in_contact.is_empty() && self.clear.is_sure::<SHIFTS>(&start, &end, self.step) {
+            ledger.motion(&start.under(&state.forcing), T::one());
+            state.move_to(&end);
+            return TiltingContacts::new();
+        }
+        let (forcing, mut contacts) = (state.forcing, TiltingContacts::new());
+        match self.impact_rule {
+            ImpactRule::Located => {
+                self.locate_contacts(&forcing, &start, &mut end, &mut contacts, ledger);
+            }
+            ImpactRule::EndOfStep => {
+                ledger.motion(&start.under(&forcing), T::one());
+                self.contacts_at_end(&forcing, &mut end, &mut contacts, ledger);
+            }
+        }
+        state.move_to(&end);
+        contacts
+    }
+
+    /// Gap and its rate at `place`; `None` where there is nothing to meet.
+    #[inline]
+    fn gap_at(&self, motion: &TiltingMotion<T>, place: ContactPlace) -> Option<(T, T)> {
+        let [tooth_0, tooth_1, tooth_2, tooth_3] = &self.teeth;
+        let at_tooth = |tooth: &Tooth<T>| Some((tooth.gap_m(motion), tooth.gap_rate_m_s(motion)));
+        let at_stop = |stop: &Option<Stop<T>>| {
+            stop.as_ref().map(|stop| (stop.gap_m(motion), stop.gap_rate_m_s(motion)))
+        };
+        let [rim, ceiling] = &self.stops;
+        match place {
+            ContactPlace::Tooth(0) => at_tooth(tooth_0),
+            ContactPlace::Tooth(1) => at_tooth(tooth_1),
+            ContactPlace::Tooth(2) => at_tooth(tooth_2),
+            ContactPlace::Tooth(_) => at_tooth(tooth_3),
+            ContactPlace::UpperEdge | ContactPlace::LowerEdge => {
+                if self.freedom == Freedom::HeightOnly {
+                    return None;
+                }
+                let edge = self.hub.edge(place, motion);
+                Some((edge.gap_m, Hub::gap_rate_m_s(&edge, motion)))
+            }
+            ContactPlace::Rim => at_stop(rim),
+            ContactPlace::Ceiling => at_stop(ceiling),
+        }
+    }
+
+    /// The contact at `place`.
+    fn contact_at(&self, motion: &TiltingMotion<T>, place: ContactPlace) -> Option<contact::Contact<T>> {
+        let [tooth_0, tooth_1, tooth_2, tooth_3] = &self.teeth;
+        let [rim, ceiling] = &self.stops;
+        let at_stop = |stop: &Option<Stop<T>>| stop.as_ref().map(|stop| stop.contact(motion, &self.mobility));
+        match place {
+            ContactPlace::Tooth(0) => Some(tooth_0.contact(motion, &self.mobility)),
+            ContactPlace::Tooth(1) => Some(tooth_1.contact(motion, &self.mobility)),
+            ContactPlace::Tooth(2) => Some(tooth_2.contact(motion, &self.mobility)),
+            ContactPlace::Tooth(_) => Some(tooth_3.contact(motion, &self.mobility)),
+            ContactPlace::UpperEdge | ContactPlace::LowerEdge => {
+                let edge = self.hub.edge(place, motion);
+                Some(self.hub.contact(place, &edge, motion, &self.mobility))
+            }
+            ContactPlace::Rim => at_stop(rim),
+            ContactPlace::Ceiling => at_stop(ceiling),
+        }
+    }
+}

@@ -1,0 +1,316 @@
+//! The closed contacts of an instant, solved together: normal impulses by complementarity, then friction.
+//!
+//! With the speeds `w` along the normals before (-) and after (+), for every closed contact i (Newton's restitution):
+//!
+//! ```text
+//! w+ = w- + D P,     0 <= P_i   perp   w_i+ + b_i >= 0,     b_i = e_i min(w_i-, 0)
+//! ```
+//!
+//! by projected Gauss-Seidel on the velocities themselves. The two edges of the hole share nearly the same line of
+//! action, which would converge slowly: they are one block, solved exactly. Several contacts with different
+//! restitutions could gain energy under Newton's rule. The gain is `sum P_i (w_i+ + w_i-) / 2`; where it is positive, the
+//! contacts are solved again without restitution, which minimises the energy.
+//!
+//! Friction then takes up the slip `q` of each contact in both directions along its surface (Coulomb):
+//!
+//! ```text
+//! T_i = -q_i / (d_i + m),     m = 0, or so large that |T| = mu P      the least energy within the circle |T| <= mu P
+//! ```
+//!
+//! in turn, until nothing changes. Friction never gains energy either: its heat `-sum T (q- + q+) / 2` is checked, and
+//! friction that would cool is left out.
+
+use heapless::Vec;
+
+use super::contact::{Contact, ContactPlace, Mobility, PLACES, Velocities};
+use crate::math::Real;
+
+/// Most sweeps over the normal impulses.
+const NORMAL_SWEEPS: u8 = 40;
+/// Most sweeps over friction.
+const FRICTION_SWEEPS: u8 = 12;
+/// Most iterations for the friction of one contact.
+const CIRCLE_ITERATIONS: u8 = 4;
+/// The sweeps end when no impulse changes by more than this share of the largest.
+const SETTLED: f64 = 1e-13;
+const FRICTION_SETTLED: f64 = 1e-6;
+/// A direction whose compliance is below this share of the other one's is rigid: friction does not change the slip.
+const IMMOBILE: f64 = 1e-9;
+/// Below this ratio of what friction can take up to the slip, friction is along the slip.
+const ALL_SLIP: f64 = 1e-6;
+
+/// What one contact did.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Solved<T> {
+    pub(super) contact: Contact<T>,
+    /// `w-`.
+    pub(super) speed_before: T,
+    /// `w+`, before friction.
+    pub(super) speed_after: T,
+    /// `b`.
+    pub(super) bias: T,
+    /// `P`.
+    pub(super) normal_n_s: T,
+    /// Slip of the rotor over the surface before friction.
+    pub(super) slip: [T; 2],
+    /// `T`.
+    pub(super) along_n_s: [T; 2],
+}
+
+/// The closed contacts of an instant.
+#[derive(Clone, Debug)]
+pub(super) struct ContactSet<T> {
+    pub(super) contacts: Vec<Solved<T>, PLACES>,
+}
+
+impl<T: Real> ContactSet<T> {
+    pub(super) fn new() -> Self {
+        Self { contacts: Vec::new() }
+    }
+
+    /// Adds a closed contact that has to part with at least the speed `-bias`.
+    pub(super) fn add(&mut self, contact: Contact<T>, bias: T, velocities: &Velocities<T>) {
+        let speed = contact.normal.speed(velocities);
+        let zero = T::zero();
+        let solved = Solved {
+            contact,
+            speed_before: speed,
+            speed_after: speed,
+            bias,
+            normal_n_s: zero,
+            slip: [zero; 2],
+            along_n_s: [zero; 2],
+        };
+        // There are as many entries as places.
+        let _ = self.contacts.push(solved);
+    }
+
+    /// Applies normal impulses and friction to `velocities`.
+    pub(super) fn solve(&mut self, mobility: &Mobility<T>, velocities: &mut Velocities<T>, both_edges: bool) {
+        let before = *velocities;
+        self.solve_normals(mobility, velocities, both_edges);
+        if self.contacts.len() > 1 && self.normal_gain() > T::zero() {
+            *velocities = before;
+            for solved in &mut self.contacts {
+                solved.normal_n_s = T::zero();
+                if solved.bias < T::zero() {
+                    solved.bias = T::zero();
+                }
+            }
+            self.solve_normals(mobility, velocities, both_edges);
+        }
+        self.solve_friction(mobility, velocities);
+    }
+
+    /// Change of the energy by the normal impulses.
+    fn normal_gain(&self) -> T {
+        let half = T::from_f64(0.5);
+        self.contacts.iter().fold(T::zero(), |sum, solved| {
+            sum + half * solved.normal_n_s * (solved.speed_before + solved.speed_after)
+        })
+    }
+
+    fn solve_normals(&mut self, mobility: &Mobility<T>, velocities: &mut Velocities<T>, both_edges: bool) {
+        if let [only] = self.contacts.as_mut_slice() {
+            only.push_alone(mobility, velocities);
+            only.speed_after = only.contact.normal.speed(velocities);
+            return;
+        }
+        let first_edge = self.edges();
+        for _ in 0..NORMAL_SWEEPS {
+            let (mut largest, mut change) = (T::zero(), T::zero());
+            for index in 0..self.contacts.len() {
+                if first_edge == Some(index) {
+                    if let Some([upper, lower]) = self.contacts.get_mut(index..index + 2) {
+                        let changed = push_edges(upper, lower, mobility, velocities, both_edges);
+                        change = max(change, changed);
+                        largest = max(largest, max(upper.normal_n_s, lower.normal_n_s));
+                    }
+                } else if first_edge.is_none_or(|first| index != first + 1) {
+                    if let Some(solved) = self.contacts.get_mut(index) {
+                        change = max(change, solved.push_alone(mobility, velocities));
+                        largest = max(largest, solved.normal_n_s);
+                    }
+                }
+            }
+            if change <= T::from_f64(SETTLED) * largest {
+                break;
+            }
+        }
+        for solved in &mut self.contacts {
+            solved.speed_after = solved.contact.normal.speed(velocities);
+        }
+    }
+
+    /// Where the pair of edges begins, if both are closed: they are neighbours.
+    fn edges(&self) -> Option<usize> {
+        let upper =
+            self.contacts.iter().position(|solved| solved.contact.place == ContactPlace::UpperEdge)?;
+        let next = self.contacts.get(upper + 1)?;
+        (next.contact.place == ContactPlace::LowerEdge).then_some(upper)
+    }
+
+    fn solve_friction(&mut self, mobility: &Mobility<T>, velocities: &mut Velocities<T>) {
+        let before = velocities.rotor;
+        for solved in &mut self.contacts {
+            solved.slip = solved.contact.along.each_ref().map(|way| way.speed(velocities));
+        }
+        let sweeps = if self.contacts.len() > 1 { FRICTION_SWEEPS } else { 1 };
+        for _ in 0..sweeps {
+            let (mut largest, mut change) = (T::zero(), T::zero());
+            for solved in &mut self.contacts {
+                change = max(change, solved.rub(mobility, velocities));
+                largest = max(largest, solved.contact.friction * solved.normal_n_s);
+            }
+            if change <= T::from_f64(FRICTION_SETTLED) * largest {
+                break;
+            }
+        }
+        if self.contacts.len() > 1 && self.friction_heat(velocities) < T::zero() {
+            velocities.rotor = before;
+            for solved in &mut self.contacts {
+                solved.along_n_s = [T::zero(); 2];
+            }
+        }
+    }
+
+    /// Heat of friction, twice.
+    fn friction_heat(&self, velocities: &Velocities<T>) -> T {
+        self.contacts.iter().fold(T::zero(), |sum, solved| {
+            let [first, second] = solved.contact.along.each_ref().map(|way| way.speed(velocities));
+            let ([slip_0, slip_1], [t_0, t_1]) = (solved.slip, solved.along_n_s);
+            sum - t_0 * (slip_0 + first) - t_1 * (slip_1 + second)
+        })
+    }
+}
+
+#[inline]
+fn max<T: Real>(a: T, b: T) -> T {
+    if b > a { b } else { a }
+}
+
+impl<T: Real> Solved<T> {
+    /// Corrects this contact's normal impulse; returns the size of the change.
+    #[inline]
+    fn push_alone(&mut self, mobility: &Mobility<T>, velocities: &mut Velocities<T>) -> T {
+        let normal = &self.contact.normal;
+        if normal.compliance <= T::zero() {
+            return T::zero();
+        }
+        let asked = self.normal_n_s - (normal.speed(velocities) + self.bias) / normal.compliance;
+        self.set_normal(max(asked, T::zero()), mobility, velocities)
+    }
+
+    #[inline]
+    fn set_normal(&mut self, to: T, mobility: &Mobility<T>, velocities: &mut Velocities<T>) -> T {
+        let change = to - self.normal_n_s;
+        if change != T::zero() {
+            self.contact.normal.push(change, mobility, velocities);
+            self.normal_n_s = to;
+        }
+        change.abs()
+    }
+
+    /// Corrects this contact's friction; returns the size of the change.
+    fn rub(&mut self, mobility: &Mobility<T>, velocities: &mut Velocities<T>) -> T {
+        let limit = self.contact.friction * self.normal_n_s;
+        let zero = T::zero();
+        let [first, second] = &self.contact.along;
+        let [t_0, t_1] = self.along_n_s;
+        if limit <= zero {
+            return zero;
+        }
+        // The slip that there would be without this contact's own friction.
+        let (d_0, d_1) = (first.compliance, second.compliance);
+        let (q_0, q_1) = (first.speed(velocities) - d_0 * t_0, second.speed(velocities) - d_1 * t_1);
+        let (to_0, to_1) = within_circle([q_0, q_1], [d_0, d_1], limit);
+        let (by_0, by_1) = (to_0 - t_0, to_1 - t_1);
+        first.push(by_0, mobility, velocities);
+        second.push(by_1, mobility, velocities);
+        self.along_n_s = [to_0, to_1];
+        max(by_0.abs(), by_1.abs())
+    }
+}
+
+/// `T_i = -q_i / (d_i + m)` of magnitude at most `limit`.
+fn within_circle<T: Real>([q_0, q_1]: [T; 2], [d_0, d_1]: [T; 2], limit: T) -> (T, T) {
+    let zero = T::zero();
+    let stiffest = max(d_0, d_1);
+    let least = T::from_f64(IMMOBILE) * stiffest;
+    let stop = |q: T, d: T| if d > least { -q / d } else { zero };
+    let (t_0, t_1) = (stop(q_0, d_0), stop(q_1, d_1));
+    // Nothing slips along a rigid direction, or friction stops all slip.
+    let held_0 = d_0 <= least && q_0 != zero;
+    let held_1 = d_1 <= least && q_1 != zero;
+    if !held_0 && !held_1 && t_0.abs() + t_1.abs() <= limit {
+        return (t_0, t_1);
+    }
+    // In units of the larger slip, so that no square is too small.
+    let unit = max(q_0.abs(), q_1.abs());
+    let (q_0, q_1, radius) = (q_0 / unit, q_1 / unit, limit / unit);
+    let slip = (q_0 * q_0 + q_1 * q_1).sqrt();
+    if radius * stiffest < T::from_f64(ALL_SLIP) {
+        let scale = -limit / slip;
+        return (q_0 * scale, q_1 * scale);
+    }
+    let (mut t_0, mut t_1) = (t_0 / unit, t_1 / unit);
+    let mut size = (t_0 * t_0 + t_1 * t_1).sqrt();
+    if !held_0 && !held_1 && size <= radius {
+        return (t_0 * unit, t_1 * unit);
+    }
+    // Newton's method on 1/|T| = 1/radius, which is nearly straight in m, from a lower bound of m.
+    let alone = max(q_0.abs() / radius - d_0, q_1.abs() / radius - d_1);
+    let mut m = max(max(slip / radius - stiffest, alone), zero);
+    for _ in 0..CIRCLE_ITERATIONS {
+        (t_0, t_1) = (-q_0 / (d_0 + m), -q_1 / (d_1 + m));
+        size = (t_0 * t_0 + t_1 * t_1).sqrt();
+        let over = size - radius;
+        if over <= radius * T::from_f64(1e-7) {
+            break;
+        }
+        m += over * size * size / (radius * (t_0 * t_0 / (d_0 + m) + t_1 * t_1 / (d_1 + m)));
+    }
+    let scale = limit / size;
+    (t_0 * scale, t_1 * scale)
+}
+
+/// Corrects the normal impulses of both edges of the hole, exactly; returns the largest change.
+///
+/// Without shift both act along one line: `as_one` then gives each half.
+fn push_edges<T: Real>(
+    upper: &mut Solved<T>,
+    lower: &mut Solved<T>,
+    mobility: &Mobility<T>,
+    velocities: &mut Velocities<T>,
+    as_one: bool,
+) -> T {
+    let (d_00, d_11) = (upper.contact.normal.compliance, lower.contact.normal.compliance);
+    let d_01 = upper.contact.normal.coupling(&lower.contact.normal, mobility);
+    if d_00 <= T::zero() || d_11 <= T::zero() {
+        return T::zero();
+    }
+    let (p_0, p_1) = (upper.normal_n_s, lower.normal_n_s);
+    let c_0 = upper.contact.normal.speed(velocities) + upper.bias - d_00 * p_0 - d_01 * p_1;
+    let c_1 = lower.contact.normal.speed(velocities) + lower.bias - d_01 * p_0 - d_11 * p_1;
+    let zero = T::zero();
+    let (alone_0, alone_1) = (-c_0 / d_00, -c_1 / d_11);
+    let (to_0, to_1) = if as_one {
+        let both = max(max(alone_0, alone_1), zero) * T::from_f64(0.5);
+        (both, both)
+    } else if c_0 >= zero && c_1 >= zero {
+        (zero, zero)
+    } else if c_0 < zero && c_1 + d_01 * alone_0 >= zero {
+        (alone_0, zero)
+    } else if c_1 < zero && c_0 + d_01 * alone_1 >= zero {
+        (zero, alone_1)
+    } else {
+        let per_determinant = T::one() / (d_00 * d_11 - d_01 * d_01);
+        (
+            max((d_01 * c_1 - d_11 * c_0) * per_determinant, zero),
+            max((d_01 * c_0 - d_00 * c_1) * per_determinant, zero),
+        )
+    };
+    let change_0 = upper.set_normal(to_0, mobility, velocities);
+    let change_1 = lower.set_normal(to_1, mobility, velocities);
+    max(change_0, change_1)
+}

@@ -1,0 +1,111 @@
+//! Hard cases: extreme parameters and commands. Everything stays finite and bounded.
+
+use motor_model::{
+    CONTACTS_PER_STEP_MAX, DriveCommand, DriveMode, Freedom, ImpactRule, Parameter, Real, TiltingMotor,
+    TiltingParameter, TiltingSetup, TiltingState, TiltingVariation,
+};
+
+use super::{Sets, UNEQUAL, slow_in_b};
+use crate::support::motors::steps_in;
+
+fn is_finite<T: Real>(state: &TiltingState<T>) -> bool {
+    (state.modes.displacement_m.iter().chain(&state.modes.velocity_m_s))
+        .chain(state.stator_tilt.displacement_m.iter().chain(&state.stator_tilt.velocity_m_s))
+        .chain(state.tilt.slope.iter().chain(&state.tilt.rate_rad_s))
+        .chain(state.shift.displacement_m.iter().chain(&state.shift.velocity_m_s))
+        .chain([&state.rotor.height_m, &state.rotor.velocity_m_s, &state.rotor.rate_rad_s])
+        .all(|value| value.to_f64().is_finite())
+}
+
+/// B, off, C at half drive, off, and a drive that changes every step; returns the last state.
+fn run<T: Real>((params, tilting): &Sets, setup: &TiltingSetup) -> TiltingState<T> {
+    let motor = TiltingMotor::<T>::try_new(params, tilting, setup).expect("valid");
+    let mut state = TiltingState::default();
+    let each = steps_in(0.02, setup.step_s);
+    let commands = [
+        DriveCommand::full(DriveMode::B),
+        DriveCommand::OFF,
+        DriveCommand::saturating(DriveMode::C, 0.5),
+        DriveCommand::OFF,
+    ];
+    for step in 0..5 * each {
+        let part = usize::try_from(if step < 4 * each { step / each } else { step % 4 }).expect("four");
+        let contacts = motor.step(&mut state, commands[part]);
+        assert!(contacts.len() <= CONTACTS_PER_STEP_MAX);
+        assert!(contacts.iter().all(|contact| contact.normal_impulse_n_s > T::zero()));
+        assert!(is_finite(&state), "{setup:?} {params:?} {tilting:?} {state:?}");
+    }
+    state
+}
+
+/// One change of set F and its like; the rotor stays near.
+#[track_caller]
+fn check(own: &[(TiltingParameter, f64)], shared: &[(Parameter, f64)], bounded_by_pin: bool) {
+    let (mut params, mut tilting) = slow_in_b();
+    for &(parameter, value) in own {
+        tilting = tilting.with(parameter, value).expect("within bounds");
+    }
+    for &(parameter, value) in shared {
+        params = params.with(parameter, value).expect("within bounds");
+    }
+    for impact_rule in [ImpactRule::Located, ImpactRule::EndOfStep] {
+        for freedom in [Freedom::Full, Freedom::WithoutShift] {
+            for step_s in [1e-6, 5e-6] {
+                let setup = TiltingSetup {
+                    impact_rule,
+                    freedom,
+                    variation: UNEQUAL,
+                    ..TiltingSetup::with_step(step_s)
+                };
+                let single = run::<f32>(&(params, tilting), &setup);
+                let double = run::<f64>(&(params, tilting), &setup);
+                let what = format!("{own:?} {shared:?} {setup:?} {double:?}");
+                for (height_m, slope) in [
+                    (single.rotor.height_m.to_f64(), f64::from(single.tilt.slope.amax())),
+                    (double.rotor.height_m, double.tilt.slope.amax()),
+                ] {
+                    assert!(height_m > -1e-3 && height_m < 1e-2, "{what}");
+                    assert!(!bounded_by_pin || slope < 0.1, "{what}");
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn law_clearance_from_none_to_all() {
+    check(&[(TiltingParameter::HubClearance, 0.0)], &[], true);
+    check(&[(TiltingParameter::HubClearance, 1e-7)], &[], true);
+    check(&[(TiltingParameter::HubClearance, 1.0)], &[], false);
+}
+
+#[test]
+fn law_friction_and_restitution_from_none_to_all() {
+    for (friction, restitution) in [(0.0, 0.0), (0.0, 1.0), (1e6, 0.0), (1e6, 1.0)] {
+        check(
+            &[(TiltingParameter::HubFriction, friction), (TiltingParameter::HubRestitution, restitution)],
+            &[],
+            true,
+        );
+    }
+    for (friction, restitution) in [(0.0, 0.0), (1e6, 0.0), (1e6, 1.0)] {
+        check(&[], &[(Parameter::Friction, friction), (Parameter::Restitution, restitution)], false);
+    }
+}
+
+#[test]
+fn law_leaning_pin_and_ceiling() {
+    check(&[(TiltingParameter::PinSlope, 5e-3)], &[], true);
+    check(&[(TiltingParameter::CeilingHeight, 20e-6), (TiltingParameter::RimDepth, 100e-6)], &[], true);
+}
+
+#[test]
+fn law_teeth_of_unequal_height() {
+    let (params, tilting) = slow_in_b();
+    let variation = TiltingVariation { heights_m: [5e-6, -3e-6, 0.0, -6e-6], ..TiltingVariation::default() };
+    for freedom in [Freedom::Full, Freedom::WithoutShift] {
+        let setup = TiltingSetup { variation, freedom, ..TiltingSetup::with_step(1e-6) };
+        run::<f64>(&(params, tilting), &setup);
+        run::<f32>(&(params, tilting), &setup);
+    }
+}
