@@ -21,7 +21,7 @@
 //! ([`frames_follow`]).
 //!
 //! A burst is due when measuring on would not improve it: when the angle is known as well as the burst can be
-//! forecast. The last step is due only when the angle is known well enough to call the target reached after it. Steps
+//! forecast, or when even the longest burst ends short of the target. The last step is due only when the angle is known well enough to call the target reached after it. Steps
 //! before it stop short of the target by some standard deviations of what is still to be measured, so that the next
 //! correction is again a step and not a nudge, whose spread would spoil the measurement.
 //!
@@ -89,6 +89,9 @@ const STEP_PART_MIN: f32 = 0.45;
 /// A burst is due when its variance is so many times that of the angle: the standard deviation of the angle is at most
 /// half of the burst's. Assumption.
 const DUE_VARIANCES: f32 = 4.0;
+/// Standard deviations, of the angle and of the burst, that remain to the target after a burst that ends short of it
+/// for certain. An assumption.
+const SHORT_SIGMAS: f32 = 3.0;
 
 /// Whether frames come soon enough to cut `cruise` by: what its rate fluctuates until the next frame is there, after
 /// `frame_wait_s`, must not exceed the spread of its coast, or half a degree.
@@ -227,11 +230,14 @@ impl Situation {
         Some(longest * motor.correction.scale(family))
     }
 
-    /// `plan`, once the standard deviation of the angle is at most half of its burst's.
+    /// `plan`, once the standard deviation of the angle is at most half of its burst's, or at once if the burst ends short
+    /// of the target wherever the rotor is.
     fn due(&self, plan: DrivePlan) -> Option<DrivePlan> {
         let DrivePlan::Burst(_, _, forecast) = plan else { return Some(plan) };
         let known = DUE_VARIANCES * self.sigma_rad * self.sigma_rad <= forecast.turn_rad2;
-        (known || self.sigma_rad <= self.sigma_enough_rad()).then_some(plan)
+        let unsure_rad = SHORT_SIGMAS * (self.sigma_rad + math::sqrt_f32(forecast.turn_rad2));
+        let short = self.remaining_rad.abs() > forecast.turn_rad + unsure_rad;
+        (known || short || self.sigma_rad <= self.sigma_enough_rad()).then_some(plan)
     }
 }
 
@@ -296,6 +302,18 @@ mod tests {
             2.0 - STEP_SHORT_SIGMAS * (0.4_f32.powi(2) - 0.2375_f32.powi(2) + spread_mdeg.powi(2)).sqrt();
         assert!((turn_mdeg(0.4) - expected_mdeg).abs() < 1e-3, "{} {expected_mdeg}", turn_mdeg(0.4));
         assert!(turn_mdeg(1.0).abs() < f32::EPSILON);
+    }
+
+    /// A target far beyond the longest burst is not measured for, however well the burst is forecast; one near it is.
+    #[test]
+    fn law_bursts_on_a_long_way_are_due_at_once() {
+        let mut learnt = MapCorrection::of(map());
+        let longest = map().burst(Family::Throw, f32::INFINITY, 1.0).unwrap();
+        (0..50).for_each(|_| learnt.learn(Family::Throw, &longest, longest.turn_rad, 0.0));
+        for (remaining_mdeg, due) in [(90e3, true), (20e3, false)] {
+            let slow = Situation { frame_wait_s: 1.0, ..situation(remaining_mdeg, 4e3) };
+            assert_eq!(slow.plan(motor(&learnt)).is_some(), due, "{remaining_mdeg}");
+        }
     }
 
     /// Clockwise bursts are aimed beyond the target; a short uncertain way clockwise is measured, not driven.

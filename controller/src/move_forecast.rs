@@ -19,7 +19,6 @@ use core::fmt;
 use estimator::Instruments;
 use motor_model::{DriveMode, math};
 
-use crate::TICK_NANOS;
 use crate::drive_plan::frames_follow;
 use crate::positioning::PositioningTuning;
 use crate::response_map::{Burst, Family, ResponseMap};
@@ -58,8 +57,8 @@ pub struct Unreachable {
 const TOLERANCE_MAX_RAD: f32 = 0.1745;
 /// Halvings of the search: from ten degrees to a tenth of the smallest tolerance, and to a thousandth of that.
 const HALVINGS: u32 = 40;
-/// Most drives that are counted: a thousand turns by throws are more, and take as long.
-const DRIVES_MAX: u32 = 2_000;
+/// Most drives from the longest burst to the target: each leaves at most 0.9 of what was left.
+const NEAR_DRIVES_MAX: u32 = 200;
 /// Frames measured in all, per frames that the tolerance needs: a correction loses a part of what was known before it.
 /// From `host-sim positioning-trials`.
 const MEASURED_TWICE: f32 = 1.3;
@@ -87,6 +86,8 @@ const FLOORS: f32 = 2.0;
 struct Way {
     drive_s: f32,
     look_s: f32,
+    /// Standard deviation over motors of the time of the bursts that are as long as the map has them, in s.
+    far_sd_s: f32,
     drives: u32,
 }
 
@@ -134,7 +135,7 @@ impl MoveForecast {
         self.time_s + 1.65 * self.time_sd_s
     }
 
-    /// `None` where the floor is too high for the tolerance.
+    /// `None` where the floor is too high for the tolerance, or no drive of the map leads to the target.
     fn of(
         instruments: &Instruments,
         map: &ResponseMap,
@@ -160,10 +161,10 @@ impl MoveForecast {
             });
             rest_s + period_s * frames
         };
-        let way = way(map, tuning, distance_rad, enough_rad, look_s);
+        let way = way(map, tuning, distance_rad, enough_rad, look_s)?;
         let measuring_s = frames * period_s;
         let looks_s = way.look_s + CORRECTIONS * rest_s;
-        let spread_s2 = [MEASURING_SPREAD * measuring_s, LOOK_SPREAD * looks_s, rest_s]
+        let spread_s2 = [MEASURING_SPREAD * measuring_s, LOOK_SPREAD * looks_s, rest_s, way.far_sd_s]
             .map(|part_s| part_s * part_s)
             .into_iter()
             .sum::<f32>();
@@ -188,7 +189,7 @@ fn way(
     distance_rad: f32,
     enough_rad: f32,
     look_s: impl Fn(Option<f32>) -> f32,
-) -> Way {
+) -> Option<Way> {
     let mode = if distance_rad > 0.0 { DriveMode::B } else { DriveMode::C };
     let amplitude_max = tuning.limits.amplitude_max;
     let mut way = Way::default();
@@ -201,32 +202,78 @@ fn way(
         way.drives += 1;
         left_rad = cruise.coast_sd_rad.min(0.3 * left_rad);
         way.look_s += look_s(Some(left_rad));
+    } else {
+        left_rad = far(map, tuning, mode, left_rad, &look_s, &mut way)?;
     }
-    while left_rad > enough_rad && way.drives < DRIVES_MAX {
+    let mut near_drives = 0;
+    while left_rad > enough_rad && near_drives < NEAR_DRIVES_MAX {
+        near_drives += 1;
         let Some((family, burst)) = burst(map, mode, amplitude_max, left_rad) else { break };
         let spread_rad = math::sqrt_f32(
             burst.motors_sd_rad * burst.motors_sd_rad + burst.repeat_sd_rad * burst.repeat_sd_rad,
         );
-        #[expect(clippy::cast_precision_loss, reason = "at most some 10,000 ticks")]
-        let burst_s = burst.ticks as f32 * 1e-9 * TICK_NANOS as f32;
-        way.drive_s += burst_s;
-        way.drives += 1;
+        way.drive_s += burst.seconds();
+        way.drives = way.drives.saturating_add(1);
         // At least a tenth of the way is gone with each: else the map has no burst for it.
         left_rad = ((left_rad - burst.turn_rad).max(0.0) + spread_rad).min(0.9 * left_rad);
         let fine = matches!(family, Family::Step | Family::Walk);
         way.look_s += look_s((!fine).then_some(left_rad));
     }
-    way
+    Some(way)
+}
+
+/// The part of the way beyond the longest burst of the map, by such bursts; the distance that they leave. `None` where
+/// the mode has none.
+///
+/// The spread of its time over motors is taken to be that of the turn, relative to the mean. An assumption: a motor that
+/// turns by less takes longer, but no design has motors that turn by less than half of the mean as often as a normal law
+/// of that spread says.
+fn far(
+    map: &ResponseMap,
+    tuning: &PositioningTuning,
+    mode: DriveMode,
+    left_rad: f32,
+    look_s: impl Fn(Option<f32>) -> f32,
+    way: &mut Way,
+) -> Option<f32> {
+    let near = [Family::Step, Family::Walk]
+        .iter()
+        .filter_map(|family| map.range_rad(*family, tuning.limits.amplitude_max))
+        .any(|(_, longest_rad)| left_rad <= longest_rad);
+    if near {
+        return Some(left_rad);
+    }
+    let longest = map.burst(coarse(mode), f32::INFINITY, tuning.limits.amplitude_max)?;
+    #[expect(
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss,
+        reason = "saturates, and a part is dropped"
+    )]
+    let drives = ((left_rad - longest.turn_rad) / longest.turn_rad) as u32;
+    #[expect(clippy::cast_precision_loss, reason = "a time needs no more than single precision")]
+    let bursts = drives as f32;
+    let burst_s = longest.seconds();
+    let look_s = look_s(Some(longest.turn_rad));
+    let spread = longest.motors_sd_rad / longest.turn_rad;
+    way.drive_s += bursts * burst_s;
+    way.look_s += bursts * look_s;
+    way.far_sd_s = bursts * (burst_s + look_s) * spread;
+    way.drives = way.drives.saturating_add(drives);
+    Some(left_rad - bursts * longest.turn_rad)
+}
+
+/// The family of the longest bursts of `mode`.
+fn coarse(mode: DriveMode) -> Family {
+    match mode {
+        DriveMode::B => Family::Throw,
+        DriveMode::C => Family::Stride,
+    }
 }
 
 /// The burst for `left_rad`: the coarse family of the mode, then the fine ones of mode C, from which the target is
 /// approached last.
 fn burst(map: &ResponseMap, mode: DriveMode, amplitude_max: f32, left_rad: f32) -> Option<(Family, Burst)> {
-    let coarse = match mode {
-        DriveMode::B => Family::Throw,
-        DriveMode::C => Family::Stride,
-    };
-    [Family::Step, Family::Walk, coarse]
+    [Family::Step, Family::Walk, coarse(mode)]
         .into_iter()
         .filter_map(|family| {
             let (_, longest_rad) = map.range_rad(family, amplitude_max)?;

@@ -55,6 +55,9 @@ const COAST_BOUND_SIGMAS: f32 = 5.0;
 /// angle ends no cruise. An assumption: one normal error in 700 is larger.
 const NEAR_SIGMAS: f32 = 3.0;
 
+/// Standard deviations by which the rotor must be nearer to the target than before to be on its way. An assumption.
+const NEARER_SIGMAS: f32 = 3.0;
+
 /// The state machine.
 #[derive(Clone, Copy, Debug)]
 pub struct Positioning {
@@ -64,11 +67,13 @@ pub struct Positioning {
     phase: PositioningPhase,
     rest: RestFilter,
     correction: MapCorrection,
+    /// Drives since the rotor was nearest to the target, and how near that was, in rad.
     drives: u32,
+    nearest_rad: f32,
     /// Drives in a row without effect, and with the wrong effect.
     stalls: u8,
     wrong_ways: u8,
-    /// Bursts since the last that was seen to turn the rotor.
+    /// Bursts since the rotor was last seen to be turned.
     untested: u8,
     probe: Option<Probe>,
     /// The rotor since the drive went off.
@@ -92,6 +97,7 @@ impl Positioning {
             rest: RestFilter::default(),
             correction: MapCorrection::of(map),
             drives: 0,
+            nearest_rad: f32::INFINITY,
             stalls: 0,
             untested: 0,
             wrong_ways: 0,
@@ -114,6 +120,7 @@ impl Positioning {
         self.probe = None;
         self.brakes = 0;
         self.bursts_only = false;
+        self.nearest_rad = f32::INFINITY;
         self.phase = if !self.tuning.limits.travel.contains(target.angle()) {
             PositioningPhase::Stopped(StopReason::OutOfTravel)
         } else if matches!(self.phase, PositioningPhase::Stopped(_) | PositioningPhase::Holding) {
@@ -326,6 +333,11 @@ impl Positioning {
     }
 
     fn begin(&mut self, plan: DrivePlan, now: Time, estimate: &Estimate<f32>) -> PositioningPhase {
+        let Situation { remaining_rad, sigma_rad, .. } = self.situation(estimate);
+        if remaining_rad.abs() < self.nearest_rad - NEARER_SIGMAS * sigma_rad {
+            // On its way: the mode turns the rotor, though no burst may show it alone.
+            (self.nearest_rad, self.drives, self.untested) = (remaining_rad.abs(), 0, 0);
+        }
         self.drives += 1;
         if self.drives > self.tuning.limits.drives_max {
             return PositioningPhase::Stopped(StopReason::TooManyDrives);

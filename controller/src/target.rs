@@ -91,12 +91,13 @@ pub struct Limits {
     pub travel: Travel,
     /// Time after which a move is given up, in ns.
     pub deadline_nanos: u64,
-    /// Cruises and bursts after which a move is given up.
+    /// Cruises and bursts in a row that bring the rotor no nearer to the target, after which a move is given up.
     pub drives_max: u32,
 }
 
 impl Default for Limits {
-    /// Full drive, 20 s on at a time, any angle, 60 s and 400 drives a move.
+    /// Full drive, 20 s on at a time, any angle, 60 s a move, and 400 drives that bring the rotor no
+    /// nearer.
     fn default() -> Self {
         Self {
             amplitude_max: DriveCommand::AMPLITUDE_MAX,

@@ -149,7 +149,7 @@ pub enum StopReason {
     ModeInverted,
     /// The target, or the rotor, is outside the travel allowed.
     OutOfTravel,
-    /// The target was not reached by as many drives as are allowed.
+    /// As many drives as are allowed have brought the rotor no nearer to the target.
     TooManyDrives,
     /// Mode B, clockwise, does not turn the rotor; mode C does.
     ModeBLost,

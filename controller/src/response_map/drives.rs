@@ -53,6 +53,12 @@ pub struct Burst {
 }
 
 impl Burst {
+    /// Its time in s.
+    #[expect(clippy::cast_precision_loss, reason = "at most some 10,000 ticks")]
+    pub(crate) fn seconds(&self) -> f32 {
+        1e-9 * self.ticks as f32 * crate::TICK_NANOS as f32
+    }
+
     /// The burst `part` of the way to `other`, 0 to 1, with a whole number of ticks and the turn of those.
     pub(super) fn towards(&self, other: &Self, part: f32) -> Self {
         let between = |from: f32, to: f32, part: f32| from + (to - from) * part;

@@ -29,6 +29,7 @@ use controller::{PositioningPhase, PositioningTuning, Target};
 use crate::runs::RunError;
 use crate::runs::closed_loop::{self, ClosedLoop, PositioningMoment};
 use crate::scene::Scene;
+use crate::world::instruments::assumed;
 pub use outcome::MoveOutcome;
 pub use picture::svg;
 pub use picture_trace::PictureTrace;
@@ -71,7 +72,7 @@ pub fn run_tuned<B>(
     let (to_deg, tolerance_deg) = (scene.number("position.to_deg"), scene.number("position.tolerance_deg"));
     let target = Target::try_new(to_deg, tolerance_deg)?;
     let map = scene.response_map()?;
-    reach::check(&map, &tuning.limits, to_deg, tolerance_deg)?;
+    reach::check(&assumed(scene).checked()?, &map, &tuning.limits, to_deg, tolerance_deg)?;
     let hold_nanos = scene.nanos("position.hold_s");
     let mut sums = MoveSums::new(target);
     let outcome = closed_loop::positioning(scene, target, tuning)?.run(|closed_loop, moment| {

@@ -185,6 +185,23 @@ fn law_chatter_is_bounded_by_drives_and_by_the_deadline() {
     assert_eq!(scenario.phase(), PositioningPhase::Stopped(StopReason::TimedOut));
 }
 
+/// 900 bursts that each bring the rotor nearer are no chatter: the number of drives does not end the move.
+#[test]
+fn law_many_small_bursts_on_the_way_are_allowed() {
+    let mut scenario = Scenario::limited(1.9e3, 0.5, Limits { drives_max: 25, ..Limits::default() });
+    let mut bursts = 0;
+    while scenario.mdeg < 1.8e3 {
+        scenario.rest();
+        // Every throw turns by two milli-degrees, whatever the map says.
+        if let PositioningPhase::Burst { family, burst, .. } = scenario.phase() {
+            scenario.burst(2.0 * 1e-3_f32.to_radians() / (direction(family.mode()) * burst.turn_rad));
+            bursts += 1;
+        }
+        assert!(!matches!(scenario.phase(), PositioningPhase::Stopped(_)), "{:?}", scenario.phase());
+    }
+    assert!(bursts > 800, "{bursts}");
+}
+
 /// K10: a target nearer than any burst: measuring alone decides.
 #[test]
 fn law_a_target_closer_than_one_burst_is_reached() {

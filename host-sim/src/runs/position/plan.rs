@@ -51,7 +51,7 @@ pub fn plan(scene: &Scene) -> Result<MovePlan, RunError> {
     let [distance_rad, tolerance_rad] = [target_deg, tolerance_deg].map(|deg| deg.to_radians() as f32);
     let limits = closed_loop::tuning(scene).limits;
     let map = scene.response_map()?;
-    reach::check(&map, &limits, target_deg, tolerance_deg)?;
+    reach::check(&instruments, &map, &limits, target_deg, tolerance_deg)?;
     let forecast = MoveForecast::try_new(&instruments, &map, &limits, distance_rad, tolerance_rad);
     let MoveForecast { time_s, time_sd_s, measuring_s, frames, drives, .. } =
         forecast.map_err(|unreachable| SceneError::Conflict {

@@ -1,16 +1,21 @@
 //! What the response map allows of a move, said before it begins.
 //!
 //! A move is refused that no drive of the map can make: a tolerance that the finest burst steps over, a mode that turns
-//! nothing, or a way that is longer than all bursts that a move may have, in a mode without cruises. A move that motors
-//! of the design may not end by the deadline gets a note.
+//! nothing, or a way that motors of the design may not end by the deadline by bursts, in a mode without cruises. A way by
+//! a cruise that they may not end by the deadline gets a note.
 
 use controller::response_map::{Family, direction};
-use controller::{Limits, ResponseMap};
+use controller::{Limits, MoveForecast, ResponseMap};
+use estimator::Instruments;
 use motor_model::DriveMode;
 
 use crate::math::plain_number::plain;
 use crate::scene::{Scene, SceneError};
 
+/// Tolerance at which the way alone counts, in degrees.
+const WIDEST_DEG: f64 = 10.0;
+/// Halvings of the distance that is searched: to a thousandth.
+const HALVINGS: u32 = 10;
 /// Families of each mode, longest bursts first.
 const FAMILIES: [(DriveMode, &[Family]); 2] = [
     (DriveMode::B, &[Family::Throw, Family::Nudge]),
@@ -26,11 +31,13 @@ fn figure(value: f64) -> String {
     plain(format!("{value:.1e}").parse().unwrap_or(value))
 }
 
-/// Checks that a move of `to_deg` to a tolerance of `tolerance_deg` can be made by `map` within `limits`.
+/// Checks that a move of `to_deg` to a tolerance of `tolerance_deg` can be made by `map` within `limits`, under
+/// `instruments`.
 ///
 /// # Errors
 /// When it cannot; the hint names what can.
 pub(super) fn check(
+    instruments: &Instruments,
     map: &ResponseMap,
     limits: &Limits,
     to_deg: f64,
@@ -49,30 +56,42 @@ pub(super) fn check(
         );
         return refused(conflict, format!("position.tolerance_deg={}", figure(0.5 * shortest_deg)));
     }
-    let wanted = if to_deg > 0.0 { DriveMode::B } else { DriveMode::C };
-    for (mode, families) in FAMILIES.into_iter().filter(|(mode, _)| *mode == wanted) {
-        if map.strongest_cruise(mode, limits.amplitude_max).is_some() {
-            continue;
-        }
-        let ranges = families.iter().filter_map(|family| map.range_rad(*family, limits.amplitude_max));
-        let longest_deg = ranges.map(|(_, longest)| degrees(longest)).fold(0.0, f64::max);
-        let most_deg = longest_deg * f64::from(limits.drives_max);
-        if to_deg.abs() > most_deg {
-            let way = if mode == DriveMode::B { "clockwise" } else { "counter-clockwise" };
-            let conflict = format!(
-                "{way}, no constant drive turns nearly every motor of this design, and bursts turn it by at most {} \
-                 deg each: position.to_deg = {} takes more than {} of them",
-                figure(longest_deg),
-                plain(to_deg),
-                limits.drives_max
-            );
-            return refused(
-                conflict,
-                format!("at most {} deg {way}, or the other way round", figure(most_deg)),
-            );
-        }
+    let mode = if to_deg > 0.0 { DriveMode::B } else { DriveMode::C };
+    #[expect(clippy::cast_possible_truncation, reason = "the controller computes in f32")]
+    let in_time = |deg: f64| {
+        let (distance_rad, widest_rad) = (deg.to_radians() as f32, WIDEST_DEG.to_radians() as f32);
+        MoveForecast::try_new(instruments, map, limits, distance_rad, widest_rad).is_ok()
+    };
+    if map.strongest_cruise(mode, limits.amplitude_max).is_some() || in_time(to_deg) {
+        return Ok(());
     }
-    Ok(())
+    let way = if mode == DriveMode::B { "clockwise" } else { "counter-clockwise" };
+    let longest_deg = FAMILIES
+        .into_iter()
+        .filter(|(of, _)| *of == mode)
+        .flat_map(|(_, families)| families)
+        .filter_map(|family| map.range_rad(*family, limits.amplitude_max))
+        .map(|(_, longest)| degrees(longest))
+        .fold(0.0, f64::max);
+    let (mut most_deg, mut too_far_deg) = (0.0, to_deg);
+    for _ in 0..HALVINGS {
+        let middle_deg = 0.5 * (most_deg + too_far_deg);
+        *(if in_time(middle_deg) { &mut most_deg } else { &mut too_far_deg }) = middle_deg;
+    }
+    let conflict = format!(
+        "{way}, no constant drive turns nearly every motor of this design, and bursts turn it by at most {} deg each: \
+         position.to_deg = {} takes motors of it longer than the deadline, {} s",
+        figure(longest_deg),
+        plain(to_deg),
+        limits.deadline_nanos / 1_000_000_000
+    );
+    let round_deg = to_deg - to_deg.signum() * 360.0 * (to_deg.abs() / 360.0).ceil();
+    let hint = format!(
+        "at most {} deg {way}, or the other way round: --to {}",
+        figure(most_deg.abs()),
+        plain(round_deg)
+    );
+    refused(conflict, hint)
 }
 
 /// A note for a move that motors of the scene's design may not end by the deadline: its time in a motor of the mean
@@ -114,7 +133,9 @@ mod tests {
     }
 
     fn refused(map: &ResponseMap, to_deg: f64, tolerance_deg: f64) -> Option<String> {
-        check(map, &Limits::default(), to_deg, tolerance_deg).err().map(|error| error.one_line())
+        check(&Instruments::default(), map, &Limits::default(), to_deg, tolerance_deg)
+            .err()
+            .map(|error| error.one_line())
     }
 
     #[test]
@@ -138,14 +159,22 @@ mod tests {
         assert!(refused(&map(table_1.cruises(), &[]), 90.0, 1.0).is_some());
     }
 
-    /// Without cruises a move has 400 throws of 16.65 degrees, or 400 strides of 7.447.
+    /// Without cruises a way of throws or strides is limited by the deadline of 60 s, and the way that is named instead
+    /// can be made.
     #[test]
-    fn exact_a_way_longer_than_all_bursts_is_refused() {
+    fn law_a_way_by_bursts_beyond_the_deadline_is_refused_with_the_one_that_is_not() {
         let none = map(&[], ResponseMap::table_1().bursts(Family::Step));
-        for (longest_deg, sign) in [(400.0 * 16.65, 1.0), (400.0 * 7.447, -1.0)] {
-            assert_eq!(refused(&none, sign * 0.999 * longest_deg, 1e-3), None);
-            assert!(refused(&none, sign * 1.001 * longest_deg, 1e-3).is_some());
+        for sign in [1.0, -1.0] {
+            assert_eq!(refused(&none, sign * 360.0, 1e-3), None);
+            let refusal = refused(&none, sign * 360_000.0, 1e-3).unwrap();
+            assert!(refusal.contains("60 s") && refusal.contains("--to 0"), "{refusal}");
+            let named = refusal.split("at most ").nth(2).unwrap().split(' ').next().unwrap();
+            let most_deg: f64 = named.parse().unwrap();
+            // Two digits are printed of it.
+            assert_eq!(refused(&none, sign * 0.95 * most_deg, 1e-3), None, "{refusal}");
+            assert!(refused(&none, sign * 1.06 * most_deg, 1e-3).is_some(), "{refusal}");
         }
+        assert!(refused(&none, 36_037.0, 1e-3).unwrap().contains("--to -323"));
     }
 
     /// 360,000 degrees at 15.14 rad/s take 415 s, and 492 s at 12.774.
