@@ -322,8 +322,8 @@ impl Instruments {
     /// | noise 2 mm/s | | 11.0, 13.3 | 6.3, 13.1; up to 11 times its variance |
     /// | noise 4 mm/s | | 14.6, 13.2 | 8.2, 19.3; up to 377 times |
     /// | 100,000 samples/s | | 8.2, 12.1 | 4.4, 5.0 |
-    /// | 50,000 samples/s | | 8.6, 12.1 | 5.0, 5.5; the rate beyond its variance |
-    /// | 20,000 samples/s | | 10.0, 12.1 | 8.9, 12.0; the rate beyond its variance |
+    /// | 50,000 samples/s | | 8.6, 12.1 | 5.0, 5.5 |
+    /// | 20,000 samples/s | | 10.0, 12.1 | 8.9, 12.0 |
     /// | range 20 mm/s | | 16.9, 12.1 | 16.9, 4.8; up to 7 times its variance |
     pub fn best_filter(&self) -> FilterKind {
         let Some(vibrometer) = self.vibrometer else { return FilterKind::ConstantRate };

@@ -42,6 +42,10 @@
 //! Under mode C those below 1.4 mm/s kick with an intensity of 4 rad^2/s^3 in all, against 860 of those above:
 //! [`ImpactAidedTuning::missed_rad2_s3`].
 //!
+//! A slow vibrometer shows an impact late. Until then the rate lacks its kick: of a vibrometer of more than 10 us
+//! between samples the variance of every estimate's rate holds the kicks of one and a half of that time, `4260 (B) or
+//! 970 (C) rad^2/s^3` times it ([`ImpactAidedTuning::unseen_rad2_s2`]).
+//!
 //! # Late frames, lost samples
 //!
 //! The impacts since the oldest frame kept are kept, up to [`IMPACTS_KEPT_MAX`]. A frame is fused at its exposure,

@@ -135,7 +135,8 @@ impl<T: Real, B: TrackCovariance<T>> Process<T, B> for KickedRate<'_, T> {
         }
         match self.motion {
             Motion::Impacted(DriveMode::C) => self.tuning.jitter_c,
-            Motion::Impacted(DriveMode::B) | Motion::Quiet => Jitter::none(),
+            Motion::Impacted(DriveMode::B) => self.tuning.jitter_b,
+            Motion::Quiet => Jitter::none(),
         }
     }
 }

@@ -41,8 +41,28 @@ pub struct ImpactAidedTuning<T> {
     pub missed_rad2_s3: T,
     /// The same under mode B.
     pub missed_b_rad2_s3: T,
-    /// The part of the kicks under mode C that the next kick undoes.
+    /// The impacts under mode B that the vibrometer has not shown yet: of a slow one, the kicks of one and a
+    /// half of the time between two samples.
+    pub jitter_b: Jitter<T>,
+    /// The part of the kicks under mode C that the next kick undoes, and the impacts not shown yet.
     pub jitter_c: Jitter<T>,
+    /// Variance of the rate in modes B and C by impacts not shown yet, in rad^2/s^2.
+    pub unseen_rad2_s2: [T; 2],
+}
+
+/// Intensity of the kicks in modes B and C at times below a millisecond, in rad^2/s^3: see [`crate::ConstantRate`].
+const KICKS_RAD2_S3: [f64; 2] = [4260.0, 970.0];
+/// Longest time between two samples at which impacts are located within it and nothing is unseen, in s.
+const LOCATED_S: f64 = 1e-5;
+/// Samples' periods for which an impact is not shown: half of one until the next sample in the mean, and one more until
+/// that sample tells it from noise.
+const UNSEEN_PERIODS: f64 = 1.5;
+
+/// Variance of the rate in modes B and C by impacts that a vibrometer with this time between samples has not shown yet,
+/// in rad^2/s^2: the intensity of the kicks, over the time for which they are not shown.
+fn unseen_rad2_s2(period_s: f64) -> [f64; 2] {
+    let unseen_s = if period_s > LOCATED_S { UNSEEN_PERIODS * period_s } else { 0.0 };
+    KICKS_RAD2_S3.map(|intensity| intensity * unseen_s)
 }
 
 impl<T: Real> ImpactAidedTuning<T> {
@@ -56,6 +76,7 @@ impl<T: Real> ImpactAidedTuning<T> {
         let approach = (1.0 + 3.0 * params.mass_ratio()) / (1.0 + get(Parameter::Restitution));
         let (sin, cos) = math::sin_cos(2.0 * params.effective_tooth_angle_deg().to_radians());
         let detector = ImpactDetectorTuning::new(params, &vibrometer);
+        let [unseen_b, unseen_c] = unseen_rad2_s2(vibrometer.period_s());
         Self {
             constant_rate: ConstantRateTuning::for_motor(params, instruments),
             detector,
@@ -69,7 +90,9 @@ impl<T: Real> ImpactAidedTuning<T> {
             unexplained: T::from_f64(0.68),
             missed_b_rad2_s3: T::from_f64(MISSED_RAD2_S3[0]),
             missed_rad2_s3: T::from_f64(MISSED_RAD2_S3[1]),
-            jitter_c: Jitter { angle_rad2: T::from_f64(1e-9), rate_rad2_s2: T::from_f64(1.2e-3) },
+            jitter_b: Jitter { angle_rad2: T::zero(), rate_rad2_s2: T::from_f64(unseen_b) },
+            jitter_c: Jitter { angle_rad2: T::from_f64(1e-9), rate_rad2_s2: T::from_f64(1.2e-3 + unseen_c) },
+            unseen_rad2_s2: [unseen_b, unseen_c].map(T::from_f64),
         }
         .with_noise(detector.noise_m_s)
     }

@@ -1,6 +1,6 @@
 //! The rotor filter's prediction from frame to frame: through the kicks, with process noise between them.
 
-use motor_model::{Real, Time};
+use motor_model::{DriveMode, Real, Time};
 
 use super::kick_record::{KickRecords, RotorState};
 use super::propagated_track::PropagatedTrack;
@@ -104,7 +104,15 @@ impl<T: Real> Process<T, RotorCovariance<T>> for TwinProcess<'_, T> {
     }
 
     fn jitter(&self, at: Time) -> Jitter<T> {
-        let undetected = at > self.detecting_until;
-        if undetected { self.tuning.constant_rate.random_walk.jitter(self.motion) } else { Jitter::none() }
+        if at > self.detecting_until {
+            return self.tuning.constant_rate.random_walk.jitter(self.motion);
+        }
+        let [unseen_b, unseen_c] = self.tuning.without_stator.unseen_rad2_s2;
+        let rate_rad2_s2 = match self.motion {
+            Motion::Impacted(DriveMode::B) => unseen_b,
+            Motion::Impacted(DriveMode::C) => unseen_c,
+            Motion::Quiet => T::zero(),
+        };
+        Jitter { angle_rad2: T::zero(), rate_rad2_s2 }
     }
 }

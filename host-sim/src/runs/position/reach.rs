@@ -85,7 +85,7 @@ pub(super) fn check(
         plain(to_deg),
         limits.deadline_nanos / 1_000_000_000
     );
-    let round_deg = to_deg - to_deg.signum() * 360.0 * (to_deg.abs() / 360.0).ceil();
+    let round_deg = to_deg - to_deg.signum() * 360.0 * ((to_deg.abs() / 360.0).floor() + 1.0);
     let hint = format!(
         "at most {} deg {way}, or the other way round: --to {}",
         figure(most_deg.abs()),
@@ -167,7 +167,8 @@ mod tests {
         for sign in [1.0, -1.0] {
             assert_eq!(refused(&none, sign * 360.0, 1e-3), None);
             let refusal = refused(&none, sign * 360_000.0, 1e-3).unwrap();
-            assert!(refusal.contains("60 s") && refusal.contains("--to 0"), "{refusal}");
+            let round = format!("--to {}", -360.0 * sign);
+            assert!(refusal.contains("60 s") && refusal.contains(&round), "{refusal}");
             let named = refusal.split("at most ").nth(2).unwrap().split(' ').next().unwrap();
             let most_deg: f64 = named.parse().unwrap();
             // Two digits are printed of it.

@@ -51,7 +51,8 @@ const VIBROMETERS: [(&str, Sets); 12] = [
 ];
 
 /// What the filters assume wrongly, with the default instruments.
-const ASSUMED: [(&str, Sets); 7] = [
+const ASSUMED: [(&str, Sets); 8] = [
+    ("camera noise assumed a quarter", &[("estimator.assumed.camera.noise_m", "2.5e-7")]),
     ("camera noise assumed half", &[("estimator.assumed.camera.noise_m", "5e-7")]),
     ("camera noise assumed double", &[("estimator.assumed.camera.noise_m", "2e-6")]),
     ("camera noise assumed four times", &[("estimator.assumed.camera.noise_m", "4e-6")]),
@@ -60,6 +61,11 @@ const ASSUMED: [(&str, Sets); 7] = [
     ("radius assumed 1 % less", &[("estimator.assumed.camera.tracking_radius_m", "3.861e-3")]),
     ("radius assumed 1 % more", &[("estimator.assumed.camera.tracking_radius_m", "3.939e-3")]),
 ];
+
+/// Whether the filters assume something wrongly on the bench of this name.
+pub(super) fn is_assumed_wrongly(name: &str) -> bool {
+    ASSUMED.iter().any(|(assumed, _)| *assumed == name)
+}
 
 /// Every bench.
 pub fn benches() -> Vec<Bench> {

@@ -4,6 +4,7 @@ use std::path::Path;
 
 use serde_json::json;
 
+use super::benches::is_assumed_wrongly;
 use super::{BenchSummary, CHOSEN, GridMove, InstrumentGrid};
 use crate::report::OutputError;
 use crate::report::document::{Block, Document, Table};
@@ -54,10 +55,12 @@ impl InstrumentGrid {
         table
     }
 
-    fn by_bench(&self) -> Table {
+    /// The benches that are described rightly, or those where a filter assumes something wrongly.
+    fn by_bench(&self, assumed_wrongly: bool) -> Table {
         let mut table = Table::new(&HEADER);
-        for summary in self.of_filter(CHOSEN) {
-            table.push(cells(&summary.bench, &summary));
+        let chosen = self.of_filter(CHOSEN);
+        for summary in chosen.iter().filter(|summary| is_assumed_wrongly(&summary.bench) == assumed_wrongly) {
+            table.push(cells(&summary.bench, summary));
         }
         table
     }
@@ -75,15 +78,21 @@ impl InstrumentGrid {
 
     /// For the terminal.
     pub fn document(&self) -> Document {
-        Document {
-            blocks: vec![
-                Block::Heading("Moves under other instruments".to_owned()),
-                Block::Paragraph(self.verdict()),
-                Block::Table(self.by_filter()),
-                Block::Heading("Each bench, with the filter that it allows best".to_owned()),
-                Block::Table(self.by_bench()),
-            ],
+        let mut blocks = vec![
+            Block::Heading("Moves under other instruments".to_owned()),
+            Block::Paragraph(self.verdict()),
+            Block::Table(self.by_filter()),
+        ];
+        for (assumed_wrongly, heading) in [
+            (false, "Each bench, with the filter that it allows best"),
+            (true, "The default instruments, assumed to be others"),
+        ] {
+            if self.benches().iter().any(|(name, _)| is_assumed_wrongly(name) == assumed_wrongly) {
+                blocks.push(Block::Heading(heading.to_owned()));
+                blocks.push(Block::Table(self.by_bench(assumed_wrongly)));
+            }
         }
+        Document { blocks }
     }
 
     /// The values of its page.
@@ -91,7 +100,8 @@ impl InstrumentGrid {
         vec![
             ("verdict", self.verdict()),
             ("table_filters", self.by_filter().markdown()),
-            ("table_benches", self.by_bench().markdown()),
+            ("table_benches", self.by_bench(false).markdown()),
+            ("table_assumed", self.by_bench(true).markdown()),
         ]
     }
 
