@@ -21,9 +21,10 @@
 //! ([`frames_follow`]).
 //!
 //! A burst is due when measuring on would not improve it: when the angle is known as well as the burst can be
-//! forecast, or when even the longest burst ends short of the target. The last step is due only when the angle is known well enough to call the target reached after it. Steps
-//! before it stop short of the target by some standard deviations of what is still to be measured, so that the next
-//! correction is again a step and not a nudge, whose spread would spoil the measurement.
+//! forecast, or when even the longest burst ends short of the target. The last step is due only when the angle is known
+//! well enough to call the target reached after it. Steps before it stop short of the target by some standard
+//! deviations of what is still to be measured, so that the next correction is again a step and not a nudge, whose
+//! spread would spoil the measurement.
 //!
 //! # Where the constants come from
 //!
@@ -230,8 +231,8 @@ impl Situation {
         Some(longest * motor.correction.scale(family))
     }
 
-    /// `plan`, once the standard deviation of the angle is at most half of its burst's, or at once if the burst ends short
-    /// of the target wherever the rotor is.
+    /// `plan`, once the standard deviation of the angle is at most half of its burst's, or at once if the burst ends
+    /// short of the target wherever the rotor is.
     fn due(&self, plan: DrivePlan) -> Option<DrivePlan> {
         let DrivePlan::Burst(_, _, forecast) = plan else { return Some(plan) };
         let known = DUE_VARIANCES * self.sigma_rad * self.sigma_rad <= forecast.turn_rad2;

@@ -225,9 +225,8 @@ fn way(
 /// The part of the way beyond the longest burst of the map, by such bursts; the distance that they leave. `None` where
 /// the mode has none.
 ///
-/// The spread of its time over motors is taken to be that of the turn, relative to the mean. An assumption: a motor that
-/// turns by less takes longer, but no design has motors that turn by less than half of the mean as often as a normal law
-/// of that spread says.
+/// The relative spread of its time over motors is that of the turn. An assumption: in a design of four times the mass,
+/// whose turns spread by as much as their mean, the slowest of six motors takes twice the mean time.
 fn far(
     map: &ResponseMap,
     tuning: &PositioningTuning,

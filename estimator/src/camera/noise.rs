@@ -287,8 +287,8 @@ mod tests {
         }
     }
 
-    /// Noise of half a step, assumed to be twice to four times as much: the floor becomes the true one, 0.0016 steps, but
-    /// for what is not known of the noise: two standard errors of 6 %, and the place in the cell.
+    /// Noise of half a step, assumed to be twice to four times as much: the floor becomes the true one, 0.0016 steps,
+    /// but for what is not known of the noise: two standard errors of 6 %, and the place in the cell.
     #[test]
     fn law_the_floor_of_a_camera_assumed_too_noisy_is_nearly_its_own() {
         let truth = CameraDescription::default();

@@ -122,8 +122,8 @@ impl<T: Real> NoiseLevels<T> {
 mod tests {
     use super::*;
 
-    /// The floor is never less than that of the noise asked for, and at most that of an eighth less variance, or of half
-    /// of a small one; the frames are never fewer, and at most those of twice its variance.
+    /// The floor is never less than that of the noise asked for, and at most that of an eighth less variance, or of
+    /// half of a small one; the frames are never fewer, and at most those of twice its variance.
     #[test]
     fn law_levels_bound_what_they_stand_for() {
         // The unit of an angle, 1.5e-9 rad, squared.

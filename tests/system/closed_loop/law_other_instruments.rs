@@ -114,8 +114,8 @@ fn law_a_camera_may_be_noisy_or_look_near_the_axis() {
     all_arrive(&[&["camera.noise_m=5e-6"], &["camera.tracking_radius_m=1e-3"], &["camera.latency_s=0.05"]]);
 }
 
-/// Noise assumed to be a half to four times what it is, a latency that is a frame off, a radius that is a hundredth off.
-/// Noise assumed too small makes the floor of averages too high: then a wider tolerance is promised.
+/// Noise assumed to be a half to four times what it is, a latency that is a frame off, a radius a hundredth off. Noise
+/// assumed too small makes the floor of averages too high: then a wider tolerance is promised.
 #[test]
 fn law_what_is_assumed_of_the_camera_may_be_wrong() {
     all_arrive(&[
@@ -197,8 +197,8 @@ fn law_a_rate_is_held_by_a_noisy_camera() {
     }
 }
 
-/// Motors of half the size, with modes at 12 and 14 kHz, and of four times the mass, with their own twin, drive and map,
-/// position; one whose mode B is too weak does so near by, and says what it cannot.
+/// Motors of half the size, with modes at 12 and 14 kHz, and of four times the mass, with their own twin, drive and
+/// map, position; one whose mode B is too weak does so near by, and says what it cannot.
 #[test]
 fn law_a_motor_of_ones_own_positions_or_says_what_it_can() {
     let folder = folder();
@@ -220,7 +220,7 @@ fn law_a_motor_of_ones_own_positions_or_says_what_it_can() {
                 ["position", "--scene", &scene, "--map", "map.toml", &to, "--seed", seed, "--format", "json"];
             let outcome = json(folder.path(), &arguments);
             assert_eq!(outcome["ok"], true, "{name} {outcome}");
-            // The way of the weak mode is gone by bursts that are not measured one by one: 150 of them take 3 s, at most.
+            // The way of the weak mode is gone by bursts that are not measured one by one: 150 take 3 s at most.
             let in_time = outcome["duration_s"].as_f64().is_some_and(|s| s < 3.0);
             assert!(in_time || name != "weak-mode-b", "{name} {outcome}");
         }

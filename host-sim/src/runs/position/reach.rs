@@ -1,8 +1,8 @@
 //! What the response map allows of a move, said before it begins.
 //!
 //! A move is refused that no drive of the map can make: a tolerance that the finest burst steps over, a mode that turns
-//! nothing, or a way that motors of the design may not end by the deadline by bursts, in a mode without cruises. A way by
-//! a cruise that they may not end by the deadline gets a note.
+//! nothing, or a way that motors of the design may not end by the deadline by bursts, in a mode without cruises. A way
+//! by a cruise that they may not end by the deadline gets a note.
 
 use controller::response_map::{Family, direction};
 use controller::{Limits, MoveForecast, ResponseMap};
