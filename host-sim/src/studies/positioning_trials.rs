@@ -66,7 +66,7 @@ pub enum Strategy {
     Planned,
     /// The controller with a response map that is never corrected.
     Unlearned,
-    /// A table of bursts at nominal parameters, the camera averaged between them.
+    /// A table of bursts of the nominal motor, the camera averaged between them.
     BurstTable,
     /// One approach, cut off where the mean coast remains, and no burst.
     CutOff,
@@ -119,7 +119,7 @@ impl PositioningTrialsPlan {
     /// When the scene is refused.
     pub fn new(scene: &Scene, strategy: Strategy, trials: u64) -> Result<Self, RunError> {
         let needs_table = strategy == Strategy::BurstTable;
-        let burst_table = if needs_table { BurstTable::nominal()? } else { BurstTable::default() };
+        let burst_table = if needs_table { BurstTable::of(scene)? } else { BurstTable::default() };
         Ok(Self { scene: scene.clone(), strategy, trials, burst_table })
     }
 

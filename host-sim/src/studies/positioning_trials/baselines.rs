@@ -1,6 +1,7 @@
 //! Baselines: simpler programs than the controller, on the same rig and filters.
 
 use std::ops::ControlFlow;
+use std::sync::Arc;
 
 use controller::response_map::{ResponseMap, direction};
 use controller::{Drive as _, Sense as _, TICK_NANOS, Target};
@@ -78,6 +79,8 @@ impl FrameMean {
 /// A rule on its way to a target.
 struct BaselineProgram {
     rule: BaselineRule,
+    /// The map of the motor's design: its mean coast.
+    map: Arc<ResponseMap>,
     target: Target,
     state: BaselineState,
     bursts: u32,
@@ -141,7 +144,7 @@ impl BaselineProgram {
         let coast_s = match self.rule {
             BaselineRule::BangBang => 0.0,
             BaselineRule::BurstTable(_) | BaselineRule::CutOff => {
-                ResponseMap::table_1().strongest_cruise(mode, 1.0).map_or(0.0, |cruise| cruise.coast_s)
+                self.map.strongest_cruise(mode, 1.0).map_or(0.0, |cruise| cruise.coast_s)
             }
         };
         let coast_rad = (direction * estimate.rate_rad_s).max(0.0) * coast_s;
@@ -230,7 +233,8 @@ impl TickProgram for BaselineLoop {
 /// When the scene is refused.
 pub(super) fn run(scene: &Scene, rule: BaselineRule) -> Result<MoveOutcome, RunError> {
     let target = Target::try_new(scene.number("position.to_deg"), scene.number("position.tolerance_deg"))?;
-    let program = BaselineProgram { rule, target, state: BaselineState::WaitingForEstimate, bursts: 0 };
+    let map = scene.response_map()?;
+    let program = BaselineProgram { rule, map, target, state: BaselineState::WaitingForEstimate, bursts: 0 };
     let mut sums = MoveSums::new(target);
     let [hold_nanos, deadline_nanos] = ["position.hold_s", "position.deadline_s"].map(|key| scene.nanos(key));
     let mut driver = TickDriver::new(scene, BaselineLoop { filter: AnyFilter::of(scene)?, program })?;
@@ -253,4 +257,43 @@ pub(super) fn run(scene: &Scene, rule: BaselineRule) -> Result<MoveOutcome, RunE
             ControlFlow::Continue(())
         }
     }))
+}
+
+#[cfg(test)]
+mod tests {
+    use controller::response_map::Family;
+
+    use super::*;
+
+    /// At 10 rad/s the motors of Table 1 coast for 0.11 rad, and those of a map of three times the coast for 0.33: at
+    /// 0.2 rad from the target the first are still driven, and the second are not.
+    #[test]
+    fn exact_the_cut_off_leaves_the_coast_of_its_map() {
+        let table_1 = ResponseMap::table_1();
+        let mut cruises = table_1.cruises().to_vec();
+        cruises.iter_mut().for_each(|cruise| cruise.coast_s *= 3.0);
+        let bursts = Family::ALL.map(|family| table_1.bursts(family));
+        let far = ResponseMap::try_new(*table_1.design(), &cruises, bursts, 0.0).unwrap();
+        for (map, drives) in [(*table_1, true), (far, false)] {
+            let program = BaselineProgram {
+                rule: BaselineRule::CutOff,
+                map: Arc::new(map),
+                target: Target::try_new(f64::to_degrees(0.2), 1e-3).unwrap(),
+                state: BaselineState::WaitingForEstimate,
+                bursts: 0,
+            };
+            let estimate = Estimate {
+                at: Time::ZERO,
+                angle: Angle::ZERO,
+                rate_rad_s: 10.0,
+                angle_rad2: 1e-6,
+                angle_rate_rad2_s: 0.0,
+                rate_rad2_s2: 1e-2,
+                resting: false,
+            };
+            let approaches =
+                matches!(program.approach(DriveMode::B, &estimate), BaselineState::Approaching(_));
+            assert_eq!(approaches, drives);
+        }
+    }
 }

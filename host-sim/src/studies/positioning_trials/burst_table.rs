@@ -7,9 +7,6 @@ use crate::runs::RunError;
 use crate::scene::Scene;
 use crate::studies::response_map::ResponseMapCampaign;
 
-/// Amplitude of walks, as in the response map of Table 1.
-const WALK_AMPLITUDE: f32 = 0.3;
-
 /// A burst, and how far it turns the nominal motor.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TableBurst {
@@ -28,17 +25,22 @@ pub struct BurstTable {
 }
 
 impl BurstTable {
-    /// Every burst of the response map, in the nominal motor.
+    /// Every burst of the scene's response map, in the nominal motor of its design.
     ///
     /// # Errors
-    /// When the model refuses the nominal motor: never.
-    pub fn nominal() -> Result<Self, RunError> {
-        let mut scene = Scene::default();
-        scene.set("plant.parameters", "nominal")?;
-        let motors = ResponseMapCampaign::new(&scene, 4)?;
+    /// When the scene's map is for another design.
+    pub fn of(scene: &Scene) -> Result<Self, RunError> {
+        let mut exact = Scene::default();
+        exact.set("plant.parameters", "nominal")?;
+        for (parameter, value) in scene.motor_overrides() {
+            exact.set(parameter.spec().key, &value.to_string())?;
+        }
+        let motors = ResponseMapCampaign::new(&exact, 4)?;
+        let map = scene.response_map()?;
+        let walk_amplitude = map.middle(Family::Walk).map_or(1.0, |walk| walk.amplitude);
         let of_family = |family: Family| {
             let motors = &motors;
-            motors.plan(WALK_AMPLITUDE).bursts_of(family).into_iter().map(move |(amplitude, ticks)| {
+            motors.plan(walk_amplitude).bursts_of(family).into_iter().map(move |(amplitude, ticks)| {
                 let turn_mdeg = motors.burst(family.mode(), amplitude, ticks).turn_mdeg;
                 TableBurst { command: DriveCommand::saturating(family.mode(), amplitude), ticks, turn_mdeg }
             })
@@ -55,6 +57,9 @@ impl BurstTable {
 
 #[cfg(test)]
 mod tests {
+    use controller::ResponseMap;
+    use motor_model::{DriveMode, MotorParams, Parameter};
+
     use super::*;
 
     #[test]
@@ -65,5 +70,21 @@ mod tests {
             assert_eq!(table.nearest(remaining), Some(burst(turn)));
         }
         assert_eq!(BurstTable::default().nearest(1.0), None);
+    }
+
+    /// Two cycles of mode C at 7.46 kHz are 27 ticks, at 14 kHz 14.
+    #[test]
+    fn exact_bursts_are_those_of_the_scene_s_design() {
+        let mut scene = Scene::default();
+        let map = *scene.response_map().unwrap();
+        let rows = Family::ALL.map(|family| map.bursts(family));
+        for (hz, ticks) in [(7460.0, 27), (14_000.0, 14)] {
+            let design = MotorParams::nominal().with(Parameter::ModeCFrequency, hz).unwrap();
+            scene.set(Parameter::ModeCFrequency.spec().key, &hz.to_string()).unwrap();
+            let own = ResponseMap::try_new(design, map.cruises(), rows, 0.0).unwrap();
+            let table = BurstTable::of(&scene.clone().with_response_map(own)).unwrap();
+            let step = &table.bursts[0];
+            assert_eq!((step.command.mode(), step.ticks), (Some(DriveMode::C), ticks));
+        }
     }
 }
