@@ -7,7 +7,7 @@ use embedded_hal::digital::OutputPin;
 use embedded_hal::pwm::SetDutyCycle;
 use motor_model::DriveCommand;
 
-use crate::waveform::Waveform;
+use crate::waveform::{ModeIncrements, Waveform};
 
 /// An amplifier on pins of any board.
 #[derive(Debug)]
@@ -33,6 +33,11 @@ impl<P: SetDutyCycle, E: OutputPin> Amplifier<P, E> {
         if self.waveform.commanded().mode().is_none() && self.enabled {
             self.off();
         }
+    }
+
+    /// Sets the modes from the next command on.
+    pub fn set_modes(&mut self, modes: ModeIncrements) {
+        self.waveform.set_modes(modes);
     }
 
     /// Outputs the next sample, to be called at the waveform's sample rate; the drive that is really applied.
@@ -87,7 +92,7 @@ mod tests {
 
     fn amplifier(pins: &Pins) -> Amplifier<Pin<'_>, Pin<'_>> {
         pins.enabled.set(true);
-        let waveform = Waveform::try_new(6300.0, 7460.0, 100_000.0).unwrap();
+        let waveform = Waveform::new(ModeIncrements::try_new(6300.0, 7460.0, 100_000.0).unwrap());
         Amplifier::new(waveform, Pin(pins), Pin(pins))
     }
 

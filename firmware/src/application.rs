@@ -29,7 +29,7 @@ mod tests;
 
 use core::mem;
 
-use controller::{Drive, PositionLoop, Positioning};
+use controller::{PositionLoop, Positioning};
 use estimator::LdvSample;
 use link::{
     Arrival, BoardFault, BoardMessage, Configuration, Counters, Deframer, FRAME_BYTES_MAX, FrameError,
@@ -37,6 +37,7 @@ use link::{
 };
 use motor_model::{DriveCommand, OutOfBounds, Time};
 
+use crate::design::DesignedDrive;
 use crate::telemetry::{ArmingState, Entry, Telemetry};
 pub use configured_move::MoveMemory;
 use configured_move::{Bench, Move, MoveError};
@@ -91,7 +92,7 @@ pub struct Application<'m, D> {
     stack_bytes_max: fn() -> u32,
 }
 
-impl<'m, D: Drive> Application<'m, D> {
+impl<'m, D: DesignedDrive> Application<'m, D> {
     /// The program as it starts: drive off, no host.
     pub fn new(mut amplifier: D, memory: &'m mut MoveMemory) -> Self {
         amplifier.drive(DriveCommand::OFF);
@@ -371,8 +372,15 @@ impl<'m, D: Drive> Application<'m, D> {
         if self.is_armed() {
             return BoardMessage::Fault(BoardFault::Armed);
         }
+        let design = match D::design(&self.bench.design) {
+            Ok(design) => design,
+            Err(error) => return refused(&error),
+        };
         match Move::build(self.memory, configuration, &self.bench) {
-            Ok(()) => BoardMessage::Configured,
+            Ok(()) => {
+                self.amplifier.follow(design);
+                BoardMessage::Configured
+            }
             Err(MoveError::Setting(error)) => refused(&error),
             Err(MoveError::Map(fault)) => BoardMessage::Fault(BoardFault::Map(fault)),
         }

@@ -6,6 +6,7 @@
 //! |---|---|---|
 //! | [`application`] | bytes of the host, measurements | ticks of the loop, commands, frames to the host |
 //! | [`filter`] | a configuration | the filter that it selects |
+//! | [`design`] | the design of the motor | the frequencies of its drive |
 //! | [`waveform`] | commands | samples of a sine with continuous phase |
 //! | [`amplifier`] | samples | a pulse width and an enabling pin (`embedded-hal`) |
 //! | [`tasks`] | the timer | the two tasks that call all of the above, their deadlines and the queues between them |
@@ -35,6 +36,7 @@ pub mod amplifier;
 pub mod application;
 #[cfg(target_os = "none")]
 pub mod board;
+pub mod design;
 pub mod filter;
 #[cfg(target_os = "none")]
 pub mod semihosting;

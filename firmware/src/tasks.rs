@@ -3,7 +3,7 @@
 //! ```text
 //!  timer, every 10 us --> TimerTask: next sample of the drive, a step of the twin, a sample of the vibrometer
 //!                          |  ^
-//!                    Tick  |  | DriveCommand          each a queue of one producer and one consumer
+//!                    Tick  |  | DriveCommand, ModeIncrements    each a queue of one producer and one consumer
 //!                          v  |
 //!  main loop ----------> LoopTask: frames of the host, estimate, decide, command, frames to the host
 //! ```
@@ -15,7 +15,7 @@
 //!
 //! Ten overruns in a row ([`crate::application::OVERRUNS_MAX`]) latch the drive off.
 //!
-//! Two priorities need no framework: the interrupt never waits, and the tasks share only two lock-free queues. When the
+//! Two priorities need no framework: the interrupt never waits, and the tasks share only three lock-free queues. When the
 //! queue of ticks is full, the loop task is eight ticks late: the new tick is lost, and counted as an overrun. When the
 //! loop task stops, the watchdog is not fed, and it restarts the board with the drive off.
 //!
@@ -41,8 +41,9 @@ use motor_model::{DriveCommand, Motor, MotorParams, MotorSetup, MotorState, OutO
 
 use crate::amplifier::Amplifier;
 use crate::application::{Application, MoveMemory};
+use crate::design::DesignedDrive;
 use crate::telemetry::Entry;
-use crate::waveform::Waveform;
+use crate::waveform::{ModeIncrements, Waveform};
 
 /// Ticks of the loop in a second, and samples of the drive.
 #[expect(clippy::cast_precision_loss, reason = "10,000 is exact")]
@@ -86,16 +87,24 @@ pub struct Tick {
 pub struct TaskMemory {
     ticks: Queue<Tick, 8>,
     commands: Queue<DriveCommand, 8>,
+    /// Room for one.
+    designs: Queue<ModeIncrements, 2>,
     configured: MoveMemory,
 }
 
 impl TaskMemory {
     /// Empty queues, and no move.
     pub const fn new() -> Self {
-        Self { ticks: Queue::new(), commands: Queue::new(), configured: MoveMemory::new() }
+        Self {
+            ticks: Queue::new(),
+            commands: Queue::new(),
+            designs: Queue::new(),
+            configured: MoveMemory::new(),
+        }
     }
 
-    /// The tasks of a board with these pins.
+    /// The tasks of a board with these pins. They drive the modes of Table 1 until the host describes others. The twin
+    /// is that of Table 1 whatever the design: construction of another takes more flash than the smallest part has.
     ///
     /// # Errors
     /// When the model refuses the nominal motor: never, unless its bounds are changed.
@@ -106,21 +115,28 @@ impl TaskMemory {
         converter: C,
     ) -> Result<(TimerTask<'_, P, E, C>, LoopTask<'_>), OutOfBounds> {
         let params = MotorParams::nominal();
-        let (b_hz, c_hz) = (params.get(Parameter::ModeBFrequency), params.get(Parameter::ModeCFrequency));
-        let waveform = Waveform::try_new(b_hz, c_hz, TICKS_PER_S)?;
+        let modes = CommandPort::design(&params)?;
         let twin = Motor::try_new(&params, &MotorSetup::with_step(1.0 / TICKS_PER_S))?;
         let (tick_producer, tick_consumer) = self.ticks.split();
         let (command_producer, command_consumer) = self.commands.split();
+        let (design_producer, design_consumer) = self.designs.split();
         let timer_task = TimerTask {
-            amplifier: Amplifier::new(waveform, width, enable),
+            amplifier: Amplifier::new(Waveform::new(modes), width, enable),
             converter,
             twin,
             state: MotorState::default(),
             interrupts: 0,
             ticks: tick_producer,
             commands: command_consumer,
+            designs: design_consumer,
         };
-        let port = CommandPort { commands: command_producer, last: DriveCommand::OFF, works: true };
+        let port = CommandPort {
+            commands: command_producer,
+            designs: design_producer,
+            unsent: None,
+            last: DriveCommand::OFF,
+            works: true,
+        };
         let application = Application::new(port, &mut self.configured);
         let loop_task = LoopTask {
             application,
@@ -143,12 +159,16 @@ pub struct TimerTask<'q, P, E, C> {
     interrupts: u64,
     ticks: Producer<'q, Tick>,
     commands: Consumer<'q, DriveCommand>,
+    designs: Consumer<'q, ModeIncrements>,
 }
 
 impl<P: SetDutyCycle, E: OutputPin, C: Converter> TimerTask<'_, P, E, C> {
     /// What has to happen every 10 us, on time.
     #[inline]
     pub fn interrupt(&mut self) {
+        while let Some(modes) = self.designs.dequeue() {
+            self.amplifier.set_modes(modes);
+        }
         while let Some(command) = self.commands.dequeue() {
             self.amplifier.command(command);
         }
@@ -181,17 +201,47 @@ impl<P: SetDutyCycle, E: OutputPin, C: Converter> TimerTask<'_, P, E, C> {
 /// The amplifier of the loop task: commands go into a queue, and take effect within 10 us.
 struct CommandPort<'q> {
     commands: Producer<'q, DriveCommand>,
+    designs: Producer<'q, ModeIncrements>,
+    /// A design for which there was no room yet.
+    unsent: Option<ModeIncrements>,
     last: DriveCommand,
     works: bool,
 }
 
+impl CommandPort<'_> {
+    /// Sends a design that waits for room; whether none waits then.
+    // Never inlined: every place that switches the drive would hold a copy.
+    #[inline(never)]
+    fn designs_are_sent(&mut self) -> bool {
+        if let Some(modes) = self.unsent.take() {
+            self.unsent = self.designs.enqueue(modes).err();
+        }
+        self.unsent.is_none()
+    }
+}
+
 impl Drive for CommandPort<'_> {
     fn drive(&mut self, command: DriveCommand) -> DriveCommand {
+        // The drive stays off until the design that it is for has a place in the queue.
+        let command = if self.designs_are_sent() { command } else { DriveCommand::OFF };
         // Only changes are sent. When the queue is full, the next tick tries again.
         if command != self.last && self.commands.enqueue(command).is_ok() {
             self.last = command;
         }
         if self.works { self.last } else { DriveCommand::OFF }
+    }
+}
+
+impl DesignedDrive for CommandPort<'_> {
+    type Design = ModeIncrements;
+
+    fn design(motor: &MotorParams) -> Result<ModeIncrements, OutOfBounds> {
+        let (b_hz, c_hz) = (motor.get(Parameter::ModeBFrequency), motor.get(Parameter::ModeCFrequency));
+        ModeIncrements::try_new(b_hz, c_hz, TICKS_PER_S)
+    }
+
+    fn follow(&mut self, modes: ModeIncrements) {
+        self.unsent = self.designs.enqueue(modes).err();
     }
 }
 

@@ -13,21 +13,18 @@ use motor_model::{DriveCommand, DriveMode, OutOfBounds, Phase};
 /// Units of the increment in a turn.
 const UNITS_PER_TURN: f64 = 4_294_967_296.0;
 
-/// The drive as a sequence of samples.
-#[derive(Clone, Debug)]
-pub struct Waveform {
-    phase: Phase,
-    /// Increments of modes B and C.
+/// Increments of the phase in a sample.
+#[derive(Clone, Copy, Debug)]
+pub struct ModeIncrements {
+    /// Of modes B and C.
     b: Phase,
     c: Phase,
-    /// Increment of a hertz, in units of 2^-32 turn.
+    /// Of a hertz, in units of 2^-32 turn.
     units_per_hz: f32,
-    command: DriveCommand,
-    increment: Phase,
 }
 
-impl Waveform {
-    /// A waveform for modes at `b_hz` and `c_hz`, switched off.
+impl ModeIncrements {
+    /// Those of modes at `b_hz` and `c_hz`.
     ///
     /// # Errors
     /// When the sample rate is not a number, or not 4 to 1000 times either frequency with any offset.
@@ -39,13 +36,31 @@ impl Waveform {
         #[expect(clippy::cast_possible_truncation, reason = "rounded to f32")]
         let units_per_hz = (UNITS_PER_TURN / sample_rate_hz) as f32;
         Ok(Self {
-            phase: Phase::ZERO,
             b: Phase::from_turns(b_hz / sample_rate_hz),
             c: Phase::from_turns(c_hz / sample_rate_hz),
             units_per_hz,
-            command: DriveCommand::OFF,
-            increment: Phase::ZERO,
         })
+    }
+}
+
+/// The drive as a sequence of samples.
+#[derive(Clone, Debug)]
+pub struct Waveform {
+    phase: Phase,
+    modes: ModeIncrements,
+    command: DriveCommand,
+    increment: Phase,
+}
+
+impl Waveform {
+    /// A waveform of these modes, switched off.
+    pub fn new(modes: ModeIncrements) -> Self {
+        Self { phase: Phase::ZERO, modes, command: DriveCommand::OFF, increment: Phase::ZERO }
+    }
+
+    /// Sets the modes from the next command on.
+    pub fn set_modes(&mut self, modes: ModeIncrements) {
+        self.modes = modes;
     }
 
     /// Sets the drive from the next sample on.
@@ -53,11 +68,11 @@ impl Waveform {
         self.command = command;
         let mode = match command.mode() {
             None => return,
-            Some(DriveMode::B) => self.b,
-            Some(DriveMode::C) => self.c,
+            Some(DriveMode::B) => self.modes.b,
+            Some(DriveMode::C) => self.modes.c,
         };
         #[expect(clippy::cast_possible_truncation, reason = "at most 2^30: a quarter of the sample rate")]
-        let offset = (command.frequency_offset_hz() * self.units_per_hz) as i32;
+        let offset = (command.frequency_offset_hz() * self.modes.units_per_hz) as i32;
         let offset = Phase::from_units((i64::from(offset) << 32).cast_unsigned());
         self.increment = mode.advanced(offset);
     }
@@ -86,7 +101,7 @@ mod tests {
     const RATE_HZ: f64 = 100_000.0;
 
     fn waveform() -> Waveform {
-        Waveform::try_new(6300.0, 7460.0, RATE_HZ).unwrap()
+        Waveform::new(ModeIncrements::try_new(6300.0, 7460.0, RATE_HZ).unwrap())
     }
 
     fn drive(mode: DriveMode, amplitude: f32, offset_hz: f32) -> DriveCommand {
@@ -133,7 +148,7 @@ mod tests {
     #[test]
     fn exact_sample_rates_that_cannot_show_the_drive_are_refused() {
         for rate_hz in [30_000.0, 1e8, f64::NAN] {
-            let refused = Waveform::try_new(6300.0, 7460.0, rate_hz).unwrap_err();
+            let refused = ModeIncrements::try_new(6300.0, 7460.0, rate_hz).unwrap_err();
             assert_eq!(refused.key, "waveform.sample_rate_hz");
         }
     }

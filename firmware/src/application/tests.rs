@@ -3,9 +3,9 @@ extern crate std;
 use std::boxed::Box;
 use std::vec::Vec;
 
-use controller::ResponseMap;
+use controller::{Drive, ResponseMap};
 use link::{CameraRecord, LdvRecord, map_messages};
-use motor_model::DriveMode;
+use motor_model::{DriveMode, MotorParams};
 
 mod description;
 
@@ -15,6 +15,7 @@ use crate::test_support::{MOVE, framed};
 /// An amplifier that shows its command, and applies none when it is broken.
 struct RecordingAmplifier {
     command: DriveCommand,
+    design: MotorParams,
     broken: bool,
 }
 
@@ -25,9 +26,22 @@ impl Drive for RecordingAmplifier {
     }
 }
 
+impl DesignedDrive for RecordingAmplifier {
+    type Design = MotorParams;
+
+    fn design(motor: &MotorParams) -> Result<MotorParams, OutOfBounds> {
+        Ok(*motor)
+    }
+
+    fn follow(&mut self, design: MotorParams) {
+        self.design = design;
+    }
+}
+
 /// A board that has just started, with the drive on.
 fn board() -> Application<'static, RecordingAmplifier> {
-    let amplifier = RecordingAmplifier { command: DriveCommand::full(DriveMode::C), broken: false };
+    let design = MotorParams::nominal();
+    let amplifier = RecordingAmplifier { command: DriveCommand::full(DriveMode::C), design, broken: false };
     Application::new(amplifier, Box::leak(Box::default()))
 }
 

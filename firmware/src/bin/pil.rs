@@ -19,9 +19,10 @@ mod board {
     use firmware::application::{Application, MoveMemory};
     use firmware::board::hardware::Line;
     use firmware::board::{Parts, end, stack_bytes_max};
+    use firmware::design::DesignedDrive;
     use firmware::semihosting::{HostFile, has_argument};
     use firmware::telemetry::{self, log};
-    use motor_model::DriveCommand;
+    use motor_model::{DriveCommand, MotorParams, OutOfBounds};
 
     /// The amplifier is on the host: the report carries the command there.
     struct Plant;
@@ -30,6 +31,16 @@ mod board {
         fn drive(&mut self, command: DriveCommand) -> DriveCommand {
             command
         }
+    }
+
+    impl DesignedDrive for Plant {
+        type Design = ();
+
+        fn design(_: &MotorParams) -> Result<(), OutOfBounds> {
+            Ok(())
+        }
+
+        fn follow(&mut self, (): ()) {}
     }
 
     /// More than the frames of a tick.

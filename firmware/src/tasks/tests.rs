@@ -3,7 +3,9 @@ extern crate std;
 use std::boxed::Box;
 use std::vec::Vec;
 
-use link::{BoardFault, CameraRecord, Header, HostMessage, decode};
+use controller::ResponseMap;
+use link::{BoardFault, CameraRecord, Header, HostMessage, MotorParameterRecord, decode, map_messages};
+use motor_model::Parameter;
 
 use super::*;
 use crate::test_support::{MOVE, Pin, Pins, framed};
@@ -42,9 +44,16 @@ impl Bench {
 
     /// Arms the loop, and measures a rotor at rest until the bridge is on.
     fn driving() -> Self {
+        Self::driving_as_told(&[])
+    }
+
+    /// The same after a description of the bench.
+    fn driving_as_told(description: &[HostMessage]) -> Self {
         let mut bench = Self::new();
-        for message in [HostMessage::Hello, HostMessage::Configure(MOVE), HostMessage::Arm] {
-            assert_eq!(bench.exchange(&message).len(), 1);
+        let arm = [HostMessage::Configure(MOVE), HostMessage::Arm];
+        for message in [HostMessage::Hello].iter().chain(description).chain(&arm) {
+            let answers = bench.exchange(message);
+            assert!(!matches!(answers[..], [BoardMessage::Fault(_)]) && answers.len() == 1, "{answers:?}");
         }
         for tick in 1..5000 {
             if tick % 10 == 0 {
@@ -100,6 +109,41 @@ fn law_commands_reach_bridge_and_twin() {
     bench.run(300);
     let rate_rad_s = bench.loop_task.twin_rate_rad_s();
     assert!(bench.is_on() && rate_rad_s > 0.5, "{rate_rad_s}");
+}
+
+/// A design, as the host describes it, with rows of Table 1 as its map.
+fn described(design: &[(Parameter, f64)]) -> Vec<HostMessage> {
+    let parameters = design.iter().map(|&(parameter, value)| {
+        HostMessage::MotorParameter(MotorParameterRecord { index: parameter as u8, value })
+    });
+    parameters.chain(map_messages(ResponseMap::table_1())).collect()
+}
+
+/// Mode B of 12 kHz has 30 cycles in 250 samples, that of Table 1 has 15.75. The first and the last may be cut.
+#[test]
+fn exact_the_bridge_has_the_frequencies_of_the_design() {
+    let modes = [(Parameter::ModeBFrequency, 12_000.0), (Parameter::ModeCFrequency, 14_000.0)];
+    for (design, cycles) in [(&[][..], 15..=16), (&modes[..], 29..=30)] {
+        let mut bench = Bench::driving_as_told(&described(design));
+        bench.pins.widths.borrow_mut().clear();
+        bench.run(250);
+        let widths = bench.pins.widths.borrow();
+        let rises = widths.windows(2).filter(|pair| pair[0] < 500 && pair[1] >= 500).count();
+        assert!(cycles.contains(&rises), "{design:?}: {rises}");
+    }
+}
+
+/// A mode of 30 kHz is too fast for samples at 100 kHz, which show the drive up to a quarter of that.
+#[test]
+fn law_a_design_that_the_waveform_cannot_drive_is_refused() {
+    let mut bench = Bench::new();
+    bench.exchange(&HostMessage::Hello);
+    for message in described(&[(Parameter::ModeBFrequency, 30_000.0)]) {
+        assert_eq!(bench.exchange(&message), [BoardMessage::Described]);
+    }
+    let key = "waveform.sample_rate_hz".try_into().unwrap();
+    let refused = BoardMessage::Fault(BoardFault::OutOfBounds { key });
+    assert_eq!(bench.exchange(&HostMessage::Configure(MOVE)), [refused]);
 }
 
 /// Steps with sustained contact take long, and are not needed at rest.

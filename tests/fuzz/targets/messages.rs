@@ -7,9 +7,10 @@ use std::cell::Cell;
 
 use controller::Drive;
 use firmware::application::{Application, MoveMemory};
+use firmware::design::DesignedDrive;
 use libfuzzer_sys::fuzz_target;
 use link::{BoardMessage, FRAME_BYTES_MAX, Header, HostMessage, decode, encode};
-use motor_model::DriveCommand;
+use motor_model::{DriveCommand, MotorParams, OutOfBounds};
 
 struct Watched<'a>(&'a Cell<DriveCommand>);
 
@@ -17,6 +18,18 @@ impl Drive for Watched<'_> {
     fn drive(&mut self, command: DriveCommand) -> DriveCommand {
         self.0.set(command);
         command
+    }
+}
+
+impl DesignedDrive for Watched<'_> {
+    type Design = ();
+
+    fn design(_: &MotorParams) -> Result<(), OutOfBounds> {
+        Ok(())
+    }
+
+    fn follow(&mut self, (): ()) {
+        assert_eq!(self.0.get(), DriveCommand::OFF, "the modes change while the drive is on");
     }
 }
 

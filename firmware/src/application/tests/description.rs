@@ -64,7 +64,9 @@ fn law_the_bench_is_described_before_the_move_is_configured() {
     let other = fault(BoardFault::Map(MapFault::OtherDesign));
     assert_eq!(bench.exchange(&HostMessage::Configure(MOVE)), other);
     bench.describe_map(ResponseMap::table_1());
+    assert_eq!(bench.board.amplifier().design, MotorParams::nominal(), "a refused move changes no drive");
     assert_eq!(bench.exchange(&HostMessage::Configure(MOVE)), [BoardMessage::Configured]);
+    assert_eq!(bench.board.amplifier().design, bench.board.bench.design);
     let tuning = bench.board.memory.configured.as_ref().unwrap().tuning;
     assert_eq!(tuning.frame_wait_nanos, PositioningTuning::new(&instruments).frame_wait_nanos);
     assert_ne!(tuning.frame_wait_nanos, PositioningTuning::default().frame_wait_nanos);
