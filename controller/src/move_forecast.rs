@@ -136,6 +136,8 @@ impl MoveForecast {
     }
 
     /// `None` where the floor is too high for the tolerance, or no drive of the map leads to the target.
+    // Never inlined: a microcontroller has room for one copy.
+    #[inline(never)]
     fn of(
         instruments: &Instruments,
         map: &ResponseMap,

@@ -17,10 +17,12 @@
 //! |---|---|
 //! | this one | session, states and messages |
 //! | `configured_move` | the bench as the host describes it, and the move that is configured on it |
+//! | `forecast` | what a move will take, asked before it is configured |
 //! | `map_memory` | the response map, as it comes in parts |
 //! | `measurements`, `ports` | the queues of measurements until the next tick, and what a tick sees of the board |
 
 mod configured_move;
+mod forecast;
 mod map_memory;
 mod measurements;
 mod ports;
@@ -33,7 +35,7 @@ use controller::{PositionLoop, Positioning};
 use estimator::LdvSample;
 use link::{
     Arrival, BoardFault, BoardMessage, Configuration, Counters, Deframer, FRAME_BYTES_MAX, FrameError,
-    Header, HostMessage, Sequence, SettingKey, TickRecord, VERSION, decode, encode,
+    Header, HostMessage, Sequence, SettingKey, TickRecord, VERSION, decode_on_board, encode_on_board,
 };
 use motor_model::{DriveCommand, OutOfBounds, Time};
 
@@ -150,7 +152,7 @@ impl<'m, D: DesignedDrive> Application<'m, D> {
     pub fn receive(&mut self, bytes: &[u8], send: &mut impl FnMut(&[u8])) {
         for &byte in bytes {
             let Some(frame) = self.deframer.push(byte) else { continue };
-            let answer = match decode(frame) {
+            let answer = match decode_on_board(frame) {
                 Ok((header, message)) => self.accept(header, &message),
                 Err(FrameError::Version { theirs }) => {
                     self.counters.other_version += 1;
@@ -179,7 +181,9 @@ impl<'m, D: DesignedDrive> Application<'m, D> {
         };
         let mut frame = [0; FRAME_BYTES_MAX];
         let header = Header { session, sequence, ticks: self.elapsed_ticks };
-        if let Some(frame) = encode(header, message, &mut frame).ok().and_then(|length| frame.get(..length)) {
+        if let Some(frame) =
+            encode_on_board(header, message, &mut frame).ok().and_then(|length| frame.get(..length))
+        {
             send(frame);
         }
     }
@@ -355,6 +359,7 @@ impl<'m, D: DesignedDrive> Application<'m, D> {
                 None => BoardMessage::Fault(self.fault()),
             },
             HostMessage::Count => BoardMessage::Counters(self.counters()),
+            HostMessage::Forecast(question) => self.forecast(*question),
         })
     }
 

@@ -35,12 +35,15 @@ impl ModeIncrements {
         OutOfBounds::check("waveform.sample_rate_hz", sample_rate_hz, bounds.0, bounds.1, "Hz")?;
         #[expect(clippy::cast_possible_truncation, reason = "rounded to f32")]
         let units_per_hz = (UNITS_PER_TURN / sample_rate_hz) as f32;
-        Ok(Self {
-            b: Phase::from_turns(b_hz / sample_rate_hz),
-            c: Phase::from_turns(c_hz / sample_rate_hz),
-            units_per_hz,
-        })
+        let [b, c] = [b_hz, c_hz].map(|hz| increment(hz, sample_rate_hz));
+        Ok(Self { b, c, units_per_hz })
     }
+}
+
+// Never inlined: a microcontroller has room for one copy.
+#[inline(never)]
+fn increment(hz: f64, sample_rate_hz: f64) -> Phase {
+    Phase::from_turns(hz / sample_rate_hz)
 }
 
 /// The drive as a sequence of samples.

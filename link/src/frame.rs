@@ -11,6 +11,8 @@ use crc::{CRC_32_ISO_HDLC, Crc};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
+use crate::message::{BoardMessage, HostMessage};
+
 /// Version of header and messages: it goes up whenever either changes.
 pub const VERSION: u8 = 3;
 
@@ -122,6 +124,28 @@ pub fn decode<M: DeserializeOwned>(frame: &mut [u8]) -> Result<(Header, M), Fram
         Ok((message, [])) => Ok((header, message)),
         Ok(_) | Err(_) => Err(FrameError::Message),
     }
+}
+
+/// [`decode`] on a board: one copy, of the size for which this package is compiled there.
+///
+/// # Errors
+/// As [`decode`].
+#[inline(never)]
+pub fn decode_on_board(frame: &mut [u8]) -> Result<(Header, HostMessage), FrameError> {
+    decode(frame)
+}
+
+/// [`encode`] on a board, likewise.
+///
+/// # Errors
+/// As [`encode`].
+#[inline(never)]
+pub fn encode_on_board(
+    header: Header,
+    message: &BoardMessage,
+    frame: &mut [u8; FRAME_BYTES_MAX],
+) -> Result<usize, FrameError> {
+    encode(header, message, frame)
 }
 
 #[cfg(test)]

@@ -5,6 +5,7 @@
 //! - [`HostMessage`], [`BoardMessage`]: all that is sent.
 //! - [`Configuration`]: which filter, which target. [`TickRecord`]: what a tick of the loop did, every bit of it.
 //! - [`MapRows`], [`map_messages`]: a response map, a few rows in each frame; [`MapFault`]: why it is refused.
+//! - [`ForecastAnswer`]: what a move will take, or the tolerance that can be met instead.
 //! - [`numbering`]: the numbers of enumerations, both ways.
 //! - [`frame`]: a message with its [`Header`], a CRC-32, and no zero byte but the last ([`encode`], [`decode`]).
 //! - [`Deframer`]: from received bytes to frames, in bounded memory.
@@ -43,6 +44,7 @@
 )]
 
 mod deframer;
+mod forecast;
 pub mod frame;
 mod map_rows;
 mod message;
@@ -56,7 +58,10 @@ mod tick_record;
 pub struct Readme;
 
 pub use deframer::Deframer;
-pub use frame::{FRAME_BYTES_MAX, FrameError, Header, VERSION, decode, encode};
+pub use forecast::{ForecastAnswer, ForecastRecord, UnreachableRecord};
+pub use frame::{
+    FRAME_BYTES_MAX, FrameError, Header, VERSION, decode, decode_on_board, encode, encode_on_board,
+};
 pub use map_rows::{
     BurstRecord, CruiseRecord, MAP_ROWS_MAX, MapEnd, MapFault, MapRows, map_messages, rows_of,
 };

@@ -5,6 +5,7 @@ use estimator::{CameraFrame, Instruments, LdvSample};
 use motor_model::{Angle, Time};
 use serde::{Deserialize, Serialize};
 
+use crate::forecast::ForecastAnswer;
 use crate::map_rows::{MapEnd, MapFault, MapRows};
 use crate::tick_record::TickRecord;
 
@@ -40,6 +41,9 @@ pub enum HostMessage {
     MapRows(MapRows),
     /// The map is complete: the configurations that follow plan by it. Refused when a row is missing.
     MapEnd(MapEnd),
+    /// Asks what this move will take from angle zero, on the bench that was described; any filter gives the same answer.
+    /// Nothing moves, and the configuration stays as it is. Refused while armed.
+    Forecast(Configuration),
 }
 
 /// From the board to the host.
@@ -64,6 +68,8 @@ pub enum BoardMessage {
     Fault(BoardFault),
     /// The description of the instruments, the parameter of the motor, or the part of the response map is taken.
     Described,
+    /// Answer to [`HostMessage::Forecast`].
+    Forecast(ForecastAnswer),
 }
 
 /// The filters that the board has.

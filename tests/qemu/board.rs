@@ -4,6 +4,7 @@ use std::io::Write as _;
 use std::path::Path;
 use std::process::{Command, Stdio};
 
+use estimator::{CameraDescription, Instruments};
 use host_sim::board::pil::FreeRunningBoard;
 use host_sim::board::telemetry::{LogDictionary, LogEntry, LogReader};
 use link::{BoardFault, BoardMessage, Configuration, Counters, FilterKind, HostMessage, VERSION};
@@ -140,6 +141,28 @@ fn tool_board_builds_any_filter_before_the_watchdog_loses_patience() {
     for filter in [FilterKind::ConstantRate, FilterKind::ImpactAided, FilterKind::Twin] {
         Board::start_slower(None, 2).arm_with(filter);
     }
+}
+
+/// What a move will take is computed between two feeds of the watchdog: the least tolerance of slow and coarse frames,
+/// which are searched, and the longest way there is.
+#[test]
+fn tool_board_forecasts_any_move_before_the_watchdog_loses_patience() {
+    let mut board = Board::start_slower(None, 2);
+    board.answers(&HostMessage::Hello, &BoardMessage::Welcome { tick_nanos: 10_000 });
+    let camera =
+        CameraDescription { period_nanos: 100_000_000, noise_m: 20e-6, ..CameraDescription::default() };
+    let slow = HostMessage::Instruments(Instruments { camera, vibrometer: None });
+    board.answers(&slow, &BoardMessage::Described);
+    for target_deg in [-360_000.0, 360_000.0, -0.5] {
+        for tolerance_deg in [1e-4, 1.0] {
+            let question = Configuration { target_deg, tolerance_deg, ..MOVE };
+            board.0.send(&HostMessage::Forecast(question)).expect("the board listens");
+            let answer = board.hears();
+            assert!(matches!(answer, BoardMessage::Forecast(_)), "{target_deg} {tolerance_deg}: {answer:?}");
+        }
+    }
+    // It knows its session: it has not started anew.
+    board.counters();
 }
 
 /// K9: a processor of 2,500 instructions a tick does what the loop takes, but not a flood of questions besides: ten

@@ -266,6 +266,22 @@ fn dual_pil_ends_where_the_host_ends() {
     assert!(run["difference"].is_null() && alone.ok, "{run}");
 }
 
+/// The firmware forecasts a move as the host does, to the last bit: with the default bench, without a vibrometer at 200
+/// frames a second, and where a tolerance cannot be met.
+#[test]
+fn dual_pil_forecasts_what_the_host_forecasts() {
+    let mut board = LockStepBoard::start(elf().as_ref(), Board::M4, Wiring::default()).expect("QEMU starts");
+    let slow = ["camera.frame_rate_hz=200", "ldv.installed=no", "position.to_deg=-37"];
+    let fine = ["camera.resolution_m=4e-6", "position.tolerance_deg=0.001"];
+    for (sets, is_met) in [(&[][..], true), (&slow, true), (&fine, false)] {
+        let scene = scene(sets);
+        let host = position::forecast(&scene).expect("a scene");
+        assert_eq!(host.is_ok(), is_met, "{sets:?}: {host:?}");
+        assert_eq!(board.forecast(&scene).expect("it answers"), host, "{sets:?}");
+    }
+    board.finish().expect("it ends well");
+}
+
 /// The firmware, one bit of whose report is flipped at a tick.
 struct Flipped(LockStepBoard, u64);
 

@@ -2,7 +2,7 @@
 //!
 //! The host describes its bench first, instruments, motor and map, and then configures the move on it.
 
-use controller::{Limits, Positioning, PositioningTuning, Target};
+use controller::{Limits, Positioning, PositioningTuning, ResponseMap, Target};
 use estimator::Instruments;
 use link::{Configuration, MapFault, MotorParameterRecord};
 use motor_model::{MotorParams, OutOfBounds, Parameter, Time};
@@ -75,6 +75,23 @@ impl From<MapFault> for MoveError {
     }
 }
 
+/// Map, target and limits of the move that is asked for.
+pub(super) fn asked<'m>(
+    map: &'m MapMemory,
+    asked: &Configuration,
+    bench: &Bench,
+) -> Result<(&'m ResponseMap, Target, Limits), MoveError> {
+    let map = map.map()?;
+    if *map.design() != bench.design {
+        return Err(MapFault::OtherDesign.into());
+    }
+    let Configuration { target_deg, tolerance_deg, deadline_nanos, .. } = *asked;
+    let target = Target::try_new(target_deg, tolerance_deg)?;
+    #[expect(clippy::cast_precision_loss, reason = "bounds are far below 2^53")]
+    OutOfBounds::check(DEADLINE_KEY, deadline_nanos as f64 * 1e-9, 0.0, DEADLINE_MAX_S, "s")?;
+    Ok((map, target, Limits { deadline_nanos, ..Limits::default() }))
+}
+
 impl Move {
     /// Builds the move in `memory`, by the map there, or leaves `memory` unchanged.
     pub(super) fn build(
@@ -82,17 +99,9 @@ impl Move {
         configuration: Configuration,
         bench: &Bench,
     ) -> Result<(), MoveError> {
-        let map = memory.map.map()?;
-        if *map.design() != bench.design {
-            return Err(MapFault::OtherDesign.into());
-        }
-        let Configuration { filter, target_deg, tolerance_deg, deadline_nanos } = configuration;
-        let target = Target::try_new(target_deg, tolerance_deg)?;
-        #[expect(clippy::cast_precision_loss, reason = "bounds are far below 2^53")]
-        OutOfBounds::check(DEADLINE_KEY, deadline_nanos as f64 * 1e-9, 0.0, DEADLINE_MAX_S, "s")?;
-        let limits = Limits { deadline_nanos, ..Limits::default() };
+        let (map, target, limits) = asked(&memory.map, &configuration, bench)?;
         let tuning = PositioningTuning { limits, ..PositioningTuning::new(&bench.instruments) };
-        SelectedFilter::build(&mut memory.filter, filter, &bench.design, &bench.instruments)?;
+        SelectedFilter::build(&mut memory.filter, configuration.filter, &bench.design, &bench.instruments)?;
         let positioning = Positioning::new(map, target, tuning, Time::ZERO);
         memory.configured = Some(Self { configuration, target, tuning, positioning });
         Ok(())

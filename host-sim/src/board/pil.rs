@@ -115,6 +115,13 @@ impl fmt::Display for ComparedMove {
 /// # Errors
 /// When the scene's map is for another design.
 pub(crate) fn preparation(scene: &Scene) -> Result<Vec<HostMessage>, BoardError> {
+    let mut messages = description(scene)?;
+    messages.push(HostMessage::Configure(configuration(scene)));
+    Ok(messages)
+}
+
+/// The instruments, the parameters of the motor that `scene` sets, and the response map.
+fn description(scene: &Scene) -> Result<Vec<HostMessage>, BoardError> {
     let index = |parameter: Parameter| Parameter::ALL.iter().position(|other| *other == parameter);
     let parameters = scene.motor_overrides().filter_map(|(parameter, value)| {
         let index = u8::try_from(index(parameter)?).ok()?;
@@ -123,7 +130,6 @@ pub(crate) fn preparation(scene: &Scene) -> Result<Vec<HostMessage>, BoardError>
     let instruments = HostMessage::Instruments(assumed(scene));
     let mut messages: Vec<HostMessage> = std::iter::once(instruments).chain(parameters).collect();
     messages.extend(map_messages(&*scene.response_map()?));
-    messages.push(HostMessage::Configure(configuration(scene)));
     Ok(messages)
 }
 

@@ -15,6 +15,7 @@ use crate::board::qemu::{self, Board, Wiring};
 use crate::board::size;
 use crate::cli::CommandError;
 use crate::report::files;
+use crate::runs::position;
 use crate::scene::Scene;
 
 #[derive(Debug, Args)]
@@ -79,6 +80,9 @@ pub(super) struct PilArgs {
     /// Program to run, instead of building it
     #[arg(long, value_name = "FILE")]
     elf: Option<PathBuf>,
+    /// Print what the firmware says that the move will take, and do not move
+    #[arg(long, conflicts_with = "telemetry")]
+    plan: bool,
     /// What carries the frames between host and firmware
     #[arg(long, value_enum, default_value_t)]
     link: qemu::Transport,
@@ -103,6 +107,10 @@ impl PilArgs {
         let scene = self.map.provide(self.scene.load("pil", &[("position.to_deg", &self.to)])?)?;
         qemu::check()?;
         let elf = self.elf.clone().map_or_else(|| instructions::program::build("pil"), Ok)?;
+        if self.plan {
+            let plan = self.plan(&scene, &elf)?;
+            return Ok(files::print(&self.format.of(plan.to_string(), plan.json()))?);
+        }
         let (run, log) = match &self.telemetry {
             #[cfg(feature = "telemetry")]
             Some(folder) => telemetry::run(&scene, &elf, self.board, self.link, folder)?,
@@ -111,6 +119,15 @@ impl PilArgs {
         let text = format!("{} (QEMU {})\n{run}{log}", self.board.processor(), self.board.machine());
         files::print(&self.format.of(text, run.json()))?;
         run.difference.map_or(Ok(()), |difference| Err(BoardError::from(difference).into()))
+    }
+
+    /// What the firmware says that the move will take.
+    fn plan(&self, scene: &Scene, elf: &Path) -> Result<position::MovePlan, CommandError> {
+        let wiring = Wiring { transport: self.link, log: None };
+        let mut board = pil::LockStepBoard::start(elf, self.board, wiring)?;
+        let forecast = board.forecast(scene)?;
+        board.finish()?;
+        Ok(position::plan_of(scene, forecast)?)
     }
 
     /// The run without its log.

@@ -33,7 +33,7 @@ use crate::world::instruments::assumed;
 pub use outcome::MoveOutcome;
 pub use picture::svg;
 pub use picture_trace::PictureTrace;
-pub use plan::{MovePlan, plan};
+pub use plan::{MovePlan, forecast, plan, plan_of};
 pub use reach::note;
 pub(crate) use sums::{MoveSums, MoveTick};
 

@@ -9,8 +9,8 @@ use rand_pcg::Pcg64;
 
 use super::*;
 use crate::{
-    BoardFault, BoardMessage, CameraRecord, Configuration, Deframer, FilterKind, HostMessage, LdvRecord,
-    LdvRecords, MotorParameterRecord, map_messages,
+    BoardFault, BoardMessage, CameraRecord, Configuration, Deframer, FilterKind, ForecastRecord, HostMessage,
+    LdvRecord, LdvRecords, MotorParameterRecord, UnreachableRecord, map_messages,
 };
 
 const HEADER: Header = Header { session: 0x0102_0304, sequence: 7, ticks: 1 << 40 };
@@ -26,14 +26,12 @@ fn ldv(samples: usize) -> HostMessage {
     HostMessage::Ldv((0..samples as u64).map(sample).collect::<LdvRecords>())
 }
 
-fn configure() -> HostMessage {
-    HostMessage::Configure(Configuration {
-        filter: FilterKind::ImpactAided,
-        target_deg: -90.0,
-        tolerance_deg: 0.02,
-        deadline_nanos: 30_000_000_000,
-    })
-}
+const MOVE: Configuration = Configuration {
+    filter: FilterKind::ImpactAided,
+    target_deg: -90.0,
+    tolerance_deg: 0.02,
+    deadline_nanos: 30_000_000_000,
+};
 
 fn host_messages() -> Vec<HostMessage> {
     let camera =
@@ -43,7 +41,8 @@ fn host_messages() -> Vec<HostMessage> {
     let arm = HostMessage::Arm;
     let short = [
         HostMessage::Hello,
-        configure(),
+        HostMessage::Configure(MOVE),
+        HostMessage::Forecast(MOVE),
         arm,
         HostMessage::Step,
         camera,
@@ -80,8 +79,23 @@ fn exact_every_message_comes_back() {
         assert_eq!(frame.iter().filter(|&&byte| byte == 0).count(), 1, "{frame:?}");
         assert_eq!(decode::<HostMessage>(&mut frame), Ok((HEADER, message)));
     }
-    let message = BoardMessage::Fault(BoardFault::OutOfBounds { key: "position.to_deg".try_into().unwrap() });
-    assert_eq!(decode(&mut framed(HEADER, &message)), Ok((HEADER, message)));
+    let unreachable = |least_rad| UnreachableRecord { tolerance_rad: 1e-5, least_rad, time_s: 0.1 };
+    let forecast = ForecastRecord {
+        error_rad: 1e-5,
+        time_s: 4.0,
+        time_sd_s: 0.5,
+        measuring_s: 3.0,
+        frames: 600.0,
+        drives: u32::MAX,
+    };
+    for message in [
+        BoardMessage::Fault(BoardFault::OutOfBounds { key: "position.to_deg".try_into().unwrap() }),
+        BoardMessage::Forecast(Ok(forecast)),
+        BoardMessage::Forecast(Err(unreachable(None))),
+        BoardMessage::Forecast(Err(unreachable(Some(0.17)))),
+    ] {
+        assert_eq!(decode(&mut framed(HEADER, &message)), Ok((HEADER, message)));
+    }
 }
 
 /// Every single bit flip.

@@ -1,7 +1,7 @@
 //! What the host says of bench, map and move, and what of it is refused.
 
 use controller::response_map::{Family, MapField, MapPlace};
-use controller::{PositioningTuning, ResponseMap};
+use controller::{Limits, MoveForecast, PositioningTuning, ResponseMap};
 use estimator::{CameraDescription, Instruments};
 use link::{BurstRecord, MapEnd, MapFault, MapRows, MotorParameterRecord, map_messages};
 use motor_model::Parameter;
@@ -74,6 +74,40 @@ fn law_the_bench_is_described_before_the_move_is_configured() {
     assert_eq!(bench.exchange(&HostMessage::MotorParameter(heavier)), fault(BoardFault::Armed));
     bench.begin();
     assert_eq!(bench.board.bench.instruments, Instruments::default());
+}
+
+/// L8: a question is answered for the bench that was described, moves nothing and configures nothing. A question that
+/// no configuration could be is refused as that would be, and so is any while armed.
+#[test]
+fn dual_the_forecast_is_that_of_the_bench_that_was_described() {
+    let mut bench = Bench::new();
+    bench.exchange(&HostMessage::Hello);
+    let ask = |bench: &mut Bench, question| bench.exchange(&HostMessage::Forecast(question));
+    let camera = CameraDescription { period_nanos: 5_000_000, ..CameraDescription::default() };
+    let slow = Instruments { camera, vibrometer: None };
+    for instruments in [Instruments::default(), slow] {
+        bench.exchange(&HostMessage::Instruments(instruments));
+        for (tolerance_deg, deadline_nanos) in [(0.02, 30_000_000_000), (0.001, 1_000_000_000)] {
+            let limits = Limits { deadline_nanos, ..Limits::default() };
+            let [far_rad, fine_rad] = [MOVE.target_deg, tolerance_deg].map(|deg| deg.to_radians() as f32);
+            let map = ResponseMap::table_1();
+            let own = MoveForecast::try_new(&instruments, map, &limits, far_rad, fine_rad);
+            let answer = BoardMessage::Forecast(own.map(Into::into).map_err(Into::into));
+            let question = Configuration { tolerance_deg, deadline_nanos, ..MOVE };
+            assert_eq!(ask(&mut bench, question), [answer]);
+        }
+    }
+    assert!(bench.off());
+    assert_eq!(bench.exchange(&HostMessage::Arm), fault(BoardFault::NotReady));
+    let key = "position.to_deg".try_into().unwrap();
+    let nowhere = Configuration { target_deg: f64::NAN, ..MOVE };
+    assert_eq!(ask(&mut bench, nowhere), fault(BoardFault::OutOfBounds { key }));
+    let heavier = MotorParameterRecord { index: Parameter::RotorMass as u8, value: 2e-4 };
+    bench.exchange(&HostMessage::MotorParameter(heavier));
+    assert_eq!(ask(&mut bench, MOVE), fault(BoardFault::Map(MapFault::OtherDesign)));
+    bench.begin();
+    assert_eq!(ask(&mut bench, MOVE), fault(BoardFault::Armed));
+    assert!(bench.board.is_armed());
 }
 
 /// The rows of Table 1 under every drive turned by a part more: another map.

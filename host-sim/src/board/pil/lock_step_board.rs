@@ -4,16 +4,17 @@ use std::io::{Read as _, Write as _};
 use std::path::Path;
 use std::process::{ChildStdin, ChildStdout};
 
-use controller::PositionLoop;
+use controller::{MoveForecast, PositionLoop, Unreachable};
 use link::{
     BoardMessage, Counters, Deframer, FRAME_BYTES_MAX, Header, HostMessage, LdvRecords, TickRecord, decode,
 };
 
 use super::frames::{frame, unexpected};
-use super::{Processor, acknowledgement};
+use super::{Processor, acknowledgement, configuration, description};
 use crate::board::BoardError;
 use crate::board::qemu::{Board, OneProcessor, Transport, Watchdog, WatchedProcess, Wiring};
 use crate::runs::tick_driver::TickMeasurements;
+use crate::scene::Scene;
 
 /// Session of every message to the board. A board to which no host has sent a message uses session 0.
 const SESSION: u32 = 1;
@@ -68,6 +69,28 @@ impl LockStepBoard {
             BoardMessage::Counters(counters) => Ok(counters),
             other => Err(unexpected(&other)),
         }
+    }
+
+    /// What the board says that the move of `scene` will take.
+    ///
+    /// # Errors
+    /// When the scene's map is for another design, or the board refuses the question.
+    pub fn forecast(&mut self, scene: &Scene) -> Result<Result<MoveForecast, Unreachable>, BoardError> {
+        self.describe(&description(scene)?)?;
+        match self.answer(&HostMessage::Forecast(configuration(scene)))? {
+            BoardMessage::Forecast(answer) => Ok(answer.map(Into::into).map_err(Into::into)),
+            other => Err(unexpected(&other)),
+        }
+    }
+
+    /// Begins the session, and sends `messages`.
+    fn describe(&mut self, messages: &[HostMessage]) -> Result<(), BoardError> {
+        let tick_nanos = PositionLoop::TICK_NANOS;
+        self.ask(&HostMessage::Hello, &BoardMessage::Welcome { tick_nanos })?;
+        for message in messages {
+            self.ask(message, &acknowledgement(message))?;
+        }
+        Ok(())
     }
 
     /// Ends the program.
@@ -167,11 +190,7 @@ impl LockStepBoard {
 
 impl Processor for LockStepBoard {
     fn arm(&mut self, preparation: &[HostMessage]) -> Result<(), BoardError> {
-        let tick_nanos = PositionLoop::TICK_NANOS;
-        self.ask(&HostMessage::Hello, &BoardMessage::Welcome { tick_nanos })?;
-        for message in preparation {
-            self.ask(message, &acknowledgement(message))?;
-        }
+        self.describe(preparation)?;
         self.ask(&HostMessage::Arm, &BoardMessage::Armed)
     }
 

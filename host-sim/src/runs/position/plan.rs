@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use controller::MoveForecast;
+use controller::{MoveForecast, Unreachable};
 use motor_model::math;
 use serde::Serialize;
 
@@ -38,21 +38,38 @@ pub struct MovePlan {
     pub deadline_s: f64,
 }
 
-/// The plan of the move of `scene`.
+/// The forecast of the move of `scene`, or why its tolerance cannot be met.
 ///
 /// # Errors
-/// When the scene is refused, or its tolerance cannot be met before its deadline.
-pub fn plan(scene: &Scene) -> Result<MovePlan, RunError> {
+/// When the scene is refused.
+pub fn forecast(scene: &Scene) -> Result<Result<MoveForecast, Unreachable>, RunError> {
     let (target_deg, tolerance_deg) =
         (scene.number("position.to_deg"), scene.number("position.tolerance_deg"));
-    let deadline_s = scene.number("position.deadline_s");
     let instruments = assumed(scene).checked()?;
     #[expect(clippy::cast_possible_truncation, reason = "the controller computes in f32")]
     let [distance_rad, tolerance_rad] = [target_deg, tolerance_deg].map(|deg| deg.to_radians() as f32);
     let limits = closed_loop::tuning(scene).limits;
     let map = scene.response_map()?;
     reach::check(&instruments, &map, &limits, target_deg, tolerance_deg)?;
-    let forecast = MoveForecast::try_new(&instruments, &map, &limits, distance_rad, tolerance_rad);
+    Ok(MoveForecast::try_new(&instruments, &map, &limits, distance_rad, tolerance_rad))
+}
+
+/// The plan of the move of `scene`.
+///
+/// # Errors
+/// When the scene is refused, or its tolerance cannot be met before its deadline.
+pub fn plan(scene: &Scene) -> Result<MovePlan, RunError> {
+    plan_of(scene, forecast(scene)?)
+}
+
+/// The plan of the move of `scene` by its forecast.
+///
+/// # Errors
+/// When its tolerance cannot be met before its deadline.
+pub fn plan_of(scene: &Scene, forecast: Result<MoveForecast, Unreachable>) -> Result<MovePlan, RunError> {
+    let (target_deg, tolerance_deg) =
+        (scene.number("position.to_deg"), scene.number("position.tolerance_deg"));
+    let deadline_s = scene.number("position.deadline_s");
     let MoveForecast { time_s, time_sd_s, measuring_s, frames, drives, .. } =
         forecast.map_err(|unreachable| SceneError::Conflict {
             conflict: format!(
@@ -75,7 +92,7 @@ pub fn plan(scene: &Scene) -> Result<MovePlan, RunError> {
         expected_sd_s: time_sd_s.into(),
         measuring_s: measuring_s.into(),
         frames: frames.into(),
-        frame_mdeg: 1e3 * math::sqrt(instruments.camera.variance_rad2()).to_degrees(),
+        frame_mdeg: 1e3 * math::sqrt(assumed(scene).camera.variance_rad2()).to_degrees(),
         drives,
         deadline_s,
     })
