@@ -116,6 +116,9 @@ impl MoveForecast {
         let (mut most_rad, mut halvings) = (TOLERANCE_MAX_RAD, 0);
         while halvings < HALVINGS {
             let middle_rad = if halvings == 0 { most_rad } else { math::sqrt_f32(refused_rad * most_rad) };
+            if halvings > 0 && (middle_rad <= refused_rad || middle_rad >= most_rad) {
+                break;
+            }
             match of(middle_rad).filter(|forecast| forecast.time_95_s() <= deadline_s) {
                 Some(forecast) => (most_rad, least) = (middle_rad, Some(forecast)),
                 None if halvings == 0 => break,

@@ -154,7 +154,7 @@ fn tool_board_forecasts_any_move_before_the_watchdog_loses_patience() {
     let slow = HostMessage::Instruments(Instruments { camera, vibrometer: None });
     board.answers(&slow, &BoardMessage::Described);
     for target_deg in [-360_000.0, 360_000.0, -0.5] {
-        for tolerance_deg in [1e-4, 1.0] {
+        for tolerance_deg in [1e-3, 1.0] {
             let question = Configuration { target_deg, tolerance_deg, ..MOVE };
             board.0.send(&HostMessage::Forecast(question)).expect("the board listens");
             let answer = board.hears();

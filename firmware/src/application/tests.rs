@@ -4,7 +4,7 @@ use std::boxed::Box;
 use std::vec::Vec;
 
 use controller::{Drive, ResponseMap};
-use link::{CameraRecord, LdvRecord, map_messages};
+use link::{CameraRecord, LdvRecord, decode, map_messages};
 use motor_model::{DriveMode, MotorParams};
 
 mod description;
