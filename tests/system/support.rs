@@ -9,4 +9,5 @@ pub mod motors;
 pub mod oscillator;
 pub mod precise_filter;
 pub mod steady;
+pub mod tilting_reference;
 pub mod tooth;

@@ -5,6 +5,7 @@ mod exact_flight;
 mod exact_hub;
 
 mod dual_height_only;
+mod dual_second_program;
 mod law_energy;
 mod law_hard_cases;
 
