@@ -9,6 +9,14 @@
 //! contact  w+ >= -e w-,  P >= 0,  complementary, by Gauss-Seidel; then friction within mu P
 //! ```
 
+#![expect(clippy::disallowed_methods, reason = "an independent yardstick")]
+#![expect(
+    clippy::cast_precision_loss,
+    clippy::cast_possible_truncation,
+    clippy::cast_sign_loss,
+    reason = "a few million steps"
+)]
+
 use nalgebra::{Matrix2, Matrix3, SVector, Vector2, Vector3};
 
 /// Number of modes: A, both tilting modes, B, C.
@@ -262,11 +270,11 @@ impl ReferenceMotor {
                 (amplitude * cos, -amplitude * drive_rad_s * sin)
             };
             let (before, after) = (steady(step), steady(step + 1));
-            for n in 0..MODES {
+            for (n, free) in free.iter().enumerate() {
                 let (from, to) = if n == driven { (before, after) } else { ((0.0, 0.0), (0.0, 0.0)) };
                 // From rest: the steady motion is what the free motion is measured from.
-                let moved = free[n] * Vector2::new(state.g[n] - from.0, state.v[n] - from.1)
-                    + Vector2::new(to.0, to.1);
+                let moved =
+                    free * Vector2::new(state.g[n] - from.0, state.v[n] - from.1) + Vector2::new(to.0, to.1);
                 (state.g[n], state.v[n]) = (moved[0], moved[1]);
             }
             let vertical = falling + (state.velocity.z - falling) * kept[0];

@@ -1,6 +1,13 @@
 //! The tilting motor beside a second program of the same equations: rates, impacts and tilt of motions that are chaotic,
 //! so that only their statistics can agree.
 
+#![expect(
+    clippy::cast_precision_loss,
+    clippy::cast_possible_truncation,
+    clippy::cast_sign_loss,
+    reason = "a few million steps"
+)]
+
 use motor_model::{
     DriveCommand, DriveMode, ImpactRule, MotorParams, Parameter, TiltingParameter, TiltingParams,
     TiltingSetup, TiltingState,
