@@ -151,7 +151,7 @@ impl SceneArgs {
 struct MapArgs {
     /// Response map of the scene's design, as `response-map --out` writes it. Without it: that of Table 1, or one that
     /// is made first for the design that the keys `motor.` describe
-    #[arg(long, value_name = "FILE.toml")]
+    #[arg(long, value_name = "FILE")]
     map: Option<PathBuf>,
 }
 

@@ -157,8 +157,8 @@ pub(super) struct ResponseMapArgs {
     /// Write the map as Rust source, as the controller keeps it
     #[arg(long, value_name = "FILE.rs")]
     write: Option<PathBuf>,
-    /// Write the map as a file for `--map`
-    #[arg(long, value_name = "FILE.toml")]
+    /// Write the map as a file for `--map`: JSON if it ends in .json, TOML otherwise
+    #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
     /// How to print the result
     #[arg(long, value_enum, default_value = "text")]
@@ -180,9 +180,9 @@ impl ResponseMapArgs {
             file.write_all(map.source().as_bytes()).map_err(|source| file.unwritable(source))?;
             file.publish()?;
         }
-        if let Some(mut out) = out {
+        if let Some((mut out, path)) = out.zip(self.out.as_deref()) {
             let value = map.value().map_err(|source| SceneError::NoResponseMap { source })?;
-            let text = response_map_text(&value);
+            let text = response_map_text(&value, path);
             out.write_all(text.as_bytes()).map_err(|source| out.unwritable(source))?;
             out.publish()?;
         }

@@ -1,4 +1,4 @@
-//! A response map as a TOML file: what it was made for, and its rows.
+//! A response map as a file, TOML or JSON by its ending: what it was made for, and its rows.
 //!
 //! ```toml
 //! step_walk_correlation = 0.87
@@ -13,47 +13,50 @@
 //! [bursts]            # of each family, shortest first; the turn without its sign
 //! step = [{ amplitude = 0.05, ticks = 27, turn_rad = 2.5e-6, motors_sd_rad = 6.8e-7, repeat_sd_rad = 3.5e-9 }]
 //! ```
+//!
+//! JSON has the same names in the same tables. Either is checked by the same rules, and a refusal names the line.
+
+mod format;
 
 use std::collections::BTreeMap;
-use std::fmt::Write as _;
 use std::path::Path;
 
 use controller::ResponseMap;
 use controller::response_map::{Burst, Cruise, Family, MapError, MapPlace};
 use motor_model::{DriveMode, MotorParams, Parameter};
-use serde::Deserialize;
-use toml::Spanned;
+use serde::{Deserialize, Serialize};
 
 use super::SceneError;
 use super::file::{self, line_and_column};
+use format::{MapFormat, Step};
 
-#[derive(Deserialize)]
+#[derive(Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct MapFile {
-    step_walk_correlation: Spanned<f32>,
-    design: Spanned<BTreeMap<String, Spanned<f64>>>,
+    step_walk_correlation: f32,
+    design: BTreeMap<String, f64>,
     cruises: CruiseTables,
     bursts: BurstTables,
 }
 
-#[derive(Deserialize)]
+#[derive(Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct CruiseTables {
-    b: Vec<Spanned<CruiseLine>>,
-    c: Vec<Spanned<CruiseLine>>,
+    b: Vec<CruiseLine>,
+    c: Vec<CruiseLine>,
 }
 
-#[derive(Deserialize)]
+#[derive(Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct BurstTables {
-    step: Vec<Spanned<BurstLine>>,
-    walk: Vec<Spanned<BurstLine>>,
-    stride: Vec<Spanned<BurstLine>>,
-    nudge: Vec<Spanned<BurstLine>>,
-    throw: Vec<Spanned<BurstLine>>,
+    step: Vec<BurstLine>,
+    walk: Vec<BurstLine>,
+    stride: Vec<BurstLine>,
+    nudge: Vec<BurstLine>,
+    throw: Vec<BurstLine>,
 }
 
-#[derive(Deserialize)]
+#[derive(Clone, Copy, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct CruiseLine {
     amplitude: f32,
@@ -63,7 +66,7 @@ struct CruiseLine {
     coast_sd_rad: f32,
 }
 
-#[derive(Deserialize)]
+#[derive(Clone, Copy, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct BurstLine {
     amplitude: f32,
@@ -74,126 +77,119 @@ struct BurstLine {
 }
 
 impl CruiseLine {
-    fn of(&self, mode: DriveMode) -> Cruise {
-        let Self { amplitude, rate_rad_s, rate_sd_rad_s, coast_s, coast_sd_rad } = *self;
+    fn of(self, mode: DriveMode) -> Cruise {
+        let Self { amplitude, rate_rad_s, rate_sd_rad_s, coast_s, coast_sd_rad } = self;
         Cruise { mode, amplitude, rate_rad_s, rate_sd_rad_s, coast_s, coast_sd_rad }
     }
 }
 
-impl BurstLine {
-    fn burst(&self) -> Burst {
-        let Self { amplitude, ticks, turn_rad, motors_sd_rad, repeat_sd_rad } = *self;
-        Burst { amplitude, ticks, turn_rad, motors_sd_rad, repeat_sd_rad }
+impl From<&Cruise> for CruiseLine {
+    fn from(cruise: &Cruise) -> Self {
+        let Cruise { amplitude, rate_rad_s, rate_sd_rad_s, coast_s, coast_sd_rad, .. } = *cruise;
+        Self { amplitude, rate_rad_s, rate_sd_rad_s, coast_s, coast_sd_rad }
     }
 }
 
-/// Reads the map in the file at `path`.
+impl From<BurstLine> for Burst {
+    fn from(line: BurstLine) -> Self {
+        let BurstLine { amplitude, ticks, turn_rad, motors_sd_rad, repeat_sd_rad } = line;
+        Self { amplitude, ticks, turn_rad, motors_sd_rad, repeat_sd_rad }
+    }
+}
+
+impl From<&Burst> for BurstLine {
+    fn from(burst: &Burst) -> Self {
+        let Burst { amplitude, ticks, turn_rad, motors_sd_rad, repeat_sd_rad } = *burst;
+        Self { amplitude, ticks, turn_rad, motors_sd_rad, repeat_sd_rad }
+    }
+}
+
+/// Reads the map in the file at `path`: JSON if it ends in `.json`, TOML otherwise.
 ///
 /// # Errors
-/// When it cannot be read, is no TOML of this form, lacks a parameter of the design, or breaks a rule of
+/// When it cannot be read, has not this form, lacks a parameter of the design, or breaks a rule of
 /// [`ResponseMap::try_new`].
 pub fn read_response_map(path: &Path) -> Result<ResponseMap, SceneError> {
     let text = file::read(path).map_err(|source| SceneError::Unreadable { path: path.to_owned(), source })?;
     parse_response_map(&text, path)
 }
 
-/// The map that `text` is; `path` is for messages.
+/// The map that `text` is; `path` is for its ending and for messages.
 ///
 /// # Errors
 /// As [`read_response_map`], but for the file.
 pub fn parse_response_map(text: &str, path: &Path) -> Result<ResponseMap, SceneError> {
-    let malformed = |offset: usize, message: &str| {
-        let (line, column) = line_and_column(text, offset);
-        SceneError::Malformed { path: path.to_owned(), line, column, message: message.to_owned() }
+    let format = MapFormat::of(path);
+    let malformed = |(line, column): (usize, usize), message: String| SceneError::Malformed {
+        path: path.to_owned(),
+        line,
+        column,
+        message,
     };
-    let file: MapFile = toml::from_str(text)
-        .map_err(|error| malformed(error.span().map_or(text.len(), |span| span.start), error.message()))?;
-    let design = design(&file.design, &malformed)?;
+    let at = |place: &[Step]| line_and_column(text, format.offset(text, place).unwrap_or(text.len()));
+    let file: MapFile = format.parse(text).map_err(|(place, message)| malformed(place, message))?;
+    let design = design(&file.design)
+        .map_err(|(key, message)| malformed(at(&design_place(key.as_deref())), message))?;
     let CruiseTables { b, c } = &file.cruises;
-    let modes = [(b, DriveMode::B), (c, DriveMode::C)];
-    let cruises: Vec<Cruise> =
-        modes.iter().flat_map(|(rows, mode)| rows.iter().map(|row| row.get_ref().of(*mode))).collect();
-    let BurstTables { step, walk, stride, nudge, throw } = &file.bursts;
-    let families = [step, walk, stride, nudge, throw];
-    let bursts = families.map(|rows| rows.iter().map(|row| row.get_ref().burst()).collect::<Vec<_>>());
+    let of = |lines: &[CruiseLine], mode| lines.iter().map(|line| line.of(mode)).collect::<Vec<_>>();
+    let cruises = [of(b, DriveMode::B), of(c, DriveMode::C)].concat();
+    let BurstTables { step, walk, stride, nudge, throw } = file.bursts;
+    let bursts = [step, walk, stride, nudge, throw]
+        .map(|lines| lines.into_iter().map(Burst::from).collect::<Vec<_>>());
     let slices = bursts.each_ref().map(Vec::as_slice);
-    ResponseMap::try_new(design, &cruises, slices, *file.step_walk_correlation.get_ref()).map_err(|source| {
-        let cruise = |row: usize| b.iter().chain(c).nth(row).map(Spanned::span);
-        let burst = |family: Family, row: usize| families[family as usize].get(row).map(Spanned::span);
-        let of = |place, row: usize| match place {
-            MapPlace::Cruises => cruise(row - 1),
-            MapPlace::Bursts(family) => burst(family, row - 1),
-        };
-        let span = match source {
-            MapError::TooMany { place, max, .. } => of(place, max + 1),
-            MapError::OutOfBounds { place, row, .. } | MapError::Unordered { place, row, .. } => {
-                of(place, row)
+    ResponseMap::try_new(design, &cruises, slices, file.step_walk_correlation).map_err(|source| {
+        let row_of = |place, row: usize| match place {
+            MapPlace::Cruises if row < b.len() => vec![Step::Key("cruises"), Step::Key("b"), Step::Row(row)],
+            MapPlace::Cruises => vec![Step::Key("cruises"), Step::Key("c"), Step::Row(row - b.len())],
+            MapPlace::Bursts(family) => {
+                vec![Step::Key("bursts"), Step::Key(family.name()), Step::Row(row)]
             }
-            MapError::ModesMixed { row } => cruise(row - 1),
-            MapError::Correlation { .. } => Some(file.step_walk_correlation.span()),
         };
-        let (line, _) = line_and_column(text, span.map_or(text.len(), |span| span.start));
-        SceneError::ResponseMap { path: path.to_owned(), line, source }
+        let place = match source {
+            MapError::TooMany { place, max, .. } => row_of(place, max),
+            MapError::OutOfBounds { place, row, .. } | MapError::Unordered { place, row, .. } => {
+                row_of(place, row - 1)
+            }
+            MapError::ModesMixed { row } => row_of(MapPlace::Cruises, row - 1),
+            MapError::Correlation { .. } => vec![Step::Key("step_walk_correlation")],
+        };
+        SceneError::ResponseMap { path: path.to_owned(), line: at(&place).0, source }
     })
 }
 
-/// The design, which names every parameter.
-fn design(
-    values: &Spanned<BTreeMap<String, Spanned<f64>>>,
-    malformed: &impl Fn(usize, &str) -> SceneError,
-) -> Result<MotorParams, SceneError> {
-    if let Some((key, value)) = values.get_ref().iter().find(|(key, _)| Parameter::from_key(key).is_none()) {
-        return Err(malformed(value.span().start, &format!("{key} is no parameter of the motor")));
+/// Where `key` stands in the design; without a key the design itself.
+fn design_place(key: Option<&str>) -> Vec<Step<'_>> {
+    std::iter::once("design").chain(key).map(Step::Key).collect()
+}
+
+/// The design, which names every parameter. An error names the key, if it has one, and what is wrong.
+fn design(values: &BTreeMap<String, f64>) -> Result<MotorParams, (Option<String>, String)> {
+    if let Some(key) = values.keys().find(|key| Parameter::from_key(key).is_none()) {
+        return Err((Some(key.clone()), format!("{key} is no parameter of the motor")));
     }
     Parameter::ALL.into_iter().try_fold(MotorParams::nominal(), |design, parameter| {
         let key = parameter.spec().key;
-        let Some(value) = values.get_ref().get(key) else {
-            return Err(malformed(values.span().start, &format!("the design lacks {key}")));
-        };
+        let value = values.get(key).ok_or_else(|| (None, format!("the design lacks {key}")))?;
         design
-            .with(parameter, *value.get_ref())
-            .map_err(|error| malformed(value.span().start, &SceneError::from(error).to_string()))
+            .with(parameter, *value)
+            .map_err(|error| (Some(key.to_owned()), SceneError::from(error).to_string()))
     })
 }
 
-/// The text of the file of `map`.
-pub fn response_map_text(map: &ResponseMap) -> String {
-    let mut text = format!(
-        "# The response map of motors drawn around a design: `host-sim response-map --out FILE.toml`.\n\
-         step_walk_correlation = {:?}\n\n[design]\n",
-        map.step_walk_correlation()
-    );
-    // Writing to a string cannot fail.
-    for parameter in Parameter::ALL {
-        let _ = writeln!(text, "{:?} = {:?}", parameter.spec().key, map.design().get(parameter));
-    }
-    text.push_str("\n[cruises]\n");
-    for (name, mode) in [("b", DriveMode::B), ("c", DriveMode::C)] {
-        let _ = writeln!(text, "{name} = [");
-        for cruise in map.cruises().iter().filter(|cruise| cruise.mode == mode) {
-            let Cruise { amplitude, rate_rad_s, rate_sd_rad_s, coast_s, coast_sd_rad, .. } = cruise;
-            let _ = writeln!(
-                text,
-                "    {{ amplitude = {amplitude:?}, rate_rad_s = {rate_rad_s:?}, rate_sd_rad_s = {rate_sd_rad_s:?}, \
-                 coast_s = {coast_s:?}, coast_sd_rad = {coast_sd_rad:?} }},"
-            );
-        }
-        text.push_str("]\n");
-    }
-    text.push_str("\n[bursts]\n");
-    for family in Family::ALL {
-        let _ = writeln!(text, "{} = [", family.name());
-        for burst in map.bursts(family) {
-            let Burst { amplitude, ticks, turn_rad, motors_sd_rad, repeat_sd_rad } = burst;
-            let _ = writeln!(
-                text,
-                "    {{ amplitude = {amplitude:?}, ticks = {ticks}, turn_rad = {turn_rad:?}, \
-                 motors_sd_rad = {motors_sd_rad:?}, repeat_sd_rad = {repeat_sd_rad:?} }},"
-            );
-        }
-        text.push_str("]\n");
-    }
-    text
+/// The text of the file of `map` at `path`: JSON if it ends in `.json`, TOML otherwise.
+pub fn response_map_text(map: &ResponseMap, path: &Path) -> String {
+    let of = |mode| map.cruises().iter().filter(|cruise| cruise.mode == mode).map(Into::into).collect();
+    let rows = |family| map.bursts(family).iter().map(Into::into).collect();
+    let [step, walk, stride, nudge, throw] = Family::ALL.map(rows);
+    let file = MapFile {
+        step_walk_correlation: map.step_walk_correlation(),
+        design: Parameter::ALL
+            .map(|parameter| (parameter.spec().key.to_owned(), map.design().get(parameter)))
+            .into(),
+        cruises: CruiseTables { b: of(DriveMode::B), c: of(DriveMode::C) },
+        bursts: BurstTables { step, walk, stride, nudge, throw },
+    };
+    MapFormat::of(path).text(&file)
 }
 
 #[cfg(test)]

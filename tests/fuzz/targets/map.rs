@@ -18,7 +18,8 @@ fuzz_target!(|text: &str| {
             return;
         }
     };
-    let again = parse_response_map(&response_map_text(&map), Path::new("map.toml")).expect("its own file");
+    let again = parse_response_map(&response_map_text(&map, Path::new("map.toml")), Path::new("map.toml"))
+        .expect("its own file");
     assert_eq!(again, map);
     for turn_rad in [1e-9, 1e-6, 1e-3, 1.0, 1e3] {
         for family in Family::ALL {

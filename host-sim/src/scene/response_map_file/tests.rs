@@ -4,17 +4,63 @@ use super::*;
 use crate::scene::Scene;
 use proptest::prelude::*;
 
+fn parsed_as(name: &str, text: &str) -> Result<ResponseMap, String> {
+    parse_response_map(text, Path::new(name)).map_err(|error| error.one_line())
+}
+
 fn parsed(text: &str) -> Result<ResponseMap, String> {
-    parse_response_map(text, Path::new("map.toml")).map_err(|error| error.one_line())
+    parsed_as("map.toml", text)
+}
+
+fn text_of(map: &ResponseMap) -> String {
+    response_map_text(map, Path::new("map.toml"))
 }
 
 fn table_1() -> String {
-    response_map_text(ResponseMap::table_1())
+    text_of(ResponseMap::table_1())
 }
 
 #[test]
 fn exact_the_map_of_table_1_survives_its_file() {
     assert_eq!(parsed(&table_1()).as_ref(), Ok(ResponseMap::table_1()));
+    for name in ["map.json", "MAP.JSON"] {
+        let text = response_map_text(ResponseMap::table_1(), Path::new(name));
+        assert_eq!(parsed_as(name, &text).as_ref(), Ok(ResponseMap::table_1()));
+        assert!(parsed(&text).is_err(), "it is no TOML");
+        let tables: serde_json::Value = serde_json::from_str(&text).unwrap();
+        assert_eq!(tables["bursts"]["walk"].as_array().map(Vec::len), Some(9));
+    }
+    assert!(parsed_as("map.json", &table_1()).is_err(), "it is no JSON");
+}
+
+/// The same rules as in TOML, each with the line of what breaks it.
+#[test]
+fn exact_refusals_of_json_name_the_line_and_what_is_wrong() {
+    let text = response_map_text(ResponseMap::table_1(), Path::new("map.json"));
+    let line = |part: &str| text.lines().position(|line| line.contains(part)).unwrap() + 1;
+    for (from, to, at, wrong) in [
+        ("\"ticks\":67,", "", line("\"ticks\":67,"), "missing field `ticks`"),
+        ("\"ticks\":67,", "\"ticks\":95,", line("\"ticks\":94,"), "walk row 2: ticks = 94 after 95"),
+        ("\"ticks\":67,", "\"ticks\":67", line("\"ticks\":67,"), "expected `,` or `}`"),
+        ("_s\":3.365,", "_s\":0.365,", line("_s\":3.365,"), "cruises row 2: rate_rad_s"),
+        ("_s\":-1.539,", "_s\":-1e39,", line("_s\":-1.539,"), "number out of range"),
+        ("correlation\": 0.87", "correlation\": 1.5", 2, "step_walk_correlation = 1.5"),
+        (
+            "    \"motor.rotor_mass_kg\": 4.6e-5,\n",
+            "",
+            line("\"design\""),
+            "the design lacks motor.rotor_mass_kg",
+        ),
+        ("mass_kg\": 4.6e-5", "mass_kg\": -1.0", line("motor.rotor_mass"), "1e-9 to 1 kg"),
+        ("motor.rotor_mass_kg", "motor.rotor_mas_kg", line("motor.rotor_mass"), "no parameter"),
+    ] {
+        assert!(text.contains(from), "{from}");
+        let error = parsed_as("map.json", &text.replacen(from, to, 1)).unwrap_err();
+        assert!(
+            error.starts_with(&format!("error: map.json:{at}:")) && error.contains(wrong),
+            "{at} {wrong}: {error}"
+        );
+    }
 }
 
 #[test]
@@ -83,7 +129,9 @@ proptest! {
         let burst = Burst { amplitude, ticks: 7, turn_rad: turn, motors_sd_rad: sd, repeat_sd_rad: sd * turn };
         let design = MotorParams::nominal().with(Parameter::RotorMass, mass).unwrap();
         let map = ResponseMap::try_new(design, &[], [&[burst], &[], &[], &[], &[]], sd).unwrap();
-        prop_assert_eq!(parsed(&response_map_text(&map)), Ok(map));
+        for name in ["map.toml", "map.json"] {
+            prop_assert_eq!(parsed_as(name, &response_map_text(&map, Path::new(name))), Ok(map));
+        }
     }
 
     /// A file with any piece of it cut out or overwritten is refused in one line or is a map that keeps the rules.
@@ -97,7 +145,7 @@ proptest! {
         let to = (from + length).min(text.len());
         text.replace_range(from..to, &new);
         match parsed(&text) {
-            Ok(map) => prop_assert_eq!(parsed(&response_map_text(&map)), Ok(map)),
+            Ok(map) => prop_assert_eq!(parsed(&text_of(&map)), Ok(map)),
             Err(error) => prop_assert_eq!(error.lines().count(), 1),
         }
     }
