@@ -387,8 +387,13 @@ mod tests {
         let accepted = forecast(200, 1.0, 1.0).unwrap();
         assert!(accepted.time_s < accepted.time_95_s() && accepted.time_95_s() <= 30.0);
         let camera_only = Instruments { vibrometer: None, ..instruments(10_000) };
+        // The mean move ends before this deadline, and not 95 % of them.
+        let between_s = 0.5 * (accepted.time_s + accepted.time_95_s());
+        let limits = Limits { deadline_nanos: (1e9 * between_s) as u64, ..Limits::default() };
+        let (distance_rad, tolerance_rad) = (1_f32.to_radians(), 1e-3_f32.to_radians());
+        let map = ResponseMap::table_1();
+        assert!(MoveForecast::try_new(&instruments(200), map, &limits, distance_rad, tolerance_rad).is_err());
         let limits = Limits { deadline_nanos: 30_000_000_000, ..Limits::default() };
-        let tolerance_rad = 1e-3_f32.to_radians();
         let alone =
             MoveForecast::try_new(&camera_only, ResponseMap::table_1(), &limits, 0.1, tolerance_rad).unwrap();
         let both = forecast(10_000, 0.1_f32.to_degrees(), 1.0).unwrap();

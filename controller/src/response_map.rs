@@ -296,6 +296,8 @@ mod tests {
         // A whole number of ticks, and the turn that belongs to it.
         let per_tick = (throws[1].turn_rad - throws[0].turn_rad) / (throws[1].ticks - throws[0].ticks) as f32;
         assert!((between.turn_rad - wanted).abs() <= 0.51 * per_tick);
+        let belongs = throws[0].turn_rad + (between.ticks - throws[0].ticks) as f32 * per_tick;
+        assert!((between.turn_rad - belongs).abs() < 1e-3 * per_tick, "{between:?}");
     }
 
     #[test]

@@ -127,6 +127,10 @@ mod tests {
             assert!((path().velocity_at(Time::from_nanos(nanos), [0.0; 2]) - velocity_m_s).abs() < 1e-15);
         }
         assert_eq!(path().angle_at(Time::from_nanos(10_001)), Angle::from_units(-499));
+        // Half of 1001 units is rounded up.
+        let mut odd = path();
+        odd.until.angle = Angle::from_units(501);
+        assert_eq!(odd.angle_at(Time::from_nanos(10_500)), Angle::from_units(1));
     }
 
     /// Shift, slopes and their rates are the plant's own at the end, and half-way between in the middle.
