@@ -89,6 +89,7 @@ fn dual_the_forecast_is_that_of_the_bench_that_was_described() {
         bench.exchange(&HostMessage::Instruments(instruments));
         for (tolerance_deg, deadline_nanos) in [(0.02, 30_000_000_000), (0.001, 1_000_000_000)] {
             let limits = Limits { deadline_nanos, ..Limits::default() };
+            #[expect(clippy::cast_possible_truncation, reason = "the controller computes in f32")]
             let [far_rad, fine_rad] = [MOVE.target_deg, tolerance_deg].map(|deg| deg.to_radians() as f32);
             let map = ResponseMap::table_1();
             let own = MoveForecast::try_new(&instruments, map, &limits, far_rad, fine_rad);

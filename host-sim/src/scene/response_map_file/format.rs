@@ -155,8 +155,13 @@ fn burst(line: &BurstLine) -> String {
 }
 
 fn toml_rows<L>(name: &str, rows: &[L], of: fn(&L) -> String) -> String {
-    let rows: String = rows.iter().map(|line| format!("    {{ {} }},\n", of(line))).collect();
-    format!("{name} = [\n{rows}]\n")
+    let mut text = format!("{name} = [\n");
+    for line in rows {
+        // Writing to a string cannot fail.
+        let _ = writeln!(text, "    {{ {} }},", of(line));
+    }
+    text.push_str("]\n");
+    text
 }
 
 fn json_rows<L: Serialize>(name: &str, rows: &[L]) -> String {

@@ -271,7 +271,9 @@ mod tests {
     fn exact_the_cut_off_leaves_the_coast_of_its_map() {
         let table_1 = ResponseMap::table_1();
         let mut cruises = table_1.cruises().to_vec();
-        cruises.iter_mut().for_each(|cruise| cruise.coast_s *= 3.0);
+        for cruise in &mut cruises {
+            cruise.coast_s *= 3.0;
+        }
         let bursts = Family::ALL.map(|family| table_1.bursts(family));
         let far = ResponseMap::try_new(*table_1.design(), &cruises, bursts, 0.0).unwrap();
         for (map, drives) in [(*table_1, true), (far, false)] {
