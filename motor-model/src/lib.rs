@@ -12,6 +12,8 @@
 //! - [`Motor`]: all of these together, one [`Motor::step`] at a time, on a plain [`MotorState`], whose table lists
 //!   the states.
 //! - [`Ledger`]: receives what happens in a step. [`EnergyLedger`] records every flow of energy.
+//! - [`TiltingMotor`]: the rotor also tilts and shifts on its pin, over four separate teeth, on a [`TiltingState`].
+//!   [`TiltingParams`] are its parameters, [`TiltingEnergyLedger`] its account. [`Freedom`] leaves parts of it out.
 //! - [`Stator`]: the stator without a rotor. [`AveragedMotor`]: mean rate and its random deviations, without teeth.
 //!
 //! # What is exact

@@ -10,6 +10,7 @@
 //! | `hub` | the hole's two edges at the pin |
 //! | `stop` | optional floor under the rim and ceiling |
 //! | `contact`, `contact_set` | directions of a contact; all closed contacts solved together |
+//! | `friction_circle`, `edge_pair` | friction of one contact; both edges of the hole at once |
 //! | `clearance` | a cheap test that nothing can be met in a step |
 //! | `located`, `end_of_step` | when contacts are found, and what a step then does |
 //! | `energy` | where the energy goes |
@@ -19,11 +20,14 @@
 mod clearance;
 mod contact;
 mod contact_set;
+mod edge_pair;
 mod end_of_step;
 mod energy;
+mod friction_circle;
 mod hub;
 mod located;
 mod rigid_body;
+mod state;
 mod stator_tilt;
 mod stop;
 mod tooth;
@@ -35,18 +39,19 @@ use crate::drive::DriveCommand;
 use crate::error::OutOfBounds;
 use crate::impact::FrictionLaw;
 use crate::math::Real;
-use crate::modes::{DriveTuning, Forcing, ModalBank, ModalState, Mode};
+use crate::modes::{DriveTuning, ModalBank, Mode};
 use crate::motor::ImpactRule;
 use crate::params::{MotorParams, TiltingParams};
-use crate::phase::Phase;
-use crate::rotor::{Flight, RotorState};
-use clearance::ClearTest;
+use crate::rotor::Flight;
+use clearance::{ClearTest, Place};
+use contact::Mobility;
 pub use contact::{ContactPlace, ContactPlaces};
-use contact::{Mobility, Velocities};
 pub use energy::{NoTiltingLedger, TiltingEnergyFlows, TiltingEnergyLedger, TiltingLedger};
 use hub::Hub;
-use rigid_body::{LeanFlight, RotorMobility, Twist};
+use rigid_body::{LeanFlight, RotorMobility};
 pub use rigid_body::{ShiftState, TiltState};
+pub use state::TiltingState;
+use state::{Follow, TiltingMotion};
 pub use stator_tilt::StatorTiltState;
 use stator_tilt::{StatorTiltFlight, stator_tilt_mode};
 use stop::Stop;
@@ -64,8 +69,8 @@ pub enum Freedom {
     /// Height, tilt, shift and spin.
     #[default]
     Full,
-    /// Height, tilt and spin; its mass centre stays on the axis. The tilt stop is kept, the rubbing of a shifted rotor is
-    /// not.
+    /// Height, tilt and spin; its mass centre stays on the axis. The tilt stop is kept, the rubbing of a shifted rotor
+    /// is not.
     WithoutShift,
     /// Height and spin: the height-only motor, with four teeth in place of two pairs. For comparison.
     HeightOnly,
@@ -124,129 +129,6 @@ pub struct TiltingContact<T> {
     pub gap_m: T,
 }
 
-/// Everything that changes from step to step. A plain value: copy it to branch a run.
-///
-/// The mechanical state, all zero at the start:
-///
-/// | index | quantity | symbol | unit | meaning |
-/// |---|---|---|---|---|
-/// | 0-2 | `modes.displacement_m` | `g_A, g_B, g_C` | m | modal displacements |
-/// | 3-5 | `modes.velocity_m_s` | `g_A', g_B', g_C'` | m/s | their rates |
-/// | 6, 7 | `stator_tilt.displacement_m` | `g_T1, g_T2` | m | displacements of the stator's tilting modes |
-/// | 8, 9 | `stator_tilt.velocity_m_s` | `g_T1', g_T2'` | m/s | their rates |
-/// | 10 | `rotor.height_m` | `z` | m | height of the middle of the rotor's underside above the teeth at rest |
-/// | 11 | `rotor.velocity_m_s` | `v_z` | m/s | its rate, upward |
-/// | 12 | `rotor.angle` | `theta` | 2^-32 turn | angle of the rotor about its own axis, clockwise |
-/// | 13 | `rotor.rate_rad_s` | `omega = -W` | rad/s | its rate |
-/// | 14, 15 | `tilt.slope` | `eta_x, eta_y` | 1 | slopes of the rotor's plane |
-/// | 16, 17 | `tilt.rate_rad_s` | `eta_x', eta_y'` | rad/s | their rates |
-/// | 18, 19 | `shift.displacement_m` | `x, y` | m | shift of the mass centre from the axis |
-/// | 20, 21 | `shift.velocity_m_s` | `x', y'` | m/s | its rate |
-/// | | `in_contact` | | | where the rotor is in sustained contact |
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct TiltingState<T: Real> {
-    /// Steps taken.
-    pub steps: u64,
-    /// Phase of the drive.
-    pub phase: Phase,
-    /// The stator's modes A, B and C.
-    pub modes: ModalState<T>,
-    /// The stator's tilting modes.
-    pub stator_tilt: StatorTiltState<T>,
-    /// Height and spin of the rotor.
-    pub rotor: RotorState<T>,
-    /// Tilt of the rotor.
-    pub tilt: TiltState<T>,
-    /// Shift of the rotor.
-    pub shift: ShiftState<T>,
-    /// The drive now in force.
-    pub forcing: Forcing<T>,
-    /// Where the rotor is in sustained contact. Always empty with [`ImpactRule::EndOfStep`].
-    pub in_contact: ContactPlaces,
-}
-
-/// The state without the drive in force and the count of steps.
-#[derive(Clone, Copy, Debug)]
-struct TiltingMotion<T> {
-    phase: Phase,
-    modes: ModalState<T>,
-    stator_tilt: StatorTiltState<T>,
-    rotor: RotorState<T>,
-    tilt: TiltState<T>,
-    shift: ShiftState<T>,
-    in_contact: ContactPlaces,
-}
-
-impl<T: Real> TiltingMotion<T> {
-    /// The whole state, for the ledger.
-    fn under(&self, forcing: &Forcing<T>) -> TiltingState<T> {
-        let Self { phase, modes, stator_tilt, rotor, tilt, shift, in_contact } = *self;
-        TiltingState {
-            steps: 0,
-            phase,
-            modes,
-            stator_tilt,
-            rotor,
-            tilt,
-            shift,
-            forcing: *forcing,
-            in_contact,
-        }
-    }
-
-    fn velocities(&self) -> Velocities<T> {
-        Velocities {
-            rotor: Twist {
-                rise: self.rotor.velocity_m_s,
-                turn: self.rotor.rate_rad_s,
-                shift: self.shift.velocity_m_s,
-                slope: self.tilt.rate_rad_s,
-            },
-            modes: self.modes.velocity_m_s,
-            stator_tilt: self.stator_tilt.velocity_m_s,
-        }
-    }
-
-    fn set_velocities(&mut self, velocities: &Velocities<T>) {
-        let Velocities { rotor, modes, stator_tilt } = velocities;
-        self.rotor.velocity_m_s = rotor.rise;
-        self.rotor.rate_rad_s = rotor.turn;
-        self.shift.velocity_m_s = rotor.shift;
-        self.tilt.rate_rad_s = rotor.slope;
-        self.modes.velocity_m_s = *modes;
-        self.stator_tilt.velocity_m_s = *stator_tilt;
-    }
-
-    /// The same velocities, which changed evenly over the last `span_s`: the positions follow by half of the change.
-    fn set_velocities_evenly(&mut self, velocities: &Velocities<T>, span_s: T) {
-        let half_s = T::from_f64(0.5) * span_s;
-        let Velocities { rotor, modes, stator_tilt } = velocities;
-        self.rotor.height_m += half_s * (rotor.rise - self.rotor.velocity_m_s);
-        self.rotor.angle.turn_by_radians(half_s * (rotor.turn - self.rotor.rate_rad_s));
-        self.shift.displacement_m += (rotor.shift - self.shift.velocity_m_s) * half_s;
-        self.tilt.slope += (rotor.slope - self.tilt.rate_rad_s) * half_s;
-        self.modes.displacement_m += (modes - self.modes.velocity_m_s) * half_s;
-        self.stator_tilt.displacement_m += (stator_tilt - self.stator_tilt.velocity_m_s) * half_s;
-        self.set_velocities(velocities);
-    }
-}
-
-impl<T: Real> TiltingState<T> {
-    #[inline]
-    fn motion(&self) -> TiltingMotion<T> {
-        let Self { phase, modes, stator_tilt, rotor, tilt, shift, in_contact, .. } = *self;
-        TiltingMotion { phase, modes, stator_tilt, rotor, tilt, shift, in_contact }
-    }
-
-    #[inline]
-    fn move_to(&mut self, motion: &TiltingMotion<T>) {
-        let TiltingMotion { phase, modes, stator_tilt, rotor, tilt, shift, in_contact } = *motion;
-        self.steps += 1;
-        (self.phase, self.modes, self.stator_tilt) = (phase, modes, stator_tilt);
-        (self.rotor, self.tilt, self.shift, self.in_contact) = (rotor, tilt, shift, in_contact);
-    }
-}
-
 /// A tilting motor ready to step: immutable, one for any number of states.
 ///
 /// ```
@@ -272,6 +154,7 @@ pub struct TiltingMotor<T> {
     hub: Hub<T>,
     stops: [Option<Stop<T>>; 2],
     mobility: Mobility<T>,
+    follow: Follow<T>,
     clear: ClearTest<T>,
     freedom: Freedom,
     impact_rule: ImpactRule,
@@ -319,6 +202,7 @@ impl<T: Real> TiltingMotor<T> {
                 modes: Vector3::new(per_a, per_b, per_c),
                 stator_tilt: if tilts { T::from_f64(1.0 / pair.mass_kg) } else { T::zero() },
             },
+            follow: Follow::new(&modes, &pair, step_s),
             freedom: setup.freedom,
             impact_rule: if fastest_rad > RESOLVED_RAD { ImpactRule::EndOfStep } else { setup.impact_rule },
             step: T::from_f64(step_s),
@@ -383,26 +267,44 @@ impl<T: Real> TiltingMotor<T> {
         state: &mut TiltingState<T>,
         ledger: &mut L,
     ) -> TiltingContacts<T> {
-        let start = state.motion();
-        let mut end = start;
-        self.modes.advance(&mut end.modes, &state.forcing, start.phase);
-        self.stator_tilt.step.advance(&mut end.stator_tilt);
-        self.lean.step.advance::<SHIFTS>(&mut end.tilt, &mut end.shift, start.rotor.rate_rad_s);
-        self.flight.advance(&mut end.rotor);
-        end.phase = start.phase.advanced(state.forcing.increment());
-        if start.in_contact.is_empty() && self.clear.is_sure::<SHIFTS>(&start, &end, self.step) {
-            ledger.motion(&start.under(&state.forcing), T::one());
+        let mut modes = state.modes;
+        self.modes.advance(&mut modes, &state.forcing, state.phase);
+        let mut stator_tilt = state.stator_tilt;
+        self.stator_tilt.step.advance(&mut stator_tilt);
+        let (mut tilt, mut shift, mut rotor) = (state.tilt, state.shift, state.rotor);
+        self.lean.step.advance::<SHIFTS>(&mut tilt, &mut shift, rotor.rate_rad_s);
+        self.flight.advance(&mut rotor);
+        let phase = state.phase.advanced(state.forcing.increment());
+        let end =
+            TiltingMotion { phase, modes, stator_tilt, rotor, tilt, shift, in_contact: state.in_contact };
+        if state.in_contact.is_empty()
+            && self.clear.is_sure::<SHIFTS>(&Place::of_state(state), &end.place(), self.step)
+        {
+            ledger.motion(state, T::one());
             state.move_to(&end);
             return TiltingContacts::new();
         }
-        let (forcing, mut contacts) = (state.forcing, TiltingContacts::new());
+        self.step_with_contacts(state, end, ledger)
+    }
+
+    /// The rest of a step in which something may be met; `end` is its free end. No reference to the state leaves the
+    /// fast path, so that a compiler can keep it in registers.
+    #[inline(never)]
+    fn step_with_contacts<L: TiltingLedger<T>>(
+        &self,
+        state: &mut TiltingState<T>,
+        mut end: TiltingMotion<T>,
+        ledger: &mut L,
+    ) -> TiltingContacts<T> {
+        let mut contacts = TiltingContacts::new();
         match self.impact_rule {
             ImpactRule::Located => {
-                self.locate_contacts(&forcing, &start, &mut end, &mut contacts, ledger);
+                let start = state.motion();
+                self.locate_contacts(&state.forcing, &start, &mut end, &mut contacts, ledger);
             }
             ImpactRule::EndOfStep => {
-                ledger.motion(&start.under(&forcing), T::one());
-                self.contacts_at_end(&forcing, &mut end, &mut contacts, ledger);
+                ledger.motion(state, T::one());
+                self.contacts_at_end(&state.forcing, &mut end, &mut contacts, ledger);
             }
         }
         state.move_to(&end);

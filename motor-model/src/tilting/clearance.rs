@@ -1,7 +1,7 @@
 //! A cheap test that nothing can be met in this step. Most steps have no contact.
 //!
-//! With `m = z - eta . x - g_A - (highest tooth)`, `d = phi_B g_B + phi_C g_C` and `q = R_t eta - g_T` along the first two
-//! teeth, the four gaps are at least
+//! With `m = z - eta . x - g_A - (highest tooth)`, `d = phi_B g_B + phi_C g_C` and `q = R_t eta - g_T` along the first
+//! two teeth, the four gaps are at least
 //!
 //! ```text
 //! m - s |d| - max(d + |q_0|, -d + |q_1|)         s: largest deviation of an amplitude
@@ -13,10 +13,13 @@
 use nalgebra::{Vector2, Vector3};
 
 use super::rigid_body::cross;
-use super::{TiltingMotion, TiltingSetup, Tooth};
+use super::stator_tilt::StatorTiltState;
+use super::{ShiftState, TiltState, TiltingSetup, TiltingState, Tooth};
 use crate::math::Real;
+use crate::modes::ModalState;
 use crate::motor::clearance::cubic_margin;
 use crate::params::{MotorParams, Parameter, TiltingParameter, TiltingParams};
+use crate::rotor::RotorState;
 
 /// What the test needs of a motor.
 #[derive(Clone, Debug)]
@@ -28,6 +31,10 @@ pub(super) struct ClearTest<T> {
     highest_m: T,
     spread: T,
     curve_margin_s: T,
+    /// `(w h)^2` of the fastest mode.
+    swing: T,
+    /// Bound of the fall from rest, and of the motion by the drive from rest, in a step.
+    drop_m: T,
     clearance_m: T,
     half_length_m: T,
     half_hole_m: T,
@@ -36,6 +43,24 @@ pub(super) struct ClearTest<T> {
     rim_radius_m: T,
     ceiling: T,
     ceiling_radius_m: T,
+}
+
+/// Where stator and rotor are.
+#[derive(Clone, Copy)]
+pub(super) struct Place<'a, T> {
+    pub(super) modes: &'a ModalState<T>,
+    pub(super) stator_tilt: &'a StatorTiltState<T>,
+    pub(super) rotor: &'a RotorState<T>,
+    pub(super) tilt: &'a TiltState<T>,
+    pub(super) shift: &'a ShiftState<T>,
+}
+
+impl<'a, T: Real> Place<'a, T> {
+    #[inline]
+    pub(super) fn of_state(state: &'a TiltingState<T>) -> Self {
+        let TiltingState { modes, stator_tilt, rotor, tilt, shift, .. } = state;
+        Self { modes, stator_tilt, rotor, tilt, shift }
+    }
 }
 
 /// The four numbers of which all gaps are made.
@@ -89,6 +114,11 @@ impl<T: Real> ClearTest<T> {
         let highest = variation.heights_m.iter().copied().fold(f64::NEG_INFINITY, f64::max);
         let get = |parameter| T::from_f64(tilting.get(parameter));
         let hub = super::Hub::<T>::new(tilting, variation.pin_direction_deg);
+        // At full drive a mode gains less than (w h)^2 zeta times its amplitude in a step.
+        let driven_m =
+            params.get(Parameter::ModeBToothAmplitude) + params.get(Parameter::ModeCToothAmplitude);
+        let drop_m = params.get(Parameter::Gravity).abs() * setup.step_s * setup.step_s
+            + fastest_rad * fastest_rad * driven_m * 0.1;
         let hole = tilting.get(HubPinRadius) + tilting.get(HubClearance);
         Self {
             shape: Vector2::new(tooth.shape.y * one, tooth.shape.z * one),
@@ -98,6 +128,8 @@ impl<T: Real> ClearTest<T> {
             // A margin for rounding.
             spread: T::from_f64(spread + 1e-6),
             curve_margin_s: T::from_f64(cubic_margin(fastest_rad) * setup.step_s),
+            swing: T::from_f64(fastest_rad * fastest_rad),
+            drop_m: T::from_f64(drop_m),
             clearance_m: get(HubClearance),
             half_length_m: T::from_f64(0.5 * tilting.get(HubLength)),
             half_hole_m: T::from_f64(0.5 * hole),
@@ -113,8 +145,8 @@ impl<T: Real> ClearTest<T> {
     #[inline]
     pub(super) fn is_sure<const SHIFTS: bool>(
         &self,
-        start: &TiltingMotion<T>,
-        end: &TiltingMotion<T>,
+        start: &Place<'_, T>,
+        end: &Place<'_, T>,
         step_s: T,
     ) -> bool {
         self.teeth_are_clear::<SHIFTS>(start, end, step_s)
@@ -123,16 +155,20 @@ impl<T: Real> ClearTest<T> {
     }
 
     #[inline]
-    fn teeth_are_clear<const SHIFTS: bool>(
+    pub(super) fn teeth_are_clear<const SHIFTS: bool>(
         &self,
-        start: &TiltingMotion<T>,
-        end: &TiltingMotion<T>,
+        start: &Place<'_, T>,
+        end: &Place<'_, T>,
         step_s: T,
     ) -> bool {
         let (here, speed) = (self.over::<SHIFTS>(end), self.speed::<SHIFTS>(end));
         let lowest = here.lowest(self.spread);
         if lowest <= T::zero() {
             return false;
+        }
+        // Far above: nothing moves that far in a step.
+        if lowest > self.reach(end, &speed, step_s) {
+            return true;
         }
         let before = self.speed::<SHIFTS>(start);
         let margin = self.curve_margin_s * speed.plus(&before, -T::one()).size();
@@ -143,8 +179,20 @@ impl<T: Real> ClearTest<T> {
             && self.over::<SHIFTS>(start).plus(&before, third_s).lowest(self.spread) > margin
     }
 
+    /// A bound of how far the gaps move in the step that ends here, twice as large as needed.
+    ///
+    /// A mode of displacement x moves by less than `h |x'| + (w h)^2 |x|` in a step, its drive included, as long as `w
+    /// h` is below 1; the rotor by less than `h |v| + h^2 (g + b v)`.
     #[inline]
-    fn over<const SHIFTS: bool>(&self, motion: &TiltingMotion<T>) -> Over<T> {
+    fn reach(&self, end: &Place<'_, T>, speed: &Over<T>, step_s: T) -> T {
+        let (modes, pair) = (&end.modes.displacement_m, &end.stator_tilt.displacement_m);
+        let swing_m = modes.x.abs() + modes.y.abs() + modes.z.abs() + pair.x.abs() + pair.y.abs();
+        let moved_m = step_s * speed.size() + self.swing * swing_m + self.drop_m;
+        moved_m + moved_m
+    }
+
+    #[inline]
+    fn over<const SHIFTS: bool>(&self, motion: &Place<'_, T>) -> Over<T> {
         let mut m = motion.rotor.height_m - self.highest_m;
         if SHIFTS {
             m -= motion.tilt.slope.dot(&motion.shift.displacement_m);
@@ -153,7 +201,7 @@ impl<T: Real> ClearTest<T> {
     }
 
     #[inline]
-    fn speed<const SHIFTS: bool>(&self, motion: &TiltingMotion<T>) -> Over<T> {
+    fn speed<const SHIFTS: bool>(&self, motion: &Place<'_, T>) -> Over<T> {
         let mut m = motion.rotor.velocity_m_s;
         if SHIFTS {
             m -= motion.tilt.slope.dot(&motion.shift.velocity_m_s)
@@ -174,7 +222,7 @@ impl<T: Real> ClearTest<T> {
     }
 
     #[inline]
-    fn hub_is_clear<const SHIFTS: bool>(&self, end: &TiltingMotion<T>) -> bool {
+    fn hub_is_clear<const SHIFTS: bool>(&self, end: &Place<'_, T>) -> bool {
         let eta = end.tilt.slope - self.pin_slope;
         let steep = eta.dot(&eta);
         let room_m = self.clearance_m - self.half_hole_m * steep;
@@ -188,7 +236,7 @@ impl<T: Real> ClearTest<T> {
     }
 
     #[inline]
-    fn stops_are_clear(&self, end: &TiltingMotion<T>) -> bool {
+    fn stops_are_clear(&self, end: &Place<'_, T>) -> bool {
         let steep = end.tilt.slope.dot(&end.tilt.slope);
         let clear =
             |room_m: T, radius_m: T| room_m > T::zero() && radius_m * radius_m * steep < room_m * room_m;

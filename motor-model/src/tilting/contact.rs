@@ -6,8 +6,8 @@
 //! w = r . (rotor's motion) - s . (modal velocities)
 //! ```
 //!
-//! An impulse P along it moves the rotor by `M^-1 r P` and the modes by `-M^-1 s P`, so that work and momentum agree. The
-//! *compliance* is the change of `w` per impulse, `r . M^-1 r + s . M^-1 s`.
+//! An impulse P along it moves the rotor by `M^-1 r P` and the modes by `-M^-1 s P`, so that work and momentum agree.
+//! The *compliance* is the change of `w` per impulse, `r . M^-1 r + s . M^-1 s`.
 
 use nalgebra::{Vector2, Vector3};
 
@@ -126,6 +126,8 @@ pub(super) struct Direction<T> {
     stator_tilt: Vector2<T>,
     /// Change of the speed along it per impulse.
     pub(super) compliance: T,
+    /// Whether the surface moves with the stator.
+    moving: bool,
     /// Whether the impulse acts on the stator too.
     on_stator: bool,
 }
@@ -142,7 +144,7 @@ impl<T: Real> Direction<T> {
         let compliance = rotor.dot(&mobility.rotor.response(&rotor))
             + modes.dot(&modes.component_mul(&mobility.modes))
             + stator_tilt.dot(&stator_tilt) * mobility.stator_tilt;
-        Self { rotor, modes, stator_tilt, compliance, on_stator: true }
+        Self { rotor, modes, stator_tilt, compliance, moving: true, on_stator: true }
     }
 
     /// Against a tooth, without reaction on the stator.
@@ -154,19 +156,27 @@ impl<T: Real> Direction<T> {
         mobility: &Mobility<T>,
     ) -> Self {
         let compliance = rotor.dot(&mobility.rotor.response(&rotor));
-        Self { rotor, modes, stator_tilt, compliance, on_stator: false }
+        Self { rotor, modes, stator_tilt, compliance, moving: true, on_stator: false }
     }
 
     /// Against something fixed.
     #[inline]
     pub(super) fn at_rest(rotor: Twist<T>, mobility: &Mobility<T>) -> Self {
-        Self::along_tooth(rotor, Vector3::zeros(), Vector2::zeros(), mobility)
+        let still = Self::along_tooth(rotor, Vector3::zeros(), Vector2::zeros(), mobility);
+        Self { moving: false, ..still }
+    }
+
+    /// The same without the shift.
+    pub(super) fn without_shift(mut self) -> Self {
+        self.rotor.shift = Vector2::zeros();
+        self
     }
 
     /// Speed along it, `w`.
     #[inline]
     pub(super) fn speed(&self, velocities: &Velocities<T>) -> T {
-        self.rotor.dot(&velocities.rotor) - self.surface_speed(velocities)
+        let speed = self.rotor.dot(&velocities.rotor);
+        if self.moving { speed - self.surface_speed(velocities) } else { speed }
     }
 
     /// Speed of the stator's surface along it.

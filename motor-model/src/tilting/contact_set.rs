@@ -8,8 +8,8 @@
 //!
 //! by projected Gauss-Seidel on the velocities themselves. The two edges of the hole share nearly the same line of
 //! action, which would converge slowly: they are one block, solved exactly. Several contacts with different
-//! restitutions could gain energy under Newton's rule. The gain is `sum P_i (w_i+ + w_i-) / 2`; where it is positive, the
-//! contacts are solved again without restitution, which minimises the energy.
+//! restitutions could gain energy under Newton's rule. The gain is `sum P_i (w_i+ + w_i-) / 2`; where it is positive,
+//! the contacts are solved again without restitution, which minimises the energy.
 //!
 //! Friction then takes up the slip `q` of each contact in both directions along its surface (Coulomb):
 //!
@@ -23,21 +23,19 @@
 use heapless::Vec;
 
 use super::contact::{Contact, ContactPlace, Mobility, PLACES, Velocities};
+use super::edge_pair::{push_edges, rub_edges};
+use super::energy::TiltingLedger;
+use super::friction_circle::within_circle;
+use super::{TiltingContact, TiltingContacts};
 use crate::math::Real;
 
 /// Most sweeps over the normal impulses.
 const NORMAL_SWEEPS: u8 = 40;
 /// Most sweeps over friction.
-const FRICTION_SWEEPS: u8 = 12;
-/// Most iterations for the friction of one contact.
-const CIRCLE_ITERATIONS: u8 = 4;
+const FRICTION_SWEEPS: u8 = 20;
 /// The sweeps end when no impulse changes by more than this share of the largest.
 const SETTLED: f64 = 1e-13;
 const FRICTION_SETTLED: f64 = 1e-6;
-/// A direction whose compliance is below this share of the other one's is rigid: friction does not change the slip.
-const IMMOBILE: f64 = 1e-9;
-/// Below this ratio of what friction can take up to the slip, friction is along the slip.
-const ALL_SLIP: f64 = 1e-6;
 
 /// What one contact did.
 #[derive(Clone, Copy, Debug)]
@@ -85,6 +83,39 @@ impl<T: Real> ContactSet<T> {
         let _ = self.contacts.push(solved);
     }
 
+    /// Reports what a solved set did.
+    pub(super) fn report<L: TiltingLedger<T>>(
+        &self,
+        velocities: &Velocities<T>,
+        sustained: bool,
+        before_end_s: T,
+        contacts: &mut TiltingContacts<T>,
+        ledger: &mut L,
+    ) {
+        for solved in &self.contacts {
+            if solved.normal_n_s <= T::zero() {
+                continue;
+            }
+            let contact = TiltingContact {
+                place: solved.contact.place,
+                sustained,
+                before_end_s,
+                approach_m_s: -solved.speed_before,
+                normal_impulse_n_s: solved.normal_n_s,
+                tangential_impulse_n_s: solved.along_n_s,
+                slip_m_s: solved.slip,
+                gap_m: solved.contact.gap_m,
+            };
+            if L::RECORDS {
+                let slip_after = solved.contact.along.each_ref().map(|way| way.speed(velocities));
+                let surface = solved.contact.along.each_ref().map(|way| way.surface_speed(velocities));
+                ledger.contact(&contact, solved.speed_after, slip_after, surface);
+            }
+            // Beyond the stated number contacts are applied and not reported.
+            let _ = contacts.push(contact);
+        }
+    }
+
     /// Applies normal impulses and friction to `velocities`.
     pub(super) fn solve(&mut self, mobility: &Mobility<T>, velocities: &mut Velocities<T>, both_edges: bool) {
         let before = *velocities;
@@ -117,6 +148,12 @@ impl<T: Real> ContactSet<T> {
             return;
         }
         let first_edge = self.edges();
+        if let ([upper, lower], Some(_)) = (self.contacts.as_mut_slice(), first_edge) {
+            push_edges(upper, lower, mobility, velocities, both_edges);
+            upper.speed_after = upper.contact.normal.speed(velocities);
+            lower.speed_after = lower.contact.normal.speed(velocities);
+            return;
+        }
         for _ in 0..NORMAL_SWEEPS {
             let (mut largest, mut change) = (T::zero(), T::zero());
             for index in 0..self.contacts.len() {
@@ -126,11 +163,11 @@ impl<T: Real> ContactSet<T> {
                         change = max(change, changed);
                         largest = max(largest, max(upper.normal_n_s, lower.normal_n_s));
                     }
-                } else if first_edge.is_none_or(|first| index != first + 1) {
-                    if let Some(solved) = self.contacts.get_mut(index) {
-                        change = max(change, solved.push_alone(mobility, velocities));
-                        largest = max(largest, solved.normal_n_s);
-                    }
+                } else if first_edge.is_none_or(|first| index != first + 1)
+                    && let Some(solved) = self.contacts.get_mut(index)
+                {
+                    change = max(change, solved.push_alone(mobility, velocities));
+                    largest = max(largest, solved.normal_n_s);
                 }
             }
             if change <= T::from_f64(SETTLED) * largest {
@@ -154,6 +191,17 @@ impl<T: Real> ContactSet<T> {
         let before = velocities.rotor;
         for solved in &mut self.contacts {
             solved.slip = solved.contact.along.each_ref().map(|way| way.speed(velocities));
+        }
+        let both = self.edges().is_some();
+        if let ([upper, lower], true) = (self.contacts.as_mut_slice(), both) {
+            rub_edges(upper, lower, mobility, velocities);
+            if self.friction_heat(velocities) < T::zero() {
+                velocities.rotor = before;
+                for solved in &mut self.contacts {
+                    solved.along_n_s = [T::zero(); 2];
+                }
+            }
+            return;
         }
         let sweeps = if self.contacts.len() > 1 { FRICTION_SWEEPS } else { 1 };
         for _ in 0..sweeps {
@@ -202,7 +250,7 @@ impl<T: Real> Solved<T> {
     }
 
     #[inline]
-    fn set_normal(&mut self, to: T, mobility: &Mobility<T>, velocities: &mut Velocities<T>) -> T {
+    pub(super) fn set_normal(&mut self, to: T, mobility: &Mobility<T>, velocities: &mut Velocities<T>) -> T {
         let change = to - self.normal_n_s;
         if change != T::zero() {
             self.contact.normal.push(change, mobility, velocities);
@@ -230,87 +278,4 @@ impl<T: Real> Solved<T> {
         self.along_n_s = [to_0, to_1];
         max(by_0.abs(), by_1.abs())
     }
-}
-
-/// `T_i = -q_i / (d_i + m)` of magnitude at most `limit`.
-fn within_circle<T: Real>([q_0, q_1]: [T; 2], [d_0, d_1]: [T; 2], limit: T) -> (T, T) {
-    let zero = T::zero();
-    let stiffest = max(d_0, d_1);
-    let least = T::from_f64(IMMOBILE) * stiffest;
-    let stop = |q: T, d: T| if d > least { -q / d } else { zero };
-    let (t_0, t_1) = (stop(q_0, d_0), stop(q_1, d_1));
-    // Nothing slips along a rigid direction, or friction stops all slip.
-    let held_0 = d_0 <= least && q_0 != zero;
-    let held_1 = d_1 <= least && q_1 != zero;
-    if !held_0 && !held_1 && t_0.abs() + t_1.abs() <= limit {
-        return (t_0, t_1);
-    }
-    // In units of the larger slip, so that no square is too small.
-    let unit = max(q_0.abs(), q_1.abs());
-    let (q_0, q_1, radius) = (q_0 / unit, q_1 / unit, limit / unit);
-    let slip = (q_0 * q_0 + q_1 * q_1).sqrt();
-    if radius * stiffest < T::from_f64(ALL_SLIP) {
-        let scale = -limit / slip;
-        return (q_0 * scale, q_1 * scale);
-    }
-    let (mut t_0, mut t_1) = (t_0 / unit, t_1 / unit);
-    let mut size = (t_0 * t_0 + t_1 * t_1).sqrt();
-    if !held_0 && !held_1 && size <= radius {
-        return (t_0 * unit, t_1 * unit);
-    }
-    // Newton's method on 1/|T| = 1/radius, which is nearly straight in m, from a lower bound of m.
-    let alone = max(q_0.abs() / radius - d_0, q_1.abs() / radius - d_1);
-    let mut m = max(max(slip / radius - stiffest, alone), zero);
-    for _ in 0..CIRCLE_ITERATIONS {
-        (t_0, t_1) = (-q_0 / (d_0 + m), -q_1 / (d_1 + m));
-        size = (t_0 * t_0 + t_1 * t_1).sqrt();
-        let over = size - radius;
-        if over <= radius * T::from_f64(1e-7) {
-            break;
-        }
-        m += over * size * size / (radius * (t_0 * t_0 / (d_0 + m) + t_1 * t_1 / (d_1 + m)));
-    }
-    let scale = limit / size;
-    (t_0 * scale, t_1 * scale)
-}
-
-/// Corrects the normal impulses of both edges of the hole, exactly; returns the largest change.
-///
-/// Without shift both act along one line: `as_one` then gives each half.
-fn push_edges<T: Real>(
-    upper: &mut Solved<T>,
-    lower: &mut Solved<T>,
-    mobility: &Mobility<T>,
-    velocities: &mut Velocities<T>,
-    as_one: bool,
-) -> T {
-    let (d_00, d_11) = (upper.contact.normal.compliance, lower.contact.normal.compliance);
-    let d_01 = upper.contact.normal.coupling(&lower.contact.normal, mobility);
-    if d_00 <= T::zero() || d_11 <= T::zero() {
-        return T::zero();
-    }
-    let (p_0, p_1) = (upper.normal_n_s, lower.normal_n_s);
-    let c_0 = upper.contact.normal.speed(velocities) + upper.bias - d_00 * p_0 - d_01 * p_1;
-    let c_1 = lower.contact.normal.speed(velocities) + lower.bias - d_01 * p_0 - d_11 * p_1;
-    let zero = T::zero();
-    let (alone_0, alone_1) = (-c_0 / d_00, -c_1 / d_11);
-    let (to_0, to_1) = if as_one {
-        let both = max(max(alone_0, alone_1), zero) * T::from_f64(0.5);
-        (both, both)
-    } else if c_0 >= zero && c_1 >= zero {
-        (zero, zero)
-    } else if c_0 < zero && c_1 + d_01 * alone_0 >= zero {
-        (alone_0, zero)
-    } else if c_1 < zero && c_0 + d_01 * alone_1 >= zero {
-        (zero, alone_1)
-    } else {
-        let per_determinant = T::one() / (d_00 * d_11 - d_01 * d_01);
-        (
-            max((d_01 * c_1 - d_11 * c_0) * per_determinant, zero),
-            max((d_01 * c_0 - d_00 * c_1) * per_determinant, zero),
-        )
-    };
-    let change_0 = upper.set_normal(to_0, mobility, velocities);
-    let change_1 = lower.set_normal(to_1, mobility, velocities);
-    max(change_0, change_1)
 }

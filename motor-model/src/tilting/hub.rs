@@ -1,7 +1,7 @@
 //! The pin, met by the upper and the lower edge of the rotor's hole.
 //!
-//! Pin radius `r_h`, radius of the hole `a = r_h + c`. At the edge at level `s = +-l_h/2` from the mass centre the hole's
-//! centre lies at `d = (x, y) - s eta` from the pin. Seen along the pin the edge is an ellipse, and
+//! Pin radius `r_h`, radius of the hole `a = r_h + c`. At the edge at level `s = +-l_h/2` from the mass centre the
+//! hole's centre lies at `d = (x, y) - s eta` from the pin. Seen along the pin the edge is an ellipse, and
 //!
 //! ```text
 //! gap = c - |d| - (a/2) (eta . d/|d|)^2

@@ -1,19 +1,20 @@
 //! Contacts where they happen inside a step.
 //!
 //! The rest of the step is tried without new contacts. Each gap between its ends is the cubic with the exact gap and
-//! gap rate there; its error is below `(w h)^4 A / 384`, that is 2e-13 m at 1 us and 1e-9 m at 10 us in mode B. The first
-//! gap that closes ends the trial: the motion goes there exactly, all closed contacts are solved together, and the rest
-//! is tried again, a bounded number of times. What is still closed then is kept shut to the end of the step.
+//! gap rate there; its error is below `(w h)^4 A / 384`, that is 2e-13 m at 1 us and 1e-9 m at 10 us in mode B. The
+//! first gap that closes ends the trial: the motion goes there exactly, all closed contacts are solved together, and
+//! the rest is tried again, a bounded number of times. What is still closed then is kept shut to the end of the step.
 //!
 //! A contact whose rebound would be too short to resolve stays: it becomes *sustained*. Sustained contacts act with
 //! constant forces over a span. With `w` the rates of their gaps at its end, `h` its length and `k` a small number,
 //!
 //! ```text
 //! w+ = w- + D P,  positions follow by h/2 times the change of velocity        w-, gap: without the forces
-//! w_i+ + k gap_i+ / h >= 0   perp   P_i >= 0                                  gap+ = gap + (h/2) (w+ - w-)
+//! w_i+ + k gap_i+ / (step) >= 0   perp   P_i >= 0                             gap+ = gap + (h/2) (w+ - w-)
 //! ```
 //!
-//! with friction from those P. The error is of second order in the span. A contact with `P = 0` is open again.
+//! with friction from those P. The error is of second order in the span. A contact with `P = 0` and a gap is open
+//! again.
 
 use super::contact::{ContactPlace, ContactPlaces};
 use super::contact_set::ContactSet;
@@ -24,13 +25,18 @@ use crate::math::Real;
 use crate::modes::{Forcing, Phasor};
 
 /// Most instants of contact in a step.
-const INSTANTS_MAX: u8 = 6;
-/// Part of a gap that a sustained contact closes in a span.
+const INSTANTS_MAX: u8 = 12;
+/// Part of a gap that a sustained contact closes in a step.
 const GAP_RETURN: f64 = 0.05;
 /// Shortest rebound that is resolved, as a part of a step.
 const REST_FLIGHT: f64 = 0.25;
-/// Gap below which another contact is closed at the instant of a first one, in m.
+/// Gap below which another contact is closed at the instant of a first one, in m. From the fourth instant of a step on
+/// it grows tenfold from one to the next: two contacts that strike in turn then meet at once.
 const TOUCH_M: f64 = 1e-10;
+const TOUCH_MAX_M: f64 = 1e-7;
+const TOUCH_GROWS: u8 = 3;
+/// Gap from which on a sustained contact that carries nothing is open, in m.
+const OPEN_M: f64 = 1e-11;
 /// Modal displacements (m) and velocities (m/s) are rounded to multiples of about 1e-16 of this in sustained contact,
 /// so that no subnormal numbers arise in a long rest.
 const MODAL_FLOOR: f64 = 1e-20;
@@ -56,12 +62,17 @@ impl<T: Real> TiltingMotor<T> {
         let end_phase = end.phase;
         let (mut here, mut left) = (*start, T::one());
         let mut phasor = None;
-        for _ in 0..INSTANTS_MAX {
+        let mut set = ContactSet::new();
+        let mut touch_m = T::from_f64(TOUCH_M);
+        for instant in 0..INSTANTS_MAX {
+            if instant >= TOUCH_GROWS && touch_m < T::from_f64(TOUCH_MAX_M) {
+                touch_m *= T::from_f64(10.0);
+            }
             let free = *end;
-            let pushed = self.sustain(&here, end, left * self.step);
+            self.sustain(&here, end, left * self.step, &mut set);
             let Some((next, at)) = self.next_contact(&here, end, left) else {
                 ledger.motion(&here.under(forcing), left);
-                self.report_sustained(forcing, &free, end, pushed.as_ref(), T::zero(), contacts, ledger);
+                report_sustained(forcing, &free, end, &set, T::zero(), contacts, ledger);
                 return;
             };
             let part = at * left;
@@ -74,14 +85,14 @@ impl<T: Real> TiltingMotor<T> {
                 self.fly(forcing, &mut here, part, [&from, &to]);
                 here.phase = there;
                 let free = here;
-                let pushed = self.sustain(&before, &mut here, part * self.step);
+                self.sustain(&before, &mut here, part * self.step, &mut set);
                 ledger.motion(&before.under(forcing), part);
                 let before_end_s = (T::one() - done) * self.step;
-                self.report_sustained(forcing, &free, &here, pushed.as_ref(), before_end_s, contacts, ledger);
+                report_sustained(forcing, &free, &here, &set, before_end_s, contacts, ledger);
             }
             left -= part;
             phasor = Some(to);
-            self.meet(&mut here, &next, left * self.step, contacts, ledger);
+            self.meet(forcing, &mut here, &next, touch_m, left * self.step, contacts, ledger);
             *end = here;
             if left <= T::zero() {
                 end.phase = end_phase;
@@ -116,7 +127,11 @@ impl<T: Real> TiltingMotor<T> {
     ) -> Option<(NextContact, T)> {
         let span_s = part * self.step;
         let mut first: Option<(NextContact, T)> = None;
+        let teeth_are_clear = self.teeth_are_clear(from, to, span_s);
         for place in ContactPlace::ALL {
+            if teeth_are_clear && place.is_tooth() {
+                continue;
+            }
             // Without shift both edges meet the pin at once.
             let doubled = place == ContactPlace::LowerEdge && self.freedom != Freedom::Full;
             if from.in_contact.contains(place) || doubled {
@@ -140,11 +155,23 @@ impl<T: Real> TiltingMotor<T> {
         first
     }
 
-    /// Solves all contacts that are closed at the instant of `next`.
+    /// Whether no tooth can be met between two instants, as far as a cheap test tells.
+    fn teeth_are_clear(&self, from: &TiltingMotion<T>, to: &TiltingMotion<T>, span_s: T) -> bool {
+        if self.freedom == Freedom::Full {
+            self.clear.teeth_are_clear::<true>(&from.place(), &to.place(), span_s)
+        } else {
+            self.clear.teeth_are_clear::<false>(&from.place(), &to.place(), span_s)
+        }
+    }
+
+    /// Solves all contacts that are closed at the instant of `next`, or open by less than `touch_m`.
+    #[expect(clippy::too_many_arguments, reason = "an instant of contact, and the records of it")]
     fn meet<L: TiltingLedger<T>>(
         &self,
+        forcing: &Forcing<T>,
         motion: &mut TiltingMotion<T>,
         next: &NextContact,
+        touch_m: T,
         before_end_s: T,
         contacts: &mut TiltingContacts<T>,
         ledger: &mut L,
@@ -158,7 +185,7 @@ impl<T: Real> TiltingMotor<T> {
             let Some((gap_m, rate_m_s)) = self.gap_at(motion, place) else { continue };
             let chosen =
                 place == next.place || (self.freedom != Freedom::Full && is_other_edge(place, next.place));
-            if !(sustained || chosen || (gap_m <= T::from_f64(TOUCH_M) && rate_m_s < zero)) {
+            if !(sustained || chosen || (gap_m <= touch_m && rate_m_s < zero)) {
                 continue;
             }
             let Some(contact) = self.contact_at(motion, place) else { continue };
@@ -181,29 +208,44 @@ impl<T: Real> TiltingMotor<T> {
                 motion.in_contact = motion.in_contact.with(solved.contact.place);
             }
         }
-        self.report(&set, &velocities, false, before_end_s, contacts, ledger);
+        set.report(&velocities, false, before_end_s, contacts, ledger);
+        // Found too deep by rounding and by the error of the cubic.
+        let mut inside = ContactPlaces::NONE;
+        for solved in &set.contacts {
+            if solved.contact.gap_m < zero {
+                inside = inside.with(solved.contact.place);
+            }
+        }
+        if !inside.is_empty() {
+            let before = motion.under(forcing);
+            self.lift_out(motion, inside);
+            if L::RECORDS {
+                ledger.moved(&before, &motion.under(forcing));
+            }
+        }
     }
 
-    /// Applies the sustained contacts of `from` to `to`, the free motion `span_s` later. Returns what they did.
+    /// Applies the sustained contacts of `from` to `to`, the free motion `span_s` later. What they did is in `set`.
     #[inline]
     fn sustain(
         &self,
         from: &TiltingMotion<T>,
         to: &mut TiltingMotion<T>,
         span_s: T,
-    ) -> Option<ContactSet<T>> {
-        if from.in_contact.is_empty() {
-            return None;
+        set: &mut ContactSet<T>,
+    ) {
+        set.contacts.clear();
+        if !from.in_contact.is_empty() {
+            self.press(from.in_contact, to, span_s, set);
         }
-        Some(self.press(from.in_contact, to, span_s))
     }
 
     /// Presses the contacts `places` shut over the last `span_s`.
-    fn press(&self, places: ContactPlaces, to: &mut TiltingMotion<T>, span_s: T) -> ContactSet<T> {
-        let half_k = T::from_f64(0.5 * GAP_RETURN);
-        let (return_per_s, share) =
-            (T::from_f64(GAP_RETURN) / span_s, T::from_f64(1.0 / (1.0 + 0.5 * GAP_RETURN)));
-        let mut set = ContactSet::new();
+    fn press(&self, places: ContactPlaces, to: &mut TiltingMotion<T>, span_s: T, set: &mut ContactSet<T>) {
+        let return_per_s = T::from_f64(GAP_RETURN) / self.step;
+        let half_k = T::from_f64(0.5) * return_per_s * span_s;
+        let share = T::one() / (T::one() + half_k);
+        set.contacts.clear();
         to.modes.drop_below(T::from_f64(MODAL_FLOOR));
         let mut velocities = to.velocities();
         for place in ContactPlace::ALL {
@@ -216,14 +258,16 @@ impl<T: Real> TiltingMotor<T> {
             set.add(contact, bias, &velocities);
         }
         set.solve(&self.mobility, &mut velocities, self.freedom != Freedom::Full);
-        to.set_velocities_evenly(&velocities, span_s);
+        to.set_velocities_evenly(&velocities, &self.follow, span_s / self.step, span_s);
         to.in_contact = ContactPlaces::NONE;
+        let half_s = T::from_f64(0.5) * span_s;
         for solved in &set.contacts {
-            if solved.normal_n_s > T::zero() {
+            // What hardly opens is still closed: of four teeth at rest one carries nothing.
+            let moved_m = half_s * (solved.speed_after - solved.speed_before);
+            if solved.normal_n_s > T::zero() || solved.contact.gap_m + moved_m <= T::from_f64(OPEN_M) {
                 to.in_contact = to.in_contact.with(solved.contact.place);
             }
         }
-        set
     }
 
     /// After too many instants: keeps every gap that is closed at the end of the step shut.
@@ -244,32 +288,32 @@ impl<T: Real> TiltingMotor<T> {
         }
         ledger.motion(&here.under(forcing), left);
         let free = *end;
-        let pushed = self.press(closed, end, left * self.step);
-        self.report_sustained(forcing, &free, end, Some(&pushed), T::zero(), contacts, ledger);
-    }
-
-    #[expect(clippy::too_many_arguments, reason = "a span of sustained contact, and the records of it")]
-    fn report_sustained<L: TiltingLedger<T>>(
-        &self,
-        forcing: &Forcing<T>,
-        free: &TiltingMotion<T>,
-        end: &TiltingMotion<T>,
-        pushed: Option<&ContactSet<T>>,
-        before_end_s: T,
-        contacts: &mut TiltingContacts<T>,
-        ledger: &mut L,
-    ) {
-        if let Some(set) = pushed {
-            self.report(set, &end.velocities(), true, before_end_s, contacts, ledger);
-            if L::RECORDS {
-                ledger.moved(&free.under(forcing), &end.under(forcing));
-            }
-        }
+        let mut set = ContactSet::new();
+        self.press(closed, end, left * self.step, &mut set);
+        report_sustained(forcing, &free, end, &set, T::zero(), contacts, ledger);
     }
 
     fn restitution(&self, place: ContactPlace) -> T {
         let [tooth, _, _, _] = &self.teeth;
         if place.is_hub() { self.hub.restitution } else { tooth.restitution }
+    }
+}
+
+/// Reports what the sustained contacts of a span did.
+fn report_sustained<T: Real, L: TiltingLedger<T>>(
+    forcing: &Forcing<T>,
+    free: &TiltingMotion<T>,
+    end: &TiltingMotion<T>,
+    set: &ContactSet<T>,
+    before_end_s: T,
+    contacts: &mut TiltingContacts<T>,
+    ledger: &mut L,
+) {
+    if !set.contacts.is_empty() {
+        set.report(&end.velocities(), true, before_end_s, contacts, ledger);
+        if L::RECORDS {
+            ledger.moved(&free.under(forcing), &end.under(forcing));
+        }
     }
 }
 

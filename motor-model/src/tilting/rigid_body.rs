@@ -1,7 +1,8 @@
 //! The rotor as a rigid body that tilts, shifts and spins, in flight.
 //!
 //! The slopes `eta = (eta_x, eta_y)` of its plane say where its axis points: `n = (-eta_x, -eta_y, 1)`, to first order.
-//! Its spin is about that axis. With `p = eta'`, the spin `W` counter-clockwise and the shift `(x, y)` of the mass centre:
+//! Its spin is about that axis. With `p = eta'`, the spin `W` counter-clockwise and the shift `(x, y)` of the mass
+//! centre:
 //!
 //! ```text
 //! I p' = -b_t p + i J W p      p = p_x + i p_y,    I = J/2 + m_r h_r^2/12,    b_t = k_t b_z (R_r^2 + r_h^2)/4
@@ -185,8 +186,8 @@ impl<T: Real> Twist<T> {
         Self { rise: zero, turn: zero, shift: Vector2::zeros(), slope: Vector2::zeros() }
     }
 
-    /// How a point at `arm` (x and y, then height) from the mass centre moves along `(across, up)`, per motion of a rotor
-    /// with the slopes `eta`.
+    /// How a point at `arm` (x and y, then height) from the mass centre moves along `(across, up)`, per motion of a
+    /// rotor with the slopes `eta`.
     #[inline]
     pub(super) fn of_point(
         (arm, height): (Vector2<T>, T),

@@ -11,9 +11,9 @@
 //! tilt          -(L/2) (g_T1, g_T2)  of the top, along x and y
 //! ```
 //!
-//! The normal direction is the gradient of the gap. The tangential directions lie in the rotor's plane. Without shift the
-//! pin holds the rotor against friction outward, which then only takes its share of the circle; without tilt that share is
-//! left out too, as in the height-only motor.
+//! The normal direction is the gradient of the gap. The tangential directions lie in the rotor's plane. Without shift
+//! the pin holds the rotor against friction outward, which then only takes its share of the circle; without tilt that
+//! share is left out too, as in the height-only motor.
 //! Second order and left out: the gap's `eta . s_k` by the top's own motion `s_k`, and the slopes' square.
 
 use nalgebra::{Vector2, Vector3};

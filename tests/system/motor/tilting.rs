@@ -6,8 +6,11 @@ mod exact_hub;
 
 mod dual_height_only;
 mod dual_second_program;
+mod dual_step_convergence;
 mod law_energy;
 mod law_hard_cases;
+mod law_rest;
+mod law_rotation_sense;
 
 use motor_model::{
     DriveCommand, Freedom, ImpactRule, MotorParams, Parameter, TiltingContacts, TiltingMotor,

@@ -8,9 +8,9 @@ use motor_model::{
 use super::height_only;
 
 /// From a drop of 20 um both motors go through the same impacts. An impact multiplies a difference by at most 13, its
-/// ratio of recoil. At the end of the step each rounds by some 1e-16 of a velocity: 1e-16 * 13^8 = 1e-7 after eight impacts.
-/// Located instants differ by the error of the cubic, 3e-13 m at 0.1 m/s, in which a tooth at 3e4 m/s^2 gains 1e-7 m/s:
-/// 2e-6 m/s after two impacts.
+/// ratio of recoil. At the end of the step each rounds by some 1e-16 of a velocity: 1e-16 * 13^8 = 1e-7 after eight
+/// impacts. Located instants differ by the error of the cubic, 3e-13 m at 0.1 m/s, in which a tooth at 3e4 m/s^2 gains
+/// 1e-7 m/s: 2e-6 m/s after two impacts.
 #[test]
 fn dual_without_tilt_it_is_the_height_only_motor() {
     let params = MotorParams::nominal();

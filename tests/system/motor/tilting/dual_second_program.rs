@@ -1,5 +1,5 @@
-//! The tilting motor beside a second program of the same equations: rates, impacts and tilt of motions that are chaotic,
-//! so that only their statistics can agree.
+//! The tilting motor beside a second program of the same equations: rates, impacts and tilt of motions that are
+//! chaotic, so that only their statistics can agree.
 
 #![expect(
     clippy::cast_precision_loss,
@@ -106,8 +106,8 @@ fn mean(runs: impl Iterator<Item = ReferenceRun>) -> ReferenceRun {
     })
 }
 
-/// Four standard errors of the difference of two means of three runs are 3.3 times the scatter of one run: in mode C 1 %
-/// of the rate and 3 % of tilt and impacts, in mode B 2.5 %, 4 % and 2 %.
+/// Four standard errors of the difference of two means of three runs are 3.3 times the scatter of one run: in mode C 1
+/// % of the rate and 3 % of tilt and impacts, in mode B 2.5 %, 4 % and 2 %.
 #[test]
 fn dual_rates_impacts_and_tilt_are_those_of_a_second_program() {
     for (name, values, mode, number, [rate, tilt, impacts]) in [

@@ -33,8 +33,8 @@ fn exact_angle_of_the_tilt_stop() {
     }
 }
 
-/// A level rotor that meets the pin with one edge and sticks there rolls: of its spin it gives up `m r^2 / (J + m r^2)`,
-/// nearly 9 % (r: radius of the hole, `J` that of a thin rotor without length of hole).
+/// A level rotor that meets the pin with one edge and sticks there rolls: of its spin it gives up `m r^2 / (J + m
+/// r^2)`, nearly 9 % (r: radius of the hole, `J` that of a thin rotor without length of hole).
 #[test]
 fn exact_rolling_on_the_pin_gives_up_a_part_of_the_spin() {
     let (radius, clearance) = (1e-3, 7e-6);

@@ -33,7 +33,10 @@ fn check<T: Real>((params, tilting): &Sets, setup: &TiltingSetup, within: f64) {
     let flows = ledger.flows();
     let imbalance = (ledger.stored_j(&state) - flows.net_j()) / flows.turnover_j();
     assert_close(imbalance, 0.0, Within::absolute(within), format_args!("{setup:?} {flows:?}"));
-    assert!(flows.normal_loss_j > 0.0 && flows.friction_loss_j > 0.0 && flows.squeeze_film_j > 0.0);
+    assert!(
+        flows.normal_loss_j > 0.0 && flows.friction_loss_j > 0.0 && flows.squeeze_film_j > 0.0,
+        "{setup:?} {flows:?}"
+    );
 }
 
 /// In `f64` to the error of the quadrature, 1e-10 of a term, and rounding.
@@ -57,8 +60,8 @@ fn law_energy_account_closes() {
     }
 }
 
-/// In `f32` each step rounds by half a unit; all one way they add up to `epsilon / (2 zeta w h)` of the turnover, as for
-/// the height-only motor.
+/// In `f32` each step rounds by half a unit; all one way they add up to `epsilon / (2 zeta w h)` of the turnover, as
+/// for the height-only motor.
 #[test]
 fn law_energy_account_closes_in_f32_to_rounding() {
     for step_s in [1e-6, 5e-6] {

@@ -109,3 +109,40 @@ fn law_teeth_of_unequal_height() {
         run::<f32>(&(params, tilting), &setup);
     }
 }
+
+/// Drawn motors under drawn commands, a new one every 20 steps.
+#[test]
+fn law_any_drawn_motor_under_any_commands() {
+    use motor_model::{MotorParams, TiltingParams};
+    use rand_core::SeedableRng;
+    use rand_distr::{Distribution, StandardUniform};
+    let unit = |rng: &mut rand_pcg::Pcg64| -> f64 { StandardUniform.sample(rng) };
+    for seed in 0..24 {
+        let mut rng = rand_pcg::Pcg64::seed_from_u64(seed);
+        let mut tilting = TiltingParams::nominal()
+            .with(TiltingParameter::HubClearance, 1e-6 + 39e-6 * unit(&mut rng))
+            .and_then(|set| set.with(TiltingParameter::ToothHeightScatter, 2e-6))
+            .expect("within bounds");
+        tilting = tilting.draw(&mut rng);
+        let params = MotorParams::nominal().draw(&mut rng);
+        let variation = TiltingVariation::draw(&params, &tilting, &mut rng);
+        let freedom = if seed % 3 == 0 { Freedom::WithoutShift } else { Freedom::Full };
+        let step_s = if seed % 2 == 0 { 1e-6 } else { 5e-6 };
+        let setup = TiltingSetup { variation, freedom, ..TiltingSetup::with_step(step_s) };
+        let motor = TiltingMotor::<f64>::try_new(&params, &tilting, &setup).expect("valid");
+        let mut state = TiltingState::default();
+        let mut command = DriveCommand::OFF;
+        for step in 0..40_000 {
+            if step % 20 == 0 {
+                let mode = if unit(&mut rng) < 0.5 { DriveMode::B } else { DriveMode::C };
+                #[expect(clippy::cast_possible_truncation, reason = "any amplitude")]
+                let amplitude = (1.2 * unit(&mut rng) - 0.2) as f32;
+                command = DriveCommand::saturating(mode, amplitude);
+            }
+            let contacts = motor.step(&mut state, command);
+            assert!(contacts.iter().all(|contact| contact.normal_impulse_n_s > 0.0));
+        }
+        assert!(is_finite(&state), "{seed} {state:?}");
+        assert!(state.rotor.height_m.abs() < 5e-3 && state.tilt.slope.amax() < 0.3, "{seed} {state:?}");
+    }
+}

@@ -1,0 +1,176 @@
+//! Both edges of the hole at the pin at once: their normal impulses and their friction.
+//!
+//! Two opposite edges share nearly one line of action, so that sweeps over single contacts would converge slowly. The
+//! normal impulses are solved exactly, by trying which edges carry. Friction round the pin and along it hardly couple:
+//!
+//! ```text
+//! q_0 + d_00 T_0 + d_01 T_1 = 0,   q_1 + d_01 T_0 + d_11 T_1 = 0        in each of both directions, where both stick
+//! ```
+//!
+//! and sweeps over the two circles where they do not.
+
+use super::contact::{Mobility, Velocities};
+use super::contact_set::Solved;
+use super::friction_circle::within_circle;
+use crate::math::Real;
+
+/// Most sweeps over the friction of both edges.
+const SWEEPS: u8 = 12;
+/// The sweeps end when no impulse changes by more than this share of the largest.
+const SETTLED: f64 = 1e-3;
+/// Below this ratio of the determinant to the product of compliances two lines of action are one.
+const ONE_LINE: f64 = 1e-3;
+
+/// Corrects the normal impulses of both edges of the hole, exactly; returns the largest change.
+///
+/// Without shift both act along one line: `as_one` then gives each half.
+pub(super) fn push_edges<T: Real>(
+    upper: &mut Solved<T>,
+    lower: &mut Solved<T>,
+    mobility: &Mobility<T>,
+    velocities: &mut Velocities<T>,
+    as_one: bool,
+) -> T {
+    let (d_00, d_11) = (upper.contact.normal.compliance, lower.contact.normal.compliance);
+    let d_01 = upper.contact.normal.coupling(&lower.contact.normal, mobility);
+    if d_00 <= T::zero() || d_11 <= T::zero() {
+        return T::zero();
+    }
+    let (p_0, p_1) = (upper.normal_n_s, lower.normal_n_s);
+    let c_0 = upper.contact.normal.speed(velocities) + upper.bias - d_00 * p_0 - d_01 * p_1;
+    let c_1 = lower.contact.normal.speed(velocities) + lower.bias - d_01 * p_0 - d_11 * p_1;
+    let zero = T::zero();
+    let (alone_0, alone_1) = (-c_0 / d_00, -c_1 / d_11);
+    let (to_0, to_1) = if as_one {
+        let both = larger(larger(alone_0, alone_1), zero) * T::from_f64(0.5);
+        (both, both)
+    } else if c_0 >= zero && c_1 >= zero {
+        (zero, zero)
+    } else if c_0 < zero && c_1 + d_01 * alone_0 >= zero {
+        (alone_0, zero)
+    } else if c_1 < zero && c_0 + d_01 * alone_1 >= zero {
+        (zero, alone_1)
+    } else {
+        let per_determinant = T::one() / (d_00 * d_11 - d_01 * d_01);
+        (
+            larger((d_01 * c_1 - d_11 * c_0) * per_determinant, zero),
+            larger((d_01 * c_0 - d_00 * c_1) * per_determinant, zero),
+        )
+    };
+    let change_0 = upper.set_normal(to_0, mobility, velocities);
+    let change_1 = lower.set_normal(to_1, mobility, velocities);
+    larger(change_0, change_1)
+}
+
+/// Friction of both edges, from their slips.
+pub(super) fn rub_edges<T: Real>(
+    upper: &mut Solved<T>,
+    lower: &mut Solved<T>,
+    mobility: &Mobility<T>,
+    velocities: &mut Velocities<T>,
+) {
+    let ([round_0, up_0], [round_1, up_1]) = (&upper.contact.along, &lower.contact.along);
+    let (d_0, d_1) = ([round_0.compliance, up_0.compliance], [round_1.compliance, up_1.compliance]);
+    let between = [round_0.coupling(round_1, mobility), up_0.coupling(up_1, mobility)];
+    let (limit_0, limit_1) =
+        (upper.contact.friction * upper.normal_n_s, lower.contact.friction * lower.normal_n_s);
+    let (t_0, t_1) = sticking([upper.slip, lower.slip], [d_0, d_1], between)
+        .filter(|(t_0, t_1)| is_within(t_0, limit_0) && is_within(t_1, limit_1))
+        .unwrap_or_else(|| slipping([upper.slip, lower.slip], [d_0, d_1], between, [limit_0, limit_1]));
+    for (solved, impulses) in [(upper, t_0), (lower, t_1)] {
+        for (way, impulse) in solved.contact.along.iter().zip(impulses) {
+            way.push(impulse, mobility, velocities);
+        }
+        solved.along_n_s = impulses;
+    }
+}
+
+fn is_within<T: Real>([t_0, t_1]: &[T; 2], limit: T) -> bool {
+    t_0.abs() + t_1.abs() <= limit
+}
+
+/// The impulses of both edges that stop all slip; `None` on one line of action.
+fn sticking<T: Real>(
+    [q_0, q_1]: [[T; 2]; 2],
+    [d_0, d_1]: [[T; 2]; 2],
+    between: [T; 2],
+) -> Option<([T; 2], [T; 2])> {
+    let way = |q_0: T, q_1: T, d_00: T, d_11: T, d_01: T| {
+        let determinant = d_00 * d_11 - d_01 * d_01;
+        (determinant > T::from_f64(ONE_LINE) * d_00 * d_11).then(|| {
+            let per_determinant = T::one() / determinant;
+            ((d_01 * q_1 - d_11 * q_0) * per_determinant, (d_01 * q_0 - d_00 * q_1) * per_determinant)
+        })
+    };
+    let ([q_00, q_01], [q_10, q_11], [d_00, d_01], [d_10, d_11], [c_0, c_1]) = (q_0, q_1, d_0, d_1, between);
+    let (round_0, round_1) = way(q_00, q_10, d_00, d_10, c_0)?;
+    let (up_0, up_1) = way(q_01, q_11, d_01, d_11, c_1)?;
+    Some(([round_0, up_0], [round_1, up_1]))
+}
+
+/// The impulses of both edges where at least one slips.
+fn slipping<T: Real>(
+    [q_0, q_1]: [[T; 2]; 2],
+    [d_0, d_1]: [[T; 2]; 2],
+    [c_0, c_1]: [T; 2],
+    [limit_0, limit_1]: [T; 2],
+) -> ([T; 2], [T; 2]) {
+    let zero = T::zero();
+    let (mut t_0, mut t_1) = ([zero; 2], [zero; 2]);
+    let pressed = |[q, r]: [T; 2], [t, u]: [T; 2]| [q + c_0 * t, r + c_1 * u];
+    let (first, second) = (EdgeFriction::new(d_0, limit_0), EdgeFriction::new(d_1, limit_1));
+    for _ in 0..SWEEPS {
+        let (before_0, before_1) = (t_0, t_1);
+        t_0 = first.next(pressed(q_0, t_1), t_0);
+        t_1 = second.next(pressed(q_1, t_0), t_1);
+        let moved = |[a, b]: [T; 2], [c, d]: [T; 2]| larger((a - c).abs(), (b - d).abs());
+        let size = larger(moved([zero; 2], t_0), moved([zero; 2], t_1));
+        if larger(moved(before_0, t_0), moved(before_1, t_1)) <= T::from_f64(SETTLED) * size {
+            break;
+        }
+    }
+    (t_0, t_1)
+}
+
+/// Friction of one edge in the sweeps.
+struct EdgeFriction<T> {
+    d: [T; 2],
+    /// One over the larger compliance, where both are alike; otherwise 0.
+    per_d: T,
+    limit: T,
+}
+
+impl<T: Real> EdgeFriction<T> {
+    fn new(d: [T; 2], limit: T) -> Self {
+        let [d_0, d_1] = d;
+        let alike = d_0 <= d_1 + d_1 && d_1 <= d_0 + d_0 && d_0 > T::zero();
+        Self { d, per_d: if alike { T::one() / larger(d_0, d_1) } else { T::zero() }, limit }
+    }
+
+    /// The impulse that follows `t`, for the slip `q` that there is without it.
+    #[inline]
+    fn next(&self, [q_0, q_1]: [T; 2], [t_0, t_1]: [T; 2]) -> [T; 2] {
+        let zero = T::zero();
+        if self.limit <= zero {
+            return [zero; 2];
+        }
+        let [d_0, d_1] = self.d;
+        if self.per_d <= zero {
+            let (round, up) = within_circle([q_0, q_1], self.d, self.limit);
+            return [round, up];
+        }
+        // Down the gradient of the energy, back into the circle: the same solution where directions are alike.
+        let (round, up) = (t_0 - (q_0 + d_0 * t_0) * self.per_d, t_1 - (q_1 + d_1 * t_1) * self.per_d);
+        let size = (round * round + up * up).sqrt();
+        if size <= self.limit {
+            return [round, up];
+        }
+        let scale = self.limit / size;
+        [round * scale, up * scale]
+    }
+}
+
+#[inline]
+fn larger<T: Real>(a: T, b: T) -> T {
+    if b > a { b } else { a }
+}
