@@ -10,10 +10,12 @@ pub mod keys;
 #[cfg(test)]
 pub(crate) mod reads;
 mod response_map_file;
+mod rotor_model;
 mod setting;
 
 pub use error::{SceneError, one_line};
 pub use response_map_file::{parse_response_map, read_response_map, response_map_text};
+pub use rotor_model::RotorModel;
 pub use setting::{Kind, Setting, registry};
 
 use std::collections::BTreeMap;
@@ -21,9 +23,9 @@ use std::path::Path;
 use std::sync::Arc;
 
 use controller::ResponseMap;
-use motor_model::{MotorParams, Parameter};
+use motor_model::{MotorParams, OutOfBounds, Parameter, TiltingParameter, TiltingParams};
 
-use setting::{Value, nearest_key, plant_key};
+use setting::{Value, nearest_key, plant_key, tilting_plant_key};
 
 /// Whether a command takes a key: an error says why not.
 pub type Admission<'a> = &'a dyn Fn(&'static str) -> Result<(), SceneError>;
@@ -75,7 +77,8 @@ impl Scene {
     #[must_use]
     pub fn without_plant_overrides(&self) -> Self {
         let mut scene = self.clone();
-        for key in Parameter::ALL.map(plant_key) {
+        let of_tilting = TiltingParameter::ALL.map(tilting_plant_key);
+        for key in Parameter::ALL.map(plant_key).into_iter().chain(of_tilting) {
             #[cfg(test)]
             scene.reads.overwrite(key);
             scene.set.remove(key);
@@ -219,13 +222,45 @@ impl Scene {
     }
 
     fn overrides(&self, key: fn(Parameter) -> &'static str) -> impl Iterator<Item = (Parameter, f64)> {
-        Parameter::ALL.into_iter().filter_map(move |parameter| {
-            let key = key(parameter);
-            #[cfg(test)]
-            self.reads.read(key);
-            match self.set.get(key) {
-                Some(Value::Number(number)) => Some((parameter, *number)),
-                _ => None,
+        Parameter::ALL
+            .into_iter()
+            .filter_map(move |parameter| Some((parameter, self.override_of(key(parameter))?)))
+    }
+
+    /// The number that was set of a key; `None` if it was not.
+    fn override_of(&self, key: &'static str) -> Option<f64> {
+        #[cfg(test)]
+        self.reads.read(key);
+        match self.set.get(key) {
+            Some(Value::Number(number)) => Some(*number),
+            _ => None,
+        }
+    }
+
+    /// What the design has beside [`Self::motor_params`] if its rotor tilts.
+    pub fn tilting_params(&self) -> TiltingParams {
+        let nominal = TiltingParams::nominal();
+        // Cannot fail: the registry's bounds are the parameter's.
+        self.tilting_overrides(nominal, |parameter| parameter.spec().key).unwrap_or(nominal)
+    }
+
+    /// The same of a true motor drawn as `drawn`, with what was set of it.
+    ///
+    /// # Errors
+    /// Never, unless the bounds of keys and parameters differ.
+    pub fn tilting_plant_params(&self, drawn: TiltingParams) -> Result<TiltingParams, OutOfBounds> {
+        self.tilting_overrides(drawn, tilting_plant_key)
+    }
+
+    fn tilting_overrides(
+        &self,
+        params: TiltingParams,
+        key: fn(TiltingParameter) -> &'static str,
+    ) -> Result<TiltingParams, OutOfBounds> {
+        TiltingParameter::ALL.into_iter().try_fold(params, |params, parameter| {
+            match self.override_of(key(parameter)) {
+                Some(value) => params.with(parameter, value),
+                None => Ok(params),
             }
         })
     }

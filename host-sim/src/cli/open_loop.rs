@@ -23,6 +23,9 @@ pub(super) struct SimulateArgs {
     /// What is simulated: motor, stator (without a rotor) or averaged (mean rate and random deviations)
     #[arg(long)]
     model: Option<String>,
+    /// How the rotor moves: `height_only`, tilting or `tilting_without_shift`
+    #[arg(long)]
+    rotor: Option<String>,
     /// Mode to drive: b, c or off
     #[arg(long)]
     drive: Option<String>,
@@ -63,6 +66,7 @@ impl SimulateArgs {
             "simulate",
             &[
                 ("simulate.model", &self.model),
+                ("plant.rotor", &self.rotor),
                 ("simulate.drive", &self.drive),
                 ("simulate.amplitude", &self.amplitude),
                 ("simulate.duration_s", &self.duration),

@@ -24,7 +24,7 @@ const fn reader(command: &'static str, reads: &'static [&'static str]) -> Reader
 
 /// Every command that takes a scene.
 pub(super) const READERS: [Reader; 10] = [
-    reader("simulate", &["seed", "motor", "simulate"]),
+    reader("simulate", &["seed", "motor", "simulate", "plant.rotor"]),
     reader("position", &["seed", "motor", "plant", "camera", "ldv", "fault", "estimator", "position"]),
     reader("rate", &["seed", "motor", "plant", "camera", "ldv", "fault", "estimator", "rate"]),
     reader(

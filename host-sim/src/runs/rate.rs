@@ -66,7 +66,7 @@ pub fn run(scene: &Scene, mut observe: impl FnMut(RatePoint)) -> Result<RateOutc
     let both_ways = scene.choice("rate.profile") == "both_ways";
     let mut sums = RateSums::default();
     let mut closed_loop = closed_loop::rate(scene, hold)?;
-    let mut last_angle = closed_loop.plant().state().rotor.angle.angle();
+    let mut last_angle = closed_loop.plant().rotor().angle;
     let (mut point_angle, mut ticks) = (last_angle, 0_u64);
     closed_loop.run(|_, tick| {
         ticks += 1;

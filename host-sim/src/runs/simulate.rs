@@ -5,21 +5,28 @@ mod model;
 mod report;
 pub mod samples_csv;
 mod stator;
+mod stepped_motor;
 mod stepping;
+mod tilt_statistics;
 
-use motor_model::{DriveCommand, DriveMode, FrictionLaw, ImpactRule, MotorParams, MotorSetup};
+use motor_model::{
+    DriveCommand, DriveMode, Freedom, FrictionLaw, ImpactRule, MotorParams, MotorSetup, TiltingParams,
+    TiltingSetup, TiltingVariation,
+};
 use serde::Serialize;
 
 use crate::math::plain_number::plain;
+use crate::math::random_streams::{RandomSource, stream};
 use crate::math::spectrum::SAMPLE_RATE_HZ;
 use crate::runs::RunError;
-use crate::scene::{Scene, SceneError};
+use crate::scene::{RotorModel, Scene, SceneError};
 use crate::world::plant::impact_rule;
 
 pub use model::OpenLoopModel;
 pub use report::{OpenLoopReport, drive_name, rule_name};
 pub use stator::simulate_stator;
 pub use stepping::{FAST_APPROACH_M_S, MotorSample, Observer, OpenLoopSummary, simulate};
+pub use tilt_statistics::TiltSummary;
 
 /// Most steps of a run: a few minutes of computing.
 const STEPS_MAX: f64 = 1e10;
@@ -49,6 +56,10 @@ impl Precision {
 pub struct OpenLoopRun {
     /// The motor.
     pub params: MotorParams,
+    /// How its rotor moves.
+    pub rotor: RotorModel,
+    /// What it has beside, if its rotor tilts.
+    pub tilting: TiltingParams,
     /// The drive, from the first step to the last.
     pub drive: DriveCommand,
     /// Simulated time.
@@ -96,6 +107,8 @@ impl OpenLoopRun {
         let amplitude = scene.number("simulate.amplitude") as f32;
         Ok(Self {
             params: scene.motor_params(),
+            rotor: RotorModel::of(scene)?,
+            tilting: scene.tilting_params(),
             drive: drive.map_or(Ok(DriveCommand::OFF), |mode| DriveCommand::try_new(mode, amplitude))?,
             duration_s: scene.number("simulate.duration_s"),
             settle_s: scene.number("simulate.settle_s"),
@@ -169,7 +182,6 @@ impl OpenLoopRun {
 
     /// How the motor of this run is set up.
     pub fn setup(&self) -> MotorSetup {
-        use crate::math::random_streams::{RandomSource, stream};
         let variation = motor_model::AmplitudeVariation::draw(
             &self.params,
             &mut stream(self.seed, RandomSource::AmplitudeVariation),
@@ -179,6 +191,26 @@ impl OpenLoopRun {
             friction_law: self.friction_law,
             variation,
             ..MotorSetup::with_step(self.step_s)
+        }
+    }
+
+    /// How the motor of this run is set up if its rotor tilts.
+    pub fn tilting_setup(&self) -> TiltingSetup {
+        let variation = TiltingVariation::draw(
+            &self.params,
+            &self.tilting,
+            &mut stream(self.seed, RandomSource::AmplitudeVariation),
+        );
+        let freedom = match self.rotor {
+            RotorModel::HeightOnly => Freedom::HeightOnly,
+            RotorModel::Tilting(freedom) => freedom,
+        };
+        TiltingSetup {
+            impact_rule: self.impact_rule,
+            friction_law: self.friction_law,
+            variation,
+            freedom,
+            ..TiltingSetup::with_step(self.step_s)
         }
     }
 }

@@ -13,12 +13,12 @@ use std::ops::ControlFlow;
 
 use controller::{Drive, Sense};
 use estimator::{CameraFrame, LdvSample};
-use motor_model::{Angle, DriveCommand, Impacts, MotorState, Time};
+use motor_model::{Angle, DriveCommand, Time};
 
 use crate::scene::{Scene, SceneError};
 use crate::world::instruments::camera::MarkCounts;
 use crate::world::plant::Plant;
-use crate::world::rig::Rig;
+use crate::world::rig::{PlantStep, Rig};
 
 /// A program that runs on the rig, tick by tick.
 pub trait TickProgram {
@@ -28,9 +28,9 @@ pub trait TickProgram {
     /// Whether it observes every step of the plant. A plant that is not observed takes longer steps at rest.
     const OBSERVES_STEPS: bool = false;
 
-    /// Observes a step of the plant from the state `before` at the instant `at`.
-    fn step(&mut self, before: &MotorState<f64>, at: Time, impacts: &Impacts<f64>, plant: &Plant) {
-        let _ = (before, at, impacts, plant);
+    /// Observes a step of the plant.
+    fn step(&mut self, step: &PlantStep) {
+        let _ = step;
     }
 
     /// Takes what has arrived until `now`, and gives the command of the next tick.
@@ -92,8 +92,10 @@ impl Drive for RigPorts {
 pub struct Moment<R> {
     /// The instant.
     pub at: Time,
-    /// The rotor's true angle.
+    /// The rotor's true angle, as seen from above.
     pub angle: Angle,
+    /// The integral of its rate about its own axis: what a gyroscope on it turns by.
+    pub own_axis_angle: Angle,
     /// The rotor's true rate in rad/s.
     pub rate_rad_s: f64,
     /// The program's report.
@@ -166,9 +168,7 @@ impl<P: TickProgram> TickDriver<P> {
     pub fn next_tick(&mut self) -> Moment<P::Report> {
         let Self { ports, program } = self;
         if P::OBSERVES_STEPS {
-            ports.rig.tick_in_steps(ports.command, |before, at, impacts, plant| {
-                program.step(before, at, impacts, plant);
-            });
+            ports.rig.tick_in_steps(ports.command, |step| program.step(step));
         } else {
             ports.rig.tick(ports.command);
         }
@@ -176,8 +176,9 @@ impl<P: TickProgram> TickDriver<P> {
         ports.measurements.ldv_samples.clear();
         let at = ports.rig.plant().now();
         let report = program.tick(at, ports);
-        let rotor = ports.rig.plant().state().rotor;
-        Moment { at, angle: rotor.angle.angle(), rate_rad_s: rotor.rate_rad_s, report }
+        let plant = ports.rig.plant();
+        let (rotor, own_axis_angle) = (plant.rotor(), plant.own_axis_angle());
+        Moment { at, angle: rotor.angle, own_axis_angle, rate_rad_s: rotor.rate_rad_s, report }
     }
 
     /// Runs until `observe` breaks, and returns its value.

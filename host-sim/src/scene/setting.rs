@@ -2,7 +2,8 @@
 
 use std::sync::LazyLock;
 
-use motor_model::{OutOfBounds, Parameter};
+use motor_model::params::ParameterSpec;
+use motor_model::{OutOfBounds, Parameter, TiltingParameter};
 
 use super::{SceneError, keys};
 use crate::math::plain_number::plain;
@@ -92,17 +93,20 @@ const TABLES: &[&[Setting]] = &[
     keys::calibrate::SETTINGS,
 ];
 
-/// Every key there is: the design's parameters in the order of Table 1, [`keys`], and the true motor's parameters.
+/// Every key there is: the design's parameters in the order of Table 1, what it has beside them if its rotor tilts,
+/// [`keys`], and the true motor's parameters in the same order.
 pub fn registry() -> impl Iterator<Item = Setting> {
-    let of = |key: fn(Parameter) -> &'static str| {
-        Parameter::ALL.into_iter().map(move |parameter| {
-            let spec = parameter.spec();
-            let kind = Kind::Number { default: spec.nominal, min: spec.min, max: spec.max };
-            Setting { key: key(parameter), unit: spec.unit, kind, meaning: spec.meaning }
-        })
+    let of = |spec: ParameterSpec, key: &'static str| {
+        let kind = Kind::Number { default: spec.nominal, min: spec.min, max: spec.max };
+        Setting { key, unit: spec.unit, kind, meaning: spec.meaning }
     };
     let tables = TABLES.iter().flat_map(|table| table.iter().copied());
-    of(|parameter| parameter.spec().key).chain(tables).chain(of(plant_key))
+    let parameters = || Parameter::ALL.into_iter().map(|parameter| (parameter.spec(), plant_key(parameter)));
+    let of_tilting = || {
+        TiltingParameter::ALL.into_iter().map(|parameter| (parameter.spec(), tilting_plant_key(parameter)))
+    };
+    let design = parameters().chain(of_tilting()).map(move |(spec, _)| of(spec, spec.key));
+    design.chain(tables).chain(parameters().chain(of_tilting()).map(move |(spec, key)| of(spec, key)))
 }
 
 /// The key of the true motor's `parameter`: `plant.` and the key of the design's.
@@ -110,6 +114,15 @@ pub(super) fn plant_key(parameter: Parameter) -> &'static str {
     static KEYS: LazyLock<Vec<&'static str>> = LazyLock::new(|| {
         let key = |parameter: Parameter| &*format!("plant.{}", parameter.spec().key).leak();
         Parameter::ALL.map(key).to_vec()
+    });
+    KEYS[parameter as usize]
+}
+
+/// The same of a parameter that the motor has if its rotor tilts.
+pub(super) fn tilting_plant_key(parameter: TiltingParameter) -> &'static str {
+    static KEYS: LazyLock<Vec<&'static str>> = LazyLock::new(|| {
+        let key = |parameter: TiltingParameter| &*format!("plant.{}", parameter.spec().key).leak();
+        TiltingParameter::ALL.map(key).to_vec()
     });
     KEYS[parameter as usize]
 }

@@ -263,10 +263,12 @@ impl ResponseMapCampaign {
             // The rotor of a drawn motor starts slightly above the teeth.
             rest(&mut plant);
             let mut turn = || {
-                let before = plant.state().rotor.angle.angle();
-                (0..ticks * STEPS_PER_TICK).for_each(|_| drop(plant.step(command)));
+                let before = plant.rotor().angle;
+                for _ in 0..ticks * STEPS_PER_TICK {
+                    plant.step(command);
+                }
                 rest(&mut plant);
-                1e3 * plant.state().rotor.angle.angle().minus(before).degrees()
+                1e3 * plant.rotor().angle.minus(before).degrees()
             };
             (0..REPEATS).map(|_| turn()).collect()
         };
@@ -335,23 +337,25 @@ struct CruiseRun {
 impl CruiseRun {
     fn of(plant: &mut Plant, command: DriveCommand) -> Self {
         let mut turn = |time_s: f64, command| {
-            let before = plant.state().rotor.angle.angle();
+            let before = plant.rotor().angle;
             run_for(plant, time_s, command);
-            plant.state().rotor.angle.angle().minus(before).degrees().to_radians()
+            plant.rotor().angle.minus(before).degrees().to_radians()
         };
         let spun_up_rad = turn(SPIN_UP_S, command);
         let rate_rad_s = turn(CRUISE_S - SPIN_UP_S, command) / (CRUISE_S - SPIN_UP_S);
-        let cut_rad_s = plant.state().rotor.rate_rad_s;
-        let before = plant.state().rotor.angle.angle();
+        let cut_rad_s = plant.rotor().rate_rad_s;
+        let before = plant.rotor().angle;
         rest(plant);
         rest(plant);
-        let coast_rad = plant.state().rotor.angle.angle().minus(before).degrees().to_radians();
+        let coast_rad = plant.rotor().angle.minus(before).degrees().to_radians();
         Self { spun_up_rad, rate_rad_s, cut_rad_s, coast_rad }
     }
 }
 
 fn run_for(plant: &mut Plant, time_s: f64, command: DriveCommand) {
-    (0..steps_in(time_s, STEP_LENGTH_S)).for_each(|_| drop(plant.step(command)));
+    for _ in 0..steps_in(time_s, STEP_LENGTH_S) {
+        plant.step(command);
+    }
 }
 
 fn rest(plant: &mut Plant) {

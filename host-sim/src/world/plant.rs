@@ -5,34 +5,54 @@
 //! `plant.motor.` sets a parameter of the true motor, whatever the design. The generator drives it at the resonances of
 //! the *design*, wherever its own are.
 //!
+//! A scene chooses how the true rotor moves (`plant.rotor`): as the twin's, or tilting and shifting on its pin.
+//!
 //! Most of the time of a move the rotor is at rest, and a step in sustained contact costs ten times one in flight. With
 //! the drive off and teeth on the rotor the plant may therefore take longer steps ([`Plant::with_rest_steps`]): the
 //! same scheme, which in sustained contact is converged at 20 us (`tests/system/motor/law_sustained_contact.rs`).
 
+mod height_only;
+mod tilting;
+
 use motor_model::params::Parameter;
 use motor_model::{
-    AmplitudeVariation, DriveCommand, DriveTuning, FrictionLaw, ImpactRule, Impacts, Motor, MotorParams,
-    MotorSetup, MotorState, Time,
+    Angle, DriveCommand, DriveTuning, FrictionLaw, ImpactRule, MotorParams, TiltingVariation, Time,
 };
 
 use crate::math::random_streams::{self, RandomSource};
-use crate::scene::Scene;
 use crate::scene::SceneError;
-use crate::world::pose::Pose;
+use crate::scene::{RotorModel, Scene};
+use crate::world::rotor_path::RotorPoint;
+use height_only::HeightOnlyPlant;
+use tilting::TiltingPlant;
 
 /// The rule that a scene calls `word`.
 pub fn impact_rule(word: &str) -> ImpactRule {
     if word == "located" { ImpactRule::Located } else { ImpactRule::EndOfStep }
 }
 
+/// What both kinds of motor are made of.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct PlantSetup {
+    step_s: f64,
+    impact_rule: ImpactRule,
+    friction_law: FrictionLaw,
+    tuning: DriveTuning,
+}
+
+/// The motor, by how its rotor moves.
+#[derive(Clone, Debug)]
+#[expect(clippy::large_enum_variant, reason = "a run has one plant, which it steps a million times a second")]
+enum PlantMotor {
+    HeightOnly(HeightOnlyPlant),
+    Tilting(Box<TiltingPlant>),
+}
+
 /// The motor under control, and its state.
 #[derive(Clone, Debug)]
 pub struct Plant {
-    motor: Motor<f64>,
-    setup: MotorSetup,
-    /// The same motor in longer steps, for a rotor at rest on the teeth, and how many steps one of them is.
-    rest_motor: Option<(Motor<f64>, u64)>,
-    state: MotorState<f64>,
+    motor: PlantMotor,
+    setup: PlantSetup,
     params: MotorParams,
     step_nanos_num: f64,
 }
@@ -41,20 +61,24 @@ impl Plant {
     /// The plant that the scene's seed names, at rest at angle 0.
     ///
     /// # Errors
-    /// When the model refuses the scene's parameters.
+    /// When the model refuses the scene's parameters, or the scene sets a key that the rotor's model does not use.
     pub fn draw(scene: &Scene) -> Result<Self, SceneError> {
-        let design = scene.motor_params();
-        let around = match scene.choice("plant.parameters") {
-            "drawn" => design.draw(&mut random_streams::stream(scene.seed(), RandomSource::PlantDraw)),
-            _ => design,
+        let (design, tilting_design) = (scene.motor_params(), scene.tilting_params());
+        let (around, tilting_around) = match scene.choice("plant.parameters") {
+            "drawn" => {
+                let mut draw = random_streams::stream(scene.seed(), RandomSource::PlantDraw);
+                (design.draw(&mut draw), tilting_design.draw(&mut draw))
+            }
+            _ => (design, tilting_design),
         };
         // What the scene sets of the true motor is not drawn.
         let params = scene
             .plant_overrides()
             .try_fold(around, |params, (parameter, value)| params.with(parameter, value))?;
-        let mut variation = random_streams::stream(scene.seed(), RandomSource::AmplitudeVariation);
+        let tilting = scene.tilting_plant_params(tilting_around)?;
         let step_s = scene.number("plant.step_s");
-        let setup = MotorSetup {
+        let setup = PlantSetup {
+            step_s,
             impact_rule: impact_rule(scene.choice("plant.impacts")),
             friction_law: if scene.choice("plant.friction") == "paper" {
                 FrictionLaw::Paper
@@ -65,59 +89,100 @@ impl Plant {
                 b_hz: design.get(Parameter::ModeBFrequency),
                 c_hz: design.get(Parameter::ModeCFrequency),
             },
-            variation: AmplitudeVariation::draw(&params, &mut variation),
-            ..MotorSetup::with_step(step_s)
         };
-        let motor = Motor::try_new(&params, &setup)?;
-        let state = MotorState::default();
-        Ok(Self { motor, setup, rest_motor: None, state, params, step_nanos_num: step_s * 1e9 })
+        let mut variation = random_streams::stream(scene.seed(), RandomSource::AmplitudeVariation);
+        let motor = match RotorModel::of(scene)? {
+            RotorModel::HeightOnly => {
+                PlantMotor::HeightOnly(HeightOnlyPlant::new(&params, &setup, &mut variation)?)
+            }
+            RotorModel::Tilting(freedom) => PlantMotor::Tilting(Box::new(TiltingPlant::new(
+                &params,
+                &tilting,
+                &setup,
+                freedom,
+                TiltingVariation::draw(&params, &tilting, &mut variation),
+            )?)),
+        };
+        Ok(Self { motor, setup, params, step_nanos_num: step_s * 1e9 })
     }
 
     /// The same plant, which can take `steps` steps as one while the drive is off and its rotor is on the teeth
-    /// ([`Self::rest_step`]); 1 for none.
+    /// ([`Self::rest_step`]); 1 for none. A plant whose rotor tilts takes none.
     ///
     /// # Errors
     /// When the model refuses a step of that length.
     pub fn with_rest_steps(mut self, steps: u64) -> Result<Self, SceneError> {
-        #[expect(clippy::cast_precision_loss, reason = "a few steps")]
-        let setup = MotorSetup { step_s: self.setup.step_s * steps as f64, ..self.setup };
-        self.rest_motor = if steps > 1 { Some((Motor::try_new(&self.params, &setup)?, steps)) } else { None };
+        match &mut self.motor {
+            PlantMotor::HeightOnly(motor) => motor.set_rest_steps(&self.params, &self.setup, steps)?,
+            PlantMotor::Tilting(_) => {}
+        }
         Ok(self)
     }
 
     /// One long step with the drive off, if the rotor is on the teeth and the plant has long steps; whether it was
     /// taken.
     pub fn rest_step(&mut self) -> bool {
-        let Some((rest_motor, steps)) = &self.rest_motor else { return false };
-        if self.state.in_contact == [false; 2] {
-            return false;
+        match &mut self.motor {
+            PlantMotor::HeightOnly(motor) => motor.rest_step(),
+            PlantMotor::Tilting(_) => false,
         }
-        rest_motor.step(&mut self.state, DriveCommand::OFF);
-        // The long step was counted as one.
-        self.state.steps += steps - 1;
-        true
     }
 
-    /// The state of the motor.
-    pub fn state(&self) -> &MotorState<f64> {
-        &self.state
-    }
-
-    /// How the rotor is shifted and tilted: the rotor of the height-only motor lies level and centred.
+    /// Steps taken.
     #[inline]
     #[must_use]
-    pub fn pose(&self) -> Pose {
-        Pose::LEVEL
+    pub fn steps(&self) -> u64 {
+        match &self.motor {
+            PlantMotor::HeightOnly(motor) => motor.state().steps,
+            PlantMotor::Tilting(motor) => motor.state().steps,
+        }
     }
 
-    /// One step under `command`, and its impacts.
-    pub fn step(&mut self, command: DriveCommand) -> Impacts<f64> {
-        self.motor.step(&mut self.state, command)
+    /// The rotor at present, as seen from above.
+    #[inline]
+    #[must_use]
+    pub fn rotor(&self) -> RotorPoint {
+        let at = self.now();
+        match &self.motor {
+            PlantMotor::HeightOnly(motor) => motor.rotor(at),
+            PlantMotor::Tilting(motor) => motor.rotor(at),
+        }
+    }
+
+    /// The integral of the rate about the rotor's own axis, clockwise positive: what a gyroscope on it turns by. It is
+    /// the angle seen from above but for coning ([`crate::world::coning`]).
+    #[must_use]
+    pub fn own_axis_angle(&self) -> Angle {
+        match &self.motor {
+            PlantMotor::HeightOnly(motor) => motor.state().rotor.angle.angle(),
+            PlantMotor::Tilting(motor) => motor.state().rotor.angle.angle(),
+        }
+    }
+
+    /// Whether the rotor is in sustained contact with anything.
+    #[must_use]
+    pub fn in_contact(&self) -> bool {
+        match &self.motor {
+            PlantMotor::HeightOnly(motor) => motor.state().in_contact != [false; 2],
+            PlantMotor::Tilting(motor) => !motor.state().in_contact.is_empty(),
+        }
+    }
+
+    /// One step under `command`; whether the rotor met anything in it.
+    #[inline]
+    pub fn step(&mut self, command: DriveCommand) -> bool {
+        match &mut self.motor {
+            PlantMotor::HeightOnly(motor) => motor.step(command),
+            PlantMotor::Tilting(motor) => motor.step(command),
+        }
     }
 
     /// Changes the rotor's rate at once: a jolt.
     pub fn jolt(&mut self, rate_rad_s: f64) {
-        self.state.rotor.rate_rad_s += rate_rad_s;
+        match &mut self.motor {
+            PlantMotor::HeightOnly(motor) => motor.jolt(rate_rad_s),
+            PlantMotor::Tilting(motor) => motor.jolt(rate_rad_s),
+        }
     }
 
     /// Moves the resonances of modes B and C by the part `drift` away from those that were drawn, from now on. The
@@ -130,17 +195,10 @@ impl Plant {
         for parameter in [Parameter::ModeBFrequency, Parameter::ModeCFrequency] {
             params = params.with(parameter, self.params.get(parameter) * (1.0 + drift))?;
         }
-        let rest_motor = match &self.rest_motor {
-            Some((_, steps)) => {
-                #[expect(clippy::cast_precision_loss, reason = "a few steps")]
-                let setup = MotorSetup { step_s: self.setup.step_s * *steps as f64, ..self.setup };
-                Some((Motor::try_new(&params, &setup)?, *steps))
-            }
-            None => None,
-        };
-        self.motor = Motor::try_new(&params, &self.setup)?;
-        self.rest_motor = rest_motor;
-        Ok(())
+        match &mut self.motor {
+            PlantMotor::HeightOnly(motor) => motor.rebuild(&params, &self.setup),
+            PlantMotor::Tilting(motor) => motor.rebuild(&params, &self.setup),
+        }
     }
 
     /// The present, rounded to the nanosecond.
@@ -151,7 +209,7 @@ impl Plant {
         reason = "2^53 steps are years"
     )]
     pub fn now(&self) -> Time {
-        Time::from_nanos((self.state.steps as f64 * self.step_nanos_num).round() as u64)
+        Time::from_nanos((self.steps() as f64 * self.step_nanos_num).round() as u64)
     }
 }
 

@@ -29,9 +29,10 @@
 //! v(X) = v_z + eta' . r + a' (eta_y r_x - eta_x r_y)
 //! ```
 //!
-//! The rotor of the height-only motor is level and centred: all of [`Pose`] is zero.
+//! The rotor of the height-only motor is level and centred: all of [`Pose`] is zero. The face of a tilting one lies half
+//! its thickness above the mass centre, whose shift the model has: `d = (x, y) - h / 2 eta`.
 
-use motor_model::math;
+use motor_model::{Real, TiltingState, math};
 
 /// Shift and tilt.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -52,6 +53,25 @@ fn dot([a, b]: [f64; 2], [x, y]: [f64; 2]) -> f64 {
 impl Pose {
     /// A rotor that lies level, its axis the pin's.
     pub const LEVEL: Self = Self { shift_m: [0.0; 2], slope: [0.0; 2], slope_rate_s: [0.0; 2] };
+
+    /// That of a tilting motor, at a face that lies `above_centre_m` above the rotor's mass centre.
+    #[must_use]
+    pub fn of_tilting<T: Real>(state: &TiltingState<T>, above_centre_m: f64) -> Self {
+        let (tilt, shift) = (&state.tilt, &state.shift.displacement_m);
+        let slope = [tilt.slope.x, tilt.slope.y].map(Real::to_f64);
+        let [x, y] = [shift.x, shift.y].map(Real::to_f64);
+        Self {
+            shift_m: [x - above_centre_m * slope[0], y - above_centre_m * slope[1]],
+            slope,
+            slope_rate_s: [tilt.rate_rad_s.x, tilt.rate_rad_s.y].map(Real::to_f64),
+        }
+    }
+
+    /// The angle of the rotor's axis from the vertical in rad, to second order its largest slope.
+    #[must_use]
+    pub fn tilt_rad(&self) -> f64 {
+        math::sqrt(dot(self.slope, self.slope))
+    }
 
     /// Where a camera from above sees the point that stands at `point_m` from the centre of a level rotor.
     #[must_use]

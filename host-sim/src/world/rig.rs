@@ -9,7 +9,7 @@
 
 use controller::PositionLoop;
 use estimator::{CameraFrame, LdvSample};
-use motor_model::{DriveCommand, Impacts, MotorState, Time};
+use motor_model::{DriveCommand, Time};
 
 use crate::math::count::real;
 use crate::scene::{Scene, SceneError};
@@ -51,6 +51,17 @@ fn rest_steps(step_s: f64, tick_steps: u64) -> u64 {
     (1..=tick_steps).filter(|steps| tick_steps.is_multiple_of(*steps)).filter(short).max().unwrap_or(1)
 }
 
+/// A step of the plant: the rotor before and after it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PlantStep {
+    /// Before.
+    pub before: RotorPoint,
+    /// After.
+    pub after: RotorPoint,
+    /// Whether the rotor met anything in it, or was in sustained contact before or after.
+    pub touched: bool,
+}
+
 /// Plant and instruments.
 #[derive(Clone, Debug)]
 pub struct Rig {
@@ -87,7 +98,7 @@ impl Rig {
         }
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "at most 10,000 ns")]
         let rest_nanos = (1e9 * step_s * real(rest_steps) + 1e-6) as u64;
-        let (seen, due) = (RotorPoint::of(&plant), Time::ZERO);
+        let (seen, due) = (plant.rotor(), Time::ZERO);
         let (camera, ldv) = (Camera::new(scene), Ldv::new(scene));
         Ok(Self { plant, camera, ldv, tick_steps, rest_steps, rest_nanos, seen, due, faults })
     }
@@ -97,33 +108,29 @@ impl Rig {
         &self.plant
     }
 
-    /// One step of the plant under `command`, seen by the instruments that are due; its impacts.
-    pub fn step(&mut self, command: DriveCommand) -> Impacts<f64> {
+    /// One step of the plant under `command`, seen by the instruments that are due.
+    pub fn step(&mut self, command: DriveCommand) -> PlantStep {
+        let before = self.plant.rotor();
+        let was_in_contact = self.plant.in_contact();
         let command = self.faulty(command);
-        let impacts = self.plant.step(command);
+        let met = self.plant.step(command);
         self.show();
-        impacts
+        let touched = met || was_in_contact || self.plant.in_contact();
+        PlantStep { before, after: self.seen, touched }
     }
 
-    /// A tick of the loop under `command` in single steps, each shown to `observe`: the state before and its
-    /// instant, the impacts, the plant after.
-    pub fn tick_in_steps(
-        &mut self,
-        command: DriveCommand,
-        mut observe: impl FnMut(&MotorState<f64>, Time, &Impacts<f64>, &Plant),
-    ) {
+    /// A tick of the loop under `command` in single steps, each shown to `observe`.
+    pub fn tick_in_steps(&mut self, command: DriveCommand, mut observe: impl FnMut(&PlantStep)) {
         for _ in 0..self.tick_steps {
-            let (before, at) = (*self.plant.state(), self.plant.now());
-            let impacts = self.step(command);
-            observe(&before, at, &impacts, &self.plant);
+            observe(&self.step(command));
         }
     }
 
     /// A tick of the loop under `command`, seen by the instruments that are due. At rest the plant takes long steps,
     /// where the vibrometer, which sees the ringing teeth, is not due within one.
     pub fn tick(&mut self, command: DriveCommand) {
-        let end = self.plant.state().steps + self.tick_steps;
-        while self.plant.state().steps < end {
+        let end = self.plant.steps() + self.tick_steps;
+        while self.plant.steps() < end {
             let command = self.faulty(command);
             if !(command == DriveCommand::OFF && self.may_rest() && self.plant.rest_step()) {
                 self.plant.step(command);
@@ -134,14 +141,14 @@ impl Rig {
 
     /// Whether a long step may begin.
     fn may_rest(&self) -> bool {
-        self.plant.state().steps.is_multiple_of(self.rest_steps)
+        self.plant.steps().is_multiple_of(self.rest_steps)
             && self.ldv.due() >= self.seen.at.plus_nanos(self.rest_nanos)
     }
 
     /// Shows the last step to the instruments that are due.
     #[inline]
     fn show(&mut self) {
-        let until = RotorPoint::of(&self.plant);
+        let until = self.plant.rotor();
         if until.at >= self.due {
             let path = RotorPath { from: self.seen, until };
             if until.at >= self.ldv.due() {

@@ -13,7 +13,6 @@
 
 use motor_model::{Angle, Time};
 
-use crate::world::plant::Plant;
 use crate::world::pose::Pose;
 
 /// The rotor at an instant.
@@ -41,19 +40,6 @@ pub struct RotorPath {
 }
 
 impl RotorPoint {
-    /// The rotor of `plant` at present.
-    #[inline]
-    pub fn of(plant: &Plant) -> Self {
-        let rotor = &plant.state().rotor;
-        Self {
-            at: plant.now(),
-            angle: rotor.angle.angle(),
-            rate_rad_s: rotor.rate_rad_s,
-            velocity_m_s: rotor.velocity_m_s,
-            pose: plant.pose(),
-        }
-    }
-
     /// The vertical velocity in m/s of the rotor's surface where it passes `spot`, a place at rest in m from the pin's
     /// axis.
     pub fn velocity_at_spot(&self, spot: [f64; 2]) -> f64 {

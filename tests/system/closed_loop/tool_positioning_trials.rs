@@ -79,8 +79,8 @@ fn dual_a_plant_with_longer_steps_at_rest_is_the_same_plant() {
 
     let turn_mdeg = |mut plant: Plant, command: DriveCommand, ticks: u32| {
         let mut driven = |command, until: u64, rest_steps: &mut u32| {
-            while plant.state().steps < until {
-                let due = plant.state().steps.is_multiple_of(5);
+            while plant.steps() < until {
+                let due = plant.steps().is_multiple_of(5);
                 if due && command == DriveCommand::OFF && plant.rest_step() {
                     *rest_steps += 1;
                 } else {
@@ -93,7 +93,7 @@ fn dual_a_plant_with_longer_steps_at_rest_is_the_same_plant() {
         driven(DriveCommand::OFF, 20_000, &mut rest_steps);
         driven(command, 20_000 + u64::from(10 * ticks), &mut rest_steps);
         driven(DriveCommand::OFF, 20_000 + u64::from(10 * ticks) + rest, &mut rest_steps);
-        (1e3 * plant.state().rotor.angle.angle().degrees(), rest_steps)
+        (1e3 * plant.rotor().angle.degrees(), rest_steps)
     };
     for seed in 1..=5 {
         let mut scene = Scene::default();

@@ -160,7 +160,7 @@ fn watched(motor: u64, drives: &[(DriveCommand, u64)], ticks: u64) -> ErrorSums 
     let mut sums = ErrorSums::default();
     for (tick, command) in (0_u64..).zip(commands) {
         twin.drive(rig.plant().now(), command);
-        rig.tick_in_steps(command, |_, _, _, _| ());
+        rig.tick_in_steps(command, |_| ());
         while let Some(sample) = rig.ldv_sample() {
             twin.update_ldv(&sample);
         }
@@ -172,8 +172,8 @@ fn watched(motor: u64, drives: &[(DriveCommand, u64)], ticks: u64) -> ErrorSums 
         }
         if tick >= from && tick % 7 == 0 {
             let (estimate, health) = twin.assess(rig.plant().now());
-            let rotor = rig.plant().state().rotor;
-            sums.estimate(estimate.as_ref(), health, rotor.angle.angle(), rotor.rate_rad_s);
+            let rotor = rig.plant().rotor();
+            sums.estimate(estimate.as_ref(), health, rotor.angle, rotor.rate_rad_s);
         }
     }
     sums

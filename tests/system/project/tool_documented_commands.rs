@@ -109,11 +109,13 @@ fn smaller(documented: &[String]) -> Vec<String> {
 
 /// A folder with the scenes that the documents name, by the same path.
 fn with_scenes() -> TempDir {
-    let (folder, scenes) = (folder(), Path::new("docs/scenes"));
-    fs::create_dir_all(folder.path().join(scenes)).expect("a writable folder");
-    for entry in fs::read_dir(root().join(scenes)).expect("scenes") {
-        let file = entry.expect("a readable folder");
-        fs::copy(file.path(), folder.path().join(scenes).join(file.file_name())).expect("a scene");
+    let folder = folder();
+    for scenes in ["docs/scenes", "host-sim/scenes"].map(Path::new) {
+        fs::create_dir_all(folder.path().join(scenes)).expect("a writable folder");
+        for entry in fs::read_dir(root().join(scenes)).expect("scenes") {
+            let file = entry.expect("a readable folder");
+            fs::copy(file.path(), folder.path().join(scenes).join(file.file_name())).expect("a scene");
+        }
     }
     folder
 }

@@ -95,7 +95,7 @@ impl Bench {
 
     /// Whether the rotor does not turn.
     pub fn is_still(&self) -> bool {
-        self.rig.plant().state().rotor.rate_rad_s.abs() < 1e-6
+        self.rig.plant().rotor().rate_rad_s.abs() < 1e-6
     }
 
     pub fn now(&self) -> Time {
@@ -106,8 +106,8 @@ impl Bench {
     pub fn run(&mut self, command: DriveCommand, millis: u64, (of_frame, of_sample): Faults) -> Vec<Look> {
         let mut looks = Vec::new();
         for _ in 0..millis * 100 {
-            self.rig.tick_in_steps(command, |_, _, _, _| ());
-            let (now, truth) = (self.now(), self.rig.plant().state().rotor.angle.angle());
+            self.rig.tick_in_steps(command, |_| ());
+            let (now, truth) = (self.now(), self.rig.plant().rotor().angle);
             self.angles.push(truth);
             let mut verdicts = vec![None; self.filters.len()];
             let mut exposed = None;

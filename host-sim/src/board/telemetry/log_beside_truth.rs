@@ -197,7 +197,8 @@ mod tests {
             phase: PositioningPhase::Settling(Wait::Rest),
         };
         let at = Time::from_nanos(tick * PositionLoop::TICK_NANOS);
-        PositioningMoment { at, angle: Angle::from_degrees(degrees), rate_rad_s: 0.5, report }
+        let angle = Angle::from_degrees(degrees);
+        PositioningMoment { at, angle, own_axis_angle: angle, rate_rad_s: 0.5, report }
     }
 
     fn entry(tick: u64, text: String) -> LogEntry {

@@ -64,7 +64,13 @@ mod tests {
             applied,
             phase: PositioningPhase::Settling(Wait::Rest),
         };
-        PositioningMoment { at: Time::from_micros(10 * tick), angle: Angle::ZERO, rate_rad_s: 0.0, report }
+        PositioningMoment {
+            at: Time::from_micros(10 * tick),
+            angle: Angle::ZERO,
+            own_axis_angle: Angle::ZERO,
+            rate_rad_s: 0.0,
+            report,
+        }
     }
 
     #[test]

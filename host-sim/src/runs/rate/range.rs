@@ -32,7 +32,7 @@ impl RateRange {
                 while plant.now().seconds_since::<f64>(Time::ZERO) < until_s {
                     plant.step(DriveCommand::full(mode));
                 }
-                plant.state().rotor.angle.angle()
+                plant.rotor().angle
             };
             let from = run(SETTLE_S);
             let until = run(SETTLE_S + Self::MEAN_OVER_S);

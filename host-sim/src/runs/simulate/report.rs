@@ -5,7 +5,7 @@ use std::fmt;
 use motor_model::{DriveCommand, DriveMode, FrictionLaw, ImpactRule};
 use serde::Serialize;
 
-use super::{OpenLoopRun, OpenLoopSummary};
+use super::{OpenLoopRun, OpenLoopSummary, TiltSummary};
 
 /// `b`, `c` or `off`.
 pub fn drive_name(drive: DriveCommand) -> &'static str {
@@ -61,6 +61,9 @@ pub struct OpenLoopReport {
     pub spectrum_samples: usize,
     /// Samples per second of rate and spectrum.
     pub sample_rate_hz: f64,
+    /// Tilt, shift and hub; left out of a rotor that has none.
+    #[serde(flatten)]
+    pub tilt: Option<TiltSummary>,
     /// Steps taken.
     pub steps: u64,
     /// Time that the run took on this machine.
@@ -91,6 +94,7 @@ impl OpenLoopReport {
             angle_deg: summary.angle_deg,
             spectrum_samples: summary.spectrum_samples,
             sample_rate_hz: summary.sample_rate_hz,
+            tilt: summary.tilt,
             steps: summary.steps,
             wall_s,
         }
@@ -120,6 +124,14 @@ impl fmt::Display for OpenLoopReport {
             None => writeln!(f, "collision frequency   none: nothing collides")?,
         }
         writeln!(f, "impacts               {:.1} per s, faster than 1 mm/s", self.impacts_per_s)?;
+        if let Some(tilt) = &self.tilt {
+            let TiltSummary { tilt_rms_mrad, tilt_max_mrad, shift_rms_m, hub_contacts_per_s, .. } = tilt;
+            writeln!(f, "amplitude at the rim  {:.3} mm/s", 1e3 * tilt.rim_amplitude_m_s)?;
+            writeln!(f, "tilt                  {tilt_rms_mrad:.2} mrad rms, {tilt_max_mrad:.1} at most")?;
+            writeln!(f, "shift                 {:.2} um rms", 1e6 * shift_rms_m)?;
+            writeln!(f, "hub contacts          {hub_contacts_per_s:.1} per s, faster than 1 mm/s")?;
+            writeln!(f, "turns backwards       {:.1} % of the time", 100.0 * tilt.reversed_share)?;
+        }
         writeln!(f)?;
         let nanoseconds = 1e9 * self.wall_s * step_s / duration_s;
         writeln!(f, "{} steps in {:.3} s: {nanoseconds:.1} ns a step", self.steps, self.wall_s)

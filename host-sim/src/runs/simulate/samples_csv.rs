@@ -7,6 +7,7 @@ use crate::math::spectrum::SAMPLE_RATE_HZ;
 use crate::report::OutputError;
 use crate::report::files::Output;
 use crate::runs::RunError;
+use crate::world::pose::Pose;
 
 /// Names of the columns.
 const COLUMNS: [&str; 9] = [
@@ -21,10 +22,14 @@ const COLUMNS: [&str; 9] = [
     "amplitude",
 ];
 
+/// Names of the columns that a rotor has which tilts: slopes, and shift of its mass centre.
+const TILT_COLUMNS: [&str; 4] = ["slope_x", "slope_y", "shift_x_m", "shift_y_m"];
+
 /// Writes the samples of a run as CSV.
 #[derive(Debug)]
 pub struct SamplesCsv {
     csv: csv::Writer<Output>,
+    begun: bool,
 }
 
 impl SamplesCsv {
@@ -33,12 +38,18 @@ impl SamplesCsv {
     /// # Errors
     /// When nothing can be written there.
     pub fn create(path: &Path) -> Result<Self, OutputError> {
-        let mut file = Self { csv: csv::Writer::from_writer(Output::create(path)?) };
-        file.write(&COLUMNS.map(str::to_owned))?;
-        Ok(file)
+        Ok(Self { csv: csv::Writer::from_writer(Output::create(path)?), begun: false })
     }
 
-    fn write(&mut self, row: &[String; 9]) -> Result<(), OutputError> {
+    /// Writes the names of the columns, before the first sample.
+    fn begin(&mut self, sample: &MotorSample) -> Result<(), OutputError> {
+        let of_tilt = if sample.pose.is_some() { &TILT_COLUMNS[..] } else { &[] };
+        let columns: Vec<String> = COLUMNS.iter().chain(of_tilt).map(|&name| name.to_owned()).collect();
+        self.begun = true;
+        self.write(&columns)
+    }
+
+    fn write(&mut self, row: &[String]) -> Result<(), OutputError> {
         self.csv.write_record(row).map_err(|error| self.csv.get_ref().unwritable(error.into()))
     }
 
@@ -61,8 +72,11 @@ impl Observer for SamplesCsv {
     }
 
     fn observe(&mut self, sample: &MotorSample) -> Result<(), RunError> {
+        if !self.begun {
+            self.begin(sample)?;
+        }
         let [first, second] = sample.tooth_heights_m;
-        self.write(&[
+        let mut row = vec![
             // Times are whole steps of at least 1 ns.
             format!("{:.9}", sample.time_s),
             format!("{:e}", sample.height_m),
@@ -73,7 +87,11 @@ impl Observer for SamplesCsv {
             format!("{second:e}"),
             super::drive_name(sample.drive).to_owned(),
             format!("{}", sample.drive.amplitude()),
-        ])?;
+        ];
+        if let Some(Pose { slope, shift_m, .. }) = &sample.pose {
+            row.extend(slope.iter().chain(shift_m).map(|value| format!("{value:e}")));
+        }
+        self.write(&row)?;
         Ok(())
     }
 }

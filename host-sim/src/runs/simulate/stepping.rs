@@ -1,11 +1,15 @@
 //! The steps of an open-loop run, in either precision, with an observer.
 
-use motor_model::{DriveCommand, Motor, MotorState, Real};
+use motor_model::{DriveCommand, Real};
 
+use super::stepped_motor::{FastContacts, HeightOnlyMotor, SteppedMotor, TiltingSteppedMotor};
+use super::tilt_statistics::{TiltSummary, TiltSums};
 use super::{OpenLoopRun, Precision, StepCounts, steps_in};
 use crate::math::spectrum::{LIMIT_HZ, SpectralLine, Tail};
 use crate::math::statistics::{Accumulator, Spread};
 use crate::runs::RunError;
+use crate::scene::RotorModel;
+use crate::world::pose::Pose;
 
 /// An impact counts when tooth and rotor approach faster than this. The number of slower ones, by chattering, depends
 /// on the step.
@@ -24,8 +28,10 @@ pub struct MotorSample {
     pub angle_deg: f64,
     /// Angular rate.
     pub rate_rad_s: f64,
-    /// Heights of both pairs of teeth.
+    /// Heights of both pairs of teeth, or of the first two of four teeth.
     pub tooth_heights_m: [f64; 2],
+    /// Shift of the rotor's mass centre, and tilt; `None` of a rotor that has neither.
+    pub pose: Option<Pose>,
     /// The drive in force.
     pub drive: DriveCommand,
 }
@@ -70,6 +76,8 @@ pub struct OpenLoopSummary {
     pub spectrum_samples: usize,
     /// Samples per second of rate and spectrum.
     pub sample_rate_hz: f64,
+    /// Tilt, shift and hub; `None` of a rotor that has none.
+    pub tilt: Option<TiltSummary>,
 }
 
 /// Runs `run` from rest, observed by `observer`.
@@ -78,97 +86,95 @@ pub struct OpenLoopSummary {
 /// When the run's settings do not go together, a number is not finite, or the observer cannot go on.
 pub fn simulate(run: &OpenLoopRun, observer: &mut impl Observer) -> Result<OpenLoopSummary, RunError> {
     let counts = run.step_counts()?;
-    match run.precision {
-        Precision::F32 => simulate_in::<f32>(run, &counts, observer),
-        Precision::F64 => simulate_in::<f64>(run, &counts, observer),
+    match (run.rotor, run.precision) {
+        (RotorModel::HeightOnly, Precision::F32) => {
+            simulate_in(HeightOnlyMotor::<f32>::new(run)?, run, &counts, observer)
+        }
+        (RotorModel::HeightOnly, Precision::F64) => {
+            simulate_in(HeightOnlyMotor::<f64>::new(run)?, run, &counts, observer)
+        }
+        (RotorModel::Tilting(_), Precision::F32) => {
+            simulate_in(TiltingSteppedMotor::<f32>::new(run)?, run, &counts, observer)
+        }
+        (RotorModel::Tilting(_), Precision::F64) => {
+            simulate_in(TiltingSteppedMotor::<f64>::new(run)?, run, &counts, observer)
+        }
     }
 }
 
 #[expect(clippy::cast_precision_loss, reason = "step counts stay below 2^53")]
 fn simulate_in<T: Real>(
+    mut motor: impl SteppedMotor<T>,
     run: &OpenLoopRun,
     counts: &StepCounts,
     observer: &mut impl Observer,
 ) -> Result<OpenLoopSummary, RunError> {
-    let motor = Motor::<T>::try_new(&run.params, &run.setup())?;
-    let mut state = MotorState::default();
     let sample_rate_hz = run.sample_rate_hz(counts);
-    let fast_approach = T::from_f64(FAST_APPROACH_M_S);
     let observer_steps = observer.interval_s().map(|interval_s| steps_in(interval_s, run.step_s).max(1));
 
     let mut rate = Accumulator::default();
     let mut velocity = Tail::default();
-    let mut fast_impacts = 0_u64;
-    let mut fast_impacts_settled = 0;
+    let mut tilt = TiltSums::default();
+    let mut fast = FastContacts::default();
+    let mut fast_settled = FastContacts::default();
     if observer_steps.is_some() {
-        observer.observe(&sample(&motor, &state, run.drive))?;
+        observer.observe(&motor.sample(run.drive))?;
     }
-    while state.steps < counts.steps {
-        let settling_ends = if state.steps < counts.settle_steps { counts.settle_steps } else { u64::MAX };
-        let stop = next_multiple(state.steps, counts.sample_steps)
-            .min(observer_steps.map_or(u64::MAX, |interval| next_multiple(state.steps, interval)))
+    while motor.steps() < counts.steps {
+        let steps = motor.steps();
+        let settling_ends = if steps < counts.settle_steps { counts.settle_steps } else { u64::MAX };
+        let stop = next_multiple(steps, counts.sample_steps)
+            .min(observer_steps.map_or(u64::MAX, |interval| next_multiple(steps, interval)))
             .min(settling_ends)
             .min(counts.steps);
-        while state.steps < stop {
-            for impact in &motor.step(&mut state, run.drive) {
-                fast_impacts += u64::from(impact.approach_m_s > fast_approach);
-            }
+        while motor.steps() < stop {
+            let FastContacts { teeth, hub } = motor.step(run.drive);
+            fast.teeth += teeth;
+            fast.hub += hub;
         }
         if stop == counts.settle_steps {
-            fast_impacts_settled = fast_impacts;
+            fast_settled = fast;
         }
         if stop.is_multiple_of(counts.sample_steps) {
-            let (rate_rad_s, velocity_m_s) =
-                (state.rotor.rate_rad_s.to_f64(), state.rotor.velocity_m_s.to_f64());
+            let sample = motor.sample(run.drive);
             let time_s = stop as f64 * run.step_s;
             for (quantity, value) in
-                [("the rotor's rate", rate_rad_s), ("the rotor's velocity", velocity_m_s)]
+                [("the rotor's rate", sample.rate_rad_s), ("the rotor's velocity", sample.velocity_m_s)]
             {
                 if !value.is_finite() {
                     return Err(RunError::Diverged { quantity, time_s });
                 }
             }
             if stop > counts.settle_steps {
-                rate.add(rate_rad_s);
-                velocity.push(velocity_m_s);
+                rate.add(sample.rate_rad_s);
+                velocity.push(sample.velocity_m_s);
+                tilt.add(&sample);
             }
         }
         if observer_steps.is_some_and(|interval| stop.is_multiple_of(interval)) {
-            observer.observe(&sample(&motor, &state, run.drive))?;
+            observer.observe(&motor.sample(run.drive))?;
         }
     }
 
-    let counted = fast_impacts - fast_impacts_settled;
+    let counted = fast.teeth - fast_settled.teeth;
     let settled_s = (counts.steps - counts.settle_steps) as f64 * run.step_s;
     let largest = || velocity.spectrum(sample_rate_hz).largest_below(LIMIT_HZ);
+    let hub_per_s = (fast.hub - fast_settled.hub) as f64 / settled_s;
     Ok(OpenLoopSummary {
         rate_rad_s: rate.spread(),
         collision: if counted > 0 { largest() } else { None },
         impacts_per_s: counted as f64 / settled_s,
-        angle_deg: state.rotor.angle.angle().degrees(),
-        steps: state.steps,
+        angle_deg: motor.rotor().angle.angle().degrees(),
+        steps: motor.steps(),
         spectrum_samples: velocity.len(),
         sample_rate_hz,
+        tilt: tilt.summary(sample_rate_hz, hub_per_s, counted > 0),
     })
 }
 
 /// The first multiple of `interval` after `step`.
 fn next_multiple(step: u64, interval: u64) -> u64 {
     (step / interval + 1) * interval
-}
-
-#[expect(clippy::cast_precision_loss, reason = "step counts stay below 2^53")]
-fn sample<T: Real>(motor: &Motor<T>, state: &MotorState<T>, drive: DriveCommand) -> MotorSample {
-    let [first, second] = motor.teeth();
-    MotorSample {
-        time_s: state.steps as f64 * motor.step_s(),
-        height_m: state.rotor.height_m.to_f64(),
-        velocity_m_s: state.rotor.velocity_m_s.to_f64(),
-        angle_deg: state.rotor.angle.angle().degrees(),
-        rate_rad_s: state.rotor.rate_rad_s.to_f64(),
-        tooth_heights_m: [first.height(&state.modes).to_f64(), second.height(&state.modes).to_f64()],
-        drive,
-    }
 }
 
 #[cfg(test)]

@@ -1,12 +1,20 @@
 //! Keys of the plant: the motor of every command that draws one.
 //!
 //! The registry adds a key `plant.motor.` for each parameter of the motor: the true motor's, where it is not drawn
-//! around the design. The command `simulate` draws no motor: it runs the design with the keys of [`super::simulate`].
+//! around the design. The command `simulate` draws no motor: it runs the design with the keys of [`super::simulate`] and
+//! reads `plant.rotor` alone of these.
 
-use crate::scene::{Kind, Setting};
+use crate::scene::{Kind, RotorModel, Setting};
 
 /// The plant's settings.
 pub const SETTINGS: &[Setting] = &[
+    Setting {
+        key: "plant.rotor",
+        unit: "",
+        kind: Kind::Choice { default: "height_only", of: RotorModel::WORDS },
+        meaning: "how the rotor moves: up and down as in the paper's model, or tilting and shifting on its pin over \
+                  four teeth, or tilting alone",
+    },
     Setting {
         key: "plant.step_s",
         unit: "s",

@@ -6,7 +6,7 @@ use std::ops::ControlFlow;
 
 use controller::{Drive as _, Sense as _};
 use estimator::{AngleFilter as _, CameraFrame, Health, Innovation, LdvSample};
-use motor_model::{DriveCommand, DriveMode, Impacts, MotorState, Real, Time};
+use motor_model::{DriveCommand, DriveMode, Real, Time};
 
 use super::error_sums::ErrorSums;
 use super::genie::Genie;
@@ -17,7 +17,7 @@ use crate::runs::filter::{AnyFilter, FILTERS, SMOOTHER_LAG_MS};
 use crate::runs::tick_driver::{RigPorts, TickDriver, TickProgram};
 use crate::scene::Scene;
 use crate::world::instruments::Camera;
-use crate::world::plant::Plant;
+use crate::world::rig::PlantStep;
 
 /// Genies: name, and the share to which each knows the kicks.
 pub(crate) const GENIES: [(&str, f64); 3] =
@@ -162,17 +162,18 @@ impl TickProgram for FilterComparison {
     /// The genies are given every kick.
     const OBSERVES_STEPS: bool = true;
 
-    fn step(&mut self, before: &MotorState<f64>, at: Time, impacts: &Impacts<f64>, plant: &Plant) {
-        let before = TrueMotion::of(at, before);
-        let after = TrueMotion::of(plant.now(), plant.state());
-        let touched = !impacts.is_empty() || before.in_contact || after.in_contact;
+    fn step(&mut self, step: &PlantStep) {
+        let [before, after] = [&step.before, &step.after].map(TrueMotion::of);
         let genies = &mut self.genies;
-        self.free_motion
-            .step(&before, &after, touched, |kick| genies.iter_mut().for_each(|genie| genie.give(&kick)));
+        self.free_motion.step(&before, &after, step.touched, |kick| {
+            for genie in genies.iter_mut() {
+                genie.give(&kick);
+            }
+        });
     }
 
     fn tick(&mut self, now: Time, ports: &mut RigPorts) {
-        let truth = TrueMotion::of(now, ports.plant().state());
+        let truth = TrueMotion { at: now, ..TrueMotion::of(&ports.plant().rotor()) };
         let genies = &mut self.genies;
         self.free_motion.close(&truth, |kick| genies.iter_mut().for_each(|genie| genie.give(&kick)));
         self.keep_truth(truth);

@@ -1,6 +1,8 @@
 //! The true motion as kicks: changes of the rate, each over a span of time, which add up to the whole motion.
 
-use motor_model::{Angle, MotorState, Time};
+use motor_model::{Angle, Time};
+
+use crate::world::rotor_path::RotorPoint;
 
 /// What a span of time changed of the motion. Without a kick the rotor turns on at the rate that it had.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -23,13 +25,11 @@ pub(super) struct TrueMotion {
     pub(super) at: Time,
     pub(super) angle: Angle,
     pub(super) rate_rad_s: f64,
-    pub(super) in_contact: bool,
 }
 
 impl TrueMotion {
-    pub(super) fn of(at: Time, state: &MotorState<f64>) -> Self {
-        let in_contact = state.in_contact != [false; 2];
-        Self { at, angle: state.rotor.angle.angle(), rate_rad_s: state.rotor.rate_rad_s, in_contact }
+    pub(super) fn of(rotor: &RotorPoint) -> Self {
+        Self { at: rotor.at, angle: rotor.angle, rate_rad_s: rotor.rate_rad_s }
     }
 
     fn kick_since(&self, before: &Self, contact: bool) -> Kick {
@@ -94,7 +94,7 @@ mod tests {
             .map(|(n, rate_rad_s)| {
                 angle_units += i64::from(n) * 1000;
                 let at = Time::from_micros(u64::from(n));
-                TrueMotion { at, angle: Angle::from_units(angle_units), rate_rad_s, in_contact: false }
+                TrueMotion { at, angle: Angle::from_units(angle_units), rate_rad_s }
             })
             .collect();
         let (mut free_motion, mut kicks) = (FreeMotion::default(), Vec::new());

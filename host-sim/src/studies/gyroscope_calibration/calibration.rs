@@ -92,8 +92,11 @@ impl Calibration {
         motor_time_s: f64,
     ) -> Option<Self> {
         let noise = gyroscope.noise();
-        let samples: Vec<_> =
-            turning.truth.windows(2).map(|pair| gyroscope.sample(pair[1].minus(pair[0]).degrees())).collect();
+        let samples: Vec<_> = turning
+            .sensed
+            .windows(2)
+            .map(|pair| gyroscope.sample(pair[1].minus(pair[0]).degrees()))
+            .collect();
         let time_s = |sample: usize| real(sample) * noise.period_s;
         let interval = |pair: &[Anchor]| {
             let [from, until] = [pair[0], pair[1]];

@@ -31,8 +31,10 @@ pub struct Anchor {
 pub struct TurningRun {
     /// Seed of the run, which draws the motor and its instruments' noise.
     pub seed: u64,
-    /// True angles at the start and at the end of every sample of a gyroscope, which integrates between them.
+    /// True angles as seen from above, at the start and at the end of every sample of a gyroscope.
     pub truth: Vec<Angle>,
+    /// Integral of the rate about the rotor's own axis, which the gyroscope senses, at the same instants.
+    pub sensed: Vec<Angle>,
     /// The anchors, in order of time.
     pub anchors: Vec<Anchor>,
 }
@@ -47,7 +49,8 @@ impl TurningRun {
         let mut closed_loop = closed_loop::rate(scene, hold)?;
         let mut turning = Self {
             seed: scene.seed(),
-            truth: vec![closed_loop.plant().state().rotor.angle.angle()],
+            truth: vec![closed_loop.plant().rotor().angle],
+            sensed: vec![closed_loop.plant().own_axis_angle()],
             anchors: Vec::new(),
         };
         let mut waiting: Option<(Time, usize)> = None;
@@ -65,6 +68,7 @@ impl TurningRun {
             }
             if ticks % schedule.ticks_per_sample == 0 {
                 turning.truth.push(moment.angle);
+                turning.sensed.push(moment.own_axis_angle);
                 let sample = turning.truth.len() - 1;
                 let report = &moment.report;
                 let usable = report.estimate.filter(|_| !matches!(report.health, Health::Unusable(_)));

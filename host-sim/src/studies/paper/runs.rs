@@ -1,12 +1,13 @@
 //! The paper's motors and their runs. The results are the same bytes on any number of threads.
 
-use motor_model::{DriveCommand, DriveMode, FrictionLaw, ImpactRule, MotorParams, Parameter};
+use motor_model::{DriveCommand, DriveMode, FrictionLaw, ImpactRule, MotorParams, Parameter, TiltingParams};
 use rayon::prelude::*;
 
 use super::published::Quantity;
 use crate::math::statistics::Spread;
 use crate::runs::RunError;
 use crate::runs::simulate::{OpenLoopRun, OpenLoopSummary, Precision, simulate};
+use crate::scene::RotorModel;
 
 /// Step of every run except where the step is varied.
 pub const STEP_S: f64 = 1e-6;
@@ -30,6 +31,8 @@ pub fn paper_run(
         .try_fold(MotorParams::nominal(), |params, &(parameter, value)| params.with(parameter, value));
     Ok(OpenLoopRun {
         params: changed?,
+        rotor: RotorModel::HeightOnly,
+        tilting: TiltingParams::nominal(),
         drive: DriveCommand::full(mode),
         duration_s: 2.0,
         settle_s: 0.5,

@@ -18,10 +18,10 @@ struct Record {
 }
 
 fn run(mut rig: Rig, command: DriveCommand, ticks: u32) -> Record {
-    let rotor = |plant: &Plant| (plant.state().rotor.angle.angle(), plant.state().rotor.velocity_m_s);
-    let mut record = Record { frames: vec![], samples: vec![], steps: vec![rotor(rig.plant())] };
+    let rotor = |rotor: &RotorPoint| (rotor.angle, rotor.velocity_m_s);
+    let mut record = Record { frames: vec![], samples: vec![], steps: vec![rotor(&rig.plant().rotor())] };
     for _ in 0..ticks {
-        rig.tick_in_steps(command, |_, _, _, plant| record.steps.push(rotor(plant)));
+        rig.tick_in_steps(command, |step| record.steps.push(rotor(&step.after)));
         record.frames.extend(std::iter::from_fn(|| rig.camera_frame()));
         record.samples.extend(std::iter::from_fn(|| rig.ldv_sample()));
     }

@@ -1,0 +1,112 @@
+//! A plant whose rotor moves up and down and turns: the height-only motor of the paper.
+
+use motor_model::{AmplitudeVariation, DriveCommand, Motor, MotorParams, MotorSetup, MotorState, Time};
+use rand_pcg::Pcg64;
+
+use super::PlantSetup;
+use crate::math::count::real;
+use crate::scene::SceneError;
+use crate::world::pose::Pose;
+use crate::world::rotor_path::RotorPoint;
+
+/// The motor and its state.
+#[derive(Clone, Debug)]
+pub(super) struct HeightOnlyPlant {
+    motor: Motor<f64>,
+    variation: AmplitudeVariation,
+    /// The same motor in longer steps, for a rotor at rest on the teeth, and how many steps one of them is.
+    rest_motor: Option<(Motor<f64>, u64)>,
+    state: MotorState<f64>,
+}
+
+/// A motor of these parameters, in steps `steps` times as long as those of the plant.
+fn motor(
+    params: &MotorParams,
+    setup: &PlantSetup,
+    variation: AmplitudeVariation,
+    steps: u64,
+) -> Result<Motor<f64>, SceneError> {
+    let PlantSetup { step_s, impact_rule, friction_law, tuning } = *setup;
+    let setup = MotorSetup {
+        impact_rule,
+        friction_law,
+        tuning,
+        variation,
+        ..MotorSetup::with_step(step_s * real(steps))
+    };
+    Ok(Motor::try_new(params, &setup)?)
+}
+
+impl HeightOnlyPlant {
+    /// A motor with these parameters, and teeth as `draw` has them.
+    pub(super) fn new(
+        params: &MotorParams,
+        setup: &PlantSetup,
+        draw: &mut Pcg64,
+    ) -> Result<Self, SceneError> {
+        let variation = AmplitudeVariation::draw(params, draw);
+        let motor = motor(params, setup, variation, 1)?;
+        Ok(Self { motor, variation, rest_motor: None, state: MotorState::default() })
+    }
+
+    /// See [`super::Plant::with_rest_steps`].
+    pub(super) fn set_rest_steps(
+        &mut self,
+        params: &MotorParams,
+        setup: &PlantSetup,
+        steps: u64,
+    ) -> Result<(), SceneError> {
+        let long = || motor(params, setup, self.variation, steps);
+        self.rest_motor = if steps > 1 { Some((long()?, steps)) } else { None };
+        Ok(())
+    }
+
+    /// See [`super::Plant::rest_step`].
+    pub(super) fn rest_step(&mut self) -> bool {
+        let Some((rest_motor, steps)) = &self.rest_motor else { return false };
+        if self.state.in_contact == [false; 2] {
+            return false;
+        }
+        rest_motor.step(&mut self.state, DriveCommand::OFF);
+        // The long step was counted as one.
+        self.state.steps += steps - 1;
+        true
+    }
+
+    #[inline]
+    pub(super) fn state(&self) -> &MotorState<f64> {
+        &self.state
+    }
+
+    #[inline]
+    pub(super) fn rotor(&self, at: Time) -> RotorPoint {
+        let rotor = &self.state.rotor;
+        RotorPoint {
+            at,
+            angle: rotor.angle.angle(),
+            rate_rad_s: rotor.rate_rad_s,
+            velocity_m_s: rotor.velocity_m_s,
+            pose: Pose::LEVEL,
+        }
+    }
+
+    #[inline]
+    pub(super) fn step(&mut self, command: DriveCommand) -> bool {
+        !self.motor.step(&mut self.state, command).is_empty()
+    }
+
+    pub(super) fn jolt(&mut self, rate_rad_s: f64) {
+        self.state.rotor.rate_rad_s += rate_rad_s;
+    }
+
+    /// The same motor with other parameters, from now on; its teeth stay.
+    pub(super) fn rebuild(&mut self, params: &MotorParams, setup: &PlantSetup) -> Result<(), SceneError> {
+        let rest_motor = match &self.rest_motor {
+            Some((_, steps)) => Some((motor(params, setup, self.variation, *steps)?, *steps)),
+            None => None,
+        };
+        self.motor = motor(params, setup, self.variation, 1)?;
+        self.rest_motor = rest_motor;
+        Ok(())
+    }
+}
