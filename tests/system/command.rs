@@ -6,3 +6,4 @@ mod tool_estimate;
 mod tool_filters;
 mod tool_results;
 mod tool_simulate_models;
+mod tool_tilting_scenes;
