@@ -10,4 +10,5 @@ pub mod instrument_grid;
 pub(crate) mod paper;
 pub(crate) mod positioning_trials;
 pub mod response_map;
+pub(crate) mod rotor_models;
 pub(crate) mod step_accuracy;

@@ -16,7 +16,7 @@ use crate::report::files;
 use crate::runs::simulate::samples_csv::SamplesCsv;
 use crate::runs::simulate::{OpenLoopModel, OpenLoopReport, OpenLoopRun, simulate, simulate_stator};
 use crate::scene::SceneError;
-use crate::studies::{averaged_motor, paper};
+use crate::studies::{averaged_motor, paper, rotor_models};
 
 #[derive(Debug, Args)]
 pub(super) struct SimulateArgs {
@@ -110,14 +110,25 @@ impl SimulateArgs {
 
 #[derive(Debug, Args)]
 pub(super) struct ReproduceArgs {
-    /// Folder for reproduce.md and its pictures
+    /// Folder for reproduce.md, rotors.md and their pictures
     #[arg(long, value_name = "DIR", default_value = "out/reproduce")]
     out: PathBuf,
-    /// Runs of each of the paper's motors, each run with a seed of its own; the paper made five
+    /// Runs of each of the paper's motors and of each rotor, each run with a seed of its own; the paper made five
     #[arg(long, value_name = "N", default_value = "5", value_parser = Count(2..=1000), allow_negative_numbers = true)]
     seeds: u64,
+    /// Rotors drawn over what was not measured
+    #[arg(long, value_name = "N", default_value = "40", value_parser = Count(0..=100_000), allow_negative_numbers = true)]
+    drawn: u64,
     #[command(flatten)]
     publication: PublicationArgs,
+}
+
+/// The paper's motors, and beside them the rotors that tilt.
+#[derive(Serialize)]
+struct Reproduced<'a> {
+    #[serde(flatten)]
+    paper: &'a paper::reproduction::PaperReproduction,
+    rotors: &'a rotor_models::RotorModels,
 }
 
 impl ReproduceArgs {
@@ -126,11 +137,20 @@ impl ReproduceArgs {
         let plan = paper::PaperPlan::new(self.seeds)?;
         // On standard error, and only if that is a terminal.
         let bar = ProgressBar::new(plan.steps()).with_style(progress_style());
-        let reproduction = plan.run(&|steps| bar.inc(steps))?;
+        let paper = plan.run(&|steps| bar.inc(steps))?;
         bar.finish_and_clear();
-        let document = reproduction.document();
-        let mut files = reproduction.pictures()?;
-        files.push(("reproduce.md".to_owned(), document.markdown()));
-        Ok(publication.publish(Findings { files, text: document.text(), json: reproduction.json() })?)
+        let plan = rotor_models::RotorModelsPlan::new(self.seeds, self.drawn);
+        let bar = ProgressBar::new(plan.work()).with_style(progress_style());
+        let rotors = plan.run(&|| bar.inc(1))?;
+        bar.finish_and_clear();
+        let documents = [paper.document(), rotors.document()];
+        let mut files = paper.pictures()?;
+        files.extend(rotors.pictures()?);
+        for (name, document) in ["reproduce.md", "rotors.md"].into_iter().zip(&documents) {
+            files.push((name.to_owned(), document.markdown()));
+        }
+        let text = documents.map(|document| document.text()).concat();
+        let json = files::json_line(&Reproduced { paper: &paper, rotors: &rotors });
+        Ok(publication.publish(Findings { files, text, json })?)
     }
 }

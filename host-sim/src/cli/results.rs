@@ -10,11 +10,12 @@ use crate::board::qemu::Board;
 use crate::board::{BoardError, instructions, size};
 use crate::cli::CommandError;
 use crate::report::OutputError;
-use crate::report::files::{self, Output};
+use crate::report::files::{self, Output, OutputFolder};
 use crate::report::page::{self, PlacedValue};
 use crate::scene::Scene;
 use crate::studies::instrument_grid::{InstrumentGridPlan, Shard};
 use crate::studies::positioning_trials::{self, Strategy};
+use crate::studies::rotor_models::RotorModelsPlan;
 use crate::studies::{filter_costs, filter_errors, gyroscope_calibration, held_rates, paper, step_accuracy};
 
 /// A page: one question, and what answers it.
@@ -22,6 +23,8 @@ use crate::studies::{filter_costs, filter_errors, gyroscope_calibration, held_ra
 enum Page {
     /// Does the model reproduce the paper?
     Paper,
+    /// Why does mode B turn so slowly?
+    Tilt,
     /// What does a step cost, and how far is it off?
     Step,
     /// Which filter, and how far is it off?
@@ -48,6 +51,7 @@ impl Page {
     fn template(self) -> &'static str {
         match self {
             Self::Paper => include_str!("results/paper.md"),
+            Self::Tilt => include_str!("results/tilt.md"),
             Self::Step => include_str!("results/step.md"),
             Self::Filters => include_str!("results/filters.md"),
             Self::Positioning => include_str!("results/positioning.md"),
@@ -58,31 +62,48 @@ impl Page {
         }
     }
 
-    /// Its figures.
-    fn values(self, effort: Effort) -> Result<Vec<PlacedValue>, CommandError> {
+    /// Its figures and its pictures.
+    fn content(self, effort: Effort) -> Result<Content, CommandError> {
         let scene = &effort.scene()?;
         Ok(match self {
-            Self::Paper => paper::PaperPlan::new(effort.paper_seeds)?.run(&|_| ())?.page_values(),
-            Self::Step => (effort.step_accuracy)().run()?.page_values(),
-            Self::Filters => filter_values(effort, scene)?,
-            Self::Positioning => positioning_values(effort, scene)?,
+            Self::Paper => paper::PaperPlan::new(effort.paper_seeds)?.run(&|_| ())?.page_values().into(),
+            Self::Tilt => {
+                let rotors = RotorModelsPlan::new(effort.rotor_seeds, effort.rotors_drawn).run(&|| ())?;
+                Content { values: rotors.page_values(), pictures: rotors.pictures()? }
+            }
+            Self::Step => (effort.step_accuracy)().run()?.page_values().into(),
+            Self::Filters => filter_values(effort, scene)?.into(),
+            Self::Positioning => positioning_values(effort, scene)?.into(),
             Self::Instruments => {
                 let Effort { grid_motors, grid_benches, .. } = effort;
-                InstrumentGridPlan::new(scene, grid_motors, grid_benches, Shard::ALL)
-                    .run(&|| ())?
-                    .page_values()
+                let plan = InstrumentGridPlan::new(scene, grid_motors, grid_benches, Shard::ALL);
+                plan.run(&|| ())?.page_values().into()
             }
-            Self::Rate => held_rates::run(scene)?.page_values(),
+            Self::Rate => held_rates::run(scene)?.page_values().into(),
             Self::Calibration => {
                 let plan = gyroscope_calibration::CalibrationPlan::new(
                     scene,
                     effort.calibrations,
                     GYROSCOPE_MOTORS,
                 )?;
-                plan.run(&|| ())?.page_values()
+                plan.run(&|| ())?.page_values().into()
             }
-            Self::Microcontroller => microcontroller_values()?,
+            Self::Microcontroller => microcontroller_values()?.into(),
         })
+    }
+}
+
+/// What fills a page.
+struct Content {
+    values: Vec<PlacedValue>,
+    /// Names of the files, and the SVG.
+    pictures: Vec<(String, String)>,
+}
+
+impl From<Vec<PlacedValue>> for Content {
+    /// A page without pictures.
+    fn from(values: Vec<PlacedValue>) -> Self {
+        Self { values, pictures: Vec::new() }
     }
 }
 
@@ -91,6 +112,9 @@ impl Page {
 struct Effort {
     /// Runs of each motor of the paper.
     paper_seeds: u64,
+    /// Runs of each rotor and mode, and rotors drawn over what was not measured.
+    rotor_seeds: u64,
+    rotors_drawn: u64,
     /// Motors in each mode, for the filters' errors.
     error_motors: u64,
     /// Motors in each mode, for the filters' costs.
@@ -114,11 +138,13 @@ impl Effort {
     /// ten; of 200 intervals the covered share is known to 1.5 %.
     const FULL: Self = Self {
         paper_seeds: 5,
+        rotor_seeds: 8,
+        rotors_drawn: 200,
         error_motors: 40,
         cost_motors: 20,
         trials: 10_000,
         compared_trials: 200,
-        grid_motors: 2,
+        grid_motors: 20,
         grid_benches: "",
         calibrations: 200,
         time_s: None,
@@ -128,6 +154,8 @@ impl Effort {
     /// Enough to fill every place of a page.
     const QUICK: Self = Self {
         paper_seeds: 2,
+        rotor_seeds: 2,
+        rotors_drawn: 4,
         error_motors: 2,
         cost_motors: 1,
         trials: 20,
@@ -196,6 +224,9 @@ pub(super) struct ResultsArgs {
     /// Folder of the pages
     #[arg(long, value_name = "DIR", default_value = "docs/results")]
     out: PathBuf,
+    /// Folder of their pictures
+    #[arg(long, value_name = "DIR", default_value = "docs/images")]
+    images: PathBuf,
 }
 
 impl ResultsArgs {
@@ -207,17 +238,21 @@ impl ResultsArgs {
             if self.check {
                 check(page, &path, effort)?;
             } else {
-                write(page, &path, effort)?;
+                write(page, &path, &self.images, effort)?;
             }
         }
         Ok(())
     }
 }
 
-/// Writes a page.
-fn write(page: Page, path: &Path, effort: Effort) -> Result<(), CommandError> {
+/// Writes a page and its pictures.
+fn write(page: Page, path: &Path, images: &Path, effort: Effort) -> Result<(), CommandError> {
     let mut file = Output::create(path)?;
-    let text = page::filled(page.template(), &page.values(effort)?)?;
+    let Content { values, pictures } = page.content(effort)?;
+    let text = page::filled(page.template(), &values)?;
+    if !pictures.is_empty() {
+        OutputFolder::create(images)?.publish(&pictures)?;
+    }
     file.write_all(text.as_bytes()).map_err(|source| file.unwritable(source))?;
     file.publish()?;
     Ok(files::print(&format!("written            {}\n", path.display()))?)
@@ -226,7 +261,7 @@ fn write(page: Page, path: &Path, effort: Effort) -> Result<(), CommandError> {
 /// Compares a page with what would be written.
 fn check(page: Page, path: &Path, effort: Effort) -> Result<(), CommandError> {
     let written = String::from_utf8_lossy(&files::read(path)?).into_owned();
-    let fresh = page::filled(page.template(), &page.values(effort)?)?;
+    let fresh = page::filled(page.template(), &page.content(effort)?.values)?;
     match page::first_difference(&written, &fresh) {
         Some(line) => Err(OutputError::Outdated { path: path.to_owned(), line }.into()),
         None => Ok(files::print(&format!("as written         {}\n", path.display()))?),

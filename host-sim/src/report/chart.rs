@@ -49,6 +49,7 @@ pub struct Axis {
     label: String,
     range: Option<Range<f64>>,
     logarithmic: bool,
+    numbered: bool,
 }
 
 /// Something drawn on a panel.
@@ -149,13 +150,20 @@ impl Panel {
 impl Axis {
     /// A linear axis that spans all that is drawn.
     pub fn new(label: impl Into<String>) -> Self {
-        Self { label: label.into(), range: None, logarithmic: false }
+        Self { label: label.into(), range: None, logarithmic: false, numbered: true }
     }
 
     /// Makes the axis span exactly `range`; points outside are cut off.
     #[must_use]
     pub fn within(mut self, range: Range<f64>) -> Self {
         self.range = Some(range);
+        self
+    }
+
+    /// Leaves out numbers and grid: for things that have names ([`Series::names`]).
+    #[must_use]
+    pub fn without_numbers(mut self) -> Self {
+        self.numbered = false;
         self
     }
 

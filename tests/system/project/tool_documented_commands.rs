@@ -22,7 +22,7 @@ const SMALLER: [(&str, &[(&str, &str)]); 8] = [
     ("filters", &[("--motors", "1"), ("--host-only", "")]),
     ("positioning-trials", &[("--motors", "2"), ("--compare", "1")]),
     ("rate", &[("--duration", "2")]),
-    ("reproduce", &[("--seeds", "2")]),
+    ("reproduce", &[("--seeds", "2"), ("--drawn", "1")]),
     ("response-map", &[("--motors", "4")]),
 ];
 

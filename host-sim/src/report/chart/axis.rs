@@ -41,7 +41,11 @@ impl Scale {
         } else {
             0.0..1.0
         };
-        let (ticks, decimals) = if logarithmic { decades(&span) } else { round_numbers(&span, count) };
+        let (ticks, decimals) = match (axis.numbered, logarithmic) {
+            (false, _) => (Vec::new(), 0),
+            (true, true) => decades(&span),
+            (true, false) => round_numbers(&span, count),
+        };
         Self { span, ticks, logarithmic, decimals }
     }
 

@@ -101,10 +101,3 @@ impl FigureRow {
         }
     }
 }
-
-impl PaperReproduction {
-    /// The reproduction as one JSON object on one line.
-    pub fn json(&self) -> String {
-        crate::report::files::json_line(self)
-    }
-}

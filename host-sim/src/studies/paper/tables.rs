@@ -117,7 +117,7 @@ impl PaperReproduction {
                 "The published 8.16 rad/s is the rate of a coarse step. An impact at the end of its step comes late, \
                  and a late impact has another friction impulse. At {} us the rate is {} rad/s. At {} us the model \
                  has converged: {} rad/s, faster than the paper's. The rotor of the experiment turns with 1 rad/s. It \
-                 wobbles, tilts and touches the hub, which the model leaves out. The collision amplitude is about \
+                 wobbles, tilts and touches the hub, which the paper's model leaves out. The collision amplitude is about \
                  twice the paper's at every step: the largest line of a broad spectrum falls with the length of the \
                  record, which the paper does not state.",
                 round(1e6 * coarse.step_s),

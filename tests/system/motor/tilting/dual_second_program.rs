@@ -88,7 +88,7 @@ fn model(values: &ReferenceMotor, mode: DriveMode, setup: &TiltingSetup) -> Refe
         ReferenceRun {
             rate_rad_s: turned / time_s,
             impacts_per_s: impacts as f64 / time_s,
-            tilt_rms_rad: (tilt2 / counted).sqrt(),
+            tilt_rms_rad: motor_model::math::sqrt(tilt2 / counted),
         }
     };
     mean((0..RUNS).map(run))

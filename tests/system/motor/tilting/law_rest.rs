@@ -1,5 +1,4 @@
 //! A tilting rotor comes to rest with the drive off, on three of four teeth, and stays there.
-#![expect(clippy::disallowed_methods, reason = "an independent yardstick")]
 
 use motor_model::{
     ContactPlace, DriveCommand, DriveMode, Freedom, TiltingMotor, TiltingSetup, TiltingState,

@@ -1,0 +1,128 @@
+//! Experiment, height-only rotor and tilting rotors side by side: what explains the rate of mode B.
+//!
+//! The motor of the experiment turned at about 1 rad/s in mode B. A rotor that can only rise and fall turns at 15. A
+//! rotor that tilts, and whose hole rubs on the pin, turns as slowly with some values of what was not measured.
+//!
+//! | module | what it is |
+//! |---|---|
+//! | [`variants`] | the rotors that are compared, as scenes |
+//! | [`measured`] | the six figures of the experiment, and the same figures of a run |
+//! | [`draws`] | rotors drawn over what was not measured, and which part of them explains the experiment |
+//! | [`predictions`] | how the rate of mode B depends on what a builder can change |
+//! | [`tables`], [`pictures`] | what is shown of them |
+
+pub mod draws;
+pub mod measured;
+pub mod pictures;
+pub mod predictions;
+pub mod tables;
+pub mod variants;
+
+use motor_model::DriveMode;
+use rayon::prelude::*;
+use serde::Serialize;
+
+use crate::runs::RunError;
+use crate::scene::Scene;
+use draws::{DrawnRotor, draw_scenes};
+use measured::{MeasuredRun, measured_run};
+use predictions::{PREDICTIONS, Prediction};
+use variants::{VARIANTS, Variant};
+
+/// Both driven modes, in the order of the tables.
+pub const MODES: [DriveMode; 2] = [DriveMode::B, DriveMode::C];
+
+/// One of the rotors that are compared, and its runs.
+#[derive(Clone, Debug, Serialize)]
+pub struct VariantRuns {
+    /// Its name in tables and pictures.
+    pub name: &'static str,
+    /// The runs in mode B and in mode C, one for each seed.
+    pub runs: [Vec<MeasuredRun>; 2],
+}
+
+/// What is to be simulated.
+#[derive(Clone, Debug)]
+pub struct RotorModelsPlan {
+    seeds: u64,
+    drawn: u64,
+}
+
+/// What was simulated.
+#[derive(Clone, Debug, Serialize)]
+pub struct RotorModels {
+    /// Runs of each rotor and mode.
+    pub seeds: u64,
+    /// The rotors that are compared.
+    pub variants: Vec<VariantRuns>,
+    /// The rate of mode B against what a builder can change.
+    pub predictions: Vec<Prediction>,
+    /// The rotors drawn over what was not measured.
+    pub drawn: Vec<DrawnRotor>,
+}
+
+/// A run by its place among the others.
+#[derive(Clone, Copy, Debug)]
+struct Job<'a> {
+    scene: &'a Scene,
+    mode: DriveMode,
+    seed: u64,
+}
+
+impl RotorModelsPlan {
+    /// `seeds` runs of each rotor and mode, and `drawn` drawn rotors.
+    pub fn new(seeds: u64, drawn: u64) -> Self {
+        Self { seeds, drawn }
+    }
+
+    /// Number of runs.
+    pub fn work(&self) -> u64 {
+        let variants = 2 * VARIANTS.len() as u64;
+        let predictions: usize = PREDICTIONS.iter().map(|varied| varied.values.len()).sum();
+        (variants + 2 * predictions as u64) * self.seeds + 2 * self.drawn
+    }
+
+    /// Makes every run, and calls `progress` after each. The result does not depend on the number of threads.
+    ///
+    /// # Errors
+    /// When a scene is refused or a run fails.
+    pub fn run(&self, progress: &(impl Fn() + Sync)) -> Result<RotorModels, RunError> {
+        let variants: Vec<Scene> = VARIANTS.iter().map(Variant::scene).collect::<Result<_, _>>()?;
+        let swept = predictions::scenes()?;
+        let drawn = draw_scenes(self.drawn)?;
+        let each_seed = |scene, mode| (1..=self.seeds).map(move |seed| Job { scene, mode, seed });
+        let mut jobs: Vec<Job> = Vec::new();
+        for scene in &variants {
+            jobs.extend(MODES.into_iter().flat_map(|mode| each_seed(scene, mode)));
+        }
+        for scene in &swept {
+            jobs.extend(each_seed(scene, DriveMode::B));
+        }
+        for (scene, seed) in drawn.iter().map(|drawn| &drawn.scene).zip(1..) {
+            jobs.extend(MODES.map(|mode| Job { scene, mode, seed }));
+        }
+        let measured: Result<Vec<MeasuredRun>, RunError> = (jobs.par_iter().with_max_len(1))
+            .map(|job| {
+                let run = measured_run(job.scene, job.mode, job.seed)?;
+                progress();
+                Ok(run)
+            })
+            .collect();
+        let mut measured = measured?.into_iter();
+        let mut next = |count: u64| -> Vec<MeasuredRun> {
+            measured.by_ref().take(usize::try_from(count).unwrap_or(usize::MAX)).collect()
+        };
+        Ok(RotorModels {
+            seeds: self.seeds,
+            variants: VARIANTS
+                .iter()
+                .map(|variant| VariantRuns { name: variant.name, runs: MODES.map(|_| next(self.seeds)) })
+                .collect(),
+            predictions: predictions::collect(|| next(self.seeds)),
+            drawn: drawn
+                .into_iter()
+                .map(|rotor| DrawnRotor { values: rotor.values, runs: MODES.map(|_| next(1).remove(0)) })
+                .collect(),
+        })
+    }
+}

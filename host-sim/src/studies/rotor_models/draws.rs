@@ -1,0 +1,157 @@
+//! Rotors drawn over everything that was not measured, and over the tolerances of what was: which of them explain the
+//! experiment, and which value decides.
+//!
+//! Every value is uniform over its range. The stator's are those of a finite-element model of it: tilting modes at
+//! 2.75 to 3.3 kHz, radial exponents of 1.4 to 1.7, a mode shift of -3 to -0.3 degrees. Hub bearings that were assembled
+//! from silicon parts have clearances of 3.5 to 9.2 um (Demiri, Boedo, Holsen, Wear 312 (2014) 58).
+//! [`rank_correlation`] of a value with a figure tells how far the one decides the other (Spearman).
+
+use rand_distr::{Distribution, Uniform};
+use serde::Serialize;
+
+use super::MODES;
+use super::measured::{MeasuredRun, QUANTITIES, agrees};
+use super::variants::VARIANTS;
+use crate::math::random_streams::{RandomSource, stream};
+use crate::math::statistics::Line;
+use crate::scene::{Scene, SceneError};
+
+/// A value that is drawn.
+#[derive(Clone, Copy, Debug)]
+pub struct DrawnKey {
+    /// Key.
+    pub key: &'static str,
+    /// Its name in pictures.
+    pub name: &'static str,
+    /// Least and largest value.
+    pub range: (f64, f64),
+    /// Whether it was measured, and the range is its tolerance in Table 1.
+    pub measured: bool,
+}
+
+const fn unmeasured(key: &'static str, name: &'static str, range: (f64, f64)) -> DrawnKey {
+    DrawnKey { key, name, range, measured: false }
+}
+
+const fn tolerance(key: &'static str, name: &'static str, range: (f64, f64)) -> DrawnKey {
+    DrawnKey { key, name, range, measured: true }
+}
+
+/// What is drawn.
+pub const DRAWN: [DrawnKey; 14] = [
+    unmeasured("motor.hub.clearance_m", "clearance", (3e-6, 12e-6)),
+    unmeasured("motor.hub.friction", "hub friction", (0.1, 0.6)),
+    unmeasured("motor.hub.restitution", "hub restitution", (0.3, 0.8)),
+    unmeasured("motor.friction", "tooth friction", (0.03, 0.4)),
+    unmeasured("motor.vertical_damping_n_s_per_m", "film damping", (0.6e-3, 3.6e-3)),
+    unmeasured("motor.stator_tilt.frequency_hz", "tilt frequency", (2750.0, 3300.0)),
+    unmeasured("motor.stator_tilt.damping_ratio", "tilt damping", (0.01, 0.05)),
+    unmeasured("motor.tooth_rocking_exponent", "rocking exponent", (1.4, 1.7)),
+    unmeasured("motor.mode_shift_deg", "mode shift", (-3.0, -0.3)),
+    tolerance("motor.mode_b.damping_ratio", "damping of B", (0.0043, 0.0083)),
+    tolerance("motor.mode_c.damping_ratio", "damping of C", (0.0055, 0.0095)),
+    tolerance("motor.mode_b.tooth_amplitude_m", "amplitude of B", (19.48e-6, 21.96e-6)),
+    tolerance("motor.mode_c.tooth_amplitude_m", "amplitude of C", (1.70e-6, 1.92e-6)),
+    tolerance("motor.stator_mass_kg", "stator mass", (9.7e-6, 11.7e-6)),
+];
+
+/// A drawn rotor and its runs.
+#[derive(Clone, Debug, Serialize)]
+pub struct DrawnRotor {
+    /// Its values, in the order of [`DRAWN`].
+    pub values: Vec<f64>,
+    /// Its run in mode B and in mode C.
+    pub runs: [MeasuredRun; 2],
+}
+
+/// A drawn rotor that has not run.
+#[derive(Clone, Debug)]
+pub struct DrawnScene {
+    /// Its values, in the order of [`DRAWN`].
+    pub values: Vec<f64>,
+    /// Its scene.
+    pub scene: Scene,
+}
+
+/// The first `count` drawn rotors.
+///
+/// # Errors
+/// When a scene is refused, which a test excludes.
+pub fn draw_scenes(count: u64) -> Result<Vec<DrawnScene>, SceneError> {
+    (1..=count)
+        .map(|seed| {
+            let mut rng = stream(seed, RandomSource::PlantDraw);
+            let mut scene = VARIANTS[4].scene()?;
+            let mut values = Vec::new();
+            for drawn in &DRAWN {
+                let (low, high) = drawn.range;
+                let value = Uniform::new_inclusive(low, high).map_or(low, |uniform| uniform.sample(&mut rng));
+                scene.set(drawn.key, &format!("{value:e}"))?;
+                values.push(value);
+            }
+            Ok(DrawnScene { values, scene })
+        })
+        .collect()
+}
+
+impl DrawnRotor {
+    /// Whether each figure agrees with the experiment, those of mode B first.
+    pub fn agreements(&self) -> [[bool; 3]; 2] {
+        let mut index = 0;
+        MODES.map(|mode| {
+            let run = &self.runs[index];
+            index += 1;
+            QUANTITIES.map(|quantity| agrees(mode, quantity, run.get(quantity)))
+        })
+    }
+}
+
+/// Spearman's rank correlation of pairs, -1 to 1; 0 where one of both does not vary.
+pub fn rank_correlation(pairs: &[(f64, f64)]) -> f64 {
+    let x = ranks(pairs.iter().map(|pair| pair.0));
+    let y = ranks(pairs.iter().map(|pair| pair.1));
+    let ranked: Vec<(f64, f64)> = x.into_iter().zip(y).collect();
+    Line::through(&ranked).map_or(0.0, |line| line.correlation)
+}
+
+/// The rank of each value, the mean rank of equal ones.
+fn ranks(values: impl Iterator<Item = f64>) -> Vec<f64> {
+    let values: Vec<f64> = values.collect();
+    let rank = |value: f64| {
+        values.iter().fold(0.5, |rank, other| match other.total_cmp(&value) {
+            std::cmp::Ordering::Less => rank + 1.0,
+            std::cmp::Ordering::Equal => rank + 0.5,
+            std::cmp::Ordering::Greater => rank,
+        })
+    };
+    values.iter().map(|&value| rank(value)).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Ranks of a rising curve are those of its argument, whatever its shape; equal values share the mean rank.
+    #[test]
+    fn exact_rank_correlations() {
+        let curve = |f: fn(f64) -> f64| (1..20).map(|n| (f64::from(n), f(f64::from(n)))).collect::<Vec<_>>();
+        assert!((rank_correlation(&curve(|x| x * x * x)) - 1.0).abs() < 1e-12);
+        assert!((rank_correlation(&curve(|x| 1.0 / x)) + 1.0).abs() < 1e-12);
+        assert!(rank_correlation(&curve(|_| 1.0)).abs() < 1e-12);
+        assert_eq!(ranks([3.0, 1.0, 3.0].into_iter()), [2.5, 1.0, 2.5]);
+        // 1 - 6 (1 + 1) / (4 (16 - 1)) for one exchange of neighbours.
+        assert!((rank_correlation(&[(1.0, 1.0), (2.0, 3.0), (3.0, 2.0), (4.0, 4.0)]) - 0.8).abs() < 1e-12);
+    }
+
+    #[test]
+    fn law_draws_lie_in_their_ranges_and_are_scenes() {
+        let drawn = draw_scenes(20).unwrap();
+        assert_eq!(drawn.len(), 20);
+        for (index, key) in DRAWN.iter().enumerate() {
+            let values: Vec<f64> = drawn.iter().map(|rotor| rotor.values[index]).collect();
+            assert!(values.iter().all(|value| (key.range.0..=key.range.1).contains(value)), "{}", key.key);
+            assert!(values.windows(2).any(|pair| pair[0] < pair[1]), "{}", key.key);
+            assert!((drawn[7].scene.number(key.key) / values[7] - 1.0).abs() < 1e-12);
+        }
+    }
+}

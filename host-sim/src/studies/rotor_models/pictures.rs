@@ -1,0 +1,165 @@
+//! The comparison as pictures.
+
+use motor_model::DriveMode;
+
+use super::draws::DRAWN;
+use super::measured::{QUANTITIES, experiment, spread};
+use super::predictions::PREDICTIONS;
+use super::variants::EXPLAINING;
+use super::{MODES, RotorModels, VARIANTS};
+use crate::math::count::real;
+use crate::report::OutputError;
+use crate::report::chart::{Axis, Colour, Figure, Panel, Series};
+
+const fn colour(mode: DriveMode) -> Colour {
+    match mode {
+        DriveMode::B => Colour::Vermilion,
+        DriveMode::C => Colour::Blue,
+    }
+}
+
+impl RotorModels {
+    /// Every picture: the name of its file, and the SVG.
+    ///
+    /// # Errors
+    /// When a picture cannot be laid out.
+    pub fn pictures(&self) -> Result<Vec<(String, String)>, OutputError> {
+        let mut pictures = vec![
+            ("rotors.svg".to_owned(), self.rotors().svg()?),
+            ("mode_b_predictions.svg".to_owned(), self.predicted().svg()?),
+        ];
+        if !self.drawn.is_empty() {
+            pictures.push(("drawn_rotors.svg".to_owned(), self.drawn_rotors().svg()?));
+        }
+        Ok(pictures)
+    }
+
+    /// Each figure of the experiment, and what each rotor shows of it.
+    fn rotors(&self) -> Figure {
+        let mut figure = Figure::new("The experiment and six rotors").caption(format!(
+            "Means and standard deviations of {} runs. Grey: the experiment; its rates are printed without a \
+             standard deviation.",
+            self.seeds
+        ));
+        for (index, mode) in MODES.into_iter().enumerate() {
+            for quantity in QUANTITIES {
+                let last = real(self.variants.len()) - 0.5;
+                let (mean, sd) = experiment(mode, quantity);
+                let bars = self.variants.iter().enumerate().map(|(place, variant)| {
+                    let spread = spread(&variant.runs[index], |run| run.get(quantity));
+                    (real(place), spread.mean, spread.sd)
+                });
+                let bars: Vec<(f64, f64, f64)> = bars.collect();
+                let top = bars.iter().map(|bar| bar.1 + bar.2).fold(mean + sd.unwrap_or(0.0), f64::max);
+                let names = self.variants.iter().enumerate();
+                let names =
+                    names.map(|(place, variant)| (real(place) - 0.25, -0.12 * top, variant.name.to_owned()));
+                let title = format!("Mode {mode:?}: {quantity}");
+                let unit = quantity.unit();
+                let band = sd.unwrap_or(0.02 * top);
+                figure = figure.panel(
+                    Panel::new(
+                        title,
+                        Axis::new("").within(-0.5..last).without_numbers(),
+                        Axis::new(unit).within(-0.2 * top..1.1 * top),
+                    )
+                    .height(210)
+                    .series(
+                        Series::band(vec![
+                            (-0.5, mean - band, mean + band),
+                            (last, mean - band, mean + band),
+                        ])
+                        .colour(Colour::Grey)
+                        .opacity(0.45)
+                        .label("experiment"),
+                    )
+                    .series(Series::error_bars(bars).colour(colour(mode)).width(1.8))
+                    .series(Series::names(names.collect()).colour(Colour::Black)),
+                );
+            }
+        }
+        figure
+    }
+
+    /// The rate of mode B against what a builder can change.
+    fn predicted(&self) -> Figure {
+        let mut figure = Figure::new("What would test it: the rate of mode B").caption(
+            "A rotor that can only rise and fall has no hub, and turns faster the stronger the drive.",
+        );
+        for varied in &PREDICTIONS {
+            let (label, per_unit) = varied.axis;
+            let mut panel = Panel::new(varied.title, Axis::new(label), Axis::new("rate (rad/s)")).height(230);
+            for (rotor, colour) in
+                EXPLAINING.map(|index| VARIANTS[index].name).into_iter().zip([Colour::Purple, Colour::Green])
+            {
+                let of = self.predictions.iter().filter(|of| of.rotor == rotor && of.key == varied.key);
+                let bars: Vec<(f64, f64, f64)> = of
+                    .flat_map(|of| &of.points)
+                    .map(|(value, runs)| {
+                        let rate = spread(runs, |run| run.rate_rad_s);
+                        (per_unit * value, rate.mean, rate.sd)
+                    })
+                    .collect();
+                panel = panel
+                    .series(
+                        Series::line(bars.iter().map(|bar| (bar.0, bar.1)).collect())
+                            .colour(colour)
+                            .opacity(0.5),
+                    )
+                    .series(Series::error_bars(bars).colour(colour).label(rotor));
+            }
+            figure = figure.panel(panel);
+        }
+        figure
+    }
+
+    /// Which drawn value decides the rate of each mode.
+    fn drawn_rotors(&self) -> Figure {
+        let mut figure = Figure::new(format!("{} rotors drawn over what is not known", self.drawn.len()))
+            .caption("Rank correlation of a value with the rate; beyond the grey band it is not chance.");
+        let (last, chance) = (real(DRAWN.len()) - 0.5, self.significant());
+        for (index, mode) in MODES.into_iter().enumerate() {
+            let points = (0..DRAWN.len()).map(|key| (real(key), self.correlation(key, index), 0.0));
+            let names = DRAWN.iter().enumerate().map(|(key, drawn)| {
+                (real(key) - 0.45, if key % 2 == 0 { -1.15 } else { -1.4 }, drawn.name.to_owned())
+            });
+            figure = figure.panel(
+                Panel::new(
+                    format!("What decides the rate of mode {mode:?}"),
+                    Axis::new("").within(-0.5..last).without_numbers(),
+                    Axis::new("rank correlation").within(-1.5..1.0),
+                )
+                .height(300)
+                .series(
+                    Series::band(vec![(-0.5, -chance, chance), (last, -chance, chance)])
+                        .colour(Colour::Grey)
+                        .opacity(0.4)
+                        .label("chance"),
+                )
+                .series(Series::error_bars(points.collect()).colour(colour(mode)).width(2.5))
+                .series(Series::names(names.collect()).colour(Colour::Black)),
+            );
+        }
+        let deciding = [(0, "clearance (um)", 1e6), (10, "damping ratio of mode C", 1.0)];
+        for (index, (mode, (key, label, per_unit))) in MODES.into_iter().zip(deciding).enumerate() {
+            let of = |agrees: bool| -> Vec<(f64, f64)> {
+                let rotors = self
+                    .drawn
+                    .iter()
+                    .filter(|rotor| rotor.agreements()[index].iter().all(|figure| *figure) == agrees);
+                rotors.map(|rotor| (per_unit * rotor.values[key], rotor.runs[index].rate_rad_s)).collect()
+            };
+            figure = figure.panel(
+                Panel::new(
+                    format!("Rate of mode {mode:?} against {}", DRAWN[key].name),
+                    Axis::new(label),
+                    Axis::new("rate (rad/s)"),
+                )
+                .height(280)
+                .series(Series::points(of(false)).colour(Colour::Grey).label("disagrees"))
+                .series(Series::points(of(true)).colour(colour(mode)).label("agrees in all three figures")),
+            );
+        }
+        figure
+    }
+}
