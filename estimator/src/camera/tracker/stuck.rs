@@ -3,11 +3,13 @@
 //! A camera that delivers its last picture for ever shows the same code frame after frame. Tracking noise and motion
 //! change the code of the default camera with probability 0.46 or more, so 20 equal codes in a row are one chance in
 //! 10^5 even for a driven rotor that does not turn. A coarser camera repeats codes by itself, so the number follows
-//! from noise and resolution ([`TrackTuning::stuck_frames`]). Then the camera counts as stuck: the frames with that
+//! from noise and resolution ([`stuck_frames`]). Then the camera counts as stuck: the frames with that
 //! code are taken back, and refused ([`Rejection::Stuck`]) until another code comes. At rest the same code proves
 //! nothing, see [`crate::camera::track`]. So a camera that stuck before the rotor was known to turn is used again once
 //! the rotor lies quiet, for it may be a live camera without dither. Limit: a camera that really is stuck, and became
 //! so while the rotor reversed, is used too.
+//!
+//! [`stuck_frames`]: crate::camera::track_tuning::TrackTuning::stuck_frames
 
 use motor_model::{Angle, Real};
 
