@@ -15,6 +15,8 @@ mod open_loop;
 mod publication;
 mod readers;
 mod results;
+mod scene_args;
+mod scene_files;
 #[cfg(feature = "telemetry")]
 mod telemetry;
 mod twin;
@@ -37,8 +39,9 @@ use instruments::InstrumentsArgs;
 use keys::KeysArgs;
 use microcontroller::{InstructionsArgs, PilArgs, SizeArgs};
 use open_loop::{ReproduceArgs, SimulateArgs};
-use readers::Reader;
 use results::ResultsArgs;
+use scene_args::SceneArgs;
+use scene_files::{InitArgs, SceneCommandArgs, ScenesArgs};
 use twin::AccuracyArgs;
 
 /// A rotary micro-motor in simulation: open loop, published figures, closed loop.
@@ -92,6 +95,12 @@ enum Command {
     Results(ResultsArgs),
     /// List the keys that --set and scene files take: all, or those that a command reads
     Keys(KeysArgs),
+    /// Write a scene file to begin with: every key with unit, bounds, meaning and default, commented out
+    Init(InitArgs),
+    /// Print a scene: every key with its value, and where it comes from
+    Scene(SceneCommandArgs),
+    /// List the gallery: scenes that --scene takes by name, what to look at in each, and the command that shows it
+    Scenes(ScenesArgs),
 }
 
 /// How results are written to standard output.
@@ -111,38 +120,6 @@ impl Format {
             Self::Text => text,
             Self::Json => json,
         }
-    }
-}
-
-/// Where the settings of a command come from.
-#[derive(Debug, Default, Args)]
-struct SceneArgs {
-    /// Scene file in TOML
-    #[arg(long, value_name = "FILE.toml")]
-    scene: Option<PathBuf>,
-    /// Set one key, over the scene file; repeatable. `host-sim keys COMMAND` lists the keys that a command reads
-    #[arg(long, value_name = "KEY=VALUE")]
-    set: Vec<String>,
-    /// Seed of the random numbers of the run
-    #[arg(long, value_name = "N", allow_negative_numbers = true)]
-    seed: Option<String>,
-}
-
-impl SceneArgs {
-    /// The scene of `command`, with `flags` (key and value, if given) over everything else.
-    ///
-    /// # Errors
-    /// When the scene is refused, or sets a key that the command does not read.
-    fn load(&self, command: &str, flags: &[(&str, &Option<String>)]) -> Result<Scene, CommandError> {
-        let reader = Reader::named(command);
-        let admit = |key| reader.admit(key);
-        let mut scene = Scene::load_admitted(self.scene.as_deref(), &self.set, &admit)?;
-        for (key, value) in flags.iter().chain(&[("seed", &self.seed)]) {
-            if let Some(value) = value {
-                scene.set_admitted(key, value, &admit)?;
-            }
-        }
-        Ok(scene)
     }
 }
 
@@ -203,6 +180,9 @@ impl Command {
             Self::ResponseMap(args) => args.execute(),
             Self::Results(args) => args.execute(),
             Self::Keys(args) => args.execute(),
+            Self::Init(args) => args.execute(),
+            Self::Scene(args) => args.execute(),
+            Self::Scenes(args) => args.execute(),
         }
     }
 }

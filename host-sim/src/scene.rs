@@ -2,21 +2,28 @@
 //!
 //! Later sources win: defaults, then a TOML file (nested tables, `[motor.mode_b] frequency_hz = 6300`), then
 //! `--set key=value`, then the command's own flags. There is one [`registry`] of keys: the motor's, which come from the
-//! model's parameters, and the tables of [`keys`].
+//! model's parameters, and the tables of [`keys`]. A scene knows where each of its values comes from: [`Origin`].
 
+mod description;
 mod error;
 mod file;
+mod gallery;
 pub mod keys;
+mod origin;
 #[cfg(test)]
 pub(crate) mod reads;
 mod response_map_file;
 mod rotor_model;
 mod setting;
+mod text;
 
 pub use error::{SceneError, one_line};
+pub use gallery::{GALLERY, GalleryScene};
+pub use origin::Origin;
 pub use response_map_file::{parse_response_map, read_response_map, response_map_text};
 pub use rotor_model::RotorModel;
 pub use setting::{Kind, Setting, registry};
+pub use text::{Keys, template};
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -25,7 +32,8 @@ use std::sync::Arc;
 use controller::ResponseMap;
 use motor_model::{MotorParams, OutOfBounds, Parameter, TiltingParameter, TiltingParams};
 
-use setting::{Value, nearest_key, plant_key, tilting_plant_key};
+use origin::Origins;
+use setting::{Value, nearest_key, of_design, plant_key, tilting_plant_key};
 
 /// Whether a command takes a key: an error says why not.
 pub type Admission<'a> = &'a dyn Fn(&'static str) -> Result<(), SceneError>;
@@ -34,13 +42,14 @@ pub type Admission<'a> = &'a dyn Fn(&'static str) -> Result<(), SceneError>;
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Scene {
     set: BTreeMap<&'static str, Value>,
+    origins: Origins,
     response_map: Option<Arc<ResponseMap>>,
     #[cfg(test)]
     reads: reads::Reads,
 }
 
 impl Scene {
-    /// A scene from an optional TOML file and `key=value` assignments, in this order.
+    /// A scene from an optional TOML file, or name of the [`GALLERY`], and `key=value` assignments, in this order.
     ///
     /// # Errors
     /// When the file cannot be read or is malformed, or a key or value is refused.
@@ -60,7 +69,7 @@ impl Scene {
         for text in sets {
             let (key, value) =
                 text.split_once('=').ok_or_else(|| SceneError::NotAnAssignment { text: text.clone() })?;
-            scene.set_admitted(key.trim(), value.trim(), admit)?;
+            scene.assign(key.trim(), value.trim(), admit, Origin::Set)?;
         }
         Ok(scene)
     }
@@ -82,6 +91,7 @@ impl Scene {
             #[cfg(test)]
             scene.reads.overwrite(key);
             scene.set.remove(key);
+            scene.origins.0.remove(key);
         }
         scene
     }
@@ -115,15 +125,21 @@ impl Scene {
     /// # Errors
     /// When there is no such key, or its value is malformed or out of bounds. The scene is then as it was.
     pub fn set(&mut self, key: &str, value: &str) -> Result<(), SceneError> {
-        self.set_admitted(key, value, &|_| Ok(()))
+        self.assign(key, value, &|_| Ok(()), Origin::Program)
     }
 
-    /// The same, if `admit` takes the key.
+    /// The same, if `admit` takes the key; `origin` is where the value comes from.
     ///
     /// # Errors
     /// When there is no such key, `admit` refuses it, or its value is malformed or out of bounds. The scene is then as
     /// it was.
-    pub fn set_admitted(&mut self, key: &str, value: &str, admit: Admission) -> Result<(), SceneError> {
+    pub fn assign(
+        &mut self,
+        key: &str,
+        value: &str,
+        admit: Admission,
+        origin: Origin,
+    ) -> Result<(), SceneError> {
         let setting = registry()
             .find(|setting| setting.key == key)
             .ok_or_else(|| SceneError::UnknownKey { key: key.to_owned(), nearest: nearest_key(key) })?;
@@ -132,7 +148,23 @@ impl Scene {
         #[cfg(test)]
         self.reads.overwrite(setting.key);
         self.set.insert(setting.key, value);
+        self.origins.0.insert(setting.key, origin);
         Ok(())
+    }
+
+    /// Where the value of a key comes from.
+    ///
+    /// # Panics
+    /// When there is no such key: a slip in the program.
+    pub fn origin(&self, key: &'static str) -> Origin {
+        if self.set.contains_key(key) {
+            return self.origins.0.get(key).cloned().unwrap_or_default();
+        }
+        match (setting::find(key).kind, of_design(key)) {
+            (Kind::As { key }, _) => Origin::As { key },
+            (_, Some(around)) => Origin::Drawn { around },
+            _ => Origin::Default,
+        }
     }
 
     /// The keys that were set, in alphabetical order.

@@ -93,7 +93,7 @@ fn tool_pil_other_instruments_and_another_motor() {
     let folder = tempfile::tempdir().expect("a folder");
     let map = folder.path().join("map.toml");
     let map = map.to_str().expect("a name in UTF-8");
-    let scene = crate::repository().join("docs/scenes/higher-modes.toml");
+    let scene = crate::repository().join("host-sim/scenes/higher_modes.toml");
     let scene = scene.to_str().expect("a name in UTF-8");
     let made = host_sim().args(["response-map", "--motors", "4", "--scene", scene, "--out", map]).output();
     let made = made.expect("host-sim starts");

@@ -5,5 +5,6 @@ mod tool_command_line;
 mod tool_estimate;
 mod tool_filters;
 mod tool_results;
+mod tool_scene_files;
 mod tool_simulate_models;
 mod tool_tilting_scenes;

@@ -2,31 +2,60 @@
 
 use clap::Args;
 use clap::builder::PossibleValuesParser;
-use motor_model::Parameter;
-use motor_model::params::{Origin, Tolerance};
+use serde::Serialize;
 
+use super::Format;
 use super::readers::{READERS, Reader, readers_of};
 use crate::cli::CommandError;
-use crate::math::plain_number::plain;
 use crate::report::files;
 use crate::report::table::Table;
-use crate::scene::{Kind, Setting, registry};
+use crate::scene::{Setting, registry};
 
 #[derive(Debug, Args)]
 pub(super) struct KeysArgs {
     /// List only the keys that this command reads
     #[arg(value_name = "COMMAND", value_parser = PossibleValuesParser::new(READERS.map(|reader| reader.command)))]
     command: Option<String>,
+    /// How to print the result
+    #[arg(long, value_enum, default_value = "text")]
+    format: Format,
+}
+
+/// A key in JSON.
+#[derive(Serialize)]
+struct ListedKey {
+    key: &'static str,
+    default: String,
+    unit: &'static str,
+    bounds: String,
+    tolerance: String,
+    origin: &'static str,
+    read_by: Vec<&'static str>,
+    meaning: &'static str,
+}
+
+impl From<Setting> for ListedKey {
+    fn from(setting: Setting) -> Self {
+        Self {
+            key: setting.key,
+            default: setting.kind.default_text(),
+            unit: setting.unit,
+            bounds: setting.kind.bounds_text(),
+            tolerance: setting.tolerance_text(),
+            origin: setting.origin_text(),
+            read_by: readers_of(setting.key).collect(),
+            meaning: setting.meaning,
+        }
+    }
 }
 
 impl KeysArgs {
     pub(super) fn execute(&self) -> Result<(), CommandError> {
-        let text = match &self.command {
-            Some(command) => {
-                let reader = Reader::named(command);
-                table(registry().filter(|setting| reader.reads(setting.key)))
-            }
-            None => table(registry()),
+        let reader = self.command.as_deref().map(Reader::named);
+        let read = registry().filter(|setting| reader.is_none_or(|reader| reader.reads(setting.key)));
+        let text = match self.format {
+            Format::Text => table(read),
+            Format::Json => files::json_lines(&read.map(ListedKey::from).collect::<Vec<_>>()),
         };
         Ok(files::print(&text)?)
     }
@@ -37,45 +66,13 @@ fn table(settings: impl Iterator<Item = Setting>) -> String {
     let header = ["key", "default", "unit", "bounds", "tolerance", "origin", "read by", "meaning"];
     let mut table = Table::new(&header);
     for setting in settings {
-        let (default, bounds) = default_and_bounds(setting.kind);
-        let parameter = Parameter::from_key(setting.key).map(Parameter::spec);
-        let tolerance = parameter.map_or_else(String::new, |spec| tolerance(spec.tolerance));
-        let origin = parameter.map_or("", |spec| origin(spec.origin)).to_owned();
-        let [key, unit, meaning] = [setting.key, setting.unit, setting.meaning].map(str::to_owned);
+        let [key, unit, origin, meaning] =
+            [setting.key, setting.unit, setting.origin_text(), setting.meaning].map(str::to_owned);
+        let (default, bounds) = (setting.kind.default_text(), setting.kind.bounds_text());
+        let tolerance = setting.tolerance_text();
         table.push(vec![key, default, unit, bounds, tolerance, origin, read_by(setting.key), meaning]);
     }
     table.text()
-}
-
-/// The value when nothing sets it, and the values that it takes.
-fn default_and_bounds(kind: Kind) -> (String, String) {
-    match kind {
-        Kind::Number { default, min, max } => (plain(default), format!("{} to {}", plain(min), plain(max))),
-        Kind::Integer { default, min, max } => (default.to_string(), format!("{min} to {max}")),
-        Kind::Choice { default, of } => (default.to_owned(), of.join("|")),
-        Kind::As { key } => (format!("as {key}"), default_and_bounds(kind.resolved()).1),
-    }
-}
-
-/// How far a motor's parameter may be off its nominal value.
-fn tolerance(tolerance: Tolerance) -> String {
-    match tolerance {
-        Tolerance::Normal(within) => format!("+-{}", plain(within)),
-        Tolerance::Uniform(low, high) => format!("{} to {}", plain(low), plain(high)),
-        Tolerance::Exact => "exact".to_owned(),
-    }
-}
-
-/// Where the nominal value of a motor's parameter comes from.
-fn origin(origin: Origin) -> &'static str {
-    match origin {
-        Origin::Measured => "measured",
-        Origin::FiniteElement => "finite elements",
-        Origin::Calculated => "calculated",
-        Origin::Literature => "literature",
-        Origin::Tuned => "tuned",
-        Origin::Assumed => "assumed",
-    }
 }
 
 /// The commands that read `key`; or the few that do not, where most do.

@@ -15,6 +15,12 @@ pub enum OutputError {
         /// The system's error.
         source: io::Error,
     },
+    /// A file that is there and was not to be written over.
+    #[error("{} is there already", path.display())]
+    Exists {
+        /// The file.
+        path: PathBuf,
+    },
     /// Standard output refused the result.
     #[error("cannot write to standard output: {0}")]
     StandardOutput(#[source] io::Error),
@@ -48,7 +54,11 @@ pub enum OutputError {
 impl OutputError {
     /// What to try instead, where there is something to try.
     pub fn hint(&self) -> Option<String> {
-        matches!(self, Self::Outdated { .. }).then(|| "`host-sim results` writes it anew".to_owned())
+        match self {
+            Self::Outdated { .. } => Some("`host-sim results` writes it anew".to_owned()),
+            Self::Exists { .. } => Some("--force writes over it".to_owned()),
+            _ => None,
+        }
     }
 
     /// Whether the reader of standard output has closed it, which is no error of the command.

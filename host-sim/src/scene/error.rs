@@ -6,6 +6,7 @@ use std::path::PathBuf;
 use controller::response_map::MapError;
 use motor_model::OutOfBounds;
 
+use super::registry;
 use crate::math::plain_number::plain;
 
 /// Why a scene, or a setting of it, was refused.
@@ -19,6 +20,38 @@ pub enum SceneError {
         key: String,
         /// The key that looks most like it.
         nearest: Option<&'static str>,
+    },
+    /// A table of a scene file that holds no key.
+    #[error("unknown table {table}")]
+    UnknownTable {
+        /// The table as given.
+        table: String,
+        /// The table that looks most like it.
+        nearest: Option<&'static str>,
+    },
+    /// A value given to a table of keys.
+    #[error("{table} is a table of keys")]
+    IsTable {
+        /// The table.
+        table: String,
+    },
+    /// A number in quotes.
+    #[error("{key} = \"{value}\" is a word")]
+    Quoted {
+        /// Key of the setting.
+        key: &'static str,
+        /// The value as given.
+        value: String,
+    },
+    /// A value of a scene file that is of another type than its key's.
+    #[error("{key} is {found}; it takes {wanted}")]
+    WrongType {
+        /// Key of the setting.
+        key: &'static str,
+        /// What the value is.
+        found: String,
+        /// What the key takes.
+        wanted: &'static str,
     },
     /// A value outside the bounds of its key.
     #[error("{key} = {value} is outside its bounds {bounds}{}{unit}", if unit.is_empty() { "" } else { " " })]
@@ -112,6 +145,14 @@ pub enum SceneError {
         /// What the system said.
         source: io::Error,
     },
+    /// A name that is neither that of a file nor of the gallery.
+    #[error("there is no file {name}, and no scene of that name in the gallery")]
+    NoSuchScene {
+        /// The name as given.
+        name: String,
+        /// The scene of the gallery whose name looks most like it.
+        nearest: Option<&'static str>,
+    },
     /// A scene file that is not TOML, or holds something that is no setting.
     #[error("{}:{line}:{column}: {message}", path.display())]
     Malformed {
@@ -144,6 +185,14 @@ impl SceneError {
         match self {
             Self::UnknownKey { nearest: Some(nearest), .. } => Some(format!("did you mean {nearest}?")),
             Self::UnknownKey { nearest: None, .. } => Some("`host-sim keys` lists every key".to_owned()),
+            Self::UnknownTable { nearest: Some(nearest), .. } => Some(format!("did you mean {nearest}?")),
+            Self::UnknownTable { nearest: None, .. } => Some("`host-sim keys` lists every key".to_owned()),
+            Self::NoSuchScene { nearest: Some(nearest), .. } => Some(format!("did you mean {nearest}?")),
+            Self::NoSuchScene { nearest: None, .. } => Some("`host-sim scenes` lists the gallery".to_owned()),
+            Self::IsTable { table } => Some(keys_of(table)),
+            Self::Quoted { value, .. } if value.parse::<f64>().is_ok() => {
+                Some(format!("a number has no quotes: {value}"))
+            }
             Self::NotAnAssignment { .. } => Some("for example --set motor.stator_mass_kg=9.7e-6".to_owned()),
             Self::Conflict { hint, .. } | Self::NotRead { hint, .. } => Some(hint.clone()),
             Self::OtherDesign { .. } => Some(
@@ -160,6 +209,15 @@ impl SceneError {
     pub fn one_line(&self) -> String {
         one_line(self, self.hint())
     }
+}
+
+/// The keys of a table, the first few of many.
+fn keys_of(table: &str) -> String {
+    let inner = format!("{table}.");
+    let keys: Vec<_> = registry().map(|setting| setting.key).filter(|key| key.starts_with(&inner)).collect();
+    let some: Vec<_> = keys.iter().take(5).copied().collect();
+    let more = if keys.len() > some.len() { ", ..." } else { "" };
+    format!("its keys are {}{more}", some.join(", "))
 }
 
 /// An error and its hint on one line.

@@ -7,15 +7,28 @@ use std::path::Path;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
-use super::{Admission, Scene, SceneError};
+use super::gallery::GalleryScene;
+use super::setting::{nearest_key, nearest_table};
+use super::{Admission, Kind, Origin, Scene, SceneError, Setting, registry};
 
 /// Longest scene file; a scene is a page of text.
 const LENGTH_MAX_BYTES: u64 = 1 << 20;
 
-/// Sets in `scene` everything that the file at `path` sets, as far as `admit` takes it.
+/// Sets in `scene` everything that the file at `path` sets, or the scene of the gallery of that name where there is no
+/// such file, as far as `admit` takes it.
 pub(super) fn read_into(scene: &mut Scene, path: &Path, admit: Admission) -> Result<(), SceneError> {
-    let text = read(path).map_err(|source| SceneError::Unreadable { path: path.to_owned(), source })?;
-    parse_into(scene, &text, path, admit)
+    let name = path.to_str().filter(|name| !name.contains(['/', '\\']));
+    match (read(path), name) {
+        (Ok(text), _) => parse_into(scene, &text, path, admit),
+        (Err(error), Some(name)) if error.kind() == io::ErrorKind::NotFound => {
+            let of_gallery = GalleryScene::named(name).ok_or_else(|| SceneError::NoSuchScene {
+                name: name.to_owned(),
+                nearest: GalleryScene::nearest(name).map(|scene| scene.name),
+            })?;
+            parse_into(scene, of_gallery.text, &of_gallery.path(), admit)
+        }
+        (Err(source), _) => Err(SceneError::Unreadable { path: path.to_owned(), source }),
+    }
 }
 
 /// Sets in `scene` everything that `text` sets; `path` is for messages.
@@ -47,12 +60,29 @@ struct Place<'a> {
 }
 
 impl Place<'_> {
+    /// Sets what stands in a table, in the order of the file, so that of several mistakes the first is named.
     fn set_table(&self, scene: &mut Scene, prefix: &str, table: &DeTable<'_>) -> Result<(), SceneError> {
-        for (name, value) in table {
+        let mut entries: Vec<_> = table.iter().collect();
+        entries.sort_by_key(|(name, _)| name.span().start);
+        for (name, value) in entries {
             let key = format!("{prefix}{}", name.get_ref());
-            match value.get_ref() {
-                DeValue::Table(inner) => self.set_table(scene, &format!("{key}."), inner)?,
-                _ => self.set_value(scene, &key, value)?,
+            let inner = format!("{key}.");
+            let is_table = registry().any(|setting| setting.key.starts_with(&inner));
+            let setting = registry().find(|setting| setting.key == key);
+            match (value.get_ref(), setting) {
+                (DeValue::Table(table), None) if is_table => self.set_table(scene, &inner, table)?,
+                (DeValue::Table(_), None) => {
+                    let nearest = nearest_table(&key);
+                    return Err(self.refused(name.span(), SceneError::UnknownTable { table: key, nearest }));
+                }
+                (_, Some(setting)) => self.set_value(scene, &setting, value)?,
+                (_, None) if is_table => {
+                    return Err(self.refused(value.span(), SceneError::IsTable { table: key }));
+                }
+                (_, None) => {
+                    let nearest = nearest_key(&key);
+                    return Err(self.refused(name.span(), SceneError::UnknownKey { key, nearest }));
+                }
             }
         }
         Ok(())
@@ -61,23 +91,43 @@ impl Place<'_> {
     fn set_value(
         &self,
         scene: &mut Scene,
-        key: &str,
+        setting: &Setting,
         value: &Spanned<DeValue<'_>>,
     ) -> Result<(), SceneError> {
-        let text = match value.get_ref() {
-            DeValue::Integer(integer) if integer.radix() == 10 => integer.as_str(),
-            DeValue::Float(float) => float.as_str(),
-            DeValue::String(text) => text,
-            other => {
-                let message =
-                    format!("{key} is a {}; a setting is a decimal number or a word", other.type_str());
-                return Err(self.malformed(Some(value.span()), &message));
-            }
+        let (line, _) = line_and_column(self.text, value.span().start);
+        let origin = Origin::File { path: self.path.to_owned(), line };
+        self.written(setting, value)
+            .and_then(|text| scene.assign(setting.key, text, self.admit, origin))
+            .map_err(|source| self.refused(value.span(), source))
+    }
+
+    /// The text of a value whose type is the setting's.
+    fn written<'v>(&self, setting: &Setting, value: &'v Spanned<DeValue<'_>>) -> Result<&'v str, SceneError> {
+        let is_word = matches!(setting.kind.resolved(), Kind::Choice { .. });
+        let wrong_type = |found: String| SceneError::WrongType {
+            key: setting.key,
+            found,
+            wanted: if is_word { "a word in quotes" } else { "a decimal number" },
         };
-        scene.set_admitted(key, text, self.admit).map_err(|source| {
-            let (line, column) = line_and_column(self.text, value.span().start);
-            SceneError::InFile { path: self.path.to_owned(), line, column, source: Box::new(source) }
-        })
+        match value.get_ref() {
+            DeValue::String(text) if is_word => Ok(text),
+            DeValue::Integer(integer) if integer.radix() == 10 => Ok(integer.as_str()),
+            DeValue::Float(float) => Ok(float.as_str()),
+            DeValue::Boolean(yes) => Ok(if *yes { "true" } else { "false" }),
+            DeValue::String(text) => {
+                Err(SceneError::Quoted { key: setting.key, value: text.as_ref().to_owned() })
+            }
+            DeValue::Integer(_) | DeValue::Datetime(_) => {
+                Err(wrong_type(self.text.get(value.span()).unwrap_or_default().to_owned()))
+            }
+            DeValue::Array(_) => Err(wrong_type("an array".to_owned())),
+            DeValue::Table(_) => Err(wrong_type("a table".to_owned())),
+        }
+    }
+
+    fn refused(&self, span: Range<usize>, source: SceneError) -> SceneError {
+        let (line, column) = line_and_column(self.text, span.start);
+        SceneError::InFile { path: self.path.to_owned(), line, column, source: Box::new(source) }
     }
 
     fn malformed(&self, span: Option<Range<usize>>, message: &str) -> SceneError {
@@ -112,7 +162,7 @@ mod tests {
         );
         assert_eq!(
             refused("[motor]\nfrictoin = 0.3\n"),
-            "error: FILE:2:12: unknown key motor.frictoin; hint: did you mean motor.friction?"
+            "error: FILE:2:1: unknown key motor.frictoin; hint: did you mean motor.friction?"
         );
         assert_eq!(
             refused("motor.friction = nan"),
@@ -124,10 +174,64 @@ mod tests {
     fn exact_line_and_column_of_a_malformed_file() {
         assert!(refused("seed = 2\nmotor = [\n").starts_with("error: FILE:"));
         assert!(refused("seed = 2\n= 3\n").starts_with("error: FILE:2:1: "));
-        assert_eq!(
-            refused("motor.friction = true"),
-            "error: FILE:1:18: motor.friction is a boolean; a setting is a decimal number or a word"
-        );
+    }
+
+    #[test]
+    fn exact_place_of_a_wrong_type() {
+        for (text, expected) in [
+            ("motor.friction = true", "1:18: motor.friction = true is not a number, bounds 0 to 1e6"),
+            (
+                "[camera]\nmarks = \"3\"",
+                "2:9: camera.marks = \"3\" is a word; hint: a number has no quotes: 3",
+            ),
+            ("[ldv]\ninstalled = true", "2:13: ldv.installed = true is none of yes, no"),
+            ("seed = 0x1f", "1:8: seed is 0x1f; it takes a decimal number"),
+            ("seed = [1, 2]", "1:8: seed is an array; it takes a decimal number"),
+            ("simulate = { drive = [\"b\"] }", "1:22: simulate.drive is an array; it takes a word in quotes"),
+            ("[seed]\nmotor = 3", "1:1: seed is a table; it takes a decimal number"),
+        ] {
+            assert_eq!(refused(text), format!("error: FILE:{expected}"));
+        }
+    }
+
+    /// The word that is wrong is named, not the value that follows it, and of several mistakes the first.
+    #[test]
+    fn exact_place_of_an_unknown_name() {
+        for (text, expected) in [
+            (
+                "seed = 2\n[positoin]\nto_deg = 3\n[camera]\nmark = 3",
+                "2:2: unknown table positoin; hint: did you mean position?",
+            ),
+            ("[motor.mode_d]", "1:8: unknown table motor.mode_d; hint: did you mean motor.mode_a?"),
+            (
+                "motor.mode_b.frequncy_hz = 3",
+                "1:14: unknown key motor.mode_b.frequncy_hz; hint: did you mean motor.mode_b.frequency_hz?",
+            ),
+            (
+                "rate = 3",
+                "1:8: rate is a table of keys; hint: its keys are rate.deg_s, rate.profile, rate.duration_s",
+            ),
+            ("\"\" = 3", "1:1: unknown key ; hint: `host-sim keys` lists every key"),
+        ] {
+            assert_eq!(refused(text), format!("error: FILE:{expected}"));
+        }
+    }
+
+    #[test]
+    fn exact_a_name_without_a_file_is_of_the_gallery() {
+        let load = |name: &str| Scene::load(Some(Path::new(name)), &[]);
+        assert_eq!(load("heavy-rotor").unwrap().seed(), 3);
+        for (name, hint) in [
+            ("heavy_rotr.toml", "did you mean heavy_rotor?"),
+            ("xyzzy", "`host-sim scenes` lists the gallery"),
+        ] {
+            assert_eq!(
+                load(name).unwrap_err().one_line(),
+                format!(
+                    "error: there is no file {name}, and no scene of that name in the gallery; hint: {hint}"
+                )
+            );
+        }
     }
 
     #[test]

@@ -10,3 +10,23 @@ pub mod position;
 pub mod rate;
 pub mod simulate;
 pub mod vibrometer;
+
+/// What the tables of a scene file describe.
+pub const TABLE_TITLES: &[(&str, &str)] = &[
+    ("motor", "The design of the motor: Table 1 of the paper. Filters, drive and response map follow it."),
+    ("motor.hub", "Hole and pin, of a rotor that tilts (plant.rotor)."),
+    ("motor.stator_tilt", "The stator's tilting modes, of a rotor that tilts (plant.rotor)."),
+    ("simulate", "One run of the nominal motor in open loop: the command simulate."),
+    ("plant", "The motor of every command but simulate: drawn around the design by the seed."),
+    ("plant.motor", "What the true motor has beside its design. What is not set here is drawn."),
+    ("camera", "The camera, and what is wrong with it."),
+    ("ldv", "The laser-Doppler vibrometer, and what is wrong with it."),
+    ("gyroscope", "The gyroscope that calibrate puts on the rotor."),
+    ("fault", "Faults of drive and motor."),
+    ("estimator", "The filter of angle and rate."),
+    ("estimator.assumed.camera", "The camera as the filters assume it."),
+    ("estimator.assumed.ldv", "The vibrometer as the filters assume it."),
+    ("position", "A move to an angle."),
+    ("rate", "A rate that is held, or a profile of rates."),
+    ("calibrate", "The plan of a calibration."),
+];

@@ -36,7 +36,7 @@ impl PartialEq for Reads {
 impl Scene {
     /// The same scene, of which nothing was read, and whose values all come from the user.
     pub(crate) fn unread(&self) -> Self {
-        Self { set: self.set.clone(), response_map: self.response_map.clone(), reads: Reads::default() }
+        Self { reads: Reads::default(), ..self.clone() }
     }
 
     /// The keys that this scene and its copies were asked for, without those that the program overwrote first.

@@ -127,6 +127,11 @@ pub(super) fn tilting_plant_key(parameter: TiltingParameter) -> &'static str {
     KEYS[parameter as usize]
 }
 
+/// The design's key of the parameter that `key` sets in the true motor; `None` for any other key.
+pub(super) fn of_design(key: &'static str) -> Option<&'static str> {
+    key.strip_prefix("plant.").filter(|rest| rest.starts_with("motor."))
+}
+
 /// The setting of `key`.
 ///
 /// # Panics
@@ -142,6 +147,26 @@ pub(super) enum Value {
     Number(f64),
     Integer(u64),
     Choice(&'static str),
+}
+
+impl Value {
+    /// As it stands in a scene file.
+    pub(super) fn toml(self) -> String {
+        match self {
+            Self::Number(number) => plain(number),
+            Self::Integer(integer) => integer.to_string(),
+            Self::Choice(word) => format!("\"{word}\""),
+        }
+    }
+
+    /// As it stands in JSON.
+    pub(super) fn json(self) -> serde_json::Value {
+        match self {
+            Self::Number(number) => number.into(),
+            Self::Integer(integer) => integer.into(),
+            Self::Choice(word) => word.into(),
+        }
+    }
 }
 
 impl Setting {
@@ -206,10 +231,23 @@ pub(super) fn nearest_key(key: &str) -> Option<&'static str> {
         let score = |text| strsim::normalized_damerau_levenshtein(key, text);
         score(known).max(score(short))
     };
-    registry()
-        .map(|setting| (alike(setting.key), setting.key))
-        // Of two keys that are equally near, the shorter one: that of the design.
-        .max_by(|(a, one), (b, other)| a.total_cmp(b).then(other.len().cmp(&one.len())))
+    nearest(registry().map(|setting| (alike(setting.key), setting.key)))
+}
+
+/// The table of keys whose name is most like `table`, unless none is.
+pub(super) fn nearest_table(table: &str) -> Option<&'static str> {
+    if table.len() > 200 {
+        return None;
+    }
+    let tables = registry().filter_map(|setting| setting.key.rsplit_once('.')).map(|(table, _)| table);
+    nearest(tables.map(|known| (strsim::normalized_damerau_levenshtein(table, known), known)))
+}
+
+/// Of names with how alike they are the first of the best, if it is good enough.
+fn nearest(scored: impl Iterator<Item = (f64, &'static str)>) -> Option<&'static str> {
+    scored
+        // Of two that are equally near, the shorter one: that of the design.
+        .min_by(|(a, one), (b, other)| b.total_cmp(a).then(one.len().cmp(&other.len())))
         .filter(|(score, _)| *score >= 0.5)
         .map(|(_, known)| known)
 }

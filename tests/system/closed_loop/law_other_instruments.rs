@@ -202,15 +202,15 @@ fn law_a_rate_is_held_by_a_noisy_camera() {
 #[test]
 fn law_a_motor_of_ones_own_positions_or_says_what_it_can() {
     let folder = folder();
-    let scene = |name: &str| format!("{}/../docs/scenes/{name}.toml", env!("CARGO_MANIFEST_DIR"));
+    let scene = |name: &str| format!("{}/../host-sim/scenes/{name}.toml", env!("CARGO_MANIFEST_DIR"));
     let map_of = |scene: &str| {
         succeeds(folder.path(), &["response-map", "--scene", scene, "--motors", "4", "--out", "map.toml"]);
     };
     for (name, targets) in [
-        ("half-the-size", ["37", "1"]),
-        ("higher-modes", ["37", "1"]),
-        ("four-times-the-mass", ["37", "-37"]),
-        ("weak-mode-b", ["1", "-37"]),
+        ("half_the_size", ["37", "1"]),
+        ("higher_modes", ["37", "1"]),
+        ("four_times_the_mass", ["37", "-37"]),
+        ("weak_mode_b", ["1", "-37"]),
     ] {
         let scene = scene(name);
         map_of(&scene);
@@ -222,15 +222,15 @@ fn law_a_motor_of_ones_own_positions_or_says_what_it_can() {
             assert_eq!(outcome["ok"], true, "{name} {outcome}");
             // The way of the weak mode is gone by bursts that are not measured one by one: 150 take 3 s at most.
             let in_time = outcome["duration_s"].as_f64().is_some_and(|s| s < 3.0);
-            assert!(in_time || name != "weak-mode-b", "{name} {outcome}");
+            assert!(in_time || name != "weak_mode_b", "{name} {outcome}");
         }
     }
-    let weak = scene("weak-mode-b");
+    let weak = scene("weak_mode_b");
     refuses(
         folder.path(),
         &["position", "--scene", &weak, "--map", "map.toml", "--to", "3637"],
         &["position.to_deg = 3637", "the other way round: --to -323"],
     );
-    let half = scene("half-the-size");
+    let half = scene("half_the_size");
     refuses(folder.path(), &["position", "--scene", &half, "--map", "map.toml"], &["map.toml", "motor."]);
 }

@@ -5,7 +5,7 @@
 
 use std::collections::HashSet;
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use tempfile::TempDir;
 use toml::{Table, Value};
@@ -105,19 +105,6 @@ fn smaller(documented: &[String]) -> Vec<String> {
         }
     }
     arguments
-}
-
-/// A folder with the scenes that the documents name, by the same path.
-fn with_scenes() -> TempDir {
-    let folder = folder();
-    for scenes in ["docs/scenes", "host-sim/scenes"].map(Path::new) {
-        fs::create_dir_all(folder.path().join(scenes)).expect("a writable folder");
-        for entry in fs::read_dir(root().join(scenes)).expect("scenes") {
-            let file = entry.expect("a readable folder");
-            fs::copy(file.path(), folder.path().join(scenes).join(file.file_name())).expect("a scene");
-        }
-    }
-    folder
 }
 
 fn succeeds(folder: &TempDir, arguments: &[String]) -> Result<(), String> {
@@ -240,7 +227,7 @@ fn tool_every_documented_command_runs() {
     let mut in_blocks = 0;
     // Where a command stands again, it would do the same again.
     let mut seen = HashSet::new();
-    let folder = with_scenes();
+    let folder = folder();
     for document in documents() {
         let text = text(&document);
         for (line, place, command) in commands(&text) {

@@ -1,0 +1,62 @@
+//! The flags of every command that takes a scene.
+
+use std::path::PathBuf;
+
+use clap::{Args, ValueHint};
+
+use super::readers::Reader;
+use crate::cli::CommandError;
+use crate::scene::{Origin, Scene};
+
+/// Where the settings of a command come from.
+#[derive(Debug, Default, Args)]
+pub(super) struct SceneArgs {
+    /// Scene file in TOML, or the name of a scene of the gallery (`host-sim scenes`)
+    #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
+    scene: Option<PathBuf>,
+    #[command(flatten)]
+    assigned: AssignedArgs,
+}
+
+/// What is set beside a scene file.
+#[derive(Debug, Default, Args)]
+pub(super) struct AssignedArgs {
+    /// Set one key, over the scene file; repeatable. `host-sim keys COMMAND` lists the keys that a command reads
+    #[arg(long, value_name = "KEY=VALUE")]
+    set: Vec<String>,
+    /// Seed of the random numbers of the run
+    #[arg(long, value_name = "N", allow_negative_numbers = true)]
+    seed: Option<String>,
+}
+
+impl SceneArgs {
+    /// The scene of `command`, with `flags` (key and value, if given) over everything else.
+    ///
+    /// # Errors
+    /// When the scene is refused, or sets a key that the command does not read.
+    pub fn load(&self, command: &str, flags: &[(&str, &Option<String>)]) -> Result<Scene, CommandError> {
+        self.assigned.load(self.scene.as_ref(), Some(Reader::named(command)), flags)
+    }
+}
+
+impl AssignedArgs {
+    /// The scene in `file` with what is set beside it, with `flags` over everything else.
+    ///
+    /// # Errors
+    /// When the scene is refused, or sets a key that `reader` does not read.
+    pub fn load(
+        &self,
+        file: Option<&PathBuf>,
+        reader: Option<&Reader>,
+        flags: &[(&str, &Option<String>)],
+    ) -> Result<Scene, CommandError> {
+        let admit = |key| reader.map_or(Ok(()), |reader| reader.admit(key));
+        let mut scene = Scene::load_admitted(file.map(PathBuf::as_path), &self.set, &admit)?;
+        for (key, value) in flags.iter().chain(&[("seed", &self.seed)]) {
+            if let Some(value) = value {
+                scene.assign(key, value, &admit, Origin::Flag)?;
+            }
+        }
+        Ok(scene)
+    }
+}
