@@ -6,6 +6,7 @@
 
 mod description;
 mod error;
+pub mod faults;
 mod file;
 mod gallery;
 pub mod keys;
@@ -32,6 +33,7 @@ use std::sync::Arc;
 use controller::ResponseMap;
 use motor_model::{MotorParams, OutOfBounds, Parameter, TiltingParameter, TiltingParams};
 
+use faults::Fault;
 use origin::Origins;
 use setting::{Value, nearest_key, of_design, plant_key, tilting_plant_key};
 
@@ -145,11 +147,15 @@ impl Scene {
             .ok_or_else(|| SceneError::UnknownKey { key: key.to_owned(), nearest: nearest_key(key) })?;
         admit(setting.key)?;
         let value = setting.parse(value)?;
-        #[cfg(test)]
-        self.reads.overwrite(setting.key);
-        self.set.insert(setting.key, value);
-        self.origins.0.insert(setting.key, origin);
+        self.put(setting.key, value, origin);
         Ok(())
+    }
+
+    fn put(&mut self, key: &'static str, value: Value, origin: Origin) {
+        #[cfg(test)]
+        self.reads.overwrite(key);
+        self.set.insert(key, value);
+        self.origins.0.insert(key, origin);
     }
 
     /// Where the value of a key comes from.
@@ -161,7 +167,7 @@ impl Scene {
             return self.origins.0.get(key).cloned().unwrap_or_default();
         }
         match (setting::find(key).kind, of_design(key)) {
-            (Kind::As { key }, _) => Origin::As { key },
+            (Kind::As { key }, _) => Origin::As { other: key },
             (_, Some(around)) => Origin::Drawn { around },
             _ => Origin::Default,
         }
@@ -176,7 +182,7 @@ impl Scene {
         #[cfg(test)]
         self.reads.read(key);
         match self.set.get(key) {
-            Some(value) => *value,
+            Some(value) => value.clone(),
             None => setting::find(key).default().unwrap_or_else(|other| self.value(other)),
         }
     }
@@ -225,6 +231,26 @@ impl Scene {
             Value::Choice(choice) => choice,
             other => panic!("{key} is {other:?}, not a choice"),
         }
+    }
+
+    /// The faults that words set.
+    pub(crate) fn fault_words(&self) -> Arc<[Fault]> {
+        match self.value(faults::KEY) {
+            Value::Faults(faults) => faults,
+            other => panic!("{} is {other:?}, not a list of faults", faults::KEY),
+        }
+    }
+
+    /// Adds a fault by its word, if `admit` takes the key of faults.
+    ///
+    /// # Errors
+    /// When `admit` refuses it, or the word is malformed. The scene is then as it was.
+    pub fn add_fault(&mut self, word: &str, admit: Admission, origin: Origin) -> Result<(), SceneError> {
+        admit(faults::KEY)?;
+        let added: Fault = word.trim().parse()?;
+        let faults = self.fault_words().iter().copied().chain([added]).collect();
+        self.put(faults::KEY, Value::Faults(faults), origin);
+        Ok(())
     }
 
     /// The seed of the run.

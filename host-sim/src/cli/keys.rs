@@ -9,6 +9,7 @@ use super::readers::{READERS, Reader, readers_of};
 use crate::cli::CommandError;
 use crate::report::files;
 use crate::report::table::Table;
+use crate::scene::faults::{FaultWord, WORDS};
 use crate::scene::{Setting, registry};
 
 #[derive(Debug, Args)]
@@ -16,6 +17,9 @@ pub(super) struct KeysArgs {
     /// List only the keys that this command reads
     #[arg(value_name = "COMMAND", value_parser = PossibleValuesParser::new(READERS.map(|reader| reader.command)))]
     command: Option<String>,
+    /// List the words of faults instead, which `--fault` and the key faults take
+    #[arg(long, conflicts_with = "command")]
+    faults: bool,
     /// How to print the result
     #[arg(long, value_enum, default_value = "text")]
     format: Format,
@@ -51,6 +55,13 @@ impl From<Setting> for ListedKey {
 
 impl KeysArgs {
     pub(super) fn execute(&self) -> Result<(), CommandError> {
+        if self.faults {
+            let words = match self.format {
+                Format::Text => table_of_faults(),
+                Format::Json => files::json_lines(&WORDS.map(ListedFault::from)),
+            };
+            return Ok(files::print(&words)?);
+        }
         let reader = self.command.as_deref().map(Reader::named);
         let read = registry().filter(|setting| reader.is_none_or(|reader| reader.reads(setting.key)));
         let text = match self.format {
@@ -59,6 +70,33 @@ impl KeysArgs {
         };
         Ok(files::print(&text)?)
     }
+}
+
+/// A word of a fault in JSON.
+#[derive(Serialize)]
+struct ListedFault {
+    word: String,
+    also: &'static str,
+    meaning: &'static str,
+}
+
+impl From<FaultWord> for ListedFault {
+    fn from(word: FaultWord) -> Self {
+        Self { word: word.pattern(), also: word.alias, meaning: word.meaning }
+    }
+}
+
+/// The words of faults as a table.
+fn table_of_faults() -> String {
+    let mut table = Table::new(&["fault", "also", "what happens"]);
+    for word in WORDS {
+        table.push(vec![word.pattern(), word.alias.to_owned(), word.meaning.to_owned()]);
+    }
+    let times = "When: @FROM, @FROM.., @..UNTIL or @FROM..UNTIL in s of the run; without it the whole run.";
+    format!(
+        "{}\n{times}\nExample: --fault camera:lost@1.0..2.0 --fault drive:weak:0.7@0.05..\n",
+        table.text()
+    )
 }
 
 /// The settings as a table in columns.

@@ -25,30 +25,50 @@ const fn reader(command: &'static str, reads: &'static [&'static str]) -> Reader
 /// Every command that takes a scene.
 pub(super) const READERS: [Reader; 10] = [
     reader("simulate", &["seed", "motor", "simulate", "plant.rotor"]),
-    reader("position", &["seed", "motor", "plant", "camera", "ldv", "fault", "estimator", "position"]),
-    reader("rate", &["seed", "motor", "plant", "camera", "ldv", "fault", "estimator", "rate"]),
+    reader(
+        "position",
+        &["seed", "motor", "plant", "camera", "ldv", "fault", "faults", "estimator", "position"],
+    ),
+    reader("rate", &["seed", "motor", "plant", "camera", "ldv", "fault", "faults", "estimator", "rate"]),
     reader(
         "calibrate",
-        &["seed", "motor", "plant", "camera", "ldv", "gyroscope", "fault", "estimator", "calibrate"],
+        &[
+            "seed",
+            "motor",
+            "plant",
+            "camera",
+            "ldv",
+            "gyroscope",
+            "fault",
+            "faults",
+            "estimator",
+            "calibrate",
+        ],
     ),
-    reader("estimate", &["seed", "motor", "plant", "camera", "ldv", "fault", "estimator.assumed"]),
+    reader("estimate", &["seed", "motor", "plant", "camera", "ldv", "fault", "faults", "estimator.assumed"]),
     Reader {
         overwrites: &["ldv.sample_rate_hz"],
-        ..reader("filters", &["seed", "motor", "plant", "camera", "ldv", "fault", "estimator.assumed"])
+        ..reader(
+            "filters",
+            &["seed", "motor", "plant", "camera", "ldv", "fault", "faults", "estimator.assumed"],
+        )
     },
     Reader {
         overwrites: &["position"],
-        ..reader("positioning-trials", &["seed", "motor", "plant", "camera", "ldv", "fault", "estimator"])
+        ..reader(
+            "positioning-trials",
+            &["seed", "motor", "plant", "camera", "ldv", "fault", "faults", "estimator"],
+        )
     },
     Reader {
         overwrites: &["estimator.filter", "position"],
-        ..reader("instruments", &["seed", "motor", "plant", "camera", "ldv", "fault", "estimator"])
+        ..reader("instruments", &["seed", "motor", "plant", "camera", "ldv", "fault", "faults", "estimator"])
     },
     Reader {
         overwrites: &["plant.step_s", "plant.motor"],
         ..reader("response-map", &["seed", "motor", "plant"])
     },
-    reader("pil", &["seed", "motor", "plant", "camera", "ldv", "fault", "estimator", "position"]),
+    reader("pil", &["seed", "motor", "plant", "camera", "ldv", "fault", "faults", "estimator", "position"]),
 ];
 
 /// Whether `key` is one of `names` or begins with the words of one.

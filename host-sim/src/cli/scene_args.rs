@@ -24,6 +24,10 @@ pub(super) struct AssignedArgs {
     /// Set one key, over the scene file; repeatable. `host-sim keys COMMAND` lists the keys that a command reads
     #[arg(long, value_name = "KEY=VALUE")]
     set: Vec<String>,
+    /// Add a fault, for example camera:lost@1.0..2.0, ldv:stuck@0.5.. or drive:weak:0.7; repeatable. `host-sim keys
+    /// --faults` lists the words
+    #[arg(long, value_name = "WORD")]
+    fault: Vec<String>,
     /// Seed of the random numbers of the run
     #[arg(long, value_name = "N", allow_negative_numbers = true)]
     seed: Option<String>,
@@ -52,6 +56,9 @@ impl AssignedArgs {
     ) -> Result<Scene, CommandError> {
         let admit = |key| reader.map_or(Ok(()), |reader| reader.admit(key));
         let mut scene = Scene::load_admitted(file.map(PathBuf::as_path), &self.set, &admit)?;
+        for word in &self.fault {
+            scene.add_fault(word, &admit, Origin::Flag)?;
+        }
         for (key, value) in flags.iter().chain(&[("seed", &self.seed)]) {
             if let Some(value) = value {
                 scene.assign(key, value, &admit, Origin::Flag)?;

@@ -15,6 +15,7 @@ impl Kind {
             Self::Number { default, .. } => plain(default),
             Self::Integer { default, .. } => default.to_string(),
             Self::Choice { default, .. } => default.to_owned(),
+            Self::Faults => "[]".to_owned(),
             Self::As { key } => format!("as {key}"),
         }
     }
@@ -26,6 +27,7 @@ impl Kind {
             Self::Number { min, max, .. } => format!("{} to {}", plain(min), plain(max)),
             Self::Integer { min, max, .. } => format!("{min} to {max}"),
             Self::Choice { of, .. } => of.join("|"),
+            Self::Faults => "words".to_owned(),
             Self::As { .. } => String::new(),
         }
     }

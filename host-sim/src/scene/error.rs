@@ -6,6 +6,7 @@ use std::path::PathBuf;
 use controller::response_map::MapError;
 use motor_model::OutOfBounds;
 
+use super::faults::FaultWordError;
 use super::registry;
 use crate::math::plain_number::plain;
 
@@ -79,6 +80,9 @@ pub enum SceneError {
         /// Unit of the bounds; empty for a pure number.
         unit: &'static str,
     },
+    /// A word that means no fault.
+    #[error(transparent)]
+    Fault(#[from] FaultWordError),
     /// A value that is none of the words its key accepts.
     #[error("{key} = {value} is none of {}", of.join(", "))]
     NotAChoice {
@@ -183,11 +187,12 @@ impl SceneError {
     /// What to try instead, where there is something to say.
     pub fn hint(&self) -> Option<String> {
         match self {
-            Self::UnknownKey { nearest: Some(nearest), .. } => Some(format!("did you mean {nearest}?")),
-            Self::UnknownKey { nearest: None, .. } => Some("`host-sim keys` lists every key".to_owned()),
-            Self::UnknownTable { nearest: Some(nearest), .. } => Some(format!("did you mean {nearest}?")),
-            Self::UnknownTable { nearest: None, .. } => Some("`host-sim keys` lists every key".to_owned()),
-            Self::NoSuchScene { nearest: Some(nearest), .. } => Some(format!("did you mean {nearest}?")),
+            Self::UnknownKey { nearest: Some(nearest), .. }
+            | Self::UnknownTable { nearest: Some(nearest), .. }
+            | Self::NoSuchScene { nearest: Some(nearest), .. } => Some(format!("did you mean {nearest}?")),
+            Self::UnknownKey { nearest: None, .. } | Self::UnknownTable { nearest: None, .. } => {
+                Some("`host-sim keys` lists every key".to_owned())
+            }
             Self::NoSuchScene { nearest: None, .. } => Some("`host-sim scenes` lists the gallery".to_owned()),
             Self::IsTable { table } => Some(keys_of(table)),
             Self::Quoted { value, .. } if value.parse::<f64>().is_ok() => {
@@ -200,6 +205,7 @@ impl SceneError {
                  what the true motor has beside its design are keys `plant.motor.`"
                     .to_owned(),
             ),
+            Self::Fault(error) => Some(format!("possible: {}", error.possible)),
             Self::InFile { source, .. } => source.hint(),
             _ => None,
         }

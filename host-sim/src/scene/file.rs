@@ -5,8 +5,9 @@ use std::ops::Range;
 use std::path::Path;
 
 use toml::Spanned;
-use toml::de::{DeTable, DeValue};
+use toml::de::{DeArray, DeTable, DeValue};
 
+use super::faults;
 use super::gallery::GalleryScene;
 use super::setting::{nearest_key, nearest_table};
 use super::{Admission, Kind, Origin, Scene, SceneError, Setting, registry};
@@ -94,6 +95,9 @@ impl Place<'_> {
         setting: &Setting,
         value: &Spanned<DeValue<'_>>,
     ) -> Result<(), SceneError> {
+        if let (Kind::Faults, DeValue::Array(words)) = (setting.kind, value.get_ref()) {
+            return self.set_faults(scene, words);
+        }
         let (line, _) = line_and_column(self.text, value.span().start);
         let origin = Origin::File { path: self.path.to_owned(), line };
         self.written(setting, value)
@@ -101,14 +105,36 @@ impl Place<'_> {
             .map_err(|source| self.refused(value.span(), source))
     }
 
+    /// Sets the faults to those of a list of words, in the place of all that were set before.
+    fn set_faults(&self, scene: &mut Scene, words: &DeArray<'_>) -> Result<(), SceneError> {
+        let mut of_file = scene.clone();
+        of_file.assign(faults::KEY, "", self.admit, Origin::Program)?;
+        for word in words {
+            let DeValue::String(text) = word.get_ref() else {
+                let wanted = "words in quotes";
+                let found = self.text.get(word.span()).unwrap_or_default().to_owned();
+                return Err(
+                    self.refused(word.span(), SceneError::WrongType { key: faults::KEY, found, wanted })
+                );
+            };
+            let (line, _) = line_and_column(self.text, word.span().start);
+            let origin = Origin::File { path: self.path.to_owned(), line };
+            let added = of_file.add_fault(text, self.admit, origin);
+            added.map_err(|source| self.refused(word.span(), source))?;
+        }
+        *scene = of_file;
+        Ok(())
+    }
+
     /// The text of a value whose type is the setting's.
     fn written<'v>(&self, setting: &Setting, value: &'v Spanned<DeValue<'_>>) -> Result<&'v str, SceneError> {
-        let is_word = matches!(setting.kind.resolved(), Kind::Choice { .. });
-        let wrong_type = |found: String| SceneError::WrongType {
-            key: setting.key,
-            found,
-            wanted: if is_word { "a word in quotes" } else { "a decimal number" },
+        let wanted = match setting.kind.resolved() {
+            Kind::Choice { .. } => "a word in quotes",
+            Kind::Faults => "a list of words in quotes",
+            _ => "a decimal number",
         };
+        let is_word = wanted != "a decimal number";
+        let wrong_type = |found: String| SceneError::WrongType { key: setting.key, found, wanted };
         match value.get_ref() {
             DeValue::String(text) if is_word => Ok(text),
             DeValue::Integer(integer) if integer.radix() == 10 => Ok(integer.as_str()),

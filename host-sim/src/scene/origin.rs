@@ -16,7 +16,7 @@ pub enum Origin {
     /// Nothing sets it, and it is as another key.
     As {
         /// The other key.
-        key: &'static str,
+        other: &'static str,
     },
     /// Nothing sets this parameter of the true motor, which the seed draws around the design.
     Drawn {
@@ -42,7 +42,7 @@ impl fmt::Display for Origin {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
         match self {
             Self::Default => f.write_str("default"),
-            Self::As { key } => write!(f, "as {key}"),
+            Self::As { other } => write!(f, "as {other}"),
             Self::Drawn { around } => write!(f, "drawn by the seed around {around}"),
             Self::File { path, line } => write!(f, "{}:{line}", path.display()),
             Self::Set => f.write_str("--set"),

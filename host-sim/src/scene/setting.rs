@@ -1,10 +1,11 @@
 //! One setting: its key, its unit and the values that it takes; and the registry of all settings.
 
-use std::sync::LazyLock;
+use std::sync::{Arc, LazyLock};
 
 use motor_model::params::ParameterSpec;
 use motor_model::{OutOfBounds, Parameter, TiltingParameter};
 
+use super::faults::Fault;
 use super::{SceneError, keys};
 use crate::math::plain_number::plain;
 
@@ -49,6 +50,8 @@ pub enum Kind {
         /// The words allowed.
         of: &'static [&'static str],
     },
+    /// Faults by their words ([`super::faults`]); none when nothing sets them.
+    Faults,
     /// The values that another setting takes.
     As {
         /// Key of the other setting. Its value is this one's when nothing sets this one.
@@ -142,29 +145,35 @@ pub(super) fn find(key: &str) -> Setting {
 }
 
 /// A value that a setting takes.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub(super) enum Value {
     Number(f64),
     Integer(u64),
     Choice(&'static str),
+    Faults(Arc<[Fault]>),
 }
 
 impl Value {
     /// As it stands in a scene file.
-    pub(super) fn toml(self) -> String {
+    pub(super) fn toml(&self) -> String {
         match self {
-            Self::Number(number) => plain(number),
+            Self::Number(number) => plain(*number),
             Self::Integer(integer) => integer.to_string(),
             Self::Choice(word) => format!("\"{word}\""),
+            Self::Faults(faults) => {
+                let words: Vec<String> = faults.iter().map(|fault| format!("\"{fault}\"")).collect();
+                format!("[{}]", words.join(", "))
+            }
         }
     }
 
     /// As it stands in JSON.
-    pub(super) fn json(self) -> serde_json::Value {
+    pub(super) fn json(&self) -> serde_json::Value {
         match self {
-            Self::Number(number) => number.into(),
-            Self::Integer(integer) => integer.into(),
-            Self::Choice(word) => word.into(),
+            Self::Number(number) => (*number).into(),
+            Self::Integer(integer) => (*integer).into(),
+            Self::Choice(word) => (*word).into(),
+            Self::Faults(faults) => faults.iter().map(Fault::to_string).collect(),
         }
     }
 }
@@ -176,6 +185,7 @@ impl Setting {
             Kind::Number { default, .. } => Ok(Value::Number(default)),
             Kind::Integer { default, .. } => Ok(Value::Integer(default)),
             Kind::Choice { default, .. } => Ok(Value::Choice(default)),
+            Kind::Faults => Ok(Value::Faults(Arc::default())),
             Kind::As { key } => Err(key),
         }
     }
@@ -212,6 +222,11 @@ impl Setting {
                 Some(word) => Ok(Value::Choice(word)),
                 None => Err(SceneError::NotAChoice { key: self.key.to_owned(), value: text.to_owned(), of }),
             },
+            Kind::Faults => {
+                let words =
+                    text.split(|c: char| c == ',' || c.is_whitespace()).filter(|word| !word.is_empty());
+                Ok(Value::Faults(words.map(str::parse).collect::<Result<_, _>>()?))
+            }
             // Resolved before.
             Kind::As { key } => find(key).parse(text),
         }

@@ -31,6 +31,7 @@ fn exact_defaults_are_values_that_could_be_set() {
             Kind::Number { default, .. } => default.to_string(),
             Kind::Integer { default, .. } => default.to_string(),
             Kind::Choice { default, .. } => default.to_owned(),
+            Kind::Faults => String::new(),
             Kind::As { key } => panic!("{key} is not resolved"),
         };
         assert!(setting.parse(&text).is_ok(), "{} = {text}", setting.key);
@@ -129,6 +130,7 @@ proptest! {
                 }
                 Kind::Integer { min, max, .. } => prop_assert!((min..=max).contains(&scene.integer(setting.key))),
                 Kind::Choice { of, .. } => prop_assert!(of.contains(&scene.choice(setting.key))),
+                Kind::Faults => prop_assert!(scene.faults().iter().all(|fault| fault.from < fault.until)),
                 Kind::As { key } => prop_assert!(false, "{key} is not resolved"),
             }
         } else {

@@ -47,8 +47,10 @@ fn comment(text: &mut String, prose: &str) {
 /// Meaning, bounds, and what is known of the value of a setting.
 fn explanation(setting: &Setting) -> String {
     let space = if setting.unit.is_empty() { "" } else { " " };
-    let mut facts =
-        vec![format!("{}{space}{}", setting.kind.bounds_text().replace('|', " | "), setting.unit)];
+    let mut facts = match setting.kind {
+        Kind::Faults => vec!["for example [\"camera:lost@1.0..2.0\", \"drive:weak:0.7@0.05..\"]".to_owned()],
+        kind => vec![format!("{}{space}{}", kind.bounds_text().replace('|', " | "), setting.unit)],
+    };
     if let Kind::As { key } = setting.kind {
         facts.push(format!("as {key} unless it is set"));
     }
@@ -84,8 +86,11 @@ pub fn template(keys: Keys) -> String {
             }
             let _ = writeln!(text, "[{table}]");
         }
-        for setting in settings {
-            comment(&mut text, &explanation(&setting));
+        for (number, setting) in settings.iter().enumerate() {
+            if number > 0 || !table.is_empty() {
+                text.push('\n');
+            }
+            comment(&mut text, &explanation(setting));
             let default = Scene::default().value_text(setting.key);
             let _ = writeln!(text, "#{} = {default}", name(setting.key));
         }

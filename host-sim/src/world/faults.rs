@@ -1,23 +1,23 @@
 //! Faults of the motor during a run: an amplifier that is weak, dead in one mode or both, or wired the wrong way round,
-//! resonances that drift away from the drive, and a jolt of the rotor.
+//! resonances that drift away from the drive, and jolts of the rotor. Several at once add up.
 //!
-//! Faults of the instruments are keys of theirs (`camera.`, `ldv.`). A resonance that has drifted before the start is a
+//! Faults of the instruments are theirs ([`super::instruments`]). A resonance that has drifted before the start is a
 //! parameter of the true motor (`plant.motor.mode_b.frequency_hz`).
 
 use motor_model::{DriveCommand, DriveMode, Time};
 
 use crate::scene::Scene;
+use crate::scene::faults::{DriveFault, Fault, FaultKind};
 
 /// The faults of a run.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct MotorFaults {
-    from: Time,
-    drive_gain: f32,
-    swapped: bool,
-    dead: Option<DriveMode>,
-    /// The jolt, until it has happened.
-    jolt_rad_s: Option<f64>,
-    drift: Drift,
+    drive: Vec<(DriveFault, Fault)>,
+    /// Jolts that have not happened yet, in rad/s, the next one last.
+    jolts: Vec<(Time, f64)>,
+    drifts: Vec<Drift>,
+    /// When the resonances change next; `None` after the last change.
+    drift_due: Option<Time>,
 }
 
 /// A drift of the resonances.
@@ -25,81 +25,111 @@ pub struct MotorFaults {
 struct Drift {
     /// Relative change in the end.
     to: f64,
+    from: Time,
+    /// 0 for a step.
     over_nanos: u64,
-    /// When the next change is due; `None` after the last.
-    due: Option<Time>,
 }
 
 /// Time from one change of a drifting resonance to the next, in ns: a drift of a percent in a tenth of a second comes
 /// in hundredths of the width of a resonance.
 const DRIFT_NANOS: u64 = 1_000_000;
 
-impl MotorFaults {
-    /// Those of a scene; `None` if it sets none.
-    #[expect(clippy::cast_possible_truncation, reason = "rounded to f32")]
-    pub fn of(scene: &Scene) -> Option<Self> {
-        let jolt_rad_s = scene.number("fault.jolt_rad_s");
-        let from = Time::from_nanos(scene.nanos("fault.from_s"));
-        let to = 0.01 * scene.number("fault.drift_percent");
-        let faults = Self {
-            from,
-            drive_gain: scene.number("fault.drive_gain") as f32,
-            swapped: scene.choice("fault.modes") == "swapped",
-            dead: match scene.choice("fault.dead_mode") {
-                "b" => Some(DriveMode::B),
-                "c" => Some(DriveMode::C),
-                _ => None,
-            },
-            jolt_rad_s: (jolt_rad_s.abs() > 0.0).then_some(jolt_rad_s),
-            drift: Drift {
-                to,
-                over_nanos: scene.nanos("fault.drift_s"),
-                due: (to.abs() > 0.0).then_some(from),
-            },
-        };
-        let Self { drive_gain, swapped, dead, jolt_rad_s, drift, .. } = faults;
-        let any =
-            drive_gain < 1.0 || swapped || dead.is_some() || jolt_rad_s.is_some() || drift.due.is_some();
-        any.then_some(faults)
+impl Drift {
+    fn of(percent: f64, fault: &Fault) -> Self {
+        let over_nanos = if fault.until == Fault::NEVER { 0 } else { fault.until.nanos_since(fault.from) };
+        Self { to: 0.01 * percent, from: fault.from, over_nanos }
     }
 
-    /// Relative change of the resonances in the end.
-    pub fn drift(&self) -> f64 {
-        self.drift.to
+    /// The relative change at `now`.
+    fn at(&self, now: Time) -> f64 {
+        if now < self.from {
+            return 0.0;
+        }
+        let since_nanos = now.nanos_since(self.from);
+        #[expect(clippy::cast_precision_loss, reason = "below 2^53 ns")]
+        let part =
+            if since_nanos < self.over_nanos { since_nanos as f64 / self.over_nanos as f64 } else { 1.0 };
+        self.to * part
+    }
+
+    /// When the change at `now` is due to change; `None` if it stays.
+    fn due(&self, now: Time) -> Option<Time> {
+        if now < self.from {
+            return Some(self.from);
+        }
+        (now.nanos_since(self.from) < self.over_nanos).then(|| now.plus_nanos(DRIFT_NANOS))
+    }
+}
+
+impl MotorFaults {
+    /// Those of a scene.
+    pub fn of(scene: &Scene) -> Self {
+        let faults = scene.faults();
+        let drive = faults.iter().filter_map(|fault| match fault.kind {
+            FaultKind::Drive(kind) => Some((kind, *fault)),
+            _ => None,
+        });
+        let jolts = faults.iter().filter_map(|fault| match fault.kind {
+            FaultKind::Jolt(rad_s) => Some((fault.from, rad_s)),
+            _ => None,
+        });
+        let drifts = faults.iter().filter_map(|fault| match fault.kind {
+            FaultKind::Drift(percent) => Some(Drift::of(percent, fault)),
+            _ => None,
+        });
+        let mut jolts: Vec<_> = jolts.collect();
+        jolts.sort_by_key(|(at, _)| std::cmp::Reverse(*at));
+        let drifts: Vec<_> = drifts.collect();
+        let drift_due = drifts.iter().map(|drift| drift.from).min();
+        Self { drive: drive.collect(), jolts, drifts, drift_due }
+    }
+
+    /// Whether there is none.
+    #[inline]
+    pub fn are_none(&self) -> bool {
+        self.drive.is_empty() && self.jolts.is_empty() && self.drift_due.is_none()
+    }
+
+    /// Lowest and highest relative change of the resonances that can come together.
+    pub fn extreme_drifts(&self) -> [f64; 2] {
+        let sum = |limit: fn(f64, f64) -> f64| self.drifts.iter().map(|drift| limit(drift.to, 0.0)).sum();
+        [sum(f64::min), sum(f64::max)]
     }
 
     /// The relative change of the resonances at `now`, whenever it is due to change.
     pub fn drifted(&mut self, now: Time) -> Option<f64> {
-        let Drift { to, over_nanos, due } = &mut self.drift;
-        if now < (*due)? {
+        if now < self.drift_due? {
             return None;
         }
-        let since_nanos = now.nanos_since(self.from);
-        *due = (since_nanos < *over_nanos).then(|| now.plus_nanos(DRIFT_NANOS));
-        #[expect(clippy::cast_precision_loss, reason = "below 2^53 ns")]
-        let part = if since_nanos < *over_nanos { since_nanos as f64 / *over_nanos as f64 } else { 1.0 };
-        Some(*to * part)
+        self.drift_due = self.drifts.iter().filter_map(|drift| drift.due(now)).min();
+        Some(self.drifts.iter().map(|drift| drift.at(now)).sum())
     }
 
     /// What reaches the coil at `now` of `command`.
     pub fn drive(&self, now: Time, command: DriveCommand) -> DriveCommand {
-        match command.mode() {
-            Some(mode) if now >= self.from && self.dead == Some(mode) => DriveCommand::OFF,
-            Some(mode) if now >= self.from => {
-                let mode = match (self.swapped, mode) {
-                    (false, mode) => mode,
-                    (true, DriveMode::B) => DriveMode::C,
-                    (true, DriveMode::C) => DriveMode::B,
-                };
-                DriveCommand::saturating(mode, self.drive_gain * command.amplitude())
+        let Some(mode) = command.mode() else { return command };
+        let (mut gain, mut swapped) = (1.0_f32, false);
+        for (fault, _) in self.drive.iter().filter(|(_, fault)| fault.covers(now)) {
+            match fault {
+                DriveFault::Dead(dead) if dead.is_none_or(|dead| dead == mode) => return DriveCommand::OFF,
+                DriveFault::Dead(_) => {}
+                #[expect(clippy::cast_possible_truncation, reason = "rounded to f32")]
+                DriveFault::Weak(part) => gain *= *part as f32,
+                DriveFault::Swapped => swapped = true,
             }
-            _ => command,
         }
+        let mode = match (swapped, mode) {
+            (false, mode) => mode,
+            (true, DriveMode::B) => DriveMode::C,
+            (true, DriveMode::C) => DriveMode::B,
+        };
+        DriveCommand::saturating(mode, gain * command.amplitude())
     }
 
-    /// The jolt in rad/s, at the first call when it is due.
+    /// The next jolt that is due by `now`, in rad/s; each comes once.
     pub fn jolt(&mut self, now: Time) -> Option<f64> {
-        if now >= self.from { self.jolt_rad_s.take() } else { None }
+        let (at, _) = self.jolts.last()?;
+        if now < *at { None } else { self.jolts.pop().map(|(_, rad_s)| rad_s) }
     }
 }
 
@@ -115,14 +145,14 @@ mod tests {
         {
             scene.set(&format!("fault.{key}"), value).unwrap();
         }
-        let mut faults = MotorFaults::of(&scene).unwrap();
+        let mut faults = MotorFaults::of(&scene);
         let (before, after) = (Time::from_nanos(999_999_999), Time::from_nanos(1_000_000_000));
         let command = DriveCommand::saturating(DriveMode::B, 0.8);
         assert_eq!(faults.drive(before, command), command);
         assert_eq!(faults.drive(after, command), DriveCommand::saturating(DriveMode::C, 0.4));
         assert_eq!(faults.drive(after, DriveCommand::OFF), DriveCommand::OFF);
         assert_eq!([before, after, after].map(|now| faults.jolt(now)), [None, Some(-2.0), None]);
-        assert_eq!(MotorFaults::of(&Scene::default()), None);
+        assert!(MotorFaults::of(&Scene::default()).are_none() && !faults.are_none());
     }
 
     /// A percent in two seconds from the first second on: half of it at 2 s, all of it at 3 s, and then no more
@@ -133,7 +163,7 @@ mod tests {
         for (key, value) in [("from_s", "1"), ("drift_percent", "-1"), ("drift_s", "2")] {
             scene.set(&format!("fault.{key}"), value).unwrap();
         }
-        let mut faults = MotorFaults::of(&scene).unwrap();
+        let mut faults = MotorFaults::of(&scene);
         let mut at = |millis: u64| faults.drifted(Time::from_nanos(millis * 1_000_000));
         assert_eq!(at(999), None);
         for (millis, expected) in [(1000, 0.0), (2000, -0.005), (3000, -0.01)] {
@@ -141,18 +171,53 @@ mod tests {
         }
         assert_eq!(at(3001), None);
         scene.set("fault.drift_s", "0").unwrap();
-        let mut step = MotorFaults::of(&scene).unwrap();
+        let mut step = MotorFaults::of(&scene);
         assert_eq!(
             [0, 2, 3].map(|s| step.drifted(Time::from_nanos(s * 1_000_000_000))),
             [None, Some(-0.01), None]
         );
     }
 
+    /// Weak from 1 s to 2 s and once more from 1.5 s on, mode C dead from 3 s on, jolts at 0.5 s and 0.7 s in any order.
+    #[test]
+    fn exact_faults_by_words_end_and_add_up() {
+        let words =
+            "drive:weak:0.5@1..2,drive:weak:0.5@1.5.., drive:dead:c@3..,rotor:jolt:-2@0.7 rotor:jolt:1@0.5";
+        let mut scene = Scene::default();
+        scene.set("faults", words).unwrap();
+        let mut faults = MotorFaults::of(&scene);
+        let at = |millis: u64| Time::from_nanos(millis * 1_000_000);
+        let full = DriveCommand::full(DriveMode::C);
+        for (millis, gain) in [(999, 1.0), (1000, 0.5), (1500, 0.25), (2000, 0.5), (3000, 0.0)] {
+            let applied = faults.drive(at(millis), full);
+            assert!((applied.amplitude() - gain).abs() < 1e-6, "{millis}: {applied:?}");
+        }
+        assert_eq!(
+            [499, 500, 600, 700, 701].map(|millis| faults.jolt(at(millis))),
+            [None, Some(1.0), None, Some(-2.0), None]
+        );
+    }
+
+    /// One percent down in the first second, two up at once at half a second: the sum, and its extremes.
+    #[test]
+    fn exact_drifts_by_words_add_up() {
+        let mut scene = Scene::default();
+        scene.set("faults", "stator:drift:-1@0..1 stator:drift:2@0.5..").unwrap();
+        let mut faults = MotorFaults::of(&scene);
+        let [low, high] = faults.extreme_drifts();
+        assert!((low + 0.01).abs() < 1e-12 && (high - 0.02).abs() < 1e-12, "{low} {high}");
+        let mut at = |millis: u64| faults.drifted(Time::from_nanos(millis * 1_000_000));
+        for (millis, expected) in [(0, 0.0), (400, -0.004), (500, 0.015), (1000, 0.01)] {
+            assert!((at(millis).unwrap() - expected).abs() < 1e-12, "{millis}");
+        }
+        assert_eq!(at(2000), None);
+    }
+
     #[test]
     fn exact_a_dead_mode_drives_nothing_and_the_other_everything() {
         let mut scene = Scene::default();
         scene.set("fault.dead_mode", "c").unwrap();
-        let faults = MotorFaults::of(&scene).unwrap();
+        let faults = MotorFaults::of(&scene);
         for (mode, applied) in
             [(DriveMode::B, DriveCommand::full(DriveMode::B)), (DriveMode::C, DriveCommand::OFF)]
         {

@@ -18,23 +18,34 @@ pub use ldv::Ldv;
 use motor_model::Time;
 
 use crate::scene::Scene;
+use crate::scene::faults::{Fault, FaultKind};
 
-/// A span of time in which an instrument measures nothing, or something wrong.
-#[derive(Clone, Copy, Debug)]
-struct FaultWindow {
-    from: Time,
-    until: Time,
-}
+/// The faults of one instrument, each with its time.
+#[derive(Clone, Debug)]
+struct FaultTimes<F>(Vec<(F, Fault)>);
 
-impl FaultWindow {
-    /// Between two settings of `scene`, in s; none where they are equal.
-    fn of(scene: &Scene, from: &'static str, until: &'static str) -> Self {
-        let at = |key| Time::from_nanos(scene.nanos(key));
-        Self { from: at(from), until: at(until) }
+impl<F: Copy> FaultTimes<F> {
+    /// Those of `scene` in which `pick` finds one of this instrument.
+    fn of(scene: &Scene, pick: impl Fn(FaultKind) -> Option<F>) -> Self {
+        let all = scene.faults().into_iter();
+        Self(all.filter_map(|fault| Some((pick(fault.kind)?, fault))).collect())
     }
 
-    /// Whether `now` is in it; the end is not.
-    fn covers(self, now: Time) -> bool {
-        self.from <= now && now < self.until
+    /// The first one at `now`.
+    fn at(&self, now: Time) -> Option<F> {
+        self.0.iter().find(|(_, fault)| fault.covers(now)).map(|(of, _)| *of)
+    }
+
+    /// Whether there is one at `now`.
+    fn cover(&self, now: Time) -> bool {
+        self.at(now).is_some()
+    }
+
+    /// Whether `wanted` is one of those at `now`.
+    fn any(&self, now: Time, wanted: F) -> bool
+    where
+        F: PartialEq,
+    {
+        self.0.iter().any(|(of, fault)| *of == wanted && fault.covers(now))
     }
 }

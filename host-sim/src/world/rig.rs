@@ -76,7 +76,7 @@ pub struct Rig {
     seen: RotorPoint,
     /// When an instrument is to be shown the rotor next.
     due: Time,
-    faults: Option<MotorFaults>,
+    faults: MotorFaults,
 }
 
 impl Rig {
@@ -93,8 +93,8 @@ impl Rig {
         let plant = Plant::draw(scene)?.with_rest_steps(rest_steps)?;
         let faults = MotorFaults::of(scene);
         // What the model would refuse at the end of a drift is refused before the start.
-        if let Some(faults) = &faults {
-            plant.clone().detune(faults.drift())?;
+        for drift in faults.extreme_drifts() {
+            plant.clone().detune(drift)?;
         }
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "at most 10,000 ns")]
         let rest_nanos = (1e9 * step_s * real(rest_steps) + 1e-6) as u64;
@@ -165,16 +165,18 @@ impl Rig {
     /// The command that reaches the coil. Applies the jolt and the drift of the resonances when they are due.
     #[inline]
     fn faulty(&mut self, command: DriveCommand) -> DriveCommand {
-        let Some(faults) = &mut self.faults else { return command };
+        if self.faults.are_none() {
+            return command;
+        }
         let now = self.plant.now();
-        if let Some(jolt_rad_s) = faults.jolt(now) {
+        if let Some(jolt_rad_s) = self.faults.jolt(now) {
             self.plant.jolt(jolt_rad_s);
         }
-        if let Some(drift) = faults.drifted(now) {
-            // The end of the drift was accepted, so that every change before it is.
+        if let Some(drift) = self.faults.drifted(now) {
+            // The extremes of the drift were accepted, so that every change between them is.
             self.plant.detune(drift).ok();
         }
-        faults.drive(now, command)
+        self.faults.drive(now, command)
     }
 
     /// How many of the camera's pictures were not made of all marks; `None` of a single mark.

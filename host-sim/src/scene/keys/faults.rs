@@ -1,9 +1,16 @@
-//! Keys of the faults of drive and motor.
+//! Keys of faults: all by words, and those of drive and motor, one of each kind, by keys of their own.
 
 use crate::scene::{Kind, Setting};
 
 /// Settings of the faults.
 pub const SETTINGS: &[Setting] = &[
+    Setting {
+        key: "faults",
+        unit: "",
+        kind: Kind::Faults,
+        meaning: "faults of instruments, drive and motor by words, as many as wanted; `host-sim keys --faults` lists \
+                  the words",
+    },
     Setting {
         key: "fault.from_s",
         unit: "s",

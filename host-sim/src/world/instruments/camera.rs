@@ -37,10 +37,11 @@ use motor_model::{Angle, Time, math};
 use rand_distr::{Distribution, StandardNormal};
 use rand_pcg::Pcg64;
 
-use super::FaultWindow;
+use super::FaultTimes;
 use crate::math::count::real;
 use crate::math::random_streams::{self, RandomFault, RandomSource};
 use crate::scene::Scene;
+use crate::scene::faults::{CameraFault, FaultKind};
 use crate::world::event_clock::{EventClock, EventRate};
 use crate::world::pose::Pose;
 use crate::world::rotor_path::RotorPath;
@@ -48,17 +49,6 @@ use delivery::Delivery;
 use exposure::{Exposure, Shown};
 use marks::Marks;
 pub use marks::{MarkCounts, MarkedPose};
-
-/// What a faulty camera shows.
-#[derive(Clone, Copy, Debug)]
-enum CameraFault {
-    /// The last picture before the fault.
-    Stuck,
-    /// Tracking finds nothing: angle zero.
-    Zeros,
-    /// Tracking follows another feature, a constant angle away.
-    Offset(Angle),
-}
 
 /// The camera, with the frames that are on their way from it.
 #[derive(Clone, Debug)]
@@ -79,7 +69,8 @@ pub struct Camera {
     stamp_jitter_nanos: f64,
     stamps: Pcg64,
     delivery: Delivery,
-    fault: Option<(CameraFault, FaultWindow)>,
+    /// What it shows wrongly; without pictures that do not exist.
+    faults: FaultTimes<CameraFault>,
     /// The last picture without a fault: its angle, and the marks used.
     picture: (Angle, u8),
 }
@@ -113,19 +104,12 @@ impl Camera {
             stamp_jitter_nanos: 1e9 * scene.number("camera.stamp_jitter_s"),
             stamps: random_streams::stream(seed, RandomSource::CameraStamp),
             delivery: Delivery::new(scene, rate),
-            fault: Self::fault(scene),
+            faults: FaultTimes::of(scene, |kind| match kind {
+                FaultKind::Camera(fault) if fault != CameraFault::Lost => Some(fault),
+                _ => None,
+            }),
             picture: (Angle::ZERO, 1),
         }
-    }
-
-    fn fault(scene: &Scene) -> Option<(CameraFault, FaultWindow)> {
-        let fault = match scene.choice("camera.fault") {
-            "stuck" => CameraFault::Stuck,
-            "zeros" => CameraFault::Zeros,
-            "offset" => CameraFault::Offset(Angle::from_degrees(scene.number("camera.fault_offset_deg"))),
-            _ => return None,
-        };
-        Some((fault, FaultWindow::of(scene, "camera.fault_from_s", "camera.fault_until_s")))
     }
 
     /// Variance of a frame's angle in rad^2: tracking noise, and the quantisation's as if it were uniform and
@@ -226,13 +210,13 @@ impl Camera {
     /// What is delivered, with the fault at `now` if there is one.
     fn with_fault(&mut self, now: Time, seen: Option<(Angle, u8)>) -> Option<(Angle, u8)> {
         let all = |angle| Some((angle, self.picture.1));
-        match self.fault.filter(|(_, span)| span.covers(now)) {
-            Some((CameraFault::Stuck, _)) => Some(self.picture),
-            Some((CameraFault::Zeros, _)) => all(Angle::ZERO),
-            Some((CameraFault::Offset(further), _)) => {
-                seen.map(|(angle, marks_used)| (angle.plus(further).wrapped(), marks_used))
-            }
-            None => {
+        match self.faults.at(now) {
+            Some(CameraFault::Stuck) => Some(self.picture),
+            Some(CameraFault::Zeros) => all(Angle::ZERO),
+            Some(CameraFault::Offset(further_deg)) => seen.map(|(angle, marks_used)| {
+                (angle.plus(Angle::from_degrees(further_deg)).wrapped(), marks_used)
+            }),
+            Some(CameraFault::Lost) | None => {
                 self.picture = seen.unwrap_or(self.picture);
                 seen
             }

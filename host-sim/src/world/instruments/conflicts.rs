@@ -2,6 +2,7 @@
 
 use super::ldv::resolution_m_s;
 use crate::math::plain_number::plain;
+use crate::scene::faults::FaultKind;
 use crate::scene::{Scene, SceneError};
 use crate::world::event_clock::EventRate;
 
@@ -68,20 +69,30 @@ fn jitter(scene: &Scene, jitter: &'static str, rate: &'static str) -> Result<(),
 
 /// A fault of a mark is one of several marks, and of one that there is.
 fn marks(scene: &Scene) -> Result<(), SceneError> {
-    let (marks, fault) = (scene.integer("camera.marks"), scene.choice("camera.mark_fault"));
-    let faulty = scene.integer("camera.faulty_mark");
-    if fault == "none" || (marks > 1 && faulty <= marks) {
-        return Ok(());
+    let marks = scene.integer("camera.marks");
+    let fault = scene.choice("camera.mark_fault");
+    let faulty = (fault != "none").then(|| scene.integer("camera.faulty_mark"));
+    let by_key = faulty.map(|faulty| {
+        let names = [format!("camera.mark_fault = {fault}"), format!("camera.faulty_mark = {faulty}")];
+        (faulty, names)
+    });
+    let by_words = scene.fault_words();
+    let by_words = by_words.iter().filter_map(|fault| match fault.kind {
+        FaultKind::Mark(faulty, _) => Some((u64::from(faulty), [fault.to_string(), format!("mark{faulty}")])),
+        _ => None,
+    });
+    for (faulty, [fault, mark]) in by_key.into_iter().chain(by_words) {
+        let (conflict, hint) = if marks < 2 {
+            let conflict = format!("{fault} is a fault of one of several marks, and camera.marks = 1");
+            (conflict, "camera.marks=3; the fault of a single mark is camera.fault".to_owned())
+        } else if faulty > marks {
+            (format!("{mark} is none of camera.marks = {marks} marks"), format!("1 to {marks}"))
+        } else {
+            continue;
+        };
+        return Err(SceneError::Conflict { conflict, hint });
     }
-    let (conflict, hint) = if marks < 2 {
-        let conflict =
-            format!("camera.mark_fault = {fault} is a fault of one of several marks, and camera.marks = 1");
-        (conflict, "camera.marks=3; the fault of a single mark is camera.fault".to_owned())
-    } else {
-        let conflict = format!("camera.faulty_mark = {faulty} is none of camera.marks = {marks} marks");
-        (conflict, format!("1 to {marks}"))
-    };
-    Err(SceneError::Conflict { conflict, hint })
+    Ok(())
 }
 
 fn bits(scene: &Scene, bits: &'static str, range: &'static str) -> Result<(), SceneError> {
@@ -122,6 +133,8 @@ mod tests {
                 &["camera.marks=3", "camera.mark_fault=false", "camera.faulty_mark=4"],
                 ["camera.faulty_mark = 4", "camera.marks = 3"],
             ),
+            (&["faults=mark1:lost@1.."], ["mark1:lost@1..", "camera.marks = 1"]),
+            (&["camera.marks=3", "faults=ldv:lost mark4:stuck"], ["mark4 ", "camera.marks = 3"]),
             (&["camera.period_jitter_s=1.1e-5"], ["camera.period_jitter_s", "camera.frame_rate_hz = 10000"]),
             (&["ldv.period_jitter_s=1e-6"], ["ldv.period_jitter_s", "ldv.sample_rate_hz"]),
         ] {
@@ -138,6 +151,7 @@ mod tests {
             &["ldv.bits=24", "ldv.range_m_s=100"],
             &["camera.frame_rate_hz=10", "camera.latency_frames=90", "camera.latency_s=1"],
             &["camera.marks=2", "camera.mark_fault=exchanged", "camera.faulty_mark=2"],
+            &["camera.marks=2", "faults=mark2:false:1e-5, mark1:stuck"],
             &["camera.period_jitter_s=1e-5"],
             &["camera.frame_rate_hz=10", "camera.period_jitter_s=0.01"],
         ] {

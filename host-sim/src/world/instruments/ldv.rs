@@ -29,22 +29,12 @@ use motor_model::{Time, math};
 use rand_distr::{Distribution, StandardNormal};
 use rand_pcg::Pcg64;
 
-use super::FaultWindow;
+use super::FaultTimes;
 use crate::math::random_streams::{self, RandomFault, RandomSource};
 use crate::scene::Scene;
+use crate::scene::faults::{FaultKind, VibrometerFault};
 use crate::world::event_clock::{EventClock, EventRate};
 use crate::world::rotor_path::RotorPath;
-
-/// What a faulty vibrometer delivers.
-#[derive(Clone, Copy, Debug)]
-enum LdvFault {
-    /// The last value before the fault.
-    Stuck,
-    Zeros,
-    /// The velocity's negative.
-    Inverted,
-    NotANumber,
-}
 
 /// Step of samples of `bits` over the range to either side, in m/s; 0 for no bits.
 #[expect(clippy::cast_precision_loss, reason = "at most 2^24")]
@@ -69,8 +59,7 @@ pub struct Ldv {
     resolution_m_s: f64,
     gain: f64,
     bias_m_s: f64,
-    outage: FaultWindow,
-    fault: Option<(LdvFault, FaultWindow)>,
+    faults: FaultTimes<VibrometerFault>,
     /// The last value without a fault.
     shown_m_s: f32,
     unread: VecDeque<LdvSample>,
@@ -107,32 +96,24 @@ impl Ldv {
             range_m_s: if range_m_s > 0.0 { range_m_s } else { f64::INFINITY },
             gain: 1.0 + scene.number("ldv.gain_error"),
             bias_m_s: scene.number("ldv.bias_m_s"),
-            outage: FaultWindow::of(scene, "ldv.lost_from_s", "ldv.lost_until_s"),
-            fault: Self::fault(scene),
+            faults: FaultTimes::of(scene, |kind| match kind {
+                FaultKind::Vibrometer(fault) => Some(fault),
+                _ => None,
+            }),
             shown_m_s: 0.0,
             unread: VecDeque::new(),
         }
     }
 
-    fn fault(scene: &Scene) -> Option<(LdvFault, FaultWindow)> {
-        let fault = match scene.choice("ldv.fault") {
-            "stuck" => LdvFault::Stuck,
-            "zeros" => LdvFault::Zeros,
-            "inverted" => LdvFault::Inverted,
-            "not_a_number" => LdvFault::NotANumber,
-            _ => return None,
-        };
-        Some((fault, FaultWindow::of(scene, "ldv.fault_from_s", "ldv.fault_until_s")))
-    }
-
     /// The value that is delivered, with the fault at `now` if there is one.
     fn with_fault(&mut self, now: Time, velocity_m_s: f32) -> f32 {
-        match self.fault.filter(|(_, span)| span.covers(now)) {
-            Some((LdvFault::Stuck, _)) => self.shown_m_s,
-            Some((LdvFault::Zeros, _)) => 0.0,
-            Some((LdvFault::Inverted, _)) => -velocity_m_s,
-            Some((LdvFault::NotANumber, _)) => f32::NAN,
-            None => {
+        match self.faults.at(now) {
+            Some(VibrometerFault::Stuck) => self.shown_m_s,
+            Some(VibrometerFault::Zeros) => 0.0,
+            Some(VibrometerFault::Inverted) => -velocity_m_s,
+            Some(VibrometerFault::NotANumber) => f32::NAN,
+            // A lost sample is never asked for.
+            Some(VibrometerFault::Lost) | None => {
                 self.shown_m_s = velocity_m_s;
                 velocity_m_s
             }
@@ -158,7 +139,7 @@ impl Ldv {
     pub fn sample(&mut self, now: Time, velocity_m_s: f64) {
         let noise: f64 = StandardNormal.sample(&mut self.noise);
         let outlier = self.outlier.occurs().map_or(0.0, |rng| StandardNormal.sample(rng));
-        if self.drop.occurs().is_some() || self.outage.covers(now) {
+        if self.drop.occurs().is_some() || self.faults.any(now, VibrometerFault::Lost) {
             return;
         }
         let shown_m_s =

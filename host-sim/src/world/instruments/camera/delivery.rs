@@ -9,8 +9,9 @@ use rand_pcg::Pcg64;
 
 use crate::math::random_streams::{RandomFault, RandomSource};
 use crate::scene::Scene;
+use crate::scene::faults::{CameraFault, FaultKind};
 use crate::world::event_clock::EventRate;
-use crate::world::instruments::FaultWindow;
+use crate::world::instruments::FaultTimes;
 
 /// The frames on their way.
 #[derive(Clone, Debug)]
@@ -22,7 +23,7 @@ pub(super) struct Delivery {
     late: RandomFault,
     /// Most periods that a late frame comes late.
     late_frames: u64,
-    outage: FaultWindow,
+    outages: FaultTimes<()>,
     /// Time of arrival and frame, in order of arrival.
     on_the_way: VecDeque<(Time, CameraFrame)>,
 }
@@ -39,7 +40,9 @@ impl Delivery {
             duplicate: fault(RandomSource::CameraDuplicate, "camera.duplicate_probability"),
             late: fault(RandomSource::CameraLate, "camera.late_probability"),
             late_frames: scene.integer("camera.late_frames"),
-            outage: FaultWindow::of(scene, "camera.lost_from_s", "camera.lost_until_s"),
+            outages: FaultTimes::of(scene, |kind| {
+                (kind == FaultKind::Camera(CameraFault::Lost)).then_some(())
+            }),
             on_the_way: VecDeque::new(),
         }
     }
@@ -51,7 +54,7 @@ impl Delivery {
         let twice = self.duplicate.occurs().is_some();
         let most = self.late_frames;
         let late_frames = self.late.occurs().map_or(0, |rng| whole_up_to(most, rng));
-        let Some(frame) = frame.filter(|_| !dropped && !self.outage.covers(now)) else { return };
+        let Some(frame) = frame.filter(|_| !dropped && !self.outages.cover(now)) else { return };
         let arrives_at = now.plus_nanos(self.latency_nanos + late_frames * self.period_nanos);
         let place = self.on_the_way.partition_point(|(earlier, _)| *earlier <= arrives_at);
         for _ in 0..=u8::from(twice) {

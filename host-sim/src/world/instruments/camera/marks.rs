@@ -39,7 +39,8 @@ use super::rigid_motion::{Place, RigidMotion};
 use crate::math::count::real;
 use crate::math::random_streams::{self, RandomSource};
 use crate::scene::Scene;
-use crate::world::instruments::FaultWindow;
+use crate::scene::faults::{FaultKind, MarkFault};
+use crate::world::instruments::FaultTimes;
 use crate::world::pose::Pose;
 
 /// Standard deviations of the normal distribution that are exceeded once in three million times.
@@ -50,19 +51,6 @@ const DISAGREE: f64 = 6.0;
 const LEFT_OUT_MAX: usize = 2;
 /// Rounding of coordinates, in m.
 const ROUNDING_M: f64 = 1e-12;
-
-/// What is wrong with a mark.
-#[derive(Clone, Copy, Debug, PartialEq)]
-enum MarkFault {
-    /// It is not found.
-    Lost,
-    /// Tracking stays where it was in the picture before the fault.
-    Stuck,
-    /// Tracking follows something on the rotor that is this much further round, in m, clockwise positive.
-    False(f64),
-    /// The mark and its next one counter-clockwise are taken for each other.
-    Exchanged,
-}
 
 /// How many pictures were not made of all marks.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize)]
@@ -100,9 +88,8 @@ pub(super) struct Marks {
     noise_m: f64,
     step_m: f64,
     tolerance_m: f64,
-    fault: Option<(MarkFault, FaultWindow)>,
-    /// The mark that is faulty.
-    faulty: usize,
+    /// The faults of each mark.
+    faults: Vec<FaultTimes<MarkFault>>,
     /// Where the marks were found last; `None` of one that was not found.
     found: Vec<Option<Place>>,
     counts: MarkCounts,
@@ -130,17 +117,12 @@ impl Marks {
             [radius_m * cosine, radius_m * sine]
         };
         let on_rotor: Vec<Place> = (0..count).map(place).collect();
-        let further_m = scene.number("camera.false_mark_m");
-        let fault = match scene.choice("camera.mark_fault") {
-            "lost" => Some(MarkFault::Lost),
-            "stuck" => Some(MarkFault::Stuck),
-            "false" => Some(MarkFault::False(further_m)),
-            "exchanged" => Some(MarkFault::Exchanged),
-            _ => None,
+        let faults_of = |number: u64| {
+            FaultTimes::of(scene, |kind| match kind {
+                FaultKind::Mark(of, fault) if u64::from(of) == number => Some(fault),
+                _ => None,
+            })
         };
-        let window = FaultWindow::of(scene, "camera.mark_fault_from_s", "camera.mark_fault_until_s");
-        #[expect(clippy::cast_possible_truncation, reason = "16 marks at most")]
-        let faulty = scene.integer("camera.faulty_mark") as usize - 1;
         let marks = Self {
             found: vec![None; on_rotor.len()],
             on_rotor,
@@ -148,8 +130,7 @@ impl Marks {
             noise_m: scene.number("camera.noise_m"),
             step_m,
             tolerance_m: scene.number("camera.mark_tolerance_m"),
-            fault: fault.map(|fault| (fault, window)),
-            faulty,
+            faults: (1..=count).map(faults_of).collect(),
             counts: MarkCounts::default(),
         };
         (count > 1).then_some(marks)
@@ -184,9 +165,8 @@ impl Marks {
     /// Finds the marks in the picture.
     fn find(&mut self, now: Time, angle: Angle, pose: &Pose, noise: &mut Pcg64) {
         let (sine, cosine) = math::sin_cos(-angle.wrapped().radians_since::<f64>(Angle::ZERO));
-        let fault = self.fault.filter(|(_, window)| window.covers(now)).map(|(fault, _)| fault);
-        for (j, &[x, y]) in self.on_rotor.iter().enumerate() {
-            let fault = fault.filter(|_| j == self.faulty);
+        for (j, (&[x, y], faults)) in self.on_rotor.iter().zip(&self.faults).enumerate() {
+            let fault = faults.at(now);
             let [x, y] = match fault {
                 Some(MarkFault::False(further_m)) => {
                     let part = further_m / math::sqrt(x * x + y * y);
@@ -212,9 +192,10 @@ impl Marks {
                 };
             }
         }
-        if fault == Some(MarkFault::Exchanged) && !self.found.is_empty() {
-            let next = (self.faulty + 1) % self.found.len();
-            self.found.swap(self.faulty, next);
+        for (j, faults) in self.faults.iter().enumerate() {
+            if faults.at(now) == Some(MarkFault::Exchanged) {
+                self.found.swap(j, (j + 1) % self.faults.len());
+            }
         }
     }
 
