@@ -3,6 +3,7 @@
 //! A command's own flag for a setting is a shorter name of a key, so the same bounds and the same refusals hold for it.
 //! Errors of any kind are one line on standard error and exit code 2.
 
+mod beside;
 mod calibration;
 mod closed_loop;
 mod count;
@@ -143,7 +144,7 @@ impl MapArgs {
             scene.response_map()?;
             return Ok(scene);
         }
-        if response_map::is_table_1(&scene) {
+        if response_map::is_table_1(&scene) || scene.response_map().is_ok() {
             return Ok(scene);
         }
         eprintln!(

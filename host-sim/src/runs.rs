@@ -5,7 +5,9 @@ mod error;
 pub mod filter;
 pub mod position;
 pub mod rate;
+pub mod rotor_tilt;
 pub(crate) mod simulate;
+pub mod stated_errors;
 pub mod tick_driver;
 
 pub use error::RunError;

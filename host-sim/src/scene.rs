@@ -76,6 +76,14 @@ impl Scene {
         Ok(scene)
     }
 
+    /// Sets everything that the scene file at `path` sets, refusing every key that `admit` refuses.
+    ///
+    /// # Errors
+    /// When the file cannot be read or is malformed, or a key or value is refused.
+    pub fn read_admitted(&mut self, path: &Path, admit: Admission) -> Result<(), SceneError> {
+        file::read_into(self, path, admit)
+    }
+
     /// Sets everything that `toml`, the text of the scene file at `path`, sets.
     ///
     /// # Errors

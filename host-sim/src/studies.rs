@@ -2,6 +2,7 @@
 //! picture.
 
 pub(crate) mod averaged_motor;
+pub mod beside;
 pub(crate) mod filter_costs;
 pub mod filter_errors;
 pub mod gyroscope_calibration;

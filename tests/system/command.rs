@@ -1,6 +1,7 @@
 //! The command line: results, files, refusals.
 
 mod tool_accuracy;
+mod tool_beside;
 mod tool_command_line;
 mod tool_estimate;
 mod tool_filters;

@@ -5,10 +5,13 @@ use std::path::PathBuf;
 use clap::Args;
 use indicatif::ProgressBar;
 
+use super::beside::BesideArgs;
 use super::count::Count;
 use super::publication::{Findings, PublicationArgs};
 use super::{MapArgs, SceneArgs, progress_style};
 use crate::cli::CommandError;
+use crate::runs::RunError;
+use crate::studies::beside::BesideScene;
 use crate::studies::gyroscope_calibration;
 
 #[derive(Debug, Args)]
@@ -28,6 +31,8 @@ pub(super) struct CalibrateArgs {
     #[arg(long, value_name = "DIR", default_value = "out/calibrate")]
     out: PathBuf,
     #[command(flatten)]
+    beside: BesideArgs,
+    #[command(flatten)]
     publication: PublicationArgs,
     #[command(flatten)]
     map: MapArgs,
@@ -40,9 +45,18 @@ impl CalibrateArgs {
         let settings = [("calibrate.duration_s", &self.duration)];
         let scene = self.map.provide(self.scene.load("calibrate", &settings)?)?;
         let plan = gyroscope_calibration::CalibrationPlan::new(&scene, self.runs, self.motors)?;
+        let beside = self.beside.scenes("calibrate", &scene, |scene| self.map.provide(scene))?;
+        let beside = BesideScene::run_each(&beside, |scene| {
+            gyroscope_calibration::CalibrationPlan::new(scene, self.runs, self.motors)
+        })?;
         let publication = self.publication.open(&self.out)?;
-        let bar = ProgressBar::new(plan.motors).with_style(progress_style());
-        let calibrations = plan.run(&|| bar.inc(1))?;
+        let motors = plan.motors + beside.iter().map(|other| other.found.motors).sum::<u64>();
+        let bar = ProgressBar::new(motors).with_style(progress_style());
+        let progress = || bar.inc(1);
+        let mut calibrations = plan.run(&progress)?;
+        let beside: Result<Vec<_>, RunError> =
+            beside.into_iter().map(|other| other.and_then(|plan| plan.run(&progress))).collect();
+        calibrations.beside = beside?;
         bar.finish_and_clear();
         Ok(publication.publish(Findings {
             files: vec![

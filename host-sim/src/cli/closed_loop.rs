@@ -6,6 +6,7 @@ use std::path::PathBuf;
 use clap::Args;
 use indicatif::ProgressBar;
 
+use super::beside::BesideArgs;
 use super::count::Count;
 use super::publication::{DrawingArgs, Findings, PublicationArgs};
 use super::{Format, MapArgs, SceneArgs, progress_style};
@@ -13,6 +14,8 @@ use crate::cli::CommandError;
 use crate::report::files;
 use crate::runs::{RunError, position, rate};
 use crate::scene::{SceneError, response_map_text};
+use crate::studies::beside::BesideScene;
+use crate::studies::held_rates::HeldRates;
 use crate::studies::positioning_trials::{self, Strategy};
 use crate::studies::response_map;
 
@@ -71,6 +74,8 @@ pub(super) struct RateArgs {
     #[arg(long, value_name = "S", allow_negative_numbers = true)]
     duration: Option<String>,
     #[command(flatten)]
+    beside: BesideArgs,
+    #[command(flatten)]
     drawing: DrawingArgs,
     #[command(flatten)]
     map: MapArgs,
@@ -88,11 +93,13 @@ impl RateArgs {
                 ("rate.duration_s", &self.duration),
             ],
         )?)?;
+        let beside = self.beside.scenes("rate", &scene, |scene| self.map.provide(scene))?;
         let drawing = self.drawing.open("rate.svg")?;
         let mut points = Vec::new();
         let outcome = rate::run(&scene, |point| points.push(point))?;
         let svg = rate::svg(&outcome, &points)?;
-        Ok(drawing.publish(&svg, &outcome.to_string(), outcome.json())?)
+        let report = HeldRates::of_one(outcome, &beside)?;
+        Ok(drawing.publish(&svg, &report.to_string(), report.json())?)
     }
 }
 
@@ -108,6 +115,8 @@ pub(super) struct PositioningTrialsArgs {
     /// Run the simpler strategies and the other filters as well, each on this many motors
     #[arg(long, value_name = "N", value_parser = MOTORS, allow_negative_numbers = true)]
     compare: Option<u64>,
+    #[command(flatten)]
+    beside: BesideArgs,
     /// Folder for positioning-trials.svg and trials.csv
     #[arg(long, value_name = "DIR", default_value = "out/positioning-trials")]
     out: PathBuf,
@@ -123,19 +132,26 @@ impl PositioningTrialsArgs {
     pub(super) fn execute(&self) -> Result<(), CommandError> {
         let scene = self.map.provide(self.scene.load("positioning-trials", &[])?)?;
         let plan = positioning_trials::PositioningTrialsPlan::new(&scene, Strategy::Planned, self.motors)?;
+        let beside = self.beside.scenes("positioning-trials", &scene, |scene| self.map.provide(scene))?;
+        let beside = BesideScene::run_each(&beside, |scene| {
+            positioning_trials::PositioningTrialsPlan::new(scene, Strategy::Planned, self.motors)
+        })?;
         let others = match self.compare {
             Some(motors) => positioning_trials::PositioningTrialsPlan::others(&scene, motors)?,
             None => Vec::new(),
         };
         let publication = self.publication.open(&self.out)?;
-        let work =
-            plan.trials() + others.iter().map(positioning_trials::PositioningTrialsPlan::trials).sum::<u64>();
+        let all = std::iter::once(&plan).chain(&others).chain(beside.iter().map(|other| &other.found));
+        let work = all.map(positioning_trials::PositioningTrialsPlan::trials).sum();
         let bar = ProgressBar::new(work).with_style(progress_style());
         let progress = |trials| bar.inc(trials);
         let trials = plan.run(&progress)?;
         let others: Result<Vec<_>, RunError> = others.iter().map(|plan| plan.run(&progress)).collect();
+        let beside: Result<Vec<_>, RunError> =
+            beside.into_iter().map(|other| other.and_then(|plan| plan.run(&progress))).collect();
         let measuring_s = positioning_trials::measuring_s(&scene);
-        let report = positioning_trials::PositioningTrials { trials, others: others?, measuring_s };
+        let report =
+            positioning_trials::PositioningTrials { trials, others: others?, measuring_s, beside: beside? };
         bar.finish_and_clear();
         Ok(publication.publish(Findings {
             files: vec![

@@ -5,12 +5,15 @@ use std::path::PathBuf;
 use clap::Args;
 use indicatif::ProgressBar;
 
+use super::beside::BesideArgs;
 use super::count::Count;
 use super::microcontroller::count_instructions;
 use super::publication::{Findings, PublicationArgs};
 use super::{SceneArgs, progress_style};
 use crate::board::qemu::Board;
 use crate::cli::CommandError;
+use crate::runs::RunError;
+use crate::studies::beside::BesideScene;
 use crate::studies::filter_costs;
 use crate::studies::filter_errors;
 
@@ -24,6 +27,8 @@ pub(super) struct EstimateArgs {
     #[arg(long, value_name = "DIR", default_value = "out/estimate")]
     out: PathBuf,
     #[command(flatten)]
+    beside: BesideArgs,
+    #[command(flatten)]
     publication: PublicationArgs,
     #[command(flatten)]
     scene: SceneArgs,
@@ -33,9 +38,17 @@ impl EstimateArgs {
     pub(super) fn execute(&self) -> Result<(), CommandError> {
         let scene = self.scene.load("estimate", &[])?;
         let plan = filter_errors::FilterErrorsPlan::new(&scene, self.motors)?;
+        let beside = self.beside.scenes("estimate", &scene, Ok)?;
+        let beside =
+            BesideScene::run_each(&beside, |scene| filter_errors::FilterErrorsPlan::new(scene, self.motors))?;
         let publication = self.publication.open(&self.out)?;
-        let bar = ProgressBar::new(plan.milliseconds()).with_style(progress_style());
-        let estimation = plan.run(&|milliseconds| bar.inc(milliseconds))?;
+        let work = beside.iter().map(|other| other.found.milliseconds()).sum::<u64>() + plan.milliseconds();
+        let bar = ProgressBar::new(work).with_style(progress_style());
+        let progress = |milliseconds| bar.inc(milliseconds);
+        let estimation = plan.run(&progress)?;
+        let beside: Result<Vec<_>, RunError> =
+            beside.into_iter().map(|other| other.and_then(|plan| plan.run(&progress))).collect();
+        let estimation = estimation.with_beside(beside?);
         bar.finish_and_clear();
         Ok(publication.publish(Findings {
             files: vec![

@@ -1,5 +1,7 @@
 //! `results`: the pages of results, each written whole from runs of today, or compared with what stands there.
 
+mod tilting;
+
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
@@ -13,6 +15,7 @@ use crate::report::OutputError;
 use crate::report::files::{self, Output, OutputFolder};
 use crate::report::page::{self, PlacedValue};
 use crate::scene::Scene;
+use crate::studies::beside::BesideScene;
 use crate::studies::instrument_grid::{InstrumentGridPlan, Shard};
 use crate::studies::positioning_trials::{self, Strategy};
 use crate::studies::rotor_models::RotorModelsPlan;
@@ -79,15 +82,11 @@ impl Page {
                 let plan = InstrumentGridPlan::new(scene, grid_motors, grid_benches, Shard::ALL);
                 plan.run(&|| ())?.page_values().into()
             }
-            Self::Rate => held_rates::run(scene)?.page_values().into(),
-            Self::Calibration => {
-                let plan = gyroscope_calibration::CalibrationPlan::new(
-                    scene,
-                    effort.calibrations,
-                    GYROSCOPE_MOTORS,
-                )?;
-                plan.run(&|| ())?.page_values().into()
+            Self::Rate => {
+                let beside = tilting::of_one_motor(scene, effort.tilting_scenes)?;
+                held_rates::run(scene, &beside)?.page_values(tilting::HEIGHT_ONLY).into()
             }
+            Self::Calibration => calibration_values(effort, scene)?.into(),
             Self::Microcontroller => microcontroller_values()?.into(),
         })
     }
@@ -128,6 +127,13 @@ struct Effort {
     grid_benches: &'static str,
     /// Gyroscopes.
     calibrations: u64,
+    /// Of the scenes with a rotor that tilts: how many are shown, motors in each mode for the filters' errors, moves,
+    /// gyroscopes, and motors that these are spread over.
+    tilting_scenes: usize,
+    tilting_error_motors: u64,
+    tilting_trials: u64,
+    tilting_calibrations: u64,
+    tilting_gyroscope_motors: u64,
     /// Time of a plan of calibration, and of a rate, in s; as the scene says unless it is given.
     time_s: Option<&'static str>,
     step_accuracy: fn() -> step_accuracy::StepAccuracyPlan,
@@ -135,7 +141,8 @@ struct Effort {
 
 impl Effort {
     /// As many runs as the paper made; 40 motors bound an ANEES to 6 % of 1; of 10,000 moves the worst thousandth is
-    /// ten; of 200 intervals the covered share is known to 1.5 %.
+    /// ten; of 200 intervals the covered share is known to 1.5 %. A second of a motor that tilts takes five to ten times
+    /// as long, so that there are as many of them as ten minutes of a processor allow on each page.
     const FULL: Self = Self {
         paper_seeds: 5,
         rotor_seeds: 8,
@@ -147,6 +154,11 @@ impl Effort {
         grid_motors: 20,
         grid_benches: "",
         calibrations: 200,
+        tilting_scenes: usize::MAX,
+        tilting_error_motors: 8,
+        tilting_trials: 50,
+        tilting_calibrations: 30,
+        tilting_gyroscope_motors: 3,
         time_s: None,
         step_accuracy: step_accuracy::StepAccuracyPlan::full,
     };
@@ -163,6 +175,11 @@ impl Effort {
         grid_motors: 1,
         grid_benches: "30,000 frames/s",
         calibrations: 2,
+        tilting_scenes: 1,
+        tilting_error_motors: 1,
+        tilting_trials: 1,
+        tilting_calibrations: 1,
+        tilting_gyroscope_motors: 1,
         time_s: Some("6"),
         step_accuracy: step_accuracy::StepAccuracyPlan::quick,
     };
@@ -181,8 +198,12 @@ impl Effort {
 const GYROSCOPE_MOTORS: u64 = 10;
 
 fn filter_values(effort: Effort, scene: &Scene) -> Result<Vec<PlacedValue>, CommandError> {
-    let mut values =
-        filter_errors::FilterErrorsPlan::new(scene, effort.error_motors)?.run(&|_| ())?.page_values();
+    let errors = filter_errors::FilterErrorsPlan::new(scene, effort.error_motors)?.run(&|_| ())?;
+    let tilting = tilting::of_many_motors(scene, effort.tilting_scenes)?;
+    let beside = BesideScene::run_each(&tilting, |scene| {
+        filter_errors::FilterErrorsPlan::new(scene, effort.tilting_error_motors)?.run(&|_| ())
+    })?;
+    let mut values = errors.with_beside(beside).page_values(tilting::HEIGHT_ONLY);
     let counts = count_instructions(None, Board::M4)?;
     let costs = filter_costs::FilterCostsPlan::new(scene, effort.cost_motors, filter_costs::ROUNDS)?;
     values.extend(costs.run(Some(&counts), &|| ())?.page_values());
@@ -195,7 +216,26 @@ fn positioning_values(effort: Effort, scene: &Scene) -> Result<Vec<PlacedValue>,
     let others = positioning_trials::PositioningTrialsPlan::others(scene, effort.compared_trials)?;
     let others: Result<Vec<_>, _> = others.iter().map(|plan| plan.run(&|_| ())).collect();
     let measuring_s = positioning_trials::measuring_s(scene);
-    Ok(positioning_trials::PositioningTrials { trials, others: others?, measuring_s }.page_values())
+    let tilting = tilting::of_many_motors(scene, effort.tilting_scenes)?;
+    let beside = BesideScene::run_each(&tilting, |scene| {
+        let plan =
+            positioning_trials::PositioningTrialsPlan::new(scene, Strategy::Planned, effort.tilting_trials);
+        plan?.run(&|_| ())
+    })?;
+    let found = positioning_trials::PositioningTrials { trials, others: others?, measuring_s, beside };
+    Ok(found.page_values(tilting::HEIGHT_ONLY))
+}
+
+fn calibration_values(effort: Effort, scene: &Scene) -> Result<Vec<PlacedValue>, CommandError> {
+    let of = |scene: &Scene, runs, motors| {
+        gyroscope_calibration::CalibrationPlan::new(scene, runs, motors)?.run(&|| ())
+    };
+    let mut calibrations = of(scene, effort.calibrations, GYROSCOPE_MOTORS)?;
+    let tilting = tilting::of_many_motors(scene, effort.tilting_scenes)?;
+    calibrations.beside = BesideScene::run_each(&tilting, |scene| {
+        of(scene, effort.tilting_calibrations, effort.tilting_gyroscope_motors)
+    })?;
+    Ok(calibrations.page_values(tilting::HEIGHT_ONLY))
 }
 
 fn microcontroller_values() -> Result<Vec<PlacedValue>, CommandError> {

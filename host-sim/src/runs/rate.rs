@@ -18,14 +18,18 @@ mod profile;
 mod range;
 
 use std::ops::ControlFlow;
+use std::time::Instant;
 
 use controller::TICK_NANOS;
 use controller::rate::{RateHold, RateTuning};
 use motor_model::{DriveMode, Time, math};
 
+use crate::math::count::real;
 use crate::runs::RunError;
 use crate::runs::closed_loop;
 use crate::runs::filter;
+use crate::runs::rotor_tilt::TiltFigureSums;
+use crate::runs::stated_errors::StatedErrorCounts;
 use crate::scene::Scene;
 pub use outcome::RateOutcome;
 pub use picture::{RatePoint, svg};
@@ -44,6 +48,8 @@ struct RateSums {
     following_deg2: f64,
     ripple_deg2_s2: f64,
     estimate_mdeg2: f64,
+    stated: StatedErrorCounts,
+    tilt: TiltFigureSums,
     saturated: f64,
     /// Whether there was a reference in the last tick, and how often it was lost.
     had_reference: bool,
@@ -68,8 +74,12 @@ pub fn run(scene: &Scene, mut observe: impl FnMut(RatePoint)) -> Result<RateOutc
     let mut closed_loop = closed_loop::rate(scene, hold)?;
     let mut last_angle = closed_loop.plant().rotor().angle;
     let (mut point_angle, mut ticks) = (last_angle, 0_u64);
+    let mut since_point = TiltFigureSums::default();
+    let begun = Instant::now();
     closed_loop.run(|_, tick| {
         ticks += 1;
+        sums.tilt.add(tick.tilt.as_ref());
+        since_point.add(tick.tilt.as_ref());
         let (angle, time_s, report) = (tick.angle, tick.seconds(), &tick.report);
         let asked_deg_s = f64::from(report.wanted_rad_s).to_degrees();
         let off_deg = report.reference.map_or(0.0, |reference| angle.minus(reference).degrees());
@@ -86,7 +96,8 @@ pub fn run(scene: &Scene, mut observe: impl FnMut(RatePoint)) -> Result<RateOutc
             sums.following_deg2 += off_deg * off_deg;
             let ripple = tick.rate_rad_s.to_degrees() - asked_deg_s;
             sums.ripple_deg2_s2 += ripple * ripple;
-            if let Some(estimate) = report.estimate {
+            if let Some(estimate) = &report.estimate {
+                sums.stated.add(estimate, report.health, angle);
                 let error = 1e3 * estimate.angle.minus(angle).degrees();
                 sums.estimate_mdeg2 += error * error;
             }
@@ -97,12 +108,14 @@ pub fn run(scene: &Scene, mut observe: impl FnMut(RatePoint)) -> Result<RateOutc
             #[expect(clippy::cast_precision_loss, reason = "500")]
             let rate_deg_s = angle.minus(point_angle).degrees() / (TICKS_PER_POINT as f64 * TICK_S);
             let drive = if report.applied.mode() == Some(DriveMode::C) { -amplitude } else { amplitude };
-            observe(RatePoint { time_s, asked_deg_s, rate_deg_s, off_deg, drive });
+            let tilt = std::mem::take(&mut since_point).figures();
+            observe(RatePoint { time_s, asked_deg_s, rate_deg_s, off_deg, drive, tilt });
             point_angle = angle;
         }
         if time_s >= duration_s { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     });
-    Ok(sums.outcome(scene, RateRange::of(scene)?))
+    let time_s_per_s = begun.elapsed().as_secs_f64() / (real(ticks) * TICK_S);
+    Ok(RateOutcome { time_s_per_s, ..sums.outcome(scene, RateRange::of(scene)?) })
 }
 
 impl RateSums {
@@ -119,8 +132,11 @@ impl RateSums {
             following_rms_deg: root(self.following_deg2),
             ripple_rms_deg_s: root(self.ripple_deg2_s2),
             estimate_rms_mdeg: root(self.estimate_mdeg2),
+            stated: self.stated.figures(),
+            tilt: self.tilt.figures(),
             reference_losses: self.reference_losses,
             filter: filter::chosen(scene),
+            time_s_per_s: 0.0,
             saturated: self.saturated / self.ticks.max(1.0),
             range,
             seed: scene.seed(),

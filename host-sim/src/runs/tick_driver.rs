@@ -18,6 +18,7 @@ use motor_model::{Angle, DriveCommand, Time};
 use crate::scene::{Scene, SceneError};
 use crate::world::instruments::camera::MarkCounts;
 use crate::world::plant::Plant;
+use crate::world::pose::RotorTilt;
 use crate::world::rig::{PlantStep, Rig};
 
 /// A program that runs on the rig, tick by tick.
@@ -98,6 +99,8 @@ pub struct Moment<R> {
     pub own_axis_angle: Angle,
     /// The rotor's true rate in rad/s.
     pub rate_rad_s: f64,
+    /// Tilt, shift and height of a rotor that tilts.
+    pub tilt: Option<RotorTilt>,
     /// The program's report.
     pub report: R,
 }
@@ -178,7 +181,8 @@ impl<P: TickProgram> TickDriver<P> {
         let report = program.tick(at, ports);
         let plant = ports.rig.plant();
         let (rotor, own_axis_angle) = (plant.rotor(), plant.own_axis_angle());
-        Moment { at, angle: rotor.angle, own_axis_angle, rate_rad_s: rotor.rate_rad_s, report }
+        let (angle, rate_rad_s, tilt) = (rotor.angle, rotor.rate_rad_s, plant.tilt());
+        Moment { at, angle, own_axis_angle, rate_rad_s, tilt, report }
     }
 
     /// Runs until `observe` breaks, and returns its value.

@@ -31,6 +31,7 @@
 //! ANEES is half of the angle's own, which is tested instead. The stop is mostly rest, and is tested by the upper bound
 //! alone ([`consistency::ConsistencyTest`]).
 
+mod beside_table;
 pub mod comparison;
 pub mod consistency;
 pub mod error_sums;
@@ -45,8 +46,11 @@ use rayon::prelude::*;
 use serde::Serialize;
 
 use crate::runs::RunError;
+use crate::runs::filter::FILTERS;
+use crate::runs::stated_errors::StatedErrors;
 use crate::scene::Scene;
-use comparison::{PhaseSums, names};
+use crate::studies::beside::Beside;
+use comparison::{ComparedRun, names};
 use consistency::{ConsistencyTest, correlation_bound, mean_square_bounds};
 use error_sums::ErrorSums;
 use timeline::TimelinePhase;
@@ -103,8 +107,28 @@ pub struct FilterErrorsRow {
     pub unusable: f64,
     /// Share of the time in which the health was good and the angle wrong.
     pub false_valid: f64,
+    /// Share of the estimates whose angle is off by more than three of their standard deviations.
+    pub beyond_3_sigma: f64,
+    /// Estimates of good health whose angle is off by more than five.
+    pub good_beyond_5_sigma: u64,
+    /// The largest error of these.
+    pub good_beyond_5_sigma_worst_mdeg: f64,
     /// Runs.
     pub runs: u64,
+    /// The scene beside the first that the row is of, by its name; `null` for the first.
+    pub beside: Option<String>,
+}
+
+/// One filter over all phases of one drive, and what it costs.
+#[derive(Clone, Debug)]
+pub(crate) struct FilterTotal {
+    filter: &'static str,
+    drive: &'static str,
+    stated: StatedErrors,
+    /// Share of the time in which the health was good.
+    good: f64,
+    /// Time in ns that it takes in what a tick brings, on this machine, of the motor that takes least.
+    tick_ns: f64,
 }
 
 /// The motors to be run, in both modes.
@@ -118,6 +142,12 @@ pub struct FilterErrorsPlan {
 pub struct FilterErrors {
     /// By drive, then phase, then filter.
     pub rows: Vec<FilterErrorsRow>,
+    /// By drive, then filter.
+    totals: Vec<FilterTotal>,
+    /// Time that the rig takes for a second of motor time, on this machine, by drive.
+    rig_s_per_s: [f64; 2],
+    /// The same study on other scenes.
+    beside: Vec<Beside<Self>>,
 }
 
 impl FilterErrorsPlan {
@@ -143,22 +173,47 @@ impl FilterErrorsPlan {
     /// When a run fails.
     pub fn run(&self, progress: &(impl Fn(u64) + Sync)) -> Result<FilterErrors, RunError> {
         // One thread's share is one run; the sums come back in the order of the list, and are added up in it.
-        let sums: Result<Vec<Vec<PhaseSums>>, RunError> = (self.runs.par_iter().with_max_len(1))
+        let runs: Result<Vec<ComparedRun>, RunError> = (self.runs.par_iter().with_max_len(1))
             .map(|(mode, scene)| comparison::run(scene, *mode, progress))
             .collect();
-        let sums = sums?;
-        let of_drives = DRIVES.iter().zip(sums.chunks(self.runs.len() / DRIVES.len()));
-        let rows = of_drives.flat_map(|((_, drive), runs)| rows_of_drive(drive, runs));
-        Ok(FilterErrors { rows: rows.collect() })
+        let runs = runs?;
+        let motors = self.runs.len() / DRIVES.len();
+        let of_drives = || DRIVES.iter().zip(runs.chunks(motors));
+        let least = |runs: &[ComparedRun]| {
+            runs.iter().map(|run| run.cost.rig_s_per_s()).fold(f64::INFINITY, f64::min)
+        };
+        Ok(FilterErrors {
+            rows: of_drives().flat_map(|((_, drive), runs)| rows_of_drive(drive, runs)).collect(),
+            totals: of_drives().flat_map(|((_, drive), runs)| totals_of_drive(drive, runs)).collect(),
+            rig_s_per_s: [0, 1].map(|drive| least(&runs[drive * motors..(drive + 1) * motors])),
+            beside: Vec::new(),
+        })
     }
 }
 
-fn rows_of_drive(drive: &'static str, runs: &[Vec<PhaseSums>]) -> Vec<FilterErrorsRow> {
+/// Each filter over all phases.
+fn totals_of_drive(drive: &'static str, runs: &[ComparedRun]) -> Vec<FilterTotal> {
+    let total = |(place, filter): (usize, &&'static str)| {
+        let mut sums = ErrorSums::default();
+        runs.iter().flat_map(|run| &run.sums[place]).for_each(|of_phase| sums.absorb(of_phase));
+        let costs_ns = runs.iter().map(|run| run.cost.filter_ns(place));
+        FilterTotal {
+            filter,
+            drive,
+            stated: sums.stated(),
+            good: sums.health().0[0],
+            tick_ns: costs_ns.fold(f64::INFINITY, f64::min),
+        }
+    };
+    FILTERS.iter().enumerate().map(total).collect()
+}
+
+fn rows_of_drive(drive: &'static str, runs: &[ComparedRun]) -> Vec<FilterErrorsRow> {
     let of_phase = |phase: TimelinePhase| {
         let total = |filter: usize| {
             let mut total = ErrorSums::default();
             for run in runs {
-                total.absorb(&run[filter][phase as usize]);
+                total.absorb(&run.sums[filter][phase as usize]);
             }
             total
         };
@@ -167,7 +222,7 @@ fn rows_of_drive(drive: &'static str, runs: &[Vec<PhaseSums>]) -> Vec<FilterErro
         let genie = totals.iter().find(|(name, _)| *name == comparison::GENIES[0].0);
         let genie_mdeg = genie.map_or(f64::NAN, |(_, sums)| sums.rms_angle_mdeg());
         let row = |(filter, (name, sums)): (usize, &(&'static str, ErrorSums))| {
-            let each: Vec<&ErrorSums> = runs.iter().map(|run| &run[filter][phase as usize]).collect();
+            let each: Vec<&ErrorSums> = runs.iter().map(|run| &run.sums[filter][phase as usize]).collect();
             FilterErrorsRow::new((name, drive, phase.name()), sums, &each, genie_mdeg)
         };
         totals.iter().enumerate().map(row).collect::<Vec<_>>()
@@ -184,6 +239,8 @@ impl FilterErrorsRow {
     ) -> Self {
         let ([good, degraded, unusable], false_valid) = sums.health();
         let ([angle_anees, rate_anees, anees], (nis, whiteness)) = (sums.normalised(), sums.innovations());
+        let StatedErrors { beyond_3_sigma, good_beyond_5_sigma, good_beyond_5_sigma_worst_mdeg } =
+            sums.stated();
         let bounds_of = |value: fn(&ErrorSums) -> f64| mean_square_bounds(runs.iter().map(|run| value(run)));
         Self {
             filter,
@@ -209,7 +266,11 @@ impl FilterErrorsRow {
             degraded,
             unusable,
             false_valid,
+            beyond_3_sigma,
+            good_beyond_5_sigma,
+            good_beyond_5_sigma_worst_mdeg,
             runs: runs.len() as u64,
+            beside: None,
         }
     }
 
@@ -238,6 +299,21 @@ fn within(value: f64, (low, high): (f64, f64)) -> bool {
 }
 
 impl FilterErrors {
+    /// The same, with what was found on other scenes beside it.
+    #[must_use]
+    pub fn with_beside(mut self, mut beside: Vec<Beside<Self>>) -> Self {
+        for other in &mut beside {
+            other.found.rows.iter_mut().for_each(|row| row.beside = Some(other.name.clone()));
+        }
+        self.beside = beside;
+        self
+    }
+
+    /// The rows, then those of the scenes beside the first.
+    fn all_rows(&self) -> impl Iterator<Item = &FilterErrorsRow> {
+        self.rows.iter().chain(self.beside.iter().flat_map(|other| &other.found.rows))
+    }
+
     /// The row of a filter.
     pub fn row(&self, filter: &str, drive: &str, phase: TimelinePhase) -> Option<&FilterErrorsRow> {
         self.rows.iter().find(|row| (row.filter, row.drive, row.phase) == (filter, drive, phase.name()))

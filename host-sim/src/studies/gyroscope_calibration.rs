@@ -6,9 +6,10 @@
 //! |---|---|
 //! | `schedule` | the schedule: rests, and turns to either side at a staircase of rates |
 //! | `turning` | the run of the motor under the rate controller; the reference is the angle of its estimator |
-//! | [`crate::world::instruments::gyroscope`] | the gyroscope's samples of the rotor's true angle |
+//! | [`crate::world::instruments::gyroscope`] | the gyroscope's samples of the rotor's true turn about its own axis |
 //! | `fit` | generalised least squares: scale factor and bias with their covariance |
 //! | `calibration` | one calibration: its intervals, its fit, what became of it |
+//! | `beside_table` | several scenes side by side |
 //! | `summary`, `tables`, `picture` | the figures over all calibrations, and what is shown of them |
 //!
 //! The reference is good to some 5 milli-degrees while the rotor turns and to 0.5 at rest. Every interval shares it
@@ -22,6 +23,7 @@
 //! Calibration `i` is of the gyroscope with serial `i / m` on motor `i mod m`. The `m` motors are named by the seed and
 //! those that follow it. Calibrations on one motor share the error of the reference, a small part of the whole.
 
+mod beside_table;
 mod calibration;
 mod fit;
 mod picture;
@@ -38,6 +40,7 @@ use crate::math::count::real;
 use crate::runs::RunError;
 use crate::runs::filter;
 use crate::scene::{Scene, SceneError};
+use crate::studies::beside::Beside;
 use crate::world::instruments::gyroscope::Gyroscope;
 use crate::world::instruments::gyroscope::noise::SECONDS_PER_HOUR;
 pub use calibration::{Calibration, CalibrationOutcome};
@@ -71,6 +74,10 @@ pub struct Calibrations {
     pub motors: u64,
     /// The filter whose angle is the reference.
     pub filter: &'static str,
+    /// Time that this machine took for a second of motor time, of the motor that took least.
+    pub time_s_per_s: f64,
+    /// The same study on other scenes.
+    pub beside: Vec<Beside<Self>>,
     schedule: TurnSchedule,
 }
 
@@ -96,16 +103,18 @@ impl CalibrationPlan {
             let mut calibrations = calibrations.collect::<Result<Vec<_>, RunError>>()?;
             progress();
             let outcomes: Vec<CalibrationOutcome> = calibrations.iter().map(|c| c.outcome.clone()).collect();
-            Ok((outcomes, (number == 0).then(|| calibrations.swap_remove(0))))
+            let first = (number == 0).then(|| calibrations.swap_remove(0));
+            Ok((outcomes, first, turning.time_s_per_s))
         };
         let numbers: Vec<u64> = (0..self.motors).collect();
         let of_motors: Result<Vec<_>, RunError> =
             numbers.into_par_iter().with_max_len(1).map(motor).collect();
         let mut of_motors = of_motors?;
-        let first = of_motors.first_mut().and_then(|(_, first)| first.take());
+        let first = of_motors.first_mut().and_then(|(_, first, _)| first.take());
         // There is at least one motor, and the first has a run.
         let first = first.ok_or_else(not_told_apart)?;
-        let mut by_motor: Vec<_> = of_motors.into_iter().map(|(outcomes, _)| outcomes.into_iter()).collect();
+        let time_s_per_s = of_motors.iter().map(|(_, _, time)| *time).fold(f64::INFINITY, f64::min);
+        let mut by_motor: Vec<_> = of_motors.into_iter().map(|(outcomes, ..)| outcomes.into_iter()).collect();
         let mut outcomes = Vec::new();
         while let Some(round) =
             by_motor.iter_mut().map(Iterator::next).take_while(Option::is_some).collect::<Option<Vec<_>>>()
@@ -120,6 +129,8 @@ impl CalibrationPlan {
             motors: self.motors,
             filter: filter::chosen(&self.scene),
             schedule: self.schedule,
+            time_s_per_s,
+            beside: Vec::new(),
         })
     }
 

@@ -27,9 +27,11 @@
 //! | `trial` | one trial: its target, its outcome, the bound on settling |
 //! | `baselines`, `burst_table` | the simpler programs |
 //! | `summary` | the figures of a set of trials |
+//! | `beside_table` | the controller on several scenes side by side |
 //! | `tables`, `picture` | what is shown of them |
 
 mod baselines;
+mod beside_table;
 mod burst_table;
 mod picture;
 mod summary;
@@ -38,6 +40,7 @@ mod trial;
 
 use std::convert::Infallible;
 use std::ops::ControlFlow;
+use std::time::Instant;
 
 use controller::PositioningTuning;
 use rayon::prelude::*;
@@ -47,6 +50,7 @@ use crate::runs::closed_loop;
 use crate::runs::filter::{self, FILTERS};
 use crate::runs::position;
 use crate::scene::Scene;
+use crate::studies::beside::Beside;
 use baselines::BaselineRule;
 use burst_table::BurstTable;
 pub use summary::TrialSummary;
@@ -109,6 +113,8 @@ pub struct StrategyTrials {
     pub filter: &'static str,
     /// In the order of the seeds.
     pub trials: Vec<PositioningTrial>,
+    /// Time that this machine took for a second of motor time, the filter included.
+    pub s_per_s: f64,
 }
 
 impl PositioningTrialsPlan {
@@ -149,15 +155,20 @@ impl PositioningTrialsPlan {
     /// When a scene is refused.
     pub fn run(&self, progress: &(impl Fn(u64) + Sync)) -> Result<StrategyTrials, RunError> {
         let trial = |number| {
-            let trial = self.trial(number);
+            let begun = Instant::now();
+            let trial = self.trial(number)?;
             progress(1);
-            trial
+            Ok((trial, begun.elapsed().as_secs_f64()))
         };
         let numbers: Vec<u64> = (0..self.trials).collect();
-        let trials: Result<Vec<PositioningTrial>, RunError> =
+        let trials: Result<Vec<(PositioningTrial, f64)>, RunError> =
             numbers.into_par_iter().with_max_len(1).map(trial).collect();
         let filter = filter::chosen(&self.scene);
-        Ok(StrategyTrials { strategy: self.strategy, filter, trials: trials? })
+        let trials = trials?;
+        let taken_s: f64 = trials.iter().map(|(_, taken_s)| taken_s).sum();
+        let trials: Vec<PositioningTrial> = trials.into_iter().map(|(trial, _)| trial).collect();
+        let s_per_s = taken_s / trials.iter().map(|trial| trial.outcome.duration_s).sum::<f64>();
+        Ok(StrategyTrials { strategy: self.strategy, filter, trials, s_per_s })
     }
 
     fn trial(&self, number: u64) -> Result<PositioningTrial, RunError> {
@@ -198,4 +209,6 @@ pub struct PositioningTrials {
     pub others: Vec<StrategyTrials>,
     /// Time at rest for measuring, in the bound on settling.
     pub measuring_s: f64,
+    /// The controller on other scenes.
+    pub beside: Vec<Beside<StrategyTrials>>,
 }

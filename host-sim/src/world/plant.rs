@@ -2,7 +2,8 @@
 //!
 //! It has the same physics as the twin, but in `f64`, at a finer step and with parameters drawn around the design
 //! (keys `motor.`) within Table 1's tolerances: an estimator tested on its own model looks better than it is. A key
-//! `plant.motor.` sets a parameter of the true motor, whatever the design. The generator drives it at the resonances of
+//! `plant.motor.` sets a parameter of the true motor, whatever the design, or with `plant.parameters = "around_plant"`
+//! the value around which it is drawn. The generator drives it at the resonances of
 //! the *design*, wherever its own are.
 //!
 //! A scene chooses how the true rotor moves (`plant.rotor`): as the twin's, or tilting and shifting on its pin.
@@ -16,12 +17,14 @@ mod tilting;
 
 use motor_model::params::Parameter;
 use motor_model::{
-    Angle, DriveCommand, DriveTuning, FrictionLaw, ImpactRule, MotorParams, TiltingVariation, Time,
+    Angle, DriveCommand, DriveTuning, FrictionLaw, ImpactRule, MotorParams, TiltingParams, TiltingVariation,
+    Time,
 };
 
 use crate::math::random_streams::{self, RandomSource};
 use crate::scene::SceneError;
 use crate::scene::{RotorModel, Scene};
+use crate::world::pose::{Pose, RotorTilt};
 use crate::world::rotor_path::RotorPoint;
 use height_only::HeightOnlyPlant;
 use tilting::TiltingPlant;
@@ -64,18 +67,23 @@ impl Plant {
     /// When the model refuses the scene's parameters, or the scene sets a key that the rotor's model does not use.
     pub fn draw(scene: &Scene) -> Result<Self, SceneError> {
         let (design, tilting_design) = (scene.motor_params(), scene.tilting_params());
-        let (around, tilting_around) = match scene.choice("plant.parameters") {
-            "drawn" => {
-                let mut draw = random_streams::stream(scene.seed(), RandomSource::PlantDraw);
-                (design.draw(&mut draw), tilting_design.draw(&mut draw))
-            }
-            _ => (design, tilting_design),
+        let set = |params: MotorParams| {
+            scene
+                .plant_overrides()
+                .try_fold(params, |params, (parameter, value)| params.with(parameter, value))
         };
-        // What the scene sets of the true motor is not drawn.
-        let params = scene
-            .plant_overrides()
-            .try_fold(around, |params, (parameter, value)| params.with(parameter, value))?;
-        let tilting = scene.tilting_plant_params(tilting_around)?;
+        let mut draw = random_streams::stream(scene.seed(), RandomSource::PlantDraw);
+        let mut drawn =
+            |params: MotorParams, tilting: TiltingParams| (params.draw(&mut draw), tilting.draw(&mut draw));
+        let (params, tilting) = match scene.choice("plant.parameters") {
+            "around_plant" => drawn(set(design)?, scene.tilting_plant_params(tilting_design)?),
+            // What the scene sets of the true motor is not drawn.
+            how => {
+                let (around, tilting) =
+                    if how == "drawn" { drawn(design, tilting_design) } else { (design, tilting_design) };
+                (set(around)?, scene.tilting_plant_params(tilting)?)
+            }
+        };
         let step_s = scene.number("plant.step_s");
         let setup = PlantSetup {
             step_s,
@@ -146,6 +154,18 @@ impl Plant {
         match &self.motor {
             PlantMotor::HeightOnly(motor) => motor.rotor(at),
             PlantMotor::Tilting(motor) => motor.rotor(at),
+        }
+    }
+
+    /// Tilt, shift and height of a rotor that tilts; `None` of one that does not.
+    #[must_use]
+    pub fn tilt(&self) -> Option<RotorTilt> {
+        match &self.motor {
+            PlantMotor::HeightOnly(_) => None,
+            PlantMotor::Tilting(motor) => {
+                let state = motor.state();
+                Some(RotorTilt { pose: Pose::of_tilting(state, 0.0), height_m: state.rotor.height_m })
+            }
         }
     }
 
@@ -232,6 +252,33 @@ mod tests {
         ] {
             assert_eq!(drawn(&[set]).setup.tuning, DriveTuning::Fixed { b_hz, c_hz }, "{set}");
         }
+    }
+
+    /// Drawn around what the scene sets of the true motor: everything has the values of a design that has them set.
+    #[test]
+    fn exact_the_true_motor_is_drawn_around_what_is_set() {
+        let (of_design, of_plant) = (
+            drawn(&["motor.friction=0.15"]),
+            drawn(&["plant.motor.friction=0.15", "plant.parameters=around_plant"]),
+        );
+        for parameter in Parameter::ALL {
+            let [of_design, of_plant] = [&of_design, &of_plant].map(|plant| plant.params.get(parameter));
+            assert_eq!(of_design.to_bits(), of_plant.to_bits(), "{parameter:?}");
+        }
+        assert!((of_plant.params.get(Parameter::Friction) - 0.15).abs() > 1e-6, "drawn");
+        // The hub's clearance too: of 7 um it is 4.9 to 9.1, and another for each seed.
+        let clearance_m = |seed: u64| {
+            let sets =
+                ["plant.rotor=tilting", "plant.motor.hub.clearance_m=7e-6", "plant.parameters=around_plant"];
+            let plant = drawn(&[&sets[..], &[&format!("seed={seed}")]].concat());
+            match &plant.motor {
+                PlantMotor::Tilting(motor) => motor.clearance_m(),
+                PlantMotor::HeightOnly(_) => panic!("a rotor that tilts"),
+            }
+        };
+        let (one, other) = (clearance_m(1), clearance_m(2));
+        assert!([one, other].iter().all(|c| (4.9e-6..=9.1e-6).contains(c)), "{one:e} {other:e}");
+        assert!((one - other).abs() > 1e-8, "{one:e} {other:e}");
     }
 
     /// What the scene sets of the true motor is kept, everything else is drawn around the design as without it.

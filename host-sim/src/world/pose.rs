@@ -45,6 +45,15 @@ pub struct Pose {
     pub slope_rate_s: [f64; 2],
 }
 
+/// Where a rotor that tilts is, beside its angle.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct RotorTilt {
+    /// Shift of its mass centre, and tilt.
+    pub pose: Pose,
+    /// Height of its mass centre in m above that of a rotor at rest on level teeth.
+    pub height_m: f64,
+}
+
 /// Scalar product.
 fn dot([a, b]: [f64; 2], [x, y]: [f64; 2]) -> f64 {
     a * x + b * y

@@ -31,6 +31,8 @@ fn tool_the_page_on_positioning_says_what_the_trials_say() {
     assert!(page.contains(&format!("{p95:.2} mdeg for 95 % of 20 moves")), "{p95}: {page}");
     assert!(page.contains(&format!("{worst:.2} mdeg at worst")), "{worst}: {page}");
     assert!(page.contains("| bang-bang on the estimate | 2 "), "{page}");
+    let beside = |name: &str| page.lines().any(|line| line.starts_with(&format!("| {name} ")));
+    assert!(beside("height only") && beside("set F"), "{page}");
 }
 
 #[test]
@@ -40,6 +42,8 @@ fn tool_the_page_on_calibration_says_what_the_calibrations_say() {
     assert_whole(&page);
     let rms = number(&calibrations["over_runs"], "scale_factor_rms_ppm");
     assert!(page.contains(&format!("In 6 s the scale factor is found to {rms:.2} ppm rms")), "{rms}: {page}");
+    let beside = |name: &str| page.lines().any(|line| line.starts_with(&format!("| {name} ")));
+    assert!(beside("height only") && beside("set F"), "{page}");
 }
 
 /// A page is as written, times and white space aside, until a figure differs: then the place is named and nothing is

@@ -115,6 +115,11 @@ fn law_moves_on_a_tilting_motor_end_as_the_camera_sees_it() {
         let run = [&run[..], &["--out", out.to_str().expect("text")]].concat();
         let three = json(folder.path(), &[&run[..], &["--set", "camera.marks=3"]].concat());
         assert_eq!(three["ok"], Value::Bool(true), "{three}");
+        // Tilt and shift of the truth: the pin lets the mass centre be off by the play and a little that tilt adds.
+        assert_between(number(&three, "shift_max_m"), 1e-6, 8e-6, name);
+        assert_between(number(&three, "tilt_max_mrad"), 5.0, 80.0, name);
+        let picture = crate::support::built_command::written(folder.path(), "move.svg");
+        assert!(picture.contains("Tilt of the rotor") && picture.contains("on the pin"), "{name}");
         assert!(number(&three["marks"], "frames") > 1000.0 && number(&three["marks"], "refused") < 10.0);
         let one = crate::support::built_command::run(folder.path(), &run);
         let one: Value = serde_json::from_slice(&one.stdout).expect("one JSON value");

@@ -13,9 +13,11 @@ use crate::math::statistics::MeanSquare;
 use crate::report::OutputError;
 use crate::report::files::Output;
 use crate::runs::closed_loop::PositioningMoment;
+use crate::world::pose::{Pose, RotorTilt};
 
-/// Names of the columns. The last four are those of estimates.
-const COLUMNS: [&str; 11] = [
+/// Names of the columns. Those from the estimated angle to the error are of estimates. The last five are of a rotor that
+/// tilts: slopes, and shift and height of its mass centre; empty of one that does not.
+const COLUMNS: [&str; 16] = [
     "tick",
     "time_s",
     "level",
@@ -27,6 +29,11 @@ const COLUMNS: [&str; 11] = [
     "estimated_rate_rad_s",
     "sigma_mdeg",
     "error_mdeg",
+    "true_slope_x",
+    "true_slope_y",
+    "true_shift_x_m",
+    "true_shift_y_m",
+    "true_height_m",
 ];
 
 /// Most points of a picture: a few minutes of a run. Later ones are in the table only.
@@ -113,6 +120,10 @@ impl LogBesideTruth {
             put(&mut self.drives, (time_s, drive.to_owned()));
         }
         let of = |value: fn(&Logged) -> f64| logged.as_ref().map_or(String::new(), |l| value(l).to_string());
+        let tilt = truth.tilt.map(|RotorTilt { pose: Pose { slope, shift_m, .. }, height_m }| {
+            [slope[0], slope[1], shift_m[0], shift_m[1], height_m].map(|value| format!("{value:e}"))
+        });
+        let [slope_x, slope_y, shift_x_m, shift_y_m, height_m] = tilt.unwrap_or_default();
         let rate: Option<f32> = entry.field("rate_rad_s");
         self.write([
             entry.tick.to_string(),
@@ -126,6 +137,11 @@ impl LogBesideTruth {
             rate.map_or(String::new(), |rate| rate.to_string()),
             of(|logged| logged.sigma_mdeg),
             of(|logged| logged.error_mdeg),
+            slope_x,
+            slope_y,
+            shift_x_m,
+            shift_y_m,
+            height_m,
         ])?;
         Ok(())
     }
@@ -198,7 +214,9 @@ mod tests {
         };
         let at = Time::from_nanos(tick * PositionLoop::TICK_NANOS);
         let angle = Angle::from_degrees(degrees);
-        PositioningMoment { at, angle, own_axis_angle: angle, rate_rad_s: 0.5, report }
+        let pose = Pose { slope: [1e-3, -2e-3], shift_m: [3e-6, -4e-6], ..Pose::LEVEL };
+        let tilt = (tick == 7).then_some(RotorTilt { pose, height_m: 5e-6 });
+        PositioningMoment { at, angle, own_axis_angle: angle, rate_rad_s: 0.5, tilt, report }
     }
 
     fn entry(tick: u64, text: String) -> LogEntry {
@@ -226,5 +244,7 @@ mod tests {
         assert!((number(7) - 10.003).abs() < 1e-6 && (number(8) - 0.25).abs() < 1e-12);
         assert!((number(9) - 1e-2_f64.to_degrees()).abs() < 1e-9 && (number(10) - 3.0).abs() < 1e-3);
         assert_eq!((&rows[1][4], &rows[1][7], &rows[1][10]), ("phase settling", "", ""));
+        let of_tilt: Vec<f64> = (11..16).map(number).collect();
+        assert_eq!(of_tilt, [1e-3, -2e-3, 3e-6, -4e-6, 5e-6]);
     }
 }

@@ -7,6 +7,8 @@ use controller::StopReason;
 use serde::Serialize;
 
 use super::reason;
+use crate::runs::rotor_tilt::TiltFigures;
+use crate::runs::stated_errors::StatedErrors;
 use crate::world::instruments::camera::MarkCounts;
 
 /// What became of a move.
@@ -32,6 +34,12 @@ pub struct MoveOutcome {
     pub rms_estimate_error_mdeg: f64,
     /// The same while the rotor moved.
     pub rms_estimate_error_moving_mdeg: f64,
+    /// Errors of the estimate beside what the filter states, over the whole run.
+    #[serde(flatten)]
+    pub stated: StatedErrors,
+    /// Tilt and shift; left out of a rotor that does not tilt.
+    #[serde(flatten)]
+    pub tilt: Option<TiltFigures>,
     /// Largest true angle beyond the target, at least 0.
     pub overshoot_deg: f64,
     /// The filter that ran.
@@ -109,6 +117,9 @@ impl fmt::Display for MoveOutcome {
             self.health.iter().map(|(health, share)| format!("{health} {:.0} %", 100.0 * share)).collect();
         if !health.is_empty() {
             writeln!(f, "estimate           {}", health.join(", "))?;
+        }
+        if let Some(tilt) = &self.tilt {
+            write!(f, "{tilt}")?;
         }
         if let Some(MarkCounts { frames, mark_lost, mark_left_out, refused }) = self.marks {
             writeln!(

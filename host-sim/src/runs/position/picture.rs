@@ -6,6 +6,7 @@ use super::{MoveOutcome, PictureTrace};
 use crate::report::OutputError;
 use crate::report::chart::{Axis, Colour, Figure, Panel, Series};
 use crate::runs::closed_loop::PositioningMoment;
+use crate::world::pose::RotorTilt;
 
 /// The move as an SVG document.
 ///
@@ -22,7 +23,7 @@ pub fn svg(outcome: &MoveOutcome, trace: &PictureTrace) -> Result<String, Output
         outcome.drive_switches,
         outcome.rms_estimate_error_mdeg
     );
-    Figure::new(format!("Move to {} degrees in closed loop", outcome.target_deg))
+    let figure = Figure::new(format!("Move to {} degrees in closed loop", outcome.target_deg))
         .caption(caption)
         .panel(angle(outcome, trace).height(330))
         .panel(last_stretch("The last degree", 1000.0, outcome, trace).height(230))
@@ -31,8 +32,26 @@ pub fn svg(outcome: &MoveOutcome, trace: &PictureTrace) -> Result<String, Output
         )
         .panel(rate(trace, end_s))
         .panel(estimator_error(outcome, trace))
-        .panel(drive(trace, end_s).height(210))
-        .svg()
+        .panel(drive(trace, end_s).height(210));
+    tilt(trace, end_s).into_iter().fold(figure, Figure::panel).svg()
+}
+
+/// Tilt and shift of a rotor that tilts; none of one that does not.
+fn tilt(trace: &PictureTrace, end_s: f64) -> Vec<Panel> {
+    let tilts = || trace.moments.iter().filter_map(|moment| Some((moment.seconds(), moment.tilt?)));
+    if tilts().next().is_none() {
+        return Vec::new();
+    }
+    let line = |of: fn(&RotorTilt) -> f64| tilts().map(|(at, tilt)| (at, of(&tilt))).collect::<Vec<_>>();
+    vec![
+        Panel::new("Tilt of the rotor", time(end_s), Axis::new("tilt (mrad)"))
+            .series(Series::line(line(|tilt| 1e3 * tilt.pose.tilt_rad())).colour(Colour::Blue))
+            .height(210),
+        Panel::new("Shift of the rotor's centre on the pin", time(end_s), Axis::new("shift (um)"))
+            .series(Series::line(line(|tilt| 1e6 * tilt.pose.shift_m[0])).colour(Colour::Blue).label("x"))
+            .series(Series::line(line(|tilt| 1e6 * tilt.pose.shift_m[1])).colour(Colour::Orange).label("y"))
+            .height(230),
+    ]
 }
 
 fn time(end_s: f64) -> Axis {

@@ -69,6 +69,7 @@ mod tests {
             angle: Angle::ZERO,
             own_axis_angle: Angle::ZERO,
             rate_rad_s: 0.0,
+            tilt: None,
             report,
         }
     }

@@ -10,13 +10,17 @@ use super::waits::Waits;
 use crate::math::statistics::MeanSquare;
 use crate::runs::closed_loop::PositioningMoment;
 use crate::runs::filter;
+use crate::runs::rotor_tilt::TiltFigureSums;
+use crate::runs::stated_errors::StatedErrorCounts;
 use crate::scene::Scene;
+use crate::world::pose::RotorTilt;
 
 /// The values of a tick that are summed.
 pub(crate) struct MoveTick {
     pub(crate) at: Time,
     pub(crate) angle: Angle,
     pub(crate) rate_rad_s: f64,
+    pub(crate) tilt: Option<RotorTilt>,
     pub(crate) estimate: Option<Estimate<f32>>,
     pub(crate) applied: DriveCommand,
     pub(crate) holding: bool,
@@ -32,6 +36,7 @@ impl MoveTick {
             at: moment.at,
             angle: moment.angle,
             rate_rad_s: moment.rate_rad_s,
+            tilt: moment.tilt,
             estimate,
             applied,
             holding,
@@ -49,6 +54,8 @@ pub(crate) struct MoveSums {
     driven_ticks: u64,
     square_mdeg2: MeanSquare,
     square_moving_mdeg2: MeanSquare,
+    stated: StatedErrorCounts,
+    tilt: TiltFigureSums,
     overshoot_deg: f64,
     waits: Waits,
 }
@@ -64,6 +71,8 @@ impl MoveSums {
             driven_ticks: 0,
             square_mdeg2: MeanSquare::default(),
             square_moving_mdeg2: MeanSquare::default(),
+            stated: StatedErrorCounts::default(),
+            tilt: TiltFigureSums::default(),
             overshoot_deg: 0.0,
             waits: Waits::default(),
         }
@@ -72,6 +81,7 @@ impl MoveSums {
     /// Adds a tick.
     pub(crate) fn add(&mut self, tick: &MoveTick) {
         let applied = tick.applied;
+        self.tilt.add(tick.tilt.as_ref());
         if let Some((phase, health)) = tick.loop_state {
             self.waits.add(phase, health);
         }
@@ -79,7 +89,10 @@ impl MoveSums {
         self.driven_ticks += u64::from(applied.mode().is_some());
         self.last_command = applied;
         self.holding_since = if tick.holding { self.holding_since.or(Some(tick.at)) } else { None };
-        if let Some(estimate) = tick.estimate {
+        if let Some(estimate) = &tick.estimate {
+            if let Some((_, health)) = tick.loop_state {
+                self.stated.add(estimate, health, tick.angle);
+            }
             let error = 1e3 * estimate.angle.minus(tick.angle).degrees();
             self.square_mdeg2.add(error);
             if tick.rate_rad_s.abs() > 1e-3 {
@@ -112,6 +125,8 @@ impl MoveSums {
             drive_on_s,
             rms_estimate_error_mdeg: self.square_mdeg2.root(),
             rms_estimate_error_moving_mdeg: self.square_moving_mdeg2.root(),
+            stated: self.stated.figures(),
+            tilt: self.tilt.figures(),
             overshoot_deg: self.overshoot_deg,
             filter: filter::chosen(scene),
             stopped: None,

@@ -5,6 +5,8 @@ use std::fmt;
 use serde::Serialize;
 
 use super::RateRange;
+use crate::runs::rotor_tilt::TiltFigures;
+use crate::runs::stated_errors::StatedErrors;
 
 /// What became of a held rate.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -27,24 +29,26 @@ pub struct RateOutcome {
     pub ripple_rms_deg_s: f64,
     /// Root mean square of the estimated less the true angle.
     pub estimate_rms_mdeg: f64,
+    /// The same beside what the filter states, after settling.
+    #[serde(flatten)]
+    pub stated: StatedErrors,
+    /// Tilt and shift in the whole run; left out of a rotor that does not tilt.
+    #[serde(flatten)]
+    pub tilt: Option<TiltFigures>,
     /// How often the estimate was lost in the whole run: each time the reference begins anew where the rotor then is.
     pub reference_losses: u32,
     /// The filter that ran.
     pub filter: &'static str,
     /// Share of the time at full drive: near 1 the motor cannot do more.
     pub saturated: f64,
+    /// Time that this machine took for a second of motor time: no part of the JSON, which depends on the seed alone.
+    #[serde(skip)]
+    pub time_s_per_s: f64,
     /// The range of this motor at full drive.
     #[serde(rename = "reach")]
     pub range: RateRange,
     /// Seed of the run.
     pub seed: u64,
-}
-
-impl RateOutcome {
-    /// The outcome as one JSON object on one line.
-    pub fn json(&self) -> String {
-        crate::report::files::json_line(self)
-    }
 }
 
 impl fmt::Display for RateOutcome {
@@ -67,6 +71,9 @@ impl fmt::Display for RateOutcome {
         writeln!(f, "ripple             {:.1} deg/s rms", self.ripple_rms_deg_s)?;
         writeln!(f, "filter             {}", self.filter)?;
         writeln!(f, "estimator error    {:.2} mdeg rms", self.estimate_rms_mdeg)?;
+        if let Some(tilt) = &self.tilt {
+            write!(f, "{tilt}")?;
+        }
         writeln!(f, "at full drive      {:.1} % of the time", 100.0 * self.saturated)?;
         let RateRange { clockwise_deg_s, counter_clockwise_deg_s } = self.range;
         let both_ways = self.profile == "both_ways";

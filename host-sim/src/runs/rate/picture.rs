@@ -3,6 +3,7 @@
 use super::RateOutcome;
 use crate::report::OutputError;
 use crate::report::chart::{Axis, Colour, Figure, Panel, Series};
+use crate::runs::rotor_tilt::TiltFigures;
 
 /// A point of the picture.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -17,6 +18,8 @@ pub struct RatePoint {
     pub off_deg: f64,
     /// Amplitude, negative in mode C.
     pub drive: f64,
+    /// Tilt and shift since the last point, of a rotor that tilts.
+    pub tilt: Option<TiltFigures>,
 }
 
 /// The run as an SVG document.
@@ -26,7 +29,7 @@ pub struct RatePoint {
 pub fn svg(outcome: &RateOutcome, points: &[RatePoint]) -> Result<String, OutputError> {
     let time = || Axis::new("time (s)");
     let line = |of: fn(&RatePoint) -> f64| points.iter().map(|m| (m.time_s, of(m))).collect::<Vec<_>>();
-    Figure::new(format!("Rate of {} degrees a second in closed loop", outcome.rate_deg_s))
+    let figure = Figure::new(format!("Rate of {} degrees a second in closed loop", outcome.rate_deg_s))
         .caption(format!(
             "plant drawn by seed {}: mean rate {:+.3} % off, ripple {:.0} deg/s rms",
             outcome.seed, outcome.mean_error_percent, outcome.ripple_rms_deg_s
@@ -44,6 +47,34 @@ pub fn svg(outcome: &RateOutcome, points: &[RatePoint]) -> Result<String, Output
             Panel::new("Drive: mode B up, mode C down", time(), Axis::new("amplitude").within(-1.1..1.1))
                 .series(Series::line(line(|m| m.drive)).colour(Colour::Purple))
                 .height(210),
-        )
-        .svg()
+        );
+    tilt_panels(points).into_iter().fold(figure, Figure::panel).svg()
+}
+
+/// Tilt and shift of a rotor that tilts; none of one that does not.
+fn tilt_panels(points: &[RatePoint]) -> Vec<Panel> {
+    let line = |of: fn(&TiltFigures) -> f64| -> Vec<(f64, f64)> {
+        points.iter().filter_map(|point| Some((point.time_s, of(point.tilt.as_ref()?)))).collect()
+    };
+    let panel = |title: &str, unit: &str, [rms, most]: [Vec<(f64, f64)>; 2]| {
+        Panel::new(title, Axis::new("time (s)"), Axis::new(unit))
+            .series(Series::line(most).colour(Colour::Grey).label("largest"))
+            .series(Series::line(rms).colour(Colour::Blue).label("root mean square"))
+            .height(210)
+    };
+    if points.iter().all(|point| point.tilt.is_none()) {
+        return Vec::new();
+    }
+    vec![
+        panel(
+            "Tilt of the rotor, over 5 ms",
+            "tilt (mrad)",
+            [line(|tilt| tilt.tilt_rms_mrad), line(|tilt| tilt.tilt_max_mrad)],
+        ),
+        panel(
+            "Distance of the rotor's centre from the pin's axis, over 5 ms",
+            "shift (um)",
+            [line(|tilt| 1e6 * tilt.shift_rms_m), line(|tilt| 1e6 * tilt.shift_max_m)],
+        ),
+    ]
 }

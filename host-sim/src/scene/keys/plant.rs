@@ -24,8 +24,9 @@ pub const SETTINGS: &[Setting] = &[
     Setting {
         key: "plant.parameters",
         unit: "",
-        kind: Kind::Choice { default: "drawn", of: &["drawn", "nominal"] },
-        meaning: "drawn around the design (motor.*) by the seed, or the design as in simulate; plant.motor.* are kept",
+        kind: Kind::Choice { default: "drawn", of: &["drawn", "around_plant", "nominal"] },
+        meaning: "drawn around the design (motor.*) by the seed, plant.motor.* kept; drawn around the design with \
+                  plant.motor.* in it; or the design as in simulate, plant.motor.* kept",
     },
     Setting {
         key: "plant.impacts",

@@ -3,6 +3,7 @@
 
 use std::collections::VecDeque;
 use std::ops::ControlFlow;
+use std::time::Instant;
 
 use controller::{Drive as _, Sense as _};
 use estimator::{AngleFilter as _, CameraFrame, Health, Innovation, LdvSample};
@@ -12,6 +13,7 @@ use super::error_sums::ErrorSums;
 use super::genie::Genie;
 use super::kicks::{FreeMotion, TrueMotion};
 use super::timeline::{self, TimelinePhase};
+use crate::math::count::real;
 use crate::runs::RunError;
 use crate::runs::filter::{AnyFilter, FILTERS, SMOOTHER_LAG_MS};
 use crate::runs::tick_driver::{RigPorts, TickDriver, TickProgram};
@@ -38,15 +40,40 @@ pub(crate) fn names() -> impl Iterator<Item = &'static str> {
     FILTERS.iter().copied().chain(SMOOTHED.iter().map(|of| of.0)).chain(GENIES.iter().map(|genie| genie.0))
 }
 
+/// What a run gives: the error sums of each of [`names`], and what it cost.
+#[derive(Clone, Debug)]
+pub(crate) struct ComparedRun {
+    pub(crate) sums: Vec<PhaseSums>,
+    pub(crate) cost: RunCost,
+}
+
+/// Time that a run took on this machine.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct RunCost {
+    ticks: u64,
+    /// Of the rig: plant, instruments, and the kicks for the genies.
+    rig_s: f64,
+    /// Of each filter: to take in what arrived in a tick.
+    filters_s: [f64; FILTERS.len()],
+}
+
+impl RunCost {
+    /// Time in s of a second of motor time.
+    pub(crate) fn rig_s_per_s(&self) -> f64 {
+        self.rig_s / (real(self.ticks) * TICK_S)
+    }
+
+    /// Time in ns of a tick of the filter at `place` in [`FILTERS`].
+    pub(crate) fn filter_ns(&self, place: usize) -> f64 {
+        1e9 * self.filters_s[place] / real(self.ticks)
+    }
+}
+
 /// Runs the motor of `scene` under `mode`, and calls `progress` every simulated millisecond.
 ///
 /// # Errors
 /// When the scene is refused.
-pub(crate) fn run(
-    scene: &Scene,
-    mode: DriveMode,
-    progress: &impl Fn(u64),
-) -> Result<Vec<PhaseSums>, RunError> {
+pub(crate) fn run(scene: &Scene, mode: DriveMode, progress: &impl Fn(u64)) -> Result<ComparedRun, RunError> {
     let mut driver = TickDriver::new(scene, FilterComparison::new(scene, mode)?)?;
     let command = driver.program_mut().enter(Time::ZERO);
     driver.overrule(command);
@@ -59,10 +86,14 @@ pub(crate) fn run(
         let over = moment.at.nanos() >= timeline::duration_nanos();
         if over { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     });
-    Ok(driver.into_program().sums)
+    let FilterComparison { sums, cost, .. } = driver.into_program();
+    Ok(ComparedRun { sums, cost })
 }
 
 const TICKS_PER_MS: u64 = 100;
+
+/// A tick in s.
+const TICK_S: f64 = 1e-5;
 
 #[expect(clippy::cast_possible_truncation, reason = "200")]
 const LAG_TICKS: usize = (SMOOTHER_LAG_MS * TICKS_PER_MS) as usize;
@@ -79,6 +110,12 @@ struct FilterComparison {
     /// The truth of the last ticks, the newest last, over the lag of the smoothers.
     truths: VecDeque<TrueMotion>,
     ticks: u64,
+    cost: RunCost,
+    /// When the last tick ended, by the clock of this machine.
+    ended: Option<Instant>,
+    /// What arrived in a tick.
+    samples: Vec<LdvSample>,
+    frames: Vec<CameraFrame>,
 }
 
 impl FilterComparison {
@@ -94,6 +131,10 @@ impl FilterComparison {
             sums: names().map(|_| PhaseSums::default()).collect(),
             truths: VecDeque::new(),
             ticks: 0,
+            cost: RunCost::default(),
+            ended: None,
+            samples: Vec::new(),
+            frames: Vec::new(),
         })
     }
 
@@ -108,21 +149,31 @@ impl FilterComparison {
         command
     }
 
-    fn take_ldv(&mut self, sample: &LdvSample) {
-        for (filter, sums) in self.filters.iter_mut().zip(&mut self.sums) {
-            if let Some(innovation) = filter.update_ldv(sample) {
-                add_innovation(sums, self.phase, &innovation);
-            }
-        }
-    }
-
-    fn take_frame(&mut self, frame: &CameraFrame) {
+    /// Gives what has arrived to every filter, then to every genie.
+    fn take(&mut self, ports: &mut RigPorts) {
+        self.samples.clear();
+        self.samples.extend(std::iter::from_fn(|| ports.ldv_sample()));
+        self.frames.clear();
+        self.frames.extend(std::iter::from_fn(|| ports.camera_frame()));
         let (filters, genies) = self.sums.split_at_mut(self.filters.len() + SMOOTHED.len());
-        for (filter, sums) in self.filters.iter_mut().zip(filters) {
-            add_innovation(sums, self.phase, &filter.update_camera(frame));
+        let mut begun = Instant::now();
+        for ((filter, sums), taken_s) in self.filters.iter_mut().zip(filters).zip(&mut self.cost.filters_s) {
+            for sample in &self.samples {
+                if let Some(innovation) = filter.update_ldv(sample) {
+                    add_innovation(sums, self.phase, &innovation);
+                }
+            }
+            for frame in &self.frames {
+                add_innovation(sums, self.phase, &filter.update_camera(frame));
+            }
+            let ended = Instant::now();
+            *taken_s += (ended - begun).as_secs_f64();
+            begun = ended;
         }
-        for (genie, sums) in self.genies.iter_mut().zip(genies) {
-            add_innovation(sums, self.phase, &genie.update_camera(frame));
+        for frame in &self.frames {
+            for (genie, sums) in self.genies.iter_mut().zip(&mut *genies) {
+                add_innovation(sums, self.phase, &genie.update_camera(frame));
+            }
         }
     }
 
@@ -173,21 +224,19 @@ impl TickProgram for FilterComparison {
     }
 
     fn tick(&mut self, now: Time, ports: &mut RigPorts) {
+        self.cost.ticks += 1;
+        self.cost.rig_s += self.ended.map_or(0.0, |ended| ended.elapsed().as_secs_f64());
         let truth = TrueMotion { at: now, ..TrueMotion::of(&ports.plant().rotor()) };
         let genies = &mut self.genies;
         self.free_motion.close(&truth, |kick| genies.iter_mut().for_each(|genie| genie.give(&kick)));
         self.keep_truth(truth);
-        while let Some(sample) = ports.ldv_sample() {
-            self.take_ldv(&sample);
-        }
-        while let Some(frame) = ports.camera_frame() {
-            self.take_frame(&frame);
-        }
+        self.take(ports);
         self.ticks += 1;
         if let Some(phase) = self.phase.filter(|_| self.ticks.is_multiple_of(TICKS_PER_COMPARISON)) {
             self.compare(phase, &truth);
         }
         ports.drive(self.enter(now));
+        self.ended = Some(Instant::now());
     }
 }
 

@@ -5,6 +5,7 @@ use motor_model::{Angle, Real, math};
 
 use crate::math::count::real;
 use crate::math::statistics::upper_quantile;
+use crate::runs::stated_errors::{StatedErrorCounts, StatedErrors};
 
 /// Sums over one phase of one or more runs.
 #[derive(Clone, Debug, Default)]
@@ -20,6 +21,7 @@ pub struct ErrorSums {
     health: [u64; 3],
     /// Samples at which the health was good and the estimate wrong.
     false_valid: u64,
+    stated: StatedErrorCounts,
     camera: InnovationSums,
     /// Measurements of either instrument of which the filter returned an innovation.
     offered: u64,
@@ -76,6 +78,7 @@ impl ErrorSums {
         self.normalised[0] += of_angle;
         self.normalised[1] += off_rad_s * off_rad_s / p22;
         self.normalised[2] += 0.5 * joint / (p11 * p22 - p12 * p12);
+        self.stated.add_error(off_mdeg, of_angle, health);
         let wrong = off_mdeg.abs() > Self::FALSE_VALID_MDEG
             && of_angle > Self::FALSE_VALID_SIGMAS * Self::FALSE_VALID_SIGMAS;
         self.false_valid += u64::from(wrong && health == Health::Good);
@@ -115,6 +118,7 @@ impl ErrorSums {
         self.missing += other.missing;
         (self.health.iter_mut().zip(other.health)).for_each(|(sum, more)| *sum += more);
         self.false_valid += other.false_valid;
+        self.stated.absorb(&other.stated);
         self.camera.absorb(&other.camera);
         self.offered += other.offered;
         self.rejected += other.rejected;
@@ -141,6 +145,11 @@ impl ErrorSums {
     pub fn health(&self) -> ([f64; 3], f64) {
         let all = real(self.health.iter().sum::<u64>());
         (self.health.map(|count| real(count) / all), real(self.false_valid) / all)
+    }
+
+    /// Errors of the angle beside what is stated of them.
+    pub fn stated(&self) -> StatedErrors {
+        self.stated.figures()
     }
 
     /// Mean squared error of angle and of rate, each per its variance, and of both together, `e' P^-1 e / 2`: 1 each in

@@ -8,6 +8,7 @@ use crate::report::OutputError;
 use crate::report::document::{Block, Document, Table};
 use crate::report::page::PlacedValue;
 use crate::runs::filter::SMOOTHER_LAG_MS;
+use crate::studies::beside::FIRST;
 
 const ABOUT: &str = "Motors drawn within Table 1's tolerances, Coulomb friction, located impacts; the filters know the \
     nominal motor at most. Errors of the angle at the present, every 70 us. ANEES: of angle and rate together, 1 in a \
@@ -21,7 +22,8 @@ const ABOUT: &str = "Motors drawn within Table 1's tolerances, Coulomb friction,
 /// Columns of the CSV: the fields of a row, of bounds the lower and the upper one.
 const CSV_HEADER: &str = "filter,drive,phase,rms_angle_mdeg,p999_angle_mdeg,rms_rate_rad_s,times_genie,anees,anees_low,\
     anees_high,angle_anees,angle_anees_low,angle_anees_high,rate_anees,nis,nis_low,nis_high,whiteness,whiteness_bound,\
-    rejected,restarts,missing,good,degraded,unusable,false_valid,runs";
+    rejected,restarts,missing,good,degraded,unusable,false_valid,beyond_3_sigma,good_beyond_5_sigma,\
+    good_beyond_5_sigma_worst_mdeg,runs,beside";
 
 impl FilterErrors {
     /// The whole table.
@@ -45,18 +47,19 @@ impl FilterErrors {
         ]);
         self.rows.iter().map(cells).for_each(|cells| table.push(cells));
         let runs = self.rows.first().map_or(0, |row| row.runs);
-        Document {
-            blocks: vec![
-                Block::Heading("Angle and rate against the truth".to_owned()),
-                Block::Paragraph(ABOUT.to_owned()),
-                Block::Paragraph(format!("{runs} motors in each mode.")),
-                Block::Table(table),
-            ],
-        }
+        let mut blocks = vec![
+            Block::Heading("Angle and rate against the truth".to_owned()),
+            Block::Paragraph(ABOUT.to_owned()),
+            Block::Paragraph(format!("{runs} motors in each mode.")),
+            Block::Table(table),
+        ];
+        blocks.extend(self.beside_blocks(FIRST));
+        Document { blocks }
     }
 
-    /// The values of its page: root mean square errors, and whether the filters know them.
-    pub fn page_values(&self) -> Vec<PlacedValue> {
+    /// The values of its page: root mean square errors, and whether the filters know them; the first scene under the
+    /// name `first`.
+    pub fn page_values(&self, first: &str) -> Vec<PlacedValue> {
         let rms = |filter: &str, drive: &str, phase| {
             self.row(filter, drive, phase).map_or_else(String::new, |row| millidegrees(row.rms_angle_mdeg))
         };
@@ -69,6 +72,8 @@ impl FilterErrors {
             ("error_motors", runs.to_string()),
             ("smoother_lag_ms", SMOOTHER_LAG_MS.to_string()),
             ("table_errors", self.errors_by_phase().markdown()),
+            ("about_scenes", self.about_beside(first)),
+            ("table_scenes", self.beside_table(first).markdown()),
         ]
     }
 
@@ -100,12 +105,12 @@ impl FilterErrors {
     /// # Errors
     /// When it cannot be written.
     pub fn csv(&self) -> Result<String, OutputError> {
-        crate::report::files::csv(Some(CSV_HEADER), self.rows.iter())
+        crate::report::files::csv(Some(CSV_HEADER), self.all_rows())
     }
 
     /// The rows as one JSON array on one line.
     pub fn json(&self) -> String {
-        crate::report::files::json_line(&self.rows)
+        crate::report::files::json_line(&self.all_rows().collect::<Vec<_>>())
     }
 }
 
@@ -146,6 +151,6 @@ fn cells(row: &FilterErrorsRow) -> Vec<String> {
 }
 
 /// Two significant digits at least.
-fn millidegrees(angle_mdeg: f64) -> String {
+pub(super) fn millidegrees(angle_mdeg: f64) -> String {
     if angle_mdeg < 10.0 { format!("{angle_mdeg:.2}") } else { format!("{angle_mdeg:.1}") }
 }

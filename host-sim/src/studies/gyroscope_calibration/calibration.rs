@@ -1,6 +1,6 @@
 //! One calibration: a gyroscope on the run of a motor, and what became of it.
 
-use motor_model::math;
+use motor_model::{Angle, math};
 use serde::Serialize;
 
 use super::fit::{CalibrationFit, FitInterval};
@@ -28,12 +28,25 @@ pub struct CalibrationOutcome {
     pub scale_factor_error_ppm: f64,
     /// Its standard deviation; 1.96 of it to either side are the 95 % interval.
     pub scale_factor_sigma_ppm: f64,
+    /// What coning makes of that error: the gyroscope turns about the rotor's own axis, the reference is the angle seen
+    /// from above.
+    pub scale_factor_coning_ppm: f64,
+    /// What the error of the reference makes of it.
+    pub scale_factor_reference_ppm: f64,
+    /// What the gyroscope's noise makes of it: the rest.
+    pub scale_factor_noise_ppm: f64,
     /// Bias found.
     pub bias_deg_h: f64,
     /// Found less true.
     pub bias_error_deg_h: f64,
     /// Its standard deviation.
     pub bias_sigma_deg_h: f64,
+    /// What coning, the error of the reference and the gyroscope's noise make of that error.
+    pub bias_coning_deg_h: f64,
+    /// See above.
+    pub bias_reference_deg_h: f64,
+    /// See above.
+    pub bias_noise_deg_h: f64,
     /// Correlation of both errors, as the fit states it.
     pub correlation: f64,
     /// Square of the distance of the true pair in standard deviations, correlation included.
@@ -51,9 +64,21 @@ pub struct CalibrationOutcome {
     pub saturated_intervals: usize,
     /// Root mean square error of the reference at the ends of the intervals.
     pub reference_rms_mdeg: f64,
+    /// Share of the ends of the intervals at which the reference is off by more than three standard deviations that the
+    /// filter states.
+    pub reference_beyond_3_sigma: f64,
+    /// Ends at which it is called good and is off by more than five.
+    pub reference_good_beyond_5_sigma: u64,
+    /// The largest error of these.
+    pub reference_good_beyond_5_sigma_worst_mdeg: f64,
 }
 
 impl CalibrationOutcome {
+    /// Error of the scale factor in its standard deviations.
+    pub fn scale_factor_sigmas(&self) -> f64 {
+        self.scale_factor_error_ppm.abs() / self.scale_factor_sigma_ppm
+    }
+
     /// Whether the 95 % interval of the scale factor holds the truth.
     pub fn covers_scale_factor(&self) -> bool {
         self.scale_factor_error_ppm.abs() <= NORMAL_95 * self.scale_factor_sigma_ppm
@@ -110,9 +135,9 @@ impl Calibration {
             (interval, within.iter().any(|sample| sample.saturated))
         };
         let intervals: Vec<_> = turning.anchors.windows(2).map(interval).collect();
-        let kept: Vec<FitInterval> =
+        let kept_intervals: Vec<FitInterval> =
             intervals.iter().filter(|(_, saturated)| !saturated).map(|(interval, _)| *interval).collect();
-        let fit = CalibrationFit::to(&kept, &noise)?;
+        let fit = CalibrationFit::to(&kept_intervals, &noise)?;
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "at least 1")]
         let chunk = (0.05 / noise.period_s).round().max(1.0) as usize;
         let mean = |(index, chunk_of): (usize, &[GyroscopeSample])| {
@@ -122,27 +147,70 @@ impl Calibration {
         };
         let rates_deg_s = samples.chunks(chunk).enumerate().map(mean).collect();
         let (truth, ppm, deg_h) = (gyroscope.errors(), 1e6, SECONDS_PER_HOUR);
+        let differences = differences(turning);
+        let part = |of: fn(&TurnDifference) -> f64| {
+            let kept = differences.iter().zip(&intervals).filter(|(_, (_, saturated))| !saturated);
+            fit.part(
+                &kept_intervals,
+                &noise,
+                kept.map(|(difference, _)| (1.0 + truth.scale) * of(difference)),
+            )
+        };
+        let [coning, reference] = [part(|turn| turn.coning_deg)?, part(|turn| turn.reference_deg)?];
+        let errors = [fit.scale - truth.scale, fit.bias_deg_s - truth.bias_deg_s];
+        let rest = [0, 1].map(|of| errors[of] - coning[of] - reference[of]);
+        let stated = turning.reference_stated();
         let outcome = CalibrationOutcome {
             seed: turning.seed,
             serial,
             motor_time_s,
             scale_factor_ppm: ppm * fit.scale,
-            scale_factor_error_ppm: ppm * (fit.scale - truth.scale),
+            scale_factor_error_ppm: ppm * errors[0],
+            scale_factor_coning_ppm: ppm * coning[0],
+            scale_factor_reference_ppm: ppm * reference[0],
+            scale_factor_noise_ppm: ppm * rest[0],
             scale_factor_sigma_ppm: ppm * fit.scale_sigma(),
             bias_deg_h: deg_h * fit.bias_deg_s,
-            bias_error_deg_h: deg_h * (fit.bias_deg_s - truth.bias_deg_s),
+            bias_error_deg_h: deg_h * errors[1],
+            bias_coning_deg_h: deg_h * coning[1],
+            bias_reference_deg_h: deg_h * reference[1],
+            bias_noise_deg_h: deg_h * rest[1],
             bias_sigma_deg_h: deg_h * fit.bias_sigma_deg_s(),
             correlation: fit.correlation(),
             pair_distance_square: fit.distance_square(truth.scale, truth.bias_deg_s),
             walk_bias_sigma_deg_h: deg_h * noise.walk_bias_deg_s(motor_time_s),
             walk_scale_factor_sigma_ppm: ppm * walk_scale_sigma(&intervals, &noise),
             reference_factor: fit.reference_factor,
-            intervals: kept.len(),
-            saturated_intervals: intervals.len() - kept.len(),
+            intervals: kept_intervals.len(),
+            saturated_intervals: intervals.len() - kept_intervals.len(),
             reference_rms_mdeg: turning.reference_rms_mdeg(),
+            reference_beyond_3_sigma: stated.beyond_3_sigma,
+            reference_good_beyond_5_sigma: stated.good_beyond_5_sigma,
+            reference_good_beyond_5_sigma_worst_mdeg: stated.good_beyond_5_sigma_worst_mdeg,
         };
         Some(Self { outcome, intervals, rates_deg_s, fit, noise })
     }
+}
+
+/// How the turn of an interval differs from that of the reference, but for the gyroscope's errors, in degrees.
+struct TurnDifference {
+    /// The turn about the rotor's own axis less the one seen from above.
+    coning_deg: f64,
+    /// The true turn seen from above less that of the reference.
+    reference_deg: f64,
+}
+
+/// Those of all intervals.
+fn differences(turning: &TurningRun) -> Vec<TurnDifference> {
+    let turn = |of: &[Angle], pair: &[Anchor]| of[pair[1].sample].minus(of[pair[0].sample]).degrees();
+    let difference = |pair: &[Anchor]| {
+        let seen_deg = turn(&turning.truth, pair);
+        TurnDifference {
+            coning_deg: turn(&turning.sensed, pair) - seen_deg,
+            reference_deg: seen_deg - pair[1].angle.minus(pair[0].angle).degrees(),
+        }
+    };
+    turning.anchors.windows(2).map(difference).collect()
 }
 
 /// Standard deviation of the scale factor that random walk alone allows at the rates of all intervals.

@@ -22,7 +22,7 @@
 //! Source: Aitken, Proc. Roy. Soc. Edinburgh 55 (1935) 42-48.
 
 use motor_model::math;
-use nalgebra::{DMatrix, DVector, Dyn, Matrix2, OMatrix, U2, Vector2};
+use nalgebra::{Cholesky, DMatrix, DVector, Dyn, Matrix2, OMatrix, U2, Vector2};
 
 use crate::math::count::real;
 use crate::world::instruments::gyroscope::{GyroscopeNoise, noise::TimeSpan};
@@ -77,6 +77,41 @@ fn covariance(intervals: &[FitInterval], noise: &GyroscopeNoise, reference_facto
     })
 }
 
+/// How the fit weighs the intervals.
+struct FitWeights {
+    /// Of V.
+    factor: Cholesky<f64, Dyn>,
+    /// A per standard deviation.
+    regressors_white: OMatrix<f64, Dyn, U2>,
+    /// Of the result.
+    covariance: Matrix2<f64>,
+}
+
+impl FitWeights {
+    fn new(intervals: &[FitInterval], noise: &GyroscopeNoise, reference_factor: f64) -> Option<Self> {
+        let factor = covariance(intervals, noise, reference_factor).cholesky()?;
+        let regressors = OMatrix::<f64, Dyn, U2>::from_fn(intervals.len(), |row, column| {
+            if column == 0 { intervals[row].turned_deg } else { intervals[row].span.length_s() }
+        });
+        let regressors_white = factor.l_dirty().solve_lower_triangular(&regressors)?;
+        let information: Matrix2<f64> = regressors_white.tr_mul(&regressors_white);
+        // 1 - square of the correlation: 0 but for rounding where all intervals have one rate.
+        let told_apart = information.determinant() / (information.m11 * information.m22);
+        let covariance = information.try_inverse().filter(|_| told_apart > 1e-9)?;
+        Some(Self { factor, regressors_white, covariance })
+    }
+
+    /// Scale factor and bias from differences, and the weighted sum of the squared residuals.
+    fn solve(&self, seen_deg: impl Iterator<Item = f64>) -> Option<(Vector2<f64>, f64)> {
+        let seen = DVector::from_iterator(self.regressors_white.nrows(), seen_deg);
+        let seen_white = self.factor.l_dirty().solve_lower_triangular(&seen)?;
+        let right: Vector2<f64> = self.regressors_white.tr_mul(&seen_white);
+        let found = self.covariance * right;
+        let residual = seen_white - &self.regressors_white * found;
+        Some((found, residual.norm_squared()))
+    }
+}
+
 impl CalibrationFit {
     /// The fit to `intervals`, which are in order and do not overlap; `None` where they do not tell scale factor from
     /// bias, or have no noise.
@@ -96,32 +131,24 @@ impl CalibrationFit {
     /// With the reference's variances raised by a factor.
     fn weighted(intervals: &[FitInterval], noise: &GyroscopeNoise, reference_factor: f64) -> Option<Self> {
         let degrees_of_freedom = intervals.len().checked_sub(2)?;
-        let factor = covariance(intervals, noise, reference_factor).cholesky()?;
-        let regressors = OMatrix::<f64, Dyn, U2>::from_fn(intervals.len(), |row, column| {
-            if column == 0 { intervals[row].turned_deg } else { intervals[row].span.length_s() }
-        });
-        let seen = DVector::from_iterator(
-            intervals.len(),
-            intervals.iter().map(|interval| interval.shown_deg - interval.turned_deg),
-        );
-        let white = |of: &DVector<f64>| factor.l_dirty().solve_lower_triangular(of);
-        let regressors_white = factor.l_dirty().solve_lower_triangular(&regressors)?;
-        let seen_white = white(&seen)?;
-        let information: Matrix2<f64> = regressors_white.tr_mul(&regressors_white);
-        let right: Vector2<f64> = regressors_white.tr_mul(&seen_white);
-        // 1 - square of the correlation: 0 but for rounding where all intervals have one rate.
-        let told_apart = information.determinant() / (information.m11 * information.m22);
-        let covariance = information.try_inverse().filter(|_| told_apart > 1e-9)?;
-        let [[scale, bias_deg_s]] = (covariance * right).data.0;
-        let residual = seen_white - regressors_white * Vector2::new(scale, bias_deg_s);
-        Some(Self {
-            scale,
-            bias_deg_s,
-            covariance,
-            chi_square: residual.norm_squared(),
-            degrees_of_freedom,
-            reference_factor,
-        })
+        let weights = FitWeights::new(intervals, noise, reference_factor)?;
+        let seen = intervals.iter().map(|interval| interval.shown_deg - interval.turned_deg);
+        let (found, chi_square) = weights.solve(seen)?;
+        let [scale, bias_deg_s] = found.into();
+        let covariance = weights.covariance;
+        Some(Self { scale, bias_deg_s, covariance, chi_square, degrees_of_freedom, reference_factor })
+    }
+
+    /// What differences of `seen_deg` between gyroscope and reference, one for each of the `intervals` of this fit, make
+    /// of the scale factor and of the bias in deg/s: the fit is linear in them.
+    pub fn part(
+        &self,
+        intervals: &[FitInterval],
+        noise: &GyroscopeNoise,
+        seen_deg: impl Iterator<Item = f64>,
+    ) -> Option<[f64; 2]> {
+        let weights = FitWeights::new(intervals, noise, self.reference_factor)?;
+        Some(weights.solve(seen_deg)?.0.into())
     }
 
     /// Standard deviation of the scale factor.

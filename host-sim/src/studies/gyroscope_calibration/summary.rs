@@ -20,6 +20,16 @@ pub struct CalibrationSummary {
     pub scale_factor_stated_ppm: f64,
     /// The largest error.
     pub scale_factor_worst_ppm: f64,
+    /// Mean of what coning makes of the error.
+    pub scale_factor_coning_ppm: f64,
+    /// Root mean square of what the error of the reference makes of it.
+    pub scale_factor_reference_ppm: f64,
+    /// Root mean square of what the gyroscope's noise makes of it.
+    pub scale_factor_noise_ppm: f64,
+    /// Runs whose scale factor is off by more than five of its standard deviations.
+    pub scale_factor_beyond_5_sigma: usize,
+    /// The largest error of a scale factor in its standard deviations.
+    pub scale_factor_worst_sigmas: f64,
     /// The same, as random walk alone allows at these rates.
     pub scale_factor_walk_ppm: f64,
     /// Runs within 10 ppm of the truth.
@@ -32,6 +42,12 @@ pub struct CalibrationSummary {
     pub bias_stated_deg_h: f64,
     /// The largest error.
     pub bias_worst_deg_h: f64,
+    /// Mean of what coning makes of the bias's error.
+    pub bias_coning_deg_h: f64,
+    /// Root mean square of what the error of the reference makes of it.
+    pub bias_reference_deg_h: f64,
+    /// Root mean square of what the gyroscope's noise makes of it.
+    pub bias_noise_deg_h: f64,
     /// Root mean square error of the bias per what random walk allows in the time.
     pub bias_over_walk: f64,
     /// Runs whose 95 % interval of the bias holds the truth.
@@ -46,6 +62,13 @@ pub struct CalibrationSummary {
     pub saturated: f64,
     /// Root mean square error of the reference.
     pub reference_rms_mdeg: f64,
+    /// Share of the ends of the intervals at which it is off by more than three standard deviations that the filter
+    /// states.
+    pub reference_beyond_3_sigma: f64,
+    /// Runs with an end at which it is called good and is off by more than five.
+    pub reference_good_beyond_5_sigma: usize,
+    /// The largest error of these.
+    pub reference_good_beyond_5_sigma_worst_mdeg: f64,
 }
 
 impl Calibrations {
@@ -66,12 +89,20 @@ impl Calibrations {
             scale_factor_rms_ppm: rms(|o| o.scale_factor_error_ppm),
             scale_factor_stated_ppm: rms(|o| o.scale_factor_sigma_ppm),
             scale_factor_worst_ppm: worst(|o| o.scale_factor_error_ppm),
+            scale_factor_coning_ppm: mean(|o| o.scale_factor_coning_ppm),
+            scale_factor_reference_ppm: rms(|o| o.scale_factor_reference_ppm),
+            scale_factor_noise_ppm: rms(|o| o.scale_factor_noise_ppm),
+            scale_factor_beyond_5_sigma: those(|o| o.scale_factor_sigmas() > 5.0),
+            scale_factor_worst_sigmas: worst(CalibrationOutcome::scale_factor_sigmas),
             scale_factor_walk_ppm: rms(|o| o.walk_scale_factor_sigma_ppm),
             scale_factor_within_10_ppm: those(|o| o.scale_factor_error_ppm.abs() <= 10.0),
             scale_factor_covered: those(CalibrationOutcome::covers_scale_factor),
             bias_rms_deg_h,
             bias_stated_deg_h: rms(|o| o.bias_sigma_deg_h),
             bias_worst_deg_h: worst(|o| o.bias_error_deg_h),
+            bias_coning_deg_h: mean(|o| o.bias_coning_deg_h),
+            bias_reference_deg_h: rms(|o| o.bias_reference_deg_h),
+            bias_noise_deg_h: rms(|o| o.bias_noise_deg_h),
             bias_over_walk: bias_rms_deg_h / mean(|o| o.walk_bias_sigma_deg_h),
             bias_covered: those(CalibrationOutcome::covers_bias),
             pair_covered: those(CalibrationOutcome::covers_pair),
@@ -79,6 +110,9 @@ impl Calibrations {
             reference_factor: mean(|o| o.reference_factor),
             saturated: all.iter().map(part).sum::<f64>() / count,
             reference_rms_mdeg: rms(|o| o.reference_rms_mdeg),
+            reference_beyond_3_sigma: mean(|o| o.reference_beyond_3_sigma),
+            reference_good_beyond_5_sigma: those(|o| o.reference_good_beyond_5_sigma > 0),
+            reference_good_beyond_5_sigma_worst_mdeg: worst(|o| o.reference_good_beyond_5_sigma_worst_mdeg),
         }
     }
 }

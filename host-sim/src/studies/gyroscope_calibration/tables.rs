@@ -2,37 +2,61 @@
 
 use serde_json::json;
 
+use super::beside_table::ABOUT as ABOUT_BESIDE;
 use super::{CalibrationOutcome, CalibrationSummary, Calibrations};
 use crate::math::statistics::NORMAL_95;
 use crate::report::OutputError;
 use crate::report::document::{Block, Document, Table};
 use crate::report::page::PlacedValue;
+use crate::studies::beside::FIRST;
 
 const ABOUT: &str = "Errors are those found less the gyroscope's true ones. sigma: the standard deviation \
     that the fit states, from the gyroscope's random walk and instability, the reference's variances and the \
-    correlation of scale factor and bias; 95 %: 1.96 of it to either side.";
+    correlation of scale factor and bias; 95 %: 1.96 of it to either side. The error has three \
+    parts: coning (the gyroscope turns about the rotor's own axis, the reference is the angle seen from above), the \
+    error of the reference, and the gyroscope's noise. The fit knows nothing of coning.";
 
 impl CalibrationOutcome {
     fn table(&self) -> Table {
-        let mut table = Table::new(&["", "found", "95 %", "truth", "error", "sigma"]);
-        for (name, unit, found, error, sigma) in [
+        let mut table = Table::new(&[
+            "",
+            "found",
+            "95 %",
+            "truth",
+            "error",
+            "sigma",
+            "by coning",
+            "by the reference",
+            "by the gyroscope",
+        ]);
+        for (name, unit, found, error, sigma, parts) in [
             (
                 "scale factor",
                 "ppm",
                 self.scale_factor_ppm,
                 self.scale_factor_error_ppm,
                 self.scale_factor_sigma_ppm,
+                [self.scale_factor_coning_ppm, self.scale_factor_reference_ppm, self.scale_factor_noise_ppm],
             ),
-            ("bias", "deg/h", self.bias_deg_h, self.bias_error_deg_h, self.bias_sigma_deg_h),
+            (
+                "bias",
+                "deg/h",
+                self.bias_deg_h,
+                self.bias_error_deg_h,
+                self.bias_sigma_deg_h,
+                [self.bias_coning_deg_h, self.bias_reference_deg_h, self.bias_noise_deg_h],
+            ),
         ] {
-            table.push(vec![
+            let mut cells = vec![
                 format!("{name}, {unit}"),
                 format!("{found:+.2}"),
                 format!("+-{:.2}", NORMAL_95 * sigma),
                 format!("{:+.2}", found - error),
                 format!("{error:+.2}"),
                 format!("{sigma:.2}"),
-            ]);
+            ];
+            cells.extend(parts.map(|part| format!("{part:+.2}")));
+            table.push(cells);
         }
         table
     }
@@ -60,18 +84,39 @@ impl CalibrationOutcome {
 
 impl CalibrationSummary {
     fn table(&self) -> Table {
-        let mut table = Table::new(&["", "error rms", "sigma stated", "worst", "in the 95 % interval"]);
+        let mut table = Table::new(&[
+            "",
+            "error rms",
+            "sigma stated",
+            "worst",
+            "by coning, mean",
+            "by the reference, rms",
+            "by the gyroscope, rms",
+            "in the 95 % interval",
+        ]);
         let of = |count: usize| format!("{count} of {}", self.runs);
-        let mut row = |name: &str, [rms, stated, worst]: [f64; 3], covered| {
-            let errors = [format!("{rms:.2}"), format!("{stated:.2}"), format!("{worst:.1}")];
-            table.push([vec![name.to_owned()], errors.to_vec(), vec![of(covered)]].concat());
+        let mut row = |name: &str, [rms, stated, worst]: [f64; 3], parts: [f64; 3], covered| {
+            let [coning, reference, gyroscope] = parts;
+            table.push(vec![
+                name.to_owned(),
+                format!("{rms:.2}"),
+                format!("{stated:.2}"),
+                format!("{worst:.1}"),
+                format!("{coning:+.2}"),
+                format!("{reference:.2}"),
+                format!("{gyroscope:.2}"),
+                of(covered),
+            ]);
         };
         let scale = [self.scale_factor_rms_ppm, self.scale_factor_stated_ppm, self.scale_factor_worst_ppm];
-        row("scale factor, ppm", scale, self.scale_factor_covered);
+        let parts =
+            [self.scale_factor_coning_ppm, self.scale_factor_reference_ppm, self.scale_factor_noise_ppm];
+        row("scale factor, ppm", scale, parts, self.scale_factor_covered);
         let bias = [self.bias_rms_deg_h, self.bias_stated_deg_h, self.bias_worst_deg_h];
-        row("bias, deg/h", bias, self.bias_covered);
-        let empty = String::new;
-        table.push(vec!["both".to_owned(), empty(), empty(), empty(), of(self.pair_covered)]);
+        let parts = [self.bias_coning_deg_h, self.bias_reference_deg_h, self.bias_noise_deg_h];
+        row("bias, deg/h", bias, parts, self.bias_covered);
+        let empty = [const { String::new() }; 6];
+        table.push([vec!["both".to_owned()], empty.to_vec(), vec![of(self.pair_covered)]].concat());
         table
     }
 
@@ -117,11 +162,12 @@ impl Calibrations {
             blocks.push(Block::Table(summary.table()));
             blocks.push(Block::Paragraph(summary.remarks(first.motor_time_s)));
         }
+        blocks.extend(self.beside_blocks(FIRST));
         Document { blocks }
     }
 
-    /// The values of its page: over all runs.
-    pub fn page_values(&self) -> Vec<PlacedValue> {
+    /// The values of its page: over all runs, the first scene under `name`.
+    pub fn page_values(&self, name: &str) -> Vec<PlacedValue> {
         let summary = self.summary();
         let first = &self.first.outcome;
         vec![
@@ -135,6 +181,8 @@ impl Calibrations {
             ("bias_walk_deg_h", format!("{:.2}", first.walk_bias_sigma_deg_h)),
             ("clockwise_deg_s", format!("{:.0}", self.schedule.clockwise_deg_s)),
             ("table_calibration", summary.table().markdown()),
+            ("about_scenes", ABOUT_BESIDE.to_owned()),
+            ("table_scenes", self.beside_table(name).markdown()),
             ("remarks", summary.remarks(first.motor_time_s)),
         ]
     }
@@ -144,6 +192,12 @@ impl Calibrations {
         let mut object = serde_json::to_value(&self.first.outcome).unwrap_or_default();
         object["filter"] = json!(self.filter);
         object["over_runs"] = json!(self.summary());
+        let beside = self.beside.iter().map(|other| {
+            let mut row = json!(other.found.summary());
+            row["beside"] = json!(other.name);
+            row
+        });
+        object["beside"] = beside.collect();
         format!("{object}\n")
     }
 

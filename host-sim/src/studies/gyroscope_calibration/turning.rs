@@ -1,6 +1,7 @@
 //! The motor's run of a calibration: the true angle of the rotor, and the angle that the estimator gives.
 
 use std::ops::ControlFlow;
+use std::time::Instant;
 
 use controller::rate::{RateHold, RateTuning};
 use estimator::{AngleFilter as _, Estimate, Health};
@@ -11,6 +12,7 @@ use crate::math::statistics::root_mean_square;
 use crate::runs::RunError;
 use crate::runs::closed_loop;
 use crate::runs::filter::SMOOTHER_LAG_MS;
+use crate::runs::stated_errors::{StatedErrorCounts, StatedErrors};
 use crate::scene::Scene;
 
 /// An instant at which the reference angle is known.
@@ -24,6 +26,8 @@ pub struct Anchor {
     pub variance_deg2: f64,
     /// Estimated less true angle in milli-degrees. The fit does not use it.
     pub error_mdeg: f64,
+    /// What the filter says of it.
+    pub health: Health,
 }
 
 /// A run of a motor through the schedule.
@@ -37,6 +41,8 @@ pub struct TurningRun {
     pub sensed: Vec<Angle>,
     /// The anchors, in order of time.
     pub anchors: Vec<Anchor>,
+    /// Time that this machine took for a second of motor time.
+    pub time_s_per_s: f64,
 }
 
 impl TurningRun {
@@ -52,7 +58,9 @@ impl TurningRun {
             truth: vec![closed_loop.plant().rotor().angle],
             sensed: vec![closed_loop.plant().own_axis_angle()],
             anchors: Vec::new(),
+            time_s_per_s: 0.0,
         };
+        let begun = Instant::now();
         let mut waiting: Option<(Time, usize)> = None;
         let mut ticks = 0;
         closed_loop.run(|closed_loop, moment| {
@@ -75,13 +83,20 @@ impl TurningRun {
                 if let (Some(estimate), true) = (usable, sample.is_multiple_of(schedule.samples_per_interval))
                 {
                     waiting = Some((now, turning.anchors.len()));
-                    let angle = Angle::ZERO;
-                    turning.anchors.push(Anchor { sample, angle, variance_deg2: 0.0, error_mdeg: 0.0 });
+                    let (angle, health) = (Angle::ZERO, report.health);
+                    turning.anchors.push(Anchor {
+                        sample,
+                        angle,
+                        variance_deg2: 0.0,
+                        error_mdeg: 0.0,
+                        health,
+                    });
                     turning.set_anchor(turning.anchors.len() - 1, &estimate);
                 }
             }
             if ticks < schedule.ticks() { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
         });
+        turning.time_s_per_s = begun.elapsed().as_secs_f64() / schedule.duration_s;
         Ok(turning)
     }
 
@@ -93,6 +108,17 @@ impl TurningRun {
         let deg_per_rad = 1_f64.to_degrees();
         anchor.variance_deg2 = f64::from(estimate.angle_rad2) * deg_per_rad * deg_per_rad;
         anchor.error_mdeg = 1e3 * estimate.angle.minus(*truth).degrees();
+    }
+
+    /// Errors of the reference beside what the filter states.
+    pub fn reference_stated(&self) -> StatedErrors {
+        let mut counts = StatedErrorCounts::default();
+        for anchor in &self.anchors {
+            let error_deg = 1e-3 * anchor.error_mdeg;
+            let normalised = error_deg * error_deg / anchor.variance_deg2;
+            counts.add_error(anchor.error_mdeg, normalised, anchor.health);
+        }
+        counts.figures()
     }
 
     /// Root mean square error of the reference in milli-degrees.

@@ -244,6 +244,7 @@ pub(super) fn run(scene: &Scene, rule: BaselineRule) -> Result<MoveOutcome, RunE
             at: moment.at,
             angle: moment.angle,
             rate_rad_s: moment.rate_rad_s,
+            tilt: moment.tilt,
             estimate,
             applied,
             holding,

@@ -4,7 +4,7 @@ use serde::Serialize;
 
 use super::StrategyTrials;
 use super::trial::{MoveKind, PositioningTrial};
-use crate::math::statistics;
+use crate::math::statistics::{self, Spread};
 
 /// Figures of a set of trials.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -13,6 +13,21 @@ pub struct TrialSummary {
     pub trials: usize,
     /// Trials that failed.
     pub failures: usize,
+    /// Trials in which the controller gave up.
+    pub given_up: usize,
+    /// Trials that the controller calls on target although the rotor is further off than three tolerances.
+    pub reached_but_off: usize,
+    /// The largest error of these; 0 if there is none.
+    pub reached_but_off_worst_mdeg: f64,
+    /// Share of the estimates on the way whose angle is off by more than three of their standard deviations: mean over
+    /// the trials.
+    pub beyond_3_sigma: f64,
+    /// Trials with estimates on the way that are called good and are off by more than five.
+    pub good_beyond_5_sigma: usize,
+    /// The largest error of these.
+    pub good_beyond_5_sigma_worst_mdeg: f64,
+    /// Root mean square, over the trials, of the error of the estimate on the way.
+    pub estimate_rms_mdeg: f64,
     /// Median magnitude of the true final error.
     pub p50_mdeg: f64,
     /// What 95 % of the errors do not exceed.
@@ -49,11 +64,26 @@ impl TrialSummary {
             let moves = trials.iter().filter(|trial| of_kind(trial.kind));
             moves.filter_map(|trial| Some(trial.outcome.settle_time_s? / trial.bound_s)).collect()
         };
+        let off = || trials.iter().filter(|trial| trial.reached_but_off());
+        let stated = || trials.iter().map(|trial| trial.outcome.stated);
         let quarters = ratios(|kind| kind == MoveKind::QuarterTurn);
         let ratios = if quarters.is_empty() { ratios(|_| true) } else { quarters };
         Self {
             trials: trials.len(),
             failures: trials.iter().filter(|trial| trial.failed()).count(),
+            given_up: trials.iter().filter(|trial| trial.outcome.settle_time_s.is_none()).count(),
+            reached_but_off: off().count(),
+            reached_but_off_worst_mdeg: off()
+                .map(|trial| trial.outcome.final_error_mdeg.abs())
+                .fold(0.0, f64::max),
+            beyond_3_sigma: stated().map(|stated| stated.beyond_3_sigma).collect::<Spread>().mean,
+            good_beyond_5_sigma: stated().filter(|stated| stated.good_beyond_5_sigma > 0).count(),
+            good_beyond_5_sigma_worst_mdeg: stated()
+                .map(|stated| stated.good_beyond_5_sigma_worst_mdeg)
+                .fold(0.0, f64::max),
+            estimate_rms_mdeg: statistics::root_mean_square(all(|trial| {
+                trial.outcome.rms_estimate_error_mdeg
+            })),
             p50_mdeg: error(500),
             p95_mdeg: error(950),
             p999_mdeg: error(999),

@@ -4,6 +4,7 @@ use std::fmt::Write as _;
 
 use serde_json::{Value, json};
 
+use super::beside_table::ABOUT as ABOUT_BESIDE;
 use super::trial::FAILED_MDEG;
 use super::{
     MoveKind, PositioningTrial, PositioningTrials, Strategy, StrategyTrials, TOLERANCE_DEG, TrialSummary,
@@ -11,6 +12,7 @@ use super::{
 use crate::report::document::{Block, Document, Table};
 use crate::report::page::PlacedValue;
 use crate::runs::position::MoveOutcome;
+use crate::studies::beside::FIRST;
 
 /// Failures listed at most.
 const LISTED_MAX: usize = 20;
@@ -28,7 +30,7 @@ fn cells(name: &str, summary: &TrialSummary) -> Vec<String> {
     cells
 }
 
-fn millidegrees(error: f64) -> String {
+pub(super) fn millidegrees(error: f64) -> String {
     if error < 10.0 { format!("{error:.2}") } else { format!("{error:.0}") }
 }
 
@@ -105,11 +107,12 @@ impl PositioningTrials {
             blocks.push(Block::Heading("Beside other strategies and filters".to_owned()));
             blocks.push(Block::Table(self.by_strategy()));
         }
+        blocks.extend(self.beside_blocks(FIRST));
         Document { blocks }
     }
 
-    /// The values of its page.
-    pub fn page_values(&self) -> Vec<PlacedValue> {
+    /// The values of its page, the first scene under the name `first`.
+    pub fn page_values(&self, first: &str) -> Vec<PlacedValue> {
         let summary = self.trials.summary();
         vec![
             ("trials", summary.trials.to_string()),
@@ -119,6 +122,8 @@ impl PositioningTrials {
             ("worst_mdeg", millidegrees(summary.max_mdeg)),
             ("quarter_turn_over_bound", format!("{:.2}", summary.settle_over_bound)),
             ("table_moves", self.by_kind().markdown()),
+            ("about_scenes", ABOUT_BESIDE.to_owned()),
+            ("table_scenes", self.beside_table(first).markdown()),
             ("remarks", self.remarks()),
             ("table_strategies", self.by_strategy().markdown()),
         ]
@@ -150,6 +155,12 @@ impl PositioningTrials {
             row
         });
         object["others"] = others.collect();
+        let beside = self.beside.iter().map(|other| {
+            let mut row = value(&other.found.summary());
+            row["beside"] = json!(other.name);
+            row
+        });
+        object["beside"] = beside.collect();
         format!("{object}\n")
     }
 

@@ -38,6 +38,12 @@ pub struct PositioningTrial {
 }
 
 impl PositioningTrial {
+    /// Whether the controller says that the target is reached although the rotor is further off than three tolerances.
+    pub fn reached_but_off(&self) -> bool {
+        self.outcome.settle_time_s.is_some()
+            && self.outcome.final_error_mdeg.abs() > 3e3 * self.outcome.tolerance_deg
+    }
+
     /// Whether the controller did not reach the target, or says so although the rotor is far off.
     pub fn failed(&self) -> bool {
         self.outcome.settle_time_s.is_none() || self.outcome.final_error_mdeg.abs() > FAILED_MDEG

@@ -72,6 +72,12 @@ impl TiltingPlant {
         met
     }
 
+    /// Radial clearance between hole and pin.
+    #[cfg(test)]
+    pub(super) fn clearance_m(&self) -> f64 {
+        self.tilting.get(TiltingParameter::HubClearance)
+    }
+
     pub(super) fn jolt(&mut self, rate_rad_s: f64) {
         self.state.rotor.rate_rad_s += rate_rad_s;
     }

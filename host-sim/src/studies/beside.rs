@@ -1,0 +1,57 @@
+//! Other scenes on which a study is repeated: its tables show them beside the first.
+
+use crate::scene::Scene;
+
+/// A scene with the name that tables give it.
+#[derive(Clone, Debug)]
+pub struct BesideScene {
+    /// Its name in tables.
+    pub name: String,
+    /// The scene.
+    pub scene: Scene,
+}
+
+/// What a study found on such a scene.
+#[derive(Clone, Debug)]
+pub struct Beside<T> {
+    /// The name of the scene in tables.
+    pub name: String,
+    /// The finding.
+    pub found: T,
+}
+
+impl<T> Beside<T> {
+    /// The same scene with what `next` makes of the finding.
+    ///
+    /// # Errors
+    /// That of `next`.
+    pub fn and_then<U, E>(self, next: impl FnOnce(T) -> Result<U, E>) -> Result<Beside<U>, E> {
+        Ok(Beside { name: self.name, found: next(self.found)? })
+    }
+}
+
+impl BesideScene {
+    /// Runs a study on each of `scenes`, in order.
+    ///
+    /// # Errors
+    /// That of the first run that fails.
+    pub fn run_each<T, E>(
+        scenes: &[Self],
+        mut study: impl FnMut(&Scene) -> Result<T, E>,
+    ) -> Result<Vec<Beside<T>>, E> {
+        let run = |beside: &Self| Ok(Beside { name: beside.name.clone(), found: study(&beside.scene)? });
+        scenes.iter().map(run).collect()
+    }
+}
+
+/// The first finding under its name, then those beside it.
+pub(crate) fn side_by_side<'a, T>(
+    name: &'a str,
+    first: &'a T,
+    beside: &'a [Beside<T>],
+) -> impl Iterator<Item = (&'a str, &'a T)> {
+    std::iter::once((name, first)).chain(beside.iter().map(|other| (other.name.as_str(), &other.found)))
+}
+
+/// The name of the command's own scene in tables.
+pub(crate) const FIRST: &str = "as asked";

@@ -1,0 +1,85 @@
+//! The filters on several scenes side by side: errors by phase, what is called good and is not, and what it costs.
+
+use super::tables::{millidegrees, title};
+use super::timeline::TimelinePhase;
+use super::{DRIVES, FilterErrors, FilterTotal};
+use crate::report::document::{Block, Table};
+use crate::runs::stated_errors::StatedErrors;
+use crate::studies::beside::side_by_side;
+
+/// What the figures of the table mean.
+const ABOUT: &str = "Root mean square error of the angle by phase, in milli-degrees. ANEES: in steady \
+    motion. Beyond 3 sigma: share of the estimates of all phases whose angle is off by more than three of the \
+    standard deviations that the filter states; 0.27 % of normal errors are. Good: share of the time in which the \
+    filter calls its estimate good. Good, beyond 5 sigma: estimates that are called good and are off by more than \
+    five, one each 70 us, and the largest error of these. A tick: time to take in what 10 us bring. Rig: time that \
+    plant and instruments take for a second of motor time. Both are of one machine and of the motor that takes least.";
+
+impl FilterErrors {
+    /// The table, if there are scenes beside the first.
+    pub(super) fn beside_blocks(&self, first: &str) -> Vec<Block> {
+        if self.beside.is_empty() {
+            return Vec::new();
+        }
+        vec![
+            Block::Heading("Side by side".to_owned()),
+            Block::Paragraph(self.about_beside(first)),
+            Block::Table(self.beside_table(first)),
+        ]
+    }
+
+    /// What the table shows, and of how many motors.
+    pub(super) fn about_beside(&self, first: &str) -> String {
+        let motors = |errors: &Self| errors.rows.first().map_or(0, |row| row.runs);
+        let counts: Vec<String> = side_by_side(first, self, &self.beside)
+            .map(|(name, errors)| format!("{name}: {}", motors(errors)))
+            .collect();
+        format!("{ABOUT} Motors in each mode: {}.", counts.join("; "))
+    }
+
+    /// Every filter in every mode on every scene, the first under the name `first`.
+    pub(super) fn beside_table(&self, first: &str) -> Table {
+        let header = ["scene", "drive", "filter"].into_iter().chain(TimelinePhase::ALL.map(title)).chain([
+            "ANEES",
+            "beyond 3 sigma",
+            "good",
+            "good, beyond 5 sigma",
+            "worst mdeg",
+            "ns a tick",
+            "rig s/s",
+        ]);
+        let mut table = Table::new(&header.collect::<Vec<_>>());
+        for (name, errors) in side_by_side(first, self, &self.beside) {
+            for total in &errors.totals {
+                table.push(errors.cells(name, total));
+            }
+        }
+        table
+    }
+
+    fn cells(&self, scene: &str, total: &FilterTotal) -> Vec<String> {
+        let FilterTotal { filter, drive, stated, good, tick_ns } = total;
+        let StatedErrors { beyond_3_sigma, good_beyond_5_sigma, good_beyond_5_sigma_worst_mdeg } = stated;
+        let of_phase = |phase| self.row(filter, drive, phase);
+        let mut cells = vec![scene.to_owned(), drive.to_uppercase(), filter.replace('_', " ")];
+        cells.extend(
+            TimelinePhase::ALL.map(|phase| {
+                of_phase(phase).map_or_else(String::new, |row| millidegrees(row.rms_angle_mdeg))
+            }),
+        );
+        let steady = of_phase(TimelinePhase::Steady);
+        cells.push(steady.map_or_else(String::new, |row| format!("{:.2}", row.anees)));
+        cells.push(format!("{:.2} %", 100.0 * beyond_3_sigma));
+        cells.push(format!("{:.1} %", 100.0 * good));
+        cells.push(good_beyond_5_sigma.to_string());
+        cells.push(if *good_beyond_5_sigma == 0 {
+            "-".to_owned()
+        } else {
+            millidegrees(*good_beyond_5_sigma_worst_mdeg)
+        });
+        cells.push(format!("~{tick_ns:.0}"));
+        let drive_place = DRIVES.iter().position(|(_, name)| name == drive).unwrap_or(0);
+        cells.push(format!("~{:.2}", self.rig_s_per_s[drive_place]));
+        cells
+    }
+}
