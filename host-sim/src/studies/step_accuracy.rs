@@ -12,6 +12,7 @@
 //! | [`bursts`] | net displacement of a few cycles from rest |
 //! | [`averaged_moves`] | the averaged motor on long moves |
 //! | [`step_cost`] | time of a step, and of a simulated millisecond |
+//! | [`tilting_forms`], `tilting_table` | what the forms of the rotor cost, and what error leaving out makes |
 //! | [`vibrating_plate`] | a ball on a vibrating plate: a problem for any integrator with events |
 //! | [`peers`] | integrators of other crates and of SciPy on that problem |
 //! | [`comparison`] | the result |
@@ -31,6 +32,8 @@ pub mod steady_motion;
 pub mod step_cost;
 pub mod tables;
 pub mod targets;
+pub mod tilting_forms;
+mod tilting_table;
 pub mod vibrating_plate;
 
 use motor_model::{AmplitudeVariation, DriveMode};
@@ -44,6 +47,7 @@ use impact_map::{ImpactMapMeasurement, MapSamples};
 use method::{STEPS_S, StepMethod, step_methods};
 use steady_motion::{CONDITIONS, SteadyMeans, SteadySchedule};
 use step_cost::{StepCost, TimingEffort};
+use tilting_forms::TiltingFormsEffort;
 
 /// The number and length of the runs.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -58,6 +62,8 @@ pub struct StepAccuracyPlan {
     pub identification: SpinUpCampaign,
     /// What is timed.
     pub timing: TimingEffort,
+    /// Runs of the forms of the rotor.
+    pub tilting: TiltingFormsEffort,
 }
 
 impl StepAccuracyPlan {
@@ -75,6 +81,14 @@ impl StepAccuracyPlan {
             },
             identification: SpinUpCampaign::default(),
             timing: TimingEffort { rounds: 7, settle_s: 0.2, time_s: 0.4, plate_s: 0.1 },
+            tilting: TiltingFormsEffort {
+                steps_s: &[0.25e-6, 0.5e-6, 1e-6, 2e-6, 5e-6, 10e-6],
+                seeds: 8,
+                settle_s: 0.5,
+                time_s: 1.5,
+                rounds: 3,
+                timed_s: 0.3,
+            },
         }
     }
 
@@ -86,6 +100,14 @@ impl StepAccuracyPlan {
             steady: SteadySchedule { seeds: 4, seeds_min: 2, steps_max: 1e6, settle_s: 0.1, time_s: 0.2 },
             identification: SpinUpCampaign { runs: 4, blocks: 4, ..SpinUpCampaign::default() },
             timing: TimingEffort { rounds: 2, settle_s: 0.02, time_s: 0.02, plate_s: 0.01 },
+            tilting: TiltingFormsEffort {
+                steps_s: &[0.5e-6, 1e-6, 10e-6],
+                seeds: 2,
+                settle_s: 0.1,
+                time_s: 0.2,
+                rounds: 2,
+                timed_s: 0.05,
+            },
         }
     }
 
@@ -100,6 +122,7 @@ impl StepAccuracyPlan {
             rows: self.rows(&methods, &costs)?,
             averaged: averaged_moves::rows(&self.identification, self.timing.rounds)?,
             peers: peers::peers(self.steps_s, self.timing)?,
+            tilting: tilting_forms::rows(&self.tilting)?,
         })
     }
 

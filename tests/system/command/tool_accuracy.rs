@@ -70,6 +70,31 @@ fn tool_every_figure_is_there() {
     }
 }
 
+/// Each form of the rotor at each step in each mode, the finest step of the full form alone. The full form tilts as set F
+/// does (`tests/system/command/tool_tilting_scenes.rs`: 31 mrad rms in mode B) and meets its pin; the form without shift
+/// has no hub; the one of height alone has neither.
+#[test]
+fn dual_forms_of_the_rotor_stand_beside_the_full_one() {
+    let (_, report) = quick();
+    let rows = rows(report, "tilting");
+    assert_eq!(rows.len(), 2 * (1 + 3 * 2));
+    for row in rows {
+        assert_between(number(&row["cost"], "ns_per_step"), 0.1, 1e6, row);
+        assert_eq!(row["tilt_rms_mrad"].is_object(), row["rotor"] != "height_only", "{row}");
+        assert!(number(&row["impacts_per_s"], "mean") > 100.0, "{row}");
+        if row["rotor"] == "tilting" && row["drive"] == "B" {
+            assert_between(number(&row["tilt_rms_mrad"], "mean"), 25.0, 37.0, row);
+            assert!(number(&row["hub_contacts_per_s"], "mean") > 300.0, "{row}");
+        }
+    }
+    // What leaving out makes: without the pin's friction mode B turns several times as fast.
+    let rate = |rotor: &str| {
+        let of = |row: &&Value| row["rotor"] == rotor && row["drive"] == "B" && number(row, "step_s") > 5e-6;
+        number(&rows.iter().find(of).expect("a row")["rate_rad_s"], "mean")
+    };
+    assert!(rate("height_only") > 2.0 * rate("tilting"), "{} {}", rate("height_only"), rate("tilting"));
+}
+
 /// A first impact at the end of its step is late by some 0.6 steps, root mean square of what is spread evenly over one;
 /// a located one is off by the sixth order of the step.
 #[test]
@@ -138,6 +163,10 @@ fn law_threads_change_no_error() {
         rows(report, "rows").iter().map(of_row).collect()
     };
     assert_eq!(errors(on_two), errors(&on_one));
+    let rates = |report: &Value| -> Vec<Value> {
+        rows(report, "tilting").iter().map(|row| row["rate_rad_s"].clone()).collect()
+    };
+    assert_eq!(rates(on_two), rates(&on_one));
     assert!(folder.path().join("out/accuracy/accuracy.svg").is_file());
 }
 

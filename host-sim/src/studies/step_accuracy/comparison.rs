@@ -10,6 +10,7 @@ use super::method::StepMethod;
 use super::peers::PeerRow;
 use super::steady_motion::SteadyErrors;
 use super::step_cost::StepCost;
+use super::tilting_forms::TiltingFormRow;
 
 /// One method, its costs and its errors.
 #[derive(Clone, Debug, Serialize)]
@@ -50,4 +51,6 @@ pub struct StepAccuracy {
     pub averaged: Vec<AveragedRow>,
     /// The fixed-step model and other integrators on the ball on the vibrating plate.
     pub peers: Vec<PeerRow>,
+    /// The forms of the rotor at set F.
+    pub tilting: Vec<TiltingFormRow>,
 }

@@ -6,6 +6,7 @@ use super::comparison::{MethodRow, StepAccuracy};
 use super::method::TARGET_STEP_S;
 use super::peers::PeerRow;
 use super::targets::TargetResult;
+use super::tilting_table::ABOUT as ABOUT_TILTING;
 use crate::report::page::{ON_ONE_MACHINE, PlacedValue};
 use crate::report::table::Table;
 use crate::runs::simulate::Precision;
@@ -39,6 +40,8 @@ impl StepAccuracy {
             ("averaged", self.averaged_sentence()),
             ("averaged_time", self.averaged_time()),
             ("other_integrators", self.beside_others()),
+            ("table_tilting", self.tilting_table("~").markdown()),
+            ("about_tilting", ABOUT_TILTING.to_owned()),
         ]
     }
 

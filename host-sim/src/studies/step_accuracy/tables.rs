@@ -10,6 +10,7 @@ use super::method::MODEL;
 use super::peers::PeerRow;
 use super::steady_motion::{CONDITIONS, Deviation, DriveCondition};
 use super::targets::{CostRatio, TargetResult};
+use super::tilting_forms::TiltingFormRow;
 use crate::report::OutputError;
 use crate::report::document::{Block, Document, Table};
 use crate::studies::averaged_motor::IdentifiedMotion;
@@ -36,6 +37,7 @@ struct StepAccuracyJson<'a> {
     bursts: Vec<String>,
     averaged: &'a [AveragedRow],
     peers: &'a [PeerRow],
+    tilting: &'a [TiltingFormRow],
     cheaper: Vec<CostRatio>,
     verdicts: Vec<TargetResult>,
 }
@@ -134,20 +136,22 @@ impl StepAccuracy {
             let word = if result.met { "met" } else { "missed" };
             targets.push(vec![result.target, result.found, word.to_owned()]);
         }
-        Document {
-            blocks: vec![
-                Block::Heading("Speed against error".to_owned()),
-                Block::Paragraph(ABOUT.to_owned()),
-                Block::Paragraph(self.reference_values()),
-                Block::Table(rows),
-                Block::Paragraph(ABOUT_AVERAGED.to_owned()),
-                Block::Table(self.averaged_table()),
-                Block::Paragraph(ABOUT_PLATE.to_owned()),
-                Block::Table(self.plate_table()),
-                Block::Table(ratios),
-                Block::Table(targets),
-            ],
-        }
+        let mut blocks = vec![
+            Block::Heading("Speed against error".to_owned()),
+            Block::Paragraph(ABOUT.to_owned()),
+            Block::Paragraph(self.reference_values()),
+            Block::Table(rows),
+        ];
+        blocks.extend(self.tilting_blocks());
+        blocks.extend([
+            Block::Paragraph(ABOUT_AVERAGED.to_owned()),
+            Block::Table(self.averaged_table()),
+            Block::Paragraph(ABOUT_PLATE.to_owned()),
+            Block::Table(self.plate_table()),
+            Block::Table(ratios),
+            Block::Table(targets),
+        ]);
+        Document { blocks }
     }
 
     /// One paragraph with the values of the reference.
@@ -244,6 +248,7 @@ impl StepAccuracy {
             bursts: BURSTS.iter().map(|burst| burst.name()).collect(),
             averaged: &self.averaged,
             peers: &self.peers,
+            tilting: &self.tilting,
             cheaper: self.cost_ratios(),
             verdicts: self.target_results(),
         };
