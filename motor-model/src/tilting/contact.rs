@@ -94,6 +94,18 @@ impl ContactPlaces {
         Self(self.0 | (1 << place.index()))
     }
 
+    /// This set and `others`.
+    #[must_use]
+    pub(super) const fn and(self, others: Self) -> Self {
+        Self(self.0 | others.0)
+    }
+
+    /// Those of the hub.
+    #[must_use]
+    pub(super) const fn at_hub(self) -> Self {
+        Self(self.0 & (1 << ContactPlace::UpperEdge.index() | 1 << ContactPlace::LowerEdge.index()))
+    }
+
     /// How many places it holds.
     pub const fn len(self) -> u32 {
         self.0.count_ones()
@@ -106,6 +118,13 @@ pub(super) struct Velocities<T> {
     pub(super) rotor: Twist<T>,
     pub(super) modes: Vector3<T>,
     pub(super) stator_tilt: Vector2<T>,
+}
+
+impl<T: Real> Velocities<T> {
+    /// No motion.
+    pub(super) fn zero() -> Self {
+        Self { rotor: Twist::zero(), modes: Vector3::zeros(), stator_tilt: Vector2::zeros() }
+    }
 }
 
 /// Motion per impulse of rotor and stator.

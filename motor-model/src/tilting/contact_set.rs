@@ -141,7 +141,13 @@ impl<T: Real> ContactSet<T> {
         })
     }
 
-    fn solve_normals(&mut self, mobility: &Mobility<T>, velocities: &mut Velocities<T>, both_edges: bool) {
+    /// Applies normal impulses alone.
+    pub(super) fn solve_normals(
+        &mut self,
+        mobility: &Mobility<T>,
+        velocities: &mut Velocities<T>,
+        both_edges: bool,
+    ) {
         if let [only] = self.contacts.as_mut_slice() {
             only.push_alone(mobility, velocities);
             only.speed_after = only.contact.normal.speed(velocities);

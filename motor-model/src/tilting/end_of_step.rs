@@ -66,6 +66,23 @@ impl<T: Real> TiltingMotor<T> {
         }
     }
 
+    /// Moves the rotor out of the pin at both edges at once: they share nearly one line of action.
+    pub(super) fn lift_out_of_pin(&self, motion: &mut TiltingMotion<T>) {
+        let mut set = ContactSet::new();
+        let mut moves = Velocities::zero();
+        let mut inside = false;
+        for place in [ContactPlace::UpperEdge, ContactPlace::LowerEdge] {
+            if let Some(contact) = self.contact_at(motion, place) {
+                inside |= contact.gap_m < T::zero();
+                set.add(contact, contact.gap_m, &moves);
+            }
+        }
+        if inside {
+            set.solve_normals(&self.mobility, &mut moves, self.freedom != Freedom::Full);
+            motion.move_rotor(&moves.rotor);
+        }
+    }
+
     /// Moves the rotor along the contact's direction until its gap is closed; returns whether it moved. Out of a tooth
     /// it moves up and tilts: with a shift as well a rotor at rest on a slope would creep.
     fn lift_out_of(&self, motion: &mut TiltingMotion<T>, place: ContactPlace) -> bool {
@@ -74,20 +91,14 @@ impl<T: Real> TiltingMotor<T> {
             return false;
         }
         let normal = if place.is_tooth() { contact.normal.without_shift() } else { contact.normal };
-        let mut shift = Velocities {
-            rotor: super::rigid_body::Twist::zero(),
-            modes: nalgebra::Vector3::zeros(),
-            stator_tilt: nalgebra::Vector2::zeros(),
-        };
+        let mut moves = Velocities::zero();
         // Of the rotor alone: the modes keep their shape.
         let compliance = normal.coupling(&normal, &self.mobility);
         if compliance <= T::zero() {
             return false;
         }
-        normal.push(-contact.gap_m / compliance, &self.mobility, &mut shift);
-        motion.rotor.height_m += shift.rotor.rise;
-        motion.shift.displacement_m += shift.rotor.shift;
-        motion.tilt.slope += shift.rotor.slope;
+        normal.push(-contact.gap_m / compliance, &self.mobility, &mut moves);
+        motion.move_rotor(&moves.rotor);
         true
     }
 }

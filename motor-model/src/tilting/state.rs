@@ -111,6 +111,13 @@ impl<T: Real> TiltingMotion<T> {
         self.stator_tilt.velocity_m_s = *stator_tilt;
     }
 
+    /// Moves the rotor at once, without a turn.
+    pub(super) fn move_rotor(&mut self, by: &Twist<T>) {
+        self.rotor.height_m += by.rise;
+        self.shift.displacement_m += by.shift;
+        self.tilt.slope += by.slope;
+    }
+
     /// The same velocities, which changed evenly over the last `span_s`, the fraction `part` of a step: the positions
     /// follow by half of the change, those of the modes by what leaves them at rest under a constant force.
     pub(super) fn set_velocities_evenly(

@@ -9,6 +9,8 @@ mod dual_second_program;
 mod dual_step_convergence;
 mod law_energy;
 mod law_hard_cases;
+mod law_momentum;
+mod law_penetration;
 mod law_rest;
 mod law_rotation_sense;
 
@@ -40,6 +42,24 @@ fn slow_in_b() -> Sets {
             (Parameter::ModeShift, 1.25),
         ]),
         tilting(&[(HubClearance, 7e-6), (StatorTiltFrequency, 5000.0), (ToothRockingExponent, 2.0)]),
+    )
+}
+
+/// A set with a tight hub and slippery teeth, on the stator that finite elements give.
+fn set_g() -> Sets {
+    use TiltingParameter::{HubClearance, HubFriction, StatorTiltFrequency, ToothRockingExponent};
+    (
+        changed(&[
+            (Parameter::Friction, 0.055),
+            (Parameter::VerticalDamping, 2e-3),
+            (Parameter::ModeShift, -1.9),
+        ]),
+        tilting(&[
+            (HubClearance, 5.9e-6),
+            (HubFriction, 0.58),
+            (StatorTiltFrequency, 3050.0),
+            (ToothRockingExponent, 1.55),
+        ]),
     )
 }
 
