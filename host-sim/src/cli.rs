@@ -9,15 +9,18 @@ mod closed_loop;
 mod count;
 mod error;
 mod estimation;
+mod examples;
 mod instruments;
 mod keys;
 mod microcontroller;
 mod open_loop;
+mod progress;
 mod publication;
 mod readers;
 mod results;
 mod scene_args;
 mod scene_files;
+mod shell;
 #[cfg(feature = "telemetry")]
 mod telemetry;
 mod twin;
@@ -27,8 +30,8 @@ pub use error::CommandError;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-use clap::{Args, Parser, Subcommand, ValueEnum};
-use indicatif::{ProgressBar, ProgressStyle};
+use anstyle::{AnsiColor, Style};
+use clap::{Args, CommandFactory as _, FromArgMatches as _, Parser, Subcommand, ValueEnum};
 
 use crate::scene::{Scene, read_response_map};
 use crate::studies::response_map;
@@ -43,6 +46,7 @@ use open_loop::{ReproduceArgs, SimulateArgs};
 use results::ResultsArgs;
 use scene_args::SceneArgs;
 use scene_files::{InitArgs, SceneCommandArgs, ScenesArgs};
+use shell::{CompletionsArgs, ManArgs};
 use twin::AccuracyArgs;
 
 /// A rotary micro-motor in simulation: open loop, published figures, closed loop.
@@ -52,6 +56,9 @@ struct Cli {
     /// What to do; without a command, `position` with the default scene
     #[command(subcommand)]
     command: Option<Command>,
+    /// Print the result and errors alone: neither progress nor notes
+    #[arg(long, short, global = true)]
+    quiet: bool,
 }
 
 #[derive(Debug, Subcommand)]
@@ -102,6 +109,10 @@ enum Command {
     Scene(SceneCommandArgs),
     /// List the gallery: scenes that --scene takes by name, what to look at in each, and the command that shows it
     Scenes(ScenesArgs),
+    /// Print the completions of a shell
+    Completions(CompletionsArgs),
+    /// Print the manual page, or write one for each command
+    Man(ManArgs),
 }
 
 /// How results are written to standard output.
@@ -147,19 +158,14 @@ impl MapArgs {
         if response_map::is_table_1(&scene) || scene.response_map().is_ok() {
             return Ok(scene);
         }
-        eprintln!(
-            "making the response map of this design; `response-map --out` and `--map` make and take one"
+        progress::note(
+            "making the response map of this design; `response-map --out` and `--map` make and take one",
         );
-        let bar = ProgressBar::new(0).with_style(progress_style());
+        let bar = progress::bar(0);
         let map = response_map::of_design(&scene, &|work| bar.inc(work), |work| bar.set_length(work))?;
         bar.finish_and_clear();
         Ok(scene.with_response_map(map))
     }
-}
-
-fn progress_style() -> ProgressStyle {
-    let template = "{bar:40} {percent:>3} %, {eta} to go";
-    ProgressStyle::with_template(template).unwrap_or_else(|_| ProgressStyle::default_bar())
 }
 
 impl Command {
@@ -184,26 +190,53 @@ impl Command {
             Self::Init(args) => args.execute(),
             Self::Scene(args) => args.execute(),
             Self::Scenes(args) => args.execute(),
+            Self::Completions(args) => args.execute(),
+            Self::Man(args) => args.execute(),
         }
     }
 }
 
+/// The command line, with examples at the end of each help.
+fn command_line() -> clap::Command {
+    examples::added_to(Cli::command())
+}
+
+/// An error on standard error, its first word and `hint` in colour on a terminal, unless `NO_COLOR` is set.
+fn complain(line: &str) {
+    const ERROR: Style = AnsiColor::Red.on_default().bold();
+    const HINT: Style = AnsiColor::Green.on_default();
+    let text = line.strip_prefix("error:").map_or_else(
+        || line.to_owned(),
+        |rest| {
+            format!(
+                "{ERROR}error:{ERROR:#}{}",
+                rest.replacen("; hint:", &format!("; {HINT}hint:{HINT:#}"), 1)
+            )
+        },
+    );
+    anstream::eprintln!("{text}");
+}
+
 /// Runs the command of this process: 0 when it did what was asked, 2 when it could not.
 pub fn main() -> ExitCode {
-    let cli = match Cli::try_parse() {
+    let parsed = command_line().try_get_matches().and_then(|matches| Cli::from_arg_matches(&matches));
+    let cli = match parsed {
         Ok(cli) => cli,
         // Help and version are no errors.
         Err(answer) if !answer.use_stderr() => answer.exit(),
         Err(error) => {
-            eprintln!("{}", usage_error(&error.render().to_string()));
+            complain(&usage_error(&error.render().to_string()));
             return ExitCode::from(2);
         }
     };
+    if cli.quiet {
+        progress::be_quiet();
+    }
     match cli.command.unwrap_or_else(|| Command::Position(PositionArgs::default())).execute() {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) if error.is_broken_pipe() => ExitCode::SUCCESS,
         Err(error) => {
-            eprintln!("{}", error.one_line());
+            complain(&error.one_line());
             ExitCode::from(2)
         }
     }
@@ -226,7 +259,6 @@ fn usage_error(report: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use clap::CommandFactory as _;
 
     #[test]
     fn exact_usage_errors_are_one_line_with_a_hint() {

@@ -3,8 +3,10 @@
 mod tool_accuracy;
 mod tool_beside;
 mod tool_command_line;
+mod tool_conventions;
 mod tool_estimate;
 mod tool_filters;
+mod tool_gallery;
 mod tool_results;
 mod tool_scene_files;
 mod tool_simulate_models;

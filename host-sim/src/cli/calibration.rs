@@ -3,12 +3,11 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use indicatif::ProgressBar;
 
 use super::beside::BesideArgs;
 use super::count::Count;
 use super::publication::{Findings, PublicationArgs};
-use super::{MapArgs, SceneArgs, progress_style};
+use super::{MapArgs, SceneArgs, progress};
 use crate::cli::CommandError;
 use crate::runs::RunError;
 use crate::studies::beside::BesideScene;
@@ -51,7 +50,7 @@ impl CalibrateArgs {
         })?;
         let publication = self.publication.open(&self.out)?;
         let motors = plan.motors + beside.iter().map(|other| other.found.motors).sum::<u64>();
-        let bar = ProgressBar::new(motors).with_style(progress_style());
+        let bar = progress::bar(motors);
         let progress = || bar.inc(1);
         let mut calibrations = plan.run(&progress)?;
         let beside: Result<Vec<_>, RunError> =

@@ -4,12 +4,11 @@ use std::io::Write as _;
 use std::path::PathBuf;
 
 use clap::Args;
-use indicatif::ProgressBar;
 
 use super::beside::BesideArgs;
 use super::count::Count;
 use super::publication::{DrawingArgs, Findings, PublicationArgs};
-use super::{Format, MapArgs, SceneArgs, progress_style};
+use super::{Format, MapArgs, SceneArgs, progress};
 use crate::cli::CommandError;
 use crate::report::files;
 use crate::runs::{RunError, position, rate};
@@ -49,10 +48,10 @@ impl PositionArgs {
             return Ok(files::print(&self.drawing.format().of(plan.to_string(), plan.json()))?);
         }
         if let Some(warning) = plan.warning() {
-            eprintln!("{warning}");
+            progress::note(&warning);
         }
         if let Some(note) = position::note(&scene)? {
-            eprintln!("{note}");
+            progress::note(&note);
         }
         let drawing = self.drawing.open("position.svg")?;
         let mut trace = position::PictureTrace::default();
@@ -143,7 +142,7 @@ impl PositioningTrialsArgs {
         let publication = self.publication.open(&self.out)?;
         let all = std::iter::once(&plan).chain(&others).chain(beside.iter().map(|other| &other.found));
         let work = all.map(positioning_trials::PositioningTrialsPlan::trials).sum();
-        let bar = ProgressBar::new(work).with_style(progress_style());
+        let bar = progress::bar(work);
         let progress = |trials| bar.inc(trials);
         let trials = plan.run(&progress)?;
         let others: Result<Vec<_>, RunError> = others.iter().map(|plan| plan.run(&progress)).collect();
@@ -189,7 +188,7 @@ impl ResponseMapArgs {
         let file = self.write.as_deref().map(files::Output::create).transpose()?;
         let out = self.out.as_deref().map(files::Output::create).transpose()?;
         let campaign = response_map::ResponseMapCampaign::new(&scene, self.motors)?;
-        let bar = ProgressBar::new(campaign.work()).with_style(progress_style());
+        let bar = progress::bar(campaign.work());
         let map = campaign.run(&|work| bar.inc(work));
         bar.finish_and_clear();
         if let Some(mut file) = file {

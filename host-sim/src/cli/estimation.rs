@@ -3,13 +3,12 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use indicatif::ProgressBar;
 
 use super::beside::BesideArgs;
 use super::count::Count;
 use super::microcontroller::count_instructions;
 use super::publication::{Findings, PublicationArgs};
-use super::{SceneArgs, progress_style};
+use super::{SceneArgs, progress};
 use crate::board::qemu::Board;
 use crate::cli::CommandError;
 use crate::runs::RunError;
@@ -43,7 +42,7 @@ impl EstimateArgs {
             BesideScene::run_each(&beside, |scene| filter_errors::FilterErrorsPlan::new(scene, self.motors))?;
         let publication = self.publication.open(&self.out)?;
         let work = beside.iter().map(|other| other.found.milliseconds()).sum::<u64>() + plan.milliseconds();
-        let bar = ProgressBar::new(work).with_style(progress_style());
+        let bar = progress::bar(work);
         let progress = |milliseconds| bar.inc(milliseconds);
         let estimation = plan.run(&progress)?;
         let beside: Result<Vec<_>, RunError> =
@@ -85,7 +84,7 @@ impl FiltersArgs {
         let plan = filter_costs::FilterCostsPlan::new(&scene, self.motors, filter_costs::ROUNDS)?;
         let publication = self.publication.open(&self.out)?;
         let counts = if self.host_only { None } else { Some(count_instructions(None, Board::M4)?) };
-        let bar = ProgressBar::new(plan.recordings()).with_style(progress_style());
+        let bar = progress::bar(plan.recordings());
         let comparison = plan.run(counts.as_ref(), &|| bar.inc(1))?;
         bar.finish_and_clear();
         Ok(publication.publish(Findings {

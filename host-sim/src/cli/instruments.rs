@@ -6,11 +6,10 @@ use std::path::PathBuf;
 use clap::builder::TypedValueParser;
 use clap::error::ErrorKind;
 use clap::{Arg, Args, Command, Error};
-use indicatif::ProgressBar;
 
 use super::count::Count;
 use super::publication::{Findings, PublicationArgs};
-use super::{SceneArgs, progress_style};
+use super::{SceneArgs, progress};
 use crate::cli::CommandError;
 use crate::report::OutputError;
 use crate::studies::instrument_grid::{InstrumentGrid, InstrumentGridPlan, Shard};
@@ -66,7 +65,7 @@ impl InstrumentsArgs {
         let publication = self.publication.open(&self.out)?;
         let grid = if self.merge.is_empty() {
             let plan = InstrumentGridPlan::new(&scene, self.motors, &self.only, self.shard);
-            let bar = ProgressBar::new(plan.work()).with_style(progress_style());
+            let bar = progress::bar(plan.work());
             let grid = plan.run(&|| bar.inc(1))?;
             bar.finish_and_clear();
             grid

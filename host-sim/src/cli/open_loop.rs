@@ -5,12 +5,11 @@ use std::path::PathBuf;
 use std::time::Instant;
 
 use clap::Args;
-use indicatif::ProgressBar;
 use serde::Serialize;
 
 use super::count::Count;
 use super::publication::{Findings, PublicationArgs};
-use super::{Format, SceneArgs, progress_style};
+use super::{Format, SceneArgs, progress};
 use crate::cli::CommandError;
 use crate::report::files;
 use crate::runs::simulate::samples_csv::SamplesCsv;
@@ -136,11 +135,11 @@ impl ReproduceArgs {
         let publication = self.publication.open(&self.out)?;
         let plan = paper::PaperPlan::new(self.seeds)?;
         // On standard error, and only if that is a terminal.
-        let bar = ProgressBar::new(plan.steps()).with_style(progress_style());
+        let bar = progress::bar(plan.steps());
         let paper = plan.run(&|steps| bar.inc(steps))?;
         bar.finish_and_clear();
         let plan = rotor_models::RotorModelsPlan::new(self.seeds, self.drawn);
-        let bar = ProgressBar::new(plan.work()).with_style(progress_style());
+        let bar = progress::bar(plan.work());
         let rotors = plan.run(&|| bar.inc(1))?;
         bar.finish_and_clear();
         let documents = [paper.document(), rotors.document()];

@@ -6,7 +6,9 @@ use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueEnum};
+use serde::Serialize;
 
+use super::Format;
 use super::microcontroller::count_instructions;
 use crate::board::qemu::Board;
 use crate::board::{BoardError, instructions, size};
@@ -267,21 +269,42 @@ pub(super) struct ResultsArgs {
     /// Folder of their pictures
     #[arg(long, value_name = "DIR", default_value = "docs/images")]
     images: PathBuf,
+    /// How to print the result
+    #[arg(long, value_enum, default_value = "text")]
+    format: Format,
+}
+
+/// A page in JSON.
+#[derive(Serialize)]
+struct PageDone {
+    page: String,
+    path: PathBuf,
+    result: &'static str,
 }
 
 impl ResultsArgs {
     pub(super) fn execute(&self) -> Result<(), CommandError> {
         let all = Page::value_variants();
         let effort = if self.quick { Effort::QUICK } else { Effort::FULL };
+        let mut done = Vec::new();
         for &page in if self.pages.is_empty() { all } else { &self.pages } {
             let path = self.out.join(format!("{}.md", page.name()));
-            if self.check {
+            let result = if self.check {
                 check(page, &path, effort)?;
+                "as written"
             } else {
                 write(page, &path, &self.images, effort)?;
+                "written"
+            };
+            if self.format == Format::Text {
+                files::print(&format!("{result:<18} {}\n", path.display()))?;
             }
+            done.push(PageDone { page: page.name(), path, result });
         }
-        Ok(())
+        match self.format {
+            Format::Text => Ok(()),
+            Format::Json => Ok(files::print(&files::json_lines(&done))?),
+        }
     }
 }
 
@@ -294,8 +317,7 @@ fn write(page: Page, path: &Path, images: &Path, effort: Effort) -> Result<(), C
         OutputFolder::create(images)?.publish(&pictures)?;
     }
     file.write_all(text.as_bytes()).map_err(|source| file.unwritable(source))?;
-    file.publish()?;
-    Ok(files::print(&format!("written            {}\n", path.display()))?)
+    Ok(file.publish()?)
 }
 
 /// Compares a page with what would be written.
@@ -304,6 +326,6 @@ fn check(page: Page, path: &Path, effort: Effort) -> Result<(), CommandError> {
     let fresh = page::filled(page.template(), &page.content(effort)?.values)?;
     match page::first_difference(&written, &fresh) {
         Some(line) => Err(OutputError::Outdated { path: path.to_owned(), line }.into()),
-        None => Ok(files::print(&format!("as written         {}\n", path.display()))?),
+        None => Ok(()),
     }
 }

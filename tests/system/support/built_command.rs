@@ -15,6 +15,17 @@ pub fn run(folder: &Path, arguments: &[&str]) -> Output {
     command().args(arguments).current_dir(folder).output().expect("the command starts")
 }
 
+/// The same with variables of the environment.
+#[track_caller]
+pub fn run_with(variables: &[(&str, &str)], folder: &Path, arguments: &[&str]) -> Output {
+    let mut command = command();
+    for name in ["NO_COLOR", "CLICOLOR", "CLICOLOR_FORCE"] {
+        command.env_remove(name);
+    }
+    command.envs(variables.iter().copied()).args(arguments).current_dir(folder);
+    command.output().expect("the command starts")
+}
+
 /// Standard output of a run on so many threads that succeeds.
 #[track_caller]
 pub fn output_on(threads: u32, folder: &Path, arguments: &[&str]) -> Vec<u8> {

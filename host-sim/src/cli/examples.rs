@@ -1,0 +1,168 @@
+//! Examples at the end of every command's help.
+
+/// Commands, each with what its examples do and how they are written; the name of the program stands before each.
+pub(super) const EXAMPLES: &[(&str, &[(&str, &str)])] = &[
+    (
+        "simulate",
+        &[
+            ("How fast mode B turns the rotor", "simulate --drive b"),
+            ("Walking, and the motion as a table", "simulate --drive c --amplitude 0.3 --out walk.csv"),
+            ("The motor that tilts, in JSON", "simulate --drive b --scene set_f --format json"),
+        ],
+    ),
+    (
+        "position",
+        &[
+            ("Counter-clockwise by 37 degrees", "position --to -37"),
+            ("What the move will take, without moving", "position --to 37 --tolerance 0.005 --plan"),
+            (
+                "The camera is blind for 10 ms, then the drive gets weak",
+                "position --fault camera:lost@0.05..0.06 --fault drive:weak:0.7@0.08..",
+            ),
+        ],
+    ),
+    (
+        "rate",
+        &[
+            ("100 degrees a second for 5 s", "rate --deg-s 100 --duration 5"),
+            ("Five steps up to 500", "rate --profile staircase --deg-s 500"),
+        ],
+    ),
+    (
+        "calibrate",
+        &[
+            ("One gyroscope in 20 s", "calibrate --duration 20"),
+            ("A worse one of ten", "calibrate --runs 10 --set gyroscope.random_walk_deg_rh=1"),
+        ],
+    ),
+    (
+        "estimate",
+        &[
+            ("All filters on two motors", "estimate --motors 2"),
+            (
+                "The same with the wrong sign of the vibrometer",
+                "estimate --motors 2 --fault ldv:inverted@0.2..",
+            ),
+        ],
+    ),
+    ("filters", &[("Cost and error on the host alone", "filters --motors 2 --host-only")]),
+    (
+        "positioning-trials",
+        &[
+            ("20 moves", "positioning-trials --motors 20"),
+            ("Beside simpler strategies", "positioning-trials --motors 20 --compare 2"),
+        ],
+    ),
+    (
+        "instruments",
+        &[
+            ("The first of four parts", "instruments --motors 1 --shard 1/4 --out part1"),
+            ("The parts together", "instruments --merge part1/moves.csv part2/moves.csv"),
+        ],
+    ),
+    (
+        "response-map",
+        &[(
+            "A map of another design for --map",
+            "response-map --scene heavy_rotor --motors 4 --out map.toml",
+        )],
+    ),
+    ("reproduce", &[("Two runs of each motor of the paper", "reproduce --seeds 2 --drawn 4")]),
+    ("accuracy", &[("Every figure in seconds", "accuracy --quick")]),
+    (
+        "instructions",
+        &[
+            ("Operations on a Cortex-M4F", "instructions --board m4"),
+            ("Cycles instead", "instructions --cycles"),
+        ],
+    ),
+    ("pil", &[("A move by 2 degrees on a Cortex-M7", "pil --board m7 --to 2")]),
+    ("size", &[("Flash, RAM and stack in JSON", "size --format json")]),
+    ("results", &[("One page", "results rate"), ("Whether the pages are those of today", "results --check")]),
+    ("keys", &[("Those that a command reads", "keys rate"), ("The words of faults", "keys --faults")]),
+    (
+        "init",
+        &[
+            ("A scene file of every key", "init scene.toml"),
+            ("Of the keys of one command", "init rate.toml --for rate"),
+        ],
+    ),
+    (
+        "scene",
+        &[
+            ("What a file and a flag set", "scene heavy_rotor --set camera.marks=3 --only-set"),
+            ("Every key that rate reads, in JSON", "scene --for rate --format json"),
+        ],
+    ),
+    (
+        "scenes",
+        &[
+            ("The gallery", "scenes"),
+            ("The file of a scene, to begin one's own with", "scenes heavy_rotor > mine.toml"),
+        ],
+    ),
+    ("completions", &[("For this shell", "completions bash > host-sim.bash && source host-sim.bash")]),
+    ("man", &[("A page for each command", "man --out man && man man/host-sim-position.1")]),
+];
+
+/// Examples of no command.
+const FIRST_STEPS: &[(&str, &str)] = &[
+    ("Move a motor by 90 degrees and draw it", ""),
+    ("See what there is to look at", "scenes"),
+    ("Begin a scene of one's own", "init scene.toml"),
+    ("Run it", "position --scene scene.toml"),
+];
+
+/// What the exit codes mean.
+pub(super) const EXIT_CODES: &str = "Exit codes:
+  0  done, also when a move ended off its target: the result says so
+  2  refused, failed, or a check did not hold; one line on standard error says why";
+
+/// The end of a command's help.
+fn section(examples: &[(&str, &str)]) -> String {
+    let lines = examples
+        .iter()
+        .map(|(what, command)| format!("  # {what}\n  host-sim {command}").trim_end().to_owned());
+    format!("Examples:\n{}", lines.collect::<Vec<_>>().join("\n"))
+}
+
+/// The command line with examples at the end of each help.
+pub(super) fn added_to(mut command: clap::Command) -> clap::Command {
+    for (name, examples) in EXAMPLES {
+        command = command.mut_subcommand(name, |sub| sub.after_help(section(examples)));
+    }
+    command.after_help(format!("{}\n\n{EXIT_CODES}", section(FIRST_STEPS)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::cli::Cli;
+    use crate::scene::registry;
+    use clap::{CommandFactory as _, Parser as _};
+
+    /// Each command has examples of its own, they are parsed, and the keys that they set exist.
+    #[test]
+    fn tool_every_help_has_examples_that_are_parsed() {
+        for command in Cli::command().get_subcommands() {
+            let found = EXAMPLES.iter().find(|(name, _)| *name == command.get_name());
+            let (name, examples) = found.unwrap_or_else(|| panic!("{}", command.get_name()));
+            for (_, example) in *examples {
+                assert!(example.starts_with(name), "{example}");
+                let words = example.split(' ').take_while(|word| ![">", "&&"].contains(word));
+                let line: Vec<&str> = std::iter::once("host-sim").chain(words).collect();
+                assert!(Cli::try_parse_from(&line).is_ok(), "{example}");
+                for set in line.windows(2).filter(|pair| pair[0] == "--set") {
+                    let key = set[1].split('=').next();
+                    assert!(registry().any(|setting| Some(setting.key) == key), "{example}");
+                }
+                for fault in line.windows(2).filter(|pair| pair[0] == "--fault") {
+                    assert!(fault[1].parse::<crate::scene::faults::Fault>().is_ok(), "{example}");
+                }
+            }
+            let help = added_to(Cli::command()).find_subcommand_mut(name).unwrap().render_help().to_string();
+            assert!(help.contains("Examples:\n  # ") && help.contains(examples[0].1), "{help}");
+        }
+        assert!(added_to(Cli::command()).render_help().to_string().contains(EXIT_CODES));
+    }
+}
