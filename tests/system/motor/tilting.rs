@@ -5,6 +5,7 @@ mod exact_flight;
 mod exact_hub;
 
 mod dual_height_only;
+mod dual_mujoco;
 mod dual_second_program;
 mod dual_step_convergence;
 mod law_energy;
