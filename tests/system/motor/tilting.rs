@@ -10,6 +10,7 @@ mod dual_second_program;
 mod dual_step_convergence;
 mod law_energy;
 mod law_hard_cases;
+mod law_hour_at_rest;
 mod law_momentum;
 mod law_penetration;
 mod law_rest;

@@ -151,7 +151,7 @@ fn check_drawn<T: Real>(seed: u64) {
     tilting = tilting.draw(&mut rng);
     let params = MotorParams::nominal().draw(&mut rng);
     let variation = TiltingVariation::draw(&params, &tilting, &mut rng);
-    let freedom = if seed % 3 == 0 { Freedom::WithoutShift } else { Freedom::Full };
+    let freedom = if seed.is_multiple_of(3) { Freedom::WithoutShift } else { Freedom::Full };
     let step_s = [1e-6, 5e-6, 20e-6][usize::try_from(seed % 5 / 2).expect("below 3")];
     let setup = TiltingSetup { variation, freedom, ..TiltingSetup::with_step(step_s) };
     let motor = TiltingMotor::<T>::try_new(&params, &tilting, &setup).expect("valid");
