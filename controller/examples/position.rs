@@ -1,12 +1,12 @@
 //! Moves a simulated motor by 20 degrees and prints the phases of the move.
 //!
-//! The motor is the nominal one of `motor_model`. Its camera takes 10,000 frames a second with the noise of two
-//! pixels, each delivered one frame late.
+//! The motor is the nominal one of `motor_model`. Its camera takes 10,000 frames a second of a single mark with the
+//! noise of two pixels, each delivered one frame late.
 
 use controller::{
     Drive, PositionLoop, PositioningPhase, PositioningTuning, ResponseMap, Sense, TICK_NANOS, Target, tick,
 };
-use estimator::{CameraFrame, ConstantRate, ConstantRateTuning, LdvSample};
+use estimator::{CameraDescription, CameraFrame, ConstantRate, ConstantRateTuning, Instruments, LdvSample};
 use motor_model::{Angle, DriveCommand, Motor, MotorParams, MotorSetup, MotorState, OutOfBounds, Time};
 
 const TARGET_DEG: f64 = 20.0;
@@ -79,7 +79,10 @@ fn main() -> Result<(), OutOfBounds> {
     let motor = Motor::<f32>::try_new(&MotorParams::nominal(), &MotorSetup::with_step(step_s))?;
     let mut state = MotorState::default();
     let mut rig = Rig::default();
-    let filter = ConstantRate::<f32>::new(&ConstantRateTuning::default());
+    let camera = CameraDescription { marks: 1, ..CameraDescription::default() };
+    let instruments = Instruments { camera, ..Instruments::default() };
+    let tuning = ConstantRateTuning::for_motor(&MotorParams::nominal(), &instruments);
+    let filter = ConstantRate::<f32>::new(&tuning);
     let target = Target::try_new(TARGET_DEG, TOLERANCE_DEG)?;
     let map = ResponseMap::table_1();
     let mut position_loop = PositionLoop::new(filter, map, target, PositioningTuning::default(), Time::ZERO);

@@ -29,7 +29,7 @@
 //! ```
 //!
 //! Without noise the sum is `Delta^2 / 12`. At `sigma = Delta / 2` it is that of the first term, 0.05 milli-degrees of
-//! the default camera.
+//! a mark of the default camera. Several marks lie at places of their own, so that of `n` it is an `n`-th.
 //!
 //! The variance of the codes depends on the place as well. It is least in the middle of a cell:
 //!
@@ -116,8 +116,8 @@ pub struct VibrometerDescription {
 }
 
 impl Default for CameraDescription {
-    /// The paper's camera: 10,000 frames a second, 2 um of resolution, at a mark 3.9 mm from the axis; with 1 um of
-    /// tracking noise and a latency of one frame, which are assumptions.
+    /// The paper's camera: 10,000 frames a second, 2 um of resolution, at marks 3.9 mm from the axis; with two opposite
+    /// marks, 1 um of tracking noise and a latency of one frame, which are assumptions.
     fn default() -> Self {
         Self {
             period_nanos: 100_000,
@@ -126,7 +126,7 @@ impl Default for CameraDescription {
             noise_m: 1e-6,
             resolution_m: 2e-6,
             radius_m: 3.9e-3,
-            marks: 1,
+            marks: 2,
         }
     }
 }
@@ -310,7 +310,7 @@ impl Instruments {
     /// The filter that is the most accurate with these instruments, and whose variances are right.
     ///
     /// Measured with `host-sim estimate`, rms of the angle in milli-degrees and mean normalised error squared, steady
-    /// in mode B and C, four drawn motors:
+    /// in mode B and C, four drawn motors, a camera on a single mark:
     ///
     /// | instruments | `constant_rate` | `impact_aided` | `twin` |
     /// |---|---|---|---|

@@ -225,16 +225,31 @@ mod tests {
     use rand_pcg::Pcg64;
     use rand_pcg::rand_core::SeedableRng;
 
+    /// The default camera on one mark, on two, three and eight.
+    fn cameras() -> [CameraDescription; 4] {
+        [1, 2, 3, 8].map(|marks| CameraDescription { marks, ..CameraDescription::default() })
+    }
+
+    /// A variance of the angle as a deviation of each mark, in steps.
+    fn in_steps(angle_rad2: f32, camera: &CameraDescription) -> f64 {
+        (f64::from(angle_rad2) * f64::from(camera.marks)).sqrt() * camera.radius_m / camera.resolution_m
+    }
+
     /// The tuning for a camera after 2,000 frames of a rotor at rest whose noise is `factor` times the assumed one.
     fn learnt(camera: &CameraDescription, factor: f64, seed: u64) -> TrackTuning<f32> {
         let mut rng = Pcg64::seed_from_u64(seed);
         let mut tuning = TrackTuning::<f32>::new(camera);
         let mut noise = CameraNoise::new(camera);
+        let step_m = camera.resolution_m;
         for n in 0..2000 {
-            let normal: f64 = StandardNormal.sample(&mut rng);
-            let shown_m = 1.3e-6 + factor * camera.noise_m * normal;
-            let code_m = (shown_m / camera.resolution_m).round() * camera.resolution_m;
-            let angle = Angle::from_degrees((code_m / camera.radius_m).to_degrees());
+            // Each mark has a place of its own in its cell.
+            let code_m = |mark: u8| {
+                let place_m = 1.3e-6 + 0.37 * f64::from(mark) * step_m;
+                let normal: f64 = StandardNormal.sample(&mut rng);
+                ((place_m + factor * camera.noise_m * normal) / step_m).round() * step_m - place_m
+            };
+            let mean_m = (0..camera.marks).map(code_m).sum::<f64>() / f64::from(camera.marks);
+            let angle = Angle::from_degrees((mean_m / camera.radius_m).to_degrees());
             let exposed_at = Time::from_nanos(n * camera.period_nanos);
             noise.take(&CameraFrame::new(exposed_at, angle), &mut tuning);
         }
@@ -246,14 +261,16 @@ mod tests {
     #[test]
     fn law_the_noise_is_learnt_within_a_factor_of_four() {
         for period_nanos in [10_000, 100_000, 100_000_000] {
-            let camera =
-                CameraDescription { period_nanos, resolution_m: 3e-7, ..CameraDescription::default() };
-            for factor in [0.3, 0.5, 2.0, 3.0, 4.0] {
-                for seed in 0..5 {
+            for camera in
+                cameras().map(|camera| CameraDescription { period_nanos, resolution_m: 3e-7, ..camera })
+            {
+                for factor in [0.3, 0.5, 2.0, 3.0, 4.0] {
                     let truth =
                         CameraDescription { noise_m: factor * camera.noise_m, ..camera }.variance_rad2();
-                    let off = f64::from(learnt(&camera, factor, seed).camera_rad2) / truth;
-                    assert!((0.71..1.41).contains(&off), "{period_nanos} {factor} {off}");
+                    for seed in 0..5 {
+                        let off = f64::from(learnt(&camera, factor, seed).camera_rad2) / truth;
+                        assert!((0.71..1.41).contains(&off), "{camera:?} {factor} {off}");
+                    }
                 }
             }
         }
@@ -262,9 +279,8 @@ mod tests {
     /// A camera that is as described is used as described, to the bit; a coarse one too, though it repeats its codes.
     #[test]
     fn exact_nothing_changes_where_the_description_is_right() {
-        let default = CameraDescription::default();
-        let coarse = CameraDescription { resolution_m: 1e-5, ..default };
-        for camera in [default, coarse] {
+        let coarse = cameras().map(|camera| CameraDescription { resolution_m: 1e-5, ..camera });
+        for camera in cameras().into_iter().chain(coarse) {
             for seed in 0..20 {
                 let tuning = learnt(&camera, 1.0, seed);
                 assert_eq!(
@@ -279,11 +295,11 @@ mod tests {
     /// change too rarely, and the floor says so: at most 0.2 of a step's error, at least a twentieth.
     #[test]
     fn law_the_floor_follows_less_dither_than_assumed() {
-        let camera = CameraDescription::default();
-        let step_rad = camera.resolution_m / camera.radius_m;
-        for seed in 0..5 {
-            let floor_rad = f64::from(learnt(&camera, 0.4, seed).floor_rad2).sqrt();
-            assert!((0.05..0.29).contains(&(floor_rad / step_rad)), "{}", floor_rad / step_rad);
+        for camera in cameras() {
+            for seed in 0..5 {
+                let floor_steps = in_steps(learnt(&camera, 0.4, seed).floor_rad2, &camera);
+                assert!((0.05..0.29).contains(&floor_steps), "{} {floor_steps}", camera.marks);
+            }
         }
     }
 
@@ -291,18 +307,12 @@ mod tests {
     /// but for what is not known of the noise: two standard errors of 6 %, and the place in the cell.
     #[test]
     fn law_the_floor_of_a_camera_assumed_too_noisy_is_nearly_its_own() {
-        let truth = CameraDescription::default();
-        let step_rad = truth.resolution_m / truth.radius_m;
-        for factor in [2.0, 4.0] {
+        for (truth, factor) in cameras().into_iter().flat_map(|truth| [(truth, 2.0), (truth, 4.0)]) {
             let assumed = CameraDescription { noise_m: factor * truth.noise_m, ..truth };
             for seed in 0..5 {
-                let floor_rad = f64::from(learnt(&assumed, 1.0 / factor, seed).floor_rad2).sqrt();
+                let floor_steps = in_steps(learnt(&assumed, 1.0 / factor, seed).floor_rad2, &truth);
                 // exp(-2 pi^2 (0.25 - 0.041 - 0.008)) / (pi sqrt 2), and a fifth of the noise for chance.
-                assert!(
-                    (0.0016..0.0107).contains(&(floor_rad / step_rad)),
-                    "{factor} {}",
-                    floor_rad / step_rad
-                );
+                assert!((0.0016..0.0107).contains(&floor_steps), "{} {factor} {floor_steps}", truth.marks);
             }
         }
     }

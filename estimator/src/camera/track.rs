@@ -23,14 +23,14 @@
 //!
 //! A rotor at rest shows the camera one point of one cell. An average of frames is right only as far as the tracking
 //! noise dithers the quantisation. With noise sigma the mean code is off by up to `(Delta / pi) exp(-2 pi^2 sigma^2 /
-//! Delta^2)`: 0.07 milli-degrees at the default camera's `sigma = Delta / 2`. Without noise it is off by up to `Delta /
-//! 2`, 15 milli-degrees. The codes show whether there is dither: with `sigma = Delta / 2` the code changes from frame
-//! to frame with probability 0.46 to 0.53, wherever in its cell the rotor lies. So at rest the share of changes is
-//! averaged (over 64 frames, from 0). While it is below 0.2, a code that only repeats itself is refused
+//! Delta^2)`: 0.07 milli-degrees at a mark of the default camera, `sigma = Delta / 2`. Without noise it is off by up to
+//! `Delta / 2`, 15 milli-degrees. The codes show whether there is dither: with `sigma = Delta / 2` the code changes
+//! from frame to frame with probability 0.46 to 0.53, wherever in its cell the rotor lies. So at rest the share of
+//! changes is averaged (over 64 frames, from 0). While it is below 0.2, a code that only repeats itself is refused
 //! ([`crate::Rejection::Repeated`]) as soon as the angle is known to `Delta^2 / 12`, the variance of a uniform error
 //! within the cell. With the default camera the share passes 0.2 within some 35 frames, and then stays six standard
-//! deviations above. Limit: noise of `Delta / 5` passes for dither in some places of a cell, where it biases by a tenth
-//! of Delta.
+//! deviations above. The angle of several marks changes more often. Limit: noise of `Delta / 5` passes for dither in
+//! some places of a cell, where it biases by a tenth of Delta.
 //!
 //! # Ringing at rest
 //!
@@ -48,7 +48,7 @@
 //!
 //! `v_0` and `v_1` are those of the default camera. Another one's are as many times larger as its frames are more, so
 //! that the angle's variance grows by `v_0 dt = 1e-12 rad^2` in a second at rest, whatever the rate of the frames. The
-//! average of n frames is then worse than `R / n` by a third of `1e-12 n^2 dt / R`: 4 % after a second of the default
+//! average of n frames is then worse than `R / n` by a third of `1e-12 n^2 dt / R`: 8 % after a second of the default
 //! camera's frames, and after ten seconds of 200 a second.
 //!
 //! # Moved at rest

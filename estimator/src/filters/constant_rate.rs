@@ -12,7 +12,7 @@
 //! Each impact kicks the rate; `q` stands for all kicks. From the model (Coulomb friction, steady motion): the rate
 //! varies with standard deviation s and correlation time T, so `q = 2 s^2 / T`, with 4.4 rad/s and 12 ms in mode B,
 //! 0.54 rad/s and 2 ms in mode C. With the default camera the steady standard error of the angle is then `(sqrt 2 (R
-//! dt)^(3/4) q^(1/4))^(1/2)`: 13 and 7 milli-degrees. The values used make the normalised innovations squared 1 on
+//! dt)^(3/4) q^(1/4))^(1/2)`: 10 and 8 milli-degrees. The values used make the normalised innovations squared 1 on
 //! average over drawn motors, within a percent.
 //!
 //! # Jitter

@@ -2,12 +2,17 @@
 
 use super::*;
 
-/// (1/4 + 1/12) of the step's square: noise of half a step, and a uniform error over a step.
+/// The default camera on a single mark.
+fn one_mark() -> CameraDescription {
+    CameraDescription { marks: 1, ..CameraDescription::default() }
+}
+
+/// (1/4 + 1/12) of the step's square: noise of half a step, and a uniform error over a step. Two marks have half of it.
 #[test]
 fn exact_variance_of_the_default_camera() {
     let step_rad = 2e-6_f64 / 3.9e-3;
     let variance_rad2 = CameraDescription::default().variance_rad2();
-    assert!((variance_rad2 * 3.0 / (step_rad * step_rad) - 1.0).abs() < 1e-12);
+    assert!((variance_rad2 * 6.0 / (step_rad * step_rad) - 1.0).abs() < 1e-12);
 }
 
 /// `n` marks are one at `sqrt n` times the radius: so variance, quantisation, floor and dither are an `n`-th each.
@@ -15,7 +20,7 @@ fn exact_variance_of_the_default_camera() {
 fn exact_marks_divide_all_variances() {
     for marks in [2_u8, 5, 16] {
         let n = f64::from(marks);
-        let one = CameraDescription::default();
+        let one = one_mark();
         let several = CameraDescription { marks, ..one };
         for of in [
             CameraDescription::variance_rad2,
@@ -61,8 +66,7 @@ fn dual_variance_factor_is_that_of_the_marks_places() {
 #[test]
 fn exact_least_dither_is_the_sum_over_codes() {
     for (steps, expected) in [(0.15, 0.000_858_121), (0.25, 0.045_500_3), (0.5, 0.325_413), (1.0, 1.083_33)] {
-        let camera =
-            CameraDescription { noise_m: 2e-6 * steps, radius_m: 1e-3, ..CameraDescription::default() };
+        let camera = CameraDescription { noise_m: 2e-6 * steps, radius_m: 1e-3, ..one_mark() };
         let dither_steps2 = camera.dither_rad2() / (2e-3 * 2e-3);
         assert!((dither_steps2 / expected - 1.0).abs() < 1e-4, "{steps}: {dither_steps2}");
     }
@@ -96,7 +100,7 @@ fn dual_floor_is_the_mean_square_of_the_mean_codes_error() {
             noise_m: 4e-6 * noise_steps,
             resolution_m: 4e-6,
             radius_m: 2e-3,
-            ..CameraDescription::default()
+            ..one_mark()
         };
         let floor_steps2 = camera.floor_rad2() / (2e-3 * 2e-3);
         assert!((floor_steps2 - mean_square).abs() < 0.01 * mean_square + 1e-15, "{noise_steps}");

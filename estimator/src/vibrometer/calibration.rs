@@ -9,11 +9,17 @@
 //! | bias m | when `m^2 > 36 s^2 / n` after a thousand samples, and from then on | 2e-9 |
 //! | noise s | when `s^2` differs by half from that assumed, after a thousand samples | eleven standard errors |
 //!
-//! While the rotor runs it goes on bouncing between the teeth and a tenth of a millimetre above them. So the mean of
-//! its vertical velocity over a time T is the bias, within 0.1 mm / T: 0.4 mm/s over a quarter of a second. When that
-//! mean differs by a millimetre a second from the bias in use, it is used. The mean is over time, not over samples, so
-//! that lost samples leave it as it is. A time in which a sample was refused, as a saturated one is, or in which none
-//! came for a millisecond, does not count.
+//! While the rotor runs it goes on bouncing between the teeth and the height h of its highest flight. So the mean of
+//! its vertical velocity over a time T is the bias, within
+//!
+//! ```text
+//! h / T,    h = v^2 / 2 g        v: the fastest sample of the time, of each two neighbours the slower one
+//! ```
+//!
+//! 2 mm/s over a quarter of a second at 0.1 m/s. When that mean differs from the bias in use by a tenth more than that,
+//! and by a millimetre a second, it is used. The mean is over time, not over samples, so that lost samples leave it as
+//! it is. A time in which a sample was refused, as a saturated one is, or in which none came for a millisecond, does
+//! not count.
 //!
 //! A vibrometer that is as described is therefore used as described. A sample eight standard deviations away is left
 //! out, once a hundred are known. Nothing is learnt in the first 20 ms of rest, while the stator rings down.
@@ -37,6 +43,8 @@ const NOTICEABLE: f64 = 1.1;
 /// Time over which the mean of a running rotor is taken, in ns, and the least bias that it shows, in m/s.
 const RUNNING_NANOS: u64 = 250_000_000;
 const RUNNING_M_S: f64 = 1e-3;
+/// The bias shows beyond so many times `h / T`: a sum over samples is off by half a sample at either end.
+const HEIGHT_MARGIN: f64 = 1.1;
 /// Longest time between two samples of that mean, in ns.
 const GAP_NANOS: u64 = 1_000_000;
 /// Time at rest before anything is learnt, in ns.
@@ -45,6 +53,7 @@ const RINGING_NANOS: u64 = 20_000_000;
 /// Mean and variance of the samples at rest, and what is used of them.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Calibration<T> {
+    gravity_m_s2: T,
     assumed_m2_s2: T,
     samples: T,
     mean_m_s: T,
@@ -57,12 +66,16 @@ pub(crate) struct Calibration<T> {
     running_from: Option<Time>,
     running_newest: Time,
     running_m: T,
+    /// Speed of the last sample, and the fastest of the time: of each two neighbours the slower one.
+    running_last_m_s: T,
+    running_fastest_m_s: T,
 }
 
 impl<T: Real> Calibration<T> {
-    /// Nothing learnt about a vibrometer of this noise.
-    pub(crate) fn new(assumed_m_s: T) -> Self {
+    /// Nothing learnt about a vibrometer of this noise, of a rotor that falls by `gravity_m_s2`.
+    pub(crate) fn new(assumed_m_s: T, gravity_m_s2: T) -> Self {
         Self {
+            gravity_m_s2,
             assumed_m2_s2: assumed_m_s * assumed_m_s,
             samples: T::zero(),
             mean_m_s: T::zero(),
@@ -73,6 +86,8 @@ impl<T: Real> Calibration<T> {
             running_from: None,
             running_newest: Time::ZERO,
             running_m: T::zero(),
+            running_last_m_s: T::zero(),
+            running_fastest_m_s: T::zero(),
         }
     }
 
@@ -87,11 +102,17 @@ impl<T: Real> Calibration<T> {
     pub(crate) fn run(&mut self, velocity_m_s: T, at: Time) {
         let newest = self.running_newest;
         self.running_newest = at;
+        let (speed_m_s, last_m_s) = (velocity_m_s.abs(), self.running_last_m_s);
+        self.running_last_m_s = speed_m_s;
         let Some(from) = self.running_from.filter(|_| at.nanos_since(newest) <= GAP_NANOS) else {
-            (self.running_from, self.running_m) = (Some(at), T::zero());
+            (self.running_from, self.running_m, self.running_fastest_m_s) = (Some(at), T::zero(), T::zero());
             return;
         };
         self.running_m += velocity_m_s * at.seconds_since(newest);
+        let slower_m_s = if speed_m_s < last_m_s { speed_m_s } else { last_m_s };
+        if slower_m_s > self.running_fastest_m_s {
+            self.running_fastest_m_s = slower_m_s;
+        }
         if at.nanos_since(from) >= RUNNING_NANOS {
             self.judge_run(at.seconds_since(from));
         }
@@ -102,7 +123,12 @@ impl<T: Real> Calibration<T> {
     fn judge_run(&mut self, time_s: T) {
         self.running_from = None;
         let mean_m_s = self.running_m / time_s;
-        if (mean_m_s - self.bias_m_s).abs() > T::from_f64(RUNNING_M_S) {
+        let fastest_m_s = self.running_fastest_m_s;
+        let off_m_s = (mean_m_s - self.bias_m_s).abs();
+        // Without gravity the height is not known, and nothing is learnt.
+        let height_factor = T::from_f64(2.0 / HEIGHT_MARGIN) * self.gravity_m_s2;
+        let beyond_height = off_m_s * time_s * height_factor > fastest_m_s * fastest_m_s;
+        if off_m_s > T::from_f64(RUNNING_M_S) && beyond_height {
             self.bias_m_s = mean_m_s;
         }
     }
@@ -182,7 +208,7 @@ mod tests {
     /// What is learnt in 0.2 s of a vibrometer of this bias and noise that was assumed to have none and 0.2 mm/s.
     fn learnt(bias_m_s: f64, noise_m_s: f64, seed: u64) -> Calibration<f32> {
         let mut rng = Pcg64::seed_from_u64(seed);
-        let mut calibration = Calibration::<f32>::new(2e-4);
+        let mut calibration = Calibration::<f32>::new(2e-4, 9.81);
         for n in 0..40_000 {
             let noise: f64 = StandardNormal.sample(&mut rng);
             // Every thousandth sample is a wrong one.
@@ -210,7 +236,7 @@ mod tests {
     #[test]
     fn law_a_bias_is_learnt_while_the_rotor_runs() {
         for bias_m_s in [3e-3, 0.0] {
-            let mut calibration = Calibration::<f32>::new(2e-4);
+            let mut calibration = Calibration::<f32>::new(2e-4, 9.81);
             for n in 0..120_000_u64 {
                 let flight = (n % 400) as f64 / 400.0;
                 let shown = bias_m_s + 0.1 * (1.0 - 2.0 * flight);
@@ -222,12 +248,28 @@ mod tests {
         }
     }
 
+    /// A rotor that is thrown up by 0.1 m/s every 20 ms, to half a millimetre, shows no bias wherever in a flight the
+    /// time ends; a bias above h / T is found.
+    #[test]
+    fn law_a_high_flight_is_no_bias() {
+        for (bias_m_s, length) in [(0.0, 4000), (0.0, 4079), (0.0, 4200), (5e-3, 4079)] {
+            let mut calibration = Calibration::<f32>::new(2e-4, 9.81);
+            for n in 0..400_000_u64 {
+                let shown = bias_m_s + 9.81 * 5e-6 * (0.5 * length as f64 - (n % length) as f64);
+                calibration.run(shown as f32, Time::from_micros(5 * n));
+            }
+            let learnt = f64::from(calibration.bias_m_s());
+            assert!((learnt - bias_m_s).abs() < 0.5e-3 / 0.25, "{length} {bias_m_s} {learnt}");
+            assert!(bias_m_s > 0.0 || learnt.to_bits() == 0, "{length} {learnt}");
+        }
+    }
+
     /// Samples lost for 0.1 s, and a third of them lost at any time, show no bias: what the rotor moves meanwhile is
     /// not one.
     #[test]
     fn law_lost_samples_are_no_bias() {
         for lost in [|n: u64| (20_000..40_000).contains(&n), |n: u64| n.wrapping_mul(0x9E37_79B9) % 97 < 32] {
-            let mut calibration = Calibration::<f32>::new(2e-4);
+            let mut calibration = Calibration::<f32>::new(2e-4, 9.81);
             for n in (0..200_000_u64).filter(|&n| !lost(n)) {
                 // Flights of 2.1 ms to a height of 5 um and of 7.9 ms to 76 um, in turn.
                 let phase = n % 2000;

@@ -110,7 +110,7 @@ impl<T: Real> MotionWatch<T> {
     pub fn new(tuning: &RestTuning<T>) -> Self {
         Self {
             rest: RestDetector::new(tuning),
-            calibration: Calibration::new(tuning.noise_m_s),
+            calibration: Calibration::new(tuning.noise_m_s, tuning.gravity_m_s2),
             settling_nanos: tuning.settling_nanos,
             fitted: tuning.fitted,
             equal_samples_max: tuning.equal_samples,

@@ -21,7 +21,7 @@
 //! A quiet rotor may still slide: friction stops it within `rate J / (mu m_r g R_t)`, 25 ms from the highest rates. So
 //! the filter, which knows the rate, concludes rest; this module only finds whether the rotor is quiet.
 
-use motor_model::{DriveMode, MotorParams, Real, Time, math};
+use motor_model::{DriveMode, MotorParams, Parameter, Real, Time, math};
 
 use crate::instruments::{Instruments, VibrometerDescription};
 use crate::measurement::LdvSample;
@@ -57,6 +57,8 @@ pub struct RestTuning<T> {
     pub quiet_m_s: T,
     /// Standard deviation of a sample that the vibrometer is assumed to have, in m/s.
     pub noise_m_s: T,
+    /// Gravity in m/s^2: it bounds how high a rotor flies, and so the mean velocity of one that runs.
+    pub gravity_m_s2: T,
     /// Equal samples in a row from which on a vibrometer counts as lifeless.
     pub equal_samples: u16,
     /// Whether there is a vibrometer.
@@ -88,6 +90,7 @@ impl<T: Real> RestTuning<T> {
             window_samples: T::from_f64((WINDOW_S / vibrometer.period_s()).max(WINDOW_SAMPLES_MIN)),
             quiet_m_s: T::from_f64(math::sqrt(quiet_m2_s2(sd_m_s * sd_m_s))),
             noise_m_s: T::from_f64(sd_m_s),
+            gravity_m_s2: T::from_f64(params.get(Parameter::Gravity)),
             equal_samples: equal_samples(&vibrometer),
             fitted: instruments.vibrometer.is_some(),
             late_frames: instruments.camera.latency_nanos > instruments.camera.period_nanos,

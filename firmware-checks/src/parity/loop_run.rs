@@ -2,8 +2,8 @@
 //! after the other.
 //!
 //! The twin simulates the motor as well, because this run compares machines and does not judge the loop. Its camera
-//! quantises and delivers each frame one frame late. Some frames come twice, and some are outliers, so that refusals
-//! are part of the run.
+//! follows two marks, quantises and delivers each frame one frame late. Some frames come twice, and some are outliers,
+//! so that refusals are part of the run.
 
 use core::fmt;
 
@@ -32,9 +32,10 @@ const TICKS_PER_FRAME: u64 = 10;
 /// The camera's resolution, 2 um at 3.9 mm, in units of 2^-32 turn.
 const PIXEL_UNITS: i64 = 350_546;
 
-/// Step of the dither, which is uniform over two pixels: without noise the filter would not accept frames of a rotor at
-/// rest. An odd number near the golden section of two pixels.
-const DITHER_STEP: u64 = 433_299;
+/// Steps of the dither of each mark, which is uniform over two pixels: without noise the filter would not accept frames
+/// of a rotor at rest. Odd numbers near the parts 0.7549 and 0.5698 of two pixels, whose multiples fill a square
+/// evenly.
+const DITHER_STEPS: [u64; 2] = [529_239, 399_511];
 
 /// The vibrometer's noise: without noise, a rotor at rest is a vibrometer without signal.
 const LDV_NOISE_M_S: f32 = 1e-5;
@@ -171,9 +172,12 @@ impl TwinInstruments {
             return;
         }
         let frame = ticks / TICKS_PER_FRAME;
-        let dither = frame.wrapping_mul(DITHER_STEP).cast_signed().rem_euclid(2 * PIXEL_UNITS);
-        let pixels = (state.rotor.angle.angle().units() + dither - PIXEL_UNITS).div_euclid(PIXEL_UNITS);
-        let mut angle = Angle::from_units(pixels * PIXEL_UNITS).wrapped();
+        let code = |step: u64| {
+            let dither = frame.wrapping_mul(step).cast_signed().rem_euclid(2 * PIXEL_UNITS);
+            (state.rotor.angle.angle().units() + dither - PIXEL_UNITS).div_euclid(PIXEL_UNITS)
+        };
+        let pixels: i64 = DITHER_STEPS.into_iter().map(code).sum();
+        let mut angle = Angle::from_units(pixels * PIXEL_UNITS / 2).wrapped();
         if frame % FRAMES_PER_OUTLIER == 1 {
             angle = angle.plus(OUTLIER).wrapped();
         }

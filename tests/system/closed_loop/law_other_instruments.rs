@@ -2,9 +2,10 @@
 //! ends with a reason; none is held as on target far off it, and none waits for its deadline.
 
 use host_sim::Scene;
+use host_sim::math::statistics::binomial_bounds;
 use host_sim::runs::{position, rate};
 
-use crate::support::built_command::{folder, json, refuses, succeeds};
+use crate::support::built_command::{folder, json, number, refuses, succeeds};
 
 /// A move that is held as on target is wrong from so many tolerances on: errors are normal, and three tolerances are
 /// more than six of the standard deviations at which a target counts as reached.
@@ -198,7 +199,8 @@ fn law_a_rate_is_held_by_a_noisy_camera() {
 }
 
 /// Motors of half the size, with modes at 12 and 14 kHz, and of four times the mass, with their own twin, drive and
-/// map, position; one whose mode B is too weak does so near by, and says what it cannot.
+/// map, position; one whose mode B is too weak does so near by, and says what it cannot. None of eight moves is held as
+/// on target far off it; as 95 % are promised within the tolerance, two may lie outside (the upper 97.5 % point).
 #[test]
 fn law_a_motor_of_ones_own_positions_or_says_what_it_can() {
     let folder = folder();
@@ -206,6 +208,7 @@ fn law_a_motor_of_ones_own_positions_or_says_what_it_can() {
     let map_of = |scene: &str| {
         succeeds(folder.path(), &["response-map", "--scene", scene, "--motors", "4", "--out", "map.toml"]);
     };
+    let mut outside = Vec::new();
     for (name, targets) in [
         ("half_the_size", ["37", "1"]),
         ("higher_modes", ["37", "1"]),
@@ -219,12 +222,18 @@ fn law_a_motor_of_ones_own_positions_or_says_what_it_can() {
             let arguments =
                 ["position", "--scene", &scene, "--map", "map.toml", &to, "--seed", seed, "--format", "json"];
             let outcome = json(folder.path(), &arguments);
-            assert_eq!(outcome["ok"], true, "{name} {outcome}");
+            assert!(outcome["stopped"].is_null() && !outcome["settle_time_s"].is_null(), "{name} {outcome}");
+            let [error_mdeg, tolerance_deg] =
+                ["final_error_mdeg", "tolerance_deg"].map(|key| number(&outcome, key));
+            assert!(1e-3 * error_mdeg.abs() <= WRONG_TOLERANCES * tolerance_deg, "{name} {outcome}");
+            outside.extend((outcome["ok"] != true).then(|| format!("{name} {outcome}")));
             // The way of the weak mode is gone by bursts that are not measured one by one: 150 take 3 s at most.
             let in_time = outcome["duration_s"].as_f64().is_some_and(|s| s < 3.0);
             assert!(in_time || name != "weak_mode_b", "{name} {outcome}");
         }
     }
+    let (_, most) = binomial_bounds(8, 0.05);
+    assert!(outside.len() <= most as usize, "{}", outside.join("\n"));
     let weak = scene("weak_mode_b");
     refuses(
         folder.path(),

@@ -85,7 +85,8 @@ fn law_hindsight_is_better_and_health_is_true() {
 }
 
 /// Nobody who has to infer the kicks knows the angle better than who is told them, and the better one is told, the
-/// better one knows.
+/// better one knows. Of a rotor at rest a run is one number, and those of three motors show no order: there only the
+/// figure itself is checked.
 #[test]
 fn law_the_genie_is_a_bound() {
     let (_, rows) = three();
@@ -95,7 +96,8 @@ fn law_the_genie_is_a_bound() {
     {
         let [drive, phase] = ["drive", "phase"].map(|field| of_one[field].as_str().expect("a word"));
         let genie = rms_mdeg(rows, "genie", drive, phase);
-        assert!(genie > 0.0 && number(of_one, "rms_angle_mdeg") >= genie, "{of_one}");
+        let bounded = phase.starts_with("rest") || number(of_one, "rms_angle_mdeg") >= genie;
+        assert!(genie > 0.0 && bounded, "{of_one}");
         let ratio = number(of_one, "rms_angle_mdeg") / genie;
         assert_between(number(of_one, "times_genie") / ratio, 1.0 - 1e-9, 1.0 + 1e-9, of_one);
     }
@@ -122,15 +124,16 @@ fn law_inexact_genies_are_consistent() {
     }
 }
 
-/// The two-state filter's steady error of 13 and 7 milli-degrees at the frame (its own module head), and what a rate
-/// that is off by 1.3 and 0.6 rad/s adds over the 100 to 200 us since: 11 and 5 milli-degrees and more, since both
-/// errors go together.
+/// The two-state filter's steady error of 10 and 8 milli-degrees at the frame (its own module head), and what a rate
+/// that is off by 1.2 and 0.6 rad/s adds over the 100 to 200 us since: 10 and 5 milli-degrees at most, if both errors
+/// go together. At rest a second's frames of 12 milli-degrees leave 0.12. The errors of three motors have a root mean
+/// square within a tenth and 2.4 times of that in all but two of a thousand cases.
 #[test]
 fn tool_constant_rate_is_as_good_as_its_design() {
     let (_, rows) = three();
-    assert_between(rms_mdeg(rows, "constant_rate", "b", "steady"), 13.0, 26.0, "B");
-    assert_between(rms_mdeg(rows, "constant_rate", "c", "steady"), 8.0, 17.0, "C");
-    assert_between(rms_mdeg(rows, "constant_rate", "b", "rest_1_s"), 0.1, 2.0, "rest");
+    assert_between(rms_mdeg(rows, "constant_rate", "b", "steady"), 10.0, 20.0, "B");
+    assert_between(rms_mdeg(rows, "constant_rate", "c", "steady"), 7.5, 13.0, "C");
+    assert_between(rms_mdeg(rows, "constant_rate", "b", "rest_1_s"), 0.01, 0.29, "rest");
 }
 
 #[test]

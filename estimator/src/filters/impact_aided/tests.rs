@@ -1,8 +1,9 @@
 use super::*;
 use crate::camera::track::Track;
+use crate::camera::track_tuning::TrackTuning;
 use crate::filters::constant_rate::ConstantRateTuning;
 use crate::innovation::{Rejection, Verdict};
-use crate::instruments::Instruments;
+use crate::instruments::{CameraDescription, Instruments};
 use crate::test_support::{FRAME_NANOS, LDV_NANOS, assert_consistent, frame, nees, quiet_sample};
 use motor_model::{Angle, MotorParams};
 use proptest::prelude::*;
@@ -254,10 +255,13 @@ fn exact_turns_are_counted() {
     assert!((estimate.angle.degrees() - truth).abs() < 1e-3, "{}", estimate.angle.degrees());
 }
 
-/// A rotor at rest whose frames are `codes`, 1 s long, and a quiet vibrometer; angle's variance and the last
-/// verdict.
+/// A rotor at rest whose frames are the codes of one mark, 1 s long, and a quiet vibrometer; angle's variance and the
+/// last verdict.
 fn at_rest(mut code_m: impl FnMut() -> f64) -> (Estimate<f32>, Verdict) {
-    let mut filter = ImpactAided::<f32>::new(&tuning());
+    let mut one_mark = tuning();
+    one_mark.constant_rate.track =
+        TrackTuning::new(&CameraDescription { marks: 1, ..CameraDescription::default() });
+    let mut filter = ImpactAided::<f32>::new(&one_mark);
     let mut verdict = Verdict::Used;
     for n in 1..=10_000 {
         for k in 0..20 {

@@ -32,7 +32,7 @@ pub const SETTINGS: &[Setting] = &[
     Setting {
         key: "camera.marks",
         unit: "",
-        kind: Kind::Integer { default: 1, min: 1, max: 16 },
+        kind: Kind::Integer { default: 2, min: 1, max: 16 },
         meaning: "marks tracked, equally spaced on their circle; two or more tell the rotor's angle from its shift",
     },
     Setting {

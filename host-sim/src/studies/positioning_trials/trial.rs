@@ -87,10 +87,10 @@ pub fn measuring_s(scene: &Scene) -> f64 {
 mod tests {
     use super::*;
 
-    /// 0.255 milli-degrees from frames of 17: (2e-6 / 3.9e-3)^2 (1/4 + 1/12) rad^2 at 10 kHz.
+    /// 0.255 milli-degrees from frames of two marks of 17 each: (2e-6 / 3.9e-3)^2 (1/4 + 1/12) / 2 rad^2 at 10 kHz.
     #[test]
     fn exact_measuring_time_of_the_default_camera() {
-        let frame_mdeg = 1e3 * (2e-6_f64 / 3.9e-3).to_degrees() / motor_model::math::sqrt(3.0);
+        let frame_mdeg = 1e3 * (2e-6_f64 / 3.9e-3).to_degrees() / motor_model::math::sqrt(6.0);
         let ratio = frame_mdeg / (0.5 / 1.96);
         let expected = ratio * ratio / 1e4;
         assert!((measuring_s(&Scene::default()) / expected - 1.0).abs() < 1e-9, "{expected}");

@@ -9,8 +9,8 @@
 //!
 //! With two marks or more it follows each by two image coordinates, and tells angle from shift: [`marks`].
 //!
-//! Defaults: the paper's camera, 10,000 frames/s and 2 um of resolution, at a feature 3.9 mm from the axis; 1 um of
-//! Gaussian tracking noise, and one frame of latency for reading out and tracking.
+//! Defaults: the paper's camera, 10,000 frames/s and 2 um of resolution, at a feature 3.9 mm from the axis; two
+//! opposite marks, 1 um of Gaussian tracking noise, and one frame of latency for reading out and tracking.
 //!
 //! Off unless a scene sets them:
 //!
@@ -108,7 +108,7 @@ impl Camera {
                 FaultKind::Camera(fault) if fault != CameraFault::Lost => Some(fault),
                 _ => None,
             }),
-            picture: (Angle::ZERO, 1),
+            picture: (Angle::ZERO, CameraFrame::ALL_MARKS),
         }
     }
 

@@ -128,7 +128,7 @@ mod tests {
                 &["camera.frame_rate_hz=10", "camera.latency_frames=100", "camera.latency_s=0.1"],
                 ["camera.latency_frames = 100", "camera.latency_s = 0.1"],
             ),
-            (&["camera.mark_fault=lost"], ["camera.mark_fault = lost", "camera.marks = 1"]),
+            (&["camera.marks=1", "camera.mark_fault=lost"], ["camera.mark_fault = lost", "camera.marks = 1"]),
             (
                 &["camera.marks=3", "camera.mark_fault=false", "camera.faulty_mark=4"],
                 ["camera.faulty_mark = 4", "camera.marks = 3"],
@@ -150,8 +150,8 @@ mod tests {
             &["ldv.bits=6", "ldv.range_m_s=0.02"],
             &["ldv.bits=24", "ldv.range_m_s=100"],
             &["camera.frame_rate_hz=10", "camera.latency_frames=90", "camera.latency_s=1"],
-            &["camera.marks=2", "camera.mark_fault=exchanged", "camera.faulty_mark=2"],
-            &["camera.marks=2", "faults=mark2:false:1e-5, mark1:stuck"],
+            &["camera.mark_fault=exchanged", "camera.faulty_mark=2"],
+            &["faults=mark2:false:1e-5, mark1:stuck"],
             &["camera.period_jitter_s=1e-5"],
             &["camera.frame_rate_hz=10", "camera.period_jitter_s=0.01"],
         ] {
