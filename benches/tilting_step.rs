@@ -1,21 +1,23 @@
 //! Time of a step of the tilting motor beside the height-only one, in both modes and at rest, with and without shift.
 //!
+//! Steps are of 0.4 us, where rates are converged, and of 1 us.
+//!
 //! The parameters are those of a tight hub and slippery teeth, at which mode B rubs on the pin most of the time.
 
 use std::hint::black_box;
 use std::time::Duration;
 
-use criterion::{BatchSize, Criterion, Throughput, criterion_group, criterion_main};
+use criterion::measurement::WallTime;
+use criterion::{BatchSize, BenchmarkGroup, Criterion, Throughput, criterion_group, criterion_main};
 use motor_model::{
     DriveCommand, DriveMode, Freedom, Motor, MotorParams, MotorSetup, MotorState, Parameter, Real,
     TiltingMotor, TiltingParameter, TiltingParams, TiltingSetup, TiltingState, TiltingVariation,
 };
 
-const STEP_S: f64 = 1e-6;
+/// Lengths of a step in s, with their names and the steps before the first batch: 0.2 s.
+const LENGTHS: [(f64, &str, u32); 2] = [(0.4e-6, "0.4 us", 500_000), (1e-6, "1 us", 200_000)];
 /// Steps of a batch: long enough for the rare impacts.
 const STEPS: u32 = 200_000;
-/// Steps before the first batch.
-const SETTLING: u32 = 200_000;
 
 fn sets() -> (MotorParams, TiltingParams) {
     let params =
@@ -63,33 +65,45 @@ fn steps_in<T: Real>(criterion: &mut Criterion, precision: &str) {
         .sample_size(10)
         .warm_up_time(Duration::from_millis(100))
         .measurement_time(Duration::from_millis(500));
-    let (params, tilting) = sets();
-    let variation =
-        TiltingVariation { amplitudes: [0.004, -0.003, 0.002, -0.005], ..TiltingVariation::default() };
-    for (name, command) in [
-        ("steady mode B", DriveCommand::full(DriveMode::B)),
-        ("steady mode C", DriveCommand::full(DriveMode::C)),
-        ("at rest", DriveCommand::OFF),
-    ] {
-        let motor = Motor::<T>::try_new(&params, &MotorSetup::with_step(STEP_S)).expect("valid");
-        let mut start = MotorState::default();
-        run_height_only(&motor, &mut start, command, SETTLING);
-        group.bench_function(format!("height only, {name}/{precision}"), |bencher| {
-            let routine = |state: &mut MotorState<T>| run_height_only(&motor, state, command, STEPS);
-            bencher.iter_batched_ref(|| start, routine, BatchSize::SmallInput);
-        });
-        for (form, freedom) in [("full", Freedom::Full), ("without shift", Freedom::WithoutShift)] {
-            let setup = TiltingSetup { freedom, variation, ..TiltingSetup::with_step(STEP_S) };
-            let motor = TiltingMotor::<T>::try_new(&params, &tilting, &setup).expect("valid");
-            let mut start = TiltingState::default();
-            run(&motor, &mut start, command, SETTLING);
-            group.bench_function(format!("{form}, {name}/{precision}"), |bencher| {
-                let routine = |state: &mut TiltingState<T>| run(&motor, state, command, STEPS);
-                bencher.iter_batched_ref(|| start, routine, BatchSize::SmallInput);
-            });
+    for length in LENGTHS {
+        for (name, command) in [
+            ("steady mode B", DriveCommand::full(DriveMode::B)),
+            ("steady mode C", DriveCommand::full(DriveMode::C)),
+            ("at rest", DriveCommand::OFF),
+        ] {
+            steps_under::<T>(&mut group, length, &format!("{name}, {}/{precision}", length.1), command);
         }
     }
     group.finish();
+}
+
+/// The height-only motor and both forms of the tilting one under one command.
+fn steps_under<T: Real>(
+    group: &mut BenchmarkGroup<'_, WallTime>,
+    (step_s, _, settling): (f64, &str, u32),
+    name: &str,
+    command: DriveCommand,
+) {
+    let (params, tilting) = sets();
+    let variation =
+        TiltingVariation { amplitudes: [0.004, -0.003, 0.002, -0.005], ..TiltingVariation::default() };
+    let motor = Motor::<T>::try_new(&params, &MotorSetup::with_step(step_s)).expect("valid");
+    let mut start = MotorState::default();
+    run_height_only(&motor, &mut start, command, settling);
+    group.bench_function(format!("height only, {name}"), |bencher| {
+        let routine = |state: &mut MotorState<T>| run_height_only(&motor, state, command, STEPS);
+        bencher.iter_batched_ref(|| start, routine, BatchSize::SmallInput);
+    });
+    for (form, freedom) in [("full", Freedom::Full), ("without shift", Freedom::WithoutShift)] {
+        let setup = TiltingSetup { freedom, variation, ..TiltingSetup::with_step(step_s) };
+        let motor = TiltingMotor::<T>::try_new(&params, &tilting, &setup).expect("valid");
+        let mut start = TiltingState::default();
+        run(&motor, &mut start, command, settling);
+        group.bench_function(format!("{form}, {name}"), |bencher| {
+            let routine = |state: &mut TiltingState<T>| run(&motor, state, command, STEPS);
+            bencher.iter_batched_ref(|| start, routine, BatchSize::SmallInput);
+        });
+    }
 }
 
 fn steps(criterion: &mut Criterion) {

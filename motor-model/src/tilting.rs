@@ -13,6 +13,7 @@
 //! | `friction_circle`, `edge_pair` | friction of one contact; both edges of the hole at once |
 //! | `clearance` | a cheap test that nothing can be met in a step |
 //! | `located`, `end_of_step` | when contacts are found, and what a step then does |
+//! | `rubbing` | a step at the pin alone, which is most of them in mode B |
 //! | `energy` | where the energy goes |
 //!
 //! Inside, x, y and angles are counter-clockwise; rates of rotation are clockwise, as everywhere.
@@ -27,6 +28,7 @@ mod friction_circle;
 mod hub;
 mod located;
 mod rigid_body;
+mod rubbing;
 mod state;
 mod stator_tilt;
 mod stop;
@@ -48,6 +50,7 @@ use contact::Mobility;
 pub use contact::{ContactPlace, ContactPlaces};
 pub use energy::{NoTiltingLedger, TiltingEnergyFlows, TiltingEnergyLedger, TiltingLedger};
 use hub::Hub;
+use located::Pressing;
 use rigid_body::{LeanFlight, RotorMobility};
 pub use rigid_body::{ShiftState, TiltState};
 pub use state::TiltingState;
@@ -158,6 +161,10 @@ pub struct TiltingMotor<T> {
     clear: ClearTest<T>,
     freedom: Freedom,
     impact_rule: ImpactRule,
+    /// Whether there is nothing to meet but teeth and pin, and contacts are located.
+    rubs: bool,
+    /// Sustained contacts over a whole step.
+    pressing: Pressing<T>,
     step: T,
     step_s: f64,
 }
@@ -188,7 +195,10 @@ impl<T: Real> TiltingMotor<T> {
         let tilts = setup.freedom != Freedom::HeightOnly;
         let teeth = Tooth::all(params, tilting, setup);
         let hub = Hub::new(tilting, setup.variation.pin_direction_deg);
+        let stops = if tilts { Stop::both(params, tilting) } else { [None, None] };
+        let impact_rule = if fastest_rad > RESOLVED_RAD { ImpactRule::EndOfStep } else { setup.impact_rule };
         Ok(Self {
+            rubs: impact_rule == ImpactRule::Located && tilts && stops.iter().all(Option::is_none),
             modes: ModalBank::new(&modes, setup.tuning, step_s),
             stator_tilt: StatorTiltFlight::new(&pair, step_s),
             flight: Flight::new(params, step_s),
@@ -196,7 +206,7 @@ impl<T: Real> TiltingMotor<T> {
             clear: ClearTest::new(params, tilting, setup, &teeth, fastest_rad),
             teeth,
             hub,
-            stops: if tilts { Stop::both(params, tilting) } else { [None, None] },
+            stops,
             mobility: Mobility {
                 rotor: RotorMobility::new(params, tilting, setup.freedom),
                 modes: Vector3::new(per_a, per_b, per_c),
@@ -204,7 +214,8 @@ impl<T: Real> TiltingMotor<T> {
             },
             follow: Follow::new(&modes, &pair, step_s),
             freedom: setup.freedom,
-            impact_rule: if fastest_rad > RESOLVED_RAD { ImpactRule::EndOfStep } else { setup.impact_rule },
+            impact_rule,
+            pressing: Pressing::new(T::from_f64(step_s), T::from_f64(step_s)),
             step: T::from_f64(step_s),
             step_s,
         })
@@ -267,45 +278,67 @@ impl<T: Real> TiltingMotor<T> {
         state: &mut TiltingState<T>,
         ledger: &mut L,
     ) -> TiltingContacts<T> {
-        let mut modes = state.modes;
-        self.modes.advance(&mut modes, &state.forcing, state.phase);
-        let mut stator_tilt = state.stator_tilt;
-        self.stator_tilt.step.advance(&mut stator_tilt);
-        let (mut tilt, mut shift, mut rotor) = (state.tilt, state.shift, state.rotor);
-        self.lean.step.advance::<SHIFTS>(&mut tilt, &mut shift, rotor.rate_rad_s);
-        self.flight.advance(&mut rotor);
-        let phase = state.phase.advanced(state.forcing.increment());
-        let end =
-            TiltingMotion { phase, modes, stator_tilt, rotor, tilt, shift, in_contact: state.in_contact };
+        if state.in_contact.is_empty() {
+            if self.step_far::<SHIFTS, L>(state, ledger) {
+                return TiltingContacts::new();
+            }
+        } else if self.rubs
+            && state.in_contact.is_at_pin()
+            && let Some(at_pin) = &self.rub_at_pin::<SHIFTS, L>(state, ledger)
+        {
+            return at_pin.listed();
+        }
+        self.step_near::<SHIFTS, L>(state, ledger)
+    }
+
+    /// Takes a step in flight far from everything, if it is one. Most steps are.
+    #[inline]
+    fn step_far<const SHIFTS: bool, L: TiltingLedger<T>>(
+        &self,
+        state: &mut TiltingState<T>,
+        ledger: &mut L,
+    ) -> bool {
+        let end = self.free_end::<SHIFTS>(state);
+        let far = self.clear.is_far::<SHIFTS>(&end.place(), self.step);
+        if far {
+            ledger.motion(state, T::one());
+            state.move_to(&end);
+        }
+        far
+    }
+
+    /// The end of a step without contact.
+    #[expect(clippy::inline_always, reason = "a call would move the state through memory")]
+    #[inline(always)]
+    fn free_end<const SHIFTS: bool>(&self, state: &TiltingState<T>) -> TiltingMotion<T> {
+        let mut end = state.motion();
+        self.modes.advance(&mut end.modes, &state.forcing, state.phase);
+        self.stator_tilt.step.advance(&mut end.stator_tilt);
+        self.lean.step.advance::<SHIFTS>(&mut end.tilt, &mut end.shift, state.rotor.rate_rad_s);
+        self.flight.advance(&mut end.rotor);
+        end.phase = state.phase.advanced(state.forcing.increment());
+        end
+    }
+
+    /// A step in which something may be met.
+    #[inline(never)]
+    fn step_near<const SHIFTS: bool, L: TiltingLedger<T>>(
+        &self,
+        state: &mut TiltingState<T>,
+        ledger: &mut L,
+    ) -> TiltingContacts<T> {
+        let mut contacts = TiltingContacts::new();
+        let mut end = self.free_end::<SHIFTS>(state);
         if state.in_contact.is_empty()
             && self.clear.is_sure::<SHIFTS>(&Place::of_state(state), &end.place(), self.step)
         {
             ledger.motion(state, T::one());
-            state.move_to(&end);
-            return TiltingContacts::new();
-        }
-        self.step_with_contacts(state, end, ledger)
-    }
-
-    /// The rest of a step in which something may be met; `end` is its free end. No reference to the state leaves the
-    /// fast path, so that a compiler can keep it in registers.
-    #[inline(never)]
-    fn step_with_contacts<L: TiltingLedger<T>>(
-        &self,
-        state: &mut TiltingState<T>,
-        mut end: TiltingMotion<T>,
-        ledger: &mut L,
-    ) -> TiltingContacts<T> {
-        let mut contacts = TiltingContacts::new();
-        match self.impact_rule {
-            ImpactRule::Located => {
-                let start = state.motion();
-                self.locate_contacts(&state.forcing, &start, &mut end, &mut contacts, ledger);
-            }
-            ImpactRule::EndOfStep => {
-                ledger.motion(state, T::one());
-                self.contacts_at_end(&state.forcing, &mut end, &mut contacts, ledger);
-            }
+        } else if self.impact_rule == ImpactRule::Located {
+            let start = state.motion();
+            self.locate_contacts(&state.forcing, &start, &mut end, &mut contacts, ledger);
+        } else {
+            ledger.motion(state, T::one());
+            self.contacts_at_end(&state.forcing, &mut end, &mut contacts, ledger);
         }
         state.move_to(&end);
         contacts

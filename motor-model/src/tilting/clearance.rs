@@ -141,6 +141,22 @@ impl<T: Real> ClearTest<T> {
         }
     }
 
+    /// Whether, after a step of free motion, everything is farther away than it can have moved in the step.
+    #[expect(clippy::inline_always, reason = "a call would move the state through memory")]
+    #[inline(always)]
+    pub(super) fn is_far<const SHIFTS: bool>(&self, end: &Place<'_, T>, step_s: T) -> bool {
+        self.teeth_are_far::<SHIFTS>(end, step_s)
+            && self.hub_is_clear::<SHIFTS>(end)
+            && self.stops_are_clear(end)
+    }
+
+    /// [`Self::is_far`] for the teeth.
+    #[inline]
+    pub(super) fn teeth_are_far<const SHIFTS: bool>(&self, end: &Place<'_, T>, step_s: T) -> bool {
+        let (here, speed) = (self.over::<SHIFTS>(end), self.speed::<SHIFTS>(end));
+        here.lowest(self.spread) > self.reach(end, &speed, step_s)
+    }
+
     /// Whether no gap can vanish between two states a step of free motion apart.
     #[inline]
     pub(super) fn is_sure<const SHIFTS: bool>(

@@ -106,6 +106,13 @@ impl ContactPlaces {
         Self(self.0 & (1 << ContactPlace::UpperEdge.index() | 1 << ContactPlace::LowerEdge.index()))
     }
 
+    /// Whether it holds an edge of the hole, and nothing else.
+    #[inline]
+    pub(super) const fn is_at_pin(self) -> bool {
+        self.0 != 0
+            && self.0 & !(1 << ContactPlace::UpperEdge.index() | 1 << ContactPlace::LowerEdge.index()) == 0
+    }
+
     /// How many places it holds.
     pub const fn len(self) -> u32 {
         self.0.count_ones()

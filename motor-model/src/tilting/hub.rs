@@ -39,9 +39,9 @@ pub(super) struct Hub<T> {
     pub(super) clearance_m: T,
     pub(super) half_length_m: T,
     pub(super) hole_radius_m: T,
-    pin_radius_m: T,
+    pub(super) pin_radius_m: T,
     pub(super) pin_slope: Vector2<T>,
-    friction: T,
+    pub(super) friction: T,
     pub(super) restitution: T,
 }
 
@@ -50,9 +50,9 @@ pub(super) struct Hub<T> {
 pub(super) struct Edge<T> {
     pub(super) gap_m: T,
     /// `n`: away from the pin's axis, where the pin is met.
-    normal: Vector2<T>,
+    pub(super) normal: Vector2<T>,
     /// Height of the contact above the mass centre.
-    height_m: T,
+    pub(super) height_m: T,
 }
 
 impl<T: Real> Hub<T> {
@@ -88,21 +88,19 @@ impl<T: Real> Hub<T> {
         let eta = motion.tilt.slope - self.pin_slope;
         let d = motion.shift.displacement_m - eta * level;
         let distance = d.dot(&d).sqrt();
-        let away = if distance > T::from_f64(NO_DIRECTION_M) {
-            d * (T::one() / distance)
+        // 0 where there is no direction: then along x, and not turned.
+        let (away, per_distance) = if distance > T::from_f64(NO_DIRECTION_M) {
+            let per_distance = T::one() / distance;
+            (d * per_distance, per_distance)
         } else {
-            Vector2::new(T::one(), T::zero())
+            (Vector2::new(T::one(), T::zero()), T::zero())
         };
         let (along, across) = (eta.dot(&away), eta.y * away.x - eta.x * away.y);
         let bend = self.hole_radius_m * along;
         let gap_m = self.clearance_m - distance - T::from_f64(0.5) * bend * along;
         // -(d/|d| + e t), made a unit vector to the fourth order.
         let most = T::from_f64(NORMAL_TURN_MAX) * distance;
-        let turn = if distance > T::from_f64(NO_DIRECTION_M) {
-            (bend * across).clamp_magnitude(most) / distance
-        } else {
-            T::zero()
-        };
+        let turn = (bend * across).clamp_magnitude(most) * per_distance;
         let half_square = T::from_f64(0.5) * turn * turn;
         let scale = T::one() - half_square * (T::one() - T::from_f64(1.5) * half_square);
         let normal = Vector2::new(-away.x + turn * away.y, -away.y - turn * away.x) * scale;

@@ -42,18 +42,49 @@ const INSTANTS_MAX: u8 = 12;
 const SHUT_ROUNDS: u8 = 4;
 /// Part of a gap that a sustained contact closes in a step.
 const GAP_RETURN: f64 = 0.05;
-/// Shortest rebound that is resolved, as a part of a step.
+/// Shortest rebound that is resolved, as a part of a step: at a tooth, floor or ceiling, and at the pin. There the
+/// other edge may press a rotor back as fast as it rebounds, so that a step would begin as the one before.
 const REST_FLIGHT: f64 = 0.25;
+const REST_FLIGHT_AT_PIN: f64 = 1.0;
 /// Gap below which another contact is closed at the instant of a first one, in m. From the fourth instant of a step on
 /// it grows tenfold from one to the next: two contacts that strike in turn then meet at once.
 const TOUCH_M: f64 = 1e-10;
 const TOUCH_MAX_M: f64 = 1e-7;
 const TOUCH_GROWS: u8 = 3;
 /// Gap from which on a sustained contact that carries nothing is open, in m.
-const OPEN_M: f64 = 1e-11;
+pub(super) const OPEN_M: f64 = 1e-11;
 /// Modal displacements (m) and velocities (m/s) are rounded to multiples of about 1e-16 of this in sustained contact,
 /// so that no subnormal numbers arise in a long rest.
-const MODAL_FLOOR: f64 = 1e-20;
+pub(super) const MODAL_FLOOR: f64 = 1e-20;
+
+/// By what speed a sustained contact has to part: `k gap+ / step <= w+` solved for `w+`.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Pressing<T> {
+    return_per_s: T,
+    half_k: T,
+    share: T,
+}
+
+impl<T: Real> Pressing<T> {
+    /// Over the last `span_s` of a step.
+    #[inline]
+    pub(super) fn new(span_s: T, step_s: T) -> Self {
+        let return_per_s = T::from_f64(GAP_RETURN) / step_s;
+        let half_k = T::from_f64(0.5) * return_per_s * span_s;
+        Self { return_per_s, half_k, share: T::one() / (T::one() + half_k) }
+    }
+
+    /// The bias of a contact with this gap and the speed `speed` without the contact.
+    #[inline]
+    pub(super) fn bias(&self, place: ContactPlace, gap_m: T, speed: T) -> T {
+        // A rotor too deep in the pin is put back below: a speed for that would feed a motion along the pin.
+        if place.is_hub() && gap_m < T::zero() {
+            T::zero()
+        } else {
+            (self.return_per_s * gap_m - self.half_k * speed) * self.share
+        }
+    }
+}
 
 /// The next contact of a trial.
 struct NextContact {
@@ -162,7 +193,9 @@ impl<T: Real> TiltingMotor<T> {
                 let approach_m_s = (rate_0 + at * (rate_1 - rate_0)).abs();
                 let restitution = self.restitution(place);
                 let rebound_m_s = restitution * approach_m_s;
-                let brief = rebound_m_s + rebound_m_s <= T::from_f64(REST_FLIGHT) * closing_m_s;
+                let flight = T::from_f64(if place.is_hub() { REST_FLIGHT_AT_PIN } else { REST_FLIGHT });
+                let brief =
+                    rebound_m_s + rebound_m_s <= flight * closing_m_s || is_pressed_in(from, place, at);
                 first = Some((NextContact { place, brief }, at));
             }
         }
@@ -259,9 +292,7 @@ impl<T: Real> TiltingMotor<T> {
 
     /// Presses the contacts `places` shut over the last `span_s`.
     fn press(&self, places: ContactPlaces, to: &mut TiltingMotion<T>, span_s: T, set: &mut ContactSet<T>) {
-        let return_per_s = T::from_f64(GAP_RETURN) / self.step;
-        let half_k = T::from_f64(0.5) * return_per_s * span_s;
-        let share = T::one() / (T::one() + half_k);
+        let pressing = Pressing::new(span_s, self.step);
         set.contacts.clear();
         to.modes.drop_below(T::from_f64(MODAL_FLOOR));
         let mut velocities = to.velocities();
@@ -271,12 +302,7 @@ impl<T: Real> TiltingMotor<T> {
             }
             let Some(contact) = self.contact_at(to, place) else { continue };
             let speed = contact.normal.speed(&velocities);
-            // A rotor too deep in the pin is put back below: a speed for that would feed a motion along the pin.
-            let bias = if place.is_hub() && contact.gap_m < T::zero() {
-                T::zero()
-            } else {
-                (return_per_s * contact.gap_m - half_k * speed) * share
-            };
+            let bias = pressing.bias(place, contact.gap_m, speed);
             set.add(contact, bias, &velocities);
         }
         set.solve(&self.mobility, &mut velocities, self.freedom != Freedom::Full);
@@ -352,6 +378,17 @@ fn report_sustained<T: Real, L: TiltingLedger<T>>(
             ledger.moved(&free.under(forcing), &end.under(forcing));
         }
     }
+}
+
+/// Whether the edge `place`, met at the start of a span, was pressed there by the friction of the other edge, which is
+/// in sustained contact: both are wedged, and a rebound would end at once.
+fn is_pressed_in<T: Real>(from: &TiltingMotion<T>, place: ContactPlace, at: T) -> bool {
+    let other = match place {
+        ContactPlace::UpperEdge => ContactPlace::LowerEdge,
+        ContactPlace::LowerEdge => ContactPlace::UpperEdge,
+        _ => return false,
+    };
+    at <= T::zero() && from.in_contact.contains(other)
 }
 
 /// Whether both are edges of the hole.

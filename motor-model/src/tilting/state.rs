@@ -127,16 +127,27 @@ impl<T: Real> TiltingMotion<T> {
         part: T,
         span_s: T,
     ) {
-        let half_s = T::from_f64(0.5) * span_s;
         let Velocities { rotor, modes, stator_tilt } = velocities;
-        self.rotor.height_m += half_s * (rotor.rise - self.rotor.velocity_m_s);
-        self.rotor.angle.turn_by_radians(half_s * (rotor.turn - self.rotor.rate_rad_s));
-        self.shift.displacement_m += (rotor.shift - self.shift.velocity_m_s) * half_s;
-        self.tilt.slope += (rotor.slope - self.tilt.rate_rad_s) * half_s;
+        self.set_rotor_evenly(rotor, span_s);
         self.modes.displacement_m += (modes - self.modes.velocity_m_s).component_mul(&follow.modes_s) * part;
         self.stator_tilt.displacement_m +=
             (stator_tilt - self.stator_tilt.velocity_m_s) * (follow.stator_tilt_s * part);
-        self.set_velocities(velocities);
+        self.modes.velocity_m_s = *modes;
+        self.stator_tilt.velocity_m_s = *stator_tilt;
+    }
+
+    /// The rotor's part of [`Self::set_velocities_evenly`].
+    #[inline]
+    pub(super) fn set_rotor_evenly(&mut self, to: &Twist<T>, span_s: T) {
+        let half_s = T::from_f64(0.5) * span_s;
+        self.rotor.height_m += half_s * (to.rise - self.rotor.velocity_m_s);
+        self.rotor.angle.turn_by_radians(half_s * (to.turn - self.rotor.rate_rad_s));
+        self.shift.displacement_m += (to.shift - self.shift.velocity_m_s) * half_s;
+        self.tilt.slope += (to.slope - self.tilt.rate_rad_s) * half_s;
+        self.rotor.velocity_m_s = to.rise;
+        self.rotor.rate_rad_s = to.turn;
+        self.shift.velocity_m_s = to.shift;
+        self.tilt.rate_rad_s = to.slope;
     }
 }
 
