@@ -6,7 +6,7 @@ use crate::studies::beside::side_by_side;
 
 /// What the figures of the table mean.
 pub(super) const ABOUT: &str = "Error of the scale factor, root mean square, beside the standard deviation that the fit states; \
-    its parts by cause, of coning the mean. Missed: calibrations whose 95 % interval of the scale factor does not hold \
+    its parts by cause, each root mean square, of coning the mean too. Missed: calibrations whose 95 % interval of the scale factor does not hold \
     the truth; beyond 5 sigma: whose error exceeds five stated standard deviations, and the largest error in these. \
     Reference: error of the filter's angle, root mean square; beyond 3 sigma: share of the angles used that are off by \
     more than three standard deviations that the filter states; good, beyond 5 sigma: calibrations with an angle that \
@@ -34,7 +34,8 @@ impl Calibrations {
             "motors",
             "scale factor ppm",
             "stated",
-            "coning",
+            "coning, mean",
+            "coning, rms",
             "reference",
             "gyroscope",
             "missed",
@@ -68,6 +69,7 @@ fn cells(scene: &str, summary: &CalibrationSummary, time_s_per_s: f64) -> Vec<St
         format!("{:.2}", summary.scale_factor_rms_ppm),
         format!("{:.2}", summary.scale_factor_stated_ppm),
         format!("{:+.2}", summary.scale_factor_coning_ppm),
+        format!("{:.2}", summary.scale_factor_coning_rms_ppm),
         format!("{:.2}", summary.scale_factor_reference_ppm),
         format!("{:.2}", summary.scale_factor_noise_ppm),
         (summary.runs - summary.scale_factor_covered).to_string(),

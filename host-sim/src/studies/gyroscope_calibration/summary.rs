@@ -22,6 +22,8 @@ pub struct CalibrationSummary {
     pub scale_factor_worst_ppm: f64,
     /// Mean of what coning makes of the error.
     pub scale_factor_coning_ppm: f64,
+    /// Root mean square of the same.
+    pub scale_factor_coning_rms_ppm: f64,
     /// Root mean square of what the error of the reference makes of it.
     pub scale_factor_reference_ppm: f64,
     /// Root mean square of what the gyroscope's noise makes of it.
@@ -90,6 +92,7 @@ impl Calibrations {
             scale_factor_stated_ppm: rms(|o| o.scale_factor_sigma_ppm),
             scale_factor_worst_ppm: worst(|o| o.scale_factor_error_ppm),
             scale_factor_coning_ppm: mean(|o| o.scale_factor_coning_ppm),
+            scale_factor_coning_rms_ppm: rms(|o| o.scale_factor_coning_ppm),
             scale_factor_reference_ppm: rms(|o| o.scale_factor_reference_ppm),
             scale_factor_noise_ppm: rms(|o| o.scale_factor_noise_ppm),
             scale_factor_beyond_5_sigma: those(|o| o.scale_factor_sigmas() > 5.0),

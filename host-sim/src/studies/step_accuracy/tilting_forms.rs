@@ -69,7 +69,7 @@ pub struct TiltingFormRow {
     pub drive: &'static str,
     /// Length of a step.
     pub step_s: f64,
-    /// Mean rate.
+    /// Mean rate in the sense of the mode: clockwise in B, counter-clockwise in C.
     pub rate_rad_s: RunMean,
     /// Impacts of the teeth faster than 1 mm/s, per second.
     pub impacts_per_s: RunMean,
@@ -141,6 +141,10 @@ impl FormCase {
     }
 
     fn row(&self, runs: &[OpenLoopSummary], cost: StepCost) -> TiltingFormRow {
+        let sense = match self.mode.0 {
+            DriveMode::B => 1.0,
+            DriveMode::C => -1.0,
+        };
         let mean = |of: fn(&OpenLoopSummary) -> f64| RunMean::of(runs.iter().map(of));
         let of_tilt = |of: fn(&TiltSummary) -> f64| {
             let values: Option<Vec<f64>> = runs.iter().map(|run| run.tilt.as_ref().map(of)).collect();
@@ -150,7 +154,7 @@ impl FormCase {
             rotor: self.rotor.word(),
             drive: self.mode.1,
             step_s: self.step_s,
-            rate_rad_s: mean(|run| run.rate_rad_s.mean),
+            rate_rad_s: RunMean::of(runs.iter().map(|run| sense * run.rate_rad_s.mean)),
             impacts_per_s: mean(|run| run.impacts_per_s),
             tilt_rms_mrad: of_tilt(|tilt| tilt.tilt_rms_mrad),
             hub_contacts_per_s: of_tilt(|tilt| tilt.hub_contacts_per_s),
@@ -204,8 +208,8 @@ mod tests {
         let effort = TiltingFormsEffort {
             steps_s: &[1e-6, 1e-5],
             seeds: 2,
-            settle_s: 0.01,
-            time_s: 0.02,
+            settle_s: 0.02,
+            time_s: 0.1,
             rounds: 1,
             timed_s: 0.01,
         };
@@ -220,6 +224,7 @@ mod tests {
             for row in others {
                 assert_eq!(row.tilt_rms_mrad.is_some(), row.rotor != "height_only", "{row:?}");
                 assert!(row.cost.ns_per_step > 0.0 && row.impacts_per_s.mean > 0.0, "{row:?}");
+                assert!(row.rate_rad_s.mean > 0.0, "in the sense of the mode: {row:?}");
             }
         }
     }
