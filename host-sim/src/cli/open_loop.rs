@@ -118,6 +118,9 @@ pub(super) struct ReproduceArgs {
     /// Rotors drawn over what was not measured
     #[arg(long, value_name = "N", default_value = "40", value_parser = Count(0..=100_000), allow_negative_numbers = true)]
     drawn: u64,
+    /// Also change one value at a time, in sets F and G and at the paper's values: 91 more rotors
+    #[arg(long)]
+    changes: bool,
     #[command(flatten)]
     publication: PublicationArgs,
 }
@@ -138,7 +141,7 @@ impl ReproduceArgs {
         let bar = progress::bar(plan.steps());
         let paper = plan.run(&|steps| bar.inc(steps))?;
         bar.finish_and_clear();
-        let plan = rotor_models::RotorModelsPlan::new(self.seeds, self.drawn);
+        let plan = rotor_models::RotorModelsPlan::new(self.seeds, self.drawn).with_changes(self.changes);
         let bar = progress::bar(plan.work());
         let rotors = plan.run(&|| bar.inc(1))?;
         bar.finish_and_clear();

@@ -73,7 +73,8 @@ impl Page {
         Ok(match self {
             Self::Paper => paper::PaperPlan::new(effort.paper_seeds)?.run(&|_| ())?.page_values().into(),
             Self::Tilt => {
-                let rotors = RotorModelsPlan::new(effort.rotor_seeds, effort.rotors_drawn).run(&|| ())?;
+                let plan = RotorModelsPlan::new(effort.rotor_seeds, effort.rotors_drawn);
+                let rotors = plan.with_changes(effort.rotor_changes).run(&|| ())?;
                 Content { values: rotors.page_values(), pictures: rotors.pictures()? }
             }
             Self::Step => (effort.step_accuracy)().run()?.page_values().into(),
@@ -116,6 +117,8 @@ struct Effort {
     /// Runs of each rotor and mode, and rotors drawn over what was not measured.
     rotor_seeds: u64,
     rotors_drawn: u64,
+    /// Whether rotors with one change at a time run as well.
+    rotor_changes: bool,
     /// Motors in each mode, for the filters' errors.
     error_motors: u64,
     /// Motors in each mode, for the filters' costs.
@@ -149,6 +152,7 @@ impl Effort {
         paper_seeds: 5,
         rotor_seeds: 8,
         rotors_drawn: 200,
+        rotor_changes: true,
         error_motors: 40,
         cost_motors: 20,
         trials: 10_000,
@@ -170,6 +174,7 @@ impl Effort {
         paper_seeds: 2,
         rotor_seeds: 2,
         rotors_drawn: 4,
+        rotor_changes: false,
         error_motors: 2,
         cost_motors: 1,
         trials: 20,

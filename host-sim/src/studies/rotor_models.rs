@@ -8,9 +8,11 @@
 //! | [`variants`] | the rotors that are compared, as scenes |
 //! | [`measured`] | the six figures of the experiment, and the same figures of a run |
 //! | [`draws`] | rotors drawn over what was not measured, and which part of them explains the experiment |
+//! | [`changes`] | what one change at a time does |
 //! | [`predictions`] | how the rate of mode B depends on what a builder can change |
 //! | [`tables`], [`pictures`] | what is shown of them |
 
+pub mod changes;
 pub mod draws;
 pub mod measured;
 pub mod pictures;
@@ -24,6 +26,7 @@ use serde::Serialize;
 
 use crate::runs::RunError;
 use crate::scene::Scene;
+use changes::{ChangedRotor, Changes, OF_NOMINAL, OF_SETS};
 use draws::{DrawnRotor, draw_scenes};
 use measured::{MeasuredRun, measured_run};
 use predictions::{PREDICTIONS, Prediction};
@@ -46,6 +49,7 @@ pub struct VariantRuns {
 pub struct RotorModelsPlan {
     seeds: u64,
     drawn: u64,
+    changes: bool,
 }
 
 /// What was simulated.
@@ -53,10 +57,15 @@ pub struct RotorModelsPlan {
 pub struct RotorModels {
     /// Runs of each rotor and mode.
     pub seeds: u64,
+    /// Runs of each rotor with a change.
+    pub change_seeds: u64,
     /// The rotors that are compared.
     pub variants: Vec<VariantRuns>,
     /// The rate of mode B against what a builder can change.
     pub predictions: Vec<Prediction>,
+    /// Rotors with one change at a time, if that was asked for: the sets that meet the experiment, and the paper's
+    /// nominal values.
+    pub changed: Vec<Vec<ChangedRotor>>,
     /// The rotors drawn over what was not measured.
     pub drawn: Vec<DrawnRotor>,
 }
@@ -72,14 +81,32 @@ struct Job<'a> {
 impl RotorModelsPlan {
     /// `seeds` runs of each rotor and mode, and `drawn` drawn rotors.
     pub fn new(seeds: u64, drawn: u64) -> Self {
-        Self { seeds, drawn }
+        Self { seeds, drawn, changes: false }
+    }
+
+    /// The same, with runs of every rotor of [`changes`] as well.
+    pub fn with_changes(self, changes: bool) -> Self {
+        Self { changes, ..self }
+    }
+
+    /// Runs of each rotor with a change, in each mode.
+    fn change_seeds(&self) -> u64 {
+        self.seeds.div_ceil(2).max(2)
+    }
+
+    /// The changes that are made, none if they were not asked for.
+    fn changes(&self) -> &'static [Changes] {
+        if self.changes { &[OF_SETS, OF_NOMINAL] } else { &[] }
     }
 
     /// Number of runs.
     pub fn work(&self) -> u64 {
         let variants = 2 * VARIANTS.len() as u64;
         let predictions: usize = PREDICTIONS.iter().map(|varied| varied.values.len()).sum();
-        (variants + 2 * predictions as u64) * self.seeds + 2 * self.drawn
+        let changed: usize = self.changes().iter().map(|of| of.rotors.len() * of.changes.len()).sum();
+        (variants + 2 * predictions as u64) * self.seeds
+            + 2 * changed as u64 * self.change_seeds()
+            + 2 * self.drawn
     }
 
     /// Makes every run, and calls `progress` after each. The result does not depend on the number of threads.
@@ -89,14 +116,18 @@ impl RotorModelsPlan {
     pub fn run(&self, progress: &(impl Fn() + Sync)) -> Result<RotorModels, RunError> {
         let variants: Vec<Scene> = VARIANTS.iter().map(Variant::scene).collect::<Result<_, _>>()?;
         let swept = predictions::scenes()?;
+        let changed: Vec<Vec<Scene>> =
+            self.changes().iter().map(Changes::scenes).collect::<Result<_, _>>()?;
         let drawn = draw_scenes(self.drawn)?;
-        let each_seed = |scene, mode| (1..=self.seeds).map(move |seed| Job { scene, mode, seed });
+        let each_seed = |scene, mode, seeds| (1..=seeds).map(move |seed| Job { scene, mode, seed });
         let mut jobs: Vec<Job> = Vec::new();
-        for scene in &variants {
-            jobs.extend(MODES.into_iter().flat_map(|mode| each_seed(scene, mode)));
+        for (scene, seeds) in (variants.iter().map(|scene| (scene, self.seeds)))
+            .chain(changed.iter().flatten().map(|scene| (scene, self.change_seeds())))
+        {
+            jobs.extend(MODES.into_iter().flat_map(|mode| each_seed(scene, mode, seeds)));
         }
         for scene in &swept {
-            jobs.extend(each_seed(scene, DriveMode::B));
+            jobs.extend(each_seed(scene, DriveMode::B, self.seeds));
         }
         for (scene, seed) in drawn.iter().map(|drawn| &drawn.scene).zip(1..) {
             jobs.extend(MODES.map(|mode| Job { scene, mode, seed }));
@@ -112,12 +143,17 @@ impl RotorModelsPlan {
         let mut next = |count: u64| -> Vec<MeasuredRun> {
             measured.by_ref().take(usize::try_from(count).unwrap_or(usize::MAX)).collect()
         };
+        let variants: Vec<VariantRuns> = (VARIANTS.iter())
+            .map(|variant| VariantRuns { name: variant.name, runs: MODES.map(|_| next(self.seeds)) })
+            .collect();
+        let changed: Vec<Vec<ChangedRotor>> = (self.changes().iter())
+            .map(|changes| changes.collect(|| MODES.map(|_| next(self.change_seeds()))))
+            .collect();
         Ok(RotorModels {
             seeds: self.seeds,
-            variants: VARIANTS
-                .iter()
-                .map(|variant| VariantRuns { name: variant.name, runs: MODES.map(|_| next(self.seeds)) })
-                .collect(),
+            change_seeds: self.change_seeds(),
+            variants,
+            changed,
             predictions: predictions::collect(|| next(self.seeds)),
             drawn: drawn
                 .into_iter()

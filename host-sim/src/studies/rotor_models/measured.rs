@@ -73,6 +73,12 @@ pub fn spread(runs: &[MeasuredRun], value: impl Fn(&MeasuredRun) -> f64) -> Spre
     runs.iter().map(value).collect()
 }
 
+/// A mean and its spread over the runs, as a cell of a table.
+pub fn cell(runs: &[MeasuredRun], decimals: usize, value: impl Fn(&MeasuredRun) -> f64) -> String {
+    let spread = spread(runs, value);
+    format!("{:.decimals$} +- {:.decimals$}", spread.mean, spread.sd)
+}
+
 /// Runs the rotor of `scene` under its drive amplitude in `mode` with a seed.
 ///
 /// # Errors

@@ -3,8 +3,8 @@
 use motor_model::DriveMode;
 
 use super::draws::{DRAWN, DrawnRotor, rank_correlation};
-use super::measured::{MeasuredRun, QUANTITIES, agrees, experiment, spread};
-use super::{MODES, RotorModels};
+use super::measured::{MeasuredRun, QUANTITIES, agrees, cell, experiment, spread};
+use super::{MODES, RotorModels, changes};
 use crate::math::count::real;
 use crate::report::document::{Block, Document, Table};
 use crate::report::page::PlacedValue;
@@ -12,12 +12,6 @@ use crate::studies::paper::published::Quantity;
 
 /// Standard errors of a rank correlation of unrelated values, `1 / sqrt(n)`, from which it counts.
 const SIGNIFICANT: f64 = 3.0;
-
-/// A mean and its spread over the runs.
-fn cell(runs: &[MeasuredRun], decimals: usize, value: impl Fn(&MeasuredRun) -> f64) -> String {
-    let spread = spread(runs, value);
-    format!("{:.decimals$} +- {:.decimals$}", spread.mean, spread.sd)
-}
 
 /// What the experiment measured.
 fn experiment_cell(mode: DriveMode, quantity: Quantity) -> String {
@@ -43,6 +37,11 @@ impl RotorModels {
         blocks.push(Block::Picture("Experiment and rotors".to_owned(), "rotors.svg".to_owned()));
         blocks.push(Block::Heading("What would test it".to_owned()));
         blocks.push(Block::Picture("Rate of mode B".to_owned(), "mode_b_predictions.svg".to_owned()));
+        if !self.changed.is_empty() {
+            blocks.push(Block::Heading("One change at a time".to_owned()));
+            blocks.push(Block::Paragraph(format!("{} seeds each.", self.change_seeds)));
+            blocks.extend(self.changed.iter().map(|rotors| Block::Table(changes::table(rotors))));
+        }
         if !self.drawn.is_empty() {
             blocks.push(Block::Heading(format!("{} drawn rotors", self.drawn.len())));
             blocks.push(Block::Table(self.agreeing()));
@@ -83,6 +82,11 @@ impl RotorModels {
             ]);
         }
         table
+    }
+
+    /// One of the tables of changed rotors, empty if it was not asked for.
+    fn changed_table(&self, index: usize) -> String {
+        self.changed.get(index).map_or_else(String::new, |rotors| changes::table(rotors).markdown())
     }
 
     /// Number of drawn rotors that `holds` of.
@@ -209,6 +213,9 @@ impl RotorModels {
             ("agreeing_h", agreeing(5).to_string()),
             ("fastest_f", fastest("set F")),
             ("fastest_h", fastest("set H")),
+            ("change_seeds", self.change_seeds.to_string()),
+            ("table_changed_sets", self.changed_table(0)),
+            ("table_changed_nominal", self.changed_table(1)),
             ("drawn", self.drawn.len().to_string()),
             ("drawn_b", self.count(|[b, _]| b[0]).to_string()),
             ("drawn_c", self.count(|[_, c]| c[0]).to_string()),
