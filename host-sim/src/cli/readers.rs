@@ -61,7 +61,7 @@ pub(super) const READERS: [Reader; 10] = [
         )
     },
     Reader {
-        overwrites: &["estimator.filter", "position"],
+        overwrites: &["camera.marks", "estimator.filter", "position"],
         ..reader("instruments", &["seed", "motor", "plant", "camera", "ldv", "fault", "faults", "estimator"])
     },
     Reader {

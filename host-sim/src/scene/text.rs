@@ -213,7 +213,7 @@ mod tests {
             let shows = |line: &str| text.lines().any(|found| found.split_whitespace().eq(line.split(' ')));
             for default in [
                 "#to_deg = 90 # default",
-                "#marks = 1 # as camera.marks",
+                "#marks = 2 # as camera.marks",
                 "#restitution = 0.6 # drawn by the seed around motor.restitution",
             ] {
                 assert_eq!(shows(default), !only_set, "{default}: {text}");

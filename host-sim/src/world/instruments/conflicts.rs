@@ -133,7 +133,7 @@ mod tests {
                 &["camera.marks=3", "camera.mark_fault=false", "camera.faulty_mark=4"],
                 ["camera.faulty_mark = 4", "camera.marks = 3"],
             ),
-            (&["faults=mark1:lost@1.."], ["mark1:lost@1..", "camera.marks = 1"]),
+            (&["camera.marks=1", "faults=mark1:lost@1.."], ["mark1:lost@1..", "camera.marks = 1"]),
             (&["camera.marks=3", "faults=ldv:lost mark4:stuck"], ["mark4 ", "camera.marks = 3"]),
             (&["camera.period_jitter_s=1.1e-5"], ["camera.period_jitter_s", "camera.frame_rate_hz = 10000"]),
             (&["ldv.period_jitter_s=1e-6"], ["ldv.period_jitter_s", "ldv.sample_rate_hz"]),
