@@ -227,12 +227,16 @@ impl<T: Real> TiltingMotor<T> {
         let mut set = ContactSet::new();
         let mut velocities = motion.velocities();
         let mut stays = motion.in_contact;
+        // Teeth that strike in turn open again between their blows, and come to rest together. Edges that strike in
+        // turn keep their rebounds: those carry the motion at the pin.
+        let in_turn = touch_m > T::from_f64(TOUCH_M);
         for place in ContactPlace::ALL {
             let sustained = motion.in_contact.contains(place);
             let Some((gap_m, rate_m_s)) = self.gap_at(motion, place) else { continue };
             let chosen =
                 place == next.place || (self.freedom != Freedom::Full && is_other_edge(place, next.place));
-            if !(sustained || chosen || (gap_m <= touch_m && rate_m_s < zero)) {
+            let touches = gap_m <= touch_m && (rate_m_s < zero || (in_turn && !place.is_hub()));
+            if !(sustained || chosen || touches) {
                 continue;
             }
             let Some(contact) = self.contact_at(motion, place) else { continue };
