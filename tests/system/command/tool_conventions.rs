@@ -39,7 +39,7 @@ fn tool_fault_words_are_refused_with_their_column() {
     let refused = |word: &str, words: &[&str]| refuses(folder.path(), &["position", "--fault", word], words);
     refused("camera:lots@1..2", &["camera:lots@1..2, column 8", "no fault of camera", "camera:lost"]);
     refused("drive:weak:7", &["column 12", "weak = 7", "0 to 1", "drive:weak:PART"]);
-    refused("mark3:lost", &["mark3:lost", "camera.marks = 2"]);
+    refused("mark3:lost", &["mark3 is none", "camera.marks = 2"]);
     refuses(
         folder.path(),
         &["simulate", "--fault", "ldv:lost"],

@@ -72,9 +72,9 @@ fn tool_faults_of_the_gallery_do_what_their_scenes_say() {
         let outcome = json(folder.path(), &["position", "--to", "37", "--scene", name, "--format", "json"]);
         assert_eq!(outcome["stopped"].as_str(), stopped, "{name}: {outcome}");
         if stopped.is_none() {
-            // One move in twenty ends outside of the tolerance of 0.5 milli-degrees, none outside of three.
+            // One move in twenty may end outside of the tolerance of a milli-degree, none outside of three.
             let error_mdeg = outcome["final_error_mdeg"].as_f64().expect("a number");
-            assert!(error_mdeg.abs() <= 1.5, "{name}: {outcome}");
+            assert!(error_mdeg.abs() <= 3.0, "{name}: {outcome}");
         }
         let states = outcome["health"].as_object().expect("an object");
         assert!(states.keys().any(|state| state.contains(health)), "{name}: {states:?}");
