@@ -148,6 +148,10 @@ pub struct RateReport {
     pub estimate: Option<Estimate<f32>>,
     /// Whether it may be used.
     pub health: Health,
+    /// What became of the camera frame that arrived, if one did.
+    pub camera: Option<Innovation<f32>>,
+    /// The command of the rate's controller.
+    pub command: DriveCommand,
     /// The command that the amplifier applies.
     pub applied: DriveCommand,
     /// The commanded rate in rad/s, clockwise positive.
@@ -163,12 +167,15 @@ pub fn tick_rate<F: AngleFilter<f32>, M: Borrow<ResponseMap>, P: Sense + Drive>(
     ports: &mut P,
 ) -> RateReport {
     let RateLoop { filter, map, hold } = state;
-    let Fused { estimate, health, .. } = fuse(filter, now, ports);
-    let applied = ports.drive(hold.decide((*map).borrow(), now, estimate.as_ref(), health));
+    let Fused { camera, estimate, health } = fuse(filter, now, ports);
+    let command = hold.decide((*map).borrow(), now, estimate.as_ref(), health);
+    let applied = ports.drive(command);
     filter.drive(now, applied);
     RateReport {
         estimate,
         health,
+        camera,
+        command,
         applied,
         wanted_rad_s: hold.wanted_rad_s(now),
         reference: hold.reference(),

@@ -5,6 +5,7 @@ mod error;
 pub mod filter;
 pub mod position;
 pub mod rate;
+pub mod record;
 pub mod rotor_tilt;
 pub(crate) mod simulate;
 pub mod stated_errors;

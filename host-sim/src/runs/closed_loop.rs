@@ -39,6 +39,9 @@ pub type ClosedRateLoop = TickDriver<RateLoop<AnyFilter, Arc<ResponseMap>>>;
 /// The end of a tick of a positioning loop.
 pub type PositioningMoment = Moment<TickReport>;
 
+/// The end of a tick of a loop that holds a rate.
+pub type RateMoment = Moment<RateReport>;
+
 /// The controller's tuning for the instruments and the deadline of a scene.
 pub fn tuning(scene: &Scene) -> PositioningTuning {
     let limits = Limits { deadline_nanos: scene.nanos("position.deadline_s"), ..Limits::default() };

@@ -17,6 +17,7 @@ mod picture;
 mod profile;
 mod range;
 
+use std::convert::Infallible;
 use std::ops::ControlFlow;
 use std::time::Instant;
 
@@ -26,7 +27,7 @@ use motor_model::{DriveMode, Time, math};
 
 use crate::math::count::real;
 use crate::runs::RunError;
-use crate::runs::closed_loop;
+use crate::runs::closed_loop::{self, ClosedRateLoop, RateMoment};
 use crate::runs::filter;
 use crate::runs::rotor_tilt::TiltFigureSums;
 use crate::runs::stated_errors::StatedErrorCounts;
@@ -66,7 +67,21 @@ const TICKS_PER_POINT: u64 = 500;
 ///
 /// # Errors
 /// When the scene is refused.
-pub fn run(scene: &Scene, mut observe: impl FnMut(RatePoint)) -> Result<RateOutcome, RunError> {
+pub fn run(scene: &Scene, observe: impl FnMut(RatePoint)) -> Result<RateOutcome, RunError> {
+    let ControlFlow::Continue(outcome) =
+        run_with(scene, observe, |_, _| ControlFlow::<Infallible>::Continue(()))?;
+    Ok(outcome)
+}
+
+/// The same, and `intervene` sees the loop after every tick, and may change it, or end the run with a value of its own.
+///
+/// # Errors
+/// When the scene is refused.
+pub fn run_with<B>(
+    scene: &Scene,
+    mut observe: impl FnMut(RatePoint),
+    mut intervene: impl FnMut(&mut ClosedRateLoop, &RateMoment) -> ControlFlow<B>,
+) -> Result<ControlFlow<B, RateOutcome>, RunError> {
     let hold = RateHold::new(profile(scene)?, RateTuning::default(), Time::ZERO);
     let duration_s = scene.number("rate.duration_s");
     let both_ways = scene.choice("rate.profile") == "both_ways";
@@ -76,7 +91,10 @@ pub fn run(scene: &Scene, mut observe: impl FnMut(RatePoint)) -> Result<RateOutc
     let (mut point_angle, mut ticks) = (last_angle, 0_u64);
     let mut since_point = TiltFigureSums::default();
     let begun = Instant::now();
-    closed_loop.run(|_, tick| {
+    let ended = closed_loop.run(|closed_loop, tick| {
+        if let ControlFlow::Break(value) = intervene(closed_loop, &tick) {
+            return ControlFlow::Break(ControlFlow::Break(value));
+        }
         ticks += 1;
         sums.tilt.add(tick.tilt.as_ref());
         since_point.add(tick.tilt.as_ref());
@@ -112,10 +130,18 @@ pub fn run(scene: &Scene, mut observe: impl FnMut(RatePoint)) -> Result<RateOutc
             observe(RatePoint { time_s, asked_deg_s, rate_deg_s, off_deg, drive, tilt });
             point_angle = angle;
         }
-        if time_s >= duration_s { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+        if time_s >= duration_s {
+            ControlFlow::Break(ControlFlow::Continue(()))
+        } else {
+            ControlFlow::Continue(())
+        }
     });
+    if let ControlFlow::Break(value) = ended {
+        return Ok(ControlFlow::Break(value));
+    }
     let time_s_per_s = begun.elapsed().as_secs_f64() / (real(ticks) * TICK_S);
-    Ok(RateOutcome { time_s_per_s, ..sums.outcome(scene, RateRange::of(scene)?) })
+    let outcome = RateOutcome { time_s_per_s, ..sums.outcome(scene, RateRange::of(scene)?) };
+    Ok(ControlFlow::Continue(outcome))
 }
 
 impl RateSums {

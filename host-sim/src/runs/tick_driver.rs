@@ -15,8 +15,9 @@ use controller::{Drive, Sense};
 use estimator::{CameraFrame, LdvSample};
 use motor_model::{Angle, DriveCommand, Time};
 
+use crate::runs::record::Impact;
 use crate::scene::{Scene, SceneError};
-use crate::world::instruments::camera::MarkCounts;
+use crate::world::instruments::camera::{DeliveredFrame, MarkCounts, MarkedPose};
 use crate::world::plant::Plant;
 use crate::world::pose::RotorTilt;
 use crate::world::rig::{PlantStep, Rig};
@@ -43,6 +44,8 @@ pub trait TickProgram {
 pub struct TickMeasurements {
     /// The last camera frame, if one had arrived.
     pub camera_frame: Option<CameraFrame>,
+    /// What its marks showed; `None` of a single mark.
+    pub marked: Option<MarkedPose>,
     /// Vibrometer samples, oldest first.
     pub ldv_samples: Vec<LdvSample>,
 }
@@ -53,6 +56,8 @@ pub struct RigPorts {
     rig: Rig,
     command: DriveCommand,
     measurements: TickMeasurements,
+    /// The impacts since the last tick.
+    impacts: Vec<Impact>,
 }
 
 impl RigPorts {
@@ -69,9 +74,10 @@ impl RigPorts {
 
 impl Sense for RigPorts {
     fn camera_frame(&mut self) -> Option<CameraFrame> {
-        let frame = self.rig.camera_frame();
-        self.measurements.camera_frame = frame.or(self.measurements.camera_frame);
-        frame
+        let DeliveredFrame { frame, marked } = self.rig.delivered_frame()?;
+        self.measurements.camera_frame = Some(frame);
+        self.measurements.marked = marked;
+        Some(frame)
     }
 
     fn ldv_sample(&mut self) -> Option<LdvSample> {
@@ -127,7 +133,12 @@ impl<P: TickProgram> TickDriver<P> {
     pub fn new(scene: &Scene, program: P) -> Result<Self, SceneError> {
         let rig = Rig::new(scene)?;
         Ok(Self {
-            ports: RigPorts { rig, command: DriveCommand::OFF, measurements: TickMeasurements::default() },
+            ports: RigPorts {
+                rig,
+                command: DriveCommand::OFF,
+                measurements: TickMeasurements::default(),
+                impacts: Vec::new(),
+            },
             program,
         })
     }
@@ -162,6 +173,11 @@ impl<P: TickProgram> TickDriver<P> {
         &self.ports.measurements
     }
 
+    /// The rotor's impacts in the last tick, which only the simulation knows, oldest first.
+    pub fn impacts(&self) -> &[Impact] {
+        &self.ports.impacts
+    }
+
     /// Puts `command` in the place of the last command of the program.
     pub fn overrule(&mut self, command: DriveCommand) {
         self.ports.command = command;
@@ -170,12 +186,18 @@ impl<P: TickProgram> TickDriver<P> {
     /// Runs to the end of the next tick.
     pub fn next_tick(&mut self) -> Moment<P::Report> {
         let Self { ports, program } = self;
+        let RigPorts { rig, command, impacts, .. } = ports;
+        impacts.clear();
         if P::OBSERVES_STEPS {
-            ports.rig.tick_in_steps(ports.command, |step| program.step(step));
+            rig.tick_in_steps(*command, |step| {
+                impacts.extend(Impact::of(step));
+                program.step(step);
+            });
         } else {
-            ports.rig.tick(ports.command);
+            rig.tick(*command, |step| impacts.extend(Impact::of(step)));
         }
         ports.measurements.camera_frame = None;
+        ports.measurements.marked = None;
         ports.measurements.ldv_samples.clear();
         let at = ports.rig.plant().now();
         let report = program.tick(at, ports);

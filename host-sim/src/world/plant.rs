@@ -179,6 +179,15 @@ impl Plant {
         }
     }
 
+    /// Height of the rotor in m above that of a rotor at rest on teeth at rest; of its mass centre.
+    #[must_use]
+    pub fn height_m(&self) -> f64 {
+        match &self.motor {
+            PlantMotor::HeightOnly(motor) => motor.state().rotor.height_m,
+            PlantMotor::Tilting(motor) => motor.state().rotor.height_m,
+        }
+    }
+
     /// Whether the rotor is in sustained contact with anything.
     #[must_use]
     pub fn in_contact(&self) -> bool {

@@ -14,7 +14,7 @@ use motor_model::{DriveCommand, Time};
 use crate::math::count::real;
 use crate::scene::{Scene, SceneError};
 use crate::world::faults::MotorFaults;
-use crate::world::instruments::camera::MarkCounts;
+use crate::world::instruments::camera::{DeliveredFrame, MarkCounts};
 use crate::world::instruments::{self, Camera, Ldv};
 use crate::world::plant::Plant;
 use crate::world::rotor_path::{RotorPath, RotorPoint};
@@ -58,6 +58,8 @@ pub struct PlantStep {
     pub before: RotorPoint,
     /// After.
     pub after: RotorPoint,
+    /// Whether the rotor met anything in it.
+    pub met: bool,
     /// Whether the rotor met anything in it, or was in sustained contact before or after.
     pub touched: bool,
 }
@@ -116,7 +118,7 @@ impl Rig {
         let met = self.plant.step(command);
         self.show();
         let touched = met || was_in_contact || self.plant.in_contact();
-        PlantStep { before, after: self.seen, touched }
+        PlantStep { before, after: self.seen, met, touched }
     }
 
     /// A tick of the loop under `command` in single steps, each shown to `observe`.
@@ -128,14 +130,19 @@ impl Rig {
 
     /// A tick of the loop under `command`, seen by the instruments that are due. At rest the plant takes long steps,
     /// where the vibrometer, which sees the ringing teeth, is not due within one.
-    pub fn tick(&mut self, command: DriveCommand) {
+    ///
+    /// Every step in which the rotor meets anything is shown to `observe_impact`; long steps are not.
+    pub fn tick(&mut self, command: DriveCommand, mut observe_impact: impl FnMut(&PlantStep)) {
         let end = self.plant.steps() + self.tick_steps;
         while self.plant.steps() < end {
             let command = self.faulty(command);
-            if !(command == DriveCommand::OFF && self.may_rest() && self.plant.rest_step()) {
-                self.plant.step(command);
-            }
+            let before = self.seen;
+            let long = command == DriveCommand::OFF && self.may_rest() && self.plant.rest_step();
+            let met = !long && self.plant.step(command);
             self.show();
+            if met {
+                observe_impact(&PlantStep { before, after: self.seen, met, touched: true });
+            }
         }
     }
 
@@ -187,6 +194,11 @@ impl Rig {
     /// The first camera frame that has arrived and was not yet read.
     pub fn camera_frame(&mut self) -> Option<CameraFrame> {
         self.camera.arrived(self.plant.now())
+    }
+
+    /// The same, with what its marks showed.
+    pub fn delivered_frame(&mut self) -> Option<DeliveredFrame> {
+        self.camera.delivered(self.plant.now())
     }
 
     /// The oldest vibrometer sample not yet read.

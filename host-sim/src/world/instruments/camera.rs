@@ -45,6 +45,7 @@ use crate::scene::faults::{CameraFault, FaultKind};
 use crate::world::event_clock::{EventClock, EventRate};
 use crate::world::pose::Pose;
 use crate::world::rotor_path::RotorPath;
+pub use delivery::DeliveredFrame;
 use delivery::Delivery;
 use exposure::{Exposure, Shown};
 use marks::Marks;
@@ -162,7 +163,9 @@ impl Camera {
         let exposed_at = self.stamped(now, middle_nanos);
         let seen = self.seen(now, shown);
         if let Some((angle, marks_used)) = self.with_fault(now, seen) {
-            self.delivery.send(now, Some(CameraFrame { exposed_at, angle, marks_used }));
+            let frame = CameraFrame { exposed_at, angle, marks_used };
+            let marked = self.marked.filter(|marked| marked.angle == angle);
+            self.delivery.send(now, Some(DeliveredFrame { frame, marked }));
         } else {
             self.delivery.send(now, None);
         }
@@ -242,6 +245,11 @@ impl Camera {
 
     /// The oldest frame that has arrived by `now`.
     pub fn arrived(&mut self, now: Time) -> Option<CameraFrame> {
+        self.delivered(now).map(|delivered| delivered.frame)
+    }
+
+    /// The same, with what its marks showed.
+    pub fn delivered(&mut self, now: Time) -> Option<DeliveredFrame> {
         self.delivery.arrived(now)
     }
 }

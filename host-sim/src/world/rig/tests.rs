@@ -91,7 +91,7 @@ fn exact_instants_are_the_same_at_rest() {
         let mut rig = rig(sets);
         let (mut frames, mut samples) = (vec![], vec![]);
         for _ in 0..10_000 {
-            rig.tick(DriveCommand::OFF);
+            rig.tick(DriveCommand::OFF, |_| ());
             frames.extend(std::iter::from_fn(|| rig.camera_frame()));
             samples.extend(std::iter::from_fn(|| rig.ldv_sample()));
         }

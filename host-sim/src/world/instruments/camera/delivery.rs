@@ -7,11 +7,21 @@ use motor_model::Time;
 use rand_distr::{Distribution, Uniform};
 use rand_pcg::Pcg64;
 
+use super::MarkedPose;
 use crate::math::random_streams::{RandomFault, RandomSource};
 use crate::scene::Scene;
 use crate::scene::faults::{CameraFault, FaultKind};
 use crate::world::event_clock::EventRate;
 use crate::world::instruments::FaultTimes;
+
+/// A frame as it is delivered.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct DeliveredFrame {
+    /// The frame.
+    pub frame: CameraFrame,
+    /// What its marks showed; `None` of a single mark, and where a fault of the camera shows another angle.
+    pub marked: Option<MarkedPose>,
+}
 
 /// The frames on their way.
 #[derive(Clone, Debug)]
@@ -25,7 +35,7 @@ pub(super) struct Delivery {
     late_frames: u64,
     outages: FaultTimes<()>,
     /// Time of arrival and frame, in order of arrival.
-    on_the_way: VecDeque<(Time, CameraFrame)>,
+    on_the_way: VecDeque<(Time, DeliveredFrame)>,
 }
 
 impl Delivery {
@@ -48,7 +58,7 @@ impl Delivery {
     }
 
     /// Sends the frame whose exposure ends at `now`, unless it is lost; `None` if there is none.
-    pub(super) fn send(&mut self, now: Time, frame: Option<CameraFrame>) {
+    pub(super) fn send(&mut self, now: Time, frame: Option<DeliveredFrame>) {
         // Every fault has its draw, also where the frame is dropped or there is none.
         let dropped = self.drop.occurs().is_some();
         let twice = self.duplicate.occurs().is_some();
@@ -63,7 +73,7 @@ impl Delivery {
     }
 
     /// The oldest frame that has arrived by `now`.
-    pub(super) fn arrived(&mut self, now: Time) -> Option<CameraFrame> {
+    pub(super) fn arrived(&mut self, now: Time) -> Option<DeliveredFrame> {
         let (arrives_at, frame) = *self.on_the_way.front()?;
         (arrives_at <= now).then(|| {
             self.on_the_way.pop_front();
