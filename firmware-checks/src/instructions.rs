@@ -12,8 +12,8 @@
 //!
 //! - [`InstructionTimer`]: the timer, and a loop whose instructions are known.
 //! - [`count_all`]: one [`Count`] for each operation of the twin, the filters and the loop, and for sines and angles.
-//! - `known_loops`, `twin_step`, `filter_core`, `constant_rate`, `filters`, `loop_tick`, `trigonometry`: the
-//!   operations, in the order in which they are counted.
+//! - `known_loops`, `twin_step`, `tilting_step`, `filter_core`, `constant_rate`, `filters`, `loop_tick`,
+//!   `trigonometry`: the operations, in the order in which they are counted.
 //! - `hot_operations`: some of them once more, for a program that is followed instruction by instruction.
 
 mod constant_rate;
@@ -26,6 +26,7 @@ mod loop_tick;
 mod peers;
 #[cfg(target_os = "none")]
 mod systick;
+mod tilting_step;
 mod trigonometry;
 mod twin_step;
 
@@ -133,6 +134,7 @@ pub fn count_all(
     let counter = InstructionCounter::new(timer);
     known_loops::count(&counter, &mut report);
     twin_step::count(&counter, &mut report)?;
+    tilting_step::count(&counter, &mut report)?;
     filter_core::count(&counter, &mut report);
     constant_rate::count(&counter, &mut report);
     filters::count(&counter, memory, &mut report)?;
@@ -210,6 +212,10 @@ mod tests {
             ("end_of_step_aloft", 10_000),
             ("located_step_at_rest", 100_000),
             ("located_step_c", 100_000),
+            ("tilting_step_aloft", 1000),
+            ("tilting_step_b", 30_000),
+            ("tilting_step_c", 30_000),
+            ("tilting_step_at_rest", 1000),
             ("camera_frame_used", 9900),
             ("camera_frame_refused", 9900),
             ("camera_frame_repeated", 9900),

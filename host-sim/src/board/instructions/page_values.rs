@@ -7,7 +7,7 @@ use crate::report::page::PlacedValue;
 use crate::report::table::Table;
 
 /// The words of each row of the table, and its operation.
-const ROWS: [(&str, &str); 22] = [
+const ROWS: [(&str, &str); 26] = [
     ("filter core, two states: a prediction and a measurement", "core_2_predict_and_update"),
     ("the same by the core of any size", "general_core_2_predict_and_update"),
     ("the same by minikalman", "minikalman_2_predict_and_update"),
@@ -24,6 +24,10 @@ const ROWS: [(&str, &str); 22] = [
     ("located step, mode B", "located_step_b"),
     ("located step, mode C", "located_step_c"),
     ("located step, at rest on the teeth", "located_step_at_rest"),
+    ("located step of the tilting motor without shift, in flight", "tilting_step_aloft"),
+    ("the same, mode B, which rubs on the pin", "tilting_step_b"),
+    ("the same, mode C", "tilting_step_c"),
+    ("the same, at rest on the teeth", "tilting_step_at_rest"),
     ("tick of the loop, `constant_rate`", "loop_tick"),
     ("tick of the loop, `impact_aided`", "loop_tick_impact_aided"),
     ("the same and a located step", "loop_tick_impact_aided_and_step"),
