@@ -74,7 +74,7 @@ pub struct Estimate<T> {
 /// ```text
 /// Waiting
 /// Unusable    CameraStuck, FramesRefused, Uncertain, NoiseMismatch (more frames refused than used)
-/// Degraded    Uncertain (a slow camera, on time), CameraSilent, NoiseMismatch, VibrometerSilent, then the faults of the
+/// Degraded Uncertain (a slow camera, on time), CameraSilent, NoiseMismatch, VibrometerSilent, then the faults of the
 ///             vibrometer
 /// Good
 /// ```

@@ -15,8 +15,8 @@
 //! variance of a frame's angle   R = (sigma^2 + Delta^2 / 12) / (n rho^2)
 //! ```
 //!
-//! Marks are equally spaced on their circle, and the angle is that of the rigid motion that fits them best. With `m < n`
-//! of them the variance is larger: [`CameraDescription::variance_factor`].
+//! Marks are equally spaced on their circle, and the angle is that of the rigid motion that fits them best. With `m <
+//! n` of them the variance is larger: [`CameraDescription::variance_factor`].
 //!
 //! # What averaging cannot remove
 //!

@@ -15,9 +15,9 @@
 //!
 //! Ten overruns in a row ([`crate::application::OVERRUNS_MAX`]) latch the drive off.
 //!
-//! Two priorities need no framework: the interrupt never waits, and the tasks share only three lock-free queues. When the
-//! queue of ticks is full, the loop task is eight ticks late: the new tick is lost, and counted as an overrun. When the
-//! loop task stops, the watchdog is not fed, and it restarts the board with the drive off.
+//! Two priorities need no framework: the interrupt never waits, and the tasks share only three lock-free queues. When
+//! the queue of ticks is full, the loop task is eight ticks late: the new tick is lost, and counted as an overrun. When
+//! the loop task stops, the watchdog is not fed, and it restarts the board with the drive off.
 //!
 //! Three counters count ticks of 10 us:
 //!

@@ -41,8 +41,8 @@ pub enum HostMessage {
     MapRows(MapRows),
     /// The map is complete: the configurations that follow plan by it. Refused when a row is missing.
     MapEnd(MapEnd),
-    /// Asks what this move will take from angle zero, on the bench that was described; any filter gives the same answer.
-    /// Nothing moves, and the configuration stays as it is. Refused while armed.
+    /// Asks what this move will take from angle zero, on the bench that was described; any filter gives the same
+    /// answer. Nothing moves, and the configuration stays as it is. Refused while armed.
     Forecast(Configuration),
 }
 

@@ -99,7 +99,10 @@ fn tool_instructions_on_a_cortex_m7_are_those_reviewed() {
 /// The margins themselves: what they let pass and what they do not.
 #[test]
 fn exact_margins() {
-    let record = |rustc: &str, mean: f64, max: u32| serde_json::json!({ "operation": "a", "rustc": rustc, "count": 7, "mean": mean, "max": max });
+    let record = |rustc: &str, mean: f64, max: u32| {
+        let (operation, count) = ("a", 7);
+        serde_json::json!({ "operation": operation, "rustc": rustc, "count": count, "mean": mean, "max": max })
+    };
     let reviewed = record("1", 100.5, 1000);
     let differs = |counted: Value| differences(&counted, &reviewed).len();
     assert_eq!(differs(record("1", 103.5, 997)), 0);

@@ -1,4 +1,5 @@
-//! What the track assumes of the camera, and the counts of frames that follow from its rate: gate, rest, restart, floor.
+//! What the track assumes of the camera, and the counts of frames that follow from its rate: gate, rest, restart,
+//! floor.
 //!
 //! Every count of frames stands for a time in s, so that a camera of another rate is judged over the same time.
 
@@ -56,8 +57,9 @@ fn stuck_frames(camera: &CameraDescription) -> u16 {
 /// The camera, the gate and rest.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TrackTuning<T> {
-    /// Variance of a frame's angle in rad^2, quantisation included, with no mark left out. If it is not positive and finite the default is
-    /// used; below that of an angle's own resolution it is raised to that ([`TrackTuning::validated`]).
+    /// Variance of a frame's angle in rad^2, quantisation included, with no mark left out. If it is not positive and
+    /// finite the default is used; below that of an angle's own resolution it is raised to that
+    /// ([`TrackTuning::validated`]).
     pub camera_rad2: T,
     /// The quantisation's part of it, in rad^2: step squared over 12.
     pub quantisation_rad2: T,

@@ -116,7 +116,9 @@ pub(super) struct ReproduceArgs {
     #[arg(long, value_name = "N", default_value = "5", value_parser = Count(2..=1000), allow_negative_numbers = true)]
     seeds: u64,
     /// Rotors drawn over what was not measured
-    #[arg(long, value_name = "N", default_value = "40", value_parser = Count(0..=100_000), allow_negative_numbers = true)]
+    #[arg(
+        long, value_name = "N", default_value = "40", value_parser = Count(0..=100_000), allow_negative_numbers = true
+    )]
     drawn: u64,
     /// Also change one value at a time, in sets F and G and at the paper's values: 91 more rotors
     #[arg(long)]

@@ -146,8 +146,8 @@ struct Effort {
 
 impl Effort {
     /// As many runs as the paper made; 40 motors bound an ANEES to 6 % of 1; of 10,000 moves the worst thousandth is
-    /// ten; of 200 intervals the covered share is known to 1.5 %. A second of a motor that tilts takes five to ten times
-    /// as long, so that there are as many of them as ten minutes of a processor allow on each page.
+    /// ten; of 200 intervals the covered share is known to 1.5 %. A second of a motor that tilts takes five to ten
+    /// times as long, so that there are as many of them as ten minutes of a processor allow on each page.
     const FULL: Self = Self {
         paper_seeds: 5,
         rotor_seeds: 8,

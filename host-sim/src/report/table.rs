@@ -27,6 +27,30 @@ impl Table {
         self.rows.push(row);
     }
 
+    /// The columns but the one with the heading `left_out`.
+    pub(crate) fn without(self, left_out: &str) -> Self {
+        let place = self.header.iter().position(|heading| heading == left_out);
+        self.columns(|column| Some(column) != place)
+    }
+
+    /// Narrower tables of the same rows, each with the first `keys` columns: one begins at each of the headings `at`.
+    pub(crate) fn cut(&self, keys: usize, at: &[&str]) -> Vec<Self> {
+        let part_of = |column: usize| {
+            let headings = self.header.iter().take(column + 1);
+            headings.filter(|heading| at.contains(&heading.as_str())).count()
+        };
+        (0..=at.len()).map(|part| self.columns(|column| column < keys || part_of(column) == part)).collect()
+    }
+
+    /// The columns whose place, from 0, is `chosen`.
+    fn columns(&self, chosen: impl Fn(usize) -> bool) -> Self {
+        let of = |row: &Vec<String>| {
+            let cells = row.iter().enumerate().filter(|(column, _)| chosen(*column));
+            cells.map(|(_, cell)| cell.clone()).collect()
+        };
+        Self { header: of(&self.header), rows: self.rows.iter().map(of).collect() }
+    }
+
     /// The lines for the terminal.
     pub(crate) fn text(&self) -> String {
         self.lines(&Separators { before: "", between: "  ", after: "" })
@@ -79,5 +103,14 @@ mod tests {
         table.push(vec!["1234*".to_owned(), "5".to_owned()]);
         assert_eq!(table.text(), "a      bcd\n-----  ---\n1234*  5\n");
         assert_eq!(table.markdown(), "| a     | bcd |\n| ----- | --- |\n| 1234\\* | 5   |\n");
+    }
+
+    #[test]
+    fn exact_columns_are_left_out_and_a_cut_keeps_the_keys_in_both_parts() {
+        let mut table = Table::new(&["key", "a", "b", "c"]);
+        table.push(["k", "1", "2", "3"].map(str::to_owned).to_vec());
+        assert_eq!(table.clone().without("a").text(), "key  b  c\n---  -  -\nk    2  3\n");
+        let parts: Vec<String> = table.cut(1, &["b"]).iter().map(Table::text).collect();
+        assert_eq!(parts, ["key  a\n---  -\nk    1\n", "key  b  c\n---  -  -\nk    2  3\n"]);
     }
 }

@@ -1,5 +1,7 @@
 //! Other scenes on which a study is repeated: its tables show them beside the first.
 
+use crate::report::document::{Block, Table};
+use crate::report::page::PlacedValue;
 use crate::scene::Scene;
 
 /// A scene with the name that tables give it.
@@ -42,6 +44,33 @@ impl BesideScene {
         let run = |beside: &Self| Ok(Beside { name: beside.name.clone(), found: study(&beside.scene)? });
         scenes.iter().map(run).collect()
     }
+}
+
+/// What a study found on several scenes.
+pub(crate) struct SideBySide {
+    /// The figures, one row a scene or several in each.
+    pub(crate) tables: Vec<Table>,
+    /// What they mean.
+    pub(crate) about: String,
+}
+
+impl SideBySide {
+    /// For the terminal.
+    pub(crate) fn blocks(self) -> Vec<Block> {
+        let heading = [Block::Heading("Side by side".to_owned()), Block::Paragraph(self.about)];
+        heading.into_iter().chain(self.tables.into_iter().map(Block::Table)).collect()
+    }
+
+    /// For the page of the study.
+    pub(crate) fn page_values(&self) -> [PlacedValue; 2] {
+        let tables: Vec<String> = self.tables.iter().map(Table::markdown).collect();
+        [("table_scenes", tables.join("\n")), ("about_scenes", self.about.clone())]
+    }
+}
+
+/// The largest error of `count` estimates or runs; a dash where there are none.
+pub(crate) fn worst_of<N: Default + PartialEq>(count: N, error: impl FnOnce() -> String) -> String {
+    if count == N::default() { "-".to_owned() } else { error() }
 }
 
 /// The first finding under its name, then those beside it.

@@ -6,12 +6,13 @@ use std::fmt;
 use rayon::prelude::*;
 use serde_json::json;
 
+use crate::report::document::Document;
 use crate::report::page::PlacedValue;
 use crate::report::table::Table;
 use crate::runs::RunError;
 use crate::runs::rate::{self, RateOutcome};
 use crate::scene::Scene;
-use crate::studies::beside::{Beside, BesideScene, FIRST, side_by_side};
+use crate::studies::beside::{Beside, BesideScene, FIRST, SideBySide, side_by_side, worst_of};
 
 /// The rates in deg/s, clockwise positive: a fast one, those of a calibration, and slow ones. The page opens with the
 /// first.
@@ -80,7 +81,7 @@ impl HeldRates {
     pub fn page_values(&self, name: &str) -> Vec<PlacedValue> {
         let first = self.outcomes.first();
         let figure = |of: fn(&RateOutcome) -> String| first.map_or_else(String::new, of);
-        vec![
+        let mut values = vec![
             ("rate_deg_s", figure(|outcome| format!("{:.0}", outcome.rate_deg_s))),
             ("mean_error_percent", figure(|outcome| format!("{:.3}", outcome.mean_error_percent.abs()))),
             ("measured_s", figure(|outcome| format!("{:.1}", outcome.measured_s))),
@@ -92,9 +93,9 @@ impl HeldRates {
                 figure(|outcome| format!("{:.0}", outcome.range.counter_clockwise_deg_s.abs())),
             ),
             ("table_rates", self.table().markdown()),
-            ("table_scenes", self.beside_table(name).markdown()),
-            ("about_scenes", ABOUT.to_owned()),
-        ]
+        ];
+        values.extend(self.side_by_side(name).page_values());
+        values
     }
 
     fn table(&self) -> Table {
@@ -120,58 +121,54 @@ impl HeldRates {
     }
 
     /// Every rate on every scene, the first under the name `first`.
-    fn beside_table(&self, first: &str) -> Table {
+    fn side_by_side(&self, first: &str) -> SideBySide {
         let mut table = Table::new(&[
             "scene",
             "rate deg/s",
             "mean off %",
             "follows to deg rms",
+            "at full drive %",
+            "reach deg/s",
+            "lost",
             "estimate mdeg rms",
             "beyond 3 sigma",
             "good, beyond 5 sigma",
             "worst mdeg",
-            "lost",
-            "at full drive %",
-            "reach deg/s",
             "time s/s",
         ]);
         for (name, outcomes) in side_by_side(first, &self.outcomes, &self.beside) {
             outcomes.iter().map(|outcome| cells(name, outcome)).for_each(|cells| table.push(cells));
         }
-        table
+        SideBySide { tables: table.cut(2, &["estimate mdeg rms"]), about: ABOUT.to_owned() }
     }
 }
 
 fn cells(scene: &str, outcome: &RateOutcome) -> Vec<String> {
     let stated = outcome.stated;
-    let worst = if stated.good_beyond_5_sigma == 0 {
-        "-".to_owned()
-    } else {
-        format!("{:.1}", stated.good_beyond_5_sigma_worst_mdeg)
-    };
+    let worst_mdeg = || format!("{:.1}", stated.good_beyond_5_sigma_worst_mdeg);
     vec![
         scene.to_owned(),
         format!("{:+.0}", outcome.rate_deg_s),
         format!("{:+.3}", outcome.mean_error_percent),
         format!("{:.2}", outcome.following_rms_deg),
+        format!("{:.0}", 100.0 * outcome.saturated),
+        format!("{:+.0} to {:+.0}", outcome.range.counter_clockwise_deg_s, outcome.range.clockwise_deg_s),
+        outcome.reference_losses.to_string(),
         format!("{:.1}", outcome.estimate_rms_mdeg),
         format!("{:.2} %", 100.0 * stated.beyond_3_sigma),
         stated.good_beyond_5_sigma.to_string(),
-        worst,
-        outcome.reference_losses.to_string(),
-        format!("{:.0}", 100.0 * outcome.saturated),
-        format!("{:+.0} to {:+.0}", outcome.range.counter_clockwise_deg_s, outcome.range.clockwise_deg_s),
+        worst_of(stated.good_beyond_5_sigma, worst_mdeg),
         format!("~{:.2}", outcome.time_s_per_s),
     ]
 }
 
-/// The first outcome in words, and the table of all scenes if there are others.
+/// The first outcome in words, and the tables of all scenes if there are others.
 impl fmt::Display for HeldRates {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         self.outcomes.iter().try_for_each(|outcome| write!(f, "{outcome}"))?;
         if self.beside.is_empty() {
             return Ok(());
         }
-        writeln!(f, "\n{}\n\n{}", textwrap::fill(ABOUT, 110), self.beside_table(FIRST).text())
+        write!(f, "\n{}", Document { blocks: self.side_by_side(FIRST).blocks() }.text())
     }
 }

@@ -1,8 +1,9 @@
 //! Coning: by how much the angle that a camera sees from above and the integral of the rate about the rotor's own axis
 //! differ.
 //!
-//! The rotor stands as if turned by `a` round the vertical and then tilted, without a turn round the vertical, until its
-//! axis is n ([`crate::world::pose`]). A camera from above sees `a`. A gyroscope on the rotor senses its rate about n:
+//! The rotor stands as if turned by `a` round the vertical and then tilted, without a turn round the vertical, until
+//! its axis is n ([`crate::world::pose`]). A camera from above sees `a`. A gyroscope on the rotor senses its rate about
+//! n:
 //!
 //! ```text
 //! w . n = a' - (1 - cos e) f'       e: angle of n from the vertical,  f: direction of the tilt round the vertical
@@ -25,8 +26,8 @@
 
 use motor_model::math;
 
-/// Solid angle in sr that the tilt sweeps on the way from one pair of slopes to another, counter-clockwise positive: the
-/// change of the angle seen from above less the integral of the rate about the rotor's own axis.
+/// Solid angle in sr that the tilt sweeps on the way from one pair of slopes to another, counter-clockwise positive:
+/// the change of the angle seen from above less the integral of the rate about the rotor's own axis.
 #[must_use]
 pub fn solid_angle([x_0, y_0]: [f64; 2], [x_1, y_1]: [f64; 2]) -> f64 {
     let s = |x: f64, y: f64| math::sqrt(1.0 + x * x + y * y);

@@ -178,7 +178,8 @@ mod tests {
         );
     }
 
-    /// Weak from 1 s to 2 s and once more from 1.5 s on, mode C dead from 3 s on, jolts at 0.5 s and 0.7 s in any order.
+    /// Weak from 1 s to 2 s and once more from 1.5 s on, mode C dead from 3 s on, jolts at 0.5 s and 0.7 s in any
+    /// order.
     #[test]
     fn exact_faults_by_words_end_and_add_up() {
         let words =

@@ -29,8 +29,8 @@
 //! v(X) = v_z + eta' . r + a' (eta_y r_x - eta_x r_y)
 //! ```
 //!
-//! The rotor of the height-only motor is level and centred: all of [`Pose`] is zero. The face of a tilting one lies half
-//! its thickness above the mass centre, whose shift the model has: `d = (x, y) - h / 2 eta`.
+//! The rotor of the height-only motor is level and centred: all of [`Pose`] is zero. The face of a tilting one lies
+//! half its thickness above the mass centre, whose shift the model has: `d = (x, y) - h / 2 eta`.
 
 use motor_model::{Real, TiltingState, math};
 

@@ -70,8 +70,8 @@ fn tool_every_figure_is_there() {
     }
 }
 
-/// Each form of the rotor at each step in each mode, the finest step of the full form alone. The full form tilts as set F
-/// does (`tests/system/command/tool_tilting_scenes.rs`: 31 mrad rms in mode B) and meets its pin; the one of height
+/// Each form of the rotor at each step in each mode, the finest step of the full form alone. The full form tilts as set
+/// F does (`tests/system/command/tool_tilting_scenes.rs`: 31 mrad rms in mode B) and meets its pin; the one of height
 /// alone has neither tilt nor hub.
 #[test]
 fn dual_forms_of_the_rotor_stand_beside_the_full_one() {

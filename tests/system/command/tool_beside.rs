@@ -45,8 +45,8 @@ fn dual_estimate_beside_is_the_estimate_of_that_scene() {
     let unnamed_rows = |rows: Vec<&Value>| rows.into_iter().cloned().map(unnamed).collect::<Vec<_>>();
     assert_eq!(unnamed_rows(other.clone()), unnamed_rows(itself.iter().collect()));
     assert_eq!(first.len(), other.len());
-    // A rotor that does not shift: the twin is not wrong by five sigma for long. One that shifts by 7 um and tilts, under
-    // one mark at 3.9 mm, is wrong by 0.1 degrees, and half of it at least is called good by the camera alone.
+    // A rotor that does not shift: the twin is not wrong by five sigma for long. One that shifts by 7 um and tilts,
+    // under one mark at 3.9 mm, is wrong by 0.1 degrees, and half of it at least is called good by the camera alone.
     let of = |rows: &[&Value], filter: &str, figure: &str| -> f64 {
         let rows = rows.iter().filter(|row| row["filter"] == filter && row["phase"] == "steady");
         rows.map(|row| number(row, figure)).sum()

@@ -64,9 +64,9 @@ fn dual_sets_move_as_another_program_says() {
     }
 }
 
-/// Rates beside those of the second program (`tests/system/support/tilting_reference.rs`): mean and spread of five of its
-/// runs of 1.2 s. The difference of its mean and that of two runs here has a standard error of 0.84 spreads; bounds are
-/// four of them. In mode B the tight sets run backwards for a part of the time; in mode C none does.
+/// Rates beside those of the second program (`tests/system/support/tilting_reference.rs`): mean and spread of five of
+/// its runs of 1.2 s. The difference of its mean and that of two runs here has a standard error of 0.84 spreads; bounds
+/// are four of them. In mode B the tight sets run backwards for a part of the time; in mode C none does.
 #[test]
 fn dual_sets_turn_as_the_second_program_says() {
     let folder = folder();

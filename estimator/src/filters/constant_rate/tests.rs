@@ -60,8 +60,8 @@ fn law_filter_is_consistent_in_both_precisions() {
     }
 }
 
-/// Three marks, of which one or two are missing in half of the frames: the variance of each frame is taken from how many
-/// there were.
+/// Three marks, of which one or two are missing in half of the frames: the variance of each frame is taken from how
+/// many there were.
 #[test]
 fn law_filter_is_consistent_when_marks_come_and_go() {
     let tuning = of_marks::<f32>(3);

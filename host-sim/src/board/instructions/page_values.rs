@@ -8,7 +8,7 @@ use crate::report::table::Table;
 
 /// The words of each row of the table, and its operation.
 const ROWS: [(&str, &str); 26] = [
-    ("filter core, two states: a prediction and a measurement", "core_2_predict_and_update"),
+    ("core, two states: prediction and measurement", "core_2_predict_and_update"),
     ("the same by the core of any size", "general_core_2_predict_and_update"),
     ("the same by minikalman", "minikalman_2_predict_and_update"),
     ("the same by adskalman, Joseph's form", "adskalman_joseph_2_predict_and_update"),
@@ -19,8 +19,8 @@ const ROWS: [(&str, &str); 26] = [
     ("vibrometer sample, `impact_aided`, mode B", "impact_aided_b_vibrometer_sample"),
     ("vibrometer sample, `twin`, mode B", "twin_b_vibrometer_sample"),
     ("vibrometer sample, `twin`, mode C", "twin_c_vibrometer_sample"),
-    ("driven step of 10 us in flight, impacts at the end of the step", "end_of_step_aloft"),
-    ("driven step of 10 us in flight, impacts located", "located_step_aloft"),
+    ("step of 10 us in flight, impacts at its end", "end_of_step_aloft"),
+    ("step of 10 us in flight, impacts located", "located_step_aloft"),
     ("located step, mode B", "located_step_b"),
     ("located step, mode C", "located_step_c"),
     ("located step, at rest on the teeth", "located_step_at_rest"),
@@ -66,7 +66,7 @@ fn frame_over_core(report: &CountReport) -> String {
 
 /// The operations of [`ROWS`].
 fn table(report: &CountReport, estimates: &[CycleEstimate]) -> String {
-    let mut table = Table::new(&["operation", "mean", "longest", "target", "cycles, estimated"]);
+    let mut table = Table::new(&["operation", "mean", "longest", "target", "cycles"]);
     for (words, operation) in ROWS {
         let Some(count) = report.count(operation) else { continue };
         let cycles = estimates.iter().find(|estimate| estimate.operation == operation);
@@ -112,7 +112,7 @@ mod tests {
         };
         let text = table(&report, &[estimate]);
         let words = |line: &str| line.split_whitespace().collect::<Vec<_>>().join(" ");
-        let row = "| driven step of 10 us in flight, impacts located | 300 | 500 | max <= 180 missed | 253 |";
+        let row = "| step of 10 us in flight, impacts located | 300 | 500 | max <= 180 missed | 253 |";
         assert!(text.lines().any(|line| words(line) == row), "{text}");
         assert!(!text.contains("minikalman"), "{text}");
     }

@@ -15,8 +15,8 @@ use crate::report::files::Output;
 use crate::runs::closed_loop::PositioningMoment;
 use crate::world::pose::{Pose, RotorTilt};
 
-/// Names of the columns. Those from the estimated angle to the error are of estimates. The last five are of a rotor that
-/// tilts: slopes, and shift and height of its mass centre; empty of one that does not.
+/// Names of the columns. Those from the estimated angle to the error are of estimates. The last five are of a rotor
+/// that tilts: slopes, and shift and height of its mass centre; empty of one that does not.
 const COLUMNS: [&str; 16] = [
     "tick",
     "time_s",

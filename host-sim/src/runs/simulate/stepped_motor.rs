@@ -1,4 +1,5 @@
-//! The motors that the open loop steps, in either precision: with a rotor that moves up and down, or with one that tilts.
+//! The motors that the open loop steps, in either precision: with a rotor that moves up and down, or with one that
+//! tilts.
 
 use motor_model::{
     DriveCommand, Impacts, Motor, MotorState, Real, RotorState, TiltingContacts, TiltingMotor, TiltingState,

@@ -85,8 +85,8 @@ mod tests {
     use super::*;
     use crate::world::pose::Pose;
 
-    /// A tilt that swings along x as a sine of 98 Hz, 80 periods of the record, and 10 mrad, a rotor on a circle of 3 um, a quarter of the time
-    /// backwards: all in closed form.
+    /// A tilt that swings along x as a sine of 98 Hz, 80 periods of the record, and 10 mrad, a rotor on a circle of 3
+    /// um, a quarter of the time backwards: all in closed form.
     #[test]
     fn exact_statistics_of_a_known_motion() {
         let (mut sums, rate_hz) = (TiltSums::default(), 20_000.0);

@@ -1,8 +1,8 @@
 //! Keys of the plant: the motor of every command that draws one.
 //!
 //! The registry adds a key `plant.motor.` for each parameter of the motor: the true motor's, where it is not drawn
-//! around the design. The command `simulate` draws no motor: it runs the design with the keys of [`super::simulate`] and
-//! reads `plant.rotor` alone of these.
+//! around the design. The command `simulate` draws no motor: it runs the design with the keys of [`super::simulate`]
+//! and reads `plant.rotor` alone of these.
 
 use crate::scene::{Kind, RotorModel, Setting};
 

@@ -64,8 +64,7 @@ impl FilterCosts {
 
     fn costs_by_filter(&self) -> Table {
         let errors = DRIVES.map(|(_, drive)| format!("{} mdeg", drive.to_uppercase()));
-        let fixed =
-            ["ns: frame", "sample", "prediction", "10 us", "M4F: frame", "sample", "prediction", "10 us"];
+        let fixed = ["ns: frame", "sample", "predict", "10 us", "M4F: frame", "sample", "predict", "10 us"];
         let header: Vec<&str> =
             ["filter"].into_iter().chain(errors.iter().map(String::as_str)).chain(fixed).collect();
         let mut table = Table::new(&header);

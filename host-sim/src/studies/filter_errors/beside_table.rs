@@ -3,9 +3,9 @@
 use super::tables::{millidegrees, title};
 use super::timeline::TimelinePhase;
 use super::{DRIVES, FilterErrors, FilterTotal};
-use crate::report::document::{Block, Table};
+use crate::report::table::Table;
 use crate::runs::stated_errors::StatedErrors;
-use crate::studies::beside::side_by_side;
+use crate::studies::beside::{SideBySide, side_by_side, worst_of};
 
 /// What the figures of the table mean.
 const ABOUT: &str = "Root mean square error of the angle by phase, in milli-degrees. ANEES: in steady \
@@ -16,20 +16,16 @@ const ABOUT: &str = "Root mean square error of the angle by phase, in milli-degr
     plant and instruments take for a second of motor time. Both are of one machine and of the motor that takes least.";
 
 impl FilterErrors {
-    /// The table, if there are scenes beside the first.
-    pub(super) fn beside_blocks(&self, first: &str) -> Vec<Block> {
-        if self.beside.is_empty() {
-            return Vec::new();
+    /// Every filter in every mode on every scene, the first under the name `first`.
+    pub(super) fn side_by_side(&self, first: &str) -> SideBySide {
+        SideBySide {
+            tables: self.table_of_scenes(first).cut(3, &["ANEES", "ns a tick"]),
+            about: self.about_scenes(first),
         }
-        vec![
-            Block::Heading("Side by side".to_owned()),
-            Block::Paragraph(self.about_beside(first)),
-            Block::Table(self.beside_table(first)),
-        ]
     }
 
     /// What the table shows, and of how many motors.
-    pub(super) fn about_beside(&self, first: &str) -> String {
+    fn about_scenes(&self, first: &str) -> String {
         let motors = |errors: &Self| errors.rows.first().map_or(0, |row| row.runs);
         let counts: Vec<String> = side_by_side(first, self, &self.beside)
             .map(|(name, errors)| format!("{name}: {}", motors(errors)))
@@ -37,8 +33,7 @@ impl FilterErrors {
         format!("{ABOUT} Motors in each mode: {}.", counts.join("; "))
     }
 
-    /// Every filter in every mode on every scene, the first under the name `first`.
-    pub(super) fn beside_table(&self, first: &str) -> Table {
+    fn table_of_scenes(&self, first: &str) -> Table {
         let header = ["scene", "drive", "filter"].into_iter().chain(TimelinePhase::ALL.map(title)).chain([
             "ANEES",
             "beyond 3 sigma",
@@ -72,11 +67,7 @@ impl FilterErrors {
         cells.push(format!("{:.2} %", 100.0 * beyond_3_sigma));
         cells.push(format!("{:.1} %", 100.0 * good));
         cells.push(good_beyond_5_sigma.to_string());
-        cells.push(if *good_beyond_5_sigma == 0 {
-            "-".to_owned()
-        } else {
-            millidegrees(*good_beyond_5_sigma_worst_mdeg)
-        });
+        cells.push(worst_of(*good_beyond_5_sigma, || millidegrees(*good_beyond_5_sigma_worst_mdeg)));
         cells.push(format!("~{tick_ns:.0}"));
         let drive_place = DRIVES.iter().position(|(_, name)| name == drive).unwrap_or(0);
         cells.push(format!("~{:.2}", self.rig_s_per_s[drive_place]));

@@ -53,7 +53,9 @@ impl FilterErrors {
             Block::Paragraph(format!("{runs} motors in each mode.")),
             Block::Table(table),
         ];
-        blocks.extend(self.beside_blocks(FIRST));
+        if !self.beside.is_empty() {
+            blocks.extend(self.side_by_side(FIRST).blocks());
+        }
         Document { blocks }
     }
 
@@ -64,7 +66,7 @@ impl FilterErrors {
             self.row(filter, drive, phase).map_or_else(String::new, |row| millidegrees(row.rms_angle_mdeg))
         };
         let runs = self.rows.first().map_or(0, |row| row.runs);
-        vec![
+        let mut values = vec![
             ("twin_steady_b_mdeg", rms("twin", "b", TimelinePhase::Steady)),
             ("twin_steady_c_mdeg", rms("twin", "c", TimelinePhase::Steady)),
             ("rest_1s_b_mdeg", rms("twin", "b", TimelinePhase::Rest1S)),
@@ -72,17 +74,15 @@ impl FilterErrors {
             ("error_motors", runs.to_string()),
             ("smoother_lag_ms", SMOOTHER_LAG_MS.to_string()),
             ("table_errors", self.errors_by_phase().markdown()),
-            ("about_scenes", self.about_beside(first)),
-            ("table_scenes", self.beside_table(first).markdown()),
-        ]
+        ];
+        values.extend(self.side_by_side(first).page_values());
+        values
     }
 
     /// Errors of each filter in each phase.
     fn errors_by_phase(&self) -> Table {
-        let header = ["drive", "filter"]
-            .into_iter()
-            .chain(TimelinePhase::ALL.map(title))
-            .chain(["99.9 % steady", "ANEES steady"]);
+        let header =
+            ["drive", "filter"].into_iter().chain(TimelinePhase::ALL.map(title)).chain(["99.9 %", "ANEES"]);
         let mut table = Table::new(&header.collect::<Vec<_>>());
         for (_, drive) in DRIVES {
             for filter in names() {
@@ -121,8 +121,8 @@ pub(super) const fn title(phase: TimelinePhase) -> &'static str {
         TimelinePhase::Steady => "steady",
         TimelinePhase::Reversal => "reversal",
         TimelinePhase::Stop => "stop",
-        TimelinePhase::Rest100Ms => "rest after 100 ms",
-        TimelinePhase::Rest1S => "rest after 1 s",
+        TimelinePhase::Rest100Ms => "rest, 100 ms",
+        TimelinePhase::Rest1S => "rest, 1 s",
     }
 }
 

@@ -1,41 +1,29 @@
 //! Calibrations on several scenes side by side: errors and their parts, intervals that miss, and what a run costs.
 
 use super::{CalibrationSummary, Calibrations};
-use crate::report::document::{Block, Table};
-use crate::studies::beside::side_by_side;
+use crate::report::table::Table;
+use crate::studies::beside::{SideBySide, side_by_side, worst_of};
 
 /// What the figures of the table mean.
-pub(super) const ABOUT: &str = "Error of the scale factor, root mean square, beside the standard deviation that the fit states; \
-    its parts by cause, each root mean square, of coning the mean too. Missed: calibrations whose 95 % interval of the scale factor does not hold \
-    the truth; beyond 5 sigma: whose error exceeds five stated standard deviations, and the largest error in these. \
-    Reference: error of the filter's angle, root mean square; beyond 3 sigma: share of the angles used that are off by \
-    more than three standard deviations that the filter states; good, beyond 5 sigma: calibrations with an angle that \
-    is called good and is off by more than five, and the largest error of these. Time: seconds of this machine for a \
-    second of motor time, filter and controller included, of the motor that takes least.";
+const ABOUT: &str = "Error of the scale factor, root mean square, beside the standard deviation that the fit states; \
+    its parts by cause, each root mean square, of coning the mean too. Missed: calibrations whose 95 % interval of the \
+    scale factor does not hold the truth; beyond 5 sigma: whose error exceeds five stated standard deviations, and the \
+    largest error in these. Reference: error of the filter's angle, root mean square; beyond 3 sigma: share of the \
+    angles used that are off by more than three standard deviations that the filter states; good, beyond 5 sigma: \
+    calibrations with an angle that is called good and is off by more than five, and the largest error of these. Time: \
+    seconds of this machine for a second of motor time, filter and controller included, of the motor that takes least.";
 
 impl Calibrations {
-    /// The table, if there are scenes beside the first.
-    pub(super) fn beside_blocks(&self, first: &str) -> Vec<Block> {
-        if self.beside.is_empty() {
-            return Vec::new();
-        }
-        vec![
-            Block::Heading("Side by side".to_owned()),
-            Block::Paragraph(ABOUT.to_owned()),
-            Block::Table(self.beside_table(first)),
-        ]
-    }
-
     /// Every scene, the first under the name `first`.
-    pub(super) fn beside_table(&self, first: &str) -> Table {
+    pub(super) fn side_by_side(&self, first: &str) -> SideBySide {
         let mut table = Table::new(&[
             "scene",
             "runs",
             "motors",
             "scale factor ppm",
             "stated",
-            "coning, mean",
-            "coning, rms",
+            "coning mean",
+            "coning rms",
             "reference",
             "gyroscope",
             "missed",
@@ -52,16 +40,13 @@ impl Calibrations {
         for (name, calibrations) in side_by_side(first, self, &self.beside) {
             table.push(cells(name, &calibrations.summary(), calibrations.time_s_per_s));
         }
-        table
+        SideBySide { tables: table.cut(1, &["missed", "reference mdeg"]), about: ABOUT.to_owned() }
     }
 }
 
 fn cells(scene: &str, summary: &CalibrationSummary, time_s_per_s: f64) -> Vec<String> {
-    let worst_mdeg = if summary.reference_good_beyond_5_sigma == 0 {
-        "-".to_owned()
-    } else {
-        format!("{:.1}", summary.reference_good_beyond_5_sigma_worst_mdeg)
-    };
+    let good_beyond_5_sigma = summary.reference_good_beyond_5_sigma;
+    let worst_mdeg = || format!("{:.1}", summary.reference_good_beyond_5_sigma_worst_mdeg);
     vec![
         scene.to_owned(),
         summary.runs.to_string(),
@@ -79,8 +64,8 @@ fn cells(scene: &str, summary: &CalibrationSummary, time_s_per_s: f64) -> Vec<St
         format!("{:.2}", summary.bias_stated_deg_h),
         format!("{:.1}", summary.reference_rms_mdeg),
         format!("{:.2} %", 100.0 * summary.reference_beyond_3_sigma),
-        summary.reference_good_beyond_5_sigma.to_string(),
-        worst_mdeg,
+        good_beyond_5_sigma.to_string(),
+        worst_of(good_beyond_5_sigma, worst_mdeg),
         format!("~{time_s_per_s:.2}"),
     ]
 }

@@ -139,8 +139,8 @@ impl CalibrationFit {
         Some(Self { scale, bias_deg_s, covariance, chi_square, degrees_of_freedom, reference_factor })
     }
 
-    /// What differences of `seen_deg` between gyroscope and reference, one for each of the `intervals` of this fit, make
-    /// of the scale factor and of the bias in deg/s: the fit is linear in them.
+    /// What differences of `seen_deg` between gyroscope and reference, one for each of the `intervals` of this fit,
+    /// make of the scale factor and of the bias in deg/s: the fit is linear in them.
     pub fn part(
         &self,
         intervals: &[FitInterval],

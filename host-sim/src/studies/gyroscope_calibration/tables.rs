@@ -2,7 +2,6 @@
 
 use serde_json::json;
 
-use super::beside_table::ABOUT as ABOUT_BESIDE;
 use super::{CalibrationOutcome, CalibrationSummary, Calibrations};
 use crate::math::statistics::NORMAL_95;
 use crate::report::OutputError;
@@ -162,7 +161,9 @@ impl Calibrations {
             blocks.push(Block::Table(summary.table()));
             blocks.push(Block::Paragraph(summary.remarks(first.motor_time_s)));
         }
-        blocks.extend(self.beside_blocks(FIRST));
+        if !self.beside.is_empty() {
+            blocks.extend(self.side_by_side(FIRST).blocks());
+        }
         Document { blocks }
     }
 
@@ -170,7 +171,7 @@ impl Calibrations {
     pub fn page_values(&self, name: &str) -> Vec<PlacedValue> {
         let summary = self.summary();
         let first = &self.first.outcome;
-        vec![
+        let mut values = vec![
             ("motor_time_s", format!("{:.0}", first.motor_time_s)),
             ("runs", summary.runs.to_string()),
             ("scale_rms_ppm", format!("{:.2}", summary.scale_factor_rms_ppm)),
@@ -181,10 +182,10 @@ impl Calibrations {
             ("bias_walk_deg_h", format!("{:.2}", first.walk_bias_sigma_deg_h)),
             ("clockwise_deg_s", format!("{:.0}", self.schedule.clockwise_deg_s)),
             ("table_calibration", summary.table().markdown()),
-            ("about_scenes", ABOUT_BESIDE.to_owned()),
-            ("table_scenes", self.beside_table(name).markdown()),
             ("remarks", summary.remarks(first.motor_time_s)),
-        ]
+        ];
+        values.extend(self.side_by_side(name).page_values());
+        values
     }
 
     /// The first run, and with `over_runs` the figures over all, as one JSON object on one line.

@@ -2,11 +2,11 @@
 
 use super::tables::millidegrees;
 use super::{PositioningTrials, StrategyTrials};
-use crate::report::document::{Block, Table};
-use crate::studies::beside::side_by_side;
+use crate::report::table::Table;
+use crate::studies::beside::{SideBySide, side_by_side, worst_of};
 
 /// What the figures of the table mean.
-pub(super) const ABOUT: &str = "Magnitude of the true angle less target at the end, in milli-degrees, and the median time to \
+const ABOUT: &str = "Magnitude of the true angle less target at the end, in milli-degrees, and the median time to \
     settle. Given up: moves that the controller ends without the target. Reached, but off: moves that it calls on \
     target with the rotor further off than three tolerances, and the largest error of these. Estimate: root mean \
     square error on the way. Beyond 3 sigma: share of the estimates on the way whose angle is off by more than three \
@@ -15,20 +15,8 @@ pub(super) const ABOUT: &str = "Magnitude of the true angle less target at the e
     motor time, filter and controller included.";
 
 impl PositioningTrials {
-    /// The table, if there are scenes beside the first.
-    pub(super) fn beside_blocks(&self, first: &str) -> Vec<Block> {
-        if self.beside.is_empty() {
-            return Vec::new();
-        }
-        vec![
-            Block::Heading("Side by side".to_owned()),
-            Block::Paragraph(ABOUT.to_owned()),
-            Block::Table(self.beside_table(first)),
-        ]
-    }
-
     /// The controller on every scene, the first under the name `first`.
-    pub(super) fn beside_table(&self, first: &str) -> Table {
+    pub(super) fn side_by_side(&self, first: &str) -> SideBySide {
         let mut table = Table::new(&[
             "scene",
             "trials",
@@ -48,13 +36,12 @@ impl PositioningTrials {
         for (name, trials) in side_by_side(first, &self.trials, &self.beside) {
             table.push(cells(name, trials));
         }
-        table
+        SideBySide { tables: table.cut(1, &["estimate rms"]), about: ABOUT.to_owned() }
     }
 }
 
 fn cells(scene: &str, trials: &StrategyTrials) -> Vec<String> {
     let summary = trials.summary();
-    let worst = |count: usize, mdeg: f64| if count == 0 { "-".to_owned() } else { millidegrees(mdeg) };
     vec![
         scene.to_owned(),
         summary.trials.to_string(),
@@ -63,12 +50,12 @@ fn cells(scene: &str, trials: &StrategyTrials) -> Vec<String> {
         millidegrees(summary.p95_mdeg),
         millidegrees(summary.max_mdeg),
         summary.reached_but_off.to_string(),
-        worst(summary.reached_but_off, summary.reached_but_off_worst_mdeg),
+        worst_of(summary.reached_but_off, || millidegrees(summary.reached_but_off_worst_mdeg)),
         format!("{:.2}", summary.median_settle_s),
         millidegrees(summary.estimate_rms_mdeg),
         format!("{:.2} %", 100.0 * summary.beyond_3_sigma),
         summary.good_beyond_5_sigma.to_string(),
-        worst(summary.good_beyond_5_sigma, summary.good_beyond_5_sigma_worst_mdeg),
+        worst_of(summary.good_beyond_5_sigma, || millidegrees(summary.good_beyond_5_sigma_worst_mdeg)),
         format!("~{:.2}", trials.s_per_s),
     ]
 }

@@ -4,7 +4,6 @@ use std::fmt::Write as _;
 
 use serde_json::{Value, json};
 
-use super::beside_table::ABOUT as ABOUT_BESIDE;
 use super::trial::FAILED_MDEG;
 use super::{
     MoveKind, PositioningTrial, PositioningTrials, Strategy, StrategyTrials, TOLERANCE_DEG, TrialSummary,
@@ -107,14 +106,16 @@ impl PositioningTrials {
             blocks.push(Block::Heading("Beside other strategies and filters".to_owned()));
             blocks.push(Block::Table(self.by_strategy()));
         }
-        blocks.extend(self.beside_blocks(FIRST));
+        if !self.beside.is_empty() {
+            blocks.extend(self.side_by_side(FIRST).blocks());
+        }
         Document { blocks }
     }
 
     /// The values of its page, the first scene under the name `first`.
     pub fn page_values(&self, first: &str) -> Vec<PlacedValue> {
         let summary = self.trials.summary();
-        vec![
+        let mut values = vec![
             ("trials", summary.trials.to_string()),
             ("failures", summary.failures.to_string()),
             ("p95_mdeg", millidegrees(summary.p95_mdeg)),
@@ -122,11 +123,11 @@ impl PositioningTrials {
             ("worst_mdeg", millidegrees(summary.max_mdeg)),
             ("quarter_turn_over_bound", format!("{:.2}", summary.settle_over_bound)),
             ("table_moves", self.by_kind().markdown()),
-            ("about_scenes", ABOUT_BESIDE.to_owned()),
-            ("table_scenes", self.beside_table(first).markdown()),
             ("remarks", self.remarks()),
             ("table_strategies", self.by_strategy().markdown()),
-        ]
+        ];
+        values.extend(self.side_by_side(first).page_values());
+        values
     }
 
     /// Everything but the single trials, as one JSON object on one line.

@@ -2,8 +2,8 @@
 //! experiment, and which value decides.
 //!
 //! Every value is uniform over its range. The stator's are those of a finite-element model of it: tilting modes at
-//! 2.75 to 3.3 kHz, radial exponents of 1.4 to 1.7, a mode shift of -3 to -0.3 degrees. Hub bearings that were assembled
-//! from silicon parts have clearances of 3.5 to 9.2 um (Demiri, Boedo, Holsen, Wear 312 (2014) 58).
+//! 2.75 to 3.3 kHz, radial exponents of 1.4 to 1.7, a mode shift of -3 to -0.3 degrees. Hub bearings that were
+//! assembled from silicon parts have clearances of 3.5 to 9.2 um (Demiri, Boedo, Holsen, Wear 312 (2014) 58).
 //! [`rank_correlation`] of a value with a figure tells how far the one decides the other (Spearman).
 
 use rand_distr::{Distribution, Uniform};

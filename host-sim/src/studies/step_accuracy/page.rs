@@ -49,11 +49,11 @@ impl StepAccuracy {
         let mut table = Table::new(&[
             "impacts",
             "step",
-            "ns a step, B / C",
-            "times real time, B / C",
-            "next impact off by",
-            "mean rate in B",
-            "mean rate in C",
+            "ns, B / C",
+            "x real time",
+            "next impact",
+            "rate in B",
+            "rate in C",
             "bursts",
         ]);
         for (rule, precision, step_s) in SHOWN {

@@ -6,9 +6,9 @@
 //! | tilting without shift | shift on the pin, and the friction of its contacts; a stop ends the tilt |
 //! | height only | tilt and shift: two pairs of teeth instead of four teeth |
 //!
-//! There is no event-driven reference with a tilt. All forms are compared with the full one at the finest step, which is
-//! a row of its own and shows how well that is known: motion is chaotic, so that statistics are compared, each with two
-//! standard errors over independent runs, whose seeds draw the teeth's amplitudes.
+//! There is no event-driven reference with a tilt. All forms are compared with the full one at the finest step, which
+//! is a row of its own and shows how well that is known: motion is chaotic, so that statistics are compared, each with
+//! two standard errors over independent runs, whose seeds draw the teeth's amplitudes.
 
 use std::time::Instant;
 

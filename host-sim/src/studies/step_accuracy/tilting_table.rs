@@ -5,11 +5,10 @@ use super::tilting_forms::{RunMean, TiltingFormRow, reference_of};
 use crate::report::document::{Block, Table};
 
 /// What the figures of the table mean.
-pub(super) const ABOUT: &str = "Forms of the rotor at set F, full drive, f64, located impacts. Rates in the sense \
-    of the mode. In brackets: how far off \
-    the full form at the finest step, in per cent; +- two standard errors over independent runs. A form that leaves \
-    something out is off by what it leaves out, at any step. Impacts of the teeth and contacts of the hub: those faster \
-    than 1 mm/s, per second.";
+pub(super) const ABOUT: &str = "Forms of the rotor at set F, full drive, f64, located impacts. Rates in the sense of \
+    the mode. In brackets: how far off the full form at the finest step, in per cent; +- two standard errors over \
+    independent runs. A form that leaves something out is off by what it leaves out, at any step. Impacts of the teeth \
+    and contacts of the hub: those faster than 1 mm/s, per second.";
 
 impl StepAccuracy {
     /// The paragraph and the table for the terminal.

@@ -2,8 +2,8 @@
 //!
 //! It takes no long steps at rest: on teeth of unequal height the rotor rocks.
 //!
-//! The model's angle is that about the rotor's own axis. What a camera sees from above, and what a target is for, is the
-//! angle round the vertical: it has what the axis swept by coning as well ([`crate::world::coning`]).
+//! The model's angle is that about the rotor's own axis. What a camera sees from above, and what a target is for, is
+//! the angle round the vertical: it has what the axis swept by coning as well ([`crate::world::coning`]).
 
 use motor_model::{
     Angle, DriveCommand, Freedom, MotorParams, TiltingMotor, TiltingParameter, TiltingParams, TiltingSetup,

@@ -141,7 +141,8 @@ impl Marks {
         self.counts
     }
 
-    /// Takes a picture of a rotor that stands at `angle` in `pose`: what its marks show, or `None` if they do not agree.
+    /// Takes a picture of a rotor that stands at `angle` in `pose`: what its marks show, or `None` if they do not
+    /// agree.
     pub(super) fn picture(
         &mut self,
         now: Time,

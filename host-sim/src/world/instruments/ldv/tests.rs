@@ -114,7 +114,8 @@ fn exact_without_a_vibrometer_none_is_due() {
     }
 }
 
-/// A rotor that falls at 4 mm/s and tilts at 5 and -3 1/s: `v_z + eta' . X` at 3.8 mm and 30 degrees, `v_z` at the axis.
+/// A rotor that falls at 4 mm/s and tilts at 5 and -3 1/s: `v_z + eta' . X` at 3.8 mm and 30 degrees, `v_z` at the
+/// axis.
 #[test]
 fn exact_the_spot_shows_the_tilt_where_it_is() {
     let point = |micros| RotorPoint {
