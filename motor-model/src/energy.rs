@@ -28,7 +28,13 @@
 //! rad of the fastest mode or drive: their error is below 1e-10 of the term, in steps up to 1 ms. The integrals of
 //! squeeze film and drag, which can stop the rotor within a step, are closed forms.
 
-use crate::drive::DriveCommand;
+mod quadrature;
+mod steady_drive;
+
+pub(crate) use quadrature::GAUSS_LEGENDRE;
+use quadrature::{Piece, pieces};
+use steady_drive::SteadyDrive;
+
 use crate::error::OutOfBounds;
 use crate::friction::SustainedFriction;
 use crate::impact::Impact;
@@ -36,7 +42,6 @@ use crate::math::{self, Real};
 use crate::modes::{DriveTuning, Mode};
 use crate::motor::{MotorSetup, MotorState};
 use crate::params::{MotorParams, Parameter};
-use crate::phase::Phase;
 use crate::rotor::tangential_damping_per_s;
 use crate::teeth::ToothPair;
 
@@ -129,50 +134,6 @@ impl EnergyFlows {
         .sum()
     }
 }
-
-/// `exp(A t)` of the three modes over one piece of a span.
-#[derive(Clone, Debug)]
-struct Piece {
-    /// Rows for `g'` at the nodes, for each mode.
-    velocity_rows: [[[f64; 2]; 3]; NODES],
-    /// Both rows at the end, for each mode.
-    whole: [[[f64; 2]; 2]; 3],
-}
-
-impl Piece {
-    fn new(modes: &[Mode; 3], span_s: f64) -> Self {
-        let propagator = |mode: &Mode, t: f64| {
-            let [[gg, gv], [vg, vv]] = mode.propagator_minus_identity(t);
-            [[1.0 + gg, gv], [vg, 1.0 + vv]]
-        };
-        Self {
-            velocity_rows: GAUSS_LEGENDRE.map(|(node, _)| {
-                modes.each_ref().map(|mode| {
-                    let [_, velocity_row] = propagator(mode, span_s * node);
-                    velocity_row
-                })
-            }),
-            whole: modes.each_ref().map(|mode| propagator(mode, span_s)),
-        }
-    }
-}
-
-/// Longest piece of a step in radians of the fastest oscillation.
-const PIECE_RAD: f64 = 0.75;
-/// Most pieces of a step.
-const PIECES_MAX: u8 = 64;
-
-/// Nodes of the Gauss-Legendre rule on 0..1.
-pub(crate) const NODES: usize = 5;
-/// Nodes and weights of order 10 on 0..1: `(1 +- sqrt(5 +- 2 sqrt(10/7)) / 3) / 2`, with `128/450` and
-/// `(322 +- 13 sqrt 70) / 1800`.
-pub(crate) const GAUSS_LEGENDRE: [(f64, f64); NODES] = [
-    (0.046_910_077_030_668_004, 0.118_463_442_528_094_54),
-    (0.230_765_344_947_158_45, 0.239_314_335_249_683_23),
-    (0.5, 0.284_444_444_444_444_44),
-    (0.769_234_655_052_841_5, 0.239_314_335_249_683_23),
-    (0.953_089_922_969_332, 0.118_463_442_528_094_54),
-];
 
 /// The energy ledger of one motor, in `f64` for a motor of either precision.
 ///
@@ -303,22 +264,6 @@ impl EnergyLedger {
     }
 }
 
-/// How many pieces of a step the quadrature needs for the fastest mode and drive.
-fn pieces(modes: &[Mode; 3], setup: &MotorSetup) -> u8 {
-    use core::f64::consts::TAU;
-    let natural_rad_s = modes.iter().fold(0.0, |fastest: f64, mode| fastest.max(mode.natural_rad_s));
-    let tuned_rad_s = match setup.tuning {
-        DriveTuning::Resonant => natural_rad_s,
-        DriveTuning::Fixed { b_hz, c_hz } => natural_rad_s.max(TAU * b_hz.max(c_hz)),
-    };
-    let fastest_rad_s = tuned_rad_s + TAU * f64::from(DriveCommand::FREQUENCY_OFFSET_MAX_HZ);
-    let mut pieces = 1;
-    while f64::from(pieces) * PIECE_RAD < fastest_rad_s * setup.step_s && pieces < PIECES_MAX {
-        pieces += 1;
-    }
-    pieces
-}
-
 impl<T: Real> Ledger<T> for EnergyLedger {
     fn motion(&mut self, state: &MotorState<T>, part: T, push_m_s2: [T; 2]) {
         let (part, [push_0, push_1]) = (part.to_f64(), push_m_s2.map(Real::to_f64));
@@ -370,83 +315,4 @@ impl<T: Real> Ledger<T> for EnergyLedger {
         self.flows.lift_j +=
             self.params.get(Parameter::RotorMass) * self.params.get(Parameter::Gravity) * height_m.to_f64();
     }
-}
-
-/// The steady motion under the drive in force, through a span.
-struct SteadyDrive {
-    mode_index: usize,
-    phase: Phase,
-    /// Turns of the drive over the span.
-    turns: f64,
-    acceleration_m_s2: f64,
-    drive_rad_s: f64,
-    /// Steady displacement per unit of sine and cosine of the phase.
-    in_phase_m: f64,
-    quadrature_m: f64,
-}
-
-impl SteadyDrive {
-    fn of<T: Real>(
-        modes: &[Mode; 3],
-        tuning: DriveTuning,
-        state: &MotorState<T>,
-        step_s: f64,
-        part: f64,
-    ) -> Option<Self> {
-        use crate::drive::DriveMode;
-        use core::f64::consts::TAU;
-        let command = state.forcing.command();
-        let [_, b, c] = modes;
-        let (mode_index, mode, fixed_hz) = match (command.mode()?, tuning) {
-            (DriveMode::B, DriveTuning::Resonant) => (1, b, None),
-            (DriveMode::C, DriveTuning::Resonant) => (2, c, None),
-            (DriveMode::B, DriveTuning::Fixed { b_hz, .. }) => (1, b, Some(b_hz)),
-            (DriveMode::C, DriveTuning::Fixed { c_hz, .. }) => (2, c, Some(c_hz)),
-        };
-        let w = fixed_hz.map_or(mode.natural_rad_s, |hz| TAU * hz)
-            + TAU * f64::from(command.frequency_offset_hz());
-        let acceleration_m_s2 = f64::from(command.amplitude()) * mode.drive_acceleration_m_s2();
-        let stiffness = (mode.natural_rad_s - w) * (mode.natural_rad_s + w);
-        let resistance = 2.0 * mode.damping_ratio * mode.natural_rad_s * w;
-        let square = stiffness * stiffness + resistance * resistance;
-        // Undamped and on resonance there is no steady motion, but then the drive, which is proportional to zeta, is
-        // 0 too.
-        let per_square = if acceleration_m_s2 == 0.0 { 0.0 } else { acceleration_m_s2 / square };
-        Some(Self {
-            mode_index,
-            phase: state.phase,
-            turns: part * turns(state.forcing.increment(), w * step_s / TAU),
-            acceleration_m_s2,
-            drive_rad_s: w,
-            in_phase_m: per_square * stiffness,
-            quadrature_m: -per_square * resistance,
-        })
-    }
-
-    /// Sine and cosine of the drive's phase at a fraction `x` of the span.
-    fn sin_cos(&self, x: f64) -> (f64, f64) {
-        self.phase.advanced(Phase::from_turns(self.turns * x)).sin_cos()
-    }
-
-    /// Steady displacement and velocity at a fraction `x` of the span.
-    fn motion(&self, x: f64) -> (f64, f64) {
-        let (sin, cos) = self.sin_cos(x);
-        (
-            self.in_phase_m * sin + self.quadrature_m * cos,
-            self.drive_rad_s * (self.in_phase_m * cos - self.quadrature_m * sin),
-        )
-    }
-
-    /// Acceleration by the drive at a fraction `x` of the span.
-    fn acceleration(&self, x: f64) -> f64 {
-        self.acceleration_m_s2 * self.sin_cos(x).0
-    }
-}
-
-/// Turns of a phase that gains `increment` modulo a turn: the candidate nearest to `nominal`.
-#[expect(clippy::cast_precision_loss, reason = "2^-53 of a turn is below the quadrature's error")]
-fn turns(increment: Phase, nominal: f64) -> f64 {
-    const UNITS_PER_TURN: f64 = 18_446_744_073_709_551_616.0;
-    let fraction = increment.units() as f64 / UNITS_PER_TURN;
-    fraction + libm::round(nominal - fraction)
 }

@@ -68,9 +68,9 @@ impl SideBySide {
     }
 }
 
-/// The largest error of `count` estimates or runs; a dash where there are none.
-pub(crate) fn worst_of<N: Default + PartialEq>(count: N, error: impl FnOnce() -> String) -> String {
-    if count == N::default() { "-".to_owned() } else { error() }
+/// The largest error of estimates or runs, if there are `any`; a dash where there are none.
+pub(crate) fn worst_of(any: bool, error: impl FnOnce() -> String) -> String {
+    if any { error() } else { "-".to_owned() }
 }
 
 /// The first finding under its name, then those beside it.

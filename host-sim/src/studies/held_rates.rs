@@ -157,7 +157,7 @@ fn cells(scene: &str, outcome: &RateOutcome) -> Vec<String> {
         format!("{:.1}", outcome.estimate_rms_mdeg),
         format!("{:.2} %", 100.0 * stated.beyond_3_sigma),
         stated.good_beyond_5_sigma.to_string(),
-        worst_of(stated.good_beyond_5_sigma, worst_mdeg),
+        worst_of(stated.good_beyond_5_sigma > 0, worst_mdeg),
         format!("~{:.2}", outcome.time_s_per_s),
     ]
 }

@@ -32,6 +32,9 @@ fn exact_words_mean_their_faults() {
     }
 }
 
+/// How a word may say when.
+const TIMES: &str = "@FROM, @FROM.., @..UNTIL or @FROM..UNTIL, in s";
+
 #[test]
 fn exact_refusals_name_word_column_and_what_is_possible() {
     for (word, column, problem, possible) in [
@@ -62,21 +65,11 @@ fn exact_refusals_name_word_column_and_what_is_possible() {
         ("drive:weak:much", 12, "weak = much is not a number, bounds 0 to 1", "drive:weak:PART"),
         ("drive:dead:a", 12, "a is no mode", "b or c"),
         ("rotor:jolt:1@1..2", 15, "it happens at one time", "@FROM, in s"),
-        (
-            "ldv:lost@2..1",
-            13,
-            "the fault ends at 1 s and begins at 2 s",
-            "@FROM, @FROM.., @..UNTIL or @FROM..UNTIL, in s",
-        ),
-        ("ldv:lost@", 10, "a time is missing", "@FROM, @FROM.., @..UNTIL or @FROM..UNTIL, in s"),
-        ("ldv:lost@..", 10, "a time is missing", "@FROM, @FROM.., @..UNTIL or @FROM..UNTIL, in s"),
-        ("ldv:lost@1..soon", 13, "soon is not a time in s", "@FROM, @FROM.., @..UNTIL or @FROM..UNTIL, in s"),
-        (
-            "ldv:lost@-1..",
-            10,
-            "-1 s is outside its bounds 0 to 100000 s",
-            "@FROM, @FROM.., @..UNTIL or @FROM..UNTIL, in s",
-        ),
+        ("ldv:lost@2..1", 13, "the fault ends at 1 s and begins at 2 s", TIMES),
+        ("ldv:lost@", 10, "a time is missing", TIMES),
+        ("ldv:lost@..", 10, "a time is missing", TIMES),
+        ("ldv:lost@1..soon", 13, "soon is not a time in s", TIMES),
+        ("ldv:lost@-1..", 10, "-1 s is outside its bounds 0 to 100000 s", TIMES),
     ] {
         let refused = word.parse::<Fault>().unwrap_err();
         let expected = FaultWordError {

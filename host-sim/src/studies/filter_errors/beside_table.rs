@@ -67,7 +67,7 @@ impl FilterErrors {
         cells.push(format!("{:.2} %", 100.0 * beyond_3_sigma));
         cells.push(format!("{:.1} %", 100.0 * good));
         cells.push(good_beyond_5_sigma.to_string());
-        cells.push(worst_of(*good_beyond_5_sigma, || millidegrees(*good_beyond_5_sigma_worst_mdeg)));
+        cells.push(worst_of(*good_beyond_5_sigma > 0, || millidegrees(*good_beyond_5_sigma_worst_mdeg)));
         cells.push(format!("~{tick_ns:.0}"));
         let drive_place = DRIVES.iter().position(|(_, name)| name == drive).unwrap_or(0);
         cells.push(format!("~{:.2}", self.rig_s_per_s[drive_place]));

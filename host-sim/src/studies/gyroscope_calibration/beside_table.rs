@@ -65,7 +65,7 @@ fn cells(scene: &str, summary: &CalibrationSummary, time_s_per_s: f64) -> Vec<St
         format!("{:.1}", summary.reference_rms_mdeg),
         format!("{:.2} %", 100.0 * summary.reference_beyond_3_sigma),
         good_beyond_5_sigma.to_string(),
-        worst_of(good_beyond_5_sigma, worst_mdeg),
+        worst_of(good_beyond_5_sigma > 0, worst_mdeg),
         format!("~{time_s_per_s:.2}"),
     ]
 }

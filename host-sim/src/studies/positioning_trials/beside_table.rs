@@ -50,12 +50,12 @@ fn cells(scene: &str, trials: &StrategyTrials) -> Vec<String> {
         millidegrees(summary.p95_mdeg),
         millidegrees(summary.max_mdeg),
         summary.reached_but_off.to_string(),
-        worst_of(summary.reached_but_off, || millidegrees(summary.reached_but_off_worst_mdeg)),
+        worst_of(summary.reached_but_off > 0, || millidegrees(summary.reached_but_off_worst_mdeg)),
         format!("{:.2}", summary.median_settle_s),
         millidegrees(summary.estimate_rms_mdeg),
         format!("{:.2} %", 100.0 * summary.beyond_3_sigma),
         summary.good_beyond_5_sigma.to_string(),
-        worst_of(summary.good_beyond_5_sigma, || millidegrees(summary.good_beyond_5_sigma_worst_mdeg)),
+        worst_of(summary.good_beyond_5_sigma > 0, || millidegrees(summary.good_beyond_5_sigma_worst_mdeg)),
         format!("~{:.2}", trials.s_per_s),
     ]
 }
