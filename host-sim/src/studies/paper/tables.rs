@@ -24,7 +24,7 @@ impl PaperReproduction {
         )));
         blocks.push(Block::Paragraph(
             "Rule: a figure is within when |ours - paper| <= sd(paper) + sd(ours). A figure that fails this rule, but \
-             passes it after ours is rounded to the digits that the paper prints, is marked as within as printed. A \
+             passes it after ours is rounded to the digits that the paper prints, is judged as printed. A \
              stricter rule is z = |ours - paper| / sqrt(sd(paper)^2 + sd(ours)^2) <= 1. Where the paper \
              prints no spread (marked *), the relative spread of Table 2's first row is used: 22/448 for frequencies, \
              0.09/1.72 for rates."
@@ -199,7 +199,7 @@ fn verdict(row: &FigureRow) -> &'static str {
     match (row.right_sense, row.comparison.within) {
         (false, _) => "WRONG SENSE",
         (true, true) => "within",
-        (true, false) if row.comparison.within_as_printed => "within as printed",
+        (true, false) if row.comparison.within_as_printed => "as printed",
         (true, false) if within(&row.coarse) => "outside; within at 10 us",
         (true, false) if row.coarse.is_some() => "OUTSIDE at either step",
         (true, false) => "OUTSIDE",
@@ -305,7 +305,7 @@ mod tests {
     #[test]
     fn exact_verdicts_in_words() {
         assert_eq!(verdict(&row(1.80, None)), "within");
-        assert_eq!(verdict(&row(1.833, None)), "within as printed");
+        assert_eq!(verdict(&row(1.833, None)), "as printed");
         assert_eq!(verdict(&row(1.84, None)), "OUTSIDE");
         assert_eq!(verdict(&row(1.84, Some(1.70))), "outside; within at 10 us");
         assert_eq!(verdict(&row(1.84, Some(1.84))), "OUTSIDE at either step");
