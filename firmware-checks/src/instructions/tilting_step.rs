@@ -92,7 +92,8 @@ fn steps(
     for _ in 0..steps {
         let (motor, command) = (black_box(motor), black_box(command));
         let (contacts, instructions) = black_box(counter.count(|| step(motor, &mut state, command)));
-        // Of steps in flight only those without contact are counted, of steps at rest only those on three teeth or four.
+        // Of steps in flight only those without contact are counted, of steps at rest only those on three teeth or
+        // four.
         let is_meant = match operation {
             ALOFT => contacts.is_empty(),
             AT_REST => {

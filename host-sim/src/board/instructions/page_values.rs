@@ -24,7 +24,7 @@ const ROWS: [(&str, &str); 26] = [
     ("located step, mode B", "located_step_b"),
     ("located step, mode C", "located_step_c"),
     ("located step, at rest on the teeth", "located_step_at_rest"),
-    ("located step of the tilting motor without shift, in flight", "tilting_step_aloft"),
+    ("tilting motor without shift, in flight", "tilting_step_aloft"),
     ("the same, mode B, which rubs on the pin", "tilting_step_b"),
     ("the same, mode C", "tilting_step_c"),
     ("the same, at rest on the teeth", "tilting_step_at_rest"),

@@ -80,9 +80,9 @@ fn exact_without_a_vibrometer_no_sample_comes() {
 }
 
 /// Long steps at rest change nothing of when instruments measure, and each lasts as long as it is counted: the teeth
-/// still ring after a burst, and the vibrometer sees as much of it. A long step is of second order: of 5 us in mode C it
-/// has an error of `(w h)^2 / 12`, half a percent. A step that lasted longer than it is counted would have the ringing
-/// decay faster.
+/// still ring after a burst, and the vibrometer sees as much of it. A long step is of second order: of 5 us in mode C
+/// it has an error of `(w h)^2 / 12`, half a percent. A step that lasted longer than it is counted would have the
+/// ringing decay faster.
 #[test]
 fn exact_instants_are_the_same_at_rest() {
     let burst = |sets: &[&str]| {
