@@ -35,8 +35,6 @@ pub trait Real:
 {
     /// The largest finite value.
     const MAX: Self;
-    /// Distance from 1 to the next larger value.
-    const EPSILON: Self;
     /// Rounds `x` to this precision.
     fn from_f64(x: f64) -> Self;
     /// Rounds `x` to this precision.
@@ -91,7 +89,6 @@ pub trait Real:
 )]
 impl Real for f32 {
     const MAX: Self = Self::MAX;
-    const EPSILON: Self = Self::EPSILON;
     #[inline]
     fn from_f64(x: f64) -> Self {
         x as f32
@@ -159,7 +156,6 @@ impl Real for f32 {
 )]
 impl Real for f64 {
     const MAX: Self = Self::MAX;
-    const EPSILON: Self = Self::EPSILON;
     #[inline]
     fn from_f64(x: f64) -> Self {
         x
