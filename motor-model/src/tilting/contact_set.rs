@@ -33,8 +33,8 @@ use crate::math::Real;
 const NORMAL_SWEEPS: u8 = 40;
 /// Most sweeps over friction.
 const FRICTION_SWEEPS: u8 = 20;
-/// The sweeps end when no impulse changes by more than this share of the largest. Single precision takes all sweeps: with
-/// fewer, a rotor at rest turns by two units of the angle in a tenth of a second.
+/// The sweeps end when no impulse changes by more than this share of the largest. Single precision takes all of them:
+/// with fewer, a rotor at rest turns by two units of the angle in a tenth of a second.
 const SETTLED: f64 = 1e-13;
 const FRICTION_SETTLED: f64 = 1e-6;
 
