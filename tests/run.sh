@@ -48,6 +48,9 @@ install_tools() {
     fi
     needs cc build-essential
     needs qemu-system-arm qemu-system-arm
+    # The browser that opens the reports, and letters for it.
+    needs chromium chromium
+    [[ -e /usr/share/fonts/truetype/dejavu/DejaVuSans.ttf ]] || packages+=(fonts-dejavu-core)
     # One of the integrators that `host-sim accuracy` sets beside the twin.
     has_scipy() { "$1" -c 'import scipy.integrate' 2>/dev/null; }
     has_scipy python3 || has_scipy /usr/bin/python3 || packages+=(python3-scipy)

@@ -17,6 +17,7 @@ mod open_loop;
 mod progress;
 mod publication;
 mod readers;
+mod report;
 mod results;
 mod scene_args;
 mod scene_files;

@@ -1,16 +1,20 @@
 //! `position`, `rate`, `positioning-trials` and `response-map`: the loop, and the map that it plans by.
 
 use std::io::Write as _;
+use std::ops::ControlFlow;
 use std::path::PathBuf;
+use std::time::Instant;
 
 use clap::Args;
 
 use super::beside::BesideArgs;
 use super::count::Count;
 use super::publication::{DrawingArgs, Findings, PublicationArgs};
+use super::report::ReportArgs;
 use super::{Format, MapArgs, SceneArgs, progress};
 use crate::cli::CommandError;
 use crate::report::files;
+use crate::runs::record::Observer as _;
 use crate::runs::{RunError, position, rate};
 use crate::scene::{SceneError, response_map_text};
 use crate::studies::beside::BesideScene;
@@ -31,6 +35,8 @@ pub(super) struct PositionArgs {
     plan: bool,
     #[command(flatten)]
     drawing: DrawingArgs,
+    #[command(flatten)]
+    report: ReportArgs,
     #[command(flatten)]
     map: MapArgs,
     #[command(flatten)]
@@ -54,9 +60,25 @@ impl PositionArgs {
             progress::note(&note);
         }
         let drawing = self.drawing.open("position.svg")?;
+        let report = self.report.open()?;
         let mut trace = position::PictureTrace::default();
-        let outcome = position::run(&scene, |moment| trace.take(moment))?;
+        let mut beside = report.as_ref().map(|_| position::ReportTrace::default());
+        let begun = Instant::now();
+        let run = position::run_with(&scene, |closed_loop, moment| {
+            trace.take(moment);
+            if let Some(beside) = &mut beside {
+                return beside.observe(&closed_loop.record(moment));
+            }
+            ControlFlow::Continue(())
+        })?;
+        // Neither of the two ends a run early.
+        let ControlFlow::Continue(outcome) = run else { return Ok(()) };
+        let cost = position::MoveCost { wall_s: begun.elapsed().as_secs_f64() };
         let svg = position::svg(&outcome, &trace)?;
+        if let (Some(report), Some(beside)) = (report, &beside) {
+            let content = position::report(&scene, &plan, &outcome, (&trace, beside), cost);
+            report.publish(&content, "position", &scene, &["--to", "--tolerance"])?;
+        }
         Ok(drawing.publish(&svg, &outcome.to_string(), outcome.json())?)
     }
 }
@@ -77,6 +99,8 @@ pub(super) struct RateArgs {
     #[command(flatten)]
     drawing: DrawingArgs,
     #[command(flatten)]
+    report: ReportArgs,
+    #[command(flatten)]
     map: MapArgs,
     #[command(flatten)]
     scene: SceneArgs,
@@ -94,9 +118,14 @@ impl RateArgs {
         )?)?;
         let beside = self.beside.scenes("rate", &scene, |scene| self.map.provide(scene))?;
         let drawing = self.drawing.open("rate.svg")?;
+        let report_file = self.report.open()?;
         let mut points = Vec::new();
         let outcome = rate::run(&scene, |point| points.push(point))?;
         let svg = rate::svg(&outcome, &points)?;
+        if let Some(file) = report_file {
+            let flags = ["--deg-s", "--profile", "--duration"];
+            file.publish(&rate::report(&scene, &outcome, &points), "rate", &scene, &flags)?;
+        }
         let report = HeldRates::of_one(outcome, &beside)?;
         Ok(drawing.publish(&svg, &report.to_string(), report.json())?)
     }

@@ -14,6 +14,7 @@ pub(super) const EXAMPLES: &[(&str, &[(&str, &str)])] = &[
         "position",
         &[
             ("Counter-clockwise by 37 degrees", "position --to -37"),
+            ("The same as a report for a colleague", "position --to -37 --report move.html"),
             ("What the move will take, without moving", "position --to 37 --tolerance 0.005 --plan"),
             (
                 "The camera is blind for 10 ms, then the drive gets weak",
@@ -26,6 +27,7 @@ pub(super) const EXAMPLES: &[(&str, &[(&str, &str)])] = &[
         &[
             ("100 degrees a second for 5 s", "rate --deg-s 100 --duration 5"),
             ("Five steps up to 500", "rate --profile staircase --deg-s 500"),
+            ("With a report of pictures and figures", "rate --duration 2 --report rate.html"),
         ],
     ),
     (

@@ -19,6 +19,7 @@
 
 mod axis;
 mod draw;
+mod panel_html;
 mod thinning;
 
 use std::ops::Range;
@@ -49,7 +50,8 @@ pub struct Axis {
     label: String,
     range: Option<Range<f64>>,
     logarithmic: bool,
-    numbered: bool,
+    /// Of categories, which stand at 1, 2, 3 and so on.
+    names: Vec<String>,
 }
 
 /// Something drawn on a panel.
@@ -91,10 +93,28 @@ pub enum Colour {
     Purple,
     /// For a fifth.
     Orange,
+    /// For a sixth.
+    Sky,
+    /// For a seventh.
+    Brown,
     /// For targets and published figures.
     Black,
     /// For the background.
     Grey,
+}
+
+impl Colour {
+    /// The colours of series that are alike, in the order of use; black is left for what they are compared with.
+    pub const SERIES: [Self; 8] = [
+        Self::Blue,
+        Self::Vermilion,
+        Self::Green,
+        Self::Purple,
+        Self::Orange,
+        Self::Sky,
+        Self::Brown,
+        Self::Grey,
+    ];
 }
 
 impl Figure {
@@ -122,7 +142,15 @@ impl Figure {
     /// # Errors
     /// When the backend cannot lay it out.
     pub fn svg(&self) -> Result<String, OutputError> {
+        self.check();
         draw::svg(self)
+    }
+
+    /// Stops a build with checks where two things in a legend have one colour: a slip in the program.
+    fn check(&self) {
+        for panel in &self.panels {
+            debug_assert_eq!(panel.drawn_alike(), None, "one colour twice in the panel {:?}", panel.title);
+        }
     }
 }
 
@@ -139,6 +167,17 @@ impl Panel {
         self
     }
 
+    /// Two things in the legend that have one colour, if there are any.
+    fn drawn_alike(&self) -> Option<(&str, &str)> {
+        let labelled: Vec<(Colour, &str)> =
+            self.series.iter().filter_map(|series| Some((series.colour, series.label.as_deref()?))).collect();
+        let pairs = labelled
+            .iter()
+            .enumerate()
+            .flat_map(|(index, a)| labelled[index + 1..].iter().map(move |b| (a, b)));
+        pairs.filter(|(a, b)| a.0 == b.0 && a.1 != b.1).map(|(a, b)| (a.1, b.1)).next()
+    }
+
     /// The panel's height in pixels, axes and title included.
     #[must_use]
     pub fn height(mut self, height: u32) -> Self {
@@ -150,7 +189,7 @@ impl Panel {
 impl Axis {
     /// A linear axis that spans all that is drawn.
     pub fn new(label: impl Into<String>) -> Self {
-        Self { label: label.into(), range: None, logarithmic: false, numbered: true }
+        Self { label: label.into(), range: None, logarithmic: false, names: Vec::new() }
     }
 
     /// Makes the axis span exactly `range`; points outside are cut off.
@@ -160,11 +199,10 @@ impl Axis {
         self
     }
 
-    /// Leaves out numbers and grid: for things that have names ([`Series::names`]).
-    #[must_use]
-    pub fn without_numbers(mut self) -> Self {
-        self.numbered = false;
-        self
+    /// An axis of categories: each name stands at its number, from 1.
+    pub fn of_names(label: impl Into<String>, names: Vec<String>) -> Self {
+        let last = f64::from(u32::try_from(names.len()).unwrap_or(u32::MAX)) + 0.5;
+        Self { names, ..Self::new(label).within(0.5..last) }
     }
 
     /// Makes the axis logarithmic; points that are not positive are left out.
@@ -293,6 +331,26 @@ mod tests {
     fn exact_text_is_escaped() {
         let svg = picture(vec![(0.0, 0.0), (1.0, 1.0)]);
         assert!(svg.contains("a &lt; b") && svg.contains("title &amp; more"));
+    }
+
+    #[test]
+    fn exact_one_colour_for_two_things_is_found() {
+        let panel = || Panel::new("", Axis::new(""), Axis::new(""));
+        let series = |label: &str, colour| Series::line(vec![]).label(label).colour(colour);
+        let alike =
+            panel().series(series("a", Colour::Sky)).series(Series::points(vec![]).colour(Colour::Sky));
+        assert_eq!(alike.drawn_alike(), None, "a line and its points are one thing");
+        let alike = alike.series(series("b", Colour::Blue)).series(series("c", Colour::Sky));
+        assert_eq!(alike.drawn_alike(), Some(("a", "c")));
+    }
+
+    #[test]
+    #[cfg(debug_assertions)]
+    #[should_panic(expected = "one colour twice in the panel \"errors\"")]
+    fn exact_a_picture_with_one_colour_for_two_things_is_refused() {
+        let panel = Panel::new("errors", Axis::new(""), Axis::new(""));
+        let series = |label: &str| Series::line(vec![]).label(label);
+        let _ = Figure::new("").panel(panel.series(series("a")).series(series("b"))).svg();
     }
 
     #[test]

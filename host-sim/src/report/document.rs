@@ -25,6 +25,24 @@ pub(crate) enum Block {
 const LINE_WIDTH: usize = 110;
 
 impl Document {
+    /// A table of what is said of each thing.
+    pub(crate) fn of_lines(lines: impl IntoIterator<Item = (impl Into<String>, impl Into<String>)>) -> Self {
+        Self { blocks: vec![Block::Table(Table::of_lines(lines))] }
+    }
+
+    /// Adds paragraphs.
+    #[must_use]
+    pub(crate) fn paragraphs(self, texts: impl IntoIterator<Item = String>) -> Self {
+        texts.into_iter().fold(self, Self::paragraph)
+    }
+
+    /// Adds a paragraph.
+    #[must_use]
+    pub(crate) fn paragraph(mut self, text: impl Into<String>) -> Self {
+        self.blocks.push(Block::Paragraph(text.into()));
+        self
+    }
+
     /// The document for the terminal, without its pictures.
     pub fn text(&self) -> String {
         let mut text = String::new();

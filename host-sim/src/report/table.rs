@@ -22,6 +22,13 @@ impl Table {
         Self { header: header.iter().map(|&cell| cell.to_owned()).collect(), rows: Vec::new() }
     }
 
+    /// A table without header of what is said of each thing.
+    pub(crate) fn of_lines(lines: impl IntoIterator<Item = (impl Into<String>, impl Into<String>)>) -> Self {
+        let mut table = Self::new(&["", ""]);
+        lines.into_iter().for_each(|(what, said)| table.push(vec![what.into(), said.into()]));
+        table
+    }
+
     /// Adds a row of as many cells as the header has.
     pub(crate) fn push(&mut self, row: Vec<String>) {
         self.rows.push(row);
@@ -49,6 +56,16 @@ impl Table {
             cells.map(|(_, cell)| cell.clone()).collect()
         };
         Self { header: of(&self.header), rows: self.rows.iter().map(of).collect() }
+    }
+
+    /// The cells of the header.
+    pub(crate) fn header(&self) -> &[String] {
+        &self.header
+    }
+
+    /// The rows.
+    pub(crate) fn rows(&self) -> &[Vec<String>] {
+        &self.rows
     }
 
     /// The lines for the terminal.

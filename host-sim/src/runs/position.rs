@@ -10,6 +10,8 @@
 //! | `reason` | why a move was given up, and what to change |
 //! | `picture_trace` | the course of a move, thinned for its picture |
 //! | `picture` | the picture |
+//! | `report_trace` | what the report on a move shows beside: innovations, health, phases, the impacts of a burst |
+//! | `report` | the report on a move |
 //! | `reach` | what the response map allows of a move |
 
 mod outcome;
@@ -18,6 +20,8 @@ mod picture_trace;
 mod plan;
 mod reach;
 mod reason;
+mod report;
+mod report_trace;
 mod sums;
 mod waits;
 
@@ -35,6 +39,8 @@ pub use picture::svg;
 pub use picture_trace::PictureTrace;
 pub use plan::{MovePlan, forecast, plan, plan_of};
 pub use reach::note;
+pub(crate) use report::{MoveCost, report};
+pub(crate) use report_trace::ReportTrace;
 pub(crate) use sums::{MoveSums, MoveTick};
 
 /// Runs the move of `scene`, and calls `observe` after every tick.

@@ -16,6 +16,7 @@ mod outcome;
 mod picture;
 mod profile;
 mod range;
+mod report;
 
 use std::convert::Infallible;
 use std::ops::ControlFlow;
@@ -36,6 +37,7 @@ pub use outcome::RateOutcome;
 pub use picture::{RatePoint, svg};
 pub use profile::profile;
 pub use range::RateRange;
+pub(crate) use report::report;
 
 /// Left out at the start, and after each step of a staircase.
 pub const SETTLE_S: f64 = 0.25;
@@ -127,7 +129,15 @@ pub fn run_with<B>(
             let rate_deg_s = angle.minus(point_angle).degrees() / (TICKS_PER_POINT as f64 * TICK_S);
             let drive = if report.applied.mode() == Some(DriveMode::C) { -amplitude } else { amplitude };
             let tilt = std::mem::take(&mut since_point).figures();
-            observe(RatePoint { time_s, asked_deg_s, rate_deg_s, off_deg, drive, tilt });
+            observe(RatePoint {
+                time_s,
+                asked_deg_s,
+                rate_deg_s,
+                off_deg,
+                drive,
+                tilt,
+                health: report.health,
+            });
             point_angle = angle;
         }
         if time_s >= duration_s {

@@ -60,9 +60,9 @@ impl fmt::Display for TiltFigures {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { tilt_rms_mrad, tilt_max_mrad, shift_rms_m, shift_max_m } = self;
         let [shift_rms_um, shift_max_um] = [shift_rms_m, shift_max_m].map(|shift_m| 1e6 * shift_m);
-        writeln!(
+        write!(
             f,
-            "rotor              tilt {tilt_rms_mrad:.2} mrad rms, {tilt_max_mrad:.1} at most; shift \
+            "tilt {tilt_rms_mrad:.2} mrad rms, {tilt_max_mrad:.1} at most; shift \
              {shift_rms_um:.2} um rms, {shift_max_um:.2} at most"
         )
     }

@@ -11,9 +11,11 @@ use crate::math::plain_number::plain;
 #[derive(Clone)]
 pub(super) struct Scale {
     pub(super) span: Range<f64>,
-    ticks: Vec<f64>,
-    logarithmic: bool,
+    pub(super) ticks: Vec<f64>,
+    pub(super) logarithmic: bool,
     decimals: usize,
+    /// Of categories, which stand at 1, 2, 3 and so on.
+    pub(super) names: Vec<String>,
 }
 
 impl Scale {
@@ -41,12 +43,12 @@ impl Scale {
         } else {
             0.0..1.0
         };
-        let (ticks, decimals) = match (axis.numbered, logarithmic) {
-            (false, _) => (Vec::new(), 0),
-            (true, true) => decades(&span),
-            (true, false) => round_numbers(&span, count),
+        let (ticks, decimals) = match (!axis.names.is_empty(), logarithmic) {
+            (true, _) => ((1_u32..).map(f64::from).take(axis.names.len()).collect(), 0),
+            (false, true) => decades(&span),
+            (false, false) => round_numbers(&span, count),
         };
-        Self { span, ticks, logarithmic, decimals }
+        Self { span, ticks, logarithmic, decimals, names: axis.names.clone() }
     }
 
     /// The place of `value`; `None` where it has none on this axis.
@@ -61,7 +63,12 @@ impl Scale {
     }
 
     /// The text at a tick.
-    fn tick_text(&self, tick: f64) -> String {
+    pub(super) fn tick_text(&self, tick: f64) -> String {
+        let category =
+            (1_u32..).map(f64::from).zip(&self.names).find(|(place, _)| place.total_cmp(&tick).is_eq());
+        if let Some((_, name)) = category {
+            return name.clone();
+        }
         if self.logarithmic {
             let value = power_of_ten(tick);
             // One significant digit, by construction of the ticks.
@@ -101,7 +108,7 @@ impl ValueFormatter<f64> for Scale {
     }
 }
 
-fn power_of_ten(exponent: f64) -> f64 {
+pub(super) fn power_of_ten(exponent: f64) -> f64 {
     motor_model::math::exp(exponent * core::f64::consts::LN_10)
 }
 
@@ -111,7 +118,7 @@ fn round_numbers(span: &Range<f64>, count: f64) -> (Vec<f64>, usize) {
     let rough = (span.end - span.start) / count;
     let decade = power_of_ten(rough.log10().floor());
     let step =
-        [1.0, 2.0, 5.0, 10.0].map(|digit| digit * decade).into_iter().find(|step| *step >= rough * 0.999);
+        [1.0, 2.0, 5.0, 10.0].map(|digit| digit * decade).into_iter().find(|step| *step >= rough * 0.9);
     let step = step.unwrap_or(rough);
     let first = (span.start / step - 1e-9).ceil();
     let ticks = (0..64_u8).map(|index| (first + f64::from(index)) * step);
@@ -151,6 +158,13 @@ mod tests {
             ["0.000", "0.005", "0.010", "0.015", "0.020"]
         );
         assert_eq!(texts(&Axis::new(""), &[0.0, 1000.0]), ["0", "200", "400", "600", "800", "1000"]);
+    }
+
+    #[test]
+    fn exact_categories_have_their_names() {
+        let axis = Axis::of_names("phase", vec!["spin-up".to_owned(), "rest".to_owned()]);
+        assert_eq!(texts(&axis, &[]), ["spin-up", "rest"]);
+        assert_eq!(Scale::new(&axis, [].into_iter(), 0.02, 5.0).span, 0.5..2.5);
     }
 
     #[test]

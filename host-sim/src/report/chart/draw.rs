@@ -45,7 +45,7 @@ type Drawn<T = ()> = Result<T, DrawingAreaErrorKind<<SVGBackend<'static> as Draw
 
 /// The picture as a complete SVG document.
 pub(super) fn svg(figure: &Figure) -> Result<String, OutputError> {
-    let caption_height = if figure.caption.is_some() { CAPTION_HEIGHT } else { 0 };
+    let caption_height = CAPTION_HEIGHT * u32::try_from(caption_lines(figure).len()).unwrap_or(0);
     let height = TITLE_HEIGHT + caption_height + figure.panels.iter().map(|panel| panel.height).sum::<u32>();
     let (fine_width, fine_height) = (WIDTH * FINE.unsigned_abs(), height * FINE.unsigned_abs());
     let mut text = String::new();
@@ -64,10 +64,11 @@ fn draw_figure(figure: &Figure, root: &Area<'_>, caption_height: u32) -> Drawn {
     root.fill(&WHITE)?;
     let bold = TextStyle::from((FONT, fine(19.0), FontStyle::Bold)).color(&INK);
     root.draw(&Text::new(figure.title.clone(), (fine(14.0), fine(10.0)), bold))?;
-    if let Some(caption) = &figure.caption {
-        let soft = INK.mix(0.75);
-        let style = TextStyle::from((FONT, fine(14.0))).color(&soft);
-        root.draw(&Text::new(caption.clone(), (fine(14.0), fine(34.0)), style))?;
+    let soft = INK.mix(0.75);
+    let style = TextStyle::from((FONT, fine(14.0))).color(&soft);
+    for (line, row) in caption_lines(figure).into_iter().zip(0_u32..) {
+        let top = f64::from(TITLE_HEIGHT + CAPTION_HEIGHT * row);
+        root.draw(&Text::new(line, (fine(14.0), fine(top)), style.clone()))?;
     }
     let (_, mut rest) = root.split_vertically((TITLE_HEIGHT + caption_height) * FINE.unsigned_abs());
     for panel in &figure.panels {
@@ -78,10 +79,38 @@ fn draw_figure(figure: &Figure, root: &Area<'_>, caption_height: u32) -> Drawn {
     root.present()
 }
 
+/// The caption in lines that fit.
+fn caption_lines(figure: &Figure) -> Vec<String> {
+    let lines =
+        figure.caption.iter().flat_map(|caption| lines_within(caption, f64::from(WIDTH) - 28.0, 14.0));
+    lines.collect()
+}
+
+/// Words of a size in lines of at most a width in pixels.
+#[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a few hundred characters")]
+fn lines_within(words: &str, width: f64, size: f64) -> Vec<String> {
+    let characters = (width / (CHARACTER_WIDTH * size)) as usize;
+    textwrap::wrap(words, characters.max(1)).into_iter().map(Into::into).collect()
+}
+
+/// Size of ticks' texts, and height of a line of them.
+const TICK_SIZE: f64 = 13.0;
+const TICK_LINE: f64 = 14.0;
+
+/// The names of categories along x, each in lines as wide as its place.
+fn x_names(x: &Scale, left: i32) -> Vec<Vec<String>> {
+    let count = u32::try_from(x.names.len()).unwrap_or(1).max(1);
+    let place = (f64::from(WIDTH) - f64::from(left + MARGIN + RIGHT)) / f64::from(count);
+    x.names.iter().map(|name| lines_within(name, place - 8.0, TICK_SIZE)).collect()
+}
+
 fn draw_panel(panel: &Panel, area: &Area<'_>) -> Drawn {
-    let extent: Vec<(f64, Option<f64>)> = panel.series.iter().flat_map(Series::extent).collect();
-    let x = Scale::new(&panel.x, extent.iter().map(|point| point.0), 0.02, 9.0);
-    let y = Scale::new(&panel.y, extent.iter().filter_map(|point| point.1), 0.06, 5.0);
+    let (x, y) = panel.scales();
+    let longest = y.names.iter().map(|name| width(name, TICK_SIZE)).fold(0.0, f64::max);
+    let left = LEFT.max(fine(longest + 40.0) / FINE);
+    let names = x_names(&x, left);
+    let lines = names.iter().map(Vec::len).max().unwrap_or(1).max(1);
+    let bottom = BOTTOM + fine(TICK_LINE * f64::from(u32::try_from(lines - 1).unwrap_or(0))) / FINE;
 
     let title = TextStyle::from((FONT, fine(15.0), FontStyle::Bold)).color(&INK);
     area.draw(&Text::new(panel.title.clone(), (fine(f64::from(LEFT + MARGIN)), fine(6.0)), title))?;
@@ -93,10 +122,10 @@ fn draw_panel(panel: &Panel, area: &Area<'_>) -> Drawn {
         .margin_left(MARGIN * FINE)
         .margin_right(RIGHT * FINE)
         .margin_bottom(MARGIN * FINE)
-        .set_label_area_size(LabelAreaPosition::Left, LEFT * FINE)
-        .set_label_area_size(LabelAreaPosition::Bottom, BOTTOM * FINE)
+        .set_label_area_size(LabelAreaPosition::Left, left * FINE)
+        .set_label_area_size(LabelAreaPosition::Bottom, bottom * FINE)
         .build_cartesian_2d(x.clone(), y.clone())?;
-    let small = TextStyle::from((FONT, fine(13.0))).color(&INK);
+    let small = TextStyle::from((FONT, fine(TICK_SIZE))).color(&INK);
     let label = TextStyle::from((FONT, fine(14.0))).color(&INK);
     let thin = ShapeStyle::from(&FAINT).stroke_width(FINE.unsigned_abs());
     chart
@@ -105,12 +134,23 @@ fn draw_panel(panel: &Panel, area: &Area<'_>) -> Drawn {
         .light_line_style(TRANSPARENT)
         .axis_style(ShapeStyle::from(&INK).stroke_width(FINE.unsigned_abs()))
         .set_all_tick_mark_size(4 * FINE)
-        .label_style(small)
+        .label_style(small.clone())
         .axis_desc_style(label)
+        .x_label_formatter(&|tick| if names.is_empty() { x.tick_text(*tick) } else { String::new() })
         .x_desc(panel.x.label.clone())
         .y_desc(panel.y.label.clone())
         .draw()?;
-    panel.series.iter().try_for_each(|series| draw_series(series, &mut chart, &x, &y))
+    panel.series.iter().try_for_each(|series| draw_series(series, &mut chart, &x, &y))?;
+    let (base_x, base_y) = plot.get_base_pixel();
+    let centred = small.pos(Pos::new(HPos::Center, VPos::Top));
+    for (tick, lines) in x.ticks.iter().zip(&names) {
+        let (at, below) = chart.plotting_area().map_coordinate(&(*tick, y.span.start));
+        for (line, row) in lines.iter().zip(0_u32..) {
+            let top = below - base_y + fine(8.0 + TICK_LINE * f64::from(row));
+            plot.draw(&Text::new(line.clone(), (at - base_x, top), centred.clone()))?;
+        }
+    }
+    Ok(())
 }
 
 fn draw_series(series: &Series, chart: &mut Chart<'_, '_>, x: &Scale, y: &Scale) -> Drawn {
@@ -244,7 +284,7 @@ fn draw_entry(series: &Series, label: &str, (left, middle): (f64, f64), area: &A
 }
 
 /// The corners of a line that is level from each point to the next.
-fn staircase(points: &[(f64, f64)]) -> Vec<(f64, f64)> {
+pub(super) fn staircase(points: &[(f64, f64)]) -> Vec<(f64, f64)> {
     let corners = points.windows(2).flat_map(|pair| [pair[0], (pair[1].0, pair[0].1)]);
     corners.chain(points.last().copied()).collect()
 }
@@ -263,6 +303,8 @@ impl Colour {
             Self::Green => RGBColor(0, 158, 115),
             Self::Purple => RGBColor(170, 80, 140),
             Self::Orange => RGBColor(230, 159, 0),
+            Self::Sky => RGBColor(86, 180, 233),
+            Self::Brown => RGBColor(120, 66, 18),
             Self::Black => RGBColor(20, 20, 20),
             Self::Grey => RGBColor(140, 140, 140),
         }

@@ -78,60 +78,65 @@ impl MoveOutcome {
     }
 }
 
-impl fmt::Display for MoveOutcome {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let verdict = match (&self.stopped, self.ok) {
+impl MoveOutcome {
+    /// How it ended, in a few words.
+    pub(super) fn verdict(&self) -> String {
+        match (&self.stopped, self.ok) {
             (Some(why), _) => format!("gave up, {why}"),
             (None, true) => "on target".to_owned(),
             (None, false) => "held as on target, but off it".to_owned(),
+        }
+    }
+
+    /// The outcome in words: what is said, and of what.
+    pub(super) fn lines(&self) -> Vec<(&'static str, String)> {
+        let time = match self.settle_time_s {
+            Some(settle_time_s) => format!("{settle_time_s:.4} s, watched until {:.4} s", self.duration_s),
+            None => format!("{:.4} s", self.duration_s),
         };
-        writeln!(
-            f,
-            "target             {:+.4} deg, tolerance {} deg, seed {}",
-            self.target_deg, self.tolerance_deg, self.seed
-        )?;
-        writeln!(f, "true final angle   {:+.5} deg", self.final_angle_true_deg)?;
-        writeln!(f, "error              {:+.3} mdeg: {verdict}", self.final_error_mdeg)?;
-        match self.settle_time_s {
-            Some(settle_time_s) => writeln!(
-                f,
-                "time taken         {settle_time_s:.4} s, watched until {:.4} s",
-                self.duration_s
-            )?,
-            None => writeln!(f, "time taken         {:.4} s", self.duration_s)?,
-        }
-        writeln!(f, "drive              {} switches, {:.4} s on", self.drive_switches, self.drive_on_s)?;
-        writeln!(f, "overshoot          {:.4} deg", self.overshoot_deg)?;
-        writeln!(f, "filter             {}", self.filter)?;
-        writeln!(
-            f,
-            "estimator error    {:.2} mdeg rms, {:.2} while moving",
-            self.rms_estimate_error_mdeg, self.rms_estimate_error_moving_mdeg
-        )?;
-        let waits: Vec<String> =
-            self.waited_s.iter().map(|(what, seconds)| format!("{seconds:.2} s for {what}")).collect();
-        if !waits.is_empty() {
-            writeln!(f, "drive off          {}", waits.join(", "))?;
-        }
-        let health: Vec<String> =
-            self.health.iter().map(|(health, share)| format!("{health} {:.0} %", 100.0 * share)).collect();
-        if !health.is_empty() {
-            writeln!(f, "estimate           {}", health.join(", "))?;
-        }
-        if let Some(tilt) = &self.tilt {
-            write!(f, "{tilt}")?;
-        }
-        if let Some(MarkCounts { frames, mark_lost, mark_left_out, refused }) = self.marks {
-            writeln!(
-                f,
-                "marks              of {frames} frames {mark_lost} missed one, {mark_left_out} left one out, \
-                 {refused} were refused"
-            )?;
-        }
-        if let (Some(reason), Some(hint)) = (&self.reason, &self.hint) {
-            writeln!(f, "reason             {reason}")?;
-            writeln!(f, "what to change     {hint}")?;
-        }
-        Ok(())
+        let mut lines = vec![
+            (
+                "target",
+                format!(
+                    "{:+.4} deg, tolerance {} deg, seed {}",
+                    self.target_deg, self.tolerance_deg, self.seed
+                ),
+            ),
+            ("true final angle", format!("{:+.5} deg", self.final_angle_true_deg)),
+            ("error", format!("{:+.3} mdeg: {}", self.final_error_mdeg, self.verdict())),
+            ("time taken", time),
+            ("drive", format!("{} switches, {:.4} s on", self.drive_switches, self.drive_on_s)),
+            ("overshoot", format!("{:.4} deg", self.overshoot_deg)),
+            ("filter", self.filter.to_owned()),
+            (
+                "estimator error",
+                format!(
+                    "{:.2} mdeg rms, {:.2} while moving",
+                    self.rms_estimate_error_mdeg, self.rms_estimate_error_moving_mdeg
+                ),
+            ),
+        ];
+        let waits = self.waited_s.iter().map(|(what, seconds)| format!("{seconds:.2} s for {what}"));
+        let waits = waits.collect::<Vec<_>>().join(", ");
+        lines.extend((!waits.is_empty()).then_some(("drive off", waits)));
+        let health = self.health.iter().map(|(health, share)| format!("{health} {:.0} %", 100.0 * share));
+        let health = health.collect::<Vec<_>>().join(", ");
+        lines.extend((!health.is_empty()).then_some(("estimate", health)));
+        lines.extend(self.tilt.as_ref().map(|tilt| ("rotor", tilt.to_string())));
+        lines.extend(self.marks.map(|MarkCounts { frames, mark_lost, mark_left_out, refused }| {
+            let counts = format!(
+                "of {frames} frames {mark_lost} missed one, {mark_left_out} left one out, {refused} were refused"
+            );
+            ("marks", counts)
+        }));
+        lines.extend(self.reason.clone().map(|reason| ("reason", reason)));
+        lines.extend(self.hint.clone().map(|hint| ("what to change", hint)));
+        lines
+    }
+}
+
+impl fmt::Display for MoveOutcome {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.lines().iter().try_for_each(|(what, said)| writeln!(f, "{what:<19}{said}"))
     }
 }

@@ -13,7 +13,6 @@ use crate::world::pose::RotorTilt;
 /// # Errors
 /// When the picture cannot be laid out.
 pub fn svg(outcome: &MoveOutcome, trace: &PictureTrace) -> Result<String, OutputError> {
-    let end_s = outcome.duration_s;
     let caption = format!(
         "plant drawn by seed {}: ended {:+.2} milli-degrees from the target after {:.3} s, {} drive switches, \
          estimator within {:.1} milli-degrees rms",
@@ -23,17 +22,24 @@ pub fn svg(outcome: &MoveOutcome, trace: &PictureTrace) -> Result<String, Output
         outcome.drive_switches,
         outcome.rms_estimate_error_mdeg
     );
-    let figure = Figure::new(format!("Move to {} degrees in closed loop", outcome.target_deg))
-        .caption(caption)
-        .panel(angle(outcome, trace).height(330))
-        .panel(last_stretch("The last degree", 1000.0, outcome, trace).height(230))
-        .panel(
-            last_stretch("The last milli-degrees", 10e3 * outcome.tolerance_deg, outcome, trace).height(260),
-        )
-        .panel(rate(trace, end_s))
-        .panel(estimator_error(outcome, trace))
-        .panel(drive(trace, end_s).height(210));
-    tilt(trace, end_s).into_iter().fold(figure, Figure::panel).svg()
+    let figure =
+        Figure::new(format!("Move to {} degrees in closed loop", outcome.target_deg)).caption(caption);
+    panels(outcome, trace).into_iter().fold(figure, Figure::panel).svg()
+}
+
+/// The panels of the picture, from top to bottom.
+pub(super) fn panels(outcome: &MoveOutcome, trace: &PictureTrace) -> Vec<Panel> {
+    let end_s = outcome.duration_s;
+    let mut panels = vec![
+        angle(outcome, trace).height(330),
+        last_stretch("The last degree", 1000.0, outcome, trace).height(230),
+        last_stretch("The last milli-degrees", 10e3 * outcome.tolerance_deg, outcome, trace).height(260),
+        rate(trace, end_s),
+        estimator_error(outcome, trace),
+        drive(trace, end_s).height(210),
+    ];
+    panels.extend(tilt(trace, end_s));
+    panels
 }
 
 /// Tilt and shift of a rotor that tilts; none of one that does not.

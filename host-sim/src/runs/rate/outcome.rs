@@ -51,34 +51,43 @@ pub struct RateOutcome {
     pub seed: u64,
 }
 
-impl fmt::Display for RateOutcome {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        writeln!(
-            f,
-            "rate               {:+.2} deg/s, {}, seed {}",
-            self.rate_deg_s, self.profile, self.seed
-        )?;
-        writeln!(
-            f,
-            "true mean rate     {:+.4} deg/s for {:+.4} over {:.2} s: {:+.4} % off",
+impl RateOutcome {
+    /// Whether the motor can hold what was asked for.
+    fn is_within_range(&self) -> bool {
+        let both_ways = self.profile == "both_ways";
+        self.range.holds(self.rate_deg_s) && (!both_ways || self.range.holds(-self.rate_deg_s))
+    }
+
+    /// The outcome in words: what is said, and of what.
+    pub(super) fn lines(&self) -> Vec<(&'static str, String)> {
+        let mean = format!(
+            "{:+.4} deg/s for {:+.4} over {:.2} s: {:+.4} % off",
             self.mean_deg_s, self.asked_deg_s, self.measured_s, self.mean_error_percent
-        )?;
-        writeln!(f, "following          {:.3} deg rms off the reference angle", self.following_rms_deg)?;
+        );
+        let mut lines = vec![
+            ("rate", format!("{:+.2} deg/s, {}, seed {}", self.rate_deg_s, self.profile, self.seed)),
+            ("true mean rate", mean),
+            ("following", format!("{:.3} deg rms off the reference angle", self.following_rms_deg)),
+        ];
         if self.reference_losses > 0 {
             let losses = self.reference_losses;
-            writeln!(f, "reference          begun anew {losses} times, since the estimate was lost")?;
+            lines.push(("reference", format!("begun anew {losses} times, since the estimate was lost")));
         }
-        writeln!(f, "ripple             {:.1} deg/s rms", self.ripple_rms_deg_s)?;
-        writeln!(f, "filter             {}", self.filter)?;
-        writeln!(f, "estimator error    {:.2} mdeg rms", self.estimate_rms_mdeg)?;
-        if let Some(tilt) = &self.tilt {
-            write!(f, "{tilt}")?;
-        }
-        writeln!(f, "at full drive      {:.1} % of the time", 100.0 * self.saturated)?;
+        lines.push(("ripple", format!("{:.1} deg/s rms", self.ripple_rms_deg_s)));
+        lines.push(("filter", self.filter.to_owned()));
+        lines.push(("estimator error", format!("{:.2} mdeg rms", self.estimate_rms_mdeg)));
+        lines.extend(self.tilt.as_ref().map(|tilt| ("rotor", tilt.to_string())));
+        lines.push(("at full drive", format!("{:.1} % of the time", 100.0 * self.saturated)));
         let RateRange { clockwise_deg_s, counter_clockwise_deg_s } = self.range;
-        let both_ways = self.profile == "both_ways";
-        let holds = self.range.holds(self.rate_deg_s) && (!both_ways || self.range.holds(-self.rate_deg_s));
-        let beyond = if holds { "" } else { ": the rate asked for is beyond it" };
-        writeln!(f, "this motor reaches {counter_clockwise_deg_s:+.0} to {clockwise_deg_s:+.0} deg/s{beyond}")
+        let beyond = if self.is_within_range() { "" } else { ": the rate asked for is beyond it" };
+        let range = format!("{counter_clockwise_deg_s:+.0} to {clockwise_deg_s:+.0} deg/s{beyond}");
+        lines.push(("this motor reaches", range));
+        lines
+    }
+}
+
+impl fmt::Display for RateOutcome {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.lines().iter().try_for_each(|(what, said)| writeln!(f, "{what:<19}{said}"))
     }
 }

@@ -1,5 +1,7 @@
 //! The picture of a held rate: rate, angle and drive over time.
 
+use estimator::Health;
+
 use super::RateOutcome;
 use crate::report::OutputError;
 use crate::report::chart::{Axis, Colour, Figure, Panel, Series};
@@ -20,6 +22,8 @@ pub struct RatePoint {
     pub drive: f64,
     /// Tilt and shift since the last point, of a rotor that tilts.
     pub tilt: Option<TiltFigures>,
+    /// Health of the estimate.
+    pub health: Health,
 }
 
 /// The run as an SVG document.
@@ -27,28 +31,30 @@ pub struct RatePoint {
 /// # Errors
 /// When the picture cannot be laid out.
 pub fn svg(outcome: &RateOutcome, points: &[RatePoint]) -> Result<String, OutputError> {
-    let time = || Axis::new("time (s)");
-    let line = |of: fn(&RatePoint) -> f64| points.iter().map(|m| (m.time_s, of(m))).collect::<Vec<_>>();
     let figure = Figure::new(format!("Rate of {} degrees a second in closed loop", outcome.rate_deg_s))
         .caption(format!(
             "plant drawn by seed {}: mean rate {:+.3} % off, ripple {:.0} deg/s rms",
             outcome.seed, outcome.mean_error_percent, outcome.ripple_rms_deg_s
-        ))
-        .panel(
-            Panel::new("Rate, means of 5 ms", time(), Axis::new("rate (deg/s)"))
-                .series(Series::line(line(|m| m.rate_deg_s)).colour(Colour::Blue).label("truth"))
-                .series(Series::dashes(line(|m| m.asked_deg_s)).colour(Colour::Black).label("asked for")),
-        )
-        .panel(
-            Panel::new("Angle less reference", time(), Axis::new("angle (deg)"))
-                .series(Series::line(line(|m| m.off_deg)).colour(Colour::Blue)),
-        )
-        .panel(
-            Panel::new("Drive: mode B up, mode C down", time(), Axis::new("amplitude").within(-1.1..1.1))
-                .series(Series::line(line(|m| m.drive)).colour(Colour::Purple))
-                .height(210),
-        );
-    tilt_panels(points).into_iter().fold(figure, Figure::panel).svg()
+        ));
+    panels(points).into_iter().fold(figure, Figure::panel).svg()
+}
+
+/// The panels of the picture, from top to bottom.
+pub(super) fn panels(points: &[RatePoint]) -> Vec<Panel> {
+    let time = || Axis::new("time (s)");
+    let line = |of: fn(&RatePoint) -> f64| points.iter().map(|m| (m.time_s, of(m))).collect::<Vec<_>>();
+    let mut panels = vec![
+        Panel::new("Rate, means of 5 ms", time(), Axis::new("rate (deg/s)"))
+            .series(Series::line(line(|m| m.rate_deg_s)).colour(Colour::Blue).label("truth"))
+            .series(Series::dashes(line(|m| m.asked_deg_s)).colour(Colour::Black).label("asked for")),
+        Panel::new("Angle less reference", time(), Axis::new("angle (deg)"))
+            .series(Series::line(line(|m| m.off_deg)).colour(Colour::Blue)),
+        Panel::new("Drive: mode B up, mode C down", time(), Axis::new("amplitude").within(-1.1..1.1))
+            .series(Series::line(line(|m| m.drive)).colour(Colour::Purple))
+            .height(210),
+    ];
+    panels.extend(tilt_panels(points));
+    panels
 }
 
 /// Tilt and shift of a rotor that tilts; none of one that does not.

@@ -4,12 +4,8 @@ use super::comparison::{GENIES, names};
 use super::tables::title;
 use super::timeline::TimelinePhase;
 use super::{DRIVES, FilterErrors};
-use crate::math::count::real;
 use crate::report::OutputError;
 use crate::report::chart::{Axis, Colour, Figure, Panel, Series};
-
-const COLOURS: [Colour; 6] =
-    [Colour::Blue, Colour::Vermilion, Colour::Green, Colour::Purple, Colour::Orange, Colour::Grey];
 
 impl FilterErrors {
     /// The picture as SVG.
@@ -17,23 +13,25 @@ impl FilterErrors {
     /// # Errors
     /// When it cannot be laid out.
     pub fn picture(&self) -> Result<String, OutputError> {
+        self.figure().svg()
+    }
+
+    /// The picture.
+    pub(crate) fn figure(&self) -> Figure {
         let figure = Figure::new("How far the filters are off the truth").caption(
             "Root mean square error of the angle by phase. Dashed: the lower bound of a filter that is given every \
              kick of the rate.",
         );
-        DRIVES.iter().fold(figure, |figure, (_, drive)| figure.panel(self.panel(drive))).svg()
+        DRIVES.iter().fold(figure, |figure, (_, drive)| figure.panel(self.panel(drive)))
     }
 
     fn panel(&self, drive: &str) -> Panel {
-        let phases: Vec<String> =
-            (1..).zip(TimelinePhase::ALL).map(|(place, phase)| format!("{place} {}", title(phase))).collect();
-        let span = 0.5..real(TimelinePhase::ALL.len()) + 0.5;
-        let x = Axis::new(phases.join(", ")).within(span);
+        let x = Axis::of_names("phase", TimelinePhase::ALL.map(|phase| title(phase).to_owned()).to_vec());
         let y = Axis::new("error (mdeg rms)").logarithmic();
         let panel = Panel::new(format!("Mode {}", drive.to_uppercase()), x, y).height(290);
         let bound = Series::dashes(self.curve(GENIES[0].0, drive)).colour(Colour::Black).label("bound");
         let others = names().filter(|name| *name != GENIES[0].0);
-        others.zip(COLOURS.into_iter().cycle()).fold(panel.series(bound), |panel, (name, colour)| {
+        others.zip(Colour::SERIES).fold(panel.series(bound), |panel, (name, colour)| {
             let curve = self.curve(name, drive);
             panel
                 .series(Series::line(curve.clone()).colour(colour).opacity(0.5).label(name.replace('_', " ")))

@@ -86,6 +86,11 @@ impl Calibrations {
     /// # Errors
     /// When it cannot be laid out.
     pub fn picture(&self) -> Result<String, OutputError> {
+        self.figure().svg()
+    }
+
+    /// The picture.
+    pub(crate) fn figure(&self) -> Figure {
         let CalibrationOutcome {
             seed,
             serial,
@@ -107,7 +112,7 @@ impl Calibrations {
             .panel(self.first.after())
             .panel(self.allan());
         if self.outcomes.len() < 2 {
-            return figure.svg();
+            return figure;
         }
         figure
             .panel(self.intervals("Scale factor of every run: error and 95 % interval", "error (ppm)", |o| {
@@ -116,7 +121,6 @@ impl Calibrations {
             .panel(self.intervals("Bias of every run", "error (deg/h)", |o| {
                 (o.bias_error_deg_h, o.bias_sigma_deg_h, o.covers_bias())
             }))
-            .svg()
     }
 
     fn rates(&self) -> Panel {

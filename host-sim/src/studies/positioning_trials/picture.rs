@@ -5,17 +5,6 @@ use crate::math::count::real;
 use crate::report::OutputError;
 use crate::report::chart::{Axis, Colour, Figure, Panel, Series};
 
-/// One for the controller, and one for each of what it is compared with.
-const COLOURS: [Colour; 7] = [
-    Colour::Blue,
-    Colour::Vermilion,
-    Colour::Green,
-    Colour::Purple,
-    Colour::Orange,
-    Colour::Grey,
-    Colour::Black,
-];
-
 /// Share of the trials that exceed each value, the largest left out.
 fn exceedance(trials: &StrategyTrials, of: impl Fn(&PositioningTrial) -> Option<f64>) -> Vec<(f64, f64)> {
     let mut values: Vec<f64> = trials.trials.iter().filter_map(of).collect();
@@ -31,9 +20,15 @@ impl PositioningTrials {
     /// # Errors
     /// When it cannot be laid out.
     pub fn picture(&self) -> Result<String, OutputError> {
+        self.figure().svg()
+    }
+
+    /// The picture.
+    pub(crate) fn figure(&self) -> Figure {
         let panel =
             |title: &str, x: Axis| Panel::new(title, x, Axis::new("share of trials beyond").logarithmic());
-        let all = || std::iter::once(&self.trials).chain(&self.others).zip(COLOURS.into_iter().cycle());
+        let colours = || Colour::SERIES.into_iter().chain([Colour::Black]);
+        let all = || std::iter::once(&self.trials).chain(&self.others).zip(colours());
         let errors = all().fold(
             panel("True final error", Axis::new("error (mdeg)").logarithmic()),
             |panel, (trials, colour)| {
@@ -66,6 +61,5 @@ impl PositioningTrials {
             .panel(own("Overshoot", "overshoot (deg)", |trial| trial.outcome.overshoot_deg))
             .panel(own("Changes of the drive", "changes", |trial| f64::from(trial.outcome.drive_switches)))
             .panel(own("Time with the drive on", "time (s)", |trial| trial.outcome.drive_on_s))
-            .svg()
     }
 }

@@ -43,38 +43,31 @@ impl RotorModels {
         ));
         for (index, mode) in MODES.into_iter().enumerate() {
             for quantity in QUANTITIES {
-                let last = real(self.variants.len()) - 0.5;
+                let last = real(self.variants.len()) + 0.5;
                 let (mean, sd) = experiment(mode, quantity);
                 let bars = self.variants.iter().enumerate().map(|(place, variant)| {
                     let spread = spread(&variant.runs[index], |run| run.get(quantity));
-                    (real(place), spread.mean, spread.sd)
+                    (real(place + 1), spread.mean, spread.sd)
                 });
                 let bars: Vec<(f64, f64, f64)> = bars.collect();
                 let top = bars.iter().map(|bar| bar.1 + bar.2).fold(mean + sd.unwrap_or(0.0), f64::max);
-                let names = self.variants.iter().enumerate();
-                let names =
-                    names.map(|(place, variant)| (real(place) - 0.25, -0.12 * top, variant.name.to_owned()));
+                let names = self.variants.iter().map(|variant| variant.name.to_owned()).collect();
                 let title = format!("Mode {mode:?}: {quantity}");
                 let unit = quantity.unit();
                 let band = sd.unwrap_or(0.02 * top);
                 figure = figure.panel(
-                    Panel::new(
-                        title,
-                        Axis::new("").within(-0.5..last).without_numbers(),
-                        Axis::new(unit).within(-0.2 * top..1.1 * top),
-                    )
-                    .height(210)
-                    .series(
-                        Series::band(vec![
-                            (-0.5, mean - band, mean + band),
-                            (last, mean - band, mean + band),
-                        ])
-                        .colour(Colour::Grey)
-                        .opacity(0.45)
-                        .label("experiment"),
-                    )
-                    .series(Series::error_bars(bars).colour(colour(mode)).width(1.8))
-                    .series(Series::names(names.collect()).colour(Colour::Black)),
+                    Panel::new(title, Axis::of_names("", names), Axis::new(unit).within(0.0..1.1 * top))
+                        .height(210)
+                        .series(
+                            Series::band(vec![
+                                (0.5, mean - band, mean + band),
+                                (last, mean - band, mean + band),
+                            ])
+                            .colour(Colour::Grey)
+                            .opacity(0.45)
+                            .label("experiment"),
+                        )
+                        .series(Series::error_bars(bars).colour(colour(mode)).width(1.8)),
                 );
             }
         }
@@ -117,27 +110,24 @@ impl RotorModels {
     fn drawn_rotors(&self) -> Figure {
         let mut figure = Figure::new(format!("{} rotors drawn over what is not known", self.drawn.len()))
             .caption("Rank correlation of a value with the rate; beyond the grey band it is not chance.");
-        let (last, chance) = (real(DRAWN.len()) - 0.5, self.significant());
+        let (last, chance) = (real(DRAWN.len()) + 0.5, self.significant());
         for (index, mode) in MODES.into_iter().enumerate() {
-            let points = (0..DRAWN.len()).map(|key| (real(key), self.correlation(key, index), 0.0));
-            let names = DRAWN.iter().enumerate().map(|(key, drawn)| {
-                (real(key) - 0.45, if key % 2 == 0 { -1.15 } else { -1.4 }, drawn.name.to_owned())
-            });
+            let points = (0..DRAWN.len()).map(|key| (real(key + 1), self.correlation(key, index)));
+            let names = DRAWN.iter().map(|drawn| drawn.name.to_owned()).collect();
             figure = figure.panel(
                 Panel::new(
                     format!("What decides the rate of mode {mode:?}"),
-                    Axis::new("").within(-0.5..last).without_numbers(),
-                    Axis::new("rank correlation").within(-1.5..1.0),
+                    Axis::of_names("", names),
+                    Axis::new("rank correlation").within(-1.0..1.0),
                 )
                 .height(300)
                 .series(
-                    Series::band(vec![(-0.5, -chance, chance), (last, -chance, chance)])
+                    Series::band(vec![(0.5, -chance, chance), (last, -chance, chance)])
                         .colour(Colour::Grey)
                         .opacity(0.4)
                         .label("chance"),
                 )
-                .series(Series::error_bars(points.collect()).colour(colour(mode)).width(2.5))
-                .series(Series::names(names.collect()).colour(Colour::Black)),
+                .series(Series::points(points.collect()).colour(colour(mode)).width(2.5)),
             );
         }
         let deciding = [(0, "clearance (um)", 1e6), (10, "damping ratio of mode C", 1.0)];

@@ -11,9 +11,9 @@ use crate::runs::simulate::Precision;
 /// The four curves: rule, precision, label.
 const CURVES: [(ImpactRule, Precision, &str); 4] = [
     (ImpactRule::EndOfStep, Precision::F64, "end of step, f64"),
-    (ImpactRule::EndOfStep, Precision::F32, "f32"),
+    (ImpactRule::EndOfStep, Precision::F32, "end of step, f32"),
     (ImpactRule::Located, Precision::F64, "located, f64"),
-    (ImpactRule::Located, Precision::F32, "f32"),
+    (ImpactRule::Located, Precision::F32, "located, f32"),
 ];
 const COST: &str = "cost (ns per simulated ms): cheaper to the left";
 /// Steps whose points are marked.
@@ -32,6 +32,11 @@ impl StepAccuracy {
     /// # Errors
     /// When it cannot be laid out.
     pub fn picture(&self) -> Result<String, OutputError> {
+        self.figure().svg()
+    }
+
+    /// The picture.
+    pub(crate) fn figure(&self) -> Figure {
         let finest_s = self.rows.first().map_or(0.0, |row| row.method.step_s);
         Figure::new("What a simulated millisecond costs, and how far off it is")
             .caption(format!(
@@ -42,7 +47,6 @@ impl StepAccuracy {
             .panel(self.rate_panel("Mode B: mean rate in steady motion", 0))
             .panel(self.rate_panel("Mode C: mean rate in steady motion", 1))
             .panel(self.burst_panel())
-            .svg()
     }
 
     fn rate_panel(&self, title: &str, index: usize) -> Panel {
@@ -84,7 +88,7 @@ impl StepAccuracy {
         let others = self.peers.iter().filter(|row| row.method.is_none());
         let mut others: Vec<_> = others.filter_map(|row| Some((place(row)?, row))).collect();
         others.sort_by(|a, b| a.0.0.total_cmp(&b.0.0));
-        let colours = [Colour::Green, Colour::Purple, Colour::Orange, Colour::Black, Colour::Grey];
+        let colours = [Colour::Green, Colour::Purple, Colour::Brown, Colour::Black, Colour::Grey];
         let mut name_y = FIRST_NAME.1;
         for ((point, row), colour) in others.into_iter().zip(colours) {
             let (x, y) = if row.is_crate { (FIRST_NAME.0, name_y) } else { point };
@@ -111,22 +115,23 @@ fn curves(mut panel: Panel, points: impl Fn(ImpactRule, Precision) -> Vec<Point>
             Precision::F64 => Series::line(bare.clone()),
             Precision::F32 => Series::dashes(bare.clone()),
         };
-        panel = panel
-            .series(line.colour(colour(rule)).label(label))
-            .series(Series::points(bare).colour(colour(rule)));
+        let colour = colour(rule, precision);
+        panel = panel.series(line.colour(colour).label(label)).series(Series::points(bare).colour(colour));
         if precision == Precision::F64 {
             let marked =
                 points.iter().filter(|point| MARKED_S.iter().any(|s| (point.0 / s - 1.0).abs() < 1e-9));
             let names = marked.map(|&(step_s, x, y)| (x, y, format!("{:.0} us", 1e6 * step_s)));
-            panel = panel.series(Series::names(names.collect()).colour(colour(rule)));
+            panel = panel.series(Series::names(names.collect()).colour(colour));
         }
     }
     panel
 }
 
-fn colour(rule: ImpactRule) -> Colour {
-    match rule {
-        ImpactRule::EndOfStep => Colour::Vermilion,
-        ImpactRule::Located => Colour::Blue,
+const fn colour(rule: ImpactRule, precision: Precision) -> Colour {
+    match (rule, precision) {
+        (ImpactRule::EndOfStep, Precision::F64) => Colour::Vermilion,
+        (ImpactRule::EndOfStep, Precision::F32) => Colour::Orange,
+        (ImpactRule::Located, Precision::F64) => Colour::Blue,
+        (ImpactRule::Located, Precision::F32) => Colour::Sky,
     }
 }
