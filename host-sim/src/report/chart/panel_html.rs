@@ -80,7 +80,7 @@ impl Panel {
                     @for (class, path) in canvas.paths(&series.mark) {
                         path class=(format!("{class} {}", series.colour.class())) d=(path)
                             data-label=[series.label.as_ref()]
-                            style=(format!("opacity:{};stroke-width:{}", series.opacity, stroke_width(class, series))) {}
+                            style=(stroke(class, series)) {}
                     }
                 }
             }
@@ -124,8 +124,9 @@ fn data(scale: &Scale) -> String {
     format!("{} {} {}", scale.span.start, scale.span.end, u8::from(scale.logarithmic))
 }
 
-fn stroke_width(class: &str, series: &Series) -> f64 {
-    if class == "dots" { (4.0 + series.width).max(1.0) } else { series.width.max(1.0) }
+fn stroke(class: &str, series: &Series) -> String {
+    let width = if class == "dots" { 4.0 + series.width } else { series.width };
+    format!("opacity:{};stroke-width:{}", series.opacity, width.max(1.0))
 }
 
 /// The texts along an axis: place from 0 to 1, and words.

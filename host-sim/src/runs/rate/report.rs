@@ -45,7 +45,8 @@ fn asked(scene: &Scene) -> Document {
 
 fn sure(outcome: &RateOutcome) -> Document {
     Document::of_lines(stated_lines(&outcome.stated)).paragraph(
-        "The truth is known because this is a simulation. The error of the mean is the error of the angle over the time, \
-         so that a longer run measures it better. This is one run of one motor that the seed draws: it gives no spread.",
+        "The truth is known because this is a simulation. The error of the mean is the error of the angle over the \
+         time, so that a longer run measures it better. This is one run of one motor that the seed draws: it gives no \
+         spread.",
     )
 }
