@@ -12,11 +12,13 @@ mod estimation;
 mod examples;
 mod instruments;
 mod keys;
+mod log_args;
 mod microcontroller;
 mod open_loop;
 mod progress;
 mod publication;
 mod readers;
+mod replay;
 mod report;
 mod results;
 mod scene_args;
@@ -44,6 +46,7 @@ use instruments::InstrumentsArgs;
 use keys::KeysArgs;
 use microcontroller::{InstructionsArgs, PilArgs, SizeArgs};
 use open_loop::{ReproduceArgs, SimulateArgs};
+use replay::{ExplainArgs, ReplayArgs};
 use results::ResultsArgs;
 use scene_args::SceneArgs;
 use scene_files::{InitArgs, SceneCommandArgs, ScenesArgs};
@@ -92,6 +95,10 @@ enum Command {
     Filters(FiltersArgs),
     /// Hold a rate in closed loop, or follow a profile of rates
     Rate(RateArgs),
+    /// Run a log through any filter at any tuning, beside what was recorded
+    Replay(ReplayArgs),
+    /// Say in words what happened in a log: frames refused, restarts, health, phases, and why
+    Explain(ExplainArgs),
     /// Calibrate a gyroscope on the rotor: scale factor and bias with their intervals, against the truth
     Calibrate(CalibrateArgs),
     /// Move many drawn motors to many targets, beside simpler strategies
@@ -182,6 +189,8 @@ impl Command {
             Self::Estimate(args) => args.execute(),
             Self::Filters(args) => args.execute(),
             Self::Rate(args) => args.execute(),
+            Self::Replay(args) => args.execute(),
+            Self::Explain(args) => args.execute(),
             Self::Calibrate(args) => args.execute(),
             Self::PositioningTrials(args) => args.execute(),
             Self::Instruments(args) => args.execute(),
@@ -218,7 +227,7 @@ fn complain(line: &str) {
     anstream::eprintln!("{text}");
 }
 
-/// Runs the command of this process: 0 when it did what was asked, 2 when it could not.
+/// Runs the command of this process: 0 when it did what was asked, 2 when it could not, 130 when it was interrupted.
 pub fn main() -> ExitCode {
     let parsed = command_line().try_get_matches().and_then(|matches| Cli::from_arg_matches(&matches));
     let cli = match parsed {
@@ -238,7 +247,7 @@ pub fn main() -> ExitCode {
         Err(error) if error.is_broken_pipe() => ExitCode::SUCCESS,
         Err(error) => {
             complain(&error.one_line());
-            ExitCode::from(2)
+            ExitCode::from(error.exit_code())
         }
     }
 }

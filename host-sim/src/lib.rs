@@ -7,6 +7,7 @@
 //! | [`cli`] | flags, then a scene, then one call, then output; owns the command's error |
 //! | [`studies`] | many runs, then rows: what is asked, one function that runs one case, what is concluded |
 //! | [`board`] | the firmware in an emulator: built, counted, measured, in the loop, its log decoded |
+//! | [`log`] | the records of a run in a file: MCAP, Parquet, CSV |
 //! | [`runs`] | one motor, one run: open loop, closed loop, a move, a rate |
 //! | [`world`] | the truth and how it is measured: plant, instruments, faults; it never sees an estimate |
 //! | [`report`] | rows in; text, pictures, CSV and JSON out; it knows no motor |
@@ -18,6 +19,7 @@
 
 pub mod board;
 pub mod cli;
+pub mod log;
 pub mod math;
 pub mod report;
 pub mod runs;

@@ -7,6 +7,7 @@ mod tool_conventions;
 mod tool_estimate;
 mod tool_filters;
 mod tool_gallery;
+mod tool_logs;
 mod tool_reports;
 mod tool_results;
 mod tool_scene_files;

@@ -9,6 +9,7 @@ use clap::Args;
 
 use super::beside::BesideArgs;
 use super::count::Count;
+use super::log_args::LogArgs;
 use super::publication::{DrawingArgs, Findings, PublicationArgs};
 use super::report::ReportArgs;
 use super::{Format, MapArgs, SceneArgs, progress};
@@ -33,6 +34,8 @@ pub(super) struct PositionArgs {
     /// Print what the move will take, without moving
     #[arg(long)]
     plan: bool,
+    #[command(flatten)]
+    log: LogArgs,
     #[command(flatten)]
     drawing: DrawingArgs,
     #[command(flatten)]
@@ -61,25 +64,27 @@ impl PositionArgs {
         }
         let drawing = self.drawing.open("position.svg")?;
         let report = self.report.open()?;
+        let mut log = self.log.open("position", &scene)?;
         let mut trace = position::PictureTrace::default();
         let mut beside = report.as_ref().map(|_| position::ReportTrace::default());
         let begun = Instant::now();
         let run = position::run_with(&scene, |closed_loop, moment| {
             trace.take(moment);
             if let Some(beside) = &mut beside {
-                return beside.observe(&closed_loop.record(moment));
+                beside.observe(&closed_loop.record(moment))?;
             }
-            ControlFlow::Continue(())
+            log.observe_made(|| closed_loop.record(moment))
         })?;
-        // Neither of the two ends a run early.
-        let ControlFlow::Continue(outcome) = run else { return Ok(()) };
+        // The trace ends no run early.
+        let ControlFlow::Continue(outcome) = run else { return Err(log.stopped().into()) };
         let cost = position::MoveCost { wall_s: begun.elapsed().as_secs_f64() };
+        let logged = log.finish(&outcome.json())?;
         let svg = position::svg(&outcome, &trace)?;
         if let (Some(report), Some(beside)) = (report, &beside) {
             let content = position::report(&scene, &plan, &outcome, (&trace, beside), cost);
             report.publish(&content, "position", &scene, &["--to", "--tolerance"])?;
         }
-        Ok(drawing.publish(&svg, &outcome.to_string(), outcome.json())?)
+        Ok(drawing.publish(&svg, &format!("{outcome}{logged}"), outcome.json())?)
     }
 }
 
@@ -96,6 +101,8 @@ pub(super) struct RateArgs {
     duration: Option<String>,
     #[command(flatten)]
     beside: BesideArgs,
+    #[command(flatten)]
+    log: LogArgs,
     #[command(flatten)]
     drawing: DrawingArgs,
     #[command(flatten)]
@@ -120,14 +127,21 @@ impl RateArgs {
         let drawing = self.drawing.open("rate.svg")?;
         let report_file = self.report.open()?;
         let mut points = Vec::new();
-        let outcome = rate::run(&scene, |point| points.push(point))?;
+        let mut log = self.log.open("rate", &scene)?;
+        let ended = rate::run_with(
+            &scene,
+            |point| points.push(point),
+            |run, moment| log.observe_made(|| run.record(moment)),
+        )?;
+        let ControlFlow::Continue(outcome) = ended else { return Err(log.stopped().into()) };
+        let logged = log.finish(&files::json_line(&outcome))?;
         let svg = rate::svg(&outcome, &points)?;
         if let Some(file) = report_file {
             let flags = ["--deg-s", "--profile", "--duration"];
             file.publish(&rate::report(&scene, &outcome, &points), "rate", &scene, &flags)?;
         }
         let report = HeldRates::of_one(outcome, &beside)?;
-        Ok(drawing.publish(&svg, &report.to_string(), report.json())?)
+        Ok(drawing.publish(&svg, &format!("{report}{logged}"), report.json())?)
     }
 }
 

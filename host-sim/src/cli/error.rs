@@ -1,6 +1,7 @@
 //! Every error of the command, as one line that names what is wrong and what to do.
 
 use crate::board::BoardError;
+use crate::log::LogError;
 use crate::runs::RunError;
 
 /// Why a command stopped.
@@ -13,6 +14,9 @@ pub enum CommandError {
     /// The firmware gave no result.
     #[error(transparent)]
     Board(#[from] BoardError),
+    /// The log of a run was not written or not read.
+    #[error(transparent)]
+    Log(#[from] LogError),
     /// Something that this command was built without.
     #[error("{what} is not built into this command")]
     LeftOut {
@@ -35,10 +39,16 @@ impl CommandError {
         match self {
             Self::Run(error) => error.hint(),
             Self::Board(error) => error.hint(),
+            Self::Log(error) => error.hint(),
             Self::LeftOut { feature, .. } => {
                 Some(format!("build it with the feature: `cargo run --release --features {feature} -- ...`"))
             }
         }
+    }
+
+    /// The exit code: 130 for an interruption, as shells have it, 2 otherwise.
+    pub fn exit_code(&self) -> u8 {
+        if matches!(self, Self::Log(LogError::Interrupted { .. })) { 130 } else { 2 }
     }
 
     /// Whether the reader of standard output has closed it, which is no error of the command.

@@ -16,6 +16,7 @@ pub(super) const EXAMPLES: &[(&str, &[(&str, &str)])] = &[
             ("Counter-clockwise by 37 degrees", "position --to -37"),
             ("The same as a report for a colleague", "position --to -37 --report move.html"),
             ("What the move will take, without moving", "position --to 37 --tolerance 0.005 --plan"),
+            ("All of it in a log, for Foxglove or PlotJuggler", "position --to 20 --log move.mcap"),
             (
                 "The camera is blind for 10 ms, then the drive gets weak",
                 "position --fault camera:lost@0.05..0.06 --fault drive:weak:0.7@0.08..",
@@ -28,6 +29,25 @@ pub(super) const EXAMPLES: &[(&str, &[(&str, &str)])] = &[
             ("100 degrees a second for 5 s", "rate --deg-s 100 --duration 5"),
             ("Five steps up to 500", "rate --profile staircase --deg-s 500"),
             ("With a report of pictures and figures", "rate --duration 2 --report rate.html"),
+            ("A table for pandas, polars or MATLAB", "rate --duration 1 --log rate.parquet"),
+        ],
+    ),
+    (
+        "replay",
+        &[
+            ("Whether this program computes what was recorded", "replay run.mcap"),
+            ("What the camera alone would have told", "replay run.mcap --filter constant_rate"),
+            (
+                "With another noise assumed, the estimates in a table",
+                "replay run.mcap --set estimator.assumed.camera.noise_m=2e-6 --log again.csv",
+            ),
+        ],
+    ),
+    (
+        "explain",
+        &[
+            ("The course of a run in sentences", "explain run.mcap"),
+            ("The same for programs", "explain run.mcap --format json"),
         ],
     ),
     (
@@ -118,7 +138,8 @@ const FIRST_STEPS: &[(&str, &str)] = &[
 /// What the exit codes mean.
 pub(super) const EXIT_CODES: &str = "Exit codes:
   0  done, also when a move ended off its target: the result says so
-  2  refused, failed, or a check did not hold; one line on standard error says why";
+  2  refused, failed, or a check did not hold; one line on standard error says why
+  130  interrupted (Ctrl-C) while a log was written; one line on standard error says what is kept";
 
 /// The end of a command's help.
 fn section(examples: &[(&str, &str)]) -> String {

@@ -63,33 +63,7 @@ impl Output {
     /// # Errors
     /// When `path` is a folder, or no file can be written in its folder.
     pub fn create(path: &Path) -> Result<Self, OutputError> {
-        let unwritable = |source| OutputError::Unwritable { path: path.to_owned(), source };
-        if path.is_dir() {
-            return Err(unwritable(io::ErrorKind::IsADirectory.into()));
-        }
-        let has_name = path.file_name().is_some() && !path.as_os_str().to_string_lossy().ends_with('/');
-        if !has_name {
-            return Err(unwritable(io::Error::new(io::ErrorKind::InvalidInput, "it names no file")));
-        }
-        if path.exists() && !path.is_file() {
-            return Err(unwritable(io::Error::new(io::ErrorKind::InvalidInput, "it is no ordinary file")));
-        }
-        let folder = match path.parent() {
-            Some(parent) if !parent.as_os_str().is_empty() => parent,
-            _ => Path::new("."),
-        };
-        if !folder.is_dir() {
-            let source = io::Error::new(io::ErrorKind::NotFound, "its folder does not exist");
-            return Err(unwritable(source));
-        }
-        let mut builder = tempfile::Builder::new();
-        builder.prefix(".host-sim-");
-        // A temporary file is private by default, a result is an ordinary file; the umask still applies.
-        #[cfg(unix)]
-        builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
-        // Only the kind: the text would name the temporary file.
-        let file = builder.tempfile_in(folder).map_err(|error| unwritable(error.kind().into()))?;
-        Ok(Self { path: path.to_owned(), writer: BufWriter::new(file) })
+        Ok(Self { path: path.to_owned(), writer: BufWriter::new(temporary(path)?) })
     }
 
     /// Renames the file over its destination.
@@ -119,6 +93,39 @@ impl Write for Output {
     fn flush(&mut self) -> io::Result<()> {
         self.writer.flush()
     }
+}
+
+/// A temporary file in the folder of `path`, to be renamed to it.
+///
+/// # Errors
+/// When `path` is a folder, or no file can be written in its folder.
+pub(crate) fn temporary(path: &Path) -> Result<NamedTempFile, OutputError> {
+    let unwritable = |source| OutputError::Unwritable { path: path.to_owned(), source };
+    if path.is_dir() {
+        return Err(unwritable(io::ErrorKind::IsADirectory.into()));
+    }
+    let has_name = path.file_name().is_some() && !path.as_os_str().to_string_lossy().ends_with('/');
+    if !has_name {
+        return Err(unwritable(io::Error::new(io::ErrorKind::InvalidInput, "it names no file")));
+    }
+    if path.exists() && !path.is_file() {
+        return Err(unwritable(io::Error::new(io::ErrorKind::InvalidInput, "it is no ordinary file")));
+    }
+    let folder = match path.parent() {
+        Some(parent) if !parent.as_os_str().is_empty() => parent,
+        _ => Path::new("."),
+    };
+    if !folder.is_dir() {
+        let source = io::Error::new(io::ErrorKind::NotFound, "its folder does not exist");
+        return Err(unwritable(source));
+    }
+    let mut builder = tempfile::Builder::new();
+    builder.prefix(".host-sim-");
+    // A temporary file is private by default, a result is an ordinary file; the umask still applies.
+    #[cfg(unix)]
+    builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
+    // Only the kind: the text would name the temporary file.
+    builder.tempfile_in(folder).map_err(|error| unwritable(error.kind().into()))
 }
 
 /// A set of text files for one folder, published together at the end.

@@ -50,6 +50,10 @@
 //! Nothing is computed for a record that is not asked for, and a run has the same bits with observers and without: a
 //! record refers to what the driver keeps anyway.
 
+mod words;
+
+pub use words::{health_level, mode_word, verdict_word};
+
 use std::ops::ControlFlow;
 
 use controller::{PositioningPhase, RateReport, TickReport};
@@ -152,6 +156,32 @@ pub struct RunRecord<'a> {
 }
 
 impl RunRecord<'_> {
+    /// The same record without its impacts and samples, to be kept.
+    pub fn without_lists(&self) -> RunRecord<'static> {
+        self.with_lists(&[], &[])
+    }
+
+    /// The same record with these impacts and samples.
+    pub fn with_lists<'b>(&self, impacts: &'b [Impact], ldv_samples: &'b [LdvSample]) -> RunRecord<'b> {
+        let Self {
+            at, truth, camera_frame, marked, innovation, estimate, health, asked, applied, task, ..
+        } = *self;
+        RunRecord {
+            at,
+            truth,
+            impacts,
+            ldv_samples,
+            camera_frame,
+            marked,
+            innovation,
+            estimate,
+            health,
+            asked,
+            applied,
+            task,
+        }
+    }
+
     /// Whether a frame was refused.
     pub fn is_refused(&self) -> bool {
         self.innovation.is_some_and(|innovation| matches!(innovation.verdict, Verdict::Rejected(_)))

@@ -37,10 +37,11 @@ const CRATES: [(&str, &[&str]); 10] = [
 ];
 
 /// The folders of `host-sim`, top first, each with the folders that it may import besides itself.
-const LAYERS: [(&str, &[&str]); 9] = [
-    ("cli", &["studies", "board", "runs", "world", "report", "scene", "math", "tool"]),
-    ("studies", &["board", "runs", "world", "report", "scene", "math", "tool"]),
+const LAYERS: [(&str, &[&str]); 10] = [
+    ("cli", &["studies", "board", "log", "runs", "world", "report", "scene", "math", "tool"]),
+    ("studies", &["board", "log", "runs", "world", "report", "scene", "math", "tool"]),
     ("board", &["runs", "world", "report", "scene", "math", "tool"]),
+    ("log", &["runs", "world", "report", "scene", "math"]),
     ("runs", &["world", "report", "scene", "math"]),
     ("world", &["scene", "math"]),
     ("report", &["math"]),

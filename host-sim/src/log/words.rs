@@ -1,0 +1,80 @@
+//! What the words of a log mean, as sentences.
+
+/// A health.
+pub(super) fn health_sentence(health: &str) -> String {
+    let (level, reason) = health.split_once('(').unwrap_or((health, ""));
+    let because = match reason.trim_end_matches(')') {
+        "VibrometerSilent" => "no vibrometer sample has arrived for a millisecond",
+        "VibrometerUnfit" => "the vibrometer's noise hides the impacts",
+        "VibrometerInverted" => "the vibrometer has the wrong sign",
+        "VibrometerScale" => "the vibrometer has the wrong scale",
+        "VibrometerErratic" => "the vibrometer has shown what no rotor does",
+        "ImpactsUnexplained" => "the twin does not explain the impacts that the vibrometer shows",
+        "CameraSilent" => "no frame has arrived for two and a half of the usual intervals",
+        "CameraStuck" => "the camera repeats one picture",
+        "NoiseMismatch" => "the frames scatter twice as much as they should",
+        "FramesRefused" => "the last frames were refused, one after the other",
+        "Uncertain" => "the angle is known to no better than half a degree",
+        other => other,
+    };
+    match level {
+        "Good" => "the estimate is good".to_owned(),
+        "Waiting" => "there is no estimate: no frame has arrived yet".to_owned(),
+        "Degraded" => format!("the estimate is worse than it should be: {because}"),
+        "Unusable" => format!("the estimate may not be used: {because}"),
+        _ => format!("the health is {health}"),
+    }
+}
+
+/// Frames that were refused; the largest innovation is `sigmas` of its standard deviation.
+pub(super) fn refusal_sentence(verdict: &str, count: u64, sigmas: f64) -> String {
+    let frames = if count == 1 { "a frame was".to_owned() } else { format!("{count} frames were") };
+    let reason = verdict.trim_start_matches("Rejected(").trim_end_matches(')');
+    let because = match reason {
+        "Gate" => format!("{sigmas:.1} standard deviations from what the filter predicts"),
+        "OutOfHorizon" => "too late, beyond the frames that are kept".to_owned(),
+        "Duplicate" => "a frame of the same exposure had come already".to_owned(),
+        "Future" => "exposed after the filter's own time: its clock is wrong".to_owned(),
+        "Repeated" => "the same code at rest, which says nothing new".to_owned(),
+        "Stuck" => "the same code again and again under drive: the camera is stuck".to_owned(),
+        other => other.to_owned(),
+    };
+    format!("{frames} refused: {because}")
+}
+
+/// A phase, and the group of phases that are told as one event.
+pub(super) fn phase_sentence(phase: &str) -> (String, &str) {
+    let sentence = match phase {
+        "None" => "no controller: a recording from elsewhere",
+        "Rate" => "the controller holds a rate",
+        "Waiting" => "the controller waits for an estimate, drive off",
+        "Cruise" => "cruise: the drive is on until the coast remains",
+        "Burst" => "bursts",
+        "Settling(Rest)" | "Settling(Turning)" => "drive off, until the rotor lies still",
+        "Settling(Measuring)" | "Settling(MeasuringUnrested)" => "drive off, measuring the angle",
+        "Brake" => "brake: the other mode is on, since the rotor turns on by itself",
+        "Holding" => "at the target: drive off, measuring on",
+        _ => return (stop_sentence(phase), phase),
+    };
+    let group = if phase == "Burst" || phase.starts_with("Settling") { "bursts" } else { phase };
+    (sentence.to_owned(), group)
+}
+
+fn stop_sentence(phase: &str) -> String {
+    let why = phase.trim_start_matches("Stopped(").trim_end_matches(')');
+    let because = match why {
+        "Cancelled" => "it was cancelled",
+        "TimedOut" => "the deadline passed",
+        "Stalled" => "neither mode turns the rotor",
+        "ModeInverted" => "the rotor turns against the direction of the mode that drives it",
+        "OutOfTravel" => "the target or the rotor is outside the travel allowed",
+        "TooManyDrives" => "as many drives as are allowed have brought the rotor no nearer",
+        "ModeBLost" => "mode B does not turn the rotor; mode C does",
+        "ModeCLost" => "mode C does not turn the rotor; mode B does",
+        "KeepsTurning" => "the rotor turns on with the drive off, and the other mode does not stop it",
+        "NotMeasurable" => "the angle cannot be measured well enough before the deadline",
+        "NoEstimate" => "there was no usable estimate for too long",
+        other => other,
+    };
+    format!("the controller gives up: {because}")
+}
