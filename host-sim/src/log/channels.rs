@@ -21,6 +21,8 @@ pub(super) type Field = (&'static str, &'static str, Type);
 pub(super) trait Described: Message + Default {
     /// Name without package.
     const NAME: &'static str;
+    /// Place of its channel among [`CHANNELS`], which have the order of the messages.
+    const PLACE: usize;
     /// Fields.
     const FIELDS: &'static [Field];
 }
@@ -77,6 +79,10 @@ macro_rules! messages {
     ($($(#[doc = $about:tt])+ $name:ident {
         $($(#[doc = $meaning:tt])+ $kind:ident $field:ident = $number:tt;)+
     })+) => {
+        /// The messages in order.
+        #[derive(Clone, Copy)]
+        enum Place { $($name,)+ }
+
         $(
             $(#[doc = $about])+
             #[derive(Clone, PartialEq, Message)]
@@ -87,6 +93,7 @@ macro_rules! messages {
 
             impl Described for $name {
                 const NAME: &'static str = stringify!($name);
+                const PLACE: usize = Place::$name as usize;
                 const FIELDS: &'static [Field] =
                     &[$((stringify!($field), $number, wire_type!($kind)),)+];
             }
@@ -271,11 +278,6 @@ pub const CHANNELS: [Channel; 12] = [
     channel::<Task>("/phase"),
     channel::<Drive>("/drive"),
 ];
-
-/// The place of a message type among the channels.
-pub(super) fn place_of<M: Described>() -> usize {
-    CHANNELS.iter().position(|channel| channel.message == M::NAME).unwrap_or_default()
-}
 
 impl Channel {
     /// Name of its message type, with package.

@@ -17,7 +17,7 @@ use mcap::records::MessageHeader;
 use mcap::{McapError, WriteOptions, Writer};
 use motor_model::{Angle, DriveCommand, Time, math};
 
-use super::channels::{self, CHANNELS, Described, place_of};
+use super::channels::{self, CHANNELS, Described};
 use super::error::LogError;
 use super::held_file::{HeldFile, SharedFile, refusal};
 use super::recorder::LogOptions;
@@ -112,7 +112,7 @@ impl McapLog {
         self.chunk_bytes += MESSAGE_BYTES + self.content.len() as u64;
         self.sequence = self.sequence.wrapping_add(1);
         let header = MessageHeader {
-            channel_id: self.channel_ids.get(place_of::<M>()).copied().unwrap_or_default(),
+            channel_id: self.channel_ids.get(M::PLACE).copied().unwrap_or_default(),
             sequence: self.sequence,
             log_time: at.nanos(),
             publish_time: at.nanos(),

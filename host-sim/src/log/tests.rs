@@ -86,6 +86,32 @@ fn read(bytes: &[u8]) -> (Vec<(Time, LogMessage)>, bool) {
     }
 }
 
+/// The writer finds a channel by the place of its message.
+#[test]
+fn exact_channels_have_the_order_of_their_messages() {
+    fn place<M: channels::Described>() -> (usize, &'static str) {
+        (M::PLACE, M::NAME)
+    }
+    let places = [
+        place::<channels::Impact>(),
+        place::<channels::VibrometerSample>(),
+        place::<channels::CameraFrame>(),
+        place::<channels::Marks>(),
+        place::<channels::Innovation>(),
+        place::<channels::Truth>(),
+        place::<channels::Tilt>(),
+        place::<channels::Estimate>(),
+        place::<channels::Reference>(),
+        place::<channels::Health>(),
+        place::<channels::Task>(),
+        place::<channels::Drive>(),
+    ];
+    assert_eq!(places.len(), CHANNELS.len());
+    for (place, name) in places {
+        assert_eq!(CHANNELS[place].message, name);
+    }
+}
+
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(24))]
 
