@@ -10,6 +10,7 @@ mod count;
 mod error;
 mod estimation;
 mod examples;
+mod faults;
 mod instruments;
 mod keys;
 mod log_args;
@@ -23,6 +24,7 @@ mod report;
 mod results;
 mod scene_args;
 mod scene_files;
+mod shard;
 mod shell;
 #[cfg(feature = "telemetry")]
 mod telemetry;
@@ -42,6 +44,7 @@ use crate::studies::response_map;
 use calibration::CalibrateArgs;
 use closed_loop::{PositionArgs, PositioningTrialsArgs, RateArgs, ResponseMapArgs};
 use estimation::{EstimateArgs, FiltersArgs};
+use faults::FaultsArgs;
 use instruments::InstrumentsArgs;
 use keys::KeysArgs;
 use microcontroller::{InstructionsArgs, PilArgs, SizeArgs};
@@ -105,6 +108,8 @@ enum Command {
     PositioningTrials(PositioningTrialsArgs),
     /// Move drawn motors under many cameras and vibrometers, each move beside what was promised before it
     Instruments(InstrumentsArgs),
+    /// Move drawn motors while things go wrong at random times, and count what was trusted and should not have been
+    Faults(FaultsArgs),
     /// Identify what each drive does, for the controller
     ResponseMap(ResponseMapArgs),
     /// Write the pages of results from runs of today, or compare them
@@ -194,6 +199,7 @@ impl Command {
             Self::Calibrate(args) => args.execute(),
             Self::PositioningTrials(args) => args.execute(),
             Self::Instruments(args) => args.execute(),
+            Self::Faults(args) => args.execute(),
             Self::ResponseMap(args) => args.execute(),
             Self::Results(args) => args.execute(),
             Self::Keys(args) => args.execute(),

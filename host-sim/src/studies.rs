@@ -3,6 +3,7 @@
 
 pub(crate) mod averaged_motor;
 pub mod beside;
+pub mod fault_campaign;
 pub(crate) mod filter_costs;
 pub mod filter_errors;
 pub mod gyroscope_calibration;
@@ -12,4 +13,5 @@ pub(crate) mod paper;
 pub(crate) mod positioning_trials;
 pub mod response_map;
 pub(crate) mod rotor_models;
+pub mod shard;
 pub(crate) mod step_accuracy;

@@ -5,6 +5,7 @@ mod tool_beside;
 mod tool_command_line;
 mod tool_conventions;
 mod tool_estimate;
+mod tool_faults;
 mod tool_filters;
 mod tool_gallery;
 mod tool_logs;

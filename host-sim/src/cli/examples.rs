@@ -83,6 +83,14 @@ pub(super) const EXAMPLES: &[(&str, &[(&str, &str)])] = &[
         ],
     ),
     (
+        "faults",
+        &[
+            ("20 moves, of both rotors", "faults --runs 20 --beside set_f_plant"),
+            ("The first of four parts", "faults --runs 40 --shard 1/4 --out part1"),
+            ("The parts together", "faults --merge part1/runs.csv part2/runs.csv"),
+        ],
+    ),
+    (
         "response-map",
         &[(
             "A map of another design for --map",

@@ -23,7 +23,7 @@ const fn reader(command: &'static str, reads: &'static [&'static str]) -> Reader
 }
 
 /// Every command that takes a scene.
-pub(super) const READERS: [Reader; 10] = [
+pub(super) const READERS: [Reader; 11] = [
     reader("simulate", &["seed", "motor", "simulate", "plant.rotor"]),
     reader(
         "position",
@@ -63,6 +63,10 @@ pub(super) const READERS: [Reader; 10] = [
     Reader {
         overwrites: &["camera.marks", "estimator.filter", "position"],
         ..reader("instruments", &["seed", "motor", "plant", "camera", "ldv", "fault", "faults", "estimator"])
+    },
+    Reader {
+        overwrites: &["estimator.filter", "position"],
+        ..reader("faults", &["seed", "motor", "plant", "camera", "ldv", "fault", "faults", "estimator"])
     },
     Reader {
         overwrites: &["plant.step_s", "plant.motor"],

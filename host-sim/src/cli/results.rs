@@ -17,10 +17,12 @@ use crate::report::OutputError;
 use crate::report::files::{self, Output, OutputFolder};
 use crate::report::page::{self, PlacedValue};
 use crate::scene::Scene;
-use crate::studies::beside::BesideScene;
-use crate::studies::instrument_grid::{InstrumentGridPlan, Shard};
+use crate::studies::beside::{BesideScene, FIRST};
+use crate::studies::fault_campaign::FaultCampaignPlan;
+use crate::studies::instrument_grid::InstrumentGridPlan;
 use crate::studies::positioning_trials::{self, Strategy};
 use crate::studies::rotor_models::RotorModelsPlan;
+use crate::studies::shard::Shard;
 use crate::studies::{filter_costs, filter_errors, gyroscope_calibration, held_rates, paper, step_accuracy};
 
 /// A page: one question, and what answers it.
@@ -38,6 +40,8 @@ enum Page {
     Positioning,
     /// Which instruments does it work with?
     Instruments,
+    /// What happens when something goes wrong?
+    Faults,
     /// How well does it hold a rate?
     Rate,
     /// How well does it calibrate a gyroscope?
@@ -61,6 +65,7 @@ impl Page {
             Self::Filters => include_str!("results/filters.md"),
             Self::Positioning => include_str!("results/positioning.md"),
             Self::Instruments => include_str!("results/instruments.md"),
+            Self::Faults => include_str!("results/faults.md"),
             Self::Rate => include_str!("results/rate.md"),
             Self::Calibration => include_str!("results/calibration.md"),
             Self::Microcontroller => include_str!("results/microcontroller.md"),
@@ -83,6 +88,12 @@ impl Page {
             Self::Instruments => {
                 let Effort { grid_motors, grid_benches, .. } = effort;
                 let plan = InstrumentGridPlan::new(scene, grid_motors, grid_benches, Shard::ALL);
+                plan.run(&|| ())?.page_values().into()
+            }
+            Self::Faults => {
+                let height_only = BesideScene { name: FIRST.to_owned(), scene: scene.clone() };
+                let tilting = tilting::set_f(scene)?;
+                let plan = FaultCampaignPlan::new(vec![height_only, tilting], effort.faulty_runs, Shard::ALL);
                 plan.run(&|| ())?.page_values().into()
             }
             Self::Rate => {
@@ -130,6 +141,8 @@ struct Effort {
     /// Motors of each bench of instruments, and what the names of the benches contain.
     grid_motors: u64,
     grid_benches: &'static str,
+    /// Moves with faults.
+    faulty_runs: u64,
     /// Gyroscopes.
     calibrations: u64,
     /// Of the scenes with a rotor that tilts: how many are shown, motors in each mode for the filters' errors, moves,
@@ -159,6 +172,7 @@ impl Effort {
         compared_trials: 200,
         grid_motors: 20,
         grid_benches: "",
+        faulty_runs: 10_000,
         calibrations: 200,
         tilting_scenes: usize::MAX,
         tilting_error_motors: 8,
@@ -181,6 +195,7 @@ impl Effort {
         compared_trials: 2,
         grid_motors: 1,
         grid_benches: "30,000 frames/s",
+        faulty_runs: 4,
         calibrations: 2,
         tilting_scenes: 1,
         tilting_error_motors: 1,

@@ -51,6 +51,8 @@ pub enum RandomSource {
     GyroscopeWalk = 21,
     /// Its bias's instability.
     GyroscopeInstability = 22,
+    /// What goes wrong in a run of a campaign of faults.
+    FaultDraw = 23,
 }
 
 /// The stream of `source` in the run that `seed` names.
@@ -131,6 +133,7 @@ mod tests {
             RandomSource::GyroscopeDraw,
             RandomSource::GyroscopeWalk,
             RandomSource::GyroscopeInstability,
+            RandomSource::FaultDraw,
         ];
         let draw = |seed, source| stream(seed, source).next_u64();
         let all: Vec<u64> =

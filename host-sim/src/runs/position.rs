@@ -34,7 +34,7 @@ use crate::runs::RunError;
 use crate::runs::closed_loop::{self, ClosedLoop, PositioningMoment};
 use crate::scene::Scene;
 use crate::world::instruments::assumed;
-pub use outcome::MoveOutcome;
+pub use outcome::{MoveEnding, MoveOutcome};
 pub use picture::svg;
 pub use picture_trace::PictureTrace;
 pub use plan::{MovePlan, forecast, plan, plan_of};

@@ -13,8 +13,7 @@
 //! | [`RunRecord::ldv_samples`] | vibrometer samples that the filter took in, oldest first | yes |
 //! | [`RunRecord::camera_frame`], [`RunRecord::marked`] | the frame that it took in after them | yes, without marks |
 //! | [`RunRecord::innovation`] | what became of the frame: innovation, variance, used or refused, and why | replayed |
-//! | [`RunRecord::estimate`], [`RunRecord::health`] | the estimate at `at` with its covariance, and its health |
-//! replayed |
+//! | [`RunRecord::estimate`], [`RunRecord::health`] | the estimate at `at`, its covariance, its health | replayed |
 //! | [`RunRecord::asked`], [`RunRecord::applied`] | the drive from `at` on: asked for, and applied | applied |
 //! | [`RunRecord::task`] | what the controller does: phase of a move, or rate asked for | none |
 //!

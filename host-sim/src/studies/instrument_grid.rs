@@ -25,13 +25,13 @@ mod picture;
 mod summary;
 mod tables;
 
-use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use crate::runs::RunError;
 use crate::runs::filter::FILTERS;
-use crate::runs::position::{self, MoveOutcome};
+use crate::runs::position::{self, MoveEnding};
 use crate::scene::{Scene, SceneError};
+use crate::studies::shard::{Shard, run_each};
 pub use benches::{Bench, benches};
 pub use summary::BenchSummary;
 
@@ -39,8 +39,6 @@ pub use summary::BenchSummary;
 const TARGETS_DEG: [f64; 4] = [90.0, -90.0, 1.0, -0.05];
 /// Tolerances that are asked for, the finest that is promised first.
 const TOLERANCES_DEG: [f64; 7] = [0.001, 0.003, 0.01, 0.03, 0.1, 0.3, 1.0];
-/// A move that is held as on target is wrong from so many tolerances on.
-const WRONG_TOLERANCES: f64 = 3.0;
 /// Time after which a move is given up, in s.
 const DEADLINE_S: &str = "30";
 /// Time for which a target is held before the error counts, in s.
@@ -91,20 +89,6 @@ pub struct GridMove {
     pub time_s: f64,
 }
 
-/// A part of the moves: those whose number leaves `index` when divided by `count`.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Shard {
-    /// Which part, from 0.
-    pub index: u64,
-    /// Of how many.
-    pub count: u64,
-}
-
-impl Shard {
-    /// All moves.
-    pub const ALL: Self = Self { index: 0, count: 1 };
-}
-
 /// Moves to be made.
 #[derive(Clone, Debug)]
 pub struct InstrumentGridPlan {
@@ -131,8 +115,7 @@ impl InstrumentGridPlan {
     /// The numbers of the moves of this shard.
     fn numbers(&self) -> Vec<u64> {
         let filters = FILTERS.len() as u64 + 1;
-        let all = self.benches.len() as u64 * filters * self.motors * TARGETS_DEG.len() as u64;
-        (0..all).filter(|number| number % self.shard.count == self.shard.index).collect()
+        self.shard.numbers(self.benches.len() as u64 * filters * self.motors * TARGETS_DEG.len() as u64)
     }
 
     /// How many moves this shard makes.
@@ -146,14 +129,7 @@ impl InstrumentGridPlan {
     /// # Errors
     /// When a scene is refused.
     pub fn run(&self, progress: &(impl Fn() + Sync)) -> Result<InstrumentGrid, RunError> {
-        let one = |number| {
-            let made = self.make(number);
-            progress();
-            made
-        };
-        let moves: Result<Vec<GridMove>, RunError> =
-            self.numbers().into_par_iter().with_max_len(1).map(one).collect();
-        Ok(InstrumentGrid { moves: moves? })
+        Ok(InstrumentGrid { moves: run_each(self.numbers(), |number| self.make(number), progress)? })
     }
 
     /// Bench, filter, motor and target of a number: the last varies fastest.
@@ -200,7 +176,7 @@ impl InstrumentGridPlan {
         Ok(GridMove {
             tolerance_deg,
             promised_s,
-            outcome: judge(&outcome),
+            outcome: outcome.ending().into(),
             reason: outcome.stopped.clone().unwrap_or_default(),
             error_mdeg: outcome.final_error_mdeg,
             time_s: outcome.settle_time_s.unwrap_or(outcome.duration_s),
@@ -222,26 +198,14 @@ fn finest(scene: &mut Scene) -> Result<Option<(f64, f64)>, RunError> {
     Ok(None)
 }
 
-fn judge(outcome: &MoveOutcome) -> GridOutcome {
-    match (&outcome.stopped, outcome.settle_time_s) {
-        (Some(why), _) if why == "TimedOut" => GridOutcome::SatStill,
-        (Some(_), _) | (None, None) => GridOutcome::GaveUp,
-        (None, Some(_))
-            if 1e-3 * outcome.final_error_mdeg.abs() > WRONG_TOLERANCES * outcome.tolerance_deg =>
-        {
-            GridOutcome::Wrong
+impl From<MoveEnding> for GridOutcome {
+    fn from(ending: MoveEnding) -> Self {
+        match ending {
+            MoveEnding::Reached => Self::Reached,
+            MoveEnding::Wrong => Self::Wrong,
+            MoveEnding::GaveUp => Self::GaveUp,
+            MoveEnding::TimedOut => Self::SatStill,
         }
-        (None, Some(_)) => GridOutcome::Reached,
-    }
-}
-
-impl InstrumentGrid {
-    /// The moves of several shards, as of one run.
-    pub fn merged(parts: Vec<Self>) -> Self {
-        let mut moves: Vec<GridMove> = parts.into_iter().flat_map(|part| part.moves).collect();
-        moves.sort_by_key(|made| made.number);
-        moves.dedup();
-        Self { moves }
     }
 }
 

@@ -6,8 +6,11 @@ use super::*;
 use crate::board::pil;
 use crate::runs::{position, rate, simulate};
 use crate::scene::Scene;
-use crate::studies::instrument_grid::{InstrumentGridPlan, Shard};
+use crate::studies::beside::BesideScene;
+use crate::studies::fault_campaign::FaultCampaignPlan;
+use crate::studies::instrument_grid::InstrumentGridPlan;
 use crate::studies::positioning_trials::{self, Strategy};
+use crate::studies::shard::Shard;
 use crate::studies::{filter_costs, filter_errors, gyroscope_calibration, response_map};
 
 /// A scene of short runs that has a fault of each instrument, so that the keys of the faults are read.
@@ -110,12 +113,20 @@ fn exact_instruments_reads_what_the_table_says() {
 }
 
 #[test]
+fn exact_faults_reads_what_the_table_says() {
+    let scene = short(&["plant.step_s=5e-6"], true);
+    let scenes = vec![BesideScene { name: String::new(), scene: scene.clone() }];
+    FaultCampaignPlan::new(scenes, 1, Shard::ALL).run(&|| ()).unwrap();
+    agrees("faults", &scene);
+}
+
+#[test]
 fn exact_refusals_name_the_key_and_its_readers() {
     let refused = |command: &str, key| Reader::named(command).admit(key).unwrap_err().one_line();
     assert_eq!(
         refused("simulate", "plant.friction"),
         "error: simulate does not read plant.friction; hint: position, rate, calibrate, estimate, filters, \
-         positioning-trials, instruments, response-map, pil read it; simulate reads simulate.friction"
+         positioning-trials, instruments, faults, response-map, pil read it; simulate reads simulate.friction"
     );
     assert_eq!(
         refused("response-map", "plant.step_s"),

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::fmt;
 
 use controller::StopReason;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use super::reason;
 use crate::runs::rotor_tilt::TiltFigures;
@@ -65,7 +65,35 @@ pub struct MoveOutcome {
     pub seed: u64,
 }
 
+/// How a move ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum MoveEnding {
+    /// Held as on target, and the true angle is within three tolerances.
+    Reached,
+    /// Held as on target, and it is not.
+    Wrong,
+    /// Ended with a reason.
+    GaveUp,
+    /// Ended by the deadline.
+    TimedOut,
+}
+
+/// A move that is held as on target is wrong from so many tolerances on.
+const WRONG_TOLERANCES: f64 = 3.0;
+
 impl MoveOutcome {
+    /// How it ended.
+    pub fn ending(&self) -> MoveEnding {
+        let wrong = 1e-3 * self.final_error_mdeg.abs() > WRONG_TOLERANCES * self.tolerance_deg;
+        match (&self.stopped, self.settle_time_s) {
+            (Some(why), _) if why == "TimedOut" => MoveEnding::TimedOut,
+            (Some(_), _) | (None, None) => MoveEnding::GaveUp,
+            (None, Some(_)) if wrong => MoveEnding::Wrong,
+            (None, Some(_)) => MoveEnding::Reached,
+        }
+    }
+
     /// The same of a controller that gave up.
     pub(super) fn stopped(self, why: StopReason) -> Self {
         let (reason, hint) = reason::sentences(why, &self);

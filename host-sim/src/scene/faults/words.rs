@@ -4,6 +4,7 @@ use motor_model::DriveMode;
 
 use super::{CameraFault, DriveFault, FaultKind, MarkFault, VibrometerFault};
 use crate::math::plain_number::plain;
+use crate::scene::setting::Kind;
 
 /// A word of a fault.
 #[derive(Clone, Copy, Debug)]
@@ -164,6 +165,22 @@ pub(super) fn spelled(kind: FaultKind) -> (String, &'static str, Option<String>)
 }
 
 impl FaultWord {
+    /// Whether it happens at one time, and not during some.
+    #[must_use]
+    pub fn is_instant(&self) -> bool {
+        self.thing == "rotor" && self.what == "jolt"
+    }
+
+    /// Least and largest number that it takes; `None` if it takes none.
+    #[must_use]
+    pub fn bounds(&self) -> Option<(f64, f64)> {
+        let FaultValue::Number { key, .. } = self.value else { return None };
+        match crate::scene::setting::find(key).kind {
+            Kind::Number { min, max, .. } => Some((min, max)),
+            _ => None,
+        }
+    }
+
     /// How it is written.
     #[must_use]
     pub fn pattern(&self) -> String {

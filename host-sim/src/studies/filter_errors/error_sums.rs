@@ -5,7 +5,7 @@ use motor_model::{Angle, Real, math};
 
 use crate::math::count::real;
 use crate::math::statistics::upper_quantile;
-use crate::runs::stated_errors::{StatedErrorCounts, StatedErrors};
+use crate::runs::stated_errors::{StatedErrorCounts, StatedErrors, is_falsely_valid};
 
 /// Sums over one phase of one or more runs.
 #[derive(Clone, Debug, Default)]
@@ -42,11 +42,6 @@ struct InnovationSums {
 }
 
 impl ErrorSums {
-    /// An estimate of good health is falsely valid if the angle's error exceeds this, in milli-degrees,
-    const FALSE_VALID_MDEG: f64 = 50.0;
-    /// and this many standard deviations of the filter.
-    const FALSE_VALID_SIGMAS: f64 = 6.0;
-
     /// Adds an estimate, `None` where the filter had none, and the filter's health.
     pub fn estimate<T: Real>(
         &mut self,
@@ -79,9 +74,7 @@ impl ErrorSums {
         self.normalised[1] += off_rad_s * off_rad_s / p22;
         self.normalised[2] += 0.5 * joint / (p11 * p22 - p12 * p12);
         self.stated.add_error(off_mdeg, of_angle, health);
-        let wrong = off_mdeg.abs() > Self::FALSE_VALID_MDEG
-            && of_angle > Self::FALSE_VALID_SIGMAS * Self::FALSE_VALID_SIGMAS;
-        self.false_valid += u64::from(wrong && health == Health::Good);
+        self.false_valid += u64::from(is_falsely_valid(off_mdeg, of_angle, health));
     }
 
     /// Adds the innovation of a measurement.

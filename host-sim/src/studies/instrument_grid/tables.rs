@@ -1,12 +1,9 @@
 //! The grid in tables: text, JSON, and rows to be written and read again.
 
-use std::path::Path;
-
 use serde_json::json;
 
 use super::benches::is_assumed_wrongly;
-use super::{BenchSummary, CHOSEN, GridMove, InstrumentGrid};
-use crate::report::OutputError;
+use super::{BenchSummary, CHOSEN, InstrumentGrid};
 use crate::report::document::{Block, Document, Table};
 use crate::report::page::PlacedValue;
 use crate::runs::filter::FILTERS;
@@ -111,38 +108,12 @@ impl InstrumentGrid {
         let benches: Vec<BenchSummary> = filters.iter().flat_map(|filter| self.of_filter(filter)).collect();
         format!("{}\n", json!({"totals": totals, "benches": benches}))
     }
-
-    /// A row a move.
-    ///
-    /// # Errors
-    /// When a row cannot be laid out: never.
-    pub fn csv(&self) -> Result<String, OutputError> {
-        let refused = |error: csv::Error| OutputError::Table(error.to_string());
-        let mut writer = csv::Writer::from_writer(Vec::new());
-        for made in &self.moves {
-            writer.serialize(made).map_err(refused)?;
-        }
-        let bytes = writer.into_inner().map_err(|error| OutputError::Table(error.to_string()))?;
-        String::from_utf8(bytes).map_err(|error| OutputError::Table(error.to_string()))
-    }
-
-    /// The moves of a file that [`Self::csv`] has made.
-    ///
-    /// # Errors
-    /// When it cannot be read, or has other rows.
-    pub fn read(path: &Path) -> Result<Self, OutputError> {
-        let refused = |error: csv::Error| OutputError::Table(format!("{}: {error}", path.display()));
-        let mut reader = csv::Reader::from_path(path).map_err(refused)?;
-        let moves: Result<Vec<GridMove>, OutputError> =
-            reader.deserialize().map(|row| row.map_err(refused)).collect();
-        Ok(Self { moves: moves? })
-    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::studies::instrument_grid::{GridOutcome, benches};
+    use crate::studies::instrument_grid::{GridMove, GridOutcome, benches};
 
     /// A page's lines have at most 120 characters, whatever the bench: here each has all its moves wrong, to the
     /// largest tolerance and at the deadline.

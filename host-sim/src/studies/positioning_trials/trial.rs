@@ -7,7 +7,7 @@ use serde::Serialize;
 
 use super::TOLERANCE_DEG;
 use crate::math::random_streams::{RandomSource, stream};
-use crate::runs::position::MoveOutcome;
+use crate::runs::position::{MoveEnding, MoveOutcome};
 use crate::scene::Scene;
 use crate::world::instruments::Camera;
 
@@ -40,8 +40,7 @@ pub struct PositioningTrial {
 impl PositioningTrial {
     /// Whether the controller says that the target is reached although the rotor is further off than three tolerances.
     pub fn reached_but_off(&self) -> bool {
-        self.outcome.settle_time_s.is_some()
-            && self.outcome.final_error_mdeg.abs() > 3e3 * self.outcome.tolerance_deg
+        self.outcome.ending() == MoveEnding::Wrong
     }
 
     /// Whether the controller did not reach the target, or says so although the rotor is far off.

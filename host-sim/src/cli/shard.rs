@@ -1,0 +1,62 @@
+//! `--shard` and `--merge`: a study in parts.
+
+use std::ffi::OsStr;
+use std::path::PathBuf;
+
+use clap::builder::TypedValueParser;
+use clap::error::ErrorKind;
+use clap::{Arg, Args, Command, Error};
+use serde::de::DeserializeOwned;
+
+use crate::report::OutputError;
+use crate::studies::shard::{self, Shard};
+
+/// A shard as `I/N`, counted from 1.
+#[derive(Clone, Debug)]
+struct ShardParser;
+
+impl TypedValueParser for ShardParser {
+    type Value = Shard;
+
+    fn parse_ref(&self, command: &Command, _: Option<&Arg>, value: &OsStr) -> Result<Shard, Error> {
+        let text = value.to_string_lossy();
+        let parts =
+            text.split_once('/').and_then(|(i, n)| Some((i.parse::<u64>().ok()?, n.parse::<u64>().ok()?)));
+        match parts {
+            Some((i, n)) if 1 <= i && i <= n => Ok(Shard { index: i - 1, count: n }),
+            _ => {
+                let why = format!("--shard = {text} is not I/N with I from 1 to N");
+                Err(Error::raw(ErrorKind::ValueValidation, why).with_cmd(command))
+            }
+        }
+    }
+}
+
+/// The flags of a study that can be made in parts.
+#[derive(Debug, Args)]
+pub(super) struct ShardArgs {
+    /// Make only the I-th of N parts of the runs; --merge puts the parts together
+    #[arg(long, value_name = "I/N", default_value = "1/1", value_parser = ShardParser)]
+    pub(super) shard: Shard,
+    /// Make no runs: put together the tables of the parts
+    #[arg(long, value_name = "FILE.csv", num_args = 1..)]
+    merge: Vec<PathBuf>,
+}
+
+impl ShardArgs {
+    /// The rows of the parts to be put together, by their `number`; `None` if runs are to be made.
+    ///
+    /// # Errors
+    /// When a file cannot be read, or has other rows.
+    pub(super) fn merged<T: DeserializeOwned + PartialEq>(
+        &self,
+        number: impl Fn(&T) -> u64,
+    ) -> Result<Option<Vec<T>>, OutputError> {
+        if self.merge.is_empty() {
+            return Ok(None);
+        }
+        let parts: Result<Vec<Vec<T>>, OutputError> =
+            self.merge.iter().map(|path| shard::read(path)).collect();
+        Ok(Some(shard::merged(parts?, number)))
+    }
+}

@@ -1,0 +1,152 @@
+//! The campaign in tables: text, JSON, and the values of its page.
+
+use serde_json::json;
+use textwrap::{Options, WordSplitter};
+
+use super::summary::RUNAWAY_DEG;
+use super::{FaultCampaign, FaultRun, FaultSummary};
+use crate::report::document::{Block, Document, Table};
+use crate::report::page::PlacedValue;
+use crate::runs::position::MoveEnding;
+use crate::scene::faults::WORDS;
+use crate::studies::beside::FIRST;
+
+/// Runs listed at most of each kind.
+const LISTED_MAX: usize = 5;
+
+const ABOUT: &str = "Reached: held as on target, within three tolerances of it. Gave up: ended with a reason. Timed out: \
+    ended by the deadline. Wrong: held as on target, and further off. False valid: runs with an estimate of good health \
+    whose angle was off by more than six standard deviations and 50 milli-degrees, the longest such time, and the largest \
+    such error. Ran away: the rotor was ever so far from the way between start and target. A run with two faults counts \
+    for both.";
+
+const HEADER: [&str; 9] =
+    ["runs", "reached", "gave up", "timed out", "wrong", "false valid", "longest s", "mdeg", "ran away"];
+
+fn cells(summary: &FaultSummary) -> Vec<String> {
+    let of_false_valid = |text: String| if summary.false_valid == 0 { "-".to_owned() } else { text };
+    let counts = [summary.runs, summary.reached, summary.gave_up, summary.timed_out, summary.wrong];
+    let mut cells = vec![summary.of.replace('_', " ")];
+    cells.extend(counts.map(|count| count.to_string()));
+    cells.push(summary.false_valid.to_string());
+    cells.push(of_false_valid(format!("{:.4}", summary.false_valid_longest_s)));
+    cells.push(of_false_valid(format!("{:.0}", summary.false_valid_mdeg)));
+    cells.push(summary.runaways.to_string());
+    cells
+}
+
+fn table(first: &str, rows: &[FaultSummary]) -> Table {
+    let mut table = Table::new(&[&[first], &HEADER[..]].concat());
+    rows.iter().map(cells).for_each(|cells| table.push(cells));
+    table
+}
+
+impl FaultRun {
+    /// The command that repeats it.
+    pub fn command(&self) -> String {
+        let scene = if self.scene == FIRST {
+            String::new()
+        } else {
+            format!(" --scene {}", self.scene.replace(' ', "_"))
+        };
+        let faults: Vec<String> = self.faults.split(' ').map(|word| format!(" --fault {word}")).collect();
+        format!(
+            "host-sim position{scene} --seed {} --to {} --set estimator.filter={} --set position.deadline_s=10{}",
+            self.seed,
+            self.target_deg,
+            self.filter,
+            faults.concat()
+        )
+    }
+}
+
+/// A command in lines that fit a page, as a shell takes it.
+fn wrapped(command: &str) -> String {
+    let options = Options::new(100).subsequent_indent("    ").word_splitter(WordSplitter::NoHyphenation);
+    textwrap::wrap(command, options).join(" \\\n")
+}
+
+impl FaultCampaign {
+    fn by_word(&self) -> Vec<FaultSummary> {
+        let words = WORDS.iter().map(|word| format!("{}:{}", word.thing, word.what));
+        let of_word = |word: String| {
+            let runs = self.runs.iter().filter(|run| run.has(&word));
+            FaultSummary::of(&word, runs)
+        };
+        words.map(of_word).filter(|summary| summary.runs > 0).collect()
+    }
+
+    /// The counts in one sentence.
+    fn verdict(&self) -> String {
+        let all = self.summary();
+        format!(
+            "Of {} moves during which something went wrong {} reached the target, {} gave up with a reason, {} were \
+             ended by the deadline, and {} were held as on target while off it. In {} runs an estimate was called good \
+             and was wrong. In {} runs the rotor was more than {RUNAWAY_DEG:.0} degrees beside its way.",
+            all.runs, all.reached, all.gave_up, all.timed_out, all.wrong, all.false_valid, all.runaways
+        )
+    }
+
+    /// The worst runs of each kind, as commands.
+    fn worst(&self) -> Table {
+        let mut table = Table::new(&["what", "how far", "command"]);
+        let mut list =
+            |what: &str, is: &dyn Fn(&FaultRun) -> bool, size: &dyn Fn(&FaultRun) -> f64, unit: &str| {
+                let mut runs: Vec<&FaultRun> = self.runs.iter().filter(|run| is(run)).collect();
+                runs.sort_by(|a, b| size(b).total_cmp(&size(a)));
+                for run in runs.iter().take(LISTED_MAX) {
+                    table.push(vec![what.to_owned(), format!("{:.1} {unit}", size(run)), run.command()]);
+                }
+            };
+        list("wrong", &|run| run.ending == MoveEnding::Wrong, &|run| run.error_mdeg.abs(), "mdeg");
+        list("false valid", &FaultRun::was_falsely_valid, &|run| 1e3 * run.false_valid_longest_s, "ms");
+        list("ran away", &FaultRun::ran_away, &|run| run.excursion_deg, "deg");
+        table
+    }
+
+    /// For the terminal.
+    pub fn document(&self) -> Document {
+        let mut blocks = vec![
+            Block::Heading("Faults".to_owned()),
+            Block::Paragraph(self.verdict()),
+            Block::Table(table("fault", &self.by_word())),
+            Block::Table(table("filter", &self.by(|run| &run.filter))),
+        ];
+        let scenes = self.by(|run| &run.scene);
+        if scenes.len() > 1 {
+            blocks.push(Block::Table(table("scene", &scenes)));
+        }
+        blocks.push(Block::Paragraph(ABOUT.to_owned()));
+        blocks.push(Block::Heading("To be repeated".to_owned()));
+        blocks.push(Block::Table(self.worst()));
+        Document { blocks }
+    }
+
+    /// The values of its page.
+    pub fn page_values(&self) -> Vec<PlacedValue> {
+        let all = self.summary();
+        let worst = self.worst();
+        let worst: Vec<String> =
+            worst.rows().iter().filter_map(|row| row.last()).map(|line| wrapped(line)).collect();
+        vec![
+            ("verdict", self.verdict()),
+            ("runs", all.runs.to_string()),
+            ("about", ABOUT.to_owned()),
+            ("table_words", table("fault", &self.by_word()).markdown()),
+            ("table_filters", table("filter", &self.by(|run| &run.filter)).markdown()),
+            ("table_scenes", table("scene", &self.by(|run| &run.scene)).markdown()),
+            ("worst", worst.join("\n")),
+        ]
+    }
+
+    /// The counts as one JSON object on one line.
+    pub fn json(&self) -> String {
+        let counts = json!({
+            "all": self.summary(),
+            "faults": self.by_word(),
+            "filters": self.by(|run| &run.filter),
+            "scenes": self.by(|run| &run.scene),
+        });
+        format!("{counts}\n")
+    }
+}

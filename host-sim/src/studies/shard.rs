@@ -1,0 +1,72 @@
+//! A study whose runs are numbered, in parts: each process makes some of the runs, and their rows are put together.
+
+use std::path::Path;
+
+use rayon::prelude::*;
+use serde::Serialize;
+use serde::de::DeserializeOwned;
+
+use crate::report::OutputError;
+
+/// A part of the runs: those whose number leaves `index` when divided by `count`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Shard {
+    /// Which part, from 0.
+    pub index: u64,
+    /// Of how many.
+    pub count: u64,
+}
+
+impl Shard {
+    /// All runs.
+    pub const ALL: Self = Self { index: 0, count: 1 };
+
+    /// The numbers of this part, of `all` runs.
+    pub fn numbers(self, all: u64) -> Vec<u64> {
+        (0..all).filter(|number| number % self.count == self.index).collect()
+    }
+}
+
+/// Makes each of the runs `numbers`, and calls `progress` after each. The rows come in the order of the numbers, whatever
+/// the number of threads.
+///
+/// # Errors
+/// That of the first run that fails.
+pub fn run_each<T: Send, E: Send>(
+    numbers: Vec<u64>,
+    one: impl Fn(u64) -> Result<T, E> + Sync,
+    progress: &(impl Fn() + Sync),
+) -> Result<Vec<T>, E> {
+    let one = |number| {
+        let row = one(number);
+        progress();
+        row
+    };
+    numbers.into_par_iter().with_max_len(1).map(one).collect()
+}
+
+/// The rows of several parts in the order of their numbers; a row that came twice stands once.
+pub fn merged<T: PartialEq>(parts: Vec<Vec<T>>, number: impl Fn(&T) -> u64) -> Vec<T> {
+    let mut rows: Vec<T> = parts.into_iter().flatten().collect();
+    rows.sort_by_key(number);
+    rows.dedup();
+    rows
+}
+
+/// Rows as CSV, which [`read`] reads again.
+///
+/// # Errors
+/// When a row cannot be laid out: never.
+pub fn csv<T: Serialize>(rows: &[T]) -> Result<String, OutputError> {
+    crate::report::files::csv(None, rows.iter())
+}
+
+/// The rows of a file that [`csv`] has made.
+///
+/// # Errors
+/// When it cannot be read, or has other rows.
+pub fn read<T: DeserializeOwned>(path: &Path) -> Result<Vec<T>, OutputError> {
+    let refused = |error: csv::Error| OutputError::Table(format!("{}: {error}", path.display()));
+    let mut reader = csv::Reader::from_path(path).map_err(refused)?;
+    reader.deserialize().map(|row| row.map_err(refused)).collect()
+}
