@@ -131,7 +131,7 @@ fn exact_refusals_name_the_key_and_its_readers() {
     assert_eq!(
         refused("response-map", "plant.step_s"),
         "error: response-map sets plant.step_s itself; hint: position, rate, calibrate, estimate, filters, \
-         positioning-trials, instruments, pil read it"
+         positioning-trials, instruments, faults, pil read it"
     );
     assert_eq!(
         refused("position", "calibrate.steps"),
