@@ -16,8 +16,8 @@ const FALSE_VALID_MDEG: f64 = 50.0;
 /// and this many standard deviations of the filter.
 const FALSE_VALID_SIGMAS: f64 = 6.0;
 
-/// Whether an estimate is falsely valid: its health is good, and its error of `off_mdeg`, whose square is `normalised` of
-/// the variance stated, is large by either measure.
+/// Whether an estimate is falsely valid: its health is good, and its error of `off_mdeg`, whose square is `normalised`
+/// of the variance stated, is large by either measure.
 pub fn is_falsely_valid(off_mdeg: f64, normalised: f64, health: Health) -> bool {
     let wrong = off_mdeg.abs() > FALSE_VALID_MDEG && normalised > FALSE_VALID_SIGMAS * FALSE_VALID_SIGMAS;
     wrong && health == Health::Good

@@ -1,8 +1,8 @@
 //! Moves during which things go wrong, drawn at random: `host-sim faults`.
 //!
-//! Each run has a motor, a target, a filter and one or two faults of its own, all drawn by its seed. What is counted are
-//! estimates that were called good and were not, moves that ended as reached and were not, and rotors that ran away.
-//! Every run can be repeated by the command that the tables print.
+//! Each run has a motor, a target, a filter and one or two faults of its own, all drawn by its seed. What is counted
+//! are estimates that were called good and were not, moves that ended as reached and were not, and rotors that ran
+//! away. Every run can be repeated by the command that the tables print.
 //!
 //! | module | what it is |
 //! |---|---|

@@ -27,8 +27,8 @@ impl Shard {
     }
 }
 
-/// Makes each of the runs `numbers`, and calls `progress` after each. The rows come in the order of the numbers, whatever
-/// the number of threads.
+/// Makes each of the runs `numbers`, and calls `progress` after each. The rows come in the order of the numbers,
+/// whatever the number of threads.
 ///
 /// # Errors
 /// That of the first run that fails.

@@ -105,8 +105,8 @@ mod tests {
     use super::*;
     use crate::scene::faults::Fault;
 
-    /// Of 5,000 runs: every word is taken by a scene, each comes as often as the others to four standard deviations, and
-    /// half of the faults with a length stay.
+    /// Of 5,000 runs: every word is taken by a scene, each comes as often as the others to four standard deviations,
+    /// and half of the faults with a length stay.
     #[test]
     fn law_words_are_drawn_as_stated() {
         let mut counts: BTreeMap<(&str, &str), u32> = BTreeMap::new();

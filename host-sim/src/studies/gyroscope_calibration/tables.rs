@@ -88,10 +88,10 @@ impl CalibrationSummary {
             "error rms",
             "sigma stated",
             "worst",
-            "by coning, mean",
-            "by the reference, rms",
-            "by the gyroscope, rms",
-            "in the 95 % interval",
+            "coning mean",
+            "reference",
+            "gyroscope",
+            "in 95 %",
         ]);
         let of = |count: usize| format!("{count} of {}", self.runs);
         let mut row = |name: &str, [rms, stated, worst]: [f64; 3], parts: [f64; 3], covered| {
@@ -183,9 +183,18 @@ impl Calibrations {
             ("clockwise_deg_s", format!("{:.0}", self.schedule.clockwise_deg_s)),
             ("table_calibration", summary.table().markdown()),
             ("remarks", summary.remarks(first.motor_time_s)),
+            ("tilting_rms_ppm", self.tilting_range_ppm()),
         ];
         values.extend(self.side_by_side(name).page_values());
         values
+    }
+
+    /// Root mean square error of the scale factor on the scenes beside the first: the least and the largest.
+    fn tilting_range_ppm(&self) -> String {
+        let rms = self.beside.iter().map(|other| other.found.summary().scale_factor_rms_ppm);
+        let (low, high) =
+            rms.fold((f64::INFINITY, 0.0_f64), |(low, high), rms| (low.min(rms), high.max(rms)));
+        format!("{low:.0} to {high:.0}")
     }
 
     /// The first run, and with `over_runs` the figures over all, as one JSON object on one line.
