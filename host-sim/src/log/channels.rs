@@ -4,7 +4,8 @@
 //! Foxglove, `PlotJuggler` and Python's readers decode it. Names end in their unit. An angle stands twice: in degrees
 //! for people, in units of 2^-32 turn to the last bit.
 //!
-//! Every field is written, also where it is zero: a field left out stands for zero, and the sign of a zero would be lost.
+//! Every field is written, also where it is zero: a field left out stands for zero, and the sign of a zero would be
+//! lost.
 //!
 //! A message has the time of what it shows: a frame that of the middle of its exposure, a sample that at which it was
 //! taken. When the loop took it in says `arrived_after_ns`, counted from that time. The messages of a log stand in the
