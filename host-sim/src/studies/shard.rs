@@ -61,7 +61,7 @@ pub fn csv<T: Serialize>(rows: &[T]) -> Result<String, OutputError> {
     crate::report::files::csv(None, rows.iter())
 }
 
-/// The rows of a file that [`csv`] has made.
+/// The rows of a file that [`csv()`] has made.
 ///
 /// # Errors
 /// When it cannot be read, or has other rows.
