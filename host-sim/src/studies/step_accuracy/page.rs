@@ -40,9 +40,15 @@ impl StepAccuracy {
             ("averaged", self.averaged_sentence()),
             ("averaged_time", self.averaged_time()),
             ("other_integrators", self.beside_others()),
-            ("table_tilting", self.tilting_table("~").markdown()),
+            ("table_tilting", self.tilting_pages()),
             ("about_tilting", ABOUT_TILTING.to_owned()),
         ]
+    }
+
+    /// The forms of the rotor in tables that fit a page: motion, tilt and pin, times.
+    fn tilting_pages(&self) -> String {
+        let parts = self.tilting_table("~").cut(3, &["tilt rms mrad", "ns a step"]);
+        parts.iter().map(Table::markdown).collect::<Vec<_>>().join("\n")
     }
 
     fn shown(&self) -> Table {
