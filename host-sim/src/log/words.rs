@@ -1,27 +1,17 @@
 //! What the words of a log mean, as sentences.
 
+use crate::runs::health_words::sentence_named;
+
 /// A health.
 pub(super) fn health_sentence(health: &str) -> String {
     let (level, reason) = health.split_once('(').unwrap_or((health, ""));
-    let because = match reason.trim_end_matches(')') {
-        "VibrometerSilent" => "no vibrometer sample has arrived for a millisecond",
-        "VibrometerUnfit" => "the vibrometer's noise hides the impacts",
-        "VibrometerInverted" => "the vibrometer has the wrong sign",
-        "VibrometerScale" => "the vibrometer has the wrong scale",
-        "VibrometerErratic" => "the vibrometer has shown what no rotor does",
-        "ImpactsUnexplained" => "the twin does not explain the impacts that the vibrometer shows",
-        "CameraSilent" => "no frame has arrived for two and a half of the usual intervals",
-        "CameraStuck" => "the camera repeats one picture",
-        "NoiseMismatch" => "the frames scatter twice as much as they should",
-        "FramesRefused" => "the last frames were refused, one after the other",
-        "Uncertain" => "the angle is known to no better than half a degree",
-        other => other,
-    };
+    let reason = reason.trim_end_matches(')');
+    let because = sentence_named(reason).unwrap_or(reason);
     match level {
         "Good" => "the estimate is good".to_owned(),
         "Waiting" => "there is no estimate: no frame has arrived yet".to_owned(),
-        "Degraded" => format!("the estimate is worse than it should be: {because}"),
-        "Unusable" => format!("the estimate may not be used: {because}"),
+        "Degraded" => format!("the estimate is worse than it should be. {because}"),
+        "Unusable" => format!("the estimate may not be used. {because}"),
         _ => format!("the health is {health}"),
     }
 }

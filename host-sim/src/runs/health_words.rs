@@ -43,12 +43,35 @@ fn capital(words: &str) -> String {
 
 /// Why, in a sentence; `None` of an estimate that is good.
 const fn why(health: Health) -> Option<&'static str> {
-    let reason = match health {
-        Health::Good => return None,
-        Health::Waiting => return Some("No frame had arrived yet: there was no estimate."),
-        Health::Degraded(reason) | Health::Unusable(reason) => reason,
-    };
-    Some(match reason {
+    match health {
+        Health::Good => None,
+        Health::Waiting => Some("No frame had arrived yet: there was no estimate."),
+        Health::Degraded(reason) | Health::Unusable(reason) => Some(sentence(reason)),
+    }
+}
+
+/// Every reason.
+const REASONS: [Reason; 11] = [
+    Reason::VibrometerSilent,
+    Reason::VibrometerUnfit,
+    Reason::VibrometerInverted,
+    Reason::VibrometerScale,
+    Reason::VibrometerErratic,
+    Reason::ImpactsUnexplained,
+    Reason::CameraSilent,
+    Reason::CameraStuck,
+    Reason::NoiseMismatch,
+    Reason::FramesRefused,
+    Reason::Uncertain,
+];
+
+/// The sentence of the reason that a log names so; `None` of a name that no reason has.
+pub(crate) fn sentence_named(name: &str) -> Option<&'static str> {
+    REASONS.iter().find(|reason| format!("{reason:?}") == name).map(|reason| sentence(*reason))
+}
+
+const fn sentence(reason: Reason) -> &'static str {
+    match reason {
         Reason::VibrometerSilent => "No usable vibrometer sample had arrived for a millisecond.",
         Reason::VibrometerUnfit => "The vibrometer's noise hid the impacts: the camera alone was used.",
         Reason::VibrometerInverted => {
@@ -68,5 +91,20 @@ const fn why(health: Health) -> Option<&'static str> {
         Reason::NoiseMismatch => "The frames scattered at least twice as much as the camera variance says.",
         Reason::FramesRefused => "The last frames were refused, one after the other.",
         Reason::Uncertain => "The standard deviation of the angle exceeded half a degree.",
-    })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A log has the names of the reasons: each leads to the sentence of its own.
+    #[test]
+    fn exact_names_of_reasons_lead_to_their_sentences() {
+        assert_eq!(sentence_named("CameraStuck"), why(Health::Unusable(Reason::CameraStuck)));
+        let sentences: BTreeSet<_> =
+            REASONS.iter().map(|reason| sentence_named(&format!("{reason:?}"))).collect();
+        assert_eq!(sentences.len(), REASONS.len());
+        assert_eq!(sentence_named("Camera"), None);
+    }
 }

@@ -221,51 +221,36 @@ impl<A: Observer, B: Observer> Observer for (A, B) {
     }
 }
 
-/// The report of a tick of a controller's loop, as a record tells it.
+/// What a record takes from the report of a tick of a controller's loop.
+#[derive(Clone, Copy, Debug)]
+pub struct LoopParts {
+    estimate: Option<Estimate<f32>>,
+    health: Health,
+    innovation: Option<Innovation<f32>>,
+    asked: DriveCommand,
+    applied: DriveCommand,
+    task: Task,
+}
+
+/// The report of a tick of a controller's loop.
 pub trait LoopReport {
-    /// The estimate and its health.
-    fn estimate(&self) -> (Option<Estimate<f32>>, Health);
-    /// What became of the frame that arrived.
-    fn innovation(&self) -> Option<Innovation<f32>>;
-    /// The drive asked for, and the one applied.
-    fn drive(&self) -> (DriveCommand, DriveCommand);
-    /// What the controller does.
-    fn task(&self) -> Task;
+    /// What a record takes from it.
+    fn parts(&self) -> LoopParts;
 }
 
 impl LoopReport for TickReport {
-    fn estimate(&self) -> (Option<Estimate<f32>>, Health) {
-        (self.estimate, self.health)
-    }
-
-    fn innovation(&self) -> Option<Innovation<f32>> {
-        self.camera
-    }
-
-    fn drive(&self) -> (DriveCommand, DriveCommand) {
-        (self.command, self.applied)
-    }
-
-    fn task(&self) -> Task {
-        Task::Position(self.phase)
+    fn parts(&self) -> LoopParts {
+        let Self { estimate, health, camera, command, applied, phase, .. } = *self;
+        let task = Task::Position(phase);
+        LoopParts { estimate, health, innovation: camera, asked: command, applied, task }
     }
 }
 
 impl LoopReport for RateReport {
-    fn estimate(&self) -> (Option<Estimate<f32>>, Health) {
-        (self.estimate, self.health)
-    }
-
-    fn innovation(&self) -> Option<Innovation<f32>> {
-        self.camera
-    }
-
-    fn drive(&self) -> (DriveCommand, DriveCommand) {
-        (self.command, self.applied)
-    }
-
-    fn task(&self) -> Task {
-        Task::Rate { wanted_rad_s: self.wanted_rad_s, reference: self.reference }
+    fn parts(&self) -> LoopParts {
+        let Self { estimate, health, camera, command, applied, wanted_rad_s, reference, .. } = *self;
+        let task = Task::Rate { wanted_rad_s, reference };
+        LoopParts { estimate, health, innovation: camera, asked: command, applied, task }
     }
 }
 
@@ -273,8 +258,7 @@ impl<P: TickProgram<Report: LoopReport>> TickDriver<P> {
     /// The record of the last tick, whose end is `moment`.
     pub fn record(&self, moment: &Moment<P::Report>) -> RunRecord<'_> {
         let measurements = self.measurements();
-        let (estimate, health) = moment.report.estimate();
-        let (asked, applied) = moment.report.drive();
+        let LoopParts { estimate, health, innovation, asked, applied, task } = moment.report.parts();
         RunRecord {
             at: moment.at,
             truth: Some(Truth {
@@ -289,12 +273,12 @@ impl<P: TickProgram<Report: LoopReport>> TickDriver<P> {
             ldv_samples: &measurements.ldv_samples,
             camera_frame: measurements.camera_frame,
             marked: measurements.marked,
-            innovation: moment.report.innovation(),
+            innovation,
             estimate,
             health,
             asked,
             applied,
-            task: moment.report.task(),
+            task,
         }
     }
 }

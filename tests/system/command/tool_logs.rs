@@ -265,7 +265,7 @@ fn tool_explain_says_what_went_wrong_and_when() {
         assert!(there, "{words}, {from_s} to {until_s} s: {explanation:#}");
     };
     let blind = explained(&["--fault", "camera:lost@0.02..0.04"]);
-    told(&blind, "no frame has arrived", 0.02, 0.021);
+    told(&blind, "No frame had arrived", 0.02, 0.021);
     told(&blind, "cruise", 0.0, 0.02);
     told(&blind, "at the target", 0.02, 10.0);
     let wrong = explained(&["--fault", "camera:offset:30@0.02..0.03"]);
