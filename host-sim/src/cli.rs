@@ -1,11 +1,12 @@
 //! The command line: one struct a subcommand, each a thin layer over a scene.
 //!
 //! A command's own flag for a setting is a shorter name of a key, so the same bounds and the same refusals hold for it.
-//! Errors of any kind are one line on standard error and exit code 2.
+//! Errors of any kind are one line on standard error and exit code 2, a change that `compare` was to refuse 1.
 
 mod beside;
 mod calibration;
 mod closed_loop;
+mod compare;
 mod count;
 mod error;
 mod estimation;
@@ -21,6 +22,7 @@ mod publication;
 mod readers;
 mod replay;
 mod report;
+mod result_json;
 mod results;
 mod scene_args;
 mod scene_files;
@@ -43,6 +45,7 @@ use crate::studies::response_map;
 
 use calibration::CalibrateArgs;
 use closed_loop::{PositionArgs, PositioningTrialsArgs, RateArgs, ResponseMapArgs};
+use compare::CompareArgs;
 use estimation::{EstimateArgs, FiltersArgs};
 use faults::FaultsArgs;
 use instruments::InstrumentsArgs;
@@ -102,6 +105,8 @@ enum Command {
     Replay(ReplayArgs),
     /// Say in words what happened in a log: frames refused, restarts, health, phases, and why
     Explain(ExplainArgs),
+    /// Set two results side by side, with what changed beyond noise
+    Compare(CompareArgs),
     /// Calibrate a gyroscope on the rotor: scale factor and bias with their intervals, against the truth
     Calibrate(CalibrateArgs),
     /// Move many drawn motors to many targets, beside simpler strategies
@@ -196,6 +201,7 @@ impl Command {
             Self::Rate(args) => args.execute(),
             Self::Replay(args) => args.execute(),
             Self::Explain(args) => args.execute(),
+            Self::Compare(args) => args.execute(),
             Self::Calibrate(args) => args.execute(),
             Self::PositioningTrials(args) => args.execute(),
             Self::Instruments(args) => args.execute(),
@@ -233,7 +239,8 @@ fn complain(line: &str) {
     anstream::eprintln!("{text}");
 }
 
-/// Runs the command of this process: 0 when it did what was asked, 2 when it could not, 130 when it was interrupted.
+/// Runs the command of this process: 0 when it did what was asked, 1 when `compare` found a change that it was to
+/// refuse, 2 when it could not, 130 when it was interrupted.
 pub fn main() -> ExitCode {
     let parsed = command_line().try_get_matches().and_then(|matches| Cli::from_arg_matches(&matches));
     let cli = match parsed {

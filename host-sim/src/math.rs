@@ -3,6 +3,7 @@
 //! | module | what it is |
 //! |---|---|
 //! | [`statistics`] | mean, spread, quantiles, a straight line, quantiles of distributions |
+//! | [`difference`] | whether two results differ beyond chance |
 //! | [`spectrum`] | Fourier spectrum of a sampled motion |
 //! | [`allan_deviation`] | Allan deviation of a record of angles |
 //! | [`random_streams`] | one seeded stream of random numbers per source |
@@ -11,6 +12,7 @@
 
 pub(crate) mod allan_deviation;
 pub(crate) mod count;
+pub(crate) mod difference;
 pub(crate) mod plain_number;
 pub(crate) mod random_streams;
 pub(crate) mod spectrum;

@@ -6,14 +6,18 @@
 //! | `table` | the layout of every table |
 //! | [`page`] | pages of results: a template, its values, and the comparison of two pages |
 //! | [`chart`] | pictures: panels of series over axes, as SVG |
+//! | [`compare`] | two results side by side, with what changed beyond noise |
+//! | [`key_figure`] | the numbers by which a result is judged, with their intervals |
 //! | `html` | the report on a run as one HTML file |
 //! | [`files`] | files that appear whole or not at all; CSV and JSON |
 
 pub mod chart;
+pub(crate) mod compare;
 pub(crate) mod document;
 mod error;
 pub(crate) mod files;
 pub(crate) mod html;
+pub(crate) mod key_figure;
 pub(crate) mod page;
 pub(crate) mod table;
 

@@ -15,3 +15,4 @@ pub mod response_map;
 pub(crate) mod rotor_models;
 pub mod shard;
 pub(crate) mod step_accuracy;
+pub(crate) mod study_report;

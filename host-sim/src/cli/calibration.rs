@@ -7,6 +7,7 @@ use clap::Args;
 use super::beside::BesideArgs;
 use super::count::Count;
 use super::publication::{Findings, PublicationArgs};
+use super::report::Request;
 use super::{MapArgs, SceneArgs, progress};
 use crate::cli::CommandError;
 use crate::runs::RunError;
@@ -57,13 +58,12 @@ impl CalibrateArgs {
             beside.into_iter().map(|other| other.and_then(|plan| plan.run(&progress))).collect();
         calibrations.beside = beside?;
         bar.finish_and_clear();
-        Ok(publication.publish(Findings {
-            files: vec![
-                ("calibrate.svg".to_owned(), calibrations.picture()?),
-                ("runs.csv".to_owned(), calibrations.csv()?),
-            ],
-            text: calibrations.document().text(),
+        let findings = Findings {
+            files: vec![("runs.csv".to_owned(), calibrations.csv()?)],
             json: calibrations.json(),
-        })?)
+            report: calibrations.report(),
+        };
+        let request = Request::of_scene("calibrate", &scene).with_key_flags(&["--duration"]);
+        Ok(publication.publish(findings, &request)?)
     }
 }

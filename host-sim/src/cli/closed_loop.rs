@@ -11,8 +11,8 @@ use super::beside::BesideArgs;
 use super::count::Count;
 use super::log_args::LogArgs;
 use super::publication::{DrawingArgs, Findings, PublicationArgs};
-use super::report::ReportArgs;
-use super::{Format, MapArgs, SceneArgs, progress};
+use super::report::{ReportArgs, Request};
+use super::{Format, MapArgs, SceneArgs, progress, result_json};
 use crate::cli::CommandError;
 use crate::report::files;
 use crate::runs::record::Observer as _;
@@ -62,6 +62,7 @@ impl PositionArgs {
         if let Some(note) = position::note(&scene)? {
             progress::note(&note);
         }
+        let request = Request::of_scene("position", &scene).with_key_flags(&["--to", "--tolerance"]);
         let drawing = self.drawing.open("position.svg")?;
         let report = self.report.open()?;
         let mut log = self.log.open("position", &scene)?;
@@ -78,13 +79,14 @@ impl PositionArgs {
         // The trace ends no run early.
         let ControlFlow::Continue(outcome) = run else { return Err(log.stopped().into()) };
         let cost = position::MoveCost { wall_s: begun.elapsed().as_secs_f64() };
-        let logged = log.finish(&outcome.json())?;
+        let json = result_json::of(&request, &[], &outcome.json());
+        let logged = log.finish(&json)?;
         let svg = position::svg(&outcome, &trace)?;
         if let (Some(report), Some(beside)) = (report, &beside) {
             let content = position::report(&scene, &plan, &outcome, (&trace, beside), cost);
-            report.publish(&content, "position", &scene, &["--to", "--tolerance"])?;
+            report.publish(&content, &request)?;
         }
-        Ok(drawing.publish(&svg, &format!("{outcome}{logged}"), outcome.json())?)
+        Ok(drawing.publish(&svg, &format!("{outcome}{logged}"), json)?)
     }
 }
 
@@ -124,6 +126,8 @@ impl RateArgs {
             ],
         )?)?;
         let beside = self.beside.scenes("rate", &scene, |scene| self.map.provide(scene))?;
+        let request =
+            Request::of_scene("rate", &scene).with_key_flags(&["--deg-s", "--profile", "--duration"]);
         let drawing = self.drawing.open("rate.svg")?;
         let report_file = self.report.open()?;
         let mut points = Vec::new();
@@ -134,14 +138,14 @@ impl RateArgs {
             |run, moment| log.observe_made(|| run.record(moment)),
         )?;
         let ControlFlow::Continue(outcome) = ended else { return Err(log.stopped().into()) };
-        let logged = log.finish(&files::json_line(&outcome))?;
+        let logged = log.finish(&result_json::of(&request, &[], &files::json_line(&outcome)))?;
         let svg = rate::svg(&outcome, &points)?;
         if let Some(file) = report_file {
-            let flags = ["--deg-s", "--profile", "--duration"];
-            file.publish(&rate::report(&scene, &outcome, &points), "rate", &scene, &flags)?;
+            file.publish(&rate::report(&scene, &outcome, &points), &request)?;
         }
         let report = HeldRates::of_one(outcome, &beside)?;
-        Ok(drawing.publish(&svg, &format!("{report}{logged}"), report.json())?)
+        let json = result_json::of(&request, &[], &report.json());
+        Ok(drawing.publish(&svg, &format!("{report}{logged}"), json)?)
     }
 }
 
@@ -195,14 +199,12 @@ impl PositioningTrialsArgs {
         let report =
             positioning_trials::PositioningTrials { trials, others: others?, measuring_s, beside: beside? };
         bar.finish_and_clear();
-        Ok(publication.publish(Findings {
-            files: vec![
-                ("positioning-trials.svg".to_owned(), report.picture()?),
-                ("trials.csv".to_owned(), report.csv()),
-            ],
-            text: report.document().text(),
+        let findings = Findings {
+            files: vec![("trials.csv".to_owned(), report.csv())],
             json: report.json(),
-        })?)
+            report: report.report(),
+        };
+        Ok(publication.publish(findings, &Request::of_scene("positioning-trials", &scene))?)
     }
 }
 

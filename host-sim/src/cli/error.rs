@@ -2,6 +2,7 @@
 
 use crate::board::BoardError;
 use crate::log::LogError;
+use crate::report::compare::result_file::ResultFileError;
 use crate::runs::RunError;
 
 /// Why a command stopped.
@@ -17,6 +18,15 @@ pub enum CommandError {
     /// The log of a run was not written or not read.
     #[error(transparent)]
     Log(#[from] LogError),
+    /// A file that was to be compared is no result.
+    #[error(transparent)]
+    Result(#[from] ResultFileError),
+    /// `compare` was to refuse a change, and found some.
+    #[error("{count} {} beyond noise, or without a measure of chance", if *count == 1 { "change" } else { "changes" })]
+    Changed {
+        /// How many.
+        count: usize,
+    },
     /// Something that this command was built without.
     #[error("{what} is not built into this command")]
     LeftOut {
@@ -40,15 +50,21 @@ impl CommandError {
             Self::Run(error) => error.hint(),
             Self::Board(error) => error.hint(),
             Self::Log(error) => error.hint(),
+            Self::Result(error) => error.hint(),
+            Self::Changed { .. } => None,
             Self::LeftOut { feature, .. } => {
                 Some(format!("build it with the feature: `cargo run --release --features {feature} -- ...`"))
             }
         }
     }
 
-    /// The exit code: 130 for an interruption, as shells have it, 2 otherwise.
+    /// The exit code: 130 for an interruption, as shells have it, 1 for a change that was to be refused, 2 otherwise.
     pub fn exit_code(&self) -> u8 {
-        if matches!(self, Self::Log(LogError::Interrupted { .. })) { 130 } else { 2 }
+        match self {
+            Self::Log(LogError::Interrupted { .. }) => 130,
+            Self::Changed { .. } => 1,
+            _ => 2,
+        }
     }
 
     /// Whether the reader of standard output has closed it, which is no error of the command.

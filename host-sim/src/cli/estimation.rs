@@ -8,6 +8,7 @@ use super::beside::BesideArgs;
 use super::count::Count;
 use super::microcontroller::count_instructions;
 use super::publication::{Findings, PublicationArgs};
+use super::report::Request;
 use super::{SceneArgs, progress};
 use crate::board::qemu::Board;
 use crate::cli::CommandError;
@@ -49,14 +50,12 @@ impl EstimateArgs {
             beside.into_iter().map(|other| other.and_then(|plan| plan.run(&progress))).collect();
         let estimation = estimation.with_beside(beside?);
         bar.finish_and_clear();
-        Ok(publication.publish(Findings {
-            files: vec![
-                ("estimate.svg".to_owned(), estimation.picture()?),
-                ("table.csv".to_owned(), estimation.csv()?),
-            ],
-            text: estimation.document().text(),
+        let findings = Findings {
+            files: vec![("table.csv".to_owned(), estimation.csv()?)],
             json: estimation.json(),
-        })?)
+            report: estimation.report(),
+        };
+        Ok(publication.publish(findings, &Request::of_scene("estimate", &scene))?)
     }
 }
 
@@ -87,13 +86,11 @@ impl FiltersArgs {
         let bar = progress::bar(plan.recordings());
         let comparison = plan.run(counts.as_ref(), &|| bar.inc(1))?;
         bar.finish_and_clear();
-        Ok(publication.publish(Findings {
-            files: vec![
-                ("filters.svg".to_owned(), comparison.picture()?),
-                ("table.csv".to_owned(), comparison.csv()?),
-            ],
-            text: comparison.document().text(),
+        let findings = Findings {
+            files: vec![("table.csv".to_owned(), comparison.csv()?)],
             json: comparison.json(),
-        })?)
+            report: comparison.report(),
+        };
+        Ok(publication.publish(findings, &Request::of_scene("filters", &scene))?)
     }
 }

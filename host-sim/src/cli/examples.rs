@@ -8,6 +8,7 @@ pub(super) const EXAMPLES: &[(&str, &[(&str, &str)])] = &[
             ("How fast mode B turns the rotor", "simulate --drive b"),
             ("Walking, and the motion as a table", "simulate --drive c --amplitude 0.3 --out walk.csv"),
             ("The motor that tilts, in JSON", "simulate --drive b --scene set_f --format json"),
+            ("The impacts in slow motion", "simulate --drive b --report motion.html"),
         ],
     ),
     (
@@ -61,9 +62,20 @@ pub(super) const EXAMPLES: &[(&str, &[(&str, &str)])] = &[
         "estimate",
         &[
             ("All filters on two motors", "estimate --motors 2"),
+            ("The same as a report", "estimate --motors 2 --report estimate.html"),
             (
                 "The same with the wrong sign of the vibrometer",
                 "estimate --motors 2 --fault ldv:inverted@0.2..",
+            ),
+        ],
+    ),
+    (
+        "compare",
+        &[
+            ("What a change of the program changed", "compare before.json after.json"),
+            (
+                "In continuous integration: exit code 1 for a change beyond noise",
+                "compare before.json after.json --fail-on-change --report changes.html",
             ),
         ],
     ),
@@ -72,6 +84,10 @@ pub(super) const EXAMPLES: &[(&str, &[(&str, &str)])] = &[
         "positioning-trials",
         &[
             ("20 moves", "positioning-trials --motors 20"),
+            (
+                "With a report of pictures and intervals",
+                "positioning-trials --motors 20 --report trials.html",
+            ),
             ("Beside simpler strategies", "positioning-trials --motors 20 --compare 2"),
         ],
     ),
@@ -146,6 +162,7 @@ const FIRST_STEPS: &[(&str, &str)] = &[
 /// What the exit codes mean.
 pub(super) const EXIT_CODES: &str = "Exit codes:
   0  done, also when a move ended off its target: the result says so
+  1  compare --fail-on-change found a change
   2  refused, failed, or a check did not hold; one line on standard error says why
   130  interrupted (Ctrl-C) while a log was written; one line on standard error says what is kept";
 

@@ -7,6 +7,7 @@ use clap::Args;
 use super::beside::BesideArgs;
 use super::count::Count;
 use super::publication::{Findings, PublicationArgs};
+use super::report::Request;
 use super::shard::ShardArgs;
 use super::{MapArgs, SceneArgs, progress};
 use crate::cli::CommandError;
@@ -42,7 +43,7 @@ impl FaultsArgs {
         let campaign = if let Some(runs) = self.parts.merged(|run: &FaultRun| run.number)? {
             FaultCampaign { runs }
         } else {
-            let scene = self.map.provide(scene)?;
+            let scene = self.map.provide(scene.clone())?;
             let beside = self.beside.scenes("faults", &scene, |scene| self.map.provide(scene))?;
             let first = BesideScene { name: FIRST.to_owned(), scene };
             let scenes = std::iter::once(first).chain(beside).collect();
@@ -52,10 +53,11 @@ impl FaultsArgs {
             bar.finish_and_clear();
             campaign
         };
-        Ok(publication.publish(Findings {
+        let findings = Findings {
             files: vec![("runs.csv".to_owned(), shard::csv(&campaign.runs)?)],
-            text: campaign.document().text(),
             json: campaign.json(),
-        })?)
+            report: campaign.report(),
+        };
+        Ok(publication.publish(findings, &Request::of_scene("faults", &scene))?)
     }
 }

@@ -6,6 +6,7 @@ use clap::Args;
 
 use super::count::Count;
 use super::publication::{Findings, PublicationArgs};
+use super::report::Request;
 use super::shard::ShardArgs;
 use super::{SceneArgs, progress};
 use crate::cli::CommandError;
@@ -45,13 +46,11 @@ impl InstrumentsArgs {
             bar.finish_and_clear();
             grid
         };
-        Ok(publication.publish(Findings {
-            files: vec![
-                ("instruments.svg".to_owned(), grid.picture()?),
-                ("moves.csv".to_owned(), shard::csv(&grid.moves)?),
-            ],
-            text: grid.document().text(),
+        let findings = Findings {
+            files: vec![("moves.csv".to_owned(), shard::csv(&grid.moves)?)],
             json: grid.json(),
-        })?)
+            report: grid.report(),
+        };
+        Ok(publication.publish(findings, &Request::of_scene("instruments", &scene))?)
     }
 }

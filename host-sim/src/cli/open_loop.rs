@@ -9,11 +9,14 @@ use serde::Serialize;
 
 use super::count::Count;
 use super::publication::{Findings, PublicationArgs};
-use super::{Format, SceneArgs, progress};
+use super::report::{ReportArgs, Request};
+use super::{Format, SceneArgs, progress, result_json};
 use crate::cli::CommandError;
 use crate::report::files;
 use crate::runs::simulate::samples_csv::SamplesCsv;
-use crate::runs::simulate::{OpenLoopModel, OpenLoopReport, OpenLoopRun, simulate, simulate_stator};
+use crate::runs::simulate::{
+    OpenLoopModel, OpenLoopReport, OpenLoopRun, OpenLoopTrace, close_up, simulate, simulate_stator,
+};
 use crate::scene::SceneError;
 use crate::studies::{averaged_motor, paper, rotor_models};
 
@@ -56,8 +59,24 @@ pub(super) struct SimulateArgs {
     #[arg(long, value_enum, default_value = "text")]
     format: Format,
     #[command(flatten)]
+    report: ReportArgs,
+    #[command(flatten)]
     scene: SceneArgs,
 }
+
+/// Flags of `simulate` that are names of keys.
+const KEY_FLAGS: [&str; 10] = [
+    "--model",
+    "--rotor",
+    "--drive",
+    "--amplitude",
+    "--duration",
+    "--settle",
+    "--step",
+    "--friction",
+    "--impacts",
+    "--precision",
+];
 
 impl SimulateArgs {
     pub(super) fn execute(&self) -> Result<(), CommandError> {
@@ -78,32 +97,44 @@ impl SimulateArgs {
         )?;
         let model = OpenLoopModel::from_scene(&scene)?;
         let run = OpenLoopRun::from_scene(&scene)?;
-        if model != OpenLoopModel::Motor && self.out.is_some() {
-            let conflict = format!("simulate.model = {} has no --out", scene.choice("simulate.model"));
+        let refused = [("--out", self.out.is_some()), ("--report", self.report.is_asked_for())];
+        if let Some((flag, _)) =
+            refused.into_iter().find(|(_, given)| *given && model != OpenLoopModel::Motor)
+        {
+            let conflict = format!("simulate.model = {} has no {flag}", scene.choice("simulate.model"));
             return Err(SceneError::Conflict { conflict, hint: "simulate.model=motor has".to_owned() }.into());
         }
+        let request = Request::of_scene("simulate", &scene).with_key_flags(&KEY_FLAGS);
         let text = match model {
-            OpenLoopModel::Motor => self.full_motor(&run)?,
-            OpenLoopModel::Stator => self.written(&simulate_stator(&run)?),
-            OpenLoopModel::Averaged => self.written(&averaged_motor::long_moves(&run)?),
+            OpenLoopModel::Motor => self.full_motor(&run, &request)?,
+            OpenLoopModel::Stator => self.written(&simulate_stator(&run)?, &request),
+            OpenLoopModel::Averaged => self.written(&averaged_motor::long_moves(&run)?, &request),
         };
         Ok(files::print(&text)?)
     }
 
     /// Runs the full motor and writes its motion, if that was asked for.
-    fn full_motor(&self, run: &OpenLoopRun) -> Result<String, CommandError> {
+    fn full_motor(&self, run: &OpenLoopRun, request: &Request) -> Result<String, CommandError> {
         run.step_counts()?;
-        let mut record = self.out.as_deref().map(SamplesCsv::create).transpose()?;
+        let record = self.out.as_deref().map(SamplesCsv::create).transpose()?;
+        let report_file = self.report.open()?;
+        let trace = report_file.as_ref().map(|_| OpenLoopTrace::of(run));
+        let mut observers = (record, trace);
         let start = Instant::now();
-        let summary = simulate(run, &mut record)?;
+        let summary = simulate(run, &mut observers)?;
         let report = OpenLoopReport::new(run, &summary, start.elapsed().as_secs_f64());
+        let (record, trace) = observers;
         record.map_or(Ok(()), SamplesCsv::publish)?;
-        Ok(self.written(&report))
+        if let (Some(file), Some(trace), Some(scene)) = (report_file, trace, request.scene) {
+            file.publish(&report.html_report(scene, &trace, &close_up(run)?), request)?;
+        }
+        Ok(self.written(&report, request))
     }
 
     /// A report in the format asked for.
-    fn written<R: Display + Serialize>(&self, report: &R) -> String {
-        self.format.of(report.to_string(), files::json_line(report))
+    fn written<R: Display + Serialize>(&self, report: &R, request: &Request) -> String {
+        let json = result_json::of(request, &[], &files::json_line(report));
+        self.format.of(report.to_string(), json)
     }
 }
 
@@ -147,14 +178,14 @@ impl ReproduceArgs {
         let bar = progress::bar(plan.work());
         let rotors = plan.run(&|| bar.inc(1))?;
         bar.finish_and_clear();
-        let documents = [paper.document(), rotors.document()];
-        let mut files = paper.pictures()?;
-        files.extend(rotors.pictures()?);
-        for (name, document) in ["reproduce.md", "rotors.md"].into_iter().zip(&documents) {
-            files.push((name.to_owned(), document.markdown()));
-        }
-        let text = documents.map(|document| document.text()).concat();
-        let json = files::json_line(&Reproduced { paper: &paper, rotors: &rotors });
-        Ok(publication.publish(Findings { files, text, json })?)
+        let findings = Findings {
+            files: vec![
+                ("reproduce.md".to_owned(), paper.document().markdown()),
+                ("rotors.md".to_owned(), rotors.document().markdown()),
+            ],
+            json: files::json_line(&Reproduced { paper: &paper, rotors: &rotors }),
+            report: paper.report(&rotors, [paper.pictures()?, rotors.pictures()].concat()),
+        };
+        Ok(publication.publish(findings, &Request::without_scene("reproduce"))?)
     }
 }

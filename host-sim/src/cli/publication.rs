@@ -1,13 +1,17 @@
-//! Where a command writes its results: files in a folder, standard output.
+//! Where a command writes its results: files in a folder, a report, standard output.
 
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
+use std::time::Instant;
 
 use clap::Args;
 
-use super::Format;
+use super::report::{ReportArgs, ReportFile, Request};
+use super::{Format, result_json};
 use crate::report::OutputError;
+use crate::report::chart::Figure;
 use crate::report::files::{self, Output, OutputFolder};
+use crate::studies::study_report::{StudyCost, StudyReport};
 
 /// The flags of a command that writes a folder.
 #[derive(Debug, Args)]
@@ -15,38 +19,62 @@ pub(super) struct PublicationArgs {
     /// How to print the result
     #[arg(long, value_enum, default_value = "text")]
     format: Format,
+    #[command(flatten)]
+    report: ReportArgs,
 }
 
 /// A publication whose every destination can be written.
 pub(super) struct Publication<'a> {
-    args: &'a PublicationArgs,
+    format: Format,
     path: &'a Path,
     folder: OutputFolder,
+    report: Option<ReportFile>,
+    begun: Instant,
 }
 
-/// The results of a command, in each form in which they are written.
+/// The results of a command.
 pub(super) struct Findings {
-    /// Names and contents of the files.
+    /// In words, tables, pictures and key figures. Each picture is written as an SVG file.
+    pub report: StudyReport,
+    /// Names and contents of the files beside the pictures.
     pub files: Vec<(String, String)>,
-    /// For people.
-    pub text: String,
-    /// For programs.
+    /// For programs: a JSON object. What it is of and the key figures are put before its fields.
     pub json: String,
 }
 
 impl PublicationArgs {
-    /// Makes the folder, and refuses what cannot be written before the computing.
-    pub(super) fn open<'a>(&'a self, folder: &'a Path) -> Result<Publication<'a>, OutputError> {
-        Ok(Publication { args: self, path: folder, folder: OutputFolder::create(folder)? })
+    /// Makes the folder, and refuses what cannot be written before the computing. The time until the results are
+    /// published is what they cost.
+    pub(super) fn open<'a>(&self, folder: &'a Path) -> Result<Publication<'a>, OutputError> {
+        let report = self.report.open()?;
+        let (path, folder) = (folder, OutputFolder::create(folder)?);
+        Ok(Publication { format: self.format, path, folder, report, begun: Instant::now() })
     }
 }
 
 impl Publication<'_> {
-    pub(super) fn publish(&self, findings: Findings) -> Result<(), OutputError> {
-        let Findings { files, text, json } = findings;
+    /// Writes the files and the report, then prints the result.
+    pub(super) fn publish(self, findings: Findings, request: &Request) -> Result<(), OutputError> {
+        let cost =
+            StudyCost { wall_s: self.begun.elapsed().as_secs_f64(), threads: rayon::current_num_threads() };
+        let Findings { report, mut files, json } = findings;
+        files.extend(svg_files(&report.pictures)?);
         self.folder.publish(&files)?;
-        files::print(&self.args.format.of(format!("{text}Written to {}\n", self.path.display()), json))
+        if let Some(file) = self.report {
+            let page = report.page(request.scene, &|key| request.reads(key), cost);
+            file.publish(&page, request)?;
+        }
+        let text = format!("{}Written to {}\n", report.document.text(), self.path.display());
+        files::print(&self.format.of(text, result_json::of(request, &report.key_figures, &json)))
     }
+}
+
+/// Pictures as SVG, each with the name of its file.
+///
+/// # Errors
+/// When one cannot be laid out.
+pub(super) fn svg_files(pictures: &[(String, Figure)]) -> Result<Vec<(String, String)>, OutputError> {
+    pictures.iter().map(|(name, figure)| Ok((name.clone(), figure.svg()?))).collect()
 }
 
 /// The flags of a command that draws one run.

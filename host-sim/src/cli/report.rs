@@ -1,4 +1,4 @@
-//! `--report`: a run as one HTML file, with what repeats it.
+//! `--report`: a run or a study as one HTML file, with what repeats it.
 
 use std::io::Write as _;
 use std::path::PathBuf;
@@ -25,7 +25,45 @@ pub(super) struct ReportArgs {
 /// A report whose file can be written.
 pub(super) struct ReportFile(Output);
 
+/// What a command was asked: its report says how to repeat it, and its JSON what it was of.
+#[derive(Clone, Copy)]
+pub(super) struct Request<'a> {
+    /// Name of the command.
+    pub command: &'static str,
+    /// Its scene; `None` if it takes none.
+    pub scene: Option<&'a Scene>,
+    /// Its flags that are names of keys, each with a value.
+    pub key_flags: &'static [&'static str],
+}
+
+impl<'a> Request<'a> {
+    /// A command whose scene comes from `--scene`, `--set`, `--fault` and `--seed`.
+    pub(super) fn of_scene(command: &'static str, scene: &'a Scene) -> Self {
+        Self { command, scene: Some(scene), key_flags: &[] }
+    }
+
+    /// The same with flags of its own that are names of keys.
+    pub(super) fn with_key_flags(self, key_flags: &'static [&'static str]) -> Self {
+        Self { key_flags, ..self }
+    }
+
+    /// A command that takes no scene.
+    pub(super) fn without_scene(command: &'static str) -> Self {
+        Self { command, scene: None, key_flags: &[] }
+    }
+
+    /// Whether the command reads `key`.
+    pub(super) fn reads(&self, key: &str) -> bool {
+        self.scene.is_some() && Reader::named(self.command).reads(key)
+    }
+}
+
 impl ReportArgs {
+    /// Whether a report is to be written.
+    pub(super) fn is_asked_for(&self) -> bool {
+        self.report.is_some()
+    }
+
     /// Opens the file, if a report is asked for.
     pub(super) fn open(&self) -> Result<Option<ReportFile>, OutputError> {
         self.report.as_deref().map(|path| Output::create(path).map(ReportFile)).transpose()
@@ -33,25 +71,18 @@ impl ReportArgs {
 }
 
 impl ReportFile {
-    /// Writes the report on a run of `command`, whose `flags` are names of keys.
-    pub(super) fn publish(
-        mut self,
-        report: &HtmlReport,
-        command: &str,
-        scene: &Scene,
-        flags: &[&str],
-    ) -> Result<(), OutputError> {
-        let reader = Reader::named(command);
-        let scene = scene.text(&|key| reader.reads(key), true);
+    /// Writes the report on what was asked.
+    pub(super) fn publish(mut self, report: &HtmlReport, request: &Request) -> Result<(), OutputError> {
+        let scene = request.scene.map(|scene| scene.text(&|key| request.reads(key), true));
         let given: Vec<String> = std::env::args().skip(1).collect();
-        let page = report.page(&repetition(&given, command, scene, flags));
+        let page = report.page(&repetition(&given, request.command, scene, request.key_flags));
         self.0.write_all(page.as_bytes()).map_err(|source| self.0.unwritable(source))?;
         self.0.publish()
     }
 }
 
 /// What repeats the command `given`: without the flags that stand in its scene, and without the report.
-fn repetition(given: &[String], command: &str, scene: String, flags: &[&str]) -> Repetition {
+fn repetition(given: &[String], command: &str, scene: Option<String>, flags: &[&str]) -> Repetition {
     let line = |words: &[String]| {
         let words = words.iter().map(|word| quoted(word));
         std::iter::once("host-sim".to_owned()).chain(words).collect::<Vec<_>>().join(" ")
@@ -70,7 +101,11 @@ fn repetition(given: &[String], command: &str, scene: String, flags: &[&str]) ->
     let with_scene = [&[command, "--scene", "scene.toml"].map(str::to_owned)[..], &kept].concat();
     Repetition {
         given: line(given),
-        with_scene: if scene.is_empty() { String::new() } else { line(&with_scene) },
+        with_scene: if scene.as_ref().is_none_or(String::is_empty) {
+            String::new()
+        } else {
+            line(&with_scene)
+        },
         scene,
     }
 }
@@ -90,7 +125,7 @@ mod tests {
     use super::*;
 
     fn of(given: &str, scene: &str) -> Repetition {
-        repetition(&shlex::split(given).unwrap(), "position", scene.to_owned(), &["--to"])
+        repetition(&shlex::split(given).unwrap(), "position", Some(scene.to_owned()), &["--to"])
     }
 
     #[test]
@@ -103,6 +138,6 @@ mod tests {
         );
         assert_eq!(found.with_scene, "host-sim position --scene scene.toml --map my.toml -q");
         let found = of("position --report r.html", "");
-        assert_eq!((found.with_scene.as_str(), found.scene.as_str()), ("", ""));
+        assert_eq!((found.with_scene.as_str(), found.scene.as_deref()), ("", Some("")));
     }
 }

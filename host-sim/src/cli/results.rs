@@ -10,6 +10,7 @@ use serde::Serialize;
 
 use super::Format;
 use super::microcontroller::count_instructions;
+use super::publication::svg_files;
 use crate::board::qemu::Board;
 use crate::board::{BoardError, instructions, size};
 use crate::cli::CommandError;
@@ -80,7 +81,7 @@ impl Page {
             Self::Tilt => {
                 let plan = RotorModelsPlan::new(effort.rotor_seeds, effort.rotors_drawn);
                 let rotors = plan.with_changes(effort.rotor_changes).run(&|| ())?;
-                Content { values: rotors.page_values(), pictures: rotors.pictures()? }
+                Content { values: rotors.page_values(), pictures: svg_files(&rotors.pictures())? }
             }
             Self::Step => (effort.step_accuracy)().run()?.page_values().into(),
             Self::Filters => filter_values(effort, scene)?.into(),

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use clap::Args;
 
 use super::publication::{Findings, PublicationArgs};
+use super::report::Request;
 use crate::cli::CommandError;
 use crate::studies::step_accuracy::StepAccuracyPlan;
 
@@ -25,13 +26,11 @@ impl AccuracyArgs {
         let publication = self.publication.open(&self.out)?;
         let plan = if self.quick { StepAccuracyPlan::quick() } else { StepAccuracyPlan::full() };
         let accuracy = plan.run()?;
-        Ok(publication.publish(Findings {
-            files: vec![
-                ("accuracy.svg".to_owned(), accuracy.picture()?),
-                ("table.csv".to_owned(), accuracy.csv()?),
-            ],
-            text: accuracy.document().text(),
+        let findings = Findings {
+            files: vec![("table.csv".to_owned(), accuracy.csv()?)],
             json: accuracy.json(),
-        })?)
+            report: accuracy.report(),
+        };
+        Ok(publication.publish(findings, &Request::without_scene("accuracy"))?)
     }
 }

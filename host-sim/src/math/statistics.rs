@@ -6,6 +6,8 @@ use motor_model::math;
 use serde::Serialize;
 use statrs::distribution::{Binomial, ChiSquared, ContinuousCDF as _, DiscreteCDF as _, StudentsT};
 
+use crate::math::count::real;
+
 /// Mean and sample standard deviation of a quantity.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct Spread {
@@ -160,6 +162,19 @@ pub fn binomial_bounds(n: u32, probability: f64) -> (u32, u32) {
     (low, high)
 }
 
+/// Two-sided 95 % bounds of a probability, from `count` successes in `n` trials: Wilson's score interval (Wilson 1927).
+/// Both are 0 and 1 for no trial.
+pub fn wilson_95(count: u64, n: u64) -> (f64, f64) {
+    if n == 0 {
+        return (0.0, 1.0);
+    }
+    let (n, share) = (real(n), real(count) / real(n));
+    let square = NORMAL_95 * NORMAL_95 / n;
+    let half = math::sqrt(square * share * (1.0 - share) + 0.25 * square * square);
+    let (middle, scale) = (share + 0.5 * square, 1.0 + square);
+    (((middle - half) / scale).max(0.0), ((middle + half) / scale).min(1.0))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -260,5 +275,19 @@ mod tests {
         ] {
             assert_eq!(binomial_bounds(n, probability), bounds, "{n} {probability}");
         }
+    }
+
+    /// 81 of 263 (Newcombe 1998, table I: 0.2553 to 0.3662), 0 of 20 (0 to 0.1611), 29 of 29 (0.8830 to 1).
+    #[test]
+    fn exact_wilson_intervals() {
+        for (count, n, low, high) in [(81, 263, 0.2553, 0.3662), (0, 20, 0.0, 0.1611), (29, 29, 0.8830, 1.0)]
+        {
+            let found = wilson_95(count, n);
+            assert!(
+                (found.0 - low).abs() < 6e-5 && (found.1 - high).abs() < 6e-5,
+                "{count} of {n}: {found:?}"
+            );
+        }
+        assert_eq!(wilson_95(0, 0), (0.0, 1.0));
     }
 }

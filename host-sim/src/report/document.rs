@@ -30,6 +30,15 @@ impl Document {
         Self { blocks: vec![Block::Table(Table::of_lines(lines))] }
     }
 
+    /// The same without its first block, if that is a heading: the title of what the document is part of.
+    #[must_use]
+    pub(crate) fn without_title(mut self) -> Self {
+        if matches!(self.blocks.first(), Some(Block::Heading(_))) {
+            self.blocks.remove(0);
+        }
+        self
+    }
+
     /// Adds paragraphs.
     #[must_use]
     pub(crate) fn paragraphs(self, texts: impl IntoIterator<Item = String>) -> Self {

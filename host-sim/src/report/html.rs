@@ -1,4 +1,5 @@
-//! The report on a run as one HTML file: pictures first, readable without scripts, nothing loaded from anywhere.
+//! The report on a run or a study as one HTML file: pictures first, readable without scripts, nothing loaded from
+//! anywhere.
 //!
 //! The order is the same for every command: what was asked, pictures, what happened, how sure that is, what it cost,
 //! what is not modelled, how to repeat it. All text is escaped. The policy in the head forbids every request.
@@ -14,7 +15,7 @@ const SCRIPT: &str = include_str!("html/script.js");
 /// What a page may do: its own style and script, no request.
 const POLICY: &str = "default-src 'none'; style-src 'unsafe-inline'; script-src 'unsafe-inline'";
 
-/// A report on a run.
+/// A report on a run or a study.
 #[derive(Clone, Debug)]
 pub(crate) struct HtmlReport {
     /// What was done, in a few words.
@@ -40,8 +41,8 @@ pub(crate) struct HtmlReport {
 pub(crate) struct Repetition {
     /// The command as it was given.
     pub(crate) given: String,
-    /// What the scene sets, as a scene file; empty if it sets nothing.
-    pub(crate) scene: String,
+    /// What the scene sets, as a scene file: empty if it sets nothing, `None` if the command takes no scene.
+    pub(crate) scene: Option<String>,
     /// The command with that file; empty if there is none.
     pub(crate) with_scene: String,
 }
@@ -101,13 +102,15 @@ impl Repetition {
         html! {
             p { "This command was given, with version " (env!("CARGO_PKG_VERSION")) " of host-sim:" }
             pre { code { (self.given) } }
-            @if self.scene.is_empty() {
-                p { "It sets no key of the scene: every value is the default." }
-            } @else {
-                p { "The scene, where it differs from the defaults. Saved as " code { "scene.toml" } ":" }
-                pre { code { (self.scene) } }
-                p { "it gives the same run with" }
-                pre { code { (self.with_scene) } }
+            @match self.scene.as_deref() {
+                None => p { "It takes no scene." },
+                Some("") => p { "It sets no key of the scene: every value is the default." },
+                Some(scene) => {
+                    p { "The scene, where it differs from the defaults. Saved as " code { "scene.toml" } ":" }
+                    pre { code { (scene) } }
+                    p { "it gives the same run with" }
+                    pre { code { (self.with_scene) } }
+                }
             }
             p { "The same scene, seed and version give the same figures on any number of threads; times differ." }
         }
@@ -195,7 +198,7 @@ mod tests {
         };
         report.page(&Repetition {
             given: text.to_owned(),
-            scene: text.to_owned(),
+            scene: Some(text.to_owned()),
             with_scene: text.to_owned(),
         })
     }

@@ -14,8 +14,8 @@ pub(crate) fn cost_lines(motor_s: f64, wall_s: f64) -> Vec<(&'static str, String
     ]
 }
 
-/// What drives, instruments and faults were set.
-pub(crate) fn bench_lines(scene: &Scene) -> Vec<(&'static str, String)> {
+/// What drives, instruments and faults were set, of the keys that the command `reads`.
+pub(crate) fn bench_lines(scene: &Scene, reads: &dyn Fn(&str) -> bool) -> Vec<(&'static str, String)> {
     let camera = format!(
         "{} frames a second of {} marks",
         scene.value_text("camera.frame_rate_hz"),
@@ -26,14 +26,19 @@ pub(crate) fn bench_lines(scene: &Scene) -> Vec<(&'static str, String)> {
         _ => format!("{} samples a second", scene.value_text("ldv.sample_rate_hz")),
     };
     let faults = scene.value_text("faults").replace(['[', ']', '"'], "");
-    vec![
-        ("seed", scene.seed().to_string()),
-        ("rotor", scene.choice("plant.rotor").replace('_', " ")),
-        ("motor", format!("{} parameters", scene.choice("plant.parameters").replace('_', " "))),
-        ("camera", camera),
-        ("vibrometer", vibrometer),
-        ("faults by words", if faults.is_empty() { "none".to_owned() } else { faults }),
-    ]
+    let lines = [
+        ("seed", "seed", scene.seed().to_string()),
+        ("plant.rotor", "rotor", scene.choice("plant.rotor").replace('_', " ")),
+        (
+            "plant.parameters",
+            "motor",
+            format!("{} parameters", scene.choice("plant.parameters").replace('_', " ")),
+        ),
+        ("camera.frame_rate_hz", "camera", camera),
+        ("ldv.installed", "vibrometer", vibrometer),
+        ("faults", "faults by words", if faults.is_empty() { "none".to_owned() } else { faults }),
+    ];
+    lines.into_iter().filter(|(key, ..)| reads(key)).map(|(_, what, said)| (what, said)).collect()
 }
 
 /// Errors of the estimate beside what the filter states of them.

@@ -1,8 +1,10 @@
 //! The open loop: one motor under one constant drive, observed while it runs, with statistics after it has settled:
 //! `host-sim simulate`.
 
+mod html_report;
 mod model;
 mod report;
+mod report_trace;
 pub mod samples_csv;
 mod stator;
 mod stepped_motor;
@@ -24,6 +26,7 @@ use crate::world::plant::impact_rule;
 
 pub use model::OpenLoopModel;
 pub use report::{OpenLoopReport, drive_name, rule_name};
+pub use report_trace::{OpenLoopTrace, close_up};
 pub use stator::simulate_stator;
 pub use stepping::{FAST_APPROACH_M_S, MotorSample, Observer, OpenLoopSummary, simulate};
 pub use tilt_statistics::TiltSummary;

@@ -10,9 +10,11 @@
 //! | `draw` | the faults of a run |
 //! | `run` | one run, watched |
 //! | `summary` | the counts of some runs |
-//! | `tables` | what is shown of them |
+//! | `tables`, `picture`, `report` | what is shown of them |
 
 mod draw;
+mod picture;
+mod report;
 mod run;
 mod summary;
 mod tables;

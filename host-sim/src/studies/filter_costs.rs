@@ -16,6 +16,7 @@
 mod picture;
 mod recording;
 mod replay;
+mod report;
 mod tables;
 
 use motor_model::{DriveMode, OutOfBounds};

@@ -38,6 +38,7 @@ pub mod error_sums;
 pub(crate) mod genie;
 mod kicks;
 mod picture;
+mod report;
 mod tables;
 pub mod timeline;
 
@@ -117,6 +118,9 @@ pub struct FilterErrorsRow {
     pub runs: u64,
     /// The scene beside the first that the row is of, by its name; `null` for the first.
     pub beside: Option<String>,
+    /// Root mean square error of the angle of each run.
+    #[serde(skip)]
+    pub rms_of_runs_mdeg: Vec<f64>,
 }
 
 /// One filter over all phases of one drive, and what it costs.
@@ -271,6 +275,7 @@ impl FilterErrorsRow {
             good_beyond_5_sigma_worst_mdeg,
             runs: runs.len() as u64,
             beside: None,
+            rms_of_runs_mdeg: runs.iter().map(|run| run.rms_angle_mdeg()).collect(),
         }
     }
 

@@ -10,7 +10,7 @@
 //! | `fit` | generalised least squares: scale factor and bias with their covariance |
 //! | `calibration` | one calibration: its intervals, its fit, what became of it |
 //! | `beside_table` | several scenes side by side |
-//! | `summary`, `tables`, `picture` | the figures over all calibrations, and what is shown of them |
+//! | `summary`, `tables`, `picture`, `report` | the figures over all calibrations, and what is shown of them |
 //!
 //! The reference is good to some 5 milli-degrees while the rotor turns and to 0.5 at rest. Every interval shares it
 //! with the next. So the gyroscope's random walk limits a calibration of a minute: 0.15 deg/sqrt(h) are 19
@@ -27,6 +27,7 @@ mod beside_table;
 mod calibration;
 mod fit;
 mod picture;
+mod report;
 mod schedule;
 mod summary;
 mod tables;

@@ -18,10 +18,11 @@
 //! | this one | the plan: which benches, filters, motors and moves; one move |
 //! | `benches` | the instruments that are tried |
 //! | `summary` | the counts of a bench |
-//! | `tables`, `picture` | what is shown of them |
+//! | `tables`, `picture`, `report` | what is shown of them |
 
 mod benches;
 mod picture;
+mod report;
 mod summary;
 mod tables;
 

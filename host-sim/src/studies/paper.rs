@@ -9,10 +9,12 @@
 //! | [`reproduction`] | the result |
 //! | [`tables`] | the result as text and Markdown |
 //! | [`pictures`] | the result as pictures |
+//! | `report` | the result as a report, with the rotors that tilt |
 
 pub mod comparison;
 pub mod pictures;
 pub mod published;
+mod report;
 pub mod reproduction;
 pub mod runs;
 pub mod tables;

@@ -28,12 +28,13 @@
 //! | `baselines`, `burst_table` | the simpler programs |
 //! | `summary` | the figures of a set of trials |
 //! | `beside_table` | the controller on several scenes side by side |
-//! | `tables`, `picture` | what is shown of them |
+//! | `tables`, `picture`, `report` | what is shown of them |
 
 mod baselines;
 mod beside_table;
 mod burst_table;
 mod picture;
+mod report;
 mod summary;
 mod tables;
 mod trial;

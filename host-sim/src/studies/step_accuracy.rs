@@ -28,6 +28,7 @@ mod page;
 pub mod peers;
 mod picture;
 pub mod reference;
+mod report;
 pub mod steady_motion;
 pub mod step_cost;
 pub mod tables;

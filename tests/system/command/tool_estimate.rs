@@ -24,7 +24,7 @@ fn three() -> &'static (TempDir, Vec<Value>) {
 
 #[track_caller]
 fn rows(folder: &TempDir, arguments: &[&str]) -> Vec<Value> {
-    json_on_two(folder.path(), arguments).as_array().expect("an array").clone()
+    json_on_two(folder.path(), arguments)["rows"].as_array().expect("rows").clone()
 }
 
 #[track_caller]

@@ -18,7 +18,8 @@ fn exact_parts_are_the_whole_and_commands_repeat_their_runs() {
         output_on(1, folder.path(), &[&flags[..], &coarse[..]].concat());
     }
     let parts = ["part3/runs.csv", "part1/runs.csv", "part2/runs.csv"];
-    let merge = [&["faults", "--format", "json", "--out", "merged", "--merge"], &parts[..]].concat();
+    let merge = ["faults", "--format", "json", "--out", "merged"];
+    let merge = [&merge[..], &coarse, &["--merge"], &parts].concat();
     assert_eq!(json_on_two(folder.path(), &merge), whole);
     assert_eq!(written(folder.path(), "merged/runs.csv"), table);
     let all = &whole["all"];

@@ -18,7 +18,7 @@ fn two() -> &'static (TempDir, Vec<Value>) {
     static TWO: OnceLock<(TempDir, Vec<Value>)> = OnceLock::new();
     TWO.get_or_init(|| {
         let folder = folder();
-        let rows = json_on_two(folder.path(), &ARGUMENTS).as_array().expect("an array").clone();
+        let rows = json_on_two(folder.path(), &ARGUMENTS)["rows"].as_array().expect("rows").clone();
         (folder, rows)
     })
 }

@@ -39,7 +39,7 @@ fn agrees(command: &str, scene: &Scene) {
 fn exact_simulate_reads_what_the_table_says() {
     let scene = short(&["simulate.duration_s=0.01", "simulate.settle_s=0"], false);
     simulate::OpenLoopModel::from_scene(&scene).unwrap();
-    simulate::simulate(&simulate::OpenLoopRun::from_scene(&scene).unwrap(), &mut None).unwrap();
+    simulate::simulate(&simulate::OpenLoopRun::from_scene(&scene).unwrap(), &mut ()).unwrap();
     agrees("simulate", &scene);
 }
 

@@ -22,11 +22,12 @@ const AROUND_PLOT: u32 = 60;
 const TICK_CHARACTERS_MAX: usize = 24;
 
 impl Figure {
-    /// The figure as HTML: its caption, and one figure for each panel with its table behind it.
+    /// The figure as HTML: its title and its caption, and one figure for each panel with its table behind it.
     pub(crate) fn html(&self) -> Markup {
         self.check();
         html! {
-            @if let Some(caption) = &self.caption { p { (caption) } }
+            @if !self.title.is_empty() { h3.title { (self.title) } }
+            @if let Some(caption) = &self.caption { p.caption { (caption) } }
             @for panel in &self.panels { (panel.html()) }
         }
     }

@@ -101,6 +101,36 @@ impl OpenLoopReport {
     }
 }
 
+impl OpenLoopReport {
+    /// The result in words: what is said, and of what.
+    pub(super) fn lines(&self) -> Vec<(&'static str, String)> {
+        let (rate, sd) = (self.rotor_rate_mean_rad_s, self.rotor_rate_sd_rad_s);
+        let mut lines = vec![
+            ("rotor rate", format!("{rate:+.4} +- {sd:.4} rad/s, clockwise positive")),
+            ("turned", format!("{:+.3} deg", self.angle_deg)),
+        ];
+        match self.collision_frequency_hz {
+            Some(frequency_hz) => lines.extend([
+                ("collision frequency", format!("{frequency_hz:.1} Hz")),
+                ("collision amplitude", format!("{:.3} mm/s", 1e3 * self.collision_amplitude_m_s)),
+            ]),
+            None => lines.push(("collision frequency", "none: nothing collides".to_owned())),
+        }
+        lines.push(("impacts", format!("{:.1} per s, faster than 1 mm/s", self.impacts_per_s)));
+        if let Some(tilt) = &self.tilt {
+            let TiltSummary { tilt_rms_mrad, tilt_max_mrad, shift_rms_m, hub_contacts_per_s, .. } = tilt;
+            lines.extend([
+                ("amplitude at the rim", format!("{:.3} mm/s", 1e3 * tilt.rim_amplitude_m_s)),
+                ("tilt", format!("{tilt_rms_mrad:.2} mrad rms, {tilt_max_mrad:.1} at most")),
+                ("shift", format!("{:.2} um rms", 1e6 * shift_rms_m)),
+                ("hub contacts", format!("{hub_contacts_per_s:.1} per s, faster than 1 mm/s")),
+                ("turns backwards", format!("{:.1} % of the time", 100.0 * tilt.reversed_share)),
+            ]);
+        }
+        lines
+    }
+}
+
 impl fmt::Display for OpenLoopReport {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { drive, amplitude, duration_s, settle_s, step_s, seed, friction, precision, .. } = self;
@@ -113,25 +143,7 @@ impl fmt::Display for OpenLoopReport {
             1e6 * step_s
         )?;
         writeln!(f)?;
-        let (rate, sd) = (self.rotor_rate_mean_rad_s, self.rotor_rate_sd_rad_s);
-        writeln!(f, "rotor rate            {rate:+.4} +- {sd:.4} rad/s, clockwise positive")?;
-        writeln!(f, "turned                {:+.3} deg", self.angle_deg)?;
-        match self.collision_frequency_hz {
-            Some(frequency_hz) => {
-                writeln!(f, "collision frequency   {frequency_hz:.1} Hz")?;
-                writeln!(f, "collision amplitude   {:.3} mm/s", 1e3 * self.collision_amplitude_m_s)?;
-            }
-            None => writeln!(f, "collision frequency   none: nothing collides")?,
-        }
-        writeln!(f, "impacts               {:.1} per s, faster than 1 mm/s", self.impacts_per_s)?;
-        if let Some(tilt) = &self.tilt {
-            let TiltSummary { tilt_rms_mrad, tilt_max_mrad, shift_rms_m, hub_contacts_per_s, .. } = tilt;
-            writeln!(f, "amplitude at the rim  {:.3} mm/s", 1e3 * tilt.rim_amplitude_m_s)?;
-            writeln!(f, "tilt                  {tilt_rms_mrad:.2} mrad rms, {tilt_max_mrad:.1} at most")?;
-            writeln!(f, "shift                 {:.2} um rms", 1e6 * shift_rms_m)?;
-            writeln!(f, "hub contacts          {hub_contacts_per_s:.1} per s, faster than 1 mm/s")?;
-            writeln!(f, "turns backwards       {:.1} % of the time", 100.0 * tilt.reversed_share)?;
-        }
+        self.lines().iter().try_for_each(|(what, said)| writeln!(f, "{what:<22}{said}"))?;
         writeln!(f)?;
         let nanoseconds = 1e9 * self.wall_s * step_s / duration_s;
         writeln!(f, "{} steps in {:.3} s: {nanoseconds:.1} ns a step", self.steps, self.wall_s)

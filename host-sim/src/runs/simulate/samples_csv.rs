@@ -96,17 +96,6 @@ impl Observer for SamplesCsv {
     }
 }
 
-/// Writes nothing for `None`.
-impl Observer for Option<SamplesCsv> {
-    fn interval_s(&self) -> Option<f64> {
-        self.as_ref().and_then(SamplesCsv::interval_s)
-    }
-
-    fn observe(&mut self, sample: &MotorSample) -> Result<(), RunError> {
-        self.as_mut().map_or(Ok(()), |record| record.observe(sample))
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -59,6 +59,17 @@ impl Observer for () {
     }
 }
 
+/// Observes nothing for `None`.
+impl<O: Observer> Observer for Option<O> {
+    fn interval_s(&self) -> Option<f64> {
+        self.as_ref().and_then(O::interval_s)
+    }
+
+    fn observe(&mut self, sample: &MotorSample) -> Result<(), RunError> {
+        self.as_mut().map_or(Ok(()), |observer| observer.observe(sample))
+    }
+}
+
 /// The statistics of a run, from the end of settling to its end.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct OpenLoopSummary {

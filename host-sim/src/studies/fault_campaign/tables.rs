@@ -14,8 +14,8 @@ use crate::studies::beside::FIRST;
 /// Runs listed at most of each kind.
 const LISTED_MAX: usize = 5;
 
-const ABOUT: &str = "Reached: held as on target, within three tolerances of it. Gave up: ended with a reason. Timed \
-    out: ended by the deadline. Wrong: held as on target, and further off. False valid: runs with an estimate of \
+pub(super) const ABOUT: &str = "Reached: held as on target, within three tolerances of it. Gave up: ended with a \
+    reason. Timed out: ended by the deadline. Wrong: held as on target, and further off. False valid: runs with an estimate of \
     good health whose angle was off by more than six standard deviations and 50 milli-degrees, the longest such \
     time, and the largest such error. Ran away: the rotor was ever so far from the way between start and target. A \
     run with two faults counts for both.";
@@ -67,7 +67,7 @@ fn wrapped(command: &str) -> String {
 }
 
 impl FaultCampaign {
-    fn by_word(&self) -> Vec<FaultSummary> {
+    pub(super) fn by_word(&self) -> Vec<FaultSummary> {
         let words = WORDS.iter().map(|word| format!("{}:{}", word.thing, word.what));
         let of_word = |word: String| {
             let runs = self.runs.iter().filter(|run| run.has(&word));
@@ -77,7 +77,7 @@ impl FaultCampaign {
     }
 
     /// The counts in one sentence.
-    fn verdict(&self) -> String {
+    pub(super) fn verdict(&self) -> String {
         let all = self.summary();
         format!(
             "Of {} moves during which something went wrong {} reached the target, {} gave up with a reason, {} were \

@@ -1,7 +1,6 @@
 //! Cost against error, in one picture.
 
 use super::{DRIVES, FilterCosts, FilterCostsRow};
-use crate::report::OutputError;
 use crate::report::chart::{Axis, Colour, Figure, Panel, Series};
 use crate::runs::filter::FILTERS;
 use crate::runs::simulate::Precision;
@@ -9,20 +8,17 @@ use crate::runs::simulate::Precision;
 const COLOURS: [Colour; 4] = [Colour::Blue, Colour::Vermilion, Colour::Green, Colour::Purple];
 
 impl FilterCosts {
-    /// The picture as SVG.
-    ///
-    /// # Errors
-    /// When it cannot be laid out.
-    pub fn picture(&self) -> Result<String, OutputError> {
+    /// The picture.
+    pub(crate) fn figure(&self) -> Figure {
         let figure = Figure::new("What each filter costs, and how far it is off").caption(
             "A line joins vibrometer rates of 50, 100 and 200 kHz; dashed in f64. Steady motion at full drive; error \
              at the present.",
         );
         let figure = DRIVES.iter().fold(figure, |figure, (_, drive)| figure.panel(self.time_panel(drive)));
         if self.rows.iter().all(|row| row.instructions.is_none()) {
-            return figure.svg();
+            return figure;
         }
-        figure.panel(self.instructions_panel()).svg()
+        figure.panel(self.instructions_panel())
     }
 
     fn time_panel(&self, drive: &str) -> Panel {

@@ -1,5 +1,7 @@
 //! The costs in words: a document for the terminal, the values of its page, CSV and JSON for programs.
 
+use serde_json::json;
+
 use super::replay::OperationCosts;
 use super::{DRIVES, FilterCosts, FilterCostsRow, SAMPLE_RATES_HZ};
 use crate::report::OutputError;
@@ -95,9 +97,9 @@ impl FilterCosts {
         crate::report::files::csv(Some(CSV_HEADER), self.rows.iter().map(columns))
     }
 
-    /// The rows as one JSON array on one line.
+    /// The rows as one JSON object on one line.
     pub fn json(&self) -> String {
-        crate::report::files::json_line(&self.rows)
+        format!("{}\n", json!({"rows": self.rows}))
     }
 }
 

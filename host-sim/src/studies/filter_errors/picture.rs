@@ -4,18 +4,9 @@ use super::comparison::{GENIES, names};
 use super::tables::title;
 use super::timeline::TimelinePhase;
 use super::{DRIVES, FilterErrors};
-use crate::report::OutputError;
 use crate::report::chart::{Axis, Colour, Figure, Panel, Series};
 
 impl FilterErrors {
-    /// The picture as SVG.
-    ///
-    /// # Errors
-    /// When it cannot be laid out.
-    pub fn picture(&self) -> Result<String, OutputError> {
-        self.figure().svg()
-    }
-
     /// The picture.
     pub(crate) fn figure(&self) -> Figure {
         let figure = Figure::new("How far the filters are off the truth").caption(

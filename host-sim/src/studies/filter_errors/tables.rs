@@ -1,5 +1,7 @@
 //! The errors in words: a document for the terminal, the values of its page, CSV and JSON for programs.
 
+use serde_json::json;
+
 use super::comparison::names;
 use super::consistency::ConsistencyTest;
 use super::timeline::TimelinePhase;
@@ -108,9 +110,9 @@ impl FilterErrors {
         crate::report::files::csv(Some(CSV_HEADER), self.all_rows())
     }
 
-    /// The rows as one JSON array on one line.
+    /// The rows as one JSON object on one line.
     pub fn json(&self) -> String {
-        crate::report::files::json_line(&self.all_rows().collect::<Vec<_>>())
+        format!("{}\n", json!({"rows": self.all_rows().collect::<Vec<_>>()}))
     }
 }
 

@@ -6,7 +6,6 @@ use motor_model::math;
 use super::{Calibration, CalibrationOutcome, Calibrations, fit::FitInterval};
 use crate::math::count::real;
 use crate::math::statistics::NORMAL_95;
-use crate::report::OutputError;
 use crate::report::chart::{Axis, Colour, Figure, Panel, Series};
 use crate::world::instruments::gyroscope::noise::TimeSpan;
 
@@ -81,14 +80,6 @@ impl Calibration {
 }
 
 impl Calibrations {
-    /// The picture as SVG.
-    ///
-    /// # Errors
-    /// When it cannot be laid out.
-    pub fn picture(&self) -> Result<String, OutputError> {
-        self.figure().svg()
-    }
-
     /// The picture.
     pub(crate) fn figure(&self) -> Figure {
         let CalibrationOutcome {

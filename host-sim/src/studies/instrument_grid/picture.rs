@@ -2,18 +2,9 @@
 
 use super::{CHOSEN, GridMove, GridOutcome, InstrumentGrid};
 use crate::math::count::real;
-use crate::report::OutputError;
 use crate::report::chart::{Axis, Colour, Figure, Panel, Series};
 
 impl InstrumentGrid {
-    /// The picture as SVG.
-    ///
-    /// # Errors
-    /// When it cannot be laid out.
-    pub fn picture(&self) -> Result<String, OutputError> {
-        self.figure().svg()
-    }
-
     /// The picture: the benches in the order of the table, from top to bottom.
     pub(crate) fn figure(&self) -> Figure {
         let names: Vec<&str> = self

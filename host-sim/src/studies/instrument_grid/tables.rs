@@ -62,7 +62,7 @@ impl InstrumentGrid {
     }
 
     /// What to look at first.
-    fn verdict(&self) -> String {
+    pub(super) fn verdict(&self) -> String {
         let total = self.total(CHOSEN);
         format!(
             "With the filter that the instruments allow best, of {} moves {} reached the target, {} were refused \

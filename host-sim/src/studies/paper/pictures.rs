@@ -63,21 +63,21 @@ const fn colour(mode: DriveMode) -> Colour {
 }
 
 impl PaperReproduction {
-    /// Every picture: the name of its file, and the SVG.
+    /// Every picture, with the name of its file.
     ///
     /// # Errors
-    /// When a run or a picture fails.
-    pub fn pictures(&self) -> Result<Vec<(String, String)>, RunError> {
+    /// When a run fails.
+    pub fn pictures(&self) -> Result<Vec<(String, Figure)>, RunError> {
         let mut pictures = vec![
-            ("motion_mode_b.svg".to_owned(), motion(DriveMode::B, 0.2, 0.006)?.svg()?),
-            ("motion_mode_c.svg".to_owned(), motion(DriveMode::C, 0.05, 0.003)?.svg()?),
-            ("spin_up.svg".to_owned(), spin_up(self.seeds)?.svg()?),
-            ("spectra.svg".to_owned(), spectra(self.seeds)?.svg()?),
-            ("mode_b_step.svg".to_owned(), self.mode_b_step().svg()?),
+            ("motion_mode_b.svg".to_owned(), motion(DriveMode::B, 0.2, 0.006)?),
+            ("motion_mode_c.svg".to_owned(), motion(DriveMode::C, 0.05, 0.003)?),
+            ("spin_up.svg".to_owned(), spin_up(self.seeds)?),
+            ("spectra.svg".to_owned(), spectra(self.seeds)?),
+            ("mode_b_step.svg".to_owned(), self.mode_b_step()),
         ];
         for trend in &self.trends {
             let file = format!("trend_{}.svg", trend.varied.replace(' ', "_"));
-            pictures.push((file, trend_picture(trend).svg()?));
+            pictures.push((file, trend_picture(trend)));
         }
         Ok(pictures)
     }

@@ -1,47 +1,53 @@
-//! The picture: for each figure, the share of trials beyond each value.
+//! The picture: for each figure, the share of trials at each value or beyond.
 
-use super::{PositioningTrial, PositioningTrials, StrategyTrials};
+use super::trial::FAILED_MDEG;
+use super::{PositioningTrial, PositioningTrials, StrategyTrials, TOLERANCE_DEG};
 use crate::math::count::real;
-use crate::report::OutputError;
 use crate::report::chart::{Axis, Colour, Figure, Panel, Series};
 
-/// Share of the trials that exceed each value, the largest left out.
+/// Share of the trials in percent that are at each value or beyond.
 fn exceedance(trials: &StrategyTrials, of: impl Fn(&PositioningTrial) -> Option<f64>) -> Vec<(f64, f64)> {
     let mut values: Vec<f64> = trials.trials.iter().filter_map(of).collect();
     values.sort_by(f64::total_cmp);
     let count = values.len();
-    let share = |above: usize| real(above) / real(count);
+    let share = |above: usize| 100.0 * real(above) / real(count);
     values.into_iter().enumerate().map(|(rank, value)| (value, share(count - rank))).collect()
 }
 
-impl PositioningTrials {
-    /// The picture as SVG.
-    ///
-    /// # Errors
-    /// When it cannot be laid out.
-    pub fn picture(&self) -> Result<String, OutputError> {
-        self.figure().svg()
-    }
+/// The worst trial as a point: the line of a single trial is none.
+fn ends(points: &[(f64, f64)]) -> Series {
+    Series::points(points.last().copied().into_iter().collect())
+}
 
+impl PositioningTrials {
     /// The picture.
     pub(crate) fn figure(&self) -> Figure {
-        let panel =
-            |title: &str, x: Axis| Panel::new(title, x, Axis::new("share of trials beyond").logarithmic());
-        let colours = || Colour::SERIES.into_iter().chain([Colour::Black]);
-        let all = || std::iter::once(&self.trials).chain(&self.others).zip(colours());
+        let panel = |title: &str, x: Axis| {
+            Panel::new(title, x, Axis::new("share of trials beyond (%)").logarithmic())
+        };
+        let all = || std::iter::once(&self.trials).chain(&self.others).zip(Colour::SERIES);
+        let least = 100.0 / real(self.trials.trials.len().max(1));
+        let upright = |x: f64| Series::dashes(vec![(x, least), (x, 100.0)]);
         let errors = all().fold(
-            panel("True final error", Axis::new("error (mdeg)").logarithmic()),
+            panel("True final error", Axis::new("error (mdeg)").logarithmic())
+                .series(upright(1e3 * TOLERANCE_DEG).colour(Colour::Black).label("tolerance"))
+                .series(upright(FAILED_MDEG).colour(Colour::Grey).label("failed beyond")),
             |panel, (trials, colour)| {
                 let points = exceedance(trials, |trial| Some(trial.outcome.final_error_mdeg.abs().max(1e-3)));
                 let label = format!("{}, {}", trials.strategy.name(), trials.filter.replace('_', " "));
-                panel.series(Series::line(points).colour(colour).width(1.5).label(label))
+                panel
+                    .series(ends(&points).colour(colour))
+                    .series(Series::line(points).colour(colour).width(1.5).label(label))
             },
         );
         let settling = all().fold(
-            panel("Time to settle per its bound", Axis::new("times the bound").logarithmic()),
+            panel("Time to settle per its bound", Axis::new("time (times the bound)").logarithmic())
+                .series(upright(1.0).colour(Colour::Black).label("no controller settles earlier")),
             |panel, (trials, colour)| {
                 let points = exceedance(trials, |trial| Some(trial.outcome.settle_time_s? / trial.bound_s));
-                panel.series(Series::line(points).colour(colour).width(1.5))
+                panel
+                    .series(ends(&points).colour(colour))
+                    .series(Series::line(points).colour(colour).width(1.5))
             },
         );
         let own = |title: &str, x: &str, of: fn(&PositioningTrial) -> f64| {
@@ -59,7 +65,7 @@ impl PositioningTrials {
             .panel(errors.height(360))
             .panel(settling.height(260))
             .panel(own("Overshoot", "overshoot (deg)", |trial| trial.outcome.overshoot_deg))
-            .panel(own("Changes of the drive", "changes", |trial| f64::from(trial.outcome.drive_switches)))
+            .panel(own("Changes of the drive", "changes (count)", |trial| f64::from(trial.outcome.drive_switches)))
             .panel(own("Time with the drive on", "time (s)", |trial| trial.outcome.drive_on_s))
     }
 }

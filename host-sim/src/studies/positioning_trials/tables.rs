@@ -33,7 +33,7 @@ pub(super) fn millidegrees(error: f64) -> String {
     if error < 10.0 { format!("{error:.2}") } else { format!("{error:.0}") }
 }
 
-fn name_of(trials: &StrategyTrials) -> String {
+pub(super) fn name_of(trials: &StrategyTrials) -> String {
     match trials.strategy {
         Strategy::Planned => format!("controller, {}", trials.filter.replace('_', " ")),
         other => other.name().to_owned(),

@@ -8,7 +8,6 @@ use super::predictions::PREDICTIONS;
 use super::variants::EXPLAINING;
 use super::{MODES, RotorModels, VARIANTS};
 use crate::math::count::real;
-use crate::report::OutputError;
 use crate::report::chart::{Axis, Colour, Figure, Panel, Series};
 
 const fn colour(mode: DriveMode) -> Colour {
@@ -19,19 +18,16 @@ const fn colour(mode: DriveMode) -> Colour {
 }
 
 impl RotorModels {
-    /// Every picture: the name of its file, and the SVG.
-    ///
-    /// # Errors
-    /// When a picture cannot be laid out.
-    pub fn pictures(&self) -> Result<Vec<(String, String)>, OutputError> {
+    /// Every picture, with the name of its file.
+    pub fn pictures(&self) -> Vec<(String, Figure)> {
         let mut pictures = vec![
-            ("rotors.svg".to_owned(), self.rotors().svg()?),
-            ("mode_b_predictions.svg".to_owned(), self.predicted().svg()?),
+            ("rotors.svg".to_owned(), self.rotors()),
+            ("mode_b_predictions.svg".to_owned(), self.predicted()),
         ];
         if !self.drawn.is_empty() {
-            pictures.push(("drawn_rotors.svg".to_owned(), self.drawn_rotors().svg()?));
+            pictures.push(("drawn_rotors.svg".to_owned(), self.drawn_rotors()));
         }
-        Ok(pictures)
+        pictures
     }
 
     /// Each figure of the experiment, and what each rotor shows of it.

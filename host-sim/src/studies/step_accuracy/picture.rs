@@ -4,7 +4,6 @@ use motor_model::ImpactRule;
 
 use super::comparison::{MethodRow, StepAccuracy};
 use super::peers::PeerRow;
-use crate::report::OutputError;
 use crate::report::chart::{Axis, Colour, Figure, Panel, Series};
 use crate::runs::simulate::Precision;
 
@@ -27,14 +26,6 @@ const FIRST_NAME: (f64, f64) = (8e4, 1e-6);
 type Point = (f64, f64, f64);
 
 impl StepAccuracy {
-    /// The picture as SVG.
-    ///
-    /// # Errors
-    /// When it cannot be laid out.
-    pub fn picture(&self) -> Result<String, OutputError> {
-        self.figure().svg()
-    }
-
     /// The picture.
     pub(crate) fn figure(&self) -> Figure {
         let finest_s = self.rows.first().map_or(0.0, |row| row.method.step_s);
