@@ -13,6 +13,7 @@ mod estimation;
 mod examples;
 mod faults;
 mod instruments;
+mod interruption;
 mod keys;
 mod log_args;
 mod microcontroller;
@@ -28,6 +29,7 @@ mod scene_args;
 mod scene_files;
 mod shard;
 mod shell;
+mod sweep;
 #[cfg(feature = "telemetry")]
 mod telemetry;
 mod twin;
@@ -57,6 +59,7 @@ use results::ResultsArgs;
 use scene_args::SceneArgs;
 use scene_files::{InitArgs, SceneCommandArgs, ScenesArgs};
 use shell::{CompletionsArgs, ManArgs};
+use sweep::{MergeArgs, SweepArgs};
 use twin::AccuracyArgs;
 
 /// A rotary micro-motor in simulation: open loop, published figures, closed loop.
@@ -115,6 +118,14 @@ enum Command {
     Instruments(InstrumentsArgs),
     /// Move drawn motors while things go wrong at random times, and count what was trusted and should not have been
     Faults(FaultsArgs),
+    /// Run a command at many points, given by ranges and lists of keys, and keep figures of each run
+    ///
+    /// A point has a value for each key of --over, and a figure is a number in what the command prints with `--format
+    /// json`. Rows go to rows.parquet in the folder of --out. Its bytes are the same for any number of threads, parts
+    /// and interruptions. A run that fails costs its own row: the table says why, and the summary counts it.
+    Sweep(SweepArgs),
+    /// Put together the parts of a sweep that --shard has made
+    Merge(MergeArgs),
     /// Identify what each drive does, for the controller
     ResponseMap(ResponseMapArgs),
     /// Write the pages of results from runs of today, or compare them
@@ -206,6 +217,8 @@ impl Command {
             Self::PositioningTrials(args) => args.execute(),
             Self::Instruments(args) => args.execute(),
             Self::Faults(args) => args.execute(),
+            Self::Sweep(args) => args.execute(),
+            Self::Merge(args) => args.execute(),
             Self::ResponseMap(args) => args.execute(),
             Self::Results(args) => args.execute(),
             Self::Keys(args) => args.execute(),
@@ -315,7 +328,7 @@ mod tests {
         Cli::command().debug_assert();
     }
 
-    /// A command has `--scene` if and only if the table of readers has the command.
+    /// A command has `--scene` if and only if the table of readers has the command, but for `sweep`.
     #[test]
     fn exact_commands_that_take_a_scene_are_readers() {
         let takes_scene =
@@ -324,6 +337,8 @@ mod tests {
         line.build();
         let mut takers: Vec<&str> =
             line.get_subcommands().filter(takes_scene).map(clap::Command::get_name).collect();
+        // It reads what the command reads that it runs.
+        takers.retain(|command| *command != "sweep");
         let mut readers = readers::READERS.map(|reader| reader.command);
         takers.sort_unstable();
         readers.sort_unstable();

@@ -9,6 +9,7 @@
 //! | [`compare`] | two results side by side, with what changed beyond noise |
 //! | [`key_figure`] | the numbers by which a result is judged, with their intervals |
 //! | `html` | the report on a run as one HTML file |
+//! | `parquet_table` | tables as Parquet files, in row groups |
 //! | [`files`] | files that appear whole or not at all; CSV and JSON |
 
 pub mod chart;
@@ -19,6 +20,7 @@ pub(crate) mod files;
 pub(crate) mod html;
 pub(crate) mod key_figure;
 pub(crate) mod page;
+pub(crate) mod parquet_table;
 pub(crate) mod table;
 
 pub use error::OutputError;

@@ -9,6 +9,8 @@ pub mod live_teeth;
 pub mod motors;
 pub mod oscillator;
 pub mod precise_filter;
+pub mod python;
+pub mod started;
 pub mod steady;
 pub mod tilting_reference;
 pub mod tooth;

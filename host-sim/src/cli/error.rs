@@ -4,6 +4,7 @@ use crate::board::BoardError;
 use crate::log::LogError;
 use crate::report::compare::result_file::ResultFileError;
 use crate::runs::RunError;
+use crate::studies::sweep::SweepError;
 
 /// Why a command stopped.
 #[derive(Debug, thiserror::Error)]
@@ -27,6 +28,9 @@ pub enum CommandError {
         /// How many.
         count: usize,
     },
+    /// A sweep was refused, or stopped.
+    #[error(transparent)]
+    Sweep(#[from] SweepError),
     /// Something that this command was built without.
     #[error("{what} is not built into this command")]
     LeftOut {
@@ -52,6 +56,7 @@ impl CommandError {
             Self::Log(error) => error.hint(),
             Self::Result(error) => error.hint(),
             Self::Changed { .. } => None,
+            Self::Sweep(error) => error.hint(),
             Self::LeftOut { feature, .. } => {
                 Some(format!("build it with the feature: `cargo run --release --features {feature} -- ...`"))
             }
@@ -63,6 +68,7 @@ impl CommandError {
         match self {
             Self::Log(LogError::Interrupted { .. }) => 130,
             Self::Changed { .. } => 1,
+            Self::Sweep(error) => error.exit_code(),
             _ => 2,
         }
     }

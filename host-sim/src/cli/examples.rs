@@ -107,6 +107,25 @@ pub(super) const EXAMPLES: &[(&str, &[(&str, &str)])] = &[
         ],
     ),
     (
+        "sweep",
+        &[
+            (
+                "How the error of a move depends on the camera, each point with 4 motors",
+                "sweep --of position --over camera.noise_m=1e-7..1e-5:log:5 --figure final_error_mdeg --repeats 4",
+            ),
+            (
+                "64 motors of a Sobol sequence, in open loop",
+                "sweep --of simulate --over motor.friction=0.1..0.5 --over motor.restitution=0.4..0.8 --sobol 64 \
+                 --figure rotor_rate_mean_rad_s",
+            ),
+            (
+                "The first of four parts, to go on with when it was interrupted",
+                "sweep --over seed=1..1000:1000 --figure final_error_mdeg --shard 1/4 --resume --out part1",
+            ),
+        ],
+    ),
+    ("merge", &[("Two parts together", "merge part1 part2 --out whole")]),
+    (
         "response-map",
         &[(
             "A map of another design for --map",
@@ -164,7 +183,7 @@ pub(super) const EXIT_CODES: &str = "Exit codes:
   0  done, also when a move ended off its target: the result says so
   1  compare --fail-on-change found a change
   2  refused, failed, or a check did not hold; one line on standard error says why
-  130  interrupted (Ctrl-C) while a log was written; one line on standard error says what is kept";
+  130  interrupted (Ctrl-C) during a log or a sweep; one line on standard error says what is kept";
 
 /// The end of a command's help.
 fn section(examples: &[(&str, &str)]) -> String {

@@ -8,6 +8,7 @@ use std::sync::atomic::AtomicBool;
 use clap::{Args, ValueHint};
 
 use super::count::Count;
+use super::interruption;
 use crate::log::{Ending, LogError, LogOptions, LogRecorder};
 use crate::report::OutputError;
 use crate::runs::record::{Observer, RunRecord};
@@ -41,23 +42,10 @@ impl LogArgs {
         let interrupted = Arc::new(AtomicBool::new(false));
         let options = LogOptions { every: self.log_every.unwrap_or(Self::EVERY) };
         let recorder = LogRecorder::create(path, options, command, scene, Arc::clone(&interrupted))?;
-        watch_signals(&interrupted)
+        interruption::watch(&interrupted)
             .map_err(|source| OutputError::Unwritable { path: path.clone(), source })?;
         Ok(Log(Some(recorder)))
     }
-}
-
-/// Sets `interrupted` at Ctrl-C and when the system asks the process to end. A file that reaches its largest size is an
-/// error of the write, and ends no process.
-fn watch_signals(interrupted: &Arc<AtomicBool>) -> std::io::Result<()> {
-    use signal_hook::consts::{SIGINT, SIGTERM};
-    for signal in [SIGINT, SIGTERM] {
-        signal_hook::flag::register_conditional_shutdown(signal, 130, Arc::clone(interrupted))?;
-        signal_hook::flag::register(signal, Arc::clone(interrupted))?;
-    }
-    #[cfg(unix)]
-    signal_hook::flag::register(signal_hook::consts::SIGXFSZ, Arc::new(AtomicBool::new(false)))?;
-    Ok(())
 }
 
 impl Observer for Log {

@@ -1,8 +1,6 @@
 //! `simulate` and `reproduce`: the motor under a given drive.
 
-use std::fmt::Display;
 use std::path::PathBuf;
-use std::time::Instant;
 
 use clap::Args;
 use serde::Serialize;
@@ -14,11 +12,10 @@ use super::{Format, SceneArgs, progress, result_json};
 use crate::cli::CommandError;
 use crate::report::files;
 use crate::runs::simulate::samples_csv::SamplesCsv;
-use crate::runs::simulate::{
-    OpenLoopModel, OpenLoopReport, OpenLoopRun, OpenLoopTrace, close_up, simulate, simulate_stator,
-};
+use crate::runs::simulate::{OpenLoopModel, OpenLoopRun, OpenLoopTrace, close_up};
 use crate::scene::SceneError;
-use crate::studies::{averaged_motor, paper, rotor_models};
+use crate::studies::open_loop::{self, OpenLoopResult};
+use crate::studies::{paper, rotor_models};
 
 #[derive(Debug, Args)]
 pub(super) struct SimulateArgs {
@@ -95,46 +92,30 @@ impl SimulateArgs {
                 ("simulate.precision", &self.precision),
             ],
         )?;
-        let model = OpenLoopModel::from_scene(&scene)?;
         let run = OpenLoopRun::from_scene(&scene)?;
+        let is_motor = OpenLoopModel::from_scene(&scene)? == OpenLoopModel::Motor;
         let refused = [("--out", self.out.is_some()), ("--report", self.report.is_asked_for())];
-        if let Some((flag, _)) =
-            refused.into_iter().find(|(_, given)| *given && model != OpenLoopModel::Motor)
-        {
+        if let Some((flag, _)) = refused.into_iter().find(|(_, given)| *given && !is_motor) {
             let conflict = format!("simulate.model = {} has no {flag}", scene.choice("simulate.model"));
             return Err(SceneError::Conflict { conflict, hint: "simulate.model=motor has".to_owned() }.into());
         }
+        if is_motor {
+            // What is refused is refused before the file is made.
+            run.step_counts()?;
+        }
         let request = Request::of_scene("simulate", &scene).with_key_flags(&KEY_FLAGS);
-        let text = match model {
-            OpenLoopModel::Motor => self.full_motor(&run, &request)?,
-            OpenLoopModel::Stator => self.written(&simulate_stator(&run)?, &request),
-            OpenLoopModel::Averaged => self.written(&averaged_motor::long_moves(&run)?, &request),
-        };
-        Ok(files::print(&text)?)
-    }
-
-    /// Runs the full motor and writes its motion, if that was asked for.
-    fn full_motor(&self, run: &OpenLoopRun, request: &Request) -> Result<String, CommandError> {
-        run.step_counts()?;
         let record = self.out.as_deref().map(SamplesCsv::create).transpose()?;
         let report_file = self.report.open()?;
-        let trace = report_file.as_ref().map(|_| OpenLoopTrace::of(run));
+        let trace = report_file.as_ref().map(|_| OpenLoopTrace::of(&run));
         let mut observers = (record, trace);
-        let start = Instant::now();
-        let summary = simulate(run, &mut observers)?;
-        let report = OpenLoopReport::new(run, &summary, start.elapsed().as_secs_f64());
+        let result = open_loop::run(&scene, &mut observers)?;
         let (record, trace) = observers;
         record.map_or(Ok(()), SamplesCsv::publish)?;
-        if let (Some(file), Some(trace), Some(scene)) = (report_file, trace, request.scene) {
-            file.publish(&report.html_report(scene, &trace, &close_up(run)?), request)?;
+        if let (Some(file), Some(trace), OpenLoopResult::Motor(report)) = (report_file, trace, &result) {
+            file.publish(&report.html_report(&scene, &trace, &close_up(&run)?), &request)?;
         }
-        Ok(self.written(&report, request))
-    }
-
-    /// A report in the format asked for.
-    fn written<R: Display + Serialize>(&self, report: &R, request: &Request) -> String {
-        let json = result_json::of(request, &[], &files::json_line(report));
-        self.format.of(report.to_string(), json)
+        let json = result_json::of(&request, &[], &result.json());
+        Ok(files::print(&self.format.of(result.to_string(), json))?)
     }
 }
 

@@ -13,7 +13,7 @@ use crate::studies::shard::{self, Shard};
 
 /// A shard as `I/N`, counted from 1.
 #[derive(Clone, Debug)]
-struct ShardParser;
+pub(super) struct ShardParser;
 
 impl TypedValueParser for ShardParser {
     type Value = Shard;

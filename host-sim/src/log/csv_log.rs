@@ -53,6 +53,7 @@ fn text(cell: Option<&Cell>, into: &mut Vec<u8>) {
         None => {}
         // A vector takes everything.
         Some(Cell::Number(number)) => drop(write!(into, "{number:?}")),
+        Some(Cell::Whole(number)) => drop(write!(into, "{number}")),
         Some(Cell::Word(word)) => into.extend(word.as_bytes()),
     }
 }

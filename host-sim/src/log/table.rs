@@ -10,47 +10,8 @@ use std::borrow::Cow;
 use estimator::Health;
 use motor_model::{Angle, DriveCommand, Time, math};
 
+pub(super) use crate::report::parquet_table::{Cell, CellKind};
 use crate::runs::record::{Impact, RunRecord, Task, mode_word, verdict_word};
-
-/// The kind of a column's cells.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum CellKind {
-    /// A number.
-    Number,
-    /// A word.
-    Word,
-}
-
-/// A cell that is not empty.
-#[derive(Clone, Debug, PartialEq)]
-pub(super) enum Cell {
-    Number(f64),
-    Word(Cow<'static, str>),
-}
-
-impl From<f64> for Cell {
-    fn from(number: f64) -> Self {
-        Self::Number(number)
-    }
-}
-
-impl From<f32> for Cell {
-    fn from(number: f32) -> Self {
-        Self::Number(number.into())
-    }
-}
-
-impl From<&'static str> for Cell {
-    fn from(word: &'static str) -> Self {
-        Self::Word(Cow::Borrowed(word))
-    }
-}
-
-impl From<Cow<'static, str>> for Cell {
-    fn from(word: Cow<'static, str>) -> Self {
-        Self::Word(word)
-    }
-}
 
 macro_rules! columns {
     ($($place:ident $name:literal $kind:ident,)+) => {

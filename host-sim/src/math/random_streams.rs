@@ -53,6 +53,8 @@ pub enum RandomSource {
     GyroscopeInstability = 22,
     /// What goes wrong in a run of a campaign of faults.
     FaultDraw = 23,
+    /// Where the points of a sweep lie.
+    SweepPoints = 24,
 }
 
 /// The stream of `source` in the run that `seed` names.
@@ -134,6 +136,7 @@ mod tests {
             RandomSource::GyroscopeWalk,
             RandomSource::GyroscopeInstability,
             RandomSource::FaultDraw,
+            RandomSource::SweepPoints,
         ];
         let draw = |seed, source| stream(seed, source).next_u64();
         let all: Vec<u64> =

@@ -27,7 +27,7 @@ use crate::world::plant::impact_rule;
 pub use model::OpenLoopModel;
 pub use report::{OpenLoopReport, drive_name, rule_name};
 pub use report_trace::{OpenLoopTrace, close_up};
-pub use stator::simulate_stator;
+pub use stator::{StatorReport, simulate_stator};
 pub use stepping::{FAST_APPROACH_M_S, MotorSample, Observer, OpenLoopSummary, simulate};
 pub use tilt_statistics::TiltSummary;
 

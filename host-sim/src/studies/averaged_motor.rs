@@ -22,7 +22,7 @@ use crate::math::random_streams::{RandomSource, stream};
 use crate::math::statistics::{Accumulator, Spread};
 use crate::runs::simulate::steps_in;
 
-pub use long_moves::long_moves;
+pub use long_moves::{AveragedReport, long_moves};
 
 /// The spin-ups from which the averaged motor is identified.
 #[derive(Clone, Copy, Debug, PartialEq)]

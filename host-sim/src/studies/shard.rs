@@ -1,5 +1,6 @@
 //! A study whose runs are numbered, in parts: each process makes some of the runs, and their rows are put together.
 
+use std::ops::Range;
 use std::path::Path;
 
 use rayon::prelude::*;
@@ -20,6 +21,15 @@ pub struct Shard {
 impl Shard {
     /// All runs.
     pub const ALL: Self = Self { index: 0, count: 1 };
+
+    /// The rows of this part, of `all` rows that lie side by side: parts in their order are the whole.
+    pub fn range(self, all: u64) -> Range<u64> {
+        let begin = |part: u64| {
+            let product = u128::from(all) * u128::from(part) / u128::from(self.count);
+            u64::try_from(product).unwrap_or(all)
+        };
+        begin(self.index)..begin(self.index + 1)
+    }
 
     /// The numbers of this part, of `all` runs.
     pub fn numbers(self, all: u64) -> Vec<u64> {

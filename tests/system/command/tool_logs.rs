@@ -1,37 +1,12 @@
 //! `--log`: what other people's readers find in the logs of a run, and what is left of a run that is interrupted or
 //! finds the disk full.
 
-use std::path::Path;
-use std::process::{Child, Command, Stdio};
-use std::sync::OnceLock;
-use std::time::{Duration, Instant};
-
 use serde_json::Value;
 
 use crate::support::built_command::{folder, json, number, refuses, succeeds};
-use crate::support::checkout::root;
 use crate::support::closeness::assert_between;
-
-/// The interpreter of `tests/logs/readers.py`, whose environment is made once and kept beside what cargo builds.
-fn python() -> &'static str {
-    static PYTHON: OnceLock<String> = OnceLock::new();
-    PYTHON.get_or_init(|| {
-        let script = root().join("tests/logs/environment.sh");
-        let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("log-readers");
-        let output = Command::new(script).arg(folder).output().expect("bash");
-        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
-        String::from_utf8(output.stdout).expect("text").trim().to_owned()
-    })
-}
-
-/// What the readers find in the logs of a folder, by name.
-#[track_caller]
-fn found(folder: &Path, logs: &[&str]) -> Value {
-    let script = root().join("tests/logs/readers.py");
-    let output = Command::new(python()).arg(script).args(logs).current_dir(folder).output().expect("python");
-    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
-    serde_json::from_slice(&output.stdout).expect("JSON")
-}
+use crate::support::python::found;
+use crate::support::started::{ended, names, signal, start, wait_until};
 
 /// A sum of many numbers, in whatever order: equal to rounding.
 #[track_caller]
@@ -107,32 +82,6 @@ fn tool_other_readers_find_the_run_in_its_logs() {
     }
 }
 
-fn start(folder: &Path, before: &str, arguments: &[&str]) -> Child {
-    let command = format!("{before} exec \"$0\" \"$@\"");
-    let mut bash = Command::new("bash");
-    bash.args(["-c", &command, env!("CARGO_BIN_EXE_host-sim-under-test")]).args(arguments);
-    bash.current_dir(folder).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().expect("bash")
-}
-
-/// Exit code, and the one line on standard error.
-#[track_caller]
-fn ended(child: Child) -> (Option<i32>, String) {
-    let output = child.wait_with_output().expect("it ends");
-    let complaint = String::from_utf8(output.stderr).expect("text");
-    assert_eq!(complaint.trim_end().lines().count(), 1, "{complaint}");
-    assert!(output.stdout.is_empty());
-    (output.status.code(), complaint)
-}
-
-/// The files of a folder that a run left, temporary ones included.
-fn names(folder: &Path) -> Vec<String> {
-    let entries = std::fs::read_dir(folder).expect("a folder");
-    let mut names: Vec<String> =
-        entries.map(|entry| entry.expect("an entry").file_name().to_string_lossy().into_owned()).collect();
-    names.sort();
-    names
-}
-
 /// A run of a thousand seconds is told to end, as Ctrl-C does, once a few megabytes are written: its log opens, and has
 /// the run up to the time that it says. The log that was there stays.
 #[test]
@@ -141,17 +90,12 @@ fn tool_an_interrupted_run_leaves_a_log_that_opens() {
     let arguments = ["rate", "--duration", "1000", "--log", "run.mcap", "--out", "run.svg"];
     std::fs::write(folder.path().join("run.mcap"), "old").expect("a folder");
     let child = start(folder.path(), "", &arguments);
-    let begun = Instant::now();
     let written = || {
         let entries = std::fs::read_dir(folder.path()).expect("a folder").flatten();
         entries.filter_map(|entry| entry.metadata().ok()).map(|metadata| metadata.len()).max().unwrap_or(0)
     };
-    while written() < 4_000_000 {
-        assert!(begun.elapsed() < Duration::from_secs(60), "nothing is written");
-        std::thread::sleep(Duration::from_millis(10));
-    }
-    let told = Command::new("kill").args(["-INT", &child.id().to_string()]).status();
-    assert!(told.expect("kill").success());
+    wait_until("a part of the log", || written() >= 4_000_000);
+    signal(&child, "INT");
     let (code, complaint) = ended(child);
     assert_eq!(code, Some(130), "{complaint}");
     assert!(complaint.contains("interrupted; run.partial.mcap has the run up to "), "{complaint}");

@@ -1,0 +1,227 @@
+//! `sweep` and `merge`: a command at many points, in one process or in parts.
+
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use clap::builder::PossibleValue;
+use clap::{Args, ValueEnum, ValueHint};
+
+use super::count::Count;
+use super::readers::Reader;
+use super::shard::ShardParser;
+use super::{Format, MapArgs, SceneArgs, interruption, progress};
+use crate::cli::CommandError;
+use crate::math::count::real;
+use crate::report::OutputError;
+use crate::report::files;
+use crate::studies::shard::Shard;
+use crate::studies::sweep::{
+    self, Existing, LockedFolder, Sampling, SweepError, SweepPlan, SweepRequest, SweepSummary, SweptCommand,
+};
+
+/// Time of this process from which on a sweep is refused, in s: a month.
+const TOO_LONG_S: f64 = 30.0 * 86_400.0;
+/// Time from which on a note says how long it will take, in s.
+const LONG_S: f64 = 600.0;
+
+/// Points of a random or Sobol sweep.
+const POINTS: Count = Count(1..=1_000_000_000_000);
+
+impl ValueEnum for SweptCommand {
+    fn value_variants<'a>() -> &'a [Self] {
+        &Self::ALL
+    }
+
+    fn to_possible_value(&self) -> Option<PossibleValue> {
+        Some(PossibleValue::new(self.name()))
+    }
+}
+
+/// Where the points lie.
+#[derive(Debug, Args)]
+struct PointsArgs {
+    /// Every value of each key with every value of the others; so it is unless another flag says otherwise
+    #[arg(long, conflicts_with_all = ["random", "sobol"])]
+    grid: bool,
+    /// So many points, independent and uniform, named by the seed
+    #[arg(long, value_name = "N", value_parser = POINTS, allow_negative_numbers = true, conflicts_with = "sobol")]
+    random: Option<u64>,
+    /// So many points of a Sobol sequence, shifted as the seed says: more even than random ones, best a power of 2
+    #[arg(long, value_name = "N", value_parser = POINTS, allow_negative_numbers = true)]
+    sobol: Option<u64>,
+}
+
+impl PointsArgs {
+    fn sampling(&self) -> Sampling {
+        match (self.random, self.sobol) {
+            (Some(points), _) => Sampling::Random(points),
+            (_, Some(points)) => Sampling::Sobol(points),
+            _ => Sampling::Grid,
+        }
+    }
+}
+
+/// What becomes of a sweep that is in the folder.
+#[derive(Debug, Args)]
+struct ExistingArgs {
+    /// Go on with the sweep that is in the folder, or begin it
+    #[arg(long, conflicts_with = "force")]
+    resume: bool,
+    /// Write over the sweep that is in the folder
+    #[arg(long)]
+    force: bool,
+}
+
+impl ExistingArgs {
+    fn existing(&self) -> Existing {
+        match (self.resume, self.force) {
+            (true, _) => Existing::Resume,
+            (_, true) => Existing::Replace,
+            _ => Existing::Refuse,
+        }
+    }
+}
+
+#[derive(Debug, Args)]
+pub(super) struct SweepArgs {
+    /// The command that runs at each point
+    #[arg(long, value_name = "COMMAND", value_enum, default_value = "position")]
+    of: SweptCommand,
+    /// A key and its values: KEY=A,B,C or KEY=MIN..MAX, the range with :log, with a count for a grid, or with both;
+    /// repeatable
+    #[arg(long, value_name = "KEY=VALUES", required = true)]
+    over: Vec<String>,
+    #[command(flatten)]
+    points: PointsArgs,
+    /// A figure to keep: its path in the JSON of the command; repeatable. Without one the paths are listed
+    #[arg(long, value_name = "PATH")]
+    figure: Vec<String>,
+    /// Runs of each point, with the seeds that follow that of the scene
+    #[arg(long, value_name = "N", default_value = "1", value_parser = Count(1..=1_000_000), allow_negative_numbers = true)]
+    repeats: u64,
+    /// Motors of a study at each point: gyroscopes of calibrate, moves of positioning-trials and faults
+    #[arg(long, value_name = "N", default_value = "1", value_parser = Count(1..=10_000), allow_negative_numbers = true)]
+    sample: u64,
+    /// Make only the I-th of N parts of the rows; `host-sim merge` puts the parts together
+    #[arg(long, value_name = "I/N", default_value = "1/1", value_parser = ShardParser)]
+    shard: Shard,
+    #[command(flatten)]
+    existing: ExistingArgs,
+    /// Begin also what takes this machine longer than a month
+    #[arg(long)]
+    long: bool,
+    /// Folder for rows.parquet, times.parquet and manifest.json
+    #[arg(long, value_name = "DIR", default_value = "out/sweep", value_hint = ValueHint::DirPath)]
+    out: PathBuf,
+    /// How to print the summary
+    #[arg(long, value_enum, default_value = "text")]
+    format: Format,
+    #[command(flatten)]
+    map: MapArgs,
+    #[command(flatten)]
+    scene: SceneArgs,
+}
+
+impl SweepArgs {
+    pub(super) fn execute(&self) -> Result<(), CommandError> {
+        let plan = self.plan()?;
+        let folder = LockedFolder::open(&self.out, &plan, self.shard, self.existing.existing())?;
+        if let Some(summary) = folder.finished()? {
+            progress::note("all rows were done already");
+            return Ok(print(&summary, self.format)?);
+        }
+        // The first row may refuse all: nothing is written or replaced before.
+        silence_panics();
+        let first = plan.check_figures()?;
+        let mut folder = folder.begin(&plan)?;
+        let rows = self.shard.range(plan.rows());
+        let begun = rows.start + folder.done();
+        self.admit_time(rows.end - begun, first.time_s)?;
+        let interrupted = Arc::new(AtomicBool::new(false));
+        interruption::watch(&interrupted)
+            .map_err(|source| OutputError::Unwritable { path: self.out.clone(), source })?;
+        let bar = progress::bar(rows.end - rows.start);
+        bar.set_position(folder.done());
+        bar.reset_eta();
+        // Row 0 is made already.
+        let make = |number| if number == 0 { first.clone() } else { plan.make(number) };
+        let end = sweep::rows_in_order(begun..rows.end, &interrupted, make, |row| {
+            folder.append(&plan, &row)?;
+            bar.inc(1);
+            Ok::<(), SweepError>(())
+        })?;
+        bar.finish_and_clear();
+        if end < rows.end {
+            debug_assert!(interrupted.load(Ordering::Relaxed));
+            let (done, rows) = (end - rows.start, rows.end - rows.start);
+            return Err(SweepError::Interrupted { done, rows, folder: self.out.clone() }.into());
+        }
+        Ok(print(&folder.finish()?, self.format)?)
+    }
+
+    fn plan(&self) -> Result<SweepPlan, CommandError> {
+        let command = self.of.name();
+        let scene = self.scene.load(command, &[])?;
+        let scene = if self.of.plans() { self.map.provide(scene)? } else { scene };
+        let request = SweepRequest {
+            command: self.of,
+            sample: self.sample,
+            over: self.over.clone(),
+            sampling: self.points.sampling(),
+            repeats: self.repeats,
+            figures: self.figure.clone(),
+        };
+        let reads = |command: SweptCommand, key: &str| Reader::named(command.name()).reads(key);
+        Ok(SweepPlan::new(&scene, request, reads, &|key| Reader::named(command).admit(key))?)
+    }
+
+    /// Refuses what takes longer than a month, and says how long a long sweep takes; by the time of the first row.
+    fn admit_time(&self, rows: u64, row_s: f64) -> Result<(), SweepError> {
+        let threads = rayon::current_num_threads();
+        let time_s = real(rows) * row_s / real(threads);
+        if time_s > TOO_LONG_S && !self.long {
+            return Err(SweepError::TooLong { rows, days: format!("{:.0}", time_s / 86_400.0), threads });
+        }
+        if time_s > LONG_S {
+            progress::note(&format!(
+                "{rows} rows will take about {:.1} h on {threads} threads, by the time of the first",
+                time_s / 3600.0
+            ));
+        }
+        Ok(())
+    }
+}
+
+/// A run that panics fails its own row, which has the reason: nothing more is said on standard error.
+fn silence_panics() {
+    std::panic::set_hook(Box::new(|_| ()));
+}
+
+fn print(summary: &SweepSummary, format: Format) -> Result<(), OutputError> {
+    let text = || format!("{}Written to {}\n", summary.document().text(), summary.folder.display());
+    files::print(&format.of(text(), summary.json()))
+}
+
+#[derive(Debug, Args)]
+pub(super) struct MergeArgs {
+    /// The folders of the parts, in any order
+    #[arg(value_name = "DIR", required = true, value_hint = ValueHint::DirPath)]
+    parts: Vec<PathBuf>,
+    /// Folder for the whole
+    #[arg(long, value_name = "DIR", default_value = "out/merged", value_hint = ValueHint::DirPath)]
+    out: PathBuf,
+    /// Write over the sweep that is in the folder
+    #[arg(long)]
+    force: bool,
+    /// How to print the summary
+    #[arg(long, value_enum, default_value = "text")]
+    format: Format,
+}
+
+impl MergeArgs {
+    pub(super) fn execute(&self) -> Result<(), CommandError> {
+        let existing = if self.force { Existing::Replace } else { Existing::Refuse };
+        Ok(print(&sweep::merge(&self.parts, &self.out, existing)?, self.format)?)
+    }
+}

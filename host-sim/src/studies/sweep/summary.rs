@@ -1,0 +1,207 @@
+//! What is printed of a sweep: figures over all rows, and the rows that have failed.
+
+use std::path::PathBuf;
+
+use serde::Serialize;
+
+use super::FailureCounts;
+use super::row::Failure;
+use super::tables::{Cells, Column, FAILURE, REASON};
+use crate::math::statistics::Accumulator;
+use crate::report::document::{Block, Document, Table};
+use crate::report::parquet_table::Cell;
+
+/// Failed rows that are listed.
+const LISTED_MAX: usize = 20;
+
+/// The figures of a sweep, and what failed; JSON by its field names.
+#[derive(Clone, Debug, Serialize)]
+pub struct SweepSummary {
+    /// The folder of the tables.
+    pub folder: PathBuf,
+    /// Rows.
+    pub rows: u64,
+    /// Rows that have failed.
+    pub failed: u64,
+    /// The same by why.
+    pub failures: FailureCounts,
+    /// The first of them.
+    pub first_failures: Vec<FailedRow>,
+    /// A line a figure.
+    pub figures: Vec<FigureSummary>,
+}
+
+/// A row that has failed.
+#[derive(Clone, Debug, Serialize)]
+pub struct FailedRow {
+    /// Its place.
+    pub row: u64,
+    /// The seed of its run.
+    pub seed: u64,
+    /// The kind of failure.
+    pub failure: String,
+    /// Why.
+    pub reason: String,
+}
+
+/// A figure over the rows that have it.
+#[derive(Clone, Debug, Serialize)]
+pub struct FigureSummary {
+    /// Its path.
+    pub figure: String,
+    /// Rows that have it.
+    pub rows: u64,
+    /// Mean.
+    pub mean: f64,
+    /// Sample standard deviation.
+    pub sd: f64,
+    /// The least.
+    pub min: Option<f64>,
+    /// The largest.
+    pub max: Option<f64>,
+}
+
+/// Sums over rows.
+pub(super) struct SummarySums {
+    rows: u64,
+    failures: FailureCounts,
+    first_failures: Vec<FailedRow>,
+    /// Columns of failure, reason, and row and seed.
+    places: [Option<usize>; 4],
+    figures: Vec<FigureSums>,
+}
+
+struct FigureSums {
+    path: String,
+    column: Option<usize>,
+    rows: u64,
+    sums: Accumulator,
+    range: Option<(f64, f64)>,
+}
+
+impl SummarySums {
+    /// Sums of tables with these columns.
+    pub(super) fn new(columns: &[Column], figures: &[String]) -> Self {
+        let place = |name: &str| columns.iter().position(|(column, _)| column == name);
+        let of = |path: &String| FigureSums {
+            path: path.clone(),
+            column: place(path),
+            rows: 0,
+            sums: Accumulator::default(),
+            range: None,
+        };
+        Self {
+            rows: 0,
+            failures: FailureCounts::default(),
+            first_failures: Vec::new(),
+            places: [FAILURE, REASON, "row", "seed"].map(place),
+            figures: figures.iter().map(of).collect(),
+        }
+    }
+
+    /// Adds a row.
+    pub(super) fn add(&mut self, cells: &Cells) {
+        self.rows += 1;
+        let cell = |place: Option<usize>| cells.get(place?)?.as_ref();
+        let word = |place| match cell(place) {
+            Some(Cell::Word(word)) => word.clone().into_owned(),
+            _ => String::new(),
+        };
+        let whole = |place| match cell(place) {
+            Some(Cell::Whole(number)) => *number,
+            _ => 0,
+        };
+        let [failure, reason, row, seed] = self.places;
+        if let Some(kind) = Failure::from_word(&word(failure)) {
+            kind.count(&mut self.failures);
+            if self.first_failures.len() < LISTED_MAX {
+                let failed = FailedRow {
+                    row: whole(row),
+                    seed: whole(seed),
+                    failure: word(failure),
+                    reason: word(reason),
+                };
+                self.first_failures.push(failed);
+            }
+        }
+        for figure in &mut self.figures {
+            if let Some(Cell::Number(number)) = cell(figure.column) {
+                figure.rows += 1;
+                figure.sums.add(*number);
+                let (min, max) = figure.range.unwrap_or((*number, *number));
+                figure.range = Some((min.min(*number), max.max(*number)));
+            }
+        }
+    }
+
+    /// What they are together.
+    pub(super) fn summary(self, folder: PathBuf) -> SweepSummary {
+        let FailureCounts { refused, diverged, panicked, no_figure } = self.failures;
+        let of = |figure: FigureSums| {
+            let spread = figure.sums.spread();
+            FigureSummary {
+                figure: figure.path,
+                rows: figure.rows,
+                mean: spread.mean,
+                sd: spread.sd,
+                min: figure.range.map(|range| range.0),
+                max: figure.range.map(|range| range.1),
+            }
+        };
+        SweepSummary {
+            folder,
+            rows: self.rows,
+            failed: refused + diverged + panicked + no_figure,
+            failures: self.failures,
+            first_failures: self.first_failures,
+            figures: self.figures.into_iter().map(of).collect(),
+        }
+    }
+}
+
+impl SweepSummary {
+    /// For the terminal.
+    pub fn document(&self) -> Document {
+        let mut figures = Table::new(&["figure", "rows", "mean", "sd", "least", "largest"]);
+        let number = |number: f64| format!("{number:.6}");
+        for figure in &self.figures {
+            let of_range = |end: Option<f64>| end.map_or_else(|| "-".to_owned(), number);
+            figures.push(vec![
+                figure.figure.clone(),
+                figure.rows.to_string(),
+                number(figure.mean),
+                number(figure.sd),
+                of_range(figure.min),
+                of_range(figure.max),
+            ]);
+        }
+        let FailureCounts { refused, diverged, panicked, no_figure } = self.failures;
+        let mut blocks = vec![
+            Block::Heading(format!("Sweep, {} rows", self.rows)),
+            Block::Table(figures),
+            Block::Paragraph(format!(
+                "{} rows have failed: {refused} refused, {diverged} diverged, {panicked} panicked, {no_figure} without \
+                 a figure.",
+                self.failed
+            )),
+        ];
+        if !self.first_failures.is_empty() {
+            let mut failed = Table::new(&["row", "seed", "failure", "reason"]);
+            for row in &self.first_failures {
+                failed.push(vec![
+                    row.row.to_string(),
+                    row.seed.to_string(),
+                    row.failure.clone(),
+                    row.reason.clone(),
+                ]);
+            }
+            blocks.push(Block::Table(failed));
+        }
+        Document { blocks }
+    }
+
+    /// The summary as one JSON object on one line.
+    pub fn json(&self) -> String {
+        crate::report::files::json_line(self)
+    }
+}
