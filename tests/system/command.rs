@@ -9,6 +9,7 @@ mod tool_faults;
 mod tool_filters;
 mod tool_gallery;
 mod tool_logs;
+mod tool_parts;
 mod tool_reports;
 mod tool_results;
 mod tool_scene_files;

@@ -18,6 +18,11 @@ pub(super) struct BesideArgs {
 }
 
 impl BesideArgs {
+    /// Whether there is a scene.
+    pub(super) fn is_given(&self) -> bool {
+        !self.beside.is_empty()
+    }
+
     /// The scenes, each that of the `command` with other settings over it. `provide` makes each ready to run.
     ///
     /// # Errors

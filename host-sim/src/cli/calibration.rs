@@ -8,11 +8,13 @@ use super::beside::BesideArgs;
 use super::count::Count;
 use super::publication::{Findings, PublicationArgs};
 use super::report::Request;
+use super::shard::ShardArgs;
 use super::{MapArgs, SceneArgs, progress};
 use crate::cli::CommandError;
+use crate::report::OutputError;
 use crate::runs::RunError;
 use crate::studies::beside::BesideScene;
-use crate::studies::gyroscope_calibration;
+use crate::studies::gyroscope_calibration::{CalibrationOutcome, CalibrationPlan, Calibrations};
 
 #[derive(Debug, Args)]
 pub(super) struct CalibrateArgs {
@@ -31,6 +33,8 @@ pub(super) struct CalibrateArgs {
     #[arg(long, value_name = "DIR", default_value = "out/calibrate")]
     out: PathBuf,
     #[command(flatten)]
+    parts: ShardArgs,
+    #[command(flatten)]
     beside: BesideArgs,
     #[command(flatten)]
     publication: PublicationArgs,
@@ -44,13 +48,21 @@ impl CalibrateArgs {
     pub(super) fn execute(&self) -> Result<(), CommandError> {
         let settings = [("calibrate.duration_s", &self.duration)];
         let scene = self.map.provide(self.scene.load("calibrate", &settings)?)?;
-        let plan = gyroscope_calibration::CalibrationPlan::new(&scene, self.runs, self.motors)?;
+        self.parts.refuse("--beside", self.beside.is_given())?;
+        let request = Request::of_scene("calibrate", &scene).with_key_flags(&["--duration"]);
+        if let Some(outcomes) = self.parts.merged(|outcome: &CalibrationOutcome| outcome.number)? {
+            let publication = self.publication.open(&self.out)?;
+            let whole = CalibrationPlan::merged(&scene, outcomes)?;
+            return Ok(publication.publish(findings(&whole)?, &request)?);
+        }
+        let plan = CalibrationPlan::new(&scene, self.runs, self.motors)?.part(self.parts.shard)?;
         let beside = self.beside.scenes("calibrate", &scene, |scene| self.map.provide(scene))?;
         let beside = BesideScene::run_each(&beside, |scene| {
-            gyroscope_calibration::CalibrationPlan::new(scene, self.runs, self.motors)
+            CalibrationPlan::new(scene, self.runs, self.motors)
         })?;
         let publication = self.publication.open(&self.out)?;
-        let motors = plan.motors + beside.iter().map(|other| other.found.motors).sum::<u64>();
+        let motors = std::iter::once(&plan).chain(beside.iter().map(|other| &other.found));
+        let motors = motors.map(CalibrationPlan::motors_of_part).sum();
         let bar = progress::bar(motors);
         let progress = || bar.inc(1);
         let mut calibrations = plan.run(&progress)?;
@@ -58,12 +70,14 @@ impl CalibrateArgs {
             beside.into_iter().map(|other| other.and_then(|plan| plan.run(&progress))).collect();
         calibrations.beside = beside?;
         bar.finish_and_clear();
-        let findings = Findings {
-            files: vec![("runs.csv".to_owned(), calibrations.csv()?)],
-            json: calibrations.json(),
-            report: calibrations.report(),
-        };
-        let request = Request::of_scene("calibrate", &scene).with_key_flags(&["--duration"]);
-        Ok(publication.publish(findings, &request)?)
+        Ok(publication.publish(findings(&calibrations)?, &request)?)
     }
+}
+
+fn findings(calibrations: &Calibrations) -> Result<Findings, OutputError> {
+    Ok(Findings {
+        files: vec![("runs.csv".to_owned(), calibrations.csv()?)],
+        json: calibrations.json(),
+        report: calibrations.report(),
+    })
 }

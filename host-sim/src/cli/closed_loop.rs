@@ -12,15 +12,19 @@ use super::count::Count;
 use super::log_args::LogArgs;
 use super::publication::{DrawingArgs, Findings, PublicationArgs};
 use super::report::{ReportArgs, Request};
+use super::shard::ShardArgs;
 use super::{Format, MapArgs, SceneArgs, progress, result_json};
 use crate::cli::CommandError;
+use crate::report::OutputError;
 use crate::report::files;
 use crate::runs::record::Observer as _;
 use crate::runs::{RunError, position, rate};
 use crate::scene::{SceneError, response_map_text};
 use crate::studies::beside::BesideScene;
 use crate::studies::held_rates::HeldRates;
-use crate::studies::positioning_trials::{self, Strategy};
+use crate::studies::positioning_trials::{
+    self, PositioningTrial, PositioningTrials, Strategy, StrategyTrials,
+};
 use crate::studies::response_map;
 
 #[derive(Debug, Default, Args)]
@@ -162,6 +166,8 @@ pub(super) struct PositioningTrialsArgs {
     #[arg(long, value_name = "N", value_parser = MOTORS, allow_negative_numbers = true)]
     compare: Option<u64>,
     #[command(flatten)]
+    parts: ShardArgs,
+    #[command(flatten)]
     beside: BesideArgs,
     /// Folder for positioning-trials.svg and trials.csv
     #[arg(long, value_name = "DIR", default_value = "out/positioning-trials")]
@@ -177,7 +183,18 @@ pub(super) struct PositioningTrialsArgs {
 impl PositioningTrialsArgs {
     pub(super) fn execute(&self) -> Result<(), CommandError> {
         let scene = self.map.provide(self.scene.load("positioning-trials", &[])?)?;
+        let request = Request::of_scene("positioning-trials", &scene);
+        self.parts.refuse("--compare", self.compare.is_some())?;
+        self.parts.refuse("--beside", self.beside.is_given())?;
+        let measuring_s = positioning_trials::measuring_s(&scene);
+        if let Some(trials) = self.parts.merged(|trial: &PositioningTrial| trial.number)? {
+            let trials = StrategyTrials::merged(&scene, trials);
+            let publication = self.publication.open(&self.out)?;
+            let whole = PositioningTrials { trials, others: Vec::new(), measuring_s, beside: Vec::new() };
+            return Ok(publication.publish(Self::findings(&whole)?, &request)?);
+        }
         let plan = positioning_trials::PositioningTrialsPlan::new(&scene, Strategy::Planned, self.motors)?;
+        let plan = plan.part(self.parts.shard)?;
         let beside = self.beside.scenes("positioning-trials", &scene, |scene| self.map.provide(scene))?;
         let beside = BesideScene::run_each(&beside, |scene| {
             positioning_trials::PositioningTrialsPlan::new(scene, Strategy::Planned, self.motors)
@@ -195,16 +212,17 @@ impl PositioningTrialsArgs {
         let others: Result<Vec<_>, RunError> = others.iter().map(|plan| plan.run(&progress)).collect();
         let beside: Result<Vec<_>, RunError> =
             beside.into_iter().map(|other| other.and_then(|plan| plan.run(&progress))).collect();
-        let measuring_s = positioning_trials::measuring_s(&scene);
-        let report =
-            positioning_trials::PositioningTrials { trials, others: others?, measuring_s, beside: beside? };
+        let report = PositioningTrials { trials, others: others?, measuring_s, beside: beside? };
         bar.finish_and_clear();
-        let findings = Findings {
-            files: vec![("trials.csv".to_owned(), report.csv())],
-            json: report.json(),
-            report: report.report(),
-        };
-        Ok(publication.publish(findings, &Request::of_scene("positioning-trials", &scene))?)
+        Ok(publication.publish(Self::findings(&report)?, &request)?)
+    }
+
+    fn findings(trials: &PositioningTrials) -> Result<Findings, OutputError> {
+        Ok(Findings {
+            files: vec![("trials.csv".to_owned(), trials.csv()?)],
+            json: trials.json(),
+            report: trials.report(),
+        })
     }
 }
 

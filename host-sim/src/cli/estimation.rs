@@ -1,5 +1,6 @@
 //! `estimate` and `filters`: the filters against the truth, and what they cost.
 
+use std::io::Write as _;
 use std::path::PathBuf;
 
 use clap::Args;
@@ -9,13 +10,17 @@ use super::count::Count;
 use super::microcontroller::count_instructions;
 use super::publication::{Findings, PublicationArgs};
 use super::report::Request;
+use super::shard::ShardArgs;
 use super::{SceneArgs, progress};
 use crate::board::qemu::Board;
 use crate::cli::CommandError;
+use crate::report::OutputError;
+use crate::report::files;
 use crate::runs::RunError;
 use crate::studies::beside::BesideScene;
 use crate::studies::filter_costs;
-use crate::studies::filter_errors;
+use crate::studies::filter_errors::{ComparedMotor, FilterErrors, FilterErrorsPlan};
+use crate::studies::shard;
 
 #[derive(Debug, Args)]
 pub(super) struct EstimateArgs {
@@ -27,6 +32,8 @@ pub(super) struct EstimateArgs {
     #[arg(long, value_name = "DIR", default_value = "out/estimate")]
     out: PathBuf,
     #[command(flatten)]
+    parts: ShardArgs,
+    #[command(flatten)]
     beside: BesideArgs,
     #[command(flatten)]
     publication: PublicationArgs,
@@ -37,26 +44,41 @@ pub(super) struct EstimateArgs {
 impl EstimateArgs {
     pub(super) fn execute(&self) -> Result<(), CommandError> {
         let scene = self.scene.load("estimate", &[])?;
-        let plan = filter_errors::FilterErrorsPlan::new(&scene, self.motors)?;
-        let beside = self.beside.scenes("estimate", &scene, Ok)?;
-        let beside =
-            BesideScene::run_each(&beside, |scene| filter_errors::FilterErrorsPlan::new(scene, self.motors))?;
+        self.parts.refuse("--beside", self.beside.is_given())?;
+        let request = Request::of_scene("estimate", &scene);
         let publication = self.publication.open(&self.out)?;
+        let number = |motor: &ComparedMotor| motor.number;
+        if let Some(motors) = self.parts.merged_by(shard::unpacked, number)? {
+            return Ok(publication.publish(findings(&FilterErrors::of(&motors))?, &request)?);
+        }
+        let plan = FilterErrorsPlan::of_part(&scene, self.motors, self.parts.shard)?;
+        let beside = self.beside.scenes("estimate", &scene, Ok)?;
+        let beside = BesideScene::run_each(&beside, |scene| FilterErrorsPlan::new(scene, self.motors))?;
         let work = beside.iter().map(|other| other.found.milliseconds()).sum::<u64>() + plan.milliseconds();
         let bar = progress::bar(work);
         let progress = |milliseconds| bar.inc(milliseconds);
-        let estimation = plan.run(&progress)?;
+        let motors = plan.compared(&progress)?;
         let beside: Result<Vec<_>, RunError> =
             beside.into_iter().map(|other| other.and_then(|plan| plan.run(&progress))).collect();
-        let estimation = estimation.with_beside(beside?);
         bar.finish_and_clear();
-        let findings = Findings {
-            files: vec![("table.csv".to_owned(), estimation.csv()?)],
-            json: estimation.json(),
-            report: estimation.report(),
-        };
-        Ok(publication.publish(findings, &Request::of_scene("estimate", &scene))?)
+        if self.parts.is_part() {
+            let mut file = files::Output::create(&self.out.join(PART_FILE))?;
+            file.write_all(&shard::packed(&motors)?).map_err(|source| file.unwritable(source))?;
+            file.publish()?;
+        }
+        Ok(publication.publish(findings(&FilterErrors::of(&motors).with_beside(beside?))?, &request)?)
     }
+}
+
+/// What `--merge` takes of a part: the quantiles of the whole need every error.
+const PART_FILE: &str = "motors.postcard";
+
+fn findings(estimation: &FilterErrors) -> Result<Findings, OutputError> {
+    Ok(Findings {
+        files: vec![("table.csv".to_owned(), estimation.csv()?)],
+        json: estimation.json(),
+        report: estimation.report(),
+    })
 }
 
 #[derive(Debug, Args)]

@@ -56,6 +56,8 @@ pub(super) const EXAMPLES: &[(&str, &[(&str, &str)])] = &[
         &[
             ("One gyroscope in 20 s", "calibrate --duration 20"),
             ("A worse one of ten", "calibrate --runs 10 --set gyroscope.random_walk_deg_rh=1"),
+            ("The first of two parts", "calibrate --runs 10 --shard 1/2 --out part1"),
+            ("The parts together", "calibrate --merge part1/runs.csv part2/runs.csv"),
         ],
     ),
     (
@@ -67,6 +69,8 @@ pub(super) const EXAMPLES: &[(&str, &[(&str, &str)])] = &[
                 "The same with the wrong sign of the vibrometer",
                 "estimate --motors 2 --fault ldv:inverted@0.2..",
             ),
+            ("The first of two parts", "estimate --motors 2 --shard 1/2 --out part1"),
+            ("The parts together", "estimate --merge part1/motors.postcard part2/motors.postcard"),
         ],
     ),
     (
@@ -89,6 +93,8 @@ pub(super) const EXAMPLES: &[(&str, &[(&str, &str)])] = &[
                 "positioning-trials --motors 20 --report trials.html",
             ),
             ("Beside simpler strategies", "positioning-trials --motors 20 --compare 2"),
+            ("The first of two parts", "positioning-trials --motors 20 --shard 1/2 --out part1"),
+            ("The parts together", "positioning-trials --merge part1/trials.csv part2/trials.csv"),
         ],
     ),
     (

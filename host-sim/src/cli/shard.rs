@@ -1,7 +1,7 @@
 //! `--shard` and `--merge`: a study in parts.
 
 use std::ffi::OsStr;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::builder::TypedValueParser;
 use clap::error::ErrorKind;
@@ -9,6 +9,7 @@ use clap::{Arg, Args, Command, Error};
 use serde::de::DeserializeOwned;
 
 use crate::report::OutputError;
+use crate::scene::SceneError;
 use crate::studies::shard::{self, Shard};
 
 /// A shard as `I/N`, counted from 1.
@@ -39,11 +40,25 @@ pub(super) struct ShardArgs {
     #[arg(long, value_name = "I/N", default_value = "1/1", value_parser = ShardParser)]
     pub(super) shard: Shard,
     /// Make no runs: put together the tables of the parts
-    #[arg(long, value_name = "FILE.csv", num_args = 1..)]
+    #[arg(long, value_name = "FILE", num_args = 1..)]
     merge: Vec<PathBuf>,
 }
 
 impl ShardArgs {
+    /// Refuses a flag that is given, and goes with neither a part nor a merge.
+    ///
+    /// # Errors
+    /// When it is given beside one of them.
+    pub(super) fn refuse(&self, flag: &str, is_given: bool) -> Result<(), SceneError> {
+        if !is_given || (!self.is_part() && self.merge.is_empty()) {
+            return Ok(());
+        }
+        Err(SceneError::Conflict {
+            conflict: format!("{flag} is not made in parts"),
+            hint: "make it in a run of its own, without --shard and --merge".to_owned(),
+        })
+    }
+
     /// The rows of the parts to be put together, by their `number`; `None` if runs are to be made.
     ///
     /// # Errors
@@ -52,11 +67,27 @@ impl ShardArgs {
         &self,
         number: impl Fn(&T) -> u64,
     ) -> Result<Option<Vec<T>>, OutputError> {
+        self.merged_by(shard::read, number)
+    }
+
+    /// The same of files that `read` reads.
+    ///
+    /// # Errors
+    /// That of `read`.
+    pub(super) fn merged_by<T: PartialEq>(
+        &self,
+        read: impl Fn(&Path) -> Result<Vec<T>, OutputError>,
+        number: impl Fn(&T) -> u64,
+    ) -> Result<Option<Vec<T>>, OutputError> {
         if self.merge.is_empty() {
             return Ok(None);
         }
-        let parts: Result<Vec<Vec<T>>, OutputError> =
-            self.merge.iter().map(|path| shard::read(path)).collect();
+        let parts: Result<Vec<Vec<T>>, OutputError> = self.merge.iter().map(|path| read(path)).collect();
         Ok(Some(shard::merged(parts?, number)))
+    }
+
+    /// Whether this is one part of several.
+    pub(super) fn is_part(&self) -> bool {
+        self.shard != Shard::ALL
     }
 }

@@ -2,7 +2,7 @@
 
 use estimator::{Estimate, Health};
 use motor_model::{Angle, Real};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use crate::math::count::real;
 
@@ -35,7 +35,7 @@ pub struct StatedErrors {
 }
 
 /// The counts from which they come.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct StatedErrorCounts {
     estimates: u64,
     large: u64,

@@ -44,13 +44,14 @@ pub mod timeline;
 
 use motor_model::DriveMode;
 use rayon::prelude::*;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use crate::runs::RunError;
 use crate::runs::filter::FILTERS;
 use crate::runs::stated_errors::StatedErrors;
 use crate::scene::Scene;
 use crate::studies::beside::Beside;
+use crate::studies::shard::Shard;
 use comparison::{ComparedRun, names};
 use consistency::{ConsistencyTest, correlation_bound, mean_square_bounds};
 use error_sums::ErrorSums;
@@ -138,7 +139,25 @@ pub(crate) struct FilterTotal {
 /// The motors to be run, in both modes.
 #[derive(Clone, Debug)]
 pub struct FilterErrorsPlan {
-    runs: Vec<(DriveMode, Scene)>,
+    /// Numbers of the motors, and their scenes.
+    motors: Vec<(u64, Scene)>,
+}
+
+/// A motor that was run in both modes, as it is written and read in parts of the study.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct ComparedMotor {
+    /// Its place among all motors.
+    pub number: u64,
+    /// A run in each of the drives.
+    runs: [ComparedRun; 2],
+}
+
+/// Motors are equal if their errors are: no two runs have the same cost.
+impl PartialEq for ComparedMotor {
+    fn eq(&self, other: &Self) -> bool {
+        let sums = |motor: &Self| motor.runs.each_ref().map(|run| run.sums.clone());
+        self.number == other.number && sums(self) == sums(other)
+    }
 }
 
 /// The errors of all filters.
@@ -160,15 +179,23 @@ impl FilterErrorsPlan {
     /// # Errors
     /// When the seeds do not suffice, or a scene is refused.
     pub fn new(scene: &Scene, motors: u64) -> Result<Self, RunError> {
-        let scenes: Result<Vec<Scene>, _> = (0..motors).map(|number| scene.of_run(number)).collect();
-        let scenes = scenes?;
-        let runs = DRIVES.iter().flat_map(|(mode, _)| scenes.iter().map(|scene| (*mode, scene.clone())));
-        Ok(Self { runs: runs.collect() })
+        Self::of_part(scene, motors, Shard::ALL)
+    }
+
+    /// The motors of a part of them.
+    ///
+    /// # Errors
+    /// When a scene is refused, or the part has no motor.
+    pub fn of_part(scene: &Scene, motors: u64, part: Shard) -> Result<Self, RunError> {
+        let numbers = part.numbers_of_some(motors, "motors")?;
+        let scenes = numbers.into_iter().map(|number| Ok((number, scene.of_run(number)?)));
+        Ok(Self { motors: scenes.collect::<Result<_, RunError>>()? })
     }
 
     /// Simulated time of all runs: what progress is measured in.
     pub fn milliseconds(&self) -> u64 {
-        timeline::duration_nanos() / 1_000_000 * u64::try_from(self.runs.len()).unwrap_or(u64::MAX)
+        let runs = DRIVES.len() * self.motors.len();
+        timeline::duration_nanos() / 1_000_000 * u64::try_from(runs).unwrap_or(u64::MAX)
     }
 
     /// Runs everything, and calls `progress` with the milliseconds simulated.
@@ -176,27 +203,47 @@ impl FilterErrorsPlan {
     /// # Errors
     /// When a run fails.
     pub fn run(&self, progress: &(impl Fn(u64) + Sync)) -> Result<FilterErrors, RunError> {
+        Ok(FilterErrors::of(&self.compared(progress)?))
+    }
+
+    /// Runs everything; the motors come in their order.
+    ///
+    /// # Errors
+    /// When a run fails.
+    pub fn compared(&self, progress: &(impl Fn(u64) + Sync)) -> Result<Vec<ComparedMotor>, RunError> {
+        let places: Vec<(usize, usize)> =
+            (0..DRIVES.len()).flat_map(|drive| (0..self.motors.len()).map(move |motor| (drive, motor))).collect();
         // One thread's share is one run; the sums come back in the order of the list, and are added up in it.
-        let runs: Result<Vec<ComparedRun>, RunError> = (self.runs.par_iter().with_max_len(1))
-            .map(|(mode, scene)| comparison::run(scene, *mode, progress))
+        let runs: Result<Vec<ComparedRun>, RunError> = (places.par_iter().with_max_len(1))
+            .map(|&(drive, motor)| comparison::run(&self.motors[motor].1, DRIVES[drive].0, progress))
             .collect();
-        let runs = runs?;
-        let motors = self.runs.len() / DRIVES.len();
-        let of_drives = || DRIVES.iter().zip(runs.chunks(motors));
-        let least = |runs: &[ComparedRun]| {
+        let mut in_b = runs?;
+        let in_c = in_b.split_off(self.motors.len());
+        let pairs = self.motors.iter().zip(in_b.into_iter().zip(in_c));
+        Ok(pairs.map(|(&(number, _), (b, c))| ComparedMotor { number, runs: [b, c] }).collect())
+    }
+}
+
+impl FilterErrors {
+    /// The errors over these motors, of one process or of several.
+    pub fn of(motors: &[ComparedMotor]) -> Self {
+        let of_drives: [Vec<&ComparedRun>; 2] =
+            [0, 1].map(|drive| motors.iter().map(|motor| &motor.runs[drive]).collect());
+        let each = || DRIVES.iter().zip(&of_drives);
+        let least = |runs: &[&ComparedRun]| {
             runs.iter().map(|run| run.cost.rig_s_per_s()).fold(f64::INFINITY, f64::min)
         };
-        Ok(FilterErrors {
-            rows: of_drives().flat_map(|((_, drive), runs)| rows_of_drive(drive, runs)).collect(),
-            totals: of_drives().flat_map(|((_, drive), runs)| totals_of_drive(drive, runs)).collect(),
-            rig_s_per_s: [0, 1].map(|drive| least(&runs[drive * motors..(drive + 1) * motors])),
+        Self {
+            rows: each().flat_map(|((_, drive), runs)| rows_of_drive(drive, runs)).collect(),
+            totals: each().flat_map(|((_, drive), runs)| totals_of_drive(drive, runs)).collect(),
+            rig_s_per_s: of_drives.each_ref().map(|runs| least(runs)),
             beside: Vec::new(),
-        })
+        }
     }
 }
 
 /// Each filter over all phases.
-fn totals_of_drive(drive: &'static str, runs: &[ComparedRun]) -> Vec<FilterTotal> {
+fn totals_of_drive(drive: &'static str, runs: &[&ComparedRun]) -> Vec<FilterTotal> {
     let total = |(place, filter): (usize, &&'static str)| {
         let mut sums = ErrorSums::default();
         runs.iter().flat_map(|run| &run.sums[place]).for_each(|of_phase| sums.absorb(of_phase));
@@ -212,7 +259,7 @@ fn totals_of_drive(drive: &'static str, runs: &[ComparedRun]) -> Vec<FilterTotal
     FILTERS.iter().enumerate().map(total).collect()
 }
 
-fn rows_of_drive(drive: &'static str, runs: &[ComparedRun]) -> Vec<FilterErrorsRow> {
+fn rows_of_drive(drive: &'static str, runs: &[&ComparedRun]) -> Vec<FilterErrorsRow> {
     let of_phase = |phase: TimelinePhase| {
         let total = |filter: usize| {
             let mut total = ErrorSums::default();

@@ -33,8 +33,9 @@ mod summary;
 mod tables;
 mod turning;
 
+use std::collections::BTreeSet;
+
 use motor_model::Angle;
-use rayon::prelude::*;
 
 use crate::math::allan_deviation;
 use crate::math::count::real;
@@ -42,6 +43,7 @@ use crate::runs::RunError;
 use crate::runs::filter;
 use crate::scene::{Scene, SceneError};
 use crate::studies::beside::Beside;
+use crate::studies::shard::{Shard, run_each};
 use crate::world::instruments::gyroscope::Gyroscope;
 use crate::world::instruments::gyroscope::noise::SECONDS_PER_HOUR;
 pub use calibration::{Calibration, CalibrationOutcome};
@@ -60,6 +62,7 @@ pub struct CalibrationPlan {
     /// Motors to be run: progress counts them.
     pub motors: u64,
     runs: u64,
+    part: Shard,
 }
 
 /// All calibrations.
@@ -88,51 +91,85 @@ impl CalibrationPlan {
     /// # Errors
     /// When the schedule of the scene is refused.
     pub fn new(scene: &Scene, runs: u64, motors: u64) -> Result<Self, RunError> {
-        Ok(Self { scene: scene.clone(), schedule: TurnSchedule::of(scene)?, motors: motors.min(runs), runs })
+        let schedule = TurnSchedule::of(scene)?;
+        Ok(Self { scene: scene.clone(), schedule, motors: motors.min(runs), runs, part: Shard::ALL })
     }
 
-    /// Runs everything, and calls `progress` after each motor. The result does not depend on the number of threads.
+    /// The same of the calibrations on a part of the motors alone.
+    ///
+    /// # Errors
+    /// When it has no motor.
+    pub fn part(self, part: Shard) -> Result<Self, RunError> {
+        part.numbers_of_some(self.motors, "motors")?;
+        Ok(Self { part, ..self })
+    }
+
+    /// Motors that this part runs: progress counts them.
+    pub fn motors_of_part(&self) -> u64 {
+        self.part.numbers(self.motors).len() as u64
+    }
+
+    /// Runs this part, and calls `progress` after each motor. The result does not depend on the number of threads.
     ///
     /// # Errors
     /// When a scene is refused, or a run does not tell scale factor from bias.
     pub fn run(&self, progress: &(impl Fn() + Sync)) -> Result<Calibrations, RunError> {
+        let numbers = self.part.numbers(self.motors);
+        let first_motor = numbers.first().copied();
         let motor = |number: u64| {
             let mut scene = self.scene.of_run(number)?;
             let turning = TurningRun::run(&scene, &self.schedule)?;
             let runs = (number..self.runs).step_by(usize::try_from(self.motors).unwrap_or(usize::MAX));
             let calibrations = runs.map(|run| self.calibrate(&mut scene, run, &turning));
             let mut calibrations = calibrations.collect::<Result<Vec<_>, RunError>>()?;
-            progress();
             let outcomes: Vec<CalibrationOutcome> = calibrations.iter().map(|c| c.outcome.clone()).collect();
-            let first = (number == 0).then(|| calibrations.swap_remove(0));
-            Ok((outcomes, first, turning.time_s_per_s))
+            let first = (first_motor == Some(number)).then(|| calibrations.swap_remove(0));
+            Ok::<_, RunError>((outcomes, first, turning.time_s_per_s))
         };
-        let numbers: Vec<u64> = (0..self.motors).collect();
-        let of_motors: Result<Vec<_>, RunError> =
-            numbers.into_par_iter().with_max_len(1).map(motor).collect();
-        let mut of_motors = of_motors?;
+        let mut of_motors = run_each(numbers, motor, progress)?;
         let first = of_motors.first_mut().and_then(|(_, first, _)| first.take());
         // There is at least one motor, and the first has a run.
         let first = first.ok_or_else(not_told_apart)?;
         let time_s_per_s = of_motors.iter().map(|(_, _, time)| *time).fold(f64::INFINITY, f64::min);
-        let mut by_motor: Vec<_> = of_motors.into_iter().map(|(outcomes, ..)| outcomes.into_iter()).collect();
-        let mut outcomes = Vec::new();
-        while let Some(round) =
-            by_motor.iter_mut().map(Iterator::next).take_while(Option::is_some).collect::<Option<Vec<_>>>()
-            && !round.is_empty()
-        {
-            outcomes.extend(round);
+        let mut outcomes: Vec<CalibrationOutcome> =
+            of_motors.into_iter().flat_map(|(outcomes, ..)| outcomes).collect();
+        outcomes.sort_by_key(|outcome| outcome.number);
+        let motors = self.motors_of_part();
+        Ok(Calibrations { motors, time_s_per_s, ..self.of(first, outcomes) })
+    }
+
+    /// Calibrations that were made in parts on the motors of `scene`. The first is made again, for its picture.
+    ///
+    /// # Errors
+    /// When the scene is refused, or is another than that of the parts.
+    pub fn merged(scene: &Scene, outcomes: Vec<CalibrationOutcome>) -> Result<Calibrations, RunError> {
+        let seeds: BTreeSet<u64> = outcomes.iter().map(|outcome| outcome.seed).collect();
+        let plan = Self::new(scene, outcomes.len() as u64, seeds.len() as u64)?;
+        let turning = TurningRun::run(scene, &plan.schedule)?;
+        let first = plan.calibrate(&mut scene.clone(), 0, &turning)?;
+        if outcomes.first() != Some(&first.outcome) {
+            return Err(SceneError::Conflict {
+                conflict: "the parts do not begin with the first calibration of this scene".to_owned(),
+                hint: "give all parts, and the scene and the seed with which they were made".to_owned(),
+            }
+            .into());
         }
-        Ok(Calibrations {
+        Ok(plan.of(first, outcomes))
+    }
+
+    /// The calibrations with `outcomes`, and what the scene says of them.
+    fn of(&self, first: Calibration, outcomes: Vec<CalibrationOutcome>) -> Calibrations {
+        Calibrations {
             first,
             allan_deg_h: at_rest(&self.scene),
             outcomes,
             motors: self.motors,
             filter: filter::chosen(&self.scene),
             schedule: self.schedule,
-            time_s_per_s,
+            // Parts are of other machines, whose time says nothing of this one.
+            time_s_per_s: f64::NAN,
             beside: Vec::new(),
-        })
+        }
     }
 
     /// The calibration of the gyroscope of `run` on its motor.
@@ -140,7 +177,7 @@ impl CalibrationPlan {
         let serial = self.scene.integer("gyroscope.serial") + run / self.motors;
         scene.set("gyroscope.serial", &serial.to_string())?;
         let mut gyroscope = Gyroscope::new(scene);
-        Calibration::of(&mut gyroscope, serial, turning, self.schedule.duration_s).ok_or_else(not_told_apart)
+        Calibration::of(&mut gyroscope, (run, serial), turning, self.schedule.duration_s).ok_or_else(not_told_apart)
     }
 }
 

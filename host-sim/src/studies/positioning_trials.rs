@@ -44,7 +44,6 @@ use std::ops::ControlFlow;
 use std::time::Instant;
 
 use controller::PositioningTuning;
-use rayon::prelude::*;
 
 use crate::runs::RunError;
 use crate::runs::closed_loop;
@@ -52,6 +51,7 @@ use crate::runs::filter::{self, FILTERS};
 use crate::runs::position;
 use crate::scene::Scene;
 use crate::studies::beside::Beside;
+use crate::studies::shard::{Shard, run_each};
 use baselines::BaselineRule;
 use burst_table::BurstTable;
 pub use summary::TrialSummary;
@@ -102,6 +102,7 @@ pub struct PositioningTrialsPlan {
     scene: Scene,
     strategy: Strategy,
     trials: u64,
+    part: Shard,
     burst_table: BurstTable,
 }
 
@@ -127,7 +128,7 @@ impl PositioningTrialsPlan {
     pub fn new(scene: &Scene, strategy: Strategy, trials: u64) -> Result<Self, RunError> {
         let needs_table = strategy == Strategy::BurstTable;
         let burst_table = if needs_table { BurstTable::of(scene)? } else { BurstTable::default() };
-        Ok(Self { scene: scene.clone(), strategy, trials, burst_table })
+        Ok(Self { scene: scene.clone(), strategy, trials, part: Shard::ALL, burst_table })
     }
 
     /// Every other strategy on the scene's filter, and the controller on every other filter.
@@ -145,31 +146,35 @@ impl PositioningTrialsPlan {
         filters.chain(strategies).collect()
     }
 
-    /// How many trials.
-    pub fn trials(&self) -> u64 {
-        self.trials
+    /// The same of a part of the trials alone.
+    ///
+    /// # Errors
+    /// When it has no trial.
+    pub fn part(self, part: Shard) -> Result<Self, RunError> {
+        part.numbers_of_some(self.trials, "trials")?;
+        Ok(Self { part, ..self })
     }
 
-    /// Runs all trials, and calls `progress` after each. The result does not depend on the number of threads.
+    /// How many trials this part makes.
+    pub fn trials(&self) -> u64 {
+        self.part.numbers(self.trials).len() as u64
+    }
+
+    /// Runs all trials of this part, and calls `progress` after each. The result does not depend on the number of
+    /// threads.
     ///
     /// # Errors
     /// When a scene is refused.
     pub fn run(&self, progress: &(impl Fn(u64) + Sync)) -> Result<StrategyTrials, RunError> {
         let trial = |number| {
             let begun = Instant::now();
-            let trial = self.trial(number)?;
-            progress(1);
-            Ok((trial, begun.elapsed().as_secs_f64()))
+            Ok::<_, RunError>((self.trial(number)?, begun.elapsed().as_secs_f64()))
         };
-        let numbers: Vec<u64> = (0..self.trials).collect();
-        let trials: Result<Vec<(PositioningTrial, f64)>, RunError> =
-            numbers.into_par_iter().with_max_len(1).map(trial).collect();
-        let filter = filter::chosen(&self.scene);
-        let trials = trials?;
+        let trials = run_each(self.part.numbers(self.trials), trial, &|| progress(1))?;
         let taken_s: f64 = trials.iter().map(|(_, taken_s)| taken_s).sum();
         let trials: Vec<PositioningTrial> = trials.into_iter().map(|(trial, _)| trial).collect();
-        let s_per_s = taken_s / trials.iter().map(|trial| trial.outcome.duration_s).sum::<f64>();
-        Ok(StrategyTrials { strategy: self.strategy, filter, trials, s_per_s })
+        let s_per_s = taken_s / trials.iter().map(|trial| trial.duration_s).sum::<f64>();
+        Ok(StrategyTrials { strategy: self.strategy, filter: filter::chosen(&self.scene), trials, s_per_s })
     }
 
     fn trial(&self, number: u64) -> Result<PositioningTrial, RunError> {
@@ -197,7 +202,15 @@ impl PositioningTrialsPlan {
             Strategy::CutOff => baselines::run(&scene, BaselineRule::CutOff)?,
             Strategy::BangBang => baselines::run(&scene, BaselineRule::BangBang)?,
         };
-        Ok(PositioningTrial { kind, outcome, bound_s: trial::bound_s(&scene, target_deg) })
+        Ok(PositioningTrial::new(number, kind, &outcome, trial::bound_s(&scene, target_deg)))
+    }
+}
+
+impl StrategyTrials {
+    /// The controller's trials on `scene` that were made in parts.
+    pub fn merged(scene: &Scene, trials: Vec<PositioningTrial>) -> Self {
+        // The parts are of other machines, whose time says nothing of this one.
+        Self { strategy: Strategy::Planned, filter: filter::chosen(scene), trials, s_per_s: f64::NAN }
     }
 }
 

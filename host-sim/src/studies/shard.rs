@@ -8,6 +8,7 @@ use serde::Serialize;
 use serde::de::DeserializeOwned;
 
 use crate::report::OutputError;
+use crate::scene::SceneError;
 
 /// A part of the runs: those whose number leaves `index` when divided by `count`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -34,6 +35,24 @@ impl Shard {
     /// The numbers of this part, of `all` runs.
     pub fn numbers(self, all: u64) -> Vec<u64> {
         (0..all).filter(|number| number % self.count == self.index).collect()
+    }
+}
+
+impl Shard {
+    /// The numbers of this part, of `all` things called `what`.
+    ///
+    /// # Errors
+    /// When it has none.
+    pub fn numbers_of_some(self, all: u64, what: &str) -> Result<Vec<u64>, SceneError> {
+        let numbers = self.numbers(all);
+        if !numbers.is_empty() {
+            return Ok(numbers);
+        }
+        let Self { index, count } = self;
+        Err(SceneError::Conflict {
+            conflict: format!("part {}/{count} of {all} {what} has none", index + 1),
+            hint: format!("as many parts as {what} at most"),
+        })
     }
 }
 
@@ -79,4 +98,21 @@ pub fn read<T: DeserializeOwned>(path: &Path) -> Result<Vec<T>, OutputError> {
     let refused = |error: csv::Error| OutputError::Table(format!("{}: {error}", path.display()));
     let mut reader = csv::Reader::from_path(path).map_err(refused)?;
     reader.deserialize().map(|row| row.map_err(refused)).collect()
+}
+
+/// Rows that hold more than a table can, in bytes, which [`unpacked`] reads.
+///
+/// # Errors
+/// When a row cannot be laid out: never.
+pub fn packed<T: Serialize>(rows: &[T]) -> Result<Vec<u8>, OutputError> {
+    postcard::to_stdvec(rows).map_err(|error| OutputError::Table(error.to_string()))
+}
+
+/// The rows of a file that [`packed`] has made.
+///
+/// # Errors
+/// When it cannot be read, or has other rows.
+pub fn unpacked<T: DeserializeOwned>(path: &Path) -> Result<Vec<T>, OutputError> {
+    let bytes = crate::report::files::read(path)?;
+    postcard::from_bytes(&bytes).map_err(|error| OutputError::Table(format!("{}: {error}", path.display())))
 }

@@ -8,6 +8,7 @@ use std::time::Instant;
 use controller::{Drive as _, Sense as _};
 use estimator::{AngleFilter as _, CameraFrame, Health, Innovation, LdvSample};
 use motor_model::{DriveCommand, DriveMode, Real, Time};
+use serde::{Deserialize, Serialize};
 
 use super::error_sums::ErrorSums;
 use super::genie::Genie;
@@ -41,14 +42,14 @@ pub(crate) fn names() -> impl Iterator<Item = &'static str> {
 }
 
 /// What a run gives: the error sums of each of [`names`], and what it cost.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub(crate) struct ComparedRun {
     pub(crate) sums: Vec<PhaseSums>,
     pub(crate) cost: RunCost,
 }
 
 /// Time that a run took on this machine.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub(crate) struct RunCost {
     ticks: u64,
     /// Of the rig: plant, instruments, and the kicks for the genies.

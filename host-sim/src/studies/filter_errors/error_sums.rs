@@ -2,13 +2,14 @@
 
 use estimator::{Estimate, Health, Innovation, Source, Verdict};
 use motor_model::{Angle, Real, math};
+use serde::{Deserialize, Serialize};
 
 use crate::math::count::real;
 use crate::math::statistics::upper_quantile;
 use crate::runs::stated_errors::{StatedErrorCounts, StatedErrors, is_falsely_valid};
 
 /// Sums over one phase of one or more runs.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct ErrorSums {
     /// Magnitudes of the angle's errors, for their quantile.
     errors_mdeg: Vec<f32>,
@@ -31,7 +32,7 @@ pub struct ErrorSums {
 }
 
 /// Sums over the camera's innovations that were used.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 struct InnovationSums {
     count: u64,
     square: f64,

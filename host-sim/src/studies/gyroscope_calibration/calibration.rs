@@ -1,7 +1,7 @@
 //! One calibration: a gyroscope on the run of a motor, and what became of it.
 
 use motor_model::{Angle, math};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use super::fit::{CalibrationFit, FitInterval};
 use super::turning::{Anchor, TurningRun};
@@ -14,8 +14,10 @@ use crate::world::instruments::gyroscope::{Gyroscope, GyroscopeNoise, GyroscopeS
 const PAIR_95: f64 = 5.991_465;
 
 /// What became of a calibration.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct CalibrationOutcome {
+    /// Its place among all calibrations.
+    pub number: u64,
     /// Seed of the run: the motor.
     pub seed: u64,
     /// Which gyroscope (`gyroscope.serial`).
@@ -109,10 +111,10 @@ pub struct Calibration {
 }
 
 impl Calibration {
-    /// The calibration of `gyroscope` on the run of a motor; `None` where scale factor and bias cannot be told apart.
+    /// Calibration `number`: of `gyroscope`, whose serial is given, on the run of a motor; `None` where scale factor and bias cannot be told apart.
     pub(super) fn of(
         gyroscope: &mut Gyroscope,
-        serial: u64,
+        (number, serial): (u64, u64),
         turning: &TurningRun,
         motor_time_s: f64,
     ) -> Option<Self> {
@@ -161,6 +163,7 @@ impl Calibration {
         let rest = [0, 1].map(|of| errors[of] - coning[of] - reference[of]);
         let stated = turning.reference_stated();
         let outcome = CalibrationOutcome {
+            number,
             seed: turning.seed,
             serial,
             motor_time_s,

@@ -33,7 +33,7 @@ impl PositioningTrials {
                 .series(upright(1e3 * TOLERANCE_DEG).colour(Colour::Black).label("tolerance"))
                 .series(upright(FAILED_MDEG).colour(Colour::Grey).label("failed beyond")),
             |panel, (trials, colour)| {
-                let points = exceedance(trials, |trial| Some(trial.outcome.final_error_mdeg.abs().max(1e-3)));
+                let points = exceedance(trials, |trial| Some(trial.final_error_mdeg.abs().max(1e-3)));
                 let label = format!("{}, {}", trials.strategy.name(), trials.filter.replace('_', " "));
                 panel
                     .series(ends(&points).colour(colour))
@@ -44,7 +44,7 @@ impl PositioningTrials {
             panel("Time to settle per its bound", Axis::new("time (times the bound)").logarithmic())
                 .series(upright(1.0).colour(Colour::Black).label("no controller settles earlier")),
             |panel, (trials, colour)| {
-                let points = exceedance(trials, |trial| Some(trial.outcome.settle_time_s? / trial.bound_s));
+                let points = exceedance(trials, |trial| Some(trial.settle_s? / trial.bound_s));
                 panel
                     .series(ends(&points).colour(colour))
                     .series(Series::line(points).colour(colour).width(1.5))
@@ -64,8 +64,8 @@ impl PositioningTrials {
             ))
             .panel(errors.height(360))
             .panel(settling.height(260))
-            .panel(own("Overshoot", "overshoot (deg)", |trial| trial.outcome.overshoot_deg))
-            .panel(own("Changes of the drive", "changes (count)", |trial| f64::from(trial.outcome.drive_switches)))
-            .panel(own("Time with the drive on", "time (s)", |trial| trial.outcome.drive_on_s))
+            .panel(own("Overshoot", "overshoot (deg)", |trial| trial.overshoot_deg))
+            .panel(own("Changes of the drive", "changes (count)", |trial| f64::from(trial.switches)))
+            .panel(own("Time with the drive on", "time (s)", |trial| trial.drive_on_s))
     }
 }

@@ -58,31 +58,31 @@ impl TrialSummary {
         };
         let all =
             |of: fn(&PositioningTrial) -> f64| trials.iter().map(|trial| of(trial)).collect::<Vec<f64>>();
-        let error = |per_mille| quantile(all(|trial| trial.outcome.final_error_mdeg.abs()), per_mille);
-        let settle: Vec<f64> = trials.iter().filter_map(|trial| trial.outcome.settle_time_s).collect();
+        let error = |per_mille| quantile(all(|trial| trial.final_error_mdeg.abs()), per_mille);
+        let settle: Vec<f64> = trials.iter().filter_map(|trial| trial.settle_s).collect();
         let ratios = |of_kind: fn(MoveKind) -> bool| -> Vec<f64> {
             let moves = trials.iter().filter(|trial| of_kind(trial.kind));
-            moves.filter_map(|trial| Some(trial.outcome.settle_time_s? / trial.bound_s)).collect()
+            moves.filter_map(|trial| Some(trial.settle_s? / trial.bound_s)).collect()
         };
         let off = || trials.iter().filter(|trial| trial.reached_but_off());
-        let stated = || trials.iter().map(|trial| trial.outcome.stated);
         let quarters = ratios(|kind| kind == MoveKind::QuarterTurn);
         let ratios = if quarters.is_empty() { ratios(|_| true) } else { quarters };
         Self {
             trials: trials.len(),
             failures: trials.iter().filter(|trial| trial.failed()).count(),
-            given_up: trials.iter().filter(|trial| trial.outcome.settle_time_s.is_none()).count(),
+            given_up: trials.iter().filter(|trial| trial.settle_s.is_none()).count(),
             reached_but_off: off().count(),
             reached_but_off_worst_mdeg: off()
-                .map(|trial| trial.outcome.final_error_mdeg.abs())
+                .map(|trial| trial.final_error_mdeg.abs())
                 .fold(0.0, f64::max),
-            beyond_3_sigma: stated().map(|stated| stated.beyond_3_sigma).collect::<Spread>().mean,
-            good_beyond_5_sigma: stated().filter(|stated| stated.good_beyond_5_sigma > 0).count(),
-            good_beyond_5_sigma_worst_mdeg: stated()
-                .map(|stated| stated.good_beyond_5_sigma_worst_mdeg)
+            beyond_3_sigma: trials.iter().map(|trial| trial.beyond_3_sigma).collect::<Spread>().mean,
+            good_beyond_5_sigma: trials.iter().filter(|trial| trial.good_beyond_5_sigma > 0).count(),
+            good_beyond_5_sigma_worst_mdeg: trials
+                .iter()
+                .map(|trial| trial.good_beyond_5_sigma_worst_mdeg)
                 .fold(0.0, f64::max),
             estimate_rms_mdeg: statistics::root_mean_square(all(|trial| {
-                trial.outcome.rms_estimate_error_mdeg
+                trial.rms_estimate_error_mdeg
             })),
             p50_mdeg: error(500),
             p95_mdeg: error(950),
@@ -91,9 +91,9 @@ impl TrialSummary {
             median_settle_s: quantile(settle.clone(), 500),
             p95_settle_s: quantile(settle, 950),
             settle_over_bound: quantile(ratios, 500),
-            median_overshoot_mdeg: quantile(all(|trial| 1e3 * trial.outcome.overshoot_deg), 500),
-            median_switches: quantile(all(|trial| f64::from(trial.outcome.drive_switches)), 500),
-            median_on_s: quantile(all(|trial| trial.outcome.drive_on_s), 500),
+            median_overshoot_mdeg: quantile(all(|trial| 1e3 * trial.overshoot_deg), 500),
+            median_switches: quantile(all(|trial| f64::from(trial.switches)), 500),
+            median_on_s: quantile(all(|trial| trial.drive_on_s), 500),
         }
     }
 }

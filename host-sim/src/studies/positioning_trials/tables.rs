@@ -8,10 +8,11 @@ use super::trial::FAILED_MDEG;
 use super::{
     MoveKind, PositioningTrial, PositioningTrials, Strategy, StrategyTrials, TOLERANCE_DEG, TrialSummary,
 };
+use crate::report::OutputError;
 use crate::report::document::{Block, Document, Table};
 use crate::report::page::PlacedValue;
-use crate::runs::position::MoveOutcome;
 use crate::studies::beside::FIRST;
+use crate::studies::shard;
 
 /// Failures listed at most.
 const LISTED_MAX: usize = 20;
@@ -44,7 +45,7 @@ pub(super) fn name_of(trials: &StrategyTrials) -> String {
 fn command(trial: &PositioningTrial) -> String {
     format!(
         "host-sim position --to {} --seed {} --tolerance {TOLERANCE_DEG}",
-        trial.outcome.target_deg, trial.outcome.seed
+        trial.target_deg, trial.seed
     )
 }
 
@@ -84,7 +85,7 @@ impl PositioningTrials {
                 .trials
                 .failures()
                 .take(LISTED_MAX)
-                .map(|trial| format!("`{}` ({:+.1} mdeg)", command(trial), trial.outcome.final_error_mdeg))
+                .map(|trial| format!("`{}` ({:+.1} mdeg)", command(trial), trial.final_error_mdeg))
                 .collect();
             let _ = write!(text, " Failed: {}.", failures.join(", "));
         }
@@ -140,7 +141,7 @@ impl PositioningTrials {
             .trials
             .failures()
             .map(|trial| {
-                let MoveOutcome { seed, target_deg, final_error_mdeg, .. } = &trial.outcome;
+                let PositioningTrial { seed, target_deg, final_error_mdeg, .. } = trial;
                 json!({"seed": seed, "target_deg": target_deg, "final_error_mdeg": final_error_mdeg})
             })
             .collect();
@@ -166,23 +167,10 @@ impl PositioningTrials {
     }
 
     /// A row a trial.
-    pub fn csv(&self) -> String {
-        let mut text = String::from(
-            "seed,target_deg,final_error_mdeg,settle_s,bound_s,overshoot_deg,switches,drive_on_s\n",
-        );
-        for PositioningTrial { outcome, bound_s, .. } in &self.trials.trials {
-            let settle = outcome.settle_time_s.map(|s| s.to_string()).unwrap_or_default();
-            let _ = writeln!(
-                text,
-                "{},{},{},{settle},{bound_s},{},{},{}",
-                outcome.seed,
-                outcome.target_deg,
-                outcome.final_error_mdeg,
-                outcome.overshoot_deg,
-                outcome.drive_switches,
-                outcome.drive_on_s
-            );
-        }
-        text
+    ///
+    /// # Errors
+    /// When it cannot be laid out: never.
+    pub fn csv(&self) -> Result<String, OutputError> {
+        shard::csv(&self.trials.trials)
     }
 }

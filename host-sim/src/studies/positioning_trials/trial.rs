@@ -3,7 +3,7 @@
 use controller::response_map::direction;
 use motor_model::DriveMode;
 use rand_distr::{Distribution, Uniform};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use super::TOLERANCE_DEG;
 use crate::math::random_streams::{RandomSource, stream};
@@ -15,7 +15,7 @@ use crate::world::instruments::Camera;
 pub(super) const FAILED_MDEG: f64 = 3.0;
 
 /// The kind of a trial's move.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum MoveKind {
     /// Uniform in +-360 degrees.
@@ -26,26 +26,74 @@ pub enum MoveKind {
     QuarterTurn,
 }
 
-/// A trial and what became of it.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+/// A trial and what became of it, as it is written and read.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct PositioningTrial {
+    /// Its place among all trials.
+    pub number: u64,
+    /// Seed of motor, noise and target.
+    pub seed: u64,
     /// The kind of move.
     pub kind: MoveKind,
-    /// What became of it.
-    pub outcome: MoveOutcome,
+    /// Target.
+    pub target_deg: f64,
+    /// How it ended.
+    pub ending: MoveEnding,
+    /// True angle at the end less the target.
+    pub final_error_mdeg: f64,
+    /// When the controller began to hold the target that it held to the end; empty if it did not.
+    pub settle_s: Option<f64>,
     /// The least time that any controller needs.
     pub bound_s: f64,
+    /// Simulated time.
+    pub duration_s: f64,
+    /// Largest true angle beyond the target, at least 0.
+    pub overshoot_deg: f64,
+    /// How often the drive changed between off, mode B and mode C.
+    pub switches: u32,
+    /// Time with the drive on.
+    pub drive_on_s: f64,
+    /// Root mean square error of the estimate over the whole run.
+    pub rms_estimate_error_mdeg: f64,
+    /// Share of the estimates whose angle is off by more than three of their standard deviations.
+    pub beyond_3_sigma: f64,
+    /// Estimates of good health whose angle is off by more than five.
+    pub good_beyond_5_sigma: u64,
+    /// The largest error of these; 0 if there is none.
+    pub good_beyond_5_sigma_worst_mdeg: f64,
 }
 
 impl PositioningTrial {
+    /// Trial `number`, a move of `kind` that ended as `outcome`.
+    pub(super) fn new(number: u64, kind: MoveKind, outcome: &MoveOutcome, bound_s: f64) -> Self {
+        Self {
+            number,
+            seed: outcome.seed,
+            kind,
+            target_deg: outcome.target_deg,
+            ending: outcome.ending(),
+            final_error_mdeg: outcome.final_error_mdeg,
+            settle_s: outcome.settle_time_s,
+            bound_s,
+            duration_s: outcome.duration_s,
+            overshoot_deg: outcome.overshoot_deg,
+            switches: outcome.drive_switches,
+            drive_on_s: outcome.drive_on_s,
+            rms_estimate_error_mdeg: outcome.rms_estimate_error_mdeg,
+            beyond_3_sigma: outcome.stated.beyond_3_sigma,
+            good_beyond_5_sigma: outcome.stated.good_beyond_5_sigma,
+            good_beyond_5_sigma_worst_mdeg: outcome.stated.good_beyond_5_sigma_worst_mdeg,
+        }
+    }
+
     /// Whether the controller says that the target is reached although the rotor is further off than three tolerances.
     pub fn reached_but_off(&self) -> bool {
-        self.outcome.ending() == MoveEnding::Wrong
+        self.ending == MoveEnding::Wrong
     }
 
     /// Whether the controller did not reach the target, or says so although the rotor is far off.
     pub fn failed(&self) -> bool {
-        self.outcome.settle_time_s.is_none() || self.outcome.final_error_mdeg.abs() > FAILED_MDEG
+        self.settle_s.is_none() || self.final_error_mdeg.abs() > FAILED_MDEG
     }
 }
 
