@@ -131,7 +131,7 @@ impl Axis {
             }
             // Each whole number as often as the others: the first and the last have a half more around them.
             AxisValues::Range { min, max, log: false, .. } if self.cells == CellKind::Whole => {
-                plain((min + (part * (max - min + 1.0)).floor()).min(*max))
+                whole((min + (part * (max - min + 1.0)).floor()).min(*max))
             }
             AxisValues::Range { .. } => self.within(part),
         }
@@ -147,8 +147,13 @@ impl Axis {
         };
         // Rounding may leave the bounds by a bit.
         let number = number.clamp(*min, *max);
-        plain(if self.cells == CellKind::Whole { number.round() } else { number })
+        if self.cells == CellKind::Whole { whole(number.round()) } else { plain(number) }
     }
+}
+
+/// A whole number as a scene takes it: without an exponent.
+fn whole(number: f64) -> String {
+    format!("{number:.0}")
 }
 
 /// A key that a scene has just taken, as the registry has it, and what its values are in a table.
@@ -184,6 +189,7 @@ mod tests {
         assert_eq!(marks.levels(), None);
         let places = [0.0, 0.333, 0.334, 0.666, 0.667, 0.999_999];
         assert_eq!(places.map(|part| marks.at(part)), ["2", "2", "3", "3", "4", "4"]);
+        assert_eq!(axis("seed=1..1000000:2").level(1), "1000000");
         let drives = axis("simulate.drive=b, c");
         assert_eq!([0.0, 0.499, 0.5, 0.999].map(|part| drives.at(part)), ["b", "b", "c", "c"]);
     }
