@@ -54,6 +54,11 @@ install_tools() {
     # One of the integrators that `host-sim accuracy` sets beside the twin.
     has_scipy() { "$1" -c 'import scipy.integrate' 2>/dev/null; }
     has_scipy python3 || has_scipy /usr/bin/python3 || packages+=(python3-scipy)
+    # The cluster of one node of tests/cluster.
+    PATH=$PATH:/usr/sbin needs munged munge
+    PATH=$PATH:/usr/sbin needs slurmctld slurmctld
+    PATH=$PATH:/usr/sbin needs slurmd slurmd
+    needs sbatch slurm-client
     # The readers of tests/logs, in an environment of their own.
     python3 -c 'import ensurepip, venv' 2>/dev/null || packages+=(python3-venv)
     if ((${#packages[@]})); then

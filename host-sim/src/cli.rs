@@ -7,6 +7,7 @@ mod beside;
 mod calibration;
 mod closed_loop;
 mod compare;
+mod cluster;
 mod count;
 mod error;
 mod estimation;

@@ -1,11 +1,11 @@
 #!/usr/bin/env bash
-# Makes the Python environment of tests/logs/readers.py in a folder, unless it is there, and prints its interpreter.
+# Makes a Python environment in a folder, unless it is there, and prints its interpreter.
 #
-#   tests/logs/environment.sh FOLDER
+#   tests/logs/environment.sh FOLDER [REQUIREMENTS]
 #
-# The packages are those of tests/logs/requirements.txt, with their versions.
+# The packages are those of a file, with their versions: tests/logs/requirements.txt for tests/logs/readers.py.
 set -euo pipefail
-requirements=$(cd "$(dirname "$0")" && pwd)/requirements.txt
+requirements=${2:-$(cd "$(dirname "$0")" && pwd)/requirements.txt}
 folder=$1
 stamp=$folder/requirements.txt
 if ! cmp -s "$requirements" "$stamp"; then

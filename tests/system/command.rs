@@ -2,6 +2,7 @@
 
 mod tool_accuracy;
 mod tool_beside;
+mod tool_cluster;
 mod tool_command_line;
 mod tool_conventions;
 mod tool_estimate;

@@ -57,9 +57,8 @@ impl CalibrateArgs {
         }
         let plan = CalibrationPlan::new(&scene, self.runs, self.motors)?.part(self.parts.shard)?;
         let beside = self.beside.scenes("calibrate", &scene, |scene| self.map.provide(scene))?;
-        let beside = BesideScene::run_each(&beside, |scene| {
-            CalibrationPlan::new(scene, self.runs, self.motors)
-        })?;
+        let beside =
+            BesideScene::run_each(&beside, |scene| CalibrationPlan::new(scene, self.runs, self.motors))?;
         let publication = self.publication.open(&self.out)?;
         let motors = std::iter::once(&plan).chain(beside.iter().map(|other| &other.found));
         let motors = motors.map(CalibrationPlan::motors_of_part).sum();

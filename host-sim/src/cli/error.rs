@@ -5,6 +5,7 @@ use crate::log::LogError;
 use crate::report::compare::result_file::ResultFileError;
 use crate::runs::RunError;
 use crate::studies::sweep::SweepError;
+use crate::tool::ToolError;
 
 /// Why a command stopped.
 #[derive(Debug, thiserror::Error)]
@@ -31,6 +32,9 @@ pub enum CommandError {
     /// A sweep was refused, or stopped.
     #[error(transparent)]
     Sweep(#[from] SweepError),
+    /// A scheduler did not take a job.
+    #[error(transparent)]
+    Tool(#[from] ToolError),
     /// Something that this command was built without.
     #[error("{what} is not built into this command")]
     LeftOut {
@@ -57,6 +61,10 @@ impl CommandError {
             Self::Result(error) => error.hint(),
             Self::Changed { .. } => None,
             Self::Sweep(error) => error.hint(),
+            Self::Tool(ToolError::NoTool { tool, .. }) => {
+                Some(format!("{tool} is there where its cluster is"))
+            }
+            Self::Tool(error) => error.hint(),
             Self::LeftOut { feature, .. } => {
                 Some(format!("build it with the feature: `cargo run --release --features {feature} -- ...`"))
             }

@@ -125,6 +125,14 @@ pub(super) const EXAMPLES: &[(&str, &[(&str, &str)])] = &[
                  --figure rotor_rate_mean_rad_s",
             ),
             (
+                "What it would cost, here and on clusters",
+                "sweep --over seed=1..1000000:1000000 --figure final_error_mdeg --plan --cores 64",
+            ),
+            (
+                "As an array of Slurm jobs of half an hour",
+                "sweep --over seed=1..1000000:1000000 --figure final_error_mdeg --slurm --out million",
+            ),
+            (
                 "The first of four parts, to go on with when it was interrupted",
                 "sweep --over seed=1..1000:1000 --figure final_error_mdeg --shard 1/4 --resume --out part1",
             ),

@@ -111,7 +111,7 @@ fn repetition(given: &[String], command: &str, scene: Option<String>, flags: &[&
 }
 
 /// A word as a shell takes it.
-fn quoted(word: &str) -> String {
+pub(super) fn quoted(word: &str) -> String {
     let is_plain = |letter: char| letter.is_ascii_alphanumeric() || "-_./=:,@+%".contains(letter);
     if !word.is_empty() && word.chars().all(is_plain) {
         return word.to_owned();

@@ -7,6 +7,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use clap::builder::PossibleValue;
 use clap::{Args, ValueEnum, ValueHint};
 
+use super::cluster::{ClusterArgs, Scheduler, SweepJob};
 use super::count::Count;
 use super::readers::Reader;
 use super::shard::ShardParser;
@@ -108,6 +109,14 @@ pub(super) struct SweepArgs {
     shard: Shard,
     #[command(flatten)]
     existing: ExistingArgs,
+    /// Print what the sweep will cost here and on clusters of 1, 100 and 1000 nodes, without making it
+    #[arg(long)]
+    plan: bool,
+    /// Cores of a node, for --plan [default: the threads of this machine]
+    #[arg(long, value_name = "N", value_parser = Count(1..=100_000), allow_negative_numbers = true)]
+    cores: Option<u64>,
+    #[command(flatten)]
+    cluster: ClusterArgs,
     /// Begin also what takes this machine longer than a month
     #[arg(long)]
     long: bool,
@@ -125,7 +134,13 @@ pub(super) struct SweepArgs {
 
 impl SweepArgs {
     pub(super) fn execute(&self) -> Result<(), CommandError> {
-        let plan = self.plan()?;
+        let plan = self.planned()?;
+        if self.plan {
+            return self.print_cost(&plan);
+        }
+        if let Some(scheduler) = self.cluster.scheduler() {
+            return self.submit(scheduler, &plan);
+        }
         let folder = LockedFolder::open(&self.out, &plan, self.shard, self.existing.existing())?;
         if let Some(summary) = folder.finished()? {
             progress::note("all rows were done already");
@@ -160,7 +175,7 @@ impl SweepArgs {
         Ok(print(&folder.finish()?, self.format)?)
     }
 
-    fn plan(&self) -> Result<SweepPlan, CommandError> {
+    fn planned(&self) -> Result<SweepPlan, CommandError> {
         let command = self.of.name();
         let scene = self.scene.load(command, &[])?;
         let scene = if self.of.plans() { self.map.provide(scene)? } else { scene };
@@ -174,6 +189,42 @@ impl SweepArgs {
         };
         let reads = |command: SweptCommand, key: &str| Reader::named(command.name()).reads(key);
         Ok(SweepPlan::new(&scene, request, reads, &|key| Reader::named(command).admit(key))?)
+    }
+
+    fn print_cost(&self, plan: &SweepPlan) -> Result<(), CommandError> {
+        silence_panics();
+        plan.check_figures()?;
+        let cost = plan.cost(self.cluster.cpus())?;
+        let cores = self.cores.unwrap_or_else(|| rayon::current_num_threads() as u64);
+        Ok(files::print(&self.format.of(cost.document(cores).text(), files::json_line(&cost)))?)
+    }
+
+    fn submit(&self, scheduler: Scheduler, plan: &SweepPlan) -> Result<(), CommandError> {
+        silence_panics();
+        plan.check_figures()?;
+        let reader = Reader::named(self.of.name());
+        let job = SweepJob {
+            plan,
+            words: self.words(),
+            scene: plan.scene().text(&|key| reader.reads(key), true),
+            out: &self.out,
+            resume: self.existing.resume,
+        };
+        let submission = self.cluster.submit(scheduler, &job)?;
+        Ok(files::print(&self.format.of(submission.text(), files::json_line(&submission)))?)
+    }
+
+    /// The command without its scene, its part and its folder.
+    fn words(&self) -> Vec<String> {
+        let mut words = vec!["sweep".to_owned(), format!("--of={}", self.of.name())];
+        words.extend(self.over.iter().map(|over| format!("--over={over}")));
+        words.extend(self.figure.iter().map(|figure| format!("--figure={figure}")));
+        words.extend([format!("--repeats={}", self.repeats), format!("--sample={}", self.sample)]);
+        words.extend(self.points.random.map(|points| format!("--random={points}")));
+        words.extend(self.points.sobol.map(|points| format!("--sobol={points}")));
+        words.extend(self.map.map.iter().map(|map| format!("--map={}", map.display())));
+        words.push("--long".to_owned());
+        words
     }
 
     /// Refuses what takes longer than a month, and says how long a long sweep takes; by the time of the first row.

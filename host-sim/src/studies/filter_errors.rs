@@ -211,8 +211,9 @@ impl FilterErrorsPlan {
     /// # Errors
     /// When a run fails.
     pub fn compared(&self, progress: &(impl Fn(u64) + Sync)) -> Result<Vec<ComparedMotor>, RunError> {
-        let places: Vec<(usize, usize)> =
-            (0..DRIVES.len()).flat_map(|drive| (0..self.motors.len()).map(move |motor| (drive, motor))).collect();
+        let places: Vec<(usize, usize)> = (0..DRIVES.len())
+            .flat_map(|drive| (0..self.motors.len()).map(move |motor| (drive, motor)))
+            .collect();
         // One thread's share is one run; the sums come back in the order of the list, and are added up in it.
         let runs: Result<Vec<ComparedRun>, RunError> = (places.par_iter().with_max_len(1))
             .map(|&(drive, motor)| comparison::run(&self.motors[motor].1, DRIVES[drive].0, progress))

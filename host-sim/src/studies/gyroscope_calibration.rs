@@ -177,7 +177,8 @@ impl CalibrationPlan {
         let serial = self.scene.integer("gyroscope.serial") + run / self.motors;
         scene.set("gyroscope.serial", &serial.to_string())?;
         let mut gyroscope = Gyroscope::new(scene);
-        Calibration::of(&mut gyroscope, (run, serial), turning, self.schedule.duration_s).ok_or_else(not_told_apart)
+        Calibration::of(&mut gyroscope, (run, serial), turning, self.schedule.duration_s)
+            .ok_or_else(not_told_apart)
     }
 }
 

@@ -16,6 +16,7 @@
 //! | `folder` | the files of a sweep: lock, journal, tables, manifest |
 //! | `journal` | rows that are done, so that an interrupted sweep goes on |
 //! | `tables` | rows as Parquet files |
+//! | `cost` | what it costs, by measured rows, on how many machines |
 //! | `merge` | the parts of a sweep put together |
 //! | `summary` | what is printed |
 //!
@@ -25,6 +26,7 @@
 //! rows that wait for an earlier one are held, at most `WAITING_MAX` of `ordered`.
 
 mod axis;
+mod cost;
 mod error;
 mod figure;
 mod folder;
@@ -42,6 +44,7 @@ use serde_json::{Map, Value, json};
 
 use crate::scene::{Admission, Scene};
 pub use axis::{Axis, AxisValues};
+pub use cost::SweepCost;
 pub use error::SweepError;
 pub use folder::{Existing, LockedFolder, SweepFolder};
 pub use merge::merge;
@@ -156,6 +159,11 @@ impl SweepPlan {
             repeats,
             figures,
         })
+    }
+
+    /// The scene around which it is.
+    pub fn scene(&self) -> &Scene {
+        &self.scene
     }
 
     /// Rows in all.

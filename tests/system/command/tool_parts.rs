@@ -68,7 +68,11 @@ fn exact_parts_on_any_threads_are_the_whole() {
         }
         if words[0] == "calibrate" {
             let merge = [&words[..1], &["--merge", &one, &two, "--seed", "9"], scene].concat();
-            refuses(folder.path(), &merge, &["do not begin with the first calibration of this scene", "hint"]);
+            refuses(
+                folder.path(),
+                &merge,
+                &["do not begin with the first calibration of this scene", "hint"],
+            );
         }
     }
 }
@@ -80,7 +84,10 @@ fn tool_parts_without_a_run_and_flags_that_have_none_are_refused() {
         (&["estimate", "--motors", "2", "--shard", "3/3"][..], &["part 3/3 of 2 motors has none"][..]),
         (&["calibrate", "--runs", "2", "--shard", "3/3"], &["part 3/3 of 2 motors has none"]),
         (&["positioning-trials", "--motors", "1", "--shard", "2/2"], &["part 2/2 of 1 trials has none"]),
-        (&["estimate", "--shard", "1/2", "--beside", "set_f_plant"], &["--beside is not made in parts", "hint"]),
+        (
+            &["estimate", "--shard", "1/2", "--beside", "set_f_plant"],
+            &["--beside is not made in parts", "hint"],
+        ),
         (&["positioning-trials", "--shard", "1/2", "--compare", "1"], &["--compare is not made in parts"]),
         (&["estimate", "--merge", "nowhere.postcard"], &["cannot read nowhere.postcard"]),
     ] {

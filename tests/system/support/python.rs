@@ -1,4 +1,4 @@
-//! Python with the packages of `tests/logs`: what other people's readers find in files that the command wrote.
+//! Python with its packages: what other people's readers find in files that the command wrote, and `HyperQueue`.
 
 use std::path::Path;
 use std::process::Command;
@@ -8,16 +8,24 @@ use serde_json::Value;
 
 use super::checkout::root;
 
-/// The interpreter of `tests/logs/readers.py`, whose environment is made once and kept beside what cargo builds.
-pub fn python() -> &'static str {
+/// The interpreter of an environment with the packages of the file `requirements`. It is kept beside what cargo builds.
+fn environment(name: &str, requirements: &str) -> String {
+    let script = root().join("tests/logs/environment.sh");
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(name);
+    let output = Command::new(script).arg(folder).arg(root().join(requirements)).output().expect("bash");
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    String::from_utf8(output.stdout).expect("text").trim().to_owned()
+}
+
+/// The interpreter of `tests/logs/readers.py`, whose environment is made once.
+fn python() -> &'static str {
     static PYTHON: OnceLock<String> = OnceLock::new();
-    PYTHON.get_or_init(|| {
-        let script = root().join("tests/logs/environment.sh");
-        let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("log-readers");
-        let output = Command::new(script).arg(folder).output().expect("bash");
-        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
-        String::from_utf8(output.stdout).expect("text").trim().to_owned()
-    })
+    PYTHON.get_or_init(|| environment("log-readers", "tests/logs/requirements.txt"))
+}
+
+/// The interpreter of `tests/cluster/hyperqueue_cluster.py`.
+pub fn hyperqueue() -> String {
+    environment("hyperqueue", "tests/cluster/requirements.txt")
 }
 
 /// What the readers find in the files of a folder, by name.

@@ -12,7 +12,7 @@ impl PositioningTrials {
         let all = std::iter::once(&self.trials)
             .chain(&self.others)
             .chain(self.beside.iter().map(|other| &other.found));
-        let durations_s = all.flat_map(|trials| &trials.trials).map(|trial| trial.outcome.duration_s);
+        let durations_s = all.flat_map(|trials| &trials.trials).map(|trial| trial.duration_s);
         StudyReport {
             title: "Positioning trials".to_owned(),
             verdict: verdict(&summary),
@@ -62,9 +62,9 @@ fn verdict(summary: &TrialSummary) -> String {
 
 /// The key figures of one strategy on one filter.
 fn of_trials(trials: &StrategyTrials) -> Vec<KeyFigure> {
-    let errors = || trials.trials.iter().map(|trial| trial.outcome.final_error_mdeg.abs());
-    let settled = || trials.trials.iter().filter_map(|trial| trial.outcome.settle_time_s);
-    let estimates = trials.trials.iter().map(|trial| trial.outcome.rms_estimate_error_mdeg);
+    let errors = || trials.trials.iter().map(|trial| trial.final_error_mdeg.abs());
+    let settled = || trials.trials.iter().filter_map(|trial| trial.settle_s);
+    let estimates = trials.trials.iter().map(|trial| trial.rms_estimate_error_mdeg);
     let count = |name, number| KeyFigure::count(name, number, trials.trials.len());
     let summary = trials.summary();
     let figures = [

@@ -72,18 +72,14 @@ impl TrialSummary {
             failures: trials.iter().filter(|trial| trial.failed()).count(),
             given_up: trials.iter().filter(|trial| trial.settle_s.is_none()).count(),
             reached_but_off: off().count(),
-            reached_but_off_worst_mdeg: off()
-                .map(|trial| trial.final_error_mdeg.abs())
-                .fold(0.0, f64::max),
+            reached_but_off_worst_mdeg: off().map(|trial| trial.final_error_mdeg.abs()).fold(0.0, f64::max),
             beyond_3_sigma: trials.iter().map(|trial| trial.beyond_3_sigma).collect::<Spread>().mean,
             good_beyond_5_sigma: trials.iter().filter(|trial| trial.good_beyond_5_sigma > 0).count(),
             good_beyond_5_sigma_worst_mdeg: trials
                 .iter()
                 .map(|trial| trial.good_beyond_5_sigma_worst_mdeg)
                 .fold(0.0, f64::max),
-            estimate_rms_mdeg: statistics::root_mean_square(all(|trial| {
-                trial.rms_estimate_error_mdeg
-            })),
+            estimate_rms_mdeg: statistics::root_mean_square(all(|trial| trial.rms_estimate_error_mdeg)),
             p50_mdeg: error(500),
             p95_mdeg: error(950),
             p999_mdeg: error(999),

@@ -43,10 +43,7 @@ pub(super) fn name_of(trials: &StrategyTrials) -> String {
 
 /// The command that repeats a trial.
 fn command(trial: &PositioningTrial) -> String {
-    format!(
-        "host-sim position --to {} --seed {} --tolerance {TOLERANCE_DEG}",
-        trial.target_deg, trial.seed
-    )
+    format!("host-sim position --to {} --seed {} --tolerance {TOLERANCE_DEG}", trial.target_deg, trial.seed)
 }
 
 impl PositioningTrials {
