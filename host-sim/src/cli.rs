@@ -6,8 +6,8 @@
 mod beside;
 mod calibration;
 mod closed_loop;
-mod compare;
 mod cluster;
+mod compare;
 mod count;
 mod error;
 mod estimation;

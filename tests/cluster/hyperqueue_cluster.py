@@ -3,8 +3,8 @@
     python3 tests/cluster/hyperqueue_cluster.py FOLDER COMMAND ARGUMENT...
 
 starts server and worker, runs the command, waits for what it has submitted, and ends with 1 if a task has failed.
-HyperQueue's Python package has server and worker but no `hq`. What stands in its place on the command's PATH is this file
-again: it reads the flags of `hq submit` that `host-sim sweep --hyperqueue` uses, and submits by the package.
+HyperQueue's Python package has server and worker but no `hq`. What stands in its place on the command's PATH is this
+file again: it reads the flags of `hq submit` that `host-sim sweep --hyperqueue` uses, and submits by the package.
 """
 
 import argparse

@@ -9,6 +9,7 @@ mod tool_estimate;
 mod tool_faults;
 mod tool_filters;
 mod tool_gallery;
+mod tool_hostile_inputs;
 mod tool_logs;
 mod tool_parts;
 mod tool_reports;

@@ -48,7 +48,8 @@ pub(super) struct ClusterArgs {
     #[arg(long, conflicts_with_all = ["shard", "force"])]
     hyperqueue: bool,
     /// Time in s that a part of an array shall take, by measured rows: it says how many parts there are
-    #[arg(long, value_name = "S", default_value = "1800", value_parser = Count(1..=10_000_000), allow_negative_numbers = true)]
+    #[arg(long, value_name = "S", default_value = "1800")]
+    #[arg(value_parser = Count(1..=10_000_000), allow_negative_numbers = true)]
     part_time: u64,
     /// Processors of a part
     #[arg(long, value_name = "N", default_value = "1", value_parser = Count(1..=10_000), allow_negative_numbers = true)]

@@ -6,8 +6,8 @@ use std::sync::atomic::AtomicBool;
 
 use signal_hook::consts::{SIGINT, SIGTERM};
 
-/// Sets `interrupted` at Ctrl-C and when the system asks the process to end; a second time ends the process. A file that
-/// reaches its largest size is an error of the write, and ends no process.
+/// Sets `interrupted` at Ctrl-C and when the system asks the process to end; a second time ends the process. A file
+/// that reaches its largest size is an error of the write, and ends no process.
 ///
 /// # Errors
 /// When the system refuses it.

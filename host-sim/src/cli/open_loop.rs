@@ -102,6 +102,7 @@ impl SimulateArgs {
         if is_motor {
             // What is refused is refused before the file is made.
             run.step_counts()?;
+            run.note()?.into_iter().for_each(|note| progress::note(&note));
         }
         let request = Request::of_scene("simulate", &scene).with_key_flags(&KEY_FLAGS);
         let record = self.out.as_deref().map(SamplesCsv::create).transpose()?;

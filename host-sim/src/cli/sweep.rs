@@ -99,10 +99,12 @@ pub(super) struct SweepArgs {
     #[arg(long, value_name = "PATH")]
     figure: Vec<String>,
     /// Runs of each point, with the seeds that follow that of the scene
-    #[arg(long, value_name = "N", default_value = "1", value_parser = Count(1..=1_000_000), allow_negative_numbers = true)]
+    #[arg(long, value_name = "N", default_value = "1")]
+    #[arg(value_parser = Count(1..=1_000_000), allow_negative_numbers = true)]
     repeats: u64,
     /// Motors of a study at each point: gyroscopes of calibrate, moves of positioning-trials and faults
-    #[arg(long, value_name = "N", default_value = "1", value_parser = Count(1..=10_000), allow_negative_numbers = true)]
+    #[arg(long, value_name = "N", default_value = "1")]
+    #[arg(value_parser = Count(1..=10_000), allow_negative_numbers = true)]
     sample: u64,
     /// Make only the I-th of N parts of the rows; `host-sim merge` puts the parts together
     #[arg(long, value_name = "I/N", default_value = "1/1", value_parser = ShardParser)]

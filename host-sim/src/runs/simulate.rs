@@ -12,7 +12,7 @@ mod stepping;
 mod tilt_statistics;
 
 use motor_model::{
-    DriveCommand, DriveMode, Freedom, FrictionLaw, ImpactRule, MotorParams, MotorSetup, TiltingParams,
+    DriveCommand, DriveMode, Freedom, FrictionLaw, ImpactRule, Mode, MotorParams, MotorSetup, TiltingParams,
     TiltingSetup, TiltingVariation,
 };
 use serde::Serialize;
@@ -33,6 +33,10 @@ pub use tilt_statistics::TiltSummary;
 
 /// Most steps of a run: a few minutes of computing.
 const STEPS_MAX: f64 = 1e10;
+
+/// Steps in a period of the fastest mode, at least: halfway between two of 8 steps a sine is off its chord by 8 % of
+/// its amplitude at most, `1 - cos(pi / 8)`.
+const STEPS_PER_PERIOD: f64 = 8.0;
 
 /// Arithmetic of the motor.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
@@ -127,6 +131,24 @@ impl OpenLoopRun {
             },
             seed: scene.seed(),
         })
+    }
+
+    /// What to say of a step that is too long for the fastest mode; `None` of one that is not.
+    ///
+    /// # Errors
+    /// When the motor has no such modes.
+    pub fn note(&self) -> Result<Option<String>, RunError> {
+        let fastest_rad_s =
+            Mode::all(&self.params)?.iter().map(|mode| mode.natural_rad_s).fold(0.0, f64::max);
+        let longest_s = core::f64::consts::TAU / (fastest_rad_s * STEPS_PER_PERIOD);
+        Ok((self.step_s > longest_s).then(|| {
+            format!(
+                "simulate.step_s = {} s is too long for the fastest mode, {:.0} Hz: the rotor misses where the teeth \
+                 are; steps of at most {longest_s:.1e} s follow it",
+                plain(self.step_s),
+                fastest_rad_s / core::f64::consts::TAU
+            )
+        }))
     }
 
     /// The run in steps, if its times go together.

@@ -117,8 +117,8 @@ fn process_of_part(folder: &Path, part: u64) -> Option<String> {
     })
 }
 
-/// The first part is killed. The others end; the same command with `--resume` submits all parts again, of which the first
-/// alone has something left to do.
+/// The first part is killed. The others end; the same command with `--resume` submits all parts again, of which the
+/// first alone has something left to do.
 #[test]
 fn tool_a_part_that_is_killed_under_hyperqueue_goes_on() {
     let folder = folder();

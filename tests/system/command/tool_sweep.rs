@@ -247,8 +247,8 @@ fn exact_failed_rows_are_marked_and_counted() {
     assert_eq!(table["rotor_rate_mean_rad_s"]["count"], 2);
 }
 
-/// A sweep that would take years is refused by the time of its first row, with the number of rows and the time; a part of
-/// it that does not is begun.
+/// A sweep that would take years is refused by the time of its first row, with the number of rows and the time; a part
+/// of it that does not is begun.
 #[test]
 fn tool_sweeps_beyond_reason_are_refused_with_their_time() {
     let folder = folder();

@@ -111,7 +111,8 @@ pub struct Calibration {
 }
 
 impl Calibration {
-    /// Calibration `number`: of `gyroscope`, whose serial is given, on the run of a motor; `None` where scale factor and bias cannot be told apart.
+    /// Calibration `number`: of `gyroscope`, whose serial is given, on the run of a motor; `None` where scale factor and
+    /// bias cannot be told apart.
     pub(super) fn of(
         gyroscope: &mut Gyroscope,
         (number, serial): (u64, u64),

@@ -78,8 +78,8 @@ impl SweepCost {
             blocks: vec![
                 Block::Heading(format!("Plan of a sweep, {} rows", self.rows)),
                 Block::Paragraph(format!(
-                    "A row takes {:.3e} s with {} processors: mean of {} rows, spread over all. All rows together take {} of \
-                     one processor like those of this machine.",
+                    "A row takes {:.3e} s with {} processors: mean of {} rows, spread over all. All rows together \
+                     take {} of one processor like those of this machine.",
                     self.row_s,
                     self.cpus,
                     self.measured_rows,

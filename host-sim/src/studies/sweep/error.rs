@@ -136,7 +136,10 @@ impl SweepError {
             Self::NoFigure { nearest, .. } => Some(format!("it has {}", nearest.join(", "))),
             Self::MachineTime { .. } => Some("times.parquet has the time of each row".to_owned()),
             Self::TooLong { .. } => {
-                Some("--shard I/N makes a part, --slurm and --hyperqueue an array of them, --long runs it all the same".to_owned())
+                Some(
+                    "--shard I/N makes a part, --slurm and --hyperqueue an array of them, --long runs it all the same"
+                        .to_owned(),
+                )
             }
             Self::Locked { .. } => Some("wait for it, or name another folder by --out".to_owned()),
             Self::OtherSweep { .. } => {

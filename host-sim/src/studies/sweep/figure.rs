@@ -1,7 +1,7 @@
 //! A figure of merit: a number in the JSON of a result, named by its path.
 //!
 //! A path is the names of fields with dots between them: `stated.beyond_3_sigma`. In a list it is the place, from 0, or
-//! what the element has, in brackets: `[filter=twin,drive=b,phase=steady].rms_angle_mdeg`.
+//! what the element has, in brackets: `rows.[filter=twin,drive=b,phase=steady].rms_angle_mdeg`.
 
 use serde_json::Value;
 

@@ -4,7 +4,7 @@
 //! |---|---|
 //! | `rows.parquet` | the rows: the same bytes for any number of threads, parts and interruptions |
 //! | `times.parquet` | the time of each row on its machine |
-//! | `manifest.json` | version, command, seed, plan and effective scene; which part, how many rows failed, and whether all are done |
+//! | `manifest.json` | version, command, seed, plan and effective scene; which part; whether it is done, what failed |
 //! | `rows.partial.csv` | the rows that are done, while some are not ([`super::journal`]) |
 //! | `.lock` | held by the process that writes here |
 
