@@ -125,6 +125,11 @@ pub(super) const EXAMPLES: &[(&str, &[(&str, &str)])] = &[
                  --figure rotor_rate_mean_rad_s",
             ),
             (
+                "Which of three keys decides",
+                "sweep --over camera.noise_m=0..5e-6 --over ldv.noise_m_s=0..1e-3 --over plant.motor.friction=0.1..0.5 \
+                 --indices 128 --figure final_error_mdeg",
+            ),
+            (
                 "What it would cost, here and on clusters",
                 "sweep --over seed=1..1000000:1000000 --figure final_error_mdeg --plan --cores 64",
             ),

@@ -51,13 +51,18 @@ struct PointsArgs {
     /// So many points of a Sobol sequence, shifted as the seed says: more even than random ones, best a power of 2
     #[arg(long, value_name = "N", value_parser = POINTS, allow_negative_numbers = true)]
     sobol: Option<u64>,
+    /// N base points of Sobol's indices: which key decides. They take N (keys + 2) runs, N is best a power of 2
+    #[arg(long, value_name = "N", value_parser = POINTS, allow_negative_numbers = true)]
+    #[arg(conflicts_with_all = ["grid", "random", "sobol"])]
+    indices: Option<u64>,
 }
 
 impl PointsArgs {
     fn sampling(&self) -> Sampling {
-        match (self.random, self.sobol) {
-            (Some(points), _) => Sampling::Random(points),
-            (_, Some(points)) => Sampling::Sobol(points),
+        match (self.random, self.sobol, self.indices) {
+            (Some(points), ..) => Sampling::Random(points),
+            (_, Some(points), _) => Sampling::Sobol(points),
+            (.., Some(points)) => Sampling::Indices(points),
             _ => Sampling::Grid,
         }
     }
@@ -224,6 +229,7 @@ impl SweepArgs {
         words.extend([format!("--repeats={}", self.repeats), format!("--sample={}", self.sample)]);
         words.extend(self.points.random.map(|points| format!("--random={points}")));
         words.extend(self.points.sobol.map(|points| format!("--sobol={points}")));
+        words.extend(self.points.indices.map(|points| format!("--indices={points}")));
         words.extend(self.map.map.iter().map(|map| format!("--map={}", map.display())));
         words.push("--long".to_owned());
         words

@@ -55,6 +55,8 @@ pub enum RandomSource {
     FaultDraw = 23,
     /// Where the points of a sweep lie.
     SweepPoints = 24,
+    /// Which base points of a sweep are drawn again, for the intervals of its indices.
+    SweepBootstrap = 25,
 }
 
 /// The stream of `source` in the run that `seed` names.
@@ -137,6 +139,7 @@ mod tests {
             RandomSource::GyroscopeInstability,
             RandomSource::FaultDraw,
             RandomSource::SweepPoints,
+            RandomSource::SweepBootstrap,
         ];
         let draw = |seed, source| stream(seed, source).next_u64();
         let all: Vec<u64> =

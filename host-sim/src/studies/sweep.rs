@@ -16,6 +16,7 @@
 //! | `folder` | the files of a sweep: lock, journal, tables, manifest |
 //! | `journal` | rows that are done, so that an interrupted sweep goes on |
 //! | `tables` | rows as Parquet files |
+//! | `indices` | which key decides: Sobol's indices of variance |
 //! | `cost` | what it costs, by measured rows, on how many machines |
 //! | `merge` | the parts of a sweep put together |
 //! | `summary` | what is printed |
@@ -30,6 +31,7 @@ mod cost;
 mod error;
 mod figure;
 mod folder;
+mod indices;
 mod journal;
 mod merge;
 mod ordered;
@@ -47,6 +49,7 @@ pub use axis::{Axis, AxisValues};
 pub use cost::SweepCost;
 pub use error::SweepError;
 pub use folder::{Existing, LockedFolder, SweepFolder};
+pub use indices::{Index, KeyIndices};
 pub use merge::merge;
 pub use ordered::run as rows_in_order;
 pub use points::Sampling;
@@ -139,6 +142,16 @@ impl SweepPlan {
             Sampling::Sobol(points) if axes.len() <= SOBOL_DIMENSIONS => {
                 (points, Some(Places::sobol(scene.seed(), axes.len())))
             }
+            Sampling::Indices(base) if 2 * axes.len() <= SOBOL_DIMENSIONS => {
+                let points = base.checked_mul(axes.len() as u64 + 2).ok_or_else(too_many)?;
+                (points, Some(Places::sobol(scene.seed(), 2 * axes.len())))
+            }
+            Sampling::Indices(_) => {
+                return Err(plan(
+                    format!("indices here have {} keys at most", SOBOL_DIMENSIONS / 2),
+                    "fix the keys that matter least",
+                ));
+            }
             Sampling::Sobol(_) => {
                 return Err(plan(
                     format!("a Sobol sequence here has {SOBOL_DIMENSIONS} keys at most"),
@@ -194,7 +207,10 @@ impl SweepPlan {
     /// Values of a point as text, in the order of the axes.
     pub fn values(&self, point: u64) -> Vec<String> {
         if let Some(places) = &self.places {
-            let place = places.of(point, self.axes.len());
+            let place = match self.sampling {
+                Sampling::Indices(_) => self.place_for_indices(places, point),
+                _ => places.of(point, self.axes.len()),
+            };
             return self.axes.iter().zip(place).map(|(axis, part)| axis.at(part)).collect();
         }
         // The last axis varies fastest.
@@ -207,6 +223,23 @@ impl SweepPlan {
         }
         values.reverse();
         values
+    }
+
+    /// Of each base point: `a`, `b`, and `a` with each coordinate of `b` in its turn.
+    fn place_for_indices(&self, places: &Places, point: u64) -> Vec<f64> {
+        let keys = self.axes.len();
+        let of_base = keys as u64 + 2;
+        let mut a = places.of(point / of_base, 2 * keys);
+        let b = a.split_off(keys);
+        match point % of_base {
+            0 => a,
+            1 => b,
+            turn => {
+                let key = usize::try_from(turn - 2).unwrap_or(0);
+                a[key] = b[key];
+                a
+            }
+        }
     }
 
     /// The scene of a point and a repeat.

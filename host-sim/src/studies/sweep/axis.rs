@@ -143,7 +143,8 @@ impl Axis {
         let number = if *log {
             min * motor_model::math::exp(part * motor_model::math::ln(max / min))
         } else {
-            min + part * (max - min)
+            // Its ends are exact.
+            min * (1.0 - part) + max * part
         };
         // Rounding may leave the bounds by a bit.
         let number = number.clamp(*min, *max);

@@ -161,7 +161,7 @@ mod tests {
         }
         let error = missing("position", &result, "rows.[of=p].w");
         let hint = error.hint().unwrap();
-        assert!(hint.starts_with("it has rows.[of=p].v, "), "{hint}");
+        assert!(hint.starts_with("it has rows.[of=p]."), "{hint}");
         assert_eq!(error.to_string(), "the result of position has no figure rows.[of=p].w");
         assert!(find(&json!([{"f": 3}]), "[f=3].f") == Found::Number(3.0));
         assert!(matches!(admit("rows.0.wall_s"), Err(SweepError::MachineTime { .. })));

@@ -112,12 +112,6 @@ impl Manifest {
         file.write_all(self.text().as_bytes()).map_err(|source| file.unwritable(source))?;
         Ok(file.publish()?)
     }
-
-    /// Paths of the figures.
-    pub(super) fn figures(&self) -> Vec<String> {
-        let paths = self.described["figures"].as_array().into_iter().flatten();
-        paths.filter_map(|path| path.as_str().map(str::to_owned)).collect()
-    }
 }
 
 /// Makes the folder if it does not exist, and locks it.
@@ -226,9 +220,7 @@ impl SweepFolder {
     /// # Errors
     /// When they cannot be written; the rows stay in the journal.
     pub fn finish(mut self) -> Result<SweepSummary, SweepError> {
-        let about = self.manifest.described.to_string();
-        let figures = self.manifest.figures();
-        let mut tables = TablesWriter::create(&self.path, &self.columns, &figures, &about)?;
+        let mut tables = TablesWriter::create(&self.path, &self.columns, &self.manifest.described)?;
         self.journal.read(&self.columns, |cells, time| tables.push(cells, time))?;
         let summary = tables.publish()?;
         self.manifest.failures = Some(summary.failures);
@@ -249,7 +241,7 @@ pub(super) fn written_whole(
     let _lock = locked(path)?;
     refuse_files(path, existing)?;
     let mut manifest = Manifest { described: described.clone(), part: Shard::ALL, failures: None };
-    let mut tables = TablesWriter::create(path, columns, &manifest.figures(), &described.to_string())?;
+    let mut tables = TablesWriter::create(path, columns, described)?;
     fill(&mut tables)?;
     cleared(path, &[MANIFEST_FILE, JOURNAL_FILE])?;
     let summary = tables.publish()?;
@@ -284,7 +276,7 @@ pub(super) fn difference(wanted: &Value, found: &Value) -> Option<String> {
 /// What is printed of a folder whose rows are all done.
 fn summary_of(path: &Path, manifest: &Manifest) -> Result<SweepSummary, SweepError> {
     let table = TableReader::open(&path.join(ROWS_FILE))?;
-    let mut sums = SummarySums::new(table.columns(), &manifest.figures());
+    let mut sums = SummarySums::new(table.columns(), &manifest.described);
     for cells in table.rows()? {
         sums.add(&cells?);
     }

@@ -35,6 +35,9 @@ pub enum Sampling {
     Random(u64),
     /// So many points of a Sobol sequence.
     Sobol(u64),
+    /// So many base points of Sobol's indices, each of which takes two points and one for each key: see
+    /// [`super::indices`].
+    Indices(u64),
 }
 
 /// Places of points in the unit cube.

@@ -3,8 +3,10 @@
 use std::path::PathBuf;
 
 use serde::Serialize;
+use serde_json::Value;
 
 use super::FailureCounts;
+use super::indices::{Index, IndexSums, KeyIndices};
 use super::row::Failure;
 use super::tables::{Cells, Column, FAILURE, REASON};
 use crate::math::statistics::Accumulator;
@@ -29,6 +31,9 @@ pub struct SweepSummary {
     pub first_failures: Vec<FailedRow>,
     /// A line a figure.
     pub figures: Vec<FigureSummary>,
+    /// Which key decides; left out of a sweep that is not for indices.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub indices: Vec<KeyIndices>,
 }
 
 /// A row that has failed.
@@ -69,6 +74,7 @@ pub(super) struct SummarySums {
     /// Columns of failure, reason, and row and seed.
     places: [Option<usize>; 4],
     figures: Vec<FigureSums>,
+    indices: Option<IndexSums>,
 }
 
 struct FigureSums {
@@ -80,11 +86,12 @@ struct FigureSums {
 }
 
 impl SummarySums {
-    /// Sums of tables with these columns.
-    pub(super) fn new(columns: &[Column], figures: &[String]) -> Self {
+    /// Sums of the tables with these columns of the sweep that `described` is ([`super::SweepPlan::described`]).
+    pub(super) fn new(columns: &[Column], described: &Value) -> Self {
+        let figures = described["figures"].as_array().into_iter().flatten().filter_map(Value::as_str);
         let place = |name: &str| columns.iter().position(|(column, _)| column == name);
-        let of = |path: &String| FigureSums {
-            path: path.clone(),
+        let of = |path: &str| FigureSums {
+            path: path.to_owned(),
             column: place(path),
             rows: 0,
             sums: Accumulator::default(),
@@ -95,7 +102,8 @@ impl SummarySums {
             failures: FailureCounts::default(),
             first_failures: Vec::new(),
             places: [FAILURE, REASON, "row", "seed"].map(place),
-            figures: figures.iter().map(of).collect(),
+            figures: figures.map(of).collect(),
+            indices: IndexSums::of(described),
         }
     }
 
@@ -123,6 +131,13 @@ impl SummarySums {
                 };
                 self.first_failures.push(failed);
             }
+        }
+        if let Some(indices) = &mut self.indices {
+            let number = |column| match cell(column) {
+                Some(Cell::Number(number)) => Some(*number),
+                _ => None,
+            };
+            indices.add(whole(row), self.figures.iter().map(|figure| number(figure.column)));
         }
         for figure in &mut self.figures {
             if let Some(Cell::Number(number)) = cell(figure.column) {
@@ -155,6 +170,7 @@ impl SummarySums {
             failures: self.failures,
             first_failures: self.first_failures,
             figures: self.figures.into_iter().map(of).collect(),
+            indices: self.indices.map_or_else(Vec::new, |sums| sums.indices()),
         }
     }
 }
@@ -176,6 +192,13 @@ impl SweepSummary {
             ]);
         }
         let FailureCounts { refused, diverged, panicked, no_figure } = self.failures;
+        let mut indices = Table::new(&["figure", "key", "alone", "95 %", "with others", "95 %"]);
+        for KeyIndices { figure, key, first, total, .. } in &self.indices {
+            let share = |share: f64| format!("{share:.3}");
+            let interval = |index: &Index| format!("{:.3} to {:.3}", index.low, index.high);
+            let cells = [share(first.estimate), interval(first), share(total.estimate), interval(total)];
+            indices.push([vec![figure.clone(), key.clone()], cells.to_vec()].concat());
+        }
         let mut blocks = vec![
             Block::Heading(format!("Sweep, {} rows", self.rows)),
             Block::Table(figures),
@@ -185,6 +208,10 @@ impl SweepSummary {
                 self.failed
             )),
         ];
+        if !self.indices.is_empty() {
+            blocks.push(Block::Heading("Share of the variance by each key".to_owned()));
+            blocks.push(Block::Table(indices));
+        }
         if !self.first_failures.is_empty() {
             let mut failed = Table::new(&["row", "seed", "failure", "reason"]);
             for row in &self.first_failures {

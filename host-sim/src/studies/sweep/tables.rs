@@ -16,6 +16,7 @@ use parquet::basic::Type as PhysicalType;
 use parquet::errors::ParquetError;
 use parquet::file::reader::{FileReader as _, SerializedFileReader};
 use parquet::record::Field;
+use serde_json::Value;
 use tempfile::NamedTempFile;
 
 use super::summary::SummarySums;
@@ -99,16 +100,12 @@ pub(super) struct TablesWriter {
 }
 
 impl TablesWriter {
-    /// Begins both tables; `about` is what the sweep is, as JSON.
-    pub(super) fn create(
-        folder: &Path,
-        columns: &[Column],
-        figures: &[String],
-        about: &str,
-    ) -> Result<Self, SweepError> {
+    /// Begins both tables of the sweep that `described` is.
+    pub(super) fn create(folder: &Path, columns: &[Column], described: &Value) -> Result<Self, SweepError> {
+        let about = described.to_string();
         let begun = |name: &str, columns: &[(&str, CellKind)]| {
             let path = folder.join(name);
-            let facts = vec![("sweep".to_owned(), about.to_owned())];
+            let facts = vec![("sweep".to_owned(), about.clone())];
             ParquetTable::create(files::temporary(&path)?, columns, facts)
                 .map_err(|error| of_parquet(&path, error))
         };
@@ -119,7 +116,7 @@ impl TablesWriter {
             folder: folder.to_owned(),
             rows: begun(ROWS_FILE, &named)?,
             times: begun(TIMES_FILE, &of_times)?,
-            sums: SummarySums::new(columns, figures),
+            sums: SummarySums::new(columns, described),
         })
     }
 
