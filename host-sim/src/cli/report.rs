@@ -32,6 +32,8 @@ pub(super) struct Request<'a> {
     pub command: &'static str,
     /// Its scene; `None` if it takes none.
     pub scene: Option<&'a Scene>,
+    /// The command that reads the scene: another one for a sweep.
+    pub reader: &'static str,
     /// Its flags that are names of keys, each with a value.
     pub key_flags: &'static [&'static str],
 }
@@ -39,7 +41,7 @@ pub(super) struct Request<'a> {
 impl<'a> Request<'a> {
     /// A command whose scene comes from `--scene`, `--set`, `--fault` and `--seed`.
     pub(super) fn of_scene(command: &'static str, scene: &'a Scene) -> Self {
-        Self { command, scene: Some(scene), key_flags: &[] }
+        Self { command, scene: Some(scene), reader: command, key_flags: &[] }
     }
 
     /// The same with flags of its own that are names of keys.
@@ -47,14 +49,19 @@ impl<'a> Request<'a> {
         Self { key_flags, ..self }
     }
 
+    /// The same of a command that gives its scene to another.
+    pub(super) fn read_by(self, reader: &'static str) -> Self {
+        Self { reader, ..self }
+    }
+
     /// A command that takes no scene.
     pub(super) fn without_scene(command: &'static str) -> Self {
-        Self { command, scene: None, key_flags: &[] }
+        Self { command, scene: None, reader: command, key_flags: &[] }
     }
 
     /// Whether the command reads `key`.
     pub(super) fn reads(&self, key: &str) -> bool {
-        self.scene.is_some() && Reader::named(self.command).reads(key)
+        self.scene.is_some() && Reader::named(self.reader).reads(key)
     }
 }
 

@@ -2,21 +2,25 @@
 
 use std::path::PathBuf;
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::AtomicBool;
+use std::time::Instant;
 
 use clap::builder::PossibleValue;
 use clap::{Args, ValueEnum, ValueHint};
 
 use super::cluster::{ClusterArgs, Scheduler, SweepJob};
 use super::count::Count;
+use super::publication::svg_files;
 use super::readers::Reader;
+use super::report::{ReportArgs, Request};
 use super::shard::ShardParser;
 use super::{Format, MapArgs, SceneArgs, interruption, progress};
 use crate::cli::CommandError;
 use crate::math::count::real;
 use crate::report::OutputError;
-use crate::report::files;
+use crate::report::files::{self, OutputFolder};
 use crate::studies::shard::Shard;
+use crate::studies::study_report::StudyCost;
 use crate::studies::sweep::{
     self, Existing, LockedFolder, Sampling, SweepError, SweepPlan, SweepRequest, SweepSummary, SweptCommand,
 };
@@ -134,6 +138,8 @@ pub(super) struct SweepArgs {
     #[arg(long, value_enum, default_value = "text")]
     format: Format,
     #[command(flatten)]
+    report: ReportArgs,
+    #[command(flatten)]
     map: MapArgs,
     #[command(flatten)]
     scene: SceneArgs,
@@ -148,18 +154,38 @@ impl SweepArgs {
         if let Some(scheduler) = self.cluster.scheduler() {
             return self.submit(scheduler, &plan);
         }
+        let begun = Instant::now();
+        let report = self.report.open()?;
         let folder = LockedFolder::open(&self.out, &plan, self.shard, self.existing.existing())?;
-        if let Some(summary) = folder.finished()? {
-            progress::note("all rows were done already");
-            return Ok(print(&summary, self.format)?);
+        let summary = match folder.finished()? {
+            Some(summary) => {
+                progress::note("all rows were done already");
+                summary
+            }
+            None => self.run(&plan, folder)?,
+        };
+        if self.shard == Shard::ALL {
+            draw(&summary)?;
         }
+        if let Some(file) = report {
+            let wall_s = begun.elapsed().as_secs_f64();
+            let cost = StudyCost { wall_s, threads: rayon::current_num_threads() };
+            let request = Request::of_scene("sweep", plan.scene()).read_by(self.of.name());
+            let page = summary.report(self.of.name()).page(request.scene, &|key| request.reads(key), cost);
+            file.publish(&page, &request)?;
+        }
+        Ok(print(&summary, self.format)?)
+    }
+
+    /// Makes the rows that are not done.
+    fn run(&self, plan: &SweepPlan, folder: LockedFolder) -> Result<SweepSummary, CommandError> {
+        let rows = self.shard.range(plan.rows());
         // The first row may refuse all: nothing is written or replaced before.
         silence_panics();
         let first = plan.check_figures()?;
-        let mut folder = folder.begin(&plan)?;
-        let rows = self.shard.range(plan.rows());
+        self.admit_time(rows.end - rows.start, first.time_s)?;
+        let mut folder = folder.begin(plan)?;
         let begun = rows.start + folder.done();
-        self.admit_time(rows.end - begun, first.time_s)?;
         let interrupted = Arc::new(AtomicBool::new(false));
         interruption::watch(&interrupted)
             .map_err(|source| OutputError::Unwritable { path: self.out.clone(), source })?;
@@ -169,17 +195,16 @@ impl SweepArgs {
         // Row 0 is made already.
         let make = |number| if number == 0 { first.clone() } else { plan.make(number) };
         let end = sweep::rows_in_order(begun..rows.end, &interrupted, make, |row| {
-            folder.append(&plan, &row)?;
+            folder.append(plan, &row)?;
             bar.inc(1);
             Ok::<(), SweepError>(())
         })?;
         bar.finish_and_clear();
         if end < rows.end {
-            debug_assert!(interrupted.load(Ordering::Relaxed));
             let (done, rows) = (end - rows.start, rows.end - rows.start);
             return Err(SweepError::Interrupted { done, rows, folder: self.out.clone() }.into());
         }
-        Ok(print(&folder.finish()?, self.format)?)
+        Ok(folder.finish()?)
     }
 
     fn planned(&self) -> Result<SweepPlan, CommandError> {
@@ -257,6 +282,11 @@ fn silence_panics() {
     std::panic::set_hook(Box::new(|_| ()));
 }
 
+/// Writes the pictures beside the tables.
+fn draw(summary: &SweepSummary) -> Result<(), OutputError> {
+    OutputFolder::create(&summary.folder)?.publish(&svg_files(&summary.pictures())?)
+}
+
 fn print(summary: &SweepSummary, format: Format) -> Result<(), OutputError> {
     let text = || format!("{}Written to {}\n", summary.document().text(), summary.folder.display());
     files::print(&format.of(text(), summary.json()))
@@ -281,6 +311,8 @@ pub(super) struct MergeArgs {
 impl MergeArgs {
     pub(super) fn execute(&self) -> Result<(), CommandError> {
         let existing = if self.force { Existing::Replace } else { Existing::Refuse };
-        Ok(print(&sweep::merge(&self.parts, &self.out, existing)?, self.format)?)
+        let summary = sweep::merge(&self.parts, &self.out, existing)?;
+        draw(&summary)?;
+        Ok(print(&summary, self.format)?)
     }
 }

@@ -19,7 +19,8 @@
 //! | `indices` | which key decides: Sobol's indices of variance |
 //! | `cost` | what it costs, by measured rows, on how many machines |
 //! | `merge` | the parts of a sweep put together |
-//! | `summary` | what is printed |
+//! | `responses` | how figures follow keys: means over slices of their values |
+//! | `summary`, `picture` | what is printed and drawn |
 //!
 //! # Memory
 //!
@@ -35,7 +36,9 @@ mod indices;
 mod journal;
 mod merge;
 mod ordered;
+mod picture;
 mod points;
+mod responses;
 mod row;
 mod summary;
 mod swept;
@@ -54,6 +57,7 @@ pub use merge::merge;
 pub use ordered::run as rows_in_order;
 pub use points::Sampling;
 use points::{Places, SOBOL_DIMENSIONS};
+pub use responses::{Response, Slice};
 pub use row::{Row, RowOutcome};
 pub use summary::SweepSummary;
 pub use swept::SweptCommand;

@@ -55,7 +55,7 @@ fn bytes(folder: &Path, name: &str) -> Vec<u8> {
 /// Rows and manifest of two folders have the same bytes.
 #[track_caller]
 fn assert_same_sweep(folder: &Path, one: &str, other: &str) {
-    for file in ["rows.parquet", "manifest.json"] {
+    for file in ["rows.parquet", "manifest.json", "responses.svg", "tornado.svg"] {
         let [one, other] = [one, other].map(|of| bytes(folder, &format!("{of}/{file}")));
         assert!(one == other, "{file} differs");
     }
@@ -197,10 +197,8 @@ fn exact_what_stops_a_sweep_changes_no_byte() {
     refuses(folder.path(), &other, &["swept has another sweep", "seed = 1, not 7"]);
     let resumed = json_on_two(folder.path(), &quiet_and(&["--resume"]));
     assert_eq!(resumed["rows"], 4000);
-    assert_eq!(
-        names(&folder.path().join("swept")),
-        [".lock", "manifest.json", "rows.parquet", "times.parquet"]
-    );
+    let left = [".lock", "manifest.json", "responses.svg", "rows.parquet", "times.parquet", "tornado.svg"];
+    assert_eq!(names(&folder.path().join("swept")), left);
     let whole = quiet_and(&["--resume", "--out", "whole"]);
     let whole: Vec<&str> = whole.into_iter().filter(|word| *word != "swept").collect();
     let place = whole.iter().position(|word| *word == "--out").expect("a flag");
@@ -221,6 +219,48 @@ fn tool_a_closed_pipe_costs_no_row() {
     let output = status.expect("bash");
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     assert!(folder.path().join("out/sweep/rows.parquet").is_file());
+}
+
+/// A figure that is one of two keys: all of its variance is by that key, and nothing by the other; its means over
+/// slices are the slices. The report has the pictures and the tables behind them.
+#[test]
+fn exact_indices_of_a_figure_that_is_a_key() {
+    let folder = folder();
+    let sweep =
+        ["sweep", "--of", "simulate", "--indices", "32", "--figure", "duration_s", "--format", "json"];
+    let over = ["--over", "simulate.duration_s=4e-3..8e-3", "--over", "motor.friction=0.1..0.5"];
+    let flags =
+        ["--report", "sweep.html", "--set", "simulate.settle_s=1e-3", "--set", "simulate.step_s=2e-6"];
+    let swept = json_on_two(folder.path(), &[&sweep[..], &over, &flags].concat());
+    assert_eq!(swept["rows"], 4 * 32);
+    let [duration, friction] = [&swept["indices"][0], &swept["indices"][1]];
+    assert_eq!(
+        (&duration["key"], &friction["key"]),
+        (&"simulate.duration_s".into(), &"motor.friction".into())
+    );
+    for which in ["first", "total"] {
+        assert_eq!(friction[which]["estimate"].as_f64().map(f64::abs), Some(0.0), "{friction}");
+        let (low, high) = (number(&duration[which], "low"), number(&duration[which], "high"));
+        assert!(low < 1.0 && 1.0 < high && high - low < 1.0, "{duration}");
+    }
+    let slices = swept["responses"][0]["slices"].as_array().expect("slices");
+    assert!(slices.len() > 10, "{slices:?}");
+    for slice in slices {
+        // A slice is 0.25 ms wide.
+        assert!((number(slice, "mean") - number(slice, "at")).abs() <= 1.25e-4, "{slice}");
+    }
+    let page = written(folder.path(), "sweep.html");
+    for words in [
+        "Which key decides",
+        "Which key moves a figure most",
+        "How figures follow keys",
+        "simulate.duration_s",
+    ] {
+        assert!(page.contains(words), "{words}");
+    }
+    for picture in ["indices.svg", "tornado.svg", "responses.svg"] {
+        assert!(written(folder.path(), &format!("out/sweep/{picture}")).starts_with("<svg"), "{picture}");
+    }
 }
 
 /// Runs that are refused cost their own rows: each has its seed and its reason, the others have their figures, and the

@@ -98,7 +98,7 @@ impl IndexSums {
 
     /// Adds the figures of the next row, whose number is `row`; of a part that does not begin with the first row,
     /// nothing is taken.
-    pub(super) fn add(&mut self, row: u64, figures: impl Iterator<Item = Option<f64>>) {
+    pub(super) fn add(&mut self, row: u64, figures: &[Option<f64>]) {
         if row != self.next {
             return;
         }
@@ -107,7 +107,7 @@ impl IndexSums {
         let turn = usize::try_from(row % of_base / self.repeats).unwrap_or(0);
         let is_last = row % of_base == of_base - 1;
         for ((sums, points), figure) in self.sums.iter_mut().zip(&mut self.points).zip(figures) {
-            sums[turn] = sums[turn].zip(figure).map(|(sum, figure)| sum + figure);
+            sums[turn] = sums[turn].zip(*figure).map(|(sum, figure)| sum + figure);
             if is_last {
                 if let Some(all) = sums.iter().copied().collect::<Option<Vec<f64>>>() {
                     let mean = |sum: f64| sum / real(self.repeats);

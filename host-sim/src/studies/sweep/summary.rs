@@ -7,11 +7,13 @@ use serde_json::Value;
 
 use super::FailureCounts;
 use super::indices::{Index, IndexSums, KeyIndices};
+use super::responses::{Response, ResponseSums};
 use super::row::Failure;
 use super::tables::{Cells, Column, FAILURE, REASON};
 use crate::math::statistics::Accumulator;
 use crate::report::document::{Block, Document, Table};
 use crate::report::parquet_table::Cell;
+use crate::studies::study_report::StudyReport;
 
 /// Failed rows that are listed.
 const LISTED_MAX: usize = 20;
@@ -31,6 +33,8 @@ pub struct SweepSummary {
     pub first_failures: Vec<FailedRow>,
     /// A line a figure.
     pub figures: Vec<FigureSummary>,
+    /// How each figure follows each key.
+    pub responses: Vec<Response>,
     /// Which key decides; left out of a sweep that is not for indices.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub indices: Vec<KeyIndices>,
@@ -74,6 +78,7 @@ pub(super) struct SummarySums {
     /// Columns of failure, reason, and row and seed.
     places: [Option<usize>; 4],
     figures: Vec<FigureSums>,
+    responses: ResponseSums,
     indices: Option<IndexSums>,
 }
 
@@ -103,6 +108,7 @@ impl SummarySums {
             first_failures: Vec::new(),
             places: [FAILURE, REASON, "row", "seed"].map(place),
             figures: figures.map(of).collect(),
+            responses: ResponseSums::new(columns, described),
             indices: IndexSums::of(described),
         }
     }
@@ -132,13 +138,15 @@ impl SummarySums {
                 self.first_failures.push(failed);
             }
         }
+        let number = |column| match cell(column) {
+            Some(Cell::Number(number)) => Some(*number),
+            _ => None,
+        };
+        let figures: Vec<Option<f64>> = self.figures.iter().map(|figure| number(figure.column)).collect();
         if let Some(indices) = &mut self.indices {
-            let number = |column| match cell(column) {
-                Some(Cell::Number(number)) => Some(*number),
-                _ => None,
-            };
-            indices.add(whole(row), self.figures.iter().map(|figure| number(figure.column)));
+            indices.add(whole(row), &figures);
         }
+        self.responses.add(cells, &figures);
         for figure in &mut self.figures {
             if let Some(Cell::Number(number)) = cell(figure.column) {
                 figure.rows += 1;
@@ -170,6 +178,7 @@ impl SummarySums {
             failures: self.failures,
             first_failures: self.first_failures,
             figures: self.figures.into_iter().map(of).collect(),
+            responses: self.responses.responses(),
             indices: self.indices.map_or_else(Vec::new, |sums| sums.indices()),
         }
     }
@@ -208,6 +217,15 @@ impl SweepSummary {
                 self.failed
             )),
         ];
+        let mut ranges = Table::new(&["figure", "key", "least mean", "largest mean", "difference"]);
+        for response in &self.responses {
+            if let Some((low, high)) = response.range() {
+                let cells = [low, high, high - low].map(number);
+                ranges.push([vec![response.figure.clone(), response.key.clone()], cells.to_vec()].concat());
+            }
+        }
+        blocks.push(Block::Heading("Means over slices of each key".to_owned()));
+        blocks.push(Block::Table(ranges));
         if !self.indices.is_empty() {
             blocks.push(Block::Heading("Share of the variance by each key".to_owned()));
             blocks.push(Block::Table(indices));
@@ -225,6 +243,25 @@ impl SweepSummary {
             blocks.push(Block::Table(failed));
         }
         Document { blocks }
+    }
+
+    /// The report on the sweep of a command.
+    pub(crate) fn report(&self, command: &str) -> StudyReport {
+        let verdict = format!("{} of {} rows have figures.", self.rows - self.failed, self.rows);
+        StudyReport {
+            title: format!("Sweep of {command}, {} rows", self.rows),
+            verdict,
+            asked: vec![("command", command.to_owned()), ("rows", self.rows.to_string())],
+            pictures: self.pictures(),
+            document: self.document(),
+            key_figures: Vec::new(),
+            sure: vec![
+                "Slices hold the rows of all values of the other keys, and all repeats: their standard deviations are \
+                 those of the rows, not of the means."
+                    .to_owned(),
+            ],
+            motor_s: None,
+        }
     }
 
     /// The summary as one JSON object on one line.

@@ -1,0 +1,121 @@
+//! The pictures of a sweep: which key moves a figure most, and how the figure follows each key.
+
+use super::{KeyIndices, Response, SweepSummary};
+use crate::math::count::real;
+use crate::report::chart::{Axis, Colour, Figure, Panel, Series};
+
+/// Panels of a picture, at most.
+const PANELS_MAX: usize = 24;
+
+/// What the error bars of a response are.
+const RESPONSES: &str = "Mean over the rows of a slice of the key's values, and one standard deviation of the rows to \
+    either side, which the other keys, the seeds and the slice's width make.";
+
+/// What the bars of a tornado are.
+const TORNADO: &str = "From the least to the largest mean of a slice of each key's values.";
+
+/// What indices are.
+const INDICES: &str = "Share of the variance by each key alone, and by it alone and together with the others; lines: \
+    intervals of 95 %.";
+
+impl SweepSummary {
+    /// The pictures, each with the name of its file: none of a sweep whose rows have all failed.
+    pub(crate) fn pictures(&self) -> Vec<(String, Figure)> {
+        let drawn: Vec<&Response> =
+            self.responses.iter().filter(|response| !response.slices.is_empty()).collect();
+        if drawn.is_empty() {
+            return Vec::new();
+        }
+        let mut pictures = vec![
+            ("tornado.svg".to_owned(), tornado(&drawn)),
+            ("responses.svg".to_owned(), responses(&drawn)),
+        ];
+        if !self.indices.is_empty() {
+            pictures.push(("indices.svg".to_owned(), shares(&self.indices)));
+        }
+        pictures
+    }
+}
+
+/// The figures of some items in their order, each once.
+fn figures_of<'a>(of: impl Iterator<Item = &'a str>) -> Vec<&'a str> {
+    let mut figures: Vec<&str> = Vec::new();
+    of.for_each(|figure| {
+        if !figures.contains(&figure) {
+            figures.push(figure);
+        }
+    });
+    figures.truncate(PANELS_MAX);
+    figures
+}
+
+/// A panel of horizontal bars, one or several for each name, the first name at the top.
+fn bars(title: &str, x: &str, names: &[&str]) -> Panel {
+    let from_below = names.iter().rev().map(|name| (*name).to_owned()).collect();
+    let height = 90 + 30 * u32::try_from(names.len()).unwrap_or(30);
+    Panel::new(title, Axis::new(x), Axis::of_names("key", from_below)).height(height)
+}
+
+fn tornado(responses: &[&Response]) -> Figure {
+    let panel = |figure: &str| {
+        let of_figure = responses.iter().filter(|response| response.figure == figure);
+        let mut ranges: Vec<(&str, (f64, f64))> =
+            of_figure.filter_map(|response| Some((response.key.as_str(), response.range()?))).collect();
+        let width = |range: &(f64, f64)| range.1 - range.0;
+        ranges.sort_by(|a, b| width(&b.1).total_cmp(&width(&a.1)));
+        let names: Vec<&str> = ranges.iter().map(|(key, _)| *key).collect();
+        let bar = |(place, (_, (low, high))): (usize, &(&str, (f64, f64)))| {
+            let y = real(ranges.len() - place);
+            Series::line(vec![(*low, y), (*high, y)]).colour(Colour::Blue).width(9.0)
+        };
+        ranges.iter().enumerate().map(bar).fold(bars(figure, figure, &names), Panel::series)
+    };
+    let figures = figures_of(responses.iter().map(|response| response.figure.as_str()));
+    figures
+        .into_iter()
+        .map(panel)
+        .fold(Figure::new("Which key moves a figure most").caption(TORNADO), Figure::panel)
+}
+
+fn responses(responses: &[&Response]) -> Figure {
+    let panel = |response: &&Response| {
+        let x = match (&response.words[..], response.log) {
+            ([], true) => Axis::new(&response.key).logarithmic(),
+            ([], false) => Axis::new(&response.key),
+            (words, _) => Axis::of_names(&response.key, words.to_vec()),
+        };
+        let points =
+            response.slices.iter().map(|slice| (slice.at, slice.spread.mean, slice.spread.sd)).collect();
+        Panel::new(&response.figure, x, Axis::new(&response.figure))
+            .height(200)
+            .series(Series::error_bars(points).colour(Colour::Blue))
+    };
+    let panels = responses.iter().take(PANELS_MAX).map(panel);
+    panels.fold(Figure::new("How figures follow keys").caption(RESPONSES), Figure::panel)
+}
+
+fn shares(indices: &[KeyIndices]) -> Figure {
+    let panel = |figure: &str| {
+        let mut of_figure: Vec<&KeyIndices> =
+            indices.iter().filter(|of_key| of_key.figure == figure).collect();
+        of_figure.sort_by(|a, b| b.total.estimate.total_cmp(&a.total.estimate));
+        let names: Vec<&str> = of_figure.iter().map(|of_key| of_key.key.as_str()).collect();
+        let mut panel = bars(figure, "share of the variance", &names);
+        for (place, of_key) in of_figure.iter().enumerate() {
+            let y = real(of_figure.len() - place);
+            let is_first = place == 0;
+            for (index, y, colour, label) in [
+                (of_key.total, y + 0.15, Colour::Orange, "with the others"),
+                (of_key.first, y - 0.15, Colour::Blue, "alone"),
+            ] {
+                let bar = Series::line(vec![(0.0, y), (index.estimate, y)]).colour(colour).width(6.0);
+                let bar = if is_first { bar.label(label) } else { bar };
+                let interval = Series::line(vec![(index.low, y), (index.high, y)]).colour(Colour::Black);
+                panel = panel.series(bar).series(interval);
+            }
+        }
+        panel
+    };
+    let figures = figures_of(indices.iter().map(|of_key| of_key.figure.as_str()));
+    figures.into_iter().map(panel).fold(Figure::new("Which key decides").caption(INDICES), Figure::panel)
+}
