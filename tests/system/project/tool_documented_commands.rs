@@ -21,7 +21,7 @@ const SMALLER: [(&str, &[(&str, &str)]); 9] = [
     ("estimate", &[("--motors", "1")]),
     ("faults", &[("--runs", "2")]),
     ("filters", &[("--motors", "1"), ("--host-only", "")]),
-    ("positioning-trials", &[("--motors", "2"), ("--compare", "1")]),
+    ("positioning-trials", &[("--motors", "2")]),
     ("rate", &[("--duration", "2")]),
     ("reproduce", &[("--seeds", "2"), ("--drawn", "1")]),
     ("response-map", &[("--motors", "4")]),
