@@ -3,7 +3,7 @@
 //!
 //! ```text
 //! means       Welch's t:  (m_b - m_a) / sqrt(s_a^2 / n_a + s_b^2 / n_b)                            (Welch 1947)
-//! intervals   z:  |b - a| / sqrt(w_a^2 + w_b^2),  w: the half that faces the other, per 1.96      (Zou and Donner 2008)
+//! intervals   z:  |b - a| / sqrt(w_a^2 + w_b^2), w: the half that faces the other, per 1.96       (Zou, Donner 2008)
 //! counts      Fisher's exact test: hypergeometric tables that are no more likely than the one found
 //! many        Holm's method: the i-th smallest of m probabilities counts m - i + 1 times            (Holm 1979)
 //! ```

@@ -99,8 +99,10 @@ impl Observer for CloseUp {
 /// When the run fails.
 pub fn close_up(run: &OpenLoopRun) -> Result<Vec<MotorSample>, RunError> {
     let duration_s = (run.settle_s + CLOSE_S).min(run.duration_s);
-    let from_s = (duration_s - CLOSE_S).max(0.0);
-    let mut close = CloseUp { interval_s: CLOSE_INTERVAL_S.max(run.step_s), from_s, samples: Vec::new() };
+    let interval_s = CLOSE_INTERVAL_S.max(run.step_s);
+    // Half an interval earlier: times are rounded.
+    let from_s = duration_s - CLOSE_S - 0.5 * interval_s;
+    let mut close = CloseUp { interval_s, from_s, samples: Vec::new() };
     simulate(&OpenLoopRun { duration_s, settle_s: 0.0, ..*run }, &mut close)?;
     Ok(close.samples)
 }

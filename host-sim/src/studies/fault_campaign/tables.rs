@@ -15,10 +15,10 @@ use crate::studies::beside::FIRST;
 const LISTED_MAX: usize = 5;
 
 pub(super) const ABOUT: &str = "Reached: held as on target, within three tolerances of it. Gave up: ended with a \
-    reason. Timed out: ended by the deadline. Wrong: held as on target, and further off. False valid: runs with an estimate of \
-    good health whose angle was off by more than six standard deviations and 50 milli-degrees, the longest such \
-    time, and the largest such error. Ran away: the rotor was ever so far from the way between start and target. A \
-    run with two faults counts for both.";
+    reason. Timed out: ended by the deadline. Wrong: held as on target, and further off. False valid: runs with an \
+    estimate of good health whose angle was off by more than six standard deviations and 50 milli-degrees, the \
+    longest such time, and the largest such error. Ran away: the rotor was ever so far from the way between start and \
+    target. A run with two faults counts for both.";
 
 const HEADER: [&str; 9] =
     ["runs", "reached", "gave up", "timed out", "wrong", "false valid", "longest s", "mdeg", "ran away"];
