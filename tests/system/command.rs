@@ -4,6 +4,7 @@ mod tool_accuracy;
 mod tool_beside;
 mod tool_cluster;
 mod tool_command_line;
+mod tool_compare;
 mod tool_conventions;
 mod tool_estimate;
 mod tool_faults;

@@ -264,6 +264,7 @@ impl ResponseMapArgs {
             out.write_all(text.as_bytes()).map_err(|source| out.unwritable(source))?;
             out.publish()?;
         }
-        Ok(files::print(&self.format.of(map.document().text(), map.json()))?)
+        let json = result_json::of(&Request::of_scene("response-map", &scene), &[], &map.json());
+        Ok(files::print(&self.format.of(map.document().text(), json))?)
     }
 }

@@ -5,9 +5,10 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 
+use super::report::Request;
 #[cfg(feature = "telemetry")]
 use super::telemetry;
-use super::{Format, MapArgs, SceneArgs};
+use super::{Format, MapArgs, SceneArgs, result_json};
 use crate::board::BoardError;
 use crate::board::instructions::{self, Listing};
 use crate::board::pil;
@@ -117,7 +118,9 @@ impl PilArgs {
             _ => (self.run_alone(&scene, &elf)?, String::new()),
         };
         let text = format!("{} (QEMU {})\n{run}{log}", self.board.processor(), self.board.machine());
-        files::print(&self.format.of(text, run.json()))?;
+        let json =
+            result_json::of(&Request::of_scene("pil", &scene).with_key_flags(&["--to"]), &[], &run.json());
+        files::print(&self.format.of(text, json))?;
         run.difference.map_or(Ok(()), |difference| Err(BoardError::from(difference).into()))
     }
 
@@ -151,7 +154,8 @@ impl SizeArgs {
     pub(super) fn execute(&self) -> Result<(), CommandError> {
         qemu::check()?;
         let report = size::SizeReport::measure()?;
-        files::print(&self.format.of(report.to_string(), report.json()))?;
+        let json = result_json::of(&Request::without_scene("size"), &[], &report.json());
+        files::print(&self.format.of(report.to_string(), json))?;
         let complaints = report.complaints();
         if complaints.is_empty() { Ok(()) } else { Err(BoardError::Oversize(complaints).into()) }
     }

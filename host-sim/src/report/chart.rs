@@ -146,10 +146,12 @@ impl Figure {
         draw::svg(self)
     }
 
-    /// Stops a build with checks where two things in a legend have one colour: a slip in the program.
+    /// Stops a build with checks where two things in a legend have one colour, or an axis of numbers has no unit: slips
+    /// in the program. So every picture that a test makes is checked.
     fn check(&self) {
         for panel in &self.panels {
             debug_assert_eq!(panel.drawn_alike(), None, "one colour twice in the panel {:?}", panel.title);
+            debug_assert_eq!(panel.without_unit(), None, "no unit in the panel {:?}", panel.title);
         }
     }
 }
@@ -176,6 +178,14 @@ impl Panel {
             .enumerate()
             .flat_map(|(index, a)| labelled[index + 1..].iter().map(move |b| (a, b)));
         pairs.filter(|(a, b)| a.0 == b.0 && a.1 != b.1).map(|(a, b)| (a.1, b.1)).next()
+    }
+
+    /// The label of an axis of numbers that has no unit in brackets, if there is one.
+    fn without_unit(&self) -> Option<&str> {
+        let of_numbers = [&self.x, &self.y].into_iter().filter(|axis| axis.names.is_empty());
+        of_numbers
+            .map(|axis| axis.label.as_str())
+            .find(|label| !(label.contains(" (") && label.contains(')')))
     }
 
     /// The panel's height in pixels, axes and title included.
@@ -335,7 +345,7 @@ mod tests {
 
     #[test]
     fn exact_one_colour_for_two_things_is_found() {
-        let panel = || Panel::new("", Axis::new(""), Axis::new(""));
+        let panel = || Panel::new("", Axis::new("time (s)"), Axis::new("angle (deg)"));
         let series = |label: &str, colour| Series::line(vec![]).label(label).colour(colour);
         let alike =
             panel().series(series("a", Colour::Sky)).series(Series::points(vec![]).colour(Colour::Sky));
@@ -348,9 +358,21 @@ mod tests {
     #[cfg(debug_assertions)]
     #[should_panic(expected = "one colour twice in the panel \"errors\"")]
     fn exact_a_picture_with_one_colour_for_two_things_is_refused() {
-        let panel = Panel::new("errors", Axis::new(""), Axis::new(""));
+        let panel = Panel::new("errors", Axis::new("time (s)"), Axis::new("error (mdeg)"));
         let series = |label: &str| Series::line(vec![]).label(label);
         let _ = Figure::new("").panel(panel.series(series("a")).series(series("b"))).svg();
+    }
+
+    #[test]
+    fn exact_an_axis_without_unit_is_found_and_categories_need_none() {
+        let panel = |x: Axis, y: &str| Panel::new("", x, Axis::new(y));
+        assert_eq!(panel(Axis::new("time (s)"), "cost (ns): cheaper below").without_unit(), None);
+        assert_eq!(
+            panel(Axis::of_names("phase", vec!["rest".to_owned()]), "error (mdeg)").without_unit(),
+            None
+        );
+        assert_eq!(panel(Axis::new("time (s)"), "amplitude").without_unit(), Some("amplitude"));
+        assert_eq!(panel(Axis::new("run"), "error (mdeg)").without_unit(), Some("run"));
     }
 
     #[test]

@@ -15,6 +15,9 @@ const SCRIPT: &str = include_str!("html/script.js");
 /// What a page may do: its own style and script, no request.
 const POLICY: &str = "default-src 'none'; style-src 'unsafe-inline'; script-src 'unsafe-inline'";
 
+/// A table of more columns is printed smaller.
+const WIDE_COLUMNS: usize = 9;
+
 /// A report on a run or a study.
 #[derive(Clone, Debug)]
 pub(crate) struct HtmlReport {
@@ -75,7 +78,7 @@ impl HtmlReport {
                 body {
                     header {
                         h1 { (self.title) }
-                        p.verdict { (self.verdict) }
+                        p.verdict { (prose(&self.verdict)) }
                         nav aria-label="Sections" {
                             ul { @for (id, heading, _) in &sections { li { a href={ "#" (id) } { (heading) } } } }
                         }
@@ -151,7 +154,7 @@ fn prose(text: &str) -> Markup {
 /// A table, which scrolls by itself where it is wider than the page. A screen reader gives its name.
 pub(super) fn table(table: &Table, name: &str) -> Markup {
     html! {
-        .scroll tabindex="0" role="group" aria-label=(name) {
+        .scroll.wide[table.header().len() > WIDE_COLUMNS] tabindex="0" role="group" aria-label=(name) {
             table {
                 @if table.header().iter().any(|cell| !cell.is_empty()) {
                     thead { tr { @for cell in table.header() { th scope="col" { (cell) } } } }
@@ -185,7 +188,8 @@ mod tests {
         };
         let series = Series::line(vec![(0.0, 0.0), (1.0, 1.0)]).label(text);
         let names = Series::names(vec![(0.5, 0.5, text.to_owned())]);
-        let panel = Panel::new(text, Axis::new(text), Axis::of_names(text, vec![text.to_owned()]));
+        let unit = Axis::new(format!("{text} (s)"));
+        let panel = Panel::new(text, unit, Axis::of_names(text, vec![text.to_owned()]));
         let report = HtmlReport {
             title: text.to_owned(),
             verdict: text.to_owned(),

@@ -213,23 +213,38 @@ impl KeyFigure {
         }
     }
 
+    /// The unit of its interval: of a count percent.
+    pub fn shown_unit(&self) -> &str {
+        if matches!(self.measured, Measured::Count { .. }) { "%" } else { &self.unit }
+    }
+
     /// A value of it in words, with its unit.
     pub fn text_of(&self, value: f64) -> String {
-        match (self.measured, self.unit.as_str()) {
-            (Measured::Count { .. }, _) => format!("{} %", significant(100.0 * value)),
-            (_, "") => significant(value),
-            (_, unit) => format!("{} {unit}", significant(value)),
+        format!("{} {}", self.number_text(value), self.shown_unit()).trim_end().to_owned()
+    }
+
+    /// The same without unit.
+    pub fn number_text(&self, value: f64) -> String {
+        let is_count = matches!(self.measured, Measured::Count { .. });
+        significant(if is_count { 100.0 * value } else { value })
+    }
+
+    /// Its interval in words, without unit; `None` where the runs do not bound it.
+    pub fn bare_interval_text(&self) -> Option<String> {
+        match self.measured.interval_95() {
+            (None, None) => None,
+            (Some(low), Some(high)) => {
+                Some(format!("{} to {}", self.number_text(low), self.number_text(high)))
+            }
+            (Some(low), None) => Some(format!("more than {}", self.number_text(low))),
+            (None, Some(high)) => Some(format!("less than {}", self.number_text(high))),
         }
     }
 
-    /// Its interval in words.
+    /// Its interval in words, with its unit; a dash where the runs do not bound it.
     pub fn interval_text(&self) -> String {
-        match self.measured.interval_95() {
-            (None, None) => "-".to_owned(),
-            (Some(low), Some(high)) => format!("{} to {}", self.text_of(low), self.text_of(high)),
-            (Some(low), None) => format!("more than {}", self.text_of(low)),
-            (None, Some(high)) => format!("less than {}", self.text_of(high)),
-        }
+        let with_unit = |text: String| format!("{text} {}", self.shown_unit()).trim_end().to_owned();
+        self.bare_interval_text().map_or_else(|| "-".to_owned(), with_unit)
     }
 }
 

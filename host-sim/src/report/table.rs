@@ -29,9 +29,12 @@ impl Table {
         table
     }
 
-    /// Adds a row of as many cells as the header has.
+    /// Adds a row of as many cells as the header has. What is no number is a dash.
     pub(crate) fn push(&mut self, row: Vec<String>) {
-        self.rows.push(row);
+        let shown = |cell: String| {
+            if cell.trim_start_matches(['+', '-']).starts_with("NaN") { "-".to_owned() } else { cell }
+        };
+        self.rows.push(row.into_iter().map(shown).collect());
     }
 
     /// The columns but the one with the heading `left_out`.
@@ -117,9 +120,9 @@ mod tests {
     #[test]
     fn exact_text_and_markdown() {
         let mut table = Table::new(&["a", "bcd"]);
-        table.push(vec!["1234*".to_owned(), "5".to_owned()]);
-        assert_eq!(table.text(), "a      bcd\n-----  ---\n1234*  5\n");
-        assert_eq!(table.markdown(), "| a     | bcd |\n| ----- | --- |\n| 1234\\* | 5   |\n");
+        table.push(vec!["1234*".to_owned(), "NaN".to_owned()]);
+        assert_eq!(table.text(), "a      bcd\n-----  ---\n1234*  -\n");
+        assert_eq!(table.markdown(), "| a     | bcd |\n| ----- | --- |\n| 1234\\* | -   |\n");
     }
 
     #[test]

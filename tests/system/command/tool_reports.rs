@@ -15,9 +15,12 @@ const WIDTHS: [u32; 3] = [360, 800, 1400];
 /// An A4 page at 96 pixels an inch, without margins of 15 mm.
 const PRINTED_WIDTH: u32 = 680;
 
-/// Commands that write `NAME.html` and `NAME.svg`.
-const REPORTS: &[(&str, &[&str])] = &[
-    ("move", &["position", "--fault", "camera:lost@0.05..0.06", "--out", "move.svg"]),
+/// A step that makes a small study quick.
+const COARSE: &str = "plant.step_s=1e-5";
+
+/// Reports by name: the command that writes each, and the pictures that it writes beside it.
+const REPORTS: &[(&str, &[&str], &[&str])] = &[
+    ("move", &["position", "--fault", "camera:lost@0.05..0.06", "--out", "move.svg"], &["move.svg"]),
     (
         "given_up",
         &[
@@ -31,13 +34,86 @@ const REPORTS: &[(&str, &[&str])] = &[
             "--out",
             "given_up.svg",
         ],
+        &["given_up.svg"],
     ),
-    ("tilting", &["position", "--to", "-5", "--scene", "set_f_plant", "--out", "tilting.svg"]),
-    ("rate", &["rate", "--duration", "1", "--out", "rate.svg"]),
+    (
+        "tilting",
+        &["position", "--to", "-5", "--scene", "set_f_plant", "--out", "tilting.svg"],
+        &["tilting.svg"],
+    ),
+    ("rate", &["rate", "--duration", "1", "--out", "rate.svg"], &["rate.svg"]),
+    ("motion", &["simulate", "--drive", "b", "--duration", "0.6"], &[]),
+    ("tilting_motion", &["simulate", "--scene", "set_f", "--duration", "0.6"], &[]),
+    (
+        "estimate",
+        &["estimate", "--motors", "2", "--set", COARSE, "--beside", "camera.marks=3"],
+        &["out/estimate/estimate.svg"],
+    ),
+    (
+        "trials",
+        &["positioning-trials", "--motors", "3", "--compare", "1", "--set", COARSE],
+        &["out/positioning-trials/positioning-trials.svg"],
+    ),
+    (
+        "calibrate",
+        &[
+            "calibrate",
+            "--runs",
+            "2",
+            "--motors",
+            "1",
+            "--duration",
+            "6",
+            "--set",
+            "calibrate.steps=1",
+            "--set",
+            COARSE,
+        ],
+        &["out/calibrate/calibrate.svg"],
+    ),
+    ("filters", &["filters", "--motors", "1", "--host-only", "--set", COARSE], &["out/filters/filters.svg"]),
+    (
+        "instruments",
+        &["instruments", "--motors", "1", "--only", "camera noise", "--set", COARSE],
+        &["out/instruments/instruments.svg"],
+    ),
+    ("faults", &["faults", "--runs", "6", "--set", COARSE], &["out/faults/faults.svg"]),
+    ("compare", &["compare", "a.json", "b.json"], &[]),
 ];
 
+/// Two results with key figures of every kind: equal, within noise, better, worse, without a measure of chance.
+fn write_results(folder: &Path) {
+    let figure = |name: &str, better: &str, measured: &str| {
+        format!(
+            "{{\"of\":\"twin\",\"name\":\"{name}\",\"unit\":\"mdeg\",\"better\":\"{better}\",{measured}}}"
+        )
+    };
+    let mean = |value: f64| format!("\"kind\":\"mean\",\"value\":{value},\"sd\":0.5,\"runs\":20");
+    for (name, seed, offset) in [("a.json", 1, 0.0), ("b.json", 2, 2.0)] {
+        let figures = [
+            figure("same", "lower", &mean(1.0)),
+            figure("little", "lower", &mean(3.0 + 0.01 * offset)),
+            figure("error", "lower", &mean(3.0 + offset)),
+            figure("success", "higher", &mean(3.0 + offset)),
+            figure(
+                "failures",
+                "lower",
+                &format!("\"kind\":\"count\",\"value\":{offset},\"runs\":50").replace(".0", ""),
+            ),
+            figure("single", "neither", &format!("\"kind\":\"single\",\"value\":{offset}")),
+        ];
+        let text = format!(
+            "{{\"command\":\"estimate\",\"version\":\"0.1.0\",\"scene\":{{\"seed\":{seed}}},\"key_figures\":[{}],\
+             \"wall_s\":{offset},\"rows\":[{offset}]}}",
+            figures.join(",")
+        );
+        std::fs::write(folder.join(name), text).expect("a folder");
+    }
+}
+
 fn write_reports(folder: &Path) {
-    for (name, arguments) in REPORTS {
+    write_results(folder);
+    for (name, arguments, _) in REPORTS {
         let report = format!("{name}.html");
         succeeds(folder, &[*arguments, &["--report", &report, "--quiet"]].concat());
     }
@@ -55,9 +131,14 @@ const CONTENT: &str = "(() => { const page = document.querySelector('main').clon
     for (const made of page.querySelectorAll('output, .whole, .cursor')) made.remove();
     return [page.textContent.replace(/\\s+/g, ' '), page.querySelectorAll('svg path').length]; })()";
 
-/// Points at the first picture, enlarges a part of it, and goes back.
+/// Points at the first picture, enlarges a part of it if both axes are numbers, and goes back.
 fn point_and_zoom(browser: &Browser, name: &str, problems: &mut Vec<String>) {
     browser.show(800, "screen", "light");
+    let count = |selector: &str| browser.evaluate(&format!("document.querySelectorAll('{selector}').length"));
+    if count(".plot") == 0 {
+        problems.push(format!("{name}: no picture"));
+        return;
+    }
     let place = browser.evaluate(
         "(() => { const plot = document.querySelector('.plot'); plot.scrollIntoView({ block: 'center' });
         const box = plot.getBoundingClientRect(); return [box.left, box.top, box.width, box.height]; })()",
@@ -68,8 +149,12 @@ fn point_and_zoom(browser: &Browser, name: &str, problems: &mut Vec<String>) {
     let whole = view();
     browser.mouse("mouseMoved", at(0.5, 0.5));
     let said = browser.evaluate("document.querySelector('.readout').textContent");
-    if !said.as_str().is_some_and(|said| said.contains("truth")) {
+    if said.as_str().is_none_or(|said| !said.contains(": ")) {
         problems.push(format!("{name}: under the pointer stands {said}"));
+    }
+    let of_names = "document.querySelector('.chart').querySelector('.named') !== null";
+    if browser.evaluate(of_names) == true {
+        return;
     }
     browser.mouse("mousePressed", at(0.2, 0.2));
     browser.mouse("mouseMoved", at(0.6, 0.8));
@@ -128,10 +213,13 @@ fn assert_faults_are_found(browser: &Browser, folder: &Path) {
 fn tool_reports_are_whole_in_a_browser() {
     let folder = folder();
     write_reports(folder.path());
+    for (name, arguments, _) in REPORTS {
+        assert_complete(name, arguments, &written(folder.path(), &format!("{name}.html")));
+    }
     let browser = Browser::start();
     assert_faults_are_found(&browser, folder.path());
     let mut problems = Vec::new();
-    for (name, _) in REPORTS {
+    for (name, _, pictures) in REPORTS {
         browser.allow_scripts(true);
         browser.open(&folder.path().join(format!("{name}.html")));
         for width in WIDTHS {
@@ -159,11 +247,32 @@ fn tool_reports_are_whole_in_a_browser() {
             problems.push(format!("{name}: without scripts something is missing"));
         }
         browser.allow_scripts(true);
-        browser.open(&folder.path().join(format!("{name}.svg")));
-        browser.show(WIDTHS[1] + 100, "screen", "light");
-        look(&browser, &format!("{name}.svg"), &mut problems);
+        for picture in *pictures {
+            browser.open(&folder.path().join(picture));
+            browser.show(WIDTHS[1] + 100, "screen", "light");
+            look(&browser, picture, &mut problems);
+        }
     }
     assert!(problems.is_empty(), "{}", problems.join("\n"));
+}
+
+/// Every report has all its parts, a table behind each picture, and the command that repeats it; of a study the key
+/// figures stand in it.
+fn assert_complete(name: &str, arguments: &[&str], page: &str) {
+    for part in ["asked", "pictures", "happened", "sure", "cost", "not-modelled", "repeat"] {
+        let section =
+            page.split(&format!("<section id=\"{part}\"")).nth(1).unwrap_or_else(|| panic!("{name}: {part}"));
+        let content = section.split("</section>").next().unwrap_or_default();
+        assert!(
+            content.contains("<td>") || content.contains("<p>") || content.contains("<li>"),
+            "{name}: {part} is empty"
+        );
+    }
+    let count = |mark: &str| page.matches(mark).count();
+    assert!(count("<figure>") > 0 && count("<figure>") == count("Values of this picture"), "{name}");
+    assert!(page.contains(&format!("host-sim {} ", arguments[0])), "{name}");
+    let of_one_run = ["position", "rate", "simulate", "compare"].contains(&arguments[0]);
+    assert_eq!(page.contains("Key figures with their intervals"), !of_one_run, "{name}");
 }
 
 /// A text that would be markup stays text: a path of a scene with a script in its name.

@@ -108,18 +108,39 @@ fn smaller(documented: &[String]) -> Vec<String> {
     arguments
 }
 
-fn succeeds(folder: &TempDir, arguments: &[String]) -> Result<(), String> {
+/// The file that standard output goes to, where a command names one after `>`.
+fn output_file(command: &str) -> Option<String> {
+    shlex::split(command)?.into_iter().skip_while(|word| word != ">").nth(1)
+}
+
+/// Standard output of a command that succeeds.
+fn succeeds(folder: &TempDir, arguments: &[String]) -> Result<Vec<u8>, String> {
     let arguments: Vec<&str> = arguments.iter().map(String::as_str).collect();
     let output = run(folder.path(), &arguments);
     let complaint = String::from_utf8_lossy(&output.stderr);
-    if output.status.success() { Ok(()) } else { Err(format!("host-sim {arguments:?}: {complaint}")) }
+    if output.status.success() {
+        Ok(output.stdout)
+    } else {
+        Err(format!("host-sim {arguments:?}: {complaint}"))
+    }
 }
 
-/// The command with its arguments is parsed as it stands, and runs, unless it stands in prose or needs QEMU.
-fn check_host_sim(folder: &TempDir, place: Place, arguments: &[String]) -> Result<(), String> {
+/// The command with its arguments is parsed as it stands, and runs, unless it stands in prose or needs QEMU. What it
+/// prints goes to `file`, for the commands after it.
+fn check_host_sim(
+    folder: &TempDir,
+    place: Place,
+    arguments: &[String],
+    file: Option<&str>,
+) -> Result<(), String> {
     succeeds(folder, &[arguments, &["--help".to_owned()]].concat())?;
     let in_qemu = arguments.first().is_some_and(|command| IN_QEMU.contains(&command.as_str()));
-    if place == Place::Prose || in_qemu { Ok(()) } else { succeeds(folder, &smaller(arguments)) }
+    if place == Place::Prose || in_qemu {
+        return Ok(());
+    }
+    let printed = succeeds(folder, &smaller(arguments))?;
+    let Some(file) = file else { return Ok(()) };
+    fs::write(folder.path().join(file), printed).map_err(|error| format!("{file}: {error}"))
 }
 
 fn manifest(folder: &str) -> Result<Table, String> {
@@ -177,13 +198,13 @@ fn check_flags(flags: &[String]) -> Result<(), String> {
     Ok(())
 }
 
-fn check_cargo(folder: &TempDir, place: Place, words: &[String]) -> Result<(), String> {
+fn check_cargo(folder: &TempDir, place: Place, words: &[String], file: Option<&str>) -> Result<(), String> {
     let split = words.iter().position(|word| word == "--").unwrap_or(words.len());
     let (flags, arguments) = (&words[..split], words.get(split + 1..).unwrap_or(&[]));
     check_flags(flags)?;
     let other_package = flags.iter().any(|word| ["-p", "--package", "--example"].contains(&word.as_str()));
     match flags.first().map(String::as_str) {
-        Some("run") if !other_package => check_host_sim(folder, place, arguments),
+        Some("run") if !other_package => check_host_sim(folder, place, arguments, file),
         Some("run" | "bench" | "build" | "test" | "install") => Ok(()),
         Some(name) if CARGO_ONLY.contains(&name) => Ok(()),
         other => Err(format!("cargo {other:?}: this test does not know it")),
@@ -206,6 +227,7 @@ fn check_script(script: &str, arguments: &[String]) -> Result<(), String> {
 
 fn check(folder: &TempDir, place: Place, command: &str) -> Result<(), String> {
     let mut words = words(command);
+    let file = output_file(command);
     if place == Place::Prose {
         // What follows a word in capitals or dots is left to the reader.
         let open = |word: &String| word.contains("...") || word.contains('…') || *word == word.to_uppercase();
@@ -214,8 +236,8 @@ fn check(folder: &TempDir, place: Place, command: &str) -> Result<(), String> {
     }
     let Some((program, arguments)) = words.split_first() else { return Ok(()) };
     match program.as_str() {
-        "cargo" => check_cargo(folder, place, arguments),
-        "host-sim" => check_host_sim(folder, place, arguments),
+        "cargo" => check_cargo(folder, place, arguments, file.as_deref()),
+        "host-sim" => check_host_sim(folder, place, arguments, file.as_deref()),
         script if script.contains('/') => check_script(script, arguments),
         other if OTHER_PROGRAMS.contains(&other) => Ok(()),
         other => Err(format!("{other}: this test does not know it")),

@@ -49,7 +49,9 @@
     }
   }
 
-  const channels = (colour) => (colour.match(/[\d.]+/g) || []).map(Number);
+  // A mixed colour is given in parts of 1, any other in parts of 255.
+  const channels = (colour) => (colour.match(/[\d.]+/g) || [])
+    .map((c, i) => (i < 3 && colour.startsWith("color(") ? 255 : 1) * Number(c));
   const luminance = (colour) => channels(colour).slice(0, 3)
     .map((c) => (c / 255 <= 0.04045 ? c / 255 / 12.92 : ((c / 255 + 0.055) / 1.055) ** 2.4))
     .reduce((sum, c, i) => sum + c * [0.2126, 0.7152, 0.0722][i], 0);

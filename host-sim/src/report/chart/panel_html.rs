@@ -18,8 +18,11 @@ use paths::Canvas;
 const SIDE: f64 = 10_000.0;
 /// Pixels of a panel's height that title and axes take in a picture of its own.
 const AROUND_PLOT: u32 = 60;
+/// Characters of a name at the left in a line on a phone, and the height of such a line.
+const PHONE_CHARACTERS: usize = 18;
+const PHONE_LINE_PIXELS: usize = 15;
 /// Characters of a tick's text at most; a longer name is broken.
-const TICK_CHARACTERS_MAX: usize = 24;
+const TICK_CHARACTERS_MAX: usize = 32;
 
 impl Figure {
     /// The figure as HTML: its title and its caption, and one figure for each panel with its table behind it.
@@ -37,7 +40,7 @@ impl Panel {
     fn html(&self) -> Markup {
         let (x, y) = self.scales();
         let table = values::table(self, &x);
-        let pixels = self.height.saturating_sub(AROUND_PLOT);
+        let pixels = self.height.saturating_sub(AROUND_PLOT).max(names_pixels(&y));
         html! {
             figure {
                 figcaption { h3 { (self.title) } }
@@ -113,6 +116,13 @@ impl Panel {
         let y = Scale::new(&self.y, extent.iter().filter_map(|point| point.1), 0.06, 5.0);
         (x, y)
     }
+}
+
+/// Height in which the names of categories at the left do not meet, even on a phone.
+fn names_pixels(y: &Scale) -> u32 {
+    let longest = y.names.iter().map(|name| name.chars().count()).max().unwrap_or(0);
+    let line = PHONE_LINE_PIXELS * longest.div_ceil(PHONE_CHARACTERS) + 4;
+    u32::try_from(y.names.len() * line).unwrap_or(0)
 }
 
 /// Place of a value on an axis, from 0 to 1; `None` outside.
@@ -196,7 +206,7 @@ mod tests {
     use crate::report::chart::Axis;
 
     fn html(series: Series) -> String {
-        let panel = Panel::new("a < b", Axis::new("time (s)"), Axis::new("<script>"));
+        let panel = Panel::new("a < b", Axis::new("time (s)"), Axis::new("<script> (um)"));
         Figure::new("").panel(panel.series(series)).html().into_string()
     }
 
@@ -220,7 +230,7 @@ mod tests {
     #[test]
     fn exact_categories_stand_by_their_names() {
         let names = vec!["spin-up".to_owned(), "rest".to_owned()];
-        let panel = Panel::new("", Axis::of_names("phase", names), Axis::new("error"));
+        let panel = Panel::new("", Axis::of_names("phase", names), Axis::new("error (mdeg)"));
         let html = Figure::new("")
             .panel(panel.series(Series::points(vec![(1.0, 3.0), (2.0, 4.0)]).label("twin")))
             .html()

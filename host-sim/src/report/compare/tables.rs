@@ -6,7 +6,7 @@ use super::values::ChangedValue;
 use super::{ComparedFigure, Comparison, LEVEL, Verdict, full_name};
 use crate::report::document::{Block, Document, Table};
 use crate::report::html::HtmlReport;
-use crate::report::key_figure::significant;
+use crate::report::key_figure::{Measured, significant};
 
 /// Values listed at most of those that differ.
 const LISTED_MAX: usize = 30;
@@ -212,7 +212,11 @@ fn table(rows: &[&ComparedFigure]) -> Table {
             None => format!("from 0 to {}", row.b.text_of(row.b.measured.value())),
         };
         table.push(vec![
-            full_name(&row.a),
+            if row.a.unit.is_empty() {
+                full_name(&row.a)
+            } else {
+                format!("{} ({})", full_name(&row.a), row.a.unit)
+            },
             cell(row, true),
             cell(row, false),
             relative,
@@ -223,13 +227,15 @@ fn table(rows: &[&ComparedFigure]) -> Table {
     table
 }
 
-/// A value with its interval.
+/// A value with its interval, without the unit, which stands beside the name.
 fn cell(row: &ComparedFigure, of_a: bool) -> String {
     let figure = if of_a { &row.a } else { &row.b };
-    match figure.measured.interval_95() {
-        (None, None) => figure.value_text(),
-        _ => format!("{} ({})", figure.value_text(), figure.interval_text()),
-    }
+    let is_count = matches!(figure.measured, Measured::Count { .. });
+    let value = if is_count { figure.value_text() } else { figure.number_text(figure.measured.value()) };
+    let percent = if is_count { " %" } else { "" };
+    figure
+        .bare_interval_text()
+        .map_or_else(|| value.clone(), |interval| format!("{value} ({interval}{percent})"))
 }
 
 fn probability(p: f64) -> String {
@@ -274,7 +280,7 @@ mod tests {
         for words in [
             "Of 1 key figures: 1 worse beyond noise",
             "## Changed",
-            "| twin: failed | 0 of 50 (0 % to 7.135 %)",
+            "| twin: failed | 0 of 50 (0 to 7.135 %)",
         ] {
             assert!(text.contains(words), "{words} in {text}");
         }

@@ -160,6 +160,10 @@ fn drive(trace: &PictureTrace, end_s: f64) -> Panel {
     let mut steps: Vec<(f64, f64)> =
         trace.commands.iter().map(|(at, command)| (*at, signed(command))).collect();
     steps.extend(steps.last().map(|(_, last)| (end_s, *last)));
-    Panel::new("Drive: mode B up, mode C down", time(end_s), Axis::new("amplitude").within(-1.1..1.1))
-        .series(Series::steps(steps).colour(Colour::Purple).width(1.5))
+    Panel::new(
+        "Drive: mode B up, mode C down",
+        time(end_s),
+        Axis::new("amplitude (of full)").within(-1.1..1.1),
+    )
+    .series(Series::steps(steps).colour(Colour::Purple).width(1.5))
 }

@@ -49,9 +49,13 @@ pub(super) fn panels(points: &[RatePoint]) -> Vec<Panel> {
             .series(Series::dashes(line(|m| m.asked_deg_s)).colour(Colour::Black).label("asked for")),
         Panel::new("Angle less reference", time(), Axis::new("angle (deg)"))
             .series(Series::line(line(|m| m.off_deg)).colour(Colour::Blue)),
-        Panel::new("Drive: mode B up, mode C down", time(), Axis::new("amplitude").within(-1.1..1.1))
-            .series(Series::line(line(|m| m.drive)).colour(Colour::Purple))
-            .height(210),
+        Panel::new(
+            "Drive: mode B up, mode C down",
+            time(),
+            Axis::new("amplitude (of full)").within(-1.1..1.1),
+        )
+        .series(Series::line(line(|m| m.drive)).colour(Colour::Purple))
+        .height(210),
     ];
     panels.extend(tilt_panels(points));
     panels

@@ -28,7 +28,7 @@ impl FaultCampaign {
     fn endings(&self) -> Panel {
         let words = self.by_word();
         let panel =
-            panel("How the moves ended", Axis::new("share of the runs (%)").within(0.0..100.0), &words);
+            panel("How the moves ended", Axis::new("share of the runs (%)").within(-2.0..102.0), &words);
         let count = |summary: &FaultSummary, ending| match ending {
             MoveEnding::Reached => summary.reached,
             MoveEnding::GaveUp => summary.gave_up,

@@ -22,7 +22,7 @@ impl FilterCosts {
     }
 
     fn time_panel(&self, drive: &str) -> Panel {
-        let label = "ns per 10 us of motor time, on this machine: cheaper to the left";
+        let label = "cost (ns per 10 us of motor time, on this machine): cheaper to the left";
         let x = cost_axis(label, self.rows.iter().map(|row| row.ns.tick));
         let title = format!("Mode {}", drive.to_uppercase());
         let panel = Panel::new(title, x, self.error_axis()).height(260);
@@ -39,7 +39,7 @@ impl FilterCosts {
 
     fn instructions_panel(&self) -> Panel {
         let ticks = self.rows.iter().filter_map(|row| Some(row.instructions?.tick));
-        let x = cost_axis("Cortex-M4F instructions per 10 us of motor time", ticks);
+        let x = cost_axis("cost (Cortex-M4F instructions per 10 us of motor time)", ticks);
         let panel = Panel::new("On the microcontroller, both modes", x, self.error_axis()).height(230);
         FILTERS.iter().zip(COLOURS).fold(panel, |panel, (filter, colour)| {
             let rows = self.rows.iter().filter(|row| row.filter == *filter);

@@ -93,7 +93,7 @@ impl Calibrations {
         } = &self.first.outcome;
         let figure = Figure::new("Calibration of a gyroscope in closed loop")
             .caption(format!(
-                "motor drawn by seed {seed}, gyroscope {serial}: scale factor {scale_factor_ppm:+.1} +- {:.1} ppm, \
+                "Motor drawn by seed {seed}, gyroscope {serial}: scale factor {scale_factor_ppm:+.1} +- {:.1} ppm, \
                  bias {bias_deg_h:+.1} +- {:.1} deg/h (95 %)",
                 NORMAL_95 * scale_factor_sigma_ppm,
                 NORMAL_95 * bias_sigma_deg_h
@@ -159,7 +159,7 @@ impl Calibrations {
             shown.filter_map(bar).collect::<Vec<_>>()
         };
         let end = real(self.outcomes.len().min(SHOWN_MAX));
-        Panel::new(title, Axis::new("run").within(-1.0..end), Axis::new(unit))
+        Panel::new(title, Axis::new("run (number)").within(-1.0..end), Axis::new(unit))
             .series(
                 Series::error_bars(bars(true))
                     .colour(Colour::Blue)

@@ -49,7 +49,8 @@ impl RotorModels {
                 let top = bars.iter().map(|bar| bar.1 + bar.2).fold(mean + sd.unwrap_or(0.0), f64::max);
                 let names = self.variants.iter().map(|variant| variant.name.to_owned()).collect();
                 let title = format!("Mode {mode:?}: {quantity}");
-                let unit = quantity.unit();
+                let words = quantity.to_string();
+                let unit = format!("{} ({})", words.rsplit(' ').next().unwrap_or(&words), quantity.unit());
                 let band = sd.unwrap_or(0.02 * top);
                 figure = figure.panel(
                     Panel::new(title, Axis::of_names("", names), Axis::new(unit).within(0.0..1.1 * top))
@@ -114,7 +115,7 @@ impl RotorModels {
                 Panel::new(
                     format!("What decides the rate of mode {mode:?}"),
                     Axis::of_names("", names),
-                    Axis::new("rank correlation").within(-1.0..1.0),
+                    Axis::new("rank correlation (1)").within(-1.0..1.0),
                 )
                 .height(300)
                 .series(
@@ -126,7 +127,7 @@ impl RotorModels {
                 .series(Series::points(points.collect()).colour(colour(mode)).width(2.5)),
             );
         }
-        let deciding = [(0, "clearance (um)", 1e6), (10, "damping ratio of mode C", 1.0)];
+        let deciding = [(0, "clearance (um)", 1e6), (10, "damping ratio of mode C (1)", 1.0)];
         for (index, (mode, (key, label, per_unit))) in MODES.into_iter().zip(deciding).enumerate() {
             let of = |agrees: bool| -> Vec<(f64, f64)> {
                 let rotors = self

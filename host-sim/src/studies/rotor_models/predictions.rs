@@ -24,7 +24,7 @@ pub struct Varied {
 pub const PREDICTIONS: [Varied; 5] = [
     Varied {
         title: "Drive",
-        axis: ("drive amplitude", 1.0),
+        axis: ("drive amplitude (of full)", 1.0),
         key: "simulate.amplitude",
         values: &[0.3, 0.4, 0.5, 0.6, 0.7, 0.85, 1.0],
     },
@@ -42,7 +42,7 @@ pub const PREDICTIONS: [Varied; 5] = [
     },
     Varied {
         title: "Friction of the hub",
-        axis: ("coefficient of friction", 1.0),
+        axis: ("coefficient of friction (1)", 1.0),
         key: "motor.hub.friction",
         values: &[0.0, 0.1, 0.2, 0.4, 0.6],
     },

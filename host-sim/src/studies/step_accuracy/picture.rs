@@ -15,8 +15,8 @@ const CURVES: [(ImpactRule, Precision, &str); 4] = [
     (ImpactRule::Located, Precision::F32, "located, f32"),
 ];
 const COST: &str = "cost (ns per simulated ms): cheaper to the left";
-/// Steps whose points are marked.
-const MARKED_S: [f64; 3] = [1e-6, 10e-6, 20e-6];
+/// Steps that are named, of located impacts in `f64`: so far apart that the names do not meet.
+const MARKED_S: [f64; 2] = [1e-6, 20e-6];
 /// Lowest error of steady motion that is drawn, in per cent.
 const LOWEST: f64 = 0.1;
 /// Where the first of the crates' names stands: cost and error.
@@ -108,7 +108,7 @@ fn curves(mut panel: Panel, points: impl Fn(ImpactRule, Precision) -> Vec<Point>
         };
         let colour = colour(rule, precision);
         panel = panel.series(line.colour(colour).label(label)).series(Series::points(bare).colour(colour));
-        if precision == Precision::F64 {
+        if (rule, precision) == (ImpactRule::Located, Precision::F64) {
             let marked =
                 points.iter().filter(|point| MARKED_S.iter().any(|s| (point.0 / s - 1.0).abs() < 1e-9));
             let names = marked.map(|&(step_s, x, y)| (x, y, format!("{:.0} us", 1e6 * step_s)));
