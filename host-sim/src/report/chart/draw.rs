@@ -201,11 +201,14 @@ fn draw_series(series: &Series, chart: &mut Chart<'_, '_>, x: &Scale, y: &Scale)
             chart.draw_series(std::iter::once(Polygon::new(outline, colour))).map(drop)
         }
         Mark::Names(names) => {
-            let beside = Pos::new(HPos::Left, VPos::Center);
-            let style = TextStyle::from((FONT, fine(12.0))).color(&colour).pos(beside);
+            let style = TextStyle::from((FONT, fine(12.0))).color(&colour);
             let name = |(a, b, words): &(f64, f64, String)| {
                 let place = (x.place_inside(*a)?, y.place_inside(*b)?);
-                let text = Text::new(words.clone(), (fine(3.0), fine(-9.0)), style.clone());
+                // At the right a name would be cut off: it stands before its point.
+                let part = (place.0 - x.span.start) / (x.span.end - x.span.start);
+                let (side, right) = if part > 0.6 { (HPos::Right, -3.0) } else { (HPos::Left, 3.0) };
+                let style = style.pos(Pos::new(side, VPos::Center));
+                let text = Text::new(words.clone(), (fine(right), fine(-9.0)), style);
                 Some(EmptyElement::at(place) + text)
             };
             chart.draw_series(names.iter().filter_map(name)).map(drop)
