@@ -7,7 +7,6 @@ mod beside;
 mod calibration;
 mod closed_loop;
 mod cluster;
-mod compare;
 mod count;
 mod error;
 mod estimation;

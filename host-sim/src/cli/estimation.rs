@@ -46,14 +46,15 @@ impl EstimateArgs {
         let scene = self.scene.load("estimate", &[])?;
         self.parts.refuse("--beside", self.beside.is_given())?;
         let request = Request::of_scene("estimate", &scene);
-        let publication = self.publication.open(&self.out)?;
         let number = |motor: &ComparedMotor| motor.number;
         if let Some(motors) = self.parts.merged_by(shard::unpacked, number)? {
+            let publication = self.publication.open(&self.out)?;
             return Ok(publication.publish(findings(&FilterErrors::of(&motors))?, &request)?);
         }
         let plan = FilterErrorsPlan::of_part(&scene, self.motors, self.parts.shard)?;
         let beside = self.beside.scenes("estimate", &scene, Ok)?;
         let beside = BesideScene::run_each(&beside, |scene| FilterErrorsPlan::new(scene, self.motors))?;
+        let publication = self.publication.open(&self.out)?;
         let work = beside.iter().map(|other| other.found.milliseconds()).sum::<u64>() + plan.milliseconds();
         let bar = progress::bar(work);
         let progress = |milliseconds| bar.inc(milliseconds);

@@ -144,9 +144,11 @@ impl OpenLoopRun {
         Ok((self.step_s > longest_s).then(|| {
             format!(
                 "simulate.step_s = {} s is too long for the fastest mode, {:.0} Hz: the rotor misses where the teeth \
-                 are; steps of at most {longest_s:.1e} s follow it",
+                 are; steps of at most {:.2e} s follow it",
                 plain(self.step_s),
-                fastest_rad_s / core::f64::consts::TAU
+                fastest_rad_s / core::f64::consts::TAU,
+                // Rounded down.
+                0.99 * longest_s
             )
         }))
     }

@@ -338,7 +338,7 @@ fn tool_figures_and_keys_are_refused_by_name() {
     refused(&over, &["one figure at least, by --figure", "rotor_rate_mean_rad_s"]);
     refused(&["--over", "motor.frictoin=0.1,0.2"], &["unknown key motor.frictoin", "motor.friction"]);
     refused(&["--over", "camera.noise_m=0,1e-6"], &["simulate does not read camera.noise_m", "position"]);
-    refused(&["--over", "motor.friction=0.1,7"], &["motor.friction = 7 is outside its bounds"]);
+    refused(&["--over", "motor.restitution=0.1,7"], &["motor.restitution = 7 is outside its bounds"]);
     refused(&[&over[..], &over].concat(), &["motor.friction is swept twice"]);
     // Nothing of it is in the folder, so that the next try is not refused.
     let out = folder.path().join("out/sweep");

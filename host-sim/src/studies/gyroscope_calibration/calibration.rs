@@ -16,8 +16,6 @@ const PAIR_95: f64 = 5.991_465;
 /// What became of a calibration.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct CalibrationOutcome {
-    /// Its place among all calibrations.
-    pub number: u64,
     /// Seed of the run: the motor.
     pub seed: u64,
     /// Which gyroscope (`gyroscope.serial`).
@@ -73,6 +71,8 @@ pub struct CalibrationOutcome {
     pub reference_good_beyond_5_sigma: u64,
     /// The largest error of these.
     pub reference_good_beyond_5_sigma_worst_mdeg: f64,
+    /// Its place among all calibrations.
+    pub number: u64,
 }
 
 impl CalibrationOutcome {
@@ -111,8 +111,8 @@ pub struct Calibration {
 }
 
 impl Calibration {
-    /// Calibration `number`: of `gyroscope`, whose serial is given, on the run of a motor; `None` where scale factor and
-    /// bias cannot be told apart.
+    /// Calibration `number`: of `gyroscope`, whose serial is given, on the run of a motor; `None` where scale factor
+    /// and bias cannot be told apart.
     pub(super) fn of(
         gyroscope: &mut Gyroscope,
         (number, serial): (u64, u64),

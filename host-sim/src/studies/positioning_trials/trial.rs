@@ -29,30 +29,30 @@ pub enum MoveKind {
 /// A trial and what became of it, as it is written and read.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct PositioningTrial {
-    /// Its place among all trials.
-    pub number: u64,
     /// Seed of motor, noise and target.
     pub seed: u64,
-    /// The kind of move.
-    pub kind: MoveKind,
     /// Target.
     pub target_deg: f64,
-    /// How it ended.
-    pub ending: MoveEnding,
     /// True angle at the end less the target.
     pub final_error_mdeg: f64,
     /// When the controller began to hold the target that it held to the end; empty if it did not.
     pub settle_s: Option<f64>,
     /// The least time that any controller needs.
     pub bound_s: f64,
-    /// Simulated time.
-    pub duration_s: f64,
     /// Largest true angle beyond the target, at least 0.
     pub overshoot_deg: f64,
     /// How often the drive changed between off, mode B and mode C.
     pub switches: u32,
     /// Time with the drive on.
     pub drive_on_s: f64,
+    /// Its place among all trials.
+    pub number: u64,
+    /// The kind of move.
+    pub kind: MoveKind,
+    /// How it ended.
+    pub ending: MoveEnding,
+    /// Simulated time.
+    pub duration_s: f64,
     /// Root mean square error of the estimate over the whole run.
     pub rms_estimate_error_mdeg: f64,
     /// Share of the estimates whose angle is off by more than three of their standard deviations.
