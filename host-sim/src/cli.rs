@@ -12,6 +12,7 @@ mod error;
 mod estimation;
 mod examples;
 mod faults;
+mod import;
 mod instruments;
 mod interruption;
 mod keys;
@@ -50,6 +51,7 @@ use closed_loop::{PositionArgs, PositioningTrialsArgs, RateArgs, ResponseMapArgs
 use compare::CompareArgs;
 use estimation::{EstimateArgs, FiltersArgs};
 use faults::FaultsArgs;
+use import::ImportArgs;
 use instruments::InstrumentsArgs;
 use keys::KeysArgs;
 use microcontroller::{InstructionsArgs, PilArgs, SizeArgs};
@@ -106,6 +108,8 @@ enum Command {
     Rate(RateArgs),
     /// Run a log through any filter at any tuning, beside what was recorded
     Replay(ReplayArgs),
+    /// Make a log of your own recording: tables of angles, velocities and drives
+    Import(ImportArgs),
     /// Say in words what happened in a log: frames refused, restarts, health, phases, and why
     Explain(ExplainArgs),
     /// Set two results side by side, with what changed beyond noise
@@ -211,6 +215,7 @@ impl Command {
             Self::Filters(args) => args.execute(),
             Self::Rate(args) => args.execute(),
             Self::Replay(args) => args.execute(),
+            Self::Import(args) => args.execute(),
             Self::Explain(args) => args.execute(),
             Self::Compare(args) => args.execute(),
             Self::Calibrate(args) => args.execute(),

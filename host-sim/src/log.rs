@@ -11,6 +11,7 @@
 //! | `reader` | an MCAP log, message by message |
 //! | `replay`, `replay_sums` | a log through a filter, beside what was recorded |
 //! | `explain`, `words` | a log in words |
+//! | `import` | a user's own tables into a log |
 //! | `error` | why a log was not written or not read |
 //!
 //! # What a log keeps when a run ends early
@@ -25,6 +26,7 @@ mod csv_log;
 mod error;
 mod explain;
 mod held_file;
+pub mod import;
 mod mcap_log;
 mod parquet_log;
 mod reader;
@@ -93,7 +95,8 @@ impl Stated {
             command,
             scene: scene.text(&|_| true, true),
             seed: scene.seed(),
-            filter: filter::chosen(scene),
+            // An import has measurements and no estimates.
+            filter: if command == "import" { "none" } else { filter::chosen(scene) },
         }
     }
 

@@ -34,6 +34,19 @@ pub(super) const EXAMPLES: &[(&str, &[(&str, &str)])] = &[
         ],
     ),
     (
+        "import",
+        &[
+            (
+                "Frames and samples of one table",
+                "import --camera run.csv --camera-angle phi_deg --vibrometer run.csv --vibrometer-velocity v_mm_s",
+            ),
+            (
+                "A camera that counts the other way, on a clock that is 12.5 ms ahead and 35 ppm fast",
+                "import --camera camera.csv --camera-scale -1 --camera-clock 0.0125,35 --log run.mcap",
+            ),
+        ],
+    ),
+    (
         "replay",
         &[
             ("Whether this program computes what was recorded", "replay run.mcap"),

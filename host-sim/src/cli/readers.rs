@@ -23,7 +23,8 @@ const fn reader(command: &'static str, reads: &'static [&'static str]) -> Reader
 }
 
 /// Every command that takes a scene.
-pub(super) const READERS: [Reader; 11] = [
+pub(super) const READERS: [Reader; 12] = [
+    reader("import", &["motor", "camera", "ldv", "estimator"]),
     reader("simulate", &["seed", "motor", "simulate", "plant.rotor"]),
     reader(
         "position",

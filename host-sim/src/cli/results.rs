@@ -19,7 +19,7 @@ use crate::report::files::{self, Output, OutputFolder};
 use crate::report::page::{self, PlacedValue};
 use crate::scene::Scene;
 use crate::studies::beside::{BesideScene, FIRST};
-use crate::studies::fault_campaign::FaultCampaignPlan;
+use crate::studies::fault_campaign::{FaultCampaign, FaultCampaignPlan};
 use crate::studies::instrument_grid::InstrumentGridPlan;
 use crate::studies::positioning_trials::{self, Strategy};
 use crate::studies::rotor_models::RotorModelsPlan;
@@ -73,8 +73,8 @@ impl Page {
         }
     }
 
-    /// Its figures and its pictures.
-    fn content(self, effort: Effort) -> Result<Content, CommandError> {
+    /// Its figures and its pictures; `faulty` are tables of runs with faults, which are made if there are none.
+    fn content(self, effort: Effort, faulty: &[PathBuf]) -> Result<Content, CommandError> {
         let scene = &effort.scene()?;
         Ok(match self {
             Self::Paper => paper::PaperPlan::new(effort.paper_seeds)?.run(&|_| ())?.page_values().into(),
@@ -91,6 +91,7 @@ impl Page {
                 let plan = InstrumentGridPlan::new(scene, grid_motors, grid_benches, Shard::ALL);
                 plan.run(&|| ())?.page_values().into()
             }
+            Self::Faults if !faulty.is_empty() => FaultCampaign::merged(faulty)?.page_values().into(),
             Self::Faults => {
                 let height_only = BesideScene { name: FIRST.to_owned(), scene: scene.clone() };
                 let tilting = tilting::set_f(scene)?;
@@ -160,9 +161,9 @@ struct Effort {
 
 impl Effort {
     /// As many runs as the paper made; 40 motors bound an ANEES to 6 % of 1; of 10,000 moves the worst thousandth is
-    /// ten; of 200 intervals the covered share is known to 1.5 %; a fault among 18 comes in a hundred of 2,000 runs. A
-    /// second of a motor that tilts takes five to ten times as long, so that there are as many of them as ten minutes
-    /// of a processor allow on each page.
+    /// ten; of 200 intervals the covered share is known to 1.5 %; of 2,000 runs each fault
+    /// among 26 comes in about a hundred. A second of a motor that tilts takes five to ten times as long, so that there
+    /// are as many of them as ten minutes of a processor allow on each page.
     const FULL: Self = Self {
         paper_seeds: 5,
         rotor_seeds: 8,
@@ -279,6 +280,10 @@ pub(super) struct ResultsArgs {
     /// Pages to write; all of them unless some are named
     #[arg(value_enum)]
     pages: Vec<Page>,
+    /// For the page faults: tables of its runs, made in parts by `faults --beside set_f_plant --shard I/N`. Without
+    /// them the runs are made
+    #[arg(long, value_name = "FILE.csv", num_args = 1..)]
+    faulty_runs: Vec<PathBuf>,
     /// Compare the pages with what the command would write, and write nothing; times on one machine are left out
     #[arg(long)]
     check: bool,
@@ -312,10 +317,10 @@ impl ResultsArgs {
         for &page in if self.pages.is_empty() { all } else { &self.pages } {
             let path = self.out.join(format!("{}.md", page.name()));
             let result = if self.check {
-                check(page, &path, effort)?;
+                check(page, &path, effort, &self.faulty_runs)?;
                 "as written"
             } else {
-                write(page, &path, &self.images, effort)?;
+                write(page, &path, &self.images, effort, &self.faulty_runs)?;
                 "written"
             };
             if self.format == Format::Text {
@@ -331,9 +336,15 @@ impl ResultsArgs {
 }
 
 /// Writes a page and its pictures.
-fn write(page: Page, path: &Path, images: &Path, effort: Effort) -> Result<(), CommandError> {
+fn write(
+    page: Page,
+    path: &Path,
+    images: &Path,
+    effort: Effort,
+    faulty: &[PathBuf],
+) -> Result<(), CommandError> {
     let mut file = Output::create(path)?;
-    let Content { values, pictures } = page.content(effort)?;
+    let Content { values, pictures } = page.content(effort, faulty)?;
     let text = page::filled(page.template(), &values)?;
     if !pictures.is_empty() {
         OutputFolder::create(images)?.publish(&pictures)?;
@@ -343,9 +354,9 @@ fn write(page: Page, path: &Path, images: &Path, effort: Effort) -> Result<(), C
 }
 
 /// Compares a page with what would be written.
-fn check(page: Page, path: &Path, effort: Effort) -> Result<(), CommandError> {
+fn check(page: Page, path: &Path, effort: Effort, faulty: &[PathBuf]) -> Result<(), CommandError> {
     let written = String::from_utf8_lossy(&files::read(path)?).into_owned();
-    let fresh = page::filled(page.template(), &page.content(effort)?.values)?;
+    let fresh = page::filled(page.template(), &page.content(effort, faulty)?.values)?;
     match page::first_difference(&written, &fresh) {
         Some(line) => Err(OutputError::Outdated { path: path.to_owned(), line }.into()),
         None => Ok(()),

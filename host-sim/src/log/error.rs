@@ -3,6 +3,7 @@
 use std::io;
 use std::path::{Path, PathBuf};
 
+use super::import::ImportError;
 use crate::report::OutputError;
 use crate::runs::RunError;
 use crate::scene::SceneError;
@@ -74,6 +75,9 @@ pub enum LogError {
         /// What is wrong.
         why: String,
     },
+    /// A recording cannot be imported.
+    #[error(transparent)]
+    Import(#[from] ImportError),
     /// The observer of a replay ended it.
     #[error("the replay was ended")]
     Ended,
@@ -121,6 +125,7 @@ impl LogError {
             Self::Damaged { .. } => Some("without --strict it is read up to there".to_owned()),
             Self::Scene(error) => error.hint(),
             Self::Run(error) => error.hint(),
+            Self::Import(error) => error.hint(),
             Self::Interrupted { .. } | Self::Format(_) | Self::Ended => None,
         }
     }

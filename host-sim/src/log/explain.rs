@@ -126,7 +126,10 @@ impl Story {
                 self.last_s = self.last_s.max(at_s);
                 self.change_phase(at_s, &task.phase);
             }
-            LogMessage::Truth(_) | LogMessage::Estimate(_) => self.last_s = self.last_s.max(at_s),
+            LogMessage::Truth(_)
+            | LogMessage::Estimate(_)
+            | LogMessage::CameraFrame(_)
+            | LogMessage::VibrometerSample(_) => self.last_s = self.last_s.max(at_s),
             _ => {}
         }
     }

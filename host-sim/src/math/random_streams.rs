@@ -54,9 +54,17 @@ pub enum RandomSource {
     /// What goes wrong in a run of a campaign of faults.
     FaultDraw = 23,
     /// Where the points of a sweep lie.
-    SweepPoints = 24,
+    SweepPoints = 26,
     /// Which base points of a sweep are drawn again, for the intervals of its indices.
-    SweepBootstrap = 25,
+    SweepBootstrap = 27,
+    /// Which frames an intermittent camera loses.
+    CameraFaultLoss = 28,
+    /// Which frames a fault makes outliers, and by how much.
+    CameraFaultOutlier = 29,
+    /// Which samples an intermittent vibrometer loses.
+    LdvFaultLoss = 30,
+    /// Which samples a fault makes outliers, and by how much.
+    LdvFaultOutlier = 31,
 }
 
 /// The stream of `source` in the run that `seed` names.
@@ -140,6 +148,10 @@ mod tests {
             RandomSource::FaultDraw,
             RandomSource::SweepPoints,
             RandomSource::SweepBootstrap,
+            RandomSource::CameraFaultLoss,
+            RandomSource::CameraFaultOutlier,
+            RandomSource::LdvFaultLoss,
+            RandomSource::LdvFaultOutlier,
         ];
         let draw = |seed, source| stream(seed, source).next_u64();
         let all: Vec<u64> =

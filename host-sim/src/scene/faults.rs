@@ -48,6 +48,10 @@ pub enum FaultKind {
     Drift(f64),
     /// The rotor is jolted: change of its rate in rad/s, when the fault begins.
     Jolt(f64),
+    /// The rotor sticks: it does not turn, whatever turns it.
+    Stuck,
+    /// The hub of a rotor that shifts on its pin rubs with this coefficient of friction.
+    Rub(f64),
 }
 
 /// What a faulty camera shows.
@@ -61,6 +65,12 @@ pub enum CameraFault {
     Zeros,
     /// Tracking follows another feature, this many degrees away.
     Offset(f64),
+    /// Each frame is lost with this probability.
+    Intermittent(f64),
+    /// Each frame is an outlier, as large as `camera.outlier_m` says, with this probability.
+    Outliers(f64),
+    /// Frames arrive this much later, in s.
+    Delayed(f64),
 }
 
 /// What is wrong with a mark.
@@ -77,7 +87,7 @@ pub enum MarkFault {
 }
 
 /// What a faulty vibrometer delivers.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub enum VibrometerFault {
     /// No samples.
     Lost,
@@ -89,6 +99,12 @@ pub enum VibrometerFault {
     Inverted,
     /// No numbers.
     NotANumber,
+    /// Each sample is lost with this probability.
+    Intermittent(f64),
+    /// Each sample is an outlier, as large as `ldv.outlier_m_s` says, with this probability.
+    Outliers(f64),
+    /// This much more, in m/s.
+    Offset(f64),
 }
 
 /// What is wrong with the drive.

@@ -59,6 +59,9 @@ pub const GALLERY: &[GalleryScene] = scenes! {
     "fault_camera_stuck"
     "fault_camera_zeros"
     "fault_camera_other_feature"
+    "fault_camera_intermittent"
+    "fault_camera_outliers"
+    "fault_camera_delayed"
     "fault_mark_false"
     "fault_marks_exchanged"
     "fault_ldv_lost"
@@ -66,12 +69,17 @@ pub const GALLERY: &[GalleryScene] = scenes! {
     "fault_ldv_zeros"
     "fault_ldv_inverted"
     "fault_ldv_not_a_number"
+    "fault_ldv_intermittent"
+    "fault_ldv_outliers"
+    "fault_ldv_offset"
     "fault_drive_weak"
     "fault_drive_dead"
     "fault_drive_dead_mode_c"
     "fault_drive_swapped"
     "fault_resonance_drift"
     "fault_rotor_jolt"
+    "fault_rotor_stuck"
+    "fault_hub_rub"
 };
 
 impl GalleryScene {

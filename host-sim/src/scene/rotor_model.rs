@@ -43,6 +43,11 @@ impl RotorModel {
         }
     }
 
+    /// Whether the rotor shifts on a pin.
+    pub fn has_hub(self) -> bool {
+        self == Self::Tilting(Freedom::Full)
+    }
+
     /// Its word in a scene.
     pub fn word(self) -> &'static str {
         match self {

@@ -19,9 +19,12 @@ mod run;
 mod summary;
 mod tables;
 
+use std::path::PathBuf;
+
+use crate::report::OutputError;
 use crate::runs::RunError;
 use crate::studies::beside::BesideScene;
-use crate::studies::shard::{Shard, run_each};
+use crate::studies::shard::{self, Shard, run_each};
 pub use run::FaultRun;
 pub use summary::FaultSummary;
 
@@ -39,6 +42,17 @@ pub struct FaultCampaignPlan {
 pub struct FaultCampaign {
     /// The runs.
     pub runs: Vec<FaultRun>,
+}
+
+impl FaultCampaign {
+    /// That of tables of its parts.
+    ///
+    /// # Errors
+    /// When a file cannot be read, or has other rows.
+    pub fn merged(tables: &[PathBuf]) -> Result<Self, OutputError> {
+        let parts: Result<Vec<_>, _> = tables.iter().map(|path| shard::read(path)).collect();
+        Ok(Self { runs: shard::merged(parts?, |run: &FaultRun| run.number) })
+    }
 }
 
 impl FaultCampaignPlan {

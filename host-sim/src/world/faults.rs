@@ -1,5 +1,6 @@
 //! Faults of the motor during a run: an amplifier that is weak, dead in one mode or both, or wired the wrong way round,
-//! resonances that drift away from the drive, and jolts of the rotor. Several at once add up.
+//! resonances that drift away from the drive, jolts of the rotor, a rotor that sticks, a hub that rubs. Several at once
+//! add up; of two hubs that rub the rougher one counts.
 //!
 //! Faults of the instruments are theirs ([`super::instruments`]). A resonance that has drifted before the start is a
 //! parameter of the true motor (`plant.motor.mode_b.frequency_hz`).
@@ -18,6 +19,12 @@ pub struct MotorFaults {
     drifts: Vec<Drift>,
     /// When the resonances change next; `None` after the last change.
     drift_due: Option<Time>,
+    /// When the rotor sticks.
+    stuck: Vec<Fault>,
+    /// Friction of a hub that rubs.
+    rubs: Vec<(f64, Fault)>,
+    /// When the hub's friction changes, the next time last.
+    rub_changes: Vec<Time>,
 }
 
 /// A drift of the resonances.
@@ -81,13 +88,27 @@ impl MotorFaults {
         jolts.sort_by_key(|(at, _)| std::cmp::Reverse(*at));
         let drifts: Vec<_> = drifts.collect();
         let drift_due = drifts.iter().map(|drift| drift.from).min();
-        Self { drive: drive.collect(), jolts, drifts, drift_due }
+        let stuck = faults.iter().filter(|fault| fault.kind == FaultKind::Stuck).copied().collect();
+        let rubs: Vec<_> = faults
+            .iter()
+            .filter_map(|fault| match fault.kind {
+                FaultKind::Rub(friction) => Some((friction, *fault)),
+                _ => None,
+            })
+            .collect();
+        let mut rub_changes: Vec<_> = rubs.iter().flat_map(|(_, fault)| [fault.from, fault.until]).collect();
+        rub_changes.sort_by_key(|at| std::cmp::Reverse(*at));
+        Self { drive: drive.collect(), jolts, drifts, drift_due, stuck, rubs, rub_changes }
     }
 
     /// Whether there is none.
     #[inline]
     pub fn are_none(&self) -> bool {
-        self.drive.is_empty() && self.jolts.is_empty() && self.drift_due.is_none()
+        self.drive.is_empty()
+            && self.jolts.is_empty()
+            && self.drift_due.is_none()
+            && self.stuck.is_empty()
+            && self.rub_changes.is_empty()
     }
 
     /// Lowest and highest relative change of the resonances that can come together.
@@ -103,6 +124,29 @@ impl MotorFaults {
         }
         self.drift_due = self.drifts.iter().filter_map(|drift| drift.due(now)).min();
         Some(self.drifts.iter().map(|drift| drift.at(now)).sum())
+    }
+
+    /// The roughest friction of a hub that rubs at any time; `None` if none does.
+    pub fn roughest_hub(&self) -> Option<f64> {
+        self.rubs.iter().map(|(friction, _)| *friction).max_by(f64::total_cmp)
+    }
+
+    /// The friction of the hub at `now`, whenever it is due to change: `None` within is the hub's own.
+    pub fn hub_friction(&mut self, now: Time) -> Option<Option<f64>> {
+        if now < *self.rub_changes.last()? {
+            return None;
+        }
+        while self.rub_changes.last().is_some_and(|at| *at <= now) {
+            self.rub_changes.pop();
+        }
+        let rubbing = self.rubs.iter().filter(|(_, fault)| fault.covers(now));
+        Some(rubbing.map(|(friction, _)| *friction).max_by(f64::total_cmp))
+    }
+
+    /// Whether the rotor sticks at `now`.
+    #[inline]
+    pub fn holds(&self, now: Time) -> bool {
+        self.stuck.iter().any(|fault| fault.covers(now))
     }
 
     /// What reaches the coil at `now` of `command`.
@@ -212,6 +256,35 @@ mod tests {
             assert!((at(millis).unwrap() - expected).abs() < 1e-12, "{millis}");
         }
         assert_eq!(at(2000), None);
+    }
+
+    /// The rougher of two hubs that rub counts while both do, and the hub's own friction in between and after.
+    #[test]
+    fn exact_a_hub_rubs_while_it_should() {
+        let mut scene = Scene::default();
+        scene
+            .set("faults", "hub:rub:0.6@1..3 hub:rub:0.9@2..4 hub:rub:0.5@5..6 rotor:stuck@2..2.05")
+            .unwrap();
+        let mut faults = MotorFaults::of(&scene);
+        let at = |millis: u64| Time::from_nanos(millis * 1_000_000);
+        for (millis, expected) in [
+            (0, None),
+            (1000, Some(Some(0.6))),
+            (1500, None),
+            (2000, Some(Some(0.9))),
+            (3000, Some(Some(0.9))),
+            (4000, Some(None)),
+            (5500, Some(Some(0.5))),
+            (6000, Some(None)),
+            (7000, None),
+        ] {
+            assert_eq!(faults.hub_friction(at(millis)), expected, "{millis}");
+        }
+        assert_eq!(
+            [1999, 2000, 2049, 2050].map(|millis| faults.holds(at(millis))),
+            [false, true, true, false]
+        );
+        assert_eq!(faults.roughest_hub(), Some(0.9));
     }
 
     #[test]

@@ -57,6 +57,8 @@ pub struct Plant {
     motor: PlantMotor,
     setup: PlantSetup,
     params: MotorParams,
+    /// Relative change of the resonances.
+    drift: f64,
     step_nanos_num: f64,
 }
 
@@ -111,7 +113,7 @@ impl Plant {
                 TiltingVariation::draw(&params, &tilting, &mut variation),
             )?)),
         };
-        Ok(Self { motor, setup, params, step_nanos_num: step_s * 1e9 })
+        Ok(Self { motor, setup, params, drift: 0.0, step_nanos_num: step_s * 1e9 })
     }
 
     /// The same plant, which can take `steps` steps as one while the drive is off and its rotor is on the teeth
@@ -206,6 +208,14 @@ impl Plant {
         }
     }
 
+    /// The same for a rotor that sticks: it moves up and down, and does not turn about its axis.
+    pub fn step_stuck(&mut self, command: DriveCommand) -> bool {
+        match &mut self.motor {
+            PlantMotor::HeightOnly(motor) => motor.step_stuck(command),
+            PlantMotor::Tilting(motor) => motor.step_stuck(command),
+        }
+    }
+
     /// Changes the rotor's rate at once: a jolt.
     pub fn jolt(&mut self, rate_rad_s: f64) {
         match &mut self.motor {
@@ -220,13 +230,35 @@ impl Plant {
     /// # Errors
     /// When the model refuses the frequencies; then they stay.
     pub fn detune(&mut self, drift: f64) -> Result<(), SceneError> {
+        let params = self.detuned(drift)?;
+        match &mut self.motor {
+            PlantMotor::HeightOnly(motor) => motor.rebuild(&params, &self.setup)?,
+            PlantMotor::Tilting(motor) => motor.rebuild(&params, &self.setup)?,
+        }
+        self.drift = drift;
+        Ok(())
+    }
+
+    fn detuned(&self, drift: f64) -> Result<MotorParams, SceneError> {
         let mut params = self.params;
         for parameter in [Parameter::ModeBFrequency, Parameter::ModeCFrequency] {
             params = params.with(parameter, self.params.get(parameter) * (1.0 + drift))?;
         }
+        Ok(params)
+    }
+
+    /// Gives the hub this coefficient of friction from now on, or its own for `None`.
+    ///
+    /// # Errors
+    /// When the rotor has no hub, or the model refuses the friction; then it stays.
+    pub fn rub(&mut self, friction: Option<f64>) -> Result<(), SceneError> {
+        let params = self.detuned(self.drift)?;
         match &mut self.motor {
-            PlantMotor::HeightOnly(motor) => motor.rebuild(&params, &self.setup),
-            PlantMotor::Tilting(motor) => motor.rebuild(&params, &self.setup),
+            PlantMotor::Tilting(motor) if motor.has_hub() => motor.rub(friction, &params, &self.setup),
+            _ => Err(SceneError::Conflict {
+                conflict: "a fault hub:rub, and a rotor without a hub".to_owned(),
+                hint: "plant.rotor=tilting has one".to_owned(),
+            }),
         }
     }
 

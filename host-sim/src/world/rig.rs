@@ -98,6 +98,9 @@ impl Rig {
         for drift in faults.extreme_drifts() {
             plant.clone().detune(drift)?;
         }
+        if let Some(friction) = faults.roughest_hub() {
+            plant.clone().rub(Some(friction))?;
+        }
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "at most 10,000 ns")]
         let rest_nanos = (1e9 * step_s * real(rest_steps) + 1e-6) as u64;
         let (seen, due) = (plant.rotor(), Time::ZERO);
@@ -115,7 +118,7 @@ impl Rig {
         let before = self.plant.rotor();
         let was_in_contact = self.plant.in_contact();
         let command = self.faulty(command);
-        let met = self.plant.step(command);
+        let met = self.step_plant(command);
         self.show();
         let touched = met || was_in_contact || self.plant.in_contact();
         PlantStep { before, after: self.seen, met, touched }
@@ -138,7 +141,7 @@ impl Rig {
             let command = self.faulty(command);
             let before = self.seen;
             let long = command == DriveCommand::OFF && self.may_rest() && self.plant.rest_step();
-            let met = !long && self.plant.step(command);
+            let met = !long && self.step_plant(command);
             self.show();
             if met {
                 observe_impact(&PlantStep { before, after: self.seen, met, touched: true });
@@ -150,6 +153,16 @@ impl Rig {
     fn may_rest(&self) -> bool {
         self.plant.steps().is_multiple_of(self.rest_steps)
             && self.ldv.due() >= self.seen.at.plus_nanos(self.rest_nanos)
+    }
+
+    /// One step of the plant.
+    #[inline]
+    fn step_plant(&mut self, command: DriveCommand) -> bool {
+        if !self.faults.are_none() && self.faults.holds(self.plant.now()) {
+            self.plant.step_stuck(command)
+        } else {
+            self.plant.step(command)
+        }
     }
 
     /// Shows the last step to the instruments that are due.
@@ -182,6 +195,10 @@ impl Rig {
         if let Some(drift) = self.faults.drifted(now) {
             // The extremes of the drift were accepted, so that every change between them is.
             self.plant.detune(drift).ok();
+        }
+        if let Some(friction) = self.faults.hub_friction(now) {
+            // The roughest was accepted, and its own is the scene's.
+            self.plant.rub(friction).ok();
         }
         self.faults.drive(now, command)
     }

@@ -68,6 +68,14 @@ fn tool_faults_of_the_gallery_do_what_their_scenes_say() {
         ("fault_drive_swapped", Some("ModeInverted"), "Good"),
         ("fault_resonance_drift", None, "Good"),
         ("fault_rotor_jolt", None, "Good"),
+        ("fault_camera_intermittent", None, "CameraSilent"),
+        ("fault_camera_outliers", None, "NoiseMismatch"),
+        ("fault_camera_delayed", None, "CameraSilent"),
+        ("fault_ldv_intermittent", None, "Good"),
+        ("fault_ldv_outliers", None, "VibrometerErratic"),
+        ("fault_ldv_offset", None, "VibrometerErratic"),
+        ("fault_rotor_stuck", None, "Good"),
+        ("fault_hub_rub", None, "Good"),
     ] {
         let outcome = json(folder.path(), &["position", "--to", "37", "--scene", name, "--format", "json"]);
         assert_eq!(outcome["stopped"].as_str(), stopped, "{name}: {outcome}");

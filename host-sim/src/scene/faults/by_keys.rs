@@ -84,5 +84,8 @@ impl Scene {
         add(percent.abs() > 0.0, FaultKind::Drift(percent), until);
         let jolt_rad_s = self.number("fault.jolt_rad_s");
         add(jolt_rad_s.abs() > 0.0, FaultKind::Jolt(jolt_rad_s), Fault::NEVER);
+        add(self.choice("fault.rotor") == "stuck", FaultKind::Stuck, Fault::NEVER);
+        let friction = self.number("fault.hub_friction");
+        add(friction > 0.0, FaultKind::Rub(friction), Fault::NEVER);
     }
 }

@@ -83,7 +83,7 @@ fn parse(text: &str) -> Result<Fault, Refusal> {
 /// What fails, and the number of the mark if it is one.
 fn thing_and_mark(thing: &str) -> Result<(&str, u8), Refusal> {
     let known = |name: &str| WORDS.iter().any(|word| word.thing == name);
-    let possible = format!("camera, mark1 to mark{MARKS_MAX}, ldv, drive, stator, rotor");
+    let possible = format!("camera, mark1 to mark{MARKS_MAX}, ldv, drive, stator, rotor, hub");
     if let Some(number) = thing.strip_prefix("mark") {
         return match number.parse::<u8>() {
             Ok(mark) if (1..=MARKS_MAX).contains(&mark) && !number.starts_with(['+', '0']) => {

@@ -12,7 +12,7 @@ fn fault(kind: FaultKind, from_s: f64, until_s: Option<f64>) -> Fault {
 
 #[test]
 fn exact_words_mean_their_faults() {
-    use FaultKind::{Camera, Drift, Drive, Jolt, Mark, Vibrometer};
+    use FaultKind::{Camera, Drift, Drive, Jolt, Mark, Rub, Stuck, Vibrometer};
     for (word, expected) in [
         ("camera:lost@1.0..2.0", fault(Camera(CameraFault::Lost), 1.0, Some(2.0))),
         ("camera:off", fault(Camera(CameraFault::Lost), 0.0, None)),
@@ -27,6 +27,14 @@ fn exact_words_mean_their_faults() {
         ("drive:dead:c@2..3", fault(Drive(DriveFault::Dead(Some(DriveMode::C))), 2.0, Some(3.0))),
         ("stator:drift:-1@1..3", fault(Drift(-1.0), 1.0, Some(3.0))),
         ("rotor:jolt:-2.5@0.3", fault(Jolt(-2.5), 0.3, None)),
+        ("rotor:stuck@0.3..0.35", fault(Stuck, 0.3, Some(0.35))),
+        ("hub:rub:0.8@1..", fault(Rub(0.8), 1.0, None)),
+        ("camera:intermittent:0.5@1..2", fault(Camera(CameraFault::Intermittent(0.5)), 1.0, Some(2.0))),
+        ("camera:garbage:0.2", fault(Camera(CameraFault::Outliers(0.2)), 0.0, None)),
+        ("camera:delayed:5e-3", fault(Camera(CameraFault::Delayed(5e-3)), 0.0, None)),
+        ("ldv:intermittent:1", fault(Vibrometer(VibrometerFault::Intermittent(1.0)), 0.0, None)),
+        ("ldv:outliers:0.1", fault(Vibrometer(VibrometerFault::Outliers(0.1)), 0.0, None)),
+        ("ldv:offset:-0.01", fault(Vibrometer(VibrometerFault::Offset(-0.01)), 0.0, None)),
     ] {
         assert_eq!(word.parse(), Ok(expected), "{word}");
     }
@@ -38,12 +46,12 @@ const TIMES: &str = "@FROM, @FROM.., @..UNTIL or @FROM..UNTIL, in s";
 #[test]
 fn exact_refusals_name_word_column_and_what_is_possible() {
     for (word, column, problem, possible) in [
-        ("", 1, "it lacks what fails", "camera, mark1 to mark16, ldv, drive, stator, rotor"),
+        ("", 1, "it lacks what fails", "camera, mark1 to mark16, ldv, drive, stator, rotor, hub"),
         (
             "camra:lost",
             1,
             "camra is nothing that fails",
-            "camera, mark1 to mark16, ldv, drive, stator, rotor",
+            "camera, mark1 to mark16, ldv, drive, stator, rotor, hub",
         ),
         ("mark17:lost", 1, "mark17 is no mark", "mark1 to mark16"),
         ("drive", 6, "drive lacks how it fails", "drive:weak:PART, drive:dead[:b|:c], drive:swapped"),
@@ -51,7 +59,8 @@ fn exact_refusals_name_word_column_and_what_is_possible() {
             "camera:lots@1..2",
             8,
             "lots is no fault of camera",
-            "camera:lost, camera:stuck, camera:zeros, camera:offset[:DEG]",
+            "camera:lost, camera:stuck, camera:zeros, camera:offset[:DEG], camera:intermittent:PART, \
+             camera:outliers:PART, camera:delayed:S",
         ),
         (
             "mark2:lots",
@@ -135,6 +144,8 @@ fn dual_keys_and_words_agree() {
         ("fault.drift_percent=-1 fault.drift_s=2 fault.from_s=1", "stator:drift:-1@1..3"),
         ("fault.drift_percent=-1 fault.from_s=1", "stator:drift:-1@1"),
         ("fault.jolt_rad_s=2 fault.from_s=1", "rotor:jolt:2@1"),
+        ("fault.rotor=stuck fault.from_s=1", "rotor:stuck@1"),
+        ("fault.hub_friction=0.8 fault.from_s=1", "hub:rub:0.8@1"),
     ] {
         let (mut by_keys, mut by_word) = (Scene::default(), Scene::default());
         for set in keys.split(' ') {
@@ -174,8 +185,9 @@ fn any_fault() -> impl Strategy<Value = Fault> {
             let word = WORDS[index];
             // Within the bounds of every key.
             let number = match word.what {
-                "weak" => number.abs() / 5.0,
+                "weak" | "intermittent" | "outliers" | "delayed" | "rub" => number.abs() / 5.0,
                 "false" => 1e-3 * number,
+                "offset" if word.thing == "ldv" => number / 5.0,
                 _ => number,
             };
             (word.kind)(words::FaultArgument { number, mode, mark })
@@ -203,7 +215,7 @@ proptest! {
     /// Any text is a fault that ends after it begins, or is refused at a column within it.
     #[test]
     fn law_any_text_is_a_fault_or_refused(
-        text in "\\PC{0,40}|(camera|ldv|drive|rotor|mark[0-9]{0,3}):[a-z]{0,6}(:[-0-9.e]{0,5})?(@[0-9.e-]{0,8})?",
+        text in "\\PC{0,40}|(camera|ldv|drive|rotor|hub|mark[0-9]{0,3}):[a-z]{0,6}(:[-0-9.e]{0,5})?(@[0-9.e-]{0,8})?",
     ) {
         match text.parse::<Fault>() {
             Ok(fault) => {

@@ -66,8 +66,8 @@ const fn optional(key: &'static str) -> FaultValue {
 }
 
 /// All words.
-pub const WORDS: [FaultWord; 18] = {
-    use FaultKind::{Camera, Drift, Drive, Jolt, Mark, Vibrometer};
+pub const WORDS: [FaultWord; 26] = {
+    use FaultKind::{Camera, Drift, Drive, Jolt, Mark, Rub, Stuck, Vibrometer};
     use FaultValue::{Mode, None};
     [
         word("camera", ("lost", "off"), None, "no frames", |_| Camera(CameraFault::Lost)),
@@ -79,6 +79,27 @@ pub const WORDS: [FaultWord; 18] = {
             optional("camera.fault_offset_deg"),
             "another feature, this many degrees further",
             |value| Camera(CameraFault::Offset(value.number)),
+        ),
+        word(
+            "camera",
+            ("intermittent", ""),
+            given("camera.drop_probability"),
+            "each frame is lost with this probability",
+            |value| Camera(CameraFault::Intermittent(value.number)),
+        ),
+        word(
+            "camera",
+            ("outliers", "garbage"),
+            given("camera.outlier_probability"),
+            "each frame is an outlier with this probability",
+            |value| Camera(CameraFault::Outliers(value.number)),
+        ),
+        word(
+            "camera",
+            ("delayed", ""),
+            given("camera.latency_s"),
+            "frames arrive this much later",
+            |value| Camera(CameraFault::Delayed(value.number)),
         ),
         word("mark", ("lost", "off"), None, "the mark is not found", |at| Mark(at.mark, MarkFault::Lost)),
         word("mark", ("stuck", ""), None, "the mark stays where it was in the picture", |at| {
@@ -100,6 +121,23 @@ pub const WORDS: [FaultWord; 18] = {
         word("ldv", ("inverted", "wrong"), None, "the wrong sign", |_| Vibrometer(VibrometerFault::Inverted)),
         word("ldv", ("not_a_number", "garbage"), None, "no numbers", |_| {
             Vibrometer(VibrometerFault::NotANumber)
+        }),
+        word(
+            "ldv",
+            ("intermittent", ""),
+            given("ldv.drop_probability"),
+            "each sample is lost with this probability",
+            |value| Vibrometer(VibrometerFault::Intermittent(value.number)),
+        ),
+        word(
+            "ldv",
+            ("outliers", ""),
+            given("ldv.outlier_probability"),
+            "each sample is an outlier with this probability",
+            |value| Vibrometer(VibrometerFault::Outliers(value.number)),
+        ),
+        word("ldv", ("offset", ""), given("ldv.bias_m_s"), "this much more", |value| {
+            Vibrometer(VibrometerFault::Offset(value.number))
         }),
         word(
             "drive",
@@ -128,6 +166,14 @@ pub const WORDS: [FaultWord; 18] = {
             "change of the rotor's rate, at one time",
             |value| Jolt(value.number),
         ),
+        word("rotor", ("stuck", ""), None, "the rotor does not turn", |_| Stuck),
+        word(
+            "hub",
+            ("rub", ""),
+            given("fault.hub_friction"),
+            "the hub rubs with this coefficient of friction; of a rotor that shifts on its pin",
+            |value| Rub(value.number),
+        ),
     ]
 };
 
@@ -148,11 +194,17 @@ pub(super) fn spelled(kind: FaultKind) -> (String, &'static str, Option<String>)
         FaultKind::Camera(CameraFault::Stuck) => ("camera", "stuck", None),
         FaultKind::Camera(CameraFault::Zeros) => ("camera", "zeros", None),
         FaultKind::Camera(CameraFault::Offset(degrees)) => ("camera", "offset", number(degrees)),
+        FaultKind::Camera(CameraFault::Intermittent(part)) => ("camera", "intermittent", number(part)),
+        FaultKind::Camera(CameraFault::Outliers(part)) => ("camera", "outliers", number(part)),
+        FaultKind::Camera(CameraFault::Delayed(by_s)) => ("camera", "delayed", number(by_s)),
         FaultKind::Vibrometer(VibrometerFault::Lost) => ("ldv", "lost", None),
         FaultKind::Vibrometer(VibrometerFault::Stuck) => ("ldv", "stuck", None),
         FaultKind::Vibrometer(VibrometerFault::Zeros) => ("ldv", "zeros", None),
         FaultKind::Vibrometer(VibrometerFault::Inverted) => ("ldv", "inverted", None),
         FaultKind::Vibrometer(VibrometerFault::NotANumber) => ("ldv", "not_a_number", None),
+        FaultKind::Vibrometer(VibrometerFault::Intermittent(part)) => ("ldv", "intermittent", number(part)),
+        FaultKind::Vibrometer(VibrometerFault::Outliers(part)) => ("ldv", "outliers", number(part)),
+        FaultKind::Vibrometer(VibrometerFault::Offset(by_m_s)) => ("ldv", "offset", number(by_m_s)),
         FaultKind::Drive(DriveFault::Weak(gain)) => ("drive", "weak", number(gain)),
         FaultKind::Drive(DriveFault::Dead(None)) => ("drive", "dead", None),
         FaultKind::Drive(DriveFault::Dead(Some(DriveMode::B))) => ("drive", "dead", Some("b".to_owned())),
@@ -160,11 +212,25 @@ pub(super) fn spelled(kind: FaultKind) -> (String, &'static str, Option<String>)
         FaultKind::Drive(DriveFault::Swapped) => ("drive", "swapped", None),
         FaultKind::Drift(percent) => ("stator", "drift", number(percent)),
         FaultKind::Jolt(rad_s) => ("rotor", "jolt", number(rad_s)),
+        FaultKind::Stuck => ("rotor", "stuck", None),
+        FaultKind::Rub(friction) => ("hub", "rub", number(friction)),
     };
     (thing.to_owned(), what, value)
 }
 
 impl FaultWord {
+    /// Whether it concerns the hub, which only a rotor that shifts on its pin has.
+    #[must_use]
+    pub fn needs_a_hub(&self) -> bool {
+        self.thing == "hub"
+    }
+
+    /// Whether its number is a part or a coefficient, which has no unit.
+    #[must_use]
+    pub fn has_no_unit(&self) -> bool {
+        matches!(self.value, FaultValue::Number { key, .. } if crate::scene::setting::find(key).unit.is_empty())
+    }
+
     /// Whether it happens at one time, and not during some.
     #[must_use]
     pub fn is_instant(&self) -> bool {

@@ -53,4 +53,16 @@ pub const SETTINGS: &[Setting] = &[
         kind: Kind::Number { default: 0.0, min: -100.0, max: 100.0 },
         meaning: "change of the rotor's rate by a jolt",
     },
+    Setting {
+        key: "fault.rotor",
+        unit: "",
+        kind: Kind::Choice { default: "free", of: &["free", "stuck"] },
+        meaning: "free, or stuck: the rotor does not turn",
+    },
+    Setting {
+        key: "fault.hub_friction",
+        unit: "",
+        kind: Kind::Number { default: 0.0, min: 0.0, max: 2.0 },
+        meaning: "friction of a hub that begins to rub, of a rotor that shifts on its pin; 0 for its own",
+    },
 ];

@@ -2,9 +2,9 @@
 //!
 //! ```text
 //! how many    one in 7 of 10 runs, two in the others
-//! which       each word of the scene's faults equally often
-//! how severe  a part uniform in its bounds; else the magnitude log-uniform over the three decades below its largest,
-//!             either sign where both are allowed
+//! which       each word that the rotor can have, equally often: hub:rub only of one that shifts on its pin
+//! how severe  a part or a coefficient uniform in its bounds; else the magnitude log-uniform over the three decades
+//!             below its largest, either sign where both are allowed
 //! from when   uniform from the start to the time that the move is expected to take
 //! until when  half of them stay; of the others the length is log-uniform from 1 ms to 1 s
 //! ```
@@ -46,16 +46,27 @@ impl Draw {
     }
 }
 
-/// The words of the faults in the run that `seed` names, with a camera that tracks `marks` marks and a move that is
-/// expected to take `expected_s`. A scene takes them as they are.
-pub(super) fn words(seed: u64, marks: u64, expected_s: f64) -> Vec<String> {
-    let mut draw = Draw(stream(seed, RandomSource::FaultDraw));
-    let count = if draw.unit() < TWO { 2 } else { 1 };
-    (0..count).map(|_| word(&mut draw, marks, expected_s)).collect()
+/// What a run has that bears on its faults.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Faulty {
+    /// Marks that its camera tracks.
+    pub marks: u64,
+    /// Whether its rotor shifts on a pin.
+    pub has_hub: bool,
+    /// Time that its move is expected to take.
+    pub expected_s: f64,
 }
 
-fn word(draw: &mut Draw, marks: u64, expected_s: f64) -> String {
-    let word = &WORDS[draw.place(WORDS.len())];
+/// The words of the faults in the run that `seed` names. A scene takes them as they are.
+pub(super) fn words(seed: u64, of: Faulty) -> Vec<String> {
+    let mut draw = Draw(stream(seed, RandomSource::FaultDraw));
+    let count = if draw.unit() < TWO { 2 } else { 1 };
+    (0..count).map(|_| word(&mut draw, of)).collect()
+}
+
+fn word(draw: &mut Draw, Faulty { marks, has_hub, expected_s }: Faulty) -> String {
+    let possible: Vec<&FaultWord> = WORDS.iter().filter(|word| has_hub || !word.needs_a_hub()).collect();
+    let word = possible[draw.place(possible.len())];
     let mark = 1 + draw.place(usize::try_from(marks).unwrap_or(1));
     let thing = if word.thing == "mark" { format!("mark{mark}") } else { word.thing.to_owned() };
     let value = value(draw, word);
@@ -83,8 +94,8 @@ fn value(draw: &mut Draw, word: &FaultWord) -> String {
         FaultValue::Number { .. } => {
             let Some((min, max)) = word.bounds() else { return String::new() };
             let negative = min < 0.0 && draw.unit() < 0.5;
-            let severity = if max <= 1.0 && min >= 0.0 {
-                (1e3 * draw.unit()).round() / 1e3
+            let severity = if word.has_no_unit() {
+                min + (max - min) * (1e3 * draw.unit()).round() / 1e3
             } else {
                 three_digits(draw.magnitude(max))
             };
@@ -105,14 +116,16 @@ mod tests {
     use super::*;
     use crate::scene::faults::Fault;
 
-    /// Of 5,000 runs: every word is taken by a scene, each comes as often as the others to four standard deviations,
-    /// and half of the faults with a length stay.
+    const TILTING: Faulty = Faulty { marks: 2, has_hub: true, expected_s: 1.5 };
+
+    /// Of 5,000 runs of a rotor with a hub: every word is taken by a scene, each comes as often as the others to four
+    /// standard deviations, and half of the faults with a length stay.
     #[test]
     fn law_words_are_drawn_as_stated() {
         let mut counts: BTreeMap<(&str, &str), u32> = BTreeMap::new();
         let (mut faults, mut lasting, mut stay, mut two) = (0_u32, 0_u32, 0_u32, 0_u32);
         for seed in 0..5000 {
-            let words = words(seed, 2, 1.5);
+            let words = words(seed, TILTING);
             two += u32::from(words.len() == 2);
             for word in words {
                 let fault: Fault = word.parse().unwrap_or_else(|error| panic!("{error}"));
@@ -138,7 +151,7 @@ mod tests {
         };
         assert_eq!(counts.len(), WORDS.len());
         for (word, count) in counts {
-            assert!(near(count, faults, 1.0 / 18.0), "{word:?} {count} of {faults}");
+            assert!(near(count, faults, 1.0 / 26.0), "{word:?} {count} of {faults}");
         }
         assert!(near(stay, lasting, 0.5), "{stay} of {lasting}");
         assert!(near(two, 5000, TWO), "{two}");
@@ -147,7 +160,9 @@ mod tests {
     /// The same run has the same faults.
     #[test]
     fn exact_a_seed_names_its_faults() {
-        assert_eq!(words(7, 2, 1.0), words(7, 2, 1.0));
-        assert_ne!(words(7, 2, 1.0), words(8, 2, 1.0));
+        assert_eq!(words(7, TILTING), words(7, TILTING));
+        assert_ne!(words(7, TILTING), words(8, TILTING));
+        let level = Faulty { has_hub: false, ..TILTING };
+        assert!((0..500).flat_map(|seed| words(seed, level)).all(|word| !word.starts_with("hub")));
     }
 }

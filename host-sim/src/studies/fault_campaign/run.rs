@@ -7,21 +7,19 @@ use estimator::{Estimate, Health};
 use motor_model::{Angle, Time};
 use serde::{Deserialize, Serialize};
 
-use super::draw;
+use super::draw::{self, Faulty};
 use crate::runs::RunError;
 use crate::runs::filter::FILTERS;
 use crate::runs::position::{self, MoveEnding};
 use crate::runs::stated_errors::is_falsely_valid;
-use crate::scene::{Origin, Scene};
+use crate::scene::{Origin, RotorModel, Scene};
 use crate::studies::beside::BesideScene;
 use crate::studies::positioning_trials::target;
 
-/// Tolerance asked for, in degrees.
-const TOLERANCE_DEG: &str = "0.001";
-/// Time after which a move is given up, in s.
-const DEADLINE_S: &str = "10";
-/// Time for which a target is held before the error counts, in s.
-const HOLD_S: &str = "0.1";
+/// What every move is asked: tolerance in degrees, time after which it is given up and time for which a target is held
+/// before the error counts, in s.
+pub(super) const OF_EVERY_MOVE: [(&str, &str); 3] =
+    [("position.tolerance_deg", "0.001"), ("position.deadline_s", "10"), ("position.hold_s", "0.1")];
 
 /// A run, as it is written and read.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -65,16 +63,17 @@ pub(super) fn made(number: u64, of: &BesideScene) -> Result<FaultRun, RunError> 
     let seed = scene.seed();
     let (_, target_deg) = target(seed);
     let filter = filter_of(seed);
-    for (key, value) in [
-        ("estimator.filter", filter),
-        ("position.to_deg", &target_deg.to_string()),
-        ("position.tolerance_deg", TOLERANCE_DEG),
-        ("position.deadline_s", DEADLINE_S),
-        ("position.hold_s", HOLD_S),
-    ] {
+    let to_deg = target_deg.to_string();
+    let own = [("estimator.filter", filter), ("position.to_deg", to_deg.as_str())];
+    for (key, value) in own.into_iter().chain(OF_EVERY_MOVE) {
         scene.set(key, value)?;
     }
-    let words = draw::words(seed, scene.integer("camera.marks"), position::plan(&scene)?.expected_s);
+    let faulty = Faulty {
+        marks: scene.integer("camera.marks"),
+        has_hub: RotorModel::of(&scene)?.has_hub(),
+        expected_s: position::plan(&scene)?.expected_s,
+    };
+    let words = draw::words(seed, faulty);
     for word in &words {
         scene.add_fault(word, &|_| Ok(()), Origin::Program)?;
     }

@@ -3,6 +3,7 @@
 use serde_json::json;
 use textwrap::{Options, WordSplitter};
 
+use super::run::OF_EVERY_MOVE;
 use super::summary::RUNAWAY_DEG;
 use super::{FaultCampaign, FaultRun, FaultSummary};
 use crate::report::document::{Block, Document, Table};
@@ -50,11 +51,14 @@ impl FaultRun {
             format!(" --scene {}", self.scene.replace(' ', "_"))
         };
         let faults: Vec<String> = self.faults.split(' ').map(|word| format!(" --fault {word}")).collect();
+        let of_every: Vec<String> =
+            OF_EVERY_MOVE.iter().map(|(key, value)| format!(" --set {key}={value}")).collect();
         format!(
-            "host-sim position{scene} --seed {} --to {} --set estimator.filter={} --set position.deadline_s=10{}",
+            "host-sim position{scene} --seed {} --to {} --set estimator.filter={}{}{}",
             self.seed,
             self.target_deg,
             self.filter,
+            of_every.concat(),
             faults.concat()
         )
     }

@@ -25,6 +25,7 @@
 //! | late frame | it arrives 1 to `camera.late_frames` frames later, all as likely, and later frames overtake it |
 //! | loss | frames exposed within the outage do not exist |
 //! | fault, from one time to another | frames show the last picture, angle zero, or a constant more than the angle |
+//! | fault by chance, from one time to another | frames are lost, outliers, or late by a constant |
 //! | fault of a mark, from one time to another | a mark is not found, stuck, false or exchanged: [`marks`] |
 
 mod delivery;
@@ -37,7 +38,7 @@ use motor_model::{Angle, Time, math};
 use rand_distr::{Distribution, StandardNormal};
 use rand_pcg::Pcg64;
 
-use super::FaultTimes;
+use super::{FaultChances, FaultTimes};
 use crate::math::count::real;
 use crate::math::random_streams::{self, RandomFault, RandomSource};
 use crate::scene::Scene;
@@ -67,6 +68,8 @@ pub struct Camera {
     exposure: Exposure,
     outlier: RandomFault,
     outlier_m: f64,
+    /// Outliers of faults.
+    faulty: FaultChances,
     stamp_jitter_nanos: f64,
     stamps: Pcg64,
     delivery: Delivery,
@@ -102,11 +105,15 @@ impl Camera {
                 scene.number("camera.outlier_burst_frames"),
             ),
             outlier_m: scene.number("camera.outlier_m"),
+            faulty: FaultChances::of(scene, RandomSource::CameraFaultOutlier, |kind| match kind {
+                FaultKind::Camera(CameraFault::Outliers(probability)) => Some(probability),
+                _ => None,
+            }),
             stamp_jitter_nanos: 1e9 * scene.number("camera.stamp_jitter_s"),
             stamps: random_streams::stream(seed, RandomSource::CameraStamp),
             delivery: Delivery::new(scene, rate),
             faults: FaultTimes::of(scene, |kind| match kind {
-                FaultKind::Camera(fault) if fault != CameraFault::Lost => Some(fault),
+                FaultKind::Camera(fault) => shows_wrongly(fault).then_some(fault),
                 _ => None,
             }),
             picture: (Angle::ZERO, CameraFrame::ALL_MARKS),
@@ -178,7 +185,7 @@ impl Camera {
             return self.seen_by_marks(now, shown);
         }
         let noise: f64 = StandardNormal.sample(&mut self.noise);
-        let outlier = self.outlier.occurs().map_or(0.0, |rng| StandardNormal.sample(rng));
+        let outlier = self.outlier(now);
         let angle_rad = shown.angle.wrapped().radians_since::<f64>(Angle::ZERO);
         let arc_m = self.radius_m * angle_rad
             - self.radius_m * self.change_of_direction(angle_rad, &shown.pose)
@@ -190,6 +197,13 @@ impl Camera {
             arc_m
         };
         Some((Angle::from_degrees((seen_m / self.radius_m).to_degrees()).wrapped(), 1))
+    }
+
+    /// Error of an outlier, in standard deviations; 0 of any other frame.
+    fn outlier(&mut self, now: Time) -> f64 {
+        let error = |rng: Option<&mut Pcg64>| rng.map_or(0.0, |rng| StandardNormal.sample(rng));
+        let by_chance: f64 = error(self.outlier.occurs());
+        by_chance + error(self.faulty.occurs(now))
     }
 
     /// By how much shift and tilt turn the direction of a single mark as seen from the axis, in rad, counter-clockwise.
@@ -204,7 +218,7 @@ impl Camera {
 
     /// The same of two marks or more.
     fn seen_by_marks(&mut self, now: Time, Shown { angle, pose }: Shown) -> Option<(Angle, u8)> {
-        let outlier: f64 = self.outlier.occurs().map_or(0.0, |rng| StandardNormal.sample(rng));
+        let outlier = self.outlier(now);
         let off = Angle::from_degrees((self.outlier_m * outlier / self.radius_m).to_degrees());
         self.marked = self.marks.as_mut()?.picture(now, angle.plus(off), &pose, &mut self.noise);
         self.marked.map(|marked| (marked.angle, marked.marks_used))
@@ -219,7 +233,8 @@ impl Camera {
             Some(CameraFault::Offset(further_deg)) => seen.map(|(angle, marks_used)| {
                 (angle.plus(Angle::from_degrees(further_deg)).wrapped(), marks_used)
             }),
-            Some(CameraFault::Lost) | None => {
+            // The others show nothing wrong.
+            _ => {
                 self.picture = seen.unwrap_or(self.picture);
                 seen
             }
@@ -252,6 +267,11 @@ impl Camera {
     pub fn delivered(&mut self, now: Time) -> Option<DeliveredFrame> {
         self.delivery.arrived(now)
     }
+}
+
+/// Whether a camera with this fault shows another picture than its own.
+fn shows_wrongly(fault: CameraFault) -> bool {
+    matches!(fault, CameraFault::Stuck | CameraFault::Zeros | CameraFault::Offset(_))
 }
 
 #[cfg(test)]

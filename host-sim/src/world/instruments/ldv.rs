@@ -20,7 +20,8 @@
 //! | outlier, drop-out | of the speckle: a Gaussian error; a sample that does not exist |
 //! | saturation | the range clamps the sample |
 //! | loss | samples within the outage do not exist |
-//! | fault, from one time to another | the last value again, zeros, the wrong sign, or no number |
+//! | fault, from one time to another | the last value again, zeros, the wrong sign, no number, or a constant more |
+//! | fault by chance, from one time to another | samples are lost, or outliers |
 
 use std::collections::VecDeque;
 
@@ -29,7 +30,7 @@ use motor_model::{Time, math};
 use rand_distr::{Distribution, StandardNormal};
 use rand_pcg::Pcg64;
 
-use super::FaultTimes;
+use super::{FaultChances, FaultTimes};
 use crate::math::random_streams::{self, RandomFault, RandomSource};
 use crate::scene::Scene;
 use crate::scene::faults::{FaultKind, VibrometerFault};
@@ -60,6 +61,11 @@ pub struct Ldv {
     gain: f64,
     bias_m_s: f64,
     faults: FaultTimes<VibrometerFault>,
+    intermittent: FaultChances,
+    /// Outliers of faults.
+    faulty: FaultChances,
+    /// Offsets in m/s.
+    offsets: FaultTimes<f64>,
     /// The last value without a fault.
     shown_m_s: f32,
     unread: VecDeque<LdvSample>,
@@ -97,7 +103,19 @@ impl Ldv {
             gain: 1.0 + scene.number("ldv.gain_error"),
             bias_m_s: scene.number("ldv.bias_m_s"),
             faults: FaultTimes::of(scene, |kind| match kind {
-                FaultKind::Vibrometer(fault) => Some(fault),
+                FaultKind::Vibrometer(fault) => (!is_additional(fault)).then_some(fault),
+                _ => None,
+            }),
+            intermittent: FaultChances::of(scene, RandomSource::LdvFaultLoss, |kind| match kind {
+                FaultKind::Vibrometer(VibrometerFault::Intermittent(probability)) => Some(probability),
+                _ => None,
+            }),
+            faulty: FaultChances::of(scene, RandomSource::LdvFaultOutlier, |kind| match kind {
+                FaultKind::Vibrometer(VibrometerFault::Outliers(probability)) => Some(probability),
+                _ => None,
+            }),
+            offsets: FaultTimes::of(scene, |kind| match kind {
+                FaultKind::Vibrometer(VibrometerFault::Offset(by_m_s)) => Some(by_m_s),
                 _ => None,
             }),
             shown_m_s: 0.0,
@@ -112,8 +130,8 @@ impl Ldv {
             Some(VibrometerFault::Zeros) => 0.0,
             Some(VibrometerFault::Inverted) => -velocity_m_s,
             Some(VibrometerFault::NotANumber) => f32::NAN,
-            // A lost sample is never asked for.
-            Some(VibrometerFault::Lost) | None => {
+            // A lost sample is never asked for; the others are in the value.
+            _ => {
                 self.shown_m_s = velocity_m_s;
                 velocity_m_s
             }
@@ -138,12 +156,14 @@ impl Ldv {
     /// Takes a sample.
     pub fn sample(&mut self, now: Time, velocity_m_s: f64) {
         let noise: f64 = StandardNormal.sample(&mut self.noise);
-        let outlier = self.outlier.occurs().map_or(0.0, |rng| StandardNormal.sample(rng));
-        if self.drop.occurs().is_some() || self.faults.any(now, VibrometerFault::Lost) {
+        let outlier = self.outlier(now);
+        let [dropped, missed] = [self.drop.occurs().is_some(), self.intermittent.occurs(now).is_some()];
+        if dropped || missed || self.faults.any(now, VibrometerFault::Lost) {
             return;
         }
+        let offset_m_s = self.bias_m_s + self.offsets.all(now).sum::<f64>();
         let shown_m_s =
-            self.gain * velocity_m_s + self.bias_m_s + self.noise_m_s * noise + self.outlier_m_s * outlier;
+            self.gain * velocity_m_s + offset_m_s + self.noise_m_s * noise + self.outlier_m_s * outlier;
         let shown_m_s = if self.resolution_m_s > 0.0 {
             self.resolution_m_s * (shown_m_s / self.resolution_m_s).round()
         } else {
@@ -155,10 +175,23 @@ impl Ldv {
         self.unread.push_back(LdvSample { taken_at: now, velocity_m_s });
     }
 
+    /// Error of an outlier, in standard deviations; 0 of any other sample.
+    fn outlier(&mut self, now: Time) -> f64 {
+        let error = |rng: Option<&mut Pcg64>| rng.map_or(0.0, |rng| StandardNormal.sample(rng));
+        let by_chance: f64 = error(self.outlier.occurs());
+        by_chance + error(self.faulty.occurs(now))
+    }
+
     /// The oldest sample not yet read.
     pub fn read(&mut self) -> Option<LdvSample> {
         self.unread.pop_front()
     }
+}
+
+/// Whether a sample with this fault is its own value, if it comes, and something more.
+fn is_additional(fault: VibrometerFault) -> bool {
+    use VibrometerFault::{Intermittent, Offset, Outliers};
+    matches!(fault, Intermittent(_) | Outliers(_) | Offset(_))
 }
 
 #[cfg(test)]

@@ -95,6 +95,14 @@ impl HeightOnlyPlant {
         !self.motor.step(&mut self.state, command).is_empty()
     }
 
+    /// See [`super::Plant::step_stuck`].
+    pub(super) fn step_stuck(&mut self, command: DriveCommand) -> bool {
+        let angle = self.state.rotor.angle;
+        let met = self.step(command);
+        (self.state.rotor.angle, self.state.rotor.rate_rad_s) = (angle, 0.0);
+        met
+    }
+
     pub(super) fn jolt(&mut self, rate_rad_s: f64) {
         self.state.rotor.rate_rad_s += rate_rad_s;
     }

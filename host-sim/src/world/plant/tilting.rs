@@ -24,6 +24,8 @@ pub(super) struct TiltingPlant {
     freedom: Freedom,
     variation: TiltingVariation,
     state: TiltingState<f64>,
+    /// Friction of the hub without a fault.
+    own_hub_friction: f64,
     /// Solid angle that the rotor's axis has swept, counter-clockwise, in rad.
     swept_rad: f64,
 }
@@ -43,6 +45,7 @@ impl TiltingPlant {
             freedom,
             variation,
             state: TiltingState::default(),
+            own_hub_friction: tilting.get(TiltingParameter::HubFriction),
             swept_rad: 0.0,
         })
     }
@@ -70,6 +73,31 @@ impl TiltingPlant {
         let met = !self.motor.step(&mut self.state, command).is_empty();
         self.swept_rad += solid_angle(before.into(), self.state.tilt.slope.into());
         met
+    }
+
+    /// See [`super::Plant::step_stuck`].
+    pub(super) fn step_stuck(&mut self, command: DriveCommand) -> bool {
+        let angle = self.state.rotor.angle;
+        let met = self.step(command);
+        (self.state.rotor.angle, self.state.rotor.rate_rad_s) = (angle, 0.0);
+        met
+    }
+
+    /// Whether the rotor shifts on a pin.
+    pub(super) fn has_hub(&self) -> bool {
+        self.freedom == Freedom::Full
+    }
+
+    /// See [`super::Plant::rub`].
+    pub(super) fn rub(
+        &mut self,
+        friction: Option<f64>,
+        params: &MotorParams,
+        setup: &PlantSetup,
+    ) -> Result<(), SceneError> {
+        let own = self.own_hub_friction;
+        self.tilting = self.tilting.with(TiltingParameter::HubFriction, friction.unwrap_or(own))?;
+        self.rebuild(params, setup)
     }
 
     /// Radial clearance between hole and pin.

@@ -129,3 +129,39 @@ fn exact_a_step_that_does_not_divide_a_tick_is_refused() {
     assert!(line.contains("plant.step_s = 3e-6 s does not divide the period of the loop"), "{line}");
     assert_eq!([(1e-5, 1), (5e-6, 2), (2e-6, 5), (1e-6, 10)].map(|(s, n)| rest_steps(s, n)), [1, 1, 1, 5]);
 }
+
+/// A rotor that sticks does not turn, and goes up and down as before; before and after it turns.
+#[test]
+fn law_a_stuck_rotor_does_not_turn() {
+    for rotor in ["height_only", "tilting"] {
+        let rig = rig(&[&format!("plant.rotor={rotor}"), "faults=rotor:stuck@0.02..0.03"]);
+        let record = run(rig, DriveCommand::full(DriveMode::C), 6000);
+        let turned =
+            |from: usize, to: usize| record.steps[to].0.minus(record.steps[from].0).units().unsigned_abs();
+        // What a tilting rotor's axis sweeps is seen as an angle: at most its tilt squared, of a milliradian or two.
+        let swept = if rotor == "tilting" { 4_294_967_296_u64 / 1_000_000 } else { 0 };
+        let still = (20_000..30_000).map(|step| turned(20_000, step)).max();
+        assert!(still.is_some_and(|units| units <= swept), "{rotor}: {still:?}");
+        assert!(turned(0, 20_000) > 100 * swept.max(1000) && turned(30_000, 60_000) > 100 * swept.max(1000));
+        let fastest = record.steps[20_000..30_000].iter().map(|(_, v)| v.abs()).fold(0.0, f64::max);
+        assert!(fastest > 1e-3, "{rotor}: {fastest}");
+    }
+}
+
+/// A tight hub that rubs changes the motion from then on, and not before; a rotor without a hub has no such fault.
+#[test]
+fn law_a_hub_rubs_from_its_time_on() {
+    let tilting = |fault: &str| {
+        let tight = "plant.motor.hub.clearance_m=2e-6";
+        let rig = rig(&["plant.rotor=tilting", tight, &format!("faults={fault}")]);
+        run(rig, DriveCommand::full(DriveMode::B), 10_000).steps
+    };
+    let (smooth, rough) = (tilting(""), tilting("hub:rub:2@0.05..0.06"));
+    assert!(smooth[..50_000] == rough[..50_000]);
+    assert!(smooth[50_000..] != rough[50_000..]);
+    for rotor in ["height_only", "tilting_without_shift"] {
+        let sets = [format!("plant.rotor={rotor}"), "faults=hub:rub:2".to_owned()];
+        let refused = Rig::new(&Scene::load(None, &sets).unwrap()).unwrap_err().one_line();
+        assert!(refused.contains("hub:rub") && refused.contains("plant.rotor=tilting has one"), "{refused}");
+    }
+}

@@ -12,7 +12,7 @@ use crate::math::random_streams::{RandomFault, RandomSource};
 use crate::scene::Scene;
 use crate::scene::faults::{CameraFault, FaultKind};
 use crate::world::event_clock::EventRate;
-use crate::world::instruments::FaultTimes;
+use crate::world::instruments::{FaultChances, FaultTimes};
 
 /// A frame as it is delivered.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -34,6 +34,9 @@ pub(super) struct Delivery {
     /// Most periods that a late frame comes late.
     late_frames: u64,
     outages: FaultTimes<()>,
+    intermittent: FaultChances,
+    /// Delays in ns.
+    delays: FaultTimes<u64>,
     /// Time of arrival and frame, in order of arrival.
     on_the_way: VecDeque<(Time, DeliveredFrame)>,
 }
@@ -53,6 +56,14 @@ impl Delivery {
             outages: FaultTimes::of(scene, |kind| {
                 (kind == FaultKind::Camera(CameraFault::Lost)).then_some(())
             }),
+            intermittent: FaultChances::of(scene, RandomSource::CameraFaultLoss, |kind| match kind {
+                FaultKind::Camera(CameraFault::Intermittent(probability)) => Some(probability),
+                _ => None,
+            }),
+            delays: FaultTimes::of(scene, |kind| match kind {
+                FaultKind::Camera(CameraFault::Delayed(by_s)) => Some(nanos(by_s)),
+                _ => None,
+            }),
             on_the_way: VecDeque::new(),
         }
     }
@@ -64,8 +75,10 @@ impl Delivery {
         let twice = self.duplicate.occurs().is_some();
         let most = self.late_frames;
         let late_frames = self.late.occurs().map_or(0, |rng| whole_up_to(most, rng));
-        let Some(frame) = frame.filter(|_| !dropped && !self.outages.cover(now)) else { return };
-        let arrives_at = now.plus_nanos(self.latency_nanos + late_frames * self.period_nanos);
+        let missed = self.intermittent.occurs(now).is_some();
+        let Some(frame) = frame.filter(|_| !dropped && !missed && !self.outages.cover(now)) else { return };
+        let delay_nanos: u64 = self.delays.all(now).sum();
+        let arrives_at = now.plus_nanos(self.latency_nanos + late_frames * self.period_nanos + delay_nanos);
         let place = self.on_the_way.partition_point(|(earlier, _)| *earlier <= arrives_at);
         for _ in 0..=u8::from(twice) {
             self.on_the_way.insert(place, (arrives_at, frame));
@@ -80,6 +93,11 @@ impl Delivery {
             frame
         })
     }
+}
+
+#[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "within 0 to 1 s")]
+fn nanos(seconds: f64) -> u64 {
+    (1e9 * seconds).round() as u64
 }
 
 /// A whole number from 1 to `most`.

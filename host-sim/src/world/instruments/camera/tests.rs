@@ -304,3 +304,49 @@ fn law_faults_do_not_shift_the_noise() {
         assert!(same.count() * 100 >= 95 * disturbed.len(), "{set}");
     }
 }
+
+/// Within its time a camera loses half of its frames, or delivers them 5 ms later with the stamps that they have; the
+/// frames that come are those without a fault.
+#[test]
+fn law_intermittent_and_delayed_frames() {
+    let good = delivered(&[], 20_000);
+    let half = delivered(&["faults=camera:intermittent:0.5@0.5..1.5"], 20_000);
+    let during = |frames: &[(u64, CameraFrame)]| {
+        frames
+            .iter()
+            .filter(|(_, frame)| (500_000..1_500_000).contains(&(frame.exposed_at.nanos() / 1000)))
+            .count()
+    };
+    // Of 10,000 draws the count is known to 50.
+    assert!(during(&good) == 10_000 && during(&half).abs_diff(5000) < 200, "{}", during(&half));
+    assert_eq!(good.len() - half.len(), during(&good) - during(&half));
+    assert!(half.iter().all(|frame| good.contains(frame)));
+    let late = delivered(&["faults=camera:delayed:5e-3@0.5..1.5"], 20_000);
+    let stamps = |frames: &[(u64, CameraFrame)]| {
+        let mut stamps = stamps_us(frames);
+        stamps.sort_unstable();
+        stamps
+    };
+    assert_eq!(stamps(&late), stamps(&good));
+    for (arrived_us, frame) in &late {
+        let stamp_us = frame.exposed_at.nanos() / 1000;
+        let delay_us = if (500_000..1_500_000).contains(&stamp_us) { 5000 } else { 0 };
+        assert_eq!(*arrived_us, stamp_us + 100 + delay_us);
+    }
+}
+
+/// A tenth of the frames within the time is wrong by as much as the scene's outliers are.
+#[test]
+fn law_outliers_of_a_fault_have_their_time_and_size() {
+    let good = delivered(&[], 20_000);
+    let faulty = delivered(&["faults=camera:outliers:0.1@1..", "camera.outlier_m=2e-4"], 20_000);
+    let off_m: Vec<f64> = (good.iter().zip(&faulty))
+        .map(|((_, good), (_, faulty))| 3.9e-3 * faulty.angle.minus(good.angle).degrees().to_radians())
+        .collect();
+    let wrong = off_m.iter().filter(|off| off.abs() > 0.0).count();
+    assert!(off_m[..10_000].iter().all(|off| off.abs() <= 0.0));
+    // 1,000 +- 30; those below the resolution of 2 um are not seen: less than one in a hundred.
+    assert!(wrong.abs_diff(1000) < 140, "{wrong}");
+    let mean_square = off_m.iter().map(|off| off * off).sum::<f64>() / 1e4;
+    assert!((mean_square / (0.1 * 4e-8) - 1.0).abs() < 0.25, "{mean_square}");
+}

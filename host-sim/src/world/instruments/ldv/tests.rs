@@ -137,3 +137,32 @@ fn exact_the_spot_shows_the_tilt_where_it_is() {
         assert!((shown / expected - 1.0).abs() < 1e-6, "{sets:?}: {shown} {expected}");
     }
 }
+
+/// Within its time a vibrometer loses a third of its samples, shows 10 mm/s more, or a tenth of outliers; before it
+/// none of them.
+#[test]
+fn law_faults_by_chance_and_an_offset_have_their_time() {
+    let exact = "ldv.noise_m_s=0";
+    let of = |fault: &str| shown(&[exact, &format!("faults={fault}"), "ldv.outlier_m_s=0.1"], 0.1, 40_000);
+    let later =
+        |samples: &[LdvSample]| samples.iter().filter(|s| s.taken_at >= Time::from_micros(100_000)).count();
+    let lost = of("ldv:intermittent:0.333@0.1..");
+    // Of 20,000 draws the count is known to 67.
+    assert!(lost.len() - later(&lost) == 20_000 && later(&lost).abs_diff(13_340) < 268, "{}", later(&lost));
+    for (n, sample) in of("ldv:offset:0.01@0.1.. ldv:offset:-0.03@0.15..").iter().enumerate() {
+        let expected = if n < 20_000 {
+            0.1
+        } else if n < 30_000 {
+            0.11
+        } else {
+            0.08
+        };
+        assert!((sample.velocity_m_s - expected).abs() < 1e-7, "{n}: {sample:?}");
+    }
+    let errors: Vec<f64> =
+        of("ldv:outliers:0.1@0.1..").iter().map(|s| f64::from(s.velocity_m_s) - 0.1).collect();
+    assert!(errors[..20_000].iter().all(|error| error.abs() < 1e-7));
+    let mean_square = errors.iter().map(|e| e * e).sum::<f64>() / 2e4;
+    // 2,000 outliers: their mean square is known to 3 %, their number to 2 %.
+    assert!((mean_square / (0.1 * 1e-2) - 1.0).abs() < 0.15, "{mean_square}");
+}

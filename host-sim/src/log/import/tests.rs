@@ -1,0 +1,216 @@
+//! Tables with what real ones have, against what a log should hold.
+
+use std::fs;
+use std::ops::ControlFlow;
+
+use motor_model::DriveMode;
+use tempfile::TempDir;
+
+use super::*;
+
+/// What arrived: time of the tick, frame, samples, drive.
+#[derive(Default)]
+struct Kept {
+    frames: Vec<(Time, CameraFrame)>,
+    samples: Vec<(Time, LdvSample)>,
+    drives: Vec<(Time, DriveCommand)>,
+    ticks: u64,
+}
+
+impl Observer for Kept {
+    fn observe(&mut self, record: &RunRecord) -> ControlFlow<()> {
+        self.ticks += 1;
+        assert_eq!(record.at, Time::from_nanos(self.ticks * TICK_NANOS), "every tick has its record");
+        self.frames.extend(record.camera_frame.map(|frame| (record.at, frame)));
+        self.samples.extend(record.ldv_samples.iter().map(|sample| (record.at, *sample)));
+        if self.drives.last().is_none_or(|(_, last)| *last != record.applied) {
+            self.drives.push((record.at, record.applied));
+        }
+        ControlFlow::Continue(())
+    }
+}
+
+fn table(folder: &TempDir, name: &str, text: &str) -> std::path::PathBuf {
+    let path = folder.path().join(name);
+    fs::write(&path, text).unwrap();
+    path
+}
+
+fn measured(path: std::path::PathBuf, time: &str, value: &str) -> MeasuredTable {
+    let column = |text: &str| text.parse::<ColumnName>().unwrap_or_else(|never| match never {});
+    MeasuredTable {
+        path,
+        time: column(time),
+        value: column(value),
+        scale: 1.0,
+        offset: 0.0,
+        clock: Clock::default(),
+    }
+}
+
+fn import(recording: &Recording) -> Result<(Kept, Imported, Scene), LogError> {
+    let mut kept = Kept::default();
+    let import = Import::new(recording, Scene::default())?;
+    let imported = import.run(&mut kept)?;
+    Ok((kept, imported, import.scene().clone()))
+}
+
+/// 1,000 frames a second of a rotor at 100 deg/s, in ms and milliradians, with a wrong sign and 5 degrees more.
+fn camera(folder: &TempDir, text: impl Fn(u32) -> String) -> MeasuredTable {
+    let rows: String = (0..100).map(text).collect();
+    measured(table(folder, "camera.csv", &format!("t_ms,phi_mrad\n{rows}")), "t_ms", "phi_mrad")
+}
+
+/// Units, sign, offset and clock: frame n is of n ms, at 0.1 n degrees.
+#[test]
+fn exact_values_and_times() {
+    let folder = TempDir::new().unwrap();
+    let clock = Clock { offset_s: 12.5, drift_ppm: 1000.0 };
+    let shown_ms = |n: u32| 1e3 * (12.5 + 1e-3 * f64::from(n) * 1.001);
+    let rows = |n: u32| {
+        let mrad = 1e3 * (-(0.1 * f64::from(n) - 5.0)).to_radians();
+        format!("{},{mrad}\n", shown_ms(n))
+    };
+    let camera = MeasuredTable { scale: -1.0, offset: 5.0, clock, ..camera(&folder, rows) };
+    let (kept, imported, scene) =
+        import(&Recording { camera: Some(camera), ..Recording::default() }).unwrap();
+    assert_eq!(kept.frames.len(), 100);
+    let tick_ms = 0.01;
+    for (n, (arrived, frame)) in (0_u32..).zip(&kept.frames) {
+        let at_ms = 1e3 * frame.exposed_at.seconds_since::<f64>(Time::ZERO);
+        assert!((at_ms - (f64::from(n) + tick_ms)).abs() < 1e-5, "{n}: {at_ms}");
+        // Units of 2^-32 turn are 8.4e-8 degrees.
+        assert!((frame.angle.degrees() - 0.1 * f64::from(n)).abs() < 1e-7, "{n}: {frame:?}");
+        // One frame of latency, to the end of a tick.
+        let late_ms = 1e3 * arrived.seconds_since::<f64>(frame.exposed_at);
+        assert!((1.0 - 1e-5..1.0 + tick_ms + 1e-5).contains(&late_ms), "{n}: {late_ms}");
+    }
+    assert!(
+        (scene.number("camera.frame_rate_hz") - 1000.0).abs() < 0.02,
+        "{}",
+        scene.number("camera.frame_rate_hz")
+    );
+    assert_eq!((scene.choice("ldv.installed"), scene.integer("camera.marks")), ("no", 1));
+    assert!((imported.start_s + 1e-5).abs() < 1e-8, "{}", imported.start_s);
+}
+
+/// Gaps, empty cells, NaN, rows twice, rows in the wrong order: left out and counted, the others are there.
+#[test]
+fn exact_what_cannot_be_used_is_counted() {
+    let folder = TempDir::new().unwrap();
+    let rows = |n: u32| match n {
+        10 => "10,\n".to_owned(),
+        11 => "11,NaN\n".to_owned(),
+        12 => ",3\n".to_owned(),
+        20 => "19,7\n".to_owned(),
+        21 => "18.5,7\n".to_owned(),
+        40..60 => String::new(),
+        n => format!("{n},{n}\r\n"),
+    };
+    let camera = camera(&folder, rows);
+    let (kept, imported, _) = import(&Recording { camera: Some(camera), ..Recording::default() }).unwrap();
+    let source = &imported.sources[0];
+    assert_eq!((source.rows, source.left_out.empty, source.left_out.out_of_order), (75, 3, 2));
+    assert_eq!(kept.frames.len(), 75);
+    assert!(
+        (source.longest_gap_s - 0.021).abs() < 1e-9 && (source.gap_from_s - 0.03901).abs() < 1e-9,
+        "{source:?}"
+    );
+    assert!(imported.duration_s < 0.102, "{imported:?}");
+}
+
+/// Semicolons, decimal commas, a byte-order mark, a comment and blanks; a drive that began before.
+#[test]
+fn exact_a_table_of_a_spreadsheet_and_its_drive() {
+    let folder = TempDir::new().unwrap();
+    let rows: String = (0..50).map(|n| format!("0,{:05} ; {n},5\n", 10 * n)).collect();
+    let text = format!("\u{feff}time_s;v_mm_s\n# the vibrometer\n{rows}");
+    let vibrometer = measured(table(&folder, "v.csv", &text), "time_s", "v_mm_s");
+    let drives = "time_s,drive_mode,drive_amplitude\n-1,c,0.5\n0.002,off,\n0.003,B,1\n";
+    let drive = DriveTable {
+        path: table(&folder, "drive.csv", drives),
+        time: "time_s".parse().unwrap_or_else(|never| match never {}),
+        mode: "drive_mode".to_owned(),
+        amplitude: "drive_amplitude".to_owned(),
+        clock: Clock::default(),
+    };
+    let recording = Recording { vibrometer: Some(vibrometer), drive: Some(drive), camera: None };
+    let (kept, _, scene) = import(&recording).unwrap();
+    for (n, (_, sample)) in (0_u16..).zip(&kept.samples) {
+        assert!(
+            (f64::from(sample.velocity_m_s) - 1e-3 * (f64::from(n) + 0.5)).abs() < 1e-8,
+            "{n}: {sample:?}"
+        );
+    }
+    assert_eq!(kept.samples.len(), 50);
+    let ms = |ms: u64| Time::from_nanos(ms * 1_000_000 + TICK_NANOS);
+    let expected = [
+        (Time::from_nanos(TICK_NANOS), DriveCommand::saturating(DriveMode::C, 0.5)),
+        (ms(2), DriveCommand::OFF),
+        (ms(3), DriveCommand::full(DriveMode::B)),
+    ];
+    assert_eq!(kept.drives, expected);
+    assert!((scene.number("ldv.sample_rate_hz") - 10_000.0).abs() < 1e-9);
+}
+
+/// Samples of a rotor at rest and then hopping, at 10,000 a second, and what is said of a constant and of clocks.
+#[test]
+fn exact_advice_names_its_flag() {
+    let folder = TempDir::new().unwrap();
+    let noise = |n: u32| 1e-4 * f64::from(n * 7919 % 13);
+    let hop = |n: u32| if n > 1000 { 0.1 * motor_model::math::sin_cos(f64::from(n)).0 } else { 0.0 };
+    let samples: String = (0..5000).map(|n| format!("{},{}\n", n * 100, 0.02 + noise(n) + hop(n))).collect();
+    let vibrometer = measured(table(&folder, "v.csv", &format!("t_us,v_m_s\n{samples}")), "t_us", "v_m_s");
+    let angle = |n: u32| if n > 300 { -0.5 * f64::from(n - 300) } else { 1e-3 * f64::from(n % 3) };
+    let frames: String = (0..500).map(|n| format!("{n},{}\n", angle(n))).collect();
+    let camera = measured(table(&folder, "c.csv", &format!("t_ms,angle_deg\n{frames}")), "t_ms", "angle_deg");
+    let drive = DriveTable {
+        path: table(&folder, "d.csv", "time_s,m,a\n0.1,b,1\n"),
+        time: "time_s".parse().unwrap_or_else(|never| match never {}),
+        mode: "m".to_owned(),
+        amplitude: "a".to_owned(),
+        clock: Clock::default(),
+    };
+    let recording = Recording { camera: Some(camera), vibrometer: Some(vibrometer), drive: Some(drive) };
+    let (_, imported, _) = import(&recording).unwrap();
+    let advice = imported.advice.join(" ");
+    for said in
+        ["after the vibrometer", "add 0.2", "Mode B turned the rotor by -", "--camera-scale -1", "add -0.02"]
+    {
+        assert!(advice.contains(said), "{said}: {advice}");
+    }
+}
+
+#[test]
+fn exact_refusals_name_file_line_column_and_what_is_possible() {
+    let folder = TempDir::new().unwrap();
+    let refusal = |text: &str, time: &str, value: &str| {
+        let camera = Some(measured(table(&folder, "camera.csv", text), time, value));
+        let error = import(&Recording { camera, ..Recording::default() }).map(|_| ()).unwrap_err();
+        format!("{error}; {}", error.hint().unwrap_or_default())
+    };
+    for (text, time, value, said) in [
+        (
+            "t_s,a_deg\n1,2\n2,much\n",
+            "t_s",
+            "a_deg",
+            "camera.csv:3: column \"a_deg\": \"much\" is not a number",
+        ),
+        ("t_s,a_deg\n1,2\n", "t_s", "b_deg", "has no column \"b_deg\"; its columns: t_s, a_deg"),
+        ("t,a_deg\n1,2\n", "t", "a_deg", "does not end in a unit; t:UNIT, with one of ms, us, ns, s"),
+        ("t_s,a_deg\n1,2\n", "t_s", "a_deg:m", "has no unit \"m\"; a_deg:UNIT"),
+        ("t_s,a_deg\n1,2\n2,\n", "t_s", "a_deg", "has 1 rows with time and value; 2 are the least"),
+        (
+            "t_s,a_deg\n1,2\n1.01,3\n1.02,3\n70,4\n",
+            "t_s",
+            "a_deg",
+            "no measurement for more than a minute after 0.0",
+        ),
+        ("", "t_s", "a_deg", "has no column"),
+    ] {
+        let refused = refusal(text, time, value);
+        assert!(refused.contains(said), "{said}: {refused}");
+    }
+    let nothing = import(&Recording::default()).map(|_| ()).unwrap_err();
+    assert!(nothing.to_string().contains("nothing that was measured"));
+}
