@@ -7,11 +7,13 @@ mod beside;
 mod calibration;
 mod closed_loop;
 mod cluster;
+mod compare;
 mod count;
 mod error;
 mod estimation;
 mod examples;
 mod faults;
+mod identification;
 mod import;
 mod instruments;
 mod interruption;
@@ -22,6 +24,7 @@ mod open_loop;
 mod progress;
 mod publication;
 mod readers;
+mod recording;
 mod replay;
 mod report;
 mod result_json;
@@ -51,11 +54,13 @@ use closed_loop::{PositionArgs, PositioningTrialsArgs, RateArgs, ResponseMapArgs
 use compare::CompareArgs;
 use estimation::{EstimateArgs, FiltersArgs};
 use faults::FaultsArgs;
+use identification::IdentifyArgs;
 use import::ImportArgs;
 use instruments::InstrumentsArgs;
 use keys::KeysArgs;
 use microcontroller::{InstructionsArgs, PilArgs, SizeArgs};
 use open_loop::{ReproduceArgs, SimulateArgs};
+use recording::RecordArgs;
 use replay::{ExplainArgs, ReplayArgs};
 use results::ResultsArgs;
 use scene_args::SceneArgs;
@@ -106,6 +111,10 @@ enum Command {
     Filters(FiltersArgs),
     /// Hold a rate in closed loop, or follow a profile of rates
     Rate(RateArgs),
+    /// Record the true motor, or its bare stator, under given drives: what the instruments deliver, in a log
+    Record(RecordArgs),
+    /// Identify a motor from recordings of it: its parameters with intervals, and what would tell the others
+    Identify(IdentifyArgs),
     /// Run a log through any filter at any tuning, beside what was recorded
     Replay(ReplayArgs),
     /// Make a log of your own recording: tables of angles, velocities and drives
@@ -214,6 +223,8 @@ impl Command {
             Self::Estimate(args) => args.execute(),
             Self::Filters(args) => args.execute(),
             Self::Rate(args) => args.execute(),
+            Self::Record(args) => args.execute(),
+            Self::Identify(args) => args.execute(),
             Self::Replay(args) => args.execute(),
             Self::Import(args) => args.execute(),
             Self::Explain(args) => args.execute(),

@@ -95,8 +95,8 @@ impl Stated {
             command,
             scene: scene.text(&|_| true, true),
             seed: scene.seed(),
-            // An import has measurements and no estimates.
-            filter: if command == "import" { "none" } else { filter::chosen(scene) },
+            // A recording has measurements and no estimates.
+            filter: if matches!(command, "import" | "record") { "none" } else { filter::chosen(scene) },
         }
     }
 

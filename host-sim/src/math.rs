@@ -4,6 +4,7 @@
 //! |---|---|
 //! | [`statistics`] | mean, spread, quantiles, a straight line, quantiles of distributions |
 //! | [`difference`] | whether two results differ beyond chance |
+//! | [`least_squares`] | a curve through points, with the standard deviations of its parameters |
 //! | [`spectrum`] | Fourier spectrum of a sampled motion |
 //! | [`allan_deviation`] | Allan deviation of a record of angles |
 //! | [`random_streams`] | one seeded stream of random numbers per source |
@@ -13,6 +14,7 @@
 pub(crate) mod allan_deviation;
 pub(crate) mod count;
 pub(crate) mod difference;
+pub(crate) mod least_squares;
 pub(crate) mod plain_number;
 pub(crate) mod random_streams;
 pub(crate) mod spectrum;

@@ -8,6 +8,7 @@ pub(crate) mod not_modelled;
 pub mod position;
 pub mod rate;
 pub mod record;
+pub mod recording;
 pub(crate) mod report_parts;
 pub mod rotor_tilt;
 pub(crate) mod simulate;

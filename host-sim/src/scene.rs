@@ -15,6 +15,7 @@ mod origin;
 pub(crate) mod reads;
 mod response_map_file;
 mod rotor_model;
+pub mod schedule;
 mod setting;
 mod text;
 
@@ -35,7 +36,8 @@ use motor_model::{MotorParams, OutOfBounds, Parameter, TiltingParameter, Tilting
 
 use faults::Fault;
 use origin::Origins;
-use setting::{Value, nearest_key, of_design, plant_key, tilting_plant_key};
+use schedule::Schedule;
+use setting::{Value, nearest_key, of_design, plant_key, tilting_plant_key, tolerance_key};
 
 /// Whether a command takes a key: an error says why not.
 pub type Admission<'a> = &'a dyn Fn(&'static str) -> Result<(), SceneError>;
@@ -241,6 +243,17 @@ impl Scene {
         }
     }
 
+    /// The schedule of drives.
+    ///
+    /// # Panics
+    /// When `key` names no schedule: a slip in the program.
+    pub fn schedule(&self, key: &'static str) -> Arc<Schedule> {
+        match self.value(key) {
+            Value::Schedule(schedule) => schedule,
+            other => panic!("{key} is {other:?}, not a schedule"),
+        }
+    }
+
     /// The faults that words set.
     pub(crate) fn fault_words(&self) -> Arc<[Fault]> {
         match self.value(faults::KEY) {
@@ -301,6 +314,14 @@ impl Scene {
             Some(Value::Number(number)) => Some(*number),
             _ => None,
         }
+    }
+
+    /// The tolerance that the scene sets for the design's parameter with this key; `None` for that of the table.
+    ///
+    /// # Panics
+    /// When there is no such parameter: a slip in the program.
+    pub fn tolerance(&self, design_key: &'static str) -> Option<f64> {
+        self.override_of(tolerance_key(design_key))
     }
 
     /// What the design has beside [`Self::motor_params`] if its rotor tilts.

@@ -8,6 +8,7 @@ pub(crate) mod filter_costs;
 pub mod filter_errors;
 pub mod gyroscope_calibration;
 pub(crate) mod held_rates;
+pub mod identification;
 pub mod instrument_grid;
 pub(crate) mod open_loop;
 pub(crate) mod paper;

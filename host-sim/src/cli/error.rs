@@ -4,6 +4,7 @@ use crate::board::BoardError;
 use crate::log::LogError;
 use crate::report::compare::result_file::ResultFileError;
 use crate::runs::RunError;
+use crate::studies::identification::IdentificationError;
 use crate::studies::sweep::SweepError;
 use crate::tool::ToolError;
 
@@ -35,6 +36,9 @@ pub enum CommandError {
     /// A scheduler did not take a job.
     #[error(transparent)]
     Tool(#[from] ToolError),
+    /// No motor was identified.
+    #[error(transparent)]
+    Identification(#[from] IdentificationError),
     /// Something that this command was built without.
     #[error("{what} is not built into this command")]
     LeftOut {
@@ -65,6 +69,7 @@ impl CommandError {
                 Some(format!("{tool} is there where its cluster is"))
             }
             Self::Tool(error) => error.hint(),
+            Self::Identification(error) => error.hint(),
             Self::LeftOut { feature, .. } => {
                 Some(format!("build it with the feature: `cargo run --release --features {feature} -- ...`"))
             }

@@ -47,6 +47,30 @@ pub(super) const EXAMPLES: &[(&str, &[(&str, &str)])] = &[
         ],
     ),
     (
+        "record",
+        &[
+            (
+                "Half a second of each mode, and how the rotor comes to rest",
+                "record --schedule 'b:1 for 0.5, off for 0.1, c:1 for 0.5, off for 0.1' --log run.mcap",
+            ),
+            (
+                "The teeth without a rotor: a sweep through mode B",
+                "record --model stator --schedule 'b:0.2@6250..6350 for 1' --log sweep.mcap",
+            ),
+        ],
+    ),
+    (
+        "identify",
+        &[
+            (
+                "What two recordings of a motor tell",
+                "identify run.mcap ring.mcap --out mine --report mine.html",
+            ),
+            ("The same without looking for what would tell more", "identify run.mcap --no-advice"),
+            ("How often the intervals hold the truth", "identify --calibration 200"),
+        ],
+    ),
+    (
         "replay",
         &[
             ("Whether this program computes what was recorded", "replay run.mcap"),
@@ -248,7 +272,8 @@ mod tests {
             let (name, examples) = found.unwrap_or_else(|| panic!("{}", command.get_name()));
             for (_, example) in *examples {
                 assert!(example.starts_with(name), "{example}");
-                let words = example.split(' ').take_while(|word| ![">", "&&"].contains(word));
+                let words = shlex::split(example).unwrap();
+                let words = words.iter().map(String::as_str).take_while(|word| ![">", "&&"].contains(word));
                 let line: Vec<&str> = std::iter::once("host-sim").chain(words).collect();
                 assert!(Cli::try_parse_from(&line).is_ok(), "{example}");
                 for set in line.windows(2).filter(|pair| pair[0] == "--set") {

@@ -22,8 +22,25 @@ const fn reader(command: &'static str, reads: &'static [&'static str]) -> Reader
     Reader { command, reads, overwrites: &[] }
 }
 
+/// What a recording reads. No filter runs; what is assumed of the instruments is checked with the instruments.
+const RECORD_READS: [&str; 13] = [
+    "seed",
+    "motor",
+    "plant",
+    "camera",
+    "ldv",
+    "fault",
+    "faults",
+    "record",
+    "estimator.assumed.camera.frame_rate_hz",
+    "estimator.assumed.camera.latency_frames",
+    "estimator.assumed.camera.latency_s",
+    "estimator.assumed.ldv.bits",
+    "estimator.assumed.ldv.range_m_s",
+];
+
 /// Every command that takes a scene.
-pub(super) const READERS: [Reader; 12] = [
+pub(super) const READERS: [Reader; 13] = [
     reader("import", &["motor", "camera", "ldv", "estimator"]),
     reader("simulate", &["seed", "motor", "simulate", "plant.rotor"]),
     reader(
@@ -31,6 +48,7 @@ pub(super) const READERS: [Reader; 12] = [
         &["seed", "motor", "plant", "camera", "ldv", "fault", "faults", "estimator", "position"],
     ),
     reader("rate", &["seed", "motor", "plant", "camera", "ldv", "fault", "faults", "estimator", "rate"]),
+    reader("record", &RECORD_READS),
     reader(
         "calibrate",
         &[

@@ -20,6 +20,7 @@ use crate::report::page::{self, PlacedValue};
 use crate::scene::Scene;
 use crate::studies::beside::{BesideScene, FIRST};
 use crate::studies::fault_campaign::{FaultCampaign, FaultCampaignPlan};
+use crate::studies::identification::{self, Calibration, CalibrationPlan};
 use crate::studies::instrument_grid::InstrumentGridPlan;
 use crate::studies::positioning_trials::{self, Strategy};
 use crate::studies::rotor_models::RotorModelsPlan;
@@ -47,6 +48,8 @@ enum Page {
     Rate,
     /// How well does it calibrate a gyroscope?
     Calibration,
+    /// What do recordings tell of a motor?
+    Identification,
     /// Does it fit a microcontroller?
     Microcontroller,
 }
@@ -69,6 +72,7 @@ impl Page {
             Self::Faults => include_str!("results/faults.md"),
             Self::Rate => include_str!("results/rate.md"),
             Self::Calibration => include_str!("results/calibration.md"),
+            Self::Identification => include_str!("results/identification.md"),
             Self::Microcontroller => include_str!("results/microcontroller.md"),
         }
     }
@@ -103,6 +107,7 @@ impl Page {
                 held_rates::run(scene, &beside)?.page_values(tilting::HEIGHT_ONLY).into()
             }
             Self::Calibration => calibration_values(effort, scene)?.into(),
+            Self::Identification => identification_values(effort)?.into(),
             Self::Microcontroller => microcontroller_values()?.into(),
         })
     }
@@ -147,6 +152,9 @@ struct Effort {
     faulty_runs: u64,
     /// Gyroscopes.
     calibrations: u64,
+    /// Motors that are identified, and motors to learn from, of each rotor.
+    identified: u64,
+    learnt_from: u64,
     /// Of the scenes with a rotor that tilts: how many are shown, motors in each mode for the filters' errors, moves,
     /// gyroscopes, and motors that these are spread over.
     tilting_scenes: usize,
@@ -177,6 +185,8 @@ impl Effort {
         grid_benches: "",
         faulty_runs: 2000,
         calibrations: 200,
+        identified: 200,
+        learnt_from: 1000,
         tilting_scenes: usize::MAX,
         tilting_error_motors: 8,
         tilting_trials: 50,
@@ -200,6 +210,8 @@ impl Effort {
         grid_benches: "30,000 frames/s",
         faulty_runs: 4,
         calibrations: 2,
+        identified: 4,
+        learnt_from: 60,
         tilting_scenes: 1,
         tilting_error_motors: 1,
         tilting_trials: 1,
@@ -261,6 +273,17 @@ fn calibration_values(effort: Effort, scene: &Scene) -> Result<Vec<PlacedValue>,
         of(scene, effort.tilting_calibrations, effort.tilting_gyroscope_motors)
     })?;
     Ok(calibrations.page_values(tilting::HEIGHT_ONLY))
+}
+
+fn identification_values(effort: Effort) -> Result<Vec<PlacedValue>, CommandError> {
+    let of = |rotor: &str| -> Result<Calibration, CommandError> {
+        let mut scene = Scene::default();
+        scene.set("plant.rotor", rotor)?;
+        let learning =
+            identification::Effort { motors: effort.learnt_from, ..identification::Effort::default() };
+        Ok(CalibrationPlan::new(&scene, effort.identified, learning)?.run(&|| ())?)
+    };
+    Ok(identification::page_values(&of("height_only")?, &of("tilting")?))
 }
 
 fn microcontroller_values() -> Result<Vec<PlacedValue>, CommandError> {

@@ -23,6 +23,7 @@ use crate::studies::shard::Shard;
 use crate::studies::study_report::StudyCost;
 use crate::studies::sweep::{
     self, Existing, LockedFolder, Sampling, SweepError, SweepPlan, SweepRequest, SweepSummary, SweptCommand,
+    makes_a_row,
 };
 
 /// Time of this process from which on a sweep is refused, in s: a month.
@@ -277,9 +278,14 @@ impl SweepArgs {
     }
 }
 
-/// A run that panics fails its own row, which has the reason: nothing more is said on standard error.
+/// A run that panics fails its own row, which has the reason: nothing more is said of it on standard error.
 fn silence_panics() {
-    std::panic::set_hook(Box::new(|_| ()));
+    let told = std::panic::take_hook();
+    std::panic::set_hook(Box::new(move |panic| {
+        if !makes_a_row() {
+            told(panic);
+        }
+    }));
 }
 
 /// Writes the pictures beside the tables.

@@ -11,6 +11,7 @@
 //! taken. When the loop took it in says `arrived_after_ns`, counted from that time. The messages of a log stand in the
 //! order in which the loop took them in, tick by tick, those of a tick in the order of [`CHANNELS`].
 
+use motor_model::{DriveCommand, DriveMode};
 use prost::Message;
 use prost_types::field_descriptor_proto::{Label, Type};
 use prost_types::{DescriptorProto, FieldDescriptorProto, FileDescriptorProto, FileDescriptorSet};
@@ -244,6 +245,19 @@ messages! {
         string asked_mode = "4";
         /// Amplitude that it asked for.
         float asked_amplitude = "5";
+    }
+}
+
+impl Drive {
+    /// The command; `None` if there is no such command.
+    pub fn command(&self) -> Option<DriveCommand> {
+        let mode = match self.mode.as_str() {
+            "off" => return Some(DriveCommand::OFF),
+            "B" => DriveMode::B,
+            "C" => DriveMode::C,
+            _ => return None,
+        };
+        DriveCommand::try_new(mode, self.amplitude).ok()?.with_frequency_offset(self.frequency_offset_hz).ok()
     }
 }
 

@@ -10,7 +10,7 @@ use std::ops::ControlFlow;
 use std::path::Path;
 
 use estimator::{AngleFilter as _, CameraFrame, Estimate, Innovation, LdvSample};
-use motor_model::{Angle, DriveCommand, DriveMode, Time};
+use motor_model::{Angle, DriveCommand, Time};
 
 use super::channels;
 use super::error::LogError;
@@ -141,7 +141,7 @@ impl<O: Observer> Replay<'_, O> {
             LogMessage::Estimate(estimate) => content.estimate = Some(recorded(at, &estimate)),
             LogMessage::Health(health) => self.sums.recorded_health(health.level),
             LogMessage::Drive(drive) => {
-                self.drive = command(&drive).ok_or_else(|| reader.damage("a drive that there is not"))?;
+                self.drive = drive.command().ok_or_else(|| reader.damage("a drive that there is not"))?;
             }
             LogMessage::Impact(_)
             | LogMessage::Marks(_)
@@ -234,15 +234,4 @@ fn recorded(at: Time, estimate: &channels::Estimate) -> Estimate<f32> {
         rate_rad2_s2: estimate.rate_rad2_s2,
         resting: estimate.resting,
     }
-}
-
-/// The command of a message; `None` if there is no such command.
-fn command(drive: &channels::Drive) -> Option<DriveCommand> {
-    let mode = match drive.mode.as_str() {
-        "off" => return Some(DriveCommand::OFF),
-        "B" => DriveMode::B,
-        "C" => DriveMode::C,
-        _ => return None,
-    };
-    DriveCommand::try_new(mode, drive.amplitude).ok()?.with_frequency_offset(drive.frequency_offset_hz).ok()
 }

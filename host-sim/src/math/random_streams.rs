@@ -53,6 +53,10 @@ pub enum RandomSource {
     GyroscopeInstability = 22,
     /// What goes wrong in a run of a campaign of faults.
     FaultDraw = 23,
+    /// Motors from which an identification learns.
+    IdentificationDraw = 24,
+    /// The beginnings of its chains.
+    IdentificationChain = 25,
     /// Where the points of a sweep lie.
     SweepPoints = 26,
     /// Which base points of a sweep are drawn again, for the intervals of its indices.
@@ -152,6 +156,8 @@ mod tests {
             RandomSource::CameraFaultOutlier,
             RandomSource::LdvFaultLoss,
             RandomSource::LdvFaultOutlier,
+            RandomSource::IdentificationDraw,
+            RandomSource::IdentificationChain,
         ];
         let draw = |seed, source| stream(seed, source).next_u64();
         let all: Vec<u64> =

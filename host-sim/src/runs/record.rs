@@ -238,6 +238,20 @@ pub trait LoopReport {
     fn parts(&self) -> LoopParts;
 }
 
+/// A program that drives and estimates nothing.
+impl LoopReport for DriveCommand {
+    fn parts(&self) -> LoopParts {
+        LoopParts {
+            estimate: None,
+            health: Health::Waiting,
+            innovation: None,
+            asked: *self,
+            applied: *self,
+            task: Task::None,
+        }
+    }
+}
+
 impl LoopReport for TickReport {
     fn parts(&self) -> LoopParts {
         let Self { estimate, health, camera, command, applied, phase, .. } = *self;

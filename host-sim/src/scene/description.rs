@@ -14,7 +14,7 @@ impl Kind {
         match self {
             Self::Number { default, .. } => plain(default),
             Self::Integer { default, .. } => default.to_string(),
-            Self::Choice { default, .. } => default.to_owned(),
+            Self::Choice { default, .. } | Self::Schedule { default } => default.to_owned(),
             Self::Faults => "[]".to_owned(),
             Self::As { key } => format!("as {key}"),
         }
@@ -28,6 +28,7 @@ impl Kind {
             Self::Integer { min, max, .. } => format!("{min} to {max}"),
             Self::Choice { of, .. } => of.join("|"),
             Self::Faults => "words".to_owned(),
+            Self::Schedule { .. } => "drives".to_owned(),
             Self::As { .. } => String::new(),
         }
     }

@@ -8,6 +8,7 @@ use motor_model::OutOfBounds;
 
 use super::faults::FaultWordError;
 use super::registry;
+use super::schedule::ScheduleError;
 use crate::math::plain_number::plain;
 
 /// Why a scene, or a setting of it, was refused.
@@ -83,6 +84,9 @@ pub enum SceneError {
     /// A word that means no fault.
     #[error(transparent)]
     Fault(#[from] FaultWordError),
+    /// A text that is no schedule of drives.
+    #[error(transparent)]
+    Schedule(#[from] ScheduleError),
     /// A value that is none of the words its key accepts.
     #[error("{key} = {value} is none of {}", of.join(", "))]
     NotAChoice {
@@ -206,6 +210,7 @@ impl SceneError {
                     .to_owned(),
             ),
             Self::Fault(error) => Some(format!("possible: {}", error.possible)),
+            Self::Schedule(error) => Some(format!("possible: {}", error.possible)),
             Self::InFile { source, .. } => source.hint(),
             _ => None,
         }

@@ -130,6 +130,7 @@ impl Place<'_> {
     fn written<'v>(&self, setting: &Setting, value: &'v Spanned<DeValue<'_>>) -> Result<&'v str, SceneError> {
         let wanted = match setting.kind.resolved() {
             Kind::Choice { .. } => "a word in quotes",
+            Kind::Schedule { .. } => "drives in quotes",
             Kind::Faults => "a list of words in quotes",
             _ => "a decimal number",
         };

@@ -8,6 +8,7 @@ pub mod gyroscope;
 pub mod plant;
 pub mod position;
 pub mod rate;
+pub mod record;
 pub mod simulate;
 pub mod vibrometer;
 
@@ -18,6 +19,7 @@ pub const TABLE_TITLES: &[(&str, &str)] = &[
     ("motor.stator_tilt", "The stator's tilting modes, of a rotor that tilts (plant.rotor)."),
     ("simulate", "One run of the nominal motor in open loop: the command simulate."),
     ("plant", "The motor of every command but simulate: drawn around the design by the seed."),
+    ("plant.tolerance.motor", "How far true motors are from their design, as host-sim identify found it."),
     ("plant.motor", "What the true motor has beside its design. What is not set here is drawn."),
     ("camera", "The camera, and what is wrong with it."),
     ("ldv", "The laser-Doppler vibrometer, and what is wrong with it."),
@@ -28,5 +30,6 @@ pub const TABLE_TITLES: &[(&str, &str)] = &[
     ("estimator.assumed.ldv", "The vibrometer as the filters assume it."),
     ("position", "A move to an angle."),
     ("rate", "A rate that is held, or a profile of rates."),
+    ("record", "A recording in open loop: which drives, one after the other."),
     ("calibrate", "The plan of a calibration."),
 ];

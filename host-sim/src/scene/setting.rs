@@ -1,11 +1,13 @@
 //! One setting: its key, its unit and the values that it takes; and the registry of all settings.
 
+use std::collections::BTreeMap;
 use std::sync::{Arc, LazyLock};
 
-use motor_model::params::ParameterSpec;
+use motor_model::params::{ParameterSpec, Tolerance};
 use motor_model::{OutOfBounds, Parameter, TiltingParameter};
 
 use super::faults::Fault;
+use super::schedule::Schedule;
 use super::{SceneError, keys};
 use crate::math::plain_number::plain;
 
@@ -50,6 +52,11 @@ pub enum Kind {
         /// The words allowed.
         of: &'static [&'static str],
     },
+    /// Drives, one after the other ([`super::schedule`]).
+    Schedule {
+        /// Schedule when nothing sets it.
+        default: &'static str,
+    },
     /// Faults by their words ([`super::faults`]); none when nothing sets them.
     Faults,
     /// The values that another setting takes.
@@ -93,6 +100,7 @@ const TABLES: &[&[Setting]] = &[
     keys::estimator::SETTINGS,
     keys::position::SETTINGS,
     keys::rate::SETTINGS,
+    keys::record::SETTINGS,
     keys::calibrate::SETTINGS,
 ];
 
@@ -109,7 +117,39 @@ pub fn registry() -> impl Iterator<Item = Setting> {
         TiltingParameter::ALL.into_iter().map(|parameter| (parameter.spec(), tilting_plant_key(parameter)))
     };
     let design = parameters().chain(of_tilting()).map(move |(spec, _)| of(spec, spec.key));
-    design.chain(tables).chain(parameters().chain(of_tilting()).map(move |(spec, key)| of(spec, key)))
+    let true_motor = parameters().chain(of_tilting()).map(move |(spec, key)| of(spec, key));
+    design
+        .chain(tables)
+        .chain(true_motor)
+        .chain(parameters().chain(of_tilting()).map(|(spec, _)| tolerance(spec)))
+}
+
+/// The tolerance of a parameter, from which true motors are drawn.
+fn tolerance(spec: ParameterSpec) -> Setting {
+    let default = match spec.tolerance {
+        Tolerance::Exact => 0.0,
+        Tolerance::Normal(tolerance) => tolerance,
+        Tolerance::Uniform(low, high) => 0.5 * (high - low),
+    };
+    let kind = Kind::Number { default, min: 0.0, max: spec.max - spec.min };
+    Setting { key: tolerance_key(spec.key), unit: spec.unit, kind, meaning: TOLERANCE_MEANING }
+}
+
+/// What a tolerance that is set means.
+const TOLERANCE_MEANING: &str = "tolerance of true motors about the design, in the place of that of the table: normal, \
+                                 half of it is the standard deviation, cut off at it";
+
+/// The key of the tolerance of the design's parameter `design_key`.
+///
+/// # Panics
+/// When there is no such parameter: a slip in the program.
+pub(super) fn tolerance_key(design_key: &'static str) -> &'static str {
+    static KEYS: LazyLock<BTreeMap<&'static str, &'static str>> = LazyLock::new(|| {
+        let of_motor = Parameter::ALL.into_iter().map(|parameter| parameter.spec().key);
+        let of_tilting = TiltingParameter::ALL.into_iter().map(|parameter| parameter.spec().key);
+        of_motor.chain(of_tilting).map(|key| (key, &*format!("plant.tolerance.{key}").leak())).collect()
+    });
+    KEYS.get(design_key).unwrap_or_else(|| panic!("{design_key} is no parameter of the design"))
 }
 
 /// The key of the true motor's `parameter`: `plant.` and the key of the design's.
@@ -151,6 +191,7 @@ pub(super) enum Value {
     Integer(u64),
     Choice(&'static str),
     Faults(Arc<[Fault]>),
+    Schedule(Arc<Schedule>),
 }
 
 impl Value {
@@ -160,6 +201,7 @@ impl Value {
             Self::Number(number) => plain(*number),
             Self::Integer(integer) => integer.to_string(),
             Self::Choice(word) => format!("\"{word}\""),
+            Self::Schedule(schedule) => format!("\"{schedule}\""),
             Self::Faults(faults) => {
                 let words: Vec<String> = faults.iter().map(|fault| format!("\"{fault}\"")).collect();
                 format!("[{}]", words.join(", "))
@@ -173,6 +215,7 @@ impl Value {
             Self::Number(number) => (*number).into(),
             Self::Integer(integer) => (*integer).into(),
             Self::Choice(word) => (*word).into(),
+            Self::Schedule(schedule) => schedule.to_string().into(),
             Self::Faults(faults) => faults.iter().map(Fault::to_string).collect(),
         }
     }
@@ -186,6 +229,7 @@ impl Setting {
             Kind::Integer { default, .. } => Ok(Value::Integer(default)),
             Kind::Choice { default, .. } => Ok(Value::Choice(default)),
             Kind::Faults => Ok(Value::Faults(Arc::default())),
+            Kind::Schedule { default } => Ok(self.parse(default).unwrap_or_else(|error| panic!("{error}"))),
             Kind::As { key } => Err(key),
         }
     }
@@ -227,6 +271,7 @@ impl Setting {
                     text.split(|c: char| c == ',' || c.is_whitespace()).filter(|word| !word.is_empty());
                 Ok(Value::Faults(words.map(str::parse).collect::<Result<_, _>>()?))
             }
+            Kind::Schedule { .. } => Ok(Value::Schedule(Arc::new(text.parse()?))),
             // Resolved before.
             Kind::As { key } => find(key).parse(text),
         }

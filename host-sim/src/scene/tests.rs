@@ -30,7 +30,7 @@ fn exact_defaults_are_values_that_could_be_set() {
         let text = match setting.kind.resolved() {
             Kind::Number { default, .. } => default.to_string(),
             Kind::Integer { default, .. } => default.to_string(),
-            Kind::Choice { default, .. } => default.to_owned(),
+            Kind::Choice { default, .. } | Kind::Schedule { default } => default.to_owned(),
             Kind::Faults => String::new(),
             Kind::As { key } => panic!("{key} is not resolved"),
         };
@@ -130,6 +130,7 @@ proptest! {
                 }
                 Kind::Integer { min, max, .. } => prop_assert!((min..=max).contains(&scene.integer(setting.key))),
                 Kind::Choice { of, .. } => prop_assert!(of.contains(&scene.choice(setting.key))),
+                Kind::Schedule { .. } => prop_assert!(!scene.schedule(setting.key).parts().is_empty()),
                 Kind::Faults => prop_assert!(scene.faults().iter().all(|fault| fault.from < fault.until)),
                 Kind::As { key } => prop_assert!(false, "{key} is not resolved"),
             }

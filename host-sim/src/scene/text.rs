@@ -49,6 +49,9 @@ fn explanation(setting: &Setting) -> String {
     let space = if setting.unit.is_empty() { "" } else { " " };
     let mut facts = match setting.kind {
         Kind::Faults => vec!["for example [\"camera:lost@1.0..2.0\", \"drive:weak:0.7@0.05..\"]".to_owned()],
+        Kind::Schedule { .. } => {
+            vec!["for example \"b:1 for 0.5, off for 0.3, c:0.5@7440..7480 for 2\"".to_owned()]
+        }
         kind => vec![format!("{}{space}{}", kind.bounds_text().replace('|', " | "), setting.unit)],
     };
     if let Kind::As { key } = setting.kind {

@@ -58,7 +58,7 @@ pub use ordered::run as rows_in_order;
 pub use points::Sampling;
 use points::{Places, SOBOL_DIMENSIONS};
 pub use responses::{Response, Slice};
-pub use row::{Row, RowOutcome};
+pub use row::{Row, RowOutcome, makes_a_row};
 pub use summary::SweepSummary;
 pub use swept::SweptCommand;
 

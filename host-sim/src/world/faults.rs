@@ -131,16 +131,18 @@ impl MotorFaults {
         self.rubs.iter().map(|(friction, _)| *friction).max_by(f64::total_cmp)
     }
 
-    /// The friction of the hub at `now`, whenever it is due to change: `None` within is the hub's own.
-    pub fn hub_friction(&mut self, now: Time) -> Option<Option<f64>> {
-        if now < *self.rub_changes.last()? {
-            return None;
-        }
-        while self.rub_changes.last().is_some_and(|at| *at <= now) {
-            self.rub_changes.pop();
-        }
+    /// Whether the friction of the hub is due to change at `now`; each change is told once.
+    pub fn hub_changes(&mut self, now: Time) -> bool {
+        let later = self.rub_changes.partition_point(|at| *at > now);
+        let due = later < self.rub_changes.len();
+        self.rub_changes.truncate(later);
+        due
+    }
+
+    /// The friction of the hub at `now`; `None` for its own.
+    pub fn hub_friction(&self, now: Time) -> Option<f64> {
         let rubbing = self.rubs.iter().filter(|(_, fault)| fault.covers(now));
-        Some(rubbing.map(|(friction, _)| *friction).max_by(f64::total_cmp))
+        rubbing.map(|(friction, _)| *friction).max_by(f64::total_cmp)
     }
 
     /// Whether the rotor sticks at `now`.
@@ -268,17 +270,18 @@ mod tests {
         let mut faults = MotorFaults::of(&scene);
         let at = |millis: u64| Time::from_nanos(millis * 1_000_000);
         for (millis, expected) in [
-            (0, None),
-            (1000, Some(Some(0.6))),
-            (1500, None),
-            (2000, Some(Some(0.9))),
-            (3000, Some(Some(0.9))),
-            (4000, Some(None)),
-            (5500, Some(Some(0.5))),
-            (6000, Some(None)),
-            (7000, None),
+            (0, (false, None)),
+            (1000, (true, Some(0.6))),
+            (1500, (false, Some(0.6))),
+            (2000, (true, Some(0.9))),
+            (3000, (true, Some(0.9))),
+            (4000, (true, None)),
+            (5500, (true, Some(0.5))),
+            (6000, (true, None)),
+            (7000, (false, None)),
         ] {
-            assert_eq!(faults.hub_friction(at(millis)), expected, "{millis}");
+            let changes = faults.hub_changes(at(millis));
+            assert_eq!((changes, faults.hub_friction(at(millis))), expected, "{millis}");
         }
         assert_eq!(
             [1999, 2000, 2049, 2050].map(|millis| faults.holds(at(millis))),

@@ -23,7 +23,7 @@ use crate::world::rotor_path::{RotorPath, RotorPoint};
 const REST_STEP_S: f64 = 5e-6;
 
 /// Steps of the plant in a tick of the loop.
-fn tick_steps(step_s: f64) -> Result<u64, SceneError> {
+pub(super) fn tick_steps(step_s: f64) -> Result<u64, SceneError> {
     #[expect(clippy::cast_precision_loss, reason = "10,000 ns")]
     let tick_s = PositionLoop::TICK_NANOS as f64 * 1e-9;
     let steps = (tick_s / step_s).round();
@@ -196,9 +196,9 @@ impl Rig {
             // The extremes of the drift were accepted, so that every change between them is.
             self.plant.detune(drift).ok();
         }
-        if let Some(friction) = self.faults.hub_friction(now) {
+        if self.faults.hub_changes(now) {
             // The roughest was accepted, and its own is the scene's.
-            self.plant.rub(friction).ok();
+            self.plant.rub(self.faults.hub_friction(now)).ok();
         }
         self.faults.drive(now, command)
     }

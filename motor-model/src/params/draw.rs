@@ -19,9 +19,16 @@ impl MotorParams {
     /// names a motor.
     #[must_use]
     pub fn draw<R: Rng + ?Sized>(&self, rng: &mut R) -> Self {
+        self.draw_within(|_| None, rng)
+    }
+
+    /// The same, with the tolerances that `own` gives in the place of the table's: normal about the design's value with
+    /// half of the tolerance as standard deviation, cut off at it.
+    #[must_use]
+    pub fn draw_within<R: Rng + ?Sized>(&self, own: impl Fn(Parameter) -> Option<f64>, rng: &mut R) -> Self {
         let mut drawn = *self;
         for parameter in Parameter::ALL {
-            let value = drawn_value(&parameter.spec(), self.get(parameter), rng);
+            let value = drawn_value(&parameter.spec(), self.get(parameter), own(parameter), rng);
             if let Ok(changed) = drawn.with(parameter, value) {
                 drawn = changed;
             }
@@ -32,13 +39,19 @@ impl MotorParams {
 
 /// One draw of the parameter `spec` describes, in a motor of a design with the value `design`.
 ///
-/// A tolerance scales with the design's value, except about a nominal value of 0.
-pub(super) fn drawn_value<R: Rng + ?Sized>(spec: &ParameterSpec, design: f64, rng: &mut R) -> f64 {
+/// A tolerance of the table scales with the design's value, except about a nominal value of 0. One's `own` does not.
+pub(super) fn drawn_value<R: Rng + ?Sized>(
+    spec: &ParameterSpec,
+    design: f64,
+    own: Option<f64>,
+    rng: &mut R,
+) -> f64 {
     let scale = if spec.nominal.abs() > 0.0 { (design / spec.nominal).abs() } else { 1.0 };
-    let value = match spec.tolerance {
-        Tolerance::Exact => design,
-        Tolerance::Normal(tolerance) => design + scale * tolerance * half_normal_within_one(rng),
-        Tolerance::Uniform(low, high) => match Uniform::new_inclusive(scale * low, scale * high) {
+    let value = match (own, spec.tolerance) {
+        (Some(tolerance), _) => design + tolerance * half_normal_within_one(rng),
+        (None, Tolerance::Exact) => design,
+        (None, Tolerance::Normal(tolerance)) => design + scale * tolerance * half_normal_within_one(rng),
+        (None, Tolerance::Uniform(low, high)) => match Uniform::new_inclusive(scale * low, scale * high) {
             Ok(uniform) => uniform.sample(rng),
             Err(_) => design,
         },

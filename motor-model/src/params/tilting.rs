@@ -59,9 +59,19 @@ impl TiltingParams {
     /// The tolerance of a parameter whose nominal value is 0 does not scale with the design's value.
     #[must_use]
     pub fn draw<R: Rng + ?Sized>(&self, rng: &mut R) -> Self {
+        self.draw_within(|_| None, rng)
+    }
+
+    /// The same with tolerances of one's own, as [`crate::MotorParams::draw_within`] has them.
+    #[must_use]
+    pub fn draw_within<R: Rng + ?Sized>(
+        &self,
+        own: impl Fn(TiltingParameter) -> Option<f64>,
+        rng: &mut R,
+    ) -> Self {
         let mut drawn = *self;
         for parameter in TiltingParameter::ALL {
-            let value = drawn_value(&parameter.spec(), self.get(parameter), rng);
+            let value = drawn_value(&parameter.spec(), self.get(parameter), own(parameter), rng);
             if let Ok(changed) = drawn.with(parameter, value) {
                 drawn = changed;
             }

@@ -15,12 +15,13 @@ use crate::support::checkout::{files_below, root, text};
 
 /// What runs smaller here than it stands in the documents: a flag with its value is put in the place of the documented
 /// one, or appended. The command as it stands must still be parsed.
-const SMALLER: [(&str, &[(&str, &str)]); 9] = [
+const SMALLER: [(&str, &[(&str, &str)]); 10] = [
     ("accuracy", &[("--quick", "")]),
     ("calibrate", &[("--runs", "1"), ("--duration", "6"), ("--set", "calibrate.steps=1")]),
     ("estimate", &[("--motors", "1")]),
     ("faults", &[("--runs", "2")]),
     ("filters", &[("--motors", "1"), ("--host-only", "")]),
+    ("identify", &[("--motors", "100"), ("--no-advice", "")]),
     ("positioning-trials", &[("--motors", "2")]),
     ("rate", &[("--duration", "2")]),
     ("reproduce", &[("--seeds", "2"), ("--drawn", "1")]),

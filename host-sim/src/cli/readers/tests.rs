@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 
 use super::*;
 use crate::board::pil;
-use crate::runs::{position, rate, simulate};
+use crate::runs::{position, rate, recording, simulate};
 use crate::scene::Scene;
 use crate::studies::beside::BesideScene;
 use crate::studies::fault_campaign::FaultCampaignPlan;
@@ -63,6 +63,13 @@ fn exact_rate_reads_what_the_table_says() {
     let scene = short(&["rate.duration_s=0.5", "plant.step_s=5e-6"], true);
     rate::run(&scene, |_| ()).unwrap();
     agrees("rate", &scene);
+}
+
+#[test]
+fn exact_record_reads_what_the_table_says() {
+    let scene = short(&["record.schedule=b:1 for 0.01", "plant.step_s=5e-6"], true);
+    assert!(recording::run(&scene, &mut ()).unwrap().is_continue());
+    agrees("record", &scene);
 }
 
 #[test]
@@ -125,12 +132,12 @@ fn exact_refusals_name_the_key_and_its_readers() {
     let refused = |command: &str, key| Reader::named(command).admit(key).unwrap_err().one_line();
     assert_eq!(
         refused("simulate", "plant.friction"),
-        "error: simulate does not read plant.friction; hint: position, rate, calibrate, estimate, filters, \
+        "error: simulate does not read plant.friction; hint: position, rate, record, calibrate, estimate, filters, \
          positioning-trials, instruments, faults, response-map, pil read it; simulate reads simulate.friction"
     );
     assert_eq!(
         refused("response-map", "plant.step_s"),
-        "error: response-map sets plant.step_s itself; hint: position, rate, calibrate, estimate, filters, \
+        "error: response-map sets plant.step_s itself; hint: position, rate, record, calibrate, estimate, filters, \
          positioning-trials, instruments, faults, pil read it"
     );
     assert_eq!(

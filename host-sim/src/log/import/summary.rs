@@ -137,32 +137,13 @@ impl Summary {
     pub(super) fn told(&self, left_out: [LeftOut; 2], start_s: f64, end: Time) -> Imported {
         let camera = self.camera.told("camera", left_out[0]);
         let vibrometer = self.vibrometer.told("vibrometer", left_out[1]);
-        let advice = [self.clocks(&camera, &vibrometer), self.sense(), self.constant()]
-            .into_iter()
-            .flatten()
-            .collect();
+        let advice = [clocks(camera.as_ref(), vibrometer.as_ref()), self.sense(), self.constant()];
         Imported {
             start_s,
             duration_s: end.seconds_since(Time::ZERO),
             sources: [camera, vibrometer].into_iter().flatten().collect(),
-            advice,
+            advice: advice.into_iter().flatten().collect(),
         }
-    }
-
-    /// Two instruments that see the first motion at different times.
-    fn clocks(&self, camera: &Option<ImportedSource>, vibrometer: &Option<ImportedSource>) -> Option<String> {
-        let (camera, vibrometer) = (camera.as_ref()?, vibrometer.as_ref()?);
-        let later_s = camera.first_motion_s? - vibrometer.first_motion_s?;
-        // The vibrometer sees the first hops, the camera a turn that is larger than its noise.
-        let apart_s = 5.0 / camera.rate_hz + 2e-3;
-        (later_s.abs() > apart_s).then(|| {
-            format!(
-                "The camera sees the first motion {:.4} s {} the vibrometer: if their clocks differ, add \
-                 about {later_s:.4} to the offset of --camera-clock.",
-                later_s.abs(),
-                if later_s > 0.0 { "after" } else { "before" }
-            )
-        })
     }
 
     /// A mode that turned the rotor the other way: B is clockwise, C counter-clockwise.
@@ -191,6 +172,22 @@ impl Summary {
             )
         })
     }
+}
+
+/// Two instruments that see the first motion at different times.
+fn clocks(camera: Option<&ImportedSource>, vibrometer: Option<&ImportedSource>) -> Option<String> {
+    let (camera, vibrometer) = (camera?, vibrometer?);
+    let later_s = camera.first_motion_s? - vibrometer.first_motion_s?;
+    // The vibrometer sees the first hops, the camera a turn that is larger than its noise.
+    let apart_s = 5.0 / camera.rate_hz + 2e-3;
+    (later_s.abs() > apart_s).then(|| {
+        format!(
+            "The camera sees the first motion {:.4} s {} the vibrometer: if their clocks differ, add \
+             about {later_s:.4} to the offset of --camera-clock.",
+            later_s.abs(),
+            if later_s > 0.0 { "after" } else { "before" }
+        )
+    })
 }
 
 impl fmt::Display for Imported {

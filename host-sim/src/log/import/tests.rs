@@ -36,6 +36,11 @@ fn table(folder: &TempDir, name: &str, text: &str) -> std::path::PathBuf {
     path
 }
 
+/// Lines of a table.
+fn lines(count: u32, line: impl Fn(u32) -> String) -> String {
+    (0..count).flat_map(|n| [line(n), "\n".to_owned()]).collect()
+}
+
 fn measured(path: std::path::PathBuf, time: &str, value: &str) -> MeasuredTable {
     let column = |text: &str| text.parse::<ColumnName>().unwrap_or_else(|never| match never {});
     MeasuredTable {
@@ -123,7 +128,7 @@ fn exact_what_cannot_be_used_is_counted() {
 #[test]
 fn exact_a_table_of_a_spreadsheet_and_its_drive() {
     let folder = TempDir::new().unwrap();
-    let rows: String = (0..50).map(|n| format!("0,{:05} ; {n},5\n", 10 * n)).collect();
+    let rows = lines(50, |n| format!("0,{:05} ; {n},5", 10 * n));
     let text = format!("\u{feff}time_s;v_mm_s\n# the vibrometer\n{rows}");
     let vibrometer = measured(table(&folder, "v.csv", &text), "time_s", "v_mm_s");
     let drives = "time_s,drive_mode,drive_amplitude\n-1,c,0.5\n0.002,off,\n0.003,B,1\n";
@@ -159,10 +164,10 @@ fn exact_advice_names_its_flag() {
     let folder = TempDir::new().unwrap();
     let noise = |n: u32| 1e-4 * f64::from(n * 7919 % 13);
     let hop = |n: u32| if n > 1000 { 0.1 * motor_model::math::sin_cos(f64::from(n)).0 } else { 0.0 };
-    let samples: String = (0..5000).map(|n| format!("{},{}\n", n * 100, 0.02 + noise(n) + hop(n))).collect();
+    let samples = lines(5000, |n| format!("{},{}", n * 100, 0.02 + noise(n) + hop(n)));
     let vibrometer = measured(table(&folder, "v.csv", &format!("t_us,v_m_s\n{samples}")), "t_us", "v_m_s");
     let angle = |n: u32| if n > 300 { -0.5 * f64::from(n - 300) } else { 1e-3 * f64::from(n % 3) };
-    let frames: String = (0..500).map(|n| format!("{n},{}\n", angle(n))).collect();
+    let frames = lines(500, |n| format!("{n},{}", angle(n)));
     let camera = measured(table(&folder, "c.csv", &format!("t_ms,angle_deg\n{frames}")), "t_ms", "angle_deg");
     let drive = DriveTable {
         path: table(&folder, "d.csv", "time_s,m,a\n0.1,b,1\n"),
@@ -174,9 +179,13 @@ fn exact_advice_names_its_flag() {
     let recording = Recording { camera: Some(camera), vibrometer: Some(vibrometer), drive: Some(drive) };
     let (_, imported, _) = import(&recording).unwrap();
     let advice = imported.advice.join(" ");
-    for said in
-        ["after the vibrometer", "add 0.2", "Mode B turned the rotor by -", "--camera-scale -1", "add -0.02"]
-    {
+    for said in [
+        "after the vibrometer",
+        "add about 0.2",
+        "Mode B turned the rotor by -",
+        "--camera-scale -1",
+        "add -0.02",
+    ] {
         assert!(advice.contains(said), "{said}: {advice}");
     }
 }

@@ -3,6 +3,7 @@
 use super::{KeyIndices, Response, SweepSummary};
 use crate::math::count::real;
 use crate::report::chart::{Axis, Colour, Figure, Panel, Series};
+use crate::scene::registry;
 
 /// Panels of a picture, at most.
 const PANELS_MAX: usize = 24;
@@ -37,6 +38,30 @@ impl SweepSummary {
     }
 }
 
+/// Units by the ends of the names of figures, a longer end before a shorter one.
+const UNITS: [(&str, &str); 13] = [
+    ("_rad_s", "rad/s"),
+    ("_deg_s", "deg/s"),
+    ("_mm_s", "mm/s"),
+    ("_m_s", "m/s"),
+    ("_hz", "Hz"),
+    ("_mdeg", "mdeg"),
+    ("_deg", "deg"),
+    ("_rad", "rad"),
+    ("_percent", "%"),
+    ("_ppm", "ppm"),
+    ("_kg", "kg"),
+    ("_m", "m"),
+    ("_s", "s"),
+];
+
+/// A key or a figure with its unit: that of the key, or that in which the name ends; 1 without one.
+fn labelled(name: &str) -> String {
+    let of_key = registry().find(|setting| setting.key == name && !setting.unit.is_empty());
+    let of_name = || UNITS.iter().find(|(end, _)| name.ends_with(end)).map(|(_, unit)| *unit);
+    format!("{name} ({})", of_key.map(|setting| setting.unit).or_else(of_name).unwrap_or("1"))
+}
+
 /// The figures of some items in their order, each once.
 fn figures_of<'a>(of: impl Iterator<Item = &'a str>) -> Vec<&'a str> {
     let mut figures: Vec<&str> = Vec::new();
@@ -53,7 +78,7 @@ fn figures_of<'a>(of: impl Iterator<Item = &'a str>) -> Vec<&'a str> {
 fn bars(title: &str, x: &str, names: &[&str]) -> Panel {
     let from_below = names.iter().rev().map(|name| (*name).to_owned()).collect();
     let height = 90 + 30 * u32::try_from(names.len()).unwrap_or(30);
-    Panel::new(title, Axis::new(x), Axis::of_names("key", from_below)).height(height)
+    Panel::new(title, Axis::new(labelled(x)), Axis::of_names("key", from_below)).height(height)
 }
 
 fn tornado(responses: &[&Response]) -> Figure {
@@ -80,13 +105,13 @@ fn tornado(responses: &[&Response]) -> Figure {
 fn responses(responses: &[&Response]) -> Figure {
     let panel = |response: &&Response| {
         let x = match (&response.words[..], response.log) {
-            ([], true) => Axis::new(&response.key).logarithmic(),
-            ([], false) => Axis::new(&response.key),
+            ([], true) => Axis::new(labelled(&response.key)).logarithmic(),
+            ([], false) => Axis::new(labelled(&response.key)),
             (words, _) => Axis::of_names(&response.key, words.to_vec()),
         };
         let points =
             response.slices.iter().map(|slice| (slice.at, slice.spread.mean, slice.spread.sd)).collect();
-        Panel::new(&response.figure, x, Axis::new(&response.figure))
+        Panel::new(&response.figure, x, Axis::new(labelled(&response.figure)))
             .height(200)
             .series(Series::error_bars(points).colour(Colour::Blue))
     };
@@ -118,4 +143,23 @@ fn shares(indices: &[KeyIndices]) -> Figure {
     };
     let figures = figures_of(indices.iter().map(|of_key| of_key.figure.as_str()));
     figures.into_iter().map(panel).fold(Figure::new("Which key decides").caption(INDICES), Figure::panel)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn exact_axes_have_the_units_of_keys_and_names() {
+        for (name, expected) in [
+            ("camera.noise_m", "camera.noise_m (m)"),
+            ("motor.friction", "motor.friction (1)"),
+            ("rotor_rate_mean_rad_s", "rotor_rate_mean_rad_s (rad/s)"),
+            ("rms.final_error_mdeg", "rms.final_error_mdeg (mdeg)"),
+            ("settle_time_s", "settle_time_s (s)"),
+            ("share of the variance", "share of the variance (1)"),
+        ] {
+            assert_eq!(labelled(name), expected);
+        }
+    }
 }

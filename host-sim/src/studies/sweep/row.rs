@@ -1,6 +1,7 @@
 //! One row of a sweep: its figures, or why it has none.
 
 use std::any::Any;
+use std::cell::Cell;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::{Mutex, PoisonError};
 use std::time::Instant;
@@ -11,6 +12,24 @@ use super::figure::{self, Found};
 use super::{FailureCounts, SweepError, SweepPlan};
 use crate::runs::RunError;
 use crate::scene::Scene;
+
+thread_local! {
+    /// Whether this thread makes a row.
+    static MAKES_A_ROW: Cell<bool> = const { Cell::new(false) };
+}
+
+/// Whether this thread makes a row: what panics there is told by the row.
+pub fn makes_a_row() -> bool {
+    MAKES_A_ROW.get()
+}
+
+/// What `run` gives, or what it panicked with.
+fn caught<T>(run: impl FnOnce() -> T) -> Result<T, Box<dyn Any + Send>> {
+    MAKES_A_ROW.set(true);
+    let result = catch_unwind(AssertUnwindSafe(run));
+    MAKES_A_ROW.set(false);
+    result
+}
 
 /// A row that was made.
 #[derive(Clone, Debug, PartialEq)]
@@ -101,7 +120,7 @@ impl SweepPlan {
         let seed = scene.as_ref().map_or_else(|_| self.scene.seed(), Scene::seed);
         let outcome = match scene {
             Err(error) => failed(Failure::Refused, &error),
-            Ok(scene) => match catch_unwind(AssertUnwindSafe(|| run(&scene))) {
+            Ok(scene) => match caught(|| run(&scene)) {
                 Err(payload) => failed(Failure::Panicked, &said(payload.as_ref())),
                 Ok(Err(error @ RunError::Scene(_))) => failed(Failure::Refused, &error),
                 Ok(Err(error)) => failed(Failure::Diverged, &error),

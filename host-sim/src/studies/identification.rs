@@ -1,0 +1,236 @@
+//! A motor's parameters from recordings of it: `host-sim identify`.
+//!
+//! Impact by impact the motion is chaotic, and no simulation repeats a recording. What repeats is its statistics. So:
+//!
+//! ```text
+//! recordings ---> statistics s                                     statistics.rs
+//! prior ---> drawn motors, same drives, same instruments ---> statistics of each               training.rs
+//!            regressions: what tells a parameter, how it follows from the parameters           emulator.rs
+//! s, prior ---> posterior of the parameters that are told          posterior.rs
+//! ```
+//!
+//! Before anything is fitted, the regressions say what these recordings can tell ([`emulator::Summaries::expected`]): a
+//! parameter whose standard deviation they are expected to leave above [`emulator::TOLD`] of the prior's gets an
+//! infinite interval, and the recording of a short list that would tell it is named (`candidates.rs`).
+//!
+//! The parameters that are not told are drawn with the others, so that what is not known of them widens every interval.
+//! Whether the intervals hold what they promise is tried on motors drawn and forgotten (`calibration.rs`).
+
+mod calibration;
+mod candidates;
+mod emulator;
+mod error;
+mod measured;
+mod outcome;
+mod parameters;
+mod parts;
+mod picture;
+mod posterior;
+mod report;
+mod ridge;
+mod statistics;
+mod training;
+
+pub(crate) use calibration::page_values;
+pub use calibration::{CalibratedParameter, Calibration, CalibrationPlan};
+pub use error::IdentificationError;
+pub use measured::Recorded;
+pub use outcome::{Identification, IdentifiedParameter, MeasuredStatistic};
+pub use parameters::Prior;
+pub(crate) use report::report;
+
+use motor_model::math;
+
+use crate::math::statistics::Spread;
+use crate::scene::RotorModel;
+use candidates::Advice;
+use emulator::{Emulator, TOLD, of_told, quadratic};
+use parameters::Unknown;
+use ridge::{Ridge, outputs};
+use training::{DrawnMotor, Setting};
+
+/// How much is computed.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Effort {
+    /// Motors that are drawn.
+    pub motors: u64,
+    /// Motors on which each further recording is tried; 0 for no advice.
+    pub motors_per_candidate: u64,
+    /// Width of the prior, per the tolerance from which motors are drawn.
+    pub prior_width: f64,
+    /// Seed of the motors that are drawn.
+    pub seed: u64,
+}
+
+impl Default for Effort {
+    fn default() -> Self {
+        Self { motors: 1000, motors_per_candidate: 250, prior_width: 1.5, seed: 1 }
+    }
+}
+
+/// What is to be identified, from which recordings.
+#[derive(Clone, Debug)]
+pub struct IdentificationPlan {
+    recordings: Vec<Recorded>,
+    settings: Vec<Setting>,
+    unknowns: Vec<Unknown>,
+    effort: Effort,
+}
+
+impl IdentificationPlan {
+    /// From these recordings of one motor.
+    ///
+    /// # Errors
+    /// When there is nothing to be told from one of them, or they are of different designs.
+    pub fn new(mut recordings: Vec<Recorded>, effort: Effort) -> Result<Self, IdentificationError> {
+        let Some(first) = recordings.first() else { return Err(IdentificationError::NoRecordings) };
+        let (design, tilting) = (first.scene.motor_params(), first.scene.tilting_params());
+        for other in &recordings {
+            if other.scene.motor_params() != design || other.scene.tilting_params() != tilting {
+                let paths = [first.path.clone(), other.path.clone()];
+                return Err(IdentificationError::OtherDesign { paths });
+            }
+        }
+        let rotor = rotor_of(&recordings)?;
+        for recorded in &mut recordings {
+            recorded.scene.set("plant.rotor", rotor.word())?;
+        }
+        let settings: Vec<Setting> = recordings.iter().map(Setting::of).collect();
+        for (recorded, setting) in recordings.iter().zip(&settings) {
+            if setting.parts.is_empty() {
+                let path = recorded.path.clone();
+                return Err(IdentificationError::TooShort { path });
+            }
+        }
+        let unknowns = match recordings.first() {
+            Some(first) => parameters::unknowns(&first.scene, effort.prior_width)?,
+            None => Vec::new(),
+        };
+        Ok(Self { recordings, settings, unknowns, effort })
+    }
+
+    /// Number of motors that are drawn.
+    pub fn work(&self) -> u64 {
+        self.effort.motors + candidates::COUNT * self.effort.motors_per_candidate
+    }
+
+    /// Identifies; `done` is called after each motor.
+    ///
+    /// # Errors
+    /// When the model refuses a motor.
+    pub fn run(&self, done: &(impl Fn() + Sync)) -> Result<Identification, IdentificationError> {
+        let Self { recordings, settings, unknowns, effort } = self;
+        let measured: Vec<statistics::Statistic> = recordings
+            .iter()
+            .zip(settings)
+            .flat_map(|(recorded, setting)| {
+                statistics::statistics(&recorded.scene, &setting.parts, &recorded.measured)
+            })
+            .collect();
+        let values: Vec<f64> = measured.iter().map(|statistic| statistic.value).collect();
+        let motors = training::draw_motors(settings, unknowns, effort.seed, effort.motors, done)?;
+        let learnt = Emulator::learn(&motors);
+        let (first, _) = motors.split_at(motors.len() / 2);
+        let expected = match &learnt {
+            Some(emulator) => emulator.expected().to_vec(),
+            None => emulator::Summaries::learn(first).expected,
+        };
+        let advice = self.advice(&expected, done)?;
+        let sample = learnt
+            .as_ref()
+            .map(|emulator| posterior::posterior(emulator, unknowns, &values, effort.seed))
+            .unwrap_or_default();
+        let told = learnt.map(|emulator| emulator.told).unwrap_or_default();
+        let parameters = unknowns.iter().enumerate().map(|(number, unknown)| {
+            let place = told.iter().position(|told| *told == number);
+            let sampled = place.map(|place| {
+                let mut values: Vec<f64> = sample.iter().map(|told| unknown.value(told[place])).collect();
+                values.sort_by(f64::total_cmp);
+                values
+            });
+            IdentifiedParameter::new(
+                unknown,
+                expected[number],
+                sampled.as_deref(),
+                advice.get(number).copied().flatten(),
+            )
+        });
+        Ok(Identification {
+            parameters: parameters.collect(),
+            fit: fit(&motors, &told, &sample, &measured),
+            sample: sample.iter().map(|one| values_of(unknowns, &told, one)).collect(),
+            told,
+            logs: recordings.iter().map(|recorded| recorded.path.display().to_string()).collect(),
+            rotor: rotor_of(recordings)?.word(),
+            motors: effort.motors,
+            prior_width: effort.prior_width,
+            seed: effort.seed,
+        })
+    }
+
+    /// What would tell what these recordings do not; nothing if nobody asks.
+    fn advice(
+        &self,
+        expected: &[f64],
+        done: &(impl Fn() + Sync),
+    ) -> Result<Vec<Option<Advice>>, IdentificationError> {
+        let none = Vec::new();
+        if self.effort.motors_per_candidate == 0 || expected.iter().all(|ratio| *ratio < TOLD) {
+            return Ok(none);
+        }
+        let is_motor = |setting: &&Setting| setting.scene.choice("record.model") == "motor";
+        let Some(setting) = self.settings.iter().find(is_motor).or(self.settings.first()) else {
+            return Ok(none);
+        };
+        let count = self.effort.motors_per_candidate;
+        Ok(candidates::advice(&setting.scene, &self.unknowns, self.effort.seed, count, done)?)
+    }
+}
+
+/// The rotor of the motor: one that tilts, if any recording says so.
+fn rotor_of(recordings: &[Recorded]) -> Result<RotorModel, IdentificationError> {
+    let mut rotor = RotorModel::HeightOnly;
+    for recorded in recordings {
+        let own = RotorModel::of(&recorded.scene)?;
+        if own != RotorModel::HeightOnly {
+            rotor = own;
+        }
+    }
+    Ok(rotor)
+}
+
+/// The values of told parameters of which `standard` are in standard deviations.
+fn values_of(unknowns: &[Unknown], told: &[usize], standard: &[f64]) -> Vec<f64> {
+    let unknowns = told.iter().filter_map(|number| unknowns.get(*number));
+    unknowns.zip(standard).map(|(unknown, standard)| unknown.value(*standard)).collect()
+}
+
+/// Each statistic as it was measured, beside what motors of the posterior show.
+fn fit(
+    motors: &[DrawnMotor],
+    told: &[usize],
+    sample: &[Vec<f64>],
+    measured: &[statistics::Statistic],
+) -> Vec<MeasuredStatistic> {
+    if sample.is_empty() {
+        return Vec::new();
+    }
+    let inputs: Vec<Vec<f64>> =
+        motors.iter().map(|motor| quadratic(&of_told(told, &motor.standard))).collect();
+    let ridge = Ridge::new(&inputs);
+    let maps: Vec<_> = (0..measured.len())
+        .map(|number| ridge.fit(&motors.iter().map(|motor| motor.statistics[number]).collect::<Vec<_>>()))
+        .collect();
+    let of_sample: Vec<_> = sample.iter().step_by(20).map(|told| outputs(&maps, &quadratic(told))).collect();
+    let predicted = |(number, statistic): (usize, &statistics::Statistic)| {
+        let mean: Spread = of_sample.iter().map(|outputs| outputs[number]).collect();
+        let noise = maps[number].left_out_rms();
+        let sd = math::sqrt(mean.sd * mean.sd + noise * noise);
+        let name = statistic.name.clone();
+        MeasuredStatistic { name, measured: statistic.value, predicted: mean.mean, sd }
+    };
+    measured.iter().enumerate().map(predicted).collect()
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,265 @@
+//! What was identified, in numbers and in words, and as a scene.
+
+use std::fmt::Write as _;
+
+use serde::Serialize;
+
+use super::candidates::Advice;
+use super::emulator::TOLD;
+use super::parameters::{Prior, Unknown};
+use crate::math::plain_number::plain;
+use crate::math::statistics::Spread;
+use crate::report::document::{Block, Document, Table};
+
+/// Share of the sample in the interval that is stated.
+const INTERVAL: f64 = 0.9;
+
+/// A parameter, and what the recordings tell of it.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct IdentifiedParameter {
+    /// Key of the design.
+    pub key: &'static str,
+    /// Unit.
+    pub unit: &'static str,
+    /// Meaning.
+    pub meaning: &'static str,
+    /// What is known before the recordings.
+    #[serde(skip)]
+    pub prior: Prior,
+    /// Mean before the recordings.
+    pub prior_mean: f64,
+    /// Standard deviation before the recordings.
+    pub prior_sd: f64,
+    /// Whether the recordings tell it.
+    pub told: bool,
+    /// Expected standard deviation after recordings like these per that before.
+    pub expected_ratio: f64,
+    /// Mean after the recordings; none of a parameter that is not told.
+    pub mean: Option<f64>,
+    /// Standard deviation after the recordings; none of a parameter that is not told.
+    pub sd: Option<f64>,
+    /// The 90 % interval; none of a parameter that is not told: then it is infinite.
+    pub interval: Option<[f64; 2]>,
+    /// The recording that would tell a parameter that is not told, if one of the list would.
+    pub further_recording: Option<&'static str>,
+    /// The same as a sentence.
+    pub advice: Option<String>,
+}
+
+impl IdentifiedParameter {
+    /// Of a sorted sample of its values, if the recordings tell it, and of what would tell it.
+    pub(super) fn new(
+        unknown: &Unknown,
+        expected_ratio: f64,
+        sample: Option<&[f64]>,
+        advice: Option<Advice>,
+    ) -> Self {
+        let spread: Option<Spread> = sample.map(|sample| sample.iter().copied().collect());
+        let at = |sample: &[f64], part: f64| sample[index(part, sample.len())];
+        let edge = 0.5 * (1.0 - INTERVAL);
+        Self {
+            key: unknown.key,
+            unit: unknown.unit,
+            meaning: unknown.meaning,
+            prior: unknown.prior,
+            prior_mean: unknown.prior.mean(),
+            prior_sd: unknown.prior.sd(),
+            told: sample.is_some(),
+            expected_ratio,
+            mean: spread.map(|spread| spread.mean),
+            sd: spread.map(|spread| spread.sd),
+            interval: sample
+                .filter(|sample| !sample.is_empty())
+                .map(|sample| [at(sample, edge), at(sample, 1.0 - edge)]),
+            further_recording: advice.filter(|_| sample.is_none()).map(|advice| advice.recording),
+            advice: if sample.is_some() { None } else { Some(sentence(unknown.key, advice)) },
+        }
+    }
+}
+
+/// Place of a quantile among `count` sorted values, at least one.
+#[expect(
+    clippy::cast_possible_truncation,
+    clippy::cast_precision_loss,
+    clippy::cast_sign_loss,
+    reason = "far below 2^53"
+)]
+fn index(part: f64, count: usize) -> usize {
+    ((part * count as f64) as usize).min(count.saturating_sub(1))
+}
+
+/// What would tell the parameter `key`.
+fn sentence(key: &str, advice: Option<Advice>) -> String {
+    match advice {
+        Some(Advice { recording, expected }) => format!(
+            "{key} is not told by these recordings; {recording} would tell it to {:.0} % of what is not known.",
+            100.0 * expected
+        ),
+        None => format!("{key} is not told by these recordings."),
+    }
+}
+
+/// A statistic as it was measured, and as motors of the posterior show it.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct MeasuredStatistic {
+    /// Which part of the recordings, and what.
+    pub name: String,
+    /// As measured.
+    pub measured: f64,
+    /// Mean of motors of the posterior.
+    pub predicted: f64,
+    /// Their standard deviation.
+    pub sd: f64,
+}
+
+impl MeasuredStatistic {
+    /// Measured less predicted, in standard deviations.
+    pub fn deviation(&self) -> f64 {
+        if self.sd > 0.0 { (self.measured - self.predicted) / self.sd } else { 0.0 }
+    }
+}
+
+/// What was identified.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Identification {
+    /// The logs.
+    pub logs: Vec<String>,
+    /// The rotor's model.
+    pub rotor: &'static str,
+    /// Every parameter of which anything is unknown.
+    pub parameters: Vec<IdentifiedParameter>,
+    /// Every statistic.
+    pub fit: Vec<MeasuredStatistic>,
+    /// Numbers of the parameters that are told.
+    #[serde(skip)]
+    pub told: Vec<usize>,
+    /// A sample of the posterior of these.
+    #[serde(skip)]
+    pub sample: Vec<Vec<f64>>,
+    /// Motors that were drawn.
+    pub motors: u64,
+    /// Width of the prior.
+    pub prior_width: f64,
+    /// Seed of the motors that were drawn.
+    pub seed: u64,
+}
+
+impl Identification {
+    /// The statistics that are furthest off what motors of the posterior show.
+    pub(super) fn furthest(&self, count: usize) -> Vec<&MeasuredStatistic> {
+        let mut all: Vec<&MeasuredStatistic> = self.fit.iter().collect();
+        all.sort_by(|one, other| other.deviation().abs().total_cmp(&one.deviation().abs()));
+        all.truncate(count);
+        all
+    }
+
+    /// Share of the statistics within two standard deviations.
+    pub(super) fn share_within_two(&self) -> f64 {
+        self.fit
+            .iter()
+            .map(|statistic| f64::from(u8::from(statistic.deviation().abs() <= 2.0)))
+            .collect::<Spread>()
+            .mean
+    }
+
+    /// What the parameters are.
+    pub(super) fn table(&self) -> Table {
+        let mut table = Table::new(&["parameter", "unit", "before", "identified", "90 % interval"]);
+        for parameter in &self.parameters {
+            let IdentifiedParameter { key, unit, prior_mean, prior_sd, mean, sd, interval, .. } = parameter;
+            let spread = |mean: f64, sd: f64| format!("{} +- {}", short(mean), short(sd));
+            table.push(vec![
+                (*key).to_owned(),
+                (*unit).to_owned(),
+                spread(*prior_mean, *prior_sd),
+                mean.zip(*sd).map_or_else(|| "not told".to_owned(), |(mean, sd)| spread(mean, sd)),
+                interval.map_or_else(
+                    || "-inf to inf".to_owned(),
+                    |[low, high]| format!("{} to {}", short(low), short(high)),
+                ),
+            ]);
+        }
+        table
+    }
+
+    /// How well motors of the posterior show what was measured.
+    pub(super) fn fit_sentence(&self) -> String {
+        format!(
+            "Of {} statistics of the recordings {:.0} % lie within two standard deviations of what motors of the \
+             posterior show; 95 % do if the recordings are those of such a motor.",
+            self.fit.len(),
+            100.0 * self.share_within_two()
+        )
+    }
+
+    /// Everything that is said.
+    pub fn document(&self) -> Document {
+        let told = self.told.len();
+        let mut blocks = vec![
+            Block::Paragraph(format!(
+                "{} of {} parameters are told by {}: a standard deviation below {:.0} % of that before is expected.",
+                told,
+                self.parameters.len(),
+                self.logs.join(", "),
+                100.0 * TOLD
+            )),
+            Block::Table(self.table()),
+        ];
+        if !self.fit.is_empty() {
+            blocks.push(Block::Paragraph(self.fit_sentence()));
+        }
+        blocks.extend(self.advice().into_iter().map(Block::Paragraph));
+        Document { blocks }
+    }
+
+    /// What would tell what is not told: a sentence for each parameter that a recording of the list would tell, and one
+    /// for all others.
+    pub(super) fn advice(&self) -> Vec<String> {
+        let not_told = || self.parameters.iter().filter(|parameter| !parameter.told);
+        let advised = not_told().filter(|parameter| parameter.further_recording.is_some());
+        let mut sentences: Vec<String> = advised.filter_map(|parameter| parameter.advice.clone()).collect();
+        let others = not_told().filter(|parameter| parameter.further_recording.is_none());
+        let others: Vec<&str> = others.map(|parameter| parameter.key).collect();
+        if !others.is_empty() {
+            sentences.push(format!("No recording that was looked at tells {}.", others.join(", ")));
+        }
+        sentences
+    }
+
+    /// The scene of the motor: what was identified is its design, with twice the standard deviation as tolerance.
+    pub fn scene(&self) -> String {
+        let mut scene = format!(
+            "# The motor that host-sim identified from {}. What is not here was not told.\n",
+            self.logs.join(", ")
+        );
+        let mut line = |key: &str, value: f64| {
+            // Writing to a string cannot fail.
+            let _ = writeln!(scene, "{key} = {}", float(value));
+        };
+        for (parameter, mean, sd) in self.identified() {
+            line(parameter.key, mean);
+            line(&format!("plant.tolerance.{}", parameter.key), 2.0 * sd);
+        }
+        if self.rotor != "height_only" {
+            let _ = writeln!(scene, "plant.rotor = \"{}\"", self.rotor);
+        }
+        scene
+    }
+
+    /// What is told, with mean and standard deviation.
+    pub fn identified(&self) -> impl Iterator<Item = (&IdentifiedParameter, f64, f64)> {
+        self.parameters.iter().filter_map(|parameter| Some((parameter, parameter.mean?, parameter.sd?)))
+    }
+}
+
+/// A number with five digits.
+fn short(number: f64) -> String {
+    let rounded: f64 = format!("{number:.4e}").parse().unwrap_or(number);
+    plain(rounded)
+}
+
+/// A number of seven digits in a scene file.
+fn float(number: f64) -> String {
+    let rounded: f64 = format!("{number:.7e}").parse().unwrap_or(number);
+    plain(rounded)
+}
