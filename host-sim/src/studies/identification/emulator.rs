@@ -88,6 +88,9 @@ impl Emulator {
         let (first, second) = motors.split_at(motors.len() / 2);
         let summaries = Summaries::learn(first);
         let told = summaries.told();
+        if told.is_empty() {
+            return None;
+        }
         let inputs: Vec<Vec<f64>> =
             second.iter().map(|motor| quadratic(&of_told(&told, &motor.standard))).collect();
         let summed: Vec<DVector<f64>> =
@@ -98,7 +101,7 @@ impl Emulator {
             .collect();
         let scale = scale_matrix(&maps);
         let lower = Cholesky::new(scale)?.l();
-        Some(Self { summaries, told, maps, lower }).filter(|emulator| !emulator.told.is_empty())
+        Some(Self { summaries, told, maps, lower })
     }
 
     /// Of every parameter the expected standard deviation after the recordings per that before.
