@@ -118,7 +118,7 @@ enum Command {
     /// Run a log through any filter at any tuning, beside what was recorded
     Replay(ReplayArgs),
     /// Make a log of your own recording: tables of angles, velocities and drives
-    Import(ImportArgs),
+    Import(Box<ImportArgs>),
     /// Say in words what happened in a log: frames refused, restarts, health, phases, and why
     Explain(ExplainArgs),
     /// Set two results side by side, with what changed beyond noise

@@ -1,5 +1,6 @@
 //! What the tests share: tolerances, second implementations to compare with, motors, runs, the built command.
 
+pub mod awkward_tables;
 pub mod browser;
 pub mod built_command;
 pub mod checkout;

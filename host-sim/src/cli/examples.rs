@@ -44,6 +44,10 @@ pub(super) const EXAMPLES: &[(&str, &[(&str, &str)])] = &[
                 "A camera that counts the other way, on a clock that is 12.5 ms ahead and 35 ppm fast",
                 "import --camera camera.csv --camera-scale -1 --camera-clock 0.0125,35 --log run.mcap",
             ),
+            (
+                "A sweep of the teeth without a rotor",
+                "import --model stator --vibrometer v.csv --drive d.csv --drive-frequency f_hz --log sweep.mcap",
+            ),
         ],
     ),
     (

@@ -106,10 +106,17 @@ pub(super) struct ImportArgs {
     /// Its column of amplitudes, of full drive
     #[arg(long, value_name = "COLUMN", default_value = "drive_amplitude", requires = "drive")]
     drive_amplitude: String,
+    /// Its column of frequencies: Hz, kHz. Without it, and where a cell is empty, the drive has the frequency of the
+    /// design
+    #[arg(long, value_name = "COLUMN", requires = "drive")]
+    drive_frequency: Option<ColumnName>,
     /// The drive's clock
     #[arg(long, value_name = "S[,PPM]", default_value = "0", requires = "drive")]
     #[arg(value_parser = ClockParser, allow_hyphen_values = true)]
     drive_clock: Clock,
+    /// What was recorded: motor, or stator (without a rotor, the vibrometer on a tooth)
+    #[arg(long)]
+    model: Option<String>,
     /// How to print the result
     #[arg(long, value_enum, default_value = "text")]
     format: Format,
@@ -121,7 +128,7 @@ pub(super) struct ImportArgs {
 
 impl ImportArgs {
     pub(super) fn execute(&self) -> Result<(), CommandError> {
-        let scene = self.scene.load("import", &[])?;
+        let scene = self.scene.load("import", &[("record.model", &self.model)])?;
         let recording = self.recording();
         let import = Import::new(&recording, scene)?;
         let mut log = self.log.open("import", import.scene())?;
@@ -156,6 +163,7 @@ impl ImportArgs {
             time: self.drive_time.clone(),
             mode: self.drive_mode.clone(),
             amplitude: self.drive_amplitude.clone(),
+            frequency: self.drive_frequency.clone(),
             clock: self.drive_clock,
         });
         Recording { camera, vibrometer, drive }

@@ -41,7 +41,7 @@ const RECORD_READS: [&str; 13] = [
 
 /// Every command that takes a scene.
 pub(super) const READERS: [Reader; 13] = [
-    reader("import", &["motor", "camera", "ldv", "estimator"]),
+    reader("import", &["motor", "camera", "ldv", "estimator", "record.model"]),
     reader("simulate", &["seed", "motor", "simulate", "plant.rotor"]),
     reader(
         "position",

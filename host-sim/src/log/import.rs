@@ -12,13 +12,18 @@
 //! frames after the latency of the scene's camera.
 
 mod column;
+mod drive;
 mod error;
+mod rows;
 mod source;
 mod summary;
+mod table;
 
 pub use column::{ColumnName, Quantity};
+pub use drive::DriveTable;
 pub use error::ImportError;
-pub use source::{Clock, DriveTable, MeasuredTable};
+pub use rows::Clock;
+pub use source::MeasuredTable;
 pub use summary::{Imported, ImportedSource};
 
 use std::ops::ControlFlow;
@@ -30,7 +35,8 @@ use motor_model::{Angle, DriveCommand, Time};
 use super::error::LogError;
 use crate::runs::record::{Observer, RunRecord, Task};
 use crate::scene::{Origin, Scene};
-use source::{Preview, TableRows};
+use rows::TableRows;
+use source::Preview;
 use summary::Summary;
 
 /// Longest gap in a recording, in s: what `replay` reads.
@@ -67,6 +73,10 @@ impl<'a> Import<'a> {
         if recording.camera.is_none() && recording.vibrometer.is_none() {
             return Err(ImportError::NothingMeasured.into());
         }
+        let of_stator = scene.choice("record.model") == "stator";
+        if of_stator && recording.camera.is_some() {
+            return Err(ImportError::CameraOfStator.into());
+        }
         let set: Vec<&str> = scene.keys_set().collect();
         let unset = |key: &str| !set.contains(&key);
         let preview = |table: &Option<MeasuredTable>, quantity| -> Result<Option<Preview>, ImportError> {
@@ -74,7 +84,11 @@ impl<'a> Import<'a> {
         };
         let camera = preview(&recording.camera, Quantity::Angle)?;
         let vibrometer = preview(&recording.vibrometer, Quantity::Velocity)?;
-        let mut from_tables = vec![("camera.marks", "1".to_owned())];
+        // A stator without its rotor has nothing that a camera looks at.
+        let mut from_tables: Vec<(&str, String)> = Vec::new();
+        if !of_stator {
+            from_tables.push(("camera.marks", "1".to_owned()));
+        }
         if let Some(seen) = &camera {
             from_tables.push(("camera.frame_rate_hz", seen.rate_hz.to_string()));
         }
@@ -109,7 +123,10 @@ impl<'a> Import<'a> {
         let mut ticks = Ticks {
             frames: rows(camera, Quantity::Angle)?,
             samples: rows(vibrometer, Quantity::Velocity)?,
-            drives: drive.as_ref().map_or_else(|| Ok(TableRows::none()), |table| table.rows(self.start_s))?,
+            drives: match drive {
+                Some(table) => table.rows(self.start_s, self.scene.motor_params())?,
+                None => TableRows::none(),
+            },
             latency_nanos: latency_nanos(&self.scene),
             drive: DriveCommand::OFF,
             summary: Summary::default(),
@@ -125,7 +142,7 @@ fn latency_nanos(scene: &Scene) -> u64 {
     let period_s = 1.0 / scene.number("camera.frame_rate_hz");
     let frames = crate::math::count::real(scene.integer("camera.latency_frames"));
     let after_middle = frames + 0.5 * scene.number("camera.exposure_frames");
-    source::nanos(after_middle * period_s + scene.number("camera.latency_s"))
+    rows::nanos(after_middle * period_s + scene.number("camera.latency_s"))
 }
 
 /// The ticks of a log, from the tables.

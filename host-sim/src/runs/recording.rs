@@ -83,13 +83,22 @@ fn ticks_in(duration_s: f64) -> u64 {
     ((1e9 * duration_s / real(TICK_NANOS)).round() as u64).max(1)
 }
 
-/// The command of a drive when the part `passed` of its time has passed.
-fn command(drive: &ScheduledDrive, passed: f64, design: &MotorParams) -> Result<DriveCommand, SceneError> {
-    let parameter = match drive.mode {
+/// The frequency of a mode.
+fn frequency_of(mode: DriveMode) -> Parameter {
+    match mode {
         DriveMode::B => Parameter::ModeBFrequency,
         DriveMode::C => Parameter::ModeCFrequency,
-    };
-    let own_hz = design.get(parameter);
+    }
+}
+
+/// The frequency of a mode of this design, in Hz: that of a drive that says none.
+pub fn design_frequency_hz(design: &MotorParams, mode: DriveMode) -> f64 {
+    design.get(frequency_of(mode))
+}
+
+/// The command of a drive when the part `passed` of its time has passed.
+fn command(drive: &ScheduledDrive, passed: f64, design: &MotorParams) -> Result<DriveCommand, SceneError> {
+    let own_hz = design_frequency_hz(design, drive.mode);
     let offset_hz = drive.frequency_hz.map_or(0.0, |[from, until]| from + (until - from) * passed - own_hz);
     #[expect(clippy::cast_possible_truncation, reason = "a command is f32: it goes to a microcontroller")]
     let (amplitude, offset_hz) = (drive.amplitude as f32, offset_hz as f32);
@@ -97,7 +106,10 @@ fn command(drive: &ScheduledDrive, passed: f64, design: &MotorParams) -> Result<
     command.with_frequency_offset(offset_hz).map_err(|_| {
         let max = f64::from(DriveCommand::FREQUENCY_OFFSET_MAX_HZ);
         SceneError::Conflict {
-            conflict: format!("record.schedule: {drive} is more than {max} Hz from {}", parameter.spec().key),
+            conflict: format!(
+                "record.schedule: {drive} is more than {max} Hz from {}",
+                frequency_of(drive.mode).spec().key
+            ),
             hint: format!("{} to {} Hz", own_hz - max, own_hz + max),
         }
     })

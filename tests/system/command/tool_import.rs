@@ -1,74 +1,14 @@
 //! `import`: tables as a laboratory has them, and what a filter makes of the log.
 //!
-//! The tables are made of the log of a move. The camera counts the other way round from 12.5 degrees on, has a clock of
-//! its own that is 12.5 ms ahead and runs 35 ppm fast, is blind for 10 ms and leaves cells empty; the vibrometer shows
-//! 20 mm/s more, in a table with semicolons and decimal commas.
+//! The tables are made of the log of a move (`support/awkward_tables.rs`).
 
-use std::fmt::Write as _;
 use std::fs;
-use std::path::Path;
 
 use serde_json::Value;
 
+use crate::support::awkward_tables::{self, CLOCK, TABLES};
 use crate::support::built_command::{folder, json, number, refuses, succeeds};
 use crate::support::closeness::assert_between;
-
-const OFFSET_S: f64 = 12.5e-3;
-const DRIFT: f64 = 35e-6;
-
-/// Writes camera.csv, ldv.csv and drive.csv of the log `own.csv` of a folder; frames with an angle.
-fn awkward_tables(folder: &Path) -> u64 {
-    let text = fs::read_to_string(folder.join("own.csv")).unwrap();
-    let mut lines = text.lines();
-    let columns: Vec<&str> = lines.next().unwrap().split(',').collect();
-    let place = |name: &str| columns.iter().position(|column| *column == name).unwrap();
-    let [time, angle, velocity, mode, amplitude] =
-        ["time_s", "camera_angle_deg", "vibrometer_m_s", "drive_mode", "drive_amplitude"].map(place);
-    let (mut camera, mut ldv) = ("stamp_ms,phi_deg\n".to_owned(), "time_s;v_mm_s\n".to_owned());
-    let (mut drives, mut frames, mut last) =
-        ("time_s,drive_mode,drive_amplitude\n".to_owned(), 0, String::new());
-    for line in lines {
-        let cells: Vec<&str> = line.split(',').collect();
-        let at_s: f64 = cells[time].parse().unwrap();
-        if let Ok(angle_deg) = cells[angle].parse::<f64>() {
-            let shown_ms = 1e3 * (OFFSET_S + at_s * (1.0 + DRIFT));
-            let seen =
-                if (0.08..0.081).contains(&at_s) { String::new() } else { (12.5 - angle_deg).to_string() };
-            if !(0.05..0.06).contains(&at_s) {
-                frames += u64::from(!seen.is_empty());
-                writeln!(camera, "{shown_ms:.6},{seen}").unwrap();
-            }
-        }
-        if let Ok(velocity_m_s) = cells[velocity].parse::<f64>() {
-            let shown = (1e3 * velocity_m_s + 20.0).to_string().replace('.', ",");
-            writeln!(ldv, "{at_s:.9};{shown}").unwrap();
-        }
-        let drive = format!("{},{}", cells[mode], cells[amplitude]);
-        if !cells[mode].is_empty() && drive != last {
-            writeln!(drives, "{at_s:.9},{drive}").unwrap();
-            last = drive;
-        }
-    }
-    for (name, table) in [("camera.csv", camera), ("ldv.csv", ldv), ("drive.csv", drives)] {
-        fs::write(folder.join(name), table).unwrap();
-    }
-    frames
-}
-
-const TABLES: [&str; 12] = [
-    "import",
-    "--camera",
-    "camera.csv",
-    "--camera-time",
-    "stamp_ms",
-    "--camera-angle",
-    "phi_deg",
-    "--vibrometer",
-    "ldv.csv",
-    "--vibrometer-velocity",
-    "v_mm_s",
-    "--drive=drive.csv",
-];
 
 /// Without corrections each of them is asked for; with them the log's replay gives the estimates of the run, which a
 /// filter judges by its innovations, and a wrong clock is judged worse.
@@ -77,32 +17,17 @@ fn tool_a_recording_with_two_clocks_gaps_and_wrong_signs_is_imported() {
     let folder = folder();
     let path = folder.path();
     succeeds(path, &["position", "--to", "20", "--log", "own.csv", "--log-every", "1"]);
-    let frames = awkward_tables(path);
+    let frames = awkward_tables::write(path);
     let looked = json(path, &[&TABLES[..], &["--format", "json"]].concat());
     let advice = looked["advice"].to_string();
     for flag in ["--camera-clock", "--camera-scale -1", "--vibrometer-offset"] {
         assert!(advice.contains(flag), "{flag}: {advice}");
     }
     let corrected = |clock: &str, log: &str| {
-        let flags = [
-            "--camera-scale",
-            "-1",
-            "--camera-offset",
-            "12.5",
-            "--camera-clock",
-            clock,
-            "--vibrometer-offset",
-            "-0.02",
-            "--set",
-            "camera.noise_m=7e-7",
-            "--log",
-            log,
-            "--format",
-            "json",
-        ];
-        json(path, &[&TABLES[..], &flags].concat())
+        let flags = ["--set", "camera.noise_m=7e-7", "--log", log, "--format", "json"];
+        json(path, &[&TABLES[..], &awkward_tables::corrections(clock), &flags].concat())
     };
-    let imported = corrected("0.0125,35", "right.mcap");
+    let imported = corrected(CLOCK, "right.mcap");
     assert_eq!(imported["advice"], Value::Array(vec![]), "{imported}");
     assert_eq!(imported["sources"][0]["rows"].as_u64(), Some(frames), "{imported}");
     // The gap, and a frame to either side of it.

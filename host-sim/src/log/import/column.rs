@@ -17,10 +17,12 @@ pub enum Quantity {
     Angle,
     /// A velocity, in m/s.
     Velocity,
+    /// A frequency, in Hz.
+    Frequency,
 }
 
 impl Quantity {
-    /// Its units, and each in s, degrees or m/s. A unit stands before those that its end is.
+    /// Its units, and each in s, degrees, m/s or Hz. A unit stands before those that its end is.
     const fn units(self) -> &'static [(&'static str, f64)] {
         match self {
             Self::Time => &[("ms", 1e-3), ("us", 1e-6), ("ns", 1e-9), ("s", 1.0)],
@@ -33,6 +35,7 @@ impl Quantity {
                 ("turn", 360.0),
             ],
             Self::Velocity => &[("mm_s", 1e-3), ("um_s", 1e-6), ("m_s", 1.0)],
+            Self::Frequency => &[("khz", 1e3), ("kHz", 1e3), ("hz", 1.0), ("Hz", 1.0)],
         }
     }
 }
@@ -58,7 +61,7 @@ impl FromStr for ColumnName {
 }
 
 impl ColumnName {
-    /// A cell of 1 in s, degrees or m/s.
+    /// A cell of 1 in s, degrees, m/s or Hz.
     ///
     /// # Errors
     /// When neither the name nor a colon says which unit the cells have.
@@ -84,7 +87,7 @@ mod tests {
 
     #[test]
     fn exact_units_by_suffix_and_by_colon() {
-        use Quantity::{Angle, Time, Velocity};
+        use Quantity::{Angle, Frequency, Time, Velocity};
         for (text, quantity, expected) in [
             ("t_ms", Time, Some(1e-3)),
             ("time_s", Time, Some(1.0)),
@@ -99,6 +102,8 @@ mod tests {
             ("v_m_s", Velocity, Some(1.0)),
             ("v_m_s:um_s", Velocity, Some(1e-6)),
             ("v", Velocity, None),
+            ("f_khz", Frequency, Some(1e3)),
+            ("f_Hz", Frequency, Some(1.0)),
             ("v:deg", Velocity, None),
         ] {
             let column: ColumnName = text.parse().unwrap();

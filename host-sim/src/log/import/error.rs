@@ -9,6 +9,9 @@ pub enum ImportError {
     /// Neither a camera nor a vibrometer.
     #[error("nothing that was measured is given")]
     NothingMeasured,
+    /// Frames of a stator without a rotor.
+    #[error("--camera is given with record.model = stator, and a stator without a rotor has no marks")]
+    CameraOfStator,
     /// A table cannot be read.
     #[error("cannot read {}: {why}", path.display())]
     Unreadable {
@@ -73,6 +76,7 @@ impl ImportError {
     pub fn hint(&self) -> Option<String> {
         match self {
             Self::NothingMeasured => Some("--camera FILE.csv, --vibrometer FILE.csv, or both".to_owned()),
+            Self::CameraOfStator => Some("--model motor, or leave --camera out".to_owned()),
             Self::NoColumn { columns, .. } => Some(format!("its columns: {}", columns.join(", "))),
             Self::Unit { column, possible, .. } => Some(format!("{column}:UNIT, with one of {possible}")),
             Self::TooShort { .. } => Some("cells that are empty or no finite number are left out".to_owned()),

@@ -5,7 +5,7 @@ use std::fmt;
 use motor_model::{DriveMode, Time, math};
 use serde::Serialize;
 
-use super::source::LeftOut;
+use super::rows::LeftOut;
 use crate::math::count::real;
 use crate::report::table::Table;
 

@@ -137,6 +137,7 @@ fn exact_a_table_of_a_spreadsheet_and_its_drive() {
         time: "time_s".parse().unwrap_or_else(|never| match never {}),
         mode: "drive_mode".to_owned(),
         amplitude: "drive_amplitude".to_owned(),
+        frequency: None,
         clock: Clock::default(),
     };
     let recording = Recording { vibrometer: Some(vibrometer), drive: Some(drive), camera: None };
@@ -174,6 +175,7 @@ fn exact_advice_names_its_flag() {
         time: "time_s".parse().unwrap_or_else(|never| match never {}),
         mode: "m".to_owned(),
         amplitude: "a".to_owned(),
+        frequency: None,
         clock: Clock::default(),
     };
     let recording = Recording { camera: Some(camera), vibrometer: Some(vibrometer), drive: Some(drive) };

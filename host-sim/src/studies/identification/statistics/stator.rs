@@ -10,11 +10,12 @@
 
 use std::f64::consts::TAU;
 
-use motor_model::{DriveCommand, DriveMode, Parameter, math};
+use motor_model::{DriveCommand, DriveMode, math};
 
 use super::{Taker, within};
 use crate::math::least_squares::{Fitted, damped_oscillation, fit};
 use crate::math::statistics::{Accumulator, Line};
+use crate::runs::recording::design_frequency_hz;
 use crate::scene::Scene;
 use crate::studies::identification::measured::Measured;
 use crate::studies::identification::parts::{Kind, Span};
@@ -26,11 +27,8 @@ const STRETCH_S: f64 = 5e-4;
 
 /// Frequency of the drive in Hz.
 fn drive_hz(scene: &Scene, command: DriveCommand) -> f64 {
-    let of_mode = match command.mode() {
-        Some(DriveMode::B) => Parameter::ModeBFrequency,
-        _ => Parameter::ModeCFrequency,
-    };
-    scene.motor_params().get(of_mode) + f64::from(command.frequency_offset_hz())
+    let mode = command.mode().unwrap_or(DriveMode::B);
+    design_frequency_hz(&scene.motor_params(), mode) + f64::from(command.frequency_offset_hz())
 }
 
 /// Resonance curve and its derivatives by resonance, decay (both in rad/s) and peak.

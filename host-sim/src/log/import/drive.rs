@@ -1,0 +1,79 @@
+//! A table of drives.
+
+use std::path::PathBuf;
+
+use motor_model::{DriveCommand, DriveMode, MotorParams};
+
+use super::rows::{Clock, TableRows};
+use super::table::Table;
+use super::{ColumnName, ImportError, Quantity};
+use crate::runs::recording::design_frequency_hz;
+
+/// A table of drives.
+#[derive(Clone, Debug)]
+pub struct DriveTable {
+    /// The file.
+    pub path: PathBuf,
+    /// Column of the times.
+    pub time: ColumnName,
+    /// Column of the modes: `b`, `c`; `off`, `none`, 0 or nothing for no drive.
+    pub mode: String,
+    /// Column of the amplitudes, of full drive.
+    pub amplitude: String,
+    /// Column of the frequencies; without it, and where a cell is empty, the drive has that of the design.
+    pub frequency: Option<ColumnName>,
+    /// Its clock.
+    pub clock: Clock,
+}
+
+impl DriveTable {
+    /// Its rows from `start_s` on, of a motor of this design; what was set before holds from the start on.
+    pub(super) fn rows(
+        &self,
+        start_s: f64,
+        design: MotorParams,
+    ) -> Result<TableRows<DriveCommand>, ImportError> {
+        let table = Table::open(&self.path)?;
+        let [mode, amplitude] = [table.place(&self.mode)?, table.place(&self.amplitude)?];
+        let frequency = match &self.frequency {
+            Some(column) => Some((table.place(&column.name)?, column.factor(Quantity::Frequency)?)),
+            None => None,
+        };
+        let columns = DriveColumns { mode, amplitude, frequency };
+        let decode = move |table: &Table| columns.drive(table, &design);
+        let mut rows =
+            TableRows::of(table, &self.time, self.clock, start_s, Box::new(decode))?.keeping_early();
+        rows.fill()?;
+        Ok(rows)
+    }
+}
+
+/// Places of the columns of a drive; of the frequency also its unit in Hz.
+#[derive(Clone, Copy)]
+struct DriveColumns {
+    mode: usize,
+    amplitude: usize,
+    frequency: Option<(usize, f64)>,
+}
+
+impl DriveColumns {
+    /// The drive of a row; `None` of one without an amplitude.
+    fn drive(self, table: &Table, design: &MotorParams) -> Result<Option<DriveCommand>, ImportError> {
+        let mode = match table.cell(self.mode).to_lowercase().as_str() {
+            "b" => DriveMode::B,
+            "c" => DriveMode::C,
+            "" | "off" | "none" | "0" => return Ok(Some(DriveCommand::OFF)),
+            _ => return Err(table.refused(self.mode, "a mode: b, c or off")),
+        };
+        let Some(amplitude) = table.number(self.amplitude)? else { return Ok(None) };
+        #[expect(clippy::cast_possible_truncation, reason = "a command is f32")]
+        let command = DriveCommand::try_new(mode, amplitude as f32);
+        let command = command.map_err(|_| table.refused(self.amplitude, "an amplitude from 0 to 1"))?;
+        let Some((place, factor)) = self.frequency else { return Ok(Some(command)) };
+        let Some(cell) = table.number(place)? else { return Ok(Some(command)) };
+        let offset_hz = cell * factor - design_frequency_hz(design, mode);
+        #[expect(clippy::cast_possible_truncation, reason = "a command is f32")]
+        let command = command.with_frequency_offset(offset_hz as f32);
+        command.map(Some).map_err(|_| table.refused(place, "a frequency within 2000 Hz of the design's"))
+    }
+}
