@@ -11,6 +11,7 @@ mod tool_faults;
 mod tool_filters;
 mod tool_gallery;
 mod tool_hostile_inputs;
+mod tool_identify;
 mod tool_import;
 mod tool_logs;
 mod tool_parts;

@@ -91,7 +91,7 @@ impl IdentifyArgs {
     fn effort(&self) -> Effort {
         Effort {
             motors: self.motors,
-            motors_per_candidate: if self.no_advice { 0 } else { Effort::default().motors_per_candidate },
+            advice: !self.no_advice,
             prior_width: self.prior_width,
             seed: self.seed,
         }

@@ -39,14 +39,18 @@ pub use outcome::{Identification, IdentifiedParameter, MeasuredStatistic};
 pub use parameters::Prior;
 pub(crate) use report::report;
 
+use std::collections::BTreeMap;
+
 use motor_model::math;
 
 use crate::math::statistics::Spread;
 use crate::scene::RotorModel;
+use crate::world::plant::Plant;
 use candidates::Advice;
 use emulator::{Emulator, TOLD, of_told, quadratic};
 use parameters::Unknown;
 use ridge::{Ridge, outputs};
+use statistics::Statistic;
 use training::{DrawnMotor, Setting};
 
 /// How much is computed.
@@ -54,8 +58,8 @@ use training::{DrawnMotor, Setting};
 pub struct Effort {
     /// Motors that are drawn.
     pub motors: u64,
-    /// Motors on which each further recording is tried; 0 for no advice.
-    pub motors_per_candidate: u64,
+    /// Whether to look for recordings that would tell what these do not.
+    pub advice: bool,
     /// Width of the prior, per the tolerance from which motors are drawn.
     pub prior_width: f64,
     /// Seed of the motors that are drawn.
@@ -64,7 +68,14 @@ pub struct Effort {
 
 impl Default for Effort {
     fn default() -> Self {
-        Self { motors: 1000, motors_per_candidate: 250, prior_width: 1.5, seed: 1 }
+        Self { motors: 1000, advice: true, prior_width: 1.5, seed: 1 }
+    }
+}
+
+impl Effort {
+    /// Motors on which each further recording is tried, of those that are drawn.
+    fn motors_per_candidate(&self) -> u64 {
+        (self.motors / 4).max(100).min(self.motors)
     }
 }
 
@@ -81,7 +92,7 @@ impl IdentificationPlan {
     /// From these recordings of one motor.
     ///
     /// # Errors
-    /// When there is nothing to be told from one of them, or they are of different designs.
+    /// When there is nothing to be told from one of them, or they are of different motors.
     pub fn new(mut recordings: Vec<Recorded>, effort: Effort) -> Result<Self, IdentificationError> {
         let Some(first) = recordings.first() else { return Err(IdentificationError::NoRecordings) };
         let (design, tilting) = (first.scene.motor_params(), first.scene.tilting_params());
@@ -95,11 +106,18 @@ impl IdentificationPlan {
         for recorded in &mut recordings {
             recorded.scene.set("plant.rotor", rotor.word())?;
         }
-        let settings: Vec<Setting> = recordings.iter().map(Setting::of).collect();
+        refuse_two_motors(&recordings)?;
+        let settings: Vec<Setting> =
+            recordings.iter().zip(0..).map(|(recorded, place)| Setting::of(recorded, place)).collect();
         for (recorded, setting) in recordings.iter().zip(&settings) {
-            if setting.parts.is_empty() {
+            let of_stator = recorded.scene.choice("record.model") == "stator";
+            if setting.parts.is_empty(of_stator) {
                 let path = recorded.path.clone();
-                return Err(IdentificationError::TooShort { path });
+                return Err(if of_stator {
+                    IdentificationError::NeitherRingDownNorSweep { path }
+                } else {
+                    IdentificationError::TooShort { path }
+                });
             }
         }
         let unknowns = match recordings.first() {
@@ -111,7 +129,8 @@ impl IdentificationPlan {
 
     /// Number of motors that are drawn.
     pub fn work(&self) -> u64 {
-        self.effort.motors + candidates::COUNT * self.effort.motors_per_candidate
+        let candidates = if self.effort.advice { candidates::COUNT } else { 0 };
+        self.effort.motors + candidates * self.effort.motors_per_candidate()
     }
 
     /// Identifies; `done` is called after each motor.
@@ -120,13 +139,7 @@ impl IdentificationPlan {
     /// When the model refuses a motor.
     pub fn run(&self, done: &(impl Fn() + Sync)) -> Result<Identification, IdentificationError> {
         let Self { recordings, settings, unknowns, effort } = self;
-        let measured: Vec<statistics::Statistic> = recordings
-            .iter()
-            .zip(settings)
-            .flat_map(|(recorded, setting)| {
-                statistics::statistics(&recorded.scene, &setting.parts, &recorded.measured)
-            })
-            .collect();
+        let measured = measured_statistics(recordings, settings);
         let values: Vec<f64> = measured.iter().map(|statistic| statistic.value).collect();
         let motors = training::draw_motors(settings, unknowns, effort.seed, effort.motors, done)?;
         let learnt = Emulator::learn(&motors);
@@ -135,7 +148,7 @@ impl IdentificationPlan {
             Some(emulator) => emulator.expected().to_vec(),
             None => emulator::Summaries::learn(first).expected,
         };
-        let advice = self.advice(&expected, done)?;
+        let advice = self.advice(&motors, &expected, done)?;
         let sample = learnt
             .as_ref()
             .map(|emulator| posterior::posterior(emulator, unknowns, &values, effort.seed))
@@ -143,16 +156,13 @@ impl IdentificationPlan {
         let told = learnt.map(|emulator| emulator.told).unwrap_or_default();
         let parameters = unknowns.iter().enumerate().map(|(number, unknown)| {
             let place = told.iter().position(|told| *told == number);
-            let sampled = place.map(|place| {
-                let mut values: Vec<f64> = sample.iter().map(|told| unknown.value(told[place])).collect();
-                values.sort_by(f64::total_cmp);
-                values
-            });
+            let sampled: Option<Vec<f64>> =
+                place.map(|place| sample.iter().map(|told| unknown.value(told[place])).collect());
             IdentifiedParameter::new(
                 unknown,
                 expected[number],
                 sampled.as_deref(),
-                advice.get(number).copied().flatten(),
+                advice.get(number).cloned().flatten(),
             )
         });
         Ok(Identification {
@@ -161,7 +171,9 @@ impl IdentificationPlan {
             sample: sample.iter().map(|one| values_of(unknowns, &told, one)).collect(),
             told,
             logs: recordings.iter().map(|recorded| recorded.path.display().to_string()).collect(),
+            damage: recordings.iter().filter_map(|recorded| recorded.damage.clone()).collect(),
             rotor: rotor_of(recordings)?.word(),
+            looked_further: effort.advice,
             motors: effort.motors,
             prior_width: effort.prior_width,
             seed: effort.seed,
@@ -171,20 +183,36 @@ impl IdentificationPlan {
     /// What would tell what these recordings do not; nothing if nobody asks.
     fn advice(
         &self,
+        motors: &[DrawnMotor],
         expected: &[f64],
         done: &(impl Fn() + Sync),
     ) -> Result<Vec<Option<Advice>>, IdentificationError> {
         let none = Vec::new();
-        if self.effort.motors_per_candidate == 0 || expected.iter().all(|ratio| *ratio < TOLD) {
+        if !self.effort.advice || expected.iter().all(|ratio| *ratio < TOLD) {
             return Ok(none);
         }
         let is_motor = |setting: &&Setting| setting.scene.choice("record.model") == "motor";
         let Some(setting) = self.settings.iter().find(is_motor).or(self.settings.first()) else {
             return Ok(none);
         };
-        let count = self.effort.motors_per_candidate;
-        Ok(candidates::advice(&setting.scene, &self.unknowns, self.effort.seed, count, done)?)
+        let count = usize::try_from(self.effort.motors_per_candidate()).unwrap_or(usize::MAX);
+        let (tried, _) = motors.split_at(count.min(motors.len()));
+        Ok(candidates::advice(&setting.scene, &self.unknowns, self.effort.seed, tried, done)?)
     }
+}
+
+/// Refuses recordings of motors that a simulation drew apart. An import says nothing of its motor but the design.
+fn refuse_two_motors(recordings: &[Recorded]) -> Result<(), IdentificationError> {
+    let mut simulated = recordings.iter().filter(|recorded| recorded.command != "import");
+    let Some(first) = simulated.next() else { return Ok(()) };
+    let motor = Plant::draw(&first.scene)?;
+    for other in simulated {
+        if Plant::draw(&other.scene)?.params() != motor.params() {
+            let paths = [first.path.clone(), other.path.clone()];
+            return Err(IdentificationError::OtherMotor { paths });
+        }
+    }
+    Ok(())
 }
 
 /// The rotor of the motor: one that tilts, if any recording says so.
@@ -199,6 +227,30 @@ fn rotor_of(recordings: &[Recorded]) -> Result<RotorModel, IdentificationError> 
     Ok(rotor)
 }
 
+/// The statistics of all recordings. One that several recordings have is named after its recording.
+fn measured_statistics(recordings: &[Recorded], settings: &[Setting]) -> Vec<Statistic> {
+    let of_each: Vec<Vec<Statistic>> = recordings
+        .iter()
+        .zip(settings)
+        .map(|(recorded, setting)| {
+            statistics::statistics(&recorded.scene, &setting.parts, &recorded.measured)
+        })
+        .collect();
+    let mut times: BTreeMap<String, u32> = BTreeMap::new();
+    for statistic in of_each.iter().flatten() {
+        *times.entry(statistic.name.clone()).or_default() += 1;
+    }
+    let named = |(recorded, statistics): (&Recorded, Vec<Statistic>)| -> Vec<Statistic> {
+        let apart = |Statistic { name, value }: Statistic| {
+            let is_shared = times.get(&name).is_some_and(|times| *times > 1);
+            let name = if is_shared { format!("{name}, {}", recorded.path.display()) } else { name };
+            Statistic { name, value }
+        };
+        statistics.into_iter().map(apart).collect()
+    };
+    recordings.iter().zip(of_each).flat_map(named).collect()
+}
+
 /// The values of told parameters of which `standard` are in standard deviations.
 fn values_of(unknowns: &[Unknown], told: &[usize], standard: &[f64]) -> Vec<f64> {
     let unknowns = told.iter().filter_map(|number| unknowns.get(*number));
@@ -210,7 +262,7 @@ fn fit(
     motors: &[DrawnMotor],
     told: &[usize],
     sample: &[Vec<f64>],
-    measured: &[statistics::Statistic],
+    measured: &[Statistic],
 ) -> Vec<MeasuredStatistic> {
     if sample.is_empty() {
         return Vec::new();
@@ -222,7 +274,7 @@ fn fit(
         .map(|number| ridge.fit(&motors.iter().map(|motor| motor.statistics[number]).collect::<Vec<_>>()))
         .collect();
     let of_sample: Vec<_> = sample.iter().step_by(20).map(|told| outputs(&maps, &quadratic(told))).collect();
-    let predicted = |(number, statistic): (usize, &statistics::Statistic)| {
+    let predicted = |(number, statistic): (usize, &Statistic)| {
         let mean: Spread = of_sample.iter().map(|outputs| outputs[number]).collect();
         let noise = maps[number].left_out_rms();
         let sd = math::sqrt(mean.sd * mean.sd + noise * noise);

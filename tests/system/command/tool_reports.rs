@@ -78,6 +78,11 @@ const REPORTS: &[(&str, &[&str], &[&str])] = &[
         &["out/instruments/instruments.svg"],
     ),
     ("faults", &["faults", "--runs", "6", "--set", COARSE], &["out/faults/faults.svg"]),
+    (
+        "identify",
+        &["identify", "run.mcap", "ring.mcap", "--motors", "100", "--no-advice"],
+        &["out/identify/posterior.svg", "out/identify/fit.svg"],
+    ),
     ("compare", &["compare", "a.json", "b.json"], &[]),
 ];
 
@@ -111,8 +116,17 @@ fn write_results(folder: &Path) {
     }
 }
 
+/// Short recordings of a motor.
+fn write_recordings(folder: &Path) {
+    let motor = ["record", "--schedule", "b:1 for 0.06, off for 0.02", "--log", "run.mcap"];
+    succeeds(folder, &motor);
+    let stator = ["record", "--model", "stator", "--schedule", "b:1 for 0.02, off for 0.012"];
+    succeeds(folder, &[&stator[..], &["--log", "ring.mcap"]].concat());
+}
+
 fn write_reports(folder: &Path) {
     write_results(folder);
+    write_recordings(folder);
     for (name, arguments, _) in REPORTS {
         let report = format!("{name}.html");
         succeeds(folder, &[*arguments, &["--report", &report, "--quiet"]].concat());
@@ -271,7 +285,7 @@ fn assert_complete(name: &str, arguments: &[&str], page: &str) {
     let count = |mark: &str| page.matches(mark).count();
     assert!(count("<figure>") > 0 && count("<figure>") == count("Values of this picture"), "{name}");
     assert!(page.contains(&format!("host-sim {} ", arguments[0])), "{name}");
-    let of_one_run = ["position", "rate", "simulate", "compare"].contains(&arguments[0]);
+    let of_one_run = ["position", "rate", "simulate", "identify", "compare"].contains(&arguments[0]);
     assert_eq!(page.contains("Key figures with their intervals"), !of_one_run, "{name}");
 }
 

@@ -5,6 +5,7 @@ use std::fmt;
 use motor_model::{Angle, Time};
 use serde::Serialize;
 
+use crate::math::count::real;
 use crate::math::plain_number::plain;
 use crate::runs::record::RunRecord;
 use crate::scene::Scene;
@@ -37,7 +38,7 @@ impl RecordingOutcome {
             model: scene.choice("record.model"),
             rotor: scene.choice("plant.rotor"),
             schedule: scene.schedule("record.schedule").to_string(),
-            duration_s: until.seconds_since(Time::ZERO),
+            duration_s: real(until.nanos_since(Time::ZERO)) / 1e9,
             vibrometer_samples: 0,
             camera_frames: 0,
             turned_deg: None,

@@ -101,7 +101,8 @@ impl CalibrationPlan {
         let mut of_stator = candidates::instruments_of(scene, "stator")?;
         of_stator.set("record.model", "stator")?;
         of_stator.set("record.schedule", of_stator_schedule)?;
-        let settings = vec![Setting::planned(of_motor, &unknowns)?, Setting::planned(of_stator, &unknowns)?];
+        let settings =
+            vec![Setting::planned(of_motor, &unknowns, 0)?, Setting::planned(of_stator, &unknowns, 1)?];
         Ok(Self { settings, unknowns, rotor: scene.choice("plant.rotor"), motors, effort })
     }
 

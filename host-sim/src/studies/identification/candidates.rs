@@ -1,11 +1,13 @@
-//! What further recordings would tell, of a short list, computed as for those that there are.
+//! What further recordings would tell beside those that there are: each of a short list is made of the motors that were
+//! drawn, and its statistics are set beside theirs.
 
-use motor_model::Parameter;
+use motor_model::{DriveMode, MotorParams};
 
 use super::emulator::{Summaries, TOLD};
 use super::parameters::Unknown;
-use super::training::{Setting, draw_motors};
+use super::training::{DrawnMotor, Setting, draw_motors};
 use crate::runs::RunError;
+use crate::runs::recording::design_frequency_hz;
 use crate::scene::{Scene, SceneError};
 
 /// A recording that could be made.
@@ -50,23 +52,37 @@ const CANDIDATES: [Candidate; 6] = [
     },
 ];
 
+/// Place of the first of them among the recordings of a motor: beyond all that there are.
+const FIRST_PLACE: u64 = 512;
+
 /// Number of recordings that could be made.
 pub const COUNT: u64 = CANDIDATES.len() as u64;
 
 impl Candidate {
-    /// What is recorded, with the instruments of `scene`.
-    fn setting(&self, scene: &Scene, unknowns: &[Unknown]) -> Result<Setting, RunError> {
-        let design = scene.motor_params();
+    /// The schedule for a motor of this design.
+    fn schedule(&self, design: &MotorParams) -> String {
         let mut schedule = self.schedule.to_owned();
-        for (name, parameter) in [("b", Parameter::ModeBFrequency), ("c", Parameter::ModeCFrequency)] {
-            let hz = design.get(parameter);
-            schedule = schedule.replace(&format!("{{{name}-}}"), &(0.99 * hz).to_string());
-            schedule = schedule.replace(&format!("{{{name}+}}"), &(1.01 * hz).to_string());
+        for (name, mode) in [("b", DriveMode::B), ("c", DriveMode::C)] {
+            let hz = design_frequency_hz(design, mode);
+            schedule = schedule.replace(&format!("{{{name}-}}"), &(0.99 * hz).round().to_string());
+            schedule = schedule.replace(&format!("{{{name}+}}"), &(1.01 * hz).round().to_string());
         }
+        schedule
+    }
+
+    /// How it is made of a motor of this design.
+    fn command(&self, design: &MotorParams) -> String {
+        let model = if self.model == "motor" { "" } else { " --model stator" };
+        format!("record{model} --schedule '{}'", self.schedule(design))
+    }
+
+    /// What is recorded, with the instruments of `scene`.
+    fn setting(&self, scene: &Scene, unknowns: &[Unknown], place: u64) -> Result<Setting, RunError> {
+        let schedule = self.schedule(&scene.motor_params());
         let mut scene = instruments_of(scene, self.model)?;
         scene.set("record.model", self.model)?;
         scene.set("record.schedule", &schedule)?;
-        Setting::planned(scene, unknowns)
+        Setting::planned(scene, unknowns, place)
     }
 }
 
@@ -84,16 +100,18 @@ pub(super) fn instruments_of(scene: &Scene, model: &str) -> Result<Scene, SceneE
 }
 
 /// What would tell a parameter.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Advice {
-    /// The recording that tells most of it.
+    /// The recording that tells most of it beside those that there are.
     pub recording: &'static str,
-    /// Expected standard deviation after it per that before.
+    /// How it is made.
+    pub command: String,
+    /// Expected standard deviation after all of them per that before.
     pub expected: f64,
 }
 
-/// Of each parameter the recording of the list that tells most of it; `None` where none tells it. Each is tried on
-/// `count` motors.
+/// Of each parameter the recording of the list that tells most of it beside those of `motors`, which are the first of
+/// the sample that `seed` names; `None` where none tells it.
 ///
 /// # Errors
 /// When the model refuses a motor.
@@ -101,16 +119,19 @@ pub fn advice(
     scene: &Scene,
     unknowns: &[Unknown],
     seed: u64,
-    count: u64,
+    motors: &[DrawnMotor],
     done: &(impl Fn() + Sync),
 ) -> Result<Vec<Option<Advice>>, RunError> {
     let mut best: Vec<Option<Advice>> = vec![None; unknowns.len()];
-    for candidate in CANDIDATES {
-        let setting = candidate.setting(scene, unknowns)?;
-        let motors = draw_motors(&[setting], unknowns, seed, count, done)?;
-        for (best, expected) in best.iter_mut().zip(Summaries::learn(&motors).expected) {
-            if expected < best.map_or(TOLD, |best| best.expected) {
-                *best = Some(Advice { recording: candidate.name, expected });
+    for (candidate, place) in CANDIDATES.iter().zip(FIRST_PLACE..) {
+        let setting = candidate.setting(scene, unknowns, place)?;
+        let further = draw_motors(&[setting], unknowns, seed, motors.len() as u64, done)?;
+        let both: Vec<DrawnMotor> =
+            motors.iter().zip(&further).map(|(one, other)| one.beside(other)).collect();
+        for (best, expected) in best.iter_mut().zip(Summaries::learn(&both).expected) {
+            if expected < best.as_ref().map_or(TOLD, |best| best.expected) {
+                let command = candidate.command(&scene.motor_params());
+                *best = Some(Advice { recording: candidate.name, command, expected });
             }
         }
     }

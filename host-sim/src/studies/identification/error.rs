@@ -39,9 +39,21 @@ pub enum IdentificationError {
         /// The log.
         path: PathBuf,
     },
+    /// A steady drive alone, of a stator without its rotor.
+    #[error("{} is of a bare stator and has neither a ring-down nor a sweep", path.display())]
+    NeitherRingDownNorSweep {
+        /// The log.
+        path: PathBuf,
+    },
     /// Recordings of motors of different designs.
     #[error("{} and {} are recordings of motors of different designs", paths[0].display(), paths[1].display())]
     OtherDesign {
+        /// Two logs.
+        paths: [PathBuf; 2],
+    },
+    /// Recordings of motors of one design that are not the same motor.
+    #[error("{} and {} are recordings of two motors of one design", paths[0].display(), paths[1].display())]
+    OtherMotor {
         /// Two logs.
         paths: [PathBuf; 2],
     },
@@ -61,11 +73,20 @@ impl IdentificationError {
                 "`host-sim record --scene record_both_modes --log run.mcap` makes one that is long enough"
                     .to_owned(),
             ),
+            Self::NeitherRingDownNorSweep { .. } => {
+                Some("`host-sim record --scene record_ring_down --log ring.mcap` makes one".to_owned())
+            }
+            Self::Log(LogError::NotALog { .. }) => Some(
+                "`record --log FILE.mcap` makes one, and `import` makes one of your own tables".to_owned(),
+            ),
             Self::Log(error) => error.hint(),
             Self::Run(error) => error.hint(),
             Self::Output(error) => error.hint(),
             Self::NotANumber { .. } => Some("leave such samples out before they are imported".to_owned()),
             Self::OtherDesign { .. } => Some("give the recordings the same keys motor.".to_owned()),
+            Self::OtherMotor { .. } => {
+                Some("record both with the same seed and the same keys plant.".to_owned())
+            }
         }
     }
 }

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use motor_model::{Angle, Time};
 
 use super::IdentificationError;
-use crate::log::{LogMessage, LogPart, open};
+use crate::log::{LogError, LogMessage, LogPart, open};
 use crate::runs::RunError;
 use crate::runs::record::RunRecord;
 use crate::runs::recording::{DriveChange, DriveCourse, run_course};
@@ -98,51 +98,71 @@ impl Measured {
 pub struct Recorded {
     /// The log.
     pub path: PathBuf,
+    /// The command that wrote it.
+    pub command: String,
     /// Its scene.
     pub scene: Scene,
     /// The drives.
     pub course: DriveCourse,
     /// The measurements.
     pub measured: Measured,
+    /// Where the log is damaged: it is read up to there.
+    pub damage: Option<String>,
 }
 
 impl Recorded {
-    /// Reads the log at `path`.
+    /// Reads the log at `path`, up to its end or to the first damage.
     ///
     /// # Errors
-    /// When it cannot be read or is damaged, or holds a measurement that is no number.
+    /// When it cannot be read, or holds a measurement that is no number.
     pub fn read(path: &Path) -> Result<Self, IdentificationError> {
         let (head, mut reader) = open(path)?;
-        let (mut course, mut measured) = (DriveCourse::default(), Measured::default());
-        while let Some(part) = reader.next_part()? {
-            let LogPart::Message(at, message) = part else { continue };
-            let no_number = |channel| IdentificationError::NotANumber {
-                path: path.to_owned(),
-                channel,
-                at_s: seconds(at),
-            };
-            match message {
-                LogMessage::VibrometerSample(sample) => {
-                    if !sample.velocity_m_s.is_finite() {
-                        return Err(no_number("/vibrometer"));
-                    }
-                    measured.sample(at, sample.velocity_m_s);
+        let mut recorded = Self {
+            path: path.to_owned(),
+            command: head.command,
+            scene: head.scene,
+            course: DriveCourse::default(),
+            measured: Measured::default(),
+            damage: None,
+        };
+        loop {
+            match reader.next_part() {
+                Ok(Some(LogPart::Message(at, message))) => recorded.take(at, message)?,
+                Ok(Some(_)) => {}
+                Ok(None) => return Ok(recorded),
+                Err(damage @ LogError::Damaged { .. }) => {
+                    recorded.damage = Some(damage.to_string());
+                    return Ok(recorded);
                 }
-                LogMessage::CameraFrame(frame) => measured.frame(at, Angle::from_units(frame.angle_units)),
-                LogMessage::Marks(marks) => {
-                    if ![marks.shift_x_m, marks.shift_y_m, marks.residual_m].iter().all(|m| m.is_finite()) {
-                        return Err(no_number("/camera/marks"));
-                    }
-                    measured.marks(at, [marks.shift_x_m, marks.shift_y_m], marks.residual_m);
-                }
-                LogMessage::Drive(drive) => {
-                    let command = drive.command().ok_or_else(|| no_number("/drive"))?;
-                    course.changes.push(DriveChange { from: at, command });
-                }
-                _ => {}
+                Err(other) => return Err(other.into()),
             }
-            course.until = course.until.max(at);
         }
-        Ok(Self { path: path.to_owned(), scene: head.scene, course, measured })
+    }
+
+    fn take(&mut self, at: Time, message: LogMessage) -> Result<(), IdentificationError> {
+        let path = self.path.clone();
+        let no_number = |channel| IdentificationError::NotANumber { path, channel, at_s: seconds(at) };
+        match message {
+            LogMessage::VibrometerSample(sample) => {
+                if !sample.velocity_m_s.is_finite() {
+                    return Err(no_number("/vibrometer"));
+                }
+                self.measured.sample(at, sample.velocity_m_s);
+            }
+            LogMessage::CameraFrame(frame) => self.measured.frame(at, Angle::from_units(frame.angle_units)),
+            LogMessage::Marks(marks) => {
+                if ![marks.shift_x_m, marks.shift_y_m, marks.residual_m].iter().all(|m| m.is_finite()) {
+                    return Err(no_number("/camera/marks"));
+                }
+                self.measured.marks(at, [marks.shift_x_m, marks.shift_y_m], marks.residual_m);
+            }
+            LogMessage::Drive(drive) => {
+                let command = drive.command().ok_or_else(|| no_number("/drive"))?;
+                self.course.changes.push(DriveChange { from: at, command });
+            }
+            _ => {}
+        }
+        self.course.until = self.course.until.max(at);
+        Ok(())
     }
 }

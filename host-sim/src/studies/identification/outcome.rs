@@ -2,17 +2,18 @@
 
 use std::fmt::Write as _;
 
+use motor_model::math;
 use serde::Serialize;
 
 use super::candidates::Advice;
 use super::emulator::TOLD;
 use super::parameters::{Prior, Unknown};
 use crate::math::plain_number::plain;
-use crate::math::statistics::Spread;
+use crate::math::statistics::{Spread, quantile, upper_quantile};
 use crate::report::document::{Block, Document, Table};
 
-/// Share of the sample in the interval that is stated.
-const INTERVAL: f64 = 0.9;
+/// Thousandths of the sample that lie below the ends of the 90 % interval.
+const EDGES: [usize; 2] = [50, 950];
 
 /// A parameter, and what the recordings tell of it.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -42,12 +43,16 @@ pub struct IdentifiedParameter {
     pub interval: Option<[f64; 2]>,
     /// The recording that would tell a parameter that is not told, if one of the list would.
     pub further_recording: Option<&'static str>,
+    /// How it is made.
+    pub further_command: Option<String>,
+    /// Expected standard deviation with it beside these per that before.
+    pub further_ratio: Option<f64>,
     /// The same as a sentence.
     pub advice: Option<String>,
 }
 
 impl IdentifiedParameter {
-    /// Of a sorted sample of its values, if the recordings tell it, and of what would tell it.
+    /// Of a sample of its values, if the recordings tell it, and of what would tell it.
     pub(super) fn new(
         unknown: &Unknown,
         expected_ratio: f64,
@@ -55,8 +60,11 @@ impl IdentifiedParameter {
         advice: Option<Advice>,
     ) -> Self {
         let spread: Option<Spread> = sample.map(|sample| sample.iter().copied().collect());
-        let at = |sample: &[f64], part: f64| sample[index(part, sample.len())];
-        let edge = 0.5 * (1.0 - INTERVAL);
+        let advice = advice.filter(|_| sample.is_none());
+        let interval = |sample: &[f64]| {
+            let [mut below, mut above] = [sample.to_vec(), sample.to_vec()];
+            Some([quantile(&mut below, EDGES[0])?, upper_quantile(&mut above, EDGES[1])?])
+        };
         Self {
             key: unknown.key,
             unit: unknown.unit,
@@ -68,31 +76,21 @@ impl IdentifiedParameter {
             expected_ratio,
             mean: spread.map(|spread| spread.mean),
             sd: spread.map(|spread| spread.sd),
-            interval: sample
-                .filter(|sample| !sample.is_empty())
-                .map(|sample| [at(sample, edge), at(sample, 1.0 - edge)]),
-            further_recording: advice.filter(|_| sample.is_none()).map(|advice| advice.recording),
-            advice: if sample.is_some() { None } else { Some(sentence(unknown.key, advice)) },
+            interval: sample.and_then(interval),
+            further_recording: advice.as_ref().map(|advice| advice.recording),
+            further_command: advice.as_ref().map(|advice| advice.command.clone()),
+            further_ratio: advice.as_ref().map(|advice| advice.expected),
+            advice: if sample.is_some() { None } else { Some(sentence(unknown.key, advice.as_ref())) },
         }
     }
 }
 
-/// Place of a quantile among `count` sorted values, at least one.
-#[expect(
-    clippy::cast_possible_truncation,
-    clippy::cast_precision_loss,
-    clippy::cast_sign_loss,
-    reason = "far below 2^53"
-)]
-fn index(part: f64, count: usize) -> usize {
-    ((part * count as f64) as usize).min(count.saturating_sub(1))
-}
-
 /// What would tell the parameter `key`.
-fn sentence(key: &str, advice: Option<Advice>) -> String {
+fn sentence(key: &str, advice: Option<&Advice>) -> String {
     match advice {
-        Some(Advice { recording, expected }) => format!(
-            "{key} is not told by these recordings; {recording} would tell it to {:.0} % of what is not known.",
+        Some(Advice { recording, command, expected }) => format!(
+            "{key} is not told by these recordings. With {recording} beside them (`{command}`) {:.0} % of the standard \
+             deviation before would be left.",
             100.0 * expected
         ),
         None => format!("{key} is not told by these recordings."),
@@ -124,6 +122,8 @@ impl MeasuredStatistic {
 pub struct Identification {
     /// The logs.
     pub logs: Vec<String>,
+    /// Where logs are damaged: they are read up to there.
+    pub damage: Vec<String>,
     /// The rotor's model.
     pub rotor: &'static str,
     /// Every parameter of which anything is unknown.
@@ -136,6 +136,8 @@ pub struct Identification {
     /// A sample of the posterior of these.
     #[serde(skip)]
     pub sample: Vec<Vec<f64>>,
+    /// Whether further recordings were looked at.
+    pub looked_further: bool,
     /// Motors that were drawn.
     pub motors: u64,
     /// Width of the prior.
@@ -167,16 +169,15 @@ impl Identification {
         let mut table = Table::new(&["parameter", "unit", "before", "identified", "90 % interval"]);
         for parameter in &self.parameters {
             let IdentifiedParameter { key, unit, prior_mean, prior_sd, mean, sd, interval, .. } = parameter;
-            let spread = |mean: f64, sd: f64| format!("{} +- {}", short(mean), short(sd));
+            let spread = |mean: f64, sd: f64| format!("{} +- {}", rounded(mean, sd), rounded(sd, sd));
+            let to =
+                |[low, high]: [f64; 2], sd: f64| format!("{} to {}", rounded(low, sd), rounded(high, sd));
             table.push(vec![
                 (*key).to_owned(),
                 (*unit).to_owned(),
                 spread(*prior_mean, *prior_sd),
                 mean.zip(*sd).map_or_else(|| "not told".to_owned(), |(mean, sd)| spread(mean, sd)),
-                interval.map_or_else(
-                    || "-inf to inf".to_owned(),
-                    |[low, high]| format!("{} to {}", short(low), short(high)),
-                ),
+                interval.zip(*sd).map_or_else(|| "-inf to inf".to_owned(), |(ends, sd)| to(ends, sd)),
             ]);
         }
         table
@@ -195,7 +196,10 @@ impl Identification {
     /// Everything that is said.
     pub fn document(&self) -> Document {
         let told = self.told.len();
-        let mut blocks = vec![
+        let damage =
+            self.damage.iter().map(|damage| Block::Paragraph(format!("{damage}; read up to there.")));
+        let mut blocks: Vec<Block> = damage.collect();
+        blocks.extend([
             Block::Paragraph(format!(
                 "{} of {} parameters are told by {}: a standard deviation below {:.0} % of that before is expected.",
                 told,
@@ -204,7 +208,7 @@ impl Identification {
                 100.0 * TOLD
             )),
             Block::Table(self.table()),
-        ];
+        ]);
         if !self.fit.is_empty() {
             blocks.push(Block::Paragraph(self.fit_sentence()));
         }
@@ -212,16 +216,37 @@ impl Identification {
         Document { blocks }
     }
 
-    /// What would tell what is not told: a sentence for each parameter that a recording of the list would tell, and one
+    /// What would tell what is not told: a sentence for each recording of the list that would tell some of it, and one
     /// for all others.
     pub(super) fn advice(&self) -> Vec<String> {
-        let not_told = || self.parameters.iter().filter(|parameter| !parameter.told);
-        let advised = not_told().filter(|parameter| parameter.further_recording.is_some());
-        let mut sentences: Vec<String> = advised.filter_map(|parameter| parameter.advice.clone()).collect();
-        let others = not_told().filter(|parameter| parameter.further_recording.is_none());
-        let others: Vec<&str> = others.map(|parameter| parameter.key).collect();
+        let mut recordings: Vec<(&str, &str, Vec<String>)> = Vec::new();
+        let mut others: Vec<&str> = Vec::new();
+        for parameter in self.parameters.iter().filter(|parameter| !parameter.told) {
+            let IdentifiedParameter { key, further_recording, further_command, further_ratio, .. } =
+                parameter;
+            let (Some(recording), Some(command), Some(ratio)) =
+                (further_recording, further_command, further_ratio)
+            else {
+                others.push(key);
+                continue;
+            };
+            let told = format!("{key} ({:.0} %)", 100.0 * ratio);
+            match recordings.iter_mut().find(|(other, ..)| other == recording) {
+                Some((.., keys)) => keys.push(told),
+                None => recordings.push((recording, command, vec![told])),
+            }
+        }
+        let sentence = |(recording, command, keys): (&str, &str, Vec<String>)| {
+            format!(
+                "With {recording} beside these (`{command}`) more would be told, in brackets what would be left of the \
+                 standard deviation before: {}.",
+                keys.join(", ")
+            )
+        };
+        let mut sentences: Vec<String> = recordings.into_iter().map(sentence).collect();
         if !others.is_empty() {
-            sentences.push(format!("No recording that was looked at tells {}.", others.join(", ")));
+            let by = if self.looked_further { "nor by any further one that was looked at " } else { "" };
+            sentences.push(format!("Not told by these recordings {by}are {}.", others.join(", ")));
         }
         sentences
     }
@@ -252,9 +277,17 @@ impl Identification {
     }
 }
 
-/// A number with five digits.
-fn short(number: f64) -> String {
-    let rounded: f64 = format!("{number:.4e}").parse().unwrap_or(number);
+/// A number to the second digit of its standard deviation.
+fn rounded(number: f64, sd: f64) -> String {
+    let decade = |number: f64| math::ln(number.abs()) / std::f64::consts::LN_10;
+    let digits = decade(number).floor() - decade(sd).floor() + 1.0;
+    #[expect(
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss,
+        reason = "at most 12; a cast saturates"
+    )]
+    let digits = digits.clamp(0.0, 12.0) as usize;
+    let rounded: f64 = format!("{number:.digits$e}").parse().unwrap_or(number);
     plain(rounded)
 }
 
@@ -262,4 +295,26 @@ fn short(number: f64) -> String {
 fn float(number: f64) -> String {
     let rounded: f64 = format!("{number:.7e}").parse().unwrap_or(number);
     plain(rounded)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::rounded;
+
+    #[test]
+    fn exact_numbers_have_two_digits_of_their_uncertainty() {
+        for (number, sd, expected) in [
+            (6_297.723_46, 7.3193e-4, "6297.72346"),
+            (7464.05, 0.014_035, "7464.05"),
+            (6300.0, 6.5972, "6300"),
+            (6312.34, 66.0, "6312"),
+            (0.005_443_1, 1.0581e-7, "0.0054431"),
+            (-2.636, 0.131_94, "-2.64"),
+            (0.01, 0.5, "0.01"),
+            (0.131_94, 0.131_94, "0.13"),
+            (0.0, 1.0, "0"),
+        ] {
+            assert_eq!(rounded(number, sd), expected, "{number} +- {sd}");
+        }
+    }
 }

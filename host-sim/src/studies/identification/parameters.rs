@@ -1,7 +1,8 @@
 //! What is identified: parameters of the true motor, each with what is known of it before.
 //!
-//! Before any recording a parameter has the tolerance from which motors are drawn, `width` times as wide about its
-//! middle. Drag is the same in every drawn motor; here it is as unknown as its order of magnitude.
+//! Before any recording a parameter has the tolerance from which motors are drawn, that of the scene or of the table,
+//! `width` times as wide about its middle. Drag is the same in every drawn motor; here it is as unknown as its order of
+//! magnitude.
 
 use motor_model::params::{ParameterSpec, Tolerance};
 use motor_model::{Parameter, TiltingParameter, math};
@@ -90,14 +91,18 @@ impl Prior {
         math::exp(self.log_density(value)) / mass
     }
 
+    /// Within `tolerance` of `design`, or less where the parameter's bounds are nearer.
+    fn normal(spec: &ParameterSpec, design: f64, tolerance: f64) -> Option<Self> {
+        let within = tolerance.min(design - spec.min).min(spec.max - design);
+        (within > 0.0).then_some(Self::Normal { mean: design, sd: 0.5 * within })
+    }
+
     /// The prior of a parameter of this spec in motors of a design with the value `design`.
     fn of(spec: &ParameterSpec, design: f64, width: f64) -> Option<Self> {
         let scale = if spec.nominal.abs() > 0.0 { (design / spec.nominal).abs() } else { 1.0 };
         let cut = |low: f64, high: f64| Self::Uniform(low.max(spec.min), high.min(spec.max));
         match spec.tolerance {
-            Tolerance::Normal(tolerance) => {
-                Some(Self::Normal { mean: design, sd: 0.5 * scale * width * tolerance })
-            }
+            Tolerance::Normal(tolerance) => Self::normal(spec, design, scale * width * tolerance),
             Tolerance::Uniform(low, high) => {
                 let (middle, half) = (0.5 * scale * (low + high), 0.5 * scale * width * (high - low));
                 Some(cut(middle - half, middle + half))
@@ -142,7 +147,10 @@ impl Unknown {
 pub fn unknowns(scene: &Scene, width: f64) -> Result<Vec<Unknown>, SceneError> {
     let params = scene.motor_params();
     let of = |spec: ParameterSpec, design: f64| {
-        let prior = Prior::of(&spec, design, width)?;
+        let prior = match scene.tolerance(spec.key) {
+            Some(tolerance) => Prior::normal(&spec, design, width * tolerance)?,
+            None => Prior::of(&spec, design, width)?,
+        };
         Some(Unknown { key: spec.key, unit: spec.unit, meaning: spec.meaning, prior })
     };
     let of_motor =
@@ -182,3 +190,83 @@ pub fn motor_scene(
 
 /// Step of the motors that are drawn: with located impacts it gives the rates of finer steps (docs/results/step.md).
 const STEP_S: &str = "5e-6";
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::math::random_streams::{RandomSource, stream};
+    use crate::math::statistics::Spread;
+
+    fn prior(sets: &[&str], width: f64, key: &str) -> Option<Prior> {
+        let sets: Vec<String> = sets.iter().map(|&set| set.to_owned()).collect();
+        let scene = Scene::load(None, &sets).unwrap();
+        let unknowns = unknowns(&scene, width).unwrap();
+        unknowns.into_iter().find(|unknown| unknown.key == key).map(|unknown| unknown.prior)
+    }
+
+    #[track_caller]
+    fn is_about(prior: Option<Prior>, expected: Prior) {
+        let numbers = |prior: Prior| match prior {
+            Prior::Normal { mean, sd } => (0, [mean, sd]),
+            Prior::Uniform(low, high) => (1, [low, high]),
+        };
+        let ((kind, found), (expected_kind, expected)) = (numbers(prior.unwrap()), numbers(expected));
+        let is_close = found.iter().zip(expected).all(|(a, b)| (a - b).abs() <= 1e-12 * b.abs());
+        assert!(kind == expected_kind && is_close, "{prior:?} {expected:?}");
+    }
+
+    /// Tolerances of the table, which grow with the design, and those of the scene, which do not.
+    #[test]
+    fn exact_what_is_known_before() {
+        let hz = "motor.mode_b.frequency_hz";
+        is_about(prior(&[], 1.5, hz), Prior::Normal { mean: 6300.0, sd: 7.5 });
+        is_about(
+            prior(&["motor.mode_b.frequency_hz=3150"], 2.0, hz),
+            Prior::Normal { mean: 3150.0, sd: 5.0 },
+        );
+        let friction = "motor.friction";
+        is_about(prior(&[], 1.5, friction), Prior::Uniform(0.1, 0.7));
+        let set = ["motor.friction=0.3", "plant.tolerance.motor.friction=0.04"];
+        is_about(prior(&set, 1.5, friction), Prior::Normal { mean: 0.3, sd: 0.03 });
+        assert_eq!(prior(&["plant.tolerance.motor.friction=0"], 1.5, friction), None);
+        assert_eq!(prior(&[], 1.5, "motor.hub.clearance_m"), None, "the rotor does not tilt");
+        let tilting = prior(&["plant.rotor=tilting"], 1.0, "motor.hub.clearance_m");
+        is_about(tilting, Prior::Uniform(14e-6, 26e-6));
+    }
+
+    /// However wide it is, nothing is drawn that the model would refuse.
+    #[test]
+    fn exact_the_prior_stays_within_the_bounds_of_its_parameter() {
+        let scene = Scene::load(None, &["plant.rotor=tilting".to_owned()]).unwrap();
+        let specs: Vec<ParameterSpec> = Parameter::ALL
+            .map(Parameter::spec)
+            .into_iter()
+            .chain(TiltingParameter::ALL.map(TiltingParameter::spec))
+            .collect();
+        for unknown in unknowns(&scene, 10.0).unwrap() {
+            let spec = specs.iter().find(|spec| spec.key == unknown.key).unwrap();
+            let [low, high] = unknown.prior.bounds();
+            assert!(spec.min <= low && low < high && high <= spec.max, "{unknown:?} {spec:?}");
+        }
+    }
+
+    /// Mean, standard deviation and density are those of what is drawn.
+    #[test]
+    fn law_draws_have_the_stated_mean_and_spread() {
+        const COUNT: u32 = 20_000;
+        for prior in [Prior::Normal { mean: 3.0, sd: 0.5 }, Prior::Uniform(-1.0, 4.0)] {
+            let mut rng = stream(1, RandomSource::IdentificationDraw);
+            let drawn: Spread = (0..COUNT).map(|_| prior.draw(&mut rng)).collect();
+            // Four standard deviations of a mean; of a standard deviation at most 1 / sqrt(2 n) of it.
+            let error = prior.sd() / math::sqrt(f64::from(COUNT));
+            assert!((drawn.mean - prior.mean()).abs() < 4.0 * error, "{drawn:?}");
+            assert!((drawn.sd - prior.sd()).abs() < 4.0 * error, "{drawn:?}");
+            let [low, high] = prior.bounds();
+            let step = (high - low) / 1000.0;
+            let middles = (0..1000).map(|number| low + (f64::from(number) + 0.5) * step);
+            let mass: f64 = middles.map(|value| prior.density(value) * step).sum();
+            assert!((mass - 1.0).abs() < 1e-4, "{mass}");
+            assert!(prior.density(low - step) + prior.density(high + step) < 1e-300);
+        }
+    }
+}

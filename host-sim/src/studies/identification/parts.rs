@@ -83,10 +83,11 @@ impl Parts {
         }
     }
 
-    /// Whether anything has statistics.
-    pub fn is_empty(&self) -> bool {
-        let no_parts = self.driven.is_empty() && self.coasting.is_empty() && self.sweeps.is_empty();
-        no_parts || !(self.has_vibrometer || self.has_camera)
+    /// Whether nothing has statistics. Of a bare stator steady drives have none, of a whole motor sweeps.
+    pub fn is_empty(&self, of_stator: bool) -> bool {
+        let has_camera = self.has_camera && !of_stator;
+        let other = if of_stator { self.sweeps.is_empty() } else { self.driven.is_empty() };
+        (self.coasting.is_empty() && other) || !(self.has_vibrometer || has_camera)
     }
 }
 

@@ -114,24 +114,23 @@ impl Identification {
     }
 
     pub(super) fn fit_panel(&self) -> Panel {
-        let furthest = self.furthest(STATISTICS_MAX);
-        let last = real(furthest.len()) + 0.5;
-        let points = furthest.iter().enumerate().map(|(place, one)| (real(place + 1), one.deviation()));
+        let furthest = self.drawn_statistics();
+        let rows = furthest.len();
+        // The first at the top.
+        let points = furthest.iter().enumerate().map(|(row, one)| (one.deviation(), real(rows - row)));
         let points: Vec<(f64, f64)> = points.collect();
-        let most = points.iter().map(|point| point.1.abs()).fold(3.0, f64::max);
-        let names = (1..=furthest.len()).map(|number| number.to_string()).collect();
+        let most = points.iter().map(|point| point.0.abs()).fold(3.0, f64::max);
+        let from_below = furthest.iter().rev().map(|one| one.name.clone()).collect();
         Panel::new(
             "Measured less predicted, of the statistics that are furthest off",
-            Axis::of_names("place in the table of statistics", names),
             Axis::new("deviation (standard deviations)").within(-1.1 * most..1.1 * most),
+            Axis::of_names("statistic", from_below),
         )
+        .height(100 + 18 * u32::try_from(rows).unwrap_or(100))
         .series(
-            Series::band(vec![(0.5, -2.0, 2.0), (last, -2.0, 2.0)])
-                .colour(Colour::Grey)
-                .opacity(0.45)
-                .label("95 % of right fits"),
+            Series::spans(vec![(-2.0, 2.0)]).colour(Colour::Grey).opacity(0.45).label("95 % of right fits"),
         )
-        .series(Series::points(points).colour(Colour::Vermilion).label("measured"))
+        .series(Series::points(points).colour(Colour::Vermilion).width(2.5).label("measured"))
     }
 
     /// The statistics of [`Self::fit_panel`], in its order.

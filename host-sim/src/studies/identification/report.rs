@@ -1,7 +1,7 @@
 //! The report on an identification.
 
 use super::emulator::TOLD;
-use super::outcome::Identification;
+use super::outcome::{Identification, MeasuredStatistic};
 use crate::report::chart::Figure;
 use crate::report::document::{Block, Document, Table};
 use crate::report::html::HtmlReport;
@@ -43,18 +43,19 @@ pub(crate) fn report(found: &Identification, wall_s: f64) -> HtmlReport {
 }
 
 fn sure(found: &Identification) -> Document {
-    let mut statistics = Table::new(&["place", "statistic", "measured", "predicted", "standard deviation"]);
-    for (place, statistic) in found.drawn_statistics().into_iter().enumerate() {
-        let cells =
-            [statistic.measured, statistic.predicted, statistic.sd].map(|value| format!("{value:.4}"));
-        statistics.push([vec![(place + 1).to_string(), statistic.name.clone()], cells.to_vec()].concat());
+    let mut statistics = Table::new(&["statistic", "measured", "predicted", "standard deviation"]);
+    for MeasuredStatistic { name, measured, predicted, sd } in found.drawn_statistics() {
+        let cells = [measured, predicted, sd].map(|value| format!("{value:.4}"));
+        statistics.push([vec![name.clone()], cells.to_vec()].concat());
     }
     let promise = format!(
         "Intervals hold the truth in 90 % of motors that were drawn and forgotten: see docs/results/identification.md. \
          A parameter is told if its standard deviation is expected below {:.0} % of that before.",
         100.0 * TOLD
     );
-    let mut blocks = vec![Block::Paragraph(promise)];
+    let damage = found.damage.iter().map(|damage| Block::Paragraph(format!("{damage}; read up to there.")));
+    let mut blocks: Vec<Block> = damage.collect();
+    blocks.push(Block::Paragraph(promise));
     if !found.fit.is_empty() {
         blocks.push(Block::Paragraph(found.fit_sentence()));
     }

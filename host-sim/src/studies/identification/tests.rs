@@ -39,7 +39,7 @@ fn logged(folder: &TempDir, name: &str, sets: &[&str]) -> PathBuf {
 }
 
 fn effort(motors: u64) -> Effort {
-    Effort { motors, motors_per_candidate: 0, ..Effort::default() }
+    Effort { motors, advice: false, ..Effort::default() }
 }
 
 fn value(found: &[Statistic], name: &str) -> f64 {
@@ -91,7 +91,7 @@ fn exact_parts_of_a_recording() {
     assert!((from - 0.030_01).abs() < 1e-12 && (until - 0.100_01).abs() < 1e-12);
     // Of a drive of 0.04 s half is left out.
     assert!((second - 0.170_01).abs() < 1e-12);
-    assert!(parts.is_empty(), "nothing is measured");
+    assert!(parts.is_empty(false) && parts.is_empty(true), "nothing is measured");
 }
 
 /// Summaries of motors that are simulated with these parameters scatter about what the emulator says of them as much as
@@ -100,7 +100,7 @@ fn exact_parts_of_a_recording() {
 fn dual_the_emulator_and_direct_simulation_agree() {
     let scene = scene(&["record.model=stator", &format!("record.schedule={RINGING}")]);
     let unknowns = parameters::unknowns(&scene, 1.5).unwrap();
-    let settings = [Setting::planned(scene, &unknowns).unwrap()];
+    let settings = [Setting::planned(scene, &unknowns, 0).unwrap()];
     let motors = draw_motors(&settings, &unknowns, 1, 200, &NOTHING).unwrap();
     let emulator = Emulator::learn(&motors).unwrap();
     let told: Vec<&str> = emulator.told.iter().map(|number| unknowns[*number].key).collect();

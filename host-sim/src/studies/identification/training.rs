@@ -21,25 +21,27 @@ pub struct Setting {
     pub course: DriveCourse,
     /// What has statistics.
     pub parts: Parts,
+    /// Place among the recordings of a motor: no two of them have the same noise.
+    pub place: u64,
 }
 
 impl Setting {
     /// That of a recording.
-    pub fn of(recorded: &Recorded) -> Self {
+    pub fn of(recorded: &Recorded, place: u64) -> Self {
         let parts = Parts::of(&recorded.course, &recorded.measured);
-        Self { scene: recorded.scene.clone(), course: recorded.course.clone(), parts }
+        Self { scene: recorded.scene.clone(), course: recorded.course.clone(), parts, place }
     }
 
     /// That of a recording by the keys `record.` of `scene`, which nobody has made yet.
     ///
     /// # Errors
     /// When the scene is refused.
-    pub fn planned(scene: Scene, unknowns: &[Unknown]) -> Result<Self, RunError> {
+    pub fn planned(scene: Scene, unknowns: &[Unknown], place: u64) -> Result<Self, RunError> {
         let course = DriveCourse::of(&scene.schedule("record.schedule"), &scene.motor_params())?;
         let means: Vec<f64> = unknowns.iter().map(|unknown| unknown.prior.mean()).collect();
         let measured = Measured::of_motor(&motor_scene(&scene, unknowns, &means, 0)?, &course)?;
         let parts = Parts::of(&course, &measured);
-        Ok(Self { scene, course, parts })
+        Ok(Self { scene, course, parts, place })
     }
 }
 
@@ -50,6 +52,14 @@ pub struct DrawnMotor {
     pub standard: Vec<f64>,
     /// The statistics of all settings, one after the other.
     pub statistics: Vec<f64>,
+}
+
+impl DrawnMotor {
+    /// The same motor with the statistics of further recordings of it.
+    pub fn beside(&self, other: &Self) -> Self {
+        let statistics = [&self.statistics[..], &other.statistics].concat();
+        Self { standard: self.standard.clone(), statistics }
+    }
 }
 
 /// Seeds of motors that are drawn, far from those that people give.
@@ -73,7 +83,8 @@ pub fn drawn_motor(
     let mut draw = stream(motor_seed, RandomSource::IdentificationDraw);
     let values: Vec<f64> = unknowns.iter().map(|unknown| unknown.prior.draw(&mut draw)).collect();
     let mut found = Vec::new();
-    for (setting, own_seed) in settings.iter().zip(motor_seed..) {
+    for setting in settings {
+        let own_seed = motor_seed.wrapping_add(setting.place);
         let scene = motor_scene(&setting.scene, unknowns, &values, own_seed)?;
         let measured = Measured::of_motor(&scene, &setting.course)?;
         found.extend(

@@ -3,7 +3,7 @@
 use motor_model::math;
 
 use super::{Taker, shortest, windows_since};
-use crate::math::statistics::{Accumulator, Spread};
+use crate::math::statistics::{Accumulator, Spread, upper_quantile};
 use crate::studies::identification::measured::{Frame, Measured};
 use crate::studies::identification::parts::Span;
 
@@ -49,24 +49,12 @@ pub(super) fn marks(spans: &[Span], measured: &Measured, taker: &mut Taker) {
             math::sqrt(x * x + y * y)
         })
         .collect();
-    off.sort_by(f64::total_cmp);
-    let at = |part: f64| off.get(index(part, off.len())).copied().unwrap_or(0.0);
+    let mut at = |per_mille: usize| upper_quantile(&mut off, per_mille).unwrap_or(0.0);
     let residual: Spread = marks.iter().map(|(_, residual)| *residual).collect();
-    taker.take("ln median shift", math::ln(at(0.5) + 1e-7));
-    taker.take("ln large shift", math::ln(at(0.95) + 1e-7));
+    taker.take("ln median shift", math::ln(at(500) + 1e-7));
+    taker.take("ln large shift", math::ln(at(950) + 1e-7));
     taker.take("ln residual", math::ln(residual.mean + 1e-8));
     taker.take("ln spread of the residual", math::ln(residual.sd + 1e-8));
-}
-
-/// Place of a quantile among `count` sorted values.
-#[expect(
-    clippy::cast_possible_truncation,
-    clippy::cast_precision_loss,
-    clippy::cast_sign_loss,
-    reason = "far below 2^53"
-)]
-fn index(part: f64, count: usize) -> usize {
-    (part * count as f64) as usize
 }
 
 /// The angle turned since the drive ended.
