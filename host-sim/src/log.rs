@@ -3,6 +3,7 @@
 //! | module | what it is |
 //! |---|---|
 //! | `channels` | the channels of an MCAP log: a message type each, with its protobuf description |
+//! | `mcap_file` | an MCAP file: chunks, their index, the summary |
 //! | `mcap_log` | records into an MCAP file |
 //! | `table` | records into rows: one of each vibrometer sample, frame, impact and logged tick |
 //! | `parquet_log`, `csv_log` | these rows into a file |
@@ -27,6 +28,7 @@ mod error;
 mod explain;
 mod held_file;
 pub mod import;
+mod mcap_file;
 mod mcap_log;
 mod parquet_log;
 mod reader;
@@ -48,20 +50,29 @@ pub use table::COLUMNS;
 use std::collections::BTreeMap;
 
 use controller::TICK_NANOS;
+use estimator::LdvSample;
 use motor_model::Time;
 
 use crate::runs::filter;
-use crate::runs::record::RunRecord;
+use crate::runs::record::{Impact, RunRecord};
 use crate::scene::Scene;
 use held_file::HeldFile;
 
-/// A kind of file that takes records.
+/// A kind of file that takes records. Each tick gives its impacts and samples, and then its record if anything else is
+/// to be said of it.
 trait RecordWriter: Send {
-    /// Writes a record.
+    /// Writes the impacts and vibrometer samples of the tick that ends at `at`.
     ///
     /// # Errors
     /// When there is no room for the next block, or the system refuses it.
-    fn write(&mut self, record: &RunRecord) -> Result<(), LogError>;
+    fn write_samples(&mut self, at: Time, impacts: &[Impact], samples: &[LdvSample]) -> Result<(), LogError>;
+
+    /// Writes what else happened in that tick; truth and estimate if it is one of the `logged` ticks. Its impacts and
+    /// samples are written already.
+    ///
+    /// # Errors
+    /// When the system refuses it.
+    fn write_tick(&mut self, record: &RunRecord, logged: bool) -> Result<(), LogError>;
 
     /// Writes the block that is not full yet.
     ///
@@ -69,7 +80,7 @@ trait RecordWriter: Send {
     /// When there is no room for it, or the system refuses it.
     fn last_block(&mut self) -> Result<(), LogError>;
 
-    /// The last record whose block is written.
+    /// The last tick whose block is written.
     fn until(&self) -> Time;
 
     /// Ends the file, for which there is room in any case, and gives it back. `ended` says how the run ended, `result`

@@ -2,14 +2,14 @@
 
 use std::io::Write as _;
 
+use estimator::LdvSample;
 use motor_model::Time;
 
 use super::RecordWriter;
 use super::error::LogError;
 use super::held_file::{HeldFile, refusal};
-use super::recorder::LogOptions;
 use super::table::{COLUMNS, Cell, Row, RowMaker};
-use crate::runs::record::RunRecord;
+use crate::runs::record::{Impact, RunRecord};
 
 /// Bytes of a block, about.
 const BLOCK_BYTES: usize = 1 << 18;
@@ -19,6 +19,8 @@ pub(super) struct CsvLog {
     file: HeldFile,
     rows: RowMaker,
     block: csv::Writer<Vec<u8>>,
+    /// A cell as text.
+    field: Vec<u8>,
     block_rows: usize,
     last: Time,
     until: Time,
@@ -36,13 +38,13 @@ impl CsvLog {
     ///
     /// # Errors
     /// When a name is refused.
-    pub(super) fn create(file: HeldFile, options: LogOptions) -> Result<Self, LogError> {
+    pub(super) fn create(file: HeldFile) -> Result<Self, LogError> {
         let mut block = new_block();
         block
             .write_record(COLUMNS.iter().map(|(name, _)| name))
             .map_err(|error| LogError::Format(error.to_string()))?;
-        let rows = RowMaker::new(options.every);
-        Ok(Self { file, rows, block, block_rows: 0, last: Time::ZERO, until: Time::ZERO })
+        let (rows, field) = (RowMaker::new(), Vec::with_capacity(32));
+        Ok(Self { file, rows, block, field, block_rows: 0, last: Time::ZERO, until: Time::ZERO })
     }
 }
 
@@ -60,7 +62,7 @@ fn text(cell: Option<&Cell>, into: &mut Vec<u8>) {
 
 fn write_row(block: &mut csv::Writer<Vec<u8>>, field: &mut Vec<u8>, row: &Row) -> Result<(), LogError> {
     let refused = |error: csv::Error| LogError::Format(error.to_string());
-    for cell in row {
+    for cell in row.cells() {
         text(cell.as_ref(), field);
         block.write_field(&*field).map_err(refused)?;
     }
@@ -68,15 +70,24 @@ fn write_row(block: &mut csv::Writer<Vec<u8>>, field: &mut Vec<u8>, row: &Row) -
 }
 
 impl RecordWriter for CsvLog {
-    fn write(&mut self, record: &RunRecord) -> Result<(), LogError> {
-        let Self { rows, block, block_rows, .. } = self;
-        let mut field = Vec::with_capacity(32);
-        rows.rows(record, |row| {
+    fn write_samples(&mut self, at: Time, impacts: &[Impact], samples: &[LdvSample]) -> Result<(), LogError> {
+        if self.block_rows >= BLOCK_ROWS {
+            self.last_block()?;
+        }
+        self.last = at;
+        let Self { rows, block, block_rows, field, .. } = self;
+        rows.of_samples(impacts, samples, |row| {
             *block_rows += 1;
-            write_row(block, &mut field, row)
-        })?;
-        self.last = record.at;
-        if self.block_rows >= BLOCK_ROWS { self.last_block() } else { Ok(()) }
+            write_row(block, field, row)
+        })
+    }
+
+    fn write_tick(&mut self, record: &RunRecord, logged: bool) -> Result<(), LogError> {
+        let Self { rows, block, block_rows, field, .. } = self;
+        rows.of_tick(record, logged, |row| {
+            *block_rows += 1;
+            write_row(block, field, row)
+        })
     }
 
     fn last_block(&mut self) -> Result<(), LogError> {

@@ -1,7 +1,7 @@
 //! A file that has room for its end before its middle is written.
 //!
-//! Zeros are written where the next bytes will stand, so that the system has to find the room for them. What is written
-//! there later needs no more room. At the end the file is cut to what was written.
+//! Where the next bytes will stand the system is asked for room, or, where it cannot be asked, zeros are written. What
+//! is written there later needs no more room. At the end the file is cut to what was written.
 
 use std::fs::File;
 use std::io::{self, Seek, SeekFrom, Write};
@@ -14,7 +14,7 @@ use super::error::{LogError, is_no_room};
 use crate::report::OutputError;
 use crate::report::files;
 
-/// The zeros that are written at a time.
+/// The zeros that are written at a time where the system cannot be asked for room.
 static ZEROS: [u8; 1 << 16] = [0; 1 << 16];
 
 /// A temporary file beside its destination.
@@ -26,7 +26,7 @@ pub(super) struct HeldFile {
     position: u64,
     /// End of what was written.
     end: u64,
-    /// End of the zeros behind it.
+    /// End of the room behind it.
     held: u64,
 }
 
@@ -76,8 +76,16 @@ impl HeldFile {
     }
 }
 
-/// Writes zeros from `held` on, which goes on to `until`.
+/// Finds room from `held` on, which goes on to `until`.
 fn hold_until(file: &mut File, held: &mut u64, until: u64) -> io::Result<()> {
+    if allocated(file, *held, until)? {
+        *held = until;
+        return Ok(());
+    }
+    write_zeros(file, held, until)
+}
+
+fn write_zeros(file: &mut File, held: &mut u64, until: u64) -> io::Result<()> {
     while *held < until {
         let bytes = ZEROS.len().min(usize::try_from(until - *held).unwrap_or(usize::MAX));
         let written = file.write(ZEROS.get(..bytes).unwrap_or_default())?;
@@ -87,6 +95,23 @@ fn hold_until(file: &mut File, held: &mut u64, until: u64) -> io::Result<()> {
         *held += written as u64;
     }
     Ok(())
+}
+
+/// Asks the system for room from `from` to `until`; false where the file's system has no such call.
+#[cfg(target_os = "linux")]
+fn allocated(file: &File, from: u64, until: u64) -> io::Result<bool> {
+    use rustix::fs::{FallocateFlags, fallocate};
+    use rustix::io::Errno;
+    match fallocate(file, FallocateFlags::empty(), from, until - from) {
+        Ok(()) => Ok(true),
+        Err(Errno::OPNOTSUPP | Errno::NOSYS | Errno::INTR) => Ok(false),
+        Err(error) => Err(error.into()),
+    }
+}
+
+#[cfg(not(target_os = "linux"))]
+fn allocated(_: &File, _: u64, _: u64) -> io::Result<bool> {
+    Ok(false)
 }
 
 /// The name of what an unfinished run leaves beside a file that is there: `NAME.partial.EXTENSION`.
@@ -187,6 +212,16 @@ mod tests {
         assert_eq!((file.len(), file.held), (6, 100_003));
         assert_eq!(file.publish(true).unwrap(), path);
         assert_eq!(std::fs::read(&path).unwrap(), b"abcdef");
+    }
+
+    /// Without a call for room the zeros take it.
+    #[test]
+    fn exact_zeros_stand_where_there_is_no_call_for_room() {
+        let mut file = tempfile::tempfile().unwrap();
+        file.write_all(b"abc").unwrap();
+        let mut held = 3;
+        write_zeros(&mut file, &mut held, 100_003).unwrap();
+        assert_eq!((held, file.metadata().unwrap().len()), (100_003, 100_003));
     }
 
     /// A file that is there stays beside what an unfinished run leaves.

@@ -10,29 +10,27 @@
 //! | metadata `end` | how it ended |
 
 use std::collections::BTreeMap;
-use std::path::{Path, PathBuf};
+use std::io;
+use std::path::PathBuf;
 
-use estimator::Health;
-use mcap::records::MessageHeader;
-use mcap::{McapError, WriteOptions, Writer};
+use estimator::{Health, LdvSample};
 use motor_model::{Angle, DriveCommand, Time, math};
 
 use super::channels::{self, CHANNELS, Described};
 use super::error::LogError;
-use super::held_file::{HeldFile, SharedFile, refusal};
+use super::held_file::{HeldFile, refusal};
+use super::mcap_file::McapFile;
 use super::recorder::LogOptions;
 use super::{RecordWriter, Stated};
-use crate::runs::record::{RunRecord, Task, health_level, mode_word, verdict_word};
+use crate::runs::record::{Impact, RunRecord, Task, health_level, mode_word, verdict_word};
 
 /// Version of the channels and of what they mean.
 pub(super) const FORMAT: &str = "1";
 
 /// Bytes of a chunk, about.
-const CHUNK_BYTES: u64 = 1 << 20;
+const CHUNK_BYTES: usize = 1 << 20;
 /// The messages of one tick and the heads of a chunk, at most.
 const TICK_BYTES: u64 = 1 << 14;
-/// What a message takes beside its content: its record, and its place in the index.
-const MESSAGE_BYTES: u64 = 31 + 16;
 /// What the end of the file takes: the summary, without the places of the chunks.
 const END_BYTES: u64 = 1 << 16;
 /// The place of a chunk in the summary: offsets of its channels.
@@ -40,16 +38,10 @@ const CHUNK_PLACE_BYTES: u64 = 512;
 
 /// The writer.
 pub(super) struct McapLog {
-    writer: Writer<SharedFile>,
-    file: SharedFile,
+    file: McapFile<HeldFile>,
     path: PathBuf,
-    channel_ids: [u16; CHANNELS.len()],
-    sequence: u32,
-    content: Vec<u8>,
-    chunk_bytes: u64,
+    chunk_bytes: usize,
     chunks: u64,
-    every: u64,
-    ticks: u64,
     health: Option<Health>,
     phase: String,
     drive: Option<(DriveCommand, DriveCommand)>,
@@ -63,41 +55,23 @@ impl McapLog {
     /// When there is no room, or the system refuses it.
     pub(super) fn create(mut file: HeldFile, stated: &Stated, options: LogOptions) -> Result<Self, LogError> {
         let path = file.destination().to_owned();
-        let first_bytes = CHUNK_BYTES + TICK_BYTES + 2 * END_BYTES + stated.scene.len() as u64;
-        file.hold(first_bytes).map_err(|source| refusal(&path, source))?;
-        let file = SharedFile::new(file);
-        let refused = |error| of_mcap(&path, error);
-        let mut writer = WriteOptions::new()
-            .profile("host-sim")
-            .library(concat!("host-sim ", env!("CARGO_PKG_VERSION")))
-            .compression(None)
-            // Chunks are ended here, where there is room for the next one.
-            .chunk_size(None)
-            .disable_seeking(true)
-            .calculate_data_section_crc(false)
-            .create(file.clone())
-            .map_err(refused)?;
-        let facts = stated.facts(options);
-        let metadata = mcap::records::Metadata { name: "host-sim".to_owned(), metadata: facts };
-        writer.write_metadata(&metadata).map_err(refused)?;
-        attach(&mut writer, "scene.toml", "application/toml", &stated.scene).map_err(refused)?;
-        let mut channel_ids = [0; CHANNELS.len()];
-        for (channel, id) in CHANNELS.iter().zip(&mut channel_ids) {
-            let schema = writer.add_schema(&channel.schema_name(), "protobuf", &channel.schema());
-            let schema = schema.map_err(refused)?;
-            *id = writer.add_channel(schema, channel.topic, "protobuf", &BTreeMap::new()).map_err(refused)?;
-        }
+        let first_bytes = CHUNK_BYTES as u64 + TICK_BYTES + 2 * END_BYTES + stated.scene.len() as u64;
+        let begun = || {
+            file.hold(first_bytes)?;
+            let mut file =
+                McapFile::create(file, "host-sim", concat!("host-sim ", env!("CARGO_PKG_VERSION")))?;
+            file.metadata("host-sim", stated.facts(options))?;
+            file.attachment("scene.toml", "application/toml", &stated.scene)?;
+            for channel in &CHANNELS {
+                file.channel(channel.topic, &channel.schema_name(), &channel.schema())?;
+            }
+            Ok(file)
+        };
         Ok(Self {
-            writer,
-            file,
+            file: begun().map_err(|source| refusal(&path, source))?,
             path,
-            channel_ids,
-            sequence: 0,
-            content: Vec::with_capacity(256),
             chunk_bytes: 0,
             chunks: 0,
-            every: options.every,
-            ticks: 0,
             health: None,
             phase: String::new(),
             drive: None,
@@ -105,32 +79,32 @@ impl McapLog {
         })
     }
 
+    fn refused(&self, source: io::Error) -> LogError {
+        refusal(&self.path, source)
+    }
+
     fn message<M: Described>(&mut self, at: Time, message: &M) -> Result<(), LogError> {
-        self.content.clear();
-        // A vector takes every message.
-        message.encode(&mut self.content).map_err(|error| LogError::Format(error.to_string()))?;
-        self.chunk_bytes += MESSAGE_BYTES + self.content.len() as u64;
-        self.sequence = self.sequence.wrapping_add(1);
-        let header = MessageHeader {
-            channel_id: self.channel_ids.get(M::PLACE).copied().unwrap_or_default(),
-            sequence: self.sequence,
-            log_time: at.nanos(),
-            publish_time: at.nanos(),
-        };
-        self.writer.write_to_known_channel(&header, &self.content).map_err(|error| of_mcap(&self.path, error))
+        let bytes = self.file.message(M::PLACE, at, message).map_err(|source| self.refused(source))?;
+        self.chunk_bytes += bytes;
+        Ok(())
     }
 
     /// Ends a chunk that is full, once there is room for the next one.
     fn end_chunk(&mut self) -> Result<(), LogError> {
-        self.writer.flush().map_err(|error| of_mcap(&self.path, error))?;
         self.chunks += 1;
         self.chunk_bytes = 0;
-        let bytes = CHUNK_BYTES + TICK_BYTES + END_BYTES + CHUNK_PLACE_BYTES * (self.chunks + 1);
-        self.file.lock().hold(bytes).map_err(|source| refusal(&self.path, source))
+        let bytes = CHUNK_BYTES as u64 + TICK_BYTES + END_BYTES + CHUNK_PLACE_BYTES * (self.chunks + 1);
+        let written = self.file.end_chunk().and_then(|()| self.file.file().hold(bytes));
+        written.map_err(|source| self.refused(source))
     }
 
-    fn measurements(&mut self, record: &RunRecord) -> Result<(), LogError> {
-        for impact in record.impacts {
+    fn impacts_and_samples(
+        &mut self,
+        at: Time,
+        impacts: &[Impact],
+        samples: &[LdvSample],
+    ) -> Result<(), LogError> {
+        for impact in impacts {
             let [velocity_before_m_s, velocity_after_m_s] = impact.velocity_m_s;
             let [rate_before_rad_s, rate_after_rad_s] = impact.rate_rad_s;
             self.message(
@@ -143,13 +117,17 @@ impl McapLog {
                 },
             )?;
         }
-        for sample in record.ldv_samples {
-            let arrived_after_ns = nanos_between(sample.taken_at, record.at);
+        for sample in samples {
+            let arrived_after_ns = nanos_between(sample.taken_at, at);
             self.message(
                 sample.taken_at,
                 &channels::VibrometerSample { velocity_m_s: sample.velocity_m_s, arrived_after_ns },
             )?;
         }
+        Ok(())
+    }
+
+    fn frame(&mut self, record: &RunRecord) -> Result<(), LogError> {
         let Some(frame) = record.camera_frame else { return Ok(()) };
         let arrived_after_ns = nanos_between(frame.exposed_at, record.at);
         self.message(
@@ -266,15 +244,20 @@ impl McapLog {
 }
 
 impl RecordWriter for McapLog {
-    fn write(&mut self, record: &RunRecord) -> Result<(), LogError> {
-        self.measurements(record)?;
-        if self.ticks.is_multiple_of(self.every) {
+    fn write_samples(&mut self, at: Time, impacts: &[Impact], samples: &[LdvSample]) -> Result<(), LogError> {
+        if self.chunk_bytes >= CHUNK_BYTES {
+            self.end_chunk()?;
+        }
+        self.until = at;
+        self.impacts_and_samples(at, impacts, samples)
+    }
+
+    fn write_tick(&mut self, record: &RunRecord, logged: bool) -> Result<(), LogError> {
+        self.frame(record)?;
+        if logged {
             self.truth_and_estimate(record)?;
         }
-        self.ticks += 1;
-        self.changes(record)?;
-        self.until = record.at;
-        if self.chunk_bytes >= CHUNK_BYTES { self.end_chunk() } else { Ok(()) }
+        self.changes(record)
     }
 
     /// There is room for it already.
@@ -287,39 +270,15 @@ impl RecordWriter for McapLog {
     }
 
     fn close(self: Box<Self>, ended: &str, result: Option<&str>) -> Result<HeldFile, LogError> {
-        let Self { mut writer, file, path, .. } = *self;
-        let refused = |error| of_mcap(&path, error);
-        if let Some(result) = result {
-            attach(&mut writer, "result.json", "application/json", result).map_err(refused)?;
-        }
-        let metadata = BTreeMap::from([("ended".to_owned(), ended.to_owned())]);
-        let metadata = mcap::records::Metadata { name: "end".to_owned(), metadata };
-        writer.write_metadata(&metadata).map_err(refused)?;
-        writer.finish().map_err(refused)?;
-        drop(writer.into_inner());
-        file.into_inner()
-    }
-}
-
-fn attach(
-    writer: &mut Writer<SharedFile>,
-    name: &str,
-    media_type: &str,
-    text: &str,
-) -> Result<(), McapError> {
-    writer.attach(&mcap::Attachment {
-        log_time: 0,
-        create_time: 0,
-        name: name.to_owned(),
-        media_type: media_type.to_owned(),
-        data: text.as_bytes().into(),
-    })
-}
-
-fn of_mcap(path: &Path, error: McapError) -> LogError {
-    match error {
-        McapError::Io(source) => refusal(path, source),
-        other => LogError::Format(other.to_string()),
+        let Self { mut file, path, .. } = *self;
+        let ended = || {
+            if let Some(result) = result {
+                file.attachment("result.json", "application/json", result)?;
+            }
+            file.metadata("end", BTreeMap::from([("ended".to_owned(), ended.to_owned())]))?;
+            file.finish()
+        };
+        ended().map_err(|source| refusal(&path, source))
     }
 }
 

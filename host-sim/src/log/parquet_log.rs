@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
+use estimator::LdvSample;
 use motor_model::Time;
 use parquet::errors::ParquetError;
 
@@ -11,7 +12,7 @@ use super::recorder::LogOptions;
 use super::table::{COLUMNS, RowMaker};
 use super::{RecordWriter, Stated};
 use crate::report::parquet_table::{GROUP_ROWS, ParquetTable};
-use crate::runs::record::RunRecord;
+use crate::runs::record::{Impact, RunRecord};
 
 /// What the end of the file says of a row group: its columns, each with place, sizes and statistics.
 const GROUP_PLACE_BYTES: u64 = 300 * COLUMNS.len() as u64;
@@ -47,7 +48,7 @@ impl ParquetLog {
             table: table.map_err(|error| of_parquet(&path, error))?,
             file,
             path,
-            rows: RowMaker::new(options.every),
+            rows: RowMaker::new(),
             groups: 0,
             end_bytes,
             last: Time::ZERO,
@@ -57,14 +58,24 @@ impl ParquetLog {
 }
 
 impl RecordWriter for ParquetLog {
-    fn write(&mut self, record: &RunRecord) -> Result<(), LogError> {
+    fn write_samples(&mut self, at: Time, impacts: &[Impact], samples: &[LdvSample]) -> Result<(), LogError> {
+        if self.table.rows() >= GROUP_ROWS {
+            self.last_block()?;
+        }
+        self.last = at;
         let Self { rows, table, .. } = self;
-        rows.rows(record, |row| {
-            table.push(row);
-            Ok::<(), LogError>(())
-        })?;
-        self.last = record.at;
-        if self.table.rows() >= GROUP_ROWS { self.last_block() } else { Ok(()) }
+        rows.of_samples(impacts, samples, |row| {
+            table.push_cells(row.filled());
+            Ok(())
+        })
+    }
+
+    fn write_tick(&mut self, record: &RunRecord, logged: bool) -> Result<(), LogError> {
+        let Self { rows, table, .. } = self;
+        rows.of_tick(record, logged, |row| {
+            table.push_cells(row.filled());
+            Ok(())
+        })
     }
 
     fn last_block(&mut self) -> Result<(), LogError> {

@@ -1,6 +1,9 @@
-//! The observer of a run: it gives the records, in batches, to a thread that writes them, so that the run does not wait
-//! for the disk. At most [`BATCHES`] batches are under way, so that memory is bounded.
+//! The observer of a run: it gives what is to be written, in batches, to a thread that writes it, so that the run does
+//! not wait for the disk. At most [`BATCHES`] batches are under way, so that memory is bounded.
+//!
+//! Most ticks have vibrometer samples and nothing else to say. Of these no record is kept.
 
+use std::borrow::Cow;
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -8,8 +11,8 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 use std::thread::{self, JoinHandle};
 
-use estimator::LdvSample;
-use motor_model::Time;
+use estimator::{Health, LdvSample};
+use motor_model::{DriveCommand, Time};
 
 use super::csv_log::CsvLog;
 use super::error::{Kept, LogError};
@@ -20,10 +23,10 @@ use super::{RecordWriter, Stated};
 use crate::runs::record::{Impact, Observer, RunRecord};
 use crate::scene::Scene;
 
-/// Records of a batch: 10 ms of a run.
-const BATCH_RECORDS: usize = 1000;
+/// Ticks of a batch: 40 ms of a run. Fewer would wake the thread more often.
+const BATCH_TICKS: usize = 4000;
 /// Batches under way.
-const BATCHES: usize = 8;
+const BATCHES: usize = 4;
 
 /// What is written.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -50,22 +53,40 @@ pub struct Logged {
     pub bytes: u64,
 }
 
-/// Records with their lists in one place.
+/// A tick of a batch.
+#[derive(Clone, Copy, Debug)]
+struct BatchTick {
+    at: Time,
+    impacts: usize,
+    ldv_samples: usize,
+    /// Whether there is a record of it, and then whether truth and estimate are logged.
+    record: Option<bool>,
+}
+
+/// Ticks with their lists in one place.
 #[derive(Debug, Default)]
 struct Batch {
-    records: Vec<(RunRecord<'static>, usize, usize)>,
+    ticks: Vec<BatchTick>,
+    records: Vec<RunRecord<'static>>,
     impacts: Vec<Impact>,
     ldv_samples: Vec<LdvSample>,
 }
 
 impl Batch {
-    fn push(&mut self, record: &RunRecord) {
-        self.impacts.extend(record.impacts);
-        self.ldv_samples.extend(record.ldv_samples);
-        self.records.push((record.without_lists(), record.impacts.len(), record.ldv_samples.len()));
+    /// Adds a tick, with its record where it is told whether that is logged.
+    #[inline]
+    fn push(&mut self, tick: &RunRecord, record: Option<bool>) {
+        self.impacts.extend_from_slice(tick.impacts);
+        self.ldv_samples.extend_from_slice(tick.ldv_samples);
+        let (impacts, ldv_samples) = (tick.impacts.len(), tick.ldv_samples.len());
+        self.ticks.push(BatchTick { at: tick.at, impacts, ldv_samples, record });
+        if record.is_some() {
+            self.records.push(tick.without_lists());
+        }
     }
 
     fn clear(&mut self) {
+        self.ticks.clear();
         self.records.clear();
         self.impacts.clear();
         self.ldv_samples.clear();
@@ -73,13 +94,46 @@ impl Batch {
 
     fn write(&self, writer: &mut dyn RecordWriter) -> Result<(), LogError> {
         let (mut impacts, mut samples) = (&self.impacts[..], &self.ldv_samples[..]);
-        for (record, impacts_of_it, samples_of_it) in &self.records {
-            let (these_impacts, later_impacts) = impacts.split_at(*impacts_of_it);
-            let (these_samples, later_samples) = samples.split_at(*samples_of_it);
-            writer.write(&record.with_lists(these_impacts, these_samples))?;
+        let mut records = self.records.iter();
+        for tick in &self.ticks {
+            let (these_impacts, later_impacts) = impacts.split_at(tick.impacts);
+            let (these_samples, later_samples) = samples.split_at(tick.ldv_samples);
+            writer.write_samples(tick.at, these_impacts, these_samples)?;
+            if let Some((record, logged)) = tick.record.and_then(|logged| Some((records.next()?, logged))) {
+                writer.write_tick(record, logged)?;
+            }
             (impacts, samples) = (later_impacts, later_samples);
         }
         Ok(())
+    }
+}
+
+/// Says which ticks have more to say than their samples.
+#[derive(Clone, Debug)]
+struct TickChoice {
+    every: u64,
+    ticks: u64,
+    last: Option<(Health, DriveCommand, DriveCommand)>,
+    phase: Cow<'static, str>,
+}
+
+impl TickChoice {
+    fn new(every: u64) -> Self {
+        Self { every, ticks: 0, last: None, phase: Cow::Borrowed("") }
+    }
+
+    /// Whether to keep the record of the next tick, and then whether truth and estimate are logged.
+    #[inline]
+    fn next(&mut self, tick: &RunRecord) -> Option<bool> {
+        let logged = self.ticks.is_multiple_of(self.every);
+        self.ticks += 1;
+        let state = (tick.health, tick.asked, tick.applied);
+        let phase = tick.task.word();
+        let changed = self.last != Some(state) || self.phase != phase;
+        if changed {
+            (self.last, self.phase) = (Some(state), phase);
+        }
+        (logged || changed || tick.camera_frame.is_some()).then_some(logged)
     }
 }
 
@@ -88,6 +142,7 @@ type Written = (Box<dyn RecordWriter>, Option<LogError>);
 
 /// Writes the records of a run to a log.
 pub struct LogRecorder {
+    choice: TickChoice,
     batch: Batch,
     full: SyncSender<Batch>,
     empty: Receiver<Batch>,
@@ -114,7 +169,7 @@ impl LogRecorder {
         let mut writer: Box<dyn RecordWriter> = match extension.as_str() {
             "mcap" => Box::new(McapLog::create(file()?, &stated, options)?),
             "parquet" => Box::new(ParquetLog::create(file()?, &stated, options)?),
-            "csv" => Box::new(CsvLog::create(file()?, options)?),
+            "csv" => Box::new(CsvLog::create(file()?)?),
             _ => return Err(LogError::UnknownKind { path: path.to_owned() }),
         };
         let (full, to_write) = sync_channel::<Batch>(BATCHES);
@@ -130,7 +185,8 @@ impl LogRecorder {
             }
             (writer, None)
         });
-        Ok(Self { batch: Batch::default(), full, empty, thread, interrupted })
+        let choice = TickChoice::new(options.every);
+        Ok(Self { choice, batch: Batch::default(), full, empty, thread, interrupted })
     }
 
     /// Ends the log.
@@ -167,9 +223,12 @@ impl LogRecorder {
 }
 
 impl Observer for LogRecorder {
+    // Inlined, so that parts of a record that is not kept are not made.
+    #[inline]
     fn observe(&mut self, record: &RunRecord) -> ControlFlow<()> {
-        self.batch.push(record);
-        if self.batch.records.len() < BATCH_RECORDS {
+        let kept = self.choice.next(record);
+        self.batch.push(record, kept);
+        if self.batch.ticks.len() < BATCH_TICKS {
             return ControlFlow::Continue(());
         }
         let empty = self.empty.try_recv().unwrap_or_default();

@@ -7,7 +7,7 @@
 
 use std::borrow::Cow;
 
-use estimator::Health;
+use estimator::{Health, LdvSample};
 use motor_model::{Angle, DriveCommand, Time, math};
 
 pub(super) use crate::report::parquet_table::{Cell, CellKind};
@@ -59,14 +59,30 @@ columns! {
     DriveOffset "drive_frequency_offset_hz" Number,
 }
 
-/// A row: a cell for each column.
-pub(super) type Row = Vec<Option<Cell>>;
+/// A row.
+#[derive(Clone, Debug)]
+pub(super) struct Row {
+    /// A cell for each column.
+    cells: Vec<Option<Cell>>,
+    /// Columns whose cells are not empty: few of many.
+    filled: Vec<usize>,
+}
+
+impl Row {
+    /// A cell for each column.
+    pub(super) fn cells(&self) -> &[Option<Cell>] {
+        &self.cells
+    }
+
+    /// The cells that are not empty, each with its column.
+    pub(super) fn filled(&self) -> impl Iterator<Item = (usize, &Cell)> {
+        self.filled.iter().filter_map(|column| Some((*column, self.cells.get(*column)?.as_ref()?)))
+    }
+}
 
 /// Makes rows of records.
 #[derive(Clone, Debug)]
 pub(super) struct RowMaker {
-    every: u64,
-    ticks: u64,
     health: Option<(Health, String)>,
     phase: Cow<'static, str>,
     drive: Option<DriveCommand>,
@@ -74,51 +90,66 @@ pub(super) struct RowMaker {
 }
 
 impl RowMaker {
-    /// Rows of every tick whose number is a multiple of `every`.
-    pub(super) fn new(every: u64) -> Self {
-        let row = vec![None; COLUMNS.len()];
-        Self { every, ticks: 0, health: None, phase: Cow::Borrowed(""), drive: None, row }
+    /// No row yet.
+    pub(super) fn new() -> Self {
+        let row = Row { cells: vec![None; COLUMNS.len()], filled: Vec::new() };
+        Self { health: None, phase: Cow::Borrowed(""), drive: None, row }
     }
 
     fn set(&mut self, place: Place, cell: impl Into<Cell>) {
-        if let Some(slot) = self.row.get_mut(place as usize) {
+        if let Some(slot) = self.row.cells.get_mut(place as usize) {
             *slot = Some(cell.into());
+            self.row.filled.push(place as usize);
         }
     }
 
     fn begin(&mut self, at: Time) {
-        self.row.fill(None);
+        for column in self.row.filled.drain(..) {
+            self.row.cells[column] = None;
+        }
         self.set(Place::TimeS, at.seconds_since::<f64>(Time::ZERO));
     }
 
-    /// Gives the rows of a record to `take`.
+    /// Gives the rows of impacts and samples to `take`.
     ///
     /// # Errors
     /// When `take` refuses one.
-    pub(super) fn rows<E>(
+    pub(super) fn of_samples<E>(
         &mut self,
-        record: &RunRecord,
+        impacts: &[Impact],
+        samples: &[LdvSample],
         mut take: impl FnMut(&Row) -> Result<(), E>,
     ) -> Result<(), E> {
-        for impact in record.impacts {
+        for impact in impacts {
             self.impact(impact);
             take(&self.row)?;
         }
-        for sample in record.ldv_samples {
+        for sample in samples {
             self.begin(sample.taken_at);
             self.set(Place::Vibrometer, sample.velocity_m_s);
             take(&self.row)?;
         }
+        Ok(())
+    }
+
+    /// Gives the row of the record's frame, and that of its tick if it is `logged` or something changed, to `take`.
+    ///
+    /// # Errors
+    /// When `take` refuses one.
+    pub(super) fn of_tick<E>(
+        &mut self,
+        record: &RunRecord,
+        logged: bool,
+        mut take: impl FnMut(&Row) -> Result<(), E>,
+    ) -> Result<(), E> {
         if record.camera_frame.is_some() {
             self.frame(record);
             take(&self.row)?;
         }
-        let changed = self.changed(record);
-        if changed || self.ticks.is_multiple_of(self.every) {
+        if self.changed(record) || logged {
             self.tick(record);
             take(&self.row)?;
         }
-        self.ticks += 1;
         Ok(())
     }
 

@@ -80,14 +80,15 @@ struct ColumnCells {
 }
 
 impl ColumnCells {
-    fn push(&mut self, cell: Option<&Cell>) {
-        self.filled.push(i16::from(cell.is_some()));
+    /// Adds the cell of row `row`; the rows since the last cell are empty.
+    fn push(&mut self, row: usize, cell: &Cell) {
+        self.filled.resize(row, 0);
+        self.filled.push(1);
         match cell {
-            None => {}
-            Some(Cell::Number(number)) => self.numbers.push(*number),
+            Cell::Number(number) => self.numbers.push(*number),
             // The same bits: the column says that it has no sign.
-            Some(Cell::Whole(number)) => self.wholes.push(number.cast_signed()),
-            Some(Cell::Word(word)) => self.words.push(ByteArray::from(word.as_bytes().to_vec())),
+            Cell::Whole(number) => self.wholes.push(number.cast_signed()),
+            Cell::Word(word) => self.words.push(ByteArray::from(word.as_bytes().to_vec())),
         }
     }
 
@@ -98,12 +99,12 @@ impl ColumnCells {
         self.filled.clear();
     }
 
-    /// Bytes that the column takes in the file, at most.
-    fn bytes_max(&self) -> u64 {
+    /// Bytes that `rows` rows of the column take in the file, at most.
+    fn bytes_max(&self, rows: usize) -> u64 {
         let words: usize = self.words.iter().map(|word| 8 + word.len()).sum();
         let numbers = 8 * (self.numbers.len() + self.wholes.len());
         // Snappy may add a sixth; a page for each megabyte, and the levels.
-        ((numbers + words) as u64) * 7 / 6 + self.filled.len() as u64 / 4 + 4096
+        ((numbers + words) as u64) * 7 / 6 + rows as u64 / 4 + 4096
     }
 }
 
@@ -112,6 +113,7 @@ pub(crate) struct ParquetTable<W: Write + Send> {
     writer: SerializedFileWriter<W>,
     kinds: Vec<CellKind>,
     columns: Vec<ColumnCells>,
+    rows: usize,
 }
 
 fn schema(columns: &[(&str, CellKind)]) -> Result<Type, ParquetError> {
@@ -156,24 +158,35 @@ impl<W: Write + Send> ParquetTable<W> {
             writer,
             kinds: columns.iter().map(|(_, kind)| *kind).collect(),
             columns: vec![ColumnCells::default(); columns.len()],
+            rows: 0,
         })
     }
 
     /// Adds a row of as many cells as there are columns to the group in memory.
     pub(crate) fn push<'a>(&mut self, row: impl IntoIterator<Item = &'a Option<Cell>>) {
-        for (column, cell) in self.columns.iter_mut().zip(row) {
-            column.push(cell.as_ref());
+        self.push_cells(
+            row.into_iter().enumerate().filter_map(|(column, cell)| Some((column, cell.as_ref()?))),
+        );
+    }
+
+    /// Adds a row that has these cells, each with its column; the others are empty.
+    pub(crate) fn push_cells<'a>(&mut self, cells: impl IntoIterator<Item = (usize, &'a Cell)>) {
+        for (column, cell) in cells {
+            if let Some(column) = self.columns.get_mut(column) {
+                column.push(self.rows, cell);
+            }
         }
+        self.rows += 1;
     }
 
     /// Rows of the group in memory.
     pub(crate) fn rows(&self) -> usize {
-        self.columns.first().map_or(0, |column| column.filled.len())
+        self.rows
     }
 
     /// Bytes that the group in memory takes in the file, at most.
     pub(crate) fn bytes_max(&self) -> u64 {
-        self.columns.iter().map(ColumnCells::bytes_max).sum()
+        self.columns.iter().map(|column| column.bytes_max(self.rows)).sum()
     }
 
     /// Writes the group in memory, and begins another.
@@ -182,7 +195,8 @@ impl<W: Write + Send> ParquetTable<W> {
     /// When the file refuses it.
     pub(crate) fn write_group(&mut self) -> Result<(), ParquetError> {
         let mut group = self.writer.next_row_group()?;
-        for (column, kind) in self.columns.iter().zip(&self.kinds) {
+        for (column, kind) in self.columns.iter_mut().zip(&self.kinds) {
+            column.filled.resize(self.rows, 0);
             let Some(mut writer) = group.next_column()? else { break };
             let filled = Some(&column.filled[..]);
             match kind {
@@ -196,6 +210,7 @@ impl<W: Write + Send> ParquetTable<W> {
         }
         group.close()?;
         self.columns.iter_mut().for_each(ColumnCells::clear);
+        self.rows = 0;
         Ok(())
     }
 

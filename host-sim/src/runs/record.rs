@@ -156,20 +156,16 @@ pub struct RunRecord<'a> {
 
 impl RunRecord<'_> {
     /// The same record without its impacts and samples, to be kept.
+    #[inline]
     pub fn without_lists(&self) -> RunRecord<'static> {
-        self.with_lists(&[], &[])
-    }
-
-    /// The same record with these impacts and samples.
-    pub fn with_lists<'b>(&self, impacts: &'b [Impact], ldv_samples: &'b [LdvSample]) -> RunRecord<'b> {
         let Self {
             at, truth, camera_frame, marked, innovation, estimate, health, asked, applied, task, ..
         } = *self;
         RunRecord {
             at,
             truth,
-            impacts,
-            ldv_samples,
+            impacts: &[],
+            ldv_samples: &[],
             camera_frame,
             marked,
             innovation,
