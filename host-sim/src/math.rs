@@ -3,7 +3,8 @@
 //! | module | what it is |
 //! |---|---|
 //! | [`statistics`] | mean, spread, quantiles, a straight line, quantiles of distributions |
-//! | [`difference`] | whether two results differ beyond chance |
+//! | [`difference`] | whether two independent results differ beyond chance |
+//! | [`paired_difference`] | whether two results of the same runs do |
 //! | [`least_squares`] | a curve through points, with the standard deviations of its parameters |
 //! | [`spectrum`] | Fourier spectrum of a sampled motion |
 //! | [`allan_deviation`] | Allan deviation of a record of angles |
@@ -15,6 +16,7 @@ pub(crate) mod allan_deviation;
 pub(crate) mod count;
 pub(crate) mod difference;
 pub(crate) mod least_squares;
+pub(crate) mod paired_difference;
 pub(crate) mod plain_number;
 pub(crate) mod random_streams;
 pub(crate) mod spectrum;

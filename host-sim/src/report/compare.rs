@@ -4,25 +4,25 @@
 //! |---|---|
 //! | this one | the comparison of the key figures |
 //! | [`result_file`] | a result as `--format json` writes it |
+//! | [`significance`] | the probability of a change of one figure by chance, and the test that gives it |
 //! | [`values`] | every other value of two results |
 //! | [`tables`], [`picture`] | what is shown of them |
 //!
-//! Key figures are compared as what they are ([`crate::math::difference`]): means by Welch's test, counts by Fisher's,
-//! values with intervals by the halves that face each other. The runs of both results are taken for independent. Where
-//! they have the same seeds this finds fewer changes, and no more false ones. Holm's method keeps the chance of one
-//! false alarm among all at [`LEVEL`].
+//! Results of the same seeds are compared run by run, others as independent. Holm's method keeps the chance of one
+//! false alarm among all key figures at [`LEVEL`].
 
 mod picture;
 pub mod result_file;
+mod significance;
 mod tables;
 mod values;
 
 use serde::Serialize;
 
 use super::key_figure::{Better, KeyFigure, Measured};
-use crate::math::difference::{holm, of_counts, of_intervals, of_means};
-use crate::math::statistics::Spread;
+use crate::math::difference::holm;
 use result_file::ResultFile;
+use significance::{Significance, Test};
 use values::ComparedValues;
 
 /// Largest chance of one false alarm among all key figures.
@@ -59,12 +59,19 @@ pub struct ComparedFigure {
     pub change: f64,
     /// The same per the magnitude of the first; `null` where that is 0.
     pub relative_change: Option<f64>,
+    /// How it was tested; `null` where it could not be.
+    pub test: Option<Test>,
+    /// Runs that were compared with each other one by one; `null` of a test of independent runs.
+    pub pairs: Option<usize>,
     /// Probability of such a change by chance; `null` where it is not known.
     pub p: Option<f64>,
     /// The same after Holm's method.
     pub p_holm: Option<f64>,
     /// What is said of it.
     pub verdict: Verdict,
+    /// Whether most runs changed to the other side than the figure did.
+    #[serde(skip)]
+    opposed: bool,
 }
 
 /// Two results side by side.
@@ -81,9 +88,11 @@ pub struct Comparison {
 impl Comparison {
     /// Compares two results.
     pub fn of(a: ResultFile, b: ResultFile) -> Self {
+        let same_seeds = a.has_seeds_of(&b);
         let mut figures: Vec<ComparedFigure> = (a.key_figures.iter())
             .filter_map(|of_a| {
-                Some(ComparedFigure::new(of_a, b.key_figures.iter().find(|of_b| is_same(of_a, of_b))?))
+                let of_b = b.key_figures.iter().find(|of_b| is_same(of_a, of_b))?;
+                Some(ComparedFigure::new(of_a, of_b, same_seeds))
             })
             .collect();
         let tested: Vec<f64> = figures.iter().filter_map(|figure| figure.p).collect();
@@ -146,12 +155,24 @@ impl Verdict {
 }
 
 impl ComparedFigure {
-    fn new(a: &KeyFigure, b: &KeyFigure) -> Self {
+    fn new(a: &KeyFigure, b: &KeyFigure, same_seeds: bool) -> Self {
         let [of_a, of_b] = [a, b].map(|figure| figure.measured.value());
         let change = of_b - of_a;
-        let relative_change = (of_a.abs() > 0.0).then(|| change / of_a.abs());
-        let (a, b, p) = (a.clone(), b.clone(), probability(a.measured, b.measured));
-        Self { a, b, change, relative_change, p, p_holm: None, verdict: Verdict::Equal }
+        let found = Significance::of(a, b, same_seeds);
+        // The runs stand in the results.
+        let [a, b] = [a, b].map(|figure| KeyFigure { per_run: None, ..figure.clone() });
+        Self {
+            a,
+            b,
+            change,
+            relative_change: (of_a.abs() > 0.0).then(|| change / of_a.abs()),
+            test: found.map(|found| found.test),
+            pairs: found.and_then(|found| found.pairs),
+            p: found.map(|found| found.p),
+            p_holm: None,
+            verdict: Verdict::Equal,
+            opposed: found.and_then(|found| found.rise).is_some_and(|rise| rise * change < 0.0),
+        }
     }
 
     /// What is said of it, after the probabilities are adjusted.
@@ -164,31 +185,12 @@ impl ComparedFigure {
             None if single(&self.a) && single(&self.b) => Verdict::Differs,
             None => Verdict::TooFewRuns,
             Some(p) if p >= LEVEL => Verdict::WithinNoise,
+            Some(_) if self.opposed => Verdict::Changed,
             Some(_) => match (self.b.better, self.change < 0.0) {
                 (Better::Neither, _) => Verdict::Changed,
                 (Better::Lower, true) | (Better::Higher, false) => Verdict::Better,
                 (Better::Lower, false) | (Better::Higher, true) => Verdict::Worse,
             },
-        }
-    }
-}
-
-/// The probability of such a difference by chance, where both say enough of their own.
-fn probability(a: Measured, b: Measured) -> Option<f64> {
-    use Measured::{Count, Mean};
-    match (a, b) {
-        (Mean { value: mean_a, sd: sd_a, runs: of_a }, Mean { value: mean_b, sd: sd_b, runs: of_b }) => {
-            of_means((Spread { mean: mean_a, sd: sd_a }, of_a), (Spread { mean: mean_b, sd: sd_b }, of_b))
-        }
-        (Count { value: of_a, runs: all_a }, Count { value: of_b, runs: all_b }) => {
-            of_counts((of_a, all_a), (of_b, all_b))
-        }
-        _ => {
-            let of = |measured: Measured| {
-                let (low, high) = measured.interval_95();
-                (measured.value(), low, high)
-            };
-            of_intervals(of(a), of(b)).filter(|_| a.runs() > 1 && b.runs() > 1)
         }
     }
 }
@@ -207,8 +209,15 @@ pub(super) mod tests {
         ResultFile::parse(&text, std::path::Path::new("a.json")).unwrap()
     }
 
+    fn verdicts_of(a: ResultFile, b: ResultFile) -> Vec<Verdict> {
+        Comparison::of(a, b).figures.iter().map(|figure| figure.verdict).collect()
+    }
+
+    /// Of runs with other seeds.
     fn verdicts(a: &[KeyFigure], b: &[KeyFigure]) -> Vec<Verdict> {
-        Comparison::of(result(a, ""), result(b, "")).figures.iter().map(|figure| figure.verdict).collect()
+        let mut other = result(b, "");
+        other.scene.insert("seed".to_owned(), 8.into());
+        verdicts_of(result(a, ""), other)
     }
 
     fn runs(offset: f64) -> Vec<f64> {
@@ -238,13 +247,44 @@ pub(super) mod tests {
     /// 10 failures of 100 after 1 have p = 0.0097 alone; beside nine others it takes ten times that.
     #[test]
     fn exact_many_comparisons_need_stronger_evidence() {
-        let failures = |count| KeyFigure::count("failed", count, 100).lower_is_better();
-        assert_eq!(verdicts(&[failures(1)], &[failures(10)]), [Worse]);
+        let of_hundred =
+            |count| KeyFigure::count("failed", (0..100).map(|run| run < count)).lower_is_better();
+        assert_eq!(verdicts(&[of_hundred(1)], &[of_hundred(10)]), [Worse]);
         let many = |count| {
-            let others = (0..9).map(|number| KeyFigure::count("failed", 5, 100).of(number.to_string()));
-            std::iter::once(failures(count)).chain(others).collect::<Vec<_>>()
+            let others = (0..9).map(|number| of_hundred(5).of(number.to_string()));
+            std::iter::once(of_hundred(count)).chain(others).collect::<Vec<_>>()
         };
         assert_eq!(verdicts(&many(1), &many(10))[0], WithinNoise);
+    }
+
+    /// The same change of every run is noise where the runs have other seeds, and none where they have the same. A
+    /// result beside itself has none.
+    #[test]
+    fn exact_runs_of_the_same_seeds_are_compared_in_pairs() {
+        let of = |offset| [KeyFigure::quantile("error", "mdeg", runs(offset), 500).lower_is_better()];
+        let paired = |a, b| verdicts_of(result(&of(a), ""), result(&of(b), ""));
+        assert_eq!((paired(0.0, 0.1), verdicts(&of(0.0), &of(0.1))), (vec![Worse], vec![WithinNoise]));
+        assert_eq!((paired(0.1, 0.0), paired(0.1, 0.1)), (vec![Better], vec![Equal]));
+        let mut other = result(&of(0.1), "");
+        other.command = "filters".to_owned();
+        assert_eq!(verdicts_of(result(&of(0.0), ""), other), [WithinNoise]);
+    }
+
+    /// Of twenty runs four about the median fall, and with them the median; the others rise: neither side is better.
+    #[test]
+    fn exact_a_median_that_moves_against_most_runs_is_a_change_to_neither_side() {
+        let of = |runs: Vec<f64>| [KeyFigure::quantile("error", "", runs, 500).lower_is_better()];
+        let before: Vec<f64> = (1..=20).map(f64::from).collect();
+        let rise = |run: usize| match run {
+            1..=5 => 2.0,
+            6..=7 => 0.5,
+            8..=11 => -1.0,
+            _ => 5.0,
+        };
+        let after: Vec<f64> = before.iter().zip(1..).map(|(error, run)| error + rise(run)).collect();
+        let comparison = Comparison::of(result(&of(before), ""), result(&of(after), ""));
+        assert!((comparison.figures[0].change + 1.0).abs() < 1e-12, "{:?}", comparison.figures[0]);
+        assert_eq!(comparison.figures[0].verdict, Changed);
     }
 
     #[test]

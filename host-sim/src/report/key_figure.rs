@@ -11,6 +11,12 @@
 //! quantile p of n runs    the values between whose ranks binomial(n, p) lies (Conover 1999, section 3.2)
 //! k of n runs             Wilson's score interval (Wilson 1927)
 //! ```
+//!
+//! A figure of runs also has the value of each run ([`PerRun`]): two results of the same seeds are compared run by run.
+
+mod per_run;
+
+pub use per_run::{PerRun, Statistic};
 
 use motor_model::math;
 use serde::{Deserialize, Serialize};
@@ -33,6 +39,9 @@ pub struct KeyFigure {
     /// Its value with its chance.
     #[serde(flatten)]
     pub measured: Measured,
+    /// What each run gave; left out of a figure that is not of runs.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub per_run: Option<PerRun>,
 }
 
 /// Which way a figure is better.
@@ -128,51 +137,73 @@ impl Measured {
 impl KeyFigure {
     fn new(name: &str, unit: &str, measured: Measured) -> Self {
         let (of, better) = (String::new(), Better::Neither);
-        Self { of, name: name.to_owned(), unit: unit.to_owned(), better, measured }
+        Self { of, name: name.to_owned(), unit: unit.to_owned(), better, measured, per_run: None }
+    }
+
+    fn with_runs(self, statistic: Statistic, runs: impl IntoIterator<Item = Option<f64>>) -> Self {
+        Self { per_run: Some(PerRun::new(statistic, runs)), ..self }
     }
 
     /// The mean of a value of each run.
     pub fn mean(name: &str, unit: &str, runs: impl IntoIterator<Item = f64>) -> Self {
         let runs: Vec<f64> = runs.into_iter().collect();
-        let count = runs.len() as u64;
-        let Spread { mean, sd } = runs.into_iter().collect();
-        Self::new(name, unit, Measured::Mean { value: mean, sd, runs: count })
+        let Spread { mean, sd } = runs.iter().copied().collect();
+        let measured = Measured::Mean { value: mean, sd, runs: runs.len() as u64 };
+        Self::new(name, unit, measured).with_runs(Statistic::Mean, runs.into_iter().map(Some))
     }
 
     /// The root of the mean square of a value of each run, or of a root mean square of each run.
     pub fn root_mean_square(name: &str, unit: &str, runs: impl IntoIterator<Item = f64>) -> Self {
-        let squares: Vec<f64> = runs.into_iter().map(|value| value * value).collect();
-        let count = squares.len() as u64;
-        let Spread { mean, sd } = squares.into_iter().collect();
+        let runs: Vec<f64> = runs.into_iter().collect();
+        let count = runs.len() as u64;
+        let Spread { mean, sd } = runs.iter().map(|value| value * value).collect();
         let half = student_95(real(count) - 1.0) * sd / math::sqrt(real(count));
         let end = |square: f64| (count > 1).then(|| math::sqrt(square.max(0.0)));
         let (low, high) = (end(mean - half), end(mean + half));
-        Self::new(name, unit, Measured::Interval { value: math::sqrt(mean), low, high, runs: count })
+        let measured = Measured::Interval { value: math::sqrt(mean), low, high, runs: count };
+        Self::new(name, unit, measured).with_runs(Statistic::RootMeanSquare, runs.into_iter().map(Some))
     }
 
-    /// What so many thousandths of the runs do not exceed. Where there is no run it is not a number.
-    pub fn quantile(name: &str, unit: &str, runs: impl IntoIterator<Item = f64>, per_mille: u32) -> Self {
-        let mut runs: Vec<f64> = runs.into_iter().collect();
-        let count = u32::try_from(runs.len()).unwrap_or(u32::MAX);
-        let value = quantile(&mut runs, per_mille as usize).unwrap_or(f64::NAN);
-        runs.sort_by(f64::total_cmp);
+    /// What so many thousandths of the runs that have a value do not exceed. Where there is none it is not a number.
+    pub fn quantile<V: Into<Option<f64>>>(
+        name: &str,
+        unit: &str,
+        runs: impl IntoIterator<Item = V>,
+        per_mille: u16,
+    ) -> Self {
+        let runs: Vec<Option<f64>> = runs.into_iter().map(Into::into).collect();
+        let mut values: Vec<f64> = runs.iter().copied().flatten().collect();
+        let count = u32::try_from(values.len()).unwrap_or(u32::MAX);
+        let value = quantile(&mut values, per_mille.into()).unwrap_or(f64::NAN);
+        values.sort_by(f64::total_cmp);
         let (below, above) = binomial_bounds(count, 1e-3 * f64::from(per_mille));
         // The quantile is at least the value of rank `below`, and less than that of rank `above + 1`, from 1.
-        let low = (below as usize).checked_sub(1).and_then(|place| runs.get(place));
-        let high = runs.get(above as usize);
+        let low = (below as usize).checked_sub(1).and_then(|place| values.get(place));
+        let high = values.get(above as usize);
         let measured =
             Measured::Interval { value, low: low.copied(), high: high.copied(), runs: count.into() };
-        Self::new(name, unit, measured)
+        Self::new(name, unit, measured).with_runs(Statistic::Quantile { per_mille }, runs)
     }
 
-    /// So many of so many runs.
-    pub fn count(name: &str, value: usize, runs: usize) -> Self {
-        Self::new(name, "", Measured::Count { value: value as u64, runs: runs as u64 })
+    /// The runs of which something holds.
+    pub fn count(name: &str, runs: impl IntoIterator<Item = bool>) -> Self {
+        let runs: Vec<bool> = runs.into_iter().collect();
+        let value = runs.iter().filter(|holds| **holds).count() as u64;
+        let measured = Measured::Count { value, runs: runs.len() as u64 };
+        let values = runs.into_iter().map(|holds| Some(f64::from(u8::from(holds))));
+        Self::new(name, "", measured).with_runs(Statistic::Share, values)
     }
 
     /// One value without a measure of its chance.
     pub fn single(name: &str, unit: &str, value: f64) -> Self {
         Self::new(name, unit, Measured::Single { value })
+    }
+
+    /// The same of runs with these numbers, counted from the scene's seed; without them they count from 0.
+    #[must_use]
+    pub fn of_runs(self, numbers: impl IntoIterator<Item = u64>) -> Self {
+        let per_run = self.per_run.map(|runs| PerRun { numbers: numbers.into_iter().collect(), ..runs });
+        Self { per_run, ..self }
     }
 
     /// The same of something.
@@ -318,18 +349,19 @@ mod tests {
         let extreme = KeyFigure::quantile("error", "", runs(), 999);
         assert_eq!(extreme.measured.interval_95(), (Some(20.0), None));
         assert_eq!(extreme.interval_text(), "more than 20.00");
-        assert!(!KeyFigure::quantile("error", "", [], 500).has_value());
+        assert!(!KeyFigure::quantile("error", "", [None], 500).has_value());
     }
 
     #[test]
     fn exact_words_and_json() {
-        let figure = KeyFigure::count("failed", 2, 50).of("controller").lower_is_better();
-        assert_eq!(figure.value_text(), "2 of 50");
+        let figure = KeyFigure::count("failed", [true, false, true]).of("controller").lower_is_better();
+        assert_eq!(figure.value_text(), "2 of 3");
         let text = serde_json::to_string(&figure).unwrap();
         assert_eq!(
             text,
             "{\"of\":\"controller\",\"name\":\"failed\",\"unit\":\"\",\"better\":\"lower\",\"kind\":\"count\",\
-             \"value\":2,\"runs\":50}"
+             \"value\":2,\"runs\":3,\"per_run\":{\"statistic\":\"share\",\"numbers\":[0,1,2],\
+             \"values\":[1.0,0.0,1.0]}}"
         );
         assert_eq!(serde_json::from_str::<KeyFigure>(&text).unwrap(), figure);
         let shown = [0.0, 0.4999, 12.3456, -1234.56, 999_949.0, 1.5e-5, 2e7].map(significant);

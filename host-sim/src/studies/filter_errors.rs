@@ -169,6 +169,8 @@ pub struct FilterErrors {
     totals: Vec<FilterTotal>,
     /// Time that the rig takes for a second of motor time, on this machine, by drive.
     rig_s_per_s: [f64; 2],
+    /// Numbers of the motors, in the order of each row's runs.
+    numbers: Vec<u64>,
     /// The same study on other scenes.
     beside: Vec<Beside<Self>>,
 }
@@ -238,6 +240,7 @@ impl FilterErrors {
             rows: each().flat_map(|((_, drive), runs)| rows_of_drive(drive, runs)).collect(),
             totals: each().flat_map(|((_, drive), runs)| totals_of_drive(drive, runs)).collect(),
             rig_s_per_s: of_drives.each_ref().map(|runs| least(runs)),
+            numbers: motors.iter().map(|motor| motor.number).collect(),
             beside: Vec::new(),
         }
     }

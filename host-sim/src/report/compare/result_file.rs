@@ -104,6 +104,11 @@ impl ResultFile {
         Ok(result)
     }
 
+    /// Whether run k of both has the same seed.
+    pub fn has_seeds_of(&self, other: &Self) -> bool {
+        self.command == other.command && self.scene.get("seed") == other.scene.get("seed")
+    }
+
     /// Every key of the scenes of both whose values differ, with both values.
     pub fn scene_differences(&self, other: &Self) -> Vec<[String; 3]> {
         let keys: std::collections::BTreeSet<&String> = self.scene.keys().chain(other.scene.keys()).collect();

@@ -2,6 +2,7 @@
 
 use serde_json::{Value, json};
 
+use super::significance::Test;
 use super::values::ChangedValue;
 use super::{ComparedFigure, Comparison, LEVEL, Verdict, full_name};
 use crate::report::document::{Block, Document, Table};
@@ -113,14 +114,25 @@ impl Comparison {
 
     /// How the verdicts come about.
     fn about_tests(&self) -> String {
-        format!(
-            "{} figures were tested: means by Welch's t-test, counts by Fisher's exact test, quantiles and root mean \
-             squares by their 95 % intervals. With Holm's method the chance of one false alarm among them is at most \
-             {:.0} %; p is given after it. The runs of both are taken for independent. Where they share seeds, small \
-             changes are overlooked more often, and no more false ones are reported.",
-            self.tested(),
+        let of = |paired: bool| {
+            let figures = self.figures.iter().filter(|figure| figure.pairs.is_some() == paired);
+            let tests: Vec<Test> = figures.filter_map(|figure| figure.test).collect();
+            let used = Test::ALL.iter().filter(|test| tests.contains(test)).map(|test| test.words());
+            (tests.len(), used.collect::<Vec<_>>().join(", "))
+        };
+        let mut sentences = vec![format!("{} figures were tested.", self.tested())];
+        let ((paired, by_pairs), (independent, by_sets)) = (of(true), of(false));
+        if paired > 0 {
+            sentences.push(format!("{paired} in pairs, since the runs have the same seeds: {by_pairs}."));
+        }
+        if independent > 0 {
+            sentences.push(format!("{independent} as of independent runs: {by_sets}."));
+        }
+        sentences.push(format!(
+            "With Holm's method the chance of one false alarm among them is at most {:.0} %; p is given after it.",
             100.0 * LEVEL
-        )
+        ));
+        sentences.join(" ")
     }
 
     fn value_blocks(&self) -> Vec<Block> {
@@ -205,7 +217,7 @@ impl Comparison {
 }
 
 fn table(rows: &[&ComparedFigure]) -> Table {
-    let mut table = Table::new(&["figure", "A", "B", "change", "p", ""]);
+    let mut table = Table::new(&["figure", "A", "B", "change", "test", "p", ""]);
     for row in rows {
         let relative = match row.relative_change {
             Some(relative) => format!("{:+.1} %", 100.0 * relative),
@@ -220,6 +232,7 @@ fn table(rows: &[&ComparedFigure]) -> Table {
             cell(row, true),
             cell(row, false),
             relative,
+            row.test.map_or("-", Test::name).to_owned(),
             row.p_holm.map_or_else(|| "-".to_owned(), probability),
             row.verdict.words().to_owned(),
         ]);
@@ -274,7 +287,9 @@ mod tests {
 
     #[test]
     fn exact_the_table_says_what_became_of_each_figure() {
-        let figures = |failed| [KeyFigure::count("failed", failed, 50).of("twin").lower_is_better()];
+        let figures = |failed| {
+            [KeyFigure::count("failed", (0..50).map(|run| run < failed)).of("twin").lower_is_better()]
+        };
         let comparison = Comparison::of(result(&figures(0), ""), result(&figures(12), ""));
         let text = comparison.document().markdown();
         for words in [
@@ -284,7 +299,9 @@ mod tests {
         ] {
             assert!(text.contains(words), "{words} in {text}");
         }
-        assert!(text.contains("from 0 to 24.00 % | 0.0002 | worse |"), "{text}");
+        // Twelve runs failed alone: 2 / 2^12.
+        assert!(text.contains("from 0 to 24.00 % | McNemar | 0.0005 | worse |"), "{text}");
+        assert!(text.contains("1 in pairs, since the runs have the same seeds: counts and"), "{text}");
         let json: Value = serde_json::from_str(&comparison.json()).unwrap();
         assert_eq!((&json["changes"], &json["figures"][0]["verdict"]), (&json!(1), &json!("worse")));
     }

@@ -1,8 +1,9 @@
 //! The report on moves during which something went wrong.
 
 use super::tables::ABOUT;
-use super::{FaultCampaign, FaultSummary};
+use super::{FaultCampaign, FaultRun};
 use crate::report::key_figure::KeyFigure;
+use crate::runs::position::MoveEnding;
 use crate::studies::study_report::StudyReport;
 
 impl FaultCampaign {
@@ -30,22 +31,27 @@ impl FaultCampaign {
 
     /// Over all runs, and of each filter and scene.
     fn key_figures(&self) -> Vec<KeyFigure> {
-        let mut figures = of_runs("all", &self.summary());
-        let scenes = self.by(|run| &run.scene);
-        for summary in self.by(|run| &run.filter).iter().chain(scenes.iter().filter(|_| scenes.len() > 1)) {
-            figures.extend(of_runs(&summary.of.replace('_', " "), summary));
+        let mut figures = of_runs("all", &self.runs.iter().collect::<Vec<_>>()).to_vec();
+        let scenes = self.alike(|run| &run.scene);
+        let filters = self.alike(|run| &run.filter);
+        for (of, runs) in filters.iter().chain(scenes.iter().filter(|_| scenes.len() > 1)) {
+            figures.extend(of_runs(&of.replace('_', " "), runs));
         }
         figures
     }
 }
 
-fn of_runs(of: &str, summary: &FaultSummary) -> Vec<KeyFigure> {
-    let count = |name, value| KeyFigure::count(name, value, summary.runs).of(of).lower_is_better();
-    vec![
-        KeyFigure::count("moves on target", summary.reached, summary.runs).of(of).higher_is_better(),
-        count("moves held as on target, but off it", summary.wrong),
-        count("moves ended by the deadline", summary.timed_out),
-        count("runs with an estimate called good that was wrong", summary.false_valid),
-        count("rotors that ran away", summary.runaways),
+fn of_runs(of: &str, runs: &[&FaultRun]) -> [KeyFigure; 5] {
+    let count = |name, holds: &dyn Fn(&FaultRun) -> bool| {
+        KeyFigure::count(name, runs.iter().map(|run| holds(run))).lower_is_better()
+    };
+    let ended = |name, ending| count(name, &|run| run.ending == ending);
+    [
+        ended("moves on target", MoveEnding::Reached).higher_is_better(),
+        ended("moves held as on target, but off it", MoveEnding::Wrong),
+        ended("moves ended by the deadline", MoveEnding::TimedOut),
+        count("runs with an estimate called good that was wrong", &FaultRun::was_falsely_valid),
+        count("rotors that ran away", &FaultRun::ran_away),
     ]
+    .map(|figure| figure.of(of).of_runs(runs.iter().map(|run| run.number)))
 }

@@ -87,14 +87,20 @@ impl FaultCampaign {
 
     /// The counts of the runs that each value of `of` shares, in the order in which the values come.
     pub(super) fn by(&self, of: impl Fn(&FaultRun) -> &str) -> Vec<FaultSummary> {
-        let mut values: Vec<&str> = Vec::new();
+        let alike = self.alike(of).into_iter();
+        alike.map(|(value, runs)| FaultSummary::of(value, runs.into_iter())).collect()
+    }
+
+    /// The runs that each value of `of` shares, in the order in which the values come.
+    pub(super) fn alike(&self, of: impl Fn(&FaultRun) -> &str) -> Vec<(&str, Vec<&FaultRun>)> {
+        let mut alike: Vec<(&str, Vec<&FaultRun>)> = Vec::new();
         for run in &self.runs {
-            if !values.contains(&of(run)) {
-                values.push(of(run));
+            match alike.iter_mut().find(|(value, _)| *value == of(run)) {
+                Some((_, runs)) => runs.push(run),
+                None => alike.push((of(run), vec![run])),
             }
         }
-        let alike = |value: &&str| FaultSummary::of(value, self.runs.iter().filter(|run| of(run) == *value));
-        values.iter().map(alike).collect()
+        alike
     }
 }
 

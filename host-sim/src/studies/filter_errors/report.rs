@@ -48,6 +48,11 @@ impl FilterErrors {
 
     /// Of every filter and phase: its error, and how often it was called good and was wrong.
     fn key_figures(&self) -> Vec<KeyFigure> {
+        let of_motors = |found: &Self| found.own_key_figures();
+        [of_motors(self), self.beside.iter().flat_map(|other| of_motors(&other.found)).collect()].concat()
+    }
+
+    fn own_key_figures(&self) -> Vec<KeyFigure> {
         let of_filter = |row: &&FilterErrorsRow| FILTERS.contains(&row.filter);
         let of_row = |row: &FilterErrorsRow| {
             let phase = TimelinePhase::ALL.into_iter().find(|phase| phase.name() == row.phase);
@@ -55,13 +60,14 @@ impl FilterErrors {
             let of = format!("{filter}, mode {drive}, {}", phase.map_or(row.phase, title));
             let error =
                 KeyFigure::root_mean_square("error of the angle", "mdeg rms", row.rms_of_runs_mdeg.clone())
-                    .of(of);
+                    .of(of)
+                    .of_runs(self.numbers.iter().copied());
             match &row.beside {
                 Some(scene) => error.beside(scene),
                 None => error,
             }
             .lower_is_better()
         };
-        self.all_rows().filter(of_filter).map(of_row).collect()
+        self.rows.iter().filter(of_filter).map(of_row).collect()
     }
 }

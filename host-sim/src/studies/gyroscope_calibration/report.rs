@@ -83,10 +83,8 @@ impl Calibrations {
         let rms = |name, unit, of: fn(&CalibrationOutcome) -> f64| {
             KeyFigure::root_mean_square(name, unit, all.iter().map(of)).lower_is_better()
         };
-        let covered = |name, of: fn(&CalibrationOutcome) -> bool| {
-            KeyFigure::count(name, all.iter().filter(|outcome| of(outcome)).count(), all.len())
-        };
-        vec![
+        let covered = |name, of: fn(&CalibrationOutcome) -> bool| KeyFigure::count(name, all.iter().map(of));
+        let figures = [
             rms("error of the scale factor", "ppm rms", |outcome| outcome.scale_factor_error_ppm),
             rms("error of the bias", "deg/h rms", |outcome| outcome.bias_error_deg_h),
             KeyFigure::mean(
@@ -101,6 +99,7 @@ impl Calibrations {
             covered("95 % intervals of the bias that hold the truth", CalibrationOutcome::covers_bias),
             covered("95 % ellipses of both that hold the truth", CalibrationOutcome::covers_pair),
             rms("error of the reference", "mdeg rms", |outcome| outcome.reference_rms_mdeg),
-        ]
+        ];
+        figures.map(|figure| figure.of_runs(all.iter().map(|outcome| outcome.number))).to_vec()
     }
 }

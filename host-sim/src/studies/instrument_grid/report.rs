@@ -42,11 +42,10 @@ impl InstrumentGrid {
 }
 
 fn of_moves(bench: &str, moves: &[&GridMove]) -> [KeyFigure; 2] {
-    let count = |outcome| moves.iter().filter(|made| made.outcome == outcome).count();
-    let wrong = count(GridOutcome::Wrong);
+    let count = |name, outcome| KeyFigure::count(name, moves.iter().map(|made| made.outcome == outcome));
     [
-        KeyFigure::count("moves on target", count(GridOutcome::Reached), moves.len()).higher_is_better(),
-        KeyFigure::count("moves held as on target, but off it", wrong, moves.len()).lower_is_better(),
+        count("moves on target", GridOutcome::Reached).higher_is_better(),
+        count("moves held as on target, but off it", GridOutcome::Wrong).lower_is_better(),
     ]
-    .map(|figure| figure.of(bench))
+    .map(|figure| figure.of(bench).of_runs(moves.iter().map(|made| made.number)))
 }

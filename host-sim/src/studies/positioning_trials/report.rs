@@ -1,6 +1,6 @@
 //! The report on the trials: how far off the moves end, how sure that is, and beside what.
 
-use super::{PositioningTrials, StrategyTrials, TOLERANCE_DEG, TrialSummary};
+use super::{PositioningTrial, PositioningTrials, StrategyTrials, TOLERANCE_DEG, TrialSummary};
 use crate::report::key_figure::KeyFigure;
 use crate::studies::positioning_trials::tables::{millidegrees, name_of};
 use crate::studies::study_report::StudyReport;
@@ -63,13 +63,13 @@ fn verdict(summary: &TrialSummary) -> String {
 /// The key figures of one strategy on one filter.
 fn of_trials(trials: &StrategyTrials) -> Vec<KeyFigure> {
     let errors = || trials.trials.iter().map(|trial| trial.final_error_mdeg.abs());
-    let settled = || trials.trials.iter().filter_map(|trial| trial.settle_s);
+    let settled = || trials.trials.iter().map(|trial| trial.settle_s);
     let estimates = trials.trials.iter().map(|trial| trial.rms_estimate_error_mdeg);
-    let count = |name, number| KeyFigure::count(name, number, trials.trials.len());
-    let summary = trials.summary();
+    let count =
+        |name, holds: fn(&PositioningTrial) -> bool| KeyFigure::count(name, trials.trials.iter().map(holds));
     let figures = [
-        count("moves that failed", summary.failures),
-        count("moves held as on target, but off it", summary.reached_but_off),
+        count("moves that failed", PositioningTrial::failed),
+        count("moves held as on target, but off it", PositioningTrial::reached_but_off),
         KeyFigure::quantile("final error, median", "mdeg", errors(), 500),
         KeyFigure::quantile("final error, 95 % within", "mdeg", errors(), 950),
         KeyFigure::quantile("final error, 99.9 % within", "mdeg", errors(), 999),
@@ -77,5 +77,6 @@ fn of_trials(trials: &StrategyTrials) -> Vec<KeyFigure> {
         KeyFigure::quantile("time to settle, 95 % within", "s", settled(), 950),
         KeyFigure::root_mean_square("error of the estimate on the way", "mdeg rms", estimates),
     ];
-    figures.map(|figure| figure.of(name_of(trials)).lower_is_better()).to_vec()
+    let numbers = || trials.trials.iter().map(|trial| trial.number);
+    figures.map(|figure| figure.of(name_of(trials)).of_runs(numbers()).lower_is_better()).to_vec()
 }
