@@ -1,5 +1,7 @@
 //! What is written is read back, whatever it is, and up to wherever the file is cut.
 
+mod fields;
+
 use std::path::Path;
 use std::sync::Arc;
 
