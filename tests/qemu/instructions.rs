@@ -17,11 +17,9 @@ const MARGIN: f64 = 3.0;
 /// Share of the reviewed count.
 const OTHER_COMPILER_MARGIN: f64 = 0.1;
 
-/// An array of records, each of an operation of its own.
-fn records(text: &str) -> Vec<Value> {
-    let Value::Array(records) = serde_json::from_str(text).expect("JSON and nothing else") else {
-        panic!("no array: {text}")
-    };
+/// Records, each of an operation of its own.
+fn records(array: Value) -> Vec<Value> {
+    let Value::Array(records) = array else { panic!("no array: {array}") };
     for record in &records {
         let alike = |other: &&Value| other["operation"] == record["operation"];
         assert_eq!(records.iter().filter(alike).count(), 1, "{record}");
@@ -58,8 +56,12 @@ fn assert_reviewed(board: &str, reviewed: &str) {
     let arguments = ["instructions", "--board", board, "--format", "json"];
     let Output { status, stdout, stderr } = host_sim().args(arguments).output().expect("host-sim starts");
     assert!(status.success(), "{arguments:?}: {status}\n{}", String::from_utf8_lossy(&stderr));
-    let counted = records(&String::from_utf8(stdout).expect("text"));
-    let reviewed = records(reviewed);
+    let mut result: Value = serde_json::from_slice(&stdout).expect("JSON and nothing else");
+    assert_eq!((&result["command"], &result["board"]), (&Value::from("instructions"), &Value::from(board)));
+    let counted = records(result["operations"].take());
+    let reviewed = records(serde_json::from_str(reviewed).expect("JSON"));
+    let first = &result["key_figures"][0];
+    assert_eq!((&first["of"], &first["kind"]), (&counted[0]["operation"], &Value::from("single")));
 
     let operations = |records: &[Value]| -> Vec<Value> {
         records.iter().map(|record| record["operation"].clone()).collect()

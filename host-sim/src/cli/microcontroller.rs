@@ -10,12 +10,14 @@ use super::report::Request;
 use super::telemetry;
 use super::{Format, MapArgs, SceneArgs, result_json};
 use crate::board::BoardError;
+use crate::board::instructions::cycles::CycleEstimate;
 use crate::board::instructions::{self, Listing};
 use crate::board::pil;
 use crate::board::qemu::{self, Board, Wiring};
 use crate::board::size;
 use crate::cli::CommandError;
 use crate::report::files;
+use crate::report::key_figure::KeyFigure;
 use crate::runs::position;
 use crate::scene::Scene;
 
@@ -46,7 +48,10 @@ impl InstructionsArgs {
         if self.cycles {
             let estimates = instructions::cycles::estimate(self.board)?;
             let text = instructions::cycles::table(self.board, &estimates);
-            return Ok(files::print(&self.format.of(text, files::json_lines(&estimates)))?);
+            let figures: Vec<KeyFigure> = estimates.iter().flat_map(CycleEstimate::key_figures).collect();
+            return Ok(files::print(
+                &self.format.of(text, self.json(&figures, &files::json_lines(&estimates))),
+            )?);
         }
         let file = self.out.as_deref().map(files::Output::create).transpose()?;
         let mut listing = count_instructions(self.elf.as_deref(), self.board)?;
@@ -59,7 +64,15 @@ impl InstructionsArgs {
             file.write_all(report.json().as_bytes()).map_err(|source| file.unwritable(source))?;
             file.publish()?;
         }
-        Ok(files::print(&self.format.of(report.to_string(), report.json()))?)
+        let json = self.json(&report.key_figures(), &report.json());
+        Ok(files::print(&self.format.of(report.to_string(), json))?)
+    }
+
+    /// The result whose rows are the array `operations`.
+    fn json(&self, key_figures: &[KeyFigure], operations: &str) -> String {
+        let (board, operations) = (self.board.key(), operations.trim_end());
+        let result = format!("{{\"board\":\"{board}\",\"operations\":{operations}}}");
+        result_json::of(&Request::without_scene("instructions"), key_figures, &result)
     }
 }
 

@@ -97,7 +97,8 @@ impl SimulateArgs {
         let refused = [("--out", self.out.is_some()), ("--report", self.report.is_asked_for())];
         if let Some((flag, _)) = refused.into_iter().find(|(_, given)| *given && !is_motor) {
             let conflict = format!("simulate.model = {} has no {flag}", scene.choice("simulate.model"));
-            return Err(SceneError::Conflict { conflict, hint: "simulate.model=motor has".to_owned() }.into());
+            let hint = "its few figures are printed, --format json has them all; simulate.model=motor has it";
+            return Err(SceneError::Conflict { conflict, hint: hint.to_owned() }.into());
         }
         if is_motor {
             // What is refused is refused before the file is made.

@@ -5,8 +5,9 @@ use std::path::PathBuf;
 use clap::builder::PossibleValuesParser;
 use clap::{Args, ValueHint};
 
-use super::Format;
 use super::log_args::LogArgs;
+use super::report::Request;
+use super::{Format, result_json};
 use crate::cli::CommandError;
 use crate::log::{LogError, explain, open, replay};
 use crate::report::files;
@@ -42,7 +43,8 @@ impl ReplayArgs {
             Err(LogError::Ended) => return Err(log.stopped().into()),
             other => other?,
         };
-        let json = files::json_line(&replayed);
+        let request = Request::of_log("replay", &scene);
+        let json = result_json::of(&request, &replayed.key_figures(), &files::json_line(&replayed));
         let logged = log.finish(&json)?;
         Ok(files::print(&self.format.of(format!("{replayed}{logged}"), json))?)
     }
@@ -86,6 +88,9 @@ pub(super) struct ExplainArgs {
 impl ExplainArgs {
     pub(super) fn execute(&self) -> Result<(), CommandError> {
         let explanation = explain(&self.log_file, self.strict)?;
-        Ok(files::print(&self.format.of(explanation.to_string(), files::json_line(&explanation)))?)
+        let scene = open(&self.log_file)?.0.scene;
+        let request = Request::of_log("explain", &scene);
+        let json = result_json::of(&request, &explanation.key_figures(), &files::json_line(&explanation));
+        Ok(files::print(&self.format.of(explanation.to_string(), json))?)
     }
 }

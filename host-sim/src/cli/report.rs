@@ -32,8 +32,8 @@ pub(super) struct Request<'a> {
     pub command: &'static str,
     /// Its scene; `None` if it takes none.
     pub scene: Option<&'a Scene>,
-    /// The command that reads the scene: another one for a sweep.
-    pub reader: &'static str,
+    /// The command that reads the scene: another one for a sweep; `None` for the scene of a log, which has every key.
+    pub reader: Option<&'static str>,
     /// Its flags that are names of keys, each with a value.
     pub key_flags: &'static [&'static str],
 }
@@ -41,7 +41,7 @@ pub(super) struct Request<'a> {
 impl<'a> Request<'a> {
     /// A command whose scene comes from `--scene`, `--set`, `--fault` and `--seed`.
     pub(super) fn of_scene(command: &'static str, scene: &'a Scene) -> Self {
-        Self { command, scene: Some(scene), reader: command, key_flags: &[] }
+        Self { command, scene: Some(scene), reader: Some(command), key_flags: &[] }
     }
 
     /// The same with flags of its own that are names of keys.
@@ -51,17 +51,22 @@ impl<'a> Request<'a> {
 
     /// The same of a command that gives its scene to another.
     pub(super) fn read_by(self, reader: &'static str) -> Self {
-        Self { reader, ..self }
+        Self { reader: Some(reader), ..self }
+    }
+
+    /// A command that takes the scene of a log.
+    pub(super) fn of_log(command: &'static str, scene: &'a Scene) -> Self {
+        Self { command, scene: Some(scene), reader: None, key_flags: &[] }
     }
 
     /// A command that takes no scene.
     pub(super) fn without_scene(command: &'static str) -> Self {
-        Self { command, scene: None, reader: command, key_flags: &[] }
+        Self { command, scene: None, reader: None, key_flags: &[] }
     }
 
     /// Whether the command reads `key`.
     pub(super) fn reads(&self, key: &str) -> bool {
-        self.scene.is_some() && Reader::named(self.reader).reads(key)
+        self.scene.is_some() && self.reader.is_none_or(|reader| Reader::named(reader).reads(key))
     }
 }
 

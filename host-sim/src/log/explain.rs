@@ -14,6 +14,7 @@ use super::error::LogError;
 use super::reader::{self, LogMessage, LogPart};
 use super::words::{health_sentence, phase_sentence, refusal_sentence};
 use crate::math::count::real;
+use crate::report::key_figure::KeyFigure;
 
 /// Frames refused within so many s of each other belong together.
 const TOGETHER_S: f64 = 2e-3;
@@ -39,7 +40,7 @@ pub struct LogEvent {
 #[derive(Clone, Debug, Serialize)]
 pub struct Explanation {
     /// The command that was logged.
-    pub command: String,
+    pub logged_command: String,
     /// The filter that ran.
     pub filter: String,
     /// Length of the log.
@@ -92,7 +93,7 @@ pub fn explain(path: &Path, strict: bool) -> Result<Explanation, LogError> {
     let (frames_used, frames_refused, duration_s) = (story.used, story.refused_count, story.last_s);
     let events = story.end(ended.as_deref());
     Ok(Explanation {
-        command: head.command,
+        logged_command: head.command,
         filter: head.filter,
         duration_s,
         ended,
@@ -235,10 +236,22 @@ impl Story {
     }
 }
 
+impl Explanation {
+    /// What became of the frames: values of one run, without a measure of their chance.
+    pub fn key_figures(&self) -> [KeyFigure; 2] {
+        [("frames used", self.frames_used), ("frames refused", self.frames_refused)]
+            .map(|(name, count)| KeyFigure::single(name, "", real(count)))
+    }
+}
+
 impl fmt::Display for Explanation {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let all = self.frames_used + self.frames_refused;
-        writeln!(f, "log                {}, {:.4} s, filter {}", self.command, self.duration_s, self.filter)?;
+        writeln!(
+            f,
+            "log                {}, {:.4} s, filter {}",
+            self.logged_command, self.duration_s, self.filter
+        )?;
         let share = 100.0 * real(self.frames_refused) / real(all.max(1));
         writeln!(
             f,

@@ -9,6 +9,7 @@ use serde::Serialize;
 use super::channels;
 use crate::math::count::real;
 use crate::math::statistics::MeanSquare;
+use crate::report::key_figure::KeyFigure;
 use crate::report::table::Table;
 use crate::runs::stated_errors::{StatedErrorCounts, StatedErrors};
 
@@ -37,7 +38,7 @@ pub struct FilterFigures {
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Replayed {
     /// The command that was logged.
-    pub command: String,
+    pub logged_command: String,
     /// Length of the log.
     pub duration_s: f64,
     /// What was recorded.
@@ -213,7 +214,7 @@ impl ReplaySums {
     ) -> Replayed {
         let seconds = |time: Time| time.seconds_since(Time::ZERO);
         Replayed {
-            command: command.to_owned(),
+            logged_command: command.to_owned(),
             duration_s: seconds(end),
             recorded: self.recorded.figures(recorded),
             replayed: self.replayed.figures(replayed.to_owned()),
@@ -227,6 +228,25 @@ impl ReplaySums {
 }
 
 impl Replayed {
+    /// The figures by which the replayed filter is judged. The log is the same whatever replays it, so that each is one
+    /// value without a measure of its chance. None names the filter, so that two filters can be compared.
+    pub fn key_figures(&self) -> Vec<KeyFigure> {
+        let FilterFigures { rms_error_mdeg, stated, frames_refused, starts, nis, .. } = &self.replayed;
+        let figures = [
+            rms_error_mdeg
+                .map(|mdeg| KeyFigure::single("error of the angle", "mdeg rms", mdeg).lower_is_better()),
+            stated.map(|stated| KeyFigure::single("beyond 3 sigma", "%", 100.0 * stated.beyond_3_sigma)),
+            stated.map(|stated| {
+                let count = real(stated.good_beyond_5_sigma);
+                KeyFigure::single("estimates called good beyond 5 sigma", "", count).lower_is_better()
+            }),
+            nis.map(|nis| KeyFigure::single("mean NIS of frames used", "", nis)),
+            Some(KeyFigure::single("frames refused", "", real(*frames_refused))),
+            Some(KeyFigure::single("starts and restarts", "", real(*starts))),
+        ];
+        figures.into_iter().flatten().collect()
+    }
+
     fn verdict(&self) -> String {
         let Self { same, different, largest_difference_mdeg, .. } = self;
         match self.first_different_s {
@@ -243,7 +263,7 @@ impl Replayed {
 
 impl fmt::Display for Replayed {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        writeln!(f, "log                {}, {:.4} s", self.command, self.duration_s)?;
+        writeln!(f, "log                {}, {:.4} s", self.logged_command, self.duration_s)?;
         writeln!(f, "compared           {}", self.verdict())?;
         if let Some(damage) = &self.damage {
             writeln!(f, "damage             {damage}; read up to there")?;

@@ -177,6 +177,12 @@ fn tool_a_replay_computes_the_recorded_bits() {
         assert!(number(&replayed, "same") > 1000.0, "{log}: {replayed}");
         assert_eq!(replayed["recorded"], replayed["replayed"], "{log}");
         assert_eq!(replayed["damage"], Value::Null);
+        assert_eq!((&replayed["command"], &replayed["version"]), (&"replay".into(), &moved["version"]));
+        let first = &replayed["key_figures"][0];
+        assert_eq!(
+            (&first["name"], &first["value"]),
+            (&"error of the angle".into(), &replayed["replayed"]["rms_error_mdeg"])
+        );
     }
     let again = json(folder.path(), &["replay", "a.mcap", "--log", "c.mcap", "--format", "json"]);
     assert_eq!(json(folder.path(), &["replay", "c.mcap", "--format", "json"])["different"], 0);
@@ -185,6 +191,7 @@ fn tool_a_replay_computes_the_recorded_bits() {
     let simpler = json(folder.path(), &simpler);
     assert_eq!(simpler["recorded"], again["recorded"]);
     assert!(number(&simpler, "different") > 1000.0 && simpler["replayed"]["filter"] == "constant_rate");
+    assert_eq!(simpler["scene"]["estimator.filter"], "constant_rate");
     // Half the noise assumed: innovations are the larger beside what is predicted.
     let tuned = ["replay", "b.mcap", "--set", "estimator.assumed.camera.noise_m=0.2e-6", "--format", "json"];
     let tuned = json(folder.path(), &tuned);
@@ -210,6 +217,9 @@ fn tool_explain_says_what_went_wrong_and_when() {
     };
     let blind = explained(&["--fault", "camera:lost@0.02..0.04"]);
     told(&blind, "No frame had arrived", 0.02, 0.021);
+    assert_eq!((&blind["command"], &blind["logged_command"]), (&"explain".into(), &"position".into()));
+    assert_eq!(blind["scene"]["faults"][0], "camera:lost@0.02..0.04", "{:#}", blind["scene"]);
+    assert_eq!(blind["key_figures"][1]["value"].as_f64(), blind["frames_refused"].as_f64());
     told(&blind, "cruise", 0.0, 0.02);
     told(&blind, "at the target", 0.02, 10.0);
     let wrong = explained(&["--fault", "camera:offset:30@0.02..0.03"]);

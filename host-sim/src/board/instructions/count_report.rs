@@ -8,6 +8,7 @@ use super::listing::{Listing, ListingError, OperationCount};
 use super::targets::TARGETS;
 use crate::board::qemu::Board;
 use crate::report::files::json_lines;
+use crate::report::key_figure::KeyFigure;
 use crate::report::table::Table;
 
 /// A listing of a board that has passed its checks.
@@ -69,6 +70,16 @@ impl CountReport {
     /// What an operation took, if it was counted.
     pub fn count(&self, operation: &str) -> Option<&OperationCount> {
         self.listing.find(operation)
+    }
+
+    /// The counts that another build's are compared with. The emulator counts exactly.
+    pub fn key_figures(&self) -> Vec<KeyFigure> {
+        let of_count = |count: &OperationCount| {
+            let figure =
+                |name, value| KeyFigure::single(name, "", value).of(&count.operation).lower_is_better();
+            [figure("instructions, mean", count.mean()), figure("instructions, most", count.max.into())]
+        };
+        self.listing.counts.iter().flat_map(of_count).collect()
     }
 
     /// An array of [`CountRecord`]s, one a line.

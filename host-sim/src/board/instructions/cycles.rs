@@ -21,6 +21,8 @@ use super::program;
 use crate::board::BoardError;
 use crate::board::elf_image::ElfImage;
 use crate::board::qemu::{self, Board, Trace};
+use crate::math::count::real;
+use crate::report::key_figure::KeyFigure;
 use crate::report::table::Table;
 use crate::tool::{ToolError, run_within};
 
@@ -54,6 +56,16 @@ pub struct CycleEstimate {
     pub instructions: usize,
     /// Cycles, estimated.
     pub cycles_estimate: usize,
+}
+
+impl CycleEstimate {
+    /// The figures that another build's are compared with.
+    pub fn key_figures(&self) -> [KeyFigure; 2] {
+        [("instructions of the median call", self.instructions), ("cycles, estimated", self.cycles_estimate)]
+            .map(|(name, count)| {
+                KeyFigure::single(name, "", real(count)).of(self.operation).lower_is_better()
+            })
+    }
 }
 
 impl Board {
