@@ -83,7 +83,7 @@ impl ShardArgs {
             return Ok(None);
         }
         let parts: Result<Vec<Vec<T>>, OutputError> = self.merge.iter().map(|path| read(path)).collect();
-        Ok(Some(shard::merged(parts?, number)))
+        shard::merged(parts?, number).map(Some)
     }
 
     /// Whether this is one part of several.

@@ -1,9 +1,9 @@
-//! The error of a result that cannot be laid out or written.
+//! The error of a result that cannot be laid out, written or read again.
 
 use std::io;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
-/// Why a result could not be laid out or written.
+/// Why a result could not be laid out, written or read again.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum OutputError {
@@ -30,6 +30,17 @@ pub enum OutputError {
     /// A table that could not be written.
     #[error("cannot write the table: {0}")]
     Table(String),
+    /// A table or a manifest that was read and is not what is expected there.
+    #[error("cannot read {}: {why}", path.display())]
+    Unexpected {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong with it.
+        why: String,
+    },
+    /// Tables of parts that are not one whole.
+    #[error("the parts are not one whole: {0}")]
+    NotWhole(String),
     /// A template of a page and the values for it, which do not fit.
     #[error("the page {0}")]
     Page(String),
@@ -52,10 +63,18 @@ pub enum OutputError {
 }
 
 impl OutputError {
+    /// The file `path` was read, and is not what is expected there.
+    pub fn unexpected(path: &Path, why: impl std::fmt::Display) -> Self {
+        Self::Unexpected { path: path.to_owned(), why: why.to_string() }
+    }
+
     /// What to try instead, where there is something to try.
     pub fn hint(&self) -> Option<String> {
         match self {
             Self::Outdated { .. } => Some("`host-sim results` writes it anew".to_owned()),
+            Self::NotWhole(_) => Some(
+                "--merge takes the table of each part of one study; `--shard I/N` makes part I".to_owned(),
+            ),
             Self::Exists { .. } => Some("--force writes over it".to_owned()),
             _ => None,
         }

@@ -51,7 +51,7 @@ impl FaultCampaign {
     /// When a file cannot be read, or has other rows.
     pub fn merged(tables: &[PathBuf]) -> Result<Self, OutputError> {
         let parts: Result<Vec<_>, _> = tables.iter().map(|path| shard::read(path)).collect();
-        Ok(Self { runs: shard::merged(parts?, |run: &FaultRun| run.number) })
+        Ok(Self { runs: shard::merged(parts?, |run: &FaultRun| run.number)? })
     }
 }
 

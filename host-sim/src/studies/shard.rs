@@ -75,11 +75,24 @@ pub fn run_each<T: Send, E: Send>(
 }
 
 /// The rows of several parts in the order of their numbers; a row that came twice stands once.
-pub fn merged<T: PartialEq>(parts: Vec<Vec<T>>, number: impl Fn(&T) -> u64) -> Vec<T> {
+///
+/// # Errors
+/// When a number is missing before the last one, or two rows have the same number and differ.
+pub fn merged<T: PartialEq>(parts: Vec<Vec<T>>, number: impl Fn(&T) -> u64) -> Result<Vec<T>, OutputError> {
     let mut rows: Vec<T> = parts.into_iter().flatten().collect();
-    rows.sort_by_key(number);
+    rows.sort_by_key(&number);
     rows.dedup();
-    rows
+    for (expected, row) in (0..).zip(&rows) {
+        let found = number(row);
+        if found < expected {
+            let why = format!("run {found} stands twice, with different results");
+            return Err(OutputError::NotWhole(why));
+        }
+        if found > expected {
+            return Err(OutputError::NotWhole(format!("run {expected} is missing")));
+        }
+    }
+    Ok(rows)
 }
 
 /// Rows as CSV, which [`read`] reads again.
@@ -95,7 +108,7 @@ pub fn csv<T: Serialize>(rows: &[T]) -> Result<String, OutputError> {
 /// # Errors
 /// When it cannot be read, or has other rows.
 pub fn read<T: DeserializeOwned>(path: &Path) -> Result<Vec<T>, OutputError> {
-    let refused = |error: csv::Error| OutputError::Table(format!("{}: {error}", path.display()));
+    let refused = |error: csv::Error| OutputError::unexpected(path, error);
     let mut reader = csv::Reader::from_path(path).map_err(refused)?;
     reader.deserialize().map(|row| row.map_err(refused)).collect()
 }
@@ -114,5 +127,5 @@ pub fn packed<T: Serialize>(rows: &[T]) -> Result<Vec<u8>, OutputError> {
 /// When it cannot be read, or has other rows.
 pub fn unpacked<T: DeserializeOwned>(path: &Path) -> Result<Vec<T>, OutputError> {
     let bytes = crate::report::files::read(path)?;
-    postcard::from_bytes(&bytes).map_err(|error| OutputError::Table(format!("{}: {error}", path.display())))
+    postcard::from_bytes(&bytes).map_err(|error| OutputError::unexpected(path, error))
 }

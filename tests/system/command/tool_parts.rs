@@ -66,6 +66,17 @@ fn exact_parts_on_any_threads_are_the_whole() {
             let [whole, merged] = ["whole", "merged"].map(|of| bytes(folder.path(), &format!("{of}/{name}")));
             assert!(whole == merged, "{words:?}: {name} differs");
         }
+        refuses(
+            folder.path(),
+            &[&words[..1], &["--merge", &two]].concat(),
+            &["the parts are not one whole: run 0 is missing", "hint: --merge"],
+        );
+        of(2, words, &["--set", "camera.noise_m=3e-6", "--shard", "1/2", "--out", "other"]);
+        refuses(
+            folder.path(),
+            &[&words[..1], &["--merge", &one, &format!("other/{part}"), &two]].concat(),
+            &["the parts are not one whole: run 0 stands twice, with different results"],
+        );
         if words[0] == "calibrate" {
             let merge = [&words[..1], &["--merge", &one, &two, "--seed", "9"], scene].concat();
             refuses(

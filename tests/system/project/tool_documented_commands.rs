@@ -5,8 +5,10 @@
 
 use std::collections::HashSet;
 use std::fs;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
+use std::sync::{Mutex, PoisonError};
 
+use rayon::prelude::*;
 use tempfile::TempDir;
 use toml::{Table, Value};
 
@@ -114,34 +116,69 @@ fn output_file(command: &str) -> Option<String> {
     shlex::split(command)?.into_iter().skip_while(|word| word != ">").nth(1)
 }
 
-/// Standard output of a command that succeeds.
-fn succeeds(folder: &TempDir, arguments: &[String]) -> Result<Vec<u8>, String> {
-    let arguments: Vec<&str> = arguments.iter().map(String::as_str).collect();
-    let output = run(folder.path(), &arguments);
-    let complaint = String::from_utf8_lossy(&output.stderr);
-    if output.status.success() {
-        Ok(output.stdout)
-    } else {
-        Err(format!("host-sim {arguments:?}: {complaint}"))
+/// Arguments of `host-sim` that have been tried in any document.
+type Tried = Mutex<HashSet<Vec<String>>>;
+
+/// A reader of a document, who types its commands in a folder of their own.
+struct Reader<'a> {
+    folder: TempDir,
+    tried: &'a Tried,
+}
+
+impl<'a> Reader<'a> {
+    fn new(tried: &'a Tried) -> Self {
+        Self { folder: folder(), tried }
+    }
+
+    /// Whether `arguments` stand in any document for the first time.
+    fn is_first_with(&self, arguments: &[String]) -> bool {
+        self.tried.lock().unwrap_or_else(PoisonError::into_inner).insert(arguments.to_vec())
+    }
+
+    /// Standard output of a command that succeeds.
+    fn succeeds(&self, arguments: &[String]) -> Result<Vec<u8>, String> {
+        let arguments: Vec<&str> = arguments.iter().map(String::as_str).collect();
+        let output = run(self.folder.path(), &arguments);
+        let complaint = String::from_utf8_lossy(&output.stderr);
+        if output.status.success() {
+            Ok(output.stdout)
+        } else {
+            Err(format!("host-sim {arguments:?}: {complaint}"))
+        }
     }
 }
 
+/// Whether a later command of the document may read what this one writes.
+fn keeps_a_file(arguments: &[String]) -> bool {
+    let named = ["--out", "--log", "--report"];
+    arguments.first().is_some_and(|command| command == "init")
+        || arguments.iter().any(|word| named.contains(&word.as_str()))
+}
+
 /// The command with its arguments is parsed as it stands, and runs, unless it stands in prose or needs QEMU. What it
-/// prints goes to `file`, for the commands after it.
+/// prints goes to `file`, for the commands after it. What another document has too, and leaves no file, is not
+/// repeated.
 fn check_host_sim(
-    folder: &TempDir,
+    reader: &Reader,
     place: Place,
     arguments: &[String],
     file: Option<&str>,
 ) -> Result<(), String> {
-    succeeds(folder, &[arguments, &["--help".to_owned()]].concat())?;
+    let parsed = [arguments, &["--help".to_owned()]].concat();
+    if reader.is_first_with(&parsed) {
+        reader.succeeds(&parsed)?;
+    }
     let in_qemu = arguments.first().is_some_and(|command| IN_QEMU.contains(&command.as_str()));
     if place == Place::Prose || in_qemu {
         return Ok(());
     }
-    let printed = succeeds(folder, &smaller(arguments))?;
+    let arguments = smaller(arguments);
+    if !reader.is_first_with(&arguments) && file.is_none() && !keeps_a_file(&arguments) {
+        return Ok(());
+    }
+    let printed = reader.succeeds(&arguments)?;
     let Some(file) = file else { return Ok(()) };
-    fs::write(folder.path().join(file), printed).map_err(|error| format!("{file}: {error}"))
+    fs::write(reader.folder.path().join(file), printed).map_err(|error| format!("{file}: {error}"))
 }
 
 fn manifest(folder: &str) -> Result<Table, String> {
@@ -199,13 +236,13 @@ fn check_flags(flags: &[String]) -> Result<(), String> {
     Ok(())
 }
 
-fn check_cargo(folder: &TempDir, place: Place, words: &[String], file: Option<&str>) -> Result<(), String> {
+fn check_cargo(reader: &Reader, place: Place, words: &[String], file: Option<&str>) -> Result<(), String> {
     let split = words.iter().position(|word| word == "--").unwrap_or(words.len());
     let (flags, arguments) = (&words[..split], words.get(split + 1..).unwrap_or(&[]));
     check_flags(flags)?;
     let other_package = flags.iter().any(|word| ["-p", "--package", "--example"].contains(&word.as_str()));
     match flags.first().map(String::as_str) {
-        Some("run") if !other_package => check_host_sim(folder, place, arguments, file),
+        Some("run") if !other_package => check_host_sim(reader, place, arguments, file),
         Some("run" | "bench" | "build" | "test" | "install") => Ok(()),
         Some(name) if CARGO_ONLY.contains(&name) => Ok(()),
         other => Err(format!("cargo {other:?}: this test does not know it")),
@@ -226,7 +263,7 @@ fn check_script(script: &str, arguments: &[String]) -> Result<(), String> {
     unknown.map_or(Ok(()), |word| Err(format!("{script}: it does not know {word}")))
 }
 
-fn check(folder: &TempDir, place: Place, command: &str) -> Result<(), String> {
+fn check(reader: &Reader, place: Place, command: &str) -> Result<(), String> {
     let mut words = words(command);
     let file = output_file(command);
     if place == Place::Prose {
@@ -237,34 +274,36 @@ fn check(folder: &TempDir, place: Place, command: &str) -> Result<(), String> {
     }
     let Some((program, arguments)) = words.split_first() else { return Ok(()) };
     match program.as_str() {
-        "cargo" => check_cargo(folder, place, arguments, file.as_deref()),
-        "host-sim" => check_host_sim(folder, place, arguments, file.as_deref()),
+        "cargo" => check_cargo(reader, place, arguments, file.as_deref()),
+        "host-sim" => check_host_sim(reader, place, arguments, file.as_deref()),
         script if script.contains('/') => check_script(script, arguments),
         other if OTHER_PROGRAMS.contains(&other) => Ok(()),
         other => Err(format!("{other}: this test does not know it")),
     }
 }
 
-#[test]
-fn tool_every_documented_command_runs() {
-    let mut failures = Vec::new();
+/// How many commands in blocks a document has, and which of its commands fail.
+fn check_document(document: &Path, tried: &Tried) -> (usize, Vec<String>) {
+    let reader = Reader::new(tried);
+    let name = document.strip_prefix(root()).expect("in the repository").display();
     let mut in_blocks = 0;
-    // Where a command stands again, it would do the same again.
-    let mut seen = HashSet::new();
-    let folder = folder();
-    for document in documents() {
-        let text = text(&document);
-        for (line, place, command) in commands(&text) {
-            in_blocks += usize::from(place == Place::Block);
-            if !seen.insert((place, words(&command))) {
-                continue;
-            }
-            if let Err(why) = check(&folder, place, &command) {
-                let name = document.strip_prefix(root()).expect("in the repository").display();
-                failures.push(format!("{name}:{line}: {command}\n    {why}"));
-            }
+    let mut failures = Vec::new();
+    for (line, place, command) in commands(&text(document)) {
+        in_blocks += usize::from(place == Place::Block);
+        if let Err(why) = check(&reader, place, &command) {
+            failures.push(format!("{name}:{line}: {command}\n    {why}"));
         }
     }
+    (in_blocks, failures)
+}
+
+/// The documents are tried side by side: most commands leave one of two processors idle.
+#[test]
+fn tool_every_documented_command_runs() {
+    let tried = Tried::default();
+    let checked: Vec<_> = documents().par_iter().map(|document| check_document(document, &tried)).collect();
+    let in_blocks: usize = checked.iter().map(|(in_blocks, _)| in_blocks).sum();
+    let failures: Vec<String> = checked.into_iter().flat_map(|(_, failures)| failures).collect();
     assert!(in_blocks > 1, "no commands found");
     assert!(failures.is_empty(), "{} commands fail:\n{}", failures.len(), failures.join("\n"));
 }
@@ -272,7 +311,8 @@ fn tool_every_documented_command_runs() {
 /// The check itself: what it must refuse, and what it must leave alone.
 #[test]
 fn tool_wrong_commands_are_found() {
-    let folder = folder();
+    let tried = Tried::default();
+    let reader = Reader::new(&tried);
     for command in [
         "cargo run --release -- simulat",
         "cargo run --release -- simulate --durations 1",
@@ -285,12 +325,12 @@ fn tool_wrong_commands_are_found() {
         "tests/run.sh quicker",
         "unknown --flag",
     ] {
-        assert!(check(&folder, Place::Block, command).is_err(), "{command}");
+        assert!(check(&reader, Place::Block, command).is_err(), "{command}");
     }
     for command in
         ["", "# a comment", "tests/run.sh quick", "cd host-sim", "cargo run --release -- keys # all"]
     {
-        assert_eq!(check(&folder, Place::Block, command), Ok(()), "{command}");
+        assert_eq!(check(&reader, Place::Block, command), Ok(()), "{command}");
     }
     let text = "`cargo bench` and `host-sim keys COMMAND`\n```sh\nA=b cargo run -- \\\n  keys\n```\n```text\nno\n```";
     let found = commands(text);

@@ -89,7 +89,7 @@ impl Manifest {
         if !path.exists() {
             return Ok(None);
         }
-        let refused = || OutputError::Table(format!("{}: it is no manifest of a sweep", path.display()));
+        let refused = || OutputError::unexpected(&path, "it is no manifest of a sweep");
         let mut object: Value = serde_json::from_slice(&files::read(&path)?).map_err(|_| refused())?;
         let fields = object.as_object_mut().ok_or_else(refused)?;
         let part = fields.remove("part").ok_or_else(refused)?;

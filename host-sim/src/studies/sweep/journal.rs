@@ -85,7 +85,7 @@ impl Journal {
         columns: &[Column],
         mut take: impl FnMut(&Cells, Option<Cell>) -> Result<(), SweepError>,
     ) -> Result<(), SweepError> {
-        let refused = |error: csv::Error| OutputError::Table(format!("{}: {error}", self.path.display()));
+        let refused = |error: csv::Error| OutputError::unexpected(&self.path, error);
         let mut reader = csv::Reader::from_path(&self.path).map_err(refused)?;
         let mut record = csv::StringRecord::new();
         while reader.read_record(&mut record).map_err(refused)? {

@@ -195,7 +195,7 @@ impl TableReader {
 }
 
 fn unreadable(path: &Path, error: &ParquetError) -> SweepError {
-    OutputError::Table(format!("{}: {error}", path.display())).into()
+    OutputError::unexpected(path, error).into()
 }
 
 fn of_field(field: &Field) -> Option<Cell> {
