@@ -21,6 +21,9 @@ pub(super) const ABOUT: &str = "Reached: held as on target, within three toleran
     longest such time, and the largest such error. Ran away: the rotor was ever so far from the way between start and \
     target. A run with two faults counts for both.";
 
+const TO_BE_REPEATED: &str = "The worst runs. What this campaign was given by --scene and --set belongs to each command, \
+    too.";
+
 const HEADER: [&str; 9] =
     ["runs", "reached", "gave up", "timed out", "wrong", "false valid", "longest s", "mdeg", "ran away"];
 
@@ -43,13 +46,9 @@ fn table(first: &str, rows: &[FaultSummary]) -> Table {
 }
 
 impl FaultRun {
-    /// The command that repeats it.
+    /// The command that repeats it, but for what the campaign itself was given by `--scene` and `--set`.
     pub fn command(&self) -> String {
-        let scene = if self.scene == FIRST {
-            String::new()
-        } else {
-            format!(" --scene {}", self.scene.replace(' ', "_"))
-        };
+        let scene = flags_of(&self.scene);
         let faults: Vec<String> = self.faults.split(' ').map(|word| format!(" --fault {word}")).collect();
         let of_every: Vec<String> =
             OF_EVERY_MOVE.iter().map(|(key, value)| format!(" --set {key}={value}")).collect();
@@ -62,6 +61,16 @@ impl FaultRun {
             faults.concat()
         )
     }
+}
+
+/// The flags of `position` for a scene by its name in tables: that of a scene file, `KEY=VALUE`, or several of them.
+fn flags_of(name: &str) -> String {
+    let parts = name.split(", ").filter(|part| *part != FIRST);
+    let flag = |part: &str| match part.split_once('=') {
+        Some((key, value)) => format!(" --set {}={}", key.trim(), value.trim()),
+        None => format!(" --scene {}", part.replace(' ', "_")),
+    };
+    parts.map(flag).collect()
 }
 
 /// A command in lines that fit a page, as a shell takes it.
@@ -122,6 +131,7 @@ impl FaultCampaign {
         }
         blocks.push(Block::Paragraph(ABOUT.to_owned()));
         blocks.push(Block::Heading("To be repeated".to_owned()));
+        blocks.push(Block::Paragraph(TO_BE_REPEATED.to_owned()));
         blocks.push(Block::Table(self.worst()));
         Document { blocks }
     }
@@ -152,5 +162,25 @@ impl FaultCampaign {
             "scenes": self.by(|run| &run.scene),
         });
         format!("{counts}\n")
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn exact_a_scene_by_its_name_is_flags() {
+        for (name, flags) in [
+            (FIRST, ""),
+            ("set f plant", " --scene set_f_plant"),
+            ("camera.marks=3", " --set camera.marks=3"),
+            (
+                "set f plant, camera.marks=3, seed = 4",
+                " --scene set_f_plant --set camera.marks=3 --set seed=4",
+            ),
+        ] {
+            assert_eq!(flags_of(name), flags, "{name}");
+        }
     }
 }
