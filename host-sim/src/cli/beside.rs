@@ -18,6 +18,11 @@ pub(super) struct BesideArgs {
 }
 
 impl BesideArgs {
+    /// As if each of `texts` came with a flag of its own.
+    pub(super) fn of(texts: &[&str]) -> Self {
+        Self { beside: texts.iter().map(|text| (*text).to_owned()).collect() }
+    }
+
     /// Whether there is a scene.
     pub(super) fn is_given(&self) -> bool {
         !self.beside.is_empty()

@@ -9,6 +9,7 @@ use clap::{Args, ValueEnum};
 use serde::Serialize;
 
 use super::Format;
+use super::beside::BesideArgs;
 use super::microcontroller::count_instructions;
 use super::publication::svg_files;
 use crate::board::qemu::Board;
@@ -54,6 +55,10 @@ enum Page {
     Microcontroller,
 }
 
+/// What the page on faults sets beside the default scene: a rotor that tilts, and other instruments.
+const FAULTY_BENCHES: [&str; 4] =
+    ["set_f_plant", "camera.marks=3", "camera.frame_rate_hz=500", "ldv.noise_m_s=1e-3"];
+
 impl Page {
     /// Name of its file, without the ending.
     fn name(self) -> String {
@@ -97,9 +102,10 @@ impl Page {
             }
             Self::Faults if !faulty.is_empty() => FaultCampaign::merged(faulty)?.page_values().into(),
             Self::Faults => {
-                let height_only = BesideScene { name: FIRST.to_owned(), scene: scene.clone() };
-                let tilting = tilting::set_f(scene)?;
-                let plan = FaultCampaignPlan::new(vec![height_only, tilting], effort.faulty_runs, Shard::ALL);
+                let asked = BesideScene { name: FIRST.to_owned(), scene: scene.clone() };
+                let beside = BesideArgs::of(&FAULTY_BENCHES).scenes("faults", scene, Ok)?;
+                let scenes = std::iter::once(asked).chain(beside).collect();
+                let plan = FaultCampaignPlan::new(scenes, effort.faulty_runs, Shard::ALL);
                 plan.run(&|| ())?.page_values().into()
             }
             Self::Rate => {
@@ -183,7 +189,7 @@ impl Effort {
         compared_trials: 200,
         grid_motors: 20,
         grid_benches: "",
-        faulty_runs: 2000,
+        faulty_runs: 10_000,
         calibrations: 200,
         identified: 200,
         learnt_from: 1000,
@@ -208,7 +214,7 @@ impl Effort {
         compared_trials: 2,
         grid_motors: 1,
         grid_benches: "30,000 frames/s",
-        faulty_runs: 4,
+        faulty_runs: 5,
         calibrations: 2,
         identified: 4,
         learnt_from: 60,

@@ -25,6 +25,8 @@ fn exact_parts_are_the_whole_and_commands_repeat_their_runs() {
     let all = &whole["all"];
     let endings = ["reached", "gave_up", "timed_out", "wrong"].map(|ending| number(all, ending));
     assert!((endings.iter().sum::<f64>() - 6.0).abs() < 0.5, "{all}");
+    let filters = whole["filters"].as_array().expect("a row each");
+    assert!(filters.len() == 3 && filters.iter().all(|row| row["runs"] == 2), "{filters:?}");
 
     let mut lines = table.lines().map(|line| line.split(',').collect::<Vec<_>>());
     let (columns, run) = lines.next().zip(lines.next()).expect("a header and a run");

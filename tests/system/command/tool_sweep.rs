@@ -275,6 +275,8 @@ fn exact_failed_rows_are_marked_and_counted() {
     let swept = json_on_two(folder.path(), &[&sweep[..], &flags, &short].concat());
     assert_eq!((&swept["rows"], &swept["failed"]), (&4.into(), &2.into()));
     assert_eq!(swept["failures"]["refused"], 2);
+    let manifest: Value = written(folder.path(), "out/sweep/manifest.json").parse().expect("JSON");
+    assert_eq!(manifest["failures"], swept["failures"]);
     assert_eq!(swept["figures"][0]["rows"], 2);
     let failed = &swept["first_failures"][0];
     assert_eq!(

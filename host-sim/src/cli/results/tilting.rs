@@ -49,11 +49,6 @@ pub(super) fn of_many_motors(scene: &Scene, count: usize) -> Result<Vec<BesideSc
     OF_MANY_MOTORS.iter().take(count).map(|of| of.over(scene)).collect()
 }
 
-/// Set F as the true motor over `scene`, under the name by which a command takes it.
-pub(super) fn set_f(scene: &Scene) -> Result<BesideScene, CommandError> {
-    TiltingScene { name: "set f plant", set: SET_F, over: &[] }.over(scene)
-}
-
 /// The first `count` scenes for a study of one motor, each over `scene`.
 pub(super) fn of_one_motor(scene: &Scene, count: usize) -> Result<Vec<BesideScene>, CommandError> {
     OF_ONE_MOTOR.iter().take(count).map(|of| of.over(scene)).collect()

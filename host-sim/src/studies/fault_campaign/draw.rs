@@ -119,11 +119,11 @@ mod tests {
     const TILTING: Faulty = Faulty { marks: 2, has_hub: true, expected_s: 1.5 };
 
     /// Of 5,000 runs of a rotor with a hub: every word is taken by a scene, each comes as often as the others to four
-    /// standard deviations, and half of the faults with a length stay.
+    /// standard deviations, half of the faults begin in the first half of the move, and half of those with a length stay.
     #[test]
     fn law_words_are_drawn_as_stated() {
         let mut counts: BTreeMap<(&str, &str), u32> = BTreeMap::new();
-        let (mut faults, mut lasting, mut stay, mut two) = (0_u32, 0_u32, 0_u32, 0_u32);
+        let (mut faults, mut early, mut lasting, mut stay, mut two) = (0_u32, 0_u32, 0_u32, 0_u32, 0_u32);
         for seed in 0..5000 {
             let words = words(seed, TILTING);
             two += u32::from(words.len() == 2);
@@ -139,6 +139,9 @@ mod tests {
                 let known = named.unwrap_or_else(marked);
                 *counts.entry((known.thing, known.what)).or_default() += 1;
                 faults += 1;
+                let (_, time) = word.split_once('@').unwrap();
+                let from_s: f64 = time.split("..").next().and_then(|from| from.parse().ok()).unwrap();
+                early += u32::from(from_s < 0.5 * TILTING.expected_s);
                 if !known.is_instant() {
                     lasting += 1;
                     stay += u32::from(fault.until == Fault::NEVER);
@@ -153,6 +156,7 @@ mod tests {
         for (word, count) in counts {
             assert!(near(count, faults, 1.0 / 26.0), "{word:?} {count} of {faults}");
         }
+        assert!(near(early, faults, 0.5), "{early} of {faults}");
         assert!(near(stay, lasting, 0.5), "{stay} of {lasting}");
         assert!(near(two, 5000, TWO), "{two}");
     }

@@ -127,6 +127,8 @@ mod tests {
         for words in ["4.2 days of", "100    400    15.0 min", "1000   4000   90.0 s"] {
             assert!(text.contains(words), "{text}");
         }
+        let text = cost(1_000_000, 0.36, 4).document(4).text();
+        assert!(text.contains("100    400    1.0 h") || text.contains("100    400    60.0 min"), "{text}");
         let text = cost(10, 60.0, 1).document(8).text();
         assert!(text.contains("1000   8000   60.0 s") && text.contains("1      8      75.0 s"), "{text}");
     }

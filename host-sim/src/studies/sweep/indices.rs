@@ -189,13 +189,22 @@ mod tests {
 
     /// A sweep over three keys of 0 to 1 whose figure `f` is that of `of`.
     fn summary(sampling: Sampling, of: impl Fn([f64; 3]) -> Result<f64, RunError>) -> SweepSummary {
+        repeated(1, sampling, of)
+    }
+
+    /// The same with so many runs of each point.
+    fn repeated(
+        repeats: u64,
+        sampling: Sampling,
+        of: impl Fn([f64; 3]) -> Result<f64, RunError>,
+    ) -> SweepSummary {
         let keys = ["motor.friction", "motor.restitution", "simulate.amplitude"];
         let request = SweepRequest {
             command: SweptCommand::Simulate,
             sample: 1,
             over: keys.iter().map(|key| format!("{key}=0..1")).collect(),
             sampling,
-            repeats: 1,
+            repeats,
             figures: vec!["f".to_owned()],
         };
         let plan = SweepPlan::new(&Scene::default(), request, |_, _| false, &|_| Ok(())).unwrap();
@@ -244,6 +253,15 @@ mod tests {
         // y has no part with another key: both its indices measure the same share.
         let y = &found.indices[1];
         assert!((y.first.low..y.first.high).contains(&y.total.estimate), "{y:?}");
+    }
+
+    /// Runs of a point that give the same count as one.
+    #[test]
+    fn exact_repeats_of_a_point_are_averaged() {
+        let one = summary(Sampling::Indices(16), |places| Ok(ishigami(places)));
+        let two = repeated(2, Sampling::Indices(16), |places| Ok(ishigami(places)));
+        assert_eq!((one.rows, two.rows), (80, 160));
+        assert_eq!(two.indices, one.indices);
     }
 
     /// A run that fails costs its base point and no other; a sweep of another kind, and a figure that does not vary,

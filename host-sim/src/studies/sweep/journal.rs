@@ -154,8 +154,12 @@ mod tests {
         };
         write(&mut open(&path).unwrap());
         let whole = std::fs::read(&path).unwrap();
-        for length in 0..=whole.len() {
-            std::fs::write(&path, &whole[..length]).unwrap();
+        // What is torn may be longer than all that is written after it.
+        let tears = [Vec::new(), vec![b'x'; whole.len()]];
+        for (length, tear) in
+            (0..=whole.len()).flat_map(|length| tears.iter().map(move |tear| (length, tear)))
+        {
+            std::fs::write(&path, [&whole[..length], tear].concat()).unwrap();
             let mut journal = open(&path).unwrap();
             let lines = std::str::from_utf8(&whole[..length]).unwrap().matches('\n').count() as u64;
             assert_eq!(journal.done, lines.saturating_sub(1), "{length}");
