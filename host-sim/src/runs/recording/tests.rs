@@ -1,5 +1,9 @@
+use motor_model::{AmplitudeVariation, Stator, StatorState};
+
 use super::*;
+use crate::math::random_streams::{self, RandomSource};
 use crate::scene::Scene;
+use crate::world::plant::Plant;
 
 fn scene(sets: &[&str]) -> Scene {
     let sets: Vec<String> = sets.iter().map(|&set| set.to_owned()).collect();
@@ -75,6 +79,45 @@ fn exact_a_bare_stator_rings_down_at_its_frequency_and_damping() {
         let expected = 2.0 * q * cosine * now - q * q * before;
         // Samples are f32: three of them, of at most 1 m/s.
         assert!((after - expected).abs() < 4.0 * f64::from(f32::EPSILON), "{after} {expected}");
+    }
+}
+
+/// The vibrometer sees a tooth of the first pair, upwards positive, with the amplitude that this run has.
+#[test]
+fn exact_a_bare_stator_shows_a_tooth_of_its_first_pair() {
+    let sets = [
+        "record.model=stator",
+        "record.schedule=b:1 for 0.003",
+        "plant.parameters=nominal",
+        "plant.motor.amplitude_variation=0.05",
+        "plant.step_s=1e-6",
+        "ldv.noise_m_s=0",
+    ];
+    let scene = scene(&sets);
+    let plant = Plant::draw(&scene).unwrap();
+    let mut draw = random_streams::stream(scene.seed(), RandomSource::AmplitudeVariation);
+    let [first, _] = AmplitudeVariation::draw(plant.params(), &mut draw).pairs;
+    assert!(first.abs() > 1e-3, "{first}");
+    let stator = Stator::<f64>::try_new(plant.params(), plant.tuning(), 1e-6).unwrap();
+    let mut state = StatorState::default();
+    let [tooth, _] = stator.teeth();
+    let velocity_m_s: Vec<f64> = (0..=3010)
+        .map(|step| {
+            let before = (1.0 + first) * tooth.vertical_velocity(&state.modes);
+            stator.step(
+                &mut state,
+                if step < 10 { DriveCommand::OFF } else { DriveCommand::full(DriveMode::B) },
+            );
+            before
+        })
+        .collect();
+    let samples = recorded(&sets);
+    assert!(samples.len() > 600);
+    for (_, LdvSample { taken_at, velocity_m_s: seen }) in samples {
+        let step = usize::try_from(taken_at.nanos() / 1000).unwrap();
+        let expected = velocity_m_s[step];
+        // A sample is f32, of at most 1 m/s.
+        assert!((f64::from(seen) - expected).abs() < f64::from(f32::EPSILON), "{step}: {seen} {expected}");
     }
 }
 

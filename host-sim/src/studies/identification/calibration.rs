@@ -9,6 +9,7 @@ use rayon::prelude::*;
 use serde::Serialize;
 
 use super::emulator::Emulator;
+use super::outcome::interval;
 use super::parameters::{self, Unknown};
 use super::posterior::posterior;
 use super::training::{DrawnMotor, Setting, draw_motors};
@@ -164,7 +165,7 @@ fn cases(emulator: &Emulator, unknowns: &[Unknown], motor: &DrawnMotor, seed: u6
         let below = values.partition_point(|value| *value < truth);
         // Of L values that are spread evenly over the sample.
         let rank = below * (RANK_MAX + 1) / (values.len() + 1);
-        let covered = (values.len() / 20..values.len() - values.len() / 20).contains(&below);
+        let covered = interval(&values).is_some_and(|[low, high]| (low..=high).contains(&truth));
         Case { rank, covered, narrowing: spread.sd, error: (truth - spread.mean) / spread.sd }
     };
     emulator.told.iter().enumerate().map(case).collect()

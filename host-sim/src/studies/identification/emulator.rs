@@ -29,9 +29,13 @@ const SIZE_OF_T: f64 = 1.0526;
 #[derive(Clone, Debug)]
 pub struct Summaries {
     maps: Vec<LinearMap>,
-    /// Of every parameter the expected standard deviation after the recordings per that before: at most 1.
+    /// Of every parameter what its standard deviation after the recordings is expected to stay below, per that before:
+    /// at most 1.
     pub expected: Vec<f64>,
 }
+
+/// Standard errors that are added to a standard deviation which is known from few motors.
+const ERRORS_ADDED: f64 = 2.0;
 
 impl Summaries {
     /// Learns them from motors.
@@ -45,8 +49,9 @@ impl Summaries {
                 ridge.fit(&outputs)
             })
             .collect();
-        // The prior's standard deviation is 1.
-        let expected = maps.iter().map(|map| map.left_out_rms().min(1.0)).collect();
+        // A standard deviation is known from n motors to 1 / sqrt(2 n) of it. That of the prior is 1.
+        let stays_below = 1.0 + ERRORS_ADDED / math::sqrt(2.0 * f64::max(real(motors.len()), 1.0));
+        let expected = maps.iter().map(|map| (stays_below * map.left_out_rms()).min(1.0)).collect();
         Self { maps, expected }
     }
 
@@ -104,7 +109,7 @@ impl Emulator {
         Some(Self { summaries, told, maps, lower })
     }
 
-    /// Of every parameter the expected standard deviation after the recordings per that before.
+    /// Of every parameter what its standard deviation after the recordings is expected to stay below, per that before.
     pub fn expected(&self) -> &[f64] {
         &self.summaries.expected
     }

@@ -120,3 +120,6 @@ pub fn posterior(emulator: &Emulator, unknowns: &[Unknown], statistics: &[f64], 
     let (chain, _) = sample(&posterior, &Stretch::default(), first.into_iter(), length, Serial);
     chain.into_iter().skip(walkers * BURN_IN).step_by(THINNING).collect()
 }
+
+#[cfg(test)]
+mod tests;

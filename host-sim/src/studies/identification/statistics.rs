@@ -106,3 +106,6 @@ fn windows_since(length_s: f64) -> impl Iterator<Item = (usize, Span)> {
 fn shortest(spans: &[Span]) -> f64 {
     spans.iter().map(|(from, until)| until - from).fold(f64::INFINITY, f64::min)
 }
+
+#[cfg(test)]
+mod tests;

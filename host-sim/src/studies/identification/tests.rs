@@ -1,21 +1,21 @@
 //! Identification beside independent calculations: closed forms, direct simulation, motors drawn and forgotten.
 
+use std::ops::ControlFlow;
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
-use motor_model::{DriveCommand, DriveMode, Time};
+use motor_model::Time;
 use tempfile::TempDir;
 
 use super::emulator::Emulator;
 use super::measured::Measured;
 use super::parts::{Kind, Parts};
-use super::statistics::{Statistic, statistics};
 use super::training::{Setting, draw_motors};
 use super::*;
 use crate::log::{Ending, LogOptions, LogRecorder};
 use crate::math::count::real;
-use crate::runs::recording::{self, DriveChange, DriveCourse};
+use crate::runs::recording::{self, DriveCourse};
 use crate::scene::Scene;
 
 const NOTHING: &(dyn Fn() + Sync) = &|| ();
@@ -42,38 +42,40 @@ fn effort(motors: u64) -> Effort {
     Effort { motors, advice: false, ..Effort::default() }
 }
 
-fn value(found: &[Statistic], name: &str) -> f64 {
-    found.iter().find(|statistic| statistic.name == name).unwrap_or_else(|| panic!("{name}: {found:?}")).value
+/// A rotor that turns by more than half a turn: what the frames add up to is what the rotor turned by.
+#[test]
+fn exact_a_recording_keeps_every_turn_and_drive() {
+    let folder = TempDir::new().unwrap();
+    let path = logged(&folder, "turn.mcap", &["record.schedule=b:1 for 0.3, off for 0.05"]);
+    let recorded = Recorded::read(&path).unwrap();
+    let ControlFlow::Continue(outcome) = recording::run(&recorded.scene, &mut ()).unwrap() else {
+        panic!("whole")
+    };
+    let turned_deg = recorded.measured.frames.last().unwrap().angle_rad.to_degrees();
+    let truth_deg = outcome.turned_deg.unwrap();
+    assert!(truth_deg > 200.0, "{truth_deg}");
+    // A frame has an error of some millidegrees; the last one is exposed before the end, when the rotor rests.
+    assert!((turned_deg - truth_deg).abs() < 0.1, "{turned_deg} {truth_deg}");
+    assert_eq!(recorded.course.until, Time::from_nanos(350_010_000));
+    assert_eq!((recorded.command.as_str(), recorded.damage), ("record", None));
 }
 
-/// A ball that falls with drag and is thrown up again: `v' = -g - c v`, thrown by an impact of 30 mm/s every 5 ms. The
-/// regression over flights finds `-c` and `-g`, and every impact is counted.
+/// A motor that is drawn has nothing of the true motor whose recording is identified.
 #[test]
-fn exact_statistics_of_a_ball_that_is_thrown_up() {
-    let (g, c, h): (f64, f64, f64) = (9.81, 60.0, 5e-6);
-    let mut measured = Measured::default();
-    let (mut v, decay) = (0.03, math::exp(-c * h));
-    for sample in 0..80_000_u32 {
-        if sample % 1000 == 999 {
-            v += 0.03;
-        }
-        v = (v + g / c) * decay - g / c;
-        measured.at_s.push(f64::from(sample) * h);
-        measured.velocity_m_s.push(v);
-    }
-    let course = DriveCourse {
-        changes: vec![DriveChange { from: Time::ZERO, command: DriveCommand::full(DriveMode::B) }],
-        until: Time::from_micros(400_000),
-    };
-    let parts = Parts::of(&course, &measured);
-    let found = statistics(&Scene::default(), &parts, &measured);
-    assert!((value(&found, "b:1 damping in flight") / -c - 1.0).abs() < 1e-3, "{found:?}");
-    assert!((value(&found, "b:1 fall in flight") / -g - 1.0).abs() < 1e-3);
-    // 200 a second; 0.03 s to settle leaves 74 impacts of 0.37 s.
-    assert!((value(&found, "b:1 ln impacts a second") - math::ln(201.0)).abs() < 0.02);
-    let jump = math::ln(0.03 + (-g - c * v) * h);
-    assert!((value(&found, "b:1 mean ln jump") - jump).abs() < 5e-3);
-    assert!((value(&found, "b:1 mean ln interval") - math::ln(5e-3)).abs() < 1e-6);
+fn exact_a_drawn_motor_has_nothing_of_the_true_one() {
+    let truth = [
+        "plant.motor.amplitude_variation=0.05",
+        "plant.motor.friction=0.55",
+        "plant.motor.hub.friction=0.45",
+    ];
+    let own = scene(&[&truth[..], &["plant.rotor=tilting", "seed=77", "ldv.noise_m_s=3e-4"]].concat());
+    let other = scene(&["plant.rotor=tilting", "seed=5", "ldv.noise_m_s=3e-4"]);
+    let unknowns = parameters::unknowns(&own, 1.5).unwrap();
+    let values: Vec<f64> = unknowns.iter().map(|unknown| unknown.prior.mean()).collect();
+    let drawn = |scene: &Scene| parameters::motor_scene(scene, &unknowns, &values, 9).unwrap();
+    let (of_own, of_other) = (drawn(&own), drawn(&other));
+    assert_eq!(of_own.text(&|_| true, false), of_other.text(&|_| true, false));
+    assert_eq!((of_own.seed(), of_own.number("ldv.noise_m_s")), (9, 3e-4));
 }
 
 /// Drives of one kind are pooled, short ones are left out, and a coast belongs to the drive before it.
@@ -119,6 +121,23 @@ fn dual_the_emulator_and_direct_simulation_agree() {
     // heavier tails.
     let mean: Spread = whitened.collect();
     assert!((0.6..2.0).contains(&mean.mean), "{mean:?}");
+}
+
+/// Two recordings of a motor under the same drives are of one motor, with noise of their own.
+#[test]
+fn exact_recordings_of_a_drawn_motor_have_noise_of_their_own() {
+    let scene = scene(&["record.model=stator", &format!("record.schedule={RINGING}")]);
+    let unknowns = parameters::unknowns(&scene, 1.5).unwrap();
+    let at = |place| Setting::planned(scene.clone(), &unknowns, place).unwrap();
+    let drawn = |settings: &[Setting]| draw_motors(settings, &unknowns, 1, 2, &NOTHING).unwrap();
+    let (both, first, second) = (drawn(&[at(0), at(1)]), drawn(&[at(0)]), drawn(&[at(1)]));
+    assert_eq!(first[0].beside(&second[0]), both[0]);
+    assert_eq!(first[0].standard, second[0].standard);
+    assert_ne!(first[0].statistics, second[0].statistics);
+    assert_ne!(first[0].standard, first[1].standard);
+    // The noise moves a frequency by far less than motors differ.
+    let hz = |motors: &[DrawnMotor], number: usize| motors[number].statistics[0];
+    assert!((hz(&first, 0) - hz(&second, 0)).abs() < 0.1 && (hz(&first, 0) - hz(&first, 1)).abs() > 0.1);
 }
 
 /// A ring-down tells the frequency of its mode as exactly as its samples allow, and says nothing of the rotor.
