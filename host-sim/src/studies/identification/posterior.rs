@@ -18,7 +18,7 @@ use crate::math::random_streams::{RandomSource, stream};
 const BURN_IN: usize = 400;
 /// Sweeps that are kept.
 const SWEEPS: usize = 800;
-/// Every so many of the sample are kept: neighbours of a chain are alike.
+/// Every so many sweeps are kept, each with all members of the ensemble: neighbours of a chain are alike.
 const THINNING: usize = 8;
 /// Fewest members of the ensemble.
 const WALKERS_MIN: usize = 64;
@@ -118,7 +118,7 @@ pub fn posterior(emulator: &Emulator, unknowns: &[Unknown], statistics: &[f64], 
     let first: Vec<_> = first.collect();
     let length = MinChainLen(walkers * (BURN_IN + SWEEPS));
     let (chain, _) = sample(&posterior, &Stretch::default(), first.into_iter(), length, Serial);
-    chain.into_iter().skip(walkers * BURN_IN).step_by(THINNING).collect()
+    chain.chunks(walkers).skip(BURN_IN).step_by(THINNING).flatten().cloned().collect()
 }
 
 #[cfg(test)]

@@ -45,10 +45,12 @@ fn dual_the_posterior_of_a_linear_motor_is_that_of_bayes() {
         let sd = math::sqrt(sum(&|at| (at - mean) * (at - mean)) / sum(&|_| 1.0));
         let found: Spread =
             posterior(&emulator, &[unknown], &[measured], 1).into_iter().map(|told| told[0]).collect();
-        // Errors are taken to have the tails of a t distribution, 2000 motors tell their size to 2 % and where a
-        // statistic lies to 3 % of its noise, and the chain has about 200 independent values: a mean to 7 %.
-        assert!((found.mean - mean).abs() < 0.25 * sd, "{measured}: {found:?} {mean} {sd}");
-        assert!((found.sd / sd - 1.0).abs() < 0.2, "{measured}: {found:?} {mean} {sd}");
+        // 4000 motors tell the size of an error to 1 % and where a statistic lies to 2 % of its noise. The chain has
+        // 64 members over 800 sweeps, of which some 30 are alike: 1700 independent values, a mean to 2.4 % of the
+        // standard deviation and that to 1.7 %. Errors are taken to have the tails of a t distribution, by which a
+        // few per cent more remain. Three standard errors, and these.
+        assert!((found.mean - mean).abs() < 0.12 * sd, "{measured}: {found:?} {mean} {sd}");
+        assert!((found.sd / sd - 1.0).abs() < 0.12, "{measured}: {found:?} {mean} {sd}");
     }
 }
 
