@@ -309,8 +309,8 @@ pub(super) struct ResultsArgs {
     /// Pages to write; all of them unless some are named
     #[arg(value_enum)]
     pages: Vec<Page>,
-    /// For the page faults: tables of its runs, made in parts by `faults --beside set_f_plant --shard I/N`. Without
-    /// them the runs are made
+    /// For the page faults: tables of its runs, made in parts by `faults --shard I/N` on the benches that the page
+    /// names. Without them the runs are made
     #[arg(long, value_name = "FILE.csv", num_args = 1..)]
     faulty_runs: Vec<PathBuf>,
     /// Compare the pages with what the command would write, and write nothing; times on one machine are left out

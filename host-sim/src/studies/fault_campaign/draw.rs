@@ -119,7 +119,8 @@ mod tests {
     const TILTING: Faulty = Faulty { marks: 2, has_hub: true, expected_s: 1.5 };
 
     /// Of 5,000 runs of a rotor with a hub: every word is taken by a scene, each comes as often as the others to four
-    /// standard deviations, half of the faults begin in the first half of the move, and half of those with a length stay.
+    /// standard deviations, half of the faults begin in the first half of the move, and half of those with a length
+    /// stay.
     #[test]
     fn law_words_are_drawn_as_stated() {
         let mut counts: BTreeMap<(&str, &str), u32> = BTreeMap::new();

@@ -21,8 +21,8 @@ pub(super) const ABOUT: &str = "Reached: held as on target, within three toleran
     longest such time, and the largest such error. Ran away: the rotor was ever so far from the way between start and \
     target. A run with two faults counts for both.";
 
-const TO_BE_REPEATED: &str = "The worst runs. What this campaign was given by --scene and --set belongs to each command, \
-    too.";
+const TO_BE_REPEATED: &str = "The worst runs. What this campaign was given by --scene and --set belongs to each of the \
+    commands, too.";
 
 const HEADER: [&str; 9] =
     ["runs", "reached", "gave up", "timed out", "wrong", "false valid", "longest s", "mdeg", "ran away"];
