@@ -30,7 +30,9 @@ const HEADER: [&str; 9] =
 fn cells(summary: &FaultSummary) -> Vec<String> {
     let of_false_valid = |text: String| if summary.false_valid == 0 { "-".to_owned() } else { text };
     let counts = [summary.runs, summary.reached, summary.gave_up, summary.timed_out, summary.wrong];
-    let mut cells = vec![summary.of.replace('_', " ")];
+    // A key stands as it is typed.
+    let is_key = summary.of.contains('=');
+    let mut cells = vec![if is_key { summary.of.clone() } else { summary.of.replace('_', " ") }];
     cells.extend(counts.map(|count| count.to_string()));
     cells.push(summary.false_valid.to_string());
     cells.push(of_false_valid(format!("{:.4}", summary.false_valid_longest_s)));
