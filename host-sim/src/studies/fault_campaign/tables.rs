@@ -25,7 +25,7 @@ const TO_BE_REPEATED: &str = "The worst runs. What this campaign was given by --
     commands, too.";
 
 const HEADER: [&str; 9] =
-    ["runs", "reached", "gave up", "timed out", "wrong", "false valid", "longest s", "mdeg", "ran away"];
+    ["runs", "reached", "gave up", "timed out", "wrong", "false valid", "max s", "mdeg", "ran away"];
 
 fn cells(summary: &FaultSummary) -> Vec<String> {
     let of_false_valid = |text: String| if summary.false_valid == 0 { "-".to_owned() } else { text };
