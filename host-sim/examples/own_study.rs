@@ -2,8 +2,8 @@
 //!
 //! `cargo run --release --example own_study`
 
-use host_sim::Scene;
-use host_sim::runs::position;
+use simulation::Scene;
+use simulation::runs::position;
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     println!("seed  final error (mdeg)  settled after (s)");

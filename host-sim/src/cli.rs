@@ -46,8 +46,9 @@ use std::process::ExitCode;
 use anstyle::{AnsiColor, Style};
 use clap::{Args, CommandFactory as _, FromArgMatches as _, Parser, Subcommand, ValueEnum};
 
-use crate::scene::{Scene, read_response_map};
+use crate::scene_files::read_response_map;
 use crate::studies::response_map;
+use simulation::scene::Scene;
 
 use calibration::CalibrateArgs;
 use closed_loop::{PositionArgs, PositioningTrialsArgs, RateArgs, ResponseMapArgs};

@@ -1,4 +1,4 @@
-//! The motor in simulation: plant, instruments, closed loop, studies, reports and the `host-sim` command.
+//! Studies, logs, reports and the `host-sim` command of a micro-motor in simulation.
 //!
 //! The crate has layers. Imports point down only; `tests/` holds it.
 //!
@@ -8,28 +8,25 @@
 //! | [`studies`] | many runs, then rows: what is asked, one function that runs one case, what is concluded |
 //! | [`board`] | the firmware in an emulator: built, counted, measured, in the loop, its log decoded |
 //! | [`log`] | the records of a run in a file: MCAP, Parquet, CSV |
-//! | [`runs`] | one motor, one run: open loop, closed loop, a move, a rate |
-//! | [`world`] | the truth and how it is measured: plant, instruments, faults; it never sees an estimate |
+//! | [`run_reports`] | what is shown of one run: its picture, its page, its samples |
+//! | [`scene_files`] | scenes and response maps in files, and the gallery |
 //! | [`report`] | rows in; text, pictures, CSV and JSON out; it knows no motor |
-//! | [`scene`] | every setting by its key: defaults, then a TOML file, then `--set`, then flags; it knows no consumer |
-//! | [`math`] | numbers only: statistics, spectrum, Allan deviation, streams of random numbers |
+//! | [`math`] | differences between results, and curves through points |
 //! | [`tool`] | other programs: started, given a limited time |
 //!
-//! Clockwise and upward are positive; every name carries its unit.
+//! The runs themselves are those of the crate [`simulation`], which has no files, threads or terminals.
 
 pub mod board;
 pub mod cli;
 pub mod log;
 pub mod math;
 pub mod report;
-pub mod runs;
-pub mod scene;
+pub mod run_reports;
+pub mod scene_files;
 pub mod studies;
 pub mod tool;
-pub mod world;
 
 pub use cli::CommandError;
-pub use scene::{Kind, Scene, Setting};
 
 /// The README's example, which must compile and run.
 #[cfg(doctest)]

@@ -1,4 +1,4 @@
-//! The log of a run: its stream of records ([`crate::runs::record`]) in a file.
+//! The log of a run: its stream of records ([`simulation::runs::record`]) in a file.
 //!
 //! | module | what it is |
 //! |---|---|
@@ -53,10 +53,10 @@ use controller::TICK_NANOS;
 use estimator::LdvSample;
 use motor_model::Time;
 
-use crate::runs::filter;
-use crate::runs::record::{Impact, RunRecord};
-use crate::scene::Scene;
 use held_file::HeldFile;
+use simulation::runs::filter;
+use simulation::runs::record::{Impact, RunRecord};
+use simulation::scene::Scene;
 
 /// A kind of file that takes records. Each tick gives its impacts and samples, and then its record if anything else is
 /// to be said of it.

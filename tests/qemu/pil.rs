@@ -4,16 +4,16 @@ use std::process::Output;
 use std::sync::OnceLock;
 
 use controller::{PositionLoop, TickReport};
-use host_sim::Scene;
 use host_sim::board::BoardError;
 use host_sim::board::pil::{LockStepBoard, Processor};
 use host_sim::board::qemu::{Board, Transport, Wiring};
 use host_sim::board::telemetry::LogEntry;
-use host_sim::runs::position;
-use host_sim::runs::tick_driver::TickMeasurements;
 use rand_core::Rng as _;
 use rand_pcg::Pcg64;
 use serde_json::Value;
+use simulation::Scene;
+use simulation::runs::position;
+use simulation::runs::tick_driver::TickMeasurements;
 
 use crate::host_sim;
 
@@ -147,7 +147,7 @@ fn tool_pil_refuses_another_program_in_one_line() {
 
 fn scene(sets: &[&str]) -> Scene {
     let sets: Vec<String> = sets.iter().map(|&set| set.to_owned()).collect();
-    Scene::load(None, &sets).expect("settings within bounds")
+    Scene::of_sets(&sets).expect("settings within bounds")
 }
 
 /// What the firmware logs is what the host computes at the same tick, to the last bit; the truth beside it is the

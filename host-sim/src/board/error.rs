@@ -4,8 +4,9 @@ use std::path::PathBuf;
 
 use super::instructions::ListingError;
 use super::pil::Difference;
-use crate::runs::RunError;
+use crate::run_reports;
 use crate::tool::ToolError;
+use simulation::runs::RunError;
 
 /// Why a program of the microcontroller could not be built, run, measured or compared.
 #[derive(Debug, thiserror::Error)]
@@ -55,7 +56,7 @@ impl BoardError {
     /// What to try instead, where there is something to try.
     pub fn hint(&self) -> Option<String> {
         match self {
-            Self::Run(error) => error.hint(),
+            Self::Run(error) => run_reports::hint(error),
             Self::Tool(error) => error.hint(),
             Self::NoCheckout { .. } => Some(
                 "run the command in a checkout of the project; or give `instructions` and `pil` a program that is \

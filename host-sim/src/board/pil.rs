@@ -35,14 +35,14 @@ use motor_model::Parameter;
 use serde::Serialize;
 
 use crate::board::BoardError;
-use crate::runs::closed_loop::{ClosedLoop, PositioningMoment};
-use crate::runs::filter;
-use crate::runs::position::{self, MoveOutcome};
-use crate::runs::tick_driver::TickMeasurements;
-use crate::scene::Scene;
-use crate::world::instruments::assumed;
 pub use free_running_board::FreeRunningBoard;
 pub use lock_step_board::LockStepBoard;
+use simulation::runs::closed_loop::{ClosedLoop, PositioningMoment};
+use simulation::runs::filter;
+use simulation::runs::position::{self, MoveOutcome};
+use simulation::runs::tick_driver::TickMeasurements;
+use simulation::scene::Scene;
+use simulation::world::instruments::assumed;
 
 /// A processor in the loop beside the host.
 pub trait Processor {

@@ -23,8 +23,8 @@ use crate::board::elf_image::ElfImage;
 use crate::board::instructions::program::build_with;
 use crate::report::page::PlacedValue;
 use crate::report::table::Table;
-use crate::runs::filter::FILTERS;
 pub use reachable_calls::ForbiddenCall;
+use simulation::runs::filter::FILTERS;
 pub use stack_depth::StackDepth;
 
 /// Flash of the part.

@@ -115,7 +115,7 @@ impl<'d> LogReader<'d> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::runs::RunError;
+    use crate::run_reports;
 
     #[test]
     fn exact_fields_of_an_entry() {
@@ -132,10 +132,8 @@ mod tests {
     fn exact_what_is_no_program_that_logs_is_refused() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("elf");
-        assert!(matches!(
-            LogDictionary::read(&path),
-            Err(BoardError::Run(RunError::Output(OutputError::Unreadable { .. })))
-        ));
+        let Err(BoardError::Run(error)) = LogDictionary::read(&path) else { panic!("there is no file") };
+        assert!(matches!(run_reports::output_error(&error), Some(OutputError::Unreadable { .. })), "{error}");
         std::fs::write(&path, "text").unwrap();
         assert!(matches!(LogDictionary::read(&path), Err(BoardError::NoElf { .. })));
         // An ELF, but of a program that does not log.

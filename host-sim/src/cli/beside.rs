@@ -6,8 +6,9 @@ use clap::Args;
 
 use super::readers::Reader;
 use crate::cli::CommandError;
-use crate::scene::{Origin, Scene, SceneError};
+use crate::scene_files;
 use crate::studies::beside::BesideScene;
+use simulation::scene::{Origin, Scene, SceneError};
 
 #[derive(Debug, Default, Args)]
 pub(super) struct BesideArgs {
@@ -61,7 +62,7 @@ fn changed(
             names.push(part.to_owned());
         } else {
             let path = Path::new(part);
-            scene.read_admitted(path, admit)?;
+            scene_files::read_into(&mut scene, path, admit)?;
             names.push(path.file_stem().unwrap_or(path.as_os_str()).to_string_lossy().replace('_', " "));
         }
     }
@@ -78,7 +79,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("rotor_that_tilts.toml");
         std::fs::write(&path, "[plant]\nrotor = \"tilting\"\nstep_s = 5e-6\n").unwrap();
-        let scene = Scene::load(None, &["seed=7".to_owned(), "plant.step_s=1e-5".to_owned()]).unwrap();
+        let scene = Scene::of_sets(&["seed=7".to_owned(), "plant.step_s=1e-5".to_owned()]).unwrap();
         let text = format!("{},camera.marks=3, plant.rotor = tilting_without_shift", path.display());
         let (name, changed) = changed(&scene, &text, &|_| Ok(())).unwrap();
         assert_eq!(name, "rotor that tilts, camera.marks=3, plant.rotor = tilting_without_shift");

@@ -12,9 +12,9 @@ use super::shard::ShardArgs;
 use super::{MapArgs, SceneArgs, progress};
 use crate::cli::CommandError;
 use crate::report::OutputError;
-use crate::runs::RunError;
 use crate::studies::beside::BesideScene;
 use crate::studies::gyroscope_calibration::{CalibrationOutcome, CalibrationPlan, Calibrations};
+use simulation::runs::RunError;
 
 #[derive(Debug, Args)]
 pub(super) struct CalibrateArgs {

@@ -17,15 +17,17 @@ use super::{Format, MapArgs, SceneArgs, progress, result_json};
 use crate::cli::CommandError;
 use crate::report::OutputError;
 use crate::report::files;
-use crate::runs::record::Observer as _;
-use crate::runs::{RunError, position, rate};
-use crate::scene::{SceneError, response_map_text};
+use crate::run_reports::position::{MoveCost, PictureTrace, ReportTrace};
+use crate::run_reports::{position as position_report, rate as rate_report};
 use crate::studies::beside::BesideScene;
-use crate::studies::held_rates::HeldRates;
+use crate::studies::held_rates::{self, HeldRates};
 use crate::studies::positioning_trials::{
     self, PositioningTrial, PositioningTrials, Strategy, StrategyTrials,
 };
 use crate::studies::response_map;
+use simulation::runs::record::Observer as _;
+use simulation::runs::{RunError, position};
+use simulation::scene::{SceneError, response_map_text};
 
 #[derive(Debug, Default, Args)]
 pub(super) struct PositionArgs {
@@ -58,7 +60,7 @@ impl PositionArgs {
         )?)?;
         let plan = position::plan(&scene)?;
         if self.plan {
-            return Ok(files::print(&self.drawing.format().of(plan.to_string(), plan.json()))?);
+            return Ok(files::print(&self.drawing.format().of(plan.to_string(), files::json_line(&plan)))?);
         }
         if let Some(warning) = plan.warning() {
             progress::note(&warning);
@@ -70,8 +72,8 @@ impl PositionArgs {
         let drawing = self.drawing.open("position.svg")?;
         let report = self.report.open()?;
         let mut log = self.log.open("position", &scene)?;
-        let mut trace = position::PictureTrace::default();
-        let mut beside = report.as_ref().map(|_| position::ReportTrace::default());
+        let mut trace = PictureTrace::default();
+        let mut beside = report.as_ref().map(|_| ReportTrace::default());
         let begun = Instant::now();
         let run = position::run_with(&scene, |closed_loop, moment| {
             trace.take(moment);
@@ -82,12 +84,12 @@ impl PositionArgs {
         })?;
         // The trace ends no run early.
         let ControlFlow::Continue(outcome) = run else { return Err(log.stopped().into()) };
-        let cost = position::MoveCost { wall_s: begun.elapsed().as_secs_f64() };
-        let json = result_json::of(&request, &[], &outcome.json());
+        let cost = MoveCost { wall_s: begun.elapsed().as_secs_f64() };
+        let json = result_json::of(&request, &[], &files::json_line(&outcome));
         let logged = log.finish(&json)?;
-        let svg = position::svg(&outcome, &trace)?;
+        let svg = position_report::svg(&outcome, &trace)?;
         if let (Some(report), Some(beside)) = (report, &beside) {
-            let content = position::report(&scene, &plan, &outcome, (&trace, beside), cost);
+            let content = position_report::report(&scene, &plan, &outcome, (&trace, beside), cost);
             report.publish(&content, &request)?;
         }
         Ok(drawing.publish(&svg, &format!("{outcome}{logged}"), json)?)
@@ -136,18 +138,19 @@ impl RateArgs {
         let report_file = self.report.open()?;
         let mut points = Vec::new();
         let mut log = self.log.open("rate", &scene)?;
-        let ended = rate::run_with(
+        let ended = held_rates::hold(
             &scene,
             |point| points.push(point),
             |run, moment| log.observe_made(|| run.record(moment)),
         )?;
-        let ControlFlow::Continue(outcome) = ended else { return Err(log.stopped().into()) };
-        let logged = log.finish(&result_json::of(&request, &[], &files::json_line(&outcome)))?;
-        let svg = rate::svg(&outcome, &points)?;
+        let ControlFlow::Continue(held) = ended else { return Err(log.stopped().into()) };
+        let logged = log.finish(&result_json::of(&request, &[], &files::json_line(&held.outcome)))?;
+        let svg = rate_report::svg(&held.outcome, &points)?;
         if let Some(file) = report_file {
-            file.publish(&rate::report(&scene, &outcome, &points), &request)?;
+            let wall_s = held.time_s_per_s * scene.number("rate.duration_s");
+            file.publish(&rate_report::report(&scene, &held.outcome, &points, wall_s), &request)?;
         }
-        let report = HeldRates::of_one(outcome, &beside)?;
+        let report = HeldRates::of_one(held, &beside)?;
         let json = result_json::of(&request, &[], &report.json());
         Ok(drawing.publish(&svg, &format!("{report}{logged}"), json)?)
     }

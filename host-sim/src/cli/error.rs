@@ -2,11 +2,13 @@
 
 use crate::board::BoardError;
 use crate::log::LogError;
+use crate::report::OutputError;
 use crate::report::compare::result_file::ResultFileError;
-use crate::runs::RunError;
+use crate::run_reports;
 use crate::studies::identification::IdentificationError;
 use crate::studies::sweep::SweepError;
 use crate::tool::ToolError;
+use simulation::runs::RunError;
 
 /// Why a command stopped.
 #[derive(Debug, thiserror::Error)]
@@ -59,7 +61,7 @@ impl CommandError {
     /// What to try instead, where there is something to say.
     pub fn hint(&self) -> Option<String> {
         match self {
-            Self::Run(error) => error.hint(),
+            Self::Run(error) => run_reports::hint(error),
             Self::Board(error) => error.hint(),
             Self::Log(error) => error.hint(),
             Self::Result(error) => error.hint(),
@@ -89,8 +91,8 @@ impl CommandError {
     /// Whether the reader of standard output has closed it, which is no error of the command.
     pub fn is_broken_pipe(&self) -> bool {
         match self {
-            Self::Run(RunError::Output(output)) | Self::Board(BoardError::Run(RunError::Output(output))) => {
-                output.is_broken_pipe()
+            Self::Run(error) | Self::Board(BoardError::Run(error)) => {
+                run_reports::output_error(error).is_some_and(OutputError::is_broken_pipe)
             }
             _ => false,
         }
@@ -98,6 +100,6 @@ impl CommandError {
 
     /// The whole report, on one line.
     pub fn one_line(&self) -> String {
-        crate::scene::one_line(self, self.hint())
+        simulation::scene::one_line(self, self.hint())
     }
 }

@@ -16,11 +16,11 @@ use crate::board::qemu::Board;
 use crate::cli::CommandError;
 use crate::report::OutputError;
 use crate::report::files;
-use crate::runs::RunError;
 use crate::studies::beside::BesideScene;
 use crate::studies::filter_costs;
 use crate::studies::filter_errors::{ComparedMotor, FilterErrors, FilterErrorsPlan};
 use crate::studies::shard;
+use simulation::runs::RunError;
 
 #[derive(Debug, Args)]
 pub(super) struct EstimateArgs {

@@ -265,8 +265,8 @@ pub(super) fn added_to(mut command: clap::Command) -> clap::Command {
 mod tests {
     use super::*;
     use crate::cli::Cli;
-    use crate::scene::registry;
     use clap::{CommandFactory as _, Parser as _};
+    use simulation::scene::registry;
 
     /// Each command has examples of its own, they are parsed, and the keys that they set exist.
     #[test]
@@ -285,7 +285,7 @@ mod tests {
                     assert!(registry().any(|setting| Some(setting.key) == key), "{example}");
                 }
                 for fault in line.windows(2).filter(|pair| pair[0] == "--fault") {
-                    assert!(fault[1].parse::<crate::scene::faults::Fault>().is_ok(), "{example}");
+                    assert!(fault[1].parse::<simulation::scene::faults::Fault>().is_ok(), "{example}");
                 }
             }
             let help = added_to(Cli::command()).find_subcommand_mut(name).unwrap().render_help().to_string();

@@ -10,10 +10,10 @@ use super::report::{ReportArgs, Request};
 use super::{Format, progress};
 use crate::cli::CommandError;
 use crate::report::files::{self, OutputFolder};
-use crate::scene::Scene;
 use crate::studies::identification::{
     self, Calibration, CalibrationPlan, Effort, Identification, IdentificationPlan, Recorded,
 };
+use simulation::scene::Scene;
 
 #[derive(Debug, Args)]
 pub(super) struct IdentifyArgs {

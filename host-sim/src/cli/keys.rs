@@ -9,8 +9,8 @@ use super::readers::{READERS, Reader, readers_of};
 use crate::cli::CommandError;
 use crate::report::files;
 use crate::report::table::Table;
-use crate::scene::faults::{FaultWord, WORDS};
-use crate::scene::{Setting, registry};
+use simulation::scene::faults::{FaultWord, WORDS};
+use simulation::scene::{Setting, registry};
 
 #[derive(Debug, Args)]
 pub(super) struct KeysArgs {

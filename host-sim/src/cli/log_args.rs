@@ -11,8 +11,8 @@ use super::count::Count;
 use super::interruption;
 use crate::log::{Ending, LogError, LogOptions, LogRecorder};
 use crate::report::OutputError;
-use crate::runs::record::{Observer, RunRecord};
-use crate::scene::Scene;
+use simulation::runs::record::{Observer, RunRecord};
+use simulation::scene::Scene;
 
 /// Where a run is logged, and how finely.
 #[derive(Debug, Default, Args)]

@@ -18,8 +18,8 @@ use crate::board::size;
 use crate::cli::CommandError;
 use crate::report::files;
 use crate::report::key_figure::KeyFigure;
-use crate::runs::position;
-use crate::scene::Scene;
+use simulation::runs::position;
+use simulation::scene::Scene;
 
 #[derive(Debug, Args)]
 pub(super) struct InstructionsArgs {
@@ -123,7 +123,7 @@ impl PilArgs {
         let elf = self.elf.clone().map_or_else(|| instructions::program::build("pil"), Ok)?;
         if self.plan {
             let plan = self.plan(&scene, &elf)?;
-            return Ok(files::print(&self.format.of(plan.to_string(), plan.json()))?);
+            return Ok(files::print(&self.format.of(plan.to_string(), files::json_line(&plan)))?);
         }
         let (run, log) = match &self.telemetry {
             #[cfg(feature = "telemetry")]

@@ -11,11 +11,12 @@ use super::report::{ReportArgs, Request};
 use super::{Format, SceneArgs, progress, result_json};
 use crate::cli::CommandError;
 use crate::report::files;
-use crate::runs::simulate::samples_csv::SamplesCsv;
-use crate::runs::simulate::{OpenLoopModel, OpenLoopRun, OpenLoopTrace, close_up};
-use crate::scene::SceneError;
+use crate::run_reports::open_loop::samples_csv::SamplesCsv;
+use crate::run_reports::open_loop::{OpenLoopTrace, close_up, html_report};
 use crate::studies::open_loop::{self, OpenLoopResult};
 use crate::studies::{paper, rotor_models};
+use simulation::runs::simulate::{OpenLoopModel, OpenLoopRun};
+use simulation::scene::SceneError;
 
 #[derive(Debug, Args)]
 pub(super) struct SimulateArgs {
@@ -114,7 +115,7 @@ impl SimulateArgs {
         let (record, trace) = observers;
         record.map_or(Ok(()), SamplesCsv::publish)?;
         if let (Some(file), Some(trace), OpenLoopResult::Motor(report)) = (report_file, trace, &result) {
-            file.publish(&report.html_report(&scene, &trace, &close_up(&run)?), &request)?;
+            file.publish(&html_report(report, &scene, &trace, &close_up(&run)?), &request)?;
         }
         let json = result_json::of(&request, &[], &result.json());
         Ok(files::print(&self.format.of(result.to_string(), json))?)

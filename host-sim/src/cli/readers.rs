@@ -3,7 +3,7 @@
 //! A key that a command would ignore or overwrite is refused before anything runs, wherever it is set: in a scene file,
 //! by `--set` or by a flag.
 
-use crate::scene::{SceneError, registry};
+use simulation::scene::{SceneError, registry};
 
 /// A command that takes a scene, and the keys that it reads.
 #[derive(Debug)]

@@ -8,7 +8,7 @@ use super::log_args::LogArgs;
 use super::{Format, SceneArgs};
 use crate::cli::CommandError;
 use crate::report::files;
-use crate::runs::recording;
+use simulation::runs::recording;
 
 #[derive(Debug, Args)]
 pub(super) struct RecordArgs {

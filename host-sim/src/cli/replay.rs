@@ -11,8 +11,8 @@ use super::{Format, result_json};
 use crate::cli::CommandError;
 use crate::log::{LogError, explain, open, replay};
 use crate::report::files;
-use crate::scene::keys::estimator::FILTERS;
-use crate::scene::{Origin, Scene, SceneError};
+use simulation::scene::keys::estimator::FILTERS;
+use simulation::scene::{Origin, Scene, SceneError};
 
 #[derive(Debug, Args)]
 pub(super) struct ReplayArgs {

@@ -9,7 +9,7 @@ use super::readers::Reader;
 use crate::report::OutputError;
 use crate::report::files::Output;
 use crate::report::html::{HtmlReport, Repetition};
-use crate::scene::Scene;
+use simulation::scene::Scene;
 
 /// Flags of every command whose values stand in the scene.
 const SCENE_FLAGS: [&str; 4] = ["--scene", "--set", "--fault", "--seed"];

@@ -7,7 +7,7 @@ use serde_json::Value;
 
 use super::report::Request;
 use crate::report::key_figure::KeyFigure;
-use crate::scene::Scene;
+use simulation::scene::Scene;
 
 /// What stands before a result.
 #[derive(Serialize)]
@@ -52,7 +52,7 @@ mod tests {
 
     #[test]
     fn exact_the_head_stands_before_the_fields() {
-        let scene = Scene::load(None, &["seed=7".to_owned(), "camera.marks=2".to_owned()]).unwrap();
+        let scene = Scene::of_sets(&["seed=7".to_owned(), "camera.marks=2".to_owned()]).unwrap();
         let request = Request::of_scene("position", &scene);
         let version = env!("CARGO_PKG_VERSION");
         assert_eq!(

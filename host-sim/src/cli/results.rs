@@ -18,7 +18,6 @@ use crate::cli::CommandError;
 use crate::report::OutputError;
 use crate::report::files::{self, Output, OutputFolder};
 use crate::report::page::{self, PlacedValue};
-use crate::scene::Scene;
 use crate::studies::beside::{BesideScene, FIRST};
 use crate::studies::fault_campaign::{FaultCampaign, FaultCampaignPlan};
 use crate::studies::identification::{self, Calibration, CalibrationPlan};
@@ -27,6 +26,7 @@ use crate::studies::positioning_trials::{self, Strategy};
 use crate::studies::rotor_models::RotorModelsPlan;
 use crate::studies::shard::Shard;
 use crate::studies::{filter_costs, filter_errors, gyroscope_calibration, held_rates, paper, step_accuracy};
+use simulation::scene::Scene;
 
 /// A page: one question, and what answers it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]

@@ -6,7 +6,8 @@ use clap::{Args, ValueHint};
 
 use super::readers::Reader;
 use crate::cli::CommandError;
-use crate::scene::{Origin, Scene};
+use crate::scene_files;
+use simulation::scene::{Origin, Scene};
 
 /// Where the settings of a command come from.
 #[derive(Debug, Default, Args)]
@@ -55,7 +56,7 @@ impl AssignedArgs {
         flags: &[(&str, &Option<String>)],
     ) -> Result<Scene, CommandError> {
         let admit = |key| reader.map_or(Ok(()), |reader| reader.admit(key));
-        let mut scene = Scene::load_admitted(file.map(PathBuf::as_path), &self.set, &admit)?;
+        let mut scene = scene_files::load_admitted(file.map(PathBuf::as_path), &self.set, &admit)?;
         for word in &self.fault {
             scene.add_fault(word, &admit, Origin::Flag)?;
         }

@@ -14,7 +14,8 @@ use crate::cli::CommandError;
 use crate::report::OutputError;
 use crate::report::files::{self, Output};
 use crate::report::table::Table;
-use crate::scene::{GALLERY, GalleryScene, Origin, Scene, SceneError, registry, template};
+use crate::scene_files::{GALLERY, GalleryScene};
+use simulation::scene::{Origin, Scene, SceneError, registry, template};
 
 /// The command whose keys are meant.
 #[derive(Debug, Args)]

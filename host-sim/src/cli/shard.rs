@@ -9,8 +9,8 @@ use clap::{Arg, Args, Command, Error};
 use serde::de::DeserializeOwned;
 
 use crate::report::OutputError;
-use crate::scene::SceneError;
 use crate::studies::shard::{self, Shard};
+use simulation::scene::SceneError;
 
 /// A shard as `I/N`, counted from 1.
 #[derive(Clone, Debug)]

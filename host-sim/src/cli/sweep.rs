@@ -16,7 +16,6 @@ use super::report::{ReportArgs, Request};
 use super::shard::ShardParser;
 use super::{Format, MapArgs, SceneArgs, interruption, progress};
 use crate::cli::CommandError;
-use crate::math::count::real;
 use crate::report::OutputError;
 use crate::report::files::{self, OutputFolder};
 use crate::studies::shard::Shard;
@@ -25,6 +24,7 @@ use crate::studies::sweep::{
     self, Existing, LockedFolder, Sampling, SweepError, SweepPlan, SweepRequest, SweepSummary, SweptCommand,
     makes_a_row,
 };
+use simulation::math::count::real;
 
 /// Time of this process from which on a sweep is refused, in s: a month.
 const TOO_LONG_S: f64 = 30.0 * 86_400.0;

@@ -8,7 +8,7 @@ use crate::board::telemetry::{LogBesideTruth, LogDictionary, LogReader};
 use crate::cli::CommandError;
 use crate::report::OutputError;
 use crate::report::files::OutputFolder;
-use crate::scene::Scene;
+use simulation::scene::Scene;
 
 /// The run of `scene` by the program `elf`, its log beside the truth in `folder`, and what is to be said of that.
 pub(super) fn run(

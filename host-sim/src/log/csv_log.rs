@@ -9,7 +9,7 @@ use super::RecordWriter;
 use super::error::LogError;
 use super::held_file::{HeldFile, refusal};
 use super::table::{COLUMNS, Cell, Row, RowMaker};
-use crate::runs::record::{Impact, RunRecord};
+use simulation::runs::record::{Impact, RunRecord};
 
 /// Bytes of a block, about.
 const BLOCK_BYTES: usize = 1 << 18;

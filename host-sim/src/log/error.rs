@@ -5,8 +5,8 @@ use std::path::{Path, PathBuf};
 
 use super::import::ImportError;
 use crate::report::OutputError;
-use crate::runs::RunError;
-use crate::scene::SceneError;
+use simulation::runs::RunError;
+use simulation::scene::SceneError;
 
 /// Why a log was not written or not read.
 #[derive(Debug, thiserror::Error)]

@@ -13,8 +13,8 @@ use serde::Serialize;
 use super::error::LogError;
 use super::reader::{self, LogMessage, LogPart};
 use super::words::{health_sentence, phase_sentence, refusal_sentence};
-use crate::math::count::real;
 use crate::report::key_figure::KeyFigure;
+use simulation::math::count::real;
 
 /// Frames refused within so many s of each other belong together.
 const TOGETHER_S: f64 = 2e-3;

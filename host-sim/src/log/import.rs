@@ -33,9 +33,9 @@ use estimator::{CameraFrame, Health, LdvSample};
 use motor_model::{Angle, DriveCommand, Time};
 
 use super::error::LogError;
-use crate::runs::record::{Observer, RunRecord, Task};
-use crate::scene::{Origin, Scene};
 use rows::TableRows;
+use simulation::runs::record::{Observer, RunRecord, Task};
+use simulation::scene::{Origin, Scene};
 use source::Preview;
 use summary::Summary;
 
@@ -100,7 +100,7 @@ impl<'a> Import<'a> {
             scene.assign(key, &value, &|_| Ok(()), Origin::Program)?;
         }
         let first_s = [camera, vibrometer].into_iter().flatten().map(|seen| seen.first_s);
-        let tick_s = 1e-9 * crate::math::count::real(TICK_NANOS);
+        let tick_s = 1e-9 * simulation::math::count::real(TICK_NANOS);
         let start_s = first_s.fold(f64::INFINITY, f64::min) - tick_s;
         Ok(Self { recording, scene, start_s })
     }
@@ -140,7 +140,7 @@ impl<'a> Import<'a> {
 /// From the middle of a frame's exposure to its arrival.
 fn latency_nanos(scene: &Scene) -> u64 {
     let period_s = 1.0 / scene.number("camera.frame_rate_hz");
-    let frames = crate::math::count::real(scene.integer("camera.latency_frames"));
+    let frames = simulation::math::count::real(scene.integer("camera.latency_frames"));
     let after_middle = frames + 0.5 * scene.number("camera.exposure_frames");
     rows::nanos(after_middle * period_s + scene.number("camera.latency_s"))
 }

@@ -22,7 +22,7 @@ use super::held_file::{HeldFile, refusal};
 use super::mcap_file::McapFile;
 use super::recorder::LogOptions;
 use super::{RecordWriter, Stated};
-use crate::runs::record::{Impact, RunRecord, Task, health_level, mode_word, verdict_word};
+use simulation::runs::record::{Impact, RunRecord, Task, health_level, mode_word, verdict_word};
 
 /// Version of the channels and of what they mean.
 pub(super) const FORMAT: &str = "1";

@@ -12,7 +12,7 @@ use super::recorder::LogOptions;
 use super::table::{COLUMNS, RowMaker};
 use super::{RecordWriter, Stated};
 use crate::report::parquet_table::{GROUP_ROWS, ParquetTable};
-use crate::runs::record::{Impact, RunRecord};
+use simulation::runs::record::{Impact, RunRecord};
 
 /// What the end of the file says of a row group: its columns, each with place, sizes and statistics.
 const GROUP_PLACE_BYTES: u64 = 300 * COLUMNS.len() as u64;

@@ -17,7 +17,7 @@ use super::channels::{self, CHANNELS};
 use super::error::LogError;
 use super::mcap_log::FORMAT;
 use crate::report::OutputError;
-use crate::scene::Scene;
+use simulation::scene::Scene;
 
 /// Largest record or chunk that is read, in bytes; a log of this program has chunks of 1 MiB.
 const RECORD_BYTES_MAX: usize = 1 << 26;

@@ -20,8 +20,8 @@ use super::held_file::HeldFile;
 use super::mcap_log::McapLog;
 use super::parquet_log::ParquetLog;
 use super::{RecordWriter, Stated};
-use crate::runs::record::{Impact, Observer, RunRecord};
-use crate::scene::Scene;
+use simulation::runs::record::{Impact, Observer, RunRecord};
+use simulation::scene::Scene;
 
 /// Ticks of a batch: 40 ms of a run. Fewer would wake the thread more often.
 const BATCH_TICKS: usize = 4000;

@@ -16,10 +16,10 @@ use super::channels;
 use super::error::LogError;
 use super::reader::{self, LogHead, LogMessage, LogPart, LogReader};
 use super::replay_sums::{ReplaySums, Replayed};
-use crate::runs::RunError;
-use crate::runs::filter::{self, AnyFilter};
-use crate::runs::record::{Observer, RunRecord, Task, Truth, verdict_word};
-use crate::scene::Scene;
+use simulation::runs::RunError;
+use simulation::runs::filter::{self, AnyFilter};
+use simulation::runs::record::{Observer, RunRecord, Task, Truth, verdict_word};
+use simulation::scene::Scene;
 
 /// Longest time between two messages of a log, in ns: a minute. A longer gap is taken for a damaged time.
 const GAP_NANOS_MAX: u64 = 60_000_000_000;

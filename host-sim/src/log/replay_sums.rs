@@ -7,11 +7,11 @@ use motor_model::{Angle, Time};
 use serde::Serialize;
 
 use super::channels;
-use crate::math::count::real;
-use crate::math::statistics::MeanSquare;
 use crate::report::key_figure::KeyFigure;
 use crate::report::table::Table;
-use crate::runs::stated_errors::{StatedErrorCounts, StatedErrors};
+use simulation::math::count::real;
+use simulation::math::statistics::MeanSquare;
+use simulation::runs::stated_errors::{StatedErrorCounts, StatedErrors};
 
 /// What one filter made of a log: the one that was recorded, or the one that was replayed.
 #[derive(Clone, Debug, PartialEq, Serialize)]

@@ -11,7 +11,7 @@ use estimator::{Health, LdvSample};
 use motor_model::{Angle, DriveCommand, Time, math};
 
 pub(super) use crate::report::parquet_table::{Cell, CellKind};
-use crate::runs::record::{Impact, RunRecord, Task, mode_word, verdict_word};
+use simulation::runs::record::{Impact, RunRecord, Task, mode_word, verdict_word};
 
 macro_rules! columns {
     ($($place:ident $name:literal $kind:ident,)+) => {

@@ -10,7 +10,7 @@ use motor_model::{Angle, DriveCommand, DriveMode};
 use proptest::prelude::*;
 
 use super::*;
-use crate::runs::record::{Observer as _, Task, Truth};
+use simulation::runs::record::{Observer as _, Task, Truth};
 
 /// The content of a tick: samples, frame, estimate, drive.
 type Drawn = (Vec<f32>, Option<(i32, u32)>, Option<(i64, [f32; 4])>, f32);

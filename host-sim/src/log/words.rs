@@ -1,6 +1,6 @@
 //! What the words of a log mean, as sentences.
 
-use crate::runs::health_words::sentence_named;
+use simulation::runs::health_words::sentence_named;
 
 /// A health.
 pub(super) fn health_sentence(health: &str) -> String {

@@ -11,8 +11,8 @@
 use motor_model::math;
 use statrs::distribution::{ContinuousCDF as _, Discrete as _, Hypergeometric, Normal, StudentsT};
 
-use crate::math::count::real;
-use crate::math::statistics::{NORMAL_95, Spread};
+use simulation::math::count::real;
+use simulation::math::statistics::{NORMAL_95, Spread};
 
 /// Tables whose probabilities differ by less than this part are taken for equally likely.
 const EQUALLY_LIKELY: f64 = 1e-7;

@@ -112,7 +112,7 @@ mod tests {
     use rand_pcg::Pcg64;
 
     use super::*;
-    use crate::math::statistics::Spread;
+    use simulation::math::statistics::Spread;
 
     /// `v = exp(-d t) a cos(w t)`, sampled at `n` instants of distance `h` with white noise `s`, for `d n h` of
     /// several: the least variance that any unbiased estimate can have (Kay, Fundamentals of Statistical Signal
@@ -161,7 +161,7 @@ mod tests {
         let y: Vec<f64> =
             x.iter().map(|x| 3.0 - 0.5 * x + if x % 2.0 > 0.5 { 0.25 } else { -0.25 }).collect();
         let found = fit(&x, &y, [0.0, 0.0], |x, [a, b]| (a + b * x, [1.0, x]));
-        let line = crate::math::statistics::Line::through(
+        let line = simulation::math::statistics::Line::through(
             &x.iter().copied().zip(y.iter().copied()).collect::<Vec<_>>(),
         );
         let line = line.unwrap();

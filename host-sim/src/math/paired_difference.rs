@@ -16,7 +16,7 @@ use statrs::statistics::{Data, OrderStatistics as _, RankTieBreaker};
 use statrs::stats_tests::ttest_onesample::ttest_onesample;
 use statrs::stats_tests::{Alternative, NaNPolicy};
 
-use crate::math::count::real;
+use simulation::math::count::real;
 
 /// Most pairs whose signed ranks are counted one by one.
 const EXACT_MAX: usize = 100;

@@ -22,8 +22,8 @@ use motor_model::math;
 use serde::{Deserialize, Serialize};
 
 use super::table::Table;
-use crate::math::count::real;
-use crate::math::statistics::{Spread, binomial_bounds, quantile, student_95, wilson_95};
+use simulation::math::count::real;
+use simulation::math::statistics::{Spread, binomial_bounds, quantile, student_95, wilson_95};
 
 /// A figure by which a result is judged.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

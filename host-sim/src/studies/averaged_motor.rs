@@ -18,9 +18,9 @@ use rand_core::Rng;
 use rayon::prelude::*;
 use serde::Serialize;
 
-use crate::math::random_streams::{RandomSource, stream};
-use crate::math::statistics::{Accumulator, Spread};
-use crate::runs::simulate::steps_in;
+use simulation::math::random_streams::{RandomSource, stream};
+use simulation::math::statistics::{Accumulator, Spread};
+use simulation::runs::simulate::steps_in;
 
 pub use long_moves::{AveragedReport, long_moves};
 

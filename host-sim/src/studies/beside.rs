@@ -2,7 +2,7 @@
 
 use crate::report::document::{Block, Table};
 use crate::report::page::PlacedValue;
-use crate::scene::Scene;
+use simulation::scene::Scene;
 
 /// A scene with the name that tables give it.
 #[derive(Clone, Debug)]

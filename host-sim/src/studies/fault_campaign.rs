@@ -22,10 +22,10 @@ mod tables;
 use std::path::PathBuf;
 
 use crate::report::OutputError;
-use crate::runs::RunError;
 use crate::studies::beside::BesideScene;
 use crate::studies::shard::{self, Shard, run_each};
 pub use run::FaultRun;
+use simulation::runs::RunError;
 pub use summary::FaultSummary;
 
 /// Runs to be made.

@@ -1,9 +1,9 @@
 //! What each filter costs, beside how far it is off: `host-sim filters`.
 //!
 //! Motors are drawn within Table 1's tolerances and driven at full strength from rest in both modes. What their
-//! instruments deliver is [recorded](mod@recording). Every [`FilterVariant`] of every [filter](crate::runs::filter) is
-//! [replayed](replay) over the same recordings, in both precisions and with the vibrometer's samples at several rates.
-//! A filter with a twin steps it at the rate of the samples.
+//! instruments deliver is [recorded](mod@recording). Every [`FilterVariant`] of every
+//! [filter](simulation::runs::filter) is [replayed](replay) over the same recordings, in both precisions and with the
+//! vibrometer's samples at several rates. A filter with a twin steps it at the rate of the samples.
 //!
 //! | figure | meaning |
 //! |---|---|
@@ -24,13 +24,13 @@ use rayon::prelude::*;
 use serde::Serialize;
 
 use crate::board::instructions::Listing;
-use crate::runs::RunError;
-use crate::runs::filter::FILTERS;
-use crate::runs::simulate::Precision;
-use crate::scene::Scene;
 use crate::studies::filter_errors::error_sums::ErrorSums;
 use recording::Recording;
 use replay::OperationCosts;
+use simulation::runs::RunError;
+use simulation::runs::filter::FILTERS;
+use simulation::runs::simulate::Precision;
+use simulation::scene::Scene;
 
 /// How often each cost is measured; the least counts.
 pub const ROUNDS: u32 = 10;

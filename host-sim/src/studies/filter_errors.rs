@@ -1,11 +1,11 @@
 //! How far the filters are off the truth, phase by phase, beside a lower bound: `host-sim estimate`.
 //!
-//! Motors are drawn within Table 1's tolerances ([`crate::world::plant`]) and driven through one [`timeline`] in both
-//! modes. All [filters](crate::runs::filter) and the genies run on the same frames and samples, every tick of 10
-//! us. Every 70 us their estimates are compared with the truth ([`comparison`]), and the errors are summed by phase
+//! Motors are drawn within Table 1's tolerances ([`simulation::world::plant`]) and driven through one [`timeline`] in
+//! both modes. All [filters](simulation::runs::filter) and the genies run on the same frames and samples, every tick of
+//! 10 us. Every 70 us their estimates are compared with the truth ([`comparison`]), and the errors are summed by phase
 //! ([`error_sums`]). The scene's settings apply, above all those of the instruments.
 //!
-//! Rows whose name ends in `_smoothed` are of angle and rate [`crate::runs::filter::SMOOTHER_LAG_MS`] ago, by a
+//! Rows whose name ends in `_smoothed` are of angle and rate [`simulation::runs::filter::SMOOTHER_LAG_MS`] ago, by a
 //! filter's smoother. They have no innovations of their own.
 //!
 //! # What the figures mean
@@ -46,15 +46,15 @@ use motor_model::DriveMode;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-use crate::runs::RunError;
-use crate::runs::filter::FILTERS;
-use crate::runs::stated_errors::StatedErrors;
-use crate::scene::Scene;
 use crate::studies::beside::Beside;
 use crate::studies::shard::Shard;
 use comparison::{ComparedRun, names};
 use consistency::{ConsistencyTest, correlation_bound, mean_square_bounds};
 use error_sums::ErrorSums;
+use simulation::runs::RunError;
+use simulation::runs::filter::FILTERS;
+use simulation::runs::stated_errors::StatedErrors;
+use simulation::scene::Scene;
 use timeline::TimelinePhase;
 
 /// The drives, with their names in the tables.

@@ -6,7 +6,7 @@
 //! |---|---|
 //! | `schedule` | the schedule: rests, and turns to either side at a staircase of rates |
 //! | `turning` | the run of the motor under the rate controller; the reference is the angle of its estimator |
-//! | [`crate::world::instruments::gyroscope`] | the gyroscope's samples of the rotor's true turn about its own axis |
+//! | [`simulation::world::instruments::gyroscope`] | samples of the rotor's true turn about its own axis |
 //! | `fit` | generalised least squares: scale factor and bias with their covariance |
 //! | `calibration` | one calibration: its intervals, its fit, what became of it |
 //! | `beside_table` | several scenes side by side |
@@ -37,17 +37,17 @@ use std::collections::BTreeSet;
 
 use motor_model::Angle;
 
-use crate::math::allan_deviation;
-use crate::math::count::real;
-use crate::runs::RunError;
-use crate::runs::filter;
-use crate::scene::{Scene, SceneError};
 use crate::studies::beside::Beside;
 use crate::studies::shard::{Shard, run_each};
-use crate::world::instruments::gyroscope::Gyroscope;
-use crate::world::instruments::gyroscope::noise::SECONDS_PER_HOUR;
 pub use calibration::{Calibration, CalibrationOutcome};
 pub use schedule::TurnSchedule;
+use simulation::math::allan_deviation;
+use simulation::math::count::real;
+use simulation::runs::RunError;
+use simulation::runs::filter;
+use simulation::scene::{Scene, SceneError};
+use simulation::world::instruments::gyroscope::Gyroscope;
+use simulation::world::instruments::gyroscope::noise::SECONDS_PER_HOUR;
 pub use summary::CalibrationSummary;
 use turning::TurningRun;
 

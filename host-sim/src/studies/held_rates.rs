@@ -1,7 +1,10 @@
 //! Rates held by one motor, each in a run of its own: the error of the mean rate, the error of the estimated angle, and
 //! the same on other scenes.
 
+use std::convert::Infallible;
 use std::fmt;
+use std::ops::ControlFlow;
+use std::time::Instant;
 
 use rayon::prelude::*;
 use serde_json::json;
@@ -9,10 +12,11 @@ use serde_json::json;
 use crate::report::document::Document;
 use crate::report::page::PlacedValue;
 use crate::report::table::Table;
-use crate::runs::RunError;
-use crate::runs::rate::{self, RateOutcome};
-use crate::scene::Scene;
 use crate::studies::beside::{Beside, BesideScene, FIRST, SideBySide, side_by_side, worst_of};
+use simulation::runs::RunError;
+use simulation::runs::closed_loop::{ClosedRateLoop, RateMoment};
+use simulation::runs::rate::{self, RateOutcome, RatePoint};
+use simulation::scene::Scene;
 
 /// The rates in deg/s, clockwise positive: a fast one, those of a calibration, and slow ones. The page opens with the
 /// first.
@@ -28,11 +32,54 @@ const ABOUT: &str = "Beyond 3 sigma: share of the estimates, one a tick, whose a
     lost. Reach: mean rates at full drive, in either mode. Time: seconds of this machine for a second of motor time, \
     filter and controller included.";
 
+/// A rate that was held, and its cost.
+#[derive(Clone, Debug)]
+pub struct HeldRate {
+    /// What became of it.
+    pub outcome: RateOutcome,
+    /// Time that this machine took for a second of motor time.
+    pub time_s_per_s: f64,
+}
+
+/// Holds the rate of `scene`, and measures the time; `observe` and `intervene` are those of [`rate::run_with`].
+///
+/// # Errors
+/// When the scene is refused.
+pub fn hold<B>(
+    scene: &Scene,
+    mut observe: impl FnMut(RatePoint),
+    intervene: impl FnMut(&mut ClosedRateLoop, &RateMoment) -> ControlFlow<B>,
+) -> Result<ControlFlow<B, HeldRate>, RunError> {
+    let begun = Instant::now();
+    let mut time_s_per_s = 0.0;
+    let ended = rate::run_with(
+        scene,
+        |point| {
+            time_s_per_s = begun.elapsed().as_secs_f64() / point.time_s;
+            observe(point);
+        },
+        intervene,
+    )?;
+    Ok(match ended {
+        ControlFlow::Continue(outcome) => ControlFlow::Continue(HeldRate { outcome, time_s_per_s }),
+        ControlFlow::Break(value) => ControlFlow::Break(value),
+    })
+}
+
+/// The rate of `scene`, held to the end.
+///
+/// # Errors
+/// When the scene is refused.
+pub fn hold_one(scene: &Scene) -> Result<HeldRate, RunError> {
+    let ControlFlow::Continue(held) = hold(scene, |_| (), |_, _| ControlFlow::<Infallible>::Continue(()))?;
+    Ok(held)
+}
+
 /// The outcome of each rate.
 #[derive(Clone, Debug)]
 pub struct HeldRates {
-    outcomes: Vec<RateOutcome>,
-    beside: Vec<Beside<Vec<RateOutcome>>>,
+    outcomes: Vec<HeldRate>,
+    beside: Vec<Beside<Vec<HeldRate>>>,
 }
 
 /// Holds each rate of the page with the motor of `scene`, and with those of the scenes `beside` it.
@@ -45,11 +92,11 @@ pub fn run(scene: &Scene, beside: &[BesideScene]) -> Result<HeldRates, RunError>
 }
 
 /// Each rate with the motor of a scene.
-fn all_of(scene: &Scene, rates_deg_s: &[f64]) -> Result<Vec<RateOutcome>, RunError> {
-    let held = |rate_deg_s: &f64| -> Result<RateOutcome, RunError> {
+fn all_of(scene: &Scene, rates_deg_s: &[f64]) -> Result<Vec<HeldRate>, RunError> {
+    let held = |rate_deg_s: &f64| -> Result<HeldRate, RunError> {
         let mut scene = scene.clone();
         scene.set("rate.deg_s", &rate_deg_s.to_string())?;
-        rate::run(&scene, |_| ())
+        hold_one(&scene)
     };
     rates_deg_s.par_iter().map(held).collect()
 }
@@ -59,17 +106,17 @@ impl HeldRates {
     ///
     /// # Errors
     /// When a scene is refused.
-    pub fn of_one(outcome: RateOutcome, beside: &[BesideScene]) -> Result<Self, RunError> {
-        let one = |scene: &Scene| -> Result<_, RunError> { Ok(vec![rate::run(scene, |_| ())?]) };
+    pub fn of_one(held: HeldRate, beside: &[BesideScene]) -> Result<Self, RunError> {
+        let one = |scene: &Scene| -> Result<_, RunError> { Ok(vec![hold_one(scene)?]) };
         let beside = BesideScene::run_each(beside, one)?;
-        Ok(Self { outcomes: vec![outcome], beside })
+        Ok(Self { outcomes: vec![held], beside })
     }
 
     /// The first outcome as one JSON object on one line, with those of the other scenes.
     pub fn json(&self) -> String {
-        let mut object = serde_json::to_value(self.outcomes.first()).unwrap_or_default();
+        let mut object = json_of(self.outcomes.first());
         let beside = self.beside.iter().map(|other| {
-            let mut row = serde_json::to_value(other.found.first()).unwrap_or_default();
+            let mut row = json_of(other.found.first());
             row["beside"] = json!(other.name);
             row
         });
@@ -80,7 +127,8 @@ impl HeldRates {
     /// The values of its page, the first scene under the name `name`.
     pub fn page_values(&self, name: &str) -> Vec<PlacedValue> {
         let first = self.outcomes.first();
-        let figure = |of: fn(&RateOutcome) -> String| first.map_or_else(String::new, of);
+        let figure =
+            |of: fn(&RateOutcome) -> String| first.map_or_else(String::new, |held| of(&held.outcome));
         let mut values = vec![
             ("rate_deg_s", figure(|outcome| format!("{:.0}", outcome.rate_deg_s))),
             ("mean_error_percent", figure(|outcome| format!("{:.3}", outcome.mean_error_percent.abs()))),
@@ -107,7 +155,7 @@ impl HeldRates {
             "estimate mdeg rms",
             "at full drive %",
         ]);
-        for outcome in &self.outcomes {
+        for HeldRate { outcome, .. } in &self.outcomes {
             table.push(vec![
                 format!("{:+.0}", outcome.rate_deg_s),
                 format!("{:+.3}", outcome.mean_error_percent),
@@ -137,13 +185,18 @@ impl HeldRates {
             "time s/s",
         ]);
         for (name, outcomes) in side_by_side(first, &self.outcomes, &self.beside) {
-            outcomes.iter().map(|outcome| cells(name, outcome)).for_each(|cells| table.push(cells));
+            outcomes.iter().map(|held| cells(name, held)).for_each(|cells| table.push(cells));
         }
         SideBySide { tables: table.cut(2, &["estimate mdeg rms"]), about: ABOUT.to_owned() }
     }
 }
 
-fn cells(scene: &str, outcome: &RateOutcome) -> Vec<String> {
+/// The outcome as JSON, which depends on the seed alone: without the time.
+fn json_of(held: Option<&HeldRate>) -> serde_json::Value {
+    serde_json::to_value(held.map(|held| &held.outcome)).unwrap_or_default()
+}
+
+fn cells(scene: &str, HeldRate { outcome, time_s_per_s }: &HeldRate) -> Vec<String> {
     let stated = outcome.stated;
     let worst_mdeg = || format!("{:.1}", stated.good_beyond_5_sigma_worst_mdeg);
     vec![
@@ -158,14 +211,14 @@ fn cells(scene: &str, outcome: &RateOutcome) -> Vec<String> {
         format!("{:.2} %", 100.0 * stated.beyond_3_sigma),
         stated.good_beyond_5_sigma.to_string(),
         worst_of(stated.good_beyond_5_sigma > 0, worst_mdeg),
-        format!("~{:.2}", outcome.time_s_per_s),
+        format!("~{:.2}", time_s_per_s),
     ]
 }
 
 /// The first outcome in words, and the tables of all scenes if there are others.
 impl fmt::Display for HeldRates {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        self.outcomes.iter().try_for_each(|outcome| write!(f, "{outcome}"))?;
+        self.outcomes.iter().try_for_each(|held| write!(f, "{}", held.outcome))?;
         if self.beside.is_empty() {
             return Ok(());
         }

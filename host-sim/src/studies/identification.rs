@@ -43,13 +43,13 @@ use std::collections::BTreeMap;
 
 use motor_model::math;
 
-use crate::math::statistics::Spread;
-use crate::scene::RotorModel;
-use crate::world::plant::Plant;
 use candidates::Advice;
 use emulator::{Emulator, TOLD, of_told, quadratic};
 use parameters::Unknown;
 use ridge::{Ridge, outputs};
+use simulation::math::statistics::Spread;
+use simulation::scene::RotorModel;
+use simulation::world::plant::Plant;
 use statistics::Statistic;
 use training::{DrawnMotor, Setting};
 

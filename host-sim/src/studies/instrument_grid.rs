@@ -3,7 +3,7 @@
 //! Every bench of [`benches()`] differs from the scene in one or two keys. On each, motors drawn within their
 //! tolerances make four moves, with every filter and with the one that is chosen when none is named. The tolerance of a
 //! move is the finest of [`TOLERANCES_DEG`] that the bench promises to meet before the deadline
-//! ([`crate::runs::position::plan`]).
+//! ([`simulation::runs::position::plan`]).
 //!
 //! | outcome | meaning |
 //! |---|---|
@@ -28,12 +28,12 @@ mod tables;
 
 use serde::{Deserialize, Serialize};
 
-use crate::runs::RunError;
-use crate::runs::filter::FILTERS;
-use crate::runs::position::{self, MoveEnding};
-use crate::scene::{Scene, SceneError};
 use crate::studies::shard::{Shard, run_each};
 pub use benches::{Bench, benches};
+use simulation::runs::RunError;
+use simulation::runs::filter::FILTERS;
+use simulation::runs::position::{self, MoveEnding};
+use simulation::scene::{Scene, SceneError};
 pub use summary::BenchSummary;
 
 /// Targets of the moves, in degrees.

@@ -6,11 +6,11 @@ use std::time::Instant;
 use serde::Serialize;
 
 use super::averaged_motor::{AveragedReport, long_moves};
-use crate::runs::RunError;
-use crate::runs::simulate::{
+use simulation::runs::RunError;
+use simulation::runs::simulate::{
     Observer, OpenLoopModel, OpenLoopReport, OpenLoopRun, StatorReport, simulate, simulate_stator,
 };
-use crate::scene::Scene;
+use simulation::scene::Scene;
 
 /// The result of the model that ran; JSON by the fields of that model.
 #[derive(Clone, Debug, Serialize)]
@@ -37,7 +37,11 @@ pub fn run(scene: &Scene, observer: &mut impl Observer) -> Result<OpenLoopResult
             let report = OpenLoopReport::new(&run, &summary, begun.elapsed().as_secs_f64());
             OpenLoopResult::Motor(Box::new(report))
         }
-        OpenLoopModel::Stator => OpenLoopResult::Stator(simulate_stator(&run)?),
+        OpenLoopModel::Stator => {
+            let begun = Instant::now();
+            let report = simulate_stator(&run)?;
+            OpenLoopResult::Stator(report.timed(begun.elapsed().as_secs_f64()))
+        }
         OpenLoopModel::Averaged => OpenLoopResult::Averaged(Box::new(long_moves(&run)?)),
     })
 }

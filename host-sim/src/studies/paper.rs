@@ -22,10 +22,10 @@ pub mod trend;
 
 use motor_model::DriveMode;
 
-use crate::runs::RunError;
 use published::{CASES, Quantity, TRENDS};
 use reproduction::{FigureRow, PaperReproduction, SimulatedTrend, StepRow};
 use runs::{COARSE_STEP_S, CONVERGED_STEP_S, Ensemble, PaperRuns, STEP_S};
+use simulation::runs::RunError;
 use trend::TrendLine;
 
 /// Steps at which mode B of Table 3 is simulated, from the coarse to the converged one.

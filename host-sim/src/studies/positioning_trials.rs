@@ -45,15 +45,15 @@ use std::time::Instant;
 
 use controller::PositioningTuning;
 
-use crate::runs::RunError;
-use crate::runs::closed_loop;
-use crate::runs::filter::{self, FILTERS};
-use crate::runs::position;
-use crate::scene::Scene;
 use crate::studies::beside::Beside;
 use crate::studies::shard::{Shard, run_each};
 use baselines::BaselineRule;
 use burst_table::BurstTable;
+use simulation::runs::RunError;
+use simulation::runs::closed_loop;
+use simulation::runs::filter::{self, FILTERS};
+use simulation::runs::position;
+use simulation::scene::Scene;
 pub use summary::TrialSummary;
 pub use trial::{MoveKind, PositioningTrial, measuring_s, target};
 

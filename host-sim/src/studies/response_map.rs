@@ -24,11 +24,11 @@ use motor_model::{DriveCommand, DriveMode, MotorParams, Parameter};
 use rayon::prelude::*;
 use serde::Serialize;
 
-use crate::math::statistics::{Line, Spread, upper_quantile};
-use crate::runs::RunError;
-use crate::runs::simulate::steps_in;
-use crate::scene::{Scene, SceneError};
-use crate::world::plant::Plant;
+use simulation::math::statistics::{Line, Spread, upper_quantile};
+use simulation::runs::RunError;
+use simulation::runs::simulate::steps_in;
+use simulation::scene::{Scene, SceneError};
+use simulation::world::plant::Plant;
 
 /// The plant's step in s. With located impacts the turns are those of a step of 1 us.
 const STEP_S: &str = "5e-6";

@@ -24,12 +24,12 @@ use motor_model::DriveMode;
 use rayon::prelude::*;
 use serde::Serialize;
 
-use crate::runs::RunError;
-use crate::scene::Scene;
 use changes::{ChangedRotor, Changes, OF_NOMINAL, OF_SETS};
 use draws::{DrawnRotor, draw_scenes};
 use measured::{MeasuredRun, measured_run};
 use predictions::{PREDICTIONS, Prediction};
+use simulation::runs::RunError;
+use simulation::scene::Scene;
 use variants::{VARIANTS, Variant};
 
 /// Both driven modes, in the order of the tables.

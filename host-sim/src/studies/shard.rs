@@ -8,7 +8,7 @@ use serde::Serialize;
 use serde::de::DeserializeOwned;
 
 use crate::report::OutputError;
-use crate::scene::SceneError;
+use simulation::scene::SceneError;
 
 /// A part of the runs: those whose number leaves `index` when divided by `count`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -40,12 +40,12 @@ pub mod vibrating_plate;
 use motor_model::{AmplitudeVariation, DriveMode};
 use rayon::prelude::*;
 
-use crate::runs::RunError;
 use crate::studies::averaged_motor::SpinUpCampaign;
 use bursts::BURSTS;
 use comparison::{MethodRow, StepAccuracy};
 use impact_map::{ImpactMapMeasurement, MapSamples};
 use method::{STEPS_S, StepMethod, step_methods};
+use simulation::runs::RunError;
 use steady_motion::{CONDITIONS, SteadyMeans, SteadySchedule};
 use step_cost::{StepCost, TimingEffort};
 use tilting_forms::TiltingFormsEffort;

@@ -8,9 +8,9 @@ use crate::report::chart::Figure;
 use crate::report::document::{Block, Document};
 use crate::report::html::HtmlReport;
 use crate::report::key_figure::{self, KeyFigure};
-use crate::runs::not_modelled::{not_modelled, not_modelled_in_open_loop};
-use crate::runs::report_parts::bench_lines;
-use crate::scene::Scene;
+use crate::run_reports::parts::bench_lines;
+use simulation::runs::not_modelled::{not_modelled, not_modelled_in_open_loop};
+use simulation::scene::Scene;
 
 /// The report on a study.
 #[derive(Clone, Debug)]

@@ -47,7 +47,6 @@ mod tables;
 use serde::Serialize;
 use serde_json::{Map, Value, json};
 
-use crate::scene::{Admission, Scene};
 pub use axis::{Axis, AxisValues};
 pub use cost::SweepCost;
 pub use error::SweepError;
@@ -59,6 +58,7 @@ pub use points::Sampling;
 use points::{Places, SOBOL_DIMENSIONS};
 pub use responses::{Response, Slice};
 pub use row::{Row, RowOutcome, makes_a_row};
+use simulation::scene::{Admission, Scene};
 pub use summary::SweepSummary;
 pub use swept::SweptCommand;
 
@@ -261,7 +261,7 @@ impl SweepPlan {
     /// What two sweeps have in common that are parts of one: everything but the part.
     pub fn described(&self) -> Value {
         let swept: Vec<&str> = self.keys().collect();
-        let scene: Map<String, Value> = crate::scene::registry()
+        let scene: Map<String, Value> = simulation::scene::registry()
             .filter(|setting| (self.reads)(self.command, setting.key) && !swept.contains(&setting.key))
             .map(|setting| (setting.key.to_owned(), self.scene.value_json(setting.key)))
             .collect();

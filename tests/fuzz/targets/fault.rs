@@ -3,9 +3,9 @@
 
 #![no_main]
 
-use host_sim::Scene;
-use host_sim::scene::faults::Fault;
 use libfuzzer_sys::fuzz_target;
+use simulation::Scene;
+use simulation::scene::faults::Fault;
 
 fuzz_target!(|text: &str| {
     match text.parse::<Fault>() {

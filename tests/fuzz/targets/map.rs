@@ -6,9 +6,9 @@
 use std::path::Path;
 
 use controller::response_map::Family;
-use host_sim::scene::{parse_response_map, response_map_text};
 use libfuzzer_sys::fuzz_target;
 use motor_model::DriveMode;
+use simulation::scene::{parse_response_map, response_map_text};
 
 fuzz_target!(|text: &str| {
     let map = match parse_response_map(text, Path::new("map.toml")) {

@@ -4,9 +4,9 @@
 
 use std::path::Path;
 
-use host_sim::Scene;
 use libfuzzer_sys::fuzz_target;
 use motor_model::{Motor, MotorSetup};
+use simulation::Scene;
 
 fuzz_target!(|text: &str| {
     let mut scene = Scene::default();

@@ -1,9 +1,9 @@
 //! Moves of 37 degrees with instruments and motors other than the default ones. Each arrives, is refused beforehand, or
 //! ends with a reason; none is held as on target far off it, and none waits for its deadline.
 
-use host_sim::Scene;
-use host_sim::math::statistics::binomial_bounds;
-use host_sim::runs::{position, rate};
+use simulation::Scene;
+use simulation::math::statistics::binomial_bounds;
+use simulation::runs::{position, rate};
 
 use crate::support::built_command::{folder, json, number, refuses, succeeds};
 
@@ -16,7 +16,7 @@ const SEEDS: [&str; 2] = ["905", "906"];
 
 fn scene(seed: &str, sets: &[&str]) -> Scene {
     let all = ["position.to_deg=37"].iter().chain(sets).map(|&set| set.to_owned());
-    let mut scene = Scene::load(None, &all.collect::<Vec<_>>()).expect("a scene");
+    let mut scene = Scene::of_sets(&all.collect::<Vec<_>>()).expect("a scene");
     scene.set("seed", seed).expect("a seed");
     scene
 }
@@ -183,14 +183,14 @@ fn law_a_rotor_that_does_not_stop_is_braked() {
 fn law_a_rate_is_held_by_a_noisy_camera() {
     for seed in SEEDS {
         let sets = ["rate.deg_s=100", "rate.duration_s=6", "plant.step_s=5e-6", "camera.noise_m=5e-6"];
-        let mut scene = Scene::load(None, &sets.map(str::to_owned)).expect("a scene");
+        let mut scene = Scene::of_sets(&sets.map(str::to_owned)).expect("a scene");
         scene.set("seed", seed).expect("a seed");
         let outcome = rate::run(&scene, |_| ()).expect("a scene that is taken");
         // The angle is off by half a degree at either end, of 575.
         assert!(outcome.mean_error_percent.abs() < 0.2, "{outcome}");
         assert_eq!(outcome.reference_losses, 0, "{outcome}");
         let blind = ["rate.deg_s=100", "rate.duration_s=1", "plant.step_s=5e-6", "camera.lost_from_s=0.4"];
-        let mut scene = Scene::load(None, &blind.map(str::to_owned)).expect("a scene");
+        let mut scene = Scene::of_sets(&blind.map(str::to_owned)).expect("a scene");
         scene.set("camera.lost_until_s", "0.7").expect("a time");
         let outcome = rate::run(&scene, |_| ()).expect("a scene that is taken");
         assert_eq!(outcome.reference_losses, 1, "{outcome}");

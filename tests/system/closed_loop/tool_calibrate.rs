@@ -3,9 +3,9 @@
 
 use std::sync::OnceLock;
 
-use host_sim::Scene;
 use host_sim::studies::gyroscope_calibration::{CalibrationPlan, Calibrations};
 use serde_json::Value;
+use simulation::Scene;
 use tempfile::TempDir;
 
 use crate::support::built_command::{folder, json, json_on_two, number, output_on, refuses, written};

@@ -74,8 +74,8 @@ fn tool_positioning_trials_are_the_same_on_any_number_of_threads() {
 /// short bursts. A long walk of some motors is chaotic: a start that is rounded otherwise changes it by some percent.
 #[test]
 fn dual_a_plant_with_longer_steps_at_rest_is_the_same_plant() {
-    use host_sim::{Scene, world::plant::Plant};
     use motor_model::{DriveCommand, DriveMode};
+    use simulation::{Scene, world::plant::Plant};
 
     let turn_mdeg = |mut plant: Plant, command: DriveCommand, ticks: u32| {
         let mut driven = |command, until: u64, rest_steps: &mut u32| {
@@ -119,7 +119,8 @@ fn dual_a_plant_with_longer_steps_at_rest_is_the_same_plant() {
 #[test]
 fn dual_the_compiled_response_map_is_what_the_plant_does() {
     use controller::response_map::{Family, ResponseMap};
-    use host_sim::{Scene, studies::response_map::ResponseMapCampaign};
+    use host_sim::studies::response_map::ResponseMapCampaign;
+    use simulation::Scene;
 
     const MOTORS: u64 = 40;
     let mut scene = Scene::default();

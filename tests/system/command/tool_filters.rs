@@ -41,7 +41,7 @@ fn row<'a>(rows: &'a [Value], filter: &str, precision: &str, rate_hz: f64, drive
 #[test]
 fn tool_every_variant_has_its_error_and_its_cost() {
     let (_, rows) = two();
-    for &filter in host_sim::runs::filter::FILTERS {
+    for &filter in simulation::runs::filter::FILTERS {
         for drive in ["b", "c"] {
             for rate_hz in [200e3, 100e3, 50e3] {
                 let [single, double] =
@@ -68,7 +68,7 @@ fn tool_every_variant_has_its_error_and_its_cost() {
             }
         }
     }
-    assert_eq!(rows.len(), host_sim::runs::filter::FILTERS.len() * 2 * 3 * 2);
+    assert_eq!(rows.len(), simulation::runs::filter::FILTERS.len() * 2 * 3 * 2);
 }
 
 /// The camera alone does not care how often the vibrometer samples, and a filter that uses impacts is better off with

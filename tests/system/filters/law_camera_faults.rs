@@ -2,8 +2,8 @@
 //! unless it says otherwise.
 
 use estimator::{CameraFrame, Health, Reason, Rejection, Verdict};
-use host_sim::runs::filter::FILTERS;
 use motor_model::{Angle, DriveCommand, DriveMode, Time, math};
+use simulation::runs::filter::FILTERS;
 
 use crate::support::fault_bench::{
     B, Bench, Faults, Look, NONE, assert_never_false, assert_rms_at_most, assert_within_ms, by_filter,

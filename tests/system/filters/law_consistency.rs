@@ -11,17 +11,17 @@
 //! -0.05) and that of the twin by a half percent.
 
 use estimator::{AngleFilter as _, TrackTuning};
-use host_sim::Scene;
-use host_sim::math::statistics::{Spread, binomial_bounds};
-use host_sim::runs::filter::{AnyFilter, FILTERS};
 use host_sim::studies::filter_errors::comparison::SMOOTHED;
 use host_sim::studies::filter_errors::consistency::mean_square_bounds;
 use host_sim::studies::filter_errors::error_sums::ErrorSums;
 use host_sim::studies::filter_errors::timeline::TimelinePhase;
 use host_sim::studies::filter_errors::{FilterErrors, FilterErrorsPlan, FilterErrorsRow};
-use host_sim::world::instruments::camera::Camera;
-use host_sim::world::rig::Rig;
 use motor_model::{DriveCommand, DriveMode};
+use simulation::Scene;
+use simulation::math::statistics::{Spread, binomial_bounds};
+use simulation::runs::filter::{AnyFilter, FILTERS};
+use simulation::world::instruments::camera::Camera;
+use simulation::world::rig::Rig;
 
 const MOTORS: u64 = 12;
 

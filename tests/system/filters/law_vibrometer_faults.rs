@@ -2,8 +2,8 @@
 //! B.
 
 use estimator::{Health, LdvSample, Reason, Verdict};
-use host_sim::runs::filter::FILTERS;
 use motor_model::{DriveCommand, DriveMode, Time, math};
+use simulation::runs::filter::FILTERS;
 
 use crate::support::fault_bench::{
     B, Bench, Faults, Look, NONE, assert_never_false, assert_within_ms, of_filters_with_impacts, rms_mdeg,

@@ -6,8 +6,8 @@
 use std::ops::RangeInclusive;
 
 use estimator::{Health, Reason};
-use host_sim::runs::filter::FILTERS;
 use motor_model::{DriveCommand, DriveMode, math};
+use simulation::runs::filter::FILTERS;
 
 use crate::support::fault_bench::{B, Bench, Look, NONE, by_filter, mean_square, rms_mdeg, rms_of};
 

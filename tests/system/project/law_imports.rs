@@ -1,5 +1,5 @@
-//! Imports point one way: between the crates, by their manifests, and between the folders of `host-sim`, by their
-//! source.
+//! Imports point one way: between the crates, by their manifests, and between the folders of `host-sim` and
+//! `simulation`, by their source.
 
 use std::collections::BTreeSet;
 use std::fs;
@@ -11,16 +11,17 @@ use crate::support::checkout::{files_below, root, text};
 
 /// Every crate of the workspace and the crates of the workspace that it may depend on, tests and build scripts
 /// included.
-const CRATES: [(&str, &[&str]); 10] = [
+const CRATES: [(&str, &[&str]); 11] = [
     ("motor-model", &[]),
     ("estimator", &["motor-model"]),
     ("controller", &["motor-model", "estimator"]),
     ("link", &["motor-model", "estimator", "controller"]),
     ("firmware", &["motor-model", "estimator", "controller", "link"]),
     ("firmware-checks", &["motor-model", "estimator", "controller", "link", "firmware"]),
-    ("host-sim", &["motor-model", "estimator", "controller", "link"]),
+    ("simulation", &["motor-model", "estimator", "controller"]),
+    ("host-sim", &["motor-model", "estimator", "controller", "link", "simulation"]),
     ("benches", &["motor-model", "estimator"]),
-    ("tests/fuzz", &["motor-model", "estimator", "controller", "link", "firmware", "host-sim"]),
+    ("tests/fuzz", &["motor-model", "estimator", "controller", "link", "firmware", "simulation", "host-sim"]),
     (
         "tests",
         &[
@@ -30,25 +31,50 @@ const CRATES: [(&str, &[&str]); 10] = [
             "link",
             "firmware",
             "firmware-checks",
+            "simulation",
             "host-sim",
             "benches",
         ],
     ),
 ];
 
-/// The folders of `host-sim`, top first, each with the folders that it may import besides itself.
-const LAYERS: [(&str, &[&str]); 10] = [
-    ("cli", &["studies", "board", "log", "runs", "world", "report", "scene", "math", "tool"]),
-    ("studies", &["board", "log", "runs", "world", "report", "scene", "math", "tool"]),
-    ("board", &["runs", "world", "report", "scene", "math", "tool"]),
-    ("log", &["runs", "world", "report", "scene", "math"]),
-    ("runs", &["world", "report", "scene", "math"]),
-    ("world", &["scene", "math"]),
+/// The folders of `host-sim`, and below them those of `simulation`, top first, each with the folders that it may import
+/// besides itself. Both crates have a folder `math`.
+const LAYERS: [(&str, &[&str]); 12] = [
+    (
+        "cli",
+        &[
+            "studies",
+            "board",
+            "log",
+            "run_reports",
+            "scene_files",
+            "report",
+            "tool",
+            "runs",
+            "world",
+            "scene",
+            "math",
+        ],
+    ),
+    (
+        "studies",
+        &["board", "log", "run_reports", "scene_files", "report", "tool", "runs", "world", "scene", "math"],
+    ),
+    ("board", &["run_reports", "report", "tool", "runs", "world", "scene", "math"]),
+    ("log", &["run_reports", "report", "runs", "world", "scene", "math"]),
+    ("run_reports", &["report", "runs", "world", "scene", "math"]),
+    ("scene_files", &["scene", "math"]),
     ("report", &["math"]),
+    ("tool", &[]),
+    ("runs", &["world", "scene", "math"]),
+    ("world", &["scene", "math"]),
     ("scene", &["math"]),
     ("math", &[]),
-    ("tool", &[]),
 ];
+
+/// The crates that have these folders.
+const LAYERED: [&str; 2] = ["host-sim", "simulation"];
 
 fn manifest(folder: &Path) -> Table {
     let path = folder.join("Cargo.toml");
@@ -142,10 +168,8 @@ fn imports(code: &str, depth: usize) -> Result<BTreeSet<&str>, String> {
             return Err("`super` climbs to the crate's root; write the path from `crate`".to_owned());
         }
     }
-    Ok(code
-        .match_indices("crate::")
-        .flat_map(|(index, found)| first_segments(&code[index + found.len()..]))
-        .collect())
+    let of_roots = ["crate::", "simulation::"].into_iter().flat_map(|root| code.match_indices(root));
+    Ok(of_roots.flat_map(|(index, found)| first_segments(&code[index + found.len()..])).collect())
 }
 
 /// Every wrong import of the files below `source`.
@@ -166,7 +190,7 @@ fn wrong_imports(source: &Path) -> Vec<String> {
         match imports(&code, segments.len()) {
             Ok(names) => {
                 let above = names.into_iter().filter(|name| *name != segments[0] && !allowed.contains(name));
-                wrong.extend(above.map(|name| format!("{}: imports crate::{name}", path.display())));
+                wrong.extend(above.map(|name| format!("{}: imports {name}", path.display())));
             }
             Err(why) => wrong.push(format!("{}: {why}", path.display())),
         }
@@ -175,13 +199,32 @@ fn wrong_imports(source: &Path) -> Vec<String> {
 }
 
 #[test]
-fn law_folders_of_host_sim_import_downward() {
-    let source = root().join("host-sim/src");
+fn law_folders_import_downward() {
+    let sources = LAYERED.map(|name| root().join(name).join("src"));
     for (layer, _) in LAYERS {
-        assert!(source.join(layer).with_extension("rs").is_file(), "{layer}: no such layer");
+        let is_there = sources.iter().any(|source| source.join(layer).with_extension("rs").is_file());
+        assert!(is_there, "{layer}: no such layer");
     }
-    let wrong = wrong_imports(&source);
+    let wrong: Vec<String> = sources.iter().flat_map(|source| wrong_imports(source)).collect();
     assert!(wrong.is_empty(), "{} wrong imports:\n{}", wrong.len(), wrong.join("\n"));
+}
+
+/// What a page in a browser has not: the simulation asks for none of it.
+#[test]
+fn law_a_simulation_has_no_files_threads_terminals_or_clocks() {
+    let absent = ["fs", "net", "thread", "process", "env", "time", "os"].map(|name| format!("std::{name}"));
+    let absent = absent.iter().map(String::as_str).chain(["println!", "eprintln!", "io::std", "rayon"]);
+    let absent: Vec<&str> = absent.collect();
+    for file in files_below(&root().join("simulation/src"), "rs") {
+        let code = without_comments(&text(&file));
+        let code = code.split("#[cfg(test)]").next().unwrap_or_default();
+        for name in &absent {
+            let used = code.match_indices(name).any(|(index, name)| {
+                !code[index + name.len()..].starts_with(|c: char| c.is_alphanumeric() || c == '_')
+            });
+            assert!(!used || file.ends_with("tests.rs"), "{}: {name}", file.display());
+        }
+    }
 }
 
 /// The check itself: what it has to find, and what it has to leave alone.
@@ -190,6 +233,8 @@ fn exact_wrong_imports_are_found_however_they_are_written() {
     for (path, text, wrong) in [
         ("world/plant.rs", "use crate::scene::Scene;\nuse crate::math::{mean, sum};", 0),
         ("world/plant.rs", "use crate::runs::Run;", 1),
+        ("report/chart.rs", "use simulation::runs::Run;", 1),
+        ("report/chart.rs", "use simulation::math::statistics::Spread;", 0),
         ("world/plant.rs", "use crate::{scene::Scene, runs::{one, two}, studies};", 2),
         ("world/plant.rs", "fn f() -> crate::cli::Answer { answer() }", 1),
         ("world/plant.rs", "/// As [`crate::runs`] does.\nuse super::camera;", 0),

@@ -1,10 +1,10 @@
 //! A drawn motor on the rig, all filters beside it, and a fault between instruments and filters.
 
 use estimator::{AngleFilter as _, CameraFrame, Health, LdvSample, Verdict};
-use host_sim::Scene;
-use host_sim::runs::filter::{AnyFilter, FILTERS};
-use host_sim::world::rig::Rig;
 use motor_model::{Angle, DriveCommand, DriveMode, Time, math};
+use simulation::Scene;
+use simulation::runs::filter::{AnyFilter, FILTERS};
+use simulation::world::rig::Rig;
 
 /// What the filters are told of a frame, or that there is none; of a sample likewise.
 pub type Faults = (fn(Time, CameraFrame) -> Option<CameraFrame>, fn(Time, LdvSample) -> Option<LdvSample>);
@@ -75,9 +75,9 @@ impl Bench {
     /// The same with all clocks ahead.
     pub fn ahead(sets: &[&str], ahead_nanos: u64) -> Self {
         let sets: Vec<String> = ["seed=21", ONE_MARK].iter().chain(sets).map(|&set| set.to_owned()).collect();
-        let rig = Rig::new(&Scene::load(None, &sets).expect("a scene")).expect("a rig");
+        let rig = Rig::new(&Scene::of_sets(&sets).expect("a scene")).expect("a rig");
         // What goes wrong is not told to the filters.
-        let assumed = Scene::load(None, &[ONE_MARK.to_owned()]).expect("a scene");
+        let assumed = Scene::of_sets(&[ONE_MARK.to_owned()]).expect("a scene");
         let filter = |&name| (name, AnyFilter::named(name, &assumed).expect("the nominal motor"));
         let filters = FILTERS.iter().map(filter).collect();
         Self { rig, filters, ahead_nanos, angles: Vec::new() }

@@ -21,10 +21,10 @@ use super::program;
 use crate::board::BoardError;
 use crate::board::elf_image::ElfImage;
 use crate::board::qemu::{self, Board, Trace};
-use crate::math::count::real;
 use crate::report::key_figure::KeyFigure;
 use crate::report::table::Table;
 use crate::tool::{ToolError, run_within};
+use simulation::math::count::real;
 
 /// Ends of the names of functions, and the operations that they are.
 const OPERATIONS: [(&str, &str); 4] = [

@@ -2,7 +2,7 @@
 
 use std::collections::HashSet;
 
-use crate::math::count::real;
+use simulation::math::count::real;
 
 /// Instructions of one operation.
 #[derive(Clone, Debug, PartialEq, Eq)]

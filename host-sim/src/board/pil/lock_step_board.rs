@@ -13,8 +13,8 @@ use super::frames::{frame, unexpected};
 use super::{Processor, acknowledgement, configuration, description};
 use crate::board::BoardError;
 use crate::board::qemu::{Board, OneProcessor, Transport, Watchdog, WatchedProcess, Wiring};
-use crate::runs::tick_driver::TickMeasurements;
-use crate::scene::Scene;
+use simulation::runs::tick_driver::TickMeasurements;
+use simulation::scene::Scene;
 
 /// Session of every message to the board. A board to which no host has sent a message uses session 0.
 const SESSION: u32 = 1;

@@ -5,7 +5,7 @@ use estimator::{CameraFrame, Instruments, LdvSample};
 use link::{Coded, MapRows};
 use motor_model::{DriveCommand, MotorParams, Time};
 
-use crate::runs::filter::AnyFilter;
+use simulation::runs::filter::AnyFilter;
 
 /// A change of a report.
 type Spoil = fn(&mut TickRecord);
@@ -101,7 +101,7 @@ impl Processor for SecondLoop {
 
 fn scene(sets: &[&str]) -> Scene {
     let sets: Vec<String> = sets.iter().map(|&set| set.to_owned()).collect();
-    Scene::load(None, &sets).unwrap()
+    Scene::of_sets(&sets).unwrap()
 }
 
 /// Filter, target, tolerance and deadline reach the processor, and the measurements are those that the host took in.

@@ -9,8 +9,8 @@ use serde::Serialize;
 use crate::board::BoardError;
 use crate::board::pil::{self, FreeRunningBoard, LockStepBoard};
 use crate::board::qemu::{Board, Wiring};
-use crate::runs::filter::FILTERS;
-use crate::scene::Scene;
+use simulation::runs::filter::FILTERS;
+use simulation::scene::Scene;
 
 /// The deepest stack of a move by one filter.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]

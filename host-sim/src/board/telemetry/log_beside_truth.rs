@@ -9,11 +9,11 @@ use motor_model::{Angle, math};
 
 use super::{LogEntry, picture};
 use crate::board::BoardError;
-use crate::math::statistics::MeanSquare;
 use crate::report::OutputError;
 use crate::report::files::Output;
-use crate::runs::closed_loop::PositioningMoment;
-use crate::world::pose::{Pose, RotorTilt};
+use simulation::math::statistics::MeanSquare;
+use simulation::runs::closed_loop::PositioningMoment;
+use simulation::world::pose::{Pose, RotorTilt};
 
 /// Names of the columns. Those from the estimated angle to the error are of estimates. The last five are of a rotor
 /// that tilts: slopes, and shift and height of its mass centre; empty of one that does not.

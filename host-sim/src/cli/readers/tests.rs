@@ -4,14 +4,14 @@ use std::collections::BTreeSet;
 
 use super::*;
 use crate::board::pil;
-use crate::runs::{position, rate, recording, simulate};
-use crate::scene::Scene;
 use crate::studies::beside::BesideScene;
 use crate::studies::fault_campaign::FaultCampaignPlan;
 use crate::studies::instrument_grid::InstrumentGridPlan;
 use crate::studies::positioning_trials::{self, Strategy};
 use crate::studies::shard::Shard;
 use crate::studies::{filter_costs, filter_errors, gyroscope_calibration, response_map};
+use simulation::runs::{position, rate, recording, simulate};
+use simulation::scene::Scene;
 
 /// A scene of short runs that has a fault of each instrument, so that the keys of the faults are read.
 fn short(sets: &[&str], faulty: bool) -> Scene {
@@ -19,7 +19,7 @@ fn short(sets: &[&str], faulty: bool) -> Scene {
         ["camera.fault=offset", "camera.fault_from_s=1e5", "ldv.fault=stuck", "ldv.fault_from_s=1e5"];
     let faults = if faulty { &faults[..] } else { &[] };
     let sets: Vec<String> = sets.iter().chain(faults).map(|&set| set.to_owned()).collect();
-    Scene::load(None, &sets).unwrap().unread()
+    Scene::of_sets(&sets).unwrap().unread()
 }
 
 /// The table says of `command` what was read of `scene`.

@@ -5,8 +5,8 @@
 use std::path::Path;
 
 use crate::cli::CommandError;
-use crate::scene::Scene;
 use crate::studies::beside::BesideScene;
+use simulation::scene::Scene;
 
 /// Name of the scene without a tilt in the tables.
 pub(super) const HEIGHT_ONLY: &str = "height only";
@@ -69,7 +69,7 @@ impl TiltingScene {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::RotorModel;
+    use simulation::scene::RotorModel;
 
     /// Each is a rotor that tilts and shifts, with a twin of Table 1.
     #[test]

@@ -7,7 +7,7 @@ use motor_model::{DriveCommand, DriveMode, MotorParams};
 use super::rows::{Clock, TableRows};
 use super::table::Table;
 use super::{ColumnName, ImportError, Quantity};
-use crate::runs::recording::design_frequency_hz;
+use simulation::runs::recording::design_frequency_hz;
 
 /// A table of drives.
 #[derive(Clone, Debug)]

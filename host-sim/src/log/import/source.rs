@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use super::rows::{Clock, TableRows};
 use super::table::Table;
 use super::{ColumnName, ImportError, Quantity};
-use crate::math::statistics::quantile;
+use simulation::math::statistics::quantile;
 
 /// Rows from which the period of an instrument is taken.
 const PREVIEW_ROWS: usize = 10_000;

@@ -6,8 +6,8 @@ use motor_model::{DriveMode, Time, math};
 use serde::Serialize;
 
 use super::rows::LeftOut;
-use crate::math::count::real;
 use crate::report::table::Table;
+use simulation::math::count::real;
 
 /// First values of an instrument that are taken as those of a rotor at rest.
 const AT_REST: u64 = 50;

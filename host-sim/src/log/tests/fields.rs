@@ -6,10 +6,10 @@ use motor_model::{Angle, DriveCommand, DriveMode, Time};
 use super::read;
 use crate::log::table::{COLUMNS, Cell, RowMaker};
 use crate::log::{Ending, LogMessage, LogOptions, LogRecorder};
-use crate::runs::record::{Impact, Observer as _, RunRecord, Task, Truth};
-use crate::scene::Scene;
-use crate::world::instruments::camera::MarkedPose;
-use crate::world::pose::{Pose, RotorTilt};
+use simulation::runs::record::{Impact, Observer as _, RunRecord, Task, Truth};
+use simulation::scene::Scene;
+use simulation::world::instruments::camera::MarkedPose;
+use simulation::world::pose::{Pose, RotorTilt};
 
 const IMPACT: Impact =
     Impact { at: Time::from_nanos(3_000), velocity_m_s: [-0.25, 0.125], rate_rad_s: [2.0, 3.5] };

@@ -5,7 +5,7 @@ use std::ops::Range;
 use plotters::coord::ranged1d::{KeyPointHint, NoDefaultFormatting, Ranged, ValueFormatter};
 
 use super::Axis;
-use crate::math::plain_number::plain;
+use simulation::math::plain_number::plain;
 
 /// An axis with its span, in its own coordinate: the value, or its decadic logarithm.
 #[derive(Clone)]

@@ -3,8 +3,8 @@
 use statrs::distribution::{ContinuousCDF as _, Normal};
 
 use super::{ComparedFigure, Comparison, LEVEL, Verdict, full_name};
-use crate::math::count::real;
 use crate::report::chart::{Axis, Colour, Figure, Panel, Series};
+use simulation::math::count::real;
 
 /// Figures drawn at most: those least by chance.
 const SHOWN_MAX: usize = 30;

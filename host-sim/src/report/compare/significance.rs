@@ -15,9 +15,9 @@
 use serde::Serialize;
 
 use super::LEVEL;
-use crate::math::statistics::{Spread, quantile};
 use crate::math::{difference, paired_difference};
 use crate::report::key_figure::{KeyFigure, Measured, PerRun, Statistic};
+use simulation::math::statistics::{Spread, quantile};
 
 /// How a figure was tested.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]

@@ -7,11 +7,11 @@ use motor_model::{AveragedMotor, AveragedState, ImpactRule};
 use serde::Serialize;
 
 use super::{IdentifiedMotion, SpinUpCampaign};
-use crate::math::random_streams::{RandomSource, stream};
-use crate::math::statistics::{Accumulator, Spread};
-use crate::runs::RunError;
-use crate::runs::simulate::{OpenLoopRun, drive_name};
-use crate::scene::SceneError;
+use simulation::math::random_streams::{RandomSource, stream};
+use simulation::math::statistics::{Accumulator, Spread};
+use simulation::runs::RunError;
+use simulation::runs::simulate::{OpenLoopRun, drive_name};
+use simulation::scene::SceneError;
 
 /// Step of the full motor in s: with located impacts its mean rate is that of far smaller steps.
 const SPIN_UP_STEP_S: f64 = 10e-6;

@@ -15,9 +15,9 @@ use motor_model::math::exp;
 use rand_distr::{Distribution, Uniform};
 use rand_pcg::Pcg64;
 
-use crate::math::plain_number::plain;
-use crate::math::random_streams::{RandomSource, stream};
-use crate::scene::faults::{FaultValue, FaultWord, WORDS};
+use simulation::math::plain_number::plain;
+use simulation::math::random_streams::{RandomSource, stream};
+use simulation::scene::faults::{FaultValue, FaultWord, WORDS};
 
 /// Share of the runs with two faults.
 const TWO: f64 = 0.3;
@@ -42,7 +42,7 @@ impl Draw {
     /// One of `count` places.
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "from 0 to below the count")]
     fn place(&mut self, count: usize) -> usize {
-        ((self.unit() * crate::math::count::real(count as u64)) as usize).min(count - 1)
+        ((self.unit() * simulation::math::count::real(count as u64)) as usize).min(count - 1)
     }
 }
 
@@ -114,7 +114,7 @@ mod tests {
     use std::collections::BTreeMap;
 
     use super::*;
-    use crate::scene::faults::Fault;
+    use simulation::scene::faults::Fault;
 
     const TILTING: Faulty = Faulty { marks: 2, has_hub: true, expected_s: 1.5 };
 

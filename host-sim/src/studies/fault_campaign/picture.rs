@@ -1,9 +1,9 @@
 //! The picture: how the moves ended by fault, and how wrong an estimate that was called good ever was.
 
 use super::{FaultCampaign, FaultSummary};
-use crate::math::count::real;
 use crate::report::chart::{Axis, Colour, Figure, Panel, Series};
-use crate::runs::position::MoveEnding;
+use simulation::math::count::real;
+use simulation::runs::position::MoveEnding;
 
 /// How a move can end, with its words and colour.
 const ENDINGS: [(MoveEnding, &str, Colour); 4] = [

@@ -3,8 +3,8 @@
 use super::tables::ABOUT;
 use super::{FaultCampaign, FaultRun};
 use crate::report::key_figure::KeyFigure;
-use crate::runs::position::MoveEnding;
 use crate::studies::study_report::StudyReport;
+use simulation::runs::position::MoveEnding;
 
 impl FaultCampaign {
     /// The report on the study.

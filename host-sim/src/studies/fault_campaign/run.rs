@@ -8,13 +8,13 @@ use motor_model::{Angle, Time};
 use serde::{Deserialize, Serialize};
 
 use super::draw::{self, Faulty};
-use crate::runs::RunError;
-use crate::runs::filter::FILTERS;
-use crate::runs::position::{self, MoveEnding};
-use crate::runs::stated_errors::is_falsely_valid;
-use crate::scene::{Origin, RotorModel, Scene};
 use crate::studies::beside::BesideScene;
 use crate::studies::positioning_trials::target;
+use simulation::runs::RunError;
+use simulation::runs::filter::FILTERS;
+use simulation::runs::position::{self, MoveEnding};
+use simulation::runs::stated_errors::is_falsely_valid;
+use simulation::scene::{Origin, RotorModel, Scene};
 
 /// What every move is asked: tolerance in degrees, time after which it is given up and time for which a target is held
 /// before the error counts, in s.
@@ -89,8 +89,8 @@ pub(super) fn made(number: u64, of: &BesideScene) -> Result<FaultRun, RunError> 
         reason: outcome.stopped.clone().unwrap_or_default(),
         error_mdeg: outcome.final_error_mdeg,
         time_s: outcome.duration_s,
-        false_valid_s: 1e-9 * crate::math::count::real(watch.false_nanos),
-        false_valid_longest_s: 1e-9 * crate::math::count::real(watch.longest_nanos),
+        false_valid_s: 1e-9 * simulation::math::count::real(watch.false_nanos),
+        false_valid_longest_s: 1e-9 * simulation::math::count::real(watch.longest_nanos),
         false_valid_mdeg: watch.worst_mdeg,
         excursion_deg: watch.excursion_deg,
     })

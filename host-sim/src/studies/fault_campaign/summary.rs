@@ -3,7 +3,7 @@
 use serde::Serialize;
 
 use super::{FaultCampaign, FaultRun};
-use crate::runs::position::MoveEnding;
+use simulation::runs::position::MoveEnding;
 
 /// A rotor has run away from so many degrees beside its way on: it coasts no further from 1000 deg/s, which takes some
 /// 20 ms to fade.

@@ -8,9 +8,9 @@ use super::summary::RUNAWAY_DEG;
 use super::{FaultCampaign, FaultRun, FaultSummary};
 use crate::report::document::{Block, Document, Table};
 use crate::report::page::PlacedValue;
-use crate::runs::position::MoveEnding;
-use crate::scene::faults::WORDS;
 use crate::studies::beside::FIRST;
+use simulation::runs::position::MoveEnding;
+use simulation::scene::faults::WORDS;
 
 /// Runs listed at most of each kind.
 const LISTED_MAX: usize = 5;

@@ -2,8 +2,8 @@
 
 use super::{DRIVES, FilterCosts, FilterCostsRow};
 use crate::report::chart::{Axis, Colour, Figure, Panel, Series};
-use crate::runs::filter::FILTERS;
-use crate::runs::simulate::Precision;
+use simulation::runs::filter::FILTERS;
+use simulation::runs::simulate::Precision;
 
 const COLOURS: [Colour; 4] = [Colour::Blue, Colour::Vermilion, Colour::Green, Colour::Purple];
 

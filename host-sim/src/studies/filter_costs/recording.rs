@@ -6,11 +6,11 @@ use controller::Sense as _;
 use estimator::{CameraFrame, Instruments, LdvSample};
 use motor_model::{Angle, DriveCommand, DriveMode, MotorParams, OutOfBounds, Real, Time};
 
-use crate::runs::RunError;
-use crate::runs::filter::AnyFilter;
-use crate::runs::tick_driver::{RigPorts, TickDriver, TickProgram};
-use crate::scene::Scene;
-use crate::world::instruments::assumed;
+use simulation::runs::RunError;
+use simulation::runs::filter::AnyFilter;
+use simulation::runs::tick_driver::{RigPorts, TickDriver, TickProgram};
+use simulation::scene::Scene;
+use simulation::world::instruments::assumed;
 
 /// From the start at rest until the motion counts as steady.
 const STEADY_NANOS: u64 = 250_000_000;

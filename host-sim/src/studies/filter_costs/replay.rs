@@ -13,10 +13,10 @@ use serde::Serialize;
 
 use super::FilterVariant;
 use super::recording::{RecordedEvent, Recording};
-use crate::math::count::real;
-use crate::runs::filter::AnyFilter;
-use crate::runs::simulate::Precision;
 use crate::studies::filter_errors::error_sums::ErrorSums;
+use simulation::math::count::real;
+use simulation::runs::filter::AnyFilter;
+use simulation::runs::simulate::Precision;
 
 /// Copies of the filter that do an operation between two readings of the clock.
 const COPIES: usize = 16;

@@ -2,9 +2,9 @@
 
 use super::{DRIVES, FilterCosts, FilterCostsRow, SAMPLE_RATES_HZ};
 use crate::report::key_figure::KeyFigure;
-use crate::runs::filter::FILTERS;
-use crate::runs::simulate::Precision;
 use crate::studies::study_report::StudyReport;
+use simulation::runs::filter::FILTERS;
+use simulation::runs::simulate::Precision;
 
 impl FilterCosts {
     /// The report on the study.

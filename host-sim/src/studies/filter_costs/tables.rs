@@ -7,7 +7,7 @@ use super::{DRIVES, FilterCosts, FilterCostsRow, SAMPLE_RATES_HZ};
 use crate::report::OutputError;
 use crate::report::document::{Block, Document, Table};
 use crate::report::page::PlacedValue;
-use crate::runs::simulate::Precision;
+use simulation::runs::simulate::Precision;
 
 const ABOUT: &str = "Motors drawn within Table 1's tolerances, driven at full strength; the filters know the nominal \
     motor at most. Error of the angle at the present in steady motion, the camera's latency included. Costs are means \

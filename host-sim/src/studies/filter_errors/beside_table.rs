@@ -4,8 +4,8 @@ use super::tables::{millidegrees, title};
 use super::timeline::TimelinePhase;
 use super::{DRIVES, FilterErrors, FilterTotal};
 use crate::report::table::Table;
-use crate::runs::stated_errors::StatedErrors;
 use crate::studies::beside::{SideBySide, side_by_side, worst_of};
+use simulation::runs::stated_errors::StatedErrors;
 
 /// What the figures of the table mean.
 const ABOUT: &str = "Root mean square error of the angle by phase, in milli-degrees. ANEES: in steady \

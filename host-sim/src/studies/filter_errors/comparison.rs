@@ -14,13 +14,13 @@ use super::error_sums::ErrorSums;
 use super::genie::Genie;
 use super::kicks::{FreeMotion, TrueMotion};
 use super::timeline::{self, TimelinePhase};
-use crate::math::count::real;
-use crate::runs::RunError;
-use crate::runs::filter::{AnyFilter, FILTERS, SMOOTHER_LAG_MS};
-use crate::runs::tick_driver::{RigPorts, TickDriver, TickProgram};
-use crate::scene::Scene;
-use crate::world::instruments::Camera;
-use crate::world::rig::PlantStep;
+use simulation::math::count::real;
+use simulation::runs::RunError;
+use simulation::runs::filter::{AnyFilter, FILTERS, SMOOTHER_LAG_MS};
+use simulation::runs::tick_driver::{RigPorts, TickDriver, TickProgram};
+use simulation::scene::Scene;
+use simulation::world::instruments::Camera;
+use simulation::world::rig::PlantStep;
 
 /// Genies: name, and the share to which each knows the kicks.
 pub(crate) const GENIES: [(&str, f64); 3] =

@@ -22,8 +22,8 @@
 use motor_model::math;
 
 use super::timeline::TimelinePhase;
-use crate::math::count::real;
-use crate::math::statistics::{NORMAL_95, Spread, chi_square_mean_bounds, student_95};
+use simulation::math::count::real;
+use simulation::math::statistics::{NORMAL_95, Spread, chi_square_mean_bounds, student_95};
 
 /// Mean and deviation of one value for each run, their number, and Student's t. Values that are not finite are left
 /// out.

@@ -4,9 +4,9 @@ use estimator::{Estimate, Health, Innovation, Source, Verdict};
 use motor_model::{Angle, Real, math};
 use serde::{Deserialize, Serialize};
 
-use crate::math::count::real;
-use crate::math::statistics::upper_quantile;
-use crate::runs::stated_errors::{StatedErrorCounts, StatedErrors, is_falsely_valid};
+use simulation::math::count::real;
+use simulation::math::statistics::upper_quantile;
+use simulation::runs::stated_errors::{StatedErrorCounts, StatedErrors, is_falsely_valid};
 
 /// Sums over one phase of one or more runs.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]

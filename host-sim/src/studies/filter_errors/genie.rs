@@ -39,7 +39,7 @@ use rand_distr::{Distribution, StandardNormal};
 use rand_pcg::Pcg64;
 
 use super::kicks::Kick;
-use crate::math::random_streams;
+use simulation::math::random_streams;
 
 /// Variance of the rate of a rotor that is known to start at rest, in rad^2/s^2.
 const REST_RAD2_S2: f64 = 1e-12;

@@ -2,7 +2,7 @@
 
 use motor_model::{Angle, Time};
 
-use crate::world::rotor_path::RotorPoint;
+use simulation::world::rotor_path::RotorPoint;
 
 /// What a span of time changed of the motion. Without a kick the rotor turns on at the rate that it had.
 #[derive(Clone, Copy, Debug, PartialEq)]

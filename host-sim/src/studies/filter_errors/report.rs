@@ -3,10 +3,10 @@
 use super::tables::{millidegrees, title};
 use super::timeline::{self, TimelinePhase};
 use super::{DRIVES, FilterErrors, FilterErrorsRow};
-use crate::math::count::real;
 use crate::report::key_figure::KeyFigure;
-use crate::runs::filter::FILTERS;
 use crate::studies::study_report::StudyReport;
+use simulation::math::count::real;
+use simulation::runs::filter::FILTERS;
 
 impl FilterErrors {
     /// The report on the study.

@@ -9,8 +9,8 @@ use super::{DRIVES, FilterErrors, FilterErrorsRow};
 use crate::report::OutputError;
 use crate::report::document::{Block, Document, Table};
 use crate::report::page::PlacedValue;
-use crate::runs::filter::SMOOTHER_LAG_MS;
 use crate::studies::beside::FIRST;
+use simulation::runs::filter::SMOOTHER_LAG_MS;
 
 const ABOUT: &str = "Motors drawn within Table 1's tolerances, Coulomb friction, located impacts; the filters know the \
     nominal motor at most. Errors of the angle at the present, every 70 us. ANEES: of angle and rate together, 1 in a \

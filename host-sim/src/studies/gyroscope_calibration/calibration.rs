@@ -5,10 +5,10 @@ use serde::{Deserialize, Serialize};
 
 use super::fit::{CalibrationFit, FitInterval};
 use super::turning::{Anchor, TurningRun};
-use crate::math::count::real;
-use crate::math::statistics::NORMAL_95;
-use crate::world::instruments::gyroscope::noise::{SECONDS_PER_HOUR, TimeSpan};
-use crate::world::instruments::gyroscope::{Gyroscope, GyroscopeNoise, GyroscopeSample};
+use simulation::math::count::real;
+use simulation::math::statistics::NORMAL_95;
+use simulation::world::instruments::gyroscope::noise::{SECONDS_PER_HOUR, TimeSpan};
+use simulation::world::instruments::gyroscope::{Gyroscope, GyroscopeNoise, GyroscopeSample};
 
 /// 95 % of chi-square with two degrees of freedom: `-2 ln 0.05`.
 const PAIR_95: f64 = 5.991_465;

@@ -24,8 +24,8 @@
 use motor_model::math;
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn, Matrix2, OMatrix, U2, Vector2};
 
-use crate::math::count::real;
-use crate::world::instruments::gyroscope::{GyroscopeNoise, noise::TimeSpan};
+use simulation::math::count::real;
+use simulation::world::instruments::gyroscope::{GyroscopeNoise, noise::TimeSpan};
 
 /// Gyroscope and reference between two anchors.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -4,10 +4,10 @@
 use motor_model::math;
 
 use super::{Calibration, CalibrationOutcome, Calibrations, fit::FitInterval};
-use crate::math::count::real;
-use crate::math::statistics::NORMAL_95;
 use crate::report::chart::{Axis, Colour, Figure, Panel, Series};
-use crate::world::instruments::gyroscope::noise::TimeSpan;
+use simulation::math::count::real;
+use simulation::math::statistics::NORMAL_95;
+use simulation::world::instruments::gyroscope::noise::TimeSpan;
 
 /// Most runs whose intervals are drawn.
 const SHOWN_MAX: usize = 200;

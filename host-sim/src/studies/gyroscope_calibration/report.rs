@@ -1,10 +1,10 @@
 //! The report on calibrations of gyroscopes.
 
 use super::{CalibrationOutcome, Calibrations};
-use crate::math::count::real;
-use crate::math::statistics::NORMAL_95;
 use crate::report::key_figure::KeyFigure;
 use crate::studies::study_report::StudyReport;
+use simulation::math::count::real;
+use simulation::math::statistics::NORMAL_95;
 
 impl Calibrations {
     /// The report on the study.

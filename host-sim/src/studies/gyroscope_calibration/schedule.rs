@@ -19,10 +19,10 @@
 
 use controller::rate::Profile;
 
-use crate::math::count::real;
-use crate::runs::simulate::steps_in;
-use crate::scene::{Scene, SceneError};
-use crate::world::instruments::gyroscope;
+use simulation::math::count::real;
+use simulation::runs::simulate::steps_in;
+use simulation::scene::{Scene, SceneError};
+use simulation::world::instruments::gyroscope;
 
 /// The schedule of a scene, checked.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -4,8 +4,8 @@ use serde::Serialize;
 
 use super::Calibrations;
 use super::calibration::CalibrationOutcome;
-use crate::math::count::real;
-use crate::math::statistics::{binomial_bounds, root_mean_square};
+use simulation::math::count::real;
+use simulation::math::statistics::{binomial_bounds, root_mean_square};
 
 /// Figures over all runs.
 #[derive(Clone, Debug, PartialEq, Serialize)]

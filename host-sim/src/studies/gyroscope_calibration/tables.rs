@@ -3,11 +3,11 @@
 use serde_json::json;
 
 use super::{CalibrationOutcome, CalibrationSummary, Calibrations};
-use crate::math::statistics::NORMAL_95;
 use crate::report::OutputError;
 use crate::report::document::{Block, Document, Table};
 use crate::report::page::PlacedValue;
 use crate::studies::beside::FIRST;
+use simulation::math::statistics::NORMAL_95;
 
 const ABOUT: &str = "Errors are those found less the gyroscope's true ones. sigma: the standard deviation \
     that the fit states, from the gyroscope's random walk and instability, the reference's variances and the \

@@ -8,12 +8,12 @@ use estimator::{AngleFilter as _, Estimate, Health};
 use motor_model::{Angle, Time};
 
 use super::schedule::TurnSchedule;
-use crate::math::statistics::root_mean_square;
-use crate::runs::RunError;
-use crate::runs::closed_loop;
-use crate::runs::filter::SMOOTHER_LAG_MS;
-use crate::runs::stated_errors::{StatedErrorCounts, StatedErrors};
-use crate::scene::Scene;
+use simulation::math::statistics::root_mean_square;
+use simulation::runs::RunError;
+use simulation::runs::closed_loop;
+use simulation::runs::filter::SMOOTHER_LAG_MS;
+use simulation::runs::stated_errors::{StatedErrorCounts, StatedErrors};
+use simulation::scene::Scene;
 
 /// An instant at which the reference angle is known.
 #[derive(Clone, Copy, Debug, PartialEq)]

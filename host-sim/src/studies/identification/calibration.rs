@@ -14,12 +14,12 @@ use super::parameters::{self, Unknown};
 use super::posterior::posterior;
 use super::training::{DrawnMotor, Setting, draw_motors};
 use super::{Effort, IdentificationError, candidates};
-use crate::math::count::real;
-use crate::math::statistics::{Spread, binomial_bounds};
 use crate::report::document::{Block, Document, Table};
 use crate::report::page::PlacedValue;
-use crate::runs::RunError;
-use crate::scene::Scene;
+use simulation::math::count::real;
+use simulation::math::statistics::{Spread, binomial_bounds};
+use simulation::runs::RunError;
+use simulation::scene::Scene;
 
 /// Ranks are from 0 to this.
 const RANK_MAX: usize = 99;

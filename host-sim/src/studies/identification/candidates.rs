@@ -6,9 +6,9 @@ use motor_model::{DriveMode, MotorParams};
 use super::emulator::{Summaries, TOLD};
 use super::parameters::Unknown;
 use super::training::{DrawnMotor, Setting, draw_motors};
-use crate::runs::RunError;
-use crate::runs::recording::design_frequency_hz;
-use crate::scene::{Scene, SceneError};
+use simulation::runs::RunError;
+use simulation::runs::recording::design_frequency_hz;
+use simulation::scene::{Scene, SceneError};
 
 /// A recording that could be made.
 #[derive(Clone, Copy, Debug, PartialEq)]

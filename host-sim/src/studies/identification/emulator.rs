@@ -15,8 +15,8 @@ use nalgebra::{Cholesky, DMatrix, DVector};
 
 use super::ridge::{LinearMap, Ridge, outputs};
 use super::training::DrawnMotor;
-use crate::math::count::real;
-use crate::math::statistics::upper_quantile;
+use simulation::math::count::real;
+use simulation::math::statistics::upper_quantile;
 
 /// Standard deviation of a parameter after the recordings per that before, below which they tell it.
 pub const TOLD: f64 = 0.8;

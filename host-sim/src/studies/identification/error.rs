@@ -4,8 +4,8 @@ use std::path::PathBuf;
 
 use crate::log::LogError;
 use crate::report::OutputError;
-use crate::runs::RunError;
-use crate::scene::SceneError;
+use simulation::runs::RunError;
+use simulation::scene::SceneError;
 
 /// Why nothing was identified.
 #[derive(Debug, thiserror::Error)]

@@ -7,10 +7,10 @@ use motor_model::{Angle, Time};
 
 use super::IdentificationError;
 use crate::log::{LogError, LogMessage, LogPart, open};
-use crate::runs::RunError;
-use crate::runs::record::RunRecord;
-use crate::runs::recording::{DriveChange, DriveCourse, run_course};
-use crate::scene::Scene;
+use simulation::runs::RunError;
+use simulation::runs::record::RunRecord;
+use simulation::runs::recording::{DriveChange, DriveCourse, run_course};
+use simulation::scene::Scene;
 
 /// A camera frame.
 #[derive(Clone, Copy, Debug, PartialEq)]

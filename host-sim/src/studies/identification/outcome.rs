@@ -8,9 +8,9 @@ use serde::Serialize;
 use super::candidates::Advice;
 use super::emulator::TOLD;
 use super::parameters::{Prior, Unknown};
-use crate::math::plain_number::plain;
-use crate::math::statistics::{Spread, quantile, upper_quantile};
 use crate::report::document::{Block, Document, Table};
+use simulation::math::plain_number::plain;
+use simulation::math::statistics::{Spread, quantile, upper_quantile};
 
 /// Thousandths of the sample that lie below the ends of the 90 % interval.
 const EDGES: [usize; 2] = [50, 950];
@@ -302,7 +302,7 @@ fn float(number: f64) -> String {
 #[cfg(test)]
 mod tests {
     use super::{interval, rounded};
-    use crate::math::count::real;
+    use simulation::math::count::real;
 
     /// 49 of 1000 values lie below the interval, and 49 above it.
     #[test]

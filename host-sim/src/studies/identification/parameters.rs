@@ -9,7 +9,7 @@ use motor_model::{Parameter, TiltingParameter, math};
 use rand_core::Rng;
 use rand_distr::{Distribution as _, StandardNormal, Uniform};
 
-use crate::scene::{RotorModel, Scene, SceneError};
+use simulation::scene::{RotorModel, Scene, SceneError};
 
 /// What is known of a parameter before.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -194,12 +194,12 @@ const STEP_S: &str = "5e-6";
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::math::random_streams::{RandomSource, stream};
-    use crate::math::statistics::Spread;
+    use simulation::math::random_streams::{RandomSource, stream};
+    use simulation::math::statistics::Spread;
 
     fn prior(sets: &[&str], width: f64, key: &str) -> Option<Prior> {
         let sets: Vec<String> = sets.iter().map(|&set| set.to_owned()).collect();
-        let scene = Scene::load(None, &sets).unwrap();
+        let scene = Scene::of_sets(&sets).unwrap();
         let unknowns = unknowns(&scene, width).unwrap();
         unknowns.into_iter().find(|unknown| unknown.key == key).map(|unknown| unknown.prior)
     }
@@ -237,7 +237,7 @@ mod tests {
     /// However wide it is, nothing is drawn that the model would refuse.
     #[test]
     fn exact_the_prior_stays_within_the_bounds_of_its_parameter() {
-        let scene = Scene::load(None, &["plant.rotor=tilting".to_owned()]).unwrap();
+        let scene = Scene::of_sets(&["plant.rotor=tilting".to_owned()]).unwrap();
         let specs: Vec<ParameterSpec> = Parameter::ALL
             .map(Parameter::spec)
             .into_iter()

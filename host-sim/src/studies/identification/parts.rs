@@ -6,7 +6,7 @@
 use motor_model::{DriveCommand, DriveMode};
 
 use super::measured::Measured;
-use crate::runs::recording::DriveCourse;
+use simulation::runs::recording::DriveCourse;
 
 /// From and until, in s.
 pub type Span = (f64, f64);

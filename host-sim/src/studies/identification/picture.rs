@@ -1,9 +1,9 @@
 //! The posterior and the fit as pictures.
 
 use super::outcome::{Identification, MeasuredStatistic};
-use crate::math::count::real;
 use crate::report::OutputError;
 use crate::report::chart::{Axis, Colour, Figure, Panel, Series};
+use simulation::math::count::real;
 
 /// Bins of a marginal.
 const BINS: usize = 40;
@@ -92,7 +92,7 @@ impl Identification {
             .flat_map(|one| (0..one).map(move |other| (other, one)))
             .map(|(one, other)| {
                 let points: Vec<(f64, f64)> = self.cloud(one, other);
-                let line = crate::math::statistics::Line::through(&points);
+                let line = simulation::math::statistics::Line::through(&points);
                 (line.map_or(0.0, |line| line.correlation.abs()), (one, other))
             })
             .collect();

@@ -12,7 +12,7 @@ use rand_pcg::Pcg64;
 
 use super::emulator::Emulator;
 use super::parameters::Unknown;
-use crate::math::random_streams::{RandomSource, stream};
+use simulation::math::random_streams::{RandomSource, stream};
 
 /// Sweeps of the ensemble that are left out at the beginning.
 const BURN_IN: usize = 400;

@@ -10,9 +10,9 @@
 
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
 
-use crate::math::count::real;
-use crate::math::statistics::Spread;
 use motor_model::math;
+use simulation::math::count::real;
+use simulation::math::statistics::Spread;
 
 /// Largest feature in standard deviations; one beyond is taken for it.
 const FEATURE_MAX: f64 = 8.0;

@@ -22,7 +22,7 @@ mod stator;
 
 use super::measured::Measured;
 use super::parts::{Parts, Span};
-use crate::scene::Scene;
+use simulation::scene::Scene;
 
 /// A statistic.
 #[derive(Clone, Debug, PartialEq)]

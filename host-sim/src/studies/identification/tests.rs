@@ -14,9 +14,9 @@ use super::parts::{Kind, Parts};
 use super::training::{Setting, draw_motors};
 use super::*;
 use crate::log::{Ending, LogOptions, LogRecorder};
-use crate::math::count::real;
-use crate::runs::recording::{self, DriveCourse};
-use crate::scene::Scene;
+use simulation::math::count::real;
+use simulation::runs::recording::{self, DriveCourse};
+use simulation::scene::Scene;
 
 const NOTHING: &(dyn Fn() + Sync) = &|| ();
 const SHORT: &str = "b:1 for 0.06, off for 0.02";
@@ -24,7 +24,7 @@ const RINGING: &str = "b:1 for 0.02, off for 0.012";
 
 fn scene(sets: &[&str]) -> Scene {
     let sets: Vec<String> = sets.iter().map(|&set| set.to_owned()).collect();
-    Scene::load(None, &sets).unwrap()
+    Scene::of_sets(&sets).unwrap()
 }
 
 /// A log of a recording of `sets`.

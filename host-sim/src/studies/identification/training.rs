@@ -7,10 +7,10 @@ use super::measured::{Measured, Recorded};
 use super::parameters::{Unknown, motor_scene};
 use super::parts::Parts;
 use super::statistics::statistics;
-use crate::math::random_streams::{RandomSource, stream};
-use crate::runs::RunError;
-use crate::runs::recording::DriveCourse;
-use crate::scene::Scene;
+use simulation::math::random_streams::{RandomSource, stream};
+use simulation::runs::RunError;
+use simulation::runs::recording::DriveCourse;
+use simulation::scene::Scene;
 
 /// What is recorded of every motor.
 #[derive(Clone, Debug)]

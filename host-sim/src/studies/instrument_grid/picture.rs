@@ -1,8 +1,8 @@
 //! The picture: for each bench, the errors and times of its moves beside what was promised.
 
 use super::{CHOSEN, GridMove, GridOutcome, InstrumentGrid};
-use crate::math::count::real;
 use crate::report::chart::{Axis, Colour, Figure, Panel, Series};
+use simulation::math::count::real;
 
 impl InstrumentGrid {
     /// The picture: the benches in the order of the table, from top to bottom.

@@ -3,8 +3,8 @@
 use serde::Serialize;
 
 use super::{GridMove, GridOutcome, InstrumentGrid};
-use crate::math::count::real;
-use crate::math::statistics;
+use simulation::math::count::real;
+use simulation::math::statistics;
 
 /// A move takes longer than promised from so many times the promise on.
 const LATE: f64 = 1.5;

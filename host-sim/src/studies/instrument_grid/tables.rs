@@ -6,7 +6,7 @@ use super::benches::is_assumed_wrongly;
 use super::{BenchSummary, CHOSEN, InstrumentGrid};
 use crate::report::document::{Block, Document, Table};
 use crate::report::page::PlacedValue;
-use crate::runs::filter::FILTERS;
+use simulation::runs::filter::FILTERS;
 
 /// What is counted and measured of some moves. The tolerance is in milli-degrees, the median time in seconds.
 const HEADER: [&str; 9] =

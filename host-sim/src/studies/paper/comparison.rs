@@ -13,7 +13,7 @@ use motor_model::math;
 use serde::Serialize;
 
 use super::published::{Printed, Quantity, borrowed_relative_sd};
-use crate::math::statistics::Spread;
+use simulation::math::statistics::Spread;
 
 /// A simulated figure beside a printed one.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]

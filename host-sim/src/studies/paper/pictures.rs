@@ -8,10 +8,10 @@ use super::published::{CASES, PaperSection, Printed, Quantity};
 use super::reproduction::{PaperReproduction, SimulatedTrend};
 use super::runs::{STEP_S, paper_run};
 use super::trend::TrendLine;
-use crate::math::spectrum::{SAMPLE_RATE_HZ, Spectrum, Tail};
 use crate::report::chart::{Axis, Colour, Figure, Panel, Series};
-use crate::runs::RunError;
-use crate::runs::simulate::{MotorSample, Observer, simulate};
+use simulation::math::spectrum::{SAMPLE_RATE_HZ, Spectrum, Tail};
+use simulation::runs::RunError;
+use simulation::runs::simulate::{MotorSample, Observer, simulate};
 
 /// Keeps the samples from `from_s` to `to_s`.
 struct Window {

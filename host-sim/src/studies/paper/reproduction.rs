@@ -6,7 +6,7 @@ use super::comparison::FigureComparison;
 use super::published::{PaperSection, PublishedCase, PublishedFigure, PublishedTrend, Quantity, as_words};
 use super::runs::Ensemble;
 use super::trend::TrendLine;
-use crate::math::statistics::Spread;
+use simulation::math::statistics::Spread;
 
 /// A published figure beside the simulated one.
 #[derive(Clone, Debug, Serialize)]

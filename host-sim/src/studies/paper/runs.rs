@@ -4,10 +4,10 @@ use motor_model::{DriveCommand, DriveMode, FrictionLaw, ImpactRule, MotorParams,
 use rayon::prelude::*;
 
 use super::published::Quantity;
-use crate::math::statistics::Spread;
-use crate::runs::RunError;
-use crate::runs::simulate::{OpenLoopRun, OpenLoopSummary, Precision, simulate};
-use crate::scene::RotorModel;
+use simulation::math::statistics::Spread;
+use simulation::runs::RunError;
+use simulation::runs::simulate::{OpenLoopRun, OpenLoopSummary, Precision, simulate};
+use simulation::scene::RotorModel;
 
 /// Step of every run except where the step is varied.
 pub const STEP_S: f64 = 1e-6;

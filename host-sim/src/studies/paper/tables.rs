@@ -4,9 +4,9 @@ use super::comparison::FigureComparison;
 use super::published::PaperSection;
 use super::reproduction::{FigureRow, PaperReproduction, SimulatedTrend, StepRow};
 use super::trend::LINEAR_CORRELATION;
-use crate::math::statistics::Spread;
 use crate::report::document::{Block, Table};
 use crate::report::page::PlacedValue;
+use simulation::math::statistics::Spread;
 
 pub use crate::report::document::Document;
 

@@ -5,8 +5,8 @@ use serde::Serialize;
 
 use super::published::{PublishedTrend, Quantity, SHIFT};
 use super::runs::{Ensemble, PaperRuns};
-use crate::math::statistics::{Line, Spread};
-use crate::runs::RunError;
+use simulation::math::statistics::{Line, Spread};
+use simulation::runs::RunError;
 
 /// Number of values of the parameter in a trend.
 const POINTS: u8 = 9;

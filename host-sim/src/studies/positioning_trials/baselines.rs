@@ -9,11 +9,11 @@ use estimator::{AngleFilter as _, CameraFrame, Estimate, Health};
 use motor_model::{Angle, DriveCommand, DriveMode, Time};
 
 use super::burst_table::{BurstTable, TableBurst};
-use crate::runs::RunError;
-use crate::runs::filter::AnyFilter;
-use crate::runs::position::{MoveOutcome, MoveSums, MoveTick};
-use crate::runs::tick_driver::{RigPorts, TickDriver, TickProgram};
-use crate::scene::Scene;
+use simulation::runs::RunError;
+use simulation::runs::filter::AnyFilter;
+use simulation::runs::position::{MoveOutcome, MoveSums, MoveTick};
+use simulation::runs::tick_driver::{RigPorts, TickDriver, TickProgram};
+use simulation::scene::Scene;
 
 /// The rule by which a baseline decides.
 #[derive(Clone, Debug)]

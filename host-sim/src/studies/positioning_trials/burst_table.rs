@@ -3,9 +3,9 @@
 use controller::response_map::Family;
 use motor_model::DriveCommand;
 
-use crate::runs::RunError;
-use crate::scene::Scene;
 use crate::studies::response_map::ResponseMapCampaign;
+use simulation::runs::RunError;
+use simulation::scene::Scene;
 
 /// A burst, and how far it turns the nominal motor.
 #[derive(Clone, Copy, Debug, PartialEq)]

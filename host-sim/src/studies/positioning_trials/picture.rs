@@ -2,8 +2,8 @@
 
 use super::trial::FAILED_MDEG;
 use super::{PositioningTrial, PositioningTrials, StrategyTrials, TOLERANCE_DEG};
-use crate::math::count::real;
 use crate::report::chart::{Axis, Colour, Figure, Panel, Series};
+use simulation::math::count::real;
 
 /// Share of the trials in percent that are at each value or beyond.
 fn exceedance(trials: &StrategyTrials, of: impl Fn(&PositioningTrial) -> Option<f64>) -> Vec<(f64, f64)> {

@@ -4,7 +4,7 @@ use serde::Serialize;
 
 use super::StrategyTrials;
 use super::trial::{MoveKind, PositioningTrial};
-use crate::math::statistics::{self, Spread};
+use simulation::math::statistics::{self, Spread};
 
 /// Figures of a set of trials.
 #[derive(Clone, Debug, PartialEq, Serialize)]

@@ -6,10 +6,10 @@ use rand_distr::{Distribution, Uniform};
 use serde::{Deserialize, Serialize};
 
 use super::TOLERANCE_DEG;
-use crate::math::random_streams::{RandomSource, stream};
-use crate::runs::position::{MoveEnding, MoveOutcome};
-use crate::scene::Scene;
-use crate::world::instruments::Camera;
+use simulation::math::random_streams::{RandomSource, stream};
+use simulation::runs::position::{MoveEnding, MoveOutcome};
+use simulation::scene::Scene;
+use simulation::world::instruments::Camera;
 
 /// A trial that claims success has failed if its true error exceeds this.
 pub(super) const FAILED_MDEG: f64 = 3.0;

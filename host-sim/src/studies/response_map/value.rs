@@ -6,8 +6,8 @@ use motor_model::MotorParams;
 
 use super::source::rounded;
 use super::{IdentifiedResponseMap, ResponseMapCampaign};
-use crate::runs::RunError;
-use crate::scene::{Scene, SceneError};
+use simulation::runs::RunError;
+use simulation::scene::{Scene, SceneError};
 
 /// Motors of a map that is made for one run: means are known to a quarter of the spread over motors, and the spread to
 /// a fifth of itself.

@@ -6,7 +6,7 @@ use serde::Serialize;
 use super::measured::{MeasuredRun, cell};
 use super::variants::{VARIANTS, Variant};
 use crate::report::document::Table;
-use crate::scene::{Scene, SceneError};
+use simulation::scene::{Scene, SceneError};
 
 /// Keys and the values that they take.
 type Sets = &'static [(&'static str, &'static str)];

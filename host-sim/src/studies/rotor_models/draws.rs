@@ -12,9 +12,9 @@ use serde::Serialize;
 use super::MODES;
 use super::measured::{MeasuredRun, QUANTITIES, agrees};
 use super::variants::VARIANTS;
-use crate::math::random_streams::{RandomSource, stream};
-use crate::math::statistics::Line;
-use crate::scene::{Scene, SceneError};
+use simulation::math::random_streams::{RandomSource, stream};
+use simulation::math::statistics::Line;
+use simulation::scene::{Scene, SceneError};
 
 /// A value that is drawn.
 #[derive(Clone, Copy, Debug)]

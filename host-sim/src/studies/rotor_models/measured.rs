@@ -3,11 +3,11 @@
 use motor_model::DriveMode;
 use serde::Serialize;
 
-use crate::math::statistics::Spread;
-use crate::runs::RunError;
-use crate::runs::simulate::{OpenLoopRun, TiltSummary, simulate};
-use crate::scene::Scene;
 use crate::studies::paper::published::Quantity;
+use simulation::math::statistics::Spread;
+use simulation::runs::RunError;
+use simulation::runs::simulate::{OpenLoopRun, TiltSummary, simulate};
+use simulation::scene::Scene;
 
 /// The quantities that the experiment measured in each mode.
 pub const QUANTITIES: [Quantity; 3] =

@@ -7,8 +7,8 @@ use super::measured::{QUANTITIES, experiment, spread};
 use super::predictions::PREDICTIONS;
 use super::variants::EXPLAINING;
 use super::{MODES, RotorModels, VARIANTS};
-use crate::math::count::real;
 use crate::report::chart::{Axis, Colour, Figure, Panel, Series};
+use simulation::math::count::real;
 
 const fn colour(mode: DriveMode) -> Colour {
     match mode {

@@ -5,7 +5,7 @@ use serde::Serialize;
 
 use super::measured::MeasuredRun;
 use super::variants::{EXPLAINING, VARIANTS};
-use crate::scene::{Scene, SceneError};
+use simulation::scene::{Scene, SceneError};
 
 /// Something that is varied.
 #[derive(Clone, Copy, Debug)]

@@ -5,10 +5,10 @@ use motor_model::DriveMode;
 use super::draws::{DRAWN, DrawnRotor, rank_correlation};
 use super::measured::{MeasuredRun, QUANTITIES, agrees, cell, experiment, spread};
 use super::{MODES, RotorModels, changes};
-use crate::math::count::real;
 use crate::report::document::{Block, Document, Table};
 use crate::report::page::PlacedValue;
 use crate::studies::paper::published::Quantity;
+use simulation::math::count::real;
 
 /// Standard errors of a rank correlation of unrelated values, `1 / sqrt(n)`, from which it counts.
 const SIGNIFICANT: f64 = 3.0;
@@ -231,5 +231,5 @@ impl RotorModels {
 
 /// Three significant digits.
 fn figure(value: f64) -> String {
-    crate::math::plain_number::plain(format!("{value:.2e}").parse().unwrap_or(value))
+    simulation::math::plain_number::plain(format!("{value:.2e}").parse().unwrap_or(value))
 }

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use crate::scene::{Scene, SceneError};
+use simulation::scene::{Scene, SceneError};
 
 /// A rotor that is compared with the experiment.
 #[derive(Clone, Copy, Debug)]

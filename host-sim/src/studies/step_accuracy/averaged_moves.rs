@@ -9,9 +9,9 @@ use serde::Serialize;
 use super::method::TARGET_STEP_S;
 use super::steady_motion::{CONDITIONS, DriveCondition};
 use super::step_cost::{StepCost, least_times_s};
-use crate::math::random_streams::{RandomSource, stream};
-use crate::runs::RunError;
 use crate::studies::averaged_motor::{IdentifiedMotion, SpinUpCampaign};
+use simulation::math::random_streams::{RandomSource, stream};
+use simulation::runs::RunError;
 
 /// Step of the averaged motor.
 pub const STEP_S: f64 = 0.1;

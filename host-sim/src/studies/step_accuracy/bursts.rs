@@ -12,8 +12,8 @@ use serde::Serialize;
 use super::method::{Measurement, StepMethod};
 use super::reference::Reference;
 use super::reference::state::ReferenceState;
-use crate::runs::RunError;
-use crate::runs::simulate::steps_in;
+use simulation::runs::RunError;
+use simulation::runs::simulate::steps_in;
 
 /// Time of rest before and after the drive.
 const REST_S: f64 = 60e-3;

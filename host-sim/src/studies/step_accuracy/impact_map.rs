@@ -14,10 +14,10 @@ use super::reference::Reference;
 use super::reference::events::{ContactEvent, ContactEventKind, ReferenceObserver};
 use super::reference::state::ReferenceState;
 use super::reference::system::Segment;
-use crate::math::random_streams::{RandomSource, stream};
-use crate::math::statistics::{root_mean_square, upper_quantile};
-use crate::runs::RunError;
-use crate::runs::simulate::FAST_APPROACH_M_S;
+use simulation::math::random_streams::{RandomSource, stream};
+use simulation::math::statistics::{root_mean_square, upper_quantile};
+use simulation::runs::RunError;
+use simulation::runs::simulate::FAST_APPROACH_M_S;
 
 /// Time of steady motion before the first sample is drawn.
 const SETTLE_S: f64 = 0.4;

@@ -7,7 +7,7 @@ use motor_model::{
 use serde::ser::{Serialize, SerializeStruct as _, Serializer};
 
 use super::reference::state::ReferenceState;
-use crate::runs::simulate::{FAST_APPROACH_M_S, Precision, rule_name};
+use simulation::runs::simulate::{FAST_APPROACH_M_S, Precision, rule_name};
 
 /// All steps that are compared.
 pub const STEPS_S: [f64; 8] = [0.25e-6, 0.5e-6, 1e-6, 2e-6, 5e-6, 10e-6, 20e-6, 50e-6];

@@ -9,7 +9,7 @@ use super::targets::TargetResult;
 use super::tilting_table::ABOUT as ABOUT_TILTING;
 use crate::report::page::{ON_ONE_MACHINE, PlacedValue};
 use crate::report::table::Table;
-use crate::runs::simulate::Precision;
+use simulation::runs::simulate::Precision;
 
 /// The methods of the page's table.
 const SHOWN: [(ImpactRule, Precision, f64); 7] = [

@@ -17,8 +17,8 @@ use serde::Serialize;
 use super::method::{StepMethod, step_methods};
 use super::step_cost::{StepCost, TimingEffort, least_times_s};
 use super::vibrating_plate::{FIRST_BEFORE_S, START_M, VibratingPlate, start_heights_m};
-use crate::math::statistics::root_mean_square;
-use crate::runs::RunError;
+use simulation::math::statistics::root_mean_square;
+use simulation::runs::RunError;
 
 /// Largest step of the peers.
 pub const PEER_STEP_S: f64 = 5e-6;

@@ -5,7 +5,7 @@ use motor_model::ImpactRule;
 use super::comparison::{MethodRow, StepAccuracy};
 use super::peers::PeerRow;
 use crate::report::chart::{Axis, Colour, Figure, Panel, Series};
-use crate::runs::simulate::Precision;
+use simulation::runs::simulate::Precision;
 
 /// The four curves: rule, precision, label.
 const CURVES: [(ImpactRule, Precision, &str); 4] = [

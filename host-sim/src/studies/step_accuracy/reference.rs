@@ -44,10 +44,10 @@ mod tests;
 use motor_model::params::Parameter;
 use motor_model::{AmplitudeVariation, DriveCommand, MotorParams, OutOfBounds};
 
-use crate::runs::RunError;
 use contact::{ContactInstant, TOUCH_M};
 use events::{ContactEvent, ContactEventKind, ReferenceObserver};
 use friction::Rotation;
+use simulation::runs::RunError;
 use state::ReferenceState;
 use system::{Contact, Drive, Segment, System};
 use tie_breaking::TieBreaker;

@@ -12,12 +12,12 @@ use super::reference::Reference;
 use super::reference::events::{ContactEvent, ContactEventKind, ReferenceObserver};
 use super::reference::state::ReferenceState;
 use super::reference::system::Segment;
-use crate::math::count::real;
-use crate::math::random_streams::{RandomSource, stream};
-use crate::math::spectrum::{LIMIT_HZ, SAMPLE_RATE_HZ, SAMPLES_MAX, Spectrum};
-use crate::math::statistics::Spread;
-use crate::runs::RunError;
-use crate::runs::simulate::{FAST_APPROACH_M_S, steps_in};
+use simulation::math::count::real;
+use simulation::math::random_streams::{RandomSource, stream};
+use simulation::math::spectrum::{LIMIT_HZ, SAMPLE_RATE_HZ, SAMPLES_MAX, Spectrum};
+use simulation::math::statistics::Spread;
+use simulation::runs::RunError;
+use simulation::runs::simulate::{FAST_APPROACH_M_S, steps_in};
 
 /// A constant drive under which the motion becomes steady.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -11,8 +11,8 @@ use serde::Serialize;
 
 use super::method::{Measurement, StepMethod, fast_impacts, start};
 use super::reference::state::ReferenceState;
-use crate::runs::RunError;
-use crate::runs::simulate::steps_in;
+use simulation::runs::RunError;
+use simulation::runs::simulate::steps_in;
 
 /// Number and length of the timed batches.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -15,7 +15,7 @@ use super::impact_map::ImpactMapErrors;
 use super::method::TARGET_STEP_S;
 use super::peers::{PEER_STEP_S, PeerRow};
 use super::steady_motion::{CONDITIONS, Deviation};
-use crate::runs::simulate::Precision;
+use simulation::runs::simulate::Precision;
 
 /// Steps, and the largest relative error allowed at each.
 pub const ERROR_LIMITS: [(f64, f64); 2] = [(TARGET_STEP_S, 0.02), (20e-6, 0.05)];

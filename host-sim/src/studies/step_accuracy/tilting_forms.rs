@@ -17,12 +17,12 @@ use rayon::prelude::*;
 use serde::Serialize;
 
 use super::step_cost::{StepCost, least_times_s};
-use crate::math::count::real;
-use crate::math::statistics::Spread;
-use crate::runs::RunError;
-use crate::runs::simulate::{OpenLoopRun, OpenLoopSummary, TiltSummary, simulate};
-use crate::scene::RotorModel;
 use crate::studies::rotor_models::variants::VARIANTS;
+use simulation::math::count::real;
+use simulation::math::statistics::Spread;
+use simulation::runs::RunError;
+use simulation::runs::simulate::{OpenLoopRun, OpenLoopSummary, TiltSummary, simulate};
+use simulation::scene::RotorModel;
 
 /// The forms, the one that leaves nothing out first.
 const FORMS: [RotorModel; 3] =

@@ -17,7 +17,7 @@ use core::f64::consts::{PI, TAU};
 use motor_model::{Mode, MotorParams, Parameter, ToothPair, math};
 use serde::Serialize;
 
-use crate::runs::RunError;
+use simulation::runs::RunError;
 
 /// Start height of the timed run.
 pub const START_M: f64 = 10e-6;

@@ -3,10 +3,10 @@
 use serde::Serialize;
 
 use super::SweepError;
-use crate::math::count::real;
-use crate::math::plain_number::plain;
 use crate::report::parquet_table::CellKind;
-use crate::scene::{Admission, Kind, Origin, Scene, registry};
+use simulation::math::count::real;
+use simulation::math::plain_number::plain;
+use simulation::scene::{Admission, Kind, Origin, Scene, registry};
 
 /// A key and its values.
 #[derive(Clone, Debug, PartialEq, Serialize)]

@@ -5,8 +5,8 @@ use std::time::Instant;
 use serde::Serialize;
 
 use super::{SweepError, SweepPlan};
-use crate::math::count::real;
 use crate::report::document::{Block, Document, Table};
+use simulation::math::count::real;
 
 /// Rows that are measured, at most; and time after which no further one is begun, in s.
 const MEASURED_MAX: u64 = 16;

@@ -3,8 +3,8 @@
 use std::path::PathBuf;
 
 use crate::report::OutputError;
-use crate::runs::RunError;
-use crate::scene::SceneError;
+use simulation::runs::RunError;
+use simulation::scene::SceneError;
 
 /// Why a sweep did not start, or did not end.
 #[derive(Debug, thiserror::Error)]

@@ -18,9 +18,9 @@ use rand_distr::{Distribution as _, Uniform};
 use serde::Serialize;
 use serde_json::Value;
 
-use crate::math::count::real;
-use crate::math::random_streams::{RandomSource, stream};
-use crate::math::statistics::quantile;
+use simulation::math::count::real;
+use simulation::math::random_streams::{RandomSource, stream};
+use simulation::math::statistics::quantile;
 
 /// How often the base points are drawn again for the intervals.
 pub const DRAWN_AGAIN: usize = 1000;
@@ -179,11 +179,11 @@ fn indices(figure: &str, keys: &[String], points: &[BasePoint], seed: u64) -> Ve
 #[cfg(test)]
 mod tests {
     use super::super::{FailureCounts, Sampling, SweepPlan, SweepRequest, SweepSummary, SweptCommand};
-    use crate::runs::RunError;
-    use crate::scene::Scene;
     use core::f64::consts::PI;
     use motor_model::math;
     use serde_json::json;
+    use simulation::runs::RunError;
+    use simulation::scene::Scene;
 
     const BASE: u64 = 1024;
 

@@ -134,7 +134,8 @@ mod tests {
 
     fn cells(number: u64) -> Cells {
         let reason = (!number.is_multiple_of(2)).then(|| Cell::from("a, \"b\"".to_owned()));
-        let figure = number.is_multiple_of(2).then(|| Cell::from(0.1 * crate::math::count::real(number)));
+        let figure =
+            number.is_multiple_of(2).then(|| Cell::from(0.1 * simulation::math::count::real(number)));
         vec![Some(number.into()), reason, figure]
     }
 

@@ -1,9 +1,9 @@
 //! The pictures of a sweep: which key moves a figure most, and how the figure follows each key.
 
 use super::{KeyIndices, Response, SweepSummary};
-use crate::math::count::real;
 use crate::report::chart::{Axis, Colour, Figure, Panel, Series};
-use crate::scene::registry;
+use simulation::math::count::real;
+use simulation::scene::registry;
 
 /// Panels of a picture, at most.
 const PANELS_MAX: usize = 24;

@@ -16,8 +16,8 @@ use serde::Serialize;
 use sobol::Sobol;
 use sobol::params::JoeKuoD6;
 
-use crate::math::count::real;
-use crate::math::random_streams::{RandomSource, stream};
+use simulation::math::count::real;
+use simulation::math::random_streams::{RandomSource, stream};
 
 /// Bits of a place: those of an `f64`.
 const BITS: usize = 53;

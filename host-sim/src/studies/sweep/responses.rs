@@ -9,9 +9,9 @@ use serde::Serialize;
 use serde_json::Value;
 
 use super::tables::{Cells, Column};
-use crate::math::count::real;
-use crate::math::statistics::{Accumulator, Spread};
 use crate::report::parquet_table::Cell;
+use simulation::math::count::real;
+use simulation::math::statistics::{Accumulator, Spread};
 
 /// Slices of a range.
 const SLICES: u64 = 16;
@@ -226,9 +226,9 @@ impl ResponseSums {
 mod tests {
     use super::super::{Sampling, SweepPlan, SweepRequest, SweepSummary, SweptCommand};
     use super::*;
-    use crate::runs::RunError;
-    use crate::scene::Scene;
     use serde_json::json;
+    use simulation::runs::RunError;
+    use simulation::scene::Scene;
 
     fn summary(over: &[&str], sampling: Sampling, of: impl Fn(&Scene) -> f64) -> SweepSummary {
         let request = SweepRequest {

@@ -10,8 +10,8 @@ use serde_json::Value;
 
 use super::figure::{self, Found};
 use super::{FailureCounts, SweepError, SweepPlan};
-use crate::runs::RunError;
-use crate::scene::Scene;
+use simulation::runs::RunError;
+use simulation::scene::Scene;
 
 thread_local! {
     /// Whether this thread makes a row.

@@ -10,10 +10,10 @@ use super::indices::{Index, IndexSums, KeyIndices};
 use super::responses::{Response, ResponseSums};
 use super::row::Failure;
 use super::tables::{Cells, Column, FAILURE, REASON};
-use crate::math::statistics::Accumulator;
 use crate::report::document::{Block, Document, Table};
 use crate::report::parquet_table::Cell;
 use crate::studies::study_report::StudyReport;
+use simulation::math::statistics::Accumulator;
 
 /// Failed rows that are listed.
 const LISTED_MAX: usize = 20;

@@ -3,16 +3,17 @@
 use serde::Serialize;
 use serde_json::Value;
 
-use crate::runs::{RunError, position, rate};
-use crate::scene::Scene;
+use crate::report::files;
 use crate::studies::beside::{BesideScene, FIRST};
 use crate::studies::fault_campaign::FaultCampaignPlan;
 use crate::studies::filter_errors::FilterErrorsPlan;
 use crate::studies::gyroscope_calibration::CalibrationPlan;
-use crate::studies::held_rates::HeldRates;
+use crate::studies::held_rates::{self, HeldRates};
 use crate::studies::positioning_trials::{self, PositioningTrials, PositioningTrialsPlan, Strategy};
 use crate::studies::shard::Shard;
 use crate::studies::{open_loop, response_map};
+use simulation::runs::{RunError, position};
+use simulation::scene::Scene;
 
 /// A command that a sweep can run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
@@ -80,9 +81,9 @@ impl SweptCommand {
             Self::Simulate => open_loop::run(scene, &mut ())?.json(),
             Self::Position => {
                 position::plan(scene)?;
-                position::run(scene, |_| ())?.json()
+                files::json_line(&position::run(scene, |_| ())?)
             }
-            Self::Rate => HeldRates::of_one(rate::run(scene, |_| ())?, &[])?.json(),
+            Self::Rate => HeldRates::of_one(held_rates::hold_one(scene)?, &[])?.json(),
             Self::Estimate => FilterErrorsPlan::new(scene, sample)?.run(&|_| ())?.json(),
             Self::Calibrate => CalibrationPlan::new(scene, sample, sample)?.run(&|| ())?.json(),
             Self::PositioningTrials => {

@@ -1,9 +1,9 @@
 //! The table behind a panel.
 
 use super::{Mark, Panel, Series};
-use crate::math::plain_number::plain;
 use crate::report::chart::axis::{Scale, power_of_ten};
 use crate::report::table::Table;
+use simulation::math::plain_number::plain;
 
 /// Rows at most; more points are sampled.
 const ROWS_MAX: usize = 40;

@@ -1,10 +1,10 @@
 //! The posterior of motors whose statistics are normal and linear in a parameter.
 
 use super::*;
-use crate::math::statistics::Spread;
 use crate::studies::identification::parameters::Prior;
 use crate::studies::identification::training::DrawnMotor;
 use motor_model::math;
+use simulation::math::statistics::Spread;
 
 /// Motors with `unknowns` parameters, of which statistic j is parameter j and noise of standard deviation `noise`.
 fn motors(count: u64, seed: u64, prior: &Unknown, unknowns: usize, noise: f64) -> Vec<DrawnMotor> {

@@ -3,9 +3,9 @@
 use motor_model::math;
 
 use super::{Taker, shortest, windows_since};
-use crate::math::statistics::{Accumulator, Spread, upper_quantile};
 use crate::studies::identification::measured::{Frame, Measured};
 use crate::studies::identification::parts::Span;
+use simulation::math::statistics::{Accumulator, Spread, upper_quantile};
 
 /// Time over which a rate is taken.
 const RATE_WINDOW_S: f64 = 5e-3;

@@ -3,9 +3,9 @@
 use motor_model::math;
 
 use super::{Taker, shortest, windows_since, within};
-use crate::math::statistics::{Accumulator, Line};
 use crate::studies::identification::measured::Measured;
 use crate::studies::identification::parts::Span;
+use simulation::math::statistics::{Accumulator, Line};
 
 /// Times of the structure function in s.
 const LAGS_S: [f64; 11] = [5e-6, 1e-5, 2.5e-5, 5e-5, 1e-4, 2.5e-4, 5e-4, 1e-3, 2.5e-3, 5e-3, 1e-2];

@@ -14,11 +14,11 @@ use motor_model::{DriveCommand, DriveMode, math};
 
 use super::{Taker, within};
 use crate::math::least_squares::{Fitted, damped_oscillation, fit};
-use crate::math::statistics::{Accumulator, Line};
-use crate::runs::recording::design_frequency_hz;
-use crate::scene::Scene;
 use crate::studies::identification::measured::Measured;
 use crate::studies::identification::parts::{Kind, Span};
+use simulation::math::statistics::{Accumulator, Line};
+use simulation::runs::recording::design_frequency_hz;
+use simulation::scene::Scene;
 
 /// Longest part of a ring-down that is fitted, in s: several of its decay times.
 const RING_DOWN_MAX_S: f64 = 0.02;

@@ -3,12 +3,12 @@
 use motor_model::{DriveCommand, DriveMode, MotorParams, Time, math};
 
 use super::*;
-use crate::runs::recording::{DriveChange, DriveCourse};
 use crate::studies::identification::measured::Frame;
+use simulation::runs::recording::{DriveChange, DriveCourse};
 
 fn scene(sets: &[&str]) -> Scene {
     let sets: Vec<String> = sets.iter().map(|&set| set.to_owned()).collect();
-    Scene::load(None, &sets).unwrap()
+    Scene::of_sets(&sets).unwrap()
 }
 
 fn value(found: &[Statistic], name: &str) -> f64 {

@@ -11,8 +11,8 @@ use super::super::method::{self, Measurement, StepMethod, step_recording};
 use super::super::reference::state::ReferenceState;
 use super::super::step_cost::TimedBatch;
 use super::super::vibrating_plate::{START_M, VibratingPlate};
-use crate::runs::RunError;
-use crate::runs::simulate::steps_in;
+use simulation::runs::RunError;
+use simulation::runs::simulate::steps_in;
 
 const ROTOR_KG: f64 = 1e-9;
 const STATOR_KG: f64 = 1.0;

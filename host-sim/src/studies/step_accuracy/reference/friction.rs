@@ -14,7 +14,7 @@
 use super::series::{ORDER, Series};
 use super::system::{Segment, System};
 use super::tie_breaking::TieBreaker;
-use crate::runs::RunError;
+use simulation::runs::RunError;
 
 /// Slips below this count as zero.
 const SLIP_TOLERANCE_M_S: f64 = 1e-13;

@@ -7,7 +7,7 @@
 //! for that time leaves an error of 1e-20 m/s. If the tie remains, the time is doubled. At a hundredth of a step the
 //! integration stops with an error.
 
-use crate::runs::RunError;
+use simulation::runs::RunError;
 
 /// Largest part of a step that is no advance: 2e-18 s, below any flight of chattering.
 const NO_ADVANCE: f64 = 1e-13;

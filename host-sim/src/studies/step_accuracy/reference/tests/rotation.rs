@@ -8,7 +8,7 @@ use super::super::events::ReferenceObserver;
 use super::super::state::ReferenceState;
 use super::super::system::Segment;
 use super::{params, reference};
-use crate::math::random_streams::{RandomSource, stream};
+use simulation::math::random_streams::{RandomSource, stream};
 
 /// A rotor that turns on still teeth slows by `mu m_r g R_t / J` and stops after `rate^2 / 2` over that.
 #[test]

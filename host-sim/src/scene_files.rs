@@ -1,0 +1,104 @@
+//! Scenes and response maps in files, and the gallery of scenes that are part of the program.
+
+mod gallery;
+
+use std::io::{self, Read as _};
+use std::path::Path;
+
+use controller::ResponseMap;
+use simulation::scene::{Admission, Scene, SceneError, parse_response_map};
+
+pub use gallery::{GALLERY, GalleryScene};
+
+/// Longest file; a scene is a page of text.
+const LENGTH_MAX_BYTES: u64 = 1 << 20;
+
+/// A scene from an optional TOML file, or name of the [`GALLERY`], and `key=value` assignments, in this order.
+///
+/// # Errors
+/// When the file cannot be read or is malformed, or a key or value is refused.
+pub fn load(file: Option<&Path>, sets: &[String]) -> Result<Scene, SceneError> {
+    load_admitted(file, sets, &|_| Ok(()))
+}
+
+/// The same, refusing every key that `admit` refuses.
+///
+/// # Errors
+/// When the file cannot be read or is malformed, or a key or value is refused.
+pub fn load_admitted(file: Option<&Path>, sets: &[String], admit: Admission) -> Result<Scene, SceneError> {
+    let mut scene = Scene::default();
+    file.map_or(Ok(()), |path| read_into(&mut scene, path, admit))?;
+    scene.assign_all(sets, admit)?;
+    Ok(scene)
+}
+
+/// Sets in `scene` everything that the file at `path` sets, or the scene of the gallery of that name where there is no
+/// such file, as far as `admit` takes it.
+///
+/// # Errors
+/// When the file cannot be read or is malformed, or a key or value is refused.
+pub fn read_into(scene: &mut Scene, path: &Path, admit: Admission) -> Result<(), SceneError> {
+    let name = path.to_str().filter(|name| !name.contains(['/', '\\']));
+    match (read(path), name) {
+        (Ok(text), _) => scene.set_admitted(&text, path, admit),
+        (Err(error), Some(name)) if error.kind() == io::ErrorKind::NotFound => {
+            let of_gallery = GalleryScene::named(name).ok_or_else(|| SceneError::NoSuchScene {
+                name: name.to_owned(),
+                nearest: GalleryScene::nearest(name).map(|scene| scene.name),
+            })?;
+            scene.set_admitted(of_gallery.text, &of_gallery.path(), admit)
+        }
+        (Err(source), _) => Err(SceneError::Unreadable { path: path.to_owned(), source }),
+    }
+}
+
+/// Reads the map in the file at `path`: JSON if it ends in `.json`, TOML otherwise.
+///
+/// # Errors
+/// When it cannot be read, or is refused as by [`parse_response_map`].
+pub fn read_response_map(path: &Path) -> Result<ResponseMap, SceneError> {
+    let text = read(path).map_err(|source| SceneError::Unreadable { path: path.to_owned(), source })?;
+    parse_response_map(&text, path)
+}
+
+fn read(path: &Path) -> io::Result<String> {
+    let mut text = String::new();
+    let length = std::fs::File::open(path)?.take(LENGTH_MAX_BYTES + 1).read_to_string(&mut text)?;
+    if u64::try_from(length).unwrap_or(u64::MAX) > LENGTH_MAX_BYTES {
+        return Err(io::Error::new(io::ErrorKind::FileTooLarge, "longer than 1 MiB"));
+    }
+    Ok(text)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn exact_a_name_without_a_file_is_of_the_gallery() {
+        let of_name = |name: &str| load(Some(Path::new(name)), &[]);
+        assert_eq!(of_name("heavy-rotor").unwrap().seed(), 3);
+        for (name, hint) in [
+            ("heavy_rotr.toml", "did you mean heavy_rotor?"),
+            ("xyzzy", "`host-sim scenes` lists the gallery"),
+        ] {
+            assert_eq!(
+                of_name(name).unwrap_err().one_line(),
+                format!(
+                    "error: there is no file {name}, and no scene of that name in the gallery; hint: {hint}"
+                )
+            );
+        }
+    }
+
+    #[test]
+    fn exact_missing_binary_and_endless_files() {
+        let missing = load(Some(Path::new("/nonexistent/scene.toml")), &[]).unwrap_err().one_line();
+        assert!(missing.starts_with("error: cannot read /nonexistent/scene.toml: "), "{missing}");
+        let file = tempfile::NamedTempFile::new().unwrap();
+        std::fs::write(file.path(), [0xff, 0xfe, 0]).unwrap();
+        assert!(load(Some(file.path()), &[]).unwrap_err().one_line().contains("UTF-8"));
+        std::fs::write(file.path(), vec![b'#'; 2 << 20]).unwrap();
+        assert!(load(Some(file.path()), &[]).unwrap_err().one_line().contains("longer than 1 MiB"));
+    }
+}

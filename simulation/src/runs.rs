@@ -1,0 +1,17 @@
+//! One motor, one run: in open loop, in closed loop, a move, a rate.
+
+pub mod closed_loop;
+mod error;
+pub mod filter;
+pub mod health_words;
+pub mod not_modelled;
+pub mod position;
+pub mod rate;
+pub mod record;
+pub mod recording;
+pub mod rotor_tilt;
+pub mod simulate;
+pub mod stated_errors;
+pub mod tick_driver;
+
+pub use error::RunError;

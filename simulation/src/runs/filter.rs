@@ -1,0 +1,132 @@
+//! The estimator that a scene picks.
+
+use estimator::{
+    AngleFilter, CameraFrame, ConstantRate, ConstantRateTuning, Estimate, Health, ImpactAided,
+    ImpactAidedTuning, Innovation, Instruments, LdvSample, TwinFilter, TwinTuning,
+};
+use motor_model::{DriveCommand, MotorParams, OutOfBounds, Real, Time};
+
+use crate::scene::Scene;
+pub use crate::scene::keys::estimator::FILTERS;
+use crate::world::instruments::assumed;
+
+/// The filter that a scene picks, by name: `best` is the best that the assumed instruments allow.
+pub fn chosen(scene: &Scene) -> &'static str {
+    match scene.choice("estimator.filter") {
+        "best" => assumed(scene).best_filter().name(),
+        name => name,
+    }
+}
+
+/// How far back a smoothed estimate lies, in ms.
+pub const SMOOTHER_LAG_MS: u64 = 2;
+
+/// One of the filters, in the precision of the microcontroller unless another is asked for.
+#[derive(Clone, Debug)]
+pub enum AnyFilter<T: Real = f32> {
+    /// Camera only.
+    ConstantRate(Box<ConstantRate<T>>),
+    /// Camera, and impacts from the vibrometer.
+    ImpactAided(Box<ImpactAided<T>>),
+    /// Camera, and the twin driven by the vibrometer's impacts.
+    Twin(Box<TwinFilter<T>>),
+}
+
+impl<T: Real> AnyFilter<T> {
+    /// The filter of a scene.
+    ///
+    /// # Errors
+    /// When the model refuses the motor.
+    pub fn of(scene: &Scene) -> Result<Self, OutOfBounds> {
+        Self::named(chosen(scene), scene)
+    }
+
+    /// The filter of this name, the simplest for any other word: for the design of the motor and the instruments that
+    /// `scene` describes.
+    ///
+    /// # Errors
+    /// When the model refuses the motor.
+    pub fn named(name: &str, scene: &Scene) -> Result<Self, OutOfBounds> {
+        Self::new(name, &scene.motor_params(), &assumed(scene))
+    }
+
+    /// The same for a motor of `design` under `instruments`.
+    ///
+    /// # Errors
+    /// When the model refuses the motor.
+    pub fn new(name: &str, design: &MotorParams, instruments: &Instruments) -> Result<Self, OutOfBounds> {
+        Ok(match name {
+            "twin" => {
+                Self::Twin(Box::new(TwinFilter::try_new(design, &TwinTuning::new(design, instruments))?))
+            }
+            "impact_aided" => {
+                Self::ImpactAided(Box::new(ImpactAided::new(&ImpactAidedTuning::new(design, instruments))))
+            }
+            _ => Self::ConstantRate(Box::new(ConstantRate::new(&ConstantRateTuning::for_motor(
+                design,
+                instruments,
+            )))),
+        })
+    }
+
+    fn get(&self) -> &dyn AngleFilter<T> {
+        match self {
+            Self::ConstantRate(filter) => filter.as_ref(),
+            Self::ImpactAided(filter) => filter.as_ref(),
+            Self::Twin(filter) => filter.as_ref(),
+        }
+    }
+
+    fn get_mut(&mut self) -> &mut dyn AngleFilter<T> {
+        match self {
+            Self::ConstantRate(filter) => filter.as_mut(),
+            Self::ImpactAided(filter) => filter.as_mut(),
+            Self::Twin(filter) => filter.as_mut(),
+        }
+    }
+}
+
+impl<T: Real> AngleFilter<T> for AnyFilter<T> {
+    fn drive(&mut self, at: Time, command: DriveCommand) {
+        self.get_mut().drive(at, command);
+    }
+
+    fn update_ldv(&mut self, sample: &LdvSample) -> Option<Innovation<T>> {
+        self.get_mut().update_ldv(sample)
+    }
+
+    fn update_camera(&mut self, frame: &CameraFrame) -> Innovation<T> {
+        self.get_mut().update_camera(frame)
+    }
+
+    fn estimate(&self, now: Time) -> Option<Estimate<T>> {
+        self.get().estimate(now)
+    }
+
+    fn smoothed(&self, at: Time) -> Option<Estimate<T>> {
+        self.get().smoothed(at)
+    }
+
+    fn health(&self, now: Time) -> Health {
+        self.get().health(now)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn exact_the_best_filter_is_that_of_the_assumed_instruments() {
+        for (sets, name) in [
+            (&[][..], "twin"),
+            (&["ldv.installed=no"], "constant_rate"),
+            (&["estimator.assumed.ldv.installed=no"], "constant_rate"),
+            (&["estimator.filter=impact_aided"], "impact_aided"),
+            (&["ldv.installed=no", "estimator.filter=twin"], "twin"),
+        ] {
+            let sets: Vec<String> = sets.iter().map(|&set: &&str| set.to_owned()).collect();
+            assert_eq!(chosen(&Scene::of_sets(&sets).unwrap()), name, "{sets:?}");
+        }
+    }
+}

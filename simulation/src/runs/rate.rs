@@ -1,0 +1,173 @@
+//! A rate held in closed loop, or a profile of rates, against the truth: `host-sim rate`.
+//!
+//! The first [`SETTLE_S`] are left out. Over the rest, by the true angle:
+//!
+//! ```text
+//! mean error = (turned - asked) / asked          ripple = rms of (angle - reference) and of (rate - asked)
+//! ```
+//!
+//! For a staircase both ways, turns count in the direction asked for, without the rests. Beside it stands the range of
+//! this motor: its mean rates at full drive in open loop, in either mode ([`RateRange`]).
+//!
+//! The mean is over the rest of the run. Its error is the angle's error over that time, so a longer run measures it
+//! better.
+
+mod outcome;
+mod point;
+mod profile;
+mod range;
+
+use std::convert::Infallible;
+use std::ops::ControlFlow;
+
+use controller::TICK_NANOS;
+use controller::rate::{RateHold, RateTuning};
+use motor_model::{DriveMode, Time, math};
+
+use crate::runs::RunError;
+use crate::runs::closed_loop::{self, ClosedRateLoop, RateMoment};
+use crate::runs::filter;
+use crate::runs::rotor_tilt::TiltFigureSums;
+use crate::runs::stated_errors::StatedErrorCounts;
+use crate::scene::Scene;
+pub use outcome::RateOutcome;
+pub use point::RatePoint;
+pub use profile::profile;
+pub use range::RateRange;
+
+/// Left out at the start, and after each step of a staircase.
+pub const SETTLE_S: f64 = 0.25;
+
+/// Sums over the measured time.
+#[derive(Default)]
+struct RateSums {
+    ticks: f64,
+    turned_deg: f64,
+    asked_deg: f64,
+    following_deg2: f64,
+    ripple_deg2_s2: f64,
+    estimate_mdeg2: f64,
+    stated: StatedErrorCounts,
+    tilt: TiltFigureSums,
+    saturated: f64,
+    /// Whether there was a reference in the last tick, and how often it was lost.
+    had_reference: bool,
+    reference_losses: u32,
+}
+
+/// A tick of the loop in s.
+#[expect(clippy::cast_precision_loss, reason = "10,000 ns")]
+const TICK_S: f64 = TICK_NANOS as f64 / 1e9;
+/// Ticks from one point of the picture to the next.
+const TICKS_PER_POINT: u64 = 500;
+
+/// Runs the rate of `scene`, and calls `observe` with a point of the picture every 5 ms.
+///
+/// # Errors
+/// When the scene is refused.
+pub fn run(scene: &Scene, observe: impl FnMut(RatePoint)) -> Result<RateOutcome, RunError> {
+    let ControlFlow::Continue(outcome) =
+        run_with(scene, observe, |_, _| ControlFlow::<Infallible>::Continue(()))?;
+    Ok(outcome)
+}
+
+/// The same, and `intervene` sees the loop after every tick, and may change it, or end the run with a value of its own.
+///
+/// # Errors
+/// When the scene is refused.
+pub fn run_with<B>(
+    scene: &Scene,
+    mut observe: impl FnMut(RatePoint),
+    mut intervene: impl FnMut(&mut ClosedRateLoop, &RateMoment) -> ControlFlow<B>,
+) -> Result<ControlFlow<B, RateOutcome>, RunError> {
+    let hold = RateHold::new(profile(scene)?, RateTuning::default(), Time::ZERO);
+    let duration_s = scene.number("rate.duration_s");
+    let both_ways = scene.choice("rate.profile") == "both_ways";
+    let mut sums = RateSums::default();
+    let mut closed_loop = closed_loop::rate(scene, hold)?;
+    let mut last_angle = closed_loop.plant().rotor().angle;
+    let (mut point_angle, mut ticks) = (last_angle, 0_u64);
+    let mut since_point = TiltFigureSums::default();
+    let ended = closed_loop.run(|closed_loop, tick| {
+        if let ControlFlow::Break(value) = intervene(closed_loop, &tick) {
+            return ControlFlow::Break(ControlFlow::Break(value));
+        }
+        ticks += 1;
+        sums.tilt.add(tick.tilt.as_ref());
+        since_point.add(tick.tilt.as_ref());
+        let (angle, time_s, report) = (tick.angle, tick.seconds(), &tick.report);
+        let asked_deg_s = f64::from(report.wanted_rad_s).to_degrees();
+        let off_deg = report.reference.map_or(0.0, |reference| angle.minus(reference).degrees());
+        let amplitude = f64::from(report.applied.amplitude());
+        let has_reference = report.reference.is_some();
+        sums.reference_losses += u32::from(sums.had_reference && !has_reference);
+        sums.had_reference = has_reference;
+        if profile::settled(scene, time_s, duration_s) {
+            sums.ticks += 1.0;
+            // Both ways, turns count in the direction asked for: otherwise they would cancel.
+            let along = if both_ways { asked_deg_s.signum() } else { 1.0 };
+            sums.turned_deg += along * angle.minus(last_angle).degrees();
+            sums.asked_deg += along * asked_deg_s * TICK_S;
+            sums.following_deg2 += off_deg * off_deg;
+            let ripple = tick.rate_rad_s.to_degrees() - asked_deg_s;
+            sums.ripple_deg2_s2 += ripple * ripple;
+            if let Some(estimate) = &report.estimate {
+                sums.stated.add(estimate, report.health, angle);
+                let error = 1e3 * estimate.angle.minus(angle).degrees();
+                sums.estimate_mdeg2 += error * error;
+            }
+            sums.saturated += f64::from(u8::from(amplitude >= 1.0));
+        }
+        last_angle = angle;
+        if ticks.is_multiple_of(TICKS_PER_POINT) {
+            #[expect(clippy::cast_precision_loss, reason = "500")]
+            let rate_deg_s = angle.minus(point_angle).degrees() / (TICKS_PER_POINT as f64 * TICK_S);
+            let drive = if report.applied.mode() == Some(DriveMode::C) { -amplitude } else { amplitude };
+            let tilt = std::mem::take(&mut since_point).figures();
+            observe(RatePoint {
+                time_s,
+                asked_deg_s,
+                rate_deg_s,
+                off_deg,
+                drive,
+                tilt,
+                health: report.health,
+            });
+            point_angle = angle;
+        }
+        if time_s >= duration_s {
+            ControlFlow::Break(ControlFlow::Continue(()))
+        } else {
+            ControlFlow::Continue(())
+        }
+    });
+    if let ControlFlow::Break(value) = ended {
+        return Ok(ControlFlow::Break(value));
+    }
+    Ok(ControlFlow::Continue(sums.outcome(scene, RateRange::of(scene)?)))
+}
+
+impl RateSums {
+    fn outcome(&self, scene: &Scene, range: RateRange) -> RateOutcome {
+        let measured_s = self.ticks * TICK_S;
+        let root = |sum: f64| math::sqrt(sum / self.ticks.max(1.0));
+        RateOutcome {
+            rate_deg_s: scene.number("rate.deg_s"),
+            profile: scene.choice("rate.profile"),
+            measured_s,
+            asked_deg_s: self.asked_deg / measured_s,
+            mean_deg_s: self.turned_deg / measured_s,
+            mean_error_percent: 100.0 * (self.turned_deg - self.asked_deg) / self.asked_deg.abs(),
+            following_rms_deg: root(self.following_deg2),
+            ripple_rms_deg_s: root(self.ripple_deg2_s2),
+            estimate_rms_mdeg: root(self.estimate_mdeg2),
+            stated: self.stated.figures(),
+            tilt: self.tilt.figures(),
+            reference_losses: self.reference_losses,
+            filter: filter::chosen(scene),
+            saturated: self.saturated / self.ticks.max(1.0),
+            range,
+            seed: scene.seed(),
+        }
+    }
+}

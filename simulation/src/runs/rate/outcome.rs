@@ -1,0 +1,90 @@
+//! What became of a held rate, in numbers and in words.
+
+use std::fmt;
+
+use serde::Serialize;
+
+use super::RateRange;
+use crate::runs::rotor_tilt::TiltFigures;
+use crate::runs::stated_errors::StatedErrors;
+
+/// What became of a held rate.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct RateOutcome {
+    /// Rate asked for.
+    pub rate_deg_s: f64,
+    /// Profile.
+    pub profile: &'static str,
+    /// Time after settling.
+    pub measured_s: f64,
+    /// Mean rate asked for in that time; for a staircase both ways, of its magnitude.
+    pub asked_deg_s: f64,
+    /// True mean rate in that time.
+    pub mean_deg_s: f64,
+    /// Error of the mean, in percent of what was asked for.
+    pub mean_error_percent: f64,
+    /// Root mean square of the true angle less the reference.
+    pub following_rms_deg: f64,
+    /// Root mean square of the true rate less the one asked for.
+    pub ripple_rms_deg_s: f64,
+    /// Root mean square of the estimated less the true angle.
+    pub estimate_rms_mdeg: f64,
+    /// The same beside what the filter states, after settling.
+    #[serde(flatten)]
+    pub stated: StatedErrors,
+    /// Tilt and shift in the whole run; left out of a rotor that does not tilt.
+    #[serde(flatten)]
+    pub tilt: Option<TiltFigures>,
+    /// How often the estimate was lost in the whole run: each time the reference begins anew where the rotor then is.
+    pub reference_losses: u32,
+    /// The filter that ran.
+    pub filter: &'static str,
+    /// Share of the time at full drive: near 1 the motor cannot do more.
+    pub saturated: f64,
+    /// The range of this motor at full drive.
+    #[serde(rename = "reach")]
+    pub range: RateRange,
+    /// Seed of the run.
+    pub seed: u64,
+}
+
+impl RateOutcome {
+    /// Whether the motor can hold what was asked for.
+    fn is_within_range(&self) -> bool {
+        let both_ways = self.profile == "both_ways";
+        self.range.holds(self.rate_deg_s) && (!both_ways || self.range.holds(-self.rate_deg_s))
+    }
+
+    /// The outcome in words: what is said, and of what.
+    pub fn lines(&self) -> Vec<(&'static str, String)> {
+        let mean = format!(
+            "{:+.4} deg/s for {:+.4} over {:.2} s: {:+.4} % off",
+            self.mean_deg_s, self.asked_deg_s, self.measured_s, self.mean_error_percent
+        );
+        let mut lines = vec![
+            ("rate", format!("{:+.2} deg/s, {}, seed {}", self.rate_deg_s, self.profile, self.seed)),
+            ("true mean rate", mean),
+            ("following", format!("{:.3} deg rms off the reference angle", self.following_rms_deg)),
+        ];
+        if self.reference_losses > 0 {
+            let losses = self.reference_losses;
+            lines.push(("reference", format!("begun anew {losses} times, since the estimate was lost")));
+        }
+        lines.push(("ripple", format!("{:.1} deg/s rms", self.ripple_rms_deg_s)));
+        lines.push(("filter", self.filter.to_owned()));
+        lines.push(("estimator error", format!("{:.2} mdeg rms", self.estimate_rms_mdeg)));
+        lines.extend(self.tilt.as_ref().map(|tilt| ("rotor", tilt.to_string())));
+        lines.push(("at full drive", format!("{:.1} % of the time", 100.0 * self.saturated)));
+        let RateRange { clockwise_deg_s, counter_clockwise_deg_s } = self.range;
+        let beyond = if self.is_within_range() { "" } else { ": the rate asked for is beyond it" };
+        let range = format!("{counter_clockwise_deg_s:+.0} to {clockwise_deg_s:+.0} deg/s{beyond}");
+        lines.push(("this motor reaches", range));
+        lines
+    }
+}
+
+impl fmt::Display for RateOutcome {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.lines().iter().try_for_each(|(what, said)| writeln!(f, "{what:<19}{said}"))
+    }
+}
