@@ -90,14 +90,12 @@ check_firmware() {
 
 # The fuzz targets are linted here and run by tests/soak.sh: they have a main function of their own, which does not end.
 #
-# Everything of the host is built once, in one profile, with the integrators of other crates beside the twin (`host-sim
-# accuracy`). The tests run by `cargo test`, which shares a run between the tests of a binary; cargo-nextest would
-# repeat it for each of them.
-features=(--features micromotor-sim/peers)
+# Everything of the host is built once, in one profile. The tests run by `cargo test`, which shares a run between the
+# tests of a binary; cargo-nextest would repeat it for each of them.
 
 # The test harness tells how long each test takes only if it may use options that are not stable yet.
 timed_tests() {
-    cargo test --workspace --exclude fuzz "${features[@]}" \
+    cargo test --workspace --exclude fuzz \
         --config 'target."cfg(not(target_os = \"none\"))".runner = ["env", "RUSTC_BOOTSTRAP=1"]' \
         "$@" -Z unstable-options --report-time 2>&1 | tee -a "$logs/tests"
 }
@@ -121,7 +119,7 @@ cargo fmt --all --check
 
 if [[ $lane == quick ]]; then
     heading "lints"
-    cargo clippy --workspace "${features[@]}" --all-targets -- -D warnings
+    cargo clippy --workspace --all-targets -- -D warnings
     heading "unit tests"
     timed_tests --lib --
     heading "one closed loop"
@@ -134,13 +132,14 @@ check_firmware >"$logs/firmware" 2>&1 &
 firmware_id=$!
 
 heading "lints"
-cargo clippy --workspace "${features[@]}" --all-targets -- -D warnings
+cargo clippy --workspace --all-targets -- -D warnings
 
-heading "the command as a user builds it, without optional features"
-cargo clippy --package micromotor-sim -- -D warnings
+# tests/soak.sh tests them.
+heading "the command with its optional parts"
+cargo clippy --workspace --exclude fuzz --features micromotor-sim/peers --lib -- -D warnings
 
 heading "documentation"
-RUSTDOCFLAGS="-D warnings" cargo doc --workspace "${features[@]}" --no-deps --document-private-items
+RUSTDOCFLAGS="-D warnings" cargo doc --workspace --no-deps --document-private-items
 
 heading "firmware builds for the microcontroller, and so does each no_std crate by itself"
 status=0
@@ -152,6 +151,6 @@ cat "$logs/firmware"
 # On the host and, through tests/qemu, on the emulated microcontroller.
 heading "tests"
 timed_tests --lib --bins --tests --
-cargo test --workspace --exclude fuzz "${features[@]}" --doc
+cargo test --workspace --exclude fuzz --doc
 
 summary

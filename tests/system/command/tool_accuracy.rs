@@ -62,7 +62,13 @@ fn tool_every_figure_is_there() {
             assert_between(number(&row["bursts"][burst], "relative").abs(), 0.0, 200.0, row);
         }
     }
-    // The tests build the command with its optional peers.
+}
+
+/// The integrators of other crates, which `tests/soak.sh` builds into the command.
+#[cfg(feature = "peers")]
+#[test]
+fn dual_integrators_of_other_crates_meet_the_plate_at_the_same_instant() {
+    let (_, report) = quick();
     for name in ["diffsol 0.18 tsit45", "differential-equations 0.7 dopri5", "ode_solvers 0.6 dopri5"] {
         let peer = peer(report, name, 5e-6);
         assert_between(number(&peer["cost"], "ns_per_step"), 1.0, 1e6, peer);
