@@ -125,4 +125,6 @@ pub use ports::{Drive, LDV_SAMPLES_PER_TICK_MAX, Sense};
 pub use positioning::{Positioning, PositioningPhase, PositioningTuning, StopReason, Wait};
 pub use response_map::ResponseMap;
 pub use target::{Limits, Target, Travel};
-pub use tick::{PositionLoop, RateLoop, RateReport, TICK_NANOS, TickReport, tick, tick_by, tick_rate};
+pub use tick::{
+    Fused, PositionLoop, RateLoop, RateReport, TICK_NANOS, TickReport, fuse, tick, tick_by, tick_rate,
+};

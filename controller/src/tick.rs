@@ -183,13 +183,20 @@ pub fn tick_rate<F: AngleFilter<f32>, M: Borrow<ResponseMap>, P: Sense + Drive>(
 }
 
 /// The estimate once every measurement that arrived is fused.
-struct Fused {
-    camera: Option<Innovation<f32>>,
-    estimate: Option<Estimate<f32>>,
-    health: Health,
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Fused {
+    /// What became of the camera frame that arrived, if one did.
+    pub camera: Option<Innovation<f32>>,
+    /// The estimate; `None` before the first camera frame.
+    pub estimate: Option<Estimate<f32>>,
+    /// Whether it may be used.
+    pub health: Health,
 }
 
-fn fuse<F: AngleFilter<f32>>(filter: &mut F, now: Time, ports: &mut impl Sense) -> Fused {
+/// The first half of a tick, for a controller of one's own: gives `filter` what has arrived at `now`, and estimates.
+///
+/// The second half is to decide, to drive, and to tell the filter the drive that is applied ([`AngleFilter::drive`]).
+pub fn fuse<F: AngleFilter<f32>>(filter: &mut F, now: Time, ports: &mut impl Sense) -> Fused {
     for _ in 0..LDV_SAMPLES_PER_TICK_MAX {
         let Some(sample) = ports.ldv_sample() else { break };
         filter.update_ldv(&sample);
