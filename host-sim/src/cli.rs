@@ -15,6 +15,7 @@ mod examples;
 mod faults;
 mod identification;
 mod import;
+pub mod in_process;
 mod instruments;
 mod interruption;
 mod keys;

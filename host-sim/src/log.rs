@@ -22,7 +22,7 @@
 //! holds for an interruption. A file that is there already is replaced by the log of a whole run alone; what an
 //! unfinished run leaves is then written beside it, as `NAME.partial.EXTENSION`.
 
-mod channels;
+pub mod channels;
 mod csv_log;
 mod error;
 mod explain;

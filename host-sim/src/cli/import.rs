@@ -11,7 +11,9 @@ use super::log_args::LogArgs;
 use super::{Format, SceneArgs};
 use crate::cli::CommandError;
 use crate::log::LogError;
-use crate::log::import::{Clock, ColumnName, DriveTable, Import, MeasuredTable, Recording};
+use crate::log::import::{
+    Clock, ColumnName, DriveTable, Drives, Import, MeasuredTable, Measurements, Recording,
+};
 use crate::report::files;
 
 /// A clock as `OFFSET_S` or `OFFSET_S,DRIFT_PPM`.
@@ -141,7 +143,7 @@ impl ImportArgs {
         Ok(files::print(&self.format.of(format!("{imported}{logged}"), json))?)
     }
 
-    fn recording(&self) -> Recording {
+    fn recording(&self) -> Recording<'static> {
         let camera = self.camera.as_ref().map(|path| MeasuredTable {
             path: path.clone(),
             time: self.camera_time.clone(),
@@ -166,6 +168,10 @@ impl ImportArgs {
             frequency: self.drive_frequency.clone(),
             clock: self.drive_clock,
         });
-        Recording { camera, vibrometer, drive }
+        Recording {
+            camera: camera.map(Measurements::Table),
+            vibrometer: vibrometer.map(Measurements::Table),
+            drive: drive.map(Drives::Table),
+        }
     }
 }

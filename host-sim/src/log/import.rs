@@ -1,4 +1,4 @@
-//! A user's own recording into a log: tables of angles, velocities and drives, each on a clock of its own.
+//! A user's own recording into a log: angles, velocities and drives, in tables each on a clock of its own, or in memory.
 //!
 //! ```text
 //! value    = scale * cell * unit + offset
@@ -20,10 +20,10 @@ mod summary;
 mod table;
 
 pub use column::{ColumnName, Quantity};
-pub use drive::DriveTable;
+pub use drive::{DriveTable, Drives};
 pub use error::ImportError;
 pub use rows::Clock;
-pub use source::MeasuredTable;
+pub use source::{MeasuredSeries, MeasuredTable, Measurements};
 pub use summary::{Imported, ImportedSource};
 
 use std::ops::ControlFlow;
@@ -33,7 +33,7 @@ use estimator::{CameraFrame, Health, LdvSample};
 use motor_model::{Angle, DriveCommand, Time};
 
 use super::error::LogError;
-use rows::TableRows;
+use rows::SourceRows;
 use simulation::runs::record::{Observer, RunRecord, Task};
 use simulation::scene::{Origin, Scene};
 use source::Preview;
@@ -44,19 +44,19 @@ const GAP_MAX_S: f64 = 60.0;
 
 /// What is imported.
 #[derive(Clone, Debug, Default)]
-pub struct Recording {
+pub struct Recording<'a> {
     /// Angles of the rotor, clockwise positive.
-    pub camera: Option<MeasuredTable>,
+    pub camera: Option<Measurements<'a>>,
     /// Vertical velocities, upwards positive.
-    pub vibrometer: Option<MeasuredTable>,
-    /// Drives, each from its time on; without a table the drive is off.
-    pub drive: Option<DriveTable>,
+    pub vibrometer: Option<Measurements<'a>>,
+    /// Drives, each from its time on; without them the drive is off.
+    pub drive: Option<Drives<'a>>,
 }
 
 /// A recording whose tables have been looked at.
 #[derive(Debug)]
 pub struct Import<'a> {
-    recording: &'a Recording,
+    recording: &'a Recording<'a>,
     /// The scene of the log: that of the user with the rates of the instruments.
     scene: Scene,
     /// Time of the log's 0 in s, on the clock that all tables share once theirs are corrected.
@@ -68,8 +68,8 @@ impl<'a> Import<'a> {
     /// of camera and vibrometer, of the marks, and whether there is a vibrometer, comes from the tables.
     ///
     /// # Errors
-    /// When a table cannot be read, lacks a column or has no measurement, or the scene refuses a rate.
-    pub fn new(recording: &'a Recording, mut scene: Scene) -> Result<Self, LogError> {
+    /// When a source cannot be read, lacks a column or has no measurement, or the scene refuses a rate.
+    pub fn new(recording: &'a Recording<'a>, mut scene: Scene) -> Result<Self, LogError> {
         if recording.camera.is_none() && recording.vibrometer.is_none() {
             return Err(ImportError::NothingMeasured.into());
         }
@@ -79,8 +79,8 @@ impl<'a> Import<'a> {
         }
         let set: Vec<&str> = scene.keys_set().collect();
         let unset = |key: &str| !set.contains(&key);
-        let preview = |table: &Option<MeasuredTable>, quantity| -> Result<Option<Preview>, ImportError> {
-            table.as_ref().map(|table| Preview::of(table, quantity)).transpose()
+        let preview = |source: &Option<Measurements>, quantity| -> Result<Option<Preview>, ImportError> {
+            source.as_ref().map(|source| Preview::of(source, quantity)).transpose()
         };
         let camera = preview(&recording.camera, Quantity::Angle)?;
         let vibrometer = preview(&recording.vibrometer, Quantity::Velocity)?;
@@ -116,16 +116,16 @@ impl<'a> Import<'a> {
     /// When a table cannot be read, has a cell that is no number or a gap of more than a minute, or `observer` ends it.
     pub fn run<O: Observer>(&self, observer: &mut O) -> Result<Imported, LogError> {
         let Recording { camera, vibrometer, drive } = self.recording;
-        let rows = |table: &Option<MeasuredTable>, quantity| match table {
-            Some(table) => table.rows(quantity, self.start_s),
-            None => Ok(TableRows::none()),
+        let rows = |source: &'a Option<Measurements<'a>>, quantity| match source {
+            Some(source) => source.rows(quantity, self.start_s),
+            None => Ok(SourceRows::none()),
         };
         let mut ticks = Ticks {
             frames: rows(camera, Quantity::Angle)?,
             samples: rows(vibrometer, Quantity::Velocity)?,
             drives: match drive {
-                Some(table) => table.rows(self.start_s, self.scene.motor_params())?,
-                None => TableRows::none(),
+                Some(drives) => drives.rows(self.start_s, self.scene.motor_params())?,
+                None => SourceRows::none(),
             },
             latency_nanos: latency_nanos(&self.scene),
             drive: DriveCommand::OFF,
@@ -145,17 +145,17 @@ fn latency_nanos(scene: &Scene) -> u64 {
     rows::nanos(after_middle * period_s + scene.number("camera.latency_s"))
 }
 
-/// The ticks of a log, from the tables.
-struct Ticks {
-    frames: TableRows<f64>,
-    samples: TableRows<f64>,
-    drives: TableRows<DriveCommand>,
+/// The ticks of a log, from its sources.
+struct Ticks<'a> {
+    frames: SourceRows<'a, f64>,
+    samples: SourceRows<'a, f64>,
+    drives: SourceRows<'a, DriveCommand>,
     latency_nanos: u64,
     drive: DriveCommand,
     summary: Summary,
 }
 
-impl Ticks {
+impl Ticks<'_> {
     /// Gives the records up to the last measurement to `observer`; the end of the last tick.
     fn run<O: Observer>(&mut self, observer: &mut O) -> Result<Time, LogError> {
         let mut now = Time::ZERO;

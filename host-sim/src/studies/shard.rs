@@ -1,6 +1,8 @@
 //! A study whose runs are numbered, in parts: each process makes some of the runs, and their rows are put together.
 
+use std::any::Any;
 use std::ops::Range;
+use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
 use std::path::Path;
 
 use rayon::prelude::*;
@@ -56,8 +58,16 @@ impl Shard {
     }
 }
 
+/// Why no more runs are made.
+enum Ended<E> {
+    /// A run failed.
+    Failed(E),
+    /// The progress unwound.
+    Unwound(Box<dyn Any + Send>),
+}
+
 /// Makes each of the runs `numbers`, and calls `progress` after each. The rows come in the order of the numbers,
-/// whatever the number of threads.
+/// whatever the number of threads. A progress that unwinds ends the study: the runs under way are made, and no others.
 ///
 /// # Errors
 /// That of the first run that fails.
@@ -67,11 +77,15 @@ pub fn run_each<T: Send, E: Send>(
     progress: &(impl Fn() + Sync),
 ) -> Result<Vec<T>, E> {
     let one = |number| {
-        let row = one(number);
-        progress();
+        let row = one(number).map_err(Ended::Failed);
+        catch_unwind(AssertUnwindSafe(progress)).map_err(Ended::Unwound)?;
         row
     };
-    numbers.into_par_iter().with_max_len(1).map(one).collect()
+    match numbers.into_par_iter().with_max_len(1).map(one).collect() {
+        Ok(rows) => Ok(rows),
+        Err(Ended::Failed(error)) => Err(error),
+        Err(Ended::Unwound(payload)) => resume_unwind(payload),
+    }
 }
 
 /// The rows of several parts in the order of their numbers; a row that came twice stands once.
@@ -128,4 +142,24 @@ pub fn packed<T: Serialize>(rows: &[T]) -> Result<Vec<u8>, OutputError> {
 pub fn unpacked<T: DeserializeOwned>(path: &Path) -> Result<Vec<T>, OutputError> {
     let bytes = crate::report::files::read(path)?;
     postcard::from_bytes(&bytes).map_err(|error| OutputError::unexpected(path, error))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::sync::atomic::{AtomicUsize, Ordering};
+
+    /// Of many runs few are made once the progress unwinds: at most one on each thread, and one that was begun.
+    #[test]
+    fn exact_a_progress_that_unwinds_ends_the_study() {
+        let (made, threads) = (AtomicUsize::new(0), rayon::current_num_threads());
+        let one = |number: u64| {
+            made.fetch_add(1, Ordering::SeqCst);
+            Ok::<_, ()>(number)
+        };
+        let study = || run_each((0..100_000).collect(), one, &|| resume_unwind(Box::new("enough")));
+        let payload = catch_unwind(AssertUnwindSafe(study)).unwrap_err();
+        assert_eq!(payload.downcast_ref(), Some(&"enough"));
+        assert!(made.load(Ordering::SeqCst) <= 2 * threads, "{made:?} runs on {threads} threads");
+    }
 }

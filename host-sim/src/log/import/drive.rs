@@ -1,10 +1,10 @@
-//! A table of drives.
+//! The drives of a recording: a table in a file, or a series in memory.
 
 use std::path::PathBuf;
 
 use motor_model::{DriveCommand, DriveMode, MotorParams};
 
-use super::rows::{Clock, TableRows};
+use super::rows::{Clock, NextRow, SourceRows};
 use super::table::Table;
 use super::{ColumnName, ImportError, Quantity};
 use simulation::runs::recording::design_frequency_hz;
@@ -26,25 +26,53 @@ pub struct DriveTable {
     pub clock: Clock,
 }
 
-impl DriveTable {
+/// The drives of a recording.
+#[derive(Clone, Debug)]
+pub enum Drives<'a> {
+    /// In a file.
+    Table(DriveTable),
+    /// In memory: times in s, each with the drive from then on.
+    Series(&'a [(f64, DriveCommand)]),
+}
+
+impl Drives<'_> {
     /// Its rows from `start_s` on, of a motor of this design; what was set before holds from the start on.
     pub(super) fn rows(
         &self,
         start_s: f64,
         design: MotorParams,
-    ) -> Result<TableRows<DriveCommand>, ImportError> {
-        let table = Table::open(&self.path)?;
+    ) -> Result<SourceRows<'_, DriveCommand>, ImportError> {
+        let rows = match self {
+            Self::Table(table) => SourceRows::of(table.next_row(design)?, table.clock, start_s),
+            Self::Series(series) => {
+                let mut rows = series.iter();
+                let next = move || Ok(rows.next().map(|(at_s, drive)| (Some(*at_s), Some(*drive))));
+                SourceRows::of(Box::new(next), Clock::default(), start_s)
+            }
+        };
+        let mut rows = rows.keeping_early();
+        rows.fill()?;
+        Ok(rows)
+    }
+}
+
+impl DriveTable {
+    fn next_row(&self, design: MotorParams) -> Result<NextRow<'_, DriveCommand>, ImportError> {
+        let mut table = Table::open(&self.path)?;
         let [mode, amplitude] = [table.place(&self.mode)?, table.place(&self.amplitude)?];
         let frequency = match &self.frequency {
             Some(column) => Some((table.place(&column.name)?, column.factor(Quantity::Frequency)?)),
             None => None,
         };
+        let (time, time_factor) = (table.place(&self.time.name)?, self.time.factor(Quantity::Time)?);
         let columns = DriveColumns { mode, amplitude, frequency };
-        let decode = move |table: &Table| columns.drive(table, &design);
-        let mut rows =
-            TableRows::of(table, &self.time, self.clock, start_s, Box::new(decode))?.keeping_early();
-        rows.fill()?;
-        Ok(rows)
+        Ok(Box::new(move || {
+            if !table.advance()? {
+                return Ok(None);
+            }
+            let shown_s = table.number(time)?.map(|cell| time_factor * cell);
+            Ok(Some((shown_s, columns.drive(&table, &design)?)))
+        }))
     }
 }
 

@@ -1,10 +1,9 @@
-//! Rows of a table with a time of the log and a value each, later and later.
+//! Rows of a source with a time of the log and a value each, later and later.
 
 use motor_model::Time;
 use serde::Serialize;
 
-use super::table::Table;
-use super::{ColumnName, ImportError, Quantity};
+use super::ImportError;
 
 /// The clock of a table.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -39,17 +38,16 @@ pub(super) fn nanos(seconds: f64) -> u64 {
     (1e9 * seconds).round().max(0.0) as u64
 }
 
-/// Makes the value of a row: `None` where it has none.
-pub(super) type Decode<T> = Box<dyn Fn(&Table) -> Result<Option<T>, ImportError>>;
+/// The next row of a source: a time in s, as its clock shows it, and a value; `None` after the last. A row may lack
+/// either.
+pub(super) type NextRow<'a, T> =
+    Box<dyn FnMut() -> Result<Option<(Option<f64>, Option<T>)>, ImportError> + 'a>;
 
-/// The rows of a table, by times of the log.
-pub(super) struct TableRows<T> {
-    table: Option<Table>,
-    time_place: usize,
-    time_factor: f64,
+/// The rows of a source, by times of the log.
+pub(super) struct SourceRows<'a, T> {
+    next: NextRow<'a, T>,
     clock: Clock,
     start_s: f64,
-    decode: Decode<T>,
     /// Whether a row before the start is taken as of the start.
     keeps_early: bool,
     upcoming: Option<(Time, T)>,
@@ -57,40 +55,23 @@ pub(super) struct TableRows<T> {
     left_out: LeftOut,
 }
 
-impl<T> TableRows<T> {
+impl<'a, T> SourceRows<'a, T> {
     /// No rows.
     pub(super) fn none() -> Self {
+        Self::of(Box::new(|| Ok(None)), Clock::default(), 0.0)
+    }
+
+    /// The rows that `next` gives, before the first is read.
+    pub(super) fn of(next: NextRow<'a, T>, clock: Clock, start_s: f64) -> Self {
         Self {
-            table: None,
-            time_place: 0,
-            time_factor: 1.0,
-            clock: Clock::default(),
-            start_s: 0.0,
-            decode: Box::new(|_| Ok(None)),
+            next,
+            clock,
+            start_s,
             keeps_early: false,
             upcoming: None,
             last: None,
             left_out: LeftOut::default(),
         }
-    }
-
-    /// The rows of `table` with times in the column `time`, before the first is read.
-    pub(super) fn of(
-        table: Table,
-        time: &ColumnName,
-        clock: Clock,
-        start_s: f64,
-        decode: Decode<T>,
-    ) -> Result<Self, ImportError> {
-        Ok(Self {
-            time_place: table.place(&time.name)?,
-            time_factor: time.factor(Quantity::Time)?,
-            table: Some(table),
-            clock,
-            start_s,
-            decode,
-            ..Self::none()
-        })
     }
 
     /// The same with rows before the start taken as of the start.
@@ -100,14 +81,11 @@ impl<T> TableRows<T> {
 
     /// Time and value of the next row that has both, in s of the common clock.
     pub(super) fn next_row(&mut self) -> Result<Option<(f64, T)>, ImportError> {
-        let Some(table) = &mut self.table else { return Ok(None) };
-        while table.advance()? {
-            match (table.number(self.time_place)?, (self.decode)(table)?) {
-                (Some(time), Some(value)) => {
-                    return Ok(Some((self.clock.true_s(self.time_factor * time), value)));
-                }
-                _ => self.left_out.empty += 1,
+        while let Some(row) = (self.next)()? {
+            if let (Some(shown_s), Some(value)) = row {
+                return Ok(Some((self.clock.true_s(shown_s), value)));
             }
+            self.left_out.empty += 1;
         }
         Ok(None)
     }

@@ -1,8 +1,8 @@
-//! A table of an instrument.
+//! What an instrument measured: a table in a file, or series in memory.
 
 use std::path::PathBuf;
 
-use super::rows::{Clock, TableRows};
+use super::rows::{Clock, NextRow, SourceRows};
 use super::table::Table;
 use super::{ColumnName, ImportError, Quantity};
 use simulation::math::statistics::quantile;
@@ -27,27 +27,76 @@ pub struct MeasuredTable {
     pub clock: Clock,
 }
 
-impl MeasuredTable {
+/// Measurements of an instrument in memory.
+#[derive(Clone, Copy, Debug)]
+pub struct MeasuredSeries<'a> {
+    /// What messages call it.
+    pub name: &'static str,
+    /// Times in s: of a frame the middle of its exposure.
+    pub time_s: &'a [f64],
+    /// Values in degrees or m/s, as many as times. What is not finite is left out.
+    pub values: &'a [f64],
+}
+
+/// What an instrument measured.
+#[derive(Clone, Debug)]
+pub enum Measurements<'a> {
+    /// In a file.
+    Table(MeasuredTable),
+    /// In memory.
+    Series(MeasuredSeries<'a>),
+}
+
+impl Measurements<'_> {
     /// Its rows from `start_s` on.
-    pub(super) fn rows(&self, quantity: Quantity, start_s: f64) -> Result<TableRows<f64>, ImportError> {
+    pub(super) fn rows(&self, quantity: Quantity, start_s: f64) -> Result<SourceRows<'_, f64>, ImportError> {
         let mut rows = self.opened(quantity, start_s)?;
         rows.fill()?;
         Ok(rows)
     }
 
     /// The same before the first row is read.
-    fn opened(&self, quantity: Quantity, start_s: f64) -> Result<TableRows<f64>, ImportError> {
-        let table = Table::open(&self.path)?;
-        let (place, factor) = (table.place(&self.value.name)?, self.value.factor(quantity)?);
-        let (scale, offset) = (self.scale, self.offset);
-        let decode = move |table: &Table| {
-            table.number(place).map(|cell| cell.map(|cell| scale * (cell * factor) + offset))
-        };
-        TableRows::of(table, &self.time, self.clock, start_s, Box::new(decode))
+    fn opened(&self, quantity: Quantity, start_s: f64) -> Result<SourceRows<'_, f64>, ImportError> {
+        Ok(match self {
+            Self::Table(table) => SourceRows::of(table.next_row(quantity)?, table.clock, start_s),
+            Self::Series(series) => SourceRows::of(series.next_row(), Clock::default(), start_s),
+        })
+    }
+
+    /// What messages call it.
+    fn path(&self) -> PathBuf {
+        match self {
+            Self::Table(table) => table.path.clone(),
+            Self::Series(series) => series.name.into(),
+        }
     }
 }
 
-/// What the beginning of a table says of its instrument.
+impl MeasuredTable {
+    fn next_row(&self, quantity: Quantity) -> Result<NextRow<'_, f64>, ImportError> {
+        let mut table = Table::open(&self.path)?;
+        let (value, factor) = (table.place(&self.value.name)?, self.value.factor(quantity)?);
+        let (time, time_factor) = (table.place(&self.time.name)?, self.time.factor(Quantity::Time)?);
+        let (scale, offset) = (self.scale, self.offset);
+        Ok(Box::new(move || {
+            if !table.advance()? {
+                return Ok(None);
+            }
+            let shown_s = table.number(time)?.map(|cell| time_factor * cell);
+            Ok(Some((shown_s, table.number(value)?.map(|cell| scale * (cell * factor) + offset))))
+        }))
+    }
+}
+
+impl MeasuredSeries<'_> {
+    fn next_row(&self) -> NextRow<'_, f64> {
+        let finite = |number: &f64| number.is_finite().then_some(*number);
+        let mut rows = self.time_s.iter().map(finite).zip(self.values.iter().map(finite));
+        Box::new(move || Ok(rows.next()))
+    }
+}
+
+/// What the beginning of the measurements says of their instrument.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Preview {
     /// Time of the first row, on the common clock.
@@ -57,12 +106,12 @@ pub(super) struct Preview {
 }
 
 impl Preview {
-    /// That of `table`.
+    /// That of `measurements`.
     ///
     /// # Errors
-    /// When it cannot be read or has fewer than two rows.
-    pub(super) fn of(table: &MeasuredTable, quantity: Quantity) -> Result<Self, ImportError> {
-        let mut rows = table.opened(quantity, f64::NEG_INFINITY)?;
+    /// When they cannot be read or have fewer than two rows.
+    pub(super) fn of(measurements: &Measurements, quantity: Quantity) -> Result<Self, ImportError> {
+        let mut rows = measurements.opened(quantity, f64::NEG_INFINITY)?;
         let mut times_s = Vec::new();
         while times_s.len() < PREVIEW_ROWS
             && let Some((at_s, _)) = rows.next_row()?
@@ -71,7 +120,7 @@ impl Preview {
         }
         let mut periods: Vec<f64> =
             times_s.windows(2).map(|pair| pair[1] - pair[0]).filter(|period| *period > 0.0).collect();
-        let too_short = || ImportError::TooShort { path: table.path.clone(), rows: times_s.len() };
+        let too_short = || ImportError::TooShort { path: measurements.path(), rows: times_s.len() };
         let period_s = quantile(&mut periods, 500).ok_or_else(too_short)?;
         let first_s = times_s.iter().copied().fold(f64::INFINITY, f64::min);
         // Six digits: stamps are rounded, and clocks drift.

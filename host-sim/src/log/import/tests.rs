@@ -78,7 +78,7 @@ fn exact_values_and_times() {
     };
     let camera = MeasuredTable { scale: -1.0, offset: 5.0, clock, ..camera(&folder, rows) };
     let (kept, imported, scene) =
-        import(&Recording { camera: Some(camera), ..Recording::default() }).unwrap();
+        import(&Recording { camera: Some(Measurements::Table(camera)), ..Recording::default() }).unwrap();
     assert_eq!(kept.frames.len(), 100);
     let tick_ms = 0.01;
     for (n, (arrived, frame)) in (0_u32..).zip(&kept.frames) {
@@ -113,7 +113,8 @@ fn exact_what_cannot_be_used_is_counted() {
         n => format!("{n},{n}\r\n"),
     };
     let camera = camera(&folder, rows);
-    let (kept, imported, _) = import(&Recording { camera: Some(camera), ..Recording::default() }).unwrap();
+    let (kept, imported, _) =
+        import(&Recording { camera: Some(Measurements::Table(camera)), ..Recording::default() }).unwrap();
     let source = &imported.sources[0];
     assert_eq!((source.rows, source.left_out.empty, source.left_out.out_of_order), (75, 3, 2));
     assert_eq!(kept.frames.len(), 75);
@@ -122,6 +123,31 @@ fn exact_what_cannot_be_used_is_counted() {
         "{source:?}"
     );
     assert!(imported.duration_s < 0.102, "{imported:?}");
+}
+
+/// Series in memory give the records of a table with the same rows. A value that is not finite counts as an empty cell.
+#[test]
+fn dual_series_in_memory_are_a_table() {
+    let folder = TempDir::new().unwrap();
+    let angle = |n: u32| if n == 7 { f64::NAN } else { 0.25 * f64::from(n) };
+    let times_s: Vec<f64> = (0..50).map(|n| 3.0 + 0.002 * f64::from(n)).collect();
+    let angles_deg: Vec<f64> = (0..50).map(angle).collect();
+    let drives = [(0.0, DriveCommand::full(DriveMode::B)), (3.05, DriveCommand::OFF)];
+    let rows = lines(50, |n| format!("{},{}", 3.0 + 0.002 * f64::from(n), angle(n)));
+    let tabled = measured(table(&folder, "a.csv", &format!("t_s,a_deg\n{rows}")), "t_s", "a_deg");
+    let series = MeasuredSeries { name: "camera", time_s: &times_s, values: &angles_deg };
+    let of = |camera| {
+        let drive = Some(Drives::Series(&drives));
+        let (kept, imported, scene) =
+            import(&Recording { camera: Some(camera), drive, vibrometer: None }).unwrap();
+        assert_eq!((kept.frames.len(), imported.sources[0].left_out.empty, kept.drives.len()), (49, 1, 2));
+        (kept.frames, kept.drives, kept.ticks, scene)
+    };
+    assert_eq!(of(Measurements::Table(tabled)), of(Measurements::Series(series)));
+    let one = MeasuredSeries { time_s: &times_s[..1], values: &angles_deg[..1], ..series };
+    let camera = Some(Measurements::Series(one));
+    let refused = import(&Recording { camera, ..Recording::default() }).map(|_| ()).unwrap_err();
+    assert_eq!(refused.to_string(), "camera has 1 rows with time and value; 2 are the least");
 }
 
 /// Semicolons, decimal commas, a byte-order mark, a comment and blanks; a drive that began before.
@@ -140,7 +166,11 @@ fn exact_a_table_of_a_spreadsheet_and_its_drive() {
         frequency: None,
         clock: Clock::default(),
     };
-    let recording = Recording { vibrometer: Some(vibrometer), drive: Some(drive), camera: None };
+    let recording = Recording {
+        vibrometer: Some(Measurements::Table(vibrometer)),
+        drive: Some(Drives::Table(drive)),
+        camera: None,
+    };
     let (kept, _, scene) = import(&recording).unwrap();
     for (n, (_, sample)) in (0_u16..).zip(&kept.samples) {
         assert!(
@@ -178,7 +208,11 @@ fn exact_advice_names_its_flag() {
         frequency: None,
         clock: Clock::default(),
     };
-    let recording = Recording { camera: Some(camera), vibrometer: Some(vibrometer), drive: Some(drive) };
+    let recording = Recording {
+        camera: Some(Measurements::Table(camera)),
+        vibrometer: Some(Measurements::Table(vibrometer)),
+        drive: Some(Drives::Table(drive)),
+    };
     let (_, imported, _) = import(&recording).unwrap();
     let advice = imported.advice.join(" ");
     for said in [
@@ -196,7 +230,8 @@ fn exact_advice_names_its_flag() {
 fn exact_refusals_name_file_line_column_and_what_is_possible() {
     let folder = TempDir::new().unwrap();
     let refusal = |text: &str, time: &str, value: &str| {
-        let camera = Some(measured(table(&folder, "camera.csv", text), time, value));
+        let camera = measured(table(&folder, "camera.csv", text), time, value);
+        let camera = Some(Measurements::Table(camera));
         let error = import(&Recording { camera, ..Recording::default() }).map(|_| ()).unwrap_err();
         format!("{error}; {}", error.hint().unwrap_or_default())
     };

@@ -62,7 +62,8 @@ impl Calibrations {
         )
     }
 
-    fn all_key_figures(&self) -> Vec<KeyFigure> {
+    /// The figures by which the calibrations are judged, those of the scenes beside the first included.
+    pub fn all_key_figures(&self) -> Vec<KeyFigure> {
         let beside = self
             .beside
             .iter()

@@ -33,7 +33,8 @@ impl PositioningTrials {
         }
     }
 
-    fn key_figures(&self) -> Vec<KeyFigure> {
+    /// The figures by which the trials are judged.
+    pub fn key_figures(&self) -> Vec<KeyFigure> {
         let mut figures = of_trials(&self.trials);
         for trials in &self.others {
             figures.extend(of_trials(trials));
