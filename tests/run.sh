@@ -94,8 +94,11 @@ check_firmware() {
 # tests of a binary; cargo-nextest would repeat it for each of them.
 
 # The test harness tells how long each test takes only if it may use options that are not stable yet.
+#
+# The Python module is built with the system tests, which load it. A test program of its own would need Python's
+# library.
 timed_tests() {
-    cargo test --workspace --exclude fuzz \
+    cargo test --workspace --exclude fuzz --exclude micromotor-python \
         --config 'target."cfg(not(target_os = \"none\"))".runner = ["env", "RUSTC_BOOTSTRAP=1"]' \
         "$@" -Z unstable-options --report-time 2>&1 | tee -a "$logs/tests"
 }
@@ -131,6 +134,12 @@ fi
 check_firmware >"$logs/firmware" 2>&1 &
 firmware_id=$!
 
+# Downloads while the code is built; a test that finds nothing makes it itself.
+target=$(realpath "${CARGO_TARGET_DIR:-target}")
+mkdir -p "$target/tmp"
+tests/logs/environment.sh "$target/tmp/python" >"$logs/environment" 2>&1 &
+environment_id=$!
+
 heading "lints"
 cargo clippy --workspace --all-targets -- -D warnings
 
@@ -148,9 +157,11 @@ firmware_id=
 cat "$logs/firmware"
 ((status == 0)) || exit "$status"
 
+wait "$environment_id" || cat "$logs/environment"
+
 # On the host and, through tests/qemu, on the emulated microcontroller.
 heading "tests"
 timed_tests --lib --bins --tests --
-cargo test --workspace --exclude fuzz --doc
+cargo test --workspace --exclude fuzz --exclude micromotor-python --doc
 
 summary

@@ -54,7 +54,8 @@ heading "property tests are built"
 mapfile -t sources < <(git ls-files --cached --others --exclude-standard '*.rs' | xargs grep -l 'proptest!')
 names=$(awk -f tests/property_tests.awk "${sources[@]}" | sort -u)
 build_log=$found/build.log
-cargo test --workspace --exclude fuzz --features tests/peers --lib --bins --tests --no-run 2>&1 |
+cargo test --workspace --exclude fuzz --exclude micromotor-python --features tests/peers \
+    --lib --bins --tests --no-run 2>&1 |
     tee "$build_log" | grep -v Compiling || true
 cargo test --package tests --features peers --test system -- command::tool_accuracy
 mapfile -t binaries < <(sed -n 's/^ *Executable .*(\(.*\))$/\1/p' "$build_log")

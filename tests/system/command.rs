@@ -15,6 +15,7 @@ mod tool_identify;
 mod tool_import;
 mod tool_logs;
 mod tool_parts;
+mod tool_python_module;
 mod tool_reports;
 mod tool_results;
 mod tool_scene_files;

@@ -1,4 +1,5 @@
-//! A user's own recording into a log: angles, velocities and drives, in tables each on a clock of its own, or in memory.
+//! A user's own recording into a log: angles, velocities and drives, in memory or in tables, each of which has a clock
+//! of its own.
 //!
 //! ```text
 //! value    = scale * cell * unit + offset

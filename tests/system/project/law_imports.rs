@@ -11,7 +11,7 @@ use crate::support::checkout::{files_below, root, text};
 
 /// Every crate of the workspace and the crates of the workspace that it may depend on, tests and build scripts
 /// included.
-const CRATES: [(&str, &[&str]); 11] = [
+const CRATES: [(&str, &[&str]); 12] = [
     ("motor-model", &[]),
     ("estimator", &["motor-model"]),
     ("controller", &["motor-model", "estimator"]),
@@ -20,6 +20,7 @@ const CRATES: [(&str, &[&str]); 11] = [
     ("firmware-checks", &["motor-model", "estimator", "controller", "link", "firmware"]),
     ("simulation", &["motor-model", "estimator", "controller"]),
     ("host-sim", &["motor-model", "estimator", "controller", "link", "simulation"]),
+    ("python", &["motor-model", "estimator", "controller", "link", "simulation", "host-sim"]),
     ("benches", &["motor-model", "estimator"]),
     ("tests/fuzz", &["motor-model", "estimator", "controller", "link", "firmware", "simulation", "host-sim"]),
     (
@@ -33,6 +34,7 @@ const CRATES: [(&str, &[&str]); 11] = [
             "firmware-checks",
             "simulation",
             "host-sim",
+            "python",
             "benches",
         ],
     ),

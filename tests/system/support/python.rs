@@ -17,10 +17,10 @@ fn environment(name: &str, requirements: &str) -> String {
     String::from_utf8(output.stdout).expect("text").trim().to_owned()
 }
 
-/// The interpreter of `tests/logs/readers.py`, whose environment is made once.
-fn python() -> &'static str {
+/// The interpreter of `tests/logs/readers.py` and of the module's tests, whose environment is made once.
+pub fn python() -> &'static str {
     static PYTHON: OnceLock<String> = OnceLock::new();
-    PYTHON.get_or_init(|| environment("log-readers", "tests/logs/requirements.txt"))
+    PYTHON.get_or_init(|| environment("python", "tests/logs/requirements.txt"))
 }
 
 /// The interpreter of `tests/cluster/hyperqueue_cluster.py`.
