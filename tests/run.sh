@@ -48,6 +48,8 @@ install_tools() {
     fi
     needs cc build-essential
     needs qemu-system-arm qemu-system-arm
+    # It makes the page's module small and quick.
+    needs wasm-opt binaryen
     # The browser that opens the reports, and letters for it.
     needs chromium chromium
     [[ -e /usr/share/fonts/truetype/dejavu/DejaVuSans.ttf ]] || packages+=(fonts-dejavu-core)
@@ -131,7 +133,11 @@ if [[ $lane == quick ]]; then
     exit
 fi
 
-check_firmware >"$logs/firmware" 2>&1 &
+# The page's module has a profile, and so folders, of its own as well.
+(
+    check_firmware
+    web/build.sh
+) >"$logs/firmware" 2>&1 &
 firmware_id=$!
 
 # Downloads while the code is built; a test that finds nothing makes it itself.
@@ -150,7 +156,7 @@ cargo clippy --workspace --exclude fuzz --features micromotor-sim/peers --lib --
 heading "documentation"
 RUSTDOCFLAGS="-D warnings" cargo doc --workspace --no-deps --document-private-items
 
-heading "firmware builds for the microcontroller, and so does each no_std crate by itself"
+heading "firmware builds for the microcontroller, and so does each no_std crate by itself; the page builds"
 status=0
 wait "$firmware_id" || status=$?
 firmware_id=

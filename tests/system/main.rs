@@ -9,4 +9,5 @@ mod closed_loop;
 mod command;
 mod filters;
 mod motor;
+mod page;
 mod project;

@@ -9,6 +9,7 @@ pub mod fault_bench;
 pub mod live_teeth;
 pub mod motors;
 pub mod oscillator;
+pub mod page;
 pub mod precise_filter;
 pub mod python;
 pub mod started;

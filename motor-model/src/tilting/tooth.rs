@@ -22,10 +22,12 @@ use rand_distr::{Distribution, StandardNormal};
 
 use super::contact::{Contact, ContactPlace, Direction, Mobility};
 use super::rigid_body::Twist;
+use super::stator_tilt::StatorTiltState;
 use super::{TiltingMotion, TiltingSetup};
 use crate::error::OutOfBounds;
 use crate::impact::FrictionLaw;
 use crate::math::{self, Real};
+use crate::modes::ModalState;
 use crate::params::{MotorParams, Parameter, TiltingParameter, TiltingParams};
 
 /// How one motor's teeth and pin differ from the design's.
@@ -156,12 +158,15 @@ impl<T: Real> Tooth<T> {
         motion.rotor.height_m + motion.tilt.slope.dot(&arm) - self.top_m(motion)
     }
 
-    /// `u_k`.
     #[inline]
     fn top_m(&self, motion: &TiltingMotion<T>) -> T {
-        self.over(&motion.modes.displacement_m)
-            + self.outward.dot(&motion.stator_tilt.displacement_m)
-            + self.height_m
+        self.height(&motion.modes, &motion.stator_tilt)
+    }
+
+    /// Height `u_k` of the tooth's top in m, above that of a nominal tooth at rest.
+    #[inline]
+    pub fn height(&self, modes: &ModalState<T>, stator_tilt: &StatorTiltState<T>) -> T {
+        self.over(&modes.displacement_m) + self.outward.dot(&stator_tilt.displacement_m) + self.height_m
     }
 
     /// `phi . x` of modes A, B, C, knowing that `phi_A` is 1.

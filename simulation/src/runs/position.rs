@@ -3,6 +3,7 @@
 //! | module | what it is |
 //! |---|---|
 //! | this one | the runner: it runs the loop until the move ends |
+//! | `move_run` | a move that is run tick by tick, by the runner or by a program of one's own |
 //! | `sums` | the sums of a move over its ticks, for any program that drives the motor |
 //! | `waits` | what the controller waited for, and the health of the estimate, over the time of a move |
 //! | `plan` | what a move will take, before it starts |
@@ -10,6 +11,7 @@
 //! | `reason` | why a move was given up, and what to change |
 //! | `reach` | what the response map allows of a move |
 
+mod move_run;
 mod outcome;
 mod plan;
 mod reach;
@@ -20,12 +22,12 @@ mod waits;
 use std::convert::Infallible;
 use std::ops::ControlFlow;
 
-use controller::{PositioningPhase, PositioningTuning, Target};
+use controller::PositioningTuning;
 
 use crate::runs::RunError;
 use crate::runs::closed_loop::{self, ClosedLoop, PositioningMoment};
 use crate::scene::Scene;
-use crate::world::instruments::assumed;
+pub use move_run::MoveRun;
 pub use outcome::{MoveEnding, MoveOutcome};
 pub use plan::{MovePlan, forecast, plan, plan_of};
 pub use reach::note;
@@ -63,28 +65,14 @@ pub fn run_tuned<B>(
     tuning: PositioningTuning,
     mut intervene: impl FnMut(&mut ClosedLoop, &PositioningMoment) -> ControlFlow<B>,
 ) -> Result<ControlFlow<B, MoveOutcome>, RunError> {
-    let (to_deg, tolerance_deg) = (scene.number("position.to_deg"), scene.number("position.tolerance_deg"));
-    let target = Target::try_new(to_deg, tolerance_deg)?;
-    let map = scene.response_map()?;
-    reach::check(&assumed(scene).checked()?, &map, &tuning.limits, to_deg, tolerance_deg)?;
-    let hold_nanos = scene.nanos("position.hold_s");
-    let mut sums = MoveSums::new(target);
-    let outcome = closed_loop::positioning(scene, target, tuning)?.run(|closed_loop, moment| {
-        if let ControlFlow::Break(value) = intervene(closed_loop, &moment) {
-            return ControlFlow::Break(ControlFlow::Break(value));
+    let mut run = MoveRun::new(scene, tuning)?;
+    loop {
+        let moment = run.next_tick();
+        if let ControlFlow::Break(value) = intervene(&mut run.closed_loop, &moment) {
+            return Ok(ControlFlow::Break(value));
         }
-        let tick = MoveTick::of(&moment);
-        sums.add(&tick);
-        let outcome = || MoveOutcome { marks: closed_loop.mark_counts(), ..sums.outcome(&tick, scene) };
-        match moment.report.phase {
-            PositioningPhase::Stopped(why) => {
-                ControlFlow::Break(ControlFlow::Continue(outcome().stopped(why)))
-            }
-            PositioningPhase::Holding if sums.held_nanos(moment.at) >= hold_nanos => {
-                ControlFlow::Break(ControlFlow::Continue(outcome()))
-            }
-            _ => ControlFlow::Continue(()),
+        if let Some(outcome) = run.add(&moment) {
+            return Ok(ControlFlow::Continue(outcome));
         }
-    });
-    Ok(outcome)
+    }
 }

@@ -103,6 +103,11 @@ impl Impact {
         })
     }
 
+    /// The vertical impulse in N s on a rotor of this mass in kg: of everything that it met in the step.
+    pub fn impulse_n_s(&self, rotor_mass_kg: f64) -> f64 {
+        rotor_mass_kg * (self.velocity_m_s[1] - self.velocity_m_s[0])
+    }
+
     /// The kick: the change of the rotor's rate, in rad/s.
     pub fn kick_rad_s(&self) -> f64 {
         self.rate_rad_s[1] - self.rate_rad_s[0]

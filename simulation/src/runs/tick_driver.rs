@@ -55,6 +55,8 @@ pub struct TickMeasurements {
 pub struct RigPorts {
     rig: Rig,
     command: DriveCommand,
+    /// The command that the amplifier applies whatever the program says.
+    by_hand: Option<DriveCommand>,
     measurements: TickMeasurements,
     /// The impacts since the last tick.
     impacts: Vec<Impact>,
@@ -89,8 +91,8 @@ impl Sense for RigPorts {
 
 impl Drive for RigPorts {
     fn drive(&mut self, command: DriveCommand) -> DriveCommand {
-        self.command = command;
-        command
+        self.command = self.by_hand.unwrap_or(command);
+        self.command
     }
 }
 
@@ -136,6 +138,7 @@ impl<P: TickProgram> TickDriver<P> {
             ports: RigPorts {
                 rig,
                 command: DriveCommand::OFF,
+                by_hand: None,
                 measurements: TickMeasurements::default(),
                 impacts: Vec::new(),
             },
@@ -181,6 +184,21 @@ impl<P: TickProgram> TickDriver<P> {
     /// Puts `command` in the place of the last command of the program.
     pub fn overrule(&mut self, command: DriveCommand) {
         self.ports.command = command;
+    }
+
+    /// Drives by hand from the end of the next tick on: the amplifier applies `command` whatever the program says, and
+    /// the program is told so. `None` gives the drive back to the program.
+    pub fn drive_by_hand(&mut self, command: Option<DriveCommand>) {
+        self.ports.by_hand = command;
+    }
+
+    /// Takes the faults of `scene` from now on. Otherwise `scene` is the driver's own, and all that differs of its
+    /// faults comes after now: the run is then that of `scene` from the start.
+    ///
+    /// # Errors
+    /// When the rig or the model refuses a fault; then all is as it was.
+    pub fn change_faults(&mut self, scene: &Scene) -> Result<(), SceneError> {
+        self.ports.rig.change_faults(scene)
     }
 
     /// Runs to the end of the next tick.

@@ -101,6 +101,20 @@ impl MotorFaults {
         Self { drive: drive.collect(), jolts, drifts, drift_due, stuck, rubs, rub_changes }
     }
 
+    /// Takes the faults of `fresh`, which are the same until `now`: what happens at one time happens once.
+    pub fn change(&mut self, fresh: Self, now: Time) {
+        let earlier = |at: &Time| *at < now;
+        let jolts = self.jolts.iter().filter(|(at, _)| earlier(at));
+        self.jolts = fresh.jolts.iter().filter(|(at, _)| !earlier(at)).chain(jolts).copied().collect();
+        let changes = self.rub_changes.iter().filter(|at| earlier(at));
+        self.rub_changes =
+            fresh.rub_changes.iter().filter(|at| !earlier(at)).chain(changes).copied().collect();
+        let begin = fresh.drifts.iter().map(|drift| drift.from).filter(|at| !earlier(at));
+        self.drift_due = self.drift_due.into_iter().chain(begin).min();
+        (self.drive, self.drifts) = (fresh.drive, fresh.drifts);
+        (self.stuck, self.rubs) = (fresh.stuck, fresh.rubs);
+    }
+
     /// Whether there is none.
     #[inline]
     pub fn are_none(&self) -> bool {

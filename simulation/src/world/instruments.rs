@@ -72,6 +72,11 @@ impl FaultChances {
         Self { probabilities: FaultTimes::of(scene, pick), stream }
     }
 
+    /// The same chances with the times of `fresh`: the stream goes on.
+    fn take_times(&mut self, fresh: Self) {
+        self.probabilities = fresh.probabilities;
+    }
+
     /// Whether one of them comes at `now`; if so, the stream from which to draw its size.
     fn occurs(&mut self, now: Time) -> Option<&mut Pcg64> {
         if !self.probabilities.cover(now) {

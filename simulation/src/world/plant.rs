@@ -206,6 +206,27 @@ impl Plant {
         }
     }
 
+    /// Heights of the four teeth's tops in m above teeth at rest, counter-clockwise from the first one.
+    #[must_use]
+    pub fn tooth_heights_m(&self) -> [f64; 4] {
+        match &self.motor {
+            PlantMotor::HeightOnly(motor) => {
+                let [first, second] = motor.tooth_heights_m();
+                [first, second, first, second]
+            }
+            PlantMotor::Tilting(motor) => motor.tooth_heights_m(),
+        }
+    }
+
+    /// What the true motor has beside [`Self::params`] if its rotor tilts; `None` if it does not.
+    #[must_use]
+    pub fn tilting_params(&self) -> Option<&TiltingParams> {
+        match &self.motor {
+            PlantMotor::HeightOnly(_) => None,
+            PlantMotor::Tilting(motor) => Some(motor.params()),
+        }
+    }
+
     /// Whether the rotor is in sustained contact with anything.
     #[must_use]
     pub fn in_contact(&self) -> bool {

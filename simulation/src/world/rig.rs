@@ -51,6 +51,14 @@ fn rest_steps(step_s: f64, tick_steps: u64) -> u64 {
     (1..=tick_steps).filter(|steps| tick_steps.is_multiple_of(*steps)).filter(short).max().unwrap_or(1)
 }
 
+/// Refuses before the start what the model would refuse at the end of a drift, or of a hub that rubs.
+fn check_faults(faults: &MotorFaults, plant: &Plant) -> Result<(), SceneError> {
+    for drift in faults.extreme_drifts() {
+        plant.clone().detune(drift)?;
+    }
+    faults.roughest_hub().map_or(Ok(()), |friction| plant.clone().rub(Some(friction)))
+}
+
 /// A step of the plant: the rotor before and after it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PlantStep {
@@ -94,18 +102,27 @@ impl Rig {
         instruments::check(scene)?;
         let plant = Plant::draw(scene)?.with_rest_steps(rest_steps)?;
         let faults = MotorFaults::of(scene);
-        // What the model would refuse at the end of a drift is refused before the start.
-        for drift in faults.extreme_drifts() {
-            plant.clone().detune(drift)?;
-        }
-        if let Some(friction) = faults.roughest_hub() {
-            plant.clone().rub(Some(friction))?;
-        }
+        check_faults(&faults, &plant)?;
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "at most 10,000 ns")]
         let rest_nanos = (1e9 * step_s * real(rest_steps) + 1e-6) as u64;
         let (seen, due) = (plant.rotor(), Time::ZERO);
         let (camera, ldv) = (Camera::new(scene), Ldv::new(scene));
         Ok(Self { plant, camera, ldv, tick_steps, rest_steps, rest_nanos, seen, due, faults })
+    }
+
+    /// Takes the faults of `scene` from now on. Otherwise `scene` is the rig's own, and all that differs of its faults
+    /// comes after now: the run is then that of `scene` from the start.
+    ///
+    /// # Errors
+    /// When the rig or the model refuses a fault; then all is as it was.
+    pub fn change_faults(&mut self, scene: &Scene) -> Result<(), SceneError> {
+        instruments::check(scene)?;
+        let faults = MotorFaults::of(scene);
+        check_faults(&faults, &self.plant)?;
+        self.faults.change(faults, self.plant.now());
+        self.camera.change_faults(scene);
+        self.ldv.change_faults(scene);
+        Ok(())
     }
 
     /// The plant.

@@ -11,7 +11,7 @@ use crate::support::checkout::{files_below, root, text};
 
 /// Every crate of the workspace and the crates of the workspace that it may depend on, tests and build scripts
 /// included.
-const CRATES: [(&str, &[&str]); 12] = [
+const CRATES: [(&str, &[&str]); 13] = [
     ("motor-model", &[]),
     ("estimator", &["motor-model"]),
     ("controller", &["motor-model", "estimator"]),
@@ -21,6 +21,7 @@ const CRATES: [(&str, &[&str]); 12] = [
     ("simulation", &["motor-model", "estimator", "controller"]),
     ("host-sim", &["motor-model", "estimator", "controller", "link", "simulation"]),
     ("python", &["motor-model", "estimator", "controller", "link", "simulation", "host-sim"]),
+    ("web", &["motor-model", "estimator", "controller", "link", "firmware", "firmware-checks", "simulation"]),
     ("benches", &["motor-model", "estimator"]),
     ("tests/fuzz", &["motor-model", "estimator", "controller", "link", "firmware", "simulation", "host-sim"]),
     (

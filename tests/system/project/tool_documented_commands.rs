@@ -34,7 +34,7 @@ const SMALLER: [(&str, &[(&str, &str)]); 10] = [
 const IN_QEMU: [&str; 3] = ["instructions", "pil", "size"];
 
 /// What does not belong to the project and is left alone.
-const OTHER_PROGRAMS: [&str; 4] = ["cd", "git", "rustup", "curl"];
+const OTHER_PROGRAMS: [&str; 5] = ["cd", "git", "rustup", "curl", "python3"];
 
 /// Commands of cargo that name nothing of the project's.
 const CARGO_ONLY: [&str; 3] = ["fmt", "doc", "clippy"];

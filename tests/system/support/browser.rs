@@ -92,9 +92,19 @@ impl Browser {
     /// Opens a file and returns when it is loaded.
     #[track_caller]
     pub fn open(&self, path: &Path) {
-        self.events.borrow_mut().clear();
         let path = fs::canonicalize(path).unwrap_or_else(|error| panic!("{}: {error}", path.display()));
-        self.call("Page.navigate", &json!({ "url": format!("file://{}", path.display()) }));
+        self.open_address(&format!("file://{}", path.display()));
+    }
+
+    /// Opens an address and returns when it is loaded. The page that is open is left first: a new part after `#` alone
+    /// would load nothing.
+    #[track_caller]
+    pub fn open_address(&self, address: &str) {
+        if address.contains('#') {
+            self.open_address("about:blank");
+        }
+        self.events.borrow_mut().clear();
+        self.call("Page.navigate", &json!({ "url": address }));
         let loaded = |event: &Value| event["method"] == "Page.loadEventFired";
         while !self.events.borrow().iter().any(loaded) {
             let event = self.from.recv_timeout(PATIENCE).expect("the page is loaded");
@@ -122,6 +132,47 @@ impl Browser {
         let result = self.call("Runtime.evaluate", &parameters);
         assert!(result.get("exceptionDetails").is_none(), "{expression}: {result}");
         result["result"]["value"].clone()
+    }
+
+    /// The value that an expression on the page promises.
+    #[track_caller]
+    pub fn promised(&self, expression: &str) -> Value {
+        let parameters = json!({ "expression": expression, "returnByValue": true, "awaitPromise": true });
+        let result = self.call("Runtime.evaluate", &parameters);
+        assert!(result.get("exceptionDetails").is_none(), "{expression}: {result}");
+        result["result"]["value"].clone()
+    }
+
+    /// Types text into what has the focus.
+    pub fn write(&self, text: &str) {
+        self.call("Input.insertText", &json!({ "text": text }));
+    }
+
+    /// Presses a key by its name: `Enter`, `ArrowRight`, `Tab`.
+    pub fn press(&self, key: &str) {
+        let text = if key == "Enter" { "\r" } else { "" };
+        for kind in ["keyDown", "keyUp"] {
+            let code = match key {
+                "Enter" => 13,
+                "Tab" => 9,
+                "PageUp" => 33,
+                "ArrowRight" => 39,
+                _ => 0,
+            };
+            let event = json!({
+                "type": kind, "key": key, "code": key, "windowsVirtualKeyCode": code, "text": text
+            });
+            self.call("Input.dispatchKeyEvent", &event);
+        }
+    }
+
+    /// A picture of the top of the page, so many pixels wide and high, three quarters of that in size: a PNG.
+    pub fn picture(&self, (width, height): (u32, u32)) -> Vec<u8> {
+        let clip = json!({ "x": 0, "y": 0, "width": width, "height": height, "scale": 0.75 });
+        let parameters = json!({ "format": "png", "clip": clip, "captureBeyondViewport": true });
+        let shot = self.call("Page.captureScreenshot", &parameters);
+        let text = shot["data"].as_str().expect("a picture");
+        data_encoding::BASE64.decode(text.as_bytes()).expect("base 64")
     }
 
     /// The mouse, at a place of the window: `mouseMoved`, `mousePressed` or `mouseReleased`.

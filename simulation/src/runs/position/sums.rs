@@ -55,6 +55,7 @@ impl MoveTick {
 /// The sums of a move.
 pub struct MoveSums {
     target: Target,
+    begun_at: Time,
     last_command: DriveCommand,
     holding_since: Option<Time>,
     drive_switches: u32,
@@ -68,10 +69,16 @@ pub struct MoveSums {
 }
 
 impl MoveSums {
-    /// Sums of a move to `target`, before its first tick.
+    /// Sums of a move to `target` that begins with the run, before its first tick.
     pub fn new(target: Target) -> Self {
+        Self::begun_at(target, Time::ZERO)
+    }
+
+    /// The same of a move that begins at `begun_at`: its times count from then on.
+    pub fn begun_at(target: Target, begun_at: Time) -> Self {
         Self {
             target,
+            begun_at,
             last_command: DriveCommand::OFF,
             holding_since: None,
             drive_switches: 0,
@@ -126,8 +133,8 @@ impl MoveSums {
             tolerance_deg,
             final_angle_true_deg: last.angle.degrees(),
             final_error_mdeg: 1e3 * error_deg,
-            settle_time_s: self.holding_since.map(|since| since.seconds_since(Time::ZERO)),
-            duration_s: last.at.seconds_since(Time::ZERO),
+            settle_time_s: self.holding_since.map(|since| since.seconds_since(self.begun_at)),
+            duration_s: last.at.seconds_since(self.begun_at),
             drive_switches: self.drive_switches,
             drive_on_s,
             rms_estimate_error_mdeg: self.square_mdeg2.root(),

@@ -146,10 +146,6 @@ impl<T: Real> SteppedMotor<T> for TiltingSteppedMotor<T> {
     fn tooth_heights_m(&self) -> [f64; 2] {
         let TiltingState { modes, stator_tilt, .. } = &self.state;
         let [first, second, ..] = self.motor.teeth();
-        [first, second].map(|tooth| {
-            let height_m =
-                tooth.shape.dot(&modes.displacement_m) + tooth.outward.dot(&stator_tilt.displacement_m);
-            (height_m + tooth.height_m).to_f64()
-        })
+        [first, second].map(|tooth| tooth.height(modes, stator_tilt).to_f64())
     }
 }

@@ -120,6 +120,17 @@ impl Camera {
         }
     }
 
+    /// Takes the faults of `scene`, which describes this camera and its faults until the present.
+    pub fn change_faults(&mut self, scene: &Scene) {
+        let Self { faults, faulty, delivery, marks, .. } = Self::new(scene);
+        self.faults = faults;
+        self.faulty.take_times(faulty);
+        self.delivery.take_faults(delivery);
+        if let (Some(own), Some(fresh)) = (&mut self.marks, marks) {
+            own.take_faults(fresh);
+        }
+    }
+
     /// Variance of a frame's angle in rad^2: tracking noise, and the quantisation's as if it were uniform and
     /// independent; of all marks together.
     pub fn variance_rad2(scene: &Scene) -> f64 {

@@ -123,6 +123,14 @@ impl Ldv {
         }
     }
 
+    /// Takes the faults of `scene`, which describes this vibrometer and its faults until the present.
+    pub fn change_faults(&mut self, scene: &Scene) {
+        let Self { faults, intermittent, faulty, offsets, .. } = Self::new(scene);
+        (self.faults, self.offsets) = (faults, offsets);
+        self.intermittent.take_times(intermittent);
+        self.faulty.take_times(faulty);
+    }
+
     /// The value that is delivered, with the fault at `now` if there is one.
     fn with_fault(&mut self, now: Time, velocity_m_s: f32) -> f32 {
         match self.faults.at(now) {

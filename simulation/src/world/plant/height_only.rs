@@ -90,6 +90,11 @@ impl HeightOnlyPlant {
         }
     }
 
+    /// Heights of both pairs of teeth.
+    pub(super) fn tooth_heights_m(&self) -> [f64; 2] {
+        self.motor.teeth().each_ref().map(|pair| pair.height(&self.state.modes))
+    }
+
     #[inline]
     pub(super) fn step(&mut self, command: DriveCommand) -> bool {
         !self.motor.step(&mut self.state, command).is_empty()

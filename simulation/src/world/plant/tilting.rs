@@ -67,6 +67,16 @@ impl TiltingPlant {
         }
     }
 
+    pub(super) fn params(&self) -> &TiltingParams {
+        &self.tilting
+    }
+
+    /// Heights of the four teeth.
+    pub(super) fn tooth_heights_m(&self) -> [f64; 4] {
+        let TiltingState { modes, stator_tilt, .. } = &self.state;
+        self.motor.teeth().each_ref().map(|tooth| tooth.height(modes, stator_tilt))
+    }
+
     #[inline]
     pub(super) fn step(&mut self, command: DriveCommand) -> bool {
         let before = self.state.tilt.slope;

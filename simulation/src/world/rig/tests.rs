@@ -165,3 +165,72 @@ fn law_a_hub_rubs_from_its_time_on() {
         assert!(refused.contains("hub:rub") && refused.contains("plant.rotor=tilting has one"), "{refused}");
     }
 }
+
+/// Faults that begin and end during a run, taken when they do: the run is that of the scene that has them from the
+/// start, to the last bit.
+#[test]
+fn exact_faults_taken_during_a_run_are_those_of_a_scene() {
+    let words = [
+        "camera:lost@0.01..0.012",
+        "camera:outliers:0.5@0.003..0.02",
+        "camera:intermittent:0.3@0.003..",
+        "mark1:stuck@0.015..",
+        "ldv:inverted@0.01..0.02",
+        "ldv:outliers:0.1@0.003..",
+        "drive:weak:0.5@0.005..0.02",
+        "stator:drift:-1@0.005..0.015",
+        "rotor:jolt:3@0.012",
+        "rotor:stuck@0.02..0.021",
+        "hub:rub:0.8@0.01..0.015",
+    ];
+    let base = ["plant.rotor=tilting", "plant.step_s=1e-5"];
+    let scene = |words: &[&str]| {
+        let sets: Vec<String> = base.iter().map(|&set| set.to_owned()).collect();
+        let mut scene = Scene::of_sets(&sets).unwrap();
+        scene.set("faults", &words.join(",")).unwrap();
+        scene
+    };
+    let observe = |rig: &mut Rig, seen: &mut Vec<_>| {
+        rig.tick(DriveCommand::full(DriveMode::C), |_| ());
+        seen.extend(
+            std::iter::from_fn(|| rig.camera_frame()).map(|frame| (frame.exposed_at, frame.angle.units())),
+        );
+        let samples = std::iter::from_fn(|| rig.ldv_sample());
+        seen.extend(samples.map(|sample| (sample.taken_at, i64::from(sample.velocity_m_s.to_bits()))));
+    };
+    let (mut at_once, mut expected) = (Rig::new(&scene(&words)).unwrap(), Vec::new());
+    let (mut one_by_one, mut seen) = (Rig::new(&scene(&[])).unwrap(), Vec::new());
+    for tick in 0..3000 {
+        // Each fault is added a tick before it begins: at that instant instruments have measured already.
+        let known: Vec<&str> = words
+            .iter()
+            .copied()
+            .filter(|word| {
+                let from = word.split('@').nth(1).unwrap().split("..").next().unwrap();
+                from.parse::<f64>().unwrap() < 1e-5 * f64::from(tick) + 1.5e-5
+            })
+            .collect();
+        one_by_one.change_faults(&scene(&known)).unwrap();
+        observe(&mut at_once, &mut expected);
+        observe(&mut one_by_one, &mut seen);
+    }
+    let differs = seen.iter().zip(&expected).find(|(seen, expected)| seen != expected);
+    assert!(differs.is_none() && seen.len() == expected.len(), "{differs:?}");
+    // Without the faults it is another run.
+    let (mut without, mut other) = (Rig::new(&scene(&[])).unwrap(), Vec::new());
+    (0..3000).for_each(|_| observe(&mut without, &mut other));
+    assert!(other != expected);
+}
+
+/// A fault that is refused changes nothing: a rotor that stays level has no hub.
+#[test]
+fn exact_a_refused_fault_leaves_the_rig_as_it_was() {
+    let mut rig = rig(&["faults=drive:dead@0.001..", "plant.step_s=1e-5"]);
+    let mut refused = Scene::default();
+    refused.set("faults", "hub:rub:0.5@0.1..").unwrap();
+    assert!(rig.change_faults(&refused).is_err());
+    let turned = run(rig, DriveCommand::full(DriveMode::B), 2000).steps;
+    let at_ms = |ms: usize| turned[100 * ms].0.degrees();
+    // 2.5 ms of driving and ringing down, and nothing more.
+    assert!((at_ms(20) - at_ms(19)).abs() < 0.2, "{} {}", at_ms(19), at_ms(20));
+}

@@ -68,6 +68,13 @@ impl Delivery {
         }
     }
 
+    /// Takes the faults of `fresh`; frames and random numbers stay.
+    pub(super) fn take_faults(&mut self, fresh: Self) {
+        self.outages = fresh.outages;
+        self.intermittent.take_times(fresh.intermittent);
+        self.delays = fresh.delays;
+    }
+
     /// Sends the frame whose exposure ends at `now`, unless it is lost; `None` if there is none.
     pub(super) fn send(&mut self, now: Time, frame: Option<DeliveredFrame>) {
         // Every fault has its draw, also where the frame is dropped or there is none.

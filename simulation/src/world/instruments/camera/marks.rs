@@ -136,6 +136,11 @@ impl Marks {
         (count > 1).then_some(marks)
     }
 
+    /// Takes the faults of `fresh`.
+    pub(super) fn take_faults(&mut self, fresh: Self) {
+        self.faults = fresh.faults;
+    }
+
     /// Counts of the pictures so far.
     pub(super) fn counts(&self) -> MarkCounts {
         self.counts

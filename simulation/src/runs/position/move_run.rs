@@ -1,0 +1,112 @@
+//! A move that is run tick by tick.
+
+use controller::{PositioningPhase, PositioningTuning, Target};
+use motor_model::DriveCommand;
+
+use super::{MoveOutcome, MoveSums, MoveTick, reach};
+use crate::runs::RunError;
+use crate::runs::closed_loop::{self, ClosedLoop, PositioningMoment};
+use crate::scene::{Scene, SceneError};
+use crate::world::instruments::assumed;
+
+/// A scene's motor and closed loop, and the move under way. After its first move it goes on: with another target, other
+/// faults, or driven by hand.
+pub struct MoveRun {
+    pub(super) closed_loop: ClosedLoop,
+    scene: Scene,
+    tuning: PositioningTuning,
+    hold_nanos: u64,
+    sums: MoveSums,
+}
+
+impl MoveRun {
+    /// The move of `scene`, before its first tick, under a controller of this tuning.
+    ///
+    /// # Errors
+    /// When the scene is refused.
+    pub fn new(scene: &Scene, tuning: PositioningTuning) -> Result<Self, RunError> {
+        let target = target(scene)?;
+        check(scene, &tuning, target.angle().degrees())?;
+        Ok(Self {
+            closed_loop: closed_loop::positioning(scene, target, tuning)?,
+            hold_nanos: scene.nanos("position.hold_s"),
+            sums: MoveSums::new(target),
+            scene: scene.clone(),
+            tuning,
+        })
+    }
+
+    /// Motor, instruments and loop.
+    pub fn closed_loop(&self) -> &ClosedLoop {
+        &self.closed_loop
+    }
+
+    /// The scene, with the target and the faults of the present.
+    pub fn scene(&self) -> &Scene {
+        &self.scene
+    }
+
+    /// Runs to the end of the next tick.
+    pub fn next_tick(&mut self) -> PositioningMoment {
+        self.closed_loop.next_tick()
+    }
+
+    /// Adds the tick to the move: what became of it, if it has ended with this tick or ended earlier.
+    pub fn add(&mut self, moment: &PositioningMoment) -> Option<MoveOutcome> {
+        let tick = MoveTick::of(moment);
+        self.sums.add(&tick);
+        let outcome =
+            || MoveOutcome { marks: self.closed_loop.mark_counts(), ..self.sums.outcome(&tick, &self.scene) };
+        match moment.report.phase {
+            PositioningPhase::Stopped(why) => Some(outcome().stopped(why)),
+            PositioningPhase::Holding if self.sums.held_nanos(moment.at) >= self.hold_nanos => {
+                Some(outcome())
+            }
+            _ => None,
+        }
+    }
+
+    /// Begins the move of `scene` from where the rotor is. Target and tolerance are those of `scene`, all else
+    /// stays: a scene that differs in more needs a run of its own.
+    ///
+    /// # Errors
+    /// When the scene is refused; then all is as it was.
+    pub fn go_on(&mut self, scene: &Scene) -> Result<(), RunError> {
+        let target = target(scene)?;
+        let rotor = self.closed_loop.plant().rotor();
+        check(scene, &self.tuning, target.angle().minus(rotor.angle).degrees())?;
+        self.closed_loop.drive_by_hand(None);
+        self.closed_loop.program_mut().begin(target, self.tuning, rotor.at);
+        self.sums = MoveSums::begun_at(target, rotor.at);
+        self.scene = scene.clone();
+        Ok(())
+    }
+
+    /// Takes the faults of `scene`, see [`ClosedLoop::change_faults`].
+    ///
+    /// # Errors
+    /// When a fault is refused; then all is as it was.
+    pub fn change_faults(&mut self, scene: &Scene) -> Result<(), RunError> {
+        self.closed_loop.change_faults(scene)?;
+        self.scene = scene.clone();
+        Ok(())
+    }
+
+    /// Ends the move, and drives by hand until another one begins.
+    pub fn drive_by_hand(&mut self, command: DriveCommand) {
+        self.closed_loop.program_mut().cancel();
+        self.closed_loop.drive_by_hand(Some(command));
+    }
+}
+
+/// The target of a scene.
+fn target(scene: &Scene) -> Result<Target, SceneError> {
+    Ok(Target::try_new(scene.number("position.to_deg"), scene.number("position.tolerance_deg"))?)
+}
+
+/// Refuses a move by `by_deg` that no drive can make.
+fn check(scene: &Scene, tuning: &PositioningTuning, by_deg: f64) -> Result<(), RunError> {
+    let map = scene.response_map()?;
+    let tolerance_deg = scene.number("position.tolerance_deg");
+    Ok(reach::check(&assumed(scene).checked()?, &map, &tuning.limits, by_deg, tolerance_deg)?)
+}
