@@ -21,8 +21,9 @@ esac
 # What the background prints, and the tests' own lines, from which the summary is made.
 logs=$(mktemp -d)
 firmware_id=
+environment_id=
 finish() {
-    [[ -z $firmware_id ]] || kill "$firmware_id" 2>/dev/null || true
+    for id in $firmware_id $environment_id; do kill "$id" 2>/dev/null || true; done
     rm -r "$logs"
 }
 trap finish EXIT
@@ -164,6 +165,7 @@ cat "$logs/firmware"
 ((status == 0)) || exit "$status"
 
 wait "$environment_id" || cat "$logs/environment"
+environment_id=
 
 # On the host and, through tests/qemu, on the emulated microcontroller.
 heading "tests"

@@ -2,7 +2,7 @@
 
     pip install ./python
     cargo build --release
-    python python/benches/runs.py target/release/host-sim
+    python python/benches/runs.py target/release/host-sim [TURNS]
 
 The command's time is that of its process, start and output included; the module's that of the call.
 """
@@ -25,7 +25,7 @@ CASES: list[tuple[str, dict[str, Any], Callable[[mm.Scene], mm.Result]]] = [
     ("simulate", {"simulate.duration_s": 10}, mm.simulate),
     ("positioning-trials", {}, lambda scene: mm.trials(scene, 40)),
 ]
-TURNS = 5
+TURNS = int(sys.argv[2]) if len(sys.argv) > 2 else 5
 
 
 def timed(work: Callable[[], object]) -> float:

@@ -24,6 +24,7 @@ export const hashOf = (pairs) => [...pairs].map(([key, value]) => `${encoded(key
 export const linesOf = (pairs) => [...pairs].map(([key, value]) => `${key}=${value}`).join("\n");
 
 export function commandOf(pairs) {
-  const sets = [...pairs].map(([key, value]) => ` --set ${/^[\w.:@,+\-]*$/.test(value) ? `${key}=${value}` : `'${key}=${value}'`}`);
+  const quoted = (value) => /^[\w.:@,+\-]*$/.test(value) ? "" : "'";
+  const sets = [...pairs].map(([key, value]) => ` --set ${quoted(value)}${key}=${value}${quoted(value)}`);
   return `cargo run --release -- position${sets.join("")}`;
 }

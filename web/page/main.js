@@ -116,6 +116,12 @@ class Page {
     this.words.outcome(this.status);
   }
 
+  // Another move, or driving by hand.
+  begun() {
+    this.plots.begin();
+    this.words.begin();
+  }
+
   named(values, columns) {
     const rows = [];
     for (let from = 0; from < values.length; from += columns.length) {
@@ -150,7 +156,8 @@ class Page {
 
   set(key, value) {
     const before = new Map(this.pairs);
-    if (value === null || String(this.normal.get(key)) === value && !key.startsWith("plant.motor.")) this.pairs.delete(key);
+    const isNormal = String(this.normal.get(key)) === value && !key.startsWith("plant.motor.");
+    if (value === null || isNormal) this.pairs.delete(key);
     else this.pairs.set(key, value);
     if (key === ROTOR && value !== "tilting") this.dropHub();
     this.pairsBefore = before;
@@ -171,8 +178,6 @@ class Page {
     if (!Number.isFinite(degrees)) return;
     this.pairs.set(TARGET, String(degrees));
     if (degrees === this.normal.get(TARGET)) this.pairs.delete(TARGET);
-    this.plots.begin();
-    this.words.begin();
     this.hand = null;
     this.worker.postMessage({ kind: "goOn", scene: linesOf(this.pairs) });
     this.pause(false);
@@ -202,8 +207,6 @@ class Page {
 
   drive(mode, amplitude) {
     this.hand = [mode, amplitude];
-    this.plots.begin();
-    this.words.begin();
     this.worker.postMessage({ kind: "hand", mode, amplitude });
     this.pause(false);
     this.show();

@@ -19,7 +19,8 @@ export function scaleOf([min, max, normal]) {
   const half = (centre, end) => {
     // Numbers of one sign go by factors, others by squares.
     if (centre > 0 && end > 0 && Math.max(end / centre, centre / end) > WIDE) {
-      return [(u) => centre * (end / centre) ** (u * u), (v) => Math.sqrt(Math.log(v / centre) / Math.log(end / centre))];
+      const factor = end / centre;
+      return [(u) => centre * factor ** (u * u), (v) => Math.sqrt(Math.log(v / centre) / Math.log(factor))];
     }
     const power = Math.abs(end - centre) > WIDE * Math.abs(centre) && centre !== 0 ? 6 : 2;
     return [(u) => centre + (end - centre) * u ** power, (v) => ((v - centre) / (end - centre)) ** (1 / power)];
@@ -84,7 +85,8 @@ export class Settings {
     if (origin) about.push(origin);
     if (tolerance) about.push(`drawn ${tolerance}`);
     const head = element("div", { className: "setting-name" },
-      element("label", { htmlFor: id }, name), element("small", { id: `${id}-about` }, `${meaning}. ${about.join(", ")}.`));
+      element("label", { htmlFor: id }, name),
+      element("small", { id: `${id}-about` }, `${meaning}. ${about.join(", ")}.`));
     const row = element("div", { className: "setting" }, head);
     row.dataset.key = key;
     const undo = element("button", { type: "button", className: "undo", hidden: true }, "undo");

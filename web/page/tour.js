@@ -3,8 +3,8 @@
 const STEPS = [
   {
     title: "A motor thrown round by its stator",
-    text: "The ring of 8 mm below the rotor vibrates at 6.3 kHz. Nothing holds the rotor: four teeth throw it up, and at "
-      + "each impact friction turns it a little. Here mode B drives it clockwise, some thirty times slower than it is.",
+    text: "The ring of 8 mm below the rotor vibrates at 6.3 kHz. Nothing holds the rotor: four teeth throw it up, and "
+      + "at each impact friction turns it a little. Here mode B drives it clockwise, thirty times slower than it is.",
     show: (page) => page.present({ speed: -1.5, hand: ["b", 1], look: "above" }),
   },
   {
@@ -15,14 +15,14 @@ const STEPS = [
   },
   {
     title: "The other way round",
-    text: "At 7.46 kHz the stator bends in another shape, mode C. Its teeth move forth while they are up, the other way "
-      + "round: the rotor turns counter-clockwise, in small hops.",
+    text: "At 7.46 kHz the stator bends in another shape, mode C. Its teeth move forth while they are up, the other "
+      + "way round: the rotor turns counter-clockwise, in small hops.",
     show: (page) => page.present({ speed: -2.6, hand: ["c", 1], look: "beside" }),
   },
   {
     title: "What the camera sees",
-    text: "A camera of 10,000 frames a second follows two marks on the rotor. The lens shows one of them on the camera's "
-      + "pixels of 2 µm: each dot is a frame, off by noise and rounding. So no single frame tells the angle.",
+    text: "A camera of 10,000 frames a second follows two marks on the rotor. The lens shows one of them on the "
+      + "camera's pixels of 2 µm: each dot is a frame, off by noise and rounding. So no single frame tells the angle.",
     show: (page) => page.present({ speed: -2, move: 90, look: "above" }),
   },
   {
@@ -33,8 +33,8 @@ const STEPS = [
   },
   {
     title: "The last milli-degrees",
-    text: "The controller drives at full amplitude, stops before the target, and then gives single bursts, each as short "
-      + "as the distance asks for. The middle plot follows down to the tolerance of a milli-degree.",
+    text: "The controller drives at full amplitude, stops before the target, and then gives single bursts, each as "
+      + "short as the distance asks for. The middle plot follows down to the tolerance of a milli-degree.",
     show: (page) => page.present({ speed: -0.9, move: 37, look: "loop" }),
   },
   {

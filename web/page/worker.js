@@ -1,6 +1,6 @@
 // The computing, in a thread of its own: the page draws while the motor runs.
 //
-//   page ---- open, run, goOn, faults, hand ----> worker ---- opened, ran, refused ----> page
+//   page ---- open, run, goOn, faults, hand ----> worker ---- opened, ran, begun, refused ----> page
 
 import load, { LoopView, faults, settings } from "./web.js";
 
@@ -51,12 +51,21 @@ function run(seconds) {
   postMessage(answer, [rows.buffer, impacts.buffer]);
 }
 
+// What comes before this answer is of the motion before.
+const begun = () => postMessage({ kind: "begun" });
+
 const requests = {
   open: ({ scene }) => postMessage(open(scene)),
   run: ({ seconds }) => run(seconds),
-  goOn: ({ scene }) => view.go_on(scene),
+  goOn: ({ scene }) => {
+    view.go_on(scene);
+    begun();
+  },
   faults: ({ scene }) => view.change_faults(scene),
-  hand: ({ mode, amplitude }) => view.drive_by_hand(mode, amplitude),
+  hand: ({ mode, amplitude }) => {
+    view.drive_by_hand(mode, amplitude);
+    begun();
+  },
 };
 
 onmessage = ({ data }) => {

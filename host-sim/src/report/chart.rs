@@ -337,6 +337,23 @@ mod tests {
         }
     }
 
+    /// A digit is at most 0.6 of the size of its font wide in the fonts of the pictures.
+    #[test]
+    fn exact_a_long_text_at_the_end_of_an_axis_is_on_the_canvas() {
+        let axis = Axis::new("frequency (Hz)").within(6296.05..6296.10);
+        let svg = Figure::new("").panel(Panel::new("", axis, Axis::new("density (1)"))).svg().unwrap();
+        let at = svg.find("\n6296.10\n").expect("the last tick");
+        let text = &svg[svg[..at].rfind("<text").unwrap()..at];
+        let number = |name: &str| -> f64 {
+            let value = text.split_once(&format!("{name}=\"")).unwrap().1;
+            value.split('"').next().unwrap().parse().unwrap()
+        };
+        let canvas: f64 =
+            svg.split_once("viewBox=\"0 0 ").unwrap().1.split(' ').next().unwrap().parse().unwrap();
+        assert!(text.contains("text-anchor=\"middle\""), "{text}");
+        assert!(number(" x") + 0.5 * 7.0 * 0.6 * number("font-size") < canvas, "{text}, {canvas} wide");
+    }
+
     #[test]
     fn exact_text_is_escaped() {
         let svg = picture(vec![(0.0, 0.0), (1.0, 1.0)]);

@@ -178,8 +178,14 @@ fn tool_arrays_are_refused_where_there_is_no_cluster_or_another_sweep() {
     let parts: Value = serde_json::from_str(&written(folder.path(), "swept/job.json")).expect("JSON");
     let script = folder.path().join("swept/sweep.sh");
     let last = parts["parts"].to_string();
-    let ran = Command::new("bash").arg(script).arg(&last).output().expect("bash");
-    assert!(ran.status.success(), "{}", String::from_utf8_lossy(&ran.stderr));
+    // Run again, it finds the part finished, and leaves its rows as they are.
+    let rows = folder.path().join(format!("swept/parts/{last}/rows.parquet"));
+    let [first, again] = [(); 2].map(|()| {
+        let ran = Command::new("bash").arg(&script).arg(&last).output().expect("bash");
+        assert!(ran.status.success(), "{}", String::from_utf8_lossy(&ran.stderr));
+        std::fs::metadata(&rows).and_then(|rows| rows.modified()).expect("the part has rows")
+    });
+    assert_eq!(first, again, "the part was computed again");
     let manifest: Value =
         serde_json::from_str(&written(folder.path(), &format!("swept/parts/{last}/manifest.json")))
             .expect("JSON");

@@ -277,6 +277,11 @@ fn check(reader: &Reader, place: Place, command: &str) -> Result<(), String> {
         "cargo" => check_cargo(reader, place, arguments, file.as_deref()),
         "host-sim" => check_host_sim(reader, place, arguments, file.as_deref()),
         script if script.contains('/') => check_script(script, arguments),
+        "pip" => arguments
+            .iter()
+            .filter(|word| word.starts_with("./"))
+            .try_for_each(|folder| there(&format!("{folder}/pyproject.toml"))),
+        "python" => arguments.first().map_or(Ok(()), |script| there(script)),
         other if OTHER_PROGRAMS.contains(&other) => Ok(()),
         other => Err(format!("{other}: this test does not know it")),
     }
@@ -321,6 +326,8 @@ fn tool_wrong_commands_are_found() {
         "cargo run --release --features piers",
         "cargo bench --bench steps",
         "cargo run -p firmwares --release",
+        "pip install ./pithon numpy",
+        "python python/benches/calman.py",
         "tests/ran.sh",
         "tests/run.sh quicker",
         "unknown --flag",

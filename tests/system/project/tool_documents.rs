@@ -156,8 +156,10 @@ fn tool_documents_are_short_and_complete() {
 #[test]
 fn tool_lines_have_at_most_120_characters() {
     let root = root();
-    let files: Vec<PathBuf> =
-        ["md", "rs", "toml", "sh"].iter().flat_map(|end| files_below(&root, end)).collect();
+    let files: Vec<PathBuf> = ["md", "rs", "toml", "sh", "py", "js", "css", "html"]
+        .iter()
+        .flat_map(|end| files_below(&root, end))
+        .collect();
     for end in ["docs/results/filters.md", "motor-model/src/lib.rs", "rustfmt.toml", "tests/run.sh"] {
         assert!(files.iter().any(|path| path.ends_with(end)), "{end}");
     }

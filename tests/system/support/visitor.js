@@ -8,7 +8,9 @@ globalThis.visitor = (() => {
   async function until(holds, what = String(holds), limitMs = 20000) {
     const begun = performance.now();
     while (!holds()) {
-      if (performance.now() - begun > limitMs) throw new Error(`it never comes: ${what}; ${find("refused").textContent}`);
+      if (performance.now() - begun > limitMs) {
+        throw new Error(`it never comes: ${what}; ${find("refused").textContent}`);
+      }
       await pause(4);
     }
   }
@@ -144,7 +146,8 @@ globalThis.visitor = (() => {
     loaded: () => performance.getEntriesByType("resource").map((entry) => entry.name)
       .filter((name) => !name.startsWith("data:")),
     cutTexts: () => [...document.querySelectorAll("canvas")].map((canvas) => canvas.dataset.clipped ?? "").join(""),
-    shown: (keys) => keys.map((key) => document.querySelector(`[data-key="${key}"] input[type=number]`).value).join(" "),
+    shown: (keys) => keys.map((key) => `[data-key="${key}"] input[type=number]`)
+      .map((input) => document.querySelector(input).value).join(" "),
   };
 })();
 0;

@@ -25,10 +25,12 @@ const LEGEND_ROW_HEIGHT: u32 = 19;
 /// Size of a legend's words, width of its swatches, and the room after a swatch and between entries.
 const LEGEND_SIZE: f64 = 13.5;
 const SWATCH: (f64, f64, f64) = (20.0, 7.0, 18.0);
-/// Room for tick labels and axis labels.
+/// Room for tick labels and axis labels; at the right the least.
 const LEFT: i32 = 60;
 const BOTTOM: i32 = 36;
 const RIGHT: i32 = 18;
+/// Room at the right at most: a text of a wild value has hundreds of digits.
+const RIGHT_MAX: f64 = 60.0;
 /// Free space at the left and below, where `plotters` puts labels at the very edge.
 const MARGIN: i32 = 10;
 const FONT: &str = "Helvetica, Arial, 'DejaVu Sans', sans-serif";
@@ -104,6 +106,13 @@ fn x_names(x: &Scale, left: i32) -> Vec<Vec<String>> {
     x.names.iter().map(|name| lines_within(name, place - 8.0, TICK_SIZE)).collect()
 }
 
+/// Room at the right of a plot: half of the longest text below the axis, which may stand at its end.
+fn right_of(x: &Scale) -> i32 {
+    let texts =
+        x.ticks.iter().filter(|_| x.names.is_empty()).map(|tick| width(&x.tick_text(*tick), TICK_SIZE));
+    fine((0.5 * texts.fold(0.0, f64::max) + 2.0).clamp(f64::from(RIGHT), RIGHT_MAX)) / FINE
+}
+
 fn draw_panel(panel: &Panel, area: &Area<'_>) -> Drawn {
     let (x, y) = panel.scales();
     let longest = y.names.iter().map(|name| width(name, TICK_SIZE)).fold(0.0, f64::max);
@@ -120,7 +129,7 @@ fn draw_panel(panel: &Panel, area: &Area<'_>) -> Drawn {
         area.split_vertically((PANEL_TITLE_HEIGHT + LEGEND_ROW_HEIGHT * rows) * FINE.unsigned_abs());
     let mut chart = ChartBuilder::on(&plot)
         .margin_left(MARGIN * FINE)
-        .margin_right(RIGHT * FINE)
+        .margin_right(right_of(&x) * FINE)
         .margin_bottom(MARGIN * FINE)
         .set_label_area_size(LabelAreaPosition::Left, left * FINE)
         .set_label_area_size(LabelAreaPosition::Bottom, bottom * FINE)

@@ -45,7 +45,7 @@ impl Panel {
             figure {
                 figcaption { h3 { (self.title) } }
                 (self.legend_html())
-                .chart data-x=(data(&x)) data-y=(data(&y)) data-unit=(self.x.label) {
+                .chart data-x=(data(&x)) data-y=(data(&y)) data-unit=(self.x.label) style=(beyond(&x)) {
                     .y-label { (self.y.label) }
                     (y_ticks(&y))
                     .plot style={ "height:" (pixels) "px" } { (self.svg_html(&x, &y)) (self.names_html(&x, &y)) }
@@ -158,6 +158,13 @@ fn y_ticks(scale: &Scale) -> Markup {
     }
 }
 
+/// Half of the longest text below an axis: so far one at its end reaches beyond the plot.
+fn beyond(scale: &Scale) -> String {
+    let texts = if scale.names.is_empty() { texts(scale) } else { Vec::new() };
+    let longest = texts.iter().map(|(_, text)| text.chars().count()).max().unwrap_or(0);
+    format!("--beyond:calc({}ch / 2)", longest.min(TICK_CHARACTERS_MAX))
+}
+
 fn x_ticks(scale: &Scale) -> Markup {
     let texts = texts(scale);
     html! {
@@ -225,6 +232,16 @@ mod tests {
             "{html}"
         );
         assert!(html.contains("d=\"M192 9464l9616-8928\""), "{html}");
+    }
+
+    /// The first and the last of the texts "6296.05" and "6296.10" stand at the ends of the axis.
+    #[test]
+    fn exact_there_is_room_for_half_of_a_text_at_the_end() {
+        let panel = |axis: Axis| Panel::new("", axis, Axis::new("density (1)")).html().into_string();
+        let long = panel(Axis::new("frequency (Hz)").within(6296.05..6296.10));
+        assert!(long.contains("6296.10") && long.contains("--beyond:calc(7ch / 2)"), "{long}");
+        let named = panel(Axis::of_names("phase", vec!["a long name of a phase".to_owned()]));
+        assert!(named.contains("--beyond:calc(0ch / 2)"), "{named}");
     }
 
     #[test]
