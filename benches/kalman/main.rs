@@ -5,7 +5,7 @@
 //! to the compiler. A step depends on the one before, as in use, so its latency is measured.
 //!
 //! "Noise-driven states first" is the same problem with the two states of each mode exchanged, in the order that
-//! [`estimator::NoiseSource`] advises. The measurements are the same bytes, and the state is compared in the common
+//! [`ud_filter::NoiseSource`] advises. The measurements are the same bytes, and the state is compared in the common
 //! order.
 
 mod ours;
@@ -17,8 +17,8 @@ use std::hint::black_box;
 use benches::matrix_covariance::{Conventional, Joseph};
 use criterion::measurement::WallTime;
 use criterion::{BatchSize, BenchmarkGroup, Criterion, Throughput, criterion_group, criterion_main};
-use estimator::{Blocks2, Dense, UdCovariance, UpperTriangular};
 use motor_model::Real;
+use ud_filter::{Blocks2, Dense, UdCovariance, UpperTriangular};
 
 use ours::{AngleAndRate, MeasuredState, NoiseDrivenFirst, Ours};
 use problem::{Filter, Problem, measurements};

@@ -3,11 +3,10 @@
 use std::hint::black_box;
 
 use benches::matrix_covariance::CovarianceForm;
-use estimator::{
-    AngleRateCovariance, Blocks2, Dense, NoiseSource, Transition, UdCovariance, UpperTriangular,
-};
+use estimator::AngleRateCovariance;
 use motor_model::Real;
 use nalgebra::SVector;
+use ud_filter::{Blocks2, Dense, NoiseSource, Transition, UdCovariance, UpperTriangular};
 
 use crate::problem::{Filter, Problem};
 

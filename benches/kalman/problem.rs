@@ -3,9 +3,9 @@
 use std::hint::black_box;
 
 use benches::matrix_covariance::{CovarianceForm, Joseph};
-use estimator::{Dense, NoiseSource, Transition};
 use motor_model::{Real, math};
 use nalgebra::{Matrix2, SMatrix, SVector};
+use ud_filter::{Dense, NoiseSource, Transition};
 
 /// A linear model with independent measurements of variance 1.
 #[derive(Clone, Copy)]

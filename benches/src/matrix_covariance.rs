@@ -8,9 +8,9 @@
 //! Both are the textbook's; neither makes P symmetric again. Sources: Kalman (1960); Bucy and Joseph, "Filtering for
 //! Stochastic Processes with Applications to Guidance" (1968).
 
-use estimator::{NoiseSource, Transition, UdCovariance};
 use motor_model::Real;
 use nalgebra::{SMatrix, SVector};
+use ud_filter::{NoiseSource, Transition, UdCovariance};
 
 /// What a Kalman filter needs of its covariance, in whatever form it is kept.
 pub trait CovarianceForm<T: Real, const N: usize>: Copy {

@@ -8,9 +8,11 @@
 //! | [`noise_levels`] | what follows from that noise, computed beforehand |
 //! | [`track_tuning`] | what is assumed of the camera, and the counts of frames that follow from its rate |
 //! | [`track`] | the two states, what a frame does to them, and rest |
+//! | [`angle_rate_covariance`] | the factors of the covariance of angle and rate, written out |
 //! | [`track_covariance`] | what tracker and track need of a filter's covariance |
 //! | [`smoother`] | angle and rate at an earlier instant, from the frames after it as well |
 
+pub(crate) mod angle_rate_covariance;
 pub(crate) mod noise;
 pub(crate) mod noise_levels;
 pub(crate) mod rest_test;

@@ -34,38 +34,9 @@
 //!
 //! # The core
 //!
-//! [`UdCovariance`] keeps the covariance of N states as `P = U D U'`, so that it is symmetric and positive semidefinite
-//! by construction, in `f32` as in `f64`. It needs no motor: any filter of a small number of states can use it.
-//!
-//! - Prediction: through a [`Transition`] whose type knows the shape of the matrix, and a list of [`NoiseSource`]s.
-//!   [`UpperTriangular`] is for chains of integrators, [`Blocks2`] for lightly damped modes, [`Dense`] for the rest.
-//! - Update: by one scalar measurement at a time. What cannot be used is refused with a reason ([`Refusal`]).
-//! - Any linear map, such as the saltation matrix of an impact: [`UdCovariance::transform`].
-//!
-//! The state is a vector of the caller's: [`Transition::carry`] moves it, [`UdCovariance::update`] corrects it.
-//!
-//! ```
-//! use estimator::{Blocks2, NoiseSource, Transition, UdCovariance};
-//! use nalgebra::{Matrix2, Vector2};
-//!
-//! // A mode (displacement, velocity over natural frequency), 0.1 rad a step, whose displacement is measured.
-//! let transition = Blocks2([Matrix2::new(0.995, 0.0998, -0.0998, 0.995)]);
-//! let noise = [NoiseSource { gain: Vector2::new(0.0, 1.0), variance: 1e-6 }];
-//! let mut covariance = UdCovariance::from_diagonal(&Vector2::new(1.0_f32, 1.0));
-//! let mut state = Vector2::new(0.0_f32, 0.0);
-//! for measured in [0.10, 0.19, 0.29] {
-//!     state = transition.carry(&state);
-//!     covariance.predict(&transition, &noise);
-//!     let innovation = measured - state.x;
-//!     let correction = covariance.update(&Vector2::new(1.0, 0.0), 1e-4, innovation, &mut state)?;
-//!     assert!(correction.normalised_squared < 9.0);
-//! }
-//! assert!((state.x - 0.29).abs() < 0.01 && covariance.variance::<0>() < 1e-4);
-//! # Ok::<(), estimator::Refusal>(())
-//! ```
-//!
-//! [`AngleRateCovariance`] holds the factors of two states, angle and rate, written out: the zeros and ones of that
-//! model save a tenth of the time.
+//! Covariances are kept as their factors `P = U D U'`, so that they stay positive semidefinite in `f32`. The crate
+//! [`ud_filter`] does this for any number of states; [`TwinFilter`] uses it. [`AngleRateCovariance`] holds the factors
+//! of two states, angle and rate, written out: the zeros and ones of that model save a tenth of the time.
 //!
 //! # Guarantees
 //!
@@ -112,7 +83,6 @@
 )]
 
 mod camera;
-mod factorised;
 mod filter;
 mod filters;
 mod innovation;
@@ -123,12 +93,10 @@ mod settling;
 mod test_support;
 mod vibrometer;
 
+pub use camera::angle_rate_covariance::AngleRateCovariance;
 pub use camera::track::Jitter;
 pub use camera::track_tuning::TrackTuning;
 pub use camera::tracker::FRAMES_KEPT;
-pub use factorised::angle_rate::AngleRateCovariance;
-pub use factorised::transition::{Blocks2, Dense, Transition, UpperTriangular};
-pub use factorised::ud_covariance::{Correction, NoiseSource, NotPositiveDefinite, Refusal, UdCovariance};
 pub use filter::{AngleFilter, Estimate, Health, Reason};
 pub use filters::constant_rate::{ConstantRate, ConstantRateTuning, RandomWalkTuning};
 pub use filters::impact_aided::ringing::RingingTuning;

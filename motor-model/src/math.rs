@@ -26,6 +26,8 @@ pub trait Real:
     + DecaySeries
     + nalgebra::Scalar
     + num_traits::NumAssign
+    + num_traits::Bounded
+    + From<f32>
     + Neg<Output = Self>
     + Copy
     + Default

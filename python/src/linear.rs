@@ -4,12 +4,12 @@
 //! x <- F x,   P <- F P F' + sum of g q g'        then, where there is a measurement z:  x, P by z = h'x + noise of R
 //! ```
 
-use estimator::{Dense, NoiseSource, Transition, UdCovariance, UpperTriangular};
 use nalgebra::{SMatrix, SVector};
 use numpy::PyReadonlyArray1;
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
+use ud_filter::{Dense, NoiseSource, Transition, UdCovariance, UpperTriangular};
 
 use crate::errors::Error;
 use crate::interruption::{Watch, interruptible};

@@ -29,9 +29,9 @@
 use motor_model::{Angle, AngleAccumulator, Real, Time};
 use nalgebra::{Matrix2, Vector2};
 
+use crate::camera::angle_rate_covariance::AngleRateCovariance;
 use crate::camera::track::{Jitter, Process, State};
 use crate::camera::track_covariance::TrackCovariance;
-use crate::factorised::angle_rate::AngleRateCovariance;
 use crate::filter::Estimate;
 
 /// Angle and rate at an earlier instant with their covariance, from the frames before and after it.

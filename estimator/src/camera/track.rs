@@ -59,10 +59,10 @@
 
 use motor_model::{Angle, AngleAccumulator, Real, Time};
 
+use crate::camera::angle_rate_covariance::AngleRateCovariance;
 use crate::camera::rest_test::RestTest;
 use crate::camera::track_covariance::TrackCovariance;
 use crate::camera::track_tuning::TrackTuning;
-use crate::factorised::angle_rate::AngleRateCovariance;
 use crate::measurement::CameraFrame;
 
 /// Variances of the part of angle and rate that changes faster than frames can show. They are added to the variances of

@@ -2,7 +2,7 @@
 
 use motor_model::Real;
 
-use crate::factorised::angle_rate::AngleRateCovariance;
+use crate::camera::angle_rate_covariance::AngleRateCovariance;
 
 /// Covariance of angle and rate, and in a richer filter the further states that are correlated with them.
 pub(crate) trait TrackCovariance<T>: Copy {

@@ -55,12 +55,12 @@ mod stuck;
 use heapless::Deque;
 use motor_model::{Angle, Real, Time};
 
+use crate::camera::angle_rate_covariance::AngleRateCovariance;
 use crate::camera::noise::CameraNoise;
 use crate::camera::rest_test::RestTest;
 use crate::camera::track::{FrameAtRest, Process, State, Track};
 use crate::camera::track_covariance::TrackCovariance;
 use crate::camera::track_tuning::TrackTuning;
-use crate::factorised::angle_rate::AngleRateCovariance;
 use crate::innovation::{Innovation, Rejection, Source, Verdict};
 use crate::measurement::{CLOCK_TOLERANCE_NANOS, CameraFrame};
 use hypotheses::Fit;

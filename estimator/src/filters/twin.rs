@@ -150,7 +150,7 @@ enum SinceRest {
 /// speed of approach, which follows from the jump and the restitution, correct its modes, the rotor's height and 13
 /// parameters of the motor. It gives the tooth's tangential velocity and so the kick of the rate, with its variance. A
 /// second filter of four states, angle, rate, friction and a factor of the tooth's velocity, takes the kicks as inputs
-/// and the camera's frames as measurements. Both keep their covariances factorised ([`crate::UdCovariance`]).
+/// and the camera's frames as measurements. Both keep their covariances factorised ([`ud_filter::UdCovariance`]).
 ///
 /// When the impacts contradict the model, its health says so ([`Reason::ImpactsUnexplained`]) and kicks are as
 /// uncertain as in [`crate::ImpactAided`] until sixteen impacts have been explained again. The head of the module has

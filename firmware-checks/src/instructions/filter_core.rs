@@ -6,8 +6,9 @@
 
 use core::hint::black_box;
 
-use estimator::{AngleRateCovariance, NoiseSource, Transition, UdCovariance, UpperTriangular};
+use estimator::AngleRateCovariance;
 use nalgebra::{Matrix2, Vector2};
+use ud_filter::{NoiseSource, Transition, UdCovariance, UpperTriangular};
 
 use super::{Count, InstructionCounter, InstructionTimer};
 

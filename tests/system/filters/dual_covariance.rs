@@ -10,9 +10,9 @@ mod pair;
 mod random_systems;
 
 use benches::matrix_covariance::{Conventional, CovarianceForm, Joseph};
-use estimator::{Blocks2, Dense, NoiseSource, Refusal, UdCovariance, UpperTriangular};
 use motor_model::Real;
 use nalgebra::{Matrix2, SMatrix, SVector, Vector2, Vector3};
+use ud_filter::{Blocks2, Dense, NoiseSource, Refusal, UdCovariance, UpperTriangular};
 
 use crate::support::precise_filter::PreciseFilter;
 use pair::{Pair, all_positive, distance, rounded};

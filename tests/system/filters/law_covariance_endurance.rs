@@ -10,12 +10,12 @@
 )]
 
 use benches::matrix_covariance::{Conventional, CovarianceForm, Joseph};
-use estimator::{Blocks2, NoiseSource, Transition, UdCovariance};
 use motor_model::Real;
 use nalgebra::{Matrix2, SMatrix, SVector};
 use rand_core::SeedableRng;
 use rand_distr::{Distribution, StandardNormal};
 use rand_pcg::Pcg64;
+use ud_filter::{Blocks2, NoiseSource, Transition, UdCovariance};
 
 use crate::support::precise_filter::PreciseFilter;
 

@@ -11,22 +11,48 @@ use crate::support::checkout::{files_below, root, text};
 
 /// Every crate of the workspace and the crates of the workspace that it may depend on, tests and build scripts
 /// included.
-const CRATES: [(&str, &[&str]); 13] = [
+const CRATES: [(&str, &[&str]); 14] = [
+    ("ud-filter", &[]),
     ("motor-model", &[]),
-    ("estimator", &["motor-model"]),
-    ("controller", &["motor-model", "estimator"]),
-    ("link", &["motor-model", "estimator", "controller"]),
-    ("firmware", &["motor-model", "estimator", "controller", "link"]),
-    ("firmware-checks", &["motor-model", "estimator", "controller", "link", "firmware"]),
-    ("simulation", &["motor-model", "estimator", "controller"]),
-    ("host-sim", &["motor-model", "estimator", "controller", "link", "simulation"]),
-    ("python", &["motor-model", "estimator", "controller", "link", "simulation", "host-sim"]),
-    ("web", &["motor-model", "estimator", "controller", "link", "firmware", "firmware-checks", "simulation"]),
-    ("benches", &["motor-model", "estimator"]),
-    ("tests/fuzz", &["motor-model", "estimator", "controller", "link", "firmware", "simulation", "host-sim"]),
+    ("estimator", &["ud-filter", "motor-model"]),
+    ("controller", &["ud-filter", "motor-model", "estimator"]),
+    ("link", &["ud-filter", "motor-model", "estimator", "controller"]),
+    ("firmware", &["ud-filter", "motor-model", "estimator", "controller", "link"]),
+    ("firmware-checks", &["ud-filter", "motor-model", "estimator", "controller", "link", "firmware"]),
+    ("simulation", &["ud-filter", "motor-model", "estimator", "controller"]),
+    ("host-sim", &["ud-filter", "motor-model", "estimator", "controller", "link", "simulation"]),
+    ("python", &["ud-filter", "motor-model", "estimator", "controller", "link", "simulation", "host-sim"]),
+    (
+        "web",
+        &[
+            "ud-filter",
+            "motor-model",
+            "estimator",
+            "controller",
+            "link",
+            "firmware",
+            "firmware-checks",
+            "simulation",
+        ],
+    ),
+    ("benches", &["ud-filter", "motor-model", "estimator"]),
+    (
+        "tests/fuzz",
+        &[
+            "ud-filter",
+            "motor-model",
+            "estimator",
+            "controller",
+            "link",
+            "firmware",
+            "simulation",
+            "host-sim",
+        ],
+    ),
     (
         "tests",
         &[
+            "ud-filter",
             "motor-model",
             "estimator",
             "controller",

@@ -3,9 +3,9 @@
 
 use dashu_float::FBig;
 use dashu_float::round::mode::HalfEven;
-use estimator::NoiseSource;
 use motor_model::Real;
 use nalgebra::{SMatrix, SVector};
+use ud_filter::NoiseSource;
 
 /// Twice what an `f64` holds of the square of a number, so that a condition number of 1e24 leaves a hundred bits.
 const BITS: usize = 200;

@@ -6,12 +6,11 @@
 
 use motor_model::Real;
 use nalgebra::{Matrix2, Vector2};
+use ud_filter::{Blocks2, NoiseSource};
 
 use super::sensitivity::{ModeSensitivities, SENSITIVITY_PERIODS};
 use super::states::{DRIVE_PHASE, HEIGHT, MODE_PARAMETER_RANGES, MODES, unit};
 use super::stator::{PERIOD_S, StatorFilter};
-use crate::factorised::transition::Blocks2;
-use crate::factorised::ud_covariance::NoiseSource;
 
 impl<T: Real> StatorFilter<T> {
     /// Predicts the covariance to the present.

@@ -23,6 +23,7 @@
 
 use motor_model::Real;
 use nalgebra::Vector3;
+use ud_filter::WhitenedMeasurement;
 
 use super::association::Association;
 use super::measured_impact::{ExplainedImpact, MeasuredImpact, UnassociatedImpact, Uncertain};
@@ -31,7 +32,6 @@ use super::states::{Errors, HEIGHT, INSTANT, JUMP, MASS_RATIO, Row, TOOTH_ANGLE,
 use super::stator::StatorFilter;
 use super::tooth::{Tooth, by_amplitude, by_angle};
 use super::tuning::{ContactTuning, TwinTuning};
-use crate::factorised::ud_covariance::WhitenedMeasurement;
 
 impl<T: Real> StatorFilter<T> {
     /// Updates the stator by an impact within the last period, and applies the transition.

@@ -8,11 +8,11 @@
 //! | [`StatorFilter::rewind`] | kept | kept | kept | sample times ran back |
 
 use motor_model::{ModalState, Phase, Real, Time};
+use ud_filter::UdCovariance;
 
 use super::sensitivity::InputSums;
 use super::states::{AT_REST, Errors, HEIGHT, INSTANT, MODES, unit};
 use super::stator::{PERIOD_NANOS, StatorFilter};
-use crate::factorised::ud_covariance::UdCovariance;
 
 /// Standard deviations of a driven motion: each mode's displacement in m and velocity in m/s. Some 30 um and 1 m/s are
 /// the most that a drive does, from simulation.

@@ -21,9 +21,9 @@
 
 use motor_model::Real;
 use nalgebra::Vector4;
+use ud_filter::{UdCovariance, reciprocal};
 
 use crate::camera::track_covariance::TrackCovariance;
-use crate::factorised::ud_covariance::{UdCovariance, reciprocal};
 
 /// Prior standard deviation of the friction: uniform from 0.2 to 0.6 about 0.4 is 0.115, per 0.4.
 const FRICTION_PRIOR: f64 = 0.29;

@@ -29,9 +29,9 @@
 
 use motor_model::Real;
 use nalgebra::SVector;
+use ud_filter::SparseRow;
 
 use super::tuning::TwinPrior;
-use crate::factorised::ud_covariance::SparseRow;
 
 /// Number of states.
 pub(super) const STATES: usize = 24;

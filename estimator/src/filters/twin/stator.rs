@@ -24,12 +24,12 @@ use motor_model::{
     Time, ToothPair,
 };
 use nalgebra::{Matrix2, Vector3};
+use ud_filter::UdCovariance;
 
 use super::oscillator::Oscillator;
 use super::sensitivity::{InputSums, ModeSensitivities, SENSITIVITY_PERIODS};
 use super::states::{DRIVE_PHASE, Errors, MODE_PARAMETERS, Row, STATES, entry, prior_variances};
 use super::tuning::TwinTuning;
-use crate::factorised::ud_covariance::UdCovariance;
 
 /// Period at which the stator is stepped, in ns and in s: that of the default vibrometer.
 pub(super) const PERIOD_NANOS: u64 = 5_000;

@@ -1,8 +1,8 @@
 //! The factors and their yardstick, and how far they are apart.
 
-use estimator::{NoiseSource, Transition, UdCovariance};
 use motor_model::Real;
 use nalgebra::{SMatrix, SVector};
+use ud_filter::{NoiseSource, Transition, UdCovariance};
 
 use crate::support::precise_filter::PreciseFilter;
 

@@ -1,9 +1,9 @@
 //! Random systems of six states, against the yardstick and against the same step in another form.
 
-use estimator::{Blocks2, Dense, NoiseSource, UdCovariance, UpperTriangular};
 use motor_model::Real;
 use nalgebra::{Matrix2, SMatrix, SVector};
 use proptest::prelude::*;
+use ud_filter::{Blocks2, Dense, NoiseSource, UdCovariance, UpperTriangular};
 
 use super::pair::{Pair, all_positive, distance, epsilon, rounded};
 

@@ -12,28 +12,30 @@
 //!
 //! so that both slopes are known before a column is touched, and each column is fetched and stored once.
 
-use motor_model::Real;
 use nalgebra::SVector;
 
-use super::{UdCovariance, is_finite, reciprocal};
+use super::UdCovariance;
+use crate::real::{Real, is_finite, reciprocal};
 
 /// A row, or a vector of errors, whose support is `LEAD` states from `FIRST` on and the last `LAST` states.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct SparseRow<T, const FIRST: usize, const LEAD: usize, const LAST: usize> {
-    pub(crate) lead: [T; LEAD],
-    pub(crate) last: [T; LAST],
+pub struct SparseRow<T, const FIRST: usize, const LEAD: usize, const LAST: usize> {
+    /// Entries of the states from `FIRST` on.
+    pub lead: [T; LEAD],
+    /// Entries of the last states.
+    pub last: [T; LAST],
 }
 
 impl<T: Real, const FIRST: usize, const LEAD: usize, const LAST: usize> SparseRow<T, FIRST, LEAD, LAST> {
     /// Zero everywhere.
     #[inline]
-    pub(crate) fn zeros() -> Self {
+    pub fn zeros() -> Self {
         Self { lead: [T::zero(); LEAD], last: [T::zero(); LAST] }
     }
 
     /// `self . other`.
     #[inline]
-    pub(crate) fn dot(&self, other: &Self) -> T {
+    pub fn dot(&self, other: &Self) -> T {
         let ends = self.last.iter().zip(&other.last);
         self.lead.iter().zip(&other.lead).chain(ends).fold(T::zero(), |sum, (&x, &y)| sum + x * y)
     }
@@ -46,10 +48,13 @@ impl<T: Real, const FIRST: usize, const LEAD: usize, const LAST: usize> SparseRo
 }
 
 /// A measurement `h'x + noise`, by its row `U' h`.
-pub(crate) struct WhitenedMeasurement<'a, T, const N: usize> {
-    pub(crate) row: &'a [T; N],
-    pub(crate) noise: T,
-    pub(crate) innovation: T,
+pub struct WhitenedMeasurement<'a, T, const N: usize> {
+    /// `U' h`, of [`UdCovariance::whitened`].
+    pub row: &'a [T; N],
+    /// Its variance, positive.
+    pub noise: T,
+    /// The measurement less its prediction.
+    pub innovation: T,
 }
 
 /// The effect of one of two measurements on a column.
@@ -89,7 +94,7 @@ impl<T: Real> MeasurementSweep<T> {
 impl<T: Real, const N: usize> UdCovariance<T, N> {
     /// `f = U' row` of each row. The covariance of `row . x` and `other . x` is the sum of `D f f_other`.
     #[inline]
-    pub(crate) fn whitened<const FIRST: usize, const LEAD: usize, const LAST: usize, const M: usize>(
+    pub fn whitened<const FIRST: usize, const LEAD: usize, const LAST: usize, const M: usize>(
         &self,
         rows: [&SparseRow<T, FIRST, LEAD, LAST>; M],
     ) -> [[T; N]; M] {
@@ -118,7 +123,7 @@ impl<T: Real, const N: usize> UdCovariance<T, N> {
 
     /// `U y` within the support: from independent errors `y` to those of the states.
     #[inline]
-    pub(crate) fn coloured<const FIRST: usize, const LEAD: usize, const LAST: usize>(
+    pub fn coloured<const FIRST: usize, const LEAD: usize, const LAST: usize>(
         &self,
         y: &[T; N],
     ) -> SparseRow<T, FIRST, LEAD, LAST> {
@@ -139,7 +144,7 @@ impl<T: Real, const N: usize> UdCovariance<T, N> {
 
     /// Replaces the first state by `row . x` of the others and an independent error of `variance`.
     #[inline]
-    pub(crate) fn follow<const FIRST: usize, const LEAD: usize, const LAST: usize>(
+    pub fn follow<const FIRST: usize, const LEAD: usize, const LAST: usize>(
         &mut self,
         row: &SparseRow<T, FIRST, LEAD, LAST>,
         variance: T,
@@ -161,10 +166,7 @@ impl<T: Real, const N: usize> UdCovariance<T, N> {
     /// the update. Returns the corrections of the states: all zero when one of the two cannot be used, and then nothing
     /// has changed.
     #[inline]
-    pub(crate) fn update_pair(
-        &mut self,
-        [first, second]: [WhitenedMeasurement<'_, T, N>; 2],
-    ) -> SVector<T, N> {
+    pub fn update_pair(&mut self, [first, second]: [WhitenedMeasurement<'_, T, N>; 2]) -> SVector<T, N> {
         let mut errors = SVector::<T, N>::zeros();
         let mut slopes = [[Slope { slope: T::zero(), pull: T::zero() }; 2]; N];
         let mut weights = self.weights;

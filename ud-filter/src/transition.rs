@@ -13,10 +13,10 @@ mod blocks;
 mod dense;
 mod triangular;
 
-use motor_model::Real;
 use nalgebra::SVector;
 
-use crate::factorised::ud_covariance::UdCovariance;
+use crate::real::Real;
+use crate::ud_covariance::UdCovariance;
 pub use blocks::Blocks2;
 pub use dense::Dense;
 pub use triangular::UpperTriangular;

@@ -1,10 +1,10 @@
 //! Upper triangular maps: chains of integrators and of lags.
 
-use motor_model::Real;
 use nalgebra::{SMatrix, SVector};
 
 use super::{Dense, Sealed, Transition};
-use crate::factorised::ud_covariance::{UdCovariance, for_columns, reciprocal};
+use crate::real::{Real, reciprocal};
+use crate::ud_covariance::{UdCovariance, for_columns};
 
 /// An upper triangular F, of which what lies below the diagonal is not read: position, rate, acceleration.
 ///

@@ -3,16 +3,16 @@
 //! With `x = U y`, where `y` are independent with the variances D, each of these changes rows or columns of U without a
 //! rotation.
 
-use motor_model::Real;
 use nalgebra::SVector;
 
 use super::{NoiseSource, UdCovariance};
+use crate::real::Real;
 
 impl<T: Real, const N: usize> UdCovariance<T, N> {
     /// `x_i <- x_i + e x_k` for the `L` states `i` from `first` on, each with its own `e` of `effect`; all of them
     /// before `k`.
     #[inline]
-    pub(crate) fn add_effect<const L: usize>(&mut self, k: usize, first: usize, effect: &[T; L]) {
+    pub fn add_effect<const L: usize>(&mut self, k: usize, first: usize, effect: &[T; L]) {
         for column in self.unit.get_mut(k..).unwrap_or_default() {
             let Some(&amount) = column.get(k) else { return };
             let rows = column.get_mut(first..).and_then(|from| from.first_chunk_mut::<L>());
@@ -24,7 +24,7 @@ impl<T: Real, const N: usize> UdCovariance<T, N> {
 
     /// Replaces state `k` by an independent one of `variance`. The other states keep their covariance.
     #[inline(never)]
-    pub(crate) fn replace_state(&mut self, k: usize, variance: T) {
+    pub fn replace_state(&mut self, k: usize, variance: T) {
         let mut left = NoiseSource { gain: SVector::<T, N>::zeros(), variance: T::zero() };
         if let (Some(column), Some(weight)) = (self.unit.get_mut(k), self.weights.get_mut(k)) {
             for (gain, entry) in left.gain.as_mut_slice().iter_mut().zip(column).take(k) {
@@ -39,7 +39,7 @@ impl<T: Real, const N: usize> UdCovariance<T, N> {
     }
 
     /// Inflates the variance of the first `L` states: the part that no later state explains is multiplied by `factor`.
-    pub(crate) fn inflate<const L: usize>(&mut self, factor: T) {
+    pub fn inflate<const L: usize>(&mut self, factor: T) {
         for weight in self.weights.iter_mut().take(L) {
             *weight *= factor;
         }
@@ -48,7 +48,7 @@ impl<T: Real, const N: usize> UdCovariance<T, N> {
 
 #[cfg(test)]
 mod tests {
-    use crate::factorised::transition::Blocks2;
+    use crate::transition::Blocks2;
     use nalgebra::{Matrix2, SMatrix};
     use proptest::prelude::*;
 

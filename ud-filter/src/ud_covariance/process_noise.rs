@@ -12,10 +12,10 @@
 //! determines the time, and for a state known exactly (`D_j = 0`, or so small that `s` overflows), which takes all the
 //! remaining variance.
 
-use motor_model::Real;
 use nalgebra::SVector;
 
-use super::{FEW_STATES, UdCovariance, for_columns, is_finite};
+use super::{FEW_STATES, UdCovariance, for_columns};
+use crate::real::{Real, is_finite};
 
 /// A source of process noise: `variance * gain gain'` is what it adds to the covariance in a step.
 ///
@@ -67,7 +67,7 @@ impl<T: Real, const N: usize> UdCovariance<T, N> {
     /// All sources pass column by column, so that a column is fetched once and one source's division overlaps
     /// another's.
     #[inline]
-    pub(crate) fn add_noise<const M: usize>(&mut self, sources: &[NoiseSource<T, N>; M]) {
+    pub fn add_noise<const M: usize>(&mut self, sources: &[NoiseSource<T, N>; M]) {
         let mut arriving = sources.map(SourceSweep::new);
         for_columns!(down from N, |j| self.add_to_column(j, &mut arriving));
     }
@@ -144,7 +144,7 @@ impl<T: Real, const N: usize> SourceSweep<T, N> {
         let share = pull * per_weight;
         // Both finite, in one comparison. Where the next reciprocal of the weight is not, the next source takes the
         // published form.
-        if N > FEW_STATES && spent + share.abs() <= T::MAX {
+        if N > FEW_STATES && is_finite(spent + share) {
             let per_spent = T::one() / spent;
             return Some(ColumnGain {
                 spent,

@@ -14,11 +14,11 @@
 //! is `det / det`, which need not be computed. 2 x 2 products only, so `2 n^2` multiply-adds instead of Thornton's `1.5
 //! n^3`.
 
-use motor_model::Real;
 use nalgebra::{Matrix2, SMatrix, SVector};
 
 use super::{Dense, Sealed, Transition};
-use crate::factorised::ud_covariance::{UdCovariance, for_columns, reciprocal, reciprocal_of_sum};
+use crate::real::{Real, reciprocal, reciprocal_of_sum};
+use crate::ud_covariance::{UdCovariance, for_columns};
 
 /// A block-diagonal F of B blocks of 2 x 2, for `N = 2 B` states.
 ///
@@ -155,14 +155,15 @@ mod tests {
 
     use super::*;
     use crate::NoiseSource;
+    use crate::test_support::Rounded;
 
-    fn rounded<T: Real, const R: usize, const C: usize>(m: &SMatrix<f64, R, C>) -> SMatrix<T, R, C> {
-        m.map(T::from_f64)
+    fn rounded<T: Rounded, const R: usize, const C: usize>(m: &SMatrix<f64, R, C>) -> SMatrix<T, R, C> {
+        m.map(T::rounded)
     }
 
     /// A prediction and a measurement, with the states of each block as they come or exchanged, and the covariance in
     /// the order in which they come.
-    fn step<T: Real>(numbers: &[f64], blocks: &[[f64; 4]; 3], exchanged: bool) -> SMatrix<f64, 6, 6> {
+    fn step<T: Rounded>(numbers: &[f64], blocks: &[[f64; 4]; 3], exchanged: bool) -> SMatrix<f64, 6, 6> {
         let mut order = SMatrix::<f64, 6, 6>::identity();
         if exchanged {
             for b in [0, 2, 4] {
@@ -177,13 +178,13 @@ mod tests {
         }));
         let source_on = |state: usize| NoiseSource {
             gain: rounded(&(order * SVector::<f64, 6>::ith(state, 1.0))),
-            variance: T::from_f64(0.1),
+            variance: T::rounded(0.1),
         };
         let mut covariance = UdCovariance::from_covariance(&rounded(&start)).unwrap();
         covariance.predict(&transition, &[source_on(1), source_on(3), source_on(5)]);
         let row = order * SVector::from([1.0, 0.0, -0.5, 0.0, 1.0, 0.0]);
         covariance.update(&rounded(&row), T::one(), T::one(), &mut SVector::zeros()).unwrap();
-        order * covariance.covariance().map(Real::to_f64) * order
+        order * covariance.covariance().map(Rounded::wide) * order
     }
 
     proptest! {

@@ -1,9 +1,9 @@
 //! The update by one scalar measurement (Bierman).
 
-use motor_model::Real;
 use nalgebra::SVector;
 
-use super::{FEW_STATES, UdCovariance, for_columns, is_finite, reciprocal_of_sum};
+use super::{FEW_STATES, UdCovariance, for_columns};
+use crate::real::{Real, is_finite, reciprocal_of_sum};
 
 /// What a measurement did.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -87,7 +87,7 @@ impl<T: Real, const N: usize> UdCovariance<T, N> {
         innovation: T,
         state: &mut SVector<T, N>,
     ) -> Result<Correction<T, N>, Refusal> {
-        if N > FEW_STATES && noise * T::MAX < T::one() {
+        if N > FEW_STATES && noise * T::max_value() < T::one() {
             return self.update_exactly(row, noise, innovation, state);
         }
         let projection = self.project(row, noise);
@@ -304,6 +304,7 @@ mod tests {
     use proptest::prelude::*;
 
     use super::*;
+    use crate::test_support::Rounded;
 
     type Dense = SMatrix<f64, 6, 6>;
     type Row = SVector<f64, 6>;
@@ -315,12 +316,12 @@ mod tests {
         p
     }
 
-    fn assert_one_by_one_is_at_once<T: Real>(p: &UdCovariance<f64, 6>, row: &Row, noise: f64) {
+    fn assert_one_by_one_is_at_once<T: Rounded>(p: &UdCovariance<f64, 6>, row: &Row, noise: f64) {
         let p = UdCovariance::<T, 6> {
-            unit: p.unit.map(|column| column.map(T::from_f64)),
-            weights: p.weights.map(T::from_f64),
+            unit: p.unit.map(|column| column.map(T::rounded)),
+            weights: p.weights.map(T::rounded),
         };
-        let (row, noise, innovation) = (row.map(T::from_f64), T::from_f64(noise), T::from_f64(0.7));
+        let (row, noise, innovation) = (row.map(T::rounded), T::rounded(noise), T::rounded(0.7));
         let (mut at_once, mut one_by_one) = (p, p);
         let (mut x, mut y) = (SVector::zeros(), SVector::zeros());
         let correction = at_once.update(&row, noise, innovation, &mut x);

@@ -3,11 +3,11 @@
 //! Thornton, "Triangular covariance factorizations for Kalman filtering", thesis, UCLA (1976), for F; Agee and Turner,
 //! White Sands technical report 38 (1972), for the noise.
 
-use motor_model::Real;
 use nalgebra::{SMatrix, SVector};
 
-use super::transition::{Blocks2, Dense, Transition};
-use super::ud_covariance::{NoiseSource, UdCovariance};
+use crate::real::Real;
+use crate::transition::{Blocks2, Dense, Transition};
+use crate::ud_covariance::{NoiseSource, UdCovariance};
 
 impl<T: Real, const N: usize> UdCovariance<T, N> {
     /// A step passes: `P <- F P F' + sum c a a'` over the noise sources. A source costs the less the earlier the last
@@ -28,7 +28,7 @@ impl<T: Real, const N: usize> UdCovariance<T, N> {
     }
 
     /// `P <- F P F'` where F is block diagonal in the first `L` states and 1 in the others.
-    pub(crate) fn carry_first<const L: usize, const B: usize>(&mut self, blocks: &Blocks2<T, B>) {
+    pub fn carry_first<const L: usize, const B: usize>(&mut self, blocks: &Blocks2<T, B>) {
         let mut first = UdCovariance::<T, L> { unit: [[T::zero(); L]; L], weights: [T::zero(); L] };
         for (to, from) in first.unit.iter_mut().zip(&self.unit) {
             for (to, &from) in to.iter_mut().zip(from) {

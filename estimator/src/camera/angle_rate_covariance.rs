@@ -12,7 +12,7 @@
 //! In `f32` a covariance updated as a matrix loses its definiteness as soon as a measurement is much better than the
 //! prediction. The factors `d1`, `d2` are products and sums of positive numbers, so `P` is positive definite by
 //! construction. The code is straight: no loop, two divisions an update, one a prediction; both at once
-//! ([`AngleRateCovariance::predict_and_update_angle`]) have a chain of one division. [`crate::UdCovariance`] is the
+//! ([`AngleRateCovariance::predict_and_update_angle`]) have a chain of one division. [`ud_filter::UdCovariance`] is the
 //! same for any number of states; a test compares the two.
 //!
 //! Sources: Bierman, "Factorization Methods for Discrete Sequential Estimation" (1977), chapter V (update); Thornton's
@@ -180,9 +180,9 @@ impl<T: Real> AngleRateCovariance<T> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{NoiseSource, UdCovariance, UpperTriangular};
     use nalgebra::{Matrix2, RowVector2, Vector2};
     use proptest::prelude::*;
+    use ud_filter::{NoiseSource, UdCovariance, UpperTriangular};
 
     fn dense(p: &AngleRateCovariance<f64>) -> Matrix2<f64> {
         Matrix2::new(p.angle_rad2(), p.angle_rate_rad2_s(), p.angle_rate_rad2_s(), p.rate_rad2_s2())

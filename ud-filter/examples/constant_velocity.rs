@@ -9,14 +9,13 @@
 //! x+ = x + dt v + dt^2/2 a,   v+ = v + dt a,   a: white noise, standard deviation 0.5 m/s^2,   z = x + 0.2 m of noise
 //! ```
 //!
-//! `cargo run -p micromotor-estimator --example constant_velocity`
+//! `cargo run -p ud-filter --example constant_velocity`
 
-use estimator::{NoiseSource, Refusal, Transition, UdCovariance, UpperTriangular};
-use motor_model::math;
 use nalgebra::{Matrix2, Vector2};
 use rand_distr::{Distribution, StandardNormal};
 use rand_pcg::Pcg64;
 use rand_pcg::rand_core::SeedableRng;
+use ud_filter::{NoiseSource, Refusal, Transition, UdCovariance, UpperTriangular};
 
 /// Variance of a measured position, in m^2.
 const MEASURED_M2: f64 = 0.04;
@@ -57,7 +56,7 @@ fn main() -> Result<(), Refusal> {
                 f64::from(step) * dt_s,
                 state.x,
                 state.x - truth.x,
-                math::sqrt(covariance.variance::<0>()),
+                libm::sqrt(covariance.variance::<0>()),
                 state.y,
             );
         }

@@ -1,10 +1,10 @@
 //! Any map, by Thornton's modified weighted Gram-Schmidt.
 
-use motor_model::Real;
 use nalgebra::{SMatrix, SVector};
 
 use super::{Sealed, Transition};
-use crate::factorised::ud_covariance::{Columns, UdCovariance, reciprocal};
+use crate::real::{Real, reciprocal};
+use crate::ud_covariance::{Columns, UdCovariance};
 
 /// Any matrix F, singular ones included.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -33,29 +33,33 @@ mod process_noise;
 mod single_states;
 mod sparse_row;
 
-use motor_model::Real;
 use nalgebra::{SMatrix, SVector};
+
+use crate::real::{Real, is_finite};
 
 pub use measurement_update::{Correction, Refusal};
 pub use process_noise::NoiseSource;
-pub(crate) use sparse_row::{SparseRow, WhitenedMeasurement};
+pub use sparse_row::{SparseRow, WhitenedMeasurement};
 
 /// Up to so many states the chain of divisions determines the time. Above, several divisions are prepared together.
 const FEW_STATES: usize = 3;
 
 /// A matrix by columns.
-pub(crate) type Columns<T, const N: usize> = [[T; N]; N];
+pub type Columns<T, const N: usize> = [[T; N]; N];
 
 /// Covariance of N states as its factors `P = U D U'`: symmetric and positive semidefinite whatever the rounding.
 ///
 /// Positive definite from the first, it stays so as long as nothing is known exactly (`R > 0`, F invertible) and
 /// nothing underflows.
+///
+/// The factors are public: a filter may write the zeros and ones of its own model out. What it writes must keep U unit
+/// upper triangular and D not negative.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct UdCovariance<T, const N: usize> {
     /// U by columns, its ones and zeros included.
-    pub(crate) unit: Columns<T, N>,
-    /// The diagonal of D.
-    pub(crate) weights: [T; N],
+    pub unit: Columns<T, N>,
+    /// The diagonal of D: the variance of each state given those after it. Not negative.
+    pub weights: [T; N],
 }
 
 /// A matrix is not a covariance: some combination of states would have no positive variance.
@@ -144,7 +148,7 @@ impl<T: Real, const N: usize> UdCovariance<T, N> {
     }
 
     /// The sum of all variances, the trace of P.
-    pub(crate) fn trace(&self) -> T {
+    pub fn trace(&self) -> T {
         let mut sum = T::zero();
         for (j, (column, &weight)) in self.unit.iter().zip(&self.weights).enumerate() {
             let rows = column.iter().take(j + 1);
@@ -176,26 +180,6 @@ impl<T: Real, const N: usize> UdCovariance<T, N> {
     pub fn weights(&self) -> SVector<T, N> {
         self.weights.into()
     }
-}
-
-/// Whether `x` is neither infinite nor NaN.
-#[inline]
-pub(crate) fn is_finite<T: Real>(x: T) -> bool {
-    x * T::zero() == T::zero()
-}
-
-/// `1 / x`, unless this is too large for the precision.
-#[inline]
-pub(crate) fn reciprocal<T: Real>(x: T) -> Option<T> {
-    let inverse = T::one() / x;
-    is_finite(inverse).then_some(inverse)
-}
-
-/// [`reciprocal`] of what is not negative: one comparison instead of a product and two.
-#[inline]
-pub(crate) fn reciprocal_of_sum<T: Real>(x: T) -> Option<T> {
-    let inverse = T::one() / x;
-    (inverse <= T::MAX).then_some(inverse)
 }
 
 /// The unit matrix.

@@ -1,0 +1,41 @@
+#![doc = include_str!("../README.md")]
+//!
+//! # Tour
+//!
+//! | item | what it is |
+//! |---|---|
+//! | [`UdCovariance`] | the factors of N states: measurement update, process noise, single states |
+//! | [`Transition`] | the shapes of F, and `P <- F P F'` for each: [`UpperTriangular`], [`Blocks2`], [`Dense`] |
+//! | [`NoiseSource`] | a random input of known variance and its effect on each state |
+//! | [`SparseRow`], [`WhitenedMeasurement`] | measurements of a few of many states |
+//! | [`Real`] | the scalar: `f32`, `f64` |
+
+#![no_std]
+#![forbid(unsafe_code)]
+#![warn(clippy::unwrap_used, clippy::expect_used, clippy::panic, clippy::indexing_slicing)]
+#![cfg_attr(
+    test,
+    allow(
+        clippy::unwrap_used,
+        clippy::expect_used,
+        clippy::panic,
+        clippy::indexing_slicing,
+        clippy::disallowed_methods,
+        clippy::cast_possible_truncation,
+        reason = "a test fails by panicking, and takes its expected values from another library"
+    )
+)]
+
+mod prediction;
+mod real;
+#[cfg(test)]
+mod test_support;
+mod transition;
+mod ud_covariance;
+
+pub use real::{Real, is_finite, reciprocal};
+pub use transition::{Blocks2, Dense, Transition, UpperTriangular};
+pub use ud_covariance::{
+    Columns, Correction, NoiseSource, NotPositiveDefinite, Refusal, SparseRow, UdCovariance,
+    WhitenedMeasurement,
+};
