@@ -17,7 +17,7 @@
 //! way, some hundred in all for gentle impacts.
 //!
 //! A measured jump does not depend on the state. What remains of the transition is the identity and five columns:
-//! instant, jump, mass ratio, amplitude of the pair and teeth's angle ([`crate::UdCovariance`] takes them without a
+//! instant, jump, mass ratio, amplitude of the pair and teeth's angle ([`ud_filter::UdCovariance`] takes them without a
 //! rotation). The saltation matrix followed by an update with a measured `dv` gives the same posterior to first order,
 //! but as a difference of large numbers, and about a point that may lie outside the period.
 
