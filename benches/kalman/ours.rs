@@ -110,7 +110,7 @@ impl<T: Real> Filter<T, 2, 1> for MeasuredState<T> {
     fn step(&mut self, &[z]: &[T; 1]) {
         let filter = &mut self.0;
         filter.state = filter.transition.carry(&filter.state);
-        filter.covariance.predict(&filter.transition, &filter.noise);
+        filter.covariance.predict(&filter.transition, &filter.noise).expect("a plain model");
         let innovation = z - filter.state.x;
         let variance = filter.measured_variance;
         filter

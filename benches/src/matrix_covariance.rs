@@ -50,7 +50,7 @@ impl<T: Real, const N: usize> CovarianceForm<T, N> for UdCovariance<T, N> {
         transition: &F,
         noise: &[NoiseSource<T, N>; M],
     ) {
-        self.predict(transition, noise);
+        self.predict(transition, noise).expect("a plain model");
     }
     fn take_in(&mut self, row: &SVector<T, N>, noise: T, innovation: T, state: &mut SVector<T, N>) -> bool {
         self.update(row, noise, innovation, state).is_ok()

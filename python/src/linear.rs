@@ -84,7 +84,7 @@ fn filtered_by<const N: usize>(
         watch.check();
         for measured in some {
             state = transition.carry(&state);
-            covariance.predict(transition, &noise);
+            covariance.predict(transition, &noise).map_err(|error| refused(&error))?;
             let innovation = measured - row.dot(&state);
             let (mut variance, mut used) = (f64::NAN, false);
             if innovation.is_finite() {

@@ -15,7 +15,7 @@ use nalgebra::{Matrix2, Vector2};
 use rand_distr::{Distribution, StandardNormal};
 use rand_pcg::Pcg64;
 use rand_pcg::rand_core::SeedableRng;
-use ud_filter::{NoiseSource, Refusal, Transition, UdCovariance, UpperTriangular};
+use ud_filter::{NoiseSource, Transition, UdCovariance, UpperTriangular};
 
 /// Variance of a measured position, in m^2.
 const MEASURED_M2: f64 = 0.04;
@@ -23,7 +23,7 @@ const MEASURED_M2: f64 = 0.04;
 /// deviations.
 const GATE: f64 = 9.0;
 
-fn main() -> Result<(), Refusal> {
+fn main() -> Result<(), Box<dyn core::error::Error>> {
     let dt_s = 0.1;
     let transition = UpperTriangular(Matrix2::new(1.0, dt_s, 0.0, 1.0));
     let noise = [NoiseSource { gain: Vector2::new(0.5 * dt_s * dt_s, dt_s), variance: 0.25 }];
@@ -42,7 +42,7 @@ fn main() -> Result<(), Refusal> {
         let measured_m = truth.x + 0.2 * normal() + outlier;
 
         state = transition.carry(&state);
-        covariance.predict(&transition, &noise);
+        covariance.predict(&transition, &noise)?;
         let innovation = measured_m - row.dot(&state);
         if innovation * innovation <= GATE * covariance.innovation_variance(&row, MEASURED_M2) {
             covariance.update(&row, MEASURED_M2, innovation, &mut state)?;

@@ -8,6 +8,8 @@
 //! | [`Transition`] | the shapes of F, and `P <- F P F'` for each: [`UpperTriangular`], [`Blocks2`], [`Dense`] |
 //! | [`NoiseSource`] | a random input of known variance and its effect on each state |
 //! | [`SparseRow`], [`WhitenedMeasurement`] | measurements of a few of many states |
+//! | [`InnovationRecord`] | what became of a measurement: used, outside the gate, refused |
+//! | [`DiscreteModel`] | F and noise sources of a step, from a model in continuous time |
 //! | [`Real`] | the scalar: `f32`, `f64` |
 
 #![no_std]
@@ -22,10 +24,14 @@
         clippy::indexing_slicing,
         clippy::disallowed_methods,
         clippy::cast_possible_truncation,
+        clippy::cast_precision_loss,
         reason = "a test fails by panicking, and takes its expected values from another library"
     )
 )]
 
+#[cfg(test)]
+mod bad_numbers;
+mod discretisation;
 mod prediction;
 mod real;
 #[cfg(test)]
@@ -33,9 +39,11 @@ mod test_support;
 mod transition;
 mod ud_covariance;
 
+pub use discretisation::DiscreteModel;
+pub use prediction::PredictionRefusal;
 pub use real::{Real, is_finite, reciprocal};
 pub use transition::{Blocks2, Dense, Transition, UpperTriangular};
 pub use ud_covariance::{
-    Columns, Correction, NoiseSource, NotPositiveDefinite, Refusal, SparseRow, UdCovariance,
-    WhitenedMeasurement,
+    Columns, Correction, InnovationRecord, NoiseSource, NotAVariance, NotPositiveDefinite, Outcome, Refusal,
+    SparseRow, UdCovariance, WhitenedMeasurement,
 };

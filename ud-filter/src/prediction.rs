@@ -7,24 +7,58 @@ use nalgebra::{SMatrix, SVector};
 
 use crate::real::Real;
 use crate::transition::{Blocks2, Dense, Transition};
-use crate::ud_covariance::{NoiseSource, UdCovariance};
+use crate::ud_covariance::{NoiseSource, UdCovariance, are_usable};
+
+/// Why a prediction was refused. The covariance is then as it was.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum PredictionRefusal {
+    /// An entry of F is infinite or NaN, or F is too large for the precision.
+    Transition,
+    /// A gain or variance of the noise is infinite or NaN, a variance is negative, or they are too large for the
+    /// precision.
+    Noise,
+}
+
+impl core::fmt::Display for PredictionRefusal {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        f.write_str(match self {
+            Self::Transition => "the transition has an entry that is infinite or NaN",
+            Self::Noise => "the noise has a gain that is infinite or NaN, or no variance",
+        })
+    }
+}
+
+impl core::error::Error for PredictionRefusal {}
 
 impl<T: Real, const N: usize> UdCovariance<T, N> {
     /// A step passes: `P <- F P F' + sum c a a'` over the noise sources. A source costs the less the earlier the last
     /// state is that it acts on ([`NoiseSource`]).
+    ///
+    /// # Errors
+    /// When F or a noise source is no usable number; nothing has changed then.
     #[inline]
     pub fn predict<F: Transition<T, N>, const M: usize>(
         &mut self,
         transition: &F,
         noise: &[NoiseSource<T, N>; M],
-    ) {
+    ) -> Result<(), PredictionRefusal> {
+        if !transition.is_finite() {
+            return Err(PredictionRefusal::Transition);
+        }
+        if !are_usable(noise) {
+            return Err(PredictionRefusal::Noise);
+        }
         transition.carry_factors(self);
         self.add_noise(noise);
+        Ok(())
     }
 
     /// `P <- M P M'` for any matrix, singular ones included: for example the saltation matrix of an impact.
-    pub fn transform(&mut self, map: &SMatrix<T, N, N>) {
-        Dense(*map).carry_factors(self);
+    ///
+    /// # Errors
+    /// When M is no matrix of usable numbers; nothing has changed then.
+    pub fn transform(&mut self, map: &SMatrix<T, N, N>) -> Result<(), PredictionRefusal> {
+        self.predict(&Dense(*map), &[])
     }
 
     /// `P <- F P F'` where F is block diagonal in the first `L` states and 1 in the others.

@@ -33,6 +33,12 @@ pub fn reciprocal<T: Real>(x: T) -> Option<T> {
     is_finite(inverse).then_some(inverse)
 }
 
+/// The sum: finite only if all are. It is infinite, too, if they are too large for the precision.
+#[inline]
+pub(crate) fn total<T: Real, const N: usize>(numbers: &[T; N]) -> T {
+    numbers.iter().fold(T::zero(), |sum, &x| sum + x)
+}
+
 /// [`reciprocal`] of what is not negative: one comparison instead of a product and two.
 #[inline]
 pub(crate) fn reciprocal_of_sum<T: Real>(x: T) -> Option<T> {

@@ -31,6 +31,11 @@ pub trait Transition<T: Real, const N: usize>: Sealed {
     /// `F x`.
     fn carry(&self, state: &SVector<T, N>) -> SVector<T, N>;
 
-    /// `P <- F P F'` on the factors.
+    /// Whether all entries of F that are read are numbers of usable size: neither infinite nor NaN, nor so large that
+    /// their sum is.
+    fn is_finite(&self) -> bool;
+
+    /// `P <- F P F'` on the factors. An entry that is infinite or NaN makes variances infinite or NaN, never smaller:
+    /// [`UdCovariance::predict`] refuses it.
     fn carry_factors(&self, covariance: &mut UdCovariance<T, N>);
 }

@@ -19,6 +19,10 @@
 //! Time updates cost `O(n^2)` for each noise source and, for structured transitions, `O(n^2)` in all: see
 //! [`crate::Transition`].
 //!
+//! Bad numbers: an infinity or NaN in a prior, F, noise or measurement is refused with a reason, and nothing has
+//! changed then ([`UdCovariance::predict`], [`UdCovariance::update`]). The steps below these two do not look. They make
+//! the variances that such a number reaches infinite or NaN, never smaller, and measurements of those are refused.
+//!
 //! Nothing here compares with an absolute threshold. A vanishing `D_j` (a combination of states known exactly) stays
 //! zero until noise or a transition changes it, and `R = 0` makes such a combination of `h'x`. The only limit is the
 //! number format: a number too small for its reciprocal counts as zero.
@@ -32,13 +36,15 @@ mod measurement_update;
 mod process_noise;
 mod single_states;
 mod sparse_row;
+mod vector_update;
 
 use nalgebra::{SMatrix, SVector};
 
 use crate::real::{Real, is_finite};
 
-pub use measurement_update::{Correction, Refusal};
+pub use measurement_update::{Correction, InnovationRecord, Outcome, Refusal};
 pub use process_noise::NoiseSource;
+pub(crate) use process_noise::are_usable;
 pub use sparse_row::{SparseRow, WhitenedMeasurement};
 
 /// Up to so many states the chain of divisions determines the time. Above, several divisions are prepared together.
@@ -77,16 +83,47 @@ impl core::fmt::Display for NotPositiveDefinite {
 
 impl core::error::Error for NotPositiveDefinite {}
 
+/// A number is no variance: it is negative, infinite or NaN.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct NotAVariance {
+    /// The first state of such a variance.
+    pub state: usize,
+}
+
+impl core::fmt::Display for NotAVariance {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        write!(f, "the variance of state {} is negative, infinite or NaN", self.state)
+    }
+}
+
+impl core::error::Error for NotAVariance {}
+
 impl<T: Real, const N: usize> UdCovariance<T, N> {
-    /// Independent states of these variances. One that is not positive and finite counts as 0: known exactly.
+    /// Independent states of these variances; 0 is known exactly.
+    ///
+    /// For a caller who has nobody to tell: a variance that is infinite or NaN stays so, and a negative one becomes
+    /// NaN. Then no measurement of the state is used ([`Refusal::Uncertain`]). [`Self::try_from_diagonal`] says so at
+    /// once.
     pub fn from_diagonal(variances: &SVector<T, N>) -> Self {
-        let mut weights = [T::zero(); N];
-        for (weight, &variance) in weights.iter_mut().zip(variances.iter()) {
-            if variance > T::zero() && is_finite(variance) {
-                *weight = variance;
+        let [mut weights] = variances.data.0;
+        for weight in &mut weights {
+            if *weight < T::zero() {
+                *weight = T::zero() / T::zero();
             }
         }
         Self { unit: identity(), weights }
+    }
+
+    /// Independent states of these variances; 0 is known exactly.
+    ///
+    /// # Errors
+    /// When one is negative, infinite or NaN.
+    pub fn try_from_diagonal(variances: &SVector<T, N>) -> Result<Self, NotAVariance> {
+        let is_variance = |&variance: &T| variance >= T::zero() && is_finite(variance);
+        match variances.iter().position(|variance| !is_variance(variance)) {
+            Some(state) => Err(NotAVariance { state }),
+            None => Ok(Self::from_diagonal(variances)),
+        }
     }
 
     /// The factors of a covariance, of which the upper triangle is read.
@@ -169,6 +206,15 @@ impl<T: Real, const N: usize> UdCovariance<T, N> {
             }
         }
         sum
+    }
+
+    /// P as sources of noise, one for each column of U: for a Q that is known in full.
+    pub fn sources(&self) -> [NoiseSource<T, N>; N] {
+        let mut sources = [NoiseSource { gain: SVector::zeros(), variance: T::zero() }; N];
+        for (source, (&column, &weight)) in sources.iter_mut().zip(self.unit.iter().zip(&self.weights)) {
+            *source = NoiseSource { gain: column.into(), variance: weight };
+        }
+        sources
     }
 
     /// The unit upper triangular factor U.

@@ -120,7 +120,8 @@ impl<T: Real> AngleRateCovariance<T> {
         noise_rad2 + self.d1 + self.u * (self.u * self.d2)
     }
 
-    /// Updates by an angle measured with variance `noise_rad2`, positive.
+    /// Updates by an angle measured with variance `noise_rad2`, positive. The variance of the innovation
+    /// ([`Self::angle_innovation_rad2`]) must be finite.
     #[inline]
     pub fn update_angle(&mut self, noise_rad2: T) -> Gain<T> {
         let a = noise_rad2 + self.d1;
@@ -167,7 +168,8 @@ impl<T: Real> AngleRateCovariance<T> {
         Gain { angle: p11 * per_s, rate: p12 * per_s }
     }
 
-    /// Updates by a rate measured with variance `noise_rad2_s2`, positive.
+    /// Updates by a rate measured with variance `noise_rad2_s2`, positive. Its sum with the variance of the rate
+    /// must be finite.
     #[inline]
     pub fn update_rate(&mut self, noise_rad2_s2: T) -> Gain<T> {
         let per_s = T::one() / (noise_rad2_s2 + self.d2);
@@ -281,7 +283,7 @@ mod tests {
             by_hand.predict(dt, q);
             let kick = NoiseSource { gain: Vector2::new(0.5 * dt, 1.0), variance: q * dt };
             let timing = NoiseSource { gain: Vector2::new(1.0, 0.0), variance: q * dt * dt * dt / 12.0 };
-            general.predict(&UpperTriangular(Matrix2::new(1.0, dt, 0.0, 1.0)), &[timing, kick]);
+            general.predict(&UpperTriangular(Matrix2::new(1.0, dt, 0.0, 1.0)), &[timing, kick]).unwrap();
             if n % 10 == 0 {
                 by_hand.widen_rate(200.0);
                 general.add_rank_one(&Vector2::new(0.0, 1.0), 200.0);

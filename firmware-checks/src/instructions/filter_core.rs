@@ -103,9 +103,9 @@ struct AnyStates {
 #[inline(never)]
 fn step_any_states(filter: &mut AnyStates, measured: f32) {
     filter.state = filter.transition.carry(&filter.state);
-    filter.covariance.predict(&filter.transition, &filter.sources);
+    // Neither is refused: the numbers are finite.
+    let _ = filter.covariance.predict(&filter.transition, &filter.sources);
     let innovation = measured - filter.state.x;
-    // Never refused: the measurements are finite.
     let _ = filter.covariance.update_state::<0>(filter.measured_variance, innovation, &mut filter.state);
 }
 

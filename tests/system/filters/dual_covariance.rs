@@ -98,7 +98,7 @@ fn dual_variances_twenty_four_decades_apart() {
     assert_spans_decades::<f64>(1e-11);
     let mut p = UdCovariance::<f32, 2>::from_diagonal(&Vector2::new(1e12, 1e-12));
     for _ in 0..100 {
-        p.predict(&Dense(Matrix2::new(1.0, 0.5, 0.25, 1.0)), &[]);
+        p.predict(&Dense(Matrix2::new(1.0, 0.5, 0.25, 1.0)), &[]).expect("a plain model");
         p.update(&Vector2::new(1.0, 1.0), 1e-14, 0.0, &mut Vector2::zeros()).expect("a plain measurement");
         p.update(&Vector2::new(1.0, -1.0), 1e12, 0.0, &mut Vector2::zeros()).expect("a plain measurement");
         assert!(all_positive(&p));
@@ -157,7 +157,7 @@ fn drift<T: Real>(f: &Matrix2<f64>, doublings: u32) -> f64 {
     let f = rounded::<T, 2, 2>(f);
     let mut p = UdCovariance::<T, 2>::from_diagonal(&rounded(&Vector2::new(1.0, 4.0)));
     for _ in 0..1_u32 << doublings {
-        p.predict(&Blocks2([f]), &[]);
+        p.predict(&Blocks2([f]), &[]).expect("a plain model");
         assert!(all_positive(&p));
     }
     let mut exact = PreciseFilter::<2>::new(&Matrix2::new(1.0, 0.0, 0.0, 4.0));
@@ -183,7 +183,7 @@ fn dual_a_billion_predictions_drift_by_rounding_only() {
     let mut exact = PreciseFilter::<2>::new(&Matrix2::new(1.0, 0.0, 0.0, 4.0));
     let map = exact.predict_power_of_two(&f, 30);
     let mut at_once = UdCovariance::<f64, 2>::from_diagonal(&Vector2::new(1.0, 4.0));
-    at_once.transform(&map);
+    at_once.transform(&map).expect("a plain model");
     assert!(distance(&at_once.covariance(), &exact.covariance()) < 1e-14);
 }
 
@@ -241,14 +241,15 @@ fn exact_perfect_measurements_leave_a_semidefinite_covariance() {
     assert_eq!(p.covariance(), Matrix2::zeros());
     // Nothing is left to carry, whatever the shape of the map.
     let f = Matrix2::new(0.8, 0.6, -0.6, 0.8);
-    p.predict(&Blocks2([f]), &[]);
+    p.predict(&Blocks2([f]), &[]).expect("a plain model");
     assert_eq!(p.covariance(), Matrix2::zeros());
-    p.predict(&Dense(f), &[]);
+    p.predict(&Dense(f), &[]).expect("a plain model");
     assert_eq!(p.covariance(), Matrix2::zeros());
     p.predict(
         &UpperTriangular(Matrix2::new(1.0, 0.5, 0.0, 1.0)),
         &[NoiseSource { gain: Vector2::new(0.5, 1.0), variance: 2.0 }],
-    );
+    )
+    .expect("a plain model");
     assert!((p.covariance() - Matrix2::new(0.5, 1.0, 1.0, 2.0)).abs().max() < 1e-15, "{}", p.covariance());
     p.update(&Vector2::new(1.0, 1.0), 1.0, 1.0, &mut x).expect("informative");
     assert!(p.covariance().iter().all(|entry| entry.is_finite()));
@@ -262,7 +263,7 @@ fn exact_a_singular_map_is_carried() {
     let start = SMatrix::<f64, 3, 3>::new(4.0, 1.0, 0.5, 1.0, 3.0, 0.2, 0.5, 0.2, 2.0);
     let mut p = UdCovariance::from_covariance(&start).expect("positive definite");
     assert!((p.covariance() - start).abs().max() < 1e-15);
-    p.transform(&map);
+    p.transform(&map).expect("a plain model");
     assert!((p.covariance() - map * start * map.transpose()).abs().max() < 1e-13, "{}", p.covariance());
     assert!(p.weights()[1].abs() < f64::MIN_POSITIVE);
     let indefinite = Matrix2::new(1.0, 2.0, 2.0, 1.0);

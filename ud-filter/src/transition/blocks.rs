@@ -17,7 +17,7 @@
 use nalgebra::{Matrix2, SMatrix, SVector};
 
 use super::{Dense, Sealed, Transition};
-use crate::real::{Real, reciprocal, reciprocal_of_sum};
+use crate::real::{Real, is_finite, reciprocal_of_sum, total};
 use crate::ud_covariance::{UdCovariance, for_columns};
 
 /// A block-diagonal F of B blocks of 2 x 2, for `N = 2 B` states.
@@ -52,6 +52,17 @@ impl<T: Real, const B: usize, const N: usize> Transition<T, N> for Blocks2<T, B>
             (*x, *y) = times(f, *x, *y);
         }
         carried
+    }
+
+    #[inline]
+    fn is_finite(&self) -> bool {
+        let mut sums = [T::zero(); 4];
+        for f in &self.0 {
+            for (sum, &entry) in sums.iter_mut().zip(f.as_slice()) {
+                *sum += entry;
+            }
+        }
+        is_finite(total(&sums))
     }
 
     #[inline]
@@ -117,13 +128,17 @@ impl<T: Real, const B: usize> Blocks2<T, B> {
 }
 
 impl<T: Real> Pairing<T> {
-    /// For a block F whose columns of U read (1, 0) and (`u`, 1); `None` when F is singular or both states are known
-    /// exactly.
+    /// For a block F whose columns of U read (1, 0) and (`u`, 1); `None` when F is singular, both states are known
+    /// exactly, or a number is infinite or NaN.
     #[inline]
     fn new(f: &Matrix2<T>, u: T, da: T, db: T) -> Option<Self> {
         let [[f00, f10], [f01, f11]] = f.data.0;
         let det = f00 * f11 - f01 * f10;
-        let per_det = reciprocal(det)?;
+        let per_det = T::one() / det;
+        // The square too: D is multiplied by that of the determinant.
+        if !is_finite(per_det * per_det) {
+            return None;
+        }
         let (alpha, beta) = (f10, f10 * u + f11);
         let upper = f00 * u + f01;
         let (pull_a, pull_b) = (alpha * da, beta * db);
@@ -181,7 +196,7 @@ mod tests {
             variance: T::rounded(0.1),
         };
         let mut covariance = UdCovariance::from_covariance(&rounded(&start)).unwrap();
-        covariance.predict(&transition, &[source_on(1), source_on(3), source_on(5)]);
+        covariance.predict(&transition, &[source_on(1), source_on(3), source_on(5)]).unwrap();
         let row = order * SVector::from([1.0, 0.0, -0.5, 0.0, 1.0, 0.0]);
         covariance.update(&rounded(&row), T::one(), T::one(), &mut SVector::zeros()).unwrap();
         order * covariance.covariance().map(Rounded::wide) * order

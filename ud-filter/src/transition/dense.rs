@@ -3,7 +3,7 @@
 use nalgebra::{SMatrix, SVector};
 
 use super::{Sealed, Transition};
-use crate::real::{Real, reciprocal};
+use crate::real::{Real, is_finite, reciprocal, total};
 use crate::ud_covariance::{Columns, UdCovariance};
 
 /// Any matrix F, singular ones included.
@@ -19,6 +19,17 @@ impl<T: Real, const N: usize> Transition<T, N> for Dense<T, N> {
     }
 
     #[inline]
+    fn is_finite(&self) -> bool {
+        let mut sums = [T::zero(); N];
+        for column in &self.0.data.0 {
+            for (sum, &entry) in sums.iter_mut().zip(column) {
+                *sum += entry;
+            }
+        }
+        is_finite(total(&sums))
+    }
+
+    #[inline]
     fn carry_factors(&self, covariance: &mut UdCovariance<T, N>) {
         let mut w = self.product(&covariance.unit);
         let old = covariance.weights;
@@ -27,7 +38,8 @@ impl<T: Real, const N: usize> Transition<T, N> for Dense<T, N> {
             let sums = weighted_products(&w, &old, i);
             *weight = sums.get(i).copied().unwrap_or_default();
             let per_weight = reciprocal(*weight);
-            if per_weight.is_none() {
+            // Too small for its reciprocal. An infinity or NaN stays: it is not certainty.
+            if per_weight.is_none() && is_finite(*weight) {
                 *weight = T::zero();
             }
             for (u, &sum) in column.iter_mut().zip(&sums).take(i) {

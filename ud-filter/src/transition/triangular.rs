@@ -3,7 +3,7 @@
 use nalgebra::{SMatrix, SVector};
 
 use super::{Dense, Sealed, Transition};
-use crate::real::{Real, reciprocal};
+use crate::real::{Real, is_finite, reciprocal, total};
 use crate::ud_covariance::{UdCovariance, for_columns};
 
 /// An upper triangular F, of which what lies below the diagonal is not read: position, rate, acceleration.
@@ -23,12 +23,20 @@ impl<T: Real, const N: usize> Transition<T, N> for UpperTriangular<T, N> {
     }
 
     #[inline]
+    fn is_finite(&self) -> bool {
+        let mut sums = [T::zero(); N];
+        for_columns!(up to N, |j| self.add_column(j, &mut sums));
+        is_finite(total(&sums))
+    }
+
+    #[inline]
     fn carry_factors(&self, covariance: &mut UdCovariance<T, N>) {
         let mut scales = [T::one(); N];
         for (i, (scale, f)) in scales.iter_mut().zip(&self.0.data.0).enumerate() {
             *scale = f.get(i).copied().unwrap_or_default();
         }
-        if scales.iter().any(|&scale| scale != T::one() && reciprocal(scale).is_none()) {
+        // The square too: it is what D is multiplied by.
+        if scales.iter().any(|&scale| scale != T::one() && reciprocal(scale * scale).is_none()) {
             return Dense(self.0.upper_triangle()).carry_factors(covariance);
         }
         for_columns!(up to N, |j| self.carry_column(j, &scales, covariance));
@@ -36,6 +44,15 @@ impl<T: Real, const N: usize> Transition<T, N> for UpperTriangular<T, N> {
 }
 
 impl<T: Real, const N: usize> UpperTriangular<T, N> {
+    #[expect(clippy::inline_always, reason = "j is to be a constant in it")]
+    #[inline(always)]
+    fn add_column(&self, j: usize, sums: &mut [T; N]) {
+        let Some(f) = self.0.data.0.get(j) else { return };
+        for (sum, &entry) in sums.iter_mut().zip(f).take(j + 1) {
+            *sum += entry;
+        }
+    }
+
     #[expect(clippy::inline_always, reason = "j is to be a constant in it")]
     #[inline(always)]
     fn carry_state(&self, j: usize, state: &[T; N], carried: &mut [T; N]) {

@@ -1,9 +1,13 @@
 //! The update by one scalar measurement (Bierman).
 
+mod gated_update;
+
 use nalgebra::SVector;
 
 use super::{FEW_STATES, UdCovariance, for_columns};
 use crate::real::{Real, is_finite, reciprocal_of_sum};
+
+pub use gated_update::{InnovationRecord, Outcome};
 
 /// What a measurement did.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -312,7 +316,7 @@ mod tests {
     /// A covariance of six states from 36 numbers, two combinations of them known exactly.
     fn partly_known(numbers: &[f64]) -> UdCovariance<f64, 6> {
         let mut p = UdCovariance::from_diagonal(&Row::from([1.0, 2.0, 0.0, 0.5, 0.0, 3.0]));
-        p.transform(&(Dense::identity() + Dense::from_column_slice(numbers) * 0.2));
+        p.transform(&(Dense::identity() + Dense::from_column_slice(numbers) * 0.2)).unwrap();
         p
     }
 

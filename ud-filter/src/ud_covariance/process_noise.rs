@@ -15,7 +15,7 @@
 use nalgebra::SVector;
 
 use super::{FEW_STATES, UdCovariance, for_columns};
-use crate::real::{Real, is_finite};
+use crate::real::{Real, is_finite, total};
 
 /// A source of process noise: `variance * gain gain'` is what it adds to the covariance in a step.
 ///
@@ -27,7 +27,7 @@ use crate::real::{Real, is_finite};
 pub struct NoiseSource<T, const N: usize> {
     /// Effect on each state. Zeros after the last state with an effect cost nothing.
     pub gain: SVector<T, N>,
-    /// Variance over the step. One that is not positive adds nothing.
+    /// Variance over the step, not negative.
     pub variance: T,
 }
 
@@ -55,7 +55,7 @@ struct ColumnGain<T> {
 }
 
 impl<T: Real, const N: usize> UdCovariance<T, N> {
-    /// `P <- P + variance * direction direction'`, for a variance that is not negative; another one adds nothing.
+    /// `P <- P + variance * direction direction'`, as by [`Self::add_noise`].
     ///
     /// There is no counterpart that subtracts, because the result might not be a covariance. A measurement subtracts,
     /// with [`Self::update`].
@@ -64,6 +64,9 @@ impl<T: Real, const N: usize> UdCovariance<T, N> {
         self.add_noise(&[NoiseSource { gain: *direction, variance }]);
     }
 
+    /// `P <- P + sum c a a'` over the sources. A negative variance adds nothing. A number that is infinite or NaN makes
+    /// the variances that it reaches infinite or NaN: [`Self::predict`] refuses it.
+    ///
     /// All sources pass column by column, so that a column is fetched once and one source's division overlaps
     /// another's.
     #[inline]
@@ -104,11 +107,24 @@ impl<T: Real, const N: usize> UdCovariance<T, N> {
     }
 }
 
+/// Whether all gains and variances are numbers of usable size, and no variance is negative.
+#[inline]
+pub(crate) fn are_usable<T: Real, const N: usize, const M: usize>(sources: &[NoiseSource<T, N>; M]) -> bool {
+    let (mut sums, mut variances) = ([T::zero(); N], T::zero());
+    for source in sources {
+        for (sum, &gain) in sums.iter_mut().zip(source.gain.as_slice()) {
+            *sum += gain;
+        }
+        variances += source.variance;
+    }
+    is_finite(total(&sums) + variances) && sources.iter().all(|source| source.variance >= T::zero())
+}
+
 impl<T: Real, const N: usize> SourceSweep<T, N> {
     #[inline]
     fn new(source: NoiseSource<T, N>) -> Self {
         let [gain] = source.gain.data.0;
-        let variance = if source.variance > T::zero() { source.variance } else { T::zero() };
+        let variance = if source.variance <= T::zero() { T::zero() } else { source.variance };
         Self { gain, variance, spent: T::one(), per_spent: T::one() }
     }
 
@@ -157,7 +173,14 @@ impl<T: Real, const N: usize> SourceSweep<T, N> {
         let per_weight = T::one() / sum;
         let slope = pull * self.per_spent / sum;
         let per_spent = self.per_spent * (weight / sum);
-        is_finite(slope).then_some(ColumnGain { spent, per_spent, weight: sum, per_weight, slope })
+        // A weight that is infinite or NaN is told, not left out.
+        (is_finite(slope) || !is_finite(sum)).then_some(ColumnGain {
+            spent,
+            per_spent,
+            weight: sum,
+            per_weight,
+            slope,
+        })
     }
 }
 

@@ -55,7 +55,7 @@ impl<T: Real, const N: usize> Pair<T, N> {
         noise: &[NoiseSource<T, N>; M],
     ) {
         self.state = transition.carry(&self.state);
-        self.factors.predict(transition, noise);
+        self.factors.predict(transition, noise).expect("a plain model");
         self.precise.predict(matrix, noise);
     }
 
