@@ -5,6 +5,7 @@ pub mod browser;
 pub mod built_command;
 pub mod checkout;
 pub mod closeness;
+pub mod consistency_rows;
 pub mod fault_bench;
 pub mod live_teeth;
 pub mod motors;

@@ -68,7 +68,8 @@ impl Bench {
         sum_m / (self.places.len() as f64 * self.camera.radius_m)
     }
 
-    /// One tick: the rotor turns at `rate_rad_s`, the filter receives what is due. The vibrometer shows `velocity_m_s`.
+    /// One tick: the filter is told the drive as it begins to act, the rotor turns at `rate_rad_s`, and the filter
+    /// receives what is due. The vibrometer shows `velocity_m_s`.
     pub(crate) fn tick(
         &mut self,
         filter: &mut dyn AngleFilter<f32>,
@@ -76,9 +77,9 @@ impl Bench {
         rate_rad_s: f64,
         velocity_m_s: Option<f64>,
     ) -> (Option<Estimate<f32>>, Health) {
+        filter.drive(self.now, command);
         self.now = self.now.plus_nanos(TICK_NANOS);
         self.angle_rad += rate_rad_s * 1e-9 * TICK_NANOS as f64;
-        filter.drive(self.now, command);
         if let Some(velocity_m_s) = velocity_m_s {
             filter.update_ldv(&LdvSample { taken_at: self.now, velocity_m_s: velocity_m_s as f32 });
         }

@@ -51,6 +51,7 @@ use crate::studies::shard::Shard;
 use comparison::{ComparedRun, names};
 use consistency::{ConsistencyTest, correlation_bound, mean_square_bounds};
 use error_sums::ErrorSums;
+use simulation::math::statistics::OUTSIDE_95;
 use simulation::runs::RunError;
 use simulation::runs::filter::FILTERS;
 use simulation::runs::stated_errors::StatedErrors;
@@ -122,6 +123,22 @@ pub struct FilterErrorsRow {
     /// Root mean square error of the angle of each run.
     #[serde(skip)]
     pub rms_of_runs_mdeg: Vec<f64>,
+    /// The figures of consistency of each run.
+    #[serde(skip)]
+    pub of_runs: ConsistencyOfRuns,
+}
+
+/// The figures of consistency of each run, in the order of the runs.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ConsistencyOfRuns {
+    /// Mean normalised squared error of angle and rate together.
+    pub anees: Vec<f64>,
+    /// Mean normalised squared error of the angle.
+    pub angle_anees: Vec<f64>,
+    /// Mean normalised squared innovation.
+    pub nis: Vec<f64>,
+    /// Correlation of neighbouring innovations.
+    pub whiteness: Vec<f64>,
 }
 
 /// One filter over all phases of one drive, and what it costs.
@@ -296,7 +313,14 @@ impl FilterErrorsRow {
         let ([angle_anees, rate_anees, anees], (nis, whiteness)) = (sums.normalised(), sums.innovations());
         let StatedErrors { beyond_3_sigma, good_beyond_5_sigma, good_beyond_5_sigma_worst_mdeg } =
             sums.stated();
-        let bounds_of = |value: fn(&ErrorSums) -> f64| mean_square_bounds(runs.iter().map(|run| value(run)));
+        let each = |value: fn(&ErrorSums) -> f64| runs.iter().map(|run| value(run)).collect::<Vec<f64>>();
+        let of_runs = ConsistencyOfRuns {
+            anees: each(|run| run.normalised()[2]),
+            angle_anees: each(|run| run.normalised()[0]),
+            nis: each(|run| run.innovations().0),
+            whiteness: each(|run| run.innovations().1),
+        };
+        let bounds_of = |means: &[f64]| mean_square_bounds(means.iter().copied(), OUTSIDE_95);
         Self {
             filter,
             drive,
@@ -306,14 +330,14 @@ impl FilterErrorsRow {
             rms_rate_rad_s: sums.rms_rate_rad_s(),
             times_genie: sums.rms_angle_mdeg() / genie_mdeg,
             anees,
-            anees_bounds: bounds_of(|run| run.normalised()[2]),
+            anees_bounds: bounds_of(&of_runs.anees),
             angle_anees,
-            angle_anees_bounds: bounds_of(|run| run.normalised()[0]),
+            angle_anees_bounds: bounds_of(&of_runs.angle_anees),
             rate_anees,
             nis,
-            nis_bounds: bounds_of(|run| run.innovations().0),
+            nis_bounds: bounds_of(&of_runs.nis),
             whiteness,
-            whiteness_bound: correlation_bound(runs.iter().map(|run| run.innovations().1)),
+            whiteness_bound: correlation_bound(of_runs.whiteness.iter().copied(), OUTSIDE_95),
             rejected: sums.rejected(),
             restarts: sums.restarts,
             missing: sums.missing(),
@@ -327,6 +351,7 @@ impl FilterErrorsRow {
             runs: runs.len() as u64,
             beside: None,
             rms_of_runs_mdeg: runs.iter().map(|run| run.rms_angle_mdeg()).collect(),
+            of_runs,
         }
     }
 

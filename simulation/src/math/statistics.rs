@@ -4,7 +4,7 @@
 use average::{Estimate, Variance};
 use motor_model::math;
 use serde::Serialize;
-use statrs::distribution::{Binomial, ChiSquared, ContinuousCDF as _, DiscreteCDF as _, StudentsT};
+use statrs::distribution::{Binomial, ChiSquared, ContinuousCDF as _, DiscreteCDF as _, Normal, StudentsT};
 
 use crate::math::count::real;
 
@@ -129,26 +129,45 @@ fn of_rank<T: Copy + Into<f64>>(values: &mut [T], place: usize) -> Option<f64> {
 /// Two-sided 95 % quantile of the standard normal distribution.
 pub const NORMAL_95: f64 = 1.959_963_984_540_054;
 
-/// Probability below the lower and below the upper of two-sided 95 % bounds.
-const TWO_SIDED_95: [f64; 2] = [0.025, 0.975];
+/// Probability outside of two-sided 95 % bounds.
+pub const OUTSIDE_95: f64 = 0.05;
 
-/// Two-sided 95 % bounds of the mean of `n` independent squares of standard normals, `chi^2_n / n`.
+/// Probability below the lower and below the upper of two-sided bounds that have `outside` outside.
+const fn two_sided(outside: f64) -> [f64; 2] {
+    [0.5 * outside, 1.0 - 0.5 * outside]
+}
+
+/// Two-sided quantile of the standard normal distribution: a value beyond it in either direction has the probability
+/// `outside`, 0 to 1.
+pub fn normal_quantile(outside: f64) -> f64 {
+    let [_, below] = two_sided(outside);
+    Normal::standard().inverse_cdf(below)
+}
+
+/// Two-sided bounds of the mean of `n` independent squares of standard normals, `chi^2_n / n`, which lies below the
+/// lower and above the upper with the probability `outside / 2` each.
 ///
-/// `n` is at least 1 and need not be whole. Both bounds are 1 where it is infinite, and NaN where it is not a number.
-pub fn chi_square_mean_bounds(n: f64) -> (f64, f64) {
+/// `n` is above 0 and need not be whole. Both bounds are 1 where it is infinite, and NaN where it is not a number.
+pub fn chi_square_mean_bounds(n: f64, outside: f64) -> (f64, f64) {
     if n.is_infinite() {
         return (1.0, 1.0);
     }
     let bound = |below| ChiSquared::new(n).map_or(f64::NAN, |squares| squares.inverse_cdf(below) / n);
-    let [low, high] = TWO_SIDED_95.map(bound);
+    let [low, high] = two_sided(outside).map(bound);
     (low, high)
 }
 
-/// Two-sided 95 % quantile of Student's t for `degrees_of_freedom` above 0; infinite for 0.
-pub fn student_95(degrees_of_freedom: f64) -> f64 {
-    let [_, below] = TWO_SIDED_95;
+/// Two-sided quantile of Student's t for `degrees_of_freedom` above 0; infinite for 0. A value beyond it in either
+/// direction has the probability `outside`, 0 to 1.
+pub fn student_quantile(degrees_of_freedom: f64, outside: f64) -> f64 {
+    let [_, below] = two_sided(outside);
     StudentsT::new(0.0, 1.0, degrees_of_freedom)
         .map_or(f64::INFINITY, |distribution| distribution.inverse_cdf(below))
+}
+
+/// Its 95 % quantile.
+pub fn student_95(degrees_of_freedom: f64) -> f64 {
+    student_quantile(degrees_of_freedom, OUTSIDE_95)
 }
 
 /// Two-sided 95 % bounds of how many of `n` independent trials succeed with `probability` each, within 0 to 1: at most
@@ -158,7 +177,7 @@ pub fn binomial_bounds(n: u32, probability: f64) -> (u32, u32) {
         let count = Binomial::new(probability, n.into()).map_or(0, |trials| trials.inverse_cdf(below));
         u32::try_from(count).map_or(n, |count| count.min(n))
     };
-    let [low, high] = TWO_SIDED_95.map(bound);
+    let [low, high] = two_sided(OUTSIDE_95).map(bound);
     (low, high)
 }
 
@@ -238,7 +257,7 @@ mod tests {
         for (n, low, high, within) in
             [(10.0, 3.247, 20.483, 1e-2), (20.0, 9.591, 34.170, 2e-3), (100.0, 74.222, 129.561, 2e-3)]
         {
-            let bounds = chi_square_mean_bounds(n);
+            let bounds = chi_square_mean_bounds(n, OUTSIDE_95);
             assert!((n * bounds.0 / low - 1.0).abs() < within, "{n}: {}", n * bounds.0);
             assert!((n * bounds.1 / high - 1.0).abs() < within, "{n}: {}", n * bounds.1);
         }
@@ -258,6 +277,17 @@ mod tests {
         ] {
             assert!((student_95(n) / expected - 1.0).abs() < 1e-2, "{n}: {}", student_95(n));
         }
+    }
+
+    /// The normal quantile of 0.9995, and the quantiles of 0.999 of Student's t of 7 and of chi-square of 10 degrees of
+    /// freedom as tables print them (NIST/SEMATECH e-Handbook, 1.3.6.7.1, 1.3.6.7.2, 1.3.6.7.4).
+    #[test]
+    fn exact_quantiles_of_other_levels() {
+        assert!((normal_quantile(OUTSIDE_95) - NORMAL_95).abs() < 1e-9);
+        assert!((normal_quantile(1e-3) - 3.291).abs() < 1e-3);
+        assert!((student_quantile(7.0, 2e-3) / 4.785 - 1.0).abs() < 1e-3);
+        let (_, high) = chi_square_mean_bounds(10.0, 2e-3);
+        assert!((10.0 * high / 29.588 - 1.0).abs() < 1e-3, "{high}");
     }
 
     /// 2.5 % and 97.5 % quantiles of binomial distributions, as R's `qbinom` gives them; three throws of a fair coin by

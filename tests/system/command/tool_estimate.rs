@@ -81,6 +81,12 @@ fn law_hindsight_is_better_and_health_is_true() {
             assert_between(number(steady, "false_valid"), 0.0, most, steady);
             assert_between(number(steady, "good"), 0.97, 1.0, steady);
         }
+        // The default filter has no smoother.
+        for phase in PHASES {
+            let of_twin = row(rows, "twin", drive, phase);
+            assert_between(number(of_twin, "false_valid"), 0.0, 1e-3, of_twin);
+        }
+        assert_between(number(row(rows, "twin", drive, "steady"), "good"), 0.97, 1.0, drive);
     }
 }
 

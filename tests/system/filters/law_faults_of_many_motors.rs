@@ -1,9 +1,9 @@
 //! Faults of camera and vibrometer over four drawn motors, in both modes at full and at half drive: for none of them
 //! may a filter be wrong without saying so.
 //!
-//! Beside that (off by more than six standard deviations and a twentieth of a degree and called good, for at most 0.5 %
-//! of the time, and never beyond twelve: [`assert_hardly_false`]) each test bounds the error by that of the same motors
-//! without the fault, or by that of the filter without a vibrometer, and says why.
+//! Beside that (off by more than six of its standard deviations and three of a frame's and called good, for at most
+//! 0.5 % of the time, and never beyond twelve: [`assert_hardly_false`]) each test bounds the error by that of the same
+//! motors without the fault, or by that of the filter without a vibrometer, and says why.
 
 use std::sync::LazyLock;
 
@@ -116,8 +116,9 @@ fn law_a_burst_of_wrong_samples_costs_fifty_milliseconds() {
 
 /// E14: 1 % to 20 % of the frames wrong by 0.7 degrees, in bursts of four on average. What a filter then calls good is
 /// as good as between single ones: at most 1.3 times the error of a clean run, 1.5 times by the filter whose gate is so
-/// wide that it lets in every fifth of them, and by up to fifteen standard deviations where two wrong frames lay within
-/// the gate of six before the third told. Where a fifth are wrong, four fifths of the time are not called good.
+/// wide that it lets in every fifth of them, and by up to fifteen standard deviations, twice six and its own three,
+/// where two wrong frames lay within the gate of six before the third told. Where a fifth are wrong, four fifths of the
+/// time are not called good.
 #[test]
 fn law_what_is_called_good_between_bursts_of_wrong_frames_is() {
     for (probability, least) in [("0.01", 0.02), ("0.05", 0.1), ("0.2", 0.8)] {

@@ -51,29 +51,34 @@ fn law_lost_light_is_silence_whatever_it_looks_like() {
     assert_counts_as_silent(&["ldv.fault=stuck"], NONE);
 }
 
-/// E10: one sample in a thousand wrong by 0.1 m/s, as large as the impacts: two hundred false ones a second. No filter
-/// is worse than 1.5 times the one without a vibrometer, and none begins anew.
+/// E10: one sample in a thousand wrong by 0.1 m/s, as large as the impacts: two hundred a second, of which every other
+/// is upwards and falls again. Whoever takes impacts from the vibrometer takes none for 50 ms after a fall, in which
+/// five more are due: a share of `exp(-5)`, 0.7 %, of the time is without. No filter is worse than 1.1 times the one
+/// without a vibrometer, and none begins anew.
 #[test]
 fn law_wrong_samples_are_borne() {
     for command in [B, DriveCommand::full(DriveMode::C)] {
         let looks = Bench::driven(&["ldv.outlier_probability=0.001"], command).run(command, 200, NONE);
         let rms = rms_mdeg(&looks);
         let camera_only = rms_of(&rms, "constant_rate");
-        assert!(rms.iter().all(|(_, rms)| *rms < 1.5 * camera_only), "{rms:?}");
+        assert!(rms.iter().all(|(_, rms)| *rms < 1.1 * camera_only), "{rms:?}");
         assert!(!looks.iter().any(|look| look.verdict == Some(Verdict::Restarted)));
     }
 }
 
 /// A vibrometer whose scale is off by a tenth, more than any decoder's: no filter is wrong without saying so, or worse
-/// than the filter without a vibrometer.
+/// than the filter without a vibrometer; the twin, which learns restitution and friction of its motor and with them the
+/// scale, is as good as without the error, to a tenth.
 #[test]
 fn law_a_wrong_scale_is_borne() {
+    let clean = rms_mdeg(&settled(&[]).run(B, 200, NONE));
     for gain in ["ldv.gain_error=0.1", "ldv.gain_error=-0.1"] {
         let looks = settled(&[gain]).run(B, 200, NONE);
         let rms = rms_mdeg(&looks);
         assert_never_false(&looks);
         let camera_only = rms_of(&rms, "constant_rate");
         assert!(rms.iter().all(|(_, rms)| *rms <= camera_only), "{rms:?}");
+        assert!(rms_of(&rms, "twin") < 1.1 * rms_of(&clean, "twin"), "{rms:?} for {clean:?}");
     }
 }
 

@@ -14,11 +14,9 @@ use crate::support::fault_bench::{B, Bench, Look, NONE, by_filter, mean_square, 
 /// Others than those on which the filters were tuned.
 const SEEDS: RangeInclusive<u64> = 501..=510;
 
-/// A motor whose filters are told `command`.
-fn bench(seed: u64, sets: &[&str], command: DriveCommand) -> Bench {
-    let mut bench = Bench::new(&[&[format!("seed={seed}").as_str()], sets].concat());
-    bench.tell(command);
-    bench
+/// The motor of a seed.
+fn bench(seed: u64, sets: &[&str]) -> Bench {
+    Bench::new(&[&[format!("seed={seed}").as_str()], sets].concat())
 }
 
 /// Figures of a filter in steady motion: errors in milli-degrees, and mean squares in standard deviations.
@@ -35,7 +33,7 @@ fn steady(mode: DriveMode) -> [Steady; 3] {
     let command = DriveCommand::full(mode);
     let looks: Vec<Look> = SEEDS
         .flat_map(|seed| {
-            let mut bench = bench(seed, &[], command);
+            let mut bench = bench(seed, &[]);
             bench.run(command, 100, NONE);
             bench.run(command, 200, NONE)
         })
@@ -86,7 +84,7 @@ fn law_impacts_do_no_harm_in_mode_c() {
 fn law_rest_is_measured_to_a_fraction_of_a_milli_degree() {
     let (mut soon, mut late) = (Vec::new(), Vec::new());
     for seed in SEEDS {
-        let mut bench = bench(seed, &[], B);
+        let mut bench = bench(seed, &[]);
         bench.run(B, 50, NONE);
         let mut waited_ms = 0;
         while !bench.is_still() {
@@ -110,7 +108,7 @@ fn law_rest_is_measured_to_a_fraction_of_a_milli_degree() {
 fn law_the_vibrometer_may_go_and_come_back() {
     let (mut without, mut again) = (Vec::new(), Vec::new());
     for seed in SEEDS {
-        let mut bench = bench(seed, &["ldv.lost_from_s=0.1", "ldv.lost_until_s=0.2"], B);
+        let mut bench = bench(seed, &["ldv.lost_from_s=0.1", "ldv.lost_until_s=0.2"]);
         bench.run(B, 105, NONE);
         without.extend(bench.run(B, 94, NONE));
         let health = |looks: &[Look]| by_filter(looks)[2].last().expect("looks").health;
@@ -129,9 +127,9 @@ fn law_the_vibrometer_may_go_and_come_back() {
 /// the phase, and is then as good as ever.
 #[test]
 fn law_a_drive_told_late_is_found_out() {
-    let [on_time_mdeg, late_mdeg] = [B, DriveCommand::OFF].map(|told| {
+    let [on_time_mdeg, late_mdeg] = [false, true].map(|late| {
         let of_motor = |seed| {
-            let mut bench = bench(seed, &[], told);
+            let mut bench = if late { bench(seed, &[]).told_late() } else { bench(seed, &[]) };
             bench.run(B, 150, NONE);
             bench.run(B, 200, NONE)
         };

@@ -9,11 +9,11 @@
 //!
 //! ```text
 //! m_i: mean over run i of N,   m: their mean,   s: their standard deviation
-//! n = 2 / (s / m)^2 N (1.96 / t)^2
+//! n = 2 / (s / m)^2 N (z / t)^2
 //! ```
 //!
-//! So `chi^2_n / n` has the variance of the mean (Satterthwaite 1946). `t` is Student's, since `s` is known from N runs
-//! only.
+//! So `chi^2_n / n` has the variance of the mean (Satterthwaite 1946). `z` and `t` are the quantiles of the normal
+//! distribution and of Student's, since `s` is known from N runs only; 1.96 and 2.20 for 95 % and twelve runs.
 //!
 //! What is tested is therefore a motor drawn at random, not each motor. The friction of one motor may be twice that of
 //! another. No filter knows this beforehand, and it widens the bounds. The bounds of the correlation of neighbouring
@@ -23,30 +23,31 @@ use motor_model::math;
 
 use super::timeline::TimelinePhase;
 use simulation::math::count::real;
-use simulation::math::statistics::{NORMAL_95, Spread, chi_square_mean_bounds, student_95};
+use simulation::math::statistics::{Spread, chi_square_mean_bounds, normal_quantile, student_quantile};
 
-/// Mean and deviation of one value for each run, their number, and Student's t. Values that are not finite are left
-/// out.
-fn of_runs(values: impl Iterator<Item = f64>) -> (Spread, f64, f64) {
+/// Mean and deviation of one value for each run, their number, and the quantile of Student's t beyond which `outside`
+/// lies. Values that are not finite are left out.
+fn of_runs(values: impl Iterator<Item = f64>, outside: f64) -> (Spread, f64, f64) {
     let finite: Vec<f64> = values.filter(|value| value.is_finite()).collect();
     let runs = real(finite.len());
-    (finite.into_iter().collect(), runs, student_95(runs - 1.0))
+    (finite.into_iter().collect(), runs, student_quantile(runs - 1.0, outside))
 }
 
-/// Two-sided 95 % bounds of the mean of normalised squares over all runs, from the mean of each run; 0 and infinite for
-/// fewer than two runs.
-pub fn mean_square_bounds(means: impl Iterator<Item = f64>) -> (f64, f64) {
-    let (Spread { mean, sd }, runs, student) = of_runs(means);
+/// Two-sided bounds of the mean of normalised squares over all runs, from the mean of each run: a consistent filter is
+/// outside with the probability `outside`. 0 and infinite for fewer than two runs.
+pub fn mean_square_bounds(means: impl Iterator<Item = f64>, outside: f64) -> (f64, f64) {
+    let (Spread { mean, sd }, runs, student) = of_runs(means, outside);
     if runs < 2.0 {
         return (0.0, f64::INFINITY);
     }
-    let deviation = sd / mean / math::sqrt(runs) * student / NORMAL_95;
-    chi_square_mean_bounds(2.0 / (deviation * deviation))
+    let deviation = sd / mean / math::sqrt(runs) * student / normal_quantile(outside);
+    chi_square_mean_bounds(2.0 / (deviation * deviation), outside)
 }
 
-/// Bound in both directions of the mean of a correlation over all runs if it is 0, from the value of each run.
-pub(crate) fn correlation_bound(correlations: impl Iterator<Item = f64>) -> f64 {
-    let (Spread { sd, .. }, runs, student) = of_runs(correlations);
+/// Bound in both directions of the mean of a correlation over all runs if it is 0, from the value of each run: beyond
+/// it with the probability `outside`.
+pub fn correlation_bound(correlations: impl Iterator<Item = f64>, outside: f64) -> f64 {
+    let (Spread { sd, .. }, runs, student) = of_runs(correlations, outside);
     if runs < 2.0 { f64::INFINITY } else { student * sd / math::sqrt(runs) }
 }
 
@@ -78,6 +79,7 @@ mod tests {
     use rand_distr::{Distribution, StandardNormal};
     use rand_pcg::Pcg64;
     use rand_pcg::rand_core::SeedableRng as _;
+    use simulation::math::statistics::{NORMAL_95, OUTSIDE_95};
 
     use super::*;
 
@@ -93,14 +95,14 @@ mod tests {
         squares.sum::<f64>() / 500.0
     }
 
-    /// How many of 1,000 experiments have their mean within the bounds.
+    /// How many of 1,000 experiments have their mean within the 95 % bounds.
     fn within(kept: f64, wrong: f64) -> u32 {
         let mut rng = Pcg64::seed_from_u64(3);
         let mut normal = || -> f64 { StandardNormal.sample(&mut rng) };
         let mut count = 0;
         for _ in 0..1000 {
             let means: Vec<f64> = (0..RUNS).map(|_| run(&mut normal, kept, wrong)).collect();
-            let (low, high) = mean_square_bounds(means.iter().copied());
+            let (low, high) = mean_square_bounds(means.iter().copied(), OUTSIDE_95);
             let mean = means.iter().sum::<f64>() / f64::from(RUNS);
             count += u32::from((low..=high).contains(&mean));
         }
@@ -118,7 +120,7 @@ mod tests {
             let count = within(kept, 1.0);
             assert!((920..=975).contains(&count), "{kept}: {count}");
         }
-        let if_independent = chi_square_mean_bounds(500.0 * f64::from(RUNS));
+        let if_independent = chi_square_mean_bounds(500.0 * f64::from(RUNS), OUTSIDE_95);
         let mut rng = Pcg64::seed_from_u64(3);
         let mut normal = || -> f64 { StandardNormal.sample(&mut rng) };
         let experiments =
@@ -133,12 +135,12 @@ mod tests {
     #[test]
     fn exact_two_runs_and_none() {
         let deviation = math::sqrt(0.01) * 12.706_2;
-        assert!((correlation_bound([0.9, 1.1].into_iter()) - deviation).abs() < 1e-4);
+        assert!((correlation_bound([0.9, 1.1].into_iter(), OUTSIDE_95) - deviation).abs() < 1e-4);
         let ratio = deviation / NORMAL_95;
-        let (low, high) = mean_square_bounds([0.9, f64::NAN, 1.1].into_iter());
-        let expected = chi_square_mean_bounds(2.0 / (ratio * ratio));
+        let (low, high) = mean_square_bounds([0.9, f64::NAN, 1.1].into_iter(), OUTSIDE_95);
+        let expected = chi_square_mean_bounds(2.0 / (ratio * ratio), OUTSIDE_95);
         assert!((low - expected.0).abs() < 1e-4 && (high - expected.1).abs() < 1e-4, "{low} {high}");
-        assert_eq!(mean_square_bounds([1.0].into_iter()), (0.0, f64::INFINITY));
-        assert!(correlation_bound([f64::NAN].into_iter()).is_infinite());
+        assert_eq!(mean_square_bounds([1.0].into_iter(), OUTSIDE_95), (0.0, f64::INFINITY));
+        assert!(correlation_bound([f64::NAN].into_iter(), OUTSIDE_95).is_infinite());
     }
 }
