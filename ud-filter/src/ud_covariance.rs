@@ -184,6 +184,35 @@ impl<T: Real, const N: usize> UdCovariance<T, N> {
         sum.into()
     }
 
+    /// The covariance of state `i` with every state, a column of P; zeros if there is no such state.
+    pub fn column(&self, i: usize) -> SVector<T, N> {
+        let mut sum = [T::zero(); N];
+        for (column, &weight) in self.unit.iter().zip(&self.weights).skip(i) {
+            let share = weight * column.get(i).copied().unwrap_or_default();
+            for (entry, &u) in sum.iter_mut().zip(column) {
+                *entry += share * u;
+            }
+        }
+        sum.into()
+    }
+
+    /// The most probable errors within a bound on one of them, from the most probable `errors` without it: state `i`
+    /// goes to `bound`, and every other by its regression on it, `P_ji / P_ii`.
+    ///
+    /// With a Gaussian density and an inequality that the mean violates, this is the maximum of the posterior (Simon and
+    /// Chia, "Kalman filtering with state equality constraints", IEEE Transactions on Aerospace and Electronic Systems
+    /// 38, 2002). The covariance remains: it is too large rather than too small.
+    pub fn constrain(&self, i: usize, bound: T, errors: &mut SVector<T, N>) {
+        let column = self.column(i);
+        let (Some(&variance), Some(&error)) = (column.as_slice().get(i), errors.as_slice().get(i)) else {
+            return;
+        };
+        match reciprocal(variance) {
+            Some(per_variance) => *errors += column * ((bound - error) * per_variance),
+            None => errors.as_mut_slice().iter_mut().skip(i).take(1).for_each(|error| *error = bound),
+        }
+    }
+
     /// The sum of all variances, the trace of P.
     pub fn trace(&self) -> T {
         let mut sum = T::zero();

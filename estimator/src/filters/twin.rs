@@ -26,7 +26,8 @@
 //! 2. If sample times ran back: new detector, kicks after that time dropped, stator rewound, its motion forgotten.
 //! 3. [`ImpactDetector`] classifies the sample: flight, impact, fall, gap or rejected. A rejected one ends here.
 //! 4. The stator's motion is predicted to the sample ([`motion_prediction`]); in flight only every fourth sample.
-//! 5. If a fault of the vibrometer has ended: stator restarted; one unknown kick for all impacts since the last frame.
+//! 5. If a fault of the vibrometer has ended: stator restarted with what was learnt before ([`learnt_parameters`]); one
+//!    unknown kick for all impacts since the last frame.
 //! 6. If an impact ends a flight of two samples or more: the jump of the impact before is refined ([`refinement`]).
 //! 7. The event acts ([`vibrometer_sample`]):
 //!    - rotor quiet: stator at rest, monitors reset;
@@ -98,6 +99,7 @@ mod impact;
 mod impact_update;
 mod kick_history;
 mod kick_record;
+mod learnt_parameters;
 mod measured_impact;
 mod misfit_monitor;
 mod modes_at;
@@ -126,6 +128,8 @@ use crate::measurement::{CameraFrame, LdvSample};
 use crate::vibrometer::impact_detector::{ImpactDetector, VibrometerEvent};
 use crate::vibrometer::motion::{Motion, MotionWatch};
 use kick_record::KickRecords;
+use learnt_parameters::LearntCopies;
+use measured_impact::Uncertain;
 use misfit_monitor::MisfitMonitor;
 use process::TwinProcess;
 use propagated_track::PropagatedTrack;
@@ -169,6 +173,7 @@ pub struct TwinFilter<T: Real> {
     newest_refined: bool,
     stator: StatorFilter<T>,
     misfit: MisfitMonitor<T>,
+    learnt: LearntCopies<T>,
     regime: RegimeDetector<T>,
     /// Whether impacts update the stator: not those of a rotor that lands after the drive went off.
     stator_follows: bool,
@@ -179,8 +184,8 @@ pub struct TwinFilter<T: Real> {
     /// Mode of the drive at the last kick kept.
     last_kick_mode: Option<DriveMode>,
     last_sample_m_s: T,
-    /// The last impact's jump as first measured, until it is refined.
-    unrefined_jump_m_s: Option<T>,
+    /// The last impact's jump as first measured, in m/s, until it is refined.
+    unrefined_jump: Option<Uncertain<T>>,
     /// Largest kick per jump at nominal friction, `mu m_r R_t / J`, in rad/s per m/s.
     kick_per_jump_rad_m: T,
     /// `1 / R_t`.
@@ -207,6 +212,7 @@ impl<T: Real> TwinFilter<T> {
             newest_refined: false,
             stator,
             misfit: MisfitMonitor::trusted(),
+            learnt: LearntCopies::none(),
             regime: RegimeDetector::new(),
             stator_follows: true,
             ever_driven: false,
@@ -214,7 +220,7 @@ impl<T: Real> TwinFilter<T> {
             drive: DriveCommand::OFF,
             last_kick_mode: None,
             last_sample_m_s: T::zero(),
-            unrefined_jump_m_s: None,
+            unrefined_jump: None,
             kick_per_jump_rad_m: T::from_f64(kick_per_jump),
             per_radius_m: T::from_f64(1.0 / radius),
         })
@@ -236,7 +242,7 @@ impl<T: Real> TwinFilter<T> {
         self.propagate();
         self.stator.rewind(taken_at);
         self.stator.forget_motion();
-        self.unrefined_jump_m_s = None;
+        self.unrefined_jump = None;
     }
 }
 
@@ -273,23 +279,23 @@ impl<T: Real> AngleFilter<T> for TwinFilter<T> {
             return None;
         }
         // In flight the stator is needed only to refine the last jump.
-        if event == VibrometerEvent::Flight && self.unrefined_jump_m_s.is_none() {
+        if event == VibrometerEvent::Flight && self.unrefined_jump.is_none() {
             self.stator.advance_by_sensitivity_steps(sample.taken_at, self.drive);
         } else {
             self.stator.advance(sample.taken_at, self.drive);
         }
         if before.has_fault() && !self.detector.has_fault() {
             // Impacts before the fault was detected have led to wrong estimates, and so has the height.
-            self.restart_stator();
+            self.restart_stator_after_fault();
             if !before.erratic() {
                 self.misfit = MisfitMonitor::trusted();
             }
             self.resume_detection();
         }
-        if let (VibrometerEvent::Impact { .. }, Some(first_m_s)) = (event, self.unrefined_jump_m_s) {
+        if let (VibrometerEvent::Impact { .. }, Some(first)) = (event, self.unrefined_jump) {
             let (drift_m_s, samples) = before.since_impact();
             if samples > T::one() {
-                self.refine_jump(first_m_s, drift_m_s, samples);
+                self.refine_jump(first, drift_m_s, samples);
             }
         }
         self.act_on(sample, event, &before, since_s);

@@ -5,7 +5,7 @@
 
 use nalgebra::SVector;
 
-use super::{NoiseSource, UdCovariance};
+use super::{NoiseSource, UdCovariance, identity};
 use crate::real::Real;
 
 impl<T: Real, const N: usize> UdCovariance<T, N> {
@@ -36,6 +36,33 @@ impl<T: Real, const N: usize> UdCovariance<T, N> {
             *entry = T::zero();
         }
         self.add_noise(&[left]);
+    }
+
+    /// The covariance of the last `M` states.
+    pub fn last_states<const M: usize>(&self) -> UdCovariance<T, M> {
+        const { assert!(M <= N, "no so many states") };
+        let mut last = UdCovariance { unit: identity(), weights: [T::zero(); M] };
+        let from = self.unit.iter().zip(&self.weights).skip(N - M);
+        for ((column, weight), (source, &d)) in last.unit.iter_mut().zip(&mut last.weights).zip(from) {
+            *weight = d;
+            for (to, &u) in column.iter_mut().zip(source.iter().skip(N - M)) {
+                *to = u;
+            }
+        }
+        last
+    }
+
+    /// Replaces the last `M` states by others with the covariance `last`, independent of those before, which keep
+    /// theirs only if they do not depend on the last ones now.
+    pub fn replace_last_states<const M: usize>(&mut self, last: &UdCovariance<T, M>) {
+        const { assert!(M <= N, "no so many states") };
+        let to = self.unit.iter_mut().zip(&mut self.weights).skip(N - M);
+        for ((column, weight), (source, &d)) in to.zip(last.unit.iter().zip(&last.weights)) {
+            *weight = d;
+            let (before, own) = column.split_at_mut(N - M);
+            before.fill(T::zero());
+            own.copy_from_slice(source);
+        }
     }
 
     /// Inflates the variance of the first `L` states: the part that no later state explains is multiplied by `factor`.
@@ -93,6 +120,24 @@ mod tests {
             ud.replace_state(k, 0.7);
             let mut expected = map * p * map;
             expected[(k, k)] = 0.7;
+            prop_assert!(close(&ud.covariance(), &expected));
+
+            // The bounded maximum against the Lagrange conditions: P^-1 (x - mean) acts along state k alone.
+            let mut bounded = effect;
+            factors.constrain(k, 0.5, &mut bounded);
+            let pull = p.try_inverse().unwrap() * (bounded - effect);
+            prop_assert!((bounded[k] - 0.5).abs() < 1e-9);
+            for (i, &pull) in pull.iter().enumerate() {
+                prop_assert!(i == k || pull.abs() < 1e-6, "{i}: {pull}");
+            }
+
+            let last = factors.last_states::<2>();
+            let corner = p.fixed_view::<2, 2>(4, 4).into_owned();
+            prop_assert!((last.covariance() - corner).abs().max() < 1e-9 * (1.0 + p.abs().max()));
+            let mut ud = UdCovariance::from_diagonal(&SVector::<f64, 6>::repeat(0.3));
+            ud.replace_last_states(&last);
+            let mut expected = Dense::identity() * 0.3;
+            expected.fixed_view_mut::<2, 2>(4, 4).copy_from(&corner);
             prop_assert!(close(&ud.covariance(), &expected));
 
             let (mut map, mut ud) = (Dense::identity(), factors);

@@ -15,7 +15,7 @@ impl<T: Real> TwinFilter<T> {
     /// Takes in an impact within the period that ends at `at`.
     #[inline(never)]
     pub(super) fn take_impact(&mut self, at: Time, impact: &MeasuredImpact<T>) {
-        self.unrefined_jump_m_s = None;
+        self.unrefined_jump = None;
         if self.detector.has_fault() {
             return;
         }
@@ -48,7 +48,8 @@ impl<T: Real> TwinFilter<T> {
             }
         };
         self.refine_tooth_velocity(explained.previous_correction);
-        self.unrefined_jump_m_s = Some(impact.jump_m_s);
+        self.keep_learnt(at);
+        self.unrefined_jump = Some(Uncertain { value: impact.jump_m_s, variance: impact.jump_m2_s2 });
         let usable = self.misfit.accepts(explained.misfit);
         let mut kick =
             if usable { self.explained_kick(at, &explained) } else { self.unexplained_kick(at, impact) };
@@ -103,6 +104,6 @@ impl<T: Real> TwinFilter<T> {
     pub(super) fn restart_stator(&mut self) {
         self.stator.restart();
         self.misfit = MisfitMonitor::on_probation();
-        self.unrefined_jump_m_s = None;
+        self.unrefined_jump = None;
     }
 }

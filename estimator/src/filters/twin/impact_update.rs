@@ -88,8 +88,10 @@ impl<T: Real> StatorFilter<T> {
                 innovation: approach.innovation,
             },
         ]);
-        if let Some(instant_s) = errors.as_mut_slice().get_mut(INSTANT) {
-            *instant_s = impact.clamp_instant_s(*instant_s);
+        let instant_s = errors.as_slice().get(INSTANT).copied().unwrap_or_default();
+        let within_s = impact.clamp_instant_s(instant_s);
+        if within_s != instant_s {
+            self.covariance.constrain(INSTANT, within_s, &mut errors);
         }
         errors
     }

@@ -3,6 +3,20 @@
 //! The mean over the flight after an impact gives its jump better than one sample; the next impact gives the motion
 //! before, and with it the tooth's velocity, better. As long as no frame has been fused after the kick, its record is
 //! corrected and the propagated track with it.
+//!
+//! # Two measurements of one jump
+//!
+//! The first sample `v1` after an impact and the mean of the other `n - 1` measure the jump against the same mean `m` of
+//! the flight before. With the noise `s` of a sample and the variance `p s^2` of `m`, the jump's errors are
+//!
+//! ```text
+//! J0 = v1 - m                  var (J - J0) = s^2 (1 + p)
+//! J1 = mean(v2 .. vn) - m      J1 - J0 = (J - J0) / (1 + p) + w,   var w = s^2 (p / (1 + p) + 1 / (n - 1))
+//! ```
+//!
+//! where `w` is independent of `J - J0`: the error of `m` that the first measurement does not show, and the noise of the
+//! others. The second measurement of `J` therefore is `J0 + (1 + p) (J1 - J0)`, of variance `(1 + p)^2 var w`. Both
+//! together leave `s^2 (p + 1 / n)`: that of the mean of all samples less `m`.
 
 use motor_model::Real;
 
@@ -13,14 +27,13 @@ use super::states::{Errors, JUMP, TOOTH_VELOCITY};
 use super::stator::StatorFilter;
 
 impl<T: Real> StatorFilter<T> {
-    /// Updates the stator by the last impact's jump as the flight after it gives it, with that variance; returns the
-    /// corrections.
+    /// Updates the stator by the last impact's jump as the flight after it gives it; returns the corrections.
     #[inline(never)]
-    fn update_jump(&mut self, jump_m_s: T, variance_m2_s2: T) -> Errors<T> {
+    fn update_jump(&mut self, jump: Uncertain<T>) -> Errors<T> {
         self.predict_covariance();
         let mut errors = Errors::zeros();
-        let innovation = jump_m_s - self.jump_m_s;
-        let _ = self.covariance.update_state::<JUMP>(variance_m2_s2, innovation, &mut errors);
+        let innovation = jump.value - self.jump_m_s;
+        let _ = self.covariance.update_state::<JUMP>(jump.variance, innovation, &mut errors);
         self.correct(&errors);
         errors
     }
@@ -44,14 +57,11 @@ impl<T: Real> TwinFilter<T> {
         }
     }
 
-    /// Refines the last impact's jump, first measured as `first_m_s`, by the mean of all `samples` since, which is
-    /// `drift_m_s` above the first of them.
+    /// Refines the last impact's jump by the mean of all `samples` since, which is `drift_m_s` above the first of them.
     #[inline(never)]
-    pub(super) fn refine_jump(&mut self, first_m_s: T, drift_m_s: T, samples: T) {
-        let others = samples - T::one();
-        // The mean of the samples without the first, whose noise the first measurement has in it.
-        let jump_m_s = first_m_s + drift_m_s * samples / others;
-        let errors = self.stator.update_jump(jump_m_s, self.sample_m2_s2() / others);
+    pub(super) fn refine_jump(&mut self, first: Uncertain<T>, drift_m_s: T, samples: T) {
+        let again = second_measurement(first, drift_m_s, samples, self.sample_m2_s2());
+        let errors = self.stator.update_jump(again);
         if !self.stator.is_sound() {
             return self.restart_stator();
         }
@@ -73,11 +83,54 @@ impl<T: Real> TwinFilter<T> {
     /// Refines the last impact's jump once `least` samples have come since.
     pub(super) fn refine_jump_after(&mut self, least: T) {
         let (drift_m_s, samples) = self.detector.since_impact();
-        if let Some(first_m_s) = self.unrefined_jump_m_s
+        if let Some(first) = self.unrefined_jump
             && samples >= least
         {
-            self.refine_jump(first_m_s, drift_m_s, samples);
-            self.unrefined_jump_m_s = None;
+            self.refine_jump(first, drift_m_s, samples);
+            self.unrefined_jump = None;
+        }
+    }
+}
+
+/// The jump as the flight after it measures it, given what the `first` sample of `samples` made of it; the mean of all
+/// is `drift_m_s` above the first. See the module's head.
+fn second_measurement<T: Real>(
+    first: Uncertain<T>,
+    drift_m_s: T,
+    samples: T,
+    sample_m2_s2: T,
+) -> Uncertain<T> {
+    let others = samples - T::one();
+    // `1 + p`: at least 1, whatever the noise was at the impact.
+    let ratio = first.variance / sample_m2_s2;
+    let widened = if ratio > T::one() { ratio } else { T::one() };
+    let mean_of_others_above_first_m_s = drift_m_s * samples / others;
+    Uncertain {
+        value: first.value + widened * mean_of_others_above_first_m_s,
+        variance: sample_m2_s2 * widened * (widened - T::one() + widened / others),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A flight before of three samples, and `n` after: the minimum variance estimate of the jump is the difference of
+    /// the two means, of variance `s^2 (1/3 + 1/n)`. Taken as independent, the measurements would leave a part of it:
+    /// 0.27 for n = 20.
+    #[test]
+    fn exact_two_measurements_of_a_jump_are_the_difference_of_the_means() {
+        let (before, sample_m2_s2) = (3.0_f64, 4e-8);
+        for samples in [2.0, 4.0, 20.0] {
+            let (first_m_s, drift_m_s) = (0.2, 3e-4);
+            let first = Uncertain { value: first_m_s, variance: sample_m2_s2 * (1.0 + 1.0 / before) };
+            let again = second_measurement(first, drift_m_s, samples, sample_m2_s2);
+            let gain = first.variance / (first.variance + again.variance);
+            let jump_m_s = first.value + gain * (again.value - first.value);
+            let variance = (1.0 - gain) * first.variance;
+            assert!((jump_m_s - (first_m_s + drift_m_s)).abs() < 1e-12, "{samples}: {jump_m_s}");
+            let expected = sample_m2_s2 * (1.0 / before + 1.0 / samples);
+            assert!((variance / expected - 1.0).abs() < 1e-12, "{samples}: {variance:e} {expected:e}");
         }
     }
 }

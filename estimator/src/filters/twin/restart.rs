@@ -5,6 +5,7 @@
 //! | [`StatorFilter::set_at_rest`] | zero | zero | kept | the rotor is quiet |
 //! | [`StatorFilter::forget_motion`] | kept | as wide as any drive | kept | impacts were missed |
 //! | [`StatorFilter::restart`] | zero | as wide as any drive | prior | the impacts contradict the model |
+//! | [`super::learnt_parameters`] | zero | as wide as any drive | as before | a fault of the vibrometer has ended |
 //! | [`StatorFilter::rewind`] | kept | kept | kept | sample times ran back |
 
 use motor_model::{ModalState, Phase, Real, Time};

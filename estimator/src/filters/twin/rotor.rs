@@ -121,11 +121,19 @@ impl<T: Real> RotorCovariance<T> {
         }
     }
 
-    /// Corrects friction and tooth factor; returns the corrections of angle and rate.
-    fn corrected(&mut self, errors: Vector4<T>) -> [T; 2] {
-        let within = |x: T, range: f64| T::one() + (x - T::one()).clamp_magnitude(T::from_f64(range));
-        self.friction = within(self.friction + errors.z, FRICTION_RANGE);
-        self.tooth_factor = within(self.tooth_factor + errors.w, TOOTH_FACTOR_RANGE);
+    /// Corrects friction and tooth factor; returns the corrections of angle and rate. Where a factor would leave its
+    /// range, all states are the most probable ones with that factor at its bound.
+    fn corrected(&mut self, mut errors: Vector4<T>) -> [T; 2] {
+        let [friction, tooth_factor] = [self.friction, self.tooth_factor].map(|factor| factor - T::one());
+        for (state, before, range) in [(2, friction, FRICTION_RANGE), (3, tooth_factor, TOOTH_FACTOR_RANGE)] {
+            let after = before + errors.as_slice().get(state).copied().unwrap_or_default();
+            let bound = after.clamp_magnitude(T::from_f64(range));
+            if bound != after {
+                self.covariance.constrain(state, bound - before, &mut errors);
+            }
+        }
+        self.friction += errors.z;
+        self.tooth_factor += errors.w;
         [errors.x, errors.y]
     }
 }

@@ -6,6 +6,7 @@ use rand_pcg::Pcg64;
 use rand_pcg::rand_core::SeedableRng as _;
 
 use super::*;
+use crate::filters::twin::states::{DRIVE_PHASE, MODE_PARAMETERS};
 use crate::instruments::Instruments;
 
 fn filter<T: Real>() -> TwinFilter<T> {
@@ -21,13 +22,15 @@ struct Rig {
     noise: Pcg64,
     /// Whether the camera delivers nothing.
     camera_off: bool,
+    /// What the vibrometer makes of a velocity.
+    scale: f64,
 }
 
 impl Rig {
     fn new(mode: DriveMode) -> Self {
         let motor = Motor::try_new(&MotorParams::nominal(), &MotorSetup::with_step(5e-6)).unwrap();
         let (state, command) = (MotorState::default(), DriveCommand::full(mode));
-        Self { motor, state, command, noise: Pcg64::seed_from_u64(1), camera_off: false }
+        Self { motor, state, command, noise: Pcg64::seed_from_u64(1), camera_off: false, scale: 1.0 }
     }
 
     /// Runs until `micros`; the vibrometer may be silent.
@@ -36,7 +39,10 @@ impl Rig {
             self.motor.step(&mut self.state, self.command);
             let (at, rotor) = (Time::from_micros(self.state.steps * 5), &self.state.rotor);
             if sampled {
-                filter.update_ldv(&LdvSample { taken_at: at, velocity_m_s: rotor.velocity_m_s as f32 });
+                filter.update_ldv(&LdvSample {
+                    taken_at: at,
+                    velocity_m_s: (self.scale * rotor.velocity_m_s) as f32,
+                });
             }
             if self.state.steps.is_multiple_of(20) && !self.camera_off {
                 let noise: f64 = StandardNormal.sample(&mut self.noise);
@@ -246,6 +252,37 @@ fn law_a_wild_vibrometer_leaves_a_sound_stator() {
                 double.update_ldv(&sample);
             }
             assert!(single.stator.is_sound() && double.stator.is_sound(), "{seed}");
+        }
+    }
+}
+
+/// A vibrometer whose sign is inverted for 50 ms, and one whose scale is off by a half for 200 ms: once the fault is
+/// over, what was learnt of the motor before it is known as well as then, and within five of its standard deviations.
+#[test]
+fn law_what_was_learnt_survives_a_fault_of_the_vibrometer() {
+    for (scale, millis) in [(-1.0, 50), (0.5, 200)] {
+        let mut filter = filter::<f64>();
+        filter.drive(Time::ZERO, DriveCommand::full(DriveMode::B));
+        let mut rig = Rig::new(DriveMode::B);
+        rig.run(&mut filter, 1_200_000, true);
+        let before = filter.stator.clone();
+        rig.scale = scale;
+        rig.run(&mut filter, 1_200_000 + 1000 * millis, true);
+        assert!(filter.detector.has_fault(), "{scale}: not told");
+        rig.scale = 1.0;
+        let mut micros = 1_200_000 + 1000 * millis;
+        while filter.detector.has_fault() {
+            micros += 5;
+            rig.run(&mut filter, micros, true);
+            assert!(micros < 2_000_000, "{scale}: for ever");
+        }
+        for state in MODE_PARAMETERS..DRIVE_PHASE {
+            let [then, now] = [&before, &filter.stator].map(|stator| stator.covariance.variances()[state]);
+            // Less than a third of it had been learnt in the last 0.3 s before the fault.
+            assert!(now < 2.0 * then, "{scale}: state {state} {:e} and {:e}", then.sqrt(), now.sqrt());
+            // The nominal motor differs from nominal by nothing.
+            let off = filter.stator.parameters[state];
+            assert!(off * off < 25.0 * now, "{scale}: state {state} {off:e} of {:e}", now.sqrt());
         }
     }
 }

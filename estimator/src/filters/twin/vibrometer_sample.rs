@@ -29,7 +29,7 @@ impl<T: Real> TwinFilter<T> {
             self.stator.set_at_rest();
             (self.misfit, self.regime) = (MisfitMonitor::trusted(), RegimeDetector::new());
             (self.stator_follows, self.since_rest) = (true, SinceRest::NoImpact);
-            self.unrefined_jump_m_s = None;
+            self.unrefined_jump = None;
             self.last_sample_m_s = sample_m_s;
             return;
         }
@@ -80,7 +80,7 @@ impl<T: Real> TwinFilter<T> {
 
     /// Keeps a kick of unknown sign with this variance.
     fn record_unknown_kick(&mut self, at: Time, variance_rad2_s2: T) {
-        self.unrefined_jump_m_s = None;
+        self.unrefined_jump = None;
         self.record_kick(KickRecord::of_unknown_sign(at, variance_rad2_s2));
     }
 }

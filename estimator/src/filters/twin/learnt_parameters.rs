@@ -1,0 +1,81 @@
+//! What the stator filter has learnt of the motor, kept for the time after a fault of the vibrometer.
+//!
+//! A fault is told only after some of its samples have been taken for impacts. What these have taught is wrong. The
+//! parameters as they were before the fault are not, since the motor is the same. So two copies are kept, taken
+//! [`APART_NANOS`] apart, and the older one counts after a fault. The drive's phase is not kept: it belongs to a command,
+//! not to the motor.
+
+use motor_model::{Real, Time};
+
+use super::TwinFilter;
+use super::states::{DRIVE_PHASE, Errors, MODE_PARAMETERS, STATES};
+use super::stator::StatorFilter;
+use crate::factorised::ud_covariance::UdCovariance;
+
+/// Time between two copies: a fault is told within it, see the tests of the vibrometer's faults.
+const APART_NANOS: u64 = 150_000_000;
+
+/// Number of parameters and the phase, the last states.
+const LAST: usize = STATES - MODE_PARAMETERS;
+
+/// Estimates of the parameters and their covariance.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct LearntParameters<T> {
+    parameters: Errors<T>,
+    covariance: UdCovariance<T, LAST>,
+}
+
+/// Two copies of what was learnt.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct LearntCopies<T> {
+    older: Option<LearntParameters<T>>,
+    newer: Option<(Time, LearntParameters<T>)>,
+}
+
+impl<T: Real> LearntCopies<T> {
+    /// None yet.
+    pub(super) fn none() -> Self {
+        Self { older: None, newer: None }
+    }
+
+    /// Whether a copy is due.
+    fn is_due(&self, at: Time) -> bool {
+        self.newer.is_none_or(|(taken_at, _)| at >= taken_at.plus_nanos(APART_NANOS))
+    }
+}
+
+impl<T: Real> StatorFilter<T> {
+    fn learnt(&self) -> LearntParameters<T> {
+        LearntParameters { parameters: self.parameters, covariance: self.covariance.last_states() }
+    }
+
+    /// Sets the motion to its start and the parameters to `learnt`.
+    fn restart_with(&mut self, learnt: &LearntParameters<T>) {
+        self.restart();
+        self.parameters = learnt.parameters;
+        self.covariance.replace_last_states(&learnt.covariance);
+        let phase_rad2 = self.prior_variances.as_slice().get(DRIVE_PHASE).copied().unwrap_or_default();
+        self.covariance.replace_state(DRIVE_PHASE, phase_rad2);
+    }
+}
+
+impl<T: Real> TwinFilter<T> {
+    /// Keeps what was learnt, if the stator filter explains the impacts and a copy is due.
+    pub(super) fn keep_learnt(&mut self, at: Time) {
+        if self.misfit.is_trusted() && self.learnt.is_due(at) {
+            let before = self.learnt.newer.replace((at, self.stator.learnt()));
+            self.learnt.older = before.map(|(_, learnt)| learnt);
+        }
+    }
+
+    /// Restarts the stator filter after a fault of the vibrometer, with what was learnt before it.
+    #[cold]
+    pub(super) fn restart_stator_after_fault(&mut self) {
+        self.restart_stator();
+        // The newer copy may have been taken during the fault.
+        if let Some(learnt) = self.learnt.older {
+            self.stator.restart_with(&learnt);
+        }
+        self.learnt.newer = None;
+    }
+}
