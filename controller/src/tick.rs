@@ -2,7 +2,7 @@
 
 use core::borrow::Borrow;
 
-use estimator::{AngleFilter, ConstantRate, Estimate, Health, Innovation};
+use estimator::{AngleFilter, ConstantRate, Estimate, Health, ImpactInnovation, Innovation};
 use motor_model::{Angle, DriveCommand, Time};
 
 use crate::ports::{Drive, LDV_SAMPLES_PER_TICK_MAX, Sense};
@@ -218,7 +218,7 @@ mod tests {
     impl AngleFilter<f32> for FixedHealth {
         fn drive(&mut self, _: Time, _: DriveCommand) {}
 
-        fn update_ldv(&mut self, _: &LdvSample) -> Option<Innovation<f32>> {
+        fn update_ldv(&mut self, _: &LdvSample) -> Option<ImpactInnovation<f32>> {
             None
         }
 

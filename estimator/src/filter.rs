@@ -6,7 +6,7 @@
 
 use motor_model::{Angle, DriveCommand, Real, Time};
 
-use crate::innovation::Innovation;
+use crate::innovation::{ImpactInnovation, Innovation};
 use crate::measurement::{CameraFrame, LdvSample};
 
 /// Angle and rate of the rotor from camera and vibrometer.
@@ -15,11 +15,11 @@ pub trait AngleFilter<T: Real> {
     /// Call it at every tick, changed or not: it is the clock by which the filter judges the times of measurements.
     fn drive(&mut self, at: Time, command: DriveCommand);
 
-    /// Takes in a vibrometer sample. The answer is the record of the measurement, if the sample was used as a
-    /// measurement of the filter's states.
+    /// Takes in a vibrometer sample. The answer is the record of an impact that the sample shows, if the filter has a
+    /// model that predicts impacts.
     ///
     /// A sample that is no finite number, faster than any rotor or no newer than the last one changes nothing.
-    fn update_ldv(&mut self, sample: &LdvSample) -> Option<Innovation<T>>;
+    fn update_ldv(&mut self, sample: &LdvSample) -> Option<ImpactInnovation<T>>;
 
     /// Takes in a camera frame, at its time of exposure, however late it arrives.
     ///

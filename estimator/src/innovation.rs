@@ -54,6 +54,39 @@ pub struct Innovation<T> {
     pub verdict: Verdict,
 }
 
+/// How an impact that the vibrometer shows differs from what the twin predicts of the pair of teeth that made it.
+///
+/// It is two scalar innovations that are independent in a consistent filter: the gap, and the approach given the gap.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ContactInnovation<T> {
+    /// Gap between rotor and tooth at the impact: measured (none) less predicted, in m.
+    pub gap_m: T,
+    /// Variance predicted for it, in m^2.
+    pub gap_m2: T,
+    /// Speed at which the tooth approaches the rotor: measured by the jump less predicted from the gap, in m/s.
+    pub approach_m_s: T,
+    /// Variance predicted for it, in m^2/s^2.
+    pub approach_m2_s2: T,
+}
+
+impl<T: Real> ContactInnovation<T> {
+    /// Normalised innovations squared of gap and approach, whose means are 1 in a consistent filter.
+    pub fn normalised_squared(&self) -> [T; 2] {
+        [self.gap_m * self.gap_m / self.gap_m2, self.approach_m_s * self.approach_m_s / self.approach_m2_s2]
+    }
+}
+
+/// An impact as a measurement, and what became of it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ImpactInnovation<T> {
+    /// When the sample was taken that showed it.
+    pub taken_at: Time,
+    /// Its innovations under the pair of teeth that it fits better.
+    pub contact: ContactInnovation<T>,
+    /// Whether its kick was used; [`Verdict::Restarted`] when it ended the trust in the model.
+    pub verdict: Verdict,
+}
+
 impl<T: Real> Innovation<T> {
     /// Normalised innovation squared, whose mean is 1 in a consistent filter; `None` when nothing was predicted.
     pub fn normalised_squared(&self) -> Option<T> {

@@ -26,7 +26,7 @@
 //!    | [`ImpactAided`] | camera, vibrometer | a kick of uncertain size at each impact |
 //!    | [`TwinFilter`] | camera, vibrometer | a kick at each impact, computed by the motor's twin |
 //!
-//! 5. [`Innovation`]: what became of a frame, used or not, and why.
+//! 5. [`Innovation`] and [`ImpactInnovation`]: what became of a frame or of an impact, used or not, and why.
 //! 6. [`Estimate`]: angle and rate at an instant, with their variances. [`Health`]: whether the estimate may be used.
 //! 7. [`AngleFilter::smoothed`]: angle and rate at an earlier instant, from the frames after it as well.
 //!
@@ -102,7 +102,7 @@ pub use filters::constant_rate::{ConstantRate, ConstantRateTuning, RandomWalkTun
 pub use filters::impact_aided::ringing::RingingTuning;
 pub use filters::impact_aided::{IMPACTS_KEPT_MAX, ImpactAided, ImpactAidedTuning};
 pub use filters::twin::{ContactTuning, TwinFilter, TwinPrior, TwinTuning};
-pub use innovation::{Innovation, Rejection, Source, Verdict};
+pub use innovation::{ContactInnovation, ImpactInnovation, Innovation, Rejection, Source, Verdict};
 pub use instruments::{CameraDescription, FilterKind, Instruments, VibrometerDescription};
 pub use measurement::{CameraFrame, LdvSample};
 pub use vibrometer::impact_detector::{ImpactDetector, ImpactDetectorTuning, VibrometerEvent};

@@ -2,8 +2,8 @@
 //! `impact_aided` and `twin` by the features of their names.
 
 use estimator::{
-    AngleFilter, CameraFrame, ConstantRate, ConstantRateTuning, Estimate, Health, Innovation, Instruments,
-    LdvSample,
+    AngleFilter, CameraFrame, ConstantRate, ConstantRateTuning, Estimate, Health, ImpactInnovation,
+    Innovation, Instruments, LdvSample,
 };
 #[cfg(feature = "impact_aided")]
 use estimator::{ImpactAided, ImpactAidedTuning};
@@ -107,7 +107,7 @@ impl AngleFilter<f32> for SelectedFilter {
         forward!(self, filter => filter.drive(at, command));
     }
 
-    fn update_ldv(&mut self, sample: &LdvSample) -> Option<Innovation<f32>> {
+    fn update_ldv(&mut self, sample: &LdvSample) -> Option<ImpactInnovation<f32>> {
         forward!(self, filter => filter.update_ldv(sample))
     }
 

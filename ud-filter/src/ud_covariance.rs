@@ -40,7 +40,7 @@ mod vector_update;
 
 use nalgebra::{SMatrix, SVector};
 
-use crate::real::{Real, is_finite};
+use crate::real::{Real, is_finite, reciprocal};
 
 pub use measurement_update::{Correction, InnovationRecord, Outcome, Refusal};
 pub use process_noise::NoiseSource;

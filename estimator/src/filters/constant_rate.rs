@@ -50,7 +50,7 @@ use crate::camera::track_covariance::TrackCovariance;
 use crate::camera::track_tuning::TrackTuning;
 use crate::camera::tracker::{FrameContext, Tracker};
 use crate::filter::{AngleFilter, Estimate, Health, Reason};
-use crate::innovation::Innovation;
+use crate::innovation::{ImpactInnovation, Innovation};
 use crate::instruments::{CameraDescription, Instruments};
 use crate::measurement::{CameraFrame, LdvSample};
 use crate::vibrometer::motion::{Motion, MotionWatch};
@@ -296,7 +296,7 @@ impl<T: Real> AngleFilter<T> for ConstantRate<T> {
     }
 
     #[inline]
-    fn update_ldv(&mut self, sample: &LdvSample) -> Option<Innovation<T>> {
+    fn update_ldv(&mut self, sample: &LdvSample) -> Option<ImpactInnovation<T>> {
         self.watch.observe(sample);
         None
     }

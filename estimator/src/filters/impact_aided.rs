@@ -74,7 +74,7 @@ use crate::camera::track::{Process, State};
 use crate::camera::tracker::{FrameContext, Tracker};
 use crate::filter::{AngleFilter, Estimate, Health, Reason};
 use crate::filters::impact_aided::ringing::{Ringing, ToothRate};
-use crate::innovation::Innovation;
+use crate::innovation::{ImpactInnovation, Innovation};
 use crate::measurement::{CameraFrame, LdvSample};
 use crate::vibrometer::impact_detector::{ImpactDetector, VibrometerEvent};
 use crate::vibrometer::motion::{Motion, MotionWatch};
@@ -313,7 +313,7 @@ impl<T: Real> AngleFilter<T> for ImpactAided<T> {
     }
 
     #[inline]
-    fn update_ldv(&mut self, sample: &LdvSample) -> Option<Innovation<T>> {
+    fn update_ldv(&mut self, sample: &LdvSample) -> Option<ImpactInnovation<T>> {
         if self.watch.observe(sample) {
             let (before, had_fault) = (self.detector.newest(), self.detector.has_fault());
             let sample = &self.watch.corrected(sample);

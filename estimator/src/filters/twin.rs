@@ -123,7 +123,7 @@ use motor_model::{DriveCommand, DriveMode, MotorParams, OutOfBounds, Parameter, 
 
 use crate::camera::tracker::{FrameContext, Tracker};
 use crate::filter::{AngleFilter, Estimate, Health, Reason};
-use crate::innovation::Innovation;
+use crate::innovation::{ImpactInnovation, Innovation};
 use crate::measurement::{CameraFrame, LdvSample};
 use crate::vibrometer::impact_detector::{ImpactDetector, VibrometerEvent};
 use crate::vibrometer::motion::{Motion, MotionWatch};
@@ -263,7 +263,7 @@ impl<T: Real> AngleFilter<T> for TwinFilter<T> {
         }
     }
 
-    fn update_ldv(&mut self, sample: &LdvSample) -> Option<Innovation<T>> {
+    fn update_ldv(&mut self, sample: &LdvSample) -> Option<ImpactInnovation<T>> {
         if !self.watch.observe(sample) {
             return None;
         }
@@ -298,9 +298,9 @@ impl<T: Real> AngleFilter<T> for TwinFilter<T> {
                 self.refine_jump(first, drift_m_s, samples);
             }
         }
-        self.act_on(sample, event, &before, since_s);
+        let innovation = self.act_on(sample, event, &before, since_s);
         self.reapply_newest_kick();
-        None
+        innovation
     }
 
     fn update_camera(&mut self, frame: &CameraFrame) -> Innovation<T> {

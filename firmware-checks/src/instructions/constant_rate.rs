@@ -3,8 +3,8 @@
 use core::hint::black_box;
 
 use estimator::{
-    AngleFilter, CameraFrame, ConstantRate, ConstantRateTuning, Estimate, Innovation, LdvSample, Rejection,
-    Verdict,
+    AngleFilter, CameraFrame, ConstantRate, ConstantRateTuning, Estimate, ImpactInnovation, Innovation,
+    LdvSample, Rejection, Verdict,
 };
 use motor_model::{Angle, DriveCommand, DriveMode, Time};
 
@@ -61,7 +61,7 @@ fn update_and_predict(
 }
 
 #[inline(never)]
-fn update_ldv(filter: &mut ConstantRate<f32>, sample: &LdvSample) -> Option<Innovation<f32>> {
+fn update_ldv(filter: &mut ConstantRate<f32>, sample: &LdvSample) -> Option<ImpactInnovation<f32>> {
     filter.update_ldv(sample)
 }
 

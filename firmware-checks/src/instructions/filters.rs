@@ -8,7 +8,7 @@ use core::hint::black_box;
 use controller::Target;
 use estimator::{
     AngleFilter, CameraFrame, ConstantRate, ConstantRateTuning, Estimate, ImpactAided, ImpactAidedTuning,
-    Innovation, Instruments, LdvSample,
+    ImpactInnovation, Innovation, Instruments, LdvSample,
 };
 use link::FilterKind;
 use motor_model::{DriveCommand, DriveMode, Motor, MotorParams, MotorSetup, MotorState, OutOfBounds, Time};
@@ -67,7 +67,7 @@ fn update<F: AngleFilter<f32>>(filter: &mut F, frame: &CameraFrame) -> Innovatio
 }
 
 #[inline(never)]
-fn update_ldv<F: AngleFilter<f32>>(filter: &mut F, sample: &LdvSample) -> Option<Innovation<f32>> {
+fn update_ldv<F: AngleFilter<f32>>(filter: &mut F, sample: &LdvSample) -> Option<ImpactInnovation<f32>> {
     filter.update_ldv(sample)
 }
 

@@ -16,6 +16,7 @@
 //! | ANEES | mean of `e' P^-1 e / 2`, e: errors of angle and rate, P: the filter's covariance; 1 if P is right |
 //! | ANEES of the angle, of the rate | mean square error of the angle or the rate alone, per its variance |
 //! | NIS | mean square of the camera's innovations that were used, each per its variance; 1 if the variance is right |
+//! | NIS of gap, of approach | the same of the two measurements that an impact makes of the twin's stator |
 //! | whiteness | correlation of neighbouring normalised innovations: 0 in an optimal filter |
 //! | good, degraded, unusable | shares of the time with that health of the filter |
 //! | false valid | share of the time with good health and a wrong angle (below) |
@@ -96,6 +97,20 @@ pub struct FilterErrorsRow {
     pub whiteness: f64,
     /// Its 95 % bound, in both directions.
     pub whiteness_bound: f64,
+    /// Mean normalised squared innovation of the gap at impacts; `null` for a filter that predicts none.
+    pub gap_nis: f64,
+    /// Its 95 % bounds.
+    pub gap_nis_bounds: (f64, f64),
+    /// Correlation of the gap's innovations at neighbouring impacts.
+    pub gap_whiteness: f64,
+    /// Mean normalised squared innovation of the approach, given the gap.
+    pub approach_nis: f64,
+    /// Its 95 % bounds.
+    pub approach_nis_bounds: (f64, f64),
+    /// Correlation of the approach's innovations at neighbouring impacts.
+    pub approach_whiteness: f64,
+    /// Share of the impacts that the filter's model did not explain.
+    pub impacts_refused: f64,
     /// Share of the measurements that were rejected.
     pub rejected: f64,
     /// How often the filter started anew over all runs, the first starts included.
@@ -321,6 +336,7 @@ impl FilterErrorsRow {
             whiteness: each(|run| run.innovations().1),
         };
         let bounds_of = |means: &[f64]| mean_square_bounds(means.iter().copied(), OUTSIDE_95);
+        let [(gap_nis, gap_whiteness), (approach_nis, approach_whiteness)] = sums.contact_innovations();
         Self {
             filter,
             drive,
@@ -338,6 +354,13 @@ impl FilterErrorsRow {
             nis_bounds: bounds_of(&of_runs.nis),
             whiteness,
             whiteness_bound: correlation_bound(of_runs.whiteness.iter().copied(), OUTSIDE_95),
+            gap_nis,
+            gap_nis_bounds: bounds_of(&each(|run| run.contact_innovations()[0].0)),
+            gap_whiteness,
+            approach_nis,
+            approach_nis_bounds: bounds_of(&each(|run| run.contact_innovations()[1].0)),
+            approach_whiteness,
+            impacts_refused: sums.impacts_refused(),
             rejected: sums.rejected(),
             restarts: sums.restarts,
             missing: sums.missing(),

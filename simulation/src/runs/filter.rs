@@ -2,7 +2,7 @@
 
 use estimator::{
     AngleFilter, CameraFrame, ConstantRate, ConstantRateTuning, Estimate, Health, ImpactAided,
-    ImpactAidedTuning, Innovation, Instruments, LdvSample, TwinFilter, TwinTuning,
+    ImpactAidedTuning, ImpactInnovation, Innovation, Instruments, LdvSample, TwinFilter, TwinTuning,
 };
 use motor_model::{DriveCommand, MotorParams, OutOfBounds, Real, Time};
 
@@ -91,7 +91,7 @@ impl<T: Real> AngleFilter<T> for AnyFilter<T> {
         self.get_mut().drive(at, command);
     }
 
-    fn update_ldv(&mut self, sample: &LdvSample) -> Option<Innovation<T>> {
+    fn update_ldv(&mut self, sample: &LdvSample) -> Option<ImpactInnovation<T>> {
         self.get_mut().update_ldv(sample)
     }
 

@@ -30,6 +30,7 @@ use super::measured_impact::{MeasuredImpact, UnassociatedImpact};
 use super::states::{INSTANT, Row, STATES, entry, set_entry};
 use super::stator::StatorFilter;
 use super::tuning::ContactTuning;
+use crate::innovation::ContactInnovation;
 
 /// An impact is noise when the misfit about the prediction exceeds the limit so many times: the second linearisation
 /// would start too far off to mean anything. Assumed.
@@ -46,6 +47,7 @@ pub(super) struct Association<T> {
     pub(super) second_order: [T; 2],
     /// Errors that the measurements imply: the point of the next linearisation.
     pub(super) errors: Row<T>,
+    pub(super) innovation: ContactInnovation<T>,
     pub(super) misfit: T,
 }
 
@@ -69,12 +71,18 @@ pub(super) struct PairHypothesis<T> {
 struct Score<T> {
     /// Squared Mahalanobis distance.
     misfit: T,
-    /// Determinant of the innovation's covariance, in m^4/s^2.
-    determinant: T,
+    innovation: ContactInnovation<T>,
     /// Variances of gap and approach by what their linearisation leaves out, beside their noise.
     second_order: [T; 2],
     /// `S^-1 nu`: the implied errors are `P H'` times this.
     weighted_innovation: [T; 2],
+}
+
+impl<T: Real> Score<T> {
+    /// Determinant of the innovation's covariance, in m^4/s^2.
+    fn determinant(&self) -> T {
+        self.innovation.gap_m2 * self.innovation.approach_m2_s2
+    }
 }
 
 impl<T: Real> StatorFilter<T> {
@@ -91,29 +99,32 @@ impl<T: Real> StatorFilter<T> {
         let predicted = [0, 1].map(|pair| self.pair_hypothesis(impact, pair, &Row::zeros(), contact));
         let [zero, one] = predicted.each_ref().map(|hypothesis| self.score(hypothesis));
         let [of_zero, of_one] = &predicted;
-        let surplus = zero.misfit - one.misfit + natural_log(zero.determinant / one.determinant);
+        let surplus = zero.misfit - one.misfit + natural_log(zero.determinant() / one.determinant());
         let (hypothesis, better) = if surplus <= T::zero() { (of_zero, zero) } else { (of_one, one) };
         let of_noise = impact.jump_m_s * impact.jump_m_s / impact.jump_m2_s2;
         let limit = of_noise + contact.noise_log_odds;
         if better.misfit > T::from_f64(FAR_OFF_RATIO) * limit {
-            return Err(UnassociatedImpact { excess_misfit: better.misfit - of_noise });
+            return Err(UnassociatedImpact {
+                excess_misfit: better.misfit - of_noise,
+                innovation: better.innovation,
+            });
         }
         let pair = hypothesis.pair;
         let implied = self.implied_errors(impact, hypothesis, &better);
         let relinearised = self.pair_hypothesis(impact, pair, &implied, contact);
         let best = self.score(&relinearised);
-        let misfit = best.misfit;
+        let (misfit, innovation) = (best.misfit, best.innovation);
         if misfit > limit {
-            return Err(UnassociatedImpact { excess_misfit: misfit - of_noise });
+            return Err(UnassociatedImpact { excess_misfit: misfit - of_noise, innovation });
         }
         if misfit > contact.inflation_misfit {
             self.covariance.inflate::<INSTANT>(T::from_f64(INFLATION) * misfit / contact.inflation_misfit);
             let inflated = self.score(hypothesis);
             let errors = self.implied_errors(impact, hypothesis, &inflated);
-            return Ok(Association { pair, second_order: inflated.second_order, errors, misfit });
+            return Ok(Association { pair, second_order: inflated.second_order, errors, innovation, misfit });
         }
         let errors = self.implied_errors(impact, &relinearised, &best);
-        Ok(Association { pair, second_order: best.second_order, errors, misfit })
+        Ok(Association { pair, second_order: best.second_order, errors, innovation, misfit })
     }
 
     /// Gap and approach of `pair`, linearised about `errors`.
@@ -167,7 +178,12 @@ impl<T: Real> StatorFilter<T> {
         let misfit = gap.innovation * by_gap + given_gap * by_approach;
         Score {
             misfit,
-            determinant: innovation_m2 * innovation_m2_s2,
+            innovation: ContactInnovation {
+                gap_m: gap.innovation,
+                gap_m2: innovation_m2,
+                approach_m_s: given_gap,
+                approach_m2_s2: innovation_m2_s2,
+            },
             second_order,
             weighted_innovation: [by_gap - shared * by_approach, by_approach],
         }

@@ -7,57 +7,84 @@ use super::TwinFilter;
 use super::kick_record::KickRecord;
 use super::measured_impact::{ExplainedImpact, MeasuredImpact, Uncertain};
 use super::misfit_monitor::MisfitMonitor;
+use crate::innovation::{ContactInnovation, ImpactInnovation, Rejection, Verdict};
 
 /// A longer time without samples, in s, leaves open which pair was in contact, and where: a quarter of mode A's period.
 const LONGEST_WITHIN_S: f64 = 31e-6;
 
 impl<T: Real> TwinFilter<T> {
-    /// Takes in an impact within the period that ends at `at`.
+    /// Takes in an impact within the period that ends at `at`; returns its innovations, if the stator filter was asked.
     #[inline(never)]
-    pub(super) fn take_impact(&mut self, at: Time, impact: &MeasuredImpact<T>) {
+    pub(super) fn take_impact(
+        &mut self,
+        at: Time,
+        impact: &MeasuredImpact<T>,
+    ) -> Option<ImpactInnovation<T>> {
         self.unrefined_jump = None;
         if self.detector.has_fault() {
-            return;
+            return None;
         }
         let before = core::mem::replace(&mut self.since_rest, SinceRest::Impact);
         if self.update_regime(impact) {
-            return self.record_kick(self.riding_kick(at, impact));
+            self.record_kick(self.riding_kick(at, impact));
+            return None;
         }
         self.stator_follows &= !self.ever_driven
             || self.drive.mode().is_some()
             || impact.jump_m_s > self.tuning.contact.landing_m_s;
         if !self.stator_follows {
-            return self.record_kick(self.unexplained_kick(at, impact));
+            self.record_kick(self.unexplained_kick(at, impact));
+            return None;
         }
         if impact.within_s > T::from_f64(LONGEST_WITHIN_S) {
             self.raise_at_midpoint(impact);
             self.stator.forget_motion();
-            return self.record_kick(self.unexplained_kick(at, impact));
+            self.record_kick(self.unexplained_kick(at, impact));
+            return None;
         }
-        let explained = self.stator.update_by_impact(impact, &self.tuning);
-        let contradicts = explained.as_ref().is_ok_and(|explained| self.misfit.note(explained.misfit));
+        let (kick, contact, verdict) = self.update_stator(at, impact, before);
+        self.record_kick(kick);
+        Some(ImpactInnovation { taken_at: at, contact, verdict })
+    }
+
+    /// Updates the stator filter by an impact; returns the kick, the innovations and what became of them.
+    fn update_stator(
+        &mut self,
+        at: Time,
+        impact: &MeasuredImpact<T>,
+        before: SinceRest,
+    ) -> (KickRecord<T>, ContactInnovation<T>, Verdict) {
+        let refused = Verdict::Rejected(Rejection::Gate);
+        let updated = self.stator.update_by_impact(impact, &self.tuning);
+        let contact = match &updated {
+            Ok(explained) => explained.innovation,
+            Err(unassociated) => unassociated.innovation,
+        };
+        let contradicts = updated.as_ref().is_ok_and(|explained| self.misfit.note(explained.misfit));
         if contradicts || !self.stator.is_sound() {
             self.restart_stator();
-            return self.record_kick(self.unexplained_kick(at, impact));
+            return (self.unexplained_kick(at, impact), contact, Verdict::Restarted);
         }
-        let explained = match explained {
+        let explained = match updated {
             Ok(explained) => explained,
             Err(unassociated) => {
                 self.raise_at_midpoint(impact);
-                return self.record_kick(self.unassociated_kick(at, impact, unassociated));
+                return (self.unassociated_kick(at, impact, unassociated), contact, refused);
             }
         };
         self.refine_tooth_velocity(explained.previous_correction);
         self.keep_learnt(at);
         self.unrefined_jump = Some(Uncertain { value: impact.jump_m_s, variance: impact.jump_m2_s2 });
-        let usable = self.misfit.accepts(explained.misfit);
-        let mut kick =
-            if usable { self.explained_kick(at, &explained) } else { self.unexplained_kick(at, impact) };
+        let (mut kick, verdict) = if self.misfit.accepts(explained.misfit) {
+            (self.explained_kick(at, &explained), Verdict::Used)
+        } else {
+            (self.unexplained_kick(at, impact), refused)
+        };
         if before == SinceRest::NoImpact {
             let threshold_rad_s = self.kick_per_jump_rad_m * self.detector.threshold_m_s();
             kick.unknown_rad2_s2 += threshold_rad_s * threshold_rad_s;
         }
-        self.record_kick(kick);
+        (kick, contact, verdict)
     }
 
     /// The height after an impact at the middle of the time since the last sample, where its instant is not known.

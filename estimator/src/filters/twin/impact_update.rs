@@ -49,7 +49,8 @@ impl<T: Real> StatorFilter<T> {
         self.at_rest = false;
         self.covariance.replace_state(JUMP, impact.jump_m2_s2);
         self.covariance.replace_state(INSTANT, impact.within_s * impact.within_s * T::from_f64(1.0 / 12.0));
-        let Association { pair, second_order, errors, misfit } = self.associate(impact, contact)?;
+        let Association { pair, second_order, errors, innovation, misfit } =
+            self.associate(impact, contact)?;
         let errors = self.update_by_pair(impact, pair, second_order, &errors, contact);
         self.jump_m_s = impact.jump_m_s;
         self.correct(&errors);
@@ -64,7 +65,7 @@ impl<T: Real> StatorFilter<T> {
         let tooth_velocity = self.begin_tooth_velocity(&tooth, stator_back_s, tuning.tooth_velocity_m_s);
         self.apply_recoil(&tooth, back.value, impact.behind_s);
         let jump = Uncertain { value: self.jump_m_s, variance: self.covariance.variance::<JUMP>() };
-        Ok(ExplainedImpact { back, jump, tooth_velocity, previous_correction, misfit })
+        Ok(ExplainedImpact { back, jump, tooth_velocity, previous_correction, innovation, misfit })
     }
 
     /// Kalman update by gap and approach of `pair`, linearised about `errors`; returns the errors that they imply.

@@ -6,11 +6,11 @@
 //! not to the motor.
 
 use motor_model::{Real, Time};
+use ud_filter::UdCovariance;
 
 use super::TwinFilter;
 use super::states::{DRIVE_PHASE, Errors, MODE_PARAMETERS, STATES};
 use super::stator::StatorFilter;
-use crate::factorised::ud_covariance::UdCovariance;
 
 /// Time between two copies: a fault is told within it, see the tests of the vibrometer's faults.
 const APART_NANOS: u64 = 150_000_000;

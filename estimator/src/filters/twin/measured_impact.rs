@@ -2,6 +2,8 @@
 
 use motor_model::Real;
 
+use crate::innovation::ContactInnovation;
+
 /// A value and the variance of its error.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Uncertain<T> {
@@ -50,7 +52,8 @@ pub(super) struct ExplainedImpact<T> {
     pub(super) tooth_velocity: Uncertain<T>,
     /// Correction of the tooth's tangential velocity at the impact before, in m/s, and the variance that remains.
     pub(super) previous_correction: Uncertain<T>,
-    /// Sum of the two normalised innovations squared.
+    /// Its innovations, and the sum of their normalised squares.
+    pub(super) innovation: ContactInnovation<T>,
     pub(super) misfit: T,
 }
 
@@ -59,4 +62,6 @@ pub(super) struct ExplainedImpact<T> {
 pub(super) struct UnassociatedImpact<T> {
     /// The smaller misfit of the pairs less that of noise.
     pub(super) excess_misfit: T,
+    /// The innovations under that pair.
+    pub(super) innovation: ContactInnovation<T>,
 }

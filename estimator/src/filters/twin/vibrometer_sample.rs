@@ -10,19 +10,21 @@ use super::measured_impact::MeasuredImpact;
 use super::misfit_monitor::MisfitMonitor;
 use super::regime::RegimeDetector;
 use crate::filters::impact_aided::RATE_MEMORY_S;
+use crate::innovation::ImpactInnovation;
 use crate::measurement::LdvSample;
 use crate::vibrometer::impact_detector::{ImpactDetector, VibrometerEvent};
 use crate::vibrometer::motion::Motion;
 
 impl<T: Real> TwinFilter<T> {
     /// Acts on what the detector has made of a sample `since_s` after the last one; `before` is the detector before it.
+    /// Returns the innovations of an impact.
     pub(super) fn act_on(
         &mut self,
         sample: &LdvSample,
         event: VibrometerEvent<T>,
         before: &ImpactDetector<T>,
         since_s: T,
-    ) {
+    ) -> Option<ImpactInnovation<T>> {
         let sample_m_s = T::from_f32(sample.velocity_m_s);
         if self.watch.motion(sample.taken_at) == Motion::Quiet {
             // What the detector finds now is the rotor's weight on the teeth, not an impact of a moving stator.
@@ -31,11 +33,12 @@ impl<T: Real> TwinFilter<T> {
             (self.stator_follows, self.since_rest) = (true, SinceRest::NoImpact);
             self.unrefined_jump = None;
             self.last_sample_m_s = sample_m_s;
-            return;
+            return None;
         }
+        let mut innovation = None;
         let half_s = T::from_f64(0.5) * since_s;
         match event {
-            VibrometerEvent::Rejected => return,
+            VibrometerEvent::Rejected => return None,
             VibrometerEvent::Flight => {
                 self.stator.height_m += half_s * (self.last_sample_m_s + sample_m_s);
                 self.refine_jump_after(T::from_i32(i32::from(self.tuning.contact.refining_samples)));
@@ -48,7 +51,7 @@ impl<T: Real> TwinFilter<T> {
                 let within_s = since_s;
                 let impact =
                     MeasuredImpact { before_m_s, jump_m_s, jump_m2_s2, within_s, behind_s, drift_m_s };
-                self.take_impact(sample.taken_at, &impact);
+                innovation = self.take_impact(sample.taken_at, &impact);
             }
             VibrometerEvent::Fall { drop_m_s } => {
                 // A wrong sample, as large as the fall, may have been taken for an impact.
@@ -67,6 +70,7 @@ impl<T: Real> TwinFilter<T> {
             }
         }
         self.last_sample_m_s = sample_m_s;
+        innovation
     }
 
     /// After a fault of the vibrometer the impacts since the last frame are not known: one unknown kick stands for

@@ -160,8 +160,8 @@ impl FilterComparison {
         let mut begun = Instant::now();
         for ((filter, sums), taken_s) in self.filters.iter_mut().zip(filters).zip(&mut self.cost.filters_s) {
             for sample in &self.samples {
-                if let Some(innovation) = filter.update_ldv(sample) {
-                    add_innovation(sums, self.phase, &innovation);
+                if let (Some(innovation), Some(phase)) = (filter.update_ldv(sample), self.phase) {
+                    sums[phase as usize].impact(&innovation);
                 }
             }
             for frame in &self.frames {

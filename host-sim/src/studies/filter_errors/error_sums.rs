@@ -1,6 +1,6 @@
 //! The sums of a filter's errors and innovations in one phase.
 
-use estimator::{Estimate, Health, Innovation, Source, Verdict};
+use estimator::{Estimate, Health, ImpactInnovation, Innovation, Source, Verdict};
 use motor_model::{Angle, Real, math};
 use serde::{Deserialize, Serialize};
 
@@ -24,6 +24,10 @@ pub struct ErrorSums {
     false_valid: u64,
     stated: StatedErrorCounts,
     camera: InnovationSums,
+    /// Of gap and approach at impacts.
+    contact: [InnovationSums; 2],
+    /// Impacts that the filter's model was asked about, and those whose kick it did not take.
+    impacts: [u64; 2],
     /// Measurements of either instrument of which the filter returned an innovation.
     offered: u64,
     rejected: u64,
@@ -31,7 +35,7 @@ pub struct ErrorSums {
     pub restarts: u64,
 }
 
-/// Sums over the camera's innovations that were used.
+/// Sums over innovations that were used.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 struct InnovationSums {
     count: u64,
@@ -98,9 +102,27 @@ impl ErrorSums {
         }
     }
 
+    /// Adds the innovations of an impact. What comes between two impacts that were used does not separate them.
+    pub fn impact<T: Real>(&mut self, innovation: &ImpactInnovation<T>) {
+        let refused = innovation.verdict != Verdict::Used;
+        let [all, not_used] = &mut self.impacts;
+        *all += 1;
+        *not_used += u64::from(refused);
+        if refused {
+            return;
+        }
+        let contact = &innovation.contact;
+        let values = [contact.gap_m, contact.approach_m_s].map(Real::to_f64);
+        let squares = contact.normalised_squared().map(Real::to_f64);
+        for ((sums, value), squared) in self.contact.iter_mut().zip(values).zip(squares) {
+            sums.add(math::sqrt(squared).copysign(value));
+        }
+    }
+
     /// Ends a phase: the next innovation is no neighbour of the last one.
     pub fn interrupt(&mut self) {
         self.camera.last = None;
+        self.contact.iter_mut().for_each(|sums| sums.last = None);
     }
 
     /// Adds the sums of another run.
@@ -114,6 +136,8 @@ impl ErrorSums {
         self.false_valid += other.false_valid;
         self.stated.absorb(&other.stated);
         self.camera.absorb(&other.camera);
+        (self.contact.iter_mut().zip(&other.contact)).for_each(|(sums, more)| sums.absorb(more));
+        (self.impacts.iter_mut().zip(other.impacts)).for_each(|(sum, more)| *sum += more);
         self.offered += other.offered;
         self.rejected += other.rejected;
         self.restarts += other.restarts;
@@ -160,8 +184,18 @@ impl ErrorSums {
 
     /// Mean square per variance of the camera's innovations that were used, and the correlation of neighbours.
     pub fn innovations(&self) -> (f64, f64) {
-        let InnovationSums { count, square, lagged, squares_before, .. } = self.camera;
-        (square / real(count), lagged / squares_before)
+        self.camera.figures()
+    }
+
+    /// The same of gap and of approach at impacts.
+    pub fn contact_innovations(&self) -> [(f64, f64); 2] {
+        self.contact.each_ref().map(InnovationSums::figures)
+    }
+
+    /// Share of the impacts that the filter's model did not explain; not a number where it was not asked.
+    pub fn impacts_refused(&self) -> f64 {
+        let [all, refused] = self.impacts.map(real);
+        refused / all
     }
 
     /// Share of the measurements that were rejected.
@@ -175,6 +209,11 @@ impl ErrorSums {
 }
 
 impl InnovationSums {
+    /// Mean square, and the correlation of neighbours.
+    fn figures(&self) -> (f64, f64) {
+        (self.square / real(self.count), self.lagged / self.squares_before)
+    }
+
     fn add(&mut self, normalised: f64) {
         self.count += 1;
         self.square += normalised * normalised;
@@ -196,7 +235,7 @@ impl InnovationSums {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use estimator::{Reason, Rejection};
+    use estimator::{ContactInnovation, Reason, Rejection};
     use motor_model::Time;
 
     fn estimate(degrees: f64, rate_rad_s: f64) -> Estimate<f64> {
@@ -276,6 +315,28 @@ mod tests {
             sums.estimate(Some(&estimate(1e-3 * f64::from(n), 0.0)), Health::Good, Angle::ZERO, 0.0);
         }
         assert!((sums.p999_angle_mdeg() - 1999.0).abs() < 1e-2, "{}", sums.p999_angle_mdeg());
+    }
+
+    /// Gaps of 2, -2, 4 over a deviation of 2 and approaches of 1 over 1, with an impact that was not explained between
+    /// them: it counts as refused, and in no mean.
+    #[test]
+    fn exact_innovations_of_impacts() {
+        let mut sums = ErrorSums::default();
+        let impact = |gap_m: f64, verdict| ImpactInnovation {
+            taken_at: Time::ZERO,
+            contact: ContactInnovation { gap_m, gap_m2: 4.0, approach_m_s: 1.0, approach_m2_s2: 1.0 },
+            verdict,
+        };
+        for gap_m in [2.0, -2.0] {
+            sums.impact(&impact(gap_m, Verdict::Used));
+        }
+        sums.impact(&impact(100.0, Verdict::Rejected(Rejection::Gate)));
+        sums.impact(&impact(4.0, Verdict::Used));
+        let [gap, approach] = sums.contact_innovations();
+        assert_eq!(gap, ((1.0 + 1.0 + 4.0) / 3.0, (-1.0 - 2.0) / (1.0 + 1.0)));
+        assert_eq!(approach, (1.0, 1.0));
+        assert!((sums.impacts_refused() - 0.25).abs() < 1e-12);
+        assert!(ErrorSums::default().impacts_refused().is_nan());
     }
 
     /// 2, -2, 4 over a deviation of 2: squares 1, 1, 4, neighbours -1 - 2 over 1 + 1. A rejected frame separates

@@ -21,10 +21,16 @@ const ABOUT: &str = "Motors drawn within Table 1's tolerances, Coulomb friction,
     innovations. smoothed: of 2 ms ago, from the frames since as well. genie: a lower bound, the Kalman filter that is \
     given every kick of the rate exactly, or to 10 or 3 %.";
 
+const ABOUT_IMPACTS: &str = "An impact is two measurements of the stator, the gap between rotor and tooth and the \
+    approach given the gap, each with an innovation. NIS is 1 and whiteness 0 where the model predicts them as it says. \
+    An asterisk marks a value outside its two-sided 95 % bounds around 1. Refused: the impact fits no pair of teeth, or \
+    so badly that its kick is not used.";
+
 /// Columns of the CSV: the fields of a row, of bounds the lower and the upper one.
 const CSV_HEADER: &str = "filter,drive,phase,rms_angle_mdeg,p999_angle_mdeg,rms_rate_rad_s,times_genie,anees,anees_low,\
     anees_high,angle_anees,angle_anees_low,angle_anees_high,rate_anees,nis,nis_low,nis_high,whiteness,whiteness_bound,\
-    rejected,restarts,missing,good,degraded,unusable,false_valid,beyond_3_sigma,good_beyond_5_sigma,\
+    gap_nis,gap_nis_low,gap_nis_high,gap_whiteness,approach_nis,approach_nis_low,approach_nis_high,approach_whiteness,\
+    impacts_refused,rejected,restarts,missing,good,degraded,unusable,false_valid,beyond_3_sigma,good_beyond_5_sigma,\
     good_beyond_5_sigma_worst_mdeg,runs,beside";
 
 impl FilterErrors {
@@ -54,6 +60,9 @@ impl FilterErrors {
             Block::Paragraph(ABOUT.to_owned()),
             Block::Paragraph(format!("{runs} motors in each mode.")),
             Block::Table(table),
+            Block::Heading("The twin's impacts".to_owned()),
+            Block::Paragraph(ABOUT_IMPACTS.to_owned()),
+            Block::Table(self.impacts()),
         ];
         if !self.beside.is_empty() {
             blocks.extend(self.side_by_side(FIRST).blocks());
@@ -98,6 +107,27 @@ impl FilterErrors {
                 row.extend(steady.map(|row| format!("{:.2}", row.anees)));
                 table.push(row);
             }
+        }
+        table
+    }
+
+    /// The innovations at impacts, of the filter that predicts them, in the phases of motion.
+    fn impacts(&self) -> Table {
+        let mut table =
+            Table::new(&["drive", "phase", "gap NIS", "whiteness", "approach NIS", "whiteness", "refused"]);
+        for row in self.rows.iter().filter(|row| row.gap_nis.is_finite()) {
+            let nis = |value: f64, (low, high): (f64, f64)| {
+                format!("{value:.2}{}", if value >= low && value <= high { "" } else { "*" })
+            };
+            table.push(vec![
+                row.drive.to_owned(),
+                row.phase.to_owned(),
+                nis(row.gap_nis, row.gap_nis_bounds),
+                format!("{:+.2}", row.gap_whiteness),
+                nis(row.approach_nis, row.approach_nis_bounds),
+                format!("{:+.2}", row.approach_whiteness),
+                format!("{:.1} %", 100.0 * row.impacts_refused),
+            ]);
         }
         table
     }
