@@ -2,7 +2,7 @@
 
 use core::borrow::Borrow;
 
-use estimator::{AngleFilter, ConstantRate, Estimate, Health, ImpactInnovation, Innovation};
+use estimator::{AngleFilter, ConstantRate, Estimate, Health, Innovation};
 use motor_model::{Angle, DriveCommand, Time};
 
 use crate::ports::{Drive, LDV_SAMPLES_PER_TICK_MAX, Sense};
@@ -209,7 +209,7 @@ pub fn fuse<F: AngleFilter<f32>>(filter: &mut F, now: Time, ports: &mut impl Sen
 #[cfg(test)]
 mod tests {
     use super::*;
-    use estimator::{CameraFrame, LdvSample, Reason};
+    use estimator::{CameraFrame, ImpactInnovation, LdvSample, Reason};
     use motor_model::{Angle, DriveMode};
 
     /// An estimate a quarter turn from the target, with a small variance and the given health.
