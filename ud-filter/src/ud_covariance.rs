@@ -199,9 +199,9 @@ impl<T: Real, const N: usize> UdCovariance<T, N> {
     /// The most probable errors within a bound on one of them, from the most probable `errors` without it: state `i`
     /// goes to `bound`, and every other by its regression on it, `P_ji / P_ii`.
     ///
-    /// With a Gaussian density and an inequality that the mean violates, this is the maximum of the posterior (Simon and
-    /// Chia, "Kalman filtering with state equality constraints", IEEE Transactions on Aerospace and Electronic Systems
-    /// 38, 2002). The covariance remains: it is too large rather than too small.
+    /// With a Gaussian density and an inequality that the mean violates, this is the maximum of the posterior (Simon
+    /// and Chia, "Kalman filtering with state equality constraints", IEEE Transactions on Aerospace and Electronic
+    /// Systems 38, 2002). The covariance remains: it is too large rather than too small.
     pub fn constrain(&self, i: usize, bound: T, errors: &mut SVector<T, N>) {
         let column = self.column(i);
         let (Some(&variance), Some(&error)) = (column.as_slice().get(i), errors.as_slice().get(i)) else {

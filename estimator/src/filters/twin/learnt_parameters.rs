@@ -2,8 +2,8 @@
 //!
 //! A fault is told only after some of its samples have been taken for impacts. What these have taught is wrong. The
 //! parameters as they were before the fault are not, since the motor is the same. So two copies are kept, taken
-//! [`APART_NANOS`] apart, and the older one counts after a fault. The drive's phase is not kept: it belongs to a command,
-//! not to the motor.
+//! [`APART_NANOS`] apart, and the older one counts after a fault. The drive's phase is not kept: it belongs to a
+//! command, not to the motor.
 
 use motor_model::{Real, Time};
 use ud_filter::UdCovariance;

@@ -6,17 +6,17 @@
 //!
 //! # Two measurements of one jump
 //!
-//! The first sample `v1` after an impact and the mean of the other `n - 1` measure the jump against the same mean `m` of
-//! the flight before. With the noise `s` of a sample and the variance `p s^2` of `m`, the jump's errors are
+//! The first sample `v1` after an impact and the mean of the other `n - 1` measure the jump against the same mean `m`
+//! of the flight before. With the noise `s` of a sample and the variance `p s^2` of `m`, the jump's errors are
 //!
 //! ```text
 //! J0 = v1 - m                  var (J - J0) = s^2 (1 + p)
 //! J1 = mean(v2 .. vn) - m      J1 - J0 = (J - J0) / (1 + p) + w,   var w = s^2 (p / (1 + p) + 1 / (n - 1))
 //! ```
 //!
-//! where `w` is independent of `J - J0`: the error of `m` that the first measurement does not show, and the noise of the
-//! others. The second measurement of `J` therefore is `J0 + (1 + p) (J1 - J0)`, of variance `(1 + p)^2 var w`. Both
-//! together leave `s^2 (p + 1 / n)`: that of the mean of all samples less `m`.
+//! where `w` is independent of `J - J0`: the error of `m` that the first measurement does not show, and the noise of
+//! the others. The second measurement of `J` therefore is `J0 + (1 + p) (J1 - J0)`, of variance `(1 + p)^2 var w`.
+//! Both together leave `s^2 (p + 1 / n)`: that of the mean of all samples less `m`.
 
 use motor_model::Real;
 

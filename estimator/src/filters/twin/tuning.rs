@@ -34,7 +34,7 @@ pub struct TwinTuning<T> {
     /// threshold. 5e-5, tuned.
     pub chatter_rad2_s2: T,
     /// Variance of the kicks by undetected impacts when the mean misfit is twice the typical one, per the square of a
-    /// kick at the detector's threshold. 1, tuned.
+    /// kick at the detector's threshold. 1.5, tuned.
     pub undetected_part2: T,
     /// Variance of the kick by an impact of a riding rotor, per the square of a kick at the detector's threshold:
     /// 0.04, a fifth of that kick, measured in simulation.
@@ -110,7 +110,7 @@ impl<T: Real> TwinTuning<T> {
             contact: ContactTuning::default(),
             tooth_velocity_m_s: n(5e-5),
             chatter_rad2_s2: n(5e-5),
-            undetected_part2: n(1.0),
+            undetected_part2: n(1.5),
             riding_part2: n(0.04),
             launching_rad2_s3: n(4.0),
         }

@@ -22,9 +22,9 @@ const ABOUT: &str = "Motors drawn within Table 1's tolerances, Coulomb friction,
     given every kick of the rate exactly, or to 10 or 3 %.";
 
 const ABOUT_IMPACTS: &str = "An impact is two measurements of the stator, the gap between rotor and tooth and the \
-    approach given the gap, each with an innovation. NIS is 1 and whiteness 0 where the model predicts them as it says. \
-    An asterisk marks a value outside its two-sided 95 % bounds around 1. Refused: the impact fits no pair of teeth, or \
-    so badly that its kick is not used.";
+    approach given the gap, each with an innovation. NIS is 1 and whiteness 0 where the model predicts them as it \
+    says. An asterisk marks a value outside its two-sided 95 % bounds around 1. Refused: the impact fits no pair of \
+    teeth, or so badly that its kick is not used.";
 
 /// Columns of the CSV: the fields of a row, of bounds the lower and the upper one.
 const CSV_HEADER: &str = "filter,drive,phase,rms_angle_mdeg,p999_angle_mdeg,rms_rate_rad_s,times_genie,anees,anees_low,\
