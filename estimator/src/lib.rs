@@ -101,7 +101,7 @@ pub use filter::{AngleFilter, Estimate, Health, Reason};
 pub use filters::constant_rate::{ConstantRate, ConstantRateTuning, RandomWalkTuning};
 pub use filters::impact_aided::ringing::RingingTuning;
 pub use filters::impact_aided::{IMPACTS_KEPT_MAX, ImpactAided, ImpactAidedTuning};
-pub use filters::twin::{ContactTuning, TwinFilter, TwinPrior, TwinTuning};
+pub use filters::twin::{CheckedMotor, ContactTuning, TwinFilter, TwinPrior, TwinTuning};
 pub use innovation::{ContactInnovation, ImpactInnovation, Innovation, Rejection, Source, Verdict};
 pub use instruments::{CameraDescription, FilterKind, Instruments, VibrometerDescription};
 pub use measurement::{CameraFrame, LdvSample};

@@ -5,10 +5,10 @@ use estimator::{
     AngleFilter, CameraFrame, ConstantRate, ConstantRateTuning, Estimate, Health, ImpactInnovation,
     Innovation, Instruments, LdvSample,
 };
+#[cfg(feature = "twin")]
+use estimator::{CheckedMotor, TwinFilter, TwinTuning};
 #[cfg(feature = "impact_aided")]
 use estimator::{ImpactAided, ImpactAidedTuning};
-#[cfg(feature = "twin")]
-use estimator::{TwinFilter, TwinTuning};
 use link::FilterKind;
 use motor_model::{DriveCommand, MotorParams, OutOfBounds, Time};
 
@@ -98,7 +98,8 @@ impl SelectedFilter {
         instruments: &Instruments,
     ) -> Result<&'m mut Self, OutOfBounds> {
         let tuning = TwinTuning::new(params, instruments);
-        Ok(place.insert(Self::Twin(TwinFilter::try_new(params, &tuning)?)))
+        let motor = CheckedMotor::try_new(params)?;
+        Ok(place.insert(Self::Twin(TwinFilter::new(&motor, &tuning))))
     }
 }
 

@@ -93,6 +93,7 @@
 //! modes and height become unknown. Gate, restart, rest and the loss of either sensor are those of all filters.
 
 mod association;
+mod checked_motor;
 mod contact_measurement;
 mod covariance_prediction;
 mod impact;
@@ -119,7 +120,7 @@ mod tuning;
 mod unexplained_kick;
 mod vibrometer_sample;
 
-use motor_model::{DriveCommand, DriveMode, MotorParams, OutOfBounds, Parameter, Real, Time};
+use motor_model::{DriveCommand, DriveMode, Real, Time};
 
 use crate::camera::tracker::{FrameContext, Tracker};
 use crate::filter::{AngleFilter, Estimate, Health, Reason};
@@ -127,6 +128,7 @@ use crate::innovation::{ImpactInnovation, Innovation};
 use crate::measurement::{CameraFrame, LdvSample};
 use crate::vibrometer::impact_detector::{ImpactDetector, VibrometerEvent};
 use crate::vibrometer::motion::{Motion, MotionWatch};
+pub use checked_motor::CheckedMotor;
 use kick_record::KickRecords;
 use learnt_parameters::LearntCopies;
 use measured_impact::Uncertain;
@@ -193,16 +195,10 @@ pub struct TwinFilter<T: Real> {
 }
 
 impl<T: Real> TwinFilter<T> {
-    /// A filter without a measurement, for a motor whose nominal parameters are `params`; the tuning has their prior.
-    ///
-    /// # Errors
-    /// When the model refuses the parameters.
-    pub fn try_new(params: &MotorParams, tuning: &TwinTuning<T>) -> Result<Self, OutOfBounds> {
-        let radius = params.get(Parameter::ToothRadius);
-        let kick_per_jump = params.get(Parameter::Friction) * params.get(Parameter::RotorMass) * radius
-            / params.get(Parameter::RotorInertia);
-        let stator = StatorFilter::try_new(params, tuning)?;
-        Ok(Self {
+    /// A filter without a measurement, for `motor`; the tuning has the prior of its parameters.
+    #[inline]
+    pub fn new(motor: &CheckedMotor<T>, tuning: &TwinTuning<T>) -> Self {
+        Self {
             tuning: *tuning,
             watch: MotionWatch::new(&tuning.constant_rate.rest),
             detector: ImpactDetector::new(tuning.detector),
@@ -210,7 +206,7 @@ impl<T: Real> TwinFilter<T> {
             kicks: KickRecords::new(),
             propagated: None,
             newest_refined: false,
-            stator,
+            stator: StatorFilter::at_rest(motor, tuning),
             misfit: MisfitMonitor::trusted(),
             learnt: LearntCopies::none(),
             regime: RegimeDetector::new(),
@@ -221,9 +217,9 @@ impl<T: Real> TwinFilter<T> {
             last_kick_mode: None,
             last_sample_m_s: T::zero(),
             unrefined_jump: None,
-            kick_per_jump_rad_m: T::from_f64(kick_per_jump),
-            per_radius_m: T::from_f64(1.0 / radius),
-        })
+            kick_per_jump_rad_m: T::from_f64(motor.kick_per_jump_rad_m),
+            per_radius_m: T::from_f64(1.0 / motor.tooth_radius_m),
+        }
     }
 
     /// Uses the noise of the vibrometer that was learnt at rest.

@@ -3,8 +3,8 @@
 use std::collections::VecDeque;
 
 use estimator::{
-    AngleFilter, CameraDescription, CameraFrame, ConstantRate, ConstantRateTuning, Estimate, Health,
-    ImpactAided, ImpactAidedTuning, Instruments, LdvSample, TwinFilter, TwinTuning, Verdict,
+    AngleFilter, CameraDescription, CameraFrame, CheckedMotor, ConstantRate, ConstantRateTuning, Estimate,
+    Health, ImpactAided, ImpactAidedTuning, Instruments, LdvSample, TwinFilter, TwinTuning, Verdict,
 };
 use motor_model::{Angle, DriveCommand, MotorParams, Time};
 use rand_distr::{Distribution, StandardNormal, Uniform};
@@ -19,7 +19,10 @@ pub(crate) fn filters(instruments: &Instruments) -> Vec<Box<dyn AngleFilter<f32>
     vec![
         Box::new(ConstantRate::new(&ConstantRateTuning::for_motor(&motor, instruments))),
         Box::new(ImpactAided::new(&ImpactAidedTuning::new(&motor, instruments))),
-        Box::new(TwinFilter::try_new(&motor, &TwinTuning::new(&motor, instruments)).unwrap()),
+        Box::new(TwinFilter::new(
+            &CheckedMotor::try_new(&motor).unwrap(),
+            &TwinTuning::new(&motor, instruments),
+        )),
     ]
 }
 

@@ -1,7 +1,7 @@
 //! The estimator that a scene picks.
 
 use estimator::{
-    AngleFilter, CameraFrame, ConstantRate, ConstantRateTuning, Estimate, Health, ImpactAided,
+    AngleFilter, CameraFrame, CheckedMotor, ConstantRate, ConstantRateTuning, Estimate, Health, ImpactAided,
     ImpactAidedTuning, ImpactInnovation, Innovation, Instruments, LdvSample, TwinFilter, TwinTuning,
 };
 use motor_model::{DriveCommand, MotorParams, OutOfBounds, Real, Time};
@@ -56,9 +56,10 @@ impl<T: Real> AnyFilter<T> {
     /// When the model refuses the motor.
     pub fn new(name: &str, design: &MotorParams, instruments: &Instruments) -> Result<Self, OutOfBounds> {
         Ok(match name {
-            "twin" => {
-                Self::Twin(Box::new(TwinFilter::try_new(design, &TwinTuning::new(design, instruments))?))
-            }
+            "twin" => Self::Twin(Box::new(TwinFilter::new(
+                &CheckedMotor::try_new(design)?,
+                &TwinTuning::new(design, instruments),
+            ))),
             "impact_aided" => {
                 Self::ImpactAided(Box::new(ImpactAided::new(&ImpactAidedTuning::new(design, instruments))))
             }

@@ -258,6 +258,7 @@ mod tests {
     use nalgebra::Vector3;
 
     use super::*;
+    use crate::filters::twin::checked_motor::CheckedMotor;
     use crate::filters::twin::states::{JUMP, PAIR_AMPLITUDES};
     use crate::filters::twin::stator::PERIOD_S;
     use crate::filters::twin::tuning::TwinTuning;
@@ -279,7 +280,7 @@ mod tests {
     fn law_a_pair_that_fits_everything_is_not_preferred() {
         let params = MotorParams::nominal();
         let tuning = TwinTuning::<f64>::new(&params, &Instruments::default());
-        let mut stator = StatorFilter::try_new(&params, &tuning).unwrap();
+        let mut stator = StatorFilter::at_rest(&CheckedMotor::try_new(&params).unwrap(), &tuning);
         let shapes = [0, 1].map(|pair| stator.tooth(pair, &Row::zeros()).shape);
         let mode_b_m_s = 0.02 / shapes[1].y;
         let back_s = 0.5 * PERIOD_S;

@@ -149,6 +149,7 @@ mod tests {
     use motor_model::MotorParams;
 
     use super::*;
+    use crate::filters::twin::checked_motor::CheckedMotor;
     use crate::filters::twin::states::STATES;
     use crate::filters::twin::stator::PERIOD_S;
     use crate::instruments::Instruments;
@@ -157,8 +158,8 @@ mod tests {
     /// rotor at `speed_m_s`, and its exact measurement.
     fn impact_of(back_s: f64, speed_m_s: f64) -> (StatorFilter<f64>, MeasuredImpact<f64>) {
         let params = MotorParams::nominal();
-        let mut stator =
-            StatorFilter::try_new(&params, &TwinTuning::new(&params, &Instruments::default())).unwrap();
+        let motor = CheckedMotor::try_new(&params).unwrap();
+        let mut stator = StatorFilter::at_rest(&motor, &TwinTuning::new(&params, &Instruments::default()));
         // Low in its swing, where the tooth's speed changes by 0.15 m/s within a period.
         stator.state.modes.displacement_m = Vector3::new(0.0, -2.2e-5, 0.0);
         let shape = stator.tooth(0, &Row::zeros()).shape;

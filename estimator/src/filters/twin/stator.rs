@@ -19,13 +19,11 @@
 //! [`super::motion_prediction`] steps the motion and [`super::covariance_prediction`] the covariance; an impact is the
 //! measurement ([`super::impact_update`]); [`super::restart`] sets motion or parameters back.
 
-use motor_model::{
-    DriveMode, DriveTuning, Mode, MotorParams, OutOfBounds, Parameter, Phase, Real, Stator, StatorState,
-    Time, ToothPair,
-};
+use motor_model::{DriveMode, Mode, Phase, Real, Stator, StatorState, Time, ToothPair};
 use nalgebra::{Matrix2, Vector3};
 use ud_filter::UdCovariance;
 
+use super::checked_motor::CheckedMotor;
 use super::oscillator::Oscillator;
 use super::sensitivity::{InputSums, ModeSensitivities, SENSITIVITY_PERIODS};
 use super::states::{DRIVE_PHASE, Errors, MODE_PARAMETERS, Row, STATES, entry, prior_variances};
@@ -91,10 +89,10 @@ pub(super) struct StatorFilter<T: Real> {
 }
 
 impl<T: Real> StatorFilter<T> {
-    /// The stator of `params` at rest.
-    pub(super) fn try_new(params: &MotorParams, tuning: &TwinTuning<T>) -> Result<Self, OutOfBounds> {
-        let modes = Mode::all(params)?;
-        let r = 3.0 * params.mass_ratio();
+    /// The stator of `motor` at rest.
+    #[inline]
+    pub(super) fn at_rest(motor: &CheckedMotor<T>, tuning: &TwinTuning<T>) -> Self {
+        let (modes, r) = (&motor.modes, motor.tooth_mass_ratio);
         let velocity_noise = |mode: &Mode| {
             let amplitude = mode.antinode_amplitude_m;
             let speed = mode.natural_rad_s
@@ -103,15 +101,17 @@ impl<T: Real> StatorFilter<T> {
             part * part * T::from_f64(4.0 * mode.damping_ratio * mode.natural_rad_s * speed * speed)
         };
         let prior_variances = prior_variances(&tuning.prior);
-        Ok(Self {
-            model: Stator::try_new(params, DriveTuning::Resonant, PERIOD_S)?,
+        Self {
+            model: motor.stator.clone(),
             state: StatorState::default(),
             at: None,
             at_rest: false,
             oscillators: modes.each_ref().map(Oscillator::new),
             phasor: [T::zero(), T::one()],
-            period_steps: modes.map(|mode| transition(&mode, PERIOD_S)),
-            sensitivity_steps: modes.map(|mode| transition(&mode, PERIOD_S * f64::from(SENSITIVITY_PERIODS))),
+            period_steps: modes.each_ref().map(|mode| transition(mode, PERIOD_S)),
+            sensitivity_steps: modes
+                .each_ref()
+                .map(|mode| transition(mode, PERIOD_S * f64::from(SENSITIVITY_PERIODS))),
             height_m: T::zero(),
             parameters: Errors::zeros(),
             sensitivities: [ModeSensitivities::none(); 3],
@@ -121,11 +121,11 @@ impl<T: Real> StatorFilter<T> {
             covariance: UdCovariance::from_diagonal(&prior_variances),
             prior_variances,
             jump_m_s: T::zero(),
-            approach_per_jump: T::from_f64((1.0 + r) / (1.0 + params.get(Parameter::Restitution))),
+            approach_per_jump: T::from_f64((1.0 + r) / (1.0 + motor.restitution)),
             recoil_share: T::from_f64(r / (1.0 + r)),
             velocity_noise_m2_s3: modes.each_ref().map(velocity_noise),
             height_noise_m2_s: height_noise_m2_s(tuning),
-        })
+        }
     }
 
     pub(super) fn teeth(&self) -> &[ToothPair<T>; 2] {

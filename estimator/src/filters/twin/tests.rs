@@ -11,7 +11,8 @@ use crate::instruments::Instruments;
 
 fn filter<T: Real>() -> TwinFilter<T> {
     let params = MotorParams::nominal();
-    TwinFilter::try_new(&params, &TwinTuning::new(&params, &Instruments::default())).unwrap()
+    let motor = CheckedMotor::try_new(&params).unwrap();
+    TwinFilter::new(&motor, &TwinTuning::new(&params, &Instruments::default()))
 }
 
 /// The nominal motor at full drive, with exact samples and noisy frames.
