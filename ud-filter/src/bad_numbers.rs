@@ -149,12 +149,19 @@ fn law_infinite_noise_on_two_states_is_told() {
 
 fn assert_a_prior_is_refused<T: Rounded>() {
     let plain = [1.0, 2.0, 0.5, 3.0].map(T::rounded);
-    assert!(UdCovariance::try_from_diagonal(&Vector::from(plain)).is_ok());
+    let made = UdCovariance::try_from_diagonal(&Vector::from(plain)).unwrap();
+    let mut set = correlated();
+    set.try_set_diagonal(&Vector::from(plain)).unwrap();
+    assert_eq!(set, made);
+    assert_eq!(made.covariance(), Matrix::from_diagonal(&Vector::from(plain)));
     for (state, bad) in (0..4).flat_map(|state| [f64::NAN, f64::INFINITY, -1.0].map(|bad| (state, bad))) {
         let mut variances = plain;
         variances[state] = T::rounded(bad);
         let variances = Vector::from(variances);
         assert_eq!(UdCovariance::try_from_diagonal(&variances), Err(NotAVariance { state }));
+        let mut set = correlated();
+        assert_eq!(set.try_set_diagonal(&variances), Err(NotAVariance { state }));
+        assert_eq!(set, correlated());
         assert!(UdCovariance::from_covariance(&Matrix::from_diagonal(&variances)).is_err());
         let (mut p, mut x) = (UdCovariance::from_diagonal(&variances), Vector::zeros());
         assert!(!p.variances()[state].wide().is_finite(), "{p:?}");

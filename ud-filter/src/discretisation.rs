@@ -11,7 +11,7 @@
 //!
 //! It is done once, before a filter runs, in `f64`.
 
-use nalgebra::{SMatrix, SVector};
+use nalgebra::SMatrix;
 
 use crate::prediction::PredictionRefusal;
 use crate::real::is_finite;
@@ -64,7 +64,7 @@ impl<const N: usize> DiscreteModel<N> {
         while short > SHORT {
             (h, short, doublings) = (0.5 * h, 0.5 * short, doublings + 1);
         }
-        let mut covariance = UdCovariance::<f64, N>::from_diagonal(&SVector::zeros());
+        let mut covariance = UdCovariance::<f64, N>::known();
         for (node, weight) in RULE {
             let carried = exponential(&(dynamics * (node * h)));
             covariance.add_noise(&noise.map(|source| NoiseSource {

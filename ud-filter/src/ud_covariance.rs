@@ -38,6 +38,8 @@ mod single_states;
 mod sparse_row;
 mod vector_update;
 
+use core::cmp::Ordering;
+
 use nalgebra::{SMatrix, SVector};
 
 use crate::real::{Real, is_finite, reciprocal};
@@ -99,31 +101,48 @@ impl core::fmt::Display for NotAVariance {
 impl core::error::Error for NotAVariance {}
 
 impl<T: Real, const N: usize> UdCovariance<T, N> {
+    /// All states known exactly: every variance is 0.
+    #[inline]
+    pub fn known() -> Self {
+        Self { unit: identity(), weights: [T::zero(); N] }
+    }
+
     /// Independent states of these variances; 0 is known exactly.
     ///
     /// For a caller who has nobody to tell: a variance that is infinite or NaN stays so, and a negative one becomes
     /// NaN. Then no measurement of the state is used ([`Refusal::Uncertain`]). [`Self::try_from_diagonal`] says so at
     /// once.
+    #[inline]
     pub fn from_diagonal(variances: &SVector<T, N>) -> Self {
-        let [mut weights] = variances.data.0;
-        for weight in &mut weights {
-            if *weight < T::zero() {
-                *weight = T::zero() / T::zero();
-            }
-        }
-        Self { unit: identity(), weights }
+        Self { unit: identity(), weights: weights_of(variances) }
+    }
+
+    /// [`Self::from_diagonal`] in place. No second covariance is on the stack meanwhile, as it may be in an assignment.
+    #[inline]
+    pub fn set_diagonal(&mut self, variances: &SVector<T, N>) {
+        set_identity(&mut self.unit);
+        self.weights = weights_of(variances);
     }
 
     /// Independent states of these variances; 0 is known exactly.
     ///
     /// # Errors
     /// When one is negative, infinite or NaN.
+    #[inline]
     pub fn try_from_diagonal(variances: &SVector<T, N>) -> Result<Self, NotAVariance> {
-        let is_variance = |&variance: &T| variance >= T::zero() && is_finite(variance);
-        match variances.iter().position(|variance| !is_variance(variance)) {
-            Some(state) => Err(NotAVariance { state }),
-            None => Ok(Self::from_diagonal(variances)),
-        }
+        are_variances(variances)?;
+        Ok(Self::from_diagonal(variances))
+    }
+
+    /// [`Self::try_from_diagonal`] in place. No second covariance is on the stack meanwhile.
+    ///
+    /// # Errors
+    /// When one is negative, infinite or NaN; nothing has changed then.
+    #[inline]
+    pub fn try_set_diagonal(&mut self, variances: &SVector<T, N>) -> Result<(), NotAVariance> {
+        are_variances(variances)?;
+        self.set_diagonal(variances);
+        Ok(())
     }
 
     /// The factors of a covariance, of which the upper triangle is read.
@@ -131,27 +150,28 @@ impl<T: Real, const N: usize> UdCovariance<T, N> {
     /// # Errors
     /// When it is not positive definite in this precision, or not finite.
     pub fn from_covariance(covariance: &SMatrix<T, N, N>) -> Result<Self, NotPositiveDefinite> {
-        let mut factors = Self { unit: identity(), weights: [T::zero(); N] };
-        let mut rest = covariance.data.0;
-        let places = factors.unit.iter_mut().zip(&mut factors.weights).enumerate().rev();
-        for (state, (column, weight)) in places {
-            let (Some(source), Some(&pivot)) =
-                (rest.get(state).copied(), rest.get(state).and_then(|c| c.get(state)))
-            else {
-                continue;
-            };
+        // The columns not reached yet are the covariance of their states, given those after them.
+        let mut factors = Self { unit: covariance.data.0, weights: [T::zero(); N] };
+        for (state, weight) in factors.weights.iter_mut().enumerate().rev() {
+            let (before, from_here) = factors.unit.split_at_mut(state);
+            let Some(column) = from_here.first_mut() else { continue };
+            let source = *column;
+            let pivot = source.get(state).copied().unwrap_or_default();
             if !(pivot > T::zero() && is_finite(pivot)) {
                 return Err(NotPositiveDefinite { state });
             }
             *weight = pivot;
-            for (u, &p) in column.iter_mut().zip(&source).take(state) {
-                *u = p / pivot;
+            for (i, u) in column.iter_mut().enumerate() {
+                match i.cmp(&state) {
+                    Ordering::Less => *u /= pivot,
+                    Ordering::Equal => *u = T::one(),
+                    Ordering::Greater => *u = T::zero(),
+                }
                 if !is_finite(*u) {
                     return Err(NotPositiveDefinite { state });
                 }
             }
-            // The covariance of the states before this one, given this one.
-            for (other, &p) in rest.iter_mut().zip(&source).take(state) {
+            for (other, &p) in before.iter_mut().zip(&source) {
                 for (entry, &u) in other.iter_mut().zip(column.iter()).take(state) {
                     *entry -= u * p;
                 }
@@ -257,9 +277,34 @@ impl<T: Real, const N: usize> UdCovariance<T, N> {
     }
 }
 
-/// The unit matrix.
-pub(crate) fn identity<T: Real, const N: usize>() -> Columns<T, N> {
+/// Makes it the unit matrix.
+#[inline]
+fn set_identity<T: Real, const N: usize>(unit: &mut Columns<T, N>) {
+    for (j, column) in unit.iter_mut().enumerate() {
+        for (i, entry) in column.iter_mut().enumerate() {
+            *entry = if i == j { T::one() } else { T::zero() };
+        }
+    }
+}
+
+/// The unit matrix. On its own, it is written where it is returned to; inlined, it would be copied there.
+#[inline(never)]
+fn identity<T: Real, const N: usize>() -> Columns<T, N> {
     SMatrix::<T, N, N>::identity().data.0
+}
+
+/// A negative variance is NaN.
+fn weights_of<T: Real, const N: usize>(variances: &SVector<T, N>) -> [T; N] {
+    let [weights] = variances.data.0;
+    weights.map(|variance| if variance < T::zero() { T::zero() / T::zero() } else { variance })
+}
+
+fn are_variances<T: Real, const N: usize>(numbers: &SVector<T, N>) -> Result<(), NotAVariance> {
+    let is_variance = |&variance: &T| variance >= T::zero() && is_finite(variance);
+    numbers
+        .iter()
+        .position(|variance| !is_variance(variance))
+        .map_or(Ok(()), |state| Err(NotAVariance { state }))
 }
 
 /// Runs `body` for every column `j < n`, from the first up or from the last down, as straight-line code for up to

@@ -37,13 +37,20 @@ impl<T: Real, const N: usize> Transition<T, N> for UpperTriangular<T, N> {
         }
         // The square too: it is what D is multiplied by.
         if scales.iter().any(|&scale| scale != T::one() && reciprocal(scale * scale).is_none()) {
-            return Dense(self.0.upper_triangle()).carry_factors(covariance);
+            return self.carry_as_dense(covariance);
         }
         for_columns!(up to N, |j| self.carry_column(j, &scales, covariance));
     }
 }
 
 impl<T: Real, const N: usize> UpperTriangular<T, N> {
+    /// A scale without a reciprocal. Rare, and on its own, for it takes two matrices of stack.
+    #[cold]
+    #[inline(never)]
+    fn carry_as_dense(&self, covariance: &mut UdCovariance<T, N>) {
+        Dense(self.0.upper_triangle()).carry_factors(covariance);
+    }
+
     #[expect(clippy::inline_always, reason = "j is to be a constant in it")]
     #[inline(always)]
     fn add_column(&self, j: usize, sums: &mut [T; N]) {

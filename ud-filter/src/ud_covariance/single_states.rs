@@ -5,7 +5,7 @@
 
 use nalgebra::SVector;
 
-use super::{NoiseSource, UdCovariance, identity};
+use super::{NoiseSource, UdCovariance};
 use crate::real::Real;
 
 impl<T: Real, const N: usize> UdCovariance<T, N> {
@@ -41,7 +41,7 @@ impl<T: Real, const N: usize> UdCovariance<T, N> {
     /// The covariance of the last `M` states.
     pub fn last_states<const M: usize>(&self) -> UdCovariance<T, M> {
         const { assert!(M <= N, "no so many states") };
-        let mut last = UdCovariance { unit: identity(), weights: [T::zero(); M] };
+        let mut last = UdCovariance::<T, M>::known();
         let from = self.unit.iter().zip(&self.weights).skip(N - M);
         for ((column, weight), (source, &d)) in last.unit.iter_mut().zip(&mut last.weights).zip(from) {
             *weight = d;
