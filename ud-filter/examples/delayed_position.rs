@@ -16,11 +16,13 @@
 
 use std::collections::VecDeque;
 
-use nalgebra::{Matrix2, Vector2};
+use nalgebra::{Matrix2, Vector1, Vector2};
 use rand_distr::{Distribution, StandardNormal};
 use rand_pcg::Pcg64;
 use rand_pcg::rand_core::SeedableRng;
-use ud_filter::{DiscreteModel, NoiseSource, PredictionRefusal, Transition, UdCovariance, UpperTriangular};
+use ud_filter::{
+    DiscreteModel, KalmanFilter, NoiseSource, PredictionRefusal, Transition, UdCovariance, UpperTriangular,
+};
 
 const DT_S: f64 = 0.1;
 /// Steps from a position to its arrival.
@@ -33,8 +35,7 @@ const GATE: f64 = 9.0;
 /// What is known at a step.
 #[derive(Clone, Copy)]
 struct Known {
-    state: Vector2<f64>,
-    covariance: UdCovariance<f64, 2>,
+    filter: KalmanFilter<f64, 2>,
     /// The acceleration commanded from here on.
     command_m_s2: f64,
 }
@@ -54,8 +55,8 @@ impl Vehicle {
     }
 
     fn after(&self, mut known: Known, command_m_s2: f64) -> Result<Known, PredictionRefusal> {
-        known.state = self.transition.carry(&known.state) + self.input * known.command_m_s2;
-        known.covariance.predict(&self.transition, &self.noise)?;
+        let control = Vector1::new(known.command_m_s2);
+        known.filter.predict_with_input(&self.transition, &self.input, &control, &self.noise)?;
         known.command_m_s2 = command_m_s2;
         Ok(known)
     }
@@ -64,7 +65,8 @@ impl Vehicle {
 fn main() -> Result<(), Box<dyn core::error::Error>> {
     let vehicle = Vehicle::new()?;
     let covariance = UdCovariance::from_diagonal(&Vector2::new(100.0, 25.0));
-    let mut known = VecDeque::from([Known { state: Vector2::zeros(), covariance, command_m_s2: 0.0 }]);
+    let filter = KalmanFilter::new(Vector2::zeros(), covariance);
+    let mut known = VecDeque::from([Known { filter, command_m_s2: 0.0 }]);
 
     let mut rng = Pcg64::seed_from_u64(1);
     let mut normal = || -> f64 { StandardNormal.sample(&mut rng) };
@@ -86,22 +88,19 @@ fn main() -> Result<(), Box<dyn core::error::Error>> {
         let arrived = if positions.len() > DELAY { positions.pop_front().flatten() } else { None };
         if let Some(position_m) = arrived {
             // The oldest step kept is the one at which the position was taken.
-            let oldest = &mut known[0];
-            let innovation = position_m - oldest.state.x;
-            let row = Vector2::new(1.0, 0.0);
-            oldest.covariance.update_gated(&row, MEASURED_M2, innovation, GATE, &mut oldest.state);
+            known[0].filter.update_gated(&Vector2::new(1.0, 0.0), MEASURED_M2, position_m, GATE);
             for later in 1..known.len() {
                 known[later] = vehicle.after(known[later - 1], known[later].command_m_s2)?;
             }
         }
 
-        let now = known[known.len() - 1];
+        let now = known[known.len() - 1].filter;
         if step % 30 == 0 {
             let (time, sigma) = (f64::from(step) * DT_S, libm::sqrt(now.covariance.variance::<0>()));
             println!("{time:6.1}  {:10.2}  {:7.2}  {sigma:7.2}", now.state.x, now.state.x - truth.x);
         }
     }
-    let now = known[known.len() - 1];
+    let now = known[known.len() - 1].filter;
     let sigmas = (now.state.x - truth.x) / libm::sqrt(now.covariance.variance::<0>());
     assert!(sigmas.abs() < 4.0, "the filter has lost the vehicle: {sigmas} standard deviations");
     Ok(())

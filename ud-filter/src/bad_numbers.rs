@@ -5,7 +5,7 @@ use proptest::prelude::*;
 
 use crate::test_support::Rounded;
 use crate::{
-    Blocks2, Dense, NoiseSource, NotAVariance, PredictionRefusal, Refusal, Transition, UdCovariance,
+    Blocks, Blocks2, Dense, NoiseSource, NotAVariance, PredictionRefusal, Refusal, Transition, UdCovariance,
     UpperTriangular, WhitenedMeasurement,
 };
 
@@ -38,6 +38,9 @@ fn each_shape<T: Rounded>(f: &Matrix<T>, (i, j): (usize, usize), mut see: impl F
     if i / 2 == j / 2 {
         let block = |b: usize| f.fixed_view::<2, 2>(2 * b, 2 * b).into_owned();
         see(&Blocks2([block(0), block(1)]));
+    }
+    if (i == 3) == (j == 3) {
+        see(&Blocks((f.fixed_view::<3, 3>(0, 0).into_owned(), f.fixed_view::<1, 1>(3, 3).into_owned())));
     }
 }
 
@@ -202,6 +205,10 @@ fn exact_a_scale_whose_square_underflows_is_no_certainty() {
     let mut triangular = p;
     triangular.predict(&UpperTriangular(Matrix2::new(1.0, 0.0, 0.0, scale)), &[]).unwrap();
     assert!((triangular.variance::<0>() - 2.0).abs() < 1e-5, "{triangular:?}");
+    let mut singles = p;
+    let block = SMatrix::<f32, 1, 1>::new;
+    singles.predict(&Blocks((block(1.0), block(scale))), &[]).unwrap();
+    assert!((singles.variance::<0>() - 2.0).abs() < 1e-5, "{singles:?}");
     let mut blocks = p;
     blocks.predict(&Blocks2([Matrix2::new(scale, 0.0, 0.0, 1.0)]), &[]).unwrap();
     assert!((blocks.variance::<1>() - 1.0).abs() < 1e-5, "{blocks:?}");

@@ -4,12 +4,14 @@
 //!
 //! | item | what it is |
 //! |---|---|
+//! | [`KalmanFilter`] | state and covariance: linear and extended predictions and measurements |
 //! | [`UdCovariance`] | the factors of N states: measurement update, process noise, single states |
-//! | [`Transition`] | the shapes of F, and `P <- F P F'` for each: [`UpperTriangular`], [`Blocks2`], [`Dense`] |
+//! | [`Transition`] | the shapes of F, with `P <- F P F'`: [`UpperTriangular`], [`Blocks2`], [`Blocks`], [`Dense`] |
 //! | [`NoiseSource`] | a random input of known variance and its effect on each state |
 //! | [`SparseRow`], [`WhitenedMeasurement`] | measurements of a few of many states |
 //! | [`InnovationRecord`] | what became of a measurement: used, outside the gate, refused |
 //! | [`DiscreteModel`] | F and noise sources of a step, from a model in continuous time |
+//! | [`smooth`] | the states of an interval from the measurements before and after each |
 //! | [`Real`] | the scalar: `f32`, `f64` |
 
 #![no_std]
@@ -32,17 +34,21 @@
 #[cfg(test)]
 mod bad_numbers;
 mod discretisation;
+mod kalman_filter;
 mod prediction;
 mod real;
+mod smoother;
 #[cfg(test)]
 mod test_support;
 mod transition;
 mod ud_covariance;
 
 pub use discretisation::DiscreteModel;
+pub use kalman_filter::KalmanFilter;
 pub use prediction::PredictionRefusal;
 pub use real::{Real, is_finite, reciprocal};
-pub use transition::{Blocks2, Dense, Transition, UpperTriangular};
+pub use smoother::{SmootherRefusal, SmootherStep, smooth};
+pub use transition::{BlockList, Blocks, Blocks2, Dense, Transition, UpperTriangular};
 pub use ud_covariance::{
     Columns, Correction, InnovationRecord, NoiseSource, NotAVariance, NotPositiveDefinite, Outcome, Refusal,
     SparseRow, UdCovariance, WhitenedMeasurement,

@@ -9,7 +9,7 @@ use crate::real::Real;
 use crate::transition::{Blocks2, Dense, Transition};
 use crate::ud_covariance::{NoiseSource, UdCovariance, are_usable};
 
-/// Why a prediction was refused. The covariance is then as it was.
+/// Why a prediction was refused. State and covariance are then as they were.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum PredictionRefusal {
     /// An entry of F is infinite or NaN, or F is too large for the precision.
@@ -17,6 +17,8 @@ pub enum PredictionRefusal {
     /// A gain or variance of the noise is infinite or NaN, a variance is negative, or they are too large for the
     /// precision.
     Noise,
+    /// An entry of the state that follows is infinite or NaN, or their sum is too large for the precision.
+    State,
 }
 
 impl core::fmt::Display for PredictionRefusal {
@@ -24,6 +26,7 @@ impl core::fmt::Display for PredictionRefusal {
         f.write_str(match self {
             Self::Transition => "the transition has an entry that is infinite or NaN",
             Self::Noise => "the noise has a gain that is infinite or NaN, or no variance",
+            Self::State => "the predicted state has an entry that is infinite or NaN",
         })
     }
 }

@@ -7,10 +7,12 @@
 //! |---|---|---|
 //! | [`UpperTriangular`] | nothing but the scale of each column | a product |
 //! | [`Blocks2`], 2 x 2 blocks on the diagonal | one element below the diagonal in every second column | `O(n^2)` |
+//! | [`Blocks`], blocks of different sizes | the block on the diagonal of each of its columns | `O(n^2)` |
 //! | [`Dense`] | everything, by Thornton's weighted Gram-Schmidt | `O(n^3)` |
 
 mod blocks;
 mod dense;
+mod different_blocks;
 mod triangular;
 
 use nalgebra::SVector;
@@ -19,6 +21,7 @@ use crate::real::Real;
 use crate::ud_covariance::UdCovariance;
 pub use blocks::Blocks2;
 pub use dense::Dense;
+pub use different_blocks::{BlockList, Blocks};
 pub use triangular::UpperTriangular;
 
 mod sealed {

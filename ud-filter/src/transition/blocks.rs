@@ -76,7 +76,7 @@ impl<T: Real, const B: usize, const N: usize> Transition<T, N> for Blocks2<T, B>
         {
             let above = column.as_chunks::<2>().0.get(b).map_or(T::zero(), |[u, _]| *u);
             let Some(possible) = Pairing::new(f, above, da, db) else {
-                return self.carry_as_dense(covariance);
+                return Dense(self.matrix()).carry_factors(covariance);
             };
             *pairing = possible;
         }
@@ -110,13 +110,6 @@ impl<T: Real, const B: usize> Blocks2<T, B> {
         if let Some([above, _]) = c.as_chunks_mut::<2>().0.get_mut(b) {
             *above = pairing.above;
         }
-    }
-
-    /// A singular block, or a number that is infinite or NaN. Rare, and on its own, for it takes two matrices of stack.
-    #[cold]
-    #[inline(never)]
-    fn carry_as_dense<const N: usize>(&self, covariance: &mut UdCovariance<T, N>) {
-        Dense(self.matrix()).carry_factors(covariance);
     }
 
     /// F in full.
