@@ -154,6 +154,9 @@ cargo clippy --workspace --all-targets -- -D warnings
 heading "the command with its optional parts"
 cargo clippy --workspace --exclude fuzz --features micromotor-sim/peers --lib -- -D warnings
 
+heading "the filter core with its optional parts, and without those that are on by default"
+cargo clippy --package ud-filter --all-targets --no-default-features --features defmt,serde -- -D warnings
+
 heading "documentation"
 RUSTDOCFLAGS="-D warnings" cargo doc --workspace --no-deps --document-private-items
 
@@ -170,6 +173,7 @@ environment_id=
 # On the host and, through tests/qemu, on the emulated microcontroller.
 heading "tests"
 timed_tests --lib --bins --tests --
+cargo test --package ud-filter --lib --no-default-features --features defmt,serde
 cargo test --workspace --exclude fuzz --exclude micromotor-python --doc
 
 summary

@@ -5,8 +5,8 @@ use proptest::prelude::*;
 
 use crate::test_support::Rounded;
 use crate::{
-    Blocks, Blocks2, Dense, NoiseSource, NotAVariance, PredictionRefusal, Refusal, Transition, UdCovariance,
-    UpperTriangular, WhitenedMeasurement,
+    Blocks, Blocks2, Dense, NoiseSource, NotAVariance, NotFactors, PredictionRefusal, Refusal, Transition,
+    UdCovariance, UpperTriangular, WhitenedMeasurement,
 };
 
 type Vector<T> = SVector<T, 4>;
@@ -38,6 +38,9 @@ fn each_shape<T: Rounded>(f: &Matrix<T>, (i, j): (usize, usize), mut see: impl F
     if i / 2 == j / 2 {
         let block = |b: usize| f.fixed_view::<2, 2>(2 * b, 2 * b).into_owned();
         see(&Blocks2([block(0), block(1)]));
+    }
+    if (i == 0) == (j == 0) {
+        see(&Blocks((f.fixed_view::<1, 1>(0, 0).into_owned(), f.fixed_view::<3, 3>(1, 1).into_owned())));
     }
     if (i == 3) == (j == 3) {
         see(&Blocks((f.fixed_view::<3, 3>(0, 0).into_owned(), f.fixed_view::<1, 1>(3, 3).into_owned())));
@@ -92,6 +95,8 @@ fn assert_an_unchecked_transition_is_no_certainty<T: Rounded>() {
             f.carry_factors(&mut p);
             assert!(none_is_smaller(&correlated(), &p), "{at:?} {bad:?} {p:?}");
             assert!(!p.variances()[at.0].wide().is_finite(), "{at:?} {bad:?} {p:?}");
+            let one_by_one = [p.variance::<0>(), p.variance::<1>(), p.variance::<2>(), p.variance::<3>()];
+            assert!(!one_by_one[at.0].wide().is_finite(), "{at:?} {bad:?} {p:?}");
             // Once more: what is not finite stays so, whatever comes.
             each_shape(&Matrix::identity(), at, |next| {
                 let mut p = p;
@@ -178,6 +183,32 @@ fn assert_a_prior_is_refused<T: Rounded>() {
 fn law_a_prior_that_is_no_number_is_refused_or_told() {
     assert_a_prior_is_refused::<f32>();
     assert_a_prior_is_refused::<f64>();
+}
+
+#[test]
+fn law_factors_that_are_no_numbers_are_refused() {
+    let p = correlated::<f32>();
+    let (unit, weights) = (p.unit_factor(), p.weights());
+    assert_eq!(UdCovariance::from_factors(&unit, &weights), Ok(p));
+    for bad in BAD.map(|bad| bad as f32) {
+        for (row, column) in (0..16).map(|place| (place / 4, place % 4)) {
+            let mut unit = unit;
+            unit[(row, column)] = bad;
+            let refused = UdCovariance::from_factors(&unit, &weights);
+            assert_eq!(refused, Err(NotFactors::Unit { row, column }));
+        }
+        for state in 0..4 {
+            let mut weights = weights;
+            weights[state] = bad;
+            let refused = UdCovariance::from_factors(&unit, &weights);
+            assert_eq!(refused, Err(NotFactors::Variance(NotAVariance { state })));
+        }
+    }
+    // Finite factors whose product is not.
+    let mut unit = unit;
+    unit[(1, 3)] = 1e20;
+    let refused = UdCovariance::from_factors(&unit, &weights);
+    assert_eq!(refused, Err(NotFactors::Variance(NotAVariance { state: 1 })));
 }
 
 /// A state that is forgotten takes what the others shared with it along, even if that is no number.

@@ -21,6 +21,15 @@ use crate::ud_covariance::{Correction, InnovationRecord, NoiseSource, Refusal, U
 
 /// What a Kalman filter knows: the mean of the state, and its covariance.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(
+    feature = "serde",
+    serde(bound(
+        serialize = "T: Real + serde::Serialize",
+        deserialize = "T: Real + serde::Deserialize<'de>"
+    ))
+)]
 pub struct KalmanFilter<T, const N: usize> {
     /// The mean of the state.
     pub state: SVector<T, N>,

@@ -42,6 +42,8 @@ mod smoother;
 mod test_support;
 mod transition;
 mod ud_covariance;
+#[cfg(test)]
+mod unrolling;
 
 pub use discretisation::DiscreteModel;
 pub use kalman_filter::KalmanFilter;
@@ -50,6 +52,6 @@ pub use real::{Real, is_finite, reciprocal};
 pub use smoother::{SmootherRefusal, SmootherStep, smooth};
 pub use transition::{BlockList, Blocks, Blocks2, Dense, Transition, UpperTriangular};
 pub use ud_covariance::{
-    Columns, Correction, InnovationRecord, NoiseSource, NotAVariance, NotPositiveDefinite, Outcome, Refusal,
-    SparseRow, UdCovariance, WhitenedMeasurement,
+    Columns, Correction, InnovationRecord, NoiseSource, NotAVariance, NotFactors, NotPositiveDefinite,
+    Outcome, Refusal, SparseRow, UdCovariance, WhitenedMeasurement,
 };

@@ -11,6 +11,8 @@ use crate::ud_covariance::{NoiseSource, UdCovariance, are_usable};
 
 /// Why a prediction was refused. State and covariance are then as they were.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum PredictionRefusal {
     /// An entry of F is infinite or NaN, or F is too large for the precision.
     Transition,

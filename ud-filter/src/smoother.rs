@@ -45,6 +45,8 @@ pub struct SmootherStep<T, F, const N: usize, const S: usize> {
 
 /// Why an interval could not be smoothed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct SmootherRefusal {
     /// The step that cannot be smoothed. It and those before it are as they were; those after it are smoothed.
     pub step: usize,

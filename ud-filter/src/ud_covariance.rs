@@ -35,6 +35,8 @@
 mod measurement_update;
 mod prior;
 mod process_noise;
+#[cfg(feature = "serde")]
+mod serialised;
 mod single_states;
 mod sparse_row;
 mod vector_update;
@@ -44,7 +46,7 @@ use nalgebra::{SMatrix, SVector};
 use crate::real::{Real, reciprocal};
 
 pub use measurement_update::{Correction, InnovationRecord, Outcome, Refusal};
-pub use prior::{NotAVariance, NotPositiveDefinite};
+pub use prior::{NotAVariance, NotFactors, NotPositiveDefinite};
 pub use process_noise::NoiseSource;
 pub(crate) use process_noise::are_usable;
 pub use sparse_row::{SparseRow, WhitenedMeasurement};
@@ -63,6 +65,16 @@ pub type Columns<T, const N: usize> = [[T; N]; N];
 /// The factors are public: a filter may write the zeros and ones of its own model out. What it writes must keep U unit
 /// upper triangular and D not negative.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(
+    feature = "serde",
+    serde(
+        bound(serialize = "T: Real + serde::Serialize", deserialize = "T: Real + serde::Deserialize<'de>"),
+        into = "serialised::Factors<T, N>",
+        try_from = "serialised::Factors<T, N>"
+    )
+)]
 pub struct UdCovariance<T, const N: usize> {
     /// U by columns, its ones and zeros included.
     pub unit: Columns<T, N>,
@@ -173,8 +185,8 @@ impl<T: Real, const N: usize> UdCovariance<T, N> {
 ///
 /// In straight-line code `j` is a constant where `body` calls an always-inlined function. The loops over the rows above
 /// the diagonal then have fixed lengths and are unrolled, which halves the work compared with loops over the zeros too.
-/// The price is code size: on a Cortex-M4 a prediction by blocks takes 0.5 kB at two states, 4 kB at six and 15 kB at
-/// ten.
+/// The price is code size, which the crate's feature `unroll` decides on: the arithmetic is the same to the bit.
+#[cfg(feature = "unroll")]
 macro_rules! for_columns {
     (up to $n:expr, |$j:ident| $body:expr) => {
         for_columns!(@ $n, $j, $body, 0 1 2 3 4 5 6 7 8 9 10 11);
@@ -193,6 +205,20 @@ macro_rules! for_columns {
             let $j = $k;
             $body;
         })*
+    };
+}
+/// The same as a loop.
+#[cfg(not(feature = "unroll"))]
+macro_rules! for_columns {
+    (up to $n:expr, |$j:ident| $body:expr) => {
+        for $j in 0..$n {
+            $body;
+        }
+    };
+    (down from $n:expr, |$j:ident| $body:expr) => {
+        for $j in (0..$n).rev() {
+            $body;
+        }
     };
 }
 pub(crate) use for_columns;

@@ -11,6 +11,15 @@ pub use gated_update::{InnovationRecord, Outcome};
 
 /// What a measurement did.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(
+    feature = "serde",
+    serde(bound(
+        serialize = "T: Real + serde::Serialize",
+        deserialize = "T: Real + serde::Deserialize<'de>"
+    ))
+)]
 pub struct Correction<T, const N: usize> {
     /// Variance predicted for the innovation, `h'P h + R`.
     pub variance: T,
@@ -22,6 +31,8 @@ pub struct Correction<T, const N: usize> {
 
 /// Why a measurement was refused. State and covariance are then as they were.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Refusal {
     /// The noise variance is negative or NaN.
     Noise,

@@ -11,6 +11,8 @@ use crate::real::{Real, is_finite};
 
 /// A matrix is not a covariance: some combination of states would have no positive variance.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct NotPositiveDefinite {
     /// The last state for which this shows, given those after it.
     pub state: usize,
@@ -26,6 +28,8 @@ impl core::error::Error for NotPositiveDefinite {}
 
 /// A number is no variance: it is negative, infinite or NaN.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct NotAVariance {
     /// The first state of such a variance.
     pub state: usize,
@@ -38,6 +42,35 @@ impl core::fmt::Display for NotAVariance {
 }
 
 impl core::error::Error for NotAVariance {}
+
+/// Two matrices are no factors of a covariance.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub enum NotFactors {
+    /// An entry of U is infinite or NaN, not 1 on the diagonal, or not 0 below it.
+    Unit {
+        /// Its row.
+        row: usize,
+        /// Its column.
+        column: usize,
+    },
+    /// A diagonal entry of D, or the variance of its state, is negative, infinite or NaN.
+    Variance(NotAVariance),
+}
+
+impl core::fmt::Display for NotFactors {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        match self {
+            Self::Unit { row, column } => {
+                write!(f, "the entry of U in row {row}, column {column} is not that of a unit upper triangle")
+            }
+            Self::Variance(reason) => reason.fmt(f),
+        }
+    }
+}
+
+impl core::error::Error for NotFactors {}
 
 impl<T: Real, const N: usize> UdCovariance<T, N> {
     /// All states known exactly: every variance is 0.
@@ -112,6 +145,31 @@ impl<T: Real, const N: usize> UdCovariance<T, N> {
             }
         }
         Ok(factors)
+    }
+
+    /// The covariance of given factors, [`Self::unit_factor`] and [`Self::weights`].
+    ///
+    /// # Errors
+    /// When U is not unit upper triangular, or a variance is negative, infinite or NaN.
+    pub fn from_factors(unit: &SMatrix<T, N, N>, weights: &SVector<T, N>) -> Result<Self, NotFactors> {
+        for (column, entries) in unit.data.0.iter().enumerate() {
+            for (row, &entry) in entries.iter().enumerate() {
+                let is_so = match row.cmp(&column) {
+                    Ordering::Less => is_finite(entry),
+                    Ordering::Equal => entry == T::one(),
+                    Ordering::Greater => entry == T::zero(),
+                };
+                if !is_so {
+                    return Err(NotFactors::Unit { row, column });
+                }
+            }
+        }
+        let [weights] = weights.data.0;
+        let made = Self { unit: unit.data.0, weights };
+        are_variances(&weights.into())
+            .and_then(|()| are_variances(&made.variances()))
+            .map_err(NotFactors::Variance)?;
+        Ok(made)
     }
 }
 

@@ -24,6 +24,15 @@ use crate::real::{Real, is_finite, total};
 /// over natural frequency, displacement), and not the other way round, a step of six states and two measurements takes
 /// 8 % less time, and one of ten states and one measurement 11 %.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(
+    feature = "serde",
+    serde(bound(
+        serialize = "T: Real + serde::Serialize",
+        deserialize = "T: Real + serde::Deserialize<'de>"
+    ))
+)]
 pub struct NoiseSource<T, const N: usize> {
     /// Effect on each state. Zeros after the last state with an effect cost nothing.
     pub gain: SVector<T, N>,

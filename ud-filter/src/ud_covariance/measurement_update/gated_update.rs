@@ -8,6 +8,8 @@ use crate::ud_covariance::UdCovariance;
 
 /// What became of a measurement.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Outcome {
     /// State and covariance have been updated.
     Used,
@@ -19,6 +21,8 @@ pub enum Outcome {
 
 /// The record of a measurement, used or not: enough to judge a filter by its innovations.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct InnovationRecord<T> {
     /// The measurement less its prediction.
     pub innovation: T,
