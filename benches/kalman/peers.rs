@@ -307,6 +307,7 @@ macro_rules! bayes_factors {
 }
 
 bayes_factors!(2, 2);
+bayes_factors!(3, 3);
 bayes_factors!(6, 3);
 bayes_factors!(10, 5);
 

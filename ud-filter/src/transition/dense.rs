@@ -4,7 +4,7 @@ use nalgebra::{SMatrix, SVector};
 
 use super::{Sealed, Transition};
 use crate::real::{Real, is_finite, reciprocal, total};
-use crate::ud_covariance::{Columns, UdCovariance};
+use crate::ud_covariance::{Columns, UdCovariance, for_columns};
 
 /// Any matrix F, singular ones included.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -33,26 +33,58 @@ impl<T: Real, const N: usize> Transition<T, N> for Dense<T, N> {
     fn carry_factors(&self, covariance: &mut UdCovariance<T, N>) {
         let mut w = self.product(&covariance.unit);
         let old = covariance.weights;
-        let columns = covariance.unit.iter_mut().zip(&mut covariance.weights).enumerate().rev();
-        for (i, (column, weight)) in columns {
-            let sums = weighted_products(&w, &old, i);
-            *weight = sums.get(i).copied().unwrap_or_default();
-            let per_weight = reciprocal(*weight);
-            // Too small for its reciprocal. An infinity or NaN stays: it is not certainty.
-            if per_weight.is_none() && is_finite(*weight) {
-                *weight = T::zero();
-            }
-            for (u, &sum) in column.iter_mut().zip(&sums).take(i) {
-                *u = per_weight.map_or(T::zero(), |per| sum * per);
-            }
-            for from in &mut w {
-                let Some(entry) = from.get_mut(i) else { continue };
-                let share = core::mem::take(entry);
-                for (x, &u) in from.iter_mut().zip(column.iter()).take(i) {
-                    *x -= share * u;
-                }
-            }
+        let mut products = [T::zero(); N];
+        for (from, &weight) in w.iter().zip(&old) {
+            add_products(from, weight, N, &mut products);
         }
+        for_columns!(down from N, |i| orthogonalise(i, &mut w, &old, &mut products, covariance));
+    }
+}
+
+/// Products of the last of the first `rows` with each of them, in the weights: the share of one column.
+#[expect(clippy::inline_always, reason = "rows is to be a constant in it")]
+#[inline(always)]
+fn add_products<T: Real, const N: usize>(from: &[T; N], weight: T, rows: usize, products: &mut [T; N]) {
+    let Some(&last) = from.get(rows - 1) else { return };
+    let share = weight * last;
+    for (product, &x) in products.iter_mut().zip(from).take(rows) {
+        *product += share * x;
+    }
+}
+
+/// Column `i` of U and its weight, from the `products` of row `i`; makes the rows before orthogonal to it, and leaves the
+/// products of the one before. Each column of W is passed once.
+#[expect(clippy::inline_always, reason = "i is to be a constant in it")]
+#[inline(always)]
+fn orthogonalise<T: Real, const N: usize>(
+    i: usize,
+    w: &mut Columns<T, N>,
+    old: &[T; N],
+    products: &mut [T; N],
+    covariance: &mut UdCovariance<T, N>,
+) {
+    let (Some(column), Some(weight)) = (covariance.unit.get_mut(i), covariance.weights.get_mut(i)) else {
+        return;
+    };
+    *weight = products.get(i).copied().unwrap_or_default();
+    let per_weight = reciprocal(*weight);
+    // Too small for its reciprocal. An infinity or NaN stays: it is not certainty.
+    if per_weight.is_none() && is_finite(*weight) {
+        *weight = T::zero();
+    }
+    if i == 0 {
+        return;
+    }
+    for (u, &product) in column.iter_mut().zip(products.iter()).take(i) {
+        *u = per_weight.map_or(T::zero(), |per| product * per);
+    }
+    *products = [T::zero(); N];
+    for (from, &weight) in w.iter_mut().zip(old) {
+        let Some(&share) = from.get(i) else { continue };
+        for (x, &u) in from.iter_mut().zip(column.iter()).take(i) {
+            *x -= share * u;
+        }
+        add_products(from, weight, i, products);
     }
 }
 
@@ -70,18 +102,4 @@ impl<T: Real, const N: usize> Dense<T, N> {
         }
         product
     }
-}
-
-/// Products of row `i` with every row, in the weights.
-#[inline]
-fn weighted_products<T: Real, const N: usize>(w: &Columns<T, N>, weights: &[T; N], i: usize) -> [T; N] {
-    let mut sums = [T::zero(); N];
-    for (column, &weight) in w.iter().zip(weights) {
-        let Some(&entry) = column.get(i) else { continue };
-        let share = weight * entry;
-        for (sum, &x) in sums.iter_mut().zip(column) {
-            *sum += share * x;
-        }
-    }
-    sums
 }
