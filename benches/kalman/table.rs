@@ -1,5 +1,5 @@
-//! Speed against error, in one table: `cargo bench -p benches --bench kalman_table`. The page of results
-//! `docs/results/core.md` holds it.
+//! Speed against error, in one table: `cargo bench -p benches --bench kalman_table`. `host-sim results filter-core` puts
+//! it, and the figures below it, into `docs/results/filter-core.md`.
 //!
 //! Speed is measured in `f64` on the problems of the benchmark `kalman`. All filters take turns, and of many turns the
 //! quickest of each counts, so that the other work of the machine falls on none of them alone.
@@ -9,27 +9,29 @@
 //! bits. A filter has broken down from the step at which it is a standard deviation off, refuses a plain measurement
 //! or panics.
 
-// Some forms are timed by the benchmark `kalman` alone.
-#[allow(dead_code)]
+#[allow(dead_code, reason = "some forms are timed by the benchmark `kalman` alone")]
 mod ours;
 mod peers;
-#[allow(dead_code)]
+#[allow(dead_code, reason = "some parts serve the benchmark `kalman` alone")]
 mod problem;
 
 use std::hint::black_box;
 use std::panic::{self, AssertUnwindSafe};
 use std::time::Instant;
 
-use motor_model::Real;
+use motor_model::{Real, math};
 use nalgebra::{SMatrix, SVector};
 use ud_filter::{Blocks2, Dense, KalmanFilter, UdCovariance, UpperTriangular};
 
-use ours::{NoiseDrivenFirst, Ours};
+use ours::{MeasuredState, NoiseDrivenFirst, Ours};
 use problem::{Filter, Problem, measurements};
 
 /// Steps of a turn, and turns.
 const STEPS: u32 = 200;
 const TURNS: usize = 1500;
+
+/// What the table says of a filter that breaks down, before the step at which it does.
+const BREAKS: &str = "breaks, step";
 
 /// One filter on one problem, taking its turns.
 type Turn = Box<dyn FnMut() -> f64>;
@@ -83,13 +85,13 @@ impl<const N: usize, const M: usize> Judge<N, M> {
         let (mut measured, mut expected) = (Vec::new(), Vec::new());
         for deviation in measurements::<f64, M>(steps) {
             truth = transition.0 * truth;
-            let z: [f32; M] = std::array::from_fn(|m| (rows[m].dot(&truth) + deviation[m]) as f32);
+            let z: [f32; M] = std::array::from_fn(|m| f32::from_f64(rows[m].dot(&truth) + deviation[m]));
             filter.predict(&transition, &noise).expect("a plain model");
             for (row, &z) in rows.iter().zip(&z) {
                 filter.update(row, 1.0, wide(z)).expect("a plain measurement");
             }
             measured.push(z);
-            expected.push((filter.state, filter.covariance.variances().map(f64::sqrt)));
+            expected.push((filter.state, filter.covariance.variances().map(math::sqrt)));
         }
         Self { problem, measured, expected }
     }
@@ -106,13 +108,18 @@ impl<const N: usize, const M: usize> Judge<N, M> {
                 let sigmas = (found - state).component_div(sigma);
                 // Not `f64::max`, which leaves NaN out.
                 worst = sigmas.iter().fold(worst, |worst, x| if x.abs() <= worst { worst } else { x.abs() });
-                if !(worst < 1.0) {
+                if !holds(worst) {
                     return;
                 }
             }
         }));
-        if run.is_ok() && worst < 1.0 { format!("{worst:.0e}") } else { format!("breaks, step {step}") }
+        if run.is_ok() && holds(worst) { format!("{worst:.0e}") } else { format!("{BREAKS} {step}") }
     }
+}
+
+/// Whether a distance, in standard deviations, is one of a filter that works. NaN is none.
+fn holds(sigmas: f64) -> bool {
+    sigmas < 1.0
 }
 
 /// Two states measured by two sensors that differ in the last bits: Bierman's example.
@@ -187,7 +194,8 @@ macro_rules! errors {
     }};
 }
 
-/// Ours first, then the peers.
+/// So many of [`NAMES`] are ours; the peers follow.
+const OURS: usize = 2;
 const NAMES: [&str; 10] = [
     "ud-filter, UD, structured",
     "ud-filter, UD, dense",
@@ -217,7 +225,7 @@ fn main() {
         errors!(Modes<f32, 10, 5, 1>, 10, 5, 1, precise_sensors::<10, 1>()),
     ];
     let times = [
-        turns!(Triangular<f64, 2, 2, 1>, 2, 2, 1, Problem::<f64, 2, 1>::constant_rate()),
+        turns!(MeasuredState<f64>, 2, 2, 1, Problem::<f64, 2, 1>::constant_rate()),
         turns!(Modes<f64, 6, 3, 2>, 6, 3, 2, Problem::<f64, 6, 2>::modal()),
         turns!(Modes<f64, 10, 5, 1>, 10, 5, 1, Problem::<f64, 10, 1>::modal()),
     ];
@@ -239,19 +247,14 @@ fn main() {
             error(3)
         );
     }
-    println!();
-    let ratio = |of: usize, ours: usize| {
-        let fastest = times[of][2..].iter().copied().fold(f64::INFINITY, f64::min);
-        times[of][ours] / fastest
+    let over_quickest_peer = |ours: usize| {
+        let [a, b, c] = times.each_ref().map(|times| {
+            let quickest = times[OURS..].iter().copied().fold(f64::INFINITY, f64::min);
+            times[ours] / quickest
+        });
+        format!("~{a:.2}, ~{b:.2} and ~{c:.2}")
     };
-    println!(
-        "On one machine: over the quickest peer's time, ours takes {:.2}, {:.2} and {:.2} structured, and {:.2}, {:.2} \
-         and {:.2} dense, at two, six and ten states.",
-        ratio(0, 0),
-        ratio(1, 0),
-        ratio(2, 0),
-        ratio(0, 1),
-        ratio(1, 1),
-        ratio(2, 1)
-    );
+    let broken = (OURS..NAMES.len()).filter(|&peer| errors.iter().any(|of| of[peer].starts_with(BREAKS)));
+    println!("\nstructured: {}\ndense: {}", over_quickest_peer(0), over_quickest_peer(1));
+    println!("broken: {} of {}", broken.count(), NAMES.len() - OURS);
 }

@@ -1,5 +1,6 @@
 //! `results`: the pages of results, each written whole from runs of today, or compared with what stands there.
 
+mod filter_core;
 mod tilting;
 
 use std::io::Write as _;
@@ -53,6 +54,8 @@ enum Page {
     Identification,
     /// Does it fit a microcontroller?
     Microcontroller,
+    /// How quick and how exact is the filter core?
+    FilterCore,
 }
 
 /// What the page on faults sets beside the default scene: a rotor that tilts, and other instruments.
@@ -79,6 +82,7 @@ impl Page {
             Self::Calibration => include_str!("results/calibration.md"),
             Self::Identification => include_str!("results/identification.md"),
             Self::Microcontroller => include_str!("results/microcontroller.md"),
+            Self::FilterCore => include_str!("results/filter-core.md"),
         }
     }
 
@@ -115,6 +119,7 @@ impl Page {
             Self::Calibration => calibration_values(effort, scene)?.into(),
             Self::Identification => identification_values(effort)?.into(),
             Self::Microcontroller => microcontroller_values()?.into(),
+            Self::FilterCore => filter_core::values()?.into(),
         })
     }
 }
