@@ -4,6 +4,8 @@
 //! |---|---|
 //! | [`tracker`] | which frames are used, and in which order: gate, lag of late frames, restart, stuck camera |
 //! | [`rest_test`] | whether a quiet rotor has stopped |
+//! | [`persistent_error`] | what neighbouring frames' errors have in common, by the residuals of the marks |
+//! | [`innovation_correlation`] | whether neighbouring innovations have a common sign |
 //! | [`noise`] | the noise of the frames, learnt |
 //! | [`noise_levels`] | what follows from that noise, computed beforehand |
 //! | [`track_tuning`] | what is assumed of the camera, and the counts of frames that follow from its rate |
@@ -13,8 +15,10 @@
 //! | [`smoother`] | angle and rate at an earlier instant, from the frames after it as well |
 
 pub(crate) mod angle_rate_covariance;
+pub(crate) mod innovation_correlation;
 pub(crate) mod noise;
 pub(crate) mod noise_levels;
+pub(crate) mod persistent_error;
 pub(crate) mod rest_test;
 pub(crate) mod smoother;
 pub(crate) mod track;

@@ -3,7 +3,7 @@
 use link::{CameraRecord, Deframer, FRAME_BYTES_MAX, FrameError, Header, HostMessage, decode, encode};
 
 fn main() -> Result<(), FrameError> {
-    let camera = CameraRecord { exposed_nanos: 100_000, angle_units: 350_546, marks_used: 0 };
+    let camera = CameraRecord { exposed_nanos: 100_000, angle_units: 350_546, marks_used: 0, residual: 0 };
     let messages = [HostMessage::Hello, HostMessage::Camera(camera), HostMessage::Stop];
     let mut line = Vec::new();
     for (sequence, message) in (0..).zip(&messages) {

@@ -114,19 +114,22 @@ pub struct CameraRecord {
     pub angle_units: i32,
     /// Marks that the angle is from; 0 where none of the camera's was left out.
     pub marks_used: u8,
+    /// [`CameraFrame::residual`].
+    pub residual: u8,
 }
 
 impl From<CameraFrame> for CameraRecord {
     #[expect(clippy::cast_possible_truncation, reason = "an angle within the turn has 32 bits")]
-    fn from(CameraFrame { exposed_at, angle, marks_used }: CameraFrame) -> Self {
-        Self { exposed_nanos: exposed_at.nanos(), angle_units: angle.wrapped().units() as i32, marks_used }
+    fn from(CameraFrame { exposed_at, angle, marks_used, residual }: CameraFrame) -> Self {
+        let angle_units = angle.wrapped().units() as i32;
+        Self { exposed_nanos: exposed_at.nanos(), angle_units, marks_used, residual }
     }
 }
 
 impl From<CameraRecord> for CameraFrame {
-    fn from(CameraRecord { exposed_nanos, angle_units, marks_used }: CameraRecord) -> Self {
+    fn from(CameraRecord { exposed_nanos, angle_units, marks_used, residual }: CameraRecord) -> Self {
         let angle = Angle::from_units(angle_units.into());
-        Self { exposed_at: Time::from_nanos(exposed_nanos), angle, marks_used }
+        Self { exposed_at: Time::from_nanos(exposed_nanos), angle, marks_used, residual }
     }
 }
 

@@ -84,7 +84,7 @@ macro_rules! channels {
 channels! {
     Impact "/truth/impact": velocity_before_m_s velocity_after_m_s rate_before_rad_s rate_after_rad_s;
     VibrometerSample "/vibrometer": velocity_m_s arrived_after_ns;
-    CameraFrame "/camera": angle_deg angle_units marks_used arrived_after_ns;
+    CameraFrame "/camera": angle_deg angle_units marks_used arrived_after_ns residual_steps;
     Marks "/camera/marks": angle_deg angle_sd_deg shift_x_m shift_y_m residual_m marks_used;
     Innovation "/innovation": innovation_rad variance_rad2 normalised_squared verdict used arrived_after_ns;
     Truth "/truth": angle_deg angle_units own_axis_angle_deg rate_rad_s height_m velocity_m_s;

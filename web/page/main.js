@@ -107,13 +107,13 @@ class Page {
       this.side.take(samples, hits, now);
       this.top.take(samples);
       this.plots.take(samples, status);
+      this.words.outcome(status);
     }
     this.words.take({ samples, computing, seconds, steps, late });
     document.body.dataset.memory = memory;
     document.body.dataset.first ??= performance.now().toFixed(0);
     document.body.dataset.t = this.t ?? 0;
     this.changed = true;
-    this.words.outcome(this.status);
   }
 
   // Another move, or driving by hand.

@@ -4,7 +4,7 @@ const STEPS = [
   {
     title: "A motor thrown round by its stator",
     text: "The ring of 8 mm below the rotor vibrates at 6.3 kHz. Nothing holds the rotor: four teeth throw it up, and "
-      + "at each impact friction turns it a little. Here mode B drives it clockwise, thirty times slower than it is.",
+      + "at each impact friction turns it a little. Here mode B drives it clockwise, some 30 times slower than it is.",
     show: (page) => page.present({ speed: -1.5, hand: ["b", 1], look: "above" }),
   },
   {

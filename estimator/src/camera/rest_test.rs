@@ -34,6 +34,8 @@ const RINGING_RAD2_S2: f64 = 1.4e-6;
 /// What each contradiction counts, and how many double the time.
 const WITHDRAWN: u8 = 4;
 const CONTRADICTIONS_MAX: u8 = 23;
+/// Doublings of the time where the vibrometer shows a motion.
+const DISPUTED_DOUBLINGS: u8 = 3;
 
 /// Frames that conclude rest, of a camera of this variance in rad^2 and period in s.
 #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "between 4 and 1,000")]
@@ -57,6 +59,7 @@ pub(crate) struct RestTest<T> {
     y: T,
     ty: T,
     contradictions: u8,
+    disputed: bool,
 }
 
 impl<T: Real> RestTest<T> {
@@ -72,13 +75,22 @@ impl<T: Real> RestTest<T> {
             y: zero,
             ty: zero,
             contradictions: 0,
+            disputed: false,
         }
     }
 
     /// Frames of which the second half is tested.
     #[inline]
     pub(crate) fn frames(&self, resting_frames: u16) -> u16 {
-        resting_frames.saturating_mul(1 << (self.contradictions / WITHDRAWN))
+        let doublings =
+            (self.contradictions / WITHDRAWN).max(if self.disputed { DISPUTED_DOUBLINGS } else { 0 });
+        resting_frames.saturating_mul(1 << doublings)
+    }
+
+    /// The vibrometer shows a motion.
+    #[inline]
+    pub(crate) fn dispute(&mut self, disputed: bool) {
+        self.disputed = disputed;
     }
 
     /// The rotor is driven: it may stop anew.
@@ -89,7 +101,7 @@ impl<T: Real> RestTest<T> {
 
     /// Begins the second half anew.
     pub(crate) fn begin(&mut self) {
-        *self = Self { contradictions: self.contradictions, ..Self::new() };
+        *self = Self { contradictions: self.contradictions, disputed: self.disputed, ..Self::new() };
     }
 
     /// The frames contradict rest.

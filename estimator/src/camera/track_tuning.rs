@@ -19,6 +19,10 @@ const RINGING_S: f64 = 4e-3;
 const REFUSALS_S: f64 = 2e-3;
 const NIS_S: f64 = 6.4e-3;
 const MEAN_S: f64 = 12.8e-3;
+/// Time over which innovations are averaged for their correlation, in s.
+const NEIGHBOURS_S: f64 = 3.2e-3;
+/// Time over which residuals of the marks are averaged, in s.
+const RESIDUAL_S: f64 = 25.6e-3;
 
 /// Twice the standard error of the rate of a sliding rotor, `sqrt(sqrt 2 q^(3/4) (R dt)^(1/4))` at q = 3000, in rad/s;
 /// at least 2.
@@ -92,6 +96,16 @@ pub struct TrackTuning<T> {
     pub mean_frames: T,
     /// Whether the resolution is so coarse, more than 2.5 times the noise, that a rotor at rest shows one code or two.
     pub coarse: bool,
+    /// Square of a step of [`CameraFrame::residual`] as the variance of an angle from all marks, in rad^2.
+    pub residual_step_rad2: T,
+    /// One over the frames over which residuals are averaged.
+    pub per_residual_frames: T,
+    /// One over the frames over which innovations are averaged for their correlation.
+    pub per_neighbours: T,
+    /// Variance of a white innovation per that of their mean.
+    pub independent_neighbours: T,
+    /// Variance of the angle by what frames have in common, per that by which the residuals exceed the noise.
+    pub persistent_part: T,
     /// What averaging at rest cannot remove, in rad^2: [`CameraDescription::floor_rad2`]. It is a part of every
     /// estimate's variance.
     pub floor_rad2: T,
@@ -118,6 +132,7 @@ impl<T: Real> TrackTuning<T> {
         let (period_s, variance_rad2) = (camera.period_s(), camera.variance_rad2());
         // One frame a period tells as much in a second at any rate: each of a fast camera's tells less.
         let frames_in = |seconds: f64| seconds / period_s;
+        let neighbours = frames_in(NEIGHBOURS_S).clamp(4.0, 160.0);
         let shared = DEFAULT_PERIOD_S / period_s;
         Self {
             camera_rad2: T::from_f64(variance_rad2),
@@ -134,6 +149,11 @@ impl<T: Real> TrackTuning<T> {
             nis_frames: T::from_f64(frames_in(NIS_S).clamp(16.0, 64.0)),
             mean_frames: T::from_f64(frames_in(MEAN_S).clamp(16.0, 1280.0)),
             coarse: camera.resolution_m > COARSE * camera.noise_m,
+            residual_step_rad2: T::from_f64(camera.residual_rad2(CameraFrame::RESIDUAL_STEP_M)),
+            per_residual_frames: T::from_f64(1.0 / frames_in(RESIDUAL_S).clamp(64.0, 1280.0)),
+            per_neighbours: T::from_f64(1.0 / neighbours),
+            independent_neighbours: T::from_f64(2.0 * neighbours - 1.0),
+            persistent_part: T::from_f64(if camera.marks > 2 { 1.0 } else { 1.0 / 3.0 }),
             floor_rad2: T::from_f64(camera.floor_rad2()),
             described_floor_rad2: T::from_f64(camera.floor_rad2()),
             least_dither: T::from_f64(camera.dither_rad2() / variance_rad2),

@@ -56,7 +56,9 @@ use heapless::Deque;
 use motor_model::{Angle, Real, Time};
 
 use crate::camera::angle_rate_covariance::AngleRateCovariance;
+use crate::camera::innovation_correlation::InnovationCorrelation;
 use crate::camera::noise::CameraNoise;
+use crate::camera::persistent_error::PersistentError;
 use crate::camera::rest_test::RestTest;
 use crate::camera::track::{FrameAtRest, Process, State, Track};
 use crate::camera::track_covariance::TrackCovariance;
@@ -76,6 +78,8 @@ pub(crate) struct FrameContext {
     pub(crate) clock: Time,
     /// Whether the rotor lies on the teeth.
     pub(crate) quiet: bool,
+    /// Whether the vibrometer shows that it moves all the same.
+    pub(crate) disputed: bool,
 }
 
 /// A frame, and the track after it.
@@ -90,8 +94,13 @@ impl<T: Real, B: TrackCovariance<T>> TrackedFrame<T, B> {
     /// update.
     #[inline]
     fn copied(&self) -> Self {
-        let Self { frame: CameraFrame { exposed_at, angle, marks_used }, track } = self;
-        let frame = CameraFrame { exposed_at: *exposed_at, angle: *angle, marks_used: *marks_used };
+        let Self { frame: CameraFrame { exposed_at, angle, marks_used, residual }, track } = self;
+        let frame = CameraFrame {
+            exposed_at: *exposed_at,
+            angle: *angle,
+            marks_used: *marks_used,
+            residual: *residual,
+        };
         Self { frame, track: track.copied() }
     }
 }
@@ -107,6 +116,8 @@ pub(crate) struct Tracker<T, B = AngleRateCovariance<T>> {
     stuck: Option<Stuck>,
     rest_test: RestTest<T>,
     noise: CameraNoise<T>,
+    persistent_error: PersistentError<T>,
+    correlation: InnovationCorrelation<T>,
     /// Age of the last frame by the filter's clock when it came, in ns.
     latency_nanos: u64,
 }
@@ -133,6 +144,8 @@ impl<T: Real, B: TrackCovariance<T>> Tracker<T, B> {
             stuck: None,
             rest_test: RestTest::new(),
             noise: CameraNoise::new(&tuning.camera),
+            persistent_error: PersistentError::new(),
+            correlation: InnovationCorrelation::white(),
             latency_nanos: 0,
         }
     }
@@ -158,6 +171,16 @@ impl<T: Real, B: TrackCovariance<T>> Tracker<T, B> {
             track.end_rest();
             self.rest_test.forget();
         }
+    }
+
+    /// Whether the frames have contradicted the process since this was last asked.
+    #[inline]
+    pub(crate) fn take_contradiction(&mut self) -> bool {
+        let coloured = self.correlation.is_coloured();
+        if coloured {
+            self.correlation = InnovationCorrelation::white();
+        }
+        coloured
     }
 
     /// The track at the last frame used.
@@ -211,6 +234,7 @@ impl<T: Real, B: TrackCovariance<T>> Tracker<T, B> {
         if context.quiet && self.noise.take(frame, &mut self.tuning) {
             self.rest_test.begin();
         }
+        self.rest_test.dispute(context.disputed);
         if self.stuck.is_some() && self.still_stuck(frame, context.quiet) {
             return refused(frame, (T::zero(), T::zero()), Rejection::Stuck);
         }
@@ -281,6 +305,15 @@ impl<T: Real, B: TrackCovariance<T>> Tracker<T, B> {
         }
         track.note_innovation(normalised, &self.tuning);
         track.refusals = 0;
+        if !quiet {
+            self.persistent_error.take(frame, &self.tuning);
+            // Frames that are noisier than the camera says tell of the camera.
+            if track.nis > T::from_f64(Self::NIS_DOUBTED) {
+                self.correlation = InnovationCorrelation::white();
+            } else {
+                self.correlation.take(innovation_rad, T::one() / variance_rad2, &self.tuning);
+            }
+        }
         // A rotor that moves skips what concerns rest.
         let lying = quiet || track.may_rest();
         let at_rest = if lying {

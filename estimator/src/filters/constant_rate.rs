@@ -270,7 +270,11 @@ impl<T: Real> ConstantRate<T> {
         let in_transition = self.random_walk.returns_to_mean && self.watch.in_transition(clock);
         let mean_rate_rad_s = self.mean_rates.rad_s();
         let process = RandomWalk { tuning: &self.random_walk, motion, mean_rate_rad_s, in_transition };
-        let context = FrameContext { clock, quiet: motion == Motion::Quiet };
+        let context = FrameContext {
+            clock,
+            quiet: motion == Motion::Quiet,
+            disputed: self.watch.disputes_quiet(clock),
+        };
         let innovation = self.tracker.update(frame, context, &process);
         self.watch.note_rest(self.tracker.is_resting(), clock);
         if self.random_walk.returns_to_mean {

@@ -338,7 +338,11 @@ impl<T: Real> AngleFilter<T> for ImpactAided<T> {
             motion,
             detecting_until: self.detecting_until(),
         };
-        let context = FrameContext { clock, quiet: motion == Motion::Quiet };
+        let context = FrameContext {
+            clock,
+            quiet: motion == Motion::Quiet,
+            disputed: self.watch.disputes_quiet(clock),
+        };
         let before = self.propagated.as_ref().and(self.tracker.place());
         let innovation = self.tracker.update(frame, context, &process);
         self.watch.note_rest(self.tracker.is_resting(), clock);

@@ -100,6 +100,7 @@ mod impact;
 mod impact_update;
 mod kick_history;
 mod kick_record;
+mod kick_use;
 mod learnt_parameters;
 mod measured_impact;
 mod misfit_monitor;
@@ -130,6 +131,7 @@ use crate::vibrometer::impact_detector::{ImpactDetector, VibrometerEvent};
 use crate::vibrometer::motion::{Motion, MotionWatch};
 pub use checked_motor::CheckedMotor;
 use kick_record::KickRecords;
+use kick_use::KickUse;
 use learnt_parameters::LearntCopies;
 use measured_impact::Uncertain;
 use misfit_monitor::MisfitMonitor;
@@ -169,6 +171,7 @@ pub struct TwinFilter<T: Real> {
     /// Track of angle and rate at the last frame.
     tracker: Tracker<T, RotorCovariance<T>>,
     kicks: KickRecords<T>,
+    kick_use: KickUse,
     /// The track after all kicks; `None` if there are none after the last frame.
     propagated: Option<PropagatedTrack<T>>,
     /// Whether the newest kick has been refined since it was last applied.
@@ -204,6 +207,7 @@ impl<T: Real> TwinFilter<T> {
             detector: ImpactDetector::new(tuning.detector),
             tracker: Tracker::new(tuning.constant_rate.track),
             kicks: KickRecords::new(),
+            kick_use: KickUse::new(),
             propagated: None,
             newest_refined: false,
             stator: StatorFilter::at_rest(motor, tuning),
@@ -254,6 +258,7 @@ impl<T: Real> AngleFilter<T> for TwinFilter<T> {
         self.ever_driven |= command.mode().is_some();
         self.drive = command;
         self.watch.drive(at, command);
+        self.review_kick_use(at);
         if command.mode().is_some() {
             self.tracker.end_rest();
         }
@@ -307,11 +312,16 @@ impl<T: Real> AngleFilter<T> for TwinFilter<T> {
             tuning: &self.tuning,
             kicks: &self.kicks,
             motion,
+            taken_since: self.kick_use.since,
             detecting_until: self.detecting_until(),
             between_rad2_s3: self.between_rad2_s3(),
             propagated: None,
         };
-        let context = FrameContext { clock, quiet: motion == Motion::Quiet };
+        let context = FrameContext {
+            clock,
+            quiet: motion == Motion::Quiet,
+            disputed: self.watch.disputes_quiet(clock),
+        };
         let before = self.tracker.place();
         let innovation = self.tracker.update(frame, context, &process);
         self.watch.note_rest(self.tracker.is_resting(), clock);
@@ -319,6 +329,7 @@ impl<T: Real> AngleFilter<T> for TwinFilter<T> {
             self.use_learnt_noise();
         }
         self.drop_old_kicks();
+        self.review_kick_use(clock);
         if self.tracker.place() != before {
             self.propagate();
         }
@@ -335,7 +346,8 @@ impl<T: Real> AngleFilter<T> for TwinFilter<T> {
 
     fn assess(&self, now: Time) -> (Option<Estimate<T>>, Health) {
         let silent = self.watch.silent(now).then_some(Reason::VibrometerSilent);
-        let unexplained = (!self.misfit.is_trusted()).then_some(Reason::ImpactsUnexplained);
+        let unexplained =
+            (!self.kick_use.taken || !self.misfit.is_trusted()).then_some(Reason::ImpactsUnexplained);
         let estimate = self.estimate(now);
         let vibrometer = silent.or_else(|| self.detector.fault()).or(unexplained);
         let health = self.tracker.judge(estimate.as_ref(), now, vibrometer);

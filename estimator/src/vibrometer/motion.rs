@@ -284,6 +284,12 @@ impl<T: Real> MotionWatch<T> {
         }
     }
 
+    /// Whether the vibrometer shows a motion at `now`.
+    #[inline]
+    pub(crate) fn disputes_quiet(&self, now: Time) -> bool {
+        self.fitted && !self.rest.silent(now) && self.rest.shows_flight() && !self.repeats()
+    }
+
     /// Whether the vibrometer repeats one value for so long that it shows nothing.
     #[inline]
     fn repeats(&self) -> bool {

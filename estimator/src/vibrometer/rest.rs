@@ -37,6 +37,10 @@ const QUIET_M_S: f64 = 6e-4;
 const DEFAULT_NOISE_M_S: f64 = 2e-4;
 const NOISE_PART: f64 = 0.75;
 
+/// Mean square of a rotor in flight, per the limit below which it is quiet: 3 mm/s at the default noise, the speed of a
+/// fall of 0.3 ms.
+const FLIGHT_PART2: f64 = 9.0;
+
 /// Most equal samples in a row of a live vibrometer whose steps are wider than its noise, in s: in that time a rotor in
 /// flight changes its velocity by 10 mm/s.
 const EQUAL_S: f64 = 1e-3;
@@ -184,6 +188,12 @@ impl<T: Real> RestDetector<T> {
     #[inline]
     pub fn quiet_since(&self, now: Time) -> Option<Time> {
         if self.silent(now) { None } else { self.quiet_since }
+    }
+
+    /// Whether the rotor is far from quiet.
+    #[inline]
+    pub(crate) fn shows_flight(&self) -> bool {
+        self.mean_square_m2_s2 > T::from_f64(FLIGHT_PART2) * self.quiet_m2_s2
     }
 
     /// Whether no sample has arrived for 1 ms before `now`. A sample from more than that after `now` has a wrong time

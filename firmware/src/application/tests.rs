@@ -103,7 +103,7 @@ impl Bench {
         assert!(self.exchange(&HostMessage::Ldv([sample].into_iter().collect())).is_empty());
         if self.ticks.is_multiple_of(10) {
             let angle_units = 350_546 * (self.ticks / 10 % 2) as i32;
-            let frame = CameraRecord { exposed_nanos: now + 1, angle_units, marks_used: 0 };
+            let frame = CameraRecord { exposed_nanos: now + 1, angle_units, marks_used: 0, residual: 0 };
             assert!(self.exchange(&HostMessage::Camera(frame)).is_empty());
         }
     }
@@ -213,7 +213,7 @@ fn law_a_flood_drops_the_oldest_measurements() {
     let mut bench = Bench::driving();
     let now = bench.board.elapsed_ticks * PositionLoop::TICK_NANOS;
     for n in 0..1000 {
-        let frame = CameraRecord { exposed_nanos: now + n, angle_units: 0, marks_used: 0 };
+        let frame = CameraRecord { exposed_nanos: now + n, angle_units: 0, marks_used: 0, residual: 0 };
         bench.exchange(&HostMessage::Camera(frame));
     }
     assert_eq!(bench.board.counters().dropped, 1000 - 8);
@@ -275,7 +275,7 @@ fn law_another_version_is_refused_by_name() {
     let mut other = cobs::encode_vec(&content);
     other.push(0);
     let refused = BoardFault::Version { theirs: VERSION + 1, ours: VERSION };
-    assert_eq!(std::format!("{refused}"), "the host speaks protocol version 4, the board version 3");
+    assert_eq!(std::format!("{refused}"), "the host speaks protocol version 5, the board version 4");
     assert_eq!(bench.exchange_bytes(&other), fault(refused));
     assert_eq!(bench.board.counters().other_version, 1);
     assert_eq!(bench.exchange(&HostMessage::Arm), fault(BoardFault::UnknownSession { session: 5 }));

@@ -62,6 +62,7 @@ impl Bench {
                     exposed_nanos,
                     angle_units: 350_546 * i32::from(tick % 20 == 0),
                     marks_used: 0,
+                    residual: 0,
                 };
                 bench.exchange(&HostMessage::Camera(frame));
             }

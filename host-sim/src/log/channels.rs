@@ -132,6 +132,8 @@ messages! {
         uint32 marks_used = "3";
         /// From the middle of its exposure to the end of the tick that took it in.
         sint64 arrived_after_ns = "4";
+        /// Root of the mean square of the marks' residuals, in steps of 0.1 um; 0 if the camera does not tell.
+        uint32 residual_steps = "5";
     }
     /// What the marks of a frame showed.
     Marks {

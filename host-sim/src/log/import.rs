@@ -201,10 +201,8 @@ fn record(
     frame: Option<(Time, f64)>,
     drive: DriveCommand,
 ) -> RunRecord<'_> {
-    let camera_frame = frame.map(|(exposed_at, angle_deg)| CameraFrame {
-        exposed_at,
-        angle: Angle::from_degrees(angle_deg).wrapped(),
-        marks_used: CameraFrame::ALL_MARKS,
+    let camera_frame = frame.map(|(exposed_at, angle_deg)| {
+        CameraFrame::new(exposed_at, Angle::from_degrees(angle_deg).wrapped())
     });
     RunRecord {
         at,

@@ -137,6 +137,7 @@ impl McapLog {
                 angle_units: frame.angle.units(),
                 marks_used: frame.marks_used.into(),
                 arrived_after_ns,
+                residual_steps: frame.residual.into(),
             },
         )?;
         if let Some(marked) = record.marked {

@@ -125,6 +125,7 @@ impl<O: Observer> Replay<'_, O> {
                     exposed_at: at,
                     angle: Angle::from_units(frame.angle_units),
                     marks_used: u8::try_from(frame.marks_used).unwrap_or(u8::MAX),
+                    residual: u8::try_from(frame.residual_steps).unwrap_or(u8::MAX),
                 });
             }
             LogMessage::Innovation(innovation) => content.innovation = Some(innovation),

@@ -34,8 +34,12 @@ const MOVE: Configuration = Configuration {
 };
 
 fn host_messages() -> Vec<HostMessage> {
-    let camera =
-        HostMessage::Camera(CameraRecord { exposed_nanos: 123_456_789, angle_units: -5, marks_used: 2 });
+    let camera = HostMessage::Camera(CameraRecord {
+        exposed_nanos: 123_456_789,
+        angle_units: -5,
+        marks_used: 2,
+        residual: 12,
+    });
     let instruments = HostMessage::Instruments(Instruments::default());
     let parameter = HostMessage::MotorParameter(MotorParameterRecord { index: 7, value: -0.5 });
     let arm = HostMessage::Arm;
@@ -152,7 +156,7 @@ fn exact_another_version_is_told_from_damage() {
     let length = cobs::encode(&content, &mut frame);
     let decoded = decode::<HostMessage>(&mut frame[..length]);
     assert_eq!(decoded, Err(FrameError::Version { theirs: VERSION + 1 }));
-    assert_eq!(std::format!("{}", decoded.unwrap_err()), "protocol version 4, expected 3");
+    assert_eq!(std::format!("{}", decoded.unwrap_err()), "protocol version 5, expected 4");
 }
 
 /// A million frames, each damaged in one of five ways, on one line: none but whole ones are accepted.

@@ -117,6 +117,11 @@ fn moves_to_a_typed_target(visit: &mut Visit) {
     let said = visit.browser.promised("visitor.said(38)");
     let said = said.as_str().unwrap_or_default();
     visit.check(reached(said, "38"), &format!("of a target set by keys is said: {said}"));
+    // A target that is set while an answer of the move before is on its way: that answer is not the new move's end.
+    visit.browser.evaluate("visitor.forget(); visitor.meanwhile(() => visitor.target(41))");
+    let said = visit.browser.promised("visitor.said(41)");
+    let said = said.as_str().unwrap_or_default();
+    visit.check(reached(said, "41"), &format!("of a target set during an answer is said: {said}"));
 }
 
 /// Every slider at both ends: the motor runs, or the refusal names the key.

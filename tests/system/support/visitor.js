@@ -25,6 +25,11 @@ globalThis.visitor = (() => {
     find("speed").dispatchEvent(new Event("input"));
   }
 
+  function target(degrees) {
+    find("target").value = degrees;
+    find("move").requestSubmit();
+  }
+
   // What is said of the end of the move to a target. `forget` comes before what begins the move.
   const forget = () => { find("said").textContent = ""; };
   async function said(target) {
@@ -40,6 +45,17 @@ globalThis.visitor = (() => {
     if (count("refused") > refused) return find("refused").textContent;
     await until(() => Number(data.t) > 0, "motion");
     return "";
+  }
+
+  // Does something while an answer is on its way: right after the page has asked for more motion.
+  function meanwhile(action) {
+    const { postMessage } = Worker.prototype;
+    Worker.prototype.postMessage = function post(message, ...others) {
+      postMessage.call(this, message, ...others);
+      if (message.kind !== "run") return;
+      Worker.prototype.postMessage = postMessage;
+      action();
+    };
   }
 
   async function everySlider(ofHub) {
@@ -141,7 +157,7 @@ globalThis.visitor = (() => {
     .map((element) => element.outerHTML).join(" ");
 
   return {
-    until, pictures, moves, speed, forget, said, everySlider, everyFault, healthOfALostCamera, canvasesChange,
+    until, pictures, moves, speed, target, forget, said, meanwhile, everySlider, everyFault, healthOfALostCamera, canvasesChange,
     memoryAfter, nameless,
     loaded: () => performance.getEntriesByType("resource").map((entry) => entry.name)
       .filter((name) => !name.startsWith("data:")),

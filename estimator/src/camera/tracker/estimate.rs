@@ -31,6 +31,13 @@ impl<T: Real, B: TrackCovariance<T>> Tracker<T, B> {
     /// frame counts as the gate: beyond a half the refused frames outnumber those used, and the wrong ones may be used.
     const NIS_LOST: f64 = 0.5;
 
+    /// Variance of the angle in rad^2 that no number of frames removes, at rest or in motion.
+    #[inline]
+    fn beside_rad2(&self, resting: bool) -> T {
+        let persistent = if resting { T::zero() } else { self.persistent_error.rad2(&self.tuning) };
+        self.tuning.floor_rad2 + persistent
+    }
+
     /// Angle and rate carried forward to `now`; `None` before the first frame.
     #[inline]
     pub(crate) fn estimate(&self, now: Time, process: &impl Process<T, B>) -> Option<Estimate<T>> {
@@ -53,7 +60,7 @@ impl<T: Real, B: TrackCovariance<T>> Tracker<T, B> {
             at: now,
             angle: ahead.angle.angle(),
             rate_rad_s: ahead.rate_rad_s,
-            angle_rad2: ahead.covariance.angle_rad2() + self.tuning.floor_rad2 + jitter.angle_rad2,
+            angle_rad2: ahead.covariance.angle_rad2() + self.beside_rad2(track.resting) + jitter.angle_rad2,
             angle_rate_rad2_s: ahead.covariance.angle_rate_rad2_s(),
             rate_rad2_s2: ahead.covariance.rate_rad2_s2() + jitter.rate_rad2_s2,
             resting: track.resting,
@@ -136,7 +143,8 @@ impl<T: Real> Tracker<T> {
                 process.carry(&mut state, earlier.resting, at);
                 let smoothed = smoothed.step_back_to(&state, earlier.resting, kick, process);
                 let Jitter { angle_rad2, rate_rad2_s2 } = Process::<T>::jitter(process, at);
-                let added = Jitter { angle_rad2: angle_rad2 + self.tuning.floor_rad2, rate_rad2_s2 };
+                let added =
+                    Jitter { angle_rad2: angle_rad2 + self.beside_rad2(earlier.resting), rate_rad2_s2 };
                 return Some(smoothed.estimate(earlier.resting, added));
             }
             smoothed = smoothed.step_back_to(&earlier.state, earlier.resting, kick, process);

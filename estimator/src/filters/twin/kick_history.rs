@@ -18,6 +18,7 @@ impl<T: Real> TwinFilter<T> {
             tuning: &self.tuning,
             kicks: &self.kicks,
             motion,
+            taken_since: self.kick_use.since,
             detecting_until: self.detecting_until(),
             between_rad2_s3: self.between_rad2_s3(),
             propagated: self.propagated.as_ref(),
@@ -44,9 +45,9 @@ impl<T: Real> TwinFilter<T> {
         }
     }
 
-    /// Until when impacts would have been detected: time zero while the vibrometer is at fault.
+    /// Until when impacts would have been detected: time zero while the vibrometer is at fault, or kicks are not taken.
     pub(super) fn detecting_until(&self) -> Time {
-        let newest = self.detector.newest().filter(|_| !self.detector.has_fault());
+        let newest = self.detector.newest().filter(|_| self.kick_use.taken && !self.detector.has_fault());
         newest.map_or(Time::ZERO, |newest| newest.plus_nanos(self.tuning.detector.gap_nanos))
     }
 
@@ -62,6 +63,9 @@ impl<T: Real> TwinFilter<T> {
     #[inline(never)]
     pub(super) fn record_kick(&mut self, mut kick: KickRecord<T>) {
         self.reapply_newest_kick();
+        if !self.kick_use.taken {
+            return;
+        }
         let Some(track) = self.tracker.track() else { return };
         kick.at = kick.at.max(track.state.at.plus_nanos(1));
         if let Some(mode) = self.drive.mode() {
@@ -76,6 +80,7 @@ impl<T: Real> TwinFilter<T> {
                 tuning: &self.tuning,
                 kicks: &self.kicks,
                 motion: self.watch.motion(self.watch.clock()),
+                taken_since: self.kick_use.since,
                 detecting_until: self.detecting_until(),
                 between_rad2_s3: self.between_rad2_s3(),
                 propagated: None,

@@ -14,6 +14,8 @@ pub(super) struct TwinProcess<'a, T> {
     pub(super) tuning: &'a TwinTuning<T>,
     pub(super) kicks: &'a KickRecords<T>,
     pub(super) motion: Motion,
+    /// Since when kicks are taken; before that the rate wanders as in [`crate::ConstantRate`].
+    pub(super) taken_since: Time,
     /// Until when impacts would have been detected; from then on the rate wanders as in [`crate::ConstantRate`].
     pub(super) detecting_until: Time,
     /// Process noise until then, in rad^2/s^3.
@@ -27,6 +29,9 @@ impl<T: Real> TwinProcess<'_, T> {
     fn predict_flight(&self, state: &mut RotorState<T>, resting: bool, until: Time) {
         let wander = self.tuning.constant_rate.random_walk.intensity_rad2_s3(self.motion, resting);
         if self.motion != Motion::Quiet {
+            if state.at < self.taken_since {
+                state.propagate(until.min(self.taken_since), wander);
+            }
             state.propagate(until.min(self.detecting_until), self.between_rad2_s3);
         }
         if until > state.at {

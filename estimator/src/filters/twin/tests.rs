@@ -1,5 +1,5 @@
 use crate::filters::constant_rate::RandomWalkTuning;
-use motor_model::{Angle, DriveMode, Motor, MotorSetup, MotorState};
+use motor_model::{Angle, DriveMode, Motor, MotorParams, MotorSetup, MotorState, Parameter};
 use proptest::prelude::*;
 use rand_distr::{Distribution as _, StandardNormal};
 use rand_pcg::Pcg64;

@@ -78,6 +78,7 @@ fn free_running(elf: &Path, scene: &Scene) -> Result<u32, BoardError> {
                         exposed_nanos,
                         angle_units: 0,
                         marks_used: 0,
+                        residual: 0,
                     }))?;
                 }
             }

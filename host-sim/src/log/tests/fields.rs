@@ -35,6 +35,7 @@ fn record() -> RunRecord<'static> {
             exposed_at: taken_at,
             angle: Angle::from_degrees(9.0),
             marks_used: 2,
+            residual: 7,
         }),
         marked: Some(MarkedPose {
             angle: Angle::from_degrees(8.0),
@@ -97,7 +98,8 @@ fn exact_every_value_stands_in_its_field() {
                 assert_eq!((at, sample.velocity_m_s, sample.arrived_after_ns), (5_000, 0.5, 5_000));
             }
             LogMessage::CameraFrame(frame) => {
-                assert_eq!((at, frame.marks_used, frame.arrived_after_ns), (2_000, 2, 8_000));
+                let found = (frame.marks_used, frame.arrived_after_ns, frame.residual_steps);
+                assert_eq!((at, found), (2_000, (2, 8_000, 7)));
                 near(frame.angle_deg, 9.0);
             }
             LogMessage::Marks(marks) => {

@@ -108,8 +108,10 @@ fn x_names(x: &Scale, left: i32) -> Vec<Vec<String>> {
 
 /// Room at the right of a plot: half of the longest text below the axis, which may stand at its end.
 fn right_of(x: &Scale) -> i32 {
-    let texts =
-        x.ticks.iter().filter(|_| x.names.is_empty()).map(|tick| width(&x.tick_text(*tick), TICK_SIZE));
+    if !x.names.is_empty() {
+        return RIGHT;
+    }
+    let texts = x.ticks.iter().map(|tick| width(&x.tick_text(*tick), TICK_SIZE));
     fine((0.5 * texts.fold(0.0, f64::max) + 2.0).clamp(f64::from(RIGHT), RIGHT_MAX)) / FINE
 }
 

@@ -160,8 +160,10 @@ fn y_ticks(scale: &Scale) -> Markup {
 
 /// Half of the longest text below an axis: so far one at its end reaches beyond the plot.
 fn beyond(scale: &Scale) -> String {
-    let texts = if scale.names.is_empty() { texts(scale) } else { Vec::new() };
-    let longest = texts.iter().map(|(_, text)| text.chars().count()).max().unwrap_or(0);
+    if !scale.names.is_empty() {
+        return "--beyond:0ch".to_owned();
+    }
+    let longest = texts(scale).iter().map(|(_, text)| text.chars().count()).max().unwrap_or(0);
     format!("--beyond:calc({}ch / 2)", longest.min(TICK_CHARACTERS_MAX))
 }
 

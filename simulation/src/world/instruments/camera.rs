@@ -52,6 +52,14 @@ use exposure::{Exposure, Shown};
 use marks::Marks;
 pub use marks::{MarkCounts, MarkedPose};
 
+/// What tracking makes of a picture: all of a frame but its time.
+#[derive(Clone, Copy, Debug)]
+struct Picture {
+    angle: Angle,
+    marks_used: u8,
+    residual: u8,
+}
+
 /// The camera, with the frames that are on their way from it.
 #[derive(Clone, Debug)]
 pub struct Camera {
@@ -75,8 +83,8 @@ pub struct Camera {
     delivery: Delivery,
     /// What it shows wrongly; without pictures that do not exist.
     faults: FaultTimes<CameraFault>,
-    /// The last picture without a fault: its angle, and the marks used.
-    picture: (Angle, u8),
+    /// The last picture without a fault.
+    picture: Picture,
 }
 
 impl Camera {
@@ -116,7 +124,7 @@ impl Camera {
                 FaultKind::Camera(fault) => shows_wrongly(fault).then_some(fault),
                 _ => None,
             }),
-            picture: (Angle::ZERO, CameraFrame::ALL_MARKS),
+            picture: Picture { angle: Angle::ZERO, marks_used: CameraFrame::ALL_MARKS, residual: 0 },
         }
     }
 
@@ -180,8 +188,8 @@ impl Camera {
         let (shown, middle_nanos) = self.exposure.close(now, shown);
         let exposed_at = self.stamped(now, middle_nanos);
         let seen = self.seen(now, shown);
-        if let Some((angle, marks_used)) = self.with_fault(now, seen) {
-            let frame = CameraFrame { exposed_at, angle, marks_used };
+        if let Some(Picture { angle, marks_used, residual }) = self.with_fault(now, seen) {
+            let frame = CameraFrame { exposed_at, angle, marks_used, residual };
             let marked = self.marked.filter(|marked| marked.angle == angle);
             self.delivery.send(now, Some(DeliveredFrame { frame, marked }));
         } else {
@@ -189,9 +197,8 @@ impl Camera {
         }
     }
 
-    /// The angle that tracking gives for a true one, and the marks that it is from; `None` when no picture comes of
-    /// them.
-    fn seen(&mut self, now: Time, shown: Shown) -> Option<(Angle, u8)> {
+    /// What tracking makes of a picture of the rotor as `shown`; `None` when its marks do not agree.
+    fn seen(&mut self, now: Time, shown: Shown) -> Option<Picture> {
         if self.marks.is_some() {
             return self.seen_by_marks(now, shown);
         }
@@ -207,7 +214,8 @@ impl Camera {
         } else {
             arc_m
         };
-        Some((Angle::from_degrees((seen_m / self.radius_m).to_degrees()).wrapped(), 1))
+        let angle = Angle::from_degrees((seen_m / self.radius_m).to_degrees()).wrapped();
+        Some(Picture { angle, marks_used: 1, residual: 0 })
     }
 
     /// Error of an outlier, in standard deviations; 0 of any other frame.
@@ -228,21 +236,25 @@ impl Camera {
     }
 
     /// The same of two marks or more.
-    fn seen_by_marks(&mut self, now: Time, Shown { angle, pose }: Shown) -> Option<(Angle, u8)> {
+    fn seen_by_marks(&mut self, now: Time, Shown { angle, pose }: Shown) -> Option<Picture> {
         let outlier = self.outlier(now);
         let off = Angle::from_degrees((self.outlier_m * outlier / self.radius_m).to_degrees());
         self.marked = self.marks.as_mut()?.picture(now, angle.plus(off), &pose, &mut self.noise);
-        self.marked.map(|marked| (marked.angle, marked.marks_used))
+        self.marked.map(|marked| Picture {
+            angle: marked.angle,
+            marks_used: marked.marks_used,
+            residual: CameraFrame::residual_steps(marked.residual_m),
+        })
     }
 
     /// What is delivered, with the fault at `now` if there is one.
-    fn with_fault(&mut self, now: Time, seen: Option<(Angle, u8)>) -> Option<(Angle, u8)> {
-        let all = |angle| Some((angle, self.picture.1));
+    fn with_fault(&mut self, now: Time, seen: Option<Picture>) -> Option<Picture> {
         match self.faults.at(now) {
             Some(CameraFault::Stuck) => Some(self.picture),
-            Some(CameraFault::Zeros) => all(Angle::ZERO),
-            Some(CameraFault::Offset(further_deg)) => seen.map(|(angle, marks_used)| {
-                (angle.plus(Angle::from_degrees(further_deg)).wrapped(), marks_used)
+            Some(CameraFault::Zeros) => Some(Picture { angle: Angle::ZERO, ..self.picture }),
+            Some(CameraFault::Offset(further_deg)) => seen.map(|picture| Picture {
+                angle: picture.angle.plus(Angle::from_degrees(further_deg)).wrapped(),
+                ..picture
             }),
             // The others show nothing wrong.
             _ => {
