@@ -102,6 +102,8 @@ pub use filters::constant_rate::{ConstantRate, ConstantRateTuning, RandomWalkTun
 pub use filters::impact_aided::ringing::RingingTuning;
 pub use filters::impact_aided::{IMPACTS_KEPT_MAX, ImpactAided, ImpactAidedTuning};
 pub use filters::twin::{CheckedMotor, ContactTuning, TwinFilter, TwinPrior, TwinTuning};
+#[cfg(feature = "tell")]
+pub use filters::twin::{ToldParts, TrueContact, TrueTooth};
 pub use innovation::{ContactInnovation, ImpactInnovation, Innovation, Rejection, Source, Verdict};
 pub use instruments::{CameraDescription, FilterKind, Instruments, VibrometerDescription};
 pub use measurement::{CameraFrame, LdvSample};

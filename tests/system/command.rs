@@ -22,3 +22,4 @@ mod tool_scene_files;
 mod tool_simulate_models;
 mod tool_sweep;
 mod tool_tilting_scenes;
+mod tool_told;

@@ -116,6 +116,8 @@ mod rotor;
 mod sensitivity;
 mod states;
 mod stator;
+#[cfg_attr(not(feature = "tell"), path = "twin/untold.rs")]
+mod told;
 mod tooth;
 mod tuning;
 mod unexplained_kick;
@@ -140,6 +142,9 @@ use propagated_track::PropagatedTrack;
 use regime::RegimeDetector;
 use rotor::RotorCovariance;
 use stator::StatorFilter;
+use told::ToldPeriod;
+#[cfg(feature = "tell")]
+pub use told::{ToldParts, TrueContact, TrueTooth};
 pub use tuning::{ContactTuning, TwinPrior, TwinTuning};
 
 /// Whether an impact has been detected since the rotor lay at rest.
@@ -183,6 +188,7 @@ pub struct TwinFilter<T: Real> {
     /// Whether impacts update the stator: not those of a rotor that lands after the drive went off.
     stator_follows: bool,
     since_rest: SinceRest,
+    told: ToldPeriod<T>,
     /// Whether the drive has ever been on: before that the rotor lies on a stator at rest.
     ever_driven: bool,
     drive: DriveCommand,
@@ -217,6 +223,7 @@ impl<T: Real> TwinFilter<T> {
             stator_follows: true,
             ever_driven: false,
             since_rest: SinceRest::NoImpact,
+            told: ToldPeriod::nothing(),
             drive: DriveCommand::OFF,
             last_kick_mode: None,
             last_sample_m_s: T::zero(),
@@ -299,7 +306,9 @@ impl<T: Real> AngleFilter<T> for TwinFilter<T> {
                 self.refine_jump(first, drift_m_s, samples);
             }
         }
+        self.begin_told_period(sample.taken_at, event);
         let innovation = self.act_on(sample, event, &before, since_s);
+        self.end_told_period(sample.taken_at);
         self.reapply_newest_kick();
         innovation
     }

@@ -18,6 +18,7 @@ use crate::report::OutputError;
 use crate::report::files;
 use crate::studies::beside::BesideScene;
 use crate::studies::filter_costs;
+use crate::studies::filter_errors::told::ToldPart;
 use crate::studies::filter_errors::{ComparedMotor, FilterErrors, FilterErrorsPlan};
 use crate::studies::shard;
 use simulation::runs::RunError;
@@ -31,6 +32,9 @@ pub(super) struct EstimateArgs {
     /// Folder for estimate.svg and table.csv
     #[arg(long, value_name = "DIR", default_value = "out/estimate")]
     out: PathBuf,
+    /// Twins beside that are told these parts of the truth: each alone, all but each, and all
+    #[arg(long, value_name = "PART,...", value_enum, value_delimiter = ',', num_args = 1..)]
+    told: Vec<ToldPart>,
     #[command(flatten)]
     parts: ShardArgs,
     #[command(flatten)]
@@ -51,9 +55,11 @@ impl EstimateArgs {
             let publication = self.publication.open(&self.out)?;
             return Ok(publication.publish(findings(&FilterErrors::of(&motors))?, &request)?);
         }
-        let plan = FilterErrorsPlan::of_part(&scene, self.motors, self.parts.shard)?;
+        let plan = FilterErrorsPlan::of_part(&scene, self.motors, self.parts.shard)?.with_told(&self.told)?;
         let beside = self.beside.scenes("estimate", &scene, Ok)?;
-        let beside = BesideScene::run_each(&beside, |scene| FilterErrorsPlan::new(scene, self.motors))?;
+        let beside = BesideScene::run_each(&beside, |scene| {
+            FilterErrorsPlan::new(scene, self.motors)?.with_told(&self.told)
+        })?;
         let publication = self.publication.open(&self.out)?;
         let work = beside.iter().map(|other| other.found.milliseconds()).sum::<u64>() + plan.milliseconds();
         let bar = progress::bar(work);

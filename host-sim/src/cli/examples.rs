@@ -110,6 +110,10 @@ pub(super) const EXAMPLES: &[(&str, &[(&str, &str)])] = &[
                 "The same with the wrong sign of the vibrometer",
                 "estimate --motors 2 --fault ldv:inverted@0.2..",
             ),
+            (
+                "What the twin's error is made of",
+                "estimate --motors 2 --told tooth-velocity,jump,small-impacts",
+            ),
             ("The first of two parts", "estimate --motors 2 --shard 1/2 --out part1"),
             ("The parts together", "estimate --merge part1/motors.postcard part2/motors.postcard"),
         ],

@@ -20,6 +20,7 @@ use crate::report::OutputError;
 use crate::report::files::{self, Output, OutputFolder};
 use crate::report::page::{self, PlacedValue};
 use crate::studies::beside::{BesideScene, FIRST};
+use crate::studies::error_budget::{BudgetRotor, ErrorBudget};
 use crate::studies::fault_campaign::{FaultCampaign, FaultCampaignPlan};
 use crate::studies::identification::{self, Calibration, CalibrationPlan};
 use crate::studies::instrument_grid::InstrumentGridPlan;
@@ -40,6 +41,8 @@ enum Page {
     Step,
     /// Which filter, and how far is it off?
     Filters,
+    /// What is the twin's error made of?
+    Budget,
     /// How exactly does the rotor reach an angle?
     Positioning,
     /// Which instruments does it work with?
@@ -75,6 +78,7 @@ impl Page {
             Self::Tilt => include_str!("results/tilt.md"),
             Self::Step => include_str!("results/step.md"),
             Self::Filters => include_str!("results/filters.md"),
+            Self::Budget => include_str!("results/budget.md"),
             Self::Positioning => include_str!("results/positioning.md"),
             Self::Instruments => include_str!("results/instruments.md"),
             Self::Faults => include_str!("results/faults.md"),
@@ -98,6 +102,10 @@ impl Page {
             }
             Self::Step => (effort.step_accuracy)().run()?.page_values().into(),
             Self::Filters => filter_values(effort, scene)?.into(),
+            Self::Budget => {
+                let budget = ErrorBudget::of(&budget_rotors(effort, scene)?)?;
+                Content { values: budget.page_values(), pictures: svg_files(&budget.pictures())? }
+            }
             Self::Positioning => positioning_values(effort, scene)?.into(),
             Self::Instruments => {
                 let Effort { grid_motors, grid_benches, .. } = effort;
@@ -150,6 +158,8 @@ struct Effort {
     rotor_changes: bool,
     /// Motors in each mode, for the filters' errors.
     error_motors: u64,
+    /// Motors in each mode, for what the twin's error is made of: height only, and tilting.
+    budget_motors: [u64; 2],
     /// Motors in each mode, for the filters' costs.
     cost_motors: u64,
     /// Moves.
@@ -189,6 +199,7 @@ impl Effort {
         rotors_drawn: 200,
         rotor_changes: true,
         error_motors: 40,
+        budget_motors: [24, 8],
         cost_motors: 20,
         trials: 10_000,
         compared_trials: 200,
@@ -214,6 +225,7 @@ impl Effort {
         rotors_drawn: 4,
         rotor_changes: false,
         error_motors: 2,
+        budget_motors: [1, 1],
         cost_motors: 1,
         trials: 20,
         compared_trials: 2,
@@ -256,6 +268,18 @@ fn filter_values(effort: Effort, scene: &Scene) -> Result<Vec<PlacedValue>, Comm
     let costs = filter_costs::FilterCostsPlan::new(scene, effort.cost_motors, filter_costs::ROUNDS)?;
     values.extend(costs.run(Some(&counts), &|| ())?.page_values());
     Ok(values)
+}
+
+/// The rotor of the paper, and one that tilts.
+fn budget_rotors(effort: Effort, scene: &Scene) -> Result<Vec<BudgetRotor>, CommandError> {
+    let [motors, tilting_motors] = effort.budget_motors;
+    let tilting = tilting::of_many_motors(scene, 1)?.into_iter().map(|of| BudgetRotor {
+        name: "tilting (set F)",
+        scene: of.scene,
+        motors: tilting_motors,
+    });
+    let height_only = BudgetRotor { name: tilting::HEIGHT_ONLY, scene: scene.clone(), motors };
+    Ok(std::iter::once(height_only).chain(tilting).collect())
 }
 
 fn positioning_values(effort: Effort, scene: &Scene) -> Result<Vec<PlacedValue>, CommandError> {

@@ -5,6 +5,8 @@
 //! 10 us. Every 70 us their estimates are compared with the truth ([`comparison`]), and the errors are summed by phase
 //! ([`error_sums`]). The scene's settings apply, above all those of the instruments.
 //!
+//! Twins that are told parts of the truth run beside, if some are asked for ([`told`]): what not knowing them costs.
+//!
 //! Rows whose name ends in `_smoothed` are of angle and rate [`simulation::runs::filter::SMOOTHER_LAG_MS`] ago, by a
 //! filter's smoother. They have no innovations of their own.
 //!
@@ -39,9 +41,12 @@ pub mod error_sums;
 pub(crate) mod genie;
 mod kicks;
 mod picture;
+pub mod rate_walk;
 mod report;
-mod tables;
+pub(crate) mod tables;
 pub mod timeline;
+pub mod told;
+pub(crate) mod told_table;
 
 use motor_model::DriveMode;
 use rayon::prelude::*;
@@ -52,12 +57,14 @@ use crate::studies::shard::Shard;
 use comparison::{ComparedRun, names};
 use consistency::{ConsistencyTest, correlation_bound, mean_square_bounds};
 use error_sums::ErrorSums;
+use rate_walk::RateWalk;
 use simulation::math::statistics::OUTSIDE_95;
 use simulation::runs::RunError;
 use simulation::runs::filter::FILTERS;
 use simulation::runs::stated_errors::StatedErrors;
 use simulation::scene::Scene;
 use timeline::TimelinePhase;
+use told::{ToldPart, ToldSet};
 
 /// The drives, with their names in the tables.
 const DRIVES: [(DriveMode, &str); 2] = [(DriveMode::B, "b"), (DriveMode::C, "c")];
@@ -135,6 +142,8 @@ pub struct FilterErrorsRow {
     pub runs: u64,
     /// The scene beside the first that the row is of, by its name; `null` for the first.
     pub beside: Option<String>,
+    /// What the filter was told of the truth, words joined by `+`; `null` for nothing.
+    pub told: Option<String>,
     /// Root mean square error of the angle of each run.
     #[serde(skip)]
     pub rms_of_runs_mdeg: Vec<f64>,
@@ -173,6 +182,8 @@ pub(crate) struct FilterTotal {
 pub struct FilterErrorsPlan {
     /// Numbers of the motors, and their scenes.
     motors: Vec<(u64, Scene)>,
+    /// What twins are told, each of its own.
+    told: Vec<ToldSet>,
 }
 
 /// A motor that was run in both modes, as it is written and read in parts of the study.
@@ -187,7 +198,7 @@ pub struct ComparedMotor {
 /// Motors are equal if their errors are: no two runs have the same cost.
 impl PartialEq for ComparedMotor {
     fn eq(&self, other: &Self) -> bool {
-        let sums = |motor: &Self| motor.runs.each_ref().map(|run| run.sums.clone());
+        let sums = |motor: &Self| motor.runs.each_ref().map(|run| (run.sums.clone(), run.told.clone()));
         self.number == other.number && sums(self) == sums(other)
     }
 }
@@ -197,6 +208,10 @@ impl PartialEq for ComparedMotor {
 pub struct FilterErrors {
     /// By drive, then phase, then filter.
     pub rows: Vec<FilterErrorsRow>,
+    /// Of the twins that were told parts of the truth: by drive, then phase, then what they were told.
+    pub told: Vec<FilterErrorsRow>,
+    /// The walk of the rate that the camera sees; `None` of no motor.
+    pub(crate) walk: Option<RateWalk>,
     /// By drive, then filter.
     totals: Vec<FilterTotal>,
     /// Time that the rig takes for a second of motor time, on this machine, by drive.
@@ -223,7 +238,20 @@ impl FilterErrorsPlan {
     pub fn of_part(scene: &Scene, motors: u64, part: Shard) -> Result<Self, RunError> {
         let numbers = part.numbers_of_some(motors, "motors")?;
         let scenes = numbers.into_iter().map(|number| Ok((number, scene.of_run(number)?)));
-        Ok(Self { motors: scenes.collect::<Result<_, RunError>>()? })
+        Ok(Self { motors: scenes.collect::<Result<_, RunError>>()?, told: Vec::new() })
+    }
+
+    /// The same with twins beside that are told `parts` of the truth: each part alone, all but each, and all.
+    ///
+    /// # Errors
+    /// When the motors have no vibrometer that shows impacts: there is no twin then that could be told anything.
+    pub fn with_told(mut self, parts: &[ToldPart]) -> Result<Self, RunError> {
+        self.told = ToldSet::of_budget(parts);
+        let scenes = self.motors.iter().filter(|_| !self.told.is_empty());
+        for (_, scene) in scenes {
+            told::check(scene)?;
+        }
+        Ok(self)
     }
 
     /// Simulated time of all runs: what progress is measured in.
@@ -250,7 +278,9 @@ impl FilterErrorsPlan {
             .collect();
         // One thread's share is one run; the sums come back in the order of the list, and are added up in it.
         let runs: Result<Vec<ComparedRun>, RunError> = (places.par_iter().with_max_len(1))
-            .map(|&(drive, motor)| comparison::run(&self.motors[motor].1, DRIVES[drive].0, progress))
+            .map(|&(drive, motor)| {
+                comparison::run(&self.motors[motor].1, DRIVES[drive].0, &self.told, progress)
+            })
             .collect();
         let mut in_b = runs?;
         let in_c = in_b.split_off(self.motors.len());
@@ -270,6 +300,8 @@ impl FilterErrors {
         };
         Self {
             rows: each().flat_map(|((_, drive), runs)| rows_of_drive(drive, runs)).collect(),
+            told: each().flat_map(|((_, drive), runs)| told_of_drive(drive, runs)).collect(),
+            walk: motors.first().map(|motor| motor.runs[0].walk),
             totals: each().flat_map(|((_, drive), runs)| totals_of_drive(drive, runs)).collect(),
             rig_s_per_s: of_drives.each_ref().map(|runs| least(runs)),
             numbers: motors.iter().map(|motor| motor.number).collect(),
@@ -314,6 +346,23 @@ fn rows_of_drive(drive: &'static str, runs: &[&ComparedRun]) -> Vec<FilterErrors
         };
         totals.iter().enumerate().map(row).collect::<Vec<_>>()
     };
+    TimelinePhase::ALL.into_iter().flat_map(of_phase).collect()
+}
+
+/// The twins that were told parts of the truth, in every phase.
+fn told_of_drive(drive: &'static str, runs: &[&ComparedRun]) -> Vec<FilterErrorsRow> {
+    let sets = runs.first().map_or(&[][..], |run| &run.told);
+    let row = |phase: TimelinePhase, place: usize, set: &ToldSet| {
+        let each: Vec<&ErrorSums> = runs.iter().map(|run| &run.told[place].1[phase as usize]).collect();
+        let mut total = ErrorSums::default();
+        for run in &each {
+            total.absorb(run);
+        }
+        let genie_mdeg = f64::NAN;
+        let row = FilterErrorsRow::new(("twin", drive, phase.name()), &total, &each, genie_mdeg);
+        FilterErrorsRow { told: Some(set.name()), ..row }
+    };
+    let of_phase = |phase| sets.iter().enumerate().map(move |(place, (set, _))| row(phase, place, set));
     TimelinePhase::ALL.into_iter().flat_map(of_phase).collect()
 }
 
@@ -373,6 +422,7 @@ impl FilterErrorsRow {
             good_beyond_5_sigma_worst_mdeg,
             runs: runs.len() as u64,
             beside: None,
+            told: None,
             rms_of_runs_mdeg: runs.iter().map(|run| run.rms_angle_mdeg()).collect(),
             of_runs,
         }
@@ -407,7 +457,8 @@ impl FilterErrors {
     #[must_use]
     pub fn with_beside(mut self, mut beside: Vec<Beside<Self>>) -> Self {
         for other in &mut beside {
-            other.found.rows.iter_mut().for_each(|row| row.beside = Some(other.name.clone()));
+            let rows = other.found.rows.iter_mut().chain(&mut other.found.told);
+            rows.for_each(|row| row.beside = Some(other.name.clone()));
         }
         self.beside = beside;
         self
@@ -415,7 +466,8 @@ impl FilterErrors {
 
     /// The rows, then those of the scenes beside the first.
     fn all_rows(&self) -> impl Iterator<Item = &FilterErrorsRow> {
-        self.rows.iter().chain(self.beside.iter().flat_map(|other| &other.found.rows))
+        let own = self.rows.iter().chain(&self.told);
+        own.chain(self.beside.iter().flat_map(|other| other.found.rows.iter().chain(&other.found.told)))
     }
 
     /// The row of a filter.

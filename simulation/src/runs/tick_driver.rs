@@ -30,9 +30,9 @@ pub trait TickProgram {
     /// Whether it observes every step of the plant. A plant that is not observed takes longer steps at rest.
     const OBSERVES_STEPS: bool = false;
 
-    /// Observes a step of the plant.
-    fn step(&mut self, step: &PlantStep) {
-        let _ = step;
+    /// Observes a step of the plant, and the plant after it.
+    fn step(&mut self, step: &PlantStep, plant: &Plant) {
+        let _ = (step, plant);
     }
 
     /// Takes what has arrived until `now`, and gives the command of the next tick.
@@ -207,9 +207,9 @@ impl<P: TickProgram> TickDriver<P> {
         let RigPorts { rig, command, impacts, .. } = ports;
         impacts.clear();
         if P::OBSERVES_STEPS {
-            rig.tick_in_steps(*command, |step| {
+            rig.tick_in_steps(*command, |step, plant| {
                 impacts.extend(Impact::of(step));
-                program.step(step);
+                program.step(step, plant);
             });
         } else {
             rig.tick(*command, |step| impacts.extend(Impact::of(step)));

@@ -14,6 +14,7 @@
 
 mod height_only;
 mod tilting;
+mod tooth_impact;
 
 use motor_model::params::Parameter;
 use motor_model::{
@@ -28,6 +29,7 @@ use crate::world::pose::{Pose, RotorTilt};
 use crate::world::rotor_path::RotorPoint;
 use height_only::HeightOnlyPlant;
 use tilting::TiltingPlant;
+pub use tooth_impact::ToothImpact;
 
 /// The rule that a scene calls `word`.
 pub fn impact_rule(word: &str) -> ImpactRule {
@@ -242,6 +244,21 @@ impl Plant {
         match &mut self.motor {
             PlantMotor::HeightOnly(motor) => motor.step(command),
             PlantMotor::Tilting(motor) => motor.step(command),
+        }
+    }
+
+    /// The impacts of teeth in the last step, in the order of time.
+    #[must_use]
+    pub fn tooth_impacts(&self) -> Vec<ToothImpact> {
+        match &self.motor {
+            PlantMotor::HeightOnly(motor) => {
+                let (rate_rad_s, impacts) = motor.struck();
+                tooth_impact::of_pairs(&self.params, rate_rad_s, impacts)
+            }
+            PlantMotor::Tilting(motor) => {
+                let (rate_rad_s, contacts) = motor.struck();
+                tooth_impact::of_teeth(&self.params, rate_rad_s, contacts)
+            }
         }
     }
 

@@ -141,10 +141,11 @@ impl Rig {
         PlantStep { before, after: self.seen, met, touched }
     }
 
-    /// A tick of the loop under `command` in single steps, each shown to `observe`.
-    pub fn tick_in_steps(&mut self, command: DriveCommand, mut observe: impl FnMut(&PlantStep)) {
+    /// A tick of the loop under `command` in single steps, each shown to `observe` with the plant after it.
+    pub fn tick_in_steps(&mut self, command: DriveCommand, mut observe: impl FnMut(&PlantStep, &Plant)) {
         for _ in 0..self.tick_steps {
-            observe(&self.step(command));
+            let step = self.step(command);
+            observe(&step, &self.plant);
         }
     }
 

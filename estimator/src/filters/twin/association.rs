@@ -100,9 +100,10 @@ impl<T: Real> StatorFilter<T> {
         let [zero, one] = predicted.each_ref().map(|hypothesis| self.score(hypothesis));
         let [of_zero, of_one] = &predicted;
         let surplus = zero.misfit - one.misfit + natural_log(zero.determinant() / one.determinant());
-        let (hypothesis, better) = if surplus <= T::zero() { (of_zero, zero) } else { (of_one, one) };
+        let (hypothesis, better) =
+            if self.told.is_of_first_pair(surplus <= T::zero()) { (of_zero, zero) } else { (of_one, one) };
         let of_noise = impact.jump_m_s * impact.jump_m_s / impact.jump_m2_s2;
-        let limit = of_noise + contact.noise_log_odds;
+        let limit = self.told.misfit_max(of_noise + contact.noise_log_odds);
         if better.misfit > T::from_f64(FAR_OFF_RATIO) * limit {
             return Err(UnassociatedImpact {
                 excess_misfit: better.misfit - of_noise,

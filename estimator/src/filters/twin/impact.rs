@@ -7,6 +7,7 @@ use super::TwinFilter;
 use super::kick_record::KickRecord;
 use super::measured_impact::{ExplainedImpact, MeasuredImpact, Uncertain};
 use super::misfit_monitor::MisfitMonitor;
+use super::told::ToldKick;
 use crate::innovation::{ContactInnovation, ImpactInnovation, Rejection, Verdict};
 
 /// A longer time without samples, in s, leaves open which pair was in contact, and where: a quarter of mode A's period.
@@ -21,11 +22,11 @@ impl<T: Real> TwinFilter<T> {
         impact: &MeasuredImpact<T>,
     ) -> Option<ImpactInnovation<T>> {
         self.unrefined_jump = None;
-        if self.detector.has_fault() {
+        if self.detector.has_fault() || self.told.is_false_alarm() {
             return None;
         }
         let before = core::mem::replace(&mut self.since_rest, SinceRest::Impact);
-        if self.update_regime(impact) {
+        if self.update_regime(impact) && !self.told.bounces() {
             self.record_kick(self.riding_kick(at, impact));
             return None;
         }
@@ -83,7 +84,7 @@ impl<T: Real> TwinFilter<T> {
         } else {
             (self.unexplained_kick(at, impact), refused)
         };
-        if before == SinceRest::NoImpact {
+        if before == SinceRest::NoImpact && !self.told.has_small_impacts() {
             let threshold_rad_s = self.kick_per_jump_rad_m * self.detector.threshold_m_s();
             kick.unknown_rad2_s2 += threshold_rad_s * threshold_rad_s;
         }
@@ -111,12 +112,13 @@ impl<T: Real> TwinFilter<T> {
             unknown_rad2_s2: self.undetected_rad2_s2(),
             refinable: true,
             mode_changed: false,
+            told: ToldKick::nothing(),
         }
     }
 
     /// Variance of the kicks by impacts below the detector's threshold. Where those are many, as under a rotor that
     /// hops on a weakly driven stator, the detected ones fit the model badly, so it grows with the mean misfit.
-    fn undetected_rad2_s2(&self) -> T {
+    pub(super) fn undetected_rad2_s2(&self) -> T {
         let threshold_rad_s = self.kick_per_jump_rad_m * self.detector.threshold_m_s();
         self.tuning.chatter_rad2_s2
             + self.tuning.undetected_part2

@@ -48,7 +48,8 @@ impl<T: Real> StatorFilter<T> {
         self.predict_covariance();
         self.at_rest = false;
         self.covariance.replace_state(JUMP, impact.jump_m2_s2);
-        self.covariance.replace_state(INSTANT, impact.within_s * impact.within_s * T::from_f64(1.0 / 12.0));
+        let instant_s2 = impact.within_s * impact.within_s * T::from_f64(1.0 / 12.0);
+        self.covariance.replace_state(INSTANT, self.told.instant_s2(instant_s2));
         let Association { pair, second_order, errors, innovation, misfit } =
             self.associate(impact, contact)?;
         let errors = self.update_by_pair(impact, pair, second_order, &errors, contact);

@@ -40,6 +40,9 @@ impl<T: Real> TwinFilter<T> {
         if core::mem::take(&mut self.newest_refined)
             && let Some(propagated) = self.propagated
         {
+            if self.kicks.back().is_some_and(|kick| kick.told.is_small()) {
+                return self.propagate();
+            }
             let process = self.process(self.watch.motion(self.watch.clock()));
             self.propagated = Some(process.with_newest(&propagated));
         }
@@ -63,6 +66,7 @@ impl<T: Real> TwinFilter<T> {
     #[inline(never)]
     pub(super) fn record_kick(&mut self, mut kick: KickRecord<T>) {
         self.reapply_newest_kick();
+        self.told.improve(&mut kick, self.kick_per_jump_rad_m, self.undetected_rad2_s2());
         if !self.kick_use.taken {
             return;
         }

@@ -13,6 +13,7 @@ use motor_model::{Real, Time};
 
 use super::measured_impact::Uncertain;
 use super::rotor::{KickJacobian, RotorCovariance};
+use super::told::ToldKick;
 use crate::camera::track::State;
 use crate::camera::track_covariance::TrackCovariance as _;
 use crate::filters::impact_aided::IMPACTS_KEPT_MAX;
@@ -34,6 +35,8 @@ pub(super) struct KickRecord<T> {
     pub(super) refinable: bool,
     /// Whether the drive's mode is another than at the kick before.
     pub(super) mode_changed: bool,
+    /// What is told of it.
+    pub(super) told: ToldKick<T>,
 }
 
 /// The kicks since the oldest frame kept, in the order of time.
@@ -54,16 +57,21 @@ impl<T: Real> KickRecord<T> {
             unknown_rad2_s2: variance_rad2_s2,
             refinable: false,
             mode_changed: false,
+            told: ToldKick::nothing(),
         }
     }
 
     /// Applies the kick to the rate, and its Jacobian and noise to the covariance.
     pub(super) fn apply(&self, state: &mut RotorState<T>) {
+        if self.told.apply(state) {
+            return;
+        }
         let rotor = &mut state.covariance;
         if self.mode_changed {
             rotor.change_mode();
         }
-        let (friction, tooth_factor) = (rotor.friction, rotor.tooth_factor);
+        let [friction, tooth_factor] = self.told.factors([rotor.friction, rotor.tooth_factor]);
+        let [friction_part, tooth_part] = self.told.error_parts();
         let friction = if friction > T::zero() { friction } else { T::zero() };
         let (kick_max, tooth) = (self.kick_max_rad_s, self.tooth_rate_rad_s);
         let kick_max_rad_s = if kick_max.value > T::zero() { kick_max.value * friction } else { T::zero() };
@@ -71,14 +79,16 @@ impl<T: Real> KickRecord<T> {
         let square = |x: T| x * x;
         // Whether the teeth stick depends on slip and largest kick alike: the uncertainty of both blurs the corner.
         let [friction2, tooth_factor2] = rotor.factor_variances();
-        let slip_rad2_s2 = rotor.rate_rad2_s2() + tooth.variance + tooth_factor2 * square(tooth.value);
-        let kick_max_rad2_s2 = friction2 * square(kick_max.value) + square(friction) * kick_max.variance;
+        let slip_rad2_s2 =
+            rotor.rate_rad2_s2() + tooth.variance + tooth_part * tooth_factor2 * square(tooth.value);
+        let kick_max_rad2_s2 =
+            friction_part * friction2 * square(kick_max.value) + square(friction) * kick_max.variance;
         let width = square_root(T::from_f64(3.0) * (slip_rad2_s2 + kick_max_rad2_s2));
         let kick = KickMoments::new(slip, width, kick_max_rad_s);
         rotor.kick(&KickJacobian {
             by_rate: -kick.per_slip,
-            by_friction: kick.per_limit * kick_max.value,
-            by_tooth_factor: kick.per_slip * tooth.value,
+            by_friction: friction_part * kick.per_limit * kick_max.value,
+            by_tooth_factor: tooth_part * kick.per_slip * tooth.value,
             variance_rad2_s2: kick.scatter
                 + square(kick.per_slip) * tooth.variance
                 + square(kick.per_limit * friction) * kick_max.variance

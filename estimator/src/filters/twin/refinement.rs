@@ -44,13 +44,17 @@ impl<T: Real> TwinFilter<T> {
     fn refinable_kick(&mut self) -> Option<&mut KickRecord<T>> {
         let at = self.tracker.track()?.state.at;
         self.newest_refined = true;
-        self.kicks.back_mut().filter(|kick| kick.refinable && kick.at > at)
+        self.kicks
+            .iter_mut()
+            .rev()
+            .find(|kick| !kick.told.is_small())
+            .filter(|kick| kick.refinable && kick.at > at)
     }
 
     /// Corrects the tooth's velocity of the newest kick, if that can be refined.
     pub(super) fn refine_tooth_velocity(&mut self, correction_m_s: Uncertain<T>) {
         let (per_radius_m, inflation) = (self.per_radius_m, self.misfit.variance_inflation());
-        if let Some(kick) = self.refinable_kick() {
+        if let Some(kick) = self.refinable_kick().filter(|kick| !kick.told.has_tooth_velocity()) {
             kick.tooth_rate_rad_s.value += per_radius_m * correction_m_s.value;
             kick.tooth_rate_rad_s.variance =
                 per_radius_m * per_radius_m * correction_m_s.variance * inflation;

@@ -9,7 +9,6 @@
 //! | [`StatorFilter::rewind`] | kept | kept | kept | sample times ran back |
 
 use motor_model::{ModalState, Phase, Real, Time};
-use ud_filter::UdCovariance;
 
 use super::sensitivity::InputSums;
 use super::states::{AT_REST, Errors, HEIGHT, INSTANT, MODES, unit};
@@ -27,7 +26,7 @@ impl<T: Real> StatorFilter<T> {
     pub(super) fn restart(&mut self) {
         (self.state.modes, self.height_m, self.jump_m_s) = (ModalState::default(), T::zero(), T::zero());
         self.parameters = Errors::zeros();
-        self.covariance = UdCovariance::from_diagonal(&self.prior_variances);
+        self.covariance.set_diagonal(&self.prior_variances);
         (self.pending_periods, self.input_sums) = (0, InputSums::default());
         self.reset_sensitivities();
         self.forget_motion();

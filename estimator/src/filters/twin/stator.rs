@@ -27,6 +27,7 @@ use super::checked_motor::CheckedMotor;
 use super::oscillator::Oscillator;
 use super::sensitivity::{InputSums, ModeSensitivities, SENSITIVITY_PERIODS};
 use super::states::{DRIVE_PHASE, Errors, MODE_PARAMETERS, Row, STATES, entry, prior_variances};
+use super::told::ToldContact;
 use super::tuning::TwinTuning;
 
 /// Period at which the stator is stepped, in ns and in s: that of the default vibrometer.
@@ -74,6 +75,8 @@ pub(super) struct StatorFilter<T: Real> {
     pub(super) pending_periods: u8,
     pub(super) input_sums: InputSums<T>,
     pub(super) covariance: UdCovariance<T, STATES>,
+    /// What is told of the next impact.
+    pub(super) told: ToldContact,
     /// Variances at the start.
     pub(super) prior_variances: Errors<T>,
     /// Estimate of the last impact's jump.
@@ -119,6 +122,7 @@ impl<T: Real> StatorFilter<T> {
             pending_periods: 0,
             input_sums: InputSums::default(),
             covariance: UdCovariance::from_diagonal(&prior_variances),
+            told: ToldContact::nothing(),
             prior_variances,
             jump_m_s: T::zero(),
             approach_per_jump: T::from_f64((1.0 + r) / (1.0 + motor.restitution)),

@@ -51,6 +51,7 @@ impl<T: Real> TwinFilter<T> {
                 let within_s = since_s;
                 let impact =
                     MeasuredImpact { before_m_s, jump_m_s, jump_m2_s2, within_s, behind_s, drift_m_s };
+                let impact = self.told.measured(sample.taken_at, self.tuning.detector.gravity_m_s2, impact);
                 innovation = self.take_impact(sample.taken_at, &impact);
             }
             VibrometerEvent::Fall { drop_m_s } => {

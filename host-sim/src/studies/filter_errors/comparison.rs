@@ -13,13 +13,16 @@ use serde::{Deserialize, Serialize};
 use super::error_sums::ErrorSums;
 use super::genie::Genie;
 use super::kicks::{FreeMotion, TrueMotion};
+use super::rate_walk::RateWalk;
 use super::timeline::{self, TimelinePhase};
+use super::told::{ToldSet, ToldTwin, contacts_of};
 use simulation::math::count::real;
 use simulation::runs::RunError;
 use simulation::runs::filter::{AnyFilter, FILTERS, SMOOTHER_LAG_MS};
 use simulation::runs::tick_driver::{RigPorts, TickDriver, TickProgram};
 use simulation::scene::Scene;
 use simulation::world::instruments::Camera;
+use simulation::world::plant::Plant;
 use simulation::world::rig::PlantStep;
 
 /// Genies: name, and the share to which each knows the kicks.
@@ -45,6 +48,10 @@ pub(crate) fn names() -> impl Iterator<Item = &'static str> {
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub(crate) struct ComparedRun {
     pub(crate) sums: Vec<PhaseSums>,
+    /// The same of twins that were told parts of the truth.
+    pub(crate) told: Vec<(ToldSet, PhaseSums)>,
+    /// The walk of the rate that its camera sees.
+    pub(crate) walk: RateWalk,
     pub(crate) cost: RunCost,
 }
 
@@ -70,12 +77,18 @@ impl RunCost {
     }
 }
 
-/// Runs the motor of `scene` under `mode`, and calls `progress` every simulated millisecond.
+/// Runs the motor of `scene` under `mode` with a twin beside for each set of `told`, and calls `progress` every simulated
+/// millisecond.
 ///
 /// # Errors
 /// When the scene is refused.
-pub(crate) fn run(scene: &Scene, mode: DriveMode, progress: &impl Fn(u64)) -> Result<ComparedRun, RunError> {
-    let mut driver = TickDriver::new(scene, FilterComparison::new(scene, mode)?)?;
+pub(crate) fn run(
+    scene: &Scene,
+    mode: DriveMode,
+    told: &[ToldSet],
+    progress: &impl Fn(u64),
+) -> Result<ComparedRun, RunError> {
+    let mut driver = TickDriver::new(scene, FilterComparison::new(scene, mode, told)?)?;
     let command = driver.program_mut().enter(Time::ZERO);
     driver.overrule(command);
     let mut ticks = 0;
@@ -87,8 +100,9 @@ pub(crate) fn run(scene: &Scene, mode: DriveMode, progress: &impl Fn(u64)) -> Re
         let over = moment.at.nanos() >= timeline::duration_nanos();
         if over { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     });
-    let FilterComparison { sums, cost, .. } = driver.into_program();
-    Ok(ComparedRun { sums, cost })
+    let FilterComparison { sums, told, cost, .. } = driver.into_program();
+    let told = told.into_iter().map(|twin| (twin.set, twin.sums)).collect();
+    Ok(ComparedRun { sums, told, walk: RateWalk::of(scene), cost })
 }
 
 const TICKS_PER_MS: u64 = 100;
@@ -106,6 +120,7 @@ struct FilterComparison {
     free_motion: FreeMotion,
     filters: Vec<AnyFilter>,
     genies: Vec<Genie>,
+    told: Vec<ToldTwin>,
     /// Of the filters, then of their smoothers, then of the genies.
     sums: Vec<PhaseSums>,
     /// The truth of the last ticks, the newest last, over the lag of the smoothers.
@@ -120,7 +135,7 @@ struct FilterComparison {
 }
 
 impl FilterComparison {
-    fn new(scene: &Scene, mode: DriveMode) -> Result<Self, RunError> {
+    fn new(scene: &Scene, mode: DriveMode, told: &[ToldSet]) -> Result<Self, RunError> {
         let camera_rad2 = Camera::variance_rad2(scene);
         let genie = |&(_, share): &(_, f64)| Genie::new(share, camera_rad2, scene.seed());
         Ok(Self {
@@ -129,6 +144,7 @@ impl FilterComparison {
             free_motion: FreeMotion::default(),
             filters: FILTERS.iter().map(|name| AnyFilter::named(name, scene)).collect::<Result<_, _>>()?,
             genies: GENIES.iter().map(genie).collect(),
+            told: told.iter().map(|set| ToldTwin::new(set, scene)).collect::<Result<_, _>>()?,
             sums: names().map(|_| PhaseSums::default()).collect(),
             truths: VecDeque::new(),
             ticks: 0,
@@ -143,9 +159,11 @@ impl FilterComparison {
     fn enter(&mut self, now: Time) -> DriveCommand {
         let (command, phase) = timeline::at(now, self.mode);
         self.filters.iter_mut().for_each(|filter| filter.drive(now, command));
+        self.told.iter_mut().for_each(|told| told.twin.drive(now, command));
         if phase != self.phase {
             self.phase = phase;
-            self.sums.iter_mut().flatten().for_each(ErrorSums::interrupt);
+            let told = self.told.iter_mut().flat_map(|told| &mut told.sums);
+            self.sums.iter_mut().flatten().chain(told).for_each(ErrorSums::interrupt);
         }
         command
     }
@@ -170,6 +188,9 @@ impl FilterComparison {
             let ended = Instant::now();
             *taken_s += (ended - begun).as_secs_f64();
             begun = ended;
+        }
+        for told in &mut self.told {
+            told.take(&self.samples, &self.frames, self.phase);
         }
         for frame in &self.frames {
             for (genie, sums) in self.genies.iter_mut().zip(&mut *genies) {
@@ -202,6 +223,10 @@ impl FilterComparison {
             let (estimate, health) = (filter.estimate(at), filter.health(at));
             sums[phase as usize].estimate(estimate.as_ref(), health, angle, rate_rad_s);
         }
+        for ToldTwin { twin, sums, .. } in &mut self.told {
+            let (estimate, health) = (twin.estimate(at), twin.health(at));
+            sums[phase as usize].estimate(estimate.as_ref(), health, angle, rate_rad_s);
+        }
         for (genie, sums) in self.genies.iter().zip(genies) {
             sums[phase as usize].estimate(genie.estimate().as_ref(), Health::Good, angle, rate_rad_s);
         }
@@ -211,10 +236,14 @@ impl FilterComparison {
 impl TickProgram for FilterComparison {
     type Report = ();
 
-    /// The genies are given every kick.
+    /// The genies are given every kick, the twins every contact.
     const OBSERVES_STEPS: bool = true;
 
-    fn step(&mut self, step: &PlantStep) {
+    fn step(&mut self, step: &PlantStep, plant: &Plant) {
+        if !self.told.is_empty() {
+            let contacts = contacts_of(step, plant);
+            self.told.iter_mut().for_each(|told| contacts.iter().for_each(|contact| told.twin.tell(contact)));
+        }
         let [before, after] = [&step.before, &step.after].map(TrueMotion::of);
         let genies = &mut self.genies;
         self.free_motion.step(&before, &after, step.touched, |kick| {
@@ -241,7 +270,11 @@ impl TickProgram for FilterComparison {
     }
 }
 
-fn add_innovation<T: Real>(sums: &mut PhaseSums, phase: Option<TimelinePhase>, innovation: &Innovation<T>) {
+pub(super) fn add_innovation<T: Real>(
+    sums: &mut PhaseSums,
+    phase: Option<TimelinePhase>,
+    innovation: &Innovation<T>,
+) {
     if let Some(phase) = phase {
         sums[phase as usize].innovation(innovation);
     }

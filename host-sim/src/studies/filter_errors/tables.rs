@@ -31,7 +31,8 @@ const CSV_HEADER: &str = "filter,drive,phase,rms_angle_mdeg,p999_angle_mdeg,rms_
     anees_high,angle_anees,angle_anees_low,angle_anees_high,rate_anees,nis,nis_low,nis_high,whiteness,whiteness_bound,\
     gap_nis,gap_nis_low,gap_nis_high,gap_whiteness,approach_nis,approach_nis_low,approach_nis_high,approach_whiteness,\
     impacts_refused,rejected,restarts,missing,good,degraded,unusable,false_valid,beyond_3_sigma,good_beyond_5_sigma,\
-    good_beyond_5_sigma_worst_mdeg,runs,beside";
+    good_beyond_5_sigma_worst_mdeg,runs,beside,\
+    told";
 
 impl FilterErrors {
     /// The whole table.
@@ -64,6 +65,9 @@ impl FilterErrors {
             Block::Paragraph(ABOUT_IMPACTS.to_owned()),
             Block::Table(self.impacts()),
         ];
+        if !self.told.is_empty() {
+            blocks.extend(self.budget_blocks());
+        }
         if !self.beside.is_empty() {
             blocks.extend(self.side_by_side(FIRST).blocks());
         }
@@ -147,7 +151,7 @@ impl FilterErrors {
 }
 
 /// A phase as a heading.
-pub(super) const fn title(phase: TimelinePhase) -> &'static str {
+pub(crate) const fn title(phase: TimelinePhase) -> &'static str {
     match phase {
         TimelinePhase::SpinUp => "spin-up",
         TimelinePhase::Steady => "steady",
@@ -183,6 +187,6 @@ fn cells(row: &FilterErrorsRow) -> Vec<String> {
 }
 
 /// Two significant digits at least.
-pub(super) fn millidegrees(angle_mdeg: f64) -> String {
+pub(crate) fn millidegrees(angle_mdeg: f64) -> String {
     if angle_mdeg < 10.0 { format!("{angle_mdeg:.2}") } else { format!("{angle_mdeg:.1}") }
 }

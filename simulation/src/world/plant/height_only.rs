@@ -1,6 +1,8 @@
 //! A plant whose rotor moves up and down and turns: the height-only motor of the paper.
 
-use motor_model::{AmplitudeVariation, DriveCommand, Motor, MotorParams, MotorSetup, MotorState, Time};
+use motor_model::{
+    AmplitudeVariation, DriveCommand, Impact, Impacts, Motor, MotorParams, MotorSetup, MotorState, Time,
+};
 use rand_pcg::Pcg64;
 
 use super::PlantSetup;
@@ -17,6 +19,8 @@ pub(super) struct HeightOnlyPlant {
     /// The same motor in longer steps, for a rotor at rest on the teeth, and how many steps one of them is.
     rest_motor: Option<(Motor<f64>, u64)>,
     state: MotorState<f64>,
+    /// Rate before the last step in which teeth struck, and their impacts; none after a step without.
+    struck: (f64, Impacts<f64>),
 }
 
 /// A motor of these parameters, in steps `steps` times as long as those of the plant.
@@ -46,7 +50,13 @@ impl HeightOnlyPlant {
     ) -> Result<Self, SceneError> {
         let variation = AmplitudeVariation::draw(params, draw);
         let motor = motor(params, setup, variation, 1)?;
-        Ok(Self { motor, variation, rest_motor: None, state: MotorState::default() })
+        Ok(Self {
+            motor,
+            variation,
+            rest_motor: None,
+            state: MotorState::default(),
+            struck: (0.0, Impacts::new()),
+        })
     }
 
     /// See [`super::Plant::with_rest_steps`].
@@ -97,7 +107,20 @@ impl HeightOnlyPlant {
 
     #[inline]
     pub(super) fn step(&mut self, command: DriveCommand) -> bool {
-        !self.motor.step(&mut self.state, command).is_empty()
+        let rate_rad_s = self.state.rotor.rate_rad_s;
+        let impacts = self.motor.step(&mut self.state, command);
+        let met = !impacts.is_empty();
+        if met {
+            self.struck = (rate_rad_s, impacts);
+        } else {
+            self.struck.1.clear();
+        }
+        met
+    }
+
+    /// See [`super::Plant::tooth_impacts`].
+    pub(super) fn struck(&self) -> (f64, &[Impact<f64>]) {
+        (self.struck.0, &self.struck.1)
     }
 
     /// See [`super::Plant::step_stuck`].

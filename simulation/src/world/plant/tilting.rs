@@ -6,8 +6,8 @@
 //! the angle round the vertical: it has what the axis swept by coning as well ([`crate::world::coning`]).
 
 use motor_model::{
-    Angle, DriveCommand, Freedom, MotorParams, TiltingMotor, TiltingParameter, TiltingParams, TiltingSetup,
-    TiltingState, TiltingVariation, Time,
+    Angle, DriveCommand, Freedom, MotorParams, TiltingContact, TiltingContacts, TiltingMotor,
+    TiltingParameter, TiltingParams, TiltingSetup, TiltingState, TiltingVariation, Time,
 };
 
 use super::PlantSetup;
@@ -28,6 +28,8 @@ pub(super) struct TiltingPlant {
     own_hub_friction: f64,
     /// Solid angle that the rotor's axis has swept, counter-clockwise, in rad.
     swept_rad: f64,
+    /// Rate before the last step in which the rotor met anything, and what it met; nothing after a step without.
+    struck: (f64, TiltingContacts<f64>),
 }
 
 impl TiltingPlant {
@@ -47,6 +49,7 @@ impl TiltingPlant {
             state: TiltingState::default(),
             own_hub_friction: tilting.get(TiltingParameter::HubFriction),
             swept_rad: 0.0,
+            struck: (0.0, TiltingContacts::new()),
         })
     }
 
@@ -80,9 +83,21 @@ impl TiltingPlant {
     #[inline]
     pub(super) fn step(&mut self, command: DriveCommand) -> bool {
         let before = self.state.tilt.slope;
-        let met = !self.motor.step(&mut self.state, command).is_empty();
+        let rate_rad_s = self.state.rotor.rate_rad_s;
+        let contacts = self.motor.step(&mut self.state, command);
+        let met = !contacts.is_empty();
+        if met {
+            self.struck = (rate_rad_s, contacts);
+        } else {
+            self.struck.1.clear();
+        }
         self.swept_rad += solid_angle(before.into(), self.state.tilt.slope.into());
         met
+    }
+
+    /// See [`super::Plant::tooth_impacts`].
+    pub(super) fn struck(&self) -> (f64, &[TiltingContact<f64>]) {
+        (self.struck.0, &self.struck.1)
     }
 
     /// See [`super::Plant::step_stuck`].

@@ -21,7 +21,7 @@ fn run(mut rig: Rig, command: DriveCommand, ticks: u32) -> Record {
     let rotor = |rotor: &RotorPoint| (rotor.angle, rotor.velocity_m_s);
     let mut record = Record { frames: vec![], samples: vec![], steps: vec![rotor(&rig.plant().rotor())] };
     for _ in 0..ticks {
-        rig.tick_in_steps(command, |step| record.steps.push(rotor(&step.after)));
+        rig.tick_in_steps(command, |step, _| record.steps.push(rotor(&step.after)));
         record.frames.extend(std::iter::from_fn(|| rig.camera_frame()));
         record.samples.extend(std::iter::from_fn(|| rig.ldv_sample()));
     }
@@ -88,7 +88,7 @@ fn exact_instants_are_the_same_at_rest() {
     let burst = |sets: &[&str]| {
         let mut rig = rig(sets);
         for _ in 0..300 {
-            rig.tick_in_steps(DriveCommand::saturating(DriveMode::C, 0.05), |_| ());
+            rig.tick_in_steps(DriveCommand::saturating(DriveMode::C, 0.05), |_, _| ());
             while rig.ldv_sample().is_some() {}
             while rig.camera_frame().is_some() {}
         }
