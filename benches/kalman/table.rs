@@ -1,5 +1,5 @@
-//! Speed against error, in one table: `cargo bench -p benches --bench kalman_table`. `host-sim results filter-core` puts
-//! it, and the figures below it, into `docs/results/filter-core.md`.
+//! Speed against error, in one table: `cargo bench -p benches --bench kalman_table`. `host-sim results filter-core`
+//! puts it, and the figures below it, into `docs/results/filter-core.md`.
 //!
 //! Speed is measured in `f64` on the problems of the benchmark `kalman`. All filters take turns, and of many turns the
 //! quickest of each counts, so that the other work of the machine falls on none of them alone.

@@ -1,14 +1,14 @@
 //! One flight of the rotor, as the filter `twin` takes it: the impact that ends it, and what the impact tells.
 //!
-//! The motor is 0.3 % off its nominal frequency of mode B. The vibrometer has 0.2 mm/s of noise, and a frame of the
-//! camera 12 milli-degrees.
+//! The motor has its nominal parameters, which the filter knows only within the tolerances. The vibrometer has 0.2 mm/s
+//! of noise, and a frame of the camera 12 milli-degrees.
 
 use estimator::{
     AngleFilter as _, CameraFrame, CheckedMotor, Estimate, ImpactInnovation, Instruments, LdvSample,
     TwinFilter, TwinTuning, Verdict,
 };
 use motor_model::{
-    Angle, DriveCommand, DriveMode, Motor, MotorParams, MotorSetup, MotorState, Parameter, RotorState, Time,
+    Angle, DriveCommand, DriveMode, Motor, MotorParams, MotorSetup, MotorState, RotorState, Time, math,
 };
 use rand_distr::{Distribution as _, StandardNormal};
 use rand_pcg::Pcg64;
@@ -30,12 +30,12 @@ impl Look {
     fn print(&self, what: &str) {
         let Self { rotor, estimate } = self;
         let off_mdeg = 1e3 * estimate.angle.minus(rotor.angle.angle()).degrees();
-        let sd_mdeg = 1e3 * estimate.angle_rad2.sqrt().to_degrees();
+        let sd_mdeg = 1e3 * math::sqrt(estimate.angle_rad2).to_degrees();
         println!(
             "{what:<24} rate {:8.4} rad/s, estimate {:8.4} +- {:.4}; angle off by {off_mdeg:+.2} mdeg, +- {sd_mdeg:.2}",
             rotor.rate_rad_s,
             estimate.rate_rad_s,
-            estimate.rate_rad2_s2.sqrt(),
+            math::sqrt(estimate.rate_rad2_s2),
         );
     }
 }
@@ -45,17 +45,16 @@ fn print_impact(impact: &ImpactInnovation<f64>) {
     println!(
         "impact: gap {:+.1} nm, predicted +- {:.1}; approach {:+.3} mm/s, predicted +- {:.3}; squares {:.2?}",
         1e9 * contact.gap_m,
-        1e9 * contact.gap_m2.sqrt(),
+        1e9 * math::sqrt(contact.gap_m2),
         1e3 * contact.approach_m_s,
-        1e3 * contact.approach_m2_s2.sqrt(),
+        1e3 * math::sqrt(contact.approach_m2_s2),
         contact.normalised_squared(),
     );
 }
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let nominal = MotorParams::nominal();
-    let params = nominal.with(Parameter::ModeBFrequency, 1.003 * nominal.get(Parameter::ModeBFrequency))?;
-    let motor = Motor::try_new(&params, &MotorSetup::with_step(5e-6))?;
+    let motor = Motor::try_new(&nominal, &MotorSetup::with_step(5e-6))?;
     let tuning = TwinTuning::<f64>::new(&nominal, &Instruments::default());
     let mut filter = TwinFilter::new(&CheckedMotor::try_new(&nominal)?, &tuning);
     let (mut state, command) = (MotorState::default(), DriveCommand::full(DriveMode::B));
@@ -77,7 +76,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             if now > Time::from_micros(300_000) && flight_us > 600 && impact.verdict == Verdict::Used {
                 println!(
                     "flight of {flight_us} us, ended by an impact before {:.3} ms",
-                    1e-3 * (PERIOD_US * state.steps) as f64
+                    1e3 * now.seconds_since::<f64>(Time::ZERO)
                 );
                 before.print("before the impact");
                 print_impact(&impact);

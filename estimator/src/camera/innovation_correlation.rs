@@ -1,9 +1,9 @@
 //! Whether neighbouring innovations have a common sign: the frames' evidence against a process that is too sure.
 //!
-//! The innovations of a consistent filter are white. Where the kicks of a filter are wrong, or less certain than it says,
-//! the frames pull the estimate the same way for milliseconds. Each innovation is within the camera's noise, but their
-//! mean is not. With weights of `1 / n` for the newest, the mean of n white innovations of variance S has the variance
-//! `S / (2 n - 1)`, so
+//! The innovations of a consistent filter are white. Where the kicks of a filter are wrong, or less certain than it
+//! says, the frames pull the estimate the same way for milliseconds. Each innovation is within the camera's noise, but
+//! their mean is not. With weights of `1 / n` for the newest, the mean of n white innovations of variance S has the
+//! variance `S / (2 n - 1)`, so
 //!
 //! ```text
 //! m <- m + (nu - m) / n,    T <- T + ((2 n - 1) m^2 / S - T) / N        T = 1 if they are white, n: 3.2 ms, N: 25.6 ms

@@ -1,8 +1,8 @@
 //! The part of a frame's error that the frames after it share, as the marks show it.
 //!
-//! Averaging over frames removes tracking noise. It does not remove what all frames of some milliseconds have in common: a
-//! tilt of the rotor, which shortens the picture of the pattern, or the errors of single marks. Both move the marks
-//! against each other, so the residuals of a rigid motion show them. Their mean square above that of the noise is
+//! Averaging over frames removes tracking noise. It does not remove what all frames of some milliseconds have in
+//! common: a tilt of the rotor, which shortens the picture of the pattern, or the errors of single marks. Both move the
+//! marks against each other, so the residuals of a rigid motion show them. Their mean square above that of the noise is
 //!
 //! ```text
 //! v = mean (sum |residual|^2) / (2 n - 3) - sigma^2         per coordinate; n marks at the radius rho
@@ -11,14 +11,14 @@
 //!                        v / (6 rho^2)             tilt, n = 2
 //! ```
 //!
-//! Two opposite marks on a rotor that tilts by `eta`, about an axis at the angle `psi / 2` to the line between them, come
-//! nearer by the part `s = (eta^2 / 4) (1 + cos psi)` and turn by `e = (eta^2 / 4) sin psi`. Over all `psi` the mean of
-//! `e^2` is a third of that of `s^2`, and `v = 2 rho^2 s^2`. More marks turn by nothing under a tilt, but single marks
-//! may be wrong.
+//! Two opposite marks on a rotor that tilts by `eta`, about an axis at the angle `psi / 2` to the line between them,
+//! come nearer by the part `s = (eta^2 / 4) (1 + cos psi)` and turn by `e = (eta^2 / 4) sin psi`. Over all `psi` the
+//! mean of `e^2` is a third of that of `s^2`, and `v = 2 rho^2 s^2`. More marks turn by nothing under a tilt, but
+//! single marks may be wrong.
 //!
-//! This variance is not one of the filter's states: it is added to that of the angle ("considered"). A filter whose memory is
-//! longer than the error's would average some of it, so the sum is an upper bound. A rotor at rest lies level; what its
-//! single marks are off then is in [`crate::CameraDescription::floor_rad2`].
+//! This error is not one of the filter's states: its variance is added to that of the angle ("considered"). A filter
+//! whose memory is longer than the error's would average some of it, so the sum is an upper bound. A rotor at rest lies
+//! level; what its single marks are off then is in [`crate::CameraDescription::floor_rad2`].
 
 use motor_model::Real;
 
@@ -34,12 +34,14 @@ const SIGNIFICANT: f64 = 1.35;
 pub(crate) struct PersistentError<T> {
     /// As the variance of an angle from all marks, in rad^2; `None` before the first frame.
     mean_rad2: Option<T>,
+    /// Variance of the angle that follows, in rad^2.
+    rad2: T,
 }
 
 impl<T: Real> PersistentError<T> {
     /// Without frames.
     pub(crate) fn new() -> Self {
-        Self { mean_rad2: None }
+        Self { mean_rad2: None, rad2: T::zero() }
     }
 
     /// Takes in the residual of a frame.
@@ -52,17 +54,15 @@ impl<T: Real> PersistentError<T> {
         let rad2 = steps * steps * tuning.residual_step_rad2;
         let mean_rad2 = self.mean_rad2.get_or_insert(tuning.camera_rad2);
         *mean_rad2 += (rad2 - *mean_rad2) * tuning.per_residual_frames;
+        let significant = *mean_rad2 > T::from_f64(SIGNIFICANT) * tuning.camera_rad2;
+        let excess_rad2 = if significant { *mean_rad2 - tuning.camera_rad2 } else { T::zero() };
+        self.rad2 = excess_rad2 * tuning.persistent_part;
     }
 
     /// Variance of the angle in rad^2.
     #[inline]
-    pub(crate) fn rad2(&self, tuning: &TrackTuning<T>) -> T {
-        match self.mean_rad2 {
-            Some(mean_rad2) if mean_rad2 > T::from_f64(SIGNIFICANT) * tuning.camera_rad2 => {
-                (mean_rad2 - tuning.camera_rad2) * tuning.persistent_part
-            }
-            _ => T::zero(),
-        }
+    pub(crate) fn rad2(&self) -> T {
+        self.rad2
     }
 }
 
@@ -101,7 +101,7 @@ mod tests {
             });
             error.take(&frame(coordinate_m2 * squares.sum::<f64>(), marks), &tuning);
         }
-        error.rad2(&tuning)
+        error.rad2()
     }
 
     /// Noise alone is no persistent error, whatever the number of marks: not at any of 30,000 frames.
@@ -152,6 +152,6 @@ mod tests {
             error.take(&CameraFrame { residual: 0, ..frame(1e-10, 3) }, &tuning);
             error.take(&CameraFrame { marks_used: 2, ..frame(1e-10, 3) }, &tuning);
         }
-        assert!(error.rad2(&tuning) == 0.0 && error.mean_rad2.is_none());
+        assert!(error.rad2() == 0.0 && error.mean_rad2.is_none());
     }
 }

@@ -16,8 +16,9 @@
 //!
 //! A slope that is not zero, or a rotor at rest that the frames show to have moved, withdraws the hypothesis. After
 //! four slopes, or one withdrawal, the next test takes twice the time, up to 32 times: the standard deviation falls by
-//! 2.8 each time. So a rotor that coasts without friction is not called at rest for more than a small part of the time,
-//! and a slower one is found out as well. The next drive ends this.
+//! 2.8 each time. Where the vibrometer still shows a flight it takes at least eight times: a rotor that tilts goes on
+//! bouncing when one of this design has long come to lie. So a rotor that coasts without friction is not called at rest
+//! for more than a small part of the time, and a slower one is found out as well. The next drive ends this.
 
 use motor_model::{Angle, Real, Time};
 
@@ -59,6 +60,7 @@ pub(crate) struct RestTest<T> {
     y: T,
     ty: T,
     contradictions: u8,
+    /// Whether the vibrometer shows a flight.
     disputed: bool,
 }
 
@@ -159,6 +161,22 @@ mod tests {
         assert_eq!(resting_frames(0.0, 0.1), 4);
         assert_eq!(resting_frames(1e-7, 1e-5), 340);
         assert_eq!(resting_frames(4e-4, 1e-5), 1000);
+    }
+
+    /// A rotor that the vibrometer sees fly is watched eight times as long, whatever was withdrawn before, and as long as
+    /// that lasts.
+    #[test]
+    fn exact_a_disputed_rest_takes_longer() {
+        let mut test = RestTest::<f64>::new();
+        assert_eq!(test.frames(34), 34);
+        test.dispute(true);
+        assert_eq!(test.frames(34), 8 * 34);
+        test.begin();
+        assert_eq!(test.frames(34), 8 * 34);
+        test.withdraw();
+        assert_eq!(test.frames(34), 8 * 34);
+        test.dispute(false);
+        assert_eq!(test.frames(34), 2 * 34);
     }
 
     /// The share of tests that a rotor of this rate passes.

@@ -52,10 +52,13 @@
 //! stator_follows?  ------------------- no -->  unexplained kick
 //! more than 31 us since a sample?  -- yes -->  unexplained kick, motion forgotten
 //! associated with a pair?  ----------- no -->  unassociated kick, of unknown sign
-//! mean misfit > 20, or not sound?  -- yes -->  unexplained kick, stator restarted, on probation
+//! mean misfit > 15, or not sound?  -- yes -->  unexplained kick, stator restarted, on probation
 //! trusted, and its misfit < 40?  ----- no -->  unexplained kick, stator updated
 //!                                     yes -->  explained kick, stator updated; refined by later samples
 //! ```
+//!
+//! A kick is kept if kicks are taken ([`kick_use`]): without drive, or where impacts and frames agree with the model.
+//! Else the rate wanders as by the camera alone.
 //!
 //! # Flags
 //!
@@ -68,11 +71,11 @@
 //!            '---------------------------------------------------------'
 //!               no fault left: stator restarted; one unknown kick; trusted, but on probation after VibrometerErratic
 //!
-//!               mean misfit > 20, or stator not sound: stator restarted
+//!               mean misfit > 15, stator not sound, or innovations coloured: stator restarted
 //!            .---------------------------------------------------------.
 //! misfit     trusted                                                 on probation: ImpactsUnexplained
 //!            '---------------------------------------------------------'
-//!               16 impacts more and mean misfit < 10; or the rotor is quiet
+//!               16 impacts more and mean misfit < 6; or the rotor is quiet
 //! ```
 //!
 //! | flag | becomes | when |
@@ -83,6 +86,8 @@
 //! | | true | the drive goes on (motion forgotten); the rotor is quiet |
 //! | `since_rest` | `Impact` | the first impact; until then the rate has process noise |
 //! | | `NoImpact` | the rotor is quiet |
+//! | `kick_use` | not taken | the drive is on, and the misfit is on probation or the frames contradicted lately |
+//! | | taken | the drive is off; trusted, and 50 ms or more since the frames contradicted |
 //! | `newest_refined` | true | the newest kick was refined |
 //! | | false | the track was propagated again |
 //!
@@ -165,9 +170,9 @@ enum SinceRest {
 /// second filter of four states, angle, rate, friction and a factor of the tooth's velocity, takes the kicks as inputs
 /// and the camera's frames as measurements. Both keep their covariances factorised ([`ud_filter::UdCovariance`]).
 ///
-/// When the impacts contradict the model, its health says so ([`Reason::ImpactsUnexplained`]) and kicks are as
-/// uncertain as in [`crate::ImpactAided`] until sixteen impacts have been explained again. The head of the module has
-/// the states, the order of work and the flags.
+/// When impacts or frames contradict the model, its health says so ([`Reason::ImpactsUnexplained`]) and no kicks are
+/// taken: it goes on with the camera alone, as [`crate::ConstantRate`], until sixteen impacts have been explained
+/// again. The head of the module has the states, the order of work and the flags.
 #[derive(Clone, Debug)]
 pub struct TwinFilter<T: Real> {
     tuning: TwinTuning<T>,

@@ -333,4 +333,29 @@ mod tests {
             assert_eq!(watch.motion(Time::from_micros(micros)), Motion::Impacted(expected), "{micros}");
         }
     }
+
+    /// Long after the drive a rotor of this design lies quiet. One that still flies, at 24 mm/s, disputes that; noise, a
+    /// silent vibrometer and one that repeats a value do not.
+    #[test]
+    fn exact_a_flight_after_the_settling_time_is_disputed() {
+        let disputed = |velocity_m_s: fn(u64) -> f32, until_us: u64| {
+            let mut watch = MotionWatch::<f32>::new(&RestTuning::default());
+            watch.drive(Time::ZERO, DriveCommand::full(DriveMode::C));
+            watch.drive(Time::from_micros(1000), DriveCommand::OFF);
+            for micros in (1005..until_us).step_by(5) {
+                watch.drive(Time::from_micros(micros), DriveCommand::OFF);
+                let (taken_at, n) = (Time::from_micros(micros), micros / 5);
+                watch.observe(&LdvSample { taken_at, velocity_m_s: velocity_m_s(n) });
+            }
+            let now = Time::from_micros(200_000);
+            watch.drive(now, DriveCommand::OFF);
+            assert_eq!(watch.motion(now), Motion::Quiet);
+            watch.disputes_quiet(now)
+        };
+        let noise = |n: u64| if n.is_multiple_of(2) { 2e-4 } else { -2e-4 } + 1e-7 * (n % 100) as f32;
+        assert!(disputed(|n| 0.024 - 1e-6 * (n % 1000) as f32, 200_000));
+        assert!(!disputed(noise, 200_000));
+        assert!(!disputed(|n| 0.024 - 1e-6 * (n % 1000) as f32, 100_000), "silent");
+        assert!(!disputed(|_| 0.024, 200_000), "repeats");
+    }
 }

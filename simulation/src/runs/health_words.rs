@@ -84,7 +84,7 @@ const fn sentence(reason: Reason) -> &'static str {
             "The vibrometer showed a rotor pulled down, which no impact does: samples were wrong."
         }
         Reason::ImpactsUnexplained => {
-            "The twin did not explain the impacts that the vibrometer showed, or the rotor hardly left the teeth."
+            "The twin did not explain the impacts, or the frames contradicted it: the camera was used alone."
         }
         Reason::CameraSilent => "No frame had arrived for two and a half of the usual intervals.",
         Reason::CameraStuck => "The camera repeated one picture: its frames were not used.",

@@ -34,7 +34,7 @@ impl<T: Real, B: TrackCovariance<T>> Tracker<T, B> {
     /// Variance of the angle in rad^2 that no number of frames removes, at rest or in motion.
     #[inline]
     fn beside_rad2(&self, resting: bool) -> T {
-        let persistent = if resting { T::zero() } else { self.persistent_error.rad2(&self.tuning) };
+        let persistent = if resting { T::zero() } else { self.persistent_error.rad2() };
         self.tuning.floor_rad2 + persistent
     }
 

@@ -5,7 +5,7 @@
 //! frames pull the estimate one way ([`crate::camera::innovation_correlation`]).
 //!
 //! ```text
-//!        mean misfit > 20, stator not sound, or innovations coloured
+//!        mean misfit > 15, stator not sound, or innovations coloured
 //!   kicks taken ----------------------------------------> camera alone: the rate wanders as in `ConstantRate`
 //!        ^                                                         |
 //!        +---------------------------------------------------------+
@@ -16,7 +16,8 @@
 //! structure of a motor does not change. It is halved again after kicks have been taken for four times as long. The
 //! estimate itself does not jump: only the noise of its prediction changes.
 //!
-//! Without drive no stator is needed: friction brakes a sliding rotor whatever strikes it ([`super::unexplained_kick`]).
+//! Without drive no stator is needed: friction brakes a sliding rotor whatever strikes it
+//! ([`super::unexplained_kick`]).
 
 use motor_model::{Real, Time};
 
@@ -67,9 +68,9 @@ impl KickUse {
 }
 
 impl<T: Real> TwinFilter<T> {
-    /// Decides whether kicks are taken from `now` on.
+    /// Decides whether kicks are taken from `now` on. Those of a twin that is told parts of the truth always are.
     pub(super) fn review_kick_use(&mut self, now: Time) {
-        let driven = self.drive.mode().is_some();
+        let driven = self.drive.mode().is_some() && !self.told.is_told();
         if self.kick_use.taken && driven && self.tracker.take_contradiction() {
             self.kick_use.contradict(now);
             self.restart_stator();
@@ -92,7 +93,7 @@ mod tests {
     /// The time without kicks after a contradiction at `at`, in ms.
     fn without_kicks_ms(of: &mut KickUse, at_ms: u64) -> u64 {
         of.contradict(Time::from_nanos(at_ms * MS));
-        let allowed = (at_ms..).find(|ms| of.allows(Time::from_nanos(ms * MS))).unwrap_or(0);
+        let allowed = (at_ms..at_ms + 10_000).find(|ms| of.allows(Time::from_nanos(ms * MS))).unwrap_or(0);
         allowed - at_ms
     }
 

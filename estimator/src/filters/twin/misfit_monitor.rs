@@ -23,8 +23,8 @@ const AVERAGED_IMPACTS: f64 = 16.0;
 const TYPICAL_MEAN: f64 = 5.0;
 /// What a single misfit counts at most, so that four in a row are needed to lose trust. Assumed.
 const MISFIT_MAX: f64 = 60.0;
-/// Mean misfit beyond which the stator filter is restarted. Between that of motors that the model describes, which stays
-/// below in transients too, and that of rotors that tilt, tens; found by simulation of both.
+/// Mean misfit beyond which the stator filter is restarted: motors that the model describes stay below, in transients
+/// too, and rotors that tilt have tens. Found by simulation of both.
 const MEAN_LIMIT: f64 = 15.0;
 /// Misfit beyond which a single impact's kick is not used: it is as uncertain as without the stator filter. Assumed.
 const USABLE_MISFIT_MAX: f64 = 40.0;

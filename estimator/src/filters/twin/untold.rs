@@ -85,6 +85,11 @@ impl<T: Real> ToldPeriod<T> {
     }
 
     #[inline]
+    pub(super) fn is_told(&self) -> bool {
+        false
+    }
+
+    #[inline]
     pub(super) fn has_small_impacts(&self) -> bool {
         false
     }

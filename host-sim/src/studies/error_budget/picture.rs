@@ -23,14 +23,15 @@ impl ErrorBudget {
 impl RotorBudget {
     fn panel(&self, (mode, drive): (&str, &str)) -> Panel {
         let told = self.told();
-        let x = Axis::of_names("told", told.iter().map(|told| told.shown.clone()).collect());
-        let y = Axis::new("error (mdeg rms)").logarithmic();
-        let panel = Panel::new(format!("{}, mode {mode}", self.name()), x, y).height(260);
+        let x = Axis::new("error (mdeg rms)").logarithmic();
+        // Upwards: the first of the tables stands highest.
+        let y = Axis::of_names("told", told.iter().rev().map(|told| told.shown.clone()).collect());
+        let panel = Panel::new(format!("{}, mode {mode}", self.name()), x, y).height(360);
         MARKS.iter().zip(Colour::SERIES).fold(panel, |panel, (&marks, colour)| {
-            let places = (1_u32..).map(f64::from).zip(&told);
-            let point = |(x, told): (f64, &Told)| {
+            let places = (1_u32..).map(f64::from).zip(told.iter().rev());
+            let point = |(place, told): (f64, &Told)| {
                 let row = self.of_marks(marks)?.budget_row(&told.name, drive, TimelinePhase::Steady)?;
-                Some((x, row.rms_angle_mdeg))
+                Some((row.rms_angle_mdeg, place))
             };
             let points: Vec<(f64, f64)> = places.filter_map(point).collect();
             let label = format!("{marks} {}", if marks == 1 { "mark" } else { "marks" });

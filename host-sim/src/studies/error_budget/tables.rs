@@ -73,7 +73,7 @@ impl RotorBudget {
                 cells.extend(self.found.iter().map(|found| {
                     let row = found.budget_row(&name, mode, TimelinePhase::Steady);
                     row.map_or_else(String::new, |row| {
-                        format!("{} ({:.2})", millidegrees(row.rms_angle_mdeg), row.angle_anees)
+                        format!("{} ({:.1})", millidegrees(row.rms_angle_mdeg), row.angle_anees)
                     })
                 }));
             }

@@ -54,13 +54,18 @@ impl<T: Real> ToldPeriod<T> {
 
     /// Keeps a contact until its sample comes. Of too many the oldest go: their sample was lost.
     pub(super) fn tell(&mut self, contact: &TrueContact<T>) {
-        if self.parts != ToldParts::default() {
+        if self.is_told() {
             if self.waiting.is_full() {
                 self.waiting.pop_front();
             }
             // There is room now.
             let _ = self.waiting.push_back(*contact);
         }
+    }
+
+    /// Whether anything is told.
+    pub(in super::super) fn is_told(&self) -> bool {
+        self.parts != ToldParts::default()
     }
 
     /// Whether the impacts that are not detected are told.
