@@ -161,7 +161,7 @@ fn y_ticks(scale: &Scale) -> Markup {
 /// Half of the longest text below an axis: so far one at its end reaches beyond the plot.
 fn beyond(scale: &Scale) -> String {
     if !scale.names.is_empty() {
-        return "--beyond:0ch".to_owned();
+        return "--beyond:calc(0ch / 2)".to_owned();
     }
     let longest = texts(scale).iter().map(|(_, text)| text.chars().count()).max().unwrap_or(0);
     format!("--beyond:calc({}ch / 2)", longest.min(TICK_CHARACTERS_MAX))
