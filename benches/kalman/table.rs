@@ -31,7 +31,7 @@ const STEPS: u32 = 200;
 const TURNS: usize = 1500;
 
 /// What the table says of a filter that breaks down, before the step at which it does.
-const BREAKS: &str = "breaks, step";
+const BREAKS: &str = "breaks at";
 
 /// One filter on one problem, taking its turns.
 type Turn = Box<dyn FnMut() -> f64>;

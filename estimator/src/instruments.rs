@@ -163,8 +163,8 @@ impl CameraDescription {
         angle_rad * angle_rad / self.marks()
     }
 
-    /// A residual of the marks, root mean square in m, as the variance of an angle from all of them in rad^2: `n m^2` is
-    /// shared by `2 n - 3` degrees of freedom. 0 with a single mark.
+    /// A residual of the marks, root mean square in m, as the variance of an angle from all of them in rad^2: `n m^2`
+    /// is shared by `2 n - 3` degrees of freedom. 0 with a single mark.
     pub(crate) fn residual_rad2(&self, residual_m: f64) -> f64 {
         let marks = self.marks();
         if marks > 1.0 { self.angle_rad2(residual_m) * marks / (2.0 * marks - 3.0) } else { 0.0 }

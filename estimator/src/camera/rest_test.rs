@@ -163,8 +163,8 @@ mod tests {
         assert_eq!(resting_frames(4e-4, 1e-5), 1000);
     }
 
-    /// A rotor that the vibrometer sees fly is watched eight times as long, whatever was withdrawn before, and as long as
-    /// that lasts.
+    /// A rotor that the vibrometer sees fly is watched eight times as long, whatever was withdrawn before, and as
+    /// long as that lasts.
     #[test]
     fn exact_a_disputed_rest_takes_longer() {
         let mut test = RestTest::<f64>::new();

@@ -334,8 +334,8 @@ mod tests {
         }
     }
 
-    /// Long after the drive a rotor of this design lies quiet. One that still flies, at 24 mm/s, disputes that; noise, a
-    /// silent vibrometer and one that repeats a value do not.
+    /// Long after the drive a rotor of this design lies quiet. One that still flies, at 24 mm/s, disputes that;
+    /// noise, a silent vibrometer and one that repeats a value do not.
     #[test]
     fn exact_a_flight_after_the_settling_time_is_disputed() {
         let disputed = |velocity_m_s: fn(u64) -> f32, until_us: u64| {

@@ -1,5 +1,5 @@
-//! The twin on a rotor of another structure: it tilts, is struck by single teeth and rubs on its pin. It is not surer than
-//! right, no worse than the better of the filters that know less, and says that its model does not hold.
+//! The twin on a rotor of another structure: it tilts, is struck by single teeth and rubs on its pin. It is not surer
+//! than right, no worse than the better of the filters that know less, and says that its model does not hold.
 
 use std::path::Path;
 

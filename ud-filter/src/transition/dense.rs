@@ -52,8 +52,8 @@ fn add_products<T: Real, const N: usize>(from: &[T; N], weight: T, rows: usize, 
     }
 }
 
-/// Column `i` of U and its weight, from the `products` of row `i`; makes the rows before orthogonal to it, and leaves the
-/// products of the one before. Each column of W is passed once.
+/// Column `i` of U and its weight, from the `products` of row `i`; makes the rows before orthogonal to it, and leaves
+/// the products of the one before. Each column of W is passed once.
 #[expect(clippy::inline_always, reason = "i is to be a constant in it")]
 #[inline(always)]
 fn orthogonalise<T: Real, const N: usize>(

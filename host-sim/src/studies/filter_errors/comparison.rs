@@ -77,8 +77,8 @@ impl RunCost {
     }
 }
 
-/// Runs the motor of `scene` under `mode` with a twin beside for each set of `told`, and calls `progress` every simulated
-/// millisecond.
+/// Runs the motor of `scene` under `mode` with a twin beside for each set of `told`, and calls `progress` every
+/// simulated millisecond.
 ///
 /// # Errors
 /// When the scene is refused.
