@@ -259,9 +259,8 @@ mod tests {
     use nalgebra::Vector3;
 
     use super::*;
-    use crate::filters::twin::checked_motor::CheckedMotor;
+    use crate::filters::twin::checked_motor::{CheckedMotor, PERIOD_S};
     use crate::filters::twin::states::{JUMP, PAIR_AMPLITUDES};
-    use crate::filters::twin::stator::PERIOD_S;
     use crate::filters::twin::tuning::TwinTuning;
     use crate::instruments::Instruments;
 

@@ -5,7 +5,9 @@
 
 use motor_model::{DriveTuning, Mode, MotorParams, OutOfBounds, Parameter, Real, Stator};
 
-use super::stator::PERIOD_S;
+/// Period at which the stator is stepped, in ns and in s: that of the default vibrometer.
+pub(super) const PERIOD_NANOS: u64 = 5_000;
+pub(super) const PERIOD_S: f64 = 5e-6;
 
 /// A motor whose nominal parameters the model has accepted, for [`crate::TwinFilter::new`].
 #[derive(Clone, Debug)]

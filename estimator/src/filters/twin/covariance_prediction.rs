@@ -8,9 +8,10 @@ use motor_model::Real;
 use nalgebra::{Matrix2, Vector2};
 use ud_filter::{Blocks2, NoiseSource};
 
+use super::checked_motor::PERIOD_S;
 use super::sensitivity::{ModeSensitivities, SENSITIVITY_PERIODS};
 use super::states::{DRIVE_PHASE, HEIGHT, MODE_PARAMETER_RANGES, MODES, unit};
-use super::stator::{PERIOD_S, StatorFilter};
+use super::stator::StatorFilter;
 
 impl<T: Real> StatorFilter<T> {
     /// Predicts the covariance to the present.

@@ -64,8 +64,7 @@ impl<T: Real> TwinFilter<T> {
         let contradicts = updated.as_ref().is_ok_and(|explained| self.misfit.note(explained.misfit));
         self.review_kick_use(at);
         if contradicts || !self.stator.is_sound() {
-            self.restart_stator();
-            self.kick_use.contradict(at);
+            self.contradict(at);
             self.review_kick_use(at);
             return (self.unexplained_kick(at, impact), contact, Verdict::Restarted);
         }

@@ -150,9 +150,8 @@ mod tests {
     use motor_model::MotorParams;
 
     use super::*;
-    use crate::filters::twin::checked_motor::CheckedMotor;
+    use crate::filters::twin::checked_motor::{CheckedMotor, PERIOD_S};
     use crate::filters::twin::states::STATES;
-    use crate::filters::twin::stator::PERIOD_S;
     use crate::instruments::Instruments;
 
     /// A stator that swings in mode B, an impact of a tooth `back_s` before the end of the period that approaches the

@@ -52,8 +52,8 @@ impl KickUse {
         FIRST_NANOS << self.doublings
     }
 
-    /// The frames contradict the kicks at `now`.
-    pub(super) fn contradict(&mut self, now: Time) {
+    /// The kicks are contradicted at `now`.
+    fn contradict(&mut self, now: Time) {
         self.until = now.plus_nanos(self.span_nanos());
         self.doublings = (self.doublings + 1).min(DOUBLINGS_MAX);
     }
@@ -68,12 +68,17 @@ impl KickUse {
 }
 
 impl<T: Real> TwinFilter<T> {
+    /// Impacts or frames contradict the kicks at `now`: the stator filter starts anew, and its kicks have to wait.
+    pub(super) fn contradict(&mut self, now: Time) {
+        self.kick_use.contradict(now);
+        self.restart_stator();
+    }
+
     /// Decides whether kicks are taken from `now` on. Those of a twin that is told parts of the truth always are.
     pub(super) fn review_kick_use(&mut self, now: Time) {
         let driven = self.drive.mode().is_some() && !self.told.is_told();
         if self.kick_use.taken && driven && self.tracker.take_contradiction() {
-            self.kick_use.contradict(now);
-            self.restart_stator();
+            self.contradict(now);
         }
         let taken = !driven || (self.misfit.is_trusted() && self.kick_use.allows(now));
         let before = core::mem::replace(&mut self.kick_use.taken, taken);

@@ -7,9 +7,10 @@
 use motor_model::{DriveCommand, Phase, Real, Time};
 use nalgebra::Vector3;
 
+use super::checked_motor::{PERIOD_NANOS, PERIOD_S};
 use super::sensitivity::SENSITIVITY_PERIODS;
 use super::states::MODE_PARAMETERS;
-use super::stator::{PERIOD_NANOS, PERIOD_S, StatorFilter};
+use super::stator::StatorFilter;
 
 /// A time without samples longer than this is not stepped through, in ns: the motion is forgotten. It bounds the work
 /// for one sample to 2,000 periods.

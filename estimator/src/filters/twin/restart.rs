@@ -10,9 +10,10 @@
 
 use motor_model::{ModalState, Phase, Real, Time};
 
+use super::checked_motor::PERIOD_NANOS;
 use super::sensitivity::InputSums;
 use super::states::{AT_REST, Errors, HEIGHT, INSTANT, MODES, unit};
-use super::stator::{PERIOD_NANOS, StatorFilter};
+use super::stator::StatorFilter;
 
 /// Standard deviations of a driven motion: each mode's displacement in m and velocity in m/s. Some 30 um and 1 m/s are
 /// the most that a drive does, from simulation.

@@ -23,16 +23,12 @@ use motor_model::{DriveMode, Mode, Phase, Real, Stator, StatorState, Time, Tooth
 use nalgebra::{Matrix2, Vector3};
 use ud_filter::UdCovariance;
 
-use super::checked_motor::CheckedMotor;
+use super::checked_motor::{CheckedMotor, PERIOD_S};
 use super::oscillator::Oscillator;
 use super::sensitivity::{InputSums, ModeSensitivities, SENSITIVITY_PERIODS};
 use super::states::{DRIVE_PHASE, Errors, MODE_PARAMETERS, Row, STATES, entry, prior_variances};
 use super::told::ToldContact;
 use super::tuning::TwinTuning;
-
-/// Period at which the stator is stepped, in ns and in s: that of the default vibrometer.
-pub(super) const PERIOD_NANOS: u64 = 5_000;
-pub(super) const PERIOD_S: f64 = 5e-6;
 
 /// Amplitude from which a mode's process noise follows if its driven amplitude is smaller, in m. Assumed: mode A has no
 /// drive, but impacts in modes B and C leave some micrometres in it.

@@ -13,6 +13,7 @@ use serde::{Deserialize, Serialize};
 use super::error_sums::ErrorSums;
 use super::genie::Genie;
 use super::kicks::{FreeMotion, TrueMotion};
+use super::phase_sums::{PhaseSums, add_innovation};
 use super::rate_walk::RateWalk;
 use super::timeline::{self, TimelinePhase};
 use super::told::{ToldSet, ToldTwin, contacts_of};
@@ -35,9 +36,6 @@ pub const SMOOTHED: [(&str, usize); 2] = [("constant_rate_smoothed", 0), ("impac
 /// Ticks from one comparison of the estimates to the next. 7 is prime to the 10 ticks of a camera period, so that
 /// frames of all ages occur.
 const TICKS_PER_COMPARISON: u64 = 7;
-
-/// The error sums of one filter, by phase.
-pub(crate) type PhaseSums = [ErrorSums; TimelinePhase::ALL.len()];
 
 /// Names of what is compared, in the order of the sums.
 pub(crate) fn names() -> impl Iterator<Item = &'static str> {
@@ -267,15 +265,5 @@ impl TickProgram for FilterComparison {
         }
         ports.drive(self.enter(now));
         self.ended = Some(Instant::now());
-    }
-}
-
-pub(super) fn add_innovation<T: Real>(
-    sums: &mut PhaseSums,
-    phase: Option<TimelinePhase>,
-    innovation: &Innovation<T>,
-) {
-    if let Some(phase) = phase {
-        sums[phase as usize].innovation(innovation);
     }
 }

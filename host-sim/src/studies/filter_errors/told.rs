@@ -16,7 +16,7 @@ use simulation::world::instruments::assumed;
 use simulation::world::plant::{Plant, ToothImpact};
 use simulation::world::rig::PlantStep;
 
-use super::comparison::{PhaseSums, add_innovation};
+use super::phase_sums::{PhaseSums, add_innovation};
 use super::timeline::TimelinePhase;
 
 /// Change of the rate in a step, in rad/s, from which on it is told: below it is drag and rounding.
