@@ -19,6 +19,7 @@
 //! modified weighted Gram-Schmidt prediction, written out for two states.
 
 use motor_model::Real;
+use ud_filter::UdCovariance;
 
 /// Factors of the covariance of (angle, rate), in rad and rad/s.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -61,10 +62,10 @@ impl<T: Real> AngleRateCovariance<T> {
         self.d2
     }
 
-    /// `row P^-1`, by the factors; infinite where a combination of the states is known exactly.
-    pub(crate) fn times_inverse(&self, [angle, rate]: [T; 2]) -> [T; 2] {
-        let of_angle = (angle - self.u * rate) / self.d1;
-        [of_angle, rate / self.d2 - self.u * of_angle]
+    /// As a covariance of any number of states.
+    pub(crate) fn ud_covariance(&self) -> UdCovariance<T, 2> {
+        let (one, o) = (T::one(), T::zero());
+        UdCovariance { unit: [[one, o], [self.u, one]], weights: [self.d1, self.d2] }
     }
 
     /// `dt_s`, not negative, passes, in which the rate is a random walk of intensity `noise_rad2_s3`, not negative.

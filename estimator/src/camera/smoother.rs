@@ -1,160 +1,111 @@
-//! Angle and rate at an earlier instant: a fixed-lag smoother over the frames that a filter keeps.
+//! States at an earlier instant: a fixed-lag smoother over the frames that a filter keeps.
 //!
-//! Information of later frames is carried back from frame to frame (Rauch, Tung and Striebel):
+//! Information of later frames is carried back from frame to frame ([`ud_filter::smooth`], after Rauch, Tung and
+//! Striebel):
 //!
 //! ```text
 //! C = P F' (P-)^-1,    x^s = x + C (x^s+ - x-),    P^s = (1 - C F) P (1 - C F)' + C (P^s+ + Q) C'
 //! ```
 //!
 //! Here x, P are the filter's at the earlier instant, x-, P- the same carried to the later instant, and + marks the
-//! smoothed values there. The last form is a sum of squares, so it is positive definite whatever the rounding. P- is
-//! inverted by its factors.
-//!
-//! - Q is what the filter's process adds on the way, kicks included. It is found by propagating a state known exactly.
-//! - F is the Jacobian of the process, `[1 f_angle; 0 f_rate]`: `[1 dt; 0 1]` between impacts. Where teeth stick, less
-//!   than 1 of the rate's error remains. Its second column is found by propagating a unit error of the rate
-//!   ([`RateErrorResponse`]).
+//! smoothed values there. F is the Jacobian of what happens on the way, and Q the noise that is added: both are found
+//! by carrying [`Carried`] in place of the covariance. Through a kick F is not one: where teeth stick, less than 1 of
+//! the rate's error remains, and in [`crate::TwinFilter`] the rate takes up errors of friction and tooth factor. So all
+//! states of a filter's track are smoothed together.
 //!
 //! For a linear process the result is the least-squares fit to all frames kept, weighted by their variances. The
 //! largest lag is that of [`crate::FRAMES_KEPT`].
-//!
-//! [`crate::TwinFilter`] has no smoother. Its track has further states, and a frame corrects all of them: with angle
-//! and rate alone, information on friction would be taken for information on the rate. The gain of all states is a
-//! system of four equations for each frame and impact, 32 frames back, and it would improve less, because the twin's
-//! uncertainty of a kick is a tenth of the other filters'.
-//!
-//! Sources: Rauch, Tung and Striebel, AIAA Journal 3 (1965) 1445-1450; the form of the covariance: Bierman (1977),
-//! chapter X.
 
 use motor_model::{Angle, AngleAccumulator, Real, Time};
-use nalgebra::{Matrix2, Vector2};
+use nalgebra::SVector;
+use ud_filter::{Dense, KalmanFilter, SmootherStep, UdCovariance, smooth};
 
-use crate::camera::angle_rate_covariance::AngleRateCovariance;
 use crate::camera::track::{Jitter, Process, State};
-use crate::camera::track_covariance::TrackCovariance;
+use crate::camera::track_covariance::{Carried, SmoothedCovariance, TrackCovariance as _};
 use crate::filter::Estimate;
 
-/// Angle and rate at an earlier instant with their covariance, from the frames before and after it.
+/// The states at an earlier instant with their covariance, from the frames before and after it.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Smoothed<T: Real> {
+pub(crate) struct Smoothed<T: Real, const N: usize> {
     at: Time,
     angle: AngleAccumulator<T>,
-    rate_rad_s: T,
-    covariance: Matrix2<T>,
+    /// The states, with 0 in place of the angle.
+    states: SVector<T, N>,
+    covariance: UdCovariance<T, N>,
 }
 
-/// The covariance as a matrix.
-fn dense<T: Real>(factors: &AngleRateCovariance<T>) -> Matrix2<T> {
-    let cross = factors.angle_rate_rad2_s();
-    Matrix2::new(factors.angle_rad2(), cross, cross, factors.rate_rad2_s2())
+/// The states of a track, with `angle_rad` in place of the angle.
+fn states<T: Real, B: SmoothedCovariance<T, N>, const N: usize>(
+    state: &State<T, B>,
+    angle_rad: T,
+) -> SVector<T, N> {
+    with_first(state.covariance.further(), [angle_rad, state.rate_rad_s])
 }
 
-/// What becomes of a unit error of the rate: the second column of the Jacobian F. It is propagated in place of a
-/// covariance.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct RateErrorResponse<T> {
-    angle: T,
-    rate: T,
+/// `states` with `first` in place of the first two.
+fn with_first<T: Real, const N: usize>(mut states: SVector<T, N>, first: [T; 2]) -> SVector<T, N> {
+    states.iter_mut().zip(first).for_each(|(state, value)| *state = value);
+    states
 }
 
-impl<T: Real> TrackCovariance<T> for RateErrorResponse<T> {
-    fn begin(_angle_rad2: T, _rate_rad2_s2: T, _before: Option<&Self>) -> Self {
-        Self { angle: T::zero(), rate: T::one() }
-    }
-
-    fn angle_rad2(&self) -> T {
-        self.angle * self.angle
-    }
-
-    fn angle_rate_rad2_s(&self) -> T {
-        self.angle * self.rate
-    }
-
-    fn rate_rad2_s2(&self) -> T {
-        self.rate * self.rate
-    }
-
-    fn predict(&mut self, dt_s: T, _noise_rad2_s3: T) {
-        self.angle += self.rate * dt_s;
-    }
-
-    fn widen_rate(&mut self, _variance_rad2_s2: T) {}
-
-    fn kick_rate(&mut self, kept: T, _variance_rad2_s2: T) {
-        self.rate *= kept;
-    }
-
-    fn correct_by_angle(&mut self, _innovation_rad: T, _noise_rad2: T) -> [T; 2] {
-        [T::zero(); 2]
-    }
-
-    fn correct_by_rate(&mut self, _innovation_rad_s: T, _noise_rad2_s2: T) -> [T; 2] {
-        [T::zero(); 2]
-    }
+/// The first two of `states`.
+fn first_of<T: Real, const N: usize>(states: &SVector<T, N>) -> [T; 2] {
+    let mut first = [T::zero(); 2];
+    first.iter_mut().zip(states.iter()).for_each(|(value, &state)| *value = state);
+    first
 }
 
-/// A process whose Jacobian the smoother can find.
-pub(crate) trait Reversible<T>: Process<T> + Process<T, RateErrorResponse<T>> {}
-
-impl<T, P: Process<T> + Process<T, RateErrorResponse<T>>> Reversible<T> for P {}
-
-impl<T: Real> Smoothed<T> {
+impl<T: Real, const N: usize> Smoothed<T, N> {
     /// The filter's own estimate, at the newest frame.
-    pub(crate) fn newest(state: &State<T>) -> Self {
+    pub(crate) fn newest<B: SmoothedCovariance<T, N>>(state: &State<T, B>) -> Self {
         Self {
             at: state.at,
             angle: state.angle,
-            rate_rad_s: state.rate_rad_s,
-            covariance: dense(&state.covariance),
+            states: states(state, T::zero()),
+            covariance: state.covariance.ud_covariance(),
         }
     }
 
-    /// The smoothed values at the earlier `state`. `kick_rad2_s2` is the variance of a kick right after it.
-    pub(crate) fn step_back_to(
+    /// The smoothed values at the earlier `state`. `kick_rad2_s2` is the variance of a kick right after it. `None`
+    /// where the numbers are too large for the precision.
+    pub(crate) fn step_back_to<B: SmoothedCovariance<T, N>>(
         &self,
-        state: &State<T>,
+        state: &State<T, B>,
         resting: bool,
         kick_rad2_s2: T,
-        process: &impl Reversible<T>,
-    ) -> Self {
-        let carried = |covariance: AngleRateCovariance<T>| {
-            let mut ahead = State { covariance, ..*state };
-            ahead.covariance.widen_rate(kick_rad2_s2);
-            process.carry(&mut ahead, resting, self.at);
-            ahead
-        };
-        let predicted = carried(state.covariance);
-        let noise = dense(&carried(AngleRateCovariance::diagonal(T::zero(), T::zero())).covariance);
-        let State { at, angle, rate_rad_s, .. } = *state;
-        let mut response =
-            State { at, angle, rate_rad_s, covariance: RateErrorResponse::begin(T::zero(), T::zero(), None) };
-        process.carry(&mut response, resting, self.at);
-        let transition =
-            Matrix2::new(T::one(), response.covariance.angle, T::zero(), response.covariance.rate);
-        let before = dense(&state.covariance);
-        let [[a, b], [c, d]] = (before * transition.transpose()).transpose().data.0;
-        let ([a, b], [c, d]) =
-            (predicted.covariance.times_inverse([a, b]), predicted.covariance.times_inverse([c, d]));
-        let gain = Matrix2::new(a, b, c, d);
-        let off_rad: T = self.angle.angle().radians_since(predicted.angle.angle());
-        let [[angle_rad, rate_rad_s]] =
-            (gain * Vector2::new(off_rad, self.rate_rad_s - predicted.rate_rad_s)).data.0;
-        let mut angle = state.angle;
-        angle.turn_by_radians(angle_rad);
-        let kept = Matrix2::identity() - gain * transition;
-        let covariance =
-            kept * before * kept.transpose() + gain * (self.covariance + noise) * gain.transpose();
-        Self { at: state.at, angle, rate_rad_s: state.rate_rad_s + rate_rad_s, covariance }
+        process: &impl Process<T, Carried<T, B, N>>,
+    ) -> Option<Self> {
+        let &State { at, mut angle, rate_rad_s, covariance } = state;
+        let mut ahead = State { at, angle, rate_rad_s, covariance: Carried::along(covariance) };
+        ahead.covariance.widen_rate(kick_rad2_s2);
+        process.carry(&mut ahead, resting, self.at);
+        let State { covariance: carried, .. } = &ahead;
+        let [_, rate] = first_of(&self.states);
+        let off_rad = self.angle.angle().radians_since(ahead.angle.angle());
+        let later = with_first(self.states, [off_rad, rate]);
+        let mut step = [SmootherStep {
+            filter: KalmanFilter { state: states(state, T::zero()), covariance: covariance.ud_covariance() },
+            transition: Dense(carried.jacobian()),
+            noise: carried.noise().ud_covariance().sources(),
+            predicted: with_first(carried.further(), [T::zero(), ahead.rate_rad_s]),
+        }];
+        smooth(&mut step, &KalmanFilter { state: later, covariance: self.covariance }).ok()?;
+        let [SmootherStep { filter: KalmanFilter { state, covariance }, .. }] = step;
+        let [turn_rad, rate_rad_s] = first_of(&state);
+        angle.turn_by_radians(turn_rad);
+        Some(Self { at, angle, states: with_first(state, [T::zero(), rate_rad_s]), covariance })
     }
 
     /// As an estimate.
     pub(crate) fn estimate(&self, resting: bool, jitter: Jitter<T>) -> Estimate<T> {
-        let [[angle_rad2, angle_rate_rad2_s], [_, rate_rad2_s2]] = self.covariance.data.0;
+        let [[angle_rad2, _], [angle_rate_rad2_s, rate_rad2_s2]] =
+            [0, 1].map(|state| first_of(&self.covariance.column(state)));
         let angle: Angle = self.angle.angle();
+        let [_, rate_rad_s] = first_of(&self.states);
         Estimate {
             at: self.at,
             angle,
-            rate_rad_s: self.rate_rad_s,
+            rate_rad_s,
             angle_rad2: angle_rad2 + jitter.angle_rad2,
             angle_rate_rad2_s,
             rate_rad2_s2: rate_rad2_s2 + jitter.rate_rad2_s2,

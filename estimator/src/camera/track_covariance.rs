@@ -1,6 +1,8 @@
-//! What tracker and track need of the covariance of a filter.
+//! What tracker, track and smoother need of the covariance of a filter.
 
 use motor_model::Real;
+use nalgebra::{SMatrix, SVector};
+use ud_filter::UdCovariance;
 
 use crate::camera::angle_rate_covariance::AngleRateCovariance;
 
@@ -147,5 +149,126 @@ mod tests {
                 assert_eq!(p.rate_rad2_s2().to_bits(), before.to_bits());
             }
         }
+    }
+}
+
+/// A covariance of `N` states, of which angle and rate are the first, as the smoother needs it.
+pub(crate) trait SmoothedCovariance<T, const N: usize>: TrackCovariance<T> {
+    /// The covariance of all of them.
+    fn ud_covariance(&self) -> UdCovariance<T, N>;
+
+    /// The same of states that are known exactly.
+    fn exact(&self) -> Self;
+
+    /// The values of the states after angle and rate. The first two are not used.
+    fn further(&self) -> SVector<T, N>;
+}
+
+impl<T: Real> SmoothedCovariance<T, 2> for AngleRateCovariance<T> {
+    fn ud_covariance(&self) -> UdCovariance<T, 2> {
+        self.ud_covariance()
+    }
+
+    fn exact(&self) -> Self {
+        Self::diagonal(T::zero(), T::zero())
+    }
+
+    fn further(&self) -> SVector<T, 2> {
+        SVector::zeros()
+    }
+}
+
+/// A covariance that is carried along, and what becomes of an error on the way.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Carried<T, B, const N: usize> {
+    covariance: B,
+    /// The covariance Q of states that were known exactly at the start.
+    noise: B,
+    /// Rows of the Jacobian F: angle and rate by the errors of all states at the start.
+    angle_row: SVector<T, N>,
+    rate_row: SVector<T, N>,
+}
+
+impl<T: Real, B: SmoothedCovariance<T, N>, const N: usize> Carried<T, B, N> {
+    /// At the start of the way.
+    pub(crate) fn along(covariance: B) -> Self {
+        let [angle_row, rate_row] =
+            [0, 1].map(|own| SVector::from_fn(|state, _| if state == own { T::one() } else { T::zero() }));
+        Self { covariance, noise: covariance.exact(), angle_row, rate_row }
+    }
+
+    /// Both covariances.
+    pub(crate) fn both(&mut self) -> [&mut B; 2] {
+        [&mut self.covariance, &mut self.noise]
+    }
+
+    /// The covariance on its way.
+    pub(crate) fn covariance(&self) -> &B {
+        &self.covariance
+    }
+
+    /// The noise Q.
+    pub(crate) fn noise(&self) -> &B {
+        &self.noise
+    }
+
+    /// The Jacobian F. States after angle and rate stay what they are.
+    pub(crate) fn jacobian(&self) -> SMatrix<T, N, N> {
+        let mut jacobian = SMatrix::<T, N, N>::identity();
+        for (mut row, values) in jacobian.row_iter_mut().zip([&self.angle_row, &self.rate_row]) {
+            row.copy_from(&values.transpose());
+        }
+        jacobian
+    }
+
+    /// Values of the states after angle and rate.
+    pub(crate) fn further(&self) -> SVector<T, N> {
+        self.covariance.further()
+    }
+
+    /// The rate becomes `kept` of its own error, and takes up the errors of further states by `row`.
+    pub(crate) fn turn_rate(&mut self, kept: T, row: &SVector<T, N>) {
+        self.rate_row = self.rate_row * kept + row;
+    }
+}
+
+impl<T: Real, B: SmoothedCovariance<T, N>, const N: usize> TrackCovariance<T> for Carried<T, B, N> {
+    fn begin(angle_rad2: T, rate_rad2_s2: T, before: Option<&Self>) -> Self {
+        Self::along(B::begin(angle_rad2, rate_rad2_s2, before.map(|before| &before.covariance)))
+    }
+
+    fn angle_rad2(&self) -> T {
+        self.covariance.angle_rad2()
+    }
+
+    fn angle_rate_rad2_s(&self) -> T {
+        self.covariance.angle_rate_rad2_s()
+    }
+
+    fn rate_rad2_s2(&self) -> T {
+        self.covariance.rate_rad2_s2()
+    }
+
+    fn predict(&mut self, dt_s: T, noise_rad2_s3: T) {
+        self.both().into_iter().for_each(|covariance| covariance.predict(dt_s, noise_rad2_s3));
+        self.angle_row += self.rate_row * dt_s;
+    }
+
+    fn widen_rate(&mut self, variance_rad2_s2: T) {
+        self.both().into_iter().for_each(|covariance| covariance.widen_rate(variance_rad2_s2));
+    }
+
+    fn kick_rate(&mut self, kept: T, variance_rad2_s2: T) {
+        self.both().into_iter().for_each(|covariance| covariance.kick_rate(kept, variance_rad2_s2));
+        self.turn_rate(kept, &SVector::zeros());
+    }
+
+    /// Nothing is measured on the way.
+    fn correct_by_angle(&mut self, _innovation_rad: T, _noise_rad2: T) -> [T; 2] {
+        [T::zero(); 2]
+    }
+
+    fn correct_by_rate(&mut self, _innovation_rad_s: T, _noise_rad2_s2: T) -> [T; 2] {
+        [T::zero(); 2]
     }
 }

@@ -354,6 +354,10 @@ impl<T: Real> AngleFilter<T> for TwinFilter<T> {
         self.tracker.estimate(now, &self.process(self.watch.motion_since(self.tracker.newest_at(), now)))
     }
 
+    fn smoothed(&self, at: Time) -> Option<Estimate<T>> {
+        self.tracker.smoothed(at, &self.process(self.watch.motion(self.watch.clock().max(at))))
+    }
+
     fn health(&self, now: Time) -> Health {
         self.assess(now).1
     }

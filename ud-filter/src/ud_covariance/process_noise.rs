@@ -11,6 +11,16 @@
 //! which leaves a chain of additions. The published form is used for a few states, where the chain of divisions
 //! determines the time, and for a state known exactly (`D_j = 0`, or so small that `s` overflows), which takes all the
 //! remaining variance.
+//!
+//! The column becomes
+//!
+//! ```text
+//! u <- u + b (a - a_j u) = (D_j / D) u + b a,   b = c a_j / (s D),   D the weight after it
+//! ```
+//!
+//! The first form keeps a column exactly where a source adds little. Where a source dwarfs what it meets, `b a_j` is
+//! nearly 1 and the first form loses the column to rounding if u is large, as after a transition that is nearly
+//! singular. The second is used there, as Gill and others advise.
 
 use nalgebra::SVector;
 
@@ -61,6 +71,8 @@ struct ColumnGain<T> {
     weight: T,
     per_weight: T,
     slope: T,
+    /// Weight before per weight after.
+    kept: T,
 }
 
 impl<T: Real, const N: usize> UdCovariance<T, N> {
@@ -147,9 +159,25 @@ impl<T: Real, const N: usize> SourceSweep<T, N> {
         let Some(meeting) = self.column_gain(entry, *weight, *per_weight) else { return };
         (*weight, *per_weight) = (meeting.weight, meeting.per_weight);
         (self.spent, self.per_spent) = (meeting.spent, meeting.per_spent);
+        // With a quarter or more kept, the first form loses two bits at most.
+        let twice = meeting.kept + meeting.kept;
+        if twice + twice < T::one() {
+            return self.dwarf_column(j, unit, entry, &meeting);
+        }
         for (u, a) in unit.iter_mut().zip(&mut self.gain).take(j) {
             *a -= entry * *u;
             *u += meeting.slope * *a;
+        }
+    }
+
+    /// The column where little of it remains.
+    #[cold]
+    #[inline(never)]
+    fn dwarf_column(&mut self, j: usize, unit: &mut [T; N], entry: T, meeting: &ColumnGain<T>) {
+        for (u, a) in unit.iter_mut().zip(&mut self.gain).take(j) {
+            let whole = *a;
+            *a -= entry * *u;
+            *u = meeting.kept * *u + meeting.slope * whole;
         }
     }
 
@@ -177,11 +205,13 @@ impl<T: Real, const N: usize> SourceSweep<T, N> {
                 weight: sum,
                 per_weight: (per_weight * self.spent) * per_spent,
                 slope: share * per_spent,
+                kept: self.spent * per_spent,
             });
         }
         let per_weight = T::one() / sum;
         let slope = pull * self.per_spent / sum;
-        let per_spent = self.per_spent * (weight / sum);
+        let kept = weight / sum;
+        let per_spent = self.per_spent * kept;
         // A weight that is infinite or NaN is told, not left out.
         (is_finite(slope) || !is_finite(sum)).then_some(ColumnGain {
             spent,
@@ -189,13 +219,38 @@ impl<T: Real, const N: usize> SourceSweep<T, N> {
             weight: sum,
             per_weight,
             slope,
+            kept,
         })
     }
 }
 
 #[cfg(test)]
 mod tests {
+    use nalgebra::{Matrix3, Vector3};
+
     use super::*;
+    use crate::Dense;
+
+    /// A transition that forgets nearly all of a state leaves a column of U that is as large as its weight is small. The
+    /// noise that follows has the covariance of the two sums, by matrices: 1 part in 10^12 of the largest entries.
+    #[test]
+    fn dual_noise_after_a_transition_that_is_nearly_singular() {
+        for kept in [0.0, 5e-16, 1e-9, 1e-4, 0.3] {
+            let f = Matrix3::new(1.0, 1e-4, 0.0, 0.0, kept, 16.0, 0.0, 0.0, 1.0);
+            let before = Matrix3::new(1e-9, 1e-7, 0.0, 1e-7, 2e-5, -2e-6, 0.0, -2e-6, 3e-5);
+            let sources = [
+                NoiseSource { gain: Vector3::new(8e-6, 1.0, 0.0), variance: 0.04 },
+                NoiseSource { gain: Vector3::new(1.0, 0.0, 0.0), variance: 1e-12 },
+            ];
+            let mut p = UdCovariance::from_covariance(&before).unwrap();
+            p.predict(&Dense(f), &sources).unwrap();
+            let noise = sources.map(|source| source.gain * source.gain.transpose() * source.variance);
+            let expected = f * before * f.transpose() + noise[0] + noise[1];
+            let scale = expected.diagonal().map(f64::sqrt);
+            let off = (p.covariance() - expected).component_div(&(scale * scale.transpose()));
+            assert!(off.amax() < 1e-12, "{kept}: {off}");
+        }
+    }
 
     /// A weight among the smallest numbers, and a source so large that their ratio overflows: the result is the
     /// source's share.

@@ -3,9 +3,9 @@
 use motor_model::{Real, Time};
 
 use super::Tracker;
-use crate::camera::smoother::{Reversible, Smoothed};
+use crate::camera::smoother::Smoothed;
 use crate::camera::track::{Jitter, Process, State};
-use crate::camera::track_covariance::TrackCovariance;
+use crate::camera::track_covariance::{Carried, SmoothedCovariance, TrackCovariance};
 use crate::filter::{Estimate, Health, Reason};
 
 impl<T: Real, B: TrackCovariance<T>> Tracker<T, B> {
@@ -125,9 +125,13 @@ impl<T: Real, B: TrackCovariance<T>> Tracker<T, B> {
     }
 }
 
-impl<T: Real> Tracker<T> {
+impl<T: Real, B: TrackCovariance<T>> Tracker<T, B> {
     /// Angle and rate at `at`, from the frames before and after it; `None` before the oldest frame kept.
-    pub(crate) fn smoothed(&self, at: Time, process: &impl Reversible<T>) -> Option<Estimate<T>> {
+    pub(crate) fn smoothed<P, const N: usize>(&self, at: Time, process: &P) -> Option<Estimate<T>>
+    where
+        B: SmoothedCovariance<T, N>,
+        P: Process<T, B> + Process<T, Carried<T, B, N>>,
+    {
         let newest = self.track()?;
         if at >= newest.state.at {
             return self.estimate(at, process);
@@ -141,13 +145,13 @@ impl<T: Real> Tracker<T> {
             if earlier.state.at <= at {
                 let mut state = earlier.state;
                 process.carry(&mut state, earlier.resting, at);
-                let smoothed = smoothed.step_back_to(&state, earlier.resting, kick, process);
-                let Jitter { angle_rad2, rate_rad2_s2 } = Process::<T>::jitter(process, at);
+                let smoothed = smoothed.step_back_to(&state, earlier.resting, kick, process)?;
+                let Jitter { angle_rad2, rate_rad2_s2 } = Process::<T, B>::jitter(process, at);
                 let added =
                     Jitter { angle_rad2: angle_rad2 + self.beside_rad2(earlier.resting), rate_rad2_s2 };
                 return Some(smoothed.estimate(earlier.resting, added));
             }
-            smoothed = smoothed.step_back_to(&earlier.state, earlier.resting, kick, process);
+            smoothed = smoothed.step_back_to(&earlier.state, earlier.resting, kick, process)?;
             later = earlier;
         }
     }

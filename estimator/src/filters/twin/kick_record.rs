@@ -12,10 +12,9 @@ use heapless::Deque;
 use motor_model::{Real, Time};
 
 use super::measured_impact::Uncertain;
-use super::rotor::{KickJacobian, RotorCovariance};
+use super::rotor::{KickJacobian, KickedCovariance, RotorCovariance};
 use super::told::ToldKick;
 use crate::camera::track::State;
-use crate::camera::track_covariance::TrackCovariance as _;
 use crate::filters::impact_aided::IMPACTS_KEPT_MAX;
 use crate::filters::kick::KickMoments;
 
@@ -62,7 +61,7 @@ impl<T: Real> KickRecord<T> {
     }
 
     /// Applies the kick to the rate, and its Jacobian and noise to the covariance.
-    pub(super) fn apply(&self, state: &mut RotorState<T>) {
+    pub(super) fn apply<B: KickedCovariance<T>>(&self, state: &mut State<T, B>) {
         if self.told.apply(state) {
             return;
         }
@@ -70,7 +69,7 @@ impl<T: Real> KickRecord<T> {
         if self.mode_changed {
             rotor.change_mode();
         }
-        let [friction, tooth_factor] = self.told.factors([rotor.friction, rotor.tooth_factor]);
+        let [friction, tooth_factor] = self.told.factors(rotor.factors());
         let [friction_part, tooth_part] = self.told.error_parts();
         let friction = if friction > T::zero() { friction } else { T::zero() };
         let (kick_max, tooth) = (self.kick_max_rad_s, self.tooth_rate_rad_s);
@@ -124,6 +123,7 @@ mod tests {
     use motor_model::{Angle, AngleAccumulator};
 
     use super::*;
+    use crate::camera::track_covariance::TrackCovariance as _;
 
     /// A largest kick of 1 rad/s whose friction is known to 0.29 and a slip of 1 rad/s, exact: their difference is
     /// uniform within `w = 0.29 sqrt 3`, and the kick falls short of 1 by the mean of what it is above 0, `w / 4`. The

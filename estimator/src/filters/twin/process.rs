@@ -4,9 +4,10 @@ use motor_model::{DriveMode, Real, Time};
 
 use super::kick_record::{KickRecords, RotorState};
 use super::propagated_track::PropagatedTrack;
-use super::rotor::RotorCovariance;
+use super::rotor::{KickedCovariance, RotorCovariance};
 use super::tuning::TwinTuning;
-use crate::camera::track::{Jitter, Process};
+use crate::camera::track::{Jitter, Process, State};
+use crate::camera::track_covariance::Carried;
 use crate::vibrometer::motion::Motion;
 
 /// Prediction of angle and rate under the kicks of the stator filter.
@@ -26,7 +27,7 @@ pub(super) struct TwinProcess<'a, T> {
 
 impl<T: Real> TwinProcess<'_, T> {
     /// From one impact to the next.
-    fn predict_flight(&self, state: &mut RotorState<T>, resting: bool, until: Time) {
+    fn predict_flight<B: KickedCovariance<T>>(&self, state: &mut State<T, B>, resting: bool, until: Time) {
         let wander = self.tuning.constant_rate.random_walk.intensity_rad2_s3(self.motion, resting);
         if self.motion != Motion::Quiet {
             if state.at < self.taken_since {
@@ -46,7 +47,7 @@ impl<T: Real> TwinProcess<'_, T> {
     }
 
     /// Predicts to a kick and applies it, unless the rotor lies still.
-    fn predict_through(&self, state: &mut RotorState<T>, resting: bool, kick: usize) {
+    fn predict_through<B: KickedCovariance<T>>(&self, state: &mut State<T, B>, resting: bool, kick: usize) {
         if let Some(kick) = self.kicks.get(kick)
             && !(resting && self.motion == Motion::Quiet)
         {
@@ -89,10 +90,9 @@ impl<T: Real> TwinProcess<'_, T> {
             state,
         }
     }
-}
 
-impl<T: Real> Process<T, RotorCovariance<T>> for TwinProcess<'_, T> {
-    fn carry(&self, state: &mut RotorState<T>, resting: bool, until: Time) {
+    /// Predicts through all kicks up to `until`, and to it.
+    fn predict<B: KickedCovariance<T>>(&self, state: &mut State<T, B>, resting: bool, until: Time) {
         for index in self.first_after(state.at)..self.kicks.len() {
             if self.kicks.get(index).is_none_or(|kick| kick.at > until) {
                 break;
@@ -102,13 +102,8 @@ impl<T: Real> Process<T, RotorCovariance<T>> for TwinProcess<'_, T> {
         self.predict_flight(state, resting, until);
     }
 
-    #[inline]
-    fn cached_state<'a>(&'a self, state: &'a RotorState<T>, resting: bool, until: Time) -> &'a RotorState<T> {
-        let propagated = self.propagated.filter(|propagated| propagated.serves(state.at, until, resting));
-        propagated.map_or(state, |propagated| &propagated.state)
-    }
-
-    fn jitter(&self, at: Time) -> Jitter<T> {
+    /// What is added to the variances of an estimate at `at`.
+    fn unseen(&self, at: Time) -> Jitter<T> {
         if at > self.detecting_until {
             return self.tuning.constant_rate.random_walk.jitter(self.motion);
         }
@@ -119,5 +114,31 @@ impl<T: Real> Process<T, RotorCovariance<T>> for TwinProcess<'_, T> {
             Motion::Quiet => T::zero(),
         };
         Jitter { angle_rad2: T::zero(), rate_rad2_s2 }
+    }
+}
+
+impl<T: Real> Process<T, RotorCovariance<T>> for TwinProcess<'_, T> {
+    fn carry(&self, state: &mut RotorState<T>, resting: bool, until: Time) {
+        self.predict(state, resting, until);
+    }
+
+    #[inline]
+    fn cached_state<'a>(&'a self, state: &'a RotorState<T>, resting: bool, until: Time) -> &'a RotorState<T> {
+        let propagated = self.propagated.filter(|propagated| propagated.serves(state.at, until, resting));
+        propagated.map_or(state, |propagated| &propagated.state)
+    }
+
+    fn jitter(&self, at: Time) -> Jitter<T> {
+        self.unseen(at)
+    }
+}
+
+impl<T: Real> Process<T, Carried<T, RotorCovariance<T>, 4>> for TwinProcess<'_, T> {
+    fn carry(&self, state: &mut State<T, Carried<T, RotorCovariance<T>, 4>>, resting: bool, until: Time) {
+        self.predict(state, resting, until);
+    }
+
+    fn jitter(&self, at: Time) -> Jitter<T> {
+        self.unseen(at)
     }
 }

@@ -23,7 +23,7 @@ use motor_model::Real;
 use nalgebra::Vector4;
 use ud_filter::{UdCovariance, reciprocal};
 
-use crate::camera::track_covariance::TrackCovariance;
+use crate::camera::track_covariance::{Carried, SmoothedCovariance, TrackCovariance};
 
 /// Prior standard deviation of the friction: uniform from 0.2 to 0.6 about 0.4 is 0.115, per 0.4.
 const FRICTION_PRIOR: f64 = 0.29;
@@ -66,21 +66,38 @@ struct Effect<T> {
     rate: T,
 }
 
-impl<T: Real> RotorCovariance<T> {
-    /// Variances of friction and tooth factor.
+/// A covariance of angle, rate, friction and tooth factor that kicks change.
+pub(super) trait KickedCovariance<T>: TrackCovariance<T> {
+    /// Friction and tooth factor.
+    fn factors(&self) -> [T; 2];
+
+    /// Their variances.
+    fn factor_variances(&self) -> [T; 2];
+
+    /// Widens the tooth factor, since the drive excites another mode from now on.
+    fn change_mode(&mut self);
+
+    /// `P <- F P F' + Q` at a kick.
+    fn kick(&mut self, jacobian: &KickJacobian<T>);
+}
+
+impl<T: Real> KickedCovariance<T> for RotorCovariance<T> {
     #[inline]
-    pub(super) fn factor_variances(&self) -> [T; 2] {
+    fn factors(&self) -> [T; 2] {
+        [self.friction, self.tooth_factor]
+    }
+
+    #[inline]
+    fn factor_variances(&self) -> [T; 2] {
         let ([_, _, _, [_, _, u23, _]], [_, _, d2, d3]) = (&self.covariance.unit, &self.covariance.weights);
         [*d2 + *u23 * *u23 * *d3, *d3]
     }
 
-    /// Widens the tooth factor, since the drive excites another mode from now on.
-    pub(super) fn change_mode(&mut self) {
+    fn change_mode(&mut self) {
         self.covariance.add_rank_one(&Vector4::w(), T::from_f64(MODE_CHANGE * MODE_CHANGE));
     }
 
-    /// `P <- F P F' + Q` at a kick.
-    pub(super) fn kick(&mut self, jacobian: &KickJacobian<T>) {
+    fn kick(&mut self, jacobian: &KickJacobian<T>) {
         let kept = T::one() + jacobian.by_rate;
         let [_, [u01, ..], [_, u12, ..], [_, u13, u23, _]] = &mut self.covariance.unit;
         *u13 = kept * *u13 + jacobian.by_friction * *u23 + jacobian.by_tooth_factor;
@@ -90,7 +107,43 @@ impl<T: Real> RotorCovariance<T> {
         self.merge_rate_noise(own, noise, jacobian.variance_rad2_s2);
         self.widen_angle(jacobian.angle_rad2);
     }
+}
 
+impl<T: Real> KickedCovariance<T> for Carried<T, RotorCovariance<T>, 4> {
+    fn factors(&self) -> [T; 2] {
+        self.covariance().factors()
+    }
+
+    fn factor_variances(&self) -> [T; 2] {
+        self.covariance().factor_variances()
+    }
+
+    fn change_mode(&mut self) {
+        self.both().into_iter().for_each(KickedCovariance::change_mode);
+    }
+
+    fn kick(&mut self, jacobian: &KickJacobian<T>) {
+        self.both().into_iter().for_each(|covariance| covariance.kick(jacobian));
+        let (kept, o) = (T::one() + jacobian.by_rate, T::zero());
+        self.turn_rate(kept, &Vector4::new(o, o, jacobian.by_friction, jacobian.by_tooth_factor));
+    }
+}
+
+impl<T: Real> SmoothedCovariance<T, 4> for RotorCovariance<T> {
+    fn ud_covariance(&self) -> UdCovariance<T, 4> {
+        self.covariance
+    }
+
+    fn exact(&self) -> Self {
+        Self { covariance: UdCovariance::known(), ..*self }
+    }
+
+    fn further(&self) -> Vector4<T> {
+        Vector4::new(T::zero(), T::zero(), self.friction, self.tooth_factor)
+    }
+}
+
+impl<T: Real> RotorCovariance<T> {
     /// Merges the rate's own independent error, of effect `own`, with a `noise` of this variance into one error, and
     /// the part of the angle that does not follow the rate. Where the teeth stick, the rate's error has no effect on
     /// the rate after the kick and remains in the angle alone.
@@ -264,9 +317,9 @@ mod tests {
 
             let mut kicked = rotor(&p);
             let by_rate = -slip;
-            kicked.kick(&KickJacobian {
-                by_rate, by_friction, by_tooth_factor, variance_rad2_s2: variance, angle_rad2,
-            });
+            let jacobian =
+                KickJacobian { by_rate, by_friction, by_tooth_factor, variance_rad2_s2: variance, angle_rad2 };
+            kicked.kick(&jacobian);
             let mut f = Matrix4::identity();
             (f.m22, f.m23, f.m24) = (1.0 - slip, by_friction, by_tooth_factor);
             let mut expected = f * p * f.transpose();
@@ -274,6 +327,17 @@ mod tests {
             expected.m11 += angle_rad2;
             prop_assert!(close(&kicked.covariance.covariance(), &expected));
             prop_assert!(kicked.covariance.weights().iter().all(|d| *d >= 0.0));
+
+            // On the way through both, the Jacobian is their product, and the covariance is F P F' + Q.
+            let mut carried = Carried::along(rotor(&p));
+            carried.predict(dt, q);
+            carried.kick(&jacobian);
+            let mut before = Matrix4::identity();
+            before.m12 = dt;
+            let (jacobian, noise) = (carried.jacobian(), carried.noise().ud_covariance().covariance());
+            prop_assert!(close(&jacobian, &(f * before)));
+            let sum = jacobian * p * jacobian.transpose() + noise;
+            prop_assert!(close(&carried.covariance().ud_covariance().covariance(), &sum));
         }
     }
 }

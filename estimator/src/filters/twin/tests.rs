@@ -72,6 +72,33 @@ fn law_the_estimate_needs_a_frame_and_the_health_follows_the_vibrometer() {
     assert_eq!(filter.health(Time::from_micros(30_000)), Health::Good);
 }
 
+/// Two milliseconds ago, with the frames since, the error is as large as the estimate says and smaller than at the time.
+/// A hundred errors 10 ms apart, which are independent: the mean of their squares over the variance is 1 within 3.3 of
+/// `sqrt(2 / 100)`. Frames of both sides halve the variance of a random walk of the rate, and nearly so here.
+#[test]
+fn law_the_past_is_as_uncertain_as_it_says_and_less_than_the_present() {
+    for mode in [DriveMode::B, DriveMode::C] {
+        let mut filter = filter::<f64>();
+        filter.drive(Time::ZERO, DriveCommand::full(mode));
+        let mut rig = Rig::new(mode);
+        let (mut past, mut present) = ([0.0; 2], [0.0; 2]);
+        for n in 1..=100 {
+            rig.run(&mut filter, 100_000 + 10_000 * n - 2_000, true);
+            let (then, angle) = (Time::from_micros(rig.state.steps * 5), rig.state.rotor.angle.angle());
+            let add = |sums: &mut [f64; 2], estimate: Estimate<f64>| {
+                let off_rad: f64 = estimate.angle.radians_since(angle);
+                sums[0] += off_rad * off_rad / estimate.angle_rad2 / 100.0;
+                sums[1] += estimate.angle_rad2 / 100.0;
+            };
+            add(&mut present, filter.estimate(then).unwrap());
+            rig.run(&mut filter, 100_000 + 10_000 * n, true);
+            add(&mut past, filter.smoothed(then).unwrap());
+        }
+        assert!((0.53..1.47).contains(&past[0]), "{mode:?}: {past:?}");
+        assert!((0.1..0.6).contains(&(past[1] / present[1])), "{mode:?}: {past:?} {present:?}");
+    }
+}
+
 /// The propagated track equals a prediction through all kicks again, also after a kick was refined.
 #[test]
 fn dual_the_propagated_track_is_the_prediction_made_again() {

@@ -5,8 +5,9 @@ use core::marker::PhantomData;
 use motor_model::{Real, Time};
 
 use super::TwinFilter;
-use super::kick_record::{KickRecord, RotorState};
+use super::kick_record::KickRecord;
 use super::measured_impact::MeasuredImpact;
+use crate::camera::track::State;
 use crate::vibrometer::impact_detector::VibrometerEvent;
 
 /// Nothing of the next impact.
@@ -62,7 +63,7 @@ impl<T: Real> ToldKick<T> {
     }
 
     #[inline]
-    pub(super) fn apply(&self, _: &mut RotorState<T>) -> bool {
+    pub(super) fn apply<B>(&self, _: &mut State<T, B>) -> bool {
         false
     }
 

@@ -31,7 +31,8 @@ pub(crate) const GENIES: [(&str, f64); 3] =
     [("genie", 0.0), ("genie_10_percent", 0.1), ("genie_3_percent", 0.03)];
 
 /// Smoothed estimates, [`SMOOTHER_LAG_MS`] later: name, and the filter's place in [`FILTERS`].
-pub const SMOOTHED: [(&str, usize); 2] = [("constant_rate_smoothed", 0), ("impact_aided_smoothed", 1)];
+pub const SMOOTHED: [(&str, usize); 3] =
+    [("constant_rate_smoothed", 0), ("impact_aided_smoothed", 1), ("twin_smoothed", 2)];
 
 /// Ticks from one comparison of the estimates to the next. 7 is prime to the 10 ticks of a camera period, so that
 /// frames of all ages occur.

@@ -2,7 +2,7 @@
 
 use motor_model::Real;
 
-use super::super::kick_record::RotorState;
+use crate::camera::track::State;
 
 /// What is told of one kick.
 #[derive(Clone, Copy, Debug)]
@@ -32,7 +32,7 @@ impl<T: Real> ToldKick<T> {
     }
 
     /// Applies a kick that is known; whether it is.
-    pub(in super::super) fn apply(&self, state: &mut RotorState<T>) -> bool {
+    pub(in super::super) fn apply<B>(&self, state: &mut State<T, B>) -> bool {
         if let Some(small_rad_s) = self.small_rad_s {
             state.rate_rad_s += small_rad_s;
         }
