@@ -23,7 +23,7 @@
 use motor_model::{Angle, Real, Time};
 
 /// Standard deviation of the slope, in rad/s.
-const SLOPE_RAD_S: f64 = 0.15;
+pub(crate) const SLOPE_RAD_S: f64 = 0.15;
 /// Least time at rest in s: in it the least friction of Table 1 stops a rotor of 2 rad/s.
 const LEAST_S: f64 = 3.4e-3;
 /// Least number of frames: two of them give a slope.

@@ -34,16 +34,18 @@
 //!
 //! # Ringing at rest
 //!
-//! Rest begins while the stator still rings, and the teeth on which the rotor lies move it a little: 0.3 to 0.6 mrad/s
-//! rms when rest is concluded. This motion decays with the modes over 30 ms, beating. So the zero-rate update has the
-//! variance
+//! A rotor may still slide when it is called at rest: the slope that called it has a standard deviation of `u`
+//! ([`crate::camera::rest_test`]). Friction stops it within a millisecond, or some where it tilts and bounces. Then the stator still rings, and the teeth on which the
+//! rotor lies move it a little: 0.3 to 0.6 mrad/s rms. This motion decays with the modes over 30 ms, beating. So the
+//! zero-rate update has the variance
 //!
 //! ```text
-//! variance = max(v_0, min(v_1, n P22))         v_1 = 5e-6, v_0 = 1e-8 rad^2/s^2, n = 40 frames
+//! while P22 > v_1   variance = max(v_1, min(u^2, m P22))       u = 0.15 rad/s, v_1 = 5e-6 rad^2/s^2, m = 5 frames
+//! then              variance = max(v_0, min(v_1, n P22))       v_0 = 1e-8 rad^2/s^2, n = 40 frames
 //! ```
 //!
-//! With it P22 becomes `v_1 / k` after k frames, then falls by the factor e every n frames, to what the process noise
-//! of rest leaves. (With `v_0` from the first frame on, P22 would be a hundredth of the squared error in the first
+//! With it P22 falls below `u^2` at once and by the factor e every m frames to v_1, becomes `v_1 / k` after k frames more, then falls by the
+//! factor e every n frames, to what the process noise of rest leaves. (With `v_0` from the first frame on, P22 would be a hundredth of the squared error in the first
 //! milliseconds.) Long after the ringing the rate is exactly zero, and any variance of it is too large.
 //!
 //! `v_0` and `v_1` are those of the default camera. Another one's are as many times larger as its frames are more, so
@@ -60,7 +62,7 @@
 use motor_model::{Angle, AngleAccumulator, Real, Time};
 
 use crate::camera::angle_rate_covariance::AngleRateCovariance;
-use crate::camera::rest_test::RestTest;
+use crate::camera::rest_test::{RestTest, SLOPE_RAD_S};
 use crate::camera::track_covariance::TrackCovariance;
 use crate::camera::track_tuning::TrackTuning;
 use crate::measurement::CameraFrame;
@@ -325,10 +327,7 @@ impl<T: Real, B: TrackCovariance<T>> Track<T, B> {
         }
         if self.resting {
             let State { angle, rate_rad_s, covariance, .. } = &mut self.state;
-            let ringing = tuning.ringing_frames * covariance.rate_rad2_s2();
-            let ringing = if ringing < tuning.ringing_rad2_s2 { ringing } else { tuning.ringing_rad2_s2 };
-            let variance =
-                if ringing > tuning.zero_rate_rad2_s2 { ringing } else { tuning.zero_rate_rad2_s2 };
+            let variance = zero_rate_rad2_s2(covariance.rate_rad2_s2(), tuning);
             let [turn_rad, faster_rad_s] = covariance.correct_by_rate(-*rate_rad_s, variance);
             angle.turn_by_radians(turn_rad);
             *rate_rad_s += faster_rad_s;
@@ -354,6 +353,19 @@ impl<T: Real, B: TrackCovariance<T>> Track<T, B> {
             self.still_frames = if self.resting { frames } else { frames / 2 };
         }
     }
+}
+
+/// Variance of the zero-rate update where that of the rate is `rate_rad2_s2`: see the module's head.
+#[inline]
+fn zero_rate_rad2_s2<T: Real>(rate_rad2_s2: T, tuning: &TrackTuning<T>) -> T {
+    let [least, most, frames] = if rate_rad2_s2 > tuning.ringing_rad2_s2 {
+        [tuning.ringing_rad2_s2, T::from_f64(SLOPE_RAD_S * SLOPE_RAD_S), tuning.stopping_frames]
+    } else {
+        [tuning.zero_rate_rad2_s2, tuning.ringing_rad2_s2, tuning.ringing_frames]
+    };
+    let falling = frames * rate_rad2_s2;
+    let falling = if falling < most { falling } else { most };
+    if falling > least { falling } else { least }
 }
 
 /// What a frame shows of a rotor that may be at rest.

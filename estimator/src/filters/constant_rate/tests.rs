@@ -242,12 +242,19 @@ fn exact_an_unusable_variance_is_replaced() {
     }
 }
 
-/// Frame k of rest: `P22 = v_1 / k` while that is above `v_1 / n`, then a factor e less every n frames, and no lower
-/// than the process noise allows.
+/// At rest P22 is below `u^2` at once and falls by the factor e every m frames to v_1. From there its inverse grows by
+/// `1 / v_1` a frame up to `n / v_1`, then by the factor e every n frames, to what the process noise allows.
 #[test]
 fn exact_the_variance_of_the_rate_at_rest_follows_the_ringing() {
     let tuning = ConstantRateTuning::<f64>::default();
-    let TrackTuning { resting_frames, ringing_rad2_s2, ringing_frames, zero_rate_rad2_s2, .. } = tuning.track;
+    let TrackTuning {
+        resting_frames,
+        ringing_rad2_s2,
+        ringing_frames,
+        stopping_frames,
+        zero_rate_rad2_s2,
+        ..
+    } = tuning.track;
     let mut filter = ConstantRate::<f64>::new(&tuning);
     let mut variances = Vec::new();
     for n in 1..2000 {
@@ -258,11 +265,17 @@ fn exact_the_variance_of_the_rate_at_rest_follows_the_ringing() {
         }
     }
     assert!(variances.len() + usize::from(resting_frames) >= 1999, "{}", variances.len());
-    for k in [1, 10, 40] {
-        let expected = ringing_rad2_s2 / k as f64;
-        // The frames, and the prior of 20 rad/s, add a little information.
-        assert!((variances[k - 1] / expected - 1.0).abs() < 0.02, "{k}: {} {expected}", variances[k - 1]);
+    assert!(variances[0] < 0.15 * 0.15, "{}", variances[0]);
+    let ringing_from = variances.iter().position(|&variance| variance <= ringing_rad2_s2).unwrap();
+    let a_frame = (variances[10] / variances[ringing_from - 1]).powf(1.0 / (ringing_from - 11) as f64);
+    assert!((a_frame / (1.0 + 1.0 / stopping_frames) - 1.0).abs() < 0.02, "{a_frame}");
+    for k in [1, 10, 30] {
+        let expected = 1.0 / (1.0 / variances[ringing_from] + k as f64 / ringing_rad2_s2);
+        let found = variances[ringing_from + k];
+        // The frames add a little information.
+        assert!((found / expected - 1.0).abs() < 0.02, "{k}: {found} {expected}");
     }
+    let variances = &variances[ringing_from..];
     let fallen = variances[60] / variances[60 + ringing_frames as usize];
     assert!((fallen / (1.0 + 1.0 / ringing_frames).powf(ringing_frames) - 1.0).abs() < 0.02, "{fallen}");
     let least = (tuning.random_walk.resting_rad2_s3 * 1e-4 * zero_rate_rad2_s2).sqrt();
