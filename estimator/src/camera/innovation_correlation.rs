@@ -24,13 +24,15 @@ const COLOURED: f64 = 8.0;
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct InnovationCorrelation<T> {
     mean_rad: T,
+    /// T, and what the last innovation alone makes of it.
     square: T,
+    last_square: Option<T>,
 }
 
 impl<T: Real> InnovationCorrelation<T> {
     /// Of white innovations.
     pub(crate) fn white() -> Self {
-        Self { mean_rad: T::zero(), square: T::one() }
+        Self { mean_rad: T::zero(), square: T::one(), last_square: None }
     }
 
     /// Takes in an innovation; `per_variance` is one over its variance.
@@ -39,6 +41,13 @@ impl<T: Real> InnovationCorrelation<T> {
         self.mean_rad += (innovation_rad - self.mean_rad) * tuning.per_neighbours;
         let square = self.mean_rad * self.mean_rad * per_variance * tuning.independent_neighbours;
         self.square += (square - self.square) * tuning.per_residual_frames;
+        self.last_square = Some(square);
+    }
+
+    /// The square of the mean per its variance after the last innovation; `None` if it was asked for already.
+    #[inline]
+    pub(crate) fn take_last_square(&mut self) -> Option<T> {
+        self.last_square.take()
     }
 
     /// Whether neighbours have a common sign more often than chance allows.

@@ -81,6 +81,12 @@ pub struct Jitter<T> {
 }
 
 impl<T: Real> Jitter<T> {
+    /// Both times `factor`.
+    #[inline]
+    pub(crate) fn times(self, factor: T) -> Self {
+        Self { angle_rad2: self.angle_rad2 * factor, rate_rad2_s2: self.rate_rad2_s2 * factor }
+    }
+
     /// Zero: the states hold all motion.
     pub fn none() -> Self {
         Self { angle_rad2: T::zero(), rate_rad2_s2: T::zero() }

@@ -183,6 +183,13 @@ impl<T: Real, B: TrackCovariance<T>> Tracker<T, B> {
         coloured
     }
 
+    /// Square of the mean of neighbouring innovations per its variance, and the share of the last frame in that mean.
+    /// `None` unless that frame was used and showed a motion.
+    #[inline]
+    pub(crate) fn take_neighbours(&mut self) -> Option<(T, T)> {
+        self.correlation.take_last_square().map(|square| (square, self.tuning.per_neighbours))
+    }
+
     /// The track at the last frame used.
     #[inline]
     pub(crate) fn track(&self) -> Option<&Track<T, B>> {

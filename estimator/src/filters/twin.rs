@@ -127,6 +127,7 @@ mod tooth;
 mod tuning;
 mod unexplained_kick;
 mod vibrometer_sample;
+mod walk_strength;
 
 use motor_model::{DriveCommand, DriveMode, Real, Time};
 
@@ -151,6 +152,7 @@ use told::ToldPeriod;
 #[cfg(feature = "tell")]
 pub use told::{ToldParts, TrueContact, TrueTooth};
 pub use tuning::{ContactTuning, TwinPrior, TwinTuning};
+use walk_strength::WalkStrength;
 
 /// Whether an impact has been detected since the rotor lay at rest.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -182,6 +184,8 @@ pub struct TwinFilter<T: Real> {
     tracker: Tracker<T, RotorCovariance<T>>,
     kicks: KickRecords<T>,
     kick_use: KickUse,
+    /// Strength of the walk while no kicks are taken.
+    walk: WalkStrength<T>,
     /// The track after all kicks; `None` if there are none after the last frame.
     propagated: Option<PropagatedTrack<T>>,
     /// Whether the newest kick has been refined since it was last applied.
@@ -219,6 +223,7 @@ impl<T: Real> TwinFilter<T> {
             tracker: Tracker::new(tuning.constant_rate.track),
             kicks: KickRecords::new(),
             kick_use: KickUse::new(),
+            walk: WalkStrength::expected(),
             propagated: None,
             newest_refined: false,
             stator: StatorFilter::at_rest(motor, tuning),
@@ -326,6 +331,7 @@ impl<T: Real> AngleFilter<T> for TwinFilter<T> {
             tuning: &self.tuning,
             kicks: &self.kicks,
             motion,
+            walk: self.walk.under(motion),
             taken_since: self.kick_use.since,
             detecting_until: self.detecting_until(),
             between_rad2_s3: self.between_rad2_s3(),
@@ -338,6 +344,9 @@ impl<T: Real> AngleFilter<T> for TwinFilter<T> {
         };
         let before = self.tracker.place();
         let innovation = self.tracker.update(frame, context, &process);
+        if let Some((square, share)) = self.tracker.take_neighbours().filter(|_| !self.kick_use.taken) {
+            self.walk.learn(motion, square, share);
+        }
         self.watch.note_rest(self.tracker.is_resting(), clock);
         if self.watch.noise_m_s() != self.tuning.detector.noise_m_s {
             self.use_learnt_noise();

@@ -18,6 +18,7 @@ impl<T: Real> TwinFilter<T> {
             tuning: &self.tuning,
             kicks: &self.kicks,
             motion,
+            walk: self.walk.under(motion),
             taken_since: self.kick_use.since,
             detecting_until: self.detecting_until(),
             between_rad2_s3: self.between_rad2_s3(),
@@ -80,10 +81,12 @@ impl<T: Real> TwinFilter<T> {
             && self.kicks.is_full()
         {
             // Written out, since the process borrows the kicks while the tracker changes.
+            let motion = self.watch.motion(self.watch.clock());
             let process = TwinProcess {
                 tuning: &self.tuning,
                 kicks: &self.kicks,
-                motion: self.watch.motion(self.watch.clock()),
+                motion,
+                walk: self.walk.under(motion),
                 taken_since: self.kick_use.since,
                 detecting_until: self.detecting_until(),
                 between_rad2_s3: self.between_rad2_s3(),

@@ -15,6 +15,8 @@ pub(super) struct TwinProcess<'a, T> {
     pub(super) tuning: &'a TwinTuning<T>,
     pub(super) kicks: &'a KickRecords<T>,
     pub(super) motion: Motion,
+    /// Strength of the walk without kicks.
+    pub(super) walk: T,
     /// Since when kicks are taken; before that the rate wanders as in [`crate::ConstantRate`].
     pub(super) taken_since: Time,
     /// Until when impacts would have been detected; from then on the rate wanders as in [`crate::ConstantRate`].
@@ -28,7 +30,8 @@ pub(super) struct TwinProcess<'a, T> {
 impl<T: Real> TwinProcess<'_, T> {
     /// From one impact to the next.
     fn predict_flight<B: KickedCovariance<T>>(&self, state: &mut State<T, B>, resting: bool, until: Time) {
-        let wander = self.tuning.constant_rate.random_walk.intensity_rad2_s3(self.motion, resting);
+        let wander =
+            self.walk * self.tuning.constant_rate.random_walk.intensity_rad2_s3(self.motion, resting);
         if self.motion != Motion::Quiet {
             if state.at < self.taken_since {
                 state.propagate(until.min(self.taken_since), wander);
@@ -105,7 +108,7 @@ impl<T: Real> TwinProcess<'_, T> {
     /// What is added to the variances of an estimate at `at`.
     fn unseen(&self, at: Time) -> Jitter<T> {
         if at > self.detecting_until {
-            return self.tuning.constant_rate.random_walk.jitter(self.motion);
+            return self.tuning.constant_rate.random_walk.jitter(self.motion).times(self.walk);
         }
         let [unseen_b, unseen_c] = self.tuning.without_stator.unseen_rad2_s2;
         let rate_rad2_s2 = match self.motion {
