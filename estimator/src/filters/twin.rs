@@ -84,8 +84,6 @@
 //! | | bouncing | it is above 1.5 (motion forgotten); the drive is off; the rotor is quiet |
 //! | `stator_follows` | false | the drive is off after it was on, and a jump is below 10 mm/s |
 //! | | true | the drive goes on (motion forgotten); the rotor is quiet |
-//! | `since_rest` | `Impact` | the first impact; until then the rate has process noise |
-//! | | `NoImpact` | the rotor is quiet |
 //! | `kick_use` | not taken | the drive is on, and the misfit is on probation or the frames contradicted lately |
 //! | | taken | the drive is off; trusted, and 50 ms or more since the frames contradicted |
 //! | `newest_refined` | true | the newest kick was refined |
@@ -154,15 +152,6 @@ pub use told::{ToldParts, TrueContact, TrueTooth};
 pub use tuning::{ContactTuning, TwinPrior, TwinTuning};
 use walk_strength::WalkStrength;
 
-/// Whether an impact has been detected since the rotor lay at rest.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum SinceRest {
-    /// None yet.
-    NoImpact,
-    /// One at least.
-    Impact,
-}
-
 /// Angle and rate from the camera and from the kicks of a stator that the vibrometer's impacts drive: the filter
 /// `twin`.
 ///
@@ -196,7 +185,6 @@ pub struct TwinFilter<T: Real> {
     regime: RegimeDetector<T>,
     /// Whether impacts update the stator: not those of a rotor that lands after the drive went off.
     stator_follows: bool,
-    since_rest: SinceRest,
     told: ToldPeriod<T>,
     /// Whether the drive has ever been on: before that the rotor lies on a stator at rest.
     ever_driven: bool,
@@ -232,7 +220,6 @@ impl<T: Real> TwinFilter<T> {
             regime: RegimeDetector::new(),
             stator_follows: true,
             ever_driven: false,
-            since_rest: SinceRest::NoImpact,
             told: ToldPeriod::nothing(),
             drive: DriveCommand::OFF,
             last_kick_mode: None,
@@ -334,7 +321,6 @@ impl<T: Real> AngleFilter<T> for TwinFilter<T> {
             walk: self.walk.under(motion),
             taken_since: self.kick_use.since,
             detecting_until: self.detecting_until(),
-            between_rad2_s3: self.between_rad2_s3(),
             propagated: None,
         };
         let context = FrameContext {

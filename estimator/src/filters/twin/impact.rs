@@ -2,7 +2,6 @@
 
 use motor_model::{Real, Time};
 
-use super::SinceRest;
 use super::TwinFilter;
 use super::kick_record::KickRecord;
 use super::measured_impact::{ExplainedImpact, MeasuredImpact, Uncertain};
@@ -25,7 +24,6 @@ impl<T: Real> TwinFilter<T> {
         if self.detector.has_fault() || self.told.is_false_alarm() {
             return None;
         }
-        let before = core::mem::replace(&mut self.since_rest, SinceRest::Impact);
         if self.update_regime(impact) && !self.told.bounces() {
             self.record_kick(self.riding_kick(at, impact));
             return None;
@@ -43,7 +41,7 @@ impl<T: Real> TwinFilter<T> {
             self.record_kick(self.unexplained_kick(at, impact));
             return None;
         }
-        let (kick, contact, verdict) = self.update_stator(at, impact, before);
+        let (kick, contact, verdict) = self.update_stator(at, impact);
         self.record_kick(kick);
         Some(ImpactInnovation { taken_at: at, contact, verdict })
     }
@@ -53,7 +51,6 @@ impl<T: Real> TwinFilter<T> {
         &mut self,
         at: Time,
         impact: &MeasuredImpact<T>,
-        before: SinceRest,
     ) -> (KickRecord<T>, ContactInnovation<T>, Verdict) {
         let refused = Verdict::Rejected(Rejection::Gate);
         let updated = self.stator.update_by_impact(impact, &self.tuning);
@@ -75,19 +72,13 @@ impl<T: Real> TwinFilter<T> {
                 return (self.unassociated_kick(at, impact, unassociated), contact, refused);
             }
         };
-        self.refine_tooth_velocity(explained.previous_correction);
         self.keep_learnt(at);
         self.unrefined_jump = Some(Uncertain { value: impact.jump_m_s, variance: impact.jump_m2_s2 });
-        let (mut kick, verdict) = if self.misfit.accepts(explained.misfit) {
-            (self.explained_kick(at, &explained), Verdict::Used)
+        if self.misfit.is_trusted() {
+            (self.explained_kick(at, &explained), contact, Verdict::Used)
         } else {
-            (self.unexplained_kick(at, impact), refused)
-        };
-        if before == SinceRest::NoImpact && !self.told.has_small_impacts() {
-            let threshold_rad_s = self.kick_per_jump_rad_m * self.detector.threshold_m_s();
-            kick.unknown_rad2_s2 += threshold_rad_s * threshold_rad_s;
+            (self.unexplained_kick(at, impact), contact, refused)
         }
-        (kick, contact, verdict)
     }
 
     /// The height after an impact at the middle of the time since the last sample, where its instant is not known.

@@ -55,9 +55,6 @@ impl<T: Real> StatorFilter<T> {
         let errors = self.update_by_pair(impact, pair, second_order, &errors, contact);
         self.jump_m_s = impact.jump_m_s;
         self.correct(&errors);
-        let [[previous_m_s, ..]] = errors.data.0;
-        let previous_correction =
-            Uncertain { value: previous_m_s, variance: self.covariance.variance::<TOOTH_VELOCITY>() };
         let instant_s = errors.as_slice().get(INSTANT).copied().unwrap_or_default();
         let back =
             Uncertain { value: impact.back_s(instant_s), variance: self.covariance.variance::<INSTANT>() };
@@ -66,7 +63,7 @@ impl<T: Real> StatorFilter<T> {
         let tooth_velocity = self.begin_tooth_velocity(&tooth, stator_back_s, tuning.tooth_velocity_m_s);
         self.apply_recoil(&tooth, back.value, impact.behind_s);
         let jump = Uncertain { value: self.jump_m_s, variance: self.covariance.variance::<JUMP>() };
-        Ok(ExplainedImpact { back, jump, tooth_velocity, previous_correction, innovation, misfit })
+        Ok(ExplainedImpact { back, jump, tooth_velocity, innovation, misfit })
     }
 
     /// Kalman update by gap and approach of `pair`, linearised about `errors`; returns the errors that they imply.

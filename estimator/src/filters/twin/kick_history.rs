@@ -5,7 +5,6 @@
 
 use motor_model::{DriveMode, Real, Time};
 
-use super::SinceRest;
 use super::TwinFilter;
 use super::kick_record::KickRecord;
 use super::process::TwinProcess;
@@ -21,7 +20,6 @@ impl<T: Real> TwinFilter<T> {
             walk: self.walk.under(motion),
             taken_since: self.kick_use.since,
             detecting_until: self.detecting_until(),
-            between_rad2_s3: self.between_rad2_s3(),
             propagated: self.propagated.as_ref(),
         }
     }
@@ -55,14 +53,6 @@ impl<T: Real> TwinFilter<T> {
         newest.map_or(Time::ZERO, |newest| newest.plus_nanos(self.tuning.detector.gap_nanos))
     }
 
-    /// Process noise between detected impacts: none, except from rest up to the first impact.
-    pub(super) fn between_rad2_s3(&self) -> T {
-        match self.since_rest {
-            SinceRest::NoImpact => self.tuning.launching_rad2_s3,
-            SinceRest::Impact => T::zero(),
-        }
-    }
-
     /// Keeps a kick. One that becomes known only after its frame has been fused acts right after that frame.
     #[inline(never)]
     pub(super) fn record_kick(&mut self, mut kick: KickRecord<T>) {
@@ -89,7 +79,6 @@ impl<T: Real> TwinFilter<T> {
                 walk: self.walk.under(motion),
                 taken_since: self.kick_use.since,
                 detecting_until: self.detecting_until(),
-                between_rad2_s3: self.between_rad2_s3(),
                 propagated: None,
             };
             self.tracker.advance_to(oldest, &process);

@@ -50,8 +50,6 @@ pub(super) struct ExplainedImpact<T> {
     pub(super) jump: Uncertain<T>,
     /// Tangential velocity of the tooth, in m/s.
     pub(super) tooth_velocity: Uncertain<T>,
-    /// Correction of the tooth's tangential velocity at the impact before, in m/s, and the variance that remains.
-    pub(super) previous_correction: Uncertain<T>,
     /// Its innovations, and the sum of their normalised squares.
     pub(super) innovation: ContactInnovation<T>,
     pub(super) misfit: T,

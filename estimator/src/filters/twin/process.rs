@@ -21,8 +21,6 @@ pub(super) struct TwinProcess<'a, T> {
     pub(super) taken_since: Time,
     /// Until when impacts would have been detected; from then on the rate wanders as in [`crate::ConstantRate`].
     pub(super) detecting_until: Time,
-    /// Process noise until then, in rad^2/s^3.
-    pub(super) between_rad2_s3: T,
     /// A prediction made before, from which a later one can go on.
     pub(super) propagated: Option<&'a PropagatedTrack<T>>,
 }
@@ -36,7 +34,7 @@ impl<T: Real> TwinProcess<'_, T> {
             if state.at < self.taken_since {
                 state.propagate(until.min(self.taken_since), wander);
             }
-            state.propagate(until.min(self.detecting_until), self.between_rad2_s3);
+            state.propagate(until.min(self.detecting_until), T::zero());
         }
         if until > state.at {
             state.propagate(until, wander);

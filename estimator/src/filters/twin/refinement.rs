@@ -1,8 +1,7 @@
 //! Refinement of the newest kick by the samples after its impact.
 //!
-//! The mean over the flight after an impact gives its jump better than one sample; the next impact gives the motion
-//! before, and with it the tooth's velocity, better. As long as no frame has been fused after the kick, its record is
-//! corrected and the propagated track with it.
+//! The mean over the flight after an impact gives its jump better than one sample, and with it the tooth's velocity. As
+//! long as no frame has been fused after the kick, its record is corrected and the propagated track with it.
 //!
 //! # Two measurements of one jump
 //!

@@ -39,10 +39,6 @@ pub struct TwinTuning<T> {
     /// Variance of the kick by an impact of a riding rotor, per the square of a kick at the detector's threshold:
     /// 0.04, a fifth of that kick, measured in simulation.
     pub riding_part2: T,
-    /// Process noise from rest up to the first detected impact, in rad^2/s^3: impacts before it are below the
-    /// detector's threshold. Afterwards nothing turns the rotor between impacts. 4, that of the undetected impacts of
-    /// mode C.
-    pub launching_rad2_s3: T,
 }
 
 /// Standard deviations of what differs from motor to motor, as parts of the nominal values where no unit is given.
@@ -112,7 +108,6 @@ impl<T: Real> TwinTuning<T> {
             chatter_rad2_s2: n(5e-5),
             undetected_part2: n(1.5),
             riding_part2: n(0.04),
-            launching_rad2_s3: n(4.0),
         }
     }
 }

@@ -3,7 +3,6 @@
 
 use motor_model::{Real, Time};
 
-use super::SinceRest;
 use super::TwinFilter;
 use super::kick_record::KickRecord;
 use super::measured_impact::MeasuredImpact;
@@ -30,7 +29,7 @@ impl<T: Real> TwinFilter<T> {
             // What the detector finds now is the rotor's weight on the teeth, not an impact of a moving stator.
             self.stator.set_at_rest();
             (self.misfit, self.regime) = (MisfitMonitor::trusted(), RegimeDetector::new());
-            (self.stator_follows, self.since_rest) = (true, SinceRest::NoImpact);
+            self.stator_follows = true;
             self.unrefined_jump = None;
             self.last_sample_m_s = sample_m_s;
             return None;

@@ -68,11 +68,6 @@ impl<T: Real> ToldPeriod<T> {
         self.parts != ToldParts::default()
     }
 
-    /// Whether the impacts that are not detected are told.
-    pub(in super::super) fn has_small_impacts(&self) -> bool {
-        self.parts.small_impacts
-    }
-
     /// Whether the filter is told that the impact at hand was none.
     pub(in super::super) fn is_false_alarm(&self) -> bool {
         let ToldParts { pair, small_impacts, .. } = self.parts;
