@@ -33,7 +33,7 @@ pub trait AngleFilter<T: Real> {
 
     /// Angle and rate at an earlier instant, from the frames before and after it. After the last frame used it is
     /// [`Self::estimate`]. `None` before the oldest of the [`crate::FRAMES_KEPT`] frames kept, and from a filter
-    /// without a smoother ([`crate::TwinFilter`]).
+    /// without a smoother, as on a microcontroller that asks for the present alone.
     fn smoothed(&self, at: Time) -> Option<Estimate<T>> {
         let _ = at;
         None

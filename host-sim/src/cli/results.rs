@@ -210,7 +210,7 @@ impl Effort {
         identified: 200,
         learnt_from: 1000,
         tilting_scenes: usize::MAX,
-        tilting_error_motors: 8,
+        tilting_error_motors: 50,
         tilting_trials: 50,
         tilting_calibrations: 30,
         tilting_gyroscope_motors: 3,
@@ -259,8 +259,9 @@ const GYROSCOPE_MOTORS: u64 = 10;
 
 fn filter_values(effort: Effort, scene: &Scene) -> Result<Vec<PlacedValue>, CommandError> {
     let errors = filter_errors::FilterErrorsPlan::new(scene, effort.error_motors)?.run(&|_| ())?;
-    let tilting = tilting::of_many_motors(scene, effort.tilting_scenes)?;
-    let beside = BesideScene::run_each(&tilting, |scene| {
+    let mut beside = vec![tilting::with_one_mark(scene)?];
+    beside.extend(tilting::of_many_motors(scene, effort.tilting_scenes)?);
+    let beside = BesideScene::run_each(&beside, |scene| {
         filter_errors::FilterErrorsPlan::new(scene, effort.tilting_error_motors)?.run(&|_| ())
     })?;
     let mut values = errors.with_beside(beside).page_values(tilting::HEIGHT_ONLY);

@@ -62,6 +62,7 @@ use rate_walk::RateWalk;
 pub use row::{ConsistencyOfRuns, FilterErrorsRow};
 use simulation::runs::RunError;
 use simulation::runs::filter::FILTERS;
+use simulation::runs::stated_errors::StatedErrors;
 use simulation::scene::Scene;
 use timeline::TimelinePhase;
 use told::{ToldPart, ToldSet};

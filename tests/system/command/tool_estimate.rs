@@ -74,6 +74,7 @@ fn law_hindsight_is_better_and_health_is_true() {
         for (filter, smoothed, most) in [
             ("constant_rate", "constant_rate_smoothed", 5e-3),
             ("impact_aided", "impact_aided_smoothed", 1e-3),
+            ("twin", "twin_smoothed", 1e-3),
         ] {
             let [filter_mdeg, smoothed_mdeg] = [filter, smoothed].map(|f| rms_mdeg(rows, f, drive, "steady"));
             assert!(smoothed_mdeg < 0.67 * filter_mdeg, "{drive}: {smoothed_mdeg} {filter_mdeg}");
@@ -81,7 +82,6 @@ fn law_hindsight_is_better_and_health_is_true() {
             assert_between(number(steady, "false_valid"), 0.0, most, steady);
             assert_between(number(steady, "good"), 0.97, 1.0, steady);
         }
-        // The default filter has no smoother.
         for phase in PHASES {
             let of_twin = row(rows, "twin", drive, phase);
             assert_between(number(of_twin, "false_valid"), 0.0, 1e-3, of_twin);

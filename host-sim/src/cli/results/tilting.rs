@@ -44,6 +44,14 @@ const OF_ONE_MOTOR: [TiltingScene; 4] = [
     TiltingScene { name: "set F, 3 marks", set: SET_F, over: &[THREE_MARKS] },
 ];
 
+/// `scene` with a camera that tracks one mark.
+pub(super) fn with_one_mark(scene: &Scene) -> Result<BesideScene, CommandError> {
+    let mut scene = scene.clone();
+    let (key, value) = ONE_MARK;
+    scene.set(key, value)?;
+    Ok(BesideScene { name: format!("{HEIGHT_ONLY}, 1 mark"), scene })
+}
+
 /// The first `count` scenes for a study of many motors, each over `scene`.
 pub(super) fn of_many_motors(scene: &Scene, count: usize) -> Result<Vec<BesideScene>, CommandError> {
     OF_MANY_MOTORS.iter().take(count).map(|of| of.over(scene)).collect()

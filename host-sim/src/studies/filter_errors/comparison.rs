@@ -6,8 +6,8 @@ use std::ops::ControlFlow;
 use std::time::Instant;
 
 use controller::{Drive as _, Sense as _};
-use estimator::{AngleFilter as _, CameraFrame, Health, Innovation, LdvSample};
-use motor_model::{DriveCommand, DriveMode, Real, Time};
+use estimator::{AngleFilter as _, CameraFrame, Health, LdvSample};
+use motor_model::{DriveCommand, DriveMode, Time};
 use serde::{Deserialize, Serialize};
 
 use super::error_sums::ErrorSums;

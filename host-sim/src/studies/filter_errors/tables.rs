@@ -84,6 +84,8 @@ impl FilterErrors {
         let mut values = vec![
             ("twin_steady_b_mdeg", rms("twin", "b", TimelinePhase::Steady)),
             ("twin_steady_c_mdeg", rms("twin", "c", TimelinePhase::Steady)),
+            ("twin_smoothed_b_mdeg", rms("twin_smoothed", "b", TimelinePhase::Steady)),
+            ("twin_smoothed_c_mdeg", rms("twin_smoothed", "c", TimelinePhase::Steady)),
             ("rest_1s_b_mdeg", rms("twin", "b", TimelinePhase::Rest1S)),
             ("rest_1s_c_mdeg", rms("twin", "c", TimelinePhase::Rest1S)),
             ("error_motors", runs.to_string()),

@@ -20,7 +20,7 @@ use simulation::scene::Scene;
 pub struct Anchor {
     /// Which of the gyroscope's samples ends here; 0 is the start.
     pub sample: usize,
-    /// Estimated angle; smoothed where the filter has a smoother.
+    /// Estimated angle, smoothed where the frames since allow it.
     pub angle: Angle,
     /// Its variance in deg^2, as the filter states it.
     pub variance_deg2: f64,
