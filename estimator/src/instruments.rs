@@ -27,8 +27,8 @@
 //! it, so its variance is a part of every estimate's:
 //!
 //! ```text
-//! persistent   b^2 / (n rho^2)            n >= 2: a rigid motion's angle has the mean of the marks' errors, and no shift
-//!              (b^2 + s^2) / rho^2        n = 1: the part of a shift along the arc is an angle
+//! persistent   b^2 / (n rho^2)          n >= 2: a rigid motion's angle has the mean of the marks' errors, no shift
+//!              (b^2 + s^2) / rho^2      n = 1: the part of a shift along the arc is an angle
 //! ```
 //!
 //! A moving mark crosses pixels, and the errors of some neighbours are as different as noise. So frames of a moving
@@ -112,8 +112,8 @@ pub struct CameraDescription {
     pub radius_m: f64,
     /// Number of marks, equally spaced round the axis: 1 to 16.
     pub marks: u8,
-    /// Root mean square error of each coordinate of a mark that neighbouring frames share, in m: 0 to 1e-3. Those of two
-    /// marks are independent. The sub-pixel bias of a tracker is one: its amplitude over `sqrt 2`.
+    /// Root mean square error of each coordinate of a mark that neighbouring frames share, in m: 0 to 1e-3. Those of
+    /// two marks are independent. The sub-pixel bias of a tracker is one: its amplitude over `sqrt 2`.
     pub mark_bias_m: f64,
     /// Root mean square displacement of all marks together against the pin's axis that neighbouring frames share, along
     /// the direction in which it is largest, in m: 0 to 1e-3. A microscope's vibration is one, its amplitude over `sqrt
@@ -241,8 +241,8 @@ impl CameraDescription {
         if self.marks > 1 { self.mark_bias_rad2() } else { self.single_mark_rad2() }
     }
 
-    /// Variance of a resting rotor's mean angle in rad^2 that no number of frames removes: that of the quantisation, and
-    /// [`Self::persistent_rad2`].
+    /// Variance of a resting rotor's mean angle in rad^2 that no number of frames removes: that of the quantisation,
+    /// and [`Self::persistent_rad2`].
     pub fn floor_rad2(&self) -> f64 {
         self.quantisation_floor_rad2() + self.persistent_rad2()
     }
@@ -298,7 +298,7 @@ impl CameraDescription {
     /// The description, if all of it is within bounds.
     ///
     /// # Errors
-    /// When a field is not: named by its key in a scene, with its bounds.
+    /// When a field is not: named by its key in a scene, or by itself where no key has it, with its bounds.
     #[expect(clippy::cast_precision_loss, reason = "bounds are far below 2^53")]
     #[inline(never)]
     pub fn checked(self) -> Result<Self, OutOfBounds> {

@@ -196,8 +196,8 @@ mod tests {
         error.rad2(true) * f64::from(camera.marks) * 3.9e-3 * 3.9e-3 / persistent_m2
     }
 
-    /// Of eight marks 13 residuals: the mean square of what each is off is known to `sqrt(2 / 13)`, that of 100 rests to
-    /// 4 %, and that of 100 rests of two marks, where little is not significant, to 14 %; four of each.
+    /// Of eight marks 13 residuals: the mean square of what each is off is known to `sqrt(2 / 13)`, that of 100 rests
+    /// to 4 %, and that of 100 rests of two marks, where little is not significant, to 14 %; four of each.
     #[test]
     fn law_residuals_at_rest_tell_of_single_marks() {
         for (marks, bound) in [(8, 0.16), (2, 0.57)] {

@@ -106,11 +106,11 @@ pub struct TrackTuning<T> {
     pub independent_neighbours: T,
     /// Variance of the angle by what frames have in common, per that by which the residuals exceed the noise.
     pub persistent_part: T,
-    /// Variance of the angle from all marks by the errors of marks that neighbouring frames share, in rad^2. Frames of a
-    /// moving rotor have it beside [`Self::camera_rad2`].
+    /// Variance of the angle from all marks by the errors of marks that neighbouring frames share, in rad^2. Frames of
+    /// a moving rotor have it beside [`Self::camera_rad2`].
     pub mark_bias_rad2: T,
-    /// Variance of the angle by all that neighbouring frames share, as described, in rad^2: from all marks, and from one.
-    /// It is a part of every estimate's variance.
+    /// Variance of an angle from all marks by all that neighbouring frames share, as described, in rad^2. It is a part
+    /// of every estimate's variance.
     pub persistent_rad2: T,
     /// The same of an angle from one mark.
     pub single_mark_rad2: T,
@@ -172,8 +172,8 @@ impl<T: Real> TrackTuning<T> {
         }
     }
 
-    /// Variance of the angle of `frame` in rad^2 by what differs from frame to frame: larger if marks were left out, and
-    /// if the rotor is not `quiet`, so that marks cross pixels.
+    /// Variance of the angle of `frame` in rad^2 by what differs from frame to frame: larger if marks were left out,
+    /// and if the rotor is not `quiet`, so that marks cross pixels.
     #[inline]
     pub(crate) fn frame_rad2(&self, frame: &CameraFrame, quiet: bool) -> T {
         let rad2 = if quiet { self.camera_rad2 } else { self.camera_rad2 + self.mark_bias_rad2 };

@@ -31,9 +31,9 @@ fn estimates(
     each.collect::<Vec<_>>().split_off(1_000)
 }
 
-/// An error of frames that is a sine of time turns the estimate by at most its own mean square times `(1 + sqrt 5) / 2`,
-/// the largest square of the response of the angle, and its rate by at most what is added to the rate's variance for
-/// it: that much at the frequency w. Frames every 0.1 w change both by a tenth.
+/// An error of frames that is a sine of time turns the estimate by at most its own mean square times `(1 + sqrt 5) /
+/// 2`, the largest square of the response of the angle, and its rate by at most what is added to the rate's variance
+/// for it: that much at the frequency w. Frames every `0.1 / w` change both by a tenth.
 #[test]
 fn law_the_rate_s_part_is_the_most_that_a_shared_error_does() {
     const ERROR_RAD: f64 = 1e-3;

@@ -58,8 +58,8 @@ pub const SETTINGS: &[Setting] = &[
         key: "camera.subpixel_bias_m",
         unit: "m",
         kind: Kind::Number { default: 0.0, min: 0.0, max: 1e-3 },
-        meaning: "amplitude of the error of a mark's coordinate that repeats from pixel to pixel and averaging does not \
-                  remove, before quantisation",
+        meaning: "amplitude of the error of a mark's coordinate that repeats from pixel to pixel, before quantisation; \
+                  averaging does not remove it",
     },
     Setting {
         key: "camera.pixel_m",

@@ -86,8 +86,8 @@ pub const SETTINGS: &[Setting] = &[
         "estimator.assumed.hub.clearance_m",
         "motor.hub.clearance_m",
         "m",
-        "radial clearance in which the rotor shifts, as the filters assume, where the rotor has a hub or this is set; it \
-         counts with a single mark",
+        "radial clearance in which the rotor shifts, as the filters assume, where the rotor has a hub or this is set; \
+         it counts with a single mark",
     ),
     assumed(
         "estimator.assumed.ldv.installed",

@@ -99,8 +99,8 @@ mod tests {
         assert_eq!(of(&["ldv.installed=no"]).vibrometer, None);
     }
 
-    /// Amplitudes of sines over `sqrt 2`. A rotor that shifts adds the design's clearance, 20 um, not the true motor's, and
-    /// one that only tilts nothing. What is shared and described is known to 0.
+    /// Amplitudes of sines over `sqrt 2`. A rotor that shifts adds the design's clearance, 20 um, not the true motor's,
+    /// and one that only tilts nothing.
     #[test]
     fn exact_errors_that_frames_share_are_assumed_as_they_are() {
         let shared = |sets: &[&str]| {

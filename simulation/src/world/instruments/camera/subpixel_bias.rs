@@ -10,8 +10,8 @@
 //! ```
 //!
 //! The phase is drawn for each coordinate of each mark: a tracker compares a mark with a picture of its own, which lies
-//! at a place of its own in its pixels. So as the rotor turns the errors change, and those of two marks are independent.
-//! Their mean square over the phases is `A^2 / 2`.
+//! at a place of its own in its pixels. So as the rotor turns the errors change, and those of two marks are
+//! independent. Their mean square over the phases is `A^2 / 2`.
 //!
 //! # What it does to the angle
 //!
@@ -118,8 +118,8 @@ mod tests {
         }
     }
 
-    /// `A^2 / (2 n r^2)` in the mean over seeds, at any angle. A square of a sum of sines varies by less than itself, so
-    /// that the mean of 2,000 is known to 2.3 %; four of those to either side.
+    /// `A^2 / (2 n r^2)` in the mean over seeds, at any angle. A square of a sum of sines varies by less than 1.4 times
+    /// itself, as one of a normal number does, so that the mean of 2,000 is known to 3.2 %; three of those.
     #[test]
     fn law_its_variance_falls_with_the_marks() {
         for (marks, degrees) in [(1, 0.0), (1, 33.0), (2, 10.0), (8, -70.0)] {
@@ -130,7 +130,7 @@ mod tests {
             };
             let expected = BIAS_M * BIAS_M / (2.0 * real(marks) * RADIUS_M * RADIUS_M);
             let ratio = (0..2000).map(square).sum::<f64>() / expected;
-            assert!((ratio - 1.0).abs() < 0.09, "{marks} {degrees}: {ratio}");
+            assert!((ratio - 1.0).abs() < 0.096, "{marks} {degrees}: {ratio}");
         }
     }
 
