@@ -10,6 +10,8 @@
 //! | `Delta` | [`CameraDescription::resolution_m`] | quantisation step |
 //! | `rho` | [`CameraDescription::radius_m`] | distance of the marks from the axis |
 //! | `n` | [`CameraDescription::marks`] | number of marks |
+//! | `b` | [`CameraDescription::mark_bias_m`] | error of a mark's coordinate that neighbouring frames share, rms |
+//! | `s` | [`CameraDescription::shift_m`] | displacement of all marks that neighbouring frames share, rms |
 //!
 //! ```text
 //! variance of a frame's angle   R = (sigma^2 + Delta^2 / 12) / (n rho^2)
@@ -19,6 +21,19 @@
 //! n` of them the variance is larger: [`CameraDescription::variance_factor`].
 //!
 //! # What averaging cannot remove
+//!
+//! Neighbouring frames share what the tracker is off at one place of a pixel, and what moves all marks against the
+//! pin's axis: a microscope that vibrates, a rotor that shifts in its hub. No average of neighbouring frames removes
+//! it, so its variance is a part of every estimate's:
+//!
+//! ```text
+//! persistent   b^2 / (n rho^2)          n >= 2: a rigid motion's angle has the mean of the marks' errors, no shift
+//!              (b^2 + s^2) / rho^2      n = 1: the part of a shift along the arc is an angle
+//! ```
+//!
+//! A moving mark crosses pixels, and the errors of some neighbours are as different as noise. So frames of a moving
+//! rotor count with `R + b^2 / (n rho^2)`. How far apart frames have different errors is not described. So the same
+//! variance counts as noise and as persistent: an upper bound for both.
 //!
 //! A mark at rest stays at one place of one cell of the quantiser. The mean of its codes, over the tracking noise, is
 //! off by a periodic function of that place x (Widrow and Kollar, "Quantization Noise", 2008, chapter 4):
@@ -97,6 +112,13 @@ pub struct CameraDescription {
     pub radius_m: f64,
     /// Number of marks, equally spaced round the axis: 1 to 16.
     pub marks: u8,
+    /// Root mean square error of each coordinate of a mark that neighbouring frames share, in m: 0 to 1e-3. Those of
+    /// two marks are independent. The sub-pixel bias of a tracker is one: its amplitude over `sqrt 2`.
+    pub mark_bias_m: f64,
+    /// Root mean square displacement of all marks together against the pin's axis that neighbouring frames share, along
+    /// the direction in which it is largest, in m: 0 to 1e-3. A microscope's vibration is one, its amplitude over `sqrt
+    /// 2`, and the shift of a rotor in its hub. It counts with a single mark.
+    pub shift_m: f64,
 }
 
 /// A vibrometer, as far as a filter needs to know it.
@@ -127,6 +149,8 @@ impl Default for CameraDescription {
             resolution_m: 2e-6,
             radius_m: 3.9e-3,
             marks: 2,
+            mark_bias_m: 0.0,
+            shift_m: 0.0,
         }
     }
 }
@@ -202,11 +226,32 @@ impl CameraDescription {
         }
     }
 
-    /// Variance of a resting rotor's mean angle in rad^2 that no number of frames removes, see the head of this module.
+    /// Variance in rad^2 of an angle from all marks by the marks' errors that neighbouring frames share.
+    pub fn mark_bias_rad2(&self) -> f64 {
+        self.angle_rad2(self.mark_bias_m)
+    }
+
+    /// Variance in rad^2 of an angle from one mark, of however many, by what neighbouring frames share.
+    pub fn single_mark_rad2(&self) -> f64 {
+        self.marks() * (self.angle_rad2(self.mark_bias_m) + self.angle_rad2(self.shift_m))
+    }
+
+    /// Variance in rad^2 of an angle from all marks by what neighbouring frames share, see the head of this module.
+    pub fn persistent_rad2(&self) -> f64 {
+        if self.marks > 1 { self.mark_bias_rad2() } else { self.single_mark_rad2() }
+    }
+
+    /// Variance of a resting rotor's mean angle in rad^2 that no number of frames removes: that of the quantisation,
+    /// and [`Self::persistent_rad2`].
+    pub fn floor_rad2(&self) -> f64 {
+        self.quantisation_floor_rad2() + self.persistent_rad2()
+    }
+
+    /// The quantisation's part of the floor in rad^2, see the head of this module.
     ///
     /// It is never above [`Self::quantisation_rad2`], which it reaches without noise.
     #[inline(never)]
-    pub fn floor_rad2(&self) -> f64 {
+    pub fn quantisation_floor_rad2(&self) -> f64 {
         if self.resolution_m <= 0.0 {
             return 0.0;
         }
@@ -253,7 +298,7 @@ impl CameraDescription {
     /// The description, if all of it is within bounds.
     ///
     /// # Errors
-    /// When a field is not: named by its key in a scene, with its bounds.
+    /// When a field is not: named by its key in a scene, or by itself where no key has it, with its bounds.
     #[expect(clippy::cast_precision_loss, reason = "bounds are far below 2^53")]
     #[inline(never)]
     pub fn checked(self) -> Result<Self, OutOfBounds> {
@@ -266,6 +311,8 @@ impl CameraDescription {
         OutOfBounds::check("camera.resolution_m", self.resolution_m, 0.0, 1e-3, "m")?;
         OutOfBounds::check("camera.tracking_radius_m", self.radius_m, 1e-4, 0.1, "m")?;
         OutOfBounds::check("camera.marks", self.marks.into(), 1.0, 16.0, "")?;
+        OutOfBounds::check("camera.mark_bias_m", self.mark_bias_m, 0.0, 1e-3, "m")?;
+        OutOfBounds::check("camera.shift_m", self.shift_m, 0.0, 1e-3, "m")?;
         Ok(self)
     }
 }

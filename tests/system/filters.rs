@@ -4,6 +4,7 @@ mod dual_covariance;
 mod law_covariance_endurance;
 
 mod law_consistency;
+mod law_shared_camera_errors;
 mod law_tilting_rotor;
 mod law_worth_of_impacts;
 

@@ -14,10 +14,10 @@
 //!
 //! A resolution coarser than 2.5 times the noise shows a resting rotor one code or two, depending on its place in the
 //! cell. So the variance in use does not become less than that of noise of 0.4 steps. The floor of the variance
-//! ([`CameraDescription::floor_rad2`]) follows the noise learnt without that limit: where the codes change less than
-//! assumed, an average of them is worse than assumed. The noise counts there as the least that is certain: two standard
-//! errors less than shown, and less by what codes at the edge of a cell change more than those elsewhere, or 0.7 times
-//! the noise shown, whichever is more.
+//! ([`CameraDescription::quantisation_floor_rad2`]) follows the noise learnt without that limit: where the codes change
+//! less than assumed, an average of them is worse than assumed. The noise counts there as the least that is certain:
+//! two standard errors less than shown, and less by what codes at the edge of a cell change more than those elsewhere,
+//! or 0.7 times the noise shown, whichever is more.
 //!
 //! Of a coarse camera few changes of the code say nothing of the noise, unless they are fewer than half of those in the
 //! middle of a cell ([`CameraDescription::dither_rad2`]), where the codes change least, and at least thirty were to be
@@ -130,6 +130,13 @@ impl<T: Real> CameraNoise<T> {
             self.follow_dither(tuning);
         }
         differs
+    }
+
+    /// Variance of the frames' angle in rad^2 by what differs from frame to frame: at least that in use.
+    #[inline]
+    pub(crate) fn white_rad2(&self, tuning: &TrackTuning<T>) -> T {
+        let shown = if self.ratio > self.used { self.ratio / self.used } else { T::one() };
+        tuning.camera_rad2 * shown
     }
 
     /// Whether the ratio differs from the one adopted.

@@ -57,7 +57,7 @@ impl<T: Real> NoiseLevels<T> {
             levels.floors_rad2.iter_mut().zip(&mut levels.places_m2).zip(&mut levels.resting_frames);
         for ((floor_rad2, place_m2), frames) in of_levels {
             let other = CameraDescription { noise_m: math::sqrt(noise_m2), ..*camera };
-            *floor_rad2 = T::from_f64(other.floor_rad2());
+            *floor_rad2 = T::from_f64(other.quantisation_floor_rad2());
             *place_m2 = T::from_f64(radius_m2 * (other.variance_rad2() - other.dither_rad2()));
             *frames = resting_frames(other.variance_rad2(), camera.period_s());
             noise_m2 *= 2.0;
@@ -136,7 +136,10 @@ mod tests {
             let floor_rad2 = levels.floor_rad2(factor * 1e-12 * (1.0 + 1e-9)).unwrap();
             // With noise of a third of a step and more, one exponential is nearly all of the floor.
             let part = if factor < 0.45 { 0.5 } else { 0.875 };
-            let (least, most) = (of(factor).floor_rad2() - ROUNDING_RAD2, of(part * factor).floor_rad2());
+            let (least, most) = (
+                of(factor).quantisation_floor_rad2() - ROUNDING_RAD2,
+                of(part * factor).quantisation_floor_rad2(),
+            );
             assert!(
                 (0.999 * least..=1.001 * most).contains(&floor_rad2),
                 "{factor}: {floor_rad2:e} {least:e} {most:e}"

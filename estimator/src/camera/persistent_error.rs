@@ -1,14 +1,18 @@
-//! The part of a frame's error that the frames after it share, as the marks show it.
+//! The part of a frame's error that the frames after it share: as described, and as the marks show it.
 //!
 //! Averaging over frames removes tracking noise. It does not remove what all frames of some milliseconds have in
-//! common: a tilt of the rotor, which shortens the picture of the pattern, or the errors of single marks. Both move the
-//! marks against each other, so the residuals of a rigid motion show them. Their mean square above that of the noise is
+//! common. Described are the errors of single marks and the shift of all of them
+//! ([`crate::CameraDescription::mark_bias_m`]).
+//!
+//! Others are not: a tilt of the rotor, which shortens the picture of the pattern, or marks that are worse than
+//! described. Both move the marks against each other, so the residuals of a rigid motion show them. Their mean square
+//! above that of the noise and of the described errors, `sigma^2`, is
 //!
 //! ```text
 //! v = mean (sum |residual|^2) / (2 n - 3) - sigma^2         per coordinate; n marks at the radius rho
 //!
-//! angle's variance       v / (n rho^2)             errors of single marks, n > 2
-//!                        v / (6 rho^2)             tilt, n = 2
+//! angle's variance       v / (n rho^2)             errors of single marks: n > 2, and at rest
+//!                        v / (6 rho^2)             tilt: n = 2, in motion
 //! ```
 //!
 //! Two opposite marks on a rotor that tilts by `eta`, about an axis at the angle `psi / 2` to the line between them,
@@ -16,9 +20,27 @@
 //! mean of `e^2` is a third of that of `s^2`, and `v = 2 rho^2 s^2`. More marks turn by nothing under a tilt, but
 //! single marks may be wrong.
 //!
-//! This error is not one of the filter's states: its variance is added to that of the angle ("considered"). A filter
-//! whose memory is longer than the error's would average some of it, so the sum is an upper bound. A rotor at rest lies
-//! level; what its single marks are off then is in [`crate::CameraDescription::floor_rad2`].
+//! # At rest
+//!
+//! A rotor at rest lies level, and each of its marks at one place of a pixel. So residuals at rest have a mean of their
+//! own, and tell of single marks only. There the noise of the frames is known too, by their differences
+//! ([`crate::camera::noise`]): what exceeds it is the same from frame to frame. Of a coarse camera it is the
+//! quantisation, which the floor holds already.
+//!
+//! Two marks have one residual, their distance. It may be right by chance while the angle is off: then nothing tells.
+//! So it is with one mark, always.
+//!
+//! # Variances
+//!
+//! These errors are not among the filter's states: a variance p is added to that of the angle ("considered"). A filter
+//! whose memory is longer than the error's averages some of it, so p is an upper bound. What the filter takes for a
+//! motion it also takes for a rate. A steady filter of angle and rate of the bandwidth w has the response
+//!
+//! ```text
+//! rate / error = w^2 s / (s^2 + sqrt 2 w s + w^2),      its largest square  w^2 / 2 at s = i w,     w^2 = P22 / P11
+//! ```
+//!
+//! so `p P22 / (2 P11)` is added to the variance of the rate: it is next to nothing at rest.
 
 use motor_model::Real;
 
@@ -29,46 +51,77 @@ use crate::measurement::CameraFrame;
 /// one degree of freedom above 1.
 const SIGNIFICANT: f64 = 1.35;
 
-/// Mean square of the residuals of a moving rotor's frames.
+/// Mean square of residuals.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct PersistentError<T> {
+struct ResidualMean<T> {
     /// As the variance of an angle from all marks, in rad^2; `None` before the first frame.
     mean_rad2: Option<T>,
-    /// Variance of the angle that follows, in rad^2.
-    rad2: T,
+    /// By how much it exceeds what is expected, if that is significant, in rad^2.
+    excess_rad2: T,
 }
 
-impl<T: Real> PersistentError<T> {
-    /// Without frames.
-    pub(crate) fn new() -> Self {
-        Self { mean_rad2: None, rad2: T::zero() }
+impl<T: Real> ResidualMean<T> {
+    fn new() -> Self {
+        Self { mean_rad2: None, excess_rad2: T::zero() }
     }
 
-    /// Takes in the residual of a frame.
+    /// Takes in the residual of a frame, of which the mean square is `expected_rad2` without further errors.
     #[inline]
-    pub(crate) fn take(&mut self, frame: &CameraFrame, tuning: &TrackTuning<T>) {
+    fn take(&mut self, frame: &CameraFrame, expected_rad2: T, tuning: &TrackTuning<T>) {
         if frame.residual == 0 || !tuning.has_all_marks(frame) {
             return;
         }
         let steps = T::from_i32(frame.residual.into());
         let rad2 = steps * steps * tuning.residual_step_rad2;
-        let mean_rad2 = self.mean_rad2.get_or_insert(tuning.camera_rad2);
+        let mean_rad2 = self.mean_rad2.get_or_insert(expected_rad2);
         *mean_rad2 += (rad2 - *mean_rad2) * tuning.per_residual_frames;
-        let significant = *mean_rad2 > T::from_f64(SIGNIFICANT) * tuning.camera_rad2;
-        let excess_rad2 = if significant { *mean_rad2 - tuning.camera_rad2 } else { T::zero() };
-        self.rad2 = excess_rad2 * tuning.persistent_part;
+        let significant = *mean_rad2 > T::from_f64(SIGNIFICANT) * expected_rad2;
+        self.excess_rad2 = if significant { *mean_rad2 - expected_rad2 } else { T::zero() };
+    }
+}
+
+/// What residuals show of a moving rotor's frames, and of a resting one's.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct PersistentError<T> {
+    moving: ResidualMean<T>,
+    resting: ResidualMean<T>,
+    /// Variance of the angle in motion, in rad^2.
+    moving_rad2: T,
+}
+
+impl<T: Real> PersistentError<T> {
+    /// Without frames.
+    pub(crate) fn new() -> Self {
+        Self { moving: ResidualMean::new(), resting: ResidualMean::new(), moving_rad2: T::zero() }
     }
 
-    /// Variance of the angle in rad^2.
+    /// Takes in the residual of a moving rotor's frame.
     #[inline]
-    pub(crate) fn rad2(&self) -> T {
-        self.rad2
+    pub(crate) fn take(&mut self, frame: &CameraFrame, tuning: &TrackTuning<T>) {
+        self.moving.take(frame, tuning.camera_rad2 + tuning.mark_bias_rad2, tuning);
+        self.moving_rad2 = self.moving.excess_rad2 * tuning.persistent_part;
+        self.resting = ResidualMean::new();
+    }
+
+    /// The same of a rotor at rest, whose frames differ by the variance `white_rad2`.
+    pub(crate) fn take_at_rest(&mut self, frame: &CameraFrame, white_rad2: T, tuning: &TrackTuning<T>) {
+        if !tuning.coarse {
+            self.resting.take(frame, white_rad2 + tuning.mark_bias_rad2, tuning);
+        }
+    }
+
+    /// Variance of the angle in rad^2, beside what is described.
+    #[inline]
+    pub(crate) fn rad2(&self, resting: bool) -> T {
+        if resting { self.resting.excess_rad2 } else { self.moving_rad2 }
     }
 }
 
 #[cfg(test)]
 mod tests {
+    extern crate std;
     use core::f64::consts::TAU;
+    use std::vec::Vec;
 
     use motor_model::{Angle, Time, math};
     use rand_distr::{Distribution as _, StandardNormal};
@@ -101,7 +154,7 @@ mod tests {
             });
             error.take(&frame(coordinate_m2 * squares.sum::<f64>(), marks), &tuning);
         }
-        error.rad2()
+        error.rad2(false)
     }
 
     /// Noise alone is no persistent error, whatever the number of marks: not at any of 30,000 frames.
@@ -123,6 +176,69 @@ mod tests {
             let of_seeds = (1..=20).map(|seed| after(marks, persistent_m2, 2_000, seed)).sum::<f64>() / 20.0;
             assert!((of_seeds / expected - 1.0).abs() < 0.08, "{marks}: {of_seeds:e} {expected:e}");
         }
+    }
+
+    /// Excess at rest after 2,000 frames of marks that are each off by `persistent_m2` in each coordinate, the same in
+    /// all frames, as a part of the variance `persistent_m2 / (n rho^2)`. The noise is `louder` than described.
+    fn at_rest(camera: &CameraDescription, persistent_m2: f64, louder: f64, seed: u64) -> f64 {
+        let mut rng = Pcg64::seed_from_u64(seed);
+        let tuning = TrackTuning::<f64>::new(camera);
+        let mut normal = || -> f64 { StandardNormal.sample(&mut rng) };
+        let freedom = 2 * usize::from(camera.marks) - 3;
+        let same: Vec<f64> = (0..freedom).map(|_| math::sqrt(persistent_m2) * normal()).collect();
+        let noise_m = math::sqrt(louder * (1e-12 + 4e-12 / 12.0));
+        let mut error = PersistentError::new();
+        for _ in 0..2_000 {
+            let sum_m2 = same.iter().map(|off_m| off_m + noise_m * normal()).map(|off_m| off_m * off_m).sum();
+            let shown = frame(sum_m2, camera.marks);
+            error.take_at_rest(&shown, louder * tuning.camera_rad2, &tuning);
+        }
+        error.rad2(true) * f64::from(camera.marks) * 3.9e-3 * 3.9e-3 / persistent_m2
+    }
+
+    /// Of eight marks 13 residuals: the mean square of what each is off is known to `sqrt(2 / 13)`, that of 100 rests
+    /// to 4 %, and that of 100 rests of two marks, where little is not significant, to 14 %; four of each.
+    #[test]
+    fn law_residuals_at_rest_tell_of_single_marks() {
+        for (marks, bound) in [(8, 0.16), (2, 0.57)] {
+            let of = |seed| at_rest(&camera(marks), 16e-12, 1.0, seed);
+            let mean = (1..=100).map(of).sum::<f64>() / 100.0;
+            assert!((mean - 1.0).abs() < bound, "{marks}: {mean}");
+        }
+    }
+
+    /// Noise that the differences of frames show, whatever its size, and the codes of a coarse camera are no persistent
+    /// error.
+    #[test]
+    fn law_louder_noise_and_coarse_codes_are_not_told() {
+        for (marks, louder) in [(2, 1.0), (2, 1.4), (8, 4.0)] {
+            let told = (1..100).filter(|&seed| at_rest(&camera(marks), 1e-30, louder, seed) > 0.0).count();
+            assert_eq!(told, 0, "{marks}");
+        }
+        let coarse = CameraDescription { resolution_m: 3e-6, ..camera(2) };
+        assert!(at_rest(&coarse, 16e-12, 1.0, 3).abs() < f64::MIN_POSITIVE);
+    }
+
+    /// The described part of what the marks are off by is not told again, in motion and at rest; the next drive forgets
+    /// what a rest showed.
+    #[test]
+    fn law_what_is_described_is_not_told_twice() {
+        let described = CameraDescription { mark_bias_m: 4e-6, ..camera(8) };
+        let tuning = TrackTuning::<f64>::new(&described);
+        let coordinate_m2 = 1e-12 + 4e-12 / 12.0 + 16e-12;
+        let mut error = PersistentError::new();
+        for _ in 0..2_000 {
+            error.take(&frame(13.0 * coordinate_m2, 8), &tuning);
+            error.take_at_rest(&frame(13.0 * coordinate_m2, 8), tuning.camera_rad2, &tuning);
+        }
+        assert!(error.rad2(false) + error.rad2(true) < f64::MIN_POSITIVE);
+        for _ in 0..2_000 {
+            error.take_at_rest(&frame(26.0 * coordinate_m2, 8), tuning.camera_rad2, &tuning);
+        }
+        let expected = coordinate_m2 / (8.0 * 3.9e-3 * 3.9e-3);
+        assert!((error.rad2(true) / expected - 1.0).abs() < 0.03, "{:e} {expected:e}", error.rad2(true));
+        error.take(&frame(13.0 * coordinate_m2, 8), &tuning);
+        assert!(error.rad2(true) < f64::MIN_POSITIVE);
     }
 
     /// The line between two opposite marks of a rotor that tilts by `eta` about an axis in any direction: its turn, and
@@ -152,6 +268,6 @@ mod tests {
             error.take(&CameraFrame { residual: 0, ..frame(1e-10, 3) }, &tuning);
             error.take(&CameraFrame { marks_used: 2, ..frame(1e-10, 3) }, &tuning);
         }
-        assert!(error.rad2() == 0.0 && error.mean_rad2.is_none());
+        assert!(error.rad2(false) == 0.0 && error.moving.mean_rad2.is_none());
     }
 }

@@ -198,7 +198,7 @@ impl<T: Real, B: TrackCovariance<T>> Track<T, B> {
                 angle: AngleAccumulator::at(near.plus(frame.angle.minus(near).wrapped())),
                 rate_rad_s: T::zero(),
                 covariance: B::begin(
-                    tuning.frame_rad2(frame),
+                    tuning.frame_rad2(frame, false),
                     rate * rate,
                     before.map(|track| &track.state.covariance),
                 ),
@@ -287,7 +287,7 @@ impl<T: Real, B: TrackCovariance<T>> Track<T, B> {
         self.mean_innovation_rad += (innovation_rad - self.mean_innovation_rad) / tuning.mean_frames;
         let twice_frames = tuning.mean_frames + tuning.mean_frames - T::one();
         let mean_rad2 = self.mean_innovation_rad * self.mean_innovation_rad;
-        if mean_rad2 * twice_frames > T::from_f64(Self::MOVED_MAX) * tuning.frame_rad2(frame) {
+        if mean_rad2 * twice_frames > T::from_f64(Self::MOVED_MAX) * tuning.frame_rad2(frame, true) {
             FrameAtRest::Moved
         } else {
             FrameAtRest::Informative
@@ -303,8 +303,14 @@ impl<T: Real, B: TrackCovariance<T>> Track<T, B> {
     /// Fuses `frame`, which has this innovation.
     #[inline(always)]
     #[expect(clippy::inline_always, reason = "a call costs a quarter of it")]
-    pub(crate) fn correct(&mut self, frame: &CameraFrame, innovation_rad: T, tuning: &TrackTuning<T>) {
-        self.state.correct(innovation_rad, tuning.frame_rad2(frame));
+    pub(crate) fn correct(
+        &mut self,
+        frame: &CameraFrame,
+        innovation_rad: T,
+        quiet: bool,
+        tuning: &TrackTuning<T>,
+    ) {
+        self.state.correct(innovation_rad, tuning.frame_rad2(frame, quiet));
     }
 
     /// The rotor may move again: the next frames have to show rest anew.

@@ -112,8 +112,16 @@ pub struct TrackTuning<T> {
     pub independent_neighbours: T,
     /// Variance of the angle by what frames have in common, per that by which the residuals exceed the noise.
     pub persistent_part: T,
-    /// What averaging at rest cannot remove, in rad^2: [`CameraDescription::floor_rad2`]. It is a part of every
-    /// estimate's variance.
+    /// Variance of the angle from all marks by the errors of marks that neighbouring frames share, in rad^2. Frames of
+    /// a moving rotor have it beside [`Self::camera_rad2`].
+    pub mark_bias_rad2: T,
+    /// Variance of an angle from all marks by all that neighbouring frames share, as described, in rad^2. It is a part
+    /// of every estimate's variance.
+    pub persistent_rad2: T,
+    /// The same of an angle from one mark.
+    pub single_mark_rad2: T,
+    /// What averaging at rest cannot remove of the quantisation, in rad^2:
+    /// [`CameraDescription::quantisation_floor_rad2`]. It is a part of every estimate's variance.
     pub floor_rad2: T,
     /// The same as described, whatever was learnt.
     pub described_floor_rad2: T,
@@ -161,17 +169,38 @@ impl<T: Real> TrackTuning<T> {
             per_neighbours: T::from_f64(1.0 / neighbours),
             independent_neighbours: T::from_f64(2.0 * neighbours - 1.0),
             persistent_part: T::from_f64(if camera.marks > 2 { 1.0 } else { 1.0 / 3.0 }),
-            floor_rad2: T::from_f64(camera.floor_rad2()),
-            described_floor_rad2: T::from_f64(camera.floor_rad2()),
+            mark_bias_rad2: T::from_f64(camera.mark_bias_rad2()),
+            persistent_rad2: T::from_f64(camera.persistent_rad2()),
+            single_mark_rad2: T::from_f64(camera.single_mark_rad2()),
+            floor_rad2: T::from_f64(camera.quantisation_floor_rad2()),
+            described_floor_rad2: T::from_f64(camera.quantisation_floor_rad2()),
             least_dither: T::from_f64(camera.dither_rad2() / variance_rad2),
             camera: *camera,
         }
     }
 
-    /// Variance of the angle of `frame` in rad^2: larger than [`Self::camera_rad2`] if marks were left out.
+    /// Variance of the angle of `frame` in rad^2 by what differs from frame to frame: larger if marks were left out,
+    /// and if the rotor is not `quiet`, so that marks cross pixels.
     #[inline]
-    pub(crate) fn frame_rad2(&self, frame: &CameraFrame) -> T {
-        if self.has_all_marks(frame) { self.camera_rad2 } else { self.camera_rad2 * self.factor_of(frame) }
+    pub(crate) fn frame_rad2(&self, frame: &CameraFrame, quiet: bool) -> T {
+        let rad2 = if quiet { self.camera_rad2 } else { self.camera_rad2 + self.mark_bias_rad2 };
+        if self.has_all_marks(frame) { rad2 } else { rad2 * self.factor_of(frame) }
+    }
+
+    /// Variance of the angle by what `frame` and its neighbours share, as described, in rad^2.
+    #[inline]
+    pub(crate) fn shared_rad2(&self, frame: &CameraFrame) -> T {
+        if self.has_all_marks(frame) { self.persistent_rad2 } else { self.shared_of_some_rad2(frame) }
+    }
+
+    #[cold]
+    #[inline(never)]
+    fn shared_of_some_rad2(&self, frame: &CameraFrame) -> T {
+        if frame.marks_used == 1 {
+            self.single_mark_rad2
+        } else {
+            self.mark_bias_rad2 * self.factor_of(frame)
+        }
     }
 
     /// Whether no mark was left out.

@@ -276,7 +276,7 @@ impl<T: Real, B: TrackCovariance<T>> Tracker<T, B> {
         process.carry(&mut track.state, track.resting, frame.exposed_at);
         let innovation_rad: T =
             frame.angle.minus(track.state.angle.angle()).wrapped().radians_since(Angle::ZERO);
-        let variance_rad2 = track.state.covariance.innovation_rad2(self.tuning.frame_rad2(frame));
+        let variance_rad2 = track.state.covariance.innovation_rad2(self.tuning.frame_rad2(frame, quiet));
         let normalised = innovation_rad * innovation_rad * (T::one() / variance_rad2);
         // Written so that NaN and a variance that has overflowed fail both.
         let turn_known = variance_rad2 <= T::from_f64(Self::LOST_RAD2);
@@ -320,6 +320,8 @@ impl<T: Real, B: TrackCovariance<T>> Tracker<T, B> {
             } else {
                 self.correlation.take(innovation_rad, T::one() / variance_rad2, &self.tuning);
             }
+        } else if track.resting {
+            self.persistent_error.take_at_rest(frame, self.noise.white_rad2(&self.tuning), &self.tuning);
         }
         // A rotor that moves skips what concerns rest.
         let lying = quiet || track.may_rest();
@@ -331,7 +333,7 @@ impl<T: Real, B: TrackCovariance<T>> Tracker<T, B> {
         track.note_code(frame);
         let verdict = match at_rest {
             FrameAtRest::Informative => {
-                track.correct(frame, innovation_rad, &self.tuning);
+                track.correct(frame, innovation_rad, quiet, &self.tuning);
                 Verdict::Used
             }
             FrameAtRest::Repeated => Verdict::Rejected(Rejection::Repeated),

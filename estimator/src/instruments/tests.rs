@@ -20,13 +20,14 @@ fn exact_variance_of_the_default_camera() {
 fn exact_marks_divide_all_variances() {
     for marks in [2_u8, 5, 16] {
         let n = f64::from(marks);
-        let one = one_mark();
+        let one = CameraDescription { mark_bias_m: 4e-7, ..one_mark() };
         let several = CameraDescription { marks, ..one };
         for of in [
             CameraDescription::variance_rad2,
             CameraDescription::quantisation_rad2,
             CameraDescription::floor_rad2,
             CameraDescription::dither_rad2,
+            CameraDescription::mark_bias_rad2,
         ] {
             assert!((n * of(&several) / of(&one) - 1.0).abs() < 1e-12, "{marks}");
         }
@@ -112,6 +113,22 @@ fn dual_floor_is_the_mean_square_of_the_mean_codes_error() {
     assert!(without_steps.floor_rad2().abs() < f64::MIN_POSITIVE);
 }
 
+/// 0.3 um and 4 um at 3.9 mm: one mark has both, several an n-th of the first alone; an angle from one mark of several
+/// has what one has. The floor has it beside the quantisation's.
+#[test]
+fn exact_what_neighbouring_frames_share() {
+    let shared = |marks| CameraDescription { marks, mark_bias_m: 3e-7, shift_m: 4e-6, ..one_mark() };
+    let (bias_rad2, shift_rad2) = ((3e-7_f64 / 3.9e-3).powi(2), (4e-6_f64 / 3.9e-3).powi(2));
+    for (marks, expected) in [(1_u8, bias_rad2 + shift_rad2), (2, bias_rad2 / 2.0), (8, bias_rad2 / 8.0)] {
+        let camera = shared(marks);
+        assert!((camera.persistent_rad2() / expected - 1.0).abs() < 1e-12, "{marks}");
+        assert!((camera.single_mark_rad2() / (bias_rad2 + shift_rad2) - 1.0).abs() < 1e-12, "{marks}");
+        let without = CameraDescription { mark_bias_m: 0.0, shift_m: 0.0, ..camera };
+        assert!(((camera.floor_rad2() - without.floor_rad2()) / expected - 1.0).abs() < 1e-9, "{marks}");
+        assert!((camera.variance_rad2() - without.variance_rad2()).abs() < f64::MIN_POSITIVE);
+    }
+}
+
 /// A filter for each row of the table at [`Instruments::best_filter`], and for a bench without a vibrometer.
 #[test]
 fn exact_best_filters() {
@@ -149,6 +166,9 @@ fn exact_bounds_name_the_key() {
         (CameraDescription { noise_m: f64::NAN, ..camera }, "camera.noise_m"),
         (CameraDescription { resolution_m: -1e-6, ..camera }, "camera.resolution_m"),
         (CameraDescription { radius_m: 0.0, ..camera }, "camera.tracking_radius_m"),
+        (CameraDescription { mark_bias_m: f64::INFINITY, ..camera }, "camera.mark_bias_m"),
+        (CameraDescription { mark_bias_m: -1e-9, ..camera }, "camera.mark_bias_m"),
+        (CameraDescription { shift_m: 1.1e-3, ..camera }, "camera.shift_m"),
     ] {
         assert_eq!(bad.checked().unwrap_err().key, key);
     }

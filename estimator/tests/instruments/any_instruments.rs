@@ -16,6 +16,9 @@ prop_compose! {
         resolution_log in -9.0..-3.0_f64,
         radius_log in -4.0..-1.0_f64,
         marks in 1..=16_u8,
+        shared in any::<bool>(),
+        bias_log in -9.0..-3.0_f64,
+        shift_log in -9.0..-3.0_f64,
         ldv_nanos in 1000_u64..100_000,
         ldv_log in -6.0..0.0_f64,
         range in prop_oneof![Just(0.0), 0.01..100.0_f64],
@@ -31,6 +34,8 @@ prop_compose! {
             resolution_m: power(resolution_log),
             radius_m: power(radius_log).clamp(1e-4, 0.1),
             marks,
+            mark_bias_m: if shared { power(bias_log) } else { 0.0 },
+            shift_m: if shared { power(shift_log) } else { 0.0 },
         };
         let vibrometer = VibrometerDescription {
             period_nanos: ldv_nanos,

@@ -13,4 +13,5 @@ mod any_instruments;
 mod bench;
 mod camera;
 mod rest;
+mod shared_errors;
 mod vibrometer;

@@ -2,7 +2,7 @@ extern crate std;
 
 use std::vec::Vec;
 
-use estimator::Instruments;
+use estimator::{CameraDescription, Instruments};
 use proptest::prelude::*;
 use rand_core::Rng;
 use rand_pcg::Pcg64;
@@ -40,7 +40,8 @@ fn host_messages() -> Vec<HostMessage> {
         marks_used: 2,
         residual: 12,
     });
-    let instruments = HostMessage::Instruments(Instruments::default());
+    let shared = CameraDescription { mark_bias_m: 3e-7, shift_m: 7e-6, ..CameraDescription::default() };
+    let instruments = HostMessage::Instruments(Instruments { camera: shared, ..Instruments::default() });
     let parameter = HostMessage::MotorParameter(MotorParameterRecord { index: 7, value: -0.5 });
     let arm = HostMessage::Arm;
     let short = [
@@ -156,7 +157,7 @@ fn exact_another_version_is_told_from_damage() {
     let length = cobs::encode(&content, &mut frame);
     let decoded = decode::<HostMessage>(&mut frame[..length]);
     assert_eq!(decoded, Err(FrameError::Version { theirs: VERSION + 1 }));
-    assert_eq!(std::format!("{}", decoded.unwrap_err()), "protocol version 5, expected 4");
+    assert_eq!(std::format!("{}", decoded.unwrap_err()), "protocol version 6, expected 5");
 }
 
 /// A million frames, each damaged in one of five ways, on one line: none but whole ones are accepted.

@@ -69,6 +69,10 @@ pub enum RandomSource {
     LdvFaultLoss = 30,
     /// Which samples a fault makes outliers, and by how much.
     LdvFaultOutlier = 31,
+    /// Phase of the sub-pixel bias of each coordinate of each mark.
+    CameraSubpixelBias = 32,
+    /// Direction and phase of the microscope's vibration.
+    CameraVibration = 33,
 }
 
 /// The stream of `source` in the run that `seed` names.
@@ -156,6 +160,8 @@ mod tests {
             RandomSource::CameraFaultOutlier,
             RandomSource::LdvFaultLoss,
             RandomSource::LdvFaultOutlier,
+            RandomSource::CameraSubpixelBias,
+            RandomSource::CameraVibration,
             RandomSource::IdentificationDraw,
             RandomSource::IdentificationChain,
         ];

@@ -4,7 +4,7 @@ use motor_model::{Real, Time};
 
 use super::Tracker;
 use crate::camera::smoother::Smoothed;
-use crate::camera::track::{Jitter, Process, State};
+use crate::camera::track::{Jitter, Process, State, Track};
 use crate::camera::track_covariance::{Carried, SmoothedCovariance, TrackCovariance};
 use crate::filter::{Estimate, Health, Reason};
 
@@ -31,11 +31,19 @@ impl<T: Real, B: TrackCovariance<T>> Tracker<T, B> {
     /// frame counts as the gate: beyond a half the refused frames outnumber those used, and the wrong ones may be used.
     const NIS_LOST: f64 = 0.5;
 
-    /// Variance of the angle in rad^2 that no number of frames removes, at rest or in motion.
+    /// What no number of frames removes of the estimates that follow from `track`: [`crate::camera::persistent_error`].
     #[inline]
-    fn beside_rad2(&self, resting: bool) -> T {
-        let persistent = if resting { T::zero() } else { self.persistent_error.rad2() };
-        self.tuning.floor_rad2 + persistent
+    fn persistent(&self, track: &Track<T, B>) -> Jitter<T> {
+        let described =
+            self.newest.as_ref().map_or(T::zero(), |newest| self.tuning.shared_rad2(&newest.frame));
+        let shared_rad2 = described + self.persistent_error.rad2(track.resting);
+        let mut rate_rad2_s2 = T::zero();
+        if shared_rad2 > T::zero() {
+            let covariance = &track.state.covariance;
+            rate_rad2_s2 =
+                T::from_f64(0.5) * shared_rad2 * (covariance.rate_rad2_s2() / covariance.angle_rad2());
+        }
+        Jitter { angle_rad2: self.tuning.floor_rad2 + shared_rad2, rate_rad2_s2 }
     }
 
     /// Angle and rate carried forward to `now`; `None` before the first frame.
@@ -55,14 +63,14 @@ impl<T: Real, B: TrackCovariance<T>> Tracker<T, B> {
     ) -> Option<Estimate<T>> {
         let track = self.track()?;
         process.carry(&mut ahead, track.resting, now);
-        let jitter = process.jitter(now);
+        let (jitter, persistent) = (process.jitter(now), self.persistent(track));
         Some(Estimate {
             at: now,
             angle: ahead.angle.angle(),
             rate_rad_s: ahead.rate_rad_s,
-            angle_rad2: ahead.covariance.angle_rad2() + self.beside_rad2(track.resting) + jitter.angle_rad2,
+            angle_rad2: ahead.covariance.angle_rad2() + persistent.angle_rad2 + jitter.angle_rad2,
             angle_rate_rad2_s: ahead.covariance.angle_rate_rad2_s(),
-            rate_rad2_s2: ahead.covariance.rate_rad2_s2() + jitter.rate_rad2_s2,
+            rate_rad2_s2: ahead.covariance.rate_rad2_s2() + persistent.rate_rad2_s2 + jitter.rate_rad2_s2,
             resting: track.resting,
         })
     }
@@ -147,8 +155,11 @@ impl<T: Real, B: TrackCovariance<T>> Tracker<T, B> {
                 process.carry(&mut state, earlier.resting, at);
                 let smoothed = smoothed.step_back_to(&state, earlier.resting, kick, process)?;
                 let Jitter { angle_rad2, rate_rad2_s2 } = Process::<T, B>::jitter(process, at);
-                let added =
-                    Jitter { angle_rad2: angle_rad2 + self.beside_rad2(earlier.resting), rate_rad2_s2 };
+                let persistent = self.persistent(earlier);
+                let added = Jitter {
+                    angle_rad2: angle_rad2 + persistent.angle_rad2,
+                    rate_rad2_s2: rate_rad2_s2 + persistent.rate_rad2_s2,
+                };
                 return Some(smoothed.estimate(earlier.resting, added));
             }
             smoothed = smoothed.step_back_to(&earlier.state, earlier.resting, kick, process)?;

@@ -86,7 +86,7 @@ impl<T: Real, B: TrackCovariance<T>> Tracker<T, B> {
             process.carry(&mut state, newest.track.resting, frame.exposed_at);
             let innovation_rad: T =
                 frame.angle.minus(state.angle.angle()).wrapped().radians_since(Angle::ZERO);
-            let noise_rad2 = self.tuning.frame_rad2(frame);
+            let noise_rad2 = self.tuning.frame_rad2(frame, false);
             let variance_rad2 = state.covariance.innovation_rad2(noise_rad2);
             let normalised = innovation_rad * innovation_rad / variance_rad2;
             mean_misfit += normalised * part;

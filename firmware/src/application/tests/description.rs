@@ -38,10 +38,17 @@ fn law_the_bench_is_described_before_the_move_is_configured() {
     let mut bench = Bench::new();
     bench.exchange(&HostMessage::Hello);
     let Instruments { camera, vibrometer } = Instruments::default();
-    let slow = CameraDescription { period_nanos: 5_000_000, ..camera };
+    let slow = CameraDescription { period_nanos: 5_000_000, shift_m: 5e-6, ..camera };
     let blind = CameraDescription { period_nanos: 0, ..camera };
+    let [biased, shifted] = [(f64::NAN, 0.0), (0.0, 0.1)].map(|(mark_bias_m, shift_m)| CameraDescription {
+        mark_bias_m,
+        shift_m,
+        ..camera
+    });
     for (message, key) in [
         (HostMessage::Instruments(Instruments { camera: blind, vibrometer }), "camera.frame_rate_hz"),
+        (HostMessage::Instruments(Instruments { camera: biased, vibrometer }), "camera.mark_bias_m"),
+        (HostMessage::Instruments(Instruments { camera: shifted, vibrometer }), "camera.shift_m"),
         (HostMessage::MotorParameter(MotorParameterRecord { index: 255, value: 1.0 }), "motor"),
         (
             HostMessage::MotorParameter(MotorParameterRecord {

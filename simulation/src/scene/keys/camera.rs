@@ -55,6 +55,33 @@ pub const SETTINGS: &[Setting] = &[
         meaning: "standard deviation of the tracking noise, before quantisation",
     },
     Setting {
+        key: "camera.subpixel_bias_m",
+        unit: "m",
+        kind: Kind::Number { default: 0.0, min: 0.0, max: 1e-3 },
+        meaning: "amplitude of the error of a mark's coordinate that repeats from pixel to pixel, before quantisation; \
+                  averaging does not remove it",
+    },
+    Setting {
+        key: "camera.pixel_m",
+        unit: "m",
+        kind: Kind::Number { default: 1e-5, min: 1e-7, max: 1e-3 },
+        meaning: "size of a pixel on the rotor, the period of camera.subpixel_bias_m; an assumption: some 1,000 pixels \
+                  across the rotor",
+    },
+    Setting {
+        key: "camera.vibration_m",
+        unit: "m",
+        kind: Kind::Number { default: 0.0, min: 0.0, max: 1e-3 },
+        meaning: "amplitude of the microscope's vibration across the picture, which moves all marks alike, in a \
+                  direction drawn by the seed",
+    },
+    Setting {
+        key: "camera.vibration_hz",
+        unit: "Hz",
+        kind: Kind::Number { default: 120.0, min: 0.1, max: 1e4 },
+        meaning: "frequency of the microscope's vibration; an assumption: a fan or a stage's resonance",
+    },
+    Setting {
         key: "camera.latency_frames",
         unit: "",
         kind: Kind::Integer { default: 1, min: 0, max: 1000 },

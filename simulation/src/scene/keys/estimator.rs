@@ -71,6 +71,25 @@ pub const SETTINGS: &[Setting] = &[
     ),
     assumed("estimator.assumed.camera.marks", "camera.marks", "", "marks tracked, as the filters assume"),
     assumed(
+        "estimator.assumed.camera.subpixel_bias_m",
+        "camera.subpixel_bias_m",
+        "m",
+        "amplitude of the sub-pixel bias of a mark's coordinate, as the filters assume",
+    ),
+    assumed(
+        "estimator.assumed.camera.vibration_m",
+        "camera.vibration_m",
+        "m",
+        "amplitude of the microscope's vibration, as the filters assume; it counts with a single mark",
+    ),
+    assumed(
+        "estimator.assumed.hub.clearance_m",
+        "motor.hub.clearance_m",
+        "m",
+        "radial clearance in which the rotor shifts, as the filters assume, where the rotor has a hub or this is set; \
+         it counts with a single mark",
+    ),
+    assumed(
         "estimator.assumed.ldv.installed",
         "ldv.installed",
         "",

@@ -6,9 +6,14 @@
 
 use estimator::{CameraDescription, Instruments, VibrometerDescription};
 
+use motor_model::math;
+
 use super::ldv::resolution_m_s;
-use crate::scene::Scene;
+use crate::scene::{RotorModel, Scene};
 use crate::world::event_clock::EventRate;
+
+/// Radial clearance of the hub, as the filters assume: that of the design, where the rotor has a hub.
+const CLEARANCE: &str = "estimator.assumed.hub.clearance_m";
 
 /// The instruments of `scene` as the filters assume them.
 pub fn assumed(scene: &Scene) -> Instruments {
@@ -27,7 +32,22 @@ fn camera(scene: &Scene) -> CameraDescription {
         resolution_m: scene.number("estimator.assumed.camera.resolution_m"),
         radius_m: scene.number("estimator.assumed.camera.tracking_radius_m"),
         marks: u8::try_from(scene.integer("estimator.assumed.camera.marks")).unwrap_or(1),
+        mark_bias_m: math::sqrt(0.5) * scene.number("estimator.assumed.camera.subpixel_bias_m"),
+        shift_m: shift_m(scene),
     }
+}
+
+/// Root mean square shift of all marks in m, by the microscope's vibration of the amplitude V and the rotor's play of
+/// the radial clearance c in its hub: `sqrt((V^2 + c^2) / 2)`.
+///
+/// The vibration is along a line. The rotor leans on the pin on any side, off by c, of which each direction has `c^2 /
+/// 2`: the most that a shift within the clearance can have in the mean over all directions.
+fn shift_m(scene: &Scene) -> f64 {
+    let has_hub = RotorModel::of(scene).is_ok_and(RotorModel::has_hub);
+    let play_m =
+        if has_hub || scene.keys_set().any(|key| key == CLEARANCE) { scene.number(CLEARANCE) } else { 0.0 };
+    let vibration_m = scene.number("estimator.assumed.camera.vibration_m");
+    math::sqrt(0.5 * (vibration_m * vibration_m + play_m * play_m))
 }
 
 /// Time from the end of an exposure to the arrival of its frame.
@@ -77,6 +97,36 @@ mod tests {
         assert_eq!(vibrometer.period_nanos, 33_333);
         assert!((vibrometer.resolution_m_s / (0.04 / 4096.0) - 1.0).abs() < 1e-12);
         assert_eq!(of(&["ldv.installed=no"]).vibrometer, None);
+    }
+
+    /// Amplitudes of sines over `sqrt 2`. A rotor that shifts adds the design's clearance, 20 um, not the true motor's,
+    /// and one that only tilts nothing.
+    #[test]
+    fn exact_errors_that_frames_share_are_assumed_as_they_are() {
+        let shared = |sets: &[&str]| {
+            let CameraDescription { mark_bias_m, shift_m, .. } = of(sets).camera;
+            [mark_bias_m, shift_m].map(|length_m| length_m * math::sqrt(2.0))
+        };
+        let both = ["camera.subpixel_bias_m=5e-7", "camera.vibration_m=3e-6"];
+        let [bias, vibration] =
+            ["subpixel_bias_m", "vibration_m"].map(|key| format!("estimator.assumed.camera.{key}=0"));
+        let tilting = ["plant.rotor=tilting", "plant.motor.hub.clearance_m=7e-6"];
+        let tight = [tilting[0], "motor.hub.clearance_m=4e-6"];
+        for (sets, expected) in [
+            (&[][..], [0.0, 0.0]),
+            (&both, [5e-7, 3e-6]),
+            (&[both[0], both[1], &bias, &vibration], [0.0, 0.0]),
+            (&tilting, [0.0, 20e-6]),
+            (&tight, [0.0, 4e-6]),
+            (&[&tight[..], &both].concat(), [5e-7, 5e-6]),
+            (&[tilting[0], "estimator.assumed.hub.clearance_m=0"], [0.0, 0.0]),
+            (&["plant.rotor=tilting_without_shift"], [0.0, 0.0]),
+            (&["estimator.assumed.hub.clearance_m=7e-6"], [0.0, 7e-6]),
+        ] {
+            let off_m =
+                shared(sets).into_iter().zip(expected).map(|(told, expected)| (told - expected).abs());
+            assert!(off_m.fold(0.0, f64::max) < 1e-15, "{sets:?}: {:?}", shared(sets));
+        }
     }
 
     /// Each assumption is set by its own key, and the instrument does not matter then.

@@ -24,6 +24,8 @@
 //! | stamp jitter | Gaussian error of the time stamp alone |
 //! | late frame | it arrives 1 to `camera.late_frames` frames later, all as likely, and later frames overtake it |
 //! | loss | frames exposed within the outage do not exist |
+//! | sub-pixel bias | each coordinate of a mark is off by a sine of its place in a pixel: [`subpixel_bias`] |
+//! | vibration of the microscope | the picture is shifted by a sine of time, before all else: [`vibration`] |
 //! | fault, from one time to another | frames show the last picture, angle zero, or a constant more than the angle |
 //! | fault by chance, from one time to another | frames are lost, outliers, or late by a constant |
 //! | fault of a mark, from one time to another | a mark is not found, stuck, false or exchanged: [`marks`] |
@@ -32,9 +34,12 @@ mod delivery;
 mod exposure;
 mod marks;
 mod rigid_motion;
+mod single_mark;
+mod subpixel_bias;
+mod vibration;
 
 use estimator::CameraFrame;
-use motor_model::{Angle, Time, math};
+use motor_model::{Angle, Time};
 use rand_distr::{Distribution, StandardNormal};
 use rand_pcg::Pcg64;
 
@@ -51,6 +56,8 @@ use delivery::Delivery;
 use exposure::{Exposure, Shown};
 use marks::Marks;
 pub use marks::{MarkCounts, MarkedPose};
+use subpixel_bias::SubpixelBias;
+use vibration::Vibration;
 
 /// What tracking makes of a picture: all of a frame but its time.
 #[derive(Clone, Copy, Debug)]
@@ -73,6 +80,9 @@ pub struct Camera {
     marks: Option<Marks>,
     /// What the marks showed last.
     marked: Option<MarkedPose>,
+    /// Of a single mark; several have their own.
+    bias: Option<SubpixelBias>,
+    vibration: Option<Vibration>,
     exposure: Exposure,
     outlier: RandomFault,
     outlier_m: f64,
@@ -106,6 +116,8 @@ impl Camera {
             noise: random_streams::stream(seed, RandomSource::Camera),
             marks: Marks::of(scene),
             marked: None,
+            bias: SubpixelBias::of(scene),
+            vibration: Vibration::of(scene),
             outlier: RandomFault::in_bursts(
                 seed,
                 RandomSource::CameraOutlier,
@@ -185,7 +197,11 @@ impl Camera {
 
     /// Ends the exposure of a frame at `now`, when the rotor stands as `shown`.
     pub fn expose(&mut self, now: Time, shown: Shown) {
-        let (shown, middle_nanos) = self.exposure.close(now, shown);
+        let (mut shown, middle_nanos) = self.exposure.close(now, shown);
+        if let Some(vibration) = &self.vibration {
+            let shift_m = vibration.mean_shift_m(now, 2 * middle_nanos);
+            shown.pose = shown.pose.plus(&Pose { shift_m, ..Pose::LEVEL }, 1.0);
+        }
         let exposed_at = self.stamped(now, middle_nanos);
         let seen = self.seen(now, shown);
         if let Some(Picture { angle, marks_used, residual }) = self.with_fault(now, seen) {
@@ -206,7 +222,8 @@ impl Camera {
         let outlier = self.outlier(now);
         let angle_rad = shown.angle.wrapped().radians_since::<f64>(Angle::ZERO);
         let arc_m = self.radius_m * angle_rad
-            - self.radius_m * self.change_of_direction(angle_rad, &shown.pose)
+            - self.radius_m * single_mark::change_of_direction(self.radius_m, angle_rad, &shown.pose)
+            + self.bias_along_the_arc(angle_rad, &shown.pose)
             + self.noise_m * noise
             + self.outlier_m * outlier;
         let seen_m = if self.resolution_m > 0.0 {
@@ -218,21 +235,20 @@ impl Camera {
         Some(Picture { angle, marks_used: 1, residual: 0 })
     }
 
+    /// Sub-pixel bias of a single mark.
+    fn bias_along_the_arc(&self, angle_rad: f64, pose: &Pose) -> f64 {
+        let of_place = |bias: &SubpixelBias| {
+            let place = pose.seen_from_above(single_mark::place(self.radius_m, angle_rad));
+            single_mark::along_the_arc(angle_rad, bias.at(0, place))
+        };
+        self.bias.as_ref().map_or(0.0, of_place)
+    }
+
     /// Error of an outlier, in standard deviations; 0 of any other frame.
     fn outlier(&mut self, now: Time) -> f64 {
         let error = |rng: Option<&mut Pcg64>| rng.map_or(0.0, |rng| StandardNormal.sample(rng));
         let by_chance: f64 = error(self.outlier.occurs());
         by_chance + error(self.faulty.occurs(now))
-    }
-
-    /// By how much shift and tilt turn the direction of a single mark as seen from the axis, in rad, counter-clockwise.
-    fn change_of_direction(&self, angle_rad: f64, pose: &Pose) -> f64 {
-        if *pose == Pose::LEVEL {
-            return 0.0;
-        }
-        let (sine, cosine) = math::sin_cos(-angle_rad);
-        let [x, y] = pose.seen_from_above([self.radius_m * cosine, self.radius_m * sine]);
-        math::atan2(cosine * y - sine * x, cosine * x + sine * y)
     }
 
     /// The same of two marks or more.

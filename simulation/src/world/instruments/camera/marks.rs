@@ -2,11 +2,12 @@
 //!
 //! ```text
 //! mark j on the rotor    X_j = r (cos 2 pi j / n, sin 2 pi j / n),      j = 0 ... n - 1
-//! in the picture         step * round((axis + p_j + noise) / step),     p_j by `crate::world::pose`
+//! in the picture         step * round((axis + p_j + b_j + noise) / step),     p_j by `crate::world::pose`
 //! ```
 //!
-//! `axis` is the place of the pin's axis within a pixel, drawn by the seed. The angle is that of the rigid motion that
-//! fits the marks best ([`super::rigid_motion`]). It is clockwise positive, `-a`.
+//! `axis` is the place of the pin's axis within a step, drawn by the seed, and `b_j` the sub-pixel bias
+//! ([`super::subpixel_bias`]). The angle is that of the rigid motion that fits the marks best
+//! ([`super::rigid_motion`]). It is clockwise positive, `-a`.
 //!
 //! # Which marks are used
 //!
@@ -36,6 +37,7 @@ use rand_distr::{Distribution, StandardNormal, Uniform};
 use rand_pcg::Pcg64;
 
 use super::rigid_motion::{Place, RigidMotion};
+use super::subpixel_bias::SubpixelBias;
 use crate::math::count::real;
 use crate::math::random_streams::{self, RandomSource};
 use crate::scene::Scene;
@@ -85,6 +87,7 @@ pub struct MarkedPose {
 pub(super) struct Marks {
     on_rotor: Vec<Place>,
     axis_m: Place,
+    bias: Option<SubpixelBias>,
     noise_m: f64,
     step_m: f64,
     tolerance_m: f64,
@@ -127,6 +130,7 @@ impl Marks {
             found: vec![None; on_rotor.len()],
             on_rotor,
             axis_m,
+            bias: SubpixelBias::of(scene),
             noise_m: scene.number("camera.noise_m"),
             step_m,
             tolerance_m: scene.number("camera.mark_tolerance_m"),
@@ -181,9 +185,10 @@ impl Marks {
                 _ => [x, y],
             };
             let seen = pose.seen_from_above([cosine * x - sine * y, sine * x + cosine * y]);
+            let bias_m = self.bias.as_ref().map_or([0.0; 2], |bias| bias.at(j, seen));
             let [shown_x, shown_y] = [0, 1].map(|axis| {
                 let error: f64 = StandardNormal.sample(noise);
-                let shown_m = seen[axis] + self.noise_m * error;
+                let shown_m = seen[axis] + bias_m[axis] + self.noise_m * error;
                 if self.step_m > 0.0 {
                     self.step_m * ((self.axis_m[axis] + shown_m) / self.step_m).round() - self.axis_m[axis]
                 } else {

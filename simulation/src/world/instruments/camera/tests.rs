@@ -1,5 +1,7 @@
 //! The camera against its model, fault by fault.
 
+use motor_model::math;
+
 use super::*;
 use crate::world::rotor_path::RotorPoint;
 
