@@ -91,11 +91,6 @@ impl<T: Real> ToldPeriod<T> {
     }
 
     #[inline]
-    pub(super) fn has_small_impacts(&self) -> bool {
-        false
-    }
-
-    #[inline]
     pub(super) fn is_false_alarm(&self) -> bool {
         false
     }
