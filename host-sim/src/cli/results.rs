@@ -183,6 +183,8 @@ struct Effort {
     tilting_trials: u64,
     tilting_calibrations: u64,
     tilting_gyroscope_motors: u64,
+    /// Motors in each mode for the filters' errors where they are drawn around a set, with two marks.
+    drawn_error_motors: u64,
     /// Time of a plan of calibration, and of a rate, in s; as the scene says unless it is given.
     time_s: Option<&'static str>,
     step_accuracy: fn() -> step_accuracy::StepAccuracyPlan,
@@ -210,7 +212,8 @@ impl Effort {
         identified: 200,
         learnt_from: 1000,
         tilting_scenes: usize::MAX,
-        tilting_error_motors: 50,
+        tilting_error_motors: 8,
+        drawn_error_motors: 50,
         tilting_trials: 50,
         tilting_calibrations: 30,
         tilting_gyroscope_motors: 3,
@@ -237,6 +240,7 @@ impl Effort {
         learnt_from: 60,
         tilting_scenes: 1,
         tilting_error_motors: 1,
+        drawn_error_motors: 1,
         tilting_trials: 1,
         tilting_calibrations: 1,
         tilting_gyroscope_motors: 1,
@@ -262,7 +266,9 @@ fn filter_values(effort: Effort, scene: &Scene) -> Result<Vec<PlacedValue>, Comm
     let mut beside = vec![tilting::with_one_mark(scene)?];
     beside.extend(tilting::of_many_motors(scene, effort.tilting_scenes)?);
     let beside = BesideScene::run_each(&beside, |scene| {
-        filter_errors::FilterErrorsPlan::new(scene, effort.tilting_error_motors)?.run(&|_| ())
+        let drawn = scene.choice("plant.parameters") == "around_plant" && scene.integer("camera.marks") == 2;
+        let motors = if drawn { effort.drawn_error_motors } else { effort.tilting_error_motors };
+        filter_errors::FilterErrorsPlan::new(scene, motors)?.run(&|_| ())
     })?;
     let mut values = errors.with_beside(beside).page_values(tilting::HEIGHT_ONLY);
     let counts = count_instructions(None, Board::M4)?;
