@@ -48,17 +48,16 @@ fn dual_estimate_beside_is_the_estimate_of_that_scene() {
     assert_eq!(unnamed_rows(other.clone()), unnamed_rows(itself.iter().collect()));
     assert_eq!(first.len(), other.len());
     // A rotor that does not shift: the twin is not wrong by five sigma for long. One that shifts by 7 um and tilts,
-    // under one mark at 3.9 mm, is wrong by 0.1 degrees, and half of it at least is called good by the camera alone.
+    // under one mark at 3.9 mm, is off by up to 0.1 degrees, and the filters are told of it.
     let of = |rows: &[&Value], filter: &str, figure: &str| -> f64 {
         let rows = rows.iter().filter(|row| row["filter"] == filter && row["phase"] == "steady");
         rows.map(|row| number(row, figure)).sum()
     };
     assert!(of(&first, "twin", "good_beyond_5_sigma") < 20.0);
-    // Half a second in each mode, an estimate each 70 us: 14,285.
-    assert_between(of(&other, "constant_rate", "good_beyond_5_sigma"), 1000.0, 14_286.0, "steady");
+    assert!(of(&other, "constant_rate", "good_beyond_5_sigma") < 1.0);
     for row in other.iter().filter(|row| row["filter"] == "constant_rate" && row["phase"] == "steady") {
-        assert_between(number(row, "good_beyond_5_sigma_worst_mdeg"), 50.0, 400.0, row);
-        assert_between(number(row, "beyond_3_sigma"), 0.2, 1.0, row);
+        assert_between(number(row, "rms_angle_mdeg"), 20.0, 150.0, row);
+        assert_between(number(row, "beyond_3_sigma"), 0.0, 0.003, row);
     }
 }
 

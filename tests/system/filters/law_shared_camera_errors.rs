@@ -108,13 +108,15 @@ fn law_told_play_is_covered() {
     let set_f = run(set_f, &[one, ("estimator.assumed.hub.clearance_m", "7e-6")]);
     let mut all = rows("nominal", &nominal, [Asked::NotTooSure; 2]);
     all.extend(rows("set f", &set_f, [Asked::NotTooSure; 2]));
-    all.iter_mut().for_each(|row| row.independent = AT_REST);
+    for row in &mut all {
+        row.independent = AT_REST;
+    }
     assert_family_within("play", &all, &[]);
 }
 
-/// Marks that are off by 2 um, of which nothing is described: their residuals cover it in motion. At rest those of eight
-/// marks are 13 numbers and cover it as well. Two marks have one, which is right by chance, and one has none: there a
-/// filter is as sure as with a right camera, and wrong.
+/// Marks that are off by 2 um, of which nothing is described: their residuals cover it in motion. At rest those of
+/// eight marks are 13 numbers and cover it as well. Two marks have one, which may be right by chance, and one has none:
+/// there a filter is as sure as with a right camera, and wrong.
 #[test]
 fn law_bias_that_is_not_described_is_covered_as_far_as_marks_show_it() {
     let mut at_rest = Vec::new();
