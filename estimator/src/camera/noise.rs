@@ -263,6 +263,28 @@ mod tests {
         tuning
     }
 
+    /// Noise that is a fifth above the assumed one is within what counts as described, and is known all the same: its
+    /// variance is never less by more than four standard errors of 1,024 frames, 6 % each. It may be half as much again
+    /// where the first frames have adopted more. Less than in use is not known.
+    #[test]
+    fn law_what_differs_from_frame_to_frame_is_known_at_rest() {
+        let camera = CameraDescription { resolution_m: 3e-7, ..CameraDescription::default() };
+        for (factor, seed) in [(1.2, 1), (1.2, 2), (1.2, 3), (0.9, 1), (0.9, 2)] {
+            let mut rng = Pcg64::seed_from_u64(seed);
+            let mut tuning = TrackTuning::<f32>::new(&camera);
+            let mut noise = CameraNoise::new(&camera);
+            let truth = CameraDescription { noise_m: factor * camera.noise_m, ..camera }.variance_rad2();
+            for n in 0..2000 {
+                let normal: f64 = StandardNormal.sample(&mut rng);
+                let angle = Angle::from_degrees((math::sqrt(truth) * normal).to_degrees());
+                noise.take(&CameraFrame::new(Time::from_nanos(n * camera.period_nanos), angle), &mut tuning);
+            }
+            let expected = if factor > 1.0 { truth } else { camera.variance_rad2() };
+            let off = f64::from(noise.white_rad2(&tuning)) / expected;
+            assert!((0.76..1.5).contains(&off), "{factor} {seed}: {off}");
+        }
+    }
+
     /// Half the noise up to four times of it: the variance within 40 %, 1.2 of rounding in use and four standard errors
     /// of the mean (6 %).
     #[test]
