@@ -35,18 +35,19 @@
 //! # Ringing at rest
 //!
 //! A rotor may still slide when it is called at rest: the slope that called it has a standard deviation of `u`
-//! ([`crate::camera::rest_test`]). Friction stops it within a millisecond, or some where it tilts and bounces. Then the stator still rings, and the teeth on which the
-//! rotor lies move it a little: 0.3 to 0.6 mrad/s rms. This motion decays with the modes over 30 ms, beating. So the
-//! zero-rate update has the variance
+//! ([`crate::camera::rest_test`]). Friction stops it within a millisecond, or some where it tilts and bounces. Then the
+//! stator still rings, and the teeth on which the rotor lies move it a little: 0.3 to 0.6 mrad/s rms. This motion
+//! decays with the modes over 30 ms, beating. So the zero-rate update has the variance
 //!
 //! ```text
 //! while P22 > v_1   variance = max(v_1, min(u^2, m P22))       u = 0.15 rad/s, v_1 = 5e-6 rad^2/s^2, m = 5 frames
 //! then              variance = max(v_0, min(v_1, n P22))       v_0 = 1e-8 rad^2/s^2, n = 40 frames
 //! ```
 //!
-//! With it P22 falls below `u^2` at once and by the factor e every m frames to v_1, becomes `v_1 / k` after k frames more, then falls by the
-//! factor e every n frames, to what the process noise of rest leaves. (With `v_0` from the first frame on, P22 would be a hundredth of the squared error in the first
-//! milliseconds.) Long after the ringing the rate is exactly zero, and any variance of it is too large.
+//! With it P22 falls below `u^2` at once and by the factor e every m frames to v_1, becomes `v_1 / k` after k frames
+//! more, then falls by the factor e every n frames, to what the process noise of rest leaves. (With `v_0` from the
+//! first frame on, P22 would be a hundredth of the squared error in the first milliseconds.) Long after the ringing the
+//! rate is exactly zero, and any variance of it is too large.
 //!
 //! `v_0` and `v_1` are those of the default camera. Another one's are as many times larger as its frames are more, so
 //! that the angle's variance grows by `v_0 dt = 1e-12 rad^2` in a second at rest, whatever the rate of the frames. The

@@ -119,7 +119,7 @@ fn assert_sharp(rows: &[Row]) {
 fn law_errors_with_two_marks_are_as_large_as_said() {
     let estimations = CAMERAS.map(|(name, camera)| (name, estimation("2", camera)));
     let rows = each_row(&estimations, is_judged, errors);
-    assert_eq!(rows.len(), 2 * 5 * 6 * 2);
+    assert_eq!(rows.len(), 2 * 6 * 6 * 2);
     assert_within("two marks", &rows);
     assert_few_outside(judged(), &estimations, |row| row.errors_within(phase_of(row)));
     assert_sharp(&rows);
@@ -129,7 +129,7 @@ fn law_errors_with_two_marks_are_as_large_as_said() {
 fn law_filters_are_consistent_in_every_phase() {
     let estimations = CAMERAS.map(|(name, camera)| (name, estimation("1", camera)));
     let of_errors = each_row(&estimations, is_judged, errors);
-    assert_eq!(of_errors.len(), 2 * 5 * 6 * 2);
+    assert_eq!(of_errors.len(), 2 * 6 * 6 * 2);
     // What is smoothed has no innovations of its own.
     let is_filter = |row: &FilterErrorsRow| FILTERS.contains(&row.filter);
     let of_innovations = each_row(&estimations, is_filter, innovations);

@@ -21,8 +21,8 @@ const WORSE: f64 = 1.05;
 const INDEPENDENT: f64 = 40.0;
 
 /// Most that the twin's error in mode C of set G may be of that of the filter that does not learn how strongly the rate
-/// wanders. There it wanders an eighth as strongly or less, and the error of the best filter goes with the power of 1/8:
-/// 0.77. The filter that expects too much is a little worse than its best.
+/// wanders. There it wanders an eighth as strongly or less, and the error of the best filter goes with the power of
+/// 1/8: 0.77. The filter that expects too much is a little worse than its best.
 const LEARNT_WALK: f64 = 0.85;
 
 /// The tilting rotor with Table 1's values, and those of sets F and G, by their scenes.

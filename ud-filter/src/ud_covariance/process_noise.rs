@@ -231,8 +231,8 @@ mod tests {
     use super::*;
     use crate::Dense;
 
-    /// A transition that forgets nearly all of a state leaves a column of U that is as large as its weight is small. The
-    /// noise that follows has the covariance of the two sums, by matrices: 1 part in 10^12 of the largest entries.
+    /// A transition that forgets nearly all of a state leaves a column of U that is as large as its weight is small.
+    /// The noise that follows has the covariance of the two sums, by matrices: 1 part in 10^12 of the largest entries.
     #[test]
     fn dual_noise_after_a_transition_that_is_nearly_singular() {
         for kept in [0.0, 5e-16, 1e-9, 1e-4, 0.3] {

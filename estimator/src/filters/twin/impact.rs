@@ -74,7 +74,7 @@ impl<T: Real> TwinFilter<T> {
         };
         self.keep_learnt(at);
         self.unrefined_jump = Some(Uncertain { value: impact.jump_m_s, variance: impact.jump_m2_s2 });
-        if self.misfit.is_trusted() {
+        if self.misfit.accepts(explained.misfit) {
             (self.explained_kick(at, &explained), contact, Verdict::Used)
         } else {
             (self.unexplained_kick(at, impact), contact, refused)

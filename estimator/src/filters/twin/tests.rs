@@ -72,9 +72,9 @@ fn law_the_estimate_needs_a_frame_and_the_health_follows_the_vibrometer() {
     assert_eq!(filter.health(Time::from_micros(30_000)), Health::Good);
 }
 
-/// Two milliseconds ago, with the frames since, the error is as large as the estimate says and smaller than at the time.
-/// A hundred errors 10 ms apart, which are independent: the mean of their squares over the variance is 1 within 3.3 of
-/// `sqrt(2 / 100)`. Frames of both sides halve the variance of a random walk of the rate, and nearly so here.
+/// Two milliseconds ago, with the frames since, the error is as large as the estimate says and smaller than at the
+/// time. A hundred errors 10 ms apart, which are independent: the mean of their squares over the variance is 1 within
+/// 3.3 of `sqrt(2 / 100)`. Frames of both sides halve the variance of a random walk of the rate, and nearly so here.
 #[test]
 fn law_the_past_is_as_uncertain_as_it_says_and_less_than_the_present() {
     for mode in [DriveMode::B, DriveMode::C] {

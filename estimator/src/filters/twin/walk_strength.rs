@@ -1,19 +1,20 @@
 //! How strongly the rate wanders where no kicks are taken, per what motors of this design do: learnt from the frames.
 //!
-//! With the camera alone, kicks are a random walk of the rate ([`crate::ConstantRate`]). Its intensity is that of a rotor
-//! that keeps level. Where impacts or frames contradict the kicks, the rotor is another one: one that tilts spends a part
-//! of each impact on the tilt, and its rate wanders up to thirty times less. A filter that expects too strong a walk
-//! follows the camera's noise and turns back in the next frames. The mean of neighbouring innovations is smaller then
-//! than that of white ones. `T_1` is its square per its variance ([`crate::camera::innovation_correlation`]):
+//! With the camera alone, kicks are a random walk of the rate ([`crate::ConstantRate`]). Its intensity is that of a
+//! rotor that keeps level. Where impacts or frames contradict the kicks, the rotor is another one: one that tilts
+//! spends a part of each impact on the tilt, and its rate wanders up to thirty times less. A filter that expects too
+//! strong a walk follows the camera's noise and turns back in the next frames. The mean of neighbouring innovations is
+//! smaller then than that of white ones. `T_1` is its square per its variance
+//! ([`crate::camera::innovation_correlation`]):
 //!
 //! ```text
 //! w <- w (1 + g (min(T_1, 8) - T_w)),   1/32 <= w <= 1,   g = 1 / (32 n): 0.1 s,   n: 3.2 ms of frames       (F19)
 //! ```
 //!
 //! w rests where the mean of `T_1` is `T_w`. That would be 1 for a white walk. Real kicks undo a part of each other, so
-//! that the best filter with a walk still turns back a little: `T_w = 0.75`. Each mode of the drive has its own strength.
-//! It multiplies intensity and jitter of the walk. A walk that is stronger than expected is not believed: the camera may
-//! shake.
+//! that the best filter with a walk still turns back a little: `T_w = 0.75`. Each mode of the drive has its own
+//! strength. It multiplies intensity and jitter of the walk. A walk that is stronger than expected is not believed: the
+//! camera may shake.
 
 use motor_model::{DriveMode, Real};
 
