@@ -20,7 +20,7 @@
 //!
 //! The first form keeps a column exactly where a source adds little. Where a source dwarfs what it meets, `b a_j` is
 //! nearly 1 and the first form loses the column to rounding if u is large, as after a transition that is nearly
-//! singular. The second is used there, as Gill and others advise.
+//! singular. The second is used there, as Gill and others advise, and for a few states, where it costs no more.
 
 use nalgebra::SVector;
 
@@ -159,6 +159,9 @@ impl<T: Real, const N: usize> SourceSweep<T, N> {
         let Some(meeting) = self.column_gain(entry, *weight, *per_weight) else { return };
         (*weight, *per_weight) = (meeting.weight, meeting.per_weight);
         (self.spent, self.per_spent) = (meeting.spent, meeting.per_spent);
+        if N <= FEW_STATES {
+            return self.take_share(j, unit, entry, &meeting);
+        }
         // With a quarter or more kept, the first form loses two bits at most.
         let twice = meeting.kept + meeting.kept;
         if twice + twice < T::one() {
@@ -174,6 +177,13 @@ impl<T: Real, const N: usize> SourceSweep<T, N> {
     #[cold]
     #[inline(never)]
     fn dwarf_column(&mut self, j: usize, unit: &mut [T; N], entry: T, meeting: &ColumnGain<T>) {
+        self.take_share(j, unit, entry, meeting);
+    }
+
+    /// The column by the second form.
+    #[expect(clippy::inline_always, reason = "j is to be a constant in it")]
+    #[inline(always)]
+    fn take_share(&mut self, j: usize, unit: &mut [T; N], entry: T, meeting: &ColumnGain<T>) {
         for (u, a) in unit.iter_mut().zip(&mut self.gain).take(j) {
             let whole = *a;
             *a -= entry * *u;

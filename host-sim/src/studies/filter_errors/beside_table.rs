@@ -9,12 +9,12 @@ use simulation::runs::stated_errors::StatedErrors;
 
 /// What the figures of the table mean.
 const ABOUT: &str = "Root mean square error of the angle by phase, in milli-degrees. Steady, later: of the same \
-    instants, but known only 2 ms later, with the frames since. ANEES: in steady motion. Beyond 3 sigma: share of the estimates of all \
-    phases whose angle is off by more than three of the standard deviations that the filter states; 0.27 % of normal \
-    errors are. Good: share of the time in which the filter calls its estimate good. Good, beyond 5 sigma: estimates \
-    that are called good and are off by more than five, one each 70 us, and the largest error of these. A tick: time \
-    to take in what 10 us bring. Rig: time that plant and instruments take for a second of motor time. Both are of \
-    one machine and of the motor that takes least.";
+    instants, but known only 2 ms later, with the frames since. ANEES: in steady motion. Beyond 3 sigma: share of \
+    the estimates of all phases whose angle is off by more than three of the standard deviations that the filter \
+    states; 0.27 % of normal errors are. Good: share of the time in which the filter calls its estimate good. \
+    Good, beyond 5 sigma: estimates that are called good and are off by more than five, one each 70 us, and the \
+    largest error of these. A tick: time to take in what 10 us bring. Rig: time that plant and instruments take \
+    for a second of motor time. Both are of one machine and of the motor that takes least.";
 
 impl FilterErrors {
     /// Every filter in every mode on every scene, the first under the name `first`.
