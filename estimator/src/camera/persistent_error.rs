@@ -66,7 +66,7 @@ impl<T: Real> ResidualMean<T> {
     }
 
     /// Takes in the residual of a frame, of which the mean square is `expected_rad2` without further errors.
-    #[inline]
+    #[inline(never)]
     fn take(&mut self, frame: &CameraFrame, expected_rad2: T, tuning: &TrackTuning<T>) {
         if frame.residual == 0 || !tuning.has_all_marks(frame) {
             return;

@@ -44,7 +44,7 @@
 //! then              variance = max(v_0, min(v_1, n P22))       v_0 = 1e-8 rad^2/s^2, n = 40 frames
 //! ```
 //!
-//! With it P22 falls below `u^2` at once and by the factor e every m frames to v_1, becomes `v_1 / k` after k frames
+//! With it P22 falls below `u^2` at once and by the factor e every m frames to `v_1`, becomes `v_1 / k` after k frames
 //! more, then falls by the factor e every n frames, to what the process noise of rest leaves. (With `v_0` from the
 //! first frame on, P22 would be a hundredth of the squared error in the first milliseconds.) Long after the ringing the
 //! rate is exactly zero, and any variance of it is too large.

@@ -21,6 +21,7 @@
 //! The first form keeps a column exactly where a source adds little. Where a source dwarfs what it meets, `b a_j` is
 //! nearly 1 and the first form loses the column to rounding if u is large, as after a transition that is nearly
 //! singular. The second is used there, as Gill and others advise, and for a few states, where it costs no more.
+//! With more than twelve states the first form alone is used: there the second would be a quarter of the code.
 
 use nalgebra::SVector;
 
@@ -164,7 +165,7 @@ impl<T: Real, const N: usize> SourceSweep<T, N> {
         }
         // With a quarter or more kept, the first form loses two bits at most.
         let twice = meeting.kept + meeting.kept;
-        if twice + twice < T::one() {
+        if N <= UNROLLED_STATES && twice + twice < T::one() {
             return self.dwarf_column(j, unit, entry, &meeting);
         }
         for (u, a) in unit.iter_mut().zip(&mut self.gain).take(j) {

@@ -20,7 +20,7 @@ impl FilterErrors {
     /// Every filter in every mode on every scene, the first under the name `first`.
     pub(super) fn side_by_side(&self, first: &str) -> SideBySide {
         SideBySide {
-            tables: self.table_of_scenes(first).cut(3, &["ANEES", "ns a tick"]),
+            tables: self.table_of_scenes(first).cut(3, &["ANEES", "steady, later"]),
             about: self.about_scenes(first),
         }
     }
@@ -36,12 +36,12 @@ impl FilterErrors {
 
     fn table_of_scenes(&self, first: &str) -> Table {
         let header = ["scene", "drive", "filter"].into_iter().chain(TimelinePhase::ALL.map(title)).chain([
-            "steady, later",
             "ANEES",
             "beyond 3 sigma",
             "good",
             "good, beyond 5 sigma",
             "worst mdeg",
+            "steady, later",
             "ns a tick",
             "rig s/s",
         ]);
@@ -64,14 +64,14 @@ impl FilterErrors {
                 of_phase(phase).map_or_else(String::new, |row| millidegrees(row.rms_angle_mdeg))
             }),
         );
-        let smoothed = self.row(&format!("{filter}_smoothed"), drive, TimelinePhase::Steady);
-        cells.push(smoothed.map_or_else(String::new, |row| millidegrees(row.rms_angle_mdeg)));
         let steady = of_phase(TimelinePhase::Steady);
         cells.push(steady.map_or_else(String::new, |row| format!("{:.2}", row.anees)));
         cells.push(format!("{:.2} %", 100.0 * beyond_3_sigma));
         cells.push(format!("{:.1} %", 100.0 * good));
         cells.push(good_beyond_5_sigma.to_string());
         cells.push(worst_of(*good_beyond_5_sigma > 0, || millidegrees(*good_beyond_5_sigma_worst_mdeg)));
+        let smoothed = self.row(&format!("{filter}_smoothed"), drive, TimelinePhase::Steady);
+        cells.push(smoothed.map_or_else(String::new, |row| millidegrees(row.rms_angle_mdeg)));
         cells.push(format!("~{tick_ns:.0}"));
         let drive_place = DRIVES.iter().position(|(_, name)| name == drive).unwrap_or(0);
         cells.push(format!("~{:.2}", self.rig_s_per_s[drive_place]));
