@@ -242,8 +242,8 @@ fn exact_an_unusable_variance_is_replaced() {
     }
 }
 
-/// At rest P22 is below `u^2` at once and falls by the factor e every m frames to v_1. From there its inverse grows by
-/// `1 / v_1` a frame up to `n / v_1`, then by the factor e every n frames, to what the process noise allows.
+/// At rest P22 is below `u^2` at once and falls by the factor e every m frames to `v_1`. From there its inverse grows
+/// by `1 / v_1` a frame up to `n / v_1`, then by the factor e every n frames, to what the process noise allows.
 #[test]
 fn exact_the_variance_of_the_rate_at_rest_follows_the_ringing() {
     let tuning = ConstantRateTuning::<f64>::default();
