@@ -43,9 +43,10 @@ fn camera(scene: &Scene) -> CameraDescription {
 /// The vibration is along a line. The rotor leans on the pin on any side, off by c, of which each direction has `c^2 /
 /// 2`: the most that a shift within the clearance can have in the mean over all directions.
 fn shift_m(scene: &Scene) -> f64 {
+    let clearance_m = scene.number(CLEARANCE);
     let has_hub = RotorModel::of(scene).is_ok_and(RotorModel::has_hub);
-    let play_m =
-        if has_hub || scene.keys_set().any(|key| key == CLEARANCE) { scene.number(CLEARANCE) } else { 0.0 };
+    let has_play = has_hub || scene.keys_set().any(|key| key == CLEARANCE);
+    let play_m = if has_play { clearance_m } else { 0.0 };
     let vibration_m = scene.number("estimator.assumed.camera.vibration_m");
     math::sqrt(0.5 * (vibration_m * vibration_m + play_m * play_m))
 }
