@@ -255,7 +255,8 @@ fn tool_pil_over_a_noisy_serial_line() {
     assert_eq!((counters.lost, counters.duplicates, counters.late), (0, 0, 0), "{counters:?}");
 }
 
-/// The firmware ends where the host's own loop ends, to the last digit, and says so in JSON.
+/// The firmware ends where the host's own loop ends, to the last digit, and says so in JSON. One move in a thousand
+/// ends beyond its tolerance of a milli-degree; none beyond three.
 #[test]
 fn dual_pil_ends_where_the_host_ends() {
     let sets = ["position.to_deg=-0.5", "seed=4"];
@@ -263,7 +264,8 @@ fn dual_pil_ends_where_the_host_ends() {
     let alone = position::run(&scene(&sets), |_| ()).expect("a scene");
     assert_eq!(run["final_error_mdeg"], alone.final_error_mdeg);
     assert_eq!(run["steps"], (alone.duration_s * 1e5).round());
-    assert!(run["difference"].is_null() && alone.ok, "{run}");
+    assert_eq!(run["outcome"]["ok"], alone.ok);
+    assert!(run["difference"].is_null() && alone.final_error_mdeg.abs() < 3.0, "{run}");
 }
 
 /// The firmware forecasts a move as the host does, to the last bit: with the default bench, without a vibrometer at 200
