@@ -44,7 +44,7 @@ impl SubpixelBias {
             ["camera.subpixel_bias_m", "camera.pixel_m"].map(|key| scene.number(key));
         let mut draw = random_streams::stream(scene.seed(), RandomSource::CameraSubpixelBias);
         let mut phase = || Uniform::new(0.0, std::f64::consts::TAU).map_or(0.0, |law| law.sample(&mut draw));
-        (amplitude_m > 0.0).then(|| Self {
+        (amplitude_m > 0.0).then_some(Self {
             amplitude_m,
             radians_per_m: std::f64::consts::TAU / pixel_m,
             phases: (0..scene.integer("camera.marks")).map(|_| [phase(), phase()]).collect(),

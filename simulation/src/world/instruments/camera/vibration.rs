@@ -32,7 +32,7 @@ impl Vibration {
         let mut draw = random_streams::stream(scene.seed(), RandomSource::CameraVibration);
         let mut angle = || Uniform::new(0.0, TAU).map_or(0.0, |law| law.sample(&mut draw));
         let ((sine, cosine), phase) = (math::sin_cos(angle()), angle());
-        (amplitude_m > 0.0).then(|| Self {
+        (amplitude_m > 0.0).then_some(Self {
             amplitude_m: [amplitude_m * cosine, amplitude_m * sine],
             rad_s: TAU * hz,
             phase,
