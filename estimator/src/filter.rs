@@ -67,15 +67,16 @@ pub struct Estimate<T> {
     pub resting: bool,
 }
 
-/// Whether an estimate may be used. It recovers by itself when the cause has passed.
+/// Whether an estimate may be used. It recovers by itself when the cause has passed, but for a reference or a turn that
+/// is lost: these a filter that begins anew defines anew.
 ///
 /// If several causes hold, the first of this list is reported:
 ///
 /// ```text
 /// Waiting
-/// Unusable    CameraStuck, FramesRefused, Uncertain, NoiseMismatch (more frames refused than used)
-/// Degraded Uncertain (a slow camera, on time), CameraSilent, NoiseMismatch, VibrometerSilent, then the faults of the
-///             vibrometer
+/// Unusable    CameraStuck, FramesRefused, ReferenceLost, Uncertain, NoiseMismatch (more frames refused than used)
+/// Degraded    Uncertain by half a degree (a slow camera, on time), CameraSilent, NoiseMismatch, TurnUnknown,
+///             VibrometerSilent, then the faults of the vibrometer, Uncertain by a thirtieth of a degree
 /// Good
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -89,6 +90,14 @@ pub enum Health {
     Degraded(Reason),
     /// The estimate is not to be used.
     Unusable(Reason),
+}
+
+impl Health {
+    /// Whether the angle, whole turns included, is to be used.
+    #[must_use]
+    pub fn knows_angle(self) -> bool {
+        !matches!(self, Self::Waiting | Self::Unusable(_) | Self::Degraded(Reason::TurnUnknown))
+    }
 }
 
 /// What is wrong.
@@ -121,7 +130,12 @@ pub enum Reason {
     NoiseMismatch,
     /// The last frames were refused, one after the other.
     FramesRefused,
-    /// The standard deviation of the angle exceeds half a degree. Unusable: the camera is silent, or has just started.
-    /// Degraded: the camera is slow, and the estimate between two frames is right, but wide.
+    /// The frames have jumped as no rotor does: the camera was pushed, or follows another feature. The rate may be
+    /// right; what the angle counts from is not known.
+    ReferenceLost,
+    /// A driven rotor was not seen for so long that the angle is known but for whole turns.
+    TurnUnknown,
+    /// The standard deviation of the angle exceeds a thirtieth of a degree: three of them are 0.1 degrees. Beyond half a
+    /// degree the estimate is unusable where the camera is silent or has just started, and degraded where it is slow.
     Uncertain,
 }

@@ -71,6 +71,10 @@ numbered!(Health {
     21 = [Self::Unusable(Reason::VibrometerErratic)],
     22 = [Self::Degraded(Reason::VibrometerUnfit)],
     23 = [Self::Unusable(Reason::VibrometerUnfit)],
+    24 = [Self::Degraded(Reason::ReferenceLost)],
+    25 = [Self::Unusable(Reason::ReferenceLost)],
+    26 = [Self::Degraded(Reason::TurnUnknown)],
+    27 = [Self::Unusable(Reason::TurnUnknown)],
 });
 
 numbered!(Source {
@@ -282,7 +286,7 @@ mod tests {
     /// 11 reasons, 5 families, these and the cruises, 9 numbers.
     #[test]
     fn exact_every_value_comes_back_and_other_numbers_have_none() {
-        check_round_trip::<Health>(24);
+        check_round_trip::<Health>(28);
         check_round_trip::<Source>(1);
         check_round_trip::<Verdict>(8);
         check_round_trip::<Option<DriveMode>>(3);

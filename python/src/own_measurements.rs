@@ -93,7 +93,7 @@ pub const VERDICTS: [Verdict; 8] = [
 ];
 
 /// Every reason of a health, by its code; 0 is none.
-pub const REASONS: [Option<Reason>; 12] = [
+pub const REASONS: [Option<Reason>; 14] = [
     None,
     Some(Reason::VibrometerSilent),
     Some(Reason::VibrometerUnfit),
@@ -105,6 +105,8 @@ pub const REASONS: [Option<Reason>; 12] = [
     Some(Reason::CameraStuck),
     Some(Reason::NoiseMismatch),
     Some(Reason::FramesRefused),
+    Some(Reason::ReferenceLost),
+    Some(Reason::TurnUnknown),
     Some(Reason::Uncertain),
 ];
 

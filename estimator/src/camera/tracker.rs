@@ -5,12 +5,12 @@
 //!   exposed after the filter's clock .................. refuse_for_time: Future
 //!   camera stuck, same code ........................... refused: Stuck
 //!   newer than all frames: process_newest
-//!       the turn is lost .............................. restart
+//!       the turn is lost .............................. restart, turn unknown
 //!       within the gate: accept ....................... used; at rest refused: Repeated, or restart: moved
 //!           equal codes of a driven rotor ............. refused: Stuck
 //!       beyond the gate: explain_or_refuse
 //!           an earlier outlier or a kick explains it .. accept
-//!           refusals_max in a row that agree .......... restart
+//!           refusals_max in a row that agree .......... restart; a jolt explains it, or the reference is lost
 //!           otherwise ................................. refused: Gate
 //!   older: process_late
 //!       this exposure is kept already ................. refused: Duplicate
@@ -44,12 +44,16 @@
 //! show that an outlier came before or that the rotor was kicked: [`hypotheses`]. After [`TrackTuning::refusals_max`]
 //! refusals the track restarts as soon as the newest frames agree among themselves.
 //!
+//! What the angle counts from after a restart: [`mod@reference`].
+//!
 //! # A stuck camera
 //!
 //! A camera that shows one code for ever is refused until another code comes: [`stuck`].
 
 mod estimate;
 mod hypotheses;
+mod reference;
+mod silence;
 mod stuck;
 
 use heapless::Deque;
@@ -66,6 +70,8 @@ use crate::camera::track_tuning::TrackTuning;
 use crate::innovation::{Innovation, Rejection, Source, Verdict};
 use crate::measurement::{CLOCK_TOLERANCE_NANOS, CameraFrame};
 use hypotheses::Fit;
+use reference::Reference;
+use silence::Intervals;
 use stuck::Stuck;
 
 /// Frames kept, so that a late one can be fused in its place: 3.1 ms at 10,000 frames a second.
@@ -113,13 +119,15 @@ pub(crate) struct Tracker<T, B = AngleRateCovariance<T>> {
     newest: Option<TrackedFrame<T, B>>,
     /// Those before it, by exposure.
     older: Deque<TrackedFrame<T, B>, { FRAMES_KEPT - 1 }>,
+    reference: Reference<T, B>,
     stuck: Option<Stuck>,
+    /// Whether the rotor has been driven since a frame last brought another code.
+    driven: bool,
     rest_test: RestTest<T>,
     noise: CameraNoise<T>,
     persistent_error: PersistentError<T>,
     correlation: InnovationCorrelation<T>,
-    /// Age of the last frame by the filter's clock when it came, in ns.
-    latency_nanos: u64,
+    intervals: Intervals,
 }
 
 impl<T: Real, B: TrackCovariance<T>> Tracker<T, B> {
@@ -141,12 +149,14 @@ impl<T: Real, B: TrackCovariance<T>> Tracker<T, B> {
             tuning: tuning.validated(),
             newest: None,
             older: Deque::new(),
+            reference: Reference::of_the_first_frame(),
             stuck: None,
+            driven: false,
             rest_test: RestTest::new(),
             noise: CameraNoise::new(&tuning.camera),
             persistent_error: PersistentError::new(),
             correlation: InnovationCorrelation::white(),
-            latency_nanos: 0,
+            intervals: Intervals::none(),
         }
     }
 
@@ -165,12 +175,14 @@ impl<T: Real, B: TrackCovariance<T>> Tracker<T, B> {
     /// The rotor is driven: it may move, however short the drive and however long the time to the next frame.
     #[inline]
     pub(crate) fn end_rest(&mut self) {
+        self.driven = true;
         if let Some(TrackedFrame { track, .. }) = &mut self.newest
             && track.may_rest()
         {
             track.end_rest();
             self.rest_test.forget();
         }
+        self.reference.end_rest();
     }
 
     /// Whether the frames have contradicted the process since this was last asked.
@@ -205,16 +217,18 @@ impl<T: Real, B: TrackCovariance<T>> Tracker<T, B> {
 
     /// The earliest time from which the track may have to be carried again, after a late frame.
     pub(crate) fn horizon(&self) -> Option<Time> {
-        self.older.front().or(self.newest.as_ref()).map(|tracked| tracked.track.state.at)
+        let oldest = self.reference.trusted().or(self.older.front()).or(self.newest.as_ref());
+        oldest.map(|tracked| tracked.track.state.at)
     }
 
-    /// Drops the frames from before `limit`, because the kicks until then are dropped. A track that is older is carried
-    /// to `limit`.
+    /// Drops the frames from before `limit`, because the kicks until then are dropped. Tracks that are older are
+    /// carried to `limit`.
     pub(crate) fn advance_to(&mut self, limit: Time, process: &impl Process<T, B>) {
         while self.older.pop_front_if(|tracked| tracked.track.state.at < limit).is_some() {}
         if let Some(TrackedFrame { track, .. }) = &mut self.newest {
             process.carry(&mut track.state, track.resting, limit);
         }
+        self.reference.carry(limit, process);
     }
 
     /// Takes in a frame; what became of it.
@@ -229,15 +243,13 @@ impl<T: Real, B: TrackCovariance<T>> Tracker<T, B> {
             return self.begin(frame, Angle::ZERO);
         };
         let in_order = frame.exposed_at > last.exposed_at && frame.exposed_at > state.at;
-        if frame.exposed_at <= context.clock {
-            self.latency_nanos = context.clock.nanos_since(frame.exposed_at);
-        } else if context.clock > state.at
+        if context.clock > state.at
+            && frame.exposed_at > context.clock
             && !frame.exposed_at.is_within(CLOCK_TOLERANCE_NANOS.into(), context.clock)
         {
             return self.refuse_for_time(frame, Rejection::Future);
-        } else {
-            self.latency_nanos = 0;
         }
+        self.intervals.take(in_order.then_some(last.exposed_at), frame.exposed_at, context.clock);
         if context.quiet && self.noise.take(frame, &mut self.tuning) {
             self.rest_test.begin();
         }
@@ -285,11 +297,15 @@ impl<T: Real, B: TrackCovariance<T>> Tracker<T, B> {
         let plausible = normalised <= self.tuning.gate && trusted;
         let innovation = (innovation_rad, variance_rad2);
         if !turn_known {
+            self.reference.lose_turn();
             self.restart_here()
-        } else if plausible {
-            self.accept(innovation, normalised, quiet)
-        } else {
+        } else if !plausible {
             self.explain_or_refuse(innovation, quiet, process)
+        } else if track.refusals >= Self::REFUSALS_SUSTAINED && self.has_jumped(Self::JUMP_FRAMES, process) {
+            let near = self.track().map_or(Angle::ZERO, |track| track.state.angle.angle());
+            self.restart_unexplained(near, process)
+        } else {
+            self.accept(innovation, normalised, quiet)
         }
     }
 
@@ -307,11 +323,13 @@ impl<T: Real, B: TrackCovariance<T>> Tracker<T, B> {
     ) -> Innovation<T> {
         let Some(TrackedFrame { frame, track }) = &mut self.newest else { return self.restart_here() };
         let same = track.same_code(frame);
+        self.driven &= same;
         if track.same_codes >= self.tuning.stuck_frames && !quiet {
             return self.declare_stuck((innovation_rad, variance_rad2));
         }
         track.note_innovation(normalised, &self.tuning);
         track.refusals = 0;
+        self.reference.begin();
         if !quiet {
             self.persistent_error.take(frame, &self.tuning);
             // Frames that are noisier than the camera says tell of the camera.
@@ -385,7 +403,7 @@ impl<T: Real, B: TrackCovariance<T>> Tracker<T, B> {
         track.note_innovation(self.tuning.gate, &self.tuning);
         track.refusals = track.refusals.saturating_add(1);
         if track.refusals >= self.tuning.refusals_max && self.newest_frames_agree(process) {
-            return self.begin(&frame, predicted);
+            return self.restart_unexplained(predicted, process);
         }
         refused(&frame, innovation, Rejection::Gate)
     }
@@ -432,29 +450,6 @@ impl<T: Real, B: TrackCovariance<T>> Tracker<T, B> {
             }
         }
         refused(frame, (T::zero(), T::zero()), why)
-    }
-
-    /// Restarts at the newest frame, in the turn nearest to its prediction.
-    #[cold]
-    fn restart_here(&mut self) -> Innovation<T> {
-        let place = self.newest.map(|tracked| (tracked.frame, tracked.track.state.angle.angle()));
-        let (frame, near) = place.unwrap_or((CameraFrame::new(Time::ZERO, Angle::ZERO), Angle::ZERO));
-        self.begin(&frame, near)
-    }
-
-    /// Starts at `frame`, in the turn that brings it nearest to `near`.
-    #[cold]
-    fn begin(&mut self, frame: &CameraFrame, near: Angle) -> Innovation<T> {
-        self.older.clear();
-        let track = Track::started(frame, near, self.track(), &self.tuning);
-        self.newest = Some(TrackedFrame { frame: *frame, track });
-        Innovation {
-            source: Source::Camera,
-            taken_at: frame.exposed_at,
-            innovation_rad: T::zero(),
-            variance_rad2: T::zero(),
-            verdict: Verdict::Restarted,
-        }
     }
 }
 

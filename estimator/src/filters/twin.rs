@@ -162,8 +162,9 @@ use walk_strength::WalkStrength;
 /// and the camera's frames as measurements. Both keep their covariances factorised ([`ud_filter::UdCovariance`]).
 ///
 /// When impacts or frames contradict the model, its health says so ([`Reason::ImpactsUnexplained`]) and no kicks are
-/// taken: it goes on with the camera alone, as [`crate::ConstantRate`], until sixteen impacts have been explained
-/// again. The head of the module has the states, the order of work and the flags.
+/// taken: it goes on with the camera alone, as [`crate::ConstantRate`] but with the strength of the walk that the
+/// frames show, until sixteen impacts have been explained again. The head of the module has the states, the order of
+/// work and the flags.
 #[derive(Clone, Debug)]
 pub struct TwinFilter<T: Real> {
     tuning: TwinTuning<T>,

@@ -161,12 +161,15 @@ impl<T: Real> MotionWatch<T> {
     }
 
     /// What has moved the rotor from `from` to `now`: quiet only if it was quiet all the time, as far as the last
-    /// change tells.
+    /// change tells, or the last drive where frames are not described as late.
     #[inline]
     pub(crate) fn motion_since(&self, from: Time, now: Time) -> Motion {
         let motion = self.motion(now);
         match &self.history {
             Some(history) if motion == Motion::Quiet && history.changed_at > from => history.before,
+            None if motion == Motion::Quiet && self.off_since.is_some_and(|off| off > from) => {
+                Motion::Impacted(self.impact_mode)
+            }
             _ => motion,
         }
     }

@@ -26,6 +26,8 @@ const fn reason_words(reason: Reason) -> &'static str {
         Reason::CameraStuck => "camera stuck",
         Reason::NoiseMismatch => "noise mismatch",
         Reason::FramesRefused => "frames refused",
+        Reason::ReferenceLost => "reference lost",
+        Reason::TurnUnknown => "turn unknown",
         Reason::Uncertain => "uncertain",
     }
 }
@@ -51,7 +53,7 @@ const fn why(health: Health) -> Option<&'static str> {
 }
 
 /// Every reason.
-const REASONS: [Reason; 11] = [
+const REASONS: [Reason; 13] = [
     Reason::VibrometerSilent,
     Reason::VibrometerUnfit,
     Reason::VibrometerInverted,
@@ -62,6 +64,8 @@ const REASONS: [Reason; 11] = [
     Reason::CameraStuck,
     Reason::NoiseMismatch,
     Reason::FramesRefused,
+    Reason::ReferenceLost,
+    Reason::TurnUnknown,
     Reason::Uncertain,
 ];
 
@@ -90,7 +94,15 @@ const fn sentence(reason: Reason) -> &'static str {
         Reason::CameraStuck => "The camera repeated one picture: its frames were not used.",
         Reason::NoiseMismatch => "The frames scattered at least twice as much as the camera variance says.",
         Reason::FramesRefused => "The last frames were refused, one after the other.",
-        Reason::Uncertain => "The standard deviation of the angle exceeded half a degree.",
+        Reason::ReferenceLost => {
+            "The frames had jumped as no rotor does: what the angle counted from was not known."
+        }
+        Reason::TurnUnknown => {
+            "The rotor had not been seen for long: the angle was known but for whole turns."
+        }
+        Reason::Uncertain => {
+            "The angle was uncertain: its standard deviation exceeded a thirtieth of a degree."
+        }
     }
 }
 

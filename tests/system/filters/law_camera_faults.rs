@@ -49,19 +49,58 @@ fn law_a_single_jump_is_refused() {
     assert_never_false(&looks);
 }
 
-/// E4: frames twenty degrees off from now on are refused, within 0.5 ms the estimate is not to be used, and after 20
-/// frames it begins anew where they say.
+/// E4: frames that are off from now on, by 5 to 180 degrees, are refused, and within 0.5 ms the estimate is not to be
+/// used. After 20 frames it begins anew where they say, and stays of no use: what the angle counts from is lost.
 #[test]
-fn law_a_constant_error_is_believed_after_twenty_frames_and_not_in_silence() {
-    let mut bench =
-        settled(&["camera.fault=offset", "camera.fault_from_s=0.1", "camera.fault_offset_deg=20"]);
-    let looks = bench.run(B, 5, NONE);
-    for (name, delay) in delays_ms(&looks, |look| is_unusable(look, Reason::FramesRefused)) {
-        assert!(delay <= 0.5, "{name}: {delay} ms");
+fn law_a_jump_that_lasts_loses_the_reference() {
+    for offset_deg in [-5.0, 20.0, 180.0] {
+        let offset = format!("camera.fault_offset_deg={offset_deg}");
+        let mut bench = settled(&["camera.fault=offset", "camera.fault_from_s=0.1", &offset]);
+        let looks = bench.run(B, 5, NONE);
+        for (name, delay) in delays_ms(&looks, |look| is_unusable(look, Reason::FramesRefused)) {
+            assert!(delay <= 0.5, "{name}: {delay} ms");
+        }
+        for (name, delay) in delays_ms(&looks, |look| look.verdict == Some(Verdict::Restarted)) {
+            assert!((1.9..2.2).contains(&delay), "{name}: {delay} ms");
+        }
+        for command in [B, DriveCommand::OFF] {
+            let looks = bench.run(command, 50, NONE);
+            let other = looks.iter().find(|look| !is_unusable(look, Reason::ReferenceLost));
+            assert!(other.is_none(), "{offset_deg}: {other:?}");
+        }
     }
-    for (name, delay) in delays_ms(&looks, |look| look.verdict == Some(Verdict::Restarted)) {
-        assert!((1.9..2.2).contains(&delay), "{name}: {delay} ms");
+}
+
+/// A jump of 20 degrees that lasts for 5 ms: when the frames jump back to where the rotor was going, the reference is
+/// found again within as many frames as show a jump, and the angle is good within 20 ms: so long the mean of the
+/// innovations tells of the frames that were refused.
+#[test]
+fn law_frames_that_jump_back_find_the_reference_again() {
+    for until_s in ["0.103", "0.105"] {
+        let until = format!("camera.fault_until_s={until_s}");
+        let offset = ["camera.fault=offset", "camera.fault_from_s=0.1", &until, "camera.fault_offset_deg=20"];
+        let mut bench = settled(&offset);
+        let looks = bench.run(B, 40, NONE);
+        assert!(looks.iter().any(|look| is_unusable(look, Reason::ReferenceLost)));
+        let looks = &looks[800 * FILTERS.len()..];
+        assert_within_ms(15.0, looks, Look::is_good);
+        assert!(looks.iter().all(|look| !is_unusable(look, Reason::ReferenceLost)));
+        assert_never_false(looks);
     }
+}
+
+/// A rotor that is jolted by 60 rad/s, more than a kick explains, has not lost its reference: its angle goes on from
+/// where it was.
+#[test]
+fn law_a_jolt_keeps_the_reference() {
+    let mut bench = settled(&["fault.jolt_rad_s=60", "fault.from_s=0.1"]);
+    let looks = bench.run(B, 30, NONE);
+    assert!(looks.iter().any(|look| look.verdict == Some(Verdict::Restarted)), "no kick explains it");
+    assert!(looks.iter().all(|look| !is_unusable(look, Reason::ReferenceLost)));
+    assert_within_ms(10.0, &looks[300 * FILTERS.len()..], Look::is_good);
+    // A lost turn were 360 degrees, and a lost reference the 0.3 degrees of a tenth of a millisecond.
+    let last = &looks[looks.len() - FILTERS.len()..];
+    assert!(last.iter().all(|look| look.error_mdeg() < 100.0), "{last:?}");
 }
 
 /// E5: half of the frames lost for good. All that arrive are used, and the health never says more than that some are
@@ -74,8 +113,8 @@ fn law_every_other_frame_suffices() {
 }
 
 /// E5: no frame for 1 ms: said within 0.4 ms, the variance grows, and the next frames are used without a new start. For
-/// 1 s: not to be used within 20 ms, by the twin 200 ms, not wrong without saying so, and good again within 10 ms of
-/// the first frame.
+/// 1 s: not to be used within 20 ms, by the twin 200 ms, not wrong without saying so, and right again within 10 ms of
+/// the first frame, but for the turn: nobody counted it.
 #[test]
 fn law_outages_are_told_and_overcome() {
     let mut bench = settled(&[]);
@@ -94,7 +133,24 @@ fn law_outages_are_told_and_overcome() {
     assert_never_false(&looks);
     assert!(looks[20_000 * FILTERS.len()..].iter().all(|look| is_unusable(look, Reason::Uncertain)));
     let looks = bench.run(B, 50, NONE);
-    assert_within_ms(10.0, &looks, Look::is_good);
+    assert_within_ms(10.0, &looks, Look::is_right_but_for_the_turn);
+    for looks in by_filter(&looks) {
+        let off_turns = looks[looks.len() - 1].error_mdeg() / 360_000.0;
+        assert!((off_turns - off_turns.round()).abs() < 2e-4, "{}: {off_turns}", looks[0].name);
+    }
+    assert_never_false(&looks);
+}
+
+/// A camera that dies beside a rotor at rest is told, however long the rotor rests: by filters that have long let go of
+/// the frames that they kept, too.
+#[test]
+fn law_a_silent_camera_is_told_at_rest() {
+    let mut bench = settled(&[]);
+    bench.run(DriveCommand::OFF, 100, NONE);
+    let looks = bench.run(DriveCommand::OFF, 500, (|_, _| None, NONE.1));
+    assert_within_ms(0.4, &looks, |look| look.health == Health::Degraded(Reason::CameraSilent));
+    let good = looks[100 * FILTERS.len()..].iter().find(|look| look.is_good());
+    assert!(good.is_none(), "{good:?}");
 }
 
 /// E6: the last picture for ever, while the rotor turns. Found within 2.2 ms, which are 20 equal codes, a latency of
@@ -324,7 +380,8 @@ fn exact_a_frame_that_comes_twice_counts_once() {
     assert!(errors(&[]) == errors(&["camera.duplicate_probability=0.5"]));
 }
 
-/// E18: half and twice the frame rate, and stamps off by 5 us.
+/// E18: half and twice the frame rate, and stamps off by 5 us. At half the rate an estimate may be uncertain by more
+/// than a thirtieth of a degree, and says so.
 #[test]
 fn law_other_frame_rates_and_jitter_are_borne() {
     for sets in
@@ -332,7 +389,9 @@ fn law_other_frame_rates_and_jitter_are_borne() {
     {
         let looks = settled(&sets).run(B, 100, NONE);
         assert_never_false(&looks);
-        let good = looks.iter().filter(|look| look.is_good()).count() * 100 / looks.len();
+        let as_it_should =
+            |look: &&Look| look.is_good() || look.health == Health::Degraded(Reason::Uncertain);
+        let good = looks.iter().filter(as_it_should).count() * 100 / looks.len();
         assert!(good >= 95, "{sets:?}: {good} %");
     }
 }

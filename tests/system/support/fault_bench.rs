@@ -1,6 +1,6 @@
 //! A drawn motor on the rig, all filters beside it, and a fault between instruments and filters.
 
-use estimator::{AngleFilter as _, CameraFrame, Health, LdvSample, Verdict};
+use estimator::{AngleFilter as _, CameraFrame, Health, LdvSample, Reason, Verdict};
 use motor_model::{Angle, DriveCommand, DriveMode, Time, math};
 use simulation::Scene;
 use simulation::runs::filter::{AnyFilter, FILTERS};
@@ -45,6 +45,11 @@ impl Look {
     /// in the mean squares of `law_consistency` and `law_vibrometer_told_or_covered`.
     pub fn is_false(&self) -> bool {
         self.is_good() && self.error.is_some_and(|(mdeg, sigmas)| sigmas > 6.0 && mdeg > 3.0 * FRAME_MDEG)
+    }
+
+    /// Whether it is good, but perhaps for whole turns that nobody could count.
+    pub fn is_right_but_for_the_turn(&self) -> bool {
+        self.is_good() || self.health == Health::Degraded(Reason::TurnUnknown)
     }
 
     pub fn error_mdeg(&self) -> f64 {

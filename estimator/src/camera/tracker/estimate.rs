@@ -10,13 +10,16 @@ use crate::filter::{Estimate, Health, Reason};
 
 impl<T: Real, B: TrackCovariance<T>> Tracker<T, B> {
     /// Angle variance in rad^2 beyond which an estimate is of no use: half a degree.
-    const UNCERTAIN_RAD2: f64 = 7.6e-5;
+    pub(super) const UNCERTAIN_RAD2: f64 = 7.6e-5;
+
+    /// Angle variance in rad^2 beyond which an estimate is not good: three standard deviations are 0.1 degrees.
+    const WIDE_RAD2: f64 = 3.4e-7;
 
     /// Variance of the rate before a second frame: half the prior.
     const RATE_UNKNOWN_RAD2_S2: f64 = 200.0;
 
     /// Refusals in a row from which on the estimate is of no use: a single outlier or a landing causes one or two.
-    const REFUSALS_SUSTAINED: u8 = 3;
+    pub(super) const REFUSALS_SUSTAINED: u8 = 3;
 
     /// Mean normalised innovation squared beyond which the camera is worse than its variance says: a right one has 1 +-
     /// 0.13 over 64 frames, and the filters' own models are within 1.5 of it.
@@ -94,6 +97,8 @@ impl<T: Real, B: TrackCovariance<T>> Tracker<T, B> {
             Health::Unusable(Reason::CameraStuck)
         } else if track.refusals >= Self::REFUSALS_SUSTAINED {
             Health::Unusable(Reason::FramesRefused)
+        } else if self.reference.is_lost() {
+            Health::Unusable(Reason::ReferenceLost)
         } else if !certain {
             // Between the frames of a slow camera the estimate is wide, but right.
             if self.on_time(now) && variance_rad2 <= T::from_f64(Self::LOST_RAD2) {
@@ -107,8 +112,11 @@ impl<T: Real, B: TrackCovariance<T>> Tracker<T, B> {
             Health::Degraded(Reason::CameraSilent)
         } else if track.nis > T::from_f64(Self::NIS_MAX) || track.far_frames() >= Self::FAR_FRAMES {
             Health::Degraded(Reason::NoiseMismatch)
+        } else if !self.reference.turn_is_known() {
+            Health::Degraded(Reason::TurnUnknown)
         } else {
-            vibrometer.map_or(Health::Good, Health::Degraded)
+            let wide = variance_rad2 > T::from_f64(Self::WIDE_RAD2);
+            vibrometer.or(wide.then_some(Reason::Uncertain)).map_or(Health::Good, Health::Degraded)
         }
     }
 
@@ -121,15 +129,10 @@ impl<T: Real, B: TrackCovariance<T>> Tracker<T, B> {
         rate_known && !self.older.is_empty() && !self.silent(now)
     }
 
-    /// Whether no frame has come for two and a half of the mean time between them, with the latency of the last one.
+    /// Whether no frame has come for too long.
+    #[inline]
     fn silent(&self, now: Time) -> bool {
-        let (Some(newest), Some(oldest)) = (&self.newest, self.older.front()) else { return false };
-        let span_nanos = newest.frame.exposed_at.nanos_since(oldest.frame.exposed_at);
-        let overdue_nanos = now.nanos_since(newest.frame.exposed_at.plus_nanos(self.latency_nanos));
-        // Without a division, which costs a microcontroller more than all of this. In units of 64 ns no product
-        // overflows.
-        let twice_frames = 2 * u64::try_from(self.older.len()).unwrap_or(0);
-        (overdue_nanos >> 6) * twice_frames > (span_nanos >> 6) * 5
+        self.newest.is_some_and(|newest| self.intervals.silent(newest.frame.exposed_at, now))
     }
 }
 

@@ -4,7 +4,7 @@
 //! |---|---|
 //! | the frame is an outlier | the next frame is within the gate |
 //! | the last frame used was an outlier within its gate | the two newest frames fit the track before it |
-//! | the rotor was kicked after the last frame used (landing) | the four newest frames fit that track with a kick |
+//! | the rotor was kicked after the last frame used (landing) | the four newest fit it with a kick, and no jump |
 //!
 //! The variance of the kick is [`crate::TrackTuning::kick_rad2_s2`].
 //!
@@ -27,17 +27,29 @@ pub(super) struct Fit<T, B> {
     pub(super) normalised: T,
     /// Mean of the normalised innovations squared of all frames tested.
     mean_misfit: T,
+    /// How many they are.
+    frames: T,
     /// Whether the hypothesis is a kick.
     pub(super) kicked: bool,
 }
 
+impl<T: Real, B> Fit<T, B> {
+    /// Whether the frames together fit the hypothesis: the mean of n normalised innovations squared is at most
+    /// `1 + 10 / sqrt n`, beyond 99.99 % of chi-square for four frames and more, and 6 for fewer, 99.75 % of two. The
+    /// gate of each alone would let a burst of outliers pass for a kick.
+    pub(super) fn is_good(&self) -> bool {
+        let excess = self.mean_misfit - T::one();
+        excess <= T::from_f64(5.0)
+            && (excess <= T::zero() || excess * excess * self.frames <= T::from_f64(100.0))
+    }
+}
+
 impl<T: Real, B: TrackCovariance<T>> Tracker<T, B> {
-    /// Frames in a row that have to fit a kick, or a restart, before it is accepted.
+    /// Frames in a row that have to fit a kick, or the first of a restart, before it is accepted.
     const CONFIRMING_FRAMES: usize = 4;
 
-    /// Largest mean of their normalised innovations squared: 99.75 % of chi-square for two of them, 99.99 % for four.
-    /// The gate of each alone would let a burst of outliers pass for a kick.
-    const MEAN_MISFIT_MAX: f64 = 6.0;
+    /// Beyond those, one in so many may be an outlier.
+    const FRAMES_PER_OUTLIER: usize = 4;
 
     /// Frames in a row that prove that the last one used was an outlier.
     const CONFIRMING_FRAMES_OF_AN_OUTLIER: usize = 2;
@@ -46,11 +58,13 @@ impl<T: Real, B: TrackCovariance<T>> Tracker<T, B> {
     /// or the rotor was kicked right after it.
     #[cold]
     pub(super) fn explain_refusals(&mut self, process: &impl Process<T, B>) -> Option<Fit<T, B>> {
-        let state = self.track()?.state;
+        let track = self.track()?;
+        let state = track.state;
         let used = self.older.iter().rposition(|tracked| tracked.frame.exposed_at == state.at);
         if let Some(before) = used.and_then(|used| self.older.get(used.checked_sub(1)?))
-            && let Some(fit) = self.fit(before.track.state, Self::CONFIRMING_FRAMES_OF_AN_OUTLIER, process)
-            && fit.mean_misfit <= T::from_f64(Self::MEAN_MISFIT_MAX)
+            && let Some(fit) =
+                self.fit(before.track.state, T::zero(), Self::CONFIRMING_FRAMES_OF_AN_OUTLIER, process)
+            && fit.is_good()
         {
             let state = before.track.state;
             self.older.iter_mut().skip(used?).for_each(|tracked| tracked.track.state = state);
@@ -58,46 +72,79 @@ impl<T: Real, B: TrackCovariance<T>> Tracker<T, B> {
         }
         let mut kicked = state;
         kicked.covariance.widen_rate(self.tuning.kick_rad2_s2);
-        let fit = self.fit(kicked, Self::CONFIRMING_FRAMES, process)?;
-        (fit.mean_misfit <= T::from_f64(Self::MEAN_MISFIT_MAX)).then_some(Fit { kicked: true, ..fit })
+        let fit = self.fit(kicked, T::zero(), Self::CONFIRMING_FRAMES, process)?;
+        let explained = fit.is_good() && !self.has_jumped(Self::CONFIRMING_FRAMES, process);
+        explained.then_some(Fit { kicked: true, ..fit })
     }
 
     /// Whether the newest frames agree on an angle and a rate, whatever was known before.
     #[cold]
     pub(super) fn newest_frames_agree(&self, process: &impl Process<T, B>) -> bool {
-        let first =
-            self.older.len().checked_sub(Self::CONFIRMING_FRAMES).and_then(|index| self.older.get(index));
-        let Some((first, track)) = first.zip(self.track()) else { return true };
-        let started = Track::started(&first.frame, track.state.angle.angle(), Some(track), &self.tuning);
-        self.fit(started.state, Self::CONFIRMING_FRAMES, process).is_some()
+        self.frames_agree(Self::CONFIRMING_FRAMES + 1, process)
     }
 
-    /// `state` carried through the newest `count` frames, if all of them are within its gate.
-    fn fit(&self, mut state: State<T, B>, count: usize, process: &impl Process<T, B>) -> Option<Fit<T, B>> {
+    /// Whether the newest `count` frames agree on an angle and a rate.
+    #[inline(never)]
+    pub(super) fn frames_agree(&self, count: usize, process: &impl Process<T, B>) -> bool {
+        let first = (self.older.len() + 1).checked_sub(count).and_then(|index| self.older.get(index));
+        let Some((first, track)) = first.zip(self.track()) else { return true };
+        let started = Track::started(&first.frame, track.state.angle.angle(), Some(track), &self.tuning);
+        self.fit(started.state, T::zero(), count - 1, process).is_some()
+    }
+
+    /// Frames since the last one used in `track`, the newest included, as far as they are kept.
+    #[inline(never)]
+    pub(super) fn frames_since(&self, track: &Track<T, B>) -> usize {
+        1 + self.older.iter().filter(|tracked| tracked.frame.exposed_at > track.state.at).count()
+    }
+
+    /// `state` of a rotor that turns, carried through the newest `count` frames, if the newest and all but a few of the
+    /// others are within its gate. It is kicked before each frame with the variance `kick_rad2_s2`.
+    #[inline(never)]
+    pub(super) fn fit(
+        &self,
+        mut state: State<T, B>,
+        kick_rad2_s2: T,
+        count: usize,
+        process: &impl Process<T, B>,
+    ) -> Option<Fit<T, B>> {
         let newest = self.newest.as_ref()?;
-        let mut mean_misfit = T::zero();
-        let part = T::from_f64(1.0) / T::from_i32(i32::try_from(count).ok()?);
+        let (mut misfit, mut fitted, mut outliers) = (T::zero(), T::zero(), 0);
         let first = (self.older.len() + 1).checked_sub(count)?;
         for tracked in self.older.iter().skip(first).chain(core::iter::once(newest)) {
             let frame = &tracked.frame;
             if frame.exposed_at <= state.at {
                 return None;
             }
-            process.carry(&mut state, newest.track.resting, frame.exposed_at);
+            state.covariance.widen_rate(kick_rad2_s2);
+            process.carry(&mut state, false, frame.exposed_at);
             let innovation_rad: T =
                 frame.angle.minus(state.angle.angle()).wrapped().radians_since(Angle::ZERO);
             let noise_rad2 = self.tuning.frame_rad2(frame, false);
             let variance_rad2 = state.covariance.innovation_rad2(noise_rad2);
             let normalised = innovation_rad * innovation_rad / variance_rad2;
-            mean_misfit += normalised * part;
+            let is_newest = frame.exposed_at == newest.frame.exposed_at;
             // Written so that NaN is refused.
             let plausible = normalised <= self.tuning.gate;
             if !plausible {
-                return None;
+                outliers += 1;
+                if is_newest || Self::FRAMES_PER_OUTLIER * outliers + Self::CONFIRMING_FRAMES > count {
+                    return None;
+                }
+                continue;
             }
-            if frame.exposed_at == newest.frame.exposed_at {
+            (misfit, fitted) = (misfit + normalised, fitted + T::one());
+            if is_newest {
                 let innovation = (innovation_rad, variance_rad2);
-                return Some(Fit { state, innovation, normalised, mean_misfit, kicked: false });
+                let mean_misfit = misfit / fitted;
+                return Some(Fit {
+                    state,
+                    innovation,
+                    normalised,
+                    mean_misfit,
+                    frames: fitted,
+                    kicked: false,
+                });
             }
             state.correct(innovation_rad, noise_rad2);
         }

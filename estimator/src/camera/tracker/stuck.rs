@@ -5,9 +5,8 @@
 //! 10^5 even for a driven rotor that does not turn. A coarser camera repeats codes by itself, so the number follows
 //! from noise and resolution ([`stuck_frames`]). Then the camera counts as stuck: the frames with that
 //! code are taken back, and refused ([`Rejection::Stuck`]) until another code comes. At rest the same code proves
-//! nothing, see [`crate::camera::track`]. So a camera that stuck before the rotor was known to turn is used again once
-//! the rotor lies quiet, for it may be a live camera without dither. Limit: a camera that really is stuck, and became
-//! so while the rotor reversed, is used too.
+//! nothing, see [`crate::camera::track`]. So a camera that shows one code of a rotor that neither turned nor was driven
+//! since is used again once the rotor lies quiet, for it may be a live camera without dither.
 //!
 //! [`stuck_frames`]: crate::camera::track_tuning::TrackTuning::stuck_frames
 
@@ -24,15 +23,15 @@ use crate::measurement::CameraFrame;
 pub(super) struct Stuck {
     /// The code that it shows.
     code: Angle,
-    /// Whether the rotor was known to turn when the code first came.
-    turning: bool,
+    /// Whether the rotor was known to turn when the code first came, or has been driven since.
+    moved: bool,
 }
 
 impl<T: Real, B: TrackCovariance<T>> Tracker<T, B> {
     /// Whether a stuck camera shows the same code as before. Another code ends the fault.
     #[cold]
     pub(super) fn still_stuck(&mut self, frame: &CameraFrame, quiet: bool) -> bool {
-        let still = self.stuck.is_some_and(|stuck| stuck.code == frame.angle && (stuck.turning || !quiet));
+        let still = self.stuck.is_some_and(|stuck| stuck.code == frame.angle && (stuck.moved || !quiet));
         if !still {
             self.stuck = None;
         }
@@ -47,10 +46,11 @@ impl<T: Real, B: TrackCovariance<T>> Tracker<T, B> {
         while self.newest.is_some_and(|tracked| tracked.track.same_codes > 0) && !self.older.is_empty() {
             self.newest = self.older.pop_back();
         }
+        self.take_back_restart(frame.angle);
         let turning = self.track().is_some_and(|Track { state, .. }| {
             state.rate_rad_s * state.rate_rad_s > T::from_f64(9.0) * state.covariance.rate_rad2_s2()
         });
-        self.stuck = Some(Stuck { code: frame.angle, turning });
+        self.stuck = Some(Stuck { code: frame.angle, moved: turning || self.driven });
         refused(&frame, innovation, Rejection::Stuck)
     }
 }

@@ -22,7 +22,7 @@ impl FaultCampaign {
                 self.runs.len()
             ))
             .panel(self.endings())
-            .panel(self.false_valid())
+            .panel(self.unaware())
     }
 
     fn endings(&self) -> Panel {
@@ -45,12 +45,12 @@ impl FaultCampaign {
     }
 
     /// The longest time for which an estimate was called good and was wrong, of each run that had one.
-    fn false_valid(&self) -> Panel {
+    fn unaware(&self) -> Panel {
         let words = self.by_word();
-        let x = Axis::new("longest time (ms)").logarithmic().within(1e-2..1e4);
+        let x = Axis::new("longest time (ms)").logarithmic().within(10.0..1e4);
         let points = places(&words).flat_map(|(place, summary)| {
-            let runs = self.runs.iter().filter(|run| run.has(&summary.of) && run.was_falsely_valid());
-            runs.map(move |run| ((1e3 * run.false_valid_longest_s).max(1e-2), place))
+            let runs = self.runs.iter().filter(|run| run.has(&summary.of) && run.was_unaware());
+            runs.map(move |run| (1e3 * run.unaware_s, place))
         });
         panel("Estimates called good that were wrong", x, &words)
             .series(Series::points(points.collect()).colour(Colour::Vermilion).label("a run"))

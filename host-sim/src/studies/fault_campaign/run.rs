@@ -13,13 +13,17 @@ use crate::studies::positioning_trials::target;
 use simulation::runs::RunError;
 use simulation::runs::filter::FILTERS;
 use simulation::runs::position::{self, MoveEnding};
-use simulation::runs::stated_errors::is_falsely_valid;
 use simulation::scene::{Origin, RotorModel, Scene};
 
 /// What every move is asked: tolerance in degrees, time after which it is given up and time for which a target is held
 /// before the error counts, in s.
 pub(super) const OF_EVERY_MOVE: [(&str, &str); 3] =
     [("position.tolerance_deg", "0.001"), ("position.deadline_s", "10"), ("position.hold_s", "0.1")];
+
+/// An estimate of good health is wrong unawares if it is off by more than this,
+pub(super) const UNAWARE_MDEG: f64 = 100.0;
+/// for longer than this: a filter needs some frames to see that they have gone wrong.
+pub(super) const UNAWARE_NANOS: u64 = 10_000_000;
 
 /// A run, as it is written and read.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -44,12 +48,11 @@ pub struct FaultRun {
     pub error_mdeg: f64,
     /// Simulated time in s.
     pub time_s: f64,
-    /// Time in s during which the estimate was falsely valid.
-    pub false_valid_s: f64,
-    /// The longest such time without a break, in s.
-    pub false_valid_longest_s: f64,
-    /// The largest error of such an estimate; 0 if there is none.
-    pub false_valid_mdeg: f64,
+    /// The longest time without a break for which an estimate of good health was off by more than [`UNAWARE_MDEG`], in
+    /// s; 0 if it is no longer than [`UNAWARE_NANOS`].
+    pub unaware_s: f64,
+    /// The largest error in such a time; 0 if there is none.
+    pub unaware_mdeg: f64,
     /// How far the rotor was from the way between start and target at most, in degrees.
     pub excursion_deg: f64,
 }
@@ -89,9 +92,8 @@ pub(super) fn made(number: u64, of: &BesideScene) -> Result<FaultRun, RunError> 
         reason: outcome.stopped.clone().unwrap_or_default(),
         error_mdeg: outcome.final_error_mdeg,
         time_s: outcome.duration_s,
-        false_valid_s: 1e-9 * simulation::math::count::real(watch.false_nanos),
-        false_valid_longest_s: 1e-9 * simulation::math::count::real(watch.longest_nanos),
-        false_valid_mdeg: watch.worst_mdeg,
+        unaware_s: 1e-9 * simulation::math::count::real(watch.longest_nanos),
+        unaware_mdeg: watch.worst_mdeg,
         excursion_deg: watch.excursion_deg,
     })
 }
@@ -115,9 +117,9 @@ fn watched(scene: &Scene, target_deg: f64) -> Result<(position::MoveOutcome, Wat
 #[derive(Clone, Copy, Debug, Default)]
 struct Watch {
     last: Option<Time>,
-    false_nanos: u64,
-    /// Time that the present falsely valid spell has lasted.
-    spell_nanos: u64,
+    /// Time for which a good estimate has been far off without a break, and the largest error in it.
+    spell: (u64, f64),
+    /// The longest of such times that exceed [`UNAWARE_NANOS`], and the largest error in them.
     longest_nanos: u64,
     worst_mdeg: f64,
     excursion_deg: f64,
@@ -136,21 +138,16 @@ impl Watch {
         self.last = Some(at);
         let (angle_deg, low, high) = (angle.degrees(), target_deg.min(0.0), target_deg.max(0.0));
         self.excursion_deg = self.excursion_deg.max(low - angle_deg).max(angle_deg - high);
-        let off_mdeg = estimate.and_then(|estimate| {
-            let off = estimate.angle.minus(angle);
-            let off_rad: f64 = off.radians_since(Angle::ZERO);
-            let off_mdeg = 1e3 * off.degrees();
-            is_falsely_valid(off_mdeg, off_rad * off_rad / f64::from(estimate.angle_rad2), health)
-                .then_some(off_mdeg)
-        });
-        let Some(off_mdeg) = off_mdeg else {
-            self.spell_nanos = 0;
+        let off = estimate.map(|estimate| 1e3 * estimate.angle.minus(angle).degrees().abs());
+        let Some(off_mdeg) = off.filter(|off_mdeg| health == Health::Good && *off_mdeg > UNAWARE_MDEG) else {
+            self.spell = (0, 0.0);
             return;
         };
-        self.false_nanos += tick_nanos;
-        self.spell_nanos += tick_nanos;
-        self.longest_nanos = self.longest_nanos.max(self.spell_nanos);
-        self.worst_mdeg = self.worst_mdeg.max(off_mdeg.abs());
+        self.spell = (self.spell.0 + tick_nanos, self.spell.1.max(off_mdeg));
+        if self.spell.0 > UNAWARE_NANOS {
+            self.longest_nanos = self.longest_nanos.max(self.spell.0);
+            self.worst_mdeg = self.worst_mdeg.max(self.spell.1);
+        }
     }
 }
 
@@ -158,30 +155,35 @@ impl Watch {
 mod tests {
     use super::*;
 
-    /// Two spells of two and three ticks, of 0.1 and 0.2 degrees, on the way to 1 degree; the rotor passes it by 0.5.
+    /// Ticks of a millisecond on the way to 1 degree; the rotor passes it by 0.5. Of the spells of 10, 11 and 12 ms, of
+    /// 0.3, 0.2 and 0.15 degrees, the first is not longer than 10 ms; one of 20 ms is of 0.09 degrees, and one is told.
     #[test]
     fn exact_spells_errors_and_excursion() {
         let mut watch = Watch::default();
-        let mut add = |tick: u64, off_deg: f64, angle_deg: f64, health| {
-            let angle = Angle::from_degrees(angle_deg);
-            let estimate = Estimate::<f32> {
-                at: Time::ZERO,
-                angle: Angle::from_degrees(angle_deg + off_deg),
-                rate_rad_s: 0.0,
-                angle_rad2: 1e-10,
-                angle_rate_rad2_s: 0.0,
-                rate_rad2_s2: 1.0,
-                resting: false,
-            };
-            watch.add(Time::from_nanos(10_000 * tick), Some(&estimate), health, angle, 1.0);
+        let mut tick = 0;
+        let mut add = |ticks: u64, off_deg: f64, angle_deg: f64, health| {
+            for _ in 0..ticks {
+                let angle = Angle::from_degrees(angle_deg);
+                let estimate = Estimate::<f32> {
+                    at: Time::ZERO,
+                    angle: Angle::from_degrees(angle_deg + off_deg),
+                    rate_rad_s: 0.0,
+                    angle_rad2: 1e-10,
+                    angle_rate_rad2_s: 0.0,
+                    rate_rad2_s2: 1.0,
+                    resting: false,
+                };
+                tick += 1;
+                watch.add(Time::from_micros(1000 * tick), Some(&estimate), health, angle, 1.0);
+            }
         };
-        let offs = [0.0, 0.1, 0.1, 0.0, 0.2, 0.2, 0.2, 0.0];
-        for (tick, off_deg) in (0..).zip(offs) {
-            add(tick, off_deg, 0.5, Health::Good);
+        for (ticks, off_deg) in [(5, 0.0), (10, 0.3), (1, 0.0), (11, -0.2), (1, 0.05), (12, 0.15), (20, 0.09)]
+        {
+            add(ticks, off_deg, 0.5, Health::Good);
         }
-        add(8, 0.3, 1.5, Health::Unusable(estimator::Reason::CameraSilent));
-        add(9, 0.0, -0.2, Health::Good);
-        assert_eq!((watch.false_nanos, watch.longest_nanos), (50_000, 30_000));
+        add(20, 0.4, 1.5, Health::Unusable(estimator::Reason::CameraSilent));
+        add(1, 0.0, -0.2, Health::Good);
+        assert_eq!(watch.longest_nanos, 12_000_000);
         // To a unit of the angle, 8.4e-8 degrees, and its rounding.
         assert!((watch.worst_mdeg - 200.0).abs() < 2e-4, "{watch:?}");
         assert!((watch.excursion_deg - 0.5).abs() < 2e-7, "{watch:?}");

@@ -24,12 +24,12 @@ pub struct FaultSummary {
     pub timed_out: usize,
     /// On target, wrongly.
     pub wrong: usize,
-    /// With an estimate that was called good and was wrong.
-    pub false_valid: usize,
+    /// With an estimate that was called good and was wrong, for longer and by more than [`super::run`] says.
+    pub unaware: usize,
     /// The longest time for which one was, in s.
-    pub false_valid_longest_s: f64,
+    pub unaware_s: f64,
     /// The largest error of one.
-    pub false_valid_mdeg: f64,
+    pub unaware_mdeg: f64,
     /// With a rotor that ran away.
     pub runaways: usize,
 }
@@ -41,19 +41,23 @@ impl FaultRun {
     }
 
     /// Whether an estimate was called good and was wrong.
-    pub fn was_falsely_valid(&self) -> bool {
-        self.false_valid_mdeg > 0.0
+    pub fn was_unaware(&self) -> bool {
+        self.unaware_mdeg > 0.0
     }
 
     /// Whether the word of one of its faults begins with `word`, whatever the number of the mark.
     pub fn has(&self, word: &str) -> bool {
-        let unmarked = |fault: &str| match fault.strip_prefix("mark") {
-            Some(rest) => format!("mark{}", rest.trim_start_matches(|c: char| c.is_ascii_digit())),
-            None => fault.to_owned(),
-        };
         self.faults.split(' ').map(unmarked).any(|fault| {
             fault.strip_prefix(word).is_some_and(|rest| rest.is_empty() || rest.starts_with([':', '@']))
         })
+    }
+}
+
+/// The word of a fault without the number of a mark.
+pub(super) fn unmarked(fault: &str) -> String {
+    match fault.strip_prefix("mark") {
+        Some(rest) => format!("mark{}", rest.trim_start_matches(|c: char| c.is_ascii_digit())),
+        None => fault.to_owned(),
     }
 }
 
@@ -71,9 +75,9 @@ impl FaultSummary {
             gave_up: ended(MoveEnding::GaveUp),
             timed_out: ended(MoveEnding::TimedOut),
             wrong: ended(MoveEnding::Wrong),
-            false_valid: count(&FaultRun::was_falsely_valid),
-            false_valid_longest_s: largest(|run| run.false_valid_longest_s),
-            false_valid_mdeg: largest(|run| run.false_valid_mdeg),
+            unaware: count(&FaultRun::was_unaware),
+            unaware_s: largest(|run| run.unaware_s),
+            unaware_mdeg: largest(|run| run.unaware_mdeg),
             runaways: count(&FaultRun::ran_away),
         }
     }
@@ -108,7 +112,7 @@ impl FaultCampaign {
 pub(super) mod tests {
     use super::*;
 
-    pub(in super::super) fn run(faults: &str, ending: MoveEnding, false_valid_mdeg: f64) -> FaultRun {
+    pub(in super::super) fn run(faults: &str, ending: MoveEnding, unaware_mdeg: f64) -> FaultRun {
         FaultRun {
             number: 0,
             scene: "as asked".to_owned(),
@@ -120,10 +124,9 @@ pub(super) mod tests {
             reason: String::new(),
             error_mdeg: 0.2,
             time_s: 1.0,
-            false_valid_s: 1e-5 * false_valid_mdeg,
-            false_valid_longest_s: 1e-5 * false_valid_mdeg,
-            false_valid_mdeg,
-            excursion_deg: 0.2 * false_valid_mdeg,
+            unaware_s: 1e-5 * unaware_mdeg,
+            unaware_mdeg,
+            excursion_deg: 0.2 * unaware_mdeg,
         }
     }
 
@@ -138,8 +141,8 @@ pub(super) mod tests {
         let summary = FaultSummary::of("all", runs.iter());
         let counts = [summary.runs, summary.reached, summary.wrong, summary.gave_up, summary.timed_out];
         assert_eq!(counts, [4, 1, 1, 1, 1]);
-        assert_eq!((summary.false_valid, summary.runaways), (2, 1));
-        assert!((summary.false_valid_mdeg - 200.0).abs() < 1e-9);
+        assert_eq!((summary.unaware, summary.runaways), (2, 1));
+        assert!((summary.unaware_mdeg - 200.0).abs() < 1e-9);
         let with = |word: &str| runs.iter().filter(|run| run.has(word)).count();
         let words = ["ldv:lost", "mark:lost", "camera:lost", "drive:weak", "camera:los", "mark2:lost"];
         assert_eq!(words.map(with), [2, 1, 1, 1, 0, 0]);

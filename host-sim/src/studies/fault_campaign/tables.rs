@@ -4,7 +4,7 @@ use serde_json::json;
 use textwrap::{Options, WordSplitter};
 
 use super::run::OF_EVERY_MOVE;
-use super::summary::RUNAWAY_DEG;
+use super::summary::{RUNAWAY_DEG, unmarked};
 use super::{FaultCampaign, FaultRun, FaultSummary};
 use crate::report::document::{Block, Document, Table};
 use crate::report::page::PlacedValue;
@@ -16,27 +16,27 @@ use simulation::scene::faults::WORDS;
 const LISTED_MAX: usize = 5;
 
 pub(super) const ABOUT: &str = "Reached: held as on target, within three tolerances of it. Gave up: ended with a \
-    reason. Timed out: ended by the deadline. Wrong: held as on target, and further off. False valid: runs with an \
-    estimate of good health whose angle was off by more than six standard deviations and 50 milli-degrees, the \
-    longest such time, and the largest such error. Ran away: the rotor was ever so far from the way between start and \
-    target. A run with two faults counts for both.";
+    reason. Timed out: ended by the deadline. Wrong: held as on target, and further off. Unaware: runs with an \
+    estimate of good health whose angle was off by more than 100 milli-degrees for more than 10 ms without a break, \
+    the longest such time, and the largest such error. Ran away: the rotor was ever so far from the way between \
+    start and target. A run with two faults counts for both.";
 
 const TO_BE_REPEATED: &str = "The worst runs. What this campaign was given by --scene and --set belongs to each of the \
     commands, too.";
 
 const HEADER: [&str; 9] =
-    ["runs", "reached", "gave up", "timed out", "wrong", "false valid", "max s", "mdeg", "ran away"];
+    ["runs", "reached", "gave up", "timed out", "wrong", "unaware", "max s", "mdeg", "ran away"];
 
 fn cells(summary: &FaultSummary) -> Vec<String> {
-    let of_false_valid = |text: String| if summary.false_valid == 0 { "-".to_owned() } else { text };
+    let of_unaware = |text: String| if summary.unaware == 0 { "-".to_owned() } else { text };
     let counts = [summary.runs, summary.reached, summary.gave_up, summary.timed_out, summary.wrong];
     // A key stands as it is typed.
     let is_key = summary.of.contains('=');
     let mut cells = vec![if is_key { summary.of.clone() } else { summary.of.replace('_', " ") }];
     cells.extend(counts.map(|count| count.to_string()));
-    cells.push(summary.false_valid.to_string());
-    cells.push(of_false_valid(format!("{:.4}", summary.false_valid_longest_s)));
-    cells.push(of_false_valid(format!("{:.0}", summary.false_valid_mdeg)));
+    cells.push(summary.unaware.to_string());
+    cells.push(of_unaware(format!("{:.4}", summary.unaware_s)));
+    cells.push(of_unaware(format!("{:.0}", summary.unaware_mdeg)));
     cells.push(summary.runaways.to_string());
     cells
 }
@@ -97,8 +97,9 @@ impl FaultCampaign {
         format!(
             "Of {} moves during which something went wrong {} reached the target, {} gave up with a reason, {} were \
              ended by the deadline, and {} were held as on target while off it. In {} runs an estimate was called good \
-             and was wrong. In {} runs the rotor was more than {RUNAWAY_DEG:.0} degrees beside its way.",
-            all.runs, all.reached, all.gave_up, all.timed_out, all.wrong, all.false_valid, all.runaways
+             and was more than 100 milli-degrees off for 10 ms. In {} runs the rotor was more than {RUNAWAY_DEG:.0} \
+             degrees beside its way.",
+            all.runs, all.reached, all.gave_up, all.timed_out, all.wrong, all.unaware, all.runaways
         )
     }
 
@@ -114,8 +115,21 @@ impl FaultCampaign {
                 }
             };
         list("wrong", &|run| run.ending == MoveEnding::Wrong, &|run| run.error_mdeg.abs(), "mdeg");
-        list("false valid", &FaultRun::was_falsely_valid, &|run| 1e3 * run.false_valid_longest_s, "ms");
+        list("unaware", &FaultRun::was_unaware, &|run| 1e3 * run.unaware_s, "ms");
         list("ran away", &FaultRun::ran_away, &|run| run.excursion_deg, "deg");
+        table
+    }
+
+    /// Every run with an estimate that was called good and was wrong, by its faults' first word.
+    fn exceptions(&self) -> Table {
+        let mut table = Table::new(&["seed", "filter", "faults", "ms", "mdeg"]);
+        let mut runs: Vec<&FaultRun> = self.runs.iter().filter(|run| run.was_unaware()).collect();
+        runs.sort_by_key(|run| (unmarked(&run.faults), run.number));
+        for run in runs {
+            let sizes = [format!("{:.0}", 1e3 * run.unaware_s), format!("{:.0}", run.unaware_mdeg)];
+            let of = [run.seed.to_string(), run.filter.replace('_', " "), run.faults.clone()];
+            table.push(of.into_iter().chain(sizes).collect());
+        }
         table
     }
 
@@ -152,6 +166,7 @@ impl FaultCampaign {
             ("table_filters", table("filter", &self.by(|run| &run.filter)).markdown()),
             ("table_scenes", table("scene", &self.by(|run| &run.scene)).markdown()),
             ("worst", worst.join("\n")),
+            ("table_exceptions", self.exceptions().markdown()),
         ]
     }
 

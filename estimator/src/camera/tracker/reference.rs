@@ -1,0 +1,207 @@
+//! What the angle counts from, and whether a restart keeps it.
+//!
+//! A rotor turns without jumps. A jump of the frames that lasts shows a camera that was pushed, or tracking that
+//! follows another feature or takes marks for each other. So a restart that nothing explains loses the reference: the
+//! angle is relative to an unknown one, and not to be used.
+//!
+//! | restart | the reference |
+//! |---|---|
+//! | the turn is lost: a driven rotor was not seen for long | the angle is right but for whole turns, for good |
+//! | the frames since the last one used do not agree among themselves: they scatter | is kept |
+//! | they go on from its angle: the rotor was jolted, once and by any rate, or kicked before every frame | is kept |
+//! | they agree, and nothing explains them | is lost; the track before is kept, carried on, as the trusted one |
+//! | the reference is lost, and the frames are where the trusted track is | is found again |
+//! | the frames since the jump turn out to be one code of a stuck camera | is found again, with the trusted track |
+//!
+//! The trusted track is carried on until it is uncertain by three degrees: of all places one in ten is within its gate.
+//!
+//! Limits: a jump within the gate of a frame, six standard deviations, or within what kicks turn between frames, some
+//! tenths of a degree, is taken for a motion.
+
+use motor_model::{Angle, Real, Time};
+
+use super::hypotheses::Fit;
+use super::{TrackedFrame, Tracker};
+use crate::camera::track::{Process, Track};
+use crate::camera::track_covariance::TrackCovariance;
+use crate::innovation::{Innovation, Source, Verdict};
+use crate::measurement::CameraFrame;
+
+/// What the angle counts from.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Reference<T, B> {
+    /// Whether a frame has been used since the first one: until then that frame is the reference.
+    begun: bool,
+    /// Whether the turn is known.
+    turn_known: bool,
+    /// Whether the frames have jumped.
+    lost: bool,
+    /// The track before they jumped, while it is of use.
+    trusted: Option<TrackedFrame<T, B>>,
+}
+
+impl<T: Real, B: TrackCovariance<T>> Reference<T, B> {
+    /// Variance of the trusted track's angle beyond which it is of no use, in rad^2: three degrees.
+    const TRUSTED_RAD2: f64 = 2.7e-3;
+
+    /// That of the first frame.
+    pub(super) fn of_the_first_frame() -> Self {
+        Self { begun: false, turn_known: true, lost: false, trusted: None }
+    }
+
+    /// A frame after the first is used.
+    #[inline]
+    pub(super) fn begin(&mut self) {
+        self.begun = true;
+    }
+
+    /// A frame came too late for the turn to be known.
+    pub(super) fn lose_turn(&mut self) {
+        self.turn_known = !self.begun;
+    }
+
+    #[inline]
+    pub(super) fn is_lost(&self) -> bool {
+        self.lost
+    }
+
+    #[inline]
+    pub(super) fn turn_is_known(&self) -> bool {
+        self.turn_known
+    }
+
+    /// The track before the frames jumped, while it is of use.
+    #[inline]
+    pub(super) fn trusted(&self) -> Option<&TrackedFrame<T, B>> {
+        self.trusted.as_ref()
+    }
+
+    /// The rotor is driven: it may move.
+    #[inline]
+    pub(super) fn end_rest(&mut self) {
+        if let Some(TrackedFrame { track, .. }) = &mut self.trusted {
+            track.end_rest();
+        }
+    }
+
+    /// Carries the trusted track to `until`, as long as it is of use.
+    #[inline(never)]
+    pub(super) fn carry(&mut self, until: Time, process: &impl Process<T, B>) {
+        let Some(TrackedFrame { track: Track { state, resting, .. }, .. }) = &mut self.trusted else {
+            return;
+        };
+        process.carry(state, *resting, until);
+        // Written so that a variance that has overflowed is not certain.
+        let certain = state.covariance.angle_rad2() <= T::from_f64(Self::TRUSTED_RAD2);
+        if !certain {
+            self.trusted = None;
+        }
+    }
+}
+
+impl<T: Real, B: TrackCovariance<T>> Tracker<T, B> {
+    /// Standard deviation of the rate after a jolt, in rad/s: 16 turns a second.
+    const JOLT_RAD_S: f64 = 100.0;
+
+    /// Whether the frames since the last one used, `least` or more, agree among themselves, and no rotor has gone
+    /// there: a track that has become uncertain meanwhile would take them in. A track that outliers may have led astray
+    /// proves nothing.
+    #[cold]
+    pub(super) fn has_jumped(&self, least: usize, process: &impl Process<T, B>) -> bool {
+        let Some(track) = self.older.back().map(|before| before.track) else { return false };
+        let used = self.older.iter().rev().find(|tracked| tracked.frame.exposed_at == track.state.at);
+        let calm = used.is_some_and(|used| {
+            used.track.far_frames() == 0 && used.track.nis <= T::from_f64(Self::NIS_DOUBTED)
+        });
+        let count = self.frames_since(&track);
+        calm && count >= least
+            && self.frames_agree(count, process)
+            && self.followed(&track, process).is_none()
+    }
+
+    /// Frames that prove a jump: fewer that scatter may agree by chance.
+    pub(super) const JUMP_FRAMES: usize = 11;
+
+    /// Restarts at the newest frame, which no kick explains. `near` is the prediction.
+    #[cold]
+    #[inline(never)]
+    pub(super) fn restart_unexplained(&mut self, near: Angle, process: &impl Process<T, B>) -> Innovation<T> {
+        let (Some(TrackedFrame { frame, .. }), Some(before)) = (self.newest, self.older.back()) else {
+            return self.restart_here();
+        };
+        let before = TrackedFrame { frame, ..*before };
+        let mut near = near;
+        if self.reference.lost {
+            if let Some(found) = self.found_again(&frame, process) {
+                near = found;
+                (self.reference.lost, self.reference.trusted) = (false, None);
+            }
+        } else if let Some(followed) = self.followed(&before.track, process) {
+            near = followed;
+        } else if self.frames_agree(self.frames_since(&before.track), process) {
+            (self.reference.lost, self.reference.trusted) = (true, Some(before));
+        }
+        self.begin(&frame, near)
+    }
+
+    /// Angle of the trusted track at `frame`, if the frame is where that track leads.
+    fn found_again(&mut self, frame: &CameraFrame, process: &impl Process<T, B>) -> Option<Angle> {
+        self.reference.carry(frame.exposed_at, process);
+        let state = &self.reference.trusted.as_ref()?.track.state;
+        let near = state.angle.angle();
+        let off_rad: T = frame.angle.minus(near).wrapped().radians_since(Angle::ZERO);
+        let variance_rad2 = state.covariance.innovation_rad2(self.tuning.frame_rad2(frame, false));
+        (off_rad * off_rad <= self.tuning.gate * variance_rad2).then_some(near)
+    }
+
+    /// Angle of the rotor, if it may have come there since the last frame of `track`: jolted once, by any rate, or
+    /// kicked before every frame.
+    #[inline(never)]
+    fn followed(&self, track: &Track<T, B>, process: &impl Process<T, B>) -> Option<Angle> {
+        let jolt_rad2_s2 = T::from_f64(Self::JOLT_RAD_S * Self::JOLT_RAD_S);
+        for [once, each] in [[jolt_rad2_s2, T::zero()], [T::zero(), self.tuning.kick_rad2_s2]] {
+            let mut state = track.state;
+            state.covariance.widen_rate(once);
+            let fit = self.fit(state, each, self.frames_since(track), process);
+            if let Some(fit) = fit.filter(Fit::is_good) {
+                return Some(fit.state.angle.angle());
+            }
+        }
+        None
+    }
+
+    /// Takes back a restart at the code of a camera that turns out to be stuck: the reference is as before.
+    #[cold]
+    pub(super) fn take_back_restart(&mut self, code: Angle) {
+        let stuck_since =
+            self.newest.is_some_and(|newest| newest.frame.angle == code && self.older.is_empty());
+        if let Some(trusted) = self.reference.trusted.take_if(|_| stuck_since) {
+            self.newest = Some(trusted);
+            self.reference.lost = false;
+        }
+    }
+
+    /// Restarts at the newest frame, in the turn nearest to its prediction.
+    #[cold]
+    pub(super) fn restart_here(&mut self) -> Innovation<T> {
+        let place = self.newest.map(|tracked| (tracked.frame, tracked.track.state.angle.angle()));
+        let (frame, near) = place.unwrap_or((CameraFrame::new(Time::ZERO, Angle::ZERO), Angle::ZERO));
+        self.begin(&frame, near)
+    }
+
+    /// Starts at `frame`, in the turn that brings it nearest to `near`.
+    #[cold]
+    #[inline(never)]
+    pub(super) fn begin(&mut self, frame: &CameraFrame, near: Angle) -> Innovation<T> {
+        self.older.clear();
+        let track = Track::started(frame, near, self.track(), &self.tuning);
+        self.newest = Some(TrackedFrame { frame: *frame, track });
+        Innovation {
+            source: Source::Camera,
+            taken_at: frame.exposed_at,
+            innovation_rad: T::zero(),
+            variance_rad2: T::zero(),
+            verdict: Verdict::Restarted,
+        }
+    }
+}
