@@ -1,6 +1,6 @@
 //! Filters without a vibrometer, and with bad ones.
 
-use estimator::{CameraDescription, Health, Instruments, VibrometerDescription};
+use estimator::{CameraDescription, Health, Instruments, Reason, VibrometerDescription};
 use motor_model::{DriveCommand, DriveMode};
 
 use crate::bench::{Bench, TICK_NANOS, filters};
@@ -48,13 +48,15 @@ fn law_rest_is_found_without_a_vibrometer() {
                         assert!(sigma_rad < 3e-4, "{name}: {sigma_rad}");
                         assert!(!matches!(health, Health::Unusable(_)), "{name}: {health:?}");
                     }
-                    let expected =
-                        if instruments.vibrometer.is_none() && n > 10_000 && !moving && estimate.resting {
-                            health == Health::Good
-                        } else {
-                            true
-                        };
-                    assert!(expected, "{name}: {health:?} without a fault");
+                    if instruments.vibrometer.is_none() && n > 10_000 && !moving && estimate.resting {
+                        // A slow camera has shown few frames of this rest. The bound is a thirtieth of a degree.
+                        let thirtieths = 30.0 * f64::from(estimate.angle_rad2).sqrt().to_degrees();
+                        match health {
+                            Health::Good => assert!(thirtieths < 1.001, "{name}: {thirtieths}"),
+                            Health::Degraded(Reason::Uncertain) => assert!(thirtieths > 0.999, "{name}"),
+                            other => panic!("{name}: {other:?} without a fault"),
+                        }
+                    }
                 }
             }
         }

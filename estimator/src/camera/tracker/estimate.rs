@@ -13,7 +13,7 @@ impl<T: Real, B: TrackCovariance<T>> Tracker<T, B> {
     pub(super) const UNCERTAIN_RAD2: f64 = 7.6e-5;
 
     /// Angle variance in rad^2 beyond which an estimate is not good: three standard deviations are 0.1 degrees.
-    const WIDE_RAD2: f64 = 3.4e-7;
+    const WIDE_RAD2: f64 = 3.385e-7;
 
     /// Variance of the rate before a second frame: half the prior.
     const RATE_UNKNOWN_RAD2_S2: f64 = 200.0;
