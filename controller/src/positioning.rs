@@ -168,7 +168,7 @@ impl Positioning {
     ) -> DriveCommand {
         // An estimate that is wide but right is not lost.
         let wide = health == Health::Unusable(Reason::Uncertain);
-        let usable = estimate.filter(|_| wide || health.knows_angle());
+        let usable = estimate.filter(|_| wide || !matches!(health, Health::Unusable(_)));
         self.phase = match (self.phase, usable) {
             (PositioningPhase::Stopped(why), _) => PositioningPhase::Stopped(why),
             (_, None) => self.wait(now, health),

@@ -92,14 +92,6 @@ pub enum Health {
     Unusable(Reason),
 }
 
-impl Health {
-    /// Whether the angle, whole turns included, is to be used.
-    #[must_use]
-    pub fn knows_angle(self) -> bool {
-        !matches!(self, Self::Waiting | Self::Unusable(_) | Self::Degraded(Reason::TurnUnknown))
-    }
-}
-
 /// What is wrong.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
