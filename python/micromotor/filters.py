@@ -41,7 +41,9 @@ class Reason(IntEnum):
     CAMERA_STUCK = 8
     NOISE_MISMATCH = 9
     FRAMES_REFUSED = 10
-    UNCERTAIN = 11
+    REFERENCE_LOST = 11
+    TURN_UNKNOWN = 12
+    UNCERTAIN = 13
 
 
 class Verdict(IntEnum):
