@@ -127,7 +127,7 @@ pub enum Reason {
     ReferenceLost,
     /// A driven rotor was not seen for so long that the angle is known but for whole turns.
     TurnUnknown,
-    /// The standard deviation of the angle exceeds a thirtieth of a degree: three of them are 0.1 degrees. Beyond half a
-    /// degree the estimate is unusable where the camera is silent or has just started, and degraded where it is slow.
+    /// The standard deviation of the angle exceeds a thirtieth of a degree: three of them are 0.1 degrees. Beyond half
+    /// a degree the estimate is unusable where the camera is silent or has just started, and degraded where it is slow.
     Uncertain,
 }

@@ -8,6 +8,7 @@
 //! | `table` | records into rows: one of each vibrometer sample, frame, impact and logged tick |
 //! | `parquet_log`, `csv_log` | these rows into a file |
 //! | `held_file` | a file that has room for its end before its middle is written |
+//! | `options` | what is written |
 //! | `recorder` | the observer of a run: it gives the records to a thread that writes them |
 //! | `reader` | an MCAP log, message by message |
 //! | `replay`, `replay_sums` | a log through a filter, beside what was recorded |
@@ -30,6 +31,7 @@ mod held_file;
 pub mod import;
 mod mcap_file;
 mod mcap_log;
+mod options;
 mod parquet_log;
 mod reader;
 mod recorder;
@@ -41,8 +43,9 @@ mod words;
 pub use channels::{CHANNELS, Channel};
 pub use error::LogError;
 pub use explain::{Explanation, LogEvent, explain};
+pub use options::LogOptions;
 pub use reader::{LogHead, LogMessage, LogPart, LogReader, open, read_head};
-pub use recorder::{Ending, LogOptions, LogRecorder, Logged};
+pub use recorder::{Ending, LogRecorder, Logged};
 pub use replay::replay;
 pub use replay_sums::{FilterFigures, Replayed};
 pub use table::COLUMNS;

@@ -59,8 +59,6 @@ const UNDITHERED: f64 = 0.5;
 /// Changes to be expected before that is judged, in second differences per those of independent errors: of thirty
 /// changes half are missing by chance once in a thousand times.
 const CHANGES_MIN: f64 = 30.0;
-/// Resolution per noise beyond which a smaller noise is not learnt.
-pub(crate) const COARSE: f64 = 2.5;
 
 /// The last two frames, and the mean square of the second differences.
 #[derive(Clone, Copy, Debug)]

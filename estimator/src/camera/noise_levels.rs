@@ -3,10 +3,11 @@
 
 use motor_model::{Real, math};
 
-use crate::camera::noise::COARSE;
 use crate::camera::rest_test::resting_frames;
 use crate::instruments::CameraDescription;
 
+/// Resolution per noise beyond which a smaller noise is not learnt.
+pub(crate) const COARSE: f64 = 2.5;
 /// Levels of the variance, each twice the one before: from 1/64 to 16 times the larger of assumed noise and steps.
 const LEVELS: usize = 11;
 /// Halvings of the distance between two levels.

@@ -5,7 +5,7 @@
 
 use motor_model::{Real, math};
 
-use crate::camera::noise::COARSE;
+use crate::camera::noise_levels::COARSE;
 use crate::camera::rest_test::resting_frames;
 use crate::instruments::CameraDescription;
 use crate::measurement::CameraFrame;

@@ -19,24 +19,7 @@
 //! refuse_for_time ...................................... refused; after refusals_max in a row restart
 //! ```
 //!
-//! # The lag
-//!
-//! A frame is fused at its exposure, however late it arrives. Frames in order cost nothing extra, whatever their
-//! latency: the track lives at the last exposure and is carried forward when an estimate is asked for. A frame older
-//! than the last is fused in its place: the track goes back to the frame before it, and the newer frames are taken in
-//! again. So the order of arrival makes no difference. For this the last [`FRAMES_KEPT`] frames are kept, each with the
-//! track after it. 32 frames cover 3.1 ms at 10,000 frames a second and take 2.6 kB in `f32`. They limit the
-//! *difference* of latencies that can be corrected, not the latency. Going back costs at most 31 times the price of one
-//! frame.
-//!
-//! - A frame from before the oldest one kept is [`Rejection::OutOfHorizon`].
-//! - A frame of an exposure that is kept already is [`Rejection::Duplicate`].
-//! - A frame from more than a millisecond after the filter's clock is [`Rejection::Future`]: its own clock is wrong.
-//!   The filter's clock is the latest time of drive and vibrometer ([`crate::MotionWatch`]). Where neither has reported
-//!   a time since the last frame there is no clock to judge by.
-//!
-//! None of these moves the estimate. All but duplicates count as refusals, so that a track which itself stands at a
-//! wrong time is given up after [`TrackTuning::refusals_max`] of them.
+//! A frame is fused at its exposure, however late it arrives: [`lag`].
 //!
 //! # The gate
 //!
@@ -52,6 +35,7 @@
 
 mod estimate;
 mod hypotheses;
+mod lag;
 mod reference;
 mod silence;
 mod stuck;
@@ -406,50 +390,6 @@ impl<T: Real, B: TrackCovariance<T>> Tracker<T, B> {
             return self.restart_unexplained(predicted, process);
         }
         refused(&frame, innovation, Rejection::Gate)
-    }
-
-    /// A frame that arrives after newer ones: goes back, fuses it, and then the newer ones again.
-    #[cold]
-    fn process_late(
-        &mut self,
-        frame: &CameraFrame,
-        quiet: bool,
-        process: &impl Process<T, B>,
-    ) -> Innovation<T> {
-        let mut kept = self.older.iter().chain(&self.newest);
-        if kept.any(|tracked| tracked.frame.exposed_at == frame.exposed_at) {
-            return refused(frame, (T::zero(), T::zero()), Rejection::Duplicate);
-        }
-        let oldest = self.older.front().or(self.newest.as_ref());
-        if oldest.is_some_and(|oldest| frame.exposed_at < oldest.frame.exposed_at.max(oldest.track.state.at))
-        {
-            return self.refuse_for_time(frame, Rejection::OutOfHorizon);
-        }
-        let mut newer = Deque::<CameraFrame, FRAMES_KEPT>::new();
-        while let Some(tracked) = self.newest.take_if(|tracked| tracked.frame.exposed_at > frame.exposed_at) {
-            // Cannot overflow: it has the capacity of the lag.
-            let _ = newer.push_front(tracked.frame);
-            self.newest = self.older.pop_back();
-        }
-        let mut innovation = None;
-        for frame in core::iter::once(frame).chain(&newer) {
-            let judged = self.process_newest(frame, quiet, process);
-            innovation = innovation.or(Some(judged));
-        }
-        innovation.unwrap_or(refused(frame, (T::zero(), T::zero()), Rejection::OutOfHorizon))
-    }
-
-    /// Refuses a frame for its time. After too many refusals restarts at it.
-    #[cold]
-    fn refuse_for_time(&mut self, frame: &CameraFrame, why: Rejection) -> Innovation<T> {
-        if let Some(TrackedFrame { track, .. }) = &mut self.newest {
-            track.refusals = track.refusals.saturating_add(1);
-            if track.refusals >= self.tuning.refusals_max {
-                let near = track.state.angle.angle();
-                return self.begin(frame, near);
-            }
-        }
-        refused(frame, (T::zero(), T::zero()), why)
     }
 }
 

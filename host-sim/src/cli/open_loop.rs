@@ -168,7 +168,10 @@ impl ReproduceArgs {
                 ("rotors.md".to_owned(), rotors.document().markdown()),
             ],
             json: files::json_line(&Reproduced { paper: &paper, rotors: &rotors }),
-            report: paper.report(&rotors, [paper.pictures()?, rotors.pictures()].concat()),
+            report: paper.report(
+                (rotors.document(), rotors.drawn.len()),
+                [paper.pictures()?, rotors.pictures()].concat(),
+            ),
         };
         Ok(publication.publish(findings, &Request::without_scene("reproduce"))?)
     }

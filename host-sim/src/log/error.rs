@@ -3,7 +3,7 @@
 use std::io;
 use std::path::{Path, PathBuf};
 
-use super::import::ImportError;
+use super::import::error::ImportError;
 use crate::report::OutputError;
 use simulation::runs::RunError;
 use simulation::scene::SceneError;

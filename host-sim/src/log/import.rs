@@ -14,7 +14,7 @@
 
 mod column;
 mod drive;
-mod error;
+pub(super) mod error;
 mod rows;
 mod source;
 mod summary;

@@ -20,7 +20,7 @@ use super::channels::{self, CHANNELS, Described};
 use super::error::LogError;
 use super::held_file::{HeldFile, refusal};
 use super::mcap_file::McapFile;
-use super::recorder::LogOptions;
+use super::options::LogOptions;
 use super::{RecordWriter, Stated};
 use simulation::runs::record::{Impact, RunRecord, Task, health_level, mode_word, verdict_word};
 

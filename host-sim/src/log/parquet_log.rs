@@ -8,7 +8,7 @@ use parquet::errors::ParquetError;
 
 use super::error::LogError;
 use super::held_file::{HeldFile, SharedFile, refusal};
-use super::recorder::LogOptions;
+use super::options::LogOptions;
 use super::table::{COLUMNS, RowMaker};
 use super::{RecordWriter, Stated};
 use crate::report::parquet_table::{GROUP_ROWS, ParquetTable};

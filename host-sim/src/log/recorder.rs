@@ -18,6 +18,7 @@ use super::csv_log::CsvLog;
 use super::error::{Kept, LogError};
 use super::held_file::HeldFile;
 use super::mcap_log::McapLog;
+use super::options::LogOptions;
 use super::parquet_log::ParquetLog;
 use super::{RecordWriter, Stated};
 use simulation::runs::record::{Impact, Observer, RunRecord};
@@ -27,13 +28,6 @@ use simulation::scene::Scene;
 const BATCH_TICKS: usize = 4000;
 /// Batches under way.
 const BATCHES: usize = 4;
-
-/// What is written.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct LogOptions {
-    /// Ticks from one logged truth and estimate to the next.
-    pub every: u64,
-}
 
 /// How a run ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

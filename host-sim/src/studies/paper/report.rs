@@ -4,19 +4,23 @@ use super::reproduction::{FigureRow, PaperReproduction};
 use crate::report::chart::Figure;
 use crate::report::document::Document;
 use crate::report::key_figure::{KeyFigure, Measured};
-use crate::studies::rotor_models::RotorModels;
 use crate::studies::study_report::StudyReport;
 
 impl PaperReproduction {
-    /// The report, with the `pictures` of both and the rotors that tilt.
-    pub(crate) fn report(&self, rotors: &RotorModels, pictures: Vec<(String, Figure)>) -> StudyReport {
-        let [paper, others] = [self.document(), rotors.document()];
+    /// The report: beside the paper's figures the document on the rotors that tilt, of which `drawn` were drawn, and the
+    /// `pictures` of both.
+    pub(crate) fn report(
+        &self,
+        (others, drawn): (Document, usize),
+        pictures: Vec<(String, Figure)>,
+    ) -> StudyReport {
+        let paper = self.document();
         StudyReport {
             title: "The paper's figures, simulated again".to_owned(),
             verdict: self.summary(),
             asked: vec![
                 ("runs of each motor", self.seeds.to_string()),
-                ("rotors drawn over what was not measured", rotors.drawn.len().to_string()),
+                ("rotors drawn over what was not measured", drawn.to_string()),
             ],
             pictures,
             document: Document { blocks: [paper.blocks, others.blocks].concat() },
