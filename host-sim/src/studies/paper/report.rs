@@ -7,8 +7,8 @@ use crate::report::key_figure::{KeyFigure, Measured};
 use crate::studies::study_report::StudyReport;
 
 impl PaperReproduction {
-    /// The report: beside the paper's figures the document on the rotors that tilt, of which `drawn` were drawn, and the
-    /// `pictures` of both.
+    /// The report: beside the paper's figures the document on the rotors that tilt, of which `drawn` were drawn, and
+    /// the `pictures` of both.
     pub(crate) fn report(
         &self,
         (others, drawn): (Document, usize),
