@@ -67,8 +67,8 @@ pub struct Estimate<T> {
     pub resting: bool,
 }
 
-/// Whether an estimate may be used. It recovers by itself when the cause has passed, but for a reference or a turn that
-/// is lost: these a filter that begins anew defines anew.
+/// Whether an estimate may be used. It recovers by itself when the cause has passed. Only a lost turn, and a lost
+/// reference to which the frames do not jump back, need a filter that begins anew.
 ///
 /// If several causes hold, the first of this list is reported:
 ///

@@ -169,6 +169,37 @@ fn law_a_stuck_camera_is_found_and_its_frames_taken_back() {
     assert_within_ms(5.0, &looks, Look::is_good);
 }
 
+/// A camera that sticks beside a rotor at rest, which is then driven for 10 ms and rests elsewhere: what the camera
+/// repeats is not taken for the new place, however quiet the rotor lies there.
+#[test]
+fn law_a_camera_that_stuck_before_a_drive_is_not_believed_after_it() {
+    let mut bench = settled(&["camera.fault=stuck", "camera.fault_from_s=0.25"]);
+    bench.run(DriveCommand::OFF, 170, NONE);
+    bench.run(B, 10, NONE);
+    let looks = bench.run(DriveCommand::OFF, 200, NONE);
+    let other = looks.iter().find(|look| !is_unusable(look, Reason::CameraStuck));
+    assert!(other.is_none(), "{other:?}");
+}
+
+/// Frames come 30 ms late, and the filters are not told of that. A drive of 5 ms turns a rotor at rest: the frames from
+/// before the drive, which show rest, do not make the filters good at the old place. Once the frames are of the new one
+/// they are good there; a filter that fuses impacts keeps none that long, and refuses the frames.
+#[test]
+fn law_late_frames_show_no_rest_across_a_drive() {
+    let mut bench = settled(&["camera.latency_frames=300"]);
+    bench.run(DriveCommand::OFF, 150, NONE);
+    for _ in 0..3 {
+        bench.run(B, 5, NONE);
+        let looks = bench.run(DriveCommand::OFF, 100, NONE);
+        let wrong = looks.iter().find(|look| look.is_good() && look.error_mdeg() > 100.0);
+        assert!(wrong.is_none(), "{wrong:?}");
+        let last = &looks[looks.len() - FILTERS.len()..];
+        assert!(last.iter().filter(|look| look.is_good()).count() >= 2, "{last:?}");
+        let other = last.iter().find(|look| !look.is_good() && !is_unusable(look, Reason::FramesRefused));
+        assert!(other.is_none(), "{other:?}");
+    }
+}
+
 /// E7: 2 to 50 ms of latency, and frames that come up to 2 ms late beside it: all are fused at their exposure, none is
 /// beyond the lag, and no filter is wrong without saying so.
 #[test]

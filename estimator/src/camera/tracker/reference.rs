@@ -55,9 +55,9 @@ impl<T: Real, B: TrackCovariance<T>> Reference<T, B> {
         self.begun = true;
     }
 
-    /// A frame came too late for the turn to be known.
+    /// A frame came too late for the turn to be known. The first frame's turn is zero by definition.
     pub(super) fn lose_turn(&mut self) {
-        self.turn_known = !self.begun;
+        self.turn_known &= !self.begun;
     }
 
     #[inline]
