@@ -71,6 +71,20 @@ fn law_a_jump_that_lasts_loses_the_reference() {
     }
 }
 
+/// A jump of 0.8 degrees that lasts. A track that refuses frames becomes uncertain, and would take these in after some:
+/// that is no reason to believe them. The filter that allows a kick of any size at an impact takes so small a jump for
+/// such kicks.
+#[test]
+fn law_a_jump_is_not_believed_because_the_track_has_become_uncertain() {
+    let fault = ["camera.fault=offset", "camera.fault_from_s=0.1", "camera.fault_offset_deg=0.8"];
+    let mut bench = settled(&fault);
+    bench.run(B, 5, NONE);
+    let looks = bench.run(B, 50, NONE);
+    let mut of_others = looks.iter().filter(|look| look.name != "impact_aided");
+    let other = of_others.find(|look| !is_unusable(look, Reason::ReferenceLost));
+    assert!(other.is_none(), "{other:?}");
+}
+
 /// A jump of 20 degrees that lasts for 5 ms: when the frames jump back to where the rotor was going, the reference is
 /// found again within as many frames as show a jump, and the angle is good within 20 ms: so long the mean of the
 /// innovations tells of the frames that were refused.
@@ -167,6 +181,23 @@ fn law_a_stuck_camera_is_found_and_its_frames_taken_back() {
     }
     let looks = bench.run(B, 20, NONE);
     assert_within_ms(5.0, &looks, Look::is_good);
+}
+
+/// A camera of three marks shows the code zero for 40 ms. Of a camera with so little noise twenty equal codes are no
+/// proof, so the filters begin anew at the code. When it is known to be stuck they are
+/// again where they were before it, and good within the 20 ms for which the mean of the innovations tells of the code.
+#[test]
+fn law_a_code_that_proves_stuck_takes_back_the_restart() {
+    let fault = ["camera.marks=3", "camera.fault=zeros", "camera.fault_from_s=0.1", "camera.fault_until_s=0.14"];
+    let mut bench = Bench::described(&fault);
+    bench.run(B, 100, NONE);
+    let looks = bench.run(B, 40, NONE);
+    assert!(looks.iter().any(|look| is_unusable(look, Reason::ReferenceLost)));
+    let last = &looks[looks.len() - FILTERS.len()..];
+    assert!(last.iter().all(|look| is_unusable(look, Reason::CameraStuck)), "{last:?}");
+    let looks = bench.run(B, 30, NONE);
+    assert_within_ms(20.0, &looks, Look::is_good);
+    assert_never_false(&looks);
 }
 
 /// A camera that sticks beside a rotor at rest, which is then driven for 10 ms and rests elsewhere: what the camera
