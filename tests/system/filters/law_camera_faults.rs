@@ -188,7 +188,8 @@ fn law_a_stuck_camera_is_found_and_its_frames_taken_back() {
 /// again where they were before it, and good within the 20 ms for which the mean of the innovations tells of the code.
 #[test]
 fn law_a_code_that_proves_stuck_takes_back_the_restart() {
-    let fault = ["camera.marks=3", "camera.fault=zeros", "camera.fault_from_s=0.1", "camera.fault_until_s=0.14"];
+    let fault =
+        ["camera.marks=3", "camera.fault=zeros", "camera.fault_from_s=0.1", "camera.fault_until_s=0.14"];
     let mut bench = Bench::described(&fault);
     bench.run(B, 100, NONE);
     let looks = bench.run(B, 40, NONE);
