@@ -160,7 +160,9 @@ impl<T: Real> RotorCovariance<T> {
             return;
         };
         let determinant = own.angle * noise.rate - noise.angle * own.rate;
-        *angle += *rate * variance * (determinant * determinant * per_sum);
+        // The noise's part of the sum, at most 1 as its effect on the rate is 1, comes first: however small the
+        // variances are, nothing overflows.
+        *angle += variance * per_sum * *rate * (determinant * determinant);
         *u01 = (own.angle * by_own + noise.angle * by_noise) * per_sum;
         *rate = sum;
     }
@@ -338,6 +340,33 @@ mod tests {
             prop_assert!(close(&jacobian, &(f * before)));
             let sum = jacobian * p * jacobian.transpose() + noise;
             prop_assert!(close(&carried.covariance().ud_covariance().covariance(), &sum));
+        }
+
+        /// Teeth that nearly stick leave next to nothing of the rate's error, kick after kick: where its variance
+        /// underflows in `f32`, the covariance remains finite and that of `f64`.
+        #[test]
+        fn dual_a_rate_variance_that_underflows_leaves_the_covariance_finite(
+            rate_rad2_s2 in prop_oneof![Just(1e-30_f32), Just(1e-12), Just(1.0), Just(400.0)],
+            steps in proptest::collection::vec(
+                (0..4_usize, prop_oneof![Just(0.0_f32), Just(1e-36), Just(1e-20), Just(1e-6)]), 1..12),
+        ) {
+            let mut single = RotorCovariance::<f32>::begin(1e-8, rate_rad2_s2, None);
+            let mut double = RotorCovariance::<f64>::begin(1e-8, rate_rad2_s2.into(), None);
+            single.predict(1e-4, 0.0);
+            double.predict(1e-4, 0.0);
+            for (kind, noise) in steps {
+                if let Some(kept) = [0.0_f32, f32::EPSILON, 0.5].get(kind) {
+                    single.kick_rate(*kept, noise);
+                    double.kick_rate((*kept).into(), noise.into());
+                } else {
+                    single.predict(1e-5, noise);
+                    double.predict(1e-5, noise.into());
+                }
+                let entries = single.covariance.covariance();
+                prop_assert!(entries.iter().all(|entry| entry.is_finite()), "{entries}");
+                let ratio = f64::from(single.angle_rad2()) / double.angle_rad2();
+                prop_assert!((0.999..1.001).contains(&ratio), "{ratio}");
+            }
         }
     }
 }
