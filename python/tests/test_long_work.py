@@ -59,7 +59,7 @@ def test_law_another_thread_goes_on() -> None:
 
 @pytest.fixture
 def ctrl_c() -> Iterator[None]:
-    """Ctrl-C raises KeyboardInterrupt, also where the tests' own parent ignores it, as a shell's background job does."""
+    """Ctrl-C raises KeyboardInterrupt, also where the tests' parent ignores it, as for a background job."""
     before = signal.signal(signal.SIGINT, signal.default_int_handler)
     yield
     signal.signal(signal.SIGINT, before)

@@ -23,7 +23,7 @@ use simulation::runs::filter::FILTERS;
 
 use crate::support::consistency_rows::{Asked, Row, assert_family_within};
 
-const MOTORS: u64 = 2;
+const MOTORS: u64 = 4;
 
 /// Independent squares of the error of angle and rate in 0.5 s of steady motion: two in each 12 ms.
 const STEADY: f64 = 80.0;
