@@ -9,6 +9,7 @@ mod law_tilting_rotor;
 mod law_worth_of_impacts;
 
 mod law_camera_faults;
+mod law_camera_reference;
 mod law_faults_of_many_motors;
 mod law_vibrometer_faults;
 mod law_vibrometer_told_or_covered;

@@ -40,6 +40,10 @@ impl Look {
         self.health == Health::Good
     }
 
+    pub fn is_unusable(&self, why: Reason) -> bool {
+        self.health == Health::Unusable(why)
+    }
+
     /// Believed to be good, and off by more than six standard deviations, which is one normal error in 5e8, and by more
     /// than three standard deviations of a frame, so that the next frame shows it. Smaller errors count
     /// in the mean squares of `law_consistency` and `law_vibrometer_told_or_covered`.
