@@ -54,6 +54,7 @@ use crate::innovation::{ImpactInnovation, Innovation};
 use crate::instruments::{CameraDescription, Instruments};
 use crate::measurement::{CameraFrame, LdvSample};
 use crate::vibrometer::motion::{Motion, MotionWatch};
+use crate::vibrometer::motion_history::{MotionPiece, Motions};
 use crate::vibrometer::rest::RestTuning;
 use mean_rate::MeanRates;
 
@@ -65,6 +66,8 @@ const THIRD_B_NANOS: u64 = 4_000_000;
 const THIRD_C_NANOS: u64 = 666_666;
 /// Factor of the process noise while the rate goes to another mean: in mode B a standard deviation of 10 rad/s.
 const TRANSITION: f64 = 5.0;
+/// Time after a change of the motion until the rate is at its mean, in ns: four correlation times of mode B.
+const TRANSITION_NANOS: u64 = 50_000_000;
 /// Most steps to the next frame.
 const STEPS_MAX: u64 = 16;
 
@@ -183,39 +186,38 @@ impl<T: Real> RandomWalkTuning<T> {
 /// The rate is a random walk.
 struct RandomWalk<'a, T> {
     tuning: &'a RandomWalkTuning<T>,
-    motion: Motion,
+    motions: Motions<'a>,
     /// Mean rate in modes B and C, in rad/s.
     mean_rate_rad_s: [T; 2],
-    /// Whether the rate is not yet at its mean.
-    in_transition: bool,
 }
 
 impl<T: Real> RandomWalk<'_, T> {
-    /// Carries the state to `until` while the rate returns to its mean.
+    /// Carries the state to `until`, within a piece of one motion, while the rate returns to its mean.
     #[cold]
     fn return_to_mean<B: TrackCovariance<T>>(
         &self,
         state: &mut State<T, B>,
+        &MotionPiece { motion, begun, .. }: &MotionPiece,
         until: Time,
-        intensity_rad2_s3: T,
     ) {
-        // The mean of the mode before, of the next one, or between them: not known to some ten rad/s.
-        let intensity_rad2_s3 =
-            if self.in_transition { T::from_f64(TRANSITION) * intensity_rad2_s3 } else { intensity_rad2_s3 };
         let (of_b, of_c) = (T::from_f64(1.0 / CORRELATION_B_S), T::from_f64(1.0 / CORRELATION_C_S));
-        let (per_correlation, third_nanos, mean_rad_s) = match self.motion {
+        let (per_correlation, third_nanos, mean_rad_s) = match motion {
             Motion::Impacted(DriveMode::B) => (of_b, THIRD_B_NANOS, self.mean_rate_rad_s[0]),
             Motion::Impacted(DriveMode::C) => (of_c, THIRD_C_NANOS, self.mean_rate_rad_s[1]),
             Motion::Quiet => (of_b, THIRD_B_NANOS, T::zero()),
         };
         let span_nanos = until.nanos_since(state.at);
         let step_nanos = third_nanos.max(span_nanos / STEPS_MAX);
+        let intensity_rad2_s3 = self.tuning.intensity_rad2_s3(motion, false);
         while until > state.at {
             let next = until.min(state.at.plus_nanos(step_nanos));
             let x: T = next.seconds_since::<T>(state.at) * per_correlation;
             // exp(-x) to third order in x, and positive for any x.
             let kept = T::one() / (T::one() + x + T::from_f64(0.5) * x * x);
-            state.propagate(next, intensity_rad2_s3);
+            // The mean of the mode before, of the next one, or between them: not known to some ten rad/s.
+            let in_transition = state.at < begun.plus_nanos(TRANSITION_NANOS);
+            let factor = if in_transition { T::from_f64(TRANSITION) } else { T::one() };
+            state.propagate(next, factor * intensity_rad2_s3);
             state.rate_rad_s = mean_rad_s + (state.rate_rad_s - mean_rad_s) * kept;
             state.covariance.kick_rate(kept, T::zero());
         }
@@ -225,17 +227,18 @@ impl<T: Real> RandomWalk<'_, T> {
 impl<T: Real, B: TrackCovariance<T>> Process<T, B> for RandomWalk<'_, T> {
     #[inline]
     fn carry(&self, state: &mut State<T, B>, resting: bool, until: Time) {
-        let intensity_rad2_s3 = self.tuning.intensity_rad2_s3(self.motion, resting);
-        if self.tuning.returns_to_mean && !resting {
-            self.return_to_mean(state, until, intensity_rad2_s3);
-        } else {
-            state.propagate(until, intensity_rad2_s3);
-        }
+        self.motions.for_each(state.at, until, |piece, until| {
+            if self.tuning.returns_to_mean && !resting {
+                self.return_to_mean(state, piece, until);
+            } else {
+                state.propagate(until, self.tuning.intensity_rad2_s3(piece.motion, resting));
+            }
+        });
     }
 
     #[inline]
-    fn jitter(&self, _at: Time) -> Jitter<T> {
-        self.tuning.jitter(self.motion)
+    fn jitter(&self, at: Time) -> Jitter<T> {
+        self.tuning.jitter(self.motions.piece(at).motion)
     }
 }
 
@@ -259,34 +262,14 @@ impl<T: Real> ConstantRate<T> {
         }
     }
 
-    fn process(&self, motion: Motion) -> RandomWalk<'_, T> {
-        let in_transition = self.random_walk.returns_to_mean && self.watch.in_transition(self.watch.clock());
-        let mean_rate_rad_s = self.mean_rates.rad_s();
-        RandomWalk { tuning: &self.random_walk, motion, mean_rate_rad_s, in_transition }
-    }
-
-    fn update_with_motion(&mut self, frame: &CameraFrame, motion: Motion) -> Innovation<T> {
-        let clock = self.watch.clock();
-        let in_transition = self.random_walk.returns_to_mean && self.watch.in_transition(clock);
-        let mean_rate_rad_s = self.mean_rates.rad_s();
-        let process = RandomWalk { tuning: &self.random_walk, motion, mean_rate_rad_s, in_transition };
-        let context = FrameContext {
-            clock,
-            quiet: motion == Motion::Quiet,
-            disputed: self.watch.disputes_quiet(clock),
-        };
-        let innovation = self.tracker.update(frame, context, &process);
-        self.watch.note_rest(self.tracker.is_resting(), clock);
-        if self.random_walk.returns_to_mean {
-            self.mean_rates.note_frame(&innovation, self.watch.driven_mode());
-        }
-        innovation
-    }
-
-    /// What has moved the rotor since the last frame used.
+    /// What changes angle and rate up to `now`.
     #[inline]
-    fn motion(&self, now: Time) -> Motion {
-        self.watch.motion_since(self.tracker.newest_at(), now)
+    fn process(&self, now: Time) -> RandomWalk<'_, T> {
+        RandomWalk {
+            tuning: &self.random_walk,
+            motions: self.watch.motions(now),
+            mean_rate_rad_s: self.mean_rates.rad_s(),
+        }
     }
 }
 
@@ -307,20 +290,34 @@ impl<T: Real> AngleFilter<T> for ConstantRate<T> {
 
     #[inline]
     fn update_camera(&mut self, frame: &CameraFrame) -> Innovation<T> {
-        let now = self.watch.clock().max(frame.exposed_at);
-        self.update_with_motion(
-            frame,
-            self.watch.motion_since(self.tracker.newest_at().min(frame.exposed_at), now),
-        )
+        let clock = self.watch.clock();
+        // Written out, since the process borrows the watch while the tracker changes.
+        let process = RandomWalk {
+            tuning: &self.random_walk,
+            motions: self.watch.motions(clock.max(frame.exposed_at)),
+            mean_rate_rad_s: self.mean_rates.rad_s(),
+        };
+        let from = self.tracker.newest_at().min(frame.exposed_at);
+        let context = FrameContext {
+            clock,
+            quiet: process.motions.throughout(from) == Motion::Quiet,
+            disputed: self.watch.disputes_quiet(clock),
+        };
+        let innovation = self.tracker.update(frame, context, &process);
+        self.watch.note_rest(self.tracker.is_resting(), clock);
+        if self.random_walk.returns_to_mean {
+            self.mean_rates.note_frame(&innovation, self.watch.driven_mode());
+        }
+        innovation
     }
 
     #[inline]
     fn estimate(&self, now: Time) -> Option<Estimate<T>> {
-        self.tracker.estimate(now, &self.process(self.motion(now)))
+        self.tracker.estimate(now, &self.process(now))
     }
 
     fn smoothed(&self, at: Time) -> Option<Estimate<T>> {
-        self.tracker.smoothed(at, &self.process(self.motion(self.watch.clock().max(at))))
+        self.tracker.smoothed(at, &self.process(self.watch.clock().max(at)))
     }
 
     fn health(&self, now: Time) -> Health {

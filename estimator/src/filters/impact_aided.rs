@@ -133,7 +133,7 @@ impl<T: Real> ImpactAided<T> {
         KickedRate {
             tuning: &self.tuning,
             kicks: &self.kicks,
-            motion: self.watch.motion_since(self.tracker.newest_at(), now),
+            motions: self.watch.motions(now),
             detecting_until: self.detecting_until(),
         }
     }
@@ -260,7 +260,7 @@ impl<T: Real> ImpactAided<T> {
             let process = KickedRate {
                 tuning: &self.tuning,
                 kicks: &self.kicks,
-                motion: self.watch.motion(self.watch.clock()),
+                motions: self.watch.motions(self.watch.clock()),
                 detecting_until: self.detecting_until(),
             };
             self.tracker.advance_to(oldest, &process);
@@ -270,7 +270,7 @@ impl<T: Real> ImpactAided<T> {
         let _ = self.kicks.push_back(kick);
         if let Some(mut propagated) = self.propagated {
             let resting = self.tracker.track().is_some_and(|track| track.resting);
-            self.process(self.watch.clock()).pass(&mut propagated, resting, &kick);
+            self.process(self.watch.clock()).carry(&mut propagated, resting, kick.at);
             self.propagated = Some(propagated);
         } else if self.many_pending() {
             self.propagate();
@@ -330,17 +330,16 @@ impl<T: Real> AngleFilter<T> for ImpactAided<T> {
 
     fn update_camera(&mut self, frame: &CameraFrame) -> Innovation<T> {
         let clock = self.watch.clock();
-        let from = self.tracker.newest_at().min(frame.exposed_at);
-        let motion = self.watch.motion_since(from, clock.max(frame.exposed_at));
         let process = KickedRate {
             tuning: &self.tuning,
             kicks: &self.kicks,
-            motion,
+            motions: self.watch.motions(clock.max(frame.exposed_at)),
             detecting_until: self.detecting_until(),
         };
+        let from = self.tracker.newest_at().min(frame.exposed_at);
         let context = FrameContext {
             clock,
-            quiet: motion == Motion::Quiet,
+            quiet: process.motions.throughout(from) == Motion::Quiet,
             disputed: self.watch.disputes_quiet(clock),
         };
         let before = self.propagated.as_ref().and(self.tracker.place());

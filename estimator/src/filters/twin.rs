@@ -313,17 +313,16 @@ impl<T: Real> AngleFilter<T> for TwinFilter<T> {
 
     fn update_camera(&mut self, frame: &CameraFrame) -> Innovation<T> {
         let clock = self.watch.clock();
-        let from = self.tracker.newest_at().min(frame.exposed_at);
-        let motion = self.watch.motion_since(from, clock.max(frame.exposed_at));
         let process = TwinProcess {
             tuning: &self.tuning,
             kicks: &self.kicks,
-            motion,
-            walk: self.walk.under(motion),
+            motions: self.watch.motions(clock.max(frame.exposed_at)),
+            walk: &self.walk,
             taken_since: self.kick_use.since,
             detecting_until: self.detecting_until(),
             propagated: None,
         };
+        let motion = process.motions.throughout(self.tracker.newest_at().min(frame.exposed_at));
         let context = FrameContext {
             clock,
             quiet: motion == Motion::Quiet,
@@ -347,11 +346,11 @@ impl<T: Real> AngleFilter<T> for TwinFilter<T> {
     }
 
     fn estimate(&self, now: Time) -> Option<Estimate<T>> {
-        self.tracker.estimate(now, &self.process(self.watch.motion_since(self.tracker.newest_at(), now)))
+        self.tracker.estimate(now, &self.process(now))
     }
 
     fn smoothed(&self, at: Time) -> Option<Estimate<T>> {
-        self.tracker.smoothed(at, &self.process(self.watch.motion(self.watch.clock().max(at))))
+        self.tracker.smoothed(at, &self.process(self.watch.clock().max(at)))
     }
 
     fn health(&self, now: Time) -> Health {

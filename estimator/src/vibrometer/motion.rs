@@ -19,8 +19,8 @@
 //!
 //! # The past
 //!
-//! A frame shows the rotor at its exposure. With a latency of more than one frame the motion may have changed since:
-//! the watch keeps the last change and what was before it. A latency of up to one frame is not told apart from none.
+//! A frame shows the rotor at its exposure, and a prediction begins at the last one. What has moved the rotor since is
+//! kept piece by piece: [`crate::vibrometer::motion_history`].
 //!
 //! # Which samples are used
 //!
@@ -37,6 +37,7 @@ use motor_model::{DriveCommand, DriveMode, Real, Time};
 
 use crate::measurement::{CLOCK_TOLERANCE_NANOS, LdvSample};
 use crate::vibrometer::calibration::Calibration;
+use crate::vibrometer::motion_history::{MotionHistory, Motions};
 use crate::vibrometer::rest::{RestDetector, RestTuning, quiet_m2_s2};
 
 /// What moves the rotor.
@@ -48,19 +49,14 @@ pub enum Motion {
     Quiet,
 }
 
-/// The last change of the motion.
-#[derive(Clone, Copy, Debug)]
-struct MotionHistory {
-    before: Motion,
-    changed_at: Time,
-    now: Motion,
-}
-
-impl MotionHistory {
-    /// Before the first drive.
-    fn at_start() -> Self {
-        let moving = Motion::Impacted(DriveMode::B);
-        Self { before: moving, changed_at: Time::ZERO, now: moving }
+impl Motion {
+    /// Of two motions the one that moves the rotor more.
+    pub(crate) fn or_faster(self, other: Self) -> Self {
+        match (self, other) {
+            (Self::Quiet, motion) | (motion, Self::Quiet) => motion,
+            (Self::Impacted(DriveMode::C), Self::Impacted(DriveMode::C)) => self,
+            _ => Self::Impacted(DriveMode::B),
+        }
     }
 }
 
@@ -80,8 +76,8 @@ pub struct MotionWatch<T> {
     off_since: Option<Time>,
     /// When the mode of the drive last changed.
     changed_at: Time,
-    /// The last change of the motion, where frames are late enough for it to matter.
-    history: Option<MotionHistory>,
+    /// The motion until then.
+    history: MotionHistory,
     applied: DriveCommand,
     impact_mode: DriveMode,
     /// Until when the motion counts as that of mode B under another drive.
@@ -103,9 +99,6 @@ impl<T: Real> MotionWatch<T> {
     /// C decay in 20 to 30 ms.
     const MODE_B_NANOS: u64 = 25_000_000;
 
-    /// Time after a change of the drive until the rate is at its mean, in ns: four correlation times of mode B.
-    const TRANSITION_NANOS: u64 = 50_000_000;
-
     /// A watch without measurements. Until the rotor is found quiet it may move as in mode B, the faster mode.
     pub fn new(tuning: &RestTuning<T>) -> Self {
         Self {
@@ -117,7 +110,7 @@ impl<T: Real> MotionWatch<T> {
             equal_samples: 0,
             off_since: None,
             changed_at: Time::ZERO,
-            history: tuning.late_frames.then(MotionHistory::at_start),
+            history: MotionHistory::none(),
             applied: DriveCommand::OFF,
             impact_mode: DriveMode::B,
             mode_b_until: Time::ZERO,
@@ -131,12 +124,11 @@ impl<T: Real> MotionWatch<T> {
     #[inline]
     pub fn drive(&mut self, at: Time, command: DriveCommand) {
         self.drive_told_at = self.drive_told_at.max(at);
+        if self.applied.mode() != command.mode() {
+            self.change_mode(at);
+        }
         if self.applied.mode() == Some(DriveMode::B) {
             self.mode_b_until = at.plus_nanos(Self::MODE_B_NANOS);
-        }
-        if self.applied.mode() != command.mode() {
-            self.changed_at = at;
-            self.calibration.interrupt();
         }
         self.applied = command;
         if let Some(mode) = command.mode() {
@@ -144,41 +136,22 @@ impl<T: Real> MotionWatch<T> {
         } else if self.off_since.is_none() {
             self.off_since = Some(at);
         }
-        if self.history.is_some() {
-            self.note_change(at);
-        }
     }
 
-    /// Keeps a change of the motion.
-    #[cold]
-    fn note_change(&mut self, now: Time) {
-        let motion = self.motion(now);
-        if let Some(history) = &mut self.history
-            && history.now != motion
-        {
-            *history = MotionHistory { before: history.now, changed_at: now, now: motion };
-        }
+    /// The drive changes its mode at `at`: keeps the motion until then.
+    fn change_mode(&mut self, at: Time) {
+        let (before, (now, since)) = (self.motion_before(), self.motion_since(at));
+        self.history.end(before, since);
+        self.history.end(now, at);
+        self.changed_at = at;
+        self.calibration.interrupt();
     }
 
-    /// What has moved the rotor from `from` to `now`: quiet only if it was quiet all the time, as far as the last
-    /// change tells, or the last drive where frames are not described as late.
+    /// What has moved the rotor until `now`.
     #[inline]
-    pub(crate) fn motion_since(&self, from: Time, now: Time) -> Motion {
-        let motion = self.motion(now);
-        match &self.history {
-            Some(history) if motion == Motion::Quiet && history.changed_at > from => history.before,
-            None if motion == Motion::Quiet && self.off_since.is_some_and(|off| off > from) => {
-                Motion::Impacted(self.impact_mode)
-            }
-            _ => motion,
-        }
-    }
-
-    /// Whether the drive has changed its mode, or has gone on or off, in the last 50 ms: the rate is not yet at its
-    /// mean.
-    #[inline]
-    pub(crate) fn in_transition(&self, now: Time) -> bool {
-        now < self.changed_at.plus_nanos(Self::TRANSITION_NANOS)
+    pub(crate) fn motions(&self, now: Time) -> Motions<'_> {
+        let (motion, since) = self.motion_since(now);
+        Motions { history: &self.history, before: self.motion_before(), now: motion, since }
     }
 
     /// Whether the rotor rests at `now`, by the camera: then bias and noise of the vibrometer are learnt.
@@ -278,12 +251,40 @@ impl<T: Real> MotionWatch<T> {
     /// vibrometer shows.
     #[inline]
     pub fn motion(&self, now: Time) -> Motion {
+        self.motion_since(now).0
+    }
+
+    /// The motion at `now`, and since when.
+    #[inline]
+    fn motion_since(&self, now: Time) -> (Motion, Time) {
         match self.applied.mode() {
-            Some(DriveMode::C) if now < self.mode_b_until => Motion::Impacted(DriveMode::B),
-            Some(mode) => Motion::Impacted(mode),
-            None if self.rest.quiet_since(now).is_some() && !self.repeats() => Motion::Quiet,
-            None if self.settled(now) => Motion::Quiet,
-            None => Motion::Impacted(self.impact_mode),
+            Some(DriveMode::C) if now < self.mode_b_until => {
+                (Motion::Impacted(DriveMode::B), self.changed_at)
+            }
+            Some(DriveMode::C) => (Motion::Impacted(DriveMode::C), self.changed_at.max(self.mode_b_until)),
+            Some(DriveMode::B) => (Motion::Impacted(DriveMode::B), self.changed_at),
+            None => match self.quiet_since(now) {
+                Some(since) => (Motion::Quiet, self.changed_at.max(since)),
+                None => (Motion::Impacted(self.impact_mode), self.changed_at),
+            },
+        }
+    }
+
+    /// The motion between the last change of the drive and that at present: under mode C that of the mode B before it;
+    /// without drive that of the mode before.
+    #[inline]
+    fn motion_before(&self) -> Motion {
+        let driven = self.applied.mode().is_some();
+        Motion::Impacted(if driven { DriveMode::B } else { self.impact_mode })
+    }
+
+    /// Since when a rotor that is not driven lies quiet, by the vibrometer or by its design.
+    #[inline]
+    fn quiet_since(&self, now: Time) -> Option<Time> {
+        let settled = self.settled_at().filter(|&settled| now >= settled);
+        match (self.rest.quiet_since(now).filter(|_| !self.repeats()), settled) {
+            (Some(shown), Some(settled)) => Some(shown.min(settled)),
+            (shown, settled) => shown.or(settled),
         }
     }
 
@@ -299,13 +300,14 @@ impl<T: Real> MotionWatch<T> {
         self.equal_samples >= self.equal_samples_max
     }
 
-    /// Whether the drive has been off for the motor's settling time.
+    /// When the drive will have been off for the motor's settling time.
     #[inline]
-    fn settled(&self, now: Time) -> bool {
+    fn settled_at(&self) -> Option<Time> {
         let [after_b, after_c] = self.settling_nanos;
-        let after_c_only = self.impact_mode == DriveMode::C && now >= self.mode_b_until;
-        let settling_nanos = if after_c_only { after_c } else { after_b };
-        self.off_since.is_some_and(|off| now >= off.plus_nanos(settling_nanos))
+        let off = self.off_since?;
+        let [of_b, of_c] = [after_b, after_c].map(|nanos| off.plus_nanos(nanos));
+        // What mode B left goes on under mode C.
+        Some(if self.impact_mode == DriveMode::C { of_c.max(of_b.min(self.mode_b_until)) } else { of_b })
     }
 
     /// Whether the vibrometer has been silent for a millisecond before `now`; never, where there is none.

@@ -67,9 +67,6 @@ pub struct RestTuning<T> {
     pub equal_samples: u16,
     /// Whether there is a vibrometer.
     pub fitted: bool,
-    /// Whether frames arrive so late that the motion may have changed since their exposure: a latency of more than one
-    /// frame.
-    pub late_frames: bool,
     /// Time in ns after the drive, in mode B and in mode C, after which the rotor is quiet by its design, whatever the
     /// vibrometer shows.
     pub settling_nanos: [u64; 2],
@@ -97,7 +94,6 @@ impl<T: Real> RestTuning<T> {
             gravity_m_s2: T::from_f64(params.get(Parameter::Gravity)),
             equal_samples: equal_samples(&vibrometer),
             fitted: instruments.vibrometer.is_some(),
-            late_frames: instruments.camera.latency_nanos > instruments.camera.period_nanos,
             settling_nanos: [DriveMode::B, DriveMode::C].map(|mode| settling_nanos(params, mode)),
             limit_m_s: T::from_f64(limit_m_s(&vibrometer)),
         }

@@ -145,6 +145,8 @@ fn law_a_camera_may_be_slow() {
             "position.tolerance_deg=0.003",
         ],
         &["camera.frame_rate_hz=50", "ldv.installed=no", "position.tolerance_deg=0.01"],
+        &["camera.frame_rate_hz=10", "position.tolerance_deg=0.01"],
+        &["camera.frame_rate_hz=10", "ldv.installed=no", "position.tolerance_deg=0.01"],
     ]);
 }
 

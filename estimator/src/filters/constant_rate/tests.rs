@@ -11,6 +11,23 @@ use std::vec::Vec;
 
 const IMPACTED_B: Motion = Motion::Impacted(DriveMode::B);
 
+impl<T: Real> ConstantRate<T> {
+    /// The process of a rotor that always moves so.
+    fn process_under(&self, motion: Motion) -> RandomWalk<'_, T> {
+        RandomWalk { motions: Motions::always(motion), ..self.process(Time::ZERO) }
+    }
+
+    fn update_with_motion(&mut self, frame: &CameraFrame, motion: Motion) -> Innovation<T> {
+        let process = RandomWalk {
+            tuning: &self.random_walk,
+            motions: Motions::always(motion),
+            mean_rate_rad_s: self.mean_rates.rad_s(),
+        };
+        let quiet = motion == Motion::Quiet;
+        self.tracker.update(frame, FrameContext { clock: Time::ZERO, quiet, disputed: false }, &process)
+    }
+}
+
 /// The tuning for the default camera on so many marks.
 fn of_marks<T: Real>(marks: u8) -> ConstantRateTuning<T> {
     let camera = CameraDescription { marks, ..CameraDescription::default() };
@@ -80,7 +97,7 @@ fn exact_turns_are_counted() {
         filter.update_with_motion(&frame(n, rate * n as f64 * 1e-4), IMPACTED_B);
     }
     let now = Time::from_nanos((frames - 10) * FRAME_NANOS);
-    let estimate = filter.tracker.estimate(now, &filter.process(IMPACTED_B)).unwrap();
+    let estimate = filter.tracker.estimate(now, &filter.process_under(IMPACTED_B)).unwrap();
     let truth = Angle::from_degrees((rate * (frames - 10) as f64 * 1e-4).to_degrees());
     assert!(truth.degrees() > 2999.0 * 360.0);
     assert!(estimate.angle.minus(truth).degrees().abs() < 1e-4, "{}", estimate.angle.minus(truth).degrees());
@@ -368,7 +385,7 @@ fn law_rest_is_measured_to_milli_degrees_and_consistently() {
         }
         let estimate = filter
             .tracker
-            .estimate(Time::from_nanos(300 * FRAME_NANOS), &filter.process(Motion::Quiet))
+            .estimate(Time::from_nanos(300 * FRAME_NANOS), &filter.process_under(Motion::Quiet))
             .unwrap();
         assert!(estimate.resting);
         let error = estimate.angle.radians_since::<f64>(Angle::from_degrees(truth.to_degrees()));
@@ -389,7 +406,8 @@ fn law_frames_half_the_clock_apart_restart() {
     for nanos in [(1 << 63) - 1, 1 << 63, (1 << 63) + 1, u64::MAX] {
         let mut filter = ConstantRate::<f32>::new(&ConstantRateTuning::default());
         filter.update_with_motion(&frame(0, 0.0), IMPACTED_B);
-        let ahead = filter.tracker.estimate(Time::from_nanos(nanos), &filter.process(IMPACTED_B)).unwrap();
+        let ahead =
+            filter.tracker.estimate(Time::from_nanos(nanos), &filter.process_under(IMPACTED_B)).unwrap();
         assert!(ahead.angle_rad2 > 0.25 && ahead.rate_rad2_s2 > 400.0, "{nanos} {ahead:?}");
         let late = CameraFrame::new(Time::from_nanos(nanos), Angle::ZERO);
         assert_eq!(filter.update_with_motion(&late, IMPACTED_B).verdict, Verdict::Restarted, "{nanos}");

@@ -8,6 +8,7 @@ use crate::camera::track::{Jitter, Process, State};
 use crate::camera::track_covariance::TrackCovariance;
 use crate::filters::kick::KickMoments;
 use crate::vibrometer::motion::Motion;
+use crate::vibrometer::motion_history::{MotionPiece, Motions};
 
 /// What an impact does to the rate.
 #[derive(Clone, Copy, Debug)]
@@ -66,7 +67,7 @@ pub(super) type ImpactKicks<T> = Deque<ImpactKick<T>, IMPACTS_KEPT_MAX>;
 pub(super) struct KickedRate<'a, T> {
     pub(super) tuning: &'a ImpactAidedTuning<T>,
     pub(super) kicks: &'a ImpactKicks<T>,
-    pub(super) motion: Motion,
+    pub(super) motions: Motions<'a>,
     /// Until when impacts would have been detected.
     pub(super) detecting_until: Time,
 }
@@ -75,21 +76,21 @@ impl<T: Real> KickedRate<'_, T> {
     /// Carries the state from one impact to the next.
     #[inline]
     fn fly<B: TrackCovariance<T>>(&self, state: &mut State<T, B>, resting: bool, until: Time) {
-        match self.motion {
-            Motion::Impacted(DriveMode::B) => {
-                state.propagate(until.min(self.detecting_until), self.tuning.missed_b_rad2_s3);
+        self.motions.for_each(state.at, until, |&MotionPiece { motion, .. }, until| {
+            match motion {
+                Motion::Impacted(DriveMode::B) => {
+                    state.propagate(until.min(self.detecting_until), self.tuning.missed_b_rad2_s3);
+                }
+                Motion::Impacted(DriveMode::C) => {
+                    state.propagate(until.min(self.detecting_until), self.tuning.missed_rad2_s3);
+                }
+                Motion::Quiet => {}
             }
-            Motion::Impacted(DriveMode::C) => {
-                state.propagate(until.min(self.detecting_until), self.tuning.missed_rad2_s3);
+            if until > state.at {
+                let random_walk = &self.tuning.constant_rate.random_walk;
+                state.propagate(until, random_walk.intensity_rad2_s3(motion, resting));
             }
-            Motion::Quiet => {}
-        }
-        if until > state.at {
-            state.propagate(
-                until,
-                self.tuning.constant_rate.random_walk.intensity_rad2_s3(self.motion, resting),
-            );
-        }
+        });
     }
 
     /// Carries the state through the kicks until `until`, up to the last of them.
@@ -104,36 +105,25 @@ impl<T: Real> KickedRate<'_, T> {
             kick.apply(state, self.tuning);
         }
     }
-
-    /// Carries the state to a kick and through it, unless the rotor lies still.
-    pub(super) fn pass<B: TrackCovariance<T>>(
-        &self,
-        state: &mut State<T, B>,
-        resting: bool,
-        kick: &ImpactKick<T>,
-    ) {
-        if !(resting && self.motion == Motion::Quiet) {
-            self.fly(state, resting, kick.at);
-            kick.apply(state, self.tuning);
-        }
-    }
 }
 
 impl<T: Real, B: TrackCovariance<T>> Process<T, B> for KickedRate<'_, T> {
     #[inline]
     fn carry(&self, state: &mut State<T, B>, resting: bool, until: Time) {
+        // A rotor that lies still is not kicked.
         let kicked = self.kicks.back().is_some_and(|kick| kick.at > state.at);
-        if kicked && !(resting && self.motion == Motion::Quiet) {
+        if kicked && !(resting && self.motions.throughout(state.at) == Motion::Quiet) {
             self.pass_kicks(state, resting, until);
         }
         self.fly(state, resting, until);
     }
 
     fn jitter(&self, at: Time) -> Jitter<T> {
+        let MotionPiece { motion, .. } = self.motions.piece(at);
         if at > self.detecting_until {
-            return self.tuning.constant_rate.random_walk.jitter(self.motion);
+            return self.tuning.constant_rate.random_walk.jitter(motion);
         }
-        match self.motion {
+        match motion {
             Motion::Impacted(DriveMode::C) => self.tuning.jitter_c,
             Motion::Impacted(DriveMode::B) => self.tuning.jitter_b,
             Motion::Quiet => Jitter::none(),

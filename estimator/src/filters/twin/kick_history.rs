@@ -8,16 +8,15 @@ use motor_model::{DriveMode, Real, Time};
 use super::TwinFilter;
 use super::kick_record::KickRecord;
 use super::process::TwinProcess;
-use crate::vibrometer::motion::Motion;
 
 impl<T: Real> TwinFilter<T> {
-    /// The process under `motion`, that goes on from the propagated track.
-    pub(super) fn process(&self, motion: Motion) -> TwinProcess<'_, T> {
+    /// The process up to `now`, that goes on from the propagated track.
+    pub(super) fn process(&self, now: Time) -> TwinProcess<'_, T> {
         TwinProcess {
             tuning: &self.tuning,
             kicks: &self.kicks,
-            motion,
-            walk: self.walk.under(motion),
+            motions: self.watch.motions(now),
+            walk: &self.walk,
             taken_since: self.kick_use.since,
             detecting_until: self.detecting_until(),
             propagated: self.propagated.as_ref(),
@@ -28,7 +27,7 @@ impl<T: Real> TwinFilter<T> {
     #[inline(never)]
     pub(super) fn propagate(&mut self) {
         (self.propagated, self.newest_refined) = (None, false);
-        let process = self.process(self.watch.motion(self.watch.clock()));
+        let process = self.process(self.watch.clock());
         let propagated =
             self.tracker.track().and_then(|track| process.propagate(&track.state, track.resting));
         self.propagated = propagated;
@@ -42,7 +41,7 @@ impl<T: Real> TwinFilter<T> {
             if self.kicks.back().is_some_and(|kick| kick.told.is_small()) {
                 return self.propagate();
             }
-            let process = self.process(self.watch.motion(self.watch.clock()));
+            let process = self.process(self.watch.clock());
             self.propagated = Some(process.with_newest(&propagated));
         }
     }
@@ -71,12 +70,11 @@ impl<T: Real> TwinFilter<T> {
             && self.kicks.is_full()
         {
             // Written out, since the process borrows the kicks while the tracker changes.
-            let motion = self.watch.motion(self.watch.clock());
             let process = TwinProcess {
                 tuning: &self.tuning,
                 kicks: &self.kicks,
-                motion,
-                walk: self.walk.under(motion),
+                motions: self.watch.motions(self.watch.clock()),
+                walk: &self.walk,
                 taken_since: self.kick_use.since,
                 detecting_until: self.detecting_until(),
                 propagated: None,
@@ -90,7 +88,7 @@ impl<T: Real> TwinFilter<T> {
         // There is room now.
         let _ = self.kicks.push_back(kick);
         let Some(propagated) = self.propagated else { return self.propagate() };
-        let process = self.process(self.watch.motion(self.watch.clock()));
+        let process = self.process(self.watch.clock());
         self.propagated = Some(process.extend(&propagated));
     }
 

@@ -6,17 +6,19 @@ use super::kick_record::{KickRecords, RotorState};
 use super::propagated_track::PropagatedTrack;
 use super::rotor::{KickedCovariance, RotorCovariance};
 use super::tuning::TwinTuning;
+use super::walk_strength::WalkStrength;
 use crate::camera::track::{Jitter, Process, State};
 use crate::camera::track_covariance::Carried;
 use crate::vibrometer::motion::Motion;
+use crate::vibrometer::motion_history::{MotionPiece, Motions};
 
 /// Prediction of angle and rate under the kicks of the stator filter.
 pub(super) struct TwinProcess<'a, T> {
     pub(super) tuning: &'a TwinTuning<T>,
     pub(super) kicks: &'a KickRecords<T>,
-    pub(super) motion: Motion,
+    pub(super) motions: Motions<'a>,
     /// Strength of the walk without kicks.
-    pub(super) walk: T,
+    pub(super) walk: &'a WalkStrength<T>,
     /// Since when kicks are taken; before that the rate wanders as in [`crate::ConstantRate`].
     pub(super) taken_since: Time,
     /// Until when impacts would have been detected; from then on the rate wanders as in [`crate::ConstantRate`].
@@ -28,17 +30,21 @@ pub(super) struct TwinProcess<'a, T> {
 impl<T: Real> TwinProcess<'_, T> {
     /// From one impact to the next.
     fn predict_flight<B: KickedCovariance<T>>(&self, state: &mut State<T, B>, resting: bool, until: Time) {
-        let wander =
-            self.walk * self.tuning.constant_rate.random_walk.intensity_rad2_s3(self.motion, resting);
-        if self.motion != Motion::Quiet {
-            if state.at < self.taken_since {
-                state.propagate(until.min(self.taken_since), wander);
+        self.motions.for_each(state.at, until, |&MotionPiece { motion, .. }, until| {
+            let wander = || {
+                let random_walk = &self.tuning.constant_rate.random_walk;
+                self.walk.under(motion) * random_walk.intensity_rad2_s3(motion, resting)
+            };
+            if motion != Motion::Quiet {
+                if state.at < self.taken_since {
+                    state.propagate(until.min(self.taken_since), wander());
+                }
+                state.propagate(until.min(self.detecting_until), T::zero());
             }
-            state.propagate(until.min(self.detecting_until), T::zero());
-        }
-        if until > state.at {
-            state.propagate(until, wander);
-        }
+            if until > state.at {
+                state.propagate(until, wander());
+            }
+        });
     }
 
     /// Index of the first kick after `from`, found from the newest backwards, since most are older.
@@ -50,7 +56,7 @@ impl<T: Real> TwinProcess<'_, T> {
     /// Predicts to a kick and applies it, unless the rotor lies still.
     fn predict_through<B: KickedCovariance<T>>(&self, state: &mut State<T, B>, resting: bool, kick: usize) {
         if let Some(kick) = self.kicks.get(kick)
-            && !(resting && self.motion == Motion::Quiet)
+            && !(resting && self.motions.throughout(state.at) == Motion::Quiet)
         {
             self.predict_flight(state, resting, kick.at);
             kick.apply(state);
@@ -105,11 +111,12 @@ impl<T: Real> TwinProcess<'_, T> {
 
     /// What is added to the variances of an estimate at `at`.
     fn unseen(&self, at: Time) -> Jitter<T> {
+        let MotionPiece { motion, .. } = self.motions.piece(at);
         if at > self.detecting_until {
-            return self.tuning.constant_rate.random_walk.jitter(self.motion).times(self.walk);
+            return self.tuning.constant_rate.random_walk.jitter(motion).times(self.walk.under(motion));
         }
         let [unseen_b, unseen_c] = self.tuning.without_stator.unseen_rad2_s2;
-        let rate_rad2_s2 = match self.motion {
+        let rate_rad2_s2 = match motion {
             Motion::Impacted(DriveMode::B) => unseen_b,
             Motion::Impacted(DriveMode::C) => unseen_c,
             Motion::Quiet => T::zero(),

@@ -1,0 +1,207 @@
+//! What has moved the rotor, piece by piece, over the time that a prediction spans.
+//!
+//! A prediction begins at the last frame's exposure. Since then the drive may have gone on and off again, and the rotor
+//! may have come to lie on the teeth: by a slow camera several times, and by a late one before the frame arrives. Each
+//! piece has a motion of its own, and a filter predicts through them one by one:
+//!
+//! ```text
+//!            frame                                                 now
+//!   Quiet      |          Impacted(B)    Impacted(B)      Quiet     |
+//!   -----------+---------|---------------|---------------|----------+
+//!                    drive on        drive off       found quiet
+//! ```
+//!
+//! Pieces end where the drive changes its mode; those of one mode are kept as one. The newest piece lasts until it is
+//! known to have ended.
+
+use motor_model::{DriveMode, Time};
+
+use crate::vibrometer::motion::Motion;
+
+/// Pieces kept that have ended. A positioning move drives once or twice between two frames of the slowest camera.
+const ENDED_KEPT: usize = 6;
+
+/// The end of a piece that has not ended.
+const NEVER: Time = Time::from_nanos(u64::MAX);
+
+/// A time with one motion.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct MotionPiece {
+    pub(crate) motion: Motion,
+    pub(crate) begun: Time,
+    /// Its end, which belongs to the next piece.
+    pub(crate) until: Time,
+}
+
+/// A piece that has ended. It began where the one before it ended.
+#[derive(Clone, Copy, Debug)]
+struct EndedPiece {
+    motion: Motion,
+    until: Time,
+}
+
+/// The pieces that have ended, by time.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct MotionHistory {
+    /// The newest last. Those that end at time zero are none.
+    ended: [EndedPiece; ENDED_KEPT],
+}
+
+impl MotionHistory {
+    /// Before the first drive.
+    pub(super) const fn none() -> Self {
+        let none = EndedPiece { motion: Motion::Impacted(DriveMode::B), until: Time::ZERO };
+        Self { ended: [none; ENDED_KEPT] }
+    }
+
+    /// Keeps a piece of `motion` that ends at `until`, if there is one between the last end and that.
+    #[cold]
+    pub(super) fn end(&mut self, motion: Motion, until: Time) {
+        let [oldest, second, .., newest] = &mut self.ended;
+        if until <= newest.until {
+            return;
+        }
+        if newest.motion == motion {
+            newest.until = until;
+            return;
+        }
+        if oldest.until > Time::ZERO {
+            // The oldest two become one.
+            second.motion = oldest.motion.or_faster(second.motion);
+        }
+        self.ended.rotate_left(1);
+        if let Some(last) = self.ended.last_mut() {
+            *last = EndedPiece { motion, until };
+        }
+    }
+}
+
+/// The pieces up to the present.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Motions<'a> {
+    pub(super) history: &'a MotionHistory,
+    /// The motion from the end of the last piece of the history to [`Self::since`].
+    pub(super) before: Motion,
+    /// The motion at present, and since when.
+    pub(super) now: Motion,
+    pub(super) since: Time,
+}
+
+impl Motions<'_> {
+    /// The piece that holds the time right after `at`.
+    #[inline]
+    pub(crate) fn piece(&self, at: Time) -> MotionPiece {
+        if at >= self.since {
+            MotionPiece { motion: self.now, begun: self.since, until: NEVER }
+        } else {
+            self.earlier_piece(at)
+        }
+    }
+
+    #[cold]
+    fn earlier_piece(&self, at: Time) -> MotionPiece {
+        let mut begun = Time::ZERO;
+        for &EndedPiece { motion, until } in &self.history.ended {
+            if at < until {
+                return MotionPiece { motion, begun, until };
+            }
+            begun = until;
+        }
+        MotionPiece { motion: self.before, begun, until: self.since }
+    }
+
+    /// Calls `carry` with each piece between `from` and `until` and the time to which it counts. Calls it once with
+    /// `until` if that is not later than `from`.
+    #[inline]
+    pub(crate) fn for_each(&self, from: Time, until: Time, mut carry: impl FnMut(&MotionPiece, Time)) {
+        let mut piece = self.piece(from);
+        while piece.until < until {
+            carry(&piece, piece.until);
+            piece = self.piece(piece.until);
+        }
+        carry(&piece, until);
+    }
+
+    /// The motion from `from` to the present: quiet only if all of it was quiet.
+    #[inline]
+    pub(crate) fn throughout(&self, from: Time) -> Motion {
+        if self.now == Motion::Quiet && from < self.since { self.before } else { self.now }
+    }
+}
+
+#[cfg(test)]
+impl Motions<'static> {
+    /// One motion, at all times.
+    pub(crate) fn always(motion: Motion) -> Self {
+        const NONE: MotionHistory = MotionHistory::none();
+        Self { history: &NONE, before: motion, now: motion, since: Time::ZERO }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    extern crate std;
+    use super::*;
+    use std::vec::Vec;
+
+    const B: Motion = Motion::Impacted(DriveMode::B);
+    const C: Motion = Motion::Impacted(DriveMode::C);
+
+    fn pieces(motions: &Motions<'_>, from: u64, until: u64) -> Vec<(Motion, u64)> {
+        let mut seen = Vec::new();
+        motions.for_each(Time::from_nanos(from), Time::from_nanos(until), |piece, to| {
+            seen.push((piece.motion, to.nanos()));
+        });
+        seen
+    }
+
+    fn motions(history: &MotionHistory, now: Motion, since: u64) -> Motions<'_> {
+        Motions { history, before: B, now, since: Time::from_nanos(since) }
+    }
+
+    /// A burst of 5 between 100 and 105, quiet from 110 on: the pieces between any two times, each up to its end.
+    #[test]
+    fn exact_a_span_is_cut_where_the_motion_changes() {
+        let mut history = MotionHistory::none();
+        history.end(B, Time::from_nanos(50));
+        history.end(Motion::Quiet, Time::from_nanos(100));
+        history.end(B, Time::from_nanos(105));
+        let motions = motions(&history, Motion::Quiet, 110);
+        let quiet = Motion::Quiet;
+        assert_eq!(pieces(&motions, 60, 200), [(quiet, 100), (B, 105), (B, 110), (quiet, 200)]);
+        assert_eq!(pieces(&motions, 60, 100), [(quiet, 100)]);
+        assert_eq!(pieces(&motions, 100, 103), [(B, 103)]);
+        assert_eq!(pieces(&motions, 110, 300), [(quiet, 300)]);
+        assert_eq!(pieces(&motions, 300, 200), [(quiet, 200)], "nothing to carry through");
+        assert_eq!(motions.throughout(Time::from_nanos(109)), B);
+        assert_eq!(motions.throughout(Time::from_nanos(110)), quiet);
+    }
+
+    /// Of more changes than are kept the oldest pieces count as the one that moves the rotor most.
+    #[test]
+    fn exact_the_oldest_pieces_count_as_the_fastest_of_them() {
+        let mut history = MotionHistory::none();
+        for change in 1..=7 {
+            let motion = if change == 1 {
+                C
+            } else if change % 2 == 0 {
+                Motion::Quiet
+            } else {
+                B
+            };
+            history.end(motion, Time::from_nanos(10 * change));
+        }
+        let motions = motions(&history, Motion::Quiet, 70);
+        assert_eq!(pieces(&motions, 0, 35), [(C, 20), (B, 30), (Motion::Quiet, 35)]);
+    }
+
+    /// A piece that would end before the last one ends is none.
+    #[test]
+    fn exact_no_piece_is_negative() {
+        let mut history = MotionHistory::none();
+        history.end(B, Time::from_nanos(100));
+        history.end(Motion::Quiet, Time::from_nanos(100));
+        history.end(C, Time::from_nanos(90));
+        assert_eq!(pieces(&motions(&history, C, 100), 0, 150), [(B, 100), (C, 150)]);
+    }
+}
