@@ -54,7 +54,7 @@ use crate::innovation::{ImpactInnovation, Innovation};
 use crate::instruments::{CameraDescription, Instruments};
 use crate::measurement::{CameraFrame, LdvSample};
 use crate::vibrometer::motion::{Motion, MotionWatch};
-use crate::vibrometer::motion_history::{MotionPiece, Motions};
+use crate::vibrometer::motion_history::Motions;
 use crate::vibrometer::rest::RestTuning;
 use mean_rate::MeanRates;
 
@@ -192,12 +192,13 @@ struct RandomWalk<'a, T> {
 }
 
 impl<T: Real> RandomWalk<'_, T> {
-    /// Carries the state to `until`, within a piece of one motion, while the rate returns to its mean.
+    /// Carries the state to `until`, under one motion that has `begun` before, while the rate returns to its mean.
     #[cold]
     fn return_to_mean<B: TrackCovariance<T>>(
         &self,
         state: &mut State<T, B>,
-        &MotionPiece { motion, begun, .. }: &MotionPiece,
+        motion: Motion,
+        begun: Time,
         until: Time,
     ) {
         let (of_b, of_c) = (T::from_f64(1.0 / CORRELATION_B_S), T::from_f64(1.0 / CORRELATION_C_S));
@@ -227,18 +228,18 @@ impl<T: Real> RandomWalk<'_, T> {
 impl<T: Real, B: TrackCovariance<T>> Process<T, B> for RandomWalk<'_, T> {
     #[inline]
     fn carry(&self, state: &mut State<T, B>, resting: bool, until: Time) {
-        self.motions.for_each(state.at, until, |piece, until| {
+        self.motions.for_each(state.at, until, |motion, begun, until| {
             if self.tuning.returns_to_mean && !resting {
-                self.return_to_mean(state, piece, until);
+                self.return_to_mean(state, motion, begun, until);
             } else {
-                state.propagate(until, self.tuning.intensity_rad2_s3(piece.motion, resting));
+                state.propagate(until, self.tuning.intensity_rad2_s3(motion, resting));
             }
         });
     }
 
     #[inline]
     fn jitter(&self, at: Time) -> Jitter<T> {
-        self.tuning.jitter(self.motions.piece(at).motion)
+        self.tuning.jitter(self.motions.motion(at))
     }
 }
 

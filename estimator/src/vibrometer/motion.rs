@@ -125,7 +125,7 @@ impl<T: Real> MotionWatch<T> {
     pub fn drive(&mut self, at: Time, command: DriveCommand) {
         self.drive_told_at = self.drive_told_at.max(at);
         if self.applied.mode() != command.mode() {
-            self.change_mode(at);
+            self.change_mode(at, command);
         }
         if self.applied.mode() == Some(DriveMode::B) {
             self.mode_b_until = at.plus_nanos(Self::MODE_B_NANOS);
@@ -138,11 +138,15 @@ impl<T: Real> MotionWatch<T> {
         }
     }
 
-    /// The drive changes its mode at `at`: keeps the motion until then.
-    fn change_mode(&mut self, at: Time) {
-        let (before, (now, since)) = (self.motion_before(), self.motion_since(at));
-        self.history.end(before, since);
+    /// The drive changes its mode to that of `command` at `at`: keeps the motion until then.
+    #[cold]
+    fn change_mode(&mut self, at: Time, command: DriveCommand) {
+        let (now, since) = self.motion_since(at);
+        self.history.end(self.history.before, since);
         self.history.end(now, at);
+        // What mode B left goes on under mode C, and what a drive left goes on without it.
+        let without_drive = command.mode().is_none();
+        self.history.before = Motion::Impacted(if without_drive { self.impact_mode } else { DriveMode::B });
         self.changed_at = at;
         self.calibration.interrupt();
     }
@@ -150,8 +154,8 @@ impl<T: Real> MotionWatch<T> {
     /// What has moved the rotor until `now`.
     #[inline]
     pub(crate) fn motions(&self, now: Time) -> Motions<'_> {
-        let (motion, since) = self.motion_since(now);
-        Motions { history: &self.history, before: self.motion_before(), now: motion, since }
+        let (now, since) = self.motion_since(now);
+        Motions { history: &self.history, now, since }
     }
 
     /// Whether the rotor rests at `now`, by the camera: then bias and noise of the vibrometer are learnt.
@@ -268,14 +272,6 @@ impl<T: Real> MotionWatch<T> {
                 None => (Motion::Impacted(self.impact_mode), self.changed_at),
             },
         }
-    }
-
-    /// The motion between the last change of the drive and that at present: under mode C that of the mode B before it;
-    /// without drive that of the mode before.
-    #[inline]
-    fn motion_before(&self) -> Motion {
-        let driven = self.applied.mode().is_some();
-        Motion::Impacted(if driven { DriveMode::B } else { self.impact_mode })
     }
 
     /// Since when a rotor that is not driven lies quiet, by the vibrometer or by its design.

@@ -26,11 +26,11 @@ const NEVER: Time = Time::from_nanos(u64::MAX);
 
 /// A time with one motion.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct MotionPiece {
-    pub(crate) motion: Motion,
-    pub(crate) begun: Time,
+struct MotionPiece {
+    motion: Motion,
+    begun: Time,
     /// Its end, which belongs to the next piece.
-    pub(crate) until: Time,
+    until: Time,
 }
 
 /// A piece that has ended. It began where the one before it ended.
@@ -40,18 +40,20 @@ struct EndedPiece {
     until: Time,
 }
 
-/// The pieces that have ended, by time.
+/// The pieces until the last change of the drive, by time.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct MotionHistory {
     /// The newest last. Those that end at time zero are none.
     ended: [EndedPiece; ENDED_KEPT],
+    /// The motion after them, until the present one begins.
+    pub(super) before: Motion,
 }
 
 impl MotionHistory {
     /// Before the first drive.
     pub(super) const fn none() -> Self {
         let none = EndedPiece { motion: Motion::Impacted(DriveMode::B), until: Time::ZERO };
-        Self { ended: [none; ENDED_KEPT] }
+        Self { ended: [none; ENDED_KEPT], before: none.motion }
     }
 
     /// Keeps a piece of `motion` that ends at `until`, if there is one between the last end and that.
@@ -80,8 +82,6 @@ impl MotionHistory {
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Motions<'a> {
     pub(super) history: &'a MotionHistory,
-    /// The motion from the end of the last piece of the history to [`Self::since`].
-    pub(super) before: Motion,
     /// The motion at present, and since when.
     pub(super) now: Motion,
     pub(super) since: Time,
@@ -89,17 +89,11 @@ pub(crate) struct Motions<'a> {
 
 impl Motions<'_> {
     /// The piece that holds the time right after `at`.
-    #[inline]
-    pub(crate) fn piece(&self, at: Time) -> MotionPiece {
-        if at >= self.since {
-            MotionPiece { motion: self.now, begun: self.since, until: NEVER }
-        } else {
-            self.earlier_piece(at)
-        }
-    }
-
     #[cold]
-    fn earlier_piece(&self, at: Time) -> MotionPiece {
+    fn piece(&self, at: Time) -> MotionPiece {
+        if at >= self.since {
+            return MotionPiece { motion: self.now, begun: self.since, until: NEVER };
+        }
         let mut begun = Time::ZERO;
         for &EndedPiece { motion, until } in &self.history.ended {
             if at < until {
@@ -107,25 +101,40 @@ impl Motions<'_> {
             }
             begun = until;
         }
-        MotionPiece { motion: self.before, begun, until: self.since }
+        MotionPiece { motion: self.history.before, begun, until: self.since }
     }
 
-    /// Calls `carry` with each piece between `from` and `until` and the time to which it counts. Calls it once with
-    /// `until` if that is not later than `from`.
+    /// The motion right after `at`.
     #[inline]
-    pub(crate) fn for_each(&self, from: Time, until: Time, mut carry: impl FnMut(&MotionPiece, Time)) {
+    pub(crate) fn motion(&self, at: Time) -> Motion {
+        if at >= self.since { self.now } else { self.piece(at).motion }
+    }
+
+    /// Calls `carry` with the motion of each piece between `from` and `until`, its begin, and the time to which it
+    /// counts. Calls it once with `until` if that is not later than `from`.
+    #[inline]
+    pub(crate) fn for_each(&self, from: Time, until: Time, mut carry: impl FnMut(Motion, Time, Time)) {
+        if from >= self.since {
+            carry(self.now, self.since, until);
+        } else {
+            self.for_each_earlier(from, until, carry);
+        }
+    }
+
+    #[cold]
+    fn for_each_earlier(&self, from: Time, until: Time, mut carry: impl FnMut(Motion, Time, Time)) {
         let mut piece = self.piece(from);
         while piece.until < until {
-            carry(&piece, piece.until);
+            carry(piece.motion, piece.begun, piece.until);
             piece = self.piece(piece.until);
         }
-        carry(&piece, until);
+        carry(piece.motion, piece.begun, until);
     }
 
     /// The motion from `from` to the present: quiet only if all of it was quiet.
     #[inline]
     pub(crate) fn throughout(&self, from: Time) -> Motion {
-        if self.now == Motion::Quiet && from < self.since { self.before } else { self.now }
+        if self.now == Motion::Quiet && from < self.since { self.history.before } else { self.now }
     }
 }
 
@@ -134,7 +143,7 @@ impl Motions<'static> {
     /// One motion, at all times.
     pub(crate) fn always(motion: Motion) -> Self {
         const NONE: MotionHistory = MotionHistory::none();
-        Self { history: &NONE, before: motion, now: motion, since: Time::ZERO }
+        Self { history: &NONE, now: motion, since: Time::ZERO }
     }
 }
 
@@ -149,14 +158,14 @@ mod tests {
 
     fn pieces(motions: &Motions<'_>, from: u64, until: u64) -> Vec<(Motion, u64)> {
         let mut seen = Vec::new();
-        motions.for_each(Time::from_nanos(from), Time::from_nanos(until), |piece, to| {
-            seen.push((piece.motion, to.nanos()));
+        motions.for_each(Time::from_nanos(from), Time::from_nanos(until), |motion, _, to| {
+            seen.push((motion, to.nanos()));
         });
         seen
     }
 
     fn motions(history: &MotionHistory, now: Motion, since: u64) -> Motions<'_> {
-        Motions { history, before: B, now, since: Time::from_nanos(since) }
+        Motions { history, now, since: Time::from_nanos(since) }
     }
 
     /// A burst of 5 between 100 and 105, quiet from 110 on: the pieces between any two times, each up to its end.

@@ -8,7 +8,7 @@ use crate::camera::track::{Jitter, Process, State};
 use crate::camera::track_covariance::TrackCovariance;
 use crate::filters::kick::KickMoments;
 use crate::vibrometer::motion::Motion;
-use crate::vibrometer::motion_history::{MotionPiece, Motions};
+use crate::vibrometer::motion_history::Motions;
 
 /// What an impact does to the rate.
 #[derive(Clone, Copy, Debug)]
@@ -76,7 +76,7 @@ impl<T: Real> KickedRate<'_, T> {
     /// Carries the state from one impact to the next.
     #[inline]
     fn fly<B: TrackCovariance<T>>(&self, state: &mut State<T, B>, resting: bool, until: Time) {
-        self.motions.for_each(state.at, until, |&MotionPiece { motion, .. }, until| {
+        self.motions.for_each(state.at, until, |motion, _, until| {
             match motion {
                 Motion::Impacted(DriveMode::B) => {
                     state.propagate(until.min(self.detecting_until), self.tuning.missed_b_rad2_s3);
@@ -119,7 +119,7 @@ impl<T: Real, B: TrackCovariance<T>> Process<T, B> for KickedRate<'_, T> {
     }
 
     fn jitter(&self, at: Time) -> Jitter<T> {
-        let MotionPiece { motion, .. } = self.motions.piece(at);
+        let motion = self.motions.motion(at);
         if at > self.detecting_until {
             return self.tuning.constant_rate.random_walk.jitter(motion);
         }

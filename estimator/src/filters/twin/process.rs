@@ -10,7 +10,7 @@ use super::walk_strength::WalkStrength;
 use crate::camera::track::{Jitter, Process, State};
 use crate::camera::track_covariance::Carried;
 use crate::vibrometer::motion::Motion;
-use crate::vibrometer::motion_history::{MotionPiece, Motions};
+use crate::vibrometer::motion_history::Motions;
 
 /// Prediction of angle and rate under the kicks of the stator filter.
 pub(super) struct TwinProcess<'a, T> {
@@ -30,7 +30,7 @@ pub(super) struct TwinProcess<'a, T> {
 impl<T: Real> TwinProcess<'_, T> {
     /// From one impact to the next.
     fn predict_flight<B: KickedCovariance<T>>(&self, state: &mut State<T, B>, resting: bool, until: Time) {
-        self.motions.for_each(state.at, until, |&MotionPiece { motion, .. }, until| {
+        self.motions.for_each(state.at, until, |motion, _, until| {
             let wander = || {
                 let random_walk = &self.tuning.constant_rate.random_walk;
                 self.walk.under(motion) * random_walk.intensity_rad2_s3(motion, resting)
@@ -111,7 +111,7 @@ impl<T: Real> TwinProcess<'_, T> {
 
     /// What is added to the variances of an estimate at `at`.
     fn unseen(&self, at: Time) -> Jitter<T> {
-        let MotionPiece { motion, .. } = self.motions.piece(at);
+        let motion = self.motions.motion(at);
         if at > self.detecting_until {
             return self.tuning.constant_rate.random_walk.jitter(motion).times(self.walk.under(motion));
         }

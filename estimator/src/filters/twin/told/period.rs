@@ -162,6 +162,9 @@ impl<T: Real> ToldPeriod<T> {
 impl<T: Real> TwinFilter<T> {
     /// Takes what was told of the period that ends at `until`, up to the impact that the vibrometer detects.
     pub(in super::super) fn begin_told_period(&mut self, until: Time, event: VibrometerEvent<T>) {
+        if !self.told.is_told() {
+            return;
+        }
         let detects = matches!(event, VibrometerEvent::Impact { .. })
             && !self.detector.has_fault()
             && self.watch.motion(until) != Motion::Quiet;
@@ -181,10 +184,12 @@ impl<T: Real> TwinFilter<T> {
     /// Takes the contacts that the vibrometer does not detect, `from` then `to` then, of the period that ends at
     /// `until`: the recoil of each, and one kick for all.
     fn take_small_impacts(&mut self, from: Time, to: Time, until: Time) {
+        if !self.told.parts.small_impacts {
+            return;
+        }
         let mut small = self.told.others.clone();
         small.retain(|other| (from..=to).contains(&other.at));
-        let newest = small.iter().map(|other| other.at).max();
-        let Some(newest) = newest.filter(|_| self.told.parts.small_impacts) else { return };
+        let Some(newest) = small.iter().map(|other| other.at).max() else { return };
         if self.watch.motion(until) != Motion::Quiet {
             self.stator.advance(until, self.drive);
             small.iter().for_each(|other| self.take_recoil(other, until));
