@@ -9,6 +9,7 @@
 //! | [`noise`] | the noise of the frames, learnt |
 //! | [`noise_levels`] | what follows from that noise, computed beforehand |
 //! | [`track_tuning`] | what is assumed of the camera, and the counts of frames that follow from its rate |
+//! | [`process`] | how angle and rate change between frames |
 //! | [`track`] | the two states, what a frame does to them, and rest |
 //! | [`angle_rate_covariance`] | the factors of the covariance of angle and rate, written out |
 //! | [`track_covariance`] | what tracker and track need of a filter's covariance |
@@ -19,6 +20,7 @@ pub(crate) mod innovation_correlation;
 pub(crate) mod noise;
 pub(crate) mod noise_levels;
 pub(crate) mod persistent_error;
+pub(crate) mod process;
 pub(crate) mod rest_test;
 pub(crate) mod smoother;
 pub(crate) mod track;

@@ -94,7 +94,7 @@ mod test_support;
 mod vibrometer;
 
 pub use camera::angle_rate_covariance::AngleRateCovariance;
-pub use camera::track::Jitter;
+pub use camera::process::Jitter;
 pub use camera::track_tuning::TrackTuning;
 pub use camera::tracker::FRAMES_KEPT;
 pub use filter::{AngleFilter, Estimate, Health, Reason};

@@ -21,6 +21,8 @@
 use motor_model::Real;
 use ud_filter::UdCovariance;
 
+use crate::camera::track_covariance::Moments;
+
 /// Factors of the covariance of (angle, rate), in rad and rad/s.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AngleRateCovariance<T> {
@@ -60,6 +62,14 @@ impl<T: Real> AngleRateCovariance<T> {
     #[inline]
     pub fn rate_rad2_s2(&self) -> T {
         self.d2
+    }
+
+    /// The covariance after `dt_s` at the rate as it is.
+    #[inline]
+    pub(crate) fn moments_after(&self, dt_s: T) -> Moments<T> {
+        let ahead = self.u + dt_s;
+        let angle_rate_rad2_s = ahead * self.d2;
+        Moments { angle_rad2: self.d1 + ahead * angle_rate_rad2_s, angle_rate_rad2_s, rate_rad2_s2: self.d2 }
     }
 
     /// As a covariance of any number of states.

@@ -20,7 +20,8 @@ use motor_model::{Angle, AngleAccumulator, Real, Time};
 use nalgebra::SVector;
 use ud_filter::{Dense, KalmanFilter, SmootherStep, UdCovariance, smooth};
 
-use crate::camera::track::{Jitter, Process, State};
+use crate::camera::process::{Jitter, Process};
+use crate::camera::track::State;
 use crate::camera::track_covariance::{Carried, SmoothedCovariance, TrackCovariance as _};
 use crate::filter::Estimate;
 
@@ -116,7 +117,7 @@ impl<T: Real, const N: usize> Smoothed<T, N> {
 
 #[cfg(test)]
 mod tests {
-    use crate::camera::track::Jitter;
+    use crate::camera::process::Jitter;
     use crate::filter::AngleFilter as _;
     use crate::filters::constant_rate::{ConstantRate, ConstantRateTuning};
     use crate::test_support::{FRAME_NANOS, frame};

@@ -9,8 +9,8 @@
 //! camera = angle + noise of variance R = sigma^2 + Delta^2 / 12   sigma: tracking noise, Delta: quantisation step
 //! ```
 //!
-//! A filter brings its own [`Process`]: how angle, rate and covariance change between frames. What a frame does to them
-//! is here. Which frames are used, and in which order, is decided in [`crate::camera::tracker`].
+//! A filter brings its own [`Process`](crate::camera::process::Process): how angle, rate and covariance change between
+//! frames. What a frame does to them is here. Which frames are used, and in which order, is decided in [`crate::camera::tracker`].
 //!
 //! # Exposure
 //!
@@ -63,51 +63,11 @@
 use motor_model::{Angle, AngleAccumulator, Real, Time};
 
 use crate::camera::angle_rate_covariance::AngleRateCovariance;
+use crate::camera::process::Prediction;
 use crate::camera::rest_test::{RestTest, SLOPE_RAD_S};
-use crate::camera::track_covariance::TrackCovariance;
+use crate::camera::track_covariance::{Moments, TrackCovariance};
 use crate::camera::track_tuning::TrackTuning;
 use crate::measurement::CameraFrame;
-
-/// Variances of the part of angle and rate that changes faster than frames can show. They are added to the variances of
-/// every estimate, of the present and of the past.
-///
-/// A filter with white process noise takes every innovation as evidence of a rate that persists. Kicks that soon undo
-/// each other do not persist: a part of the rate comes and goes between two frames, and turns the angle meanwhile.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Jitter<T> {
-    /// Variance of the angle's part, in rad^2.
-    pub angle_rad2: T,
-    /// Variance of the rate's part, in rad^2/s^2.
-    pub rate_rad2_s2: T,
-}
-
-impl<T: Real> Jitter<T> {
-    /// Both times `factor`.
-    #[inline]
-    pub(crate) fn times(self, factor: T) -> Self {
-        Self { angle_rad2: self.angle_rad2 * factor, rate_rad2_s2: self.rate_rad2_s2 * factor }
-    }
-
-    /// Zero: the states hold all motion.
-    pub fn none() -> Self {
-        Self { angle_rad2: T::zero(), rate_rad2_s2: T::zero() }
-    }
-}
-
-/// How angle and rate change between frames.
-pub(crate) trait Process<T, B = AngleRateCovariance<T>> {
-    /// Propagates `state` to `until`, if that is later. `resting` is whether the rotor lies still.
-    fn carry(&self, state: &mut State<T, B>, resting: bool, until: Time);
-
-    /// A state between `state` and `until` that has been propagated already; `state` itself, if there is none.
-    #[inline]
-    fn cached_state<'a>(&'a self, state: &'a State<T, B>, _resting: bool, _until: Time) -> &'a State<T, B> {
-        state
-    }
-
-    /// What is added to the variances of an estimate at `at`.
-    fn jitter(&self, at: Time) -> Jitter<T>;
-}
 
 /// Angle and rate at an instant.
 #[derive(Clone, Copy, Debug)]
@@ -134,6 +94,31 @@ impl<T: Real, B: TrackCovariance<T>> State<T, B> {
         self.at = self.at.max(until);
         self.angle.turn_by_radians(self.rate_rad_s * dt_s);
         self.covariance.predict(dt_s, noise_rad2_s3);
+    }
+
+    /// What [`Self::propagate`] makes of it, without the factors of the covariance:
+    ///
+    /// ```text
+    /// P <- F P F' + q [dt^3/3 dt^2/2; dt^2/2 dt],   F = [1 dt; 0 1]
+    /// ```
+    #[inline]
+    pub(crate) fn predicted(&self, until: Time, noise_rad2_s3: T) -> Prediction<T> {
+        let dt_s: T = until.seconds_since(self.at);
+        let Moments { angle_rad2, angle_rate_rad2_s, rate_rad2_s2 } = self.covariance.moments_after(dt_s);
+        let by_rate = noise_rad2_s3 * dt_s;
+        let by_both = by_rate * dt_s * T::from_f64(0.5);
+        let by_angle = by_both * dt_s * T::from_f64(2.0 / 3.0);
+        let mut angle = self.angle;
+        angle.turn_by_radians(self.rate_rad_s * dt_s);
+        Prediction {
+            angle: angle.angle(),
+            rate_rad_s: self.rate_rad_s,
+            moments: Moments {
+                angle_rad2: angle_rad2 + by_angle,
+                angle_rate_rad2_s: angle_rate_rad2_s + by_both,
+                rate_rad2_s2: rate_rad2_s2 + by_rate,
+            },
+        }
     }
 
     /// Fuses an angle with this innovation, measured with variance `noise_rad2`.

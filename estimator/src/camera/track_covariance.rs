@@ -6,6 +6,14 @@ use ud_filter::UdCovariance;
 
 use crate::camera::angle_rate_covariance::AngleRateCovariance;
 
+/// Covariance of angle and rate, entry by entry.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Moments<T> {
+    pub(crate) angle_rad2: T,
+    pub(crate) angle_rate_rad2_s: T,
+    pub(crate) rate_rad2_s2: T,
+}
+
 /// Covariance of angle and rate, and in a richer filter the further states that are correlated with them.
 pub(crate) trait TrackCovariance<T>: Copy {
     /// Independent angle and rate of these variances. Further states are kept from `before`.
@@ -29,11 +37,11 @@ pub(crate) trait TrackCovariance<T>: Copy {
         self.angle_rad2() + noise_rad2
     }
 
-    /// Covariance of angle and rate.
-    fn angle_rate_rad2_s(&self) -> T;
-
     /// Variance of the rate.
     fn rate_rad2_s2(&self) -> T;
+
+    /// Covariance of angle and rate after `dt_s` at the rate as it is: sums of products that are not negative.
+    fn moments_after(&self, dt_s: T) -> Moments<T>;
 
     /// `dt_s` passes, in which the rate is a random walk of this intensity.
     fn predict(&mut self, dt_s: T, noise_rad2_s3: T);
@@ -69,13 +77,13 @@ impl<T: Real> TrackCovariance<T> for AngleRateCovariance<T> {
     }
 
     #[inline]
-    fn angle_rate_rad2_s(&self) -> T {
-        self.angle_rate_rad2_s()
+    fn rate_rad2_s2(&self) -> T {
+        self.rate_rad2_s2()
     }
 
     #[inline]
-    fn rate_rad2_s2(&self) -> T {
-        self.rate_rad2_s2()
+    fn moments_after(&self, dt_s: T) -> Moments<T> {
+        self.moments_after(dt_s)
     }
 
     #[inline]
@@ -241,12 +249,12 @@ impl<T: Real, B: SmoothedCovariance<T, N>, const N: usize> TrackCovariance<T> fo
         self.covariance.angle_rad2()
     }
 
-    fn angle_rate_rad2_s(&self) -> T {
-        self.covariance.angle_rate_rad2_s()
-    }
-
     fn rate_rad2_s2(&self) -> T {
         self.covariance.rate_rad2_s2()
+    }
+
+    fn moments_after(&self, dt_s: T) -> Moments<T> {
+        self.covariance.moments_after(dt_s)
     }
 
     fn predict(&mut self, dt_s: T, noise_rad2_s3: T) {

@@ -45,7 +45,8 @@ mod mean_rate;
 
 use motor_model::{DriveCommand, DriveMode, MotorParams, Real, Time};
 
-use crate::camera::track::{Jitter, Process, State};
+use crate::camera::process::{Drift, Jitter, Process, Walk};
+use crate::camera::track::State;
 use crate::camera::track_covariance::TrackCovariance;
 use crate::camera::track_tuning::TrackTuning;
 use crate::camera::tracker::{FrameContext, Tracker};
@@ -54,7 +55,7 @@ use crate::innovation::{ImpactInnovation, Innovation};
 use crate::instruments::{CameraDescription, Instruments};
 use crate::measurement::{CameraFrame, LdvSample};
 use crate::vibrometer::motion::{Motion, MotionWatch};
-use crate::vibrometer::motion_history::Motions;
+use crate::vibrometer::motion_history::{MotionPiece, Motions};
 use crate::vibrometer::rest::RestTuning;
 use mean_rate::MeanRates;
 
@@ -192,13 +193,26 @@ struct RandomWalk<'a, T> {
 }
 
 impl<T: Real> RandomWalk<'_, T> {
-    /// Carries the state to `until`, under one motion that has `begun` before, while the rate returns to its mean.
+    /// Whether the rate does not return to a mean.
+    #[inline]
+    fn only_drifts(&self, resting: bool) -> bool {
+        resting || !self.tuning.returns_to_mean
+    }
+
+    /// Carries the state to `until` while the rate returns to the mean of each motion on the way.
     #[cold]
-    fn return_to_mean<B: TrackCovariance<T>>(
+    fn return_to_mean<B: TrackCovariance<T>>(&self, state: &mut State<T, B>, until: Time) {
+        while until > state.at {
+            let piece = self.motions.piece(state.at);
+            self.return_to_mean_of(&piece, state, until.min(piece.until));
+        }
+    }
+
+    /// The same within a piece of one motion.
+    fn return_to_mean_of<B: TrackCovariance<T>>(
         &self,
+        &MotionPiece { motion, begun, .. }: &MotionPiece,
         state: &mut State<T, B>,
-        motion: Motion,
-        begun: Time,
         until: Time,
     ) {
         let (of_b, of_c) = (T::from_f64(1.0 / CORRELATION_B_S), T::from_f64(1.0 / CORRELATION_C_S));
@@ -225,21 +239,32 @@ impl<T: Real> RandomWalk<'_, T> {
     }
 }
 
+impl<T: Real> Drift<T> for RandomWalk<'_, T> {
+    #[inline]
+    fn walk(&self, at: Time, resting: bool) -> Walk<T> {
+        let MotionPiece { motion, until, .. } = self.motions.piece(at);
+        Walk { intensity_rad2_s3: self.tuning.intensity_rad2_s3(motion, resting), until }
+    }
+}
+
 impl<T: Real, B: TrackCovariance<T>> Process<T, B> for RandomWalk<'_, T> {
     #[inline]
     fn carry(&self, state: &mut State<T, B>, resting: bool, until: Time) {
-        self.motions.for_each(state.at, until, |motion, begun, until| {
-            if self.tuning.returns_to_mean && !resting {
-                self.return_to_mean(state, motion, begun, until);
-            } else {
-                state.propagate(until, self.tuning.intensity_rad2_s3(motion, resting));
-            }
-        });
+        if self.only_drifts(resting) {
+            self.drift(state, resting, until);
+        } else {
+            self.return_to_mean(state, until);
+        }
+    }
+
+    #[inline]
+    fn only_drifts(&self, _at: Time, resting: bool) -> bool {
+        self.only_drifts(resting)
     }
 
     #[inline]
     fn jitter(&self, at: Time) -> Jitter<T> {
-        self.tuning.jitter(self.motions.motion(at))
+        self.tuning.jitter(self.motions.piece(at).motion)
     }
 }
 

@@ -52,7 +52,7 @@
 //! through the impacts before it, and the estimate continues from there through those after it. One impact more than
 //! the capacity drops the frames before the oldest impact, and carries the track there if need be: a frame exposed
 //! before that is too late. While no frame arrives, the track after all kicks is kept beside it, so that an estimate of
-//! the present passes only the last few: [`PENDING_KICKS_MAX`]. Where no sample has arrived for
+//! the present passes none of them. Where no sample has arrived for
 //! [`crate::ImpactDetectorTuning::gap_nanos`], the rate is a random walk as in [`crate::ConstantRate`].
 //!
 //! ```text
@@ -70,7 +70,8 @@ mod tuning;
 use heapless::Deque;
 use motor_model::{DriveCommand, DriveMode, Real, Time};
 
-use crate::camera::track::{Process, State};
+use crate::camera::process::Process;
+use crate::camera::track::State;
 use crate::camera::tracker::{FrameContext, Tracker};
 use crate::filter::{AngleFilter, Estimate, Health, Reason};
 use crate::filters::impact_aided::ringing::{Ringing, ToothRate};
@@ -84,9 +85,6 @@ pub use tuning::ImpactAidedTuning;
 /// Most impacts kept: 4.5 ms of the motion with the most impacts, mode B at a fifth of its amplitude with 28 impacts a
 /// ms.
 pub const IMPACTS_KEPT_MAX: usize = 128;
-
-/// Kicks since the last frame above which the track after them is kept: ten times those of mode C in a frame's period.
-const PENDING_KICKS_MAX: usize = 8;
 
 /// Time after which the ringing of an impact has decayed: two time constants of mode C.
 const RINGING_NANOS: u64 = 6_000_000;
@@ -105,7 +103,7 @@ pub struct ImpactAided<T> {
     detector: ImpactDetector<T>,
     tracker: Tracker<T>,
     kicks: ImpactKicks<T>,
-    /// The track after all kicks, while more than [`PENDING_KICKS_MAX`] have come since its frame.
+    /// The track after all kicks; `None` if there are none after the last frame.
     propagated: Option<State<T>>,
     ringing: Ringing<T>,
     /// From when on all impacts that still ring have been detected.
@@ -269,29 +267,23 @@ impl<T: Real> ImpactAided<T> {
         // Not full: the oldest kicks were dropped above.
         let _ = self.kicks.push_back(kick);
         if let Some(mut propagated) = self.propagated {
-            let resting = self.tracker.track().is_some_and(|track| track.resting);
+            let resting = self.tracker.is_resting();
             self.process(self.watch.clock()).carry(&mut propagated, resting, kick.at);
             self.propagated = Some(propagated);
-        } else if self.many_pending() {
+        } else {
             self.propagate();
         }
     }
 
-    /// Whether more than [`PENDING_KICKS_MAX`] have come since the last frame used.
-    #[inline]
-    fn many_pending(&self) -> bool {
-        let fresh =
-            self.kicks.len().checked_sub(PENDING_KICKS_MAX + 1).and_then(|index| self.kicks.get(index));
-        fresh.zip(self.tracker.track()).is_some_and(|(kick, track)| kick.at > track.state.at)
-    }
-
     /// Carries the track through the kicks since the last frame used.
-    #[cold]
     fn propagate(&mut self) {
-        let Some((track, newest)) = self.tracker.track().zip(self.kicks.back()) else { return };
-        let mut propagated = track.state;
-        self.process(self.watch.clock()).carry(&mut propagated, track.resting, newest.at);
-        self.propagated = Some(propagated);
+        let newest = self.kicks.back().map(|kick| kick.at);
+        let track = self.tracker.track().zip(newest).filter(|(track, newest)| *newest > track.state.at);
+        self.propagated = track.map(|(track, newest)| {
+            let mut propagated = track.state;
+            self.process(self.watch.clock()).carry(&mut propagated, track.resting, newest);
+            propagated
+        });
     }
 
     /// Drops the kicks that no frame can go back to.
@@ -342,18 +334,15 @@ impl<T: Real> AngleFilter<T> for ImpactAided<T> {
             quiet: process.motions.throughout(from) == Motion::Quiet,
             disputed: self.watch.disputes_quiet(clock),
         };
-        let before = self.propagated.as_ref().and(self.tracker.place());
+        let before = self.tracker.place();
         let innovation = self.tracker.update(frame, context, &process);
         self.watch.note_rest(self.tracker.is_resting(), clock);
         if self.watch.noise_m_s() != self.tuning.detector.noise_m_s {
             self.use_learnt_noise();
         }
         self.drop_old_kicks();
-        if before.is_none() || self.tracker.place() != before {
-            self.propagated = None;
-            if self.many_pending() {
-                self.propagate();
-            }
+        if self.tracker.place() != before {
+            self.propagate();
         }
         innovation
     }
@@ -361,7 +350,7 @@ impl<T: Real> AngleFilter<T> for ImpactAided<T> {
     fn estimate(&self, now: Time) -> Option<Estimate<T>> {
         let process = self.process(now);
         match self.propagated.filter(|propagated| propagated.at <= now) {
-            Some(propagated) => self.tracker.estimate_from(propagated, now, &process),
+            Some(propagated) => self.tracker.estimate_from(&propagated, now, &process),
             None => self.tracker.estimate(now, &process),
         }
     }

@@ -279,7 +279,8 @@ impl<T: Real> AngleFilter<T> for TwinFilter<T> {
         }
         let newest = self.detector.newest();
         let since_s: T = newest.map_or(T::zero(), |newest| sample.taken_at.seconds_since(newest));
-        let before = self.detector;
+        let (flight, had_fault, was_erratic) =
+            (self.detector.flight(), self.detector.has_fault(), self.detector.erratic());
         let event = self.detector.observe(sample);
         if event == VibrometerEvent::Rejected {
             return None;
@@ -290,22 +291,21 @@ impl<T: Real> AngleFilter<T> for TwinFilter<T> {
         } else {
             self.stator.advance(sample.taken_at, self.drive);
         }
-        if before.has_fault() && !self.detector.has_fault() {
+        if had_fault && !self.detector.has_fault() {
             // Impacts before the fault was detected have led to wrong estimates, and so has the height.
             self.restart_stator_after_fault();
-            if !before.erratic() {
+            if !was_erratic {
                 self.misfit = MisfitMonitor::trusted();
             }
             self.resume_detection();
         }
-        if let (VibrometerEvent::Impact { .. }, Some(first)) = (event, self.unrefined_jump) {
-            let (drift_m_s, samples) = before.since_impact();
-            if samples > T::one() {
-                self.refine_jump(first, drift_m_s, samples);
-            }
+        if let (VibrometerEvent::Impact { .. }, Some(first)) = (event, self.unrefined_jump)
+            && flight.samples > T::one()
+        {
+            self.refine_jump(first, &flight);
         }
         self.begin_told_period(sample.taken_at, event);
-        let innovation = self.act_on(sample, event, &before, since_s);
+        let innovation = self.act_on(sample, event, &flight, since_s);
         self.end_told_period(sample.taken_at);
         self.reapply_newest_kick();
         innovation
@@ -317,7 +317,7 @@ impl<T: Real> AngleFilter<T> for TwinFilter<T> {
             tuning: &self.tuning,
             kicks: &self.kicks,
             motions: self.watch.motions(clock.max(frame.exposed_at)),
-            walk: &self.walk,
+            strength: &self.walk,
             taken_since: self.kick_use.since,
             detecting_until: self.detecting_until(),
             propagated: None,

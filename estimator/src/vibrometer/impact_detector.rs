@@ -141,6 +141,17 @@ pub enum VibrometerEvent<T> {
     Gap(T),
 }
 
+/// What the samples since the last impact show.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Flight<T> {
+    /// The mean velocity less the first sample, in m/s: exact up to the window.
+    pub(crate) drift_m_s: T,
+    /// Their number, at most the window.
+    pub(crate) samples: T,
+    /// Variance of the velocity per that of a sample, `p`.
+    pub(crate) velocity_variance: T,
+}
+
 /// Finds impacts and faults in the vibrometer's samples.
 ///
 /// It estimates the rotor's velocity in flight, with variance `p sigma^2`. A sample above its prediction by more than
@@ -268,15 +279,11 @@ impl<T: Real> ImpactDetector<T> {
         self.tuning.threshold * self.tuning.noise_m_s
     }
 
-    /// Variance of the velocity in flight per that of a sample, `p`.
-    pub(crate) fn velocity_variance(&self) -> T {
-        self.velocity_variance
-    }
-
-    /// The drift of the flight, which is the mean over the samples since the last impact less the first of them, and
-    /// their number: exact up to the window.
-    pub(crate) fn since_impact(&self) -> (T, T) {
-        (self.drift_m_s, self.samples)
+    /// The flight since the last impact.
+    #[inline]
+    pub(crate) fn flight(&self) -> Flight<T> {
+        let Self { drift_m_s, samples, velocity_variance, .. } = *self;
+        Flight { drift_m_s, samples, velocity_variance }
     }
 
     /// Takes a sample in; returns what it shows.

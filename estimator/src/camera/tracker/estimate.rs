@@ -3,8 +3,9 @@
 use motor_model::{Real, Time};
 
 use super::Tracker;
+use crate::camera::process::{Jitter, Prediction, Process};
 use crate::camera::smoother::Smoothed;
-use crate::camera::track::{Jitter, Process, State, Track};
+use crate::camera::track::{State, Track};
 use crate::camera::track_covariance::{Carried, SmoothedCovariance, TrackCovariance};
 use crate::filter::{Estimate, Health, Reason};
 
@@ -53,27 +54,27 @@ impl<T: Real, B: TrackCovariance<T>> Tracker<T, B> {
     #[inline]
     pub(crate) fn estimate(&self, now: Time, process: &impl Process<T, B>) -> Option<Estimate<T>> {
         let track = self.track()?;
-        self.estimate_from(process.cached_state(&track.state, track.resting, now).copied(), now, process)
+        self.estimate_from(process.cached_state(&track.state, track.resting, now), now, process)
     }
 
     /// As [`Self::estimate`], from a state to which the track has been carried already.
     #[inline]
     pub(crate) fn estimate_from(
         &self,
-        mut ahead: State<T, B>,
+        from: &State<T, B>,
         now: Time,
         process: &impl Process<T, B>,
     ) -> Option<Estimate<T>> {
         let track = self.track()?;
-        process.carry(&mut ahead, track.resting, now);
+        let Prediction { angle, rate_rad_s, moments } = process.predict(from, track.resting, now);
         let (jitter, persistent) = (process.jitter(now), self.persistent(track));
         Some(Estimate {
             at: now,
-            angle: ahead.angle.angle(),
-            rate_rad_s: ahead.rate_rad_s,
-            angle_rad2: ahead.covariance.angle_rad2() + persistent.angle_rad2 + jitter.angle_rad2,
-            angle_rate_rad2_s: ahead.covariance.angle_rate_rad2_s(),
-            rate_rad2_s2: ahead.covariance.rate_rad2_s2() + persistent.rate_rad2_s2 + jitter.rate_rad2_s2,
+            angle,
+            rate_rad_s,
+            angle_rad2: moments.angle_rad2 + persistent.angle_rad2 + jitter.angle_rad2,
+            angle_rate_rad2_s: moments.angle_rate_rad2_s,
+            rate_rad2_s2: moments.rate_rad2_s2 + persistent.rate_rad2_s2 + jitter.rate_rad2_s2,
             resting: track.resting,
         })
     }

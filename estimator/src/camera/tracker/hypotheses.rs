@@ -15,7 +15,8 @@
 use motor_model::{Angle, Real};
 
 use super::Tracker;
-use crate::camera::track::{Process, State, Track};
+use crate::camera::process::Process;
+use crate::camera::track::{State, Track};
 use crate::camera::track_covariance::TrackCovariance;
 
 /// The track at the newest frame under a hypothesis about the frames before it, and the newest frame's innovation,

@@ -21,7 +21,7 @@ use heapless::Deque;
 use motor_model::Real;
 
 use super::{FRAMES_KEPT, TrackedFrame, Tracker, refused};
-use crate::camera::track::Process;
+use crate::camera::process::Process;
 use crate::camera::track_covariance::TrackCovariance;
 use crate::innovation::{Innovation, Rejection};
 use crate::measurement::CameraFrame;

@@ -22,7 +22,8 @@ use motor_model::{Angle, Real, Time};
 
 use super::hypotheses::Fit;
 use super::{TrackedFrame, Tracker};
-use crate::camera::track::{Process, Track};
+use crate::camera::process::Process;
+use crate::camera::track::Track;
 use crate::camera::track_covariance::TrackCovariance;
 use crate::innovation::{Innovation, Source, Verdict};
 use crate::measurement::CameraFrame;

@@ -4,11 +4,12 @@ use heapless::Deque;
 use motor_model::{DriveMode, Real, Time};
 
 use super::{IMPACTS_KEPT_MAX, ImpactAidedTuning};
-use crate::camera::track::{Jitter, Process, State};
+use crate::camera::process::{Drift, Jitter, Process, Walk};
+use crate::camera::track::State;
 use crate::camera::track_covariance::TrackCovariance;
 use crate::filters::kick::KickMoments;
 use crate::vibrometer::motion::Motion;
-use crate::vibrometer::motion_history::Motions;
+use crate::vibrometer::motion_history::{MotionPiece, Motions};
 
 /// What an impact does to the rate.
 #[derive(Clone, Copy, Debug)]
@@ -72,25 +73,30 @@ pub(super) struct KickedRate<'a, T> {
     pub(super) detecting_until: Time,
 }
 
-impl<T: Real> KickedRate<'_, T> {
-    /// Carries the state from one impact to the next.
+impl<T: Real> Drift<T> for KickedRate<'_, T> {
+    /// While impacts are detected only the kicks of those that are missed are left to the walk.
     #[inline]
-    fn fly<B: TrackCovariance<T>>(&self, state: &mut State<T, B>, resting: bool, until: Time) {
-        self.motions.for_each(state.at, until, |motion, _, until| {
-            match motion {
-                Motion::Impacted(DriveMode::B) => {
-                    state.propagate(until.min(self.detecting_until), self.tuning.missed_b_rad2_s3);
-                }
-                Motion::Impacted(DriveMode::C) => {
-                    state.propagate(until.min(self.detecting_until), self.tuning.missed_rad2_s3);
-                }
-                Motion::Quiet => {}
-            }
-            if until > state.at {
-                let random_walk = &self.tuning.constant_rate.random_walk;
-                state.propagate(until, random_walk.intensity_rad2_s3(motion, resting));
-            }
-        });
+    fn walk(&self, at: Time, resting: bool) -> Walk<T> {
+        let MotionPiece { motion, until, .. } = self.motions.piece(at);
+        let missed_rad2_s3 = match motion {
+            Motion::Impacted(DriveMode::B) => self.tuning.missed_b_rad2_s3,
+            Motion::Impacted(DriveMode::C) => self.tuning.missed_rad2_s3,
+            Motion::Quiet => T::zero(),
+        };
+        if motion != Motion::Quiet && at < self.detecting_until {
+            return Walk { intensity_rad2_s3: missed_rad2_s3, until: until.min(self.detecting_until) };
+        }
+        let random_walk = &self.tuning.constant_rate.random_walk;
+        Walk { intensity_rad2_s3: random_walk.intensity_rad2_s3(motion, resting), until }
+    }
+}
+
+impl<T: Real> KickedRate<'_, T> {
+    /// Whether a kick acts after `at`. A rotor that lies still is not kicked.
+    #[inline]
+    fn kicked_after(&self, at: Time, resting: bool) -> bool {
+        let newer = self.kicks.back().is_some_and(|kick| kick.at > at);
+        newer && !(resting && self.motions.throughout(at) == Motion::Quiet)
     }
 
     /// Carries the state through the kicks until `until`, up to the last of them.
@@ -101,7 +107,7 @@ impl<T: Real> KickedRate<'_, T> {
         let newer = self.kicks.iter().rev().take_while(|kick| kick.at > from).count();
         for index in self.kicks.len() - newer..self.kicks.len() {
             let Some(kick) = self.kicks.get(index).filter(|kick| kick.at <= until) else { break };
-            self.fly(state, resting, kick.at);
+            self.drift(state, resting, kick.at);
             kick.apply(state, self.tuning);
         }
     }
@@ -110,16 +116,19 @@ impl<T: Real> KickedRate<'_, T> {
 impl<T: Real, B: TrackCovariance<T>> Process<T, B> for KickedRate<'_, T> {
     #[inline]
     fn carry(&self, state: &mut State<T, B>, resting: bool, until: Time) {
-        // A rotor that lies still is not kicked.
-        let kicked = self.kicks.back().is_some_and(|kick| kick.at > state.at);
-        if kicked && !(resting && self.motions.throughout(state.at) == Motion::Quiet) {
+        if self.kicked_after(state.at, resting) {
             self.pass_kicks(state, resting, until);
         }
-        self.fly(state, resting, until);
+        self.drift(state, resting, until);
+    }
+
+    #[inline]
+    fn only_drifts(&self, at: Time, resting: bool) -> bool {
+        !self.kicked_after(at, resting)
     }
 
     fn jitter(&self, at: Time) -> Jitter<T> {
-        let motion = self.motions.motion(at);
+        let motion = self.motions.piece(at).motion;
         if at > self.detecting_until {
             return self.tuning.constant_rate.random_walk.jitter(motion);
         }

@@ -2,7 +2,7 @@
 
 use motor_model::{MotorParams, Parameter, Real, math};
 
-use crate::camera::track::Jitter;
+use crate::camera::process::Jitter;
 use crate::filters::constant_rate::ConstantRateTuning;
 use crate::filters::impact_aided::ringing::RingingTuning;
 use crate::instruments::Instruments;

@@ -7,10 +7,11 @@ use super::propagated_track::PropagatedTrack;
 use super::rotor::{KickedCovariance, RotorCovariance};
 use super::tuning::TwinTuning;
 use super::walk_strength::WalkStrength;
-use crate::camera::track::{Jitter, Process, State};
+use crate::camera::process::{Drift, Jitter, Process, Walk};
+use crate::camera::track::State;
 use crate::camera::track_covariance::Carried;
 use crate::vibrometer::motion::Motion;
-use crate::vibrometer::motion_history::Motions;
+use crate::vibrometer::motion_history::{MotionPiece, Motions};
 
 /// Prediction of angle and rate under the kicks of the stator filter.
 pub(super) struct TwinProcess<'a, T> {
@@ -18,7 +19,7 @@ pub(super) struct TwinProcess<'a, T> {
     pub(super) kicks: &'a KickRecords<T>,
     pub(super) motions: Motions<'a>,
     /// Strength of the walk without kicks.
-    pub(super) walk: &'a WalkStrength<T>,
+    pub(super) strength: &'a WalkStrength<T>,
     /// Since when kicks are taken; before that the rate wanders as in [`crate::ConstantRate`].
     pub(super) taken_since: Time,
     /// Until when impacts would have been detected; from then on the rate wanders as in [`crate::ConstantRate`].
@@ -27,26 +28,25 @@ pub(super) struct TwinProcess<'a, T> {
     pub(super) propagated: Option<&'a PropagatedTrack<T>>,
 }
 
-impl<T: Real> TwinProcess<'_, T> {
-    /// From one impact to the next.
-    fn predict_flight<B: KickedCovariance<T>>(&self, state: &mut State<T, B>, resting: bool, until: Time) {
-        self.motions.for_each(state.at, until, |motion, _, until| {
-            let wander = || {
-                let random_walk = &self.tuning.constant_rate.random_walk;
-                self.walk.under(motion) * random_walk.intensity_rad2_s3(motion, resting)
-            };
-            if motion != Motion::Quiet {
-                if state.at < self.taken_since {
-                    state.propagate(until.min(self.taken_since), wander());
-                }
-                state.propagate(until.min(self.detecting_until), T::zero());
+impl<T: Real> Drift<T> for TwinProcess<'_, T> {
+    /// While impacts are detected and kicks are taken nothing is left to the walk.
+    #[inline]
+    fn walk(&self, at: Time, resting: bool) -> Walk<T> {
+        let MotionPiece { motion, mut until, .. } = self.motions.piece(at);
+        if motion != Motion::Quiet {
+            if at < self.taken_since {
+                until = until.min(self.taken_since);
+            } else if at < self.detecting_until {
+                return Walk { intensity_rad2_s3: T::zero(), until: until.min(self.detecting_until) };
             }
-            if until > state.at {
-                state.propagate(until, wander());
-            }
-        });
+        }
+        let random_walk = &self.tuning.constant_rate.random_walk;
+        let intensity_rad2_s3 = self.strength.under(motion) * random_walk.intensity_rad2_s3(motion, resting);
+        Walk { intensity_rad2_s3, until }
     }
+}
 
+impl<T: Real> TwinProcess<'_, T> {
     /// Index of the first kick after `from`, found from the newest backwards, since most are older.
     fn first_after(&self, from: Time) -> usize {
         let newer = self.kicks.iter().rev().take_while(|kick| kick.at > from).count();
@@ -58,7 +58,7 @@ impl<T: Real> TwinProcess<'_, T> {
         if let Some(kick) = self.kicks.get(kick)
             && !(resting && self.motions.throughout(state.at) == Motion::Quiet)
         {
-            self.predict_flight(state, resting, kick.at);
+            self.drift(state, resting, kick.at);
             kick.apply(state);
         }
     }
@@ -99,21 +99,21 @@ impl<T: Real> TwinProcess<'_, T> {
     }
 
     /// Predicts through all kicks up to `until`, and to it.
-    fn predict<B: KickedCovariance<T>>(&self, state: &mut State<T, B>, resting: bool, until: Time) {
+    fn through_kicks<B: KickedCovariance<T>>(&self, state: &mut State<T, B>, resting: bool, until: Time) {
         for index in self.first_after(state.at)..self.kicks.len() {
             if self.kicks.get(index).is_none_or(|kick| kick.at > until) {
                 break;
             }
             self.predict_through(state, resting, index);
         }
-        self.predict_flight(state, resting, until);
+        self.drift(state, resting, until);
     }
 
     /// What is added to the variances of an estimate at `at`.
     fn unseen(&self, at: Time) -> Jitter<T> {
-        let motion = self.motions.motion(at);
+        let motion = self.motions.piece(at).motion;
         if at > self.detecting_until {
-            return self.tuning.constant_rate.random_walk.jitter(motion).times(self.walk.under(motion));
+            return self.tuning.constant_rate.random_walk.jitter(motion).times(self.strength.under(motion));
         }
         let [unseen_b, unseen_c] = self.tuning.without_stator.unseen_rad2_s2;
         let rate_rad2_s2 = match motion {
@@ -127,7 +127,12 @@ impl<T: Real> TwinProcess<'_, T> {
 
 impl<T: Real> Process<T, RotorCovariance<T>> for TwinProcess<'_, T> {
     fn carry(&self, state: &mut RotorState<T>, resting: bool, until: Time) {
-        self.predict(state, resting, until);
+        self.through_kicks(state, resting, until);
+    }
+
+    #[inline]
+    fn only_drifts(&self, at: Time, _resting: bool) -> bool {
+        self.kicks.back().is_none_or(|kick| kick.at <= at)
     }
 
     #[inline]
@@ -143,7 +148,12 @@ impl<T: Real> Process<T, RotorCovariance<T>> for TwinProcess<'_, T> {
 
 impl<T: Real> Process<T, Carried<T, RotorCovariance<T>, 4>> for TwinProcess<'_, T> {
     fn carry(&self, state: &mut State<T, Carried<T, RotorCovariance<T>, 4>>, resting: bool, until: Time) {
-        self.predict(state, resting, until);
+        self.through_kicks(state, resting, until);
+    }
+
+    #[inline]
+    fn only_drifts(&self, at: Time, _resting: bool) -> bool {
+        self.kicks.back().is_none_or(|kick| kick.at <= at)
     }
 
     fn jitter(&self, at: Time) -> Jitter<T> {

@@ -24,6 +24,7 @@ use super::kick_record::KickRecord;
 use super::measured_impact::Uncertain;
 use super::states::{Errors, JUMP, TOOTH_VELOCITY};
 use super::stator::StatorFilter;
+use crate::vibrometer::impact_detector::Flight;
 
 impl<T: Real> StatorFilter<T> {
     /// Updates the stator by the last impact's jump as the flight after it gives it; returns the corrections.
@@ -60,10 +61,10 @@ impl<T: Real> TwinFilter<T> {
         }
     }
 
-    /// Refines the last impact's jump by the mean of all `samples` since, which is `drift_m_s` above the first of them.
+    /// Refines the last impact's jump by the mean of all samples of the flight since.
     #[inline(never)]
-    pub(super) fn refine_jump(&mut self, first: Uncertain<T>, drift_m_s: T, samples: T) {
-        let again = second_measurement(first, drift_m_s, samples, self.sample_m2_s2());
+    pub(super) fn refine_jump(&mut self, first: Uncertain<T>, flight: &Flight<T>) {
+        let again = second_measurement(first, flight, self.sample_m2_s2());
         let errors = self.stator.update_jump(again);
         if !self.stator.is_sound() {
             return self.restart_stator();
@@ -85,22 +86,20 @@ impl<T: Real> TwinFilter<T> {
 
     /// Refines the last impact's jump once `least` samples have come since.
     pub(super) fn refine_jump_after(&mut self, least: T) {
-        let (drift_m_s, samples) = self.detector.since_impact();
+        let flight = self.detector.flight();
         if let Some(first) = self.unrefined_jump
-            && samples >= least
+            && flight.samples >= least
         {
-            self.refine_jump(first, drift_m_s, samples);
+            self.refine_jump(first, &flight);
             self.unrefined_jump = None;
         }
     }
 }
 
-/// The jump as the flight after it measures it, given what the `first` sample of `samples` made of it; the mean of all
-/// is `drift_m_s` above the first. See the module's head.
+/// The jump as the flight after it measures it, given what its `first` sample made of it. See the module's head.
 fn second_measurement<T: Real>(
     first: Uncertain<T>,
-    drift_m_s: T,
-    samples: T,
+    &Flight { drift_m_s, samples, .. }: &Flight<T>,
     sample_m2_s2: T,
 ) -> Uncertain<T> {
     let others = samples - T::one();
@@ -127,7 +126,8 @@ mod tests {
         for samples in [2.0, 4.0, 20.0] {
             let (first_m_s, drift_m_s) = (0.2, 3e-4);
             let first = Uncertain { value: first_m_s, variance: sample_m2_s2 * (1.0 + 1.0 / before) };
-            let again = second_measurement(first, drift_m_s, samples, sample_m2_s2);
+            let flight = Flight { drift_m_s, samples, velocity_variance: 1.0 / samples };
+            let again = second_measurement(first, &flight, sample_m2_s2);
             let gain = first.variance / (first.variance + again.variance);
             let jump_m_s = first.value + gain * (again.value - first.value);
             let variance = (1.0 - gain) * first.variance;

@@ -23,7 +23,7 @@ use motor_model::Real;
 use nalgebra::Vector4;
 use ud_filter::{UdCovariance, reciprocal};
 
-use crate::camera::track_covariance::{Carried, SmoothedCovariance, TrackCovariance};
+use crate::camera::track_covariance::{Carried, Moments, SmoothedCovariance, TrackCovariance};
 
 /// Prior standard deviation of the friction: uniform from 0.2 to 0.6 about 0.4 is 0.115, per 0.4.
 const FRICTION_PRIOR: f64 = 0.29;
@@ -219,15 +219,21 @@ impl<T: Real> TrackCovariance<T> for RotorCovariance<T> {
     }
 
     #[inline]
-    fn angle_rate_rad2_s(&self) -> T {
-        let [_, [u01, ..], [u02, u12, ..], [u03, u13, ..]] = &self.covariance.unit;
-        let [_, d1, d2, d3] = &self.covariance.weights;
-        *u01 * *d1 + *u02 * *u12 * *d2 + *u03 * *u13 * *d3
+    fn rate_rad2_s2(&self) -> T {
+        self.covariance.variance::<1>()
     }
 
     #[inline]
-    fn rate_rad2_s2(&self) -> T {
-        self.covariance.variance::<1>()
+    fn moments_after(&self, dt_s: T) -> Moments<T> {
+        let [_, [u01, ..], [u02, u12, ..], [u03, u13, ..]] = self.covariance.unit;
+        let [d0, d1, d2, d3] = self.covariance.weights;
+        let [a1, a2, a3] = [u01 + dt_s, u02 + dt_s * u12, u03 + dt_s * u13];
+        let [r2, r3] = [u12 * d2, u13 * d3];
+        Moments {
+            angle_rad2: d0 + a1 * a1 * d1 + a2 * a2 * d2 + a3 * a3 * d3,
+            angle_rate_rad2_s: a1 * d1 + a2 * r2 + a3 * r3,
+            rate_rad2_s2: d1 + u12 * r2 + u13 * r3,
+        }
     }
 
     fn predict(&mut self, dt_s: T, noise_rad2_s3: T) {
@@ -315,7 +321,15 @@ mod tests {
             prop_assert!(close(&moved.covariance.covariance(), &expected));
             let [friction2, tooth_factor2] = rotor(&p).factor_variances();
             prop_assert!((friction2 - p.m33).abs() < 1e-12 && (tooth_factor2 - p.m44).abs() < 1e-12);
-            prop_assert!((moved.angle_rate_rad2_s() - expected.m12).abs() < 1e-12 * (1.0 + expected.m12.abs()));
+            let Moments { angle_rad2, angle_rate_rad2_s, rate_rad2_s2 } = rotor(&p).moments_after(dt);
+            let drifted = [
+                (angle_rad2 + q * dt * dt * dt / 3.0, expected.m11),
+                (angle_rate_rad2_s + q * dt * dt / 2.0, expected.m12),
+                (rate_rad2_s2 + q * dt, expected.m22),
+            ];
+            for (moment, expected) in drifted {
+                prop_assert!((moment - expected).abs() < 1e-12 * (1.0 + expected.abs()));
+            }
 
             let mut kicked = rotor(&p);
             let by_rate = -slip;

@@ -11,17 +11,17 @@ use super::regime::RegimeDetector;
 use crate::filters::impact_aided::RATE_MEMORY_S;
 use crate::innovation::ImpactInnovation;
 use crate::measurement::LdvSample;
-use crate::vibrometer::impact_detector::{ImpactDetector, VibrometerEvent};
+use crate::vibrometer::impact_detector::{Flight, VibrometerEvent};
 use crate::vibrometer::motion::Motion;
 
 impl<T: Real> TwinFilter<T> {
-    /// Acts on what the detector has made of a sample `since_s` after the last one; `before` is the detector before it.
+    /// Acts on what the detector has made of a sample `since_s` after the last one; `flight` is what came before it.
     /// Returns the innovations of an impact.
     pub(super) fn act_on(
         &mut self,
         sample: &LdvSample,
         event: VibrometerEvent<T>,
-        before: &ImpactDetector<T>,
+        flight: &Flight<T>,
         since_s: T,
     ) -> Option<ImpactInnovation<T>> {
         let sample_m_s = T::from_f32(sample.velocity_m_s);
@@ -44,12 +44,17 @@ impl<T: Real> TwinFilter<T> {
             }
             VibrometerEvent::Impact { before_m_s, jump_m_s } => {
                 self.stator.height_m += half_s * (self.last_sample_m_s + before_m_s);
-                let jump_m2_s2 = self.sample_m2_s2() * (T::one() + before.velocity_variance());
-                let (drift_m_s, _) = before.since_impact();
+                let jump_m2_s2 = self.sample_m2_s2() * (T::one() + flight.velocity_variance);
                 let behind_s = self.stator.behind_s(sample.taken_at);
                 let within_s = since_s;
-                let impact =
-                    MeasuredImpact { before_m_s, jump_m_s, jump_m2_s2, within_s, behind_s, drift_m_s };
+                let impact = MeasuredImpact {
+                    before_m_s,
+                    jump_m_s,
+                    jump_m2_s2,
+                    within_s,
+                    behind_s,
+                    drift_m_s: flight.drift_m_s,
+                };
                 let impact = self.told.measured(sample.taken_at, self.tuning.detector.gravity_m_s2, impact);
                 innovation = self.take_impact(sample.taken_at, &impact);
             }

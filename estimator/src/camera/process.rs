@@ -1,0 +1,171 @@
+//! How angle and rate change between frames: kicks, and a drift between them.
+//!
+//! ```text
+//! drift   angle' = rate,   rate' = white noise of intensity q(t):   a walk, q constant piece by piece
+//! ```
+//!
+//! Each filter brings a [`Process`] of its own. A state that only drifts is predicted in closed form, without the
+//! factors of its covariance ([`State::predicted`]): that is what an estimate of the present costs at every tick.
+
+use motor_model::{Angle, Real, Time};
+
+use crate::camera::angle_rate_covariance::AngleRateCovariance;
+use crate::camera::track::State;
+use crate::camera::track_covariance::{Moments, TrackCovariance};
+
+/// Variances of the part of angle and rate that changes faster than frames can show. They are added to the variances of
+/// every estimate, of the present and of the past.
+///
+/// A filter with white process noise takes every innovation as evidence of a rate that persists. Kicks that soon undo
+/// each other do not persist: a part of the rate comes and goes between two frames, and turns the angle meanwhile.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Jitter<T> {
+    /// Variance of the angle's part, in rad^2.
+    pub angle_rad2: T,
+    /// Variance of the rate's part, in rad^2/s^2.
+    pub rate_rad2_s2: T,
+}
+
+impl<T: Real> Jitter<T> {
+    /// Both times `factor`.
+    #[inline]
+    pub(crate) fn times(self, factor: T) -> Self {
+        Self { angle_rad2: self.angle_rad2 * factor, rate_rad2_s2: self.rate_rad2_s2 * factor }
+    }
+
+    /// Zero: the states hold all motion.
+    pub fn none() -> Self {
+        Self { angle_rad2: T::zero(), rate_rad2_s2: T::zero() }
+    }
+}
+
+/// A random walk of the rate.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Walk<T> {
+    /// Its intensity, in rad^2/s^3.
+    pub(crate) intensity_rad2_s3: T,
+    /// Until when it has this intensity.
+    pub(crate) until: Time,
+}
+
+/// How angle and rate change between frames, but for kicks.
+pub(crate) trait Drift<T: Real> {
+    /// The walk right after `at`. `resting` is whether the rotor lies still.
+    fn walk(&self, at: Time, resting: bool) -> Walk<T>;
+
+    /// Propagates `state` to `until`, if that is later.
+    #[inline]
+    fn drift<B: TrackCovariance<T>>(&self, state: &mut State<T, B>, resting: bool, until: Time) {
+        let mut walk = self.walk(state.at, resting);
+        while walk.until < until {
+            state.propagate(walk.until, walk.intensity_rad2_s3);
+            walk = self.walk(walk.until, resting);
+        }
+        state.propagate(until, walk.intensity_rad2_s3);
+    }
+}
+
+/// How angle and rate change between frames.
+pub(crate) trait Process<T: Real, B: TrackCovariance<T> = AngleRateCovariance<T>>: Drift<T> {
+    /// Propagates `state` to `until`, if that is later. `resting` is whether the rotor lies still.
+    fn carry(&self, state: &mut State<T, B>, resting: bool, until: Time);
+
+    /// Whether a state only drifts from `at` on.
+    fn only_drifts(&self, at: Time, resting: bool) -> bool;
+
+    /// A state between `state` and `until` that has been propagated already; `state` itself, if there is none.
+    #[inline]
+    fn cached_state<'a>(&'a self, state: &'a State<T, B>, _resting: bool, _until: Time) -> &'a State<T, B> {
+        state
+    }
+
+    /// What is added to the variances of an estimate at `at`.
+    fn jitter(&self, at: Time) -> Jitter<T>;
+
+    /// What `state` has become at `until`.
+    #[inline]
+    fn predict(&self, state: &State<T, B>, resting: bool, until: Time) -> Prediction<T> {
+        let walk = self.walk(state.at, resting);
+        if walk.until >= until && self.only_drifts(state.at, resting) {
+            return state.predicted(until, walk.intensity_rad2_s3);
+        }
+        let mut ahead = state.copied();
+        self.carry(&mut ahead, resting, until);
+        ahead.predicted(until, T::zero())
+    }
+}
+
+/// Angle and rate that were predicted, and their covariance.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Prediction<T> {
+    pub(crate) angle: Angle,
+    pub(crate) rate_rad_s: T,
+    pub(crate) moments: Moments<T>,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use motor_model::AngleAccumulator;
+    use proptest::prelude::*;
+
+    /// Walks of one intensity until 1 s, and of another from then on.
+    struct TwoWalks([f64; 2]);
+
+    impl Drift<f64> for TwoWalks {
+        fn walk(&self, at: Time, _resting: bool) -> Walk<f64> {
+            let (change, never) = (Time::from_nanos(1_000_000_000), Time::from_nanos(u64::MAX));
+            let [first, then] = self.0;
+            if at < change {
+                Walk { intensity_rad2_s3: first, until: change }
+            } else {
+                Walk { intensity_rad2_s3: then, until: never }
+            }
+        }
+    }
+
+    impl Process<f64> for TwoWalks {
+        fn carry(&self, state: &mut State<f64>, resting: bool, until: Time) {
+            self.drift(state, resting, until);
+        }
+
+        fn only_drifts(&self, _at: Time, _resting: bool) -> bool {
+            true
+        }
+
+        fn jitter(&self, _at: Time) -> Jitter<f64> {
+            Jitter::none()
+        }
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::default() })]
+
+        /// A prediction in closed form and one through the factors, within a walk and from one to the next.
+        #[test]
+        fn dual_a_prediction_equals_the_state_carried(
+            from in 0..2_000_000_000_u64, to in 0..3_000_000_000_u64, rate in -1.0..1.0_f64,
+            walks in [0.0..1e3_f64, 0.0..1e3_f64], p in [1e-8..1.0_f64, 1e-4..1e2_f64], before in 0.0..1.0_f64,
+        ) {
+            let process = TwoWalks(walks);
+            let mut covariance = AngleRateCovariance::diagonal(p[0], p[1]);
+            covariance.predict(before, walks[0]);
+            let angle = AngleAccumulator::at(Angle::ZERO);
+            let mut state = State { at: Time::from_nanos(from), angle, rate_rad_s: rate, covariance };
+            let until = Time::from_nanos(to);
+            let predicted = process.predict(&state, false, until);
+            process.carry(&mut state, false, until);
+            let expected = state.covariance.moments_after(0.0);
+            // Two units of an angle, 2^-32 turn each.
+            let off: f64 = predicted.angle.radians_since(state.angle.angle());
+            prop_assert!(off.abs() < 3e-9 && predicted.rate_rad_s.to_bits() == rate.to_bits());
+            for (moment, expected) in [
+                (predicted.moments.angle_rad2, expected.angle_rad2),
+                (predicted.moments.angle_rate_rad2_s, expected.angle_rate_rad2_s),
+                (predicted.moments.rate_rad2_s2, expected.rate_rad2_s2),
+            ] {
+                prop_assert!((moment - expected).abs() <= 1e-9 * expected.abs(), "{moment} {expected}");
+            }
+        }
+    }
+}
