@@ -56,12 +56,27 @@ pub(crate) trait Drift<T: Real> {
     /// Propagates `state` to `until`, if that is later.
     #[inline]
     fn drift<B: TrackCovariance<T>>(&self, state: &mut State<T, B>, resting: bool, until: Time) {
-        let mut walk = self.walk(state.at, resting);
-        while walk.until < until {
-            state.propagate(walk.until, walk.intensity_rad2_s3);
-            walk = self.walk(walk.until, resting);
+        let walk = self.walk(state.at, resting);
+        if walk.until >= until {
+            state.propagate(until, walk.intensity_rad2_s3);
+        } else {
+            self.drift_through_walks(state, resting, until);
         }
-        state.propagate(until, walk.intensity_rad2_s3);
+    }
+
+    /// The same through several walks.
+    #[cold]
+    #[inline(never)]
+    fn drift_through_walks<B: TrackCovariance<T>>(
+        &self,
+        state: &mut State<T, B>,
+        resting: bool,
+        until: Time,
+    ) {
+        while state.at < until {
+            let walk = self.walk(state.at, resting);
+            state.propagate(until.min(walk.until), walk.intensity_rad2_s3);
+        }
     }
 }
 
@@ -87,8 +102,16 @@ pub(crate) trait Process<T: Real, B: TrackCovariance<T> = AngleRateCovariance<T>
     fn predict(&self, state: &State<T, B>, resting: bool, until: Time) -> Prediction<T> {
         let walk = self.walk(state.at, resting);
         if walk.until >= until && self.only_drifts(state.at, resting) {
-            return state.predicted(until, walk.intensity_rad2_s3);
+            state.predicted(until, walk.intensity_rad2_s3)
+        } else {
+            self.predict_by_carrying(state, resting, until)
         }
+    }
+
+    /// The same by carrying a copy.
+    #[cold]
+    #[inline(never)]
+    fn predict_by_carrying(&self, state: &State<T, B>, resting: bool, until: Time) -> Prediction<T> {
         let mut ahead = state.copied();
         self.carry(&mut ahead, resting, until);
         ahead.predicted(until, T::zero())

@@ -71,7 +71,7 @@ impl MotionHistory {
             // The oldest two become one.
             second.motion = oldest.motion.or_faster(second.motion);
         }
-        self.ended.rotate_left(1);
+        self.ended.copy_within(1.., 0);
         if let Some(last) = self.ended.last_mut() {
             *last = EndedPiece { motion, until };
         }
