@@ -58,6 +58,7 @@
 //! | impact | contact event of a pair of teeth with the rotor |
 //! | jump | change of the rotor's vertical velocity at an impact, as the vibrometer shows it |
 //! | kick | change of the rotor's angular rate at an impact |
+//! | wander | what the rate does between kicks: a random walk |
 //! | jitter | variance of the part of angle and rate that changes faster than frames can show |
 //! | code | angle of a frame, rounded to the camera's quantisation step |
 //! | zero-rate update | measurement of the rate as zero, of a rotor at rest |

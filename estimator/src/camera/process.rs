@@ -1,10 +1,10 @@
-//! How angle and rate change between frames: kicks, and a drift between them.
+//! How angle and rate change between frames: by kicks, and between them the rate wanders.
 //!
 //! ```text
-//! drift   angle' = rate,   rate' = white noise of intensity q(t):   a walk, q constant piece by piece
+//! angle' = rate,   rate' = white noise of intensity q(t),   q constant piece by piece
 //! ```
 //!
-//! Each filter brings a [`Process`] of its own. A state that only drifts is predicted in closed form, without the
+//! Each filter brings a [`Process`] of its own. A state that only wanders is predicted in closed form, without the
 //! factors of its covariance ([`State::predicted`]): that is what an estimate of the present costs at every tick.
 
 use motor_model::{Angle, Real, Time};
@@ -39,54 +39,54 @@ impl<T: Real> Jitter<T> {
     }
 }
 
-/// A random walk of the rate.
+/// A piece of a random walk of the rate.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Walk<T> {
+pub(crate) struct Wandering<T> {
     /// Its intensity, in rad^2/s^3.
     pub(crate) intensity_rad2_s3: T,
     /// Until when it has this intensity.
     pub(crate) until: Time,
 }
 
-/// How angle and rate change between frames, but for kicks.
-pub(crate) trait Drift<T: Real> {
-    /// The walk right after `at`. `resting` is whether the rotor lies still.
-    fn walk(&self, at: Time, resting: bool) -> Walk<T>;
+/// How the rate wanders between kicks.
+pub(crate) trait Wander<T: Real> {
+    /// The random walk right after `at`. `resting` is whether the rotor lies still.
+    fn wandering(&self, at: Time, resting: bool) -> Wandering<T>;
 
     /// Propagates `state` to `until`, if that is later.
     #[inline]
-    fn drift<B: TrackCovariance<T>>(&self, state: &mut State<T, B>, resting: bool, until: Time) {
-        let walk = self.walk(state.at, resting);
-        if walk.until >= until {
-            state.propagate(until, walk.intensity_rad2_s3);
+    fn wander<B: TrackCovariance<T>>(&self, state: &mut State<T, B>, resting: bool, until: Time) {
+        let wandering = self.wandering(state.at, resting);
+        if wandering.until >= until {
+            state.propagate(until, wandering.intensity_rad2_s3);
         } else {
-            self.drift_through_walks(state, resting, until);
+            self.wander_piece_by_piece(state, resting, until);
         }
     }
 
-    /// The same through several walks.
+    /// The same through several pieces.
     #[cold]
     #[inline(never)]
-    fn drift_through_walks<B: TrackCovariance<T>>(
+    fn wander_piece_by_piece<B: TrackCovariance<T>>(
         &self,
         state: &mut State<T, B>,
         resting: bool,
         until: Time,
     ) {
         while state.at < until {
-            let walk = self.walk(state.at, resting);
-            state.propagate(until.min(walk.until), walk.intensity_rad2_s3);
+            let wandering = self.wandering(state.at, resting);
+            state.propagate(until.min(wandering.until), wandering.intensity_rad2_s3);
         }
     }
 }
 
 /// How angle and rate change between frames.
-pub(crate) trait Process<T: Real, B: TrackCovariance<T> = AngleRateCovariance<T>>: Drift<T> {
+pub(crate) trait Process<T: Real, B: TrackCovariance<T> = AngleRateCovariance<T>>: Wander<T> {
     /// Propagates `state` to `until`, if that is later. `resting` is whether the rotor lies still.
     fn carry(&self, state: &mut State<T, B>, resting: bool, until: Time);
 
-    /// Whether a state only drifts from `at` on.
-    fn only_drifts(&self, at: Time, resting: bool) -> bool;
+    /// Whether a state only wanders from `at` on.
+    fn only_wanders(&self, at: Time, resting: bool) -> bool;
 
     /// A state between `state` and `until` that has been propagated already; `state` itself, if there is none.
     #[inline]
@@ -100,9 +100,9 @@ pub(crate) trait Process<T: Real, B: TrackCovariance<T> = AngleRateCovariance<T>
     /// What `state` has become at `until`.
     #[inline]
     fn predict(&self, state: &State<T, B>, resting: bool, until: Time) -> Prediction<T> {
-        let walk = self.walk(state.at, resting);
-        if walk.until >= until && self.only_drifts(state.at, resting) {
-            state.predicted(until, walk.intensity_rad2_s3)
+        let wandering = self.wandering(state.at, resting);
+        if wandering.until >= until && self.only_wanders(state.at, resting) {
+            state.predicted(until, wandering.intensity_rad2_s3)
         } else {
             self.predict_by_carrying(state, resting, until)
         }
@@ -132,27 +132,27 @@ mod tests {
     use motor_model::AngleAccumulator;
     use proptest::prelude::*;
 
-    /// Walks of one intensity until 1 s, and of another from then on.
-    struct TwoWalks([f64; 2]);
+    /// A walk of one intensity until 1 s, and of another from then on.
+    struct TwoPieces([f64; 2]);
 
-    impl Drift<f64> for TwoWalks {
-        fn walk(&self, at: Time, _resting: bool) -> Walk<f64> {
+    impl Wander<f64> for TwoPieces {
+        fn wandering(&self, at: Time, _resting: bool) -> Wandering<f64> {
             let (change, never) = (Time::from_nanos(1_000_000_000), Time::from_nanos(u64::MAX));
             let [first, then] = self.0;
             if at < change {
-                Walk { intensity_rad2_s3: first, until: change }
+                Wandering { intensity_rad2_s3: first, until: change }
             } else {
-                Walk { intensity_rad2_s3: then, until: never }
+                Wandering { intensity_rad2_s3: then, until: never }
             }
         }
     }
 
-    impl Process<f64> for TwoWalks {
+    impl Process<f64> for TwoPieces {
         fn carry(&self, state: &mut State<f64>, resting: bool, until: Time) {
-            self.drift(state, resting, until);
+            self.wander(state, resting, until);
         }
 
-        fn only_drifts(&self, _at: Time, _resting: bool) -> bool {
+        fn only_wanders(&self, _at: Time, _resting: bool) -> bool {
             true
         }
 
@@ -164,13 +164,13 @@ mod tests {
     proptest! {
         #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::default() })]
 
-        /// A prediction in closed form and one through the factors, within a walk and from one to the next.
+        /// A prediction in closed form and one through the factors, within a piece and from one to the next.
         #[test]
         fn dual_a_prediction_equals_the_state_carried(
             from in 0..2_000_000_000_u64, to in 0..3_000_000_000_u64, rate in -1.0..1.0_f64,
             walks in [0.0..1e3_f64, 0.0..1e3_f64], p in [1e-8..1.0_f64, 1e-4..1e2_f64], before in 0.0..1.0_f64,
         ) {
-            let process = TwoWalks(walks);
+            let process = TwoPieces(walks);
             let mut covariance = AngleRateCovariance::diagonal(p[0], p[1]);
             covariance.predict(before, walks[0]);
             let angle = AngleAccumulator::at(Angle::ZERO);

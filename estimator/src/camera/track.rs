@@ -10,7 +10,8 @@
 //! ```
 //!
 //! A filter brings its own [`Process`](crate::camera::process::Process): how angle, rate and covariance change between
-//! frames. What a frame does to them is here. Which frames are used, and in which order, is decided in [`crate::camera::tracker`].
+//! frames. What a frame does to them is here. Which frames are used, and in which order, is decided in
+//! [`crate::camera::tracker`].
 //!
 //! # Exposure
 //!

@@ -37,7 +37,8 @@
 //! Between the frames of a slow camera ([`RandomWalkTuning::returns_to_mean`]) a random walk would lose the turn: in
 //! 0.1 s it adds 18 rad/s. In truth the rate returns to its mean with the correlation time T. So there the rate and its
 //! error decay by `exp(-h / T)` after each step h of the random walk, at most T / 3 long, or a sixteenth of the time to
-//! the next frame. The mean is that of the mode ([`mean_rate`]), and zero for a rotor that slides to a stop.
+//! the next frame. The mean is that of the mode ([`mean_rate`]), and zero for a rotor that slides to a stop: piece by
+//! piece, since a drive may begin and end between two frames ([`crate::vibrometer::motion_history`]).
 //!
 //! The state is that at the exposure of the last frame; [`ConstantRate::estimate`] carries it to the present.
 
@@ -45,7 +46,7 @@ mod mean_rate;
 
 use motor_model::{DriveCommand, DriveMode, MotorParams, Real, Time};
 
-use crate::camera::process::{Drift, Jitter, Process, Walk};
+use crate::camera::process::{Jitter, Process, Wander, Wandering};
 use crate::camera::track::State;
 use crate::camera::track_covariance::TrackCovariance;
 use crate::camera::track_tuning::TrackTuning;
@@ -193,12 +194,6 @@ struct RandomWalk<'a, T> {
 }
 
 impl<T: Real> RandomWalk<'_, T> {
-    /// Whether the rate does not return to a mean.
-    #[inline]
-    fn only_drifts(&self, resting: bool) -> bool {
-        resting || !self.tuning.returns_to_mean
-    }
-
     /// Carries the state to `until` while the rate returns to the mean of each motion on the way.
     #[cold]
     fn return_to_mean<B: TrackCovariance<T>>(&self, state: &mut State<T, B>, until: Time) {
@@ -239,27 +234,28 @@ impl<T: Real> RandomWalk<'_, T> {
     }
 }
 
-impl<T: Real> Drift<T> for RandomWalk<'_, T> {
+impl<T: Real> Wander<T> for RandomWalk<'_, T> {
     #[inline]
-    fn walk(&self, at: Time, resting: bool) -> Walk<T> {
+    fn wandering(&self, at: Time, resting: bool) -> Wandering<T> {
         let MotionPiece { motion, until, .. } = self.motions.piece(at);
-        Walk { intensity_rad2_s3: self.tuning.intensity_rad2_s3(motion, resting), until }
+        Wandering { intensity_rad2_s3: self.tuning.intensity_rad2_s3(motion, resting), until }
     }
 }
 
 impl<T: Real, B: TrackCovariance<T>> Process<T, B> for RandomWalk<'_, T> {
     #[inline]
     fn carry(&self, state: &mut State<T, B>, resting: bool, until: Time) {
-        if self.only_drifts(resting) {
-            self.drift(state, resting, until);
+        if Process::<T, B>::only_wanders(self, state.at, resting) {
+            self.wander(state, resting, until);
         } else {
             self.return_to_mean(state, until);
         }
     }
 
+    /// Unless the rate returns to a mean.
     #[inline]
-    fn only_drifts(&self, _at: Time, resting: bool) -> bool {
-        self.only_drifts(resting)
+    fn only_wanders(&self, _at: Time, resting: bool) -> bool {
+        resting || !self.tuning.returns_to_mean
     }
 
     #[inline]

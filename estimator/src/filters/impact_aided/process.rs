@@ -4,7 +4,7 @@ use heapless::Deque;
 use motor_model::{DriveMode, Real, Time};
 
 use super::{IMPACTS_KEPT_MAX, ImpactAidedTuning};
-use crate::camera::process::{Drift, Jitter, Process, Walk};
+use crate::camera::process::{Jitter, Process, Wander, Wandering};
 use crate::camera::track::State;
 use crate::camera::track_covariance::TrackCovariance;
 use crate::filters::kick::KickMoments;
@@ -73,10 +73,10 @@ pub(super) struct KickedRate<'a, T> {
     pub(super) detecting_until: Time,
 }
 
-impl<T: Real> Drift<T> for KickedRate<'_, T> {
-    /// While impacts are detected only the kicks of those that are missed are left to the walk.
+impl<T: Real> Wander<T> for KickedRate<'_, T> {
+    /// While impacts are detected only the kicks of those that are missed make the rate wander.
     #[inline]
-    fn walk(&self, at: Time, resting: bool) -> Walk<T> {
+    fn wandering(&self, at: Time, resting: bool) -> Wandering<T> {
         let MotionPiece { motion, until, .. } = self.motions.piece(at);
         let missed_rad2_s3 = match motion {
             Motion::Impacted(DriveMode::B) => self.tuning.missed_b_rad2_s3,
@@ -84,10 +84,10 @@ impl<T: Real> Drift<T> for KickedRate<'_, T> {
             Motion::Quiet => T::zero(),
         };
         if motion != Motion::Quiet && at < self.detecting_until {
-            return Walk { intensity_rad2_s3: missed_rad2_s3, until: until.min(self.detecting_until) };
+            return Wandering { intensity_rad2_s3: missed_rad2_s3, until: until.min(self.detecting_until) };
         }
         let random_walk = &self.tuning.constant_rate.random_walk;
-        Walk { intensity_rad2_s3: random_walk.intensity_rad2_s3(motion, resting), until }
+        Wandering { intensity_rad2_s3: random_walk.intensity_rad2_s3(motion, resting), until }
     }
 }
 
@@ -107,7 +107,7 @@ impl<T: Real> KickedRate<'_, T> {
         let newer = self.kicks.iter().rev().take_while(|kick| kick.at > from).count();
         for index in self.kicks.len() - newer..self.kicks.len() {
             let Some(kick) = self.kicks.get(index).filter(|kick| kick.at <= until) else { break };
-            self.drift(state, resting, kick.at);
+            self.wander(state, resting, kick.at);
             kick.apply(state, self.tuning);
         }
     }
@@ -119,11 +119,11 @@ impl<T: Real, B: TrackCovariance<T>> Process<T, B> for KickedRate<'_, T> {
         if self.kicked_after(state.at, resting) {
             self.pass_kicks(state, resting, until);
         }
-        self.drift(state, resting, until);
+        self.wander(state, resting, until);
     }
 
     #[inline]
-    fn only_drifts(&self, at: Time, resting: bool) -> bool {
+    fn only_wanders(&self, at: Time, resting: bool) -> bool {
         !self.kicked_after(at, resting)
     }
 

@@ -7,7 +7,7 @@ use super::propagated_track::PropagatedTrack;
 use super::rotor::{KickedCovariance, RotorCovariance};
 use super::tuning::TwinTuning;
 use super::walk_strength::WalkStrength;
-use crate::camera::process::{Drift, Jitter, Process, Walk};
+use crate::camera::process::{Jitter, Process, Wander, Wandering};
 use crate::camera::track::State;
 use crate::camera::track_covariance::Carried;
 use crate::vibrometer::motion::Motion;
@@ -28,21 +28,21 @@ pub(super) struct TwinProcess<'a, T> {
     pub(super) propagated: Option<&'a PropagatedTrack<T>>,
 }
 
-impl<T: Real> Drift<T> for TwinProcess<'_, T> {
-    /// While impacts are detected and kicks are taken nothing is left to the walk.
+impl<T: Real> Wander<T> for TwinProcess<'_, T> {
+    /// While impacts are detected and kicks are taken the rate does not wander.
     #[inline]
-    fn walk(&self, at: Time, resting: bool) -> Walk<T> {
+    fn wandering(&self, at: Time, resting: bool) -> Wandering<T> {
         let MotionPiece { motion, mut until, .. } = self.motions.piece(at);
         if motion != Motion::Quiet {
             if at < self.taken_since {
                 until = until.min(self.taken_since);
             } else if at < self.detecting_until {
-                return Walk { intensity_rad2_s3: T::zero(), until: until.min(self.detecting_until) };
+                return Wandering { intensity_rad2_s3: T::zero(), until: until.min(self.detecting_until) };
             }
         }
         let random_walk = &self.tuning.constant_rate.random_walk;
         let intensity_rad2_s3 = self.strength.under(motion) * random_walk.intensity_rad2_s3(motion, resting);
-        Walk { intensity_rad2_s3, until }
+        Wandering { intensity_rad2_s3, until }
     }
 }
 
@@ -58,7 +58,7 @@ impl<T: Real> TwinProcess<'_, T> {
         if let Some(kick) = self.kicks.get(kick)
             && !(resting && self.motions.throughout(state.at) == Motion::Quiet)
         {
-            self.drift(state, resting, kick.at);
+            self.wander(state, resting, kick.at);
             kick.apply(state);
         }
     }
@@ -106,7 +106,7 @@ impl<T: Real> TwinProcess<'_, T> {
             }
             self.predict_through(state, resting, index);
         }
-        self.drift(state, resting, until);
+        self.wander(state, resting, until);
     }
 
     /// What is added to the variances of an estimate at `at`.
@@ -131,7 +131,7 @@ impl<T: Real> Process<T, RotorCovariance<T>> for TwinProcess<'_, T> {
     }
 
     #[inline]
-    fn only_drifts(&self, at: Time, _resting: bool) -> bool {
+    fn only_wanders(&self, at: Time, _resting: bool) -> bool {
         self.kicks.back().is_none_or(|kick| kick.at <= at)
     }
 
@@ -152,7 +152,7 @@ impl<T: Real> Process<T, Carried<T, RotorCovariance<T>, 4>> for TwinProcess<'_, 
     }
 
     #[inline]
-    fn only_drifts(&self, at: Time, _resting: bool) -> bool {
+    fn only_wanders(&self, at: Time, _resting: bool) -> bool {
         self.kicks.back().is_none_or(|kick| kick.at <= at)
     }
 
