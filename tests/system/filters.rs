@@ -11,5 +11,6 @@ mod law_worth_of_impacts;
 mod law_camera_faults;
 mod law_camera_reference;
 mod law_faults_of_many_motors;
+mod law_first_drive;
 mod law_vibrometer_faults;
 mod law_vibrometer_told_or_covered;

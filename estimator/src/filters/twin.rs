@@ -82,7 +82,7 @@
 //! |---|---|---|
 //! | regime | riding | the mean jump less drift is below 1.3 detector thresholds |
 //! | | bouncing | it is above 1.5 (motion forgotten); the drive is off; the rotor is quiet |
-//! | `stator_follows` | false | the drive is off after it was on, and a jump is below 10 mm/s |
+//! | `stator_follows` | false | the drive is off, and a jump is below 10 mm/s: the weight of the rotor makes it |
 //! | | true | the drive goes on (motion forgotten); the rotor is quiet |
 //! | `kick_use` | not taken | the drive is on, and the misfit is on probation or the frames contradicted lately |
 //! | | taken | the drive is off; trusted, and 50 ms or more since the frames contradicted |
@@ -184,11 +184,9 @@ pub struct TwinFilter<T: Real> {
     misfit: MisfitMonitor<T>,
     learnt: LearntCopies<T>,
     regime: RegimeDetector<T>,
-    /// Whether impacts update the stator: not those of a rotor that lands after the drive went off.
+    /// Whether impacts update the stator: not those that the weight of a rotor without drive makes.
     stator_follows: bool,
     told: ToldPeriod<T>,
-    /// Whether the drive has ever been on: before that the rotor lies on a stator at rest.
-    ever_driven: bool,
     drive: DriveCommand,
     /// Mode of the drive at the last kick kept.
     last_kick_mode: Option<DriveMode>,
@@ -220,7 +218,6 @@ impl<T: Real> TwinFilter<T> {
             learnt: LearntCopies::none(),
             regime: RegimeDetector::new(),
             stator_follows: true,
-            ever_driven: false,
             told: ToldPeriod::nothing(),
             drive: DriveCommand::OFF,
             last_kick_mode: None,
@@ -260,7 +257,6 @@ impl<T: Real> AngleFilter<T> for TwinFilter<T> {
             self.stator.forget_motion();
             self.stator_follows = true;
         }
-        self.ever_driven |= command.mode().is_some();
         self.drive = command;
         self.watch.drive(at, command);
         self.review_kick_use(at);

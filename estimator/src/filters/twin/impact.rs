@@ -28,9 +28,8 @@ impl<T: Real> TwinFilter<T> {
             self.record_kick(self.riding_kick(at, impact));
             return None;
         }
-        self.stator_follows &= !self.ever_driven
-            || self.drive.mode().is_some()
-            || impact.jump_m_s > self.tuning.contact.landing_m_s;
+        self.stator_follows &=
+            self.drive.mode().is_some() || impact.jump_m_s > self.tuning.contact.landing_m_s;
         if !self.stator_follows {
             self.record_kick(self.unexplained_kick(at, impact));
             return None;
