@@ -202,7 +202,9 @@ fn law_a_rate_is_held_by_a_noisy_camera() {
 
 /// Motors of half the size, with modes at 12 and 14 kHz, and of four times the mass, with their own twin, drive and
 /// map, position; one whose mode B is too weak does so near by, and says what it cannot. None of eight moves is held as
-/// on target far off it; as 95 % are promised within the tolerance, two may lie outside (the upper 97.5 % point).
+/// on target far off it. As 95 % are promised within the tolerance, two may lie outside (the upper 97.5 % point) or end
+/// with a reason: the shortest bursts of the modes at 12 and 14 kHz scatter by thirty tolerances, so that the drives
+/// allowed may all miss.
 #[test]
 fn law_a_motor_of_ones_own_positions_or_says_what_it_can() {
     let folder = folder();
@@ -224,10 +226,11 @@ fn law_a_motor_of_ones_own_positions_or_says_what_it_can() {
             let arguments =
                 ["position", "--scene", &scene, "--map", "map.toml", &to, "--seed", seed, "--format", "json"];
             let outcome = json(folder.path(), &arguments);
-            assert!(outcome["stopped"].is_null() && !outcome["settle_time_s"].is_null(), "{name} {outcome}");
             let [error_mdeg, tolerance_deg] =
                 ["final_error_mdeg", "tolerance_deg"].map(|key| number(&outcome, key));
-            assert!(1e-3 * error_mdeg.abs() <= WRONG_TOLERANCES * tolerance_deg, "{name} {outcome}");
+            let near = 1e-3 * error_mdeg.abs() <= WRONG_TOLERANCES * tolerance_deg;
+            let held = outcome["stopped"].is_null() && !outcome["settle_time_s"].is_null();
+            assert!(if held { near } else { outcome["reason"].is_string() }, "{name} {outcome}");
             outside.extend((outcome["ok"] != true).then(|| format!("{name} {outcome}")));
             // The way of the weak mode is gone by bursts that are not measured one by one: 150 take 3 s at most.
             let in_time = outcome["duration_s"].as_f64().is_some_and(|s| s < 3.0);
