@@ -321,11 +321,11 @@ mod tests {
             prop_assert!(close(&moved.covariance.covariance(), &expected));
             let [friction2, tooth_factor2] = rotor(&p).factor_variances();
             prop_assert!((friction2 - p.m33).abs() < 1e-12 && (tooth_factor2 - p.m44).abs() < 1e-12);
-            let Moments { angle_rad2, angle_rate_rad2_s, rate_rad2_s2 } = rotor(&p).moments_after(dt);
+            let moments = rotor(&p).moments_after(dt);
             let drifted = [
-                (angle_rad2 + q * dt * dt * dt / 3.0, expected.m11),
-                (angle_rate_rad2_s + q * dt * dt / 2.0, expected.m12),
-                (rate_rad2_s2 + q * dt, expected.m22),
+                (moments.angle_rad2 + q * dt * dt * dt / 3.0, expected.m11),
+                (moments.angle_rate_rad2_s + q * dt * dt / 2.0, expected.m12),
+                (moments.rate_rad2_s2 + q * dt, expected.m22),
             ];
             for (moment, expected) in drifted {
                 prop_assert!((moment - expected).abs() < 1e-12 * (1.0 + expected.abs()));
