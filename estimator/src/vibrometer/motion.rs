@@ -268,6 +268,8 @@ impl<T: Real> MotionWatch<T> {
             Some(DriveMode::C) => (Motion::Impacted(DriveMode::C), self.changed_at.max(self.mode_b_until)),
             Some(DriveMode::B) => (Motion::Impacted(DriveMode::B), self.changed_at),
             None => match self.quiet_since(now) {
+                // A rotor that nothing has driven yet was quiet before it was found so.
+                Some(_) if self.changed_at == Time::ZERO => (Motion::Quiet, Time::ZERO),
                 Some(since) => (Motion::Quiet, self.changed_at.max(since)),
                 None => (Motion::Impacted(self.impact_mode), self.changed_at),
             },
