@@ -277,7 +277,7 @@ impl<T: Real> MotionWatch<T> {
     }
 
     /// Since when a rotor that is not driven lies quiet, by the vibrometer or by its design.
-    #[inline]
+    #[inline(never)]
     fn quiet_since(&self, now: Time) -> Option<Time> {
         let settled = self.settled_at().filter(|&settled| now >= settled);
         match (self.rest.quiet_since(now).filter(|_| !self.repeats()), settled) {
