@@ -48,10 +48,13 @@ pub(crate) struct Wandering<T> {
     pub(crate) until: Time,
 }
 
-/// How the rate wanders between kicks.
+/// How the rate wanders between kicks. `resting` is whether the rotor lies still.
 pub(crate) trait Wander<T: Real> {
-    /// The random walk right after `at`. `resting` is whether the rotor lies still.
+    /// The random walk right after `at`.
     fn wandering(&self, at: Time, resting: bool) -> Wandering<T>;
+
+    /// Whether the rate only wanders from `at` on.
+    fn only_wanders(&self, at: Time, resting: bool) -> bool;
 
     /// Propagates `state` to `until`, if that is later.
     #[inline]
@@ -84,9 +87,6 @@ pub(crate) trait Wander<T: Real> {
 pub(crate) trait Process<T: Real, B: TrackCovariance<T> = AngleRateCovariance<T>>: Wander<T> {
     /// Propagates `state` to `until`, if that is later. `resting` is whether the rotor lies still.
     fn carry(&self, state: &mut State<T, B>, resting: bool, until: Time);
-
-    /// Whether a state only wanders from `at` on.
-    fn only_wanders(&self, at: Time, resting: bool) -> bool;
 
     /// A state between `state` and `until` that has been propagated already; `state` itself, if there is none.
     #[inline]
@@ -145,15 +145,15 @@ mod tests {
                 Wandering { intensity_rad2_s3: then, until: never }
             }
         }
+
+        fn only_wanders(&self, _at: Time, _resting: bool) -> bool {
+            true
+        }
     }
 
     impl Process<f64> for TwoPieces {
         fn carry(&self, state: &mut State<f64>, resting: bool, until: Time) {
             self.wander(state, resting, until);
-        }
-
-        fn only_wanders(&self, _at: Time, _resting: bool) -> bool {
-            true
         }
 
         fn jitter(&self, _at: Time) -> Jitter<f64> {

@@ -240,22 +240,22 @@ impl<T: Real> Wander<T> for RandomWalk<'_, T> {
         let MotionPiece { motion, until, .. } = self.motions.piece(at);
         Wandering { intensity_rad2_s3: self.tuning.intensity_rad2_s3(motion, resting), until }
     }
-}
-
-impl<T: Real, B: TrackCovariance<T>> Process<T, B> for RandomWalk<'_, T> {
-    #[inline]
-    fn carry(&self, state: &mut State<T, B>, resting: bool, until: Time) {
-        if Process::<T, B>::only_wanders(self, state.at, resting) {
-            self.wander(state, resting, until);
-        } else {
-            self.return_to_mean(state, until);
-        }
-    }
 
     /// Unless the rate returns to a mean.
     #[inline]
     fn only_wanders(&self, _at: Time, resting: bool) -> bool {
         resting || !self.tuning.returns_to_mean
+    }
+}
+
+impl<T: Real, B: TrackCovariance<T>> Process<T, B> for RandomWalk<'_, T> {
+    #[inline]
+    fn carry(&self, state: &mut State<T, B>, resting: bool, until: Time) {
+        if self.only_wanders(state.at, resting) {
+            self.wander(state, resting, until);
+        } else {
+            self.return_to_mean(state, until);
+        }
     }
 
     #[inline]

@@ -74,7 +74,7 @@ pub struct MotionWatch<T> {
     equal_samples: u16,
     /// Since when the drive is off; `None` while it is on, and before the first call of [`Self::drive`].
     off_since: Option<Time>,
-    /// When the mode of the drive last changed.
+    /// When the mode of the drive last changed; time zero before the first change.
     changed_at: Time,
     /// The motion until then.
     history: MotionHistory,
@@ -276,7 +276,8 @@ impl<T: Real> MotionWatch<T> {
         }
     }
 
-    /// Since when a rotor that is not driven lies quiet, by the vibrometer or by its design.
+    /// Since when a rotor that is not driven lies quiet, by the vibrometer or by its design. One copy of it: its callers
+    /// would take half a kilobyte of the smallest board's flash.
     #[inline(never)]
     fn quiet_since(&self, now: Time) -> Option<Time> {
         let settled = self.settled_at().filter(|&settled| now >= settled);

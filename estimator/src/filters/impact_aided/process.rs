@@ -89,16 +89,16 @@ impl<T: Real> Wander<T> for KickedRate<'_, T> {
         let random_walk = &self.tuning.constant_rate.random_walk;
         Wandering { intensity_rad2_s3: random_walk.intensity_rad2_s3(motion, resting), until }
     }
+
+    /// If there are no kicks. A rotor that lies still is not kicked.
+    #[inline]
+    fn only_wanders(&self, at: Time, resting: bool) -> bool {
+        let kicked = self.kicks.back().is_some_and(|kick| kick.at > at);
+        !kicked || resting && self.motions.throughout(at) == Motion::Quiet
+    }
 }
 
 impl<T: Real> KickedRate<'_, T> {
-    /// Whether a kick acts after `at`. A rotor that lies still is not kicked.
-    #[inline]
-    fn kicked_after(&self, at: Time, resting: bool) -> bool {
-        let newer = self.kicks.back().is_some_and(|kick| kick.at > at);
-        newer && !(resting && self.motions.throughout(at) == Motion::Quiet)
-    }
-
     /// Carries the state through the kicks until `until`, up to the last of them.
     #[inline(never)]
     fn pass_kicks<B: TrackCovariance<T>>(&self, state: &mut State<T, B>, resting: bool, until: Time) {
@@ -116,15 +116,10 @@ impl<T: Real> KickedRate<'_, T> {
 impl<T: Real, B: TrackCovariance<T>> Process<T, B> for KickedRate<'_, T> {
     #[inline]
     fn carry(&self, state: &mut State<T, B>, resting: bool, until: Time) {
-        if self.kicked_after(state.at, resting) {
+        if !self.only_wanders(state.at, resting) {
             self.pass_kicks(state, resting, until);
         }
         self.wander(state, resting, until);
-    }
-
-    #[inline]
-    fn only_wanders(&self, at: Time, resting: bool) -> bool {
-        !self.kicked_after(at, resting)
     }
 
     fn jitter(&self, at: Time) -> Jitter<T> {

@@ -44,6 +44,12 @@ impl<T: Real> Wander<T> for TwinProcess<'_, T> {
         let intensity_rad2_s3 = self.strength.under(motion) * random_walk.intensity_rad2_s3(motion, resting);
         Wandering { intensity_rad2_s3, until }
     }
+
+    /// If there are no kicks.
+    #[inline]
+    fn only_wanders(&self, at: Time, _resting: bool) -> bool {
+        self.kicks.back().is_none_or(|kick| kick.at <= at)
+    }
 }
 
 impl<T: Real> TwinProcess<'_, T> {
@@ -131,11 +137,6 @@ impl<T: Real> Process<T, RotorCovariance<T>> for TwinProcess<'_, T> {
     }
 
     #[inline]
-    fn only_wanders(&self, at: Time, _resting: bool) -> bool {
-        self.kicks.back().is_none_or(|kick| kick.at <= at)
-    }
-
-    #[inline]
     fn cached_state<'a>(&'a self, state: &'a RotorState<T>, resting: bool, until: Time) -> &'a RotorState<T> {
         let propagated = self.propagated.filter(|propagated| propagated.serves(state.at, until, resting));
         propagated.map_or(state, |propagated| &propagated.state)
@@ -149,11 +150,6 @@ impl<T: Real> Process<T, RotorCovariance<T>> for TwinProcess<'_, T> {
 impl<T: Real> Process<T, Carried<T, RotorCovariance<T>, 4>> for TwinProcess<'_, T> {
     fn carry(&self, state: &mut State<T, Carried<T, RotorCovariance<T>, 4>>, resting: bool, until: Time) {
         self.through_kicks(state, resting, until);
-    }
-
-    #[inline]
-    fn only_wanders(&self, at: Time, _resting: bool) -> bool {
-        self.kicks.back().is_none_or(|kick| kick.at <= at)
     }
 
     fn jitter(&self, at: Time) -> Jitter<T> {
