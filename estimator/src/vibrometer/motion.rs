@@ -276,8 +276,8 @@ impl<T: Real> MotionWatch<T> {
         }
     }
 
-    /// Since when a rotor that is not driven lies quiet, by the vibrometer or by its design. One copy of it: its callers
-    /// would take half a kilobyte of the smallest board's flash.
+    /// Since when a rotor that is not driven lies quiet, by the vibrometer or by its design. There is one copy of it:
+    /// its callers would take half a kilobyte of the smallest board's flash.
     #[inline(never)]
     fn quiet_since(&self, now: Time) -> Option<Time> {
         let settled = self.settled_at().filter(|&settled| now >= settled);
