@@ -49,6 +49,8 @@ install_tools() {
     fi
     needs cc build-essential
     needs qemu-system-arm qemu-system-arm
+    # The solver of the stator's finite elements.
+    needs ccx calculix-ccx
     # It makes the page's module small and quick.
     needs wasm-opt binaryen
     # The browser that opens the reports, and letters for it.

@@ -11,9 +11,10 @@ use crate::support::checkout::{files_below, root, text};
 
 /// Every crate of the workspace and the crates of the workspace that it may depend on, tests and build scripts
 /// included.
-const CRATES: [(&str, &[&str]); 14] = [
+const CRATES: [(&str, &[&str]); 15] = [
     ("ud-filter", &[]),
     ("motor-model", &[]),
+    ("stator", &[]),
     ("estimator", &["ud-filter", "motor-model"]),
     ("controller", &["ud-filter", "motor-model", "estimator"]),
     ("link", &["ud-filter", "motor-model", "estimator", "controller"]),

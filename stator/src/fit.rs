@@ -1,0 +1,215 @@
+//! A drawing that meets given frequencies of A, B and C, by what is least known of it: thickness of the silicon,
+//! half-angle and stem of the springs.
+//!
+//! Three equations in three unknowns, in logarithms, by Newton's method. The slopes are differences at the start and
+//! then follow the steps (Broyden's update), so that a step costs one solution:
+//!
+//! ```text
+//! J dx = -f,      J <- J + f(x + dx) dx' / (dx' dx)
+//! ```
+
+use serde::{Deserialize, Serialize};
+
+use crate::drawing::Drawing;
+use crate::drawing::table::NUMBERS;
+use crate::modes::StatorFigures;
+use crate::solution::StatorError;
+use crate::solver::Solver;
+
+/// What is fitted, in the order of the unknowns.
+pub const FITTED_KEYS: [&str; 3] =
+    ["stator.silicon_thickness_m", "stator.spring_half_angle_deg", "stator.spring_stem_m"];
+const NAMES: [&str; 3] = ["A", "B", "C"];
+/// Solutions that a fit may take.
+const ROUNDS_MAX: usize = 24;
+/// Largest step of a logarithm, and that of a difference.
+const STEP_MAX: f64 = 0.25;
+const DIFFERENCE: f64 = 0.03;
+/// The half-angle stays below this, degrees: arms of neighbouring springs do not meet.
+const HALF_ANGLE_MAX_DEG: f64 = 44.0;
+
+/// Frequencies to be met, Hz.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Wanted {
+    /// Of A, B and C.
+    pub frequencies_hz: [f64; 3],
+    /// By which part they may be missed.
+    pub tolerance: f64,
+}
+
+impl Wanted {
+    /// The paper's: A as its finite elements gave it, B and C as measured.
+    pub const PAPER: Self = Self { frequencies_hz: [2150.0, 6300.0, 7460.0], tolerance: 5e-4 };
+}
+
+/// A drawing that meets frequencies.
+#[derive(Clone, Copy, Debug)]
+pub struct Fitted {
+    /// The drawing.
+    pub drawing: Drawing,
+    /// What is known of it.
+    pub figures: StatorFigures,
+    /// Solutions that it took.
+    pub rounds: usize,
+}
+
+/// Solves `f(x) = 0`, where `f` may be asked [`ROUNDS_MAX`] times. The last point comes with its residuals, whether
+/// they meet `tolerance` or not, and with what `f` gave beside them.
+fn solve<T, E>(
+    start: [f64; 3],
+    limits: [(f64, f64); 3],
+    tolerance: f64,
+    f: &mut impl FnMut([f64; 3]) -> Result<([f64; 3], T), E>,
+) -> Result<([f64; 3], [f64; 3], T, usize), E> {
+    let bound = |x: [f64; 3]| -> [f64; 3] { std::array::from_fn(|i| x[i].clamp(limits[i].0, limits[i].1)) };
+    let mut x = bound(start);
+    let (mut residuals, mut beside) = f(x)?;
+    let mut jacobian = [[0.0; 3]; 3];
+    let size = |r: &[f64; 3]| r.iter().fold(0.0_f64, |largest, value| largest.max(value.abs()));
+    let mut rounds = 1;
+    if size(&residuals) <= tolerance {
+        return Ok((x, residuals, beside, rounds));
+    }
+    for j in 0..3 {
+        let mut moved = x;
+        moved[j] += if x[j] + DIFFERENCE > limits[j].1 { -DIFFERENCE } else { DIFFERENCE };
+        let (at, _) = f(moved)?;
+        rounds += 1;
+        for i in 0..3 {
+            jacobian[i][j] = (at[i] - residuals[i]) / (moved[j] - x[j]);
+        }
+    }
+    while size(&residuals) > tolerance && rounds < ROUNDS_MAX {
+        let Some(step) = solved(&jacobian, residuals.map(|value| -value)) else { break };
+        let shrink = (STEP_MAX / size(&step)).min(1.0);
+        let next = bound(std::array::from_fn(|i| x[i] + shrink * step[i]));
+        let (at, with) = f(next)?;
+        rounds += 1;
+        let moved: [f64; 3] = std::array::from_fn(|i| next[i] - x[i]);
+        let square: f64 = moved.iter().map(|value| value * value).sum();
+        if square == 0.0 {
+            break;
+        }
+        for i in 0..3 {
+            let expected: f64 = (0..3).map(|j| jacobian[i][j] * moved[j]).sum();
+            let miss = at[i] - residuals[i] - expected;
+            for j in 0..3 {
+                jacobian[i][j] += miss * moved[j] / square;
+            }
+        }
+        (x, residuals, beside) = (next, at, with);
+    }
+    Ok((x, residuals, beside, rounds))
+}
+
+/// The solution of three linear equations by Cramer's rule; `None` if there is not one.
+fn solved(m: &[[f64; 3]; 3], right: [f64; 3]) -> Option<[f64; 3]> {
+    let determinant = |m: &[[f64; 3]; 3]| -> f64 {
+        m[0][0] * (m[1][1] * m[2][2] - m[1][2] * m[2][1]) - m[0][1] * (m[1][0] * m[2][2] - m[1][2] * m[2][0])
+            + m[0][2] * (m[1][0] * m[2][1] - m[1][1] * m[2][0])
+    };
+    let whole = determinant(m);
+    let x: [f64; 3] = std::array::from_fn(|j| {
+        let mut changed = *m;
+        for i in 0..3 {
+            changed[i][j] = right[i];
+        }
+        determinant(&changed) / whole
+    });
+    x.iter().all(|value| value.is_finite()).then_some(x)
+}
+
+/// A drawing like `drawing` that meets `wanted`. `progress` is called after each solution.
+///
+/// # Errors
+/// When the drawing is refused, the solver gives no result, or no drawing was found that meets them.
+pub fn fit(
+    drawing: &Drawing,
+    wanted: &Wanted,
+    solver: &Solver,
+    progress: &mut dyn FnMut(),
+) -> Result<Fitted, StatorError> {
+    let scale = drawing.numbers.outer_radius_m;
+    let least_angle = drawing.stem_half_angle().to_degrees() + 1.5;
+    let limits =
+        [(1e-3 * scale, 0.1 * scale), (least_angle, HALF_ANGLE_MAX_DEG), (0.01 * scale, 0.6 * scale)];
+    let mut start = [0.0; 3];
+    let mut numbers = drawing.numbers;
+    for (value, key) in start.iter_mut().zip(FITTED_KEYS) {
+        *value = libm::log(numbers.value_mut(key).map_or(1.0, |value| *value));
+    }
+    let at = |x: [f64; 3]| {
+        let mut drawing = *drawing;
+        for (value, key) in x.iter().zip(FITTED_KEYS) {
+            if let Some(number) = drawing.numbers.value_mut(key) {
+                *number = libm::exp(*value);
+            }
+        }
+        drawing
+    };
+    let mut evaluate = |x: [f64; 3]| -> Result<([f64; 3], StatorFigures), StatorError> {
+        let figures = StatorFigures::of(&at(x), solver)?;
+        progress();
+        let found = figures.abc_hz();
+        let off = std::array::from_fn(|i| libm::log(found[i] / wanted.frequencies_hz[i]));
+        Ok((off, figures))
+    };
+    let limits = limits.map(|(low, high)| (libm::log(low), libm::log(high)));
+    let (x, residuals, figures, rounds) = solve(start, limits, wanted.tolerance, &mut evaluate)?;
+    let worst = (0..3).max_by(|a, b| residuals[*a].abs().total_cmp(&residuals[*b].abs())).unwrap_or(0);
+    if residuals[worst].abs() > wanted.tolerance {
+        return Err(StatorError::NotMet {
+            rounds,
+            mode: NAMES[worst],
+            found_hz: figures.abc_hz()[worst],
+            wanted_hz: wanted.frequencies_hz[worst],
+        });
+    }
+    Ok(Fitted { drawing: at(x), figures, rounds })
+}
+
+/// The fitted values of a drawing as lines of a scene file.
+pub fn fitted_values(drawing: &Drawing) -> [(&'static str, f64); 3] {
+    let mut numbers = drawing.numbers;
+    FITTED_KEYS.map(|key| {
+        debug_assert!(NUMBERS.iter().any(|field| field.key == key));
+        (key, numbers.value_mut(key).map_or(0.0, |value| *value))
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Three laws of powers, which are lines in logarithms, and a term that bends them: solved to the tolerance in few
+    /// rounds, whatever the start.
+    #[test]
+    fn law_bent_equations_are_solved() {
+        let truth = [0.3, -0.8, 0.5];
+        for start in [[0.0; 3], [1.0, 0.2, -0.5], [0.3, -0.8, 0.5]] {
+            let mut count = 0;
+            let mut f = |x: [f64; 3]| -> Result<_, ()> {
+                count += 1;
+                let d: [f64; 3] = std::array::from_fn(|i| x[i] - truth[i]);
+                let bend = 0.1 * d[0] * d[1];
+                Ok(([d[0] - 0.7 * d[1] + bend, d[0] - 0.2 * d[2], 0.9 * d[0] + 0.4 * d[2] - bend], ()))
+            };
+            let (x, residuals, (), rounds) = solve(start, [(-2.0, 2.0); 3], 1e-6, &mut f).unwrap();
+            assert!(residuals.iter().all(|value| value.abs() <= 1e-6), "{residuals:?}");
+            assert!((0..3).all(|i| (x[i] - truth[i]).abs() < 1e-5), "{x:?}");
+            assert_eq!(rounds, count);
+            assert!(rounds <= 16, "{rounds}");
+        }
+    }
+
+    /// What cannot be met stays unmet, within the limits, and ends.
+    #[test]
+    fn law_limits_hold() {
+        let mut f = |x: [f64; 3]| -> Result<_, ()> {
+            assert!(x.iter().all(|value| value.abs() <= 0.5 + DIFFERENCE));
+            Ok((std::array::from_fn(|i| x[i] - 1.0), ()))
+        };
+        let (_, residuals, (), rounds) = solve([0.0; 3], [(-0.5, 0.5); 3], 1e-6, &mut f).unwrap();
+        assert!(residuals.iter().all(|value| (value + 0.5).abs() < 1e-9) && rounds <= ROUNDS_MAX);
+    }
+}
