@@ -34,6 +34,7 @@ mod scene_args;
 mod scene_files;
 mod shard;
 mod shell;
+mod stator;
 mod sweep;
 #[cfg(feature = "telemetry")]
 mod telemetry;
@@ -51,6 +52,7 @@ use crate::scene_files::read_response_map;
 use crate::studies::response_map;
 use simulation::scene::Scene;
 
+use self::stator::StatorArgs;
 use calibration::CalibrateArgs;
 use closed_loop::{PositionArgs, PositioningTrialsArgs, RateArgs, ResponseMapArgs};
 use compare::CompareArgs;
@@ -143,6 +145,11 @@ enum Command {
     Merge(MergeArgs),
     /// Identify what each drive does, for the controller
     ResponseMap(ResponseMapArgs),
+    /// Solve the stator by finite elements: frequencies, modal masses, mode shifts and bow from a drawing
+    ///
+    /// CalculiX solves it (`apt-get install calculix-ccx`). The drawing is the keys `stator.`. What follows for the motor
+    /// is written to motor.toml, a scene that every command takes.
+    Stator(StatorArgs),
     /// Write the pages of results from runs of today, or compare them
     Results(ResultsArgs),
     /// List the keys that --set and scene files take: all, or those that a command reads
@@ -238,6 +245,7 @@ impl Command {
             Self::Sweep(args) => args.execute(),
             Self::Merge(args) => args.execute(),
             Self::ResponseMap(args) => args.execute(),
+            Self::Stator(args) => args.execute(),
             Self::Results(args) => args.execute(),
             Self::Keys(args) => args.execute(),
             Self::Init(args) => args.execute(),

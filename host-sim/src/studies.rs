@@ -17,6 +17,7 @@ pub mod positioning_trials;
 pub mod response_map;
 pub(crate) mod rotor_models;
 pub mod shard;
+pub mod stator;
 pub(crate) mod step_accuracy;
 pub(crate) mod study_report;
 pub mod sweep;

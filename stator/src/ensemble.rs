@@ -35,6 +35,8 @@ pub struct Member {
     pub number: u64,
     /// Whether the modes are those about the state that bonding leaves.
     pub stressed: bool,
+    /// Whether it meets the frequencies it was fitted to. One that does not is no stator of this motor.
+    pub met: bool,
     pub frequency_a_hz: f64,
     pub frequency_t1_hz: f64,
     pub frequency_t2_hz: f64,
@@ -100,7 +102,7 @@ pub fn draw(drawing: &Drawing, number: u64) -> Drawing {
 /// Member `number` about `drawing`, fitted to `wanted`.
 ///
 /// # Errors
-/// When the solver gives no result, or the drawn stator cannot meet the frequencies.
+/// When the solver gives no result.
 pub fn member(
     drawing: &Drawing,
     number: u64,
@@ -108,7 +110,7 @@ pub fn member(
     solver: &Solver,
 ) -> Result<Member, StatorError> {
     let fitted = fit(&draw(drawing, number), wanted, solver, &mut || ())?;
-    Ok(Member::of(number, &fitted.drawing, &fitted.figures))
+    Ok(Member { met: fitted.meets(wanted), ..Member::of(number, &fitted.drawing, &fitted.figures) })
 }
 
 impl Member {
@@ -119,6 +121,7 @@ impl Member {
         Self {
             number,
             stressed: drawing.stressed,
+            met: true,
             frequency_a_hz: figures.a.frequency_hz,
             frequency_t1_hz: t1.frequency_hz,
             frequency_t2_hz: t2.frequency_hz,

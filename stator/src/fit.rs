@@ -11,7 +11,6 @@
 use serde::{Deserialize, Serialize};
 
 use crate::drawing::Drawing;
-use crate::drawing::table::NUMBERS;
 use crate::modes::StatorFigures;
 use crate::solution::StatorError;
 use crate::solver::Solver;
@@ -42,7 +41,7 @@ impl Wanted {
     pub const PAPER: Self = Self { frequencies_hz: [2150.0, 6300.0, 7460.0], tolerance: 5e-4 };
 }
 
-/// A drawing that meets frequencies.
+/// A drawing that was fitted to frequencies.
 #[derive(Clone, Copy, Debug)]
 pub struct Fitted {
     /// The drawing.
@@ -51,6 +50,32 @@ pub struct Fitted {
     pub figures: StatorFigures,
     /// Solutions that it took.
     pub rounds: usize,
+    /// The mode that is furthest off, 0 to 2 for A, B and C, and the logarithm of its frequency over the wanted one.
+    pub worst: (usize, f64),
+}
+
+impl Fitted {
+    /// Whether the frequencies are met.
+    pub fn meets(&self, wanted: &Wanted) -> bool {
+        self.worst.1.abs() <= wanted.tolerance
+    }
+
+    /// The fit, if the frequencies are met.
+    ///
+    /// # Errors
+    /// When they are not.
+    pub fn met(self, wanted: &Wanted) -> Result<Self, StatorError> {
+        let (worst, _) = self.worst;
+        if self.meets(wanted) {
+            return Ok(self);
+        }
+        Err(StatorError::NotMet {
+            rounds: self.rounds,
+            mode: NAMES[worst],
+            found_hz: self.figures.abc_hz()[worst],
+            wanted_hz: wanted.frequencies_hz[worst],
+        })
+    }
 }
 
 /// Solves `f(x) = 0`, where `f` may be asked [`ROUNDS_MAX`] times. The last point comes with its residuals, whether
@@ -119,10 +144,11 @@ fn solved(m: &[[f64; 3]; 3], right: [f64; 3]) -> Option<[f64; 3]> {
     x.iter().all(|value| value.is_finite()).then_some(x)
 }
 
-/// A drawing like `drawing` that meets `wanted`. `progress` is called after each solution.
+/// A drawing like `drawing` that meets `wanted`, or comes as near as was found. `progress` is called after each
+/// solution.
 ///
 /// # Errors
-/// When the drawing is refused, the solver gives no result, or no drawing was found that meets them.
+/// When a drawing on the way is refused, or the solver gives no result.
 pub fn fit(
     drawing: &Drawing,
     wanted: &Wanted,
@@ -157,24 +183,13 @@ pub fn fit(
     let limits = limits.map(|(low, high)| (libm::log(low), libm::log(high)));
     let (x, residuals, figures, rounds) = solve(start, limits, wanted.tolerance, &mut evaluate)?;
     let worst = (0..3).max_by(|a, b| residuals[*a].abs().total_cmp(&residuals[*b].abs())).unwrap_or(0);
-    if residuals[worst].abs() > wanted.tolerance {
-        return Err(StatorError::NotMet {
-            rounds,
-            mode: NAMES[worst],
-            found_hz: figures.abc_hz()[worst],
-            wanted_hz: wanted.frequencies_hz[worst],
-        });
-    }
-    Ok(Fitted { drawing: at(x), figures, rounds })
+    Ok(Fitted { drawing: at(x), figures, rounds, worst: (worst, residuals[worst]) })
 }
 
-/// The fitted values of a drawing as lines of a scene file.
+/// The values of a drawing that a fit finds, with their keys.
 pub fn fitted_values(drawing: &Drawing) -> [(&'static str, f64); 3] {
     let mut numbers = drawing.numbers;
-    FITTED_KEYS.map(|key| {
-        debug_assert!(NUMBERS.iter().any(|field| field.key == key));
-        (key, numbers.value_mut(key).map_or(0.0, |value| *value))
-    })
+    FITTED_KEYS.map(|key| (key, numbers.value_mut(key).map_or(0.0, |value| *value)))
 }
 
 #[cfg(test)]

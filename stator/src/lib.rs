@@ -7,6 +7,7 @@ pub mod drawing;
 pub mod ensemble;
 #[cfg(feature = "solver")]
 pub mod fit;
+pub mod members;
 #[cfg(feature = "solver")]
 pub mod mesh;
 #[cfg(feature = "solver")]

@@ -105,7 +105,7 @@ pub struct Solution {
 }
 
 /// Cosine and sine part of order `n` of values on a circle of `mesh`, by Simpson's rule over each brick.
-pub(crate) fn part(angles: &[f64], values: &[f64], n: usize) -> [f64; 2] {
+fn part(angles: &[f64], values: &[f64], n: usize) -> [f64; 2] {
     #[expect(clippy::cast_precision_loss, reason = "a few")]
     let order = n as f64;
     let mut sums = [0.0; 2];
@@ -218,6 +218,16 @@ impl Solution {
         let begin = mode.shape.len() - self.mesh.tips.len();
         let angles = self.mesh.tips.iter().map(|number| self.mesh.nodes[*number].theta);
         angles.zip(mode.shape[begin..].iter().copied())
+    }
+
+    /// Mean height of each circle after cooling, with its radius, m.
+    pub fn cooled_profile(&self) -> Vec<(f64, f64)> {
+        let (angles, mut at) = (self.mesh.angles(), self.cooled.iter().map(|[_, _, w]| *w));
+        let mut level = |circle: &Vec<usize>| {
+            let heights: Vec<f64> = at.by_ref().take(circle.len()).collect();
+            (self.mesh.nodes[circle[0]].r, part(&angles, &heights, 0)[0])
+        };
+        self.mesh.circles.iter().map(&mut level).collect()
     }
 
     /// Deflections of a mode on each circle, from the inner rim, for a modal mass of one kilogram (1/sqrt(kg)).

@@ -6,6 +6,7 @@ use crate::report::OutputError;
 use crate::report::compare::result_file::ResultFileError;
 use crate::run_reports;
 use crate::studies::identification::IdentificationError;
+use crate::studies::stator::StatorStudyError;
 use crate::studies::sweep::SweepError;
 use crate::tool::ToolError;
 use simulation::runs::RunError;
@@ -41,6 +42,9 @@ pub enum CommandError {
     /// No motor was identified.
     #[error(transparent)]
     Identification(#[from] IdentificationError),
+    /// There is no stator.
+    #[error(transparent)]
+    Stator(#[from] StatorStudyError),
     /// Something that this command was built without.
     #[error("{what} is not built into this command")]
     LeftOut {
@@ -72,6 +76,7 @@ impl CommandError {
             }
             Self::Tool(error) => error.hint(),
             Self::Identification(error) => error.hint(),
+            Self::Stator(error) => error.hint(),
             Self::LeftOut { feature, .. } => {
                 Some(format!("build it with the feature: `cargo run --release --features {feature} -- ...`"))
             }

@@ -158,6 +158,17 @@ pub(super) const EXAMPLES: &[(&str, &[(&str, &str)])] = &[
         ],
     ),
     (
+        "stator",
+        &[
+            ("The paper's stator in JSON", "stator --format json"),
+            ("Thinner silicon", "stator --set stator.silicon_thickness_m=50e-6"),
+            ("A drawing that meets the frequencies of the design", "stator --fit"),
+            ("With the stress of bonding", "stator --set stator.stressed=yes --report stator.html"),
+            ("The first of two parts of an ensemble", "stator --ensemble 30 --shard 1/2 --out part1"),
+            ("The parts together", "stator --merge part1/members.csv part2/members.csv"),
+        ],
+    ),
+    (
         "sweep",
         &[
             (

@@ -40,7 +40,7 @@ const RECORD_READS: [&str; 13] = [
 ];
 
 /// Every command that takes a scene.
-pub(super) const READERS: [Reader; 13] = [
+pub(super) const READERS: [Reader; 14] = [
     reader("import", &["motor", "camera", "ldv", "estimator", "record.model"]),
     reader("simulate", &["seed", "motor", "simulate", "plant.rotor"]),
     reader(
@@ -91,6 +91,10 @@ pub(super) const READERS: [Reader; 13] = [
         overwrites: &["plant.step_s", "plant.motor"],
         ..reader("response-map", &["seed", "motor", "plant"])
     },
+    reader(
+        "stator",
+        &["stator", "motor.mode_a.frequency_hz", "motor.mode_b.frequency_hz", "motor.mode_c.frequency_hz"],
+    ),
     reader("pil", &["seed", "motor", "plant", "camera", "ldv", "fault", "faults", "estimator", "position"]),
 ];
 

@@ -10,6 +10,7 @@ pub mod position;
 pub mod rate;
 pub mod record;
 pub mod simulate;
+pub mod stator;
 pub mod vibrometer;
 
 /// What the tables of a scene file describe.
@@ -17,6 +18,7 @@ pub const TABLE_TITLES: &[(&str, &str)] = &[
     ("motor", "The design of the motor: Table 1 of the paper. Filters, drive and response map follow it."),
     ("motor.hub", "Hole and pin, of a rotor that tilts (plant.rotor)."),
     ("motor.stator_tilt", "The stator's tilting modes, of a rotor that tilts (plant.rotor)."),
+    ("stator", "The drawing of a stator, from which finite elements make its modes: the command stator."),
     ("simulate", "One run of the nominal motor in open loop: the command simulate."),
     ("plant", "The motor of every command but simulate: drawn around the design by the seed."),
     ("plant.tolerance.motor", "How far true motors are from their design, as host-sim identify found it."),

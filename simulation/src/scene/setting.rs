@@ -102,6 +102,7 @@ const TABLES: &[&[Setting]] = &[
     keys::rate::SETTINGS,
     keys::record::SETTINGS,
     keys::calibrate::SETTINGS,
+    keys::stator::SETTINGS,
 ];
 
 /// Every key there is: the design's parameters in the order of Table 1, what it has beside them if its rotor tilts,

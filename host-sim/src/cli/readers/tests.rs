@@ -9,7 +9,7 @@ use crate::studies::fault_campaign::FaultCampaignPlan;
 use crate::studies::instrument_grid::InstrumentGridPlan;
 use crate::studies::positioning_trials::{self, Strategy};
 use crate::studies::shard::Shard;
-use crate::studies::{filter_costs, filter_errors, gyroscope_calibration, response_map};
+use crate::studies::{filter_costs, filter_errors, gyroscope_calibration, response_map, stator};
 use simulation::runs::{position, rate, recording, simulate};
 use simulation::scene::Scene;
 
@@ -125,6 +125,14 @@ fn exact_faults_reads_what_the_table_says() {
     let scenes = vec![BesideScene { name: String::new(), scene: scene.clone() }];
     FaultCampaignPlan::new(scenes, 1, Shard::ALL).run(&|| ()).unwrap();
     agrees("faults", &scene);
+}
+
+#[test]
+fn exact_stator_reads_what_the_table_says() {
+    let scene = short(&[], false);
+    stator::drawing(&scene);
+    stator::wanted(&scene);
+    agrees("stator", &scene);
 }
 
 #[test]

@@ -1,0 +1,161 @@
+//! From a drawing to a motor: the stator by finite elements, `host-sim stator`.
+//!
+//! The crate `stator` makes the mesh, runs CalculiX and reads the modes; here are its scene, its ensemble in parts, and
+//! what is shown of both.
+//!
+//! | module | what it is |
+//! |---|---|
+//! | this one | the drawing of a scene; one stator, fitted or as drawn |
+//! | `members` | stators drawn over what is not published: the table that is committed, its spreads |
+//! | `motor_scene` | the keys `motor.` that follow from a stator, as a scene file |
+//! | `tables`, `pictures`, `report` | what is shown of them |
+//! | `sweeps` | the stator with one value changed at a time |
+
+mod error;
+pub mod members;
+mod motor_scene;
+mod pictures;
+mod report;
+pub mod sweeps;
+mod tables;
+
+pub use error::StatorStudyError;
+
+use serde_json::json;
+use stator::drawing::table::{NUMBERS, SPREAD_SEED_KEY, WORDS};
+use stator::fit::{self, Fitted, Wanted};
+use stator::modes::StatorFigures;
+use stator::solution::{Solution, StatorError};
+use stator::solver::Solver;
+pub use stator::{Drawing, solver};
+
+use simulation::scene::Scene;
+
+/// By which part a fit may miss a frequency: a tenth of what the mesh costs.
+const FIT_TOLERANCE: f64 = 5e-4;
+
+/// The drawing that a scene describes.
+pub fn drawing(scene: &Scene) -> Drawing {
+    let mut drawing = Drawing { spread_seed: scene.integer(SPREAD_SEED_KEY), ..Drawing::default() };
+    for field in NUMBERS {
+        if let Some(value) = drawing.numbers.value_mut(field.key) {
+            *value = scene.number(field.key);
+        }
+    }
+    for field in WORDS {
+        drawing.set_word(field.key, scene.choice(field.key));
+    }
+    drawing
+}
+
+/// The frequencies of the design: its modes A, B and C.
+pub fn wanted(scene: &Scene) -> Wanted {
+    let keys = ["motor.mode_a.frequency_hz", "motor.mode_b.frequency_hz", "motor.mode_c.frequency_hz"];
+    Wanted { frequencies_hz: keys.map(|key| scene.number(key)), tolerance: FIT_TOLERANCE }
+}
+
+/// One stator.
+#[derive(Clone, Debug)]
+pub struct SolvedStator {
+    /// Its drawing, with what a fit has found.
+    pub drawing: Drawing,
+    /// What is known of it.
+    pub figures: StatorFigures,
+    /// Its modes, with their shapes.
+    pub solution: Solution,
+    /// Rounds of a fit; `None` of a stator as it was drawn.
+    pub fit_rounds: Option<usize>,
+}
+
+impl SolvedStator {
+    /// The stator as it is drawn.
+    ///
+    /// # Errors
+    /// When the drawing is refused, the solver gives no result, or a mode is missing.
+    pub fn as_drawn(drawing: &Drawing, solver: &Solver) -> Result<Self, StatorError> {
+        let solution = Solution::of(drawing, solver)?;
+        let figures = StatorFigures::read(&solution)?;
+        Ok(Self { drawing: *drawing, figures, solution, fit_rounds: None })
+    }
+
+    /// The stator whose thickness and springs meet `wanted`. `progress` is called after each solution.
+    ///
+    /// # Errors
+    /// The same, and when no such stator is found.
+    pub fn fitted(
+        drawing: &Drawing,
+        wanted: &Wanted,
+        solver: &Solver,
+        progress: &mut dyn FnMut(),
+    ) -> Result<Self, StatorError> {
+        let Fitted { drawing, rounds, .. } = fit::fit(drawing, wanted, solver, progress)?.met(wanted)?;
+        Ok(Self { fit_rounds: Some(rounds), ..Self::as_drawn(&drawing, solver)? })
+    }
+
+    /// The result for programs: one object.
+    pub fn json(&self) -> String {
+        let f = &self.figures;
+        let [t1, t2] = f.tilt;
+        let of = |value: fn(&stator::modes::ModeFigures) -> f64| {
+            json!({
+                "a": value(&f.a),
+                "tilt_1": value(&t1),
+                "tilt_2": value(&t2),
+                "b": value(&f.b),
+                "c": value(&f.c),
+            })
+        };
+        let pair = |pair: [f64; 2]| json!({ "b": pair[0], "c": pair[1] });
+        let fitted: serde_json::Map<_, _> = fit::fitted_values(&self.drawing)
+            .into_iter()
+            .map(|(key, value)| (key.to_owned(), value.into()))
+            .collect();
+        json!({
+            "stressed": self.drawing.stressed,
+            "frequencies_hz": of(|mode| mode.frequency_hz),
+            "modal_mass_kg": of(|mode| mode.modal_mass_kg),
+            "tooth_exponent": of(|mode| mode.exponent),
+            "mode_shift_deg": pair(f.mode_shift_deg),
+            "lever": pair(f.lever),
+            "antinode_over_tooth": pair(f.antinode_over_tooth),
+            "effective_tooth_mass_kg": f.effective_tooth_mass_kg,
+            "effective_tooth_mass_with_tilt_kg": f.effective_tooth_mass_with_tilt_kg,
+            "bow_m": f.bow_m,
+            "stator_mass_kg": f.stator_mass_kg,
+            "transverse_inertia_kg_m2": f.transverse_inertia_kg_m2,
+            "nodes": self.solution.mesh.nodes.len(),
+            "fit_rounds": self.fit_rounds,
+            "drawing": fitted,
+        })
+        .to_string()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A scene that sets nothing is the default drawing, and every key of a scene changes the drawing.
+    #[test]
+    fn exact_a_scene_describes_a_drawing() {
+        let scene = Scene::default();
+        assert_eq!(drawing(&scene), Drawing::default());
+        let differs = |key: &str, value: &str| {
+            let mut scene = Scene::default();
+            scene.set(key, value).unwrap();
+            assert_ne!(drawing(&scene), Drawing::default(), "{key}");
+        };
+        for field in NUMBERS {
+            differs(
+                field.key,
+                &format!("{:e}", if field.default > field.min { field.min } else { field.max }),
+            );
+        }
+        for field in WORDS {
+            let other = field.of.iter().find(|word| **word != field.default).unwrap();
+            differs(field.key, other);
+        }
+        differs(SPREAD_SEED_KEY, "3");
+        assert_eq!(wanted(&scene).frequencies_hz, Wanted::PAPER.frequencies_hz);
+    }
+}

@@ -1,0 +1,109 @@
+//! The keys `motor.` that follow from a stator, as a scene file that every command takes.
+
+use std::fmt::Write as _;
+
+use stator::drawing::table::{NUMBERS, SPREAD_SEED_KEY};
+use stator::{Clamp, Silicon, Springs};
+
+use super::SolvedStator;
+
+impl SolvedStator {
+    /// Keys and values of the motor that has this stator. What does not follow from a drawing is left at its default:
+    /// damping, drive, rotor, hub.
+    pub fn motor_keys(&self) -> Vec<(&'static str, f64)> {
+        let (f, n) = (&self.figures, &self.drawing.numbers);
+        let [t1, t2] = f.tilt;
+        vec![
+            ("motor.stator_inner_radius_m", n.inner_radius_m),
+            ("motor.stator_outer_radius_m", n.outer_radius_m),
+            ("motor.tooth_radius_m", n.tooth_radius_m),
+            ("motor.stator_thickness_m", n.foil_thickness_m + n.silicon_thickness_m),
+            ("motor.tooth_height_m", n.tooth_height_m),
+            ("motor.tooth_angle_deg", n.tooth_angle_deg),
+            ("motor.mode_shift_deg", f.mode_shift_deg[0]),
+            ("motor.mode_c.extra_shift_deg", f.mode_shift_deg[1] - f.mode_shift_deg[0]),
+            ("motor.mode_a.frequency_hz", f.a.frequency_hz),
+            ("motor.mode_b.frequency_hz", f.b.frequency_hz),
+            ("motor.mode_c.frequency_hz", f.c.frequency_hz),
+            ("motor.stator_tilt.frequency_hz", 0.5 * (t1.frequency_hz + t2.frequency_hz)),
+            ("motor.tooth_rocking_exponent", f.b.exponent),
+            ("motor.mode_c.extra_rocking_exponent", f.c.exponent - f.b.exponent),
+            ("motor.stator_mass_kg", f.stator_mass_kg),
+        ]
+    }
+
+    /// The drawing with what a fit has found, as a scene file of the command `stator`.
+    pub(super) fn drawing_toml(&self) -> String {
+        let mut toml = String::from("# The drawing of this stator: host-sim stator --scene drawing.toml\n");
+        for (field, value) in NUMBERS.iter().zip(self.drawing.numbers.values()) {
+            let _ = writeln!(toml, "{} = {}", field.key, simulation::math::plain_number::plain(value));
+        }
+        let stressed = if self.drawing.stressed { "yes" } else { "no" };
+        let springs = match self.drawing.springs {
+            Springs::T => "t",
+            Springs::L => "l",
+            Springs::None => "none",
+        };
+        let silicon = match self.drawing.silicon {
+            Silicon::Crystal => "crystal",
+            Silicon::Isotropic => "isotropic",
+        };
+        let clamp = match self.drawing.clamp {
+            Clamp::Arms => "arms",
+            Clamp::InnerRim => "inner_rim",
+            Clamp::OuterRim => "outer_rim",
+            Clamp::Nothing => "nothing",
+        };
+        let words = [("springs", springs), ("clamp", clamp), ("silicon", silicon), ("stressed", stressed)];
+        for (key, word) in words {
+            let _ = writeln!(toml, "stator.{key} = \"{word}\"");
+        }
+        let _ = writeln!(toml, "{SPREAD_SEED_KEY} = {}", self.drawing.spread_seed);
+        toml
+    }
+
+    /// The same as a scene file.
+    pub(super) fn motor_toml(&self) -> String {
+        let mut toml = String::from(
+            "# The motor that follows from a stator by finite elements: host-sim stator.\n# Damping, drive, rotor and hub do \
+             not follow from it.\n",
+        );
+        for (key, value) in self.motor_keys() {
+            // Six digits: the mesh is good for three.
+            let _ = writeln!(toml, "{key} = {}", significant(value));
+        }
+        toml
+    }
+}
+
+/// A value with six digits, as TOML takes it.
+fn significant(value: f64) -> String {
+    let rounded: f64 = format!("{value:.5e}").parse().unwrap_or(value);
+    simulation::math::plain_number::plain(rounded)
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use simulation::scene::Scene;
+    use stator::solver::Solver;
+
+    use super::*;
+
+    /// The scene file of a solved stator is a scene, with its values.
+    #[test]
+    fn law_the_motor_of_a_stator_is_a_scene() {
+        let mut drawing = stator::Drawing::default();
+        drawing.numbers.mesh_size_m = 0.8e-3;
+        let solved = SolvedStator::as_drawn(&drawing, &Solver::default()).unwrap();
+        let mut scene = Scene::default();
+        scene.set_all(&solved.motor_toml(), Path::new("motor.toml")).unwrap();
+        for (key, value) in solved.motor_keys() {
+            assert!((scene.number(key) - value).abs() <= 1e-5 * value.abs(), "{key}");
+        }
+        let mut again = Scene::default();
+        again.set_all(&solved.drawing_toml(), Path::new("drawing.toml")).unwrap();
+        assert_eq!(super::super::drawing(&again), drawing);
+    }
+}

@@ -1,0 +1,9 @@
+//! The ensemble that is kept: stators that meet the paper's frequencies, one a row, with what is not published drawn.
+//!
+//! The columns are those of `ensemble::Member`. A row whose `met` is false meets the frequencies not.
+
+/// Flat: without the stress of bonding. Made by `host-sim stator --ensemble 26`.
+pub const FLAT: &str = include_str!("../members.csv");
+/// About the state that bonding leaves. Made by `host-sim stator --ensemble 6 --set stator.stressed=yes --set
+/// stator.mesh_size_m=0.6e-3`.
+pub const STRESSED: &str = include_str!("../members_stressed.csv");
