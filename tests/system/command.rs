@@ -20,6 +20,7 @@ mod tool_reports;
 mod tool_results;
 mod tool_scene_files;
 mod tool_simulate_models;
+mod tool_stator;
 mod tool_sweep;
 mod tool_tilting_scenes;
 mod tool_told;

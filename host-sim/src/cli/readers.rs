@@ -91,10 +91,7 @@ pub(super) const READERS: [Reader; 14] = [
         overwrites: &["plant.step_s", "plant.motor"],
         ..reader("response-map", &["seed", "motor", "plant"])
     },
-    reader(
-        "stator",
-        &["stator", "motor.mode_a.frequency_hz", "motor.mode_b.frequency_hz", "motor.mode_c.frequency_hz"],
-    ),
+    reader("stator", &["stator", "motor"]),
     reader("pil", &["seed", "motor", "plant", "camera", "ldv", "fault", "faults", "estimator", "position"]),
 ];
 

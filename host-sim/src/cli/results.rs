@@ -27,6 +27,9 @@ use crate::studies::instrument_grid::InstrumentGridPlan;
 use crate::studies::positioning_trials::{self, Strategy};
 use crate::studies::rotor_models::RotorModelsPlan;
 use crate::studies::shard::Shard;
+use crate::studies::stator::page::StatorPage;
+use crate::studies::stator::solver::Solver;
+use crate::studies::stator::sweeps::SweepEffort;
 use crate::studies::{filter_costs, filter_errors, gyroscope_calibration, held_rates, paper, step_accuracy};
 use simulation::scene::Scene;
 
@@ -35,6 +38,8 @@ use simulation::scene::Scene;
 enum Page {
     /// Does the model reproduce the paper?
     Paper,
+    /// What do finite elements say of the stator?
+    Stator,
     /// Why does mode B turn so slowly?
     Tilt,
     /// What does a step cost, and how far is it off?
@@ -75,6 +80,7 @@ impl Page {
     fn template(self) -> &'static str {
         match self {
             Self::Paper => include_str!("results/paper.md"),
+            Self::Stator => include_str!("results/stator.md"),
             Self::Tilt => include_str!("results/tilt.md"),
             Self::Step => include_str!("results/step.md"),
             Self::Filters => include_str!("results/filters.md"),
@@ -95,6 +101,11 @@ impl Page {
         let scene = &effort.scene()?;
         Ok(match self {
             Self::Paper => paper::PaperPlan::new(effort.paper_seeds)?.run(&|_| ())?.page_values().into(),
+            Self::Stator => {
+                let stator =
+                    StatorPage::run(effort.stator, &Solver::default()).map_err(CommandError::from)?;
+                Content { values: stator.page_values(), pictures: svg_files(&stator.pictures())? }
+            }
             Self::Tilt => {
                 let plan = RotorModelsPlan::new(effort.rotor_seeds, effort.rotors_drawn);
                 let rotors = plan.with_changes(effort.rotor_changes).run(&|| ())?;
@@ -151,6 +162,8 @@ impl From<Vec<PlacedValue>> for Content {
 struct Effort {
     /// Runs of each motor of the paper.
     paper_seeds: u64,
+    /// Stators that are solved.
+    stator: SweepEffort,
     /// Runs of each rotor and mode, and rotors drawn over what was not measured.
     rotor_seeds: u64,
     rotors_drawn: u64,
@@ -197,6 +210,7 @@ impl Effort {
     /// are as many of them as ten minutes of a processor allow on each page.
     const FULL: Self = Self {
         paper_seeds: 5,
+        stator: SweepEffort::FULL,
         rotor_seeds: 8,
         rotors_drawn: 200,
         rotor_changes: true,
@@ -224,6 +238,7 @@ impl Effort {
     /// Enough to fill every place of a page.
     const QUICK: Self = Self {
         paper_seeds: 2,
+        stator: SweepEffort::QUICK,
         rotor_seeds: 2,
         rotors_drawn: 4,
         rotor_changes: false,

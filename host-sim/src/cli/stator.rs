@@ -14,7 +14,7 @@ use crate::cli::CommandError;
 use crate::studies::shard;
 use crate::studies::stator::members::{self, Ensemble};
 use crate::studies::stator::solver::Solver;
-use crate::studies::stator::{SolvedStator, StatorStudyError, drawing, wanted};
+use crate::studies::stator::{SolvedStator, StatorStudyError, drawing, given_motor, wanted};
 use simulation::scene::Scene;
 use stator::ensemble::Member;
 
@@ -104,7 +104,7 @@ impl StatorArgs {
         let solved = solved.map_err(StatorStudyError::from)?;
         Ok(Findings {
             files: vec![
-                ("motor.toml".to_owned(), solved.motor_scene()),
+                ("motor.toml".to_owned(), solved.motor_scene(&given_motor(scene))),
                 ("drawing.toml".to_owned(), solved.drawing_scene()),
             ],
             json: solved.json(),

@@ -40,6 +40,7 @@ pub const GALLERY: &[GalleryScene] = scenes! {
     "heavy_rotor"
     "four_times_the_mass"
     "half_the_size"
+    "half_the_size_stator"
     "higher_modes"
     "weak_mode_b"
     "slow_camera"

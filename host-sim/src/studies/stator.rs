@@ -9,11 +9,13 @@
 //! | `members` | stators drawn over what is not published: the table that is committed, its spreads |
 //! | `motor_scene` | the keys `motor.` that follow from a stator, as a scene file |
 //! | `tables`, `pictures`, `report` | what is shown of them |
-//! | `sweeps` | the stator with one value changed at a time |
+//! | `sweeps`, `damping`, `page` | one value changed at a time; what damps; the page of results |
 
+mod damping;
 mod error;
 pub mod members;
 mod motor_scene;
+pub mod page;
 mod pictures;
 mod report;
 pub mod sweeps;
@@ -29,7 +31,7 @@ use stator::solution::{Solution, StatorError};
 use stator::solver::Solver;
 pub use stator::{Drawing, solver};
 
-use simulation::scene::Scene;
+use simulation::scene::{Kind, Scene, registry};
 
 /// By which part a fit may miss a frequency: a tenth of what the mesh costs.
 const FIT_TOLERANCE: f64 = 5e-4;
@@ -52,6 +54,14 @@ pub fn drawing(scene: &Scene) -> Drawing {
 pub fn wanted(scene: &Scene) -> Wanted {
     let keys = ["motor.mode_a.frequency_hz", "motor.mode_b.frequency_hz", "motor.mode_c.frequency_hz"];
     Wanted { frequencies_hz: keys.map(|key| scene.number(key)), tolerance: FIT_TOLERANCE }
+}
+
+/// What a scene says of the motor itself: the keys `motor.` that it sets.
+pub fn given_motor(scene: &Scene) -> Vec<(&'static str, f64)> {
+    let numbers = registry().filter(|setting| setting.key.starts_with("motor."));
+    let numbers = numbers.filter(|setting| matches!(setting.kind, Kind::Number { .. }));
+    let values = numbers.map(|setting| (setting.key, scene.number(setting.key)));
+    values.filter(|(key, _)| scene.is_set(key)).collect()
 }
 
 /// One stator.

@@ -5,11 +5,12 @@ use serde_json::Value;
 use crate::support::built_command::{folder, json, run, succeeds};
 
 /// What makes a run short.
-const SHORTER: [(&str, &[&str]); 5] = [
+const SHORTER: [(&str, &[&str]); 6] = [
     ("simulate", &["--set", "simulate.duration_s=0.6"]),
     ("position", &[]),
     ("rate", &[]),
     ("record", &[]),
+    ("stator", &["--set", "stator.mesh_size_m=0.45e-3"]),
     ("calibrate", &["--duration", "2", "--set", "calibrate.rest_s=0.05"]),
 ];
 
@@ -33,7 +34,9 @@ fn tool_every_scene_of_the_gallery_runs() {
     let folder = folder();
     for (name, command) in scenes() {
         let words: Vec<&str> = command.iter().map(String::as_str).collect();
-        let own_design = succeeds(folder.path(), &["scene", &name, "--only-set"]).contains("[motor");
+        // A drawing is a scene of its own command, whatever it says of the motor beside.
+        let own_design = words[0] != "stator"
+            && succeeds(folder.path(), &["scene", &name, "--only-set"]).contains("[motor");
         let arguments = if own_design {
             vec!["simulate", "--scene", &name, "--duration", "0.6"]
         } else {

@@ -132,6 +132,7 @@ fn exact_stator_reads_what_the_table_says() {
     let scene = short(&[], false);
     stator::drawing(&scene);
     stator::wanted(&scene);
+    stator::given_motor(&scene);
     agrees("stator", &scene);
 }
 

@@ -62,15 +62,20 @@ impl SolvedStator {
         toml
     }
 
-    /// The same as a scene file.
-    pub(super) fn motor_toml(&self) -> String {
+    /// The same as a scene file, with the keys of `given` that do not follow from a stator.
+    pub(super) fn motor_toml(&self, given: &[(&'static str, f64)]) -> String {
         let mut toml = String::from(
             "# The motor that follows from a stator by finite elements: host-sim stator.\n# Damping, drive, rotor and hub do \
              not follow from it.\n",
         );
-        for (key, value) in self.motor_keys() {
+        let follows = self.motor_keys();
+        let is_other = |(key, _): &&(&'static str, f64)| follows.iter().all(|(other, _)| other != key);
+        for (key, value) in given.iter().filter(is_other) {
+            let _ = writeln!(toml, "{key} = {}", simulation::math::plain_number::plain(*value));
+        }
+        for (key, value) in &follows {
             // Six digits: the mesh is good for three.
-            let _ = writeln!(toml, "{key} = {}", significant(value));
+            let _ = writeln!(toml, "{key} = {}", significant(*value));
         }
         toml
     }
@@ -98,7 +103,9 @@ mod tests {
         drawing.numbers.mesh_size_m = 0.8e-3;
         let solved = SolvedStator::as_drawn(&drawing, &Solver::default()).unwrap();
         let mut scene = Scene::default();
-        scene.set_all(&solved.motor_toml(), Path::new("motor.toml")).unwrap();
+        let given = [("motor.rotor_mass_kg", 4e-5), ("motor.mode_b.frequency_hz", 1.0)];
+        scene.set_all(&solved.motor_toml(&given), Path::new("motor.toml")).unwrap();
+        assert!((scene.number("motor.rotor_mass_kg") - 4e-5).abs() < 1e-12);
         for (key, value) in solved.motor_keys() {
             assert!((scene.number(key) - value).abs() <= 1e-5 * value.abs(), "{key}");
         }

@@ -54,9 +54,9 @@ impl SolvedStator {
         figures
     }
 
-    /// The scene file of the motor that has this stator.
-    pub fn motor_scene(&self) -> String {
-        self.motor_toml()
+    /// The scene file of the motor that has this stator, with what is `given` of it beside.
+    pub fn motor_scene(&self, given: &[(&'static str, f64)]) -> String {
+        self.motor_toml(given)
     }
 
     /// The scene file of its drawing.
