@@ -4,8 +4,6 @@ use motor_model::Real;
 use nalgebra::{SMatrix, SVector};
 use ud_filter::UdCovariance;
 
-use crate::camera::angle_rate_covariance::AngleRateCovariance;
-
 /// Covariance of angle and rate, entry by entry.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Moments<T> {
@@ -60,106 +58,6 @@ pub(crate) trait TrackCovariance<T>: Copy {
     fn correct_by_rate(&mut self, innovation_rad_s: T, noise_rad2_s2: T) -> [T; 2];
 }
 
-impl<T: Real> TrackCovariance<T> for AngleRateCovariance<T> {
-    #[inline]
-    fn begin(angle_rad2: T, rate_rad2_s2: T, _before: Option<&Self>) -> Self {
-        Self::diagonal(angle_rad2, rate_rad2_s2)
-    }
-
-    #[inline]
-    fn angle_rad2(&self) -> T {
-        self.angle_rad2()
-    }
-
-    #[inline]
-    fn innovation_rad2(&self, noise_rad2: T) -> T {
-        self.angle_innovation_rad2(noise_rad2)
-    }
-
-    #[inline]
-    fn rate_rad2_s2(&self) -> T {
-        self.rate_rad2_s2()
-    }
-
-    #[inline]
-    fn moments_after(&self, dt_s: T) -> Moments<T> {
-        self.moments_after(dt_s)
-    }
-
-    #[inline]
-    fn predict(&mut self, dt_s: T, noise_rad2_s3: T) {
-        self.predict(dt_s, noise_rad2_s3);
-    }
-
-    #[inline]
-    fn widen_rate(&mut self, variance_rad2_s2: T) {
-        self.widen_rate(variance_rad2_s2);
-    }
-
-    #[inline]
-    fn kick_rate(&mut self, kept: T, variance_rad2_s2: T) {
-        self.kick_rate(kept, variance_rad2_s2);
-    }
-
-    #[inline]
-    fn correct_by_angle(&mut self, innovation_rad: T, noise_rad2: T) -> [T; 2] {
-        let is_finite = self.angle_innovation_rad2(noise_rad2) <= T::MAX;
-        if !is_finite {
-            return [T::zero(); 2];
-        }
-        let gain = self.update_angle(noise_rad2);
-        [gain.angle * innovation_rad, gain.rate * innovation_rad]
-    }
-
-    #[inline]
-    fn correct_by_rate(&mut self, innovation_rad_s: T, noise_rad2_s2: T) -> [T; 2] {
-        let is_finite = self.rate_rad2_s2() + noise_rad2_s2 <= T::MAX;
-        if !is_finite {
-            return [T::zero(); 2];
-        }
-        let gain = self.update_rate(noise_rad2_s2);
-        [gain.angle * innovation_rad_s, gain.rate * innovation_rad_s]
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// A measurement whose variance, or whose innovation's, is infinite or NaN: not used, and nothing becomes certain.
-    #[test]
-    fn law_numbers_out_of_range_are_no_certainty() {
-        let plain = AngleRateCovariance::<f32>::diagonal(1.0, 4.0);
-        // P11 is 1e40, no number of this precision.
-        let mut far = AngleRateCovariance::<f32>::diagonal(1.0, 1e30);
-        far.predict(1e5, 0.0);
-        let wide = AngleRateCovariance::<f32>::diagonal(1.0, 3e38);
-        for (start, noise) in [(plain, f32::INFINITY), (plain, f32::NAN), (far, 1.0), (wide, 3e38)] {
-            let (mut by_angle, mut by_rate) = (start, start);
-            let corrections = [by_angle.correct_by_angle(1.0, noise), by_rate.correct_by_rate(1.0, noise)];
-            assert!(
-                corrections.as_flattened().iter().all(|x| x.is_finite()),
-                "{start:?} {noise} {corrections:?}"
-            );
-            assert!(by_angle.rate_rad2_s2() > 0.1 * start.rate_rad2_s2(), "{start:?} {noise} {by_angle:?}");
-            assert!(by_rate.rate_rad2_s2() > 0.0, "{start:?} {noise} {by_rate:?}");
-        }
-        // What is no number stays none.
-        for bad in [f32::NAN, f32::INFINITY] {
-            let (mut widened, mut kicked, mut moved) = (plain, plain, plain);
-            widened.widen_rate(bad);
-            kicked.kick_rate(0.5, bad);
-            moved.predict(1e-4, bad);
-            for mut p in [widened, kicked, moved, AngleRateCovariance::diagonal(1.0, bad)] {
-                let before = p.rate_rad2_s2();
-                assert!(!before.is_finite() && !p.angle_rad2().is_finite(), "{p:?}");
-                assert_eq!(p.correct_by_angle(1.0, 1.0).map(f32::to_bits), [0; 2], "{p:?}");
-                assert_eq!(p.rate_rad2_s2().to_bits(), before.to_bits());
-            }
-        }
-    }
-}
-
 /// A covariance of `N` states, of which angle and rate are the first, as the smoother needs it.
 pub(crate) trait SmoothedCovariance<T, const N: usize>: TrackCovariance<T> {
     /// The covariance of all of them.
@@ -170,20 +68,6 @@ pub(crate) trait SmoothedCovariance<T, const N: usize>: TrackCovariance<T> {
 
     /// The values of the states after angle and rate. The first two are not used.
     fn further(&self) -> SVector<T, N>;
-}
-
-impl<T: Real> SmoothedCovariance<T, 2> for AngleRateCovariance<T> {
-    fn ud_covariance(&self) -> UdCovariance<T, 2> {
-        self.ud_covariance()
-    }
-
-    fn exact(&self) -> Self {
-        Self::diagonal(T::zero(), T::zero())
-    }
-
-    fn further(&self) -> SVector<T, 2> {
-        SVector::zeros()
-    }
 }
 
 /// A covariance that is carried along, and what becomes of an error on the way.
