@@ -41,12 +41,12 @@ const DIFFERS: f64 = 1.5;
 /// Factor of the variance by which the noise in use is changed at least.
 const NOTICEABLE: f64 = 1.1;
 /// Time over which the mean of a running rotor is taken, in ns, and the least bias that it shows, in m/s.
-const RUNNING_NANOS: u64 = 250_000_000;
+const RUNNING_NANOS: u32 = 250_000_000;
 const RUNNING_M_S: f64 = 1e-3;
 /// The bias shows beyond so many times `h / T`: a sum over samples is off by half a sample at either end.
 const HEIGHT_MARGIN: f64 = 1.1;
 /// Longest time between two samples of that mean, in ns.
-const GAP_NANOS: u64 = 1_000_000;
+const GAP_NANOS: u32 = 1_000_000;
 /// Time at rest before anything is learnt, in ns.
 const RINGING_NANOS: u64 = 20_000_000;
 
@@ -62,13 +62,20 @@ pub(crate) struct Calibration<T> {
     noise_m_s: T,
     /// From when on samples are learnt from; `None` while the rotor may move.
     from: Option<Time>,
-    /// Since when the mean of the running rotor is taken, the last sample's time, and the integral over time.
+    /// Since when the mean of the running rotor is taken.
     running_from: Option<Time>,
-    running_newest: Time,
-    running_m: T,
+    running: Running<T>,
+}
+
+/// Samples of a running rotor.
+#[derive(Clone, Copy, Debug, Default)]
+struct Running<T> {
+    newest: Time,
+    /// The integral of the velocity over time.
+    height_m: T,
     /// Speed of the last sample, and the fastest of the time: of each two neighbours the slower one.
-    running_last_m_s: T,
-    running_fastest_m_s: T,
+    last_m_s: T,
+    fastest_m_s: T,
 }
 
 impl<T: Real> Calibration<T> {
@@ -84,10 +91,7 @@ impl<T: Real> Calibration<T> {
             noise_m_s: assumed_m_s,
             from: None,
             running_from: None,
-            running_newest: Time::ZERO,
-            running_m: T::zero(),
-            running_last_m_s: T::zero(),
-            running_fastest_m_s: T::zero(),
+            running: Running::default(),
         }
     }
 
@@ -100,20 +104,20 @@ impl<T: Real> Calibration<T> {
     /// Averages a sample of a running rotor.
     #[inline]
     pub(crate) fn run(&mut self, velocity_m_s: T, at: Time) {
-        let newest = self.running_newest;
-        self.running_newest = at;
-        let (speed_m_s, last_m_s) = (velocity_m_s.abs(), self.running_last_m_s);
-        self.running_last_m_s = speed_m_s;
-        let Some(from) = self.running_from.filter(|_| at.nanos_since(newest) <= GAP_NANOS) else {
-            (self.running_from, self.running_m, self.running_fastest_m_s) = (Some(at), T::zero(), T::zero());
+        let Running { newest, height_m, last_m_s, fastest_m_s } = &mut self.running;
+        let speed_m_s = velocity_m_s.abs();
+        let slower_m_s = if speed_m_s < *last_m_s { speed_m_s } else { *last_m_s };
+        let since = at.nanos_soon_after(*newest, GAP_NANOS);
+        (*newest, *last_m_s) = (at, speed_m_s);
+        let (Some(from), Some(since)) = (self.running_from, since) else {
+            (self.running_from, *height_m, *fastest_m_s) = (Some(at), T::zero(), T::zero());
             return;
         };
-        self.running_m += velocity_m_s * at.seconds_since(newest);
-        let slower_m_s = if speed_m_s < last_m_s { speed_m_s } else { last_m_s };
-        if slower_m_s > self.running_fastest_m_s {
-            self.running_fastest_m_s = slower_m_s;
+        *height_m += velocity_m_s * (T::from_i32(since.cast_signed()) * T::from_f64(1e-9));
+        if slower_m_s > *fastest_m_s {
+            *fastest_m_s = slower_m_s;
         }
-        if at.nanos_since(from) >= RUNNING_NANOS {
+        if at.nanos_soon_after(from, RUNNING_NANOS - 1).is_none() {
             self.judge_run(at.seconds_since(from));
         }
     }
@@ -122,8 +126,7 @@ impl<T: Real> Calibration<T> {
     #[cold]
     fn judge_run(&mut self, time_s: T) {
         self.running_from = None;
-        let mean_m_s = self.running_m / time_s;
-        let fastest_m_s = self.running_fastest_m_s;
+        let (mean_m_s, fastest_m_s) = (self.running.height_m / time_s, self.running.fastest_m_s);
         let off_m_s = (mean_m_s - self.bias_m_s).abs();
         // Without gravity the height is not known, and nothing is learnt.
         let height_factor = T::from_f64(2.0 / HEIGHT_MARGIN) * self.gravity_m_s2;

@@ -35,7 +35,7 @@ fn is_detected(scale: f64) -> bool {
             detector.observe(&sample(800 * bounce + n + 1, velocity_m_s));
         }
     }
-    detector.mis_scaled()
+    detector.free_fall.is_wrong()
 }
 
 #[test]
