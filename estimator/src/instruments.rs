@@ -59,7 +59,7 @@ use motor_model::{OutOfBounds, Real, math};
 
 use crate::measurement::CameraFrame;
 
-/// Harmonics of the quantiser's bias that are summed: those left out are a hundredth of the sum at most.
+/// Harmonics of the codes' variance that are summed.
 const HARMONICS: f64 = 64.0;
 
 /// Which of the filters.
@@ -169,10 +169,19 @@ impl Default for Instruments {
     }
 }
 
-/// The last harmonic `k` that counts: beyond it `exp(-noise_steps^2 k^2)` is below 1e-18.
-#[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "between 1 and 64")]
-fn harmonics(noise_steps: f64) -> f64 {
-    f64::from((6.5 / noise_steps + 1.0).min(HARMONICS) as u32)
+/// Mean square of the quantiser's bias over the places in a cell, per that of a uniform error over a step, of noise of
+/// this variance per that of the square of a step: the sum at the head of this module. Below `x = 1` it is its
+/// transform by Poisson's formula, of which the first term left out is `exp(-pi^2 / x)`.
+pub(crate) fn bias_part(noise_steps2: f32) -> f32 {
+    use core::f32::consts::PI;
+    let x = 4.0 * PI * PI * noise_steps2;
+    let sum = if x < 1.0 {
+        PI * PI / 6.0 - math::sqrt_f32(PI * x) + 0.5 * x
+    } else {
+        let (first, second) = (math::exp_f32(-x), math::exp_f32(-4.0 * x));
+        first + 0.25 * second
+    };
+    sum * 6.0 / (PI * PI)
 }
 
 impl CameraDescription {
@@ -247,24 +256,16 @@ impl CameraDescription {
         self.quantisation_floor_rad2() + self.persistent_rad2()
     }
 
-    /// The quantisation's part of the floor in rad^2, see the head of this module.
-    ///
-    /// It is never above [`Self::quantisation_rad2`], which it reaches without noise.
+    /// The quantisation's part of the floor in rad^2, see the head of this module. It is [`Self::quantisation_rad2`]
+    /// without noise.
+    #[expect(clippy::cast_possible_truncation, reason = "a part needs no more digits")]
     #[inline(never)]
     pub fn quantisation_floor_rad2(&self) -> f64 {
         if self.resolution_m <= 0.0 {
             return 0.0;
         }
-        let noise_steps = core::f64::consts::TAU * self.noise_m / self.resolution_m;
-        // The terms from the first one left out on sum to at most 1/HARMONICS times their exponential.
-        let mut sum = math::exp(-noise_steps * noise_steps * HARMONICS * HARMONICS) / HARMONICS;
-        let mut k = harmonics(noise_steps);
-        while k >= 1.0 {
-            sum += math::exp(-noise_steps * noise_steps * k * k) / (k * k);
-            k -= 1.0;
-        }
-        let variance_rad2 = self.angle_rad2(self.resolution_m) * sum / (2.0 * PI * PI);
-        variance_rad2.min(self.quantisation_rad2())
+        let noise_steps = self.noise_m / self.resolution_m;
+        self.quantisation_rad2() * f64::from(bias_part((noise_steps * noise_steps) as f32))
     }
 
     /// Least variance of the codes of a rotor at rest in rad^2, that of one in the middle of a cell: see the head of
@@ -277,8 +278,7 @@ impl CameraDescription {
         }
         let noise_steps = PI * self.noise_m / self.resolution_m;
         let (mut sum, mut weighted, mut k, mut sign) = (0.0, 0.0, 1.0, -1.0);
-        let last = harmonics(core::f64::consts::SQRT_2 * noise_steps);
-        while k <= last {
+        while k <= HARMONICS {
             let kept = sign * math::exp(-2.0 * noise_steps * noise_steps * k * k);
             sum += kept;
             weighted += kept / (k * k);

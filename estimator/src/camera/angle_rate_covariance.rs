@@ -343,4 +343,5 @@ mod tests {
                 assert_eq!(p.rate_rad2_s2().to_bits(), before.to_bits());
             }
         }
-    }}
+    }
+}

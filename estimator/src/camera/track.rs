@@ -83,8 +83,7 @@ impl<T: Real, B: TrackCovariance<T>> State<T, B> {
     /// A copy, field by field: a copy as a whole is a call that costs as much as an update.
     #[inline]
     pub(crate) fn copied(&self) -> Self {
-        let Self { at, angle, rate_rad_s, covariance } = self;
-        Self { at: *at, angle: *angle, rate_rad_s: *rate_rad_s, covariance: covariance.copied() }
+        Self { covariance: self.covariance.copied(), ..*self }
     }
 
     /// Propagates it to `until` while the rate is a random walk of intensity `noise_rad2_s3`. Does nothing if `until`
@@ -151,8 +150,8 @@ pub(crate) struct Track<T, B = AngleRateCovariance<T>> {
     pub(crate) refusals: u8,
     /// Frames in a row that brought the code of the last frame used.
     pub(crate) same_codes: u16,
-    /// Frames in a row for which the rotor has been quiet and slow.
-    still_frames: u16,
+    /// Whether the rotor is quiet and slow.
+    still: bool,
     pub(crate) resting: bool,
     /// Whether a kick was assumed right before the last frame.
     pub(crate) kicked: bool,
@@ -197,7 +196,7 @@ impl<T: Real, B: TrackCovariance<T>> Track<T, B> {
             far: before.map_or(0, |track| track.far),
             refusals: 0,
             same_codes: 0,
-            still_frames: 0,
+            still: false,
             resting: false,
             kicked: false,
         }
@@ -206,19 +205,7 @@ impl<T: Real, B: TrackCovariance<T>> Track<T, B> {
     /// A copy, field by field: a copy as a whole is a call that costs as much as an update.
     #[inline]
     pub(crate) fn copied(&self) -> Self {
-        Self {
-            state: self.state.copied(),
-            code: self.code,
-            change_share: self.change_share,
-            mean_innovation_rad: self.mean_innovation_rad,
-            nis: self.nis,
-            far: self.far,
-            refusals: self.refusals,
-            same_codes: self.same_codes,
-            still_frames: self.still_frames,
-            resting: self.resting,
-            kicked: self.kicked,
-        }
+        Self { state: self.state.copied(), ..*self }
     }
 
     /// Whether a frame brings the code of the last one used; counts how often in a row.
@@ -242,10 +229,10 @@ impl<T: Real, B: TrackCovariance<T>> Track<T, B> {
         self.far.count_ones()
     }
 
-    /// Whether the rotor is at rest, or has been quiet and slow for at least one frame.
+    /// Whether the rotor is at rest, or quiet and slow.
     #[inline]
     pub(crate) fn may_rest(&self) -> bool {
-        self.still_frames > 0
+        self.still
     }
 
     /// What a frame shows of a rotor that may be at rest. Averages the share of new codes and the innovations. `same`
@@ -303,11 +290,11 @@ impl<T: Real, B: TrackCovariance<T>> Track<T, B> {
     /// The rotor may move again: the next frames have to show rest anew.
     #[inline]
     pub(crate) fn end_rest(&mut self) {
-        (self.resting, self.still_frames) = (false, 0);
+        (self.resting, self.still) = (false, false);
     }
 
-    /// Counts the frames of a quiet and slow rotor until `test` confirms that it has stopped, and fuses a rate of zero
-    /// at rest, with the variance that the ringing stator causes.
+    /// Lets `test` judge the frames of a quiet and slow rotor, and fuses a rate of zero at rest, with the variance that
+    /// the ringing stator causes.
     #[inline(never)]
     pub(crate) fn update_rest(
         &mut self,
@@ -317,11 +304,12 @@ impl<T: Real, B: TrackCovariance<T>> Track<T, B> {
         test: &mut RestTest<T>,
     ) {
         if frame == FrameAtRest::Informative {
-            let still = quiet && self.state.rate_rad_s.abs() < tuning.resting_rate_rad_s;
-            if !still {
-                self.end_rest();
+            self.still = quiet && self.state.rate_rad_s.abs() < tuning.resting_rate_rad_s;
+            if !self.still {
+                self.resting = false;
+                test.restart();
             } else if !self.resting {
-                self.count_still_frame(tuning, test);
+                self.resting = test.confirms(self.state.at, self.code, tuning.camera_rad2);
             }
         }
         if self.resting {
@@ -332,24 +320,6 @@ impl<T: Real, B: TrackCovariance<T>> Track<T, B> {
             *rate_rad_s += faster_rad_s;
         } else {
             (self.change_share, self.mean_innovation_rad) = (T::zero(), T::zero());
-        }
-    }
-}
-
-impl<T: Real, B: TrackCovariance<T>> Track<T, B> {
-    /// Counts one more frame of a quiet and slow rotor. Those of the second half are tested.
-    fn count_still_frame(&mut self, tuning: &TrackTuning<T>, test: &mut RestTest<T>) {
-        let frames = test.frames(tuning.resting_frames);
-        self.still_frames = self.still_frames.saturating_add(1);
-        if self.still_frames == frames / 2 {
-            test.begin();
-        }
-        if self.still_frames >= frames / 2 {
-            test.take(self.state.at, self.code);
-        }
-        if self.still_frames >= frames {
-            self.resting = test.confirms(tuning.camera_rad2);
-            self.still_frames = if self.resting { frames } else { frames / 2 };
         }
     }
 }

@@ -5,11 +5,11 @@
 
 use motor_model::{Real, math};
 
-use crate::camera::noise_levels::COARSE;
-use crate::camera::rest_test::resting_frames;
 use crate::instruments::CameraDescription;
 use crate::measurement::CameraFrame;
 
+/// Resolution per noise beyond which a resting rotor shows one code or two.
+pub(crate) const COARSE: f64 = 2.5;
 /// Period of the default camera, in s.
 const DEFAULT_PERIOD_S: f64 = 1e-4;
 /// Time in which the variance of the rate of a rotor that is called at rest falls by the factor e, in s: friction stops
@@ -79,12 +79,8 @@ pub struct TrackTuning<T> {
     pub stopping_frames: T,
     /// Number of frames in which the variance of the rate that the ringing causes falls by the factor e.
     pub ringing_frames: T,
-    /// A quiet rotor is at rest once its rate has stayed within this of zero, in rad/s, for [`Self::resting_frames`]:
-    /// twice the standard error of the rate.
+    /// Rate below which a quiet rotor may be at rest ([`crate::camera::rest_test`]), in rad/s: twice its standard error.
     pub resting_rate_rad_s: T,
-    /// Number of quiet and slow frames that conclude rest: 3.4 ms or more, see [`crate::camera::rest_test`]. With the
-    /// smallest friction of Table 1, 0.2, a rotor slows down by 600 rad/s^2, and so has stopped by then.
-    pub resting_frames: u16,
     /// A frame is refused when its innovation squared exceeds this many times its variance.
     pub gate: T,
     /// Variance of the kick that may explain frames in a row beyond the gate, in rad^2/s^2. Such a kick is as a rule
@@ -156,7 +152,6 @@ impl<T: Real> TrackTuning<T> {
             stopping_frames: T::from_f64(frames_in(STOPPING_S)),
             ringing_frames: T::from_f64(frames_in(RINGING_S).max(1.0)),
             resting_rate_rad_s: T::from_f64(resting_rate_rad_s(variance_rad2, period_s)),
-            resting_frames: resting_frames(variance_rad2, period_s),
             gate: T::from_f64(36.0),
             kick_rad2_s2: T::from_f64(30.0),
             refusals_max: refusals_max(frames_in(REFUSALS_S)),

@@ -85,14 +85,7 @@ impl<T: Real, B: TrackCovariance<T>> TrackedFrame<T, B> {
     /// update.
     #[inline]
     fn copied(&self) -> Self {
-        let Self { frame: CameraFrame { exposed_at, angle, marks_used, residual }, track } = self;
-        let frame = CameraFrame {
-            exposed_at: *exposed_at,
-            angle: *angle,
-            marks_used: *marks_used,
-            residual: *residual,
-        };
-        Self { frame, track: track.copied() }
+        Self { frame: CameraFrame { ..self.frame }, track: self.track.copied() }
     }
 }
 
@@ -100,8 +93,10 @@ impl<T: Real, B: TrackCovariance<T>> TrackedFrame<T, B> {
 #[derive(Clone, Debug)]
 pub(crate) struct Tracker<T, B = AngleRateCovariance<T>> {
     tuning: TrackTuning<T>,
-    /// The newest frame; `None` before the first one.
-    newest: Option<TrackedFrame<T, B>>,
+    /// Whether a frame has come.
+    begun: bool,
+    /// The newest frame.
+    newest: TrackedFrame<T, B>,
     /// Those before it, by exposure.
     older: Deque<TrackedFrame<T, B>, { FRAMES_KEPT - 1 }>,
     reference: Reference<T, B>,
@@ -130,14 +125,17 @@ impl<T: Real, B: TrackCovariance<T>> Tracker<T, B> {
 
     /// A tracker without frames.
     pub(crate) fn new(tuning: TrackTuning<T>) -> Self {
+        let tuning = tuning.validated();
+        let frame = CameraFrame::new(Time::ZERO, Angle::ZERO);
         Self {
-            tuning: tuning.validated(),
-            newest: None,
+            tuning,
+            begun: false,
+            newest: TrackedFrame { frame, track: Track::started(&frame, Angle::ZERO, None, &tuning) },
             older: Deque::new(),
             reference: Reference::of_the_first_frame(),
             stuck: None,
             driven: false,
-            rest_test: RestTest::new(),
+            rest_test: RestTest::default(),
             noise: CameraNoise::new(&tuning.camera),
             persistent_error: PersistentError::new(),
             correlation: InnovationCorrelation::white(),
@@ -148,26 +146,26 @@ impl<T: Real, B: TrackCovariance<T>> Tracker<T, B> {
     /// Whether the rotor lies still.
     #[inline]
     pub(crate) fn is_resting(&self) -> bool {
-        self.track().is_some_and(|track| track.resting)
+        self.newest.track.resting
     }
 
     /// Time of the last frame used; zero before the first.
     #[inline]
     pub(crate) fn newest_at(&self) -> Time {
-        self.track().map_or(Time::ZERO, |track| track.state.at)
+        self.newest.track.state.at
     }
 
     /// The rotor is driven: it may move, however short the drive and however long the time to the next frame.
     #[inline]
     pub(crate) fn end_rest(&mut self) {
         self.driven = true;
-        if let Some(TrackedFrame { track, .. }) = &mut self.newest
-            && track.may_rest()
-        {
-            track.end_rest();
+        if self.newest.track.may_rest() {
+            self.newest.track.end_rest();
             self.rest_test.forget();
         }
-        self.reference.end_rest();
+        if let Some(TrackedFrame { track, .. }) = &mut self.reference.trusted {
+            track.end_rest();
+        }
     }
 
     /// Whether the frames have contradicted the process since this was last asked.
@@ -187,32 +185,31 @@ impl<T: Real, B: TrackCovariance<T>> Tracker<T, B> {
         self.correlation.take_last_square().map(|square| (square, self.tuning.per_neighbours))
     }
 
-    /// The track at the last frame used.
+    /// The track at the last frame used; `None` before the first.
     #[inline]
     pub(crate) fn track(&self) -> Option<&Track<T, B>> {
-        self.newest.as_ref().map(|tracked| &tracked.track)
+        self.begun.then_some(&self.newest.track)
     }
 
     /// Time, angle, rate and rest of the track: a frame that leaves these leaves all of the track's state.
     #[inline]
-    pub(crate) fn place(&self) -> Option<(Time, Angle, T, bool)> {
-        let Track { state: State { at, angle, rate_rad_s, .. }, resting, .. } = self.track()?;
-        Some((*at, angle.angle(), *rate_rad_s, *resting))
+    pub(crate) fn place(&self) -> (Time, Angle, T, bool) {
+        let Track { state: State { at, angle, rate_rad_s, .. }, resting, .. } = &self.newest.track;
+        (*at, angle.angle(), *rate_rad_s, *resting)
     }
 
     /// The earliest time from which the track may have to be carried again, after a late frame.
     pub(crate) fn horizon(&self) -> Option<Time> {
-        let oldest = self.reference.trusted().or(self.older.front()).or(self.newest.as_ref());
-        oldest.map(|tracked| tracked.track.state.at)
+        let oldest = self.reference.trusted.as_ref().or(self.older.front()).unwrap_or(&self.newest);
+        self.begun.then_some(oldest.track.state.at)
     }
 
     /// Drops the frames from before `limit`, because the kicks until then are dropped. Tracks that are older are
     /// carried to `limit`.
     pub(crate) fn advance_to(&mut self, limit: Time, process: &impl Process<T, B>) {
         while self.older.pop_front_if(|tracked| tracked.track.state.at < limit).is_some() {}
-        if let Some(TrackedFrame { track, .. }) = &mut self.newest {
-            process.carry(&mut track.state, track.resting, limit);
-        }
+        let track = &mut self.newest.track;
+        process.carry(&mut track.state, track.resting, limit);
         self.reference.carry(limit, process);
     }
 
@@ -221,31 +218,31 @@ impl<T: Real, B: TrackCovariance<T>> Tracker<T, B> {
     pub(crate) fn update(
         &mut self,
         frame: &CameraFrame,
-        context: FrameContext,
+        FrameContext { clock, quiet, disputed }: FrameContext,
         process: &impl Process<T, B>,
     ) -> Innovation<T> {
-        let Some(TrackedFrame { frame: last, track: Track { state, .. } }) = &self.newest else {
+        if !self.begun {
             return self.begin(frame, Angle::ZERO);
-        };
-        let in_order = frame.exposed_at > last.exposed_at && frame.exposed_at > state.at;
-        if context.clock > state.at
-            && frame.exposed_at > context.clock
-            && !frame.exposed_at.is_within(CLOCK_TOLERANCE_NANOS.into(), context.clock)
-        {
+        }
+        let (last_at, track_at) = (self.newest.frame.exposed_at, self.newest_at());
+        let in_order = frame.exposed_at > last_at && frame.exposed_at > track_at;
+        let timely =
+            frame.exposed_at <= clock || frame.exposed_at.is_within(CLOCK_TOLERANCE_NANOS.into(), clock);
+        if clock > track_at && !timely {
             return self.refuse_for_time(frame, Rejection::Future);
         }
-        self.intervals.take(in_order.then_some(last.exposed_at), frame.exposed_at, context.clock);
-        if context.quiet && self.noise.take(frame, &mut self.tuning) {
+        self.intervals.take(in_order.then_some(last_at), frame.exposed_at, clock);
+        if quiet && self.noise.take(frame, &mut self.tuning) {
             self.rest_test.begin();
         }
-        self.rest_test.dispute(context.disputed);
-        if self.stuck.is_some() && self.still_stuck(frame, context.quiet) {
+        self.rest_test.dispute(disputed);
+        if self.stuck.is_some() && self.still_stuck(frame, quiet) {
             return refused(frame, (T::zero(), T::zero()), Rejection::Stuck);
         }
         if in_order {
-            self.process_newest(frame, context.quiet, process)
+            self.process_newest(frame, quiet, process)
         } else {
-            self.process_late(frame, context.quiet, process)
+            self.process_late(frame, quiet, process)
         }
     }
 
@@ -253,7 +250,7 @@ impl<T: Real, B: TrackCovariance<T>> Tracker<T, B> {
     #[inline(always)]
     #[expect(
         clippy::inline_always,
-        reason = "a call copies the record of the frame, which costs as much as an update"
+        reason = "a call copies the frame's record, which costs as much as an update"
     )]
     fn process_newest(
         &mut self,
@@ -261,18 +258,17 @@ impl<T: Real, B: TrackCovariance<T>> Tracker<T, B> {
         quiet: bool,
         process: &impl Process<T, B>,
     ) -> Innovation<T> {
-        let Some(newest) = &mut self.newest else { return self.begin(frame, Angle::ZERO) };
         if self.older.is_full() {
             self.older.pop_front();
         }
         // Not full: one was removed above.
-        let _ = self.older.push_back(newest.copied());
-        newest.frame = *frame;
-        let track = &mut newest.track;
+        let _ = self.older.push_back(self.newest.copied());
+        self.newest.frame = *frame;
+        let track = &mut self.newest.track;
         track.kicked = false;
         process.carry(&mut track.state, track.resting, frame.exposed_at);
-        let innovation_rad: T =
-            frame.angle.minus(track.state.angle.angle()).wrapped().radians_since(Angle::ZERO);
+        let predicted = track.state.angle.angle();
+        let innovation_rad: T = frame.angle.minus(predicted).wrapped().radians_since(Angle::ZERO);
         let variance_rad2 = track.state.covariance.innovation_rad2(self.tuning.frame_rad2(frame, quiet));
         let normalised = innovation_rad * innovation_rad * (T::one() / variance_rad2);
         // Written so that NaN and a variance that has overflowed fail both.
@@ -282,13 +278,13 @@ impl<T: Real, B: TrackCovariance<T>> Tracker<T, B> {
         let plausible = normalised <= self.tuning.gate && trusted;
         let innovation = (innovation_rad, variance_rad2);
         if !turn_known {
-            self.reference.lose_turn();
-            self.restart_here()
+            // The first frame's turn is zero by definition.
+            self.reference.turn_known &= !self.reference.begun;
+            self.begin(frame, predicted)
         } else if !plausible {
-            self.explain_or_refuse(innovation, quiet, process)
+            self.explain_or_refuse(innovation, predicted, quiet, process)
         } else if track.refusals >= Self::REFUSALS_SUSTAINED && self.has_jumped(Self::JUMP_FRAMES, process) {
-            let near = self.track().map_or(Angle::ZERO, |track| track.state.angle.angle());
-            self.restart_unexplained(near, process)
+            self.restart_unexplained(predicted, process)
         } else {
             self.accept(innovation, normalised, quiet)
         }
@@ -298,23 +294,19 @@ impl<T: Real, B: TrackCovariance<T>> Tracker<T, B> {
     #[inline(always)]
     #[expect(
         clippy::inline_always,
-        reason = "a call copies the record of the frame, which costs as much as an update"
+        reason = "a call copies the frame's record, which costs as much as an update"
     )]
-    fn accept(
-        &mut self,
-        (innovation_rad, variance_rad2): (T, T),
-        normalised: T,
-        quiet: bool,
-    ) -> Innovation<T> {
-        let Some(TrackedFrame { frame, track }) = &mut self.newest else { return self.restart_here() };
+    fn accept(&mut self, innovation: (T, T), normalised: T, quiet: bool) -> Innovation<T> {
+        let (innovation_rad, variance_rad2) = innovation;
+        let TrackedFrame { frame, track } = &mut self.newest;
         let same = track.same_code(frame);
         self.driven &= same;
         if track.same_codes >= self.tuning.stuck_frames && !quiet {
-            return self.declare_stuck((innovation_rad, variance_rad2));
+            return self.declare_stuck(innovation);
         }
         track.note_innovation(normalised, &self.tuning);
         track.refusals = 0;
-        self.reference.begin();
+        self.reference.begun = true;
         if !quiet {
             self.persistent_error.take(frame, &self.tuning);
             // Frames that are noisier than the camera says tell of the camera.
@@ -341,20 +333,15 @@ impl<T: Real, B: TrackCovariance<T>> Tracker<T, B> {
             }
             FrameAtRest::Repeated => Verdict::Rejected(Rejection::Repeated),
             FrameAtRest::Moved => {
+                let (frame, near) = (*frame, track.state.angle.angle());
                 self.rest_test.withdraw();
-                return self.restart_here();
+                return self.begin(&frame, near);
             }
         };
         if lying {
             track.update_rest(quiet, at_rest, &self.tuning, &mut self.rest_test);
         }
-        Innovation {
-            source: Source::Camera,
-            taken_at: frame.exposed_at,
-            innovation_rad,
-            variance_rad2,
-            verdict,
-        }
+        record(frame, innovation, verdict)
     }
 
     /// The newest frame is beyond the gate. Fuses it if an outlier before it or a kick explains it; otherwise refuses
@@ -363,25 +350,22 @@ impl<T: Real, B: TrackCovariance<T>> Tracker<T, B> {
     fn explain_or_refuse(
         &mut self,
         innovation: (T, T),
+        predicted: Angle,
         quiet: bool,
         process: &impl Process<T, B>,
     ) -> Innovation<T> {
-        let (Some(TrackedFrame { frame, track }), Some(before)) = (&mut self.newest, self.older.back())
-        else {
-            return self.restart_here();
-        };
-        let (frame, predicted) = (*frame, track.state.angle.angle());
-        *track = before.track;
+        if let Some(before) = self.older.back() {
+            self.newest.track = before.track;
+        }
         if !quiet
             && let Some(Fit { state, innovation, normalised, kicked, .. }) = self.explain_refusals(process)
         {
-            let Some(TrackedFrame { track, .. }) = &mut self.newest else { return self.restart_here() };
-            track.state = state;
-            track.kicked = kicked;
+            let track = &mut self.newest.track;
+            (track.state, track.kicked) = (state, kicked);
             return self.accept(innovation, normalised, quiet);
         }
-        let Some(TrackedFrame { track, .. }) = &mut self.newest else { return self.restart_here() };
-        track.same_code(&frame);
+        let TrackedFrame { frame, track } = &mut self.newest;
+        track.same_code(frame);
         if !quiet && track.same_codes >= self.tuning.stuck_frames {
             return self.declare_stuck(innovation);
         }
@@ -390,20 +374,18 @@ impl<T: Real, B: TrackCovariance<T>> Tracker<T, B> {
         if track.refusals >= self.tuning.refusals_max && self.newest_frames_agree(process) {
             return self.restart_unexplained(predicted, process);
         }
-        refused(&frame, innovation, Rejection::Gate)
+        refused(&self.newest.frame, innovation, Rejection::Gate)
     }
 }
 
-fn refused<T: Real>(
+fn record<T>(
     frame: &CameraFrame,
     (innovation_rad, variance_rad2): (T, T),
-    why: Rejection,
+    verdict: Verdict,
 ) -> Innovation<T> {
-    Innovation {
-        source: Source::Camera,
-        taken_at: frame.exposed_at,
-        innovation_rad,
-        variance_rad2,
-        verdict: Verdict::Rejected(why),
-    }
+    Innovation { source: Source::Camera, taken_at: frame.exposed_at, innovation_rad, variance_rad2, verdict }
+}
+
+fn refused<T>(frame: &CameraFrame, innovation: (T, T), why: Rejection) -> Innovation<T> {
+    record(frame, innovation, Verdict::Rejected(why))
 }

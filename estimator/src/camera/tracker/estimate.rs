@@ -38,8 +38,7 @@ impl<T: Real, B: TrackCovariance<T>> Tracker<T, B> {
     /// What no number of frames removes of the estimates that follow from `track`: [`crate::camera::persistent_error`].
     #[inline]
     fn persistent(&self, track: &Track<T, B>) -> Jitter<T> {
-        let described =
-            self.newest.as_ref().map_or(T::zero(), |newest| self.tuning.shared_rad2(&newest.frame));
+        let described = self.tuning.shared_rad2(&self.newest.frame);
         let shared_rad2 = described + self.persistent_error.rad2(track.resting);
         let mut rate_rad2_s2 = T::zero();
         if shared_rad2 > T::zero() {
@@ -98,7 +97,7 @@ impl<T: Real, B: TrackCovariance<T>> Tracker<T, B> {
             Health::Unusable(Reason::CameraStuck)
         } else if track.refusals >= Self::REFUSALS_SUSTAINED {
             Health::Unusable(Reason::FramesRefused)
-        } else if self.reference.is_lost() {
+        } else if self.reference.lost {
             Health::Unusable(Reason::ReferenceLost)
         } else if !certain {
             // Between the frames of a slow camera the estimate is wide, but right.
@@ -113,7 +112,7 @@ impl<T: Real, B: TrackCovariance<T>> Tracker<T, B> {
             Health::Degraded(Reason::CameraSilent)
         } else if track.nis > T::from_f64(Self::NIS_MAX) || track.far_frames() >= Self::FAR_FRAMES {
             Health::Degraded(Reason::NoiseMismatch)
-        } else if !self.reference.turn_is_known() {
+        } else if !self.reference.turn_known {
             Health::Degraded(Reason::TurnUnknown)
         } else {
             let wide = variance_rad2 > T::from_f64(Self::WIDE_RAD2);
@@ -124,16 +123,14 @@ impl<T: Real, B: TrackCovariance<T>> Tracker<T, B> {
     /// Whether frames come as they should, and the rate has been measured since the start.
     #[cold]
     fn on_time(&self, now: Time) -> bool {
-        let rate_known = self.track().is_some_and(|track| {
-            track.state.covariance.rate_rad2_s2() < T::from_f64(Self::RATE_UNKNOWN_RAD2_S2)
-        });
-        rate_known && !self.older.is_empty() && !self.silent(now)
+        let rate_rad2_s2 = self.newest.track.state.covariance.rate_rad2_s2();
+        rate_rad2_s2 < T::from_f64(Self::RATE_UNKNOWN_RAD2_S2) && !self.older.is_empty() && !self.silent(now)
     }
 
     /// Whether no frame has come for too long.
     #[inline]
     fn silent(&self, now: Time) -> bool {
-        self.newest.is_some_and(|newest| self.intervals.silent(newest.frame.exposed_at, now))
+        self.intervals.silent(self.newest.frame.exposed_at, now)
     }
 }
 

@@ -59,8 +59,7 @@ impl<T: Real, B: TrackCovariance<T>> Tracker<T, B> {
     /// or the rotor was kicked right after it.
     #[cold]
     pub(super) fn explain_refusals(&mut self, process: &impl Process<T, B>) -> Option<Fit<T, B>> {
-        let track = self.track()?;
-        let state = track.state;
+        let state = self.newest.track.state;
         let used = self.older.iter().rposition(|tracked| tracked.frame.exposed_at == state.at);
         if let Some(before) = used.and_then(|used| self.older.get(used.checked_sub(1)?))
             && let Some(fit) =
@@ -88,7 +87,7 @@ impl<T: Real, B: TrackCovariance<T>> Tracker<T, B> {
     #[inline(never)]
     pub(super) fn frames_agree(&self, count: usize, process: &impl Process<T, B>) -> bool {
         let first = (self.older.len() + 1).checked_sub(count).and_then(|index| self.older.get(index));
-        let Some((first, track)) = first.zip(self.track()) else { return true };
+        let (Some(first), track) = (first, &self.newest.track) else { return true };
         let started = Track::started(&first.frame, track.state.angle.angle(), Some(track), &self.tuning);
         self.fit(started.state, T::zero(), count - 1, process).is_some()
     }
@@ -109,7 +108,7 @@ impl<T: Real, B: TrackCovariance<T>> Tracker<T, B> {
         count: usize,
         process: &impl Process<T, B>,
     ) -> Option<Fit<T, B>> {
-        let newest = self.newest.as_ref()?;
+        let newest = &self.newest;
         let (mut misfit, mut fitted, mut outliers) = (T::zero(), T::zero(), 0);
         let first = (self.older.len() + 1).checked_sub(count)?;
         for tracked in self.older.iter().skip(first).chain(core::iter::once(newest)) {

@@ -35,20 +35,20 @@ impl<T: Real, B: TrackCovariance<T>> Tracker<T, B> {
         quiet: bool,
         process: &impl Process<T, B>,
     ) -> Innovation<T> {
-        let mut kept = self.older.iter().chain(&self.newest);
-        if kept.any(|tracked| tracked.frame.exposed_at == frame.exposed_at) {
+        let is_same = |tracked: &TrackedFrame<T, B>| tracked.frame.exposed_at == frame.exposed_at;
+        if is_same(&self.newest) || self.older.iter().any(is_same) {
             return refused(frame, (T::zero(), T::zero()), Rejection::Duplicate);
         }
-        let oldest = self.older.front().or(self.newest.as_ref());
-        if oldest.is_some_and(|oldest| frame.exposed_at < oldest.frame.exposed_at.max(oldest.track.state.at))
-        {
+        let oldest = self.older.front().unwrap_or(&self.newest);
+        if frame.exposed_at < oldest.frame.exposed_at.max(oldest.track.state.at) {
             return self.refuse_for_time(frame, Rejection::OutOfHorizon);
         }
         let mut newer = Deque::<CameraFrame, FRAMES_KEPT>::new();
-        while let Some(tracked) = self.newest.take_if(|tracked| tracked.frame.exposed_at > frame.exposed_at) {
+        while self.newest.frame.exposed_at > frame.exposed_at {
+            let Some(before) = self.older.pop_back() else { break };
             // Cannot overflow: it has the capacity of the lag.
-            let _ = newer.push_front(tracked.frame);
-            self.newest = self.older.pop_back();
+            let _ = newer.push_front(self.newest.frame);
+            self.newest = before;
         }
         let mut innovation = None;
         for frame in core::iter::once(frame).chain(&newer) {
@@ -61,12 +61,11 @@ impl<T: Real, B: TrackCovariance<T>> Tracker<T, B> {
     /// Refuses a frame for its time. After too many refusals restarts at it.
     #[cold]
     pub(super) fn refuse_for_time(&mut self, frame: &CameraFrame, why: Rejection) -> Innovation<T> {
-        if let Some(TrackedFrame { track, .. }) = &mut self.newest {
-            track.refusals = track.refusals.saturating_add(1);
-            if track.refusals >= self.tuning.refusals_max {
-                let near = track.state.angle.angle();
-                return self.begin(frame, near);
-            }
+        let track = &mut self.newest.track;
+        track.refusals = track.refusals.saturating_add(1);
+        if track.refusals >= self.tuning.refusals_max {
+            let near = track.state.angle.angle();
+            return self.begin(frame, near);
         }
         refused(frame, (T::zero(), T::zero()), why)
     }
