@@ -11,6 +11,9 @@ use crate::filters::kick::KickMoments;
 use crate::vibrometer::motion::Motion;
 use crate::vibrometer::motion_history::{MotionPiece, Motions};
 
+/// Variance of the friction, per its nominal value squared.
+const FRICTION_PART2: f64 = 0.045;
+
 /// What an impact does to the rate.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct ImpactKick<T> {
@@ -37,11 +40,7 @@ impl<T: Real> ImpactKick<T> {
         }
     }
 
-    pub(super) fn apply<B: TrackCovariance<T>>(
-        &self,
-        state: &mut State<T, B>,
-        tuning: &ImpactAidedTuning<T>,
-    ) {
+    pub(super) fn apply<B: TrackCovariance<T>>(&self, state: &mut State<T, B>) {
         if self.kick_max_rad_s > T::zero() {
             let kick = KickMoments::new(
                 self.tooth_rate_rad_s - state.rate_rad_s,
@@ -51,7 +50,7 @@ impl<T: Real> ImpactKick<T> {
             let square = |x: T| x * x;
             let variance = kick.scatter
                 + square(kick.per_slip * self.half_width_rad_s) * T::from_f64(1.0 / 3.0)
-                + square(kick.per_limit * self.kick_max_rad_s) * tuning.friction_part2
+                + square(kick.per_limit * self.kick_max_rad_s) * T::from_f64(FRICTION_PART2)
                 + self.variance_rad2_s2;
             state.rate_rad_s += kick.mean;
             state.covariance.kick_rate(T::one() - kick.per_slip, variance);
@@ -78,9 +77,10 @@ impl<T: Real> Wander<T> for KickedRate<'_, T> {
     #[inline]
     fn wandering(&self, at: Time, resting: bool) -> Wandering<T> {
         let MotionPiece { motion, until, .. } = self.motions.piece(at);
+        let [missed_b, missed_c] = self.tuning.missed_rad2_s3;
         let missed_rad2_s3 = match motion {
-            Motion::Impacted(DriveMode::B) => self.tuning.missed_b_rad2_s3,
-            Motion::Impacted(DriveMode::C) => self.tuning.missed_rad2_s3,
+            Motion::Impacted(DriveMode::B) => missed_b,
+            Motion::Impacted(DriveMode::C) => missed_c,
             Motion::Quiet => T::zero(),
         };
         if motion != Motion::Quiet && at < self.detecting_until {
@@ -108,7 +108,7 @@ impl<T: Real> KickedRate<'_, T> {
         for index in self.kicks.len() - newer..self.kicks.len() {
             let Some(kick) = self.kicks.get(index).filter(|kick| kick.at <= until) else { break };
             self.wander(state, resting, kick.at);
-            kick.apply(state, self.tuning);
+            kick.apply(state);
         }
     }
 }
@@ -127,9 +127,11 @@ impl<T: Real, B: TrackCovariance<T>> Process<T, B> for KickedRate<'_, T> {
         if at > self.detecting_until {
             return self.tuning.constant_rate.random_walk.jitter(motion);
         }
+        let ([unseen_b, unseen_c], Jitter { angle_rad2, rate_rad2_s2 }) =
+            (self.tuning.unseen_rad2_s2, self.tuning.jitter_c);
         match motion {
-            Motion::Impacted(DriveMode::C) => self.tuning.jitter_c,
-            Motion::Impacted(DriveMode::B) => self.tuning.jitter_b,
+            Motion::Impacted(DriveMode::B) => Jitter { angle_rad2: T::zero(), rate_rad2_s2: unseen_b },
+            Motion::Impacted(DriveMode::C) => Jitter { angle_rad2, rate_rad2_s2: rate_rad2_s2 + unseen_c },
             Motion::Quiet => Jitter::none(),
         }
     }

@@ -1,12 +1,10 @@
 //! What earlier impacts left in modes A and C of the stator, and the rate of the tooth at the next impact that follows.
 //!
 //! The vibrometer gives a tooth's vertical velocity `u'` at an impact, not its parts in each mode, whose tangential
-//! velocities differ. With the shapes of a pair (phi, psi: see [`motor_model::ToothPair`]) and primes for the tooth's
-//! vertical velocity in each mode,
+//! velocities differ (F9). With the shapes of a pair (phi, psi: see [`motor_model::ToothPair`]),
 //!
 //! ```text
-//! u' = A' + B' + C'      S = s' / R_t = b B' + c C' = b (u' - A' - C') + c C'
-//!                        b = psi_B / (phi_B R_t),   c = psi_C / (phi_C R_t),   b / c = -cot^2 2 th
+//! S = b (u' - A' - C') + c C',      b = psi_B / (phi_B R_t),   c = psi_C / (phi_C R_t),   b / c = -cot^2 2 th
 //! ```
 //!
 //! Under mode B almost nothing but the impacts themselves moves A and C. An impact of jump `dv` takes `q dv` from the
