@@ -10,28 +10,18 @@
 //! ```
 //!
 //! A filter brings its own [`Process`](crate::camera::process::Process): how angle, rate and covariance change between
-//! frames. What a frame does to them is here. Which frames are used, and in which order, is decided in
-//! [`crate::camera::tracker`].
+//! frames. Which frames are used, and in which order, is decided in [`crate::camera::tracker`].
 //!
-//! # Exposure
-//!
-//! A frame shows the mean angle over its exposure T. At a steady rate this is the angle at the middle, which is the
-//! time of the frame, and at which it is fused. A rate that is a random walk of intensity q makes the mean differ from
-//! the middle by the variance `q T^3 / 320`: 1e-11 rad^2 at most (q = 3000, T = 100 us), a ten-thousandth of R. Nothing
-//! is added for it.
+//! A frame shows the mean angle over its exposure T, and is fused at the middle. A rate that is a random walk of
+//! intensity q makes both differ by the variance `q T^3 / 320`, a ten-thousandth of R at most. Nothing is added for it.
 //!
 //! # Rest and quantisation
 //!
 //! A rotor at rest shows the camera one point of one cell. An average of frames is right only as far as the tracking
-//! noise dithers the quantisation. With noise sigma the mean code is off by up to `(Delta / pi) exp(-2 pi^2 sigma^2 /
-//! Delta^2)`: 0.07 milli-degrees at a mark of the default camera, `sigma = Delta / 2`. Without noise it is off by up to
-//! `Delta / 2`, 15 milli-degrees. The codes show whether there is dither: with `sigma = Delta / 2` the code changes
-//! from frame to frame with probability 0.46 to 0.53, wherever in its cell the rotor lies. So at rest the share of
-//! changes is averaged (over 64 frames, from 0). While it is below 0.2, a code that only repeats itself is refused
-//! ([`crate::Rejection::Repeated`]) as soon as the angle is known to `Delta^2 / 12`, the variance of a uniform error
-//! within the cell. With the default camera the share passes 0.2 within some 35 frames, and then stays six standard
-//! deviations above. The angle of several marks changes more often. Limit: noise of `Delta / 5` passes for dither in
-//! some places of a cell, where it biases by a tenth of Delta.
+//! noise dithers the quantisation. Equal codes in a row of which the chance is 1e-5 where there is dither
+//! ([`TrackTuning::stuck_frames`]) show that there is none. At rest such a code is refused
+//! ([`crate::Rejection::Repeated`]), and the variance of every estimate holds that of the quantisation. A coarse
+//! camera shows a rotor at rest one code or two, whatever its noise.
 //!
 //! # Ringing at rest
 //!
@@ -46,14 +36,9 @@
 //! ```
 //!
 //! With it P22 falls below `u^2` at once and by the factor e every m frames to `v_1`, becomes `v_1 / k` after k frames
-//! more, then falls by the factor e every n frames, to what the process noise of rest leaves. (With `v_0` from the
-//! first frame on, P22 would be a hundredth of the squared error in the first milliseconds.) Long after the ringing the
-//! rate is exactly zero, and any variance of it is too large.
-//!
-//! `v_0` and `v_1` are those of the default camera. Another one's are as many times larger as its frames are more, so
-//! that the angle's variance grows by `v_0 dt = 1e-12 rad^2` in a second at rest, whatever the rate of the frames. The
-//! average of n frames is then worse than `R / n` by a third of `1e-12 n^2 dt / R`: 8 % after a second of the default
-//! camera's frames, and after ten seconds of 200 a second.
+//! more, then falls by the factor e every n frames, to what the process noise of rest leaves. `v_0` and `v_1` are those
+//! of the default camera. Another one's are as many times larger as its frames are more, so that the angle's variance
+//! grows by `v_0 dt = 1e-12 rad^2` in a second at rest, whatever the rate of the frames.
 //!
 //! # Moved at rest
 //!
@@ -137,8 +122,6 @@ pub(crate) struct Track<T, B = AngleRateCovariance<T>> {
     pub(crate) state: State<T, B>,
     /// The last frame's angle.
     code: Angle,
-    /// Share of frames at rest whose code differs from the code before.
-    change_share: T,
     /// Mean innovation at rest, in rad: of the last [`TrackTuning::mean_frames`], the latest weighing most.
     mean_innovation_rad: T,
     /// Running mean of the normalised innovations squared, each at most the gate: 1 if the camera is as good as its
@@ -190,7 +173,6 @@ impl<T: Real, B: TrackCovariance<T>> Track<T, B> {
                 ),
             },
             code: frame.angle,
-            change_share: T::zero(),
             mean_innovation_rad: T::zero(),
             nis: before.map_or(T::one(), |track| track.nis),
             far: before.map_or(0, |track| track.far),
@@ -235,27 +217,18 @@ impl<T: Real, B: TrackCovariance<T>> Track<T, B> {
         self.still
     }
 
-    /// What a frame shows of a rotor that may be at rest. Averages the share of new codes and the innovations. `same`
-    /// is whether a quiet rotor shows the code of the last frame used.
+    /// What a frame shows of a rotor that may be at rest. Averages the innovations.
     #[inline(never)]
     pub(crate) fn judge_frame_at_rest(
         &mut self,
         frame: &CameraFrame,
         innovation_rad: T,
-        same: bool,
         tuning: &TrackTuning<T>,
     ) -> FrameAtRest {
         if !self.resting {
             return FrameAtRest::Informative;
         }
-        // The angle is known as well as quantisation allows, and the code repeats without dither. The codes of a coarse
-        // camera are averaged: the floor of the variance holds what that leaves.
-        let undithered = self.change_share < T::from_f64(0.2)
-            && self.state.covariance.angle_rad2() <= tuning.quantisation_rad2;
-        let repeats = undithered && same && !tuning.coarse;
-        let changed = if frame.angle == self.code { T::zero() } else { T::one() };
-        self.change_share += (changed - self.change_share) * T::from_f64(1.0 / 64.0);
-        if repeats {
+        if self.undithered(tuning) {
             return FrameAtRest::Repeated;
         }
         self.mean_innovation_rad += (innovation_rad - self.mean_innovation_rad) / tuning.mean_frames;
@@ -266,6 +239,18 @@ impl<T: Real, B: TrackCovariance<T>> Track<T, B> {
         } else {
             FrameAtRest::Informative
         }
+    }
+
+    /// Whether equal codes have come so often in a row that the camera is stuck, or has no dither.
+    #[inline]
+    pub(crate) fn repeats(&self, tuning: &TrackTuning<T>) -> bool {
+        self.same_codes >= tuning.stuck_frames
+    }
+
+    /// Whether a rotor at rest shows the camera one code. A coarse camera may do so with dither.
+    #[inline]
+    pub(crate) fn undithered(&self, tuning: &TrackTuning<T>) -> bool {
+        self.resting && !tuning.coarse && self.repeats(tuning)
     }
 
     /// Keeps the code of a frame used.
@@ -319,7 +304,7 @@ impl<T: Real, B: TrackCovariance<T>> Track<T, B> {
             angle.turn_by_radians(turn_rad);
             *rate_rad_s += faster_rad_s;
         } else {
-            (self.change_share, self.mean_innovation_rad) = (T::zero(), T::zero());
+            self.mean_innovation_rad = T::zero();
         }
     }
 }
@@ -342,7 +327,7 @@ fn zero_rate_rad2_s2<T: Real>(rate_rad2_s2: T, tuning: &TrackTuning<T>) -> T {
 pub(crate) enum FrameAtRest {
     /// Its angle.
     Informative,
-    /// Nothing new: the code repeats without dither, and the angle is known as well as quantisation allows.
+    /// Nothing new: the code repeats without dither.
     Repeated,
     /// It has been moved.
     Moved,

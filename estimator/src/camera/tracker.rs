@@ -299,9 +299,8 @@ impl<T: Real, B: TrackCovariance<T>> Tracker<T, B> {
     fn accept(&mut self, innovation: (T, T), normalised: T, quiet: bool) -> Innovation<T> {
         let (innovation_rad, variance_rad2) = innovation;
         let TrackedFrame { frame, track } = &mut self.newest;
-        let same = track.same_code(frame);
-        self.driven &= same;
-        if track.same_codes >= self.tuning.stuck_frames && !quiet {
+        self.driven &= track.same_code(frame);
+        if !quiet && track.repeats(&self.tuning) {
             return self.declare_stuck(innovation);
         }
         track.note_innovation(normalised, &self.tuning);
@@ -321,7 +320,7 @@ impl<T: Real, B: TrackCovariance<T>> Tracker<T, B> {
         // A rotor that moves skips what concerns rest.
         let lying = quiet || track.may_rest();
         let at_rest = if lying {
-            track.judge_frame_at_rest(frame, innovation_rad, same && quiet, &self.tuning)
+            track.judge_frame_at_rest(frame, innovation_rad, &self.tuning)
         } else {
             FrameAtRest::Informative
         };
@@ -366,7 +365,7 @@ impl<T: Real, B: TrackCovariance<T>> Tracker<T, B> {
         }
         let TrackedFrame { frame, track } = &mut self.newest;
         track.same_code(frame);
-        if !quiet && track.same_codes >= self.tuning.stuck_frames {
+        if !quiet && track.repeats(&self.tuning) {
             return self.declare_stuck(innovation);
         }
         track.note_innovation(self.tuning.gate, &self.tuning);

@@ -46,7 +46,12 @@ impl<T: Real, B: TrackCovariance<T>> Tracker<T, B> {
             rate_rad2_s2 =
                 T::from_f64(0.5) * shared_rad2 * (covariance.rate_rad2_s2() / covariance.angle_rad2());
         }
-        Jitter { angle_rad2: self.tuning.floor_rad2 + shared_rad2, rate_rad2_s2 }
+        let floor_rad2 = if track.undithered(&self.tuning) {
+            self.tuning.quantisation_rad2
+        } else {
+            self.tuning.floor_rad2
+        };
+        Jitter { angle_rad2: floor_rad2 + shared_rad2, rate_rad2_s2 }
     }
 
     /// Angle and rate carried forward to `now`; `None` before the first frame.
