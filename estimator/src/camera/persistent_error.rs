@@ -1,12 +1,9 @@
-//! The part of a frame's error that the frames after it share: as described, and as the marks show it.
+//! The part of a frame's error that the frames after it share, as the marks show it (F17).
 //!
-//! Averaging over frames removes tracking noise. It does not remove what all frames of some milliseconds have in
-//! common. Described are the errors of single marks and the shift of all of them
-//! ([`crate::CameraDescription::mark_bias_m`]).
-//!
-//! Others are not: a tilt of the rotor, which shortens the picture of the pattern, or marks that are worse than
-//! described. Both move the marks against each other, so the residuals of a rigid motion show them. Their mean square
-//! above that of the noise and of the described errors, `sigma^2`, is
+//! Averaging over frames does not remove what all frames of some milliseconds have in common. Described are the errors
+//! of single marks and the shift of all of them ([`crate::CameraDescription::mark_bias_m`]). A tilt of the rotor, which
+//! shortens the picture of the pattern, or marks that are worse than described move the marks against each other, so
+//! the residuals of a rigid motion show them. Their mean square above that of the noise and of the described errors is
 //!
 //! ```text
 //! v = mean (sum |residual|^2) / (2 n - 3) - sigma^2         per coordinate; n marks at the radius rho
@@ -20,27 +17,16 @@
 //! mean of `e^2` is a third of that of `s^2`, and `v = 2 rho^2 s^2`. More marks turn by nothing under a tilt, but
 //! single marks may be wrong.
 //!
-//! # At rest
-//!
 //! A rotor at rest lies level, and each of its marks at one place of a pixel. So residuals at rest have a mean of their
 //! own, and tell of single marks only. There the noise of the frames is known too, by their differences
 //! ([`crate::camera::noise`]): what exceeds it is the same from frame to frame. Of a coarse camera it is the
-//! quantisation, which the floor holds already.
+//! quantisation, which the floor holds already. Two marks have one residual, their distance, which may be right by
+//! chance while the angle is off: then nothing tells. So it is with one mark, always.
 //!
-//! Two marks have one residual, their distance. It may be right by chance while the angle is off: then nothing tells.
-//! So it is with one mark, always.
-//!
-//! # Variances
-//!
-//! These errors are not among the filter's states: a variance p is added to that of the angle ("considered"). A filter
-//! whose memory is longer than the error's averages some of it, so p is an upper bound. What the filter takes for a
-//! motion it also takes for a rate. A steady filter of angle and rate of the bandwidth w has the response
-//!
-//! ```text
-//! rate / error = w^2 s / (s^2 + sqrt 2 w s + w^2),      its largest square  w^2 / 2 at s = i w,     w^2 = P22 / P11
-//! ```
-//!
-//! so `p P22 / (2 P11)` is added to the variance of the rate: it is next to nothing at rest.
+//! These errors are not among the filter's states: their variance p is added to that of the angle ("considered"). A
+//! filter whose memory is longer than the error's averages some of it, so p is an upper bound. A steady filter of the
+//! bandwidth w takes the error for a rate with the response `w^2 s / (s^2 + sqrt 2 w s + w^2)`, whose largest square is
+//! `w^2 / 2`, `w^2 = P22 / P11`. So `p P22 / (2 P11)` is added to the variance of the rate.
 
 use motor_model::Real;
 

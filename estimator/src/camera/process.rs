@@ -14,10 +14,8 @@ use crate::camera::track::State;
 use crate::camera::track_covariance::{Moments, TrackCovariance};
 
 /// Variances of the part of angle and rate that changes faster than frames can show. They are added to the variances of
-/// every estimate, of the present and of the past.
-///
-/// A filter with white process noise takes every innovation as evidence of a rate that persists. Kicks that soon undo
-/// each other do not persist: a part of the rate comes and goes between two frames, and turns the angle meanwhile.
+/// every estimate, of the present and of the past: a filter with white process noise takes every innovation as evidence
+/// of a rate that persists, and kicks that soon undo each other do not.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Jitter<T> {
     /// Variance of the angle's part, in rad^2.

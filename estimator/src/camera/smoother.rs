@@ -8,13 +8,9 @@
 //! ```
 //!
 //! Here x, P are the filter's at the earlier instant, x-, P- the same carried to the later instant, and + marks the
-//! smoothed values there. F is the Jacobian of what happens on the way, and Q the noise that is added: both are found
-//! by carrying [`Carried`] in place of the covariance. Through a kick F is not one: where teeth stick, less than 1 of
-//! the rate's error remains, and in [`crate::TwinFilter`] the rate takes up errors of friction and tooth factor. So all
-//! states of a filter's track are smoothed together.
-//!
-//! For a linear process the result is the least-squares fit to all frames kept, weighted by their variances. The
-//! largest lag is that of [`crate::FRAMES_KEPT`].
+//! smoothed values there. The Jacobian F of what happens on the way and the noise Q are found by carrying [`Carried`] in
+//! place of the covariance. All states of a filter's track are smoothed together, since a kick mixes them. For a linear
+//! process the result is the least-squares fit to all frames kept.
 
 use motor_model::{Angle, AngleAccumulator, Real, Time};
 use nalgebra::SVector;

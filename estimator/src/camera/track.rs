@@ -120,8 +120,8 @@ impl<T: Real, B: TrackCovariance<T>> State<T, B> {
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Track<T, B = AngleRateCovariance<T>> {
     pub(crate) state: State<T, B>,
-    /// The last frame's angle.
-    code: Angle,
+    /// The angle of the last frame used.
+    pub(crate) code: Angle,
     /// Mean innovation at rest, in rad: of the last [`TrackTuning::mean_frames`], the latest weighing most.
     mean_innovation_rad: T,
     /// Running mean of the normalised innovations squared, each at most the gate: 1 if the camera is as good as its
@@ -133,8 +133,8 @@ pub(crate) struct Track<T, B = AngleRateCovariance<T>> {
     pub(crate) refusals: u8,
     /// Frames in a row that brought the code of the last frame used.
     pub(crate) same_codes: u16,
-    /// Whether the rotor is quiet and slow.
-    still: bool,
+    /// Whether the rotor is at rest, or quiet and slow.
+    pub(crate) still: bool,
     pub(crate) resting: bool,
     /// Whether a kick was assumed right before the last frame.
     pub(crate) kicked: bool,
@@ -211,34 +211,12 @@ impl<T: Real, B: TrackCovariance<T>> Track<T, B> {
         self.far.count_ones()
     }
 
-    /// Whether the rotor is at rest, or quiet and slow.
-    #[inline]
-    pub(crate) fn may_rest(&self) -> bool {
-        self.still
-    }
-
-    /// What a frame shows of a rotor that may be at rest. Averages the innovations.
-    #[inline(never)]
-    pub(crate) fn judge_frame_at_rest(
-        &mut self,
-        frame: &CameraFrame,
-        innovation_rad: T,
-        tuning: &TrackTuning<T>,
-    ) -> FrameAtRest {
-        if !self.resting {
-            return FrameAtRest::Informative;
-        }
-        if self.undithered(tuning) {
-            return FrameAtRest::Repeated;
-        }
+    /// Averages the innovations of a rotor at rest; whether they show that it has been moved.
+    pub(crate) fn has_moved(&mut self, innovation_rad: T, frame_rad2: T, tuning: &TrackTuning<T>) -> bool {
         self.mean_innovation_rad += (innovation_rad - self.mean_innovation_rad) / tuning.mean_frames;
         let twice_frames = tuning.mean_frames + tuning.mean_frames - T::one();
         let mean_rad2 = self.mean_innovation_rad * self.mean_innovation_rad;
-        if mean_rad2 * twice_frames > T::from_f64(Self::MOVED_MAX) * tuning.frame_rad2(frame, true) {
-            FrameAtRest::Moved
-        } else {
-            FrameAtRest::Informative
-        }
+        mean_rad2 * twice_frames > T::from_f64(Self::MOVED_MAX) * frame_rad2
     }
 
     /// Whether equal codes have come so often in a row that the camera is stuck, or has no dither.
@@ -253,59 +231,31 @@ impl<T: Real, B: TrackCovariance<T>> Track<T, B> {
         self.resting && !tuning.coarse && self.repeats(tuning)
     }
 
-    /// Keeps the code of a frame used.
-    #[inline]
-    pub(crate) fn note_code(&mut self, frame: &CameraFrame) {
-        self.code = frame.angle;
-    }
-
-    /// Fuses `frame`, which has this innovation.
-    #[inline(always)]
-    #[expect(clippy::inline_always, reason = "a call costs a quarter of it")]
-    pub(crate) fn correct(
-        &mut self,
-        frame: &CameraFrame,
-        innovation_rad: T,
-        quiet: bool,
-        tuning: &TrackTuning<T>,
-    ) {
-        self.state.correct(innovation_rad, tuning.frame_rad2(frame, quiet));
-    }
-
     /// The rotor may move again: the next frames have to show rest anew.
     #[inline]
     pub(crate) fn end_rest(&mut self) {
         (self.resting, self.still) = (false, false);
     }
 
-    /// Lets `test` judge the frames of a quiet and slow rotor, and fuses a rate of zero at rest, with the variance that
-    /// the ringing stator causes.
-    #[inline(never)]
-    pub(crate) fn update_rest(
-        &mut self,
-        quiet: bool,
-        frame: FrameAtRest,
-        tuning: &TrackTuning<T>,
-        test: &mut RestTest<T>,
-    ) {
-        if frame == FrameAtRest::Informative {
-            self.still = quiet && self.state.rate_rad_s.abs() < tuning.resting_rate_rad_s;
-            if !self.still {
-                self.resting = false;
-                test.restart();
-            } else if !self.resting {
-                self.resting = test.confirms(self.state.at, self.code, tuning.camera_rad2);
-            }
-        }
-        if self.resting {
-            let State { angle, rate_rad_s, covariance, .. } = &mut self.state;
-            let variance = zero_rate_rad2_s2(covariance.rate_rad2_s2(), tuning);
-            let [turn_rad, faster_rad_s] = covariance.correct_by_rate(-*rate_rad_s, variance);
-            angle.turn_by_radians(turn_rad);
-            *rate_rad_s += faster_rad_s;
-        } else {
+    /// Lets `test` judge the frames of a quiet and slow rotor.
+    pub(crate) fn look_for_rest(&mut self, quiet: bool, tuning: &TrackTuning<T>, test: &mut RestTest<T>) {
+        self.still = quiet && self.state.rate_rad_s.abs() < tuning.resting_rate_rad_s;
+        if !self.still {
+            self.resting = false;
+            test.restart();
+        } else if !self.resting {
             self.mean_innovation_rad = T::zero();
+            self.resting = test.confirms(self.state.at, self.code, tuning.camera_rad2);
         }
+    }
+
+    /// Fuses a rate of zero, with the variance that the ringing stator causes.
+    pub(crate) fn fuse_rest(&mut self, tuning: &TrackTuning<T>) {
+        let State { angle, rate_rad_s, covariance, .. } = &mut self.state;
+        let variance = zero_rate_rad2_s2(covariance.rate_rad2_s2(), tuning);
+        let [turn_rad, faster_rad_s] = covariance.correct_by_rate(-*rate_rad_s, variance);
+        angle.turn_by_radians(turn_rad);
+        *rate_rad_s += faster_rad_s;
     }
 }
 
@@ -320,15 +270,4 @@ fn zero_rate_rad2_s2<T: Real>(rate_rad2_s2: T, tuning: &TrackTuning<T>) -> T {
     let falling = frames * rate_rad2_s2;
     let falling = if falling < most { falling } else { most };
     if falling > least { falling } else { least }
-}
-
-/// What a frame shows of a rotor that may be at rest.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum FrameAtRest {
-    /// Its angle.
-    Informative,
-    /// Nothing new: the code repeats without dither.
-    Repeated,
-    /// It has been moved.
-    Moved,
 }

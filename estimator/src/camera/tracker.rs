@@ -49,7 +49,7 @@ use crate::camera::noise::CameraNoise;
 use crate::camera::persistent_error::PersistentError;
 use crate::camera::process::Process;
 use crate::camera::rest_test::RestTest;
-use crate::camera::track::{FrameAtRest, State, Track};
+use crate::camera::track::{State, Track};
 use crate::camera::track_covariance::TrackCovariance;
 use crate::camera::track_tuning::TrackTuning;
 use crate::innovation::{Innovation, Rejection, Source, Verdict};
@@ -159,7 +159,7 @@ impl<T: Real, B: TrackCovariance<T>> Tracker<T, B> {
     #[inline]
     pub(crate) fn end_rest(&mut self) {
         self.driven = true;
-        if self.newest.track.may_rest() {
+        if self.newest.track.still {
             self.newest.track.end_rest();
             self.rest_test.forget();
         }
@@ -317,29 +317,25 @@ impl<T: Real, B: TrackCovariance<T>> Tracker<T, B> {
         } else if track.resting {
             self.persistent_error.take_at_rest(frame, self.noise.white_rad2(&self.tuning), &self.tuning);
         }
-        // A rotor that moves skips what concerns rest.
-        let lying = quiet || track.may_rest();
-        let at_rest = if lying {
-            track.judge_frame_at_rest(frame, innovation_rad, &self.tuning)
-        } else {
-            FrameAtRest::Informative
-        };
-        track.note_code(frame);
-        let verdict = match at_rest {
-            FrameAtRest::Informative => {
-                track.correct(frame, innovation_rad, quiet, &self.tuning);
-                Verdict::Used
-            }
-            FrameAtRest::Repeated => Verdict::Rejected(Rejection::Repeated),
-            FrameAtRest::Moved => {
-                let (frame, near) = (*frame, track.state.angle.angle());
-                self.rest_test.withdraw();
-                return self.begin(&frame, near);
-            }
-        };
-        if lying {
-            track.update_rest(quiet, at_rest, &self.tuning, &mut self.rest_test);
+        let frame_rad2 = self.tuning.frame_rad2(frame, quiet);
+        let repeated = track.undithered(&self.tuning);
+        if track.resting && !repeated && track.has_moved(innovation_rad, frame_rad2, &self.tuning) {
+            let (frame, near) = (*frame, track.state.angle.angle());
+            self.rest_test.withdraw();
+            return self.begin(&frame, near);
         }
+        track.code = frame.angle;
+        if !repeated {
+            track.state.correct(innovation_rad, frame_rad2);
+            // A rotor that moves skips what concerns rest.
+            if quiet || track.still {
+                track.look_for_rest(quiet, &self.tuning, &mut self.rest_test);
+            }
+        }
+        if track.resting {
+            track.fuse_rest(&self.tuning);
+        }
+        let verdict = if repeated { Verdict::Rejected(Rejection::Repeated) } else { Verdict::Used };
         record(frame, innovation, verdict)
     }
 

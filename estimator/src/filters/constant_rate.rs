@@ -11,9 +11,8 @@
 //!
 //! Each impact kicks the rate; `q` stands for all kicks. From the model (Coulomb friction, steady motion): the rate
 //! varies with standard deviation s and correlation time T, so `q = 2 s^2 / T`, with 4.4 rad/s and 12 ms in mode B,
-//! 0.54 rad/s and 2 ms in mode C. With the default camera the steady standard error of the angle is then `(sqrt 2 (R
-//! dt)^(3/4) q^(1/4))^(1/2)`: 10 and 8 milli-degrees. The values used make the normalised innovations squared 1 on
-//! average over drawn motors, within a percent.
+//! 0.54 rad/s and 2 ms in mode C. The values used make the normalised innovations squared 1 on average over drawn
+//! motors, within a percent.
 //!
 //! # Jitter
 //!
@@ -26,11 +25,9 @@
 //! mode C       920     970     820     500     340     210
 //! ```
 //!
-//! The filter averages over some milliseconds, so `q` is D at those times. It cannot estimate the part that comes and
-//! goes within them, and neither can the smoother. That part is the [`Jitter`], which is added to the variances of
-//! every estimate. Without it the squared error of angle and rate together would be 1.07 (B) and 1.23 (C) times the
-//! variance, and 1.15 and 1.57 times that of the smoother, where later frames reduce the filter's own share and the
-//! jitter remains.
+//! The filter averages over some milliseconds, so `q` is D at those times. The part that comes and goes within them it
+//! cannot estimate: that is the [`Jitter`]. Without it the squared error of angle and rate together would be 1.07 (B)
+//! and 1.23 (C) times the variance, and 1.15 and 1.57 times that of the smoother.
 //!
 //! # Slow cameras
 //!
@@ -39,8 +36,6 @@
 //! error decay by `exp(-h / T)` after each step h of the random walk, at most T / 3 long, or a sixteenth of the time to
 //! the next frame. The mean is that of the mode ([`mean_rate`]), and zero for a rotor that slides to a stop: piece by
 //! piece, since a drive may begin and end between two frames ([`crate::vibrometer::motion_history`]).
-//!
-//! The state is that at the exposure of the last frame; [`ConstantRate::estimate`] carries it to the present.
 
 mod mean_rate;
 
@@ -287,11 +282,8 @@ impl<T: Real> ConstantRate<T> {
     /// What changes angle and rate up to `now`.
     #[inline]
     fn process(&self, now: Time) -> RandomWalk<'_, T> {
-        RandomWalk {
-            tuning: &self.random_walk,
-            motions: self.watch.motions(now),
-            mean_rate_rad_s: self.mean_rates.rad_s(),
-        }
+        let motions = self.watch.motions(now);
+        RandomWalk { tuning: &self.random_walk, motions, mean_rate_rad_s: self.mean_rates.rad_s }
     }
 }
 
@@ -313,12 +305,10 @@ impl<T: Real> AngleFilter<T> for ConstantRate<T> {
     #[inline]
     fn update_camera(&mut self, frame: &CameraFrame) -> Innovation<T> {
         let clock = self.watch.clock();
-        // Written out, since the process borrows the watch while the tracker changes.
-        let process = RandomWalk {
-            tuning: &self.random_walk,
-            motions: self.watch.motions(clock.max(frame.exposed_at)),
-            mean_rate_rad_s: self.mean_rates.rad_s(),
-        };
+        let motions = self.watch.motions(clock.max(frame.exposed_at));
+        // Written out, since the tracker changes meanwhile.
+        let process =
+            RandomWalk { tuning: &self.random_walk, motions, mean_rate_rad_s: self.mean_rates.rad_s };
         let from = self.tracker.newest_at().min(frame.exposed_at);
         let context = FrameContext {
             clock,

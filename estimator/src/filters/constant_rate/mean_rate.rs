@@ -20,7 +20,8 @@ const MOST_RAD_S: f64 = 60.0;
 /// The mean rates, and whether the drive has been on in one mode since the last frame.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct MeanRates<T> {
-    rad_s: [T; 2],
+    /// In modes B and C, in rad/s.
+    pub(super) rad_s: [T; 2],
     /// The mode in force since the frame exposed at the time beside it.
     driven: Option<(DriveMode, Time)>,
 }
@@ -28,12 +29,6 @@ pub(super) struct MeanRates<T> {
 impl<T: Real> MeanRates<T> {
     pub(super) fn new() -> Self {
         Self { rad_s: PRIOR_RAD_S.map(T::from_f64), driven: None }
-    }
-
-    /// Mean rates in modes B and C, in rad/s.
-    #[inline]
-    pub(super) fn rad_s(&self) -> [T; 2] {
-        self.rad_s
     }
 
     /// The drive in force.

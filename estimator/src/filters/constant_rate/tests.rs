@@ -21,7 +21,7 @@ impl<T: Real> ConstantRate<T> {
         let process = RandomWalk {
             tuning: &self.random_walk,
             motions: Motions::always(motion),
-            mean_rate_rad_s: self.mean_rates.rad_s(),
+            mean_rate_rad_s: self.mean_rates.rad_s,
         };
         let quiet = motion == Motion::Quiet;
         self.tracker.update(frame, FrameContext { clock: Time::ZERO, quiet, disputed: false }, &process)
