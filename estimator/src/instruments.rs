@@ -1,39 +1,20 @@
-//! The instruments as data: what a filter assumes of the camera and the vibrometer.
+//! The instruments as data: what a filter assumes of the camera and the vibrometer. Filters take variances, gates,
+//! windows and horizons from it, the controller its measuring times, and the firmware receives it.
 //!
-//! One description serves all: filters take variances, gates, windows and horizons from it, the controller its
-//! measuring times, and the firmware receives it with its configuration.
-//!
-//! | symbol | field | meaning |
-//! |---|---|---|
-//! | `T` | [`CameraDescription::period_nanos`] | time between two frames |
-//! | `sigma` | [`CameraDescription::noise_m`] | tracking noise, before quantisation |
-//! | `Delta` | [`CameraDescription::resolution_m`] | quantisation step |
-//! | `rho` | [`CameraDescription::radius_m`] | distance of the marks from the axis |
-//! | `n` | [`CameraDescription::marks`] | number of marks |
-//! | `b` | [`CameraDescription::mark_bias_m`] | error of a mark's coordinate that neighbouring frames share, rms |
-//! | `s` | [`CameraDescription::shift_m`] | displacement of all marks that neighbouring frames share, rms |
+//! Marks are equally spaced on their circle of the radius `rho`, and the angle is that of the rigid motion that fits
+//! them best. With tracking noise `sigma`, quantisation step `Delta` and n marks the variance of a frame's angle is
 //!
 //! ```text
-//! variance of a frame's angle   R = (sigma^2 + Delta^2 / 12) / (n rho^2)
+//! R = (sigma^2 + Delta^2 / 12) / (n rho^2)
 //! ```
-//!
-//! Marks are equally spaced on their circle, and the angle is that of the rigid motion that fits them best. With `m <
-//! n` of them the variance is larger: [`CameraDescription::variance_factor`].
 //!
 //! # What averaging cannot remove
 //!
-//! Neighbouring frames share what the tracker is off at one place of a pixel, and what moves all marks against the
-//! pin's axis: a microscope that vibrates, a rotor that shifts in its hub. No average of neighbouring frames removes
-//! it, so its variance is a part of every estimate's:
-//!
-//! ```text
-//! persistent   b^2 / (n rho^2)          n >= 2: a rigid motion's angle has the mean of the marks' errors, no shift
-//!              (b^2 + s^2) / rho^2      n = 1: the part of a shift along the arc is an angle
-//! ```
-//!
-//! A moving mark crosses pixels, and the errors of some neighbours are as different as noise. So frames of a moving
-//! rotor count with `R + b^2 / (n rho^2)`. How far apart frames have different errors is not described. So the same
-//! variance counts as noise and as persistent: an upper bound for both.
+//! Neighbouring frames share what the tracker is off at one place of a pixel (b, rms), and what moves all marks against
+//! the pin's axis (s, rms): a microscope that vibrates, a rotor that shifts in its hub. No average of neighbouring
+//! frames removes it, so its variance is a part of every estimate's (F17). A moving mark crosses pixels, and the errors
+//! of some neighbours are as different as noise. How far apart frames have different errors is not described, so the
+//! same variance counts as noise and as persistent: an upper bound for both.
 //!
 //! A mark at rest stays at one place of one cell of the quantiser. The mean of its codes, over the tracking noise, is
 //! off by a periodic function of that place x (Widrow and Kollar, "Quantization Noise", 2008, chapter 4):
@@ -43,10 +24,9 @@
 //! variance = sum of Delta^2 / (2 pi^2 k^2) exp(-4 pi^2 k^2 sigma^2 / Delta^2)          over places in the cell
 //! ```
 //!
-//! Without noise the sum is `Delta^2 / 12`. At `sigma = Delta / 2` it is that of the first term, 0.05 milli-degrees of
-//! a mark of the default camera. Several marks lie at places of their own, so that of `n` it is an `n`-th.
-//!
-//! The variance of the codes depends on the place as well. It is least in the middle of a cell:
+//! Without noise the sum is `Delta^2 / 12`. At `sigma = Delta / 2` it is 0.05 milli-degrees of a mark of the default
+//! camera. Several marks lie at places of their own, so that of `n` it is an `n`-th. The variance of the codes depends
+//! on the place as well. It is least in the middle of a cell:
 //!
 //! ```text
 //! least = sigma^2 + Delta^2 / 12
@@ -303,16 +283,19 @@ impl CameraDescription {
     #[inline(never)]
     pub fn checked(self) -> Result<Self, OutOfBounds> {
         let period_s = self.period_s();
-        OutOfBounds::check("camera.frame_rate_hz", 1.0 / period_s, 10.0, 100_000.0, "Hz")?;
-        let exposure = 1e-9 * self.exposure_nanos as f64 / period_s;
-        OutOfBounds::check("camera.exposure_frames", exposure, 0.0, 1.0, "")?;
-        OutOfBounds::check("camera.latency_s", 1e-9 * self.latency_nanos as f64, 0.0, 10.0, "s")?;
-        OutOfBounds::check("camera.noise_m", self.noise_m, 0.0, 1e-3, "m")?;
-        OutOfBounds::check("camera.resolution_m", self.resolution_m, 0.0, 1e-3, "m")?;
-        OutOfBounds::check("camera.tracking_radius_m", self.radius_m, 1e-4, 0.1, "m")?;
-        OutOfBounds::check("camera.marks", self.marks.into(), 1.0, 16.0, "")?;
-        OutOfBounds::check("camera.mark_bias_m", self.mark_bias_m, 0.0, 1e-3, "m")?;
-        OutOfBounds::check("camera.shift_m", self.shift_m, 0.0, 1e-3, "m")?;
+        for (key, value, least, most, unit) in [
+            ("camera.frame_rate_hz", 1.0 / period_s, 10.0, 100_000.0, "Hz"),
+            ("camera.exposure_frames", 1e-9 * self.exposure_nanos as f64 / period_s, 0.0, 1.0, ""),
+            ("camera.latency_s", 1e-9 * self.latency_nanos as f64, 0.0, 10.0, "s"),
+            ("camera.noise_m", self.noise_m, 0.0, 1e-3, "m"),
+            ("camera.resolution_m", self.resolution_m, 0.0, 1e-3, "m"),
+            ("camera.tracking_radius_m", self.radius_m, 1e-4, 0.1, "m"),
+            ("camera.marks", self.marks.into(), 1.0, 16.0, ""),
+            ("camera.mark_bias_m", self.mark_bias_m, 0.0, 1e-3, "m"),
+            ("camera.shift_m", self.shift_m, 0.0, 1e-3, "m"),
+        ] {
+            OutOfBounds::check(key, value, least, most, unit)?;
+        }
         Ok(self)
     }
 }

@@ -32,11 +32,8 @@
 //!
 //! The module of each filter has a table of its states: symbol, unit, meaning, prior.
 //!
-//! # The core
-//!
-//! Covariances are kept as their factors `P = U D U'`, so that they stay positive semidefinite in `f32`. The crate
-//! [`ud_filter`] does this for any number of states; [`TwinFilter`] uses it. [`AngleRateCovariance`] holds the factors
-//! of two states, angle and rate, written out: the zeros and ones of that model save a tenth of the time.
+//! Covariances are kept as their factors `P = U D U'`, so that they stay positive semidefinite in `f32`: by the crate
+//! [`ud_filter`] for any number of states, by [`AngleRateCovariance`] for two.
 //!
 //! # Guarantees
 //!

@@ -8,9 +8,8 @@
 //! ```
 //!
 //! A rotor that the ringing teeth throw at t is launched at `v exp(-zeta w t)` at most and lies quiet at `t + t_1
-//! exp(-zeta w t)`. That sum is convex in t, so it is largest at an end: hence the maximum of the two. The factor 1.25
-//! stands for the differences between motors: damping, amplitude and restitution. Nominal: 60 ms after mode B, 21 ms
-//! after mode C. Drawn motors need up to 38 and 8 ms.
+//! exp(-zeta w t)`, which is largest at an end: hence the maximum. The factor 1.25 stands for the differences between
+//! motors. Nominal: 60 ms after mode B, 21 ms after mode C. Drawn motors need up to 38 and 8 ms.
 
 use motor_model::{DriveMode, MotorParams, Parameter, math};
 

@@ -43,10 +43,9 @@
 //! it. The small jumps upwards by which gravity then seems reversed weigh nothing.
 //!
 //! Wrong samples: a speckle that drifts through the laser's beam spoils a few samples in a row. Each that is too high
-//! looks like an impact, with a kick of up to 30 rad/s for 0.1 m/s. It was none if the velocity comes down again. So a
-//! velocity more than [`FALL_M_S`] below its prediction for two samples in a row is reported
-//! ([`VibrometerEvent::Fall`]), since the impacts just before were perhaps none. Noise does this about once in 10^9
-//! years; the small falls that a wrong scale makes of gravity are below the limit.
+//! looks like an impact, but then the velocity comes down again. So a velocity more than [`FALL_M_S`] below its
+//! prediction for two samples in a row is reported ([`VibrometerEvent::Fall`]), since the impacts just before were
+//! perhaps none. The small falls that a wrong scale makes of gravity are below the limit.
 
 mod free_fall;
 
