@@ -31,6 +31,12 @@ impl<T: Real> Jitter<T> {
         Self { angle_rad2: self.angle_rad2 * factor, rate_rad2_s2: self.rate_rad2_s2 * factor }
     }
 
+    /// Both with those of `other`.
+    pub(crate) fn plus(self, other: Self) -> Self {
+        let Self { angle_rad2, rate_rad2_s2 } = other;
+        Self { angle_rad2: self.angle_rad2 + angle_rad2, rate_rad2_s2: self.rate_rad2_s2 + rate_rad2_s2 }
+    }
+
     /// Zero: the states hold all motion.
     pub fn none() -> Self {
         Self { angle_rad2: T::zero(), rate_rad2_s2: T::zero() }

@@ -61,18 +61,10 @@ const FALL_M_S: f64 = 0.005;
 
 /// Time over which the velocity in flight is averaged, in s.
 const WINDOW_S: f64 = 2e-4;
-/// Speed beyond which a sample is wrong, in m/s: twice that of any real rotor.
-const LIMIT_M_S: f64 = 2.0;
 
 /// Samples of a window of this length in s: at least two, at most 1,000.
 pub(crate) fn window_samples<T: Real>(window_s: f64, vibrometer: &VibrometerDescription) -> T {
     T::from_f64((window_s / vibrometer.period_s()).clamp(2.0, 1000.0))
-}
-
-/// Speed from which on a sample is not used, in m/s: beyond any rotor's, or saturated.
-pub(crate) fn limit_m_s(vibrometer: &VibrometerDescription) -> f64 {
-    let saturated_m_s = 0.99 * vibrometer.range_m_s;
-    if saturated_m_s > 0.0 { saturated_m_s.min(LIMIT_M_S) } else { LIMIT_M_S }
 }
 
 /// Noise, threshold and model of the impact detector.
@@ -84,8 +76,6 @@ pub struct ImpactDetectorTuning<T> {
     pub(crate) threshold: T,
     /// Most samples that the velocity in flight is averaged over.
     pub(crate) window_samples: T,
-    /// A sample from this speed on is rejected, in m/s.
-    pub(crate) limit_m_s: T,
     pub(crate) gravity_m_s2: T,
     /// Damping by the squeeze film, `b_z / m_r`, in 1/s.
     pub(crate) damping_per_s: T,
@@ -105,7 +95,6 @@ impl<T: Real> ImpactDetectorTuning<T> {
             noise_m_s: T::from_f64(vibrometer.sample_sd_m_s()),
             threshold: T::from_f64(5.0),
             window_samples: window_samples(WINDOW_S, vibrometer),
-            limit_m_s: T::from_f64(limit_m_s(vibrometer)),
             blind_m_s: T::from_f64(Instruments::IMPACTS_SD_M_S),
             gravity_m_s2: T::from_f64(params.get(Parameter::Gravity)),
             damping_per_s: T::from_f64(damping),
@@ -117,7 +106,7 @@ impl<T: Real> ImpactDetectorTuning<T> {
 /// What a vibrometer sample shows.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum VibrometerEvent<T> {
-    /// Not used: not finite, too fast, or no newer than the last one.
+    /// Not used: no newer than the last one.
     Rejected,
     /// The rotor is in flight.
     Flight,
@@ -272,15 +261,9 @@ impl<T: Real> ImpactDetector<T> {
         Flight { drift_m_s, samples, velocity_variance }
     }
 
-    /// Takes a sample in; returns what it shows.
-    #[inline]
+    /// Takes in a sample that [`crate::vibrometer::rest`] has found plausible; returns what it shows.
     pub(crate) fn observe(&mut self, sample: &LdvSample) -> VibrometerEvent<T> {
         let velocity = T::from_f32(sample.velocity_m_s);
-        // Compared this way round, so that NaN is rejected too.
-        let plausible = velocity.abs() < self.tuning.limit_m_s;
-        if !plausible {
-            return VibrometerEvent::Rejected;
-        }
         let soon = self.newest.as_mut().and_then(|newest| {
             let since = sample.taken_at.nanos_soon_after(*newest, self.gap_nanos)?;
             *newest = sample.taken_at;

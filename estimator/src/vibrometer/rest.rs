@@ -18,7 +18,6 @@ use motor_model::{DriveMode, MotorParams, Parameter, Real, Time, math};
 use crate::instruments::{Instruments, VibrometerDescription};
 use crate::measurement::LdvSample;
 use crate::settling::settling_nanos;
-use crate::vibrometer::impact_detector::limit_m_s;
 
 /// Time over which the mean square is taken, in s.
 const WINDOW_S: f64 = 1e-3;
@@ -34,8 +33,16 @@ const FLIGHT_PART2: f64 = 9.0;
 /// Most equal samples in a row of a live vibrometer whose steps are wider than its noise, in s: in that time a rotor in
 /// flight changes its velocity by 10 mm/s.
 const EQUAL_S: f64 = 1e-3;
+/// Speed beyond which a sample is wrong, in m/s: twice that of any real rotor.
+const LIMIT_M_S: f64 = 2.0;
 /// Time without a sample from which on the vibrometer is silent, in ns.
 const SILENCE_NANOS: u64 = 1_000_000;
+
+/// Speed from which on a sample is not used, in m/s: beyond any rotor's, or saturated.
+fn limit_m_s(vibrometer: &VibrometerDescription) -> f64 {
+    let saturated_m_s = 0.99 * vibrometer.range_m_s;
+    if saturated_m_s > 0.0 { saturated_m_s.min(LIMIT_M_S) } else { LIMIT_M_S }
+}
 
 /// Mean square below which a rotor is quiet, in m^2/s^2, at noise of this variance.
 pub(crate) fn quiet_m2_s2<T: Real>(noise_m2_s2: T) -> T {

@@ -160,12 +160,7 @@ impl<T: Real, B: TrackCovariance<T>> Tracker<T, B> {
                 let mut state = earlier.state;
                 process.carry(&mut state, earlier.resting, at);
                 let smoothed = smoothed.step_back_to(&state, earlier.resting, kick, process)?;
-                let Jitter { angle_rad2, rate_rad2_s2 } = Process::<T, B>::jitter(process, at);
-                let persistent = self.persistent(earlier);
-                let added = Jitter {
-                    angle_rad2: angle_rad2 + persistent.angle_rad2,
-                    rate_rad2_s2: rate_rad2_s2 + persistent.rate_rad2_s2,
-                };
+                let added = Process::<T, B>::jitter(process, at).plus(self.persistent(earlier));
                 return Some(smoothed.estimate(earlier.resting, added));
             }
             smoothed = smoothed.step_back_to(&earlier.state, earlier.resting, kick, process)?;
