@@ -46,19 +46,16 @@ impl<T: Real> AngleRateCovariance<T> {
     }
 
     /// Variance of the angle in rad^2.
-    #[inline]
     pub fn angle_rad2(&self) -> T {
         self.d1 + self.u * self.u * self.d2
     }
 
     /// Covariance of angle and rate in rad^2/s.
-    #[inline]
     pub fn angle_rate_rad2_s(&self) -> T {
         self.u * self.d2
     }
 
     /// Variance of the rate in rad^2/s^2.
-    #[inline]
     pub fn rate_rad2_s2(&self) -> T {
         self.d2
     }
@@ -67,7 +64,6 @@ impl<T: Real> AngleRateCovariance<T> {
     ///
     /// The covariance of the random walk `q [dt^3/3 dt^2/2; dt^2/2 dt]` has the factors `u = dt/2`, `d = (q dt^3/12, q
     /// dt)`, and two factorised matrices add without leaving factorised form.
-    #[inline]
     pub fn predict(&mut self, dt_s: T, noise_rad2_s3: T) {
         let q2 = noise_rad2_s3 * dt_s;
         let q1 = q2 * dt_s * dt_s * T::from_f64(1.0 / 12.0);
@@ -85,13 +81,11 @@ impl<T: Real> AngleRateCovariance<T> {
     }
 
     /// Adds `variance_rad2_s2`, not negative, to the variance of the rate: a kick of unknown size.
-    #[inline]
     pub fn widen_rate(&mut self, variance_rad2_s2: T) {
         self.kick_rate(T::one(), variance_rad2_s2);
     }
 
     /// Variance of the innovation of an angle measured with variance `noise_rad2`.
-    #[inline]
     pub fn angle_innovation_rad2(&self, noise_rad2: T) -> T {
         // As in the update, so that both together cost no more.
         noise_rad2 + self.d1 + self.u * (self.u * self.d2)
@@ -99,7 +93,6 @@ impl<T: Real> AngleRateCovariance<T> {
 
     /// Updates by an angle measured with variance `noise_rad2`, positive. The variance of the innovation
     /// ([`Self::angle_innovation_rad2`]) must be finite.
-    #[inline]
     pub fn update_angle(&mut self, noise_rad2: T) -> Gain<T> {
         let a = noise_rad2 + self.d1;
         let g2 = self.u * self.d2;
@@ -115,44 +108,36 @@ impl<T: Real> AngleRateCovariance<T> {
 }
 
 impl<T: Real> TrackCovariance<T> for AngleRateCovariance<T> {
-    #[inline]
     fn begin(angle_rad2: T, rate_rad2_s2: T, _before: Option<&Self>) -> Self {
         Self::diagonal(angle_rad2, rate_rad2_s2)
     }
 
-    #[inline]
     fn angle_rad2(&self) -> T {
         self.angle_rad2()
     }
 
-    #[inline]
     fn innovation_rad2(&self, noise_rad2: T) -> T {
         self.angle_innovation_rad2(noise_rad2)
     }
 
-    #[inline]
     fn rate_rad2_s2(&self) -> T {
         self.rate_rad2_s2()
     }
 
-    #[inline]
     fn moments_after(&self, dt_s: T) -> Moments<T> {
         let ahead = self.u + dt_s;
         let angle_rate_rad2_s = ahead * self.d2;
         Moments { angle_rad2: self.d1 + ahead * angle_rate_rad2_s, angle_rate_rad2_s, rate_rad2_s2: self.d2 }
     }
 
-    #[inline]
     fn predict(&mut self, dt_s: T, noise_rad2_s3: T) {
         self.predict(dt_s, noise_rad2_s3);
     }
 
-    #[inline]
     fn widen_rate(&mut self, variance_rad2_s2: T) {
         self.widen_rate(variance_rad2_s2);
     }
 
-    #[inline]
     fn kick_rate(&mut self, kept: T, variance_rad2_s2: T) {
         let before = self.d2;
         let sum = kept * kept * before + variance_rad2_s2;
@@ -164,7 +149,6 @@ impl<T: Real> TrackCovariance<T> for AngleRateCovariance<T> {
         self.d2 = sum;
     }
 
-    #[inline]
     fn correct_by_angle(&mut self, innovation_rad: T, noise_rad2: T) -> [T; 2] {
         let is_finite = self.angle_innovation_rad2(noise_rad2) <= T::MAX;
         if !is_finite {
@@ -174,7 +158,6 @@ impl<T: Real> TrackCovariance<T> for AngleRateCovariance<T> {
         [gain.angle * innovation_rad, gain.rate * innovation_rad]
     }
 
-    #[inline]
     fn correct_by_rate(&mut self, innovation_rad_s: T, noise_rad2_s2: T) -> [T; 2] {
         let sum = noise_rad2_s2 + self.d2;
         let is_finite = sum <= T::MAX;

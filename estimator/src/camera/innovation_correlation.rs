@@ -28,13 +28,11 @@ pub(crate) struct InnovationCorrelation<T> {
 }
 
 impl<T: Real> InnovationCorrelation<T> {
-    /// Of white innovations.
     pub(crate) fn white() -> Self {
         Self { mean_rad: T::zero(), square: T::one(), last_square: None }
     }
 
     /// Takes in an innovation; `per_variance` is one over its variance.
-    #[inline]
     pub(crate) fn take(&mut self, innovation_rad: T, per_variance: T, tuning: &TrackTuning<T>) {
         self.mean_rad += (innovation_rad - self.mean_rad) * tuning.per_neighbours;
         let square = self.mean_rad * self.mean_rad * per_variance * tuning.independent_neighbours;
@@ -43,13 +41,11 @@ impl<T: Real> InnovationCorrelation<T> {
     }
 
     /// The square of the mean per its variance after the last innovation; `None` if it was asked for already.
-    #[inline]
     pub(crate) fn take_last_square(&mut self) -> Option<T> {
         self.last_square.take()
     }
 
     /// Whether neighbours have a common sign more often than chance allows.
-    #[inline]
     pub(crate) fn is_coloured(&self) -> bool {
         self.square > T::from_f64(COLOURED)
     }

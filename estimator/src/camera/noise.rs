@@ -84,7 +84,6 @@ fn within<T: Real>(x: T, least: T, most: T) -> T {
 }
 
 impl<T: Real> CameraNoise<T> {
-    /// Noise as `camera` is described.
     pub(crate) fn new(camera: &CameraDescription) -> Self {
         Self {
             last: None,
@@ -138,13 +137,11 @@ impl<T: Real> CameraNoise<T> {
     }
 
     /// Variance of the frames' angle in rad^2 by what differs from frame to frame: at least that in use.
-    #[inline]
     pub(crate) fn white_rad2(&self, tuning: &TrackTuning<T>) -> T {
         let shown = if self.ratio > self.used { self.ratio / self.used } else { T::one() };
         tuning.camera_rad2 * shown
     }
 
-    /// Whether the ratio differs from the one adopted.
     fn differs(&self) -> bool {
         if self.frames < T::from_f64(FRAMES_MIN) {
             return false;

@@ -76,7 +76,6 @@ pub(crate) struct PersistentError<T> {
 }
 
 impl<T: Real> PersistentError<T> {
-    /// Without frames.
     pub(crate) fn new() -> Self {
         Self { moving: ResidualMean::new(), resting: ResidualMean::new(), moving_rad2: T::zero() }
     }

@@ -25,13 +25,10 @@ pub struct Jitter<T> {
 }
 
 impl<T: Real> Jitter<T> {
-    /// Both times `factor`.
-    #[inline]
     pub(crate) fn times(self, factor: T) -> Self {
         Self { angle_rad2: self.angle_rad2 * factor, rate_rad2_s2: self.rate_rad2_s2 * factor }
     }
 
-    /// Both with those of `other`.
     pub(crate) fn plus(self, other: Self) -> Self {
         let Self { angle_rad2, rate_rad2_s2 } = other;
         Self { angle_rad2: self.angle_rad2 + angle_rad2, rate_rad2_s2: self.rate_rad2_s2 + rate_rad2_s2 }
@@ -61,7 +58,6 @@ pub(crate) trait Wander<T: Real> {
     fn only_wanders(&self, at: Time, resting: bool) -> bool;
 
     /// Propagates `state` to `until`, if that is later.
-    #[inline]
     fn wander<B: TrackCovariance<T>>(&self, state: &mut State<T, B>, resting: bool, until: Time) {
         let wandering = self.wandering(state.at, resting);
         if wandering.until >= until {
@@ -93,7 +89,6 @@ pub(crate) trait Process<T: Real, B: TrackCovariance<T> = AngleRateCovariance<T>
     fn carry(&self, state: &mut State<T, B>, resting: bool, until: Time);
 
     /// A state between `state` and `until` that has been propagated already; `state` itself, if there is none.
-    #[inline]
     fn cached_state<'a>(&'a self, state: &'a State<T, B>, _resting: bool, _until: Time) -> &'a State<T, B> {
         state
     }
@@ -102,7 +97,6 @@ pub(crate) trait Process<T: Real, B: TrackCovariance<T> = AngleRateCovariance<T>
     fn jitter(&self, at: Time) -> Jitter<T>;
 
     /// What `state` has become at `until`.
-    #[inline]
     fn predict(&self, state: &State<T, B>, resting: bool, until: Time) -> Prediction<T> {
         let wandering = self.wandering(state.at, resting);
         if wandering.until >= until && self.only_wanders(state.at, resting) {

@@ -57,19 +57,15 @@ pub(crate) struct RestTest<T> {
 }
 
 impl<T: Real> RestTest<T> {
-    /// The vibrometer shows a motion.
-    #[inline]
     pub(crate) fn dispute(&mut self, disputed: bool) {
         self.disputed = disputed;
     }
 
     /// The rotor is driven: it may stop anew.
-    #[inline]
     pub(crate) fn forget(&mut self) {
         *self = Self::default();
     }
 
-    /// Begins the window anew.
     pub(crate) fn begin(&mut self) {
         self.window = Window::default();
     }

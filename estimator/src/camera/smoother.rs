@@ -45,7 +45,6 @@ fn with_first<T: Real, const N: usize>(mut states: SVector<T, N>, first: [T; 2])
     states
 }
 
-/// The first two of `states`.
 fn first_of<T: Real, const N: usize>(states: &SVector<T, N>) -> [T; 2] {
     let mut first = [T::zero(); 2];
     first.iter_mut().zip(states.iter()).for_each(|(value, &state)| *value = state);
@@ -93,7 +92,6 @@ impl<T: Real, const N: usize> Smoothed<T, N> {
         Some(Self { at, angle, states: with_first(state, [T::zero(), rate_rad_s]), covariance })
     }
 
-    /// As an estimate.
     pub(crate) fn estimate(&self, resting: bool, jitter: Jitter<T>) -> Estimate<T> {
         let [[angle_rad2, _], [angle_rate_rad2_s, rate_rad2_s2]] =
             [0, 1].map(|state| first_of(&self.covariance.column(state)));

@@ -66,14 +66,12 @@ pub(crate) struct State<T, B = AngleRateCovariance<T>> {
 
 impl<T: Real, B: TrackCovariance<T>> State<T, B> {
     /// A copy, field by field: a copy as a whole is a call that costs as much as an update.
-    #[inline]
     pub(crate) fn copied(&self) -> Self {
         Self { covariance: self.covariance.copied(), ..*self }
     }
 
     /// Propagates it to `until` while the rate is a random walk of intensity `noise_rad2_s3`. Does nothing if `until`
     /// is not later.
-    #[inline]
     pub(crate) fn propagate(&mut self, until: Time, noise_rad2_s3: T) {
         let dt_s: T = until.seconds_since(self.at);
         self.at = self.at.max(until);
@@ -86,7 +84,6 @@ impl<T: Real, B: TrackCovariance<T>> State<T, B> {
     /// ```text
     /// P <- F P F' + q [dt^3/3 dt^2/2; dt^2/2 dt],   F = [1 dt; 0 1]
     /// ```
-    #[inline]
     pub(crate) fn predicted(&self, until: Time, noise_rad2_s3: T) -> Prediction<T> {
         let dt_s: T = until.seconds_since(self.at);
         let Moments { angle_rad2, angle_rate_rad2_s, rate_rad2_s2 } = self.covariance.moments_after(dt_s);
@@ -104,6 +101,11 @@ impl<T: Real, B: TrackCovariance<T>> State<T, B> {
                 rate_rad2_s2: rate_rad2_s2 + by_rate,
             },
         }
+    }
+
+    /// Innovation of a frame that shows `angle`, in rad: within half a turn.
+    pub(crate) fn innovation_rad(&self, angle: Angle) -> T {
+        angle.minus(self.angle.angle()).wrapped().radians_since(Angle::ZERO)
     }
 
     /// Fuses an angle with this innovation, measured with variance `noise_rad2`.
@@ -185,28 +187,22 @@ impl<T: Real, B: TrackCovariance<T>> Track<T, B> {
     }
 
     /// A copy, field by field: a copy as a whole is a call that costs as much as an update.
-    #[inline]
     pub(crate) fn copied(&self) -> Self {
         Self { state: self.state.copied(), ..*self }
     }
 
     /// Whether a frame brings the code of the last one used; counts how often in a row.
-    #[inline]
     pub(crate) fn same_code(&mut self, frame: &CameraFrame) -> bool {
         let same = frame.angle == self.code;
         self.same_codes = if same { self.same_codes.saturating_add(1) } else { 0 };
         same
     }
 
-    /// Averages the normalised innovation squared, at most the gate.
-    #[inline]
     pub(crate) fn note_innovation(&mut self, normalised: T, tuning: &TrackTuning<T>) {
         self.nis += (normalised - self.nis) / tuning.nis_frames;
         self.far = (self.far << 1) | u8::from(normalised > T::from_f64(Self::FAR));
     }
 
-    /// How many of the last eight frames were beyond four standard deviations.
-    #[inline]
     pub(crate) fn far_frames(&self) -> u32 {
         self.far.count_ones()
     }
@@ -220,19 +216,16 @@ impl<T: Real, B: TrackCovariance<T>> Track<T, B> {
     }
 
     /// Whether equal codes have come so often in a row that the camera is stuck, or has no dither.
-    #[inline]
     pub(crate) fn repeats(&self, tuning: &TrackTuning<T>) -> bool {
         self.same_codes >= tuning.stuck_frames
     }
 
     /// Whether a rotor at rest shows the camera one code. A coarse camera may do so with dither.
-    #[inline]
     pub(crate) fn undithered(&self, tuning: &TrackTuning<T>) -> bool {
         self.resting && !tuning.coarse && self.repeats(tuning)
     }
 
     /// The rotor may move again: the next frames have to show rest anew.
-    #[inline]
     pub(crate) fn end_rest(&mut self) {
         (self.resting, self.still) = (false, false);
     }
@@ -260,7 +253,6 @@ impl<T: Real, B: TrackCovariance<T>> Track<T, B> {
 }
 
 /// Variance of the zero-rate update where that of the rate is `rate_rad2_s2`: see the module's head.
-#[inline]
 fn zero_rate_rad2_s2<T: Real>(rate_rad2_s2: T, tuning: &TrackTuning<T>) -> T {
     let [least, most, frames] = if rate_rad2_s2 > tuning.ringing_rad2_s2 {
         [tuning.ringing_rad2_s2, T::from_f64(SLOPE_RAD_S * SLOPE_RAD_S), tuning.stopping_frames]

@@ -18,16 +18,13 @@ pub(crate) trait TrackCovariance<T>: Copy {
     fn begin(angle_rad2: T, rate_rad2_s2: T, before: Option<&Self>) -> Self;
 
     /// A copy, field by field where it is large: a copy as a whole is a call that costs as much as an update.
-    #[inline]
     fn copied(&self) -> Self {
         *self
     }
 
-    /// Variance of the angle.
     fn angle_rad2(&self) -> T;
 
     /// Variance of the innovation of an angle measured with variance `noise_rad2`.
-    #[inline]
     fn innovation_rad2(&self, noise_rad2: T) -> T
     where
         T: Real,
@@ -35,7 +32,6 @@ pub(crate) trait TrackCovariance<T>: Copy {
         self.angle_rad2() + noise_rad2
     }
 
-    /// Variance of the rate.
     fn rate_rad2_s2(&self) -> T;
 
     /// Covariance of angle and rate after `dt_s` at the rate as it is: sums of products that are not negative.
@@ -60,7 +56,6 @@ pub(crate) trait TrackCovariance<T>: Copy {
 
 /// A covariance of `N` states, of which angle and rate are the first, as the smoother needs it.
 pub(crate) trait SmoothedCovariance<T, const N: usize>: TrackCovariance<T> {
-    /// The covariance of all of them.
     fn ud_covariance(&self) -> UdCovariance<T, N>;
 
     /// The same of states that are known exactly.
@@ -82,24 +77,20 @@ pub(crate) struct Carried<T, B, const N: usize> {
 }
 
 impl<T: Real, B: SmoothedCovariance<T, N>, const N: usize> Carried<T, B, N> {
-    /// At the start of the way.
     pub(crate) fn along(covariance: B) -> Self {
         let [angle_row, rate_row] =
             [0, 1].map(|own| SVector::from_fn(|state, _| if state == own { T::one() } else { T::zero() }));
         Self { covariance, noise: covariance.exact(), angle_row, rate_row }
     }
 
-    /// Both covariances.
     pub(crate) fn both(&mut self) -> [&mut B; 2] {
         [&mut self.covariance, &mut self.noise]
     }
 
-    /// The covariance on its way.
     pub(crate) fn covariance(&self) -> &B {
         &self.covariance
     }
 
-    /// The noise Q.
     pub(crate) fn noise(&self) -> &B {
         &self.noise
     }
@@ -113,7 +104,6 @@ impl<T: Real, B: SmoothedCovariance<T, N>, const N: usize> Carried<T, B, N> {
         jacobian
     }
 
-    /// Values of the states after angle and rate.
     pub(crate) fn further(&self) -> SVector<T, N> {
         self.covariance.further()
     }

@@ -83,7 +83,6 @@ struct TrackedFrame<T, B> {
 impl<T: Real, B: TrackCovariance<T>> TrackedFrame<T, B> {
     /// A copy, field by field: on a microcontroller a copy as a whole is a call of `memcpy` that costs as much as an
     /// update.
-    #[inline]
     fn copied(&self) -> Self {
         Self { frame: CameraFrame { ..self.frame }, track: self.track.copied() }
     }
@@ -123,7 +122,6 @@ impl<T: Real, B: TrackCovariance<T>> Tracker<T, B> {
     /// within the wide gate by chance.
     const GATE_AFTER_REFUSAL: f64 = 16.0;
 
-    /// A tracker without frames.
     pub(crate) fn new(tuning: TrackTuning<T>) -> Self {
         let tuning = tuning.validated();
         let frame = CameraFrame::new(Time::ZERO, Angle::ZERO);
@@ -143,20 +141,16 @@ impl<T: Real, B: TrackCovariance<T>> Tracker<T, B> {
         }
     }
 
-    /// Whether the rotor lies still.
-    #[inline]
     pub(crate) fn is_resting(&self) -> bool {
         self.newest.track.resting
     }
 
     /// Time of the last frame used; zero before the first.
-    #[inline]
     pub(crate) fn newest_at(&self) -> Time {
         self.newest.track.state.at
     }
 
     /// The rotor is driven: it may move, however short the drive and however long the time to the next frame.
-    #[inline]
     pub(crate) fn end_rest(&mut self) {
         self.driven = true;
         if self.newest.track.still {
@@ -169,7 +163,6 @@ impl<T: Real, B: TrackCovariance<T>> Tracker<T, B> {
     }
 
     /// Whether the frames have contradicted the process since this was last asked.
-    #[inline]
     pub(crate) fn take_contradiction(&mut self) -> bool {
         let coloured = self.correlation.is_coloured();
         if coloured {
@@ -180,19 +173,16 @@ impl<T: Real, B: TrackCovariance<T>> Tracker<T, B> {
 
     /// Square of the mean of neighbouring innovations per its variance, and the share of the last frame in that mean.
     /// `None` unless that frame was used and showed a motion.
-    #[inline]
     pub(crate) fn take_neighbours(&mut self) -> Option<(T, T)> {
         self.correlation.take_last_square().map(|square| (square, self.tuning.per_neighbours))
     }
 
     /// The track at the last frame used; `None` before the first.
-    #[inline]
     pub(crate) fn track(&self) -> Option<&Track<T, B>> {
         self.begun.then_some(&self.newest.track)
     }
 
     /// Time, angle, rate and rest of the track: a frame that leaves these leaves all of the track's state.
-    #[inline]
     pub(crate) fn place(&self) -> (Time, Angle, T, bool) {
         let Track { state: State { at, angle, rate_rad_s, .. }, resting, .. } = &self.newest.track;
         (*at, angle.angle(), *rate_rad_s, *resting)
@@ -214,7 +204,6 @@ impl<T: Real, B: TrackCovariance<T>> Tracker<T, B> {
     }
 
     /// Takes in a frame; what became of it.
-    #[inline]
     pub(crate) fn update(
         &mut self,
         frame: &CameraFrame,
@@ -268,7 +257,7 @@ impl<T: Real, B: TrackCovariance<T>> Tracker<T, B> {
         track.kicked = false;
         process.carry(&mut track.state, track.resting, frame.exposed_at);
         let predicted = track.state.angle.angle();
-        let innovation_rad: T = frame.angle.minus(predicted).wrapped().radians_since(Angle::ZERO);
+        let innovation_rad = track.state.innovation_rad(frame.angle);
         let variance_rad2 = track.state.covariance.innovation_rad2(self.tuning.frame_rad2(frame, quiet));
         let normalised = innovation_rad * innovation_rad * (T::one() / variance_rad2);
         // Written so that NaN and a variance that has overflowed fail both.

@@ -158,8 +158,6 @@ impl<T: Real> RandomWalkTuning<T> {
 }
 
 impl<T: Real> RandomWalkTuning<T> {
-    /// The process noise under `motion`.
-    #[inline]
     pub(crate) fn intensity_rad2_s3(&self, motion: Motion, resting: bool) -> T {
         match motion {
             Motion::Impacted(DriveMode::B) => self.impacted_b_rad2_s3,
@@ -169,8 +167,6 @@ impl<T: Real> RandomWalkTuning<T> {
         }
     }
 
-    /// The jitter under `motion`.
-    #[inline]
     pub(crate) fn jitter(&self, motion: Motion) -> Jitter<T> {
         match motion {
             Motion::Impacted(DriveMode::B) => self.jitter_b,
@@ -198,7 +194,6 @@ impl<T: Real> RandomWalk<'_, T> {
         }
     }
 
-    /// The same within a piece of one motion.
     fn return_to_mean_of<B: TrackCovariance<T>>(
         &self,
         &MotionPiece { motion, begun, .. }: &MotionPiece,
@@ -230,21 +225,18 @@ impl<T: Real> RandomWalk<'_, T> {
 }
 
 impl<T: Real> Wander<T> for RandomWalk<'_, T> {
-    #[inline]
     fn wandering(&self, at: Time, resting: bool) -> Wandering<T> {
         let MotionPiece { motion, until, .. } = self.motions.piece(at);
         Wandering { intensity_rad2_s3: self.tuning.intensity_rad2_s3(motion, resting), until }
     }
 
     /// Unless the rate returns to a mean.
-    #[inline]
     fn only_wanders(&self, _at: Time, resting: bool) -> bool {
         resting || !self.tuning.returns_to_mean
     }
 }
 
 impl<T: Real, B: TrackCovariance<T>> Process<T, B> for RandomWalk<'_, T> {
-    #[inline]
     fn carry(&self, state: &mut State<T, B>, resting: bool, until: Time) {
         if self.only_wanders(state.at, resting) {
             self.wander(state, resting, until);
@@ -253,7 +245,6 @@ impl<T: Real, B: TrackCovariance<T>> Process<T, B> for RandomWalk<'_, T> {
         }
     }
 
-    #[inline]
     fn jitter(&self, at: Time) -> Jitter<T> {
         self.tuning.jitter(self.motions.piece(at).motion)
     }
@@ -279,8 +270,6 @@ impl<T: Real> ConstantRate<T> {
         }
     }
 
-    /// What changes angle and rate up to `now`.
-    #[inline]
     fn process(&self, now: Time) -> RandomWalk<'_, T> {
         let motions = self.watch.motions(now);
         RandomWalk { tuning: &self.random_walk, motions, mean_rate_rad_s: self.mean_rates.rad_s }
@@ -296,13 +285,11 @@ impl<T: Real> AngleFilter<T> for ConstantRate<T> {
         }
     }
 
-    #[inline]
     fn update_ldv(&mut self, sample: &LdvSample) -> Option<ImpactInnovation<T>> {
         self.watch.observe(sample);
         None
     }
 
-    #[inline]
     fn update_camera(&mut self, frame: &CameraFrame) -> Innovation<T> {
         let clock = self.watch.clock();
         let motions = self.watch.motions(clock.max(frame.exposed_at));
@@ -323,7 +310,6 @@ impl<T: Real> AngleFilter<T> for ConstantRate<T> {
         innovation
     }
 
-    #[inline]
     fn estimate(&self, now: Time) -> Option<Estimate<T>> {
         self.tracker.estimate(now, &self.process(now))
     }
@@ -336,7 +322,6 @@ impl<T: Real> AngleFilter<T> for ConstantRate<T> {
         self.assess(now).1
     }
 
-    #[inline]
     fn assess(&self, now: Time) -> (Option<Estimate<T>>, Health) {
         let silent = self.watch.silent(now).then_some(Reason::VibrometerSilent);
         let estimate = self.estimate(now);

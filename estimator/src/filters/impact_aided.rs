@@ -286,7 +286,6 @@ impl<T: Real> AngleFilter<T> for ImpactAided<T> {
         }
     }
 
-    #[inline]
     fn update_ldv(&mut self, sample: &LdvSample) -> Option<ImpactInnovation<T>> {
         if self.watch.observe(sample) {
             let (before, had_fault) = (self.detector.newest(), self.detector.has_fault());
@@ -345,7 +344,6 @@ impl<T: Real> AngleFilter<T> for ImpactAided<T> {
         self.assess(now).1
     }
 
-    #[inline]
     fn assess(&self, now: Time) -> (Option<Estimate<T>>, Health) {
         let silent = self.watch.silent(now).then_some(Reason::VibrometerSilent);
         let estimate = self.estimate(now);

@@ -79,7 +79,6 @@ struct Running<T> {
 }
 
 impl<T: Real> Calibration<T> {
-    /// Nothing learnt about a vibrometer of this noise, of a rotor that falls by `gravity_m_s2`.
     pub(crate) fn new(assumed_m_s: T, gravity_m_s2: T) -> Self {
         Self {
             gravity_m_s2,
@@ -96,13 +95,11 @@ impl<T: Real> Calibration<T> {
     }
 
     /// The samples since do not count for the mean of the running rotor.
-    #[inline]
     pub(crate) fn interrupt(&mut self) {
         self.running_from = None;
     }
 
     /// Averages a sample of a running rotor.
-    #[inline]
     pub(crate) fn run(&mut self, velocity_m_s: T, at: Time) {
         let Running { newest, height_m, last_m_s, fastest_m_s } = &mut self.running;
         let speed_m_s = velocity_m_s.abs();
@@ -137,25 +134,21 @@ impl<T: Real> Calibration<T> {
     }
 
     /// What the vibrometer shows of a rotor at rest, in m/s; 0 until it is significant.
-    #[inline]
     pub(crate) fn bias_m_s(&self) -> T {
         self.bias_m_s
     }
 
     /// Standard deviation of a sample, in m/s: as assumed, until another is learnt.
-    #[inline]
     pub(crate) fn noise_m_s(&self) -> T {
         self.noise_m_s
     }
 
     /// Whether the rotor is at rest at `now`, by the camera.
-    #[inline]
     pub(crate) fn note_rest(&mut self, resting: bool, now: Time) {
         self.from = if resting { self.from.or(Some(now.plus_nanos(RINGING_NANOS))) } else { None };
     }
 
     /// Whether a sample taken at `at` is one to learn from.
-    #[inline]
     pub(crate) fn learns(&self, at: Time) -> bool {
         self.from.is_some_and(|from| at >= from)
     }

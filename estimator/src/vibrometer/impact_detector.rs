@@ -176,7 +176,6 @@ impl<T: Real> ImpactDetector<T> {
     /// twenty times a second the vibrometer is not used at all; a rare one costs little.
     const ERRATIC_NANOS: u64 = 50_000_000;
 
-    /// A detector before its first sample.
     pub(crate) fn new(tuning: ImpactDetectorTuning<T>) -> Self {
         let mut detector = Self {
             tuning,
@@ -197,7 +196,6 @@ impl<T: Real> ImpactDetector<T> {
         detector
     }
 
-    /// Detects with samples of this noise from now on.
     pub(crate) fn set_noise(&mut self, noise_m_s: T) {
         self.tuning.noise_m_s = noise_m_s;
         let limit_m_s = self.threshold_m_s();
@@ -206,13 +204,11 @@ impl<T: Real> ImpactDetector<T> {
     }
 
     /// The fault that holds, if any; the first of too much noise, wrong sign, wrong scale and wrong samples.
-    #[inline]
     pub(crate) fn fault(&self) -> Option<Reason> {
         self.fault
     }
 
     /// Whether any fault holds: impacts are to be ignored.
-    #[inline]
     pub(crate) fn has_fault(&self) -> bool {
         self.fault.is_some()
     }
@@ -236,15 +232,11 @@ impl<T: Real> ImpactDetector<T> {
         self.fault = faults.into_iter().find_map(|(holds, reason)| holds.then_some(reason));
     }
 
-    /// Adds the square of a jump, negative for a fall, to the statistic of the sign.
-    #[inline]
     fn note_jump(&mut self, square_m2_s2: T) {
         let sum_m2_s2 = self.upward_m2_s2 + square_m2_s2.clamp_magnitude(T::from_f64(Self::JUMP_M2_S2));
         self.upward_m2_s2 = sum_m2_s2.clamp_magnitude(T::from_f64(Self::SIGN_M2_S2));
     }
 
-    /// When the newest sample was taken.
-    #[inline]
     pub(crate) fn newest(&self) -> Option<Time> {
         self.newest
     }
@@ -254,8 +246,6 @@ impl<T: Real> ImpactDetector<T> {
         self.tuning.threshold * self.tuning.noise_m_s
     }
 
-    /// The flight since the last impact.
-    #[inline]
     pub(crate) fn flight(&self) -> Flight<T> {
         let Self { drift_m_s, samples, velocity_variance, .. } = *self;
         Flight { drift_m_s, samples, velocity_variance }
@@ -348,7 +338,6 @@ impl<T: Real> ImpactDetector<T> {
         self.free_fall.end(at, self.drift_m_s, gravity_m_s2, window_samples * period_s, noise_m_s);
     }
 
-    /// Estimates the flight anew from one sample.
     fn begin_flight(&mut self, velocity_m_s: T) {
         (self.velocity_m_s, self.samples, self.velocity_variance) = (velocity_m_s, T::one(), T::one());
         (self.drift_m_s, self.below) = (T::zero(), false);

@@ -111,7 +111,6 @@ impl<T: Real> MotionWatch<T> {
     }
 
     /// The drive that is really applied from `at` on.
-    #[inline]
     pub(crate) fn drive(&mut self, at: Time, command: DriveCommand) {
         self.drive_told_at = self.drive_told_at.max(at);
         if self.applied.mode() != command.mode() {
@@ -145,44 +144,36 @@ impl<T: Real> MotionWatch<T> {
     }
 
     /// What has moved the rotor until `now`.
-    #[inline]
     pub(crate) fn motions(&self, now: Time) -> Motions<'_> {
         let (now, since) = self.motion_since(now);
         Motions { history: &self.history, now, since }
     }
 
     /// Whether the rotor rests at `now`, by the camera: then bias and noise of the vibrometer are learnt.
-    #[inline]
     pub(crate) fn note_rest(&mut self, resting: bool, now: Time) {
         self.calibration.note_rest(resting && self.applied.mode().is_none(), now);
     }
 
     /// The sample without the bias that was learnt.
-    #[inline]
     pub(crate) fn corrected(&self, sample: &LdvSample) -> LdvSample {
         LdvSample { velocity_m_s: sample.velocity_m_s - self.calibration.bias_m_s().to_f32(), ..*sample }
     }
 
     /// Standard deviation of a sample in m/s, as described or as learnt.
-    #[inline]
     pub(crate) fn noise_m_s(&self) -> T {
         self.calibration.noise_m_s()
     }
 
-    /// The mode that is driven.
-    #[inline]
     pub(crate) fn driven_mode(&self) -> Option<DriveMode> {
         self.applied.mode()
     }
 
     /// The latest time of drive or vibrometer.
-    #[inline]
     pub(crate) fn clock(&self) -> Time {
         self.rest.newest().map_or(self.drive_told_at, |newest| newest.max(self.drive_told_at))
     }
 
     /// Takes in a sample; whether it was used.
-    #[inline]
     pub(crate) fn observe(&mut self, sample: &LdvSample) -> bool {
         let value = sample.velocity_m_s;
         let equal = value.to_bits() == self.last_value_m_s.to_bits() || value.to_bits() << 1 == 0;
@@ -249,13 +240,10 @@ impl<T: Real> MotionWatch<T> {
 
     /// The motion at `now`: that of the drive, or still that of mode B soon after it; with the drive off what the
     /// vibrometer shows.
-    #[inline]
     pub(crate) fn motion(&self, now: Time) -> Motion {
         self.motion_since(now).0
     }
 
-    /// The motion at `now`, and since when.
-    #[inline]
     fn motion_since(&self, now: Time) -> (Motion, Time) {
         match self.applied.mode() {
             Some(DriveMode::C) if now < self.mode_b_until => {
@@ -281,19 +269,16 @@ impl<T: Real> MotionWatch<T> {
     }
 
     /// Whether the vibrometer shows a motion at `now`.
-    #[inline]
     pub(crate) fn disputes_quiet(&self, now: Time) -> bool {
         self.tuning.fitted && !self.rest.silent(now) && self.rest.shows_flight() && !self.repeats()
     }
 
     /// Whether the vibrometer repeats one value for so long that it shows nothing.
-    #[inline]
     fn repeats(&self) -> bool {
         self.equal_samples >= self.tuning.equal_samples
     }
 
     /// Whether the vibrometer has been silent for a millisecond before `now`; never, where there is none.
-    #[inline]
     pub(crate) fn silent(&self, now: Time) -> bool {
         self.tuning.fitted && self.rest.silent(now)
     }

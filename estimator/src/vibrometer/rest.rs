@@ -138,8 +138,6 @@ impl<T: Real> RestDetector<T> {
         }
     }
 
-    /// When the newest sample was taken; `None` before the first.
-    #[inline]
     pub(crate) fn newest(&self) -> Option<Time> {
         self.newest
     }
@@ -151,7 +149,6 @@ impl<T: Real> RestDetector<T> {
 
     /// Takes in a sample that is newer than the last. One that is not finite or too fast is dropped. Returns whether it
     /// was used.
-    #[inline]
     pub(crate) fn take(&mut self, sample: &LdvSample) -> bool {
         let velocity = T::from_f32(sample.velocity_m_s);
         // Written so that NaN is refused too.
@@ -173,25 +170,20 @@ impl<T: Real> RestDetector<T> {
     }
 
     /// Since when the rotor has been quiet; `None` while it is not, or while the vibrometer is silent.
-    #[inline]
     pub(crate) fn quiet_since(&self, now: Time) -> Option<Time> {
         self.quiet_since.filter(|_| !self.silent(now))
     }
 
-    /// Whether the rotor is far from quiet.
-    #[inline]
     pub(crate) fn shows_flight(&self) -> bool {
         self.mean_square_m2_s2 > T::from_f64(FLIGHT_PART2) * self.quiet_m2_s2
     }
 
     /// Whether no sample has arrived for a while before `now`. A sample from more than that after `now` has a wrong
     /// time and does not count.
-    #[inline]
     pub(crate) fn silent(&self, now: Time) -> bool {
         !self.newest.is_some_and(|newest| newest.is_within(SILENCE_NANOS, now))
     }
 
-    /// Forgets the times, which were wrong.
     pub(crate) fn reset(&mut self) {
         (self.newest, self.quiet_since) = (None, None);
     }

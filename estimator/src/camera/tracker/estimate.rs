@@ -36,7 +36,6 @@ impl<T: Real, B: TrackCovariance<T>> Tracker<T, B> {
     const NIS_LOST: f64 = 0.5;
 
     /// What no number of frames removes of the estimates that follow from `track`: [`crate::camera::persistent_error`].
-    #[inline]
     fn persistent(&self, track: &Track<T, B>) -> Jitter<T> {
         let described = self.tuning.shared_rad2(&self.newest.frame);
         let shared_rad2 = described + self.persistent_error.rad2(track.resting);
@@ -55,14 +54,12 @@ impl<T: Real, B: TrackCovariance<T>> Tracker<T, B> {
     }
 
     /// Angle and rate carried forward to `now`; `None` before the first frame.
-    #[inline]
     pub(crate) fn estimate(&self, now: Time, process: &impl Process<T, B>) -> Option<Estimate<T>> {
         let track = self.track()?;
         self.estimate_from(process.cached_state(&track.state, track.resting, now), now, process)
     }
 
     /// As [`Self::estimate`], from a state to which the track has been carried already.
-    #[inline]
     pub(crate) fn estimate_from(
         &self,
         from: &State<T, B>,
@@ -85,7 +82,6 @@ impl<T: Real, B: TrackCovariance<T>> Tracker<T, B> {
 
     /// Whether `estimate`, this tracker's at `now`, may be used. `vibrometer` is what is wrong with the vibrometer, if
     /// anything.
-    #[inline]
     pub(crate) fn judge(
         &self,
         estimate: Option<&Estimate<T>>,
@@ -132,8 +128,6 @@ impl<T: Real, B: TrackCovariance<T>> Tracker<T, B> {
         rate_rad2_s2 < T::from_f64(Self::RATE_UNKNOWN_RAD2_S2) && !self.older.is_empty() && !self.silent(now)
     }
 
-    /// Whether no frame has come for too long.
-    #[inline]
     fn silent(&self, now: Time) -> bool {
         self.intervals.silent(self.newest.frame.exposed_at, now)
     }

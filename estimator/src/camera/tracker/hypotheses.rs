@@ -12,7 +12,7 @@
 //! fifty times a second, three once a second, four once in ten seconds; each would lead the estimate astray by half a
 //! degree or more.
 
-use motor_model::{Angle, Real};
+use motor_model::Real;
 
 use super::Tracker;
 use crate::camera::process::Process;
@@ -118,8 +118,7 @@ impl<T: Real, B: TrackCovariance<T>> Tracker<T, B> {
             }
             state.covariance.widen_rate(kick_rad2_s2);
             process.carry(&mut state, false, frame.exposed_at);
-            let innovation_rad: T =
-                frame.angle.minus(state.angle.angle()).wrapped().radians_since(Angle::ZERO);
+            let innovation_rad = state.innovation_rad(frame.angle);
             let noise_rad2 = self.tuning.frame_rad2(frame, false);
             let variance_rad2 = state.covariance.innovation_rad2(noise_rad2);
             let normalised = innovation_rad * innovation_rad / variance_rad2;
@@ -135,8 +134,7 @@ impl<T: Real, B: TrackCovariance<T>> Tracker<T, B> {
             }
             (misfit, fitted) = (misfit + normalised, fitted + T::one());
             if is_newest {
-                let innovation = (innovation_rad, variance_rad2);
-                let mean_misfit = misfit / fitted;
+                let (innovation, mean_misfit) = ((innovation_rad, variance_rad2), misfit / fitted);
                 return Some(Fit {
                     state,
                     innovation,

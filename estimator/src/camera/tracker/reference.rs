@@ -33,9 +33,7 @@ use crate::measurement::CameraFrame;
 pub(super) struct Reference<T, B> {
     /// Whether a frame has been used since the first one: until then that frame is the reference.
     pub(super) begun: bool,
-    /// Whether the turn is known.
     pub(super) turn_known: bool,
-    /// Whether the frames have jumped.
     pub(super) lost: bool,
     /// The track before they jumped, while it is of use.
     pub(super) trusted: Option<TrackedFrame<T, B>>,
@@ -45,7 +43,6 @@ impl<T: Real, B: TrackCovariance<T>> Reference<T, B> {
     /// Variance of the trusted track's angle beyond which it is of no use, in rad^2: three degrees.
     const TRUSTED_RAD2: f64 = 2.7e-3;
 
-    /// That of the first frame.
     pub(super) fn of_the_first_frame() -> Self {
         Self { begun: false, turn_known: true, lost: false, trusted: None }
     }
@@ -113,10 +110,9 @@ impl<T: Real, B: TrackCovariance<T>> Tracker<T, B> {
     fn found_again(&mut self, frame: &CameraFrame, process: &impl Process<T, B>) -> Option<Angle> {
         self.reference.carry(frame.exposed_at, process);
         let state = &self.reference.trusted.as_ref()?.track.state;
-        let near = state.angle.angle();
-        let off_rad: T = frame.angle.minus(near).wrapped().radians_since(Angle::ZERO);
+        let off_rad = state.innovation_rad(frame.angle);
         let variance_rad2 = state.covariance.innovation_rad2(self.tuning.frame_rad2(frame, false));
-        (off_rad * off_rad <= self.tuning.gate * variance_rad2).then_some(near)
+        (off_rad * off_rad <= self.tuning.gate * variance_rad2).then_some(state.angle.angle())
     }
 
     /// Angle of the rotor, if it may have come there since the last frame of `track`: jolted once, by any rate, or

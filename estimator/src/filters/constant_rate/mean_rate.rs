@@ -31,8 +31,6 @@ impl<T: Real> MeanRates<T> {
         Self { rad_s: PRIOR_RAD_S.map(T::from_f64), driven: None }
     }
 
-    /// The drive in force.
-    #[inline]
     pub(super) fn note_drive(&mut self, mode: Option<DriveMode>) {
         if self.driven.is_some_and(|(driven, _)| mode != Some(driven)) {
             self.driven = None;

@@ -29,7 +29,6 @@ pub(super) struct ImpactKick<T> {
 }
 
 impl<T: Real> ImpactKick<T> {
-    /// A kick of unknown sign.
     pub(super) fn unknown(at: Time, variance_rad2_s2: T) -> Self {
         Self {
             at,
@@ -63,7 +62,6 @@ impl<T: Real> ImpactKick<T> {
 /// The kicks since the oldest frame kept, in the order of time.
 pub(super) type ImpactKicks<T> = Deque<ImpactKick<T>, IMPACTS_KEPT_MAX>;
 
-/// The rate is kicked at each impact.
 pub(super) struct KickedRate<'a, T> {
     pub(super) tuning: &'a ImpactAidedTuning<T>,
     pub(super) kicks: &'a ImpactKicks<T>,
@@ -74,7 +72,6 @@ pub(super) struct KickedRate<'a, T> {
 
 impl<T: Real> Wander<T> for KickedRate<'_, T> {
     /// While impacts are detected only the kicks of those that are missed make the rate wander.
-    #[inline]
     fn wandering(&self, at: Time, resting: bool) -> Wandering<T> {
         let MotionPiece { motion, until, .. } = self.motions.piece(at);
         let [missed_b, missed_c] = self.tuning.missed_rad2_s3;
@@ -91,7 +88,6 @@ impl<T: Real> Wander<T> for KickedRate<'_, T> {
     }
 
     /// If there are no kicks. A rotor that lies still is not kicked.
-    #[inline]
     fn only_wanders(&self, at: Time, resting: bool) -> bool {
         let kicked = self.kicks.back().is_some_and(|kick| kick.at > at);
         !kicked || resting && self.motions.throughout(at) == Motion::Quiet
@@ -114,7 +110,6 @@ impl<T: Real> KickedRate<'_, T> {
 }
 
 impl<T: Real, B: TrackCovariance<T>> Process<T, B> for KickedRate<'_, T> {
-    #[inline]
     fn carry(&self, state: &mut State<T, B>, resting: bool, until: Time) {
         if !self.only_wanders(state.at, resting) {
             self.pass_kicks(state, resting, until);

@@ -48,7 +48,6 @@ pub(super) struct FreeFall<T> {
 }
 
 impl<T: Real> FreeFall<T> {
-    /// No flight yet.
     pub(super) fn new() -> Self {
         Self { begun: None, product_m2_s2: T::zero(), square_m2_s2: T::zero(), wrong: false }
     }
@@ -84,8 +83,6 @@ impl<T: Real> FreeFall<T> {
             self.square_m2_s2 > least_m_s * least_m_s && self.product_m2_s2.abs() > limit * self.square_m2_s2;
     }
 
-    /// Whether the vibrometer's scale is wrong.
-    #[inline]
     pub(super) fn is_wrong(&self) -> bool {
         self.wrong
     }
