@@ -29,7 +29,7 @@ use motor_model::{DriveCommand, DriveMode, Real, Time};
 
 use crate::measurement::{CLOCK_TOLERANCE_NANOS, LdvSample};
 use crate::vibrometer::calibration::Calibration;
-use crate::vibrometer::motion_history::{MotionHistory, Motions};
+use crate::vibrometer::motion_history::{MotionHistory, Motions, NEVER};
 use crate::vibrometer::rest::{RestDetector, RestTuning, quiet_m2_s2};
 
 /// What moves the rotor.
@@ -51,9 +51,6 @@ impl Motion {
         }
     }
 }
-
-/// A time that does not come.
-const NEVER: Time = Time::from_nanos(u64::MAX);
 
 /// Finds the motion from the drive really applied and the vibrometer's samples, and keeps the clock.
 #[derive(Clone, Copy, Debug)]
