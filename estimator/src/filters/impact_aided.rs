@@ -248,24 +248,18 @@ impl<T: Real> ImpactAided<T> {
         }
         // Not full: the oldest kicks were dropped above.
         let _ = self.kicks.push_back(kick);
-        if let Some(mut propagated) = self.propagated {
-            let resting = self.tracker.is_resting();
-            self.process(self.watch.clock()).carry(&mut propagated, resting, kick.at);
-            self.propagated = Some(propagated);
-        } else {
-            self.propagate();
-        }
+        self.propagate();
     }
 
-    /// Carries the track through the kicks since the last frame used.
+    /// Carries the track, or what it was carried to before, through the kicks since.
     fn propagate(&mut self) {
         let newest = self.kicks.back().map(|kick| kick.at);
-        let track = self.tracker.track().zip(newest).filter(|(track, newest)| *newest > track.state.at);
-        self.propagated = track.map(|(track, newest)| {
-            let mut propagated = track.state;
-            self.process(self.watch.clock()).carry(&mut propagated, track.resting, newest);
-            propagated
-        });
+        let Some((track, newest)) = self.tracker.track().zip(newest) else { return };
+        let (mut state, resting) = (self.propagated.unwrap_or(track.state), track.resting);
+        if newest > state.at {
+            self.process(self.watch.clock()).carry(&mut state, resting, newest);
+            self.propagated = Some(state);
+        }
     }
 
     /// Drops the kicks that no frame can go back to.
@@ -323,6 +317,7 @@ impl<T: Real> AngleFilter<T> for ImpactAided<T> {
         }
         self.drop_old_kicks();
         if self.tracker.place() != before {
+            self.propagated = None;
             self.propagate();
         }
         innovation

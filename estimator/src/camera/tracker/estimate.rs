@@ -144,21 +144,24 @@ impl<T: Real, B: TrackCovariance<T>> Tracker<T, B> {
         if at >= newest.state.at {
             return self.estimate(at, process);
         }
-        let mut smoothed = Smoothed::newest(&newest.state);
-        let (mut later, mut from) = (newest, self.older.iter().rev().map(|tracked| &tracked.track));
-        loop {
+        let (mut smoothed, mut later) = (Smoothed::newest(&newest.state), newest);
+        for earlier in self.older.iter().rev().map(|tracked| &tracked.track) {
             // A refused frame has left the track where it was.
-            let earlier = from.find(|track| track.state.at < later.state.at)?;
+            if earlier.state.at >= later.state.at {
+                continue;
+            }
             let kick = if later.kicked { self.tuning.kick_rad2_s2 } else { T::zero() };
-            if earlier.state.at <= at {
-                let mut state = earlier.state;
+            let (mut state, reached) = (earlier.state, earlier.state.at <= at);
+            if reached {
                 process.carry(&mut state, earlier.resting, at);
-                let smoothed = smoothed.step_back_to(&state, earlier.resting, kick, process)?;
+            }
+            smoothed = smoothed.step_back_to(&state, earlier.resting, kick, process)?;
+            if reached {
                 let added = Process::<T, B>::jitter(process, at).plus(self.persistent(earlier));
                 return Some(smoothed.estimate(earlier.resting, added));
             }
-            smoothed = smoothed.step_back_to(&earlier.state, earlier.resting, kick, process)?;
             later = earlier;
         }
+        None
     }
 }
