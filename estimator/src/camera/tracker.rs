@@ -19,19 +19,10 @@
 //! refuse_for_time ...................................... refused; after refusals_max in a row restart
 //! ```
 //!
-//! A frame is fused at its exposure, however late it arrives: [`lag`].
-//!
-//! # The gate
-//!
-//! A frame beyond the gate is refused and changes neither the estimate nor its variance, unless the frames around it
-//! show that an outlier came before or that the rotor was kicked: [`hypotheses`]. After [`TrackTuning::refusals_max`]
-//! refusals the track restarts as soon as the newest frames agree among themselves.
-//!
-//! What the angle counts from after a restart: [`mod@reference`].
-//!
-//! # A stuck camera
-//!
-//! A camera that shows one code for ever is refused until another code comes: [`stuck`].
+//! A frame is fused at its exposure, however late it arrives: [`lag`]. A frame beyond the gate is refused and changes
+//! neither the estimate nor its variance, unless the frames around it show that an outlier came before or that the rotor
+//! was kicked: [`hypotheses`]. What the angle counts from after a restart: [`mod@reference`]. A camera that shows one
+//! code for ever: [`stuck`].
 
 mod estimate;
 mod hypotheses;

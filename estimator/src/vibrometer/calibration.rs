@@ -17,12 +17,10 @@
 //! ```
 //!
 //! 2 mm/s over a quarter of a second at 0.1 m/s. When that mean differs from the bias in use by a tenth more than that,
-//! and by a millimetre a second, it is used. The mean is over time, not over samples, so that lost samples leave it as
-//! it is. A time in which a sample was refused, as a saturated one is, or in which none came for a millisecond, does
-//! not count.
+//! and by a millimetre a second, it is used. It is over time, not over samples, so that lost samples leave it as it is.
+//! A time in which a sample was refused, or in which none came for a millisecond, does not count.
 //!
-//! A vibrometer that is as described is therefore used as described. A sample eight standard deviations away is left
-//! out, once a hundred are known. Nothing is learnt in the first 20 ms of rest, while the stator rings down.
+//! Nothing is learnt in the first 20 ms of rest, while the stator rings down.
 
 use motor_model::{Real, Time, math};
 

@@ -1,18 +1,14 @@
 //! The lag: frames that are older than the last one, and frames of a wrong time.
 //!
-//! A frame is fused at its exposure, however late it arrives. Frames in order cost nothing extra, whatever their
-//! latency: the track lives at the last exposure and is carried forward when an estimate is asked for. A frame older
-//! than the last is fused in its place: the track goes back to the frame before it, and the newer frames are taken in
-//! again. So the order of arrival makes no difference. For this the last [`FRAMES_KEPT`] frames are kept, each with the
-//! track after it. 32 frames cover 3.1 ms at 10,000 frames a second and take 2.6 kB in `f32`. They limit the
-//! *difference* of latencies that can be corrected, not the latency. Going back costs at most 31 times the price of one
-//! frame.
+//! The track lives at the last exposure and is carried forward when an estimate is asked for, so a latency costs
+//! nothing. A frame older than the last is fused in its place: the track goes back to the frame before it, and the newer
+//! frames are taken in again. So the order of arrival makes no difference. For this the last [`FRAMES_KEPT`] frames are
+//! kept, each with the track after it. They limit the *difference* of latencies that can be corrected, not the latency.
 //!
 //! - A frame from before the oldest one kept is [`Rejection::OutOfHorizon`].
 //! - A frame of an exposure that is kept already is [`Rejection::Duplicate`].
-//! - A frame from more than a millisecond after the filter's clock is [`Rejection::Future`]: its own clock is wrong.
-//!   The filter's clock is the latest time of drive and vibrometer ([`crate::MotionWatch`]). Where neither has reported
-//!   a time since the last frame there is no clock to judge by.
+//! - A frame from more than a millisecond after the filter's clock, the latest time of drive and vibrometer, is
+//!   [`Rejection::Future`]. Where neither has reported a time since the last frame there is no clock to judge by.
 //!
 //! None of these moves the estimate. All but duplicates count as refusals, so that a track which itself stands at a
 //! wrong time is given up after [`TrackTuning::refusals_max`](crate::TrackTuning::refusals_max) of them.
