@@ -114,9 +114,6 @@ impl<T: Real> MotionWatch<T> {
         if self.applied.mode() != command.mode() {
             self.change_mode(at, command);
         }
-        if self.applied.mode() == Some(DriveMode::B) {
-            self.mode_b_until = at.plus_nanos(Self::MODE_B_NANOS);
-        }
         self.applied = command;
         if let Some(mode) = command.mode() {
             (self.impact_mode, self.settled_at) = (mode, NEVER);
@@ -138,6 +135,9 @@ impl<T: Real> MotionWatch<T> {
         let without_drive = command.mode().is_none();
         self.history.before = Motion::Impacted(if without_drive { self.impact_mode } else { DriveMode::B });
         self.changed_at = at;
+        if self.applied.mode() == Some(DriveMode::B) {
+            self.mode_b_until = at.plus_nanos(Self::MODE_B_NANOS);
+        }
         self.calibration.interrupt();
     }
 

@@ -36,7 +36,7 @@ impl<T: Real, B: TrackCovariance<T>> Tracker<T, B> {
     const NIS_LOST: f64 = 0.5;
 
     /// What no number of frames removes of the estimates that follow from `track`: [`crate::camera::persistent_error`].
-    fn persistent(&self, track: &Track<T, B>) -> Jitter<T> {
+    pub(super) fn persistent_of(&self, track: &Track<T, B>) -> Jitter<T> {
         let described = self.tuning.shared_rad2(&self.newest.frame);
         let shared_rad2 = described + self.persistent_error.rad2(track.resting);
         let mut rate_rad2_s2 = T::zero();
@@ -68,7 +68,7 @@ impl<T: Real, B: TrackCovariance<T>> Tracker<T, B> {
     ) -> Option<Estimate<T>> {
         let track = self.track()?;
         let Prediction { angle, rate_rad_s, moments } = process.predict(from, track.resting, now);
-        let (jitter, persistent) = (process.jitter(now), self.persistent(track));
+        let (jitter, persistent) = (process.jitter(now), self.persistent);
         Some(Estimate {
             at: now,
             angle,
@@ -157,7 +157,7 @@ impl<T: Real, B: TrackCovariance<T>> Tracker<T, B> {
             }
             smoothed = smoothed.step_back_to(&state, earlier.resting, kick, process)?;
             if reached {
-                let added = Process::<T, B>::jitter(process, at).plus(self.persistent(earlier));
+                let added = Process::<T, B>::jitter(process, at).plus(self.persistent_of(earlier));
                 return Some(smoothed.estimate(earlier.resting, added));
             }
             later = earlier;
