@@ -38,7 +38,7 @@ use crate::measurement::CameraFrame;
 const SIGNIFICANT: f64 = 1.35;
 
 /// Mean square of residuals.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 struct ResidualMean<T> {
     /// As the variance of an angle from all marks, in rad^2; `None` before the first frame.
     mean_rad2: Option<T>,
@@ -47,10 +47,6 @@ struct ResidualMean<T> {
 }
 
 impl<T: Real> ResidualMean<T> {
-    fn new() -> Self {
-        Self { mean_rad2: None, excess_rad2: T::zero() }
-    }
-
     /// Takes in the residual of a frame, of which the mean square is `expected_rad2` without further errors.
     #[inline(never)]
     fn take(&mut self, frame: &CameraFrame, expected_rad2: T, tuning: &TrackTuning<T>) {
@@ -67,25 +63,18 @@ impl<T: Real> ResidualMean<T> {
 }
 
 /// What residuals show of a moving rotor's frames, and of a resting one's.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct PersistentError<T> {
     moving: ResidualMean<T>,
     resting: ResidualMean<T>,
-    /// Variance of the angle in motion, in rad^2.
-    moving_rad2: T,
 }
 
 impl<T: Real> PersistentError<T> {
-    pub(crate) fn new() -> Self {
-        Self { moving: ResidualMean::new(), resting: ResidualMean::new(), moving_rad2: T::zero() }
-    }
-
     /// Takes in the residual of a moving rotor's frame.
     #[inline]
     pub(crate) fn take(&mut self, frame: &CameraFrame, tuning: &TrackTuning<T>) {
         self.moving.take(frame, tuning.camera_rad2 + tuning.mark_bias_rad2, tuning);
-        self.moving_rad2 = self.moving.excess_rad2 * tuning.persistent_part;
-        self.resting = ResidualMean::new();
+        self.resting = ResidualMean::default();
     }
 
     /// The same of a rotor at rest, whose frames differ by the variance `white_rad2`.
@@ -96,9 +85,8 @@ impl<T: Real> PersistentError<T> {
     }
 
     /// Variance of the angle in rad^2, beside what is described.
-    #[inline]
-    pub(crate) fn rad2(&self, resting: bool) -> T {
-        if resting { self.resting.excess_rad2 } else { self.moving_rad2 }
+    pub(crate) fn rad2(&self, resting: bool, tuning: &TrackTuning<T>) -> T {
+        if resting { self.resting.excess_rad2 } else { self.moving.excess_rad2 * tuning.persistent_part }
     }
 }
 
@@ -130,7 +118,7 @@ mod tests {
     fn after(marks: u8, persistent_m2: f64, frames: u32, seed: u64) -> f64 {
         let (camera, mut rng) = (camera(marks), Pcg64::seed_from_u64(seed));
         let tuning = TrackTuning::<f64>::new(&camera);
-        let mut error = PersistentError::new();
+        let mut error = PersistentError::default();
         let coordinate_m2 = 1e-12 + 4e-12 / 12.0 + persistent_m2;
         for _ in 0..frames {
             let squares = (0..2 * u32::from(marks) - 3).map(|_| {
@@ -139,7 +127,7 @@ mod tests {
             });
             error.take(&frame(coordinate_m2 * squares.sum::<f64>(), marks), &tuning);
         }
-        error.rad2(false)
+        error.rad2(false, &tuning)
     }
 
     /// Noise alone is no persistent error, whatever the number of marks: not at any of 30,000 frames.
@@ -172,13 +160,13 @@ mod tests {
         let freedom = 2 * usize::from(camera.marks) - 3;
         let same: Vec<f64> = (0..freedom).map(|_| math::sqrt(persistent_m2) * normal()).collect();
         let noise_m = math::sqrt(louder * (1e-12 + 4e-12 / 12.0));
-        let mut error = PersistentError::new();
+        let mut error = PersistentError::default();
         for _ in 0..2_000 {
             let sum_m2 = same.iter().map(|off_m| off_m + noise_m * normal()).map(|off_m| off_m * off_m).sum();
             let shown = frame(sum_m2, camera.marks);
             error.take_at_rest(&shown, louder * tuning.camera_rad2, &tuning);
         }
-        error.rad2(true) * f64::from(camera.marks) * 3.9e-3 * 3.9e-3 / persistent_m2
+        error.rad2(true, &tuning) * f64::from(camera.marks) * 3.9e-3 * 3.9e-3 / persistent_m2
     }
 
     /// Of eight marks 13 residuals: the mean square of what each is off is known to `sqrt(2 / 13)`, that of 100 rests
@@ -211,19 +199,23 @@ mod tests {
         let described = CameraDescription { mark_bias_m: 4e-6, ..camera(8) };
         let tuning = TrackTuning::<f64>::new(&described);
         let coordinate_m2 = 1e-12 + 4e-12 / 12.0 + 16e-12;
-        let mut error = PersistentError::new();
+        let mut error = PersistentError::default();
         for _ in 0..2_000 {
             error.take(&frame(13.0 * coordinate_m2, 8), &tuning);
             error.take_at_rest(&frame(13.0 * coordinate_m2, 8), tuning.camera_rad2, &tuning);
         }
-        assert!(error.rad2(false) + error.rad2(true) < f64::MIN_POSITIVE);
+        assert!(error.rad2(false, &tuning) + error.rad2(true, &tuning) < f64::MIN_POSITIVE);
         for _ in 0..2_000 {
             error.take_at_rest(&frame(26.0 * coordinate_m2, 8), tuning.camera_rad2, &tuning);
         }
         let expected = coordinate_m2 / (8.0 * 3.9e-3 * 3.9e-3);
-        assert!((error.rad2(true) / expected - 1.0).abs() < 0.03, "{:e} {expected:e}", error.rad2(true));
+        assert!(
+            (error.rad2(true, &tuning) / expected - 1.0).abs() < 0.03,
+            "{:e} {expected:e}",
+            error.rad2(true, &tuning)
+        );
         error.take(&frame(13.0 * coordinate_m2, 8), &tuning);
-        assert!(error.rad2(true) < f64::MIN_POSITIVE);
+        assert!(error.rad2(true, &tuning) < f64::MIN_POSITIVE);
     }
 
     /// The line between two opposite marks of a rotor that tilts by `eta` about an axis in any direction: its turn, and
@@ -248,11 +240,11 @@ mod tests {
     #[test]
     fn exact_frames_without_residual_change_nothing() {
         let tuning = TrackTuning::<f64>::new(&camera(3));
-        let mut error = PersistentError::new();
+        let mut error = PersistentError::default();
         for _ in 0..10_000 {
             error.take(&CameraFrame { residual: 0, ..frame(1e-10, 3) }, &tuning);
             error.take(&CameraFrame { marks_used: 2, ..frame(1e-10, 3) }, &tuning);
         }
-        assert!(error.rad2(false) == 0.0 && error.moving.mean_rad2.is_none());
+        assert!(error.rad2(false, &tuning) == 0.0 && error.moving.mean_rad2.is_none());
     }
 }

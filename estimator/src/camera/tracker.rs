@@ -129,7 +129,7 @@ impl<T: Real, B: TrackCovariance<T>> Tracker<T, B> {
             driven: false,
             rest_test: RestTest::default(),
             noise: CameraNoise::new(&tuning.camera),
-            persistent_error: PersistentError::new(),
+            persistent_error: PersistentError::default(),
             correlation: InnovationCorrelation::white(),
             intervals: Intervals::none(),
         }

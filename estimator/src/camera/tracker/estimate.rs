@@ -38,7 +38,7 @@ impl<T: Real, B: TrackCovariance<T>> Tracker<T, B> {
     /// What no number of frames removes of the estimates that follow from `track`: [`crate::camera::persistent_error`].
     pub(super) fn persistent_of(&self, track: &Track<T, B>) -> Jitter<T> {
         let described = self.tuning.shared_rad2(&self.newest.frame);
-        let shared_rad2 = described + self.persistent_error.rad2(track.resting);
+        let shared_rad2 = described + self.persistent_error.rad2(track.resting, &self.tuning);
         let mut rate_rad2_s2 = T::zero();
         if shared_rad2 > T::zero() {
             let covariance = &track.state.covariance;
