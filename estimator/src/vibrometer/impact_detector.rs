@@ -269,25 +269,21 @@ impl<T: Real> ImpactDetector<T> {
         let innovation = velocity - self.velocity_m_s;
         let square_m2_s2 = innovation * innovation;
         if square_m2_s2 > self.limit_m2_s2 * (T::one() + self.velocity_variance) {
-            let (before_m_s, again) = (self.velocity_m_s, self.below);
-            if innovation > T::zero() {
-                self.note_jump(square_m2_s2);
-                self.end_flight(sample.taken_at, since_s);
-                self.judge();
-                self.begin_flight(velocity);
+            let (before_m_s, upwards) = (self.velocity_m_s, innovation > T::zero());
+            if !upwards && !core::mem::replace(&mut self.below, true) {
+                return VibrometerEvent::Flight;
+            }
+            self.note_jump(if upwards { square_m2_s2 } else { -square_m2_s2 });
+            self.end_flight(sample.taken_at, since_s);
+            self.begin_flight(velocity);
+            let event = if upwards {
                 self.free_fall.begin(sample.taken_at, innovation);
-                return VibrometerEvent::Impact { before_m_s, jump_m_s: innovation };
-            }
-            self.below = true;
-            if again {
-                self.note_jump(-square_m2_s2);
-                self.end_flight(sample.taken_at, since_s);
-                self.begin_flight(velocity);
-                let event = self.note_fall(sample.taken_at, -innovation);
-                self.judge();
-                return event;
-            }
-            return VibrometerEvent::Flight;
+                VibrometerEvent::Impact { before_m_s, jump_m_s: innovation }
+            } else {
+                self.note_fall(sample.taken_at, -innovation)
+            };
+            self.judge();
+            return event;
         }
         self.below = false;
         if self.samples < self.tuning.window_samples {
