@@ -1,7 +1,7 @@
 //! Whether a quiet and slow rotor has stopped: the hypothesis of a rate of zero, against the frames.
 //!
-//! A quiet rotor whose estimated rate is small may lie still, or turn on without friction. The frames of a window decide,
-//! by their least-squares slope and its variance:
+//! A quiet rotor whose estimated rate is small may lie still, or turn on without friction. The frames of a window
+//! decide, by their least-squares slope and its variance:
 //!
 //! ```text
 //! slope = sum (t - mean t) y / S,    variance = R / S,    S = sum t^2 - (sum t)^2 / n
@@ -128,8 +128,8 @@ mod tests {
     use rand_pcg::Pcg64;
     use rand_pcg::rand_core::SeedableRng;
 
-    /// Frames of a camera with this variance in rad^2 and period in us until a rotor that shows nothing but one angle is
-    /// at rest.
+    /// Frames of a camera with this variance in rad^2 and period in us until a rotor that shows nothing but one angle
+    /// is at rest.
     fn frames(test: &mut RestTest<f64>, camera_rad2: f64, period_us: u64) -> u64 {
         let at = |n: u64| Time::from_micros(1_000_000 + period_us * n);
         (1..100_000).find(|&n| test.confirms(at(n), Angle::ZERO, camera_rad2)).unwrap()

@@ -8,9 +8,9 @@
 //! ```
 //!
 //! Here x, P are the filter's at the earlier instant, x-, P- the same carried to the later instant, and + marks the
-//! smoothed values there. The Jacobian F of what happens on the way and the noise Q are found by carrying [`Carried`] in
-//! place of the covariance. All states of a filter's track are smoothed together, since a kick mixes them. For a linear
-//! process the result is the least-squares fit to all frames kept.
+//! smoothed values there. The Jacobian F of what happens on the way and the noise Q are found by carrying [`Carried`]
+//! in place of the covariance. All states of a filter's track are smoothed together, since a kick mixes them. For a
+//! linear process the result is the least-squares fit to all frames kept.
 
 use motor_model::{Angle, AngleAccumulator, Real, Time};
 use nalgebra::SVector;

@@ -77,7 +77,8 @@ pub struct TrackTuning<T> {
     /// which `v_1` does.
     pub(crate) stopping_frames: T,
     pub(crate) ringing_frames: T,
-    /// Rate below which a quiet rotor may be at rest ([`crate::camera::rest_test`]), in rad/s: twice its standard error.
+    /// Rate below which a quiet rotor may be at rest ([`crate::camera::rest_test`]), in rad/s: twice its standard
+    /// error.
     pub(crate) resting_rate_rad_s: T,
     /// A frame is refused when its innovation squared exceeds this many times its variance.
     pub(crate) gate: T,
@@ -86,8 +87,8 @@ pub struct TrackTuning<T> {
     pub(crate) kick_rad2_s2: T,
     /// After this many refusals in a row the estimate restarts, once the newest frames agree.
     pub(crate) refusals_max: u8,
-    /// Equal codes in a row at which a camera counts as stuck, of a driven rotor, or as one without dither, at rest: one
-    /// chance in 10^5.
+    /// Equal codes in a row at which a camera counts as stuck, of a driven rotor, or as one without dither, at rest:
+    /// one chance in 10^5.
     pub(crate) stuck_frames: u16,
     /// Frames over which the normalised innovations and, at rest, the innovations are averaged.
     pub(crate) nis_frames: T,
@@ -103,8 +104,9 @@ pub struct TrackTuning<T> {
     pub(crate) independent_neighbours: T,
     /// Variance of the angle by what frames have in common, per that by which the residuals exceed the noise.
     pub(crate) persistent_part: T,
-    /// Variances of an angle by what neighbouring frames share, as described, in rad^2: by the errors of all marks, which
-    /// frames of a moving rotor have beside [`Self::camera_rad2`]; by all that they share, from all marks; and from one.
+    /// Variances of an angle by what neighbouring frames share, as described, in rad^2: by the errors of all marks,
+    /// which frames of a moving rotor have beside [`Self::camera_rad2`]; by all that they share, from all marks; and
+    /// from one.
     pub(crate) mark_bias_rad2: T,
     pub(crate) persistent_rad2: T,
     pub(crate) single_mark_rad2: T,

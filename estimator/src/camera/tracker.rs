@@ -20,9 +20,9 @@
 //! ```
 //!
 //! A frame is fused at its exposure, however late it arrives: [`lag`]. A frame beyond the gate is refused and changes
-//! neither the estimate nor its variance, unless the frames around it show that an outlier came before or that the rotor
-//! was kicked: [`hypotheses`]. What the angle counts from after a restart: [`mod@reference`]. A camera that shows one
-//! code for ever: [`stuck`].
+//! neither the estimate nor its variance, unless the frames around it show that an outlier came before or that the
+//! rotor was kicked: [`hypotheses`]. What the angle counts from after a restart: [`mod@reference`]. A camera that shows
+//! one code for ever: [`stuck`].
 
 mod estimate;
 mod hypotheses;

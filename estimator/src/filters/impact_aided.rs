@@ -19,14 +19,15 @@
 //! Friction acts on the slip and at most stops it: `kick = clamp(S - rate, -c dv, c dv)`, with the tooth's tangential
 //! rate `S = s' / R_t`. The jump gives the tooth's *vertical* velocity, since restitution is known (F8).
 //!
-//! - Mode B: S follows from the tooth's rise and from what the earlier impacts of the train have left in the other modes
-//!   ([`ringing`]). It is taken as uniform within a width of that value, so the mean kick and its slope are known
+//! - Mode B: S follows from the tooth's rise and from what the earlier impacts of the train have left in the other
+//!   modes ([`ringing`]). It is taken as uniform within a width of that value, so the mean kick and its slope are known
 //!   ([`crate::filters::kick`]). Where the teeth stick, the rate afterwards is that of the tooth. The friction is
 //!   uniform in 0.2 to 0.6, and its error is the same at every impact of a motor: counted at 0.045 of its square.
 //! - Mode C moves the teeth by 2 um, no more than what impacts leave in A and B. So neither the pair that impacts is
 //!   known nor the sign of the slip, and 80 % of the kicks are at their bound. The mean is 0 and the variance 0.68 of
 //!   `(c dv)^2` (0.95 in drawn motors, but neighbouring kicks undo a part of each other: the jitter).
-//! - Drive off: S is 0 within what the rise of the tooth allows, so friction brakes the rotor and does not accelerate it.
+//! - Drive off: S is 0 within what the rise of the tooth allows, so friction brakes the rotor and does not accelerate
+//!   it.
 //!
 //! Jumps below the detector's threshold accompany those that it finds: `dv^2` in the variance is `dv^2 + threshold^2`,
 //! and between impacts the rate wanders a little.
@@ -34,8 +35,8 @@
 //! # Late frames, lost samples
 //!
 //! The impacts since the oldest frame kept are kept, up to [`IMPACTS_KEPT_MAX`]. A frame is fused at its exposure,
-//! through the impacts before it. One impact more than the capacity drops the frames before the oldest impact. The track
-//! after all kicks is kept beside, so that an estimate of the present passes none of them.
+//! through the impacts before it. One impact more than the capacity drops the frames before the oldest impact. The
+//! track after all kicks is kept beside, so that an estimate of the present passes none of them.
 //!
 //! ```text
 //!                    sample                            what it does to the rate

@@ -11,20 +11,20 @@
 //!
 //! A motor of known design lies quiet a known time after its drive is off ([`crate::settling`]); a vibrometer can only
 //! shorten that time. Before the first drive it runs from the first call of [`MotionWatch::drive`]. Quiet is no rest: a
-//! rotor may slide, or turn without friction. Rest is concluded from the frames ([`crate::camera::rest_test`]). At rest,
-//! bias and noise of the vibrometer are learnt ([`crate::vibrometer::calibration`]).
+//! rotor may slide, or turn without friction. Rest is concluded from the frames ([`crate::camera::rest_test`]). At
+//! rest, bias and noise of the vibrometer are learnt ([`crate::vibrometer::calibration`]).
 //!
 //! # Which samples are used
 //!
 //! A vibrometer that has lost its light, or whose range is exceeded, may deliver zeros or repeat one value without a
-//! flag. Two equal neighbours of noise of 0.2 mm/s are one in 10^5 in `f32`, and an exact zero is rarer still. So neither
-//! is used: a sample lost by chance costs nothing, and a dead vibrometer counts as silent. Where the vibrometer's steps
-//! are wider than a tenth of its noise, equal neighbours are usual: there the driven rotor's samples are dropped after
-//! a millisecond of equal ones, and those of a rotor without drive are used but do not show quiet.
+//! flag. Two equal neighbours of noise of 0.2 mm/s are one in 10^5 in `f32`, and an exact zero is rarer still. So
+//! neither is used: a sample lost by chance costs nothing, and a dead vibrometer counts as silent. Where the
+//! vibrometer's steps are wider than a tenth of its noise, equal neighbours are usual: there the driven rotor's samples
+//! are dropped after a millisecond of equal ones, and those of a rotor without drive are used but do not show quiet.
 //!
 //! A sample from more than a millisecond after the clock has a wrong time and is not used. Neither is one no newer than
-//! the last, unless [`MotionWatch::OLD_SAMPLES_MAX`] of those come in a row: then the last one's time was wrong, and the
-//! watch starts again at the next sample.
+//! the last, unless [`MotionWatch::OLD_SAMPLES_MAX`] of those come in a row: then the last one's time was wrong, and
+//! the watch starts again at the next sample.
 
 use motor_model::{DriveCommand, DriveMode, Real, Time};
 

@@ -1,9 +1,10 @@
 //! The lag: frames that are older than the last one, and frames of a wrong time.
 //!
 //! The track lives at the last exposure and is carried forward when an estimate is asked for, so a latency costs
-//! nothing. A frame older than the last is fused in its place: the track goes back to the frame before it, and the newer
-//! frames are taken in again. So the order of arrival makes no difference. For this the last [`FRAMES_KEPT`] frames are
-//! kept, each with the track after it. They limit the *difference* of latencies that can be corrected, not the latency.
+//! nothing. A frame older than the last is fused in its place: the track goes back to the frame before it, and the
+//! newer frames are taken in again. So the order of arrival makes no difference. For this the last [`FRAMES_KEPT`]
+//! frames are kept, each with the track after it. They limit the *difference* of latencies that can be corrected, not
+//! the latency.
 //!
 //! - A frame from before the oldest one kept is [`Rejection::OutOfHorizon`].
 //! - A frame of an exposure that is kept already is [`Rejection::Duplicate`].
