@@ -66,8 +66,6 @@ mod innovation;
 mod instruments;
 mod measurement;
 mod settling;
-#[cfg(test)]
-mod test_support;
 mod vibrometer;
 
 pub use camera::angle_rate_covariance::AngleRateCovariance;
@@ -92,3 +90,6 @@ pub use vibrometer::rest::RestTuning;
 #[cfg(doctest)]
 #[doc = include_str!("../README.md")]
 struct ReadmeDoctests;
+
+#[cfg(test)]
+mod tests;

@@ -114,7 +114,7 @@ mod tests {
     use crate::camera::process::Jitter;
     use crate::filter::AngleFilter as _;
     use crate::filters::constant_rate::{ConstantRate, ConstantRateTuning};
-    use crate::test_support::{FRAME_NANOS, frame};
+    use crate::tests::{FRAME_NANOS, frame};
     use motor_model::{Angle, DriveCommand, DriveMode, Time};
     use nalgebra::{Matrix2, SMatrix, SVector, Vector2};
     use rand_distr::{Distribution, StandardNormal};

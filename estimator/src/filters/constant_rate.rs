@@ -155,24 +155,14 @@ impl<T: Real> RandomWalkTuning<T> {
             jitter_c: Jitter { angle_rad2: T::from_f64(1e-9), rate_rad2_s2: T::from_f64(0.05) },
         }
     }
-}
 
-impl<T: Real> RandomWalkTuning<T> {
     pub(crate) fn intensity_rad2_s3(&self, motion: Motion, resting: bool) -> T {
-        match motion {
-            Motion::Impacted(DriveMode::B) => self.impacted_b_rad2_s3,
-            Motion::Impacted(DriveMode::C) => self.impacted_c_rad2_s3,
-            Motion::Quiet if resting => self.resting_rad2_s3,
-            Motion::Quiet => self.sliding_rad2_s3,
-        }
+        let quiet = if resting { self.resting_rad2_s3 } else { self.sliding_rad2_s3 };
+        motion.of(self.impacted_b_rad2_s3, self.impacted_c_rad2_s3, quiet)
     }
 
     pub(crate) fn jitter(&self, motion: Motion) -> Jitter<T> {
-        match motion {
-            Motion::Impacted(DriveMode::B) => self.jitter_b,
-            Motion::Impacted(DriveMode::C) => self.jitter_c,
-            Motion::Quiet => Jitter::none(),
-        }
+        motion.of(self.jitter_b, self.jitter_c, Jitter::none())
     }
 }
 
@@ -201,11 +191,12 @@ impl<T: Real> RandomWalk<'_, T> {
         until: Time,
     ) {
         let (of_b, of_c) = (T::from_f64(1.0 / CORRELATION_B_S), T::from_f64(1.0 / CORRELATION_C_S));
-        let (per_correlation, third_nanos, mean_rad_s) = match motion {
-            Motion::Impacted(DriveMode::B) => (of_b, THIRD_B_NANOS, self.mean_rate_rad_s[0]),
-            Motion::Impacted(DriveMode::C) => (of_c, THIRD_C_NANOS, self.mean_rate_rad_s[1]),
-            Motion::Quiet => (of_b, THIRD_B_NANOS, T::zero()),
-        };
+        let [mean_b, mean_c] = self.mean_rate_rad_s;
+        let (per_correlation, third_nanos, mean_rad_s) = motion.of(
+            (of_b, THIRD_B_NANOS, mean_b),
+            (of_c, THIRD_C_NANOS, mean_c),
+            (of_b, THIRD_B_NANOS, T::zero()),
+        );
         let span_nanos = until.nanos_since(state.at);
         let step_nanos = third_nanos.max(span_nanos / STEPS_MAX);
         let intensity_rad2_s3 = self.tuning.intensity_rad2_s3(motion, false);

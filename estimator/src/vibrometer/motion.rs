@@ -43,6 +43,15 @@ pub enum Motion {
 }
 
 impl Motion {
+    /// What belongs to this motion: of impacts under mode B, under mode C, or of none.
+    pub(crate) fn of<X>(self, b: X, c: X, quiet: X) -> X {
+        match self {
+            Self::Impacted(DriveMode::B) => b,
+            Self::Impacted(DriveMode::C) => c,
+            Self::Quiet => quiet,
+        }
+    }
+
     /// Of two motions the one that moves the rotor more.
     pub(crate) fn or_faster(self, other: Self) -> Self {
         match (self, other) {

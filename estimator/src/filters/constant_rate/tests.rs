@@ -1,6 +1,6 @@
 use super::*;
 use crate::innovation::{Rejection, Verdict};
-use crate::test_support::{FRAME_NANOS, assert_consistent, frame, nees};
+use crate::tests::{FRAME_NANOS, assert_consistent, frame, nees};
 extern crate std;
 use motor_model::Angle;
 use proptest::prelude::*;

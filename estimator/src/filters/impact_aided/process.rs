@@ -1,7 +1,7 @@
 //! How angle and rate change under the kicks that the vibrometer shows.
 
 use heapless::Deque;
-use motor_model::{DriveMode, Real, Time};
+use motor_model::{Real, Time};
 
 use super::{IMPACTS_KEPT_MAX, ImpactAidedTuning};
 use crate::camera::process::{Jitter, Process, Wander, Wandering};
@@ -75,11 +75,7 @@ impl<T: Real> Wander<T> for KickedRate<'_, T> {
     fn wandering(&self, at: Time, resting: bool) -> Wandering<T> {
         let MotionPiece { motion, until, .. } = self.motions.piece(at);
         let [missed_b, missed_c] = self.tuning.missed_rad2_s3;
-        let missed_rad2_s3 = match motion {
-            Motion::Impacted(DriveMode::B) => missed_b,
-            Motion::Impacted(DriveMode::C) => missed_c,
-            Motion::Quiet => T::zero(),
-        };
+        let missed_rad2_s3 = motion.of(missed_b, missed_c, T::zero());
         if motion != Motion::Quiet && at < self.detecting_until {
             return Wandering { intensity_rad2_s3: missed_rad2_s3, until: until.min(self.detecting_until) };
         }
@@ -122,12 +118,8 @@ impl<T: Real, B: TrackCovariance<T>> Process<T, B> for KickedRate<'_, T> {
         if at > self.detecting_until {
             return self.tuning.constant_rate.random_walk.jitter(motion);
         }
-        let ([unseen_b, unseen_c], Jitter { angle_rad2, rate_rad2_s2 }) =
-            (self.tuning.unseen_rad2_s2, self.tuning.jitter_c);
-        match motion {
-            Motion::Impacted(DriveMode::B) => Jitter { angle_rad2: T::zero(), rate_rad2_s2: unseen_b },
-            Motion::Impacted(DriveMode::C) => Jitter { angle_rad2, rate_rad2_s2: rate_rad2_s2 + unseen_c },
-            Motion::Quiet => Jitter::none(),
-        }
+        let [unseen_b, unseen_c] = self.tuning.unseen_rad2_s2;
+        let unseen = |rate_rad2_s2| Jitter { angle_rad2: T::zero(), rate_rad2_s2 };
+        motion.of(unseen(unseen_b), self.tuning.jitter_c.plus(unseen(unseen_c)), Jitter::none())
     }
 }

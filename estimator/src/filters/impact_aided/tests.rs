@@ -4,7 +4,7 @@ use crate::camera::track_tuning::TrackTuning;
 use crate::filters::constant_rate::ConstantRateTuning;
 use crate::innovation::{Rejection, Verdict};
 use crate::instruments::{CameraDescription, Instruments};
-use crate::test_support::{FRAME_NANOS, LDV_NANOS, assert_consistent, frame, nees, quiet_sample};
+use crate::tests::{FRAME_NANOS, LDV_NANOS, assert_consistent, frame, nees, quiet_sample};
 use motor_model::{Angle, MotorParams};
 use proptest::prelude::*;
 use rand_distr::{Distribution, StandardNormal};
