@@ -131,7 +131,7 @@ impl<T: Real, B: TrackCovariance<T>> Tracker<T, B> {
             noise: CameraNoise::new(&tuning.camera),
             persistent_error: PersistentError::default(),
             correlation: InnovationCorrelation::white(),
-            intervals: Intervals::none(),
+            intervals: Intervals::default(),
         }
     }
 

@@ -108,7 +108,7 @@ impl<T: Real> ImpactAided<T> {
             tracker: Tracker::new(tuning.constant_rate.track),
             kicks: Deque::new(),
             propagated: None,
-            ringing: Ringing::none(),
+            ringing: Ringing::default(),
             ringing_known_from: Time::ZERO,
             drive: DriveCommand::OFF,
         }
@@ -230,7 +230,7 @@ impl<T: Real> ImpactAided<T> {
 
     /// The ringing of the impacts before `at` is not known.
     fn forget_ringing(&mut self, at: Time) {
-        self.ringing = Ringing::none();
+        self.ringing = Ringing::default();
         self.ringing_known_from = at.plus_nanos(RINGING_NANOS);
     }
 

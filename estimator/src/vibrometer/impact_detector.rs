@@ -188,7 +188,7 @@ impl<T: Real> ImpactDetector<T> {
             drift_m_s: T::zero(),
             below: false,
             upward_m2_s2: T::from_f64(Self::SIGN_M2_S2),
-            free_fall: FreeFall::new(),
+            free_fall: FreeFall::default(),
             erratic_until: None,
             fault: None,
         };

@@ -3,7 +3,7 @@
 use motor_model::Time;
 
 /// Time between frames, and their latency.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Intervals {
     /// Mean time from exposure to exposure, the latest weighing most, in ns; `None` before the second frame.
     mean_nanos: Option<u64>,
@@ -17,10 +17,6 @@ impl Intervals {
 
     /// Largest interval that counts, per mean: one silence says little of the intervals after it.
     const LONGEST: u64 = 4;
-
-    pub(super) fn none() -> Self {
-        Self { mean_nanos: None, latency_nanos: 0 }
-    }
 
     /// Takes in a frame that comes when the filter's clock shows `clock`. `before` is the exposure of the frame before
     /// it, if none came out of order.
@@ -55,7 +51,7 @@ mod tests {
     /// 40 frames.
     #[test]
     fn exact_silence_begins_after_two_and_a_half_intervals() {
-        let mut intervals = Intervals::none();
+        let mut intervals = Intervals::default();
         let mut last = None;
         let mut take = |intervals: &mut Intervals, at: u64| {
             intervals.take(last.replace(micros(at)), micros(at), micros(at + 30));

@@ -106,8 +106,8 @@ pub(crate) struct ToothRate<T> {
     pub(crate) slope_rad_s2: T,
 }
 
-/// Modes A and C at the last impact.
-#[derive(Clone, Copy, Debug)]
+/// Modes A and C at the last impact; by default nothing but the driven mode moves.
+#[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Ringing<T> {
     at: Time,
     /// The tooth's complex velocity in mode A, in m/s.
@@ -117,11 +117,6 @@ pub(crate) struct Ringing<T> {
 }
 
 impl<T: Real> Ringing<T> {
-    /// A stator in which only the driven mode moves.
-    pub(crate) fn none() -> Self {
-        Self { at: Time::ZERO, a: [T::zero(); 2], c: [T::zero(); 2] }
-    }
-
     /// The rate of the tooth at an impact at `at` whose tooth rises at `rise_m_s`; then adds the recoil of the impact's
     /// `jump_m_s`.
     pub(crate) fn impact(
@@ -197,7 +192,7 @@ mod tests {
             let mut states = [Vector2::zeros(); 3];
             states[1] = Vector2::new(1e-5, 0.4 - 0.05 * n as f64);
             let mut stator = Stator { modes, states };
-            let (mut ringing, mut at, mut pair) = (Ringing::none(), Time::from_micros(1_000_000), 0);
+            let (mut ringing, mut at, mut pair) = (Ringing::default(), Time::from_micros(1_000_000), 0);
             for wait in [0, halves[0], halves[1]] {
                 let nanos = (1e9 * half_s * f64::from(wait)).round();
                 stator.advance(1e-9 * nanos);
@@ -223,7 +218,7 @@ mod tests {
     #[test]
     fn law_ringing_dies_out() {
         let tuning = RingingTuning::<f32>::new(&MotorParams::nominal());
-        let mut ringing = Ringing::none();
+        let mut ringing = Ringing::default();
         let first = ringing.impact(&tuning, Time::from_micros(1000), 0.1, 0.02).rate_rad_s;
         let again = ringing.impact(&tuning, Time::from_micros(1300), 0.1, 0.02).rate_rad_s;
         let late = ringing.impact(&tuning, Time::from_micros(100_000), 0.1, 0.02).rate_rad_s;

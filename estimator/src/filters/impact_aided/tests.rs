@@ -172,7 +172,7 @@ fn exact_kick_in_mode_b_is_coulombs() {
         let slip = lever / 3_f64.sqrt() * rise - radius * rate;
         let limit = 0.4 * mass * radius * radius / inertia * jump;
         let expected = slip.clamp(-limit, limit) / radius;
-        filter.ringing = Ringing::none();
+        filter.ringing = Ringing::default();
         let kick = filter.impact_kick(Time::ZERO, 0.0, before, jump);
         let towards: f64 = kick.tooth_rate_rad_s - rate;
         let got = Real::clamp_magnitude(towards, kick.kick_max_rad_s);
