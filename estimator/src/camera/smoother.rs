@@ -83,7 +83,7 @@ impl<T: Real, const N: usize> Smoothed<T, N> {
             filter: KalmanFilter { state: states(state, T::zero()), covariance: covariance.ud_covariance() },
             transition: Dense(carried.jacobian()),
             noise: carried.noise().ud_covariance().sources(),
-            predicted: with_first(carried.further(), [T::zero(), ahead.rate_rad_s]),
+            predicted: with_first(carried.covariance().further(), [T::zero(), ahead.rate_rad_s]),
         }];
         smooth(&mut step, &KalmanFilter { state: later, covariance: self.covariance }).ok()?;
         let [SmootherStep { filter: KalmanFilter { state, covariance }, .. }] = step;

@@ -104,10 +104,6 @@ impl<T: Real, B: SmoothedCovariance<T, N>, const N: usize> Carried<T, B, N> {
         jacobian
     }
 
-    pub(crate) fn further(&self) -> SVector<T, N> {
-        self.covariance.further()
-    }
-
     /// The rate becomes `kept` of its own error, and takes up the errors of further states by `row`.
     pub(crate) fn turn_rate(&mut self, kept: T, row: &SVector<T, N>) {
         self.rate_row = self.rate_row * kept + row;

@@ -3,8 +3,9 @@
 //! Tracking noise and motion change the code of the default camera with probability 0.46 or more, so 20 equal codes in
 //! a row are one chance in 10^5 even for a driven rotor that does not turn. A coarser camera repeats codes by itself,
 //! so the number follows from noise and resolution ([`stuck_frames`]). Then the frames with that code are taken back,
-//! and refused ([`Rejection::Stuck`]) until another code comes. At rest the same code proves nothing: a camera that
-//! shows one code of a rotor that neither turned nor was driven since is used again once the rotor lies quiet.
+//! and refused ([`Rejection::Stuck`]) until another code comes. At rest such a row shows a lack of dither alone: a
+//! camera that shows one code of a rotor that neither turned nor was driven since is used again once the rotor lies
+//! quiet.
 //!
 //! [`stuck_frames`]: crate::camera::track_tuning::TrackTuning::stuck_frames
 
