@@ -39,7 +39,7 @@ use one_column::{VarianceLeft, add_to_dwarfed_column, move_column, take_share};
 /// It passes the states from the last one that it acts on to the first, and costs a division and a column for each. So
 /// put the states on which noise acts first, within a block of [`crate::Blocks2`] in any case. With modes as (velocity
 /// over natural frequency, displacement), and not the other way round, a step of six states and two measurements takes
-/// 8 % less time, and one of ten states and one measurement 11 %.
+/// 8 % less time, and one of ten states and one measurement 9 %.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
@@ -84,8 +84,8 @@ impl<T: Real, const N: usize> UdCovariance<T, N> {
     /// `P <- P + sum c a a'` over the sources. A negative variance adds nothing. A number that is infinite or NaN makes
     /// the variances that it reaches infinite or NaN: [`Self::predict`] refuses it.
     ///
-    /// The sources pass together, so that a column is fetched once; or, with a dozen states or less on a large processor,
-    /// one after the other: its columns hardly wait for each other. The order changes no bit.
+    /// The sources pass together, so that a column is fetched once; or, of a dozen states or less on a large processor,
+    /// one by one: then its columns hardly wait for each other. The order changes no bit.
     #[inline]
     pub fn add_noise<const M: usize>(&mut self, sources: &[NoiseSource<T, N>; M]) {
         if SOURCE_BY_SOURCE && N > FEW_STATES && N <= UNROLLED_STATES {
