@@ -3,6 +3,7 @@
 
 use std::cell::Cell;
 use std::ops::{Add, AddAssign, Div, DivAssign, Mul, MulAssign, Neg, Rem, RemAssign, Sub, SubAssign};
+use std::thread::LocalKey;
 
 use nalgebra::SVector;
 use num_traits::{Bounded, Num, One, Zero};
@@ -35,7 +36,7 @@ impl Counted {
     }
 }
 
-fn count(counter: &'static std::thread::LocalKey<Cell<u64>>) {
+fn count(counter: &'static LocalKey<Cell<u64>>) {
     counter.set(counter.get() + 1);
 }
 
@@ -52,12 +53,11 @@ impl PartialOrd for Counted {
 }
 
 macro_rules! operation {
-    ($operation:ident $call:ident, $assign:ident $assign_call:ident, $cycles:expr, $counters:expr) => {
+    ($operation:ident $call:ident, $assign:ident $assign_call:ident, $cycles:expr $(, $counter:ident)?) => {
         impl $operation for Counted {
             type Output = Self;
             fn $call(self, other: Self) -> Self {
-                let counters: &[&'static std::thread::LocalKey<Cell<u64>>] = $counters;
-                counters.iter().for_each(|counter| count(counter));
+                $(count(&$counter);)?
                 self.after(other, self.value.$call(other.value), $cycles)
             }
         }
@@ -69,11 +69,11 @@ macro_rules! operation {
     };
 }
 
-operation!(Add add, AddAssign add_assign, SUM_CYCLES, &[]);
-operation!(Sub sub, SubAssign sub_assign, SUM_CYCLES, &[]);
-operation!(Mul mul, MulAssign mul_assign, SUM_CYCLES, &[&PRODUCTS]);
-operation!(Div div, DivAssign div_assign, DIVISION_CYCLES, &[&DIVISIONS]);
-operation!(Rem rem, RemAssign rem_assign, DIVISION_CYCLES, &[&DIVISIONS]);
+operation!(Add add, AddAssign add_assign, SUM_CYCLES);
+operation!(Sub sub, SubAssign sub_assign, SUM_CYCLES);
+operation!(Mul mul, MulAssign mul_assign, SUM_CYCLES, PRODUCTS);
+operation!(Div div, DivAssign div_assign, DIVISION_CYCLES, DIVISIONS);
+operation!(Rem rem, RemAssign rem_assign, DIVISION_CYCLES, DIVISIONS);
 
 impl Neg for Counted {
     type Output = Self;
