@@ -100,8 +100,7 @@ impl MotorParams {
     /// # Errors
     /// When `value` is outside the parameter's bounds or NaN.
     pub fn with(mut self, parameter: Parameter, value: f64) -> Result<Self, OutOfBounds> {
-        let spec = parameter.spec();
-        OutOfBounds::check(spec.key, value, spec.min, spec.max, spec.unit)?;
+        let value = parameter.check(value)?;
         #[expect(clippy::indexing_slicing, reason = "there is one value per discriminant")]
         {
             self.values[parameter as usize] = value;

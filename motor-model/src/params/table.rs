@@ -40,7 +40,17 @@ macro_rules! parameters {
             meaning: $meaning,
         }),*];
 
+        /// Key, unit, least and largest value, apart from the rest: a microcontroller has no room for meanings.
+        const LIMITS: [(&str, &str, f64, f64); COUNT] = [$(($key, $unit, $bounds.0, $bounds.1)),*];
+
         impl $parameter {
+            /// `value`, if the parameter takes it.
+            pub(crate) fn check(self, value: f64) -> Result<f64, $crate::error::OutOfBounds> {
+                #[expect(clippy::indexing_slicing, reason = "there is one row per discriminant by construction")]
+                let (key, unit, min, max) = LIMITS[self as usize];
+                $crate::error::OutOfBounds::check(key, value, min, max, unit)
+            }
+
             /// Every parameter, in the order of the table.
             pub const ALL: [Self; COUNT] = [$(Self::$name),*];
 

@@ -327,6 +327,10 @@ fn regress_the_books_of_a_first_step_balance_to_the_rounding_of_the_steady_motio
             (Parameter::ModeBDampingRatio, mode_b[1]),
             (Parameter::ModeBToothAmplitude, mode_b[2]),
             (Parameter::Gravity, gravity_m_s2),
+            (Parameter::ModeBExtraShift, 0.0),
+            (Parameter::ModeAMassFraction, 1.0),
+            (Parameter::ModeBMassFraction, 0.5),
+            (Parameter::ModeCMassFraction, 0.5),
         ];
         changes.into_iter().fold(values, |params, (parameter, value)| {
             params.with(parameter, value).expect("within its bounds")
