@@ -124,7 +124,7 @@ impl RotorModels {
                 .opacity(0.5)
                 .label("experiment"),
         )
-        .series(Series::points(rates(0..=3)).colour(Colour::Grey).label("three figures or fewer agree"))
+        .series(Series::points(rates(0..=3)).colour(Colour::Sky).label("three figures or fewer agree"))
         .series(Series::points(rates(4..=4)).colour(Colour::Blue).label("four"))
         .series(Series::points(rates(5..=5)).colour(Colour::Purple).label("five"))
         .series(Series::points(rates(6..=6)).colour(Colour::Vermilion).width(2.5).label("six"));
@@ -181,5 +181,52 @@ impl RotorModels {
             );
         }
         figure
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::studies::rotor_models::VariantRuns;
+    use crate::studies::rotor_models::measured::MeasuredRun;
+
+    fn run(rate_rad_s: f64, line_hz: f64, amplitude_mm_s: f64) -> MeasuredRun {
+        MeasuredRun {
+            rate_rad_s,
+            collision_frequency_hz: line_hz,
+            collision_amplitude_mm_s: amplitude_mm_s,
+            rim_amplitude_mm_s: 2.0 * amplitude_mm_s,
+            tilt_rms_mrad: 20.0,
+            hub_contacts_per_s: 500.0,
+            reversed_share: 0.0,
+        }
+    }
+
+    /// A rotor that meets the experiment in mode B, and in mode C all figures or none.
+    fn drawn(mode_c: MeasuredRun) -> DrawnRotor {
+        let values = DRAWN.iter().map(|drawn| drawn.range.0).collect();
+        DrawnRotor { values, runs: [run(1.0, 76.0, 3.94), mode_c] }
+    }
+
+    /// Every picture can be drawn: no two things of a panel have one colour, and each axis has a unit. The drawn rotors
+    /// stand by the number of figures in which they agree.
+    #[test]
+    fn tool_every_picture_is_drawn() {
+        let (meets, fails) = (drawn(run(1.4, 400.0, 0.88)), drawn(run(3.3, 100.0, 3.0)));
+        assert_eq!([meets.figures_met(), fails.figures_met()], [6, 3]);
+        let runs = || [vec![run(1.0, 76.0, 3.9); 2], vec![run(1.4, 400.0, 0.9); 2]];
+        let models = RotorModels {
+            seeds: 2,
+            change_seeds: 2,
+            variants: VARIANTS.iter().map(|of| VariantRuns { name: of.name, runs: runs() }).collect(),
+            predictions: Vec::new(),
+            changed: Vec::new(),
+            drawn: vec![meets, fails],
+        };
+        let pictures = models.pictures();
+        assert_eq!(pictures.len(), 4);
+        for (name, figure) in &pictures {
+            assert!(figure.svg().unwrap().contains("<svg"), "{name}");
+        }
     }
 }
