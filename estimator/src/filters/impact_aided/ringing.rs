@@ -4,14 +4,15 @@
 //! velocities differ (F9). With the shapes of a pair (phi, psi: see [`motor_model::ToothPair`]),
 //!
 //! ```text
-//! S = b (u' - A' - C') + c C',      b = psi_B / (phi_B R_t),   c = psi_C / (phi_C R_t),   b / c = -cot^2 2 th
+//! S = b (u' - A' - C') + c C',      b = psi_B / (phi_B R_t),   c = psi_C / (phi_C R_t)
+//! b / c = -cot^2 2 th, where both modes have the same shift
 //! ```
 //!
 //! Under mode B almost nothing but the impacts themselves moves A and C. An impact of jump `dv` takes `q dv` from the
 //! tooth's velocity in a mode, and then the mode rings:
 //!
 //! ```text
-//! impact     z -> z - q dv               q_A = m_r / m_s,   q_C = 2 m_r / m_s cos^2 2 th
+//! impact     z -> z - q dv               q_A = m_r / M_A,   q_C = m_r / M_C cos^2 2 th
 //! between    z -> exp((i - zeta) w t) z         A' = Re z_A,   C' = +- Re z_C
 //! ```
 //!
@@ -78,17 +79,19 @@ impl<T: Real> RingingTuning<T> {
     pub fn new(params: &MotorParams) -> Self {
         let get = |parameter| params.get(parameter);
         let tau = core::f64::consts::TAU;
+        let (sin_b, cos_b) = math::sin_cos(2.0 * params.mode_b_tooth_angle_deg().to_radians());
         let (sin, cos) = math::sin_cos(2.0 * params.effective_tooth_angle_deg().to_radians());
         let lever_per_radius = params.lever() / get(Parameter::ToothRadius);
-        let (b, c) = (lever_per_radius * cos / sin, -lever_per_radius * sin / cos);
+        let (b, c) = (lever_per_radius * cos_b / sin_b, -lever_per_radius * sin / cos);
         let ratio = params.mass_ratio();
+        let [part_a, _, part_c] = params.mass_fractions();
         let a_hertz = get(Parameter::ModeAFrequency);
-        let a_decay = get(Parameter::ModeADamping) / (2.0 * get(Parameter::StatorMass));
+        let a_decay = get(Parameter::ModeADamping) / (2.0 * (part_a * get(Parameter::StatorMass)));
         let c_hertz = get(Parameter::ModeCFrequency);
         let c_decay = get(Parameter::ModeCDampingRatio) * tau * c_hertz;
         Self {
-            a: FreeMode::new(a_hertz, a_decay, ratio),
-            c: FreeMode::new(c_hertz, c_decay, 2.0 * ratio * cos * cos),
+            a: FreeMode::new(a_hertz, a_decay, ratio / part_a),
+            c: FreeMode::new(c_hertz, c_decay, ratio / part_c * cos * cos),
             b_phase_per_nano: Phase::from_turns(1e-9 * get(Parameter::ModeBFrequency)),
             b_turn_per_rise_rad_m: T::from_f64(b),
             c_beyond_b_rad_m: T::from_f64(c - b),

@@ -56,8 +56,8 @@ impl<T: Real> ImpactAidedTuning<T> {
         let get = |parameter| params.get(parameter);
         let kick = get(Parameter::Friction) * get(Parameter::RotorMass) * get(Parameter::ToothRadius)
             / get(Parameter::RotorInertia);
-        let approach = (1.0 + 3.0 * params.mass_ratio()) / (1.0 + get(Parameter::Restitution));
-        let (sin, cos) = math::sin_cos(2.0 * params.effective_tooth_angle_deg().to_radians());
+        let approach = (1.0 + params.tooth_mass_ratio()) / (1.0 + get(Parameter::Restitution));
+        let (sin, cos) = math::sin_cos(2.0 * params.mode_b_tooth_angle_deg().to_radians());
         let detector = ImpactDetectorTuning::new(params, &vibrometer);
         let period_s = vibrometer.period_s();
         let unseen_s = if period_s > LOCATED_S { UNSEEN_PERIODS * period_s } else { 0.0 };
