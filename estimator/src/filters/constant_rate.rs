@@ -39,7 +39,7 @@
 
 mod mean_rate;
 
-use motor_model::{DriveCommand, DriveMode, MotorParams, Real, Time};
+use motor_model::{DriveCommand, MotorParams, Real, Time};
 
 use crate::camera::process::{Jitter, Process, Wander, Wandering};
 use crate::camera::track::State;

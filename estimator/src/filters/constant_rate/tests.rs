@@ -2,7 +2,7 @@ use super::*;
 use crate::innovation::{Rejection, Verdict};
 use crate::tests::{FRAME_NANOS, assert_consistent, frame, nees};
 extern crate std;
-use motor_model::Angle;
+use motor_model::{Angle, DriveMode};
 use proptest::prelude::*;
 use rand_distr::{Distribution, StandardNormal};
 use rand_pcg::Pcg64;
