@@ -152,7 +152,8 @@ impl<T: Real> Filter<T, 2, 1> for AngleAndRate<T> {
     fn step(&mut self, &[z]: &[T; 1]) {
         self.angle += self.dt * self.rate;
         let innovation = z - self.angle;
-        let gain = self.covariance.predict_and_update_angle(self.dt, self.noise, self.measured_variance);
+        self.covariance.predict(self.dt, self.noise);
+        let gain = self.covariance.update_angle(self.measured_variance);
         self.angle += gain.angle * innovation;
         self.rate += gain.rate * innovation;
     }

@@ -9,6 +9,7 @@
 //! bits. A filter has broken down from the step at which it is a standard deviation off, refuses a plain measurement
 //! or panics.
 
+mod counted;
 #[allow(dead_code, reason = "some forms are timed by the benchmark `kalman` alone")]
 mod ours;
 mod peers;
@@ -257,4 +258,12 @@ fn main() {
     let broken = (OURS..NAMES.len()).filter(|&peer| errors.iter().any(|of| of[peer].starts_with(BREAKS)));
     println!("\nstructured: {}\ndense: {}", over_quickest_peer(0), over_quickest_peer(1));
     println!("broken: {} of {}", broken.count(), NAMES.len() - OURS);
+    let needs = [counted::of_two_states(), counted::of_modes::<6, 3, 2>(), counted::of_modes::<10, 5, 1>()];
+    let of_each = |needed: fn(&counted::Needs) -> u64| {
+        let [a, b, c] = needs.each_ref().map(needed);
+        format!("{a}, {b} and {c}")
+    };
+    println!("products: {}", of_each(|needs| needs.products));
+    println!("divisions: {}", of_each(|needs| needs.divisions));
+    println!("chain: {}", of_each(|needs| needs.chain_cycles));
 }

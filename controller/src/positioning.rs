@@ -169,19 +169,23 @@ impl Positioning {
         // An estimate that is wide but right is not lost.
         let wide = health == Health::Unusable(Reason::Uncertain);
         let usable = estimate.filter(|_| wide || !matches!(health, Health::Unusable(_)));
-        self.phase = match (self.phase, usable) {
-            (PositioningPhase::Stopped(why), _) => PositioningPhase::Stopped(why),
-            (_, None) => self.wait(now, health),
-            (phase, Some(estimate)) => {
+        let next = match (&self.phase, usable) {
+            (PositioningPhase::Stopped(_), _) => None,
+            (_, None) => Some(self.wait(now, health)),
+            (_, Some(estimate)) => {
                 if !wide {
                     self.blind_since = None;
                 }
                 self.rest.note_variance(estimate, self.tuning.floor_rad2);
-                self.step(map, phase, now, estimate, wide)
+                self.step(map, now, estimate, wide)
             }
         };
-        let late = now.nanos_since(self.started_at) > self.tuning.limits.deadline_nanos;
-        if late && !matches!(self.phase, PositioningPhase::Holding | PositioningPhase::Stopped(_)) {
+        if let Some(next) = next {
+            self.phase = next;
+        }
+        if !matches!(self.phase, PositioningPhase::Holding | PositioningPhase::Stopped(_))
+            && now.nanos_since(self.started_at) > self.tuning.limits.deadline_nanos
+        {
             self.phase = PositioningPhase::Stopped(StopReason::TimedOut);
         }
         self.command()
@@ -203,16 +207,16 @@ impl Positioning {
         }
     }
 
-    /// `wide` is whether the estimate is too uncertain to begin a drive by.
+    /// The next phase; `None` if the present one goes on as it is. `wide` is whether the estimate is too uncertain to
+    /// begin a drive by.
     fn step(
         &mut self,
         map: &ResponseMap,
-        phase: PositioningPhase,
         now: Time,
         estimate: &Estimate<f32>,
         wide: bool,
-    ) -> PositioningPhase {
-        match phase {
+    ) -> Option<PositioningPhase> {
+        match self.phase {
             PositioningPhase::Cruise { cruise, since, progress } => {
                 self.cruise(map, cruise, since, progress, now, estimate)
             }
@@ -220,17 +224,20 @@ impl Positioning {
                 self.burst(family, burst, since, now, estimate)
             }
             PositioningPhase::Brake { mode, since } => self.brake(mode, since, now, estimate),
-            PositioningPhase::Settling(_) => self.settle(map, now, estimate, wide),
-            PositioningPhase::Holding => self.hold(now, estimate),
+            PositioningPhase::Settling(_) => Some(self.settle(map, now, estimate, wide)),
+            PositioningPhase::Holding => {
+                self.hold(now, estimate);
+                None
+            }
             PositioningPhase::Waiting(_) => {
                 self.watch = SettlingWatch::new(None);
-                PositioningPhase::Settling(Wait::Rest)
+                Some(PositioningPhase::Settling(Wait::Rest))
             }
-            PositioningPhase::Stopped(why) => PositioningPhase::Stopped(why),
+            PositioningPhase::Stopped(_) => None,
         }
     }
 
-    /// Drive on: goes on, or is cut.
+    /// Drive on: goes on, changes, or is cut.
     fn cruise(
         &mut self,
         map: &ResponseMap,
@@ -239,49 +246,58 @@ impl Positioning {
         progress: ProgressWindow,
         now: Time,
         estimate: &Estimate<f32>,
-    ) -> PositioningPhase {
+    ) -> Option<PositioningPhase> {
         if self.leaves(cruise.mode, estimate) {
-            return PositioningPhase::Stopped(StopReason::OutOfTravel);
+            return Some(PositioningPhase::Stopped(StopReason::OutOfTravel));
         }
         let direction = direction(cruise.mode);
         let window_nanos = self.tuning.progress_window_nanos;
-        let progress = match progress.outcome(cruise.rate_rad_s, window_nanos, now, estimate) {
-            WindowOutcome::Open => progress,
+        let next_window = match progress.outcome(cruise.rate_rad_s, window_nanos, now, estimate) {
+            WindowOutcome::Open => None,
             WindowOutcome::Turns(rate_rad_s) => {
                 (self.stalls, self.wrong_ways) = (0, 0);
                 self.learn_rate(&cruise, rate_rad_s);
-                ProgressWindow::from(now, estimate)
+                Some(ProgressWindow::from(now, estimate))
             }
             WindowOutcome::Stuck => {
                 self.learn_rate(&cruise, 0.0);
                 self.watch = SettlingWatch::new(None);
-                return self.stall(cruise.mode);
+                return Some(self.stall(cruise.mode));
             }
             WindowOutcome::WrongWay => {
                 self.watch = SettlingWatch::new(None);
-                return self.wrong_way();
+                return Some(self.wrong_way());
             }
         };
         let remaining_rad = direction * self.target.angle().radians_since::<f32>(estimate.angle);
-        let coast_rad = map.coast_rad(cruise.mode, (direction * estimate.rate_rad_s).max(0.0));
+        let rate_rad_s = direction * estimate.rate_rad_s;
+        // Not `f32::max`, for which the microcontroller calls a function.
+        let coast_rad = map.coast_rad(cruise.mode, if rate_rad_s > 0.0 { rate_rad_s } else { 0.0 });
+        let before_cut_rad = remaining_rad - coast_rad;
         // The coast is not known better than the angle at the cut.
         let coast_rad2 = cruise.coast_sd_rad * cruise.coast_sd_rad;
-        let coast_sd_rad = math::sqrt_f32(coast_rad2 + estimate.angle_rad2);
-        let arrived = remaining_rad <= coast_rad - CLOCKWISE_COAST_SIGMAS * direction * coast_sd_rad;
+        let spread_rad2 = coast_rad2 + estimate.angle_rad2;
+        let arrived = is_at_most(before_cut_rad, -CLOCKWISE_COAST_SIGMAS * direction, spread_rad2);
         let too_long = now.nanos_since(since) >= self.tuning.limits.on_max_nanos;
-        let uncertain = estimate.angle_rad2 > self.tuning.cruise_variance_max_rad2.max(coast_rad2);
-        let near = remaining_rad - coast_rad < NEAR_SIGMAS * math::sqrt_f32(estimate.angle_rad2);
-        if arrived || too_long || (uncertain && near) {
-            if uncertain && near {
+        let uncertain = estimate.angle_rad2 > self.tuning.cruise_variance_max_rad2
+            && estimate.angle_rad2 > coast_rad2
+            && is_at_most(before_cut_rad, NEAR_SIGMAS, estimate.angle_rad2);
+        if arrived || too_long || uncertain {
+            if uncertain {
                 // The next cruise would end the same way, perhaps before it has turned the rotor.
                 self.bursts_only = true;
             }
             if arrived {
                 (self.stalls, self.wrong_ways) = (0, 0);
             }
-            return self.coast(direction, coast_rad, coast_sd_rad);
+            return Some(self.coast(direction, coast_rad, math::sqrt_f32(spread_rad2)));
         }
-        PositioningPhase::Cruise { cruise: self.weakened(map, cruise, remaining_rad), since, progress }
+        let weaker = self.weaker(map, &cruise, remaining_rad);
+        if weaker.is_none() && next_window.is_none() {
+            return None;
+        }
+        let (cruise, progress) = (weaker.unwrap_or(cruise), next_window.unwrap_or(progress));
+        Some(PositioningPhase::Cruise { cruise, since, progress })
     }
 
     fn learn_rate(&mut self, cruise: &Cruise, rate_rad_s: f32) {
@@ -290,17 +306,16 @@ impl Positioning {
         }
     }
 
-    /// The cruise for what remains: a weaker one where the coast of `cruise` is too uncertain.
-    fn weakened(&self, map: &ResponseMap, cruise: Cruise, remaining_rad: f32) -> Cruise {
+    /// A weaker cruise for what remains, where the coast of `cruise` is too uncertain.
+    fn weaker(&self, map: &ResponseMap, cruise: &Cruise, remaining_rad: f32) -> Option<Cruise> {
         // A motor of half the rate coasts half as far: it is driven as if twice as much remained.
         let remaining_rad = remaining_rad / self.correction.rate_scale(cruise.mode);
         if remaining_rad >= cruise.room_rad() {
-            return cruise;
+            return None;
         }
         map.cruise_within(cruise.mode, self.tuning.limits.amplitude_max, remaining_rad)
             .filter(|weaker| weaker.amplitude < cruise.amplitude)
             .filter(|weaker| frames_follow(weaker, self.tuning.frame_wait_s()))
-            .unwrap_or(cruise)
     }
 
     /// Drive on for the burst's ticks.
@@ -311,18 +326,18 @@ impl Positioning {
         since: Time,
         now: Time,
         estimate: &Estimate<f32>,
-    ) -> PositioningPhase {
+    ) -> Option<PositioningPhase> {
         if self.leaves(family.mode(), estimate) {
-            return PositioningPhase::Stopped(StopReason::OutOfTravel);
+            return Some(PositioningPhase::Stopped(StopReason::OutOfTravel));
         }
         let wanted_nanos = u64::from(burst.ticks) * crate::TICK_NANOS;
         let over = now.nanos_since(since) >= wanted_nanos.min(self.tuning.limits.on_max_nanos);
         if over {
             let spread_rad2 =
                 burst.motors_sd_rad * burst.motors_sd_rad + burst.repeat_sd_rad * burst.repeat_sd_rad;
-            return self.coast(direction(family.mode()), burst.turn_rad, math::sqrt_f32(spread_rad2));
+            return Some(self.coast(direction(family.mode()), burst.turn_rad, math::sqrt_f32(spread_rad2)));
         }
-        PositioningPhase::Burst { family, burst, since }
+        None
     }
 
     /// The drive goes off; the rotor turns on by `coast_rad` at most, but for `coast_sd_rad`.
@@ -377,6 +392,12 @@ impl Positioning {
             frame_wait_s: if self.bursts_only { f32::INFINITY } else { self.tuning.frame_wait_s() },
         }
     }
+}
+
+/// Whether `x <= sigmas * sqrt(variance)`, by squares: the microcontroller takes a root in fifty instructions.
+fn is_at_most(x: f32, sigmas: f32, variance: f32) -> bool {
+    let (square, limit) = (x * x, sigmas * sigmas * variance);
+    if sigmas < 0.0 { x <= 0.0 && square >= limit } else { x <= 0.0 || square <= limit }
 }
 
 #[cfg(test)]

@@ -176,9 +176,9 @@ impl RestFilter {
     pub fn note_variance(&mut self, estimate: &Estimate<f32>, floor_rad2: f32) {
         if let Some(prediction) = &mut self.prediction {
             let before_rad2 = prediction.before.angle_rad2;
-            let measured_rad2 = (before_rad2 - floor_rad2).max(PREDICTED_VARIANCE_MIN * before_rad2);
-            prediction.independent |=
-                estimate.angle_rad2 - floor_rad2 > INDEPENDENT_VARIANCES * measured_rad2;
+            let since_rad2 = estimate.angle_rad2 - floor_rad2;
+            prediction.independent |= since_rad2 > INDEPENDENT_VARIANCES * (before_rad2 - floor_rad2)
+                && since_rad2 > INDEPENDENT_VARIANCES * PREDICTED_VARIANCE_MIN * before_rad2;
         }
     }
 

@@ -131,12 +131,14 @@ impl SettlingWatch {
     /// Whether the rotor is beyond its longest coast, and still turns that way.
     fn coasts_on(&self, from: Angle, estimate: &Estimate<f32>) -> Shown {
         let Some(CoastBound { direction, rad }) = self.coast else { return Shown::Nothing };
-        let beyond_rad = direction * estimate.angle.radians_since::<f32>(from) - rad;
-        let rate_rad_s = direction * estimate.rate_rad_s;
         let limit = SIGNIFICANT_SIGMAS * SIGNIFICANT_SIGMAS;
+        let rate_rad_s = direction * estimate.rate_rad_s;
+        if rate_rad_s <= 0.0 || rate_rad_s * rate_rad_s <= limit * estimate.rate_rad2_s2 {
+            return Shown::Nothing;
+        }
+        let beyond_rad = direction * estimate.angle.radians_since::<f32>(from) - rad;
         let beyond = beyond_rad > 0.0 && beyond_rad * beyond_rad > limit * estimate.angle_rad2;
-        let turns = rate_rad_s > 0.0 && rate_rad_s * rate_rad_s > limit * estimate.rate_rad2_s2;
-        if beyond && turns { Shown::Turns { clockwise: direction > 0.0 } } else { Shown::Nothing }
+        if beyond { Shown::Turns { clockwise: direction > 0.0 } } else { Shown::Nothing }
     }
 
     /// Measures a rotor at rest until its variance is `needed_rad2`, in windows of at least `window_nanos`. Answers the

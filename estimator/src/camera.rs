@@ -7,7 +7,6 @@
 //! | [`persistent_error`] | what neighbouring frames' errors have in common, by the residuals of the marks |
 //! | [`innovation_correlation`] | whether neighbouring innovations have a common sign |
 //! | [`noise`] | the noise of the frames, learnt |
-//! | [`noise_levels`] | what follows from that noise, computed beforehand |
 //! | [`track_tuning`] | what is assumed of the camera, and the counts of frames that follow from its rate |
 //! | [`process`] | how angle and rate change between frames |
 //! | [`track`] | the two states, what a frame does to them, and rest |
@@ -18,7 +17,6 @@
 pub(crate) mod angle_rate_covariance;
 pub(crate) mod innovation_correlation;
 pub(crate) mod noise;
-pub(crate) mod noise_levels;
 pub(crate) mod persistent_error;
 pub(crate) mod process;
 pub(crate) mod rest_test;

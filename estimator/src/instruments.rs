@@ -1,39 +1,20 @@
-//! The instruments as data: what a filter assumes of the camera and the vibrometer.
+//! The instruments as data: what a filter assumes of the camera and the vibrometer. Filters take variances, gates,
+//! windows and horizons from it, the controller its measuring times, and the firmware receives it.
 //!
-//! One description serves all: filters take variances, gates, windows and horizons from it, the controller its
-//! measuring times, and the firmware receives it with its configuration.
-//!
-//! | symbol | field | meaning |
-//! |---|---|---|
-//! | `T` | [`CameraDescription::period_nanos`] | time between two frames |
-//! | `sigma` | [`CameraDescription::noise_m`] | tracking noise, before quantisation |
-//! | `Delta` | [`CameraDescription::resolution_m`] | quantisation step |
-//! | `rho` | [`CameraDescription::radius_m`] | distance of the marks from the axis |
-//! | `n` | [`CameraDescription::marks`] | number of marks |
-//! | `b` | [`CameraDescription::mark_bias_m`] | error of a mark's coordinate that neighbouring frames share, rms |
-//! | `s` | [`CameraDescription::shift_m`] | displacement of all marks that neighbouring frames share, rms |
+//! Marks are equally spaced on their circle of the radius `rho`, and the angle is that of the rigid motion that fits
+//! them best. With tracking noise `sigma`, quantisation step `Delta` and n marks the variance of a frame's angle is
 //!
 //! ```text
-//! variance of a frame's angle   R = (sigma^2 + Delta^2 / 12) / (n rho^2)
+//! R = (sigma^2 + Delta^2 / 12) / (n rho^2)
 //! ```
-//!
-//! Marks are equally spaced on their circle, and the angle is that of the rigid motion that fits them best. With `m <
-//! n` of them the variance is larger: [`CameraDescription::variance_factor`].
 //!
 //! # What averaging cannot remove
 //!
-//! Neighbouring frames share what the tracker is off at one place of a pixel, and what moves all marks against the
-//! pin's axis: a microscope that vibrates, a rotor that shifts in its hub. No average of neighbouring frames removes
-//! it, so its variance is a part of every estimate's:
-//!
-//! ```text
-//! persistent   b^2 / (n rho^2)          n >= 2: a rigid motion's angle has the mean of the marks' errors, no shift
-//!              (b^2 + s^2) / rho^2      n = 1: the part of a shift along the arc is an angle
-//! ```
-//!
-//! A moving mark crosses pixels, and the errors of some neighbours are as different as noise. So frames of a moving
-//! rotor count with `R + b^2 / (n rho^2)`. How far apart frames have different errors is not described. So the same
-//! variance counts as noise and as persistent: an upper bound for both.
+//! Neighbouring frames share what the tracker is off at one place of a pixel (b, rms), and what moves all marks against
+//! the pin's axis (s, rms): a microscope that vibrates, a rotor that shifts in its hub. No average of neighbouring
+//! frames removes it, so its variance is a part of every estimate's (F17). A moving mark crosses pixels, and the errors
+//! of some neighbours are as different as noise. How far apart frames have different errors is not described, so the
+//! same variance counts as noise and as persistent: an upper bound for both.
 //!
 //! A mark at rest stays at one place of one cell of the quantiser. The mean of its codes, over the tracking noise, is
 //! off by a periodic function of that place x (Widrow and Kollar, "Quantization Noise", 2008, chapter 4):
@@ -43,10 +24,9 @@
 //! variance = sum of Delta^2 / (2 pi^2 k^2) exp(-4 pi^2 k^2 sigma^2 / Delta^2)          over places in the cell
 //! ```
 //!
-//! Without noise the sum is `Delta^2 / 12`. At `sigma = Delta / 2` it is that of the first term, 0.05 milli-degrees of
-//! a mark of the default camera. Several marks lie at places of their own, so that of `n` it is an `n`-th.
-//!
-//! The variance of the codes depends on the place as well. It is least in the middle of a cell:
+//! Without noise the sum is `Delta^2 / 12`. At `sigma = Delta / 2` it is 0.05 milli-degrees of a mark of the default
+//! camera. Several marks lie at places of their own, so that of `n` it is an `n`-th. The variance of the codes depends
+//! on the place as well. It is least in the middle of a cell:
 //!
 //! ```text
 //! least = sigma^2 + Delta^2 / 12
@@ -59,7 +39,7 @@ use motor_model::{OutOfBounds, Real, math};
 
 use crate::measurement::CameraFrame;
 
-/// Harmonics of the quantiser's bias that are summed: those left out are a hundredth of the sum at most.
+/// Harmonics of the codes' variance that are summed.
 const HARMONICS: f64 = 64.0;
 
 /// Which of the filters.
@@ -169,10 +149,19 @@ impl Default for Instruments {
     }
 }
 
-/// The last harmonic `k` that counts: beyond it `exp(-noise_steps^2 k^2)` is below 1e-18.
-#[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "between 1 and 64")]
-fn harmonics(noise_steps: f64) -> f64 {
-    f64::from((6.5 / noise_steps + 1.0).min(HARMONICS) as u32)
+/// Mean square of the quantiser's bias over the places in a cell, per that of a uniform error over a step, of noise of
+/// this variance per that of the square of a step: the sum at the head of this module. Below `x = 1` it is its
+/// transform by Poisson's formula, of which the first term left out is `exp(-pi^2 / x)`.
+pub(crate) fn bias_part(noise_steps2: f32) -> f32 {
+    use core::f32::consts::PI;
+    let x = 4.0 * PI * PI * noise_steps2;
+    let sum = if x < 1.0 {
+        PI * PI / 6.0 - math::sqrt_f32(PI * x) + 0.5 * x
+    } else {
+        let (first, second) = (math::exp_f32(-x), math::exp_f32(-4.0 * x));
+        first + 0.25 * second
+    };
+    sum * 6.0 / (PI * PI)
 }
 
 impl CameraDescription {
@@ -247,24 +236,16 @@ impl CameraDescription {
         self.quantisation_floor_rad2() + self.persistent_rad2()
     }
 
-    /// The quantisation's part of the floor in rad^2, see the head of this module.
-    ///
-    /// It is never above [`Self::quantisation_rad2`], which it reaches without noise.
+    /// The quantisation's part of the floor in rad^2, see the head of this module. It is [`Self::quantisation_rad2`]
+    /// without noise.
+    #[expect(clippy::cast_possible_truncation, reason = "a part needs no more digits")]
     #[inline(never)]
     pub fn quantisation_floor_rad2(&self) -> f64 {
         if self.resolution_m <= 0.0 {
             return 0.0;
         }
-        let noise_steps = core::f64::consts::TAU * self.noise_m / self.resolution_m;
-        // The terms from the first one left out on sum to at most 1/HARMONICS times their exponential.
-        let mut sum = math::exp(-noise_steps * noise_steps * HARMONICS * HARMONICS) / HARMONICS;
-        let mut k = harmonics(noise_steps);
-        while k >= 1.0 {
-            sum += math::exp(-noise_steps * noise_steps * k * k) / (k * k);
-            k -= 1.0;
-        }
-        let variance_rad2 = self.angle_rad2(self.resolution_m) * sum / (2.0 * PI * PI);
-        variance_rad2.min(self.quantisation_rad2())
+        let noise_steps = self.noise_m / self.resolution_m;
+        self.quantisation_rad2() * f64::from(bias_part((noise_steps * noise_steps) as f32))
     }
 
     /// Least variance of the codes of a rotor at rest in rad^2, that of one in the middle of a cell: see the head of
@@ -277,8 +258,7 @@ impl CameraDescription {
         }
         let noise_steps = PI * self.noise_m / self.resolution_m;
         let (mut sum, mut weighted, mut k, mut sign) = (0.0, 0.0, 1.0, -1.0);
-        let last = harmonics(core::f64::consts::SQRT_2 * noise_steps);
-        while k <= last {
+        while k <= HARMONICS {
             let kept = sign * math::exp(-2.0 * noise_steps * noise_steps * k * k);
             sum += kept;
             weighted += kept / (k * k);
@@ -303,16 +283,19 @@ impl CameraDescription {
     #[inline(never)]
     pub fn checked(self) -> Result<Self, OutOfBounds> {
         let period_s = self.period_s();
-        OutOfBounds::check("camera.frame_rate_hz", 1.0 / period_s, 10.0, 100_000.0, "Hz")?;
-        let exposure = 1e-9 * self.exposure_nanos as f64 / period_s;
-        OutOfBounds::check("camera.exposure_frames", exposure, 0.0, 1.0, "")?;
-        OutOfBounds::check("camera.latency_s", 1e-9 * self.latency_nanos as f64, 0.0, 10.0, "s")?;
-        OutOfBounds::check("camera.noise_m", self.noise_m, 0.0, 1e-3, "m")?;
-        OutOfBounds::check("camera.resolution_m", self.resolution_m, 0.0, 1e-3, "m")?;
-        OutOfBounds::check("camera.tracking_radius_m", self.radius_m, 1e-4, 0.1, "m")?;
-        OutOfBounds::check("camera.marks", self.marks.into(), 1.0, 16.0, "")?;
-        OutOfBounds::check("camera.mark_bias_m", self.mark_bias_m, 0.0, 1e-3, "m")?;
-        OutOfBounds::check("camera.shift_m", self.shift_m, 0.0, 1e-3, "m")?;
+        for (key, value, least, most, unit) in [
+            ("camera.frame_rate_hz", 1.0 / period_s, 10.0, 100_000.0, "Hz"),
+            ("camera.exposure_frames", 1e-9 * self.exposure_nanos as f64 / period_s, 0.0, 1.0, ""),
+            ("camera.latency_s", 1e-9 * self.latency_nanos as f64, 0.0, 10.0, "s"),
+            ("camera.noise_m", self.noise_m, 0.0, 1e-3, "m"),
+            ("camera.resolution_m", self.resolution_m, 0.0, 1e-3, "m"),
+            ("camera.tracking_radius_m", self.radius_m, 1e-4, 0.1, "m"),
+            ("camera.marks", self.marks.into(), 1.0, 16.0, ""),
+            ("camera.mark_bias_m", self.mark_bias_m, 0.0, 1e-3, "m"),
+            ("camera.shift_m", self.shift_m, 0.0, 1e-3, "m"),
+        ] {
+            OutOfBounds::check(key, value, least, most, unit)?;
+        }
         Ok(self)
     }
 }

@@ -15,8 +15,8 @@
 //!
 //! 0. [`Instruments`]: what camera and vibrometer are, as data. Every filter is built from it.
 //! 1. [`CameraFrame`], [`LdvSample`]: measurements, each with the time at which it was taken.
-//! 2. [`MotionWatch`], with [`RestDetector`]: whether the rotor is driven, and in which mode, or quiet: a [`Motion`].
-//! 3. [`ImpactDetector`]: the jumps of the rotor's vertical velocity, their instants and sizes; faults of the
+//! 2. `MotionWatch`, with `RestDetector`: whether the rotor is driven, and in which mode, or quiet: a [`Motion`].
+//! 3. `ImpactDetector`: the jumps of the rotor's vertical velocity, their instants and sizes; faults of the
 //!    vibrometer.
 //! 4. The filters. All implement [`AngleFilter`], and share gate, lag of late frames, restart and rest.
 //!
@@ -32,38 +32,14 @@
 //!
 //! The module of each filter has a table of its states: symbol, unit, meaning, prior.
 //!
-//! # The core
-//!
-//! Covariances are kept as their factors `P = U D U'`, so that they stay positive semidefinite in `f32`. The crate
-//! [`ud_filter`] does this for any number of states; [`TwinFilter`] uses it. [`AngleRateCovariance`] holds the factors
-//! of two states, angle and rate, written out: the zeros and ones of that model save a tenth of the time.
+//! Covariances are kept as their factors `P = U D U'`, so that they stay positive semidefinite in `f32`: by the crate
+//! [`ud_filter`] for any number of states, by [`AngleRateCovariance`] for two.
 //!
 //! # Guarantees
 //!
 //! `no_std`, no allocation, no unsafe code. No call panics, and no call of a filter fails: every frame passes a gate
 //! and leaves an [`Innovation`]. Angles are integers ([`motor_model::Angle`]), so nothing is lost over a million turns
 //! in `f32`.
-//!
-//! # Glossary
-//!
-//! | word | meaning |
-//! |---|---|
-//! | innovation | measurement less its prediction |
-//! | gate | limit of the innovation squared over its variance, beyond which a frame is refused |
-//! | gain | correction of each state per innovation |
-//! | Jacobian | derivative of the next state, or of a measurement, with respect to the state |
-//! | noise source | a random input of known variance and its effect on each state |
-//! | process noise | variance that a random walk adds to the rate in a second, in rad^2/s^3 |
-//! | prior | state and variance before the first measurement |
-//! | impact | contact event of a pair of teeth with the rotor |
-//! | jump | change of the rotor's vertical velocity at an impact, as the vibrometer shows it |
-//! | kick | change of the rotor's angular rate at an impact |
-//! | wander | what the rate does between kicks: a random walk |
-//! | jitter | variance of the part of angle and rate that changes faster than frames can show |
-//! | code | angle of a frame, rounded to the camera's quantisation step |
-//! | zero-rate update | measurement of the rate as zero, of a rotor at rest |
-//! | lag | time back to the oldest frame kept, within which a late frame is fused in its place |
-//! | ring-down | decay of the stator's modes after an impact or after the drive |
 
 #![no_std]
 #![forbid(unsafe_code)]
@@ -90,8 +66,6 @@ mod innovation;
 mod instruments;
 mod measurement;
 mod settling;
-#[cfg(test)]
-mod test_support;
 mod vibrometer;
 
 pub use camera::angle_rate_covariance::AngleRateCovariance;
@@ -108,11 +82,14 @@ pub use filters::twin::{ToldParts, TrueContact, TrueTooth};
 pub use innovation::{ContactInnovation, ImpactInnovation, Innovation, Rejection, Source, Verdict};
 pub use instruments::{CameraDescription, FilterKind, Instruments, VibrometerDescription};
 pub use measurement::{CameraFrame, LdvSample};
-pub use vibrometer::impact_detector::{ImpactDetector, ImpactDetectorTuning, VibrometerEvent};
-pub use vibrometer::motion::{Motion, MotionWatch};
-pub use vibrometer::rest::{RestDetector, RestTuning};
+pub use vibrometer::impact_detector::ImpactDetectorTuning;
+pub use vibrometer::motion::Motion;
+pub use vibrometer::rest::RestTuning;
 
 /// The code of the README, compiled and run as a test.
 #[cfg(doctest)]
 #[doc = include_str!("../README.md")]
 struct ReadmeDoctests;
+
+#[cfg(test)]
+mod tests;

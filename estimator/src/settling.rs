@@ -1,16 +1,15 @@
 //! How long after the drive goes off the rotor lies quiet on the teeth, from the motor's design.
 //!
 //! ```text
-//! launch      v = (1 + e) a w / (1 + r)      one impact of a tooth of speed a w on a slow rotor, r = 3 m_r / m_s
+//! launch      v = (1 + e) a w / (1 + r)      one impact of a tooth of speed a w on a slow rotor, r: mass ratio there
 //! bounces     t_1 = 2 v / (g (1 - e))        flights of a rotor on teeth at rest: a geometric series of ratio e
 //! ring-down   t_2 = ln(a w^2 / g) / (zeta w) from then on the teeth do not throw the rotor
 //! quiet after 1.25 max(t_1, t_2)
 //! ```
 //!
 //! A rotor that the ringing teeth throw at t is launched at `v exp(-zeta w t)` at most and lies quiet at `t + t_1
-//! exp(-zeta w t)`. That sum is convex in t, so it is largest at an end: hence the maximum of the two. The factor 1.25
-//! stands for the differences between motors: damping, amplitude and restitution. Nominal: 60 ms after mode B, 21 ms
-//! after mode C. Drawn motors need up to 38 and 8 ms.
+//! exp(-zeta w t)`, which is largest at an end: hence the maximum. The factor 1.25 stands for the differences between
+//! motors. Nominal: 60 ms after mode B, 21 ms after mode C. Drawn motors need up to 38 and 8 ms.
 
 use motor_model::{DriveMode, MotorParams, Parameter, math};
 
@@ -33,7 +32,7 @@ pub(crate) fn settling_nanos(params: &MotorParams, mode: DriveMode) -> u64 {
     let (gravity, restitution) = (params.get(Parameter::Gravity), params.get(Parameter::Restitution));
     let natural_rad_s = core::f64::consts::TAU * params.get(frequency);
     let speed_m_s = params.get(amplitude) * natural_rad_s;
-    let launch_m_s = (1.0 + restitution) * speed_m_s / (1.0 + 3.0 * params.mass_ratio());
+    let launch_m_s = (1.0 + restitution) * speed_m_s / (1.0 + params.tooth_mass_ratio());
     let bounces_s = 2.0 * launch_m_s / (gravity * (1.0 - restitution));
     let ring_down_s = math::ln(speed_m_s * natural_rad_s / gravity) / (params.get(damping) * natural_rad_s);
     let settled_s = MARGIN * bounces_s.max(ring_down_s);

@@ -75,7 +75,14 @@ impl DriveCommand {
     /// saturates where a user's input is refused.
     #[must_use]
     pub fn saturating(mode: DriveMode, amplitude: f32) -> Self {
-        let amplitude = if amplitude > 0.0 { amplitude.min(Self::AMPLITUDE_MAX) } else { 0.0 };
+        // In comparisons: the microcontroller calls a function for `f32::min`.
+        let amplitude = if amplitude >= Self::AMPLITUDE_MAX {
+            Self::AMPLITUDE_MAX
+        } else if amplitude > 0.0 {
+            amplitude
+        } else {
+            0.0
+        };
         Self { mode: Some(mode), amplitude, frequency_offset_hz: 0.0 }
     }
 

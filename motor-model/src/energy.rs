@@ -2,7 +2,7 @@
 //!
 //! ```text
 //! stored = sum 1/2 M_n (g_n'^2 + w_n^2 g_n^2) + 1/2 m_r v_z^2 + m_r g z + 1/2 J rate^2
-//! M_A = m_s,   M_B = M_C = m_s / 2
+//! M_A = m_s,   M_B = M_C = m_s / 2   in the paper
 //!
 //! d(stored) = supplied + reaction left out + lift
 //!           - modal damping - squeeze film - drag - normal loss - friction loss - sustained contact loss
@@ -305,7 +305,9 @@ impl<T: Real> Ledger<T> for EnergyLedger {
         let impulse = impact.tangential_impulse_n_s.to_f64();
         let radius = self.params.get(Parameter::ToothRadius);
         let turned = radius * (after.rotor.rate_rad_s.to_f64() - before.rotor.rate_rad_s.to_f64());
-        let tooth_speed = tooth.lever.dot(&before.modes.velocity_m_s.map(Real::to_f64));
+        // After the recoil: friction comes after the normal impulse.
+        let risen = after.rotor.velocity_m_s.to_f64() - before.rotor.velocity_m_s.to_f64();
+        let tooth_speed = tooth.lever.dot(&before.modes.velocity_m_s.map(Real::to_f64)) - tooth.sway * risen;
         let slip = tooth_speed - radius * before.rotor.rate_rad_s.to_f64();
         self.flows.friction_loss_j += impulse * (slip - 0.5 * turned);
         self.flows.reaction_left_out_j += impulse * tooth_speed;

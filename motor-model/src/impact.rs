@@ -17,7 +17,11 @@
 //!
 //! The printed (12b), with `m_r/m_s` for `r`, breaks momentum conservation and does not reproduce the paper's tables.
 //!
-//! Friction acts on the slip `s' - v_th`, with `v_th = R_t rate`. It stops the slip at most and never reverses it.
+//! This is with the modal masses `M_A = m_s`, `M_B = M_C = m_s / 2`. For others `r = m_r sum phi_n^2 / M_n` and
+//! `g_n' -= (m_r / M_n) dv phi_n`.
+//!
+//! Friction acts on the slip `s' - v_th` after the normal impulse, with `v_th = R_t rate`. It stops the slip at most
+//! and never reverses it.
 //!
 //! ```text
 //! v_th += clamp(s' - v_th, -lim, +lim),   lim = c dv m_r R_t^2 / J                       (11, 13c)
@@ -53,7 +57,7 @@ pub struct Impact<T> {
     pub approach_m_s: T,
     /// Normal impulse on the rotor, `m_r dv > 0`, in N s.
     pub normal_impulse_n_s: T,
-    /// Slip before the impact, `s' - v_th`, in m/s.
+    /// Slip before friction, `s' - v_th`, in m/s.
     pub slip_m_s: T,
     /// Tangential impulse on the rotor, of the slip's sign, in N s.
     pub tangential_impulse_n_s: T,
@@ -111,7 +115,7 @@ impl<T: Real> ImpactLaw<T> {
     ) -> Impulse<T> {
         let dv = self.one_plus_restitution * approach_m_s * tooth.share;
         let normal_n_s = self.rotor_mass_kg * dv;
-        let slip_m_s = tooth.tangential_velocity(modes) - self.radius_m * rotor.rate_rad_s;
+        let slip_m_s = tooth.tangential_velocity(modes) - self.radius_m * rotor.rate_rad_s - tooth.sway * dv;
         let limit_m_s = self.friction_coefficient(tooth, modes) * normal_n_s * self.per_tangential_mass;
         let push_m_s = slip_m_s.clamp_magnitude(limit_m_s);
         let jump =
@@ -165,14 +169,14 @@ impl<T: Real> ImpactLaw<T> {
     }
 }
 
-/// The impulses of an impact on the rotor, and the slip that it met.
+/// The impulses of an impact on the rotor, and the slip that friction met.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Impulse<T> {
     /// Normal impulse, `m_r dv`, in N s.
     pub normal_n_s: T,
     /// Tangential impulse in N s.
     pub tangential_n_s: T,
-    /// Slip before the impact, `s' - v_th`, in m/s.
+    /// Slip before friction, `s' - v_th`, in m/s.
     pub slip_m_s: T,
     /// The jump of the rotor's motion.
     pub jump: RotorJump<T>,

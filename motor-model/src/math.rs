@@ -248,6 +248,11 @@ pub fn sqrt_f32(x: f32) -> f32 {
     libm::sqrtf(x)
 }
 
+/// `exp(x)` in single precision, for the loop on a microcontroller.
+pub fn exp_f32(x: f32) -> f32 {
+    libm::expf(x)
+}
+
 /// Sine of `x` radians in single precision, for the loop on a microcontroller.
 #[inline]
 pub fn sin_f32(x: f32) -> f32 {

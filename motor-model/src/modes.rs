@@ -45,7 +45,7 @@ pub struct Mode {
     pub natural_rad_s: f64,
     /// Damping ratio `zeta_n`, in `0..=0.99`.
     pub damping_ratio: f64,
-    /// Modal mass: that of the stator in A, half of it in B and C (7a-c).
+    /// Modal mass `M_n`: in the paper that of the stator in A, half of it in B and C (7a-c).
     pub mass_kg: f64,
     /// Antinode amplitude `A_n` at resonance and full drive; 0 in mode A, which the coil does not drive.
     pub antinode_amplitude_m: f64,
@@ -63,15 +63,16 @@ impl Mode {
     /// antinode's is `A_B = a_B / |sin 2 theta_t|` and `A_C = a_C / |cos 2 theta_t|`.
     ///
     /// # Errors
-    /// When mode A's damping ratio `b_A / (2 m_s w_A)` exceeds 0.99.
+    /// When mode A's damping ratio `b_A / (2 M_A w_A)` exceeds 0.99.
     pub fn all(params: &MotorParams) -> Result<[Self; 3], OutOfBounds> {
         use Parameter::{
             ModeADamping, ModeAFrequency, ModeBDampingRatio, ModeBFrequency, ModeBToothAmplitude,
             ModeCDampingRatio, ModeCFrequency, ModeCToothAmplitude, StatorMass, ToothAngle,
         };
-        let stator_mass_kg = params.get(StatorMass);
+        let [mass_a_kg, mass_b_kg, mass_c_kg] =
+            params.mass_fractions().map(|fraction| fraction * params.get(StatorMass));
         let natural_a_rad_s = TAU * params.get(ModeAFrequency);
-        let critical = 2.0 * stator_mass_kg * natural_a_rad_s;
+        let critical = 2.0 * mass_a_kg * natural_a_rad_s;
         let spec = ModeADamping.spec();
         let damping =
             OutOfBounds::check(spec.key, params.get(ModeADamping), 0.0, 0.99 * critical, spec.unit)?;
@@ -80,19 +81,19 @@ impl Mode {
             Self {
                 natural_rad_s: natural_a_rad_s,
                 damping_ratio: damping / critical,
-                mass_kg: stator_mass_kg,
+                mass_kg: mass_a_kg,
                 antinode_amplitude_m: 0.0,
             },
             Self {
                 natural_rad_s: TAU * params.get(ModeBFrequency),
                 damping_ratio: params.get(ModeBDampingRatio),
-                mass_kg: stator_mass_kg / 2.0,
+                mass_kg: mass_b_kg,
                 antinode_amplitude_m: params.get(ModeBToothAmplitude) / sin.abs(),
             },
             Self {
                 natural_rad_s: TAU * params.get(ModeCFrequency),
                 damping_ratio: params.get(ModeCDampingRatio),
-                mass_kg: stator_mass_kg / 2.0,
+                mass_kg: mass_c_kg,
                 antinode_amplitude_m: params.get(ModeCToothAmplitude) / cos.abs(),
             },
         ])

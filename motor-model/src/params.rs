@@ -9,6 +9,7 @@ mod tilting;
 mod tilting_table;
 
 use crate::error::OutOfBounds;
+use crate::math;
 pub use table::{COUNT, Parameter};
 pub use tilting::{TiltingParameter, TiltingParams};
 
@@ -99,8 +100,7 @@ impl MotorParams {
     /// # Errors
     /// When `value` is outside the parameter's bounds or NaN.
     pub fn with(mut self, parameter: Parameter, value: f64) -> Result<Self, OutOfBounds> {
-        let spec = parameter.spec();
-        OutOfBounds::check(spec.key, value, spec.min, spec.max, spec.unit)?;
+        let value = parameter.check(value)?;
         #[expect(clippy::indexing_slicing, reason = "there is one value per discriminant")]
         {
             self.values[parameter as usize] = value;
@@ -110,10 +110,23 @@ impl MotorParams {
 
     /// Effective tooth angle `th = 90 - (theta_t + theta_m)` in degrees.
     ///
-    /// With the nominal values it is 30: the paper calls `theta_t + theta_m` "the sum ... 30 deg" although it is 60.
+    /// Where the teeth stand in the shape of both driven modes; mode B may have an extra
+    /// ([`Self::mode_b_tooth_angle_deg`]). With the nominal values it is 30: the paper calls `theta_t + theta_m` "the
+    /// sum ... 30 deg" although it is 60.
     /// With 60 the magnitudes are the same and the sense of rotation is reversed.
     pub fn effective_tooth_angle_deg(&self) -> f64 {
         90.0 - (self.get(Parameter::ToothAngle) + self.get(Parameter::ModeShift))
+    }
+
+    /// The same of mode B, whose shape has a shift of its own: `th_B = th - theta_B` in degrees. In mode C it is `th`.
+    pub fn mode_b_tooth_angle_deg(&self) -> f64 {
+        self.effective_tooth_angle_deg() - self.get(Parameter::ModeBExtraShift)
+    }
+
+    /// Modal masses of modes A, B and C over the stator's mass: 1, 1/2 and 1/2 in the paper (7a-c).
+    pub fn mass_fractions(&self) -> [f64; 3] {
+        [Parameter::ModeAMassFraction, Parameter::ModeBMassFraction, Parameter::ModeCMassFraction]
+            .map(|parameter| self.get(parameter))
     }
 
     /// Lever from stator slope to tangential tooth displacement, `L = (t_s + 2 h_t) / R_t` (9a).
@@ -125,5 +138,23 @@ impl MotorParams {
     /// Ratio of the rotor's mass to the stator's, `m_r / m_s`.
     pub fn mass_ratio(&self) -> f64 {
         self.get(Parameter::RotorMass) / self.get(Parameter::StatorMass)
+    }
+
+    /// Ratio of the rotor's mass to that of a pair of teeth, `r = m_r sum phi_n^2 / M_n`: jump of the teeth's velocity
+    /// per jump of the rotor's. It is `3 m_r / m_s` in the paper (8b, 12a).
+    ///
+    /// ```text
+    /// r = (m_r/m_s) (1/f_A + 1/f_B + (1/f_C - 1/f_B) cos^2 2 th + sin 2 (th_B - th) sin 2 (th_B + th) / f_B)
+    /// ```
+    ///
+    /// with `f_n = M_n / m_s`: written so that the sum over equal masses and shifts is exact.
+    pub fn tooth_mass_ratio(&self) -> f64 {
+        let [per_a, per_b, per_c] = self.mass_fractions().map(|fraction| 1.0 / fraction);
+        let (angle, of_b) =
+            (self.effective_tooth_angle_deg().to_radians(), self.mode_b_tooth_angle_deg().to_radians());
+        let (_, cos) = math::sin_cos(2.0 * angle);
+        let (apart, _) = math::sin_cos(2.0 * (of_b - angle));
+        let (together, _) = math::sin_cos(2.0 * (of_b + angle));
+        (per_a + per_b + (per_c - per_b) * cos * cos + per_b * apart * together) * self.mass_ratio()
     }
 }

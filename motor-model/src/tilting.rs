@@ -56,7 +56,7 @@ pub use rigid_body::{ShiftState, TiltState};
 pub use state::TiltingState;
 use state::{Follow, TiltingMotion};
 pub use stator_tilt::StatorTiltState;
-use stator_tilt::{StatorTiltFlight, stator_tilt_mode};
+use stator_tilt::{StatorTiltFlight, stator_tilt_modes};
 use stop::Stop;
 pub use tooth::{TiltingVariation, Tooth};
 
@@ -187,11 +187,11 @@ impl<T: Real> TiltingMotor<T> {
         setup.tuning.check()?;
         setup.variation.check()?;
         let modes = Mode::all(params)?;
-        let pair = stator_tilt_mode(params, tilting);
+        let pair = stator_tilt_modes(params, tilting);
         let [per_a, per_b, per_c] = modes.each_ref().map(|mode| T::from_f64(1.0 / mode.mass_kg));
         let fastest_rad =
-            (modes.iter().map(|mode| mode.natural_rad_s)).chain([pair.natural_rad_s]).fold(0.0, f64::max)
-                * step_s;
+            modes.iter().chain(&pair).map(|mode| mode.natural_rad_s).fold(0.0, f64::max) * step_s;
+        let [along_x, _] = &pair;
         let tilts = setup.freedom != Freedom::HeightOnly;
         let teeth = Tooth::all(params, tilting, setup);
         let hub = Hub::new(tilting, setup.variation.pin_direction_deg);
@@ -210,7 +210,7 @@ impl<T: Real> TiltingMotor<T> {
             mobility: Mobility {
                 rotor: RotorMobility::new(params, tilting, setup.freedom),
                 modes: Vector3::new(per_a, per_b, per_c),
-                stator_tilt: if tilts { T::from_f64(1.0 / pair.mass_kg) } else { T::zero() },
+                stator_tilt: if tilts { T::from_f64(1.0 / along_x.mass_kg) } else { T::zero() },
             },
             follow: Follow::new(&modes, &pair, step_s),
             freedom: setup.freedom,

@@ -6,15 +6,14 @@
 //! them.
 
 use estimator::{Estimate, Health};
-use motor_model::{DriveMode, Time};
+use motor_model::{Angle, DriveMode, Time};
 
-use super::{Positioning, PositioningPhase, PositioningTuning, StopReason, Wait};
+use super::{Positioning, PositioningPhase, PositioningTuning, StopReason, Wait, is_at_most};
 use crate::drive_plan::DrivePlan;
 use crate::map_correction::MotorResponse;
 use crate::response_map::{ResponseMap, direction};
 use crate::rest_filter::Resting;
 use crate::settling_watch::{SettlingWatch, Shown};
-use crate::situation::Situation;
 
 /// Longest brake in ns: a hundred times what mode C takes to spin a rotor up.
 const BRAKE_NANOS: u64 = 500_000_000;
@@ -91,18 +90,19 @@ impl Positioning {
     }
 
     /// At the target: stays unless the rotor moves, or lies outside the tolerance for certain.
-    pub(super) fn hold(&mut self, now: Time, estimate: &Estimate<f32>) -> PositioningPhase {
+    pub(super) fn hold(&mut self, now: Time, estimate: &Estimate<f32>) {
         if !estimate.resting && self.look(now, estimate) != Shown::Still {
             // A jolt: the angle before it does not count, and the move begins anew.
             self.rest.forget();
-            self.retarget(self.target, now);
-            return self.phase;
+            return self.retarget(self.target, now);
         }
-        let Situation { remaining_rad, sigma_rad, tolerance_rad, confidence, .. } = self.situation(estimate);
-        if remaining_rad.abs() > tolerance_rad.max(confidence.two_sided * sigma_rad) {
+        let Resting { angle, angle_rad2 } = self.rest.resting(estimate);
+        let remaining_rad = self.target.angle().radians_since::<f32>(angle).abs();
+        let tolerance_rad = self.target.tolerance().radians_since(Angle::ZERO);
+        let sigmas = self.tuning.confidence.two_sided;
+        if remaining_rad > tolerance_rad && !is_at_most(remaining_rad, sigmas, angle_rad2) {
             self.retarget(self.target, now);
         }
-        self.phase
     }
 
     fn look(&mut self, now: Time, estimate: &Estimate<f32>) -> Shown {
@@ -149,14 +149,14 @@ impl Positioning {
         since: Time,
         now: Time,
         estimate: &Estimate<f32>,
-    ) -> PositioningPhase {
+    ) -> Option<PositioningPhase> {
         let seen = self.tuning.frame_wait_nanos <= BRAKE_FRAME_NANOS;
         let limit_nanos =
             if seen { BRAKE_NANOS } else { BRAKE_BLIND_NANOS }.min(self.tuning.limits.on_max_nanos);
         if direction(mode) * estimate.rate_rad_s < 0.0 && now.nanos_since(since) < limit_nanos {
-            return PositioningPhase::Brake { mode, since };
+            return None;
         }
         self.watch = SettlingWatch::new(None);
-        PositioningPhase::Settling(Wait::Turning)
+        Some(PositioningPhase::Settling(Wait::Turning))
     }
 }

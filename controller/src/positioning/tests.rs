@@ -299,3 +299,18 @@ fn law_cancelled_stays_off_until_there_is_a_new_target() {
     scenario.positioning.retarget(Target::try_new(90.0, 0.001).unwrap(), scenario.now);
     assert_eq!(scenario.rest().mode(), Some(DriveMode::B));
 }
+
+/// Either side of the bound and of zero, for bounds of both signs; a variance of zero leaves the sign alone.
+#[test]
+fn dual_a_bound_by_squares_is_that_by_the_root() {
+    for sd in [0.0_f32, 1e-6, 0.03] {
+        for sigmas in [-3.0_f32, -0.5, 0.5, 3.0] {
+            for part in [-4.0, -2.9, -0.6, -0.4, 0.4, 0.6, 2.9, 4.0] {
+                for x in [part * sd, part] {
+                    let expected = x <= sigmas * sd;
+                    assert_eq!(is_at_most(x, sigmas, sd * sd), expected, "{x} {sigmas} {sd}");
+                }
+            }
+        }
+    }
+}

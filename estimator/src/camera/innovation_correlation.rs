@@ -1,17 +1,15 @@
-//! Whether neighbouring innovations have a common sign: the frames' evidence against a process that is too sure.
+//! Whether neighbouring innovations have a common sign: the frames' evidence against a process that is too sure (F18).
 //!
 //! The innovations of a consistent filter are white. Where the kicks of a filter are wrong, or less certain than it
-//! says, the frames pull the estimate the same way for milliseconds. Each innovation is within the camera's noise, but
-//! their mean is not. With weights of `1 / n` for the newest, the mean of n white innovations of variance S has the
-//! variance `S / (2 n - 1)`, so
+//! says, each innovation is within the camera's noise, but their mean is not. With weights of `1 / n` for the newest,
+//! the mean of n white innovations of variance S has the variance `S / (2 n - 1)`, so
 //!
 //! ```text
 //! m <- m + (nu - m) / n,    T <- T + ((2 n - 1) m^2 / S - T) / N        T = 1 if they are white, n: 3.2 ms, N: 25.6 ms
 //! ```
 //!
-//! T is about the mean of 16 squares (a mean over an exponential window N is as one over 2 N). It exceeds 8 in a
-//! consistent filter once in 10^18 times N. Quantisation is not white where the rotor turns slowly, and kicks are not
-//! normal: in simulation of motors that the model describes T reaches 5.
+//! T is about the mean of 16 squares. It exceeds 8 in a consistent filter once in 10^18 times N. Quantisation is not
+//! white where the rotor turns slowly, and kicks are not normal: of motors that the model describes T reaches 5.
 
 use motor_model::Real;
 
@@ -30,13 +28,11 @@ pub(crate) struct InnovationCorrelation<T> {
 }
 
 impl<T: Real> InnovationCorrelation<T> {
-    /// Of white innovations.
     pub(crate) fn white() -> Self {
         Self { mean_rad: T::zero(), square: T::one(), last_square: None }
     }
 
     /// Takes in an innovation; `per_variance` is one over its variance.
-    #[inline]
     pub(crate) fn take(&mut self, innovation_rad: T, per_variance: T, tuning: &TrackTuning<T>) {
         self.mean_rad += (innovation_rad - self.mean_rad) * tuning.per_neighbours;
         let square = self.mean_rad * self.mean_rad * per_variance * tuning.independent_neighbours;
@@ -45,13 +41,11 @@ impl<T: Real> InnovationCorrelation<T> {
     }
 
     /// The square of the mean per its variance after the last innovation; `None` if it was asked for already.
-    #[inline]
     pub(crate) fn take_last_square(&mut self) -> Option<T> {
         self.last_square.take()
     }
 
     /// Whether neighbours have a common sign more often than chance allows.
-    #[inline]
     pub(crate) fn is_coloured(&self) -> bool {
         self.square > T::from_f64(COLOURED)
     }

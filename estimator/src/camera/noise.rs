@@ -8,27 +8,27 @@
 //!
 //! The variance R in use becomes the assumed one times the ratio when that differs from 1 by half, and by six standard
 //! errors `2 / sqrt(n)` (second differences overlap: white noise correlates them over two frames). Within that, the
-//! camera counts as described. The ratio is limited to noise of a quarter and of four times the assumed one.
+//! camera counts as described. Noise counts as a quarter to four times the assumed one.
 //!
-//! Frames of which marks were left out teach nothing.
+//! What a quantiser of step Delta makes of the noise depends on the place in a cell, so a ratio is no proof of more
+//! noise until it exceeds that of codes at the edge of a cell, `Delta^2 / 4`, and the variance in use is never that of
+//! noise below 0.4 steps.
 //!
-//! A resolution coarser than 2.5 times the noise shows a resting rotor one code or two, depending on its place in the
-//! cell. So the variance in use does not become less than that of noise of 0.4 steps. The floor of the variance
-//! ([`CameraDescription::quantisation_floor_rad2`]) follows the noise learnt without that limit: where the codes change
-//! less than assumed, an average of them is worse than assumed. The noise counts there as the least that is certain:
-//! two standard errors less than shown, and less by what codes at the edge of a cell change more than those elsewhere,
-//! or 0.7 times the noise shown, whichever is more.
+//! The floor ([`CameraDescription::quantisation_floor_rad2`]) follows without that limit: where the codes change less
+//! than assumed, an average of them is worse than assumed. It is that of the least noise that is certain: two standard
+//! errors less than shown, and less by what codes at the edge of a cell change more than those elsewhere; or 0.7 times
+//! the noise shown, whichever is more.
 //!
-//! Of a coarse camera few changes of the code say nothing of the noise, unless they are fewer than half of those in the
-//! middle of a cell ([`CameraDescription::dither_rad2`]), where the codes change least, and at least thirty were to be
-//! expected. Then the floor is the quantisation's variance, and else the described one. More changes than described
-//! lower no floor: they are those at the edge of a cell.
+//! A coarse camera, of steps beyond 2.5 times the noise, shows a resting rotor one code or two. Its floor is the
+//! quantisation's variance when the codes change less than half as often as those in the middle of a cell would
+//! ([`CameraDescription::dither_rad2`]), where they change least, and else the described one.
+
+use core::f64::consts::PI;
 
 use motor_model::{Angle, Real, Time, math};
 
-use crate::camera::noise_levels::NoiseLevels;
-use crate::camera::track_tuning::TrackTuning;
-use crate::instruments::CameraDescription;
+use crate::camera::track_tuning::{COARSE, TrackTuning};
+use crate::instruments::{CameraDescription, bias_part};
 use crate::measurement::CameraFrame;
 
 /// Most frames that the mean is taken over.
@@ -67,16 +67,23 @@ pub(crate) struct CameraNoise<T> {
     before: Option<(Time, Angle)>,
     frames: T,
     ratio: T,
-    /// The ratio that the floor in use has, and that of the variance in use.
+    /// The ratio that was last adopted, and that of the variance in use.
     adopted: T,
     used: T,
+    /// Variances of noise and quantisation as assumed, in m^2.
+    noise_m2: T,
+    steps_m2: T,
     /// Frames since the floor was last set by what was learnt.
     since_floor: u8,
-    levels: NoiseLevels<T>,
+}
+
+/// `x`, but not beyond these bounds; the upper one for NaN.
+fn within<T: Real>(x: T, least: T, most: T) -> T {
+    let x = if x < most { x } else { most };
+    if x > least { x } else { least }
 }
 
 impl<T: Real> CameraNoise<T> {
-    /// Noise as `camera` is described.
     pub(crate) fn new(camera: &CameraDescription) -> Self {
         Self {
             last: None,
@@ -85,8 +92,9 @@ impl<T: Real> CameraNoise<T> {
             ratio: T::one(),
             adopted: T::one(),
             used: T::one(),
+            noise_m2: T::from_f64(camera.noise_m * camera.noise_m),
+            steps_m2: T::from_f64(camera.resolution_m * camera.resolution_m / 12.0),
             since_floor: 0,
-            levels: NoiseLevels::new(camera),
         }
     }
 
@@ -98,9 +106,8 @@ impl<T: Real> CameraNoise<T> {
             (self.before, self.last) = (None, None);
             return false;
         }
-        let newest = (frame.exposed_at, frame.angle);
         let (before, last) = (self.before, self.last);
-        (self.before, self.last) = (last, Some(newest));
+        (self.before, self.last) = (last, Some((frame.exposed_at, frame.angle)));
         let (Some((at_2, angle_2)), Some((at_1, angle_1))) = (before, last) else { return false };
         let (span_2, span_1) = (at_1.nanos_since(at_2), frame.exposed_at.nanos_since(at_1));
         // Late, lost or repeated frames are not evenly spaced. After a long time the rotor may have been driven.
@@ -112,8 +119,7 @@ impl<T: Real> CameraNoise<T> {
         let second_rad = step_rad(frame.angle, angle_1) - step_rad(angle_1, angle_2);
         let assumed_rad2 = tuning.camera_rad2 / self.used;
         let square = second_rad * second_rad / (T::from_f64(6.0) * assumed_rad2);
-        let most = T::from_f64(SQUARE_MAX) * self.used;
-        let square = if square < most { square } else { most };
+        let square = within(square, T::zero(), T::from_f64(SQUARE_MAX) * self.used);
         if self.frames < T::from_f64(FRAMES_MAX) {
             self.frames += T::one();
         }
@@ -121,23 +127,21 @@ impl<T: Real> CameraNoise<T> {
         let differs = self.differs();
         if differs {
             self.adopt(assumed_rad2, tuning);
-        } else if self.adopted < T::one() && !tuning.coarse {
-            self.follow_noise(tuning);
         }
-        if tuning.coarse && self.ratio < T::one() {
-            self.follow_dither(tuning);
+        self.since_floor += 1;
+        if differs || self.since_floor >= FLOOR_FRAMES {
+            self.since_floor = 0;
+            self.set_floor(tuning);
         }
         differs
     }
 
     /// Variance of the frames' angle in rad^2 by what differs from frame to frame: at least that in use.
-    #[inline]
     pub(crate) fn white_rad2(&self, tuning: &TrackTuning<T>) -> T {
         let shown = if self.ratio > self.used { self.ratio / self.used } else { T::one() };
         tuning.camera_rad2 * shown
     }
 
-    /// Whether the ratio differs from the one adopted.
     fn differs(&self) -> bool {
         if self.frames < T::from_f64(FRAMES_MIN) {
             return false;
@@ -150,54 +154,12 @@ impl<T: Real> CameraNoise<T> {
         noticeable && off * off > T::from_f64(STANDARD_ERRORS * STANDARD_ERRORS) * error2
     }
 
-    /// The floor of a coarse camera, by whether its codes change as often as described.
-    fn follow_dither(&self, tuning: &mut TrackTuning<T>) {
-        // The variance of a code, in steps squared, is the share of codes beside the most frequent one.
-        let steps2 = tuning.camera_rad2 / (self.used * T::from_f64(12.0) * tuning.quantisation_rad2);
-        let least = tuning.least_dither;
-        let judged = self.frames * least * steps2 >= T::from_f64(CHANGES_MIN);
-        if judged && self.ratio < T::from_f64(UNDITHERED) * least {
-            tuning.floor_rad2 = tuning.quantisation_rad2;
-        } else if judged {
-            tuning.floor_rad2 = tuning.described_floor_rad2;
-        }
-    }
-
-    /// The floor of a camera of less noise than assumed, as well as that is known by now: every so many frames.
-    fn follow_noise(&mut self, tuning: &mut TrackTuning<T>) {
-        self.since_floor += 1;
-        if self.since_floor == FLOOR_FRAMES {
-            self.since_floor = 0;
-            let levels = &self.levels;
-            let shown_m2 = self.ratio * (levels.assumed_m2 + levels.steps_m2);
-            let floor_rad2 = levels.floor_rad2(self.certain_m2(shown_m2));
-            tuning.floor_rad2 = floor_rad2.unwrap_or(tuning.quantisation_rad2);
-        }
-    }
-
-    /// The noise that codes of variance `shown_m2` have for certain, wherever in a cell the rotor lies.
-    fn certain_m2(&self, shown_m2: T) -> T {
-        let levels = &self.levels;
-        let assumed_m2 = levels.assumed_m2;
-        let least_m2 = T::from_f64(1.0 / (FACTOR_MAX * FACTOR_MAX)) * assumed_m2;
-        let mean_m2 = shown_m2 - levels.steps_m2;
-        let mean_m2 = if mean_m2 < assumed_m2 { mean_m2 } else { assumed_m2 };
-        let mean_m2 = if mean_m2 > least_m2 { mean_m2 } else { least_m2 };
-        let error = T::from_f32(2.0 / math::sqrt_f32(self.frames.to_f32()));
-        let place_m2 = levels.place_m2(mean_m2).unwrap_or(mean_m2);
-        let certain_m2 = mean_m2 - place_m2 - T::from_f64(CERTAIN_ERRORS) * error * shown_m2;
-        let edge_m2 = T::from_f64(EDGE * EDGE) * mean_m2;
-        if certain_m2 > edge_m2 { certain_m2 } else { edge_m2 }
-    }
-
-    /// Adopts the ratio: for the floor as it is, for the variance as far as the camera's resolution lets it be known.
+    /// Adopts the ratio for the variance, as far as the camera's resolution lets the noise be known.
     #[cold]
     fn adopt(&mut self, assumed_rad2: T, tuning: &mut TrackTuning<T>) {
-        let levels = &self.levels;
-        let (assumed_m2, steps_m2, n) = (levels.assumed_m2, levels.steps_m2, T::from_f64);
-        let most = |x: T, y: T| if x > y { x } else { y };
-        let least = |x: T, y: T| if x < y { x } else { y };
-        let all_m2 = assumed_m2 + steps_m2;
+        let (noise_m2, steps_m2, factor2) =
+            (self.noise_m2, self.steps_m2, T::from_f64(FACTOR_MAX * FACTOR_MAX));
+        let all_m2 = noise_m2 + steps_m2;
         // Written so that what is not finite is not adopted.
         let usable = self.ratio * T::zero() == T::zero() && all_m2 > T::zero();
         if !usable {
@@ -205,21 +167,57 @@ impl<T: Real> CameraNoise<T> {
         }
         self.adopted = self.ratio;
         let shown_m2 = self.ratio * all_m2;
-        let (noise_m2, floor_noise_m2) = if self.ratio > T::one() {
-            let largest_m2 = n(FACTOR_MAX * FACTOR_MAX) * most(assumed_m2, steps_m2);
-            let more_m2 = least(most(shown_m2 - n(EDGE_STEPS) * steps_m2, assumed_m2), largest_m2);
-            (more_m2, more_m2)
+        let used_m2 = if self.ratio > T::one() {
+            let largest_m2 = factor2 * if noise_m2 > steps_m2 { noise_m2 } else { steps_m2 };
+            within(shown_m2 - T::from_f64(EDGE_STEPS) * steps_m2, noise_m2, largest_m2)
         } else {
-            let least_m2 = n(1.0 / (FACTOR_MAX * FACTOR_MAX)) * assumed_m2;
-            let less_m2 = least(most(shown_m2 - steps_m2, least_m2), assumed_m2);
-            (most(less_m2, least(levels.dithered_m2, assumed_m2)), self.certain_m2(shown_m2))
+            let dithered_m2 = steps_m2 * T::from_f64(12.0 / (COARSE * COARSE));
+            let least_m2 = within(dithered_m2, noise_m2 / factor2, noise_m2);
+            within(shown_m2 - steps_m2, least_m2, noise_m2)
         };
-        self.used = (noise_m2 + steps_m2) / all_m2;
-        if !tuning.coarse {
-            tuning.floor_rad2 = levels.floor_rad2(floor_noise_m2).unwrap_or(tuning.quantisation_rad2);
-        }
+        self.used = (used_m2 + steps_m2) / all_m2;
         tuning.camera_rad2 = assumed_rad2 * self.used;
-        tuning.resting_frames = levels.resting_frames(noise_m2);
+    }
+
+    /// Sets the floor by what the codes show.
+    #[cold]
+    fn set_floor(&self, tuning: &mut TrackTuning<T>) {
+        let all_m2 = self.noise_m2 + self.steps_m2;
+        if tuning.coarse {
+            // The variance of a code, in steps squared, is the share of codes beside the most frequent one.
+            let changes = self.frames * tuning.least_dither * all_m2 / (T::from_f64(12.0) * self.steps_m2);
+            if changes >= T::from_f64(CHANGES_MIN) {
+                let undithered = self.ratio < T::from_f64(UNDITHERED) * tuning.least_dither;
+                tuning.floor_rad2 =
+                    if undithered { tuning.quantisation_rad2 } else { tuning.described_floor_rad2 };
+            }
+        } else if self.adopted < T::one() {
+            tuning.floor_rad2 = tuning.quantisation_rad2 * self.bias_part_at(self.certain_m2());
+        } else {
+            tuning.floor_rad2 = tuning.described_floor_rad2;
+        }
+    }
+
+    fn bias_part_at(&self, noise_m2: T) -> T {
+        T::from_f32(bias_part((noise_m2 / (T::from_f64(12.0) * self.steps_m2)).to_f32()))
+    }
+
+    /// The noise that the codes have for certain, wherever in a cell the rotor lies.
+    fn certain_m2(&self) -> T {
+        let shown_m2 = self.ratio * (self.noise_m2 + self.steps_m2);
+        let least_m2 = self.noise_m2 / T::from_f64(FACTOR_MAX * FACTOR_MAX);
+        let mean_m2 = within(shown_m2 - self.steps_m2, least_m2, self.noise_m2);
+        let error = T::from_f32(2.0 / math::sqrt_f32(self.frames.to_f32()));
+        let certain_m2 = mean_m2 - self.place_m2(mean_m2) - T::from_f64(CERTAIN_ERRORS) * error * shown_m2;
+        within(certain_m2, T::from_f64(EDGE * EDGE) * mean_m2, mean_m2)
+    }
+
+    /// By how much the variance of codes of this noise exceeds its mean at the edge of a cell, about: the first
+    /// harmonic of its dependence on the place.
+    fn place_m2(&self, noise_m2: T) -> T {
+        let per_step2 = noise_m2 / (T::from_f64(12.0) * self.steps_m2);
+        let kept = T::from_f32(math::exp_f32((per_step2 * T::from_f64(-2.0 * PI * PI)).to_f32()));
+        T::from_f64(4.0) * (noise_m2 + self.steps_m2 * T::from_f64(3.0 / (PI * PI))) * kept
     }
 }
 

@@ -1,12 +1,9 @@
-//! The part of a frame's error that the frames after it share: as described, and as the marks show it.
+//! The part of a frame's error that the frames after it share, as the marks show it (F17).
 //!
-//! Averaging over frames removes tracking noise. It does not remove what all frames of some milliseconds have in
-//! common. Described are the errors of single marks and the shift of all of them
-//! ([`crate::CameraDescription::mark_bias_m`]).
-//!
-//! Others are not: a tilt of the rotor, which shortens the picture of the pattern, or marks that are worse than
-//! described. Both move the marks against each other, so the residuals of a rigid motion show them. Their mean square
-//! above that of the noise and of the described errors, `sigma^2`, is
+//! Averaging over frames does not remove what all frames of some milliseconds have in common. Described are the errors
+//! of single marks and the shift of all of them ([`crate::CameraDescription::mark_bias_m`]). A tilt of the rotor, which
+//! shortens the picture of the pattern, or marks that are worse than described move the marks against each other, so
+//! the residuals of a rigid motion show them. Their mean square above that of the noise and of the described errors is
 //!
 //! ```text
 //! v = mean (sum |residual|^2) / (2 n - 3) - sigma^2         per coordinate; n marks at the radius rho
@@ -20,27 +17,16 @@
 //! mean of `e^2` is a third of that of `s^2`, and `v = 2 rho^2 s^2`. More marks turn by nothing under a tilt, but
 //! single marks may be wrong.
 //!
-//! # At rest
-//!
 //! A rotor at rest lies level, and each of its marks at one place of a pixel. So residuals at rest have a mean of their
 //! own, and tell of single marks only. There the noise of the frames is known too, by their differences
 //! ([`crate::camera::noise`]): what exceeds it is the same from frame to frame. Of a coarse camera it is the
-//! quantisation, which the floor holds already.
+//! quantisation, which the floor holds already. Two marks have one residual, their distance, which may be right by
+//! chance while the angle is off: then nothing tells. So it is with one mark, always.
 //!
-//! Two marks have one residual, their distance. It may be right by chance while the angle is off: then nothing tells.
-//! So it is with one mark, always.
-//!
-//! # Variances
-//!
-//! These errors are not among the filter's states: a variance p is added to that of the angle ("considered"). A filter
-//! whose memory is longer than the error's averages some of it, so p is an upper bound. What the filter takes for a
-//! motion it also takes for a rate. A steady filter of angle and rate of the bandwidth w has the response
-//!
-//! ```text
-//! rate / error = w^2 s / (s^2 + sqrt 2 w s + w^2),      its largest square  w^2 / 2 at s = i w,     w^2 = P22 / P11
-//! ```
-//!
-//! so `p P22 / (2 P11)` is added to the variance of the rate: it is next to nothing at rest.
+//! These errors are not among the filter's states: their variance p is added to that of the angle ("considered"). A
+//! filter whose memory is longer than the error's averages some of it, so p is an upper bound. A steady filter of the
+//! bandwidth w takes the error for a rate with the response `w^2 s / (s^2 + sqrt 2 w s + w^2)`, whose largest square is
+//! `w^2 / 2`, `w^2 = P22 / P11`. So `p P22 / (2 P11)` is added to the variance of the rate.
 
 use motor_model::Real;
 
@@ -52,7 +38,7 @@ use crate::measurement::CameraFrame;
 const SIGNIFICANT: f64 = 1.35;
 
 /// Mean square of residuals.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 struct ResidualMean<T> {
     /// As the variance of an angle from all marks, in rad^2; `None` before the first frame.
     mean_rad2: Option<T>,
@@ -61,10 +47,6 @@ struct ResidualMean<T> {
 }
 
 impl<T: Real> ResidualMean<T> {
-    fn new() -> Self {
-        Self { mean_rad2: None, excess_rad2: T::zero() }
-    }
-
     /// Takes in the residual of a frame, of which the mean square is `expected_rad2` without further errors.
     #[inline(never)]
     fn take(&mut self, frame: &CameraFrame, expected_rad2: T, tuning: &TrackTuning<T>) {
@@ -81,26 +63,18 @@ impl<T: Real> ResidualMean<T> {
 }
 
 /// What residuals show of a moving rotor's frames, and of a resting one's.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct PersistentError<T> {
     moving: ResidualMean<T>,
     resting: ResidualMean<T>,
-    /// Variance of the angle in motion, in rad^2.
-    moving_rad2: T,
 }
 
 impl<T: Real> PersistentError<T> {
-    /// Without frames.
-    pub(crate) fn new() -> Self {
-        Self { moving: ResidualMean::new(), resting: ResidualMean::new(), moving_rad2: T::zero() }
-    }
-
     /// Takes in the residual of a moving rotor's frame.
     #[inline]
     pub(crate) fn take(&mut self, frame: &CameraFrame, tuning: &TrackTuning<T>) {
         self.moving.take(frame, tuning.camera_rad2 + tuning.mark_bias_rad2, tuning);
-        self.moving_rad2 = self.moving.excess_rad2 * tuning.persistent_part;
-        self.resting = ResidualMean::new();
+        self.resting = ResidualMean::default();
     }
 
     /// The same of a rotor at rest, whose frames differ by the variance `white_rad2`.
@@ -111,9 +85,8 @@ impl<T: Real> PersistentError<T> {
     }
 
     /// Variance of the angle in rad^2, beside what is described.
-    #[inline]
-    pub(crate) fn rad2(&self, resting: bool) -> T {
-        if resting { self.resting.excess_rad2 } else { self.moving_rad2 }
+    pub(crate) fn rad2(&self, resting: bool, tuning: &TrackTuning<T>) -> T {
+        if resting { self.resting.excess_rad2 } else { self.moving.excess_rad2 * tuning.persistent_part }
     }
 }
 
@@ -145,7 +118,7 @@ mod tests {
     fn after(marks: u8, persistent_m2: f64, frames: u32, seed: u64) -> f64 {
         let (camera, mut rng) = (camera(marks), Pcg64::seed_from_u64(seed));
         let tuning = TrackTuning::<f64>::new(&camera);
-        let mut error = PersistentError::new();
+        let mut error = PersistentError::default();
         let coordinate_m2 = 1e-12 + 4e-12 / 12.0 + persistent_m2;
         for _ in 0..frames {
             let squares = (0..2 * u32::from(marks) - 3).map(|_| {
@@ -154,7 +127,7 @@ mod tests {
             });
             error.take(&frame(coordinate_m2 * squares.sum::<f64>(), marks), &tuning);
         }
-        error.rad2(false)
+        error.rad2(false, &tuning)
     }
 
     /// Noise alone is no persistent error, whatever the number of marks: not at any of 30,000 frames.
@@ -187,13 +160,13 @@ mod tests {
         let freedom = 2 * usize::from(camera.marks) - 3;
         let same: Vec<f64> = (0..freedom).map(|_| math::sqrt(persistent_m2) * normal()).collect();
         let noise_m = math::sqrt(louder * (1e-12 + 4e-12 / 12.0));
-        let mut error = PersistentError::new();
+        let mut error = PersistentError::default();
         for _ in 0..2_000 {
             let sum_m2 = same.iter().map(|off_m| off_m + noise_m * normal()).map(|off_m| off_m * off_m).sum();
             let shown = frame(sum_m2, camera.marks);
             error.take_at_rest(&shown, louder * tuning.camera_rad2, &tuning);
         }
-        error.rad2(true) * f64::from(camera.marks) * 3.9e-3 * 3.9e-3 / persistent_m2
+        error.rad2(true, &tuning) * f64::from(camera.marks) * 3.9e-3 * 3.9e-3 / persistent_m2
     }
 
     /// Of eight marks 13 residuals: the mean square of what each is off is known to `sqrt(2 / 13)`, that of 100 rests
@@ -226,19 +199,23 @@ mod tests {
         let described = CameraDescription { mark_bias_m: 4e-6, ..camera(8) };
         let tuning = TrackTuning::<f64>::new(&described);
         let coordinate_m2 = 1e-12 + 4e-12 / 12.0 + 16e-12;
-        let mut error = PersistentError::new();
+        let mut error = PersistentError::default();
         for _ in 0..2_000 {
             error.take(&frame(13.0 * coordinate_m2, 8), &tuning);
             error.take_at_rest(&frame(13.0 * coordinate_m2, 8), tuning.camera_rad2, &tuning);
         }
-        assert!(error.rad2(false) + error.rad2(true) < f64::MIN_POSITIVE);
+        assert!(error.rad2(false, &tuning) + error.rad2(true, &tuning) < f64::MIN_POSITIVE);
         for _ in 0..2_000 {
             error.take_at_rest(&frame(26.0 * coordinate_m2, 8), tuning.camera_rad2, &tuning);
         }
         let expected = coordinate_m2 / (8.0 * 3.9e-3 * 3.9e-3);
-        assert!((error.rad2(true) / expected - 1.0).abs() < 0.03, "{:e} {expected:e}", error.rad2(true));
+        assert!(
+            (error.rad2(true, &tuning) / expected - 1.0).abs() < 0.03,
+            "{:e} {expected:e}",
+            error.rad2(true, &tuning)
+        );
         error.take(&frame(13.0 * coordinate_m2, 8), &tuning);
-        assert!(error.rad2(true) < f64::MIN_POSITIVE);
+        assert!(error.rad2(true, &tuning) < f64::MIN_POSITIVE);
     }
 
     /// The line between two opposite marks of a rotor that tilts by `eta` about an axis in any direction: its turn, and
@@ -263,11 +240,11 @@ mod tests {
     #[test]
     fn exact_frames_without_residual_change_nothing() {
         let tuning = TrackTuning::<f64>::new(&camera(3));
-        let mut error = PersistentError::new();
+        let mut error = PersistentError::default();
         for _ in 0..10_000 {
             error.take(&CameraFrame { residual: 0, ..frame(1e-10, 3) }, &tuning);
             error.take(&CameraFrame { marks_used: 2, ..frame(1e-10, 3) }, &tuning);
         }
-        assert!(error.rad2(false) == 0.0 && error.moving.mean_rad2.is_none());
+        assert!(error.rad2(false, &tuning) == 0.0 && error.moving.mean_rad2.is_none());
     }
 }

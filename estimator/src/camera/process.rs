@@ -14,10 +14,8 @@ use crate::camera::track::State;
 use crate::camera::track_covariance::{Moments, TrackCovariance};
 
 /// Variances of the part of angle and rate that changes faster than frames can show. They are added to the variances of
-/// every estimate, of the present and of the past.
-///
-/// A filter with white process noise takes every innovation as evidence of a rate that persists. Kicks that soon undo
-/// each other do not persist: a part of the rate comes and goes between two frames, and turns the angle meanwhile.
+/// every estimate, of the present and of the past: a filter with white process noise takes every innovation as evidence
+/// of a rate that persists, and kicks that soon undo each other do not.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Jitter<T> {
     /// Variance of the angle's part, in rad^2.
@@ -27,10 +25,13 @@ pub struct Jitter<T> {
 }
 
 impl<T: Real> Jitter<T> {
-    /// Both times `factor`.
-    #[inline]
     pub(crate) fn times(self, factor: T) -> Self {
         Self { angle_rad2: self.angle_rad2 * factor, rate_rad2_s2: self.rate_rad2_s2 * factor }
+    }
+
+    pub(crate) fn plus(self, other: Self) -> Self {
+        let Self { angle_rad2, rate_rad2_s2 } = other;
+        Self { angle_rad2: self.angle_rad2 + angle_rad2, rate_rad2_s2: self.rate_rad2_s2 + rate_rad2_s2 }
     }
 
     /// Zero: the states hold all motion.
@@ -57,7 +58,6 @@ pub(crate) trait Wander<T: Real> {
     fn only_wanders(&self, at: Time, resting: bool) -> bool;
 
     /// Propagates `state` to `until`, if that is later.
-    #[inline]
     fn wander<B: TrackCovariance<T>>(&self, state: &mut State<T, B>, resting: bool, until: Time) {
         let wandering = self.wandering(state.at, resting);
         if wandering.until >= until {
@@ -89,7 +89,6 @@ pub(crate) trait Process<T: Real, B: TrackCovariance<T> = AngleRateCovariance<T>
     fn carry(&self, state: &mut State<T, B>, resting: bool, until: Time);
 
     /// A state between `state` and `until` that has been propagated already; `state` itself, if there is none.
-    #[inline]
     fn cached_state<'a>(&'a self, state: &'a State<T, B>, _resting: bool, _until: Time) -> &'a State<T, B> {
         state
     }
@@ -98,7 +97,6 @@ pub(crate) trait Process<T: Real, B: TrackCovariance<T> = AngleRateCovariance<T>
     fn jitter(&self, at: Time) -> Jitter<T>;
 
     /// What `state` has become at `until`.
-    #[inline]
     fn predict(&self, state: &State<T, B>, resting: bool, until: Time) -> Prediction<T> {
         let wandering = self.wandering(state.at, resting);
         if wandering.until >= until && self.only_wanders(state.at, resting) {

@@ -8,13 +8,9 @@
 //! ```
 //!
 //! Here x, P are the filter's at the earlier instant, x-, P- the same carried to the later instant, and + marks the
-//! smoothed values there. F is the Jacobian of what happens on the way, and Q the noise that is added: both are found
-//! by carrying [`Carried`] in place of the covariance. Through a kick F is not one: where teeth stick, less than 1 of
-//! the rate's error remains, and in [`crate::TwinFilter`] the rate takes up errors of friction and tooth factor. So all
-//! states of a filter's track are smoothed together.
-//!
-//! For a linear process the result is the least-squares fit to all frames kept, weighted by their variances. The
-//! largest lag is that of [`crate::FRAMES_KEPT`].
+//! smoothed values there. The Jacobian F of what happens on the way and the noise Q are found by carrying [`Carried`]
+//! in place of the covariance. All states of a filter's track are smoothed together, since a kick mixes them. For a
+//! linear process the result is the least-squares fit to all frames kept.
 
 use motor_model::{Angle, AngleAccumulator, Real, Time};
 use nalgebra::SVector;
@@ -49,7 +45,6 @@ fn with_first<T: Real, const N: usize>(mut states: SVector<T, N>, first: [T; 2])
     states
 }
 
-/// The first two of `states`.
 fn first_of<T: Real, const N: usize>(states: &SVector<T, N>) -> [T; 2] {
     let mut first = [T::zero(); 2];
     first.iter_mut().zip(states.iter()).for_each(|(value, &state)| *value = state);
@@ -88,7 +83,7 @@ impl<T: Real, const N: usize> Smoothed<T, N> {
             filter: KalmanFilter { state: states(state, T::zero()), covariance: covariance.ud_covariance() },
             transition: Dense(carried.jacobian()),
             noise: carried.noise().ud_covariance().sources(),
-            predicted: with_first(carried.further(), [T::zero(), ahead.rate_rad_s]),
+            predicted: with_first(carried.covariance().further(), [T::zero(), ahead.rate_rad_s]),
         }];
         smooth(&mut step, &KalmanFilter { state: later, covariance: self.covariance }).ok()?;
         let [SmootherStep { filter: KalmanFilter { state, covariance }, .. }] = step;
@@ -97,7 +92,6 @@ impl<T: Real, const N: usize> Smoothed<T, N> {
         Some(Self { at, angle, states: with_first(state, [T::zero(), rate_rad_s]), covariance })
     }
 
-    /// As an estimate.
     pub(crate) fn estimate(&self, resting: bool, jitter: Jitter<T>) -> Estimate<T> {
         let [[angle_rad2, _], [angle_rate_rad2_s, rate_rad2_s2]] =
             [0, 1].map(|state| first_of(&self.covariance.column(state)));
@@ -120,7 +114,7 @@ mod tests {
     use crate::camera::process::Jitter;
     use crate::filter::AngleFilter as _;
     use crate::filters::constant_rate::{ConstantRate, ConstantRateTuning};
-    use crate::test_support::{FRAME_NANOS, frame};
+    use crate::tests::{FRAME_NANOS, frame};
     use motor_model::{Angle, DriveCommand, DriveMode, Time};
     use nalgebra::{Matrix2, SMatrix, SVector, Vector2};
     use rand_distr::{Distribution, StandardNormal};

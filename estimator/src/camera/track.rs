@@ -10,28 +10,18 @@
 //! ```
 //!
 //! A filter brings its own [`Process`](crate::camera::process::Process): how angle, rate and covariance change between
-//! frames. What a frame does to them is here. Which frames are used, and in which order, is decided in
-//! [`crate::camera::tracker`].
+//! frames. Which frames are used, and in which order, is decided in [`crate::camera::tracker`].
 //!
-//! # Exposure
-//!
-//! A frame shows the mean angle over its exposure T. At a steady rate this is the angle at the middle, which is the
-//! time of the frame, and at which it is fused. A rate that is a random walk of intensity q makes the mean differ from
-//! the middle by the variance `q T^3 / 320`: 1e-11 rad^2 at most (q = 3000, T = 100 us), a ten-thousandth of R. Nothing
-//! is added for it.
+//! A frame shows the mean angle over its exposure T, and is fused at the middle. A rate that is a random walk of
+//! intensity q makes both differ by the variance `q T^3 / 320`, a ten-thousandth of R at most. Nothing is added for it.
 //!
 //! # Rest and quantisation
 //!
 //! A rotor at rest shows the camera one point of one cell. An average of frames is right only as far as the tracking
-//! noise dithers the quantisation. With noise sigma the mean code is off by up to `(Delta / pi) exp(-2 pi^2 sigma^2 /
-//! Delta^2)`: 0.07 milli-degrees at a mark of the default camera, `sigma = Delta / 2`. Without noise it is off by up to
-//! `Delta / 2`, 15 milli-degrees. The codes show whether there is dither: with `sigma = Delta / 2` the code changes
-//! from frame to frame with probability 0.46 to 0.53, wherever in its cell the rotor lies. So at rest the share of
-//! changes is averaged (over 64 frames, from 0). While it is below 0.2, a code that only repeats itself is refused
-//! ([`crate::Rejection::Repeated`]) as soon as the angle is known to `Delta^2 / 12`, the variance of a uniform error
-//! within the cell. With the default camera the share passes 0.2 within some 35 frames, and then stays six standard
-//! deviations above. The angle of several marks changes more often. Limit: noise of `Delta / 5` passes for dither in
-//! some places of a cell, where it biases by a tenth of Delta.
+//! noise dithers the quantisation. Equal codes in a row of which the chance is 1e-5 where there is dither
+//! ([`TrackTuning::stuck_frames`]) show that there is none. At rest such a code is refused
+//! ([`crate::Rejection::Repeated`]), and the variance of every estimate holds that of the quantisation. A coarse
+//! camera shows a rotor at rest one code or two, whatever its noise.
 //!
 //! # Ringing at rest
 //!
@@ -46,14 +36,9 @@
 //! ```
 //!
 //! With it P22 falls below `u^2` at once and by the factor e every m frames to `v_1`, becomes `v_1 / k` after k frames
-//! more, then falls by the factor e every n frames, to what the process noise of rest leaves. (With `v_0` from the
-//! first frame on, P22 would be a hundredth of the squared error in the first milliseconds.) Long after the ringing the
-//! rate is exactly zero, and any variance of it is too large.
-//!
-//! `v_0` and `v_1` are those of the default camera. Another one's are as many times larger as its frames are more, so
-//! that the angle's variance grows by `v_0 dt = 1e-12 rad^2` in a second at rest, whatever the rate of the frames. The
-//! average of n frames is then worse than `R / n` by a third of `1e-12 n^2 dt / R`: 8 % after a second of the default
-//! camera's frames, and after ten seconds of 200 a second.
+//! more, then falls by the factor e every n frames, to what the process noise of rest leaves. `v_0` and `v_1` are those
+//! of the default camera. Another one's are as many times larger as its frames are more, so that the angle's variance
+//! grows by `v_0 dt = 1e-12 rad^2` in a second at rest, whatever the rate of the frames.
 //!
 //! # Moved at rest
 //!
@@ -81,15 +66,12 @@ pub(crate) struct State<T, B = AngleRateCovariance<T>> {
 
 impl<T: Real, B: TrackCovariance<T>> State<T, B> {
     /// A copy, field by field: a copy as a whole is a call that costs as much as an update.
-    #[inline]
     pub(crate) fn copied(&self) -> Self {
-        let Self { at, angle, rate_rad_s, covariance } = self;
-        Self { at: *at, angle: *angle, rate_rad_s: *rate_rad_s, covariance: covariance.copied() }
+        Self { covariance: self.covariance.copied(), ..*self }
     }
 
     /// Propagates it to `until` while the rate is a random walk of intensity `noise_rad2_s3`. Does nothing if `until`
     /// is not later.
-    #[inline]
     pub(crate) fn propagate(&mut self, until: Time, noise_rad2_s3: T) {
         let dt_s: T = until.seconds_since(self.at);
         self.at = self.at.max(until);
@@ -102,7 +84,6 @@ impl<T: Real, B: TrackCovariance<T>> State<T, B> {
     /// ```text
     /// P <- F P F' + q [dt^3/3 dt^2/2; dt^2/2 dt],   F = [1 dt; 0 1]
     /// ```
-    #[inline]
     pub(crate) fn predicted(&self, until: Time, noise_rad2_s3: T) -> Prediction<T> {
         let dt_s: T = until.seconds_since(self.at);
         let Moments { angle_rad2, angle_rate_rad2_s, rate_rad2_s2 } = self.covariance.moments_after(dt_s);
@@ -122,6 +103,11 @@ impl<T: Real, B: TrackCovariance<T>> State<T, B> {
         }
     }
 
+    /// Innovation of a frame that shows `angle`, in rad: within half a turn.
+    pub(crate) fn innovation_rad(&self, angle: Angle) -> T {
+        angle.minus(self.angle.angle()).wrapped().radians_since(Angle::ZERO)
+    }
+
     /// Fuses an angle with this innovation, measured with variance `noise_rad2`.
     #[inline(always)]
     #[expect(clippy::inline_always, reason = "a call costs a quarter of it")]
@@ -136,10 +122,8 @@ impl<T: Real, B: TrackCovariance<T>> State<T, B> {
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Track<T, B = AngleRateCovariance<T>> {
     pub(crate) state: State<T, B>,
-    /// The last frame's angle.
-    code: Angle,
-    /// Share of frames at rest whose code differs from the code before.
-    change_share: T,
+    /// The angle of the last frame used.
+    pub(crate) code: Angle,
     /// Mean innovation at rest, in rad: of the last [`TrackTuning::mean_frames`], the latest weighing most.
     mean_innovation_rad: T,
     /// Running mean of the normalised innovations squared, each at most the gate: 1 if the camera is as good as its
@@ -151,8 +135,8 @@ pub(crate) struct Track<T, B = AngleRateCovariance<T>> {
     pub(crate) refusals: u8,
     /// Frames in a row that brought the code of the last frame used.
     pub(crate) same_codes: u16,
-    /// Frames in a row for which the rotor has been quiet and slow.
-    still_frames: u16,
+    /// Whether the rotor is at rest, or quiet and slow.
+    pub(crate) still: bool,
     pub(crate) resting: bool,
     /// Whether a kick was assumed right before the last frame.
     pub(crate) kicked: bool,
@@ -191,171 +175,84 @@ impl<T: Real, B: TrackCovariance<T>> Track<T, B> {
                 ),
             },
             code: frame.angle,
-            change_share: T::zero(),
             mean_innovation_rad: T::zero(),
             nis: before.map_or(T::one(), |track| track.nis),
             far: before.map_or(0, |track| track.far),
             refusals: 0,
             same_codes: 0,
-            still_frames: 0,
+            still: false,
             resting: false,
             kicked: false,
         }
     }
 
     /// A copy, field by field: a copy as a whole is a call that costs as much as an update.
-    #[inline]
     pub(crate) fn copied(&self) -> Self {
-        Self {
-            state: self.state.copied(),
-            code: self.code,
-            change_share: self.change_share,
-            mean_innovation_rad: self.mean_innovation_rad,
-            nis: self.nis,
-            far: self.far,
-            refusals: self.refusals,
-            same_codes: self.same_codes,
-            still_frames: self.still_frames,
-            resting: self.resting,
-            kicked: self.kicked,
-        }
+        Self { state: self.state.copied(), ..*self }
     }
 
     /// Whether a frame brings the code of the last one used; counts how often in a row.
-    #[inline]
     pub(crate) fn same_code(&mut self, frame: &CameraFrame) -> bool {
         let same = frame.angle == self.code;
         self.same_codes = if same { self.same_codes.saturating_add(1) } else { 0 };
         same
     }
 
-    /// Averages the normalised innovation squared, at most the gate.
-    #[inline]
     pub(crate) fn note_innovation(&mut self, normalised: T, tuning: &TrackTuning<T>) {
         self.nis += (normalised - self.nis) / tuning.nis_frames;
         self.far = (self.far << 1) | u8::from(normalised > T::from_f64(Self::FAR));
     }
 
-    /// How many of the last eight frames were beyond four standard deviations.
-    #[inline]
     pub(crate) fn far_frames(&self) -> u32 {
         self.far.count_ones()
     }
 
-    /// Whether the rotor is at rest, or has been quiet and slow for at least one frame.
-    #[inline]
-    pub(crate) fn may_rest(&self) -> bool {
-        self.still_frames > 0
-    }
-
-    /// What a frame shows of a rotor that may be at rest. Averages the share of new codes and the innovations. `same`
-    /// is whether a quiet rotor shows the code of the last frame used.
-    #[inline(never)]
-    pub(crate) fn judge_frame_at_rest(
-        &mut self,
-        frame: &CameraFrame,
-        innovation_rad: T,
-        same: bool,
-        tuning: &TrackTuning<T>,
-    ) -> FrameAtRest {
-        if !self.resting {
-            return FrameAtRest::Informative;
-        }
-        // The angle is known as well as quantisation allows, and the code repeats without dither. The codes of a coarse
-        // camera are averaged: the floor of the variance holds what that leaves.
-        let undithered = self.change_share < T::from_f64(0.2)
-            && self.state.covariance.angle_rad2() <= tuning.quantisation_rad2;
-        let repeats = undithered && same && !tuning.coarse;
-        let changed = if frame.angle == self.code { T::zero() } else { T::one() };
-        self.change_share += (changed - self.change_share) * T::from_f64(1.0 / 64.0);
-        if repeats {
-            return FrameAtRest::Repeated;
-        }
+    /// Averages the innovations of a rotor at rest; whether they show that it has been moved.
+    pub(crate) fn has_moved(&mut self, innovation_rad: T, frame_rad2: T, tuning: &TrackTuning<T>) -> bool {
         self.mean_innovation_rad += (innovation_rad - self.mean_innovation_rad) / tuning.mean_frames;
         let twice_frames = tuning.mean_frames + tuning.mean_frames - T::one();
         let mean_rad2 = self.mean_innovation_rad * self.mean_innovation_rad;
-        if mean_rad2 * twice_frames > T::from_f64(Self::MOVED_MAX) * tuning.frame_rad2(frame, true) {
-            FrameAtRest::Moved
-        } else {
-            FrameAtRest::Informative
-        }
+        mean_rad2 * twice_frames > T::from_f64(Self::MOVED_MAX) * frame_rad2
     }
 
-    /// Keeps the code of a frame used.
-    #[inline]
-    pub(crate) fn note_code(&mut self, frame: &CameraFrame) {
-        self.code = frame.angle;
+    /// Whether equal codes have come so often in a row that the camera is stuck, or has no dither.
+    pub(crate) fn repeats(&self, tuning: &TrackTuning<T>) -> bool {
+        self.same_codes >= tuning.stuck_frames
     }
 
-    /// Fuses `frame`, which has this innovation.
-    #[inline(always)]
-    #[expect(clippy::inline_always, reason = "a call costs a quarter of it")]
-    pub(crate) fn correct(
-        &mut self,
-        frame: &CameraFrame,
-        innovation_rad: T,
-        quiet: bool,
-        tuning: &TrackTuning<T>,
-    ) {
-        self.state.correct(innovation_rad, tuning.frame_rad2(frame, quiet));
+    /// Whether a rotor at rest shows the camera one code. A coarse camera may do so with dither.
+    pub(crate) fn undithered(&self, tuning: &TrackTuning<T>) -> bool {
+        self.resting && !tuning.coarse && self.repeats(tuning)
     }
 
     /// The rotor may move again: the next frames have to show rest anew.
-    #[inline]
     pub(crate) fn end_rest(&mut self) {
-        (self.resting, self.still_frames) = (false, 0);
+        (self.resting, self.still) = (false, false);
     }
 
-    /// Counts the frames of a quiet and slow rotor until `test` confirms that it has stopped, and fuses a rate of zero
-    /// at rest, with the variance that the ringing stator causes.
-    #[inline(never)]
-    pub(crate) fn update_rest(
-        &mut self,
-        quiet: bool,
-        frame: FrameAtRest,
-        tuning: &TrackTuning<T>,
-        test: &mut RestTest<T>,
-    ) {
-        if frame == FrameAtRest::Informative {
-            let still = quiet && self.state.rate_rad_s.abs() < tuning.resting_rate_rad_s;
-            if !still {
-                self.end_rest();
-            } else if !self.resting {
-                self.count_still_frame(tuning, test);
-            }
-        }
-        if self.resting {
-            let State { angle, rate_rad_s, covariance, .. } = &mut self.state;
-            let variance = zero_rate_rad2_s2(covariance.rate_rad2_s2(), tuning);
-            let [turn_rad, faster_rad_s] = covariance.correct_by_rate(-*rate_rad_s, variance);
-            angle.turn_by_radians(turn_rad);
-            *rate_rad_s += faster_rad_s;
-        } else {
-            (self.change_share, self.mean_innovation_rad) = (T::zero(), T::zero());
+    /// Lets `test` judge the frames of a quiet and slow rotor.
+    pub(crate) fn look_for_rest(&mut self, quiet: bool, tuning: &TrackTuning<T>, test: &mut RestTest<T>) {
+        self.still = quiet && self.state.rate_rad_s.abs() < tuning.resting_rate_rad_s;
+        if !self.still {
+            self.resting = false;
+            test.restart();
+        } else if !self.resting {
+            self.mean_innovation_rad = T::zero();
+            self.resting = test.confirms(self.state.at, self.code, tuning.camera_rad2);
         }
     }
-}
 
-impl<T: Real, B: TrackCovariance<T>> Track<T, B> {
-    /// Counts one more frame of a quiet and slow rotor. Those of the second half are tested.
-    fn count_still_frame(&mut self, tuning: &TrackTuning<T>, test: &mut RestTest<T>) {
-        let frames = test.frames(tuning.resting_frames);
-        self.still_frames = self.still_frames.saturating_add(1);
-        if self.still_frames == frames / 2 {
-            test.begin();
-        }
-        if self.still_frames >= frames / 2 {
-            test.take(self.state.at, self.code);
-        }
-        if self.still_frames >= frames {
-            self.resting = test.confirms(tuning.camera_rad2);
-            self.still_frames = if self.resting { frames } else { frames / 2 };
-        }
+    /// Fuses a rate of zero, with the variance that the ringing stator causes.
+    pub(crate) fn fuse_rest(&mut self, tuning: &TrackTuning<T>) {
+        let State { angle, rate_rad_s, covariance, .. } = &mut self.state;
+        let variance = zero_rate_rad2_s2(covariance.rate_rad2_s2(), tuning);
+        let [turn_rad, faster_rad_s] = covariance.correct_by_rate(-*rate_rad_s, variance);
+        angle.turn_by_radians(turn_rad);
+        *rate_rad_s += faster_rad_s;
     }
 }
 
 /// Variance of the zero-rate update where that of the rate is `rate_rad2_s2`: see the module's head.
-#[inline]
 fn zero_rate_rad2_s2<T: Real>(rate_rad2_s2: T, tuning: &TrackTuning<T>) -> T {
     let [least, most, frames] = if rate_rad2_s2 > tuning.ringing_rad2_s2 {
         [tuning.ringing_rad2_s2, T::from_f64(SLOPE_RAD_S * SLOPE_RAD_S), tuning.stopping_frames]
@@ -365,15 +262,4 @@ fn zero_rate_rad2_s2<T: Real>(rate_rad2_s2: T, tuning: &TrackTuning<T>) -> T {
     let falling = frames * rate_rad2_s2;
     let falling = if falling < most { falling } else { most };
     if falling > least { falling } else { least }
-}
-
-/// What a frame shows of a rotor that may be at rest.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum FrameAtRest {
-    /// Its angle.
-    Informative,
-    /// Nothing new: the code repeats without dither, and the angle is known as well as quantisation allows.
-    Repeated,
-    /// It has been moved.
-    Moved,
 }

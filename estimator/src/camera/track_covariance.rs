@@ -4,8 +4,6 @@ use motor_model::Real;
 use nalgebra::{SMatrix, SVector};
 use ud_filter::UdCovariance;
 
-use crate::camera::angle_rate_covariance::AngleRateCovariance;
-
 /// Covariance of angle and rate, entry by entry.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Moments<T> {
@@ -20,16 +18,13 @@ pub(crate) trait TrackCovariance<T>: Copy {
     fn begin(angle_rad2: T, rate_rad2_s2: T, before: Option<&Self>) -> Self;
 
     /// A copy, field by field where it is large: a copy as a whole is a call that costs as much as an update.
-    #[inline]
     fn copied(&self) -> Self {
         *self
     }
 
-    /// Variance of the angle.
     fn angle_rad2(&self) -> T;
 
     /// Variance of the innovation of an angle measured with variance `noise_rad2`.
-    #[inline]
     fn innovation_rad2(&self, noise_rad2: T) -> T
     where
         T: Real,
@@ -37,7 +32,6 @@ pub(crate) trait TrackCovariance<T>: Copy {
         self.angle_rad2() + noise_rad2
     }
 
-    /// Variance of the rate.
     fn rate_rad2_s2(&self) -> T;
 
     /// Covariance of angle and rate after `dt_s` at the rate as it is: sums of products that are not negative.
@@ -60,109 +54,8 @@ pub(crate) trait TrackCovariance<T>: Copy {
     fn correct_by_rate(&mut self, innovation_rad_s: T, noise_rad2_s2: T) -> [T; 2];
 }
 
-impl<T: Real> TrackCovariance<T> for AngleRateCovariance<T> {
-    #[inline]
-    fn begin(angle_rad2: T, rate_rad2_s2: T, _before: Option<&Self>) -> Self {
-        Self::diagonal(angle_rad2, rate_rad2_s2)
-    }
-
-    #[inline]
-    fn angle_rad2(&self) -> T {
-        self.angle_rad2()
-    }
-
-    #[inline]
-    fn innovation_rad2(&self, noise_rad2: T) -> T {
-        self.angle_innovation_rad2(noise_rad2)
-    }
-
-    #[inline]
-    fn rate_rad2_s2(&self) -> T {
-        self.rate_rad2_s2()
-    }
-
-    #[inline]
-    fn moments_after(&self, dt_s: T) -> Moments<T> {
-        self.moments_after(dt_s)
-    }
-
-    #[inline]
-    fn predict(&mut self, dt_s: T, noise_rad2_s3: T) {
-        self.predict(dt_s, noise_rad2_s3);
-    }
-
-    #[inline]
-    fn widen_rate(&mut self, variance_rad2_s2: T) {
-        self.widen_rate(variance_rad2_s2);
-    }
-
-    #[inline]
-    fn kick_rate(&mut self, kept: T, variance_rad2_s2: T) {
-        self.kick_rate(kept, variance_rad2_s2);
-    }
-
-    #[inline]
-    fn correct_by_angle(&mut self, innovation_rad: T, noise_rad2: T) -> [T; 2] {
-        let is_finite = self.angle_innovation_rad2(noise_rad2) <= T::MAX;
-        if !is_finite {
-            return [T::zero(); 2];
-        }
-        let gain = self.update_angle(noise_rad2);
-        [gain.angle * innovation_rad, gain.rate * innovation_rad]
-    }
-
-    #[inline]
-    fn correct_by_rate(&mut self, innovation_rad_s: T, noise_rad2_s2: T) -> [T; 2] {
-        let is_finite = self.rate_rad2_s2() + noise_rad2_s2 <= T::MAX;
-        if !is_finite {
-            return [T::zero(); 2];
-        }
-        let gain = self.update_rate(noise_rad2_s2);
-        [gain.angle * innovation_rad_s, gain.rate * innovation_rad_s]
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// A measurement whose variance, or whose innovation's, is infinite or NaN: not used, and nothing becomes certain.
-    #[test]
-    fn law_numbers_out_of_range_are_no_certainty() {
-        let plain = AngleRateCovariance::<f32>::diagonal(1.0, 4.0);
-        // P11 is 1e40, no number of this precision.
-        let mut far = AngleRateCovariance::<f32>::diagonal(1.0, 1e30);
-        far.predict(1e5, 0.0);
-        let wide = AngleRateCovariance::<f32>::diagonal(1.0, 3e38);
-        for (start, noise) in [(plain, f32::INFINITY), (plain, f32::NAN), (far, 1.0), (wide, 3e38)] {
-            let (mut by_angle, mut by_rate) = (start, start);
-            let corrections = [by_angle.correct_by_angle(1.0, noise), by_rate.correct_by_rate(1.0, noise)];
-            assert!(
-                corrections.as_flattened().iter().all(|x| x.is_finite()),
-                "{start:?} {noise} {corrections:?}"
-            );
-            assert!(by_angle.rate_rad2_s2() > 0.1 * start.rate_rad2_s2(), "{start:?} {noise} {by_angle:?}");
-            assert!(by_rate.rate_rad2_s2() > 0.0, "{start:?} {noise} {by_rate:?}");
-        }
-        // What is no number stays none.
-        for bad in [f32::NAN, f32::INFINITY] {
-            let (mut widened, mut kicked, mut moved) = (plain, plain, plain);
-            widened.widen_rate(bad);
-            kicked.kick_rate(0.5, bad);
-            moved.predict(1e-4, bad);
-            for mut p in [widened, kicked, moved, AngleRateCovariance::diagonal(1.0, bad)] {
-                let before = p.rate_rad2_s2();
-                assert!(!before.is_finite() && !p.angle_rad2().is_finite(), "{p:?}");
-                assert_eq!(p.correct_by_angle(1.0, 1.0).map(f32::to_bits), [0; 2], "{p:?}");
-                assert_eq!(p.rate_rad2_s2().to_bits(), before.to_bits());
-            }
-        }
-    }
-}
-
 /// A covariance of `N` states, of which angle and rate are the first, as the smoother needs it.
 pub(crate) trait SmoothedCovariance<T, const N: usize>: TrackCovariance<T> {
-    /// The covariance of all of them.
     fn ud_covariance(&self) -> UdCovariance<T, N>;
 
     /// The same of states that are known exactly.
@@ -170,20 +63,6 @@ pub(crate) trait SmoothedCovariance<T, const N: usize>: TrackCovariance<T> {
 
     /// The values of the states after angle and rate. The first two are not used.
     fn further(&self) -> SVector<T, N>;
-}
-
-impl<T: Real> SmoothedCovariance<T, 2> for AngleRateCovariance<T> {
-    fn ud_covariance(&self) -> UdCovariance<T, 2> {
-        self.ud_covariance()
-    }
-
-    fn exact(&self) -> Self {
-        Self::diagonal(T::zero(), T::zero())
-    }
-
-    fn further(&self) -> SVector<T, 2> {
-        SVector::zeros()
-    }
 }
 
 /// A covariance that is carried along, and what becomes of an error on the way.
@@ -198,24 +77,20 @@ pub(crate) struct Carried<T, B, const N: usize> {
 }
 
 impl<T: Real, B: SmoothedCovariance<T, N>, const N: usize> Carried<T, B, N> {
-    /// At the start of the way.
     pub(crate) fn along(covariance: B) -> Self {
         let [angle_row, rate_row] =
             [0, 1].map(|own| SVector::from_fn(|state, _| if state == own { T::one() } else { T::zero() }));
         Self { covariance, noise: covariance.exact(), angle_row, rate_row }
     }
 
-    /// Both covariances.
     pub(crate) fn both(&mut self) -> [&mut B; 2] {
         [&mut self.covariance, &mut self.noise]
     }
 
-    /// The covariance on its way.
     pub(crate) fn covariance(&self) -> &B {
         &self.covariance
     }
 
-    /// The noise Q.
     pub(crate) fn noise(&self) -> &B {
         &self.noise
     }
@@ -227,11 +102,6 @@ impl<T: Real, B: SmoothedCovariance<T, N>, const N: usize> Carried<T, B, N> {
             row.copy_from(&values.transpose());
         }
         jacobian
-    }
-
-    /// Values of the states after angle and rate.
-    pub(crate) fn further(&self) -> SVector<T, N> {
-        self.covariance.further()
     }
 
     /// The rate becomes `kept` of its own error, and takes up the errors of further states by `row`.

@@ -5,11 +5,11 @@
 
 use motor_model::{Real, math};
 
-use crate::camera::noise_levels::COARSE;
-use crate::camera::rest_test::resting_frames;
 use crate::instruments::CameraDescription;
 use crate::measurement::CameraFrame;
 
+/// Resolution per noise beyond which a resting rotor shows one code or two.
+pub(crate) const COARSE: f64 = 2.5;
 /// Period of the default camera, in s.
 const DEFAULT_PERIOD_S: f64 = 1e-4;
 /// Time in which the variance of the rate of a rotor that is called at rest falls by the factor e, in s: friction stops
@@ -65,70 +65,59 @@ fn stuck_frames(camera: &CameraDescription) -> u16 {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TrackTuning<T> {
     /// Variance of a frame's angle in rad^2, quantisation included, with no mark left out. If it is not positive and
-    /// finite the default is used; below that of an angle's own resolution it is raised to that
-    /// ([`TrackTuning::validated`]).
+    /// finite the default is used; below that of an angle's own resolution it is raised to that.
     pub camera_rad2: T,
     /// The quantisation's part of it, in rad^2: step squared over 12.
-    pub quantisation_rad2: T,
-    /// Least variance of the zero-rate update in rad^2/s^2, one a frame.
-    pub zero_rate_rad2_s2: T,
-    /// Largest variance of the zero-rate update in rad^2/s^2, while the stator rings down under the resting rotor.
-    pub ringing_rad2_s2: T,
-    /// Number of frames in which the variance of the rate falls by the factor e from that of the last motion to that of
-    /// the ringing.
-    pub stopping_frames: T,
-    /// Number of frames in which the variance of the rate that the ringing causes falls by the factor e.
-    pub ringing_frames: T,
-    /// A quiet rotor is at rest once its rate has stayed within this of zero, in rad/s, for [`Self::resting_frames`]:
-    /// twice the standard error of the rate.
-    pub resting_rate_rad_s: T,
-    /// Number of quiet and slow frames that conclude rest: 3.4 ms or more, see [`crate::camera::rest_test`]. With the
-    /// smallest friction of Table 1, 0.2, a rotor slows down by 600 rad/s^2, and so has stopped by then.
-    pub resting_frames: u16,
+    pub(crate) quantisation_rad2: T,
+    /// Least variance of the zero-rate update in rad^2/s^2, one a frame, and largest one while the stator rings down
+    /// under the resting rotor: `v_0` and `v_1` of [`crate::camera::track`].
+    pub(crate) zero_rate_rad2_s2: T,
+    pub(crate) ringing_rad2_s2: T,
+    /// Frames in which the variance of the rate falls by the factor e from that of the last motion to `v_1`, and in
+    /// which `v_1` does.
+    pub(crate) stopping_frames: T,
+    pub(crate) ringing_frames: T,
+    /// Rate below which a quiet rotor may be at rest ([`crate::camera::rest_test`]), in rad/s: twice its standard
+    /// error.
+    pub(crate) resting_rate_rad_s: T,
     /// A frame is refused when its innovation squared exceeds this many times its variance.
-    pub gate: T,
-    /// Variance of the kick that may explain frames in a row beyond the gate, in rad^2/s^2. Such a kick is as a rule
-    /// the burst of impacts of a landing, which changes the rate by more than ten rad/s, two standard deviations, in a
-    /// fraction of a millisecond.
-    pub kick_rad2_s2: T,
+    pub(crate) gate: T,
+    /// Variance of the kick that may explain frames in a row beyond the gate, in rad^2/s^2: as a rule the impacts of a
+    /// landing, which change the rate by more than ten rad/s, two standard deviations, in a fraction of a millisecond.
+    pub(crate) kick_rad2_s2: T,
     /// After this many refusals in a row the estimate restarts, once the newest frames agree.
-    pub refusals_max: u8,
-    /// Equal codes in a row of a driven rotor at which a camera counts as stuck: such a row is one chance in 10^5 of a
-    /// live camera.
-    pub stuck_frames: u16,
+    pub(crate) refusals_max: u8,
+    /// Equal codes in a row at which a camera counts as stuck, of a driven rotor, or as one without dither, at rest:
+    /// one chance in 10^5.
+    pub(crate) stuck_frames: u16,
     /// Frames over which the normalised innovations and, at rest, the innovations are averaged.
-    pub nis_frames: T,
-    /// The same for the innovations at rest.
-    pub mean_frames: T,
+    pub(crate) nis_frames: T,
+    pub(crate) mean_frames: T,
     /// Whether the resolution is so coarse, more than 2.5 times the noise, that a rotor at rest shows one code or two.
-    pub coarse: bool,
+    pub(crate) coarse: bool,
     /// Square of a step of [`CameraFrame::residual`] as the variance of an angle from all marks, in rad^2.
-    pub residual_step_rad2: T,
-    /// One over the frames over which residuals are averaged.
-    pub per_residual_frames: T,
-    /// One over the frames over which innovations are averaged for their correlation.
-    pub per_neighbours: T,
+    pub(crate) residual_step_rad2: T,
+    /// One over the frames over which residuals are averaged, and over which innovations are for their correlation.
+    pub(crate) per_residual_frames: T,
+    pub(crate) per_neighbours: T,
     /// Variance of a white innovation per that of their mean.
-    pub independent_neighbours: T,
+    pub(crate) independent_neighbours: T,
     /// Variance of the angle by what frames have in common, per that by which the residuals exceed the noise.
-    pub persistent_part: T,
-    /// Variance of the angle from all marks by the errors of marks that neighbouring frames share, in rad^2. Frames of
-    /// a moving rotor have it beside [`Self::camera_rad2`].
-    pub mark_bias_rad2: T,
-    /// Variance of an angle from all marks by all that neighbouring frames share, as described, in rad^2. It is a part
-    /// of every estimate's variance.
-    pub persistent_rad2: T,
-    /// The same of an angle from one mark.
-    pub single_mark_rad2: T,
-    /// What averaging at rest cannot remove of the quantisation, in rad^2:
-    /// [`CameraDescription::quantisation_floor_rad2`]. It is a part of every estimate's variance.
-    pub floor_rad2: T,
-    /// The same as described, whatever was learnt.
-    pub described_floor_rad2: T,
+    pub(crate) persistent_part: T,
+    /// Variances of an angle by what neighbouring frames share, as described, in rad^2: by the errors of all marks,
+    /// which frames of a moving rotor have beside [`Self::camera_rad2`]; by all that they share, from all marks; and
+    /// from one.
+    pub(crate) mark_bias_rad2: T,
+    pub(crate) persistent_rad2: T,
+    pub(crate) single_mark_rad2: T,
+    /// What averaging at rest cannot remove of the quantisation, in rad^2, as learnt and as described
+    /// ([`CameraDescription::quantisation_floor_rad2`]). It is a part of every estimate's variance.
+    pub(crate) floor_rad2: T,
+    pub(crate) described_floor_rad2: T,
     /// Least mean square of second differences of a resting rotor's codes, per that of independent errors.
-    pub least_dither: T,
+    pub(crate) least_dither: T,
     /// The camera that this was made for.
-    pub camera: CameraDescription,
+    pub(crate) camera: CameraDescription,
 }
 
 impl<T: Real> Default for TrackTuning<T> {
@@ -156,7 +145,6 @@ impl<T: Real> TrackTuning<T> {
             stopping_frames: T::from_f64(frames_in(STOPPING_S)),
             ringing_frames: T::from_f64(frames_in(RINGING_S).max(1.0)),
             resting_rate_rad_s: T::from_f64(resting_rate_rad_s(variance_rad2, period_s)),
-            resting_frames: resting_frames(variance_rad2, period_s),
             gate: T::from_f64(36.0),
             kick_rad2_s2: T::from_f64(30.0),
             refusals_max: refusals_max(frames_in(REFUSALS_S)),
@@ -220,7 +208,7 @@ impl<T: Real> TrackTuning<T> {
 
     /// The same with a usable camera variance.
     #[must_use]
-    pub fn validated(mut self) -> Self {
+    pub(crate) fn validated(mut self) -> Self {
         let finite = self.camera_rad2 * T::zero() == T::zero();
         if !(finite && self.camera_rad2 > T::zero()) {
             self.camera_rad2 = Self::default().camera_rad2;

@@ -19,19 +19,10 @@
 //! refuse_for_time ...................................... refused; after refusals_max in a row restart
 //! ```
 //!
-//! A frame is fused at its exposure, however late it arrives: [`lag`].
-//!
-//! # The gate
-//!
-//! A frame beyond the gate is refused and changes neither the estimate nor its variance, unless the frames around it
-//! show that an outlier came before or that the rotor was kicked: [`hypotheses`]. After [`TrackTuning::refusals_max`]
-//! refusals the track restarts as soon as the newest frames agree among themselves.
-//!
-//! What the angle counts from after a restart: [`mod@reference`].
-//!
-//! # A stuck camera
-//!
-//! A camera that shows one code for ever is refused until another code comes: [`stuck`].
+//! A frame is fused at its exposure, however late it arrives: [`lag`]. A frame beyond the gate is refused and changes
+//! neither the estimate nor its variance, unless the frames around it show that an outlier came before or that the
+//! rotor was kicked: [`hypotheses`]. What the angle counts from after a restart: [`mod@reference`]. A camera that shows
+//! one code for ever: [`stuck`].
 
 mod estimate;
 mod hypotheses;
@@ -47,9 +38,9 @@ use crate::camera::angle_rate_covariance::AngleRateCovariance;
 use crate::camera::innovation_correlation::InnovationCorrelation;
 use crate::camera::noise::CameraNoise;
 use crate::camera::persistent_error::PersistentError;
-use crate::camera::process::Process;
+use crate::camera::process::{Jitter, Process};
 use crate::camera::rest_test::RestTest;
-use crate::camera::track::{FrameAtRest, State, Track};
+use crate::camera::track::{State, Track};
 use crate::camera::track_covariance::TrackCovariance;
 use crate::camera::track_tuning::TrackTuning;
 use crate::innovation::{Innovation, Rejection, Source, Verdict};
@@ -83,16 +74,8 @@ struct TrackedFrame<T, B> {
 impl<T: Real, B: TrackCovariance<T>> TrackedFrame<T, B> {
     /// A copy, field by field: on a microcontroller a copy as a whole is a call of `memcpy` that costs as much as an
     /// update.
-    #[inline]
     fn copied(&self) -> Self {
-        let Self { frame: CameraFrame { exposed_at, angle, marks_used, residual }, track } = self;
-        let frame = CameraFrame {
-            exposed_at: *exposed_at,
-            angle: *angle,
-            marks_used: *marks_used,
-            residual: *residual,
-        };
-        Self { frame, track: track.copied() }
+        Self { frame: CameraFrame { ..self.frame }, track: self.track.copied() }
     }
 }
 
@@ -100,8 +83,12 @@ impl<T: Real, B: TrackCovariance<T>> TrackedFrame<T, B> {
 #[derive(Clone, Debug)]
 pub(crate) struct Tracker<T, B = AngleRateCovariance<T>> {
     tuning: TrackTuning<T>,
-    /// The newest frame; `None` before the first one.
-    newest: Option<TrackedFrame<T, B>>,
+    /// Whether a frame has come.
+    begun: bool,
+    /// The newest frame.
+    newest: TrackedFrame<T, B>,
+    /// What no number of frames removes of the estimates that follow from it.
+    persistent: Jitter<T>,
     /// Those before it, by exposure.
     older: Deque<TrackedFrame<T, B>, { FRAMES_KEPT - 1 }>,
     reference: Reference<T, B>,
@@ -128,50 +115,49 @@ impl<T: Real, B: TrackCovariance<T>> Tracker<T, B> {
     /// within the wide gate by chance.
     const GATE_AFTER_REFUSAL: f64 = 16.0;
 
-    /// A tracker without frames.
     pub(crate) fn new(tuning: TrackTuning<T>) -> Self {
+        let tuning = tuning.validated();
+        let frame = CameraFrame::new(Time::ZERO, Angle::ZERO);
         Self {
-            tuning: tuning.validated(),
-            newest: None,
+            tuning,
+            begun: false,
+            newest: TrackedFrame { frame, track: Track::started(&frame, Angle::ZERO, None, &tuning) },
+            persistent: Jitter::none(),
             older: Deque::new(),
             reference: Reference::of_the_first_frame(),
             stuck: None,
             driven: false,
-            rest_test: RestTest::new(),
+            rest_test: RestTest::default(),
             noise: CameraNoise::new(&tuning.camera),
-            persistent_error: PersistentError::new(),
+            persistent_error: PersistentError::default(),
             correlation: InnovationCorrelation::white(),
-            intervals: Intervals::none(),
+            intervals: Intervals::default(),
         }
     }
 
-    /// Whether the rotor lies still.
-    #[inline]
     pub(crate) fn is_resting(&self) -> bool {
-        self.track().is_some_and(|track| track.resting)
+        self.newest.track.resting
     }
 
     /// Time of the last frame used; zero before the first.
-    #[inline]
     pub(crate) fn newest_at(&self) -> Time {
-        self.track().map_or(Time::ZERO, |track| track.state.at)
+        self.newest.track.state.at
     }
 
     /// The rotor is driven: it may move, however short the drive and however long the time to the next frame.
-    #[inline]
     pub(crate) fn end_rest(&mut self) {
         self.driven = true;
-        if let Some(TrackedFrame { track, .. }) = &mut self.newest
-            && track.may_rest()
-        {
-            track.end_rest();
+        if self.newest.track.still {
+            self.newest.track.end_rest();
             self.rest_test.forget();
+            self.persistent = self.persistent_of(&self.newest.track);
         }
-        self.reference.end_rest();
+        if let Some(TrackedFrame { track, .. }) = &mut self.reference.trusted {
+            track.end_rest();
+        }
     }
 
     /// Whether the frames have contradicted the process since this was last asked.
-    #[inline]
     pub(crate) fn take_contradiction(&mut self) -> bool {
         let coloured = self.correlation.is_coloured();
         if coloured {
@@ -182,70 +168,82 @@ impl<T: Real, B: TrackCovariance<T>> Tracker<T, B> {
 
     /// Square of the mean of neighbouring innovations per its variance, and the share of the last frame in that mean.
     /// `None` unless that frame was used and showed a motion.
-    #[inline]
     pub(crate) fn take_neighbours(&mut self) -> Option<(T, T)> {
         self.correlation.take_last_square().map(|square| (square, self.tuning.per_neighbours))
     }
 
-    /// The track at the last frame used.
-    #[inline]
+    /// The track at the last frame used; `None` before the first.
     pub(crate) fn track(&self) -> Option<&Track<T, B>> {
-        self.newest.as_ref().map(|tracked| &tracked.track)
+        self.begun.then_some(&self.newest.track)
     }
 
     /// Time, angle, rate and rest of the track: a frame that leaves these leaves all of the track's state.
-    #[inline]
-    pub(crate) fn place(&self) -> Option<(Time, Angle, T, bool)> {
-        let Track { state: State { at, angle, rate_rad_s, .. }, resting, .. } = self.track()?;
-        Some((*at, angle.angle(), *rate_rad_s, *resting))
+    pub(crate) fn place(&self) -> (Time, Angle, T, bool) {
+        let Track { state: State { at, angle, rate_rad_s, .. }, resting, .. } = &self.newest.track;
+        (*at, angle.angle(), *rate_rad_s, *resting)
     }
 
     /// The earliest time from which the track may have to be carried again, after a late frame.
     pub(crate) fn horizon(&self) -> Option<Time> {
-        let oldest = self.reference.trusted().or(self.older.front()).or(self.newest.as_ref());
-        oldest.map(|tracked| tracked.track.state.at)
+        let oldest = self.reference.trusted.as_ref().or(self.older.front()).unwrap_or(&self.newest);
+        self.begun.then_some(oldest.track.state.at)
     }
 
     /// Drops the frames from before `limit`, because the kicks until then are dropped. Tracks that are older are
     /// carried to `limit`.
     pub(crate) fn advance_to(&mut self, limit: Time, process: &impl Process<T, B>) {
         while self.older.pop_front_if(|tracked| tracked.track.state.at < limit).is_some() {}
-        if let Some(TrackedFrame { track, .. }) = &mut self.newest {
-            process.carry(&mut track.state, track.resting, limit);
-        }
+        let track = &mut self.newest.track;
+        process.carry(&mut track.state, track.resting, limit);
+        self.persistent = self.persistent_of(&self.newest.track);
         self.reference.carry(limit, process);
     }
 
     /// Takes in a frame; what became of it.
-    #[inline]
     pub(crate) fn update(
         &mut self,
         frame: &CameraFrame,
         context: FrameContext,
         process: &impl Process<T, B>,
     ) -> Innovation<T> {
-        let Some(TrackedFrame { frame: last, track: Track { state, .. } }) = &self.newest else {
+        let innovation = self.take(frame, context, process);
+        self.persistent = self.persistent_of(&self.newest.track);
+        innovation
+    }
+
+    #[inline(always)]
+    #[expect(
+        clippy::inline_always,
+        reason = "a call copies the frame's record, which costs as much as an update"
+    )]
+    fn take(
+        &mut self,
+        frame: &CameraFrame,
+        FrameContext { clock, quiet, disputed }: FrameContext,
+        process: &impl Process<T, B>,
+    ) -> Innovation<T> {
+        if !self.begun {
             return self.begin(frame, Angle::ZERO);
-        };
-        let in_order = frame.exposed_at > last.exposed_at && frame.exposed_at > state.at;
-        if context.clock > state.at
-            && frame.exposed_at > context.clock
-            && !frame.exposed_at.is_within(CLOCK_TOLERANCE_NANOS.into(), context.clock)
-        {
+        }
+        let (last_at, track_at) = (self.newest.frame.exposed_at, self.newest_at());
+        let in_order = frame.exposed_at > last_at && frame.exposed_at > track_at;
+        let timely =
+            frame.exposed_at <= clock || frame.exposed_at.is_within(CLOCK_TOLERANCE_NANOS.into(), clock);
+        if clock > track_at && !timely {
             return self.refuse_for_time(frame, Rejection::Future);
         }
-        self.intervals.take(in_order.then_some(last.exposed_at), frame.exposed_at, context.clock);
-        if context.quiet && self.noise.take(frame, &mut self.tuning) {
+        self.intervals.take(in_order.then_some(last_at), frame.exposed_at, clock);
+        if quiet && self.noise.take(frame, &mut self.tuning) {
             self.rest_test.begin();
         }
-        self.rest_test.dispute(context.disputed);
-        if self.stuck.is_some() && self.still_stuck(frame, context.quiet) {
+        self.rest_test.dispute(disputed);
+        if self.stuck.is_some() && self.still_stuck(frame, quiet) {
             return refused(frame, (T::zero(), T::zero()), Rejection::Stuck);
         }
         if in_order {
-            self.process_newest(frame, context.quiet, process)
+            self.process_newest(frame, quiet, process)
         } else {
-            self.process_late(frame, context.quiet, process)
+            self.process_late(frame, quiet, process)
         }
     }
 
@@ -253,7 +251,7 @@ impl<T: Real, B: TrackCovariance<T>> Tracker<T, B> {
     #[inline(always)]
     #[expect(
         clippy::inline_always,
-        reason = "a call copies the record of the frame, which costs as much as an update"
+        reason = "a call copies the frame's record, which costs as much as an update"
     )]
     fn process_newest(
         &mut self,
@@ -261,18 +259,17 @@ impl<T: Real, B: TrackCovariance<T>> Tracker<T, B> {
         quiet: bool,
         process: &impl Process<T, B>,
     ) -> Innovation<T> {
-        let Some(newest) = &mut self.newest else { return self.begin(frame, Angle::ZERO) };
         if self.older.is_full() {
             self.older.pop_front();
         }
         // Not full: one was removed above.
-        let _ = self.older.push_back(newest.copied());
-        newest.frame = *frame;
-        let track = &mut newest.track;
+        let _ = self.older.push_back(self.newest.copied());
+        self.newest.frame = *frame;
+        let track = &mut self.newest.track;
         track.kicked = false;
         process.carry(&mut track.state, track.resting, frame.exposed_at);
-        let innovation_rad: T =
-            frame.angle.minus(track.state.angle.angle()).wrapped().radians_since(Angle::ZERO);
+        let predicted = track.state.angle.angle();
+        let innovation_rad = track.state.innovation_rad(frame.angle);
         let variance_rad2 = track.state.covariance.innovation_rad2(self.tuning.frame_rad2(frame, quiet));
         let normalised = innovation_rad * innovation_rad * (T::one() / variance_rad2);
         // Written so that NaN and a variance that has overflowed fail both.
@@ -282,13 +279,13 @@ impl<T: Real, B: TrackCovariance<T>> Tracker<T, B> {
         let plausible = normalised <= self.tuning.gate && trusted;
         let innovation = (innovation_rad, variance_rad2);
         if !turn_known {
-            self.reference.lose_turn();
-            self.restart_here()
+            // The first frame's turn is zero by definition.
+            self.reference.turn_known &= !self.reference.begun;
+            self.begin(frame, predicted)
         } else if !plausible {
-            self.explain_or_refuse(innovation, quiet, process)
+            self.explain_or_refuse(innovation, predicted, quiet, process)
         } else if track.refusals >= Self::REFUSALS_SUSTAINED && self.has_jumped(Self::JUMP_FRAMES, process) {
-            let near = self.track().map_or(Angle::ZERO, |track| track.state.angle.angle());
-            self.restart_unexplained(near, process)
+            self.restart_unexplained(predicted, process)
         } else {
             self.accept(innovation, normalised, quiet)
         }
@@ -298,23 +295,18 @@ impl<T: Real, B: TrackCovariance<T>> Tracker<T, B> {
     #[inline(always)]
     #[expect(
         clippy::inline_always,
-        reason = "a call copies the record of the frame, which costs as much as an update"
+        reason = "a call copies the frame's record, which costs as much as an update"
     )]
-    fn accept(
-        &mut self,
-        (innovation_rad, variance_rad2): (T, T),
-        normalised: T,
-        quiet: bool,
-    ) -> Innovation<T> {
-        let Some(TrackedFrame { frame, track }) = &mut self.newest else { return self.restart_here() };
-        let same = track.same_code(frame);
-        self.driven &= same;
-        if track.same_codes >= self.tuning.stuck_frames && !quiet {
-            return self.declare_stuck((innovation_rad, variance_rad2));
+    fn accept(&mut self, innovation: (T, T), normalised: T, quiet: bool) -> Innovation<T> {
+        let (innovation_rad, variance_rad2) = innovation;
+        let TrackedFrame { frame, track } = &mut self.newest;
+        self.driven &= track.same_code(frame);
+        if !quiet && track.repeats(&self.tuning) {
+            return self.declare_stuck(innovation);
         }
         track.note_innovation(normalised, &self.tuning);
         track.refusals = 0;
-        self.reference.begin();
+        self.reference.begun = true;
         if !quiet {
             self.persistent_error.take(frame, &self.tuning);
             // Frames that are noisier than the camera says tell of the camera.
@@ -326,35 +318,26 @@ impl<T: Real, B: TrackCovariance<T>> Tracker<T, B> {
         } else if track.resting {
             self.persistent_error.take_at_rest(frame, self.noise.white_rad2(&self.tuning), &self.tuning);
         }
-        // A rotor that moves skips what concerns rest.
-        let lying = quiet || track.may_rest();
-        let at_rest = if lying {
-            track.judge_frame_at_rest(frame, innovation_rad, same && quiet, &self.tuning)
-        } else {
-            FrameAtRest::Informative
-        };
-        track.note_code(frame);
-        let verdict = match at_rest {
-            FrameAtRest::Informative => {
-                track.correct(frame, innovation_rad, quiet, &self.tuning);
-                Verdict::Used
-            }
-            FrameAtRest::Repeated => Verdict::Rejected(Rejection::Repeated),
-            FrameAtRest::Moved => {
-                self.rest_test.withdraw();
-                return self.restart_here();
-            }
-        };
-        if lying {
-            track.update_rest(quiet, at_rest, &self.tuning, &mut self.rest_test);
+        let frame_rad2 = self.tuning.frame_rad2(frame, quiet);
+        let repeated = track.undithered(&self.tuning);
+        if track.resting && !repeated && track.has_moved(innovation_rad, frame_rad2, &self.tuning) {
+            let (frame, near) = (*frame, track.state.angle.angle());
+            self.rest_test.withdraw();
+            return self.begin(&frame, near);
         }
-        Innovation {
-            source: Source::Camera,
-            taken_at: frame.exposed_at,
-            innovation_rad,
-            variance_rad2,
-            verdict,
+        track.code = frame.angle;
+        if !repeated {
+            track.state.correct(innovation_rad, frame_rad2);
+            // A rotor that moves skips what concerns rest.
+            if quiet || track.still {
+                track.look_for_rest(quiet, &self.tuning, &mut self.rest_test);
+            }
         }
+        if track.resting {
+            track.fuse_rest(&self.tuning);
+        }
+        let verdict = if repeated { Verdict::Rejected(Rejection::Repeated) } else { Verdict::Used };
+        record(frame, innovation, verdict)
     }
 
     /// The newest frame is beyond the gate. Fuses it if an outlier before it or a kick explains it; otherwise refuses
@@ -363,26 +346,23 @@ impl<T: Real, B: TrackCovariance<T>> Tracker<T, B> {
     fn explain_or_refuse(
         &mut self,
         innovation: (T, T),
+        predicted: Angle,
         quiet: bool,
         process: &impl Process<T, B>,
     ) -> Innovation<T> {
-        let (Some(TrackedFrame { frame, track }), Some(before)) = (&mut self.newest, self.older.back())
-        else {
-            return self.restart_here();
-        };
-        let (frame, predicted) = (*frame, track.state.angle.angle());
-        *track = before.track;
+        if let Some(before) = self.older.back() {
+            self.newest.track = before.track;
+        }
         if !quiet
             && let Some(Fit { state, innovation, normalised, kicked, .. }) = self.explain_refusals(process)
         {
-            let Some(TrackedFrame { track, .. }) = &mut self.newest else { return self.restart_here() };
-            track.state = state;
-            track.kicked = kicked;
+            let track = &mut self.newest.track;
+            (track.state, track.kicked) = (state, kicked);
             return self.accept(innovation, normalised, quiet);
         }
-        let Some(TrackedFrame { track, .. }) = &mut self.newest else { return self.restart_here() };
-        track.same_code(&frame);
-        if !quiet && track.same_codes >= self.tuning.stuck_frames {
+        let TrackedFrame { frame, track } = &mut self.newest;
+        track.same_code(frame);
+        if !quiet && track.repeats(&self.tuning) {
             return self.declare_stuck(innovation);
         }
         track.note_innovation(self.tuning.gate, &self.tuning);
@@ -390,20 +370,18 @@ impl<T: Real, B: TrackCovariance<T>> Tracker<T, B> {
         if track.refusals >= self.tuning.refusals_max && self.newest_frames_agree(process) {
             return self.restart_unexplained(predicted, process);
         }
-        refused(&frame, innovation, Rejection::Gate)
+        refused(&self.newest.frame, innovation, Rejection::Gate)
     }
 }
 
-fn refused<T: Real>(
+fn record<T>(
     frame: &CameraFrame,
     (innovation_rad, variance_rad2): (T, T),
-    why: Rejection,
+    verdict: Verdict,
 ) -> Innovation<T> {
-    Innovation {
-        source: Source::Camera,
-        taken_at: frame.exposed_at,
-        innovation_rad,
-        variance_rad2,
-        verdict: Verdict::Rejected(why),
-    }
+    Innovation { source: Source::Camera, taken_at: frame.exposed_at, innovation_rad, variance_rad2, verdict }
+}
+
+fn refused<T>(frame: &CameraFrame, innovation: (T, T), why: Rejection) -> Innovation<T> {
+    record(frame, innovation, Verdict::Rejected(why))
 }

@@ -11,9 +11,8 @@
 //!
 //! Each impact kicks the rate; `q` stands for all kicks. From the model (Coulomb friction, steady motion): the rate
 //! varies with standard deviation s and correlation time T, so `q = 2 s^2 / T`, with 4.4 rad/s and 12 ms in mode B,
-//! 0.54 rad/s and 2 ms in mode C. With the default camera the steady standard error of the angle is then `(sqrt 2 (R
-//! dt)^(3/4) q^(1/4))^(1/2)`: 10 and 8 milli-degrees. The values used make the normalised innovations squared 1 on
-//! average over drawn motors, within a percent.
+//! 0.54 rad/s and 2 ms in mode C. The values used make the normalised innovations squared 1 on average over drawn
+//! motors, within a percent.
 //!
 //! # Jitter
 //!
@@ -26,11 +25,9 @@
 //! mode C       920     970     820     500     340     210
 //! ```
 //!
-//! The filter averages over some milliseconds, so `q` is D at those times. It cannot estimate the part that comes and
-//! goes within them, and neither can the smoother. That part is the [`Jitter`], which is added to the variances of
-//! every estimate. Without it the squared error of angle and rate together would be 1.07 (B) and 1.23 (C) times the
-//! variance, and 1.15 and 1.57 times that of the smoother, where later frames reduce the filter's own share and the
-//! jitter remains.
+//! The filter averages over some milliseconds, so `q` is D at those times. The part that comes and goes within them it
+//! cannot estimate: that is the [`Jitter`]. Without it the squared error of angle and rate together would be 1.07 (B)
+//! and 1.23 (C) times the variance, and 1.15 and 1.57 times that of the smoother.
 //!
 //! # Slow cameras
 //!
@@ -39,12 +36,10 @@
 //! error decay by `exp(-h / T)` after each step h of the random walk, at most T / 3 long, or a sixteenth of the time to
 //! the next frame. The mean is that of the mode ([`mean_rate`]), and zero for a rotor that slides to a stop: piece by
 //! piece, since a drive may begin and end between two frames ([`crate::vibrometer::motion_history`]).
-//!
-//! The state is that at the exposure of the last frame; [`ConstantRate::estimate`] carries it to the present.
 
 mod mean_rate;
 
-use motor_model::{DriveCommand, DriveMode, MotorParams, Real, Time};
+use motor_model::{DriveCommand, MotorParams, Real, Time};
 
 use crate::camera::process::{Jitter, Process, Wander, Wandering};
 use crate::camera::track::State;
@@ -160,28 +155,14 @@ impl<T: Real> RandomWalkTuning<T> {
             jitter_c: Jitter { angle_rad2: T::from_f64(1e-9), rate_rad2_s2: T::from_f64(0.05) },
         }
     }
-}
 
-impl<T: Real> RandomWalkTuning<T> {
-    /// The process noise under `motion`.
-    #[inline]
     pub(crate) fn intensity_rad2_s3(&self, motion: Motion, resting: bool) -> T {
-        match motion {
-            Motion::Impacted(DriveMode::B) => self.impacted_b_rad2_s3,
-            Motion::Impacted(DriveMode::C) => self.impacted_c_rad2_s3,
-            Motion::Quiet if resting => self.resting_rad2_s3,
-            Motion::Quiet => self.sliding_rad2_s3,
-        }
+        let quiet = if resting { self.resting_rad2_s3 } else { self.sliding_rad2_s3 };
+        motion.of(self.impacted_b_rad2_s3, self.impacted_c_rad2_s3, quiet)
     }
 
-    /// The jitter under `motion`.
-    #[inline]
     pub(crate) fn jitter(&self, motion: Motion) -> Jitter<T> {
-        match motion {
-            Motion::Impacted(DriveMode::B) => self.jitter_b,
-            Motion::Impacted(DriveMode::C) => self.jitter_c,
-            Motion::Quiet => Jitter::none(),
-        }
+        motion.of(self.jitter_b, self.jitter_c, Jitter::none())
     }
 }
 
@@ -203,7 +184,6 @@ impl<T: Real> RandomWalk<'_, T> {
         }
     }
 
-    /// The same within a piece of one motion.
     fn return_to_mean_of<B: TrackCovariance<T>>(
         &self,
         &MotionPiece { motion, begun, .. }: &MotionPiece,
@@ -211,11 +191,12 @@ impl<T: Real> RandomWalk<'_, T> {
         until: Time,
     ) {
         let (of_b, of_c) = (T::from_f64(1.0 / CORRELATION_B_S), T::from_f64(1.0 / CORRELATION_C_S));
-        let (per_correlation, third_nanos, mean_rad_s) = match motion {
-            Motion::Impacted(DriveMode::B) => (of_b, THIRD_B_NANOS, self.mean_rate_rad_s[0]),
-            Motion::Impacted(DriveMode::C) => (of_c, THIRD_C_NANOS, self.mean_rate_rad_s[1]),
-            Motion::Quiet => (of_b, THIRD_B_NANOS, T::zero()),
-        };
+        let [mean_b, mean_c] = self.mean_rate_rad_s;
+        let (per_correlation, third_nanos, mean_rad_s) = motion.of(
+            (of_b, THIRD_B_NANOS, mean_b),
+            (of_c, THIRD_C_NANOS, mean_c),
+            (of_b, THIRD_B_NANOS, T::zero()),
+        );
         let span_nanos = until.nanos_since(state.at);
         let step_nanos = third_nanos.max(span_nanos / STEPS_MAX);
         let intensity_rad2_s3 = self.tuning.intensity_rad2_s3(motion, false);
@@ -235,21 +216,18 @@ impl<T: Real> RandomWalk<'_, T> {
 }
 
 impl<T: Real> Wander<T> for RandomWalk<'_, T> {
-    #[inline]
     fn wandering(&self, at: Time, resting: bool) -> Wandering<T> {
         let MotionPiece { motion, until, .. } = self.motions.piece(at);
         Wandering { intensity_rad2_s3: self.tuning.intensity_rad2_s3(motion, resting), until }
     }
 
     /// Unless the rate returns to a mean.
-    #[inline]
     fn only_wanders(&self, _at: Time, resting: bool) -> bool {
         resting || !self.tuning.returns_to_mean
     }
 }
 
 impl<T: Real, B: TrackCovariance<T>> Process<T, B> for RandomWalk<'_, T> {
-    #[inline]
     fn carry(&self, state: &mut State<T, B>, resting: bool, until: Time) {
         if self.only_wanders(state.at, resting) {
             self.wander(state, resting, until);
@@ -258,7 +236,6 @@ impl<T: Real, B: TrackCovariance<T>> Process<T, B> for RandomWalk<'_, T> {
         }
     }
 
-    #[inline]
     fn jitter(&self, at: Time) -> Jitter<T> {
         self.tuning.jitter(self.motions.piece(at).motion)
     }
@@ -284,14 +261,9 @@ impl<T: Real> ConstantRate<T> {
         }
     }
 
-    /// What changes angle and rate up to `now`.
-    #[inline]
     fn process(&self, now: Time) -> RandomWalk<'_, T> {
-        RandomWalk {
-            tuning: &self.random_walk,
-            motions: self.watch.motions(now),
-            mean_rate_rad_s: self.mean_rates.rad_s(),
-        }
+        let motions = self.watch.motions(now);
+        RandomWalk { tuning: &self.random_walk, motions, mean_rate_rad_s: self.mean_rates.rad_s }
     }
 }
 
@@ -304,21 +276,17 @@ impl<T: Real> AngleFilter<T> for ConstantRate<T> {
         }
     }
 
-    #[inline]
     fn update_ldv(&mut self, sample: &LdvSample) -> Option<ImpactInnovation<T>> {
         self.watch.observe(sample);
         None
     }
 
-    #[inline]
     fn update_camera(&mut self, frame: &CameraFrame) -> Innovation<T> {
         let clock = self.watch.clock();
-        // Written out, since the process borrows the watch while the tracker changes.
-        let process = RandomWalk {
-            tuning: &self.random_walk,
-            motions: self.watch.motions(clock.max(frame.exposed_at)),
-            mean_rate_rad_s: self.mean_rates.rad_s(),
-        };
+        let motions = self.watch.motions(clock.max(frame.exposed_at));
+        // Written out, since the tracker changes meanwhile.
+        let process =
+            RandomWalk { tuning: &self.random_walk, motions, mean_rate_rad_s: self.mean_rates.rad_s };
         let from = self.tracker.newest_at().min(frame.exposed_at);
         let context = FrameContext {
             clock,
@@ -333,7 +301,6 @@ impl<T: Real> AngleFilter<T> for ConstantRate<T> {
         innovation
     }
 
-    #[inline]
     fn estimate(&self, now: Time) -> Option<Estimate<T>> {
         self.tracker.estimate(now, &self.process(now))
     }
@@ -346,7 +313,6 @@ impl<T: Real> AngleFilter<T> for ConstantRate<T> {
         self.assess(now).1
     }
 
-    #[inline]
     fn assess(&self, now: Time) -> (Option<Estimate<T>>, Health) {
         let silent = self.watch.silent(now).then_some(Reason::VibrometerSilent);
         let estimate = self.estimate(now);

@@ -11,55 +11,38 @@
 //! at an impact of jump dv:   rate+ = rate + kick,   |kick| <= c dv,   c = mu m_r R_t / J        (13c)
 //! ```
 //!
-//! Drag reduces the rate by a millionth of itself in a second and is left out. Between impacts the filter therefore
-//! knows the rate as well as the frames since the last impact determine it. At each impact the rate changes by a mean
-//! kick and becomes less certain by a variance.
+//! Between impacts the filter therefore knows the rate as well as the frames since the last impact determine it: drag
+//! takes a millionth of it in a second. At each impact the rate changes by a mean kick and becomes less certain.
 //!
 //! # The kick
 //!
-//! Friction acts on the slip and at most stops it: `kick = clamp(s' / R_t - rate, -c dv, c dv)`, with the tooth's
-//! tangential velocity `s'`. The vibrometer gives the tooth's *vertical* velocity u', since restitution is known. From
-//! `dv = (1 + e)(u' - v) / (1 + r)`,
+//! Friction acts on the slip and at most stops it: `kick = clamp(S - rate, -c dv, c dv)`, with the tooth's tangential
+//! rate `S = s' / R_t`. The jump gives the tooth's *vertical* velocity, since restitution is known (F8).
 //!
-//! ```text
-//! u' = v + dv (1 + r) / (1 + e),    r = 3 m_r / m_s
-//! ```
+//! - Mode B: S follows from the tooth's rise and from what the earlier impacts of the train have left in the other
+//!   modes ([`ringing`]). It is taken as uniform within a width of that value, so the mean kick and its slope are known
+//!   ([`crate::filters::kick`]). Where the teeth stick, the rate afterwards is that of the tooth. The friction is
+//!   uniform in 0.2 to 0.6, and its error is the same at every impact of a motor: counted at 0.045 of its square.
+//! - Mode C moves the teeth by 2 um, no more than what impacts leave in A and B. So neither the pair that impacts is
+//!   known nor the sign of the slip, and 80 % of the kicks are at their bound. The mean is 0 and the variance 0.68 of
+//!   `(c dv)^2` (0.95 in drawn motors, but neighbouring kicks undo a part of each other: the jitter).
+//! - Drive off: S is 0 within what the rise of the tooth allows, so friction brakes the rotor and does not accelerate
+//!   it.
 //!
-//! - Mode B: the tooth's rate `S = s' / R_t` follows from its rise and from what the earlier impacts of the train have
-//!   left in the other modes: [`crate::RingingTuning`]. It is taken as uniform within a width of that value, so the
-//!   mean kick and its slope are known (a statistical linearisation). Where the teeth stick, the rate afterwards is
-//!   that of the tooth, and the earlier error of the rate is gone. The friction is uniform in 0.2 to 0.6, and its error
-//!   is the same at every impact of a motor: counted at 0.045 of its square. Without the ringing 0.126 of the kicks'
-//!   `(c dv)^2` is unexplained, of 0.62 in all; with it 0.02 to 0.03.
-//! - Mode C moves the teeth by 2 um, no more than what impacts leave in A and B. So it is not known which pair of teeth
-//!   impacts, nor the sign of the slip, and 80 % of the kicks are at their bound. The mean is 0 and the variance 0.68
-//!   of `(c dv)^2` (0.95 in drawn motors, but neighbouring kicks undo a part of each other:
-//!   [`ImpactAidedTuning::jitter_c`]).
-//! - Drive off: the stator moves as little as the impacts are small. S is 0 within what the rise of the tooth allows,
-//!   so friction brakes the rotor and does not accelerate it.
-//!
-//! Jumps below the detector's threshold accompany those that it finds: `dv^2` in the variance is `dv^2 + threshold^2`.
-//! Under mode C those below 1.4 mm/s kick with an intensity of 4 rad^2/s^3 in all, against 860 of those above:
-//! [`ImpactAidedTuning::missed_rad2_s3`].
-//!
-//! A slow vibrometer shows an impact late. Until then the rate lacks its kick: of a vibrometer of more than 10 us
-//! between samples the variance of every estimate's rate holds the kicks of one and a half of that time, `4260 (B) or
-//! 970 (C) rad^2/s^3` times it ([`ImpactAidedTuning::unseen_rad2_s2`]).
+//! Jumps below the detector's threshold accompany those that it finds: `dv^2` in the variance is `dv^2 + threshold^2`,
+//! and between impacts the rate wanders a little.
 //!
 //! # Late frames, lost samples
 //!
 //! The impacts since the oldest frame kept are kept, up to [`IMPACTS_KEPT_MAX`]. A frame is fused at its exposure,
-//! through the impacts before it, and the estimate continues from there through those after it. One impact more than
-//! the capacity drops the frames before the oldest impact, and carries the track there if need be: a frame exposed
-//! before that is too late. While no frame arrives, the track after all kicks is kept beside it, so that an estimate of
-//! the present passes none of them. Where no sample has arrived for
-//! [`crate::ImpactDetectorTuning::gap_nanos`], the rate is a random walk as in [`crate::ConstantRate`].
+//! through the impacts before it. One impact more than the capacity drops the frames before the oldest impact. The
+//! track after all kicks is kept beside, so that an estimate of the present passes none of them.
 //!
 //! ```text
 //!                    sample                            what it does to the rate
 //!   impact           jump dv upwards                   kick of mean and variance above
 //!   fall             jump downwards: a wrong sample    kick of unknown sign, as large as the fall
-//!   gap              first sample after a gap          random walk over the gap
+//!   gap              first sample after a gap          random walk over the gap, as in ConstantRate
 //!   fault ends       sign or scale right again         kick of unknown sign right after the last frame
 //! ```
 
@@ -95,6 +78,10 @@ pub(crate) const RATE_MEMORY_S: f64 = 12e-3;
 /// Longest spacing of two samples in s at which the phase of the ringing is known: a third of a radian of mode C.
 const SAMPLE_SPACING_MAX_S: f64 = 7e-6;
 
+/// Half the width of the distribution of the tooth's rate under mode B, in rad/s, without the change by ringing between
+/// two samples.
+const TOOTH_WIDTH_RAD_S: f64 = 1.5;
+
 /// The filter with impacts from the vibrometer.
 #[derive(Clone, Debug)]
 pub struct ImpactAided<T> {
@@ -121,7 +108,7 @@ impl<T: Real> ImpactAided<T> {
             tracker: Tracker::new(tuning.constant_rate.track),
             kicks: Deque::new(),
             propagated: None,
-            ringing: Ringing::none(),
+            ringing: Ringing::default(),
             ringing_known_from: Time::ZERO,
             drive: DriveCommand::OFF,
         }
@@ -168,7 +155,7 @@ impl<T: Real> ImpactAided<T> {
             Some(DriveMode::B) => ImpactKick {
                 at,
                 tooth_rate_rad_s: rate_rad_s,
-                half_width_rad_s: tuning.tooth_width_rad_s + T::from_f64(0.5) * within_s * slope_rad_s2,
+                half_width_rad_s: T::from_f64(TOOTH_WIDTH_RAD_S) + T::from_f64(0.5) * within_s * slope_rad_s2,
                 kick_max_rad_s,
                 variance_rad2_s2: if at < self.ringing_known_from {
                     tuning.unexplained_b * bound_rad2_s2
@@ -243,7 +230,7 @@ impl<T: Real> ImpactAided<T> {
 
     /// The ringing of the impacts before `at` is not known.
     fn forget_ringing(&mut self, at: Time) {
-        self.ringing = Ringing::none();
+        self.ringing = Ringing::default();
         self.ringing_known_from = at.plus_nanos(RINGING_NANOS);
     }
 
@@ -254,36 +241,26 @@ impl<T: Real> ImpactAided<T> {
         if let Some(oldest) = self.kicks.front().map(|kick| kick.at)
             && self.kicks.is_full()
         {
-            // Not `self.process`, since the tracker is borrowed mutably meanwhile.
-            let process = KickedRate {
-                tuning: &self.tuning,
-                kicks: &self.kicks,
-                motions: self.watch.motions(self.watch.clock()),
-                detecting_until: self.detecting_until(),
-            };
+            // Written out, since the tracker changes meanwhile.
+            let (motions, detecting_until) = (self.watch.motions(self.watch.clock()), self.detecting_until());
+            let process = KickedRate { tuning: &self.tuning, kicks: &self.kicks, motions, detecting_until };
             self.tracker.advance_to(oldest, &process);
             self.drop_old_kicks();
         }
         // Not full: the oldest kicks were dropped above.
         let _ = self.kicks.push_back(kick);
-        if let Some(mut propagated) = self.propagated {
-            let resting = self.tracker.is_resting();
-            self.process(self.watch.clock()).carry(&mut propagated, resting, kick.at);
-            self.propagated = Some(propagated);
-        } else {
-            self.propagate();
-        }
+        self.propagate();
     }
 
-    /// Carries the track through the kicks since the last frame used.
+    /// Carries the track, or what it was carried to before, through the kicks since.
     fn propagate(&mut self) {
         let newest = self.kicks.back().map(|kick| kick.at);
-        let track = self.tracker.track().zip(newest).filter(|(track, newest)| *newest > track.state.at);
-        self.propagated = track.map(|(track, newest)| {
-            let mut propagated = track.state;
-            self.process(self.watch.clock()).carry(&mut propagated, track.resting, newest);
-            propagated
-        });
+        let Some((track, newest)) = self.tracker.track().zip(newest) else { return };
+        let (mut state, resting) = (self.propagated.unwrap_or(track.state), track.resting);
+        if newest > state.at {
+            self.process(self.watch.clock()).carry(&mut state, resting, newest);
+            self.propagated = Some(state);
+        }
     }
 
     /// Drops the kicks that no frame can go back to.
@@ -304,7 +281,6 @@ impl<T: Real> AngleFilter<T> for ImpactAided<T> {
         }
     }
 
-    #[inline]
     fn update_ldv(&mut self, sample: &LdvSample) -> Option<ImpactInnovation<T>> {
         if self.watch.observe(sample) {
             let (before, had_fault) = (self.detector.newest(), self.detector.has_fault());
@@ -313,7 +289,7 @@ impl<T: Real> AngleFilter<T> for ImpactAided<T> {
             if had_fault && !self.detector.has_fault() {
                 self.resume_detection(sample.taken_at);
             }
-            if detection != VibrometerEvent::Flight {
+            if !matches!(detection, VibrometerEvent::Flight) {
                 self.take_detection(sample, detection, before);
             }
         }
@@ -342,6 +318,7 @@ impl<T: Real> AngleFilter<T> for ImpactAided<T> {
         }
         self.drop_old_kicks();
         if self.tracker.place() != before {
+            self.propagated = None;
             self.propagate();
         }
         innovation
@@ -349,8 +326,8 @@ impl<T: Real> AngleFilter<T> for ImpactAided<T> {
 
     fn estimate(&self, now: Time) -> Option<Estimate<T>> {
         let process = self.process(now);
-        match self.propagated.filter(|propagated| propagated.at <= now) {
-            Some(propagated) => self.tracker.estimate_from(&propagated, now, &process),
+        match self.propagated.as_ref().filter(|propagated| propagated.at <= now) {
+            Some(propagated) => self.tracker.estimate_from(propagated, now, &process),
             None => self.tracker.estimate(now, &process),
         }
     }
@@ -363,7 +340,6 @@ impl<T: Real> AngleFilter<T> for ImpactAided<T> {
         self.assess(now).1
     }
 
-    #[inline]
     fn assess(&self, now: Time) -> (Option<Estimate<T>>, Health) {
         let silent = self.watch.silent(now).then_some(Reason::VibrometerSilent);
         let estimate = self.estimate(now);

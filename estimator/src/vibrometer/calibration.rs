@@ -17,12 +17,10 @@
 //! ```
 //!
 //! 2 mm/s over a quarter of a second at 0.1 m/s. When that mean differs from the bias in use by a tenth more than that,
-//! and by a millimetre a second, it is used. The mean is over time, not over samples, so that lost samples leave it as
-//! it is. A time in which a sample was refused, as a saturated one is, or in which none came for a millisecond, does
-//! not count.
+//! and by a millimetre a second, it is used. It is over time, not over samples, so that lost samples leave it as it is.
+//! A time in which a sample was refused, or in which none came for a millisecond, does not count.
 //!
-//! A vibrometer that is as described is therefore used as described. A sample eight standard deviations away is left
-//! out, once a hundred are known. Nothing is learnt in the first 20 ms of rest, while the stator rings down.
+//! Nothing is learnt in the first 20 ms of rest, while the stator rings down.
 
 use motor_model::{Real, Time, math};
 
@@ -41,12 +39,12 @@ const DIFFERS: f64 = 1.5;
 /// Factor of the variance by which the noise in use is changed at least.
 const NOTICEABLE: f64 = 1.1;
 /// Time over which the mean of a running rotor is taken, in ns, and the least bias that it shows, in m/s.
-const RUNNING_NANOS: u64 = 250_000_000;
+const RUNNING_NANOS: u32 = 250_000_000;
 const RUNNING_M_S: f64 = 1e-3;
 /// The bias shows beyond so many times `h / T`: a sum over samples is off by half a sample at either end.
 const HEIGHT_MARGIN: f64 = 1.1;
 /// Longest time between two samples of that mean, in ns.
-const GAP_NANOS: u64 = 1_000_000;
+const GAP_NANOS: u32 = 1_000_000;
 /// Time at rest before anything is learnt, in ns.
 const RINGING_NANOS: u64 = 20_000_000;
 
@@ -62,17 +60,23 @@ pub(crate) struct Calibration<T> {
     noise_m_s: T,
     /// From when on samples are learnt from; `None` while the rotor may move.
     from: Option<Time>,
-    /// Since when the mean of the running rotor is taken, the last sample's time, and the integral over time.
+    /// Since when the mean of the running rotor is taken.
     running_from: Option<Time>,
-    running_newest: Time,
-    running_m: T,
+    running: Running<T>,
+}
+
+/// Samples of a running rotor.
+#[derive(Clone, Copy, Debug, Default)]
+struct Running<T> {
+    newest: Time,
+    /// The integral of the velocity over time.
+    height_m: T,
     /// Speed of the last sample, and the fastest of the time: of each two neighbours the slower one.
-    running_last_m_s: T,
-    running_fastest_m_s: T,
+    last_m_s: T,
+    fastest_m_s: T,
 }
 
 impl<T: Real> Calibration<T> {
-    /// Nothing learnt about a vibrometer of this noise, of a rotor that falls by `gravity_m_s2`.
     pub(crate) fn new(assumed_m_s: T, gravity_m_s2: T) -> Self {
         Self {
             gravity_m_s2,
@@ -84,36 +88,31 @@ impl<T: Real> Calibration<T> {
             noise_m_s: assumed_m_s,
             from: None,
             running_from: None,
-            running_newest: Time::ZERO,
-            running_m: T::zero(),
-            running_last_m_s: T::zero(),
-            running_fastest_m_s: T::zero(),
+            running: Running::default(),
         }
     }
 
     /// The samples since do not count for the mean of the running rotor.
-    #[inline]
     pub(crate) fn interrupt(&mut self) {
         self.running_from = None;
     }
 
     /// Averages a sample of a running rotor.
-    #[inline]
     pub(crate) fn run(&mut self, velocity_m_s: T, at: Time) {
-        let newest = self.running_newest;
-        self.running_newest = at;
-        let (speed_m_s, last_m_s) = (velocity_m_s.abs(), self.running_last_m_s);
-        self.running_last_m_s = speed_m_s;
-        let Some(from) = self.running_from.filter(|_| at.nanos_since(newest) <= GAP_NANOS) else {
-            (self.running_from, self.running_m, self.running_fastest_m_s) = (Some(at), T::zero(), T::zero());
+        let Running { newest, height_m, last_m_s, fastest_m_s } = &mut self.running;
+        let speed_m_s = velocity_m_s.abs();
+        let slower_m_s = if speed_m_s < *last_m_s { speed_m_s } else { *last_m_s };
+        let since = at.nanos_soon_after(*newest, GAP_NANOS);
+        (*newest, *last_m_s) = (at, speed_m_s);
+        let (Some(from), Some(since)) = (self.running_from, since) else {
+            (self.running_from, *height_m, *fastest_m_s) = (Some(at), T::zero(), T::zero());
             return;
         };
-        self.running_m += velocity_m_s * at.seconds_since(newest);
-        let slower_m_s = if speed_m_s < last_m_s { speed_m_s } else { last_m_s };
-        if slower_m_s > self.running_fastest_m_s {
-            self.running_fastest_m_s = slower_m_s;
+        *height_m += velocity_m_s * (T::from_i32(since.cast_signed()) * T::from_f64(1e-9));
+        if slower_m_s > *fastest_m_s {
+            *fastest_m_s = slower_m_s;
         }
-        if at.nanos_since(from) >= RUNNING_NANOS {
+        if at.nanos_soon_after(from, RUNNING_NANOS - 1).is_none() {
             self.judge_run(at.seconds_since(from));
         }
     }
@@ -122,8 +121,7 @@ impl<T: Real> Calibration<T> {
     #[cold]
     fn judge_run(&mut self, time_s: T) {
         self.running_from = None;
-        let mean_m_s = self.running_m / time_s;
-        let fastest_m_s = self.running_fastest_m_s;
+        let (mean_m_s, fastest_m_s) = (self.running.height_m / time_s, self.running.fastest_m_s);
         let off_m_s = (mean_m_s - self.bias_m_s).abs();
         // Without gravity the height is not known, and nothing is learnt.
         let height_factor = T::from_f64(2.0 / HEIGHT_MARGIN) * self.gravity_m_s2;
@@ -134,25 +132,21 @@ impl<T: Real> Calibration<T> {
     }
 
     /// What the vibrometer shows of a rotor at rest, in m/s; 0 until it is significant.
-    #[inline]
     pub(crate) fn bias_m_s(&self) -> T {
         self.bias_m_s
     }
 
     /// Standard deviation of a sample, in m/s: as assumed, until another is learnt.
-    #[inline]
     pub(crate) fn noise_m_s(&self) -> T {
         self.noise_m_s
     }
 
     /// Whether the rotor is at rest at `now`, by the camera.
-    #[inline]
     pub(crate) fn note_rest(&mut self, resting: bool, now: Time) {
         self.from = if resting { self.from.or(Some(now.plus_nanos(RINGING_NANOS))) } else { None };
     }
 
     /// Whether a sample taken at `at` is one to learn from.
-    #[inline]
     pub(crate) fn learns(&self, at: Time) -> bool {
         self.from.is_some_and(|from| at >= from)
     }

@@ -23,13 +23,11 @@
 //! | the same one sample after an impact | | 0.5 at 1.4 mm/s, 0.999 at 2.3 mm/s |
 //!
 //! Q is the upper tail of the standard normal. The jump is the one sample after the impact less the mean before, with
-//! the standard deviation `sigma sqrt(1 + p)`, 0.2 to 0.28 mm/s. A mean over later samples would halve that variance
-//! at the cost of a delay. Several impacts between two samples count as one. A rotor in sustained contact does not
-//! fall, and appears as an impact every 0.2 ms.
+//! the standard deviation `sigma sqrt(1 + p)`, 0.2 to 0.28 mm/s. Several impacts between two samples count as one. A
+//! rotor in sustained contact does not fall, and appears as an impact every 0.2 ms.
 //!
 //! A sample that far *below* its prediction is no impact, since nothing pulls the rotor down. It is left out, and the
-//! flight is estimated anew from the second one in a row. (Anew from the first, the sample after a low one would look
-//! like a jump, and add a sixth to the false alarms at k = 3.)
+//! flight is estimated anew from the second one in a row.
 //!
 //! # Faults of the vibrometer
 //!
@@ -45,10 +43,9 @@
 //! it. The small jumps upwards by which gravity then seems reversed weigh nothing.
 //!
 //! Wrong samples: a speckle that drifts through the laser's beam spoils a few samples in a row. Each that is too high
-//! looks like an impact, with a kick of up to 30 rad/s for 0.1 m/s. It was none if the velocity comes down again. So a
-//! velocity more than [`FALL_M_S`] below its prediction for two samples in a row is reported
-//! ([`VibrometerEvent::Fall`]), since the impacts just before were perhaps none. Noise does this about once in 10^9
-//! years; the small falls that a wrong scale makes of gravity are below the limit.
+//! looks like an impact, but then the velocity comes down again. So a velocity more than [`FALL_M_S`] below its
+//! prediction for two samples in a row is reported ([`VibrometerEvent::Fall`]), since the impacts just before were
+//! perhaps none. The small falls that a wrong scale makes of gravity are below the limit.
 
 mod free_fall;
 
@@ -64,52 +61,40 @@ const FALL_M_S: f64 = 0.005;
 
 /// Time over which the velocity in flight is averaged, in s.
 const WINDOW_S: f64 = 2e-4;
-/// Speed beyond which a sample is wrong, in m/s: twice that of any real rotor.
-const LIMIT_M_S: f64 = 2.0;
 
 /// Samples of a window of this length in s: at least two, at most 1,000.
 pub(crate) fn window_samples<T: Real>(window_s: f64, vibrometer: &VibrometerDescription) -> T {
     T::from_f64((window_s / vibrometer.period_s()).clamp(2.0, 1000.0))
 }
 
-/// Speed from which on a sample is not used, in m/s: beyond any rotor's, or saturated.
-pub(crate) fn limit_m_s(vibrometer: &VibrometerDescription) -> f64 {
-    let saturated_m_s = 0.99 * vibrometer.range_m_s;
-    if saturated_m_s > 0.0 { saturated_m_s.min(LIMIT_M_S) } else { LIMIT_M_S }
-}
-
 /// Noise, threshold and model of the impact detector.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ImpactDetectorTuning<T> {
-    /// Standard deviation of a sample's noise, in m/s. Default 2e-4, the default vibrometer's.
-    pub noise_m_s: T,
-    /// Threshold in standard deviations, k. Default 5.
-    pub threshold: T,
-    /// Most samples that the velocity in flight is averaged over. Default 40.
-    pub window_samples: T,
-    /// A sample from this speed on is rejected, in m/s. Default 2, twice the speed of any real rotor.
-    pub limit_m_s: T,
-    /// Gravity, in m/s^2.
-    pub gravity_m_s2: T,
+    /// Standard deviation of a sample's noise, in m/s.
+    pub(crate) noise_m_s: T,
+    /// Threshold in standard deviations, k.
+    pub(crate) threshold: T,
+    /// Most samples that the velocity in flight is averaged over.
+    pub(crate) window_samples: T,
+    pub(crate) gravity_m_s2: T,
     /// Damping by the squeeze film, `b_z / m_r`, in 1/s.
-    pub damping_per_s: T,
-    /// With more noise than this, in m/s, impacts are not told from noise, and none is taken from the samples. Default
-    /// 4e-3: the threshold of 20 mm/s is as large as the largest jumps of mode C and a fifth of those of mode B.
-    pub blind_m_s: T,
-    /// A longer time between samples is a gap, in ns: impacts in it are not known. Default 50,000, ten periods.
-    pub gap_nanos: u64,
+    pub(crate) damping_per_s: T,
+    /// With more noise than this, in m/s, impacts are not told from noise, and none is taken from the samples: the
+    /// threshold of 20 mm/s is as large as the largest jumps of mode C and a fifth of those of mode B.
+    pub(crate) blind_m_s: T,
+    /// A longer time between samples is a gap, in ns: impacts in it are not known.
+    pub(crate) gap_nanos: u64,
 }
 
 impl<T: Real> ImpactDetectorTuning<T> {
     /// For a motor of `params` under `vibrometer`.
     #[inline(never)]
-    pub fn new(params: &MotorParams, vibrometer: &VibrometerDescription) -> Self {
+    pub(crate) fn new(params: &MotorParams, vibrometer: &VibrometerDescription) -> Self {
         let damping = params.get(Parameter::VerticalDamping) / params.get(Parameter::RotorMass);
         Self {
             noise_m_s: T::from_f64(vibrometer.sample_sd_m_s()),
             threshold: T::from_f64(5.0),
             window_samples: window_samples(WINDOW_S, vibrometer),
-            limit_m_s: T::from_f64(limit_m_s(vibrometer)),
             blind_m_s: T::from_f64(Instruments::IMPACTS_SD_M_S),
             gravity_m_s2: T::from_f64(params.get(Parameter::Gravity)),
             damping_per_s: T::from_f64(damping),
@@ -120,8 +105,8 @@ impl<T: Real> ImpactDetectorTuning<T> {
 
 /// What a vibrometer sample shows.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum VibrometerEvent<T> {
-    /// Not used: not finite, too fast, or no newer than the last one.
+pub(crate) enum VibrometerEvent<T> {
+    /// Not used: no newer than the last one.
     Rejected,
     /// The rotor is in flight.
     Flight,
@@ -153,13 +138,8 @@ pub(crate) struct Flight<T> {
 }
 
 /// Finds impacts and faults in the vibrometer's samples.
-///
-/// It estimates the rotor's velocity in flight, with variance `p sigma^2`. A sample above its prediction by more than
-/// `k sigma sqrt(1 + p)` is an impact, with `sigma` = [`ImpactDetectorTuning::noise_m_s`] and `k` =
-/// [`ImpactDetectorTuning::threshold`]. A single sample gives a false alarm with the probability Q(k), the upper tail
-/// of the standard normal: one in 17 s at k = 5 and 200 kHz.
 #[derive(Clone, Copy, Debug)]
-pub struct ImpactDetector<T> {
+pub(crate) struct ImpactDetector<T> {
     tuning: ImpactDetectorTuning<T>,
     /// Square of [`Self::threshold_m_s`].
     limit_m2_s2: T,
@@ -181,8 +161,8 @@ pub struct ImpactDetector<T> {
     free_fall: FreeFall<T>,
     /// Until when impacts are ignored, since some samples were wrong.
     erratic_until: Option<Time>,
-    /// Whether any fault holds: kept, since every sample needs it and few change it.
-    faulty: bool,
+    /// The fault that holds, if any: kept, since every sample needs it and few change it.
+    fault: Option<Reason>,
 }
 
 impl<T: Real> ImpactDetector<T> {
@@ -194,14 +174,12 @@ impl<T: Real> ImpactDetector<T> {
 
     /// How long after a fall impacts are ignored, in ns: 50 ms. Where bursts of wrong samples come more often than
     /// twenty times a second the vibrometer is not used at all; a rare one costs little.
-    pub const ERRATIC_NANOS: u64 = 50_000_000;
+    const ERRATIC_NANOS: u64 = 50_000_000;
 
-    /// A detector before its first sample.
-    pub fn new(tuning: ImpactDetectorTuning<T>) -> Self {
-        let limit_m_s = tuning.threshold * tuning.noise_m_s;
-        Self {
+    pub(crate) fn new(tuning: ImpactDetectorTuning<T>) -> Self {
+        let mut detector = Self {
             tuning,
-            limit_m2_s2: limit_m_s * limit_m_s,
+            limit_m2_s2: T::zero(),
             gap_nanos: i32::try_from(tuning.gap_nanos).unwrap_or(i32::MAX).cast_unsigned(),
             newest: None,
             velocity_m_s: T::zero(),
@@ -210,98 +188,79 @@ impl<T: Real> ImpactDetector<T> {
             drift_m_s: T::zero(),
             below: false,
             upward_m2_s2: T::from_f64(Self::SIGN_M2_S2),
-            free_fall: FreeFall::new(),
+            free_fall: FreeFall::default(),
             erratic_until: None,
-            faulty: tuning.noise_m_s > tuning.blind_m_s,
-        }
+            fault: None,
+        };
+        detector.set_noise(tuning.noise_m_s);
+        detector
     }
 
-    /// Detects with samples of this noise from now on.
     pub(crate) fn set_noise(&mut self, noise_m_s: T) {
         self.tuning.noise_m_s = noise_m_s;
         let limit_m_s = self.threshold_m_s();
         self.limit_m2_s2 = limit_m_s * limit_m_s;
-        self.update_faulty();
-    }
-
-    /// Whether the noise hides the impacts.
-    pub fn blind(&self) -> bool {
-        self.tuning.noise_m_s > self.tuning.blind_m_s
-    }
-
-    /// Whether the vibrometer's scale is wrong: the rotor falls faster or more slowly than gravity makes it, by a
-    /// quarter or more.
-    pub fn mis_scaled(&self) -> bool {
-        self.free_fall.is_wrong()
-    }
-
-    /// Whether the vibrometer's sign is wrong: impacts appear as falls.
-    pub fn inverted(&self) -> bool {
-        self.upward_m2_s2 < T::zero()
-    }
-
-    /// Whether single samples were wrong in the last [`Self::ERRATIC_NANOS`].
-    pub fn erratic(&self) -> bool {
-        self.erratic_until.is_some()
-    }
-
-    /// Whether any fault holds: impacts are to be ignored.
-    #[inline]
-    pub(crate) fn has_fault(&self) -> bool {
-        self.faulty
+        self.judge();
     }
 
     /// The fault that holds, if any; the first of too much noise, wrong sign, wrong scale and wrong samples.
     pub(crate) fn fault(&self) -> Option<Reason> {
-        let faults = [
-            (self.blind(), Reason::VibrometerUnfit),
-            (self.inverted(), Reason::VibrometerInverted),
-            (self.mis_scaled(), Reason::VibrometerScale),
-            (self.erratic(), Reason::VibrometerErratic),
-        ];
-        faults.into_iter().find_map(|(holds, reason)| holds.then_some(reason))
+        self.fault
     }
 
-    /// Adds the square of a jump, negative for a fall, to the statistic of the sign.
-    #[inline]
+    /// Whether any fault holds: impacts are to be ignored.
+    pub(crate) fn has_fault(&self) -> bool {
+        self.fault.is_some()
+    }
+
+    /// Whether single samples were wrong in the last [`Self::ERRATIC_NANOS`].
+    pub(crate) fn erratic(&self) -> bool {
+        self.erratic_until.is_some()
+    }
+
+    fn inverted(&self) -> bool {
+        self.upward_m2_s2 < T::zero()
+    }
+
+    fn judge(&mut self) {
+        let faults = [
+            (self.tuning.noise_m_s > self.tuning.blind_m_s, Reason::VibrometerUnfit),
+            (self.inverted(), Reason::VibrometerInverted),
+            (self.free_fall.is_wrong(), Reason::VibrometerScale),
+            (self.erratic(), Reason::VibrometerErratic),
+        ];
+        self.fault = faults.into_iter().find_map(|(holds, reason)| holds.then_some(reason));
+    }
+
     fn note_jump(&mut self, square_m2_s2: T) {
         let sum_m2_s2 = self.upward_m2_s2 + square_m2_s2.clamp_magnitude(T::from_f64(Self::JUMP_M2_S2));
         self.upward_m2_s2 = sum_m2_s2.clamp_magnitude(T::from_f64(Self::SIGN_M2_S2));
     }
 
-    /// When the newest sample was taken.
-    pub fn newest(&self) -> Option<Time> {
+    pub(crate) fn newest(&self) -> Option<Time> {
         self.newest
     }
 
     /// Jump that is detected with probability 1/2 in settled flight, in m/s.
-    pub fn threshold_m_s(&self) -> T {
+    pub(crate) fn threshold_m_s(&self) -> T {
         self.tuning.threshold * self.tuning.noise_m_s
     }
 
-    /// The flight since the last impact.
-    #[inline]
     pub(crate) fn flight(&self) -> Flight<T> {
         let Self { drift_m_s, samples, velocity_variance, .. } = *self;
         Flight { drift_m_s, samples, velocity_variance }
     }
 
-    /// Takes a sample in; returns what it shows.
-    #[inline]
-    pub fn observe(&mut self, sample: &LdvSample) -> VibrometerEvent<T> {
+    /// Takes in a sample that [`crate::vibrometer::rest`] has found plausible; returns what it shows.
+    pub(crate) fn observe(&mut self, sample: &LdvSample) -> VibrometerEvent<T> {
         let velocity = T::from_f32(sample.velocity_m_s);
-        // Compared this way round, so that NaN is rejected too.
-        let plausible = velocity.abs() < self.tuning.limit_m_s;
-        if !plausible {
-            return VibrometerEvent::Rejected;
-        }
         let soon = self.newest.as_mut().and_then(|newest| {
             let since = sample.taken_at.nanos_soon_after(*newest, self.gap_nanos)?;
             *newest = sample.taken_at;
             Some(since)
         });
         let Some(since) = soon else { return self.out_of_sequence(sample.taken_at, velocity) };
-        if self.faulty {
+        if self.fault.is_some() {
             self.recover(sample.taken_at);
         }
         let since_s = T::from_i32(since.cast_signed()) * T::from_f64(1e-9);
@@ -310,25 +269,21 @@ impl<T: Real> ImpactDetector<T> {
         let innovation = velocity - self.velocity_m_s;
         let square_m2_s2 = innovation * innovation;
         if square_m2_s2 > self.limit_m2_s2 * (T::one() + self.velocity_variance) {
-            let (before_m_s, again) = (self.velocity_m_s, self.below);
-            if innovation > T::zero() {
-                self.note_jump(square_m2_s2);
-                self.end_flight(sample.taken_at, since_s);
-                self.update_faulty();
-                self.begin_flight(velocity);
+            let (before_m_s, upwards) = (self.velocity_m_s, innovation > T::zero());
+            if !upwards && !core::mem::replace(&mut self.below, true) {
+                return VibrometerEvent::Flight;
+            }
+            self.note_jump(if upwards { square_m2_s2 } else { -square_m2_s2 });
+            self.end_flight(sample.taken_at, since_s);
+            self.begin_flight(velocity);
+            let event = if upwards {
                 self.free_fall.begin(sample.taken_at, innovation);
-                return VibrometerEvent::Impact { before_m_s, jump_m_s: innovation };
-            }
-            self.below = true;
-            if again {
-                self.note_jump(-square_m2_s2);
-                self.end_flight(sample.taken_at, since_s);
-                self.begin_flight(velocity);
-                let event = self.note_fall(sample.taken_at, -innovation);
-                self.update_faulty();
-                return event;
-            }
-            return VibrometerEvent::Flight;
+                VibrometerEvent::Impact { before_m_s, jump_m_s: innovation }
+            } else {
+                self.note_fall(sample.taken_at, -innovation)
+            };
+            self.judge();
+            return event;
         }
         self.below = false;
         if self.samples < self.tuning.window_samples {
@@ -366,15 +321,11 @@ impl<T: Real> ImpactDetector<T> {
         if before.is_none() { VibrometerEvent::Fall { drop_m_s } } else { VibrometerEvent::Flight }
     }
 
-    fn update_faulty(&mut self) {
-        self.faulty = self.blind() || self.inverted() || self.mis_scaled() || self.erratic();
-    }
-
     /// Ends the time after wrong samples, if it is over at `at`.
     #[cold]
     fn recover(&mut self, at: Time) {
         self.erratic_until = self.erratic_until.filter(|until| at < *until);
-        self.update_faulty();
+        self.judge();
     }
 
     /// A flight has ended at the sample of `at`, `period_s` after the one before.
@@ -383,7 +334,6 @@ impl<T: Real> ImpactDetector<T> {
         self.free_fall.end(at, self.drift_m_s, gravity_m_s2, window_samples * period_s, noise_m_s);
     }
 
-    /// Estimates the flight anew from one sample.
     fn begin_flight(&mut self, velocity_m_s: T) {
         (self.velocity_m_s, self.samples, self.velocity_variance) = (velocity_m_s, T::one(), T::one());
         (self.drift_m_s, self.below) = (T::zero(), false);

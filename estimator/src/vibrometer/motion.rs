@@ -9,35 +9,28 @@
 //! | off, for the motor's settling time | any | `Quiet` |
 //! | off, shorter | not quiet, or silent | `Impacted` by the mode driven last; B before the first drive |
 //!
-//! # Without a vibrometer, or with one that cannot tell
-//!
-//! A motor of known design lies quiet a known time after its drive is off ([`crate::settling`]). So the rotor counts as
-//! quiet then, whatever the vibrometer shows. A vibrometer can only shorten that time. Before the first drive the time
-//! runs from the first call of [`MotionWatch::drive`]. Quiet is no rest: a rotor may slide, or turn without friction.
-//! Rest is concluded from the frames ([`crate::camera::rest_test`]). At rest, bias and noise of the vibrometer are
-//! learnt ([`crate::vibrometer::calibration`]), and from then on it tells quiet again.
-//!
-//! # The past
-//!
-//! A frame shows the rotor at its exposure, and a prediction begins at the last one. What has moved the rotor since is
-//! kept piece by piece: [`crate::vibrometer::motion_history`].
+//! A motor of known design lies quiet a known time after its drive is off ([`crate::settling`]); a vibrometer can only
+//! shorten that time. Before the first drive it runs from the first call of [`MotionWatch::drive`]. Quiet is no rest: a
+//! rotor may slide, or turn without friction. Rest is concluded from the frames ([`crate::camera::rest_test`]). At
+//! rest, bias and noise of the vibrometer are learnt ([`crate::vibrometer::calibration`]).
 //!
 //! # Which samples are used
 //!
 //! A vibrometer that has lost its light, or whose range is exceeded, may deliver zeros or repeat one value without a
-//! flag. Noise of 0.2 mm/s makes two equal neighbours in `f32` one in 10^5, and an exact zero rarer still. So neither
-//! is used: a sample lost by chance costs nothing, and a dead vibrometer counts as silent. Where the vibrometer's steps
-//! are wider than a tenth of its noise, equal neighbours are usual: there the driven rotor's samples are dropped after
-//! a millisecond of equal ones, and those of a rotor without drive are used but do not show quiet. A sample from more
-//! than a millisecond after the clock has a wrong time and is not used. Neither is one no newer than the last, unless
-//! [`MotionWatch::OLD_SAMPLES_MAX`] of those come in a row: then the time of the last one was wrong, and the watch
-//! starts again at the next sample.
+//! flag. Two equal neighbours of noise of 0.2 mm/s are one in 10^5 in `f32`, and an exact zero is rarer still. So
+//! neither is used: a sample lost by chance costs nothing, and a dead vibrometer counts as silent. Where the
+//! vibrometer's steps are wider than a tenth of its noise, equal neighbours are usual: there the driven rotor's samples
+//! are dropped after a millisecond of equal ones, and those of a rotor without drive are used but do not show quiet.
+//!
+//! A sample from more than a millisecond after the clock has a wrong time and is not used. Neither is one no newer than
+//! the last, unless [`MotionWatch::OLD_SAMPLES_MAX`] of those come in a row: then the last one's time was wrong, and
+//! the watch starts again at the next sample.
 
 use motor_model::{DriveCommand, DriveMode, Real, Time};
 
 use crate::measurement::{CLOCK_TOLERANCE_NANOS, LdvSample};
 use crate::vibrometer::calibration::Calibration;
-use crate::vibrometer::motion_history::{MotionHistory, Motions};
+use crate::vibrometer::motion_history::{MotionHistory, Motions, NEVER};
 use crate::vibrometer::rest::{RestDetector, RestTuning, quiet_m2_s2};
 
 /// What moves the rotor.
@@ -50,6 +43,15 @@ pub enum Motion {
 }
 
 impl Motion {
+    /// What belongs to this motion: of impacts under mode B, under mode C, or of none.
+    pub(crate) fn of<X>(self, b: X, c: X, quiet: X) -> X {
+        match self {
+            Self::Impacted(DriveMode::B) => b,
+            Self::Impacted(DriveMode::C) => c,
+            Self::Quiet => quiet,
+        }
+    }
+
     /// Of two motions the one that moves the rotor more.
     pub(crate) fn or_faster(self, other: Self) -> Self {
         match (self, other) {
@@ -62,18 +64,15 @@ impl Motion {
 
 /// Finds the motion from the drive really applied and the vibrometer's samples, and keeps the clock.
 #[derive(Clone, Copy, Debug)]
-pub struct MotionWatch<T> {
+pub(crate) struct MotionWatch<T> {
+    tuning: RestTuning<T>,
     rest: RestDetector<T>,
     calibration: Calibration<T>,
-    /// [`RestTuning::settling_nanos`].
-    settling_nanos: [u64; 2],
-    /// [`RestTuning::fitted`].
-    fitted: bool,
-    /// [`RestTuning::equal_samples`], and how many equal samples have come in a row.
-    equal_samples_max: u16,
+    /// Equal samples in a row.
     equal_samples: u16,
-    /// Since when the drive is off; `None` while it is on, and before the first call of [`Self::drive`].
-    off_since: Option<Time>,
+    /// When the drive will have been off for the motor's settling time; never while it is on, and before the first call
+    /// of [`Self::drive`].
+    settled_at: Time,
     /// When the mode of the drive last changed; time zero before the first change.
     changed_at: Time,
     /// The motion until then.
@@ -93,22 +92,20 @@ pub struct MotionWatch<T> {
 impl<T: Real> MotionWatch<T> {
     /// After so many samples in a row no newer than the last one used, the watch starts again: 1 ms at 200 kHz.
     /// A number, not a time: by samples of wrong times nothing can be timed.
-    pub const OLD_SAMPLES_MAX: u8 = 200;
+    const OLD_SAMPLES_MAX: u8 = 200;
 
     /// How long the motion remains that of mode B when mode C follows, in ns: high flights and a rate ten times that of
     /// C decay in 20 to 30 ms.
     const MODE_B_NANOS: u64 = 25_000_000;
 
     /// A watch without measurements. Until the rotor is found quiet it may move as in mode B, the faster mode.
-    pub fn new(tuning: &RestTuning<T>) -> Self {
+    pub(crate) fn new(tuning: &RestTuning<T>) -> Self {
         Self {
+            tuning: *tuning,
             rest: RestDetector::new(tuning),
             calibration: Calibration::new(tuning.noise_m_s, tuning.gravity_m_s2),
-            settling_nanos: tuning.settling_nanos,
-            fitted: tuning.fitted,
-            equal_samples_max: tuning.equal_samples,
             equal_samples: 0,
-            off_since: None,
+            settled_at: NEVER,
             changed_at: Time::ZERO,
             history: MotionHistory::none(),
             applied: DriveCommand::OFF,
@@ -121,20 +118,19 @@ impl<T: Real> MotionWatch<T> {
     }
 
     /// The drive that is really applied from `at` on.
-    #[inline]
-    pub fn drive(&mut self, at: Time, command: DriveCommand) {
+    pub(crate) fn drive(&mut self, at: Time, command: DriveCommand) {
         self.drive_told_at = self.drive_told_at.max(at);
         if self.applied.mode() != command.mode() {
             self.change_mode(at, command);
         }
-        if self.applied.mode() == Some(DriveMode::B) {
-            self.mode_b_until = at.plus_nanos(Self::MODE_B_NANOS);
-        }
         self.applied = command;
         if let Some(mode) = command.mode() {
-            (self.impact_mode, self.off_since) = (mode, None);
-        } else if self.off_since.is_none() {
-            self.off_since = Some(at);
+            (self.impact_mode, self.settled_at) = (mode, NEVER);
+        } else if self.settled_at == NEVER {
+            let [of_b, of_c] = self.tuning.settling_nanos.map(|nanos| at.plus_nanos(nanos));
+            // What mode B left goes on under mode C.
+            self.settled_at =
+                if self.impact_mode == DriveMode::C { of_c.max(of_b.min(self.mode_b_until)) } else { of_b };
         }
     }
 
@@ -148,58 +144,51 @@ impl<T: Real> MotionWatch<T> {
         let without_drive = command.mode().is_none();
         self.history.before = Motion::Impacted(if without_drive { self.impact_mode } else { DriveMode::B });
         self.changed_at = at;
+        if self.applied.mode() == Some(DriveMode::B) {
+            self.mode_b_until = at.plus_nanos(Self::MODE_B_NANOS);
+        }
         self.calibration.interrupt();
     }
 
     /// What has moved the rotor until `now`.
-    #[inline]
     pub(crate) fn motions(&self, now: Time) -> Motions<'_> {
         let (now, since) = self.motion_since(now);
         Motions { history: &self.history, now, since }
     }
 
     /// Whether the rotor rests at `now`, by the camera: then bias and noise of the vibrometer are learnt.
-    #[inline]
     pub(crate) fn note_rest(&mut self, resting: bool, now: Time) {
         self.calibration.note_rest(resting && self.applied.mode().is_none(), now);
     }
 
     /// The sample without the bias that was learnt.
-    #[inline]
     pub(crate) fn corrected(&self, sample: &LdvSample) -> LdvSample {
         LdvSample { velocity_m_s: sample.velocity_m_s - self.calibration.bias_m_s().to_f32(), ..*sample }
     }
 
     /// Standard deviation of a sample in m/s, as described or as learnt.
-    #[inline]
     pub(crate) fn noise_m_s(&self) -> T {
         self.calibration.noise_m_s()
     }
 
-    /// The mode that is driven.
-    #[inline]
     pub(crate) fn driven_mode(&self) -> Option<DriveMode> {
         self.applied.mode()
     }
 
     /// The latest time of drive or vibrometer.
-    #[inline]
-    pub fn clock(&self) -> Time {
+    pub(crate) fn clock(&self) -> Time {
         self.rest.newest().map_or(self.drive_told_at, |newest| newest.max(self.drive_told_at))
     }
 
     /// Takes in a sample; whether it was used.
-    #[inline]
-    pub fn observe(&mut self, sample: &LdvSample) -> bool {
+    pub(crate) fn observe(&mut self, sample: &LdvSample) -> bool {
         let value = sample.velocity_m_s;
         let equal = value.to_bits() == self.last_value_m_s.to_bits() || value.to_bits() << 1 == 0;
         self.last_value_m_s = value;
-        if equal && self.lifeless() {
-            self.calibration.interrupt();
-            return false;
-        }
         if !equal {
             self.equal_samples = 0;
+        } else if self.lifeless() {
+            return false;
         }
         if let Some(newest) = self.rest.newest() {
             // The usual case: a little newer than the last sample, which the clock is not behind.
@@ -222,13 +211,18 @@ impl<T: Real> MotionWatch<T> {
     }
 
     /// Counts one more equal sample; returns whether the vibrometer counts as lifeless.
+    #[cold]
     fn lifeless(&mut self) -> bool {
         self.equal_samples = self.equal_samples.saturating_add(1);
-        self.equal_samples >= self.equal_samples_max
-            && (self.equal_samples_max == 1 || self.applied.mode().is_some())
+        let lifeless = self.repeats() && (self.tuning.equal_samples == 1 || self.applied.mode().is_some());
+        if lifeless {
+            self.calibration.interrupt();
+        }
+        lifeless
     }
 
     /// Learns bias and noise from a sample of a rotor at rest.
+    #[inline(never)]
     fn learn(&mut self, velocity_m_s: f32) {
         let velocity_m_s = T::from_f32(velocity_m_s);
         // Written so that NaN is not learnt from.
@@ -253,13 +247,10 @@ impl<T: Real> MotionWatch<T> {
 
     /// The motion at `now`: that of the drive, or still that of mode B soon after it; with the drive off what the
     /// vibrometer shows.
-    #[inline]
-    pub fn motion(&self, now: Time) -> Motion {
+    pub(crate) fn motion(&self, now: Time) -> Motion {
         self.motion_since(now).0
     }
 
-    /// The motion at `now`, and since when.
-    #[inline]
     fn motion_since(&self, now: Time) -> (Motion, Time) {
         match self.applied.mode() {
             Some(DriveMode::C) if now < self.mode_b_until => {
@@ -268,10 +259,10 @@ impl<T: Real> MotionWatch<T> {
             Some(DriveMode::C) => (Motion::Impacted(DriveMode::C), self.changed_at.max(self.mode_b_until)),
             Some(DriveMode::B) => (Motion::Impacted(DriveMode::B), self.changed_at),
             None => match self.quiet_since(now) {
+                NEVER => (Motion::Impacted(self.impact_mode), self.changed_at),
                 // A rotor that nothing has driven yet was quiet before it was found so.
-                Some(_) if self.changed_at == Time::ZERO => (Motion::Quiet, Time::ZERO),
-                Some(since) => (Motion::Quiet, self.changed_at.max(since)),
-                None => (Motion::Impacted(self.impact_mode), self.changed_at),
+                _ if self.changed_at == Time::ZERO => (Motion::Quiet, Time::ZERO),
+                since => (Motion::Quiet, self.changed_at.max(since)),
             },
         }
     }
@@ -279,40 +270,24 @@ impl<T: Real> MotionWatch<T> {
     /// Since when a rotor that is not driven lies quiet, by the vibrometer or by its design. There is one copy of it:
     /// its callers would take half a kilobyte of the smallest board's flash.
     #[inline(never)]
-    fn quiet_since(&self, now: Time) -> Option<Time> {
-        let settled = self.settled_at().filter(|&settled| now >= settled);
-        match (self.rest.quiet_since(now).filter(|_| !self.repeats()), settled) {
-            (Some(shown), Some(settled)) => Some(shown.min(settled)),
-            (shown, settled) => shown.or(settled),
-        }
+    fn quiet_since(&self, now: Time) -> Time {
+        let settled = if now >= self.settled_at { self.settled_at } else { NEVER };
+        self.rest.quiet_since(now).filter(|_| !self.repeats()).map_or(settled, |shown| shown.min(settled))
     }
 
     /// Whether the vibrometer shows a motion at `now`.
-    #[inline]
     pub(crate) fn disputes_quiet(&self, now: Time) -> bool {
-        self.fitted && !self.rest.silent(now) && self.rest.shows_flight() && !self.repeats()
+        self.tuning.fitted && !self.rest.silent(now) && self.rest.shows_flight() && !self.repeats()
     }
 
     /// Whether the vibrometer repeats one value for so long that it shows nothing.
-    #[inline]
     fn repeats(&self) -> bool {
-        self.equal_samples >= self.equal_samples_max
-    }
-
-    /// When the drive will have been off for the motor's settling time.
-    #[inline]
-    fn settled_at(&self) -> Option<Time> {
-        let [after_b, after_c] = self.settling_nanos;
-        let off = self.off_since?;
-        let [of_b, of_c] = [after_b, after_c].map(|nanos| off.plus_nanos(nanos));
-        // What mode B left goes on under mode C.
-        Some(if self.impact_mode == DriveMode::C { of_c.max(of_b.min(self.mode_b_until)) } else { of_b })
+        self.equal_samples >= self.tuning.equal_samples
     }
 
     /// Whether the vibrometer has been silent for a millisecond before `now`; never, where there is none.
-    #[inline]
-    pub fn silent(&self, now: Time) -> bool {
-        self.fitted && self.rest.silent(now)
+    pub(crate) fn silent(&self, now: Time) -> bool {
+        self.tuning.fitted && self.rest.silent(now)
     }
 }
 
@@ -361,5 +336,19 @@ mod tests {
         assert!(!disputed(noise, 200_000));
         assert!(!disputed(|n| 0.024 - 1e-6 * (n % 1000) as f32, 100_000), "silent");
         assert!(!disputed(|_| 0.024, 200_000), "repeats");
+    }
+
+    /// A sample of no newer time than the last one is dropped.
+    #[test]
+    fn law_old_samples_change_nothing() {
+        let mut watch = MotionWatch::<f32>::new(&RestTuning::default());
+        let mut used = |micros, velocity_m_s| {
+            watch.observe(&LdvSample { taken_at: Time::from_micros(micros), velocity_m_s })
+        };
+        assert!(used(50, 1e-4));
+        assert!(!used(50, 0.5), "a duplicate");
+        assert!(!used(45, 0.4), "out of order");
+        assert!(used(55, 2e-4));
+        assert_eq!(watch.clock(), Time::from_micros(55));
     }
 }

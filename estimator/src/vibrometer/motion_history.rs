@@ -22,7 +22,7 @@ use crate::vibrometer::motion::Motion;
 const ENDED_KEPT: usize = 6;
 
 /// The end of a piece that has not ended.
-const NEVER: Time = Time::from_nanos(u64::MAX);
+pub(super) const NEVER: Time = Time::from_nanos(u64::MAX);
 
 /// A time with one motion.
 #[derive(Clone, Copy, Debug)]
@@ -50,7 +50,6 @@ pub(super) struct MotionHistory {
 }
 
 impl MotionHistory {
-    /// Before the first drive.
     pub(super) const fn none() -> Self {
         let none = EndedPiece { motion: Motion::Impacted(DriveMode::B), until: Time::ZERO };
         Self { ended: [none; ENDED_KEPT], before: none.motion }
@@ -89,7 +88,6 @@ pub(crate) struct Motions<'a> {
 
 impl Motions<'_> {
     /// The piece that holds the time right after `at`.
-    #[inline]
     pub(crate) fn piece(&self, at: Time) -> MotionPiece {
         if at >= self.since {
             MotionPiece { motion: self.now, begun: self.since, until: NEVER }
@@ -111,7 +109,6 @@ impl Motions<'_> {
     }
 
     /// The motion from `from` to the present: quiet only if all of it was quiet.
-    #[inline]
     pub(crate) fn throughout(&self, from: Time) -> Motion {
         if self.now == Motion::Quiet && from < self.since { self.history.before } else { self.now }
     }

@@ -4,6 +4,7 @@
 //! |---|---|
 //! | [`published`] | what the paper prints |
 //! | [`runs`] | the same motors, with the paper's law of friction and five seeds |
+//! | [`finite_element`] | the same motors with the stator that finite elements give |
 //! | [`comparison`] | the rule for a printed figure |
 //! | [`trend`] | the rule for a printed trend |
 //! | [`reproduction`] | the result |
@@ -12,6 +13,7 @@
 //! | `report` | the result as a report, with the rotors that tilt |
 
 pub mod comparison;
+pub mod finite_element;
 pub mod pictures;
 pub mod published;
 mod report;
@@ -22,7 +24,9 @@ pub mod trend;
 
 use motor_model::DriveMode;
 
-use published::{CASES, Quantity, TRENDS};
+use comparison::FigureComparison;
+use finite_element::{OtherStator, ShiftedStator, StatorPart};
+use published::{CASES, PaperSection, Quantity, TRENDS};
 use reproduction::{FigureRow, PaperReproduction, SimulatedTrend, StepRow};
 use runs::{COARSE_STEP_S, CONVERGED_STEP_S, Ensemble, PaperRuns, STEP_S};
 use simulation::runs::RunError;
@@ -32,7 +36,7 @@ use trend::TrendLine;
 const MODE_B_STEPS_S: [f64; 7] = [10e-6, 5e-6, 2e-6, 1e-6, 0.5e-6, 0.2e-6, 0.1e-6];
 
 /// Every motor to be simulated: mode B of Table 3 from the converged step to the coarse one, [`CASES`], the cases of
-/// mode B at the coarse and at the converged step, [`TRENDS`].
+/// mode B at the coarse and at the converged step, [`TRENDS`], and [`finite_element`].
 #[derive(Clone, Debug)]
 pub struct PaperPlan {
     seeds: u64,
@@ -60,6 +64,18 @@ impl PaperPlan {
         }
         for trend in &TRENDS {
             trend::add_runs(trend, &mut runs, STEP_S, seeds)?;
+        }
+        let stator = finite_element::stator()?;
+        for case in finite_element::cases() {
+            runs.add(case.mode, &finite_element::changes(case, &stator), STEP_S, seeds)?;
+        }
+        for part in &finite_element::PARTS {
+            for mode in finite_element::MODES {
+                runs.add(mode, &finite_element::part_of(&stator, part), STEP_S, seeds)?;
+            }
+        }
+        for shift_deg in finite_element::SHIFTS_DEG {
+            runs.add(DriveMode::C, &finite_element::with_shift(&stator, shift_deg), STEP_S, seeds)?;
         }
         Ok(Self { seeds, runs })
     }
@@ -94,11 +110,32 @@ impl PaperPlan {
                 trend.rises.iter().filter_map(|&rises| TrendLine::of(trend, rises, &of_trend)).collect();
             SimulatedTrend { picture: trend.picture, varied: trend.label, courses, trend: *trend }
         });
+        let trends = trends.collect();
+        let mut of_tables = rows.iter_mut().filter(|row| row.place != PaperSection::ToothAngle);
+        for (case, ensemble) in finite_element::cases().zip(next(finite_element::cases().count())) {
+            for (figure, row) in case.figures.iter().zip(of_tables.by_ref()) {
+                let comparison =
+                    FigureComparison::new(figure.quantity, figure.paper, ensemble.spread(figure.quantity));
+                let right_sense = ensemble.turns_in_the_sense_of_its_mode();
+                row.finite_element = Some(OtherStator { comparison, right_sense });
+            }
+        }
+        let stator_parts = finite_element::PARTS.iter().filter_map(|(changed, _)| match &*next(2) {
+            [b, c] => Some(StatorPart::new(changed, [b, c])),
+            _ => None,
+        });
+        let stator_parts = stator_parts.collect();
+        let shifts = finite_element::SHIFTS_DEG;
+        let shifted =
+            shifts.iter().zip(next(shifts.len())).map(|(&deg, ensemble)| ShiftedStator::new(deg, &ensemble));
+        let shifted_stators = shifted.collect();
         Ok(PaperReproduction {
             seeds: self.seeds,
             rows,
             mode_b_steps: steps.rev().collect(),
-            trends: trends.collect(),
+            trends,
+            stator_parts,
+            shifted_stators,
         })
     }
 }

@@ -9,6 +9,7 @@ const FREQUENCY: (f64, f64) = (1.0, 1e6);
 const AMPLITUDE: (f64, f64) = (0.0, 1e-2);
 const DAMPING_RATIO: (f64, f64) = (0.0, 0.99);
 const MASS: (f64, f64) = (1e-9, 1.0);
+const MASS_FRACTION: (f64, f64) = (0.01, 100.0);
 
 /// Defines an enumeration of parameters, the list of all its variants and the table of their specs from one list.
 ///
@@ -39,7 +40,17 @@ macro_rules! parameters {
             meaning: $meaning,
         }),*];
 
+        /// Key, unit, least and largest value, apart from the rest: a microcontroller has no room for meanings.
+        const LIMITS: [(&str, &str, f64, f64); COUNT] = [$(($key, $unit, $bounds.0, $bounds.1)),*];
+
         impl $parameter {
+            /// `value`, if the parameter takes it.
+            pub(crate) fn check(self, value: f64) -> Result<f64, $crate::error::OutOfBounds> {
+                #[expect(clippy::indexing_slicing, reason = "there is one row per discriminant by construction")]
+                let (key, unit, min, max) = LIMITS[self as usize];
+                $crate::error::OutOfBounds::check(key, value, min, max, unit)
+            }
+
             /// Every parameter, in the order of the table.
             pub const ALL: [Self; COUNT] = [$(Self::$name),*];
 
@@ -87,13 +98,13 @@ parameters! {
         "tooth angle, theta_t";
     /// Shift of the mode shapes (`theta_m`).
     ModeShift: "motor.mode_shift_deg", "deg", -2.635, Normal(0.2), (-90.0, 90.0), Tuned,
-        "mode shift angle, theta_m (-2.635 in Table 3, -2.5 in Tables 1 and 2)";
+        "mode shift angle of modes B and C, theta_m (-2.635 in Table 3, -2.5 in Tables 1 and 2)";
     /// Natural frequency of mode A (`f_A`).
     ModeAFrequency: "motor.mode_a.frequency_hz", "Hz", 2150.0, Normal(10.0), FREQUENCY, FiniteElement,
         "natural frequency of mode A, f_A";
-    /// Damping coefficient of mode A (`b_A`).
+    /// Damping coefficient of mode A (`b_A`), on its modal mass.
     ModeADamping: "motor.mode_a.damping_n_s_per_m", "N s/m", 22.5e-3, Normal(1.4e-3), (0.0, 1e4), FiniteElement,
-        "damping of mode A, b_A; zeta_A = b_A / (2 m_s w_A)";
+        "damping of mode A, b_A; zeta_A = b_A / (2 M_A w_A)";
     /// Natural frequency of mode B (`f_B`).
     ModeBFrequency: "motor.mode_b.frequency_hz", "Hz", 6300.0, Normal(10.0), FREQUENCY, Measured,
         "natural frequency of mode B, f_B";
@@ -139,6 +150,18 @@ parameters! {
     /// Gravity.
     Gravity: "motor.gravity_m_s2", "m/s^2", 9.81, Exact, (-1e3, 1e3), Assumed,
         "gravity, downwards";
+    /// Shift of the mode shape of mode B beside that of both modes (`theta_B`).
+    ModeBExtraShift: "motor.mode_b.extra_shift_deg", "deg", 0.0, Exact, (-90.0, 90.0), Tuned,
+        "shift angle of mode B less motor.mode_shift_deg, theta_B (none in the paper)";
+    /// Modal mass of mode A over the stator's mass (`M_A / m_s`).
+    ModeAMassFraction: "motor.mode_a.mass_fraction", "", 1.0, Exact, MASS_FRACTION, Calculated,
+        "modal mass of mode A over the stator's mass, M_A / m_s";
+    /// Modal mass of mode B over the stator's mass (`M_B / m_s`).
+    ModeBMassFraction: "motor.mode_b.mass_fraction", "", 0.5, Exact, MASS_FRACTION, Calculated,
+        "modal mass of mode B over the stator's mass, M_B / m_s";
+    /// Modal mass of mode C over the stator's mass (`M_C / m_s`).
+    ModeCMassFraction: "motor.mode_c.mass_fraction", "", 0.5, Exact, MASS_FRACTION, Calculated,
+        "modal mass of mode C over the stator's mass, M_C / m_s";
 }
 
 #[cfg(test)]

@@ -45,8 +45,7 @@ impl TiltingParams {
     /// # Errors
     /// When `value` is outside the parameter's bounds or NaN.
     pub fn with(mut self, parameter: TiltingParameter, value: f64) -> Result<Self, OutOfBounds> {
-        let spec = parameter.spec();
-        OutOfBounds::check(spec.key, value, spec.min, spec.max, spec.unit)?;
+        let value = parameter.check(value)?;
         #[expect(clippy::indexing_slicing, reason = "there is one value per discriminant")]
         {
             self.values[parameter as usize] = value;

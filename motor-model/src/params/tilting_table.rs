@@ -1,6 +1,6 @@
 //! What the tilting motor needs beside Table 1, one entry per parameter.
 
-use super::Origin::{Assumed, FiniteElement, Literature};
+use super::Origin::{Assumed, Calculated, FiniteElement, Literature};
 use super::Tolerance::{Exact, Normal, Uniform};
 use super::table::parameters;
 
@@ -70,4 +70,16 @@ parameters! {
     /// Friction between the rotor and rim floor or ceiling.
     CeilingFriction: "motor.ceiling.friction", "", 0.3, Exact, FRICTION, Assumed,
         "coefficient of friction at floor and ceiling";
+    /// Difference of the frequencies of the two tilting modes of the stator, over `f_T`, their mean.
+    StatorTiltSplit: "motor.stator_tilt.split", "", 0.0, Exact, (0.0, 1.0), Assumed,
+        "frequency of the tilting mode along y less that along x, over f_T, the mean of both";
+    /// Modal mass of each tilting mode over the stator's mass (`M_T / m_s`).
+    StatorTiltMassFraction: "motor.stator_tilt.mass_fraction", "", 0.5, Exact, (0.01, 100.0), Calculated,
+        "modal mass of a tilting mode over the stator's mass, M_T / m_s: half for a rigid ring";
+    /// Exponent of the deflection of the tilting modes along the radius at the teeth (`k_T`).
+    StatorTiltRockingExponent: "motor.stator_tilt.rocking_exponent", "", 1.0, Exact, (-10.0, 10.0), Assumed,
+        "exponent of the stator's tilting modes along the radius, k_T: 1 for a rigid ring";
+    /// Exponent of the deflection of mode A along the radius at the teeth (`k_A`).
+    ModeARockingExponent: "motor.mode_a.rocking_exponent", "", 0.0, Exact, (-10.0, 10.0), Assumed,
+        "exponent of mode A along the radius, k_A: 0 for a rigid ring";
 }

@@ -14,7 +14,7 @@
 //! rotor is put back on a tooth. It vanishes with the step.
 
 use super::rigid_body::{tilt_damping_n_m_s, transverse_inertia_kg_m2};
-use super::stator_tilt::stator_tilt_mode;
+use super::stator_tilt::stator_tilt_modes;
 use super::{TiltingContact, TiltingSetup, TiltingState};
 use crate::energy::{EnergyLedger, Ledger};
 use crate::error::OutOfBounds;
@@ -140,7 +140,7 @@ pub struct TiltingEnergyLedger {
     axial: EnergyLedger,
     params: MotorParams,
     modes: [Mode; 3],
-    pair: Mode,
+    pair: [Mode; 2],
     transverse_inertia_kg_m2: f64,
     tilt_damping_n_m_s: f64,
     step_s: f64,
@@ -162,7 +162,7 @@ impl TiltingEnergyLedger {
             axial: EnergyLedger::try_new(params, &axial)?,
             params: *params,
             modes: Mode::all(params)?,
-            pair: stator_tilt_mode(params, tilting),
+            pair: stator_tilt_modes(params, tilting),
             transverse_inertia_kg_m2: transverse_inertia_kg_m2(params, tilting),
             tilt_damping_n_m_s: tilt_damping_n_m_s(params, tilting),
             step_s: setup.step_s,
@@ -184,13 +184,16 @@ impl TiltingEnergyLedger {
 
     /// Energy stored in modes and rotor, from zero at rest at height zero.
     pub fn stored_j<T: Real>(&self, state: &TiltingState<T>) -> f64 {
-        let stiffness = self.pair.natural_rad_s * self.pair.natural_rad_s;
         let square = |x: &nalgebra::Vector2<T>| x.iter().map(|x| x.to_f64() * x.to_f64()).sum::<f64>();
+        let pair = &state.stator_tilt;
+        let of_pair = (self.pair.iter().zip(&pair.displacement_m).zip(&pair.velocity_m_s))
+            .map(|((mode, g), v)| {
+                let (wg, v) = (mode.natural_rad_s * g.to_f64(), v.to_f64());
+                0.5 * mode.mass_kg * (v * v + wg * wg)
+            })
+            .sum::<f64>();
         self.axial.stored_j(&axial(state))
-            + 0.5
-                * self.pair.mass_kg
-                * (square(&state.stator_tilt.velocity_m_s)
-                    + stiffness * square(&state.stator_tilt.displacement_m))
+            + of_pair
             + 0.5 * self.transverse_inertia_kg_m2 * square(&state.tilt.rate_rad_s)
             + 0.5 * self.params.get(Parameter::RotorMass) * square(&state.shift.velocity_m_s)
     }
@@ -222,15 +225,14 @@ impl<T: Real> TiltingLedger<T> for TiltingEnergyLedger {
         let rate = state.tilt.rate_rad_s.map(Real::to_f64);
         self.flows.squeeze_film_j +=
             self.tilt_damping_n_m_s * rate.dot(&rate) * span_s * math::decay_mean(2.0 * per_s * span_s);
-        let damping = 2.0 * self.pair.damping_ratio * self.pair.natural_rad_s * self.pair.mass_kg;
-        let (g, v) = (
-            state.stator_tilt.displacement_m.map(Real::to_f64),
-            state.stator_tilt.velocity_m_s.map(Real::to_f64),
-        );
-        for (node, weight) in GAUSS_LEGENDRE {
-            let [_, [vg, vv]] = self.pair.propagator(span_s * node);
-            let velocity = g * vg + v * vv;
-            self.flows.modal_damping_j += damping * velocity.dot(&velocity) * weight * span_s;
+        let of_pair = (state.stator_tilt.displacement_m.iter()).zip(&state.stator_tilt.velocity_m_s);
+        for (mode, (g, v)) in self.pair.iter().zip(of_pair) {
+            let damping = 2.0 * mode.damping_ratio * mode.natural_rad_s * mode.mass_kg;
+            for (node, weight) in GAUSS_LEGENDRE {
+                let [_, [vg, vv]] = mode.propagator(span_s * node);
+                let velocity = g.to_f64() * vg + v.to_f64() * vv;
+                self.flows.modal_damping_j += damping * velocity * velocity * weight * span_s;
+            }
         }
     }
 
@@ -271,9 +273,9 @@ impl<T: Real> TiltingLedger<T> for TiltingEnergyLedger {
         let modal = (self.modes.iter())
             .zip(before.modes.displacement_m.iter().zip(&after.modes.displacement_m))
             .map(|(mode, (from, to))| elastic(mode, *from, *to));
-        let pair = (before.stator_tilt.displacement_m.iter())
-            .zip(&after.stator_tilt.displacement_m)
-            .map(|(from, to)| elastic(&self.pair, *from, *to));
+        let pair = (self.pair.iter())
+            .zip(before.stator_tilt.displacement_m.iter().zip(&after.stator_tilt.displacement_m))
+            .map(|(mode, (from, to))| elastic(mode, *from, *to));
         self.flows.lift_j += modal.sum::<f64>() + pair.sum::<f64>();
     }
 }

@@ -1,6 +1,6 @@
 //! The state of the tilting motor, and how contacts change it.
 
-use nalgebra::Vector3;
+use nalgebra::{Vector2, Vector3};
 
 use super::clearance::Place;
 use super::contact::{ContactPlaces, Velocities};
@@ -131,7 +131,7 @@ impl<T: Real> TiltingMotion<T> {
         self.set_rotor_evenly(rotor, span_s);
         self.modes.displacement_m += (modes - self.modes.velocity_m_s).component_mul(&follow.modes_s) * part;
         self.stator_tilt.displacement_m +=
-            (stator_tilt - self.stator_tilt.velocity_m_s) * (follow.stator_tilt_s * part);
+            (stator_tilt - self.stator_tilt.velocity_m_s).component_mul(&(follow.stator_tilt_s * part));
         self.modes.velocity_m_s = *modes;
         self.stator_tilt.velocity_m_s = *stator_tilt;
     }
@@ -174,17 +174,17 @@ impl<T: Real> TiltingState<T> {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Follow<T> {
     modes_s: Vector3<T>,
-    stator_tilt_s: T,
+    stator_tilt_s: Vector2<T>,
 }
 
 impl<T: Real> Follow<T> {
-    pub(super) fn new(modes: &[Mode; 3], pair: &Mode, step_s: f64) -> Self {
+    pub(super) fn new(modes: &[Mode; 3], pair: &[Mode; 2], step_s: f64) -> Self {
         let follow = |mode: &Mode| {
             let [[gg, _], [vg, _]] = mode.propagator_minus_identity(step_s);
             // Steps of half a period and more are not resolved.
             T::from_f64(if mode.natural_rad_s * step_s < 2.0 { gg / vg } else { 0.5 * step_s })
         };
-        let [a, b, c] = modes.each_ref().map(follow);
-        Self { modes_s: Vector3::new(a, b, c), stator_tilt_s: follow(pair) }
+        let ([a, b, c], [first, second]) = (modes.each_ref().map(follow), pair.each_ref().map(follow));
+        Self { modes_s: Vector3::new(a, b, c), stator_tilt_s: Vector2::new(first, second) }
     }
 }

@@ -64,7 +64,7 @@ impl BareStator {
             let [tooth, _] = self.stator.teeth();
             let velocity_m_s = self.tooth * tooth.vertical_velocity(&self.state.modes);
             let until = RotorPoint { at, velocity_m_s, ..RotorPoint::default() };
-            self.ldv.follow(&RotorPath { from: self.seen, until });
+            self.ldv.follow(&RotorPath { from: self.seen, until, struck: false });
             self.seen = until;
         }
         Time::from_nanos(self.steps / self.tick_steps * TICK_NANOS)

@@ -136,7 +136,7 @@ impl Rig {
         let was_in_contact = self.plant.in_contact();
         let command = self.faulty(command);
         let met = self.step_plant(command);
-        self.show();
+        self.show(met);
         let touched = met || was_in_contact || self.plant.in_contact();
         PlantStep { before, after: self.seen, met, touched }
     }
@@ -160,7 +160,7 @@ impl Rig {
             let before = self.seen;
             let long = command == DriveCommand::OFF && self.may_rest() && self.plant.rest_step();
             let met = !long && self.step_plant(command);
-            self.show();
+            self.show(met);
             if met {
                 observe_impact(&PlantStep { before, after: self.seen, met, touched: true });
             }
@@ -183,12 +183,13 @@ impl Rig {
         }
     }
 
-    /// Shows the last step to the instruments that are due.
+    /// Shows the last step, in which the rotor met something or not, to the instruments that are due.
     #[inline]
-    fn show(&mut self) {
+    fn show(&mut self, met: bool) {
         let until = self.plant.rotor();
         if until.at >= self.due {
-            let path = RotorPath { from: self.seen, until };
+            let struck = met && !self.plant.in_contact();
+            let path = RotorPath { from: self.seen, until, struck };
             if until.at >= self.ldv.due() {
                 self.ldv.follow(&path);
             }

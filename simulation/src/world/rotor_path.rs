@@ -4,11 +4,14 @@
 //! angle(t) = angle_0 + (angle_1 - angle_0) (t - t_0) / (t_1 - t_0),     vertical velocity, shift and slopes likewise
 //! ```
 //!
+//! An impact changes the velocity at once. In flight to either side it is constant to 1e-5 m/s, so that the heights tell
+//! when the impact was: `z_1 - z_0 = v_0 t + v_1 (t_1 - t_0 - t)`.
+//!
 //! At the steps it is the plant's own state, bit by bit. Between them, a rotor in flight turns at its rate and falls
 //! with gravity, so that both are linear in time. What is left out is within one step, 1 us as a rule:
 //!
 //! - damping, far below the angle's unit;
-//! - an impact changes rate and velocity at once; here the change is spread over its step;
+//! - an impact changes the rate at once; here the change is spread over its step;
 //! - the velocity on teeth that vibrate at 7 kHz is off by 3e-4 of its amplitude.
 
 use motor_model::{Angle, Time};
@@ -26,6 +29,8 @@ pub struct RotorPoint {
     pub rate_rad_s: f64,
     /// The vertical velocity of the rotor's centre in m/s, upwards positive.
     pub velocity_m_s: f64,
+    /// The height of the rotor's centre in m.
+    pub height_m: f64,
     /// How it is shifted and tilted.
     pub pose: Pose,
 }
@@ -37,6 +42,8 @@ pub struct RotorPath {
     pub from: RotorPoint,
     /// At its end, which is later.
     pub until: RotorPoint,
+    /// Whether the rotor was struck on the way, and flies before and after.
+    pub struck: bool,
 }
 
 impl RotorPoint {
@@ -68,7 +75,19 @@ impl RotorPath {
             return until;
         }
         let from = self.from.velocity_at_spot(spot);
+        if self.struck {
+            return if self.part(at) < self.part_before_impact() { from } else { until };
+        }
         from + (until - from) * self.part(at)
+    }
+
+    /// The part of the path before the impact of a rotor that was struck.
+    fn part_before_impact(&self) -> f64 {
+        let duration_s: f64 = self.until.at.seconds_since(self.from.at);
+        let (before, after) = (self.from.velocity_m_s, self.until.velocity_m_s);
+        let risen_m = self.until.height_m - self.from.height_m;
+        // Equal velocities give no number, which clamps to none: the impact is then at the start, and changes nothing.
+        ((risen_m - after * duration_s) / ((before - after) * duration_s)).clamp(0.0, 1.0)
     }
 
     /// Shift and tilt at `at`, within the path.
@@ -103,7 +122,20 @@ mod tests {
             velocity_m_s,
             ..RotorPoint::default()
         };
-        RotorPath { from: point(10, -500, 0.2), until: point(11, 500, -0.2) }
+        RotorPath { from: point(10, -500, 0.2), until: point(11, 500, -0.2), struck: false }
+    }
+
+    /// A rotor that falls at 0.1 m/s and is struck after 0.3 us, from which on it rises at 0.2 m/s.
+    #[test]
+    fn exact_an_impact_within_a_step_changes_the_velocity_at_once() {
+        let mut path = RotorPath { struck: true, ..path() };
+        (path.from.velocity_m_s, path.until.velocity_m_s) = (-0.1, 0.2);
+        path.until.height_m = -0.1 * 0.3e-6 + 0.2 * 0.7e-6;
+        for (nanos, expected) in [(10_000, -0.1), (10_299, -0.1), (10_301, 0.2), (10_900, 0.2), (11_000, 0.2)]
+        {
+            let shown = path.velocity_at(Time::from_nanos(nanos), [0.0; 2]);
+            assert!((shown - expected).abs() < 1e-15, "{nanos}: {shown}");
+        }
     }
 
     #[test]

@@ -70,7 +70,7 @@ fn assert_told_or_covered(wrong: &[String]) {
 }
 
 /// A scale that is off by a tenth to a third. The fall of a rotor in flight tells it beyond a quarter, give or take a
-/// tenth ([`estimator::ImpactDetector::mis_scaled`]). Below that the twin takes what it cannot learn for noise of the
+/// tenth. Below that the twin takes what it cannot learn for noise of the
 /// impacts, which it is not: it is the same at every impact.
 #[test]
 fn law_a_scale_is_told_or_covered() {

@@ -38,6 +38,7 @@ fn near_nominal(parameter: Parameter, share: f64) -> f64 {
     let spec = parameter.spec();
     let value = match parameter {
         Parameter::Gravity | Parameter::ModeShift => spec.nominal * (4.0 * share - 2.0),
+        Parameter::ModeBExtraShift => 8.0 * share - 4.0,
         Parameter::ToothAngle => 50.0 + 35.0 * share,
         _ => spec.nominal * 10.0_f64.powf(2.0 * share - 1.0),
     };
@@ -53,6 +54,7 @@ fn params_from(value_of: fn(Parameter, f64) -> f64) -> impl Strategy<Value = Mot
         // Mode A's damping is bounded by that of the others: 0.99 of critical.
         let critical = 2.0
             * params.get(Parameter::StatorMass)
+            * params.get(Parameter::ModeAMassFraction)
             * std::f64::consts::TAU
             * params.get(Parameter::ModeAFrequency);
         let damping = params.get(Parameter::ModeADamping).min(0.98 * critical);
@@ -325,6 +327,10 @@ fn regress_the_books_of_a_first_step_balance_to_the_rounding_of_the_steady_motio
             (Parameter::ModeBDampingRatio, mode_b[1]),
             (Parameter::ModeBToothAmplitude, mode_b[2]),
             (Parameter::Gravity, gravity_m_s2),
+            (Parameter::ModeBExtraShift, 0.0),
+            (Parameter::ModeAMassFraction, 1.0),
+            (Parameter::ModeBMassFraction, 0.5),
+            (Parameter::ModeCMassFraction, 0.5),
         ];
         changes.into_iter().fold(values, |params, (parameter, value)| {
             params.with(parameter, value).expect("within its bounds")

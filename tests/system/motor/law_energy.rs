@@ -92,8 +92,15 @@ fn check_books<T: Real>(params: &MotorParams, setup: &MotorSetup, share: f64, wh
 /// Motors whose energy goes different ways.
 fn motors() -> Vec<(&'static str, MotorParams)> {
     use Parameter::{
-        Friction, Gravity, ModeBDampingRatio, ModeShift, Restitution, TangentialDrag, VerticalDamping,
+        Friction, Gravity, ModeAMassFraction, ModeBDampingRatio, ModeBExtraShift, ModeBMassFraction,
+        ModeCMassFraction, ModeShift, Restitution, TangentialDrag, VerticalDamping,
     };
+    let own_masses = [
+        (ModeBExtraShift, 2.6),
+        (ModeAMassFraction, 0.9),
+        (ModeBMassFraction, 0.56),
+        (ModeCMassFraction, 0.68),
+    ];
     vec![
         ("nominal", changed(&[])),
         ("no squeeze film", changed(&[(VerticalDamping, 0.0)])),
@@ -107,6 +114,7 @@ fn motors() -> Vec<(&'static str, MotorParams)> {
         ("dragging", changed(&[(TangentialDrag, 1e-3)])),
         ("heavily damped B", changed(&[(ModeBDampingRatio, 0.9)])),
         ("shifted modes", changed(&[(ModeShift, 10.0)])),
+        ("modal masses of its own", changed(&own_masses)),
     ]
 }
 

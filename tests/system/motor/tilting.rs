@@ -65,6 +65,34 @@ fn set_g() -> Sets {
     )
 }
 
+/// A tight hub on a stator with two mode shifts, modal masses and exponents of its own and two tilting frequencies,
+/// about twice as far from those of the paper and of a rigid ring as finite elements have them.
+fn own_stator() -> Sets {
+    use TiltingParameter::{
+        HubClearance, ModeARockingExponent, ModeCExtraShift, StatorTiltMassFraction,
+        StatorTiltRockingExponent, StatorTiltSplit,
+    };
+    (
+        changed(&[
+            (Parameter::Friction, 0.15),
+            (Parameter::VerticalDamping, 0.9e-3),
+            (Parameter::ModeShift, -1.3),
+            (Parameter::ModeBExtraShift, 2.6),
+            (Parameter::ModeAMassFraction, 0.9),
+            (Parameter::ModeBMassFraction, 0.56),
+            (Parameter::ModeCMassFraction, 0.68),
+        ]),
+        tilting(&[
+            (HubClearance, 7e-6),
+            (ModeARockingExponent, -0.4),
+            (ModeCExtraShift, -1.0),
+            (StatorTiltMassFraction, 0.54),
+            (StatorTiltRockingExponent, 0.8),
+            (StatorTiltSplit, 0.1),
+        ]),
+    )
+}
+
 /// Nothing but contacts: no gravity, no damping of the rotor.
 fn in_space(changes: &[(Parameter, f64)]) -> MotorParams {
     let mut all =

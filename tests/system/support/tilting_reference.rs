@@ -39,6 +39,31 @@ pub struct ReferenceMotor {
     pub rocking: f64,
     /// Mode shift.
     pub shift_deg: f64,
+    /// What the stator has of its own.
+    pub stator: ReferenceStator,
+}
+
+/// Where a stator differs from a rigid ring with one mode shift.
+#[derive(Clone, Copy, Debug)]
+pub struct ReferenceStator {
+    /// Shifts of B and C beside the common one.
+    pub extra_shift_deg: [f64; 2],
+    /// Modal masses of A, tilt, B and C over the stator's mass.
+    pub mass_fractions: [f64; 4],
+    /// Radial exponents of A and tilt at the teeth.
+    pub exponents: [f64; 2],
+    /// Difference of the frequencies of the tilting modes over their mean.
+    pub split: f64,
+}
+
+impl ReferenceStator {
+    /// The paper's.
+    pub const PAPER: Self = Self {
+        extra_shift_deg: [0.0, 0.0],
+        mass_fractions: [1.0, 0.5, 0.5, 0.5],
+        exponents: [0.0, 1.0],
+        split: 0.0,
+    };
 }
 
 /// What a run showed after its first part.
@@ -128,19 +153,28 @@ impl ReferenceMotor {
         let teeth = core::array::from_fn(|k| {
             let angle = (90.0 - TOOTH_DEG - self.shift_deg + 90.0 * k as f64).to_radians();
             let (sin, cos) = angle.sin_cos();
-            let height = SVector::from([1.0, cos, sin, (2.0 * angle).sin(), (2.0 * angle).cos()]);
+            let [(sin_b, cos_b), (sin_c, cos_c)] = self
+                .stator
+                .extra_shift_deg
+                .map(|extra_deg| (2.0 * (angle - extra_deg.to_radians())).sin_cos());
+            let height = SVector::from([1.0, cos, sin, sin_b, cos_c]);
             // The tip leans against the slope of the ring: along it by d phi / d theta, across it by the exponent.
-            let tangential = [-lever * (2.0 * angle).cos(), lever * (2.0 * angle).sin()];
+            let tangential = [-lever * cos_b, lever * sin_c];
+            // The same of a ring that tilts, along x and y: a rigid one, and what the exponent is more than 1.
+            let [of_a, of_tilt] = self.stator.exponents;
+            let (half, bent) = (0.5 * lever, of_tilt - 1.0);
+            let across = -half * bent * sin * cos;
             let radial = [3, 4].map(|n: usize| -0.5 * lever * self.rocking * height[n]);
             let along = |of: [f64; 2]| [0, 1].map(|n: usize| radial[n] * of[0] + tangential[n] * of[1]);
             let ([xb, xc], [yb, yc]) = (along([cos, -sin]), along([sin, cos]));
             Tooth {
                 place: Vector3::new(TOOTH_RADIUS * cos, TOOTH_RADIUS * sin, 0.0),
                 height,
-                x: SVector::from([0.0, -0.5 * lever, 0.0, xb, xc]),
-                y: SVector::from([0.0, 0.0, -0.5 * lever, yb, yc]),
+                x: SVector::from([-half * of_a * cos, -half * (1.0 + bent * cos * cos), across, xb, xc]),
+                y: SVector::from([-half * of_a * sin, across, -half * (1.0 + bent * sin * sin), yb, yc]),
             }
         });
+        let [a, tilt, b, c] = self.stator.mass_fractions;
         Constants {
             mass: MASS,
             inverse_inertia: Matrix3::from_diagonal(&Vector3::new(
@@ -148,7 +182,7 @@ impl ReferenceMotor {
                 1.0 / transverse,
                 1.0 / INERTIA,
             )),
-            inverse_modal_mass: SVector::from([1.0, 2.0, 2.0, 2.0, 2.0]) / STATOR_MASS,
+            inverse_modal_mass: SVector::from([a, tilt, tilt, b, c]).map(|part| 1.0 / (part * STATOR_MASS)),
             teeth,
         }
     }
@@ -236,8 +270,10 @@ impl ReferenceMotor {
         phase_rad: f64,
     ) -> ReferenceRun {
         let constants = self.constants();
-        let hz = [2150.0, self.tilt_hz, self.tilt_hz, FREQUENCIES[0], FREQUENCIES[1]];
-        let a_damping = 22.5e-3 / (2.0 * STATOR_MASS * core::f64::consts::TAU * hz[0]);
+        let apart_hz = 0.5 * self.stator.split * self.tilt_hz;
+        let hz = [2150.0, self.tilt_hz - apart_hz, self.tilt_hz + apart_hz, FREQUENCIES[0], FREQUENCIES[1]];
+        let a_damping =
+            22.5e-3 / (2.0 * self.stator.mass_fractions[0] * STATOR_MASS * core::f64::consts::TAU * hz[0]);
         let damping = [a_damping, 0.02, 0.02, DAMPING[0], DAMPING[1]];
         let free: [Matrix2<f64>; MODES] =
             core::array::from_fn(|n| free_oscillation(core::f64::consts::TAU * hz[n], damping[n], step_s));

@@ -14,22 +14,34 @@ impl Tooth {
     /// Pair 0 or 1 with its amplitude off nominal by `variation`.
     pub fn of(params: &MotorParams, pair: u8, variation: f64) -> Self {
         let sum_deg = params.get(Parameter::ToothAngle) + params.get(Parameter::ModeShift);
-        let twice_angle = 2.0 * (90.0 - sum_deg + 90.0 * f64::from(pair)).to_radians();
-        let (sin, cos) = twice_angle.sin_cos();
+        let twice = |extra_deg: f64| 2.0 * (90.0 - sum_deg - extra_deg + 90.0 * f64::from(pair)).to_radians();
+        let (sin_b, cos_b) = twice(params.get(Parameter::ModeBExtraShift)).sin_cos();
+        let (sin_c, cos_c) = twice(0.0).sin_cos();
         let scale = 1.0 + variation;
         let lever = (params.get(Parameter::StatorThickness) + 2.0 * params.get(Parameter::ToothHeight))
             / params.get(Parameter::ToothRadius);
         let stator = params.get(Parameter::StatorMass);
         Self {
-            shape: [1.0, scale * sin, scale * cos],
-            lever: [0.0, scale * lever * cos, -scale * lever * sin],
-            modal_mass_kg: [stator, stator / 2.0, stator / 2.0],
+            shape: [1.0, scale * sin_b, scale * cos_c],
+            lever: [0.0, scale * lever * cos_b, -scale * lever * sin_c],
+            modal_mass_kg: [
+                Parameter::ModeAMassFraction,
+                Parameter::ModeBMassFraction,
+                Parameter::ModeCMassFraction,
+            ]
+            .map(|fraction| stator * params.get(fraction)),
         }
     }
 
     /// Modal masses of A, B, C.
     pub fn modal_mass_kg(&self) -> [f64; 3] {
         self.modal_mass_kg
+    }
+
+    /// Change of the tangential velocity by the recoil of a normal impulse, `-sum psi_n phi_n / M_n` per N s.
+    pub fn sway_per_n_s(&self) -> f64 {
+        let per_mode = self.shape.iter().zip(self.modal_mass_kg).map(|(phi, mass)| phi / mass);
+        -self.lever.iter().zip(per_mode).map(|(psi, recoil)| psi * recoil).sum::<f64>()
     }
 
     /// `phi` of A, B, C.

@@ -21,19 +21,25 @@
 //! The first form keeps a column exactly where a source adds little. Where a source dwarfs what it meets, `b a_j` is
 //! nearly 1 and the first form loses the column to rounding if u is large, as after a transition that is nearly
 //! singular. The second is used there, as Gill and others advise, and for a few states, where it costs no more.
-//! With more than twelve states the first form alone is used: there the second would be a quarter of the code.
+//! With more than twelve states it is used only where a sum has no reciprocal.
+//!
+//! What takes the time is less the products than what waits for what: a source waits for its row of the gain, which the
+//! column before has changed, and for the weight after the source before.
+
+mod one_column;
 
 use nalgebra::SVector;
 
 use super::{FEW_STATES, UdCovariance, for_columns};
 use crate::real::{Real, is_finite, total};
+use one_column::{VarianceLeft, add_to_dwarfed_column, move_column, take_share};
 
 /// A source of process noise: `variance * gain gain'` is what it adds to the covariance in a step.
 ///
 /// It passes the states from the last one that it acts on to the first, and costs a division and a column for each. So
 /// put the states on which noise acts first, within a block of [`crate::Blocks2`] in any case. With modes as (velocity
 /// over natural frequency, displacement), and not the other way round, a step of six states and two measurements takes
-/// 8 % less time, and one of ten states and one measurement 11 %.
+/// 8 % less time, and one of ten states and one measurement 9 %.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
@@ -54,26 +60,15 @@ pub struct NoiseSource<T, const N: usize> {
 /// Up to so many states a column is straight-line code.
 const UNROLLED_STATES: usize = 12;
 
+/// Whether the processor works on many instructions at once, as those of 64 bits do.
+const SOURCE_BY_SOURCE: bool = cfg!(target_pointer_width = "64");
+
 /// A source on its way from the last column to the first.
 #[derive(Clone, Copy)]
 struct SourceSweep<T, const N: usize> {
     /// `a`, less the part that the columns passed have taken.
     gain: [T; N],
-    variance: T,
-    /// `s`, infinite once no variance remains.
-    spent: T,
-    per_spent: T,
-}
-
-/// What one source does to one column.
-struct ColumnGain<T> {
-    spent: T,
-    per_spent: T,
-    weight: T,
-    per_weight: T,
-    slope: T,
-    /// Weight before per weight after.
-    kept: T,
+    left: VarianceLeft<T>,
 }
 
 impl<T: Real, const N: usize> UdCovariance<T, N> {
@@ -89,12 +84,80 @@ impl<T: Real, const N: usize> UdCovariance<T, N> {
     /// `P <- P + sum c a a'` over the sources. A negative variance adds nothing. A number that is infinite or NaN makes
     /// the variances that it reaches infinite or NaN: [`Self::predict`] refuses it.
     ///
-    /// All sources pass column by column, so that a column is fetched once and one source's division overlaps
-    /// another's.
+    /// The sources pass together, so that a column is fetched once; or, of a dozen states or less on a large processor,
+    /// one by one: then its columns hardly wait for each other. The order changes no bit.
     #[inline]
     pub fn add_noise<const M: usize>(&mut self, sources: &[NoiseSource<T, N>; M]) {
+        if SOURCE_BY_SOURCE && N > FEW_STATES && N <= UNROLLED_STATES {
+            self.add_source_by_source(sources);
+        } else {
+            self.add_column_by_column(sources);
+        }
+    }
+
+    #[inline]
+    fn add_column_by_column<const M: usize>(&mut self, sources: &[NoiseSource<T, N>; M]) {
         let mut arriving = sources.map(SourceSweep::new);
         for_columns!(down from N, |j| self.add_to_column(j, &mut arriving));
+    }
+
+    #[inline]
+    fn add_source_by_source<const M: usize>(&mut self, sources: &[NoiseSource<T, N>; M]) {
+        let mut per_weights = self.weights;
+        for per_weight in &mut per_weights {
+            *per_weight = T::one() / *per_weight;
+        }
+        for source in sources {
+            let SourceSweep { mut gain, left } = SourceSweep::new(*source);
+            self.add_source(&mut gain, left.variance, &mut per_weights);
+        }
+    }
+
+    /// One source to all columns. Not inlined: the compiler would hold the factors in registers that they do not fit.
+    #[inline(never)]
+    fn add_source(&mut self, gain: &mut [T; N], variance: T, per_weights: &mut [T; N]) {
+        let mut left = VarianceLeft::all_of(variance);
+        let mut entry = gain.last().copied().unwrap_or_default();
+        for_columns!(down from N, |j| {
+            self.add_source_to_column(j, &mut entry, gain, &mut left, per_weights);
+        });
+    }
+
+    /// `entry` is row `j` of the gain, and then the row before it, so that the next column need not wait for all rows.
+    #[expect(clippy::inline_always, reason = "j is to be a constant in it")]
+    #[inline(always)]
+    fn add_source_to_column(
+        &mut self,
+        j: usize,
+        entry: &mut T,
+        gain: &mut [T; N],
+        left: &mut VarianceLeft<T>,
+        per_weights: &mut [T; N],
+    ) {
+        let (Some(unit), Some(weight), Some(per_weight)) =
+            (self.unit.get_mut(j), self.weights.get_mut(j), per_weights.get_mut(j))
+        else {
+            return;
+        };
+        let before = j.wrapping_sub(1);
+        let (Some(&next), Some(&u)) = (gain.get(before), unit.get(before)) else {
+            *weight += left.at_first(*entry);
+            return;
+        };
+        let here = core::mem::replace(entry, next);
+        if here == T::zero() {
+            return;
+        }
+        let meeting = left.meet(here, *weight, *per_weight);
+        if meeting.keeps_most() {
+            *entry -= here * u;
+            meeting.leave(left, weight, per_weight);
+            // An even number of rows, for a processor that takes two at a time: that of the diagonal stays as it is.
+            move_column(j + j % 2, unit, gain, here, meeting.slope);
+        } else {
+            (*left, *weight, *per_weight) = add_to_dwarfed_column(j, unit, gain, *left, *weight, *per_weight);
+            *entry = gain.get(before).copied().unwrap_or_default();
+        }
     }
 
     #[expect(clippy::inline_always, reason = "j is to be a constant in it")]
@@ -102,8 +165,8 @@ impl<T: Real, const N: usize> UdCovariance<T, N> {
     fn add_to_column<const M: usize>(&mut self, j: usize, arriving: &mut [SourceSweep<T, N>; M]) {
         let (Some(column), Some(d)) = (self.unit.get_mut(j), self.weights.get_mut(j)) else { return };
         if j == 0 {
-            for source in arriving {
-                *d += source.left_at_first();
+            for SourceSweep { gain, left } in arriving {
+                *d += gain.first().map_or(T::zero(), |&entry| left.at_first(entry));
             }
             return;
         }
@@ -147,97 +210,37 @@ impl<T: Real, const N: usize> SourceSweep<T, N> {
     fn new(source: NoiseSource<T, N>) -> Self {
         let [gain] = source.gain.data.0;
         let variance = if source.variance <= T::zero() { T::zero() } else { source.variance };
-        Self { gain, variance, spent: T::one(), per_spent: T::one() }
+        Self { gain, left: VarianceLeft::all_of(variance) }
     }
 
     #[expect(clippy::inline_always, reason = "j is to be a constant in it")]
     #[inline(always)]
     fn add_to_column(&mut self, j: usize, unit: &mut [T; N], weight: &mut T, per_weight: &mut T) {
-        let Some(&entry) = self.gain.get(j) else { return };
+        let Self { gain, left } = self;
+        let Some(&entry) = gain.get(j) else { return };
         if entry == T::zero() {
             return;
         }
-        let Some(meeting) = self.column_gain(entry, *weight, *per_weight) else { return };
-        (*weight, *per_weight) = (meeting.weight, meeting.per_weight);
-        (self.spent, self.per_spent) = (meeting.spent, meeting.per_spent);
         if N <= FEW_STATES {
-            return self.take_share(j, unit, entry, &meeting);
+            if let Some(meeting) = left.meet_as_published(entry, *weight, *per_weight) {
+                meeting.leave(left, weight, per_weight);
+                take_share(j, unit, gain, entry, &meeting);
+            }
+            return;
         }
-        // With a quarter or more kept, the first form loses two bits at most.
-        let twice = meeting.kept + meeting.kept;
-        if N <= UNROLLED_STATES && twice + twice < T::one() {
-            return self.dwarf_column(j, unit, entry, &meeting);
+        let meeting = left.meet(entry, *weight, *per_weight);
+        if meeting.keeps_most() || N > UNROLLED_STATES && meeting.is_finite() {
+            meeting.leave(left, weight, per_weight);
+            move_column(j, unit, gain, entry, meeting.slope);
+        } else {
+            (*left, *weight, *per_weight) = add_to_dwarfed_column(j, unit, gain, *left, *weight, *per_weight);
         }
-        for (u, a) in unit.iter_mut().zip(&mut self.gain).take(j) {
-            *a -= entry * *u;
-            *u += meeting.slope * *a;
-        }
-    }
-
-    /// The column where little of it remains.
-    #[cold]
-    #[inline(never)]
-    fn dwarf_column(&mut self, j: usize, unit: &mut [T; N], entry: T, meeting: &ColumnGain<T>) {
-        self.take_share(j, unit, entry, meeting);
-    }
-
-    /// The column by the second form.
-    #[expect(clippy::inline_always, reason = "j is to be a constant in it")]
-    #[inline(always)]
-    fn take_share(&mut self, j: usize, unit: &mut [T; N], entry: T, meeting: &ColumnGain<T>) {
-        for (u, a) in unit.iter_mut().zip(&mut self.gain).take(j) {
-            let whole = *a;
-            *a -= entry * *u;
-            *u = meeting.kept * *u + meeting.slope * whole;
-        }
-    }
-
-    /// What it adds to the first column, where it ends.
-    #[inline]
-    fn left_at_first(&self) -> T {
-        self.gain.first().map_or(T::zero(), |&entry| self.variance * entry * entry * self.per_spent)
-    }
-
-    /// `None` when the source adds nothing to this column in this precision.
-    #[inline]
-    fn column_gain(&self, entry: T, weight: T, per_weight: T) -> Option<ColumnGain<T>> {
-        let pull = self.variance * entry;
-        let push = pull * entry;
-        let sum = weight + push * self.per_spent;
-        let spent = self.spent + push * per_weight;
-        let share = pull * per_weight;
-        // Both finite, in one comparison. Where the next reciprocal of the weight is not, the next source takes the
-        // published form.
-        if N > FEW_STATES && is_finite(spent + share) {
-            let per_spent = T::one() / spent;
-            return Some(ColumnGain {
-                spent,
-                per_spent,
-                weight: sum,
-                per_weight: (per_weight * self.spent) * per_spent,
-                slope: share * per_spent,
-                kept: self.spent * per_spent,
-            });
-        }
-        let per_weight = T::one() / sum;
-        let slope = pull * self.per_spent / sum;
-        let kept = weight / sum;
-        let per_spent = self.per_spent * kept;
-        // A weight that is infinite or NaN is told, not left out.
-        (is_finite(slope) || !is_finite(sum)).then_some(ColumnGain {
-            spent,
-            per_spent,
-            weight: sum,
-            per_weight,
-            slope,
-            kept,
-        })
     }
 }
 
 #[cfg(test)]
 mod tests {
-    use nalgebra::{Matrix3, Vector3};
+    use nalgebra::{Matrix3, SMatrix, Vector3};
 
     use super::*;
     use crate::Dense;
@@ -260,6 +263,30 @@ mod tests {
             let scale = expected.diagonal().map(f64::sqrt);
             let off = (p.covariance() - expected).component_div(&(scale * scale.transpose()));
             assert!(off.amax() < 1e-12, "{kept}: {off}");
+        }
+    }
+
+    /// To the bit: usual sources, those that dwarf what they meet or meet a state known exactly, and no numbers.
+    #[test]
+    fn dual_source_by_source_is_column_by_column() {
+        for (weight, variance) in [(1.0, 0.1), (1e-9, 4.0), (0.0, 1.0), (1.0, f64::NAN), (f64::INFINITY, 1.0)]
+        {
+            let number = |i: usize| 0.1 * ((7 * i + 3) % 11) as f64 - 0.4;
+            let mut start = UdCovariance::from_diagonal(&SVector::<f64, 7>::from_fn(|i, _| number(i) + 0.5));
+            start.transform(&SMatrix::from_fn(|i, j| number(i + 5 * j))).unwrap();
+            start.weights[4] = weight;
+            let sources = [3, 6, 5].map(|last| NoiseSource {
+                gain: SVector::from_fn(|i, _| if i == last || i == 1 { number(i + last) } else { 0.0 }),
+                variance,
+            });
+            let (mut by_source, mut by_column) = (start, start);
+            by_source.add_source_by_source(&sources);
+            by_column.add_column_by_column(&sources);
+            let bits = |p: &UdCovariance<f64, 7>| {
+                (p.unit.map(|column| column.map(f64::to_bits)), p.weights.map(f64::to_bits))
+            };
+            assert_ne!(bits(&by_source), bits(&start));
+            assert_eq!(bits(&by_source), bits(&by_column), "{weight} {variance}");
         }
     }
 

@@ -36,29 +36,30 @@ impl<T: Real, B: TrackCovariance<T>> Tracker<T, B> {
     const NIS_LOST: f64 = 0.5;
 
     /// What no number of frames removes of the estimates that follow from `track`: [`crate::camera::persistent_error`].
-    #[inline]
-    fn persistent(&self, track: &Track<T, B>) -> Jitter<T> {
-        let described =
-            self.newest.as_ref().map_or(T::zero(), |newest| self.tuning.shared_rad2(&newest.frame));
-        let shared_rad2 = described + self.persistent_error.rad2(track.resting);
+    pub(super) fn persistent_of(&self, track: &Track<T, B>) -> Jitter<T> {
+        let described = self.tuning.shared_rad2(&self.newest.frame);
+        let shared_rad2 = described + self.persistent_error.rad2(track.resting, &self.tuning);
         let mut rate_rad2_s2 = T::zero();
         if shared_rad2 > T::zero() {
             let covariance = &track.state.covariance;
             rate_rad2_s2 =
                 T::from_f64(0.5) * shared_rad2 * (covariance.rate_rad2_s2() / covariance.angle_rad2());
         }
-        Jitter { angle_rad2: self.tuning.floor_rad2 + shared_rad2, rate_rad2_s2 }
+        let floor_rad2 = if track.undithered(&self.tuning) {
+            self.tuning.quantisation_rad2
+        } else {
+            self.tuning.floor_rad2
+        };
+        Jitter { angle_rad2: floor_rad2 + shared_rad2, rate_rad2_s2 }
     }
 
     /// Angle and rate carried forward to `now`; `None` before the first frame.
-    #[inline]
     pub(crate) fn estimate(&self, now: Time, process: &impl Process<T, B>) -> Option<Estimate<T>> {
         let track = self.track()?;
         self.estimate_from(process.cached_state(&track.state, track.resting, now), now, process)
     }
 
     /// As [`Self::estimate`], from a state to which the track has been carried already.
-    #[inline]
     pub(crate) fn estimate_from(
         &self,
         from: &State<T, B>,
@@ -67,7 +68,7 @@ impl<T: Real, B: TrackCovariance<T>> Tracker<T, B> {
     ) -> Option<Estimate<T>> {
         let track = self.track()?;
         let Prediction { angle, rate_rad_s, moments } = process.predict(from, track.resting, now);
-        let (jitter, persistent) = (process.jitter(now), self.persistent(track));
+        let (jitter, persistent) = (process.jitter(now), self.persistent);
         Some(Estimate {
             at: now,
             angle,
@@ -81,7 +82,6 @@ impl<T: Real, B: TrackCovariance<T>> Tracker<T, B> {
 
     /// Whether `estimate`, this tracker's at `now`, may be used. `vibrometer` is what is wrong with the vibrometer, if
     /// anything.
-    #[inline]
     pub(crate) fn judge(
         &self,
         estimate: Option<&Estimate<T>>,
@@ -98,7 +98,7 @@ impl<T: Real, B: TrackCovariance<T>> Tracker<T, B> {
             Health::Unusable(Reason::CameraStuck)
         } else if track.refusals >= Self::REFUSALS_SUSTAINED {
             Health::Unusable(Reason::FramesRefused)
-        } else if self.reference.is_lost() {
+        } else if self.reference.lost {
             Health::Unusable(Reason::ReferenceLost)
         } else if !certain {
             // Between the frames of a slow camera the estimate is wide, but right.
@@ -113,7 +113,7 @@ impl<T: Real, B: TrackCovariance<T>> Tracker<T, B> {
             Health::Degraded(Reason::CameraSilent)
         } else if track.nis > T::from_f64(Self::NIS_MAX) || track.far_frames() >= Self::FAR_FRAMES {
             Health::Degraded(Reason::NoiseMismatch)
-        } else if !self.reference.turn_is_known() {
+        } else if !self.reference.turn_known {
             Health::Degraded(Reason::TurnUnknown)
         } else {
             let wide = variance_rad2 > T::from_f64(Self::WIDE_RAD2);
@@ -124,16 +124,12 @@ impl<T: Real, B: TrackCovariance<T>> Tracker<T, B> {
     /// Whether frames come as they should, and the rate has been measured since the start.
     #[cold]
     fn on_time(&self, now: Time) -> bool {
-        let rate_known = self.track().is_some_and(|track| {
-            track.state.covariance.rate_rad2_s2() < T::from_f64(Self::RATE_UNKNOWN_RAD2_S2)
-        });
-        rate_known && !self.older.is_empty() && !self.silent(now)
+        let rate_rad2_s2 = self.newest.track.state.covariance.rate_rad2_s2();
+        rate_rad2_s2 < T::from_f64(Self::RATE_UNKNOWN_RAD2_S2) && !self.older.is_empty() && !self.silent(now)
     }
 
-    /// Whether no frame has come for too long.
-    #[inline]
     fn silent(&self, now: Time) -> bool {
-        self.newest.is_some_and(|newest| self.intervals.silent(newest.frame.exposed_at, now))
+        self.intervals.silent(self.newest.frame.exposed_at, now)
     }
 }
 
@@ -148,26 +144,24 @@ impl<T: Real, B: TrackCovariance<T>> Tracker<T, B> {
         if at >= newest.state.at {
             return self.estimate(at, process);
         }
-        let mut smoothed = Smoothed::newest(&newest.state);
-        let (mut later, mut from) = (newest, self.older.iter().rev().map(|tracked| &tracked.track));
-        loop {
+        let (mut smoothed, mut later) = (Smoothed::newest(&newest.state), newest);
+        for earlier in self.older.iter().rev().map(|tracked| &tracked.track) {
             // A refused frame has left the track where it was.
-            let earlier = from.find(|track| track.state.at < later.state.at)?;
+            if earlier.state.at >= later.state.at {
+                continue;
+            }
             let kick = if later.kicked { self.tuning.kick_rad2_s2 } else { T::zero() };
-            if earlier.state.at <= at {
-                let mut state = earlier.state;
+            let (mut state, reached) = (earlier.state, earlier.state.at <= at);
+            if reached {
                 process.carry(&mut state, earlier.resting, at);
-                let smoothed = smoothed.step_back_to(&state, earlier.resting, kick, process)?;
-                let Jitter { angle_rad2, rate_rad2_s2 } = Process::<T, B>::jitter(process, at);
-                let persistent = self.persistent(earlier);
-                let added = Jitter {
-                    angle_rad2: angle_rad2 + persistent.angle_rad2,
-                    rate_rad2_s2: rate_rad2_s2 + persistent.rate_rad2_s2,
-                };
+            }
+            smoothed = smoothed.step_back_to(&state, earlier.resting, kick, process)?;
+            if reached {
+                let added = Process::<T, B>::jitter(process, at).plus(self.persistent_of(earlier));
                 return Some(smoothed.estimate(earlier.resting, added));
             }
-            smoothed = smoothed.step_back_to(&earlier.state, earlier.resting, kick, process)?;
             later = earlier;
         }
+        None
     }
 }

@@ -12,7 +12,7 @@
 //! fifty times a second, three once a second, four once in ten seconds; each would lead the estimate astray by half a
 //! degree or more.
 
-use motor_model::{Angle, Real};
+use motor_model::Real;
 
 use super::Tracker;
 use crate::camera::process::Process;
@@ -59,8 +59,7 @@ impl<T: Real, B: TrackCovariance<T>> Tracker<T, B> {
     /// or the rotor was kicked right after it.
     #[cold]
     pub(super) fn explain_refusals(&mut self, process: &impl Process<T, B>) -> Option<Fit<T, B>> {
-        let track = self.track()?;
-        let state = track.state;
+        let state = self.newest.track.state;
         let used = self.older.iter().rposition(|tracked| tracked.frame.exposed_at == state.at);
         if let Some(before) = used.and_then(|used| self.older.get(used.checked_sub(1)?))
             && let Some(fit) =
@@ -88,7 +87,7 @@ impl<T: Real, B: TrackCovariance<T>> Tracker<T, B> {
     #[inline(never)]
     pub(super) fn frames_agree(&self, count: usize, process: &impl Process<T, B>) -> bool {
         let first = (self.older.len() + 1).checked_sub(count).and_then(|index| self.older.get(index));
-        let Some((first, track)) = first.zip(self.track()) else { return true };
+        let (Some(first), track) = (first, &self.newest.track) else { return true };
         let started = Track::started(&first.frame, track.state.angle.angle(), Some(track), &self.tuning);
         self.fit(started.state, T::zero(), count - 1, process).is_some()
     }
@@ -109,7 +108,7 @@ impl<T: Real, B: TrackCovariance<T>> Tracker<T, B> {
         count: usize,
         process: &impl Process<T, B>,
     ) -> Option<Fit<T, B>> {
-        let newest = self.newest.as_ref()?;
+        let newest = &self.newest;
         let (mut misfit, mut fitted, mut outliers) = (T::zero(), T::zero(), 0);
         let first = (self.older.len() + 1).checked_sub(count)?;
         for tracked in self.older.iter().skip(first).chain(core::iter::once(newest)) {
@@ -119,8 +118,7 @@ impl<T: Real, B: TrackCovariance<T>> Tracker<T, B> {
             }
             state.covariance.widen_rate(kick_rad2_s2);
             process.carry(&mut state, false, frame.exposed_at);
-            let innovation_rad: T =
-                frame.angle.minus(state.angle.angle()).wrapped().radians_since(Angle::ZERO);
+            let innovation_rad = state.innovation_rad(frame.angle);
             let noise_rad2 = self.tuning.frame_rad2(frame, false);
             let variance_rad2 = state.covariance.innovation_rad2(noise_rad2);
             let normalised = innovation_rad * innovation_rad / variance_rad2;
@@ -136,8 +134,7 @@ impl<T: Real, B: TrackCovariance<T>> Tracker<T, B> {
             }
             (misfit, fitted) = (misfit + normalised, fitted + T::one());
             if is_newest {
-                let innovation = (innovation_rad, variance_rad2);
-                let mean_misfit = misfit / fitted;
+                let (innovation, mean_misfit) = ((innovation_rad, variance_rad2), misfit / fitted);
                 return Some(Fit {
                     state,
                     innovation,

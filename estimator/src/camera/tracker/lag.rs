@@ -1,18 +1,15 @@
 //! The lag: frames that are older than the last one, and frames of a wrong time.
 //!
-//! A frame is fused at its exposure, however late it arrives. Frames in order cost nothing extra, whatever their
-//! latency: the track lives at the last exposure and is carried forward when an estimate is asked for. A frame older
-//! than the last is fused in its place: the track goes back to the frame before it, and the newer frames are taken in
-//! again. So the order of arrival makes no difference. For this the last [`FRAMES_KEPT`] frames are kept, each with the
-//! track after it. 32 frames cover 3.1 ms at 10,000 frames a second and take 2.6 kB in `f32`. They limit the
-//! *difference* of latencies that can be corrected, not the latency. Going back costs at most 31 times the price of one
-//! frame.
+//! The track lives at the last exposure and is carried forward when an estimate is asked for, so a latency costs
+//! nothing. A frame older than the last is fused in its place: the track goes back to the frame before it, and the
+//! newer frames are taken in again. So the order of arrival makes no difference. For this the last [`FRAMES_KEPT`]
+//! frames are kept, each with the track after it. They limit the *difference* of latencies that can be corrected, not
+//! the latency.
 //!
 //! - A frame from before the oldest one kept is [`Rejection::OutOfHorizon`].
 //! - A frame of an exposure that is kept already is [`Rejection::Duplicate`].
-//! - A frame from more than a millisecond after the filter's clock is [`Rejection::Future`]: its own clock is wrong.
-//!   The filter's clock is the latest time of drive and vibrometer ([`crate::MotionWatch`]). Where neither has reported
-//!   a time since the last frame there is no clock to judge by.
+//! - A frame from more than a millisecond after the filter's clock, the latest time of drive and vibrometer, is
+//!   [`Rejection::Future`]. Where neither has reported a time since the last frame there is no clock to judge by.
 //!
 //! None of these moves the estimate. All but duplicates count as refusals, so that a track which itself stands at a
 //! wrong time is given up after [`TrackTuning::refusals_max`](crate::TrackTuning::refusals_max) of them.
@@ -35,20 +32,20 @@ impl<T: Real, B: TrackCovariance<T>> Tracker<T, B> {
         quiet: bool,
         process: &impl Process<T, B>,
     ) -> Innovation<T> {
-        let mut kept = self.older.iter().chain(&self.newest);
-        if kept.any(|tracked| tracked.frame.exposed_at == frame.exposed_at) {
+        let is_same = |tracked: &TrackedFrame<T, B>| tracked.frame.exposed_at == frame.exposed_at;
+        if is_same(&self.newest) || self.older.iter().any(is_same) {
             return refused(frame, (T::zero(), T::zero()), Rejection::Duplicate);
         }
-        let oldest = self.older.front().or(self.newest.as_ref());
-        if oldest.is_some_and(|oldest| frame.exposed_at < oldest.frame.exposed_at.max(oldest.track.state.at))
-        {
+        let oldest = self.older.front().unwrap_or(&self.newest);
+        if frame.exposed_at < oldest.frame.exposed_at.max(oldest.track.state.at) {
             return self.refuse_for_time(frame, Rejection::OutOfHorizon);
         }
         let mut newer = Deque::<CameraFrame, FRAMES_KEPT>::new();
-        while let Some(tracked) = self.newest.take_if(|tracked| tracked.frame.exposed_at > frame.exposed_at) {
+        while self.newest.frame.exposed_at > frame.exposed_at {
+            let Some(before) = self.older.pop_back() else { break };
             // Cannot overflow: it has the capacity of the lag.
-            let _ = newer.push_front(tracked.frame);
-            self.newest = self.older.pop_back();
+            let _ = newer.push_front(self.newest.frame);
+            self.newest = before;
         }
         let mut innovation = None;
         for frame in core::iter::once(frame).chain(&newer) {
@@ -61,12 +58,11 @@ impl<T: Real, B: TrackCovariance<T>> Tracker<T, B> {
     /// Refuses a frame for its time. After too many refusals restarts at it.
     #[cold]
     pub(super) fn refuse_for_time(&mut self, frame: &CameraFrame, why: Rejection) -> Innovation<T> {
-        if let Some(TrackedFrame { track, .. }) = &mut self.newest {
-            track.refusals = track.refusals.saturating_add(1);
-            if track.refusals >= self.tuning.refusals_max {
-                let near = track.state.angle.angle();
-                return self.begin(frame, near);
-            }
+        let track = &mut self.newest.track;
+        track.refusals = track.refusals.saturating_add(1);
+        if track.refusals >= self.tuning.refusals_max {
+            let near = track.state.angle.angle();
+            return self.begin(frame, near);
         }
         refused(frame, (T::zero(), T::zero()), why)
     }

@@ -21,68 +21,30 @@
 use motor_model::{Angle, Real, Time};
 
 use super::hypotheses::Fit;
-use super::{TrackedFrame, Tracker};
+use super::{TrackedFrame, Tracker, record};
 use crate::camera::process::Process;
 use crate::camera::track::Track;
 use crate::camera::track_covariance::TrackCovariance;
-use crate::innovation::{Innovation, Source, Verdict};
+use crate::innovation::{Innovation, Verdict};
 use crate::measurement::CameraFrame;
 
 /// What the angle counts from.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Reference<T, B> {
     /// Whether a frame has been used since the first one: until then that frame is the reference.
-    begun: bool,
-    /// Whether the turn is known.
-    turn_known: bool,
-    /// Whether the frames have jumped.
-    lost: bool,
+    pub(super) begun: bool,
+    pub(super) turn_known: bool,
+    pub(super) lost: bool,
     /// The track before they jumped, while it is of use.
-    trusted: Option<TrackedFrame<T, B>>,
+    pub(super) trusted: Option<TrackedFrame<T, B>>,
 }
 
 impl<T: Real, B: TrackCovariance<T>> Reference<T, B> {
     /// Variance of the trusted track's angle beyond which it is of no use, in rad^2: three degrees.
     const TRUSTED_RAD2: f64 = 2.7e-3;
 
-    /// That of the first frame.
     pub(super) fn of_the_first_frame() -> Self {
         Self { begun: false, turn_known: true, lost: false, trusted: None }
-    }
-
-    /// A frame after the first is used.
-    #[inline]
-    pub(super) fn begin(&mut self) {
-        self.begun = true;
-    }
-
-    /// A frame came too late for the turn to be known. The first frame's turn is zero by definition.
-    pub(super) fn lose_turn(&mut self) {
-        self.turn_known &= !self.begun;
-    }
-
-    #[inline]
-    pub(super) fn is_lost(&self) -> bool {
-        self.lost
-    }
-
-    #[inline]
-    pub(super) fn turn_is_known(&self) -> bool {
-        self.turn_known
-    }
-
-    /// The track before the frames jumped, while it is of use.
-    #[inline]
-    pub(super) fn trusted(&self) -> Option<&TrackedFrame<T, B>> {
-        self.trusted.as_ref()
-    }
-
-    /// The rotor is driven: it may move.
-    #[inline]
-    pub(super) fn end_rest(&mut self) {
-        if let Some(TrackedFrame { track, .. }) = &mut self.trusted {
-            track.end_rest();
-        }
     }
 
     /// Carries the trusted track to `until`, as long as it is of use.
@@ -127,10 +89,9 @@ impl<T: Real, B: TrackCovariance<T>> Tracker<T, B> {
     #[cold]
     #[inline(never)]
     pub(super) fn restart_unexplained(&mut self, near: Angle, process: &impl Process<T, B>) -> Innovation<T> {
-        let (Some(TrackedFrame { frame, .. }), Some(before)) = (self.newest, self.older.back()) else {
-            return self.restart_here();
-        };
-        let before = TrackedFrame { frame, ..*before };
+        let frame = self.newest.frame;
+        let Some(&before) = self.older.back() else { return self.begin(&frame, near) };
+        let before = TrackedFrame { frame, ..before };
         let mut near = near;
         if self.reference.lost {
             if let Some(found) = self.found_again(&frame, process) {
@@ -149,10 +110,9 @@ impl<T: Real, B: TrackCovariance<T>> Tracker<T, B> {
     fn found_again(&mut self, frame: &CameraFrame, process: &impl Process<T, B>) -> Option<Angle> {
         self.reference.carry(frame.exposed_at, process);
         let state = &self.reference.trusted.as_ref()?.track.state;
-        let near = state.angle.angle();
-        let off_rad: T = frame.angle.minus(near).wrapped().radians_since(Angle::ZERO);
+        let off_rad = state.innovation_rad(frame.angle);
         let variance_rad2 = state.covariance.innovation_rad2(self.tuning.frame_rad2(frame, false));
-        (off_rad * off_rad <= self.tuning.gate * variance_rad2).then_some(near)
+        (off_rad * off_rad <= self.tuning.gate * variance_rad2).then_some(state.angle.angle())
     }
 
     /// Angle of the rotor, if it may have come there since the last frame of `track`: jolted once, by any rate, or
@@ -171,38 +131,14 @@ impl<T: Real, B: TrackCovariance<T>> Tracker<T, B> {
         None
     }
 
-    /// Takes back a restart at the code of a camera that turns out to be stuck: the reference is as before.
-    #[cold]
-    pub(super) fn take_back_restart(&mut self, code: Angle) {
-        let stuck_since =
-            self.newest.is_some_and(|newest| newest.frame.angle == code && self.older.is_empty());
-        if let Some(trusted) = self.reference.trusted.take_if(|_| stuck_since) {
-            self.newest = Some(trusted);
-            self.reference.lost = false;
-        }
-    }
-
-    /// Restarts at the newest frame, in the turn nearest to its prediction.
-    #[cold]
-    pub(super) fn restart_here(&mut self) -> Innovation<T> {
-        let place = self.newest.map(|tracked| (tracked.frame, tracked.track.state.angle.angle()));
-        let (frame, near) = place.unwrap_or((CameraFrame::new(Time::ZERO, Angle::ZERO), Angle::ZERO));
-        self.begin(&frame, near)
-    }
-
     /// Starts at `frame`, in the turn that brings it nearest to `near`.
     #[cold]
     #[inline(never)]
     pub(super) fn begin(&mut self, frame: &CameraFrame, near: Angle) -> Innovation<T> {
         self.older.clear();
-        let track = Track::started(frame, near, self.track(), &self.tuning);
-        self.newest = Some(TrackedFrame { frame: *frame, track });
-        Innovation {
-            source: Source::Camera,
-            taken_at: frame.exposed_at,
-            innovation_rad: T::zero(),
-            variance_rad2: T::zero(),
-            verdict: Verdict::Restarted,
-        }
+        let track = Track::started(frame, near, Some(&self.newest.track), &self.tuning);
+        self.newest = TrackedFrame { frame: *frame, track };
+        self.begun = true;
+        record(frame, (T::zero(), T::zero()), Verdict::Restarted)
     }
 }

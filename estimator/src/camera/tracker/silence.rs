@@ -3,7 +3,7 @@
 use motor_model::Time;
 
 /// Time between frames, and their latency.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Intervals {
     /// Mean time from exposure to exposure, the latest weighing most, in ns; `None` before the second frame.
     mean_nanos: Option<u64>,
@@ -18,14 +18,8 @@ impl Intervals {
     /// Largest interval that counts, per mean: one silence says little of the intervals after it.
     const LONGEST: u64 = 4;
 
-    /// Before the first frame.
-    pub(super) fn none() -> Self {
-        Self { mean_nanos: None, latency_nanos: 0 }
-    }
-
     /// Takes in a frame that comes when the filter's clock shows `clock`. `before` is the exposure of the frame before
     /// it, if none came out of order.
-    #[inline]
     pub(super) fn take(&mut self, before: Option<Time>, exposed_at: Time, clock: Time) {
         self.latency_nanos = if clock > exposed_at { clock.nanos_since(exposed_at) } else { 0 };
         let Some(before) = before else { return };
@@ -38,7 +32,6 @@ impl Intervals {
 
     /// Whether no frame has come for two and a half of the mean intervals since `newest_at` and the latency of the last
     /// frame.
-    #[inline]
     pub(super) fn silent(&self, newest_at: Time, now: Time) -> bool {
         let overdue_nanos = now.nanos_since(newest_at.plus_nanos(self.latency_nanos));
         self.mean_nanos.is_some_and(|mean_nanos| overdue_nanos > 2 * mean_nanos + mean_nanos / 2)
@@ -58,7 +51,7 @@ mod tests {
     /// 40 frames.
     #[test]
     fn exact_silence_begins_after_two_and_a_half_intervals() {
-        let mut intervals = Intervals::none();
+        let mut intervals = Intervals::default();
         let mut last = None;
         let mut take = |intervals: &mut Intervals, at: u64| {
             intervals.take(last.replace(micros(at)), micros(at), micros(at + 30));

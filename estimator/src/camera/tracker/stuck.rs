@@ -1,19 +1,18 @@
 //! A stuck camera: when it counts as one, and when it is used again.
 //!
-//! A camera that delivers its last picture for ever shows the same code frame after frame. Tracking noise and motion
-//! change the code of the default camera with probability 0.46 or more, so 20 equal codes in a row are one chance in
-//! 10^5 even for a driven rotor that does not turn. A coarser camera repeats codes by itself, so the number follows
-//! from noise and resolution ([`stuck_frames`]). Then the camera counts as stuck: the frames with that
-//! code are taken back, and refused ([`Rejection::Stuck`]) until another code comes. At rest the same code proves
-//! nothing, see [`crate::camera::track`]. So a camera that shows one code of a rotor that neither turned nor was driven
-//! since is used again once the rotor lies quiet, for it may be a live camera without dither.
+//! Tracking noise and motion change the code of the default camera with probability 0.46 or more, so 20 equal codes in
+//! a row are one chance in 10^5 even for a driven rotor that does not turn. A coarser camera repeats codes by itself,
+//! so the number follows from noise and resolution ([`stuck_frames`]). Then the frames with that code are taken back,
+//! and refused ([`Rejection::Stuck`]) until another code comes. At rest such a row shows a lack of dither alone: a
+//! camera that shows one code of a rotor that neither turned nor was driven since is used again once the rotor lies
+//! quiet.
 //!
 //! [`stuck_frames`]: crate::camera::track_tuning::TrackTuning::stuck_frames
 
 use motor_model::{Angle, Real};
 
-use super::{TrackedFrame, Tracker, refused};
-use crate::camera::track::Track;
+use super::{Tracker, refused};
+use crate::camera::track::State;
 use crate::camera::track_covariance::TrackCovariance;
 use crate::innovation::{Innovation, Rejection};
 use crate::measurement::CameraFrame;
@@ -42,14 +41,20 @@ impl<T: Real, B: TrackCovariance<T>> Tracker<T, B> {
     /// are kept.
     #[cold]
     pub(super) fn declare_stuck(&mut self, innovation: (T, T)) -> Innovation<T> {
-        let Some(TrackedFrame { frame, .. }) = self.newest else { return self.restart_here() };
-        while self.newest.is_some_and(|tracked| tracked.track.same_codes > 0) && !self.older.is_empty() {
-            self.newest = self.older.pop_back();
+        let frame = self.newest.frame;
+        while self.newest.track.same_codes > 0
+            && let Some(before) = self.older.pop_back()
+        {
+            self.newest = before;
         }
-        self.take_back_restart(frame.angle);
-        let turning = self.track().is_some_and(|Track { state, .. }| {
-            state.rate_rad_s * state.rate_rad_s > T::from_f64(9.0) * state.covariance.rate_rad2_s2()
-        });
+        // A restart at the code of a camera that turns out to be stuck: the reference is as before it.
+        let stuck_since = self.newest.frame.angle == frame.angle && self.older.is_empty();
+        if let Some(trusted) = self.reference.trusted.take_if(|_| stuck_since) {
+            self.newest = trusted;
+            self.reference.lost = false;
+        }
+        let State { rate_rad_s, covariance, .. } = &self.newest.track.state;
+        let turning = *rate_rad_s * *rate_rad_s > T::from_f64(9.0) * covariance.rate_rad2_s2();
         self.stuck = Some(Stuck { code: frame.angle, moved: turning || self.driven });
         refused(&frame, innovation, Rejection::Stuck)
     }

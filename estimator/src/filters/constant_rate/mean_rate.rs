@@ -20,7 +20,8 @@ const MOST_RAD_S: f64 = 60.0;
 /// The mean rates, and whether the drive has been on in one mode since the last frame.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct MeanRates<T> {
-    rad_s: [T; 2],
+    /// In modes B and C, in rad/s.
+    pub(super) rad_s: [T; 2],
     /// The mode in force since the frame exposed at the time beside it.
     driven: Option<(DriveMode, Time)>,
 }
@@ -30,14 +31,6 @@ impl<T: Real> MeanRates<T> {
         Self { rad_s: PRIOR_RAD_S.map(T::from_f64), driven: None }
     }
 
-    /// Mean rates in modes B and C, in rad/s.
-    #[inline]
-    pub(super) fn rad_s(&self) -> [T; 2] {
-        self.rad_s
-    }
-
-    /// The drive in force.
-    #[inline]
     pub(super) fn note_drive(&mut self, mode: Option<DriveMode>) {
         if self.driven.is_some_and(|(driven, _)| mode != Some(driven)) {
             self.driven = None;

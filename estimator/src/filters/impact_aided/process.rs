@@ -1,7 +1,7 @@
 //! How angle and rate change under the kicks that the vibrometer shows.
 
 use heapless::Deque;
-use motor_model::{DriveMode, Real, Time};
+use motor_model::{Real, Time};
 
 use super::{IMPACTS_KEPT_MAX, ImpactAidedTuning};
 use crate::camera::process::{Jitter, Process, Wander, Wandering};
@@ -10,6 +10,9 @@ use crate::camera::track_covariance::TrackCovariance;
 use crate::filters::kick::KickMoments;
 use crate::vibrometer::motion::Motion;
 use crate::vibrometer::motion_history::{MotionPiece, Motions};
+
+/// Variance of the friction, per its nominal value squared.
+const FRICTION_PART2: f64 = 0.045;
 
 /// What an impact does to the rate.
 #[derive(Clone, Copy, Debug)]
@@ -26,7 +29,6 @@ pub(super) struct ImpactKick<T> {
 }
 
 impl<T: Real> ImpactKick<T> {
-    /// A kick of unknown sign.
     pub(super) fn unknown(at: Time, variance_rad2_s2: T) -> Self {
         Self {
             at,
@@ -37,11 +39,7 @@ impl<T: Real> ImpactKick<T> {
         }
     }
 
-    pub(super) fn apply<B: TrackCovariance<T>>(
-        &self,
-        state: &mut State<T, B>,
-        tuning: &ImpactAidedTuning<T>,
-    ) {
+    pub(super) fn apply<B: TrackCovariance<T>>(&self, state: &mut State<T, B>) {
         if self.kick_max_rad_s > T::zero() {
             let kick = KickMoments::new(
                 self.tooth_rate_rad_s - state.rate_rad_s,
@@ -51,7 +49,7 @@ impl<T: Real> ImpactKick<T> {
             let square = |x: T| x * x;
             let variance = kick.scatter
                 + square(kick.per_slip * self.half_width_rad_s) * T::from_f64(1.0 / 3.0)
-                + square(kick.per_limit * self.kick_max_rad_s) * tuning.friction_part2
+                + square(kick.per_limit * self.kick_max_rad_s) * T::from_f64(FRICTION_PART2)
                 + self.variance_rad2_s2;
             state.rate_rad_s += kick.mean;
             state.covariance.kick_rate(T::one() - kick.per_slip, variance);
@@ -64,7 +62,6 @@ impl<T: Real> ImpactKick<T> {
 /// The kicks since the oldest frame kept, in the order of time.
 pub(super) type ImpactKicks<T> = Deque<ImpactKick<T>, IMPACTS_KEPT_MAX>;
 
-/// The rate is kicked at each impact.
 pub(super) struct KickedRate<'a, T> {
     pub(super) tuning: &'a ImpactAidedTuning<T>,
     pub(super) kicks: &'a ImpactKicks<T>,
@@ -75,14 +72,10 @@ pub(super) struct KickedRate<'a, T> {
 
 impl<T: Real> Wander<T> for KickedRate<'_, T> {
     /// While impacts are detected only the kicks of those that are missed make the rate wander.
-    #[inline]
     fn wandering(&self, at: Time, resting: bool) -> Wandering<T> {
         let MotionPiece { motion, until, .. } = self.motions.piece(at);
-        let missed_rad2_s3 = match motion {
-            Motion::Impacted(DriveMode::B) => self.tuning.missed_b_rad2_s3,
-            Motion::Impacted(DriveMode::C) => self.tuning.missed_rad2_s3,
-            Motion::Quiet => T::zero(),
-        };
+        let [missed_b, missed_c] = self.tuning.missed_rad2_s3;
+        let missed_rad2_s3 = motion.of(missed_b, missed_c, T::zero());
         if motion != Motion::Quiet && at < self.detecting_until {
             return Wandering { intensity_rad2_s3: missed_rad2_s3, until: until.min(self.detecting_until) };
         }
@@ -91,7 +84,6 @@ impl<T: Real> Wander<T> for KickedRate<'_, T> {
     }
 
     /// If there are no kicks. A rotor that lies still is not kicked.
-    #[inline]
     fn only_wanders(&self, at: Time, resting: bool) -> bool {
         let kicked = self.kicks.back().is_some_and(|kick| kick.at > at);
         !kicked || resting && self.motions.throughout(at) == Motion::Quiet
@@ -108,13 +100,12 @@ impl<T: Real> KickedRate<'_, T> {
         for index in self.kicks.len() - newer..self.kicks.len() {
             let Some(kick) = self.kicks.get(index).filter(|kick| kick.at <= until) else { break };
             self.wander(state, resting, kick.at);
-            kick.apply(state, self.tuning);
+            kick.apply(state);
         }
     }
 }
 
 impl<T: Real, B: TrackCovariance<T>> Process<T, B> for KickedRate<'_, T> {
-    #[inline]
     fn carry(&self, state: &mut State<T, B>, resting: bool, until: Time) {
         if !self.only_wanders(state.at, resting) {
             self.pass_kicks(state, resting, until);
@@ -127,10 +118,8 @@ impl<T: Real, B: TrackCovariance<T>> Process<T, B> for KickedRate<'_, T> {
         if at > self.detecting_until {
             return self.tuning.constant_rate.random_walk.jitter(motion);
         }
-        match motion {
-            Motion::Impacted(DriveMode::C) => self.tuning.jitter_c,
-            Motion::Impacted(DriveMode::B) => self.tuning.jitter_b,
-            Motion::Quiet => Jitter::none(),
-        }
+        let [unseen_b, unseen_c] = self.tuning.unseen_rad2_s2;
+        let unseen = |rate_rad2_s2| Jitter { angle_rad2: T::zero(), rate_rad2_s2 };
+        motion.of(unseen(unseen_b), self.tuning.jitter_c.plus(unseen(unseen_c)), Jitter::none())
     }
 }

@@ -1,19 +1,18 @@
 //! What earlier impacts left in modes A and C of the stator, and the rate of the tooth at the next impact that follows.
 //!
 //! The vibrometer gives a tooth's vertical velocity `u'` at an impact, not its parts in each mode, whose tangential
-//! velocities differ. With the shapes of a pair (phi, psi: see [`motor_model::ToothPair`]) and primes for the tooth's
-//! vertical velocity in each mode,
+//! velocities differ (F9). With the shapes of a pair (phi, psi: see [`motor_model::ToothPair`]),
 //!
 //! ```text
-//! u' = A' + B' + C'      S = s' / R_t = b B' + c C' = b (u' - A' - C') + c C'
-//!                        b = psi_B / (phi_B R_t),   c = psi_C / (phi_C R_t),   b / c = -cot^2 2 th
+//! S = b (u' - A' - C') + c C',      b = psi_B / (phi_B R_t),   c = psi_C / (phi_C R_t)
+//! b / c = -cot^2 2 th, where both modes have the same shift
 //! ```
 //!
 //! Under mode B almost nothing but the impacts themselves moves A and C. An impact of jump `dv` takes `q dv` from the
 //! tooth's velocity in a mode, and then the mode rings:
 //!
 //! ```text
-//! impact     z -> z - q dv               q_A = m_r / m_s,   q_C = 2 m_r / m_s cos^2 2 th
+//! impact     z -> z - q dv               q_A = m_r / M_A,   q_C = m_r / M_C cos^2 2 th
 //! between    z -> exp((i - zeta) w t) z         A' = Re z_A,   C' = +- Re z_C
 //! ```
 //!
@@ -80,17 +79,19 @@ impl<T: Real> RingingTuning<T> {
     pub fn new(params: &MotorParams) -> Self {
         let get = |parameter| params.get(parameter);
         let tau = core::f64::consts::TAU;
+        let (sin_b, cos_b) = math::sin_cos(2.0 * params.mode_b_tooth_angle_deg().to_radians());
         let (sin, cos) = math::sin_cos(2.0 * params.effective_tooth_angle_deg().to_radians());
         let lever_per_radius = params.lever() / get(Parameter::ToothRadius);
-        let (b, c) = (lever_per_radius * cos / sin, -lever_per_radius * sin / cos);
+        let (b, c) = (lever_per_radius * cos_b / sin_b, -lever_per_radius * sin / cos);
         let ratio = params.mass_ratio();
+        let [part_a, _, part_c] = params.mass_fractions();
         let a_hertz = get(Parameter::ModeAFrequency);
-        let a_decay = get(Parameter::ModeADamping) / (2.0 * get(Parameter::StatorMass));
+        let a_decay = get(Parameter::ModeADamping) / (2.0 * (part_a * get(Parameter::StatorMass)));
         let c_hertz = get(Parameter::ModeCFrequency);
         let c_decay = get(Parameter::ModeCDampingRatio) * tau * c_hertz;
         Self {
-            a: FreeMode::new(a_hertz, a_decay, ratio),
-            c: FreeMode::new(c_hertz, c_decay, 2.0 * ratio * cos * cos),
+            a: FreeMode::new(a_hertz, a_decay, ratio / part_a),
+            c: FreeMode::new(c_hertz, c_decay, ratio / part_c * cos * cos),
             b_phase_per_nano: Phase::from_turns(1e-9 * get(Parameter::ModeBFrequency)),
             b_turn_per_rise_rad_m: T::from_f64(b),
             c_beyond_b_rad_m: T::from_f64(c - b),
@@ -108,8 +109,8 @@ pub(crate) struct ToothRate<T> {
     pub(crate) slope_rad_s2: T,
 }
 
-/// Modes A and C at the last impact.
-#[derive(Clone, Copy, Debug)]
+/// Modes A and C at the last impact; by default nothing but the driven mode moves.
+#[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Ringing<T> {
     at: Time,
     /// The tooth's complex velocity in mode A, in m/s.
@@ -119,11 +120,6 @@ pub(crate) struct Ringing<T> {
 }
 
 impl<T: Real> Ringing<T> {
-    /// A stator in which only the driven mode moves.
-    pub(crate) fn none() -> Self {
-        Self { at: Time::ZERO, a: [T::zero(); 2], c: [T::zero(); 2] }
-    }
-
     /// The rate of the tooth at an impact at `at` whose tooth rises at `rise_m_s`; then adds the recoil of the impact's
     /// `jump_m_s`.
     pub(crate) fn impact(
@@ -199,7 +195,7 @@ mod tests {
             let mut states = [Vector2::zeros(); 3];
             states[1] = Vector2::new(1e-5, 0.4 - 0.05 * n as f64);
             let mut stator = Stator { modes, states };
-            let (mut ringing, mut at, mut pair) = (Ringing::none(), Time::from_micros(1_000_000), 0);
+            let (mut ringing, mut at, mut pair) = (Ringing::default(), Time::from_micros(1_000_000), 0);
             for wait in [0, halves[0], halves[1]] {
                 let nanos = (1e9 * half_s * f64::from(wait)).round();
                 stator.advance(1e-9 * nanos);
@@ -225,7 +221,7 @@ mod tests {
     #[test]
     fn law_ringing_dies_out() {
         let tuning = RingingTuning::<f32>::new(&MotorParams::nominal());
-        let mut ringing = Ringing::none();
+        let mut ringing = Ringing::default();
         let first = ringing.impact(&tuning, Time::from_micros(1000), 0.1, 0.02).rate_rad_s;
         let again = ringing.impact(&tuning, Time::from_micros(1300), 0.1, 0.02).rate_rad_s;
         let late = ringing.impact(&tuning, Time::from_micros(100_000), 0.1, 0.02).rate_rad_s;

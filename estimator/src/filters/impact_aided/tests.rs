@@ -4,7 +4,7 @@ use crate::camera::track_tuning::TrackTuning;
 use crate::filters::constant_rate::ConstantRateTuning;
 use crate::innovation::{Rejection, Verdict};
 use crate::instruments::{CameraDescription, Instruments};
-use crate::test_support::{FRAME_NANOS, LDV_NANOS, assert_consistent, frame, nees, quiet_sample};
+use crate::tests::{FRAME_NANOS, LDV_NANOS, assert_consistent, frame, nees, quiet_sample};
 use motor_model::{Angle, MotorParams};
 use proptest::prelude::*;
 use rand_distr::{Distribution, StandardNormal};
@@ -47,7 +47,7 @@ impl Rotor {
         self.angle_rad += self.rate_rad_s * 5e-6;
         self.velocity_m_s -=
             (tuning.detector.gravity_m_s2 + tuning.detector.damping_per_s * self.velocity_m_s) * 5e-6;
-        let missed = (tuning.missed_rad2_s3 * 5e-6).sqrt();
+        let missed = (tuning.missed_rad2_s3[1] * 5e-6).sqrt();
         self.rate_rad_s += missed * self.normal();
         if self.n.is_multiple_of(100) {
             let size: f64 = self.normal();
@@ -172,7 +172,7 @@ fn exact_kick_in_mode_b_is_coulombs() {
         let slip = lever / 3_f64.sqrt() * rise - radius * rate;
         let limit = 0.4 * mass * radius * radius / inertia * jump;
         let expected = slip.clamp(-limit, limit) / radius;
-        filter.ringing = Ringing::none();
+        filter.ringing = Ringing::default();
         let kick = filter.impact_kick(Time::ZERO, 0.0, before, jump);
         let towards: f64 = kick.tooth_rate_rad_s - rate;
         let got = Real::clamp_magnitude(towards, kick.kick_max_rad_s);
@@ -189,7 +189,7 @@ fn law_a_rotor_that_lands_is_braked() {
         let mut state = filter.tracker.track().unwrap().state;
         state.rate_rad_s = rate;
         let kick = filter.impact_kick(Time::from_nanos(FRAME_NANOS), 5e-6, -1e-3, 5e-3);
-        kick.apply(&mut state, &filter.tuning);
+        kick.apply(&mut state);
         assert!(
             state.rate_rad_s.abs() < rate.abs() && state.rate_rad_s * rate >= 0.0,
             "{}",

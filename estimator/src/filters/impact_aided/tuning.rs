@@ -11,6 +11,13 @@ use crate::vibrometer::impact_detector::ImpactDetectorTuning;
 /// Process noise by impacts below a threshold of 1 mm/s, in modes B and C, in rad^2/s^3.
 const MISSED_RAD2_S3: [f64; 2] = [0.4, 4.0];
 const THRESHOLD_M_S: f64 = 1e-3;
+/// Intensity of the kicks in modes B and C at times below a millisecond, in rad^2/s^3: see [`crate::ConstantRate`].
+const KICKS_RAD2_S3: [f64; 2] = [4260.0, 970.0];
+/// Longest time between two samples at which impacts are located within it and nothing is unseen, in s.
+const LOCATED_S: f64 = 1e-5;
+/// Samples' periods for which an impact is not shown: half of one until the next sample in the mean, and one more until
+/// that sample tells it from noise.
+const UNSEEN_PERIODS: f64 = 1.5;
 
 /// What the filter assumes of motor and sensors.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -20,49 +27,25 @@ pub struct ImpactAidedTuning<T> {
     /// The impact detector.
     pub detector: ImpactDetectorTuning<T>,
     /// Largest kick per jump, `c = mu m_r R_t / J`, in rad/s per m/s.
-    pub kick_per_jump_rad_m: T,
+    pub(crate) kick_per_jump_rad_m: T,
     /// Velocity of the tooth above the rotor's per jump, `(1 + r) / (1 + e)`.
-    pub approach_per_jump: T,
+    pub(crate) approach_per_jump: T,
     /// `s' / (R_t u')` of a tooth in pure mode B, in rad/m.
-    pub turn_per_rise_rad_m: T,
+    pub(crate) turn_per_rise_rad_m: T,
     /// What earlier impacts do to the tooth that impacts under mode B.
-    pub ringing: RingingTuning<T>,
+    pub(crate) ringing: RingingTuning<T>,
     /// Variance of a kick under mode B about its mean, per `(c dv)^2`, where the ringing of earlier impacts is not
-    /// known.
-    pub unexplained_b: T,
-    /// Half the width of the distribution of the tooth's rate under mode B, in rad/s, without the change by ringing
-    /// between two samples.
-    pub tooth_width_rad_s: T,
-    /// Variance of the friction, per its nominal value squared.
-    pub friction_part2: T,
+    /// known; where it is, 0.02 to 0.03 of 0.62.
+    pub(crate) unexplained_b: T,
     /// Variance of a kick of unknown sign, per `(c dv)^2`.
-    pub unexplained: T,
-    /// Process noise between impacts under mode C, in rad^2/s^3: impacts below the detector's threshold.
-    pub missed_rad2_s3: T,
-    /// The same under mode B.
-    pub missed_b_rad2_s3: T,
-    /// The impacts under mode B that the vibrometer has not shown yet: of a slow one, the kicks of one and a
-    /// half of the time between two samples.
-    pub jitter_b: Jitter<T>,
-    /// The part of the kicks under mode C that the next kick undoes, and the impacts not shown yet.
-    pub jitter_c: Jitter<T>,
-    /// Variance of the rate in modes B and C by impacts not shown yet, in rad^2/s^2.
-    pub unseen_rad2_s2: [T; 2],
-}
-
-/// Intensity of the kicks in modes B and C at times below a millisecond, in rad^2/s^3: see [`crate::ConstantRate`].
-const KICKS_RAD2_S3: [f64; 2] = [4260.0, 970.0];
-/// Longest time between two samples at which impacts are located within it and nothing is unseen, in s.
-const LOCATED_S: f64 = 1e-5;
-/// Samples' periods for which an impact is not shown: half of one until the next sample in the mean, and one more until
-/// that sample tells it from noise.
-const UNSEEN_PERIODS: f64 = 1.5;
-
-/// Variance of the rate in modes B and C by impacts that a vibrometer with this time between samples has not shown yet,
-/// in rad^2/s^2: the intensity of the kicks, over the time for which they are not shown.
-fn unseen_rad2_s2(period_s: f64) -> [f64; 2] {
-    let unseen_s = if period_s > LOCATED_S { UNSEEN_PERIODS * period_s } else { 0.0 };
-    KICKS_RAD2_S3.map(|intensity| intensity * unseen_s)
+    pub(crate) unexplained: T,
+    /// Process noise between impacts under modes B and C by impacts below the detector's threshold, in rad^2/s^3.
+    pub(crate) missed_rad2_s3: [T; 2],
+    /// The part of the kicks under mode C that the next kick undoes.
+    pub(crate) jitter_c: Jitter<T>,
+    /// Variance of the rate in modes B and C by impacts that a slow vibrometer has not shown yet, in rad^2/s^2: the
+    /// intensity of the kicks, over the time for which they are not shown.
+    pub(crate) unseen_rad2_s2: [T; 2],
 }
 
 impl<T: Real> ImpactAidedTuning<T> {
@@ -73,10 +56,11 @@ impl<T: Real> ImpactAidedTuning<T> {
         let get = |parameter| params.get(parameter);
         let kick = get(Parameter::Friction) * get(Parameter::RotorMass) * get(Parameter::ToothRadius)
             / get(Parameter::RotorInertia);
-        let approach = (1.0 + 3.0 * params.mass_ratio()) / (1.0 + get(Parameter::Restitution));
-        let (sin, cos) = math::sin_cos(2.0 * params.effective_tooth_angle_deg().to_radians());
+        let approach = (1.0 + params.tooth_mass_ratio()) / (1.0 + get(Parameter::Restitution));
+        let (sin, cos) = math::sin_cos(2.0 * params.mode_b_tooth_angle_deg().to_radians());
         let detector = ImpactDetectorTuning::new(params, &vibrometer);
-        let [unseen_b, unseen_c] = unseen_rad2_s2(vibrometer.period_s());
+        let period_s = vibrometer.period_s();
+        let unseen_s = if period_s > LOCATED_S { UNSEEN_PERIODS * period_s } else { 0.0 };
         Self {
             constant_rate: ConstantRateTuning::for_motor(params, instruments),
             detector,
@@ -85,14 +69,10 @@ impl<T: Real> ImpactAidedTuning<T> {
             turn_per_rise_rad_m: T::from_f64(params.lever() * cos / (sin * get(Parameter::ToothRadius))),
             ringing: RingingTuning::new(params),
             unexplained_b: T::from_f64(0.126),
-            tooth_width_rad_s: T::from_f64(1.5),
-            friction_part2: T::from_f64(0.045),
             unexplained: T::from_f64(0.68),
-            missed_b_rad2_s3: T::from_f64(MISSED_RAD2_S3[0]),
-            missed_rad2_s3: T::from_f64(MISSED_RAD2_S3[1]),
-            jitter_b: Jitter { angle_rad2: T::zero(), rate_rad2_s2: T::from_f64(unseen_b) },
-            jitter_c: Jitter { angle_rad2: T::from_f64(1e-9), rate_rad2_s2: T::from_f64(1.2e-3 + unseen_c) },
-            unseen_rad2_s2: [unseen_b, unseen_c].map(T::from_f64),
+            missed_rad2_s3: MISSED_RAD2_S3.map(T::from_f64),
+            jitter_c: Jitter { angle_rad2: T::from_f64(1e-9), rate_rad2_s2: T::from_f64(1.2e-3) },
+            unseen_rad2_s2: KICKS_RAD2_S3.map(|intensity| T::from_f64(intensity * unseen_s)),
         }
         .with_noise(detector.noise_m_s)
     }
@@ -108,14 +88,14 @@ impl<T: Real> ImpactAidedTuning<T> {
         // The default's own threshold is 1, but for rounding.
         if wider > T::from_f64(1.001) {
             let volume = wider * wider * wider;
-            let missed = |at_default: f64, most: T| {
-                let missed = T::from_f64(at_default) * volume;
-                if missed < most { missed } else { most }
-            };
             let walk = &self.constant_rate.random_walk;
-            let [b, c] = MISSED_RAD2_S3;
-            self.missed_b_rad2_s3 = missed(b, walk.impacted_b_rad2_s3);
-            self.missed_rad2_s3 = missed(c, walk.impacted_c_rad2_s3);
+            let most = [walk.impacted_b_rad2_s3, walk.impacted_c_rad2_s3];
+            for (missed, (at_default, most)) in
+                self.missed_rad2_s3.iter_mut().zip(MISSED_RAD2_S3.into_iter().zip(most))
+            {
+                let larger = T::from_f64(at_default) * volume;
+                *missed = if larger < most { larger } else { most };
+            }
         }
         self
     }

@@ -32,7 +32,7 @@ impl<T: Real> CheckedMotor<T> {
         Ok(Self {
             modes: Mode::all(params)?,
             stator: Stator::try_new(params, DriveTuning::Resonant, PERIOD_S)?,
-            tooth_mass_ratio: 3.0 * params.mass_ratio(),
+            tooth_mass_ratio: params.tooth_mass_ratio(),
             restitution: params.get(Parameter::Restitution),
             tooth_radius_m,
             kick_per_jump_rad_m: params.get(Parameter::Friction)

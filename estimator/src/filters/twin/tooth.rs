@@ -9,7 +9,8 @@
 //! ```
 //!
 //! Lever (tangential velocity per modal velocity) and recoil (modal velocity per jump) change in the same way: (B, C)
-//! of each is that of the shape, turned by a right angle or not at all, times a constant.
+//! of each is that of the shape, turned by a right angle or not at all, times a constant. So it is for one shift and
+//! one modal mass of both modes, as in the paper; the derivatives of a design with two leave the difference out.
 
 use motor_model::Real;
 use nalgebra::Vector3;

@@ -36,7 +36,7 @@ const RIGHT: f64 = 0.15;
 const STANDARD_ERROR: f64 = 0.05;
 
 /// Running least-squares sums of the slope.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 pub(super) struct FreeFall<T> {
     /// When the flight began, if a jump of [`LAUNCH_M_S`] began it.
     begun: Option<Time>,
@@ -48,11 +48,6 @@ pub(super) struct FreeFall<T> {
 }
 
 impl<T: Real> FreeFall<T> {
-    /// No flight yet.
-    pub(super) fn new() -> Self {
-        Self { begun: None, product_m2_s2: T::zero(), square_m2_s2: T::zero(), wrong: false }
-    }
-
     /// A flight begins at `at`, after a jump of `jump_m_s`.
     pub(super) fn begin(&mut self, at: Time, jump_m_s: T) {
         self.begun = (jump_m_s > T::from_f64(LAUNCH_M_S)).then_some(at);
@@ -84,8 +79,6 @@ impl<T: Real> FreeFall<T> {
             self.square_m2_s2 > least_m_s * least_m_s && self.product_m2_s2.abs() > limit * self.square_m2_s2;
     }
 
-    /// Whether the vibrometer's scale is wrong.
-    #[inline]
     pub(super) fn is_wrong(&self) -> bool {
         self.wrong
     }

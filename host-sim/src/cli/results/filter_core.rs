@@ -17,7 +17,7 @@ const BENCHMARK: [&str; 6] = ["bench", "--quiet", "-p", "benches", "--bench", "k
 const LIMIT: Duration = Duration::from_secs(3600);
 
 /// Places that the benchmark fills by a line each, below its table.
-const FIGURES: [&str; 3] = ["structured", "dense", "broken"];
+const FIGURES: [&str; 6] = ["structured", "dense", "broken", "products", "divisions", "chain"];
 
 pub(super) fn values() -> Result<Vec<PlacedValue>, CommandError> {
     let printed = run_within(Command::new(CARGO).args(BENCHMARK), CARGO, LIMIT).map_err(BoardError::from)?;
@@ -44,8 +44,9 @@ fn placed(printed: &str) -> Result<Vec<PlacedValue>, ToolError> {
 mod tests {
     use super::*;
 
-    const PRINTED: &str =
-        "| a | b |\n| - | - |\n| 1 | 2 |\n\nstructured: ~1 and ~2\ndense: ~3\nbroken: 1 of 2\n";
+    const PRINTED: &str = "\
+        | a | b |\n| - | - |\n| 1 | 2 |\n\nstructured: ~1 and ~2\ndense: ~3\nbroken: 1 of 2\n\
+        products: 4\ndivisions: 5\nchain: 6\n";
 
     #[test]
     fn exact_what_the_benchmark_prints_is_placed() {
@@ -55,9 +56,12 @@ mod tests {
             ("structured", "~1 and ~2"),
             ("dense", "~3"),
             ("broken", "1 of 2"),
+            ("products", "4"),
+            ("divisions", "5"),
+            ("chain", "6"),
         ];
         assert_eq!(values, expected.map(|(name, value)| (name, value.to_owned())));
-        for what in ["table", "structured", "dense", "broken"] {
+        for what in ["table"].into_iter().chain(FIGURES) {
             let start = if what == "table" { "|" } else { what };
             let kept: Vec<&str> = PRINTED.lines().filter(|line| !line.starts_with(start)).collect();
             let error = placed(&kept.join("\n")).unwrap_err();

@@ -3,6 +3,7 @@
 use serde::Serialize;
 
 use super::comparison::FigureComparison;
+use super::finite_element::{OtherStator, ShiftedStator, StatorPart};
 use super::published::{PaperSection, PublishedCase, PublishedFigure, PublishedTrend, Quantity, as_words};
 use super::runs::Ensemble;
 use super::trend::TrendLine;
@@ -33,6 +34,8 @@ pub struct FigureRow {
     pub coarse: Option<FigureComparison>,
     /// Mode B only: the comparison at [`super::runs::CONVERGED_STEP_S`].
     pub converged: Option<FigureComparison>,
+    /// Tables 2 and 3: the comparison with the stator of finite elements.
+    pub finite_element: Option<OtherStator>,
 }
 
 /// Mode B of Table 3 at one step.
@@ -73,6 +76,10 @@ pub struct PaperReproduction {
     pub mode_b_steps: Vec<StepRow>,
     /// Figs 10 and 11.
     pub trends: Vec<SimulatedTrend>,
+    /// Both modes of Table 3 with groups of the values of the stator of finite elements.
+    pub stator_parts: Vec<StatorPart>,
+    /// Mode C of Table 3 with that stator and the mode shifts that finite elements leave open.
+    pub shifted_stators: Vec<ShiftedStator>,
 }
 
 impl FigureRow {
@@ -98,6 +105,7 @@ impl FigureRow {
             right_sense: ensemble.turns_in_the_sense_of_its_mode(),
             coarse: others.first().map(compared),
             converged: others.get(1).map(compared),
+            finite_element: None,
         }
     }
 }

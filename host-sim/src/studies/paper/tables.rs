@@ -1,6 +1,7 @@
 //! The reproduction as one document, for the terminal and as Markdown, and the values of its page.
 
 use super::comparison::FigureComparison;
+use super::finite_element::OtherStator;
 use super::published::PaperSection;
 use super::reproduction::{FigureRow, PaperReproduction, SimulatedTrend, StepRow};
 use super::trend::LINEAR_CORRELATION;
@@ -37,6 +38,11 @@ impl PaperReproduction {
             blocks.push(Block::Table(figures(of_place)));
             blocks.extend(pictures_of(place));
         }
+        blocks.push(Block::Heading("With the stator of finite elements".to_owned()));
+        blocks.push(Block::Paragraph(self.finite_element_summary()));
+        blocks.push(Block::Table(self.finite_element()));
+        blocks.push(Block::Table(self.stator_parts()));
+        blocks.push(Block::Table(self.shifted_stators()));
         blocks.extend(self.mode_b());
         for trend in &self.trends {
             blocks.extend(trend_blocks(trend));
@@ -48,6 +54,7 @@ impl PaperReproduction {
     pub fn page_values(&self) -> Vec<PlacedValue> {
         let tables = self.count(&[PaperSection::Table2, PaperSection::Table3]);
         let angles = self.count(&[PaperSection::ToothAngle]);
+        let fem = self.count_finite_element();
         let rate_at = |row: Option<&StepRow>| row.map_or_else(String::new, |row| spread(row.rate_rad_s, 1));
         let by_place = |place| {
             let of_place = self.rows.iter().filter(|row| row.place == place && row.coarse.is_none());
@@ -66,20 +73,92 @@ impl PaperReproduction {
             ("table_2", by_place(PaperSection::Table2)),
             ("table_tooth_angle", by_place(PaperSection::ToothAngle)),
             ("table_mode_b", self.mode_b_by_step().markdown()),
+            ("fem_within", fem.within.to_string()),
+            ("fem_figures", fem.figures.to_string()),
+            ("table_fem", self.finite_element().markdown()),
+            ("table_fem_parts", self.stator_parts().markdown()),
+            ("table_fem_shifts", self.shifted_stators().markdown()),
+            ("fem_shifts", self.shifted_stators.len().to_string()),
+            ("fem_shifts_all", self.shifted_stators.iter().filter(|of| of.within() == 3).count().to_string()),
         ]
+    }
+
+    /// Both readings of the stator beside each figure of Tables 2 and 3.
+    fn finite_element(&self) -> Table {
+        let mut table = Table::new(&[
+            "motor",
+            "figure",
+            "paper",
+            "published reading",
+            "verdict",
+            "finite-element stator",
+            "off by",
+            "z",
+            "verdict",
+        ]);
+        for (row, other) in self.rows.iter().filter_map(|row| Some((row, row.finite_element.as_ref()?))) {
+            let (decimals, comparison) = (row.decimals, &other.comparison);
+            table.push(vec![
+                row.case.to_owned(),
+                format!("{} {}", row.quantity, row.unit),
+                paper(row),
+                spread(row.comparison.ours, decimals),
+                verdict(row).to_owned(),
+                spread(comparison.ours, decimals),
+                format!("{:+.decimals$}", comparison.ours.mean - comparison.paper.mean),
+                format!("{:.2}", comparison.z),
+                verdict_of(other).to_owned(),
+            ]);
+        }
+        table
+    }
+
+    /// What each group of the stator's values changes.
+    fn stator_parts(&self) -> Table {
+        let mut table = Table::new(&["changed", "B rad/s", "B line Hz", "C rad/s", "C line Hz"]);
+        for part in &self.stator_parts {
+            let cells = part.modes.iter().flat_map(|[rate, line]| [spread(*rate, 2), spread(*line, 0)]);
+            table.push(std::iter::once(part.changed.to_owned()).chain(cells).collect());
+        }
+        table
+    }
+
+    /// Mode C of Table 3 against the mode shift.
+    fn shifted_stators(&self) -> Table {
+        let mut table =
+            Table::new(&["mode shift of C deg", "line Hz", "amplitude mm/s", "rate rad/s", "within, of 3"]);
+        for shifted in &self.shifted_stators {
+            let mut line = vec![format!("{:.1}", shifted.mode_shift_deg)];
+            line.extend(
+                shifted.figures.iter().zip([0, 2, 2]).map(|(figure, decimals)| spread(figure.ours, decimals)),
+            );
+            line.push(shifted.within().to_string());
+            table.push(line);
+        }
+        table
+    }
+
+    /// The figures of mode C in Tables 2 and 3 with the stator of finite elements, and how many are within.
+    fn count_finite_element(&self) -> FigureCount {
+        let of_mode_c = self.rows.iter().filter(|row| row.coarse.is_none());
+        let found: Vec<FigureComparison> =
+            of_mode_c.filter_map(|row| row.finite_element.as_ref()).map(|other| other.comparison).collect();
+        FigureCount::of(&found)
+    }
+
+    /// One sentence: how many figures of mode C are within with the stator of finite elements.
+    fn finite_element_summary(&self) -> String {
+        let FigureCount { figures, within, within_as_printed, strict } = self.count_finite_element();
+        format!(
+            "Mode C, Tables 2 and 3, stator of finite elements: {within} of {figures} figures within, \
+             {within_as_printed} more at the printed precision ({strict} with z <= 1)."
+        )
     }
 
     /// The number of figures of mode C in `places`, and how many of them are within by each rule.
     fn count(&self, places: &[PaperSection]) -> FigureCount {
-        let rows: Vec<&FigureRow> =
-            self.rows.iter().filter(|row| row.coarse.is_none() && places.contains(&row.place)).collect();
-        let count = |is: fn(&FigureComparison) -> bool| rows.iter().filter(|row| is(&row.comparison)).count();
-        FigureCount {
-            figures: rows.len(),
-            within: count(|comparison| comparison.within),
-            within_as_printed: count(|comparison| !comparison.within && comparison.within_as_printed),
-            strict: count(FigureComparison::within_root_sum_of_squares),
-        }
+        let rows = self.rows.iter().filter(|row| row.coarse.is_none() && places.contains(&row.place));
+        FigureCount::of(&rows.map(|row| row.comparison).collect::<Vec<_>>())
     }
 
     /// One paragraph: how many figures are within by each rule.
@@ -159,6 +238,18 @@ struct FigureCount {
     strict: usize,
 }
 
+impl FigureCount {
+    fn of(comparisons: &[FigureComparison]) -> Self {
+        let count = |is: fn(&FigureComparison) -> bool| comparisons.iter().filter(|of| is(of)).count();
+        Self {
+            figures: comparisons.len(),
+            within: count(|comparison| comparison.within),
+            within_as_printed: count(|comparison| !comparison.within && comparison.within_as_printed),
+            strict: count(FigureComparison::within_root_sum_of_squares),
+        }
+    }
+}
+
 /// The pictures that belong to a table.
 fn pictures_of(place: PaperSection) -> Vec<Block> {
     let pictures: &[(&str, &str)] = match place {
@@ -202,6 +293,16 @@ fn verdict(row: &FigureRow) -> &'static str {
         (true, false) if row.comparison.within_as_printed => "as printed",
         (true, false) if within(&row.coarse) => "outside; within at 10 us",
         (true, false) if row.coarse.is_some() => "OUTSIDE at either step",
+        (true, false) => "OUTSIDE",
+    }
+}
+
+/// The verdict on a figure with the stator of finite elements.
+fn verdict_of(other: &OtherStator) -> &'static str {
+    match (other.right_sense, other.comparison.within) {
+        (false, _) => "WRONG SENSE",
+        (true, true) => "within",
+        (true, false) if other.comparison.within_as_printed => "as printed",
         (true, false) => "OUTSIDE",
     }
 }
@@ -299,6 +400,7 @@ mod tests {
             right_sense: true,
             coarse: coarse.map(compared),
             converged: coarse.map(|_| compared(ours)),
+            finite_element: None,
         }
     }
 
@@ -310,6 +412,38 @@ mod tests {
         assert_eq!(verdict(&row(1.84, Some(1.70))), "outside; within at 10 us");
         assert_eq!(verdict(&row(1.84, Some(1.84))), "OUTSIDE at either step");
         assert_eq!(verdict(&FigureRow { right_sense: false, ..row(1.72, None) }), "WRONG SENSE");
+    }
+
+    /// A verdict on the stator of finite elements is its own: that of the published reading does not count.
+    #[test]
+    fn exact_verdicts_on_the_other_stator() {
+        let other = |mean: f64, right_sense: bool| {
+            verdict_of(&OtherStator { comparison: row(mean, None).comparison, right_sense })
+        };
+        assert_eq!(other(1.80, true), "within");
+        assert_eq!(other(1.833, true), "as printed");
+        assert_eq!(other(2.3, true), "OUTSIDE");
+        assert_eq!(other(1.72, false), "WRONG SENSE");
+        let comparison = row(2.3, None).comparison;
+        let rows = vec![FigureRow {
+            finite_element: Some(OtherStator { comparison, right_sense: true }),
+            ..row(1.72, None)
+        }];
+        let paper = PaperReproduction {
+            seeds: 5,
+            rows,
+            mode_b_steps: vec![],
+            trends: vec![],
+            stator_parts: vec![],
+            shifted_stators: vec![],
+        };
+        assert!(paper.finite_element_summary().contains(": 0 of 1 figures within"));
+        assert!(paper.summary().contains("Tables 2 and 3: 1 of 1 figures within"));
+        let text = paper.finite_element().text();
+        assert!(
+            text.contains("within") && text.contains("2.30 +- 0.02") && text.contains("OUTSIDE"),
+            "{text}"
+        );
     }
 
     #[test]

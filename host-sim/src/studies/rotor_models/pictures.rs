@@ -2,7 +2,7 @@
 
 use motor_model::DriveMode;
 
-use super::draws::DRAWN;
+use super::draws::{CLEARANCE, DAMPING_OF_C, DRAWN, DrawnRotor};
 use super::measured::{QUANTITIES, experiment, spread};
 use super::predictions::PREDICTIONS;
 use super::variants::EXPLAINING;
@@ -26,13 +26,14 @@ impl RotorModels {
         ];
         if !self.drawn.is_empty() {
             pictures.push(("drawn_rotors.svg".to_owned(), self.drawn_rotors()));
+            pictures.push(("drawn_rates.svg".to_owned(), self.drawn_rates()));
         }
         pictures
     }
 
     /// Each figure of the experiment, and what each rotor shows of it.
     fn rotors(&self) -> Figure {
-        let mut figure = Figure::new("The experiment and six rotors").caption(format!(
+        let mut figure = Figure::new(format!("The experiment and {} rotors", self.variants.len())).caption(format!(
             "Means and standard deviations of {} runs. Grey: the experiment; its rates are printed without a \
              standard deviation.",
             self.seeds
@@ -103,6 +104,37 @@ impl RotorModels {
         figure
     }
 
+    /// The rates of the drawn rotors in both modes, by how many of the six figures agree.
+    fn drawn_rates(&self) -> Figure {
+        let rates = |met: std::ops::RangeInclusive<usize>| -> Vec<(f64, f64)> {
+            let of = |rotor: &&DrawnRotor| met.contains(&rotor.figures_met());
+            let pair = |rotor: &DrawnRotor| (rotor.runs[0].rate_rad_s, rotor.runs[1].rate_rad_s);
+            self.drawn.iter().filter(of).map(pair).collect()
+        };
+        let [(b, _), (c, _)] = MODES.map(|mode| experiment(mode, QUANTITIES[0]));
+        let panel = Panel::new(
+            "Rate of mode C against that of mode B",
+            Axis::new("rate in mode B (rad/s)"),
+            Axis::new("rate in mode C (rad/s)"),
+        )
+        .height(360)
+        .series(
+            Series::band(vec![(0.5 * b, 0.85 * c, 1.15 * c), (2.0 * b, 0.85 * c, 1.15 * c)])
+                .colour(Colour::Grey)
+                .opacity(0.5)
+                .label("experiment"),
+        )
+        .series(Series::points(rates(0..=3)).colour(Colour::Sky).label("three figures or fewer agree"))
+        .series(Series::points(rates(4..=4)).colour(Colour::Blue).label("four"))
+        .series(Series::points(rates(5..=5)).colour(Colour::Purple).label("five"))
+        .series(Series::points(rates(6..=6)).colour(Colour::Vermilion).width(2.5).label("six"));
+        Figure::new(format!("Which of {} drawn rotors agree with the experiment", self.drawn.len()))
+            .caption(
+                "The stator's values within what finite elements leave open. Grey: where both rates agree.",
+            )
+            .panel(panel)
+    }
+
     /// Which drawn value decides the rate of each mode.
     fn drawn_rotors(&self) -> Figure {
         let mut figure = Figure::new(format!("{} rotors drawn over what is not known", self.drawn.len()))
@@ -127,7 +159,8 @@ impl RotorModels {
                 .series(Series::points(points.collect()).colour(colour(mode)).width(2.5)),
             );
         }
-        let deciding = [(0, "clearance (um)", 1e6), (10, "damping ratio of mode C (1)", 1.0)];
+        let deciding =
+            [(CLEARANCE, "clearance (um)", 1e6), (DAMPING_OF_C, "damping ratio of mode C (1)", 1.0)];
         for (index, (mode, (key, label, per_unit))) in MODES.into_iter().zip(deciding).enumerate() {
             let of = |agrees: bool| -> Vec<(f64, f64)> {
                 let rotors = self
@@ -148,5 +181,52 @@ impl RotorModels {
             );
         }
         figure
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::studies::rotor_models::VariantRuns;
+    use crate::studies::rotor_models::measured::MeasuredRun;
+
+    fn run(rate_rad_s: f64, line_hz: f64, amplitude_mm_s: f64) -> MeasuredRun {
+        MeasuredRun {
+            rate_rad_s,
+            collision_frequency_hz: line_hz,
+            collision_amplitude_mm_s: amplitude_mm_s,
+            rim_amplitude_mm_s: 2.0 * amplitude_mm_s,
+            tilt_rms_mrad: 20.0,
+            hub_contacts_per_s: 500.0,
+            reversed_share: 0.0,
+        }
+    }
+
+    /// A rotor that meets the experiment in mode B, and in mode C all figures or none.
+    fn drawn(mode_c: MeasuredRun) -> DrawnRotor {
+        let values = DRAWN.iter().map(|drawn| drawn.range.0).collect();
+        DrawnRotor { values, runs: [run(1.0, 76.0, 3.94), mode_c] }
+    }
+
+    /// Every picture can be drawn: no two things of a panel have one colour, and each axis has a unit. The drawn rotors
+    /// stand by the number of figures in which they agree.
+    #[test]
+    fn tool_every_picture_is_drawn() {
+        let (meets, fails) = (drawn(run(1.4, 400.0, 0.88)), drawn(run(3.3, 100.0, 3.0)));
+        assert_eq!([meets.figures_met(), fails.figures_met()], [6, 3]);
+        let runs = || [vec![run(1.0, 76.0, 3.9); 2], vec![run(1.4, 400.0, 0.9); 2]];
+        let models = RotorModels {
+            seeds: 2,
+            change_seeds: 2,
+            variants: VARIANTS.iter().map(|of| VariantRuns { name: of.name, runs: runs() }).collect(),
+            predictions: Vec::new(),
+            changed: Vec::new(),
+            drawn: vec![meets, fails],
+        };
+        let pictures = models.pictures();
+        assert_eq!(pictures.len(), 4);
+        for (name, figure) in &pictures {
+            assert!(figure.svg().unwrap().contains("<svg"), "{name}");
+        }
     }
 }

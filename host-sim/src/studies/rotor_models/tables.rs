@@ -45,6 +45,8 @@ impl RotorModels {
         if !self.drawn.is_empty() {
             blocks.push(Block::Heading(format!("{} drawn rotors", self.drawn.len())));
             blocks.push(Block::Table(self.agreeing()));
+            blocks.push(Block::Table(self.figures_met()));
+            blocks.push(Block::Picture("Which rotors agree".to_owned(), "drawn_rates.svg".to_owned()));
             blocks.push(Block::Table(self.correlations()));
             blocks.push(Block::Picture("What decides".to_owned(), "drawn_rotors.svg".to_owned()));
         }
@@ -111,6 +113,24 @@ impl RotorModels {
         table
     }
 
+    /// How many drawn rotors agree in how many figures.
+    fn figures_met(&self) -> Table {
+        let mut table = Table::new(&["figures that agree, of six", "rotors"]);
+        for met in (0..=6).rev() {
+            let rotors = self.drawn.iter().filter(|rotor| rotor.figures_met() == met).count();
+            table.push(vec![met.to_string(), rotors.to_string()]);
+        }
+        table
+    }
+
+    /// Least, middle and largest rate of a mode over the drawn rotors.
+    fn rates_of_drawn(&self, mode: usize) -> [f64; 3] {
+        let mut rates: Vec<f64> = self.drawn.iter().map(|rotor| rotor.runs[mode].rate_rad_s).collect();
+        rates.sort_by(f64::total_cmp);
+        let at = |index: usize| rates.get(index).copied().unwrap_or(f64::NAN);
+        [at(0), at(rates.len() / 2), at(rates.len().saturating_sub(1))]
+    }
+
     /// Rank correlation of a drawn value with the rate of a mode.
     pub fn correlation(&self, key: usize, mode: usize) -> f64 {
         let pairs: Vec<(f64, f64)> =
@@ -140,7 +160,7 @@ impl RotorModels {
             };
             table.push(vec![
                 key.name.to_owned(),
-                (if key.measured { "Table 1" } else { "not measured" }).to_owned(),
+                key.known.words().to_owned(),
                 figure(key.range.0),
                 figure(key.range.1),
                 range,
@@ -192,6 +212,7 @@ impl RotorModels {
                 .map_or_else(String::new, |(_, amplitude)| amplitude.to_string())
         };
         let all = |figures: &[bool; 3]| figures.iter().all(|agrees| *agrees);
+        let [drawn_rates_b, drawn_rates_c] = [0, 1].map(|mode| self.rates_of_drawn(mode));
         let agreeing = |variant: usize| {
             let figures = MODES.into_iter().enumerate().flat_map(|(index, mode)| {
                 let runs = &self.variants[variant].runs[index];
@@ -210,7 +231,10 @@ impl RotorModels {
             ("c_set_f", format!("{:.2}", rate(3, 1))),
             ("c_set_g", format!("{:.2}", rate(4, 1))),
             ("c_set_h", format!("{:.2}", rate(5, 1))),
+            ("b_fem", format!("{:.1}", rate(6, 0))),
+            ("c_fem", format!("{:.2}", rate(6, 1))),
             ("agreeing_h", agreeing(5).to_string()),
+            ("agreeing_fem", agreeing(6).to_string()),
             ("fastest_f", fastest("set F")),
             ("fastest_h", fastest("set H")),
             ("change_seeds", self.change_seeds.to_string()),
@@ -220,6 +244,13 @@ impl RotorModels {
             ("drawn_b", self.count(|[b, _]| b[0]).to_string()),
             ("drawn_c", self.count(|[_, c]| c[0]).to_string()),
             ("drawn_all", self.count(|[b, c]| all(b) && all(c)).to_string()),
+            ("drawn_b_all", self.count(|[b, _]| all(b)).to_string()),
+            ("drawn_c_all", self.count(|[_, c]| all(c)).to_string()),
+            ("drawn_b_middle", format!("{:.1}", drawn_rates_b[1])),
+            ("drawn_c_least", format!("{:.2}", drawn_rates_c[0])),
+            ("drawn_c_middle", format!("{:.2}", drawn_rates_c[1])),
+            ("drawn_c_most", format!("{:.2}", drawn_rates_c[2])),
+            ("table_met", self.figures_met().markdown()),
             ("table_agreeing", self.agreeing().markdown()),
             ("table_correlations", self.correlations().markdown()),
             ("deciding_b", self.deciding(0)),

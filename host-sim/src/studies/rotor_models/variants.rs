@@ -19,12 +19,13 @@ const NOMINAL_20_UM: &str = include_str!("../../../scenes/nominal_20um.toml");
 const SET_F: &str = include_str!("../../../scenes/set_f.toml");
 const SET_G: &str = include_str!("../../../scenes/set_g.toml");
 const SET_H: &str = include_str!("../../../scenes/set_h.toml");
+const STATOR_FEM: &str = include_str!("../../../scenes/stator_fem_tilting.toml");
 
 /// A clearance at which no pin is met: the largest that the model accepts.
 const NO_PIN: (&str, &str) = ("motor.hub.clearance_m", "1e-3");
 
 /// The rotors that are compared, in the order of the tables.
-pub const VARIANTS: [Variant; 6] = [
+pub const VARIANTS: [Variant; 7] = [
     Variant { name: "height only", file: "", sets: &[] },
     Variant {
         name: "tilting, no pin",
@@ -35,6 +36,7 @@ pub const VARIANTS: [Variant; 6] = [
     Variant { name: "set F", file: SET_F, sets: &[] },
     Variant { name: "set G", file: SET_G, sets: &[] },
     Variant { name: "set H", file: SET_H, sets: &[] },
+    Variant { name: "finite elements", file: STATOR_FEM, sets: &[] },
 ];
 
 /// The variants whose predictions are shown: those that meet the rate of mode B.
@@ -65,7 +67,7 @@ mod tests {
         let rotors = VARIANTS.each_ref().map(rotor);
         assert_eq!(
             rotors,
-            ["height_only", "tilting_without_shift", "tilting", "tilting", "tilting", "tilting"]
+            ["height_only", "tilting_without_shift", "tilting", "tilting", "tilting", "tilting", "tilting"]
         );
         assert!(EXPLAINING.iter().all(|&index| VARIANTS[index].name.starts_with("set")));
     }

@@ -96,6 +96,7 @@ impl HeightOnlyPlant {
             angle: rotor.angle.angle(),
             rate_rad_s: rotor.rate_rad_s,
             velocity_m_s: rotor.velocity_m_s,
+            height_m: rotor.height_m,
             pose: Pose::LEVEL,
         }
     }

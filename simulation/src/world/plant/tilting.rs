@@ -66,6 +66,7 @@ impl TiltingPlant {
             angle: rotor.angle.angle().minus(Angle::from_degrees(self.swept_rad.to_degrees())),
             rate_rad_s: rotor.rate_rad_s,
             velocity_m_s: rotor.velocity_m_s,
+            height_m: rotor.height_m,
             pose: Pose::of_tilting(&self.state, half_thickness_m),
         }
     }

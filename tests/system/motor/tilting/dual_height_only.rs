@@ -5,7 +5,7 @@ use motor_model::{
     MotorState, TiltingMotor, TiltingParams, TiltingSetup, TiltingState, TiltingVariation,
 };
 
-use super::height_only;
+use super::{height_only, own_stator};
 
 /// From a drop of 20 um both motors go through the same impacts. An impact multiplies a difference by at most 13, its
 /// ratio of recoil. At the end of the step each rounds by some 1e-16 of a velocity: 1e-16 * 13^8 = 1e-7 after eight
@@ -13,7 +13,16 @@ use super::height_only;
 /// 1e-7 m/s: 2e-6 m/s after two impacts.
 #[test]
 fn dual_without_tilt_it_is_the_height_only_motor() {
-    let params = MotorParams::nominal();
+    check(&MotorParams::nominal());
+}
+
+/// With mode shifts and modal masses of its own as well.
+#[test]
+fn dual_without_tilt_a_stator_of_its_own_is_the_height_only_motor_s() {
+    check(&own_stator().0);
+}
+
+fn check(params: &MotorParams) {
     let variation = AmplitudeVariation { pairs: [0.004, -0.006] };
     for friction_law in [FrictionLaw::Coulomb, FrictionLaw::Paper] {
         for impact_rule in [ImpactRule::EndOfStep, ImpactRule::Located] {
@@ -24,9 +33,9 @@ fn dual_without_tilt_it_is_the_height_only_motor() {
                 variation: TiltingVariation::of_pairs(&variation),
                 ..TiltingSetup::with_step(1e-6)
             });
-            let height_only = Motor::<f64>::try_new(&params, &one).expect("valid");
+            let height_only = Motor::<f64>::try_new(params, &one).expect("valid");
             let tilting =
-                TiltingMotor::<f64>::try_new(&params, &TiltingParams::nominal(), &other).expect("valid");
+                TiltingMotor::<f64>::try_new(params, &TiltingParams::nominal(), &other).expect("valid");
             for mode in [DriveMode::B, DriveMode::C] {
                 let (mut a, mut b) = (MotorState::default(), TiltingState::default());
                 (a.rotor.height_m, b.rotor.height_m) = (20e-6, 20e-6);

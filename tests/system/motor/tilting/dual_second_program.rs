@@ -16,7 +16,7 @@ use motor_model::{
 use super::{at_end, motor, tilting};
 use crate::support::closeness::{Within, assert_close};
 use crate::support::motors::changed;
-use crate::support::tilting_reference::{ReferenceMotor, ReferenceRun};
+use crate::support::tilting_reference::{ReferenceMotor, ReferenceRun, ReferenceStator};
 
 /// Settling and end of a run in s.
 const SPAN_S: (f64, f64) = (0.2, 1.2);
@@ -31,6 +31,7 @@ const WIDE: ReferenceMotor = ReferenceMotor {
     tilt_hz: 3000.0,
     rocking: 0.0,
     shift_deg: -2.635,
+    stator: ReferenceStator::PAPER,
 };
 
 /// A tight hub and slippery teeth, on the stator that finite elements give.
@@ -44,6 +45,18 @@ const TIGHT: ReferenceMotor = ReferenceMotor {
     ..WIDE
 };
 
+/// The same with two mode shifts, modal masses and exponents of each mode and a split of the tilting modes, about twice
+/// as far from a rigid ring as finite elements have them.
+const OWN: ReferenceMotor = ReferenceMotor {
+    stator: ReferenceStator {
+        extra_shift_deg: [2.6, -1.0],
+        mass_fractions: [0.9, 0.54, 0.56, 0.68],
+        exponents: [-0.4, 0.8],
+        split: 0.1,
+    },
+    ..TIGHT
+};
+
 fn sets(values: &ReferenceMotor) -> (MotorParams, TiltingParams) {
     let [friction, hub_friction] = values.friction;
     let [restitution, hub_restitution] = values.restitution;
@@ -52,6 +65,10 @@ fn sets(values: &ReferenceMotor) -> (MotorParams, TiltingParams) {
         (Parameter::Restitution, restitution),
         (Parameter::VerticalDamping, values.film_n_s_per_m),
         (Parameter::ModeShift, values.shift_deg),
+        (Parameter::ModeBExtraShift, values.stator.extra_shift_deg[0]),
+        (Parameter::ModeAMassFraction, values.stator.mass_fractions[0]),
+        (Parameter::ModeBMassFraction, values.stator.mass_fractions[2]),
+        (Parameter::ModeCMassFraction, values.stator.mass_fractions[3]),
     ]);
     let tilting = tilting(&[
         (TiltingParameter::HubClearance, values.clearance_m),
@@ -59,6 +76,11 @@ fn sets(values: &ReferenceMotor) -> (MotorParams, TiltingParams) {
         (TiltingParameter::HubRestitution, hub_restitution),
         (TiltingParameter::StatorTiltFrequency, values.tilt_hz),
         (TiltingParameter::ToothRockingExponent, values.rocking),
+        (TiltingParameter::ModeCExtraShift, values.stator.extra_shift_deg[1]),
+        (TiltingParameter::StatorTiltMassFraction, values.stator.mass_fractions[1]),
+        (TiltingParameter::ModeARockingExponent, values.stator.exponents[0]),
+        (TiltingParameter::StatorTiltRockingExponent, values.stator.exponents[1]),
+        (TiltingParameter::StatorTiltSplit, values.stator.split),
     ]);
     (params, tilting)
 }
@@ -114,6 +136,7 @@ fn dual_rates_impacts_and_tilt_are_those_of_a_second_program() {
         ("wide", WIDE, DriveMode::B, 0, [0.08, 0.13, 0.08]),
         ("wide", WIDE, DriveMode::C, 1, [0.033, 0.1, 0.1]),
         ("tight", TIGHT, DriveMode::C, 1, [0.033, 0.1, 0.1]),
+        ("own stator", OWN, DriveMode::C, 1, [0.033, 0.1, 0.1]),
     ] {
         let expected = reference(&values, number);
         for setup in [at_end(0.4e-6), TiltingSetup::with_step(1e-6)] {

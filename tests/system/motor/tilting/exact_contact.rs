@@ -1,10 +1,10 @@
 //! Single contacts: recoil of one tooth and of a pair, momentum and angular momentum.
 #![expect(clippy::disallowed_methods, reason = "an independent yardstick")]
 
-use motor_model::{ContactPlace, TiltingContact, TiltingParameter, TiltingSetup, TiltingState};
+use motor_model::{ContactPlace, Parameter, TiltingContact, TiltingParameter, TiltingSetup, TiltingState};
 use nalgebra::Vector2;
 
-use super::{Sets, UNEQUAL, at_end, in_space, motor, slow_in_b, step_and_flight, tilting};
+use super::{Sets, UNEQUAL, at_end, in_space, motor, own_stator, slow_in_b, step_and_flight, tilting};
 
 const STATOR: f64 = 10.7e-6;
 const ROTOR: f64 = 46e-6;
@@ -30,9 +30,31 @@ fn tooth_jump(
 /// (8b, 12a).
 #[test]
 fn exact_recoil_of_one_tooth_and_of_a_pair() {
-    let sets = (in_space(&[]), tilting(&[]));
+    check_recoil(&(in_space(&[]), tilting(&[])), [5.0, 3.0]);
+}
+
+/// With modal masses of the stator's own, by `P sum phi_n^2 / M_n` over all five modes and over A, B and C, which is
+/// the recoil of the height-only motor: with `th_B = 26.065` and `th_C = 29.665` degrees,
+///
+/// ```text
+/// 1/0.9 + sin^2(2 th_B)/0.56 + cos^2(2 th_C)/0.68 = 2.606538,     + 1/0.54 = 4.458390
+/// ```
+#[test]
+fn exact_recoil_with_modal_masses_of_its_own() {
+    let (params, tilting) = own_stator();
+    let still = [Parameter::Gravity, Parameter::VerticalDamping, Parameter::TangentialDrag];
+    let params = still.into_iter().fold(params, |params, of| params.with(of, 0.0).expect("none of it"));
+    let wide = tilting.with(TiltingParameter::HubClearance, 20e-6).expect("wide");
+    let angle = |deg: f64| (2.0 * deg).to_radians();
+    let th = 90.0 - 62.635 + 1.3;
+    let pair = 1.0 / 0.9 + angle(th - 2.6).sin().powi(2) / 0.56 + angle(th + 1.0).cos().powi(2) / 0.68;
+    check_recoil(&(params, wide), [pair + 1.0 / 0.54, pair]);
+}
+
+/// A blow on one tooth moves it by the first of `times` P / m_s, equal blows on a pair by the second.
+fn check_recoil(sets: &Sets, [of_one, of_pair]: [f64; 2]) {
     let setup = at_end(1e-7);
-    let teeth = *motor(&sets, &setup).teeth();
+    let teeth = *motor(sets, &setup).teeth();
     let mut pair = TiltingState::<f64>::default();
     pair.rotor.velocity_m_s = -0.1;
     // Modes A and B lift the first pair; the other one is down.
@@ -42,13 +64,13 @@ fn exact_recoil_of_one_tooth_and_of_a_pair() {
     // Low at tooth 0 alone: the plane turns about the opposite tooth.
     one.tilt.slope = teeth[0].outward * -1e-3;
     one.rotor.height_m += 1e-3 * RADIUS;
-    for (start, places, times) in [(pair, vec![0, 2], 3.0), (one, vec![0], 5.0)] {
-        let (before, after, contacts) = step_and_flight(&sets, &setup, &start);
+    for (start, places, times) in [(pair, vec![0, 2], of_pair), (one, vec![0], of_one)] {
+        let (before, after, contacts) = step_and_flight(sets, &setup, &start);
         let struck: Vec<_> = contacts.iter().map(|contact| contact.place).collect();
         let expected: Vec<_> = places.iter().map(|&tooth| ContactPlace::Tooth(tooth)).collect();
         assert_eq!(struck, expected);
         let impulse: f64 = contacts.iter().map(|contact| contact.normal_impulse_n_s).sum();
-        let jump = tooth_jump(&sets, &setup, 0, &before, &after);
+        let jump = tooth_jump(sets, &setup, 0, &before, &after);
         assert!((jump / (-times * impulse / STATOR) - 1.0).abs() < 1e-12, "{jump}");
         // Restitution along the gap.
         let closing = contacts[0].approach_m_s;

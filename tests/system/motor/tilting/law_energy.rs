@@ -5,7 +5,7 @@ use motor_model::{
     TiltingMotor, TiltingParameter, TiltingSetup, TiltingState,
 };
 
-use super::{Sets, UNEQUAL, slow_in_b, tilting};
+use super::{Sets, UNEQUAL, own_stator, slow_in_b, tilting};
 use crate::support::closeness::{Within, assert_close};
 use crate::support::motors::{changed, epsilon, steps_in};
 
@@ -43,7 +43,7 @@ fn check<T: Real>((params, tilting): &Sets, setup: &TiltingSetup, within: f64) {
 #[test]
 fn law_energy_account_closes() {
     let other = (changed(&[]), tilting(&[(TiltingParameter::PinSlope, 5e-3)]));
-    for sets in [slow_in_b(), other] {
+    for sets in [slow_in_b(), other, own_stator()] {
         for impact_rule in [ImpactRule::EndOfStep, ImpactRule::Located] {
             for freedom in [Freedom::Full, Freedom::WithoutShift, Freedom::HeightOnly] {
                 for step_s in [1e-6, 5e-6] {

@@ -18,7 +18,7 @@ use motor_model::{
 };
 use nalgebra::{Vector2, Vector3};
 
-use super::{Sets, UNEQUAL, set_g, slow_in_b};
+use super::{Sets, UNEQUAL, own_stator, set_g, slow_in_b};
 use crate::support::motors::{epsilon, steps_in};
 
 /// Position and velocities in `f64`.
@@ -65,7 +65,8 @@ impl Motion {
 #[derive(Clone, Copy)]
 struct Constants {
     mass: f64,
-    stator: f64,
+    /// Modal masses of A, B, C and both tilting modes.
+    modal: [f64; 5],
     spin_inertia: f64,
     inertia: f64,
     film: f64,
@@ -92,11 +93,24 @@ impl Constants {
         let (mass, stator, thickness) = (of(P::RotorMass), of(P::StatorMass), own(Q::RotorThickness));
         let (outer, pin) = (own(Q::RotorOuterRadius), own(Q::HubPinRadius));
         let a = tau * of(P::ModeAFrequency);
-        let pair = (tau * own(Q::StatorTiltFrequency), own(Q::StatorTiltDampingRatio));
+        let tilting = |part: f64| {
+            (
+                tau * own(Q::StatorTiltFrequency) * (1.0 + part * own(Q::StatorTiltSplit)),
+                own(Q::StatorTiltDampingRatio),
+            )
+        };
+        let pair_mass = stator * own(Q::StatorTiltMassFraction);
+        let mass_a = stator * of(P::ModeAMassFraction);
         let first = 90.0 - of(P::ToothAngle) - of(P::ModeShift);
         Self {
             mass,
-            stator,
+            modal: [
+                mass_a,
+                stator * of(P::ModeBMassFraction),
+                stator * of(P::ModeCMassFraction),
+                pair_mass,
+                pair_mass,
+            ],
             spin_inertia: of(P::RotorInertia),
             inertia: of(P::RotorInertia) / 2.0 + mass * thickness * thickness / 12.0,
             film: of(P::VerticalDamping),
@@ -104,11 +118,11 @@ impl Constants {
             drag: of(P::TangentialDrag) * of(P::ToothRadius) * of(P::ToothRadius),
             gravity: of(P::Gravity),
             modes: [
-                (a, of(P::ModeADamping) / (2.0 * stator * a)),
+                (a, of(P::ModeADamping) / (2.0 * mass_a * a)),
                 (tau * of(P::ModeBFrequency), of(P::ModeBDampingRatio)),
                 (tau * of(P::ModeCFrequency), of(P::ModeCDampingRatio)),
-                pair,
-                pair,
+                tilting(-0.5),
+                tilting(0.5),
             ],
             tooth_radius: of(P::ToothRadius),
             half_thickness: 0.5 * thickness,
@@ -119,8 +133,10 @@ impl Constants {
                 let angle = (first + offset).to_radians();
                 let scale = 1.0 + UNEQUAL.amplitudes[k];
                 let (sin, cos) = angle.sin_cos();
-                let (sin_2, cos_2) = (2.0 * angle).sin_cos();
-                (Vector2::new(cos, sin), [1.0, scale * sin_2, scale * cos_2, cos, sin])
+                let twice = |extra_deg: f64| 2.0 * (angle - extra_deg.to_radians());
+                let (of_b, of_c) =
+                    (twice(of(P::ModeBExtraShift)).sin(), twice(own(Q::ModeCExtraShift)).cos());
+                (Vector2::new(cos, sin), [1.0, scale * of_b, scale * of_c, cos, sin])
             }),
         }
     }
@@ -233,7 +249,7 @@ impl Account {
         let (c, free) = (&self.constants, &given.free);
         self.checked.several += u32::from(given.contacts > 1);
         let jump = now.velocity - free.velocity;
-        let speed = free.speed(c.tooth_radius) + now.speed(c.tooth_radius) + given.total / c.stator;
+        let speed = free.speed(c.tooth_radius) + now.speed(c.tooth_radius) + given.total / c.modal[0];
         let rounding = self.rounding * speed * c.mass;
         let off = (jump * c.mass - given.force).amax();
         let within = rounding + given.force_left_out;
@@ -241,11 +257,13 @@ impl Account {
         // Of a mode, and of all that the teeth give to rotor and stator along the axis.
         for (n, ((_, v), (_, free_v))) in now.modes.iter().zip(free.modes).enumerate() {
             if n != self.driven {
-                let mass = if n == 0 { c.stator } else { 0.5 * c.stator };
-                assert!((mass * (v - free_v) + given.modal[n]).abs() <= rounding, "{n}: {v:e} {free_v:e}");
+                assert!(
+                    (c.modal[n] * (v - free_v) + given.modal[n]).abs() <= rounding,
+                    "{n}: {v:e} {free_v:e}"
+                );
             }
         }
-        let stator = c.stator * (now.modes[0].1 - free.modes[0].1);
+        let stator = c.modal[0] * (now.modes[0].1 - free.modes[0].1);
         let together = c.mass * jump.z + stator - given.from_frame;
         assert!(together.abs() <= 2.0 * rounding, "{together:e} {rounding:e}");
         // About the rotor's axis and across it.
@@ -365,7 +383,7 @@ fn check<T: Real>(sets: &Sets, step_s: f64) {
 
 #[test]
 fn law_momentum_and_angular_momentum_over_every_located_contact() {
-    for sets in [slow_in_b(), set_g()] {
+    for sets in [slow_in_b(), set_g(), own_stator()] {
         for step_s in [1e-6, 5e-6] {
             check::<f64>(&sets, step_s);
             check::<f32>(&sets, step_s);

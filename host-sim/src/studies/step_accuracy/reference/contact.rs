@@ -111,7 +111,9 @@ impl ContactInstant<'_> {
         let rotation = self.rotation;
         let approach_m_s = self.system.approach_m_s(vertical, p);
         let rise_m_s = (1.0 + self.restitution) * approach_m_s / (1.0 + tooth.shape.dot(&tooth.recoil));
-        let slip_m_s = tooth.tangential_velocity(&vertical.modes) - rotation.radius_m * state.rate_rad_s;
+        let slip_m_s = tooth.tangential_velocity(&vertical.modes)
+            - rotation.radius_m * state.rate_rad_s
+            - tooth.sway * rise_m_s;
         let normal_impulse_n_s = self.system.rotor_mass_kg * rise_m_s;
         let limit_m_s = rotation.friction * normal_impulse_n_s / rotation.tangential_mass_kg;
         state.rate_rad_s += slip_m_s.clamp(-limit_m_s, limit_m_s) / rotation.radius_m;

@@ -132,7 +132,7 @@ fn followed(sets: &[&str], step_nanos: u64, nanos: u64, degrees: impl Fn(f64) ->
         let [from, until] = [step, step + 1].map(|step| point(step * step_nanos));
         // As the rig does: only when it is due.
         if until.at >= camera.due() {
-            camera.follow(&RotorPath { from, until });
+            camera.follow(&RotorPath { from, until, struck: false });
         }
     }
     std::iter::from_fn(|| camera.arrived(Time::from_nanos(nanos))).collect()

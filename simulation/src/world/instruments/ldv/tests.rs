@@ -109,7 +109,7 @@ fn exact_without_a_vibrometer_none_is_due() {
         |micros| RotorPoint { at: Time::from_micros(micros), velocity_m_s: 0.1, ..RotorPoint::default() };
     for (set, samples) in [("ldv.installed=no", 0), ("ldv.installed=yes", 200)] {
         let mut ldv = Ldv::new(&Scene::of_sets(&[set.to_owned()]).unwrap());
-        ldv.follow(&RotorPath { from: point(0), until: point(1000) });
+        ldv.follow(&RotorPath { from: point(0), until: point(1000), struck: false });
         assert_eq!(std::iter::from_fn(|| ldv.read()).count(), samples, "{set}");
     }
 }
@@ -132,7 +132,7 @@ fn exact_the_spot_shows_the_tilt_where_it_is() {
     ] {
         let sets: Vec<String> = sets.iter().map(|&set| set.to_owned()).collect();
         let mut ldv = Ldv::new(&Scene::of_sets(&sets).unwrap());
-        ldv.follow(&RotorPath { from: point(0), until: point(10) });
+        ldv.follow(&RotorPath { from: point(0), until: point(10), struck: false });
         let shown = f64::from(ldv.read().unwrap().velocity_m_s);
         assert!((shown / expected - 1.0).abs() < 1e-6, "{sets:?}: {shown} {expected}");
     }
