@@ -13,6 +13,9 @@ impl SolvedStator {
     pub fn motor_keys(&self) -> Vec<(&'static str, f64)> {
         let (f, n) = (&self.figures, &self.drawing.numbers);
         let [t1, t2] = f.tilt;
+        let tilt_hz = 0.5 * (t1.frequency_hz + t2.frequency_hz);
+        let [shift_b_deg, shift_c_deg] = f.mode_shift_deg;
+        let fraction = |modal_mass_kg: f64| modal_mass_kg / f.stator_mass_kg;
         vec![
             ("motor.stator_inner_radius_m", n.inner_radius_m),
             ("motor.stator_outer_radius_m", n.outer_radius_m),
@@ -20,12 +23,19 @@ impl SolvedStator {
             ("motor.stator_thickness_m", n.foil_thickness_m + n.silicon_thickness_m),
             ("motor.tooth_height_m", n.tooth_height_m),
             ("motor.tooth_angle_deg", n.tooth_angle_deg),
-            ("motor.mode_shift_deg", f.mode_shift_deg[0]),
-            ("motor.mode_c.extra_shift_deg", f.mode_shift_deg[1] - f.mode_shift_deg[0]),
+            ("motor.mode_shift_deg", shift_c_deg),
+            ("motor.mode_b.extra_shift_deg", shift_b_deg - shift_c_deg),
             ("motor.mode_a.frequency_hz", f.a.frequency_hz),
             ("motor.mode_b.frequency_hz", f.b.frequency_hz),
             ("motor.mode_c.frequency_hz", f.c.frequency_hz),
-            ("motor.stator_tilt.frequency_hz", 0.5 * (t1.frequency_hz + t2.frequency_hz)),
+            ("motor.mode_a.mass_fraction", fraction(f.a.modal_mass_kg)),
+            ("motor.mode_b.mass_fraction", fraction(f.b.modal_mass_kg)),
+            ("motor.mode_c.mass_fraction", fraction(f.c.modal_mass_kg)),
+            ("motor.stator_tilt.frequency_hz", tilt_hz),
+            ("motor.stator_tilt.split", (t2.frequency_hz - t1.frequency_hz).abs() / tilt_hz),
+            ("motor.stator_tilt.mass_fraction", fraction(0.5 * (t1.modal_mass_kg + t2.modal_mass_kg))),
+            ("motor.stator_tilt.rocking_exponent", 0.5 * (t1.exponent + t2.exponent)),
+            ("motor.mode_a.rocking_exponent", f.a.exponent),
             ("motor.tooth_rocking_exponent", f.b.exponent),
             ("motor.mode_c.extra_rocking_exponent", f.c.exponent - f.b.exponent),
             ("motor.stator_mass_kg", f.stator_mass_kg),
