@@ -4,6 +4,3 @@
 
 /// Flat: without the stress of bonding. Made by `host-sim stator --ensemble 26`.
 pub const FLAT: &str = include_str!("../members.csv");
-/// About the state that bonding leaves. Made by `host-sim stator --ensemble 6 --set stator.stressed=yes --set
-/// stator.mesh_size_m=0.6e-3`.
-pub const STRESSED: &str = include_str!("../members_stressed.csv");
