@@ -20,6 +20,17 @@ pub struct SweepEffort {
     pub mesh_m: f64,
 }
 
+/// A mode in a picture: its name, its colour and its frequency in Hz.
+type DrawnMode = (&'static str, Colour, fn(&StatorFigures) -> f64);
+
+/// The modes of a picture.
+const DRAWN_MODES: [DrawnMode; 4] = [
+    ("A", Colour::Green, |f| f.a.frequency_hz),
+    ("tilt", Colour::Purple, |f| f.tilt[0].frequency_hz),
+    ("B", Colour::Vermilion, |f| f.b.frequency_hz),
+    ("C", Colour::Blue, |f| f.c.frequency_hz),
+];
+
 impl SweepEffort {
     /// Enough points for a line.
     pub const FULL: Self = Self {
@@ -132,13 +143,7 @@ impl Sweeps {
 
     fn lines(panel: Panel, points: &[(f64, StatorFigures)], scale: f64) -> Panel {
         let mut panel = panel;
-        let modes: [(&str, Colour, fn(&StatorFigures) -> f64); 4] = [
-            ("A", Colour::Green, |f| f.a.frequency_hz),
-            ("tilt", Colour::Purple, |f| f.tilt[0].frequency_hz),
-            ("B", Colour::Vermilion, |f| f.b.frequency_hz),
-            ("C", Colour::Blue, |f| f.c.frequency_hz),
-        ];
-        for (name, colour, of) in modes {
+        for (name, colour, of) in DRAWN_MODES {
             let line: Vec<(f64, f64)> =
                 points.iter().map(|(value, f)| (scale * value, 1e-3 * of(f))).collect();
             panel = panel.series(Series::line(line.clone()).colour(colour).label(name));
@@ -163,13 +168,7 @@ impl Sweeps {
         let axis = Axis::new("longest edge of a brick (mm)");
         let mut panel =
             Panel::new("Frequency over that of the finest mesh", axis, Axis::new("difference (%)"));
-        let modes: [(&str, Colour, fn(&StatorFigures) -> f64); 4] = [
-            ("A", Colour::Green, |f| f.a.frequency_hz),
-            ("tilt", Colour::Purple, |f| f.tilt[0].frequency_hz),
-            ("B", Colour::Vermilion, |f| f.b.frequency_hz),
-            ("C", Colour::Blue, |f| f.c.frequency_hz),
-        ];
-        for (name, colour, of) in modes {
+        for (name, colour, of) in DRAWN_MODES {
             let mut line: Vec<(f64, f64)> =
                 self.mesh.iter().map(|(size, f)| (1e3 * size, 100.0 * (of(f) / of(finest) - 1.0))).collect();
             line.reverse();

@@ -51,7 +51,7 @@ fn exact_recoil_with_modal_masses_of_its_own() {
     check_recoil(&(params, wide), [pair + 1.0 / 0.54, pair]);
 }
 
-/// A blow on one tooth moves it by the first of `times` P / m_s, equal blows on a pair by the second.
+/// A blow on one tooth moves it by the first of `times` `P / m_s`, equal blows on a pair by the second.
 fn check_recoil(sets: &Sets, [of_one, of_pair]: [f64; 2]) {
     let setup = at_end(1e-7);
     let teeth = *motor(sets, &setup).teeth();
