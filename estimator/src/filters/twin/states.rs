@@ -23,7 +23,7 @@
 //! A unit of 1 means a part of the nominal value. Index 10 to 22 are the 13 parameters of the motor; they and the phase
 //! are constant in a run, so they have no process noise. Their priors are [`super::TwinPrior`]; 1e-8 is a stator at
 //! rest, small beside every noise of the model and large enough for `f32`. `sigma` and `p` are those of
-//! [`crate::ImpactDetector`].
+//! [`crate::vibrometer::impact_detector`].
 //!
 //! The order serves the factors `P = U D U'`: what changes at every impact stands first, the constants last.
 
