@@ -130,6 +130,44 @@ fn exact_rigid_ring_on_springs() {
     println!("{} {} {}", a.frequency_hz / expected, tilt.frequency_hz / a.frequency_hz / ratio, length);
     assert!((0.94..1.0).contains(&(a.frequency_hz / expected)), "{} for {expected}", a.frequency_hz);
     assert!((tilt.frequency_hz / a.frequency_hz / ratio - 1.0).abs() < 0.02);
+    // It moves as a whole: by its mass, and by its moment of inertia over the square of the teeth's radius.
+    let at_teeth = solution.mass.transverse_kg_m2 / (n.tooth_radius_m * n.tooth_radius_m);
+    for (mode, modal_mass, exponent) in [(a, solution.mass.mass_kg, 0.0), (tilt, at_teeth, 1.0)] {
+        assert!(
+            (solution.modal_mass_kg(mode) / modal_mass - 1.0).abs() < 1e-3,
+            "{}",
+            solution.modal_mass_kg(mode)
+        );
+        assert!((solution.exponent(mode) - exponent).abs() < 1e-3, "{}", solution.exponent(mode));
+    }
+}
+
+/// The tooth angle of the parametric modal model is `theta_t + theta_m`: with it mode C is `cos 2 theta` at the teeth.
+/// The teeth stiffen the ring near them, which takes up to a tenth off the sinusoid; a mode shift of the wrong sign
+/// would be a fifth off. The lever is that of a rigid tooth on the middle plane, `(t_s + 2 h_t) / R_t`, within a tenth:
+/// the neutral plane lies off the middle by a seventh of the thickness, which is a seventieth of the lever.
+#[test]
+fn law_the_mode_shift_adds_to_the_tooth_angle() {
+    let drawing = coarse(false);
+    let n = &drawing.numbers;
+    let solution = Solution::of(&drawing, &solver()).unwrap();
+    let figures = StatorFigures::read(&solution).unwrap();
+    let mode = &solution.modes[crate::modes::Places::of(&solution).unwrap().c];
+    let [c, s] = solution.parts_at_teeth(mode);
+    let at = |shift_deg: f64| libm::cos(2.0 * (n.tooth_angle_deg + shift_deg).to_radians()).abs();
+    for (_, [_, _, w]) in solution.at_tips(mode) {
+        let share = w.abs() / libm::hypot(c, s);
+        let [right, wrong] = [figures.mode_shift_deg[1], -figures.mode_shift_deg[1]].map(at);
+        assert!((share / right - 1.0).abs() < 0.1, "{share} {right} {wrong}");
+        assert!((right / wrong - 1.0).abs() > 0.1, "the test tells both signs apart: {right} {wrong}");
+    }
+    let thickness = n.foil_thickness_m + n.silicon_thickness_m;
+    let lever = (thickness + 2.0 * n.tooth_height_m) / n.tooth_radius_m;
+    assert!(
+        figures.lever.iter().all(|found| (found / lever - 1.0).abs() < 0.1),
+        "{:?} {lever}",
+        figures.lever
+    );
 }
 
 fn coarse(stressed: bool) -> Drawing {
@@ -182,6 +220,25 @@ fn law_without_stress_the_stressed_modes_are_the_flat_ones() {
     for (a, b) in flat.abc_hz().into_iter().zip(stressed.abc_hz()) {
         assert!((a / b - 1.0).abs() < 2e-3, "{a} {b}");
     }
+}
+
+/// A ring of one material whose outer rim is held is stretched by cooling, which makes it stiffer, and pressed by
+/// warming. The squares of its frequencies go with the stress, so that both change by the same amount.
+#[test]
+fn law_tension_stiffens_and_compression_softens() {
+    let square = |stressed, kelvin: f64| {
+        let mut drawing = Drawing { stressed, ..plate(Clamp::OuterRim, 0.3) };
+        drawing.numbers.mesh_size_m = 0.7e-3;
+        drawing.numbers.foil_expansion_per_k = drawing.numbers.silicon_expansion_per_k;
+        drawing.numbers.bonding_temperature_c = drawing.numbers.temperature_c + kelvin;
+        let solution = Solution::of(&drawing, &solver()).unwrap();
+        let mode = solution.modes.iter().find(|mode| mode.order == 0).unwrap();
+        mode.frequency_hz * mode.frequency_hz
+    };
+    let (flat, cooled, warmed) = (square(false, 5.0), square(true, 5.0), square(true, -5.0));
+    let (up, down) = (cooled / flat - 1.0, 1.0 - warmed / flat);
+    assert!(up > 0.02 && down > 0.02, "{up} {down}");
+    assert!((up / down - 1.0).abs() < 0.1, "{up} {down}");
 }
 
 /// A fifth of the bricks of a fine mesh give its frequencies within half a per cent, which is what a mesh may cost.
