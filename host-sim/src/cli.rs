@@ -147,8 +147,8 @@ enum Command {
     ResponseMap(ResponseMapArgs),
     /// Solve the stator by finite elements: frequencies, modal masses, mode shifts and bow from a drawing
     ///
-    /// CalculiX solves it (`apt-get install calculix-ccx`). The drawing is the keys `stator.`. What follows for the motor
-    /// is written to motor.toml, a scene that every command takes.
+    /// CalculiX solves it (`apt-get install calculix-ccx`). The drawing is the keys `stator.`. What follows for the
+    /// motor is written to motor.toml, a scene that every command takes.
     Stator(StatorArgs),
     /// Write the pages of results from runs of today, or compare them
     Results(ResultsArgs),

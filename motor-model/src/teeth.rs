@@ -156,8 +156,8 @@ mod tests {
         assert_eq!(params.tooth_mass_ratio().to_bits(), (3.0 * params.mass_ratio()).to_bits());
     }
 
-    /// By hand, with `th = 30` and `th_B = 28.7` degrees: `sin^2 57.4 = 0.709725`, `cos^2 60 = 0.25`, so that the sum of
-    /// `phi^2 / M` is `(1/0.95 + 0.709725/0.53 + 0.25/0.59) / m_s = 2.815466 / m_s`.
+    /// By hand, with `th = 30` and `th_B = 28.7` degrees: `sin^2 57.4 = 0.709725`, `cos^2 60 = 0.25`, so that the sum
+    /// of `phi^2 / M` is `(1/0.95 + 0.709725/0.53 + 0.25/0.59) / m_s = 2.815466 / m_s`.
     #[test]
     fn exact_effective_mass_of_a_tooth_with_modal_masses_and_a_shift_of_its_own() {
         let params = unequal();

@@ -213,7 +213,8 @@ impl Solution {
         at * slope / along(self.mesh.tooth_circle)
     }
 
-    /// Displacements of a mode at the teeth's tips, with the tips' angles; for a modal mass of one kilogram (1/sqrt(kg)).
+    /// Displacements of a mode at the teeth's tips, with the tips' angles; for a modal mass of one kilogram
+    /// (1/sqrt(kg)).
     pub fn at_tips<'a>(&'a self, mode: &'a Mode) -> impl Iterator<Item = (f64, [f64; 3])> + 'a {
         let begin = mode.shape.len() - self.mesh.tips.len();
         let angles = self.mesh.tips.iter().map(|number| self.mesh.nodes[*number].theta);

@@ -4,8 +4,8 @@
 //! angle(t) = angle_0 + (angle_1 - angle_0) (t - t_0) / (t_1 - t_0),     vertical velocity, shift and slopes likewise
 //! ```
 //!
-//! An impact changes the velocity at once. In flight to either side it is constant to 1e-5 m/s, so that the heights tell
-//! when the impact was: `z_1 - z_0 = v_0 t + v_1 (t_1 - t_0 - t)`.
+//! An impact changes the velocity at once. In flight to either side it is constant to 1e-5 m/s, so that the heights
+//! tell when the impact was: `z_1 - z_0 = v_0 t + v_1 (t_1 - t_0 - t)`.
 //!
 //! At the steps it is the plant's own state, bit by bit. Between them, a rotor in flight turns at its rate and falls
 //! with gravity, so that both are linear in time. What is left out is within one step, 1 us as a rule:

@@ -97,8 +97,8 @@ fn exact_bow_of_a_bimetal_ring() {
 /// f_T / f_A = sqrt(m R_s^2 / (2 J)),                     springs that push at the radius R_s
 /// ```
 ///
-/// A beam that leaves a plate bends up to two widths inside it: 4 % of its length, so that the frequency may be lower by
-/// 1.5 times that. The stem pushes within half its width and the arms' width, 2 % of the radius.
+/// A beam that leaves a plate bends up to two widths inside it: 4 % of its length, so that the frequency may be lower
+/// by 1.5 times that. The stem pushes within half its width and the arms' width, 2 % of the radius.
 #[test]
 fn exact_rigid_ring_on_springs() {
     let mut drawing = Drawing { silicon: Silicon::Isotropic, ..Drawing::default() };
@@ -176,8 +176,8 @@ fn coarse(stressed: bool) -> Drawing {
     drawing
 }
 
-/// Equal springs, mirror images about their axes, and no teeth: both kinds of antinodes lie on axes of symmetry, and the
-/// tilting modes are a pair. Seven digits are printed.
+/// Equal springs, mirror images about their axes, and no teeth: both kinds of antinodes lie on axes of symmetry, and
+/// the tilting modes are a pair. Seven digits are printed.
 #[test]
 fn law_equal_springs_without_teeth_turn_no_antinode() {
     let mut drawing = coarse(false);

@@ -148,8 +148,8 @@ impl StatorPart {
 mod tests {
     use super::*;
 
-    /// The row of 9.7 mg of the paper's 10.7 is one of 9.7 / 10.7 of the stator's mass, with the stator's mode shift and
-    /// modal masses.
+    /// The row of 9.7 mg of the paper's 10.7 is one of 9.7 / 10.7 of the stator's mass, with the stator's mode shift
+    /// and modal masses.
     #[test]
     fn exact_a_row_changes_the_stator_s_mass_by_the_same_part_and_leaves_its_shifts() {
         let stator = stator().unwrap();

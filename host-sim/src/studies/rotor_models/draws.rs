@@ -2,10 +2,10 @@
 //! experiment, and which value decides.
 //!
 //! Every value is uniform over its range. The stator's are those that a finite-element model of it leaves open, fitted
-//! to the three published frequencies with springs, teeth and materials that are not published: tilting modes at 2.75 to
-//! 3.3 kHz with a split of up to 6 %, an exponent, a modal mass and a shift of each mode. The shift of mode C and what
-//! mode B has beside it are drawn apart: a common part moves both. Hub bearings that were assembled from silicon parts
-//! have clearances of 3.5 to 9.2 um (Demiri, Boedo, Holsen, Wear 312 (2014) 58).
+//! to the three published frequencies with springs, teeth and materials that are not published: tilting modes at 2.75
+//! to 3.3 kHz with a split of up to 6 %, an exponent, a modal mass and a shift of each mode. The shift of mode C and
+//! what mode B has beside it are drawn apart: a common part moves both. Hub bearings that were assembled from silicon
+//! parts have clearances of 3.5 to 9.2 um (Demiri, Boedo, Holsen, Wear 312 (2014) 58).
 //! [`rank_correlation`] of a value with a figure tells how far the one decides the other (Spearman).
 
 use rand_distr::{Distribution, Uniform};

@@ -65,8 +65,8 @@ pub struct Ensemble {
 }
 
 impl Ensemble {
-    /// The members whose numbers are those of `shard` among the first `count` draws about `drawing`. `progress` is called
-    /// after each.
+    /// The members whose numbers are those of `shard` among the first `count` draws about `drawing`. `progress` is
+    /// called after each.
     ///
     /// # Errors
     /// When the part has none, or CalculiX gives no result.
@@ -137,8 +137,8 @@ pub(super) fn solve_each(
 mod tests {
     use super::*;
 
-    /// The kept table is read, and each of its members that meets the paper's frequencies does so within the tolerance of
-    /// the fit, to the digits that are written.
+    /// The kept table is read, and each of its members that meets the paper's frequencies does so within the tolerance
+    /// of the fit, to the digits that are written.
     #[test]
     fn law_kept_members_meet_the_frequencies() {
         let ensemble = Ensemble::kept().unwrap();

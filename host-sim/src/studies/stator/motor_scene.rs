@@ -75,8 +75,8 @@ impl SolvedStator {
     /// The same as a scene file, with the keys of `given` that do not follow from a stator.
     pub(super) fn motor_toml(&self, given: &[(&'static str, f64)]) -> String {
         let mut toml = String::from(
-            "# The motor that follows from a stator by finite elements: host-sim stator.\n# Damping, drive, rotor and hub do \
-             not follow from it.\n",
+            "# The motor that follows from a stator by finite elements: host-sim stator.\n# Damping, drive, rotor and \
+             hub do not follow from it.\n",
         );
         let follows = self.motor_keys();
         let is_other = |(key, _): &&(&'static str, f64)| follows.iter().all(|(other, _)| other != key);

@@ -57,16 +57,10 @@ impl StatorPage {
         let change = |now: f64, before: f64| format!("{} %", percent(now, before));
         let (b, c) = (stressed.b.frequency_hz, stressed.c.frequency_hz);
         let both = format!("B {}, C {}", change(b, flat.b.frequency_hz), change(c, flat.c.frequency_hz));
-        row(["what stress does to the frequencies", "raises them", "-", &both, "contradiction"]);
+        row(["change by stress", "raises them", "-", &both, "contradiction"]);
         let flat_bow = self.spread("bow", 0);
-        row([
-            "bow, um",
-            "77 computed, 70 measured",
-            &flat_bow,
-            &self.stressed_bow(),
-            "agrees with the measured one",
-        ]);
-        let order = "A, two of tilt, B, C";
+        row(["bow, um", "77, 70 measured", &flat_bow, &self.stressed_bow(), "agrees with 70"]);
+        let order = "A, tilt, B, C";
         row(["order of the modes", order, order, order, "agrees"]);
         let [a, b, c] = [stressed.a, stressed.b, stressed.c].map(|mode| format!("{:.0}", mode.frequency_hz));
         let not_fitted = format!("{a}, {b}, {c}");
@@ -74,25 +68,19 @@ impl StatorPage {
         let (tilt, tilt_stressed) =
             (self.spread("f of the lower tilt", 0), format!("{:.0}", stressed.tilt[0].frequency_hz));
         row(["f of the tilting modes, Hz", "between A and B", &tilt, &tilt_stressed, "agrees"]);
-        row(["thickness, um", "70 +- 10", &self.thickness(), "-", "agrees if the foil is part of it"]);
+        row(["thickness, um", "70 +- 10", &self.thickness(), "-", "agrees with the foil"]);
         let mass = self.spread("stator mass", 1);
         row(["stator mass, mg", "10.7 +- 1.0", &mass, "-", "a tenth heavier"]);
-        let tuned = "-2.5 to -3 tuned, 2 by its mesh";
+        let tuned = "-2.5 to -3 tuned";
         let [shift_b, shift_c] = stressed.mode_shift_deg.map(|shift| format!("{shift:.1}"));
         row(["mode shift of B, deg", tuned, &self.spread("mode shift of B", 1), &shift_b, "same size"]);
         row(["mode shift of C, deg", tuned, &self.spread("mode shift of C", 1), &shift_c, "agrees"]);
         let ratios = |of: &stator::modes::StatorFigures| {
             format!("{:.2}, {:.2}", of.antinode_over_tooth[0], of.antinode_over_tooth[1])
         };
-        row([
-            "antinode over tooth, B and C",
-            "1.22, 1.73",
-            &ratios(flat),
-            &ratios(stressed),
-            "agrees within 15 %",
-        ]);
+        row(["antinode over tooth", "1.22, 1.73", &ratios(flat), &ratios(stressed), "agrees within 15 %"]);
         let tooth = self.spread("effective tooth mass", 2);
-        row(["effective tooth mass, mg", "3.57 (a third of the mass)", &tooth, "-", "18 % heavier"]);
+        row(["effective tooth mass, mg", "3.57", &tooth, "-", "18 % heavier"]);
         row(["damping ratio of B and C", "0.0063, 0.0075", "-", "-", "not computed"]);
         row(["amplitude at the teeth, um", "20.72, 1.81", "-", "-", "not computed"]);
         table.markdown()

@@ -6,8 +6,9 @@ use crate::report::key_figure::KeyFigure;
 use crate::studies::study_report::StudyReport;
 
 /// How sure a figure of finite elements is.
-const SURE: &str = "The mesh costs half a per cent of a frequency at most. What is not known of the drawing costs more: \
-                    the ensemble of `host-sim stator --ensemble 30` shows it. Damping does not come from the drawing.";
+const SURE: &str = "The mesh costs half a per cent of a frequency at most. What is not known of the drawing costs \
+                    more: the ensemble of `host-sim stator --ensemble 30` shows it. Damping does not come from the \
+                    drawing.";
 
 impl SolvedStator {
     /// The report on one stator.
@@ -16,8 +17,8 @@ impl SolvedStator {
         StudyReport {
             title: "The stator by finite elements".to_owned(),
             verdict: format!(
-                "A {:.0} Hz, tilt {:.0} and {:.0} Hz, B {:.0} Hz, C {:.0} Hz; the inner rim is {:.0} um higher than the \
-                 outer one.",
+                "A {:.0} Hz, tilt {:.0} and {:.0} Hz, B {:.0} Hz, C {:.0} Hz; the inner rim is {:.0} um higher than \
+                 the outer one.",
                 f.a.frequency_hz,
                 f.tilt[0].frequency_hz,
                 f.tilt[1].frequency_hz,

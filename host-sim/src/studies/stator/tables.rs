@@ -95,8 +95,8 @@ impl Ensemble {
     pub(super) fn document(&self) -> Document {
         let (met, all) = (self.met().count(), self.members.len());
         let said = format!(
-            "{met} of {all} stators drawn over what is not published meet the frequencies of A, B and C. Their spread is \
-             what the drawing leaves open."
+            "{met} of {all} stators drawn over what is not published meet the frequencies of A, B and C. Their spread \
+             is what the drawing leaves open."
         );
         Document {
             blocks: vec![
