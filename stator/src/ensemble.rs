@@ -17,6 +17,7 @@ use rand_pcg::Pcg64;
 use serde::{Deserialize, Serialize};
 
 use crate::drawing::{Drawing, Silicon};
+use crate::drive::ModeDrive;
 use crate::fit::{Wanted, fit};
 use crate::modes::StatorFigures;
 use crate::solution::StatorError;
@@ -27,8 +28,8 @@ const SPREAD: f64 = 0.03;
 /// Outer radius for which the ranges of lengths are given, m.
 const RADIUS_M: f64 = 3.89e-3;
 
-/// A member: what it is, and what its stator does. One row of the table of members.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+/// A member: what it is, and what its stator does. One row of the table of members. What was not found is NaN.
+#[derive(Clone, Debug, Serialize, Deserialize)]
 #[expect(missing_docs, reason = "each name says quantity, mode and unit; `StatorFigures` has their meanings")]
 pub struct Member {
     /// Number of the draw, which is its seed.
@@ -37,6 +38,8 @@ pub struct Member {
     pub stressed: bool,
     /// Whether it meets the frequencies it was fitted to. One that does not is no stator of this motor.
     pub met: bool,
+    /// Why not; empty of one that does.
+    pub why: String,
     pub frequency_a_hz: f64,
     pub frequency_t1_hz: f64,
     pub frequency_t2_hz: f64,
@@ -60,6 +63,13 @@ pub struct Member {
     pub silicon_thickness_m: f64,
     pub foil_thickness_m: f64,
     pub bow_m: f64,
+    /// Of flat stators, as the others on force and field.
+    pub force_per_strain_b_n: Option<f64>,
+    pub force_per_strain_c_n: Option<f64>,
+    pub best_field_b_deg: Option<f64>,
+    pub best_field_c_deg: Option<f64>,
+    pub tooth_over_amplitude_b: Option<f64>,
+    pub tooth_over_amplitude_c: Option<f64>,
     pub antinode_over_tooth_b: f64,
     pub antinode_over_tooth_c: f64,
     pub transverse_inertia_kg_m2: f64,
@@ -99,18 +109,37 @@ pub fn draw(drawing: &Drawing, number: u64) -> Drawing {
     drawn
 }
 
-/// Member `number` about `drawing`, fitted to `wanted`.
+/// Member `number` about `drawing`, fitted to `wanted`. One whose search ends without a result is a row of NaN with the
+/// reason.
 ///
 /// # Errors
-/// When the solver gives no result.
+/// When there is no solver, or a folder cannot be used: then no member has a result.
 pub fn member(
     drawing: &Drawing,
     number: u64,
     wanted: &Wanted,
     solver: &Solver,
 ) -> Result<Member, StatorError> {
-    let fitted = fit(&draw(drawing, number), wanted, solver, &mut || ())?;
-    Ok(Member { met: fitted.meets(wanted), ..Member::of(number, &fitted.drawing, &fitted.figures) })
+    let drawn = draw(drawing, number);
+    match fit(&drawn, wanted, solver, &mut || ()) {
+        Ok(fitted) => {
+            let row = Member::of(number, &fitted.drawing, &fitted.figures);
+            let why = fitted.met(wanted).err().map_or_else(String::new, |error| error.to_string());
+            Ok(Member { met: why.is_empty(), why, ..row })
+        }
+        Err(error) if error.is_of_the_drawing() => {
+            let row = Member::of(number, &drawn, &StatorFigures::NONE);
+            Ok(Member { met: false, why: error.to_string(), ..row })
+        }
+        Err(error) => Err(error),
+    }
+}
+
+impl PartialEq for Member {
+    /// As they are printed: a value that was not found is the same as another one.
+    fn eq(&self, other: &Self) -> bool {
+        format!("{self:?}") == format!("{other:?}")
+    }
 }
 
 impl Member {
@@ -118,10 +147,13 @@ impl Member {
     pub fn of(number: u64, drawing: &Drawing, figures: &StatorFigures) -> Self {
         let n = &drawing.numbers;
         let [t1, t2] = figures.tilt;
+        let of_drive =
+            |mode: usize, value: fn(&ModeDrive) -> f64| figures.drive.map(|drive| value(&drive[mode]));
         Self {
             number,
             stressed: drawing.stressed,
             met: true,
+            why: String::new(),
             frequency_a_hz: figures.a.frequency_hz,
             frequency_t1_hz: t1.frequency_hz,
             frequency_t2_hz: t2.frequency_hz,
@@ -145,6 +177,12 @@ impl Member {
             silicon_thickness_m: n.silicon_thickness_m,
             foil_thickness_m: n.foil_thickness_m,
             bow_m: figures.bow_m,
+            force_per_strain_b_n: of_drive(0, |drive| drive.force_per_strain_n),
+            force_per_strain_c_n: of_drive(1, |drive| drive.force_per_strain_n),
+            best_field_b_deg: of_drive(0, |drive| drive.best_field_deg),
+            best_field_c_deg: of_drive(1, |drive| drive.best_field_deg),
+            tooth_over_amplitude_b: of_drive(0, |drive| drive.tooth_over_amplitude),
+            tooth_over_amplitude_c: of_drive(1, |drive| drive.tooth_over_amplitude),
             antinode_over_tooth_b: figures.antinode_over_tooth[0],
             antinode_over_tooth_c: figures.antinode_over_tooth[1],
             transverse_inertia_kg_m2: figures.transverse_inertia_kg_m2,
@@ -163,6 +201,29 @@ impl Member {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// A search that ends without a result is a row with its reason, equal to itself. Where there is no solver, the
+    /// ensemble ends.
+    #[cfg(unix)]
+    #[test]
+    fn law_a_draw_without_a_result_is_a_row() {
+        let ensemble = |program: &str| {
+            member(
+                &Drawing::default(),
+                3,
+                &Wanted::PAPER,
+                &Solver { program: program.into(), ..Solver::default() },
+            )
+        };
+        let row = ensemble("false").unwrap();
+        assert!(!row.met && row.why.starts_with("false failed"), "{row:?}");
+        assert!(row.frequency_b_hz.is_nan() && row.force_per_strain_b_n.is_none());
+        assert!((row.tooth_radial_m - draw(&Drawing::default(), 3).numbers.tooth_radial_m).abs() < 1e-12);
+        assert_eq!(row, row.clone());
+        assert_ne!(row, Member { number: 4, ..row.clone() });
+        let error = ensemble("/nowhere/ccx").unwrap_err();
+        assert!(!error.is_of_the_drawing(), "{error}");
+    }
 
     /// Draws differ, repeat by their number, pass every check, and scale with the ring.
     #[test]

@@ -4,6 +4,8 @@
 pub mod deck;
 pub mod drawing;
 #[cfg(feature = "solver")]
+pub mod drive;
+#[cfg(feature = "solver")]
 pub mod ensemble;
 #[cfg(feature = "solver")]
 pub mod fit;

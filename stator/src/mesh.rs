@@ -67,6 +67,8 @@ pub struct Mesh {
     pub circles: Vec<Vec<usize>>,
     /// The row of the teeth's inner edge.
     pub tooth_circle: usize,
+    /// Nodes of the foil's lower face at the inner and at the outer rim, at the angles of the circles.
+    pub foil_rims: [Vec<usize>; 2],
     /// The middle of the upper inner edge of each tooth; empty without teeth.
     pub tips: Vec<usize>,
     /// Nodes that are held in the plane: all of a clamped face.
@@ -114,6 +116,11 @@ impl Mesh {
             brick.integrate(&self.nodes, |_, volume| *of_material += volume);
         }
         volumes
+    }
+
+    /// Nodes whose displacements are read: circles, rims of the foil, tips, one after the other.
+    pub fn probes(&self) -> impl Iterator<Item = usize> + '_ {
+        self.circles.iter().chain(&self.foil_rims).flatten().chain(&self.tips).copied()
     }
 
     /// Angles of the nodes of a circle, rad; all circles have the same.

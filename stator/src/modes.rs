@@ -15,6 +15,7 @@ use std::f64::consts::{FRAC_PI_2, PI};
 use serde::{Deserialize, Serialize};
 
 use crate::drawing::Drawing;
+use crate::drive::ModeDrive;
 use crate::solution::{Mode, Solution, StatorError};
 use crate::solver::Solver;
 
@@ -51,6 +52,8 @@ pub struct StatorFigures {
     pub effective_tooth_mass_with_tilt_kg: f64,
     /// Largest deflection on the circle of the teeth over that of a tooth, of B and C.
     pub antinode_over_tooth: [f64; 2],
+    /// How the field drives B and C; `None` of a stressed stator.
+    pub drive: Option<[ModeDrive; 2]>,
     /// Height of the inner rim over the outer one after cooling, m.
     pub bow_m: f64,
     /// Mass, springs and teeth included, kg.
@@ -97,11 +100,31 @@ impl Places {
 }
 
 /// An angle of antinodes, which come again after a quarter turn, within an eighth of a turn of 0.
-fn wrapped(angle: f64) -> f64 {
+pub(crate) fn wrapped(angle: f64) -> f64 {
     (angle + 0.5 * FRAC_PI_2).rem_euclid(FRAC_PI_2) - 0.5 * FRAC_PI_2
 }
 
 impl StatorFigures {
+    /// Of a stator that has no result: every figure is NaN.
+    pub(crate) const NONE: Self = {
+        let none = ModeFigures { frequency_hz: f64::NAN, modal_mass_kg: f64::NAN, exponent: f64::NAN };
+        Self {
+            a: none,
+            tilt: [none; 2],
+            b: none,
+            c: none,
+            mode_shift_deg: [f64::NAN; 2],
+            lever: [f64::NAN; 2],
+            effective_tooth_mass_kg: f64::NAN,
+            effective_tooth_mass_with_tilt_kg: f64::NAN,
+            antinode_over_tooth: [f64::NAN; 2],
+            drive: None,
+            bow_m: f64::NAN,
+            stator_mass_kg: f64::NAN,
+            transverse_inertia_kg_m2: f64::NAN,
+        }
+    };
+
     /// Frequencies of A, B and C, Hz.
     pub fn abc_hz(&self) -> [f64; 3] {
         [self.a, self.b, self.c].map(|mode| mode.frequency_hz)
@@ -112,14 +135,14 @@ impl StatorFigures {
     /// # Errors
     /// When the drawing is refused, the solver gives no result, or a mode is not among those found.
     pub fn of(drawing: &Drawing, solver: &Solver) -> Result<Self, StatorError> {
-        Self::read(&Solution::of(drawing, solver)?)
+        Self::read(&Solution::of(drawing, solver)?, drawing)
     }
 
-    /// Reads the modes of a solution.
+    /// Reads the modes of the solution of a drawing.
     ///
     /// # Errors
     /// When one is not among those that were found.
-    pub fn read(solution: &Solution) -> Result<Self, StatorError> {
+    pub fn read(solution: &Solution, drawing: &Drawing) -> Result<Self, StatorError> {
         let places = Places::of(solution)?;
         let mode = |place: usize| &solution.modes[place];
         let figures = |place: usize| ModeFigures {
@@ -150,6 +173,10 @@ impl StatorFigures {
             effective_tooth_mass_kg: inverse(three),
             effective_tooth_mass_with_tilt_kg: inverse(three + softness(&places.tilt)),
             antinode_over_tooth: two_places.map(|place| antinode_over_tooth(solution, mode(place))),
+            drive: (!drawing.stressed).then(|| {
+                [(places.b, 0.25 * PI), (places.c, 0.0)]
+                    .map(|(place, axis)| ModeDrive::of(solution, drawing, mode(place), axis))
+            }),
             bow_m: solution.bow_m,
             stator_mass_kg: solution.mass.mass_kg,
             transverse_inertia_kg_m2: solution.mass.transverse_kg_m2,

@@ -64,6 +64,14 @@ pub enum StatorError {
 }
 
 impl StatorError {
+    /// Whether another drawing may have a result: the solver is there, and works.
+    pub fn is_of_the_drawing(&self) -> bool {
+        match self {
+            Self::Solver(SolverError::NotThere { .. } | SolverError::File { .. }) => false,
+            Self::Solver(_) | Self::Drawing(_) | Self::NoMode { .. } | Self::NotMet { .. } => true,
+        }
+    }
+
     /// What to try instead, where there is something to say.
     pub fn hint(&self) -> Option<&'static str> {
         match self {
@@ -105,7 +113,7 @@ pub struct Solution {
 }
 
 /// Cosine and sine part of order `n` of values on a circle of `mesh`, by Simpson's rule over each brick.
-fn part(angles: &[f64], values: &[f64], n: usize) -> [f64; 2] {
+pub(crate) fn part(angles: &[f64], values: &[f64], n: usize) -> [f64; 2] {
     #[expect(clippy::cast_precision_loss, reason = "a few")]
     let order = n as f64;
     let mut sums = [0.0; 2];
@@ -134,7 +142,7 @@ impl Solution {
     pub fn of(drawing: &Drawing, solver: &Solver) -> Result<Self, StatorError> {
         let mesh = Mesh::of(drawing)?;
         let mass = mesh.mass_properties(drawing);
-        let probes: Vec<usize> = mesh.circles.iter().flatten().chain(&mesh.tips).copied().collect();
+        let probes: Vec<usize> = mesh.probes().collect();
         let volumes = mesh.volumes();
         let read = |text: &str| {
             let output = output::read(text, &probes)?;
@@ -219,6 +227,19 @@ impl Solution {
         let begin = mode.shape.len() - self.mesh.tips.len();
         let angles = self.mesh.tips.iter().map(|number| self.mesh.nodes[*number].theta);
         angles.zip(mode.shape[begin..].iter().copied())
+    }
+
+    /// Mean displacements along x and y of the foil's face at its inner (0) or outer (1) rim in a mode, over the foil's
+    /// thickness, at the angles of the circles; for a modal mass of one kilogram (1/sqrt(kg)).
+    pub(crate) fn foil_at_rim(&self, mode: &Mode, rim: usize) -> [Vec<f64>; 2] {
+        let sizes: Vec<usize> = self.mesh.circles.iter().map(Vec::len).collect();
+        let upper = if rim == 0 { 0 } else { sizes[..sizes.len() - 1].iter().sum() };
+        let lower = sizes.iter().sum::<usize>() + rim * self.mesh.foil_rims[0].len();
+        let mean = |i: usize| {
+            let along = |at: usize| 0.5 * (mode.shape[upper + at][i] + mode.shape[lower + at][i]);
+            (0..self.mesh.foil_rims[rim].len()).map(along).collect()
+        };
+        [mean(0), mean(1)]
     }
 
     /// Mean height of each circle after cooling, with its radius, m.

@@ -84,7 +84,7 @@ impl SolvedStator {
     /// When the drawing is refused, the solver gives no result, or a mode is missing.
     pub fn as_drawn(drawing: &Drawing, solver: &Solver) -> Result<Self, StatorError> {
         let solution = Solution::of(drawing, solver)?;
-        let figures = StatorFigures::read(&solution)?;
+        let figures = StatorFigures::read(&solution, drawing)?;
         Ok(Self { drawing: *drawing, figures, solution, fit_rounds: None })
     }
 

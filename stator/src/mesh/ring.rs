@@ -134,6 +134,8 @@ pub(super) fn add(mesh: &mut Mesh, drawing: &Drawing, lines: &Lines) {
         let circle = (0..all).map(|index| mesh.node(at(index))).collect();
         mesh.circles.push(circle);
     }
+    mesh.foil_rims = [n.inner_radius_m, n.outer_radius_m]
+        .map(|r| (0..all).map(|index| mesh.node(Node { r, theta: lines.angle(index), z: 0.0 })).collect());
     if drawing.has_teeth() {
         mesh.tips =
             (0..4).map(|number| tooth_tip(mesh, drawing, tooth_angle(drawing, number), tip)).collect();

@@ -151,7 +151,7 @@ fn law_the_mode_shift_adds_to_the_tooth_angle() {
     let drawing = coarse(false);
     let n = &drawing.numbers;
     let solution = Solution::of(&drawing, &solver()).unwrap();
-    let figures = StatorFigures::read(&solution).unwrap();
+    let figures = StatorFigures::read(&solution, &drawing).unwrap();
     let mode = &solution.modes[crate::modes::Places::of(&solution).unwrap().c];
     let [c, s] = solution.parts_at_teeth(mode);
     let at = |shift_deg: f64| libm::cos(2.0 * (n.tooth_angle_deg + shift_deg).to_radians()).abs();
@@ -281,6 +281,6 @@ fn law_what_is_not_of_this_drawing_is_refused() {
 
     let mut empty = Solution::of(&drawing, &real).unwrap();
     empty.modes.truncate(3);
-    let said = StatorFigures::read(&empty).unwrap_err().to_string();
+    let said = StatorFigures::read(&empty, &drawing).unwrap_err().to_string();
     assert_eq!(said, "no mode B among the 3 lowest modes of this stator");
 }
