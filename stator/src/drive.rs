@@ -76,8 +76,9 @@ impl ModeDrive {
     }
 }
 
-/// Force per strain on a mode of modal mass one kilogram with the field at 0 and at 45 degrees, N/sqrt(kg).
-fn forces(solution: &Solution, drawing: &Drawing, mode: &Mode) -> [f64; 2] {
+/// Force per strain on a mode of modal mass one kilogram with the field at 0 and at 45 degrees, N/sqrt(kg), with the sign
+/// of the mode's shape: `F_0 cos 2 alpha + F_45 sin 2 alpha` with the field at alpha.
+pub fn forces(solution: &Solution, drawing: &Drawing, mode: &Mode) -> [f64; 2] {
     let n = &drawing.numbers;
     let stress = 0.75 * n.foil_modulus_pa / (1.0 + n.foil_poisson);
     let angles = solution.mesh.angles();
@@ -101,9 +102,9 @@ pub struct CommonField {
     pub strain: f64,
 }
 
-/// The two directions in which one strain gives both modes their amplitudes, m, at resonance, from the amplitudes per
-/// strain, m, and the best directions, degrees. With `u = (cos 2 alpha, sin 2 alpha)` and a vector for each mode,
-/// `a_B . u = +- r a_C . u`, so that u is across `a_B -+ r a_C`.
+/// The two directions, the smaller angle first, in which one strain gives both modes their amplitudes, m, at resonance,
+/// from the amplitudes per strain, m, and the best directions, degrees. With `u = (cos 2 alpha, sin 2 alpha)` and a
+/// vector for each mode, `a_B . u = +- r a_C . u`, so that u is across `a_B -+ r a_C`.
 pub fn fields_of_both(
     amplitudes_m: [f64; 2],
     per_strain_m: [f64; 2],
@@ -116,12 +117,14 @@ pub fn fields_of_both(
     let (first, second) = (vector(0), vector(1));
     let ratio = amplitudes_m[0] / amplitudes_m[1];
     let best = best_field_deg[0].to_radians();
-    [ratio, -ratio].map(|ratio| {
+    let mut fields = [ratio, -ratio].map(|ratio| {
         let [x, y] = [first[0] - ratio * second[0], first[1] - ratio * second[1]];
         let angle = best + wrapped(0.5 * libm::atan2(x, -y) - best);
         let share = libm::cos(2.0 * (angle - best)).abs();
         CommonField { field_deg: angle.to_degrees(), strain: amplitudes_m[0] / (per_strain_m[0] * share) }
-    })
+    });
+    fields.sort_by(|one, other| one.field_deg.total_cmp(&other.field_deg));
+    fields
 }
 
 #[cfg(test)]

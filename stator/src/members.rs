@@ -1,6 +1,10 @@
-//! The ensemble that is kept: stators that meet the paper's frequencies, one a row, with what is not published drawn.
+//! The ensembles that are kept: stators that meet the paper's frequencies, one a row, with what is not published drawn.
 //!
-//! The columns are those of `ensemble::Member`. A row whose `met` is false meets the frequencies not.
+//! The columns are those of `ensemble::Member`. A row whose `met` is false meets the frequencies not, and says why.
 
 /// Flat: without the stress of bonding. Made by `host-sim stator --ensemble 26`.
 pub const FLAT: &str = include_str!("../members.csv");
+
+/// With the stress of bonding: the same draws, as far as they were fitted. Made by `host-sim stator --ensemble 5 --set
+/// stator.stressed=yes`.
+pub const STRESSED: &str = include_str!("../members-stressed.csv");

@@ -262,4 +262,6 @@ impl Solution {
 #[cfg(test)]
 mod annular_plate;
 #[cfg(test)]
+mod laminate_plate;
+#[cfg(test)]
 mod tests;

@@ -57,7 +57,8 @@ pub(super) struct StatorArgs {
     parts: ShardArgs,
     #[command(flatten)]
     solver: SolverArgs,
-    /// Folder for pictures, for motor.toml and, of an ensemble, for members.csv
+    /// Folder for pictures, for motor.toml and, of an ensemble, for members.csv; a stator that cannot be solved is a row
+    /// with its reason
     #[arg(long, value_name = "DIR", default_value = "out/stator")]
     out: PathBuf,
     #[command(flatten)]
@@ -101,7 +102,7 @@ impl StatorArgs {
         } else {
             SolvedStator::as_drawn(&drawing, &solver)
         };
-        let solved = solved.map_err(StatorStudyError::from)?;
+        let solved = solved.map_err(StatorStudyError::from)?.of_design(scene);
         Ok(Findings {
             files: vec![
                 ("motor.toml".to_owned(), solved.motor_scene(&given_motor(scene))),
@@ -115,7 +116,10 @@ impl StatorArgs {
 
 fn of_ensemble(ensemble: &Ensemble) -> Result<Findings, CommandError> {
     Ok(Findings {
-        files: vec![("members.csv".to_owned(), shard::csv(&ensemble.members)?)],
+        files: vec![
+            ("members.csv".to_owned(), shard::csv(&ensemble.members)?),
+            ("motor.toml".to_owned(), ensemble.motor_scene()),
+        ],
         json: ensemble.json(),
         report: ensemble.report(),
     })

@@ -157,7 +157,11 @@ impl RotorModelsPlan {
             predictions: predictions::collect(|| next(self.seeds)),
             drawn: drawn
                 .into_iter()
-                .map(|rotor| DrawnRotor { values: rotor.values, runs: MODES.map(|_| next(1).remove(0)) })
+                .map(|rotor| DrawnRotor {
+                    stator: rotor.stator,
+                    values: rotor.values,
+                    runs: MODES.map(|_| next(1).remove(0)),
+                })
                 .collect(),
         })
     }

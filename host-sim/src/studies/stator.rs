@@ -6,23 +6,33 @@
 //! | module | what it is |
 //! |---|---|
 //! | this one | the drawing of a scene; one stator, fitted or as drawn |
-//! | `members` | stators drawn over what is not published: the table that is committed, its spreads |
-//! | `motor_scene` | the keys `motor.` that follow from a stator, as a scene file |
+//! | `members`, `quantities` | stators drawn over what is not published: the tables that are committed, their spreads |
+//! | `motor_scene` | the keys `motor.` that follow from a stator or an ensemble, as a scene file |
+//! | `driven` | the field: strain and direction that give the amplitudes that were measured |
+//! | `measured_mode`, `damping`, `free_response` | what was measured of B and C; what damps; sweep, ring-down, impulse |
 //! | `tables`, `pictures`, `report` | what is shown of them |
-//! | `sweeps`, `damping`, `page` | one value changed at a time; what damps; the page of results |
+//! | `sweeps`, `page` | one value changed at a time; the page of results |
 
 mod damping;
+mod driven;
 mod error;
+mod free_response;
+mod measured_mode;
 pub mod members;
 mod motor_scene;
 pub mod page;
 mod pictures;
+pub mod quantities;
 mod report;
 pub mod sweeps;
 mod tables;
 
 pub use error::StatorStudyError;
+pub use measured_mode::MeasuredMode;
+pub use motor_scene::member_keys;
 
+use driven::DrivenStator;
+use measured_mode::measured;
 use serde_json::json;
 use stator::drawing::table::{NUMBERS, SPREAD_SEED_KEY, WORDS};
 use stator::fit::{self, Fitted, Wanted};
@@ -73,6 +83,8 @@ pub struct SolvedStator {
     pub figures: StatorFigures,
     /// Its modes, with their shapes.
     pub solution: Solution,
+    /// Modes B and C of the design, as they were measured: damping and amplitude do not follow from a drawing.
+    pub measured: [MeasuredMode; 2],
     /// Rounds of a fit; `None` of a stator as it was drawn.
     pub fit_rounds: Option<usize>,
 }
@@ -85,7 +97,8 @@ impl SolvedStator {
     pub fn as_drawn(drawing: &Drawing, solver: &Solver) -> Result<Self, StatorError> {
         let solution = Solution::of(drawing, solver)?;
         let figures = StatorFigures::read(&solution, drawing)?;
-        Ok(Self { drawing: *drawing, figures, solution, fit_rounds: None })
+        let measured = measured(&Scene::default());
+        Ok(Self { drawing: *drawing, figures, solution, measured, fit_rounds: None })
     }
 
     /// The stator whose thickness and springs meet `wanted`. `progress` is called after each solution.
@@ -100,6 +113,12 @@ impl SolvedStator {
     ) -> Result<Self, StatorError> {
         let Fitted { drawing, rounds, .. } = fit::fit(drawing, wanted, solver, progress)?.met(wanted)?;
         Ok(Self { fit_rounds: Some(rounds), ..Self::as_drawn(&drawing, solver)? })
+    }
+
+    /// The same, of the design of a scene.
+    #[must_use]
+    pub fn of_design(self, scene: &Scene) -> Self {
+        Self { measured: measured(scene), ..self }
     }
 
     /// The result for programs: one object.
@@ -130,6 +149,7 @@ impl SolvedStator {
             "antinode_over_tooth": pair(f.antinode_over_tooth),
             "effective_tooth_mass_kg": f.effective_tooth_mass_kg,
             "effective_tooth_mass_with_tilt_kg": f.effective_tooth_mass_with_tilt_kg,
+            "drive": DrivenStator::of(self).map(|driven| driven.json(self.drawing.numbers.field_angle_deg)),
             "bow_m": f.bow_m,
             "stator_mass_kg": f.stator_mass_kg,
             "transverse_inertia_kg_m2": f.transverse_inertia_kg_m2,

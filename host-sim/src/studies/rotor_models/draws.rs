@@ -1,12 +1,14 @@
 //! Rotors drawn over everything that was not measured, and over the tolerances of what was: which of them explain the
 //! experiment, and which value decides.
 //!
-//! Every value is uniform over its range. The stator's are those that a finite-element model of it leaves open, fitted
-//! to the three published frequencies with springs, teeth and materials that are not published: tilting modes at 2.75
-//! to 3.3 kHz with a split of up to 6 %, an exponent, a modal mass and a shift of each mode. The shift of mode C and
-//! what mode B has beside it are drawn apart: a common part moves both. Hub bearings that were assembled from silicon
+//! The stator is a member of the ensembles that are kept with the program ([`stator::members`]), drawn whole: stators of
+//! finite elements, flat and with the stress of bonding, fitted to the three published frequencies, with springs, teeth
+//! and materials that are not published. Its tilting modes, exponents, modal masses, mode shifts and mass go together
+//! as they do in that stator. Every other value is uniform over its range. Hub bearings that were assembled from silicon
 //! parts have clearances of 3.5 to 9.2 um (Demiri, Boedo, Holsen, Wear 312 (2014) 58).
 //! [`rank_correlation`] of a value with a figure tells how far the one decides the other (Spearman).
+
+use std::sync::LazyLock;
 
 use rand_distr::{Distribution, Uniform};
 use serde::Serialize;
@@ -14,6 +16,8 @@ use serde::Serialize;
 use super::MODES;
 use super::measured::{MeasuredRun, QUANTITIES, agrees};
 use super::variants::VARIANTS;
+use crate::studies::stator::member_keys;
+use crate::studies::stator::members::Ensemble;
 use simulation::math::random_streams::{RandomSource, stream};
 use simulation::math::statistics::Line;
 use simulation::scene::{Scene, SceneError};
@@ -25,8 +29,8 @@ pub struct DrawnKey {
     pub key: &'static str,
     /// Its name in pictures.
     pub name: &'static str,
-    /// Least and largest value.
-    pub range: (f64, f64),
+    /// Least and largest value; `None` of one that comes with the stator.
+    range: Option<(f64, f64)>,
     /// How it is known.
     pub known: Known,
 }
@@ -36,7 +40,7 @@ pub struct DrawnKey {
 pub enum Known {
     /// It is not: the range is what was found elsewhere, or assumed.
     Assumed,
-    /// The range is what finite elements leave open.
+    /// It comes with the stator, which is one of those that finite elements leave open.
     FiniteElements,
     /// It was measured, and the range is its tolerance in Table 1.
     Measured,
@@ -54,43 +58,84 @@ impl Known {
 }
 
 const fn unmeasured(key: &'static str, name: &'static str, range: (f64, f64)) -> DrawnKey {
-    DrawnKey { key, name, range, known: Known::Assumed }
+    DrawnKey { key, name, range: Some(range), known: Known::Assumed }
 }
 
-const fn computed(key: &'static str, name: &'static str, range: (f64, f64)) -> DrawnKey {
-    DrawnKey { key, name, range, known: Known::FiniteElements }
+const fn computed(key: &'static str, name: &'static str) -> DrawnKey {
+    DrawnKey { key, name, range: None, known: Known::FiniteElements }
 }
 
 const fn tolerance(key: &'static str, name: &'static str, range: (f64, f64)) -> DrawnKey {
-    DrawnKey { key, name, range, known: Known::Measured }
+    DrawnKey { key, name, range: Some(range), known: Known::Measured }
+}
+
+/// A stator that a rotor may be drawn over: a member of a kept ensemble.
+#[derive(Clone, Debug)]
+struct KeptStator {
+    is_stressed: bool,
+    keys: [(&'static str, f64); 17],
+}
+
+impl KeptStator {
+    fn get(&self, key: &str) -> f64 {
+        self.keys.iter().find(|(of, _)| *of == key).map_or(f64::NAN, |(_, value)| *value)
+    }
+}
+
+/// All of them: flat ones, then stressed ones.
+static STATORS: LazyLock<Vec<KeptStator>> = LazyLock::new(|| {
+    let of = |is_stressed: bool| {
+        let members = Ensemble::kept(is_stressed).map(|kept| kept.members).unwrap_or_default();
+        let met = members.into_iter().filter(|member| member.met);
+        met.map(move |member| KeptStator { is_stressed, keys: member_keys(&member) })
+    };
+    of(false).chain(of(true)).collect()
+});
+
+/// Number of stators that are drawn from, and of those among them that are flat.
+pub fn stators() -> (usize, usize) {
+    (STATORS.len(), STATORS.iter().filter(|stator| !stator.is_stressed).count())
+}
+
+impl DrawnKey {
+    /// Least and largest value.
+    pub fn range(&self) -> (f64, f64) {
+        self.range.unwrap_or_else(|| {
+            let values = STATORS.iter().map(|stator| stator.get(self.key));
+            values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| {
+                (low.min(value), high.max(value))
+            })
+        })
+    }
 }
 
 /// Index of the clearance in [`DRAWN`].
 pub const CLEARANCE: usize = 0;
 /// Index of the damping ratio of mode C.
-pub const DAMPING_OF_C: usize = 20;
+pub const DAMPING_OF_C: usize = 21;
 
 /// What is drawn.
-pub const DRAWN: [DrawnKey; 23] = [
+pub const DRAWN: [DrawnKey; 24] = [
     unmeasured("motor.hub.clearance_m", "clearance", (3e-6, 12e-6)),
     unmeasured("motor.hub.friction", "hub friction", (0.1, 0.6)),
     unmeasured("motor.hub.restitution", "hub restitution", (0.3, 0.8)),
     unmeasured("motor.friction", "tooth friction", (0.03, 0.4)),
     unmeasured("motor.vertical_damping_n_s_per_m", "film damping", (0.6e-3, 3.6e-3)),
     unmeasured("motor.stator_tilt.damping_ratio", "tilt damping", (0.01, 0.05)),
-    computed("motor.stator_tilt.frequency_hz", "tilt frequency", (2750.0, 3300.0)),
-    computed("motor.stator_tilt.split", "tilt split", (0.0, 0.06)),
-    computed("motor.mode_a.rocking_exponent", "exponent of A", (-0.35, -0.05)),
-    computed("motor.stator_tilt.rocking_exponent", "exponent of tilt", (0.82, 0.93)),
-    computed("motor.tooth_rocking_exponent", "exponent of B", (1.5, 1.65)),
-    computed("motor.mode_c.extra_rocking_exponent", "C's less B's", (-0.17, -0.05)),
-    computed("motor.mode_shift_deg", "shift of C", (-4.0, -0.5)),
-    computed("motor.mode_b.extra_shift_deg", "shift B less C", (0.3, 2.4)),
-    computed("motor.mode_a.mass_fraction", "modal mass of A", (0.92, 0.97)),
-    computed("motor.stator_tilt.mass_fraction", "of tilt", (0.5, 0.52)),
-    computed("motor.mode_b.mass_fraction", "of B", (0.51, 0.55)),
-    computed("motor.mode_c.mass_fraction", "of C", (0.55, 0.6)),
-    computed("motor.stator_mass_kg", "stator mass", (11e-6, 13e-6)),
+    computed("motor.stator_tilt.frequency_hz", "tilt frequency"),
+    computed("motor.stator_tilt.split", "tilt split"),
+    computed("motor.mode_a.rocking_exponent", "exponent of A"),
+    computed("motor.stator_tilt.rocking_exponent", "exponent of tilt"),
+    computed("motor.tooth_rocking_exponent", "exponent of B"),
+    computed("motor.mode_c.extra_rocking_exponent", "C's less B's"),
+    computed("motor.mode_shift_deg", "shift of C"),
+    computed("motor.mode_b.extra_shift_deg", "shift B less C"),
+    computed("motor.mode_a.mass_fraction", "modal mass of A"),
+    computed("motor.stator_tilt.mass_fraction", "of tilt"),
+    computed("motor.mode_b.mass_fraction", "of B"),
+    computed("motor.mode_c.mass_fraction", "of C"),
+    computed("motor.stator_mass_kg", "stator mass"),
+    computed("motor.stator_thickness_m", "thickness"),
     tolerance("motor.mode_b.damping_ratio", "damping of B", (0.0043, 0.0083)),
     tolerance("motor.mode_c.damping_ratio", "damping of C", (0.0055, 0.0095)),
     tolerance("motor.mode_b.tooth_amplitude_m", "amplitude of B", (19.48e-6, 21.96e-6)),
@@ -100,6 +145,8 @@ pub const DRAWN: [DrawnKey; 23] = [
 /// A drawn rotor and its runs.
 #[derive(Clone, Debug, Serialize)]
 pub struct DrawnRotor {
+    /// Its stator's place among those that are kept: flat ones, then stressed ones.
+    pub stator: usize,
     /// Its values, in the order of [`DRAWN`].
     pub values: Vec<f64>,
     /// Its run in mode B and in mode C.
@@ -109,6 +156,8 @@ pub struct DrawnRotor {
 /// A drawn rotor that has not run.
 #[derive(Clone, Debug)]
 pub struct DrawnScene {
+    /// Its stator's place among those that are kept.
+    pub stator: usize,
     /// Its values, in the order of [`DRAWN`].
     pub values: Vec<f64>,
     /// Its scene.
@@ -124,14 +173,26 @@ pub fn draw_scenes(count: u64) -> Result<Vec<DrawnScene>, SceneError> {
         .map(|seed| {
             let mut rng = stream(seed, RandomSource::PlantDraw);
             let mut scene = VARIANTS[4].scene()?;
+            let stator =
+                Uniform::new(0, STATORS.len()).map_or(0, |uniform: Uniform<usize>| uniform.sample(&mut rng));
+            let member = STATORS.get(stator);
+            for (key, value) in member.iter().flat_map(|member| member.keys) {
+                scene.set(key, &format!("{value:e}"))?;
+            }
             let mut values = Vec::new();
             for drawn in &DRAWN {
-                let (low, high) = drawn.range;
-                let value = Uniform::new_inclusive(low, high).map_or(low, |uniform| uniform.sample(&mut rng));
-                scene.set(drawn.key, &format!("{value:e}"))?;
+                let value = match drawn.range {
+                    Some((low, high)) => {
+                        let uniform = Uniform::new_inclusive(low, high);
+                        let value = uniform.map_or(low, |uniform| uniform.sample(&mut rng));
+                        scene.set(drawn.key, &format!("{value:e}"))?;
+                        value
+                    }
+                    None => member.map_or(f64::NAN, |member| member.get(drawn.key)),
+                };
                 values.push(value);
             }
-            Ok(DrawnScene { values, scene })
+            Ok(DrawnScene { stator, values, scene })
         })
         .collect()
 }
@@ -192,13 +253,39 @@ mod tests {
         assert!((rank_correlation(&[(1.0, 1.0), (2.0, 3.0), (3.0, 2.0), (4.0, 4.0)]) - 0.8).abs() < 1e-12);
     }
 
+    /// A stator comes whole: all its values are those of one member, and many members are drawn.
+    #[test]
+    fn law_a_stator_is_drawn_whole() {
+        let drawn = draw_scenes(40).unwrap();
+        for rotor in &drawn {
+            for (key, value) in STATORS[rotor.stator].keys {
+                assert!((rotor.scene.number(key) - value).abs() <= 1e-12 * value.abs(), "{key}");
+            }
+            for (key, value) in DRAWN.iter().zip(&rotor.values) {
+                assert!((rotor.scene.number(key.key) - value).abs() <= 1e-12 * value.abs(), "{}", key.key);
+            }
+        }
+        let mut stators: Vec<usize> = drawn.iter().map(|rotor| rotor.stator).collect();
+        stators.sort_unstable();
+        stators.dedup();
+        // 40 draws of 30 leave a third out.
+        assert!(stators.len() > 15, "{stators:?}");
+        let (all, flat) = super::stators();
+        assert!(flat >= 12 && all > flat);
+        assert!(stators.iter().any(|stator| *stator < flat) && stators.iter().any(|stator| *stator >= flat));
+    }
+
     #[test]
     fn law_draws_lie_in_their_ranges_and_are_scenes() {
         let drawn = draw_scenes(20).unwrap();
         assert_eq!(drawn.len(), 20);
         for (index, key) in DRAWN.iter().enumerate() {
             let values: Vec<f64> = drawn.iter().map(|rotor| rotor.values[index]).collect();
-            assert!(values.iter().all(|value| (key.range.0..=key.range.1).contains(value)), "{}", key.key);
+            assert!(
+                values.iter().all(|value| (key.range().0..=key.range().1).contains(value)),
+                "{}",
+                key.key
+            );
             assert!(values.windows(2).any(|pair| pair[0] < pair[1]), "{}", key.key);
             assert!((drawn[7].scene.number(key.key) / values[7] - 1.0).abs() < 1e-12);
         }

@@ -2,7 +2,7 @@
 
 use motor_model::DriveMode;
 
-use super::draws::{CLEARANCE, DAMPING_OF_C, DRAWN, DrawnRotor};
+use super::draws::{CLEARANCE, DAMPING_OF_C, DRAWN, DrawnRotor, stators};
 use super::measured::{QUANTITIES, experiment, spread};
 use super::predictions::PREDICTIONS;
 use super::variants::EXPLAINING;
@@ -27,6 +27,7 @@ impl RotorModels {
         if !self.drawn.is_empty() {
             pictures.push(("drawn_rotors.svg".to_owned(), self.drawn_rotors()));
             pictures.push(("drawn_rates.svg".to_owned(), self.drawn_rates()));
+            pictures.push(("drawn_stators.svg".to_owned(), self.drawn_stators()));
         }
         pictures
     }
@@ -135,6 +136,43 @@ impl RotorModels {
             .panel(panel)
     }
 
+    /// Which stators agree: each drawn rotor above the stator that it was drawn over.
+    fn drawn_stators(&self) -> Figure {
+        let (all, flat) = stators();
+        let of = |panel: Panel, value: &dyn Fn(&DrawnRotor) -> f64| {
+            let points = |is_flat: bool| -> Vec<(f64, f64)> {
+                let of_kind = self.drawn.iter().filter(|rotor| (rotor.stator < flat) == is_flat);
+                of_kind.map(|rotor| (real(rotor.stator + 1), value(rotor))).collect()
+            };
+            panel.series(Series::points(points(true)).colour(Colour::Blue).opacity(0.6).label("flat")).series(
+                Series::points(points(false)).colour(Colour::Vermilion).opacity(0.6).label("stressed"),
+            )
+        };
+        let axis = || Axis::new("stator").within(0.0..real(all) + 1.0);
+        let figures = Axis::new("figures of six (1)").within(-0.5..6.5);
+        let mut figure = Figure::new("Which stators of finite elements agree with the experiment")
+            .caption(
+                "Each dot is a drawn rotor, above the stator it was drawn over. Grey: where the rate agrees.",
+            )
+            .panel(of(Panel::new("Figures in which it agrees", axis(), figures).height(250), &|rotor| {
+                real(rotor.figures_met())
+            }));
+        for (index, mode) in MODES.into_iter().enumerate() {
+            let (rate, _) = experiment(mode, QUANTITIES[0]);
+            let (low, high) = if index == 0 { (0.5 * rate, 2.0 * rate) } else { (0.85 * rate, 1.15 * rate) };
+            let panel = Panel::new(format!("Rate of mode {mode:?}"), axis(), Axis::new("rate (rad/s)"))
+                .height(250)
+                .series(
+                    Series::band(vec![(0.0, low, high), (real(all) + 1.0, low, high)])
+                        .colour(Colour::Grey)
+                        .opacity(0.5)
+                        .label("experiment"),
+                );
+            figure = figure.panel(of(panel, &|rotor| rotor.runs[index].rate_rad_s));
+        }
+        figure
+    }
+
     /// Which drawn value decides the rate of each mode.
     fn drawn_rotors(&self) -> Figure {
         let mut figure = Figure::new(format!("{} rotors drawn over what is not known", self.drawn.len()))
@@ -204,8 +242,8 @@ mod tests {
 
     /// A rotor that meets the experiment in mode B, and in mode C all figures or none.
     fn drawn(mode_c: MeasuredRun) -> DrawnRotor {
-        let values = DRAWN.iter().map(|drawn| drawn.range.0).collect();
-        DrawnRotor { values, runs: [run(1.0, 76.0, 3.94), mode_c] }
+        let values = DRAWN.iter().map(|drawn| drawn.range().0).collect();
+        DrawnRotor { stator: 0, values, runs: [run(1.0, 76.0, 3.94), mode_c] }
     }
 
     /// Every picture can be drawn: no two things of a panel have one colour, and each axis has a unit. The drawn rotors
@@ -224,7 +262,7 @@ mod tests {
             drawn: vec![meets, fails],
         };
         let pictures = models.pictures();
-        assert_eq!(pictures.len(), 4);
+        assert_eq!(pictures.len(), 5);
         for (name, figure) in &pictures {
             assert!(figure.svg().unwrap().contains("<svg"), "{name}");
         }

@@ -4,7 +4,7 @@ use motor_model::DriveMode;
 
 use super::draws::{DRAWN, DrawnRotor, rank_correlation};
 use super::measured::{MeasuredRun, QUANTITIES, agrees, cell, experiment, spread};
-use super::{MODES, RotorModels, changes};
+use super::{MODES, RotorModels, changes, draws};
 use crate::report::document::{Block, Document, Table};
 use crate::report::page::PlacedValue;
 use crate::studies::paper::published::Quantity;
@@ -123,6 +123,16 @@ impl RotorModels {
         table
     }
 
+    /// Number of stators with which some drawn rotor agrees in as many figures as any does.
+    fn best_stators(&self) -> String {
+        let most = self.drawn.iter().map(DrawnRotor::figures_met).max().unwrap_or(0);
+        let best = self.drawn.iter().filter(|rotor| rotor.figures_met() == most);
+        let mut stators: Vec<usize> = best.map(|rotor| rotor.stator).collect();
+        stators.sort_unstable();
+        stators.dedup();
+        stators.len().to_string()
+    }
+
     /// Least, middle and largest rate of a mode over the drawn rotors.
     fn rates_of_drawn(&self, mode: usize) -> [f64; 3] {
         let mut rates: Vec<f64> = self.drawn.iter().map(|rotor| rotor.runs[mode].rate_rad_s).collect();
@@ -152,7 +162,7 @@ impl RotorModels {
         for (index, key) in DRAWN.iter().enumerate() {
             let values = || agreeing.iter().map(|rotor| rotor.values[index]);
             let (least, most) = (values().fold(f64::INFINITY, f64::min), values().fold(0.0, f64::max));
-            let range = if agreeing.is_empty() || key.range.0 < 0.0 {
+            let range = if agreeing.is_empty() || key.range().0 < 0.0 {
                 let most = values().fold(f64::NEG_INFINITY, f64::max);
                 if agreeing.is_empty() { "none".to_owned() } else { format!("{least:.3} to {most:.3}") }
             } else {
@@ -161,8 +171,8 @@ impl RotorModels {
             table.push(vec![
                 key.name.to_owned(),
                 key.known.words().to_owned(),
-                figure(key.range.0),
-                figure(key.range.1),
+                figure(key.range().0),
+                figure(key.range().1),
                 range,
                 format!("{:+.2}", self.correlation(index, 0)),
                 format!("{:+.2}", self.correlation(index, 1)),
@@ -240,6 +250,10 @@ impl RotorModels {
             ("change_seeds", self.change_seeds.to_string()),
             ("table_changed_sets", self.changed_table(0)),
             ("table_changed_nominal", self.changed_table(1)),
+            ("stators", draws::stators().0.to_string()),
+            ("stators_flat", draws::stators().1.to_string()),
+            ("stators_best", self.best_stators()),
+            ("drawn_most", self.drawn.iter().map(DrawnRotor::figures_met).max().unwrap_or(0).to_string()),
             ("drawn", self.drawn.len().to_string()),
             ("drawn_b", self.count(|[b, _]| b[0]).to_string()),
             ("drawn_c", self.count(|[_, c]| c[0]).to_string()),

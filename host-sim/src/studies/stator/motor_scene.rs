@@ -1,45 +1,57 @@
-//! The keys `motor.` that follow from a stator, as a scene file that every command takes.
+//! The keys `motor.` that follow from a stator or from an ensemble, as a scene file that every command takes.
 
 use std::fmt::Write as _;
 
+use simulation::math::statistics::Spread;
 use stator::drawing::table::{NUMBERS, SPREAD_SEED_KEY};
+use stator::ensemble::Member;
 use stator::{Clamp, Silicon, Springs};
 
 use super::SolvedStator;
+use super::driven::DrivenStator;
+use super::members::Ensemble;
+use super::quantities::{QUANTITIES, Quantity};
+
+/// Keys and values of the motor that follow from a member, which its radii, its teeth's height and angle do not tell.
+pub fn member_keys(member: &Member) -> [(&'static str, f64); 17] {
+    let m = member;
+    let fraction = |modal_mass_kg: f64| modal_mass_kg / m.stator_mass_kg;
+    let tilt_hz = 0.5 * (m.frequency_t1_hz + m.frequency_t2_hz);
+    [
+        ("motor.stator_thickness_m", m.foil_thickness_m + m.silicon_thickness_m),
+        ("motor.mode_shift_deg", m.mode_shift_c_deg),
+        ("motor.mode_b.extra_shift_deg", m.mode_shift_b_deg - m.mode_shift_c_deg),
+        ("motor.mode_a.frequency_hz", m.frequency_a_hz),
+        ("motor.mode_b.frequency_hz", m.frequency_b_hz),
+        ("motor.mode_c.frequency_hz", m.frequency_c_hz),
+        ("motor.mode_a.mass_fraction", fraction(m.modal_mass_a_kg)),
+        ("motor.mode_b.mass_fraction", fraction(m.modal_mass_b_kg)),
+        ("motor.mode_c.mass_fraction", fraction(m.modal_mass_c_kg)),
+        ("motor.stator_tilt.frequency_hz", tilt_hz),
+        ("motor.stator_tilt.split", (m.frequency_t2_hz - m.frequency_t1_hz).abs() / tilt_hz),
+        ("motor.stator_tilt.mass_fraction", fraction(m.modal_mass_t_kg)),
+        ("motor.stator_tilt.rocking_exponent", m.exponent_t),
+        ("motor.mode_a.rocking_exponent", m.exponent_a),
+        ("motor.tooth_rocking_exponent", m.exponent_b),
+        ("motor.mode_c.extra_rocking_exponent", m.exponent_c - m.exponent_b),
+        ("motor.stator_mass_kg", m.stator_mass_kg),
+    ]
+}
 
 impl SolvedStator {
     /// Keys and values of the motor that has this stator. What does not follow from a drawing is left at its default:
     /// damping, drive, rotor, hub.
     pub fn motor_keys(&self) -> Vec<(&'static str, f64)> {
-        let (f, n) = (&self.figures, &self.drawing.numbers);
-        let [t1, t2] = f.tilt;
-        let tilt_hz = 0.5 * (t1.frequency_hz + t2.frequency_hz);
-        let [shift_b_deg, shift_c_deg] = f.mode_shift_deg;
-        let fraction = |modal_mass_kg: f64| modal_mass_kg / f.stator_mass_kg;
-        vec![
+        let n = &self.drawing.numbers;
+        let mut keys = vec![
             ("motor.stator_inner_radius_m", n.inner_radius_m),
             ("motor.stator_outer_radius_m", n.outer_radius_m),
             ("motor.tooth_radius_m", n.tooth_radius_m),
-            ("motor.stator_thickness_m", n.foil_thickness_m + n.silicon_thickness_m),
             ("motor.tooth_height_m", n.tooth_height_m),
             ("motor.tooth_angle_deg", n.tooth_angle_deg),
-            ("motor.mode_shift_deg", shift_c_deg),
-            ("motor.mode_b.extra_shift_deg", shift_b_deg - shift_c_deg),
-            ("motor.mode_a.frequency_hz", f.a.frequency_hz),
-            ("motor.mode_b.frequency_hz", f.b.frequency_hz),
-            ("motor.mode_c.frequency_hz", f.c.frequency_hz),
-            ("motor.mode_a.mass_fraction", fraction(f.a.modal_mass_kg)),
-            ("motor.mode_b.mass_fraction", fraction(f.b.modal_mass_kg)),
-            ("motor.mode_c.mass_fraction", fraction(f.c.modal_mass_kg)),
-            ("motor.stator_tilt.frequency_hz", tilt_hz),
-            ("motor.stator_tilt.split", (t2.frequency_hz - t1.frequency_hz).abs() / tilt_hz),
-            ("motor.stator_tilt.mass_fraction", fraction(0.5 * (t1.modal_mass_kg + t2.modal_mass_kg))),
-            ("motor.stator_tilt.rocking_exponent", 0.5 * (t1.exponent + t2.exponent)),
-            ("motor.mode_a.rocking_exponent", f.a.exponent),
-            ("motor.tooth_rocking_exponent", f.b.exponent),
-            ("motor.mode_c.extra_rocking_exponent", f.c.exponent - f.b.exponent),
-            ("motor.stator_mass_kg", f.stator_mass_kg),
-        ]
+        ];
+        keys.extend(member_keys(&Member::of(0, &self.drawing, &self.figures)));
+        keys
     }
 
     /// The drawing with what a fit has found, as a scene file of the command `stator`.
@@ -88,6 +100,41 @@ impl SolvedStator {
             let comment = if needs_tilt(key) { "# " } else { "" };
             let _ = writeln!(toml, "{comment}{key} = {}", significant(*value));
         }
+        if let Some(driven) = DrivenStator::of(self) {
+            for (name, value) in driven.lines(self.drawing.numbers.field_angle_deg) {
+                let _ = writeln!(toml, "# {name}: {value}");
+            }
+        }
+        toml
+    }
+}
+
+impl Ensemble {
+    /// The mean motor of those that meet the frequencies, with twice the standard deviation as tolerance.
+    pub(super) fn motor_toml(&self) -> String {
+        let mut toml = String::from(
+            "# The motor that follows from an ensemble of stators: host-sim stator --ensemble. Tolerances are twice the\n\
+             # standard deviation; a key that all have within a thousandth has none. Values vary together, which a scene\n\
+             # cannot say: members.csv has the rows.\n",
+        );
+        let rows: Vec<_> = self.met().map(member_keys).collect();
+        let Some(first) = rows.first() else { return toml };
+        for (place, (key, _)) in first.iter().enumerate() {
+            let spread: Spread = rows.iter().map(|row| row[place].1).collect();
+            let comment = if needs_tilt(key) { "# " } else { "" };
+            let _ = writeln!(toml, "{comment}{key} = {}", significant(spread.mean));
+            if spread.sd > 1e-3 * spread.mean.abs() {
+                let _ = writeln!(toml, "{comment}plant.tolerance.{key} = {}", significant(2.0 * spread.sd));
+            }
+        }
+        let is_beside = |of: &&Quantity| ["mN/ppm", "ppm"].contains(&of.unit) || of.name.contains("field");
+        for quantity in QUANTITIES.iter().filter(is_beside) {
+            let spread = self.spread(*quantity);
+            if spread.mean.is_finite() {
+                let (name, unit) = (quantity.name, quantity.unit);
+                let _ = writeln!(toml, "# {name}: {:.3} +- {:.3} {unit}", spread.mean, spread.sd);
+            }
+        }
         toml
     }
 }
@@ -125,6 +172,11 @@ mod tests {
         for (key, value) in solved.motor_keys().into_iter().filter(|(key, _)| !needs_tilt(key)) {
             assert!((scene.number(key) - value).abs() <= 1e-5 * value.abs(), "{key}");
         }
+        let ensemble = Ensemble { members: vec![Member::of(0, &drawing, &solved.figures); 2] };
+        let mut mean = Scene::default();
+        mean.set_all(&ensemble.motor_toml(), Path::new("motor.toml")).unwrap();
+        let mass = mean.number("motor.stator_mass_kg");
+        assert!((mass / solved.figures.stator_mass_kg - 1.0).abs() < 1e-5, "{mass}");
         let mut again = Scene::default();
         again.set_all(&solved.drawing_toml(), Path::new("drawing.toml")).unwrap();
         assert_eq!(super::super::drawing(&again), drawing);

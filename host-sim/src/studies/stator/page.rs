@@ -1,7 +1,10 @@
 //! The places of the page of results.
 
-use super::damping::{measured, sweep, thermoelastic};
-use super::members::{Ensemble, QUANTITIES, Quantity};
+use super::damping::thermoelastic;
+use super::driven::DrivenStator;
+use super::free_response;
+use super::members::Ensemble;
+use super::quantities::named;
 use super::sweeps::{SweepEffort, Sweeps};
 use super::{Solver, StatorStudyError};
 use crate::report::chart::Figure;
@@ -14,10 +17,13 @@ use simulation::scene::Scene;
 pub struct StatorPage {
     sweeps: Sweeps,
     flat: Ensemble,
+    stressed: Ensemble,
 }
 
-fn named(name: &str) -> Quantity {
-    QUANTITIES.into_iter().find(|quantity| quantity.name == name).unwrap_or(QUANTITIES[0])
+/// Mean and standard deviation of a quantity over an ensemble.
+fn spread(ensemble: &Ensemble, name: &str, digits: usize) -> String {
+    let spread = ensemble.spread(named(name));
+    format!("{:.digits$} +- {:.digits$}", spread.mean, spread.sd)
 }
 
 /// By how many per cent `now` is above `before`.
@@ -32,74 +38,72 @@ impl StatorPage {
     /// When CalculiX gives no result.
     pub fn run(effort: SweepEffort, solver: &Solver) -> Result<Self, StatorStudyError> {
         let sweeps = Sweeps::run(effort, solver)?;
-        Ok(Self { sweeps, flat: Ensemble::kept()? })
+        Ok(Self { sweeps, flat: Ensemble::kept(false)?, stressed: Ensemble::kept(true)? })
     }
 
     /// Pictures with their files.
     pub fn pictures(&self) -> Vec<(String, Figure)> {
         let mut pictures = self.sweeps.pictures();
         pictures.push(("stator_ensemble.svg".to_owned(), self.flat.picture()));
-        pictures.push(("stator_sweep.svg".to_owned(), sweep(&Scene::default())));
+        let (solved, modes) = (&self.sweeps.flat, self.free_modes());
+        pictures.push(("stator_sweep.svg".to_owned(), free_response::sweep(solved, &modes)));
+        pictures.push(("stator_free_response.svg".to_owned(), free_response::picture(solved, &modes)));
         pictures
     }
 
-    /// Mean and standard deviation of a quantity over the ensemble.
+    /// The modes of the default stator with the damping of the default scene.
+    fn free_modes(&self) -> Vec<free_response::FreeMode> {
+        free_response::free_modes(&self.sweeps.flat, &Scene::default())
+    }
+
+    /// Mean and standard deviation of a quantity over the flat ensemble.
     fn spread(&self, name: &str, digits: usize) -> String {
-        let spread = self.flat.spread(named(name));
-        format!("{:.digits$} +- {:.digits$}", spread.mean, spread.sd)
+        spread(&self.flat, name, digits)
     }
 
     /// Every published figure of the paper's finite elements and vibrometer, with ours.
     fn paper_table(&self) -> String {
         let (flat, stressed) = (&self.sweeps.flat.figures, &self.sweeps.stressed.figures);
-        let mut table = Table::new(&["what", "paper", "ensemble, flat", "default, with stress", "verdict"]);
+        let mut table = Table::new(&["what", "paper", "ensemble, flat", "ensemble, stressed", "verdict"]);
         let mut row = |cells: [&str; 5]| table.push(cells.iter().map(|&cell| cell.to_owned()).collect());
         let change = |now: f64, before: f64| format!("{} %", percent(now, before));
         let (b, c) = (stressed.b.frequency_hz, stressed.c.frequency_hz);
-        let both = format!("B {}, C {}", change(b, flat.b.frequency_hz), change(c, flat.c.frequency_hz));
-        row(["change by stress", "raises them", "-", &both, "contradiction"]);
-        let flat_bow = self.spread("bow", 0);
-        row(["bow, um", "77, 70 measured", &flat_bow, &self.stressed_bow(), "agrees with 70"]);
+        let changes = format!("B {}, C {}", change(b, flat.b.frequency_hz), change(c, flat.c.frequency_hz));
+        row(["change by stress", "raises them", "-", &changes, "contradiction"]);
+        let mut both = |what: &str, paper: &str, name: &str, digits: usize, verdict: &str| {
+            row([what, paper, &self.spread(name, digits), &spread(&self.stressed, name, digits), verdict]);
+        };
+        both("bow, um", "77, 70 measured", "bow", 0, "stressed agrees with 70");
+        both("f of the lower tilt, Hz", "between A and B", "f of the lower tilt", 0, "agrees");
+        both("thickness with the foil, um", "70 +- 10", "thickness with the foil", 0, "5 to 20 % thicker");
+        both("stator mass, mg", "10.7 +- 1.0", "stator mass", 1, "a tenth heavier");
+        both("mode shift of B, deg", "-2.5 to -3 tuned", "mode shift of B", 1, "same size");
+        both("mode shift of C, deg", "-2.5 to -3 tuned", "mode shift of C", 1, "agrees");
+        both("effective tooth mass, mg", "3.57", "effective tooth mass", 2, "18 % heavier");
         let order = "A, tilt, B, C";
         row(["order of the modes", order, order, order, "agrees"]);
-        let [a, b, c] = [stressed.a, stressed.b, stressed.c].map(|mode| format!("{:.0}", mode.frequency_hz));
-        let not_fitted = format!("{a}, {b}, {c}");
-        row(["f of A, B, C, Hz", "2150, 6300, 7460", "fitted", &not_fitted, "met by a fit"]);
-        let (tilt, tilt_stressed) =
-            (self.spread("f of the lower tilt", 0), format!("{:.0}", stressed.tilt[0].frequency_hz));
-        row(["f of the tilting modes, Hz", "between A and B", &tilt, &tilt_stressed, "agrees"]);
-        row(["thickness, um", "70 +- 10", &self.thickness(), "-", "agrees with the foil"]);
-        let mass = self.spread("stator mass", 1);
-        row(["stator mass, mg", "10.7 +- 1.0", &mass, "-", "a tenth heavier"]);
-        let tuned = "-2.5 to -3 tuned";
-        let [shift_b, shift_c] = stressed.mode_shift_deg.map(|shift| format!("{shift:.1}"));
-        row(["mode shift of B, deg", tuned, &self.spread("mode shift of B", 1), &shift_b, "same size"]);
-        row(["mode shift of C, deg", tuned, &self.spread("mode shift of C", 1), &shift_c, "agrees"]);
+        row(["f of A, B, C, Hz", "2150, 6300, 7460", "fitted", "fitted", "met by a fit"]);
         let ratios = |of: &stator::modes::StatorFigures| {
             format!("{:.2}, {:.2}", of.antinode_over_tooth[0], of.antinode_over_tooth[1])
         };
-        row(["antinode over tooth", "1.22, 1.73", &ratios(flat), &ratios(stressed), "agrees within 15 %"]);
-        let tooth = self.spread("effective tooth mass", 2);
-        row(["effective tooth mass, mg", "3.57", &tooth, "-", "18 % heavier"]);
-        row(["damping ratio of B and C", "0.0063, 0.0075", "-", "-", "not computed"]);
-        row(["amplitude at the teeth, um", "20.72, 1.81", "-", "-", "not computed"]);
+        let [flat_ratios, stressed_ratios] = [flat, stressed].map(ratios);
+        row(["antinode over tooth", "1.22, 1.73", &flat_ratios, &stressed_ratios, "agrees within 15 %"]);
+        row(["damping ratio of B, C", "0.0063, 0.0075", "-", "-", "not computed"]);
+        let strain = format!("at {} ppm", self.spread("strain of the foil", 1));
+        row(["amplitude at the teeth, um", "20.72, 1.81", &strain, "-", "a strain that is likely"]);
         table.markdown()
-    }
-
-    /// Silicon and foil together, um.
-    fn thickness(&self) -> String {
-        let total = Quantity {
-            name: "total",
-            unit: "um",
-            of: |member| 1e6 * (member.silicon_thickness_m + member.foil_thickness_m),
-        };
-        let spread = self.flat.spread(total);
-        format!("{:.0} +- {:.0}", spread.mean, spread.sd)
     }
 
     /// The bow of the default drawing with large deflections, um.
     fn stressed_bow(&self) -> String {
         format!("{:.0}", 1e6 * self.sweeps.stressed.figures.bow_m)
+    }
+
+    /// How the default stator is driven.
+    fn field_lines(&self) -> String {
+        let solved = &self.sweeps.flat;
+        let Some(driven) = DrivenStator::of(solved) else { return String::new() };
+        Table::of_lines(driven.lines(solved.drawing.numbers.field_angle_deg)).markdown()
     }
 
     fn mesh_table(&self) -> String {
@@ -120,7 +124,7 @@ impl StatorPage {
     /// What stands in the page.
     pub fn page_values(&self) -> Vec<PlacedValue> {
         let (flat, stressed) = (&self.sweeps.flat.figures, &self.sweeps.stressed.figures);
-        let [b, _] = measured(&Scene::default());
+        let [b, _] = self.sweeps.flat.measured;
         let thermal = thermoelastic(&self.sweeps.flat, flat.b.frequency_hz);
         let [ring, ring_stressed] = self.sweeps.free_ring_hz;
         vec![
@@ -134,6 +138,23 @@ impl StatorPage {
             ("bow_stressed", self.stressed_bow()),
             ("exponent_b", self.spread("exponent of B", 2)),
             ("exponent_c", self.spread("exponent of C", 2)),
+            ("force_b", self.spread("force on B", 2)),
+            ("force_c", self.spread("force on C", 2)),
+            ("best_field_b", self.spread("best field for B", 1)),
+            ("best_field_c", self.spread("best field for C", 1)),
+            ("field_one", self.spread("field of both amplitudes", 1)),
+            ("field_other", self.spread("the other such field", 1)),
+            ("strain", self.spread("strain of the foil", 1)),
+            ("field_lines", self.field_lines()),
+            ("table_free", free_response::table(&self.free_modes()).markdown()),
+            ("stressed_members", self.stressed.met().count().to_string()),
+            ("stressed_drawn", self.stressed.members.len().to_string()),
+            ("tilt_stressed", spread(&self.stressed, "f of the lower tilt", 0)),
+            ("exponent_b_stressed", spread(&self.stressed, "exponent of B", 2)),
+            ("exponent_c_stressed", spread(&self.stressed, "exponent of C", 2)),
+            ("bow_members", spread(&self.stressed, "bow", 0)),
+            ("silicon_stressed", spread(&self.stressed, "thickness of the silicon", 0)),
+            ("table_stressed_ensemble", self.stressed.table().markdown()),
             ("members", self.flat.met().count().to_string()),
             ("shift_b_toothless", format!("{:.3}", self.sweeps.toothless.mode_shift_deg[0].abs())),
             ("shift_c_toothless", format!("{:.3}", self.sweeps.toothless.mode_shift_deg[1].abs())),

@@ -6,7 +6,8 @@ use motor_model::math;
 use stator::modes::Places;
 
 use super::SolvedStator;
-use super::members::{Ensemble, QUANTITIES};
+use super::members::Ensemble;
+use super::quantities::QUANTITIES;
 use crate::report::chart::{Axis, Colour, Figure, Panel, Series};
 use simulation::math::count::real;
 
@@ -149,12 +150,13 @@ impl SolvedStator {
 impl Ensemble {
     /// Each member as a dot, quantity by quantity.
     pub(super) fn picture(&self) -> Figure {
-        let groups: [(&str, &str, &[usize]); 5] = [
+        let groups: [(&str, &str, &[usize]); 6] = [
             ("Frequencies of the tilting modes", "frequency (Hz)", &[1, 2]),
             ("Modal masses over the stator mass", "share (1)", &[6, 7, 8, 9]),
             ("Exponents at the teeth", "exponent (1)", &[10, 11, 12, 13]),
             ("Mode shifts", "angle (deg)", &[14, 15]),
             ("Masses", "mass (mg)", &[18, 19, 20]),
+            ("Force of the foil", "force per strain (mN/ppm)", &[26, 27]),
         ];
         let mut figure = Figure::new("What the drawing leaves open").caption(
             "Each dot is a stator that meets the frequencies of A, B and C; bars are standard deviations.",

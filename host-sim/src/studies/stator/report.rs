@@ -1,7 +1,9 @@
 //! The reports on a stator and on an ensemble.
 
 use super::SolvedStator;
-use super::members::{Ensemble, QUANTITIES};
+use super::driven::DrivenStator;
+use super::members::Ensemble;
+use super::quantities::{QUANTITIES, Quantity};
 use crate::report::key_figure::KeyFigure;
 use crate::studies::study_report::StudyReport;
 
@@ -52,6 +54,12 @@ impl SolvedStator {
         figures.push(KeyFigure::single("mode shift", "deg", f.mode_shift_deg[1]).of("C"));
         figures.push(KeyFigure::single("bow", "m", f.bow_m));
         figures.push(KeyFigure::single("stator mass", "kg", f.stator_mass_kg));
+        if let Some(driven) = DrivenStator::of(self) {
+            for (name, drive) in ["B", "C"].into_iter().zip(driven.modes) {
+                figures.push(KeyFigure::single("force per strain", "N", drive.force_per_strain_n).of(name));
+                figures.push(KeyFigure::single("best field", "deg", drive.best_field_deg).of(name));
+            }
+        }
         figures
     }
 
@@ -69,7 +77,8 @@ impl SolvedStator {
 impl Ensemble {
     /// The report on an ensemble.
     pub(crate) fn report(&self) -> StudyReport {
-        let figures = QUANTITIES.iter().map(|quantity| {
+        let has_values = |quantity: &&Quantity| self.spread(**quantity).mean.is_finite();
+        let figures = QUANTITIES.iter().filter(has_values).map(|quantity| {
             KeyFigure::mean(quantity.name, quantity.unit, self.met().map(|member| (quantity.of)(member)))
         });
         StudyReport {
@@ -92,6 +101,11 @@ impl Ensemble {
             ],
             motor_s: None,
         }
+    }
+
+    /// The scene file of the mean motor.
+    pub fn motor_scene(&self) -> String {
+        self.motor_toml()
     }
 
     /// The result for programs: one object with the rows.

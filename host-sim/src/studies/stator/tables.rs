@@ -1,9 +1,12 @@
 //! Tables of a stator and of an ensemble.
 
+use stator::ensemble::Member;
 use stator::modes::ModeFigures;
 
 use super::SolvedStator;
-use super::members::{Ensemble, QUANTITIES};
+use super::driven::DrivenStator;
+use super::members::Ensemble;
+use super::quantities::QUANTITIES;
 use crate::report::document::{Block, Document};
 use crate::report::key_figure::significant;
 use crate::report::table::Table;
@@ -44,7 +47,8 @@ impl SolvedStator {
     /// What is said of the whole.
     pub(super) fn lines(&self) -> Vec<(&'static str, String)> {
         let (f, n) = (&self.figures, &self.drawing.numbers);
-        vec![
+        let driven = DrivenStator::of(self).map(|driven| driven.lines(n.field_angle_deg));
+        let lines = vec![
             (
                 "modes about",
                 if self.drawing.stressed { "the bonded state" } else { "the flat state" }.to_owned(),
@@ -57,7 +61,8 @@ impl SolvedStator {
             ("half-angle of the springs", format!("{:.2} deg", n.spring_half_angle_deg)),
             ("stem of the springs", format!("{:.3} mm", 1e3 * n.spring_stem_m)),
             ("mesh", format!("{} nodes", self.solution.mesh.nodes.len())),
-        ]
+        ];
+        lines.into_iter().chain(driven.into_iter().flatten()).collect()
     }
 
     /// Everything in words and tables.
@@ -81,6 +86,9 @@ impl Ensemble {
         let mut table = Table::new(&["quantity", "mean", "standard deviation", "least", "largest"]);
         for quantity in QUANTITIES {
             let (spread, (low, high)) = (self.spread(quantity), self.range(quantity));
+            if !spread.mean.is_finite() {
+                continue;
+            }
             let name = if quantity.unit.is_empty() {
                 quantity.name.to_owned()
             } else {
@@ -98,12 +106,19 @@ impl Ensemble {
             "{met} of {all} stators drawn over what is not published meet the frequencies of A, B and C. Their spread \
              is what the drawing leaves open."
         );
-        Document {
-            blocks: vec![
-                Block::Heading("Stators that meet the frequencies".to_owned()),
-                Block::Paragraph(said),
-                Block::Table(self.table()),
-            ],
+        let mut blocks = vec![
+            Block::Heading("Stators that meet the frequencies".to_owned()),
+            Block::Paragraph(said),
+            Block::Table(self.table()),
+        ];
+        let missed: Vec<&Member> = self.members.iter().filter(|member| !member.met).collect();
+        if !missed.is_empty() {
+            let mut table = Table::new(&["stator", "why it does not meet them"]);
+            for member in missed {
+                table.push(vec![member.number.to_string(), member.why.clone()]);
+            }
+            blocks.push(Block::Table(table));
         }
+        Document { blocks }
     }
 }
