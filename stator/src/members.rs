@@ -5,6 +5,6 @@
 /// Flat: without the stress of bonding. Made by `host-sim stator --ensemble 26`.
 pub const FLAT: &str = include_str!("../members.csv");
 
-/// With the stress of bonding: the same draws, as far as they were fitted. Made by `host-sim stator --ensemble 5 --set
+/// With the stress of bonding: the first of the same draws. Made by `host-sim stator --ensemble 8 --set
 /// stator.stressed=yes`.
 pub const STRESSED: &str = include_str!("../members-stressed.csv");

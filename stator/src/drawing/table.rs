@@ -126,7 +126,7 @@ numbers! {
         "density of the foil; data sheet";
     foil_expansion_per_k: "1/K", 11.7e-6, 0.0 to 1e-3,
         "thermal expansion of the foil; the paper";
-    field_angle_deg: "deg", 38.6, -90.0 to 90.0,
+    field_angle_deg: "deg", 39.3, -90.0 to 90.0,
         "angle from the axis of the first spring to the magnetic field; the one that gives the paper's amplitudes";
     bonding_temperature_c: "degC", 157.0, -273.0 to 1000.0,
         "temperature at which foil and silicon were joined without stress; the paper";

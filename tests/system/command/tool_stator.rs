@@ -29,6 +29,16 @@ fn tool_a_stator_is_one_object() {
     }
     assert!(number("/bow_m") > 0.0);
     assert_eq!(found["stressed"], false);
+    // The field of one direction gives B its amplitude; in two directions it gives C its own as well.
+    let strain = number("/drive/at_field/strain");
+    assert!((1e-6..20e-6).contains(&strain), "{strain}");
+    for place in [0, 1] {
+        let field = number(&format!("/drive/fields_of_both_amplitudes/{place}/field_deg"));
+        let key = format!("stator.field_angle_deg={field}");
+        let again = solved(&["--set", &key]);
+        let amplitude = again["drive"]["at_field"]["tooth_amplitude_c_m"].as_f64().unwrap();
+        assert!((amplitude / 1.81e-6 - 1.0).abs() < 1e-3, "{field}: {amplitude}");
+    }
 }
 
 /// Half the size, twice the frequency: a law of elasticity. The mesh is halved with the rest.
@@ -102,4 +112,29 @@ fn tool_an_ensemble_in_parts_is_the_whole() {
         |out: &str| std::fs::read_to_string(folder.path().join(out).join("members.csv")).expect("a table");
     assert_eq!(table("whole"), table("merged"));
     assert_eq!(table("whole").lines().count(), 3);
+}
+
+/// A draw that CalculiX cannot solve is a row with its reason, and does not end the ensemble. Parts with such rows are
+/// merged as others are; the same part given twice stands once.
+#[cfg(unix)]
+#[test]
+fn tool_a_draw_without_a_result_is_a_row() {
+    use std::os::unix::fs::PermissionsExt as _;
+    let folder = folder();
+    let program = folder.path().join("fails");
+    let script = "#!/bin/sh\nexit 3\n";
+    std::fs::write(&program, script).unwrap();
+    std::fs::set_permissions(&program, std::fs::Permissions::from_mode(0o755)).unwrap();
+    let coarse = ["--set", "stator.mesh_size_m=1.5e-3", "--quiet"];
+    let ensemble = |extra: &[&str]| succeeds(folder.path(), &[&["stator"][..], &coarse, extra].concat());
+    let ccx = program.to_str().unwrap();
+    ensemble(&["--ensemble", "2", "--shard", "1/2", "--out", "good"]);
+    ensemble(&["--ensemble", "2", "--shard", "2/2", "--ccx", ccx, "--cache", "none", "--out", "bad"]);
+    let (good, bad) = ("good/members.csv", "bad/members.csv");
+    let said = ensemble(&["--merge", bad, good, bad, "--out", "merged"]);
+    assert!(said.contains("1 of 2 stators") && said.contains("failed, exit status: 3"), "{said}");
+    let rows = std::fs::read_to_string(folder.path().join("merged/members.csv")).unwrap();
+    assert_eq!(rows.lines().count(), 3);
+    // The mean motor is that of the one that meets the frequencies.
+    succeeds(folder.path(), &["scene", "merged/motor.toml", "--only-set"]);
 }

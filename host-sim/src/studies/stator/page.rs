@@ -73,7 +73,7 @@ impl StatorPage {
         let mut both = |what: &str, paper: &str, name: &str, digits: usize, verdict: &str| {
             row([what, paper, &self.spread(name, digits), &spread(&self.stressed, name, digits), verdict]);
         };
-        both("bow, um", "77, 70 measured", "bow", 0, "stressed agrees with 70");
+        both("bow, um", "77, 70 measured", "bow", 0, "stressed within 2 sd of 70");
         both("f of the lower tilt, Hz", "between A and B", "f of the lower tilt", 0, "agrees");
         both("thickness with the foil, um", "70 +- 10", "thickness with the foil", 0, "5 to 20 % thicker");
         both("stator mass, mg", "10.7 +- 1.0", "stator mass", 1, "a tenth heavier");

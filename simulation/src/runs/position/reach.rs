@@ -46,7 +46,8 @@ pub(super) fn check(
     let refused = |conflict, hint| Err(SceneError::Conflict { conflict, hint });
     let Some((shortest_rad, _)) = map.range_rad(Family::Step, limits.amplitude_max) else {
         let conflict = "no family of mode C makes fine steps with this motor".to_owned();
-        return refused(conflict, "`response-map` prints what each drive does".to_owned());
+        let hint = "a map of more motors, `response-map --motors 40`; it prints what each drive does";
+        return refused(conflict, hint.to_owned());
     };
     let shortest_deg = degrees(shortest_rad);
     if shortest_deg > 2.0 * tolerance_deg {
