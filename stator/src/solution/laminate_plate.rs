@@ -103,7 +103,10 @@ type Strains = SMatrix<f64, 8, 8>;
 fn laminate(layers: &[Layer]) -> (Strains, [f64; 3]) {
     let (mut stiffness, mut inertia) = (Strains::zeros(), [0.0; 3]);
     for layer in layers {
-        let power = |n: i32| (layer.to.powi(n) - layer.from.powi(n)) / f64::from(n);
+        let power = |n: i32| {
+            let of = |height: f64| libm::pow(height, f64::from(n));
+            (of(layer.to) - of(layer.from)) / f64::from(n)
+        };
         for (row, column, n) in [(0, 0, 1), (0, 3, 2), (3, 0, 2), (3, 3, 3)] {
             let mut block = stiffness.fixed_view_mut::<3, 3>(row, column);
             block += layer.stiffness * power(n);
@@ -146,8 +149,8 @@ const PER_CELL: usize = 5 * 16;
 type CellMatrix = SMatrix<f64, PER_CELL, PER_CELL>;
 
 /// Stiffness and mass of a cell between two radii and two angles.
-fn cell_matrices(drawing: &Drawing, cell: Cell, [r0, r1]: [f64; 2], [t0, t1]: [f64; 2]) -> [CellMatrix; 2] {
-    let mut matrices = [CellMatrix::zeros(); 2];
+fn cell_matrices(drawing: &Drawing, cell: Cell, [r0, r1]: [f64; 2], [t0, t1]: [f64; 2]) -> Vec<CellMatrix> {
+    let mut matrices = vec![CellMatrix::zeros(); 2];
     for (along_r, weight_r) in GAUSS {
         for (along_t, weight_t) in GAUSS {
             let (r, theta) = (r0 + along_r * (r1 - r0), t0 + along_t * (t1 - t0));

@@ -148,7 +148,7 @@ impl RotorModels {
                 Series::points(points(false)).colour(Colour::Vermilion).opacity(0.6).label("stressed"),
             )
         };
-        let axis = || Axis::new("stator").within(0.0..real(all) + 1.0);
+        let axis = || Axis::new("stator (1)").within(0.0..real(all) + 1.0);
         let figures = Axis::new("figures of six (1)").within(-0.5..6.5);
         let mut figure = Figure::new("Which stators of finite elements agree with the experiment")
             .caption(

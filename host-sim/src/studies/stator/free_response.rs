@@ -6,7 +6,7 @@
 //! w_j(t) = P sum over k of  phi_k(i) phi_k(j) exp(-zeta_k w_k t) sin(w_dk t) / w_dk,    w_dk = w_k sqrt(1 - zeta_k^2)
 //! ```
 //!
-//! and a strain of the foil that swings at w, of which F_k is the force on mode k, by the size of
+//! and a strain of the foil that swings at w, of which `F_k` is the force on mode k, by the size of
 //!
 //! ```text
 //! sum over k of  phi_k(j) F_k / (w_k^2 - w^2 + 2 i zeta_k w_k w)
@@ -205,7 +205,7 @@ mod tests {
                 natural_rad_s: mode.natural_rad_s,
                 damping_ratio: mode.damping_ratio,
                 known: "",
-                at_teeth: vec![shape / mode.mass_kg.sqrt()],
+                at_teeth: vec![shape / math::sqrt(mode.mass_kg)],
                 force: 0.0,
             });
         }

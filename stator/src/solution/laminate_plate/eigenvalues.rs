@@ -93,7 +93,9 @@ pub(super) fn lowest(stiffness: &Skyline, mass: &Skyline, count: usize) -> Vec<f
     for _ in 0..ROUNDS {
         let forces: Vec<Vec<f64>> = vectors.iter().map(|vector| mass.times(vector)).collect();
         vectors.clone_from(&forces);
-        vectors.iter_mut().for_each(|vector| factor.solve(vector));
+        for vector in &mut vectors {
+            factor.solve(vector);
+        }
         let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
         let carried: Vec<Vec<f64>> = vectors.iter().map(|vector| mass.times(vector)).collect();
         let small_stiffness = DMatrix::from_fn(width, width, |i, j| dot(&vectors[i], &forces[j]));
