@@ -76,8 +76,8 @@ impl ModeDrive {
     }
 }
 
-/// Force per strain on a mode of modal mass one kilogram with the field at 0 and at 45 degrees, N/sqrt(kg), with the sign
-/// of the mode's shape: `F_0 cos 2 alpha + F_45 sin 2 alpha` with the field at alpha.
+/// Force per strain on a mode of modal mass one kilogram with the field at 0 and at 45 degrees, N/sqrt(kg), with the
+/// sign of the mode's shape: `F_0 cos 2 alpha + F_45 sin 2 alpha` with the field at alpha.
 pub fn forces(solution: &Solution, drawing: &Drawing, mode: &Mode) -> [f64; 2] {
     let n = &drawing.numbers;
     let stress = 0.75 * n.foil_modulus_pa / (1.0 + n.foil_poisson);

@@ -57,8 +57,8 @@ pub(super) struct StatorArgs {
     parts: ShardArgs,
     #[command(flatten)]
     solver: SolverArgs,
-    /// Folder for pictures, for motor.toml and, of an ensemble, for members.csv; a stator that cannot be solved is a row
-    /// with its reason
+    /// Folder for pictures, for motor.toml and, of an ensemble, for members.csv, where a stator that cannot be solved
+    /// is a row with its reason
     #[arg(long, value_name = "DIR", default_value = "out/stator")]
     out: PathBuf,
     #[command(flatten)]

@@ -9,7 +9,7 @@
 //! | `members`, `quantities` | stators drawn over what is not published: the tables that are committed, their spreads |
 //! | `motor_scene` | the keys `motor.` that follow from a stator or an ensemble, as a scene file |
 //! | `driven` | the field: strain and direction that give the amplitudes that were measured |
-//! | `measured_mode`, `damping`, `free_response` | what was measured of B and C; what damps; sweep, ring-down, impulse |
+//! | `measured_mode`, `damping`, `free_response` | what was measured of B, C; what damps; sweep, ring-down, impulse |
 //! | `tables`, `pictures`, `report` | what is shown of them |
 //! | `sweeps`, `page` | one value changed at a time; the page of results |
 

@@ -1,8 +1,8 @@
 //! A second discretisation of a drawing, for tests: a thin laminate plate, where the first is made of bricks.
 //!
 //! Mindlin's plate in cylinder coordinates about the face between foil and silicon: displacements u, v, w of that face
-//! along radius, angle (t) and height, and a rotation b of the normal, so that a point at height z moves in the plane by
-//! `u + z b_r` and `v + z b_t`. Its strains are
+//! along radius, angle (t) and height, and a rotation b of the normal, so that a point at height z moves in the plane
+//! by `u + z b_r` and `v + z b_t`. Its strains are
 //!
 //! ```text
 //! e = [ u_r,  (u + v_t)/r,  u_t/r + v_r - v/r ] + z [ b_r_r,  (b_r + b_t_t)/r,  b_r_t/r + b_t_r - b_t/r ]

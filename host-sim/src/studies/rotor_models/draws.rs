@@ -1,11 +1,11 @@
 //! Rotors drawn over everything that was not measured, and over the tolerances of what was: which of them explain the
 //! experiment, and which value decides.
 //!
-//! The stator is a member of the ensembles that are kept with the program ([`stator::members`]), drawn whole: stators of
-//! finite elements, flat and with the stress of bonding, fitted to the three published frequencies, with springs, teeth
-//! and materials that are not published. Its tilting modes, exponents, modal masses, mode shifts and mass go together
-//! as they do in that stator. Every other value is uniform over its range. Hub bearings that were assembled from silicon
-//! parts have clearances of 3.5 to 9.2 um (Demiri, Boedo, Holsen, Wear 312 (2014) 58).
+//! The stator is a member of the ensembles that are kept with the program ([`stator::members`]), drawn whole: stators
+//! of finite elements, flat and with the stress of bonding, fitted to the three published frequencies, with springs,
+//! teeth and materials that are not published. Its tilting modes, exponents, modal masses, mode shifts and mass go
+//! together as they do in that stator. Every other value is uniform over its range. Hub bearings that were assembled
+//! from silicon parts have clearances of 3.5 to 9.2 um (Demiri, Boedo, Holsen, Wear 312 (2014) 58).
 //! [`rank_correlation`] of a value with a figure tells how far the one decides the other (Spearman).
 
 use std::sync::LazyLock;

@@ -185,8 +185,8 @@ mod tests {
 
     use super::*;
 
-    /// The motor model's stator, struck at one tooth of a pair and stepped without drive, moves that tooth as the sum of
-    /// modes says. Its steps are exact: what is left is rounding.
+    /// The motor model's stator, struck at one tooth of a pair and stepped without drive, moves that tooth as the sum
+    /// of modes says. Its steps are exact: what is left is rounding.
     #[test]
     fn dual_a_struck_tooth_moves_as_in_the_motor_model() {
         let params = MotorParams::nominal();

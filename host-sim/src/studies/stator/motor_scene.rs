@@ -113,9 +113,9 @@ impl Ensemble {
     /// The mean motor of those that meet the frequencies, with twice the standard deviation as tolerance.
     pub(super) fn motor_toml(&self) -> String {
         let mut toml = String::from(
-            "# The motor that follows from an ensemble of stators: host-sim stator --ensemble. Tolerances are twice the\n\
-             # standard deviation; a key that all have within a thousandth has none. Values vary together, which a scene\n\
-             # cannot say: members.csv has the rows.\n",
+            "# The motor that follows from an ensemble of stators: host-sim stator --ensemble. Tolerances are\n\
+             # twice the standard deviation; a key that all have within a thousandth has none. Values vary\n\
+             # together, which a scene cannot say: members.csv has the rows.\n",
         );
         let rows: Vec<_> = self.met().map(member_keys).collect();
         let Some(first) = rows.first() else { return toml };

@@ -76,7 +76,7 @@ impl StatorPage {
         let mut both = |what: &str, paper: &str, name: &str, digits: usize, verdict: &str| {
             row([what, paper, &self.spread(name, digits), &spread(&self.stressed, name, digits), verdict]);
         };
-        both("bow, um", "77, 70 measured", "bow", 0, "stressed within 2 sd of 70");
+        both("bow, um", "77, 70 measured", "bow", 0, "stressed near 70");
         both("f of the lower tilt, Hz", "between A and B", "f of the lower tilt", 0, "agrees");
         both("thickness with the foil, um", "70 +- 10", "thickness with the foil", 0, "flat agrees");
         both("stator mass, mg", "10.7 +- 1.0", "stator mass", 1, "10 to 17 % heavier");
@@ -96,7 +96,7 @@ impl StatorPage {
             "1.22, 1.73",
             &flat_ratios,
             &stressed_ratios,
-            "C differs by a tenth or more",
+            "C a tenth larger or more",
         ]);
         row(["damping ratio of B, C", "0.0063, 0.0075", "-", "-", "not computed"]);
         let strain = format!("at {} ppm", self.spread("strain of the foil", 1));
