@@ -72,7 +72,7 @@ impl StatorPage {
         let change = |now: f64, before: f64| format!("{} %", percent(now, before));
         let (b, c) = (stressed.b.frequency_hz, stressed.c.frequency_hz);
         let changes = format!("B {}, C {}", change(b, flat.b.frequency_hz), change(c, flat.c.frequency_hz));
-        row(["change by stress", "raises them", "-", &changes, "contradiction"]);
+        row(["change by stress, default", "raises them", "-", &changes, "contradiction"]);
         let mut both = |what: &str, paper: &str, name: &str, digits: usize, verdict: &str| {
             row([what, paper, &self.spread(name, digits), &spread(&self.stressed, name, digits), verdict]);
         };
