@@ -1,5 +1,7 @@
 #![doc = include_str!("../README.md")]
 
+#[cfg(all(test, feature = "solver"))]
+mod bimetal_ring;
 #[cfg(feature = "solver")]
 pub mod deck;
 pub mod drawing;

@@ -1,34 +1,23 @@
 use super::*;
-use crate::drawing::{Clamp, Silicon, Springs};
+use crate::bimetal_ring;
 use crate::modes::StatorFigures;
 use crate::solver::Solver;
 
-/// A free ring of two isotropic layers with one Poisson's ratio. Under the strain it bends into a saddle without any
-/// moment, whatever its rims (Timoshenko's bimetal along the field and, with the sign changed, across it):
+/// Under a strain e of the foil along the field and -e/2 across, a free bimetal ring bends into a saddle: along the
+/// field as under the strain 3 e / 4 against the silicon ([`bimetal_ring`]), across it the other way.
 ///
 /// ```text
-/// w = curvature r^2 cos 2 theta / 2,   m = t_f / t_s,   n = E_f / E_s,   h = t_f + t_s
-/// curvature = 6 (3 e / 4) (1 + m)^2 / (h (3 (1 + m)^2 + (1 + m n) (m^2 + 1 / (m n))))
+/// w = curvature r^2 cos 2 theta / 2
 /// ```
 ///
 /// The force on a mode is `w_n^2` times the mass-weighted product of mode and saddle (Betti). What the foil's rims give
 /// is compared with that. A mesh may cost half a per cent of a frequency, so one per cent of its square.
 #[test]
 fn exact_force_on_a_free_bimetal_ring() {
-    let mut drawing = Drawing {
-        springs: Springs::None,
-        silicon: Silicon::Isotropic,
-        clamp: Clamp::Nothing,
-        ..Drawing::default()
-    };
-    drawing.numbers.tooth_radial_m = 0.0;
+    let mut drawing = bimetal_ring::drawing();
     drawing.numbers.mesh_size_m = 0.25e-3;
-    drawing.numbers.foil_poisson = drawing.numbers.silicon_poisson;
     let n = &drawing.numbers;
-    let (m, h) = (n.foil_thickness_m / n.silicon_thickness_m, n.foil_thickness_m + n.silicon_thickness_m);
-    let ratio = n.foil_modulus_pa / n.silicon_modulus_pa;
-    let one = (1.0 + m) * (1.0 + m);
-    let curvature = 4.5 * one / (h * (3.0 * one + (1.0 + m * ratio) * (m * m + 1.0 / (m * ratio))));
+    let curvature = 0.75 * bimetal_ring::curvature_per_strain(&drawing);
     let weight = n.foil_density_kg_m3 * n.foil_thickness_m + n.silicon_density_kg_m3 * n.silicon_thickness_m;
 
     let solution = Solution::of(&drawing, &Solver::default()).unwrap();

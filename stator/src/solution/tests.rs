@@ -2,6 +2,7 @@ use std::path::PathBuf;
 
 use super::annular_plate::{Rim, lowest_root};
 use super::*;
+use crate::bimetal_ring;
 use crate::drawing::{Clamp, Silicon, Springs};
 use crate::modes::StatorFigures;
 
@@ -107,31 +108,15 @@ fn dual_a_laminate_plate_has_the_frequencies_of_the_bricks() {
     }
 }
 
-/// Timoshenko's bimetal (J. Opt. Soc. Am. 11 (1925) 233) for two layers of equal Poisson's ratio, which bend into a
-/// sphere:
-///
-/// ```text
-/// m = t_f / t_s,   n = E_f / E_s,   h = t_f + t_s
-/// curvature = 6 (alpha_f - alpha_s) dT (1 + m)^2 / (h (3 (1 + m)^2 + (1 + m n) (m^2 + 1 / (m n))))
-/// bow = curvature (a^2 - b^2) / 2
-/// ```
+/// Two layers of equal Poisson's ratio that expand differently bend into a sphere, `bow = curvature (a^2 - b^2) / 2`:
+/// [`bimetal_ring`].
 #[test]
 fn exact_bow_of_a_bimetal_ring() {
-    let mut drawing = Drawing {
-        springs: Springs::None,
-        silicon: Silicon::Isotropic,
-        clamp: Clamp::Nothing,
-        ..Drawing::default()
-    };
-    drawing.numbers.tooth_radial_m = 0.0;
-    drawing.numbers.foil_poisson = drawing.numbers.silicon_poisson;
+    let drawing = bimetal_ring::drawing();
     let n = &drawing.numbers;
-    let (m, h) = (n.foil_thickness_m / n.silicon_thickness_m, n.foil_thickness_m + n.silicon_thickness_m);
-    let ratio = n.foil_modulus_pa / n.silicon_modulus_pa;
-    let one = (1.0 + m) * (1.0 + m);
     let strain =
         (n.foil_expansion_per_k - n.silicon_expansion_per_k) * (n.bonding_temperature_c - n.temperature_c);
-    let curvature = 6.0 * strain * one / (h * (3.0 * one + (1.0 + m * ratio) * (m * m + 1.0 / (m * ratio))));
+    let curvature = strain * bimetal_ring::curvature_per_strain(&drawing);
     let (a, b) = (n.outer_radius_m, n.inner_radius_m);
     let expected = 0.5 * curvature * (a * a - b * b);
     let solution = Solution::of(&drawing, &solver()).unwrap();

@@ -207,9 +207,7 @@ impl DrawnRotor {
             QUANTITIES.map(|quantity| agrees(mode, quantity, run.get(quantity)))
         })
     }
-}
 
-impl DrawnRotor {
     /// How many of the six figures agree.
     pub fn figures_met(&self) -> usize {
         self.agreements().iter().flatten().filter(|agrees| **agrees).count()
@@ -268,7 +266,7 @@ mod tests {
         let mut stators: Vec<usize> = drawn.iter().map(|rotor| rotor.stator).collect();
         stators.sort_unstable();
         stators.dedup();
-        // 40 draws of 30 leave a third out.
+        // 40 draws of 32 leave a quarter of them out.
         assert!(stators.len() > 15, "{stators:?}");
         let (all, flat) = super::stators();
         assert!(flat >= 12 && all > flat);

@@ -84,8 +84,8 @@ impl SolvedStator {
         toml
     }
 
-    /// The same as a scene file, with the keys of `given` that do not follow from a stator.
-    pub(super) fn motor_toml(&self, given: &[(&'static str, f64)]) -> String {
+    /// The motor that has this stator as a scene file, with the keys of `given` that do not follow from a stator.
+    pub fn motor_scene(&self, given: &[(&'static str, f64)]) -> String {
         let mut toml = String::from(
             "# The motor that follows from a stator by finite elements: host-sim stator.\n# Damping, drive, rotor and \
              hub do not follow from it.\n",
@@ -111,7 +111,7 @@ impl SolvedStator {
 
 impl Ensemble {
     /// The mean motor of those that meet the frequencies, with twice the standard deviation as tolerance.
-    pub(super) fn motor_toml(&self) -> String {
+    pub fn motor_scene(&self) -> String {
         let mut toml = String::from(
             "# The motor that follows from an ensemble of stators: host-sim stator --ensemble. Tolerances are\n\
              # twice the standard deviation; a key that all have within a thousandth has none. Values vary\n\
@@ -167,14 +167,14 @@ mod tests {
         let solved = SolvedStator::as_drawn(&drawing, &Solver::default()).unwrap();
         let mut scene = Scene::default();
         let given = [("motor.rotor_mass_kg", 4e-5), ("motor.mode_b.frequency_hz", 1.0)];
-        scene.set_all(&solved.motor_toml(&given), Path::new("motor.toml")).unwrap();
+        scene.set_all(&solved.motor_scene(&given), Path::new("motor.toml")).unwrap();
         assert!((scene.number("motor.rotor_mass_kg") - 4e-5).abs() < 1e-12);
         for (key, value) in solved.motor_keys().into_iter().filter(|(key, _)| !needs_tilt(key)) {
             assert!((scene.number(key) - value).abs() <= 1e-5 * value.abs(), "{key}");
         }
         let ensemble = Ensemble { members: vec![Member::of(0, &drawing, &solved.figures); 2] };
         let mut mean = Scene::default();
-        mean.set_all(&ensemble.motor_toml(), Path::new("motor.toml")).unwrap();
+        mean.set_all(&ensemble.motor_scene(), Path::new("motor.toml")).unwrap();
         let mass = mean.number("motor.stator_mass_kg");
         assert!((mass / solved.figures.stator_mass_kg - 1.0).abs() < 1e-5, "{mass}");
         let mut again = Scene::default();

@@ -63,11 +63,6 @@ impl SolvedStator {
         figures
     }
 
-    /// The scene file of the motor that has this stator, with what is `given` of it beside.
-    pub fn motor_scene(&self, given: &[(&'static str, f64)]) -> String {
-        self.motor_toml(given)
-    }
-
     /// The scene file of its drawing.
     pub fn drawing_scene(&self) -> String {
         self.drawing_toml()
@@ -101,11 +96,6 @@ impl Ensemble {
             ],
             motor_s: None,
         }
-    }
-
-    /// The scene file of the mean motor.
-    pub fn motor_scene(&self) -> String {
-        self.motor_toml()
     }
 
     /// The result for programs: one object with the rows.
