@@ -118,8 +118,7 @@ impl<T: Real, B: TrackCovariance<T>> Process<T, B> for KickedRate<'_, T> {
         if at > self.detecting_until {
             return self.tuning.constant_rate.random_walk.jitter(motion);
         }
-        let [unseen_b, unseen_c] = self.tuning.unseen_rad2_s2;
-        let unseen = |rate_rad2_s2| Jitter { angle_rad2: T::zero(), rate_rad2_s2 };
-        motion.of(unseen(unseen_b), self.tuning.jitter_c.plus(unseen(unseen_c)), Jitter::none())
+        let undone = motion.of(Jitter::none(), self.tuning.jitter_c, Jitter::none());
+        self.tuning.unseen(motion, at, self.detecting_until).plus(undone)
     }
 }

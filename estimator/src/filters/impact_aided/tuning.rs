@@ -1,23 +1,19 @@
 //! What [`super::ImpactAided`] assumes of motor and instruments.
 
-use motor_model::{MotorParams, Parameter, Real, math};
+use motor_model::{MotorParams, Parameter, Real, Time, math};
 
 use crate::camera::process::Jitter;
 use crate::filters::constant_rate::ConstantRateTuning;
 use crate::filters::impact_aided::ringing::RingingTuning;
 use crate::instruments::Instruments;
 use crate::vibrometer::impact_detector::ImpactDetectorTuning;
+use crate::vibrometer::motion::Motion;
 
 /// Process noise by impacts below a threshold of 1 mm/s, in modes B and C, in rad^2/s^3.
 const MISSED_RAD2_S3: [f64; 2] = [0.4, 4.0];
 const THRESHOLD_M_S: f64 = 1e-3;
 /// Intensity of the kicks in modes B and C at times below a millisecond, in rad^2/s^3: see [`crate::ConstantRate`].
 const KICKS_RAD2_S3: [f64; 2] = [4260.0, 970.0];
-/// Longest time between two samples at which impacts are located within it and nothing is unseen, in s.
-const LOCATED_S: f64 = 1e-5;
-/// Samples' periods for which an impact is not shown: half of one until the next sample in the mean, and one more until
-/// that sample tells it from noise.
-const UNSEEN_PERIODS: f64 = 1.5;
 
 /// What the filter assumes of motor and sensors.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -43,9 +39,10 @@ pub struct ImpactAidedTuning<T> {
     pub(crate) missed_rad2_s3: [T; 2],
     /// The part of the kicks under mode C that the next kick undoes.
     pub(crate) jitter_c: Jitter<T>,
-    /// Variance of the rate in modes B and C by impacts that a slow vibrometer has not shown yet, in rad^2/s^2: the
-    /// intensity of the kicks, over the time for which they are not shown.
-    pub(crate) unseen_rad2_s2: [T; 2],
+    /// Intensity of the kicks in modes B and C, in rad^2/s^3.
+    pub(crate) kicks_rad2_s3: [T; 2],
+    /// Time between two samples of the vibrometer, in ns.
+    pub(crate) sample_period_nanos: u64,
 }
 
 impl<T: Real> ImpactAidedTuning<T> {
@@ -59,8 +56,6 @@ impl<T: Real> ImpactAidedTuning<T> {
         let approach = (1.0 + params.tooth_mass_ratio()) / (1.0 + get(Parameter::Restitution));
         let (sin, cos) = math::sin_cos(2.0 * params.mode_b_tooth_angle_deg().to_radians());
         let detector = ImpactDetectorTuning::new(params, &vibrometer);
-        let period_s = vibrometer.period_s();
-        let unseen_s = if period_s > LOCATED_S { UNSEEN_PERIODS * period_s } else { 0.0 };
         Self {
             constant_rate: ConstantRateTuning::for_motor(params, instruments),
             detector,
@@ -72,9 +67,36 @@ impl<T: Real> ImpactAidedTuning<T> {
             unexplained: T::from_f64(0.68),
             missed_rad2_s3: MISSED_RAD2_S3.map(T::from_f64),
             jitter_c: Jitter { angle_rad2: T::from_f64(1e-9), rate_rad2_s2: T::from_f64(1.2e-3) },
-            unseen_rad2_s2: KICKS_RAD2_S3.map(|intensity| T::from_f64(intensity * unseen_s)),
+            kicks_rad2_s3: KICKS_RAD2_S3.map(T::from_f64),
+            sample_period_nanos: vibrometer.period_nanos,
         }
         .with_noise(detector.noise_m_s)
+    }
+
+    /// Variance of the rate at `at` by impacts since the sample before, which no sample has shown yet: the intensity of
+    /// the kicks times that time. The newest sample was taken [`ImpactDetectorTuning::gap_nanos`] before
+    /// `detecting_until`; the samples before it are taken as evenly spaced.
+    #[inline]
+    pub(crate) fn unseen(&self, motion: Motion, at: Time, detecting_until: Time) -> Jitter<T> {
+        let [of_b, of_c] = self.kicks_rad2_s3;
+        let rate_rad2_s3 = motion.of(of_b, of_c, T::zero());
+        let reaches = detecting_until.nanos_since(at);
+        let since_nanos = match self.detector.gap_nanos.checked_sub(reaches) {
+            Some(since_newest) => since_newest,
+            None => self.since_sample_before_nanos(reaches - self.detector.gap_nanos),
+        };
+        let since_s = T::from_f64(1e-9) * T::from_i32(i32::try_from(since_nanos).unwrap_or(i32::MAX));
+        Jitter { angle_rad2: T::zero(), rate_rad2_s2: rate_rad2_s3 * since_s }
+    }
+
+    /// Time from the sample before an instant to it, in ns, where the instant is `before_newest_nanos` before the newest
+    /// sample.
+    #[cold]
+    fn since_sample_before_nanos(&self, before_newest_nanos: u64) -> u64 {
+        match before_newest_nanos.checked_rem(self.sample_period_nanos) {
+            None | Some(0) => 0,
+            Some(until_next) => self.sample_period_nanos - until_next,
+        }
     }
 
     /// For a vibrometer of this noise: a wider threshold misses larger impacts.

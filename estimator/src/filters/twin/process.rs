@@ -1,6 +1,6 @@
 //! The rotor filter's prediction from frame to frame: through the kicks, with process noise between them.
 
-use motor_model::{DriveMode, Real, Time};
+use motor_model::{Real, Time};
 
 use super::kick_record::{KickRecords, RotorState};
 use super::propagated_track::PropagatedTrack;
@@ -121,13 +121,7 @@ impl<T: Real> TwinProcess<'_, T> {
         if at > self.detecting_until {
             return self.tuning.constant_rate.random_walk.jitter(motion).times(self.strength.under(motion));
         }
-        let [unseen_b, unseen_c] = self.tuning.without_stator.unseen_rad2_s2;
-        let rate_rad2_s2 = match motion {
-            Motion::Impacted(DriveMode::B) => unseen_b,
-            Motion::Impacted(DriveMode::C) => unseen_c,
-            Motion::Quiet => T::zero(),
-        };
-        Jitter { angle_rad2: T::zero(), rate_rad2_s2 }
+        self.tuning.without_stator.unseen(motion, at, self.detecting_until)
     }
 }
 

@@ -85,7 +85,6 @@ impl<T: Real> TwinFilter<T> {
         }
         if parts.small_impacts {
             (tuning.chatter_rad2_s2, tuning.undetected_part2) = (T::from_f64(KICK_TOLD_RAD2_S2), zero);
-            tuning.without_stator.unseen_rad2_s2 = [zero; 2];
         }
         self.told = ToldPeriod::of(parts);
         self
