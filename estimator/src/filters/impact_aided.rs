@@ -22,7 +22,7 @@
 //! - Mode B: S follows from the tooth's rise and from what the earlier impacts of the train have left in the other
 //!   modes ([`ringing`]). It is taken as uniform within a width of that value, so the mean kick and its slope are known
 //!   ([`crate::filters::kick`]). Where the teeth stick, the rate afterwards is that of the tooth. The friction is
-//!   uniform in 0.2 to 0.6, and its error is the same at every impact of a motor: counted at 0.045 of its square.
+//!   uniform in 0.2 to 0.6, and its error is the same at every impact of a motor: counted at 0.04 of its square.
 //! - Mode C moves the teeth by 2 um, no more than what impacts leave in A and B. So neither the pair that impacts is
 //!   known nor the sign of the slip, and 80 % of the kicks are at their bound. The mean is 0 and the variance 0.68 of
 //!   `(c dv)^2` (0.95 in drawn motors, but neighbouring kicks undo a part of each other: the jitter).
@@ -80,7 +80,7 @@ const SAMPLE_SPACING_MAX_S: f64 = 7e-6;
 
 /// Half the width of the distribution of the tooth's rate under mode B, in rad/s, without the change by ringing between
 /// two samples.
-const TOOTH_WIDTH_RAD_S: f64 = 1.5;
+const TOOTH_WIDTH_RAD_S: f64 = 1.0;
 
 /// The filter with impacts from the vibrometer.
 #[derive(Clone, Debug)]
@@ -284,7 +284,7 @@ impl<T: Real> AngleFilter<T> for ImpactAided<T> {
     fn update_ldv(&mut self, sample: &LdvSample) -> Option<ImpactInnovation<T>> {
         if self.watch.observe(sample) {
             let (before, had_fault) = (self.detector.newest(), self.detector.has_fault());
-            let sample = &self.watch.corrected(sample);
+            let sample = &self.detector.scaled(&self.watch.corrected(sample));
             let detection = self.detector.observe(sample);
             if had_fault && !self.detector.has_fault() {
                 self.resume_detection(sample.taken_at);

@@ -31,7 +31,7 @@
 //! 6. If an impact ends a flight of two samples or more: the jump of the impact before is refined ([`refinement`]).
 //! 7. The event acts ([`vibrometer_sample`]):
 //!    - rotor quiet: stator at rest, monitors reset;
-//!    - flight: height integrated; after ten samples the jump is refined;
+//!    - flight: height integrated; after 0.1 ms the jump is refined;
 //!    - impact: height integrated, then [`impact`]: regime; association of a pair; update, transition; kick kept;
 //!    - fall, gap: an unknown kick is kept.
 //! 8. If the newest kick was refined, the propagated track is renewed ([`kick_history`]).
@@ -51,8 +51,9 @@
 //! riding? (regime)  ----------------- yes -->  riding kick
 //! stator_follows?  ------------------- no -->  unexplained kick
 //! more than 31 us since a sample?  -- yes -->  unexplained kick, motion forgotten
-//! associated with a pair?  ----------- no -->  unassociated kick, of unknown sign
+//! a pair, or larger than noise?  ---- no -->  unassociated kick, of unknown sign
 //! mean misfit > 15, or not sound?  -- yes -->  unexplained kick, stator restarted, on probation
+//! associated with a pair?  ----------- no -->  unexplained kick
 //! trusted, and its misfit < 40?  ----- no -->  unexplained kick, stator updated
 //!                                     yes -->  explained kick, stator updated; refined by later samples
 //! ```
@@ -63,9 +64,9 @@
 //! # Flags
 //!
 //! ```text
-//!               fall in flight off by 25 %: VibrometerScale         (until within 15 %)
 //!               falls instead of jumps:     VibrometerInverted      (until jumps prevail)
 //!               a fall of 5 mm/s or more:   VibrometerErratic       (until 50 ms after the last)
+//!               fall in flight off by 25 %: VibrometerScale         (until the corrected one is within 15 %)
 //!            .---------------------------------------------------------.
 //! vibrometer sound                                                   fault: impacts ignored, the rate wanders
 //!            '---------------------------------------------------------'
@@ -90,7 +91,7 @@
 //! | | false | the track was propagated again |
 //!
 //! Health is the first of these that holds: `VibrometerSilent` (no sample for 1 ms), `VibrometerInverted`,
-//! `VibrometerScale`, `VibrometerErratic`, `ImpactsUnexplained`; then those of the camera.
+//! `VibrometerErratic`, `VibrometerScale`, `ImpactsUnexplained`; then those of the camera.
 //!
 //! Without samples for [`crate::ImpactDetectorTuning::gap_nanos`] the rate wanders as in [`crate::ConstantRate`], and
 //! modes and height become unknown. Gate, restart, rest and the loss of either sensor are those of all filters.
@@ -269,7 +270,7 @@ impl<T: Real> AngleFilter<T> for TwinFilter<T> {
         if !self.watch.observe(sample) {
             return None;
         }
-        let sample = &self.watch.corrected(sample);
+        let sample = &self.detector.scaled(&self.watch.corrected(sample));
         if self.detector.newest().is_some_and(|newest| sample.taken_at <= newest) {
             self.resume_at(sample.taken_at);
         }
@@ -293,6 +294,7 @@ impl<T: Real> AngleFilter<T> for TwinFilter<T> {
             if !was_erratic {
                 self.misfit = MisfitMonitor::trusted();
             }
+            self.kick_use.forgive();
             self.resume_detection();
         }
         if let (VibrometerEvent::Impact { .. }, Some(first)) = (event, self.unrefined_jump)

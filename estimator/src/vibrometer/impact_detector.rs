@@ -8,7 +8,8 @@
 //!
 //! The velocity in flight is estimated from the samples since the last impact: `v^ <- v^ + w (sample - v^)` with
 //! `w = 1/n` for the first [`ImpactDetectorTuning::window_samples`] of them and constant from then on, so that an
-//! error of `b_z` is forgotten. Its variance is `p sigma^2`, `p <- (1 - w)^2 p + w^2`. The filter has one state:
+//! error of `b_z` is forgotten. `b_z` itself and the vibrometer's scale are learnt from each flight ([`free_fall`]).
+//! Its variance is `p sigma^2`, `p <- (1 - w)^2 p + w^2`. The filter has one state:
 //!
 //! | index | symbol | unit | meaning | prior, after each impact |
 //! |---|---|---|---|---|
@@ -35,8 +36,8 @@
 //! |---|---|---|---|
 //! | too much noise | as described, or learnt at rest | `VibrometerUnfit` | never, or when less is learnt |
 //! | wrong sign | every impact appears as a fall | `VibrometerInverted` | when jumps are upwards again |
-//! | wrong scale | a rotor in flight does not fall by g: [`free_fall`] | `VibrometerScale` | when it does again |
 //! | wrong samples | a fall of [`FALL_M_S`] or more | `VibrometerErratic` | 50 ms after the last such fall |
+//! | wrong scale | a flight is no fall by g: [`free_fall`] | `VibrometerScale` | when corrected and proven |
 //!
 //! Wrong sign: the statistic is the sum of the squares of the jumps, falls counted negative, kept within 0.01 m^2/s^2
 //! of zero. A single square counts at most 0.009, so that one wrong sample is no proof. A dozen impacts of mode B turn
@@ -49,7 +50,7 @@
 
 mod free_fall;
 
-use free_fall::FreeFall;
+use free_fall::{FreeFall, Taught};
 use motor_model::{MotorParams, Parameter, Real, Time};
 
 use crate::filter::Reason;
@@ -70,7 +71,7 @@ pub(crate) fn window_samples<T: Real>(window_s: f64, vibrometer: &VibrometerDesc
 /// Noise, threshold and model of the impact detector.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ImpactDetectorTuning<T> {
-    /// Standard deviation of a sample's noise, in m/s.
+    /// Standard deviation of a sample's noise as the vibrometer gives it, in m/s.
     pub(crate) noise_m_s: T,
     /// Threshold in standard deviations, k.
     pub(crate) threshold: T,
@@ -159,6 +160,10 @@ pub(crate) struct ImpactDetector<T> {
     /// Sum of the jumps' squares, falls counted negative, in m^2/s^2; within [`Self::SIGN_M2_S2`] of zero.
     upward_m2_s2: T,
     free_fall: FreeFall<T>,
+    /// What a true velocity of one is in the vibrometer's samples, as the flights have taught it.
+    scale: T,
+    /// Its inverse.
+    per_scale: T,
     /// Until when impacts are ignored, since some samples were wrong.
     erratic_until: Option<Time>,
     /// The fault that holds, if any: kept, since every sample needs it and few change it.
@@ -188,7 +193,9 @@ impl<T: Real> ImpactDetector<T> {
             drift_m_s: T::zero(),
             below: false,
             upward_m2_s2: T::from_f64(Self::SIGN_M2_S2),
-            free_fall: FreeFall::default(),
+            free_fall: FreeFall::new(tuning.gravity_m_s2, tuning.damping_per_s),
+            scale: T::one(),
+            per_scale: T::one(),
             erratic_until: None,
             fault: None,
         };
@@ -196,6 +203,7 @@ impl<T: Real> ImpactDetector<T> {
         detector
     }
 
+    /// Sets the noise of the vibrometer's samples as it gives them.
     pub(crate) fn set_noise(&mut self, noise_m_s: T) {
         self.tuning.noise_m_s = noise_m_s;
         let limit_m_s = self.threshold_m_s();
@@ -203,7 +211,19 @@ impl<T: Real> ImpactDetector<T> {
         self.judge();
     }
 
-    /// The fault that holds, if any; the first of too much noise, wrong sign, wrong scale and wrong samples.
+    /// Standard deviation of a sample's noise at the scale that was learnt, in m/s.
+    #[inline]
+    pub(crate) fn noise_m_s(&self) -> T {
+        self.tuning.noise_m_s * self.per_scale
+    }
+
+    /// The sample at the scale that was learnt: what [`Self::observe`] takes.
+    #[inline]
+    pub(crate) fn scaled(&self, sample: &LdvSample) -> LdvSample {
+        LdvSample { velocity_m_s: sample.velocity_m_s * self.per_scale.to_f32(), ..*sample }
+    }
+
+    /// The fault that holds, if any; the first of too much noise, wrong sign, wrong samples and wrong scale.
     pub(crate) fn fault(&self) -> Option<Reason> {
         self.fault
     }
@@ -224,10 +244,10 @@ impl<T: Real> ImpactDetector<T> {
 
     fn judge(&mut self) {
         let faults = [
-            (self.tuning.noise_m_s > self.tuning.blind_m_s, Reason::VibrometerUnfit),
+            (self.noise_m_s() > self.tuning.blind_m_s, Reason::VibrometerUnfit),
             (self.inverted(), Reason::VibrometerInverted),
-            (self.free_fall.is_wrong(), Reason::VibrometerScale),
             (self.erratic(), Reason::VibrometerErratic),
+            (self.free_fall.is_wrong(), Reason::VibrometerScale),
         ];
         self.fault = faults.into_iter().find_map(|(holds, reason)| holds.then_some(reason));
     }
@@ -243,7 +263,7 @@ impl<T: Real> ImpactDetector<T> {
 
     /// Jump that is detected with probability 1/2 in settled flight, in m/s.
     pub(crate) fn threshold_m_s(&self) -> T {
-        self.tuning.threshold * self.tuning.noise_m_s
+        self.tuning.threshold * self.noise_m_s()
     }
 
     pub(crate) fn flight(&self) -> Flight<T> {
@@ -251,7 +271,7 @@ impl<T: Real> ImpactDetector<T> {
         Flight { drift_m_s, samples, velocity_variance }
     }
 
-    /// Takes in a sample that [`crate::vibrometer::rest`] has found plausible; returns what it shows.
+    /// Takes in a sample that [`crate::vibrometer::rest`] has found plausible, [`Self::scaled`]; returns what it shows.
     pub(crate) fn observe(&mut self, sample: &LdvSample) -> VibrometerEvent<T> {
         let velocity = T::from_f32(sample.velocity_m_s);
         let soon = self.newest.as_mut().and_then(|newest| {
@@ -274,10 +294,10 @@ impl<T: Real> ImpactDetector<T> {
                 return VibrometerEvent::Flight;
             }
             self.note_jump(if upwards { square_m2_s2 } else { -square_m2_s2 });
-            self.end_flight(sample.taken_at, since_s);
+            let velocity = velocity * self.end_flight();
             self.begin_flight(velocity);
             let event = if upwards {
-                self.free_fall.begin(sample.taken_at, innovation);
+                self.free_fall.begin(velocity, innovation);
                 VibrometerEvent::Impact { before_m_s, jump_m_s: innovation }
             } else {
                 self.note_fall(sample.taken_at, -innovation)
@@ -291,6 +311,7 @@ impl<T: Real> ImpactDetector<T> {
         }
         let weight = T::one() / self.samples;
         let kept = T::one() - weight;
+        self.free_fall.take(since_s, self.velocity_m_s, innovation, weight);
         let correction_m_s = weight * innovation;
         self.velocity_m_s += correction_m_s;
         self.drift_m_s += correction_m_s;
@@ -306,7 +327,7 @@ impl<T: Real> ImpactDetector<T> {
         }
         let before = self.newest.replace(taken_at);
         self.begin_flight(velocity_m_s);
-        self.free_fall.begin(taken_at, T::zero());
+        self.free_fall.begin(velocity_m_s, T::zero());
         VibrometerEvent::Gap(before.map_or(T::zero(), |before| taken_at.seconds_since(before)))
     }
 
@@ -328,10 +349,19 @@ impl<T: Real> ImpactDetector<T> {
         self.judge();
     }
 
-    /// A flight has ended at the sample of `at`, `period_s` after the one before.
-    fn end_flight(&mut self, at: Time, period_s: T) {
-        let ImpactDetectorTuning { gravity_m_s2, window_samples, noise_m_s, .. } = self.tuning;
-        self.free_fall.end(at, self.drift_m_s, gravity_m_s2, window_samples * period_s, noise_m_s);
+    /// A flight has ended: takes into use what it has taught. Returns the factor by which velocities shrink at the
+    /// scale that is in use now.
+    fn end_flight(&mut self) -> T {
+        let noise_m_s = self.noise_m_s();
+        let Some(Taught { scale, damping_per_s }) = self.free_fall.end(noise_m_s * noise_m_s) else {
+            return T::one();
+        };
+        self.tuning.damping_per_s += damping_per_s;
+        self.scale *= scale;
+        let before = self.per_scale;
+        self.per_scale = T::one() / self.scale;
+        self.set_noise(self.tuning.noise_m_s);
+        self.per_scale / before
     }
 
     fn begin_flight(&mut self, velocity_m_s: T) {

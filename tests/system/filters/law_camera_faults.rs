@@ -261,7 +261,8 @@ fn driven_clean() -> [(DriveCommand, Vec<(&'static str, f64)>); 2] {
 
 /// E7, E8: frames that arrive up to 2 ms late and in any order leave the estimate that the same frames leave in theirs:
 /// to a hundredth of a standard deviation without vibrometer or with its impacts. The twin amends its last strike as
-/// long as the frame after it has not come; so its estimate depends on when it came, by less than half of one.
+/// long as the frame after it has not come, for a frame's period at most. So its estimate depends on when it came, by
+/// what an amendment tells: less than the standard deviation that it gives.
 #[test]
 fn law_the_order_of_arrival_makes_no_difference() {
     let errors = |sets: &[&str]| -> Vec<(&'static str, f64)> {
@@ -273,7 +274,7 @@ fn law_the_order_of_arrival_makes_no_difference() {
     let in_order = errors(&["camera.latency_frames=20"]);
     let shuffled = errors(&["camera.latency_frames=0", "camera.late_probability=1", "camera.late_frames=20"]);
     for ((name, a), (_, b)) in in_order.into_iter().zip(shuffled) {
-        let most = if name == "twin" { 0.5 } else { 0.01 };
+        let most = if name == "twin" { 1.0 } else { 0.01 };
         assert!((a - b).abs() < most, "{name}: {a} {b}");
     }
 }

@@ -83,28 +83,26 @@ fn law_a_wrong_scale_is_borne() {
 }
 
 /// A scale that is off by a half: whoever takes impacts from the vibrometer says so within 150 ms, by gravity alone and
-/// however well the impacts fit, and from then on takes none, and no filter is wrong without saying so. 0.3 s after its
-/// end all are good again.
+/// however well the impacts fit, until it has corrected it. From then on no filter is wrong without saying so, and a
+/// quarter of a second after the change all are good. The same holds when the scale is right again.
 #[test]
-fn law_a_scale_off_by_a_half_is_told() {
+fn law_a_scale_off_by_a_half_is_told_and_corrected() {
     let faults: [Faults; 2] = [
         (NONE.0, |_, sample| Some(LdvSample { velocity_m_s: 1.5 * sample.velocity_m_s, ..sample })),
         (NONE.0, |_, sample| Some(LdvSample { velocity_m_s: 0.5 * sample.velocity_m_s, ..sample })),
     ];
     for wrong in faults {
         let mut bench = settled(&[]);
-        let looks = bench.run(B, 400, wrong);
-        for looks in of_filters_with_impacts(&looks) {
-            let late = &looks[15_000..];
-            assert!(!late.iter().any(|look| look.is_good()), "{}", looks[0].name);
-            let told = looks.iter().any(|look| look.health == Health::Degraded(Reason::VibrometerScale));
-            assert!(told, "{}", looks[0].name);
+        for faults in [wrong, NONE] {
+            let looks = bench.run(B, 400, faults);
+            for looks in of_filters_with_impacts(&looks) {
+                let is_told = |look: &&Look| look.health == Health::Degraded(Reason::VibrometerScale);
+                assert!(looks[..15_000].iter().any(is_told), "{}", looks[0].name);
+            }
+            assert_never_false(&looks[15_000 * FILTERS.len()..]);
+            let late = &looks[25_000 * FILTERS.len()..];
+            assert!(late.iter().all(Look::is_good), "{:?}", late.iter().find(|look| !look.is_good()));
         }
-        assert_never_false(&looks[15_000 * FILTERS.len()..]);
-        let looks = bench.run(B, 400, NONE);
-        assert_never_false(&looks);
-        let late = &looks[30_000 * FILTERS.len()..];
-        assert!(late.iter().all(Look::is_good), "{:?}", late.iter().find(|look| !look.is_good()));
     }
 }
 
@@ -137,8 +135,21 @@ fn law_an_inverted_sign_is_told() {
     assert_within_ms(20.0, &looks, Look::is_good);
 }
 
-/// E12: 5 mm/s of bias, and 50 Hz of pickup of the same size: the estimate stays what it says; only rest is not
-/// recognised any more.
+/// No filter that takes impacts is false ([`Look::is_false`]) for 10 ms in all, nor by 0.1 degrees: what a user of an
+/// estimate that is called good has to bear.
+#[track_caller]
+fn assert_not_false_for_long(looks: &[Look]) {
+    for looks in of_filters_with_impacts(looks) {
+        let wrong: Vec<&&Look> = looks.iter().filter(|look| look.is_false()).collect();
+        assert!(wrong.len() < 1000, "{}: {} ticks, first {:?}", looks[0].name, wrong.len(), wrong[0]);
+        let far = wrong.iter().find(|look| look.error_mdeg() > 100.0);
+        assert!(far.is_none(), "{far:?}");
+    }
+}
+
+/// E12: 5 mm/s of bias, and 50 Hz of pickup of the same size: the estimate stays what it says, in both modes; only rest
+/// is not recognised any more. Pickup looks like a scale that is off by up to a sixth, with a sign that changes: until
+/// the impacts or the frames contradict what was learnt from it the twin is false for some milliseconds.
 #[test]
 fn law_bias_and_pickup_cost_no_honesty() {
     let pickup: Faults = (NONE.0, |now, sample| {
@@ -146,12 +157,14 @@ fn law_bias_and_pickup_cost_no_honesty() {
         #[expect(clippy::cast_possible_truncation, reason = "an instrument's f32")]
         Some(LdvSample { velocity_m_s: sample.velocity_m_s + 5e-3 * sin as f32, ..sample })
     });
-    for (sets, faults) in [(["ldv.bias_m_s=0.005"], NONE), (["ldv.bias_m_s=0"], pickup)] {
-        let mut bench = settled(&sets);
-        let looks = bench.run(B, 100, faults);
-        assert_never_false(&looks);
-        let looks = bench.run(DriveCommand::OFF, 150, faults);
-        assert_never_false(&looks);
+    const PICKUP: [&str; 1] = ["ldv.bias_m_s=0"];
+    for (sets, faults) in [(["ldv.bias_m_s=0.005"], NONE), (PICKUP, pickup)] {
+        let check = if sets == PICKUP { assert_not_false_for_long } else { assert_never_false };
+        for command in [B, DriveCommand::full(DriveMode::C)] {
+            let mut bench = Bench::driven(&sets, command);
+            check(&bench.run(command, 200, faults));
+            check(&bench.run(DriveCommand::OFF, 150, faults));
+        }
     }
 }
 

@@ -12,7 +12,7 @@ use crate::vibrometer::motion::Motion;
 use crate::vibrometer::motion_history::{MotionPiece, Motions};
 
 /// Variance of the friction, per its nominal value squared.
-const FRICTION_PART2: f64 = 0.045;
+const FRICTION_PART2: f64 = 0.04;
 
 /// What an impact does to the rate.
 #[derive(Clone, Copy, Debug)]

@@ -10,7 +10,7 @@ use crate::vibrometer::impact_detector::ImpactDetectorTuning;
 use crate::vibrometer::motion::Motion;
 
 /// Process noise by impacts below a threshold of 1 mm/s, in modes B and C, in rad^2/s^3.
-const MISSED_RAD2_S3: [f64; 2] = [0.4, 4.0];
+const MISSED_RAD2_S3: [f64; 2] = [0.04, 4.0];
 const THRESHOLD_M_S: f64 = 1e-3;
 /// Intensity of the kicks in modes B and C at times below a millisecond, in rad^2/s^3: see [`crate::ConstantRate`].
 const KICKS_RAD2_S3: [f64; 2] = [4260.0, 970.0];
@@ -66,7 +66,7 @@ impl<T: Real> ImpactAidedTuning<T> {
             unexplained_b: T::from_f64(0.126),
             unexplained: T::from_f64(0.68),
             missed_rad2_s3: MISSED_RAD2_S3.map(T::from_f64),
-            jitter_c: Jitter { angle_rad2: T::from_f64(1e-9), rate_rad2_s2: T::from_f64(1.2e-3) },
+            jitter_c: Jitter { angle_rad2: T::from_f64(4e-10), rate_rad2_s2: T::from_f64(1.2e-3) },
             kicks_rad2_s3: KICKS_RAD2_S3.map(T::from_f64),
             sample_period_nanos: vibrometer.period_nanos,
         }
@@ -89,8 +89,8 @@ impl<T: Real> ImpactAidedTuning<T> {
         Jitter { angle_rad2: T::zero(), rate_rad2_s2: rate_rad2_s3 * since_s }
     }
 
-    /// Time from the sample before an instant to it, in ns, where the instant is `before_newest_nanos` before the newest
-    /// sample.
+    /// Time from the sample before an instant to it, in ns, where the instant is `before_newest_nanos` before the
+    /// newest sample.
     #[cold]
     fn since_sample_before_nanos(&self, before_newest_nanos: u64) -> u64 {
         match before_newest_nanos.checked_rem(self.sample_period_nanos) {
@@ -120,5 +120,37 @@ impl<T: Real> ImpactAidedTuning<T> {
             }
         }
         self
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use motor_model::DriveMode;
+
+    use super::*;
+
+    /// Samples every 5 us, the newest at 1 ms: right after a sample nothing is unseen, before the next one the kicks of
+    /// the time since are, and of a rotor that lies on the teeth none.
+    #[test]
+    fn exact_kicks_since_the_sample_before_are_unseen() {
+        let tuning = ImpactAidedTuning::<f64>::new(&MotorParams::nominal(), &Instruments::default());
+        let detecting_until = Time::from_micros(1000).plus_nanos(tuning.detector.gap_nanos);
+        let b = Motion::Impacted(DriveMode::B);
+        for (nanos, since_s) in [
+            (1_000_000, 0.0),
+            (1_000_001, 1e-9),
+            (1_004_000, 4e-6),
+            (1_040_000, 4e-5),
+            (999_999, 4.999e-6),
+            (996_000, 1e-6),
+            (995_000, 0.0),
+            (400_003, 3e-9),
+        ] {
+            let at = Time::from_nanos(nanos);
+            let unseen = tuning.unseen(b, at, detecting_until);
+            let [of_b, _] = KICKS_RAD2_S3;
+            assert!((unseen.rate_rad2_s2 - of_b * since_s).abs() < 1e-12, "{nanos}: {unseen:?}");
+            assert_eq!(tuning.unseen(Motion::Quiet, at, detecting_until), Jitter::none());
+        }
     }
 }

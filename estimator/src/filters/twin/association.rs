@@ -12,7 +12,9 @@
 //! are not predicted equally well: a pair of which little is known fits everything a little. The mean misfit is about
 //! two, one a measurement, where the filter is consistent.
 //! A jump that is noise has no contact, but the misfit `dv^2 / var dv`, which is above the square of the detector's
-//! threshold. Noise is chosen when it misfits less than the pair by [`ContactTuning::noise_log_odds`] or more.
+//! threshold. Noise is chosen when it misfits less than the pair by [`ContactTuning::noise_log_odds`] or more. A jump
+//! that is far too large for noise then is an impact all the same, and evidence against the stator filter
+//! ([`MeasuredImpact::may_be_noise`]).
 //!
 //! # Linearisation
 //!

@@ -12,6 +12,10 @@ use crate::innovation::{ContactInnovation, ImpactInnovation, Rejection, Verdict}
 /// A longer time without samples, in s, leaves open which pair was in contact, and where: a quarter of mode A's period.
 const LONGEST_WITHIN_S: f64 = 31e-6;
 
+/// What a jump that is too large for noise and fits no pair counts as in the mean misfit. Two impacts within a period
+/// make some, after which the stator filter finds the motion again; twenty in a row show that it does not.
+const UNASSOCIATED_MISFIT: f64 = 20.0;
+
 impl<T: Real> TwinFilter<T> {
     /// Takes in an impact within the period that ends at `at`; returns its innovations, if the stator filter was asked.
     #[inline(never)]
@@ -53,11 +57,14 @@ impl<T: Real> TwinFilter<T> {
     ) -> (KickRecord<T>, ContactInnovation<T>, Verdict) {
         let refused = Verdict::Rejected(Rejection::Gate);
         let updated = self.stator.update_by_impact(impact, &self.tuning);
-        let contact = match &updated {
-            Ok(explained) => explained.innovation,
-            Err(unassociated) => unassociated.innovation,
+        let (contact, misfit) = match &updated {
+            Ok(explained) => (explained.innovation, Some(explained.misfit)),
+            Err(unassociated) => {
+                let misfit = (!impact.may_be_noise()).then_some(T::from_f64(UNASSOCIATED_MISFIT));
+                (unassociated.innovation, misfit)
+            }
         };
-        let contradicts = updated.as_ref().is_ok_and(|explained| self.misfit.note(explained.misfit));
+        let contradicts = misfit.is_some_and(|misfit| self.misfit.note(misfit));
         self.review_kick_use(at);
         if contradicts || !self.stator.is_sound() {
             self.contradict(at);
@@ -68,13 +75,18 @@ impl<T: Real> TwinFilter<T> {
             Ok(explained) => explained,
             Err(unassociated) => {
                 self.raise_at_midpoint(impact);
-                return (self.unassociated_kick(at, impact, unassociated), contact, refused);
+                let kick = if impact.may_be_noise() {
+                    self.unassociated_kick(at, impact, unassociated)
+                } else {
+                    self.unexplained_kick(at, impact)
+                };
+                return (kick, contact, refused);
             }
         };
         self.keep_learnt(at);
         self.unrefined_jump = Some(Uncertain { value: impact.jump_m_s, variance: impact.jump_m2_s2 });
         if self.misfit.accepts(explained.misfit) {
-            (self.explained_kick(at, &explained), contact, Verdict::Used)
+            (self.explained_kick(at, impact.within_s, &explained), contact, Verdict::Used)
         } else {
             (self.unexplained_kick(at, impact), contact, refused)
         }
@@ -85,11 +97,12 @@ impl<T: Real> TwinFilter<T> {
         self.stator.height_m += T::from_f64(0.5) * impact.within_s * impact.jump_m_s;
     }
 
-    /// The kick of an explained impact.
-    fn explained_kick(&self, at: Time, explained: &ExplainedImpact<T>) -> KickRecord<T> {
+    /// The kick of an explained impact. The sample `within_s` before `at` did not show it: it is later than that one.
+    fn explained_kick(&self, at: Time, within_s: T, explained: &ExplainedImpact<T>) -> KickRecord<T> {
         let (c, s) = (self.kick_per_jump_rad_m, self.per_radius_m);
         let ExplainedImpact { back, jump, tooth_velocity, .. } = *explained;
-        let back_nanos = (back.value * T::from_f64(1e9)).whole();
+        let whole_nanos = |seconds: T| (seconds * T::from_f64(1e9)).whole();
+        let back_nanos = whole_nanos(back.value).min(whole_nanos(within_s) - 1);
         KickRecord {
             at: Time::from_nanos(at.nanos().saturating_add_signed(-i64::from(back_nanos))),
             at_s2: back.variance,
@@ -116,9 +129,9 @@ impl<T: Real> TwinFilter<T> {
                 * threshold_rad_s
     }
 
-    /// Noise variance of a vibrometer sample.
+    /// Noise variance of a vibrometer sample at the scale that was learnt.
     pub(super) fn sample_m2_s2(&self) -> T {
-        self.tuning.detector.noise_m_s * self.tuning.detector.noise_m_s
+        self.detector.noise_m_s() * self.detector.noise_m_s()
     }
 
     /// Restarts the stator filter and puts it on probation: its estimates contradict the impacts.

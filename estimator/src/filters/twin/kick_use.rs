@@ -13,8 +13,9 @@
 //! ```
 //!
 //! That time is 50 ms at first, and twice the last one for each time that the innovations were coloured again: the
-//! structure of a motor does not change. It is halved again after kicks have been taken for four times as long. The
-//! estimate itself does not jump: only the noise of its prediction changes.
+//! structure of a motor does not change. It is halved again after kicks have been taken for four times as long, and is
+//! 50 ms again after a fault of the vibrometer, to which the contradictions belonged. The estimate itself does not
+//! jump: only the noise of its prediction changes.
 //!
 //! Without drive no stator is needed: friction brakes a sliding rotor whatever strikes it
 //! ([`super::unexplained_kick`]).
@@ -56,6 +57,11 @@ impl KickUse {
     fn contradict(&mut self, now: Time) {
         self.until = now.plus_nanos(self.span_nanos());
         self.doublings = (self.doublings + 1).min(DOUBLINGS_MAX);
+    }
+
+    /// The contradictions so far were those of a fault that has ended.
+    pub(super) fn forgive(&mut self) {
+        (self.until, self.doublings) = (Time::ZERO, 0);
     }
 
     /// Whether the frames allow kicks at `now`.

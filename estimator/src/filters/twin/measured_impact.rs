@@ -35,6 +35,11 @@ impl<T: Real> MeasuredImpact<T> {
         T::from_f64(0.5) * self.within_s - instant_s
     }
 
+    /// Whether the jump may be the vibrometer's noise: eight standard deviations are exceeded once in 10^15 samples.
+    pub(super) fn may_be_noise(&self) -> bool {
+        self.jump_m_s * self.jump_m_s <= T::from_f64(64.0) * self.jump_m2_s2
+    }
+
     /// An instant, clamped to the period.
     pub(super) fn clamp_instant_s(&self, instant_s: T) -> T {
         instant_s.clamp_magnitude(T::from_f64(0.5) * self.within_s)
@@ -55,7 +60,7 @@ pub(super) struct ExplainedImpact<T> {
     pub(super) misfit: T,
 }
 
-/// An impact that the stator filter takes for noise: it misfits both pairs of teeth by more than it misfits noise.
+/// An impact that the stator filter associates with no pair: it misfits both by more than it misfits noise.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct UnassociatedImpact<T> {
     /// The smaller misfit of the pairs less that of noise.

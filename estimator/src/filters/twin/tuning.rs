@@ -10,8 +10,8 @@ use crate::filters::impact_aided::ImpactAidedTuning;
 use crate::instruments::Instruments;
 use crate::vibrometer::impact_detector::{ImpactDetectorTuning, window_samples};
 
-/// Time over which the velocity in flight is averaged, in s.
-const WINDOW_S: f64 = 1e-4;
+/// Time after an impact over which the mean velocity refines its jump, in s.
+const REFINING_S: f64 = 1e-4;
 
 /// Prior of the motor, noise of the sensors, and noise of what the model leaves out.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -20,18 +20,22 @@ pub struct TwinTuning<T> {
     pub constant_rate: ConstantRateTuning<T>,
     /// The kicks that the stator's estimate does not explain: as in [`crate::ImpactAided`].
     pub without_stator: ImpactAidedTuning<T>,
-    /// The impact detector: threshold 3.6, lower than elsewhere since association finds false alarms; window 20.
+    /// The impact detector: threshold 3.6, lower than elsewhere since association finds false alarms.
     pub detector: ImpactDetectorTuning<T>,
+    /// Samples after an impact whose mean refines its jump: those of 0.1 ms. 20 leave a twentieth of the variance of
+    /// one.
+    pub refining_samples: T,
     /// Time between two samples of the vibrometer, in s.
     pub sample_period_s: T,
     /// Prior of the motor's parameters.
     pub prior: TwinPrior<T>,
     /// Noise of the contact measurements, and the gates of their association.
     pub contact: ContactTuning<T>,
-    /// Standard deviation of a tooth's tangential velocity beside what modes and instant do to it, in m/s: 5e-5, tuned.
+    /// Standard deviation of a tooth's tangential velocity beside what modes and instant do to it, in m/s: 3.5e-5,
+    /// tuned.
     pub tooth_velocity_m_s: T,
     /// Variance that each impact adds to the rate, in rad^2/s^2: smaller impacts that follow it below the detector's
-    /// threshold. 5e-5, tuned.
+    /// threshold. 3.5e-5, tuned.
     pub chatter_rad2_s2: T,
     /// Variance of the kicks by undetected impacts when the mean misfit is twice the typical one, per the square of a
     /// kick at the detector's threshold. 1.5, tuned.
@@ -67,12 +71,12 @@ pub struct TwinPrior<T> {
 pub struct ContactTuning<T> {
     /// Standard deviation of the gap, in m: 12 nm, tuned.
     pub gap_m: T,
-    /// Standard deviation of the gap as a part of the tooth's swing in modes B and C: 0.001, tuned.
+    /// Standard deviation of the gap as a part of the tooth's swing in modes B and C: 3e-4, tuned.
     pub gap_per_swing: T,
-    /// Standard deviation of the approach as a part of it: 0.003, tuned.
+    /// Standard deviation of the approach as a part of it: 0.001, tuned.
     pub approach_part: T,
     /// Process noise of each mode's velocity: as a part of a driven motion, the steady motion that it would sustain.
-    /// 4e-4, tuned.
+    /// 3e-4, tuned.
     pub process_noise_part: T,
     /// An impact is noise when its misfit exceeds that of noise by this: twice the logarithm of the prior odds, how
     /// much more often teeth touch the rotor than noise exceeds the threshold. 20, odds of 22,000.
@@ -80,10 +84,8 @@ pub struct ContactTuning<T> {
     /// Without drive the first jump below this ends the updates of the stator, in m/s: a rotor that lands chatters and
     /// slides, which the contact measurements do not describe. 0.01, assumed.
     pub landing_m_s: T,
-    /// A misfit beyond this inflates the variance of the impact's instant: 8, the 98 % point of two degrees of freedom.
+    /// A misfit beyond this inflates the variance of the impact's instant: 6, the 95 % point of two degrees of freedom.
     pub inflation_misfit: T,
-    /// Samples after an impact whose mean refines its jump: 10 leave a tenth of the variance of one.
-    pub refining_samples: u8,
 }
 
 impl<T: Real> TwinTuning<T> {
@@ -98,14 +100,14 @@ impl<T: Real> TwinTuning<T> {
             detector: ImpactDetectorTuning {
                 threshold: n(3.6),
                 blind_m_s: n(Instruments::TWIN_SD_M_S),
-                window_samples: window_samples(WINDOW_S, &vibrometer),
                 ..ImpactDetectorTuning::new(params, &vibrometer)
             },
+            refining_samples: window_samples(REFINING_S, &vibrometer),
             sample_period_s: n(vibrometer.period_s()),
             prior: TwinPrior::default(),
             contact: ContactTuning::default(),
-            tooth_velocity_m_s: n(5e-5),
-            chatter_rad2_s2: n(5e-5),
+            tooth_velocity_m_s: n(3.5e-5),
+            chatter_rad2_s2: n(3.5e-5),
             undetected_part2: n(1.5),
             riding_part2: n(0.04),
         }
@@ -134,13 +136,12 @@ impl<T: Real> Default for ContactTuning<T> {
         let n = T::from_f64;
         Self {
             gap_m: n(1.2e-8),
-            gap_per_swing: n(0.001),
-            approach_part: n(0.003),
-            process_noise_part: n(4e-4),
+            gap_per_swing: n(3e-4),
+            approach_part: n(0.001),
+            process_noise_part: n(3e-4),
             noise_log_odds: n(20.0),
             landing_m_s: n(1e-2),
-            inflation_misfit: n(8.0),
-            refining_samples: 10,
+            inflation_misfit: n(6.0),
         }
     }
 }

@@ -40,7 +40,7 @@ impl<T: Real> TwinFilter<T> {
             VibrometerEvent::Rejected => return None,
             VibrometerEvent::Flight => {
                 self.stator.height_m += half_s * (self.last_sample_m_s + sample_m_s);
-                self.refine_jump_after(T::from_i32(i32::from(self.tuning.contact.refining_samples)));
+                self.refine_jump_after(self.tuning.refining_samples);
             }
             VibrometerEvent::Impact { before_m_s, jump_m_s } => {
                 self.stator.height_m += half_s * (self.last_sample_m_s + before_m_s);

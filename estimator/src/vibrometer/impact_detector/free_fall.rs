@@ -1,84 +1,243 @@
-//! Whether the vibrometer's scale is right: between impacts the rotor falls by g.
+//! How the rotor falls in flight: the scale of the vibrometer and the damping of the film.
 //!
-//! The detector predicts the fall `g t` and averages the innovations of the samples. If the scale is off by the part
-//! e, the innovations are `e g t`. Their average over the first n samples of period h, and over n from then on, is at
-//! time t
+//! Gravity is the same in every laboratory, and the detector predicts each sample of a flight from those before it. Its
+//! innovations show what it has wrong. A vibrometer whose scale is off by the part `e`, over a film whose damping
+//! `b = b_z / m_r` is off by `d`, shows a velocity that falls too fast by
 //!
 //! ```text
-//! drift = e F,    F = g t / 2   for t < n h,    F = g (t - n h (1 - n h / 2 t))   from then on
+//! s = e g + d v                                                        (14a) with what is assumed taken away
 //! ```
 //!
-//! (The lag rises from a half of the window to all of it; this is within 6 % of the exponential.) So e is the
-//! least-squares slope of `drift` on `F` over the last flights, with the standard error
-//! `sigma sqrt(1 + p) / sqrt(sum F^2)`. A scale that is off by a half makes impacts or falls of gravity itself, which
-//! cut flights to little more than n samples, where F is 1 mm/s: sixteen of them give the slope to 0.05. Longer ones
-//! are scaled to F = 2 mm/s, so that none outweighs the flights after it.
+//! The velocity in flight is an average, and an average lags behind a slope by a time that depends on the weight `w`
+//! of the newest sample alone. With samples every `h` an innovation is
 //!
-//! A rotor in sustained contact does not fall either, and would look like a vibrometer that shows too little. So a
-//! flight counts only if a jump of [`LAUNCH_M_S`] began it. At low drive in mode C there is none, and the scale is not
-//! tested.
+//! ```text
+//! i = -tau s + noise,    tau = lag + h,    lag <- (1 - w) tau,    0 at the first sample of a flight
+//! ```
+//!
+//! So e and d are the two states of a Kalman filter with the measurements `i = -tau (g e + v d)` and no noise of their
+//! own. It is kept as its information matrix, to which a flight adds sums. At the end of a flight both estimates are
+//! taken into use, and both states are zero again.
+//!
+//! | index | symbol | unit | meaning | prior standard deviation |
+//! |---|---|---|---|---|
+//! | 0 | `e` | 1 | scale of the vibrometer less that in use, per that in use | 0.1 |
+//! | 1 | `d` | 1/s | damping of the film less that in use | half of its nominal value |
+//!
+//! The noise of an innovation counts as independent. Beyond the window the samples that follow take a part of it back,
+//! so both states are known better than said.
+//!
+//! A flight of 4 ms at 0.2 mm/s of noise gives e to 0.004 and d to a few 1/s. What is older than some
+//! [`FLIGHTS`] flights is forgotten, so that a scale that drifts is followed.
+//!
+//! A scale that jumps is another matter. The slope of the last [`RECENT_FLIGHTS`] flights alone, `sum -tau i g` per
+//! `sum (tau g)^2`, shows it. Long flights count for no more than short ones, to which a wrong scale cuts them: it
+//! makes impacts or falls of gravity itself. Beyond [`WRONG`] the slope is taken into use at once, and both states have
+//! their prior again. A scale that was moved by more than [`RIGHT`] counts as wrong until the flights that follow are
+//! within that: the impacts before have spoilt what a filter took from them.
+//!
+//! A rotor in sustained contact does not fall, and one that hops is pushed by impacts below the threshold. So a flight
+//! counts only if a jump of [`LAUNCH_M_S`] began it, and only until the rotor falls with half of the speed at which it
+//! rose: at three quarters of its height above the teeth it meets none.
 
-use motor_model::{Real, Time};
+use motor_model::Real;
+use ud_filter::{is_finite, reciprocal};
 
 /// Least jump that lifts the rotor off the teeth for a millisecond, in m/s: `2 v / g`. Sustained contact appears as
 /// jumps of 2 mm/s every 0.2 ms.
 const LAUNCH_M_S: f64 = 0.005;
-/// Expected drift beyond which a longer flight counts no more, in m/s: twice that of one window.
-const DRIFT_MAX_M_S: f64 = 0.002;
-/// Flights over which the slope is taken.
-const FLIGHTS: f64 = 16.0;
-/// Slope beyond which the scale is wrong: half of the error of a half that spoils a filter, and more than any motor's
-/// damping or an undetected impact brings about.
+/// Flights over which both states are averaged: a quarter of a second in mode B.
+const FLIGHTS: f64 = 64.0;
+/// Flights that tell of a jump of the scale.
+const RECENT_FLIGHTS: f64 = 5.0;
+/// Slope beyond which the scale is wrong: half of the error of a half that spoils a filter, and more than an undetected
+/// impact brings about.
 const WRONG: f64 = 0.25;
-/// Slope within which a wrong scale is right again: three standard errors.
+/// Slope within which a corrected scale is right: three standard errors.
 const RIGHT: f64 = 0.15;
-/// Standard error from which on the slope is used: a fifth of [`WRONG`].
+/// Standard error from which on the slope is used, a fifth of [`WRONG`], and that of one flight at least: four flights.
 const STANDARD_ERROR: f64 = 0.05;
+const STANDARD_ERROR_OF_ONE: f64 = 0.1;
+/// Prior standard deviation of the scale error, and of the damping as a part of its nominal value, which Table 1 gives
+/// as the upper end of a range of six to one.
+const SCALE_PRIOR: f64 = 0.1;
+const DAMPING_PRIOR: f64 = 0.5;
+/// Least scale that a flight may teach: beyond it the rotor does not fall at all.
+const LEAST_SCALE: f64 = 0.1;
+/// Least prior of the damping in 1/s, of a motor that is said to have none.
+const DAMPING_LEAST_PER_S: f64 = 1.0;
 
-/// Running least-squares sums of the slope.
-#[derive(Clone, Copy, Debug, Default)]
+/// A symmetric matrix of two rows, and a vector.
+#[derive(Clone, Copy, Debug)]
+struct Sums<T> {
+    scale: T,
+    both: T,
+    damping: T,
+    by_scale: T,
+    by_damping: T,
+}
+
+impl<T: Real> Sums<T> {
+    fn zero() -> Self {
+        let o = T::zero();
+        Self { scale: o, both: o, damping: o, by_scale: o, by_damping: o }
+    }
+}
+
+/// What a flight has taught.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Taught<T> {
+    /// Scale of the vibrometer per that in use.
+    pub(super) scale: T,
+    /// Damping of the film less that in use, in 1/s.
+    pub(super) damping_per_s: T,
+}
+
+/// The two states, and the sums of the flight that goes on.
+#[derive(Clone, Copy, Debug)]
 pub(super) struct FreeFall<T> {
-    /// When the flight began, if a jump of [`LAUNCH_M_S`] began it.
-    begun: Option<Time>,
-    /// Running sums of `drift F` and `F^2`, in m^2/s^2.
-    product_m2_s2: T,
-    square_m2_s2: T,
-    /// Whether their slope is beyond [`WRONG`].
+    gravity_m_s2: T,
+    /// Information of the prior.
+    prior: [T; 2],
+    /// Information of the flights before this one, with that of the prior.
+    information: [T; 3],
+    /// Sums over this flight, of `tau^2 (1, v, v^2)` and `-tau i (1, v)`.
+    flight: Sums<T>,
+    /// Time by which the average lags behind a slope.
+    lag_s: T,
+    /// Velocity below which this flight counts no more, in m/s; `None` if none of it does.
+    counts_above_m_s: Option<T>,
+    /// Sums over the last flights, `-tau i g` and `(tau g)^2`, in m^2/s^2.
+    recent_product_m2_s2: T,
+    recent_square_m2_s2: T,
+    /// Sum of the corrections of the scale over the last flights.
+    moved: T,
     wrong: bool,
 }
 
 impl<T: Real> FreeFall<T> {
-    /// A flight begins at `at`, after a jump of `jump_m_s`.
-    pub(super) fn begin(&mut self, at: Time, jump_m_s: T) {
-        self.begun = (jump_m_s > T::from_f64(LAUNCH_M_S)).then_some(at);
+    /// Nothing known beside the prior, of a rotor that falls by `gravity_m_s2` and has a nominal damping of
+    /// `damping_per_s`.
+    pub(super) fn new(gravity_m_s2: T, damping_per_s: T) -> Self {
+        let damping = damping_per_s * T::from_f64(DAMPING_PRIOR);
+        let least = T::from_f64(DAMPING_LEAST_PER_S);
+        let damping = if damping > least { damping } else { least };
+        let prior = [T::from_f64(1.0 / (SCALE_PRIOR * SCALE_PRIOR)), T::one() / (damping * damping)];
+        let [scale, damping] = prior;
+        Self {
+            gravity_m_s2,
+            prior,
+            information: [scale, T::zero(), damping],
+            flight: Sums::zero(),
+            lag_s: T::zero(),
+            counts_above_m_s: None,
+            recent_product_m2_s2: T::zero(),
+            recent_square_m2_s2: T::zero(),
+            moved: T::zero(),
+            wrong: false,
+        }
     }
 
-    /// The flight has ended at `at` with a drift of `drift_m_s` beside a fall by `gravity_m_s2`, averaged over
-    /// `window_s`, from samples of noise `noise_m_s`.
-    pub(super) fn end(&mut self, at: Time, drift_m_s: T, gravity_m_s2: T, window_s: T, noise_m_s: T) {
-        let Some(begun) = self.begun.take() else { return };
-        let flight_s: T = at.seconds_since(begun);
-        let half = T::from_f64(0.5);
-        let averaged_s = if flight_s < window_s {
-            half * flight_s
-        } else {
-            flight_s - window_s * (T::one() - half * window_s / flight_s)
-        };
-        let (averaged_m_s, most_m_s) = (gravity_m_s2 * averaged_s, T::from_f64(DRIFT_MAX_M_S));
-        let (expected_m_s, drift_m_s) = if averaged_m_s < most_m_s {
-            (averaged_m_s, drift_m_s)
-        } else {
-            (most_m_s, drift_m_s * (most_m_s / averaged_m_s))
-        };
-        let kept = T::from_f64(1.0 - 1.0 / FLIGHTS);
-        self.product_m2_s2 = kept * self.product_m2_s2 + drift_m_s * expected_m_s;
-        self.square_m2_s2 = kept * self.square_m2_s2 + expected_m_s * expected_m_s;
-        let least_m_s = noise_m_s * T::from_f64(1.0 / STANDARD_ERROR);
-        let limit = T::from_f64(if self.wrong { RIGHT } else { WRONG });
-        self.wrong =
-            self.square_m2_s2 > least_m_s * least_m_s && self.product_m2_s2.abs() > limit * self.square_m2_s2;
+    /// A flight begins at `velocity_m_s`, after a jump of `jump_m_s`.
+    #[inline]
+    pub(super) fn begin(&mut self, velocity_m_s: T, jump_m_s: T) {
+        let launched = jump_m_s > T::from_f64(LAUNCH_M_S);
+        self.counts_above_m_s = launched.then_some(T::from_f64(-0.5) * velocity_m_s);
+        self.lag_s = T::zero();
     }
 
+    /// A sample `since_s` after the one before was off its prediction of `velocity_m_s` by `innovation_m_s`, and taken
+    /// into the average with `weight`.
+    #[inline]
+    pub(super) fn take(&mut self, since_s: T, velocity_m_s: T, innovation_m_s: T, weight: T) {
+        let Some(least_m_s) = self.counts_above_m_s else { return };
+        if velocity_m_s < least_m_s {
+            self.counts_above_m_s = None;
+            return;
+        }
+        let tau = self.lag_s + since_s;
+        self.lag_s = tau - weight * tau;
+        let (square, product) = (tau * tau, tau * innovation_m_s);
+        let sums = &mut self.flight;
+        sums.scale += square;
+        sums.both += square * velocity_m_s;
+        sums.damping += square * velocity_m_s * velocity_m_s;
+        sums.by_scale -= product;
+        sums.by_damping -= product * velocity_m_s;
+    }
+
+    /// The flight has ended, of samples with the variance `sample_m2_s2`. What it has taught, if it counted.
+    pub(super) fn end(&mut self, sample_m2_s2: T) -> Option<Taught<T>> {
+        self.counts_above_m_s = None;
+        let flight = core::mem::replace(&mut self.flight, Sums::zero());
+        let finite = is_finite(flight.by_scale + flight.by_damping);
+        let counted = finite && flight.scale > T::zero() && sample_m2_s2 > T::zero();
+        if !counted {
+            return None;
+        }
+        let taught =
+            self.jump(&flight, sample_m2_s2).or_else(|| self.update(&flight, T::one() / sample_m2_s2));
+        taught
+            .filter(|taught| taught.scale > T::from_f64(LEAST_SCALE) && taught.damping_per_s.abs() <= T::MAX)
+    }
+
+    /// Whether the last flights show a scale far from the one in use; if so, that scale.
+    fn jump(&mut self, flight: &Sums<T>, sample_m2_s2: T) -> Option<Taught<T>> {
+        let (g, kept) = (self.gravity_m_s2, T::from_f64(1.0 - 1.0 / RECENT_FLIGHTS));
+        let variances =
+            |standard_error: f64| sample_m2_s2 * T::from_f64(1.0 / (standard_error * standard_error));
+        let (product, square, most) =
+            (g * flight.by_scale, g * g * flight.scale, variances(STANDARD_ERROR_OF_ONE));
+        let part = if square > most { most / square } else { T::one() };
+        self.recent_product_m2_s2 = kept * self.recent_product_m2_s2 + part * product;
+        self.recent_square_m2_s2 = kept * self.recent_square_m2_s2 + part * square;
+        let known = self.recent_square_m2_s2 > variances(STANDARD_ERROR);
+        let slope = self.recent_product_m2_s2 / self.recent_square_m2_s2;
+        if !known {
+            return None;
+        }
+        if self.wrong && slope.abs() < T::from_f64(RIGHT) {
+            (self.wrong, self.moved) = (false, T::zero());
+        }
+        let jumped = slope.abs() > T::from_f64(WRONG);
+        jumped.then(|| {
+            let [scale, damping] = self.prior;
+            self.information = [scale, T::zero(), damping];
+            (self.recent_product_m2_s2, self.recent_square_m2_s2) = (T::zero(), T::zero());
+            self.wrong = true;
+            Taught { scale: T::one() + slope, damping_per_s: T::zero() }
+        })
+    }
+
+    /// Update of both states by the sums of a flight.
+    fn update(&mut self, flight: &Sums<T>, per_variance: T) -> Option<Taught<T>> {
+        let (g, kept) = (self.gravity_m_s2, T::from_f64(1.0 - 1.0 / FLIGHTS));
+        let forgotten = T::one() - kept;
+        let ([p_scale, p_damping], [i_scale, i_both, i_damping]) = (self.prior, self.information);
+        let scale = kept * i_scale + forgotten * p_scale + g * g * flight.scale * per_variance;
+        let both = kept * i_both + g * flight.both * per_variance;
+        let damping = kept * i_damping + forgotten * p_damping + flight.damping * per_variance;
+        let (by_scale, by_damping) = (g * flight.by_scale * per_variance, flight.by_damping * per_variance);
+        let per_determinant = reciprocal(scale * damping - both * both)?;
+        self.information = [scale, both, damping];
+        let error = (damping * by_scale - both * by_damping) * per_determinant;
+        self.moved = kept * self.moved + error;
+        self.wrong |= self.moved.abs() > T::from_f64(RIGHT);
+        // What is corrected now, later flights do not show.
+        self.recent_product_m2_s2 -= error * self.recent_square_m2_s2;
+        let damping_per_s = (scale * by_damping - both * by_scale) * per_determinant;
+        Some(Taught { scale: T::one() + error, damping_per_s })
+    }
+
+    /// Variance of the scale's error after the last flight, by the information.
+    #[cfg(test)]
+    pub(super) fn scale_variance(&self) -> T {
+        let [scale, both, damping] = self.information;
+        damping / (scale * damping - both * both)
+    }
+
+    /// Whether the scale in use has been wrong and is not proven since.
+    #[inline]
     pub(super) fn is_wrong(&self) -> bool {
         self.wrong
     }

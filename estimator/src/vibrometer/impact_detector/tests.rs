@@ -23,28 +23,118 @@ fn flight(tuning: &ImpactDetectorTuning<f64>, start: f64, n: u64) -> f64 {
     (start + terminal) * (-tuning.damping_per_s * 5e-6 * n as f64).exp() - terminal
 }
 
-/// Whether a wrong scale is detected by a noisy vibrometer of `scale`, from a rotor that bounces 60 times, 4 ms each.
-fn is_detected(scale: f64) -> bool {
-    let tuning = tuning(5.0);
-    let mut normal = StandardNormal.sample_iter(Pcg64::seed_from_u64(2));
-    let mut detector = ImpactDetector::new(tuning);
-    for bounce in 0..60 {
-        for n in 0..800 {
-            let noise: f64 = normal.next().unwrap();
-            let velocity_m_s = scale * flight(&tuning, 0.02, n) + 2e-4 * noise;
-            detector.observe(&sample(800 * bounce + n + 1, velocity_m_s));
-        }
-    }
-    detector.free_fall.is_wrong()
+/// A rotor that bounces, 4 ms each time, under a vibrometer of some scale and noise.
+struct Bouncing {
+    detector: ImpactDetector<f64>,
+    /// The film's true damping per that assumed.
+    damping_factor: f64,
+    noise_m_s: f64,
+    rng: Pcg64,
+    bounces: u64,
 }
 
-#[test]
-fn law_a_rotor_that_does_not_fall_by_g_shows_a_wrong_scale() {
-    for (scale, detected) in
-        [(0.5, true), (0.6, true), (0.9, false), (1.0, false), (1.1, false), (1.4, true), (1.5, true)]
-    {
-        assert_eq!(is_detected(scale), detected, "{scale}");
+impl Bouncing {
+    fn new(damping_factor: f64, noise_m_s: f64, seed: u64) -> Self {
+        let (detector, rng) = (ImpactDetector::new(tuning(5.0)), Pcg64::seed_from_u64(seed));
+        Self { detector, damping_factor, noise_m_s, rng, bounces: 0 }
     }
+
+    /// So many bounces at a vibrometer of `scale`; the first and the last of them after which a wrong scale was told.
+    fn bounce(&mut self, bounces: u64, scale: f64) -> Option<(u64, u64)> {
+        let assumed = tuning(5.0);
+        let truth =
+            ImpactDetectorTuning { damping_per_s: self.damping_factor * assumed.damping_per_s, ..assumed };
+        let mut told = None;
+        for bounce in 0..bounces {
+            for n in 0..800 {
+                let noise: f64 = StandardNormal.sample(&mut self.rng);
+                let shown_m_s = scale * flight(&truth, 0.02, n) + self.noise_m_s * noise;
+                let shown = sample(800 * self.bounces + n + 1, shown_m_s);
+                let scaled = self.detector.scaled(&shown);
+                self.detector.observe(&scaled);
+            }
+            self.bounces += 1;
+            if self.detector.fault() == Some(Reason::VibrometerScale) {
+                told = Some((told.map_or(bounce, |(first, _)| first), bounce));
+            }
+        }
+        told
+    }
+
+    /// Errors of scale and damping, the second per the assumed damping.
+    fn errors(&self, scale: f64) -> [f64; 2] {
+        let assumed = tuning(5.0).damping_per_s;
+        [
+            self.detector.scale / scale - 1.0,
+            self.detector.tuning.damping_per_s / assumed - self.damping_factor,
+        ]
+    }
+}
+
+/// Without noise, scale and damping are found from the fall alone, whatever they are: to a part in a thousand, and to a
+/// hundredth, after 60 flights, which have 10^4 times the information of the prior.
+#[test]
+fn exact_scale_and_damping_follow_from_the_fall() {
+    for (scale, damping_factor) in [(1.0, 1.0), (1.1, 1.0), (0.85, 0.2), (1.0, 0.17), (1.2, 0.5)] {
+        let mut bouncing = Bouncing::new(damping_factor, 0.0, 1);
+        bouncing.bounce(60, scale);
+        let [of_scale, of_damping] = bouncing.errors(scale);
+        assert!(
+            of_scale.abs() < 1e-3 && of_damping.abs() < 1e-2,
+            "{scale} {damping_factor}: {:?}",
+            [of_scale, of_damping]
+        );
+    }
+}
+
+/// 100 motors of any damping, 40 flights each: the scale is no worse known than the information says, and its standard
+/// deviation at most three times too large, since the noise of innovations is not independent beyond the window. The
+/// mean of 100 squares of normals is below 1.45 at the 99.9 % level.
+#[test]
+fn law_the_scale_is_no_worse_known_than_said() {
+    let mut squares = 0.0;
+    for seed in 0..100 {
+        let mut bouncing = Bouncing::new(0.17 + 0.0083 * seed as f64, 2e-4, seed);
+        bouncing.bounce(40, 1.03);
+        let [error, _] = bouncing.errors(1.03);
+        squares += error * error / bouncing.detector.free_fall.scale_variance();
+    }
+    let mean = squares / 100.0;
+    assert!((0.11..1.45).contains(&mean), "{mean}");
+}
+
+/// A scale off by a half is told by ten flights, told no more after forty, and corrected to a hundredth; the same when
+/// it is right again. One that is off by less than a tenth is corrected without a word.
+#[test]
+fn law_a_wrong_scale_is_told_and_corrected() {
+    for wrong in [0.5, 0.67, 1.5] {
+        let mut bouncing = Bouncing::new(0.6, 2e-4, 5);
+        for scale in [1.0, wrong, 1.0] {
+            let told = bouncing.bounce(60, scale);
+            let changed = bouncing.bounces > 60;
+            assert_eq!(told.is_some_and(|(first, _)| first < 10), changed, "{wrong} {scale}: {told:?}");
+            assert!(told.is_none_or(|(_, last)| last < 40), "{wrong} {scale}: {told:?}");
+            assert!(bouncing.errors(scale)[0].abs() < 0.01, "{wrong} {scale}: {:?}", bouncing.errors(scale));
+        }
+    }
+    for scale in [0.92, 1.08] {
+        let mut bouncing = Bouncing::new(0.6, 2e-4, 6);
+        assert_eq!(bouncing.bounce(60, scale), None, "{scale}");
+        assert!(bouncing.errors(scale)[0].abs() < 0.01);
+    }
+}
+
+/// A rotor that lies on the teeth does not fall, and small hops are no flights: nothing is learnt.
+#[test]
+fn law_sustained_contact_teaches_nothing() {
+    let mut detector = ImpactDetector::new(tuning(5.0));
+    let mut normal = StandardNormal.sample_iter(Pcg64::seed_from_u64(3));
+    for n in 1..=100_000 {
+        let noise: f64 = normal.next().unwrap();
+        detector.observe(&sample(n, 2e-4 * noise));
+    }
+    assert_eq!(detector.scale.to_bits(), 1.0_f64.to_bits());
+    assert_eq!(detector.fault(), None);
 }
 
 /// Q(3) = 1.350e-3 on the upper side, in half a million samples of flight: 675, standard deviation 26.
