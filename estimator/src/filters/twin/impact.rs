@@ -141,3 +141,35 @@ impl<T: Real> TwinFilter<T> {
         self.unrefined_jump = None;
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use motor_model::MotorParams;
+
+    use super::*;
+    use crate::filters::twin::{CheckedMotor, TwinTuning};
+    use crate::instruments::Instruments;
+
+    /// An impact at the very start of its period, between the samples at 995 and 1,000 us: the first of them did not
+    /// show it, so its kick is later. One at the end acts at the second.
+    #[test]
+    fn exact_a_kick_is_later_than_the_sample_before_it() {
+        let params = MotorParams::nominal();
+        let tuning = TwinTuning::<f64>::new(&params, &Instruments::default());
+        let filter = TwinFilter::new(&CheckedMotor::try_new(&params).unwrap(), &tuning);
+        for (back_s, at_nanos) in [(5e-6, 995_001), (2e-6, 998_000), (0.0, 1_000_000)] {
+            let known = |value: f64| Uncertain { value, variance: 0.0 };
+            let innovation =
+                ContactInnovation { gap_m: 0.0, gap_m2: 1.0, approach_m_s: 0.0, approach_m2_s2: 1.0 };
+            let explained = ExplainedImpact {
+                back: known(back_s),
+                jump: known(0.05),
+                tooth_velocity: known(0.02),
+                innovation,
+                misfit: 0.0,
+            };
+            let kick = filter.explained_kick(Time::from_micros(1000), 5e-6, &explained);
+            assert_eq!(kick.at.nanos(), at_nanos);
+        }
+    }
+}

@@ -124,4 +124,15 @@ mod tests {
         assert!(kick_use.allows(Time::from_nanos(at_ms * MS)));
         assert_eq!(without_kicks_ms(&mut kick_use, at_ms), 3200);
     }
+
+    /// After a fault of the vibrometer kicks are allowed at once, and the next contradiction is the first one.
+    #[test]
+    fn exact_contradictions_by_a_fault_are_forgiven() {
+        let mut kick_use = KickUse::new();
+        (0..5).for_each(|at_ms| kick_use.contradict(Time::from_nanos(at_ms * MS)));
+        assert!(!kick_use.allows(Time::from_nanos(100 * MS)));
+        kick_use.forgive();
+        assert!(kick_use.allows(Time::from_nanos(100 * MS)));
+        assert_eq!(without_kicks_ms(&mut kick_use, 101), 50);
+    }
 }

@@ -29,6 +29,9 @@ struct Bouncing {
     /// The film's true damping per that assumed.
     damping_factor: f64,
     noise_m_s: f64,
+    /// The part of its fall that pushes by the teeth below the threshold take away, once it falls with 0.6 of its first
+    /// speed.
+    pushed: f64,
     rng: Pcg64,
     bounces: u64,
 }
@@ -36,7 +39,7 @@ struct Bouncing {
 impl Bouncing {
     fn new(damping_factor: f64, noise_m_s: f64, seed: u64) -> Self {
         let (detector, rng) = (ImpactDetector::new(tuning(5.0)), Pcg64::seed_from_u64(seed));
-        Self { detector, damping_factor, noise_m_s, rng, bounces: 0 }
+        Self { detector, damping_factor, noise_m_s, pushed: 0.0, rng, bounces: 0 }
     }
 
     /// So many bounces at a vibrometer of `scale`; the first and the last of them after which a wrong scale was told.
@@ -48,7 +51,9 @@ impl Bouncing {
         for bounce in 0..bounces {
             for n in 0..800 {
                 let noise: f64 = StandardNormal.sample(&mut self.rng);
-                let shown_m_s = scale * flight(&truth, 0.02, n) + self.noise_m_s * noise;
+                let (free_m_s, pushed_from_m_s) = (flight(&truth, 0.02, n), -0.012_f64);
+                let velocity_m_s = free_m_s + self.pushed * (pushed_from_m_s - free_m_s).max(0.0);
+                let shown_m_s = scale * velocity_m_s + self.noise_m_s * noise;
                 let shown = sample(800 * self.bounces + n + 1, shown_m_s);
                 let scaled = self.detector.scaled(&shown);
                 self.detector.observe(&scaled);
@@ -122,6 +127,15 @@ fn law_a_wrong_scale_is_told_and_corrected() {
         assert_eq!(bouncing.bounce(60, scale), None, "{scale}");
         assert!(bouncing.errors(scale)[0].abs() < 0.01);
     }
+}
+
+/// Small pushes at the end of each flight, near the teeth, take 0.3 of the fall away: that part does not count.
+#[test]
+fn law_pushes_near_the_teeth_are_no_wrong_scale() {
+    let mut bouncing = Bouncing::new(0.6, 2e-4, 7);
+    bouncing.pushed = 0.3;
+    assert_eq!(bouncing.bounce(60, 1.0), None);
+    assert!(bouncing.errors(1.0)[0].abs() < 0.01, "{:?}", bouncing.errors(1.0));
 }
 
 /// A rotor that lies on the teeth does not fall, and small hops are no flights: nothing is learnt.
