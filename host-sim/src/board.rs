@@ -6,6 +6,7 @@
 //! | [`instructions`] | instructions and estimated cycles of each operation |
 //! | [`size`] | bytes of flash, RAM and stack, and calls that the loop must not make |
 //! | [`pil`] | processor in the loop: the firmware positions the simulated motor |
+//! | [`serial`] | a real board at a serial line: a move on it, with its clock, its frames and the end of the drive |
 //! | `telemetry` | the firmware's log beside the truth; only with the feature of that name |
 //! | `elf_image` | an ELF of the microcontroller: its functions and sections |
 
@@ -14,6 +15,7 @@ mod error;
 pub(crate) mod instructions;
 pub mod pil;
 pub mod qemu;
+pub mod serial;
 pub(crate) mod size;
 #[cfg(feature = "telemetry")]
 pub mod telemetry;

@@ -30,6 +30,7 @@ mod replay;
 mod report;
 mod result_json;
 mod results;
+mod run;
 mod scene_args;
 mod scene_files;
 mod shard;
@@ -67,6 +68,7 @@ use open_loop::{ReproduceArgs, SimulateArgs};
 use recording::RecordArgs;
 use replay::{ExplainArgs, ReplayArgs};
 use results::ResultsArgs;
+use run::RunArgs;
 use scene_args::SceneArgs;
 use scene_files::{InitArgs, SceneCommandArgs, ScenesArgs};
 use shell::{CompletionsArgs, ManArgs};
@@ -105,6 +107,11 @@ enum Command {
     Instructions(InstructionsArgs),
     /// Run the firmware on an emulated microcontroller with the simulated motor, beside the host bit by bit
     Pil(PilArgs),
+    /// Make a move on a real board at a serial port: configure, arm, feed camera frames, watch, stop
+    ///
+    /// Exit code 0 with the drive off after the move, 2 when it was not made or did not end, 130 after Ctrl-C. The
+    /// drive goes off in any case: by a stop that the board acknowledges, or by the board when the line is gone.
+    Run(Box<RunArgs>),
     /// Measure the firmware's flash, RAM and stack, and check what its loop calls
     Size(SizeArgs),
     /// Measure speed and error of the twin, beside other integrators
@@ -227,6 +234,7 @@ impl Command {
             Self::Reproduce(args) => args.execute(),
             Self::Instructions(args) => args.execute(),
             Self::Pil(args) => args.execute(),
+            Self::Run(args) => args.execute(),
             Self::Size(args) => args.execute(),
             Self::Accuracy(args) => args.execute(),
             Self::Estimate(args) => args.execute(),

@@ -59,7 +59,7 @@ impl Course {
             Task::Rate { wanted_rad_s, reference } => {
                 (f64::from(wanted_rad_s), of(reference.map(Angle::degrees)))
             }
-            Task::None | Task::Position(_) => (f64::NAN, f64::NAN),
+            Task::None | Task::Position(_) | Task::Told(_) => (f64::NAN, f64::NAN),
         };
         self.numbers.push([
             record.at.seconds_since(Time::ZERO),

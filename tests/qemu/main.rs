@@ -4,6 +4,7 @@
 mod board;
 mod instructions;
 mod pil;
+mod serial;
 mod size;
 
 #[path = "../system/support/browser.rs"]

@@ -1,6 +1,7 @@
 //! Every error of the command, as one line that names what is wrong and what to do.
 
 use crate::board::BoardError;
+use crate::board::serial::SerialError;
 use crate::log::LogError;
 use crate::report::OutputError;
 use crate::report::compare::result_file::ResultFileError;
@@ -21,6 +22,14 @@ pub enum CommandError {
     /// The firmware gave no result.
     #[error(transparent)]
     Board(#[from] BoardError),
+    /// No move was made on a real board, or it did not end.
+    #[error("{error}{kept}")]
+    Serial {
+        /// Why.
+        error: Box<SerialError>,
+        /// What is kept of it, with a semicolon before it.
+        kept: String,
+    },
     /// The log of a run was not written or not read.
     #[error(transparent)]
     Log(#[from] LogError),
@@ -67,6 +76,7 @@ impl CommandError {
         match self {
             Self::Run(error) => run_reports::hint(error),
             Self::Board(error) => error.hint(),
+            Self::Serial { error, .. } => error.hint(),
             Self::Log(error) => error.hint(),
             Self::Result(error) => error.hint(),
             Self::Changed { .. } => None,
@@ -88,6 +98,7 @@ impl CommandError {
         match self {
             Self::Log(LogError::Interrupted { .. }) => 130,
             Self::Changed { .. } => 1,
+            Self::Serial { error, .. } => error.exit_code(),
             Self::Sweep(error) => error.exit_code(),
             _ => 2,
         }

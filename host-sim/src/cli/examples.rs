@@ -217,6 +217,19 @@ pub(super) const EXAMPLES: &[(&str, &[(&str, &str)])] = &[
         ],
     ),
     ("pil", &[("A move by 2 degrees on a Cortex-M7", "pil --board m7 --to 2")]),
+    (
+        "run",
+        &[
+            (
+                "A real board moves the simulated motor",
+                "run --port /dev/ttyACM0 --to 5 --set camera.frame_rate_hz=1000 --set ldv.installed=no",
+            ),
+            (
+                "A real motor, by the frames of a camera program",
+                "run --port /dev/ttyACM0 --camera frames.fifo --to 5 --set camera.frame_rate_hz=1000 --log run.mcap",
+            ),
+        ],
+    ),
     ("size", &[("Flash, RAM and stack in JSON", "size --format json")]),
     ("results", &[("One page", "results rate"), ("Whether the pages are those of today", "results --check")]),
     ("keys", &[("Those that a command reads", "keys rate"), ("The words of faults", "keys --faults")]),

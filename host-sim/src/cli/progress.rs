@@ -24,6 +24,15 @@ pub(super) fn bar(work: u64) -> ProgressBar {
     ProgressBar::new(work).with_style(style)
 }
 
+/// A few lines that are drawn anew with every message.
+pub(super) fn lines() -> ProgressBar {
+    if QUIET.load(Ordering::Relaxed) {
+        return ProgressBar::hidden();
+    }
+    let style = ProgressStyle::with_template("{msg}").unwrap_or_else(|_| ProgressStyle::default_bar());
+    ProgressBar::new_spinner().with_style(style)
+}
+
 /// A note, for people.
 pub(super) fn note(text: &str) {
     if !QUIET.load(Ordering::Relaxed) {

@@ -40,7 +40,7 @@ const RECORD_READS: [&str; 13] = [
 ];
 
 /// Every command that takes a scene.
-pub(super) const READERS: [Reader; 14] = [
+pub(super) const READERS: [Reader; 15] = [
     reader("import", &["motor", "camera", "ldv", "estimator", "record.model"]),
     reader("simulate", &["seed", "motor", "simulate", "plant.rotor"]),
     reader(
@@ -93,6 +93,7 @@ pub(super) const READERS: [Reader; 14] = [
     },
     reader("stator", &["stator", "motor"]),
     reader("pil", &["seed", "motor", "plant", "camera", "ldv", "fault", "faults", "estimator", "position"]),
+    reader("run", &["seed", "motor", "plant", "camera", "ldv", "fault", "faults", "estimator", "position"]),
 ];
 
 /// Whether `key` is one of `names` or begins with the words of one.

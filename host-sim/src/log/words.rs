@@ -42,6 +42,8 @@ pub(super) fn phase_sentence(phase: &str) -> (String, &str) {
         "Burst" => "bursts",
         "Settling(Rest)" | "Settling(Turning)" => "drive off, until the rotor lies still",
         "Settling(Measuring)" | "Settling(MeasuringUnrested)" => "drive off, measuring the angle",
+        // A microcontroller does not tell which of both.
+        "Settling" => "drive off, until the rotor lies still and is measured",
         "Brake" => "brake: the other mode is on, since the rotor turns on by itself",
         "Holding" => "at the target: drive off, measuring on",
         _ => return (stop_sentence(phase), phase),

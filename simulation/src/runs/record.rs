@@ -121,6 +121,8 @@ pub enum Task {
     None,
     /// It moves the rotor to an angle.
     Position(PositioningPhase),
+    /// It moves the rotor to an angle on a microcontroller, which tells its phase in a word.
+    Told(&'static str),
     /// It holds a rate.
     Rate {
         /// The rate asked for, in rad/s.

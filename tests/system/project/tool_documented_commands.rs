@@ -30,8 +30,8 @@ const SMALLER: [(&str, &[(&str, &str)]); 10] = [
     ("response-map", &[("--motors", "4")]),
 ];
 
-/// What builds the firmware and runs it in QEMU: it is parsed here and run in `tests/qemu`.
-const IN_QEMU: [&str; 3] = ["instructions", "pil", "size"];
+/// What builds the firmware and runs it in QEMU, or needs a board: it is parsed here and run in `tests/qemu`.
+const IN_QEMU: [&str; 4] = ["instructions", "pil", "run", "size"];
 
 /// What does not belong to the project and is left alone.
 const OTHER_PROGRAMS: [&str; 5] = ["cd", "git", "rustup", "curl", "python3"];

@@ -56,6 +56,8 @@ fn exact_pil_reads_what_the_table_says() {
     pil::preparation(&scene).unwrap();
     position::run(&scene, |_| ()).unwrap();
     agrees("pil", &scene);
+    // A real board does the same with the same preparation.
+    agrees("run", &scene);
 }
 
 #[test]
@@ -142,12 +144,12 @@ fn exact_refusals_name_the_key_and_its_readers() {
     assert_eq!(
         refused("simulate", "plant.friction"),
         "error: simulate does not read plant.friction; hint: position, rate, record, calibrate, estimate, filters, \
-         positioning-trials, instruments, faults, response-map, pil read it; simulate reads simulate.friction"
+         positioning-trials, instruments, faults, response-map, pil, run read it; simulate reads simulate.friction"
     );
     assert_eq!(
         refused("response-map", "plant.step_s"),
         "error: response-map sets plant.step_s itself; hint: position, rate, record, calibrate, estimate, filters, \
-         positioning-trials, instruments, faults, pil read it"
+         positioning-trials, instruments, faults, pil, run read it"
     );
     assert_eq!(
         refused("position", "calibrate.steps"),
@@ -155,7 +157,7 @@ fn exact_refusals_name_the_key_and_its_readers() {
     );
     assert_eq!(
         refused("positioning-trials", "position.to_deg"),
-        "error: positioning-trials sets position.to_deg itself; hint: position, pil read it"
+        "error: positioning-trials sets position.to_deg itself; hint: position, pil, run read it"
     );
 }
 

@@ -14,6 +14,7 @@ impl Task {
         Cow::Borrowed(match self {
             Self::None => "None",
             Self::Rate { .. } => "Rate",
+            Self::Told(phase) => phase,
             Self::Position(PositioningPhase::Waiting(_)) => "Waiting",
             Self::Position(PositioningPhase::Cruise { .. }) => "Cruise",
             Self::Position(PositioningPhase::Burst { .. }) => "Burst",

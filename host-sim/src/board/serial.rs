@@ -1,0 +1,45 @@
+//! A real board at the other end of a serial line: `host-sim run`.
+//!
+//! ```text
+//! frames: file, pipe, or the simulated plant ---> FrameSource --+      +--> observer: log, live view
+//!                                                               v      |
+//! board <---- PacedLine: at most the line's rate <---- SerialMove: configure, arm, watch, stop
+//!   |                                                           ^
+//!   +--- reports, answers, faults: reader thread, BoardSession -+
+//! ```
+//!
+//! | module | what it is |
+//! |---|---|
+//! | `port` | the port: opened, or why it is not |
+//! | `line_rate` | the time that bytes take on the line, and the share of it that is in use |
+//! | [`clock`] | the board's clock by the host's, from round trips, with its uncertainty |
+//! | `session` | frames of one session, both ways |
+//! | [`frame_text`] | camera frames as lines of text |
+//! | `frame_source` | where camera frames come from |
+//! | `plant` | the simulated motor under the drive that the board reports: hardware in the loop |
+//! | `report_record` | what the board reports as a record of a run, and the frames that go with it |
+//! | `serial_move` | the move: from the first message to the acknowledged stop |
+//! | `outcome` | what became of it |
+//! | `error` | why it was not made |
+//!
+//! # The drive goes off
+//!
+//! Whatever ends the move, the host sends a stop and waits for its acknowledgement. Where the line is gone the board
+//! does it alone: 10 ms of its own time after the last frame of the host it switches the drive off and latches.
+
+pub mod clock;
+mod error;
+mod frame_source;
+pub mod frame_text;
+mod line_rate;
+mod outcome;
+mod plant;
+mod port;
+mod report_record;
+mod serial_move;
+mod session;
+
+pub use error::SerialError;
+pub use frame_source::FrameSource;
+pub use outcome::{ClockFigures, LineFigures, SerialOutcome};
+pub use serial_move::{Progress, SerialMove, Watcher};

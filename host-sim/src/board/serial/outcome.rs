@@ -1,0 +1,141 @@
+//! What became of a move on a real board.
+
+use std::fmt;
+
+use link::Counters;
+use serde::Serialize;
+
+/// The board's clock beside the host's.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct ClockFigures {
+    /// Bound of the error of a time of the host as a time of the board, in us.
+    pub uncertainty_us: f64,
+    /// By how much the board's clock runs faster than the host's, in ppm; `null` of a single exchange.
+    pub drift_ppm: Option<f64>,
+    /// Bound of the error of that, in ppm.
+    pub drift_uncertainty_ppm: Option<f64>,
+    /// The shortest time from a question to its answer, in us.
+    pub round_trip_us: f64,
+}
+
+/// The serial line over the move.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct LineFigures {
+    /// Its rate.
+    pub baud: u32,
+    /// Mean share of the line to the board that was in use, 0 to 1.
+    pub load_to_board: f64,
+    /// The same from the board.
+    pub load_from_board: f64,
+    /// Camera frames sent.
+    pub frames_sent: u64,
+    /// Camera frames that were exposed before the board was armed, and not sent.
+    pub frames_early: u64,
+    /// Reports received.
+    pub reports: u64,
+}
+
+/// A move that has ended, with the drive off.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct SerialOutcome {
+    /// Target in degrees.
+    pub target_deg: f64,
+    /// Tolerance in degrees.
+    pub tolerance_deg: f64,
+    /// The last estimate of the angle in degrees; `null` if there was none.
+    pub final_angle_deg: Option<f64>,
+    /// Standard deviation of that in milli-degrees.
+    pub final_sd_mdeg: Option<f64>,
+    /// True angle less target in milli-degrees, which only a simulated plant tells; `null` with a real camera.
+    pub final_error_true_mdeg: Option<f64>,
+    /// Time from arming to the last report, by the board's clock, in s.
+    pub duration_s: f64,
+    /// The same by the host's clock.
+    pub host_s: f64,
+    /// Why the move was given up; `null` if it was not.
+    pub stopped: Option<String>,
+    /// Whether the board has acknowledged the stop at the end.
+    pub stop_acknowledged: bool,
+    /// Whether the target was held, within the tolerance by the truth where that is known, else by the estimate.
+    pub ok: bool,
+    /// The clocks.
+    pub clock: Option<ClockFigures>,
+    /// The line.
+    pub line: LineFigures,
+    /// The board's counters at the end, since its start; `null` if it did not tell them. An armed board is not asked.
+    pub counters: Option<CounterFigures>,
+}
+
+/// [`Counters`] as a result.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+pub struct CounterFigures {
+    /// Frames of the host that were damaged, too long, or never received.
+    pub lost_or_damaged: u32,
+    /// Measurements dropped because more arrived than a tick takes.
+    pub dropped: u32,
+    /// Ticks that ended after their deadline.
+    pub overruns: u32,
+    /// The most bytes of stack.
+    pub stack_bytes_max: u32,
+}
+
+impl From<Counters> for CounterFigures {
+    fn from(counters: Counters) -> Self {
+        let Counters { damaged, oversize, lost, dropped, overruns, stack_bytes_max, .. } = counters;
+        let lost_or_damaged = damaged.saturating_add(oversize).saturating_add(lost);
+        Self { lost_or_damaged, dropped, overruns, stack_bytes_max }
+    }
+}
+
+impl fmt::Display for SerialOutcome {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { target_deg, tolerance_deg, duration_s, host_s, .. } = self;
+        writeln!(f, "target             {target_deg:+.4} deg, tolerance {tolerance_deg} deg")?;
+        match (self.final_angle_deg, self.final_sd_mdeg) {
+            (Some(angle), Some(sd)) => writeln!(f, "estimated angle    {angle:+.5} deg +- {sd:.3} mdeg")?,
+            _ => writeln!(f, "estimated angle    none: no camera frame was used")?,
+        }
+        if let Some(error) = self.final_error_true_mdeg {
+            writeln!(f, "true error         {error:+.3} mdeg")?;
+        }
+        let verdict = match (&self.stopped, self.ok) {
+            (Some(why), _) => format!("given up: {why}"),
+            (None, true) => "on target".to_owned(),
+            (None, false) => "not within the tolerance".to_owned(),
+        };
+        writeln!(f, "outcome            {verdict}")?;
+        writeln!(
+            f,
+            "time taken         {duration_s:.4} s of the board's clock, {host_s:.3} s of the host's"
+        )?;
+        let acknowledged = if self.stop_acknowledged { "acknowledged" } else { "not acknowledged" };
+        writeln!(f, "stop               {acknowledged}")?;
+        if let Some(clock) = &self.clock {
+            write!(f, "clock              known to {:.0} us", clock.uncertainty_us)?;
+            if let (Some(drift), Some(bound)) = (clock.drift_ppm, clock.drift_uncertainty_ppm) {
+                write!(f, ", drift {drift:+.0} +- {bound:.0} ppm")?;
+            }
+            writeln!(f, ", round trip {:.0} us", clock.round_trip_us)?;
+        }
+        let line = &self.line;
+        writeln!(
+            f,
+            "line               {} baud, {:.0} % in use to the board, {:.0} % from it",
+            line.baud,
+            100.0 * line.load_to_board,
+            100.0 * line.load_from_board
+        )?;
+        write!(f, "frames             {} sent", line.frames_sent)?;
+        if line.frames_early > 0 {
+            write!(f, ", {} left out from before the move", line.frames_early)?;
+        }
+        writeln!(f, "; {} reports", line.reports)?;
+        let Some(counters) = self.counters else { return Ok(()) };
+        let CounterFigures { lost_or_damaged, dropped, overruns, stack_bytes_max } = counters;
+        writeln!(
+            f,
+            "board              {overruns} overruns, {lost_or_damaged} frames lost or damaged, {dropped} measurements \
+             dropped, {stack_bytes_max} bytes of stack"
+        )
+    }
+}

@@ -1,0 +1,472 @@
+//! A move on a real board: from the first message to the acknowledged stop.
+
+use std::fmt;
+use std::ops::ControlFlow;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Duration;
+
+use controller::PositionLoop;
+use estimator::CameraFrame;
+use link::numbering::PhaseRecord;
+use link::{
+    BoardMessage, CameraRecord, FRAME_BYTES_MAX, Header, HostMessage, LdvRecords, TickRecord, encode,
+};
+use motor_model::{DriveCommand, Time, math};
+
+use super::SerialError;
+use super::error::Stopped;
+use super::frame_source::FrameSource;
+use super::frame_text::HostFrame;
+use super::line_rate::{LineLoad, bytes_per_s};
+use super::outcome::{ClockFigures, CounterFigures, LineFigures, SerialOutcome};
+use super::plant::PlantInTheLoop;
+use super::report_record::{ReportRecords, Reported};
+use super::session::{BoardSession, Event, host_nanos, nanos, seconds};
+use crate::board::pil::{acknowledgement, preparation};
+use simulation::runs::record::{RunRecord, mode_word};
+use simulation::scene::Scene;
+
+/// Time without a message of an armed board after which the move is ended. It reports every millisecond.
+pub const SILENCE_MAX: Duration = Duration::from_secs(1);
+/// Time after which the host says that it is there, where there is no frame to send. A board that hears nothing for 10
+/// ms switches off.
+const KEEP_ALIVE: Duration = Duration::from_millis(4);
+/// Time between two questions that set the clocks.
+const CLOCK_EVERY: Duration = Duration::from_millis(100);
+/// Time after which a question counts as lost.
+const CLOCK_LOST: Duration = Duration::from_secs(1);
+/// Questions for the time, one after the other, that begin a move: enough for two exchanges to be kept.
+const FIRST_QUESTIONS: u32 = 16;
+/// Time between two pictures of the live view.
+const PROGRESS_EVERY: Duration = Duration::from_millis(100);
+/// Share of the line that camera frames may take.
+const FRAMES_SHARE_MAX: f64 = 0.7;
+
+/// What is known in the middle of a move.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Progress {
+    /// Time since arming by the board's clock, in s.
+    pub at_s: f64,
+    /// Estimated angle and its standard deviation, in degrees; `None` before the first frame.
+    pub angle_deg: Option<(f64, f64)>,
+    /// Target in degrees.
+    pub target_deg: f64,
+    /// What the controller does.
+    pub phase: String,
+    /// Whether the estimate may be used.
+    pub health: String,
+    /// The drive: off, B or C, and its amplitude from 0 to 1.
+    pub drive: (&'static str, f32),
+    /// Reports received.
+    pub reports: u64,
+    /// Share of the line to the board and from it that was in use since the last time.
+    pub load: [f64; 2],
+    /// Bound of the error of the board's clock, in us.
+    pub clock_us: Option<f64>,
+}
+
+impl Progress {
+    /// The same in a few lines, for a terminal.
+    pub fn lines(&self) -> String {
+        let [to, from] = self.load.map(|load| 100.0 * load);
+        let clock = self.clock_us.map_or_else(String::new, |us| format!(", clock +- {us:.0} us"));
+        let (mode, amplitude) = self.drive;
+        format!(
+            "time {:9.3} s   {}   target {:+.4} deg\nphase {}, health {}, drive {mode} {:.0} %\n\
+             line to the board {to:.0} %, from it {from:.0} %, {} reports{clock}",
+            self.at_s,
+            self.angle(),
+            self.target_deg,
+            self.phase,
+            self.health,
+            100.0 * amplitude,
+            self.reports
+        )
+    }
+
+    fn angle(&self) -> String {
+        let angle = |(angle, sd): (f64, f64)| format!("angle {angle:+10.4} deg +- {:.1} mdeg", 1e3 * sd);
+        self.angle_deg.map_or_else(|| "angle not known".to_owned(), angle)
+    }
+}
+
+/// On one line.
+impl fmt::Display for Progress {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.lines().replace('\n', ", "))
+    }
+}
+
+/// Sees a move while it goes on.
+pub trait Watcher {
+    /// Takes a record. [`ControlFlow::Break`] ends the move as an interruption does.
+    fn record(&mut self, record: &RunRecord) -> ControlFlow<()>;
+
+    /// Takes what is known, ten times a second.
+    fn progress(&mut self, progress: &Progress);
+}
+
+/// A move on the board at a serial port.
+#[derive(Clone, Copy, Debug)]
+pub struct SerialMove<'a> {
+    /// Name of the port.
+    pub port: &'a str,
+    /// Its rate in baud.
+    pub baud: u32,
+    /// Motor, instruments, filter and target.
+    pub scene: &'a Scene,
+    /// Where camera frames come from.
+    pub source: &'a FrameSource,
+    /// Set to end the move.
+    pub interrupted: &'a AtomicBool,
+}
+
+impl SerialMove<'_> {
+    /// Makes the move. The drive is off at the end, whatever the end is.
+    ///
+    /// # Errors
+    /// When the line does not carry the scene's instruments, there is no board, it refuses the scene, or the move ends
+    /// before its end.
+    pub fn run(&self, watcher: &mut impl Watcher) -> Result<SerialOutcome, SerialError> {
+        self.check_line()?;
+        self.source.check()?;
+        let plant = match self.source {
+            FrameSource::Plant => {
+                Some(PlantInTheLoop::new(self.scene).map_err(simulation::runs::RunError::from)?)
+            }
+            _ => None,
+        };
+        let messages = preparation(self.scene)?;
+        let mut session = BoardSession::open(self.port, self.baud)?;
+        for message in &messages {
+            session.ask(message, what(message), &acknowledgement(message))?;
+        }
+        self.source.forward_to(session.sender());
+        let ticks = session.arm()?;
+        let mut armed = ArmedMove::new(self, session, plant, ticks);
+        let ending = armed.watch(self.interrupted, watcher);
+        armed.end(ending, self.scene)
+    }
+
+    /// Refuses what the line cannot carry.
+    fn check_line(&self) -> Result<(), SerialError> {
+        let Self { baud, scene, .. } = *self;
+        if *self.source == FrameSource::Plant && scene.choice("ldv.installed") == "yes" {
+            return Err(SerialError::SimulatedVibrometer { baud });
+        }
+        let frame_rate_hz = scene.number("camera.frame_rate_hz");
+        let most_hz = FRAMES_SHARE_MAX * bytes_per_s(baud) / frame_bytes()?;
+        let needed_baud = f64::from(baud) * frame_rate_hz / most_hz;
+        if frame_rate_hz > most_hz {
+            return Err(SerialError::LineTooSlow { frame_rate_hz, needed_baud, most_hz, baud });
+        }
+        Ok(())
+    }
+}
+
+/// Bytes on the line of a camera frame in the first hours of a board.
+#[expect(clippy::cast_precision_loss, reason = "a few dozen")]
+fn frame_bytes() -> Result<f64, SerialError> {
+    let header = Header { session: u32::MAX, sequence: u32::MAX, ticks: 0 };
+    let record =
+        CameraRecord { exposed_nanos: 1 << 42, angle_units: i32::MIN, marks_used: 0, residual: u8::MAX };
+    Ok(encode(header, &HostMessage::Camera(record), &mut [0; FRAME_BYTES_MAX])? as f64)
+}
+
+/// What a message of the preparation is, for its refusal.
+fn what(message: &HostMessage) -> &'static str {
+    match message {
+        HostMessage::Instruments(_) => "the instruments",
+        HostMessage::MotorParameter(_) => "a parameter of the motor",
+        HostMessage::MapBegin | HostMessage::MapRows(_) | HostMessage::MapEnd(_) => "the response map",
+        _ => "the move",
+    }
+}
+
+/// Why the watch has ended.
+enum Ending {
+    /// The board holds the target, or has given up.
+    Over,
+    /// Before that.
+    Early(Early),
+}
+
+/// Why the watch has ended early.
+enum Early {
+    Interrupted,
+    Silent,
+    Fault(link::BoardFault),
+    SourceFailed(super::frame_text::FrameTextError),
+    SourceEnded,
+    /// No stop can be sent.
+    Lost(SerialError),
+}
+
+impl From<SerialError> for Early {
+    fn from(error: SerialError) -> Self {
+        Self::Lost(error)
+    }
+}
+
+/// An armed board, and what is known of its move.
+struct ArmedMove {
+    session: BoardSession,
+    plant: Option<PlantInTheLoop>,
+    records: ReportRecords,
+    armed_at: i64,
+    begun_ticks: u64,
+    target_deg: f64,
+    hold_nanos: u64,
+    last: Option<(Time, Reported)>,
+    holding_since: Option<Time>,
+    time_asked: i64,
+    time_answers: u32,
+    time_answered: bool,
+    progress_at: i64,
+    frames_sent: u64,
+    frames_early: u64,
+    reports: u64,
+}
+
+impl ArmedMove {
+    fn new(
+        asked: &SerialMove<'_>,
+        mut session: BoardSession,
+        plant: Option<PlantInTheLoop>,
+        begun_ticks: u64,
+    ) -> Self {
+        let now = host_nanos();
+        // That of the move alone, without its preparation.
+        session.load = [LineLoad::default(); 2];
+        Self {
+            session,
+            plant,
+            records: ReportRecords::new(Time::from_nanos(begun_ticks * PositionLoop::TICK_NANOS)),
+            armed_at: now,
+            begun_ticks,
+            target_deg: asked.scene.number("position.to_deg"),
+            hold_nanos: asked.scene.nanos("position.hold_s"),
+            last: None,
+            holding_since: None,
+            time_asked: now,
+            time_answers: 1,
+            time_answered: true,
+            progress_at: now,
+            frames_sent: 0,
+            frames_early: 0,
+            reports: 0,
+        }
+    }
+
+    fn watch(&mut self, interrupted: &AtomicBool, watcher: &mut impl Watcher) -> Ending {
+        loop {
+            match self.next(interrupted, watcher) {
+                Ok(false) => {}
+                Ok(true) => return Ending::Over,
+                Err(early) => return Ending::Early(early),
+            }
+        }
+    }
+
+    /// Does what is due, and takes the next event; whether the move is over.
+    fn next(&mut self, interrupted: &AtomicBool, watcher: &mut impl Watcher) -> Result<bool, Early> {
+        if interrupted.load(Ordering::Relaxed) {
+            return Err(Early::Interrupted);
+        }
+        let now = host_nanos();
+        if now - self.session.last_heard > nanos(SILENCE_MAX) {
+            return Err(Early::Silent);
+        }
+        if now - self.session.last_sent >= nanos(KEEP_ALIVE) {
+            self.session.send(&HostMessage::Ldv(LdvRecords::new()))?;
+        }
+        let since_asked = now - self.time_asked;
+        let pause = if self.time_answers < FIRST_QUESTIONS { Duration::ZERO } else { CLOCK_EVERY };
+        if since_asked >= nanos(if self.time_answered { pause } else { CLOCK_LOST }) {
+            self.session.ask_time()?;
+            (self.time_asked, self.time_answered) = (now, false);
+        }
+        if now - self.progress_at >= nanos(PROGRESS_EVERY) {
+            let progress = self.progress(seconds(now - self.progress_at));
+            self.progress_at = now;
+            watcher.progress(&progress);
+        }
+        let Some(event) = self.session.next_event_until(self.session.last_sent + nanos(KEEP_ALIVE)) else {
+            return Ok(false);
+        };
+        match event {
+            Event::Board { header, message: BoardMessage::Report(report), .. } => {
+                return self.report(header, &report, watcher);
+            }
+            Event::Board { message: BoardMessage::Armed, .. } => {
+                self.time_answers = self.time_answers.saturating_add(1);
+                self.time_answered = true;
+            }
+            Event::Board { message: BoardMessage::Fault(fault), .. } => return Err(Early::Fault(fault)),
+            Event::Board { .. } => {}
+            Event::OtherVersion { theirs } => return Err(SerialError::OtherVersion { theirs }.into()),
+            Event::Closed(reason) => return Err(self.session.closed(reason, Some(self.armed_at)).into()),
+            Event::Frame(frame) => self.host_frame(&frame)?,
+            Event::SourceEnded => return Err(Early::SourceEnded),
+            Event::SourceFailed(error) => return Err(Early::SourceFailed(error)),
+        }
+        Ok(false)
+    }
+
+    /// Takes a report; whether the move is over with it.
+    fn report(
+        &mut self,
+        header: Header,
+        record: &TickRecord,
+        watcher: &mut impl Watcher,
+    ) -> Result<bool, Early> {
+        // One that was under way when the board was armed anew, or that has a number of another version.
+        let Some(reported) = Reported::of(record).filter(|_| header.ticks >= self.begun_ticks) else {
+            return Ok(false);
+        };
+        self.reports += 1;
+        let at = Time::from_nanos(header.ticks * PositionLoop::TICK_NANOS);
+        let (mut truth, mut impacts) = (None, Vec::new());
+        if let Some(plant) = &mut self.plant {
+            let since = reported.since.map(|since| self.records.since_begin(since));
+            plant.follow(header.ticks - self.begun_ticks, reported.applied, since);
+            (truth, impacts) = (plant.truth(), plant.take_impacts());
+            let begun_nanos = self.begun_ticks * PositionLoop::TICK_NANOS;
+            for frame in plant.take_frames() {
+                let exposed_at = frame.exposed_at.plus_nanos(begun_nanos);
+                self.send_frame(CameraFrame { exposed_at, ..frame })?;
+            }
+        }
+        let mut flow = ControlFlow::Continue(());
+        self.records.report(at, &reported, truth, &impacts, |record| {
+            if flow.is_continue() {
+                flow = watcher.record(record);
+            }
+        });
+        let holds = reported.phase == PhaseRecord::Holding;
+        self.holding_since = if holds { self.holding_since.or(Some(at)) } else { None };
+        self.last = Some((at, reported));
+        if flow.is_break() {
+            return Err(Early::Interrupted);
+        }
+        let held = self.holding_since.is_some_and(|since| at.nanos_since(since) >= self.hold_nanos);
+        Ok(held || matches!(reported.phase, PhaseRecord::Stopped(_)))
+    }
+
+    /// Sends a frame of the source, by the board's clock.
+    fn host_frame(&mut self, frame: &HostFrame) -> Result<(), Early> {
+        let Some(clock) = self.session.clock() else { return Ok(()) };
+        let exposed_nanos = clock.board_nanos(frame.exposed_nanos);
+        if exposed_nanos < self.begun_ticks * PositionLoop::TICK_NANOS {
+            self.frames_early += 1;
+            return Ok(());
+        }
+        self.send_frame(frame.on_board(exposed_nanos))
+    }
+
+    fn send_frame(&mut self, frame: CameraFrame) -> Result<(), Early> {
+        self.session.send(&HostMessage::Camera(frame.into()))?;
+        self.records.sent(frame);
+        self.frames_sent += 1;
+        Ok(())
+    }
+
+    fn progress(&mut self, seconds_since: f64) -> Progress {
+        let baud = self.session.baud();
+        let load = [0, 1].map(|way| self.session.load[way].read(seconds_since, baud));
+        let last = self.last.as_ref();
+        let reported = last.map(|(_, reported)| reported);
+        let applied = reported.map_or(DriveCommand::OFF, |reported| reported.applied);
+        let estimate = reported.and_then(|reported| reported.estimate);
+        let now = host_nanos();
+        Progress {
+            at_s: last.map_or(0.0, |(at, _)| self.records.since_begin(*at).seconds_since(Time::ZERO)),
+            angle_deg: estimate.map(|estimate| (estimate.angle.degrees(), sd_deg(estimate.angle_rad2))),
+            target_deg: self.target_deg,
+            phase: reported.map_or_else(|| "armed".to_owned(), |reported| reported.task.word().into_owned()),
+            health: reported
+                .map_or_else(|| "not known".to_owned(), |reported| format!("{:?}", reported.health)),
+            drive: (mode_word(applied), applied.amplitude()),
+            reports: self.reports,
+            load,
+            clock_us: self.session.clock().map(|clock| 1e-3 * clock.uncertainty_nanos(now)),
+        }
+    }
+
+    /// Stops the drive, and says what became of the move.
+    fn end(mut self, ending: Ending, scene: &Scene) -> Result<SerialOutcome, SerialError> {
+        let host_s = seconds(host_nanos() - self.armed_at);
+        let early = match ending {
+            Ending::Over => None,
+            Ending::Early(Early::Lost(SerialError::Disconnected { port, reason, .. })) => {
+                return Err(SerialError::Disconnected { port, reason, after_s: host_s });
+            }
+            Ending::Early(early) => Some(early),
+        };
+        let acknowledged = self.session.stop();
+        let stopped = if acknowledged { Stopped::Acknowledged } else { Stopped::Unacknowledged };
+        let after_s = host_s;
+        match early {
+            None => Ok(self.outcome(scene, host_s, acknowledged)),
+            Some(Early::Interrupted) => Err(SerialError::Interrupted { stopped }),
+            Some(Early::Silent) => {
+                Err(SerialError::Silent { silent_s: SILENCE_MAX.as_secs_f64(), after_s, stopped })
+            }
+            Some(Early::Fault(fault)) => Err(SerialError::Fault { fault, after_s, stopped }),
+            Some(Early::SourceFailed(error)) => Err(SerialError::Source { error, stopped }),
+            Some(Early::SourceEnded) => Err(SerialError::SourceEnded { after_s, stopped }),
+            Some(Early::Lost(error)) => Err(error),
+        }
+    }
+
+    fn outcome(mut self, scene: &Scene, host_s: f64, stop_acknowledged: bool) -> SerialOutcome {
+        let (target_deg, tolerance_deg) = (self.target_deg, scene.number("position.tolerance_deg"));
+        let (at, reported) = self.last.map_or((None, None), |(at, reported)| (Some(at), Some(reported)));
+        let estimate = reported.and_then(|reported| reported.estimate);
+        let truth = self.plant.as_ref().and_then(PlantInTheLoop::truth);
+        let error_deg = |angle: motor_model::Angle| angle.degrees() - target_deg;
+        let final_angle = truth.map(|truth| truth.angle).or(estimate.map(|estimate| estimate.angle));
+        let stopped = match reported.map(|reported| reported.phase) {
+            Some(PhaseRecord::Stopped(why)) => Some(format!("{why:?}")),
+            _ => None,
+        };
+        let within = final_angle.is_some_and(|angle| error_deg(angle).abs() <= tolerance_deg);
+        let counters = self.session.counters();
+        let now = host_nanos();
+        let clock = self.session.clock().zip(self.session.shortest_nanos());
+        let baud = self.session.baud();
+        let [to, from] = self.session.load.map(|load| load.mean(host_s, baud));
+        SerialOutcome {
+            target_deg,
+            tolerance_deg,
+            final_angle_deg: estimate.map(|estimate| estimate.angle.degrees()),
+            final_sd_mdeg: estimate.map(|estimate| 1e3 * sd_deg(estimate.angle_rad2)),
+            final_error_true_mdeg: truth.map(|truth| 1e3 * error_deg(truth.angle)),
+            duration_s: at.map_or(0.0, |at| self.records.since_begin(at).seconds_since(Time::ZERO)),
+            host_s,
+            ok: stopped.is_none() && self.holding_since.is_some() && within,
+            stopped,
+            stop_acknowledged,
+            clock: clock.map(|(clock, shortest)| ClockFigures {
+                uncertainty_us: 1e-3 * clock.uncertainty_nanos(now),
+                drift_ppm: clock.drift().map(|drift| 1e6 * drift),
+                drift_uncertainty_ppm: clock.drift_uncertainty().map(|bound| 1e6 * bound),
+                round_trip_us: 1e6 * seconds(shortest),
+            }),
+            line: LineFigures {
+                baud,
+                load_to_board: to,
+                load_from_board: from,
+                frames_sent: self.frames_sent,
+                frames_early: self.frames_early,
+                reports: self.reports,
+            },
+            counters: counters.map(CounterFigures::from),
+        }
+    }
+}
+
+/// The standard deviation in degrees of a variance in rad^2.
+fn sd_deg(rad2: f32) -> f64 {
+    math::sqrt(f64::from(rad2)).to_degrees()
+}

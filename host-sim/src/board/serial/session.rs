@@ -1,0 +1,341 @@
+//! Frames of one session, both ways.
+//!
+//! A thread reads the port and sends what it decodes, with the time of its arrival. Frames to the board are written at
+//! most at the line's rate.
+
+use std::io::{ErrorKind, Read, Write as _};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
+use std::time::{Duration, SystemTime, UNIX_EPOCH};
+
+use controller::PositionLoop;
+use link::{
+    BoardMessage, Counters, Deframer, FRAME_BYTES_MAX, FrameError, Header, HostMessage, decode, encode,
+};
+use serialport::SerialPort;
+
+use super::clock::{BoardClock, ClockSync, Exchange};
+use super::frame_text::{FrameTextError, HostFrame};
+use super::line_rate::{LineLoad, LinePace};
+use super::{SerialError, port};
+
+/// Time for the first answer.
+const FIRST_ANSWER_MAX: Duration = Duration::from_secs(2);
+/// Time after which an unanswered Hello is sent again.
+const HELLO_EVERY: Duration = Duration::from_millis(250);
+/// Time for any other answer. A filter takes some ms to build, on an emulated board up to a second.
+const ANSWER_MAX: Duration = Duration::from_secs(3);
+/// Stops that are sent before the host gives up, and the time for the answer to each.
+const STOPS_MAX: usize = 3;
+const STOP_ANSWER_MAX: Duration = Duration::from_secs(1);
+
+/// What the host waits for.
+#[derive(Debug)]
+pub(super) enum Event {
+    /// A message of the board, and when it had arrived.
+    Board { header: Header, message: BoardMessage, at_nanos: i64, bytes: usize },
+    /// A frame of another version of the protocol.
+    OtherVersion { theirs: u8 },
+    /// The port cannot be read any more.
+    Closed(String),
+    /// A camera frame of the source.
+    Frame(HostFrame),
+    /// The source has no more.
+    SourceEnded,
+    /// The source is refused.
+    SourceFailed(FrameTextError),
+}
+
+/// The host's clock: ns since 1970-01-01 UTC.
+pub(super) fn host_nanos() -> i64 {
+    let since = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
+    i64::try_from(since.as_nanos()).unwrap_or(i64::MAX)
+}
+
+/// A session with a board.
+pub(super) struct BoardSession {
+    port: Box<dyn SerialPort>,
+    name: String,
+    baud: u32,
+    events: Receiver<Event>,
+    to_events: Sender<Event>,
+    number: u32,
+    sequence: u32,
+    pace: LinePace,
+    /// When the last frame was written.
+    pub(super) last_sent: i64,
+    /// When the last message of this session arrived.
+    pub(super) last_heard: i64,
+    /// When the time was asked for and was not answered yet.
+    asked: Option<i64>,
+    sync: ClockSync,
+    /// Load of the line to the board, and from it.
+    pub(super) load: [LineLoad; 2],
+}
+
+impl BoardSession {
+    /// Opens the port and begins a session.
+    ///
+    /// # Errors
+    /// When the port cannot be opened, nothing answers, or the board is of another version.
+    pub(super) fn open(name: &str, baud: u32) -> Result<Self, SerialError> {
+        let port = port::open(name, baud)?;
+        let reader = port
+            .try_clone()
+            .map_err(|error| SerialError::Unopened { port: name.to_owned(), reason: error.description })?;
+        let (to_events, events) = channel();
+        let to_receiver = to_events.clone();
+        std::thread::spawn(move || forward(reader, &to_receiver));
+        let now = host_nanos();
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "any number does")]
+        let number = (now / 1_000_000) as u32;
+        let mut session = Self {
+            port,
+            name: name.to_owned(),
+            baud,
+            events,
+            to_events,
+            number,
+            sequence: 0,
+            pace: LinePace::new(baud),
+            last_sent: now,
+            last_heard: now,
+            asked: None,
+            sync: ClockSync::default(),
+            load: [LineLoad::default(); 2],
+        };
+        session.hello()?;
+        Ok(session)
+    }
+
+    /// Where other threads put events.
+    pub(super) fn sender(&self) -> Sender<Event> {
+        self.to_events.clone()
+    }
+
+    fn hello(&mut self) -> Result<(), SerialError> {
+        let begun = host_nanos();
+        // A zero ends what noise has begun.
+        self.write(&[0])?;
+        loop {
+            self.send(&HostMessage::Hello)?;
+            let deadline = host_nanos() + nanos(HELLO_EVERY);
+            while let Some(event) = self.next_event_until(deadline) {
+                match event {
+                    Event::Board { header, message: BoardMessage::Welcome { tick_nanos }, .. }
+                        if header.session == self.number =>
+                    {
+                        let expected = PositionLoop::TICK_NANOS;
+                        return if tick_nanos == expected {
+                            Ok(())
+                        } else {
+                            Err(SerialError::OtherTick { found: tick_nanos, expected })
+                        };
+                    }
+                    Event::OtherVersion { theirs } => return Err(SerialError::OtherVersion { theirs }),
+                    Event::Board {
+                        message: BoardMessage::Fault(link::BoardFault::Version { ours, .. }),
+                        ..
+                    } => return Err(SerialError::OtherVersion { theirs: ours }),
+                    Event::Closed(reason) => return Err(self.closed(reason, None)),
+                    _ => {}
+                }
+            }
+            if host_nanos() - begun >= nanos(FIRST_ANSWER_MAX) {
+                let waited_s = FIRST_ANSWER_MAX.as_secs_f64();
+                return Err(SerialError::NoAnswer { port: self.name.clone(), baud: self.baud, waited_s });
+            }
+        }
+    }
+
+    /// The error of a port that was closed; `armed_at` is when the board was armed.
+    pub(super) fn closed(&self, reason: String, armed_at: Option<i64>) -> SerialError {
+        let after_s = armed_at.map_or(0.0, |armed_at| seconds(host_nanos() - armed_at));
+        SerialError::Disconnected { port: self.name.clone(), after_s, reason }
+    }
+
+    /// Sends `message`, when the line is free.
+    ///
+    /// # Errors
+    /// When the port is closed.
+    pub(super) fn send(&mut self, message: &HostMessage) -> Result<(), SerialError> {
+        let mut frame = [0; FRAME_BYTES_MAX];
+        let header = Header { session: self.number, sequence: self.sequence, ticks: 0 };
+        self.sequence = self.sequence.wrapping_add(1);
+        let length = encode(header, message, &mut frame)?;
+        self.write(&frame[..length])
+    }
+
+    fn write(&mut self, bytes: &[u8]) -> Result<(), SerialError> {
+        let wait = self.pace.take(host_nanos(), bytes.len());
+        if wait > 0 {
+            std::thread::sleep(Duration::from_nanos(wait));
+        }
+        self.last_sent = host_nanos();
+        self.load[0].add(bytes.len());
+        self.port.write_all(bytes).map_err(|error| self.closed(error.to_string(), None))
+    }
+
+    /// The next event, if one comes until `deadline`. Notes time, load, and exchanges of clocks.
+    pub(super) fn next_event_until(&mut self, deadline: i64) -> Option<Event> {
+        let wait = Duration::from_nanos(u64::try_from(deadline - host_nanos()).unwrap_or(0));
+        let event = match self.events.recv_timeout(wait) {
+            Ok(event) => event,
+            Err(RecvTimeoutError::Timeout) => return None,
+            Err(RecvTimeoutError::Disconnected) => Event::Closed("its reader ended".to_owned()),
+        };
+        if let Event::Board { header, message, at_nanos, bytes } = &event {
+            self.load[1].add(*bytes);
+            if header.session == self.number {
+                self.last_heard = *at_nanos;
+            }
+            if let (BoardMessage::Armed, Some(sent_nanos)) = (message, self.asked) {
+                self.asked = None;
+                self.sync.add(Exchange { sent_nanos, received_nanos: *at_nanos, ticks: header.ticks });
+            }
+        }
+        Some(event)
+    }
+
+    /// Asks a board that is armed whether it is; the answer sets the clocks. To an armed board this changes nothing,
+    /// and it takes the board no time, as a question for its counters does: that measures the stack.
+    ///
+    /// # Errors
+    /// When the port is closed.
+    pub(super) fn ask_time(&mut self) -> Result<(), SerialError> {
+        self.send(&HostMessage::Arm)?;
+        self.asked = Some(self.last_sent);
+        Ok(())
+    }
+
+    /// Arms the board; its count of ticks when it was armed.
+    ///
+    /// # Errors
+    /// When the board refuses it, or does not answer.
+    pub(super) fn arm(&mut self) -> Result<u64, SerialError> {
+        self.ask_time()?;
+        self.answer("arming", |answer| *answer == BoardMessage::Armed).map(|(header, _)| header.ticks)
+    }
+
+    /// The board's counters; `None` if it does not tell them.
+    pub(super) fn counters(&mut self) -> Option<Counters> {
+        self.send(&HostMessage::Count).ok()?;
+        match self.answer("its counters", |answer| matches!(answer, BoardMessage::Counters(_))) {
+            Ok((_, BoardMessage::Counters(counters))) => Some(counters),
+            _ => None,
+        }
+    }
+
+    /// Sends `message` and waits for its answer, which is `expected`.
+    ///
+    /// # Errors
+    /// When the board refuses it, or does not answer.
+    pub(super) fn ask(
+        &mut self,
+        message: &HostMessage,
+        what: &'static str,
+        expected: &BoardMessage,
+    ) -> Result<(), SerialError> {
+        self.send(message)?;
+        self.answer(what, |answer| answer == expected).map(|_| ())
+    }
+
+    fn answer(
+        &mut self,
+        what: &'static str,
+        is_answer: impl Fn(&BoardMessage) -> bool,
+    ) -> Result<(Header, BoardMessage), SerialError> {
+        let deadline = host_nanos() + nanos(ANSWER_MAX);
+        while let Some(event) = self.next_event_until(deadline) {
+            match event {
+                Event::Board { header, message, .. } if is_answer(&message) => {
+                    return Ok((header, message));
+                }
+                Event::Board { message: BoardMessage::Fault(fault), .. } => {
+                    return Err(SerialError::Refused { what, fault });
+                }
+                Event::Closed(reason) => return Err(self.closed(reason, None)),
+                _ => {}
+            }
+        }
+        Err(SerialError::Unanswered { what, waited_s: ANSWER_MAX.as_secs_f64() })
+    }
+
+    /// Stops the drive; whether the board has acknowledged it. What comes in the meantime is passed over.
+    pub(super) fn stop(&mut self) -> bool {
+        for _ in 0..STOPS_MAX {
+            if self.send(&HostMessage::Stop).is_err() {
+                return false;
+            }
+            let deadline = host_nanos() + nanos(STOP_ANSWER_MAX);
+            while let Some(event) = self.next_event_until(deadline) {
+                match event {
+                    Event::Board { message: BoardMessage::Stopped, .. } => return true,
+                    Event::Closed(_) => return false,
+                    _ => {}
+                }
+            }
+        }
+        false
+    }
+
+    /// The board's clock as it is known now.
+    pub(super) fn clock(&self) -> Option<BoardClock> {
+        self.sync.at(host_nanos())
+    }
+
+    /// The shortest round trip in ns.
+    pub(super) fn shortest_nanos(&self) -> Option<i64> {
+        self.sync.shortest_nanos()
+    }
+
+    /// The line's rate.
+    pub(super) fn baud(&self) -> u32 {
+        self.baud
+    }
+}
+
+/// A duration in ns.
+pub(super) fn nanos(duration: Duration) -> i64 {
+    i64::try_from(duration.as_nanos()).unwrap_or(i64::MAX)
+}
+
+/// A time in ns as s.
+#[expect(clippy::cast_precision_loss, reason = "a month of ns is below 2^53")]
+pub(super) fn seconds(nanos: i64) -> f64 {
+    nanos as f64 * 1e-9
+}
+
+/// Forwards what the port brings, until it is closed or nobody listens.
+fn forward(mut port: Box<dyn SerialPort>, to_receiver: &Sender<Event>) {
+    let (mut deframer, mut block) = (Deframer::default(), [0; 4096]);
+    let mut bytes = 0;
+    loop {
+        let length = match port.read(&mut block) {
+            Ok(0) => {
+                let _ = to_receiver.send(Event::Closed("end of the line".to_owned()));
+                return;
+            }
+            Ok(length) => length,
+            Err(error) if matches!(error.kind(), ErrorKind::TimedOut | ErrorKind::Interrupted) => continue,
+            Err(error) => {
+                let _ = to_receiver.send(Event::Closed(error.to_string()));
+                return;
+            }
+        };
+        let at_nanos = host_nanos();
+        for &byte in &block[..length] {
+            bytes += 1;
+            let Some(frame) = deframer.push(byte) else { continue };
+            let event = match decode::<BoardMessage>(frame) {
+                Ok((header, message)) => Event::Board { header, message, at_nanos, bytes },
+                Err(FrameError::Version { theirs }) => Event::OtherVersion { theirs },
+                // Noise, or a frame that a restart of the board has cut short.
+                Err(_) => continue,
+            };
+            bytes = 0;
+            if to_receiver.send(event).is_err() {
+                return;
+            }
+        }
+    }
+}

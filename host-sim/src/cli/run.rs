@@ -1,0 +1,159 @@
+//! `run`: a move on a real board at a serial port.
+
+use std::io::IsTerminal as _;
+use std::ops::ControlFlow;
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
+use std::time::{Duration, Instant};
+
+use clap::{Args, ValueHint};
+use indicatif::ProgressBar;
+
+use super::count::Count;
+use super::report::Request;
+use super::{Format, MapArgs, SceneArgs, interruption, progress, result_json};
+use crate::board::serial::{FrameSource, Progress, SerialError, SerialMove, Watcher};
+use crate::cli::CommandError;
+use crate::log::{Ending, LogError, LogOptions, LogRecorder};
+use crate::report::{OutputError, files};
+use simulation::runs::record::{Observer as _, RunRecord};
+use simulation::scene::Scene;
+
+#[derive(Debug, Args)]
+pub(super) struct RunArgs {
+    /// Serial port of the board, for example /dev/ttyACM0
+    #[arg(long, value_name = "PORT", value_hint = ValueHint::FilePath)]
+    port: String,
+    /// Rate of the line
+    #[arg(long, value_name = "N", default_value = "921600", allow_negative_numbers = true)]
+    #[arg(value_parser = Count(1200..=12_000_000))]
+    baud: u64,
+    /// Where camera frames come from: `plant` for the simulated motor under the drive that the board reports, `-` for
+    /// lines on standard input, or a file or named pipe with such lines: time in s, angle in degrees, residual
+    #[arg(long, value_name = "SOURCE", default_value = "plant")]
+    camera: String,
+    /// Target angle, clockwise positive
+    #[arg(long, value_name = "DEG", allow_negative_numbers = true)]
+    to: Option<String>,
+    /// Distance from the target that counts as reached
+    #[arg(long, value_name = "DEG", allow_negative_numbers = true)]
+    tolerance: Option<String>,
+    /// Filter on the board: `constant_rate`, `impact_aided`, twin or best
+    #[arg(long, value_name = "FILTER")]
+    filter: Option<String>,
+    /// Write all that the board reports to a log: .mcap for Foxglove, `PlotJuggler` and `host-sim explain`, .parquet or
+    /// .csv for a table. Times count from arming by the board's clock
+    #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
+    log: Option<PathBuf>,
+    /// How to print the result
+    #[arg(long, value_enum, default_value = "text")]
+    format: Format,
+    #[command(flatten)]
+    map: MapArgs,
+    #[command(flatten)]
+    scene: SceneArgs,
+}
+
+impl RunArgs {
+    pub(super) fn execute(&self) -> Result<(), CommandError> {
+        let scene = self.map.provide(self.scene.load(
+            "run",
+            &[
+                ("position.to_deg", &self.to),
+                ("position.tolerance_deg", &self.tolerance),
+                ("estimator.filter", &self.filter),
+            ],
+        )?)?;
+        let interrupted = Arc::new(AtomicBool::new(false));
+        let unwatched = |source| OutputError::Unwritable { path: PathBuf::from(&self.port), source };
+        interruption::watch(&interrupted).map_err(unwatched)?;
+        let mut view = LiveView::new(self.log(&scene)?);
+        let source = FrameSource::named(&self.camera);
+        let run = SerialMove {
+            port: &self.port,
+            #[expect(clippy::cast_possible_truncation, reason = "at most 12,000,000")]
+            baud: self.baud as u32,
+            scene: &scene,
+            source: &source,
+            interrupted: &interrupted,
+        };
+        let run = run.run(&mut view);
+        let log = view.end();
+        let outcome = match run {
+            Ok(outcome) => outcome,
+            Err(error) => return Err(failed(error, log)),
+        };
+        let request = Request::of_scene("run", &scene).with_key_flags(&["--to", "--tolerance", "--filter"]);
+        let json = result_json::of(&request, &[], &files::json_line(&outcome));
+        let logged = match log {
+            Some(log) => {
+                let logged = log.finish(Ending::Whole(&json))?;
+                #[expect(clippy::cast_precision_loss, reason = "far below 2^53")]
+                let megabytes = logged.bytes as f64 / 1e6;
+                format!("log                {}, {megabytes:.1} MB\n", logged.path.display())
+            }
+            None => String::new(),
+        };
+        Ok(files::print(&self.format.of(format!("{outcome}{logged}"), json))?)
+    }
+
+    /// The log, if one was asked for. Ctrl-C ends the move, and the move the log.
+    fn log(&self, scene: &Scene) -> Result<Option<LogRecorder>, LogError> {
+        let Some(path) = &self.log else { return Ok(None) };
+        // The board chooses the ticks: it reports one in a hundred, and each is logged.
+        let options = LogOptions { every: 1 };
+        LogRecorder::create(path, options, "run", scene, Arc::new(AtomicBool::new(false))).map(Some)
+    }
+}
+
+/// The error of a move that did not end, with what is kept of it.
+fn failed(error: SerialError, log: Option<LogRecorder>) -> CommandError {
+    let kept = match log.map(|log| log.finish(Ending::Interrupted)) {
+        Some(Err(LogError::Interrupted { kept })) => format!("; {kept}"),
+        Some(Err(error)) => return error.into(),
+        Some(Ok(_)) | None => String::new(),
+    };
+    CommandError::Serial { error: Box::new(error), kept }
+}
+
+/// Time between two lines where standard error is no terminal.
+const LINE_EVERY: Duration = Duration::from_secs(1);
+
+/// Shows a move on standard error while it goes on, and logs it.
+struct LiveView {
+    log: Option<LogRecorder>,
+    /// A few lines that are drawn anew, on a terminal.
+    lines: Option<ProgressBar>,
+    printed: Option<Instant>,
+}
+
+impl LiveView {
+    fn new(log: Option<LogRecorder>) -> Self {
+        let lines = std::io::stderr().is_terminal().then(progress::lines);
+        Self { log, lines, printed: None }
+    }
+
+    /// Ends the view, and gives the log back.
+    fn end(self) -> Option<LogRecorder> {
+        if let Some(lines) = self.lines {
+            lines.finish_and_clear();
+        }
+        self.log
+    }
+}
+
+impl Watcher for LiveView {
+    fn record(&mut self, record: &RunRecord) -> ControlFlow<()> {
+        self.log.observe(record)
+    }
+
+    fn progress(&mut self, now: &Progress) {
+        if let Some(lines) = &self.lines {
+            lines.set_message(now.lines());
+        } else if self.printed.is_none_or(|printed| printed.elapsed() >= LINE_EVERY) {
+            self.printed = Some(Instant::now());
+            progress::note(&now.to_string());
+        }
+    }
+}
