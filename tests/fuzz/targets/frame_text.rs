@@ -12,9 +12,7 @@ fuzz_target!(|bytes: &[u8]| {
     let mut reader = FrameText::new("frames");
     for line in String::from_utf8_lossy(bytes).lines() {
         match reader.read(line) {
-            Ok(frame) => assert!(
-                frame.is_none_or(|frame| (0..=9_000_000_000_000_000_000).contains(&frame.exposed_nanos))
-            ),
+            Ok(frame) => assert!(frame.is_none_or(|frame| (0..=LATEST_NANOS).contains(&frame.exposed_nanos))),
             Err(fault) => {
                 let fault = fault.to_string();
                 assert!(fault.starts_with("frames:") && fault.lines().count() == 1, "{fault}");
