@@ -1,6 +1,10 @@
 //! `host-sim run`: the whole program on the emulated board, behind a pseudo-terminal that carries bytes no faster than
 //! its baud rate.
 
+#[path = "../qemu/programs.rs"]
+#[allow(dead_code, reason = "the tests on the emulated board use the rest of it")]
+mod programs;
+
 use std::fs::File;
 use std::io::{Read, Write};
 use std::process::{Child, ChildStdin, ChildStdout, Command, Output, Stdio};
@@ -17,7 +21,7 @@ use rustix::pty::{OpenptFlags, grantpt, openpt, ptsname, unlockpt};
 use rustix::termios::{OptionalActions, tcgetattr, tcsetattr};
 use serde_json::Value;
 
-use crate::host_sim;
+use programs::{elf, host_sim};
 
 /// The rate of the line: that of an STM32G474's firmware.
 const BAUD: u32 = 921_600;
@@ -29,13 +33,14 @@ const INSTRUMENTS: [&str; 4] = ["--set", "camera.frame_rate_hz=1000", "--set", "
 const WAIT_MAX: Duration = Duration::from_secs(60);
 
 /// The emulated line takes a byte whenever the emulator's other thread wakes. On a busy machine 10 ms of the board's
-/// time can pass in between: then the board misses the host, as it should.
+/// time can pass in between: then the board misses the host, as it should. Or the emulator takes more than 2 s to start.
 #[derive(Debug)]
 struct Starved;
 
 impl Starved {
     fn check(stderr: &str) -> Result<(), Self> {
-        if stderr.contains("the host was silent") { Err(Self) } else { Ok(()) }
+        let signs = ["the host was silent", "no board answers"];
+        if signs.iter().any(|sign| stderr.contains(sign)) { Err(Self) } else { Ok(()) }
     }
 }
 
@@ -102,7 +107,7 @@ impl CabledBoard {
             ])
             .args(["-icount", "shift=0,sleep=off"])
             .args(["-semihosting-config", "enable=on,target=native,arg=firmware,arg=link=uart"])
-            .args(["-kernel", &crate::elf("board")])
+            .args(["-kernel", &elf("board")])
             .stdin(Stdio::piped())
             .stdout(Stdio::piped())
             .spawn()
