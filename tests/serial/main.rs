@@ -33,7 +33,8 @@ const INSTRUMENTS: [&str; 4] = ["--set", "camera.frame_rate_hz=1000", "--set", "
 const WAIT_MAX: Duration = Duration::from_secs(60);
 
 /// The emulated line takes a byte whenever the emulator's other thread wakes. On a busy machine 10 ms of the board's
-/// time can pass in between: then the board misses the host, as it should. Or the emulator takes more than 2 s to start.
+/// time can pass in between: then the board misses the host, as it should. Or the emulator takes more than 2 s to
+/// start.
 #[derive(Debug)]
 struct Starved;
 
