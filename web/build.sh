@@ -66,7 +66,7 @@ if [[ ! $loaded/web.js -nt $module || $bindgen -nt $loaded/web.js ]]; then
     mkdir -p "$loaded/optimised"
     # Before wasm-bindgen, which adds tables of JavaScript's values: Debian's binaryen writes those in an old format.
     if command -v wasm-opt >/dev/null; then
-        wasm-opt -O3 --enable-simd --enable-bulk-memory --enable-sign-ext --enable-mutable-globals \
+        wasm-opt -Os --enable-simd --enable-bulk-memory --enable-sign-ext --enable-mutable-globals \
             --enable-nontrapping-float-to-int --enable-reference-types --enable-multivalue \
             "$module" -o "$loaded/optimised/web.wasm"
         module=$loaded/optimised/web.wasm
