@@ -18,6 +18,7 @@
 //! | `frame_source` | where camera frames come from |
 //! | `plant` | the simulated motor under the drive that the board reports: hardware in the loop |
 //! | `report_record` | what the board reports as a record of a run, and the frames that go with it |
+//! | `progress` | what is known in the middle of a move, and who sees it |
 //! | `serial_move` | the move: from the first message to the acknowledged stop |
 //! | `outcome` | what became of it |
 //! | `error` | why it was not made |
@@ -35,6 +36,7 @@ mod line_rate;
 mod outcome;
 mod plant;
 mod port;
+mod progress;
 mod report_record;
 mod serial_move;
 mod session;
@@ -42,4 +44,5 @@ mod session;
 pub use error::SerialError;
 pub use frame_source::FrameSource;
 pub use outcome::{ClockFigures, LineFigures, SerialOutcome};
-pub use serial_move::{Progress, SerialMove, Watcher};
+pub use progress::{Progress, Watcher};
+pub use serial_move::SerialMove;

@@ -1,0 +1,70 @@
+//! What is known in the middle of a move, and who sees it.
+
+use std::fmt;
+use std::ops::ControlFlow;
+
+use simulation::runs::record::RunRecord;
+
+/// What is known in the middle of a move.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Progress {
+    /// Time since arming by the board's clock, in s.
+    pub at_s: f64,
+    /// Estimated angle and its standard deviation, in degrees; `None` before the first frame.
+    pub angle_deg: Option<(f64, f64)>,
+    /// Target in degrees.
+    pub target_deg: f64,
+    /// What the controller does.
+    pub phase: String,
+    /// Whether the estimate may be used.
+    pub health: String,
+    /// The drive: off, B or C, and its amplitude from 0 to 1.
+    pub drive: (&'static str, f32),
+    /// Reports received.
+    pub reports: u64,
+    /// Share of the line to the board and from it that was in use since the last time.
+    pub load: [f64; 2],
+    /// Bound of the error of the board's clock, in us.
+    pub clock_us: Option<f64>,
+}
+
+impl Progress {
+    /// The same in a few lines, for a terminal.
+    pub fn lines(&self) -> String {
+        let [to, from] = self.load.map(|load| 100.0 * load);
+        let clock = self.clock_us.map_or_else(String::new, |us| format!(", clock +- {us:.0} us"));
+        let (mode, amplitude) = self.drive;
+        format!(
+            "time {:9.3} s   {}   target {:+.4} deg\nphase {}, health {}, drive {mode} {:.0} %\n\
+             line to the board {to:.0} %, from it {from:.0} %, {} reports{clock}",
+            self.at_s,
+            self.angle(),
+            self.target_deg,
+            self.phase,
+            self.health,
+            100.0 * amplitude,
+            self.reports
+        )
+    }
+
+    fn angle(&self) -> String {
+        let angle = |(angle, sd): (f64, f64)| format!("angle {angle:+10.4} deg +- {:.1} mdeg", 1e3 * sd);
+        self.angle_deg.map_or_else(|| "angle not known".to_owned(), angle)
+    }
+}
+
+/// On one line.
+impl fmt::Display for Progress {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.lines().replace('\n', ", "))
+    }
+}
+
+/// Sees a move while it goes on.
+pub trait Watcher {
+    /// Takes a record. [`ControlFlow::Break`] ends the move as an interruption does.
+    fn record(&mut self, record: &RunRecord) -> ControlFlow<()>;
+
+    /// Takes what is known, ten times a second.
+    fn progress(&mut self, progress: &Progress);
+}
