@@ -6,6 +6,7 @@ use super::TwinFilter;
 use super::kick_record::KickRecord;
 use super::measured_impact::{ExplainedImpact, MeasuredImpact, Uncertain};
 use super::misfit_monitor::MisfitMonitor;
+use super::rotor::FactorKnowledge;
 use super::told::ToldKick;
 use crate::innovation::{ContactInnovation, ImpactInnovation, Rejection, Verdict};
 
@@ -113,7 +114,7 @@ impl<T: Real> TwinFilter<T> {
             },
             unknown_rad2_s2: self.undetected_rad2_s2(),
             refinable: true,
-            mode_changed: false,
+            factors: FactorKnowledge::AsBefore,
             told: ToldKick::nothing(),
         }
     }

@@ -8,6 +8,7 @@ use motor_model::{DriveMode, Real, Time};
 use super::TwinFilter;
 use super::kick_record::KickRecord;
 use super::process::TwinProcess;
+use super::rotor::FactorKnowledge;
 
 impl<T: Real> TwinFilter<T> {
     /// The process up to `now`, that goes on from the propagated track.
@@ -64,7 +65,12 @@ impl<T: Real> TwinFilter<T> {
         kick.at = kick.at.max(track.state.at.plus_nanos(1));
         if let Some(mode) = self.drive.mode() {
             let before: Option<DriveMode> = self.last_kick_mode.replace(mode);
-            kick.mode_changed = before.is_some_and(|before| before != mode);
+            if before.is_some_and(|before| before != mode) {
+                kick.factors = FactorKnowledge::OfAnotherMode;
+            }
+        }
+        if self.kick_use.take_doubt() {
+            kick.factors = FactorKnowledge::Prior;
         }
         if let Some(oldest) = self.kicks.front().map(|kick| kick.at)
             && self.kicks.is_full()

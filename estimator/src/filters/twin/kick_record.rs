@@ -12,7 +12,7 @@ use heapless::Deque;
 use motor_model::{Real, Time};
 
 use super::measured_impact::Uncertain;
-use super::rotor::{KickJacobian, KickedCovariance, RotorCovariance};
+use super::rotor::{FactorKnowledge, KickJacobian, KickedCovariance, RotorCovariance};
 use super::told::ToldKick;
 use crate::camera::track::State;
 use crate::filters::impact_aided::IMPACTS_KEPT_MAX;
@@ -32,8 +32,8 @@ pub(super) struct KickRecord<T> {
     pub(super) unknown_rad2_s2: T,
     /// Whether later samples refine it.
     pub(super) refinable: bool,
-    /// Whether the drive's mode is another than at the kick before.
-    pub(super) mode_changed: bool,
+    /// What is still known of friction and tooth factor.
+    pub(super) factors: FactorKnowledge,
     /// What is told of it.
     pub(super) told: ToldKick<T>,
 }
@@ -55,7 +55,7 @@ impl<T: Real> KickRecord<T> {
             tooth_rate_rad_s: zero,
             unknown_rad2_s2: variance_rad2_s2,
             refinable: false,
-            mode_changed: false,
+            factors: FactorKnowledge::AsBefore,
             told: ToldKick::nothing(),
         }
     }
@@ -66,9 +66,7 @@ impl<T: Real> KickRecord<T> {
             return;
         }
         let rotor = &mut state.covariance;
-        if self.mode_changed {
-            rotor.change_mode();
-        }
+        rotor.doubt_factors(self.factors);
         let [friction, tooth_factor] = self.told.factors(rotor.factors());
         let [friction_part, tooth_part] = self.told.error_parts();
         let friction = if friction > T::zero() { friction } else { T::zero() };

@@ -17,6 +17,9 @@
 //! 50 ms again after a fault of the vibrometer, to which the contradictions belonged. The estimate itself does not
 //! jump: only the noise of its prediction changes.
 //!
+//! Kicks that were contradicted have taught a wrong friction and a wrong tooth factor, and both as if they were sure.
+//! So the next kick that is taken begins with the variances of their prior.
+//!
 //! Without drive no stator is needed: friction brakes a sliding rotor whatever strikes it
 //! ([`super::unexplained_kick`]).
 
@@ -40,12 +43,14 @@ pub(super) struct KickUse {
     /// Until when they are not, by the last contradiction.
     until: Time,
     doublings: u8,
+    /// Whether the kicks before the next one were contradicted.
+    doubted: bool,
 }
 
 impl KickUse {
     /// Kicks are taken.
     pub(super) fn new() -> Self {
-        Self { taken: true, since: Time::ZERO, until: Time::ZERO, doublings: 0 }
+        Self { taken: true, since: Time::ZERO, until: Time::ZERO, doublings: 0, doubted: false }
     }
 
     /// The time without kicks that a contradiction brings.
@@ -57,6 +62,12 @@ impl KickUse {
     fn contradict(&mut self, now: Time) {
         self.until = now.plus_nanos(self.span_nanos());
         self.doublings = (self.doublings + 1).min(DOUBLINGS_MAX);
+        self.doubted = true;
+    }
+
+    /// Whether the kicks before this one, which is the first since, were contradicted.
+    pub(super) fn take_doubt(&mut self) -> bool {
+        core::mem::take(&mut self.doubted)
     }
 
     /// The contradictions so far were those of a fault that has ended.

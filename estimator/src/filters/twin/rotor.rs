@@ -15,6 +15,8 @@
 //! Friction and tooth factor are constant in a run, and there are hundreds of kicks a second: the camera determines
 //! both to some percent within a tenth of a second. The tooth factor also takes up errors of other parameters in the
 //! stator filter's tangential velocity. Those differ between the modes by a percent, so a change of mode widens it.
+//! Kicks that impacts or frames have contradicted have taught both wrongly, so both have the variance of their prior
+//! again at the next kick.
 //!
 //! The covariance is kept as `P = U D U'`. Prediction and kick are written out in its factors: see
 //! [`RotorCovariance::merge_rate_noise`].
@@ -48,6 +50,17 @@ pub(super) struct RotorCovariance<T> {
     pub(super) tooth_factor: T,
 }
 
+/// What is still known of friction and tooth factor at a kick.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum FactorKnowledge {
+    /// As much as after the kick before.
+    AsBefore,
+    /// The drive's mode is another than at the kick before.
+    OfAnotherMode,
+    /// What the prior says: the kicks before were contradicted.
+    Prior,
+}
+
 /// Jacobian of a kick by rate, friction and tooth factor, and the noise beside.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct KickJacobian<T> {
@@ -74,8 +87,8 @@ pub(super) trait KickedCovariance<T>: TrackCovariance<T> {
     /// Their variances.
     fn factor_variances(&self) -> [T; 2];
 
-    /// Widens the tooth factor, since the drive excites another mode from now on.
-    fn change_mode(&mut self);
+    /// Widens the factors to what is still known of them.
+    fn doubt_factors(&mut self, known: FactorKnowledge);
 
     /// `P <- F P F' + Q` at a kick.
     fn kick(&mut self, jacobian: &KickJacobian<T>);
@@ -93,8 +106,14 @@ impl<T: Real> KickedCovariance<T> for RotorCovariance<T> {
         [*d2 + *u23 * *u23 * *d3, *d3]
     }
 
-    fn change_mode(&mut self) {
-        self.covariance.add_rank_one(&Vector4::w(), T::from_f64(MODE_CHANGE * MODE_CHANGE));
+    fn doubt_factors(&mut self, known: FactorKnowledge) {
+        let (friction, tooth_factor) = match known {
+            FactorKnowledge::AsBefore => return,
+            FactorKnowledge::OfAnotherMode => (0.0, MODE_CHANGE),
+            FactorKnowledge::Prior => (FRICTION_PRIOR, TOOTH_FACTOR_PRIOR),
+        };
+        self.covariance.add_rank_one(&Vector4::z(), T::from_f64(friction * friction));
+        self.covariance.add_rank_one(&Vector4::w(), T::from_f64(tooth_factor * tooth_factor));
     }
 
     fn kick(&mut self, jacobian: &KickJacobian<T>) {
@@ -118,8 +137,8 @@ impl<T: Real> KickedCovariance<T> for Carried<T, RotorCovariance<T>, 4> {
         self.covariance().factor_variances()
     }
 
-    fn change_mode(&mut self) {
-        self.both().into_iter().for_each(KickedCovariance::change_mode);
+    fn doubt_factors(&mut self, known: FactorKnowledge) {
+        self.both().into_iter().for_each(|covariance| covariance.doubt_factors(known));
     }
 
     fn kick(&mut self, jacobian: &KickJacobian<T>) {
@@ -354,6 +373,23 @@ mod tests {
             prop_assert!(close(&jacobian, &(f * before)));
             let sum = jacobian * p * jacobian.transpose() + noise;
             prop_assert!(close(&carried.covariance().ud_covariance().covariance(), &sum));
+        }
+
+        /// Doubt adds the prior's variances of friction and tooth factor, and a change of mode its own to the latter.
+        #[test]
+        fn exact_doubt_widens_the_factors_alone(p in full()) {
+            for (known, friction, tooth_factor) in [
+                (FactorKnowledge::AsBefore, 0.0, 0.0),
+                (FactorKnowledge::OfAnotherMode, 0.0, 0.01),
+                (FactorKnowledge::Prior, 0.29, 0.03),
+            ] {
+                let mut doubted = rotor(&p);
+                doubted.doubt_factors(known);
+                let mut expected = p;
+                expected.m33 += friction * friction;
+                expected.m44 += tooth_factor * tooth_factor;
+                prop_assert!(close(&doubted.covariance.covariance(), &expected));
+            }
         }
 
         /// Teeth that nearly stick leave next to nothing of the rate's error, kick after kick: where its variance

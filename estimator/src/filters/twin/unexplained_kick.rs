@@ -19,6 +19,7 @@ use motor_model::{DriveMode, Real, Time};
 use super::TwinFilter;
 use super::kick_record::KickRecord;
 use super::measured_impact::{MeasuredImpact, UnassociatedImpact, Uncertain};
+use super::rotor::FactorKnowledge;
 use super::told::ToldKick;
 
 /// Excess misfit at which an unassociated jump is a false alarm in half of the cases. Found by simulation of motors
@@ -57,7 +58,7 @@ impl<T: Real> TwinFilter<T> {
             tooth_rate_rad_s,
             unknown_rad2_s2,
             refinable: false,
-            mode_changed: false,
+            factors: FactorKnowledge::AsBefore,
             told: ToldKick::nothing(),
         }
     }
