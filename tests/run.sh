@@ -149,12 +149,9 @@ mkdir -p "$target/tmp"
 tests/logs/environment.sh "$target/tmp/python" >"$logs/environment" 2>&1 &
 environment_id=$!
 
+# With the command's optional parts, which tests/soak.sh tests; what is built for the tests is the command without.
 heading "lints"
-cargo clippy --workspace --all-targets -- -D warnings
-
-# tests/soak.sh tests them.
-heading "the command with its optional parts"
-cargo clippy --workspace --exclude fuzz --features micromotor-sim/peers --lib -- -D warnings
+cargo clippy --workspace --all-targets --features micromotor-sim/peers -- -D warnings
 
 heading "the filter core with its optional parts, and without those that are on by default"
 cargo clippy --package ud-filter --all-targets --no-default-features --features defmt,serde -- -D warnings
