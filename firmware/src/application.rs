@@ -90,8 +90,10 @@ pub struct Application<'m, D> {
     /// A fault that has latched and was not sent yet.
     latched_fault: Option<BoardFault>,
     telemetry: Telemetry,
-    /// Measures the most bytes that the stack has taken.
-    stack_bytes_max: fn() -> u32,
+    /// Whether the host's [`HostMessage::Step`] makes the ticks, and no timer.
+    in_lock_step: bool,
+    /// The most bytes that the stack has taken, as far as is known.
+    stack_bytes_max: u32,
 }
 
 impl<'m, D: DesignedDrive> Application<'m, D> {
@@ -113,14 +115,20 @@ impl<'m, D: DesignedDrive> Application<'m, D> {
             overruns_in_a_row: 0,
             latched_fault: None,
             telemetry: Telemetry::default(),
-            stack_bytes_max: || 0,
+            in_lock_step: true,
+            stack_bytes_max: 0,
         }
     }
 
-    /// The same, on a board that can measure the most bytes that its stack has taken.
+    /// The same on a board whose own timer makes the ticks: a step of the host would be one too many.
     #[must_use]
-    pub fn with_stack_gauge(self, stack_bytes_max: fn() -> u32) -> Self {
-        Self { stack_bytes_max, ..self }
+    pub fn timed(self) -> Self {
+        Self { in_lock_step: false, ..self }
+    }
+
+    /// Keeps the most bytes that the stack has taken, for [`HostMessage::Count`].
+    pub fn record_stack(&mut self, bytes_max: u32) {
+        self.stack_bytes_max = bytes_max;
     }
 
     /// The amplifier.
@@ -143,7 +151,7 @@ impl<'m, D: DesignedDrive> Application<'m, D> {
         Counters {
             oversize: self.deframer.oversize,
             dropped: self.measurements.dropped,
-            stack_bytes_max: (self.stack_bytes_max)(),
+            stack_bytes_max: self.stack_bytes_max,
             ..self.counters
         }
     }
@@ -226,6 +234,7 @@ impl<'m, D: DesignedDrive> Application<'m, D> {
             State::Safe => ArmingState::Safe,
             State::Armed => ArmingState::Armed,
             State::Latched(BoardFault::Overrun) => ArmingState::Overrun,
+            State::Latched(BoardFault::AmplifierFailed) => ArmingState::AmplifierFailed,
             State::Latched(_) => ArmingState::HostSilent,
         }
     }
@@ -252,6 +261,13 @@ impl<'m, D: DesignedDrive> Application<'m, D> {
         self.overruns_in_a_row += 1;
         if self.overruns_in_a_row >= OVERRUNS_MAX {
             self.latch(BoardFault::Overrun);
+        }
+    }
+
+    /// The amplifier has failed. While armed, the loop latches: no move is possible without it.
+    pub fn stop_for_amplifier(&mut self) {
+        if self.is_armed() {
+            self.latch(BoardFault::AmplifierFailed);
         }
     }
 
@@ -354,6 +370,7 @@ impl<'m, D: DesignedDrive> Application<'m, D> {
                 samples.iter().for_each(|&sample| self.measurements.push_ldv_sample(sample.into()));
                 return None;
             }
+            HostMessage::Step if !self.in_lock_step => BoardMessage::Fault(BoardFault::Timed),
             HostMessage::Step => match self.tick() {
                 Some(report) => BoardMessage::Report(report),
                 None => BoardMessage::Fault(self.fault()),

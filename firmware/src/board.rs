@@ -4,7 +4,7 @@
 //! - `stm32g474`, behind the feature of its name: the same of a real board.
 //! - `hardware`: the one of the two that the program is built for.
 //! - `faults`: handlers of panics and faults, for every program. They switch the drive off, print the reason, and end.
-//! - [`stack_bytes_max`]: the most bytes that the stack has taken.
+//! - [`stack_words`], [`stack_word_is_unused`]: what [`crate::stack_gauge`] looks at.
 
 mod faults;
 #[cfg(not(feature = "stm32g474"))]
@@ -14,6 +14,7 @@ pub mod stm32g474;
 
 use core::ptr;
 
+use cortex_m_rt::STACK_PAINT_VALUE;
 pub use faults::end;
 #[cfg(not(feature = "stm32g474"))]
 pub use mps2 as hardware;
@@ -44,16 +45,18 @@ unsafe extern "C" {
     static _stack_start: u32;
 }
 
-/// The most bytes that the stack has taken so far.
-///
-/// The start-up code fills the stack with one value. A word that still has this value was never used.
-pub fn stack_bytes_max() -> u32 {
+/// Words of the stack's memory.
+pub fn stack_words() -> usize {
     let (end, start) = (ptr::addr_of!(_stack_end), ptr::addr_of!(_stack_start));
-    let mut word = end;
+    start.addr().saturating_sub(end.addr()) / 4
+}
+
+/// Whether the word at this distance from the far end was never used, or was used for the value that the start-up code
+/// fills the stack with. False beyond [`stack_words`].
+#[inline]
+pub fn stack_word_is_unused(word: usize) -> bool {
     #[expect(unsafe_code, reason = "no variable owns the unused part of the stack")]
-    // SAFETY: `word` is aligned and within the stack's memory, which exists and is only read here.
-    while word < start && unsafe { word.read_volatile() } == cortex_m_rt::STACK_PAINT_VALUE {
-        word = word.wrapping_add(1);
-    }
-    4 * u32::try_from(start.addr().saturating_sub(word.addr()) / 4).unwrap_or(u32::MAX)
+    // SAFETY: the word is aligned and within the stack's memory, which exists and is only read here.
+    let is_unused = || unsafe { ptr::addr_of!(_stack_end).add(word).read_volatile() } == STACK_PAINT_VALUE;
+    word < stack_words() && is_unused()
 }

@@ -11,6 +11,7 @@
 //! | [`amplifier`] | samples | a pulse width and an enabling pin (`embedded-hal`) |
 //! | [`tasks`] | the timer | the two tasks that call all of the above, their deadlines and the queues between them |
 //! | [`telemetry`] | reports of ticks | entries of a log |
+//! | [`stack_gauge`] | words of the stack | the most bytes that it has taken |
 //!
 //! These compile for any machine, and unit tests run them on the host. Two modules are for the microcontroller only:
 //! `board` has the registers, the handlers of faults and the stack, `semihosting` the files of the emulator's host.
@@ -40,6 +41,7 @@ pub mod design;
 pub mod filter;
 #[cfg(target_os = "none")]
 pub mod semihosting;
+pub mod stack_gauge;
 pub mod tasks;
 pub mod telemetry;
 #[cfg(test)]

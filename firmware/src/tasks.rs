@@ -1,7 +1,7 @@
 //! The two tasks of a board, and the queues between them.
 //!
 //! ```text
-//!  timer, every 10 us --> TimerTask: next sample of the drive, a step of the twin, a sample of the vibrometer
+//!  timer, every 10 us --> TimerTask: a sample of the vibrometer, next sample of the drive
 //!                          |  ^
 //!                    Tick  |  | DriveCommand, ModeIncrements    each a queue of one producer and one consumer
 //!                          v  |
@@ -37,7 +37,7 @@ use embedded_hal::pwm::SetDutyCycle;
 use estimator::LdvSample;
 use heapless::spsc::{Consumer, Producer, Queue};
 use link::{BoardMessage, TickRecord};
-use motor_model::{DriveCommand, Motor, MotorParams, MotorSetup, MotorState, OutOfBounds, Parameter, Time};
+use motor_model::{DriveCommand, MotorParams, OutOfBounds, Parameter, Time};
 
 use crate::amplifier::Amplifier;
 use crate::application::{Application, MoveMemory};
@@ -78,8 +78,6 @@ pub struct Tick {
     interrupt: u64,
     velocity_m_s: Option<f32>,
     amplifier_works: bool,
-    /// The twin's rate in rad/s.
-    twin_rate_rad_s: f32,
 }
 
 /// Memory that outlives the tasks: the queues between them, and the configured move.
@@ -103,8 +101,7 @@ impl TaskMemory {
         }
     }
 
-    /// The tasks of a board with these pins. They drive the modes of Table 1 until the host describes others. The twin
-    /// is that of Table 1 whatever the design: construction of another takes more flash than the smallest part has.
+    /// The tasks of a board with these pins. They drive the modes of Table 1 until the host describes others.
     ///
     /// # Errors
     /// When the model refuses the nominal motor: never, unless its bounds are changed.
@@ -116,15 +113,12 @@ impl TaskMemory {
     ) -> Result<(TimerTask<'_, P, E, C>, LoopTask<'_>), OutOfBounds> {
         let params = MotorParams::nominal();
         let modes = CommandPort::design(&params)?;
-        let twin = Motor::try_new(&params, &MotorSetup::with_step(1.0 / TICKS_PER_S))?;
         let (tick_producer, tick_consumer) = self.ticks.split();
         let (command_producer, command_consumer) = self.commands.split();
         let (design_producer, design_consumer) = self.designs.split();
         let timer_task = TimerTask {
             amplifier: Amplifier::new(Waveform::new(modes), width, enable),
             converter,
-            twin,
-            state: MotorState::default(),
             interrupts: 0,
             ticks: tick_producer,
             commands: command_consumer,
@@ -137,14 +131,8 @@ impl TaskMemory {
             last: DriveCommand::OFF,
             works: true,
         };
-        let application = Application::new(port, &mut self.configured);
-        let loop_task = LoopTask {
-            application,
-            ticks: tick_consumer,
-            last_interrupt: 0,
-            twin_rate_rad_s: 0.0,
-            just_armed: false,
-        };
+        let application = Application::new(port, &mut self.configured).timed();
+        let loop_task = LoopTask { application, ticks: tick_consumer, last_interrupt: 0, just_armed: false };
         Ok((timer_task, loop_task))
     }
 }
@@ -153,8 +141,6 @@ impl TaskMemory {
 pub struct TimerTask<'q, P, E, C> {
     amplifier: Amplifier<P, E>,
     converter: C,
-    twin: Motor<f32>,
-    state: MotorState<f32>,
     /// Interrupts so far.
     interrupts: u64,
     ticks: Producer<'q, Tick>,
@@ -163,38 +149,21 @@ pub struct TimerTask<'q, P, E, C> {
 }
 
 impl<P: SetDutyCycle, E: OutputPin, C: Converter> TimerTask<'_, P, E, C> {
-    /// What has to happen every 10 us, on time.
+    /// What has to happen every 10 us, on time. The sample comes first: its instant is that of the interrupt.
     #[inline]
     pub fn interrupt(&mut self) {
+        let velocity_m_s = self.converter.velocity_m_s();
         while let Some(modes) = self.designs.dequeue() {
             self.amplifier.set_modes(modes);
         }
         while let Some(command) = self.commands.dequeue() {
             self.amplifier.command(command);
         }
-        let applied = self.amplifier.sample();
-        self.step_twin(applied);
+        self.amplifier.sample();
         self.interrupts += 1;
-        let tick = Tick {
-            interrupt: self.interrupts,
-            velocity_m_s: self.converter.velocity_m_s(),
-            amplifier_works: self.amplifier.works(),
-            twin_rate_rad_s: self.state.rotor.rate_rad_s,
-        };
+        let tick = Tick { interrupt: self.interrupts, velocity_m_s, amplifier_works: self.amplifier.works() };
         // A full queue loses the tick: the loop task will find a gap in the numbers.
         let _ = self.ticks.enqueue(tick);
-    }
-
-    /// Steps the twin, unless the drive is off and the rotor lies on both pairs of teeth: it then lies still.
-    ///
-    /// A step with sustained contact takes as long as everything else that a small processor does in a tick.
-    #[inline]
-    fn step_twin(&mut self, applied: DriveCommand) {
-        if applied.mode().is_none() && self.state.in_contact == [true; 2] {
-            self.state.rotor.rate_rad_s = 0.0;
-        } else {
-            self.twin.step(&mut self.state, applied);
-        }
     }
 }
 
@@ -251,16 +220,19 @@ pub struct LoopTask<'q> {
     ticks: Consumer<'q, Tick>,
     /// Number of the interrupt that made the last tick.
     last_interrupt: u64,
-    twin_rate_rad_s: f32,
     /// Whether the loop was armed since the last tick.
     just_armed: bool,
 }
 
 impl LoopTask<'_> {
-    /// The same, on a board that can measure the most bytes that its stack has taken.
-    #[must_use]
-    pub fn with_stack_gauge(self, stack_bytes_max: fn() -> u32) -> Self {
-        Self { application: self.application.with_stack_gauge(stack_bytes_max), ..self }
+    /// Keeps the most bytes that the stack has taken, for the host.
+    pub fn record_stack(&mut self, bytes_max: u32) {
+        self.application.record_stack(bytes_max);
+    }
+
+    /// Whether a tick waits.
+    pub fn is_due(&self) -> bool {
+        self.ticks.ready()
     }
 
     /// Takes bytes from the host, at most [`BYTES_PER_TICK_MAX`] a tick.
@@ -279,8 +251,10 @@ impl LoopTask<'_> {
         let Some(tick) = self.ticks.dequeue() else { return false };
         let lost = tick.interrupt - self.last_interrupt - 1;
         self.last_interrupt = tick.interrupt;
-        self.twin_rate_rad_s = tick.twin_rate_rad_s;
         self.application.amplifier_mut().works = tick.amplifier_works;
+        if !tick.amplifier_works {
+            self.application.stop_for_amplifier();
+        }
         if mem::take(&mut self.just_armed) {
             self.application.skip_ticks(lost);
         } else {
@@ -310,11 +284,6 @@ impl LoopTask<'_> {
         if let Some(report) = report.filter(|_| self.last_interrupt.is_multiple_of(TICKS_PER_REPORT)) {
             self.application.send(&BoardMessage::Report(report), send);
         }
-    }
-
-    /// The twin's rate in rad/s at the last tick.
-    pub fn twin_rate_rad_s(&self) -> f32 {
-        self.twin_rate_rad_s
     }
 }
 

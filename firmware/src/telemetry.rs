@@ -57,6 +57,8 @@ pub enum ArmingState {
     HostSilent,
     /// Latched until a stop: deadlines were missed.
     Overrun,
+    /// Latched until a stop: the amplifier failed, and stays off until a restart.
+    AmplifierFailed,
 }
 
 /// An entry of the log.

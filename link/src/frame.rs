@@ -14,7 +14,7 @@ use serde::de::DeserializeOwned;
 use crate::message::{BoardMessage, HostMessage};
 
 /// Version of header and messages: it goes up whenever either changes.
-pub const VERSION: u8 = 5;
+pub const VERSION: u8 = 6;
 
 /// Longest frame, its final zero included.
 pub const FRAME_BYTES_MAX: usize = 384;

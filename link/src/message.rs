@@ -196,6 +196,13 @@ pub enum BoardFault {
     /// Too many deadlines were missed while the loop was armed. Latched: only [`HostMessage::Stop`] clears it.
     #[error("deadlines were missed: the drive is off until a stop")]
     Overrun,
+    /// A step was asked of a board whose own timer makes the ticks. The loop goes on.
+    #[error("the board's own timer makes the ticks: it takes no steps")]
+    Timed,
+    /// The amplifier failed while the loop was armed. Latched: [`HostMessage::Stop`] clears it, and only a restart of the
+    /// board tries the amplifier again.
+    #[error("the amplifier failed: the drive is off until the board restarts")]
+    AmplifierFailed,
     /// A response map is refused, or does not go with the motor. Rows that are refused leave those before them.
     #[error("response map: {0}")]
     Map(MapFault),

@@ -165,6 +165,18 @@ fn tool_board_forecasts_any_move_before_the_watchdog_loses_patience() {
     board.counters();
 }
 
+/// Questions for the counters cost an armed board no deadline: the stack is looked at a few words a tick. A look at all
+/// of its ten thousand words at once takes five ticks of this processor.
+#[test]
+fn tool_board_counts_in_time_while_armed() {
+    let mut board = Board::start(None);
+    board.arm();
+    let counters: Vec<Counters> = (0..20).map(|_| board.counters()).collect();
+    let armed = BoardMessage::Fault(BoardFault::Armed);
+    board.answers(&HostMessage::Configure(MOVE), &armed);
+    assert!(counters.iter().all(|counters| counters.overruns == 0), "{counters:?}");
+}
+
 /// K9: a processor of 2,500 instructions a tick does what the loop takes, but not a flood of questions besides: ten
 /// deadlines in a row are missed, and the board says so, is off, and stays off until a stop.
 #[test]

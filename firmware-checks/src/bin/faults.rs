@@ -13,8 +13,9 @@ mod board {
     use cortex_m_semihosting::{debug, heprintln};
     use embedded_hal::digital::OutputPin;
     use firmware::board::mps2::{Enable, drive_is_on};
-    use firmware::board::{Parts, end, stack_bytes_max};
+    use firmware::board::{Parts, end, stack_word_is_unused, stack_words};
     use firmware::semihosting::HostFile;
+    use firmware::stack_gauge::StackGauge;
 
     #[entry]
     fn main() -> ! {
@@ -46,6 +47,13 @@ mod board {
             _ => heprintln!("no such fault"),
         }
         end(debug::EXIT_SUCCESS)
+    }
+
+    /// The most bytes that the stack has taken, by one look at all of it.
+    fn stack_bytes_max() -> u32 {
+        let mut gauge = StackGauge::new(stack_words());
+        gauge.look(stack_words() + 1, stack_word_is_unused);
+        gauge.bytes_max()
     }
 
     /// Takes some hundred bytes of stack in each of `depth` nested calls.

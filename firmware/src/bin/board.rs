@@ -19,7 +19,8 @@ mod board {
     use cortex_m::{Peripherals, singleton};
     use cortex_m_rt::{entry, exception};
     use firmware::board::hardware::{CLOCK_HZ, Enable, Vibrometer, Width};
-    use firmware::board::{Parts, end, stack_bytes_max};
+    use firmware::board::{Parts, end, stack_word_is_unused, stack_words};
+    use firmware::stack_gauge::{StackGauge, WORDS_PER_TICK};
     use firmware::tasks::{BYTES_PER_TICK_MAX, TaskMemory, TimerTask};
     use firmware::telemetry::{self, log};
     use heapless::Deque;
@@ -67,8 +68,8 @@ mod board {
             end(Err(()))
         };
         let Parts { width, enable, mut line, vibrometer, mut watchdog } = parts;
-        let Ok((timer_task, loop_task)) = memory.tasks(width, enable, vibrometer) else { end(Err(())) };
-        let mut loop_task = loop_task.with_stack_gauge(stack_bytes_max);
+        let Ok((timer_task, mut loop_task)) = memory.tasks(width, enable, vibrometer) else { end(Err(())) };
+        let mut stack = StackGauge::new(stack_words());
         free(|token| FIRST_TIMER_TASK.borrow(token).set(Some(timer_task)));
         let mut outgoing = Deque::<u8, OUTGOING_BYTES>::new();
         let logs = telemetry::open();
@@ -86,6 +87,8 @@ mod board {
             let ran = loop_task.run_tick(&mut |frame| enqueue(&mut outgoing, frame));
             if ran {
                 watchdog.feed();
+                stack.look(WORDS_PER_TICK, stack_word_is_unused);
+                loop_task.record_stack(stack.bytes_max());
                 let entry = loop_task.telemetry(clocks_since(before));
                 if let Some((tick, entry)) = entry.filter(|_| logs) {
                     log(tick, &entry);
@@ -98,7 +101,12 @@ mod board {
                 outgoing.pop_front();
             }
             if !ran && outgoing.is_empty() {
-                cortex_m::asm::wfi();
+                // An interrupt between the look and the wait is held back and ends the wait.
+                free(|_| {
+                    if !loop_task.is_due() {
+                        cortex_m::asm::wfi();
+                    }
+                });
             }
         }
     }

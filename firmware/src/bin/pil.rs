@@ -18,9 +18,10 @@ mod board {
     use cortex_m_semihosting::{debug, heprintln};
     use firmware::application::{Application, MoveMemory};
     use firmware::board::hardware::Line;
-    use firmware::board::{Parts, end, stack_bytes_max};
+    use firmware::board::{Parts, end, stack_word_is_unused, stack_words};
     use firmware::design::DesignedDrive;
     use firmware::semihosting::{HostFile, has_argument};
+    use firmware::stack_gauge::StackGauge;
     use firmware::telemetry::{self, log};
     use motor_model::{DriveCommand, MotorParams, OutOfBounds};
 
@@ -45,6 +46,9 @@ mod board {
 
     /// More than the frames of a tick.
     const BLOCK_BYTES: usize = 1024;
+
+    /// Words of the stack that are looked at between two blocks: all of them in some milliseconds of a move.
+    const STACK_WORDS_PER_BLOCK: usize = 64;
 
     /// The transport of the frames.
     enum Link {
@@ -100,7 +104,8 @@ mod board {
             end(debug::EXIT_FAILURE)
         };
         let Some(memory) = singleton!(: MoveMemory = MoveMemory::new()) else { end(debug::EXIT_FAILURE) };
-        let mut application = Application::new(Plant, memory).with_stack_gauge(stack_bytes_max);
+        let mut application = Application::new(Plant, memory);
+        let mut stack = StackGauge::new(stack_words());
         let logs = telemetry::open();
         let mut block = [0; BLOCK_BYTES];
         let mut answers = heapless::Vec::<u8, BLOCK_BYTES>::new();
@@ -109,6 +114,8 @@ mod board {
             if bytes.is_empty() {
                 end(debug::EXIT_SUCCESS)
             }
+            stack.look(STACK_WORDS_PER_BLOCK, stack_word_is_unused);
+            application.record_stack(stack.bytes_max());
             // As few calls to the host as possible, because each stops the emulation.
             let mut delivered = true;
             application.receive(bytes, &mut |frame| {

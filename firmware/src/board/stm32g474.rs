@@ -9,6 +9,9 @@
 //! | PA2, PA3 | LPUART1 to the host, 921,600 baud |
 //! | PA0 | ADC1 channel 1: the vibrometer's output |
 
+mod clocks;
+mod wait;
+
 use core::convert::Infallible;
 
 use embedded_hal::digital::{self, OutputPin};
@@ -17,6 +20,7 @@ use stm32g4::stm32g474 as pac;
 
 use super::Parts;
 use crate::tasks::Converter;
+use wait::wait_until;
 
 /// Frequency of the processor and of everything on its bus.
 pub const CLOCK_HZ: u32 = 170_000_000;
@@ -49,16 +53,18 @@ pub fn drive_is_on() -> bool {
 }
 
 impl Parts {
-    /// The parts of the board, once. Clocks are set first, then pins, the bridge's before all others, then devices.
+    /// The parts of the board, once; `None` if a clock or the converter does not start. The bridge's pin is set first,
+    /// then clocks, the other pins, devices.
     pub fn take() -> Option<Self> {
         let device = pac::Peripherals::take()?;
-        clocks(&device);
         let rcc = &device.RCC;
-        rcc.ahb2enr().modify(|_, w| w.gpioaen().set_bit().gpioben().set_bit().adc12en().set_bit());
-        rcc.apb2enr().modify(|_, w| w.tim1en().set_bit());
-        rcc.apb1enr2().modify(|_, w| w.lpuart1en().set_bit());
+        rcc.ahb2enr().modify(|_, w| w.gpioben().set_bit());
         device.GPIOB.bsrr().write(|w| w.br0().set_bit());
         device.GPIOB.moder().modify(|_, w| w.moder0().output());
+        clocks::start(&device)?;
+        rcc.ahb2enr().modify(|_, w| w.gpioaen().set_bit().adc12en().set_bit());
+        rcc.apb2enr().modify(|_, w| w.tim1en().set_bit());
+        rcc.apb1enr2().modify(|_, w| w.lpuart1en().set_bit());
         device.GPIOA.afrh().modify(|_, w| w.afrh8().af6());
         device.GPIOA.afrl().modify(|_, w| w.afrl2().af12().afrl3().af12());
         device.GPIOA.moder().modify(|_, w| {
@@ -68,30 +74,10 @@ impl Parts {
             width: Width::start(device.TIM1),
             enable: Enable(device.GPIOB),
             line: Line::start(device.LPUART1),
-            vibrometer: Vibrometer::start(device.ADC1, &device.ADC12_COMMON),
+            vibrometer: Vibrometer::start(device.ADC1, &device.ADC12_COMMON)?,
             watchdog: Watchdog(device.IWDG),
         })
     }
-}
-
-/// 170 MHz from the internal 16 MHz: 16 / 4 * 85 / 2.
-fn clocks(device: &pac::Peripherals) {
-    let rcc = &device.RCC;
-    rcc.apb1enr1().modify(|_, w| w.pwren().set_bit());
-    // Boost mode: without it the limit of the core is 150 MHz.
-    device.PWR.cr5().modify(|_, w| w.r1mode().clear_bit());
-    #[expect(unsafe_code, reason = "the register's description does not bound its values")]
-    // SAFETY: four wait states, which this frequency needs, are among the register's values.
-    device.FLASH.acr().modify(|_, w| unsafe { w.latency().bits(4) });
-    #[expect(unsafe_code, reason = "the register's description does not bound its values")]
-    // SAFETY: 85 is within the multiplier's 8 to 127, and 3 divides by 4.
-    rcc.pllcfgr().write(|w| unsafe {
-        w.pllsrc().hsi16().pllm().bits(3).plln().bits(85).pllr().bits(0).pllren().set_bit()
-    });
-    rcc.cr().modify(|_, w| w.pllon().set_bit());
-    while rcc.cr().read().pllrdy().bit_is_clear() {}
-    rcc.cfgr().modify(|_, w| w.sw().pll());
-    while !rcc.cfgr().read().sws().is_pll() {}
 }
 
 /// The bridge's enabling pin.
@@ -179,12 +165,16 @@ impl Line {
     }
 }
 
-/// The vibrometer on a converter that runs continuously.
+/// The vibrometer on a converter that runs continuously. It starts in the order of RM0440, sections 21.4.6 (regulator),
+/// 21.4.8 (calibration) and 21.4.9 (enabling).
 #[derive(Debug)]
 pub struct Vibrometer(pac::ADC1);
 
 impl Vibrometer {
-    fn start(converter: pac::ADC1, common: &pac::ADC12_COMMON) -> Self {
+    /// Longest calibration, which takes 116 clocks of the converter, and longest start: hundreds of times as long.
+    const START_MICROS: u32 = 1000;
+
+    fn start(converter: pac::ADC1, common: &pac::ADC12_COMMON) -> Option<Self> {
         // The bus clock over four: 42.5 MHz.
         common.ccr().modify(|_, w| w.ckmode().sync_div4());
         converter.cr().modify(|_, w| w.deeppwd().clear_bit());
@@ -192,15 +182,18 @@ impl Vibrometer {
         // The regulator takes 20 us.
         cortex_m::asm::delay(CLOCK_HZ / 50_000);
         converter.cr().modify(|_, w| w.adcal().set_bit());
-        while converter.cr().read().adcal().bit_is_set() {}
+        wait_until(Self::START_MICROS, || converter.cr().read().adcal().bit_is_clear())?;
+        // Enabling has no effect within four clocks of the converter after that, sixteen of the processor.
+        cortex_m::asm::delay(32);
+        converter.isr().write(|w| w.adrdy().clear_bit_by_one());
         converter.cr().modify(|_, w| w.aden().set_bit());
-        while converter.isr().read().adrdy().bit_is_clear() {}
+        wait_until(Self::START_MICROS, || converter.isr().read().adrdy().bit_is_set())?;
         #[expect(unsafe_code, reason = "the register's description does not bound its values")]
         // SAFETY: one conversion, of channel 1, which exists.
         converter.sqr1().write(|w| unsafe { w.l().bits(0).sq1().bits(1) });
         converter.cfgr().modify(|_, w| w.cont().set_bit().ovrmod().set_bit());
         converter.cr().modify(|_, w| w.adstart().set_bit());
-        Self(converter)
+        Some(Self(converter))
     }
 }
 

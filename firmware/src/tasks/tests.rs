@@ -103,13 +103,36 @@ impl Bench {
     }
 }
 
-/// A command takes effect at the next interrupt, and the twin turns.
+/// A step of the host would make the board's time and the timer's differ.
 #[test]
-fn law_commands_reach_bridge_and_twin() {
+fn law_a_timed_board_takes_no_steps() {
     let mut bench = Bench::driving();
-    bench.run(300);
-    let rate_rad_s = bench.loop_task.twin_rate_rad_s();
-    assert!(bench.is_on() && rate_rad_s > 0.5, "{rate_rad_s}");
+    let timed = BoardMessage::Fault(BoardFault::Timed);
+    assert_eq!(bench.exchange(&HostMessage::Step), [timed]);
+    bench.run(1);
+    assert!(bench.is_on());
+    assert_eq!(bench.loop_task.application.counters().overruns, 0);
+}
+
+/// The amplifier fails under way: the bridge is off at once, the loop latches, and the host is told. A stop does not
+/// repair it.
+#[test]
+fn law_a_failed_amplifier_latches_and_is_told() {
+    let mut bench = Bench::driving();
+    bench.pins.broken.set(true);
+    bench.timer_task.interrupt();
+    assert!(!bench.is_on());
+    bench.run_tick();
+    let failed = BoardMessage::Fault(BoardFault::AmplifierFailed);
+    assert_eq!(bench.received, [failed.clone()]);
+    assert_eq!(bench.exchange(&HostMessage::Arm), [failed.clone()]);
+    bench.pins.broken.set(false);
+    assert_eq!(bench.exchange(&HostMessage::Stop), [BoardMessage::Stopped]);
+    bench.received.clear();
+    assert_eq!(bench.exchange(&HostMessage::Arm), [BoardMessage::Armed]);
+    bench.run(2);
+    assert_eq!(bench.received, [failed]);
+    assert!(!bench.is_on());
 }
 
 /// A design, as the host describes it, with rows of Table 1 as its map.
@@ -145,19 +168,6 @@ fn law_a_design_that_the_waveform_cannot_drive_is_refused() {
     let key = "waveform.sample_rate_hz".try_into().unwrap();
     let refused = BoardMessage::Fault(BoardFault::OutOfBounds { key });
     assert_eq!(bench.exchange(&HostMessage::Configure(MOVE)), [refused]);
-}
-
-/// Steps with sustained contact take long, and are not needed at rest.
-#[test]
-fn law_a_twin_at_rest_takes_no_steps() {
-    let mut bench = Bench::new();
-    bench.timer_task.state.rotor.rate_rad_s = 5.0;
-    bench.run(999);
-    let steps = bench.timer_task.state.steps;
-    bench.run(1);
-    assert!((1..500).contains(&steps) && bench.timer_task.state.steps == steps, "{steps}");
-    let rate_rad_s = bench.loop_task.twin_rate_rad_s();
-    assert!(rate_rad_s.abs() < f32::EPSILON, "{rate_rad_s}");
 }
 
 /// The loop task hangs for eight ticks and for fifty. Late ticks and lost ticks are overruns, and ten in a row switch

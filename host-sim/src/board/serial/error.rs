@@ -210,6 +210,9 @@ impl SerialError {
                 "the host or the line was too slow: see the load, and --baud".to_owned()
             }
             Self::Fault { fault: BoardFault::Overrun, .. } => "--filter constant_rate takes less".to_owned(),
+            Self::Fault { fault: BoardFault::AmplifierFailed, .. } => {
+                "see the bridge and its supply, then restart the board".to_owned()
+            }
             Self::Refused { fault: BoardFault::OutOfBounds { key }, .. } => {
                 format!("the firmware may be built without it, or {key} is out of its bounds")
             }

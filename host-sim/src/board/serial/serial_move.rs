@@ -39,6 +39,8 @@ const CLOCK_LOST: Duration = Duration::from_secs(1);
 const FIRST_QUESTIONS: u32 = 16;
 /// Time between two pictures of the live view.
 const PROGRESS_EVERY: Duration = Duration::from_millis(100);
+/// Times that the board is told what the move needs, before the host gives up.
+const UPLOADS_MAX: u32 = 3;
 /// Share of the line that camera frames may take.
 const FRAMES_SHARE_MAX: f64 = 0.7;
 
@@ -74,9 +76,7 @@ impl SerialMove<'_> {
         };
         let messages = preparation(self.scene)?;
         let mut session = BoardSession::open(self.port, self.baud)?;
-        for message in &messages {
-            session.ask(message, what(message), &acknowledgement(message))?;
-        }
+        upload(&mut session, &messages)?;
         self.source.forward_to(session.sender());
         let ticks = session.arm()?;
         let mut armed = ArmedMove::new(self, session, plant, ticks);
@@ -97,6 +97,22 @@ impl SerialMove<'_> {
             return Err(SerialError::LineTooSlow { frame_rate_hz, needed_baud, most_hz, baud });
         }
         Ok(())
+    }
+}
+
+/// Tells the board what the move needs. The line may lose a frame or its answer: without an answer the board is told
+/// everything again, at most [`UPLOADS_MAX`] times in all.
+fn upload(session: &mut BoardSession, messages: &[HostMessage]) -> Result<(), SerialError> {
+    let mut uploads = 1;
+    loop {
+        let told = messages
+            .iter()
+            .try_for_each(|message| session.ask(message, what(message), &acknowledgement(message)));
+        match told {
+            Err(SerialError::Unanswered { .. }) if uploads < UPLOADS_MAX => session.hello()?,
+            told => return told,
+        }
+        uploads += 1;
     }
 }
 

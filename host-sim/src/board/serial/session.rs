@@ -112,7 +112,11 @@ impl BoardSession {
         self.to_events.clone()
     }
 
-    fn hello(&mut self) -> Result<(), SerialError> {
+    /// Begins the session, or begins it again: the board forgets what it was told, and switches its drive off.
+    ///
+    /// # Errors
+    /// When nothing answers, or the board is of another version.
+    pub(super) fn hello(&mut self) -> Result<(), SerialError> {
         let begun = host_nanos();
         // A zero ends what noise has begun.
         self.write(&[0])?;
@@ -196,8 +200,7 @@ impl BoardSession {
         Some(event)
     }
 
-    /// Asks a board that is armed whether it is; the answer sets the clocks. To an armed board this changes nothing,
-    /// and it takes the board no time, as a question for its counters does: that measures the stack.
+    /// Asks a board that is armed whether it is; the answer sets the clocks. To an armed board this changes nothing.
     ///
     /// # Errors
     /// When the port is closed.

@@ -1,0 +1,271 @@
+//! The emulated board behind a pseudo-terminal that carries bytes no faster than its baud rate, and whose cable can be
+//! pulled, put back, and disturbed.
+
+use std::fs::File;
+use std::io::{Read, Write};
+use std::process::{Child, ChildStdin, ChildStdout, Command, Stdio};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::{Receiver, Sender, channel};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::thread::{JoinHandle, sleep, spawn};
+use std::time::{Duration, Instant};
+
+use link::{BoardMessage, Deframer, decode};
+use motor_model::Angle;
+use rustix::fs::{Mode, OFlags};
+use rustix::pty::{OpenptFlags, grantpt, openpt, ptsname, unlockpt};
+use rustix::termios::{OptionalActions, tcgetattr, tcsetattr};
+
+use crate::programs::{elf, host_sim};
+
+/// The rate of the line: that of an STM32G474's firmware.
+pub const BAUD: u32 = 921_600;
+
+/// Instruments that the line carries.
+pub const INSTRUMENTS: [&str; 4] = ["--set", "camera.frame_rate_hz=1000", "--set", "ldv.installed=no"];
+
+/// Longest wait for anything. An emulated board takes some ten times the time of a real one.
+pub const WAIT_MAX: Duration = Duration::from_secs(60);
+
+/// The emulated line takes a byte whenever the emulator's other thread wakes. On a busy machine 10 ms of the board's
+/// time can pass in between: then the board misses the host, as it should. Or the emulator takes more than 2 s to
+/// start.
+#[derive(Debug)]
+pub struct Starved;
+
+impl Starved {
+    pub fn check(stderr: &str) -> Result<(), Self> {
+        let signs = ["the host was silent", "no board answers"];
+        if signs.iter().any(|sign| stderr.contains(sign)) { Err(Self) } else { Ok(()) }
+    }
+}
+
+/// The first of a few attempts whose board was not starved.
+pub fn not_starved<T>(mut attempt: impl FnMut() -> Result<T, Starved>) -> T {
+    (0..6).find_map(|_| attempt().ok()).expect("a machine that is not too busy for the emulator")
+}
+
+/// Held by the test whose board runs: an emulated board on its own clock needs a processor of this machine.
+static ONE_BOARD: Mutex<()> = Mutex::new(());
+
+/// A pseudo-terminal: the end of the cable, and the port that the command opens. No other program inherits either.
+pub struct PseudoTerminal {
+    pub end: File,
+    pub name: String,
+    /// Open here as well, so that there is a line before the command opens it.
+    pub port: File,
+}
+
+impl PseudoTerminal {
+    pub fn open() -> Self {
+        let flags = OpenptFlags::RDWR | OpenptFlags::NOCTTY | OpenptFlags::CLOEXEC;
+        let end = openpt(flags).expect("a pseudo-terminal");
+        grantpt(&end).and_then(|()| unlockpt(&end)).expect("its port");
+        let name = ptsname(&end, Vec::new()).expect("a name").into_string().expect("a name in UTF-8");
+        let flags = OFlags::RDWR | OFlags::NOCTTY | OFlags::CLOEXEC;
+        let port = rustix::fs::open(&name, flags, Mode::empty()).expect("it opens");
+        let mut attributes = tcgetattr(&port).expect("a terminal");
+        attributes.make_raw();
+        tcsetattr(&port, OptionalActions::Now, &attributes).expect("a terminal");
+        Self { end: end.into(), name, port: port.into() }
+    }
+}
+
+/// A cable in its place.
+struct Cable {
+    /// The port's name, and the port held open.
+    port: (String, File),
+    pulled: Arc<AtomicBool>,
+    /// Gives the board's end back when the cable is pulled.
+    to_board: JoinHandle<ChildStdin>,
+}
+
+/// The emulated board, and a cable to a port of this machine.
+pub struct CabledBoard {
+    qemu: Child,
+    cable: Option<Cable>,
+    /// The board's end of the cable, while none is in its place. The emulator ends with its input.
+    loose_end: Option<ChildStdin>,
+    /// The host's end of the cable.
+    to_host: Arc<Mutex<Option<File>>>,
+    said: Receiver<BoardMessage>,
+    _alone: MutexGuard<'static, ()>,
+}
+
+impl CabledBoard {
+    pub fn start() -> Self {
+        Self::start_disturbed(None)
+    }
+
+    /// A board whose cable flips a bit of the byte of this number to it, if of any.
+    pub fn start_disturbed(byte: Option<usize>) -> Self {
+        let alone = ONE_BOARD.lock().unwrap_or_else(PoisonError::into_inner);
+        // The board misses a host that is silent for 10 ms of its time. On a busy machine it comes last, and its time
+        // passes with its instructions alone.
+        let mut qemu = Command::new("nice")
+            .args([
+                "-n",
+                "19",
+                "qemu-system-arm",
+                "-M",
+                "mps2-an386",
+                "-display",
+                "none",
+                "-monitor",
+                "none",
+                "-serial",
+                "stdio",
+            ])
+            .args(["-icount", "shift=0,sleep=off"])
+            .args(["-semihosting-config", "enable=on,target=native,arg=firmware,arg=link=uart"])
+            .args(["-kernel", &elf("board")])
+            .stdin(Stdio::piped())
+            .stdout(Stdio::piped())
+            .spawn()
+            .expect("nice (coreutils) starts");
+        let (to_qemu, from_qemu) = (qemu.stdin.take().expect("a pipe"), qemu.stdout.take().expect("a pipe"));
+        let (hear, said) = channel();
+        let to_host = Arc::new(Mutex::new(None));
+        let host_end = Arc::clone(&to_host);
+        spawn(move || carry_from_board(from_qemu, &host_end, &hear));
+        let mut board = Self { qemu, cable: None, loose_end: Some(to_qemu), to_host, said, _alone: alone };
+        board.plug(byte);
+        board
+    }
+
+    /// Puts a cable in its place that flips a bit of the byte of this number to the board, if of any.
+    pub fn plug(&mut self, disturbed: Option<usize>) {
+        let to_qemu = self.loose_end.take().expect("no cable is in its place");
+        let PseudoTerminal { end: host_side, name, port } = PseudoTerminal::open();
+        let from_host = host_side.try_clone().expect("a second handle");
+        *self.to_host.lock().expect("a thread that has not panicked") = Some(host_side);
+        let pulled = Arc::new(AtomicBool::new(false));
+        let is_pulled = Arc::clone(&pulled);
+        let to_board = spawn(move || carry_to_board(from_host, to_qemu, &is_pulled, disturbed));
+        self.cable = Some(Cable { port: (name, port), pulled, to_board });
+    }
+
+    /// Pulls the cable: the port is gone, and the board hears nothing. To be called while bytes go to the board.
+    pub fn pull(&mut self) {
+        let Cable { pulled, to_board, .. } = self.cable.take().expect("a cable");
+        pulled.store(true, Ordering::Relaxed);
+        self.loose_end = Some(to_board.join().expect("a thread that has not panicked"));
+        *self.to_host.lock().expect("a thread that has not panicked") = None;
+    }
+
+    /// Whether its cable is pulled.
+    pub fn is_unplugged(&self) -> bool {
+        self.cable.is_none()
+    }
+
+    /// `host-sim run` on its port.
+    pub fn run(&self, arguments: &[&str]) -> Child {
+        let Cable { port: (name, _), .. } = self.cable.as_ref().expect("a cable");
+        host_sim()
+            .args(["run", "--port", name, "--baud", &BAUD.to_string()])
+            .args(INSTRUMENTS)
+            .args(arguments)
+            .stdin(Stdio::piped())
+            .stdout(Stdio::piped())
+            .stderr(Stdio::piped())
+            .spawn()
+            .expect("host-sim starts")
+    }
+
+    /// The next message for which `take` has a value.
+    pub fn hears<T>(&self, take: impl Fn(&BoardMessage) -> Option<T>) -> T {
+        let begun = Instant::now();
+        loop {
+            let message = self.said.recv_timeout(WAIT_MAX).expect("the board speaks");
+            if let Some(value) = take(&message) {
+                return value;
+            }
+            assert!(begun.elapsed() < WAIT_MAX, "the board says other things");
+        }
+    }
+
+    /// Waits until the drive is on, while `run` runs.
+    pub fn drives(&self, run: &mut Child) -> Result<(), Starved> {
+        let begun = Instant::now();
+        let is_driven = |message| match message {
+            BoardMessage::Report(report) => report.applied.mode.value().flatten().is_some(),
+            _ => false,
+        };
+        while !self.said.try_iter().any(is_driven) {
+            if let Some(status) = run.try_wait().expect("a child") {
+                let mut stderr = String::new();
+                let pipe = run.stderr.as_mut().expect("a pipe");
+                pipe.read_to_string(&mut stderr).expect("text");
+                Starved::check(&stderr)?;
+                panic!("no drive: {status} {stderr}");
+            }
+            assert!(begun.elapsed() < WAIT_MAX, "no drive");
+            sleep(Duration::from_millis(1));
+        }
+        Ok(())
+    }
+
+    /// Whether it has reported an estimate within a degree of `degrees`.
+    pub fn has_an_estimate_near(&self, degrees: f64) -> bool {
+        self.said.try_iter().any(|message| match message {
+            BoardMessage::Report(report) => report.estimate.is_some_and(|estimate| {
+                (Angle::from_units(estimate.angle_units).degrees() - degrees).abs() < 1.0
+            }),
+            _ => false,
+        })
+    }
+}
+
+impl Drop for CabledBoard {
+    fn drop(&mut self) {
+        if let Some(cable) = &self.cable {
+            cable.pulled.store(true, Ordering::Relaxed);
+        }
+        let _ = self.qemu.kill();
+        let _ = self.qemu.wait();
+    }
+}
+
+/// Waits as long as `bytes` take on the line.
+fn pace(bytes: usize) {
+    sleep(Duration::from_nanos(bytes as u64 * 10_000_000_000 / u64::from(BAUD)));
+}
+
+/// Carries bytes until the cable is pulled; then the board's end.
+fn carry_to_board(
+    mut from_host: File,
+    mut to_qemu: ChildStdin,
+    pulled: &AtomicBool,
+    disturbed: Option<usize>,
+) -> ChildStdin {
+    let (mut block, mut carried) = ([0; 64], 0);
+    while !pulled.load(Ordering::Relaxed) {
+        let Ok(length) = from_host.read(&mut block) else { break };
+        pace(length);
+        if let Some(byte) = disturbed.and_then(|at: usize| block[..length].get_mut(at.checked_sub(carried)?))
+        {
+            // Of a byte that is not 1, no byte becomes the end of a frame.
+            *byte ^= if *byte == 1 { 2 } else { 1 };
+        }
+        carried += length;
+        if to_qemu.write_all(&block[..length]).and_then(|()| to_qemu.flush()).is_err() {
+            break;
+        }
+    }
+    to_qemu
+}
+
+fn carry_from_board(mut from_qemu: ChildStdout, to_host: &Mutex<Option<File>>, hear: &Sender<BoardMessage>) {
+    let (mut deframer, mut block) = (Deframer::default(), [0; 64]);
+    while let Ok(length @ 1..) = from_qemu.read(&mut block) {
+        if let Some(to_host) = to_host.lock().expect("a thread that has not panicked").as_mut() {
+            pace(length);
+            let _ = to_host.write_all(&block[..length]);
+        }
+        for &byte in &block[..length] {
+            if let Some(Ok((_, message))) = deframer.push(byte).map(decode::<BoardMessage>) {
+                let _ = hear.send(message);
+            }
+        }
+    }
+}
