@@ -100,6 +100,7 @@
     )
 )]
 
+pub mod commissioning;
 pub mod drive_plan;
 pub mod map_correction;
 

@@ -162,7 +162,7 @@ impl MapCorrection {
     /// Variance of the factor between bursts of one family and one motor, relative to the turn: the map's shape is a
     /// mean over motors. It is largest for walks, which begin and end with a step and creep in between, since motors
     /// differ in both. An assumption.
-    const fn shape(family: Family) -> f32 {
+    pub(crate) const fn shape(family: Family) -> f32 {
         match family {
             Family::Walk => 0.15 * 0.15,
             Family::Step => 0.06 * 0.06,

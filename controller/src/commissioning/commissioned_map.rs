@@ -1,0 +1,258 @@
+//! The map of one motor: the prior map, corrected by what was measured.
+//!
+//! Each row is the prior row times its factor. The spread over motors becomes how well this motor's factor is known:
+//! `sd' = sd sqrt(variance after / variance before)`, at least [`KNOWN_AT_BEST`] of the row. The spread from repeat to
+//! repeat keeps the prior's part of the turn, times the scale that the repeats of the table support ([`spread_scale`]).
+//!
+//! A row is left out that turns the rotor by no more than it is known to, or by no more than the row before it: the
+//! rules of [`ResponseMap::try_new`]. A table of which nothing was measured is the prior's, bit by bit.
+
+use motor_model::{DriveMode, math};
+
+use super::evidence::CommissioningEvidence;
+use super::map_factors::{MapFactors, Measured, rate_spread, turn_spread};
+use super::quantiles;
+use super::repeats::EXPECTED_REPEATS;
+use super::row_factors::Normal;
+use crate::response_map::{Burst, Cruise, Family, MapError, ResponseMap, direction};
+
+/// Smallest standard deviation of a factor: a motor's turns and rates drift by a hundredth. An assumption.
+const KNOWN_AT_BEST: f32 = 0.01;
+/// Probability below which a spread is smaller than the repeats show, where it is taken to be.
+const SHRINK_FALSE: f32 = 0.05;
+
+/// Standard deviation per prior one of repeats whose squares, each in units of its expected variance, sum up to
+/// `squares` with `freedom` degrees of freedom.
+///
+/// The variance is that of [`super::repeats`]. It shrinks no further than to its upper 95 % limit, `squares` over the
+/// 5 % point of chi-square: three repeats that agree by chance do not make a motor that repeats well.
+pub(super) fn spread_scale(squares: f32, freedom: f32) -> f32 {
+    if freedom < 1.0 {
+        return 1.0;
+    }
+    let variance = (EXPECTED_REPEATS + squares) / (EXPECTED_REPEATS + freedom);
+    if variance >= 1.0 {
+        return math::sqrt_f32(variance);
+    }
+    let upper = squares / quantiles::chi_square(freedom, 1.0 - SHRINK_FALSE).max(f32::MIN_POSITIVE);
+    math::sqrt_f32(upper.min(1.0).max(variance))
+}
+
+/// `sd` of a row of that `magnitude`, when the variance of its factor goes from `before` to `after`.
+fn known(sd: f32, magnitude: f32, before: f32, after: f32) -> f32 {
+    let part = if before > 0.0 { math::sqrt_f32(after / before) } else { 1.0 };
+    (sd * part).max(KNOWN_AT_BEST * magnitude)
+}
+
+/// The map of the motor whose `evidence` was measured in units of the rows of `prior`.
+///
+/// # Errors
+/// When what is left breaks a rule of maps; the rows are made so that it does not.
+pub fn commissioned_map(
+    prior: &ResponseMap,
+    evidence: &CommissioningEvidence,
+) -> Result<ResponseMap, MapError> {
+    let measured = Measured { map: prior, evidence };
+    let factors = measured.factors();
+    let mut map = ResponseMap::without_rows(*prior.design());
+    for mode in [DriveMode::B, DriveMode::C] {
+        let cruises = prior.cruises().iter().enumerate().filter(|(_, cruise)| cruise.mode == mode);
+        let scale = coast_scale(&measured, &factors, mode);
+        let mut before_rad_s = 0.0;
+        for (index, cruise) in cruises {
+            let row = if factors.rates(mode).measured() == 0 && factors.coasts(mode).measured() == 0 {
+                *cruise
+            } else {
+                corrected_cruise(&measured, &factors, index, cruise, scale)
+            };
+            let rate_rad_s = direction(mode) * row.rate_rad_s;
+            if rate_rad_s > row.rate_sd_rad_s && rate_rad_s > before_rad_s {
+                before_rad_s = rate_rad_s;
+                map.append_cruises(&[row])?;
+            }
+        }
+    }
+    for family in Family::ALL {
+        let is_prior = factors.turns(family).measured() == 0
+            && !related(family).is_some_and(|related| factors.turns(related).measured() > 0);
+        let scale = turn_scale(&measured, &factors, family);
+        let mut before_rad = 0.0;
+        for (index, burst) in prior.bursts(family).iter().enumerate() {
+            let row = if is_prior {
+                *burst
+            } else {
+                corrected_burst(&measured, &factors, family, index, burst, scale)
+            };
+            if row.turn_rad > row.motors_sd_rad && row.turn_rad > before_rad {
+                before_rad = row.turn_rad;
+                map.append_bursts(family, &[row])?;
+            }
+        }
+    }
+    map.complete(prior.step_walk_correlation())?;
+    Ok(map)
+}
+
+/// The family whose factor tells that of `family`.
+fn related(family: Family) -> Option<Family> {
+    match family {
+        Family::Step => Some(Family::Walk),
+        Family::Walk => Some(Family::Step),
+        Family::Stride | Family::Nudge | Family::Throw => None,
+    }
+}
+
+fn corrected_cruise(
+    measured: &Measured<'_>,
+    factors: &MapFactors,
+    index: usize,
+    cruise: &Cruise,
+    coast_scale: f32,
+) -> Cruise {
+    let row = measured.rate_row(index, cruise);
+    let Normal { mean, variance } = factors.rates(cruise.mode).row(&row);
+    let coast = factors.coasts(cruise.mode).row(&measured.coast_row(index, cruise));
+    let coast_mean = coast.mean.max(0.0);
+    let rate_rad_s = cruise.rate_rad_s * mean;
+    let slower = mean.max(0.0).min(1.0);
+    Cruise {
+        rate_rad_s,
+        rate_sd_rad_s: known(
+            cruise.rate_sd_rad_s,
+            cruise.rate_rad_s.abs() * mean.abs(),
+            rate_spread(cruise),
+            variance,
+        ),
+        coast_s: cruise.coast_s * coast_mean,
+        coast_sd_rad: cruise.coast_sd_rad * coast_scale * slower,
+        ..*cruise
+    }
+}
+
+fn corrected_burst(
+    measured: &Measured<'_>,
+    factors: &MapFactors,
+    family: Family,
+    index: usize,
+    burst: &Burst,
+    repeat_scale: f32,
+) -> Burst {
+    let Normal { mean, variance } = factors.turns(family).row(&measured.turn_row(family, index, burst));
+    let turn_rad = burst.turn_rad * mean;
+    Burst {
+        turn_rad,
+        motors_sd_rad: known(burst.motors_sd_rad, burst.turn_rad * mean.abs(), turn_spread(burst), variance),
+        repeat_sd_rad: burst.repeat_sd_rad * mean.abs() * repeat_scale,
+        ..*burst
+    }
+}
+
+/// Scale of the spread of the turns of `family`.
+fn turn_scale(measured: &Measured<'_>, factors: &MapFactors, family: Family) -> f32 {
+    let rows = measured.map.bursts(family).iter().enumerate();
+    let (squares, freedom) = rows.fold((0.0, 0.0), |(squares, freedom), (index, burst)| {
+        let evidence = measured.evidence.burst(family, index);
+        let turns = evidence.turns;
+        let factor = factors.turns(family).row(&measured.turn_row(family, index, burst)).mean;
+        let repeat = factor * burst.repeat_sd_rad / burst.turn_rad;
+        let expected = repeat * repeat / f32::from(evidence.train.max(1)) + turns.noise();
+        let own = if expected > 0.0 { turns.squares() / expected } else { 0.0 };
+        (squares + own, freedom + turns.freedom())
+    });
+    spread_scale(squares, freedom)
+}
+
+/// Scale of the spread of the coasts of `mode`.
+fn coast_scale(measured: &Measured<'_>, factors: &MapFactors, mode: DriveMode) -> f32 {
+    let rows = measured.map.cruises().iter().enumerate().filter(|(_, cruise)| cruise.mode == mode);
+    let (squares, count) = rows.fold((0.0, 0.0), |(squares, count), (index, cruise)| {
+        let coasts = measured.evidence.cruise(index).coasts;
+        let slower = factors.rates(mode).row(&measured.rate_row(index, cruise)).mean.max(0.0).min(1.0);
+        let factor = factors.coasts(mode).row(&measured.coast_row(index, cruise)).mean.max(0.0);
+        let expected_rad2 = cruise.coast_sd_rad * cruise.coast_sd_rad * slower * slower;
+        let own = if expected_rad2 > 0.0 {
+            coasts.squares_rad2(cruise.coast_s * factor) / expected_rad2
+        } else {
+            0.0
+        };
+        (squares + own, count + f32::from(coasts.count()))
+    });
+    // One degree of freedom has gone into the common factor.
+    spread_scale(squares, count - 1.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn map() -> &'static ResponseMap {
+        ResponseMap::table_1()
+    }
+
+    #[test]
+    fn exact_nothing_measured_is_the_prior_bit_by_bit() {
+        let found = commissioned_map(map(), &CommissioningEvidence::default()).unwrap();
+        assert_eq!(found, *map());
+    }
+
+    /// A family that turns by half, and what is related to it; all else stays.
+    #[test]
+    fn law_a_measured_family_is_scaled_and_its_related_one_follows() {
+        let mut evidence = CommissioningEvidence::default();
+        for index in [8, 12] {
+            let burst = evidence.burst_mut(Family::Step, index).unwrap();
+            burst.train = 4;
+            (0..4).for_each(|_| burst.turns.add(0.7, 1e-5));
+        }
+        let found = commissioned_map(map(), &evidence).unwrap();
+        for (mine, prior) in found.bursts(Family::Step).iter().zip(map().bursts(Family::Step)) {
+            assert!((mine.turn_rad / prior.turn_rad - 0.7).abs() < 0.03, "{mine:?}");
+            assert!(mine.motors_sd_rad < 0.4 * prior.motors_sd_rad, "{mine:?} {prior:?}");
+        }
+        let walk = found.bursts(Family::Walk)[0].turn_rad / map().bursts(Family::Walk)[0].turn_rad;
+        assert!((0.7..0.85).contains(&walk), "{walk}");
+        for family in [Family::Stride, Family::Nudge, Family::Throw] {
+            assert_eq!(found.bursts(family), map().bursts(family));
+        }
+        assert_eq!(found.cruises(), map().cruises());
+    }
+
+    /// Mode B is dead: no row of it is left.
+    #[test]
+    fn law_a_dead_mode_has_no_rows() {
+        let mut evidence = CommissioningEvidence::default();
+        for (index, cruise) in map().cruises().iter().enumerate().take(8) {
+            (0..16).for_each(|_| evidence.add_window(index, cruise, 0.0, 1e-8, 0.05));
+        }
+        let found = commissioned_map(map(), &evidence).unwrap();
+        assert_eq!(found.strongest_cruise(DriveMode::B, 1.0), None);
+        assert!(found.strongest_cruise(DriveMode::C, 1.0).is_some());
+    }
+
+    /// Fastest at half drive: the faster drives of the map are left out, since they turn more slowly.
+    #[test]
+    fn law_drives_beyond_the_fastest_are_left_out() {
+        let mut evidence = CommissioningEvidence::default();
+        for ((index, cruise), rate_rad_s) in
+            map().cruises().iter().enumerate().zip([2.5, 2.8, 3.0, 2.2, 1.5, 1.3, 1.1, 0.9])
+        {
+            let turned_rad = 0.05 * rate_rad_s;
+            (0..32).for_each(|_| evidence.add_window(index, cruise, turned_rad, 1e-8, 0.05));
+        }
+        let found = commissioned_map(map(), &evidence).unwrap();
+        let strongest = found.strongest_cruise(DriveMode::B, 1.0).unwrap();
+        assert!((strongest.amplitude - 0.5).abs() < 1e-6, "{strongest:?}");
+        assert!((strongest.rate_rad_s - 3.0).abs() < 0.2, "{strongest:?}");
+    }
+
+    /// Spreads grow with what was seen and shrink only as far as the number of repeats supports: of 3 degrees of
+    /// freedom with a tenth of the squares the upper limit is 0.3 / 0.352, of 30 it is 3 / 18.49. Wilson and Hilferty's
+    /// quantile is 7 % low for 3 degrees of freedom.
+    #[test]
+    fn exact_spreads_shrink_no_further_than_repeats_support() {
+        assert!((spread_scale(0.0, 0.0) - 1.0).abs() < f32::EPSILON);
+        assert!((spread_scale(0.3, 3.0).powi(2) / (0.3 / 0.352) - 1.0).abs() < 0.08);
+        assert!((spread_scale(3.0, 30.0).powi(2) / (7.0 / 34.0) - 1.0).abs() < 0.02);
+        assert!((spread_scale(30.0, 3.0).powi(2) / (34.0 / 7.0) - 1.0).abs() < 1e-4);
+    }
+}

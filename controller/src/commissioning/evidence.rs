@@ -1,0 +1,196 @@
+//! What commissioning has measured, row by row of the prior map.
+//!
+//! Rates, coasts and turns are kept in units of the prior row, so that 1 means as in the map.
+
+use super::repeats::Repeats;
+use crate::response_map::{BURSTS_MAX, CRUISES_MAX, Cruise, Family, PerFamily, direction};
+
+/// A row of a response map.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum MapRow {
+    /// The cruise of that index.
+    Cruise(usize),
+    /// The burst of that index in a family.
+    Burst(Family, usize),
+}
+
+/// Coasts after a cruise: sums of rates at the cut and of coasts, both in the direction of the mode.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Coasts {
+    count: u16,
+    /// Sum of squared rates in rad^2/s^2.
+    rate2: f32,
+    /// Sum of rate times coast in rad^2/s.
+    rate_coast: f32,
+    /// Sum of squared coasts in rad^2.
+    coast2: f32,
+}
+
+impl Coasts {
+    /// Adds a coast of `coast_rad` after a cut at `rate_rad_s`.
+    pub fn add(&mut self, rate_rad_s: f32, coast_rad: f32) {
+        self.count = self.count.saturating_add(1);
+        self.rate2 += rate_rad_s * rate_rad_s;
+        self.rate_coast += rate_rad_s * coast_rad;
+        self.coast2 += coast_rad * coast_rad;
+    }
+
+    /// How many.
+    pub fn count(&self) -> u16 {
+        self.count
+    }
+
+    /// Coast per rate in s, by least squares, and the variance per that of a coast; `None` where the rotor stood still.
+    pub fn per_rate_s(&self) -> Option<(f32, f32)> {
+        (self.rate2 > 0.0).then(|| (self.rate_coast / self.rate2, 1.0 / self.rate2))
+    }
+
+    /// Sum of squares in rad^2 about `coast_s` times the rate.
+    pub fn squares_rad2(&self, coast_s: f32) -> f32 {
+        (self.coast2 - 2.0 * coast_s * self.rate_coast + coast_s * coast_s * self.rate2).max(0.0)
+    }
+}
+
+/// What a cruise did.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct CruiseEvidence {
+    /// Runs of it.
+    pub runs: u16,
+    /// Mean rates of its windows, per rate of the prior row.
+    pub windows: Repeats,
+    /// Windows in which the rotor turned against the mode's direction.
+    pub backward: u16,
+    /// Windows in which it did not turn.
+    pub still: u16,
+    /// Coasts after it.
+    pub coasts: Coasts,
+    /// Times in s from the end of the drive until the estimate says that the rotor lies still.
+    pub to_rest_s: Repeats,
+}
+
+/// What a burst did.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct BurstEvidence {
+    /// Mean turns of trains, per turn of the prior row.
+    pub turns: Repeats,
+    /// Bursts in a train.
+    pub train: u8,
+    /// Times in s until rest.
+    pub to_rest_s: Repeats,
+}
+
+/// What was measured.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct CommissioningEvidence {
+    cruises: [CruiseEvidence; CRUISES_MAX],
+    bursts: PerFamily<[BurstEvidence; BURSTS_MAX]>,
+}
+
+impl Default for CommissioningEvidence {
+    /// Nothing yet.
+    fn default() -> Self {
+        let none = [BurstEvidence::default(); BURSTS_MAX];
+        Self {
+            cruises: [CruiseEvidence::default(); CRUISES_MAX],
+            bursts: PerFamily::of([none; Family::ALL.len()]),
+        }
+    }
+}
+
+impl CommissioningEvidence {
+    /// What the cruise of that index in the prior map did; nothing beyond its last.
+    pub fn cruise(&self, index: usize) -> CruiseEvidence {
+        self.cruises.get(index).copied().unwrap_or_default()
+    }
+
+    /// What the burst of that index in the prior map did; nothing beyond its last.
+    pub fn burst(&self, family: Family, index: usize) -> BurstEvidence {
+        self.bursts.get(family).get(index).copied().unwrap_or_default()
+    }
+
+    /// The same, to change it.
+    pub fn cruise_mut(&mut self, index: usize) -> Option<&mut CruiseEvidence> {
+        self.cruises.get_mut(index)
+    }
+
+    /// The same, to change it.
+    pub fn burst_mut(&mut self, family: Family, index: usize) -> Option<&mut BurstEvidence> {
+        self.bursts.get_mut(family).get_mut(index)
+    }
+
+    /// Adds a window of a cruise of the prior map that turned the rotor by `turned_rad` in the direction of its mode,
+    /// with the variance `turned_rad2`, in `time_s`.
+    pub fn add_window(
+        &mut self,
+        index: usize,
+        cruise: &Cruise,
+        turned_rad: f32,
+        turned_rad2: f32,
+        time_s: f32,
+    ) {
+        let Some(evidence) = self.cruises.get_mut(index) else { return };
+        let expected_rad = direction(cruise.mode) * cruise.rate_rad_s * time_s;
+        evidence.windows.add(turned_rad / expected_rad, turned_rad2 / (expected_rad * expected_rad));
+        let significant = turned_rad * turned_rad > SIGNIFICANT_SIGMAS * SIGNIFICANT_SIGMAS * turned_rad2;
+        if significant && turned_rad < 0.0 {
+            evidence.backward = evidence.backward.saturating_add(1);
+        }
+        if !significant || turned_rad.abs() < STILL_PART * expected_rad {
+            evidence.still = evidence.still.saturating_add(1);
+        }
+    }
+
+    /// Time to rest after drives of any row, over all that was measured.
+    pub fn rows_measured(&self) -> usize {
+        let cruises = self.cruises.iter().filter(|cruise| cruise.runs > 0).count();
+        let bursts = Family::ALL
+            .into_iter()
+            .flat_map(|family| self.bursts.get(family))
+            .filter(|burst| burst.turns.count() > 0)
+            .count();
+        cruises + bursts
+    }
+}
+
+/// Standard deviations beyond which a window's turn is significant: of 1,000 windows of a rotor at rest two thirds of
+/// one exceed them backwards.
+const SIGNIFICANT_SIGMAS: f32 = 3.2;
+/// Part of the prior's turn below which a rotor counts as still. An assumption: a window in which it slipped for a
+/// fiftieth of the time.
+const STILL_PART: f32 = 0.02;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::response_map::ResponseMap;
+
+    /// Coasts of 2 and 5 rad after 1 and 2 rad/s: 12 / 5 s, and squares of 0.16 and 0.04.
+    #[test]
+    fn exact_least_squares_of_the_coast() {
+        let mut coasts = Coasts::default();
+        assert_eq!(coasts.per_rate_s(), None);
+        coasts.add(1.0, 2.0);
+        coasts.add(2.0, 5.0);
+        let (coast_s, per) = coasts.per_rate_s().unwrap();
+        assert!((coast_s - 2.4).abs() < 1e-6 && (per - 0.2).abs() < 1e-6 && coasts.count() == 2);
+        assert!((coasts.squares_rad2(coast_s) - 0.2).abs() < 1e-5);
+    }
+
+    /// In units of the row: the weakest cruise of mode C in 2 s. Its turn is 0.0516 rad, 3.2 standard deviations are
+    /// 3.2 mrad.
+    #[test]
+    fn exact_windows_are_counted_by_what_they_show() {
+        let map = ResponseMap::table_1();
+        let (index, cruise) = map.cruises().iter().enumerate().nth(8).unwrap();
+        let mut evidence = CommissioningEvidence::default();
+        for (turned_rad, backward, still) in
+            [(0.0516, 0, 0), (-0.0516, 1, 0), (0.0031, 1, 1), (-0.0033, 2, 1), (0.0033, 2, 1), (0.0, 2, 2)]
+        {
+            evidence.add_window(index, cruise, turned_rad, 1e-6, 2.0);
+            let found = evidence.cruise(index);
+            assert_eq!((found.backward, found.still), (backward, still), "{turned_rad}");
+        }
+        assert!((evidence.cruise(index).windows.mean() - 0.0031 / 0.0516 / 6.0).abs() < 1e-5);
+        assert_eq!(evidence.cruise(99), CruiseEvidence::default());
+    }
+}

@@ -1,0 +1,263 @@
+//! What a motor does that the authors of the prior map did not foresee, each told by a test.
+//!
+//! Ten tests are made of a motor, five of each mode. Each is false with a probability of at most [`FALSE_EACH`] in a
+//! motor that has nothing of the kind, so that of 100 such motors at most one is told anything (Bonferroni).
+//!
+//! | told | when, of cruises that turn every motor of the prior map |
+//! |---|---|
+//! | dead | the upper limit of the rate of the strongest one is below [`DEAD_PART`] of the map's |
+//! | turns the other way | the upper limit of that rate is below zero |
+//! | fastest below full drive | a weaker one is faster than the strongest measured, by Student's t over all weaker ones |
+//! | turns back | more windows go backwards than [`ODD_PART`] of all explains, by the binomial law over all rows |
+//! | sticks | the same of windows without a turn, where none goes backwards |
+//!
+//! Windows of 50 ms of one run are correlated in mode B; they count as half as many ([`super::map_factors`]).
+
+use motor_model::{DriveMode, math};
+
+use super::evidence::CommissioningEvidence;
+use super::map_factors::{WINDOW_RIPPLE, WINDOWS_PER_INDEPENDENT};
+use super::quantiles;
+use super::repeats::EXPECTED_REPEATS;
+use crate::response_map::{Cruise, ResponseMap, direction};
+
+/// Probability of a false finding in a motor that has none.
+pub const FALSE_OF_A_MOTOR: f32 = 0.01;
+/// The same of one test.
+const FALSE_EACH: f32 = FALSE_OF_A_MOTOR / 10.0;
+/// Part of the map's rate below which a mode counts as dead. An assumption.
+const DEAD_PART: f32 = 0.02;
+/// Part of the windows that may be odd in a motor that neither turns back nor sticks. An assumption: impacts are
+/// chaotic.
+const ODD_PART: f64 = 0.02;
+
+/// Something unforeseen.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum FindingKind {
+    /// The mode does not turn the rotor.
+    Dead,
+    /// The mode turns the rotor in the direction of the other.
+    OtherWay,
+    /// A weaker drive turns the rotor faster than the strongest.
+    FastestBelowFull {
+        /// The amplitude of the fastest drive that was measured.
+        amplitude: f32,
+    },
+    /// The rotor turns back at times.
+    TurnsBack {
+        /// Part of the windows in which it does, in the drive in which it does so most, 0 to 1.
+        part: f32,
+    },
+    /// The rotor stands still at times.
+    Sticks {
+        /// Part of the windows in which it does, in the drive in which it does so most, 0 to 1.
+        part: f32,
+    },
+}
+
+/// Something unforeseen of a mode.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Finding {
+    /// The mode.
+    pub mode: DriveMode,
+    /// What.
+    pub kind: FindingKind,
+}
+
+/// What was found of a motor.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Findings {
+    of: [[Option<Finding>; 3]; 2],
+}
+
+impl Findings {
+    /// All, mode B first.
+    pub fn iter(&self) -> impl Iterator<Item = &Finding> {
+        self.of.iter().flatten().flatten()
+    }
+
+    /// Whether `mode` moves the rotor its own way.
+    pub fn is_of_use(&self, mode: DriveMode) -> bool {
+        !self.iter().any(|finding| {
+            finding.mode == mode && matches!(finding.kind, FindingKind::Dead | FindingKind::OtherWay)
+        })
+    }
+
+    /// What `evidence`, in units of the rows of `prior`, shows.
+    pub fn of(prior: &ResponseMap, evidence: &CommissioningEvidence) -> Self {
+        Self {
+            of: [DriveMode::B, DriveMode::C].map(|mode| {
+                let rows = RowsOfMode { prior, evidence, mode };
+                [rows.strongest_row_fails(), rows.fastest_below_full(), rows.odd_windows()]
+                    .map(|kind| kind.map(|kind| Finding { mode, kind }))
+            }),
+        }
+    }
+}
+
+/// The cruises of a mode that turn every motor of the prior map, with what was measured.
+struct RowsOfMode<'a> {
+    prior: &'a ResponseMap,
+    evidence: &'a CommissioningEvidence,
+    mode: DriveMode,
+}
+
+/// The rate of a cruise, in its mode's direction.
+#[derive(Clone, Copy)]
+struct Rate {
+    amplitude: f32,
+    mapped_rad_s: f32,
+    mean_rad_s: f32,
+    variance: f32,
+    freedom: f32,
+    windows: u16,
+    backward: u16,
+    still: u16,
+}
+
+impl Rate {
+    /// Standard deviations of Student's t, times those of the mean.
+    fn margin_rad_s(&self, outside: f32) -> f32 {
+        quantiles::student(self.freedom.max(3.0), outside) * math::sqrt_f32(self.variance)
+    }
+}
+
+impl RowsOfMode<'_> {
+    fn rates(&self) -> impl Iterator<Item = Rate> + '_ {
+        let of_use = |(_, cruise): &(usize, &Cruise)| cruise.mode == self.mode && cruise.turns_every_motor();
+        self.prior.cruises().iter().enumerate().filter(of_use).filter_map(|(index, cruise)| {
+            let found = self.evidence.cruise(index);
+            let mapped_rad_s = direction(self.mode) * cruise.rate_rad_s;
+            let variance = WINDOWS_PER_INDEPENDENT * found.windows.mean_variance(WINDOW_RIPPLE)?;
+            Some(Rate {
+                amplitude: cruise.amplitude,
+                mapped_rad_s,
+                mean_rad_s: mapped_rad_s * found.windows.mean(),
+                variance: variance * mapped_rad_s * mapped_rad_s,
+                freedom: found.windows.freedom() / WINDOWS_PER_INDEPENDENT + EXPECTED_REPEATS,
+                windows: found.windows.count(),
+                backward: found.backward,
+                still: found.still,
+            })
+        })
+    }
+
+    fn strongest(&self) -> Option<Rate> {
+        self.rates().last().filter(|rate| rate.windows >= 8)
+    }
+
+    fn strongest_row_fails(&self) -> Option<FindingKind> {
+        let strongest = self.strongest()?;
+        // The scatter of a rotor at rest is that of the measurement, which the ripple of a turning one exceeds.
+        let all_still =
+            strongest.still == strongest.windows && strongest.mean_rad_s < DEAD_PART * strongest.mapped_rad_s;
+        let upper_rad_s = strongest.mean_rad_s + strongest.margin_rad_s(FALSE_EACH);
+        if upper_rad_s < 0.0 {
+            Some(FindingKind::OtherWay)
+        } else {
+            (all_still || upper_rad_s < DEAD_PART * strongest.mapped_rad_s).then_some(FindingKind::Dead)
+        }
+    }
+
+    fn fastest_below_full(&self) -> Option<FindingKind> {
+        let strongest = self.strongest().filter(|_| self.strongest_row_fails().is_none())?;
+        let weaker = || self.rates().filter(|rate| rate.amplitude < strongest.amplitude);
+        let tests = u16::try_from(weaker().count()).unwrap_or(u16::MAX).max(1);
+        let faster = |rate: &Rate| {
+            let difference = Rate {
+                variance: rate.variance + strongest.variance,
+                freedom: rate.freedom.min(strongest.freedom),
+                ..*rate
+            };
+            rate.mean_rad_s - strongest.mean_rad_s > difference.margin_rad_s(FALSE_EACH / f32::from(tests))
+        };
+        let fastest = weaker()
+            .filter(faster)
+            .reduce(|best, rate| if rate.mean_rad_s > best.mean_rad_s { rate } else { best })?;
+        Some(FindingKind::FastestBelowFull { amplitude: fastest.amplitude })
+    }
+
+    fn odd_windows(&self) -> Option<FindingKind> {
+        let rows = u16::try_from(self.rates().count()).unwrap_or(u16::MAX).max(1);
+        let odd = |of: fn(&Rate) -> u16| {
+            let is_odd = |rate: &Rate| {
+                // Two windows that follow one another may be odd for one reason.
+                let [windows, odd] = [rate.windows, of(rate)].map(|count| count / 2);
+                let probability = quantiles::binomial_tail(windows, odd, ODD_PART);
+                odd > 0 && probability < f64::from(FALSE_EACH) / f64::from(rows)
+            };
+            let part = |rate: Rate| f32::from(of(&rate)) / f32::from(rate.windows);
+            self.rates().filter(is_odd).map(part).reduce(f32::max)
+        };
+        if self.strongest_row_fails().is_some() {
+            return None;
+        }
+        let backward = odd(|rate| rate.backward).map(|part| FindingKind::TurnsBack { part });
+        backward.or_else(|| odd(|rate| rate.still).map(|part| FindingKind::Sticks { part }))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    extern crate std;
+
+    use super::*;
+    use std::vec::Vec;
+
+    fn map() -> &'static ResponseMap {
+        ResponseMap::table_1()
+    }
+
+    /// Windows of 50 ms of the cruises of `mode` at full, half and three quarters of the drive, with a turn per that of
+    /// the map that `of` gives for the amplitude and the window's number.
+    fn found(mode: DriveMode, windows: u16, of: impl Fn(f32, u16) -> f32) -> Vec<FindingKind> {
+        let mut evidence = CommissioningEvidence::default();
+        for (index, cruise) in map().cruises().iter().enumerate().filter(|(_, cruise)| cruise.mode == mode) {
+            if [0.5, 0.7, 0.8, 1.0].iter().any(|at| (cruise.amplitude - at).abs() < 1e-3) {
+                let mapped_rad = direction(mode) * cruise.rate_rad_s * 0.05;
+                for window in 0..windows {
+                    let turned_rad = mapped_rad * of(cruise.amplitude, window);
+                    evidence.add_window(index, cruise, turned_rad, 1e-9, 0.05);
+                }
+            }
+        }
+        Findings::of(map(), &evidence).iter().map(|finding| finding.kind).collect()
+    }
+
+    /// A ripple of 20 % from window to window.
+    fn ripple(window: u16) -> f32 {
+        0.2 * [1.0, -1.0, 0.5, -0.5][usize::from(window % 4)]
+    }
+
+    #[test]
+    fn law_a_motor_of_the_map_has_no_findings() {
+        for mode in [DriveMode::B, DriveMode::C] {
+            for level in [0.6, 1.0, 1.4] {
+                assert_eq!(found(mode, 16, |_, window| level + ripple(window)), [], "{mode:?} {level}");
+            }
+        }
+    }
+
+    #[test]
+    fn exact_each_finding() {
+        let mode = DriveMode::B;
+        assert_eq!(found(mode, 16, |_, _| 0.0), [FindingKind::Dead]);
+        assert_eq!(found(mode, 16, |_, window| -0.8 + ripple(window)), [FindingKind::OtherWay]);
+        // A third of the rate at full drive, and the whole at half drive: 5.0 and 5.6 rad/s.
+        let half = |amplitude: f32, window| if amplitude > 0.9 { 0.2 } else { 1.0 } * (1.0 + ripple(window));
+        assert!(matches!(found(mode, 16, half)[..], [FindingKind::FastestBelowFull { .. }]));
+        let back = |_, window| if window % 3 == 0 { -0.3 } else { 1.0 + ripple(window) };
+        assert!(matches!(found(mode, 32, back)[..], [FindingKind::TurnsBack { part }] if part > 0.3));
+        let sticks = |_, window| if window % 4 == 0 { 0.0 } else { 1.0 + ripple(window) };
+        assert!(matches!(found(mode, 32, sticks)[..], [FindingKind::Sticks { part }] if part > 0.2));
+    }
+
+    /// One odd window of 16, at any place, is told of no motor.
+    #[test]
+    fn law_a_single_odd_window_tells_nothing() {
+        for odd in [-0.5, 0.0] {
+            let of = |_, window| if window == 3 { odd } else { 1.0 + ripple(window) };
+            assert_eq!(found(DriveMode::C, 16, of), []);
+        }
+    }
+}

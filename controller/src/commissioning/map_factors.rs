@@ -1,0 +1,174 @@
+//! The factors of a whole map: of its rates and coasts in both modes, and of its bursts by family.
+//!
+//! What the prior map says of its motors becomes the prior of the factors ([`super::row_factors`]):
+//!
+//! | table | spread of the common factor | own deviation of a row |
+//! |---|---|---|
+//! | rates of a mode | least relative `rate_sd` of its rows | the rest of the row's, and [`RATE_SHAPE`] |
+//! | coasts of a mode | [`COAST_SPREAD`] | [`COAST_SHAPE`] |
+//! | turns of steps, of walks | that of the middle row | that between bursts of a family |
+//! | turns of another family | least relative `motors_sd` of its rows | the rest of the row's, and the same |
+//!
+//! Steps and walks share one factor in a motor ([`crate::response_map`]), and are related by the map's correlation.
+
+use motor_model::{DriveMode, math};
+
+use super::evidence::CommissioningEvidence;
+use super::row_factors::{Normal, RowFactors, RowMeasured};
+use crate::map_correction::MapCorrection;
+use crate::response_map::{Burst, Cruise, Family, PerFamily, ResponseMap, direction};
+
+/// Relative variance of a cruise's rate between rows of one motor, beside what the map says. An assumption.
+const RATE_SHAPE: f32 = 0.05 * 0.05;
+/// Relative variance of the coast per rate over motors: friction differs between motors by a factor of two. An
+/// assumption.
+const COAST_SPREAD: f32 = 0.3 * 0.3;
+/// The same between cruises of one motor. An assumption.
+const COAST_SHAPE: f32 = 0.1 * 0.1;
+/// Relative variance of the mean rate of a window of 50 ms about the rate of its cruise, before any is measured: the
+/// ripple of 0.1 in 150 ms, of parts that are independent after 20 ms. From the model, see `estimator::ConstantRate`.
+pub(super) const WINDOW_RIPPLE: f32 = 3.0 * 0.1 * 0.1;
+/// Windows of a run that count as one independent window: neighbours are correlated in mode B, whose rate has a memory
+/// of 20 ms. An assumption.
+pub(super) const WINDOWS_PER_INDEPENDENT: f32 = 2.0;
+
+/// The factors of a motor's map.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct MapFactors {
+    rates: [RowFactors; 2],
+    coasts: [RowFactors; 2],
+    turns: PerFamily<RowFactors>,
+}
+
+/// Of modes B and C the one of `mode`.
+pub(super) fn of_mode<T>([clockwise, counter_clockwise]: &[T; 2], mode: DriveMode) -> &T {
+    match mode {
+        DriveMode::B => clockwise,
+        DriveMode::C => counter_clockwise,
+    }
+}
+
+/// Relative variance of a cruise's rate over motors.
+pub(super) fn rate_spread(cruise: &Cruise) -> f32 {
+    let relative = cruise.rate_sd_rad_s / (direction(cruise.mode) * cruise.rate_rad_s);
+    relative * relative
+}
+
+/// Relative variance of a burst's turn over motors.
+pub(super) fn turn_spread(burst: &Burst) -> f32 {
+    let relative = burst.motors_sd_rad / burst.turn_rad;
+    relative * relative
+}
+
+/// Whether a motor has one factor for all bursts of `family`.
+pub(super) fn is_fine(family: Family) -> bool {
+    matches!(family, Family::Step | Family::Walk)
+}
+
+/// Least of `spreads`; 0 of none.
+fn least(spreads: impl Iterator<Item = f32>) -> f32 {
+    let least = spreads.fold(f32::INFINITY, f32::min);
+    if least.is_finite() { least } else { 0.0 }
+}
+
+/// A map, and what was measured of a motor in units of its rows.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Measured<'a> {
+    pub map: &'a ResponseMap,
+    pub evidence: &'a CommissioningEvidence,
+}
+
+impl Measured<'_> {
+    fn cruises(&self, mode: DriveMode) -> impl Iterator<Item = (usize, &Cruise)> + Clone {
+        self.map.cruises().iter().enumerate().filter(move |(_, cruise)| cruise.mode == mode)
+    }
+
+    fn rate_common(&self, mode: DriveMode) -> f32 {
+        least(self.cruises(mode).map(|(_, cruise)| rate_spread(cruise)))
+    }
+
+    fn turn_common(&self, family: Family) -> f32 {
+        if is_fine(family) {
+            self.map.middle(family).map_or(0.0, turn_spread)
+        } else {
+            least(self.map.bursts(family).iter().map(turn_spread))
+        }
+    }
+
+    pub(super) fn rate_row(&self, index: usize, cruise: &Cruise) -> RowMeasured {
+        let windows = self.evidence.cruise(index).windows;
+        let measured = windows
+            .mean_variance(WINDOW_RIPPLE)
+            .map(|variance| Normal { mean: windows.mean(), variance: WINDOWS_PER_INDEPENDENT * variance });
+        let own = (rate_spread(cruise) - self.rate_common(cruise.mode)).max(0.0) + RATE_SHAPE;
+        RowMeasured { own, measured }
+    }
+
+    pub(super) fn coast_row(&self, index: usize, cruise: &Cruise) -> RowMeasured {
+        let measured = self.evidence.cruise(index).coasts.per_rate_s().and_then(|(coast_s, per)| {
+            let coast_rad2 = cruise.coast_sd_rad * cruise.coast_sd_rad;
+            let relative = 1.0 / cruise.coast_s;
+            relative.is_finite().then_some(Normal {
+                mean: coast_s * relative,
+                variance: coast_rad2 * per * relative * relative,
+            })
+        });
+        RowMeasured { own: COAST_SHAPE, measured }
+    }
+
+    pub(super) fn turn_row(&self, family: Family, index: usize, burst: &Burst) -> RowMeasured {
+        let evidence = self.evidence.burst(family, index);
+        let repeat = burst.repeat_sd_rad / burst.turn_rad;
+        let expected = repeat * repeat / f32::from(evidence.train.max(1));
+        let measured = evidence
+            .turns
+            .mean_variance(expected)
+            .map(|variance| Normal { mean: evidence.turns.mean(), variance });
+        let rest = if is_fine(family) { 0.0 } else { turn_spread(burst) - self.turn_common(family) };
+        let own = rest.max(0.0) + MapCorrection::shape(family);
+        RowMeasured { own, measured }
+    }
+
+    fn turns(&self, family: Family) -> RowFactors {
+        let rows = self.map.bursts(family).iter().enumerate();
+        RowFactors::of(
+            self.turn_common(family),
+            rows.map(|(index, burst)| self.turn_row(family, index, burst)),
+        )
+    }
+
+    /// The factors.
+    pub(super) fn factors(&self) -> MapFactors {
+        let modes = [DriveMode::B, DriveMode::C];
+        let rates = modes.map(|mode| {
+            let rows = self.cruises(mode).map(|(index, cruise)| self.rate_row(index, cruise));
+            RowFactors::of(self.rate_common(mode), rows)
+        });
+        let coasts = modes.map(|mode| {
+            let rows = self.cruises(mode).map(|(index, cruise)| self.coast_row(index, cruise));
+            RowFactors::of(COAST_SPREAD, rows)
+        });
+        let [step, walk, stride, nudge, throw] = Family::ALL.map(|family| self.turns(family));
+        let covariance = self.map.step_walk_correlation()
+            * math::sqrt_f32(self.turn_common(Family::Step) * self.turn_common(Family::Walk));
+        let turns = [step.related(&walk, covariance), walk.related(&step, covariance), stride, nudge, throw];
+        MapFactors { rates, coasts, turns: PerFamily::of(turns) }
+    }
+}
+
+impl MapFactors {
+    /// Of the rates of `mode`.
+    pub fn rates(&self, mode: DriveMode) -> &RowFactors {
+        of_mode(&self.rates, mode)
+    }
+
+    /// Of the coasts of `mode`.
+    pub fn coasts(&self, mode: DriveMode) -> &RowFactors {
+        of_mode(&self.coasts, mode)
+    }
+
+    /// Of the turns of `family`.
+    pub fn turns(&self, family: Family) -> &RowFactors {
+        self.turns.get(family)
+    }
+}

@@ -1,0 +1,163 @@
+//! What commissioning gives out: the motor's map with what was found, or why the motor is not fit for use.
+
+use core::fmt;
+
+use motor_model::DriveMode;
+
+use super::commissioned_map::commissioned_map;
+use super::evidence::CommissioningEvidence;
+use super::findings::{FindingKind, Findings};
+use super::map_factors::{MapFactors, Measured};
+use super::resonance::{Resonance, SweepPoint};
+use super::{Commissioning, Stage};
+use crate::move_forecast::MoveForecast;
+use crate::response_map::{Family, MapError, ResponseMap};
+use crate::target::Limits;
+
+/// Move in rad by which the fitness is judged, either way: a quarter turn.
+const MOVE_RAD: f32 = core::f32::consts::FRAC_PI_2;
+/// Its tolerance in rad: a tenth of a degree, so that the instruments do not count.
+const TOLERANCE_RAD: f32 = 1.745e-3;
+
+/// How commissioning ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum CommissioningEnd {
+    /// Another measurement would save next to nothing.
+    Enough,
+    /// The time was over.
+    TimeOver,
+    /// There was no usable estimate for too long.
+    NoEstimate,
+    /// The rotor did not come to rest with the drive off.
+    NeverRests,
+}
+
+/// Why a motor is not fit for use.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Unfit {
+    /// It was not measured: there was no usable estimate for too long.
+    NoEstimate,
+    /// It does not come to rest with the drive off.
+    NeverRests,
+    /// The time was over before any drive was measured.
+    NotMeasured,
+    /// Modes B and C turn it the other way.
+    Swapped,
+    /// Neither mode turns it.
+    NothingTurns,
+    /// Mode C makes no fine step, without which no target is approached.
+    NoSteps {
+        /// What was found of the mode, if a test tells it.
+        why: Option<FindingKind>,
+    },
+    /// By its drives a quarter turn ends in time neither way.
+    TooSlow,
+    /// Its rows make no map.
+    NoMap(MapError),
+}
+
+impl fmt::Display for Unfit {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::NoEstimate => f.write_str("the instruments gave no usable estimate"),
+            Self::NeverRests => f.write_str("the rotor does not come to rest within 3 s with the drive off"),
+            Self::NotMeasured => f.write_str("the time was over before any drive was measured"),
+            Self::Swapped => f.write_str("mode B turns it counter-clockwise and mode C clockwise"),
+            Self::NothingTurns => f.write_str("neither mode turns the rotor"),
+            Self::NoSteps { why: Some(FindingKind::Dead) } => {
+                f.write_str("mode C is dead: without its fine steps no target is approached")
+            }
+            Self::NoSteps { why: Some(FindingKind::OtherWay) } => f.write_str(
+                "mode C turns the rotor clockwise: without its fine steps no target is approached",
+            ),
+            Self::NoSteps { .. } => f.write_str(
+                "mode C makes no fine step that turns the rotor for certain, so no target is approached",
+            ),
+            Self::TooSlow => f.write_str("a quarter turn takes it longer than 60 s either way"),
+            Self::NoMap(error) => write!(f, "its drives make no map: {error}"),
+        }
+    }
+}
+
+impl core::error::Error for Unfit {}
+
+/// A motor that was commissioned.
+#[derive(Clone, Copy, Debug)]
+pub struct Commissioned {
+    /// Its map; or why it is not fit for use.
+    pub map: Result<ResponseMap, Unfit>,
+    /// How it ended.
+    pub end: CommissioningEnd,
+    /// Motor time in s.
+    pub time_s: f32,
+    /// The resonances of modes B and C; `None` of one that no sweep has shown.
+    pub resonances: [Option<Resonance>; 2],
+    /// What the prior's authors did not foresee.
+    pub findings: Findings,
+    /// The factors on the prior map.
+    pub factors: MapFactors,
+    /// What was measured.
+    pub evidence: CommissioningEvidence,
+}
+
+impl Commissioning {
+    /// What has come of it, in units of the rows of `prior`, once it has ended; `None` before.
+    pub fn result(&self, prior: &ResponseMap) -> Option<Commissioned> {
+        let Stage::Ended(end) = self.stage else { return None };
+        let findings = Findings::of(prior, &self.evidence);
+        Some(Commissioned {
+            map: self.fit_map(prior, end, &findings),
+            end,
+            time_s: self.ended_at.seconds_since(self.started_at),
+            resonances: self.resonances,
+            findings,
+            factors: Measured { map: prior, evidence: &self.evidence }.factors(),
+            evidence: self.evidence,
+        })
+    }
+
+    /// The powers that the sweep of `mode` has shown.
+    pub fn swept(&self, mode: DriveMode) -> &[SweepPoint] {
+        let [clockwise, counter_clockwise] = &self.swept;
+        let sweep = match mode {
+            DriveMode::B => clockwise,
+            DriveMode::C => counter_clockwise,
+        };
+        sweep.as_ref().map_or(&[], |sweep| sweep.points())
+    }
+
+    fn fit_map(
+        &self,
+        prior: &ResponseMap,
+        end: CommissioningEnd,
+        findings: &Findings,
+    ) -> Result<ResponseMap, Unfit> {
+        match end {
+            CommissioningEnd::NoEstimate => return Err(Unfit::NoEstimate),
+            CommissioningEnd::NeverRests => return Err(Unfit::NeverRests),
+            CommissioningEnd::TimeOver if self.evidence.rows_measured() == 0 => {
+                return Err(Unfit::NotMeasured);
+            }
+            CommissioningEnd::TimeOver | CommissioningEnd::Enough => (),
+        }
+        let count = |kind| findings.iter().filter(|finding| finding.kind == kind).count();
+        if count(FindingKind::Dead) == 2 {
+            return Err(Unfit::NothingTurns);
+        }
+        if count(FindingKind::OtherWay) == 2 {
+            return Err(Unfit::Swapped);
+        }
+        let map = commissioned_map(prior, &self.evidence).map_err(Unfit::NoMap)?;
+        if !findings.is_of_use(DriveMode::C) || map.bursts(Family::Step).is_empty() {
+            let why =
+                findings.iter().find(|finding| finding.mode == DriveMode::C).map(|finding| finding.kind);
+            return Err(Unfit::NoSteps { why });
+        }
+        let limits = Limits { amplitude_max: self.tuning.amplitude_max, ..Limits::default() };
+        let in_time = |distance_rad| {
+            MoveForecast::try_new(&self.tuning.instruments, &map, &limits, distance_rad, TOLERANCE_RAD)
+                .is_ok()
+        };
+        if in_time(MOVE_RAD) || in_time(-MOVE_RAD) { Ok(map) } else { Err(Unfit::TooSlow) }
+    }
+}

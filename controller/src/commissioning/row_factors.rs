@@ -1,0 +1,305 @@
+//! The factors of the rows of a table: how far this motor's rate, coast or turn differs from the prior map's, estimated
+//! from the rows that were measured.
+//!
+//! # Model
+//!
+//! A table's rows share a factor `f`, and row `i` has a deviation `d_i` of its own. Repeats of a row give the mean
+//! `y_i`, in units of the prior row, with the variance `m_i`:
+//!
+//! ```text
+//! f ~ N(1, v),   d_i ~ N(0, o_i),   y_i = f + d_i + noise,    w_i = 1 / (o_i + m_i)
+//! f given all y:            precision 1/v + sum w,   mean (1/v + sum w y) / (1/v + sum w)
+//! row i without its own y:  N(mean, variance) of f from the other rows, and o_i
+//! row i:                    that and N(y_i, m_i), weighted by their precisions
+//! ```
+//!
+//! A row that was not measured keeps the prior's shape under the common factor. A slow motor's rows differ by less: `o_i`
+//! is multiplied by the square of the weighted mean of the rows, from a hundredth to 1.
+//!
+//! # Where the prior does not hold
+//!
+//! - Level: the weighted mean of the rows lies beyond [`LEVEL_SIGMAS`] of what the prior expects. `v` becomes the
+//!   square of that distance, so that the measurement decides.
+//! - Shape: `Q = sum w (y - mean)^2` exceeds the 1 % point of chi-square with n - 1 degrees of freedom. All `o_i` grow by
+//!   the variance between rows that explains Q (`DerSimonian` and Laird, "Meta-analysis in clinical trials", Controlled
+//!   Clinical Trials 7 (1986) 177): `(Q - (n - 1)) / (sum w - sum w^2 / sum w)`.
+
+use super::quantiles;
+
+/// Standard deviations beyond which a table's level is not that of the prior's motors: one normal motor in 1,000.
+const LEVEL_SIGMAS: f32 = 3.3;
+/// Probability with which the shape of a motor like the prior's is told to be wrong.
+const SHAPE_FALSE: f32 = 0.01;
+
+/// Least part of the prior's own deviations: a motor of a tenth of the prior's rate. An assumption.
+const SCALE_MIN: f32 = 0.01;
+
+/// A mean and its variance.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Normal {
+    /// Mean.
+    pub mean: f32,
+    /// Variance.
+    pub variance: f32,
+}
+
+/// A row, in units of the prior row.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RowMeasured {
+    /// Variance of the row's own deviation from the common factor, `o_i`.
+    pub own: f32,
+    /// What was measured, `y_i` and `m_i`; `None` of a row that was not.
+    pub measured: Option<Normal>,
+}
+
+/// The factors of a table.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RowFactors {
+    /// Of the common factor, before the rows count.
+    prior: Normal,
+    /// Sums of `w` and `w y`.
+    weight: f32,
+    weighted: f32,
+    /// What all `o_i` are multiplied by, and what they have grown by.
+    scale: f32,
+    extra: f32,
+    measured: u16,
+    /// `Q`.
+    chi_square: f32,
+}
+
+/// `a` and `b`, independent measurements of one thing.
+fn both(a: Normal, b: Normal) -> Normal {
+    let sum = a.variance + b.variance;
+    let part = if sum > 0.0 { a.variance / sum } else { 0.5 };
+    Normal { mean: a.mean + part * (b.mean - a.mean), variance: part * b.variance }
+}
+
+impl RowMeasured {
+    /// Weight and mean of what was measured, where the row's own deviation has the variance `own`.
+    fn weight(&self, own: f32) -> Option<(f32, f32)> {
+        let Normal { mean, variance } = self.measured?;
+        Some((1.0 / (own + variance).max(f32::MIN_POSITIVE), mean))
+    }
+}
+
+impl RowFactors {
+    /// The factors of `rows`, whose common factor is `N(1, spread)` in the prior's motors.
+    pub fn of(spread: f32, rows: impl Iterator<Item = RowMeasured> + Clone) -> Self {
+        let mut factors = Self {
+            prior: Normal { mean: 1.0, variance: spread },
+            weight: 0.0,
+            weighted: 0.0,
+            scale: 1.0,
+            extra: 0.0,
+            measured: 0,
+            chi_square: 0.0,
+        };
+        factors.sum(rows.clone());
+        if let Some(Normal { mean, .. }) = factors.rows_alone() {
+            factors.scale = (mean * mean).clamp(SCALE_MIN, 1.0);
+            factors.sum(rows.clone());
+        }
+        let mut squares = 0.0;
+        let own = factors;
+        for (weight, mean) in rows.clone().filter_map(|row| row.weight(own.own(&row))) {
+            let off = mean - factors.weighted / factors.weight;
+            factors.measured = factors.measured.saturating_add(1);
+            factors.chi_square += weight * off * off;
+            squares += weight * weight;
+        }
+        if factors.has_other_shape() {
+            let spread_weight = factors.weight - squares / factors.weight;
+            factors.extra = (factors.chi_square - factors.freedom()) / spread_weight.max(f32::MIN_POSITIVE);
+            factors.sum(rows);
+        }
+        factors.widen();
+        factors
+    }
+
+    /// Variance of the deviation of `row` from the common factor.
+    fn own(&self, row: &RowMeasured) -> f32 {
+        self.scale * row.own + self.extra
+    }
+
+    fn sum(&mut self, rows: impl Iterator<Item = RowMeasured>) {
+        (self.weight, self.weighted) = rows
+            .filter_map(|row| row.weight(self.own(&row)))
+            .fold((0.0, 0.0), |(sum, weighted), (weight, mean)| (sum + weight, weighted + weight * mean));
+    }
+
+    /// Widens the prior where the rows' level is not that of the prior's motors.
+    fn widen(&mut self) {
+        if let Some(Normal { mean, variance }) = self.rows_alone() {
+            let off = mean - self.prior.mean;
+            if off * off > LEVEL_SIGMAS * LEVEL_SIGMAS * (self.prior.variance + variance) {
+                self.prior.variance = self.prior.variance.max(off * off);
+            }
+        }
+    }
+
+    /// The same where the common factor of a related table, with the covariance `covariance` over motors, is measured
+    /// by `other` alone. A related table of another shape tells nothing.
+    #[must_use]
+    pub fn related(mut self, other: &Self, covariance: f32) -> Self {
+        if let Some(measured) = other.rows_alone().filter(|_| !other.has_other_shape()) {
+            let gain = covariance / (other.prior.variance + measured.variance);
+            self.prior.mean += gain * (measured.mean - other.prior.mean);
+            self.prior.variance = (self.prior.variance - gain * covariance).max(f32::MIN_POSITIVE);
+            self.widen();
+        }
+        self
+    }
+
+    /// The common factor by the rows alone.
+    fn rows_alone(&self) -> Option<Normal> {
+        (self.weight > 0.0).then(|| Normal { mean: self.weighted / self.weight, variance: 1.0 / self.weight })
+    }
+
+    /// Rows that were measured.
+    pub fn measured(&self) -> u16 {
+        self.measured
+    }
+
+    fn freedom(&self) -> f32 {
+        f32::from(self.measured.saturating_sub(1))
+    }
+
+    /// Chi-square of the rows about their common factor, per degree of freedom; `None` of fewer than two rows.
+    pub fn reduced_chi_square(&self) -> Option<f32> {
+        (self.measured > 1).then(|| self.chi_square / self.freedom())
+    }
+
+    /// Whether the rows contradict the prior's shape.
+    pub fn has_other_shape(&self) -> bool {
+        self.measured > 1 && self.chi_square > quantiles::chi_square(self.freedom(), SHAPE_FALSE)
+    }
+
+    /// The common factor.
+    pub fn common(&self) -> Normal {
+        Self::with(self.prior, self.weight, self.weighted)
+    }
+
+    fn with(prior: Normal, weight: f32, weighted: f32) -> Normal {
+        if weight <= 0.0 {
+            return prior;
+        }
+        both(prior, Normal { mean: weighted / weight, variance: 1.0 / weight })
+    }
+
+    /// The factor of `row`, one of the rows of the table.
+    pub fn row(&self, row: &RowMeasured) -> Normal {
+        let (weight, mean) = row.weight(self.own(row)).unwrap_or((0.0, 0.0));
+        let others = Self::with(self.prior, self.weight - weight, self.weighted - weight * mean);
+        let expected = Normal { variance: others.variance + self.own(row), ..others };
+        row.measured.map_or(expected, |measured| both(expected, measured))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use nalgebra::{Matrix3, Vector3};
+
+    fn row(own: f32, measured: Option<(f32, f32)>) -> RowMeasured {
+        RowMeasured { own, measured: measured.map(|(mean, variance)| Normal { mean, variance }) }
+    }
+
+    /// The same by the conditional law of a joint normal in `f64`, written out as matrices.
+    #[test]
+    fn dual_rows_are_conditioned_on_what_was_measured() {
+        let spread = 0.04;
+        let rows = [
+            row(0.01, Some((1.10, 0.004))),
+            row(0.02, None),
+            row(0.0036, Some((1.25, 0.001))),
+            row(0.05, Some((0.9, 0.01))),
+        ];
+        let factors = RowFactors::of(spread, rows.iter().copied());
+        assert!(!factors.has_other_shape());
+        let measured = [0, 2, 3];
+        let prior =
+            |i: usize, j: usize| f64::from(spread) + if i == j { f64::from(rows[i].own) } else { 0.0 };
+        let noise = |i: usize| f64::from(rows[i].measured.unwrap().variance);
+        let of_measured = Matrix3::from_fn(|a, b| {
+            prior(measured[a], measured[b]) + if a == b { noise(measured[a]) } else { 0.0 }
+        });
+        let inverse = of_measured.try_inverse().unwrap();
+        let off =
+            Vector3::from_iterator(measured.map(|row| f64::from(rows[row].measured.unwrap().mean) - 1.0));
+        for (i, row) in rows.iter().enumerate() {
+            let across = Vector3::from_iterator(measured.map(|j| prior(i, j)));
+            let mean = 1.0 + (across.transpose() * inverse * off)[0];
+            let variance = prior(i, i) - (across.transpose() * inverse * across)[0];
+            let found = factors.row(row);
+            assert!((f64::from(found.mean) - mean).abs() < 1e-5, "{i} {found:?} {mean}");
+            assert!((f64::from(found.variance) / variance - 1.0).abs() < 1e-4, "{i} {found:?} {variance}");
+        }
+    }
+
+    #[test]
+    fn exact_nothing_measured_is_the_prior() {
+        let factors = RowFactors::of(0.04, [row(0.01, None); 3].into_iter());
+        assert_eq!(factors.common(), Normal { mean: 1.0, variance: 0.04 });
+        assert_eq!(factors.row(&row(0.0, None)), factors.common());
+        assert_eq!(factors.reduced_chi_square(), None);
+    }
+
+    /// A related table that is known exactly, fully correlated and as wide: both factors are the same.
+    #[test]
+    fn exact_a_related_table_tells_the_factor() {
+        let known = RowFactors::of(0.04, [row(0.0, Some((1.3, 1e-9)))].into_iter());
+        let other = RowFactors::of(0.04, [row(0.0, None)].into_iter()).related(&known, 0.04);
+        assert!((other.common().mean - 1.3).abs() < 1e-4 && other.common().variance < 1e-6, "{other:?}");
+        let apart = RowFactors::of(0.04, [row(0.0, None)].into_iter()).related(&known, 0.0);
+        assert_eq!(apart.common(), Normal { mean: 1.0, variance: 0.04 });
+    }
+
+    /// A motor of a fifteenth of the prior's rate: the measurement decides, not the prior.
+    #[test]
+    fn law_a_level_far_outside_the_prior_is_believed() {
+        let rows = [row(0.0025, Some((0.066, 4e-4))), row(0.0025, Some((0.07, 4e-4)))];
+        let factors = RowFactors::of(0.0064, rows.into_iter());
+        assert!((factors.common().mean - 0.068).abs() < 0.01, "{factors:?}");
+        assert!((factors.row(&rows[0]).mean - 0.067).abs() < 0.01);
+    }
+
+    /// Rows that contradict one another beyond 1 % each keep what was measured, and the rows that were not measured are
+    /// widened by the variance between rows.
+    #[test]
+    fn law_another_shape_frees_the_rows() {
+        let rows = [
+            row(0.0025, Some((2.5, 0.01))),
+            row(0.0025, Some((0.5, 0.001))),
+            row(0.0025, Some((0.06, 0.001))),
+        ];
+        let factors = RowFactors::of(0.0064, rows.into_iter());
+        assert!(factors.has_other_shape());
+        for row in &rows {
+            let Normal { mean, .. } = row.measured.unwrap();
+            assert!((factors.row(row).mean - mean).abs() < 0.05, "{:?}", factors.row(row));
+        }
+        assert!(factors.row(&row(0.0025, None)).variance > 0.5);
+    }
+
+    /// 1,000 motors of the prior, by the inverse of the normal law at even places: about 1 % are told to have another
+    /// shape. The bound is four standard deviations of a count of 1,000 at 1 %.
+    #[test]
+    fn law_motors_of_the_prior_keep_its_shape() {
+        let mut state = 1_u64;
+        let mut normal = || {
+            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            quantiles::normal(((state >> 40) as f32 + 0.5) / (1_u64 << 24) as f32)
+        };
+        let mut told = 0;
+        for _ in 0..1000 {
+            let common = 1.0 + 0.2 * normal();
+            let rows = [0.01_f32, 0.02, 0.005, 0.03].map(|own| {
+                let mean = common + (own + 0.01).sqrt() * normal();
+                row(own, Some((mean, 0.01)))
+            });
+            told += u32::from(RowFactors::of(0.04, rows.into_iter()).has_other_shape());
+        }
+        assert!(told <= 10 + 13, "{told}");
+    }
+}

@@ -1,0 +1,171 @@
+//! The rotor after a drive: it comes to rest, and its angle is measured.
+//!
+//! The filter says when the rotor lies still. Where it does not, the camera's frames decide
+//! ([`crate::settling_watch`]). The angle is measured until it is known to [`KNOWN_PART`] of the turn, or for
+//! [`MEASURING_NANOS`].
+//!
+//! The angle after a burst counts only if it is independent of that before it: once the filter's variance has been nine
+//! times that before the burst, as in [`crate::rest_filter`].
+
+use estimator::Estimate;
+use motor_model::{Angle, Time};
+
+use super::{BurstRun, Commissioning, CommissioningEnd, Stage};
+use crate::response_map::{Family, ResponseMap, direction};
+use crate::settling_watch::{SettlingWatch, Shown};
+
+/// Longest time in ns in which the rotor comes to rest. An assumption: twenty times what the slowest takes.
+const REST_MAX_NANOS: u64 = 3_000_000_000;
+/// Longest time in ns of measuring a rotor at rest: with the default camera it leaves 0.2 milli-degrees.
+const MEASURING_NANOS: u64 = 350_000_000;
+/// Part of the turn to which it is measured. An assumption: a fifth of what is known of the best family.
+const KNOWN_PART: f32 = 0.01;
+/// As [`crate::rest_filter`] has it.
+const INDEPENDENT_VARIANCES: f32 = 9.0;
+
+/// Bursts that follow one another, each after rest, and the angle before the first.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Train {
+    count: u8,
+    left: u8,
+    from: Angle,
+    from_rad2: f32,
+    independent: bool,
+}
+
+impl Train {
+    /// Of `count` bursts, from `estimate`.
+    pub(super) fn new(count: u8, estimate: &Estimate<f32>) -> Self {
+        Self {
+            count,
+            left: count.saturating_sub(1),
+            from: estimate.angle,
+            from_rad2: estimate.angle_rad2,
+            independent: false,
+        }
+    }
+}
+
+/// What is to be measured once the rotor lies still.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Pending {
+    Nothing,
+    /// The coast of a cruise, from the cut.
+    Coast {
+        index: usize,
+        along: f32,
+        cut: Angle,
+        rate_rad_s: f32,
+    },
+    /// The turn of a train.
+    Turn {
+        family: Family,
+        index: usize,
+        train: Train,
+    },
+}
+
+/// A rotor with the drive off.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Resting {
+    pending: Pending,
+    since: Time,
+    still_since: Option<Time>,
+    watch: SettlingWatch,
+}
+
+impl Resting {
+    /// From `now` on.
+    pub(super) fn new(pending: Pending, now: Time) -> Self {
+        Self { pending, since: now, still_since: None, watch: SettlingWatch::new(None) }
+    }
+
+    /// The turn in rad so far.
+    fn turned_rad(&self, estimate: &Estimate<f32>) -> f32 {
+        match &self.pending {
+            Pending::Nothing => f32::INFINITY,
+            Pending::Coast { cut, .. } => estimate.angle.radians_since(*cut),
+            Pending::Turn { train, .. } => estimate.angle.radians_since(train.from),
+        }
+    }
+}
+
+impl Commissioning {
+    /// Drive off: waits for rest, measures, and begins the next drive unless the estimate is too `wide` for one.
+    pub(super) fn rest(
+        &mut self,
+        prior: &ResponseMap,
+        mut resting: Resting,
+        now: Time,
+        estimate: &Estimate<f32>,
+        wide: bool,
+    ) {
+        if let Pending::Turn { train, .. } = &mut resting.pending {
+            let floor_rad2 = self.tuning.floor_rad2;
+            let since_rad2 = estimate.angle_rad2 - floor_rad2;
+            train.independent |= since_rad2 > INDEPENDENT_VARIANCES * (train.from_rad2 - floor_rad2);
+        }
+        let (window, wait) = (self.tuning.settling_window_nanos, self.tuning.frame_wait_nanos);
+        let still =
+            !wide && (estimate.resting || resting.watch.look(window, wait, now, estimate) == Shown::Still);
+        if !still {
+            resting.still_since = None;
+            let late = now.nanos_since(resting.since) > REST_MAX_NANOS;
+            self.stage =
+                if late { Stage::Ended(CommissioningEnd::NeverRests) } else { Stage::Resting(resting) };
+            return;
+        }
+        let still_since = *resting.still_since.get_or_insert(now);
+        if let Pending::Turn { family, index, train } = &mut resting.pending
+            && train.left > 0
+            && let Some(burst) = prior.bursts(*family).get(*index)
+        {
+            train.left -= 1;
+            let (family, index, train) = (*family, *index, *train);
+            self.stage = Stage::Bursting(BurstRun { family, index, burst: *burst, since: now, train });
+            return;
+        }
+        let known_rad = KNOWN_PART * resting.turned_rad(estimate).abs();
+        let measured =
+            estimate.angle_rad2 <= known_rad * known_rad || now.nanos_since(still_since) >= MEASURING_NANOS;
+        if measured {
+            self.keep(prior, &resting, still_since, estimate);
+            self.begin(prior, now, estimate);
+        } else {
+            self.stage = Stage::Resting(resting);
+        }
+    }
+
+    /// Keeps what the last drive did.
+    fn keep(&mut self, prior: &ResponseMap, resting: &Resting, still_since: Time, estimate: &Estimate<f32>) {
+        let to_rest_s = still_since.seconds_since::<f32>(resting.since);
+        match resting.pending {
+            Pending::Nothing => (),
+            Pending::Coast { index, along, cut, rate_rad_s } => {
+                let coast_rad = along * estimate.angle.radians_since::<f32>(cut);
+                if let Some(found) = self.evidence.cruise_mut(index) {
+                    found.runs = found.runs.saturating_add(1);
+                    found.coasts.add(rate_rad_s, coast_rad);
+                    found.to_rest_s.add(to_rest_s, 0.0);
+                }
+            }
+            Pending::Turn { family, index, train } => {
+                let found = self.evidence.burst_mut(family, index);
+                if let Some((found, burst)) = found.zip(prior.bursts(family).get(index)) {
+                    let turned_rad =
+                        direction(family.mode()) * estimate.angle.radians_since::<f32>(train.from);
+                    let mapped_rad = f32::from(train.count) * burst.turn_rad;
+                    // An angle that is not independent of the one before would show too short a turn.
+                    let noise_rad2 = if train.independent {
+                        train.from_rad2 + estimate.angle_rad2
+                    } else {
+                        train.from_rad2 + estimate.angle_rad2 + mapped_rad * mapped_rad
+                    };
+                    found.train = train.count;
+                    found.turns.add(turned_rad / mapped_rad, noise_rad2 / (mapped_rad * mapped_rad));
+                    found.to_rest_s.add(to_rest_s, 0.0);
+                }
+            }
+        }
+    }
+}
