@@ -7,6 +7,7 @@ mod beside;
 mod calibration;
 mod closed_loop;
 mod cluster;
+mod commission;
 mod compare;
 mod count;
 mod error;
@@ -56,6 +57,7 @@ use simulation::scene::Scene;
 use self::stator::StatorArgs;
 use calibration::CalibrateArgs;
 use closed_loop::{PositionArgs, PositioningTrialsArgs, RateArgs, ResponseMapArgs};
+use commission::CommissionArgs;
 use compare::CompareArgs;
 use estimation::{EstimateArgs, FiltersArgs};
 use faults::FaultsArgs;
@@ -101,6 +103,12 @@ enum Command {
     /// `plant.motor.` sets the true motor alone, and `--set plant.parameters=nominal` draws nothing. Step, friction and
     /// impacts are keys `plant.`. `simulate` runs the nominal motor with keys of its own.
     Position(PositionArgs),
+    /// Measure the response map of a motor of which only the design is known, within a minute of its time
+    ///
+    /// Sweeps the drive's frequency, drives cruises and bursts, and measures what the rotor does through the instruments
+    /// alone. The map that `position` plans by is the prior: each of its rows gets a factor by Bayes' rule. The map of
+    /// this motor goes to map.toml, for `position --map`. A motor that is not fit for use is refused with the reason.
+    Commission(CommissionArgs),
     /// Simulate the published tables and figures and compare them with the paper
     Reproduce(ReproduceArgs),
     /// Count the instructions of each operation on an emulated microcontroller
@@ -231,6 +239,7 @@ impl Command {
         match self {
             Self::Simulate(args) => args.execute(),
             Self::Position(args) => args.execute(),
+            Self::Commission(args) => args.execute(),
             Self::Reproduce(args) => args.execute(),
             Self::Instructions(args) => args.execute(),
             Self::Pil(args) => args.execute(),

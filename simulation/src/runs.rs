@@ -1,6 +1,7 @@
 //! One motor, one run: in open loop, in closed loop, a move, a rate.
 
 pub mod closed_loop;
+pub mod commission;
 mod error;
 pub mod filter;
 pub mod health_words;

@@ -1,5 +1,7 @@
 //! Every error of the command, as one line that names what is wrong and what to do.
 
+use controller::commissioning::Unfit;
+
 use crate::board::BoardError;
 use crate::board::serial::SerialError;
 use crate::log::LogError;
@@ -51,6 +53,9 @@ pub enum CommandError {
     /// No motor was identified.
     #[error(transparent)]
     Identification(#[from] IdentificationError),
+    /// A motor that was commissioned is not fit for use.
+    #[error("the motor is not fit for use: {0}")]
+    Unfit(Unfit),
     /// There is no stator.
     #[error(transparent)]
     Stator(#[from] StatorStudyError),
@@ -86,6 +91,9 @@ impl CommandError {
             }
             Self::Tool(error) => error.hint(),
             Self::Identification(error) => error.hint(),
+            Self::Unfit(_) => {
+                Some("`host-sim record` shows what the instruments deliver under each drive".to_owned())
+            }
             Self::Stator(error) => error.hint(),
             Self::LeftOut { feature, .. } => {
                 Some(format!("build it with the feature: `cargo run --release --features {feature} -- ...`"))

@@ -25,6 +25,17 @@ pub(super) const EXAMPLES: &[(&str, &[(&str, &str)])] = &[
         ],
     ),
     (
+        "commission",
+        &[
+            ("A motor of which only the design is known", "commission --seed 3 --out mine"),
+            ("Its map, as the move that follows takes it", "commission --seed 3 --format json"),
+            (
+                "A motor that tilts, and is fastest at half drive",
+                "commission --scene set_f_plant --out tilting",
+            ),
+        ],
+    ),
+    (
         "rate",
         &[
             ("100 degrees a second for 5 s", "rate --deg-s 100 --duration 5"),

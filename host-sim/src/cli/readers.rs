@@ -40,13 +40,14 @@ const RECORD_READS: [&str; 13] = [
 ];
 
 /// Every command that takes a scene.
-pub(super) const READERS: [Reader; 15] = [
+pub(super) const READERS: [Reader; 16] = [
     reader("import", &["motor", "camera", "ldv", "estimator", "record.model"]),
     reader("simulate", &["seed", "motor", "simulate", "plant.rotor"]),
     reader(
         "position",
         &["seed", "motor", "plant", "camera", "ldv", "fault", "faults", "estimator", "position"],
     ),
+    reader("commission", &["seed", "motor", "plant", "camera", "ldv", "fault", "faults", "estimator"]),
     reader("rate", &["seed", "motor", "plant", "camera", "ldv", "fault", "faults", "estimator", "rate"]),
     reader("record", &RECORD_READS),
     reader(

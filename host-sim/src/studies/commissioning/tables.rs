@@ -1,0 +1,214 @@
+//! A commissioned motor in tables and as JSON.
+
+use controller::response_map::Family;
+use motor_model::DriveMode;
+use serde::Serialize;
+use simulation::runs::commission::CommissionedMotor;
+
+use super::rows::{self, BurstRow, CruiseRow, ResonanceRow};
+use super::{end_word, finding_word, sentence};
+use crate::report::document::{Block, Document, Table};
+use crate::report::files;
+
+/// A commissioned motor for programs.
+#[derive(Debug, Serialize)]
+struct Commissioning {
+    /// Seed of the motor.
+    seed: u64,
+    /// How it ended.
+    end: &'static str,
+    /// Motor time.
+    time_s: f32,
+    resonances: Vec<ResonanceRow>,
+    findings: Vec<FindingRow>,
+    factors: Vec<FactorRow>,
+    cruises: Vec<CruiseRow>,
+    bursts: Vec<BurstRow>,
+}
+
+/// A finding.
+#[derive(Debug, Serialize)]
+pub(crate) struct FindingRow {
+    /// "B" or "C".
+    mode: String,
+    /// What.
+    what: &'static str,
+}
+
+/// The common factor of a table.
+#[derive(Debug, Serialize)]
+struct FactorRow {
+    /// The table.
+    of: String,
+    /// Factor on the map that it began with.
+    factor: f32,
+    /// Its standard deviation.
+    sd: f32,
+    /// Rows that were measured.
+    rows: u16,
+    /// Chi-square per degree of freedom of the rows about the factor; `null` of fewer than two.
+    reduced_chi_square: Option<f32>,
+    /// Whether the rows contradict the shape of that map.
+    other_shape: bool,
+}
+
+/// The findings of a motor.
+pub(crate) fn findings(motor: &CommissionedMotor) -> Vec<FindingRow> {
+    let of = motor.commissioned.findings;
+    of.iter()
+        .map(|finding| FindingRow { mode: format!("{:?}", finding.mode), what: finding_word(finding.kind) })
+        .collect()
+}
+
+fn factors(motor: &CommissionedMotor) -> Vec<FactorRow> {
+    let factors = &motor.commissioned.factors;
+    let modes = [DriveMode::B, DriveMode::C];
+    let rates = modes.map(|mode| (format!("rates of mode {mode:?}"), factors.rates(mode)));
+    let coasts = modes.map(|mode| (format!("coasts of mode {mode:?}"), factors.coasts(mode)));
+    let turns = Family::ALL.map(|family| (format!("turns of {}", family.name()), factors.turns(family)));
+    let row = |(of, factor): (String, &controller::commissioning::row_factors::RowFactors)| FactorRow {
+        of,
+        factor: factor.common().mean,
+        sd: motor_model::math::sqrt_f32(factor.common().variance),
+        rows: factor.measured(),
+        reduced_chi_square: factor.reduced_chi_square(),
+        other_shape: factor.has_other_shape(),
+    };
+    rates.into_iter().chain(coasts).chain(turns).map(row).collect()
+}
+
+/// As one JSON object on one line.
+pub(crate) fn json(motor: &CommissionedMotor) -> String {
+    let found = &motor.commissioned;
+    files::json_line(&Commissioning {
+        seed: motor.seed,
+        end: end_word(found.end),
+        time_s: found.time_s,
+        resonances: rows::resonances(motor),
+        findings: findings(motor),
+        factors: factors(motor),
+        cruises: rows::cruises(motor),
+        bursts: rows::bursts(motor),
+    })
+}
+
+/// A value and its standard deviation; a dash for none.
+fn with_sd(value: Option<f64>, sd: Option<f64>, digits: usize) -> String {
+    value.zip(sd).map_or_else(|| "-".to_owned(), |(value, sd)| format!("{value:.digits$} +- {sd:.digits$}"))
+}
+
+fn milliseconds(time_s: Option<f32>) -> String {
+    time_s.map_or_else(|| "-".to_owned(), |time_s| format!("{:.0}", 1e3 * time_s))
+}
+
+fn resonance_table(motor: &CommissionedMotor) -> Table {
+    let mut table = Table::new(&["mode", "design Hz", "found Hz", "half width Hz", "chi2", "true Hz"]);
+    for row in rows::resonances(motor) {
+        table.push(vec![
+            row.mode,
+            format!("{:.1}", row.design_hz),
+            with_sd(row.found_hz, row.sd_hz, 1),
+            row.half_width_hz.map_or_else(|| "-".to_owned(), |width| format!("{width:.0}")),
+            row.reduced_chi_square.map_or_else(|| "-".to_owned(), |chi| format!("{chi:.1}")),
+            format!("{:.1}", row.true_hz),
+        ]);
+    }
+    table
+}
+
+fn factor_table(motor: &CommissionedMotor) -> Table {
+    let mut table = Table::new(&["table", "factor", "rows", "chi2", "shape"]);
+    for row in factors(motor) {
+        table.push(vec![
+            row.of,
+            format!("{:.3} +- {:.3}", row.factor, row.sd),
+            row.rows.to_string(),
+            row.reduced_chi_square.map_or_else(|| "-".to_owned(), |chi| format!("{chi:.1}")),
+            if row.other_shape { "another" } else { "the map's" }.to_owned(),
+        ]);
+    }
+    table
+}
+
+fn cruise_table(motor: &CommissionedMotor) -> Table {
+    let mut table =
+        Table::new(&["drive", "map rad/s", "this motor", "coast ms", "windows", "back", "rest ms"]);
+    for row in rows::cruises(motor) {
+        let own = [row.rate_rad_s, row.rate_sd_rad_s].map(|value| value.map(f64::from));
+        table.push(vec![
+            format!("{} {:.2}", row.mode, row.amplitude),
+            format!("{:.3} +- {:.3}", row.prior_rate_rad_s, row.prior_rate_sd_rad_s),
+            with_sd(own[0], own[1], 3),
+            row.coast_s.map_or_else(|| "-".to_owned(), |coast_s| format!("{:.2}", 1e3 * coast_s)),
+            row.windows.to_string(),
+            row.backward.to_string(),
+            milliseconds(row.to_rest_s),
+        ]);
+    }
+    table
+}
+
+fn burst_table(motor: &CommissionedMotor) -> Table {
+    let mut table = Table::new(&[
+        "family",
+        "amplitude",
+        "ticks",
+        "map mdeg",
+        "this motor",
+        "burst to burst",
+        "trains",
+        "rest ms",
+    ]);
+    for row in rows::bursts(motor) {
+        table.push(vec![
+            row.family.to_owned(),
+            format!("{:.2}", row.amplitude),
+            row.ticks.to_string(),
+            format!("{:.2} +- {:.2}", row.prior_turn_mdeg, row.prior_motors_mdeg),
+            with_sd(row.turn_mdeg, row.turn_sd_mdeg, 2),
+            row.repeat_sd_mdeg.map_or_else(|| "-".to_owned(), |sd| format!("{sd:.3}")),
+            row.trains.to_string(),
+            milliseconds(row.to_rest_s),
+        ]);
+    }
+    table
+}
+
+/// What was found, in a sentence or more.
+pub(crate) fn verdict(motor: &CommissionedMotor) -> String {
+    let found = &motor.commissioned;
+    let trials: u32 = rows::cruises(motor).iter().map(|row| u32::from(row.windows > 0)).sum::<u32>()
+        + rows::bursts(motor).iter().map(|row| u32::from(row.trains > 0)).sum::<u32>();
+    let mut text = format!(
+        "Motor of seed {}, measured for {:.1} s of its time: {trials} rows of the map by their own drive, the others by \
+         the factor of their table.",
+        motor.seed, found.time_s
+    );
+    let sentences: Vec<String> = found.findings.iter().map(sentence).collect();
+    if sentences.is_empty() {
+        text.push_str(" It does nothing that the map does not foresee.");
+    } else {
+        text.push(' ');
+        text.push_str(&sentences.join(" "));
+    }
+    text
+}
+
+/// For the terminal.
+pub(crate) fn document(motor: &CommissionedMotor) -> Document {
+    let heading = |text: &str| Block::Heading(text.to_owned());
+    Document {
+        blocks: vec![
+            heading("Commissioned motor"),
+            Block::Paragraph(verdict(motor)),
+            heading("Resonances"),
+            Block::Table(resonance_table(motor)),
+            heading("Factors on the map that it began with"),
+            Block::Table(factor_table(motor)),
+            heading("Cruises"),
+            Block::Table(cruise_table(motor)),
+            heading("Bursts"),
+            Block::Table(burst_table(motor)),
+        ],
+    }
+}
