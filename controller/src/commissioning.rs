@@ -60,6 +60,9 @@ const WINDOW_NANOS: u64 = 50_000_000;
 /// Windows of a run of a cruise.
 const WINDOWS: u8 = 8;
 
+/// Drives that may be cut because the estimate is lost. An assumption: a camera that is lost now and then.
+const LOST_MAX: u8 = 8;
+
 /// Tuning of commissioning.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CommissioningTuning {
@@ -158,6 +161,8 @@ pub struct Commissioning {
     resonances: [Option<Resonance>; 2],
     swept: [Option<Sweep>; 2],
     blind_since: Option<Time>,
+    /// Drives that were cut because the estimate was lost.
+    lost: u8,
 }
 
 impl Commissioning {
@@ -173,6 +178,7 @@ impl Commissioning {
             resonances: [None; 2],
             swept: [None; 2],
             blind_since: None,
+            lost: 0,
         }
     }
 
@@ -227,7 +233,10 @@ impl Commissioning {
     /// No usable estimate. A sweep needs none; any other drive ends, and what it did is not measured.
     fn wait(&mut self, now: Time) {
         let since = *self.blind_since.get_or_insert(now);
-        if now.nanos_since(since) > self.tuning.blind_max_nanos {
+        if matches!(self.stage, Stage::Cruising(_) | Stage::Bursting(_)) {
+            self.lost = self.lost.saturating_add(1);
+        }
+        if now.nanos_since(since) > self.tuning.blind_max_nanos || self.lost > LOST_MAX {
             self.stage = Stage::Ended(CommissioningEnd::NoEstimate);
         } else if let Stage::Sweeping(_) = self.stage {
             self.sweep(now);
@@ -336,3 +345,6 @@ impl Commissioning {
         };
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -3,7 +3,7 @@
 
 pub(crate) mod averaged_motor;
 pub mod beside;
-pub(crate) mod commissioning;
+pub mod commissioning;
 pub(crate) mod error_budget;
 pub mod fault_campaign;
 pub(crate) mod filter_costs;

@@ -64,7 +64,7 @@ pub struct CruiseEvidence {
     pub still: u16,
     /// Coasts after it.
     pub coasts: Coasts,
-    /// Times in s from the end of the drive until the estimate says that the rotor lies still.
+    /// Times in s from the end of the drive until the estimate no longer says that the rotor moves.
     pub to_rest_s: Repeats,
 }
 
@@ -140,7 +140,7 @@ impl CommissioningEvidence {
         }
     }
 
-    /// Time to rest after drives of any row, over all that was measured.
+    /// How many rows were measured.
     pub fn rows_measured(&self) -> usize {
         let cruises = self.cruises.iter().filter(|cruise| cruise.runs > 0).count();
         let bursts = Family::ALL

@@ -3,7 +3,7 @@
 //! Ten tests are made of a motor, five of each mode. Each is false with a probability of at most [`FALSE_EACH`] in a
 //! motor that has nothing of the kind, so that of 100 such motors at most one is told anything (Bonferroni).
 //!
-//! | told | when, of cruises that turn every motor of the prior map |
+//! | told | when, of cruises that turn every motor of the prior map (of all cruises: fastest below full drive) |
 //! |---|---|
 //! | dead | the upper limit of the rate of the strongest one is below [`DEAD_PART`] of the map's |
 //! | turns the other way | the upper limit of that rate is below zero |
@@ -16,7 +16,7 @@
 use motor_model::{DriveMode, math};
 
 use super::evidence::CommissioningEvidence;
-use super::map_factors::{WINDOW_RIPPLE, WINDOWS_PER_INDEPENDENT};
+use super::map_factors::{WINDOWS_PER_INDEPENDENT, rate_variance};
 use super::quantiles;
 use super::repeats::EXPECTED_REPEATS;
 use crate::response_map::{Cruise, ResponseMap, direction};
@@ -45,12 +45,16 @@ pub enum FindingKind {
     },
     /// The rotor turns back at times.
     TurnsBack {
-        /// Part of the windows in which it does, in the drive in which it does so most, 0 to 1.
+        /// Amplitude of the drive in which it does so most.
+        amplitude: f32,
+        /// Part of its windows in which it does, 0 to 1.
         part: f32,
     },
     /// The rotor stands still at times.
     Sticks {
-        /// Part of the windows in which it does, in the drive in which it does so most, 0 to 1.
+        /// Amplitude of the drive in which it does so most.
+        amplitude: f32,
+        /// Part of its windows in which it does, 0 to 1.
         part: f32,
     },
 }
@@ -106,6 +110,7 @@ struct RowsOfMode<'a> {
 #[derive(Clone, Copy)]
 struct Rate {
     amplitude: f32,
+    turns_every_motor: bool,
     mapped_rad_s: f32,
     mean_rad_s: f32,
     variance: f32,
@@ -123,14 +128,20 @@ impl Rate {
 }
 
 impl RowsOfMode<'_> {
+    /// Of the cruises that turn every motor of the prior map.
     fn rates(&self) -> impl Iterator<Item = Rate> + '_ {
-        let of_use = |(_, cruise): &(usize, &Cruise)| cruise.mode == self.mode && cruise.turns_every_motor();
-        self.prior.cruises().iter().enumerate().filter(of_use).filter_map(|(index, cruise)| {
+        self.all_rates().filter(|rate| rate.turns_every_motor)
+    }
+
+    fn all_rates(&self) -> impl Iterator<Item = Rate> + '_ {
+        let of_mode = |(_, cruise): &(usize, &Cruise)| cruise.mode == self.mode;
+        self.prior.cruises().iter().enumerate().filter(of_mode).filter_map(|(index, cruise)| {
             let found = self.evidence.cruise(index);
             let mapped_rad_s = direction(self.mode) * cruise.rate_rad_s;
-            let variance = WINDOWS_PER_INDEPENDENT * found.windows.mean_variance(WINDOW_RIPPLE)?;
+            let variance = rate_variance(&found.windows)?;
             Some(Rate {
                 amplitude: cruise.amplitude,
+                turns_every_motor: cruise.turns_every_motor(),
                 mapped_rad_s,
                 mean_rad_s: mapped_rad_s * found.windows.mean(),
                 variance: variance * mapped_rad_s * mapped_rad_s,
@@ -161,7 +172,7 @@ impl RowsOfMode<'_> {
 
     fn fastest_below_full(&self) -> Option<FindingKind> {
         let strongest = self.strongest().filter(|_| self.strongest_row_fails().is_none())?;
-        let weaker = || self.rates().filter(|rate| rate.amplitude < strongest.amplitude);
+        let weaker = || self.all_rates().filter(|rate| rate.amplitude < strongest.amplitude);
         let tests = u16::try_from(weaker().count()).unwrap_or(u16::MAX).max(1);
         let faster = |rate: &Rate| {
             let difference = Rate {
@@ -186,14 +197,16 @@ impl RowsOfMode<'_> {
                 let probability = quantiles::binomial_tail(windows, odd, ODD_PART);
                 odd > 0 && probability < f64::from(FALSE_EACH) / f64::from(rows)
             };
-            let part = |rate: Rate| f32::from(of(&rate)) / f32::from(rate.windows);
-            self.rates().filter(is_odd).map(part).reduce(f32::max)
+            let part = |rate: Rate| (rate.amplitude, f32::from(of(&rate)) / f32::from(rate.windows));
+            self.rates().filter(is_odd).map(part).reduce(|most, row| if row.1 > most.1 { row } else { most })
         };
         if self.strongest_row_fails().is_some() {
             return None;
         }
-        let backward = odd(|rate| rate.backward).map(|part| FindingKind::TurnsBack { part });
-        backward.or_else(|| odd(|rate| rate.still).map(|part| FindingKind::Sticks { part }))
+        let backward = odd(|rate| rate.backward);
+        let backward = backward.map(|(amplitude, part)| FindingKind::TurnsBack { amplitude, part });
+        let still = || odd(|rate| rate.still);
+        backward.or_else(|| still().map(|(amplitude, part)| FindingKind::Sticks { amplitude, part }))
     }
 }
 
@@ -247,9 +260,9 @@ mod tests {
         let half = |amplitude: f32, window| if amplitude > 0.9 { 0.2 } else { 1.0 } * (1.0 + ripple(window));
         assert!(matches!(found(mode, 16, half)[..], [FindingKind::FastestBelowFull { .. }]));
         let back = |_, window| if window % 3 == 0 { -0.3 } else { 1.0 + ripple(window) };
-        assert!(matches!(found(mode, 32, back)[..], [FindingKind::TurnsBack { part }] if part > 0.3));
+        assert!(matches!(found(mode, 32, back)[..], [FindingKind::TurnsBack { part, .. }] if part > 0.3));
         let sticks = |_, window| if window % 4 == 0 { 0.0 } else { 1.0 + ripple(window) };
-        assert!(matches!(found(mode, 32, sticks)[..], [FindingKind::Sticks { part }] if part > 0.2));
+        assert!(matches!(found(mode, 32, sticks)[..], [FindingKind::Sticks { part, .. }] if part > 0.2));
     }
 
     /// One odd window of 16, at any place, is told of no motor.

@@ -14,6 +14,7 @@
 use motor_model::{DriveMode, math};
 
 use super::evidence::CommissioningEvidence;
+use super::repeats::Repeats;
 use super::row_factors::{Normal, RowFactors, RowMeasured};
 use crate::map_correction::MapCorrection;
 use crate::response_map::{Burst, Cruise, Family, PerFamily, ResponseMap, direction};
@@ -27,7 +28,16 @@ const COAST_SPREAD: f32 = 0.3 * 0.3;
 const COAST_SHAPE: f32 = 0.1 * 0.1;
 /// Relative variance of the mean rate of a window of 50 ms about the rate of its cruise, before any is measured: the
 /// ripple of 0.1 in 150 ms, of parts that are independent after 20 ms. From the model, see `estimator::ConstantRate`.
-pub(super) const WINDOW_RIPPLE: f32 = 3.0 * 0.1 * 0.1;
+const WINDOW_RIPPLE: f32 = 3.0 * 0.1 * 0.1;
+/// Least part of the map's rate whose ripple is expected. An assumption.
+const RIPPLING_PART: f32 = 0.05;
+/// Variance of the mean rate over `windows`, in units of the map's; `None` of none. The ripple is expected in proportion
+/// to the rate.
+pub(super) fn rate_variance(windows: &Repeats) -> Option<f32> {
+    let part = windows.mean().abs().clamp(RIPPLING_PART, 1.0);
+    Some(WINDOWS_PER_INDEPENDENT * windows.mean_variance(WINDOW_RIPPLE * part * part)?)
+}
+
 /// Windows of a run that count as one independent window: neighbours are correlated in mode B, whose rate has a memory
 /// of 20 ms. An assumption.
 pub(super) const WINDOWS_PER_INDEPENDENT: f32 = 2.0;

@@ -3,7 +3,8 @@
 //! 1. The resonances of both modes, where there is a vibrometer.
 //! 2. A few rows of each table, each twice or three times: what the tests of [`super::findings`] and of the map's shape
 //!    need ([`super::row_factors`]). Of cruises the strongest, and those nearest to a half and to three quarters of it;
-//!    of bursts those at a quarter and a half of the family's rows, of fine ones at three quarters as well.
+//!    of bursts those at a quarter and a half of the family's rows, then of fine ones that at three quarters, of others
+//!    the longest, whose shape differs most where the drive needs time to spoil the motion.
 //! 3. All rows of a table whose shape is not the prior's.
 //! 4. The row whose next repeat shortens the expected time of [`MOVES_DEG`] most, as long as that is more than
 //!    [`GAIN_MIN_S`] in the mean of the moves.
@@ -118,8 +119,8 @@ impl Known<'_> {
     /// Rows of the bursts of `family` in the first pass.
     fn first_bursts(&self, family: Family) -> [Option<MapRow>; 3] {
         let count = self.prior.bursts(family).len();
-        [Some(count / 2), Some(count / 4), is_fine(family).then_some(3 * count / 4)]
-            .map(|index| index.map(|index| MapRow::Burst(family, index)))
+        let third = if is_fine(family) { 3 * count / 4 } else { count.saturating_sub(1) };
+        [count / 2, count / 4, third].map(|index| Some(MapRow::Burst(family, index)))
     }
 
     fn is_due(&self, row: MapRow) -> bool {

@@ -26,7 +26,7 @@ pub enum CommissioningEnd {
     Enough,
     /// The time was over.
     TimeOver,
-    /// There was no usable estimate for too long.
+    /// There was no usable estimate for too long, or too often.
     NoEstimate,
     /// The rotor did not come to rest with the drive off.
     NeverRests,
@@ -35,14 +35,17 @@ pub enum CommissioningEnd {
 /// Why a motor is not fit for use.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Unfit {
-    /// It was not measured: there was no usable estimate for too long.
+    /// It was not measured: there was no usable estimate for too long, or too often.
     NoEstimate,
     /// It does not come to rest with the drive off.
     NeverRests,
     /// The time was over before any drive was measured.
     NotMeasured,
-    /// Modes B and C turn it the other way.
-    Swapped,
+    /// A mode turns it in the direction of the other.
+    OtherWay {
+        /// The mode.
+        mode: DriveMode,
+    },
     /// Neither mode turns it.
     NothingTurns,
     /// Mode C makes no fine step, without which no target is approached.
@@ -59,10 +62,11 @@ pub enum Unfit {
 impl fmt::Display for Unfit {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::NoEstimate => f.write_str("the instruments gave no usable estimate"),
+            Self::NoEstimate => f.write_str("the instruments gave no usable estimate of the driven rotor"),
             Self::NeverRests => f.write_str("the rotor does not come to rest within 3 s with the drive off"),
             Self::NotMeasured => f.write_str("the time was over before any drive was measured"),
-            Self::Swapped => f.write_str("mode B turns it counter-clockwise and mode C clockwise"),
+            Self::OtherWay { mode: DriveMode::B } => f.write_str("mode B turns the rotor counter-clockwise"),
+            Self::OtherWay { mode: DriveMode::C } => f.write_str("mode C turns the rotor clockwise"),
             Self::NothingTurns => f.write_str("neither mode turns the rotor"),
             Self::NoSteps { why: Some(FindingKind::Dead) } => {
                 f.write_str("mode C is dead: without its fine steps no target is approached")
@@ -132,6 +136,9 @@ impl Commissioning {
         end: CommissioningEnd,
         findings: &Findings,
     ) -> Result<ResponseMap, Unfit> {
+        if let Some(finding) = findings.iter().find(|finding| finding.kind == FindingKind::OtherWay) {
+            return Err(Unfit::OtherWay { mode: finding.mode });
+        }
         match end {
             CommissioningEnd::NoEstimate => return Err(Unfit::NoEstimate),
             CommissioningEnd::NeverRests => return Err(Unfit::NeverRests),
@@ -140,12 +147,8 @@ impl Commissioning {
             }
             CommissioningEnd::TimeOver | CommissioningEnd::Enough => (),
         }
-        let count = |kind| findings.iter().filter(|finding| finding.kind == kind).count();
-        if count(FindingKind::Dead) == 2 {
+        if findings.iter().filter(|finding| finding.kind == FindingKind::Dead).count() == 2 {
             return Err(Unfit::NothingTurns);
-        }
-        if count(FindingKind::OtherWay) == 2 {
-            return Err(Unfit::Swapped);
         }
         let map = commissioned_map(prior, &self.evidence).map_err(Unfit::NoMap)?;
         if !findings.is_of_use(DriveMode::C) || map.bursts(Family::Step).is_empty() {

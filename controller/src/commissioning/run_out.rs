@@ -16,6 +16,9 @@ use crate::settling_watch::{SettlingWatch, Shown};
 
 /// Longest time in ns in which the rotor comes to rest. An assumption: twenty times what the slowest takes.
 const REST_MAX_NANOS: u64 = 3_000_000_000;
+/// Least time in ns from the end of a drive until the rotor counts as still: five ring-downs of mode B. A filter may
+/// still say that the rotor rests when a short burst ends.
+const RING_DOWN_NANOS: u64 = 20_000_000;
 /// Longest time in ns of measuring a rotor at rest: with the default camera it leaves 0.2 milli-degrees.
 const MEASURING_NANOS: u64 = 350_000_000;
 /// Part of the turn to which it is measured. An assumption: a fifth of what is known of the best family.
@@ -70,6 +73,8 @@ pub(super) enum Pending {
 pub(super) struct Resting {
     pending: Pending,
     since: Time,
+    /// When the estimate last said that the rotor moves.
+    moved_at: Time,
     still_since: Option<Time>,
     watch: SettlingWatch,
 }
@@ -77,7 +82,7 @@ pub(super) struct Resting {
 impl Resting {
     /// From `now` on.
     pub(super) fn new(pending: Pending, now: Time) -> Self {
-        Self { pending, since: now, still_since: None, watch: SettlingWatch::new(None) }
+        Self { pending, since: now, moved_at: now, still_since: None, watch: SettlingWatch::new(None) }
     }
 
     /// The turn in rad so far.
@@ -106,8 +111,13 @@ impl Commissioning {
             train.independent |= since_rad2 > INDEPENDENT_VARIANCES * (train.from_rad2 - floor_rad2);
         }
         let (window, wait) = (self.tuning.settling_window_nanos, self.tuning.frame_wait_nanos);
-        let still =
-            !wide && (estimate.resting || resting.watch.look(window, wait, now, estimate) == Shown::Still);
+        if !estimate.resting {
+            resting.moved_at = now;
+        }
+        let rung_down = now.nanos_since(resting.since) >= RING_DOWN_NANOS;
+        let still = rung_down
+            && !wide
+            && (estimate.resting || resting.watch.look(window, wait, now, estimate) == Shown::Still);
         if !still {
             resting.still_since = None;
             let late = now.nanos_since(resting.since) > REST_MAX_NANOS;
@@ -129,7 +139,7 @@ impl Commissioning {
         let measured =
             estimate.angle_rad2 <= known_rad * known_rad || now.nanos_since(still_since) >= MEASURING_NANOS;
         if measured {
-            self.keep(prior, &resting, still_since, estimate);
+            self.keep(prior, &resting, estimate);
             self.begin(prior, now, estimate);
         } else {
             self.stage = Stage::Resting(resting);
@@ -137,8 +147,8 @@ impl Commissioning {
     }
 
     /// Keeps what the last drive did.
-    fn keep(&mut self, prior: &ResponseMap, resting: &Resting, still_since: Time, estimate: &Estimate<f32>) {
-        let to_rest_s = still_since.seconds_since::<f32>(resting.since);
+    fn keep(&mut self, prior: &ResponseMap, resting: &Resting, estimate: &Estimate<f32>) {
+        let to_rest_s = resting.moved_at.seconds_since::<f32>(resting.since);
         match resting.pending {
             Pending::Nothing => (),
             Pending::Coast { index, along, cut, rate_rad_s } => {

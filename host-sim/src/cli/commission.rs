@@ -4,11 +4,12 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 
+use super::count::Count;
 use super::publication::{Findings, PublicationArgs};
 use super::report::Request;
 use super::{MapArgs, SceneArgs, progress};
 use crate::cli::CommandError;
-use crate::studies::commissioning;
+use crate::studies::commissioning::{self, CommissioningTrials};
 use simulation::runs::commission;
 use simulation::scene::response_map_text;
 
@@ -20,7 +21,11 @@ const TENTHS_MAX: u64 = 600;
 
 #[derive(Debug, Args)]
 pub(super) struct CommissionArgs {
-    /// Folder for map.toml, which `position --map` takes, and commissioning.svg
+    /// Commission N drawn motors instead, and move each by the map of its own and by the one that it began with
+    #[arg(long, value_name = "N", value_parser = Count(1..=1_000_000), allow_negative_numbers = true)]
+    trials: Option<u64>,
+    /// Folder for map.toml, which `position --map` takes, and commissioning.svg; of trials for
+    /// commissioning-trials.svg and trials.csv
     #[arg(long, value_name = "DIR", default_value = "out/commission")]
     out: PathBuf,
     #[command(flatten)]
@@ -36,6 +41,17 @@ impl CommissionArgs {
         let scene = self.map.provide(self.scene.load("commission", &[])?)?;
         let request = Request::of_scene("commission", &scene);
         let publication = self.publication.open(&self.out)?;
+        if let Some(count) = self.trials {
+            let bar = progress::bar(count);
+            let trials = CommissioningTrials::run(&scene, count, &|| bar.inc(1))?;
+            bar.finish_and_clear();
+            let findings = Findings {
+                files: vec![("trials.csv".to_owned(), trials.csv()?)],
+                json: trials.json(),
+                report: trials.report(),
+            };
+            return Ok(publication.publish(findings, &request)?);
+        }
         let bar = progress::bar(TENTHS_MAX);
         let motor = commission::run(&scene, |_| bar.inc(1))?;
         bar.finish_and_clear();

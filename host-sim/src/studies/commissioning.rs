@@ -7,14 +7,18 @@
 //! | `tables` | text and JSON |
 //! | `picture` | the map with intervals, and the sweeps |
 //! | `report` | the report on one motor |
+//! | `trials`, `trial_tables` | many motors, each commissioned and moved by both maps |
 
 mod picture;
 mod report;
 mod rows;
 mod tables;
+mod trial_tables;
+mod trials;
 
 pub(crate) use report::report;
 pub(crate) use tables::json;
+pub use trials::{CommissioningTrial, CommissioningTrials};
 
 use controller::commissioning::CommissioningEnd;
 use controller::commissioning::findings::{Finding, FindingKind};
@@ -49,11 +53,17 @@ fn sentence(finding: &Finding) -> String {
         FindingKind::FastestBelowFull { amplitude } => {
             format!("Mode {mode:?} is fastest at amplitude {amplitude:.2}, not at full drive.")
         }
-        FindingKind::TurnsBack { part } => {
-            format!("Mode {mode:?} turns back in up to {:.0} % of the windows of a drive.", 100.0 * part)
+        FindingKind::TurnsBack { amplitude, part } => {
+            format!(
+                "Mode {mode:?} at amplitude {amplitude:.2} turns back in {:.0} % of its windows.",
+                100.0 * part
+            )
         }
-        FindingKind::Sticks { part } => {
-            format!("Mode {mode:?} sticks in up to {:.0} % of the windows of a drive.", 100.0 * part)
+        FindingKind::Sticks { amplitude, part } => {
+            format!(
+                "Mode {mode:?} at amplitude {amplitude:.2} sticks in {:.0} % of its windows.",
+                100.0 * part
+            )
         }
     }
 }

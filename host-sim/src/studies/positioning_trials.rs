@@ -177,7 +177,11 @@ impl PositioningTrialsPlan {
         Ok(StrategyTrials { strategy: self.strategy, filter: filter::chosen(&self.scene), trials, s_per_s })
     }
 
-    fn trial(&self, number: u64) -> Result<PositioningTrial, RunError> {
+    /// Trial `number` of the plan.
+    ///
+    /// # Errors
+    /// When the scene is refused.
+    pub(crate) fn trial(&self, number: u64) -> Result<PositioningTrial, RunError> {
         let mut scene = self.scene.of_run(number)?;
         let (kind, target_deg) = target(scene.seed());
         for (key, value) in [

@@ -38,7 +38,7 @@ fn both(
         .series(Series::points(measured).colour(Colour::Vermilion).label("measured"))
 }
 
-fn cruise_panel(motor: &CommissionedMotor, mode: DriveMode, all: &[CruiseRow]) -> Panel {
+fn cruise_panel(mode: DriveMode, all: &[CruiseRow]) -> Panel {
     let along = f64::from(direction(mode));
     let of_mode: Vec<&CruiseRow> = all.iter().filter(|row| row.mode == format!("{mode:?}")).collect();
     let prior: Vec<(f64, f64, f64)> = of_mode
@@ -53,23 +53,15 @@ fn cruise_panel(motor: &CommissionedMotor, mode: DriveMode, all: &[CruiseRow]) -
             Some((row.amplitude.into(), along * f64::from(row.rate_rad_s?), row.rate_sd_rad_s?.into()))
         })
         .collect();
-    let evidence = &motor.commissioned.evidence;
-    let measured = motor
-        .prior
-        .cruises()
+    let measured = of_mode
         .iter()
-        .enumerate()
-        .filter(|(index, cruise)| cruise.mode == mode && evidence.cruise(*index).windows.count() > 0)
-        .map(|(index, cruise)| {
-            let rate = along * f64::from(cruise.rate_rad_s * evidence.cruise(index).windows.mean());
-            (f64::from(cruise.amplitude), rate)
-        })
+        .filter_map(|row| Some((row.amplitude.into(), along * f64::from(row.measured_rad_s?))))
         .collect();
     let title = format!("Cruises of mode {mode:?}");
     both(Panel::new(title, Axis::new("amplitude (1)"), Axis::new("rate (rad/s)")), &prior, &own, measured)
 }
 
-fn burst_panel(motor: &CommissionedMotor, family: Family, all: &[BurstRow]) -> Panel {
+fn burst_panel(family: Family, all: &[BurstRow]) -> Panel {
     let by_amplitude = matches!(family, Family::Step | Family::Nudge);
     let of_family: Vec<&BurstRow> = all.iter().filter(|row| row.family == family.name()).collect();
     let x = |row: &BurstRow| if by_amplitude { row.amplitude.into() } else { 1e-2 * f64::from(row.ticks) };
@@ -77,15 +69,7 @@ fn burst_panel(motor: &CommissionedMotor, family: Family, all: &[BurstRow]) -> P
         of_family.iter().map(|row| (x(row), row.prior_turn_mdeg, row.prior_motors_mdeg)).collect();
     let own: Vec<(f64, f64, f64)> =
         of_family.iter().filter_map(|row| Some((x(row), row.turn_mdeg?, row.turn_sd_mdeg?))).collect();
-    let evidence = &motor.commissioned.evidence;
-    let measured = of_family
-        .iter()
-        .enumerate()
-        .filter_map(|(index, row)| {
-            let turns = evidence.burst(family, index).turns;
-            (turns.count() > 0).then(|| (x(row), row.prior_turn_mdeg * f64::from(turns.mean())))
-        })
-        .collect();
+    let measured = of_family.iter().filter_map(|row| Some((x(row), row.measured_mdeg?))).collect();
     let axis = Axis::new(if by_amplitude { "amplitude (1)" } else { "time on (ms)" }).logarithmic();
     let mut name = family.name().to_owned();
     name[..1].make_ascii_uppercase();
@@ -129,7 +113,6 @@ pub(crate) fn figure(motor: &CommissionedMotor) -> Figure {
             motor.seed, motor.commissioned.time_s
         ))
         .panel(sweep_panel(motor));
-    let figure =
-        modes.into_iter().fold(figure, |figure, mode| figure.panel(cruise_panel(motor, mode, &cruises)));
-    Family::ALL.into_iter().fold(figure, |figure, family| figure.panel(burst_panel(motor, family, &bursts)))
+    let figure = modes.into_iter().fold(figure, |figure, mode| figure.panel(cruise_panel(mode, &cruises)));
+    Family::ALL.into_iter().fold(figure, |figure, family| figure.panel(burst_panel(family, &bursts)))
 }

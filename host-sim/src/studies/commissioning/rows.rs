@@ -17,6 +17,8 @@ pub(crate) struct CruiseRow {
     pub prior_rate_rad_s: f32,
     /// Its standard deviation over motors.
     pub prior_rate_sd_rad_s: f32,
+    /// Mean of what was measured of it; `null` of nothing.
+    pub measured_rad_s: Option<f32>,
     /// Rate of this motor; `null` where the row was left out.
     pub rate_rad_s: Option<f32>,
     /// How well it is known.
@@ -46,6 +48,8 @@ pub(crate) struct BurstRow {
     pub prior_turn_mdeg: f64,
     /// Its standard deviation over motors.
     pub prior_motors_mdeg: f64,
+    /// Mean of what was measured of it; `null` of nothing.
+    pub measured_mdeg: Option<f64>,
     /// Turn of this motor; `null` where the row was left out.
     pub turn_mdeg: Option<f64>,
     /// How well it is known.
@@ -87,6 +91,7 @@ pub(crate) fn cruises(motor: &CommissionedMotor) -> Vec<CruiseRow> {
             amplitude: prior.amplitude,
             prior_rate_rad_s: prior.rate_rad_s,
             prior_rate_sd_rad_s: prior.rate_sd_rad_s,
+            measured_rad_s: (found.windows.count() > 0).then(|| prior.rate_rad_s * found.windows.mean()),
             rate_rad_s: own.map(|own| own.rate_rad_s),
             rate_sd_rad_s: own.map(|own| own.rate_sd_rad_s),
             coast_s: own.map(|own| own.coast_s),
@@ -111,6 +116,8 @@ pub(crate) fn bursts(motor: &CommissionedMotor) -> Vec<BurstRow> {
             ticks: prior.ticks,
             prior_turn_mdeg: millidegrees(prior.turn_rad),
             prior_motors_mdeg: millidegrees(prior.motors_sd_rad),
+            measured_mdeg: (found.turns.count() > 0)
+                .then(|| millidegrees(prior.turn_rad * found.turns.mean())),
             turn_mdeg: own.map(|own| millidegrees(own.turn_rad)),
             turn_sd_mdeg: own.map(|own| millidegrees(own.motors_sd_rad)),
             repeat_sd_mdeg: own.map(|own| millidegrees(own.repeat_sd_rad)),

@@ -131,13 +131,22 @@ fn factor_table(motor: &CommissionedMotor) -> Table {
 }
 
 fn cruise_table(motor: &CommissionedMotor) -> Table {
-    let mut table =
-        Table::new(&["drive", "map rad/s", "this motor", "coast ms", "windows", "back", "rest ms"]);
+    let mut table = Table::new(&[
+        "drive",
+        "map rad/s",
+        "measured",
+        "this motor",
+        "coast ms",
+        "windows",
+        "back",
+        "rest ms",
+    ]);
     for row in rows::cruises(motor) {
         let own = [row.rate_rad_s, row.rate_sd_rad_s].map(|value| value.map(f64::from));
         table.push(vec![
             format!("{} {:.2}", row.mode, row.amplitude),
             format!("{:.3} +- {:.3}", row.prior_rate_rad_s, row.prior_rate_sd_rad_s),
+            row.measured_rad_s.map_or_else(|| "-".to_owned(), |rate| format!("{rate:.3}")),
             with_sd(own[0], own[1], 3),
             row.coast_s.map_or_else(|| "-".to_owned(), |coast_s| format!("{:.2}", 1e3 * coast_s)),
             row.windows.to_string(),
@@ -154,6 +163,7 @@ fn burst_table(motor: &CommissionedMotor) -> Table {
         "amplitude",
         "ticks",
         "map mdeg",
+        "measured",
         "this motor",
         "burst to burst",
         "trains",
@@ -165,6 +175,7 @@ fn burst_table(motor: &CommissionedMotor) -> Table {
             format!("{:.2}", row.amplitude),
             row.ticks.to_string(),
             format!("{:.2} +- {:.2}", row.prior_turn_mdeg, row.prior_motors_mdeg),
+            row.measured_mdeg.map_or_else(|| "-".to_owned(), |turn| format!("{turn:.2}")),
             with_sd(row.turn_mdeg, row.turn_sd_mdeg, 2),
             row.repeat_sd_mdeg.map_or_else(|| "-".to_owned(), |sd| format!("{sd:.3}")),
             row.trains.to_string(),

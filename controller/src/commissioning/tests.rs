@@ -1,0 +1,139 @@
+//! The state machine on a motor that turns as the prior map says, but for a factor.
+
+use super::*;
+use crate::response_map::direction;
+use motor_model::{Angle, AngleAccumulator};
+
+/// A motor whose every drive turns it by `factor` of what the map says, with a ripple, and which stops at once.
+struct IdealMotor {
+    commissioning: Commissioning,
+    factor: f32,
+    now: Time,
+    angle: AngleAccumulator<f32>,
+    off_since: Time,
+    /// Shortest time with the drive off between two bursts or cruises, in ns.
+    shortest_off_nanos: u64,
+}
+
+impl IdealMotor {
+    fn new(factor: f32) -> Self {
+        let instruments = Instruments { vibrometer: None, ..Instruments::default() };
+        let commissioning = Commissioning::new(CommissioningTuning::new(&instruments), Time::ZERO);
+        let (now, angle, off_since) = (Time::ZERO, AngleAccumulator::at(Angle::ZERO), Time::ZERO);
+        Self { commissioning, factor, now, angle, off_since, shortest_off_nanos: u64::MAX }
+    }
+
+    /// What the filter says: sure once the drive has been off for 5 ms, and, as filters do, at rest until a driven rotor
+    /// has been seen to move for 1 ms.
+    fn estimate(&self, driven_nanos: u64) -> Estimate<f32> {
+        let sure = self.now.nanos_since(self.off_since) > 5_000_000 && driven_nanos == 0;
+        Estimate {
+            at: self.now,
+            angle: self.angle.angle(),
+            rate_rad_s: 0.0,
+            angle_rad2: if sure { 1e-12 } else { 1e-7 },
+            angle_rate_rad2_s: 0.0,
+            rate_rad2_s2: 0.0,
+            resting: sure || driven_nanos < 1_000_000,
+        }
+    }
+
+    fn rate_rad_s(&self) -> f32 {
+        let map = ResponseMap::table_1();
+        let ripple = if self.now.nanos() / 50_000_000 % 2 == 0 { 1.05 } else { 0.95 };
+        match self.commissioning.stage() {
+            CommissioningStage::Driving(MapRow::Cruise(index)) => {
+                map.cruises()[index].rate_rad_s * self.factor * ripple
+            }
+            CommissioningStage::Driving(MapRow::Burst(family, index)) => {
+                let burst = map.bursts(family)[index];
+                direction(family.mode()) * burst.turn_rad / (1e-5 * burst.ticks as f32) * self.factor
+            }
+            _ => 0.0,
+        }
+    }
+
+    /// Runs until it ends.
+    fn run(&mut self) -> Commissioned {
+        let (mut driven_nanos, mut was_on) = (0, false);
+        loop {
+            let estimate = self.estimate(driven_nanos);
+            let command =
+                self.commissioning.decide(ResponseMap::table_1(), self.now, Some(&estimate), Health::Good);
+            let is_on = command != DriveCommand::OFF;
+            if is_on && !was_on {
+                self.shortest_off_nanos = self.shortest_off_nanos.min(self.now.nanos_since(self.off_since));
+            }
+            was_on = is_on;
+            if let Some(found) = self.commissioning.result(ResponseMap::table_1()) {
+                return found;
+            }
+            driven_nanos = if is_on { driven_nanos + crate::TICK_NANOS } else { 0 };
+            if is_on {
+                self.off_since = self.now;
+            }
+            self.angle.turn_by_radians(1e-5 * self.rate_rad_s());
+            self.now = self.now.plus_nanos(crate::TICK_NANOS);
+        }
+    }
+}
+
+/// The factor comes back in every row that was measured by its own drive and, within the shape that the prior leaves
+/// open, in the others. It takes less than half a minute.
+#[test]
+fn law_a_motor_of_another_factor_is_found() {
+    for factor in [0.8, 1.2] {
+        let mut motor = IdealMotor::new(factor);
+        let found = motor.run();
+        assert_eq!(found.end, CommissioningEnd::Enough);
+        assert!(found.time_s < 30.0, "{}", found.time_s);
+        assert_eq!(found.findings.iter().count(), 0);
+        let map = found.map.unwrap();
+        for family in [Family::Step, Family::Walk] {
+            for (own, prior) in map.bursts(family).iter().zip(ResponseMap::table_1().bursts(family)) {
+                // Each was measured to a hundredth, or follows the factor of its family.
+                let off = own.turn_rad / prior.turn_rad - factor;
+                assert!(off.abs() < 0.02, "{family:?} {own:?} {off}");
+            }
+        }
+        let full = map.strongest_cruise(DriveMode::C, 1.0).unwrap();
+        assert!((full.rate_rad_s / -1.539 - factor).abs() < 0.05, "{full:?}");
+    }
+}
+
+/// Bursts that follow one another are driven from rest: the stator has rung down for five of its times of 4 ms.
+#[test]
+fn law_every_drive_begins_after_the_ring_down() {
+    let mut motor = IdealMotor::new(1.0);
+    motor.run();
+    assert!(motor.shortest_off_nanos >= 20_000_000, "{}", motor.shortest_off_nanos);
+}
+
+/// A motor that nothing turns costs a run of each mode, and is refused.
+#[test]
+fn law_a_dead_motor_is_refused() {
+    let found = IdealMotor::new(0.0).run();
+    assert_eq!(found.map, Err(Unfit::NothingTurns));
+    assert!(found.time_s < 5.0, "{}", found.time_s);
+}
+
+#[test]
+fn law_a_motor_that_turns_the_other_way_is_refused() {
+    let found = IdealMotor::new(-0.7).run();
+    assert!(matches!(found.map, Err(Unfit::OtherWay { .. })), "{:?}", found.map);
+}
+
+/// Without an estimate nothing is driven, and it ends once the camera has been blind for too long.
+#[test]
+fn law_without_an_estimate_nothing_is_driven() {
+    let mut commissioning = Commissioning::new(CommissioningTuning::new(&Instruments::default()), Time::ZERO);
+    let mut now = Time::ZERO;
+    while commissioning.result(ResponseMap::table_1()).is_none() {
+        let command = commissioning.decide(ResponseMap::table_1(), now, None, Health::Waiting);
+        assert_eq!(command, DriveCommand::OFF);
+        now = now.plus_nanos(1_000_000);
+        assert!(now.nanos() < 10_000_000_000, "it ends");
+    }
+    let found = commissioning.result(ResponseMap::table_1()).unwrap();
+    assert_eq!(found.map, Err(Unfit::NoEstimate));
+}

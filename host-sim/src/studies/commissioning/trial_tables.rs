@@ -1,0 +1,256 @@
+//! Trials of commissioning: text, picture, JSON and key figures.
+
+use std::collections::BTreeMap;
+
+use serde_json::json;
+
+use super::trials::{CommissioningTrial, CommissioningTrials};
+use crate::math::paired_difference;
+use crate::report::chart::{Axis, Colour, Figure, Panel, Series};
+use crate::report::document::{Block, Document, Table};
+use crate::report::key_figure::KeyFigure;
+use crate::studies::positioning_trials::{PositioningTrial, TrialSummary};
+use crate::studies::study_report::StudyReport;
+use simulation::math::count::real;
+use simulation::math::statistics::{Spread, quantile};
+
+/// Standard deviations of a 95 % interval.
+const SIGMAS_95: f64 = 1.96;
+
+/// Errors of the resonance of a mode.
+struct ResonanceErrors {
+    mode: &'static str,
+    count: usize,
+    spread: Spread,
+    /// Share of the intervals of 95 % that hold the truth.
+    covered: f64,
+    sd_hz: f64,
+}
+
+impl CommissioningTrials {
+    /// Of each pair of moves what `of` gives by the map of its own less what it gives by the other.
+    fn differences(&self, of: fn(&PositioningTrial) -> Option<f64>) -> Vec<f64> {
+        let difference =
+            |trial: &CommissioningTrial| Some(of(trial.by_own.as_ref()?)? - of(&trial.by_prior)?);
+        self.trials.iter().filter_map(difference).collect()
+    }
+
+    fn resonance_errors(&self) -> Vec<ResonanceErrors> {
+        let of = |(index, mode)| {
+            let found: Vec<(f64, f64)> =
+                self.trials.iter().filter_map(|trial| trial.resonances.get(index).copied()?).collect();
+            let within = found.iter().filter(|(off, sd)| off.abs() <= SIGMAS_95 * sd).count();
+            ResonanceErrors {
+                mode,
+                count: found.len(),
+                spread: found.iter().map(|(off, _)| *off).collect(),
+                covered: real(within) / real(found.len().max(1)),
+                sd_hz: found.iter().map(|(_, sd)| *sd).collect::<Spread>().mean,
+            }
+        };
+        [(0, "B"), (1, "C")].map(of).into()
+    }
+
+    fn times_s(&self) -> Vec<f64> {
+        self.trials.iter().map(|trial| trial.time_s).collect()
+    }
+
+    /// How often each thing was found, and how often each reason refused a motor.
+    fn counts(&self) -> [BTreeMap<String, usize>; 2] {
+        let mut counts = [BTreeMap::new(), BTreeMap::new()];
+        let [findings, refusals] = &mut counts;
+        for trial in &self.trials {
+            for (mode, word) in &trial.findings {
+                *findings.entry(format!("{mode} {}", word.replace('_', " "))).or_insert(0) += 1;
+            }
+            if let Some(why) = &trial.refused {
+                *refusals.entry(why.clone()).or_insert(0) += 1;
+            }
+        }
+        counts
+    }
+
+    fn verdict(&self) -> String {
+        let [prior, own] = self.both();
+        let refused = self.trials.iter().filter(|trial| trial.refused.is_some()).count();
+        let median_s = quantile(&mut self.times_s(), 500).unwrap_or(f64::NAN);
+        format!(
+            "{} motors, commissioned in {median_s:.1} s each (median), {refused} refused. Of the moves of the others 95 % \
+             end within {:.2} milli-degrees by the map of the motor, and within {:.2} by the map that it began with; {} \
+             and {} failed.",
+            self.trials.len(),
+            own.p95_mdeg,
+            prior.p95_mdeg,
+            own.failures,
+            prior.failures
+        )
+    }
+
+    fn moves_table(&self) -> Table {
+        let mut table =
+            Table::new(&["map", "moves", "failed", "50 %", "95 %", "worst", "settle s", "95 % settle s"]);
+        let [prior, own] = self.both();
+        let rows = [
+            ("that it began with, all motors", self.all_by_prior()),
+            ("that it began with, motors of both", prior),
+            ("of the motor", own),
+        ];
+        for (name, summary) in rows {
+            let TrialSummary { trials, failures, p50_mdeg, p95_mdeg, max_mdeg, .. } = summary;
+            let mut cells = vec![name.to_owned(), trials.to_string(), failures.to_string()];
+            cells.extend([p50_mdeg, p95_mdeg, max_mdeg].map(|error| format!("{error:.2}")));
+            cells.extend([summary.median_settle_s, summary.p95_settle_s].map(|time| format!("{time:.2}")));
+            table.push(cells);
+        }
+        table
+    }
+
+    fn chances(&self) -> String {
+        let errors = self.differences(|trial| Some(trial.final_error_mdeg.abs()));
+        let times = self.differences(|trial| trial.settle_s);
+        let said = |what: &str, differences: &[f64]| {
+            let ranks = paired_difference::of_medians(differences);
+            let way = if ranks.rise > 0.0 { "larger" } else { "smaller" };
+            format!("{what} rather {way} by the map of the motor (p = {:.2}, signed ranks)", ranks.p)
+        };
+        format!(
+            "Run by run, errors are {}; times to settle are {}. Errors in milli-degrees, times in s.",
+            said("", &errors).trim(),
+            said("", &times).trim()
+        )
+    }
+
+    fn resonance_table(&self) -> Table {
+        let mut table = Table::new(&["mode", "found", "off Hz", "spread Hz", "stated sd Hz", "95 % holds"]);
+        for row in self.resonance_errors() {
+            table.push(vec![
+                row.mode.to_owned(),
+                row.count.to_string(),
+                format!("{:+.1}", row.spread.mean),
+                format!("{:.1}", row.spread.sd),
+                format!("{:.1}", row.sd_hz),
+                format!("{:.0} %", 100.0 * row.covered),
+            ]);
+        }
+        table
+    }
+
+    fn document(&self) -> Document {
+        let heading = |text: &str| Block::Heading(text.to_owned());
+        let mut blocks = vec![
+            heading("Commissioning, many motors"),
+            Block::Paragraph(self.verdict()),
+            Block::Table(self.moves_table()),
+            Block::Paragraph(self.chances()),
+            heading("Resonances found less the true ones"),
+            Block::Table(self.resonance_table()),
+        ];
+        for (title, counts) in ["Found", "Refused"].into_iter().zip(self.counts()) {
+            if !counts.is_empty() {
+                blocks.push(heading(title));
+                let lines = counts.into_iter().map(|(what, count)| (what, count.to_string()));
+                blocks.push(Block::Table(Table::of_lines(lines)));
+            }
+        }
+        Document { blocks }
+    }
+
+    fn figure(&self) -> Figure {
+        let share = |of: fn(&CommissioningTrial) -> Option<&PositioningTrial>| {
+            let mut errors: Vec<f64> = self
+                .trials
+                .iter()
+                .filter_map(|trial| Some(of(trial)?.final_error_mdeg.abs().max(1e-3)))
+                .collect();
+            errors.sort_by(f64::total_cmp);
+            let count = errors.len();
+            let beyond = |(rank, error)| (error, 100.0 * real(count - rank) / real(count));
+            errors.into_iter().enumerate().map(beyond).collect::<Vec<(f64, f64)>>()
+        };
+        let prior = share(|trial| Some(&trial.by_prior));
+        let own = share(|trial| trial.by_own.as_ref());
+        let panel = Panel::new(
+            "True final error",
+            Axis::new("error (mdeg)").logarithmic(),
+            Axis::new("share of moves beyond (%)").logarithmic(),
+        )
+        .series(Series::line(prior).colour(Colour::Grey).width(1.5).label("map that it began with"))
+        .series(Series::line(own).colour(Colour::Blue).width(1.5).label("map of the motor"));
+        Figure::new("Commissioning trials")
+            .caption(format!("{} motors, each commissioned and moved once by either map.", self.trials.len()))
+            .panel(panel.height(360))
+    }
+
+    /// The report on the study.
+    pub(crate) fn report(&self) -> StudyReport {
+        let refused = self.trials.iter().map(|trial| trial.refused.is_some());
+        let found = self.trials.iter().map(|trial| !trial.findings.is_empty());
+        let own = || self.trials.iter().filter_map(|trial| trial.by_own.as_ref());
+        let moves = |of: &str, trials: Vec<&PositioningTrial>| {
+            let errors = trials.iter().map(|trial| trial.final_error_mdeg.abs());
+            let settled = trials.iter().map(|trial| trial.settle_s);
+            [
+                KeyFigure::quantile("final error, 95 % within", "mdeg", errors, 950),
+                KeyFigure::quantile("time to settle, median", "s", settled, 500),
+                KeyFigure::count("moves that failed", trials.iter().map(|trial| trial.failed())),
+            ]
+            .map(|figure| figure.of(of).lower_is_better())
+        };
+        let mut key_figures = vec![
+            KeyFigure::quantile("motor time, median", "s", self.times_s(), 500).lower_is_better(),
+            KeyFigure::count("motors refused", refused),
+            KeyFigure::count("motors of which something was found", found),
+        ];
+        key_figures.extend(moves("map of the motor", own().collect()));
+        let prior = self.trials.iter().map(|trial| &trial.by_prior).collect();
+        key_figures.extend(moves("map that it began with", prior));
+        let moved_s = |trial: &PositioningTrial| trial.duration_s;
+        let durations = self.trials.iter().map(|trial| {
+            trial.time_s + moved_s(&trial.by_prior) + trial.by_own.as_ref().map_or(0.0, moved_s)
+        });
+        StudyReport {
+            title: "Commissioning trials".to_owned(),
+            verdict: self.verdict(),
+            asked: vec![("motors", format!("{}, each with a move of its own", self.trials.len()))],
+            pictures: vec![("commissioning-trials.svg".to_owned(), self.figure())],
+            document: self.document(),
+            key_figures,
+            sure: vec![
+                "The truth is known because this is a simulation. The intervals are of the motors that might have been \
+                 drawn."
+                    .to_owned(),
+            ],
+            motor_s: Some(durations.sum()),
+        }
+    }
+
+    /// Everything but the single trials, as one JSON object on one line.
+    pub(crate) fn json(&self) -> String {
+        let [prior, own] = self.both();
+        let [findings, refusals] = self.counts();
+        let resonances: Vec<_> = self
+            .resonance_errors()
+            .into_iter()
+            .map(|row| {
+                json!({
+                    "mode": row.mode,
+                    "found": row.count,
+                    "off_hz": row.spread.mean,
+                    "spread_hz": row.spread.sd,
+                    "stated_sd_hz": row.sd_hz,
+                    "covered_95": row.covered,
+                })
+            })
+            .collect();
+        let object = json!({
+            "motors": self.trials.len(),
+            "by_map_of_motor": own,
+            "by_map_it_began_with": prior,
+            "all_by_map_it_began_with": self.all_by_prior(),
+            "resonances": resonances,
+            "findings": findings,
+            "refused": refusals,
+        });
+        format!("{object}\n")
+    }
+}
