@@ -336,7 +336,7 @@ impl Commissioning {
             },
             Next::Row(MapRow::Burst(family, index)) => match prior.bursts(family).get(index) {
                 Some(burst) => {
-                    let train = run_out::Train::new(order::train(burst), estimate);
+                    let train = run_out::Train::new(order::train(family, burst), estimate);
                     Stage::Bursting(BurstRun { family, index, burst: *burst, since: now, train })
                 }
                 None => Stage::Ended(CommissioningEnd::Enough),

@@ -37,8 +37,8 @@ const REPEATS_MAX: u16 = 6;
 pub(super) const TRAIN_MAX: u8 = 8;
 /// Turn of a train in mdeg: a hundred times what a third of a second of measuring leaves.
 const TRAIN_MDEG: f32 = 20.0;
-/// Turn in mdeg below which the longest train is not worth measuring: ten standard deviations.
-const TRAIN_MIN_MDEG: f32 = 3.0;
+/// Turn in mdeg below which a train is not worth measuring: nine standard deviations.
+const TRAIN_MIN_MDEG: f32 = 2.7;
 
 /// What comes next.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -59,10 +59,14 @@ pub(super) struct Known<'a> {
     pub instruments: &'a Instruments,
 }
 
-/// How many bursts of that kind are driven before the turn is measured.
-pub(super) fn train(burst: &Burst) -> u8 {
+/// How many bursts of `family` like `burst` are driven before the turn is measured. Coarse bursts differ from one to the
+/// next, and those that follow one another differ alike: they are measured one by one.
+pub(super) fn train(family: Family, burst: &Burst) -> u8 {
     let mut count = 1;
-    while count < TRAIN_MAX && f32::from(count) * burst.turn_rad < TRAIN_MDEG * RAD_PER_MDEG {
+    while is_fine(family)
+        && count < TRAIN_MAX
+        && f32::from(count) * burst.turn_rad < TRAIN_MDEG * RAD_PER_MDEG
+    {
         count += 1;
     }
     count
@@ -91,8 +95,8 @@ impl Known<'_> {
                 self.prior.cruises().get(index).is_some_and(|cruise| cruise.amplitude <= self.amplitude_max)
             }
             MapRow::Burst(family, index) => self.prior.bursts(family).get(index).is_some_and(|burst| {
-                let longest_rad = f32::from(TRAIN_MAX) * burst.turn_rad;
-                burst.amplitude <= self.amplitude_max && longest_rad >= TRAIN_MIN_MDEG * RAD_PER_MDEG
+                let turn_rad = f32::from(train(family, burst)) * burst.turn_rad;
+                burst.amplitude <= self.amplitude_max && turn_rad >= TRAIN_MIN_MDEG * RAD_PER_MDEG
             }),
         }
     }
@@ -270,7 +274,7 @@ mod tests {
                 }
                 MapRow::Burst(family, index) => {
                     let found = evidence.burst_mut(family, index).unwrap();
-                    found.train = train(&map.bursts(family)[index]);
+                    found.train = train(family, &map.bursts(family)[index]);
                     found.turns.add(turn(row, 0), 1e-4);
                 }
             }
@@ -319,9 +323,9 @@ mod tests {
     }
 
     #[test]
-    fn exact_short_bursts_come_in_trains() {
+    fn exact_fine_bursts_come_in_trains() {
         let steps = ResponseMap::table_1().bursts(Family::Step);
-        assert_eq!([0, 7, 9, 12].map(|index| train(&steps[index])), [8, 8, 7, 4]);
-        assert_eq!(train(&ResponseMap::table_1().bursts(Family::Throw)[0]), 1);
+        assert_eq!([0, 7, 9, 12].map(|index| train(Family::Step, &steps[index])), [8, 8, 7, 4]);
+        assert_eq!(train(Family::Nudge, &ResponseMap::table_1().bursts(Family::Nudge)[0]), 1);
     }
 }
