@@ -139,25 +139,39 @@ fn corrected_burst(
 ) -> Burst {
     let Normal { mean, variance } = factors.turns(family).row(&measured.turn_row(family, index, burst));
     let turn_rad = burst.turn_rad * mean;
+    // A row that scatters more than its family is believed; one without repeats tells nothing.
+    let (squares, freedom) = turn_squares(measured, factors, family, (index, burst));
+    let scale = if freedom < 1.0 { repeat_scale } else { repeat_scale.max(spread_scale(squares, freedom)) };
     Burst {
         turn_rad,
         motors_sd_rad: known(burst.motors_sd_rad, burst.turn_rad * mean.abs(), turn_spread(burst), variance),
-        repeat_sd_rad: burst.repeat_sd_rad * mean.abs() * repeat_scale,
+        repeat_sd_rad: burst.repeat_sd_rad * mean.abs() * scale,
         ..*burst
     }
+}
+
+/// Squares of the turns of a row, each in units of its expected variance, and their degrees of freedom.
+fn turn_squares(
+    measured: &Measured<'_>,
+    factors: &MapFactors,
+    family: Family,
+    (index, burst): (usize, &Burst),
+) -> (f32, f32) {
+    let evidence = measured.evidence.burst(family, index);
+    let turns = evidence.turns;
+    let factor = factors.turns(family).row(&measured.turn_row(family, index, burst)).mean;
+    let repeat = factor * burst.repeat_sd_rad / burst.turn_rad;
+    let expected = repeat * repeat / f32::from(evidence.train.max(1)) + turns.noise();
+    let squares = if expected > 0.0 { turns.squares() / expected } else { 0.0 };
+    (squares, turns.freedom())
 }
 
 /// Scale of the spread of the turns of `family`.
 fn turn_scale(measured: &Measured<'_>, factors: &MapFactors, family: Family) -> f32 {
     let rows = measured.map.bursts(family).iter().enumerate();
-    let (squares, freedom) = rows.fold((0.0, 0.0), |(squares, freedom), (index, burst)| {
-        let evidence = measured.evidence.burst(family, index);
-        let turns = evidence.turns;
-        let factor = factors.turns(family).row(&measured.turn_row(family, index, burst)).mean;
-        let repeat = factor * burst.repeat_sd_rad / burst.turn_rad;
-        let expected = repeat * repeat / f32::from(evidence.train.max(1)) + turns.noise();
-        let own = if expected > 0.0 { turns.squares() / expected } else { 0.0 };
-        (squares + own, freedom + turns.freedom())
+    let (squares, freedom) = rows.fold((0.0, 0.0), |(squares, freedom), row| {
+        let (own, own_freedom) = turn_squares(measured, factors, family, row);
+        (squares + own, freedom + own_freedom)
     });
     spread_scale(squares, freedom)
 }

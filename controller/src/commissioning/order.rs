@@ -5,7 +5,7 @@
 //!    need ([`super::row_factors`]). Of cruises the strongest, and those nearest to a half and to three quarters of it;
 //!    of bursts those at a quarter and a half of the family's rows, then of fine ones that at three quarters, of others
 //!    the longest, whose shape differs most where the drive needs time to spoil the motion.
-//! 3. All rows of a table whose shape is not the prior's.
+//! 3. All rows of a table whose shape is not the prior's, each [`OTHER_SHAPE_RUNS`] times.
 //! 4. The row whose next repeat shortens the expected time of [`MOVES_DEG`] most, as long as that is more than
 //!    [`GAIN_MIN_S`] in the mean of the moves.
 //!
@@ -31,6 +31,8 @@ const TOLERANCE_MDEG: f32 = 0.5;
 pub(super) const GAIN_MIN_S: f32 = 0.005;
 /// Time in s that counts for a move that cannot be made: the deadline of a move.
 const IMPOSSIBLE_S: f32 = 60.0;
+/// Runs of each row of a table whose shape is not the prior's.
+const OTHER_SHAPE_RUNS: u16 = 4;
 /// Runs of a row beyond which no more are made.
 const REPEATS_MAX: u16 = 6;
 /// Bursts in a train at most.
@@ -153,7 +155,11 @@ impl Known<'_> {
         let next = first.or_else(|| {
             let factors = Measured { map: self.prior, evidence: self.evidence }.factors();
             let mut others = self.rows().filter(|row| self.has_other_shape(&factors, *row));
-            others.find(|row| findings.is_of_use(self.mode(*row)) && self.is_due(*row))
+            others.find(|row| {
+                findings.is_of_use(self.mode(*row))
+                    && self.can_be_measured(*row)
+                    && self.made(*row) < OTHER_SHAPE_RUNS
+            })
         });
         next.or_else(|| self.most_worth(&findings)).map_or(Next::Enough, Next::Row)
     }
