@@ -127,7 +127,6 @@ struct BurstRun {
 }
 
 #[derive(Clone, Copy, Debug)]
-#[expect(clippy::large_enum_variant, reason = "there is one stage, in its place")]
 enum Stage {
     Resting(Resting),
     Sweeping(Sweep),

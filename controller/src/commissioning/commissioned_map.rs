@@ -74,7 +74,7 @@ pub fn commissioned_map(
     }
     for family in Family::ALL {
         let is_prior = factors.turns(family).measured() == 0
-            && !related(family).is_some_and(|related| factors.turns(related).measured() > 0);
+            && related(family).is_none_or(|related| factors.turns(related).measured() == 0);
         let scale = turn_scale(&measured, &factors, family);
         let mut before_rad = 0.0;
         for (index, burst) in prior.bursts(family).iter().enumerate() {
@@ -114,7 +114,7 @@ fn corrected_cruise(
     let coast = factors.coasts(cruise.mode).row(&measured.coast_row(index, cruise));
     let coast_mean = coast.mean.max(0.0);
     let rate_rad_s = cruise.rate_rad_s * mean;
-    let slower = mean.max(0.0).min(1.0);
+    let slower = mean.clamp(0.0, 1.0);
     Cruise {
         rate_rad_s,
         rate_sd_rad_s: known(
@@ -181,7 +181,7 @@ fn coast_scale(measured: &Measured<'_>, factors: &MapFactors, mode: DriveMode) -
     let rows = measured.map.cruises().iter().enumerate().filter(|(_, cruise)| cruise.mode == mode);
     let (squares, count) = rows.fold((0.0, 0.0), |(squares, count), (index, cruise)| {
         let coasts = measured.evidence.cruise(index).coasts;
-        let slower = factors.rates(mode).row(&measured.rate_row(index, cruise)).mean.max(0.0).min(1.0);
+        let slower = factors.rates(mode).row(&measured.rate_row(index, cruise)).mean.clamp(0.0, 1.0);
         let factor = factors.coasts(mode).row(&measured.coast_row(index, cruise)).mean.max(0.0);
         let expected_rad2 = cruise.coast_sd_rad * cruise.coast_sd_rad * slower * slower;
         let own = if expected_rad2 > 0.0 {

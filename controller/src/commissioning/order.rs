@@ -112,7 +112,7 @@ impl Known<'_> {
                 .enumerate()
                 .filter(move |(_, cruise)| cruise.mode == mode && cruise.amplitude <= self.amplitude_max)
         };
-        let strongest = allowed().last().map(|(_, cruise)| cruise.amplitude);
+        let strongest = allowed().next_back().map(|(_, cruise)| cruise.amplitude);
         [1.0, 0.5, 0.75].map(|part| {
             let wanted = part * strongest?;
             let off = |amplitude: f32| (amplitude - wanted).abs();

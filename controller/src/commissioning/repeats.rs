@@ -78,7 +78,9 @@ mod tests {
     fn exact_mean_and_variances() {
         let mut repeats = Repeats::default();
         assert_eq!(repeats.mean_variance(1.0), None);
-        [1.0, 2.0, 3.0, 6.0].into_iter().for_each(|value| repeats.add(value, 0.25));
+        for value in [1.0, 2.0, 3.0, 6.0] {
+            repeats.add(value, 0.25);
+        }
         assert_eq!((repeats.count(), repeats.freedom()), (4, 3.0));
         assert!((repeats.mean() - 3.0).abs() < 1e-6 && (repeats.squares() - 14.0).abs() < 1e-5);
         assert!((repeats.mean_variance(0.5).unwrap() - 17.0 / 28.0).abs() < 1e-6);

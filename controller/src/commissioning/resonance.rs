@@ -22,6 +22,9 @@
 //! resonance of the stator alone. [`PULL`] says how far, in motors drawn around Table 1. In mode C a rotor that moves up
 //! and down pulls by +28 +- 6 Hz (24 motors), one that tilts by -10 +- 10 Hz (8 motors of three kinds). Nothing that is
 //! measured tells these two apart, so the error bar holds both.
+//!
+//! A weaker bounce is loaded more: in mode B by +50 Hz at three tenths of the drive. Pull and error bar grow as the peak
+//! velocity falls below that of the motors by which they were found.
 
 use motor_model::{DriveMode, math};
 
@@ -29,10 +32,29 @@ use super::quantiles;
 
 /// Most frequencies of a sweep.
 pub const SWEEP_POINTS_MAX: usize = 16;
-/// Mean and standard deviation in Hz over drawn motors of the frequency of greatest power less the resonance of the
-/// stator alone, at full drive, for modes B and C: the middle of both kinds of rotors, and their distance. From
-/// `host-sim commission --trials`.
-pub(super) const PULL: [(f64, f64); 2] = [(15.0, 6.0), (9.0, 20.0)];
+/// The frequency of greatest power less the resonance of the stator alone.
+struct Pull {
+    /// Mean over drawn motors, in Hz.
+    hz: f64,
+    /// Standard deviation over them, in Hz.
+    sd_hz: f64,
+    /// Root mean square velocity in m/s at the peak, below which both grow in inverse proportion.
+    velocity_m_s: f64,
+}
+
+/// At full drive, for modes B and C: the middle of both kinds of rotors, and their distance. From
+/// `host-sim commission --trials` and `host-sim record`.
+const PULL: [Pull; 2] =
+    [Pull { hz: 15.0, sd_hz: 6.0, velocity_m_s: 33e-3 }, Pull { hz: 9.0, sd_hz: 20.0, velocity_m_s: 4.6e-3 }];
+
+impl Pull {
+    /// Mean and standard deviation at the peak power `power_m2_s2`.
+    fn at(&self, power_m2_s2: f64) -> (f64, f64) {
+        let weaker = (self.velocity_m_s / math::sqrt(power_m2_s2.max(1e-12))).max(1.0);
+        (weaker * self.hz, weaker * self.sd_hz)
+    }
+}
+
 /// Part of the greatest power below which the rotor lies on the teeth. Resonance curves of six half widths to either side
 /// fall to a thirtieth of it.
 const BOUNCING_PART: f32 = 0.03;
@@ -201,11 +223,12 @@ impl Resonance {
         let (matrix, _) = curve.normal_equations(measured);
         let [_, [_, centre, _], _] = inverse(&matrix)?;
         let fit_sd_hz = math::sqrt(centre.max(0.0) * variance * scale);
-        let [clockwise, counter_clockwise] = PULL;
-        let (pull_hz, pull_sd_hz) = match mode {
+        let [clockwise, counter_clockwise] = &PULL;
+        let pull = match mode {
             DriveMode::B => clockwise,
             DriveMode::C => counter_clockwise,
         };
+        let (pull_hz, pull_sd_hz) = pull.at(math::exp(curve.level));
         #[expect(clippy::cast_possible_truncation, reason = "a quantile needs no more than single precision")]
         let limit = f64::from(quantiles::chi_square(freedom as f32, MISFIT_FALSE));
         Some(Self {
@@ -226,12 +249,15 @@ mod tests {
     use super::*;
     use std::vec::Vec;
 
+    /// Power at the peak of ordinary motors in mode B, where the pull is that of the table.
+    const PEAK_M2_S2: f64 = 33e-3 * 33e-3 * 1.01;
+
     /// A curve at `centre_hz` of half width 40 Hz, at 13 frequencies 25 Hz apart, each power off by the part that `off`
     /// gives for its number.
     fn sweep(centre_hz: f64, off: impl Fn(u32) -> f64) -> [SweepPoint; 13] {
         core::array::from_fn(|index| {
             let x_hz = 25.0 * (index as f64 - 6.0);
-            let power = 1e-4 / (1.0 + ((x_hz - centre_hz) / 40.0).powi(2)) * (1.0 + off(index as u32));
+            let power = PEAK_M2_S2 / (1.0 + ((x_hz - centre_hz) / 40.0).powi(2)) * (1.0 + off(index as u32));
             SweepPoint { offset_hz: x_hz as f32, power_m2_s2: power as f32, relative_variance: 0.01 }
         })
     }
@@ -240,7 +266,7 @@ mod tests {
     fn exact_a_clean_curve_is_found() {
         for centre_hz in [-60.0, 3.3, 40.0] {
             let found = Resonance::of(DriveMode::B, &sweep(centre_hz, |_| 0.0)).unwrap();
-            assert!((found.offset_hz + PULL[0].0 - centre_hz).abs() < 1e-3, "{found:?}");
+            assert!((found.offset_hz + PULL[0].hz - centre_hz).abs() < 1e-3, "{found:?}");
             assert!((found.half_width_hz - 40.0).abs() < 1e-2 && found.fits, "{found:?}");
         }
     }
@@ -261,7 +287,7 @@ mod tests {
                 })
                 .collect();
             let found = Resonance::of(DriveMode::B, &sweep(10.0, |index| noise[index as usize])).unwrap();
-            squares += (found.offset_hz + PULL[0].0 - 10.0).powi(2);
+            squares += (found.offset_hz + PULL[0].hz - 10.0).powi(2);
             stated += found.fit_sd_hz.powi(2);
         }
         let ratio = (squares / stated).sqrt();
@@ -275,6 +301,15 @@ mod tests {
         let odd =
             Resonance::of(DriveMode::C, &sweep(0.0, |index| if index > 9 { 4.0 } else { 0.0 })).unwrap();
         assert!(clean.fits && !odd.fits && odd.fit_sd_hz > 3.0 * clean.fit_sd_hz, "{clean:?} {odd:?}");
+    }
+
+    /// A bounce of a quarter of the velocity is pulled four times as far, and known four times as badly.
+    #[test]
+    fn exact_a_weak_bounce_is_pulled_farther() {
+        let strong = PULL[0].at(33e-3 * 33e-3);
+        let weak = PULL[0].at(33e-3 * 33e-3 / 16.0);
+        assert!((weak.0 / strong.0 - 4.0).abs() < 1e-9 && (weak.1 / strong.1 - 4.0).abs() < 1e-9);
+        assert!((PULL[0].at(1.0).0 / strong.0 - 1.0).abs() < 1e-12);
     }
 
     #[test]

@@ -170,7 +170,7 @@ mod tests {
         let mut offsets = Vec::new();
         while !over {
             now = now.plus_nanos(1_000_000);
-            let sign = if now.nanos() / 1_000_000 % 2 == 0 { 1.0 } else { -1.0 };
+            let sign = if (now.nanos() / 1_000_000).is_multiple_of(2) { 1.0 } else { -1.0 };
             sweep.hear(&LdvSample { taken_at: now, velocity_m_s: 0.01 + sign * 3e-3 });
             sweep.hear(&LdvSample { taken_at: now, velocity_m_s: f32::NAN });
             offsets.push(sweep.command().frequency_offset_hz());

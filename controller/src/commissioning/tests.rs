@@ -40,7 +40,7 @@ impl IdealMotor {
 
     fn rate_rad_s(&self) -> f32 {
         let map = ResponseMap::table_1();
-        let ripple = if self.now.nanos() / 50_000_000 % 2 == 0 { 1.05 } else { 0.95 };
+        let ripple = if (self.now.nanos() / 50_000_000).is_multiple_of(2) { 1.05 } else { 0.95 };
         match self.commissioning.stage() {
             CommissioningStage::Driving(MapRow::Cruise(index)) => {
                 map.cruises()[index].rate_rad_s * self.factor * ripple

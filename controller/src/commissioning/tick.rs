@@ -57,8 +57,7 @@ pub fn tick_commissioning<F: AngleFilter<f32>, P: Sense + Drive>(
     ports: &mut P,
 ) -> CommissioningReport {
     let CommissioningTick { prior, filter, commissioning } = state;
-    let Fused { estimate, health, .. } =
-        fuse(*filter, now, &mut Heard { ports: &mut *ports, commissioning: &mut *commissioning });
+    let Fused { estimate, health, .. } = fuse(*filter, now, &mut Heard { ports: &mut *ports, commissioning });
     let command = commissioning.decide(prior, now, estimate.as_ref(), health);
     let applied = ports.drive(command);
     filter.drive(now, applied);
