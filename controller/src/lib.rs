@@ -33,6 +33,7 @@
 //! 10. [`Positioning`]: the state machine that uses all of these.
 //! 11. [`MoveForecast`]: what a move will take, and what cannot be reached, before it starts.
 //! 12. [`TickReport`]: what a tick did.
+//! 13. [`commissioning`]: the response map of the motor at hand, measured before the first move.
 //!
 //! [`rate`] is the other task, with [`tick_rate`] as its loop body.
 //!
@@ -74,6 +75,7 @@
 //! | family | bursts of one mode that differ in amplitude or in length only |
 //! | step, walk, stride | families of mode C: shortest, fine and coarse |
 //! | nudge, throw | families of mode B: shortest and coarse |
+//! | commissioning | measuring the response map of one motor, with that of its design as the prior |
 //! | response map | mean turn or rate of each drive over drawn motors, with its spreads |
 //! | factor | turn or rate of this motor per turn or rate of the map |
 //! | forecast | turn of a burst in this motor, with its variance |

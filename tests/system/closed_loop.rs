@@ -2,5 +2,6 @@
 
 mod law_other_instruments;
 mod tool_calibrate;
+mod tool_commission;
 mod tool_position;
 mod tool_positioning_trials;

@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use clap::Args;
+use controller::ResponseMap;
 
 use super::count::Count;
 use super::publication::{Findings, PublicationArgs};
@@ -57,10 +58,17 @@ impl CommissionArgs {
         bar.finish_and_clear();
         let map = motor.commissioned.map.map_err(CommandError::Unfit)?;
         let findings = Findings {
-            files: vec![(MAP_FILE.to_owned(), response_map_text(&map, Path::new(MAP_FILE)))],
+            files: vec![(MAP_FILE.to_owned(), map_text(&map))],
             json: commissioning::json(&motor),
             report: commissioning::report(&motor),
         };
         Ok(publication.publish(findings, &request)?)
     }
+}
+
+/// The text of the map's file, which says what it is of.
+fn map_text(map: &ResponseMap) -> String {
+    let text = response_map_text(map, Path::new(MAP_FILE));
+    let rows = text.split_once('\n').map_or("", |(_, rows)| rows);
+    format!("# The response map of one motor, measured by `host-sim commission`.\n{rows}")
 }

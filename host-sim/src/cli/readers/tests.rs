@@ -10,7 +10,7 @@ use crate::studies::instrument_grid::InstrumentGridPlan;
 use crate::studies::positioning_trials::{self, Strategy};
 use crate::studies::shard::Shard;
 use crate::studies::{filter_costs, filter_errors, gyroscope_calibration, response_map, stator};
-use simulation::runs::{position, rate, recording, simulate};
+use simulation::runs::{commission, position, rate, recording, simulate};
 use simulation::scene::Scene;
 
 /// A scene of short runs that has a fault of each instrument, so that the keys of the faults are read.
@@ -48,6 +48,14 @@ fn exact_position_reads_what_the_table_says() {
     let scene = short(&["position.deadline_s=0.01"], true);
     position::run(&scene, |_| ()).unwrap();
     agrees("position", &scene);
+}
+
+/// A motor that nothing turns is commissioned in a few seconds of its time.
+#[test]
+fn exact_commission_reads_what_the_table_says() {
+    let scene = short(&["faults=drive:dead", "plant.step_s=5e-6"], true);
+    commission::run(&scene, |_| ()).unwrap();
+    agrees("commission", &scene);
 }
 
 #[test]

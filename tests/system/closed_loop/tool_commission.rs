@@ -1,0 +1,75 @@
+//! `host-sim commission`: the map of a motor, what it is refused for, and many motors.
+
+use controller::ResponseMap;
+use std::path::Path;
+
+use simulation::scene::parse_response_map;
+
+use crate::support::built_command::{folder, json, number, output_on, refuses, succeeds, written};
+use crate::support::closeness::assert_between;
+
+/// A motor is commissioned within a minute of its time. Its map differs from the one that it began with, and a move by it
+/// arrives.
+#[test]
+fn tool_commission_writes_a_map_that_position_takes() {
+    let folder = folder();
+    let found = json(folder.path(), &["commission", "--seed", "3", "--out", "mine", "--format", "json"]);
+    assert_between(number(&found, "time_s"), 1.0, 60.0, "motor time");
+    assert_eq!(found["end"], "enough", "{found}");
+    for resonance in found["resonances"].as_array().expect("resonances") {
+        let off_hz = number(resonance, "found_hz") - number(resonance, "true_hz");
+        // Four standard deviations: of two modes one motor in 8,000 exceeds them.
+        assert!(off_hz.abs() < 4.0 * number(resonance, "sd_hz"), "{resonance}");
+    }
+    let text = written(folder.path(), "mine/map.toml");
+    let map = parse_response_map(&text, Path::new("map.toml")).expect("a map");
+    assert_ne!(map, *ResponseMap::table_1());
+    let picture = written(folder.path(), "mine/commissioning.svg");
+    assert!(picture.starts_with("<svg") && picture.contains("Cruises of mode B"), "{picture:.200}");
+    let moved = ["position", "--to", "5", "--seed", "3", "--map", "mine/map.toml", "--format", "json"];
+    assert_eq!(json(folder.path(), &moved)["ok"], true);
+}
+
+/// A motor that cannot be positioned is refused in one line, and no map is written.
+#[test]
+fn tool_commission_refuses_a_motor_that_is_not_fit() {
+    let folder = folder();
+    for (fault, reason) in [
+        ("drive:dead:c", "mode C is dead"),
+        ("drive:swapped", "mode B turns the rotor counter-clockwise"),
+        ("rotor:stuck", "neither mode turns the rotor"),
+    ] {
+        let words = ["the motor is not fit for use", reason];
+        refuses(folder.path(), &["commission", "--fault", fault, "--out", "mine"], &words);
+        assert!(!folder.path().join("mine/map.toml").exists(), "{fault}");
+    }
+}
+
+/// A motor without mode B is told so, and its map serves moves counter-clockwise.
+#[test]
+fn tool_commission_tells_a_dead_mode() {
+    let folder = folder();
+    let arguments = ["commission", "--fault", "drive:dead:b", "--out", "mine", "--format", "json"];
+    let found = json(folder.path(), &arguments);
+    assert_eq!(found["findings"].to_string(), r#"[{"mode":"B","what":"dead"}]"#);
+    let map = parse_response_map(&written(folder.path(), "mine/map.toml"), Path::new("map.toml"));
+    let modes: Vec<String> =
+        map.expect("a map").cruises().iter().map(|cruise| format!("{:?}", cruise.mode)).collect();
+    assert!(!modes.is_empty() && modes.iter().all(|mode| mode == "C"), "{modes:?}");
+}
+
+/// Trials give the same bytes on one thread and on two. Motors that are refused are counted with the reason.
+#[test]
+fn tool_commission_trials_do_not_depend_on_the_threads() {
+    let folder = folder();
+    let arguments =
+        ["commission", "--trials", "2", "--fault", "drive:dead:c", "--out", "trials", "--format", "json"];
+    let [one, two] = [1, 2].map(|threads| output_on(threads, folder.path(), &arguments));
+    assert_eq!(one, two);
+    let found: serde_json::Value = serde_json::from_slice(&one).expect("JSON");
+    let refused = found["refused"].as_object().expect("reasons");
+    assert!(refused.len() == 1 && refused.values().all(|count| *count == 2), "{found}");
+    assert_eq!(written(folder.path(), "trials/trials.csv").lines().count(), 3);
+    let help = succeeds(folder.path(), &["commission", "--help"]);
+    assert!(help.contains("--trials") && help.contains("Examples:"), "{help}");
+}
